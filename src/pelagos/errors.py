@@ -1,0 +1,87 @@
+"""Everything that Pelagos raises on purpose.
+
+PelagosError
++-- InputError          the user's input is wrong (command line exits with 2)
+|   +-- ScenarioError   a scenario file, key or value        (carries file, line and key path)
+|   +-- WorldError      a mesh, survey or generated world
+|   +-- LookupFailed    an unknown name, with the nearest match
+|   +-- CommandError    a command, state or argument of the Python face
++-- DeviceError         no usable LLVM or GPU, with what to install
++-- SimulationError     a run went wrong (non-finite state); names vehicle, term and time
++-- RecordingError      a recording cannot be written or read
+
+Warnings: PelagosWarning <- ValidityWarning (a model used outside its range of validity).
+"""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Iterable
+
+
+class PelagosError(Exception):
+    """Root of every error that Pelagos raises on purpose."""
+
+
+class InputError(PelagosError):
+    """The user's input is wrong; nothing was written."""
+
+
+class ScenarioError(InputError):
+    """A scenario is wrong at a known place (`where` is "file:line: key.path" when it came from a file)."""
+
+    def __init__(self, message: str, *, where: str = "") -> None:
+        super().__init__(f"{where}: {message}" if where else message)
+        self.where = where
+        self.message = message
+
+
+class WorldError(InputError):
+    """A mesh, a survey or a generated world cannot be used."""
+
+
+class CommandError(InputError):
+    """A command, state or argument has the wrong shape, or is not finite."""
+
+
+class DeviceError(PelagosError):
+    """No usable compute device; the message says what to install."""
+
+
+class SimulationError(PelagosError):
+    """A run went wrong; names the vehicle, the term and the time."""
+
+
+class RecordingError(PelagosError):
+    """A recording cannot be written or read."""
+
+
+class LookupFailed(InputError):
+    """A name is not in a closed set; the message lists what would have worked."""
+
+    def __init__(self, kind: str, given: str, known: Iterable[str], *, where: str = "") -> None:
+        names = sorted(known)
+        message = f"unknown {kind} {given!r}{did_you_mean(given, names)}; known: {', '.join(names)}"
+        super().__init__(f"{where}: {message}" if where else message)
+        self.given = given
+        self.known = names
+
+
+class PelagosWarning(UserWarning):
+    """Root of every warning that Pelagos issues."""
+
+
+class ValidityWarning(PelagosWarning):
+    """A model is used outside its published range of validity."""
+
+
+def nearest(given: str, known: Iterable[str]) -> str | None:
+    """The name in `known` most like `given`, or None."""
+    match = difflib.get_close_matches(given, list(known), n=1, cutoff=0.5)
+    return match[0] if match else None
+
+
+def did_you_mean(given: str, known: Iterable[str]) -> str:
+    """`" (did you mean 'x'?)"`, or an empty string where nothing is near."""
+    match = nearest(given, known)
+    return f" (did you mean {match!r}?)" if match else ""

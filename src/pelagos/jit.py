@@ -1,0 +1,135 @@
+"""The compute device and the array types, chosen once, at first use.
+
+`from pelagos import jit` costs nothing and needs no device. The first attribute that names an array type
+(`jit.Float64`, `jit.mi`, ...) finds LLVM or CUDA, sets the Mitsuba variant, and keeps the types in this module.
+
+Environment: `PELAGOS_DEVICE=auto|cpu|cuda` (default auto: CUDA when a device and OptiX are usable),
+`PELAGOS_THREADS=N` (default all cores), `DRJIT_LIBLLVM_PATH=FILE` (a libLLVM of your choice, 16 or newer).
+
+Types, all differentiable: single precision for rays and images (`Float`, `Array2f`, `Array3f`, `Quaternion4f`), double
+for vehicles and the ocean (`Float64`, `Array2f64`, `Array3f64`, `Array4f64`), `UInt32`, `UInt64`, `Int32`, `Int64`, `Bool`.
+"""
+
+from __future__ import annotations
+
+import os
+import platform
+import re
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final, Literal, TypeAlias
+
+from pelagos.errors import DeviceError
+
+MIN_LLVM: Final = 16  # 14 is refused by Dr.Jit, 15 aborts the process on AVX-512 machines
+Device: TypeAlias = Literal["cpu", "cuda"]
+
+# Dr.Jit's arrays overload every operator; naming them Any keeps physics readable, and the checks on shapes are tests.
+Array: TypeAlias = Any
+
+_NAMES: Final = {
+    "Float": "Float32", "Array2f": "Array2f", "Array3f": "Array3f", "Array4f": "Array4f",
+    "Quaternion4f": "Quaternion4f", "Float64": "Float64", "Array2f64": "Array2f64", "Array3f64": "Array3f64",
+    "Array4f64": "Array4f64", "Matrix3f": "Matrix3f", "Matrix3f64": "Matrix3f64", "UInt32": "UInt32",
+    "UInt64": "UInt64", "Int32": "Int", "Int64": "Int64", "Bool": "Bool", "Array3u": "Array3u",
+    "ArrayXf": "ArrayXf", "ArrayXf64": "ArrayXf64", "TensorXf": "TensorXf", "TensorXf64": "TensorXf64",
+    "Complex2f": "Complex2f", "Complex2f64": "Complex2f64",
+}  # fmt: skip
+
+if TYPE_CHECKING:
+    mi: Any
+    device: Device
+    Float = Array2f = Array3f = Array4f = Quaternion4f = Float64 = Array2f64 = Array3f64 = Array4f64 = Any
+    Matrix3f = Matrix3f64 = UInt32 = UInt64 = Int32 = Int64 = Bool = Array3u = ArrayXf = ArrayXf64 = Any
+    TensorXf = TensorXf64 = Complex2f = Complex2f64 = Any
+
+
+def __getattr__(name: str) -> Any:
+    if name in _NAMES or name in ("mi", "device"):
+        _start()
+        return globals()[name]
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+
+
+def _start() -> None:
+    """Choose the device, load Mitsuba, and fill this module with the types."""
+    chosen = _choose_device()
+    if chosen == "cpu":
+        os.environ["DRJIT_LIBLLVM_PATH"] = str(find_llvm())
+    import drjit as dr
+    import mitsuba
+
+    mitsuba.set_variant("cuda_ad_rgb" if chosen == "cuda" else "llvm_ad_rgb")
+    threads = os.environ.get("PELAGOS_THREADS")
+    if threads is not None:
+        if not threads.isdigit() or int(threads) < 1:
+            raise DeviceError(f"PELAGOS_THREADS must be a whole number from 1 on, not {threads!r}")
+        dr.set_thread_count(int(threads))
+    backend = dr.cuda.ad if chosen == "cuda" else dr.llvm.ad
+    found = {ours: getattr(backend, theirs) for ours, theirs in _NAMES.items()}
+    globals().update(found, mi=mitsuba, device=chosen)
+
+
+def _choose_device() -> Device:
+    asked = os.environ.get("PELAGOS_DEVICE", "auto").lower()
+    if asked not in ("auto", "cpu", "cuda"):
+        raise DeviceError(f"PELAGOS_DEVICE must be auto, cpu or cuda, not {asked!r}")
+    if asked == "cpu":
+        return "cpu"
+    import drjit as dr
+
+    usable = dr.has_backend(dr.JitBackend.CUDA)
+    if asked == "cuda" and not usable:
+        raise DeviceError("PELAGOS_DEVICE=cuda, but no usable NVIDIA GPU and driver were found; use PELAGOS_DEVICE=cpu")
+    return "cuda" if usable else "cpu"
+
+
+def find_llvm() -> Path:
+    """The newest installed libLLVM that Dr.Jit can use.
+
+    Raises:
+        DeviceError: none is installed, or `DRJIT_LIBLLVM_PATH` names one that cannot be used.
+    """
+    named = os.environ.get("DRJIT_LIBLLVM_PATH")
+    if named:
+        version = llvm_version(Path(named))
+        if not Path(named).exists() or (version is not None and version < MIN_LLVM):
+            raise DeviceError(f"DRJIT_LIBLLVM_PATH={named} is missing or older than LLVM {MIN_LLVM}. {_how_to_install()}")
+        return Path(named)
+    found = [(v, p) for p in _llvm_candidates() if (v := llvm_version(p)) is not None]
+    usable = [(v, p) for v, p in found if v >= MIN_LLVM]
+    if not usable:
+        old = f" (found only version {max(v for v, _ in found)})" if found else ""
+        raise DeviceError(f"Pelagos needs LLVM {MIN_LLVM} or newer on the CPU, and none was found{old}. {_how_to_install()}")
+    return max(usable, key=lambda pair: pair[0])[1]
+
+
+def llvm_version(path: Path) -> int | None:
+    """The major version that a libLLVM's file name, or the target of its link, states; None if it states none."""
+    for name in (path.name, path.resolve().name):
+        match = re.search(r"LLVM(?:-C)?[-.]?(?:so\.|dylib\.)?(\d+)", name)
+        if match:
+            return int(match[1])
+    match = re.search(r"llvm[@-]?(\d+)", str(path.resolve()))
+    return int(match[1]) if match else None
+
+
+def _llvm_candidates() -> list[Path]:
+    roots = os.environ.get("PELAGOS_LLVM_SEARCH")
+    if roots is not None:
+        folders = [Path(r) for r in roots.split(os.pathsep) if r]
+    else:
+        folders = [Path(p) for p in (
+            "/usr/lib/x86_64-linux-gnu", "/usr/lib/aarch64-linux-gnu", "/usr/lib64", "/usr/lib", "/usr/local/lib",
+            "/opt/homebrew/opt/llvm/lib", "/usr/local/opt/llvm/lib", "C:/Program Files/LLVM/bin")]  # fmt: skip
+        folders += sorted(Path("/usr/lib").glob("llvm*/lib")) + sorted(Path("/opt/homebrew/Cellar").glob("llvm*/*/lib"))
+    patterns = ("libLLVM*.so*", "libLLVM*.dylib", "LLVM-C.dll")
+    return [p for folder in folders for pattern in patterns for p in sorted(folder.glob(pattern))]
+
+
+def _how_to_install() -> str:
+    system = platform.system()
+    if system == "Darwin":
+        return "Install it with: brew install llvm"
+    if system == "Windows":
+        return "Install LLVM from its Windows installer, then set DRJIT_LIBLLVM_PATH to LLVM-C.dll"
+    return "On Debian or Ubuntu: apt-get install libllvm19 (Fedora: dnf install llvm-libs). Or set DRJIT_LIBLLVM_PATH to your libLLVM"

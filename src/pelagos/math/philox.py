@@ -1,0 +1,56 @@
+"""Counter-based random numbers: the same key and counter give the same number on any device, in any order.
+
+Philox4x32-10 of Salmon et al., "Parallel random numbers: as easy as 1, 2, 3", SC 2011, doi 10.1145/2063384.2063405.
+"""
+
+from __future__ import annotations
+
+from typing import Final
+
+import drjit as dr
+
+from pelagos import jit
+from pelagos.jit import Array
+
+_M0: Final = 0xD2511F53
+_M1: Final = 0xCD9E8D57
+_W0: Final = 0x9E3779B9
+_W1: Final = 0xBB67AE85
+
+
+def philox(counter: tuple[Array, Array, Array, Array], key: tuple[Array, Array]) -> tuple[Array, Array, Array, Array]:
+    """Four random 32-bit words for a 128-bit counter and a 64-bit key, all `UInt32`."""
+    u32 = jit.UInt32
+    c0, c1, c2, c3 = (u32(c) for c in counter)
+    k0, k1 = u32(key[0]), u32(key[1])
+    for _ in range(10):
+        hi0, lo0 = dr.mul_hi(u32(_M0), c0), c0 * _M0
+        hi1, lo1 = dr.mul_hi(u32(_M1), c2), c2 * _M1
+        c0, c1, c2, c3 = hi1 ^ c1 ^ k0, lo1, hi0 ^ c3 ^ k1, lo0
+        k0, k1 = k0 + _W0, k1 + _W1
+    return c0, c1, c2, c3
+
+
+def uniform64(high: Array, low: Array) -> Array:
+    """Two words -> float64 uniform in (0, 1), 52 bits, never 0 or 1."""
+    bits = (jit.UInt64(high) << 20) ^ jit.UInt64(low >> 12)
+    return (jit.Float64(bits) + 0.5) * 2.0**-52
+
+
+def uniform32(word: Array) -> Array:
+    """One word -> float32 uniform in (0, 1), 23 bits, never 0 or 1."""
+    return (jit.Float(word >> 9) + 0.5) * 2.0**-23
+
+
+def normal_pair64(words: tuple[Array, Array, Array, Array]) -> tuple[Array, Array]:
+    """Four words -> two independent standard normal float64 (Box and Muller 1958, doi 10.1214/aoms/1177706645)."""
+    r = dr.sqrt(-2 * dr.log(uniform64(words[0], words[1])))
+    s, c = dr.sincos(2 * dr.pi * uniform64(words[2], words[3]))
+    return r * c, r * s
+
+
+def normal_pair32(word0: Array, word1: Array) -> tuple[Array, Array]:
+    """Two words -> two independent standard normal float32; |value| <= 5.8."""
+    r = dr.sqrt(-2 * dr.log(uniform32(word0)))
+    s, c = dr.sincos(2 * dr.pi * uniform32(word1))
+    return r * c, r * s

@@ -1,0 +1,77 @@
+"""Rotations as unit quaternions, scalar first (w, x, y, z): q turns body vectors into world vectors.
+
+Arguments are Dr.Jit arrays (`Array4f64` or any 4-array; `Array3f64` or any 3-array); lanes are independent rotations.
+Source: J. Sola, "Quaternion kinematics for the error-state Kalman filter", arXiv 1711.02508, Sections 1 and 4.
+"""
+
+from __future__ import annotations
+
+import drjit as dr
+
+from pelagos.jit import Array
+
+
+def rotate(q: Array, v: Array) -> Array:
+    """R(q) v: a body vector seen from the world."""
+    axis = type(v)(q[1], q[2], q[3])
+    t = 2 * dr.cross(axis, v)
+    return v + q[0] * t + dr.cross(axis, t)
+
+
+def rotate_back(q: Array, v: Array) -> Array:
+    """R(q)^T v: a world vector seen from the body."""
+    axis = type(v)(-q[1], -q[2], -q[3])
+    t = 2 * dr.cross(axis, v)
+    return v + q[0] * t + dr.cross(axis, t)
+
+
+def multiply(p: Array, q: Array) -> Array:
+    """The quaternion of R(p) R(q)."""
+    return type(p)(
+        p[0] * q[0] - p[1] * q[1] - p[2] * q[2] - p[3] * q[3],
+        p[0] * q[1] + p[1] * q[0] + p[2] * q[3] - p[3] * q[2],
+        p[0] * q[2] - p[1] * q[3] + p[2] * q[0] + p[3] * q[1],
+        p[0] * q[3] + p[1] * q[2] - p[2] * q[1] + p[3] * q[0],
+    )
+
+
+def conjugate(q: Array) -> Array:
+    """The inverse rotation."""
+    return type(q)(q[0], -q[1], -q[2], -q[3])
+
+
+def normalize(q: Array) -> Array:
+    """The unit quaternion along q."""
+    return q / dr.sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3])
+
+
+def integrate(q: Array, omega: Array, h: Array) -> Array:
+    """q after turning with body rates omega [rad/s] for h [s], exactly for constant rates (exponential map)."""
+    half = 0.5 * h
+    angle2 = dr.squared_norm(omega) * half * half
+    angle = dr.sqrt(angle2)
+    small = angle2 < 1e-12
+    sinc = dr.select(small, 1 - angle2 / 6, dr.sin(angle) / dr.select(small, 1.0, angle))
+    s = half * sinc
+    return normalize(multiply(q, type(q)(dr.cos(angle), s * omega[0], s * omega[1], s * omega[2])))
+
+
+def from_euler(roll: Array, pitch: Array, yaw: Array) -> tuple[Array, Array, Array, Array]:
+    """(w, x, y, z) of R = Rz(yaw) Ry(pitch) Rx(roll), angles in rad, in whichever frame pair they were meant."""
+    cr, sr = dr.cos(roll / 2), dr.sin(roll / 2)
+    cp, sp = dr.cos(pitch / 2), dr.sin(pitch / 2)
+    cy, sy = dr.cos(yaw / 2), dr.sin(yaw / 2)
+    return (
+        cr * cp * cy + sr * sp * sy,
+        sr * cp * cy - cr * sp * sy,
+        cr * sp * cy + sr * cp * sy,
+        cr * cp * sy - sr * sp * cy,
+    )
+
+
+def to_euler(q: Array) -> tuple[Array, Array, Array]:
+    """(roll, pitch, yaw) [rad] of R = Rz(yaw) Ry(pitch) Rx(roll)."""
+    roll = dr.atan2(2 * (q[0] * q[1] + q[2] * q[3]), 1 - 2 * (q[1] * q[1] + q[2] * q[2]))
+    pitch = dr.asin(dr.clip(2 * (q[0] * q[2] - q[3] * q[1]), -1.0, 1.0))
+    yaw = dr.atan2(2 * (q[0] * q[3] + q[1] * q[2]), 1 - 2 * (q[2] * q[2] + q[3] * q[3]))
+    return roll, pitch, yaw

@@ -1,0 +1,56 @@
+"""What every sensor and every hull casts, and what comes back. Both are Dr.Jit structs: lanes are rays."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from pelagos.jit import Array
+
+
+@dataclass
+class Rays:
+    """Rays in the world frame NWU.
+
+    Attributes:
+        origin: `Array3f64`, world [m] (double, so that a large world keeps millimetres).
+        direction: `Array3f`, unit vectors.
+        max_range: `Float` [m].
+        copy: `UInt32`, the row of the fleet axis that each ray belongs to.
+        own: `UInt32`, row of the moving-body table that a ray passes through (its own hull), `NO_BODY` for none.
+    """
+
+    origin: Array
+    direction: Array
+    max_range: Array
+    copy: Array
+    own: Array
+
+
+NO_BODY = 0xFFFFFFFF
+
+
+@dataclass
+class Hits:
+    """The nearest hit of each ray. Where `valid` is false, `t` is infinite and the rest is zero.
+
+    Attributes:
+        valid: `Bool`.
+        t: `Float`, distance along the ray [m].
+        position: `Array3f64`, world NWU [m].
+        normal: `Array3f`, unit geometric normal, turned towards the ray's origin.
+        shading_normal: `Array3f`, interpolated over the surface where the mesh is smooth, else `normal`.
+        label: `UInt32`, semantic label.
+        instance: `UInt32`, instance id: 0 is nothing, static objects and bodies count from 1.
+        material: `UInt32`, row of the material table.
+        velocity: `Array3f`, world velocity of the surface point [m/s].
+    """
+
+    valid: Array
+    t: Array
+    position: Array
+    normal: Array
+    shading_normal: Array
+    label: Array
+    instance: Array
+    material: Array
+    velocity: Array

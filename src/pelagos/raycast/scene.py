@@ -1,0 +1,265 @@
+"""The two ray-tracing scenes, and the tables that say what was hit.
+
+Static geometry stands in a Mitsuba scene that never changes; everything that moves stands in a second, small one, because
+moving one instance rebuilds every acceleration structure of its scene. Single precision is kept exact to a millimetre by
+working relative to `origin`. Copies of a fleet share the static scene; their moving bodies stand `COPY_SPACING` apart.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any, Final
+
+import drjit as dr
+import numpy as np
+from numpy.typing import NDArray
+
+from pelagos import jit
+from pelagos.jit import Array
+from pelagos.raycast.geometry import Geometry
+
+COPY_SPACING: Final = 500.0  # [m], between the bodies of two copies of a fleet
+_LATTICE: Final = 16  # copies along one edge of the lattice: 4096 copies within 8 km
+
+
+@dataclass
+class Tables:
+    """What primitives and instances mean: a Dr.Jit struct, always handed to frozen functions as an argument.
+
+    Attributes:
+        origin: `Array3f64` (1), world position of the scenes' own origin [m].
+        static_base, moving_base: `UInt32` (1), identifier of the first shape or instance.
+        static_first, moving_first: `UInt32`, first face of each static mesh, of each moving row, in the face tables.
+        static_face, moving_face: `UInt32`, object of each face.
+        label, instance, material: `UInt32`, by object.
+        copy_offset: `Array3f`, by copy [m].
+        body_position: `Array3f`, by moving row, relative to `origin`, offset of the copy included [m].
+        body_velocity, body_angular_velocity: `Array3f`, by moving row, world frame [m/s], [rad/s].
+    """
+
+    origin: Array
+    static_base: Array
+    moving_base: Array
+    static_first: Array
+    moving_first: Array
+    static_face: Array
+    moving_face: Array
+    label: Array
+    instance: Array
+    material: Array
+    copy_offset: Array
+    body_position: Array
+    body_velocity: Array
+    body_angular_velocity: Array
+
+
+class Scene:
+    """Static and moving geometry of one world, for a fleet of `copies`.
+
+    Attributes:
+        static, moving: the two `mi.Scene`; `moving` is None while nothing moves.
+        tables: see `Tables`.
+        generation: counts replacements of `moving` (not its motions).
+    """
+
+    def __init__(self, static: Sequence[Geometry], *, copies: int = 1) -> None:
+        self.copies = copies
+        self.generation = 0
+        self._static_geometry = list(static)
+        corners = [g.vertices for g in static if len(g.vertices)]
+        low = np.min([c.min(axis=0) for c in corners], axis=0) if corners else np.zeros(3)
+        high = np.max([c.max(axis=0) for c in corners], axis=0) if corners else np.zeros(3)
+        self.bounds: NDArray[np.float64] = np.stack([low, high])
+        self.origin: NDArray[np.float64] = np.round((low + high) / 2)
+        smooth = [g for g in static if g.vertex_normals is not None]
+        flat = [g for g in static if g.vertex_normals is None]
+        meshes, self._static_faces, self._static_first = [], [], []
+        first = 0
+        objects = _Objects()
+        for name, group in (("smooth", smooth), ("flat", flat)):
+            if not group:
+                continue
+            meshes.append(_mesh(name, _merge(group, self.origin)))
+            faces = np.concatenate([objects.rows(g) for g in group])
+            self._static_faces.append(faces)
+            self._static_first.append(first)
+            first += len(faces)
+        self.static: Any = None
+        if meshes:
+            self.static = jit.mi.load_dict({"type": "scene", **{f"m{i}": m for i, m in enumerate(meshes)}}, optimize=False)
+        self._objects = objects
+        self._bodies: list[Geometry] = []
+        self.moving: Any = None
+        self._parameters: Any = None
+        self._refresh_tables(moving_first=[], moving_faces=[])
+
+    def set_moving(self, bodies: Sequence[tuple[Geometry, int]]) -> None:
+        """Replace everything that moves: `(geometry in its body frame, copy)` by row. Poses follow with `move`."""
+        self.generation += 1
+        self._bodies = [g for g, _ in bodies]
+        self._body_copy = np.array([c for _, c in bodies], dtype=np.int64)
+        description: dict[str, Any] = {"type": "scene"}
+        groups: dict[int, str] = {}
+        starts: dict[int, int] = {}
+        faces: list[NDArray[np.uint32]] = []
+        first: list[int] = []
+        total = 0
+        for row, (geometry, _) in enumerate(bodies):
+            key = id(geometry)
+            if key not in groups:
+                groups[key] = f"group{len(groups)}"
+                mesh = _mesh(groups[key], _merge([geometry], np.zeros(3)))
+                description[groups[key]] = {"type": "shapegroup", "mesh": mesh}
+                starts[key] = total
+                faces.append(self._objects.rows(geometry))
+                total += len(geometry.faces)
+            first.append(starts[key])
+            description[f"body{row}"] = {"type": "instance", "group": {"type": "ref", "id": groups[key]}}
+        self.moving = jit.mi.load_dict(description, parallel=False, optimize=False) if bodies else None
+        self._parameters = jit.mi.traverse(self.moving) if bodies else None
+        self._refresh_tables(moving_first=first, moving_faces=faces)
+
+    def move(
+        self,
+        position: NDArray[np.float64],
+        attitude: NDArray[np.float64],
+        velocity: NDArray[np.float64],
+        angular_velocity: NDArray[np.float64],
+    ) -> None:
+        """Place every moving row: position `(b, 3)` NWU [m], attitude `(b, 4)`, velocities `(b, 3)` in the world frame."""
+        if self.moving is None:
+            return
+        offset = copy_offsets(self.copies)[self._body_copy]
+        local = position - self.origin + offset
+        matrices = np.tile(np.eye(4), (len(local), 1, 1))
+        matrices[:, :3, :3] = _rotation_matrices(attitude)
+        matrices[:, :3, 3] = local
+        for row, matrix in enumerate(matrices):
+            transform = jit.mi.Transform4f(jit.mi.Matrix4f(matrix.astype(np.float32)))
+            dr.make_opaque(transform)
+            self._parameters[f"body{row}.to_world"] = transform
+        self._parameters.update()
+        t = self.tables
+        t.body_position = _array3f(local)
+        t.body_velocity = _array3f(velocity)
+        t.body_angular_velocity = _array3f(angular_velocity)
+        dr.make_opaque(t.body_position, t.body_velocity, t.body_angular_velocity)
+
+    def compile(self, make: Callable[[Any, Any], Callable[..., Any]]) -> Callable[..., Any]:
+        """Freeze `make(static, moving)`, a function of arrays only, and freeze it anew when `moving` is replaced.
+
+        A frozen function sees only scenes that its own body names, and only arrays that are its arguments.
+        """
+        frozen: Callable[..., Any] | None = None
+        generation = -1
+
+        def call(*arguments: Any) -> Any:
+            nonlocal frozen, generation
+            if frozen is None or generation != self.generation:
+                frozen, generation = dr.freeze(make(self.static, self.moving)), self.generation
+            return frozen(*arguments)
+
+        return call
+
+    def _refresh_tables(self, *, moving_first: list[int], moving_faces: list[NDArray[np.uint32]]) -> None:
+        u32 = jit.UInt32
+        rows = max(len(moving_first), 1)
+        zero = _array3f(np.zeros((rows, 3)))
+        o = self._objects
+        self.tables = Tables(
+            origin=jit.Array3f64(*(float(c) for c in self.origin)),
+            static_base=u32(_first_identifier(self.static)),
+            moving_base=u32(_first_identifier(self.moving)),
+            static_first=u32(_table(self._static_first)),
+            moving_first=u32(_table(moving_first)),
+            static_face=u32(np.concatenate(self._static_faces) if self._static_faces else np.zeros(1, np.uint32)),
+            moving_face=u32(np.concatenate(moving_faces) if moving_faces else np.zeros(1, np.uint32)),
+            label=u32(_table(o.label)),
+            instance=u32(_table(o.instance)),
+            material=u32(_table(o.material)),
+            copy_offset=_array3f(copy_offsets(self.copies)),
+            body_position=zero,
+            body_velocity=jit.Array3f(zero),
+            body_angular_velocity=jit.Array3f(zero),
+        )
+        dr.make_opaque(self.tables)
+
+
+class _Objects:
+    """One row for each (label, instance, material) in use."""
+
+    def __init__(self) -> None:
+        self.label: list[int] = []
+        self.instance: list[int] = []
+        self.material: list[int] = []
+
+    def rows(self, geometry: Geometry) -> NDArray[np.uint32]:
+        """`(f,)` object row of each face."""
+        materials, inverse = np.unique(geometry.face_materials, return_inverse=True)
+        start = len(self.label)
+        self.label += [geometry.label] * len(materials)
+        self.instance += [geometry.instance] * len(materials)
+        self.material += [int(m) for m in materials]
+        return (inverse + start).astype(np.uint32)
+
+
+def copy_offsets(copies: int) -> NDArray[np.float64]:
+    """`(copies, 3)` where the moving bodies of each copy stand [m]; the first copy stands where it is."""
+    c = np.arange(copies)
+    cell = np.stack([c % _LATTICE, c // _LATTICE % _LATTICE, c // _LATTICE**2], axis=-1)
+    return cell * COPY_SPACING
+
+
+def _merge(group: Sequence[Geometry], origin: NDArray[np.float64]) -> Geometry:
+    """One mesh of several, relative to `origin`."""
+    starts = np.cumsum([0] + [len(g.vertices) for g in group[:-1]])
+    normals = [g.vertex_normals for g in group if g.vertex_normals is not None]
+    return Geometry(
+        vertices=np.concatenate([g.vertices - origin for g in group]),
+        faces=np.concatenate([g.faces + np.uint32(s) for g, s in zip(group, starts, strict=True)]).astype(np.uint32),
+        material=0,
+        label=0,
+        instance=0,
+        vertex_normals=np.concatenate(normals) if normals else None,
+    )
+
+
+def _mesh(name: str, geometry: Geometry) -> Any:
+    """A Mitsuba mesh."""
+    smooth = geometry.vertex_normals is not None
+    mesh = jit.mi.Mesh(name, len(geometry.vertices), len(geometry.faces), has_vertex_normals=smooth)
+    parameters = jit.mi.traverse(mesh)
+    parameters["vertex_positions"] = geometry.vertices.astype(np.float32).ravel()
+    parameters["faces"] = geometry.faces.ravel()
+    if geometry.vertex_normals is not None:
+        parameters["vertex_normals"] = geometry.vertex_normals.astype(np.float32).ravel()
+    parameters.update()
+    return mesh
+
+
+def _first_identifier(scene: Any) -> int:
+    if scene is None:
+        return 0
+    return int(np.min(np.array(dr.reinterpret_array(jit.UInt32, scene.shapes_dr()))))
+
+
+def _table(values: Sequence[int]) -> NDArray[np.uint32]:
+    return np.array(values if len(values) else [0], dtype=np.uint32)
+
+
+def _array3f(values: NDArray[np.float64]) -> Array:
+    return jit.Array3f(np.ascontiguousarray(values.T, dtype=np.float32))
+
+
+def _rotation_matrices(q: NDArray[np.float64]) -> NDArray[np.float64]:
+    """`(b, 4)` w first -> `(b, 3, 3)`."""
+    w, x, y, z = q.T
+    return np.stack(
+        [
+            np.stack([1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)], axis=-1),
+            np.stack([2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)], axis=-1),
+            np.stack([2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)], axis=-1),
+        ],
+        axis=-2,
+    )

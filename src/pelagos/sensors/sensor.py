@@ -1,0 +1,153 @@
+"""What a sensor is: a frozen configuration, and a function from where it was to what it read.
+
+A sensor sees lanes. One lane is one copy of the fleet at one tick: a fleet of n over a block of k ticks is n * k lanes, ordered
+tick-major (lane = tick_in_block * n + copy). `sense` never loops over lanes and keeps no state of its own.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, ClassVar, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import BaseModel, ConfigDict, Field
+
+from pelagos.jit import Array
+
+if TYPE_CHECKING:
+    from pelagos.ocean.ocean import Ocean
+    from pelagos.raycast.caster import Scene
+    from pelagos.world.world import World
+
+
+class SensorConfig(BaseModel):
+    """What every sensor has: a rate and a place on the vehicle. Its own keys stand in its own file."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", use_attribute_docstrings=True)
+
+    type: str
+    """The sensor's kind: one of `pelagos list sensors`."""
+    rate_hz: float = Field(gt=0)
+    """Samples per second [Hz]; must divide the tick rate."""
+    position_m: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    """Place of the sensor in the body frame, forward-left-up of the vehicle's origin [m]."""
+    orientation_deg: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    """Roll, pitch, yaw of the sensor frame in the body frame FLU [deg], R = Rz Ry Rx; positive pitch looks down."""
+
+    @property
+    def q_body_sensor(self) -> tuple[float, float, float, float]:
+        """The mounting rotation as a quaternion (w, x, y, z): sensor vectors to body vectors."""
+        from pelagos.math.so3 import from_euler
+
+        roll, pitch, yaw = (math.radians(a) for a in self.orientation_deg)
+        w, x, y, z = from_euler(roll, pitch, yaw)
+        return float(w), float(x), float(y), float(z)
+
+
+@dataclass
+class Kinematics:
+    """Motion of one agent's body, a Dr.Jit struct, one lane a copy and tick (see the module's docstring).
+
+    Attributes:
+        position: `Array3f64`, world NWU [m].
+        attitude: `Array4f64`, (w, x, y, z), body FLU to world NWU.
+        velocity: `Array3f64`, over ground, in the body frame FLU [m/s].
+        angular_velocity: `Array3f64`, body FLU [rad/s].
+        acceleration: `Array3f64`, inertial acceleration of the body's origin, in the body frame FLU [m/s^2] (no gravity in it).
+        angular_acceleration: `Array3f64`, body FLU [rad/s^2].
+        t_ns: `UInt64`, simulation time [ns].
+        tick: `UInt32`, t_ns / dt_ns.
+        environment: `UInt32`, index of the copy, counted from the run's first environment.
+        copy: `UInt32`, row of the fleet axis, 0 .. n-1.
+    """
+
+    position: Array
+    attitude: Array
+    velocity: Array
+    angular_velocity: Array
+    acceleration: Array
+    angular_acceleration: Array
+    t_ns: Array
+    tick: Array
+    environment: Array
+    copy: Array
+
+
+@dataclass(frozen=True)
+class Measurement:
+    """What `sense` returns: NumPy arrays with the lanes as leading axis.
+
+    Attributes:
+        data: `(m, ...)`, with noise.
+        truth: `(m, ...)`, the same before noise.
+        valid: `(m,)` bool, or None where every lane has a reading.
+        extras: further arrays `(m, ...)` by name, documented by the sensor; constant tables are shared by all lanes under `tables`.
+        tables: constant arrays by name (beam angles, range of each bin).
+    """
+
+    data: NDArray[Any]
+    truth: NDArray[Any]
+    valid: NDArray[np.bool_] | None = None
+    extras: Mapping[str, NDArray[Any]] = field(default_factory=dict)
+    tables: Mapping[str, NDArray[Any]] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Reading:
+    """One sensor's reading of one tick.
+
+    Attributes:
+        data: `(n, ...)`, as the sensor reports it; the leading axis is the fleet.
+        truth: `(n, ...)`, before noise.
+        t_ns: simulation time [ns].
+        frame: frame id, "agent/sensor".
+        valid: `(n,)` bool: copies that have a reading (a fleet of one has no reading at all where it has none).
+        extras: further arrays by name, see the sensor's docstring.
+    """
+
+    data: NDArray[Any]
+    truth: NDArray[Any]
+    t_ns: int
+    frame: str
+    valid: NDArray[np.bool_]
+    extras: Mapping[str, NDArray[Any]]
+
+
+@dataclass(frozen=True)
+class SensorContext:
+    """What a sensor is built with.
+
+    Attributes:
+        path: "agent.sensor", which also names its random stream.
+        seed: the run's seed.
+        dt_ns: the tick [ns].
+        scene: what rays are cast into.
+        world: geometry, materials, labels, geographic origin.
+        ocean: currents, water masses, waves, optics.
+        own_body: `(n,)` uint32 rows of the moving-body table that are this agent's own hull (`NO_BODY` where it has none there).
+    """
+
+    path: str
+    seed: int
+    dt_ns: int
+    scene: Scene
+    world: World
+    ocean: Ocean
+    own_body: NDArray[np.uint32]
+
+
+class Sensor(Protocol):
+    """A sensor: built once, asked at its rate. The class names its configuration in `Config`."""
+
+    Config: ClassVar[type[SensorConfig]]
+    SOURCES: ClassVar[tuple[str, ...]]
+    """Where the model's equations come from, for `pelagos explain` and `pelagos cite`."""
+
+    def __init__(self, config: Any, context: SensorContext) -> None: ...
+
+    def sense(self, motion: Kinematics) -> Measurement:
+        """Read the sensor on every lane of `motion`."""
+        ...
