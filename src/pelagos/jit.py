@@ -6,8 +6,8 @@
 Environment: `PELAGOS_DEVICE=auto|cpu|cuda` (default auto: CUDA when a device and OptiX are usable),
 `PELAGOS_THREADS=N` (default all cores), `DRJIT_LIBLLVM_PATH=FILE` (a libLLVM of your choice, 16 or newer).
 
-Types, all differentiable: single precision for rays and images (`Float`, `Array2f`, `Array3f`, `Quaternion4f`), double
-for vehicles and the ocean (`Float64`, `Array2f64`, `Array3f64`, `Array4f64`), `UInt32`, `UInt64`, `Int32`, `Int64`, `Bool`.
+Types, all differentiable: single precision for rays and images (`Float`, `Array2f`, `Array3f`, `Quaternion4f`),
+double for vehicles and the ocean (`Float64`, `Array2f64`, `Array3f64`, `Array4f64`), `UInt32`, `UInt64`, `Int32`, `Int64`, `Bool`.
 """
 
 from __future__ import annotations
@@ -38,9 +38,29 @@ _NAMES: Final = {
 if TYPE_CHECKING:
     mi: Any
     device: Device
-    Float = Array2f = Array3f = Array4f = Quaternion4f = Float64 = Array2f64 = Array3f64 = Array4f64 = Any
-    Matrix3f = Matrix3f64 = UInt32 = UInt64 = Int32 = Int64 = Bool = Array3u = ArrayXf = ArrayXf64 = Any
-    TensorXf = TensorXf64 = Complex2f = Complex2f64 = Any
+    Float: Any
+    Array2f: Any
+    Array3f: Any
+    Array4f: Any
+    Quaternion4f: Any
+    Float64: Any
+    Array2f64: Any
+    Array3f64: Any
+    Array4f64: Any
+    Matrix3f: Any
+    Matrix3f64: Any
+    UInt32: Any
+    UInt64: Any
+    Int32: Any
+    Int64: Any
+    Bool: Any
+    Array3u: Any
+    ArrayXf: Any
+    ArrayXf64: Any
+    TensorXf: Any
+    TensorXf64: Any
+    Complex2f: Any
+    Complex2f64: Any
 
 
 def __getattr__(name: str) -> Any:
@@ -93,13 +113,17 @@ def find_llvm() -> Path:
     if named:
         version = llvm_version(Path(named))
         if not Path(named).exists() or (version is not None and version < MIN_LLVM):
-            raise DeviceError(f"DRJIT_LIBLLVM_PATH={named} is missing or older than LLVM {MIN_LLVM}. {_how_to_install()}")
+            raise DeviceError(
+                f"DRJIT_LIBLLVM_PATH={named} is missing or older than LLVM {MIN_LLVM}. {_how_to_install()}"
+            )
         return Path(named)
     found = [(v, p) for p in _llvm_candidates() if (v := llvm_version(p)) is not None]
     usable = [(v, p) for v, p in found if v >= MIN_LLVM]
     if not usable:
         old = f" (found only version {max(v for v, _ in found)})" if found else ""
-        raise DeviceError(f"Pelagos needs LLVM {MIN_LLVM} or newer on the CPU, and none was found{old}. {_how_to_install()}")
+        raise DeviceError(
+            f"Pelagos needs LLVM {MIN_LLVM} or newer on the CPU, and none was found{old}. {_how_to_install()}"
+        )
     return max(usable, key=lambda pair: pair[0])[1]
 
 
@@ -132,4 +156,7 @@ def _how_to_install() -> str:
         return "Install it with: brew install llvm"
     if system == "Windows":
         return "Install LLVM from its Windows installer, then set DRJIT_LIBLLVM_PATH to LLVM-C.dll"
-    return "On Debian or Ubuntu: apt-get install libllvm19 (Fedora: dnf install llvm-libs). Or set DRJIT_LIBLLVM_PATH to your libLLVM"
+    return (
+        "On Debian or Ubuntu: apt-get install libllvm19 (Fedora: dnf install llvm-libs). "
+        "Or set DRJIT_LIBLLVM_PATH to your libLLVM"
+    )

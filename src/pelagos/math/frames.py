@@ -1,6 +1,7 @@
 """Between frames. Inside, Pelagos has one: world NWU, body FLU (x forward, y left, z up).
 
-Fossen's formulas: world NED, body FRD. ROS: world ENU, body FLU. Only `hydro` callers, `bridges` and `compat` convert.
+Fossen's formulas: world NED, body FRD. ROS: world ENU, body FLU. Only callers of `hydro`, `bridges` and `compat`
+convert.
 The first functions are for Dr.Jit arrays of components, those that end in `_np` for NumPy arrays `(..., 3)` and `(..., 4)`.
 """
 
@@ -28,12 +29,12 @@ def flip_quaternion(q: Array) -> Array:
 
 def flip_yz_np(v: NDArray[np.float64]) -> NDArray[np.float64]:
     """NWU <-> NED, and FLU <-> FRD, `(..., 3)`."""
-    return v * np.array([1.0, -1.0, -1.0])
+    return np.asarray(v * np.array([1.0, -1.0, -1.0]))
 
 
 def flip_quaternion_np(q: NDArray[np.float64]) -> NDArray[np.float64]:
     """q of (NWU, FLU) <-> q of (NED, FRD), `(..., 4)` w first."""
-    return q * np.array([1.0, 1.0, -1.0, -1.0])
+    return np.asarray(q * np.array([1.0, 1.0, -1.0, -1.0]))
 
 
 def nwu_to_enu_np(v: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -1,7 +1,7 @@
 """The two ray-tracing scenes, and the tables that say what was hit.
 
-Static geometry stands in a Mitsuba scene that never changes; everything that moves stands in a second, small one, because
-moving one instance rebuilds every acceleration structure of its scene. Single precision is kept exact to a millimetre by
+Static geometry stands in a Mitsuba scene that never changes; everything that moves stands in a second, small one,
+because moving one instance rebuilds every acceleration structure of its scene. Single precision is kept exact to a millimetre by
 working relative to `origin`. Copies of a fleet share the static scene; their moving bodies stand `COPY_SPACING` apart.
 """
 
@@ -87,7 +87,9 @@ class Scene:
             first += len(faces)
         self.static: Any = None
         if meshes:
-            self.static = jit.mi.load_dict({"type": "scene", **{f"m{i}": m for i, m in enumerate(meshes)}}, optimize=False)
+            self.static = jit.mi.load_dict(
+                {"type": "scene", **{f"m{i}": m for i, m in enumerate(meshes)}}, optimize=False
+            )
         self._objects = objects
         self._bodies: list[Geometry] = []
         self.moving: Any = None
@@ -208,7 +210,7 @@ def copy_offsets(copies: int) -> NDArray[np.float64]:
     """`(copies, 3)` where the moving bodies of each copy stand [m]; the first copy stands where it is."""
     c = np.arange(copies)
     cell = np.stack([c % _LATTICE, c // _LATTICE % _LATTICE, c // _LATTICE**2], axis=-1)
-    return cell * COPY_SPACING
+    return np.asarray(cell * COPY_SPACING, dtype=np.float64)
 
 
 def _merge(group: Sequence[Geometry], origin: NDArray[np.float64]) -> Geometry:

@@ -1,7 +1,7 @@
 """What a sensor is: a frozen configuration, and a function from where it was to what it read.
 
-A sensor sees lanes. One lane is one copy of the fleet at one tick: a fleet of n over a block of k ticks is n * k lanes, ordered
-tick-major (lane = tick_in_block * n + copy). `sense` never loops over lanes and keeps no state of its own.
+A sensor sees lanes. One lane is one copy of the fleet at one tick: a fleet of n over a block of k ticks is n * k lanes,
+ordered tick-major (lane = tick_in_block * n + copy). `sense` never loops over lanes and keeps no state of its own.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from pelagos.jit import Array
 
 if TYPE_CHECKING:
     from pelagos.ocean.ocean import Ocean
-    from pelagos.raycast.caster import Scene
+    from pelagos.raycast.scene import Scene
     from pelagos.world.world import World
 
 
@@ -56,7 +56,8 @@ class Kinematics:
         attitude: `Array4f64`, (w, x, y, z), body FLU to world NWU.
         velocity: `Array3f64`, over ground, in the body frame FLU [m/s].
         angular_velocity: `Array3f64`, body FLU [rad/s].
-        acceleration: `Array3f64`, inertial acceleration of the body's origin, in the body frame FLU [m/s^2] (no gravity in it).
+        acceleration: `Array3f64`, inertial acceleration of the body's origin, in the body frame FLU [m/s^2], without
+            gravity.
         angular_acceleration: `Array3f64`, body FLU [rad/s^2].
         t_ns: `UInt64`, simulation time [ns].
         tick: `UInt32`, t_ns / dt_ns.
@@ -84,7 +85,7 @@ class Measurement:
         data: `(m, ...)`, with noise.
         truth: `(m, ...)`, the same before noise.
         valid: `(m,)` bool, or None where every lane has a reading.
-        extras: further arrays `(m, ...)` by name, documented by the sensor; constant tables are shared by all lanes under `tables`.
+        extras: further arrays `(m, ...)` by name, documented by the sensor.
         tables: constant arrays by name (beam angles, range of each bin).
     """
 
@@ -127,7 +128,8 @@ class SensorContext:
         scene: what rays are cast into.
         world: geometry, materials, labels, geographic origin.
         ocean: currents, water masses, waves, optics.
-        own_body: `(n,)` uint32 rows of the moving-body table that are this agent's own hull (`NO_BODY` where it has none there).
+        own_body: `(n,)` uint32 rows of the moving-body table that are this agent's own hull (`NO_BODY` where it has
+            none there).
     """
 
     path: str
