@@ -7,7 +7,8 @@ Environment: `PELAGOS_DEVICE=auto|cpu|cuda` (default auto: CUDA when a device an
 `PELAGOS_THREADS=N` (default all cores), `DRJIT_LIBLLVM_PATH=FILE` (a libLLVM of your choice, 16 or newer).
 
 Types, all differentiable: single precision for rays and images (`Float`, `Array2f`, `Array3f`, `Quaternion4f`),
-double for vehicles and the ocean (`Float64`, `Array2f64`, `Array3f64`, `Array4f64`), `UInt32`, `UInt64`, `Int32`, `Int64`, `Bool`.
+double for vehicles and the ocean (`Float64`, `Array2f64`, `Array3f64`, `Array4f64`), `UInt32`, `UInt64`, `Int32`,
+`Int64`, `Bool`.
 """
 
 from __future__ import annotations
@@ -15,8 +16,9 @@ from __future__ import annotations
 import os
 import platform
 import re
+from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final, Literal, TypeAlias
+from typing import TYPE_CHECKING, Any, Final, Literal, TypeAlias, cast
 
 from pelagos.errors import DeviceError
 
@@ -68,6 +70,31 @@ def __getattr__(name: str) -> Any:
         _start()
         return globals()[name]
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+
+
+def freeze(function: Callable[..., Any]) -> Callable[..., Any]:
+    """`dr.freeze`, recorded anew for every combination of argument sizes.
+
+    A recording bakes in whatever was derived from a width (`dr.width`, `dr.concat`, `dr.ravel`, an allocated output);
+    played back with other sizes it would write past the end of memory.
+    """
+    import drjit as dr
+
+    return cast("Callable[..., Any]", dr.freeze(function, state_fn=_sizes, warn_after=1000))
+
+
+def _sizes(*arguments: Any) -> list[Any]:
+    """The width of each argument, or of each of its fields where they differ."""
+    import drjit as dr
+
+    found: list[Any] = []
+    for argument in arguments:
+        try:
+            found.append(dr.width(argument))
+        except RuntimeError:
+            parts = vars(argument).values() if hasattr(argument, "__dict__") else argument
+            found.append(_sizes(*parts))
+    return found
 
 
 def _start() -> None:

@@ -1,0 +1,59 @@
+"""Where a sensor is and how it moves, from the motion of the body that carries it.
+
+Rigid-body kinematics, e.g. T. I. Fossen, Handbook of Marine Craft Hydrodynamics and Motion Control, 2nd ed. (2021),
+Chapters 2 and 14. The sensor frame is forward-left-up of the mount: p_world = p_body + R(q) r, q_sensor = q
+q_body_sensor.
+"""
+
+from __future__ import annotations
+
+from typing import Final
+
+import drjit as dr
+
+from pelagos import jit
+from pelagos.jit import Array
+from pelagos.math.so3 import multiply, rotate, rotate_back
+from pelagos.sensors.sensor import Kinematics, SensorConfig
+
+GRAVITY: Final = 9.81  # [m/s^2], as the vehicles' hydrostatics
+
+
+def sensor_pose(motion: Kinematics, config: SensorConfig) -> tuple[Array, Array]:
+    """World position `Array3f64` NWU [m] and attitude `Array4f64` (sensor frame to world) of the mount."""
+    position = motion.position + rotate(motion.attitude, _arm(config))
+    return position, multiply(motion.attitude, _turn(config))
+
+
+def sensor_velocity(motion: Kinematics, config: SensorConfig) -> Array:
+    """Velocity over ground of the mount in the sensor frame, `Array3f64` [m/s]: v + w x r."""
+    return to_sensor(motion.velocity + dr.cross(motion.angular_velocity, _arm(config)), config)
+
+
+def sensor_angular_velocity(motion: Kinematics, config: SensorConfig) -> Array:
+    """Angular velocity in the sensor frame, `Array3f64` [rad/s]."""
+    return to_sensor(motion.angular_velocity, config)
+
+
+def specific_force(motion: Kinematics, config: SensorConfig, gravity: float = GRAVITY) -> Array:
+    """What an accelerometer at the mount feels, sensor frame, `Array3f64` [m/s^2]: a + w' x r + w x (w x r) - g.
+
+    At rest and level it is (0, 0, +gravity).
+    """
+    arm, w = _arm(config), motion.angular_velocity
+    up = jit.Array3f64(0, 0, gravity)
+    a = motion.acceleration + dr.cross(motion.angular_acceleration, arm) + dr.cross(w, dr.cross(w, arm))
+    return to_sensor(a + rotate_back(motion.attitude, up), config)
+
+
+def to_sensor(vector: Array, config: SensorConfig) -> Array:
+    """A body vector seen from the sensor."""
+    return rotate_back(_turn(config), vector)
+
+
+def _arm(config: SensorConfig) -> Array:
+    return jit.Array3f64(*config.position_m)
+
+
+def _turn(config: SensorConfig) -> Array:
+    return jit.Array4f64(*config.q_body_sensor)

@@ -1,0 +1,175 @@
+"""Noise that depends on nothing but its name: a stream is a key, and a number is a key and a counter.
+
+The key is a hash of (seed, "agent.sensor", purpose); the counter is (index in the sample, environment, tick, kind).
+So a reading has the same noise whether the run goes tick by tick or in blocks, alone or as one of thousands of
+copies, and a new sensor changes nobody else's noise.
+
+White noise of density N [unit/sqrt(Hz)] has the standard deviation N sqrt(rate) in each sample. Slow noise (bias
+instability, random walk) depends on time, not on the tick, and is built without history: the midpoint of a Gaussian
+Markov process between two known values has a known distribution, so a few bisections lead from far apart values to
+any moment (P. Levy's construction of Brownian motion; for the Ornstein-Uhlenbeck process with its own conditional
+mean and variance). Between its finest values the process is interpolated linearly; what that loses lies far below any
+white noise.
+
+Sources: Allan deviations, IEEE Std 952-1997, Annex C; bridge sampling, P. Glasserman, Monte Carlo Methods in Financial
+Engineering (2003), Section 3.1, doi 10.1007/978-0-387-21617-1.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import math
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Final, TypeAlias
+
+import drjit as dr
+
+from pelagos import jit
+from pelagos.jit import Array
+from pelagos.math.philox import normal_pair32, normal_pair64, philox
+
+if TYPE_CHECKING:
+    from pelagos.sensors.sensor import Kinematics
+
+Key: TypeAlias = "tuple[int, int] | tuple[Array, Array]"
+
+_SAMPLE: Final = 0  # last word of the counter: what kind of number it is
+_ELEMENT: Final = 1
+_MARKOV: Final = 2
+_WALK: Final = 3
+
+_FINEST: Final = 16  # values of a Gauss-Markov process per correlation time
+_MARKOV_LEVELS: Final = 9  # bisections, from independent values 32 correlation times apart (correlation 1e-14)
+_WALK_STEP_NS: Final = 4_000_000_000  # finest values of a random walk
+_WALK_LEVELS: Final = 14  # from spans of 2^14 * 4 s = 18 h
+
+
+def stream_key(seed: int, path: str, purpose: str) -> tuple[int, int]:
+    """Two 32-bit words that name a random stream: seed of the run, "agent.sensor", and what the numbers are for."""
+    text = f"{int(seed)}\x1f{path}\x1f{purpose}".encode()
+    digest = hashlib.blake2b(text, digest_size=8, person=b"pelagos").digest()
+    return int.from_bytes(digest[:4], "little"), int.from_bytes(digest[4:], "little")
+
+
+def opaque_key(key: tuple[int, int]) -> tuple[Array, Array]:
+    """The key as `UInt32` arguments of a frozen function, so that another seed is not another kernel."""
+    return dr.opaque(jit.UInt32, key[0]), dr.opaque(jit.UInt32, key[1])
+
+
+def normals64(key: Key, motion: Kinematics, count: int) -> list[Array]:
+    """`count` independent standard normal `Float64` for every lane of `motion`, new ones each tick."""
+    return _normals64(key, motion.environment, motion.tick, count, _SAMPLE)
+
+
+def words32(key: Key, index: Array, environment: Array, tick: Array) -> tuple[Array, Array, Array, Array]:
+    """Four random `UInt32` for element `index` (pixel, bin, ray) of the sample of `environment` at `tick`."""
+    return philox((index, environment, tick, jit.UInt32(_ELEMENT)), key)
+
+
+def normals32(key: Key, index: Array, environment: Array, tick: Array) -> tuple[Array, Array]:
+    """Two independent standard normal `Float` for element `index` of the sample of `environment` at `tick`."""
+    word0, word1, _, _ = words32(key, index, environment, tick)
+    return normal_pair32(word0, word1)
+
+
+def gauss_markov(key: Key, motion: Kinematics, count: int, *, correlation_time: float) -> list[Array]:
+    """`count` independent stationary first-order Gauss-Markov processes of unit variance at every lane's time.
+
+    Args:
+        key: see `stream_key`.
+        motion: gives time and environment of each lane.
+        count: how many.
+        correlation_time: T [s] in the autocorrelation exp(-|t|/T).
+
+    Returns:
+        `Float64` each. The Allan variance at averaging time a is (T/a)(2 - (T/a)(3 - 4 exp(-a/T) + exp(-2a/T))).
+    """
+    step_ns = max(round(correlation_time * 1e9 / _FINEST), 1)
+    knot, fraction = _knot(motion.t_ns, step_ns)
+    top = knot >> _MARKOV_LEVELS << _MARKOV_LEVELS
+    span = 1 << _MARKOV_LEVELS
+    low = _normals64(key, motion.environment, top, count, _MARKOV)
+    high = _normals64(key, motion.environment, top + span, count, _MARKOV)
+
+    def midpoint(width: Array) -> tuple[Array, Array]:
+        rho = dr.exp(width * (-0.5 / _FINEST))
+        return rho / (1 + rho * rho), dr.sqrt((1 - rho * rho) / (1 + rho * rho))
+
+    low, high = _bisect(key, motion.environment, knot, top, span, low, high, midpoint, _MARKOV)
+    return [a + fraction * (b - a) for a, b in zip(low, high, strict=True)]
+
+
+def random_walk(key: Key, motion: Kinematics, count: int) -> list[Array]:
+    """`count` independent random walks that are 0 at t = 0 and have the variance t [s] afterwards, `Float64` each.
+
+    Times a coefficient K [unit/sqrt(s)] the Allan deviation at averaging time a is K sqrt(a/3) (IEEE 952 Annex C).
+    """
+    knot, fraction = _knot(motion.t_ns, _WALK_STEP_NS)
+    span = 1 << _WALK_LEVELS
+    whole = knot >> _WALK_LEVELS
+    step_s = _WALK_STEP_NS * 1e-9
+    long_step = math.sqrt(span * step_s)
+
+    def advance(i: Array, *sums: Array) -> tuple[Array, ...]:
+        steps = _normals64(key, motion.environment, (i + 1) << _WALK_LEVELS, count, _WALK)
+        return i + 1, *(a + long_step * n for a, n in zip(sums, steps, strict=True))
+
+    width = dr.width(motion.t_ns)
+    start = (dr.zeros(jit.UInt32, width), *(dr.zeros(jit.Float64, width) for _ in range(count)))
+    state = dr.while_loop(start, lambda i, *_: i < whole, advance, mode="symbolic")
+    low = list(state[1:])
+    high = list(advance(state[0], *low)[1:])
+
+    def midpoint(cells: Array) -> tuple[Array, Array]:
+        return jit.Float64(0.5), dr.sqrt(cells * (0.25 * step_s))
+
+    top = whole << _WALK_LEVELS
+    low, high = _bisect(key, motion.environment, knot, top, span, low, high, midpoint, _WALK)
+    return [a + fraction * (b - a) for a, b in zip(low, high, strict=True)]
+
+
+def _normals64(key: Key, environment: Array, moment: Array, count: int, kind: int) -> list[Array]:
+    values: list[Array] = []
+    for j in range((count + 1) // 2):
+        values += normal_pair64(philox((jit.UInt32(j), environment, moment, jit.UInt32(kind)), key))
+    return values[:count]
+
+
+def _knot(t_ns: Array, step_ns: int) -> tuple[Array, Array]:
+    """Number of the value before `t_ns`, and how far on to the next one."""
+    knot = t_ns // jit.UInt64(step_ns)
+    return jit.UInt32(knot), jit.Float64(t_ns - knot * jit.UInt64(step_ns)) * (1 / step_ns)
+
+
+def _bisect(
+    key: Key,
+    environment: Array,
+    knot: Array,
+    first: Array,
+    span: int,
+    low: list[Array],
+    high: list[Array],
+    midpoint: Callable[[Array], tuple[Array, Array]],
+    kind: int,
+) -> tuple[list[Array], list[Array]]:
+    """Values at `knot` and `knot + 1` of a Markov process that is `low` at `first` and `high` at `first + span`.
+
+    `midpoint(width)` is (factor of low + high, standard deviation) of the value in the middle of `width` steps. A
+    knot has the same counter on whichever way it is reached.
+    """
+    count = len(low)
+
+    def halve(left: Array, half: Array, *ends: Array) -> tuple[Array, ...]:
+        middle = left + half
+        weight, sigma = midpoint(jit.Float64(2 * half))
+        right = knot >= middle
+        new_low, new_high = [], []
+        for a, b, n in zip(ends[:count], ends[count:], _normals64(key, environment, middle, count, kind), strict=True):
+            m = weight * (a + b) + sigma * n
+            new_low.append(dr.select(right, m, a))
+            new_high.append(dr.select(right, b, m))
+        return dr.select(right, middle, left), half >> 1, *new_low, *new_high
+
+    start = (first, jit.UInt32(span // 2), *low, *high)
+    state = dr.while_loop(start, lambda left, half, *_: half > 0, halve, mode="symbolic")
+    return list(state[2 : 2 + count]), list(state[2 + count :])
