@@ -1,0 +1,95 @@
+"""From a path, a mapping or a `Scenario` to a checked `Scenario`, and back to a file."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import yaml
+from pydantic import ValidationError
+
+from pelagos.config.document import Document, plain, read_document
+from pelagos.config.override import change, with_value
+from pelagos.config.problem import as_error, coerced, scenario_error
+from pelagos.config.scenario import Scenario
+from pelagos.errors import ScenarioError
+
+
+def load_scenario(
+    source: str | Path | Mapping[str, Any] | Scenario,
+    *,
+    overrides: Mapping[str, Any] | None = None,
+    changes: Sequence[str] = (),
+) -> Scenario:
+    """Read and check a scenario; needs no device.
+
+    Args:
+        source: a YAML or JSON file, a mapping, or a scenario.
+        overrides: values to change, by dotted path of keys.
+        changes: values to change, as the command line gives them: "key.path=value".
+
+    Raises:
+        ScenarioError: something is wrong; says where, what was given and what is allowed.
+    """
+    if isinstance(source, Scenario):
+        if not changes and not overrides:
+            return source
+        document = Document(source.model_dump(mode="json", exclude_unset=True), dict(source.places))
+    elif isinstance(source, Mapping):
+        document = Document(plain(source), {}, Path.cwd())
+    else:
+        document = read_document(Path(source))
+    for dotted, value in (overrides or {}).items():
+        document = with_value(document, dotted, plain(value), place=f"override {dotted}")
+    for text in changes:
+        document = change(document, text)
+    return check(document)
+
+
+def check(document: Document) -> Scenario:
+    """The scenario that a document describes.
+
+    Raises:
+        ScenarioError: it describes none.
+    """
+    if document.data is None:
+        raise ScenarioError(
+            "the file is empty; see `pelagos schema` for what goes into a scenario", where=document.where(())
+        )
+    if not isinstance(document.data, Mapping):
+        raise ScenarioError(
+            f"a scenario is a mapping of keys, not {type(document.data).__name__}", where=document.where(())
+        )
+    try:
+        scenario = Scenario.model_validate(document.data, context={"folder": document.folder})
+    except ValidationError as error:
+        raise scenario_error(error, document, Scenario) from None
+    problems = [(document.where(path), text) for path, text in coerced(document.data, scenario)]
+    if problems:
+        raise as_error(problems)
+    return scenario.placed(document.places)
+
+
+def to_yaml(scenario: Scenario) -> str:
+    """The scenario with every default written out, as YAML that loads to an equal scenario."""
+    data = scenario.model_dump(mode="json", exclude_none=True)
+    return yaml.dump(data, Dumper=_Dumper, sort_keys=False, allow_unicode=True, width=120)
+
+
+def to_json(scenario: Scenario) -> str:
+    """The scenario with every default written out, as JSON that loads to an equal scenario."""
+    return json.dumps(scenario.model_dump(mode="json", exclude_none=True), indent=2, ensure_ascii=False) + "\n"
+
+
+class _Dumper(yaml.SafeDumper):
+    """Lists of plain values on one line, everything else in block style."""
+
+
+def _list(dumper: yaml.SafeDumper, data: list[Any]) -> yaml.Node:
+    flat = all(not isinstance(item, dict | list) or (isinstance(item, list) and len(item) <= 3) for item in data)
+    return dumper.represent_sequence("tag:yaml.org,2002:seq", data, flow_style=flat)
+
+
+_Dumper.add_representer(list, _list)

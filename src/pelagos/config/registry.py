@@ -1,0 +1,120 @@
+"""Which component a `type:` in a scenario stands for.
+
+A table names each class as a string, "module:Class", imported at first use: the registry stands at the bottom of the
+layers and knows the others by name only. Other packages add to a table through entry points of the groups `pelagos.sensors`,
+`pelagos.worlds` and so on; a name of theirs may not replace one of ours.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cache
+from importlib import import_module
+from importlib.metadata import entry_points
+from typing import Any, Final, Literal, TypeAlias
+
+from pydantic import BaseModel
+
+from pelagos.errors import InputError, LookupFailed
+
+Kind: TypeAlias = Literal["sensor", "vehicle", "world", "ocean"]
+
+BUILT_IN: Final[Mapping[Kind, Mapping[str, str]]] = {
+    "sensor": {
+        "altimeter": "pelagos.sensors.altimeter:Altimeter",
+        "camera": "pelagos.sensors.camera:Camera",
+        "depth": "pelagos.sensors.depth:Depth",
+        "dvl": "pelagos.sensors.dvl:Dvl",
+        "gps": "pelagos.sensors.gps:Gps",
+        "imaging_sonar": "pelagos.sensors.imaging_sonar:ImagingSonar",
+        "imu": "pelagos.sensors.imu:Imu",
+        "magnetometer": "pelagos.sensors.magnetometer:Magnetometer",
+        "multibeam": "pelagos.sensors.multibeam:Multibeam",
+    },
+    "world": {
+        "bathymetry": "pelagos.world.bathymetry.bathymetry:BathymetryConfig",
+        "flat": "pelagos.world.generate.flat:FlatConfig",
+        "harbour": "pelagos.world.generate.harbour:HarbourConfig",
+    },
+    "ocean": {"standard": "pelagos.ocean.config:OceanConfig"},
+    "vehicle": {"remus100": "pelagos.vehicles.vehicle:VehicleConfig"},
+}
+
+
+@dataclass(frozen=True)
+class Entry:
+    """One name of a table.
+
+    Attributes:
+        kind: the table.
+        name: what a scenario calls it.
+        target: "module:attribute".
+        package: distribution that brought it; empty for our own.
+    """
+
+    kind: Kind
+    name: str
+    target: str
+    package: str = ""
+
+    def load(self) -> Any:
+        """Import the component.
+
+        Raises:
+            InputError: a plug-in's module cannot be imported.
+        """
+        module, _, attribute = self.target.partition(":")
+        try:
+            return getattr(import_module(module), attribute)
+        except (ImportError, AttributeError) as error:
+            if not self.package:
+                raise
+            raise InputError(
+                f"{self.kind} {self.name!r} of the package {self.package} cannot be loaded: {error}"
+            ) from error
+
+    @property
+    def config(self) -> type[BaseModel]:
+        """The component's configuration: the class itself where it is one, else its attribute `Config`."""
+        component = self.load()
+        if isinstance(component, type) and issubclass(component, BaseModel):
+            return component
+        config: type[BaseModel] = component.Config
+        return config
+
+    @property
+    def title(self) -> str:
+        """One line about the component: its `TITLE`, or the first line of its docstring."""
+        component = self.load()
+        title = getattr(component, "TITLE", None) or (component.__doc__ or "").strip().split("\n")[0]
+        return str(title)
+
+
+def entries(kind: Kind, *, plugins: bool = True) -> dict[str, Entry]:
+    """Every entry of a table by name, sorted; with those of installed plug-ins unless told otherwise."""
+    found = {name: Entry(kind, name, target) for name, target in BUILT_IN[kind].items()}
+    if plugins:
+        found = dict(_plugins(kind)) | found
+    return dict(sorted(found.items()))
+
+
+def find(kind: Kind, name: str) -> Entry:
+    """One entry of a table.
+
+    Raises:
+        LookupFailed: no component has this name; the message names the nearest.
+    """
+    known = entries(kind)
+    if name not in known:
+        raise LookupFailed(kind, name, known)
+    return known[name]
+
+
+@cache
+def _plugins(kind: Kind) -> Mapping[str, Entry]:
+    group = f"pelagos.{kind}s"
+    return {
+        point.name: Entry(kind, point.name, point.value, point.dist.name if point.dist else point.value)
+        for point in entry_points(group=group)
+    }

@@ -1,0 +1,179 @@
+"""`Scenario`: everything that a run is made of, except its length of fleet and its device."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from typing import Annotated, Any, Literal, Self
+
+from pydantic import Field, PrivateAttr, ValidationError, field_validator, model_validator
+from pydantic_core import InitErrorDetails, PydanticCustomError
+
+from pelagos.config.agent import Agent, refuse_bad_names
+from pelagos.config.component import Component
+from pelagos.config.document import join_place
+from pelagos.config.strict import Strict
+
+
+class Origin(Strict):
+    """Where on Earth the world's origin lies (WGS 84)."""
+
+    latitude_deg: float
+    """Geographic latitude, north positive [deg]."""
+    longitude_deg: float
+    """Geographic longitude, east positive [deg]."""
+
+    @field_validator("latitude_deg")
+    @classmethod
+    def _on_earth(cls, value: float) -> float:
+        if abs(value) > 90:
+            text = "a latitude lies between -90 and 90 degrees, not {value}; are latitude and longitude swapped?"
+            raise PydanticCustomError("latitude", text, {"value": value})
+        return value
+
+    @field_validator("longitude_deg")
+    @classmethod
+    def _round_earth(cls, value: float) -> float:
+        if abs(value) > 360:
+            raise PydanticCustomError(
+                "longitude", "a longitude lies between -180 and 180 degrees, not {value}", {"value": value}
+            )
+        return (value + 180) % 360 - 180 if abs(value) > 180 else value
+
+
+class Record(Strict):
+    """What goes into a recording."""
+
+    exclude: tuple[str, ...] = ()
+    """Sensors that are not recorded, as "agent.sensor"."""
+    state_rate_hz: float | None = Field(default=None, gt=0)
+    """Rate of the recorded true state of every vehicle [Hz]; divides the tick rate; at most 50 Hz where not given."""
+    compression: Literal["zstd", "lz4", "none"] = "zstd"
+    """How chunks of the recording are compressed."""
+
+
+class Scenario(Strict):
+    """A scenario: world, ocean, agents and their missions, as data; needs no device to build or to check."""
+
+    name: str = Field(default="scenario", min_length=1, max_length=200)
+    """A short name, which also names the folder of results."""
+    description: str = ""
+    """What the scenario is for."""
+    seed: int = Field(default=0, ge=0, lt=2**63)
+    """Seed of every random stream."""
+    tick_rate_hz: float = Field(default=200.0, gt=0, le=100_000)
+    """Ticks per second [Hz]; every sensor's rate must divide it."""
+    duration_s: float = Field(default=60.0, gt=0)
+    """How long a run lasts unless told otherwise [s]."""
+    origin: Origin | None = None
+    """Where on Earth the world's origin lies; where not given, the world says."""
+    world: Annotated[Any, Component("world")]
+    """The world: a mapping that begins with its `type` (`pelagos list worlds`)."""
+    ocean: Annotated[Any, Component("ocean", default="standard")] = Field(default_factory=dict, validate_default=True)
+    """Currents, waves, water masses and light."""
+    agents: dict[str, Agent] = Field(default_factory=dict)
+    """The vehicles, by a name of your choice."""
+    record: Record = Record()
+    """What goes into a recording."""
+
+    _places: Mapping[tuple[str | int, ...], str] = PrivateAttr(default_factory=dict)
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Scenario) and self.__dict__ == other.__dict__  # not where it was written
+
+    @property
+    def dt_ns(self) -> int:
+        """The tick, a whole number of nanoseconds [ns]."""
+        return round(1e9 / self.tick_rate_hz)
+
+    @property
+    def state_ticks(self) -> int:
+        """Ticks between two recorded states of the vehicles."""
+        rate = self.record.state_rate_hz or min(50.0, self.tick_rate_hz)
+        return math.ceil(self.tick_rate_hz / rate - 1e-6)
+
+    @property
+    def places(self) -> Mapping[tuple[str | int, ...], str]:
+        """Where each value was written, "file:line" by its path of keys."""
+        return self._places
+
+    def placed(self, places: Mapping[tuple[str | int, ...], str]) -> Self:
+        """The same scenario, which knows where its values were written."""
+        scenario = self.model_copy()
+        scenario._places = places
+        return scenario
+
+    def where(self, *path: str | int) -> str:
+        """Where a value was written, "file:line: key.path", as in `where("agents", "auv0", "start")`."""
+        dotted = ".".join(str(part) for part in path)
+        for length in range(len(path), -1, -1):
+            if path[:length] in self._places:
+                return join_place(self._places[path[:length]], dotted)
+        return dotted
+
+    @field_validator("agents", mode="before")
+    @classmethod
+    def _named(cls, value: Any) -> Any:
+        if isinstance(value, Mapping):
+            refuse_bad_names(value, "agent")
+        return value
+
+    @model_validator(mode="after")
+    def _rates_divide(self) -> Self:
+        wrong = [
+            InitErrorDetails(
+                type=PydanticCustomError("rate", "{text}", {"text": rate_text(rate, self.tick_rate_hz)}),
+                loc=path,
+                input=rate,
+            )
+            for path, rate in self._rates()
+            if not divides(rate, self.tick_rate_hz)
+        ]
+        if wrong:
+            raise ValidationError.from_exception_data("Scenario", wrong)
+        return self
+
+    @model_validator(mode="after")
+    def _excluded_exist(self) -> Self:
+        known = [f"{agent}.{sensor}" for agent, one in self.agents.items() for sensor in one.sensors]
+        for index, name in enumerate(self.record.exclude):
+            if name not in known:
+                text = f"no sensor is called {name!r}; known: {', '.join(known)}"
+                wrong = InitErrorDetails(
+                    type=PydanticCustomError("sensor", "{text}", {"text": text}),
+                    loc=("record", "exclude", index),
+                    input=name,
+                )
+                raise ValidationError.from_exception_data("Scenario", [wrong])
+        return self
+
+    def _rates(self) -> Iterator[tuple[tuple[str, ...], float]]:
+        for name, agent in self.agents.items():
+            for sensor, config in agent.sensors.items():
+                yield ("agents", name, "sensors", sensor, "rate_hz"), config.rate_hz
+        if self.record.state_rate_hz is not None:
+            yield ("record", "state_rate_hz"), self.record.state_rate_hz
+
+
+def divides(rate_hz: float, tick_rate_hz: float) -> bool:
+    """Whether a sample falls due every whole number of ticks."""
+    ticks = tick_rate_hz / rate_hz
+    return ticks > 1 - 1e-9 and abs(ticks - round(ticks)) < 1e-6 * ticks
+
+
+def rate_text(rate_hz: float, tick_rate_hz: float) -> str:
+    """What is wrong with a rate, and the nearest rates that are possible."""
+    if rate_hz > tick_rate_hz:
+        return f"{rate_hz:g} Hz is faster than the tick rate of {tick_rate_hz:g} Hz; at most {tick_rate_hz:g} Hz"
+    ticks = tick_rate_hz / rate_hz
+    above = next((tick_rate_hz / k for k in range(int(ticks), 0, -1) if _short(tick_rate_hz / k)), tick_rate_hz)
+    below = next(
+        (tick_rate_hz / k for k in range(int(ticks) + 1, int(ticks) * 10 + 10) if _short(tick_rate_hz / k)), None
+    )
+    near = f"{below:g} or {above:g} Hz" if below else f"{above:g} Hz"
+    return f"{rate_hz:g} Hz does not divide the tick rate of {tick_rate_hz:g} Hz; the nearest that do are {near}"
+
+
+def _short(rate_hz: float) -> bool:
+    """Whether a rate can be written with three decimals."""
+    return abs(rate_hz * 1000 - round(rate_hz * 1000)) < 1e-9

@@ -1,0 +1,92 @@
+"""Follow a path of keys through models and through the data that they check."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from types import UnionType
+from typing import Annotated, Any, Union, get_args, get_origin
+
+from pydantic import BaseModel
+
+from pelagos.config.component import Component
+from pelagos.config.document import Key
+
+
+def data_path(data: Any, loc: Sequence[str | int], *, missing: bool = False) -> Key:
+    """The path of keys in `data` that a validation error's location names: without the tags of unions.
+
+    Args:
+        data: what was checked.
+        loc: the error's location.
+        missing: the last part is a key that `data` lacks.
+    """
+    path: list[str | int] = []
+    for index, part in enumerate(loc):
+        if isinstance(data, Mapping):
+            if part in data:
+                data = data[part]
+            elif not (missing and index == len(loc) - 1):
+                continue
+        elif isinstance(data, list | tuple) and isinstance(part, int):
+            data = data[part] if part < len(data) else None
+        else:
+            continue
+        path.append(part)
+    return tuple(path)
+
+
+def value_at(data: Any, path: Key) -> Any:
+    """The value at a path; None where there is none."""
+    for part in path:
+        try:
+            data = data[part]
+        except (KeyError, IndexError, TypeError):
+            return None
+    return data
+
+
+def annotation_at(root: type[BaseModel], data: Any, path: Key) -> Any:
+    """What the value at `path` is declared as; None where nothing declares it."""
+    annotation: Any = root
+    for part in path:
+        annotation = _child(annotation, data, part)
+        data = value_at(data, (part,))
+    return annotation
+
+
+def model_of(annotation: Any, value: Any) -> type[BaseModel] | None:
+    """The model that `value`, a mapping, is checked with under this annotation; None where it is no model."""
+    if get_origin(annotation) is Annotated:
+        inner, *marks = get_args(annotation)
+        for mark in marks:
+            if isinstance(mark, Component):
+                return mark.model(value)
+        return model_of(inner, value)
+    if get_origin(annotation) in (Union, UnionType):
+        models = [model for choice in get_args(annotation) if (model := model_of(choice, value)) is not None]
+        tag = value.get("type") if isinstance(value, Mapping) else None
+        tagged = [m for m in models if "type" in m.model_fields and tag in get_args(m.model_fields["type"].annotation)]
+        return next(iter(tagged or models), None)
+    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
+        return annotation
+    return None
+
+
+def _child(annotation: Any, data: Any, part: str | int) -> Any:
+    model = model_of(annotation, data)
+    if model is not None:
+        field = model.model_fields.get(str(part))
+        if field is None:
+            return None
+        return Annotated[(field.annotation, *field.metadata)] if field.metadata else field.annotation
+    origin, args = get_origin(annotation), get_args(annotation)
+    if origin is Annotated:
+        return _child(args[0], data, part)
+    if origin in (Union, UnionType):
+        return next((child for choice in args if (child := _child(choice, data, part)) is not None), None)
+    if origin in (dict, Mapping) or (isinstance(origin, type) and issubclass(origin, Mapping)):
+        return args[1]
+    if origin in (list, tuple) or (isinstance(origin, type) and issubclass(origin, Sequence)):
+        fixed = origin is tuple and Ellipsis not in args
+        return args[part] if fixed and isinstance(part, int) and part < len(args) else args[0]
+    return None
