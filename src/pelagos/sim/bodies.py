@@ -1,0 +1,206 @@
+"""Everything that moves, kept in step with the moving scene: the agents' hulls, and props that come and go."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pelagos.errors import CommandError
+from pelagos.raycast.geometry import Geometry
+from pelagos.raycast.scene import Scene
+from pelagos.sim.state import AgentState
+
+_LEVEL = (1.0, 0.0, 0.0, 0.0)
+
+
+@dataclass
+class Body:
+    """A spawned thing: the handle that `Simulation.spawn` returns.
+
+    Attributes:
+        name: unique in a run.
+        geometry: in its own frame FLU.
+        position: `(n, 3)` NWU [m].
+        attitude: `(n, 4)` (w, x, y, z).
+        velocity, angular_velocity: `(n, 3)` in the world frame [m/s], [rad/s].
+    """
+
+    name: str
+    geometry: Geometry
+    position: NDArray[np.float64]
+    attitude: NDArray[np.float64]
+    velocity: NDArray[np.float64]
+    angular_velocity: NDArray[np.float64]
+    _bodies: Bodies = field(repr=False)
+
+    def move(
+        self,
+        *,
+        position: object = None,
+        attitude: object = None,
+        velocity: object = None,
+        angular_velocity: object = None,
+    ) -> None:
+        """Place the body anew, in every copy or (leading axis n) in each; what is not given stays.
+
+        A body stays where it is put: its velocity is what sonars and contacts feel, and does not carry it away.
+
+        Raises:
+            CommandError: a wrong shape, a value that is not finite, or the body was removed.
+        """
+        self._bodies.require(self)
+        n = len(self.position)
+        if position is not None:
+            self.position = rows(position, n, 3, f"{self.name}: position")
+        if attitude is not None:
+            self.attitude = unit_rows(attitude, n, f"{self.name}: attitude")
+        if velocity is not None:
+            self.velocity = rows(velocity, n, 3, f"{self.name}: velocity")
+        if angular_velocity is not None:
+            self.angular_velocity = rows(angular_velocity, n, 3, f"{self.name}: angular_velocity")
+        self._bodies.changed = True
+
+    def remove(self) -> None:
+        """Take the body out of the world: the next ray passes where it stood."""
+        self._bodies.remove(self)
+
+
+class Bodies:
+    """The rows of the moving scene: agents first, `n` rows each where agents can see each other, then bodies."""
+
+    def __init__(self, scene: Scene, hulls: Mapping[str, Geometry], *, n: int, first_instance: int) -> None:
+        self._scene = scene
+        self._n = n
+        self._next_instance = first_instance
+        shown = len(hulls) > 1
+        self.hulls: dict[str, Geometry] = {}
+        for name, hull in hulls.items():
+            if shown:
+                self.hulls[name] = replace(hull, instance=self.new_instance(), name=name)
+        self.bodies: list[Body] = []
+        self.changed = True
+        self._rebuild()
+
+    @property
+    def any(self) -> bool:
+        """Something stands in the moving scene."""
+        return bool(self.hulls or self.bodies)
+
+    def new_instance(self) -> int:
+        """An instance id that nothing had before."""
+        self._next_instance += 1
+        return self._next_instance - 1
+
+    def add(self, name: str, geometry: Geometry, position: object, attitude: object = _LEVEL) -> Body:
+        """Put a body into every copy of the world."""
+        if any(b.name == name for b in self.bodies):
+            raise CommandError(f"a body named {name!r} is there already; names are unique")
+        n, zero = self._n, np.zeros((self._n, 3))
+        at = rows(position, n, 3, f"{name}: position")
+        body = Body(name, geometry, at, unit_rows(attitude, n, f"{name}: attitude"), zero, zero, self)
+        self.bodies.append(body)
+        self._rebuild()
+        return body
+
+    def remove(self, body: Body) -> None:
+        """Take a body out."""
+        self.require(body)
+        self.bodies.remove(body)
+        self._rebuild()
+
+    def clear(self) -> None:
+        """Take every spawned body out."""
+        if self.bodies:
+            self.bodies.clear()
+            self._rebuild()
+
+    def require(self, body: Body) -> None:
+        """Raises CommandError where the body is not in the world any more."""
+        if not any(b is body for b in self.bodies):
+            raise CommandError(f"the body {body.name!r} was removed; spawn it again")
+
+    def place(self, agents: Mapping[str, AgentState]) -> None:
+        """Bring the moving scene up to date, where anything changed."""
+        if not self.any or not (self.changed or self.hulls):
+            return
+        states = [agents[name] for name in self.hulls]
+        spins = [_rotate(s.attitude, s.angular_velocity) for s in states]
+        speeds = [_rotate(s.attitude, s.velocity) for s in states]
+        b = self.bodies
+        self._scene.move(
+            np.concatenate([s.position for s in states] + [x.position for x in b]),
+            np.concatenate([s.attitude for s in states] + [x.attitude for x in b]),
+            np.concatenate(speeds + [x.velocity for x in b]),
+            np.concatenate(spins + [x.angular_velocity for x in b]),
+        )
+        self.changed = False
+
+    def near(
+        self, position: NDArray[np.float64], margin: float, *, agent: str, agents: Mapping[str, AgentState]
+    ) -> bool:
+        """Whether the bounding sphere of anything that moves is within `margin` of `position` `(n, 3)`."""
+        others = [(agents[o].position, g) for o, g in self.hulls.items() if o != agent]
+        others += [(b.position, b.geometry) for b in self.bodies]
+        for centre, geometry in others:
+            reach = margin + float(np.linalg.norm(geometry.vertices, axis=1).max())
+            if (np.linalg.norm(position - centre, axis=1) < reach).any():
+                return True
+        return False
+
+    def own_rows(self, agent: str) -> NDArray[np.uint32] | None:
+        """`(n,)` rows of the agent's own hull, None where it is not in the moving scene."""
+        if agent not in self.hulls:
+            return None
+        return hull_rows(list(self.hulls).index(agent), self._n)
+
+    def _rebuild(self) -> None:
+        geometries: list[tuple[Geometry, int]] = []
+        for geometry in (*self.hulls.values(), *(b.geometry for b in self.bodies)):
+            geometries += [(geometry, copy) for copy in range(self._n)]
+        if geometries or self._scene.moving is not None:
+            self._scene.set_moving(geometries)
+        self.changed = True
+
+
+def hull_rows(index: int, n: int) -> NDArray[np.uint32]:
+    """`(n,)` rows of the hull of the agent number `index`."""
+    return np.arange(index * n, (index + 1) * n, dtype=np.uint32)
+
+
+def rows(values: object, n: int, width: int, what: str) -> NDArray[np.float64]:
+    """`(width,)` or `(n, width)` finite numbers -> `(n, width)`.
+
+    Raises:
+        CommandError: another shape, or a value that is not finite.
+    """
+    try:
+        array = np.asarray(values, dtype=np.float64)
+    except (TypeError, ValueError):
+        raise CommandError(f"{what} is {width} numbers, or {n} rows of them; given {values!r}") from None
+    if array.shape not in ((width,), (n, width)):
+        raise CommandError(f"{what} has shape ({width},) or ({n}, {width}); given {array.shape}")
+    if not np.isfinite(array).all():
+        raise CommandError(f"{what} must be finite; given {array.tolist()}")
+    return np.array(np.broadcast_to(array, (n, width)))
+
+
+def unit_rows(values: object, n: int, what: str) -> NDArray[np.float64]:
+    """Quaternions `(n, 4)`, normalised.
+
+    Raises:
+        CommandError: as `rows`, or a quaternion of length 0.
+    """
+    q = rows(values, n, 4, what)
+    length = np.linalg.norm(q, axis=1, keepdims=True)
+    if (length < 1e-9).any():
+        raise CommandError(f"{what} is a quaternion (w, x, y, z), and must not be 0")
+    return np.asarray(q / length)
+
+
+def _rotate(q: NDArray[np.float64], v: NDArray[np.float64]) -> NDArray[np.float64]:
+    axis = q[:, 1:]
+    t = 2 * np.cross(axis, v)
+    return np.asarray(v + q[:, :1] * t + np.cross(axis, t))

@@ -1,0 +1,79 @@
+"""Moves one agent through a block of ticks: a single frozen call, however long the block."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import drjit as dr
+
+from pelagos import jit
+from pelagos.jit import Array
+from pelagos.ocean.ocean import Ocean
+from pelagos.sim.trajectory import CHANNELS, Trajectory, channels
+from pelagos.vehicles.state import VehicleState
+from pelagos.vehicles.vehicle import Vehicle
+
+Wrench = tuple[Array, Array]
+Block = Callable[..., tuple[VehicleState, Array]]
+
+
+class Driver:
+    """The step loop of one agent for `n` copies; a block of 20 ticks and 20 blocks of one give the same bytes."""
+
+    def __init__(self, vehicle: Vehicle, *, n: int, dt_ns: int) -> None:
+        self.vehicle = vehicle
+        self._n = n
+        self._frozen: dict[tuple[int, str], Block] = {}
+        self._h = dr.opaque(jit.Float64, dt_ns * 1e-9)
+        self._copies = dr.opaque(jit.UInt32, n)
+        self.no_wrench: Wrench = (dr.zeros(jit.Array3f64, n), dr.zeros(jit.Array3f64, n))
+        dr.make_opaque(self.no_wrench)
+
+    def advance(
+        self,
+        state: VehicleState,
+        command: list[Array],
+        ocean: Ocean,
+        *,
+        mode: str,
+        tick: int,
+        ticks: int,
+        wrench: Wrench | None = None,
+    ) -> tuple[VehicleState, Trajectory]:
+        """Advance from `tick` by `ticks`, with a constant command and outside wrench (FRD, about the body's origin).
+
+        Returns:
+            The new state, and the motion at ticks `tick + 1 .. tick + ticks`.
+        """
+        key = (ticks, mode)
+        if key not in self._frozen:
+            self._frozen[key] = dr.freeze(_block(self.vehicle, n=self._n, ticks=ticks, mode=mode))
+        at = dr.opaque(jit.UInt32, tick)
+        force = self.no_wrench if wrench is None else wrench
+        new, packed = self._frozen[key](state, command, ocean, at, self._h, self._copies, force)
+        return new, Trajectory(packed=packed, n=self._n, ticks=ticks, first_tick=tick + 1)
+
+
+def _block(vehicle: Vehicle, *, n: int, ticks: int, mode: str) -> Block:
+    def block(
+        state: VehicleState, command: list[Array], ocean: Ocean, tick: Array, h: Array, copies: Array, wrench: Wrench
+    ) -> tuple[VehicleState, Array]:
+        packed = dr.zeros(jit.Float64, ticks * n * CHANNELS)
+        lane = dr.arange(jit.UInt32, n)
+
+        def unfinished(i: Array, state: VehicleState) -> Any:
+            return i < ticks
+
+        def advance(i: Array, state: VehicleState) -> tuple[Array, VehicleState]:
+            t = jit.Float64(tick + i) * h
+            state = vehicle.step(state, command, ocean, t, wrench, h, mode)
+            at = (i * copies + lane) * CHANNELS
+            for c, value in enumerate(channels(state)):
+                dr.scatter(packed, value, at + c)
+            return i + 1, state
+
+        _, state = dr.while_loop((dr.zeros(jit.UInt32, n), state), unfinished, advance, mode="symbolic")
+        return state, packed
+
+    return block

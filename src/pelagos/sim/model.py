@@ -1,0 +1,148 @@
+"""The constant part of a run: a scenario, compiled for a fleet of `n` copies."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pelagos.config import registry
+from pelagos.config.agent import Agent
+from pelagos.config.scenario import Scenario
+from pelagos.errors import ScenarioError
+from pelagos.ocean.config import build_ocean
+from pelagos.ocean.ocean import Ocean
+from pelagos.raycast.rays import NO_BODY
+from pelagos.raycast.scene import Scene
+from pelagos.sensors.schedule import period_ticks
+from pelagos.sensors.sensor import Sensor, SensorConfig, SensorContext
+from pelagos.sim.bodies import hull_rows
+from pelagos.sim.clock import Clock
+from pelagos.sim.driver import Driver
+from pelagos.sim.guidance import Task, plan
+from pelagos.vehicles.vehicle import Vehicle
+from pelagos.world.build import build_world
+from pelagos.world.world import World
+
+
+@dataclass(frozen=True)
+class SensorModel:
+    """A built sensor and its place in the schedule.
+
+    Attributes:
+        name: as in the scenario.
+        config: its configuration.
+        sensor: what reads.
+        period: ticks between two readings.
+        sees: it casts rays, so it is asked at its own tick, with every body where it is then.
+    """
+
+    name: str
+    config: SensorConfig
+    sensor: Sensor
+    period: int
+    sees: bool
+
+
+@dataclass(frozen=True)
+class AgentModel:
+    """One agent of a scenario.
+
+    Attributes:
+        name: as in the scenario.
+        config: its configuration.
+        vehicle: what moves.
+        driver: moves it through blocks of ticks.
+        sensors: by name, in the scenario's order.
+        tasks: its mission; empty without one.
+    """
+
+    name: str
+    config: Agent
+    vehicle: Vehicle
+    driver: Driver
+    sensors: Mapping[str, SensorModel]
+    tasks: list[Task]
+
+
+@dataclass(frozen=True)
+class Model:
+    """Everything that does not change while a run goes on.
+
+    Attributes:
+        scenario: resolved.
+        clock: tick.
+        n: copies.
+        first_environment: index of the first copy among all environments of a study.
+        world, scene, ocean: where.
+        agents: by name.
+    """
+
+    scenario: Scenario
+    clock: Clock
+    n: int
+    first_environment: int
+    world: World
+    scene: Scene
+    ocean: Ocean
+    agents: Mapping[str, AgentModel]
+
+
+def compile_model(scenario: Scenario, *, n: int, seed: int, first_environment: int) -> Model:
+    """Build the world, the vehicles and the sensors of a scenario.
+
+    Raises:
+        InputError: the scenario asks for something that cannot be.
+    """
+    clock = Clock(scenario.tick_rate_hz)
+    world = build_world(scenario.world)
+    scene = world.scene(n)
+    ocean = build_ocean(scenario.ocean, world)
+    agents = {}
+    crowded = len(scenario.agents) > 1
+    for index, (name, config) in enumerate(scenario.agents.items()):
+        vehicle = Vehicle.from_config(config.vehicle)
+        own = hull_rows(index, n) if crowded else np.full(n, NO_BODY, dtype=np.uint32)
+        context = _Context(seed=seed, clock=clock, scene=scene, world=world, ocean=ocean, own_body=own, agent=name)
+        agents[name] = AgentModel(
+            name=name,
+            config=config,
+            vehicle=vehicle,
+            driver=Driver(vehicle, n=n, dt_ns=clock.dt_ns),
+            sensors={s: context.build(s, c) for s, c in config.sensors.items()},
+            tasks=plan(config.mission),
+        )
+    return Model(scenario, clock, n, first_environment, world, scene, ocean, agents)
+
+
+@dataclass(frozen=True)
+class _Context:
+    seed: int
+    clock: Clock
+    scene: Scene
+    world: World
+    ocean: Ocean
+    own_body: NDArray[np.uint32]
+    agent: str
+
+    def build(self, name: str, config: Any) -> SensorModel:
+        cls = registry.find("sensor", config.type).load()
+        where = f"agents.{self.agent}.sensors.{name}"
+        period = period_ticks(config.rate_hz, self.clock.dt_ns, where=where)
+        context = SensorContext(
+            path=f"{self.agent}.{name}",
+            seed=self.seed,
+            dt_ns=self.clock.dt_ns,
+            scene=self.scene,
+            world=self.world,
+            ocean=self.ocean,
+            own_body=self.own_body,
+        )
+        try:
+            sensor = cls(config, context)
+        except ScenarioError as error:
+            raise error if error.where else ScenarioError(error.message, where=where) from None
+        return SensorModel(name, config, sensor, period, getattr(cls, "SEES_SCENE", True))

@@ -1,0 +1,192 @@
+"""A run: the step loop until its end, with recording, progress and a policy."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+
+from pelagos.errors import CommandError, PelagosError
+from pelagos.sim.record import Recorder
+from pelagos.sim.step import NotFinite, Sampled
+from pelagos.sim.trajectory import Trajectory
+
+if TYPE_CHECKING:
+    from pelagos.sim.simulation import Observations, Policy, Simulation
+
+SETTLE_S = 1.0  # a run goes on for this long after its last mission has ended
+
+
+@dataclass(frozen=True)
+class RunResult:
+    """What a run was.
+
+    Attributes:
+        simulated_s, wall_s: how long [s].
+        ended: why: the time was over, every mission had ended, or the user stopped it.
+        counts: readings by "agent.sensor".
+        ms_per_call: wall-clock time of one call [ms] by "agent.part".
+        seconds_by_part: wall-clock time in all [s] by "agent.part".
+        recording: the file, if one was written.
+        observations: the last block's readings.
+    """
+
+    simulated_s: float
+    wall_s: float
+    ended: Literal["time", "missions", "interrupt"]
+    counts: Mapping[str, int]
+    ms_per_call: Mapping[str, float]
+    seconds_by_part: Mapping[str, float]
+    recording: Path | None
+    observations: Observations
+
+    @property
+    def real_time_factor(self) -> float:
+        """Simulated over wall-clock time."""
+        return self.simulated_s / self.wall_s if self.wall_s > 0 else math.inf
+
+
+def run(
+    sim: Simulation,
+    seconds: float | None,
+    *,
+    policy: Policy | None,
+    record: str | Path | Recorder | None,
+    progress: Callable[[float, float], None] | None,
+    realtime: bool,
+) -> RunResult:
+    """See `Simulation.run`."""
+    asked = sim.scenario.duration_s if seconds is None else float(seconds)
+    if not (math.isfinite(asked) and asked > 0):
+        raise CommandError(f"a run lasts a positive number of seconds, not {seconds!r}")
+    recorder = record if isinstance(record, Recorder) or record is None else Recorder.of(Path(record), sim)
+    loop = _Loop(sim, asked, policy, recorder, progress, realtime, until_missions_end=seconds is None)
+    try:
+        return loop.go()
+    except NotFinite as error:
+        raise _with_dump(error, recorder) from None
+    finally:
+        if recorder is not None and recorder is not record:
+            recorder.close()
+
+
+class _Loop:
+    def __init__(
+        self,
+        sim: Simulation,
+        asked: float,
+        policy: Policy | None,
+        recorder: Recorder | None,
+        progress: Callable[[float, float], None] | None,
+        realtime: bool,
+        *,
+        until_missions_end: bool,
+    ) -> None:
+        self._sim, self._asked, self._policy = sim, asked, policy
+        self._recorder, self._progress, self._realtime = recorder, progress, realtime
+        self._until_missions_end = until_missions_end
+        self._stepper = sim.stepper
+        self._first = self._stepper.tick
+        self._last = self._first + sim.model.clock.ticks(asked)
+        self._counts = {f"{a.name}.{s}": 0 for a in sim.model.agents.values() for s in a.sensors}
+        self._latest: Observations = {name: {} for name in sim.model.agents}
+
+    def go(self) -> RunResult:
+        started = time.perf_counter()
+        ended: Literal["time", "missions", "interrupt"] = "time"
+        if self._first == 0:
+            self._take(self._stepper.read_now())
+        try:
+            while self._stepper.tick < self._last:
+                self._advance()
+                self._report(started)
+                if self._until_missions_end and self._stepper.missions_done():
+                    ended = "missions"
+                    settle = self._stepper.tick + self._sim.model.clock.ticks(SETTLE_S)
+                    self._last = min(self._last, settle)
+                    self._until_missions_end = False
+        except KeyboardInterrupt:
+            ended = "interrupt"
+        return self._result(time.perf_counter() - started, ended)
+
+    def _advance(self) -> None:
+        if self._policy is not None:
+            self._sim.command(self._policy(self._latest) or {})
+        last = self._last if self._policy is None else self._stepper.tick + 1
+        self._take(self._stepper.advance(last))
+
+    def _take(self, sampled: list[Sampled]) -> None:
+        """Count, record and keep what a block brought."""
+        sim = self._sim
+        n, dt_ns = sim.n, sim.dt_ns
+        wanted = self._recorder is not None or self._policy is not None or self._stepper.tick >= self._last
+        for one in sampled:
+            self._counts[f"{one.agent}.{one.model.name}"] += one.count(n)
+        if not wanted:
+            return
+        self._latest = {name: {} for name in sim.model.agents}
+        readings = sorted(
+            ((tick, one.agent, one.model.name, reading) for one in sampled for tick, reading in one.readings(n, dt_ns)),
+            key=lambda row: row[0],
+        )
+        for _, agent, name, reading in readings:
+            self._latest[agent][name] = reading
+            if self._recorder is not None:
+                start = time.perf_counter()
+                self._recorder.write(agent, name, reading)
+                self._stepper.timings.add("record", start)
+        if self._recorder is not None:
+            start = time.perf_counter()
+            for name, trajectory in self._stepper.trajectories.items():
+                self._record_truth(name, trajectory)
+            self._stepper.timings.add("record", start)
+
+    def _record_truth(self, name: str, trajectory: Trajectory) -> None:
+        assert self._recorder is not None
+        clock = self._sim.model.clock
+        due = trajectory.due(clock.period(self._sim.scenario.record.state_rate_hz))
+        if not due:
+            return
+        motion = trajectory.numpy()
+        for tick in due:
+            row = motion[tick - trajectory.first_tick]
+            self._recorder.write_truth(name, tick * clock.dt_ns, row[:, 0:3], row[:, 3:7], row[:, 7:10], row[:, 10:13])
+
+    def _report(self, started: float) -> None:
+        simulated = (self._stepper.tick - self._first) * self._sim.dt_ns * 1e-9
+        if self._realtime:
+            ahead = simulated - (time.perf_counter() - started)
+            if ahead > 0:
+                time.sleep(ahead)
+        if self._progress is not None:
+            self._progress(simulated, self._asked)
+
+    def _result(self, wall_s: float, ended: Any) -> RunResult:
+        timings = self._stepper.timings
+        return RunResult(
+            simulated_s=(self._stepper.tick - self._first) * self._sim.dt_ns * 1e-9,
+            wall_s=wall_s,
+            ended=ended,
+            counts=self._counts,
+            ms_per_call={p: 1e3 * s / timings.calls[p] for p, s in timings.seconds.items()},
+            seconds_by_part=dict(timings.seconds),
+            recording=None if self._recorder is None else self._recorder.path,
+            observations=self._latest,
+        )
+
+
+def _with_dump(error: NotFinite, recorder: Recorder | None) -> PelagosError:
+    """The same error, with the file that holds the last finite state."""
+    folder = Path.cwd() if recorder is None else recorder.path.parent
+    path = folder / f"{error.agent}_last_state.npz"
+    try:
+        np.savez(path, state=error.state, command=error.command, t_s=error.t_s, copy=error.copy)
+    except OSError:
+        return error
+    error.args = (f"{error.args[0]}. The state is in {path}",)
+    return error

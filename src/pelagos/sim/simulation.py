@@ -1,0 +1,235 @@
+"""`Simulation`: a scenario that runs, a tick at a time or in one go."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any, Self
+
+import numpy as np
+
+from pelagos.config.loader import load_scenario
+from pelagos.config.scenario import Scenario
+from pelagos.errors import CommandError, LookupFailed, ScenarioError
+from pelagos.raycast.geometry import Geometry
+from pelagos.sensors.sensor import Reading
+from pelagos.sim.bodies import Bodies, Body, rows, unit_rows
+from pelagos.sim.initial import start_states
+from pelagos.sim.model import AgentModel, Model, compile_model
+from pelagos.sim.record import Recorder
+from pelagos.sim.run import RunResult, run
+from pelagos.sim.state import AgentState, checked_command
+from pelagos.sim.step import Stepper
+from pelagos.world.body import Prop
+from pelagos.world.world import World
+
+Observations = dict[str, dict[str, Reading]]
+Policy = Callable[[Observations], Mapping[str, Any]]
+
+
+class Simulation:
+    """A world with vehicles in it, for a fleet of `n` independent copies.
+
+    Attributes:
+        model: the constant part (`sim/model.py`).
+        n: copies.
+    """
+
+    def __init__(self, model: Model, *, seed: int) -> None:
+        self.model = model
+        self.n = model.n
+        self.seed = seed
+        hulls = {name: agent.vehicle.hull for name, agent in model.agents.items()}
+        self._bodies = Bodies(model.scene, hulls, n=model.n, first_instance=model.world.next_instance)
+        self._stepper = Stepper(model, self._bodies)
+        self._spawned = 0
+        self.reset()
+
+    @classmethod
+    def load(
+        cls,
+        scenario: str | Path | Mapping[str, Any] | Scenario,
+        n: int = 1,
+        seed: int | None = None,
+        *,
+        environment: int = 0,
+        overrides: Mapping[str, Any] | None = None,
+    ) -> Self:
+        """Build a simulation.
+
+        Args:
+            scenario: a YAML file, a mapping or a `Scenario`.
+            n: copies of the whole scenario that run side by side, with noise of their own.
+            seed: of every random stream; the scenario's own where not given.
+            environment: index of the first copy: copy i of a fleet is the same, byte for byte, as a fleet of one with
+                `environment=i`.
+            overrides: values to change, by dotted key ("agents.auv0.sensors.imaging.range_max_m").
+
+        Raises:
+            InputError: with file, line and key of what is wrong.
+            DeviceError: no usable LLVM or GPU.
+        """
+        if isinstance(n, bool) or not isinstance(n, int) or n < 1:
+            raise CommandError(f"n is the number of copies, a whole number from 1 on; given {n!r}")
+        checked = load_scenario(scenario, overrides=overrides)
+        chosen = checked.seed if seed is None else seed
+        return cls(compile_model(checked, n=n, seed=_seed(chosen), first_environment=environment), seed=chosen)
+
+    @property
+    def scenario(self) -> Scenario:
+        """The scenario, resolved."""
+        return self.model.scenario
+
+    @property
+    def world(self) -> World:
+        """Geometry, materials, labels; `world.cast` sees what has been spawned too."""
+        return self.model.world
+
+    @property
+    def dt_ns(self) -> int:
+        """The tick [ns]."""
+        return self.model.clock.dt_ns
+
+    @property
+    def time_ns(self) -> int:
+        """Simulation time [ns]."""
+        return self._stepper.tick * self.dt_ns
+
+    @property
+    def state(self) -> Mapping[str, AgentState]:
+        """The true state of every agent, by name."""
+        return self._stepper.states()
+
+    @property
+    def stepper(self) -> Stepper:
+        """The step loop, for those who want its timings."""
+        return self._stepper
+
+    def reset(self, seed: int | None = None) -> Observations:
+        """Back to the start: time 0, no spawned bodies, missions from their first leg.
+
+        Returns:
+            The readings of tick 0, at which every sensor is due.
+        """
+        if seed is not None and seed != self.seed:
+            self.seed = seed
+            self.model = compile_model(
+                self.scenario, n=self.n, seed=_seed(seed), first_environment=self.model.first_environment
+            )
+            hulls = {name: agent.vehicle.hull for name, agent in self.model.agents.items()}
+            self._bodies = Bodies(self.model.scene, hulls, n=self.n, first_instance=self.model.world.next_instance)
+            self._stepper = Stepper(self.model, self._bodies)
+        self._bodies.clear()
+        return self._stepper.start(start_states(self.model))
+
+    def step(self, commands: Mapping[str, Any] | None = None) -> Observations:
+        """Advance by one tick.
+
+        Args:
+            commands: by agent, `(k,)` or `(n, k)` in the agent's control mode; an agent that is left out keeps its last
+                command, or goes on with its mission.
+
+        Returns:
+            The readings that are due, by agent and sensor.
+
+        Raises:
+            CommandError: an unknown agent, a wrong shape, a value that is not finite.
+            SimulationError: a state is not finite any more.
+        """
+        self.command(commands or {})
+        return self._stepper.step()
+
+    def command(self, commands: Mapping[str, Any]) -> None:
+        """Set commands without advancing; an agent with a mission leaves it."""
+        for name, values in commands.items():
+            agent = self._agent(name)
+            mode = self._stepper.mode(name)
+            names = tuple(agent.vehicle.command_names(mode))
+            self._stepper.set_command(name, checked_command(values, n=self.n, names=names, agent=name))
+
+    def set_mode(self, agent: str, mode: str) -> None:
+        """Change the control mode of an agent; it idles in the new mode until it is commanded.
+
+        Raises:
+            LookupFailed: the vehicle has no such mode.
+        """
+        vehicle = self._agent(agent).vehicle
+        if mode not in vehicle.modes:
+            raise LookupFailed("control mode", mode, vehicle.modes, where=agent)
+        self._stepper.set_mode(agent, mode)
+
+    def run(
+        self,
+        seconds: float | None = None,
+        policy: Policy | None = None,
+        record: str | Path | Recorder | None = None,
+        *,
+        progress: Callable[[float, float], None] | None = None,
+        realtime: bool = False,
+    ) -> RunResult:
+        """Run for a time, from where the simulation stands.
+
+        Args:
+            seconds: how long [s]; the scenario's duration where not given, or until every mission has ended.
+            policy: asked every tick with the readings, answers with commands; without it, missions or last commands hold.
+            record: an MCAP file to write.
+            progress: called with (simulated seconds so far, seconds asked for).
+            realtime: wait where the simulation is faster than the clock on the wall.
+
+        Raises:
+            SimulationError: a state is not finite any more; the recording keeps everything until then.
+            RecordingError: the recording cannot be written on.
+        """
+        return run(self, seconds, policy=policy, record=record, progress=progress, realtime=realtime)
+
+    def set_state(
+        self,
+        agent: str,
+        *,
+        position: object = None,
+        attitude: object = None,
+        velocity: object = None,
+        angular_velocity: object = None,
+    ) -> None:
+        """Place an agent anew: position NWU [m], attitude (w, x, y, z), velocities body FLU; `(k,)` or `(n, k)`.
+
+        Raises:
+            CommandError: an unknown agent, a wrong shape, a value that is not finite.
+        """
+        self._agent(agent)
+        now = self.state[agent]
+        n = self.n
+        self._stepper.set_state(
+            agent,
+            position=now.position if position is None else rows(position, n, 3, f"{agent}: position"),
+            attitude=now.attitude if attitude is None else unit_rows(attitude, n, f"{agent}: attitude"),
+            velocity=now.velocity if velocity is None else rows(velocity, n, 3, f"{agent}: velocity"),
+            angular_velocity=now.angular_velocity
+            if angular_velocity is None
+            else rows(angular_velocity, n, 3, f"{agent}: angular_velocity"),
+        )
+
+    def spawn(self, prop: Prop, *, name: str | None = None) -> Body:
+        """Put a body into the world; the next reading of every sensor sees it.
+
+        Returns:
+            A handle with `move` and `remove`.
+
+        Raises:
+            InputError: an unknown shape, material or label, or a name that is taken.
+        """
+        self._spawned += 1
+        name = name or f"{prop.shape}{self._spawned}"
+        geometry: Geometry = prop.geometry(instance=self._bodies.new_instance(), world=self.world)
+        return self._bodies.add(name, geometry, prop.position, prop.attitude)
+
+    def _agent(self, name: str) -> AgentModel:
+        if name not in self.model.agents:
+            raise CommandError(str(LookupFailed("agent", name, self.model.agents)))
+        return self.model.agents[name]
+
+
+def _seed(value: object) -> int:
+    if isinstance(value, bool) or not isinstance(value, int | np.integer) or value < 0:
+        raise ScenarioError(f"a seed is a whole number from 0 on, not {value!r}", where="seed")
+    return int(value)

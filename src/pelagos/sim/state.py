@@ -1,0 +1,100 @@
+"""What a user sees of an agent, and what changes as time passes. Everything else is constant (`sim/model.py`)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pelagos.errors import CommandError
+from pelagos.jit import Array
+from pelagos.sim.trajectory import CHANNELS
+from pelagos.vehicles.state import VehicleState
+
+
+@dataclass(frozen=True)
+class AgentState:
+    """The true state of one agent, for every copy of the fleet.
+
+    Attributes:
+        position: `(n, 3)` world NWU [m].
+        attitude: `(n, 4)` quaternion (w, x, y, z), body FLU to world NWU.
+        velocity: `(n, 3)` over ground, body FLU [m/s].
+        angular_velocity: `(n, 3)` body FLU [rad/s].
+        acceleration: `(n, 3)` inertial, body FLU [m/s^2], gravity not included.
+        angular_acceleration: `(n, 3)` body FLU [rad/s^2].
+        actuators: `(n, k)` actuator states in the vehicle's own units.
+    """
+
+    position: NDArray[np.float64]
+    attitude: NDArray[np.float64]
+    velocity: NDArray[np.float64]
+    angular_velocity: NDArray[np.float64]
+    acceleration: NDArray[np.float64]
+    angular_acceleration: NDArray[np.float64]
+    actuators: NDArray[np.float64]
+
+    @classmethod
+    def of(cls, row: NDArray[np.float64], actuators: NDArray[np.float64]) -> AgentState:
+        """From one row `(n, CHANNELS)` of a trajectory."""
+        assert row.shape[-1] == CHANNELS
+        return cls(row[:, 0:3], row[:, 3:7], row[:, 7:10], row[:, 10:13], row[:, 13:16], row[:, 16:19], actuators)
+
+    @property
+    def depth(self) -> NDArray[np.float64]:
+        """`(n,)` depth of the body's origin below the mean surface [m]."""
+        return np.asarray(-self.position[:, 2])
+
+    @property
+    def euler(self) -> NDArray[np.float64]:
+        """`(n, 3)` roll, pitch, yaw [rad] of FLU in NWU (yaw counter-clockwise from north, pitch positive down)."""
+        w, x, y, z = self.attitude.T
+        roll = np.arctan2(2 * (w * x + y * z), 1 - 2 * (x * x + y * y))
+        pitch = np.arcsin(np.clip(2 * (w * y - z * x), -1.0, 1.0))
+        yaw = np.arctan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))
+        return np.stack([roll, pitch, yaw], axis=-1)
+
+
+@dataclass
+class AgentRun:
+    """The changing part of one agent: what a step reads and replaces.
+
+    Attributes:
+        vehicle: Dr.Jit state of `n` copies.
+        command: the last command, one `Float64` of `n` lanes a channel.
+        command_values: the same, `(n, k)`.
+        mode: control mode.
+        row: `(n, CHANNELS)` motion at the current tick.
+    """
+
+    vehicle: VehicleState
+    command: list[Array]
+    command_values: NDArray[np.float64]
+    mode: str
+    row: NDArray[np.float64]
+
+
+def checked_command(values: object, *, n: int, names: tuple[str, ...], agent: str) -> NDArray[np.float64]:
+    """A command as `(n, k)`; `(k,)` goes to every copy.
+
+    Raises:
+        CommandError: another shape, or a value that is not finite.
+    """
+    try:
+        array = np.asarray(values, dtype=np.float64)
+    except (TypeError, ValueError) as error:
+        raise CommandError(
+            f"{agent}: a command is numbers of shape ({len(names)},) or ({n}, {len(names)}): {error}"
+        ) from None
+    if array.shape not in ((len(names),), (n, len(names))):
+        raise CommandError(
+            f"{agent}: a command has shape ({len(names)},) or ({n}, {len(names)}) for {', '.join(names)}; given {array.shape}"
+        )
+    full = np.array(np.broadcast_to(array, (n, len(names))))
+    if not np.isfinite(full).all():
+        copy, channel = (int(i) for i in np.argwhere(~np.isfinite(full))[0])
+        raise CommandError(
+            f"{agent}: command {names[channel]!r} of copy {copy} is {full[copy, channel]}, not a finite number"
+        )
+    return full

@@ -1,0 +1,331 @@
+"""The step loop. `Stepper.advance` is the table of contents of a simulation."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+
+import drjit as dr
+import numpy as np
+from numpy.typing import NDArray
+
+from pelagos import jit
+from pelagos.errors import ScenarioError, SimulationError
+from pelagos.jit import Array
+from pelagos.sensors.sensor import Measurement, Reading
+from pelagos.sim.bodies import Bodies
+from pelagos.sim.clock import next_multiple
+from pelagos.sim.guidance import Guidance
+from pelagos.sim.initial import StartState
+from pelagos.sim.model import AgentModel, Model, SensorModel
+from pelagos.sim.state import AgentRun, AgentState
+from pelagos.sim.touch import Touch
+from pelagos.sim.trajectory import LaneSelector, Trajectory, channels
+
+GUIDANCE_MODE = "depth_heading_speed"
+GUIDANCE_RATE_HZ = 10.0
+MAX_BLOCK_S = 1.0
+MARGIN_MPS = 2.0  # a hull is taken to gain at most this much speed within a block, when its way is bounded
+
+
+@dataclass(frozen=True)
+class Sampled:
+    """What one sensor read in a block: a measurement whose lanes are `ticks` times the copies."""
+
+    agent: str
+    model: SensorModel
+    ticks: range
+    measurement: Measurement
+
+    def count(self, n: int) -> int:
+        """Ticks at which at least one copy has a reading."""
+        valid = self.measurement.valid
+        return len(self.ticks) if valid is None else int(valid.reshape(-1, n).any(axis=1).sum())
+
+    def readings(self, n: int, dt_ns: int) -> Iterator[tuple[int, Reading]]:
+        """`(tick, reading)` of every tick at which at least one copy has a reading."""
+        m, frame = self.measurement, f"{self.agent}/{self.model.name}"
+        everywhere = np.ones(n, dtype=bool)
+        for k, tick in enumerate(self.ticks):
+            row = slice(k * n, (k + 1) * n)
+            valid = everywhere if m.valid is None else m.valid[row]
+            if not valid.any():
+                continue
+            extras = {name: values[row] for name, values in m.extras.items()} | dict(m.tables)
+            yield tick, Reading(m.data[row], m.truth[row], tick * dt_ns, frame, valid, extras)
+
+
+@dataclass
+class Feedback:
+    """What guidance knows from sensors: the last altitude `(n,)` [m], and whether a fix came since it last asked."""
+
+    altitude: NDArray[np.float64]
+    gps: NDArray[np.bool_]
+
+
+@dataclass
+class Timings:
+    """Wall-clock seconds and number of calls, by part of the loop."""
+
+    seconds: dict[str, float] = field(default_factory=dict)
+    calls: dict[str, int] = field(default_factory=dict)
+
+    def add(self, part: str, start: float) -> None:
+        """Count the time since `start`."""
+        self.seconds[part] = self.seconds.get(part, 0.0) + time.perf_counter() - start
+        self.calls[part] = self.calls.get(part, 0) + 1
+
+
+class Stepper:
+    """Moves every agent, asks every due sensor. What changes in a run is here, and nowhere else.
+
+    Attributes:
+        tick: ticks since the start.
+        timings: where the time went.
+        trajectories: by agent, the motion of the last block.
+    """
+
+    def __init__(self, model: Model, bodies: Bodies) -> None:
+        self._model = model
+        self._bodies = bodies
+        self._select = LaneSelector(n=model.n, dt_ns=model.clock.dt_ns, first_environment=model.first_environment)
+        self._touch = {name: Touch(agent, model, bodies) for name, agent in model.agents.items()}
+        self._guidance_period = model.clock.period(GUIDANCE_RATE_HZ)
+        self._runs: dict[str, AgentRun] = {}
+        self._guidance: dict[str, Guidance] = {}
+        self._feedback: dict[str, Feedback] = {}
+        self.trajectories: dict[str, Trajectory] = {}
+        self.timings = Timings()
+        self.tick = 0
+
+    def start(self, states: Mapping[str, StartState]) -> dict[str, dict[str, Reading]]:
+        """Tick 0: place the agents, and read every sensor."""
+        self.tick = 0
+        self.timings = Timings()
+        self._guidance.clear()
+        for name, agent in self._model.agents.items():
+            self._place(agent, states[name])
+        return self._observe(self._sense())
+
+    def read_now(self) -> list[Sampled]:
+        """Every sensor that is due at the current tick, read again: the same bytes."""
+        return self._sense()
+
+    def step(self) -> dict[str, dict[str, Reading]]:
+        """One tick."""
+        return self._observe(self.advance(self.tick + 1))
+
+    def advance(self, last: int) -> list[Sampled]:
+        """Go on by one block, which ends at tick `last` or where the outside may act before."""
+        self._guide()
+        ticks = self._block_length(last)
+        for agent in self._model.agents.values():
+            self._move(agent, ticks)
+        self.tick += ticks
+        return self._sense()
+
+    def states(self) -> dict[str, AgentState]:
+        """The true state of every agent."""
+        return {name: self._state(run) for name, run in self._runs.items()}
+
+    def mode(self, agent: str) -> str:
+        """The control mode of an agent."""
+        return self._runs[agent].mode
+
+    def missions_done(self) -> bool:
+        """There are missions, and all have ended."""
+        return bool(self._guidance) and all(g.done for g in self._guidance.values())
+
+    def set_command(self, agent: str, values: NDArray[np.float64]) -> None:
+        """Hold another command `(n, k)`; ends the agent's mission."""
+        self._guidance.pop(agent, None)
+        self._hold(self._runs[agent], values)
+
+    def set_mode(self, agent: str, mode: str) -> None:
+        """Another control mode, idling; ends the agent's mission."""
+        self._guidance.pop(agent, None)
+        model, run, state = self._model.agents[agent], self._runs[agent], self.states()[agent]
+        run.mode = mode
+        run.vehicle = model.vehicle.switch_mode(run.vehicle, mode)
+        self._hold(run, _idle(model, mode, state))
+
+    def set_state(self, agent: str, **parts: NDArray[np.float64]) -> None:
+        """Place an agent anew; its actuators and its mission go on."""
+        run = self._runs[agent]
+        run.vehicle = self._model.agents[agent].vehicle.place(run.vehicle, **parts)
+        dr.make_opaque(run.vehicle)
+        run.row = _row(run)
+        self.trajectories[agent] = self._standing(run)
+
+    # the parts of `advance`
+
+    def _guide(self) -> None:
+        """Ask every mission for its set-points, at the rate of guidance."""
+        if self.tick % self._guidance_period:
+            return
+        for name, guidance in self._guidance.items():
+            start = time.perf_counter()
+            run, feedback = self._runs[name], self._feedback[name]
+            state = self._state(run)
+            t_s = self.tick * self._model.clock.dt_ns * 1e-9
+            self._hold(run, guidance.command(state, feedback.altitude, feedback.gps, t_s))
+            feedback.gps[:] = False
+            self.timings.add(f"{name}.guidance", start)
+
+    def _block_length(self, last: int) -> int:
+        """Ticks until a sensor that sees, a mission or the caller may act; one at a time where a hull may touch."""
+        periods = [s.period for a in self._model.agents.values() for s in a.sensors.values() if s.sees]
+        if self._guidance:
+            periods.append(self._guidance_period)
+        limit = min(last, self.tick + max(1, self._model.clock.ticks(MAX_BLOCK_S)))
+        ticks = next_multiple(self.tick, periods, limit) - self.tick
+        return 1 if any(self._near(name, ticks) for name in self._runs) else ticks
+
+    def _near(self, name: str, ticks: int) -> bool:
+        row = self._runs[name].row
+        speed = float(np.abs(row[:, 7:10]).sum(axis=1).max()) + MARGIN_MPS
+        way = speed * ticks * self._model.clock.dt_ns * 1e-9
+        return self._touch[name].possible(row[:, 0:3], way, self._agent_states)
+
+    def _agent_states(self) -> dict[str, AgentState]:
+        return self.states()
+
+    def _move(self, agent: AgentModel, ticks: int) -> None:
+        """The dynamics of one agent, and what it touches."""
+        start = time.perf_counter()
+        run, wrench = self._runs[agent.name], None
+        if ticks == 1 and self._near(agent.name, 1):
+            self._bodies.place(self.states())
+            wrench = self._touch[agent.name].wrench(run.vehicle)
+            self.timings.add(f"{agent.name}.contact", start)
+            start = time.perf_counter()
+        run.vehicle, trajectory = agent.driver.advance(
+            run.vehicle, run.command, self._model.ocean, mode=run.mode, tick=self.tick, ticks=ticks, wrench=wrench
+        )
+        motion = trajectory.numpy()
+        if not np.isfinite(motion).all():
+            self._stop_not_finite(agent, motion)
+        run.row = motion[-1]
+        self.trajectories[agent.name] = trajectory
+        self.timings.add(f"{agent.name}.dynamics", start)
+
+    def _sense(self) -> list[Sampled]:
+        """Ask the sensors that are due in the last block."""
+        sampled = []
+        placed = False
+        for agent in self._model.agents.values():
+            trajectory = self.trajectories[agent.name]
+            lanes = {}
+            for sensor in agent.sensors.values():
+                due = trajectory.due(sensor.period)
+                if not due:
+                    continue
+                start = time.perf_counter()
+                if sensor.sees and not placed:
+                    self._bodies.place(self.states())
+                    placed = True
+                if due not in lanes:
+                    lanes[due] = self._select.lanes(trajectory, due)
+                sampled.append(Sampled(agent.name, sensor, due, sensor.sensor.sense(lanes[due])))
+                self._feed_back(sampled[-1])
+                self.timings.add(f"{agent.name}.{sensor.name}", start)
+        return sampled
+
+    def _feed_back(self, sampled: Sampled) -> None:
+        """Keep what guidance needs."""
+        n, kind, m = self._model.n, sampled.model.config.type, sampled.measurement
+        feedback = self._feedback[sampled.agent]
+        if kind == "altimeter":
+            altitude = np.asarray(m.data, dtype=np.float64).reshape(len(sampled.ticks), n, -1)[-1, :, 0]
+            valid = np.isfinite(altitude) if m.valid is None else m.valid[-n:] & np.isfinite(altitude)
+            feedback.altitude = np.where(valid, altitude, np.inf)
+        elif kind == "gps" and m.valid is not None:
+            feedback.gps |= m.valid.reshape(-1, n).any(axis=0)
+
+    # construction, and the numbers behind a state
+
+    def _place(self, agent: AgentModel, start: StartState) -> None:
+        vehicle = agent.vehicle.initial_state(start.position, start.attitude, start.velocity)
+        dr.make_opaque(vehicle)
+        mode = agent.config.control or (GUIDANCE_MODE if agent.tasks else agent.vehicle.default_mode)
+        if mode not in agent.vehicle.modes or (agent.tasks and mode != GUIDANCE_MODE):
+            allowed = [GUIDANCE_MODE] if agent.tasks else agent.vehicle.modes
+            where = self._model.scenario.where("agents", agent.name, "control")
+            raise ScenarioError(
+                f"control mode {mode!r} cannot be used here; allowed: {', '.join(allowed)}", where=where
+            )
+        run = AgentRun(vehicle, [], np.empty(0), mode, np.empty(0))
+        run.row = _row(run)
+        self._runs[agent.name] = run
+        self.trajectories[agent.name] = self._standing(run)
+        state = self._state(run)
+        held = agent.config.command
+        self._hold(run, _idle(agent, mode, state) if held is None else np.tile(np.array(held), (self._model.n, 1)))
+        n = self._model.n
+        self._feedback[agent.name] = Feedback(np.full(n, np.inf), np.zeros(n, dtype=bool))
+        if agent.tasks:
+            dt_s = self._guidance_period * self._model.clock.dt_ns * 1e-9
+            self._guidance[agent.name] = Guidance.start(agent.tasks, state, dt_s=dt_s)
+
+    def _hold(self, run: AgentRun, values: NDArray[np.float64]) -> None:
+        if run.command_values.shape == values.shape and (run.command_values == values).all():
+            return
+        run.command_values = values
+        run.command = [jit.Float64(np.ascontiguousarray(column)) for column in values.T]
+
+    def _standing(self, run: AgentRun) -> Trajectory:
+        """A block of the current tick alone."""
+        packed = jit.Float64(np.ascontiguousarray(run.row.ravel()))
+        return Trajectory(packed=packed, n=self._model.n, ticks=1, first_tick=self.tick)
+
+    def _state(self, run: AgentRun) -> AgentState:
+        actuators: list[Array] = run.vehicle.actuators
+        columns = [np.array(a) for a in actuators]
+        return AgentState.of(run.row, np.stack(columns, axis=-1) if columns else np.empty((self._model.n, 0)))
+
+    def _observe(self, sampled: list[Sampled]) -> dict[str, dict[str, Reading]]:
+        observed: dict[str, dict[str, Reading]] = {name: {} for name in self._model.agents}
+        for one in sampled:
+            for _, reading in one.readings(self._model.n, self._model.clock.dt_ns):
+                observed[one.agent][one.model.name] = reading
+        return observed
+
+    def _stop_not_finite(self, agent: AgentModel, motion: NDArray[np.float64]) -> None:
+        k, copy, _ = (int(i) for i in np.argwhere(~np.isfinite(motion))[0])
+        t_s = (self.tick + 1 + k) * self._model.clock.dt_ns * 1e-9
+        run = self._runs[agent.name]
+        last = motion[k - 1, copy] if k else run.row[copy]
+        raise NotFinite(agent, copy, t_s, last, run.command_values[copy])
+
+
+class NotFinite(SimulationError):
+    """A state is not finite any more; carries the last one that was.
+
+    Attributes:
+        agent, copy, t_s: which vehicle, and when [s].
+        state: `(CHANNELS,)` the last finite motion.
+        command: the command that was held.
+    """
+
+    def __init__(
+        self, agent: AgentModel, copy: int, t_s: float, state: NDArray[np.float64], command: NDArray[np.float64]
+    ) -> None:
+        self.agent, self.copy, self.t_s, self.state, self.command = agent.name, copy, t_s, state, command
+        term = agent.vehicle.blame(state[0:3], state[3:7], state[7:10], state[10:13])
+        position, velocity = np.array2string(state[0:3], precision=3), np.array2string(state[7:10], precision=3)
+        super().__init__(
+            f"{agent.name} (copy {copy}) has no finite state at t = {t_s:.3f} s; {term}; just before it was at {position} m "
+            f"with {velocity} m/s, commanded {np.array2string(command, precision=4)}"
+        )
+
+
+def _row(run: AgentRun) -> NDArray[np.float64]:
+    return np.stack([np.array(c) for c in channels(run.vehicle)], axis=-1)
+
+
+def _idle(agent: AgentModel, mode: str, state: AgentState) -> NDArray[np.float64]:
+    """A command that changes nothing much: stay at this depth and heading, actuators at rest."""
+    idle = {"depth": state.depth, "heading": -state.euler[:, 2]}
+    n = len(state.position)
+    return np.stack([idle.get(name, np.zeros(n)) for name in agent.vehicle.command_names(mode)], axis=-1)

@@ -1,0 +1,106 @@
+"""What a block of ticks leaves behind: the motion of one agent at every tick, and the lanes that sensors ask for."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, Final
+
+import drjit as dr
+import numpy as np
+from numpy.typing import NDArray
+
+from pelagos import jit
+from pelagos.jit import Array
+from pelagos.math.frames import flip_quaternion, flip_yz
+from pelagos.sensors.sensor import Kinematics
+from pelagos.vehicles.state import VehicleState
+
+CHANNELS: Final = 19  # position 3, attitude 4, velocity 3, angular velocity 3, acceleration 3, angular acceleration 3
+
+
+def channels(state: VehicleState) -> list[Array]:
+    """The motion in NWU and FLU, `CHANNELS` arrays `Float64` in the order of `Kinematics`."""
+    velocity, spin = flip_yz(state.velocity), flip_yz(state.angular_velocity)
+    acceleration = flip_yz(state.acceleration) + dr.cross(spin, velocity)
+    position, attitude = flip_yz(state.position), flip_quaternion(state.attitude)
+    return [*position, *attitude, *velocity, *spin, *acceleration, *flip_yz(state.angular_acceleration)]
+
+
+@dataclass(frozen=True)
+class Trajectory:
+    """Ticks `first_tick .. first_tick + ticks - 1` of one agent.
+
+    Attributes:
+        packed: `Float64`, `(ticks, n, CHANNELS)` in one row.
+        n: copies.
+        ticks: length of the block.
+        first_tick: the tick of the first row.
+    """
+
+    packed: Array
+    n: int
+    ticks: int
+    first_tick: int
+
+    def numpy(self) -> NDArray[np.float64]:
+        """`(ticks, n, CHANNELS)`."""
+        return np.array(self.packed).reshape(self.ticks, self.n, CHANNELS)
+
+    def due(self, period: int) -> range:
+        """The ticks of this block that are multiples of `period`."""
+        start = -(-self.first_tick // period) * period
+        return range(start, self.first_tick + self.ticks, period)
+
+
+class LaneSelector:
+    """Cuts the lanes of due ticks out of a trajectory, one frozen call for each number of lanes."""
+
+    def __init__(self, *, n: int, dt_ns: int, first_environment: int) -> None:
+        self._n = n
+        self._frozen: dict[int, Callable[..., Kinematics]] = {}
+        self._dt = dr.opaque(jit.UInt64, dt_ns)
+        self._environment = dr.opaque(jit.UInt32, first_environment)
+        self._copies = dr.opaque(jit.UInt32, n)
+
+    def lanes(self, trajectory: Trajectory, ticks: range) -> Kinematics:
+        """The motion at `ticks`, tick-major."""
+        count = len(ticks) * self._n
+        if count not in self._frozen:
+            self._frozen[count] = dr.freeze(_selector(count))
+        u32 = jit.UInt32
+        start = dr.opaque(u32, ticks.start - trajectory.first_tick)
+        step, first = dr.opaque(u32, ticks.step), dr.opaque(u32, trajectory.first_tick)
+        return self._frozen[count](trajectory.packed, start, step, first, self._copies, self._dt, self._environment)
+
+
+def _selector(count: int) -> Callable[..., Kinematics]:
+    def select(
+        packed: Array, start: Array, step: Array, first: Array, n: Array, dt: Array, environment: Array
+    ) -> Kinematics:
+        lane = dr.arange(jit.UInt32, count)
+        copy = lane % n
+        row = start + lane // n * step
+        at = (row * n + copy) * CHANNELS
+        c = [dr.gather(jit.Float64, packed, at + i) for i in range(CHANNELS)]
+        tick = first + row
+        return kinematics(c, tick=tick, t_ns=jit.UInt64(tick) * dt, environment=environment + copy, copy=copy)
+
+    return select
+
+
+def kinematics(c: list[Array], *, tick: Array, t_ns: Array, environment: Array, copy: Array) -> Kinematics:
+    """`CHANNELS` arrays -> `Kinematics`."""
+    v3: Any = jit.Array3f64
+    return Kinematics(
+        position=v3(c[0:3]),
+        attitude=jit.Array4f64(c[3:7]),
+        velocity=v3(c[7:10]),
+        angular_velocity=v3(c[10:13]),
+        acceleration=v3(c[13:16]),
+        angular_acceleration=v3(c[16:19]),
+        t_ns=t_ns,
+        tick=tick,
+        environment=environment,
+        copy=copy,
+    )
