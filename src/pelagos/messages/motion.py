@@ -1,0 +1,105 @@
+"""The vehicle's true motion and its frames: nav_msgs/Odometry, /tf and /tf_static (world ENU, body FLU)."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pelagos.math.frames import nwu_to_enu_np, quaternion_nwu_to_enu_np
+from pelagos.messages.encoding import Buffer, seconds_nanoseconds
+from pelagos.messages.store import Message, header, make, quaternion, serialize, stamp, vector3
+from pelagos.messages.template import STAMP, Template, fields, joined
+
+ODOMETRY: Final = "nav_msgs/msg/Odometry"
+TF: Final = "tf2_msgs/msg/TFMessage"
+WORLD_FRAME: Final = "map"
+
+ODOMETRY_FIELDS: Final = joined(
+    STAMP, fields("pose.pose.position", "x y z"), fields("pose.pose.orientation", "x y z w"),
+    fields("twist.twist.linear", "x y z"), fields("twist.twist.angular", "x y z"),
+)  # fmt: skip
+
+
+class TruthEncoder:
+    """Odometry and transform of one vehicle."""
+
+    def __init__(self, base_frame: str) -> None:
+        self._odometry = Template(ODOMETRY, _odometry(base_frame), ODOMETRY_FIELDS)
+        message = make(TF, transforms=[_transform(WORLD_FRAME, base_frame, (0, 0, 0), (1, 0, 0, 0))])
+        inside = [f"transforms[0].{field}" for field in STAMP]
+        inside += fields("transforms[0].transform.translation", "x y z")
+        inside += fields("transforms[0].transform.rotation", "x y z w")
+        self._transform = Template(TF, message, inside)
+
+    def encode(
+        self,
+        t_ns: int,
+        position: NDArray[np.float64],
+        attitude: NDArray[np.float64],
+        velocity: NDArray[np.float64],
+        angular_velocity: NDArray[np.float64],
+    ) -> tuple[Buffer, Buffer]:
+        """Odometry and transform of one copy: position `(3,)` NWU [m], attitude `(4,)` wxyz, velocities `(3,)` FLU."""
+        enu = nwu_to_enu_np(position).tolist()
+        w, x, y, z = quaternion_nwu_to_enu_np(attitude).tolist()
+        time = seconds_nanoseconds(t_ns)
+        pose = (*time, *enu, x, y, z, w)
+        return (
+            self._odometry.encode(*pose, *velocity.tolist(), *angular_velocity.tolist()),
+            self._transform.encode(*pose),
+        )
+
+
+def static_transforms(
+    base_frame: str, mounts: Mapping[str, tuple[Sequence[float], Sequence[float]]], optical: Sequence[str] = ()
+) -> list[Message]:
+    """One transform for each sensor: name -> (position in the body FLU [m], quaternion wxyz sensor to body).
+
+    `optical` names the cameras, which have a second frame with z forward, x right, y down.
+    """
+    found = [
+        _transform(base_frame, base_frame.rsplit("/", 1)[0] + "/" + name, position, attitude)
+        for name, (position, attitude) in mounts.items()
+    ]
+    for name in optical:
+        frame = base_frame.rsplit("/", 1)[0] + "/" + name
+        found.append(_transform(frame, frame + "_optical", (0, 0, 0), (0.5, -0.5, 0.5, -0.5)))
+    return found
+
+
+def static_message(transforms: list[Message]) -> bytes:
+    """The one latched message on /tf_static."""
+    return serialize(TF, make(TF, transforms=transforms))
+
+
+def _transform(parent: str, child: str, position: Sequence[float], attitude: Sequence[float]) -> Message:
+    transform = make(
+        "geometry_msgs/msg/Transform",
+        translation=vector3(*(float(p) for p in position)),
+        rotation=quaternion(*(float(q) for q in attitude)),
+    )
+    return make(
+        "geometry_msgs/msg/TransformStamped",
+        header=make("std_msgs/msg/Header", stamp=stamp(0), frame_id=parent),
+        child_frame_id=child,
+        transform=transform,
+    )
+
+
+def _odometry(base_frame: str) -> Message:
+    pose = make(
+        "geometry_msgs/msg/Pose",
+        position=make("geometry_msgs/msg/Point", x=0.0, y=0.0, z=0.0),
+        orientation=quaternion(),
+    )
+    twist = make("geometry_msgs/msg/Twist", linear=vector3(), angular=vector3())
+    return make(
+        ODOMETRY,
+        header=header(WORLD_FRAME),
+        child_frame_id=base_frame,
+        pose=make("geometry_msgs/msg/PoseWithCovariance", pose=pose, covariance=np.zeros(36)),
+        twist=make("geometry_msgs/msg/TwistWithCovariance", twist=twist, covariance=np.zeros(36)),
+    )

@@ -1,0 +1,102 @@
+"""Messages of fixed size, made by overwriting the numbers that vary in bytes that were serialised once.
+
+A field's place is found by serialising the message twice with different values there, so the layout is always the
+serialiser's own.
+"""
+
+from __future__ import annotations
+
+import copy
+import itertools
+import struct
+from collections.abc import Sequence
+from typing import Any, Final
+
+from pelagos.messages.store import Message, serialize
+
+_FORMAT: Final = {"float64": "d", "float32": "f", "int32": "i", "uint32": "I", "uint16": "H", "uint8": "B", "int8": "b"}
+STAMP: Final = ("header.stamp.sec:int32", "header.stamp.nanosec:uint32")
+
+
+class Template:
+    """Bytes of one message type in which only named numbers vary.
+
+    Attributes:
+        places: byte offset and `struct` format character of each varying number.
+
+    Args:
+        name: message type.
+        message: the constant part, with anything in the varying fields.
+        varying: "path.to.field:type" or "path.to.array[3]:type", in the order in which `encode` takes their values; types
+            float64, float32, int32, uint32, uint16, uint8, int8.
+    """
+
+    def __init__(self, name: str, message: Message, varying: Sequence[str]) -> None:
+        self.name = name
+        self._bytes = serialize(name, message)
+        places = [_place(name, message, *field.split(":")) for field in varying]
+        self.places: list[tuple[int, str]] = places
+        self._runs: list[tuple[struct.Struct, int, int, int]] = []
+        for group in _contiguous(places):
+            first, last = group[0][0], group[-1][0]
+            code = struct.Struct("<" + "".join(places[i][1] for i, _ in group))
+            self._runs.append((code, group[0][1], first, last + 1))
+
+    def encode(self, *values: float) -> bytearray:
+        """The message with `values` in its varying fields."""
+        out = bytearray(self._bytes)
+        for code, offset, first, end in self._runs:
+            code.pack_into(out, offset, *values[first:end])
+        return out
+
+
+def _place(name: str, message: Message, path: str, kind: str) -> tuple[int, str]:
+    """Byte offset and struct format of one number."""
+    code = _FORMAT[kind]
+    size = struct.calcsize(code)
+    marks = []
+    for fill in (0x3A, 0x5B):
+        changed = copy.deepcopy(message)
+        (value,) = struct.unpack("<" + code, bytes([fill]) * size)
+        _assign(changed, path, value)
+        marks.append(serialize(name, changed))
+    differing = [i for i, (a, b) in enumerate(zip(*marks, strict=True)) if a != b]
+    assert differing == list(range(differing[0], differing[0] + size)), f"{name}: {path} is not {kind}"
+    return differing[0], code
+
+
+def _assign(message: Any, path: str, value: float) -> None:
+    *parents, leaf = path.replace("[", ".[").split(".")
+    for part in parents:
+        message = message[int(part[1:-1])] if part.startswith("[") else getattr(message, part)
+    if leaf.startswith("["):
+        message[int(leaf[1:-1])] = value
+    else:
+        setattr(message, leaf, value)
+
+
+def _contiguous(places: Sequence[tuple[int, str]]) -> list[list[tuple[int, int]]]:
+    """Runs of fields that follow one another in both orders: lists of (index, offset)."""
+    runs: list[list[tuple[int, int]]] = []
+    end = -1
+    for index, (offset, code) in enumerate(places):
+        if offset != end:
+            runs.append([])
+        runs[-1].append((index, offset))
+        end = offset + struct.calcsize(code)
+    return runs
+
+
+def elements(path: str, count: int, kind: str) -> list[str]:
+    """Names of the first `count` elements of an array field."""
+    return [f"{path}[{i}]:{kind}" for i in range(count)]
+
+
+def fields(path: str, names: str, kind: str = "float64") -> list[str]:
+    """Names of several fields of one sub-message: `fields("pose.position", "x y z")`."""
+    return [f"{path}.{name}:{kind}" for name in names.split()]
+
+
+def joined(*groups: Sequence[str]) -> list[str]:
+    """One list of field names."""
+    return list(itertools.chain(*groups))

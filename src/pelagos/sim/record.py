@@ -1,0 +1,200 @@
+"""Recordings: every reading and the true motion of a run as one MCAP file of ROS 2 messages.
+
+Log time is simulation time. The file carries the resolved scenario, the seed and the versions that it takes to repeat
+the run. A chunk ends at least every half second of simulated and of wall time, so that a killed run keeps all but that.
+"""
+
+from __future__ import annotations
+
+import platform
+import time
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+from types import TracebackType
+from typing import Final, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pelagos.messages.encoders import encoder
+from pelagos.messages.encoding import Encoding, Site
+from pelagos.messages.motion import ODOMETRY, TF, TruthEncoder, static_message, static_transforms
+from pelagos.messages.store import schema
+from pelagos.sensors.sensor import Reading, SensorConfig
+from pelagos.sim.mcap_file import McapWriter
+
+CHUNK_NS: Final = 500_000_000  # [ns] of simulated time in one chunk
+CHUNK_WALL_S: Final = 0.5
+SCENARIO: Final = "scenario.yaml"
+PACKAGES: Final = ("pelagos", "mitsuba", "drjit", "numpy", "gsw", "pillow")
+
+Pose: TypeAlias = tuple[Sequence[float], Sequence[float]]
+
+
+@dataclass(frozen=True)
+class _Track:
+    """One sensor of one agent: its encoding, and for each copy the channel of each topic."""
+
+    encoding: Encoding
+    channels: list[list[int]]
+
+
+class Recorder:
+    """Writes a recording; use it as a context manager.
+
+    Attributes:
+        path: the file.
+
+    Args:
+        path: the file; its folder exists.
+        scenario_yaml: the resolved scenario.
+        seed: the run's seed.
+        sensors: configuration by agent and sensor name.
+        mounts: (position [m], quaternion wxyz) in the body frame by agent and sensor; from the configurations if None.
+        origin: latitude and longitude of the world's origin [deg].
+        dt_ns: the tick [ns].
+        copies: how many copies of the fleet are recorded. One copy has topics "/auv0/imu", more have "/env0/auv0/imu".
+
+    Raises:
+        RecordingError: the file cannot be written (also from every method).
+    """
+
+    def __init__(
+        self,
+        path: str | Path,
+        scenario_yaml: str,
+        seed: int,
+        sensors: Mapping[str, Mapping[str, SensorConfig]],
+        mounts: Mapping[str, Mapping[str, Pose]] | None,
+        origin: tuple[float, float],
+        dt_ns: int,
+        *,
+        copies: int = 1,
+    ) -> None:
+        self.path = Path(path)
+        self._writer = McapWriter(self.path, library=f"pelagos {installed('pelagos')}")
+        self._writer.add_metadata("pelagos", _metadata(seed, dt_ns, origin, copies))
+        self._writer.add_attachment(SCENARIO, "application/yaml", scenario_yaml.encode())
+        self._schemas: dict[str, int] = {}
+        self._copies = copies
+        self._tracks: dict[tuple[str, str], _Track] = {}
+        self._truth: dict[str, list[tuple[TruthEncoder, int]]] = {}
+        self._tf = self._channel("/tf", TF, {})
+        self._chunk_ns = 0
+        self._chunk_wall = time.monotonic()
+        transforms = []
+        for agent, configs in sensors.items():
+            self._add_agent(agent, configs, origin)
+            poses = (
+                mounts[agent]
+                if mounts is not None
+                else {n: (c.position_m, c.q_body_sensor) for n, c in configs.items()}
+            )
+            cameras = [name for name, config in configs.items() if config.type.endswith("camera")]
+            for place in self._places(agent):
+                transforms += static_transforms(f"{place}/base_link", poses, cameras)
+        latched = self._channel("/tf_static", TF, {"offered_qos_profiles": _LATCHED})
+        self._writer.add_message(latched, 0, static_message(transforms))
+        self._writer.flush()
+
+    def write(self, agent: str, sensor: str, reading: Reading) -> None:
+        """Record one reading: the copies of it that are valid."""
+        track = self._tracks[agent, sensor]
+        t_ns = reading.t_ns
+        add = self._writer.add_message
+        for copy, channels in enumerate(track.channels):
+            if reading.valid[copy]:
+                for channel, data in zip(channels, track.encoding.encode(reading, copy), strict=True):
+                    if data is not None:
+                        add(channel, t_ns, data)
+        self._end_chunk(t_ns)
+
+    def write_truth(
+        self,
+        agent: str,
+        t_ns: int,
+        position: NDArray[np.float64],
+        attitude: NDArray[np.float64],
+        velocity: NDArray[np.float64],
+        angular_velocity: NDArray[np.float64],
+    ) -> None:
+        """Record the true motion: `(n, 3)` NWU [m], `(n, 4)` wxyz, `(n, 3)` FLU [m/s], `(n, 3)` FLU [rad/s]."""
+        for i, (encode, channel) in enumerate(self._truth[agent]):
+            odometry, transform = encode.encode(t_ns, position[i], attitude[i], velocity[i], angular_velocity[i])
+            self._writer.add_message(channel, t_ns, odometry)
+            self._writer.add_message(self._tf, t_ns, transform)
+        self._end_chunk(t_ns)
+
+    def flush(self) -> None:
+        """Hand everything recorded until now to the operating system."""
+        self._writer.flush()
+
+    def close(self) -> None:
+        """Finish the file with the index that lets readers seek."""
+        self._writer.close()
+
+    def __enter__(self) -> Recorder:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def _places(self, agent: str) -> list[str]:
+        return [agent] if self._copies == 1 else [f"env{i}/{agent}" for i in range(self._copies)]
+
+    def _add_agent(self, agent: str, configs: Mapping[str, SensorConfig], origin: tuple[float, float]) -> None:
+        places = self._places(agent)
+        for name, config in configs.items():
+            about = {"agent": agent, "sensor": name, "type": config.type, "rate_hz": f"{config.rate_hz:g}"}
+            for copy, place in enumerate(places):
+                encoding = encoder(config, Site(f"{place}/{name}", *origin))
+                channels = [
+                    self._channel("/" + "/".join(filter(None, (place, name, topic.suffix))), topic.type, about)
+                    for topic in encoding.topics
+                ]
+                if copy == 0:
+                    self._tracks[agent, name] = _Track(encoding, [])
+                self._tracks[agent, name].channels.append(channels)
+        self._truth[agent] = [
+            (TruthEncoder(f"{place}/base_link"), self._channel(f"/{place}/truth", ODOMETRY, {"agent": agent}))
+            for place in places
+        ]
+
+    def _channel(self, topic: str, type_name: str, about: Mapping[str, str]) -> int:
+        if type_name not in self._schemas:
+            self._schemas[type_name] = self._writer.add_schema(type_name, "ros2msg", schema(type_name))
+        return self._writer.add_channel(topic, self._schemas[type_name], "cdr", about)
+
+    def _end_chunk(self, t_ns: int) -> None:
+        if t_ns - self._chunk_ns >= CHUNK_NS or time.monotonic() - self._chunk_wall >= CHUNK_WALL_S:
+            self._writer.flush()
+            self._chunk_ns = t_ns
+            self._chunk_wall = time.monotonic()
+
+
+_LATCHED: Final = (
+    "- history: keep_last\n  depth: 1\n  reliability: reliable\n  durability: transient_local\n"
+    "  deadline: {sec: 0, nsec: 0}\n  lifespan: {sec: 0, nsec: 0}\n  liveliness: system_default\n"
+    "  liveliness_lease_duration: {sec: 0, nsec: 0}\n  avoid_ros_namespace_conventions: false\n"
+)
+
+
+def installed(package: str) -> str:
+    """The version of an installed package, "unknown" where there is none."""
+    try:
+        return version(package)
+    except PackageNotFoundError:
+        return "unknown"
+
+
+def _metadata(seed: int, dt_ns: int, origin: tuple[float, float], copies: int) -> dict[str, str]:
+    found = {name: installed(name) for name in PACKAGES}
+    return {
+        "seed": str(seed), "dt_ns": str(dt_ns), "copies": str(copies), "latitude_deg": repr(float(origin[0])),
+        "longitude_deg": repr(float(origin[1])), "python": platform.python_version(), "machine": platform.machine(),
+        **{f"{name}_version": value for name, value in found.items()},
+    }  # fmt: skip
