@@ -1,8 +1,8 @@
 """Which component a `type:` in a scenario stands for.
 
 A table names each class as a string, "module:Class", imported at first use: the registry stands at the bottom of the
-layers and knows the others by name only. Other packages add to a table through entry points of the groups `pelagos.sensors`,
-`pelagos.worlds` and so on; a name of theirs may not replace one of ours.
+layers and knows the others by name only. Other packages add to a table through entry points of the groups
+`pelagos.sensors`, `pelagos.worlds` and so on; a name of theirs may not replace one of ours.
 """
 
 from __future__ import annotations

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Any, Self
 
 from pydantic import Field, PrivateAttr, ValidationError, field_validator, model_validator
 from pydantic_core import InitErrorDetails, PydanticCustomError
@@ -42,14 +42,10 @@ class Origin(Strict):
 
 
 class Record(Strict):
-    """What goes into a recording."""
+    """What goes into a recording beside the readings of the sensors."""
 
-    exclude: tuple[str, ...] = ()
-    """Sensors that are not recorded, as "agent.sensor"."""
-    state_rate_hz: float | None = Field(default=None, gt=0)
-    """Rate of the recorded true state of every vehicle [Hz]; divides the tick rate; at most 50 Hz where not given."""
-    compression: Literal["zstd", "lz4", "none"] = "zstd"
-    """How chunks of the recording are compressed."""
+    state_rate_hz: float = Field(default=50.0, gt=0)
+    """Rate of the true motion of every vehicle [Hz]; divides the tick rate. Not given: 50 Hz or the nearest below."""
 
 
 class Scenario(Strict):
@@ -87,12 +83,6 @@ class Scenario(Strict):
         return round(1e9 / self.tick_rate_hz)
 
     @property
-    def state_ticks(self) -> int:
-        """Ticks between two recorded states of the vehicles."""
-        rate = self.record.state_rate_hz or min(50.0, self.tick_rate_hz)
-        return math.ceil(self.tick_rate_hz / rate - 1e-6)
-
-    @property
     def places(self) -> Mapping[tuple[str | int, ...], str]:
         """Where each value was written, "file:line" by its path of keys."""
         return self._places
@@ -118,6 +108,21 @@ class Scenario(Strict):
             refuse_bad_names(value, "agent")
         return value
 
+    @model_validator(mode="before")
+    @classmethod
+    def _state_rate(cls, data: Any) -> Any:
+        """A rate of the recorded motion that suits the tick rate, where the scenario gives none."""
+        tick_rate = data.get("tick_rate_hz") if isinstance(data, Mapping) else None
+        record = data.get("record", {}) if isinstance(data, Mapping) else None
+        if (
+            not isinstance(tick_rate, int | float)
+            or not tick_rate > 0
+            or not isinstance(record, Mapping)
+            or "state_rate_hz" in record
+        ):
+            return data
+        return {**data, "record": {**record, "state_rate_hz": tick_rate / max(1, math.ceil(tick_rate / 50.0 - 1e-6))}}
+
     @model_validator(mode="after")
     def _rates_divide(self) -> Self:
         wrong = [
@@ -133,26 +138,11 @@ class Scenario(Strict):
             raise ValidationError.from_exception_data("Scenario", wrong)
         return self
 
-    @model_validator(mode="after")
-    def _excluded_exist(self) -> Self:
-        known = [f"{agent}.{sensor}" for agent, one in self.agents.items() for sensor in one.sensors]
-        for index, name in enumerate(self.record.exclude):
-            if name not in known:
-                text = f"no sensor is called {name!r}; known: {', '.join(known)}"
-                wrong = InitErrorDetails(
-                    type=PydanticCustomError("sensor", "{text}", {"text": text}),
-                    loc=("record", "exclude", index),
-                    input=name,
-                )
-                raise ValidationError.from_exception_data("Scenario", [wrong])
-        return self
-
     def _rates(self) -> Iterator[tuple[tuple[str, ...], float]]:
         for name, agent in self.agents.items():
             for sensor, config in agent.sensors.items():
                 yield ("agents", name, "sensors", sensor, "rate_hz"), config.rate_hz
-        if self.record.state_rate_hz is not None:
-            yield ("record", "state_rate_hz"), self.record.state_rate_hz
+        yield ("record", "state_rate_hz"), self.record.state_rate_hz
 
 
 def divides(rate_hz: float, tick_rate_hz: float) -> bool:
