@@ -7,16 +7,13 @@ q_body_sensor.
 
 from __future__ import annotations
 
-from typing import Final
-
 import drjit as dr
 
 from pelagos import jit
 from pelagos.jit import Array
+from pelagos.math.constants import GRAVITY
 from pelagos.math.so3 import multiply, rotate, rotate_back
 from pelagos.sensors.sensor import Kinematics, SensorConfig
-
-GRAVITY: Final = 9.81  # [m/s^2], as the vehicles' hydrostatics
 
 
 def sensor_pose(motion: Kinematics, config: SensorConfig) -> tuple[Array, Array]:
