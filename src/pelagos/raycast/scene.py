@@ -1,8 +1,9 @@
 """The two ray-tracing scenes, and the tables that say what was hit.
 
 Static geometry stands in a Mitsuba scene that never changes; everything that moves stands in a second, small one,
-because moving one instance rebuilds every acceleration structure of its scene. Single precision is kept exact to a millimetre by
-working relative to `origin`. Copies of a fleet share the static scene; their moving bodies stand `COPY_SPACING` apart.
+because moving one instance rebuilds every acceleration structure of its scene. Single precision is kept exact to a
+millimetre by working relative to `origin`. Copies of a fleet share the static scene; their moving bodies
+stand `COPY_SPACING` apart.
 """
 
 from __future__ import annotations
@@ -101,23 +102,23 @@ class Scene:
         self.generation += 1
         self._bodies = [g for g, _ in bodies]
         self._body_copy = np.array([c for _, c in bodies], dtype=np.int64)
-        description: dict[str, Any] = {"type": "scene"}
-        groups: dict[int, str] = {}
+        groups: dict[str, Any] = {}
+        instances: dict[str, Any] = {}
         starts: dict[int, int] = {}
         faces: list[NDArray[np.uint32]] = []
         first: list[int] = []
         total = 0
         for row, (geometry, _) in enumerate(bodies):
             key = id(geometry)
-            if key not in groups:
-                groups[key] = f"group{len(groups)}"
-                mesh = _mesh(groups[key], _merge([geometry], np.zeros(3)))
-                description[groups[key]] = {"type": "shapegroup", "mesh": mesh}
+            if key not in starts:
+                mesh = _mesh(f"group{key}", _merge([geometry], np.zeros(3)))
+                groups[f"group{key}"] = {"type": "shapegroup", "mesh": mesh}
                 starts[key] = total
                 faces.append(self._objects.rows(geometry))
                 total += len(geometry.faces)
             first.append(starts[key])
-            description[f"body{row}"] = {"type": "instance", "group": {"type": "ref", "id": groups[key]}}
+            instances[f"body{row}"] = {"type": "instance", "group": {"type": "ref", "id": f"group{key}"}}
+        description = {"type": "scene", **groups, **instances}  # in this order, so that identifiers follow rows
         self.moving = jit.mi.load_dict(description, parallel=False, optimize=False) if bodies else None
         self._parameters = jit.mi.traverse(self.moving) if bodies else None
         self._refresh_tables(moving_first=first, moving_faces=faces)
@@ -129,7 +130,7 @@ class Scene:
         velocity: NDArray[np.float64],
         angular_velocity: NDArray[np.float64],
     ) -> None:
-        """Place every moving row: position `(b, 3)` NWU [m], attitude `(b, 4)`, velocities `(b, 3)` in the world frame."""
+        """Place every moving row: position `(b, 3)` NWU [m], attitude `(b, 4)`, world-frame velocities `(b, 3)`."""
         if self.moving is None:
             return
         offset = copy_offsets(self.copies)[self._body_copy]
@@ -243,7 +244,9 @@ def _mesh(name: str, geometry: Geometry) -> Any:
 def _first_identifier(scene: Any) -> int:
     if scene is None:
         return 0
-    return int(np.min(np.array(dr.reinterpret_array(jit.UInt32, scene.shapes_dr()))))
+    identifiers = np.array(dr.reinterpret_array(jit.UInt32, scene.shapes_dr()))
+    assert (np.diff(identifiers) == 1).all(), "identifiers of shapes no longer follow their order"
+    return int(identifiers[0])
 
 
 def _table(values: Sequence[int]) -> NDArray[np.uint32]:

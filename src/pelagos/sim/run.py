@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
+from pelagos.config.loader import to_yaml
 from pelagos.errors import CommandError, PelagosError
 from pelagos.sim.record import Recorder
 from pelagos.sim.step import NotFinite, Sampled
@@ -64,7 +65,7 @@ def run(
     asked = sim.scenario.duration_s if seconds is None else float(seconds)
     if not (math.isfinite(asked) and asked > 0):
         raise CommandError(f"a run lasts a positive number of seconds, not {seconds!r}")
-    recorder = record if isinstance(record, Recorder) or record is None else Recorder.of(Path(record), sim)
+    recorder = record if isinstance(record, Recorder) or record is None else open_recorder(Path(record), sim)
     loop = _Loop(sim, asked, policy, recorder, progress, realtime, until_missions_end=seconds is None)
     try:
         return loop.go()
@@ -73,6 +74,22 @@ def run(
     finally:
         if recorder is not None and recorder is not record:
             recorder.close()
+
+
+def open_recorder(path: Path, sim: Simulation) -> Recorder:
+    """A recorder for every sensor of `sim` that the scenario does not exclude.
+
+    Raises:
+        RecordingError: the file cannot be written.
+    """
+    scenario = sim.scenario
+    skip = set(scenario.record.exclude)
+    sensors = {
+        name: {s: m.config for s, m in agent.sensors.items() if f"{name}.{s}" not in skip}
+        for name, agent in sim.model.agents.items()
+    }
+    origin = (sim.world.origin.latitude_deg, sim.world.origin.longitude_deg)
+    return Recorder(path, to_yaml(scenario), sim.seed, sensors, None, origin, sim.dt_ns, copies=sim.n)
 
 
 class _Loop:
@@ -93,6 +110,7 @@ class _Loop:
         self._stepper = sim.stepper
         self._first = self._stepper.tick
         self._last = self._first + sim.model.clock.ticks(asked)
+        self._excluded = set(sim.scenario.record.exclude)
         self._counts = {f"{a.name}.{s}": 0 for a in sim.model.agents.values() for s in a.sensors}
         self._latest: Observations = {name: {} for name in sim.model.agents}
 
@@ -136,7 +154,7 @@ class _Loop:
         )
         for _, agent, name, reading in readings:
             self._latest[agent][name] = reading
-            if self._recorder is not None:
+            if self._recorder is not None and f"{agent}.{name}" not in self._excluded:
                 start = time.perf_counter()
                 self._recorder.write(agent, name, reading)
                 self._stepper.timings.add("record", start)

@@ -171,7 +171,8 @@ class Simulation:
 
         Args:
             seconds: how long [s]; the scenario's duration where not given, or until every mission has ended.
-            policy: asked every tick with the readings, answers with commands; without it, missions or last commands hold.
+            policy: asked every tick with the readings, answers with commands; without it, missions or last commands
+                hold.
             record: an MCAP file to write.
             progress: called with (simulated seconds so far, seconds asked for).
             realtime: wait where the simulation is faster than the clock on the wall.

@@ -89,7 +89,8 @@ def checked_command(values: object, *, n: int, names: tuple[str, ...], agent: st
         ) from None
     if array.shape not in ((len(names),), (n, len(names))):
         raise CommandError(
-            f"{agent}: a command has shape ({len(names)},) or ({n}, {len(names)}) for {', '.join(names)}; given {array.shape}"
+            f"{agent}: a command has shape ({len(names)},) or ({n}, {len(names)}) for {', '.join(names)}; "
+            f"given {array.shape}"
         )
     full = np.array(np.broadcast_to(array, (n, len(names))))
     if not np.isfinite(full).all():

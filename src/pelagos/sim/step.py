@@ -315,8 +315,8 @@ class NotFinite(SimulationError):
         term = agent.vehicle.blame(state[0:3], state[3:7], state[7:10], state[10:13])
         position, velocity = np.array2string(state[0:3], precision=3), np.array2string(state[7:10], precision=3)
         super().__init__(
-            f"{agent.name} (copy {copy}) has no finite state at t = {t_s:.3f} s; {term}; just before it was at {position} m "
-            f"with {velocity} m/s, commanded {np.array2string(command, precision=4)}"
+            f"{agent.name} (copy {copy}) has no finite state at t = {t_s:.3f} s; {term}; just before it was "
+            f"at {position} m with {velocity} m/s, commanded {np.array2string(command, precision=4)}"
         )
 
 

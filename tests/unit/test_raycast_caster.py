@@ -1,0 +1,159 @@
+"""The caster against planes and boxes whose distances are known."""
+
+from __future__ import annotations
+
+import drjit as dr
+import numpy as np
+import pytest
+
+from pelagos import jit
+from pelagos.raycast.caster import cast, occluded
+from pelagos.raycast.geometry import Geometry
+from pelagos.raycast.rays import NO_BODY, Rays
+from pelagos.raycast.scene import Scene, copy_offsets
+
+CORNERS = np.array([[x, y, z] for x in (-1.0, 1.0) for y in (-1.0, 1.0) for z in (-1.0, 1.0)])
+FACES = np.array(
+    [[0, 1, 3], [0, 3, 2], [4, 6, 7], [4, 7, 5], [0, 4, 5], [0, 5, 1], [2, 3, 7], [2, 7, 6], [0, 2, 6], [0, 6, 4],
+     [1, 5, 7], [1, 7, 3]], dtype=np.uint32)  # fmt: skip
+LEVEL = np.array([[1.0, 0.0, 0.0, 0.0]])
+
+
+def box(centre=(0.0, 0.0, 0.0), *, material=0, label=1, instance=1) -> Geometry:
+    return Geometry(CORNERS + np.array(centre), FACES, material, label, instance)
+
+
+def plane(z=-10.0, size=1000.0, smooth=False) -> Geometry:
+    corners = np.array([[-size, -size, z], [size, -size, z], [size, size, z], [-size, size, z]])
+    up = np.tile(np.array([0, 0, 1], np.float32), (4, 1)) if smooth else None
+    return Geometry(corners, np.array([[0, 1, 2], [0, 2, 3]], np.uint32), 5, 2, 9, vertex_normals=up)
+
+
+def rays(origins, directions, *, reach=100.0, copy=None, own=None) -> Rays:
+    origins, directions = np.atleast_2d(origins).astype(float), np.atleast_2d(directions).astype(np.float32)
+    n = len(origins)
+    return Rays(
+        jit.Array3f64(np.ascontiguousarray(origins.T)),
+        jit.Array3f(np.ascontiguousarray(directions.T)),
+        dr.full(jit.Float, reach, n),
+        jit.UInt32(np.zeros(n, np.uint32) if copy is None else np.asarray(copy, np.uint32)),
+        jit.UInt32(np.full(n, NO_BODY, np.uint32) if own is None else np.asarray(own, np.uint32)),
+    )
+
+
+def shoot(scene: Scene, r: Rays, *, smooth=False):
+    def make(static, moving):
+        def run(r, tables):
+            return cast(static, moving, tables, r, smooth=smooth)
+
+        return run
+
+    return scene.compile(make)(r, scene.tables)
+
+
+def test_static_hit_tells_distance_normal_label_instance_and_material():
+    scene = Scene([plane(smooth=True), box((5, 0, -9), material=3, label=7, instance=2)])
+    h = shoot(scene, rays([[0, 0, 0], [5, 0, 0], [0, 0, 0]], [[0, 0, -1], [0, 0, -1], [0, 0, 1]]))
+    assert np.allclose(np.array(h.t)[:2], [10, 8], atol=1e-5)
+    assert np.isinf(np.array(h.t)[2])
+    assert np.array(h.valid).tolist() == [True, True, False]
+    assert np.array(h.label).tolist() == [2, 7, 0]
+    assert np.array(h.instance).tolist() == [9, 2, 0]
+    assert np.array(h.material).tolist() == [5, 3, 0]
+    assert np.allclose(np.array(h.normal).T, [[0, 0, 1], [0, 0, 1], [0, 0, 0]])
+
+
+def test_nothing_beyond_max_range():
+    h = shoot(Scene([plane()]), rays([0, 0, 0], [0, 0, -1], reach=9.99))
+    assert not np.array(h.valid)[0]
+
+
+def test_far_from_the_origin_a_millimetre_is_kept():
+    """Single precision alone has a spacing of 8 mm at 100 km; relative to the scene's origin nothing is lost."""
+    far = np.array([123_456.0, -98_765.0, 0.0])
+    h = shoot(Scene([box(far)]), rays(far + [3.0005, 0.2, 0.1], [-1, 0, 0]))
+    assert np.array(h.t)[0] == pytest.approx(2.0005, abs=1e-4)
+    assert np.allclose(np.array(h.position)[:, 0], far + [1, 0.2, 0.1], atol=1e-4)
+
+
+def test_moved_turned_and_removed_bodies_are_seen_at_the_next_cast():
+    scene = Scene([plane()])
+    down = rays([[0, 0, 0], [20, 0, 0]], [[0, 0, -1], [0, 0, -1]])
+
+    def make(static, moving):
+        return lambda r, tables: cast(static, moving, tables, r)
+
+    call = scene.compile(make)
+    zero = np.zeros((1, 3))
+    assert np.allclose(call(down, scene.tables).t, [10, 10], atol=1e-5)
+    scene.set_moving([(box(label=4, instance=11), 0)])
+    for x, expected in ((0.0, [3, 10]), (20.0, [10, 3]), (100.0, [10, 10])):
+        scene.move(np.array([[x, 0, -4.0]]), LEVEL, zero, zero)
+        assert np.allclose(call(down, scene.tables).t, expected, atol=1e-5)
+    quarter = np.array([[np.cos(np.pi / 8), 0, np.sin(np.pi / 8), 0]])  # 45 deg about y: an edge points up
+    scene.move(np.array([[0, 0, -4.0]]), quarter, zero, zero)
+    assert np.array(call(down, scene.tables).t)[0] == pytest.approx(4 - np.sqrt(2), abs=1e-5)
+    scene.set_moving([])
+    assert np.allclose(call(down, scene.tables).t, [10, 10], atol=1e-5)
+
+
+def test_surface_velocity_is_v_plus_omega_cross_r():
+    scene = Scene([])
+    scene.set_moving([(box(), 0)])
+    velocity, spin = np.array([[1.0, 2.0, 3.0]]), np.array([[0.0, 0.0, 0.5]])
+    scene.move(np.array([[4.0, 0, 0]]), LEVEL, velocity, spin)
+    h = shoot(scene, rays([0, 0.5, 0], [1, 0, 0]))
+    assert np.allclose(np.array(h.velocity)[:, 0], velocity[0] + np.cross(spin[0], [-1, 0.5, 0]), atol=1e-5)
+
+
+def test_a_ray_passes_its_own_hull_but_not_another():
+    scene = Scene([plane()])
+    scene.set_moving([(box(instance=3), 0), (box(instance=4), 0)])
+    zero = np.zeros((2, 3))
+    scene.move(np.array([[0, 0, -2.0], [0, 0, -6.0]]), np.repeat(LEVEL, 2, axis=0), zero, zero)
+    h = shoot(scene, rays([[0, 0, 0]] * 3, [[0, 0, -1]] * 3, own=[NO_BODY, 0, 1]))
+    assert np.array(h.instance).tolist() == [3, 4, 3]
+    assert np.allclose(h.t, [1, 5, 1], atol=1e-4)
+
+
+def test_copies_of_a_fleet_do_not_see_each_others_bodies():
+    scene = Scene([plane()], copies=3)
+    scene.set_moving([(box(), copy) for copy in range(3)])
+    zero = np.zeros((3, 3))
+    scene.move(np.array([[0, 0, -2.0], [0, 0, -4.0], [50, 0, -4.0]]), np.repeat(LEVEL, 3, axis=0), zero, zero)
+    h = shoot(scene, rays([[0, 0, 0]] * 3, [[0, 0, -1]] * 3, copy=[0, 1, 2]))
+    assert np.allclose(h.t, [1, 3, 10], atol=1e-3)
+    assert np.allclose(np.array(h.position)[2], [-1, -3, -10], atol=1e-3)
+
+
+def test_copy_lattice_is_one_to_one():
+    assert len({tuple(row) for row in copy_offsets(5000)}) == 5000
+
+
+def test_shadow_rays_agree_with_hits():
+    scene = Scene([plane(), box((5, 0, -5))])
+    scene.set_moving([(box(), 0)])
+    zero = np.zeros((1, 3))
+    scene.move(np.array([[-5, 0, -5.0]]), LEVEL, zero, zero)
+    generator = np.random.default_rng(1)
+    directions = generator.normal(size=(200, 3))
+    directions /= np.linalg.norm(directions, axis=1, keepdims=True)
+    r = rays(np.zeros((200, 3)) - [0, 0, 3], directions, reach=8.0)
+
+    def make(static, moving):
+        return lambda r, tables: occluded(static, moving, tables, r)
+
+    blocked = np.array(scene.compile(make)(r, scene.tables))
+    assert (blocked == np.array(shoot(scene, r).valid)).all()
+    assert 10 < blocked.sum() < 190
+
+
+def test_frozen_and_plain_casts_give_the_same_bytes():
+    scene = Scene([plane(), box((5, 0, -5))])
+    generator = np.random.default_rng(2)
+    directions = generator.normal(size=(500, 3))
+    directions /= np.linalg.norm(directions, axis=1, keepdims=True)
+    r = rays(np.zeros((500, 3)), directions)
+    frozen, plain = shoot(scene, r), cast(scene.static, scene.moving, scene.tables, r)
+    for name in ("t", "position", "normal", "label", "instance"):
+        assert np.array(getattr(frozen, name)).tobytes() == np.array(getattr(plain, name)).tobytes()
