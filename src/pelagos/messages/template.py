@@ -27,7 +27,7 @@ class Template:
     Args:
         name: message type.
         message: the constant part, with anything in the varying fields.
-        varying: "path.to.field:type" or "path.to.array[3]:type", in the order in which `encode` takes their values; types
+        varying: "path.to.field:type" or "path.to.array[3]:type" in the order in which `encode` takes the values; types
             float64, float32, int32, uint32, uint16, uint8, int8.
     """
 
