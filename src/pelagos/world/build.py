@@ -1,0 +1,37 @@
+"""From a world's configuration to the world."""
+
+from __future__ import annotations
+
+from pelagos.config import registry
+from pelagos.errors import LookupFailed
+from pelagos.world.config import WorldConfig
+from pelagos.world.world import World
+
+
+def build_world(config: WorldConfig) -> World:
+    """Build a world.
+
+    Raises:
+        WorldError: a file cannot be read, or the world cannot be made.
+    """
+    return config.build()
+
+
+def world_config(values: dict[str, object]) -> WorldConfig:
+    """A world's configuration from plain values: `{"type": "flat", "depth_m": 20}`.
+
+    Raises:
+        LookupFailed: no kind of world has this `type`.
+    """
+    kind = values.get("type")
+    known = registry.entries("world")
+    if not isinstance(kind, str) or kind not in known:
+        raise LookupFailed("world", str(kind), known)
+    made = known[kind].config.model_validate(values)
+    assert isinstance(made, WorldConfig)
+    return made
+
+
+def world_types() -> dict[str, str]:
+    """Every kind of world with one line about it."""
+    return {name: entry.title for name, entry in registry.entries("world").items()}

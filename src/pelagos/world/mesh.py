@@ -1,0 +1,181 @@
+"""A triangle mesh without a meaning yet: it is moved, joined, cut, and then becomes a `Geometry`."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from pelagos.errors import WorldError
+from pelagos.raycast.geometry import Geometry
+
+# Odd multipliers that spread three coordinates over 64 bits: one sort of numbers instead of a sort of rows.
+_HASH: Final = np.array([0x9E3779B97F4A7C1, 0x42B2AE3D27D4EB4F, 0x165667B19E3779F9], dtype=np.int64)
+
+
+@dataclass(frozen=True)
+class Mesh:
+    """Triangles, counter-clockwise seen from outside.
+
+    Attributes:
+        vertices: `(v, 3)` float64 [m].
+        faces: `(f, 3)` uint32.
+    """
+
+    vertices: NDArray[np.float64]
+    faces: NDArray[np.uint32]
+
+    def moved(self, offset: ArrayLike) -> Mesh:
+        """Shifted by `offset (3,)` [m]."""
+        return Mesh(self.vertices + np.asarray(offset, dtype=np.float64), self.faces)
+
+    def scaled(self, factor: ArrayLike) -> Mesh:
+        """Stretched about the origin by one factor, or one for each axis."""
+        factors = np.broadcast_to(np.asarray(factor, dtype=np.float64), (3,))
+        faces = self.faces[:, ::-1] if np.prod(factors) < 0 else self.faces
+        return Mesh(self.vertices * factors, np.ascontiguousarray(faces))
+
+    def turned(self, *, roll: float = 0.0, pitch: float = 0.0, yaw: float = 0.0) -> Mesh:
+        """Turned about the origin by R = Rz(yaw) Ry(pitch) Rx(roll) [rad]."""
+        return self.rotated(rotation(roll, pitch, yaw))
+
+    def rotated(self, matrix: NDArray[np.float64]) -> Mesh:
+        """Turned about the origin by a rotation matrix `(3, 3)`."""
+        return Mesh(self.vertices @ matrix.T, self.faces)
+
+    @property
+    def triangles(self) -> NDArray[np.float64]:
+        """`(f, 3, 3)` corners of each face [m]."""
+        return self.vertices[self.faces]
+
+    @property
+    def bounds(self) -> NDArray[np.float64]:
+        """`(2, 3)` lowest and highest coordinates [m]."""
+        return np.stack([self.vertices.min(axis=0), self.vertices.max(axis=0)])
+
+    @property
+    def volume(self) -> float:
+        """Enclosed volume [m^3], positive where faces point outwards; meaningful for closed meshes."""
+        a, b, c = np.moveaxis(self.triangles, 1, 0)
+        return float(np.einsum("ij,ij->", a, np.cross(b, c)) / 6)
+
+    @property
+    def closed(self) -> bool:
+        """Whether every edge has one face on either side, with consistent orientation."""
+        merged = self.merged()
+        edges = np.concatenate([merged.faces[:, [0, 1]], merged.faces[:, [1, 2]], merged.faces[:, [2, 0]]]).astype(
+            np.int64
+        )
+        count = len(merged.vertices)
+        forward = np.sort(edges[:, 0] * count + edges[:, 1])
+        backward = np.sort(edges[:, 1] * count + edges[:, 0])
+        return len(edges) > 0 and bool(np.array_equal(forward, backward))
+
+    def merged(self, tolerance: float = 1e-7) -> Mesh:
+        """With vertices nearer than about `tolerance` [m] made one, and faces without area removed."""
+        cells = np.round(self.vertices / tolerance).astype(np.int64)
+        _, first, inverse = np.unique(cells @ _HASH, return_index=True, return_inverse=True)
+        faces = inverse.reshape(-1)[self.faces]
+        good = (faces[:, 0] != faces[:, 1]) & (faces[:, 1] != faces[:, 2]) & (faces[:, 2] != faces[:, 0])
+        return Mesh(self.vertices[first], faces[good].astype(np.uint32))
+
+    def geometry(
+        self,
+        *,
+        material: int | NDArray[np.uint32],
+        label: int,
+        instance: int,
+        name: str = "",
+        crease_deg: float | None = None,
+    ) -> Geometry:
+        """With a meaning; smooth across edges flatter than `crease_deg` [deg] where that is given."""
+        if crease_deg is None:
+            return Geometry(self.vertices, self.faces, material, label, instance, None, name)
+        vertices, faces, normals = smooth(self, crease_deg)
+        return Geometry(vertices, faces, material, label, instance, normals, name)
+
+
+def rotation(roll: float, pitch: float, yaw: float) -> NDArray[np.float64]:
+    """R = Rz(yaw) Ry(pitch) Rx(roll) `(3, 3)`, angles in rad."""
+    cr, sr, cp, sp, cy, sy = np.cos(roll), np.sin(roll), np.cos(pitch), np.sin(pitch), np.cos(yaw), np.sin(yaw)
+    return np.array([
+        [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],
+        [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr],
+        [-sp, cp * sr, cp * cr],
+    ])  # fmt: skip
+
+
+def join(meshes: Sequence[Mesh]) -> Mesh:
+    """One mesh of several, overlaps kept as they are."""
+    starts = np.cumsum([0] + [len(m.vertices) for m in meshes[:-1]])
+    return Mesh(
+        np.concatenate([m.vertices for m in meshes]),
+        np.concatenate([m.faces + np.uint32(s) for m, s in zip(meshes, starts, strict=True)]).astype(np.uint32),
+    )
+
+
+def union(meshes: Sequence[Mesh]) -> Mesh:
+    """One closed surface around several closed meshes."""
+    import manifold3d
+
+    return _from_manifold(manifold3d.Manifold.batch_boolean([_to_manifold(m) for m in meshes], manifold3d.OpType.Add))
+
+
+def difference(mesh: Mesh, tools: Sequence[Mesh]) -> Mesh:
+    """A closed mesh with others cut out of it."""
+    import manifold3d
+
+    solids = [_to_manifold(m) for m in (mesh, *tools)]
+    return _from_manifold(manifold3d.Manifold.batch_boolean(solids, manifold3d.OpType.Subtract))
+
+
+def intersection(mesh: Mesh, other: Mesh) -> Mesh:
+    """What two closed meshes have in common."""
+    return _from_manifold(_to_manifold(mesh) ^ _to_manifold(other))
+
+
+def _to_manifold(mesh: Mesh) -> Any:
+    import manifold3d
+
+    merged = mesh.merged()
+    solid = manifold3d.Manifold(manifold3d.Mesh64(merged.vertices, merged.faces.astype(np.uint64)))
+    if solid.status() != manifold3d.Error.NoError:
+        raise WorldError(
+            f"a mesh of {len(mesh.faces)} faces is not a closed solid ({solid.status()}): it cannot be cut or united"
+        )
+    return solid
+
+
+def _from_manifold(solid: Any) -> Mesh:
+    out = solid.to_mesh64()
+    return Mesh(np.ascontiguousarray(out.vert_properties[:, :3]), out.tri_verts.astype(np.uint32))
+
+
+def smooth(mesh: Mesh, crease_deg: float) -> tuple[NDArray[np.float64], NDArray[np.uint32], NDArray[np.float32]]:
+    """Vertices, faces and vertex normals that are smooth across edges flatter than `crease_deg` [deg].
+
+    Each corner's normal is the area-weighted mean over the faces around its vertex that turn less than the crease from
+    the corner's own face; corners that agree share a vertex.
+    """
+    merged = mesh.merged()
+    corners = merged.triangles
+    weighted = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])  # (f, 3), twice the area
+    unit = weighted / np.maximum(np.linalg.norm(weighted, axis=1, keepdims=True), 1e-30)
+    vertex = merged.faces.reshape(-1).astype(np.int64)  # (3 f,) corner -> vertex
+    order = np.argsort(vertex, kind="stable")
+    first = np.searchsorted(vertex[order], np.arange(len(merged.vertices) + 1))
+    valence = np.diff(first)
+    normal = np.zeros((len(vertex), 3))
+    limit = np.cos(np.radians(crease_deg))
+    for k in range(int(valence.max(initial=0))):
+        has = valence[vertex] > k
+        other = order[np.where(has, first[vertex] + k, 0)] // 3
+        near = has & (np.einsum("ij,ij->i", unit[other], np.repeat(unit, 3, axis=0)) >= limit)
+        normal += np.where(near[:, None], weighted[other], 0.0)
+    normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-30)
+    x, y, z = np.round(normal * 500 + 512).astype(np.int64).T
+    _, keep, inverse = np.unique(vertex << 30 | x << 20 | y << 10 | z, return_index=True, return_inverse=True)
+    return merged.vertices[vertex[keep]], inverse.reshape(-1, 3).astype(np.uint32), normal[keep].astype(np.float32)

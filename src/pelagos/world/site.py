@@ -1,0 +1,96 @@
+"""A world under construction: things are added with a material's name and a label's, and get their rows and ids."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pelagos.math.geodesy import GeoOrigin
+from pelagos.raycast.geometry import Geometry
+from pelagos.world.label import label_number
+from pelagos.world.material import Material, material
+from pelagos.world.mesh import Mesh
+from pelagos.world.terrain import HeightField
+from pelagos.world.world import World
+
+
+class Site:
+    """Collects geometry; `world()` closes it.
+
+    Attributes:
+        geometries: what was added so far.
+        materials: the material table so far.
+        terrain: the ground, once `ground` was called.
+        notes: lines for `World.notes`.
+    """
+
+    def __init__(self, *, user_labels: Mapping[str, int] | None = None) -> None:
+        self.geometries: list[Geometry] = []
+        self.materials: list[Material] = []
+        self.terrain: HeightField | None = None
+        self.notes: list[str] = []
+        self.user_labels = dict(user_labels or {})
+        self._instances = 0
+
+    def row(self, what: str | Material) -> int:
+        """The row of a material in this world's table; new materials get a new row."""
+        wanted = material(what) if isinstance(what, str) else what
+        if wanted not in self.materials:
+            self.materials.append(wanted)
+        return self.materials.index(wanted)
+
+    def new_instance(self) -> int:
+        """An instance id that nothing has yet; parts of one thing share one."""
+        self._instances += 1
+        return self._instances
+
+    def ground(
+        self,
+        terrain: HeightField,
+        what: str | Material | NDArray[np.uint32],
+        *,
+        label: str = "landscape",
+        name: str = "seabed",
+    ) -> None:
+        """Lay the ground; its material is one, or a row for each cell `(nx-1, ny-1)`."""
+        rows = what if isinstance(what, np.ndarray) else self.row(what)
+        number = label_number(label, self.user_labels)
+        self.geometries.append(terrain.geometry(material=rows, label=number, instance=self.new_instance(), name=name))
+        self.terrain = terrain
+
+    def add(
+        self,
+        mesh: Mesh,
+        what: str | Material,
+        *,
+        label: str,
+        name: str,
+        crease_deg: float | None = None,
+        instance: int | None = None,
+    ) -> int:
+        """Add a thing, or a part of the thing `instance`, smooth over edges below the crease; returns its id."""
+        number = self.new_instance() if instance is None else instance
+        made = mesh.geometry(
+            material=self.row(what),
+            label=label_number(label, self.user_labels),
+            instance=number,
+            name=name,
+            crease_deg=crease_deg,
+        )
+        self.geometries.append(made)
+        return number
+
+    def world(self, *, name: str, description: str, origin: GeoOrigin, notes: Sequence[str] = ()) -> World:
+        """The finished world."""
+        return World(
+            geometries=tuple(self.geometries),
+            materials=tuple(self.materials),
+            origin=origin,
+            name=name,
+            description=description,
+            terrain=self.terrain,
+            notes=(*self.notes, *notes),
+            user_labels=self.user_labels,
+        )

@@ -1,0 +1,252 @@
+"""A world: everything that does not move, what it is made of, and where on Earth it lies."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from pelagos.errors import CommandError, LookupFailed
+from pelagos.jit import Array
+from pelagos.math.geodesy import GeoOrigin
+from pelagos.raycast.geometry import Geometry
+from pelagos.raycast.scene import Scene
+from pelagos.world.clearance import Clearance
+from pelagos.world.label import label_name, label_number
+from pelagos.world.material import MATERIALS, Material, MaterialTables, material_tables
+from pelagos.world.terrain import HeightField
+
+
+@dataclass(frozen=True)
+class Hits:
+    """What rays hit, as NumPy arrays `(m, ...)`; where a ray misses, `t` is infinite and the rest is zero.
+
+    Attributes:
+        t: `(m,)` float32, distance [m].
+        position: `(m, 3)` float64, world NWU [m].
+        normal: `(m, 3)` float32, unit, turned towards the ray's origin.
+        label: `(m,)` uint32, semantic label.
+        instance: `(m,)` uint32, 0 where nothing was hit.
+        material: `(m,)` uint32, row of `World.materials`.
+        velocity: `(m, 3)` float32, of the surface point, world NWU [m/s].
+    """
+
+    t: NDArray[np.float32]
+    position: NDArray[np.float64]
+    normal: NDArray[np.float32]
+    label: NDArray[np.uint32]
+    instance: NDArray[np.uint32]
+    material: NDArray[np.uint32]
+    velocity: NDArray[np.float32]
+
+    @property
+    def valid(self) -> NDArray[np.bool_]:
+        """`(m,)` whether the ray hit anything."""
+        return np.isfinite(self.t)
+
+
+@dataclass(frozen=True)
+class World:
+    """Static geometry with meaning.
+
+    Attributes:
+        geometries: meshes in world NWU, each with material rows, label and instance id.
+        materials: the material table; `Geometry.material` is a row of it.
+        origin: where on Earth (0, 0, 0) lies.
+        name, description: for people.
+        terrain: the ground as a height field, where there is one.
+        notes: what the builder wants people to know (holes filled, objects that found no place).
+        user_labels: labels of the scenario's own, name to number.
+    """
+
+    geometries: Sequence[Geometry]
+    materials: Sequence[Material]
+    origin: GeoOrigin = field(default_factory=lambda: GeoOrigin(0.0, 0.0))
+    name: str = "world"
+    description: str = ""
+    terrain: HeightField | None = None
+    notes: tuple[str, ...] = ()
+    user_labels: Mapping[str, int] = field(default_factory=dict)
+    _live: dict[str, Any] = field(default_factory=dict, repr=False, compare=False)
+
+    def scene(self, copies: int = 1) -> Scene:
+        """A new ray-tracing scene for a fleet of `copies`; from now on `cast` asks this one, bodies included."""
+        made = Scene(self.geometries, copies=copies)
+        self._live.clear()
+        self._live["scene"] = made
+        return made
+
+    def material_tables(self) -> MaterialTables:
+        """The materials' properties on the device: rows as in `materials`, then all others that a scenario may name."""
+        return material_tables(self._palette)
+
+    @cached_property
+    def _palette(self) -> tuple[Material, ...]:
+        own = {m.name for m in self.materials}
+        return (*self.materials, *(m for name, m in MATERIALS.items() if name not in own))
+
+    def material_row(self, name: str) -> int:
+        """The row of a material in `material_tables`, for bodies that are spawned later.
+
+        Raises:
+            LookupFailed: no material has this name.
+        """
+        names = [m.name for m in self._palette]
+        if name not in names:
+            raise LookupFailed("material", name, names)
+        return names.index(name)
+
+    def label_number(self, name: str | int) -> int:
+        """The number of a label by name; the scenario's own labels count too."""
+        return label_number(name, dict(self.user_labels))
+
+    @cached_property
+    def labels(self) -> dict[int, str]:
+        """Numbers and names of the labels in this world."""
+        return {n: label_name(n, dict(self.user_labels)) for n in sorted({g.label for g in self.geometries})}
+
+    @cached_property
+    def names(self) -> dict[int, str]:
+        """Names of the static objects by instance id."""
+        return {g.instance: g.name for g in self.geometries}
+
+    @property
+    def next_instance(self) -> int:
+        """The first instance id that no static object has."""
+        return max((g.instance for g in self.geometries), default=0) + 1
+
+    @cached_property
+    def bounds(self) -> NDArray[np.float64]:
+        """`(2, 3)` lowest and highest coordinates of anything static [m]."""
+        corners = [g.vertices for g in self.geometries if len(g.vertices)]
+        if not corners:
+            return np.zeros((2, 3))
+        return np.stack(
+            [np.min([c.min(axis=0) for c in corners], axis=0), np.max([c.max(axis=0) for c in corners], axis=0)]
+        )
+
+    @cached_property
+    def triangles(self) -> int:
+        """How many faces there are."""
+        return sum(len(g.faces) for g in self.geometries)
+
+    @cached_property
+    def clearance(self) -> Clearance:
+        """See `Clearance`."""
+        return Clearance(self.geometries)
+
+    def near(self, position: NDArray[np.float64], margin_m: float) -> NDArray[np.bool_]:
+        """`(n,)`: whether anything static may be within `margin_m` of positions `(n, 3)` [m]; False is certain."""
+        return self.clearance.near(position, margin_m)
+
+    def height(self, x: ArrayLike, y: ArrayLike) -> NDArray[np.float64]:
+        """Height of the ground [m] at x, y [m], on the triangles that rays hit; NaN where the world has no ground."""
+        if self.terrain is None:
+            return np.full(np.broadcast(np.asarray(x), np.asarray(y)).shape, np.nan)
+        return self.terrain.surface(x, y)
+
+    def cast(self, origins: ArrayLike, directions: ArrayLike, max_range: ArrayLike = 100.0) -> Hits:
+        """The nearest thing along each ray.
+
+        Args:
+            origins: `(m, 3)` or `(3,)` world NWU [m].
+            directions: `(m, 3)` or `(3,)`, of any length but zero.
+            max_range: `(m,)` or one number [m].
+
+        Raises:
+            CommandError: a wrong shape, a value that is not finite, or a direction of no length.
+        """
+        start, along, reach = _rays(origins, directions, max_range)
+        caster = self._caster()
+        return caster(start, along, reach)
+
+    def inside(self, position: ArrayLike, radius: float = 0.0) -> str | None:
+        """Why a sphere cannot stand at one of these places without touching; None where it can at all of them.
+
+        Args:
+            position: centres `(n, 3)` or `(3,)`, world NWU [m].
+            radius: of the sphere that must be free [m].
+        """
+        from pelagos.world.placement import why_not_free
+
+        return why_not_free(self, np.atleast_2d(np.asarray(position, dtype=np.float64)), radius)
+
+    def _scene(self) -> Scene:
+        if "scene" not in self._live:
+            self.scene()
+        found: Scene = self._live["scene"]
+        return found
+
+    def _caster(self) -> Callable[..., Hits]:
+        scene = self._scene()
+        if "cast" not in self._live:
+            self._live["cast"] = _make_caster(scene)
+        found: Callable[..., Hits] = self._live["cast"]
+        return found
+
+
+def _rays(
+    origins: ArrayLike, directions: ArrayLike, max_range: ArrayLike
+) -> tuple[NDArray[np.float64], NDArray[np.float32], NDArray[np.float32]]:
+    start = np.atleast_2d(np.asarray(origins, dtype=np.float64))
+    along = np.atleast_2d(np.asarray(directions, dtype=np.float64))
+    if start.ndim != 2 or along.ndim != 2 or start.shape[1] != 3 or along.shape[1] != 3:
+        raise CommandError(f"cast takes origins and directions (m, 3), not {start.shape} and {along.shape}")
+    try:
+        start, along = np.broadcast_arrays(start, along)
+        reach = np.broadcast_to(np.asarray(max_range, dtype=np.float32), (len(start),))
+    except ValueError as error:
+        raise CommandError(
+            f"cast: origins {start.shape}, directions {along.shape} and max_range do not go together"
+        ) from error
+    length = np.sqrt((along * along).sum(axis=1, keepdims=True))
+    if not (np.isfinite(start).all() and np.isfinite(length).all() and (length > 0).all()):
+        raise CommandError("cast: an origin or direction is not finite, or a direction has no length")
+    if not (reach > 0).all():
+        raise CommandError("cast: max_range must be greater than zero")
+    return start, (along / length).astype(np.float32), reach
+
+
+def _make_caster(scene: Scene) -> Callable[..., Hits]:
+    """A frozen NumPy face of `raycast.cast` on this scene, for the first copy of the fleet."""
+    import drjit as dr
+
+    from pelagos import jit
+    from pelagos.raycast.caster import cast
+    from pelagos.raycast.rays import NO_BODY, Rays
+
+    def make(static: Any, moving: Any) -> Callable[..., Any]:
+        def shoot(tables: Any, origin: Array, direction: Array, reach: Array) -> Any:
+            count = dr.width(reach)
+            own = dr.full(jit.UInt32, NO_BODY, count)
+            rays = Rays(origin, direction, reach, dr.zeros(jit.UInt32, count), own)
+            hits = cast(static, moving, tables, rays)
+            return hits.t, hits.position, hits.normal, hits.label, hits.instance, hits.material, hits.velocity
+
+        return shoot
+
+    frozen = scene.compile(make)
+
+    def call(start: NDArray[np.float64], along: NDArray[np.float32], reach: NDArray[np.float32]) -> Hits:
+        if scene.static is None and scene.moving is None:
+            return _misses(len(start))
+        out = frozen(
+            scene.tables,
+            jit.Array3f64(np.ascontiguousarray(start.T)),
+            jit.Array3f(np.ascontiguousarray(along.T)),
+            jit.Float(np.ascontiguousarray(reach)),
+        )
+        t, position, normal, label, instance, material, velocity = (a.numpy() for a in out)
+        return Hits(t, position.T, normal.T, label, instance, material, velocity.T)
+
+    return call
+
+
+def _misses(count: int) -> Hits:
+    number = np.zeros(count, dtype=np.uint32)
+    vector = np.zeros((count, 3), dtype=np.float32)
+    return Hits(np.full(count, np.inf, np.float32), vector.astype(np.float64), vector, number, number, number, vector)
