@@ -86,7 +86,8 @@ def _text(line: Mapping[str, Any], path: Key, document: Document, root: type[Bas
         return _number_text(name, given, whole=kind.startswith("int"))
     if kind in _LIMITS:
         words, key = _LIMITS[kind]
-        return f"must be {words} {context[key]:g}{symbol_of(name)}, not {_shown(given)}"
+        swapped = "; are latitude and longitude swapped?" if name.startswith("latitude") else ""
+        return f"must be {words} {context[key]:g}{symbol_of(name)}, not {_shown(given)}{swapped}"
     if kind == "literal_error":
         return _choice(given, annotation_at(root, document.data, path), str(context["expected"]))
     if kind in ("bool_type", "bool_parsing"):

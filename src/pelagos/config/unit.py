@@ -27,6 +27,7 @@ UNITS: Final = {
     "v": "volts [V]",
     "w": "watts [W]",
     "db": "decibels [dB]",
+    "c": "degrees Celsius [degC]",
     "degc": "degrees Celsius [degC]",
     "celsius": "degrees Celsius [degC]",
     "psu": "practical salinity [psu]",

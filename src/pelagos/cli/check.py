@@ -1,0 +1,119 @@
+"""`pelagos check`: what a scenario would simulate, without a device."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from pathlib import Path
+
+from rich.markup import escape
+from rich.table import Table
+
+from pelagos.cli.console import out
+from pelagos.config.agent import Agent, Start
+from pelagos.config.loader import load_scenario, to_yaml
+from pelagos.config.mission import Dive, GpsFix, Hold, Lawnmower, Leg, Surface, Waypoints
+from pelagos.config.scenario import Scenario
+
+
+def check_scenario(path: Path, changes: Sequence[str], *, resolved: bool) -> None:
+    """Print a summary, or the scenario with every default written out."""
+    scenario = load_scenario(path, changes=changes)
+    if resolved:
+        out.print(to_yaml(scenario), end="", markup=False)
+        return
+    out.print(f"{escape(str(path))}: [green]a valid scenario[/green]")
+    out.print(_summary(scenario))
+    for name, agent in scenario.agents.items():
+        out.print(f"\n[bold]{name}[/bold]")
+        out.print(_agent(agent))
+        if agent.sensors:
+            out.print(_sensors(agent, scenario.tick_rate_hz))
+
+
+def _summary(scenario: Scenario) -> Table:
+    table = _grid()
+    table.add_row("name", escape(scenario.name))
+    if scenario.description:
+        table.add_row("", escape(" ".join(scenario.description.split())))
+    table.add_row("world", scenario.world.type)
+    if scenario.origin is not None:
+        place = scenario.origin
+        table.add_row("origin", f"latitude {place.latitude_deg:g} deg, longitude {place.longitude_deg:g} deg")
+    ticks = math.floor(scenario.duration_s * scenario.tick_rate_hz + 1e-6)
+    table.add_row("duration", f"at most {scenario.duration_s:g} s: {ticks} ticks of {scenario.dt_ns * 1e-6:g} ms")
+    table.add_row("seed", str(scenario.seed))
+    return table
+
+
+def _agent(agent: Agent) -> Table:
+    table = _grid()
+    table.add_row("vehicle", agent.vehicle.type)
+    table.add_row("start", _start(agent.start))
+    if agent.control is not None:
+        table.add_row("control", agent.control)
+    for number, leg in enumerate(agent.mission, 1):
+        table.add_row("mission" if number == 1 else "", f"{number}. {describe(leg)}")
+    return table
+
+
+def _sensors(agent: Agent, tick_rate_hz: float) -> Table:
+    table = Table(box=None, pad_edge=False, padding=(0, 2, 0, 0))
+    for column in ("sensor", "type"):
+        table.add_column(column)
+    for column in ("rate [Hz]", "every"):
+        table.add_column(column, justify="right")
+    table.add_column("place x, y, z [m]")
+    for name, config in agent.sensors.items():
+        every = round(tick_rate_hz / config.rate_hz)
+        place = ", ".join(f"{c:g}" for c in config.position_m)
+        table.add_row(name, config.type, f"{config.rate_hz:g}", f"{every} tick{'s' if every > 1 else ''}", place)
+    return table
+
+
+def describe(leg: Leg) -> str:
+    """One leg of a mission in words."""
+    match leg:
+        case Dive():
+            return f"dive to {_level(leg)}"
+        case Waypoints():
+            plural = "s" if len(leg.points) > 1 else ""
+            return f"pass {len(leg.points)} point{plural} at {_level(leg)}{_speed(leg.speed_mps)}"
+        case Lawnmower():
+            lines = math.floor(leg.width_m / leg.spacing_m + 1e-9) + 1
+            return (
+                f"lawn-mower pattern: {lines} lines of {leg.length_m:g} m, {leg.spacing_m:g} m apart, "
+                f"heading {leg.heading_deg:g} deg, at {_level(leg)}{_speed(leg.speed_mps)}"
+            )
+        case Surface():
+            return "surface"
+        case GpsFix():
+            return f"wait for a position fix, at most {leg.timeout_s:g} s"
+        case Hold():
+            return f"hold for {leg.seconds:g} s"
+
+
+def _level(leg: Dive | Waypoints | Lawnmower) -> str:
+    return f"{leg.altitude_m:g} m altitude" if leg.depth_m is None else f"{leg.depth_m:g} m depth"
+
+
+def _speed(speed_mps: float | None) -> str:
+    return "" if speed_mps is None else f", {speed_mps:g} m/s"
+
+
+def _start(start: Start) -> str:
+    x, y = start.position_m[:2]
+    if len(start.position_m) == 3:
+        height = f"z {start.position_m[2]:g} m"
+    elif start.altitude_m is not None:
+        height = f"altitude {start.altitude_m:g} m"
+    else:
+        height = f"depth {start.depth_m or 0:g} m"
+    return f"x {x:g} m north, y {y:g} m west, {height}, heading {start.heading_deg:g} deg, {start.speed_mps:g} m/s"
+
+
+def _grid() -> Table:
+    table = Table(box=None, show_header=False, pad_edge=False, padding=(0, 2, 0, 0))
+    table.add_column(style="dim", no_wrap=True)
+    table.add_column()
+    return table

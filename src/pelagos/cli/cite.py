@@ -1,0 +1,32 @@
+"""`pelagos cite`: where the models come from."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from pathlib import Path
+
+from rich.markup import escape
+
+from pelagos.cli.console import out
+from pelagos.config import registry
+from pelagos.config.loader import load_scenario
+
+
+def print_sources(path: Path | None) -> None:
+    """Print the sources of every component, or of those that a scenario uses."""
+    for kind in ("vehicle", "sensor"):
+        names = registry.entries(kind) if path is None else _used(path, kind)
+        for name in names:
+            component = registry.find(kind, name).load()
+            sources = tuple(getattr(component, "SOURCES", ()))
+            if sources:
+                out.print(f"[bold]{name}[/bold]")
+            for source in sources:
+                out.print(f"  {escape(source)}")
+
+
+def _used(path: Path, kind: registry.Kind) -> Iterable[str]:
+    agents = load_scenario(path).agents.values()
+    if kind == "vehicle":
+        return sorted({agent.vehicle.type for agent in agents})
+    return sorted({config.type for agent in agents for config in agent.sensors.values()})

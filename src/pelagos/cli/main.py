@@ -1,0 +1,233 @@
+"""The command `pelagos`: options and help. The work of a command is in the module of its name, imported when called."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Sequence
+from enum import StrEnum
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+app = typer.Typer(
+    name="pelagos",
+    help="Simulate underwater and surface vehicles with their sonars, cameras and navigation sensors.",
+    epilog="Begin with: [bold]pelagos run examples/harbour_survey.yaml[/bold]",
+    no_args_is_help=True,
+    rich_markup_mode="rich",
+    pretty_exceptions_enable=False,
+    add_completion=True,
+    context_settings={"help_option_names": ["-h", "--help"]},
+)
+
+ScenarioFile = Annotated[
+    Path, typer.Argument(metavar="SCENARIO", help="A scenario file (YAML or JSON).", show_default=False)
+]
+Changes = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--set",
+        metavar="KEY.PATH=VALUE",
+        help="Change one value of the scenario; may be given again.",
+        show_default=False,
+    ),
+]
+
+
+class What(StrEnum):
+    """What there are lists of."""
+
+    vehicles = "vehicles"
+    sensors = "sensors"
+    worlds = "worlds"
+
+
+def _version(asked: bool) -> None:
+    if asked:
+        from importlib.metadata import version
+
+        typer.echo(f"pelagos {version('pelagos')}")
+        raise typer.Exit
+
+
+@app.callback()
+def _top(
+    debug: Annotated[bool, typer.Option("--debug", help="Show where in the program an error arose.")] = False,
+    version: Annotated[
+        bool, typer.Option("--version", callback=_version, is_eager=True, help="Show the version.")
+    ] = False,
+) -> None:
+    pass
+
+
+@app.command(
+    epilog="Examples:\n\n"
+    "    pelagos run examples/harbour_survey.yaml\n\n"
+    "    pelagos run survey.yaml --duration 60 --seed 7 --out results/try\n\n"
+    "    pelagos run survey.yaml --set agents.auv0.sensors.imaging.range_max_m=40"
+)
+def run(
+    scenario: ScenarioFile,
+    duration: Annotated[
+        float | None,
+        typer.Option(metavar="S", help="Simulated seconds; otherwise until the missions end.", show_default=False),
+    ] = None,
+    seed: Annotated[
+        int | None, typer.Option(help="Seed of the noise; otherwise the scenario's.", show_default=False)
+    ] = None,
+    copies: Annotated[int, typer.Option("--n", help="Independent copies of the scenario, with different noise.")] = 1,
+    out: Annotated[
+        Path | None,
+        typer.Option(metavar="DIR", help="Folder of results; otherwise a new one in results/.", show_default=False),
+    ] = None,
+    record: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE", help="Where to record; otherwise mission.mcap in the folder of results.", show_default=False
+        ),
+    ] = None,
+    realtime: Annotated[bool, typer.Option("--realtime", help="Run no faster than the clock on the wall.")] = False,
+    report: Annotated[bool, typer.Option("--report/--no-report", help="Write report.html.")] = True,
+    change: Changes = None,
+) -> None:
+    """Run a scenario; record it and write a report."""
+    from pelagos.cli.run import Options, run_scenario
+
+    options = Options(
+        duration_s=duration, seed=seed, copies=copies, out=out, record=record, realtime=realtime, report=report
+    )
+    raise typer.Exit(run_scenario(scenario, change or [], options))
+
+
+@app.command(epilog="Example:\n\n    pelagos check survey.yaml --set tick_rate_hz=100")
+def check(
+    scenario: ScenarioFile,
+    resolved: Annotated[
+        bool, typer.Option("--resolved", help="Print the scenario with every default written out.")
+    ] = False,
+    change: Changes = None,
+) -> None:
+    """Check a scenario and say what it would simulate; needs no device."""
+    from pelagos.cli.check import check_scenario
+
+    check_scenario(scenario, change or [], resolved=resolved)
+
+
+@app.command("list", epilog="Example:\n\n    pelagos list sensors")
+def list_(what: Annotated[What, typer.Argument(help="Of what.", show_default=False)]) -> None:
+    """List the vehicles, sensors or worlds that a scenario can name."""
+    from pelagos.cli.listing import print_list
+
+    print_list(what.value)
+
+
+@app.command(
+    epilog="Examples:\n\n    pelagos explain survey.yaml auv0.multibeam\n\n"
+    "    pelagos explain survey.yaml auv0.multibeam --at 120"
+)
+def explain(
+    scenario: ScenarioFile,
+    sensor: Annotated[str, typer.Argument(metavar="AGENT.SENSOR", help="Such as auv0.multibeam.", show_default=False)],
+    at: Annotated[float, typer.Option(metavar="S", help="Simulated time at which to read the sensor.")] = 0.0,
+    change: Changes = None,
+) -> None:
+    """Follow one sensor from its line in the scenario to its numbers, in five stops."""
+    from pelagos.cli.explain import explain_sensor
+
+    explain_sensor(scenario, change or [], sensor, at_s=at)
+
+
+@app.command(
+    epilog="Examples:\n\n    pelagos schema > scenario.schema.json\n\n    pelagos schema --check\n\n"
+    "An editor that reads JSON Schema then completes and checks scenario files."
+)
+def schema(
+    write: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Write to a file instead of printing.", show_default=False)
+    ] = None,
+    compare: Annotated[
+        Path | None,
+        typer.Option(
+            "--check", metavar="FILE", help="Compare with a file; exit code 1 if it differs.", show_default=False
+        ),
+    ] = None,
+) -> None:
+    """Print the JSON schema of scenario files."""
+    from pelagos.cli.schema import compare_schema, schema_text
+
+    if compare is not None:
+        raise typer.Exit(compare_schema(compare))
+    if write is None:
+        typer.echo(schema_text(), nl=False)
+    else:
+        write.write_text(schema_text(), encoding="utf-8")
+
+
+@app.command(epilog="Examples:\n\n    pelagos bench\n\n    pelagos bench cast_256_ms nav_rtf --json")
+def bench(
+    cases: Annotated[
+        list[str] | None, typer.Argument(metavar="[CASE]...", help="Which; otherwise all.", show_default=False)
+    ] = None,
+    json: Annotated[bool, typer.Option("--json", help="Print one JSON document.")] = False,
+    folder: Annotated[Path, typer.Option(metavar="DIR", help="Where the cases are declared.")] = Path("bench"),
+    write: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Write the table as Markdown.", show_default=False)
+    ] = None,
+) -> None:
+    """Measure speed, beside a published figure or a limit of this machine."""
+    from pelagos.cli.bench import run_bench
+
+    raise typer.Exit(run_bench(folder, cases or [], as_json=json, write=write))
+
+
+@app.command(epilog="Example:\n\n    pelagos recover results/harbour_survey-1/mission.mcap")
+def recover(
+    file: Annotated[
+        Path, typer.Argument(metavar="FILE", help="A recording of a run that was killed.", show_default=False)
+    ],
+) -> None:
+    """Give a recording that was cut off its index, so that every reader opens it."""
+    from pelagos.cli.recover import recover_file
+
+    recover_file(file)
+
+
+@app.command(epilog="Example:\n\n    pelagos cite examples/harbour_survey.yaml")
+def cite(
+    scenario: Annotated[
+        Path | None, typer.Argument(metavar="[SCENARIO]", help="Only what this scenario uses.", show_default=False)
+    ] = None,
+) -> None:
+    """Print the sources of the models, to cite them."""
+    from pelagos.cli.cite import print_sources
+
+    print_sources(scenario)
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Run the command and leave the program: 0 done, 2 wrong input, 1 anything else, 130 stopped by Ctrl-C."""
+    given = list(sys.argv[1:] if arguments is None else arguments)
+    from pelagos.errors import InputError, PelagosError
+
+    try:
+        app(given, prog_name="pelagos")
+    except KeyboardInterrupt:
+        sys.exit(130)
+    except BrokenPipeError:
+        sys.stderr.close()
+        sys.exit(1)
+    except PelagosError as error:
+        if "--debug" in given:
+            raise
+        from pelagos.cli.console import show_error
+
+        show_error("wrong input" if isinstance(error, InputError) else "error", str(error))
+        sys.exit(2 if isinstance(error, InputError) else 1)
+    except OSError as error:
+        if "--debug" in given:
+            raise
+        from pelagos.cli.console import show_error
+
+        show_error("error", f"{error.filename or ''}: {error.strerror or error}".removeprefix(": "))
+        sys.exit(1)
