@@ -51,7 +51,10 @@ def plan(legs: Sequence[Any]) -> list[Task]:
     """Legs of a scenario -> tasks."""
     tasks: list[Task] = []
     for leg in legs:
-        common = {"depth_m": getattr(leg, "depth_m", None), "altitude_m": getattr(leg, "altitude_m", None)}
+        common: dict[str, Any] = {
+            "depth_m": getattr(leg, "depth_m", None),
+            "altitude_m": getattr(leg, "altitude_m", None),
+        }
         if getattr(leg, "speed_mps", None) is not None:
             common["speed_mps"] = leg.speed_mps
         if leg.type == "waypoints":

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -13,6 +13,7 @@ from pelagos.config import registry
 from pelagos.config.agent import Agent
 from pelagos.config.scenario import Scenario
 from pelagos.errors import ScenarioError
+from pelagos.math.geodesy import GeoOrigin
 from pelagos.ocean.config import build_ocean
 from pelagos.ocean.ocean import Ocean
 from pelagos.raycast.rays import NO_BODY
@@ -91,31 +92,45 @@ class Model:
     agents: Mapping[str, AgentModel]
 
 
-def compile_model(scenario: Scenario, *, n: int, seed: int, first_environment: int) -> Model:
+def compile_model(scenario: Scenario, *, n: int, seed: int, first_environment: int, like: Model | None = None) -> Model:
     """Build the world, the vehicles and the sensors of a scenario.
+
+    Args:
+        scenario: what to build.
+        n: copies.
+        seed: of every random stream.
+        first_environment: index of the first copy.
+        like: a model of the same scenario and size, whose world and vehicles are taken over.
 
     Raises:
         InputError: the scenario asks for something that cannot be.
     """
     clock = Clock(scenario.tick_rate_hz)
-    world = build_world(scenario.world)
-    scene = world.scene(n)
-    ocean = build_ocean(scenario.ocean, world)
+    world = _world(scenario) if like is None else like.world
+    scene = world.scene(n) if like is None else like.scene
+    ocean = build_ocean(scenario.ocean, world, seed=seed)
     agents = {}
     crowded = len(scenario.agents) > 1
     for index, (name, config) in enumerate(scenario.agents.items()):
-        vehicle = Vehicle.from_config(config.vehicle)
+        vehicle = Vehicle.from_config(config.vehicle) if like is None else like.agents[name].vehicle
         own = hull_rows(index, n) if crowded else np.full(n, NO_BODY, dtype=np.uint32)
         context = _Context(seed=seed, clock=clock, scene=scene, world=world, ocean=ocean, own_body=own, agent=name)
         agents[name] = AgentModel(
             name=name,
             config=config,
             vehicle=vehicle,
-            driver=Driver(vehicle, n=n, dt_ns=clock.dt_ns),
+            driver=Driver(vehicle, n=n, dt_ns=clock.dt_ns) if like is None else like.agents[name].driver,
             sensors={s: context.build(s, c) for s, c in config.sensors.items()},
             tasks=plan(config.mission),
         )
     return Model(scenario, clock, n, first_environment, world, scene, ocean, agents)
+
+
+def _world(scenario: Scenario) -> World:
+    world = build_world(scenario.world)
+    if scenario.origin is None:
+        return world
+    return replace(world, origin=GeoOrigin(scenario.origin.latitude_deg, scenario.origin.longitude_deg))
 
 
 @dataclass(frozen=True)

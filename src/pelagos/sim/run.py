@@ -77,18 +77,14 @@ def run(
 
 
 def open_recorder(path: Path, sim: Simulation) -> Recorder:
-    """A recorder for every sensor of `sim` that the scenario does not exclude.
+    """A recorder for every sensor of `sim`.
 
     Raises:
         RecordingError: the file cannot be written.
     """
     scenario = sim.scenario
-    skip = set(scenario.record.exclude)
-    sensors = {
-        name: {s: m.config for s, m in agent.sensors.items() if f"{name}.{s}" not in skip}
-        for name, agent in sim.model.agents.items()
-    }
-    origin = (sim.world.origin.latitude_deg, sim.world.origin.longitude_deg)
+    sensors = {name: {s: m.config for s, m in agent.sensors.items()} for name, agent in sim.model.agents.items()}
+    origin = (sim.world.origin.latitude, sim.world.origin.longitude)
     return Recorder(path, to_yaml(scenario), sim.seed, sensors, None, origin, sim.dt_ns, copies=sim.n)
 
 
@@ -110,7 +106,6 @@ class _Loop:
         self._stepper = sim.stepper
         self._first = self._stepper.tick
         self._last = self._first + sim.model.clock.ticks(asked)
-        self._excluded = set(sim.scenario.record.exclude)
         self._counts = {f"{a.name}.{s}": 0 for a in sim.model.agents.values() for s in a.sensors}
         self._latest: Observations = {name: {} for name in sim.model.agents}
 
@@ -154,7 +149,7 @@ class _Loop:
         )
         for _, agent, name, reading in readings:
             self._latest[agent][name] = reading
-            if self._recorder is not None and f"{agent}.{name}" not in self._excluded:
+            if self._recorder is not None:
                 start = time.perf_counter()
                 self._recorder.write(agent, name, reading)
                 self._stepper.timings.add("record", start)

@@ -113,11 +113,10 @@ class Simulation:
         """
         if seed is not None and seed != self.seed:
             self.seed = seed
+            old = self.model
             self.model = compile_model(
-                self.scenario, n=self.n, seed=_seed(seed), first_environment=self.model.first_environment
+                self.scenario, n=self.n, seed=_seed(seed), first_environment=old.first_environment, like=old
             )
-            hulls = {name: agent.vehicle.hull for name, agent in self.model.agents.items()}
-            self._bodies = Bodies(self.model.scene, hulls, n=self.n, first_instance=self.model.world.next_instance)
             self._stepper = Stepper(self.model, self._bodies)
         self._bodies.clear()
         return self._stepper.start(start_states(self.model))

@@ -1,0 +1,145 @@
+"""The Python face: shapes, absent readings, commands, props, states, errors."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import pelagos as pl
+
+SCENARIO = {
+    "world": {"type": "flat", "depth_m": 20.0},
+    "agents": {
+        "auv0": {
+            "vehicle": "remus100",
+            "start": {"position_m": [0.0, 0.0], "depth_m": 5.0, "heading_deg": 90.0, "speed_mps": 1.0},
+            "sensors": {
+                "imu": {"type": "imu", "rate_hz": 100},
+                "gps": {"type": "gps", "rate_hz": 10},
+                "altimeter": {"type": "altimeter", "rate_hz": 10},
+            },
+        }
+    },
+}
+
+
+@pytest.fixture
+def sim() -> pl.Simulation:
+    return pl.Simulation.load(SCENARIO)
+
+
+def test_state_has_the_shapes_and_frames_of_the_design():
+    sim = pl.Simulation.load(SCENARIO, n=3)
+    state = sim.state["auv0"]
+    assert state.position.shape == (3, 3)
+    assert state.attitude.shape == (3, 4)
+    assert state.velocity.shape == (3, 3)
+    assert np.allclose(state.position, [0, 0, -5])
+    assert np.allclose(state.velocity, [1, 0, 0])
+    sim.run(1.0)
+    assert (sim.state["auv0"].position[:, 1] < -0.5).all()  # east is -y
+
+
+def test_readings_are_absent_when_not_due_and_when_there_is_none(sim):
+    obs = sim.reset()
+    assert set(obs["auv0"]) == {"imu", "altimeter"}  # under water there is no GPS
+    assert set(sim.step()["auv0"]) == set()  # 100 Hz in ticks of 5 ms: every second one
+    assert set(sim.step()["auv0"]) == {"imu"}
+    assert sim.time_ns == 10_000_000
+    reading = obs["auv0"]["imu"]
+    assert reading.data.shape == (1, 6)
+    assert reading.frame == "auv0/imu"
+    assert reading.truth[0, 2] == pytest.approx(9.81, abs=0.1)
+
+
+def test_altimeter_sees_a_prop_come_move_and_go(sim):
+    def altitude() -> float:
+        sim.set_state(
+            "auv0", position=(0, 0, -5), attitude=(1, 0, 0, 0), velocity=(0, 0, 0), angular_velocity=(0, 0, 0)
+        )
+        while True:
+            obs = sim.step()
+            if "altimeter" in obs["auv0"]:
+                return float(np.ravel(obs["auv0"]["altimeter"].truth)[0])
+
+    empty = altitude()
+    box = sim.spawn(pl.Prop("box", position=(0, 0, -10), size=(4, 4, 1), material="steel", label="debris"))
+    assert altitude() == pytest.approx(empty - 10.5, abs=0.2)
+    box.move(position=(0, 0, -12))
+    assert altitude() == pytest.approx(empty - 8.5, abs=0.2)
+    hits = sim.world.cast((0, 0, -6), (0, 0, -1))
+    assert hits.t[0] == pytest.approx(5.5, abs=1e-4)
+    box.remove()
+    assert altitude() == pytest.approx(empty, abs=0.2)
+    with pytest.raises(pl.InputError, match="removed"):
+        box.move(position=(0, 0, 0))
+
+
+def test_commands_are_held_until_the_next(sim):
+    sim.set_mode("auv0", "actuators")
+    sim.step({"auv0": (0.1, -0.05, 1000.0)})
+    for _ in range(400):
+        sim.step()
+    actuators = sim.state["auv0"].actuators[0]
+    assert actuators[0] == pytest.approx(0.1, abs=1e-3)
+    assert actuators[2] > 800
+
+
+@pytest.mark.parametrize(
+    ("command", "says"),
+    [
+        ((1.0, 2.0), "shape"),
+        ((np.nan, 0.0, 0.0), "not a finite number"),
+        (("a", "b", "c"), "numbers"),
+    ],
+)
+def test_bad_commands_are_refused(sim, command, says):
+    with pytest.raises(pl.InputError, match=says):
+        sim.step({"auv0": command})
+
+
+def test_unknown_names_suggest_the_nearest(sim):
+    with pytest.raises(pl.InputError, match="did you mean 'auv0'"):
+        sim.step({"auv1": (0, 0, 0)})
+    with pytest.raises(pl.InputError, match="did you mean 'actuators'"):
+        sim.set_mode("auv0", "actuator")
+
+
+def test_a_policy_is_asked_every_tick(sim):
+    asked = []
+
+    def policy(obs):
+        asked.append(sorted(obs["auv0"]))
+        return {"auv0": (6.0, 1.0, 900.0)} if sim.stepper.mode("auv0") == "depth_heading" else {}
+
+    sim.run(0.1, policy=policy)
+    assert len(asked) == 20
+
+
+def test_starting_inside_the_seabed_is_refused():
+    scenario = {
+        **SCENARIO,
+        "agents": {"auv0": {"vehicle": "remus100", "start": {"position_m": [0, 0], "depth_m": 25.0}}},
+    }
+    with pytest.raises(pl.ScenarioError, match="auv0"):
+        pl.Simulation.load(scenario)
+
+
+def test_two_agents_see_each_other_but_not_themselves():
+    one = SCENARIO["agents"]["auv0"]
+    other = {**one, "start": {**one["start"], "depth_m": 10.0}}
+    sim = pl.Simulation.load({**SCENARIO, "agents": {"auv0": one, "below": other}})
+    obs = sim.reset()
+    assert np.ravel(obs["auv0"]["altimeter"].truth)[0] < 6.0
+    assert np.ravel(obs["below"]["altimeter"].truth)[0] == pytest.approx(10.0, abs=0.5)
+
+
+def test_current_carries_a_drifting_vehicle():
+    scenario = {**SCENARIO, "ocean": {"currents": [{"type": "uniform", "speed_mps": 0.5, "towards_deg": 0.0}]}}
+    sim = pl.Simulation.load(scenario)
+    sim.set_mode("auv0", "actuators")
+    sim.set_state("auv0", velocity=(0, 0, 0))
+    before = sim.state["auv0"].position[0, 0]
+    sim.run(60.0)
+    after = sim.state["auv0"].position[0, 0]
+    assert (after - before) / 60.0 == pytest.approx(0.5, rel=0.35)
