@@ -37,6 +37,10 @@ _SAMPLE: Final = 0  # last word of the counter: what kind of number it is
 _ELEMENT: Final = 1
 _MARKOV: Final = 2
 _WALK: Final = 3
+_CONSTANT: Final = 4
+
+FLOOR: Final = math.sqrt(2 * math.log(2) / math.pi)  # Allan deviation of flicker noise of bias instability 1: 0.664
+_MARKOV_PEAK: Final = 0.617266  # largest Allan deviation of a Gauss-Markov process of unit variance
 
 _FINEST: Final = 16  # values of a Gauss-Markov process per correlation time
 _MARKOV_LEVELS: Final = 9  # bisections, from independent values 32 correlation times apart (correlation 1e-14)
@@ -59,6 +63,11 @@ def opaque_key(key: tuple[int, int]) -> tuple[Array, Array]:
 def normals64(key: Key, motion: Kinematics, count: int) -> list[Array]:
     """`count` independent standard normal `Float64` for every lane of `motion`, new ones each tick."""
     return _normals64(key, motion.environment, motion.tick, count, _SAMPLE)
+
+
+def constants64(key: Key, motion: Kinematics, count: int) -> list[Array]:
+    """`count` independent standard normal `Float64` for every lane of `motion`, the same at all times of one copy."""
+    return _normals64(key, motion.environment, jit.UInt32(0), count, _CONSTANT)
 
 
 def words32(key: Key, index: Array, environment: Array, tick: Array) -> tuple[Array, Array, Array, Array]:
@@ -97,6 +106,15 @@ def gauss_markov(key: Key, motion: Kinematics, count: int, *, correlation_time: 
 
     low, high = _bisect(key, motion.environment, knot, top, span, low, high, midpoint, _MARKOV)
     return [a + fraction * (b - a) for a, b in zip(low, high, strict=True)]
+
+
+def bias_instability(key: Key, motion: Kinematics, count: int, *, correlation_time: float) -> list[Array]:
+    """`count` Gauss-Markov processes whose Allan deviation peaks, at 1.89 correlation times, at 0.664.
+
+    Times a bias instability B [unit] they peak where flicker noise of that B has its floor (IEEE 952, Annex C.1.3.3).
+    """
+    scale = FLOOR / _MARKOV_PEAK
+    return [scale * x for x in gauss_markov(key, motion, count, correlation_time=correlation_time)]
 
 
 def random_walk(key: Key, motion: Kinematics, count: int) -> list[Array]:
