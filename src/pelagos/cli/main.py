@@ -170,7 +170,6 @@ def bench(
         list[str] | None, typer.Argument(metavar="[CASE]...", help="Which; otherwise all.", show_default=False)
     ] = None,
     json: Annotated[bool, typer.Option("--json", help="Print one JSON document.")] = False,
-    folder: Annotated[Path, typer.Option(metavar="DIR", help="Where the cases are declared.")] = Path("bench"),
     write: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Write the table as Markdown.", show_default=False)
     ] = None,
@@ -178,7 +177,7 @@ def bench(
     """Measure speed, beside a published figure or a limit of this machine."""
     from pelagos.cli.bench import run_bench
 
-    raise typer.Exit(run_bench(folder, cases or [], as_json=json, write=write))
+    raise typer.Exit(run_bench(cases or [], as_json=json, write=write))
 
 
 @app.command(epilog="Example:\n\n    pelagos recover results/harbour_survey-1/mission.mcap")

@@ -1,0 +1,53 @@
+# `make demo` and `make test` are all that a newcomer needs; both install what is missing.
+
+.DEFAULT_GOAL := help
+SHELL := /bin/sh
+.PHONY: help demo venv llvm test test-all check bench docs clean
+
+BIN := .venv/bin
+SCENARIO := examples/harbour_survey.yaml
+READY := .venv/ready
+DEVICE := .venv/device
+
+help: ## Show this list
+	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-10s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
+
+demo: venv llvm ## Survey a harbour; ends by saying where the results lie
+	$(BIN)/pelagos run $(SCENARIO)
+
+venv: $(READY) ## Build .venv with everything that tests and examples need
+
+$(READY): pyproject.toml scripts/venv.sh
+	@sh scripts/venv.sh .venv
+	@touch $@
+
+llvm: $(DEVICE) ## Install libLLVM 19 through apt when no usable one is installed
+
+$(DEVICE): $(READY) scripts/llvm.sh
+	@sh scripts/llvm.sh
+	@touch $@
+
+test: venv llvm ## Run the tests
+	$(BIN)/python -m pytest -n 2 -m "not slow"
+
+test-all: venv llvm ## Run the tests, the slow ones too
+	$(BIN)/python -m pytest -n 2
+
+check: venv llvm ## Everything that CI runs: format, lint, types, layers, schema, tests
+	$(BIN)/ruff format --check .
+	$(BIN)/ruff check .
+	$(BIN)/mypy
+	$(BIN)/lint-imports
+	$(BIN)/pelagos schema --check schema/scenario.schema.json
+	$(BIN)/python scripts/reference.py --check docs/scenario.md
+	$(BIN)/python -m pytest -n 2 -m "not slow"
+
+bench: venv llvm ## Measure speed and refresh bench/RESULTS.md
+	$(BIN)/pelagos bench --write bench/RESULTS.md
+
+docs: venv ## Renew the files that are generated: the schema and the scenario reference
+	$(BIN)/pelagos schema --write schema/scenario.schema.json
+	$(BIN)/python scripts/reference.py docs/scenario.md
+
+clean: ## Remove what was built (results stay)
+	rm -rf .venv .mypy_cache .ruff_cache .pytest_cache .import_linter_cache build dist
