@@ -41,7 +41,7 @@ def write(r: Recorder, ticks: range, copies: int = 1) -> None:
         )
 
 
-@pytest.fixture()
+@pytest.fixture
 def recording(tmp_path: Path) -> Path:
     path = tmp_path / "run.mcap"
     with recorder(path) as r:
