@@ -83,7 +83,10 @@ def parse_document(text: str, name: str, folder: Path) -> Document:
     except yaml.MarkedYAMLError as error:
         mark = error.problem_mark or error.context_mark
         what = f"not valid YAML: {error.problem or error.context}"
-        if mark is not None and "\t" in text.splitlines()[min(mark.line, text.count("\n"))]:
+        begun = error.context_mark
+        if error.problem and error.context and begun is not None:
+            what += f", {error.context} that begins on line {begun.line + 1}"
+        if mark is not None and "\t" in [*text.split("\n"), ""][mark.line]:
             what += " (the line holds a tab; indent with spaces)"
         raise ScenarioError(what, where=f"{name}:{mark.line + 1}" if mark else name) from None
     except yaml.YAMLError as error:
