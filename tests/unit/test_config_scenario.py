@@ -79,6 +79,7 @@ def components(monkeypatch: pytest.MonkeyPatch) -> None:
     }
     named = {kind: {name: f"{module.__name__}:{cls}" for name, cls in row.items()} for kind, row in table.items()}
     monkeypatch.setattr(registry, "BUILT_IN", named)
+    monkeypatch.setattr(registry, "CATALOGUES", {})
 
 
 GOOD = """\

@@ -73,9 +73,12 @@ class Component:
         )
 
     def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: GetJsonSchemaHandler) -> JsonSchemaValue:
-        models = [entry.config for entry in registry.entries(self.kind, plugins=False).values()]
+        known = registry.entries(self.kind, plugins=False)
+        models = dict.fromkeys(entry.config for entry in known.values())
         choices = [handler(model.__pydantic_core_schema__) for model in models]
-        return choices[0] if len(choices) == 1 else {"oneOf": choices}
+        if self.shorthand:
+            choices.append({"enum": list(known), "type": "string"})
+        return choices[0] if len(choices) == 1 else {"anyOf": choices}
 
 
 def _dump(value: BaseModel, info: Any) -> dict[str, Any]:

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import yaml
-from pydantic import ValidationError
+from pydantic import BaseModel, ValidationError
 
 from pelagos.config.document import Document, plain, read_document
 from pelagos.config.override import change, with_value
@@ -74,13 +74,29 @@ def check(document: Document) -> Scenario:
 
 def to_yaml(scenario: Scenario) -> str:
     """The scenario with every default written out, as YAML that loads to an equal scenario."""
-    data = scenario.model_dump(mode="json", exclude_none=True)
-    return yaml.dump(data, Dumper=_Dumper, sort_keys=False, allow_unicode=True, width=120)
+    return yaml.dump(_written(scenario), Dumper=_Dumper, sort_keys=False, allow_unicode=True, width=120)
 
 
 def to_json(scenario: Scenario) -> str:
     """The scenario with every default written out, as JSON that loads to an equal scenario."""
-    return json.dumps(scenario.model_dump(mode="json", exclude_none=True), indent=2, ensure_ascii=False) + "\n"
+    return json.dumps(_written(scenario), indent=2, ensure_ascii=False) + "\n"
+
+
+def _written(scenario: Scenario) -> dict[str, Any]:
+    """Plain data without the values that are None because nobody gave them."""
+    data: dict[str, Any] = _pruned(scenario, scenario.model_dump(mode="json"))
+    return data
+
+
+def _pruned(built: Any, dumped: Any) -> Any:
+    if isinstance(built, BaseModel):
+        kept = {key: value for key, value in dumped.items() if value is not None or key in built.model_fields_set}
+        return {key: _pruned(getattr(built, key, None), value) for key, value in kept.items()}
+    if isinstance(built, Mapping):
+        return {key: _pruned(built.get(key), value) for key, value in dumped.items()}
+    if isinstance(built, list | tuple):
+        return [_pruned(item, value) for item, value in zip(built, dumped, strict=True)]
+    return dumped
 
 
 class _Dumper(yaml.SafeDumper):

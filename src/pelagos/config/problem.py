@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping
 from typing import Any, Final, get_args
 
@@ -61,6 +62,8 @@ def coerced(data: Any, built: Any, path: Key = ()) -> Iterator[tuple[Key, str]]:
             yield path, f"expected true or false, not {_shown(data)}"
     elif isinstance(built, int | float) and isinstance(data, str | bool):
         yield path, _number_text(_name(path), data)
+    elif isinstance(built, float) and not math.isfinite(built):
+        yield path, f"expected a finite number{symbol_of(_name(path))}, not {built}"
 
 
 def _follows_from_another(line: Mapping[str, Any]) -> bool:

@@ -31,6 +31,8 @@ BUILT_IN: Final[Mapping[Kind, Mapping[str, str]]] = {
         "imu": "pelagos.sensors.imu:Imu",
         "magnetometer": "pelagos.sensors.magnetometer:Magnetometer",
         "multibeam": "pelagos.sensors.multibeam:Multibeam",
+        "pose": "pelagos.sensors.pose:Pose",
+        "velocity": "pelagos.sensors.velocity:Velocity",
     },
     "world": {
         "bathymetry": "pelagos.world.bathymetry.bathymetry:BathymetryConfig",
@@ -38,7 +40,12 @@ BUILT_IN: Final[Mapping[Kind, Mapping[str, str]]] = {
         "harbour": "pelagos.world.generate.harbour:HarbourConfig",
     },
     "ocean": {"standard": "pelagos.ocean.config:OceanConfig"},
-    "vehicle": {"remus100": "pelagos.vehicles.vehicle:VehicleConfig"},
+    "vehicle": {"custom": "pelagos.vehicles.config:VehicleConfig"},
+}
+
+# Tables that also have one entry for each file of a catalogue: (module with its names and data, target).
+CATALOGUES: Final[Mapping[Kind, tuple[str, str]]] = {
+    "vehicle": ("pelagos.vehicles.load", "pelagos.vehicles.config:VehicleConfig"),
 }
 
 
@@ -86,6 +93,9 @@ class Entry:
     @property
     def title(self) -> str:
         """One line about the component: its `TITLE`, or the first line of its docstring."""
+        catalogue = _catalogue(self.kind)
+        if catalogue is not None and self.name in catalogue.catalogue_names():
+            return str(catalogue.catalogue_data(self.name).get("title", ""))
         component = self.load()
         title = getattr(component, "TITLE", None) or (component.__doc__ or "").strip().split("\n")[0]
         return str(title)
@@ -94,6 +104,9 @@ class Entry:
 def entries(kind: Kind, *, plugins: bool = True) -> dict[str, Entry]:
     """Every entry of a table by name, sorted; with those of installed plug-ins unless told otherwise."""
     found = {name: Entry(kind, name, target) for name, target in BUILT_IN[kind].items()}
+    catalogue = _catalogue(kind)
+    if catalogue is not None:
+        found |= {name: Entry(kind, name, CATALOGUES[kind][1]) for name in catalogue.catalogue_names()}
     if plugins:
         found = dict(_plugins(kind)) | found
     return dict(sorted(found.items()))
@@ -109,6 +122,10 @@ def find(kind: Kind, name: str) -> Entry:
     if name not in known:
         raise LookupFailed(kind, name, known)
     return known[name]
+
+
+def _catalogue(kind: Kind) -> Any:
+    return import_module(CATALOGUES[kind][0]) if kind in CATALOGUES else None
 
 
 @cache
