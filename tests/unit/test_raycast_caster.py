@@ -71,9 +71,9 @@ def test_nothing_beyond_max_range():
 def test_far_from_the_origin_a_millimetre_is_kept():
     """Single precision alone has a spacing of 8 mm at 100 km; relative to the scene's origin nothing is lost."""
     far = np.array([123_456.0, -98_765.0, 0.0])
-    h = shoot(Scene([box(far)]), rays(far + [3.0005, 0.2, 0.1], [-1, 0, 0]))
+    h = shoot(Scene([box(far)]), rays(far + np.array([3.0005, 0.2, 0.1]), [-1, 0, 0]))
     assert np.array(h.t)[0] == pytest.approx(2.0005, abs=1e-4)
-    assert np.allclose(np.array(h.position)[:, 0], far + [1, 0.2, 0.1], atol=1e-4)
+    assert np.allclose(np.array(h.position)[:, 0], far + np.array([1, 0.2, 0.1]), atol=1e-4)
 
 
 def test_moved_turned_and_removed_bodies_are_seen_at_the_next_cast():

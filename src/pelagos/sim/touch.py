@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pelagos import jit
-from pelagos.contact.probe import probe_wrench
+from pelagos.contact.probe import HullProbes, hull_probes, probe_wrench
 from pelagos.jit import Array
 from pelagos.math.frames import flip_quaternion, flip_yz
 from pelagos.raycast.rays import NO_BODY
@@ -49,16 +49,15 @@ class Touch:
         return force, moment
 
     def _build(self) -> tuple[Callable[..., tuple[Array, Array]], tuple[Any, ...]]:
-        n = self._model.n
-        starts, vectors = self._agent.vehicle.probes
+        n, vehicle = self._model.n, self._agent.vehicle
+        starts, vectors = vehicle.probes
+        turn = np.diag([1.0, -1.0, -1.0, 1.0, -1.0, -1.0])  # FRD -> FLU
         own = self._bodies.own_rows(self._agent.name)
         arguments = (
             self._model.world.material_tables(),
-            jit.Array3f64(np.ascontiguousarray(starts.T)),
-            jit.Array3f64(np.ascontiguousarray(vectors.T)),
+            hull_probes(starts, vectors, turn @ vehicle.mass_matrix @ turn),
             jit.UInt32(np.full(n, NO_BODY, dtype=np.uint32) if own is None else own),
             dr.arange(jit.UInt32, n),
-            dr.opaque(jit.Float64, self._agent.vehicle.effective_mass_kg),
             dr.opaque(jit.Float64, self._model.clock.dt_ns * 1e-9),
         )
         dr.make_opaque(arguments)
@@ -67,30 +66,20 @@ class Touch:
 
 def _touch(static: Any, moving: Any) -> Callable[..., tuple[Array, Array]]:
     def touch(
-        state: VehicleState,
-        tables: Any,
-        materials: Any,
-        starts: Array,
-        vectors: Array,
-        own: Array,
-        copy: Array,
-        mass: Array,
-        h: Array,
+        state: VehicleState, tables: Any, materials: Any, probes: HullProbes, own: Array, copy: Array, h: Array
     ) -> tuple[Array, Array]:
         force, moment = probe_wrench(
             static,
             moving,
             tables,
             materials,
+            probes,
             position=flip_yz(state.position),
             attitude=flip_quaternion(state.attitude),
             velocity=flip_yz(state.velocity),
             angular_velocity=flip_yz(state.angular_velocity),
-            starts=starts,
-            vectors=vectors,
             own=own,
             copy=copy,
-            mass=mass,
             h=h,
         )
         return flip_yz(force), flip_yz(moment)
