@@ -4,10 +4,11 @@ A ray that hits before it reaches the skin tells how deep, and which way out. Th
 surface's normal and Coulomb friction across it. Stiffness and damping follow the mass that a probe feels and the time
 step, so that contact is as hard as an explicit step can carry, and never explodes:
 
-    spring  k <= KAPPA m / h^2,   damper c = 2 ZETA sqrt(k m),   friction <= SLIP m |v_t| / h
+    spring k <= KAPPA m / h^2,   damper c <= 2 ZETA sqrt(k m),   friction <= SLIP m |v_t| / h
 
 with m = 1 / (n^T J M^-1 J^T n), the effective mass at the probe (Featherstone, Rigid Body Dynamics Algorithms, 2008,
-Section 11.7), and all three shared out among the probes that touch.
+Section 11.7), and all three shared out among the probes that touch. Soft ground hardens towards that limit as the spine
+comes near, so that nothing sinks through it.
 """
 
 from __future__ import annotations
@@ -112,20 +113,22 @@ def probe_wrench(
     slip = rotate(q, out) - jit.Array3f64(hits.velocity)
     depth = dr.maximum(length - jit.Float64(hits.t), 0.0)
     mass = dr.gather(jit.Float64, probes.mass, probe)
-    push = _push(hits, materials, depth, slip, mass, h)
+    push = _push(hits, materials, depth, length, slip, mass, h)
     weight = dr.select(hits.valid, dr.minimum(depth / FULL_AT, 1.0), 0.0)
     force = rotate_back(q, dr.select(hits.valid, weight * push, 0.0))
     return _gathered(weight, force, dr.cross(point, force), n=n, p=p)
 
 
-def _push(hits: Any, materials: Any, depth: Array, slip: Array, mass: Array, h: Array) -> Array:
+def _push(hits: Any, materials: Any, depth: Array, length: Array, slip: Array, mass: Array, h: Array) -> Array:
     """What one probe would feel if it touched alone, world NWU [N]."""
     f64 = jit.Float64
 
     def of(column: Array) -> Array:
         return f64(dr.gather(jit.Float, column, hits.material, hits.valid))
 
-    stiffness = dr.minimum(of(materials.stiffness), KAPPA * mass / (h * h))
+    hardest = KAPPA * mass / (h * h)
+    softness = dr.minimum(of(materials.stiffness), hardest)
+    stiffness = softness + (hardest - softness) * (depth / length) ** 2
     damping = dr.minimum(of(materials.damping), 2 * ZETA * dr.sqrt(stiffness * mass))
     normal = jit.Array3f64(hits.normal)
     leaving = dr.dot(slip, normal)
