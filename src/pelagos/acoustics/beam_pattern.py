@@ -1,0 +1,82 @@
+"""How an aperture looks into directions: lines, pistons, weighted arrays.
+
+All patterns are amplitudes, 1 on axis, for one way; `sine` is the sine of the angle off axis.
+Source: H. L. Van Trees, Optimum Array Processing (2002), Chapters 2 and 3, doi 10.1002/0471221104.
+"""
+
+from __future__ import annotations
+
+from typing import Any, Final
+
+import drjit as dr
+import numpy as np
+from numpy.typing import NDArray
+
+from pelagos.jit import Array
+
+HALF_POWER_LINE: Final = 0.8858929413789  # width at -3 dB of a uniform line [wavelength / length]
+FIRST_NULL_LINE: Final = 1.0  # sine of the first null of a uniform line [wavelength / length]
+
+
+def line(sine: Array, length: Array) -> Array:
+    """Uniform line aperture: sin(u)/u, u = pi L sine; `length` L [wavelengths]. First side lobe -13.26 dB."""
+    u = dr.pi * length * sine
+    small = dr.abs(u) < 1e-4
+    return dr.select(small, 1.0 - u * u / 6.0, dr.sin(u) / dr.select(small, 1.0, u))
+
+
+def elements(sine: Array, count: int) -> Array:
+    """Array of `count` point elements half a wavelength apart: sin(N u)/(N sin u), u = pi sine / 2."""
+    u = 0.5 * dr.pi * sine
+    small = dr.abs(dr.sin(u)) < 1e-6
+    return dr.select(small, 1.0, dr.sin(count * u) / (count * dr.select(small, 1.0, dr.sin(u))))
+
+
+def line_length(width_rad: float) -> float:
+    """Length [wavelengths] of the uniform line whose half-power width is `width_rad` (full width, one way)."""
+    return HALF_POWER_LINE / (2.0 * float(np.sin(0.5 * width_rad)))
+
+
+def line_np(sine: NDArray[np.float64], length: float) -> NDArray[np.float64]:
+    """`line` for NumPy arrays, of any shape, used where tables are made on the host."""
+    return np.sinc(length * sine)
+
+
+def weighted_line_np(sine: NDArray[np.float64], length: float, shading: str) -> NDArray[np.float64]:
+    """Pattern of a line with a shading, same shape as `sine`, amplitude 1 on axis.
+
+    Args:
+        sine: sine of the angle off axis.
+        length: aperture [wavelengths].
+        shading: "uniform" (-13.3 dB side lobes), "hamming" (-43 dB) or "hann" (-31.5 dB), raised-cosine weights
+            a + (1 - a) cos(2 pi x / L): F. J. Harris, Proc. IEEE 66, 51 (1978), doi 10.1109/PROC.1978.10837.
+    """
+    alpha = {"uniform": 1.0, "hamming": 0.54, "hann": 0.5}[shading]
+    u: Any = length * sine
+    side = 0.5 * (1.0 - alpha) * (np.sinc(u - 1.0) + np.sinc(u + 1.0))
+    return np.asarray((alpha * np.sinc(u) + side) / alpha)
+
+
+SHADING_WIDTH: Final = {"uniform": 1.0, "hamming": 1.4708, "hann": 1.6258}  # half-power width relative to uniform
+
+
+def steering_matrix(azimuths: NDArray[np.float64], width_rad: float, shading: str, reach: int) -> NDArray[np.float32]:
+    """Receive response of each beam to its neighbours, `(beams, 2 reach + 1)`, unit power in each row.
+
+    Beam j of a line array steered to azimuth a_j answers a source in the direction of beam i with the pattern at
+    sin a_i - sin a_j. Rows are normalised to unit power, so that a field of independent scatterers keeps its level.
+
+    Args:
+        azimuths: beam directions [rad], evenly spaced or not, `(beams,)`.
+        width_rad: half-power width at broadside [rad], one way, of the shaded array.
+        shading: see `weighted_line_np`.
+        reach: neighbours on each side that are answered.
+    """
+    length = HALF_POWER_LINE * SHADING_WIDTH[shading] / (2.0 * float(np.sin(0.5 * width_rad)))
+    beams = len(azimuths)
+    neighbour = np.arange(beams)[:, None] + np.arange(-reach, reach + 1)[None, :]
+    inside = (neighbour >= 0) & (neighbour < beams)
+    sine = np.sin(azimuths)
+    offset = sine[np.clip(neighbour, 0, beams - 1)] - sine[:, None]
+    response = np.where(inside, weighted_line_np(offset, length, shading), 0.0)
+    return np.asarray(response / np.sqrt((response**2).sum(axis=1, keepdims=True)), dtype=np.float32)

@@ -1,0 +1,38 @@
+"""Pulses after the matched filter."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+
+def range_resolution(sound_speed: float, bandwidth: float) -> float:
+    """Width [m] of the compressed pulse, c/(2B); `bandwidth` B [Hz]. A CW pulse of duration T has B = 1/T."""
+    return sound_speed / (2.0 * bandwidth)
+
+
+def processing_gain_db(bandwidth: float, duration: float) -> float:
+    """Gain [dB] of the matched filter, 10 log10(B T), at least 0."""
+    return 10.0 * math.log10(max(bandwidth * duration, 1.0))
+
+
+def point_spread(bin_width: float, resolution: float, *, floor: float = 0.02) -> NDArray[np.float32]:
+    """Range response `(2 k + 1,)` of a Hann-shaded chirp, sampled at the bins, unit power.
+
+    The compressed pulse of a flat spectrum is sinc(x); shaded by a raised cosine it is the sum of three, with side
+    lobes at -31.5 dB (F. J. Harris, Proc. IEEE 66, 51, 1978, doi 10.1109/PROC.1978.10837).
+
+    Args:
+        bin_width: [m].
+        resolution: c/(2B) [m]; where it is well below the bin width the response is one bin.
+        floor: amplitude below which the response is cut.
+    """
+    reach = math.ceil(2.5 * resolution / bin_width)
+    x = np.arange(-reach, reach + 1) * bin_width / resolution
+    response = np.sinc(x) + 0.5 * (np.sinc(x - 1.0) + np.sinc(x + 1.0))
+    keep = np.flatnonzero(np.abs(response) >= floor)
+    half = int(np.max(np.abs(keep - reach)))
+    response = response[reach - half : reach + half + 1]
+    return np.asarray(response / np.sqrt((response**2).sum()), dtype=np.float32)

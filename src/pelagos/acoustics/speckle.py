@@ -1,0 +1,70 @@
+"""Roughness that belongs to a place: the same facet answers with the same complex amplitude whenever it is seen.
+
+A resolution cell holds many unresolved scatterers, so that each facet's amplitude is complex Gaussian (J. W. Goodman,
+Speckle Phenomena in Optics, 2nd ed. 2020, Section 3.1). Facets are cells of a world-fixed lattice; their amplitude is
+a hash of the cell, of the object that they belong to and of a seed. Speckle therefore stands still while the sonar
+does, and changes when it moves to see other facets, or the same ones at other distances.
+"""
+
+from __future__ import annotations
+
+from typing import Final
+
+import drjit as dr
+
+from pelagos import jit
+from pelagos.jit import Array
+from pelagos.math.philox import normal_pair32, uniform32
+
+_PRIME_X: Final = 0x8DA6B343
+_PRIME_Y: Final = 0xD8163841
+_PRIME_Z: Final = 0xCB1AB31F
+_PRIME_O: Final = 0x9E3779B1
+
+
+def facet_hash(x: Array, y: Array, z: Array, instance: Array, seed: Array) -> Array:
+    """A `UInt32` for the lattice cell (x, y, z), `Int32` each, of object `instance`."""
+    h = jit.UInt32(x) * _PRIME_X ^ jit.UInt32(y) * _PRIME_Y ^ jit.UInt32(z) * _PRIME_Z
+    return scramble(h ^ (instance * _PRIME_O) ^ seed)
+
+
+def scramble(h: Array) -> Array:
+    """A bijection of `UInt32` in which every input bit flips half of the output bits.
+
+    Source: the finaliser of MurmurHash3 (A. Appleby, public domain).
+    """
+    h = (h ^ (h >> 16)) * 0x85EBCA6B
+    h = (h ^ (h >> 13)) * 0xC2B2AE35
+    return h ^ (h >> 16)
+
+
+def facet_amplitude(word: Array) -> tuple[Array, Array]:
+    """Complex Gaussian amplitude (real, imaginary) of unit mean power for a facet's hash."""
+    real, imaginary = normal_pair32(word, scramble(word + 0x9E3779B9))
+    return real * 0.70710678, imaginary * 0.70710678
+
+
+def patchiness(x: Array, y: Array, *, seed: Array, scale: float) -> Array:
+    """Smooth random field of the horizontal place, mean 0, about -1 to 1: two octaves of value noise.
+
+    Args:
+        x, y: world [m], `Float`.
+        seed: `UInt32`.
+        scale: length of the coarser octave [m]; the finer one has a quarter of it.
+    """
+    return 0.65 * _value_noise(x / scale, y / scale, seed) + 0.35 * _value_noise(4 * x / scale, 4 * y / scale, seed + 1)
+
+
+def _value_noise(x: Array, y: Array, seed: Array) -> Array:
+    """Bilinear interpolation, smoothed at the nodes, of uniform random values in (-1, 1) on the integers."""
+    floor_x, floor_y = dr.floor(x), dr.floor(y)
+    fx, fy = x - floor_x, y - floor_y
+    fx, fy = fx * fx * (3 - 2 * fx), fy * fy * (3 - 2 * fy)
+    ix, iy = jit.Int32(floor_x), jit.Int32(floor_y)
+
+    def node(dx: int, dy: int) -> Array:
+        h = jit.UInt32(ix + dx) * _PRIME_X ^ jit.UInt32(iy + dy) * _PRIME_Y ^ seed
+        return 2.0 * uniform32(scramble(h)) - 1.0
+
+    low = dr.lerp(node(0, 0), node(1, 0), fx)
+    return dr.lerp(low, dr.lerp(node(0, 1), node(1, 1), fx), fy)

@@ -1,0 +1,154 @@
+"""Acoustic altimeter: the first strong echo in a cone."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Any, ClassVar, Final, Literal
+
+import drjit as dr
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import Field, model_validator
+
+from pelagos import jit
+from pelagos.acoustics.beam_pattern import line_length, line_np
+from pelagos.jit import Array
+from pelagos.raycast.scene import Tables
+from pelagos.sensors.echo import Fan, Medium, Trace, fan_struct, look, medium_of, patches_of, scattering_table
+from pelagos.sensors.mount import sensor_pose
+from pelagos.sensors.noise import normals64, opaque_key, stream_key
+from pelagos.sensors.sensor import Kinematics, Measurement, SensorConfig, SensorContext
+
+_RINGS: Final = ((0.0, 1), (0.25, 6), (0.5, 10), (0.75, 15))  # radius [half-power widths], rays
+_THRESHOLD: Final = 0.05  # of the strongest ray's echo: a detector's threshold of -13 dB
+
+
+class AltimeterConfig(SensorConfig):
+    """A single-beam altimeter that looks along -z of its frame."""
+
+    type: Literal["altimeter"] = "altimeter"
+    rate_hz: float = Field(default=10.0, gt=0)
+    """Pings per second [Hz]."""
+    beamwidth_deg: float = Field(default=8.0, gt=0, le=60)
+    """Half-power width of the cone [deg]."""
+    range_min_m: float = Field(default=0.3, ge=0)
+    """Blanking distance [m]."""
+    range_max_m: float = Field(default=100.0, gt=0, le=12000)
+    """Farthest echo [m]."""
+    frequency_hz: float = Field(default=500e3, gt=0)
+    """Frequency [Hz]."""
+    noise_m: float = Field(default=0.01, ge=0)
+    """Standard deviation of a range at short distance [m]."""
+    noise_relative: float = Field(default=0.001, ge=0)
+    """Standard deviation in parts of the range, added in quadrature."""
+    sound_speed_mps: float | None = Field(default=None, gt=1300, lt=1700)
+    """Sound speed that turns times into ranges [m/s]; absent: that of the water at the sonar."""
+    ph: float = Field(default=8.1, gt=7, lt=9)
+    """Acidity of the water, for absorption."""
+
+    @model_validator(mode="after")
+    def _ordered(self) -> AltimeterConfig:
+        if self.range_min_m >= self.range_max_m:
+            raise ValueError(f"range_min_m {self.range_min_m:g} must be below range_max_m {self.range_max_m:g}")
+        return self
+
+
+def cone_rays(beamwidth: float) -> dict[str, NDArray[Any]]:
+    """Rays in rings about -z out to 1.5 half-power widths across, 32 of them (see `Fan`); `beamwidth` [rad]."""
+    angle = np.concatenate([np.full(n, r * beamwidth) for r, n in _RINGS])
+    turn = np.concatenate([2 * np.pi * (np.arange(n) + 0.5 * (n % 2)) / n for _, n in _RINGS])
+    count = np.concatenate([np.full(n, n) for _, n in _RINGS])
+    step = 0.25 * beamwidth
+    ring = np.cos(np.maximum(angle - step / 2, 0)) - np.cos(angle + step / 2)
+    ca, sa, ct, st = np.cos(angle), np.sin(angle), np.cos(turn), np.sin(turn)
+    return {
+        "direction": np.stack([sa * ct, sa * st, -ca], axis=-1),
+        "along": np.stack([ca * ct, ca * st, sa], axis=-1),
+        "lower": np.full(len(angle), -step / 2),
+        "upper": np.full(len(angle), step / 2),
+        "weight": 2 * np.pi * ring / count * line_np(sa, line_length(beamwidth)) ** 4,
+        "beam": np.zeros(len(angle), dtype=np.uint32),
+    }
+
+
+class Altimeter:
+    """A single-beam altimeter.
+
+    data: `(m,)` float32, range of the first strong echo [m]; NaN (and not valid) without one.
+    truth: `(m,)` float32, the same before noise.
+    extras: `axis` `(m,)`, range along the axis [m], infinite without a hit; `label` `(m,)`, of what lies on the axis.
+    """
+
+    TITLE: ClassVar[str] = "single-beam altimeter: range of the first strong echo below"
+    Config: ClassVar[type[SensorConfig]] = AltimeterConfig
+    SOURCES: ClassVar[tuple[str, ...]] = (
+        "X. Lurton, An Introduction to Underwater Acoustics, 2nd ed. (2010), Section 8.1: single-beam sounders",
+    )
+
+    def __init__(self, config: AltimeterConfig, context: SensorContext) -> None:
+        self.config = config
+        self._context = context
+        self._fan = fan_struct(cone_rays(math.radians(config.beamwidth_deg)))
+        self._medium = jit.freeze(medium_of(config.frequency_hz, config.ph))
+        self._key = opaque_key(stream_key(context.seed, context.path, "noise"))
+        self._own = jit.UInt32(context.own_body)
+        materials = context.world.materials
+        self._table = jit.Float(scattering_table(materials, config.frequency_hz, wind_speed=5.0).ravel())
+        self._surface_row = len(materials)
+        dr.eval(self._table, self._own)
+        self._ping = context.scene.compile(self._make)
+
+    def sense(self, motion: Kinematics) -> Measurement:
+        """Ping on every lane."""
+        data, truth, axis, label = (np.array(a) for a in self._ping(*self._arguments(motion)))
+        return Measurement(data, truth, np.isfinite(data), {"axis": axis, "label": label})
+
+    def explain(self, motion: Kinematics) -> list[tuple[str, NDArray[Any], str]]:
+        """One ping, not frozen, with its intermediate arrays: (name, values, unit)."""
+        found: list[tuple[str, NDArray[Any], str]] = []
+        scene = self._context.scene
+        ping = self._make(scene.static, scene.moving, lambda name, v, unit: found.append((name, np.array(v), unit)))
+        ping(*self._arguments(motion))
+        return found
+
+    def _arguments(self, motion: Kinematics) -> tuple[Any, ...]:
+        position, attitude = sensor_pose(motion, self.config)
+        medium = self._medium(self._context.ocean, position, jit.Float64(motion.t_ns) * 1e-9)
+        own = dr.gather(jit.UInt32, self._own, motion.copy)
+        return (self._context.scene.tables, motion, position, attitude, own, medium, self._fan, self._table, self._key)
+
+    def _make(self, static: Any, moving: Any, trace: Trace = None) -> Callable[..., Any]:
+        config, surface_row = self.config, self._surface_row
+
+        def ping(
+            tables: Tables, motion: Kinematics, position: Array, attitude: Array, own: Array, medium: Medium,
+            fan: Fan, table: Array, key: Any,
+        ) -> tuple[Array, ...]:  # fmt: skip
+            reach = jit.Float(config.range_max_m)
+            view = look(
+                static, moving, tables, fan, position, attitude, motion.copy, own, max_range=reach,
+                surface_row=surface_row, smooth=False,
+            )  # fmt: skip
+            patches = patches_of(view, fan, medium, table, beams=1, bins=1, longest=reach, trace=trace)
+            rays = dr.width(fan.beam)
+            true = first_echo(patches.distance, patches.energy, rays, config.range_min_m)
+            (noise,) = normals64(key, motion, 1)
+            sigma = dr.sqrt(config.noise_m**2 + (config.noise_relative * true) ** 2)
+            measured = true + sigma * jit.Float(noise)
+            if config.sound_speed_mps is not None:
+                measured *= config.sound_speed_mps / medium.sound_speed
+            measured = dr.select(measured <= config.range_max_m, measured, dr.nan)
+            axis = dr.arange(jit.UInt32, dr.width(position)) * rays
+            return measured, true, dr.gather(jit.Float, view.hits.t, axis), dr.gather(jit.UInt32, view.hits.label, axis)
+
+        return ping
+
+
+def first_echo(distance: Array, energy: Array, rays: int, nearest: float) -> Array:
+    """Range [m] of the first of each group of `rays` whose echo is within 13 dB of the strongest; NaN without any."""
+    heard = dr.select(distance >= nearest, energy, 0.0)
+    strongest = dr.block_reduce(dr.ReduceOp.Max, heard, rays)
+    loud = (heard > 0.0) & (heard >= _THRESHOLD * dr.repeat(strongest, rays))
+    first = dr.block_reduce(dr.ReduceOp.Min, dr.select(loud, distance, dr.inf), rays)
+    return dr.select(first < dr.inf, first, dr.nan)

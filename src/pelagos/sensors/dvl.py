@@ -1,0 +1,239 @@
+"""Doppler velocity log: velocity over ground from the Doppler shifts of four slanted beams."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Any, ClassVar, Final, Literal
+
+import drjit as dr
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import Field, model_validator
+
+from pelagos import jit
+from pelagos.acoustics.doppler import echo_margin_db, janus_beams, velocity_from_beams
+from pelagos.acoustics.spreading import to_db
+from pelagos.jit import Array
+from pelagos.math.so3 import rotate_back
+from pelagos.raycast.scene import Tables
+from pelagos.sensors.echo import Fan, Medium, Trace, fan_struct, look, medium_of, scattering, scattering_table
+from pelagos.sensors.mount import sensor_pose, sensor_velocity
+from pelagos.sensors.noise import normals64, opaque_key, stream_key
+from pelagos.sensors.sensor import Kinematics, Measurement, SensorConfig, SensorContext
+
+_TYPICAL_DB: Final = -20.0  # backscattering strength at which range_max_m holds: sand at 60 deg grazing
+_RAYS: Final = 5  # of a beam: its axis and four at the half-power edge
+
+
+class DvlConfig(SensorConfig):
+    """A four-beam Janus DVL that looks along -z of its frame. Defaults are of the 600 kHz class."""
+
+    type: Literal["dvl"] = "dvl"
+    rate_hz: float = Field(default=10.0, gt=0)
+    """Pings per second [Hz]."""
+    beam_tilt_deg: float = Field(default=30.0, gt=0, lt=60)
+    """Angle of the beams from straight down [deg]."""
+    beam_azimuth_deg: tuple[float, float, float, float] = (45.0, 135.0, -135.0, -45.0)
+    """Directions of the four beams about the vertical, from forward to the left [deg]."""
+    beamwidth_deg: float = Field(default=3.0, gt=0, le=20)
+    """Half-power width of a beam [deg]."""
+    range_min_m: float = Field(default=0.3, ge=0)
+    """Blanking distance along the vertical [m]."""
+    range_max_m: float = Field(default=90.0, gt=0, le=2000)
+    """Altitude at which half of the beams are lost, level and over sand [m]."""
+    frequency_hz: float = Field(default=600e3, gt=0)
+    """Frequency [Hz]."""
+    noise_mps: float = Field(default=0.003, ge=0)
+    """Standard deviation of the speed along one beam in one ping, strong echo, at rest [m/s]."""
+    noise_relative: float = Field(default=0.002, ge=0)
+    """Standard deviation in parts of the speed along the beam, added in quadrature."""
+    scale_error: float = Field(default=0.0, gt=-0.1, lt=0.1)
+    """Constant error of scale (0.002 reads 0.2 % too much)."""
+    range_noise_relative: float = Field(default=0.002, ge=0)
+    """Standard deviation of beam ranges in parts of the range."""
+    sound_speed_mps: float | None = Field(default=None, gt=1300, lt=1700)
+    """Sound speed that turns shifts into speeds [m/s]; absent: that of the water at the sonar."""
+    ph: float = Field(default=8.1, gt=7, lt=9)
+    """Acidity of the water, for absorption."""
+
+    @model_validator(mode="after")
+    def _distinct(self) -> DvlConfig:
+        azimuths = sorted(a % 360 for a in self.beam_azimuth_deg)
+        if len(set(azimuths)) < 4:
+            raise ValueError("beam_azimuth_deg needs four different directions")
+        if self.range_min_m >= self.range_max_m:
+            raise ValueError(f"range_min_m {self.range_min_m:g} must be below range_max_m {self.range_max_m:g}")
+        return self
+
+    @property
+    def beams(self) -> NDArray[np.float64]:
+        """Unit vectors `(4, 3)` of the beams in the sensor frame."""
+        azimuths = tuple(math.radians(a) for a in self.beam_azimuth_deg)
+        return janus_beams(math.radians(self.beam_tilt_deg), azimuths)
+
+
+def beam_rays(config: DvlConfig) -> dict[str, NDArray[Any]]:
+    """Five rays a beam: the axis and four at the edge of the half-power cone (see `Fan`)."""
+    axis = config.beams
+    side = np.cross(axis, [0.0, 0.0, 1.0])
+    side /= np.linalg.norm(side, axis=1, keepdims=True)
+    up = np.cross(side, axis)
+    half = math.tan(math.radians(config.beamwidth_deg) / 2)
+    rays = np.stack([axis, axis + half * side, axis - half * side, axis + half * up, axis - half * up], axis=1)
+    rays /= np.linalg.norm(rays, axis=2, keepdims=True)
+    count = 4 * _RAYS
+    return {
+        "direction": rays.reshape(-1, 3),
+        "along": np.repeat(up, _RAYS, axis=0),
+        "lower": np.full(count, -half / 2),
+        "upper": np.full(count, half / 2),
+        "weight": np.full(count, 1.0),
+        "beam": np.repeat(np.arange(4), _RAYS),
+    }
+
+
+class Dvl:
+    """A Doppler velocity log with bottom lock.
+
+    data: `(m, 3)` float64, velocity over ground of the sensor, in the sensor frame FLU [m/s]; not valid (and NaN)
+        without three beams.
+    truth: `(m, 3)` the same before noise, with lever arm.
+    valid: `(m,)`, bottom lock.
+    extras: `ranges` `(m, 4)` along the beams [m], NaN where lost; `beam_velocity` `(m, 4)`, speed along each beam,
+        positive towards the bottom [m/s]; `beam_valid` `(m, 4)`; `altitude` `(m,)` [m], mean of the valid ranges times
+        the cosine of the tilt; `sigma` `(m, 4)`, standard deviation of each beam's speed [m/s].
+    tables: `direction` `(4, 3)`, the beams in the sensor frame.
+    """
+
+    TITLE: ClassVar[str] = "four-beam Doppler velocity log with bottom lock"
+    Config: ClassVar[type[SensorConfig]] = DvlConfig
+    SOURCES: ClassVar[tuple[str, ...]] = (
+        "Teledyne RD Instruments, Acoustic Doppler Current Profiler: Principles of Operation (2011)",
+        "B. H. Brumley et al., IEEE J. Ocean. Eng. 16, 402 (1991), doi 10.1109/48.90905: error of the Doppler estimate",
+        "R. J. Urick, Principles of Underwater Sound, 3rd ed. (1983), Section 8.12: level of bottom echoes",
+    )
+
+    def __init__(self, config: DvlConfig, context: SensorContext) -> None:
+        self.config = config
+        self._context = context
+        self._fan = fan_struct(beam_rays(config))
+        self._medium = jit.freeze(medium_of(config.frequency_hz, config.ph))
+        self._key = opaque_key(stream_key(context.seed, context.path, "noise"))
+        self._own = jit.UInt32(context.own_body)
+        materials = context.world.materials
+        self._table = jit.Float(scattering_table(materials, config.frequency_hz, wind_speed=5.0).ravel())
+        self._surface_row = len(materials)
+        dr.eval(self._table, self._own)
+        self._ping = context.scene.compile(self._make)
+        self.tables = {"direction": config.beams}
+
+    def sense(self, motion: Kinematics) -> Measurement:
+        """Ping on every lane."""
+        velocity, truth, locked, altitude, *by_beam = self._ping(*self._arguments(motion))
+        valid = np.array(locked)
+        data = np.where(valid[:, None], np.array(velocity).T, np.nan)
+        names = ("ranges", "beam_velocity", "beam_valid", "sigma")
+        extras = {
+            name: np.stack([np.array(b) for b in beams], axis=-1) for name, beams in zip(names, by_beam, strict=True)
+        }
+        extras["altitude"] = np.array(altitude)
+        return Measurement(data, np.ascontiguousarray(np.array(truth).T), valid, extras, self.tables)
+
+    def explain(self, motion: Kinematics) -> list[tuple[str, NDArray[Any], str]]:
+        """One ping, not frozen, with its intermediate arrays: (name, values, unit)."""
+        found: list[tuple[str, NDArray[Any], str]] = []
+        scene = self._context.scene
+        ping = self._make(scene.static, scene.moving, lambda name, v, unit: found.append((name, np.array(v), unit)))
+        ping(*self._arguments(motion))
+        return found
+
+    def _arguments(self, motion: Kinematics) -> tuple[Any, ...]:
+        position, attitude = sensor_pose(motion, self.config)
+        velocity = sensor_velocity(motion, self.config)
+        medium = self._medium(self._context.ocean, position, jit.Float64(motion.t_ns) * 1e-9)
+        own = dr.gather(jit.UInt32, self._own, motion.copy)
+        pose = (position, attitude, velocity, own)
+        return (self._context.scene.tables, motion, *pose, medium, self._fan, self._table, self._key)
+
+    def _make(self, static: Any, moving: Any, trace: Trace = None) -> Callable[..., Any]:
+        config, surface_row = self.config, self._surface_row
+
+        def ping(
+            tables: Tables, motion: Kinematics, position: Array, attitude: Array, velocity: Array, own: Array,
+            medium: Medium, fan: Fan, table: Array, key: Any,
+        ) -> tuple[Any, ...]:  # fmt: skip
+            farthest = 1.5 * config.range_max_m / math.cos(math.radians(config.beam_tilt_deg))
+            view = look(
+                static, moving, tables, fan, position, attitude, motion.copy, own, max_range=jit.Float(farthest),
+                surface_row=surface_row, smooth=False,
+            )  # fmt: skip
+            section = scattering(table, view.hits.material, view.sine)
+            ground = rotate_back(dr.gather(jit.Array4f, jit.Array4f(attitude), view.lane), view.hits.velocity)
+            beams = [
+                beam_echo(dr.width(position), b, view.hits.valid, view.hits.t, section, ground, config.beams[b])
+                for b in range(4)
+            ]
+            return bottom_track(config, beams, velocity, motion, medium, key, trace)
+
+        return ping
+
+
+def beam_echo(
+    lanes: int, beam: int, valid: Array, distance: Array, section: Array, ground: Array, axis: NDArray[np.float64]
+) -> tuple[Array, Array, Array, Array]:
+    """Whether a beam sees something, its mean range [m], mean cross section and the ground's speed along it [m/s]."""
+    first = dr.arange(jit.UInt32, lanes) * (4 * _RAYS) + beam * _RAYS
+    hits, total, level, speed = jit.Float(0), jit.Float(0), jit.Float(0), jit.Float(0)
+    for k in range(_RAYS):
+        hit = dr.gather(jit.Bool, valid, first + k)
+        seen = dr.select(hit, 1.0, 0.0)
+        hits += seen
+        total += seen * dr.select(hit, dr.gather(jit.Float, distance, first + k), 0.0)
+        level += seen * dr.gather(jit.Float, section, first + k)
+        moves = dr.gather(jit.Array3f, ground, first + k)
+        speed += seen * (moves[0] * axis[0] + moves[1] * axis[1] + moves[2] * axis[2])
+    share = 1.0 / dr.maximum(hits, 1.0)
+    return hits > 0.5 * _RAYS, total * share, level * share, jit.Float64(speed * share)
+
+
+def bottom_track(
+    config: DvlConfig, beams: list[tuple[Array, Array, Array, Array]], velocity: Array, motion: Kinematics,
+    medium: Medium, key: Any, trace: Trace = None,
+) -> tuple[Any, ...]:  # fmt: skip
+    """Velocity [m/s], its truth, lock, altitude [m], and by beam: range [m], speed [m/s], validity, deviation [m/s].
+
+    The echo's margin over the weakest that can be tracked sets the loss of a beam (with a slack of 1.5 dB) and the
+    noise: the variance of the Doppler estimate grows with 1 + 1/snr.
+    """
+    vertical = math.cos(math.radians(config.beam_tilt_deg))
+    reach = config.range_max_m / vertical
+    noise = normals64(key, motion, 12)
+    correction = 1.0 + config.scale_error
+    if config.sound_speed_mps is not None:
+        correction = correction * config.sound_speed_mps / jit.Float64(medium.sound_speed)
+    ranges, speeds, valid, sigmas = [], [], [], []
+    for b, (seen, distance, section, ground) in enumerate(beams):
+        x, y, z = config.beams[b]
+        speed = velocity[0] * x + velocity[1] * y + velocity[2] * z - ground
+        margin = echo_margin_db(distance, jit.Float(reach), medium.absorption)
+        margin += to_db(dr.maximum(section, 1e-9)) - _TYPICAL_DB
+        snr = dr.exp(0.230258509 * (jit.Float64(margin) + 6.0))
+        sigma = dr.sqrt((config.noise_mps**2 + (config.noise_relative * speed) ** 2) * (1.0 + 1.0 / snr))
+        tracked = seen & (jit.Float64(margin) + 1.5 * noise[4 + b] > 0.0) & (distance * vertical >= config.range_min_m)
+        speeds.append((speed + sigma * noise[b]) * correction)
+        measured = jit.Float64(distance) * (1.0 + config.range_noise_relative * noise[8 + b])
+        ranges.append(dr.select(tracked, measured, dr.nan))
+        valid.append(tracked)
+        sigmas.append(sigma)
+        if trace is not None:
+            trace(f"range of beam {b}", distance, "m")
+            trace(f"margin of the echo of beam {b}", margin, "dB")
+            trace(f"speed along beam {b}", speed, "m/s")
+    data, locked = velocity_from_beams(speeds, valid, config.beams)
+    count, total = jit.Float64(0), jit.Float64(0)
+    for r, ok in zip(ranges, valid, strict=True):
+        count += dr.select(ok, jit.Float64(1), 0.0)
+        total += dr.select(ok, r, 0.0)
+    altitude = dr.select(count > 0.0, total / dr.maximum(count, 1.0) * vertical, dr.nan)
+    return data, velocity, locked, altitude, ranges, speeds, valid, sigmas

@@ -1,0 +1,256 @@
+"""What every sonar shares: its water, its fan of rays, what surfaces scatter, and the way from hits to patches."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Final, TypeAlias
+
+import drjit as dr
+import numpy as np
+from numpy.typing import NDArray
+
+from pelagos import jit
+from pelagos.acoustics.absorption import absorption, check_frequency
+from pelagos.acoustics.echo import Patches, strip_span
+from pelagos.acoustics.reflection import fluid_reflection
+from pelagos.acoustics.seabed import FREQUENCY_RANGE_HZ, Bottom, backscatter
+from pelagos.acoustics.speckle import patchiness
+from pelagos.acoustics.spreading import from_db, patch_intensity
+from pelagos.acoustics.target_strength import facets, lambert
+from pelagos.jit import Array
+from pelagos.math.so3 import rotate
+from pelagos.raycast.caster import cast
+from pelagos.raycast.rays import Hits, Rays
+from pelagos.raycast.scene import Tables
+
+if TYPE_CHECKING:
+    from pelagos.ocean.ocean import Ocean
+    from pelagos.world.material import Material
+
+Trace: TypeAlias = "Callable[[str, Array, str], None] | None"
+
+SEA_SURFACE_LABEL: Final = 0
+SEA_SURFACE_INSTANCE: Final = 0xFFFF
+_ANGLES: Final = 181  # columns of the scattering table: half a degree each
+_SOLID_SLOPE: Final = 0.12  # rms slope of facets of man-made and encrusted surfaces; assumed
+_SURFACE_BUBBLES_DB: Final = (
+    -22.0
+)  # Lambert strength of a wind-roughened surface with bubbles: TR 9407 Sec. II, figures
+_PATCHINESS_DB: Final = 5.0  # amplitude of the noise field, whose rms is 0.3
+_PATCH_SCALE: Final = 1.6  # [m]
+_LEAST_SINE: Final = 0.01  # grazing angle below which patches are cut off (0.6 deg)
+
+
+@dataclass
+class Fan:
+    """The rays of a sonar in its own frame, a Dr.Jit struct; each stands for a stratum of directions.
+
+    Attributes:
+        direction: `Array3f`, unit vectors.
+        along: `Array3f`, unit vectors, square to `direction`: the way in which the strata are thin.
+        lower, upper: `Float` [rad], from the ray to the edges of its stratum along `along` (`lower` negative).
+        weight: `Float` [sr]: solid angle of the stratum times the two-way power pattern that is no beamformer's.
+        beam: `UInt32`.
+    """
+
+    direction: Array
+    along: Array
+    lower: Array
+    upper: Array
+    weight: Array
+    beam: Array
+
+
+@dataclass
+class Medium:
+    """Water at the sonar, one lane a copy and tick: sound speed [m/s] and absorption [dB/m], `Float` each."""
+
+    sound_speed: Array
+    absorption: Array
+
+
+def medium_of(frequency_hz: float, ph: float) -> Callable[[Ocean, Array, Array], Medium]:
+    """A function (ocean, position, t) -> `Medium` for a sonar of that frequency; to be frozen."""
+    check_frequency(frequency_hz)
+
+    def medium(ocean: Ocean, position: Array, t: Array) -> Medium:
+        depth = dr.maximum(-position[2], 0.0)
+        temperature, salinity = ocean.temperature(position, t), ocean.salinity(position, t)
+        loss = absorption(jit.Float64(frequency_hz), temperature, salinity, depth, ph)
+        return Medium(jit.Float(ocean.sound_speed(position, t)), jit.Float(loss))
+
+    return medium
+
+
+def fan_struct(fan: dict[str, NDArray[Any]]) -> Fan:
+    """The device arrays of a ray pattern made on the host (`direction`, `along`: `(r, 3)`; the rest `(r,)`)."""
+    made = Fan(
+        direction=jit.Array3f(np.ascontiguousarray(fan["direction"].T, dtype=np.float32)),
+        along=jit.Array3f(np.ascontiguousarray(fan["along"].T, dtype=np.float32)),
+        lower=jit.Float(fan["lower"].astype(np.float32)),
+        upper=jit.Float(fan["upper"].astype(np.float32)),
+        weight=jit.Float(fan["weight"].astype(np.float32)),
+        beam=jit.UInt32(fan["beam"].astype(np.uint32)),
+    )
+    dr.make_opaque(made)
+    return made
+
+
+def scattering_table(materials: Sequence[Material], frequency_hz: float, *, wind_speed: float) -> NDArray[np.float32]:
+    """Cross section per unit area [1] by material and grazing angle, `(materials + 1, 181)`, 0 to 90 deg.
+
+    Sediments follow TR 9407, evaluated at the nearer end of its 10-100 kHz where the sonar works outside of it; solids
+    are Lambert scatterers with specular facets; the last row is the sea surface: facets with the slopes of C. Cox and
+    W. Munk, J. Opt. Soc. Am. 44, 838 (1954), doi 10.1364/JOSA.44.000838, over a Lambert floor of bubbles.
+    """
+    grazing = jit.Float64(np.linspace(0.0, math.pi / 2, _ANGLES))
+    sine = dr.sin(grazing)
+    valid_hz = min(max(frequency_hz, FREQUENCY_RANGE_HZ[0]), FREQUENCY_RANGE_HZ[1])
+    rows = []
+    for m in materials:
+        if "TR 9407" in m.source:
+            bottom = Bottom(m.density_ratio, m.sound_speed_ratio, m.loss, m.volume_scatter, m.spectral_strength)
+            section = backscatter(grazing, valid_hz, bottom)
+        else:
+            real, imaginary = fluid_reflection(1.0, m.density_ratio, m.sound_speed_ratio, m.loss)
+            section = lambert(sine, m.lambert_db) + facets(sine, real**2 + imaginary**2, _SOLID_SLOPE)
+        rows.append(np.array(section, dtype=np.float32))
+    slope = math.sqrt(0.5 * (0.003 + 5.12e-3 * wind_speed))
+    rows.append(np.array(lambert(sine, _SURFACE_BUBBLES_DB) + facets(sine, 1.0, slope), dtype=np.float32))
+    return np.stack(rows)
+
+
+def scattering(table: Array, row: Array, sine: Array) -> Array:
+    """Cross section per unit area [1] of `row` at a grazing angle, by linear interpolation in the angle."""
+    place = dr.asin(dr.clip(sine, 0.0, 1.0)) * ((_ANGLES - 1) / (math.pi / 2))
+    column = dr.minimum(jit.UInt32(place), _ANGLES - 2)
+    index = row * _ANGLES + column
+    low = dr.gather(jit.Float, table, index)
+    return dr.lerp(low, dr.gather(jit.Float, table, index + 1), place - jit.Float(column))
+
+
+@dataclass
+class View:
+    """What a sonar's rays saw, one lane a ray: a Dr.Jit struct.
+
+    Attributes:
+        lane: `UInt32`, copy and tick that the ray belongs to.
+        ray: `UInt32`, row of the fan.
+        origin: `Array3f64`, of the ray, world [m].
+        direction, along: `Array3f`, world frame.
+        hits: see `Hits`; the sea surface from below counts as a hit of the material row behind the world's last.
+        sine: `Float`, of the grazing angle.
+    """
+
+    lane: Array
+    ray: Array
+    origin: Array
+    direction: Array
+    along: Array
+    hits: Hits
+    sine: Array
+
+
+def look(
+    static: Any,
+    moving: Any,
+    tables: Tables,
+    fan: Fan,
+    position: Array,
+    attitude: Array,
+    copy: Array,
+    own: Array,
+    *,
+    max_range: Array,
+    surface_row: int,
+    smooth: bool = True,
+) -> View:
+    """Cast a sonar's fan on every lane.
+
+    Args:
+        static, moving, tables: see `cast`.
+        fan: rays in the sensor frame, r of them.
+        position, attitude: of the sonar by lane, `Array3f64` world [m], `Array4f64` sensor to world.
+        copy, own: `UInt32` by lane, see `Rays`.
+        max_range: `Float` (1) [m].
+        surface_row: material row of the sea surface.
+        smooth: interpolate normals.
+    """
+    rays, lanes = dr.width(fan.beam), dr.width(position)
+    index = dr.arange(jit.UInt32, rays * lanes)
+    lane, ray = index // rays, index % rays
+    q = dr.gather(jit.Array4f, jit.Array4f(attitude), lane)
+    origin = dr.gather(jit.Array3f64, position, lane)
+    direction = rotate(q, dr.gather(jit.Array3f, fan.direction, ray))
+    along = rotate(q, dr.gather(jit.Array3f, fan.along, ray))
+    own_row = dr.gather(jit.UInt32, own, lane)
+    shot = Rays(origin, direction, jit.Float(max_range), dr.gather(jit.UInt32, copy, lane), own_row)
+    hits = with_sea_surface(cast(static, moving, tables, shot, smooth=smooth), shot, surface_row)
+    sine = dr.abs(dr.dot(hits.shading_normal, direction))
+    return View(lane, ray, origin, direction, along, hits, sine)
+
+
+def with_sea_surface(hits: Hits, rays: Rays, row: int) -> Hits:
+    """Let the mean sea surface end rays that reach it from below."""
+    up = rays.direction.z
+    height = -jit.Float(rays.origin.z)
+    reach = height / dr.maximum(up, 1e-6)
+    meets = (up > 1e-6) & (height > 0.0) & (reach < hits.t) & (reach < rays.max_range)
+    down = jit.Array3f(0, 0, -1)
+    hits.t = dr.select(meets, reach, hits.t)
+    hits.valid |= meets
+    hits.position = dr.select(meets, rays.origin + jit.Array3f64(rays.direction) * jit.Float64(reach), hits.position)
+    hits.normal = dr.select(meets, down, hits.normal)
+    hits.shading_normal = dr.select(meets, down, hits.shading_normal)
+    hits.label = dr.select(meets, SEA_SURFACE_LABEL, hits.label)
+    hits.instance = dr.select(meets, SEA_SURFACE_INSTANCE, hits.instance)
+    hits.material = dr.select(meets, row, hits.material)
+    hits.velocity = dr.select(meets, 0.0, hits.velocity)
+    return hits
+
+
+def patch_factor(hits: Hits) -> Array:
+    """Factor on the cross section: surfaces vary by some decibels over decimetres to metres (assumed, 1.5 dB rms)."""
+    x, y, z = (jit.Float(p) for p in hits.position)
+    return from_db(_PATCHINESS_DB * patchiness(x + 0.7 * z, y - 0.7 * z, seed=hits.instance, scale=_PATCH_SCALE))
+
+
+def patches_of(
+    view: View, fan: Fan, medium: Medium, table: Array, *, beams: int, bins: int, longest: Array, trace: Trace = None
+) -> Patches:
+    """The echo of every ray: intensity re the source level at 1 m, as a strip of surface.
+
+    The patch of a stratum with solid angle w has the area w t^2/sin(grazing); its echo is sigma w/(t^2 sin) times the
+    two-way absorption (Lurton 2010, Eq. 3.38).
+    """
+    hits = view.hits
+    t = dr.select(hits.valid, hits.t, 1.0)
+    loss = dr.gather(jit.Float, medium.absorption, view.lane)
+    section = scattering(table, hits.material, view.sine) * patch_factor(hits)
+    weight = dr.gather(jit.Float, fan.weight, view.ray)
+    energy = section / dr.maximum(view.sine, _LEAST_SINE) * weight * patch_intensity(t, loss)
+    lower, upper = dr.gather(jit.Float, fan.lower, view.ray), dr.gather(jit.Float, fan.upper, view.ray)
+    near, far, slide = strip_span(t, view.direction, hits.shading_normal, view.along, lower, upper, longest)
+    if trace is not None:
+        for name, value, unit in (
+            ("ray direction, up component", view.direction.z, "1"),
+            ("slant range", hits.t, "m"),
+            ("sine of the grazing angle", view.sine, "1"),
+            ("cross section per unit area", section, "1"),
+            ("echo intensity of a ray re 1 m", energy, "1"),
+            ("range span of a ray's patch", far - near, "m"),
+        ):
+            trace(name, value, unit)
+    return Patches(
+        valid=hits.valid,
+        distance=t,
+        near=near,
+        far=far,
+        energy=dr.select(hits.valid, energy, 0.0),
+        slide=slide,
+        direction=view.direction,
+        instance=hits.instance,
+        row=(view.lane * beams + dr.gather(jit.UInt32, fan.beam, view.ray)) * bins,
+    )
