@@ -1,0 +1,128 @@
+"""Vectors of 3 and 6 and small matrices as Python lists, so that zeros that are known while tracing cost nothing.
+
+An entry is a Python number (part of the program, folded into it) or a Dr.Jit array (data, which may carry gradients).
+A product with the number 0 is the number 0, and a sum skips it: a matrix with eight entries costs eight products.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TypeAlias
+
+import drjit as dr
+
+from pelagos.jit import Array
+
+Vector: TypeAlias = Sequence[Array]
+Matrix: TypeAlias = Sequence[Sequence[Array]]
+
+
+def is_zero(a: Array) -> bool:
+    """Whether `a` is the number 0, known while tracing."""
+    return isinstance(a, (int, float)) and a == 0
+
+
+def mul(a: Array, b: Array) -> Array:
+    """a b."""
+    if is_zero(a) or is_zero(b):
+        return 0.0
+    if isinstance(a, (int, float)) and a == 1:
+        return b
+    if isinstance(b, (int, float)) and b == 1:
+        return a
+    return a * b
+
+
+def total(*terms: Array) -> Array:
+    """The sum, from left to right."""
+    result: Array = 0.0
+    for term in terms:
+        if not is_zero(term):
+            result = term if is_zero(result) else result + term
+    return result
+
+
+def neg(a: Array) -> Array:
+    """-a."""
+    return 0.0 if is_zero(a) else -a
+
+
+def dot(a: Vector, b: Vector) -> Array:
+    """Sum of the products of two vectors."""
+    return total(*(mul(x, y) for x, y in zip(a, b, strict=True)))
+
+
+def matvec(m: Matrix, x: Vector) -> list[Array]:
+    """M x."""
+    return [dot(row, x) for row in m]
+
+
+def matmul(a: Matrix, b: Matrix) -> list[list[Array]]:
+    """A B."""
+    columns = list(zip(*b, strict=True))
+    return [[dot(row, column) for column in columns] for row in a]
+
+
+def transpose(m: Matrix) -> list[list[Array]]:
+    """The transpose."""
+    return [list(column) for column in zip(*m, strict=True)]
+
+
+def add(*vectors: Vector) -> list[Array]:
+    """The sum of vectors."""
+    return [total(*entries) for entries in zip(*vectors, strict=True)]
+
+
+def minus(a: Vector) -> list[Array]:
+    """-a."""
+    return [neg(x) for x in a]
+
+
+def scaled(s: Array, a: Vector) -> list[Array]:
+    """s a."""
+    return [mul(s, x) for x in a]
+
+
+def cross(a: Vector, b: Vector) -> list[Array]:
+    """a x b, three components."""
+    return [
+        total(mul(a[1], b[2]), neg(mul(a[2], b[1]))),
+        total(mul(a[2], b[0]), neg(mul(a[0], b[2]))),
+        total(mul(a[0], b[1]), neg(mul(a[1], b[0]))),
+    ]
+
+
+def wrench_at(force: Vector, point: Vector) -> list[Array]:
+    """Force and moment (6) about the origin of a force that acts at `point` [m]."""
+    return [*force, *cross(point, force)]
+
+
+def solve_symmetric(m: Matrix, b: Vector) -> list[Array]:
+    """x of M x = b for a symmetric positive definite M, by an unrolled L D L^T factorisation.
+
+    For matrices with array entries (gradients by mass); a matrix of numbers is inverted once on the host instead.
+    """
+    n = len(b)
+    lower: list[list[Array]] = [[0.0] * n for _ in range(n)]
+    diagonal: list[Array] = [0.0] * n
+    for j in range(n):
+        diagonal[j] = total(m[j][j], *(neg(mul(mul(lower[j][k], lower[j][k]), diagonal[k])) for k in range(j)))
+        for i in range(j + 1, n):
+            rest = total(m[i][j], *(neg(mul(mul(lower[i][k], lower[j][k]), diagonal[k])) for k in range(j)))
+            lower[i][j] = mul(rest, 1.0 / diagonal[j])
+    y: list[Array] = []
+    for i in range(n):
+        y.append(total(b[i], *(neg(mul(lower[i][k], y[k])) for k in range(i))))
+    x = [mul(y[i], 1.0 / diagonal[i]) for i in range(n)]
+    for i in reversed(range(n)):
+        x[i] = total(x[i], *(neg(mul(lower[k][i], x[k])) for k in range(i + 1, n)))
+    return x
+
+
+def norm(a: Vector) -> Array:
+    """The length of a vector; its gradient at 0 is 0, not NaN."""
+    square = dot(a, a)
+    if isinstance(square, (int, float)):
+        return float(square) ** 0.5
+    positive = square > 0
+    return dr.select(positive, dr.sqrt(dr.select(positive, square, 1.0)), 0.0)

@@ -1,0 +1,81 @@
+"""Lift and drag of bodies, and forces of control surfaces, FRD."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import drjit as dr
+
+from pelagos.hydro.algebra import Vector, cross, dot, mul, neg, total
+from pelagos.jit import Array
+
+
+@dataclass(frozen=True)
+class Polar:
+    """Lift and drag of a body in pitch: CL = slope alpha, CD = parasitic + induced CL^2.
+
+    Attributes:
+        area: reference area S [m^2].
+        slope: [1/rad].
+        parasitic: CD_0 [-].
+        induced: [-].
+    """
+
+    area: Array
+    slope: Array
+    parasitic: Array
+    induced: Array
+
+
+def helmbold_slope(aspect_ratio: float) -> float:
+    """Lift slope [1/rad] of a wing of low aspect ratio.
+
+    Source: R. W. Beard and T. W. McLain, "Small Unmanned Aircraft", Princeton 2012, Chapter 4.
+    """
+    return math.pi * aspect_ratio / (1 + math.sqrt(1 + (aspect_ratio / 2) ** 2))
+
+
+def induced_factor(aspect_ratio: float, oswald: float) -> float:
+    """1/(pi e AR) [-]."""
+    return 1.0 / (oswald * math.pi * aspect_ratio)
+
+
+def lift_and_drag(polar: Polar, density: Array, nu_r: Vector, *, mirrored: bool) -> list[Array]:
+    """Wrench (6) of lift and drag in the vertical plane: F21 Section 6.4.
+
+    `mirrored`: flow from astern sees the same body from behind. Otherwise the angle of attack runs to pi, with the very
+    large lift and drag that Fossen's programs have there (for agreement with them, not for truth).
+    """
+    u, w = nu_r[0], nu_r[2]
+    alpha = dr.atan2(w, dr.abs(u) if mirrored else u)
+    lift = polar.slope * alpha
+    drag = polar.parasitic + polar.induced * lift * lift
+    pressure = 0.5 * density * polar.area * dot(nu_r[:3], nu_r[:3])
+    sin, cos = dr.sincos(alpha)
+    x = pressure * (lift * sin - drag * cos)
+    if mirrored:
+        x = dr.select(u < 0, -x, x)
+    return [x, 0.0, -pressure * (drag * sin + lift * cos), 0.0, 0.0, 0.0]
+
+
+def fin(
+    gain: Array, drag_gain: Array, direction: tuple[float, float], place: Vector, deflection: Array, nu_r: Vector
+) -> list[Array]:
+    """Wrench (6) of an all-moving fin, linear in its deflection: F21 Chapter 9.
+
+    Args:
+        gain: rho/2 A CL [kg/m].
+        drag_gain: rho/2 A CD by deflection squared [kg/m].
+        direction: (cos g, sin g), g the fin's angle about x from the starboard side downwards.
+        place: centre of pressure (3) [m].
+        deflection: [rad], right-handed about the fin's outward axis.
+        nu_r: relative velocity (6); the speed in the plane normal to the fin's axis counts.
+    """
+    cos, sin = direction
+    v, w = nu_r[1], nu_r[2]
+    square = total(nu_r[0] * nu_r[0], mul(sin * sin, v * v), mul(cos * cos, w * w))
+    f = gain * square * deflection
+    x = 0.0 if isinstance(drag_gain, float) and drag_gain == 0 else -drag_gain * square * deflection * deflection
+    force = [x, mul(sin, f), neg(mul(cos, f))]
+    return [*force, *cross(place, [0.0, *force[1:]])]

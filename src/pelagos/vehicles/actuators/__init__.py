@@ -1,0 +1,1 @@
+"""Actuators: a state that follows a command, and a wrench. Each file: a configuration, and what is built from it."""

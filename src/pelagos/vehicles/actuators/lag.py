@@ -1,0 +1,49 @@
+"""First-order lag with saturation, as servos and motors have it."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import drjit as dr
+
+from pelagos.jit import Array
+
+
+@dataclass(frozen=True)
+class Lag:
+    """state' = (command - state)/time_constant, between limits.
+
+    Attributes:
+        time_constant: [s]; 0: the state is the command.
+        low, high: limits of the state.
+        clip_after: the limits act on the state that the lag returns, not on the state that it starts from.
+    """
+
+    time_constant: Array
+    low: Array
+    high: Array
+    clip_after: bool = False
+
+    def limited(self, state: Array) -> Array:
+        """The state as forces see it."""
+        return state if self.clip_after else self.clip(state)
+
+    def clip(self, state: Array) -> Array:
+        """The state between its limits."""
+        return dr.clip(state, self.low, self.high)
+
+    def rate(self, state: Array, command: Array) -> Array:
+        """Time derivative as one explicit Euler step of 1 s has it: clipping of the state is inside."""
+        start = self.limited(state)
+        return (start - state) + (command - start) / self.time_constant
+
+    def advanced(self, state: Array, command: Array, h: Array) -> Array:
+        """The state after h [s] of a constant command, exactly, and between its limits."""
+        if isinstance(self.time_constant, (int, float)) and self.time_constant == 0:
+            return self.clip(command)
+        if isinstance(h, (int, float)) and isinstance(self.time_constant, (int, float)):
+            left: Array = math.exp(-h / self.time_constant)
+        else:
+            left = dr.exp(-h / self.time_constant)
+        return self.clip(command + (self.limited(state) - command) * left)

@@ -1,0 +1,82 @@
+"""The face of a model that the books have: Euler angles in, accelerations out, NumPy arrays."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from pelagos import jit
+from pelagos.errors import CommandError
+from pelagos.jit import Array
+from pelagos.vehicles.flow import CurrentRotation, make_flow, rotation_from_euler
+from pelagos.vehicles.model import Model
+
+_KEPT = 16  # recordings, one a size
+
+
+class Accelerations:
+    """nu_dot and the actuators' rates of a model; see `Vehicle.accelerations`."""
+
+    def __init__(self, model: Model, current_rotation: CurrentRotation) -> None:
+        self._model = model
+        self._rotation = current_rotation
+        self._frozen: dict[int, Callable[..., Any]] = {}
+
+    def __call__(
+        self, eta: ArrayLike, nu: ArrayLike, actuators: ArrayLike, command: ArrayLike, current: ArrayLike
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """See `Vehicle.accelerations`."""
+        k = len(self._model.actuators)
+        given = {
+            "eta": (eta, 6),
+            "nu": (nu, 6),
+            "actuators": (actuators, k),
+            "command": (command, k),
+            "current": (current, 3),
+        }
+        rows = {name: _rows(values, width, name) for name, (values, width) in given.items()}
+        n = max(len(r) for r in rows.values())
+        for name, r in rows.items():
+            if len(r) not in (1, n):
+                raise CommandError(f"{name} has {len(r)} rows where others have {n}")
+        data = [columns(np.broadcast_to(r, (n, r.shape[1]))) for r in rows.values()]
+        if n not in self._frozen:
+            if len(self._frozen) >= _KEPT:
+                self._frozen.clear()
+            self._frozen[n] = jit.freeze(self._evaluate)
+        nu_dot, rates = self._frozen[n](*data)
+        return _table(nu_dot, n), _table(rates, n)
+
+    def _evaluate(
+        self, eta: list[Array], nu: list[Array], actuators: list[Array], command: list[Array], current: list[Array]
+    ) -> tuple[list[Array], list[Array]]:
+        rotation = rotation_from_euler(*eta[3:])
+        flow = make_flow(eta[:3], rotation, nu, current, current_rotation=self._rotation)
+        nu_dot = self._model.nu_dot(flow, self._model.limited(actuators))
+        rates = self._model.rates(actuators, command)
+        return [jit.Float64(a) for a in nu_dot], [jit.Float64(r) for r in rates]
+
+
+def columns(rows: NDArray[np.float64]) -> list[Array]:
+    """`(n, k)` -> k arrays of width n."""
+    return [jit.Float64(np.ascontiguousarray(column)) for column in rows.T]
+
+
+def _table(parts: list[Array], n: int) -> NDArray[np.float64]:
+    if not parts:
+        return np.empty((n, 0))
+    return np.stack([np.broadcast_to(np.array(p), (n,)) for p in parts], axis=-1)
+
+
+def _rows(values: ArrayLike, width: int, name: str) -> NDArray[np.float64]:
+    rows = np.atleast_2d(np.asarray(values, dtype=np.float64))
+    if rows.ndim != 2 or rows.shape[1] != width:
+        raise CommandError(f"{name} must have the shape (n, {width}), not {np.shape(values)}")
+    if not np.isfinite(rows).all():
+        raise CommandError(
+            f"{name} has values that are not finite, first in row {int(np.argwhere(~np.isfinite(rows))[0][0])}"
+        )
+    return rows

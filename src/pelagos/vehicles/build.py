@@ -1,0 +1,31 @@
+"""From a vehicle's configuration to its model and its control modes."""
+
+from __future__ import annotations
+
+from pelagos.vehicles.config import VehicleConfig
+from pelagos.vehicles.control.controller import Controller
+from pelagos.vehicles.control.direct import AccelerationConfig, ActuatorsConfig, WrenchConfig, direct
+from pelagos.vehicles.model import Model, inertia_of
+
+
+def build_model(config: VehicleConfig) -> Model:
+    """The equation of motion."""
+    body = config.body
+    without = tuple((row - 1, column - 1) for row, column in config.coriolis.without)
+    return Model(
+        inertia=inertia_of(body, without=without, angular=config.coriolis.rigid == "angular"),
+        terms={name: term.build(body) for name, term in config.terms.items() if term is not None},
+        actuators={name: part.build(body) for name, part in config.actuators.items() if part is not None},
+    )
+
+
+def build_modes(config: VehicleConfig) -> dict[str, Controller]:
+    """Control laws by name."""
+    names = tuple(name for name, part in config.actuators.items() if part is not None)
+    modes: dict[str, Controller] = {}
+    for name, mode in config.modes.items():
+        if isinstance(mode, (ActuatorsConfig, WrenchConfig, AccelerationConfig)):
+            modes[name] = direct(mode, names)
+        elif mode is not None:
+            modes[name] = mode.build()
+    return modes

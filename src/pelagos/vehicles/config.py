@@ -1,0 +1,149 @@
+"""A vehicle as data."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, Literal, Self
+
+import numpy as np
+from pydantic import Field, model_validator
+
+from pelagos.hydro import rigid_body
+from pelagos.vehicles.flow import CurrentRotation
+from pelagos.vehicles.hull import HullConfig
+from pelagos.vehicles.inertia import AddedMassConfig, CoriolisConfig, MassConfig, added_mass_matrix, mass_and_inertia
+from pelagos.vehicles.kinds import ActuatorConfig, ModeConfig, TermConfig
+from pelagos.vehicles.load import catalogue_data, catalogue_names, merged
+from pelagos.vehicles.part import Body, NonNegative, PartConfig, Positive, Three
+
+
+class VehicleConfig(PartConfig):
+    """A vehicle: hull, mass, added mass, terms of the equation of motion, actuators and control modes.
+
+    With a `type` of the catalogue every other key is a change to that vehicle, at any depth: `{type: remus100, mass:
+    {mass_kg: 32}}`. A term, an actuator or a mode is left out by the value null. `type: custom` starts from nothing.
+    """
+
+    type: str
+    """A vehicle of the catalogue, or "custom"."""
+    title: str = ""
+    """One line about the vehicle."""
+    sources: dict[str, str] = Field(default_factory=dict)
+    """Where the numbers come from."""
+    density_kg_m3: Positive = 1026.0
+    """Density of the water that the coefficients are for [kg/m^3]."""
+    gravity_m_s2: NonNegative = 9.81
+    """[m/s^2]"""
+    length_m: Positive
+    """Of the hull [m]."""
+    diameter_m: Positive | None = None
+    """Of a round hull [m]; otherwise `beam_m` and `height_m`."""
+    beam_m: Positive | None = None
+    """Of the hull [m]."""
+    height_m: Positive | None = None
+    """Of the hull [m]."""
+    mass: MassConfig
+    """Mass, inertia, centres of gravity and buoyancy."""
+    added_mass: AddedMassConfig
+    """Added mass about the origin."""
+    coriolis: CoriolisConfig = CoriolisConfig()
+    """How Coriolis forces are formed."""
+    terms: dict[str, TermConfig | None] = Field(default_factory=dict)
+    """Damping, lift, restoring and other terms, by a name of your choice."""
+    actuators: dict[str, ActuatorConfig | None] = Field(default_factory=dict)
+    """By name, in the order of commands and states."""
+    modes: dict[str, ModeConfig | None] = Field(default_factory=dict)
+    """Control modes by name."""
+    default_mode: str
+    """The mode that commands are for when none is chosen."""
+    integrator: Literal["semi_implicit", "runge_kutta"] = "semi_implicit"
+    """How steps are taken: order 1, or order 4 at four times the cost."""
+    current_rotation: CurrentRotation = "attitude"
+    """A current is turned into body axes with the whole attitude, or with the heading only."""
+    hull: HullConfig | None = None
+    """What it looks like."""
+    materials: tuple[str, ...] = ("hull_paint",)
+    """What the hull is made of."""
+    mounts: dict[str, Three] = Field(default_factory=dict)
+    """Places for sensors, forward-left-up from the origin [m]."""
+    as_published: dict[str, Any] = Field(default_factory=dict)
+    """Changes that give the model exactly as published, where this catalogue deviates from it."""
+
+    @model_validator(mode="before")
+    @classmethod
+    def _on_catalogue(cls, data: Any) -> Any:
+        if not isinstance(data, Mapping) or data.get("type") not in catalogue_names():
+            return data
+        return merged(catalogue_data(data["type"]), data)
+
+    @model_validator(mode="after")
+    def _possible(self) -> Self:
+        if self.diameter_m is None and (self.beam_m is None or self.height_m is None):
+            raise ValueError("give diameter_m, or beam_m and height_m")
+        if self.modes.get(self.default_mode) is None:
+            raise ValueError(f"default_mode {self.default_mode!r} is none of the modes {', '.join(self.modes)}")
+        for name, mode in self.modes.items():
+            for used in getattr(mode, "uses", ()):
+                if self.actuators.get(used) is None:
+                    raise ValueError(f"mode {name!r} uses the actuator {used!r}, which this vehicle does not have")
+        _check_body(self.body)
+        return self
+
+    @property
+    def beam(self) -> float:
+        """[m]"""
+        return float(self.beam_m or self.diameter_m or 0.0)
+
+    @property
+    def height(self) -> float:
+        """[m]"""
+        return float(self.height_m or self.diameter_m or 0.0)
+
+    @property
+    def body(self) -> Body:
+        """The constants that terms follow from."""
+        mass, inertia, volume = mass_and_inertia(self.mass, self.density_kg_m3, self.length_m, self.beam)
+        return Body(
+            density=self.density_kg_m3,
+            gravity=self.gravity_m_s2,
+            length=self.length_m,
+            beam=self.beam,
+            height=self.height,
+            rigid=rigid_body.mass_matrix(mass, inertia, self.mass.center_of_gravity_m),
+            added=added_mass_matrix(self.added_mass, mass, inertia, self.length_m, self.beam),
+            weight=mass * self.gravity_m_s2,
+            buoyancy=self.density_kg_m3 * volume * self.gravity_m_s2,
+            center_of_gravity=np.array(self.mass.center_of_gravity_m, dtype=np.float64),
+            center_of_buoyancy=np.array(self.mass.center_of_buoyancy_m, dtype=np.float64),
+        )
+
+
+def _check_body(body: Body) -> None:
+    """Refuse what no body can be.
+
+    Raises:
+        ValueError: says what is impossible and why.
+    """
+    mass = float(body.rigid[0, 0])
+    shift = rigid_body.skew(body.center_of_gravity)
+    inertia = body.rigid[3:, 3:] + mass * shift @ shift
+    principal = np.sort(np.linalg.eigvalsh(inertia))
+    if principal[0] <= 0:
+        raise ValueError(f"the inertia matrix has the principal moment {principal[0]:.4g} kg m^2; all must be positive")
+    if principal[2] > (principal[0] + principal[1]) * (1 + 1e-9):
+        raise ValueError(
+            f"principal moments {principal[0]:.4g}, {principal[1]:.4g}, {principal[2]:.4g} kg m^2 break the triangle "
+            "inequality: no distribution of mass has one moment larger than the sum of the others"
+        )
+    if not np.allclose(body.added, body.added.T, rtol=1e-9, atol=0):
+        raise ValueError("the added mass matrix must be symmetric")
+    least = float(np.linalg.eigvalsh(body.mass_matrix).min())
+    if least <= 0:
+        raise ValueError(f"mass plus added mass is not positive definite (least eigenvalue {least:.4g})")
+    half = np.array([body.length, body.beam, body.height]) / 2
+    for name, point in (("buoyancy", body.center_of_buoyancy), ("gravity", body.center_of_gravity)):
+        if (np.abs(point) > half).any():
+            raise ValueError(
+                f"the centre of {name} {tuple(float(x) for x in point)} m lies outside the hull, whose half sizes are "
+                f"{half[0]:g}, {half[1]:g}, {half[2]:g} m"
+            )

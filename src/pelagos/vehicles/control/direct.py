@@ -1,0 +1,64 @@
+"""Modes without a control law: actuators, a wrench on the body, an acceleration of the body."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Final, Literal
+
+from pelagos.jit import Array
+from pelagos.vehicles.control.controller import Demand
+from pelagos.vehicles.flow import Flow
+from pelagos.vehicles.part import PartConfig
+
+_AXES: Final = ("surge", "sway", "heave", "roll", "pitch", "yaw")
+
+
+class ActuatorsConfig(PartConfig):
+    """Commands go to the actuators, in their order and units."""
+
+    type: Literal["actuators"]
+
+
+class WrenchConfig(PartConfig):
+    """Force and moment on the body about its origin, forward-right-down [N], [N m]; actuators rest."""
+
+    type: Literal["wrench"]
+
+
+class AccelerationConfig(PartConfig):
+    """Accelerations, forward-right-down [m/s^2], [rad/s^2], instead of the equation of motion."""
+
+    type: Literal["acceleration"]
+
+
+@dataclass(frozen=True)
+class Direct:
+    """`commands`: set-points, handed on as `kind`."""
+
+    commands: tuple[str, ...]
+    kind: Literal["actuators", "wrench", "acceleration"]
+    memory: int = 0
+
+    def start(self, flow: Flow) -> list[Array]:
+        """Nothing is kept."""
+        return []
+
+    def act(
+        self, memory: Sequence[Array], flow: Flow, command: Sequence[Array], h: Array
+    ) -> tuple[Demand, list[Array]]:
+        """The command itself."""
+        if self.kind == "actuators":
+            return Demand(dict(zip(self.commands, command, strict=True))), []
+        if self.kind == "wrench":
+            return Demand(wrench=list(command)), []
+        return Demand(acceleration=list(command)), []
+
+
+def direct(config: ActuatorsConfig | WrenchConfig | AccelerationConfig, actuators: tuple[str, ...]) -> Direct:
+    """The mode."""
+    if isinstance(config, ActuatorsConfig):
+        return Direct(actuators, "actuators")
+    if isinstance(config, WrenchConfig):
+        return Direct(tuple(f"{a}_{'force' if i < 3 else 'moment'}" for i, a in enumerate(_AXES)), "wrench")
+    return Direct(tuple(f"{a}_acceleration" for a in _AXES), "acceleration")

@@ -1,0 +1,107 @@
+"""What the terms of a vehicle's model see: attitude, velocity, and velocity relative to the water."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal, TypeAlias
+
+import drjit as dr
+
+from pelagos.hydro.algebra import Matrix, Vector, cross, matvec, minus, total, transpose
+from pelagos.jit import Array
+
+CurrentRotation: TypeAlias = Literal["attitude", "heading"]
+
+
+@dataclass
+class Flow:
+    """A vehicle in the water at one moment, components as lists (see `hydro.algebra`), NED and FRD.
+
+    Attributes:
+        position: of the body's origin, NED [m].
+        immersion: how far it is below the water's surface, waves included [m].
+        rotation: `(3, 3)`, FRD -> NED.
+        nu: velocity over ground (6) [m/s], [rad/s].
+        nu_r: velocity relative to the water (6).
+        current_rate: rate of change of the current in body axes (6), because the body turns [m/s^2].
+        shear: change of the current's sideways and downward velocity along the body's axis (2) [1/s].
+    """
+
+    position: Vector
+    immersion: Array
+    rotation: Matrix
+    nu: Vector
+    nu_r: Vector
+    current_rate: Vector
+    shear: Vector
+
+    @property
+    def down(self) -> list[Array]:
+        """The direction of gravity in body axes (3)."""
+        return list(self.rotation[2])
+
+    @property
+    def roll(self) -> Array:
+        """[rad]."""
+        return dr.atan2(self.rotation[2][1], self.rotation[2][2])
+
+    @property
+    def pitch(self) -> Array:
+        """[rad]; the angle, not its clipped sine, so that its gradient is finite when the nose stands up."""
+        return dr.atan2(-self.rotation[2][0], dr.sqrt(self.rotation[2][1] ** 2 + self.rotation[2][2] ** 2))
+
+    @property
+    def yaw(self) -> Array:
+        """Compass heading [rad], -pi .. pi."""
+        return dr.atan2(self.rotation[1][0], self.rotation[0][0])
+
+
+def make_flow(
+    position: Vector,
+    rotation: Matrix,
+    nu: Vector,
+    current: Vector,
+    *,
+    current_rotation: CurrentRotation = "attitude",
+    shear: Vector = (0.0, 0.0),
+    elevation: Array = 0.0,
+) -> Flow:
+    """The flow past a vehicle in a current (3) NED [m/s].
+
+    `current_rotation`: into body axes with the whole attitude, or, as Fossen's programs do, with the heading alone
+    (right only while roll and pitch are small). `elevation`: of the surface above the vehicle, upwards [m].
+    """
+    w = nu[3:]
+    if current_rotation == "attitude":
+        in_body = matvec(transpose(rotation), current)
+        rate = minus(cross(w, in_body))
+    else:
+        cos, sin = rotation[0][0], rotation[1][0]
+        size = dr.sqrt(cos * cos + sin * sin)
+        cos, sin = cos / size, sin / size
+        in_body = [current[0] * cos + current[1] * sin, current[1] * cos - current[0] * sin, current[2]]
+        rate = [w[2] * in_body[1], -w[2] * in_body[0], 0.0]
+    nu_r = [nu[0] - in_body[0], nu[1] - in_body[1], nu[2] - in_body[2], *w]
+    return Flow(
+        list(position), total(position[2], elevation), rotation, list(nu), nu_r, [*rate, 0.0, 0.0, 0.0], list(shear)
+    )
+
+
+def rotation_from_euler(roll: Array, pitch: Array, yaw: Array) -> list[list[Array]]:
+    """R = Rz(yaw) Ry(pitch) Rx(roll)."""
+    (sr, cr), (sp, cp), (sy, cy) = dr.sincos(roll), dr.sincos(pitch), dr.sincos(yaw)
+    return [
+        [cy * cp, cy * sp * sr - sy * cr, sy * sr + cy * cr * sp],
+        [sy * cp, cy * cr + sr * sp * sy, sp * sy * cr - cy * sr],
+        [-sp, cp * sr, cp * cr],
+    ]
+
+
+def rotation_from_quaternion(q: Array) -> list[list[Array]]:
+    """R of the unit quaternion (w, x, y, z)."""
+    w, x, y, z = q[0], q[1], q[2], q[3]
+    return [
+        [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+        [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+        [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+    ]

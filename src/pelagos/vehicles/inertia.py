@@ -1,0 +1,121 @@
+"""Mass, inertia, buoyancy and added mass of a vehicle, as data."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import Field
+
+from pelagos.hydro import added_mass, rigid_body
+from pelagos.vehicles.part import NonNegative, PartConfig, Positive, Six, Three
+
+
+class SpheroidMass(PartConfig):
+    """A homogeneous spheroid of the hull's length and diameter."""
+
+    type: Literal["spheroid"] = "spheroid"
+    mass_kg: Positive | None = None
+    """[kg]; left out: as much as the water that the spheroid displaces."""
+    center_of_gravity_m: Three = (0.0, 0.0, 0.0)
+    """r_g, FRD from the origin [m]."""
+    center_of_buoyancy_m: Three = (0.0, 0.0, 0.0)
+    """r_b, FRD from the origin [m]."""
+
+
+class ExplicitMass(PartConfig):
+    """Mass properties as measured or published."""
+
+    type: Literal["explicit"] = "explicit"
+    mass_kg: Positive
+    """[kg]"""
+    inertia_kg_m2: Three
+    """Ixx, Iyy, Izz about the centre of gravity [kg m^2]."""
+    products_of_inertia_kg_m2: Three = (0.0, 0.0, 0.0)
+    """Ixy, Ixz, Iyz: off-diagonal entries of the inertia matrix are their negatives [kg m^2]."""
+    center_of_gravity_m: Three = (0.0, 0.0, 0.0)
+    """r_g, FRD from the origin [m]."""
+    center_of_buoyancy_m: Three = (0.0, 0.0, 0.0)
+    """r_b, FRD from the origin [m]."""
+    volume_m3: NonNegative | None = None
+    """Displaced volume when wet [m^3]; left out: neutral, buoyancy equals weight."""
+
+
+MassConfig = Annotated[SpheroidMass | ExplicitMass, Field(discriminator="type")]
+
+
+class LambAddedMass(PartConfig):
+    """Lamb's factors times the vehicle's own mass and inertia, as F21 Chapter 8 has it."""
+
+    type: Literal["lamb"] = "lamb"
+    roll_factor: NonNegative = 0.0
+    """Added inertia in roll over the inertia in roll [-]."""
+
+
+class DiagonalAddedMass(PartConfig):
+    """Added mass about the origin, diagonal."""
+
+    type: Literal["diagonal"] = "diagonal"
+    diagonal: Six
+    """Positive: -Xudot, -Yvdot, -Zwdot [kg], -Kpdot, -Mqdot, -Nrdot [kg m^2]."""
+
+
+class MatrixAddedMass(PartConfig):
+    """Added mass about the origin, the full symmetric matrix."""
+
+    type: Literal["matrix"] = "matrix"
+    matrix: tuple[Six, Six, Six, Six, Six, Six]
+    """M_A [kg, kg m, kg m^2]."""
+
+
+class NoAddedMass(PartConfig):
+    """In air."""
+
+    type: Literal["none"] = "none"
+
+
+AddedMassConfig = Annotated[
+    LambAddedMass | DiagonalAddedMass | MatrixAddedMass | NoAddedMass, Field(discriminator="type")
+]
+
+
+class CoriolisConfig(PartConfig):
+    """How the Coriolis forces are formed."""
+
+    rigid: Literal["momentum", "angular"] = "momentum"
+    """The rigid body's part from its momentum M_RB nu_r, or in the form without linear velocity (F21 Section 3.3)."""
+    without: tuple[tuple[Annotated[int, Field(ge=1, le=6)], Annotated[int, Field(ge=1, le=6)]], ...] = ()
+    """Entries (row, column), from 1, that a published model removes from the added mass's part."""
+
+
+def mass_and_inertia(
+    config: SpheroidMass | ExplicitMass, density: float, length: float, diameter: float
+) -> tuple[float, NDArray[np.float64], float]:
+    """Mass [kg], inertia `(3, 3)` about the centre of gravity [kg m^2], displaced volume [m^3]."""
+    if isinstance(config, SpheroidMass):
+        a, b = length / 2, diameter / 2
+        displaced = density * rigid_body.spheroid_volume(a, b)
+        mass = displaced if config.mass_kg is None else config.mass_kg
+        return mass, rigid_body.spheroid_inertia(mass, a, b), displaced / density
+    ixy, ixz, iyz = config.products_of_inertia_kg_m2
+    inertia = np.diag(config.inertia_kg_m2) - np.array([[0, ixy, ixz], [ixy, 0, iyz], [ixz, iyz, 0]])
+    volume = config.mass_kg / density if config.volume_m3 is None else config.volume_m3
+    return config.mass_kg, inertia, volume
+
+
+def added_mass_matrix(
+    config: AddedMassConfig, mass: float, inertia: NDArray[np.float64], length: float, diameter: float
+) -> NDArray[np.float64]:
+    """M_A `(6, 6)` about CO."""
+    if isinstance(config, DiagonalAddedMass):
+        return np.diag(np.array(config.diagonal, dtype=np.float64))
+    if isinstance(config, MatrixAddedMass):
+        return np.array(config.matrix, dtype=np.float64)
+    if isinstance(config, NoAddedMass):
+        return np.zeros((6, 6))
+    k = added_mass.lamb_factors(length / 2, diameter / 2)
+    across = k.rotary * inertia[1, 1]
+    return np.diag(
+        [k.axial * mass, k.lateral * mass, k.lateral * mass, config.roll_factor * inertia[0, 0], across, across]
+    )

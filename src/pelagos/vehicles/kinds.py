@@ -1,0 +1,32 @@
+"""The kinds of terms, actuators and control modes that a vehicle's configuration may name."""
+
+from __future__ import annotations
+
+from typing import Annotated, TypeAlias
+
+from pydantic import Field
+
+from pelagos.vehicles.actuators.fin import FinConfig
+from pelagos.vehicles.actuators.propeller import PropellerConfig
+from pelagos.vehicles.control.depth_heading import DepthHeadingConfig
+from pelagos.vehicles.control.direct import AccelerationConfig, ActuatorsConfig, WrenchConfig
+from pelagos.vehicles.terms.crossflow import CrossFlowConfig
+from pelagos.vehicles.terms.damping import LinearDampingConfig, QuadraticDampingConfig, TimeConstantDampingConfig
+from pelagos.vehicles.terms.lift import LiftDragConfig
+from pelagos.vehicles.terms.restoring import SubmergedConfig
+
+TermConfig: TypeAlias = Annotated[
+    CrossFlowConfig
+    | LiftDragConfig
+    | LinearDampingConfig
+    | QuadraticDampingConfig
+    | SubmergedConfig
+    | TimeConstantDampingConfig,
+    Field(discriminator="type"),
+]
+
+ActuatorConfig: TypeAlias = Annotated[FinConfig | PropellerConfig, Field(discriminator="type")]
+
+ModeConfig: TypeAlias = Annotated[
+    AccelerationConfig | ActuatorsConfig | DepthHeadingConfig | WrenchConfig, Field(discriminator="type")
+]

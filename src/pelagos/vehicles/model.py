@@ -1,0 +1,120 @@
+"""The equation of motion of a vehicle: a sum of terms, and one mass matrix.
+
+    M (nu_dot - current_rate) = sum of wrenches - C(nu_r) nu_r,   M = M_RB + M_A
+
+Source: F21 Chapters 6 and 8. The numbers in a model are Python numbers, part of the compiled program; any of them may
+be replaced by a Dr.Jit array (`dataclasses.replace`), for gradients or for a fleet in which every copy has its own.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Protocol
+
+import numpy as np
+
+from pelagos.hydro import coriolis
+from pelagos.hydro.algebra import Matrix, Vector, add, matvec, minus, solve_symmetric
+from pelagos.hydro.rigid_body import transport
+from pelagos.jit import Array
+from pelagos.vehicles.actuators.actuator import Actuator
+from pelagos.vehicles.flow import Flow
+from pelagos.vehicles.part import Body, numbers
+
+
+class Term(Protocol):
+    """A wrench that follows from the flow alone."""
+
+    def wrench(self, flow: Flow) -> Vector:
+        """Force and moment on the body about its origin (6), FRD [N], [N m]."""
+        ...
+
+
+@dataclass(frozen=True)
+class Inertia:
+    """Mass and added mass.
+
+    Attributes:
+        rigid, added: M_RB, M_A `(6, 6)` about the origin.
+        inverse: of M_RB + M_A; None: solved for at each evaluation (for entries that are arrays).
+        without: entries (row, column), from 0, left out of the added mass's Coriolis matrix.
+        angular: (mass, inertia `(3, 3)`, H(r_g)) where the rigid body's part is formed without linear velocity.
+    """
+
+    rigid: Matrix
+    added: Matrix
+    inverse: Matrix | None
+    without: tuple[tuple[int, int], ...] = ()
+    angular: tuple[Array, Matrix, Matrix] | None = None
+
+    def coriolis(self, flow: Flow) -> Vector:
+        """-(C_RB + C_A) nu_r (6)."""
+        whole = [add(a, b) for a, b in zip(self.rigid, self.added, strict=True)]
+        if not self.without and self.angular is None:
+            return minus(coriolis.coriolis_force(whole, flow.nu_r))
+        if self.angular is None:
+            rigid = coriolis.coriolis_force(self.rigid, flow.nu_r)
+        else:
+            rigid = coriolis.coriolis_force_angular(*self.angular, flow.nu_r)
+        return minus(add(rigid, coriolis.coriolis_force(self.added, flow.nu_r, self.without)))
+
+    def accelerate(self, wrench: Vector) -> Vector:
+        """M^-1 wrench (6)."""
+        if self.inverse is not None:
+            return matvec(self.inverse, wrench)
+        return solve_symmetric([add(a, b) for a, b in zip(self.rigid, self.added, strict=True)], wrench)
+
+
+@dataclass(frozen=True)
+class Model:
+    """Everything that accelerates a vehicle.
+
+    Attributes:
+        inertia: mass and added mass.
+        terms: by name.
+        actuators: by name; each has one state and one command.
+    """
+
+    inertia: Inertia
+    terms: Mapping[str, Term]
+    actuators: Mapping[str, Actuator] = field(default_factory=dict)
+
+    def wrenches(self, flow: Flow, actuators: Sequence[Array]) -> dict[str, Vector]:
+        """Every force and moment by the name of its origin, each (6); `actuators`: limited states."""
+        found: dict[str, Vector] = {"coriolis": self.inertia.coriolis(flow)}
+        for name, term in self.terms.items():
+            found[name] = term.wrench(flow)
+        for (name, actuator), state in zip(self.actuators.items(), actuators, strict=True):
+            found[name] = actuator.wrench(state, flow)
+        return found
+
+    def nu_dot(self, flow: Flow, actuators: Sequence[Array], outside: Vector = (0.0,) * 6) -> Vector:
+        """Rate of change of nu (6) [m/s^2], [rad/s^2]; `outside`: a further wrench (6), such as contact."""
+        wrench = add(outside, *self.wrenches(flow, actuators).values())
+        return add(flow.current_rate, self.inertia.accelerate(wrench))
+
+    def limited(self, actuators: Sequence[Array]) -> list[Array]:
+        """Actuator states as forces see them."""
+        return [a.lag.limited(s) for a, s in zip(self.actuators.values(), actuators, strict=True)]
+
+    def rates(self, actuators: Sequence[Array], command: Sequence[Array]) -> list[Array]:
+        """Time derivative of the actuator states, see `Lag.rate`."""
+        return [a.lag.rate(s, c) for a, s, c in zip(self.actuators.values(), actuators, command, strict=True)]
+
+    def advanced(self, actuators: Sequence[Array], command: Sequence[Array], h: Array) -> list[Array]:
+        """Actuator states after h [s] of a constant command."""
+        parts = zip(self.actuators.values(), actuators, command, strict=True)
+        return [a.lag.advanced(s, c, h) for a, s, c in parts]
+
+
+def inertia_of(body: Body, *, without: tuple[tuple[int, int], ...], angular: bool) -> Inertia:
+    """The inertia of a body; its mass matrix is inverted here, once, in double precision."""
+    parts = None
+    if angular:
+        mass = float(body.rigid[0, 0])
+        shift = transport(body.center_of_gravity)
+        inside = np.linalg.inv(shift)
+        about_cg = (inside.T @ body.rigid @ inside)[3:, 3:]
+        parts = (mass, numbers(about_cg), numbers(shift))
+    return Inertia(numbers(body.rigid), numbers(body.added), numbers(np.linalg.inv(body.mass_matrix)), without, parts)

@@ -1,0 +1,66 @@
+"""What the parts of a vehicle have in common: strict configurations, and the constants of the body they belong to."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated, Any
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import BaseModel, ConfigDict, Field
+
+Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
+NonNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
+Fraction = Annotated[float, Field(ge=0, lt=1)]
+Number = Annotated[float, Field(allow_inf_nan=False)]
+Three = tuple[Number, Number, Number]
+Six = tuple[Number, Number, Number, Number, Number, Number]
+
+
+class PartConfig(BaseModel):
+    """Frozen, unknown keys refused."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", use_attribute_docstrings=True)
+
+
+@dataclass(frozen=True)
+class Body:
+    """Constants of a vehicle that its terms follow from, about the origin CO, FRD, SI units.
+
+    Attributes:
+        density: of the water [kg/m^3].
+        gravity: [m/s^2].
+        length, beam, height: of the hull [m].
+        rigid: M_RB `(6, 6)`.
+        added: M_A `(6, 6)`.
+        weight, buoyancy: W, B [N].
+        center_of_gravity, center_of_buoyancy: r_g, r_b `(3,)` [m].
+    """
+
+    density: float
+    gravity: float
+    length: float
+    beam: float
+    height: float
+    rigid: NDArray[np.float64]
+    added: NDArray[np.float64]
+    weight: float
+    buoyancy: float
+    center_of_gravity: NDArray[np.float64]
+    center_of_buoyancy: NDArray[np.float64]
+
+    @property
+    def mass_matrix(self) -> NDArray[np.float64]:
+        """M = M_RB + M_A `(6, 6)`."""
+        return self.rigid + self.added
+
+    @property
+    def metacentric_height(self) -> float:
+        """How far the centre of buoyancy is above the centre of gravity [m]."""
+        return float(self.center_of_gravity[2] - self.center_of_buoyancy[2])
+
+
+def numbers(matrix: NDArray[np.floating[Any]]) -> list[list[float]]:
+    """A matrix as lists of Python numbers, for `hydro.algebra`; entries below 1e-15 of the largest are 0."""
+    floor = 1e-15 * float(np.abs(matrix).max(initial=0.0))
+    return [[float(x) if abs(x) > floor else 0.0 for x in row] for row in matrix]

@@ -1,0 +1,362 @@
+"""A vehicle: its model, its control modes and its hull, for fleets of any size."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import drjit as dr
+import numpy as np
+import yaml
+from numpy.typing import ArrayLike, NDArray
+from pydantic import ValidationError
+
+from pelagos import jit
+from pelagos.errors import LookupFailed, ScenarioError
+from pelagos.hydro.algebra import Vector
+from pelagos.jit import Array
+from pelagos.math.frames import flip_quaternion_np, flip_yz, flip_yz_np
+from pelagos.raycast.geometry import Geometry
+from pelagos.vehicles import hull
+from pelagos.vehicles.books import Accelerations, columns
+from pelagos.vehicles.build import build_model, build_modes
+from pelagos.vehicles.config import VehicleConfig
+from pelagos.vehicles.control.controller import Controller
+from pelagos.vehicles.flow import Flow, make_flow, rotation_from_quaternion
+from pelagos.vehicles.integrate import Rigid, runge_kutta, semi_implicit
+from pelagos.vehicles.load import merged
+from pelagos.vehicles.state import VehicleState
+
+__all__ = ["Vehicle", "VehicleConfig"]
+
+Wrench = tuple[Array, Array]
+
+
+class Vehicle:
+    """A vehicle, compiled from its configuration; it has no state of its own.
+
+    Attributes:
+        config: what it was made from.
+        model: the equation of motion.
+        controllers: control modes by name.
+    """
+
+    def __init__(self, config: VehicleConfig) -> None:
+        self.config = config
+        self.model = build_model(config)
+        self.controllers = build_modes(config)
+        self._memory = max((c.memory for c in self.controllers.values()), default=0)
+        self._mode_number = {name: i + 1.0 for i, name in enumerate(self.controllers)}
+
+    @classmethod
+    def from_catalogue(cls, name: str, **changes: Any) -> Vehicle:
+        """A vehicle of the catalogue, with changes to its configuration.
+
+        Raises:
+            LookupFailed: no such vehicle.
+            ScenarioError: a change that cannot be.
+        """
+        from pelagos.vehicles.load import catalogue_names
+
+        if name not in catalogue_names():
+            raise LookupFailed("vehicle", name, catalogue_names())
+        return cls.from_dict({"type": name, **changes})
+
+    @classmethod
+    def from_dict(cls, data: Mapping[str, Any], *, where: str = "") -> Vehicle:
+        """From the mapping that a scenario writes under `vehicle:`.
+
+        Raises:
+            ScenarioError: names the key, what was given and why it cannot be.
+        """
+        try:
+            return cls(VehicleConfig.model_validate(dict(data)))
+        except ValidationError as error:
+            raise ScenarioError(_explain(error), where=where or f"vehicle {data.get('type', '?')}") from None
+
+    @classmethod
+    def from_yaml(cls, path: str | Path) -> Vehicle:
+        """From a YAML file with the keys of `VehicleConfig`.
+
+        Raises:
+            ScenarioError: the file cannot be read, or a key cannot be.
+        """
+        try:
+            data = yaml.safe_load(Path(path).read_text(encoding="utf-8"))
+        except (OSError, yaml.YAMLError) as error:
+            raise ScenarioError(f"cannot be read: {error}", where=str(path)) from error
+        if not isinstance(data, Mapping):
+            raise ScenarioError("must be a mapping of keys", where=str(path))
+        return cls.from_dict(data, where=str(path))
+
+    @classmethod
+    def from_config(cls, config: VehicleConfig) -> Vehicle:
+        """From a validated configuration."""
+        return cls(config)
+
+    # names
+
+    @property
+    def name(self) -> str:
+        """Its name in the catalogue, or "custom"."""
+        return self.config.type
+
+    @property
+    def actuator_names(self) -> tuple[str, ...]:
+        """In the order of states and commands."""
+        return tuple(self.model.actuators)
+
+    @property
+    def modes(self) -> tuple[str, ...]:
+        """Control modes."""
+        return tuple(self.controllers)
+
+    @property
+    def default_mode(self) -> str:
+        """The mode that commands are for when none is chosen."""
+        return self.config.default_mode
+
+    def command_names(self, mode: str | None = None) -> tuple[str, ...]:
+        """Names of the set-points of a mode, in order.
+
+        Raises:
+            LookupFailed: no such mode.
+        """
+        return self._controller(mode or self.default_mode).commands
+
+    # the books' face
+
+    @cached_property
+    def published(self) -> Vehicle:
+        """The model exactly as published, where the catalogue deviates from it."""
+        if not self.config.as_published:
+            return self
+        data = self.config.model_dump(exclude={"as_published"})
+        return Vehicle(VehicleConfig.model_validate(merged(data, {**self.config.as_published, "as_published": {}})))
+
+    @cached_property
+    def _accelerations(self) -> Accelerations:
+        return Accelerations(self.published.model, self.published.config.current_rotation)
+
+    def accelerations(
+        self,
+        eta: ArrayLike,
+        nu: ArrayLike,
+        actuators: ArrayLike,
+        command: ArrayLike,
+        current: ArrayLike = (0.0, 0.0, 0.0),
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Accelerations of the model as published, NED and FRD as the books have it.
+
+        Args:
+            eta: `(n, 6)` x, y, z NED [m], phi, theta, psi [rad].
+            nu: `(n, 6)` over ground [m/s], [rad/s].
+            actuators: `(n, k)` states, in the order of `actuator_names`.
+            command: `(n, k)` commands to them.
+            current: `(3,)` or `(n, 3)` velocity of the water, NED [m/s].
+
+        Returns:
+            nu_dot `(n, 6)`, and the rate of the actuators' states `(n, k)`, as the difference over one explicit Euler
+            step of 1 s.
+
+        Raises:
+            CommandError: a wrong shape, or a value that is not finite.
+        """
+        return self._accelerations(eta, nu, actuators, command, current)
+
+    # the simulator's face
+
+    def initial_state(
+        self,
+        position: NDArray[np.float64],
+        attitude: NDArray[np.float64],
+        velocity: NDArray[np.float64] | None = None,
+        angular_velocity: NDArray[np.float64] | None = None,
+    ) -> VehicleState:
+        """A fleet at `position` `(n, 3)` NWU, `attitude` `(n, 4)` FLU -> NWU, velocities `(n, 3)` FLU."""
+        n = len(position)
+        still = np.zeros((n, 3))
+        zero = [dr.zeros(jit.Array3f64, n) for _ in range(5)]
+        state = VehicleState(
+            position=zero[0],
+            attitude=jit.Array4f64(1.0, 0.0, 0.0, 0.0),
+            velocity=zero[1],
+            angular_velocity=zero[2],
+            acceleration=zero[3],
+            angular_acceleration=zero[4],
+            actuators=[dr.zeros(jit.Float64, n) for _ in self.model.actuators],
+            controller=[dr.zeros(jit.Float64, n) for _ in range(1 + self._memory)],
+        )
+        return self.place(
+            state,
+            position=position,
+            attitude=attitude,
+            velocity=still if velocity is None else velocity,
+            angular_velocity=still if angular_velocity is None else angular_velocity,
+        )
+
+    def place(self, state: VehicleState, **parts: NDArray[np.float64]) -> VehicleState:
+        """`state` with other `position`, `attitude`, `velocity` or `angular_velocity` `(n, ...)`, NWU and FLU.
+
+        Controllers start anew, from the new place; accelerations are 0 until the next step.
+        """
+        n = dr.width(state.controller[0])
+        new = dict(vars(state))
+        for name, values in parts.items():
+            if name == "attitude":
+                new[name] = jit.Array4f64(np.ascontiguousarray(flip_quaternion_np(values).T))
+            else:
+                new[name] = jit.Array3f64(np.ascontiguousarray(flip_yz_np(values).T))
+        new["acceleration"], new["angular_acceleration"] = dr.zeros(jit.Array3f64, n), dr.zeros(jit.Array3f64, n)
+        new["controller"] = [dr.zeros(jit.Float64, n) for _ in state.controller]
+        placed = VehicleState(**new)
+        dr.make_opaque(placed)
+        return placed
+
+    def switch_mode(self, state: VehicleState, mode: str) -> VehicleState:
+        """`state` for going on in another mode, whose references begin where the vehicle is then.
+
+        A step starts a mode's memory by itself when another mode ran before, so this only checks the name.
+
+        Raises:
+            LookupFailed: no such mode.
+        """
+        self._controller(mode)
+        return state
+
+    def step(
+        self, state: VehicleState, command: Sequence[Array], ocean: Any, t: Array, wrench: Wrench, h: Array, mode: str
+    ) -> VehicleState:
+        """The state after h [s]: control law, forces, motion, actuators. Pure; may be frozen or looped symbolically.
+
+        Args:
+            state: of the fleet.
+            command: set-points of the mode, `Float64` each.
+            ocean: currents and surface (`ocean.ocean.Ocean`), or None for still water.
+            t: time at the step's beginning [s].
+            wrench: a further force and moment about the origin, FRD (two `Array3f64`) [N], [N m].
+            h: step [s].
+            mode: of `modes`.
+        """
+        f64 = jit.Float64
+        rigid = Rigid([*state.position], state.attitude, [*state.velocity, *state.angular_velocity])
+        flow = self.flow(rigid, ocean, t)
+        controller = self._controller(mode)
+        memory = self._begin(state.controller, controller, mode, flow)
+        demand, kept = controller.act(memory, flow, list(command), h)
+        commands = [f64(demand.actuators.get(name, 0.0)) for name in self.model.actuators]
+        outside = [*wrench[0], *wrench[1]]
+        if demand.wrench is not None:
+            outside = [a + b for a, b in zip(outside, demand.wrench, strict=True)]
+
+        def accelerate(at: Rigid, fraction: float) -> Vector:
+            if demand.acceleration is not None:
+                return demand.acceleration
+            here = flow if fraction == 0.0 else self.flow(at, ocean, t + fraction * h)
+            states = state.actuators
+            if fraction > 0.0:
+                states = self.model.advanced(states, commands, fraction * h)
+            return self.model.nu_dot(here, self.model.limited(states), outside)
+
+        if self.config.integrator == "semi_implicit":
+            new = semi_implicit(rigid, accelerate, flow.rotation, h, jit.Array3f64)
+        else:
+            new = runge_kutta(rigid, accelerate, h, rotation_from_quaternion)
+        rates = [(f64(b) - a) / h for a, b in zip(rigid.nu, new.nu, strict=True)]
+        kept = [f64(self._mode_number[mode]), *(f64(m) for m in kept)]
+        return VehicleState(
+            position=jit.Array3f64(*new.position),
+            attitude=new.attitude,
+            velocity=jit.Array3f64(*new.nu[:3]),
+            angular_velocity=jit.Array3f64(*new.nu[3:]),
+            acceleration=jit.Array3f64(*rates[:3]),
+            angular_acceleration=jit.Array3f64(*rates[3:]),
+            actuators=[f64(a) for a in self.model.advanced(state.actuators, commands, h)],
+            controller=[*kept, *state.controller[len(kept) :]],
+        )
+
+    def flow(self, rigid: Rigid, ocean: Any, t: Array) -> Flow:
+        """The water around a vehicle."""
+        rotation = rotation_from_quaternion(rigid.attitude)
+        current: Vector = (0.0, 0.0, 0.0)
+        if ocean is not None:
+            current = [*flip_yz(ocean.current(flip_yz(jit.Array3f64(*rigid.position)), t))]
+        return make_flow(rigid.position, rotation, rigid.nu, current, current_rotation=self.config.current_rotation)
+
+    def _begin(self, memory: Sequence[Array], controller: Controller, mode: str, flow: Flow) -> list[Array]:
+        """The mode's memory: what it kept, or its start where another mode ran before."""
+        same = memory[0] == self._mode_number[mode]
+        return [dr.select(same, old, new) for old, new in zip(memory[1:], controller.start(flow), strict=False)]
+
+    def _controller(self, mode: str) -> Controller:
+        if mode not in self.controllers:
+            raise LookupFailed("control mode", mode, self.controllers, where=f"vehicle {self.name}")
+        return self.controllers[mode]
+
+    def blame(
+        self,
+        position: NDArray[np.float64],
+        attitude: NDArray[np.float64],
+        velocity: NDArray[np.float64],
+        angular_velocity: NDArray[np.float64],
+    ) -> str:
+        """Which term is largest, or not finite, at one vehicle's state `(3,)`, `(4,)`, `(3,)`, `(3,)`, NWU and FLU."""
+        frd = np.concatenate([flip_yz_np(velocity), flip_yz_np(angular_velocity)])
+        at = flip_yz_np(position)
+        q = jit.Array4f64(*(float(c) for c in flip_quaternion_np(attitude)))
+        rigid = Rigid(columns(at[None]), q, columns(frd[None]))
+        zero = [jit.Float64(0.0) for _ in self.model.actuators]
+        found = self.model.wrenches(self.flow(rigid, None, jit.Float64(0.0)), zero)
+        sizes = {name: max(abs(float(jit.Float64(c)[0])) for c in load) for name, load in found.items()}
+        broken = [name for name, size in sizes.items() if not np.isfinite(size)]
+        if broken:
+            return f"not finite: {', '.join(broken)}"
+        name = max(sizes, key=lambda k: sizes[k])
+        return f"largest term: {name}, {sizes[name]:.3g} N or N m"
+
+    # shape
+
+    @property
+    def _shape(self) -> hull.HullConfig:
+        c = self.config
+        if c.hull is not None:
+            return c.hull
+        return hull.TorpedoHull(
+            type="torpedo", length_m=c.length_m, diameter_m=c.beam, nose_m=c.length_m / 5, tail_m=c.length_m / 4
+        )
+
+    @cached_property
+    def hull(self) -> Geometry:
+        """The mesh, body FLU; material 0 is the first of `materials`."""
+        return hull.build_hull(self._shape, self.name)
+
+    @cached_property
+    def probes(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Contact probes: starts `(p, 3)` inside the hull and vectors `(p, 3)` to its surface, body FLU [m]."""
+        return hull.torpedo_probes(self._shape)
+
+    @cached_property
+    def bounding_radius_m(self) -> float:
+        """Radius of the sphere about the origin that holds the hull [m]."""
+        return float(np.linalg.norm(self.hull.vertices, axis=1).max())
+
+    @property
+    def materials(self) -> tuple[str, ...]:
+        """What the hull is made of, by name."""
+        return self.config.materials
+
+    @property
+    def effective_mass_kg(self) -> float:
+        """Mass plus the smallest added mass [kg]: how hard the lightest direction is to stop."""
+        return float(np.diag(self.config.body.mass_matrix)[:3].min())
+
+
+def _explain(error: ValidationError) -> str:
+    lines: list[str] = []
+    for problem in error.errors():
+        place = ".".join(str(part) for part in problem["loc"])
+        given = "" if isinstance(problem["input"], (dict, Mapping)) else f", not {problem['input']!r}"
+        lines.append(f"{place + ': ' if place else ''}{problem['msg'].removeprefix('Value error, ')}{given}")
+    return "; ".join(lines)
