@@ -20,8 +20,8 @@ from numpy.typing import NDArray
 
 from pelagos.messages.encoders import encoder
 from pelagos.messages.encoding import Encoding, Site
-from pelagos.messages.motion import ODOMETRY, TF, TruthEncoder, static_message, static_transforms
-from pelagos.messages.store import schema
+from pelagos.messages.motion import ODOMETRY, TF, TruthEncoder, static_message, static_transform
+from pelagos.messages.store import Message, schema
 from pelagos.sensors.sensor import Reading, SensorConfig
 from pelagos.sim.mcap_file import McapWriter
 
@@ -35,10 +35,10 @@ Pose: TypeAlias = tuple[Sequence[float], Sequence[float]]
 
 @dataclass(frozen=True)
 class _Track:
-    """One sensor of one agent: its encoding, and for each copy the channel of each topic."""
+    """One sensor of one copy of an agent: its encoding, and the channel of each topic."""
 
     encoding: Encoding
-    channels: list[list[int]]
+    channels: list[int]
 
 
 class Recorder:
@@ -79,34 +79,26 @@ class Recorder:
         self._writer.add_attachment(SCENARIO, "application/yaml", scenario_yaml.encode())
         self._schemas: dict[str, int] = {}
         self._copies = copies
-        self._tracks: dict[tuple[str, str], _Track] = {}
+        self._tracks: dict[tuple[str, str], list[_Track]] = {}
         self._truth: dict[str, list[tuple[TruthEncoder, int]]] = {}
         self._tf = self._channel("/tf", TF, {})
         self._chunk_ns = 0
         self._chunk_wall = time.monotonic()
-        transforms = []
+        self._transforms: list[Message] = []
         for agent, configs in sensors.items():
-            self._add_agent(agent, configs, origin)
-            poses = (
-                mounts[agent]
-                if mounts is not None
-                else {n: (c.position_m, c.q_body_sensor) for n, c in configs.items()}
-            )
-            cameras = [name for name, config in configs.items() if config.type.endswith("camera")]
-            for place in self._places(agent):
-                transforms += static_transforms(f"{place}/base_link", poses, cameras)
+            poses: Mapping[str, Pose] = {name: (c.position_m, c.q_body_sensor) for name, c in configs.items()}
+            self._add_agent(agent, configs, poses if mounts is None else mounts[agent], origin)
         latched = self._channel("/tf_static", TF, {"offered_qos_profiles": _LATCHED})
-        self._writer.add_message(latched, 0, static_message(transforms))
+        self._writer.add_message(latched, 0, static_message(self._transforms))
         self._writer.flush()
 
     def write(self, agent: str, sensor: str, reading: Reading) -> None:
         """Record one reading: the copies of it that are valid."""
-        track = self._tracks[agent, sensor]
         t_ns = reading.t_ns
         add = self._writer.add_message
-        for copy, channels in enumerate(track.channels):
+        for copy, track in enumerate(self._tracks[agent, sensor]):
             if reading.valid[copy]:
-                for channel, data in zip(channels, track.encoding.encode(reading, copy), strict=True):
+                for channel, data in zip(track.channels, track.encoding.encode(reading, copy), strict=True):
                     if data is not None:
                         add(channel, t_ns, data)
         self._end_chunk(t_ns)
@@ -146,19 +138,26 @@ class Recorder:
     def _places(self, agent: str) -> list[str]:
         return [agent] if self._copies == 1 else [f"env{i}/{agent}" for i in range(self._copies)]
 
-    def _add_agent(self, agent: str, configs: Mapping[str, SensorConfig], origin: tuple[float, float]) -> None:
+    def _add_agent(
+        self, agent: str, configs: Mapping[str, SensorConfig], poses: Mapping[str, Pose], origin: tuple[float, float]
+    ) -> None:
         places = self._places(agent)
         for name, config in configs.items():
             about = {"agent": agent, "sensor": name, "type": config.type, "rate_hz": f"{config.rate_hz:g}"}
-            for copy, place in enumerate(places):
-                encoding = encoder(config, Site(f"{place}/{name}", *origin))
+            tracks = self._tracks[agent, name] = []
+            for place in places:
+                frame = f"{place}/{name}"
+                encoding = encoder(config, Site(frame, *origin))
+                position, attitude = poses[name]
+                self._transforms += [
+                    static_transform(f"{place}/base_link", frame, position=position, attitude=attitude),
+                    *(static_transform(frame, frame + f.suffix, attitude=f.attitude) for f in encoding.frames),
+                ]
                 channels = [
                     self._channel("/" + "/".join(filter(None, (place, name, topic.suffix))), topic.type, about)
                     for topic in encoding.topics
                 ]
-                if copy == 0:
-                    self._tracks[agent, name] = _Track(encoding, [])
-                self._tracks[agent, name].channels.append(channels)
+                tracks.append(_Track(encoding, channels))
         self._truth[agent] = [
             (TruthEncoder(f"{place}/base_link"), self._channel(f"/{place}/truth", ODOMETRY, {"agent": agent}))
             for place in places

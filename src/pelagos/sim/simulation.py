@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, Self
 
@@ -39,7 +40,7 @@ class Simulation:
         self.model = model
         self.n = model.n
         self.seed = seed
-        hulls = {name: agent.vehicle.hull for name, agent in model.agents.items()}
+        hulls = {name: _hull(agent, model.world) for name, agent in model.agents.items()}
         self._bodies = Bodies(model.scene, hulls, n=model.n, first_instance=model.world.next_instance)
         self._stepper = Stepper(model, self._bodies)
         self._spawned = 0
@@ -227,6 +228,13 @@ class Simulation:
         if name not in self.model.agents:
             raise CommandError(str(LookupFailed("agent", name, self.model.agents)))
         return self.model.agents[name]
+
+
+def _hull(agent: AgentModel, world: World) -> Geometry:
+    """The hull with its materials as rows of the world's table."""
+    hull = agent.vehicle.hull
+    rows_of = np.array([world.material_row(name) for name in agent.vehicle.materials], dtype=np.uint32)
+    return replace(hull, material=rows_of[hull.face_materials])
 
 
 def _seed(value: object) -> int:

@@ -55,7 +55,7 @@ class Touch:
         own = self._bodies.own_rows(self._agent.name)
         arguments = (
             self._model.world.material_tables(),
-            hull_probes(starts, vectors, turn @ vehicle.mass_matrix @ turn),
+            hull_probes(starts, vectors, turn @ vehicle.config.body.mass_matrix @ turn),
             jit.UInt32(np.full(n, NO_BODY, dtype=np.uint32) if own is None else own),
             dr.arange(jit.UInt32, n),
             dr.opaque(jit.Float64, self._model.clock.dt_ns * 1e-9),
