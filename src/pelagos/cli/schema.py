@@ -13,7 +13,7 @@ VEHICLE = "VehicleConfig"
 
 def schema_text() -> str:
     """The schema as a JSON document that ends with a line break."""
-    return json.dumps(schema_data(), indent=2, ensure_ascii=False, sort_keys=True) + "\n"
+    return json.dumps(schema_data(), indent=2, ensure_ascii=False) + "\n"
 
 
 def schema_data() -> dict[str, Any]:
@@ -22,10 +22,27 @@ def schema_data() -> dict[str, Any]:
 
     schema = {"$schema": "https://json-schema.org/draft/2020-12/schema", **Scenario.model_json_schema()}
     definitions = schema["$defs"]
+    _hoist(schema, definitions)
     for name in _reachable(definitions, VEHICLE):
         _loosen(definitions[name])
     definitions[VEHICLE]["required"] = ["type"]
-    return schema
+    return schema | {"$defs": dict(sorted(definitions.items()))}
+
+
+def _hoist(node: Any, definitions: dict[str, Any]) -> None:
+    """Move models that stand where they are used to the definitions, under their names."""
+    if isinstance(node, list):
+        for child in node:
+            _hoist(child, definitions)
+    elif isinstance(node, dict):
+        for child in list(node.values()):
+            _hoist(child, definitions)
+        for index, choice in enumerate(node.get("anyOf", [])):
+            if "properties" in choice:
+                definitions[choice["title"]] = choice
+                if "const" in choice["properties"].get("type", {}):
+                    choice["required"] = ["type", *(key for key in choice.get("required", []) if key != "type")]
+                node["anyOf"][index] = {"$ref": f"#/$defs/{choice['title']}"}
 
 
 def _reachable(definitions: dict[str, Any], name: str) -> set[str]:

@@ -78,7 +78,7 @@ class Component:
         choices = [handler(model.__pydantic_core_schema__) for model in models]
         if self.shorthand:
             choices.append({"enum": list(known), "type": "string"})
-        return choices[0] if len(choices) == 1 else {"anyOf": choices}
+        return {"anyOf": choices}
 
 
 def _dump(value: BaseModel, info: Any) -> dict[str, Any]:

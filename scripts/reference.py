@@ -1,0 +1,162 @@
+"""Write docs/scenario.md, the reference of scenario files, from the models' own descriptions.
+
+usage: reference.py docs/scenario.md            write it
+       reference.py --check docs/scenario.md    exit code 1 if it is out of date
+"""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import Any
+
+from pelagos.cli.schema import VEHICLE, schema_data
+from pelagos.config import registry
+
+HEAD = """\
+# Scenario files
+
+A scenario is one YAML (or JSON) file: a world, an ocean, and agents with their missions and sensors. This page is made
+from the program's own descriptions by `make docs`; `pelagos schema` prints the same as JSON schema for editors.
+
+* The unit of a value is the ending of its key: `_m` metres, `_s` seconds, `_hz` hertz, `_mps` metres per second,
+  `_deg` degrees. A value is the number alone.
+* World coordinates: x north, y **west**, z up, from the world's origin at the mean sea surface. Headings are of the
+  compass: 0 north, 90 east.
+* An unknown key is an error, with file, line and the nearest known key; so is a key that is written twice.
+* A path is looked for from the folder of the scenario file.
+* `--set key.path=value` changes a value from the command line: `--set agents.auv0.sensors.imaging.range_max_m=40`;
+  items of lists are named by their number from 0.
+
+A small but whole scenario:
+
+```yaml
+name: first dive
+duration_s: 120
+world: {type: flat, depth_m: 20}
+agents:
+  auv0:
+    vehicle: remus100
+    start: {position_m: [0, 0], heading_deg: 90}
+    mission:
+      - {type: dive, depth_m: 5}
+      - {type: waypoints, points: [[0, -80]], depth_m: 5}
+      - {type: surface}
+    sensors:
+      imu: {type: imu, rate_hz: 100}
+      depth: {type: depth, rate_hz: 10}
+```
+"""
+
+ANCHORS = {
+    VEHICLE: "vehicles", "OceanConfig": "the-ocean", "Agent": "agents", "Record": "recording", "GpsFix": "gps_fix",
+}  # fmt: skip
+LEGS = ["Dive", "Waypoints", "Lawnmower", "Surface", "GpsFix", "Hold"]
+
+
+def page() -> str:
+    schema = schema_data()
+    definitions = schema["$defs"]
+    for table in ("sensor", "world"):
+        for name, entry in registry.entries(table, plugins=False).items():  # type: ignore[arg-type]
+            ANCHORS[entry.config.__name__] = name
+    parts = [HEAD, section(2, "The scenario", schema)]
+    parts += [section(2, "Origin", definitions["Origin"]), section(2, "Agents", definitions["Agent"])]
+    parts += [section(3, "start", definitions["Start"]), "### mission\n\nA list of legs, run one after the other.\n"]
+    parts += [section(4, definitions[leg]["properties"]["type"]["const"], definitions[leg]) for leg in LEGS]
+    parts.append("## Sensors\n\nEvery sensor also has `rate_hz`, `position_m` and `orientation_deg`.\n")
+    shown = {*LEGS, "Origin", "Agent", "Start", "Record"}
+    for kind, title in (("sensor", ""), ("world", "## Worlds\n")):
+        parts.append(title)
+        for name, entry in registry.entries(kind, plugins=False).items():  # type: ignore[arg-type]
+            model = entry.config.__name__
+            shown.add(model)
+            parts.append(section(3, name, definitions[model], title=entry.title, leave_out={"type"}))
+    parts += [section(2, "The ocean", definitions["OceanConfig"]), section(2, "Vehicles", definitions[VEHICLE])]
+    parts.append(section(2, "Recording", definitions["Record"]))
+    shown |= {"OceanConfig", VEHICLE}
+    parts.append("## Parts\n\nMappings that stand inside those above.\n")
+    parts += [section(3, name, definitions[name]) for name in definitions if name not in shown]
+    return "\n".join(part for part in parts if part).rstrip() + "\n"
+
+
+def section(level: int, name: str, model: dict[str, Any], *, title: str = "", leave_out: set[str] | None = None) -> str:
+    """A heading, a description, and a table of keys."""
+    lines = [f"{'#' * level} {name}", ""]
+    text = title or model.get("description", "")
+    if text:
+        lines += [text[0].upper() + text[1:].rstrip(".") + ".", ""]
+    required = set(model.get("required", []))
+    rows = [(key, value) for key, value in model.get("properties", {}).items() if key not in (leave_out or set())]
+    if rows:
+        lines += ["| key | value | default | |", "|---|---|---|---|"]
+    for key, value in rows:
+        default = "**required**" if key in required else shown_default(value.get("default"))
+        words = " ".join(str(value.get("description", "")).split())
+        lines.append(f"| `{key}` | {cell(kind(value))} | {cell(default)} | {cell(words)} |")
+    return "\n".join(lines) + "\n"
+
+
+def kind(value: dict[str, Any]) -> str:
+    """What a value may be, in a few words."""
+    if "$ref" in value:
+        name = value["$ref"].rpartition("/")[2]
+        anchor = ANCHORS.get(name, name.lower())
+        return f"[{anchor if name in ANCHORS else name}](#{anchor})"
+    if "const" in value:
+        return f"`{value['const']}`"
+    if "enum" in value:
+        return ", ".join(f"`{choice}`" for choice in value["enum"])
+    for key in ("anyOf", "oneOf"):
+        if key in value:
+            choices = [kind(choice) for choice in value[key] if choice.get("type") != "null"]
+            return " or ".join(dict.fromkeys(choices)) if len(choices) < 5 else "a mapping with `type`"
+    if value.get("type") == "array":
+        return array(value)
+    if value.get("type") == "object":
+        inner = value.get("additionalProperties")
+        return f"name: {kind(inner)}" if isinstance(inner, dict) else "mapping"
+    words = {"number": "number", "integer": "whole number", "string": "text", "boolean": "true or false"}
+    return words.get(str(value.get("type")), "value") + limits(value)
+
+
+def array(value: dict[str, Any]) -> str:
+    if "prefixItems" in value:
+        return f"list of {len(value['prefixItems'])}: {kind(value['prefixItems'][0])}"
+    return f"list: {kind(value['items'])}" if "items" in value else "list"
+
+
+def limits(value: dict[str, Any]) -> str:
+    signs = {"exclusiveMinimum": ">", "minimum": ">=", "exclusiveMaximum": "<", "maximum": "<="}
+    found = [f"{sign} {value[key]:g}" for key, sign in signs.items() if key in value]
+    return f" {', '.join(found)}" if found else ""
+
+
+def shown_default(value: Any) -> str:
+    if value is None or isinstance(value, dict):
+        return ""
+    if isinstance(value, float):
+        return f"{value:.6g}"
+    if isinstance(value, list):
+        return f"[{', '.join(shown_default(item) for item in value)}]"
+    return f"{str(value).lower() if isinstance(value, bool) else value}"
+
+
+def cell(text: str) -> str:
+    return text.replace("|", "\\|").replace("\n", " ")
+
+
+def main() -> int:
+    check = "--check" in sys.argv
+    path = Path(sys.argv[-1])
+    if not check:
+        path.write_text(page(), encoding="utf-8")
+        return 0
+    if path.exists() and path.read_text(encoding="utf-8") == page():
+        return 0
+    print(f"{path} is out of date; renew it with: make docs", file=sys.stderr)
+    return 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())
