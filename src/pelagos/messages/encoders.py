@@ -2,13 +2,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import Any
+from collections.abc import Callable, Mapping
+from typing import Any, Final
 
+from pelagos.messages import camera, navigation, ranging, sonar_image, soundings
 from pelagos.messages.encoding import Encoding, Site
 from pelagos.messages.numbers import numbers
 
-ENCODERS: dict[str, Callable[[Any, Site], Encoding]] = {}
+ENCODERS: Final[Mapping[str, Callable[[Any, Site], Encoding]]] = {
+    "imu": navigation.imu,
+    "magnetometer": navigation.magnetometer,
+    "gps": navigation.gps,
+    "depth": navigation.depth,
+    "pose": navigation.pose,
+    "velocity": navigation.velocity,
+    "dvl": ranging.dvl,
+    "altimeter": ranging.altimeter,
+    "camera": camera.camera,
+    "imaging_sonar": sonar_image.imaging_sonar,
+    "multibeam": soundings.multibeam,
+}
 
 
 def encoder(config: Any, site: Site) -> Encoding:

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TypeAlias
+from typing import Final, TypeAlias
 
 from pelagos.sensors.sensor import Reading
 
@@ -20,16 +21,39 @@ class Topic:
 
 
 @dataclass(frozen=True)
+class Frame:
+    """A frame beside the sensor's own, in which a message type wants its vectors.
+
+    Attributes:
+        suffix: its id is the sensor's with this behind it.
+        attitude: quaternion wxyz, from this frame to the sensor's.
+    """
+
+    suffix: str
+    attitude: tuple[float, float, float, float]
+
+
+OPTICAL: Final = Frame("_optical", (0.5, -0.5, 0.5, -0.5))
+"""z forward, x right, y down: cameras."""
+PROJECTED: Final = Frame("_projected", (0.0, math.sqrt(0.5), 0.0, math.sqrt(0.5)))
+"""z forward, x up, y right: ProjectedSonarImage."""
+DOWNWARD: Final = Frame("_frd", (0.0, 1.0, 0.0, 0.0))
+"""x forward, y right, z down: Dvl and the multibeam messages."""
+
+
+@dataclass(frozen=True)
 class Encoding:
     """What one sensor says.
 
     Attributes:
         topics: in the order of what `encode` returns.
         encode: `(reading, copy)` -> one message a topic as CDR bytes, None where the topic has nothing to say.
+        frames: frames that its messages use beside the sensor's own.
     """
 
     topics: tuple[Topic, ...]
     encode: Callable[[Reading, int], tuple[Buffer | None, ...]]
+    frames: tuple[Frame, ...] = ()
 
 
 @dataclass(frozen=True)

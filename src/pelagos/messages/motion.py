@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import Final
 
 import numpy as np
@@ -53,21 +53,11 @@ class TruthEncoder:
         )
 
 
-def static_transforms(
-    base_frame: str, mounts: Mapping[str, tuple[Sequence[float], Sequence[float]]], optical: Sequence[str] = ()
-) -> list[Message]:
-    """One transform for each sensor: name -> (position in the body FLU [m], quaternion wxyz sensor to body).
-
-    `optical` names the cameras, which have a second frame with z forward, x right, y down.
-    """
-    found = [
-        _transform(base_frame, base_frame.rsplit("/", 1)[0] + "/" + name, position, attitude)
-        for name, (position, attitude) in mounts.items()
-    ]
-    for name in optical:
-        frame = base_frame.rsplit("/", 1)[0] + "/" + name
-        found.append(_transform(frame, frame + "_optical", (0, 0, 0), (0.5, -0.5, 0.5, -0.5)))
-    return found
+def static_transform(
+    parent: str, child: str, *, position: Sequence[float] = (0.0, 0.0, 0.0), attitude: Sequence[float]
+) -> Message:
+    """Where a fixed frame stands in another: position [m] and quaternion wxyz, child to parent."""
+    return _transform(parent, child, position, attitude)
 
 
 def static_message(transforms: list[Message]) -> bytes:

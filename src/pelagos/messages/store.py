@@ -26,7 +26,7 @@ def typestore() -> Any:
     return store
 
 
-def make(name: str, **fields: Any) -> Message:
+def make(name: str, /, **fields: Any) -> Message:
     """A message of type `name` ("sensor_msgs/msg/Imu") with the given fields."""
     return typestore().types[name](**fields)
 

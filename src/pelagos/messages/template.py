@@ -12,6 +12,8 @@ import struct
 from collections.abc import Sequence
 from typing import Any, Final
 
+import numpy as np
+
 from pelagos.messages.store import Message, serialize
 
 _FORMAT: Final = {"float64": "d", "float32": "f", "int32": "i", "uint32": "I", "uint16": "H", "uint8": "B", "int8": "b"}
@@ -28,7 +30,8 @@ class Template:
         name: message type.
         message: the constant part, with anything in the varying fields.
         varying: "path.to.field:type" or "path.to.array[3]:type" in the order in which `encode` takes the values; types
-            float64, float32, int32, uint32, uint16, uint8, int8.
+            float64, float32, int32, uint32, uint16, uint8, int8, and bytes for a whole array of numbers, whose size is
+            that of the array in `message`. "path.to.array[].flag:bytes" is one byte of every element.
     """
 
     def __init__(self, name: str, message: Message, varying: Sequence[str]) -> None:
@@ -42,7 +45,7 @@ class Template:
             code = struct.Struct("<" + "".join(places[i][1] for i, _ in group))
             self._runs.append((code, group[0][1], first, last + 1))
 
-    def encode(self, *values: float) -> bytearray:
+    def encode(self, *values: float | bytes) -> bytearray:
         """The message with `values` in its varying fields."""
         out = bytearray(self._bytes)
         for code, offset, first, end in self._runs:
@@ -51,28 +54,40 @@ class Template:
 
 
 def _place(name: str, message: Message, path: str, kind: str) -> tuple[int, str]:
-    """Byte offset and struct format of one number."""
-    code = _FORMAT[kind]
-    size = struct.calcsize(code)
+    """Byte offset and struct format of one number or array."""
     marks = []
+    value: Any
     for fill in (0x3A, 0x5B):
         changed = copy.deepcopy(message)
-        (value,) = struct.unpack("<" + code, bytes([fill]) * size)
-        _assign(changed, path, value)
-        marks.append(serialize(name, changed))
-    differing = [i for i, (a, b) in enumerate(zip(*marks, strict=True)) if a != b]
-    assert differing == list(range(differing[0], differing[0] + size)), f"{name}: {path} is not {kind}"
-    return differing[0], code
+        holder, leaf = _holder(changed, path.replace("[].", "."))
+        if "[]." in path:
+            code, value = f"{len(holder)}s", None
+            for element in holder:
+                setattr(element, leaf, fill)
+        elif kind == "bytes":
+            array = np.asarray(getattr(holder, leaf))
+            code = f"{array.nbytes}s"
+            value = np.frombuffer(bytes([fill]) * array.nbytes, dtype=array.dtype)
+        else:
+            code = _FORMAT[kind]
+            (value,) = struct.unpack("<" + code, bytes([fill]) * struct.calcsize(code))
+        if leaf.startswith("["):
+            holder[int(leaf[1:-1])] = value
+        elif value is not None:
+            setattr(holder, leaf, value)
+        marks.append(np.frombuffer(serialize(name, changed), dtype=np.uint8))
+    differing = np.flatnonzero(marks[0] != marks[1])
+    first, size = int(differing[0]), struct.calcsize(code)
+    assert len(differing) == size == differing[-1] - first + 1, f"{name}: {path} is not {kind}"
+    return first, code
 
 
-def _assign(message: Any, path: str, value: float) -> None:
+def _holder(message: Any, path: str) -> tuple[Any, str]:
+    """What holds the last part of a path, and that part."""
     *parents, leaf = path.replace("[", ".[").split(".")
     for part in parents:
         message = message[int(part[1:-1])] if part.startswith("[") else getattr(message, part)
-    if leaf.startswith("["):
-        message[int(leaf[1:-1])] = value
-    else:
-        setattr(message, leaf, value)
+    return message, leaf
 
 
 def _contiguous(places: Sequence[tuple[int, str]]) -> list[list[tuple[int, int]]]:

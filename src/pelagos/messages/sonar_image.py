@@ -1,0 +1,115 @@
+"""Imaging sonars as ROS 2 messages: ProjectedSonarImage, a picture of the fan, the raw signal if any."""
+
+from __future__ import annotations
+
+import math
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pelagos.messages.encoding import PROJECTED, Buffer, Encoding, Site, Topic, seconds_nanoseconds
+from pelagos.messages.fan import FanPreview
+from pelagos.messages.pictures import COMPRESSED_IMAGE, compressed_image, jpeg
+from pelagos.messages.store import header, make, vector3
+from pelagos.messages.template import STAMP, Template
+from pelagos.sensors.sensor import Reading
+
+PROJECTED_IMAGE: Final = "marine_acoustic_msgs/msg/ProjectedSonarImage"
+RAW_IMAGE: Final = "marine_acoustic_msgs/msg/RawSonarImage"
+_UINT8, _FLOAT32 = 0, 8  # SonarImageData.dtype
+_NOMINAL_SOUND_SPEED: Final = 1500.0  # [m/s], only to state a sample rate
+
+
+def imaging_sonar(config: Any, site: Site) -> Encoding:
+    """Data `(n, beams, bins)` as 8 bits over the configured dynamic range, with range-major rows."""
+    azimuth = np.asarray(config.azimuths, dtype=np.float64)
+    frame = site.frame + PROJECTED.suffix
+    image = Template(PROJECTED_IMAGE, _projected(config, azimuth, frame), [*STAMP, "image.data:bytes"])
+    preview = FanPreview(azimuth, config.range_min_m, config.range_max_m, config.bins)
+    topics = [Topic("image", PROJECTED_IMAGE), Topic("preview/compressed", COMPRESSED_IMAGE)]
+    raw: Template | None = None
+    if config.iq:
+        raw = Template(RAW_IMAGE, _raw(config, azimuth, frame), [*STAMP, "image.data:bytes"])
+        topics.append(Topic("raw", RAW_IMAGE))
+
+    def encode(reading: Reading, copy: int) -> tuple[Buffer, ...]:
+        polar = eight_bits(config, reading.data[copy])
+        time = seconds_nanoseconds(reading.t_ns)
+        out: list[Buffer] = [
+            image.encode(*time, polar.T.tobytes()),
+            compressed_image(site.frame, reading.t_ns, jpeg(preview(polar))),
+        ]
+        if raw is not None:
+            signal = np.ascontiguousarray(reading.extras["iq"][copy], dtype=np.complex64)
+            out.append(raw.encode(*time, signal.tobytes()))
+        return tuple(out)
+
+    return Encoding(tuple(topics), encode, (PROJECTED,))
+
+
+def eight_bits(config: Any, image: NDArray[Any]) -> NDArray[np.uint8]:
+    """Levels 0 .. 255 over the configured dynamic range, whatever the configured scale."""
+    if config.scale == "unit":
+        level = image
+    else:
+        decibels = image if config.scale == "db" else 10.0 * np.log10(np.maximum(image, 1e-20))
+        level = np.clip((decibels - config.floor_db) / config.dynamic_range_db, 0.0, 1.0)
+    return np.asarray(level * 255.0 + 0.5, dtype=np.float32).astype(np.uint8)
+
+
+def ranges_of(config: Any) -> NDArray[np.float32]:
+    """`(bins,)` middle of each range bin [m]."""
+    edges = np.linspace(config.range_min_m, config.range_max_m, config.bins + 1)
+    return np.asarray(0.5 * (edges[1:] + edges[:-1]), dtype=np.float32)
+
+
+def _projected(config: Any, azimuth: NDArray[np.float64], frame: str) -> Any:
+    """Beams lie in the y-z plane of a frame with z forward and y to starboard."""
+    directions = [vector3(0.0, -math.sin(a), math.cos(a)) for a in azimuth]
+    return make(
+        PROJECTED_IMAGE,
+        header=header(frame),
+        ping_info=_ping_info(config),
+        beam_directions=directions,
+        ranges=ranges_of(config),
+        image=_data(config.beams, _UINT8, config.beams * config.bins),
+    )
+
+
+def _raw(config: Any, azimuth: NDArray[np.float64], frame: str) -> Any:
+    """In-phase and quadrature as pairs of float32, beam after beam."""
+    zeros = np.zeros(config.beams, dtype=np.float32)
+    bin_width = (config.range_max_m - config.range_min_m) / config.bins
+    return make(
+        RAW_IMAGE,
+        header=header(frame),
+        ping_info=_ping_info(config),
+        sample_rate=_NOMINAL_SOUND_SPEED / (2 * bin_width),
+        samples_per_beam=config.bins,
+        sample0=round(config.range_min_m / bin_width),
+        tx_delays=zeros,
+        tx_angles=zeros,
+        rx_angles=np.asarray(-azimuth, dtype=np.float32),
+        image=_data(config.beams, _FLOAT32, config.beams * config.bins * 8),
+    )
+
+
+def _ping_info(config: Any) -> Any:
+    return make(
+        "marine_acoustic_msgs/msg/PingInfo",
+        frequency=float(config.frequency_hz),
+        sound_speed=0.0,  # not reported
+        tx_beamwidths=np.array([math.radians(config.vertical_beamwidth_deg)], dtype=np.float32),
+        rx_beamwidths=np.array([math.radians(config.beamwidth_deg)], dtype=np.float32),
+    )
+
+
+def _data(beams: int, dtype: int, size: int) -> Any:
+    return make(
+        "marine_acoustic_msgs/msg/SonarImageData",
+        is_bigendian=False,
+        dtype=dtype,
+        beam_count=beams,
+        data=np.zeros(size, dtype=np.uint8),
+    )
