@@ -1,0 +1,239 @@
+"""Light focused by waves: where refracted sunlight crowds together below a rippled surface.
+
+Short waves (0.3-4 m) make the pattern at the depths that a camera sees daylight in: a wave of number k and height a
+focuses at about 4 / (k^2 a). A square tile of sea, periodic in both directions, carries them; its sunlight is
+followed straight down from a grid of surface points to a few depths, and counted there in whole numbers. Energy is
+conserved: the mean of every map is 1. The same tile gives the slopes that bend and mirror what is seen through the
+surface.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Final
+
+import drjit as dr
+import numpy as np
+
+from pelagos import jit
+from pelagos.jit import Array
+from pelagos.optics.interface import refract, sun_below_surface, surface_normal
+from pelagos.optics.water import REFRACTIVE_INDEX
+
+TILE: Final = 8.0  # [m]
+PLANES: Final = (0.8, 2.0, 5.0, 12.0)  # depths of the maps [m]
+CELLS: Final = 128  # of a map, each way
+NODES: Final = 33  # of the grid that carries the ocean's own waves, each way
+NODE_STEP: Final = 1.5  # [m]
+_PHOTONS: Final = 256  # each way
+_GRAVITY: Final = 9.81
+_SURFACE_TENSION: Final = 7.3e-5  # over density [m^3/s^2]
+_GOLDEN: Final = math.pi * (3 - math.sqrt(5))
+
+
+@dataclass(frozen=True)
+class Ripple:
+    """Short waves of a tile: whole-number wave vectors (per tile), heights [m], phases [rad]; each `(waves,)`."""
+
+    i: tuple[int, ...]
+    j: tuple[int, ...]
+    height: tuple[float, ...]
+    phase: tuple[float, ...]
+
+    @property
+    def mean_square_slope(self) -> float:
+        """Variance of the slope, both directions together."""
+        k2 = (2 * math.pi / TILE) ** 2 * (np.square(self.i) + np.square(self.j))
+        return float(0.5 * np.sum(k2 * np.square(self.height)))
+
+
+def ripple(mean_square_slope: float = 0.004, *, waves: int = 28, heading: float = 0.4) -> Ripple:
+    """Short waves with equal slope in equal steps of log wavelength, as in a saturated sea (O. M. Phillips 1958).
+
+    Args:
+        mean_square_slope: 0.003 + 0.00512 U of C. Cox and W. Munk 1954 counts all waves at wind U [m/s]; those of
+            0.3-4 m have less.
+        waves: how many.
+        heading: where they mostly run to [rad].
+    """
+    i, j, height, phase = [], [], [], []
+    for n in range(waves):
+        length = 4.0 * (0.3 / 4.0) ** ((n + 0.5) / waves)
+        spread = (((n * _GOLDEN) % (2 * math.pi)) / math.pi - 1) * 1.4
+        k = TILE / length
+        a, b = round(k * math.cos(heading + spread)), round(k * math.sin(heading + spread))
+        if (a, b) == (0, 0):
+            a = 1
+        number = 2 * math.pi / TILE * math.hypot(a, b)
+        i.append(a)
+        j.append(b)
+        height.append(math.sqrt(2 * mean_square_slope / waves) / number)
+        phase.append((n * n * 2.399963) % (2 * math.pi))
+    return Ripple(tuple(i), tuple(j), tuple(height), tuple(phase))
+
+
+@dataclass
+class Waves:
+    """The sea surface around the cameras at the moments of the lanes, a Dr.Jit struct.
+
+    Attributes:
+        slope_x, slope_y: `Float`, slopes of the short waves, `(lanes, CELLS, CELLS)` flattened, x first.
+        focus: `Float`, `(lanes, planes, CELLS, CELLS)` flattened: irradiance over its mean.
+        swell: the ocean's own waves, None where it is flat.
+    """
+
+    slope_x: Array
+    slope_y: Array
+    focus: Array
+    swell: Swell | None
+
+
+@dataclass
+class Swell:
+    """Elevation of the ocean's waves on a square grid around each camera, a Dr.Jit struct.
+
+    Attributes:
+        elevation: `Float`, `(lanes, NODES, NODES)` flattened, x first [m].
+        corner_x, corner_y: `Float64` `(lanes,)`, world position of node (0, 0) [m].
+    """
+
+    elevation: Array
+    corner_x: Array
+    corner_y: Array
+
+
+def waves_at(sea: Ripple, t: Array, towards_sun: Array, lanes: int, swell: Swell | None = None) -> Waves:
+    """Slopes and light maps at times `t` `(lanes,)` [s] for the sun in direction `towards_sun` (above water)."""
+    slope_x, slope_y = _slopes(sea, t, lanes)
+    return Waves(slope_x, slope_y, _focus(slope_x, slope_y, towards_sun, lanes), swell)
+
+
+def swell_around(elevation: Callable[[Array, Array, Array], Array], position: Array, t: Array, lanes: int) -> Swell:
+    """The ocean's `elevation(x, y, t)`, sampled around positions `Array3f64` `(lanes,)` [m] at times `t` [s].
+
+    Components shorter than two steps of the grid are for the ripple to show.
+    """
+    half = 0.5 * (NODES - 1) * NODE_STEP
+    corner_x = dr.round((position.x - half) / NODE_STEP) * NODE_STEP
+    corner_y = dr.round((position.y - half) / NODE_STEP) * NODE_STEP
+    node = dr.arange(jit.UInt32, lanes * NODES * NODES)
+    lane = node // (NODES * NODES)
+    x = dr.gather(jit.Float64, corner_x, lane) + jit.Float64(node // NODES % NODES) * NODE_STEP
+    y = dr.gather(jit.Float64, corner_y, lane) + jit.Float64(node % NODES) * NODE_STEP
+    return Swell(jit.Float(elevation(x, y, dr.gather(jit.Float64, t, lane))), corner_x, corner_y)
+
+
+def swell_slope(swell: Swell, x: Array, y: Array, lane: Array) -> Array:
+    """Slope `Array2f` of the ocean's waves at world x, y [m], `Float`; beyond the grid, that of its edge."""
+    u = jit.Float((jit.Float64(x) - dr.gather(jit.Float64, swell.corner_x, lane)) / NODE_STEP)
+    v = jit.Float((jit.Float64(y) - dr.gather(jit.Float64, swell.corner_y, lane)) / NODE_STEP)
+    u, v = dr.clip(u, 0, NODES - 1.001), dr.clip(v, 0, NODES - 1.001)
+    i, j = jit.UInt32(u), jit.UInt32(v)
+    a, b = u - jit.Float(i), v - jit.Float(j)
+    base = (lane * NODES + i) * NODES + j
+    z00, z01, z10, z11 = (dr.gather(jit.Float, swell.elevation, base + k) for k in (0, 1, NODES, NODES + 1))
+    return jit.Array2f(dr.lerp(z10 - z00, z11 - z01, b), dr.lerp(z01 - z00, z11 - z10, a)) / NODE_STEP
+
+
+def _slopes(sea: Ripple, t: Array, lanes: int) -> tuple[Array, Array]:
+    cell = dr.arange(jit.UInt32, lanes * CELLS * CELLS)
+    lane = cell // (CELLS * CELLS)
+    u = jit.Float(cell // CELLS % CELLS) * (2 * math.pi / CELLS)
+    v = jit.Float(cell % CELLS) * (2 * math.pi / CELLS)
+    slope_x, slope_y = jit.Float(0), jit.Float(0)
+    for i, j, height, phase in zip(sea.i, sea.j, sea.height, sea.phase, strict=True):
+        kx, ky = 2 * math.pi / TILE * i, 2 * math.pi / TILE * j
+        k = math.hypot(kx, ky)
+        omega = math.sqrt(_GRAVITY * k + _SURFACE_TENSION * k**3)
+        turn = jit.Float64(t) * (omega / (2 * math.pi))
+        angle = jit.Float(turn - dr.floor(turn)) * (2 * math.pi)  # (lanes)
+        wave = -height * dr.sin(i * u + j * v + phase - dr.gather(jit.Float, angle, lane))
+        slope_x, slope_y = slope_x + kx * wave, slope_y + ky * wave
+    return slope_x, slope_y
+
+
+def _focus(slope_x: Array, slope_y: Array, towards_sun: Array, lanes: int) -> Array:
+    photon = dr.arange(jit.UInt32, lanes * _PHOTONS * _PHOTONS)
+    lane = photon // (_PHOTONS * _PHOTONS)
+    x = (jit.Float(photon // _PHOTONS % _PHOTONS) + 0.5) * (TILE / _PHOTONS)
+    y = (jit.Float(photon % _PHOTONS) + 0.5) * (TILE / _PHOTONS)
+    normal = surface_normal(_bilinear2(slope_x, slope_y, x, y, lane))
+    ray = refract(-towards_sun, normal, 1 / REFRACTIVE_INDEX)
+    flat = sun_below_surface(towards_sun)
+    dx, dy = ray.x / -ray.z + flat.x / flat.z, ray.y / -ray.z + flat.y / flat.z
+    size = CELLS * CELLS
+    counts = dr.zeros(jit.UInt32, lanes * len(PLANES) * size)
+    for p, depth in enumerate(PLANES):
+        cx, cy = _wrap((x + dx * depth) * (CELLS / TILE)), _wrap((y + dy * depth) * (CELLS / TILE))
+        dr.scatter_add(counts, jit.UInt32(1), (lane * len(PLANES) + p) * size + cx * CELLS + cy)
+    return _blurred(counts) * (CELLS / _PHOTONS) ** 2
+
+
+def _blurred(counts: Array) -> Array:
+    """Counts under a 3 x 3 tent: the sun is half a degree wide, and photons stand on a grid."""
+    cell = dr.arange(jit.UInt32, dr.width(counts))
+    base = cell // (CELLS * CELLS) * (CELLS * CELLS)
+    x, y = cell // CELLS % CELLS, cell % CELLS
+    total = jit.Float(0)
+    for a in (0, 1, 2):
+        for b in (0, 1, 2):
+            index = base + (x + a + CELLS - 1) % CELLS * CELLS + (y + b + CELLS - 1) % CELLS
+            total += (2 - abs(a - 1)) * (2 - abs(b - 1)) / 16 * jit.Float(dr.gather(jit.UInt32, counts, index))
+    return total
+
+
+def focusing(waves: Waves, x: Array, y: Array, depth: Array, towards_sun_below: Array, lane: Array) -> Array:
+    """Irradiance of the sun's beam over its mean at places below the surface, `Float`.
+
+    Args:
+        waves: maps of the moment.
+        x, y: world position [m], `Float`.
+        depth: [m]; above the surface the result is 1.
+        towards_sun_below: unit vector in the water.
+        lane: `UInt32`, row of `waves`.
+    """
+    back = depth / towards_sun_below.z
+    qx, qy = x + back * towards_sun_below.x, y + back * towards_sun_below.y
+    if waves.swell is not None:  # a tilted surface sends the light elsewhere: by about (1 - 1 / n) of its slope
+        tilt = swell_slope(waves.swell, qx, qy, lane) * (depth * (1 - 1 / REFRACTIVE_INDEX))
+        qx, qy = qx + tilt.x, qy + tilt.y
+    u, v = qx * (CELLS / TILE), qy * (CELLS / TILE)
+    step = dr.log2(dr.maximum(depth, 1e-3) / PLANES[0]) * (1 / math.log2(PLANES[1] / PLANES[0]))
+    step = dr.clip(step, 0, len(PLANES) - 1.001)
+    plane = jit.UInt32(step)
+    fade = step - jit.Float(plane)
+    base = lane * len(PLANES) + plane
+    near, far = _bilinear(waves.focus, u, v, base), _bilinear(waves.focus, u, v, base + 1)
+    shallow = dr.clip(depth / PLANES[0], 0, 1)
+    return dr.lerp(1, dr.lerp(near, far, fade), shallow)
+
+
+def slope(waves: Waves, x: Array, y: Array, lane: Array) -> Array:
+    """Slope of the sea surface at a place, `Array2f`."""
+    short = _bilinear2(waves.slope_x, waves.slope_y, x, y, lane)
+    return short if waves.swell is None else short + swell_slope(waves.swell, x, y, lane)
+
+
+def _bilinear2(a: Array, b: Array, x: Array, y: Array, lane: Array) -> Array:
+    u, v = x * (CELLS / TILE), y * (CELLS / TILE)
+    return jit.Array2f(_bilinear(a, u, v, lane), _bilinear(b, u, v, lane))
+
+
+def _bilinear(table: Array, u: Array, v: Array, row: Array) -> Array:
+    """Periodic interpolation in row `row` of a `(rows, CELLS, CELLS)` table; u, v in cells from the first cell."""
+    fu, fv = dr.floor(u), dr.floor(v)
+    a, b = u - fu, v - fv
+    i0, j0 = _wrap(fu), _wrap(fv)
+    i1, j1 = (i0 + 1) & (CELLS - 1), (j0 + 1) & (CELLS - 1)
+    base = row * (CELLS * CELLS)
+    t00 = dr.gather(jit.Float, table, base + i0 * CELLS + j0)
+    t01 = dr.gather(jit.Float, table, base + i0 * CELLS + j1)
+    t10 = dr.gather(jit.Float, table, base + i1 * CELLS + j0)
+    t11 = dr.gather(jit.Float, table, base + i1 * CELLS + j1)
+    return dr.lerp(dr.lerp(t00, t01, b), dr.lerp(t10, t11, b), a)
+
+
+def _wrap(u: Array) -> Array:
+    return jit.UInt32(jit.Int32(dr.floor(u)) & (CELLS - 1))

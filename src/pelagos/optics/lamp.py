@@ -1,0 +1,96 @@
+"""Lamps of a vehicle: what they light up, and what the water in their cones sends back. Lanes are camera rays."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Final
+
+import drjit as dr
+
+from pelagos import jit
+from pelagos.jit import Array
+from pelagos.optics.phase import henyey_greenstein
+from pelagos.optics.water import MEAN_COSINE, WaterArrays
+
+_SAMPLES: Final = 6  # along a ray through the cone
+_NEAREST: Final = 0.05  # [m], a lamp is not a point closer than this
+
+
+@dataclass
+class Beam:
+    """One lamp at the moments of the lanes, a Dr.Jit struct.
+
+    Attributes:
+        position: `Array3f`, relative to the camera, world axes [m].
+        axis: `Array3f`, unit, world axes.
+        intensity: `Array3f`, on the axis [cd].
+        inner, outer: `Float`, cosine of the angle within which it is full, and beyond which it is none.
+    """
+
+    position: Array
+    axis: Array
+    intensity: Array
+    inner: Array
+    outer: Array
+
+
+def axis_intensity(flux: float, beam_angle: float) -> float:
+    """Candela on the axis of a lamp of `flux` [lm] whose light falls smoothly to none at half of `beam_angle` [rad]."""
+    return flux / (2 * math.pi * (1 - math.cos(0.5 * beam_angle)) * 0.62)
+
+
+def lamp_illuminance(lamp: Beam, water: WaterArrays, point: Array, normal: Array) -> Array:
+    """Irradiance on a surface, `Array3f` [lx]: I exp(-(a + b_b) r) cos / r^2, the beam kept together by forward
+    scattering.
+
+    Args:
+        lamp: see `Beam`.
+        water: its optics.
+        point: `Array3f`, relative to the camera, world axes [m].
+        normal: `Array3f`, unit normal of the surface.
+    """
+    to_lamp = lamp.position - point
+    r = dr.maximum(dr.norm(to_lamp), _NEAREST)
+    direction = to_lamp / r
+    falling = dr.maximum(dr.dot(normal, direction), 0)
+    return _arriving(lamp, water, direction, r) * falling
+
+
+def lamp_backscatter(lamp: Beam, water: WaterArrays, direction: Array, reach: Array) -> Array:
+    """Radiance that the water along a camera ray sends back from one lamp, `Array3f` [cd/m^2], single scattering.
+
+    The integral over the ray of I(angle) exp(-k (r + s)) beta(angle) / r^2 ds, with steps of equal angle seen from
+    the lamp (C. Kulla and M. Fajardo 2012, doi 10.1111/j.1467-8659.2012.03148.x), which makes 1 / r^2 harmless.
+
+    Args:
+        lamp, water: see `lamp_illuminance`.
+        direction: `Array3f`, unit, from the camera.
+        reach: `Float`, length of the ray in water [m].
+    """
+    nearest = dr.dot(lamp.position, direction)
+    off_axis = dr.maximum(dr.norm(lamp.position - nearest * direction), _NEAREST)
+    first = dr.atan2(-nearest, off_axis)
+    last = dr.atan2(reach - nearest, off_axis)
+    step = (last - first) / _SAMPLES
+    keep = water.absorption + water.backscatter
+    total = jit.Array3f(0)
+    for k in range(_SAMPLES):
+        tangent = dr.tan(first + step * (k + 0.5))
+        s = nearest + off_axis * tangent
+        r = off_axis * dr.sqrt(1 + tangent * tangent)
+        to_lamp = (lamp.position - s * direction) / r
+        turn = dr.dot(direction, to_lamp)  # the light goes on along -to_lamp and is turned towards -direction
+        beta = water.water_scattering / (4 * math.pi) + water.particle_scattering * henyey_greenstein(turn, MEAN_COSINE)
+        # ds = off_axis (1 + tan^2) d(angle) = r^2 / off_axis d(angle): the r^2 of spreading cancels
+        total += _cone(lamp, to_lamp) * dr.exp(-keep * (r + dr.maximum(s, 0))) * beta * (step / off_axis)
+    return total * lamp.intensity
+
+
+def _arriving(lamp: Beam, water: WaterArrays, to_lamp: Array, r: Array) -> Array:
+    return lamp.intensity * _cone(lamp, to_lamp) * dr.exp(-(water.absorption + water.backscatter) * r) / (r * r)
+
+
+def _cone(lamp: Beam, to_lamp: Array) -> Array:
+    t = dr.clip((-dr.dot(lamp.axis, to_lamp) - lamp.outer) / (lamp.inner - lamp.outer), 0, 1)
+    return t * t * (3 - 2 * t)

@@ -1,0 +1,103 @@
+"""Lenses as ray generators: for each pixel, the direction it looks in (sensor frame: x forward, y left, z up). NumPy,
+float64.
+
+Pixel (0, 0) is the upper left one and its centre is (0, 0), as in OpenCV; u runs right, v down. In camera coordinates
+of vision (x right, y down, z forward) a point (X, Y, Z) is at u = fx x' + cx, v = fy y' + cy, with (x', y') the
+distorted (X/Z, Y/Z). Sources: D. C. Brown, Photogramm. Eng. 37:855 (1971); the 5-coefficient form (k1, k2, p1, p2,
+k3) of OpenCV.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+_STEPS = 40
+
+
+@dataclass(frozen=True)
+class Intrinsics:
+    """Focal lengths and principal point [px], and image size [px]."""
+
+    fx: float
+    fy: float
+    cx: float
+    cy: float
+    width: int
+    height: int
+
+    def matrix(self) -> NDArray[np.float64]:
+        """`(3, 3)` camera matrix K."""
+        return np.array([[self.fx, 0, self.cx], [0, self.fy, self.cy], [0, 0, 1]], dtype=np.float64)
+
+
+def intrinsics(width: int, height: int, horizontal_fov: float) -> Intrinsics:
+    """Square pixels and a centred axis, for a field of view across the width [rad]."""
+    f = 0.5 * width / math.tan(0.5 * horizontal_fov)
+    return Intrinsics(f, f, 0.5 * (width - 1), 0.5 * (height - 1), width, height)
+
+
+def pixel_grid(camera: Intrinsics) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Normalised image coordinates `(height, width)` of the pixels' centres, x right and y down."""
+    u, v = np.meshgrid(np.arange(camera.width), np.arange(camera.height))
+    return (u - camera.cx) / camera.fx, (v - camera.cy) / camera.fy
+
+
+def brown_conrady(
+    x: NDArray[np.float64], y: NDArray[np.float64], distortion: tuple[float, ...]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Undistorted (X/Z, Y/Z) -> distorted, with (k1, k2, p1, p2, k3)."""
+    k1, k2, p1, p2, k3 = distortion
+    r2 = x * x + y * y
+    radial = 1 + r2 * (k1 + r2 * (k2 + r2 * k3))
+    u = x * radial + 2 * p1 * x * y + p2 * (r2 + 2 * x * x)
+    v = y * radial + p1 * (r2 + 2 * y * y) + 2 * p2 * x * y
+    return np.asarray(u, dtype=np.float64), np.asarray(v, dtype=np.float64)
+
+
+def undistort(
+    xd: NDArray[np.float64], yd: NDArray[np.float64], distortion: tuple[float, ...]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Inverse of `brown_conrady`, by iteration to rounding; NaN where the lens model folds back on itself."""
+    k1, k2, p1, p2, k3 = distortion
+    x, y = np.array(xd, dtype=np.float64), np.array(yd, dtype=np.float64)
+    with np.errstate(all="ignore"):
+        for _ in range(_STEPS):
+            r2 = x * x + y * y
+            radial = 1 + r2 * (k1 + r2 * (k2 + r2 * k3))
+            x, y = (
+                (xd - 2 * p1 * x * y - p2 * (r2 + 2 * x * x)) / radial,
+                (yd - p1 * (r2 + 2 * y * y) - 2 * p2 * x * y) / radial,
+            )
+        back_x, back_y = brown_conrady(x, y, distortion)
+        bad = ~(np.hypot(back_x - xd, back_y - yd) < 1e-6)
+    return np.where(bad, np.nan, x), np.where(bad, np.nan, y)
+
+
+def pinhole_directions(camera: Intrinsics, distortion: tuple[float, ...] = (0.0,) * 5) -> NDArray[np.float64]:
+    """`(height, width, 3)` unit directions in the sensor frame; NaN where the distortion has no inverse."""
+    xd, yd = pixel_grid(camera)
+    x, y = undistort(xd, yd, distortion) if any(distortion) else (xd, yd)
+    return _unit(np.stack([np.ones_like(x), -x, -y], axis=-1))
+
+
+def project(
+    points: NDArray[np.float64], camera: Intrinsics, distortion: tuple[float, ...] = (0.0,) * 5
+) -> NDArray[np.float64]:
+    """Points `(..., 3)` in the sensor frame -> pixels `(..., 2)` (u, v); NaN behind the camera."""
+    with np.errstate(all="ignore"):
+        ahead = np.where(points[..., 0] > 0, points[..., 0], np.nan)
+    x, y = brown_conrady(-points[..., 1] / ahead, -points[..., 2] / ahead, distortion)
+    return np.stack([camera.fx * x + camera.cx, camera.fy * y + camera.cy], axis=-1)
+
+
+def natural_vignette(directions: NDArray[np.float64], strength: float) -> NDArray[np.float64]:
+    """`(height, width)` share of light at each pixel: cos^4 of the angle to the axis, to the power `strength`."""
+    return np.clip(directions[..., 0], 0, 1) ** (4 * strength)
+
+
+def _unit(v: NDArray[np.float64]) -> NDArray[np.float64]:
+    return np.asarray(v / np.linalg.norm(v, axis=-1, keepdims=True), dtype=np.float64)

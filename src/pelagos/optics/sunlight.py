@@ -1,0 +1,205 @@
+"""Light above the sea: the sun's beam, the sky's diffuse light, and how much of both arrives at a depth.
+
+Units are photometric: lux for irradiance, cd/m^2 for radiance, in each channel, with white daylight (sun 45 degrees
+    high) as (1, 1, 1).
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Final
+
+import drjit as dr
+import numpy as np
+
+from pelagos import jit
+from pelagos.jit import Array
+from pelagos.optics.interface import DIFFUSE_TRANSMITTANCE, fresnel, sun_below_surface
+from pelagos.optics.phase import henyey_greenstein
+from pelagos.optics.water import CHANNELS_NM, MEAN_COSINE, REFRACTIVE_INDEX, Triple, WaterArrays
+
+_EXTRATERRESTRIAL_LUX: Final = 133_800.0  # solar illuminance constant
+_AEROSOL: Final = 0.12  # vertical optical thickness at 550 nm, clear maritime air; assumed
+_MOLECULES: Final = 0.0796  # [1/sr], nearly isotropic: 1 / (4 pi)
+_SKY_SPREAD: Final = 0.8  # mean cosine of diffuse light under water about the zenith; assumed
+UPWELLING_FLOOR: Final = 0.06  # irradiance from below over irradiance from above where the water adds nothing; assumed
+
+
+@dataclass(frozen=True)
+class Daylight:
+    """Sun and sky, plain numbers.
+
+    Attributes:
+        towards_sun: unit vector, world NWU.
+        sun: irradiance across the beam at sea level [lx].
+        sky: irradiance of the whole sky on a horizontal surface [lx].
+    """
+
+    towards_sun: Triple
+    sun: Triple
+    sky: Triple
+
+    def arrays(self) -> LightArrays:
+        """The same as Dr.Jit arrays, for frozen functions."""
+        light = LightArrays(*(jit.Array3f(*v) for v in (self.towards_sun, self.sun, self.sky)))
+        dr.make_opaque(light)
+        return light
+
+
+@dataclass
+class LightArrays:
+    """`Daylight` as a Dr.Jit struct of `Array3f`."""
+
+    towards_sun: Array
+    sun: Array
+    sky: Array
+
+
+def daylight(elevation: float, azimuth: float = 0.0, *, cloud: float = 0.0) -> Daylight:
+    """Sun and sky for a height of the sun.
+
+    Direct: Beer's law through Rayleigh (A. T. Young 1980) and aerosol thickness over the relative air mass of F.
+        Kasten and
+    A. T. Young 1989 (doi 10.1364/AO.28.004735). Diffuse: half of what molecules take from the beam, and most of what
+    aerosol takes, comes down (first order). Cloud hides the beam and leaves 30 % of all light under overcast (F.
+    Kasten and G. Czeplak 1980).
+
+    Args:
+        elevation: of the sun over the horizon [rad]; below the horizon only twilight of the sky is left.
+        azimuth: direction of the sun from north, counter-clockwise (NWU) [rad].
+        cloud: share of the sky that is covered, 0 .. 1.
+    """
+    direct, sky = _clear(elevation)
+    reference = sum(_white()) / 3
+    balance = [reference / w for w in _white()]
+    total = [d * max(math.sin(elevation), 0) + s for d, s in zip(direct, sky, strict=True)]
+    dimmed = 1 - 0.7 * cloud**3.4
+    open_sky = (1 - cloud) * dimmed
+    grey = [dimmed * t - open_sky * d * max(math.sin(elevation), 0) for t, d in zip(total, direct, strict=True)]
+    c = math.cos(elevation)
+    towards = (c * math.cos(azimuth), c * math.sin(azimuth), math.sin(elevation))
+    return Daylight(
+        towards_sun=towards,
+        sun=_times([open_sky * d for d in direct], balance),
+        sky=_times(grey, balance),
+    )
+
+
+def _clear(elevation: float) -> tuple[list[float], list[float]]:
+    """Beam and diffuse horizontal irradiance without clouds [lx]."""
+    degrees = math.degrees(elevation)
+    high = max(degrees, 0.0)
+    mass = 1 / (math.sin(math.radians(high)) + 0.50572 * (high + 6.07995) ** -1.6364)
+    direct, sky = [], []
+    for nm, _ in CHANNELS_NM.values():
+        um = nm / 1000
+        rayleigh = 0.00864 * um ** -(3.916 + 0.074 * um + 0.05 / um)
+        aerosol = _AEROSOL * (um / 0.55) ** -1.0
+        beam = _EXTRATERRESTRIAL_LUX * math.exp(-mass * (rayleigh + aerosol))
+        above = max(math.sin(elevation), 0.0)
+        lost = 0.5 * (1 - math.exp(-mass * rayleigh)) + 0.75 * math.exp(-mass * rayleigh) * (
+            1 - math.exp(-mass * aerosol)
+        )
+        twilight = 400.0 * math.exp(min(degrees, 0.0) * 0.75)  # [lx], after the sun has set; about a factor 2 a degree
+        direct.append(beam if degrees > 0 else 0.0)
+        sky.append(_EXTRATERRESTRIAL_LUX * lost * above + twilight)
+    return direct, sky
+
+
+def _white() -> list[float]:
+    direct, sky = _clear(math.radians(45))
+    return [d * math.sin(math.radians(45)) + s for d, s in zip(direct, sky, strict=True)]
+
+
+def _times(a: list[float], b: list[float]) -> Triple:
+    r, g, bl = (float(x) for x in np.multiply(a, b))
+    return r, g, bl
+
+
+@dataclass
+class LightAtDepth:
+    """Light in the water at one depth, a Dr.Jit struct.
+
+    Attributes:
+        towards_sun: `Array3f`, direction that the beam comes from, in the water.
+        beam: `Array3f`, irradiance across what is still a beam [lx].
+        diffuse: `Array3f`, irradiance on a horizontal surface of the light that no longer is [lx].
+        upwelling: `Array3f`, irradiance from below on a horizontal surface [lx].
+        sharpness: `Float`, 0 .. 1: how much of the pattern of the waves is left in the beam.
+    """
+
+    towards_sun: Array
+    beam: Array
+    diffuse: Array
+    upwelling: Array
+    sharpness: Array
+
+
+def light_at_depth(light: LightArrays, water: WaterArrays, depth: Array) -> LightAtDepth:
+    """What a depth gets of sun and sky: Ed(z) = Ed(0) exp(-Kd z), split into beam and diffuse light.
+
+    A beam forgets its direction over the transport length 1 / (b_w + b_p (1 - g)); the fine pattern of the waves is
+    lost over a quarter of the scattering length's inverse (scattering by a few degrees; assumed).
+
+    Args:
+        light: above the surface.
+        water: its optics.
+        depth: below the surface [m]; above it everything is as in air.
+    """
+    below = dr.maximum(depth, 0)
+    wet = depth > 0
+    sun_w = sun_below_surface(light.towards_sun)
+    mu_air = dr.maximum(light.towards_sun.z, 0)
+    through = (1 - fresnel(mu_air, REFRACTIVE_INDEX)) * mu_air
+    plane_beam = light.sun * dr.select(wet, through, mu_air)
+    plane_sky = light.sky * dr.select(wet, DIFFUSE_TRANSMITTANCE, 1)
+    decay = dr.exp(-water.downwelling * below)
+    b_green = water.particle_scattering.y
+    kept = dr.exp(-(water.water_scattering + (1 - MEAN_COSINE) * water.particle_scattering) * below / sun_w.z)
+    beam_share = plane_beam * decay * kept
+    diffuse = (plane_beam + plane_sky) * decay - beam_share
+    reflectance = 0.33 * water.backscatter / (water.absorption + water.backscatter)  # H. R. Gordon et al. 1975
+    return LightAtDepth(
+        towards_sun=dr.select(wet, sun_w, light.towards_sun),
+        beam=beam_share / dr.select(wet, sun_w.z, dr.maximum(mu_air, 1e-3)),
+        diffuse=diffuse,
+        upwelling=(plane_beam + plane_sky) * decay * (UPWELLING_FLOOR + reflectance),
+        sharpness=dr.select(wet, dr.exp(-0.25 * b_green * below), 0),
+    )
+
+
+def scattered_daylight(light: LightArrays, water: WaterArrays, depth: Array, direction: Array) -> Array:
+    """Radiance that a metre of water sends towards the eye from sun and sky, `Array3f` [cd/m^2 per m].
+
+    Args:
+        light, water: see `light_at_depth`.
+        depth: of that metre [m].
+        direction: of sight, away from the eye.
+    """
+    here = light_at_depth(light, water, depth)
+    to_sun = dr.dot(direction, here.towards_sun)
+    from_zenith = direction.z
+    beam = water.water_scattering * _MOLECULES + water.particle_scattering * henyey_greenstein(to_sun, MEAN_COSINE)
+    cone = MEAN_COSINE * _SKY_SPREAD
+    sky = water.water_scattering * _MOLECULES + water.particle_scattering * henyey_greenstein(from_zenith, cone)
+    up = water.water_scattering * _MOLECULES + water.particle_scattering * henyey_greenstein(-from_zenith, 0.5)
+    return here.beam * beam + 1.2 * here.diffuse * sky + here.upwelling * up
+
+
+def sky_radiance(light: LightArrays, direction: Array, *, glare: float = 1.0) -> Array:
+    """Radiance of the sky above water [cd/m^2]: brighter to the horizon and around the sun, never below the horizon.
+
+    Args:
+        light: see `Daylight`.
+        direction: unit vector away from the eye.
+        glare: share of the sun's own light that is let in, spread over its aureole.
+    """
+    up = dr.clip(direction.z, 0, 1)
+    mean = light.sky / math.pi
+    horizon = dr.exp(-6 * up)
+    blue = jit.Array3f(0.75, 0.95, 1.25)  # clear sky away from the horizon, relative to its mean; assumed
+    base = mean * (blue * (0.8 + 0.2 * (1 - up)) * (1 - 0.6 * horizon) + 0.95 * horizon)
+    near_sun = dr.clip(dr.dot(direction, light.towards_sun), -1, 1)
+    aureole = 0.02 * henyey_greenstein(near_sun, 0.9) + 0.012 * henyey_greenstein(near_sun, 0.985)
+    return base + glare * light.sun * aureole

@@ -1,0 +1,55 @@
+"""Light along a line of sight through water: what is left of a surface's light, and what the water adds.
+
+Linear light throughout. With range z, absorption a, scattering b, backscatter b_b:
+
+    I = J e^{-c' z}  +  near(J (T_1 - e^{-c' z}))  +  far(J (T_2 - T_1))  +  B (1 - e^{-kappa z})
+
+The first term is the sharp image. Petzold's measurements put a fifth of all scattering within one degree and half
+within about five (C. D. Mobley, Light and Water, 1994, Section 3.8), so that c' = a + 0.8 b is what a pixel, and a
+beam transmissometer with its acceptance of a degree, see as attenuation. Light scattered by a few degrees still
+arrives near its place, T_1 = e^{-(a + b / 2) z}, and light scattered forward by more arrives farther off, T_2 =
+e^{-(a + b_b) z}: B. L. McGlamery, Proc. SPIE 208:221 (1979), J. S. Jaffe 1990 (doi 10.1109/48.50695). The last term
+is veiling light with its own rate, as D. Akkaynak and T. Treibitz 2018 (doi 10.1109/CVPR.2018.00703) ask for: along a
+ray that rises with slope d_z the light that fills the water changes with exp(Kd d_z s), so kappa = a + b_b - Kd d_z.
+"""
+
+from __future__ import annotations
+
+from typing import Final
+
+import drjit as dr
+
+from pelagos.jit import Array
+from pelagos.optics.water import WaterArrays
+
+WITHIN_A_DEGREE: Final = 0.2  # of all scattering
+WITHIN_FIVE_DEGREES: Final = 0.5
+
+
+def sharp_transmission(water: WaterArrays, distance: Array) -> Array:
+    """e^{-(a + 0.8 b) z}, `Array3f`: share of a point's light that arrives within a degree of its direction."""
+    return dr.exp(-(water.absorption + (1 - WITHIN_A_DEGREE) * water.scattering) * distance)
+
+
+def near_transmission(water: WaterArrays, distance: Array) -> Array:
+    """e^{-(a + b / 2) z}, `Array3f`: share that arrives from within about five degrees."""
+    return dr.exp(-(water.absorption + (1 - WITHIN_FIVE_DEGREES) * water.scattering) * distance)
+
+
+def total_transmission(water: WaterArrays, distance: Array) -> Array:
+    """e^{-(a + b_b) z}, `Array3f`: share that arrives at all, nearly forward scattered light included."""
+    return dr.exp(-(water.absorption + water.backscatter) * distance)
+
+
+def veil_length(water: WaterArrays, rise: Array, distance: Array) -> Array:
+    """(1 - e^{-kappa z}) / kappa [m], `Array3f`: how many metres' worth of the light scattered at the eye is added.
+
+    Args:
+        water: its optics.
+        rise: upward component of the unit line of sight.
+        distance: in water [m].
+    """
+    kappa = water.absorption + water.backscatter - water.downwelling * rise
+    x = kappa * distance
+    small = dr.abs(x) < 1e-3
+    return dr.select(small, distance * (1 - 0.5 * x), (1 - dr.exp(-x)) / dr.select(small, 1, kappa))

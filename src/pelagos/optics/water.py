@@ -1,0 +1,218 @@
+"""What ten kinds of sea water do to light, per camera channel: absorption, scattering, backscatter, attenuation.
+
+How the inherent properties of each Jerlov type are made, wavelength by wavelength:
+
+* Kd, downward diffuse attenuation, is tabulated and taken as it is (I-1C: R. W. Austin and T. J. Petzold, SIO Ref.
+  84-3, 1984; 3C-9C: N. G. Jerlov, Marine Optics, 2nd ed. 1976, Table XXVII). It is never used as a beam attenuation.
+* b, scattering: pure sea water (A. Morel 1974) plus particles with b_p ~ wavelength^-1.9 (middle of the small and
+  large particles of O. V. Kopelevich 1983), scaled to the green-band values of M. G. Solonenko and C. D. Mobley,
+  Appl. Opt. 54:5392 (2015), doi 10.1364/AO.54.005392.
+* a, absorption, is what makes both agree: Kd^2 = a^2 + 0.256 a b for light from the zenith (J. T. O. Kirk, Limnol.
+  Oceanogr. 29:350, 1984, doi 10.4319/lo.1984.29.2.0350, equation 8), but never below pure water (R. M. Pope and E. S.
+  Fry, Appl. Opt. 36:8710, 1997, doi 10.1364/AO.36.008710). Where pure water alone already uses up Kd, particles
+  scatter less, down to none: the clear types in red.
+* b_b, backscatter: half of the water's scattering, and 0.0183 of the particles' (Petzold's average particle, C. D.
+  Mobley, Light and Water, 1994, Table 3.10).
+
+Channels are broad. A camera's red, green and blue are taken as Gaussians (`CHANNELS_NM`), and each coefficient is its
+mean under the channel's sensitivity.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Final, Literal, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pelagos import jit
+from pelagos.errors import LookupFailed
+from pelagos.jit import Array
+
+JerlovType: TypeAlias = Literal["I", "IA", "IB", "II", "III", "1C", "3C", "5C", "7C", "9C"]
+Triple: TypeAlias = tuple[float, float, float]
+
+REFRACTIVE_INDEX: Final = (
+    1.34  # sea water at 20 degC, 35 g/kg, 550 nm (X. Quan and E. S. Fry, Appl. Opt. 34:3477, 1995)
+)
+PARTICLE_BACKSCATTER: Final = 0.0183  # share of b_p, Petzold's average particle
+MEAN_COSINE: Final = 0.924  # of the same phase function
+KIRK_G: Final = 0.256  # for light from the zenith
+
+CHANNELS_NM: Final[dict[str, tuple[float, float]]] = {
+    "red": (605.0, 30.0),
+    "green": (535.0, 38.0),
+    "blue": (465.0, 30.0),
+}
+"""Centre and standard deviation [nm] of each channel, about those of common RGB sensors behind an infrared filter."""
+
+_NM: Final = np.arange(400.0, 701.0, 5.0)
+_KD_NM: Final = np.arange(400.0, 701.0, 25.0)
+_KD: Final[dict[str, tuple[float, ...]]] = {
+    "I": (0.0217, 0.0185, 0.0176, 0.0184, 0.0280, 0.0504, 0.0640, 0.0931, 0.2408, 0.3174, 0.3559, 0.4372, 0.6513),
+    "IA": (0.0316, 0.0280, 0.0257, 0.0250, 0.0332, 0.0545, 0.0674, 0.0960, 0.2437, 0.3206, 0.3601, 0.4410, 0.6530),
+    "IB": (0.0438, 0.0395, 0.0355, 0.0330, 0.0396, 0.0596, 0.0715, 0.0995, 0.2471, 0.3245, 0.3652, 0.4457, 0.6550),
+    "II": (0.0878, 0.0814, 0.0714, 0.0620, 0.0627, 0.0779, 0.0863, 0.1122, 0.2595, 0.3389, 0.3837, 0.4626, 0.6623),
+    "III": (0.1697, 0.1594, 0.1381, 0.1160, 0.1056, 0.1120, 0.1139, 0.1359, 0.2826, 0.3655, 0.4181, 0.4942, 0.6760),
+    "1C": (0.2516, 0.2374, 0.2048, 0.1700, 0.1486, 0.1461, 0.1415, 0.1596, 0.3057, 0.3922, 0.4525, 0.5257, 0.6896),
+    "3C": (0.78, 0.54, 0.39, 0.29, 0.22, 0.20, 0.19, 0.21, 0.33, 0.40, 0.46, 0.56, 0.71),
+    "5C": (1.1, 0.78, 0.56, 0.43, 0.36, 0.31, 0.30, 0.33, 0.40, 0.48, 0.54, 0.65, 0.80),
+    "7C": (1.6, 1.2, 0.89, 0.71, 0.58, 0.49, 0.46, 0.46, 0.48, 0.54, 0.63, 0.78, 0.92),
+    "9C": (2.4, 1.9, 1.6, 1.23, 0.99, 0.78, 0.63, 0.58, 0.60, 0.65, 0.76, 0.92, 1.1),
+}  # fmt: skip
+JERLOV_TYPES: Final = tuple(_KD)
+
+_B_GREEN: Final[dict[str, float]] = {  # particles and water together, in the band around 550 nm [1/m]
+    "I": 0.0017, "IA": 0.0035, "IB": 0.0536, "II": 0.358, "III": 0.980,
+    "1C": 0.365, "3C": 1.060, "5C": 1.330, "7C": 2.350, "9C": 3.120,
+}  # fmt: skip
+_PARTICLE_SLOPE: Final = 1.9
+
+_PURE_NM: Final = np.arange(400.0, 701.0, 10.0)
+_PURE_A: Final = (
+    0.00663, 0.00473, 0.00454, 0.00495, 0.00635, 0.00922, 0.00979, 0.0106, 0.0127, 0.0150, 0.0204, 0.0325, 0.0409,
+    0.0434, 0.0474, 0.0565, 0.0619, 0.0695, 0.0896, 0.1351, 0.2224, 0.2644, 0.2755, 0.2916, 0.3108, 0.340, 0.410,
+    0.439, 0.465, 0.516, 0.624,
+)  # fmt: skip
+
+
+@dataclass(frozen=True)
+class WaterOptics:
+    """Optical properties of sea water for the three channels (red, green, blue), plain numbers.
+
+    Attributes:
+        name: Jerlov type, or where it came from.
+        absorption: a [1/m].
+        water_scattering: scattering by the water itself, b_w [1/m]; nearly isotropic.
+        particle_scattering: b_p [1/m]; strongly forward.
+        downwelling: Kd [1/m], for irradiance from above against depth only.
+    """
+
+    name: str
+    absorption: Triple
+    water_scattering: Triple
+    particle_scattering: Triple
+    downwelling: Triple
+
+    @property
+    def scattering(self) -> Triple:
+        """b = b_w + b_p [1/m]."""
+        return _triple(np.add(self.water_scattering, self.particle_scattering))
+
+    @property
+    def attenuation(self) -> Triple:
+        """Beam attenuation c = a + b [1/m]."""
+        return _triple(np.add(self.absorption, self.scattering))
+
+    @property
+    def backscatter(self) -> Triple:
+        """b_b [1/m]: scattering by more than 90 degrees."""
+        particles = np.multiply(PARTICLE_BACKSCATTER, self.particle_scattering)
+        return _triple(np.add(np.multiply(0.5, self.water_scattering), particles))
+
+    def arrays(self) -> WaterArrays:
+        """The same as Dr.Jit arrays, for frozen functions."""
+        import drjit as dr
+
+        water = WaterArrays(*(jit.Array3f(*v) for v in (self.absorption, self.water_scattering,
+                                                       self.particle_scattering, self.downwelling)))  # fmt: skip
+        dr.make_opaque(water)
+        return water
+
+
+@dataclass
+class WaterArrays:
+    """`WaterOptics` as a Dr.Jit struct of `Array3f` (red, green, blue) [1/m]."""
+
+    absorption: Array
+    water_scattering: Array
+    particle_scattering: Array
+    downwelling: Array
+
+    @property
+    def scattering(self) -> Array:
+        """b = b_w + b_p [1/m]."""
+        return self.water_scattering + self.particle_scattering
+
+    @property
+    def attenuation(self) -> Array:
+        """Beam attenuation c = a + b [1/m]."""
+        return self.absorption + self.scattering
+
+    @property
+    def backscatter(self) -> Array:
+        """b_b [1/m]."""
+        return 0.5 * self.water_scattering + PARTICLE_BACKSCATTER * self.particle_scattering
+
+
+def water_optics(jerlov_type: str, *, turbidity: float = 1.0) -> WaterOptics:
+    """Channel-mean properties of a Jerlov type.
+
+    Args:
+        jerlov_type: one of `JERLOV_TYPES`.
+        turbidity: factor on the particles' scattering (1 is the type's own); Kd grows with it as Kirk's equation says.
+
+    Raises:
+        LookupFailed: no such type.
+    """
+    if jerlov_type not in _KD:
+        raise LookupFailed("Jerlov water type", jerlov_type, JERLOV_TYPES)
+    s = spectra(jerlov_type)
+    particles = turbidity * s.particle_scattering
+    kd = s.downwelling * _kirk(s.absorption, s.water_scattering + particles) / _kirk(s.absorption, s.scattering)
+    return WaterOptics(
+        name=jerlov_type if turbidity == 1 else f"{jerlov_type} with {turbidity:g} x its particles",
+        absorption=channel_means(s.absorption),
+        water_scattering=channel_means(s.water_scattering),
+        particle_scattering=channel_means(particles),
+        downwelling=channel_means(kd),
+    )
+
+
+@dataclass(frozen=True)
+class Spectra:
+    """Properties of one type against wavelength, each `(61,)` [1/m] at `nm` [nm]."""
+
+    nm: NDArray[np.float64]
+    absorption: NDArray[np.float64]
+    water_scattering: NDArray[np.float64]
+    particle_scattering: NDArray[np.float64]
+    downwelling: NDArray[np.float64]
+
+    @property
+    def scattering(self) -> NDArray[np.float64]:
+        """b = b_w + b_p."""
+        return self.water_scattering + self.particle_scattering
+
+
+def spectra(jerlov_type: str) -> Spectra:
+    """400-700 nm in steps of 5 nm, made as the module's docstring says."""
+    kd = np.interp(_NM, _KD_NM, _KD[jerlov_type])
+    pure = np.interp(_NM, _PURE_NM, _PURE_A)
+    water = 0.00288 * (_NM / 500.0) ** -4.32
+    particles = max(_B_GREEN[jerlov_type] - 0.00288 * 1.1**-4.32, 0.0) * (_NM / 550.0) ** -_PARTICLE_SLOPE
+    gb = KIRK_G * (water + particles)
+    a = np.maximum(0.5 * (np.sqrt(gb**2 + 4 * kd**2) - gb), pure)
+    most = np.maximum((kd**2 - a**2) / (KIRK_G * a) - water, 0.0)
+    return Spectra(_NM, a, water, np.minimum(particles, most), kd)
+
+
+def channel_means(spectrum: NDArray[np.float64]) -> Triple:
+    """Mean of a spectrum `(61,)` under the sensitivity of red, green and blue."""
+    return _triple(channel_weights() @ spectrum)
+
+
+def channel_weights() -> NDArray[np.float64]:
+    """`(3, 61)` share of each 5-nm band in red, green, blue; rows sum to 1."""
+    w = np.array([np.exp(-0.5 * ((_NM - mean) / sigma) ** 2) for mean, sigma in CHANNELS_NM.values()])
+    return np.asarray(w / w.sum(axis=1, keepdims=True))
+
+
+def _kirk(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.float64]:
+    return np.sqrt(a * a + KIRK_G * a * b)
+
+
+def _triple(values: NDArray[np.float64]) -> Triple:
+    r, g, b = (float(v) for v in values)
+    return r, g, b

@@ -1,0 +1,139 @@
+"""The order of an image's rays: square tiles, so that neighbouring lanes look at neighbouring places.
+
+Rays of one tile hit the same triangles, which the ray caster likes, and their sums are the coarse image that glow and
+metering need. A lane is (image, tile, row in tile, column in tile); images whose size is no multiple of a tile have
+idle lanes at their edge.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Final
+
+import drjit as dr
+import numpy as np
+from numpy.typing import NDArray
+
+from pelagos import jit
+from pelagos.jit import Array
+
+TILE: Final = 16  # pixels, each way
+
+
+@dataclass(frozen=True)
+class Tiling:
+    """Size of an image [px] and its tiles."""
+
+    width: int
+    height: int
+
+    @property
+    def across(self) -> int:
+        """Tiles in a row."""
+        return -(-self.width // TILE)
+
+    @property
+    def down(self) -> int:
+        """Rows of tiles."""
+        return -(-self.height // TILE)
+
+    @property
+    def tiles(self) -> int:
+        """Tiles of an image."""
+        return self.across * self.down
+
+    @property
+    def lanes(self) -> int:
+        """Rays of an image, idle ones included."""
+        return self.tiles * TILE * TILE
+
+    def arrange(self, values: NDArray[np.float64]) -> NDArray[np.float32]:
+        """`(height, width, ...)` -> `(lanes, ...)`; idle lanes repeat the edge."""
+        rows, columns = self._places()
+        return np.asarray(
+            values[np.minimum(rows, self.height - 1), np.minimum(columns, self.width - 1)], dtype=np.float32
+        )
+
+    def _places(self) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+        k = np.arange(self.lanes)
+        tile, inner = k // TILE**2, k % TILE**2
+        return tile // self.across * TILE + inner // TILE, tile % self.across * TILE + inner % TILE
+
+
+@dataclass
+class Pixels:
+    """Where each lane of `images` images belongs, a Dr.Jit struct.
+
+    Attributes:
+        image: `UInt32`, which image.
+        ray: `UInt32`, lane within its image.
+        column, row: `UInt32` [px].
+        active: `Bool`, not idle.
+    """
+
+    image: Array
+    ray: Array
+    column: Array
+    row: Array
+    active: Array
+
+
+def pixels(tiling: Tiling, images: int) -> Pixels:
+    """The lanes of `images` images."""
+    lane = dr.arange(jit.UInt32, images * tiling.lanes)
+    image = lane // tiling.lanes
+    ray = lane - image * tiling.lanes
+    tile, inner = ray // (TILE * TILE), ray % (TILE * TILE)
+    column = tile % tiling.across * TILE + inner % TILE
+    row = tile // tiling.across * TILE + inner // TILE
+    return Pixels(image, ray, column, row, (column < tiling.width) & (row < tiling.height))
+
+
+def tile_means(values: Array, active: Array) -> Array:
+    """Mean over the active lanes of each tile, `(images * tiles,)`, `Float` or `Array3f`; summed in fixed order."""
+    count = dr.block_sum(dr.select(active, jit.Float(1), 0), TILE * TILE)
+    return dr.block_sum(dr.select(active, values, 0), TILE * TILE) / count
+
+
+def image_means(values: Array, active: Array, tiling: Tiling) -> Array:
+    """Mean over each image, `(images,)`."""
+    tile_sums = dr.block_sum(dr.select(active, values, 0), TILE * TILE)
+    return dr.block_sum(tile_sums, tiling.tiles) / (tiling.width * tiling.height)
+
+
+def smooth_tiles(means: Array, tiling: Tiling, images: int) -> Array:
+    """`Array3f` of tiles under a 3 x 3 tent, repeating the edge."""
+    tile = dr.arange(jit.UInt32, images * tiling.tiles)
+    image, inner = tile // tiling.tiles, tile % tiling.tiles
+    x, y = jit.Int32(inner % tiling.across), jit.Int32(inner // tiling.across)
+    total = jit.Array3f(0)
+    for a in (-1, 0, 1):
+        for b in (-1, 0, 1):
+            cx, cy = dr.clip(x + a, 0, tiling.across - 1), dr.clip(y + b, 0, tiling.down - 1)
+            source = image * tiling.tiles + jit.UInt32(cy * tiling.across + cx)
+            total += (2 - abs(a)) * (2 - abs(b)) / 16 * dr.gather(jit.Array3f, means, source)
+    return total
+
+
+def between_tiles(means: Array, tiling: Tiling, where: Pixels) -> Array:
+    """`Array3f` by tile, interpolated to every lane."""
+    x = (jit.Float(where.column) + 0.5) / TILE - 0.5
+    y = (jit.Float(where.row) + 0.5) / TILE - 0.5
+    x, y = dr.clip(x, 0, tiling.across - 1), dr.clip(y, 0, tiling.down - 1)
+    i, j = jit.UInt32(x), jit.UInt32(y)
+    a, b = x - jit.Float(i), y - jit.Float(j)
+    i1, j1 = dr.minimum(i + 1, tiling.across - 1), dr.minimum(j + 1, tiling.down - 1)
+    base = where.image * tiling.tiles
+
+    def at(column: Array, row: Array) -> Array:
+        return dr.gather(jit.Array3f, means, base + row * tiling.across + column)
+
+    return dr.lerp(dr.lerp(at(i, j), at(i1, j), a), dr.lerp(at(i, j1), at(i1, j1), a), b)
+
+
+def image_rows(values: Array, tiling: Tiling, where: Pixels, images: int) -> Array:
+    """Lanes back to `(images, height, width)` flattened, `values` of any type."""
+    out = dr.zeros(type(values), images * tiling.width * tiling.height)
+    index = (where.image * tiling.height + where.row) * tiling.width + where.column
+    dr.scatter(out, values, index, where.active)
+    return out

@@ -1,0 +1,177 @@
+"""The camera's pictures: size, repeatability, exposure, noise, lamps."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+from typing import Any
+
+import drjit as dr
+import numpy as np
+import pytest
+
+from pelagos import jit
+from pelagos.optics.water import water_optics
+from pelagos.raycast.geometry import Geometry
+from pelagos.raycast.rays import NO_BODY
+from pelagos.raycast.scene import Scene
+from pelagos.sensors.camera import Camera, CameraConfig
+from pelagos.sensors.sensor import Kinematics, SensorContext
+from pelagos.world.material import MATERIALS, material_tables
+
+
+def plate(z: float, material: int = 0) -> Geometry:
+    """A square of 200 m at height z."""
+    corners = np.array([[-100, -100, z], [100, -100, z], [100, 100, z], [-100, 100, z]], dtype=float)
+    faces = np.array([[0, 1, 2], [0, 2, 3]], dtype=np.uint32)
+    return Geometry(corners, faces, material, 7, 1)
+
+
+def context(
+    *, water: str = "II", sun_deg: float = 50.0, seed: int = 1, copies: int = 1, floor: str = "sand", z: float = -8.0
+) -> SensorContext:
+    materials = [MATERIALS[floor]]
+    world: Any = SimpleNamespace(material_tables=lambda: material_tables(materials))
+    ocean: Any = SimpleNamespace(
+        water=water_optics(water),
+        sun_elevation=jit.Float(np.radians(sun_deg)),
+        sun_azimuth=jit.Float(2.5),
+        waves=None,
+    )
+    return SensorContext(
+        path="auv0.camera",
+        seed=seed,
+        dt_ns=5_000_000,
+        scene=Scene([plate(z)], copies=copies),
+        world=world,
+        ocean=ocean,
+        own_body=np.full(copies, NO_BODY, np.uint32),
+    )
+
+
+def looking_down(*, copies: int = 1, tick: int = 0, height: float = -5.0, first: int = 0) -> Kinematics:
+    """At rest, nose down, `copies` lanes."""
+    half = np.sqrt(0.5)
+    zero = dr.zeros(jit.Float64, copies)
+    u = dr.zeros(jit.UInt32, copies)
+    still = jit.Array3f64(zero, zero, zero)
+    motion = Kinematics(
+        position=jit.Array3f64(zero, zero, zero + height),
+        attitude=jit.Array4f64(zero + half, zero, zero + half, zero),
+        velocity=still,
+        angular_velocity=still,
+        acceleration=still,
+        angular_acceleration=still,
+        t_ns=jit.UInt64(u) + tick * 5_000_000,
+        tick=u + tick,
+        environment=dr.arange(jit.UInt32, copies) + first,
+        copy=dr.arange(jit.UInt32, copies),
+    )
+    dr.eval(motion)
+    return motion
+
+
+def camera(context: SensorContext, **keys: Any) -> Camera:
+    return Camera(CameraConfig(**{"type": "camera", "width_px": 72, "height_px": 50} | keys), context)
+
+
+def test_sizes_that_are_no_multiple_of_a_tile():
+    got = camera(context()).sense(looking_down(copies=1))
+    assert got.data.shape == got.truth.shape == (1, 50, 72, 3)
+    assert got.data.dtype == np.uint8
+    assert got.extras["exposure_s"].shape == (1,)
+    assert 20 < got.truth.mean() < 200
+    assert got.truth[0, 0, 0].any()
+    assert got.truth[0, -1, -1].any()
+
+
+def test_same_seed_same_bytes_and_another_seed_other_noise():
+    motion = looking_down()
+    a, b = (camera(context()).sense(motion).data for _ in range(2))
+    other = camera(context(seed=2)).sense(motion)
+    assert np.array_equal(a, b)
+    assert not np.array_equal(a, other.data)
+    assert np.array_equal(camera(context()).sense(motion).truth, other.truth)
+
+
+def test_copy_of_a_fleet_gives_the_bytes_of_one():
+    fleet = camera(context(copies=3)).sense(looking_down(copies=3, tick=7))
+    for copy in range(3):
+        alone = camera(context()).sense(looking_down(tick=7, first=copy))
+        assert np.array_equal(fleet.data[copy], alone.data[0])
+    assert not np.array_equal(fleet.data[0], fleet.data[1])
+    assert np.array_equal(fleet.truth[0], fleet.truth[1])
+
+
+def test_frozen_equals_plain_and_replays():
+    one = camera(context())
+    frames = [one.sense(looking_down(tick=tick)).data for tick in (0, 4, 0, 4)]
+    assert np.array_equal(frames[0], frames[2])
+    assert np.array_equal(frames[1], frames[3])
+    assert not np.array_equal(frames[0], frames[1])
+    scene = one._context.scene
+    plain = one._measurement(*one._make(scene.static, scene.moving)(*one._arguments(looking_down(tick=4))))
+    assert np.array_equal(plain.data, frames[1])
+
+
+def test_meter_makes_middle_grey():
+    got = camera(context(), vignette=0.0, highlight_knee=1.0).sense(looking_down())
+    linear = np.where(got.truth > 10.3, ((got.truth / 255 + 0.055) / 1.055) ** 2.4, got.truth / 255 / 12.92)
+    luminance = linear[0] @ [0.2126, 0.7152, 0.0722]
+    assert luminance.mean() == pytest.approx(0.18, abs=0.004)  # half a step of 8 bits at 0.18 is 0.002
+
+
+def test_meter_stops_at_its_limits_in_the_dark():
+    got = camera(context(sun_deg=-40.0), iso=200, iso_max=800).sense(looking_down())
+    assert got.extras["iso"][0] == 800
+    assert got.extras["exposure_s"][0] == pytest.approx(0.01)
+    assert got.truth.mean() < 5
+
+
+@pytest.mark.parametrize(("key", "factor"), [("shutter_s", 2.0), ("iso", 2.0), ("aperture", 2**-0.5)])
+def test_one_stop_doubles_the_signal(key: str, factor: float):
+    base: dict[str, Any] = {"exposure": "manual", "shutter_s": 2e-5, "iso": 100.0, "aperture": 2.8}
+    dim = signal(base)
+    bright = signal(base | {key: base[key] * factor})
+    assert bright / dim == pytest.approx(2.0, rel=1e-5)
+
+
+def signal(keys: dict[str, Any]) -> Any:
+    one = camera(context(), **keys)
+    found = {name: values for name, values, _ in one.explain(looking_down())}
+    return float(found["signal"].mean())
+
+
+def test_noise_variance_is_signal_and_reading_over_gain():
+    """EMVA 1288: variance of electrons = electrons + read noise^2, here before the tone curve."""
+    one = camera(context(z=-30.0), width_px=320, height_px=320, exposure="manual", shutter_s=0.002, iso=400.0,
+                 read_noise_e=20.0, dark_current_e_per_s=0.0)  # fmt: skip
+    found = {name: values for name, values, _ in one.explain(looking_down(height=-4.0))}
+    capacity = 10000 * 100 / 400
+    electrons = found["signal"] * capacity
+    normal = (found["signal with noise"] - found["signal"]) * capacity / np.sqrt(electrons + 400)
+    count = normal.size
+    assert abs(normal.mean()) < 4 / np.sqrt(count)  # 4 standard errors
+    assert abs(normal.var() - 1) < 4 * np.sqrt(2 / count)
+    assert electrons.mean() > 50
+
+
+def test_lamp_lights_what_the_night_hides():
+    dark = camera(context(sun_deg=-60.0)).sense(looking_down())
+    lamp = {"position_m": (0.0, 0.4, 0.0), "flux_lm": 3000.0}
+    lit = camera(context(sun_deg=-60.0), lamps=[lamp]).sense(looking_down())
+    assert lit.truth.mean() > dark.truth.mean() + 60
+
+
+def test_explain_names_units_and_sizes():
+    found = camera(context()).explain(looking_down())
+    names = [name for name, _, _ in found]
+    assert names[0] == "slant range"
+    assert "veiling light" in names
+    slant = found[0][1]
+    assert np.nanmin(slant) == pytest.approx(3.0, rel=1e-3)
+
+
+def test_above_water_it_sees_sky_and_sea():
+    motion = looking_down(height=20.0)
+    sea = camera(context()).sense(motion).truth
+    assert 20 < sea.mean() < 230
