@@ -1,0 +1,106 @@
+"""REMUS 100 (and, when in the catalogue, Otter) against the numbers of Fossen's Python Vehicle Simulator.
+
+Gate 1e-9 relative: the reference is reproduced to about 1e-14 by any program with the same equations, and 1e-9 leaves
+room for another order of summation and another maths library. A sum that cancels is compared on the scale of its column.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from fossen_euler import current_ned, replay, table
+
+from pelagos import jit
+from pelagos.vehicles.books import columns
+from pelagos.vehicles.flow import make_flow, rotation_from_euler
+from pelagos.vehicles.vehicle import Vehicle
+
+RUDDER = 0.087266462599716474  # 5 deg
+
+
+def worst(got: np.ndarray, expected: np.ndarray) -> float:
+    """Largest error, relative to each value, but to no less than 1e-3 of its column's largest."""
+    scale = np.maximum(np.abs(expected), 1e-3 * np.abs(expected).max(axis=0))
+    return float((np.abs(got - expected) / np.maximum(scale, 1e-30)).max())
+
+
+@pytest.fixture(scope="module")
+def remus() -> Vehicle:
+    return Vehicle.from_catalogue("remus100")
+
+
+def test_remus_accelerations_and_actuator_rates(remus):
+    _, rows = table("remus_pointwise")
+    speed, towards = rows[:, 0], np.deg2rad(rows[:, 1])
+    current = np.stack([speed * np.cos(towards), speed * np.sin(towards), 0 * speed], axis=-1)
+    nu_dot, act_dot = remus.accelerations(rows[:, 2:8], rows[:, 8:14], rows[:, 14:17], rows[:, 17:20], current)
+    assert worst(nu_dot, rows[:, 20:26]) < 1e-9
+    assert worst(act_dot, rows[:, 26:29]) < 1e-9
+
+
+def test_remus_one_row_equals_many(remus):
+    _, rows = table("remus_pointwise")
+    one, _ = remus.accelerations(rows[7, 2:8], rows[7, 8:14], rows[7, 14:17], rows[7, 17:20])
+    many, _ = remus.accelerations(rows[:, 2:8], rows[:, 8:14], rows[:, 14:17], rows[:, 17:20])
+    assert np.allclose(one[0], many[7], rtol=1e-13, atol=1e-13)
+
+
+def test_remus_single_terms(remus):
+    _, rows = table("remus_terms")
+    nu, (roll, pitch) = columns(rows[:, :6]), columns(rows[:, 6:8])
+    zero = jit.Float64(0.0)
+    rotation = rotation_from_euler(roll, pitch, zero)
+    flow = make_flow([zero, zero, zero], rotation, nu, (0.0, 0.0, 0.0))
+    model = remus.published.model
+    found = {name: term.wrench(flow) for name, term in model.terms.items()} | {"C": model.inertia.coriolis(flow)}
+    for name, first, sign in (("C", 8, -1), ("lift_drag", 14, 1), ("cross_flow", 20, 1), ("restoring", 26, -1)):
+        got = np.stack([np.broadcast_to(np.array(jit.Float64(c)), len(rows)) for c in found[name]], axis=-1)
+        assert worst(sign * got, rows[:, first : first + 6]) < 1e-9, name
+
+
+# name: (steps between rows after the second, commands at t)
+RUNS = {
+    "remus_stepInput": lambda t: [_until(t, 100, RUDDER), _until(t, 50, -RUDDER), 1525.0],
+    "remus_turn_r5_1200": lambda t: [RUDDER, 0.0, 1200.0],
+    "remus_straight_1525": lambda t: [0.0, 0.0, 1525.0],
+    "remus_straight_800": lambda t: [0.0, 0.0, 800.0],
+}
+
+
+def _until(t, end, value):
+    import drjit as dr
+
+    return dr.select(t > end, 0.0, jit.Float64(value))
+
+
+@pytest.mark.parametrize("name", RUNS)
+def test_remus_trajectory(remus, name):
+    """Positions to 1e-9 m, everything else to 1e-9 of its column, over the whole run."""
+    _, rows = table(name)
+    got = _like(rows, replay(remus, round(rows[-1, 0] / 0.02), 25, command=RUNS[name]))
+    assert np.abs(got[:, 1:13] - rows[:, 1:13]).max() < 1e-9
+    assert worst(got[:, 13:], rows[:, 13:]) < 1e-9
+
+
+def test_remus_autopilot_reproduces_the_recorded_run_and_commands(remus):
+    """Depth PID and heading sliding mode in a current of 0.5 m/s towards 170 deg."""
+    _, rows = table("remus_main_example")
+    control = remus.published.controllers["depth_heading"]
+    got = replay(
+        remus,
+        10000,
+        25,
+        control=control,
+        setpoint=(30.0, np.deg2rad(50.0), 1525.0),
+        current=current_ned(0.5, 170.0),
+    )
+    got = _like(rows, got)
+    assert np.abs(got[:, 1:13] - rows[:, 1:13]).max() < 1e-9
+    assert worst(got[:, 13:], rows[:, 13:]) < 1e-9
+
+
+def _like(rows: np.ndarray, got: np.ndarray) -> np.ndarray:
+    """The rows of `got` at the times of `rows`."""
+    index = np.round(rows[:, 0] / got[1, 0]).astype(int)
+    assert np.allclose(got[index, 0], rows[:, 0], atol=1e-9)
+    return got[index]
