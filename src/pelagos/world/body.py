@@ -33,7 +33,7 @@ class Prop:
     Attributes:
         shape: "box", "sphere", "cylinder", "cone" (upright, about the middle of its height) or "mesh".
         position: of its middle, or of the mesh file's own origin, world NWU [m].
-        size: extent along its own x, y, z [m], one number for a cube's; for a mesh, what its coordinates are multiplied with.
+        size: extent along its own x, y, z [m], one number for a cube's; of a mesh, the scale.
         attitude: quaternion (w, x, y, z), its own axes to world NWU.
         material: one of `MATERIALS`.
         label: semantic label by name or number; by shape where not given.

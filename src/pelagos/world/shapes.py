@@ -73,9 +73,10 @@ def revolve(profile: ArrayLike, *, sides: int = 24) -> Mesh:
 
 
 def loft(sections: ArrayLike) -> Mesh:
-    """A skin over closed outlines `(k, s, 3)`, counter-clockwise seen from the last one; the ends are fanned shut."""
+    """A skin over closed outlines `(k, s, 3)`, all wound the same way; the ends are fanned shut."""
     rings = np.asarray(sections, dtype=np.float64)
-    return _closed_stack(rings, rings[0].mean(axis=0), rings[-1].mean(axis=0))
+    made = _closed_stack(rings, rings[0].mean(axis=0), rings[-1].mean(axis=0))
+    return made if made.volume > 0 else Mesh(made.vertices, np.ascontiguousarray(made.faces[:, ::-1]))
 
 
 def extrude(outline: ArrayLike, height: float) -> Mesh:
