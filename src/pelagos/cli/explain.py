@@ -5,7 +5,7 @@ from __future__ import annotations
 import inspect
 from collections.abc import Iterator, Sequence
 from pathlib import Path
-from types import ModuleType
+from types import CodeType, ModuleType
 from typing import Any, Final
 
 import numpy as np
@@ -18,7 +18,7 @@ from pelagos.config.loader import load_scenario
 from pelagos.config.scenario import Scenario
 from pelagos.errors import InputError, LookupFailed
 
-PHYSICS: Final = ("pelagos.acoustics.", "pelagos.optics.", "pelagos.hydro.", "pelagos.ocean.")
+PHYSICS: Final = ("pelagos.acoustics.", "pelagos.optics.", "pelagos.hydro.", "pelagos.ocean.", "pelagos.sensors.noise")
 CASTER: Final = "pelagos.raycast.caster"
 
 
@@ -55,20 +55,16 @@ def _find(scenario: Scenario, agent: str, sensor: str) -> Any:
 def _print_stops(scenario: Scenario, agent: str, sensor: str, component: Any) -> None:
     module = inspect.getmodule(component)
     assert module is not None
-    table = Table(box=None, show_header=False, pad_edge=False, padding=(0, 2, 0, 0))
-    table.add_row("1", "the scenario", scenario.where("agents", agent, "sensors", sensor))
-    stops = [
-        ("2", "its configuration and its rays", [component.Config, *_pattern(module)]),
-        ("3", "one reading", [component.sense]),
+    stops: list[tuple[str, Sequence[str]]] = [
+        ("the scenario", [scenario.where("agents", agent, "sensors", sensor)]),
+        ("its configuration and its rays", [address(f) for f in (component.Config, *_pattern(module))]),
+        ("one reading", [address(component.sense)]),
+        ("rays into the world", [address(f) for f in _used(module, (CASTER,))]),
+        ("physics", [address(f) for f in _used(module, PHYSICS)]),
     ]
-    caster = list(_used(module, (CASTER,)))
-    if caster:
-        stops.append(("4", "rays into the world", caster))
-    stops.append(("5", "physics", list(_used(module, PHYSICS))))
-    for number, what, objects in stops:
-        for row, thing in enumerate(objects):
-            table.add_row("" if row else number, "" if row else what, address(thing))
-    out.print(table)
+    for number, (what, addresses) in enumerate(stops, 1):
+        for row, text in enumerate(addresses or ["none"]):
+            out.print(f"{f'{number}  {what}' if row == 0 else '':36}{text}", markup=False)
 
 
 def _pattern(module: ModuleType) -> list[Any]:
@@ -78,13 +74,39 @@ def _pattern(module: ModuleType) -> list[Any]:
     return sorted(public, key=lambda f: f.__code__.co_firstlineno)
 
 
-def _used(module: ModuleType, homes: tuple[str, ...]) -> Iterator[Any]:
-    """Functions that a module imports from others whose names begin with one of `homes`."""
-    for value in vars(module).values():
-        if inspect.isfunction(value) and value.__module__.startswith(homes):
+def _used(module: ModuleType, homes: tuple[str, ...]) -> list[Any]:
+    """Functions of other modules, whose names begin with one of `homes`, that a sensor's module calls.
+
+    It may call them through functions that it shares with other sensors.
+    """
+    found: dict[Any, None] = {}
+    modules = [module]
+    for at in modules:
+        for function in _called(at):
+            home = inspect.getmodule(function)
+            if function.__module__.startswith(homes):
+                found[function] = None
+            elif home is not None and home.__name__.startswith("pelagos.sensors.") and home not in modules:
+                modules.append(home)
+    return sorted(found, key=lambda f: (f.__module__, f.__code__.co_firstlineno))
+
+
+def _called(module: ModuleType) -> Iterator[Any]:
+    """Functions of other modules that the code of a module names."""
+    names = set(_names(compile(inspect.getsource(module), "", "exec")))
+    for name, value in vars(module).items():
+        if inspect.isfunction(value) and value.__module__ != module.__name__ and name in names:
             yield value
-        elif inspect.ismodule(value) and value.__name__.startswith(homes):
-            yield from (f for _, f in inspect.getmembers(value, inspect.isfunction) if f.__module__ == value.__name__)
+        elif inspect.ismodule(value) and value.__name__.startswith("pelagos.") and name in names:
+            yield from (f for _, f in inspect.getmembers(value, inspect.isfunction) if f.__name__ in names)
+
+
+def _names(code: CodeType) -> Iterator[str]:
+    """What the functions inside some code name; not what its own statements name, which are the imports."""
+    for constant in code.co_consts:
+        if isinstance(constant, CodeType):
+            yield from constant.co_names
+            yield from _names(constant)
 
 
 def address(thing: Any) -> str:
