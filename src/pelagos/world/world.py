@@ -82,10 +82,11 @@ class World:
 
     def material_tables(self) -> MaterialTables:
         """The materials' properties on the device: rows as in `materials`, then all others that a scenario may name."""
-        return material_tables(self._palette)
+        return material_tables(self.palette)
 
     @cached_property
-    def _palette(self) -> tuple[Material, ...]:
+    def palette(self) -> tuple[Material, ...]:
+        """The rows of `material_tables`: `materials`, then all others that a scenario may name."""
         own = {m.name for m in self.materials}
         return (*self.materials, *(m for name, m in MATERIALS.items() if name not in own))
 
@@ -95,7 +96,7 @@ class World:
         Raises:
             LookupFailed: no material has this name.
         """
-        names = [m.name for m in self._palette]
+        names = [m.name for m in self.palette]
         if name not in names:
             raise LookupFailed("material", name, names)
         return names.index(name)
