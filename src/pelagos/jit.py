@@ -13,12 +13,13 @@ double for vehicles and the ocean (`Float64`, `Array2f64`, `Array3f64`, `Array4f
 
 from __future__ import annotations
 
+import gc
 import os
 import platform
 import re
 from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final, Literal, TypeAlias, cast
+from typing import TYPE_CHECKING, Any, Final, Literal, TypeAlias
 
 from pelagos.errors import DeviceError
 
@@ -73,14 +74,26 @@ def __getattr__(name: str) -> Any:
 
 
 def freeze(function: Callable[..., Any]) -> Callable[..., Any]:
-    """`dr.freeze`, recorded anew for every combination of argument sizes.
+    """`dr.freeze`, recorded anew for every combination of argument sizes, and never interrupted by garbage collection.
 
     A recording bakes in whatever was derived from a width (`dr.width`, `dr.concat`, `dr.ravel`, an allocated output);
-    played back with other sizes it would write past the end of memory.
+    played back with other sizes it would write past the end of memory. And an array that shares memory with NumPy, if
+    it is freed while something is recorded, ends the process.
     """
     import drjit as dr
 
-    return cast("Callable[..., Any]", dr.freeze(function, state_fn=_sizes, warn_after=1000))
+    frozen = dr.freeze(function, state_fn=_sizes, warn_after=1000)
+
+    def call(*arguments: Any) -> Any:
+        collects = gc.isenabled()
+        gc.disable()
+        try:
+            return frozen(*arguments)
+        finally:
+            if collects:
+                gc.enable()
+
+    return call
 
 
 def _sizes(*arguments: Any) -> list[Any]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import ClassVar, Final, Literal, Self
+from typing import ClassVar, Literal, Self
 
 import drjit as dr
 import numpy as np
@@ -15,13 +15,11 @@ from pelagos.errors import ScenarioError
 from pelagos.jit import Array
 from pelagos.math.so3 import rotate_back
 from pelagos.sensors import noise
+from pelagos.sensors.geomagnetism import earth_field
 from pelagos.sensors.imu import digitise
 from pelagos.sensors.mount import sensor_pose
 from pelagos.sensors.rows import pack, unpack
 from pelagos.sensors.sensor import Kinematics, Measurement, SensorConfig, SensorContext
-
-DIPOLE_NT: Final = (-29404.8, -1450.9, 4652.5)
-"""g10, g11, h11 of IGRF-13 at epoch 2020.0 [nT], P. Alken et al., Earth Planets Space 73:49, 2021."""
 
 
 class MagnetometerConfig(SensorConfig):
@@ -35,7 +33,7 @@ class MagnetometerConfig(SensorConfig):
     rate_hz: float = Field(default=20.0, gt=0)
     """Samples per second [Hz]; must divide the tick rate."""
     intensity_t: float | None = Field(default=None, gt=0)
-    """Strength of the Earth's field [T]; with declination and inclination in place of the tilted dipole."""
+    """Strength of the Earth's field [T]; with declination and inclination in place of IGRF-14."""
     declination_deg: float | None = Field(default=None, ge=-180, le=180)
     """Angle of the horizontal field from true north, east positive [deg]."""
     inclination_deg: float | None = Field(default=None, ge=-90, le=90)
@@ -71,8 +69,8 @@ class Magnetometer:
     TITLE: ClassVar[str] = "Magnetometer: the Earth's field with hard and soft iron"
     SEES_SCENE: ClassVar[bool] = False
     SOURCES: ClassVar[tuple[str, ...]] = (
-        "P. Alken et al., International Geomagnetic Reference Field: the thirteenth generation, Earth Planets Space "
-        "73:49 (2021), doi 10.1186/s40623-020-01288-x: equation 1 to degree 1",
+        "IAGA Working Group V-MOD, International Geomagnetic Reference Field, 14th generation (2024), "
+        "doi 10.5281/zenodo.14012302",
         "D. Gebre-Egziabher et al., Calibration of strapdown magnetometers in magnetic field domain, J. Aerosp. Eng. "
         "19:87 (2006), doi 10.1061/(ASCE)0893-1321(2006)19:2(87): hard and soft iron",
         "PNI, RM3100 datasheet 1017252: default figures",
@@ -104,23 +102,6 @@ class Magnetometer:
         return pack(*data, *earth)
 
 
-def dipole_field(latitude_deg: float, longitude_deg: float) -> NDArray[np.float64]:
-    """Field of the tilted dipole at sea level, `(3,)` NWU [T]; within a quarter of the true field, 10 to 20 deg in
-    direction.
-
-    Args:
-        latitude_deg, longitude_deg: geographic; taken as geocentric, on the sphere of 6371.2 km [deg].
-    """
-    g10, g11, h11 = (1e-9 * x for x in DIPOLE_NT)
-    colatitude, longitude = math.radians(90 - latitude_deg), math.radians(longitude_deg)
-    s, c = math.sin(colatitude), math.cos(colatitude)
-    equatorial = g11 * math.cos(longitude) + h11 * math.sin(longitude)
-    north = -g10 * s + equatorial * c
-    east = g11 * math.sin(longitude) - h11 * math.cos(longitude)
-    down = -2 * (g10 * c + equatorial * s)
-    return np.array([north, -east, -down])
-
-
 def _earth_field(config: MagnetometerConfig, context: SensorContext) -> NDArray[np.float64]:
     if config.intensity_t is not None and config.declination_deg is not None and config.inclination_deg is not None:
         d, i = math.radians(config.declination_deg), math.radians(config.inclination_deg)
@@ -130,4 +111,4 @@ def _earth_field(config: MagnetometerConfig, context: SensorContext) -> NDArray[
         raise ScenarioError(
             "a magnetometer needs a world with a geographic origin, or the field: intensity_t and angles"
         )
-    return dipole_field(origin.latitude, origin.longitude)
+    return earth_field(origin.latitude, origin.longitude)

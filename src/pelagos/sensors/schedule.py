@@ -18,7 +18,7 @@ def period_ticks(rate_hz: float, dt_ns: int, *, where: str = "") -> int:
     period = round(exact)
     if period >= 1 and math.isclose(exact, period, rel_tol=1e-9):
         return period
-    near = {max(math.floor(exact), 1), math.ceil(exact)}
+    near = {max(math.floor(exact), 1), max(math.ceil(exact), 1)}
     rates = " or ".join(f"{tick_rate / p:.6g}" for p in sorted(near, reverse=True))
     problem = "is faster than" if rate_hz > tick_rate else "does not divide"
     message = f"rate_hz {rate_hz:g} {problem} the tick rate of {tick_rate:g} Hz; nearest: {rates}"

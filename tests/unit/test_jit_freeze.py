@@ -1,0 +1,41 @@
+"""Frozen calls: other sizes, and garbage that falls due in the middle of a recording."""
+
+import gc
+
+import drjit as dr
+import numpy as np
+
+from pelagos import jit
+
+
+def test_other_sizes_are_other_recordings() -> None:
+    twice = jit.freeze(lambda x: dr.concat([x, 2 * x]))
+    for size in (3, 1000, 3, 1, 70_000, 7):
+        x = np.arange(size, dtype=np.float64)
+        assert np.array_equal(np.array(twice(jit.Float64(x))), np.concatenate([x, 2 * x]))
+
+
+def test_arguments_of_several_sizes() -> None:
+    gather = jit.freeze(lambda table, pair: dr.gather(jit.Float64, table, pair[0]) + pair[1])
+    for rows in (2, 5, 9):
+        table = jit.Float64(np.arange(rows) * 10.0)
+        pair = (jit.UInt32([rows - 1, 0, 1]), jit.Float64(0.5))
+        assert np.array(gather(table, pair)).tolist() == [10.0 * (rows - 1) + 0.5, 0.5, 10.5]
+
+
+def test_garbage_is_not_collected_while_recording() -> None:
+    class Cycle:
+        def __init__(self) -> None:
+            self.me = self
+            self.shared = jit.Float64(np.arange(100_000.0))
+
+    seen: list[bool] = []
+
+    def body(x):
+        seen.append(gc.isenabled())
+        return x + 1
+
+    Cycle()
+    assert np.array(jit.freeze(body)(jit.Float64(1, 2))).tolist() == [2, 3]
+    assert seen == [False]
+    assert gc.isenabled()
