@@ -15,10 +15,11 @@ from pelagos import jit
 from pelagos.acoustics.beam_pattern import line_length, line_np
 from pelagos.jit import Array
 from pelagos.raycast.scene import Tables
-from pelagos.sensors.echo import Fan, Medium, Trace, fan_struct, look, medium_of, patches_of, scattering_table
-from pelagos.sensors.mount import sensor_pose
-from pelagos.sensors.noise import normals64, opaque_key, stream_key
+from pelagos.sensors.echo import Fan, Lanes, Trace, look, patches_of
+from pelagos.sensors.noise import normals64
+from pelagos.sensors.scattering import Surfaces
 from pelagos.sensors.sensor import Kinematics, Measurement, SensorConfig, SensorContext
+from pelagos.sensors.sounder import Sounder
 
 _RINGS: Final = ((0.0, 1), (0.25, 6), (0.5, 10), (0.75, 15))  # radius [half-power widths], rays
 _THRESHOLD: Final = 0.05  # of the strongest ray's echo: a detector's threshold of -13 dB
@@ -88,15 +89,13 @@ class Altimeter:
 
     def __init__(self, config: AltimeterConfig, context: SensorContext) -> None:
         self.config = config
-        self._context = context
-        self._fan = fan_struct(cone_rays(math.radians(config.beamwidth_deg)))
-        self._medium = jit.freeze(medium_of(config.frequency_hz, config.ph))
-        self._key = opaque_key(stream_key(context.seed, context.path, "noise"))
-        self._own = jit.UInt32(context.own_body)
-        materials = context.world.materials
-        self._table = jit.Float(scattering_table(materials, config.frequency_hz, wind_speed=5.0).ravel())
-        self._surface_row = len(materials)
-        dr.eval(self._table, self._own)
+        self._sounder = Sounder(
+            config,
+            context,
+            cone_rays(math.radians(config.beamwidth_deg)),
+            frequency_hz=config.frequency_hz,
+            ph=config.ph,
+        )
         self._ping = context.scene.compile(self._make)
 
     def sense(self, motion: Kinematics) -> Measurement:
@@ -106,40 +105,29 @@ class Altimeter:
 
     def explain(self, motion: Kinematics) -> list[tuple[str, NDArray[Any], str]]:
         """One ping, not frozen, with its intermediate arrays: (name, values, unit)."""
-        found: list[tuple[str, NDArray[Any], str]] = []
-        scene = self._context.scene
-        ping = self._make(scene.static, scene.moving, lambda name, v, unit: found.append((name, np.array(v), unit)))
-        ping(*self._arguments(motion))
-        return found
+        return self._sounder.trace(self._make, *self._arguments(motion))
 
     def _arguments(self, motion: Kinematics) -> tuple[Any, ...]:
-        position, attitude = sensor_pose(motion, self.config)
-        medium = self._medium(self._context.ocean, position, jit.Float64(motion.t_ns) * 1e-9)
-        own = dr.gather(jit.UInt32, self._own, motion.copy)
-        return (self._context.scene.tables, motion, position, attitude, own, medium, self._fan, self._table, self._key)
+        return (*self._sounder.arguments(motion), motion)
 
     def _make(self, static: Any, moving: Any, trace: Trace = None) -> Callable[..., Any]:
-        config, surface_row = self.config, self._surface_row
+        config = self.config
 
         def ping(
-            tables: Tables, motion: Kinematics, position: Array, attitude: Array, own: Array, medium: Medium,
-            fan: Fan, table: Array, key: Any,
-        ) -> tuple[Array, ...]:  # fmt: skip
-            reach = jit.Float(config.range_max_m)
-            view = look(
-                static, moving, tables, fan, position, attitude, motion.copy, own, max_range=reach,
-                surface_row=surface_row, smooth=False,
-            )  # fmt: skip
-            patches = patches_of(view, fan, medium, table, beams=1, bins=1, longest=reach, trace=trace)
+            tables: Tables, lanes: Lanes, fan: Fan, surfaces: Surfaces, key: Any, motion: Kinematics
+        ) -> tuple[Array, ...]:
+            reach = config.range_max_m
+            view = look(static, moving, tables, fan, lanes, surfaces, max_range=reach, smooth=False)
+            patches = patches_of(view, fan, lanes, surfaces, beams=1, bins=1, longest=reach, trace=trace)
             rays = dr.width(fan.beam)
             true = first_echo(patches.distance, patches.energy, rays, config.range_min_m)
             (noise,) = normals64(key, motion, 1)
             sigma = dr.sqrt(config.noise_m**2 + (config.noise_relative * true) ** 2)
             measured = true + sigma * jit.Float(noise)
             if config.sound_speed_mps is not None:
-                measured *= config.sound_speed_mps / medium.sound_speed
+                measured *= config.sound_speed_mps / lanes.medium.sound_speed
             measured = dr.select(measured <= config.range_max_m, measured, dr.nan)
-            axis = dr.arange(jit.UInt32, dr.width(position)) * rays
+            axis = dr.arange(jit.UInt32, dr.width(lanes.position)) * rays
             return measured, true, dr.gather(jit.Float, view.hits.t, axis), dr.gather(jit.UInt32, view.hits.label, axis)
 
         return ping

@@ -17,10 +17,12 @@ from pelagos.acoustics.spreading import to_db
 from pelagos.jit import Array
 from pelagos.math.so3 import rotate_back
 from pelagos.raycast.scene import Tables
-from pelagos.sensors.echo import Fan, Medium, Trace, fan_struct, look, medium_of, scattering, scattering_table
-from pelagos.sensors.mount import sensor_pose, sensor_velocity
-from pelagos.sensors.noise import normals64, opaque_key, stream_key
+from pelagos.sensors.echo import Fan, Lanes, Medium, Trace, look
+from pelagos.sensors.mount import sensor_velocity
+from pelagos.sensors.noise import normals64
+from pelagos.sensors.scattering import Surfaces, scattering
 from pelagos.sensors.sensor import Kinematics, Measurement, SensorConfig, SensorContext
+from pelagos.sensors.sounder import Sounder
 
 _TYPICAL_DB: Final = -20.0  # backscattering strength at which range_max_m holds: sand at 60 deg grazing
 _RAYS: Final = 5  # of a beam: its axis and four at the half-power edge
@@ -116,15 +118,7 @@ class Dvl:
 
     def __init__(self, config: DvlConfig, context: SensorContext) -> None:
         self.config = config
-        self._context = context
-        self._fan = fan_struct(beam_rays(config))
-        self._medium = jit.freeze(medium_of(config.frequency_hz, config.ph))
-        self._key = opaque_key(stream_key(context.seed, context.path, "noise"))
-        self._own = jit.UInt32(context.own_body)
-        materials = context.world.materials
-        self._table = jit.Float(scattering_table(materials, config.frequency_hz, wind_speed=5.0).ravel())
-        self._surface_row = len(materials)
-        dr.eval(self._table, self._own)
+        self._sounder = Sounder(config, context, beam_rays(config), frequency_hz=config.frequency_hz, ph=config.ph)
         self._ping = context.scene.compile(self._make)
         self.tables = {"direction": config.beams}
 
@@ -142,39 +136,26 @@ class Dvl:
 
     def explain(self, motion: Kinematics) -> list[tuple[str, NDArray[Any], str]]:
         """One ping, not frozen, with its intermediate arrays: (name, values, unit)."""
-        found: list[tuple[str, NDArray[Any], str]] = []
-        scene = self._context.scene
-        ping = self._make(scene.static, scene.moving, lambda name, v, unit: found.append((name, np.array(v), unit)))
-        ping(*self._arguments(motion))
-        return found
+        return self._sounder.trace(self._make, *self._arguments(motion))
 
     def _arguments(self, motion: Kinematics) -> tuple[Any, ...]:
-        position, attitude = sensor_pose(motion, self.config)
-        velocity = sensor_velocity(motion, self.config)
-        medium = self._medium(self._context.ocean, position, jit.Float64(motion.t_ns) * 1e-9)
-        own = dr.gather(jit.UInt32, self._own, motion.copy)
-        pose = (position, attitude, velocity, own)
-        return (self._context.scene.tables, motion, *pose, medium, self._fan, self._table, self._key)
+        return (*self._sounder.arguments(motion), motion, sensor_velocity(motion, self.config))
 
     def _make(self, static: Any, moving: Any, trace: Trace = None) -> Callable[..., Any]:
-        config, surface_row = self.config, self._surface_row
+        config = self.config
 
         def ping(
-            tables: Tables, motion: Kinematics, position: Array, attitude: Array, velocity: Array, own: Array,
-            medium: Medium, fan: Fan, table: Array, key: Any,
-        ) -> tuple[Any, ...]:  # fmt: skip
+            tables: Tables, lanes: Lanes, fan: Fan, surfaces: Surfaces, key: Any, motion: Kinematics, velocity: Array
+        ) -> tuple[Any, ...]:
             farthest = 1.5 * config.range_max_m / math.cos(math.radians(config.beam_tilt_deg))
-            view = look(
-                static, moving, tables, fan, position, attitude, motion.copy, own, max_range=jit.Float(farthest),
-                surface_row=surface_row, smooth=False,
-            )  # fmt: skip
-            section = scattering(table, view.hits.material, view.sine)
-            ground = rotate_back(dr.gather(jit.Array4f, jit.Array4f(attitude), view.lane), view.hits.velocity)
+            view = look(static, moving, tables, fan, lanes, surfaces, max_range=farthest, smooth=False)
+            section = scattering(surfaces, view.hits.material, view.sine)
+            ground = rotate_back(dr.gather(jit.Array4f, jit.Array4f(lanes.attitude), view.lane), view.hits.velocity)
             beams = [
-                beam_echo(dr.width(position), b, view.hits.valid, view.hits.t, section, ground, config.beams[b])
+                beam_echo(dr.width(lanes.position), b, view.hits.valid, view.hits.t, section, ground, config.beams[b])
                 for b in range(4)
             ]
-            return bottom_track(config, beams, velocity, motion, medium, key, trace)
+            return bottom_track(config, beams, velocity, motion, lanes.medium, key, trace)
 
         return ping
 

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
@@ -14,20 +13,16 @@ from numpy.typing import NDArray
 from pelagos import jit
 from pelagos.acoustics.absorption import absorption, check_frequency
 from pelagos.acoustics.echo import Patches, strip_span
-from pelagos.acoustics.reflection import fluid_reflection
-from pelagos.acoustics.seabed import FREQUENCY_RANGE_HZ, Bottom, backscatter
-from pelagos.acoustics.speckle import patchiness
-from pelagos.acoustics.spreading import from_db, patch_intensity
-from pelagos.acoustics.target_strength import facets, lambert
+from pelagos.acoustics.spreading import patch_intensity
 from pelagos.jit import Array
 from pelagos.math.so3 import rotate
 from pelagos.raycast.caster import cast
 from pelagos.raycast.rays import Hits, Rays
 from pelagos.raycast.scene import Tables
+from pelagos.sensors.scattering import Surfaces, patch_factor, scattering
 
 if TYPE_CHECKING:
     from pelagos.ocean.ocean import Ocean
-    from pelagos.world.material import Material
 
 Trace: TypeAlias = "Callable[[str, Array, str], None] | None"
 
@@ -71,6 +66,27 @@ class Medium:
     absorption: Array
 
 
+@dataclass
+class Lanes:
+    """A sonar on every lane (copy and tick): a Dr.Jit struct.
+
+    Attributes:
+        position: `Array3f64`, world NWU [m].
+        attitude: `Array4f64`, sensor frame to world.
+        copy, own: `UInt32`, see `Rays`.
+        environment, tick: `UInt32`, what random numbers are counted by.
+        medium: water at the sonar.
+    """
+
+    position: Array
+    attitude: Array
+    copy: Array
+    own: Array
+    environment: Array
+    tick: Array
+    medium: Medium
+
+
 def medium_of(frequency_hz: float, ph: float) -> Callable[[Ocean, Array, Array], Medium]:
     """A function (ocean, position, t) -> `Medium` for a sonar of that frequency; to be frozen."""
     check_frequency(frequency_hz)
@@ -96,39 +112,6 @@ def fan_struct(fan: dict[str, NDArray[Any]]) -> Fan:
     )
     dr.make_opaque(made)
     return made
-
-
-def scattering_table(materials: Sequence[Material], frequency_hz: float, *, wind_speed: float) -> NDArray[np.float32]:
-    """Cross section per unit area [1] by material and grazing angle, `(materials + 1, 181)`, 0 to 90 deg.
-
-    Sediments follow TR 9407, evaluated at the nearer end of its 10-100 kHz where the sonar works outside of it; solids
-    are Lambert scatterers with specular facets; the last row is the sea surface: facets with the slopes of C. Cox and
-    W. Munk, J. Opt. Soc. Am. 44, 838 (1954), doi 10.1364/JOSA.44.000838, over a Lambert floor of bubbles.
-    """
-    grazing = jit.Float64(np.linspace(0.0, math.pi / 2, _ANGLES))
-    sine = dr.sin(grazing)
-    valid_hz = min(max(frequency_hz, FREQUENCY_RANGE_HZ[0]), FREQUENCY_RANGE_HZ[1])
-    rows = []
-    for m in materials:
-        if "TR 9407" in m.source:
-            bottom = Bottom(m.density_ratio, m.sound_speed_ratio, m.loss, m.volume_scatter, m.spectral_strength)
-            section = backscatter(grazing, valid_hz, bottom)
-        else:
-            real, imaginary = fluid_reflection(1.0, m.density_ratio, m.sound_speed_ratio, m.loss)
-            section = lambert(sine, m.lambert_db) + facets(sine, real**2 + imaginary**2, _SOLID_SLOPE)
-        rows.append(np.array(section, dtype=np.float32))
-    slope = math.sqrt(0.5 * (0.003 + 5.12e-3 * wind_speed))
-    rows.append(np.array(lambert(sine, _SURFACE_BUBBLES_DB) + facets(sine, 1.0, slope), dtype=np.float32))
-    return np.stack(rows)
-
-
-def scattering(table: Array, row: Array, sine: Array) -> Array:
-    """Cross section per unit area [1] of `row` at a grazing angle, by linear interpolation in the angle."""
-    place = dr.asin(dr.clip(sine, 0.0, 1.0)) * ((_ANGLES - 1) / (math.pi / 2))
-    column = dr.minimum(jit.UInt32(place), _ANGLES - 2)
-    index = row * _ANGLES + column
-    low = dr.gather(jit.Float, table, index)
-    return dr.lerp(low, dr.gather(jit.Float, table, index + 1), place - jit.Float(column))
 
 
 @dataclass
@@ -158,13 +141,10 @@ def look(
     moving: Any,
     tables: Tables,
     fan: Fan,
-    position: Array,
-    attitude: Array,
-    copy: Array,
-    own: Array,
+    lanes: Lanes,
+    surfaces: Surfaces,
     *,
-    max_range: Array,
-    surface_row: int,
+    max_range: float,
     smooth: bool = True,
 ) -> View:
     """Cast a sonar's fan on every lane.
@@ -172,27 +152,26 @@ def look(
     Args:
         static, moving, tables: see `cast`.
         fan: rays in the sensor frame, r of them.
-        position, attitude: of the sonar by lane, `Array3f64` world [m], `Array4f64` sensor to world.
-        copy, own: `UInt32` by lane, see `Rays`.
-        max_range: `Float` (1) [m].
-        surface_row: material row of the sea surface.
+        lanes: where the sonar is.
+        surfaces: names the row of the sea surface.
+        max_range: [m].
         smooth: interpolate normals.
     """
-    rays, lanes = dr.width(fan.beam), dr.width(position)
-    index = dr.arange(jit.UInt32, rays * lanes)
+    rays = dr.width(fan.beam)
+    index = dr.arange(jit.UInt32, rays * dr.width(lanes.position))
     lane, ray = index // rays, index % rays
-    q = dr.gather(jit.Array4f, jit.Array4f(attitude), lane)
-    origin = dr.gather(jit.Array3f64, position, lane)
+    q = dr.gather(jit.Array4f, jit.Array4f(lanes.attitude), lane)
+    origin = dr.gather(jit.Array3f64, lanes.position, lane)
     direction = rotate(q, dr.gather(jit.Array3f, fan.direction, ray))
     along = rotate(q, dr.gather(jit.Array3f, fan.along, ray))
-    own_row = dr.gather(jit.UInt32, own, lane)
-    shot = Rays(origin, direction, jit.Float(max_range), dr.gather(jit.UInt32, copy, lane), own_row)
-    hits = with_sea_surface(cast(static, moving, tables, shot, smooth=smooth), shot, surface_row)
+    own_row = dr.gather(jit.UInt32, lanes.own, lane)
+    shot = Rays(origin, direction, jit.Float(max_range), dr.gather(jit.UInt32, lanes.copy, lane), own_row)
+    hits = with_sea_surface(cast(static, moving, tables, shot, smooth=smooth), shot, surfaces.sea_row)
     sine = dr.abs(dr.dot(hits.shading_normal, direction))
     return View(lane, ray, origin, direction, along, hits, sine)
 
 
-def with_sea_surface(hits: Hits, rays: Rays, row: int) -> Hits:
+def with_sea_surface(hits: Hits, rays: Rays, row: Array) -> Hits:
     """Let the mean sea surface end rays that reach it from below."""
     up = rays.direction.z
     height = -jit.Float(rays.origin.z)
@@ -211,14 +190,16 @@ def with_sea_surface(hits: Hits, rays: Rays, row: int) -> Hits:
     return hits
 
 
-def patch_factor(hits: Hits) -> Array:
-    """Factor on the cross section: surfaces vary by some decibels over decimetres to metres (assumed, 1.5 dB rms)."""
-    x, y, z = (jit.Float(p) for p in hits.position)
-    return from_db(_PATCHINESS_DB * patchiness(x + 0.7 * z, y - 0.7 * z, seed=hits.instance, scale=_PATCH_SCALE))
-
-
 def patches_of(
-    view: View, fan: Fan, medium: Medium, table: Array, *, beams: int, bins: int, longest: Array, trace: Trace = None
+    view: View,
+    fan: Fan,
+    lanes: Lanes,
+    surfaces: Surfaces,
+    *,
+    beams: int,
+    bins: int,
+    longest: float,
+    trace: Trace = None,
 ) -> Patches:
     """The echo of every ray: intensity re the source level at 1 m, as a strip of surface.
 
@@ -227,12 +208,12 @@ def patches_of(
     """
     hits = view.hits
     t = dr.select(hits.valid, hits.t, 1.0)
-    loss = dr.gather(jit.Float, medium.absorption, view.lane)
-    section = scattering(table, hits.material, view.sine) * patch_factor(hits)
+    loss = dr.gather(jit.Float, lanes.medium.absorption, view.lane)
+    section = scattering(surfaces, hits.material, view.sine) * patch_factor(hits)
     weight = dr.gather(jit.Float, fan.weight, view.ray)
     energy = section / dr.maximum(view.sine, _LEAST_SINE) * weight * patch_intensity(t, loss)
     lower, upper = dr.gather(jit.Float, fan.lower, view.ray), dr.gather(jit.Float, fan.upper, view.ray)
-    near, far, slide = strip_span(t, view.direction, hits.shading_normal, view.along, lower, upper, longest)
+    near, far, slide = strip_span(t, view.direction, hits.shading_normal, view.along, lower, upper, jit.Float(longest))
     if trace is not None:
         for name, value, unit in (
             ("ray direction, up component", view.direction.z, "1"),

@@ -21,19 +21,11 @@ from pelagos.acoustics.pulse import point_spread, processing_gain_db, range_reso
 from pelagos.acoustics.spreading import from_db, time_varied_gain, to_db
 from pelagos.jit import Array
 from pelagos.raycast.scene import Tables
-from pelagos.sensors.echo import (
-    Fan,
-    Medium,
-    Trace,
-    fan_struct,
-    look,
-    medium_of,
-    patches_of,
-    scattering_table,
-)
-from pelagos.sensors.mount import sensor_pose
-from pelagos.sensors.noise import normals32, opaque_key, stream_key
+from pelagos.sensors.echo import Fan, Lanes, Trace, View, look, patches_of
+from pelagos.sensors.noise import normals32
+from pelagos.sensors.scattering import Surfaces
 from pelagos.sensors.sensor import Kinematics, Measurement, SensorConfig, SensorContext
+from pelagos.sensors.sounder import Sounder
 
 _STEP: Final = 0.7548776662466927  # additive recurrence of the plastic number: evenly spread in two dimensions
 _STEP2: Final = 0.5698402909980532
@@ -163,12 +155,11 @@ class ImagingSonar:
 
     def __init__(self, config: ImagingSonarConfig, context: SensorContext) -> None:
         self.config = config
-        self._context = context
-        self._fan = fan_struct(fan_rays(config))
-        self._medium = jit.freeze(medium_of(config.frequency_hz, config.ph))
-        self._key = opaque_key(stream_key(context.seed, context.path, "noise"))
+        self._sounder = Sounder(
+            config, context, fan_rays(config), frequency_hz=config.frequency_hz, ph=config.ph,
+            wind_speed=config.wind_speed_mps,
+        )  # fmt: skip
         self._seed = dr.opaque(jit.UInt32, config.roughness_seed)
-        self._own = jit.UInt32(context.own_body)
         width = math.radians(config.beamwidth_deg)
         steering = steering_matrix(config.azimuths, width, config.shading, config.side_lobe_beams)
         self._steering = jit.Float(steering.ravel())
@@ -176,12 +167,7 @@ class ImagingSonar:
         self._pulse = jit.Float(pulse)
         self._taps = (len(pulse), steering.shape[1])
         self._noise = dr.opaque(jit.Float, _noise_power(config))
-        materials = context.world.materials
-        self._table = jit.Float(
-            scattering_table(materials, config.frequency_hz, wind_speed=config.wind_speed_mps).ravel()
-        )
-        self._surface_row = len(materials)
-        dr.eval(self._steering, self._pulse, self._table, self._own)
+        dr.eval(self._steering, self._pulse)
         self._ping = context.scene.compile(self._make)
         first = config.range_min_m + 0.5 * config.bin_width_m
         self.tables = {
@@ -200,59 +186,45 @@ class ImagingSonar:
 
     def explain(self, motion: Kinematics) -> list[tuple[str, NDArray[Any], str]]:
         """One ping, not frozen, with its intermediate arrays: (name, values, unit)."""
-        found: list[tuple[str, NDArray[Any], str]] = []
-        scene = self._context.scene
-        ping = self._make(
-            scene.static, scene.moving, trace=lambda name, v, unit: found.append((name, np.array(v), unit))
-        )
-        ping(*self._arguments(motion))
-        return found
+        return self._sounder.trace(self._make, *self._arguments(motion))
 
     def _arguments(self, motion: Kinematics) -> tuple[Any, ...]:
-        position, attitude = sensor_pose(motion, self.config)
-        medium = self._medium(self._context.ocean, position, jit.Float64(motion.t_ns) * 1e-9)
-        own = dr.gather(jit.UInt32, self._own, motion.copy)
-        lane = (position, attitude, motion.copy, own, motion.environment, motion.tick, medium)
-        constants = (self._fan, self._table, self._steering, self._pulse, self._noise, self._seed, self._key)
-        return (self._context.scene.tables, *lane, *constants)
+        return (*self._sounder.arguments(motion), self._steering, self._pulse, self._noise, self._seed)
 
     def _make(self, static: Any, moving: Any, trace: Trace = None) -> Callable[..., Any]:
-        config, taps, surface_row = self.config, self._taps, self._surface_row
+        config, taps = self.config, self._taps
 
         def ping(
-            tables: Tables, position: Array, attitude: Array, copy: Array, own: Array, environment: Array, tick: Array,
-            medium: Medium, fan: Fan, table: Array, steering: Array, pulse: Array, noise: Array, seed: Array, key: Any,
+            tables: Tables, lanes: Lanes, fan: Fan, surfaces: Surfaces, key: Any, steering: Array, pulse: Array,
+            noise: Array, seed: Array,
         ) -> tuple[Array, Array, Array, Array]:  # fmt: skip
-            reach = jit.Float(config.range_max_m)
-            view = look(
-                static, moving, tables, fan, position, attitude, copy, own, max_range=reach, surface_row=surface_row
-            )
-            field = echoes(config, view, fan, medium, table, seed, trace)
+            view = look(static, moving, tables, fan, lanes, surfaces, max_range=config.range_max_m)
+            field = echoes(config, view, fan, lanes, surfaces, seed, trace)
             field = convolve(field, pulse, count=taps[0], length=config.bins, stride=1, rows=False)
             field = convolve(field, steering, count=taps[1], length=config.beams, stride=config.bins, rows=True)
-            return image(config, field, medium, noise, environment, tick, key, trace)
+            return image(config, field, lanes, noise, key, trace)
 
         return ping
 
 
 def echoes(
-    config: ImagingSonarConfig, view: Any, fan: Fan, medium: Medium, table: Array, seed: Array, trace: Trace = None
+    config: ImagingSonarConfig, view: View, fan: Fan, lanes: Lanes, surfaces: Surfaces, seed: Array, trace: Trace = None
 ) -> EchoField:
     """Echoes of what the rays saw, by beam and bin, as backscattering strength of the cell (gain 30 log r + 2 a r)."""
     beams, bins, width = config.beams, config.bins, config.bin_width_m
     patches = patches_of(
-        view, fan, medium, table, beams=beams, bins=bins, longest=jit.Float(0.125 * config.range_max_m), trace=trace
+        view, fan, lanes, surfaces, beams=beams, bins=bins, longest=0.125 * config.range_max_m, trace=trace
     )
-    loss = dr.gather(jit.Float, medium.absorption, view.lane)
+    loss = dr.gather(jit.Float, lanes.medium.absorption, view.lane)
     cell = math.radians(config.horizontal_aperture_deg) / beams * width  # solid angle times depth of a cell [rad m]
     patches.energy *= time_varied_gain(patches.distance, loss, spreading=30.0) / cell
     real, imaginary, energy = accumulate(
         patches,
         bins=bins,
-        cells=dr.width(medium.absorption) * beams * bins,
+        cells=dr.width(lanes.position) * beams * bins,
         first_range=jit.Float(config.range_min_m),
         bin_width=jit.Float(width),
-        wave_cycles=2.0 * config.frequency_hz / dr.gather(jit.Float, medium.sound_speed, view.lane),
+        wave_cycles=2.0 * config.frequency_hz / dr.gather(jit.Float, lanes.medium.sound_speed, view.lane),
         origin=view.origin,
         facet=jit.Float(facet_size(config)),
         seed=seed,
@@ -270,18 +242,19 @@ def facet_size(config: ImagingSonarConfig) -> float:
 
 
 def image(
-    config: ImagingSonarConfig, field: EchoField, medium: Medium, noise: Array, environment: Array, tick: Array,
-    key: Any, trace: Trace = None,
-) -> tuple[Array, Array, Array, Array]:  # fmt: skip
+    config: ImagingSonarConfig, field: EchoField, lanes: Lanes, noise: Array, key: Any, trace: Trace = None
+) -> tuple[Array, Array, Array, Array]:
     """Add receiver noise, set the gain and the scale: data, truth, and the complex signal before gain."""
     cells = config.beams * config.bins
     index = dr.arange(jit.UInt32, dr.width(field.real))
     lane, cell = index // cells, index % cells
-    loss = dr.gather(jit.Float, medium.absorption, lane)
+    loss = dr.gather(jit.Float, lanes.medium.absorption, lane)
     distance = config.range_min_m + (jit.Float(cell % config.bins) + 0.5) * config.bin_width_m
     area = math.radians(config.horizontal_aperture_deg) / config.beams * config.bin_width_m
     gain = time_varied_gain(distance, loss, spreading=30.0) / area
-    n1, n2 = normals32(key, cell, dr.gather(jit.UInt32, environment, lane), dr.gather(jit.UInt32, tick, lane))
+    n1, n2 = normals32(
+        key, cell, dr.gather(jit.UInt32, lanes.environment, lane), dr.gather(jit.UInt32, lanes.tick, lane)
+    )
     size = dr.sqrt(0.5 * noise * gain)
     real, imaginary = field.real + size * n1, field.imaginary + size * n2
     tilt = distance ** ((config.tvg_db - 30.0) / 10.0) if config.tvg_db != 30.0 else 1.0

@@ -20,20 +20,11 @@ from pelagos.acoustics.pulse import processing_gain_db
 from pelagos.acoustics.spreading import from_db, patch_intensity, time_varied_gain, to_db
 from pelagos.jit import Array
 from pelagos.raycast.scene import Tables
-from pelagos.sensors.echo import (
-    Fan,
-    Medium,
-    Trace,
-    View,
-    fan_struct,
-    look,
-    medium_of,
-    patches_of,
-    scattering_table,
-)
-from pelagos.sensors.mount import sensor_pose
-from pelagos.sensors.noise import normals32, opaque_key, stream_key
+from pelagos.sensors.echo import Fan, Lanes, Trace, View, look, patches_of
+from pelagos.sensors.noise import normals32
+from pelagos.sensors.scattering import Surfaces
 from pelagos.sensors.sensor import Kinematics, Measurement, SensorConfig, SensorContext
+from pelagos.sensors.sounder import Sounder
 
 _ACROSS: Final = np.array([-0.8, -0.4, 0.0, 0.4, 0.8])  # places of the rays in a beam [half-power widths]
 _GATE: Final = 0.06  # detection window about the strongest echo [of the range]
@@ -185,18 +176,11 @@ class Multibeam:
 
     def __init__(self, config: MultibeamConfig, context: SensorContext) -> None:
         self.config = config
-        self._context = context
         rays = fan_rays(config)
-        self._fan = fan_struct(rays)
-        self._medium = jit.freeze(medium_of(config.frequency_hz, config.ph))
-        self._key = opaque_key(stream_key(context.seed, context.path, "noise"))
-        self._own = jit.UInt32(context.own_body)
+        self._sounder = Sounder(
+            config, context, rays, frequency_hz=config.frequency_hz, ph=config.ph, wind_speed=config.wind_speed_mps
+        )
         self._noise = dr.opaque(jit.Float, _noise_power(config))
-        materials = context.world.materials
-        table = scattering_table(materials, config.frequency_hz, wind_speed=config.wind_speed_mps)
-        self._table = jit.Float(table.ravel())
-        self._surface_row = len(materials)
-        dr.eval(self._table, self._own)
         self._ping = context.scene.compile(self._make)
         axis = rays["direction"][config.rays_per_beam // 2 :: config.rays_per_beam]
         self.tables = {"angle": config.angles.astype(np.float32), "direction": axis.astype(np.float32)}
@@ -218,45 +202,33 @@ class Multibeam:
 
     def explain(self, motion: Kinematics) -> list[tuple[str, NDArray[Any], str]]:
         """One ping, not frozen, with its intermediate arrays: (name, values, unit)."""
-        found: list[tuple[str, NDArray[Any], str]] = []
-        scene = self._context.scene
-        ping = self._make(scene.static, scene.moving, lambda name, v, unit: found.append((name, np.array(v), unit)))
-        ping(*self._arguments(motion))
-        return found
+        return self._sounder.trace(self._make, *self._arguments(motion))
 
     def _arguments(self, motion: Kinematics) -> tuple[Any, ...]:
-        position, attitude = sensor_pose(motion, self.config)
-        medium = self._medium(self._context.ocean, position, jit.Float64(motion.t_ns) * 1e-9)
-        own = dr.gather(jit.UInt32, self._own, motion.copy)
-        lane = (position, attitude, motion.copy, own, motion.environment, motion.tick, medium)
-        return (self._context.scene.tables, *lane, self._fan, self._table, self._noise, self._key)
+        return (*self._sounder.arguments(motion), self._noise)
 
     def _make(self, static: Any, moving: Any, trace: Trace = None) -> Callable[..., Any]:
-        config, surface_row = self.config, self._surface_row
+        config = self.config
 
         def ping(
-            tables: Tables, position: Array, attitude: Array, copy: Array, own: Array, environment: Array, tick: Array,
-            medium: Medium, fan: Fan, table: Array, noise: Array, key: Any,
-        ) -> tuple[Array, ...]:  # fmt: skip
-            reach = jit.Float(1.1 * config.range_max_m)
-            view = look(
-                static, moving, tables, fan, position, attitude, copy, own, max_range=reach, surface_row=surface_row
-            )
-            echo = beam_echoes(config, view, fan, medium, table, trace)
-            return detect(config, echo, medium, noise, environment, tick, key, trace)
+            tables: Tables, lanes: Lanes, fan: Fan, surfaces: Surfaces, key: Any, noise: Array
+        ) -> tuple[Array, ...]:
+            view = look(static, moving, tables, fan, lanes, surfaces, max_range=1.1 * config.range_max_m)
+            echo = beam_echoes(config, view, fan, lanes, surfaces, trace)
+            return detect(config, echo, lanes, noise, key, trace)
 
         return ping
 
 
 def beam_echoes(
-    config: MultibeamConfig, view: View, fan: Fan, medium: Medium, table: Array, trace: Trace = None
+    config: MultibeamConfig, view: View, fan: Fan, lanes: Lanes, surfaces: Surfaces, trace: Trace = None
 ) -> Echo:
     """Centre, extent and energy of the strongest echo in each beam."""
     rays = config.rays_per_beam
     patches = patches_of(
-        view, fan, medium, table, beams=config.beams, bins=1, longest=jit.Float(0.2 * config.range_max_m), trace=trace
+        view, fan, lanes, surfaces, beams=config.beams, bins=1, longest=0.2 * config.range_max_m, trace=trace
     )
-    loss = dr.gather(jit.Float, medium.absorption, view.lane)
+    loss = dr.gather(jit.Float, lanes.medium.absorption, view.lane)
     t, energy = patches.distance, patches.energy
     level = energy * time_varied_gain(t, loss, spreading=20.0)  # so that near things do not win by nearness alone
     strongest = dr.repeat(dr.block_reduce(dr.ReduceOp.Max, level, rays), rays)
@@ -292,20 +264,21 @@ def beam_echoes(
 
 
 def detect(
-    config: MultibeamConfig, echo: Echo, medium: Medium, noise: Array, environment: Array, tick: Array, key: Any,
-    trace: Trace = None,
-) -> tuple[Array, ...]:  # fmt: skip
+    config: MultibeamConfig, echo: Echo, lanes: Lanes, noise: Array, key: Any, trace: Trace = None
+) -> tuple[Array, ...]:
     """Range, true range, backscatter, quality, signal-to-noise ratio, label and instance of each beam."""
     index = dr.arange(jit.UInt32, dr.width(echo.centre))
     lane, beam = index // config.beams, index % config.beams
-    speed = dr.gather(jit.Float, medium.sound_speed, lane)
+    speed = dr.gather(jit.Float, lanes.medium.sound_speed, lane)
     resolution = speed / (2.0 * config.bandwidth_hz)
     snr = echo.energy / noise
     amplitude = amplitude_error(echo.spread, resolution, snr)
     baseline = 0.5 * _length(config.beamwidth_across_deg) * math.radians(config.beamwidth_across_deg)
     phase = phase_error(echo.centre, echo.spread, resolution, snr, baseline=baseline)
     error = dr.minimum(amplitude, phase)
-    n1, n2 = normals32(key, beam, dr.gather(jit.UInt32, environment, lane), dr.gather(jit.UInt32, tick, lane))
+    n1, n2 = normals32(
+        key, beam, dr.gather(jit.UInt32, lanes.environment, lane), dr.gather(jit.UInt32, lanes.tick, lane)
+    )
     measured = dr.select(phase < amplitude, echo.crossing, echo.centre) + error * n1
     if config.sound_speed_mps is not None:
         measured *= config.sound_speed_mps / speed

@@ -1,0 +1,92 @@
+"""What surfaces scatter back, as a table by material and grazing angle that is made once for a sonar's frequency."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final
+
+import drjit as dr
+import numpy as np
+from numpy.typing import NDArray
+
+from pelagos import jit
+from pelagos.acoustics.reflection import fluid_reflection
+from pelagos.acoustics.seabed import FREQUENCY_RANGE_HZ, Bottom, backscatter
+from pelagos.acoustics.speckle import patchiness
+from pelagos.acoustics.spreading import from_db
+from pelagos.acoustics.target_strength import facets, lambert
+from pelagos.jit import Array
+from pelagos.raycast.rays import Hits
+
+if TYPE_CHECKING:
+    from pelagos.world.material import Material
+
+_ANGLES: Final = 181  # columns of the scattering table: half a degree each
+_SOLID_SLOPE: Final = 0.12  # rms slope of facets of man-made and encrusted surfaces; assumed
+_SURFACE_BUBBLES_DB: Final = (
+    -22.0
+)  # Lambert strength of a wind-roughened surface with bubbles: TR 9407 Sec. II, figures
+_PATCHINESS_DB: Final = 5.0  # amplitude of the noise field, whose rms is 0.3
+_PATCH_SCALE: Final = 1.6  # [m]
+
+
+@dataclass
+class Surfaces:
+    """What all surfaces scatter at one frequency: a Dr.Jit struct.
+
+    Attributes:
+        section: `Float` `(materials + 1) x 181`, see `scattering_table`.
+        sea_row: `UInt32` (1), row of the sea surface.
+    """
+
+    section: Array
+    sea_row: Array
+
+
+def surfaces(materials: Sequence[Material], frequency_hz: float, *, wind_speed: float) -> Surfaces:
+    """`scattering_table` on the device."""
+    table = scattering_table(materials, frequency_hz, wind_speed=wind_speed)
+    made = Surfaces(jit.Float(table.ravel()), jit.UInt32(len(table) - 1))
+    dr.make_opaque(made)
+    return made
+
+
+def scattering_table(materials: Sequence[Material], frequency_hz: float, *, wind_speed: float) -> NDArray[np.float32]:
+    """Cross section per unit area [1] by material and grazing angle, `(materials + 1, 181)`, 0 to 90 deg.
+
+    Sediments follow TR 9407, evaluated at the nearer end of its 10-100 kHz where the sonar works outside of it; solids
+    are Lambert scatterers with specular facets; the last row is the sea surface: facets with the slopes of C. Cox and
+    W. Munk, J. Opt. Soc. Am. 44, 838 (1954), doi 10.1364/JOSA.44.000838, over a Lambert floor of bubbles.
+    """
+    grazing = jit.Float64(np.linspace(0.0, math.pi / 2, _ANGLES))
+    sine = dr.sin(grazing)
+    valid_hz = min(max(frequency_hz, FREQUENCY_RANGE_HZ[0]), FREQUENCY_RANGE_HZ[1])
+    rows = []
+    for m in materials:
+        if "TR 9407" in m.source:
+            bottom = Bottom(m.density_ratio, m.sound_speed_ratio, m.loss, m.volume_scatter, m.spectral_strength)
+            section = backscatter(grazing, valid_hz, bottom)
+        else:
+            real, imaginary = fluid_reflection(1.0, m.density_ratio, m.sound_speed_ratio, m.loss)
+            section = lambert(sine, m.lambert_db) + facets(sine, real**2 + imaginary**2, _SOLID_SLOPE)
+        rows.append(np.array(section, dtype=np.float32))
+    slope = math.sqrt(0.5 * (0.003 + 5.12e-3 * wind_speed))
+    rows.append(np.array(lambert(sine, _SURFACE_BUBBLES_DB) + facets(sine, 1.0, slope), dtype=np.float32))
+    return np.stack(rows)
+
+
+def scattering(surfaces: Surfaces, row: Array, sine: Array) -> Array:
+    """Cross section per unit area [1] of `row` at a grazing angle, by linear interpolation in the angle."""
+    place = dr.asin(dr.clip(sine, 0.0, 1.0)) * ((_ANGLES - 1) / (math.pi / 2))
+    column = dr.minimum(jit.UInt32(place), _ANGLES - 2)
+    index = row * _ANGLES + column
+    low = dr.gather(jit.Float, surfaces.section, index)
+    return dr.lerp(low, dr.gather(jit.Float, surfaces.section, index + 1), place - jit.Float(column))
+
+
+def patch_factor(hits: Hits) -> Array:
+    """Factor on the cross section: surfaces vary by some decibels over decimetres to metres (assumed, 1.5 dB rms)."""
+    x, y, z = (jit.Float(p) for p in hits.position)
+    return from_db(_PATCHINESS_DB * patchiness(x + 0.7 * z, y - 0.7 * z, seed=hits.instance, scale=_PATCH_SCALE))
