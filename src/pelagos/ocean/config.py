@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Annotated, TypeAlias
 
 import drjit as dr
 from pydantic import Field, field_validator
@@ -11,14 +11,35 @@ from pydantic import Field, field_validator
 from pelagos import jit
 from pelagos.config.strict import Strict
 from pelagos.errors import LookupFailed
-from pelagos.ocean.current import CurrentConfig, components
+from pelagos.math.geodesy import GeoOrigin
+from pelagos.ocean.analytic_current import (
+    GyreCurrentConfig,
+    JetCurrentConfig,
+    ShearCurrentConfig,
+    TidalCurrentConfig,
+    VortexCurrentConfig,
+)
+from pelagos.ocean.current import ProfileCurrentConfig, UniformCurrentConfig, components
 from pelagos.ocean.ocean import Ocean
+from pelagos.ocean.site import Site
 from pelagos.ocean.water_column import ProfileConfig, tabulate
 from pelagos.ocean.waves import WavesConfig, build_waves
 from pelagos.optics.water import JERLOV_TYPES
 
 if TYPE_CHECKING:
     from pelagos.world.world import World
+
+
+CurrentConfig: TypeAlias = Annotated[
+    UniformCurrentConfig
+    | ProfileCurrentConfig
+    | ShearCurrentConfig
+    | TidalCurrentConfig
+    | VortexCurrentConfig
+    | JetCurrentConfig
+    | GyreCurrentConfig,
+    Field(discriminator="type"),
+]
 
 
 class SunConfig(Strict):
@@ -87,11 +108,11 @@ def build_ocean(config: OceanConfig, world: World | None = None, *, seed: int = 
         world: gives the place on Earth (gravity, composition of the salt); mid-latitude without it.
         seed: of the waves' phases.
     """
-    latitude, longitude = _place(world)
-    profiles = tabulate(config.temperature_c, config.salinity, latitude_deg=latitude, longitude_deg=longitude)
+    site = _site(world, seed)
+    profiles = tabulate(config.temperature_c, config.salinity, site)
     north, west = components(config.wind.speed_mps, config.wind.from_deg + 180.0)
     return Ocean(
-        currents=[current.build() for current in config.currents],
+        currents=[current.build(site) for current in config.currents],
         column=profiles.column(),
         waves=build_waves(config.waves, depth=config.waves_depth_m, seed=seed),
         sun_elevation=dr.opaque(jit.Float, math.radians(config.sun.elevation_deg)),
@@ -102,9 +123,14 @@ def build_ocean(config: OceanConfig, world: World | None = None, *, seed: int = 
     )
 
 
-def _place(world: World | None) -> tuple[float, float]:
-    origin = getattr(world, "origin", None)
-    return (45.0, -30.0) if origin is None else (origin.latitude, origin.longitude)
+def _site(world: World | None, seed: int) -> Site:
+    if world is None:
+        return Site(GeoOrigin(45.0, -30.0), seed=seed)
+    bounds = getattr(world, "bounds", None)
+    if bounds is None:
+        return Site(world.origin, seed=seed)
+    low, high = ((float(x), float(y), float(z)) for x, y, z in bounds)
+    return Site(world.origin, (low, high), seed)
 
 
 def _between(value: float | ProfileConfig, low: float, high: float, what: str, unit: str) -> float | ProfileConfig:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Annotated, Literal, Protocol, Self, TypeAlias
+from typing import Literal, Protocol, Self
 
 import drjit as dr
 import numpy as np
@@ -18,6 +18,7 @@ from pelagos import jit
 from pelagos.config.strict import Strict
 from pelagos.jit import Array
 from pelagos.math.lookup import locate
+from pelagos.ocean.site import Site
 
 
 class Current(Protocol):
@@ -40,7 +41,7 @@ class UniformCurrentConfig(Strict):
     up_mps: float = Field(default=0.0, ge=-20, le=20)
     """Vertical speed, upwards positive [m/s]."""
 
-    def build(self) -> UniformCurrent:
+    def build(self, site: Site) -> Current:
         """The component on the device."""
         north, west = components(self.speed_mps, self.towards_deg)
         return UniformCurrent(dr.opaque(jit.Array3f64, [north, west, self.up_mps]))
@@ -80,7 +81,7 @@ class ProfileCurrentConfig(Strict):
             raise ValueError(f"speed_mps must not be negative, not {min(self.speed_mps)}")
         return self
 
-    def build(self) -> ProfileCurrent:
+    def build(self, site: Site) -> Current:
         """The component on the device."""
         rows = [components(s, d) for s, d in zip(self.speed_mps, self.towards_deg, strict=True)]
         north, west = np.array(rows).T
@@ -103,9 +104,6 @@ class ProfileCurrent:
         north0, west0 = (dr.gather(jit.Float64, a, i) for a in (self.north, self.west))
         north1, west1 = (dr.gather(jit.Float64, a, i + 1) for a in (self.north, self.west))
         return jit.Array3f64(north0 + fraction * (north1 - north0), west0 + fraction * (west1 - west0), 0.0)
-
-
-CurrentConfig: TypeAlias = Annotated[UniformCurrentConfig | ProfileCurrentConfig, Field(discriminator="type")]
 
 
 def components(speed: float, towards_deg: float) -> tuple[float, float]:

@@ -19,6 +19,7 @@ from pelagos import jit
 from pelagos.config.strict import Strict
 from pelagos.jit import Array
 from pelagos.math.lookup import sample
+from pelagos.ocean.site import Site
 
 STEP_M: Final = 0.5
 DEEPEST_M: Final = 11_000.0
@@ -83,31 +84,24 @@ class Profiles:
         return column
 
 
-def tabulate(
-    temperature: float | ProfileConfig,
-    salinity: float | ProfileConfig,
-    *,
-    latitude_deg: float,
-    longitude_deg: float,
-    deepest_m: float = DEEPEST_M,
-) -> Profiles:
-    """Tables down to `deepest_m`.
+def tabulate(temperature: float | ProfileConfig, salinity: float | ProfileConfig, site: Site) -> Profiles:
+    """Tables down to `DEEPEST_M`.
 
     Args:
         temperature: in situ [degC].
         salinity: practical salinity [1].
-        latitude_deg, longitude_deg: place, for gravity and for the composition of sea salt [deg].
-        deepest_m: last row [m], at most `DEEPEST_M`.
+        site: place on Earth, for gravity and for the composition of sea salt.
     """
     import gsw
 
-    depth = np.arange(0.0, min(deepest_m, DEEPEST_M) + STEP_M, STEP_M)
+    depth = np.arange(0.0, DEEPEST_M + STEP_M, STEP_M)
+    latitude = site.origin.latitude
     t, sp = _rows(temperature, depth), _rows(salinity, depth)
-    dbar = np.asarray(gsw.p_from_z(-depth, latitude_deg))  # within 0.3 % of the water's own; enough for density
-    sa = gsw.SA_from_SP(sp, dbar, longitude_deg, latitude_deg)
+    dbar = np.asarray(gsw.p_from_z(-depth, latitude))  # within 0.3 % of the water's own; enough for density
+    sa = gsw.SA_from_SP(sp, dbar, site.origin.longitude, latitude)
     ct = gsw.CT_from_t(sa, t, dbar)
     density = np.asarray(gsw.rho(sa, ct, dbar))
-    weight = density * np.asarray(gsw.grav(latitude_deg, dbar))
+    weight = density * np.asarray(gsw.grav(latitude, dbar))
     pressure = np.concatenate([[0.0], np.cumsum(0.5 * (weight[1:] + weight[:-1]) * np.diff(depth))])
     return Profiles(depth, t, sp, density, np.asarray(gsw.sound_speed(sa, ct, dbar)), pressure)
 
