@@ -52,11 +52,19 @@ def lift_and_drag(polar: Polar, density: Array, nu_r: Vector, *, mirrored: bool)
     lift = polar.slope * alpha
     drag = polar.parasitic + polar.induced * lift * lift
     pressure = 0.5 * density * polar.area * dot(nu_r[:3], nu_r[:3])
-    sin, cos = dr.sincos(alpha)
-    x = pressure * (lift * sin - drag * cos)
-    if mirrored:
-        x = dr.select(u < 0, -x, x)
-    return [x, 0.0, -pressure * (drag * sin + lift * cos), 0.0, 0.0, 0.0]
+    square = u * u + w * w
+    moving = square > 0
+    inverse = dr.rcp(dr.sqrt(dr.select(moving, square, 1.0)))  # sine and cosine without calling them
+    sin, cos = w * inverse, dr.select(moving, u * inverse, 1.0)
+    lift_ahead = dr.mulsign(lift, u) if mirrored else lift
+    return [
+        pressure * (lift_ahead * sin - drag * cos),
+        0.0,
+        -pressure * (drag * sin + lift * dr.abs(cos) if mirrored else drag * sin + lift * cos),
+        0.0,
+        0.0,
+        0.0,
+    ]
 
 
 def fin(

@@ -39,10 +39,10 @@ def emerged_ellipsoid(
         immersion: depth of the body's origin below the surface [m].
     """
     stretched = [mul(a, d) for a, d in zip(semi_axes, down, strict=True)]
-    extent = dr.sqrt(dot(stretched, stretched))
-    z = dr.clip((immersion + dot(center, down)) / extent, -1.0, 1.0)
+    inverse = dr.rcp(dr.sqrt(dot(stretched, stretched)))
+    z = dr.clip(total(immersion, dot(center, down)) * inverse, -1.0, 1.0)
     lost = buoyancy * (0.5 + z * (0.25 * z * z - 0.75))
-    lever = -buoyancy * (3.0 / 16.0) * (1 - z * z) ** 2 / extent
+    lever = -buoyancy * (3.0 / 16.0) * ((1 - z * z) * (1 - z * z)) * inverse
     offset = [mul(a, s) for a, s in zip(semi_axes, stretched, strict=True)]
     return add([lost * d for d in down] + [0.0] * 3, [0.0] * 3 + cross(center, scaled(lost, down)),
                [0.0] * 3 + scaled(lever, cross(offset, down)))  # fmt: skip

@@ -261,18 +261,17 @@ class Vehicle:
             return self.model.nu_dot(here, self.model.limited(states), outside)
 
         if self.config.integrator == "semi_implicit":
-            new = semi_implicit(rigid, accelerate, flow.rotation, h, jit.Array3f64)
+            new, nu_dot = semi_implicit(rigid, accelerate, flow.rotation, h)
         else:
-            new = runge_kutta(rigid, accelerate, h, rotation_from_quaternion)
-        rates = [(f64(b) - a) / h for a, b in zip(rigid.nu, new.nu, strict=True)]
+            new, nu_dot = runge_kutta(rigid, accelerate, h, rotation_from_quaternion)
         kept = [f64(self._mode_number[mode]), *(f64(m) for m in kept)]
         return VehicleState(
             position=jit.Array3f64(*new.position),
             attitude=new.attitude,
             velocity=jit.Array3f64(*new.nu[:3]),
             angular_velocity=jit.Array3f64(*new.nu[3:]),
-            acceleration=jit.Array3f64(*rates[:3]),
-            angular_acceleration=jit.Array3f64(*rates[3:]),
+            acceleration=jit.Array3f64(*nu_dot[:3]),
+            angular_acceleration=jit.Array3f64(*nu_dot[3:]),
             actuators=[f64(a) for a in self.model.advanced(state.actuators, commands, h)],
             controller=[*kept, *state.controller[len(kept) :]],
         )

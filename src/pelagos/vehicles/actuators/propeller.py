@@ -71,7 +71,7 @@ class Propeller:
 
     def wrench(self, state: Array, flow: Flow) -> Vector:
         """Thrust along x and reaction torque about it (6) at a shaft speed [rpm]."""
-        n = state / 60.0
+        n = state * (1 / 60)
         advance = self.advance_factor * norm((flow.nu if self.over_ground else flow.nu_r)[:3])
         x = self.thrust_factor * thruster.open_water_load(self.thrust, n, advance)
         k = self.torque_factor * thruster.open_water_load(self.torque, n, advance)

@@ -1,0 +1,6 @@
+"""Helpers of `tests/verification` serve the cross-code tests too."""
+
+import sys
+from pathlib import Path
+
+sys.path.append(str(Path(__file__).parents[1] / "verification"))
