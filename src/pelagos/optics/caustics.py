@@ -27,7 +27,9 @@ PLANES: Final = (0.8, 2.0, 5.0, 12.0)  # depths of the maps [m]
 CELLS: Final = 128  # of a map, each way
 NODES: Final = 33  # of the grid that carries the ocean's own waves, each way
 NODE_STEP: Final = 1.5  # [m]
-_PHOTONS: Final = 256  # each way
+_PHOTONS: Final = 128  # each way
+_HALF_UNIT: Final = 64
+_UNIT: Final = _HALF_UNIT**2  # of a photon: 2^20 of them fit a cell
 _GRAVITY: Final = 9.81
 _SURFACE_TENSION: Final = 7.3e-5  # over density [m^3/s^2]
 _GOLDEN: Final = math.pi * (3 - math.sqrt(5))
@@ -157,18 +159,28 @@ def _slopes(sea: Ripple, t: Array, lanes: int) -> tuple[Array, Array]:
 def _focus(slope_x: Array, slope_y: Array, towards_sun: Array, lanes: int) -> Array:
     photon = dr.arange(jit.UInt32, lanes * _PHOTONS * _PHOTONS)
     lane = photon // (_PHOTONS * _PHOTONS)
-    x = (jit.Float(photon // _PHOTONS % _PHOTONS) + 0.5) * (TILE / _PHOTONS)
-    y = (jit.Float(photon % _PHOTONS) + 0.5) * (TILE / _PHOTONS)
+    x = jit.Float(photon // _PHOTONS % _PHOTONS) * (TILE / _PHOTONS)
+    y = jit.Float(photon % _PHOTONS) * (TILE / _PHOTONS)
     normal = surface_normal(_bilinear2(slope_x, slope_y, x, y, lane))
     ray = refract(-towards_sun, normal, 1 / REFRACTIVE_INDEX)
     flat = sun_below_surface(towards_sun)
     dx, dy = ray.x / -ray.z + flat.x / flat.z, ray.y / -ray.z + flat.y / flat.z
-    size = CELLS * CELLS
-    counts = dr.zeros(jit.UInt32, lanes * len(PLANES) * size)
+    counts = dr.zeros(jit.UInt32, lanes * len(PLANES) * CELLS * CELLS)
     for p, depth in enumerate(PLANES):
-        cx, cy = _wrap((x + dx * depth) * (CELLS / TILE)), _wrap((y + dy * depth) * (CELLS / TILE))
-        dr.scatter_add(counts, jit.UInt32(1), (lane * len(PLANES) + p) * size + cx * CELLS + cy)
-    return _blurred(counts) * (CELLS / _PHOTONS) ** 2
+        base = (lane * len(PLANES) + p) * (CELLS * CELLS)
+        _splat(counts, base, (x + dx * depth) * (CELLS / TILE), (y + dy * depth) * (CELLS / TILE))
+    return _blurred(counts) * ((CELLS / _PHOTONS) ** 2 / _UNIT)
+
+
+def _splat(counts: Array, base: Array, u: Array, v: Array) -> None:
+    """Share one photon, `_UNIT` whole numbers, among the four cells around (u, v); whole numbers add in any order."""
+    i, j = dr.floor(u), dr.floor(v)
+    right, up = jit.UInt32((u - i) * _HALF_UNIT + 0.5), jit.UInt32((v - j) * _HALF_UNIT + 0.5)
+    i0, j0 = _wrap(i), _wrap(j)
+    i1, j1 = (i0 + 1) & (CELLS - 1), (j0 + 1) & (CELLS - 1)
+    for row, a in ((i0, _HALF_UNIT - right), (i1, right)):
+        for column, b in ((j0, _HALF_UNIT - up), (j1, up)):
+            dr.scatter_add(counts, a * b, base + row * CELLS + column)
 
 
 def _blurred(counts: Array) -> Array:

@@ -43,7 +43,7 @@ def intrinsics(width: int, height: int, horizontal_fov: float) -> Intrinsics:
 def pixel_grid(camera: Intrinsics) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Normalised image coordinates `(height, width)` of the pixels' centres, x right and y down."""
     u, v = np.meshgrid(np.arange(camera.width), np.arange(camera.height))
-    return (u - camera.cx) / camera.fx, (v - camera.cy) / camera.fy
+    return np.asarray((u - camera.cx) / camera.fx), np.asarray((v - camera.cy) / camera.fy)
 
 
 def brown_conrady(

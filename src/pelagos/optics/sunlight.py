@@ -172,6 +172,8 @@ def light_at_depth(light: LightArrays, water: WaterArrays, depth: Array) -> Ligh
 def scattered_daylight(light: LightArrays, water: WaterArrays, depth: Array, direction: Array) -> Array:
     """Radiance that a metre of water sends towards the eye from sun and sky, `Array3f` [cd/m^2 per m].
 
+    Light from below is left out: what comes from surfaces and is scattered forward counts as their image (`transport`).
+
     Args:
         light, water: see `light_at_depth`.
         depth: of that metre [m].
@@ -183,8 +185,7 @@ def scattered_daylight(light: LightArrays, water: WaterArrays, depth: Array, dir
     beam = water.water_scattering * _MOLECULES + water.particle_scattering * henyey_greenstein(to_sun, MEAN_COSINE)
     cone = MEAN_COSINE * _SKY_SPREAD
     sky = water.water_scattering * _MOLECULES + water.particle_scattering * henyey_greenstein(from_zenith, cone)
-    up = water.water_scattering * _MOLECULES + water.particle_scattering * henyey_greenstein(-from_zenith, 0.5)
-    return here.beam * beam + 1.2 * here.diffuse * sky + here.upwelling * up
+    return here.beam * beam + 1.2 * here.diffuse * sky
 
 
 def sky_radiance(light: LightArrays, direction: Array, *, glare: float = 1.0) -> Array:
