@@ -102,7 +102,8 @@ class _Harbour:
         half = config.pier_length_m / 2
         self.pier = waterfront.Pier(
             x=(-half, half), rows=(first + 1.1, first + 4.7, first + 8.3), bay=config.pile_bay_m,
-            deck=config.quay_height_m - 0.2, radius=config.pile_diameter_m / 2, fender_radius=config.pile_diameter_m / 3,
+            deck=config.quay_height_m - 0.2, radius=config.pile_diameter_m / 2,
+            fender_radius=config.pile_diameter_m / 3,
         )  # fmt: skip
         self.places = Places((self.x[0] + 4, self.x[1] - 4), (self.y[0] + 4, self.pier.fender_y - 1.5))
 

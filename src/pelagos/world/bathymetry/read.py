@@ -1,0 +1,95 @@
+"""Read a survey file of any of the known formats; everything that can be wrong with it is one `WorldError`."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Final, TypeAlias
+
+import numpy as np
+
+from pelagos.errors import WorldError, did_you_mean
+from pelagos.world.bathymetry.read_gridded import read_netcdf, read_npz, read_raster
+from pelagos.world.bathymetry.read_soundings import read_soundings
+from pelagos.world.bathymetry.survey import Grid, Soundings
+
+MATPLOTLIB: Final = "matplotlib:"
+"""Prefix of samples that ship inside matplotlib."""
+
+Reader: TypeAlias = Callable[..., Grid | Soundings]
+
+_READERS: Final[dict[str, Reader]] = {
+    ".nc": read_netcdf, ".nc4": read_netcdf, ".cdf": read_netcdf, ".grd": read_netcdf,
+    ".tif": read_raster, ".tiff": read_raster, ".asc": read_raster, ".bag": read_raster, ".vrt": read_raster,
+    ".npz": read_npz,
+    ".csv": read_soundings, ".xyz": read_soundings, ".txt": read_soundings, ".dat": read_soundings,
+}  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Reading:
+    """How to read a file.
+
+    Attributes:
+        variable: of a file that holds several.
+        crs: overrides, or supplies, the file's coordinate system.
+        columns: of a text file, in order.
+        box: (south, north, west, east) [deg] that will be used; a reader of large grids may leave out the rest.
+    """
+
+    variable: str | None
+    crs: str | None
+    columns: str
+    box: tuple[float, float, float, float] | None
+
+
+def read_survey(source: str, how: Reading) -> Grid | Soundings:
+    """Read `source`, a path or "matplotlib:NAME".
+
+    Raises:
+        WorldError: missing, of an unknown kind, unreadable, truncated, empty, without any value, or without a known
+            coordinate system.
+    """
+    path = _matplotlib_sample(source) if source.startswith(MATPLOTLIB) else Path(source)
+    if not path.is_file():
+        near = did_you_mean(path.name, [p.name for p in path.parent.glob("*")]) if path.parent.is_dir() else ""
+        raise WorldError(f"bathymetry file {path} does not exist{near}")
+    if path.stat().st_size == 0:
+        raise WorldError(f"bathymetry file {path} is empty (0 bytes)")
+    suffix = Path(path.stem).suffix.lower() if path.suffix.lower() == ".gz" else path.suffix.lower()
+    if suffix not in _READERS:
+        raise WorldError(f"bathymetry file {path}: the format {suffix!r} is not read; known: {', '.join(_READERS)}")
+    survey = _guarded(_READERS[suffix], path, how)
+    if survey.z.size == 0:
+        raise WorldError(f"bathymetry file {path} holds no values")
+    if not np.isfinite(survey.z).any():
+        raise WorldError(
+            f"bathymetry file {path}: all {survey.z.size} values of {survey.name!r} are NaN or marked as missing"
+        )
+    if not survey.crs:
+        raise WorldError(
+            f"bathymetry file {path} does not say its coordinate system, and its coordinates are not latitude and "
+            "longitude; say it in the scenario, for example crs: EPSG:32633"
+        )
+    return survey
+
+
+def _guarded(reader: Reader, path: Path, how: Any) -> Grid | Soundings:
+    try:
+        return reader(path, how)
+    except WorldError:
+        raise
+    except (OSError, EOFError, ValueError, RuntimeError, KeyError) as error:
+        text = str(error).strip() or type(error).__name__
+        raise WorldError(f"bathymetry file {path} cannot be read; it may be damaged or cut short ({text})") from error
+
+
+def _matplotlib_sample(source: str) -> Path:
+    from matplotlib import cbook
+
+    name = source.removeprefix(MATPLOTLIB)
+    try:
+        return Path(str(cbook.get_sample_data(name, asfileobj=False)))
+    except (FileNotFoundError, OSError) as error:
+        raise WorldError(f"matplotlib ships no sample {name!r}; it has topobathy.npz") from error

@@ -1,0 +1,159 @@
+"""From a survey to heights on a regular grid in the world's metres, holes filled and counted."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pelagos.errors import WorldError
+from pelagos.math.geodesy import GeoOrigin
+from pelagos.math.interpolate import bilinear
+from pelagos.world.bathymetry.projection import from_latlon, to_latlon
+from pelagos.world.bathymetry.survey import Grid, Soundings
+from pelagos.world.terrain import HeightField
+
+
+@dataclass(frozen=True)
+class Extent:
+    """A survey's extent on Earth, WGS 84 [deg]."""
+
+    south: float
+    north: float
+    west: float
+    east: float
+
+    def __str__(self) -> str:
+        lat = f"latitude {self.south:.5f} .. {self.north:.5f}"
+        return f"{lat}, longitude {self.west:.5f} .. {self.east:.5f}"
+
+    def holds(self, latitude: float, longitude: float, *, slack: float = 0.0) -> bool:
+        """Whether a place lies inside, up to `slack` [deg]."""
+        return (
+            self.south - slack <= latitude <= self.north + slack and self.west - slack <= longitude <= self.east + slack
+        )
+
+
+def extent(survey: Grid | Soundings) -> Extent:
+    """Where on Earth a survey lies."""
+    if isinstance(survey, Grid):
+        u0, u1, v0, v1 = survey.whole or (survey.u[0], survey.u[-1], survey.v[0], survey.v[-1])
+        side = np.linspace(0, 1, 33)
+        u = np.concatenate([u0 + side * (u1 - u0)] * 2 + [np.full(33, u0), np.full(33, u1)])
+        v = np.concatenate([np.full(33, v0), np.full(33, v1)] + [v0 + side * (v1 - v0)] * 2)
+    else:
+        u, v = survey.u, survey.v
+    lat, lon = to_latlon(survey.crs, u, v)
+    if not (np.isfinite(lat).all() and np.isfinite(lon).all()):
+        raise WorldError(
+            f"the coordinates of the survey do not fit its coordinate system {survey.crs!r}; is it the right one?"
+        )
+    return Extent(float(lat.min()), float(lat.max()), float(lon.min()), float(lon.max()))
+
+
+def sample(
+    survey: Grid | Soundings, origin: GeoOrigin, x: NDArray[np.float64], y: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """The survey's values `(nx, ny)` at world places x `(nx,)`, y `(ny,)`; NaN where it has none.
+
+    A grid is interpolated bilinearly between its nodes, soundings linearly on their Delaunay triangles.
+    """
+    gx, gy = np.meshgrid(x, y, indexing="ij")
+    lat, lon = origin.to_latlon(gx, gy)
+    if isinstance(survey, Grid):
+        u, v = from_latlon(survey.crs, lat, lon, near=float(survey.v[len(survey.v) // 2]))
+        i = _fractional(survey.u, u)
+        j = _fractional(survey.v, v)
+        return bilinear(survey.z, i, j)
+    return _triangulate(survey, origin, gx, gy)
+
+
+def far_from_soundings(survey: Soundings, origin: GeoOrigin, ground: HeightField) -> tuple[int, float]:
+    """How many nodes lie far from every sounding, and how far that is [m]: ten times their usual distance, or two cells."""
+    from scipy.spatial import KDTree
+
+    x, y = origin.to_xy(*to_latlon(survey.crs, survey.u, survey.v))
+    low, high = ground.bounds[0, :2], ground.bounds[1, :2]
+    margin = 0.2 * float((high - low).max())
+    points = np.stack([x, y], axis=1)
+    tree = KDTree(points[((points > low - margin) & (points < high + margin)).all(axis=1)])
+    usual = float(np.median(tree.query(tree.data[:: max(1, tree.n // 2000)], k=2)[0][:, 1]))
+    far = max(10 * usual, 2 * ground.spacing)
+    nodes = np.stack(np.meshgrid(ground.x, ground.y, indexing="ij"), axis=-1).reshape(-1, 2)
+    nearest, _ = tree.query(nodes, distance_upper_bound=far)
+    return int(np.isinf(nearest).sum()), far
+
+
+def fill(field: NDArray[np.float64]) -> tuple[NDArray[np.float64], int]:
+    """Heights with NaN replaced, and how many were: linear between the rims of a hole, the nearest value outside."""
+    holes = np.isnan(field)
+    count = int(holes.sum())
+    if count == 0:
+        return field, 0
+    from scipy.interpolate import LinearNDInterpolator, NearestNDInterpolator
+    from scipy.ndimage import binary_dilation
+    from scipy.spatial import QhullError
+
+    rim = binary_dilation(holes, iterations=2) & ~holes
+    points, values = np.argwhere(rim).astype(np.float64), field[rim]
+    wanted = np.argwhere(holes).astype(np.float64)
+    filled = np.full(count, np.nan)
+    try:
+        if len(points) >= 4:
+            filled = LinearNDInterpolator(points, values)(wanted)
+    except QhullError:
+        pass  # all rims on one line: the nearest value serves
+    missing = np.isnan(filled)
+    if missing.any():
+        filled[missing] = NearestNDInterpolator(points, values)(wanted[missing])
+    out = field.copy()
+    out[holes] = filled
+    return out, count
+
+
+def height_field(
+    survey: Grid | Soundings, origin: GeoOrigin, *, corner: tuple[float, float], cells: tuple[int, int], spacing: float
+) -> tuple[HeightField, int]:
+    """A regular grid of survey values, and how many of its nodes had none and were filled.
+
+    Raises:
+        WorldError: the survey has no value anywhere on the grid.
+    """
+    x = corner[0] + spacing * np.arange(cells[0] + 1, dtype=np.float64)
+    y = corner[1] + spacing * np.arange(cells[1] + 1, dtype=np.float64)
+    z = sample(survey, origin, x, y)
+    if np.isnan(z).all():
+        raise WorldError("the survey has no value anywhere in the crop: all of it is a hole; choose another part")
+    filled, count = fill(z)
+    return HeightField(corner[0], corner[1], spacing, filled), count
+
+
+def _fractional(axis: NDArray[np.float64], at: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Fractional index on a rising axis; outside -1. A place off the edge by rounding counts as on it."""
+    slack = 1e-9 * (axis[-1] - axis[0])
+    index = np.interp(at, axis, np.arange(len(axis), dtype=np.float64))
+    return np.where((at < axis[0] - slack) | (at > axis[-1] + slack), -1.0, index)
+
+
+def _triangulate(
+    survey: Soundings, origin: GeoOrigin, gx: NDArray[np.float64], gy: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    from scipy.interpolate import LinearNDInterpolator
+    from scipy.spatial import QhullError
+
+    lat, lon = to_latlon(survey.crs, survey.u, survey.v)
+    x, y = origin.to_xy(lat, lon)
+    margin = 0.2 * max(float(np.ptp(gx)), float(np.ptp(gy)))
+    near = (x > gx.min() - margin) & (x < gx.max() + margin) & (y > gy.min() - margin) & (y < gy.max() + margin)
+    if near.sum() < 3:
+        return np.full(gx.shape, np.nan)
+    points, inverse, counts = np.unique(
+        np.stack([x[near], y[near]], axis=1), axis=0, return_inverse=True, return_counts=True
+    )
+    values = np.bincount(inverse.reshape(-1), weights=survey.z[near]) / counts  # two soundings at one place: their mean
+    try:
+        found = LinearNDInterpolator(points, values)(gx, gy)
+    except QhullError:
+        return np.full(gx.shape, np.nan)
+    return np.asarray(found, dtype=np.float64)
