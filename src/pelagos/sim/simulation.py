@@ -40,6 +40,7 @@ class Simulation:
         self.model = model
         self.n = model.n
         self.seed = seed
+        self._begin = start_states(model)  # before any body stands in the scene that it asks
         hulls = {name: _hull(agent, model.world) for name, agent in model.agents.items()}
         self._bodies = Bodies(model.scene, hulls, n=model.n, first_instance=model.world.next_instance)
         self._stepper = Stepper(model, self._bodies)
@@ -120,7 +121,7 @@ class Simulation:
             )
             self._stepper = Stepper(self.model, self._bodies)
         self._bodies.clear()
-        return self._stepper.start(start_states(self.model))
+        return self._stepper.start(self._begin)
 
     def step(self, commands: Mapping[str, Any] | None = None) -> Observations:
         """Advance by one tick.
