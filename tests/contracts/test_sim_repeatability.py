@@ -1,4 +1,4 @@
-"""Same seed, same bytes: alone or in a fleet, tick by tick or in blocks, with one thread or two, in one process or another."""
+"""Same seed, same bytes: alone or in a fleet, tick by tick or in blocks, on one thread or two, in another process."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ SENSORS = {
     "altimeter": {"type": "altimeter", "rate_hz": 10},
     "multibeam": {"type": "multibeam", "rate_hz": 5, "beams": 64},
     "imaging": {"type": "imaging_sonar", "rate_hz": 5, "beams": 32, "bins": 64},
-    "camera": {"type": "camera", "rate_hz": 2, "width": 48, "height": 32},
+    "camera": {"type": "camera", "rate_hz": 2, "width_px": 48, "height_px": 32},
 }
 SCENARIO = {
     "seed": 3,
