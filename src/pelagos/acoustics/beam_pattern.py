@@ -57,7 +57,7 @@ def weighted_line_np(sine: NDArray[np.float64], length: float, shading: str) -> 
     return np.asarray((alpha * np.sinc(u) + side) / alpha)
 
 
-SHADING_WIDTH: Final = {"uniform": 1.0, "hamming": 1.4708, "hann": 1.6258}  # half-power width relative to uniform
+SHADING_WIDTH: Final = {"uniform": 1.0, "hamming": 1.4708, "hann": 1.6261}  # half-power width relative to uniform
 
 
 def steering_matrix(azimuths: NDArray[np.float64], width_rad: float, shading: str, reach: int) -> NDArray[np.float32]:

@@ -20,7 +20,10 @@ from pelagos.acoustics.speckle import facet_amplitude, facet_hash
 from pelagos.jit import Array
 
 FIXED_POINT: Final = 2.0**30  # steps per unit amplitude; units are chosen so that echoes are around 1
-_LARGEST: Final = 2.0**30  # |amplitude| of one contribution: 2^33 of them would be needed to overflow
+FIXED_POINT_ENERGY: Final = 2.0**42  # steps per unit energy
+_BLEND: Final = 0.25  # half width of a strip's edges, in parts of its length
+_LARGEST: Final = 2.0**20  # amplitude of one contribution; 2^13 of them would be needed to overflow
+_LARGEST_ENERGY: Final = 2.0**15
 
 
 @dataclass
@@ -50,12 +53,15 @@ class Patches:
 
 
 def strip_span(
-    distance: Array, direction: Array, normal: Array, along: Array, lower: Array, upper: Array, longest: Array
-) -> tuple[Array, Array, Array]:
+    distance: Array, direction: Array, normal: Array, along: Array, aside: Array, lower: Array, upper: Array,
+    longest: Array,
+) -> tuple[Array, Array, Array]:  # fmt: skip
     """Range span [m] of the strip that a stratum cuts out of a plane, and how a point moves along it.
 
     The stratum reaches from angle `lower` (negative) to `upper` [rad] about the ray, towards the unit vector `along`.
-    On a plane with unit normal n the range at angle a is t (n.d)/(n.(d cos a + u sin a)).
+    On a plane with unit normal n the range at angle a is t (n.d)/(n.(d cos a + u sin a)). Rays of one beam lie off its
+    middle by `-aside`; strips longer than what this changes in range are moved to where they lie in the beam's middle,
+    so that they tile.
 
     Returns:
         near [m], far [m], and `Array3f` slide [1]: displacement on the plane per metre of range.
@@ -68,8 +74,22 @@ def strip_span(
     near = dr.minimum(reach_low, reach_up) * distance
     far = dr.maximum(reach_low, reach_up) * distance
     near, far = dr.maximum(near, distance - longest), dr.minimum(far, distance + longest)
+    middle = flat / dr.maximum(flat - dr.dot(normal, aside), 1e-4 * flat) * distance - distance
+    limit = 0.5 * (far - near)
+    shift = dr.clip(middle, -limit, limit)
     slope = dr.select(dr.abs(tilt) > 0.02, facing / dr.select(tilt == 0.0, 1.0, tilt), 0.0)
-    return near, far, direction - along * slope
+    return near + shift, far + shift, direction - along * slope
+
+
+def overlap(low: Array, high: Array, near: Array, far: Array, ramp: Array) -> Array:
+    """Length of `[low, high]` in `[near, far]`, whose edges are ramps of half width `ramp` so that neighbours blend."""
+    return (_ramp(high, near, ramp) - _ramp(low, near, ramp)) - (_ramp(high, far, ramp) - _ramp(low, far, ramp))
+
+
+def _ramp(x: Array, edge: Array, ramp: Array) -> Array:
+    """Integral up to x of a step at `edge` that rises linearly over `edge` +- `ramp`."""
+    s = dr.clip((x - edge + ramp) / (2.0 * ramp), 0.0, 1.0)
+    return ramp * s * s + dr.maximum(x - edge - ramp, 0.0)
 
 
 def accumulate(
@@ -110,11 +130,12 @@ def accumulate(
 
     inverse = 1.0 / bin_width
     start = (patches.near - first_range) * inverse
-    stop = dr.maximum((patches.far - first_range) * inverse, start + 1e-3)
-    first = jit.Int32(dr.floor(dr.maximum(start, 0.0)))
-    last = jit.Int32(dr.floor(dr.minimum(stop, bins - 0.5)))
+    stop = dr.maximum((patches.far - first_range) * inverse, start + 1e-2)
     share = patches.energy / (stop - start)
-    inside = patches.valid & (start < bins) & (stop > 0.0)
+    ramp = _BLEND * (stop - start)
+    first = jit.Int32(dr.floor(dr.maximum(start - ramp, 0.0)))
+    last = jit.Int32(dr.floor(dr.minimum(stop + ramp, bins - 0.5)))
+    inside = patches.valid & (start - ramp < bins) & (stop + ramp > 0.0)
 
     real = dr.zeros(jit.UInt64, cells)
     imaginary = dr.zeros(jit.UInt64, cells)
@@ -124,8 +145,8 @@ def accumulate(
         return inside & (b <= last)
 
     def add(b: Array) -> tuple[Array]:
-        low = dr.maximum(start, jit.Float(b))
-        high = dr.minimum(stop, jit.Float(b) + 1.0)
+        low = dr.maximum(start - ramp, jit.Float(b))
+        high = dr.minimum(stop + ramp, jit.Float(b) + 1.0)
         reach = first_range + 0.5 * (low + high) * bin_width
         moved = hit + patches.slide * ((reach - patches.distance) * to_lattice)
         cell = dr.floor(moved)
@@ -134,12 +155,12 @@ def accumulate(
         a, b_ = facet_amplitude(word)
         path = dr.norm(cell + 0.5 - part) * facet * wave_cycles
         s, c = dr.sincos(2.0 * dr.pi * (path - dr.floor(path)))
-        power = share * dr.maximum(high - low, 0.0) * (patches.distance / reach) ** decay
+        power = share * dr.maximum(overlap(low, high, start, stop, ramp), 0.0) * (patches.distance / reach) ** decay
         size = dr.minimum(dr.sqrt(power), _LARGEST) * FIXED_POINT
         index = patches.row + jit.UInt32(b)
         dr.scatter_add(real, jit.UInt64(jit.Int64(size * (a * c + b_ * s))), index, inside)
         dr.scatter_add(imaginary, jit.UInt64(jit.Int64(size * (b_ * c - a * s))), index, inside)
-        dr.scatter_add(energy, jit.UInt64(dr.minimum(power, _LARGEST) * FIXED_POINT), index, inside)
+        dr.scatter_add(energy, jit.UInt64(dr.minimum(power, _LARGEST_ENERGY) * FIXED_POINT_ENERGY), index, inside)
         return (b + 1,)
 
     dr.while_loop((first,), more, add, mode="symbolic", labels=("bin",))
@@ -147,5 +168,5 @@ def accumulate(
     return (
         jit.Float(jit.Int64(real)) * scale,
         jit.Float(jit.Int64(imaginary)) * scale,
-        jit.Float(energy) * scale,
+        jit.Float(energy) * (1.0 / FIXED_POINT_ENERGY),
     )

@@ -65,6 +65,7 @@ def cone_rays(beamwidth: float) -> dict[str, NDArray[Any]]:
     ca, sa, ct, st = np.cos(angle), np.sin(angle), np.cos(turn), np.sin(turn)
     return {
         "direction": np.stack([sa * ct, sa * st, -ca], axis=-1),
+        "aside": np.zeros((len(angle), 3)),
         "along": np.stack([ca * ct, ca * st, sa], axis=-1),
         "lower": np.full(len(angle), -step / 2),
         "upper": np.full(len(angle), step / 2),

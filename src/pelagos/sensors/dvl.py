@@ -87,6 +87,7 @@ def beam_rays(config: DvlConfig) -> dict[str, NDArray[Any]]:
     count = 4 * _RAYS
     return {
         "direction": rays.reshape(-1, 3),
+        "aside": np.zeros((count, 3)),
         "along": np.repeat(up, _RAYS, axis=0),
         "lower": np.full(count, -half / 2),
         "upper": np.full(count, half / 2),

@@ -45,6 +45,7 @@ class Fan:
     Attributes:
         direction: `Array3f`, unit vectors.
         along: `Array3f`, unit vectors, square to `direction`: the way in which the strata are thin.
+        aside: `Array3f`, from the ray's direction to the one in its beam's middle at the same place along `along`.
         lower, upper: `Float` [rad], from the ray to the edges of its stratum along `along` (`lower` negative).
         weight: `Float` [sr]: solid angle of the stratum times the two-way power pattern that is no beamformer's.
         beam: `UInt32`.
@@ -52,6 +53,7 @@ class Fan:
 
     direction: Array
     along: Array
+    aside: Array
     lower: Array
     upper: Array
     weight: Array
@@ -101,10 +103,11 @@ def medium_of(frequency_hz: float, ph: float) -> Callable[[Ocean, Array, Array],
 
 
 def fan_struct(fan: dict[str, NDArray[Any]]) -> Fan:
-    """The device arrays of a ray pattern made on the host (`direction`, `along`: `(r, 3)`; the rest `(r,)`)."""
+    """The device arrays of a ray pattern made on the host: `direction`, `along`, `aside` `(r, 3)`; the rest `(r,)`."""
     made = Fan(
         direction=jit.Array3f(np.ascontiguousarray(fan["direction"].T, dtype=np.float32)),
         along=jit.Array3f(np.ascontiguousarray(fan["along"].T, dtype=np.float32)),
+        aside=jit.Array3f(np.ascontiguousarray(fan["aside"].T, dtype=np.float32)),
         lower=jit.Float(fan["lower"].astype(np.float32)),
         upper=jit.Float(fan["upper"].astype(np.float32)),
         weight=jit.Float(fan["weight"].astype(np.float32)),
@@ -122,7 +125,7 @@ class View:
         lane: `UInt32`, copy and tick that the ray belongs to.
         ray: `UInt32`, row of the fan.
         origin: `Array3f64`, of the ray, world [m].
-        direction, along: `Array3f`, world frame.
+        direction, along, aside: `Array3f`, world frame, see `Fan`.
         hits: see `Hits`; the sea surface from below counts as a hit of the material row behind the world's last.
         sine: `Float`, of the grazing angle.
     """
@@ -132,6 +135,7 @@ class View:
     origin: Array
     direction: Array
     along: Array
+    aside: Array
     hits: Hits
     sine: Array
 
@@ -164,11 +168,12 @@ def look(
     origin = dr.gather(jit.Array3f64, lanes.position, lane)
     direction = rotate(q, dr.gather(jit.Array3f, fan.direction, ray))
     along = rotate(q, dr.gather(jit.Array3f, fan.along, ray))
+    aside = rotate(q, dr.gather(jit.Array3f, fan.aside, ray))
     own_row = dr.gather(jit.UInt32, lanes.own, lane)
     shot = Rays(origin, direction, jit.Float(max_range), dr.gather(jit.UInt32, lanes.copy, lane), own_row)
     hits = with_sea_surface(cast(static, moving, tables, shot, smooth=smooth), shot, surfaces.sea_row)
     sine = dr.abs(dr.dot(hits.shading_normal, direction))
-    return View(lane, ray, origin, direction, along, hits, sine)
+    return View(lane, ray, origin, direction, along, aside, hits, sine)
 
 
 def with_sea_surface(hits: Hits, rays: Rays, row: Array) -> Hits:
@@ -213,7 +218,8 @@ def patches_of(
     weight = dr.gather(jit.Float, fan.weight, view.ray)
     energy = section / dr.maximum(view.sine, _LEAST_SINE) * weight * patch_intensity(t, loss)
     lower, upper = dr.gather(jit.Float, fan.lower, view.ray), dr.gather(jit.Float, fan.upper, view.ray)
-    near, far, slide = strip_span(t, view.direction, hits.shading_normal, view.along, lower, upper, jit.Float(longest))
+    normal = hits.shading_normal
+    near, far, slide = strip_span(t, view.direction, normal, view.along, view.aside, lower, upper, jit.Float(longest))
     if trace is not None:
         for name, value, unit in (
             ("ray direction, up component", view.direction.z, "1"),

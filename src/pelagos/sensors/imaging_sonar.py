@@ -97,6 +97,11 @@ class ImagingSonarConfig(SensorConfig):
         return (self.range_max_m - self.range_min_m) / self.bins
 
     @property
+    def longest_strip_m(self) -> float:
+        """How far a ray's patch of surface may reach in range [m]."""
+        return 0.125 * self.range_max_m
+
+    @property
     def azimuths(self) -> NDArray[np.float64]:
         """Beam directions `(beams,)` [rad], positive to the left, from left to right as an image's columns are."""
         sector = math.radians(self.horizontal_aperture_deg)
@@ -123,8 +128,11 @@ def fan_rays(config: ImagingSonarConfig) -> dict[str, NDArray[Any]]:
     width = math.radians(config.horizontal_aperture_deg) / beams
     azimuth = config.azimuths[j] + ((0.5 + _STEP * k + _STEP2 * j) % 1.0 - 0.5) * width
     ce, se, ca, sa = np.cos(elevation), np.sin(elevation), np.cos(azimuth), np.sin(azimuth)
+    direction = np.stack([ce * ca, ce * sa, se], axis=-1)
+    middle = config.azimuths[j]
     return {
-        "direction": np.stack([ce * ca, ce * sa, se], axis=-1),
+        "direction": direction,
+        "aside": np.stack([ce * np.cos(middle), ce * np.sin(middle), se], axis=-1) - direction,
         "along": np.stack([-se * ca, -se * sa, ce], axis=-1),
         "lower": low - elevation,
         "upper": high - elevation,
@@ -198,7 +206,9 @@ class ImagingSonar:
             tables: Tables, lanes: Lanes, fan: Fan, surfaces: Surfaces, key: Any, steering: Array, pulse: Array,
             noise: Array, seed: Array,
         ) -> tuple[Array, Array, Array, Array]:  # fmt: skip
-            view = look(static, moving, tables, fan, lanes, surfaces, max_range=config.range_max_m)
+            view = look(
+                static, moving, tables, fan, lanes, surfaces, max_range=config.range_max_m + config.longest_strip_m
+            )
             field = echoes(config, view, fan, lanes, surfaces, seed, trace)
             field = convolve(field, pulse, count=taps[0], length=config.bins, stride=1, rows=False)
             field = convolve(field, steering, count=taps[1], length=config.beams, stride=config.bins, rows=True)
@@ -213,7 +223,7 @@ def echoes(
     """Echoes of what the rays saw, by beam and bin, as backscattering strength of the cell (gain 30 log r + 2 a r)."""
     beams, bins, width = config.beams, config.bins, config.bin_width_m
     patches = patches_of(
-        view, fan, lanes, surfaces, beams=beams, bins=bins, longest=0.125 * config.range_max_m, trace=trace
+        view, fan, lanes, surfaces, beams=beams, bins=bins, longest=config.longest_strip_m, trace=trace
     )
     loss = dr.gather(jit.Float, lanes.medium.absorption, view.lane)
     cell = math.radians(config.horizontal_aperture_deg) / beams * width  # solid angle times depth of a cell [rad m]

@@ -118,6 +118,7 @@ def fan_rays(config: MultibeamConfig) -> dict[str, NDArray[Any]]:
     step = 0.4 * width
     return {
         "direction": np.stack([st, ct * sa, -ct * ca], axis=-1),
+        "aside": np.zeros((len(beam), 3)),
         "along": np.stack([0 * sa, ca, sa], axis=-1),
         "lower": -0.5 * step,
         "upper": 0.5 * step,
