@@ -29,7 +29,7 @@ def test_fossen_loop_and_production_step_converge_to_one_motion(remus):
 
 
 def test_recorded_turn(remus):
-    """The steady turn of the recording: speeds to 1e-6, since a steady state has no step error; track to 4 cm in 84 m."""
+    """The steady turn of the recording: speeds to 1e-6, since it has no step error; track to 4 cm in 84 m."""
     _, rows = table("remus_turn_r5_1200")
     flight = fly(remus, rows[-1, 0], h=0.02, mode="actuators", command=TURN, position=(0, 0, 0))
     assert np.abs(flight.nu[-1] - rows[-1, 7:13]).max() < 2e-5

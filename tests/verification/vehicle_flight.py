@@ -79,7 +79,7 @@ def fly(
     moment=(0.0, 0.0, 0.0),
     actuators=None,
 ) -> Flight:
-    """One vehicle from NED `position`, FRD -> NED `attitude` and `nu`, with a constant command and wrench (FRD)."""
+    """One vehicle from NED `position`, FRD -> NED `attitude`, `nu`; command and wrench (FRD) constant."""
     mode = mode or vehicle.default_mode
     names = vehicle.command_names(mode)
     command = [0.0] * len(names) if command is None else command

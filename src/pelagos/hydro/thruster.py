@@ -34,4 +34,5 @@ def open_water_load(coefficients: tuple[Array, Array], revolutions: Array, advan
 
 def quadratic_thrust(forward: Array, reverse: Array, speed: Array) -> Array:
     """k |n| n [N] with one k ahead and one astern [N s^2], speed in the unit of k; F21 Chapter 9."""
-    return dr.select(speed > 0, forward, reverse) * speed * dr.abs(speed)
+    square = speed * dr.abs(speed)  # inside `select`: of two numbers it would be single precision
+    return dr.select(speed > 0, forward * square, reverse * square)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pelagos.vehicles.config import VehicleConfig
 from pelagos.vehicles.control.controller import Controller
-from pelagos.vehicles.control.direct import AccelerationConfig, ActuatorsConfig, WrenchConfig, direct
+from pelagos.vehicles.control.plant import Plant
 from pelagos.vehicles.model import Model, inertia_of
 
 
@@ -19,13 +19,7 @@ def build_model(config: VehicleConfig) -> Model:
     )
 
 
-def build_modes(config: VehicleConfig) -> dict[str, Controller]:
+def build_modes(config: VehicleConfig, model: Model) -> dict[str, Controller]:
     """Control laws by name."""
-    names = tuple(name for name, part in config.actuators.items() if part is not None)
-    modes: dict[str, Controller] = {}
-    for name, mode in config.modes.items():
-        if isinstance(mode, (ActuatorsConfig, WrenchConfig, AccelerationConfig)):
-            modes[name] = direct(mode, names)
-        elif mode is not None:
-            modes[name] = mode.build()
-    return modes
+    plant = Plant(model, config.body)
+    return {name: mode.build(plant) for name, mode in config.modes.items() if mode is not None}

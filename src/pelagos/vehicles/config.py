@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any, Literal, Self
 
 import numpy as np
@@ -15,6 +16,7 @@ from pelagos.vehicles.inertia import AddedMassConfig, CoriolisConfig, MassConfig
 from pelagos.vehicles.kinds import ActuatorConfig, ModeConfig, TermConfig
 from pelagos.vehicles.load import catalogue_data, catalogue_names, merged
 from pelagos.vehicles.part import Body, NonNegative, PartConfig, Positive, Three
+from pelagos.vehicles.terms.floating import HydrostaticConfig, TwinHullConfig
 
 
 class VehicleConfig(PartConfig):
@@ -103,7 +105,7 @@ class VehicleConfig(PartConfig):
     def body(self) -> Body:
         """The constants that terms follow from."""
         mass, inertia, volume = mass_and_inertia(self.mass, self.density_kg_m3, self.length_m, self.beam)
-        return Body(
+        body = Body(
             density=self.density_kg_m3,
             gravity=self.gravity_m_s2,
             length=self.length_m,
@@ -115,7 +117,12 @@ class VehicleConfig(PartConfig):
             buoyancy=self.density_kg_m3 * volume * self.gravity_m_s2,
             center_of_gravity=np.array(self.mass.center_of_gravity_m, dtype=np.float64),
             center_of_buoyancy=np.array(self.mass.center_of_buoyancy_m, dtype=np.float64),
+            stiffness=np.zeros(6),
         )
+        for term in self.terms.values():
+            if isinstance(term, (HydrostaticConfig, TwinHullConfig)):
+                body = replace(body, stiffness=term.stiffness(body))
+        return body
 
 
 def _check_body(body: Body) -> None:

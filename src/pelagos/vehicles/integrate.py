@@ -49,7 +49,7 @@ def semi_implicit(state: Rigid, accelerate: Accelerate, rotation: Matrix, h: Arr
 def turned(q: Array, rates: Vector, h: Array) -> Array:
     """q after turning with constant body rates [rad/s] for h [s].
 
-    The exponential map as a series (to 1e-16 up to 0.2 rad a step, 3e-7 at 2 rad), and one Newton step towards unit length.
+    The exponential map as a series (to 1e-16 up to 0.2 rad a step, 3e-7 at 2 rad), then a Newton step to unit length.
     """
     half = 0.5 * h
     x, y, z = rates[0] * half, rates[1] * half, rates[2] * half
@@ -63,7 +63,7 @@ def turned(q: Array, rates: Vector, h: Array) -> Array:
 def runge_kutta(
     state: Rigid, accelerate: Accelerate, h: Array, rotate: Callable[[Array], Matrix]
 ) -> tuple[Rigid, Vector]:
-    """One step of h [s], and the mean acceleration (6) in it; `rotate` gives the rotation `(3, 3)` of a unit quaternion."""
+    """One step of h [s], and the mean acceleration (6) in it; `rotate`: unit quaternion -> `(3, 3)`."""
     k1 = _slope(state, accelerate, 0.0, rotate)
     k2 = _slope(_along(state, k1, 0.5 * h), accelerate, 0.5, rotate)
     k3 = _slope(_along(state, k2, 0.5 * h), accelerate, 0.5, rotate)

@@ -8,25 +8,33 @@ from pydantic import Field
 
 from pelagos.vehicles.actuators.fin import FinConfig
 from pelagos.vehicles.actuators.propeller import PropellerConfig
+from pelagos.vehicles.actuators.thruster import ThrusterConfig
 from pelagos.vehicles.control.depth_heading import DepthHeadingConfig
 from pelagos.vehicles.control.direct import AccelerationConfig, ActuatorsConfig, WrenchConfig
+from pelagos.vehicles.control.heading_thrust import HeadingThrustConfig
 from pelagos.vehicles.terms.crossflow import CrossFlowConfig
 from pelagos.vehicles.terms.damping import LinearDampingConfig, QuadraticDampingConfig, TimeConstantDampingConfig
+from pelagos.vehicles.terms.floating import FloatingDampingConfig, HydrostaticConfig, PayloadConfig, TwinHullConfig
 from pelagos.vehicles.terms.lift import LiftDragConfig
 from pelagos.vehicles.terms.restoring import SubmergedConfig
 
 TermConfig: TypeAlias = Annotated[
     CrossFlowConfig
+    | FloatingDampingConfig
+    | HydrostaticConfig
     | LiftDragConfig
     | LinearDampingConfig
+    | PayloadConfig
     | QuadraticDampingConfig
     | SubmergedConfig
-    | TimeConstantDampingConfig,
+    | TimeConstantDampingConfig
+    | TwinHullConfig,
     Field(discriminator="type"),
 ]
 
-ActuatorConfig: TypeAlias = Annotated[FinConfig | PropellerConfig, Field(discriminator="type")]
+ActuatorConfig: TypeAlias = Annotated[FinConfig | PropellerConfig | ThrusterConfig, Field(discriminator="type")]
 
 ModeConfig: TypeAlias = Annotated[
-    AccelerationConfig | ActuatorsConfig | DepthHeadingConfig | WrenchConfig, Field(discriminator="type")
+    AccelerationConfig | ActuatorsConfig | DepthHeadingConfig | HeadingThrustConfig | WrenchConfig,
+    Field(discriminator="type"),
 ]

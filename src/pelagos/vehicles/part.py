@@ -35,6 +35,7 @@ class Body:
         added: M_A `(6, 6)`.
         weight, buoyancy: W, B [N].
         center_of_gravity, center_of_buoyancy: r_g, r_b `(3,)` [m].
+        stiffness: diagonal `(6,)` of a floating hull's G about its centre of flotation; 0 for one that does not float.
     """
 
     density: float
@@ -48,6 +49,7 @@ class Body:
     buoyancy: float
     center_of_gravity: NDArray[np.float64]
     center_of_buoyancy: NDArray[np.float64]
+    stiffness: NDArray[np.float64]
 
     @property
     def mass_matrix(self) -> NDArray[np.float64]:

@@ -15,9 +15,10 @@ from pydantic import ValidationError
 
 from pelagos import jit
 from pelagos.errors import LookupFailed, ScenarioError
-from pelagos.hydro.algebra import Vector
+from pelagos.hydro.algebra import Vector, matvec, transpose
 from pelagos.jit import Array
 from pelagos.math.frames import flip_quaternion_np, flip_yz, flip_yz_np
+from pelagos.ocean.current import UniformCurrent
 from pelagos.raycast.geometry import Geometry
 from pelagos.vehicles import hull
 from pelagos.vehicles.books import Accelerations, columns
@@ -46,7 +47,7 @@ class Vehicle:
     def __init__(self, config: VehicleConfig) -> None:
         self.config = config
         self.model = build_model(config)
-        self.controllers = build_modes(config)
+        self.controllers = build_modes(config, self.model)
         self._memory = max((c.memory for c in self.controllers.values()), default=0)
         self._mode_number = {name: i + 1.0 for i, name in enumerate(self.controllers)}
 
@@ -277,12 +278,24 @@ class Vehicle:
         )
 
     def flow(self, rigid: Rigid, ocean: Any, t: Array) -> Flow:
-        """The water around a vehicle."""
+        """The water around a vehicle: current at its origin, its shear along the hull, and the surface above."""
         rotation = rotation_from_quaternion(rigid.attitude)
-        current: Vector = (0.0, 0.0, 0.0)
-        if ocean is not None:
-            current = [*flip_yz(ocean.current(flip_yz(jit.Array3f64(*rigid.position)), t))]
-        return make_flow(rigid.position, rotation, rigid.nu, current, current_rotation=self.config.current_rotation)
+        how = self.config.current_rotation
+        if ocean is None:
+            return make_flow(rigid.position, rotation, rigid.nu, (0.0, 0.0, 0.0), current_rotation=how)
+        current = _current(ocean, rigid.position, t)
+        shear: Vector = (0.0, 0.0)
+        if not all(isinstance(c, UniformCurrent) for c in getattr(ocean, "currents", [None])):
+            half = [0.5 * self.config.length_m * row[0] for row in rotation]
+            bow = _current(ocean, [p + a for p, a in zip(rigid.position, half, strict=True)], t)
+            stern = _current(ocean, [p - a for p, a in zip(rigid.position, half, strict=True)], t)
+            change = [(b - s) * (1 / self.config.length_m) for b, s in zip(bow, stern, strict=True)]
+            shear = matvec(transpose(rotation), change)[1:]
+        x, y = rigid.position[:2]
+        elevation = 0.0 if getattr(ocean, "waves", None) is None else ocean.elevation(x, -y, t)
+        return make_flow(
+            rigid.position, rotation, rigid.nu, current, current_rotation=how, shear=shear, elevation=elevation
+        )
 
     def _begin(self, memory: Sequence[Array], controller: Controller, mode: str, flow: Flow) -> list[Array]:
         """The mode's memory: what it kept, or its start where another mode ran before."""
@@ -350,6 +363,11 @@ class Vehicle:
     def effective_mass_kg(self) -> float:
         """Mass plus the smallest added mass [kg]: how hard the lightest direction is to stop."""
         return float(np.diag(self.config.body.mass_matrix)[:3].min())
+
+
+def _current(ocean: Any, position: Vector, t: Array) -> list[Array]:
+    """Velocity of the water at a place, both NED."""
+    return [*flip_yz(ocean.current(flip_yz(jit.Array3f64(*position)), t))]
 
 
 def _explain(error: ValidationError) -> str:

@@ -10,6 +10,7 @@ from pelagos.jit import Array
 from pelagos.vehicles.control.controller import Demand
 from pelagos.vehicles.control.depth import DepthGains, DepthMemory, stern_plane
 from pelagos.vehicles.control.heading import HeadingGains, HeadingMemory, rudder
+from pelagos.vehicles.control.plant import Plant
 from pelagos.vehicles.control.speed import SpeedGains, shaft_speed
 from pelagos.vehicles.flow import Flow
 from pelagos.vehicles.part import PartConfig
@@ -32,7 +33,7 @@ class DepthHeadingConfig(PartConfig):
     propeller: str
     """The actuator that drives."""
 
-    def build(self) -> DepthHeading:
+    def build(self, plant: Plant) -> DepthHeading:
         """The control law."""
         return DepthHeading(self)
 

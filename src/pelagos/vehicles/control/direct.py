@@ -8,6 +8,7 @@ from typing import Final, Literal
 
 from pelagos.jit import Array
 from pelagos.vehicles.control.controller import Demand
+from pelagos.vehicles.control.plant import Plant
 from pelagos.vehicles.flow import Flow
 from pelagos.vehicles.part import PartConfig
 
@@ -19,17 +20,29 @@ class ActuatorsConfig(PartConfig):
 
     type: Literal["actuators"]
 
+    def build(self, plant: Plant) -> Direct:
+        """The mode."""
+        return Direct(tuple(plant.model.actuators), "actuators")
+
 
 class WrenchConfig(PartConfig):
     """Force and moment on the body about its origin, forward-right-down [N], [N m]; actuators rest."""
 
     type: Literal["wrench"]
 
+    def build(self, plant: Plant) -> Direct:
+        """The mode."""
+        return Direct(tuple(f"{a}_{'force' if i < 3 else 'moment'}" for i, a in enumerate(_AXES)), "wrench")
+
 
 class AccelerationConfig(PartConfig):
     """Accelerations, forward-right-down [m/s^2], [rad/s^2], instead of the equation of motion."""
 
     type: Literal["acceleration"]
+
+    def build(self, plant: Plant) -> Direct:
+        """The mode."""
+        return Direct(tuple(f"{a}_acceleration" for a in _AXES), "acceleration")
 
 
 @dataclass(frozen=True)
@@ -53,12 +66,3 @@ class Direct:
         if self.kind == "wrench":
             return Demand(wrench=list(command)), []
         return Demand(acceleration=list(command)), []
-
-
-def direct(config: ActuatorsConfig | WrenchConfig | AccelerationConfig, actuators: tuple[str, ...]) -> Direct:
-    """The mode."""
-    if isinstance(config, ActuatorsConfig):
-        return Direct(actuators, "actuators")
-    if isinstance(config, WrenchConfig):
-        return Direct(tuple(f"{a}_{'force' if i < 3 else 'moment'}" for i, a in enumerate(_AXES)), "wrench")
-    return Direct(tuple(f"{a}_acceleration" for a in _AXES), "acceleration")

@@ -12,6 +12,7 @@ import drjit as dr
 
 from pelagos.jit import Array
 from pelagos.vehicles.control.angle import saturate, smallest_angle
+from pelagos.vehicles.control.reference import ReferenceModel
 from pelagos.vehicles.part import NonNegative, PartConfig, Positive
 
 
@@ -72,21 +73,8 @@ def rudder(
     if gains.rudder_limit_deg is not None:
         free = dr.abs(deflection) < math.radians(gains.rudder_limit_deg)
         step = dr.select(free | (deflection * error > 0), step, 0.0)
-    x, v, a = reference_step(gains, memory.heading, memory.rate, memory.acceleration, setpoint, h)
+    reference = ReferenceModel(
+        gains.reference_rad_s, gains.reference_damping, math.radians(gains.rate_limit_deg_s), gains.short_way
+    )
+    x, v, a = reference.step(memory.heading, memory.rate, memory.acceleration, setpoint, h)
     return deflection, HeadingMemory(memory.integral + step, x, v, a)
-
-
-def reference_step(
-    gains: HeadingGains, x: Array, v: Array, a: Array, setpoint: Array, h: Array
-) -> tuple[Array, Array, Array]:
-    """One explicit Euler step of the third-order reference model, its rate limited."""
-    w, damping = gains.reference_rad_s, 2 * gains.reference_damping + 1
-    to_go = setpoint - x
-    if gains.short_way:
-        to_go = smallest_angle(to_go)
-    jerk = w**3 * to_go - damping * w**2 * v - damping * w * a
-    limit = math.radians(gains.rate_limit_deg_s)
-    heading = x + h * v
-    if gains.short_way:
-        heading = smallest_angle(heading)
-    return heading, dr.clip(v + h * a, -limit, limit), a + h * jerk

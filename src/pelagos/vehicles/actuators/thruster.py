@@ -1,0 +1,104 @@
+"""Fixed thrusters anywhere on the hull, with a thrust curve."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal, Self
+
+import drjit as dr
+import numpy as np
+from pydantic import model_validator
+
+from pelagos.hydro import thruster
+from pelagos.hydro.algebra import Vector, mul
+from pelagos.jit import Array
+from pelagos.vehicles.actuators.lag import Lag
+from pelagos.vehicles.flow import Flow
+from pelagos.vehicles.part import Body, NonNegative, Number, PartConfig, Positive, Three
+
+
+class ThrusterConfig(PartConfig):
+    """Thrust by the square of the shaft speed. Command and state: shaft speed in the unit of the coefficients."""
+
+    type: Literal["thruster"]
+    position_m: Three
+    """FRD from the origin [m]."""
+    direction: Three
+    """Of positive thrust, FRD; its length does not matter."""
+    forward: Positive
+    """Thrust by speed squared, ahead [N s^2] (or [N] where the speed is a share of the largest)."""
+    reverse: Positive
+    """The same astern."""
+    low: Number
+    """Least speed."""
+    high: Number
+    """Largest speed."""
+    unit: str = "rad/s"
+    """Of the speed."""
+    torque_m: Number = 0.0
+    """Reaction torque about `direction` by thrust [m]; its sign is that of the propeller's hand."""
+    time_constant_s: NonNegative
+    """[s]"""
+
+    @model_validator(mode="after")
+    def _possible(self) -> Self:
+        if not any(self.direction):
+            raise ValueError("direction must not be 0, 0, 0")
+        if self.low >= self.high:
+            raise ValueError(f"low {self.low:g} must be below high {self.high:g}")
+        return self
+
+    def build(self, body: Body) -> Thruster:
+        """The actuator."""
+        return Thruster(
+            effect=thrust_effect(self.position_m, self.direction, self.torque_m),
+            curve=QuadraticCurve(self.forward, self.reverse),
+            lag=Lag(self.time_constant_s, self.low, self.high),
+            unit=self.unit,
+        )
+
+
+@dataclass(frozen=True)
+class QuadraticCurve:
+    """forward, reverse: thrust by speed squared."""
+
+    forward: Array
+    reverse: Array
+
+    def thrust(self, speed: Array) -> Array:
+        """[N]"""
+        return thruster.quadratic_thrust(self.forward, self.reverse, speed)
+
+    def thrust_at(self, speed: float) -> float:
+        """`thrust` of a number, without a device [N]."""
+        return float(self.forward if speed > 0 else self.reverse) * speed * abs(speed)
+
+    def speed(self, thrust: Array) -> Array:
+        """The speed that gives a thrust [N]."""
+        return dr.mulsign(dr.sqrt(dr.select(thrust > 0, thrust / self.forward, -thrust / self.reverse)), thrust)
+
+
+@dataclass(frozen=True)
+class Thruster:
+    """effect: wrench (6) of 1 N of thrust; curve: thrust by state."""
+
+    effect: Vector
+    curve: QuadraticCurve
+    lag: Lag
+    unit: str
+
+    def wrench(self, state: Array, flow: Flow) -> Vector:
+        """Force and moment (6)."""
+        thrust = self.curve.thrust(state)
+        return [mul(e, thrust) for e in self.effect]
+
+    def command(self, thrust: Array) -> Array:
+        """The command that gives a thrust [N] when it has settled."""
+        return self.curve.speed(thrust)
+
+
+def thrust_effect(position: Three, direction: Three, torque: float) -> list[float]:
+    """Wrench (6) of 1 N along `direction` at `position`, with its reaction torque [N m]."""
+    axis = np.array(direction) / np.linalg.norm(direction)
+    effect = np.concatenate([axis, np.cross(position, axis) + torque * axis])
+    return [float(x) if abs(x) > 1e-15 else 0.0 for x in effect]
