@@ -7,10 +7,10 @@ from typing import Any, Final
 
 import numpy as np
 
-from pelagos.messages.encoding import OPTICAL, Buffer, Encoding, Site, Topic, seconds_nanoseconds
+from pelagos.messages.encoding import OPTICAL, Encoding, Site, Topic, seconds_nanoseconds
 from pelagos.messages.pictures import COMPRESSED_IMAGE, compressed_image, jpeg
 from pelagos.messages.store import header, make
-from pelagos.messages.template import STAMP, Template
+from pelagos.messages.template import STAMP, Buffer, Template
 from pelagos.optics.lens import intrinsics
 from pelagos.sensors.sensor import Reading
 

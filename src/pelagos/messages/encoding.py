@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Final, TypeAlias
+from typing import Any, Final, TypeAlias
 
+import numpy as np
+from numpy.typing import NDArray
+
+from pelagos.messages.template import Buffer, Template
 from pelagos.sensors.sensor import Reading
-
-Buffer: TypeAlias = bytes | bytearray
 
 
 @dataclass(frozen=True)
@@ -41,6 +43,24 @@ DOWNWARD: Final = Frame("_frd", (0.0, 1.0, 0.0, 0.0))
 """x forward, y right, z down: Dvl and the multibeam messages."""
 
 
+Values: TypeAlias = Callable[[NDArray[Any], Mapping[str, NDArray[Any]]], NDArray[np.float64]]
+
+
+@dataclass(frozen=True)
+class Table:
+    """A topic whose messages differ in a row of numbers only, so that many are made in one go.
+
+    Attributes:
+        topic: where they go.
+        template: takes seconds, nanoseconds and then the numbers.
+        values: `(data (k, ...), extras (k, ...)) -> (k, m)`, the numbers of k readings.
+    """
+
+    topic: Topic
+    template: Template
+    values: Values
+
+
 @dataclass(frozen=True)
 class Encoding:
     """What one sensor says.
@@ -49,11 +69,25 @@ class Encoding:
         topics: in the order of what `encode` returns.
         encode: `(reading, copy)` -> one message a topic as CDR bytes, None where the topic has nothing to say.
         frames: frames that its messages use beside the sensor's own.
+        tables: the same topics as tables, where they can be; else empty.
     """
 
     topics: tuple[Topic, ...]
     encode: Callable[[Reading, int], tuple[Buffer | None, ...]]
     frames: tuple[Frame, ...] = ()
+    tables: tuple[Table, ...] = ()
+
+
+def tabular(*tables: Table, frames: tuple[Frame, ...] = ()) -> Encoding:
+    """The encoding of a sensor all of whose topics are tables."""
+
+    def encode(reading: Reading, copy: int) -> tuple[Buffer, ...]:
+        row = slice(copy, copy + 1)
+        extras = {name: values[row] for name, values in reading.extras.items()}
+        data, time = reading.data[row], seconds_nanoseconds(reading.t_ns)
+        return tuple(t.template.encode_row([*time, *t.values(data, extras)[0].tolist()]) for t in tables)
+
+    return Encoding(tuple(t.topic for t in tables), encode, frames, tables)
 
 
 @dataclass(frozen=True)

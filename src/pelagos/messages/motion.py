@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pelagos.math.frames import nwu_to_enu_np, quaternion_nwu_to_enu_np
-from pelagos.messages.encoding import Buffer, seconds_nanoseconds
 from pelagos.messages.store import Message, header, make, quaternion, serialize, stamp, vector3
 from pelagos.messages.template import STAMP, Template, fields, joined
 
@@ -34,23 +33,26 @@ class TruthEncoder:
         inside += fields("transforms[0].transform.rotation", "x y z w")
         self._transform = Template(TF, message, inside)
 
-    def encode(
+    def rows(
         self,
-        t_ns: int,
+        t_ns: NDArray[np.int64],
         position: NDArray[np.float64],
         attitude: NDArray[np.float64],
         velocity: NDArray[np.float64],
         angular_velocity: NDArray[np.float64],
-    ) -> tuple[Buffer, Buffer]:
-        """Odometry and transform of one copy: position `(3,)` NWU [m], attitude `(4,)` wxyz, velocities `(3,)` FLU."""
-        enu = nwu_to_enu_np(position).tolist()
-        w, x, y, z = quaternion_nwu_to_enu_np(attitude).tolist()
-        time = seconds_nanoseconds(t_ns)
-        pose = (*time, *enu, x, y, z, w)
-        return (
-            self._odometry.encode(*pose, *velocity.tolist(), *angular_velocity.tolist()),
-            self._transform.encode(*pose),
-        )
+    ) -> tuple[NDArray[np.uint8], NDArray[np.uint8]]:
+        """Bytes `(k, size)` of odometries and transforms of one copy at k times [ns].
+
+        Args:
+            t_ns: `(k,)` [ns].
+            position: `(k, 3)` NWU [m].
+            attitude: `(k, 4)` wxyz.
+            velocity, angular_velocity: `(k, 3)` FLU [m/s], [rad/s].
+        """
+        q = quaternion_nwu_to_enu_np(attitude)
+        pose = np.concatenate([nwu_to_enu_np(position), q[:, 1:], q[:, :1]], axis=1)
+        odometry = np.concatenate([pose, velocity, angular_velocity], axis=1)
+        return self._odometry.rows(t_ns, odometry), self._transform.rows(t_ns, pose)
 
 
 def static_transform(

@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any, Final
 
 import numpy as np
+from numpy.typing import NDArray
 
 from pelagos.math.frames import nwu_to_enu_np, quaternion_nwu_to_enu_np
-from pelagos.messages.encoding import Buffer, Encoding, Site, Topic, seconds_nanoseconds
+from pelagos.messages.encoding import Encoding, Site, Table, Topic, Values, tabular
 from pelagos.messages.motion import WORLD_FRAME
 from pelagos.messages.store import diagonal, header, make, quaternion, vector3
 from pelagos.messages.template import STAMP, Template, fields, joined
-from pelagos.sensors.sensor import Reading
 
 IMU: Final = "sensor_msgs/msg/Imu"
 MAGNETIC_FIELD: Final = "sensor_msgs/msg/MagneticField"
@@ -45,13 +46,8 @@ def imu(config: Any, site: Site) -> Encoding:
         linear_acceleration=vector3(),
         linear_acceleration_covariance=diagonal(accelerometer, accelerometer, accelerometer),
     )
-    template = Template(IMU, message, IMU_FIELDS)
-
-    def encode(reading: Reading, copy: int) -> tuple[Buffer]:
-        fx, fy, fz, wx, wy, wz = reading.data[copy].tolist()
-        return (template.encode(*seconds_nanoseconds(reading.t_ns), wx, wy, wz, fx, fy, fz),)
-
-    return Encoding((Topic("data_raw", IMU),), encode)
+    rate_then_force = [3, 4, 5, 0, 1, 2]
+    return _one("data_raw", Template(IMU, message, IMU_FIELDS), lambda data, extras: data[:, rate_then_force])
 
 
 def magnetometer(config: Any, site: Site) -> Encoding:
@@ -63,7 +59,7 @@ def magnetometer(config: Any, site: Site) -> Encoding:
         magnetic_field=vector3(),
         magnetic_field_covariance=diagonal(variance, variance, variance),
     )
-    return Encoding((Topic("mag", MAGNETIC_FIELD),), _rows(Template(MAGNETIC_FIELD, message, MAGNETIC_FIELDS)))
+    return _one("mag", Template(MAGNETIC_FIELD, message, MAGNETIC_FIELDS), lambda data, extras: data)
 
 
 def gps(config: Any, site: Site) -> Encoding:
@@ -81,7 +77,7 @@ def gps(config: Any, site: Site) -> Encoding:
         position_covariance=diagonal(horizontal, horizontal, vertical),
         position_covariance_type=2,  # the diagonal is known
     )
-    return Encoding((Topic("fix", NAV_SAT_FIX),), _rows(Template(NAV_SAT_FIX, message, FIX_FIELDS)))
+    return _one("fix", Template(NAV_SAT_FIX, message, FIX_FIELDS), lambda data, extras: data)
 
 
 def depth(config: Any, site: Site) -> Encoding:
@@ -96,24 +92,17 @@ def depth(config: Any, site: Site) -> Encoding:
             covariance=diagonal(UNKNOWN, UNKNOWN, variance, UNKNOWN, UNKNOWN, UNKNOWN),
         ),
     )
-    template = Template(POSE_COVARIANCE, message, DEPTH_FIELDS)
-
-    def encode(reading: Reading, copy: int) -> tuple[Buffer]:
-        return (template.encode(*seconds_nanoseconds(reading.t_ns), -float(reading.data[copy])),)
-
-    return Encoding((Topic("pose", POSE_COVARIANCE),), encode)
+    return _one("pose", Template(POSE_COVARIANCE, message, DEPTH_FIELDS), lambda data, extras: -data[:, None])
 
 
 def pose(config: Any, site: Site) -> Encoding:
     """geometry_msgs/PoseStamped in the world frame; data `(n, 7)` NWU position [m], quaternion wxyz."""
-    template = Template(POSE, make(POSE, header=header(WORLD_FRAME), pose=_pose()), POSE_FIELDS)
 
-    def encode(reading: Reading, copy: int) -> tuple[Buffer]:
-        row = reading.data[copy]
-        w, x, y, z = quaternion_nwu_to_enu_np(row[3:]).tolist()
-        return (template.encode(*seconds_nanoseconds(reading.t_ns), *nwu_to_enu_np(row[:3]).tolist(), x, y, z, w),)
+    def values(data: NDArray[Any], extras: Mapping[str, NDArray[Any]]) -> NDArray[np.float64]:
+        q = quaternion_nwu_to_enu_np(data[:, 3:])
+        return np.concatenate([nwu_to_enu_np(data[:, :3]), q[:, 1:], q[:, :1]], axis=1)
 
-    return Encoding((Topic("pose", POSE),), encode)
+    return _one("pose", Template(POSE, make(POSE, header=header(WORLD_FRAME), pose=_pose()), POSE_FIELDS), values)
 
 
 def velocity(config: Any, site: Site) -> Encoding:
@@ -123,22 +112,11 @@ def velocity(config: Any, site: Site) -> Encoding:
         header=header(WORLD_FRAME),
         twist=make("geometry_msgs/msg/Twist", linear=vector3(), angular=vector3()),
     )
-    template = Template(TWIST, message, TWIST_FIELDS)
-
-    def encode(reading: Reading, copy: int) -> tuple[Buffer]:
-        enu = nwu_to_enu_np(reading.data[copy]).tolist()
-        return (template.encode(*seconds_nanoseconds(reading.t_ns), *enu),)
-
-    return Encoding((Topic("twist", TWIST),), encode)
+    return _one("twist", Template(TWIST, message, TWIST_FIELDS), lambda data, extras: nwu_to_enu_np(data))
 
 
-def _rows(template: Template) -> Any:
-    """An encoder of a template whose values are the reading's own."""
-
-    def encode(reading: Reading, copy: int) -> tuple[Buffer]:
-        return (template.encode(*seconds_nanoseconds(reading.t_ns), *reading.data[copy].tolist()),)
-
-    return encode
+def _one(suffix: str, template: Template, values: Values) -> Encoding:
+    return tabular(Table(Topic(suffix, template.name), template, values))
 
 
 def _pose() -> Any:

@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from typing import Any, Final
 
 import numpy as np
+from numpy.typing import NDArray
 
 from pelagos.math.frames import flip_yz_np
-from pelagos.messages.encoding import DOWNWARD, Buffer, Encoding, Site, Topic, seconds_nanoseconds
+from pelagos.messages.encoding import DOWNWARD, Encoding, Site, Table, Topic, tabular
 from pelagos.messages.store import diagonal, header, make, vector3
 from pelagos.messages.template import STAMP, Template, elements, fields, joined
-from pelagos.sensors.sensor import Reading
 
 DVL: Final = "marine_acoustic_msgs/msg/Dvl"
 TWIST_COVARIANCE: Final = "geometry_msgs/msg/TwistWithCovarianceStamped"
@@ -35,27 +36,26 @@ def dvl(config: Any, site: Site) -> Encoding:
     """Twist in the sensor frame FLU, and Dvl in the frame with z down; data `(n, 3)` velocity over ground [m/s]."""
     beams = np.asarray(config.beams, dtype=np.float64)
     dilution = np.diag(np.linalg.inv(beams.T @ beams))  # variance of the velocity for unit variance along the beams
-    twist = Template(TWIST_COVARIANCE, _twist(site.frame), TWIST_FIELDS)
-    full = Template(DVL, _dvl(config, site.frame + DOWNWARD.suffix), DVL_FIELDS)
 
-    def encode(reading: Reading, copy: int) -> tuple[Buffer, Buffer]:
-        time = seconds_nanoseconds(reading.t_ns)
-        x, y, z = reading.data[copy].tolist()
-        extras = reading.extras
-        sigma2 = np.asarray(extras["sigma"][copy], dtype=np.float64) ** 2
-        good = np.asarray(extras["beam_valid"][copy], dtype=bool)
-        vx, vy, vz = (float(sigma2.mean()) * dilution).tolist()
-        return (
-            twist.encode(*time, x, y, z, vx, vy, vz),
-            full.encode(
-                *time, x, -y, -z, vx, vy, vz,
-                float(extras["altitude"][copy]), math.atan2(-y, x), math.hypot(x, y), int(good.sum()),
-                *extras["ranges"][copy].tolist(), *good.astype(float).tolist(),
-                *extras["beam_velocity"][copy].tolist(), *sigma2.tolist(),
-            ),
-        )  # fmt: skip
+    def variances(extras: Mapping[str, NDArray[Any]]) -> NDArray[np.float64]:
+        return np.asarray((extras["sigma"] ** 2).mean(axis=1, keepdims=True) * dilution)
 
-    return Encoding((Topic("twist", TWIST_COVARIANCE), Topic("dvl", DVL)), encode, (DOWNWARD,))
+    def twist(data: NDArray[Any], extras: Mapping[str, NDArray[Any]]) -> NDArray[np.float64]:
+        return np.concatenate([data, variances(extras)], axis=1)
+
+    def full(data: NDArray[Any], extras: Mapping[str, NDArray[Any]]) -> NDArray[np.float64]:
+        down = flip_yz_np(data)
+        good = np.asarray(extras["beam_valid"], dtype=np.float64)
+        course, speed = np.arctan2(down[:, 1], down[:, 0]), np.hypot(down[:, 0], down[:, 1])
+        single = np.stack([np.asarray(extras["altitude"]), course, speed, good.sum(axis=1)], axis=1)
+        beam = [extras["ranges"], good, extras["beam_velocity"], extras["sigma"] ** 2]
+        return np.concatenate([down, variances(extras), single, *beam], axis=1)
+
+    return tabular(
+        Table(Topic("twist", TWIST_COVARIANCE), Template(TWIST_COVARIANCE, _twist(site.frame), TWIST_FIELDS), twist),
+        Table(Topic("dvl", DVL), Template(DVL, _dvl(config, site.frame + DOWNWARD.suffix), DVL_FIELDS), full),
+        frames=(DOWNWARD,),
+    )
 
 
 def altimeter(config: Any, site: Site) -> Encoding:
@@ -70,14 +70,12 @@ def altimeter(config: Any, site: Site) -> Encoding:
         range=0.0,
         variance=0.0,
     )
-    template = Template(RANGE, message, RANGE_FIELDS)
 
-    def encode(reading: Reading, copy: int) -> tuple[Buffer]:
-        distance = float(reading.data[copy])
-        variance = config.noise_m**2 + (config.noise_relative * distance) ** 2
-        return (template.encode(*seconds_nanoseconds(reading.t_ns), distance, variance),)
+    def values(data: NDArray[Any], extras: Mapping[str, NDArray[Any]]) -> NDArray[np.float64]:
+        distance = np.asarray(data, dtype=np.float64)
+        return np.stack([distance, config.noise_m**2 + (config.noise_relative * distance) ** 2], axis=1)
 
-    return Encoding((Topic("range", RANGE),), encode)
+    return tabular(Table(Topic("range", RANGE), Template(RANGE, message, RANGE_FIELDS), values))
 
 
 def _twist(frame: str) -> Any:

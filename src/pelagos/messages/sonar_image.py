@@ -8,11 +8,11 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from pelagos.messages.encoding import PROJECTED, Buffer, Encoding, Site, Topic, seconds_nanoseconds
+from pelagos.messages.encoding import PROJECTED, Encoding, Site, Topic, seconds_nanoseconds
 from pelagos.messages.fan import FanPreview
 from pelagos.messages.pictures import COMPRESSED_IMAGE, compressed_image, jpeg
 from pelagos.messages.store import header, make, vector3
-from pelagos.messages.template import STAMP, Template
+from pelagos.messages.template import STAMP, Buffer, Template
 from pelagos.sensors.sensor import Reading
 
 PROJECTED_IMAGE: Final = "marine_acoustic_msgs/msg/ProjectedSonarImage"

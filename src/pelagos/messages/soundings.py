@@ -8,9 +8,9 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from pelagos.messages.encoding import DOWNWARD, Buffer, Encoding, Site, Topic, seconds_nanoseconds
+from pelagos.messages.encoding import DOWNWARD, Encoding, Site, Topic, seconds_nanoseconds
 from pelagos.messages.store import header, make, vector3
-from pelagos.messages.template import STAMP, Template
+from pelagos.messages.template import STAMP, Buffer, Template
 from pelagos.sensors.sensor import Reading
 
 POINT_CLOUD: Final = "sensor_msgs/msg/PointCloud2"

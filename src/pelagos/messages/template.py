@@ -10,13 +10,15 @@ import copy
 import itertools
 import struct
 from collections.abc import Sequence
-from typing import Any, Final
+from typing import Any, Final, TypeAlias
 
 import numpy as np
+from numpy.typing import NDArray
 
 from pelagos.messages.store import Message, serialize
 
 _FORMAT: Final = {"float64": "d", "float32": "f", "int32": "i", "uint32": "I", "uint16": "H", "uint8": "B", "int8": "b"}
+Buffer: TypeAlias = bytes | bytearray
 STAMP: Final = ("header.stamp.sec:int32", "header.stamp.nanosec:uint32")
 
 
@@ -39,6 +41,7 @@ class Template:
         self._bytes = serialize(name, message)
         places = [_place(name, message, *field.split(":")) for field in varying]
         self.places: list[tuple[int, str]] = places
+        self._integers = [i for i, (_, code) in enumerate(places) if code in "iIHBb"]
         self._runs: list[tuple[struct.Struct, int, int, int]] = []
         for group in _contiguous(places):
             first, last = group[0][0], group[-1][0]
@@ -51,6 +54,31 @@ class Template:
         for code, offset, first, end in self._runs:
             code.pack_into(out, offset, *values[first:end])
         return out
+
+    def encode_row(self, values: Sequence[float]) -> bytearray:
+        """The same for numbers that may be floats where the message has integers."""
+        mixed = list(values)
+        for i in self._integers:
+            mixed[i] = int(mixed[i])
+        return self.encode(*mixed)
+
+    def rows(self, t_ns: NDArray[np.int64], values: NDArray[np.float64]) -> NDArray[np.uint8]:
+        """`(k, size)` bytes of k messages, of a template that begins with the stamp.
+
+        Args:
+            t_ns: `(k,)` simulation times [ns].
+            values: `(k, m)`, what follows the stamp.
+        """
+        out = np.tile(np.frombuffer(self._bytes, dtype=np.uint8), (len(t_ns), 1))
+        columns = [t_ns // 1_000_000_000, t_ns % 1_000_000_000, *values.T]
+        for (offset, code), column in zip(self.places, columns, strict=True):
+            raw = np.ascontiguousarray(column.astype(_dtype(code))).view(np.uint8).reshape(len(t_ns), -1)
+            out[:, offset : offset + raw.shape[1]] = raw
+        return out
+
+
+def _dtype(code: str) -> str:
+    return {"d": "<f8", "f": "<f4", "i": "<i4", "I": "<u4", "H": "<u2", "B": "u1", "b": "i1"}[code]
 
 
 def _place(name: str, message: Message, path: str, kind: str) -> tuple[int, str]:

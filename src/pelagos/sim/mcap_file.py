@@ -17,15 +17,21 @@ from pathlib import Path
 from typing import Any, BinaryIO, Final, NamedTuple
 
 import lz4.frame
+import numpy as np
 from mcap import records as mcap
 from mcap.data_stream import ReadDataStream, RecordBuilder
 from mcap.opcode import Opcode
+from numpy.typing import NDArray
 
 from pelagos.errors import RecordingError
 
 MAGIC: Final = b"\x89MCAP0\r\n"
 _MESSAGE: Final = struct.Struct("<BQHIQQ")  # opcode, length, channel, sequence, log time, publish time
 _MESSAGE_HEAD: Final = 22  # bytes of a message record before its data
+_MESSAGE_FIELDS: Final = [
+    ("opcode", "u1"), ("length", "<u8"), ("channel", "<u2"), ("sequence", "<u4"), ("log_time", "<u8"),
+    ("publish_time", "<u8"),
+]  # fmt: skip
 _RECORD: Final = struct.Struct("<BQ")
 CHUNK_BYTES: Final = 4 << 20
 
@@ -101,6 +107,26 @@ class McapWriter:
         buffer += _MESSAGE.pack(Opcode.MESSAGE, _MESSAGE_HEAD + len(data), channel, sequence, t_ns, t_ns)
         buffer += data
         if len(buffer) > CHUNK_BYTES:
+            self.flush()
+
+    def add_messages(self, channel: int, t_ns: NDArray[np.int64], rows: NDArray[np.uint8]) -> None:
+        """Append k messages of one size to the chunk in progress: times `(k,)`, not falling, and bytes `(k, size)`."""
+        count, size = rows.shape
+        if count == 0:
+            return
+        first, last = int(t_ns[0]), int(t_ns[-1])
+        self._first, self._last = (min(first, self._first), max(last, self._last)) if self._index else (first, last)
+        records = np.empty(count, dtype=np.dtype([*_MESSAGE_FIELDS, ("data", "u1", (size,))]))
+        start = self._summary.counts[channel] + 1
+        records["opcode"], records["length"], records["channel"] = Opcode.MESSAGE, _MESSAGE_HEAD + size, channel
+        records["sequence"] = np.arange(start, start + count)
+        records["log_time"] = records["publish_time"] = t_ns
+        records["data"] = rows
+        entries = np.stack([t_ns, len(self._buffer) + records.itemsize * np.arange(count)], axis=-1)
+        self._index.setdefault(channel, []).extend(entries.ravel().tolist())
+        self._summary.counts[channel] += count
+        self._buffer += records.tobytes()
+        if len(self._buffer) > CHUNK_BYTES:
             self.flush()
 
     def add_metadata(self, name: str, values: Mapping[str, str]) -> None:

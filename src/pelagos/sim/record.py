@@ -22,7 +22,7 @@ from pelagos.messages.encoders import encoder
 from pelagos.messages.encoding import Encoding, Site
 from pelagos.messages.motion import ODOMETRY, TF, TruthEncoder, static_message, static_transform
 from pelagos.messages.store import Message, schema
-from pelagos.sensors.sensor import Reading, SensorConfig
+from pelagos.sensors.sensor import Measurement, Reading, SensorConfig
 from pelagos.sim.mcap_file import McapWriter
 
 CHUNK_NS: Final = 500_000_000  # [ns] of simulated time in one chunk
@@ -103,6 +103,44 @@ class Recorder:
                         add(channel, t_ns, data)
         self._end_chunk(t_ns)
 
+    def write_block(
+        self, agent: str, sensor: str, t_ns: NDArray[np.int64], measurement: Measurement, *, n: int
+    ) -> None:
+        """Record a sensor's readings at k times [ns] in one go: a measurement of k times `n` lanes.
+
+        The messages are those of `write`, time by time; a sensor whose messages are numbers takes a tenth of its time.
+        """
+        k = len(t_ns)
+        valid = np.ones((k, n), bool) if measurement.valid is None else measurement.valid.reshape(k, n)
+        for copy, track in enumerate(self._tracks[agent, sensor]):
+            if not track.encoding.tables:
+                self._one_by_one(track, t_ns, measurement, valid[:, copy], copy, n)
+                continue
+            lanes = np.flatnonzero(valid[:, copy])
+            times, rows = t_ns[lanes], lanes * n + copy
+            extras = {name: values[rows] for name, values in measurement.extras.items()}
+            for channel, table in zip(track.channels, track.encoding.tables, strict=True):
+                values = table.values(measurement.data[rows], extras)
+                self._writer.add_messages(channel, times, table.template.rows(times, values))
+        self._end_chunk(int(t_ns[-1]))
+
+    def _one_by_one(
+        self,
+        track: _Track,
+        t_ns: NDArray[np.int64],
+        measurement: Measurement,
+        valid: NDArray[np.bool_],
+        copy: int,
+        n: int,
+    ) -> None:
+        for k in np.flatnonzero(valid).tolist():
+            row = slice(k * n, (k + 1) * n)
+            extras = {name: values[row] for name, values in measurement.extras.items()}
+            alone = Reading(measurement.data[row], measurement.truth[row], int(t_ns[k]), "", valid, extras)
+            for channel, data in zip(track.channels, track.encoding.encode(alone, copy), strict=True):
+                if data is not None:
+                    self._writer.add_message(channel, alone.t_ns, data)
+
     def write_truth(
         self,
         agent: str,
@@ -113,11 +151,25 @@ class Recorder:
         angular_velocity: NDArray[np.float64],
     ) -> None:
         """Record the true motion: `(n, 3)` NWU [m], `(n, 4)` wxyz, `(n, 3)` FLU [m/s], `(n, 3)` FLU [rad/s]."""
+        motion = (position, attitude, velocity, angular_velocity)
+        self.write_truth_block(agent, np.array([t_ns]), *(values[None] for values in motion))
+
+    def write_truth_block(
+        self,
+        agent: str,
+        t_ns: NDArray[np.int64],
+        position: NDArray[np.float64],
+        attitude: NDArray[np.float64],
+        velocity: NDArray[np.float64],
+        angular_velocity: NDArray[np.float64],
+    ) -> None:
+        """Record the true motion at k times [ns]: arrays of `write_truth` with a leading axis k."""
+        motion = (position, attitude, velocity, angular_velocity)
         for i, (encode, channel) in enumerate(self._truth[agent]):
-            odometry, transform = encode.encode(t_ns, position[i], attitude[i], velocity[i], angular_velocity[i])
-            self._writer.add_message(channel, t_ns, odometry)
-            self._writer.add_message(self._tf, t_ns, transform)
-        self._end_chunk(t_ns)
+            odometry, transform = encode.rows(t_ns, *(values[:, i] for values in motion))
+            self._writer.add_messages(channel, t_ns, odometry)
+            self._writer.add_messages(self._tf, t_ns, transform)
+        self._end_chunk(int(t_ns[-1]))
 
     def flush(self) -> None:
         """Hand everything recorded until now to the operating system."""
