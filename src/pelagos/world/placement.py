@@ -44,9 +44,10 @@ def _in_solid(world: World, place: NDArray[np.float64], radius: float) -> str | 
             nearest = int(np.argmin(hits.t))
             name = world.names.get(int(hits.instance[nearest]), "something")
             return f"is nearer than {radius:.2f} m to {name} ({hits.t[nearest]:.2f} m away)"
-    behind, instance = _seen_from_behind(world, place, directions)
-    # one ray may slip through a seam; a solid around the place shows its inside to nearly all that hit it first
-    if behind.mean() > 0.5:
+    # upwards only: the seabed runs through the foundations of walls, and hides their inside from rays that go down;
+    # one ray may slip through a seam, but a solid around the place shows its inside to many, even where solids share a face
+    behind, instance = _seen_from_behind(world, place, directions[directions[:, 2] > 0.1])
+    if behind.mean() > 0.25:
         values, counts = np.unique(instance[behind], return_counts=True)
         return f"lies inside {world.names.get(int(values[np.argmax(counts)]), 'something')}"
     return None
