@@ -30,7 +30,7 @@ def context(
     *, water: str = "II", sun_deg: float = 50.0, seed: int = 1, copies: int = 1, floor: str = "sand", z: float = -8.0
 ) -> SensorContext:
     materials = [MATERIALS[floor]]
-    world: Any = SimpleNamespace(material_tables=lambda: material_tables(materials))
+    world: Any = SimpleNamespace(material_tables=lambda: material_tables(materials), palette=materials)
     ocean: Any = SimpleNamespace(
         water=water_optics(water),
         sun_elevation=jit.Float(np.radians(sun_deg)),

@@ -94,9 +94,57 @@ def project(
     return np.stack([camera.fx * x + camera.cx, camera.fy * y + camera.cy], axis=-1)
 
 
+def fisheye_intrinsics(width: int, height: int, horizontal_fov: float, distortion: tuple[float, ...]) -> Intrinsics:
+    """Square pixels and a centred axis for a Kannala-Brandt lens that sees `horizontal_fov` across its width [rad]."""
+    f = 0.5 * width / float(kannala_brandt(np.array(0.5 * horizontal_fov), distortion))
+    return Intrinsics(f, f, 0.5 * (width - 1), 0.5 * (height - 1), width, height)
+
+
+def kannala_brandt(theta: NDArray[np.float64], distortion: tuple[float, ...]) -> NDArray[np.float64]:
+    """Angle to the axis [rad] -> radius on the image over the focal length, with (k1, k2, k3, k4).
+
+    J. Kannala and S. S. Brandt, IEEE TPAMI 28:1335 (2006), doi 10.1109/TPAMI.2006.153, equation 6, k1 = 1 (OpenCV's
+    fisheye).
+    """
+    k1, k2, k3, k4 = distortion[:4]
+    t2 = theta * theta
+    return np.asarray(theta * (1 + t2 * (k1 + t2 * (k2 + t2 * (k3 + t2 * k4)))))
+
+
+def fisheye_directions(camera: Intrinsics, distortion: tuple[float, ...]) -> NDArray[np.float64]:
+    """`(height, width, 3)` unit directions in the sensor frame; NaN beyond the lens's image circle."""
+    x, y = pixel_grid(camera)
+    radius = np.hypot(x, y)
+    theta = _invert_radius(radius, distortion)
+    scale = np.where(radius > 0, np.sin(theta) / np.where(radius > 0, radius, 1), 1.0)
+    return np.stack([np.cos(theta), -x * scale, -y * scale], axis=-1)
+
+
+def _invert_radius(radius: NDArray[np.float64], distortion: tuple[float, ...]) -> NDArray[np.float64]:
+    """The angle of each radius by Newton's method; NaN past a half turn, or where the polynomial turns back."""
+    k1, k2, k3, k4 = distortion[:4]
+    theta = np.minimum(radius, math.pi)
+    with np.errstate(all="ignore"):
+        for _ in range(_STEPS):
+            t2 = theta * theta
+            slope = 1 + t2 * (3 * k1 + t2 * (5 * k2 + t2 * (7 * k3 + t2 * 9 * k4)))
+            theta = theta - (kannala_brandt(theta, distortion) - radius) / slope
+        good = (np.abs(kannala_brandt(theta, distortion) - radius) < 1e-9) & (theta >= 0) & (theta <= math.pi)
+    return np.where(good, theta, np.nan)
+
+
+def project_fisheye(
+    points: NDArray[np.float64], camera: Intrinsics, distortion: tuple[float, ...]
+) -> NDArray[np.float64]:
+    """Points `(..., 3)` in the sensor frame -> pixels `(..., 2)` (u, v)."""
+    across = np.hypot(points[..., 1], points[..., 2])
+    r = kannala_brandt(np.arctan2(across, points[..., 0]), distortion) / np.where(across > 0, across, 1)
+    return np.stack([camera.cx - camera.fx * r * points[..., 1], camera.cy - camera.fy * r * points[..., 2]], axis=-1)
+
+
 def natural_vignette(directions: NDArray[np.float64], strength: float) -> NDArray[np.float64]:
     """`(height, width)` share of light at each pixel: cos^4 of the angle to the axis, to the power `strength`."""
-    return np.clip(directions[..., 0], 0, 1) ** (4 * strength)
+    return np.asarray(np.clip(directions[..., 0], 0, 1) ** (4 * strength))
 
 
 def _unit(v: NDArray[np.float64]) -> NDArray[np.float64]:

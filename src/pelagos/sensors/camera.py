@@ -1,14 +1,15 @@
-"""A colour camera under and above water, in real time: 8-bit pictures with the noise of a real sensor.
+"""A colour camera under and above water, in real time: pictures with the optics, exposure and noise of a real one.
 
-Data and truth are `(m, height, width, 3)` uint8, red green blue, row 0 at the top; truth is the picture without noise.
-Extras: `exposure_s` and `iso`, `(m,)`, as set or as the meter chose.
+Data and truth are `(m, height, width, 3)` uint8 (uint16 above 8 bits), red green blue, row 0 at the top; with a
+`mosaic` `(m, height, width)`. Truth is the picture without noise. Extras: `exposure_s` and `iso`, `(m,)`, as set or
+as the meter chose.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import Any, ClassVar, Final, Literal
+from typing import Any, ClassVar, Literal
 
 import drjit as dr
 import numpy as np
@@ -18,33 +19,20 @@ from pydantic import Field
 from pelagos import jit
 from pelagos.config.strict import Strict
 from pelagos.jit import Array
-from pelagos.math.philox import normal_pair32
 from pelagos.math.so3 import from_euler, rotate
 from pelagos.optics.caustics import ripple, swell_around, waves_at
-from pelagos.optics.exposure import encode_srgb, luminance, metered, saturation_luminance, shoulder, to_bits
-from pelagos.optics.image_noise import noisy_signal
 from pelagos.optics.lamp import Beam, axis_intensity
-from pelagos.optics.lens import Intrinsics, intrinsics, natural_vignette, pinhole_directions
+from pelagos.optics.lens import natural_vignette
 from pelagos.optics.sunlight import daylight
 from pelagos.optics.texture import looks
-from pelagos.raycast.rays import Rays
+from pelagos.sensors.camera_sampling import sampled_rays, samples
+from pelagos.sensors.develop import balanced, developed, exposed, gathered, through_lens
 from pelagos.sensors.mount import sensor_pose
-from pelagos.sensors.noise import opaque_key, stream_key, words32
-from pelagos.sensors.pixels import (
-    Pixels,
-    Tiling,
-    between_tiles,
-    image_means,
-    image_rows,
-    pixels,
-    smooth_tiles,
-    tile_means,
-)
+from pelagos.sensors.noise import opaque_key, stream_key
+from pelagos.sensors.pixels import pixels
 from pelagos.sensors.sensor import Kinematics, Measurement, SensorConfig, SensorContext
-from pelagos.sensors.shading import Scenery, View, look
-from pelagos.world.material import TEXTURES
-
-Trace = Callable[[str, Array, str], None]
+from pelagos.sensors.shading import Scenery, look
+from pelagos.sensors.view import Trace, View, ViewConfig, pixel_angle, pixel_rays
 
 
 class LampConfig(Strict):
@@ -62,31 +50,37 @@ class LampConfig(Strict):
     """Colour: linear red, green, blue, relative to daylight."""
 
 
-class CameraConfig(SensorConfig):
+class CameraConfig(ViewConfig):
     """A colour camera."""
 
-    type: Literal["camera"]
+    type: Literal["camera"] = "camera"
     """The sensor's kind."""
-    rate_hz: float = Field(default=2.0, gt=0)
-    """Frames per second [Hz]; must divide the tick rate."""
-    width_px: int = Field(default=640, ge=16, le=8192)
-    """Width of the picture [px]."""
-    height_px: int = Field(default=480, ge=16, le=8192)
-    """Height of the picture [px]."""
-    horizontal_fov_deg: float = Field(default=70.0, gt=1, lt=175)
-    """Field of view across the width, in the medium that the camera is in [deg]."""
-    distortion: tuple[float, float, float, float, float] = (0.0, 0.0, 0.0, 0.0, 0.0)
-    """Brown-Conrady coefficients k1, k2, p1, p2, k3 (the order of OpenCV)."""
-    max_range_m: float = Field(default=60.0, gt=0)
-    """How far to look for surfaces [m]; beyond is water, or sky."""
+    samples: int = Field(default=1, ge=1, le=4096)
+    """Rays per pixel. One is sharp everywhere; more smooth edges, and show `motion_blur` and the depth of field."""
     exposure: Literal["auto", "manual"] = "auto"
     """Whether the frame meters itself, or `shutter_s` and `iso` hold."""
-    compensation_ev: float = Field(default=0.0, ge=-10, le=10)
+    metering: Literal["average", "centre"] = "average"
+    """What the automatic exposure makes middle grey: the mean of the frame, or of its middle."""
+    compensation_ev: float = Field(default=0.0, ge=-15, le=15)
     """Correction of the automatic exposure [stops]; positive is brighter."""
+    meter_min_cd_m2: float = Field(default=0.0, ge=0)
+    """Least mean luminance that the meter believes [cd/m^2]; equal to the greatest, the exposure is fixed."""
+    meter_max_cd_m2: float = Field(default=1e9, gt=0)
+    """Greatest mean luminance that the meter believes [cd/m^2]."""
     shutter_s: float = Field(default=0.01, gt=0, le=10)
     """Exposure time [s]; under automatic exposure the longest."""
+    rolling_shutter_s: float = Field(default=0.0, ge=0, le=1)
+    """Time from the first row's exposure to the last's [s]; 0 is a global shutter."""
+    motion_blur: float = Field(default=1.0, ge=0, le=1)
+    """Share of the exposure that motion is blurred over; needs several `samples`."""
     aperture: float = Field(default=2.8, ge=0.5, le=64)
     """f-number N; the light that arrives falls with N squared."""
+    aperture_blades: int = Field(default=0, ge=0, le=16)
+    """Blades of the diaphragm, the shape of blurred lights; 0 is round."""
+    focus_distance_m: float | None = Field(default=None, gt=0)
+    """Distance that is in focus [m]; None for a lens that is sharp everywhere. Needs several `samples`."""
+    sensor_width_mm: float = Field(default=6.4, gt=0)
+    """Width of the image sensor [mm]; with the field of view it makes the focal length."""
     iso: float = Field(default=100.0, ge=1)
     """Speed; under automatic exposure the lowest. A full pixel at ISO 100 holds `full_well_e` electrons."""
     iso_max: float = Field(default=6400.0, ge=1)
@@ -99,18 +93,49 @@ class CameraConfig(SensorConfig):
     """Electrons without light [e-/s]."""
     vignette: float = Field(default=0.5, ge=0, le=4)
     """Fall-off to the corners: power of the natural cos^4 law; 0 is none, 1 a simple lens."""
+    bloom: float = Field(default=0.0, ge=0, le=8)
+    """Glow of bright light in the lens; 1 spreads 4 % of it."""
+    lens_flare: float = Field(default=0.0, ge=0, le=16)
+    """Strength of the ghosts that bright light leaves across the picture."""
+    chromatic_aberration: float = Field(default=0.0, ge=0, le=0.05)
+    """How much larger red is than green, and blue smaller, at the picture's corner."""
+    chromatic_aberration_start: float = Field(default=0.0, ge=0, le=1)
+    """Distance from the picture's middle where that begins; 1 is the corner."""
     white_balance: Literal["daylight", "grey_world"] = "daylight"
     """`daylight` keeps the water's tint; `grey_world` scales red and blue to the mean green, at most 4 times."""
+    white_temperature_k: float = Field(default=6500.0, ge=1500, le=15000)
+    """Colour temperature of light that looks white [K]; lower makes the picture bluer."""
+    white_tint: float = Field(default=0.0, ge=-1, le=1)
+    """Stops taken from green; negative is greener."""
+    tone: Literal["srgb", "gamma", "film", "linear"] = "srgb"
+    """Curve to display values: sRGB with soft highlights, a power `gamma`, a film's, or none."""
+    gamma: float = Field(default=2.2, gt=0.1, le=10)
+    """Exponent of `tone: gamma`."""
     highlight_knee: float = Field(default=0.7, gt=0, le=1)
-    """Linear level from which highlights roll off towards white; 1 clips."""
+    """Linear level from which highlights roll off towards white (`srgb`, `gamma`); 1 clips."""
+    film_slope: float = Field(default=0.88, gt=0, le=2)
+    """Steepness of the film's straight part."""
+    film_toe: float = Field(default=0.55, ge=0, lt=1)
+    """How much of the film's range its dark bend takes."""
+    film_shoulder: float = Field(default=0.26, ge=0, lt=1)
+    """How much of the film's range its bright bend takes."""
+    film_black_clip: float = Field(default=0.0, ge=0, le=0.5)
+    """How far the film's dark bend reaches below black."""
+    film_white_clip: float = Field(default=0.04, ge=0, le=0.5)
+    """How far the film's bright bend reaches above white."""
+    bits: int = Field(default=8, ge=1, le=16)
+    """Bits of a value; above 8 the arrays are uint16."""
+    mosaic: Literal["none", "rggb", "bggr", "grbg", "gbrg"] = "none"
+    """Raw pictures behind a colour filter array, one value a pixel."""
     lamps: tuple[LampConfig, ...] = ()
     """Lamps that shine when this camera looks."""
     ripple: float = Field(default=0.004, ge=0, le=0.05)
     """Mean square slope of waves of 0.3 to 4 m that make caustics, on top of the ocean's waves."""
 
-
-_SHORTEST: Final = 1e-5  # [s] exposure
-_MOST_BALANCE: Final = 4.0
+    @property
+    def focal_length_m(self) -> float:
+        """Of the lens, from the field of view and the sensor's width [m]."""
+        return 0.5e-3 * self.sensor_width_mm / math.tan(0.5 * math.radians(min(self.horizontal_fov_deg, 175.0)))
 
 
 class Camera:
@@ -119,116 +144,99 @@ class Camera:
     TITLE: ClassVar[str] = "colour camera: water optics, caustics, lamps, exposure, sensor noise"
     Config: ClassVar[type[SensorConfig]] = CameraConfig
     SOURCES: ClassVar[tuple[str, ...]] = (
-        "Image formation: D. Akkaynak and T. Treibitz, A Revised Underwater Image Formation Model, CVPR 2018",
-        "Forward scattering: J. S. Jaffe, IEEE J. Oceanic Eng. 15:101 (1990)",
-        "Inherent optical properties: see pelagos.optics.water",
+        "Image formation: D. Akkaynak and T. Treibitz, CVPR 2018, doi 10.1109/CVPR.2018.00703",
+        "Forward scattering: J. S. Jaffe, IEEE J. Oceanic Eng. 15:101 (1990), doi 10.1109/48.50695",
+        "Water types: N. G. Jerlov, Marine Optics, 2nd ed. (1976); M. G. Solonenko and C. D. Mobley 2015",
         "Exposure: ISO 12232:2019; noise: EMVA Standard 1288, release 4.0",
     )
 
     def __init__(self, config: CameraConfig, context: SensorContext) -> None:
         self.config, self._context = config, context
-        self._tiling = Tiling(config.width_px, config.height_px)
-        directions = pixel_directions(config)
-        vignette = natural_vignette(directions, config.vignette)
-        self._directions = jit.Array3f(np.ascontiguousarray(self._tiling.arrange(directions).T))
-        self._vignette = jit.Float(self._tiling.arrange(vignette))
+        self._view = View(config, context)
+        _, directions = pixel_rays(config)
+        vignette = np.nan_to_num(natural_vignette(directions, config.vignette))
+        self._vignette = jit.Float(self._view.tiling.arrange(vignette))
         materials = context.world.material_tables()
-        kinds = [TEXTURES[k] for k in np.array(materials.texture)]
-        self._looks = looks(materials.albedo, materials.texture_scale, kinds)
+        self._looks = looks(materials.albedo, materials.texture_scale, [m.texture for m in context.world.palette])
         ocean = context.ocean
         self._water = ocean.water.arrays()
         self._light = daylight(float(ocean.sun_elevation[0]), -float(ocean.sun_azimuth[0])).arrays()
         self._key = opaque_key(stream_key(context.seed, context.path, "image"))
-        self._own = jit.UInt32(context.own_body)
-        dr.make_opaque(self._directions, self._vignette, self._own)
+        dr.make_opaque(self._vignette)
         self._ping = context.scene.compile(self._make)
 
     def sense(self, motion: Kinematics) -> Measurement:
         """One picture for every lane."""
-        data, truth, shutter, iso = self._ping(*self._arguments(motion))
-        return self._measurement(data, truth, shutter, iso)
+        return self._measurement(*self._ping(*self._arguments(motion)))
 
     def explain(self, motion: Kinematics) -> list[tuple[str, NDArray[Any], str]]:
         """Intermediate arrays of one unfrozen frame: (name, values, unit)."""
-        found: list[tuple[str, NDArray[Any], str]] = []
-
-        def trace(name: str, values: Array, unit: str) -> None:
-            found.append((name, np.array(values), unit))
-
-        scene = self._context.scene
-        self._make(scene.static, scene.moving, trace)(*self._arguments(motion))
-        return found
+        return self._view.explain(self._make, self._arguments(motion))
 
     def _arguments(self, motion: Kinematics) -> tuple[Any, ...]:
         ocean = self._context.ocean
-        return (
-            self._context.scene.tables, self._looks, self._water, self._light, self._directions, self._vignette, motion,
-            self._own, self._key, ocean if ocean.waves is not None else None,
-        )  # fmt: skip
+        light = (self._looks, self._water, self._light, ocean if ocean.waves is not None else None)
+        return *self._view.arguments(motion), light, self._vignette, self._key
 
     def _make(self, static: Any, moving: Any, trace: Trace | None = None) -> Callable[..., Any]:
-        config, tiling = self.config, self._tiling
+        config, tiling = self.config, self._view.tiling
         sea = ripple(config.ripple)
 
-        def frame(tables: Any, looks: Any, water: Any, light: Any, directions: Array, vignette: Array,
-                  motion: Kinematics, own: Array, key: Any, ocean: Any) -> tuple[Array, ...]:  # fmt: skip
+        def frame(
+            tables: Any, lens: Any, motion: Kinematics, own: Array, light: Any, vignette: Array, key: Any
+        ) -> tuple[Array, ...]:
             images = dr.width(motion.tick)
-            t = jit.Float64(motion.t_ns) * 1e-9
-            position, attitude = sensor_pose(motion, config)
-            swell = None if ocean is None else swell_around(ocean.elevation, position, t, images)
-            waves = waves_at(sea, t, light.towards_sun, images, swell)
             where = pixels(tiling, images)
-            rays = camera_rays(where, position, attitude, directions, motion, own, config.max_range_m)
+            materials, water, daylit, ocean = light
+            waves = waves_of(sea, ocean, daylit.towards_sun, motion, config)
+            scenery = Scenery(tables, materials, water, daylit, waves)
             lamps = [lamp_beam(lamp, config, motion, where.image) for lamp in config.lamps]
-            scenery = Scenery(tables, looks, water, light, waves)
-            view, hits = look(static, moving, scenery, rays, where.image, lamps, pixel_angle(config))
-            if trace is not None:
-                trace_view(trace, hits, view)
-            dr.eval(view)  # once: sums over tiles follow, and would cast the rays again
-            return develop(view, where, tiling, config, vignette, motion, key, trace)
+            shutter = dr.full(jit.Float, config.shutter_s, images)
+            total = jit.Array3f(0)
+            for number in range(config.samples):
+                sample = None
+                if config.samples > 1:
+                    sample = samples(config.samples, number, where, tiling, motion, key, config.aperture_blades)
+                rays = sampled_rays(lens, where, motion, own, config, sample, shutter)
+                seen, hits = look(static, moving, scenery, rays, where.image, lamps, pixel_angle(config))
+                dr.eval(seen)  # once: sums over tiles follow, and would cast the rays again
+                if trace is not None and number == 0:
+                    trace_light(trace, hits, seen)
+                total += gathered(seen, where, tiling, images)
+                dr.eval(total)
+                if number == 0 and config.samples > 1:  # the first sample meters for the others' motion blur
+                    shutter, _ = exposed(total, where, tiling, config, images)
+            picture = through_lens(total / config.samples, where, tiling, config, vignette, images)
+            dr.eval(picture)
+            picture = balanced(picture, where, tiling, config)
+            shutter, iso = exposed(picture, where, tiling, config, images)
+            data, truth = developed(picture, shutter, iso, where, tiling, config, motion, key, trace)
+            return data, truth, shutter, iso
 
         return frame
 
     def _measurement(self, data: Array, truth: Array, shutter: Array, iso: Array) -> Measurement:
-        shape = (-1, self.config.height_px, self.config.width_px, 4)
+        config = self.config
 
-        def picture(packed: Array) -> NDArray[np.uint8]:
-            return np.ascontiguousarray(np.array(packed).view(np.uint8).reshape(shape)[..., :3])
+        def picture(packed: Array) -> NDArray[Any]:
+            values = np.array(packed)
+            shape = (-1, config.height_px, config.width_px)
+            kind = np.uint8 if config.bits <= 8 else np.uint16
+            if config.mosaic != "none":
+                return values.reshape(shape).astype(kind)
+            return np.ascontiguousarray(values.view(kind).reshape(*shape, 4)[..., :3])
 
         extras = {"exposure_s": np.array(shutter), "iso": np.array(iso)}
         return Measurement(data=picture(data), truth=picture(truth), extras=extras)
 
 
-def pixel_directions(config: CameraConfig) -> NDArray[np.float64]:
-    """`(height, width, 3)` unit directions of the pixels in the sensor frame (x forward, y left, z up)."""
-    return pinhole_directions(camera_intrinsics(config), config.distortion)
-
-
-def camera_intrinsics(config: CameraConfig) -> Intrinsics:
-    """Focal length and principal point [px]."""
-    return intrinsics(config.width_px, config.height_px, math.radians(config.horizontal_fov_deg))
-
-
-def pixel_angle(config: CameraConfig) -> float:
-    """Angle between neighbouring pixels in the middle of the picture [rad]."""
-    return 1 / camera_intrinsics(config).fx
-
-
-def camera_rays(
-    where: Pixels, position: Array, attitude: Array, directions: Array, motion: Kinematics, own: Array, reach: float
-) -> Rays:
-    """Rays of all pixels: from the camera's place, along the lens's directions."""
-    q = [dr.gather(jit.Float, jit.Float(attitude[i]), where.image) for i in range(4)]
-    origin = dr.gather(jit.Array3f64, position, where.image)
-    local = dr.gather(jit.Array3f, directions, where.ray)
-    copy = dr.gather(jit.UInt32, motion.copy, where.image)
-    return Rays(
-        origin=origin,
-        direction=rotate(jit.Array4f(*q), local),
-        max_range=dr.select(where.active, jit.Float(reach), 0),
-        copy=copy,
-        own=dr.gather(jit.UInt32, own, copy),
-    )
+def waves_of(sea: Any, ocean: Any, towards_sun: Array, motion: Kinematics, config: CameraConfig) -> Any:
+    """The sea surface around the cameras at their moments."""
+    t = jit.Float64(motion.t_ns) * 1e-9
+    position, _ = sensor_pose(motion, config)
+    images = dr.width(motion.tick)
+    swell = None if ocean is None else swell_around(ocean.elevation, position, t, images)
+    return waves_at(sea, t, towards_sun, images, swell)
 
 
 def lamp_beam(lamp: LampConfig, config: CameraConfig, motion: Kinematics, image: Array) -> Beam:
@@ -248,66 +256,11 @@ def lamp_beam(lamp: LampConfig, config: CameraConfig, motion: Kinematics, image:
     )
 
 
-def develop(
-    view: View, where: Pixels, tiling: Tiling, config: CameraConfig, vignette: Array, motion: Kinematics, key: Any,
-    trace: Trace | None,
-) -> tuple[Array, Array, Array, Array]:  # fmt: skip
-    """Light to pictures: glow, vignette, exposure, noise, tone. Gives packed data and truth, exposure [s], ISO."""
-    images = dr.width(motion.tick)
-    glow = smooth_tiles(tile_means(view.far, where.active), tiling, images) + tile_means(view.near, where.active)
-    light = view.sharp + between_tiles(glow, tiling, where) + view.veil
-    light *= dr.gather(jit.Float, vignette, where.ray)
-    dr.eval(light)
-    if config.white_balance == "grey_world":
-        light *= dr.gather(jit.Array3f, _grey_world(light, where, tiling), where.image)
-    if config.exposure == "auto":
-        mean = image_means(luminance(light), where.active, tiling)
-        shutter, iso = metered(
-            mean, aperture=config.aperture, longest=config.shutter_s, shortest=_SHORTEST,
-            iso=(config.iso, max(config.iso, config.iso_max)), compensation=config.compensation_ev,
-        )  # fmt: skip
-    else:
-        shutter = dr.full(jit.Float, config.shutter_s, images)
-        iso = dr.full(jit.Float, config.iso, images)
-    signal = light / dr.gather(jit.Float, saturation_luminance(config.aperture, shutter, iso), where.image)
-    speed = dr.gather(jit.Float, iso, where.image)
-    dark = dr.gather(jit.Float, shutter, where.image) * config.dark_current_e_per_s
-    index = where.row * tiling.width + where.column
-    environment, tick = (dr.gather(jit.UInt32, v, where.image) for v in (motion.environment, motion.tick))
-    words = words32(key, index, environment, tick)
-    n0, n1 = normal_pair32(words[0], words[1])
-    n2, _ = normal_pair32(words[2], words[3])
-    noisy = noisy_signal(
-        signal,
-        jit.Array3f(n0, n1, n2),
-        iso=speed,
-        full_well=config.full_well_e,
-        read_noise=config.read_noise_e,
-        dark=dark,
-    )
-    if trace is not None:
-        trace("light at the sensor", light, "cd/m^2")
-        trace("signal", signal, "1 = full pixel")
-        trace("signal with noise", noisy, "1 = full pixel")
-    data, truth = (image_rows(_packed(s, config.highlight_knee), tiling, where, images) for s in (noisy, signal))
-    return data, truth, shutter, iso
-
-
-def _grey_world(light: Array, where: Pixels, tiling: Tiling) -> Array:
-    means = [dr.maximum(image_means(light[i], where.active, tiling), 1e-12) for i in range(3)]
-    return jit.Array3f(*(dr.clip(means[1] / m, 1 / _MOST_BALANCE, _MOST_BALANCE) for m in means))
-
-
-def _packed(signal: Array, knee: float) -> Array:
-    r, g, b = (to_bits(encode_srgb(shoulder(signal[i], knee)), 8) for i in range(3))
-    return r | (g << 8) | (b << 16)
-
-
-def trace_view(trace: Trace, hits: Any, view: View) -> None:
+def trace_light(trace: Trace, hits: Any, seen: Any) -> None:
     """What `explain` shows of the light before the lens."""
     trace("slant range", dr.select(hits.valid, hits.t, dr.nan), "m")
     trace("material row", hits.material, "")
-    trace("sharp light", view.sharp, "cd/m^2")
-    trace("light scattered by a few degrees", view.near, "cd/m^2")
-    trace("light scattered forward", view.far, "cd/m^2")
-    trace("veiling light", view.veil, "cd/m^2")
+    trace("sharp light", seen.sharp, "cd/m^2")
+    trace("light scattered by a few degrees", seen.near, "cd/m^2")
+    trace("light scattered forward", seen.far, "cd/m^2")
+    trace("veiling light", seen.veil, "cd/m^2")

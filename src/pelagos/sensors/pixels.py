@@ -117,16 +117,39 @@ def smooth_tiles(means: Array, tiling: Tiling, images: int) -> Array:
 
 def between_tiles(means: Array, tiling: Tiling, where: Pixels) -> Array:
     """`Array3f` by tile, interpolated to every lane."""
-    x = (jit.Float(where.column) + 0.5) / TILE - 0.5
-    y = (jit.Float(where.row) + 0.5) / TILE - 0.5
+    return tiles_at(means, tiling, where.image, jit.Float(where.column), jit.Float(where.row))
+
+
+def tiles_at(means: Array, tiling: Tiling, image: Array, column: Array, row: Array) -> Array:
+    """`Array3f` by tile, interpolated at any place (column, row) [px] of `image`; beyond the edge, that of the edge."""
+    x, y = (column + 0.5) / TILE - 0.5, (row + 0.5) / TILE - 0.5
     x, y = dr.clip(x, 0, tiling.across - 1), dr.clip(y, 0, tiling.down - 1)
     i, j = jit.UInt32(x), jit.UInt32(y)
     a, b = x - jit.Float(i), y - jit.Float(j)
     i1, j1 = dr.minimum(i + 1, tiling.across - 1), dr.minimum(j + 1, tiling.down - 1)
-    base = where.image * tiling.tiles
+    base = image * tiling.tiles
 
-    def at(column: Array, row: Array) -> Array:
-        return dr.gather(jit.Array3f, means, base + row * tiling.across + column)
+    def at(tile_column: Array, tile_row: Array) -> Array:
+        return dr.gather(jit.Array3f, means, base + tile_row * tiling.across + tile_column)
+
+    return dr.lerp(dr.lerp(at(i, j), at(i1, j), a), dr.lerp(at(i, j1), at(i1, j1), a), b)
+
+
+def lane_at(tiling: Tiling, image: Array, column: Array, row: Array) -> Array:
+    """`UInt32` lane of a pixel, the inverse of `pixels`."""
+    tile = row // TILE * tiling.across + column // TILE
+    return image * tiling.lanes + tile * (TILE * TILE) + row % TILE * TILE + column % TILE
+
+
+def pixel_values_at(values: Array, tiling: Tiling, image: Array, column: Array, row: Array) -> Array:
+    """`Float` by lane, interpolated at any place (column, row) [px]; beyond the edge, that of the edge."""
+    x, y = dr.clip(column, 0, tiling.width - 1), dr.clip(row, 0, tiling.height - 1)
+    i, j = jit.UInt32(x), jit.UInt32(y)
+    a, b = x - jit.Float(i), y - jit.Float(j)
+    i1, j1 = dr.minimum(i + 1, tiling.width - 1), dr.minimum(j + 1, tiling.height - 1)
+
+    def at(c: Array, r: Array) -> Array:
+        return dr.gather(jit.Float, values, lane_at(tiling, image, c, r))
 
     return dr.lerp(dr.lerp(at(i, j), at(i1, j), a), dr.lerp(at(i, j1), at(i1, j1), a), b)
 

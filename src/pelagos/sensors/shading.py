@@ -50,7 +50,7 @@ class Scenery:
 
 
 @dataclass
-class View:
+class Radiance:
     """Light along the rays, a Dr.Jit struct of `Array3f` [cd/m^2].
 
     Attributes:
@@ -68,7 +68,7 @@ class View:
 
 def look(
     static: Any, moving: Any, scenery: Scenery, rays: Rays, lane: Array, lamps: list[Beam], pixel_angle: float
-) -> tuple[View, Hits]:
+) -> tuple[Radiance, Hits]:
     """Radiance along rays through water or air.
 
     Args:
@@ -95,7 +95,7 @@ def look(
     veil = dr.select(under, _veil(scenery, -height, d, wet), 0)
     for lamp in lamps:
         veil += dr.select(under, lamp_backscatter(lamp, scenery.water, d, wet), 0)
-    return View(radiance * sharp, radiance * (near - sharp), radiance * dr.maximum(total - near, 0), veil), hits
+    return Radiance(radiance * sharp, radiance * (near - sharp), radiance * dr.maximum(total - near, 0), veil), hits
 
 
 def _surface_light(

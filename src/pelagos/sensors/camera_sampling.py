@@ -1,0 +1,133 @@
+"""Rays of one pixel that differ: within the pixel, over the aperture, over the time that the shutter is open.
+
+Each sample is one value of a low-discrepancy sequence (M. Roberts's R-sequence, a Kronecker sequence on the generalised
+golden ratio), shifted by a random amount of each pixel (R. Cranley and T. N. L. Patterson 1976, doi 10.1137/0713071).
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Final
+
+import drjit as dr
+
+from pelagos import jit
+from pelagos.jit import Array
+from pelagos.math.philox import uniform32
+from pelagos.math.so3 import integrate, rotate
+from pelagos.raycast.rays import Rays
+from pelagos.sensors.mount import sensor_angular_velocity, sensor_pose, sensor_velocity
+from pelagos.sensors.noise import words32
+from pelagos.sensors.pixels import Pixels, Tiling
+from pelagos.sensors.sensor import Kinematics
+from pelagos.sensors.view import Lens, pixel_angle, view_rays
+
+if TYPE_CHECKING:
+    from pelagos.sensors.camera import CameraConfig
+
+_ROOT: Final = 1.167303978261418684256  # of x^6 = x + 1: five dimensions
+
+
+@dataclass
+class Sample:
+    """Where in pixel, aperture and exposure a ray belongs, a Dr.Jit struct of `Float`, one a lane.
+
+    Attributes:
+        right, down: in the pixel, -0.5 .. 0.5.
+        disc_y, disc_z: on the unit aperture.
+        moment: of the exposure, -0.5 .. 0.5.
+    """
+
+    right: Array
+    down: Array
+    disc_y: Array
+    disc_z: Array
+    moment: Array
+
+
+def samples(
+    count: int, number: int, where: Pixels, tiling: Tiling, motion: Kinematics, key: Any, blades: int
+) -> Sample:
+    """Sample `number` of `count` for every lane."""
+    index = where.row * tiling.width + where.column
+    environment, tick = (dr.gather(jit.UInt32, v, where.image) for v in (motion.environment, motion.tick))
+    words = words32(key, index, environment, tick)
+    shift = [uniform32(w) for w in words] + [uniform32(words[0] ^ (words[1] << 9) ^ (words[2] << 18))]
+    u = []
+    for d in range(5):
+        value = shift[d] + (number + 0.5) * _ROOT ** -(d + 1)
+        u.append(value - dr.floor(value))
+    stratum = (number + u[4]) / count - 0.5
+    y, z = _polygon(u[2], u[3], blades)
+    return Sample(u[0] - 0.5, u[1] - 0.5, y, z, stratum)
+
+
+def _polygon(u: Array, v: Array, blades: int) -> tuple[Array, Array]:
+    """A point of the unit disc (blades = 0), or of the regular polygon with its area."""
+    angle, radius = 2 * math.pi * u, dr.sqrt(v)
+    if blades:
+        wedge = 2 * math.pi / blades
+        within = angle - wedge * (dr.floor(angle / wedge) + 0.5)
+        # a wedge of the polygon has its edge at cos(half) / cos(angle): equal areas follow from the tangent
+        half = math.tan(wedge / 2)
+        within = dr.atan(half * within / (wedge / 2))
+        scale = math.sqrt(wedge / (2 * half))  # same area as the disc
+        angle = wedge * (dr.floor(angle / wedge) + 0.5) + within
+        radius *= scale / dr.cos(within)
+    s, c = dr.sincos(angle)
+    return radius * c, radius * s
+
+
+def sampled_rays(
+    lens: Lens,
+    where: Pixels,
+    motion: Kinematics,
+    own: Array,
+    config: CameraConfig,
+    sample: Sample | None,
+    exposure: Array,
+) -> Rays:
+    """The rays of one sample, in the world.
+
+    Args:
+        lens: see `Lens`.
+        where: the pixels.
+        motion: of the vehicle; it goes on evenly while the shutter is open.
+        own: rows of the own hull.
+        config: focus and shutter.
+        sample: see `Sample`; None for the middle of pixel, aperture and exposure.
+        exposure: time that the shutter is open, by image [s].
+    """
+    rays = view_rays(lens, where, motion, own, config)
+    if sample is None and config.rolling_shutter_s == 0:
+        return rays
+    _, attitude = sensor_pose(motion, config)
+    q = jit.Array4f(*(dr.gather(jit.Float, jit.Float(attitude[i]), where.image) for i in range(4)))
+    velocity = dr.gather(jit.Array3f, jit.Array3f(sensor_velocity(motion, config)), where.image)
+    spin = dr.gather(jit.Array3f, jit.Array3f(sensor_angular_velocity(motion, config)), where.image)
+    moment = ((jit.Float(where.row) + 0.5) / config.height_px - 0.5) * config.rolling_shutter_s
+    local = dr.gather(jit.Array3f, lens.direction, where.ray)
+    start = jit.Array3f(0)
+    if sample is not None:
+        moment += sample.moment * dr.gather(jit.Float, exposure, where.image) * config.motion_blur
+        right = dr.normalize(jit.Array3f(local.y, -local.x, 1e-9))
+        jitter = sample.right * right + sample.down * dr.cross(local, right)
+        local = dr.normalize(local + pixel_angle(config) * jitter)
+        if config.focus_distance_m is not None:
+            start, local = _through_aperture(local, sample, config)
+    return Rays(
+        origin=rays.origin + jit.Array3f64(rotate(q, start + velocity * moment)),
+        direction=rotate(integrate(q, spin, moment), local),
+        max_range=rays.max_range,
+        copy=rays.copy,
+        own=rays.own,
+    )
+
+
+def _through_aperture(local: Array, sample: Sample, config: CameraConfig) -> tuple[Array, Array]:
+    """A thin lens: rays from all over the aperture meet again at the focal distance."""
+    radius = config.focal_length_m / (2 * config.aperture)
+    start = jit.Array3f(0, sample.disc_y * radius, sample.disc_z * radius)
+    distance = config.focus_distance_m / dr.maximum(local.x, 1e-3)
+    return start, dr.normalize(local * distance - start)
