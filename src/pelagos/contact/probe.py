@@ -1,14 +1,15 @@
-"""Contact of a hull with whatever stands or moves around it, by short rays from its spine to its skin.
+"""Contact of a hull with everything that rays can hit: seabed, walls, piles, other bodies.
 
-A ray that hits before it reaches the skin tells how deep, and which way out. The force is a damped spring along the
-surface's normal and Coulomb friction across it. Stiffness and damping follow the mass that a probe feels and the time
-step, so that contact is as hard as an explicit step can carry, and never explodes:
+Probes are short rays from the hull's inside to points of its surface. A probe that meets something before its end is
+pushed back: a spring and a damper along the surface's normal, and Coulomb friction across it. Springs as stiff as stone
+on a light vehicle would make an explicit step explode, so the wrench is that of the *end* of the step: contact forces
+are linear in the velocity after the step, which leaves one symmetric 6 x 6 system for each vehicle (linearly implicit
+Euler; D. Baraff and A. Witkin, "Large steps in cloth simulation", SIGGRAPH 1998, Eqs. 4-6, doi 10.1145/280814.280821,
+applied to a rigid body). It is stable for any stiffness, mass and step; of a spring k on a mass m it leaves
+k / (1 + h^2 k / m).
 
-    spring k <= KAPPA m / h^2,   damper c <= 2 ZETA sqrt(k m),   friction <= SLIP m |v_t| / h
-
-with m = 1 / (n^T J M^-1 J^T n), the effective mass at the probe (Featherstone, Rigid Body Dynamics Algorithms, 2008,
-Section 11.7), and all three shared out among the probes that touch. Soft ground hardens towards that limit as the spine
-comes near, so that nothing sinks through it.
+Rays look ahead by the way of one step and a half, so that contact begins before the surface is passed. What is thinner
+than the gaps between probes (a wire, a rail) can come between them.
 """
 
 from __future__ import annotations
@@ -21,57 +22,81 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pelagos import jit
+from pelagos.contact.solve import solve_symmetric
 from pelagos.jit import Array
 from pelagos.math.so3 import rotate, rotate_back
 from pelagos.raycast.caster import cast
 from pelagos.raycast.rays import Rays
 from pelagos.raycast.scene import Tables
+from pelagos.world.material import MaterialTables
 
-KAPPA: Final = 0.2  # stable below 4 without damping (semi-implicit Euler)
-ZETA: Final = 0.5
-SLIP: Final = 0.3  # share of the sliding momentum that friction may take in one step
-FULL_AT: Final = 0.002  # [m], depth from which a probe counts fully among those that touch
-CREEP: Final = 0.01  # [m/s], sliding slower than this meets less than the whole friction
-VALUES: Final = 7  # weight, force (3), moment (3) of one probe
+_STICK: Final = 0.005  # [m/s], slip below which friction grows linearly with slip
+_SOFT: Final = 0.002  # [m], depth over which the damper sets in
+_AHEAD: Final = 0.002  # [m], look-ahead of a hull at rest
 
 
 @dataclass
 class HullProbes:
-    """The probes of one kind of hull, a Dr.Jit struct with a lane a probe.
+    """The probes of one kind of vehicle: a Dr.Jit struct.
 
     Attributes:
-        start: `Array3f64`, on the spine, body FLU [m].
-        vector: `Array3f64`, from there to the skin [m].
-        mass: `Float64`, effective mass along the probe [kg].
+        start: `Array3f64` (p), inside the hull, body FLU [m].
+        direction: `Array3f64` (p), unit vectors, body FLU.
+        length: `Float64` (p), from start to the surface [m].
+        mass: `Float64` (36), mass matrix with added mass, about the body's origin, FLU, row by row [kg, kg m, kg m^2].
     """
 
     start: Array
-    vector: Array
+    direction: Array
+    length: Array
     mass: Array
 
 
-def hull_probes(
-    starts: NDArray[np.float64], vectors: NDArray[np.float64], mass_matrix: NDArray[np.float64]
-) -> HullProbes:
-    """Probes on the device: `(p, 3)` starts and vectors, body FLU [m]; `(6, 6)` mass and added mass, body FLU."""
-    inverse = np.linalg.inv(mass_matrix)
-    along = vectors / np.linalg.norm(vectors, axis=1, keepdims=True)
-    row = np.concatenate([along, np.cross(starts + vectors, along)], axis=1)
-    mass = 1.0 / np.einsum("pi,ij,pj->p", row, inverse, row)
-    found = HullProbes(
-        jit.Array3f64(np.ascontiguousarray(starts.T)),
-        jit.Array3f64(np.ascontiguousarray(vectors.T)),
-        jit.Float64(mass),
+@dataclass
+class _Listed:
+    """The active probes of each vehicle, so that a solution goes over a few contacts and not over all probes."""
+
+    lane: Array  # UInt32 (n p): from first[v] on, the lanes of vehicle v's active probes
+    first: Array  # UInt32 (n)
+    count: Array  # UInt32 (n)
+
+
+@dataclass
+class _Touches:
+    """What each probe feels, `n p` lanes, in the body frame FLU."""
+
+    active: Array  # Bool: will be in contact at the end of the step
+    depth: Array  # [m], negative while the surface lies ahead
+    normal: Array  # unit, from the surface towards the hull
+    point: Array  # of contact [m]
+    slip: Array  # velocity of the hull's point relative to the surface [m/s]
+    stiffness: Array  # [N/m]
+    damping: Array  # [N s/m]
+    friction: Array
+
+
+def hull_probes(starts: NDArray[np.float64], vectors: NDArray[np.float64], mass: NDArray[np.float64]) -> HullProbes:
+    """Probes for the device.
+
+    Args:
+        starts: `(p, 3)` points inside the hull, body FLU [m].
+        vectors: `(p, 3)` from there to the hull's surface [m].
+        mass: `(6, 6)` symmetric mass matrix, added mass included, about the body's origin, FLU.
+    """
+    length = np.linalg.norm(vectors, axis=1)
+    return HullProbes(
+        start=jit.Array3f64(np.ascontiguousarray(starts.T)),
+        direction=jit.Array3f64(np.ascontiguousarray((vectors / length[:, None]).T)),
+        length=jit.Float64(length),
+        mass=jit.Float64(np.ascontiguousarray((mass + mass.T) / 2).ravel()),
     )
-    dr.make_opaque(found)
-    return found
 
 
 def probe_wrench(
     static: Any,
     moving: Any,
     tables: Tables,
-    materials: Any,
+    materials: MaterialTables,
     probes: HullProbes,
     *,
     position: Array,
@@ -82,79 +107,173 @@ def probe_wrench(
     copy: Array,
     h: Array,
 ) -> tuple[Array, Array]:
-    """Force [N] and moment about the body's origin [N m] on `n` hulls, body FLU, `Array3f64`.
+    """Force and moment of all contacts over the coming step.
 
     Args:
-        static, moving, tables: where rays are cast, see `raycast.cast`.
-        materials: table with `friction`, `stiffness`, `damping` by material row.
-        probes: of the hull.
-        position, attitude: `Array3f64` NWU, `Array4f64` FLU to NWU, `n` lanes.
-        velocity, angular_velocity: `Array3f64`, body FLU.
-        own, copy: `UInt32`, see `Rays`.
-        h: the time step [s], `Float64`.
+        static, moving: the two scenes; a frozen function must name them in its own body.
+        tables: `Scene.tables`.
+        materials: rows as the scene's materials.
+        probes: of the vehicle.
+        position: `Array3f64` (n) of the body's origin, world NWU [m].
+        attitude: `Array4f64` (n), (w, x, y, z), FLU to NWU.
+        velocity, angular_velocity: `Array3f64` (n), body FLU [m/s], [rad/s].
+        own: `UInt32` (n) row of the moving-body table that is the hull itself, `NO_BODY` for none.
+        copy: `UInt32` (n) row of the fleet axis.
+        h: `Float64` (1) the step [s].
+
+    Returns:
+        Force [N] and moment about the body's origin [N m], `Array3f64` (n), body FLU, constant over the step.
     """
-    n, p = dr.width(copy), dr.width(probes.mass)
-    lane = dr.arange(jit.UInt32, n * p)
-    hull, probe = lane // p, lane % p
-    q = dr.gather(jit.Array4f64, attitude, hull)
-    start, vector = dr.gather(jit.Array3f64, probes.start, probe), dr.gather(jit.Array3f64, probes.vector, probe)
-    length = dr.norm(vector)
+    touches = _touch(
+        static, moving, tables, materials, probes, position, attitude, velocity, angular_velocity, own, copy, h
+    )
+    dr.eval(touches)  # one kernel: each array that is gathered below would else repeat the cast
+    listed = _list_active(touches.active, dr.width(probes.length))
+    rest = [jit.Float64(0) for _ in range(6)]
+    pushed = _solve(touches, probes, listed, rest, h, friction=False)
+    acceleration = _solve(touches, probes, listed, pushed, h, friction=True)
+    row = [sum((_mass(probes, i, j) * acceleration[j] for j in range(6)), jit.Float64(0)) for i in range(6)]
+    return jit.Array3f64(*row[:3]), jit.Array3f64(*row[3:])
+
+
+def _touch(
+    static: Any,
+    moving: Any,
+    tables: Tables,
+    materials: MaterialTables,
+    probes: HullProbes,
+    position: Array,
+    attitude: Array,
+    velocity: Array,
+    angular_velocity: Array,
+    own: Array,
+    copy: Array,
+    h: Array,
+) -> _Touches:
+    """Cast every probe of every vehicle: lane = vehicle * p + probe."""
+    count = dr.width(probes.length)
+    lane = dr.arange(jit.UInt32, dr.width(copy) * count)
+    vehicle = lane // count
+    probe = lane - vehicle * count
+    p = dr.gather(jit.Array3f64, position, vehicle)
+    q = dr.gather(jit.Array4f64, attitude, vehicle)
+    v = dr.gather(jit.Array3f64, velocity, vehicle)
+    w = dr.gather(jit.Array3f64, angular_velocity, vehicle)
+    start = dr.gather(jit.Array3f64, probes.start, probe)
+    along = dr.gather(jit.Array3f64, probes.direction, probe)
+    length = dr.gather(jit.Float64, probes.length, probe)
+    fastest = dr.norm(v) + dr.norm(w) * dr.norm(start + length * along)
+    ahead = _AHEAD + 1.5 * h * fastest
     rays = Rays(
-        origin=dr.gather(jit.Array3f64, position, hull) + rotate(q, start),
-        direction=jit.Array3f(rotate(q, vector / length)),
-        max_range=jit.Float(length),
-        copy=dr.gather(jit.UInt32, copy, hull),
-        own=dr.gather(jit.UInt32, own, hull),
+        origin=p + rotate(q, start),
+        direction=jit.Array3f(rotate(q, along)),
+        max_range=jit.Float(length + ahead),
+        copy=dr.gather(jit.UInt32, copy, vehicle),
+        own=dr.gather(jit.UInt32, own, vehicle),
     )
     hits = cast(static, moving, tables, rays)
-    point = start + vector
-    out = dr.gather(jit.Array3f64, velocity, hull)
-    out += dr.cross(dr.gather(jit.Array3f64, angular_velocity, hull), point)
-    slip = rotate(q, out) - jit.Array3f64(hits.velocity)
-    depth = dr.maximum(length - jit.Float64(hits.t), 0.0)
-    mass = dr.gather(jit.Float64, probes.mass, probe)
-    push = _push(hits, materials, depth, length, slip, mass, h)
-    weight = dr.select(hits.valid, dr.minimum(depth / FULL_AT, 1.0), 0.0)
-    force = rotate_back(q, dr.select(hits.valid, weight * push, 0.0))
-    return _gathered(weight, force, dr.cross(point, force), n=n, p=p)
+    normal = rotate_back(q, jit.Array3f64(hits.normal))
+    reach = dr.select(hits.valid, jit.Float64(hits.t), length)
+    point = start + reach * along
+    depth = (reach - length) * dr.dot(along, normal)
+    slip = v + dr.cross(w, point) - rotate_back(q, jit.Array3f64(hits.velocity))
+    stiffness, damping, friction = (
+        jit.Float64(dr.gather(jit.Float, table, hits.material, hits.valid))
+        for table in (materials.stiffness, materials.damping, materials.friction)
+    )
+    # soft ground hardens before it reaches the probe's start: what comes fast must not come through
+    squeeze = dr.clip(depth / length, 0.0, 1.0)
+    surge_mass = dr.gather(jit.Float64, probes.mass, jit.UInt32(0))
+    stiffness += surge_mass / (h * h) * squeeze * squeeze
+    closing = -dr.dot(slip, normal)
+    damping = damping * dr.clip((depth + h * closing) / _SOFT, 0.0, 1.0) + surge_mass / h * squeeze
+    return _Touches(
+        active=hits.valid & (stiffness * (depth + h * closing) + damping * closing > 0),
+        depth=depth,
+        normal=normal,
+        point=point,
+        slip=slip,
+        stiffness=stiffness,
+        damping=damping,
+        friction=friction,
+    )
 
 
-def _push(hits: Any, materials: Any, depth: Array, length: Array, slip: Array, mass: Array, h: Array) -> Array:
-    """What one probe would feel if it touched alone, world NWU [N]."""
-    f64 = jit.Float64
-
-    def of(column: Array) -> Array:
-        return f64(dr.gather(jit.Float, column, hits.material, hits.valid))
-
-    hardest = KAPPA * mass / (h * h)
-    softness = dr.minimum(of(materials.stiffness), hardest)
-    stiffness = softness + (hardest - softness) * (depth / length) ** 2
-    damping = dr.minimum(of(materials.damping), 2 * ZETA * dr.sqrt(stiffness * mass))
-    normal = jit.Array3f64(hits.normal)
-    leaving = dr.dot(slip, normal)
-    press = dr.maximum(stiffness * depth - damping * leaving, 0.0)
-    across = slip - leaving * normal
-    grip = dr.minimum(of(materials.friction) * press / (dr.norm(across) + CREEP), SLIP * mass / h)
-    return press * normal - grip * across
+def _list_active(active: Array, block: int) -> _Listed:
+    lanes = dr.width(active)
+    here = dr.select(active, jit.UInt32(1), jit.UInt32(0))
+    lane = dr.arange(jit.UInt32, lanes)
+    rank = dr.block_prefix_sum(here, block, exclusive=True)
+    out = dr.zeros(jit.UInt32, lanes)
+    dr.scatter(out, lane, lane - lane % block + rank, active)
+    first = dr.arange(jit.UInt32, lanes // block) * block
+    last = first + (block - 1)
+    return _Listed(out, first, dr.gather(jit.UInt32, rank, last) + dr.gather(jit.UInt32, here, last))
 
 
-def _gathered(weight: Array, force: Array, moment: Array, *, n: int, p: int) -> tuple[Array, Array]:
-    """Sums over the probes of each hull, in their order: the same bytes on any number of threads."""
-    packed = dr.zeros(jit.Float64, n * p * VALUES)
-    at = dr.arange(jit.UInt32, n * p) * VALUES
-    for k, value in enumerate((weight, *force, *moment)):
-        dr.scatter(packed, value, at + k)
-    dr.eval(packed)
-    first = dr.arange(jit.UInt32, n) * (p * VALUES)
+def _solve(
+    touches: _Touches, probes: HullProbes, listed: _Listed, guess: list[Array], h: Array, *, friction: bool
+) -> list[Array]:
+    """Acceleration (6) that the contacts give: (M + h S) a = b.
 
-    def more(i: Array, *sums: Array) -> Any:
-        return i < p
+    With G = [1, -r x], which takes body velocities to that of the contact point at r, S sums G^T D G over the contacts
+    and b sums G^T (n k depth - D slip), where D = (h k + c) n n^T + (mu N / |slip|) (1 - n n^T). The normal force N
+    comes from `guess`, the solution without friction.
+    """
 
-    def add(i: Array, *sums: Array) -> tuple[Array, ...]:
-        row = first + i * VALUES
-        return i + 1, *(s + dr.gather(jit.Float64, packed, row + k) for k, s in enumerate(sums))
+    def body(k: Array, *sums: Array) -> tuple[Array, ...]:
+        s, b = list(sums[:21]), list(sums[21:])
+        at = dr.gather(jit.UInt32, listed.lane, listed.first + k)
+        n = dr.gather(jit.Array3f64, touches.normal, at)
+        r = dr.gather(jit.Array3f64, touches.point, at)
+        slip = dr.gather(jit.Array3f64, touches.slip, at)
+        depth = dr.gather(jit.Float64, touches.depth, at)
+        spring = dr.gather(jit.Float64, touches.stiffness, at)
+        along = h * spring + dr.gather(jit.Float64, touches.damping, at)
+        approach = dr.dot(n, slip)
+        push = (spring * depth - along * approach) * n
+        if friction:
+            gained = jit.Array3f64(*guess[:3]) + dr.cross(jit.Array3f64(*guess[3:]), r)
+            normal_force = dr.maximum(spring * depth - along * (approach + h * dr.dot(gained, n)), 0.0)
+            sideways = slip - approach * n
+            across = dr.gather(jit.Float64, touches.friction, at) * normal_force
+            across /= dr.maximum(dr.norm(sideways), _STICK)
+            push -= across * sideways
+            along -= across
+            for place, value in _gram(r):
+                s[place] = s[place] + across * value
+        g = [*n, *dr.cross(r, n)]  # G^T n
+        for i in range(6):
+            scaled = along * g[i]
+            for j in range(i + 1):
+                s[_place(i, j)] = dr.fma(scaled, g[j], s[_place(i, j)])
+        wrench = [*push, *dr.cross(r, push)]
+        return (k + 1, *s, *(total + part for total, part in zip(b, wrench, strict=True)))
 
-    start = (dr.zeros(jit.UInt32, n), *(dr.zeros(jit.Float64, n) for _ in range(VALUES)))
-    _, touching, *sums = dr.while_loop(start, more, add, mode="symbolic")
-    share = 1 / dr.maximum(touching, 1.0)
-    return jit.Array3f64(sums[0:3]) * share, jit.Array3f64(sums[3:6]) * share
+    n = dr.width(listed.count)
+    zeros = [dr.zeros(jit.Float64, n) for _ in range(27)]
+    state = (dr.zeros(jit.UInt32, n), *zeros)
+    sums = dr.while_loop(state, lambda k, *_: k < listed.count, body, mode="symbolic")[1:]
+    lower = [[_mass(probes, i, j) + h * sums[_place(i, j)] for j in range(i + 1)] for i in range(6)]
+    return solve_symmetric(lower, list(sums[21:]))
+
+
+def _place(i: int, j: int) -> int:
+    """Where row i, column j of a lower triangle stands in a row-by-row list."""
+    return i * (i + 1) // 2 + j
+
+
+def _gram(r: Array) -> list[tuple[int, Array]]:
+    """The non-zero elements of G^T G, G = [1, -r x], by their place in the lower triangle."""
+    x, y, z = r
+    return [
+        (_place(0, 0), 1.0), (_place(1, 1), 1.0), (_place(2, 2), 1.0),
+        (_place(3, 1), -z), (_place(3, 2), y), (_place(4, 0), z),
+        (_place(4, 2), -x), (_place(5, 0), -y), (_place(5, 1), x),
+        (_place(3, 3), y * y + z * z), (_place(4, 4), x * x + z * z), (_place(5, 5), x * x + y * y),
+        (_place(4, 3), -x * y), (_place(5, 3), -x * z), (_place(5, 4), -y * z),
+    ]  # fmt: skip
+
+
+def _mass(probes: HullProbes, i: int, j: int) -> Array:
+    return dr.gather(jit.Float64, probes.mass, jit.UInt32(6 * i + j))

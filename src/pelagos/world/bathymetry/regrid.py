@@ -70,7 +70,7 @@ def sample(
 
 
 def far_from_soundings(survey: Soundings, origin: GeoOrigin, ground: HeightField) -> tuple[int, float]:
-    """How many nodes lie far from every sounding, and how far that is [m]: ten times their usual distance, or two cells."""
+    """How many nodes lie far from every sounding, and how far that is [m]: ten usual distances, or two cells."""
     from scipy.spatial import KDTree
 
     x, y = origin.to_xy(*to_latlon(survey.crs, survey.u, survey.v))
