@@ -34,9 +34,11 @@ def test_lawnmower_lines_alternate_and_grow_to_starboard():
 
 @pytest.mark.parametrize(("y", "sign"), [(5.0, 1.0), (-5.0, -1.0)])
 def test_a_vehicle_beside_its_line_steers_towards_it(y, sign):
-    g = Guidance.start([Task("transit", end=(100.0, 0.0), start=(0.0, 0.0), depth_m=3.0)], state(), dt_s=0.1)
+    g = Guidance.start(
+        [Task("transit", end=(100.0, 0.0), start=(0.0, 0.0), depth_m=3.0)], state(), dt_s=0.1, length_m=1.5
+    )
     depth, heading, speed = g.command(state(x=10.0, y=y), DEEP, NO_FIX, 0.0)[0]
-    assert heading == pytest.approx(sign * math.atan2(5.0, 10.0))  # west of a northward line: turn to the right
+    assert heading == pytest.approx(sign * math.atan2(5.0, 18.0))  # west of a northward line: turn to the right
     assert (depth, speed) == (3.0, 1.5)
 
 
@@ -46,12 +48,15 @@ def test_altitude_hold_ramps_the_depth_set_point():
     )
     depths = [g.command(state(depth=2.0), np.array([15.0]), NO_FIX, 0.1 * k)[0][0] for k in range(3)]
     assert np.allclose(np.diff([2.0, *depths]), DEPTH_RATE_MPS * 0.1)
+    held = [g.command(state(depth=12.0), np.array([5.0]), NO_FIX, 0.1 * k)[0][0] for k in range(600)]
+    assert held[-1] == pytest.approx(12.0, abs=1e-3)
+    assert max(held) <= 12.0
 
 
 def test_tasks_follow_each_other_and_the_mission_ends():
     tasks = [Task("dive", depth_m=5.0), Task("transit", end=(10.0, 0.0), depth_m=5.0), Task("surface", depth_m=0.0),
              Task("fix", depth_m=0.0, seconds=30.0)]  # fmt: skip
-    g = Guidance.start(tasks, state(), dt_s=0.1)
+    g = Guidance.start(tasks, state(), dt_s=0.1, length_m=1.5)
     assert g.command(state(), DEEP, NO_FIX, 0.0)[0][0] == 5.0
     g.command(state(depth=4.5), DEEP, NO_FIX, 10.0)
     assert g.progress[0].task == 1
@@ -65,7 +70,7 @@ def test_tasks_follow_each_other_and_the_mission_ends():
 
 
 def test_a_fix_that_never_comes_times_out():
-    g = Guidance.start([Task("fix", depth_m=0.0, seconds=30.0)], state(), dt_s=0.1)
+    g = Guidance.start([Task("fix", depth_m=0.0, seconds=30.0)], state(), dt_s=0.1, length_m=1.5)
     g.command(state(), DEEP, NO_FIX, 29.0)
     assert not g.done
     g.command(state(), DEEP, NO_FIX, 30.0)
@@ -75,7 +80,8 @@ def test_a_fix_that_never_comes_times_out():
 def test_plan_covers_every_kind_of_leg():
     legs = [
         SimpleNamespace(type="dive", depth_m=3.0, altitude_m=None, speed_mps=None),
-        SimpleNamespace(type="waypoints", points=((1, 2), (3, 4)), depth_m=3.0, altitude_m=None, speed_mps=2.0, acceptance_m=4.0),
+        SimpleNamespace(type="waypoints", points=((1, 2), (3, 4)), depth_m=3.0, altitude_m=None, speed_mps=2.0,
+                        acceptance_m=4.0),
         SimpleNamespace(type="lawnmower", corner=(0, 0), heading_deg=0.0, length_m=9.0, width_m=0.0, spacing_m=5.0,
                         depth_m=None, altitude_m=5.0, speed_mps=None, acceptance_m=2.0),
         SimpleNamespace(type="hold", seconds=4.0),

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any, Final
 
 import numpy as np
@@ -16,7 +16,8 @@ from numpy.typing import NDArray
 
 from pelagos.sim.state import AgentState
 
-LOOKAHEAD_M: Final = 10.0  # about six hull lengths of a torpedo AUV
+LOOKAHEAD_LENGTHS: Final = 12.0  # hull lengths; of a torpedo AUV about its turning radius
+DEPTH_RATE_PER_S: Final = 0.25  # how fast altitude hold closes an error, up to
 DEPTH_RATE_MPS: Final = 0.35  # steepest set-point ramp in altitude hold
 MIN_DEPTH_M: Final = 0.5  # altitude hold never asks to come nearer to the surface
 SURFACED_DEPTH_M: Final = 0.35
@@ -119,18 +120,21 @@ class Guidance:
         tasks: the mission.
         progress: by copy.
         dt_s: time between two calls [s].
+        lookahead_m: how far ahead on its line a vehicle aims [m].
     """
 
     tasks: list[Task]
     progress: list[Progress]
     dt_s: float
-    _cruise: float = field(default=1.5)
+    lookahead_m: float
 
     @classmethod
-    def start(cls, tasks: list[Task], state: AgentState, *, dt_s: float) -> Guidance:
-        """At the beginning of the mission."""
+    def start(cls, tasks: list[Task], state: AgentState, *, dt_s: float, length_m: float) -> Guidance:
+        """At the beginning of the mission of a vehicle of a certain length [m]."""
         n = len(state.position)
-        return cls(tasks, [Progress(heading=-float(state.euler[i, 2])) for i in range(n)], dt_s)
+        return cls(
+            tasks, [Progress(heading=-float(state.euler[i, 2])) for i in range(n)], dt_s, LOOKAHEAD_LENGTHS * length_m
+        )
 
     @property
     def done(self) -> bool:
@@ -161,7 +165,7 @@ class Guidance:
             return 0.0, p.heading, 0.0
         task = self.tasks[p.task]
         if task.kind == "transit":
-            p.heading = _line_of_sight(task.start or p.start or (x, y), task.end, x, y)
+            p.heading = _line_of_sight(task.start or p.start or (x, y), task.end, x, y, self.lookahead_m)
         p.depth = self._depth(p, task, depth, altitude)
         return p.depth, p.heading, 0.0 if task.kind == "fix" else task.speed_mps
 
@@ -192,11 +196,13 @@ class Guidance:
             return task.depth_m if task.depth_m is not None else (p.depth if p.depth is not None else depth)
         wanted = depth + altitude - task.altitude_m
         before = p.depth if p.depth is not None else depth
-        step = DEPTH_RATE_MPS * self.dt_s
-        return max(MIN_DEPTH_M, before + min(max(wanted - before, -step), step))
+        rate = min(max(DEPTH_RATE_PER_S * (wanted - before), -DEPTH_RATE_MPS), DEPTH_RATE_MPS)
+        return max(MIN_DEPTH_M, before + rate * self.dt_s)
 
 
-def _line_of_sight(start: tuple[float, float], end: tuple[float, float], x: float, y: float) -> float:
+def _line_of_sight(
+    start: tuple[float, float], end: tuple[float, float], x: float, y: float, lookahead_m: float
+) -> float:
     """Compass heading [rad] that leads onto the line from start to end."""
     dx, dy = end[0] - start[0], end[1] - start[1]
     if math.hypot(dx, dy) < 1e-6:
@@ -204,4 +210,4 @@ def _line_of_sight(start: tuple[float, float], end: tuple[float, float], x: floa
         return math.atan2(-dy, dx)
     course = math.atan2(-dy, dx)  # compass: clockwise from north, and y points west
     to_starboard = -math.sin(course) * (x - start[0]) - math.cos(course) * (y - start[1])
-    return course - math.atan2(to_starboard, LOOKAHEAD_M)
+    return course - math.atan2(to_starboard, lookahead_m)

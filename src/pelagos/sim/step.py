@@ -266,7 +266,7 @@ class Stepper:
         self._feedback[agent.name] = Feedback(np.full(n, np.inf), np.zeros(n, dtype=bool))
         if agent.tasks:
             dt_s = self._guidance_period * self._model.clock.dt_ns * 1e-9
-            self._guidance[agent.name] = Guidance.start(agent.tasks, state, dt_s=dt_s)
+            self._guidance[agent.name] = Guidance.start(agent.tasks, state, dt_s=dt_s, length_m=_length(agent))
 
     def _hold(self, run: AgentRun, values: NDArray[np.float64]) -> None:
         if run.command_values.shape == values.shape and (run.command_values == values).all():
@@ -318,6 +318,11 @@ class NotFinite(SimulationError):
             f"{agent.name} (copy {copy}) has no finite state at t = {t_s:.3f} s; {term}; just before it was "
             f"at {position} m with {velocity} m/s, commanded {np.array2string(command, precision=4)}"
         )
+
+
+def _length(agent: AgentModel) -> float:
+    vertices = agent.vehicle.hull.vertices
+    return float(np.ptp(vertices[:, 0]))
 
 
 def _row(run: AgentRun) -> NDArray[np.float64]:
