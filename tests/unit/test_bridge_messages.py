@@ -1,0 +1,267 @@
+"""Readings as ROS 2 messages: bytes, frames, fields, and every registered sensor."""
+
+from __future__ import annotations
+
+import io
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from pelagos.config import registry
+from pelagos.messages.encoders import ENCODERS, encoder
+from pelagos.messages.encoding import DOWNWARD, OPTICAL, PROJECTED, Site
+from pelagos.messages.fan import FanPreview
+from pelagos.messages.motion import ODOMETRY, TruthEncoder
+from pelagos.messages.soundings import POINT
+from pelagos.messages.store import deserialize, make, schema, serialize, stamp, typestore
+from pelagos.sensors.sensor import Measurement, Reading, SensorConfig
+from pelagos.sim.record import Recorder
+from pelagos.sim.replay import Recording
+
+SITE = Site("auv0/here", 45.0, 12.5)
+T_NS = 12_345_678_901
+RNG = np.random.Generator(np.random.PCG64(5))
+
+
+def config_of(kind: str) -> Any:
+    return registry.find("sensor", kind).config.model_validate({"type": kind})
+
+
+def measurement(kind: str, config: Any, lanes: int) -> Measurement:
+    """Numbers of the shapes that a sensor's docstring states."""
+    uniform = RNG.uniform
+    extras: dict[str, Any] = {}
+    if kind in ("imu", "pose", "magnetometer", "gps", "velocity", "dvl"):
+        data = uniform(-2, 2, (lanes, {"imu": 6, "pose": 7}.get(kind, 3)))
+    elif kind in ("depth", "altimeter"):
+        data = uniform(1, 20, lanes)
+    elif kind == "multibeam":
+        data = uniform(5, 20, (lanes, config.beams)).astype(np.float32)
+        data[:, 3] = np.nan
+        extras["backscatter"] = uniform(-40, -10, data.shape).astype(np.float32)
+    elif kind == "imaging_sonar":
+        data = uniform(0, 1, (lanes, config.beams, config.bins)).astype(np.float32)
+    elif kind == "camera":
+        data = np.zeros((lanes, config.height_px, config.width_px, 3), dtype=np.uint8)
+        data[:, :, : config.width_px // 2, 0] = 200
+    else:
+        data = uniform(0, 1, (lanes, 4))
+    if kind == "dvl":
+        extras = {
+            "sigma": uniform(0.001, 0.01, (lanes, 4)), "beam_valid": np.array([[True, True, False, True]] * lanes),
+            "altitude": uniform(5, 20, lanes), "ranges": uniform(5, 20, (lanes, 4)),
+            "beam_velocity": uniform(-1, 1, (lanes, 4)),
+        }  # fmt: skip
+    return Measurement(data, data, None, extras)
+
+
+def reading(found: Measurement, lane: int = 0) -> Reading:
+    row = slice(lane, lane + 1)
+    extras = {name: values[row] for name, values in found.extras.items()}
+    return Reading(found.data[row], found.truth[row], T_NS, "auv0/here", np.ones(1, bool), extras)
+
+
+def messages(kind: str, config: Any = None) -> tuple[Measurement, list[Any]]:
+    config = config or config_of(kind)
+    found = measurement(kind, config, 1)
+    encoding = encoder(config, SITE)
+    raw = encoding.encode(reading(found), 0)
+    return found, [deserialize(t.type, bytes(b)) for t, b in zip(encoding.topics, raw, strict=True) if b is not None]
+
+
+def test_bytes_are_those_that_ros_sends() -> None:
+    assert serialize("std_msgs/msg/String", make("std_msgs/msg/String", data="abc")).hex() == "000100000400000061626300"
+    clock = make("rosgraph_msgs/msg/Clock", clock=stamp(1_500_000_000))
+    assert serialize("rosgraph_msgs/msg/Clock", clock).hex() == "00010000010000000065cd1d"
+
+
+def test_the_type_of_an_imu_message_is_that_of_ros() -> None:
+    """RIHS01 hash of sensor_msgs/msg/Imu as ROS 2 Jazzy states it (`ros2 topic info -v`)."""
+    golden = "RIHS01_7d9a00ff131080897a5ec7e26e315954b8eae3353c3f995c55faf71574000b5b"
+    assert typestore().hash_rihs01("sensor_msgs/msg/Imu") in (golden, golden.removeprefix("RIHS01_"))
+
+
+@pytest.mark.parametrize("kind", sorted(registry.entries("sensor", plugins=False)))
+def test_every_registered_sensor_is_encoded(kind: str) -> None:
+    """Patched bytes equal what rosbags makes of the same message, and every stamp is the reading's time."""
+    config = config_of(kind)
+    encoding = encoder(config, SITE)
+    raw = encoding.encode(reading(measurement(kind, config, 1)), 0)
+    assert len(raw) == len(encoding.topics) > 0
+    for topic, data in zip(encoding.topics, raw, strict=True):
+        assert data is not None
+        message = deserialize(topic.type, bytes(data))
+        assert serialize(topic.type, message) == bytes(data)
+        if hasattr(message, "header"):
+            assert (message.header.stamp.sec, message.header.stamp.nanosec) == (12, 345_678_901)
+            assert message.header.frame_id.startswith(("auv0/here", "map"))
+
+
+def test_a_sensor_without_a_message_of_its_own_is_recorded_as_numbers() -> None:
+    config = SensorConfig(type="novelty", rate_hz=1)
+    values = np.arange(24.0).reshape(1, 2, 3, 4)
+    found = encoder(config, SITE).encode(Reading(values, values, 0, "", np.ones(1, bool), {}), 0)[0]
+    message = deserialize("std_msgs/msg/Float64MultiArray", bytes(found or b""))
+    assert [(d.label, d.size, d.stride) for d in message.layout.dim] == [
+        ("axis0", 2, 24),
+        ("axis1", 3, 12),
+        ("axis2", 4, 4),
+    ]
+    np.testing.assert_array_equal(message.data, np.arange(24.0))
+
+
+@pytest.mark.parametrize("kind", sorted(ENCODERS))
+def test_a_block_gives_the_messages_of_single_readings(kind: str, tmp_path: Path) -> None:
+    config = config_of(kind)
+    k, n = 3, 2
+    found = measurement(kind, config, k * n)
+    valid = np.array([True, True, True, False, True, True])
+    found = Measurement(found.data, found.truth, valid, found.extras)
+    t_ns = np.array([0, 200_000_000, 400_000_000])
+    recordings = []
+    for name in ("block", "single"):
+        path = tmp_path / f"{name}.mcap"
+        with Recorder(path, "", 0, {"a": {"s": config}}, None, (45.0, 12.5), 5_000_000, copies=n) as r:
+            if name == "block":
+                r.write_block("a", "s", t_ns, found, n=n)
+            else:
+                for i in range(k):
+                    row = slice(i * n, (i + 1) * n)
+                    extras = {key: values[row] for key, values in found.extras.items()}
+                    r.write(
+                        "a", "s", Reading(found.data[row], found.truth[row], int(t_ns[i]), "a/s", valid[row], extras)
+                    )
+        recordings.append([(m.topic, m.t_ns, m.raw) for m in Recording(path).messages()])
+    assert recordings[0] == recordings[1]
+    assert len([m for m in recordings[0] if m[0].startswith("/env1/")]) == 2 * len(encoder(config, SITE).topics)
+
+
+def test_an_imu_at_rest_feels_gravity_upwards() -> None:
+    data = np.array([[0.0, 0.0, 9.81, 0.01, -0.02, 0.03]])
+    raw = encoder(config_of("imu"), SITE).encode(Reading(data, data, T_NS, "", np.ones(1, bool), {}), 0)[0]
+    message = deserialize("sensor_msgs/msg/Imu", bytes(raw or b""))
+    assert (message.linear_acceleration.z, message.angular_velocity.y) == (9.81, -0.02)
+    assert message.orientation_covariance[0] == -1.0
+    config = config_of("imu")
+    assert message.angular_velocity_covariance[4] == pytest.approx(config.gyroscope_noise_density**2 * config.rate_hz)
+
+
+def test_heading_east_has_no_yaw_in_ros() -> None:
+    """Heading east is yaw -90 degrees in NWU and 0 in ENU; body velocities stay as they are."""
+    east = np.array([[math.sqrt(0.5), 0, 0, -math.sqrt(0.5)]])
+    rows, _ = TruthEncoder("a/base_link").rows(
+        np.array([T_NS]), np.array([[10.0, 20.0, -5.0]]), east, np.array([[1.5, 0.1, 0.2]]), np.array([[0, 0, 0.3]])
+    )
+    message = deserialize(ODOMETRY, rows[0].tobytes())
+    q, p = message.pose.pose.orientation, message.pose.pose.position
+    assert [q.x, q.y, q.z, q.w] == pytest.approx([0, 0, 0, 1], abs=1e-15)
+    assert (p.x, p.y, p.z) == (-20.0, 10.0, -5.0)
+    assert (message.twist.twist.linear.x, message.twist.twist.angular.z) == (1.5, 0.3)
+
+
+def test_dvl_speaks_both_frames() -> None:
+    found, (twist, full) = messages("dvl")
+    x, y, z = found.data[0]
+    assert (twist.twist.twist.linear.x, twist.twist.twist.linear.y) == (x, y)
+    assert (full.velocity.x, full.velocity.y, full.velocity.z) == (x, -y, -z)
+    assert twist.header.frame_id + DOWNWARD.suffix == full.header.frame_id
+    assert full.num_good_beams == 3
+    assert all(b.z > 0 for b in full.beam_unit_vec)  # z along the pointing direction: down
+    assert full.course_gnd == pytest.approx(math.atan2(-y, x))
+    np.testing.assert_allclose(full.range, found.extras["ranges"][0])
+    np.testing.assert_allclose(full.beam_velocity, found.extras["beam_velocity"][0], rtol=1e-6)
+
+
+def test_multibeam_points_lie_along_its_beams() -> None:
+    config = config_of("multibeam")
+    found, (cloud, ranges) = messages("multibeam", config)
+    points = np.frombuffer(bytes(cloud.data), dtype=POINT)
+    good = np.isfinite(points["x"])
+    assert good.sum() == config.beams - 1
+    distance = np.sqrt(points["x"] ** 2 + points["y"] ** 2 + points["z"] ** 2)
+    np.testing.assert_allclose(distance[good], found.data[0][good], rtol=1e-5)
+    assert points["y"][0] > 0 > points["z"][0]  # the first beam looks down to port
+    assert (ranges.flags[3].flag, ranges.flags[4].flag) == (1, 0)
+    assert ranges.beam_unit_vec[0].y < 0 < ranges.beam_unit_vec[0].z  # y is starboard, z down
+    np.testing.assert_array_equal(ranges.ranges, found.data[0])
+
+
+def test_a_target_to_port_has_positive_azimuth_and_negative_y() -> None:
+    config = config_of("imaging_sonar")
+    found, (image, _) = messages("imaging_sonar", config)
+    assert image.beam_directions[0].y < 0 < image.beam_directions[0].z
+    assert image.beam_directions[0].x == 0
+    assert image.image.dtype == 0
+    picture = np.asarray(image.image.data).reshape(config.bins, config.beams)  # range-major rows
+    np.testing.assert_array_equal(picture, (found.data[0].T * 255 + 0.5).astype(np.uint8))
+    assert image.ranges[0] > config.range_min_m
+    assert image.ranges[-1] < config.range_max_m
+    assert len(image.ping_info.tx_beamwidths) == 1
+
+
+@pytest.mark.parametrize(("scale", "value"), [("db", -35.0), ("linear", 10**-3.5), ("unit", 0.4)])
+def test_sonar_levels_do_not_depend_on_the_configured_scale(scale: str, value: float) -> None:
+    """-35 dB with a floor of -55 and 50 dB of range is 102 of 255, however the sensor gives it."""
+    known = {"type": "imaging_sonar", "scale": scale, "floor_db": -55.0, "dynamic_range_db": 50.0}
+    config = registry.find("sensor", "imaging_sonar").config.model_validate(known)
+    data = np.full((1, config.beams, config.bins), value, dtype=np.float32)
+    raw = encoder(config, SITE).encode(Reading(data, data, 0, "", np.ones(1, bool), {}), 0)[0]
+    image = deserialize("marine_acoustic_msgs/msg/ProjectedSonarImage", bytes(raw or b""))
+    assert set(np.unique(image.image.data)) == {102}
+
+
+def test_the_preview_shows_port_on_the_left() -> None:
+    azimuth = np.radians(np.linspace(60, -60, 121))
+    polar = np.zeros((121, 200), dtype=np.uint8)
+    polar[20, 100] = 255  # 40 degrees to port, at 15 m of 30
+    picture = FanPreview(azimuth, 0.0, 30.0, 200, height=300)(polar)
+    row, column = np.unravel_index(int(picture.sum(axis=-1).argmax()), picture.shape[:2])
+    middle = picture.shape[1] / 2
+    assert (300 - row) / 10 == pytest.approx(15 * math.cos(math.radians(40)), abs=0.3)
+    assert (middle - column) / 10 == pytest.approx(15 * math.sin(math.radians(40)), abs=0.3)
+    assert picture[0, 0].sum() == 0
+
+
+def test_camera_pictures_are_jpeg_with_the_lens_beside() -> None:
+    config = config_of("camera")
+    _, (image, info) = messages("camera", config)
+    picture = np.asarray(Image.open(io.BytesIO(bytes(image.data))))
+    assert picture.shape == (config.height_px, config.width_px, 3)
+    assert picture[10, 10, 0] == pytest.approx(200, abs=4)
+    assert image.format == "jpeg"
+    assert image.header.frame_id == info.header.frame_id == "auv0/here" + OPTICAL.suffix
+    assert info.k[0] == pytest.approx(0.5 * config.width_px / math.tan(math.radians(config.horizontal_fov_deg) / 2))
+
+
+def test_extra_frames_turn_as_they_say() -> None:
+    """Axes of the frames that message types want, seen from the sensor (x forward, y left, z up)."""
+
+    def axes(q: tuple[float, float, float, float]) -> list[list[float]]:
+        w, u = q[0], np.array(q[1:])
+        eye = np.eye(3)
+        return [np.round(v + 2 * w * np.cross(u, v) + 2 * np.cross(u, np.cross(u, v)), 12).tolist() for v in eye]
+
+    assert axes(OPTICAL.attitude) == [[0, -1, 0], [0, 0, -1], [1, 0, 0]]  # right, down, forward
+    assert axes(PROJECTED.attitude) == [[0, 0, 1], [0, -1, 0], [1, 0, 0]]  # up, right, forward
+    assert axes(DOWNWARD.attitude) == [[1, 0, 0], [0, -1, 0], [0, 0, -1]]  # forward, right, down
+
+
+def test_the_raw_signal_is_recorded_where_it_is_asked_for() -> None:
+    known = {"type": "imaging_sonar", "iq": True, "beams": 4, "bins": 8}
+    config = registry.find("sensor", "imaging_sonar").config.model_validate(known)
+    data = np.zeros((1, 4, 8), dtype=np.float32)
+    iq = (RNG.standard_normal((1, 4, 8)) + 1j * RNG.standard_normal((1, 4, 8))).astype(np.complex64)
+    raw = encoder(config, SITE).encode(Reading(data, data, 0, "", np.ones(1, bool), {"iq": iq}), 0)[2]
+    message = deserialize("marine_acoustic_msgs/msg/RawSonarImage", bytes(raw or b""))
+    np.testing.assert_array_equal(np.frombuffer(bytes(message.image.data), np.complex64).reshape(4, 8), iq[0])
+    assert message.samples_per_beam == 8
+
+
+def test_schemas_name_every_type_within() -> None:
+    text = schema("marine_acoustic_msgs/msg/ProjectedSonarImage").decode()
+    for inner in ("std_msgs/Header", "marine_acoustic_msgs/PingInfo", "geometry_msgs/Vector3"):
+        assert f"MSG: {inner}" in text
