@@ -78,6 +78,8 @@ def results_folder(asked: Path | None, scenario: Path) -> Path:
 def _overrides(options: Options) -> dict[str, Any]:
     given: dict[str, Any] = {}
     if options.seed is not None:
+        if not 0 <= options.seed < 2**63:
+            raise InputError(f"--seed must be a whole number from 0 on, not {options.seed}")
         given["seed"] = options.seed
     if options.duration_s is not None:
         if not (math.isfinite(options.duration_s) and options.duration_s > 0):

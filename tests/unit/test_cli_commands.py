@@ -1,0 +1,192 @@
+"""The command line without a device: help, check, list, schema, cite, errors and exit codes."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+from pelagos.cli.main import main
+
+ROOT = Path(__file__).parents[2]
+HARBOUR = str(ROOT / "examples" / "harbour_survey.yaml")
+SMALL = """\
+world: {type: flat, depth_m: 20}
+duration_s: 2
+agents:
+  auv0:
+    vehicle: remus100
+    start: {depth_m: 5, speed_mps: 1}
+    sensors:
+      imu: {type: imu, rate_hz: 100}
+      depth: {type: depth, rate_hz: 10}
+"""
+
+
+@pytest.fixture
+def small(tmp_path: Path) -> Path:
+    path = tmp_path / "small.yaml"
+    path.write_text(SMALL)
+    return path
+
+
+def outcome(*arguments: str) -> int:
+    with pytest.raises(SystemExit) as caught:
+        main(arguments)
+    return int(caught.value.code or 0)
+
+
+@pytest.mark.parametrize("command", ["run", "check", "list", "explain", "schema", "bench", "recover", "cite"])
+def test_help_of_every_command_teaches_by_example(command: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert outcome(command, "--help") == 0
+    text = capsys.readouterr().out
+    assert f"pelagos {command}" in text
+    assert "Example" in text
+
+
+def test_version(capsys: pytest.CaptureFixture[str]) -> None:
+    assert outcome("--version") == 0
+    assert capsys.readouterr().out.startswith("pelagos ")
+
+
+def test_no_arguments_show_help(capsys: pytest.CaptureFixture[str]) -> None:
+    assert outcome() in (0, 2)
+    captured = capsys.readouterr()
+    assert "explain" in captured.out + captured.err
+
+
+def test_help_and_check_need_no_simulator() -> None:
+    code = (
+        "import sys; from pelagos.cli.main import main\n"
+        "try: main(['--help'])\n"
+        "except SystemExit: pass\n"
+        "heavy = {'drjit', 'mitsuba', 'numpy', 'pydantic', 'matplotlib', 'scipy'} & set(sys.modules)\n"
+        "assert not heavy, heavy"
+    )
+    subprocess.run([sys.executable, "-c", code], check=True, capture_output=True)
+
+
+def test_help_is_quick() -> None:
+    started = time.perf_counter()
+    subprocess.run([sys.executable, "-m", "pelagos", "--help"], check=True, capture_output=True)
+    assert time.perf_counter() - started < 5.0  # 0.3 s on a quiet machine; this only catches heavy imports
+
+
+@pytest.mark.parametrize("name", ["harbour_survey", "adriatic_survey", "venice_survey", "salish_sea"])
+def test_examples_are_valid(name: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert outcome("check", str(ROOT / "examples" / f"{name}.yaml")) == 0
+    text = capsys.readouterr().out
+    assert "a valid scenario" in text
+    assert "multibeam" in text
+    assert "lawn-mower pattern" in text
+
+
+def test_check_runs_without_a_device(small: Path) -> None:
+    code = f"from pelagos.cli.main import main; main(['check', {str(small)!r}])"
+    where = {"PELAGOS_LLVM_SEARCH": "/nonexistent", "PELAGOS_DEVICE": "cpu", "PATH": "/usr/bin:/bin"}
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, env=where, check=False)
+    assert done.returncode == 0, done.stderr
+
+
+def test_no_usable_llvm_is_one_clear_error(small: Path, tmp_path: Path) -> None:
+    where = {"PELAGOS_LLVM_SEARCH": "/nonexistent", "PELAGOS_DEVICE": "cpu", "PATH": "/usr/bin:/bin"}
+    command = [sys.executable, "-m", "pelagos", "run", str(small), "--out", str(tmp_path / "out")]
+    done = subprocess.run(command, capture_output=True, text=True, env=where, check=False)
+    assert done.returncode == 1
+    assert "Pelagos needs LLVM" in done.stderr
+    assert "apt-get install libllvm19" in done.stderr
+    assert "Traceback" not in done.stderr
+    assert not (tmp_path / "out").exists()
+
+
+def test_resolved_scenario_is_a_scenario(small: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert outcome("check", str(small), "--resolved") == 0
+    again = tmp_path / "again.yaml"
+    again.write_text(capsys.readouterr().out)
+    assert outcome("check", str(again), "--resolved") == 0
+    assert capsys.readouterr().out == again.read_text()
+
+
+@pytest.mark.parametrize(
+    ("what", "names"),
+    [
+        ("sensors", ["imu", "dvl", "multibeam", "imaging_sonar", "camera"]),
+        ("vehicles", ["remus100"]),
+        ("worlds", ["harbour", "bathymetry", "flat"]),
+    ],
+)
+def test_list(what: str, names: list[str], capsys: pytest.CaptureFixture[str]) -> None:
+    assert outcome("list", what) == 0
+    lines = capsys.readouterr().out.splitlines()
+    for name in names:
+        row = next(line for line in lines if line.split()[:1] == [name])
+        assert len(row.split()) > 2, f"{name} has no line about it"
+
+
+def test_committed_schema_is_that_of_the_program(capsys: pytest.CaptureFixture[str]) -> None:
+    assert outcome("schema", "--check", str(ROOT / "schema" / "scenario.schema.json")) == 0, capsys.readouterr().err
+    assert outcome("schema", "--check", str(ROOT / "pyproject.toml")) == 1
+    assert "renew it with" in capsys.readouterr().err
+
+
+def test_schema_names_every_component(capsys: pytest.CaptureFixture[str]) -> None:
+    assert outcome("schema") == 0
+    definitions = json.loads(capsys.readouterr().out)["$defs"]
+    assert {"MultibeamConfig", "HarbourConfig", "BathymetryConfig", "OceanConfig", "VehicleConfig"} <= set(definitions)
+    assert definitions["MultibeamConfig"]["additionalProperties"] is False
+    assert "[m]" in definitions["MultibeamConfig"]["properties"]["range_max_m"]["description"]
+
+
+def test_cite_prints_sources(small: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert outcome("cite", str(small)) == 0
+    text = capsys.readouterr().out
+    assert "imu" in text
+    assert "multibeam" not in text
+
+
+BAD = [
+    (["check", "no_such.yaml"], "there is no such file"),
+    (["run", "SMALL", "--duration", "-3"], "--duration must be a positive number of seconds, not -3"),
+    (["run", "SMALL", "--duration", "nan"], "--duration must be a positive number of seconds, not nan"),
+    (["run", "SMALL", "--seed", "-1"], "--seed must be a whole number from 0 on, not -1"),
+    (["run", "SMALL", "--out", "SMALL"], "this is a file; give a folder"),
+    (["run", "SMALL", "--out", "FOLDER"], "the folder is not empty"),
+    (["run", "SMALL", "--record", "/no/such/folder/a.mcap"], "give a file in a folder that exists"),
+    (["check", "SMALL", "--set", "agents.auv0.sensors.imu.rate_hz=3"], "3 Hz does not divide the tick rate"),
+    (["check", "SMALL", "--set", "agents.auv0.vehicle=remus10"], "unknown vehicle 'remus10' (did you mean 'remus100'?)"),  # noqa: E501
+    (["check", "SMALL", "--set", "world.type=harbor"], "unknown world 'harbor' (did you mean 'harbour'?)"),
+    (["check", "SMALL", "--set", "duration_s=2 min"], "expected a number of seconds [s], not '2 min'; write 120"),
+    (["explain", "SMALL", "auv0.imuu"], "unknown sensor of auv0 'imuu' (did you mean 'imu'?)"),
+    (["explain", "SMALL", "auv1.imu"], "unknown agent 'auv1' (did you mean 'auv0'?)"),
+    (["explain", "SMALL", "auv0"], "name a sensor as AGENT.SENSOR: auv0.imu, auv0.depth"),
+    (["bench", "no_such_case"], "unknown benchmark 'no_such_case'"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("arguments", "message"), BAD)
+def test_wrong_input_is_one_clear_error_with_exit_code_2(
+    arguments: list[str], message: str, small: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(small.parent)
+    named = {"SMALL": str(small), "FOLDER": str(small.parent)}
+    assert outcome(*(named.get(word, word) for word in arguments)) == 2
+    captured = capsys.readouterr()
+    assert message in captured.err
+    assert "Traceback" not in captured.err
+    assert [p.name for p in small.parent.iterdir()] == ["small.yaml"], "something was written"
+
+
+def test_recovering_what_is_no_recording_fails_with_1(small: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert outcome("recover", str(small)) == 1
+    assert str(small) in capsys.readouterr().err
+    assert outcome("recover", "no_such.mcap") == 1
+    assert small.read_text() == SMALL
+
+
+def test_debug_shows_the_traceback(small: Path) -> None:
+    with pytest.raises(Exception, match="does not divide"):
+        main(["--debug", "check", str(small), "--set", "agents.auv0.sensors.imu.rate_hz=3"])
