@@ -44,7 +44,7 @@ def test_a_vehicle_beside_its_line_steers_towards_it(y, sign):
 
 def test_altitude_hold_ramps_the_depth_set_point():
     g = Guidance.start(
-        [Task("transit", end=(100.0, 0.0), start=(0.0, 0.0), altitude_m=5.0)], state(depth=2.0), dt_s=0.1
+        [Task("transit", end=(100.0, 0.0), start=(0.0, 0.0), altitude_m=5.0)], state(depth=2.0), dt_s=0.1, length_m=1.5
     )
     depths = [g.command(state(depth=2.0), np.array([15.0]), NO_FIX, 0.1 * k)[0][0] for k in range(3)]
     assert np.allclose(np.diff([2.0, *depths]), DEPTH_RATE_MPS * 0.1)
