@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Annotated, TypeAlias
+from typing import TYPE_CHECKING, Annotated, Any, TypeAlias
 
 import drjit as dr
-from pydantic import Field, field_validator
+from pydantic import Field, field_validator, model_validator
 
 from pelagos import jit
 from pelagos.config.strict import Strict
@@ -19,16 +19,24 @@ from pelagos.ocean.analytic_current import (
     TidalCurrentConfig,
     VortexCurrentConfig,
 )
-from pelagos.ocean.current import ProfileCurrentConfig, UniformCurrentConfig, components
+from pelagos.ocean.current import Current, ProfileCurrentConfig, UniformCurrentConfig
+from pelagos.ocean.function import PythonCurrentConfig
+from pelagos.ocean.gridded import GriddedCurrentConfig
 from pelagos.ocean.ocean import Ocean
+from pelagos.ocean.plume import DriftingPlumeConfig
 from pelagos.ocean.site import Site
-from pelagos.ocean.water_column import ProfileConfig, tabulate
-from pelagos.ocean.waves import WavesConfig, build_waves
+from pelagos.ocean.tide import TideConfig, make_tide
+from pelagos.ocean.tracer import FieldConfig, FieldsConfig, ScalarField, UniformFieldConfig, components_of
+from pelagos.ocean.turbulence import TurbulentCurrentConfig
+from pelagos.ocean.water_column import ProfileConfig
+from pelagos.ocean.water_mass import make_water
+from pelagos.ocean.wave_system import WavesConfig
+from pelagos.ocean.waves import make_waves
+from pelagos.ocean.wind import WindConfig
 from pelagos.optics.water import JERLOV_TYPES
 
 if TYPE_CHECKING:
     from pelagos.world.world import World
-
 
 CurrentConfig: TypeAlias = Annotated[
     UniformCurrentConfig
@@ -37,7 +45,10 @@ CurrentConfig: TypeAlias = Annotated[
     | TidalCurrentConfig
     | VortexCurrentConfig
     | JetCurrentConfig
-    | GyreCurrentConfig,
+    | GyreCurrentConfig
+    | TurbulentCurrentConfig
+    | GriddedCurrentConfig
+    | PythonCurrentConfig,
     Field(discriminator="type"),
 ]
 
@@ -51,28 +62,25 @@ class SunConfig(Strict):
     """Compass direction of the sun [deg]: 90 east, 180 south."""
 
 
-class WindConfig(Strict):
-    """A steady wind."""
-
-    speed_mps: float = Field(default=0.0, ge=0, le=100)
-    """Mean speed 10 m above the surface [m/s]."""
-    from_deg: float = Field(default=0.0, ge=-360, le=360)
-    """Compass direction that the wind comes from [deg]: 270 is a west wind."""
-
-
 class OceanConfig(Strict):
     """Currents, waves, water masses and light."""
 
     currents: tuple[CurrentConfig, ...] = ()
     """Components of the current, summed; still water where there are none."""
     waves: tuple[WavesConfig, ...] = ()
-    """Wave systems, summed; a flat surface where there are none."""
+    """Wave systems, summed (swell and wind sea, for example); a flat surface where there are none."""
     waves_depth_m: float | None = Field(default=None, gt=0)
     """Depth of water that the waves feel [m]; deep water where not given."""
-    temperature_c: float | ProfileConfig = 12.0
-    """Temperature in situ [degC]: a number, or a table against depth."""
-    salinity: float | ProfileConfig = 35.0
-    """Practical salinity [1]: a number, or a table against depth."""
+    tide: tuple[TideConfig, ...] = ()
+    """Constituents of the tide's level; their streams are currents of type `tidal`."""
+    temperature_c: FieldsConfig = 12.0
+    """Temperature in situ [degC]: a number, a table against depth, or a list of components that are summed."""
+    salinity: FieldsConfig = 35.0
+    """Practical salinity [1]: a number, a table against depth, or a list of components that are summed."""
+    tracers: dict[str, FieldsConfig] = Field(default_factory=dict)
+    """Further quantities by name, as temperature: oxygen [umol/kg], chlorophyll [mg/m^3], turbidity [NTU], ph, a
+    dye.
+    """
     water_type: str = "II"
     """Optical water type after Jerlov: I, IA, IB, II, III (open ocean), 1C, 3C, 5C, 7C, 9C (coast)."""
     turbidity: float = Field(default=1.0, ge=0, le=100)
@@ -81,6 +89,16 @@ class OceanConfig(Strict):
     """Where the sun stands."""
     wind: WindConfig = WindConfig()
     """Wind over the surface."""
+
+    @model_validator(mode="before")
+    @classmethod
+    def _lists(cls, data: Any) -> Any:
+        """One mapping stands for a list of one, where it says its type."""
+        if isinstance(data, dict):
+            for key in ("currents", "waves", "tide"):
+                if isinstance(data.get(key), dict):
+                    data = {**data, key: [data[key]]}
+        return data
 
     @field_validator("water_type")
     @classmethod
@@ -91,13 +109,19 @@ class OceanConfig(Strict):
 
     @field_validator("temperature_c")
     @classmethod
-    def _liquid(cls, value: float | ProfileConfig) -> float | ProfileConfig:
+    def _liquid(cls, value: FieldsConfig) -> FieldsConfig:
         return _between(value, -3, 45, "a temperature of sea water", "degC")
 
     @field_validator("salinity")
     @classmethod
-    def _salty(cls, value: float | ProfileConfig) -> float | ProfileConfig:
+    def _salty(cls, value: FieldsConfig) -> FieldsConfig:
         return _between(value, 0, 42, "a practical salinity", "")
+
+    @model_validator(mode="after")
+    def _shallow(self) -> OceanConfig:
+        if self.waves_depth_m is None and any(w.type == "tma" for w in self.waves):
+            raise ValueError("waves of type tma need waves_depth_m")
+        return self
 
 
 def build_ocean(config: OceanConfig, world: World | None = None, *, seed: int = 0) -> Ocean:
@@ -105,22 +129,32 @@ def build_ocean(config: OceanConfig, world: World | None = None, *, seed: int = 
 
     Args:
         config: see `OceanConfig`.
-        world: gives the place on Earth (gravity, composition of the salt); mid-latitude without it.
-        seed: of the waves' phases.
+        world: gives the place on Earth (gravity, composition of the salt) and its extent; mid-latitude without it.
+        seed: of the waves, the gusts and the turbulence.
+
+    Raises:
+        ScenarioError: a file or a function that the ocean needs is missing or wrong.
     """
     site = _site(world, seed)
-    profiles = tabulate(config.temperature_c, config.salinity, site)
-    north, west = components(config.wind.speed_mps, config.wind.from_deg + 180.0)
+    currents = [current.build(site) for current in config.currents]
     return Ocean(
-        currents=[current.build(site) for current in config.currents],
-        column=profiles.column(),
-        waves=build_waves(config.waves, depth=config.waves_depth_m, seed=seed),
+        currents=currents,
+        masses=make_water(config.temperature_c, config.salinity, site),
+        tracers={name: [_build(c, currents, site) for c in components_of(f)] for name, f in config.tracers.items()},
+        waves=make_waves(config.waves, site, depth=config.waves_depth_m),
+        tide=make_tide(config.tide),
+        air=config.wind.build(site),
         sun_elevation=dr.opaque(jit.Float, math.radians(config.sun.elevation_deg)),
         sun_azimuth=dr.opaque(jit.Float, math.radians(config.sun.azimuth_deg)),
-        wind=dr.opaque(jit.Array3f64, [north, west, 0.0]),
         water_type=config.water_type,
         turbidity=config.turbidity,
     )
+
+
+def _build(component: FieldConfig, currents: list[Current], site: Site) -> ScalarField:
+    if isinstance(component, DriftingPlumeConfig):
+        return component.carried(currents, site)
+    return component.build(site)
 
 
 def _site(world: World | None, seed: int) -> Site:
@@ -133,8 +167,13 @@ def _site(world: World | None, seed: int) -> Site:
     return Site(world.origin, (low, high), seed)
 
 
-def _between(value: float | ProfileConfig, low: float, high: float, what: str, unit: str) -> float | ProfileConfig:
-    for number in value.value if isinstance(value, ProfileConfig) else (value,):
+def _between(value: FieldsConfig, low: float, high: float, what: str, unit: str) -> FieldsConfig:
+    if isinstance(value, tuple):
+        numbers: tuple[float, ...] = tuple(c.value for c in value if isinstance(c, UniformFieldConfig))
+        low, high = min(low, -100.0), max(high, 100.0)  # components are differences too
+    else:
+        numbers = value.value if isinstance(value, ProfileConfig) else (value,)
+    for number in numbers:
         if not low <= number <= high:
-            raise ValueError(f"{what} lies between {low} and {high} {unit}".rstrip() + f", not {number:g}")
+            raise ValueError(f"{what} lies between {low:g} and {high:g} {unit}".rstrip() + f", not {number:g}")
     return value

@@ -12,10 +12,17 @@ from functools import cache
 import drjit as dr
 
 from pelagos import jit
+from pelagos.errors import LookupFailed
 from pelagos.jit import Array
-from pelagos.ocean.current import Current, total
+from pelagos.ocean.current import Current
+from pelagos.ocean.current import total as total_current
+from pelagos.ocean.tide import Tide
+from pelagos.ocean.tracer import ScalarField
+from pelagos.ocean.tracer import total as total_field
 from pelagos.ocean.water_column import WaterColumn
-from pelagos.ocean.waves import Waves
+from pelagos.ocean.water_mass import WaterMass
+from pelagos.ocean.waves import WaterMotion, Waves
+from pelagos.ocean.wind import Wind
 from pelagos.optics.water import WaterOptics, water_optics
 
 
@@ -25,53 +32,92 @@ class Ocean:
 
     Attributes:
         currents: components, summed.
-        column: temperature, salinity, density, sound speed, pressure against depth.
+        masses: temperature, salinity, density, sound speed, pressure.
+        tracers: further scalar fields by name, each a list of components.
         waves: the components of the sea; None for a flat surface.
+        tide: of the level; None where it stands still.
+        air: the wind.
         sun_elevation, sun_azimuth: `Float` (1), above the horizon and of the compass [rad].
-        wind: `Array3f64` (1), velocity of the air over ground, NWU [m/s].
         water_type: Jerlov type.
         turbidity: factor on the particles of that type.
     """
 
     currents: list[Current]
-    column: WaterColumn
+    masses: WaterColumn | WaterMass
+    tracers: dict[str, list[ScalarField]]
     waves: Waves | None
+    tide: Tide | None
+    air: Wind
     sun_elevation: Array
     sun_azimuth: Array
-    wind: Array
     water_type: str
     turbidity: float
 
     def current(self, position: Array, t: Array) -> Array:
         """Velocity of the water, without the waves' orbital motion, `Array3f64` NWU [m/s]."""
-        return total(self.currents, position, t)
+        return total_current(self.currents, position, t)
 
     def temperature(self, position: Array, t: Array) -> Array:
         """In situ [degC]."""
-        return self.column.at(self.column.temperature, -position[2])
+        return self.masses.temperature(position, t)
 
     def salinity(self, position: Array, t: Array) -> Array:
         """Practical salinity [1]."""
-        return self.column.at(self.column.salinity, -position[2])
+        return self.masses.salinity(position, t)
 
     def density(self, position: Array, t: Array) -> Array:
         """Of the water [kg/m^3]; the surface's above it."""
-        return self.column.at(self.column.density, -position[2])
+        return self.masses.density(position, t)
 
     def sound_speed(self, position: Array, t: Array) -> Array:
         """In the water [m/s]; the surface's above it."""
-        return self.column.at(self.column.sound_speed, -position[2])
+        return self.masses.sound_speed(position, t)
+
+    def tracer(self, name: str, position: Array, t: Array) -> Array:
+        """A scalar field by name, `Float64` in its own unit.
+
+        Raises:
+            LookupFailed: the ocean has no such tracer.
+        """
+        if name not in self.tracers:
+            raise LookupFailed("tracer", name, self.tracers)
+        return total_field(self.tracers[name], position, t)
 
     def elevation(self, x: Array, y: Array, t: Array) -> Array:
-        """Height of the surface over the mean [m], `Float64`, at world x, y [m]."""
+        """Height of the surface over the mean [m], tide and waves, `Float64`, at world x, y [m]."""
+        level = jit.Float64(0.0) if self.tide is None else self.tide.level(t)
+        return level if self.waves is None else level + self.waves.elevation(x, y, t)
+
+    def wave_motion(self, position: Array, t: Array) -> WaterMotion | None:
+        """Orbital motion of the water under the waves; None where there are none. The tide lifts the waves with it."""
         if self.waves is None:
-            return jit.Float64(0.0)
-        return self.waves.elevation(x, y, t)
+            return None
+        level = jit.Float64(0.0) if self.tide is None else self.tide.level(t)
+        motion = self.waves.motion(jit.Array3f64(position[0], position[1], position[2] - level), t)
+        motion.elevation = motion.elevation + level
+        return motion
+
+    def flow(self, position: Array, t: Array) -> Array:
+        """Velocity of the water, current and orbital motion together, `Array3f64` NWU [m/s]."""
+        motion = self.wave_motion(position, t)
+        current = self.current(position, t)
+        return current if motion is None else current + motion.velocity
 
     def pressure(self, position: Array, t: Array) -> Array:
-        """Of the water above [Pa], without the atmosphere's; 0 in the air."""
-        surface = self.elevation(position[0], position[1], t)
-        return self.column.at(self.column.pressure, dr.maximum(surface - position[2], 0.0))
+        """Of the water [Pa], without the atmosphere's: its weight and the waves' dynamic pressure; 0 in the air.
+
+        Below the mean surface the weight of the still water and g rho times the waves' head; above it, up to the actual
+        surface, the weight of the water above (hydrostatic).
+        """
+        depth = -position[2] if self.tide is None else self.tide.level(t) - position[2]
+        if self.waves is None:
+            return self.masses.pressure(dr.maximum(depth, 0.0))
+        surface, head = self.waves.head(jit.Array3f64(position[0], position[1], -depth), t)
+        return self.masses.pressure(dr.maximum(dr.select(depth > 0, depth + head, depth + surface), 0.0))
+
+    def wind(self, position: Array, t: Array) -> Array:
+        """Velocity of the air over ground [m/s] at `position`, `Array3f64` NWU."""
+        return self.air.velocity(position[2], t)
 
     @property
     def water(self) -> WaterOptics:

@@ -18,7 +18,7 @@ from pydantic import Field, model_validator
 from pelagos import jit
 from pelagos.config.strict import Strict
 from pelagos.jit import Array
-from pelagos.math.lookup import sample
+from pelagos.math.lookup import locate, sample
 from pelagos.ocean.site import Site
 
 STEP_M: Final = 0.5
@@ -47,22 +47,43 @@ class WaterColumn:
     """Tables against depth, one entry every `STEP_M` from the surface down: a Dr.Jit struct of `Float64`.
 
     Attributes:
-        temperature: in situ [degC].
-        salinity: practical salinity [1].
-        density: [kg/m^3].
-        sound_speed: [m/s].
-        pressure: of the water above [Pa]; without the atmosphere's.
+        temperatures: in situ [degC].
+        salinities: practical salinity [1].
+        densities: [kg/m^3].
+        sound_speeds: [m/s].
+        pressures: of the water above [Pa]; without the atmosphere's.
     """
 
-    temperature: Array
-    salinity: Array
-    density: Array
-    sound_speed: Array
-    pressure: Array
+    temperatures: Array
+    salinities: Array
+    densities: Array
+    sound_speeds: Array
+    pressures: Array
 
-    def at(self, table: Array, depth: Array) -> Array:
-        """A table's value at `depth` [m]; the surface's above it."""
-        return sample(table, depth * (1 / STEP_M))
+    def temperature(self, position: Array, t: Array) -> Array:
+        """In situ [degC] at `position`, `Array3f64` NWU [m]; above the water the surface's."""
+        return sample(self.temperatures, -position[2] * (1 / STEP_M))
+
+    def salinity(self, position: Array, t: Array) -> Array:
+        """Practical salinity [1]."""
+        return sample(self.salinities, -position[2] * (1 / STEP_M))
+
+    def density(self, position: Array, t: Array) -> Array:
+        """[kg/m^3]."""
+        return sample(self.densities, -position[2] * (1 / STEP_M))
+
+    def sound_speed(self, position: Array, t: Array) -> Array:
+        """[m/s]."""
+        return sample(self.sound_speeds, -position[2] * (1 / STEP_M))
+
+    def pressure(self, depth: Array) -> Array:
+        """Of the water above [Pa] at `depth` [m]; 0 in the air."""
+        return sample(self.pressures, depth * (1 / STEP_M))
+
+    def depth_of(self, pressure: Array) -> Array:
+        """Inverse of `pressure` [m]."""
+        row, fraction = locate(self.pressures, pressure)
+        return (jit.Float64(row) + fraction) * STEP_M
 
 
 @dataclass(frozen=True)

@@ -1,153 +1,260 @@
 """Surface waves: one table of components, evaluated wherever somebody asks. Linear (Airy) theory.
 
-Elevation sum a cos(k . x - omega t + phase), e.g. L. H. Holthuijsen, Waves in Oceanic and Coastal Waters (2007),
-Chapters 3 and 5. Pictures, buoyancy, sensors and sound all read this table, so they see the same sea.
+Elevation sum a cos(k . x - omega t + phase), and below it the velocity, acceleration and pressure of the same
+components, e.g. L. H. Holthuijsen, Waves in Oceanic and Coastal Waters (2007), Chapter 5. Between the mean surface
+and the actual one the motion is stretched after J. D. Wheeler, J. Pet. Technol. 22:359 (1970), doi 10.2118/2712-PA:
+what linear theory has at z = 0 stands at the surface. Pictures, buoyancy, forces, sensors and sound all read this
+table, so they see the same sea.
 """
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Annotated, Final, Literal, TypeAlias
+from typing import Final
 
 import drjit as dr
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import Field
 
 from pelagos import jit
-from pelagos.config.strict import Strict
 from pelagos.jit import Array
-from pelagos.ocean.spectrum import jonswap, wavenumber
+from pelagos.math.turns import cos_turns, sincos_turns
+from pelagos.ocean.site import Site
+from pelagos.ocean.wave_system import Components, WavesConfig
 
-Rows: TypeAlias = NDArray[np.float64]
-
-_LOWEST: Final = 0.5  # of the peak frequency: below lies 1e-8 of the energy
-_HIGHEST: Final = 6.0  # of the peak frequency: above lies 0.06 % of the energy
-
-
-class RegularWavesConfig(Strict):
-    """One sinusoidal wave."""
-
-    type: Literal["regular"] = "regular"
-    """The kind of waves."""
-    height_m: float = Field(gt=0)
-    """From trough to crest [m]."""
-    period_s: float = Field(gt=0)
-    """Period [s]."""
-    towards_deg: float = Field(default=0.0, ge=-360, le=360)
-    """Compass direction that the waves travel towards [deg]: 0 north, 90 east."""
-    phase_deg: float = 0.0
-    """Phase at the world's origin at t = 0; 0 is a crest [deg]."""
-
-    def components(self, rng: np.random.Generator) -> Rows:
-        """See `component_rows`."""
-        return np.array([[self.height_m / 2, 2 * math.pi / self.period_s, _direction(self.towards_deg),
-                          math.radians(self.phase_deg)]])  # fmt: skip
+_STRIDE: Final = 8  # numbers a component has in the table
+_AT_ONCE: Final = 8  # components in one turn of the loop
 
 
-class JonswapWavesConfig(Strict):
-    """A wind sea after JONSWAP, with directional spreading."""
+@dataclass
+class WaterMotion:
+    """What waves do at a place: elevation [m]; velocity [m/s] and acceleration [m/s^2], `Array3f64` NWU; head, dynamic
+    pressure over rho g [m].
+    """
 
-    type: Literal["jonswap"] = "jonswap"
-    """The kind of waves."""
-    significant_height_m: float = Field(gt=0)
-    """Significant wave height Hs [m]."""
-    peak_period_s: float = Field(gt=0)
-    """Peak period Tp [s]."""
-    gamma: float = Field(default=3.3, ge=1, le=10)
-    """Peak enhancement; 1 is a fully developed sea (Pierson-Moskowitz)."""
-    towards_deg: float = Field(default=0.0, ge=-360, le=360)
-    """Compass direction that the waves travel towards, in the mean [deg]: 0 north, 90 east."""
-    spreading: float | None = Field(default=10.0, gt=0)
-    """Exponent s of the spreading cos^2s(angle / 2); null for long-crested waves."""
-    components_count: int = Field(default=200, ge=1, le=5000)
-    """Number of component waves."""
-
-    def components(self, rng: np.random.Generator) -> Rows:
-        """See `component_rows`."""
-        f, df = _frequencies(self.components_count, self.peak_period_s, rng)
-        energy = jonswap(f, self.significant_height_m, self.peak_period_s, self.gamma) * df
-        energy *= (self.significant_height_m / 4) ** 2 / energy.sum()
-        angle = _direction(self.towards_deg) + _spread(self.components_count, self.spreading, rng)
-        phase = rng.uniform(0, 2 * math.pi, len(f))
-        return np.stack([np.sqrt(2 * energy), 2 * math.pi * f, angle, phase], axis=-1)
+    elevation: Array
+    velocity: Array
+    acceleration: Array
+    head: Array
 
 
-WavesConfig: TypeAlias = Annotated[RegularWavesConfig | JonswapWavesConfig, Field(discriminator="type")]
+@dataclass
+class SurfacePoint:
+    """A point of the surface: displacement, `Array3f64` NWU [m]; normal; fold, negative where the crest breaks over."""
+
+    displacement: Array
+    normal: Array
+    fold: Array
 
 
 @dataclass
 class Waves:
-    """The components: a Dr.Jit struct of `Float64`, one entry a component.
+    """The components: a Dr.Jit struct.
 
     Attributes:
-        amplitude: [m].
-        omega: [rad/s].
-        kx, ky: wave vector in the world NWU [1/m].
-        phase: [rad].
+        table: `Float64`, by component: kx, ky, omega, phase over 2 pi; amplitude [m]; k [1/m]; 1 / (1 - exp(-2 k h))
+        and
+            1 / (1 + exp(-2 k h)). Padded with components of no amplitude.
+        depth: `Float64` (1), of the water [m]; 1e9 where deep.
+        deep: whether it is.
     """
 
-    amplitude: Array
-    omega: Array
-    kx: Array
-    ky: Array
-    phase: Array
+    table: Array
+    depth: Array
+    deep: bool
 
     def elevation(self, x: Array, y: Array, t: Array) -> Array:
         """Height of the surface over the mean [m] at world x, y [m] and time t [s], `Float64`."""
-        count = dr.width(self.amplitude)
-        zero = 0 * (x + y + t)
 
         def add(i: Array, height: Array) -> tuple[Array, Array]:
-            a, w, kx, ky, p = (
-                dr.gather(jit.Float64, v, i) for v in (self.amplitude, self.omega, self.kx, self.ky, self.phase)
+            for _ in range(_AT_ONCE):
+                turns, (a, *_) = self._component(i, x, y, t)
+                height = dr.fma(a, cos_turns(turns), height)
+                i = i + 1
+            return i, height
+
+        return self._loop(add, 0 * (x + y + t))[0]
+
+    def slope(self, x: Array, y: Array, t: Array) -> tuple[Array, Array]:
+        """Slopes of the surface along x and y [1]."""
+
+        def add(i: Array, sx: Array, sy: Array) -> tuple[Array, ...]:
+            first, second = self._rows(i)
+            turns = _turns(first, x, y, t)
+            rise = -2 * math.pi * second[0] * sincos_turns(turns)[0]
+            return i + 1, sx + first[0] * rise, sy + first[1] * rise
+
+        nothing = 0 * (x + y + t)
+        sx, sy = self._loop(add, nothing, nothing)
+        return sx, sy
+
+    def motion(self, position: Array, t: Array, *, stretch: bool = True) -> WaterMotion:
+        """Motion of the water at `position` (`Array3f64` NWU [m]); above the surface that of the surface itself.
+
+        Args:
+            position: place.
+            t: time [s].
+            stretch: after Wheeler; otherwise linear theory as it is, held at z = 0 above.
+        """
+        x, y, z = position
+        surface = self.elevation(x, y, t)
+        level = self._stretched(z, surface) if stretch else dr.minimum(z, 0.0)
+
+        def add(i: Array, *sums: Array) -> tuple[Array, ...]:
+            first, second = self._rows(i)
+            s, c = sincos_turns(_turns(first, x, y, t))
+            a, k = second[0], second[1]
+            rate = 2 * math.pi * first[2]
+            along, up, head = self._decay(k, level, second)
+            over = 2 * math.pi / k
+            nx, ny = first[0] * over, first[1] * over
+            u, v, w, du, dv, dw, p = sums
+            fast, slow = a * rate * along, a * rate * rate * along
+            return (
+                i + 1,
+                u + nx * fast * c,
+                v + ny * fast * c,
+                w + a * rate * up * s,
+                du + nx * slow * s,
+                dv + ny * slow * s,
+                dw - a * rate * rate * up * c,
+                p + a * head * c,
             )
-            return i + 1, height + a * dr.cos(kx * x + ky * y - w * t + p)
 
-        start = (jit.UInt32(0), zero)
-        return dr.while_loop(start, lambda i, _: i < count, add, mode="symbolic")[1]
+        nothing = 0 * (x + y + z + t)
+        u, v, w, du, dv, dw, p = self._loop(add, *([nothing] * 7))
+        return WaterMotion(surface, jit.Array3f64(u, v, w), jit.Array3f64(du, dv, dw), p)
+
+    def head(self, position: Array, t: Array) -> tuple[Array, Array]:
+        """(elevation [m], dynamic pressure over rho g [m]) at a place, in one pass, without stretching; for hulls."""
+        x, y, z = position
+        level = dr.minimum(z, 0.0)
+
+        def add(i: Array, height: Array, pressure: Array) -> tuple[Array, ...]:
+            for _ in range(_AT_ONCE // 2):
+                first, second = self._rows(i)
+                wave = second[0] * cos_turns(_turns(first, x, y, t))
+                height, pressure = height + wave, pressure + wave * self._decay(second[1], level, second)[2]
+                i = i + 1
+            return i, height, pressure
+
+        nothing = 0 * (x + y + z + t)
+        height, pressure = self._loop(add, nothing, nothing)
+        return height, pressure
+
+    def surface_point(self, x: Array, y: Array, t: Array, *, choppiness: float = 1.0) -> SurfacePoint:
+        """Where the water that rests at (x, y) is, on a surface with sharp crests (F. J. Gerstner, 1802).
+
+        Args:
+            x, y: rest [m].
+            t: time [s].
+            choppiness: factor on the horizontal motion; 0 is linear theory's surface, 1 Gerstner's.
+        """
+
+        def add(i: Array, *sums: Array) -> tuple[Array, ...]:
+            first, second = self._rows(i)
+            s, c = sincos_turns(_turns(first, x, y, t))
+            a, k = second[0], second[1]
+            kx, ky = 2 * math.pi * first[0], 2 * math.pi * first[1]
+            dx, dy, dz, xx, xy, yy, sx, sy = sums
+            out, bend = a * s / k, a * c / k
+            return (
+                i + 1,
+                dx - kx * out,
+                dy - ky * out,
+                dz + a * c,
+                xx - kx * kx * bend,
+                xy - kx * ky * bend,
+                yy - ky * ky * bend,
+                sx - kx * a * s,
+                sy - ky * a * s,
+            )
+
+        nothing = 0 * (x + y + t)
+        dx, dy, dz, xx, xy, yy, sx, sy = self._loop(add, *([nothing] * 8))
+        xx, xy, yy = 1 + choppiness * xx, choppiness * xy, 1 + choppiness * yy
+        normal = jit.Array3f64(sy * xy - sx * yy, sx * xy - sy * xx, xx * yy - xy * xy)
+        return SurfacePoint(
+            jit.Array3f64(choppiness * dx, choppiness * dy, dz), dr.normalize(normal), xx * yy - xy * xy
+        )
+
+    def _component(self, i: Array, x: Array, y: Array, t: Array) -> tuple[Array, Array]:
+        first, second = self._rows(i)
+        return _turns(first, x, y, t), second
+
+    def _rows(self, i: Array) -> tuple[Array, Array]:
+        return dr.gather(jit.Array4f64, self.table, 2 * i), dr.gather(jit.Array4f64, self.table, 2 * i + 1)
+
+    def _loop(self, add: object, *start: Array) -> tuple[Array, ...]:
+        count = dr.width(self.table) // _STRIDE
+        state = dr.while_loop((jit.UInt32(0), *start), lambda i, *_: i < count, add, mode="symbolic")
+        return tuple(state[1:])
+
+    def _stretched(self, z: Array, surface: Array) -> Array:
+        if self.deep:
+            return dr.minimum(z - surface, 0.0)
+        depth = self.depth
+        return dr.clip((z - surface) * depth / dr.maximum(depth + surface, 0.05 * depth), -depth, 0.0)
+
+    def _decay(self, k: Array, level: Array, second: Array) -> tuple[Array, Array, Array]:
+        """cosh(k (z + h)) / sinh(k h), sinh(k (z + h)) / sinh(k h), cosh(k (z + h)) / cosh(k h)."""
+        down = dr.exp(k * level)
+        if self.deep:
+            return down, down, down
+        back = dr.exp(-k * (level + 2 * self.depth))
+        return (down + back) * second[2], (down - back) * second[2], (down + back) * second[3]
 
 
-def build_waves(systems: tuple[WavesConfig, ...], *, depth: float | None, seed: int) -> Waves | None:
+def _turns(first: Array, x: Array, y: Array, t: Array) -> Array:
+    return dr.fma(first[0], x, dr.fma(first[1], y, dr.fma(-first[2], t, first[3])))
+
+
+def make_waves(systems: tuple[WavesConfig, ...], site: Site, *, depth: float | None) -> Waves | None:
     """The components of all wave systems together; None where there are none.
 
     Args:
         systems: see the configurations.
-        depth: of the water, for the dispersion relation [m]; None for deep water.
-        seed: of phases and directions.
+        site: gives the seed of phases, frequencies and directions.
+        depth: of the water [m]; None for deep water.
     """
-    if not systems:
+    made = [system.components(site.rng(0, number), depth) for number, system in enumerate(systems)]
+    if not any(len(c.amplitude) for c in made):
         return None
-    rows = []
-    for number, system in enumerate(systems):
-        rng = np.random.Generator(np.random.PCG64(np.random.SeedSequence([seed, 0x0CEA, number])))
-        rows.append(system.components(rng))
-    amplitude, omega, angle, phase = np.concatenate(rows).T
-    k = wavenumber(omega, depth)
-    table = (amplitude, omega, k * np.cos(angle), k * np.sin(angle), phase)
-    waves = Waves(*(jit.Float64(np.ascontiguousarray(column)) for column in table))
-    dr.make_opaque(waves)
+    joined = Components(
+        *(
+            np.concatenate([getattr(c, name) for c in made])
+            for name in ("amplitude", "omega", "wavenumber", "angle", "phase")
+        )
+    )
+    return waves_of(joined, depth=depth)
+
+
+def waves_of(components: Components, *, depth: float | None) -> Waves:
+    """A sea of given components."""
+    table = component_table(components, depth=depth)
+    waves = Waves(jit.Float64(table.ravel()), jit.Float64(depth or 1e9), depth is None)
+    dr.make_opaque(waves.table, waves.depth)
     return waves
 
 
-def _direction(towards_deg: float) -> float:
-    """Angle from north towards west, of a compass direction [rad]."""
-    return -math.radians(towards_deg)
+def component_table(c: Components, *, depth: float | None) -> NDArray[np.float64]:
+    """`(components, 8)`, padded; see `Waves.table`."""
+    k = c.wavenumber
+    decay = np.exp(-2 * k * depth) if depth is not None else np.zeros_like(k)
+    wave = np.stack([k * np.cos(c.angle), k * np.sin(c.angle), c.omega, c.phase], axis=-1) / (2 * math.pi)
+    table = np.concatenate([wave, np.stack([c.amplitude, k, 1 / (1 - decay), 1 / (1 + decay)], axis=-1)], axis=-1)
+    spare = np.tile(np.array([0, 0, 0, 0, 0, 1.0, 1, 1]), (-len(table) % _AT_ONCE, 1))
+    return np.ascontiguousarray(np.concatenate([table, spare]))
 
 
-def _frequencies(count: int, peak_period: float, rng: np.random.Generator) -> tuple[Rows, Rows]:
-    """One random frequency in each of `count` bands [Hz] (so that the sea does not repeat), and the bands' widths."""
-    edges = np.geomspace(_LOWEST, _HIGHEST, count + 1) / peak_period
-    width = np.diff(edges)
-    return edges[:-1] + width * rng.uniform(size=count), width
+def patch(table: NDArray[np.float64], x: NDArray[np.float64], y: NDArray[np.float64], t: float) -> NDArray[np.float64]:
+    """Elevation `(len(x), len(y))` [m] on a regular patch, on the host, as one product of two matrices.
 
-
-def _spread(count: int, exponent: float | None, rng: np.random.Generator) -> Rows:
-    """`count` angles about the mean direction: evenly spaced quantiles of cos^2s(angle / 2), in random order."""
-    if exponent is None:
-        return np.zeros(count)
-    grid = np.linspace(-math.pi, math.pi, 4001)
-    density = np.abs(np.cos(grid / 2)) ** (2 * exponent)
-    share = np.concatenate([[0.0], np.cumsum(0.5 * (density[1:] + density[:-1]))])
-    return np.interp((rng.permutation(count) + 0.5) / count, share / share[-1], grid)
+    cos(a + b) = cos a cos b - sin a sin b with a = kx x - omega t + phase and b = ky y.
+    """
+    a = 2 * math.pi * (np.outer(x, table[:, 0]) + (table[:, 3] - table[:, 2] * t) % 1.0)
+    b = 2 * math.pi * np.outer(y, table[:, 1])
+    left = np.concatenate([np.cos(a) * table[:, 4], -np.sin(a) * table[:, 4]], axis=1)
+    product: NDArray[np.float64] = left @ np.concatenate([np.cos(b), np.sin(b)], axis=1).T
+    return product

@@ -12,9 +12,9 @@ from pydantic import Field
 from pelagos import jit
 from pelagos.jit import Array
 from pelagos.math.constants import ATMOSPHERE_PA
-from pelagos.math.lookup import locate, sample
+from pelagos.math.lookup import sample
 from pelagos.ocean.ocean import Ocean
-from pelagos.ocean.water_column import DEEPEST_M, STEP_M
+from pelagos.ocean.water_column import DEEPEST_M
 from pelagos.sensors import noise
 from pelagos.sensors.mount import sensor_pose
 from pelagos.sensors.rows import pack, unpack
@@ -79,8 +79,7 @@ class Depth:
         position, _ = sensor_pose(motion, c)
         pressure = ocean.pressure(position, jit.Float64(motion.t_ns) * 1e-9)
         if standard is None:
-            row, fraction = locate(ocean.column.pressure, pressure)
-            depth = (jit.Float64(row) + fraction) * STEP_M
+            depth = ocean.masses.depth_of(pressure)
         else:
             depth = sample(standard, pressure * (1e-4 / _STEP_DBAR))
         (white,) = noise.normals64(key, motion, 1)

@@ -1,0 +1,212 @@
+"""Fields on a grid in time, depth and place, from NetCDF: linear in all four, exact at the grid's points."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final, Literal, TypeAlias
+
+import drjit as dr
+import numpy as np
+from numpy.typing import NDArray
+
+from pelagos import jit
+from pelagos.config.strict import Strict
+from pelagos.errors import ScenarioError
+from pelagos.jit import Array
+from pelagos.math.lookup import locate
+from pelagos.ocean.current import Current
+from pelagos.ocean.netcdf import GriddedData, Windows, read_grid
+from pelagos.ocean.site import Site
+
+Outside: TypeAlias = Literal["error", "clamp", "fade"]
+
+_MARGIN_M: Final = 2_000.0  # read around the world
+_PRECISE_DEG: Final = 2e-9  # of the map from metres to degrees; 0.2 mm
+
+
+class _Gridded(Strict):
+    file: Path
+    """A NetCDF file; a relative path starts at the working directory."""
+    start: str | None = None
+    """Time of the file that is t = 0 of the simulation, ISO 8601; the file's first time where not given."""
+    outside: Outside = "error"
+    """Beyond the grid: `error` refuses a world or a moment that the file does not cover; `clamp` holds the value at the
+    edge; `fade` lets it go to zero within one cell."""
+
+    def read(self, quantities: list[tuple[str, str | None]], site: Site) -> GridField:
+        """The variables on the device."""
+        data = read_grid(self.file, quantities, start=self.start, windows=_windows(site))
+        return grid_field(data, site, outside=self.outside, where=str(self.file))
+
+
+class GriddedCurrentConfig(_Gridded):
+    """Currents from a NetCDF file, such as CMEMS, HYCOM or ROMS (on depth levels) write."""
+
+    type: Literal["gridded"] = "gridded"
+    """The kind of current."""
+    east_variable: str | None = None
+    """Name of the eastward velocity in the file; found by its standard name where not given."""
+    north_variable: str | None = None
+    """Name of the northward velocity in the file."""
+    up_variable: str | None = None
+    """Name of the upward velocity in the file; none is read where not given."""
+
+    def build(self, site: Site) -> Current:
+        """The component on the device."""
+        wanted = [("east", self.east_variable), ("north", self.north_variable)]
+        if self.up_variable is not None:
+            wanted.append(("up", self.up_variable))
+        return GriddedCurrent(self.read(wanted, site))
+
+
+@dataclass
+class GridField:
+    """Values on a grid: a Dr.Jit struct.
+
+    Attributes:
+        values: `Float64`, channel after channel within time, depth, row, column.
+        time, depth, row, column: `Float64`, coordinates; one entry where the field does not depend on them.
+        to_row, to_column: `Float64`, coefficients of the polynomials from world x, y to row and column coordinates.
+        scale: `Float64` (1), metres to the polynomials' argument.
+        channels, outside: how many values a point has, and what holds beyond the grid.
+    """
+
+    values: Array
+    time: Array
+    depth: Array
+    row: Array
+    column: Array
+    to_row: Array
+    to_column: Array
+    scale: Array
+    channels: int
+    outside: str
+
+    def at(self, position: Array, t: Array) -> list[Array]:
+        """`Float64` by channel, at `position` (`Array3f64` NWU [m]) and time t [s]."""
+        x, y = position[0] * self.scale, position[1] * self.scale
+        places = (t, -position[2], _polynomial(self.to_row, x, y), _polynomial(self.to_column, x, y))
+        axes = (self.time, self.depth, self.row, self.column)
+        corners: list[tuple[Array, Array]] = [(jit.UInt32(0), jit.Float64(1.0))]
+        weight = jit.Float64(1.0)
+        for number, (nodes, place) in enumerate(zip(axes, places, strict=True)):
+            count = dr.width(nodes)
+            if count == 1:
+                continue
+            i, fraction = locate(nodes, place)
+            weight = weight * self._edge(nodes, place, count, above=number == 1)
+            corners = [
+                (index * count + i + step, share * part)
+                for index, share in corners
+                for step, part in ((0, 1 - fraction), (1, fraction))
+            ]
+        return [
+            weight * sum(s * dr.gather(jit.Float64, self.values, index * self.channels + c) for index, s in corners)
+            for c in range(self.channels)
+        ]
+
+    def _edge(self, nodes: Array, place: Array, count: int, *, above: bool) -> Array:
+        """Factor for places beyond the grid: 1 (clamp), falling to 0 (fade), not a number (error).
+
+        Water above the first level belongs to it, and below the last one to that: depths are held.
+        """
+        if self.outside == "clamp" or above:
+            return jit.Float64(1.0)
+        first, second, before, last = (
+            dr.gather(jit.Float64, nodes, jit.UInt32(i)) for i in (0, 1, count - 2, count - 1)
+        )
+        beyond = dr.maximum((first - place) / (second - first), (place - last) / (last - before))
+        if self.outside == "fade":
+            return dr.clip(1 - beyond, 0.0, 1.0)
+        return dr.select(beyond > 1e-6, dr.nan, 1.0)
+
+
+@dataclass
+class GriddedCurrent:
+    """Attributes: field: eastward, northward and perhaps upward velocity [m/s]."""
+
+    field: GridField
+
+    def velocity(self, position: Array, t: Array) -> Array:
+        """See `Current`."""
+        v = self.field.at(position, t)
+        return jit.Array3f64(v[1], -v[0], v[2] if len(v) > 2 else 0.0)
+
+
+def grid_field(data: GriddedData, site: Site, *, outside: str, where: str) -> GridField:
+    """Put a grid on the device, with the map from world metres to its coordinates.
+
+    Raises:
+        ScenarioError: `outside` is error and the grid does not cover the world.
+    """
+    if data.metric:  # row: metres north, column: metres east
+        to_row, to_column, scale = np.array([0.0, 0.0, 1.0]), np.array([0.0, -1.0, 0.0]), 1.0
+    else:
+        to_row, to_column, scale = _degrees(data, site)
+    if outside == "error":
+        _covers(data, site, where)
+    values = np.ascontiguousarray(np.moveaxis(data.values, 0, -1)).ravel()
+    arrays = (values, data.time, data.depth, data.row, data.column, to_row, to_column, np.array([scale]))
+    v, time, depth, row, column, a, b, s = (jit.Float64(np.array(x, dtype=np.float64)) for x in arrays)
+    field = GridField(v, time, depth, row, column, a, b, s, len(data.values), outside)
+    dr.make_opaque(field)
+    return field
+
+
+def _windows(site: Site) -> Windows | None:
+    """The world and a margin around it."""
+    low, high = site.corners
+    if not np.any(high > low):
+        return None
+    x = np.array([low[0] - _MARGIN_M, high[0] + _MARGIN_M])
+    y = np.array([low[1] - _MARGIN_M, high[1] + _MARGIN_M])
+    lat, lon = site.origin.to_latlon(*np.meshgrid(x, y))
+    degrees = (float(lat.min()), float(lat.max()), float(lon.min()), float(lon.max()))
+    return Windows(degrees, (float(x[0]), float(x[1]), float(-y[1]), float(-y[0])))
+
+
+def _covers(data: GriddedData, site: Site, where: str) -> None:
+    low, high = site.corners
+    x, y = np.meshgrid([low[0], high[0]], [low[1], high[1]])
+    row, column = (x, -y) if data.metric else site.origin.to_latlon(x, y)
+    for name, values, nodes in (("latitude", row, data.row), ("longitude", column, data.column)):
+        if values.min() < nodes[0] - 1e-9 or values.max() > nodes[-1] + 1e-9:
+            covered, needed = (f"{v.min():.4f} to {v.max():.4f}" for v in (nodes, values))
+            raise ScenarioError(
+                f"{where} covers {name} {covered}, and the world reaches from {needed}; take another file or place, or "
+                "say 'outside: clamp' or 'outside: fade'"
+            )
+
+
+def _degrees(data: GriddedData, site: Site) -> tuple[NDArray[np.float64], NDArray[np.float64], float]:
+    """Polynomials in (x, y) * scale for latitude and longitude, over the grid and the world."""
+    lat, lon = np.meshgrid(data.row[[0, -1]], data.column[[0, -1]])
+    x, y = site.origin.to_xy(lat, lon)
+    reach = max(float(np.abs(x).max()), float(np.abs(y).max()), float(np.abs(site.corners[:, :2]).max()), 1.0)
+    c = np.cos(np.pi * (np.arange(40) + 0.5) / 40)
+    u, v = (a.ravel() for a in np.meshgrid(c, c))
+    goal_lat, goal_lon = site.origin.to_latlon(u * reach, v * reach)
+    goal_lon = site.origin.longitude + (goal_lon - site.origin.longitude + 180) % 360 - 180
+    shift = 360.0 * round((float(np.mean(data.column)) - site.origin.longitude) / 360.0)
+    for degree in (4, 6, 9, 12, 16):
+        terms = np.stack([u**i * v**j for i in range(degree + 1) for j in range(degree + 1 - i)], axis=-1)
+        solution, *_ = np.linalg.lstsq(terms, np.stack([goal_lat, goal_lon + shift], axis=-1), rcond=None)
+        if np.abs(terms @ solution - np.stack([goal_lat, goal_lon + shift], axis=-1)).max() < _PRECISE_DEG:
+            break
+    return solution[:, 0], solution[:, 1], 1 / reach
+
+
+def _polynomial(coefficients: Array, x: Array, y: Array) -> Array:
+    """Sum of c[i, j] x^i y^j over i + j <= degree, coefficients in the order of `_degrees`, by Horner's rule."""
+    count = dr.width(coefficients)
+    degree = round((np.sqrt(8 * count + 1) - 3) / 2)
+    index = count
+    total = jit.Float64(0.0)
+    for i in range(degree, -1, -1):
+        inner = jit.Float64(0.0)
+        for _ in range(degree - i, -1, -1):
+            index -= 1
+            inner = dr.fma(inner, y, dr.gather(jit.Float64, coefficients, jit.UInt32(index)))
+        total = dr.fma(total, x, inner)
+    return total
