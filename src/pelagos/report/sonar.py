@@ -94,8 +94,7 @@ def _draw(axes: Axes, frame: Frame, mission: Mission) -> Any:
     far = float(frame.ranges[-1] + 0.5 * (frame.ranges[1] - frame.ranges[0]))
     picture = fan_image(frame.polar.astype(np.float32), frame.azimuth, frame.ranges, height=420)
     half = picture.shape[1] / 2 * far / picture.shape[0]
-    colours = ListedColormap(copper() / 255.0)
-    colours.set_bad(theme.NIGHT)
+    colours = ListedColormap(copper() / 255.0).with_extremes(bad=theme.NIGHT)
     shown = axes.imshow(picture, extent=(-half, half, 0, far), cmap=colours, vmin=0, vmax=255, interpolation="bilinear")
     edge = float(np.abs(frame.azimuth).max() + 0.5 * abs(frame.azimuth[1] - frame.azimuth[0]))
     angle = np.linspace(-edge, edge, 121)
