@@ -1,0 +1,96 @@
+"""Benchmarks are declared as data, and what they print can be relied on. Nothing here is timed."""
+
+from __future__ import annotations
+
+import datetime
+import json
+
+import pytest
+
+from pelagos.bench import runner
+from pelagos.bench.case import Case, Measured, Reference, Result
+from pelagos.bench.check import BenchError, must
+from pelagos.bench.results import as_markdown
+from pelagos.bench.runner import all_cases, as_data, as_line, choose, run_case
+from pelagos.bench.timing import seconds
+from pelagos.errors import LookupFailed
+
+ISSUE = {  # name: goal on two cores
+    "nav_rtf": 100.0, "harbour_rtf": 1.5, "cast_256_ms": 0.2, "cast_mrays": 10.0, "harbour_cold_s": 15.0,
+    "harbour_warm_s": 5.0, "harbour_memory_mb": 1500.0,
+}  # fmt: skip
+
+
+def case(measure: object, better: str = "higher", goal: float = 10.0) -> Case:
+    return Case("thing_ms", "a thing", measure, "ms", goal, better, Reference("a paper", 5.0))  # type: ignore[arg-type]
+
+
+def test_the_declared_cases_have_their_goals() -> None:
+    found = all_cases()
+    assert {name: found[name].goal for name in ISSUE} == ISSUE
+
+
+def test_every_case_says_what_it_is_compared_with() -> None:
+    for name, found in all_cases().items():
+        assert found.name == name
+        assert found.title
+        assert found.unit
+        assert found.reference.text
+        assert found.measure.__doc__
+
+
+def test_an_unknown_case_names_the_nearest() -> None:
+    with pytest.raises(LookupFailed, match="did you mean 'cast_mrays'"):
+        choose(["cast_mray"])
+
+
+@pytest.mark.parametrize(
+    ("better", "value", "met"),
+    [("higher", 10, True), ("higher", 9, False), ("lower", 10, True), ("lower", 11, False)],
+)
+def test_goals_and_ratios(better: str, value: float, met: bool) -> None:
+    result = run_case(case(lambda: Measured(value, detail="checked"), better))
+    assert result.met is met
+    assert result.ratio == value / 5.0
+    assert as_data(result)["met"] is met
+    json.dumps(as_data(result))
+    assert ("met" if met else "MISSED") in as_line(result)
+
+
+def test_a_limit_of_the_same_run_replaces_the_declared_reference() -> None:
+    result = run_case(case(lambda: Measured(20.0, Reference("raw", 40.0))))
+    assert result.ratio == 0.5
+
+
+def test_wrong_output_gives_no_value() -> None:
+    def blank() -> Measured:
+        must(False, "the picture is blank")
+        return Measured(1.0)
+
+    result = run_case(case(blank))
+    assert result.value is None
+    assert not result.met
+    assert "blank" in result.detail
+    assert "no value" in as_line(result)
+    with pytest.raises(BenchError, match="wrong output: x"):
+        must(False, "x")
+
+
+def test_results_are_given_as_they_come(monkeypatch: pytest.MonkeyPatch) -> None:
+    known = {"a": case(lambda: Measured(1.0)), "b": case(lambda: Measured(2.0))}
+    monkeypatch.setattr(runner, "all_cases", lambda: known)
+    seen: list[Result] = []
+    results = runner.run_cases(["b", "a"], each=seen.append)
+    assert [r.value for r in results] == [2.0, 1.0] == [r.value for r in seen]
+
+
+def test_the_page_names_hardware_date_and_versions() -> None:
+    text = as_markdown([run_case(case(lambda: Measured(12.0)))], today=datetime.date(2026, 11, 21))
+    for part in ("2026-11-21", "cores", "drjit", "mitsuba", "| `thing_ms` | 12 | ms | >= 10 | yes | 2.4 | a paper (5)"):
+        assert part in text
+
+
+def test_timing_counts_calls() -> None:
+    calls = []
+    assert seconds(lambda: calls.append(1), at_least_s=0.0, warm_up=2) >= 0.0
+    assert len(calls) == 7
