@@ -55,7 +55,9 @@ def test_half_wave_elements(count, width, lobe):
     assert first_side_lobe_db(pattern, sine) == pytest.approx(lobe, abs=0.01)
 
 
-@pytest.mark.parametrize(("shading", "lobe"), [("uniform", -13.26), ("hann", -31.47), ("hamming", -42.68)])
+@pytest.mark.parametrize(
+    ("shading", "lobe"), [("uniform", -13.26), ("light", -21.21), ("hann", -31.47), ("hamming", -42.68)]
+)
 def test_shaded_lines(shading, lobe):
     u = np.linspace(0, 12, 120001)
     pattern = weighted_line_np(u, 1.0, shading)

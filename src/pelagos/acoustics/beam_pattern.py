@@ -48,16 +48,22 @@ def weighted_line_np(sine: NDArray[np.float64], length: float, shading: str) -> 
     Args:
         sine: sine of the angle off axis.
         length: aperture [wavelengths].
-        shading: "uniform" (-13.3 dB side lobes), "hamming" (-43 dB) or "hann" (-31.5 dB), raised-cosine weights
-            a + (1 - a) cos(2 pi x / L): F. J. Harris, Proc. IEEE 66, 51 (1978), doi 10.1109/PROC.1978.10837.
+        shading: "uniform" (side lobes -13.3 dB), "light" (-21.2 dB), "hamming" (-42.7 dB) or "hann" (-31.5 dB, falling
+            fast): raised-cosine weights a + (1 - a) cos(2 pi x / L), F. J. Harris, Proc. IEEE 66, 51 (1978),
+            doi 10.1109/PROC.1978.10837.
     """
-    alpha = {"uniform": 1.0, "hamming": 0.54, "hann": 0.5}[shading]
+    alpha = {"uniform": 1.0, "light": 0.75, "hamming": 0.54, "hann": 0.5}[shading]
     u: Any = length * sine
     side = 0.5 * (1.0 - alpha) * (np.sinc(u - 1.0) + np.sinc(u + 1.0))
     return np.asarray((alpha * np.sinc(u) + side) / alpha)
 
 
-SHADING_WIDTH: Final = {"uniform": 1.0, "hamming": 1.4708, "hann": 1.6261}  # half-power width relative to uniform
+SHADING_WIDTH: Final = {
+    "uniform": 1.0,
+    "light": 1.1294,
+    "hamming": 1.4708,
+    "hann": 1.6261,
+}  # half-power width relative to uniform
 
 
 def steering_matrix(azimuths: NDArray[np.float64], width_rad: float, shading: str, reach: int) -> NDArray[np.float32]:
@@ -80,3 +86,13 @@ def steering_matrix(azimuths: NDArray[np.float64], width_rad: float, shading: st
     offset = sine[np.clip(neighbour, 0, beams - 1)] - sine[:, None]
     response = np.where(inside, weighted_line_np(offset, length, shading), 0.0)
     return np.asarray(response / np.sqrt((response**2).sum(axis=1, keepdims=True)), dtype=np.float32)
+
+
+def energy_reach(steering: NDArray[np.float32], *, lost: float = 0.02) -> int:
+    """Neighbours on each side that hold all but the fraction `lost` of the power of every row of a steering matrix."""
+    power = steering.astype(np.float64) ** 2
+    reach: int = steering.shape[1] // 2
+    for k in range(reach):
+        if power[:, reach - k : reach + k + 1].sum(axis=1).min() >= 1.0 - lost:
+            return k
+    return reach

@@ -24,33 +24,43 @@ class Field:
     energy: Array
 
 
-def convolve(field: Field, taps: Array, *, count: int, length: int, stride: int, rows: bool) -> Field:
-    """Weighted sum over neighbours along one axis of a field.
+def form_beams(field: Field, steering: Array, *, reach: int, energy_reach: int, beams: int, bins: int) -> Field:
+    """Let every beam hear its neighbours.
 
     Args:
-        field: cells.
-        taps: `Float`, amplitude weights, `count` of them, or `(length, count)` of them where each place has its own.
-        count: odd number of neighbours, centred.
-        length: size of the axis.
-        stride: distance of neighbours in memory.
-        rows: whether every place on the axis has its own weights.
+        field: cells, one beam a sector.
+        steering: `Float` `(beams, 2 reach + 1)`, amplitude weights, 0 for neighbours that do not exist.
+        reach: neighbours on each side.
+        energy_reach: neighbours on each side that add to the mean energy.
+        beams, bins: size of an image.
     """
-    if count == 1 and not rows:
+    cell = dr.arange(jit.Int32, dr.width(field.real))
+    first = jit.UInt32(cell // bins % beams) * (2 * reach + 1)
+    real, imaginary, energy = jit.Float(0), jit.Float(0), jit.Float(0)
+    for k in range(2 * reach + 1):
+        shift = k - reach
+        there = jit.UInt32(dr.clip(cell + shift * bins, 0, dr.width(field.real) - 1))
+        weight = dr.gather(jit.Float, steering, first + k)
+        real = dr.fma(weight, dr.gather(jit.Float, field.real, there), real)
+        imaginary = dr.fma(weight, dr.gather(jit.Float, field.imaginary, there), imaginary)
+        if abs(shift) <= energy_reach:
+            energy = dr.fma(weight * weight, dr.gather(jit.Float, field.energy, there), energy)
+    return Field(real, imaginary, energy)
+
+
+def spread_pulse(field: Field, pulse: Array, *, count: int, bins: int) -> Field:
+    """Convolve with the pulse along the range; `pulse` `Float` `(count,)`, odd, amplitude weights."""
+    if count == 1:
         return field
-    reach = count // 2
-    packed = dr.ravel(jit.Array4f(field.real, field.imaginary, field.energy, 0.0))
-    cell = dr.arange(jit.UInt32, dr.width(field.real))
-    place = (cell // stride) % length
-    first = place * count if rows else jit.UInt32(0)
+    cell = dr.arange(jit.Int32, dr.width(field.real))
+    bin_ = cell % bins
     real, imaginary, energy = jit.Float(0), jit.Float(0), jit.Float(0)
     for k in range(count):
-        shift = k - reach
-        there = jit.Int32(place) + shift
-        inside = (there >= 0) & (there < length)
-        index = dr.select(inside, jit.UInt32(jit.Int32(cell) + shift * stride), cell)
-        weight = dr.select(inside, dr.gather(jit.Float, taps, first + k), 0.0)
-        value = dr.gather(jit.Array4f, packed, index)
-        real = dr.fma(weight, value[0], real)
-        imaginary = dr.fma(weight, value[1], imaginary)
-        energy = dr.fma(weight * weight, value[2], energy)
+        shift = k - count // 2
+        inside = (bin_ + shift >= 0) & (bin_ + shift < bins)
+        there = jit.UInt32(cell + shift)
+        weight = dr.gather(jit.Float, pulse, jit.UInt32(k))
+        real = dr.fma(weight, dr.gather(jit.Float, field.real, there, inside), real)
+        imaginary = dr.fma(weight, dr.gather(jit.Float, field.imaginary, there, inside), imaginary)
+        energy = dr.fma(weight * weight, dr.gather(jit.Float, field.energy, there, inside), energy)
     return Field(real, imaginary, energy)

@@ -5,7 +5,8 @@ energy is spread over the strip's span of ranges, so that neighbouring strata ti
 rings whatever the number of rays. Each range bin of a strip is a facet of its own, with its own roughness
 (`speckle`) and its own two-way phase.
 
-Sums are fixed-point 64-bit integers: independent of the order of threads.
+Sums are fixed-point integers, independent of the order of threads; real and imaginary part share one 64-bit word, 32
+bits each, so that a contribution costs two atomic additions.
 """
 
 from __future__ import annotations
@@ -19,11 +20,11 @@ from pelagos import jit
 from pelagos.acoustics.speckle import facet_amplitude, facet_hash
 from pelagos.jit import Array
 
-FIXED_POINT: Final = 2.0**30  # steps per unit amplitude; units are chosen so that echoes are around 1
-FIXED_POINT_ENERGY: Final = 2.0**42  # steps per unit energy
-_BLEND: Final = 0.25  # half width of a strip's edges, in parts of its length
-_LARGEST: Final = 2.0**20  # amplitude of one contribution; 2^13 of them would be needed to overflow
-_LARGEST_ENERGY: Final = 2.0**15
+AMPLITUDE_STEPS: Final = 2.0**20  # per unit amplitude; units are chosen so that a sea bed's echo is about 0.01 to 1
+ENERGY_STEPS: Final = 2.0**42  # per unit energy
+_LARGEST: Final = 2.0**9  # amplitude of one contribution; their sum stays exact up to 2^11 (+66 dB)
+_LARGEST_ENERGY: Final = 2.0**16
+_BLEND: Final = 0.15  # half width of a strip's edges, in parts of its length
 
 
 @dataclass
@@ -103,7 +104,7 @@ def accumulate(
     origin: Array,
     facet: Array,
     seed: Array,
-    decay: Array,
+    decay: int,
 ) -> tuple[Array, Array, Array]:
     """Sum the echoes of all patches into range bins.
 
@@ -116,7 +117,7 @@ def accumulate(
         origin: `Array3f64` sensor position by patch, world [m].
         facet: edge of the lattice of facets [m].
         seed: `UInt32` of the roughness.
-        decay: `Float`: exponent p of the strip's energy density, r^-p.
+        decay: exponent p of the strip's energy density, r^-p.
 
     Returns:
         real and imaginary amplitude, and energy without interference, `Float` `(cells,)` each.
@@ -137,8 +138,7 @@ def accumulate(
     last = jit.Int32(dr.floor(dr.minimum(stop + ramp, bins - 0.5)))
     inside = patches.valid & (start - ramp < bins) & (stop + ramp > 0.0)
 
-    real = dr.zeros(jit.UInt64, cells)
-    imaginary = dr.zeros(jit.UInt64, cells)
+    signal = dr.zeros(jit.UInt64, cells)
     energy = dr.zeros(jit.UInt64, cells)
 
     def more(b: Array) -> Array:
@@ -152,21 +152,20 @@ def accumulate(
         cell = dr.floor(moved)
         x, y, z = (base[i] + jit.Int32(cell[i]) for i in range(3))
         word = facet_hash(x, y, z, patches.instance, seed)
-        a, b_ = facet_amplitude(word)
-        path = dr.norm(cell + 0.5 - part) * facet * wave_cycles
-        s, c = dr.sincos(2.0 * dr.pi * (path - dr.floor(path)))
+        size, turn = facet_amplitude(word)
+        turn -= dr.norm(cell + 0.5 - part) * facet * wave_cycles
+        sine, cosine = dr.sincos(2.0 * dr.pi * (turn - dr.floor(turn)))
         power = share * dr.maximum(overlap(low, high, start, stop, ramp), 0.0) * (patches.distance / reach) ** decay
-        size = dr.minimum(dr.sqrt(power), _LARGEST) * FIXED_POINT
+        scaled = dr.minimum(dr.sqrt(power) * size, _LARGEST) * AMPLITUDE_STEPS
+        real, imaginary = jit.Int32(scaled * cosine), jit.Int32(scaled * sine)
+        word64 = (jit.UInt64(jit.Int64(real)) << 32) + jit.UInt64(jit.Int64(imaginary))
         index = patches.row + jit.UInt32(b)
-        dr.scatter_add(real, jit.UInt64(jit.Int64(size * (a * c + b_ * s))), index, inside)
-        dr.scatter_add(imaginary, jit.UInt64(jit.Int64(size * (b_ * c - a * s))), index, inside)
-        dr.scatter_add(energy, jit.UInt64(dr.minimum(power, _LARGEST_ENERGY) * FIXED_POINT_ENERGY), index, inside)
+        dr.scatter_add(signal, word64, index, inside, mode=dr.ReduceMode.Direct)
+        dr.scatter_add(energy, jit.UInt64(dr.minimum(power, _LARGEST_ENERGY) * ENERGY_STEPS), index, inside, mode=dr.ReduceMode.Direct)
         return (b + 1,)
 
     dr.while_loop((first,), more, add, mode="symbolic", labels=("bin",))
-    scale = 1.0 / FIXED_POINT
-    return (
-        jit.Float(jit.Int64(real)) * scale,
-        jit.Float(jit.Int64(imaginary)) * scale,
-        jit.Float(energy) * (1.0 / FIXED_POINT_ENERGY),
-    )
+    low_half = jit.Int32(jit.UInt32(signal & 0xFFFFFFFF))
+    high_half = jit.Int32(jit.UInt32((signal - jit.UInt64(jit.Int64(low_half))) >> 32))
+    scale = 1.0 / AMPLITUDE_STEPS
+    return jit.Float(high_half) * scale, jit.Float(low_half) * scale, jit.Float(energy) * (1.0 / ENERGY_STEPS)

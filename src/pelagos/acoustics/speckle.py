@@ -14,7 +14,7 @@ import drjit as dr
 
 from pelagos import jit
 from pelagos.jit import Array
-from pelagos.math.philox import normal_pair32, uniform32
+from pelagos.math.philox import uniform32
 
 _PRIME_X: Final = 0x8DA6B343
 _PRIME_Y: Final = 0xD8163841
@@ -39,9 +39,9 @@ def scramble(h: Array) -> Array:
 
 
 def facet_amplitude(word: Array) -> tuple[Array, Array]:
-    """Complex Gaussian amplitude (real, imaginary) of unit mean power for a facet's hash."""
-    real, imaginary = normal_pair32(word, scramble(word + 0x9E3779B9))
-    return real * 0.70710678, imaginary * 0.70710678
+    """Complex Gaussian amplitude of unit mean power for a facet's hash, as its size and its phase in cycles."""
+    size = dr.sqrt(-dr.log(uniform32(word)))
+    return size, uniform32(scramble(word + 0x9E3779B9))
 
 
 def patchiness(x: Array, y: Array, *, seed: Array, scale: float) -> Array:

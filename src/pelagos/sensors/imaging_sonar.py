@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
 from pelagos import jit
-from pelagos.acoustics.beam_pattern import line_length, line_np, steering_matrix
+from pelagos.acoustics.beam_pattern import energy_reach, line_length, line_np, steering_matrix
 from pelagos.acoustics.beamforming import Field as EchoField
-from pelagos.acoustics.beamforming import convolve
+from pelagos.acoustics.beamforming import form_beams, spread_pulse
 from pelagos.acoustics.echo import accumulate
 from pelagos.acoustics.noise import ambient_level, band_level, directivity_index
 from pelagos.acoustics.pulse import point_spread, processing_gain_db, range_resolution
@@ -29,7 +29,7 @@ from pelagos.sensors.sounder import Sounder
 
 _STEP: Final = 0.7548776662466927  # additive recurrence of the plastic number: evenly spread in two dimensions
 _STEP2: Final = 0.5698402909980532
-_STRIP_DECAY: Final = 2.0  # Lambert bottom under 30 log r: energy per range falls as r^-2 along a strip
+_STRIP_DECAY: Final = 2  # Lambert bottom under 30 log r: energy per range falls as r^-2 along a strip
 
 
 class ImagingSonarConfig(SensorConfig):
@@ -52,9 +52,9 @@ class ImagingSonarConfig(SensorConfig):
     """Half-power width of the fan in elevation [deg], one way."""
     beamwidth_deg: float = Field(default=1.0, gt=0, le=20)
     """Half-power width of a receive beam at broadside [deg]."""
-    shading: Literal["uniform", "hamming", "hann"] = "hamming"
-    """Weights of the receive array: side lobes at -13, -43 and -31 dB."""
-    side_lobe_beams: int = Field(default=12, ge=0, le=256)
+    shading: Literal["uniform", "light", "hamming", "hann"] = "light"
+    """Weights of the receive array: side lobes at -13, -21, -43 and -31 dB."""
+    side_lobe_beams: int = Field(default=8, ge=0, le=256)
     """Neighbours on each side whose echoes leak into a beam."""
     frequency_hz: float = Field(default=750e3, gt=0)
     """Centre frequency [Hz]."""
@@ -112,7 +112,8 @@ def fan_rays(config: ImagingSonarConfig) -> dict[str, NDArray[Any]]:
     """The ray pattern in the sensor frame, `rays_per_beam` for each beam (see `Fan`).
 
     Elevation strata reach to the first nulls of the vertical pattern and are thinner where the pattern is strong; each
-    holds one ray. Rays stand at low-discrepancy places in their strata and across the beam's sector.
+    holds one ray. Neighbours in memory are neighbours in azimuth, whose patches are alike. Rays stand
+    at low-discrepancy places in their strata and across the beam's sector.
     """
     beams, rays = config.beams, config.rays_per_beam
     length = line_length(math.radians(config.vertical_beamwidth_deg))
@@ -121,7 +122,7 @@ def fan_rays(config: ImagingSonarConfig) -> dict[str, NDArray[Any]]:
     density = 0.35 + line_np(np.sin(grid), length) ** 2
     share = np.concatenate([[0.0], np.cumsum(0.5 * (density[1:] + density[:-1]))])
     edges = np.interp(np.linspace(0, share[-1], rays + 1), share, grid)
-    j, k = (a.ravel() for a in np.meshgrid(np.arange(beams), np.arange(rays), indexing="ij"))
+    k, j = (a.ravel() for a in np.meshgrid(np.arange(rays), np.arange(beams), indexing="ij"))
     place = (0.5 + _STEP * j + _STEP2 * k) % 1.0
     low, high = edges[k], edges[k + 1]
     elevation = low + place * (high - low)
@@ -173,7 +174,7 @@ class ImagingSonar:
         self._steering = jit.Float(steering.ravel())
         pulse = point_spread(config.bin_width_m, range_resolution(1500.0, config.bandwidth_hz))
         self._pulse = jit.Float(pulse)
-        self._taps = (len(pulse), steering.shape[1])
+        self._taps = (len(pulse), config.side_lobe_beams, energy_reach(steering))
         self._noise = dr.opaque(jit.Float, _noise_power(config))
         dr.eval(self._steering, self._pulse)
         self._ping = context.scene.compile(self._make)
@@ -185,11 +186,12 @@ class ImagingSonar:
 
     def sense(self, motion: Kinematics) -> Measurement:
         """Ping on every lane."""
-        data, truth, real, imaginary = self._ping(*self._arguments(motion))
+        data, truth, *signal = self._ping(*self._arguments(motion))
         shape = (dr.width(motion.position), self.config.beams, self.config.bins)
         extras = {}
         if self.config.iq:
-            extras["iq"] = (np.array(real) + 1j * np.array(imaginary)).astype(np.complex64).reshape(shape)
+            real, imaginary = (np.array(part) for part in signal)
+            extras["iq"] = (real + 1j * imaginary).astype(np.complex64).reshape(shape)
         return Measurement(np.array(data).reshape(shape), np.array(truth).reshape(shape), None, extras, self.tables)
 
     def explain(self, motion: Kinematics) -> list[tuple[str, NDArray[Any], str]]:
@@ -205,13 +207,15 @@ class ImagingSonar:
         def ping(
             tables: Tables, lanes: Lanes, fan: Fan, surfaces: Surfaces, key: Any, steering: Array, pulse: Array,
             noise: Array, seed: Array,
-        ) -> tuple[Array, Array, Array, Array]:  # fmt: skip
+        ) -> tuple[Array, ...]:  # fmt: skip
             view = look(
                 static, moving, tables, fan, lanes, surfaces, max_range=config.range_max_m + config.longest_strip_m
             )
             field = echoes(config, view, fan, lanes, surfaces, seed, trace)
-            field = convolve(field, pulse, count=taps[0], length=config.bins, stride=1, rows=False)
-            field = convolve(field, steering, count=taps[1], length=config.beams, stride=config.bins, rows=True)
+            field = spread_pulse(field, pulse, count=taps[0], bins=config.bins)
+            field = form_beams(
+                field, steering, reach=taps[1], energy_reach=taps[2], beams=config.beams, bins=config.bins
+            )
             return image(config, field, lanes, noise, key, trace)
 
         return ping
@@ -238,7 +242,7 @@ def echoes(
         origin=view.origin,
         facet=jit.Float(facet_size(config)),
         seed=seed,
-        decay=jit.Float(_STRIP_DECAY),
+        decay=_STRIP_DECAY,
     )
     if trace is not None:
         trace("echo intensity by cell, before beams are formed", energy, "1")
@@ -253,8 +257,8 @@ def facet_size(config: ImagingSonarConfig) -> float:
 
 def image(
     config: ImagingSonarConfig, field: EchoField, lanes: Lanes, noise: Array, key: Any, trace: Trace = None
-) -> tuple[Array, Array, Array, Array]:
-    """Add receiver noise, set the gain and the scale: data, truth, and the complex signal before gain."""
+) -> tuple[Array, ...]:
+    """Add receiver noise, set the gain and the scale: data, truth, and with `iq` the complex signal before gain."""
     cells = config.beams * config.bins
     index = dr.arange(jit.UInt32, dr.width(field.real))
     lane, cell = index // cells, index % cells
@@ -272,8 +276,11 @@ def image(
     if trace is not None:
         trace("signal-to-noise ratio", to_db(dr.maximum(field.energy, 1e-20) / (noise * gain)), "dB")
         trace("echo level after gain", to_db(dr.maximum(intensity, 1e-20)), "dB")
+    levels = scaled(config, intensity), scaled(config, field.energy * tilt)
+    if not config.iq:
+        return levels
     raw = dr.rsqrt(gain)
-    return scaled(config, intensity), scaled(config, field.energy * tilt), real * raw, imaginary * raw
+    return (*levels, real * raw, imaginary * raw)
 
 
 def scaled(config: ImagingSonarConfig, intensity: Array) -> Array:
