@@ -11,7 +11,9 @@ THROWS, SPEED_MPS, SECONDS = 200, 3.0, 20.0
 SCENARIO = {
     "tick_rate_hz": 200,
     "world": {"type": "harbour"},
-    "agents": {"auv0": {"vehicle": "remus100", "start": {"position_m": [-60.0, 40.0], "depth_m": 4.0}, "control": "actuators"}},
+    "agents": {
+        "auv0": {"vehicle": "remus100", "start": {"position_m": [-60.0, 40.0], "depth_m": 4.0}, "control": "actuators"}
+    },
 }
 
 
@@ -40,7 +42,9 @@ def thrown() -> tuple[pl.Simulation, np.ndarray]:
         attitude=generator.normal(size=(THROWS, 4)),
         velocity=velocity,
     )
-    sim.command({"auv0": np.column_stack([generator.uniform(-0.2, 0.2, (THROWS, 2)), generator.uniform(0, 1500, THROWS)])})
+    sim.command(
+        {"auv0": np.column_stack([generator.uniform(-0.2, 0.2, (THROWS, 2)), generator.uniform(0, 1500, THROWS)])}
+    )
     fastest = 0.0
     for _ in range(round(SECONDS * 5)):
         sim.run(0.2)

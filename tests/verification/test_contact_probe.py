@@ -92,7 +92,7 @@ def test_nothing_passes_at_three_metres_per_second():
 
 @pytest.mark.parametrize(("tilt", "slides"), [(0.2, False), (0.9, True)])
 def test_coulomb_friction_holds_below_its_angle(tilt, slides):
-    """tan(tilt) against the friction coefficient of concrete (0.5); the ball's spin is stopped, so that it cannot roll."""
+    """tan(tilt) against the friction coefficient of concrete (0.5); spin is stopped, so that the ball cannot roll."""
     ball = Ball(floor(tilt), "concrete", position=(0, 0, RADIUS / np.cos(tilt)))
     for _ in range(1500):
         ball.step()

@@ -15,7 +15,7 @@ than the gaps between probes (a wire, a rail) can come between them.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
 import drjit as dr
 import numpy as np
@@ -28,7 +28,9 @@ from pelagos.math.so3 import rotate, rotate_back
 from pelagos.raycast.caster import cast
 from pelagos.raycast.rays import Rays
 from pelagos.raycast.scene import Tables
-from pelagos.world.material import MaterialTables
+
+if TYPE_CHECKING:
+    from pelagos.world.material import MaterialTables
 
 _STICK: Final = 0.005  # [m/s], slip below which friction grows linearly with slip
 _SOFT: Final = 0.002  # [m], depth over which the damper sets in
