@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Final
 
-from rich.table import Table
+from rich.markup import escape
 
 from pelagos.cli.console import out
 from pelagos.config import registry
@@ -14,9 +14,8 @@ KINDS: Final[dict[str, registry.Kind]] = {"vehicles": "vehicle", "sensors": "sen
 
 def print_list(what: str) -> None:
     """Print a table's names, each with one line about it and the package that brought it."""
-    table = Table(box=None, show_header=False, pad_edge=False)
-    table.add_column(no_wrap=True, style="bold")
-    table.add_column(overflow="fold")
-    for name, entry in registry.entries(KINDS[what]).items():
-        table.add_row(name, entry.title + (f" (from {entry.package})" if entry.package else ""))
-    out.print(table, soft_wrap=False)
+    entries = registry.entries(KINDS[what])
+    width = max(len(name) for name in entries)
+    for name, entry in entries.items():
+        source = f" (from {entry.package})" if entry.package else ""
+        out.print(f"[bold]{name:{width}}[/bold]  {escape(entry.title + source)}")

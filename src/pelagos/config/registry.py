@@ -25,13 +25,20 @@ BUILT_IN: Final[Mapping[Kind, Mapping[str, str]]] = {
         "altimeter": "pelagos.sensors.altimeter:Altimeter",
         "camera": "pelagos.sensors.camera:Camera",
         "depth": "pelagos.sensors.depth:Depth",
+        "depth_camera": "pelagos.sensors.depth_camera:DepthCamera",
         "dvl": "pelagos.sensors.dvl:Dvl",
         "gps": "pelagos.sensors.gps:Gps",
         "imaging_sonar": "pelagos.sensors.imaging_sonar:ImagingSonar",
         "imu": "pelagos.sensors.imu:Imu",
+        "instance_camera": "pelagos.sensors.instance_camera:InstanceCamera",
+        "lidar": "pelagos.sensors.lidar:Lidar",
         "magnetometer": "pelagos.sensors.magnetometer:Magnetometer",
         "multibeam": "pelagos.sensors.multibeam:Multibeam",
+        "normal_camera": "pelagos.sensors.normal_camera:NormalCamera",
+        "optical_flow_camera": "pelagos.sensors.optical_flow_camera:OpticalFlowCamera",
         "pose": "pelagos.sensors.pose:Pose",
+        "semantic_camera": "pelagos.sensors.semantic_camera:SemanticCamera",
+        "semantic_lidar": "pelagos.sensors.semantic_lidar:SemanticLidar",
         "velocity": "pelagos.sensors.velocity:Velocity",
     },
     "world": {
@@ -47,6 +54,8 @@ BUILT_IN: Final[Mapping[Kind, Mapping[str, str]]] = {
 CATALOGUES: Final[Mapping[Kind, tuple[str, str]]] = {
     "vehicle": ("pelagos.vehicles.load", "pelagos.vehicles.config:VehicleConfig"),
 }
+
+_CUSTOM: Final = "A vehicle of your own: start from nothing and write every key"
 
 
 @dataclass(frozen=True)
@@ -96,9 +105,11 @@ class Entry:
         catalogue = _catalogue(self.kind)
         if catalogue is not None and self.name in catalogue.catalogue_names():
             return str(catalogue.catalogue_data(self.name).get("title", ""))
+        if (self.kind, self.name) == ("vehicle", "custom"):
+            return _CUSTOM
         component = self.load()
-        title = getattr(component, "TITLE", None) or (component.__doc__ or "").strip().split("\n")[0]
-        return str(title)
+        title = str(getattr(component, "TITLE", None) or (component.__doc__ or "").strip().split("\n")[0])
+        return title[:1].upper() + title[1:]
 
 
 def entries(kind: Kind, *, plugins: bool = True) -> dict[str, Entry]:
