@@ -6,8 +6,9 @@ from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.sparse import csr_array
 
-HEIGHT: Final = 360  # pixels from the sonar to the far edge
+HEIGHT: Final = 320  # pixels from the sonar to the far edge
 
 
 class FanPreview:
@@ -36,18 +37,18 @@ class FanPreview:
         r = np.clip(place[self._inside], 0, bins - 1)
         b0, r0 = np.minimum(b.astype(np.int32), max(beams - 2, 0)), np.minimum(r.astype(np.int32), max(bins - 2, 0))
         b1, r1 = np.minimum(b0 + 1, beams - 1), np.minimum(r0 + 1, bins - 1)
-        self._corners = [i * bins + j for i, j in ((b0, r0), (b0, r1), (b1, r0), (b1, r1))]
         fb, fr = (b - b0).astype(np.float32), (r - r0).astype(np.float32)
-        self._weights = [(1 - fb) * (1 - fr), (1 - fb) * fr, fb * (1 - fr), fb * fr]
+        cells = np.stack([b0 * bins + r0, b0 * bins + r1, b1 * bins + r0, b1 * bins + r1], axis=-1)
+        weights = np.stack([(1 - fb) * (1 - fr), (1 - fb) * fr, fb * (1 - fr), fb * fr], axis=-1)
+        first = np.arange(0, 4 * len(cells) + 1, 4)
+        self._pixels = csr_array((weights.ravel(), cells.ravel(), first), shape=(len(cells), beams * bins))
         self._colours = copper()
 
     def __call__(self, polar: NDArray[np.uint8]) -> NDArray[np.uint8]:
         """The fan of one image."""
-        flat = polar.ravel()
-        level = sum(w * flat[c] for w, c in zip(self._weights, self._corners, strict=True))
         out = np.zeros(self._inside.shape, dtype=np.uint8)
-        out[self._inside] = np.asarray(level, dtype=np.float32) + 0.5
-        return self._colours[out]
+        out[self._inside] = self._pixels @ polar.ravel().astype(np.float32) + np.float32(0.5)
+        return self._colours.take(out, axis=0)
 
 
 def copper() -> NDArray[np.uint8]:

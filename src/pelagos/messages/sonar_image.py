@@ -17,6 +17,7 @@ from pelagos.sensors.sensor import Reading
 
 PROJECTED_IMAGE: Final = "marine_acoustic_msgs/msg/ProjectedSonarImage"
 RAW_IMAGE: Final = "marine_acoustic_msgs/msg/RawSonarImage"
+PREVIEW_QUALITY: Final = 80
 _UINT8, _FLOAT32 = 0, 8  # SonarImageData.dtype
 _NOMINAL_SOUND_SPEED: Final = 1500.0  # [m/s], only to state a sample rate
 
@@ -38,7 +39,7 @@ def imaging_sonar(config: Any, site: Site) -> Encoding:
         time = seconds_nanoseconds(reading.t_ns)
         out: list[Buffer] = [
             image.encode(*time, polar.T.tobytes()),
-            compressed_image(site.frame, reading.t_ns, jpeg(preview(polar))),
+            compressed_image(site.frame, reading.t_ns, jpeg(preview(polar), quality=PREVIEW_QUALITY)),
         ]
         if raw is not None:
             signal = np.ascontiguousarray(reading.extras["iq"][copy], dtype=np.complex64)

@@ -15,6 +15,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from pelagos.math.constants import GRAVITY
 from pelagos.math.geodesy import GeoOrigin
 from pelagos.messages.navigation import (
     DEPTH_FIELDS,
@@ -33,6 +34,7 @@ from pelagos.sensors.geomagnetism import earth_field
 STEP_S: Final = 0.05  # the gyroscopes are averaged over this
 LEVEL_TIME_S: Final = 20.0
 HEADING_TIME_S: Final = 30.0
+QUIET_MPS2: Final = 0.5
 
 
 @dataclass(frozen=True)
@@ -154,7 +156,7 @@ def _turned(
     ux, uy, uz = 2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)  # world up, seen from the body
     norm = math.sqrt(up[0] ** 2 + up[1] ** 2 + up[2] ** 2) or 1.0
     ax, ay, az = up[0] / norm, up[1] / norm, up[2] / norm
-    gain = 1.0 / LEVEL_TIME_S
+    gain = 1.0 / LEVEL_TIME_S if abs(norm - GRAVITY) < QUIET_MPS2 else 0.0  # not while something pushes
     p = rate[0] + gain * (ay * uz - az * uy)
     r = rate[1] + gain * (az * ux - ax * uz)
     s = rate[2] + gain * (ax * uy - ay * ux)
