@@ -81,7 +81,8 @@ def test_depth_noise_is_a_density() -> None:
 def test_depth_follows_waves() -> None:
     wave = {"type": "regular", "height_m": 2.0, "period_s": 8.0}
     read = Depth(DepthConfig(**QUIET_DEPTH), context(waves=[wave])).sense(at([0.5, -0.5]))
-    assert read.data == pytest.approx([0.5, 1.5], abs=1e-3)  # a crest of 1 m stands over the origin at t = 0
+    k = (2 * np.pi / 8) ** 2 / 9.81  # a crest of 1 m stands over the origin at t = 0; below z = 0 it decays with e^{kz}
+    assert read.data == pytest.approx([0.5, 0.5 + np.exp(-0.5 * k)], abs=1e-3)
 
 
 def test_gps_only_above_the_surface() -> None:

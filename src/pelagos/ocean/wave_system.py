@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from itertools import pairwise
 from typing import Annotated, Final, Literal, Self, TypeAlias
 
 import numpy as np
@@ -93,7 +92,10 @@ class _IrregularConfig(Strict):
         low, high = self.band()
         edges = np.geomspace(low, high, self.components_count + 1)
         f = edges[:-1] + np.diff(edges) * rng.uniform(size=self.components_count)
-        energy = np.array([_integral(self, a, b, depth) for a, b in pairwise(edges)])
+        nodes, weights = np.polynomial.legendre.leggauss(8)
+        half = 0.5 * np.diff(edges)[:, None]
+        density = self.density((edges[:-1, None] + half * (1 + nodes)).ravel(), depth).reshape(-1, 8)
+        energy = np.sum(half * weights * density, axis=1)
         if not energy.sum() > 0:
             raise ValueError(f"the spectrum has no energy between {low:g} and {high:g} Hz")
         angle = -math.radians(self.towards_deg) + _spread(self.components_count, self.spreading, rng)
@@ -252,13 +254,6 @@ WavesConfig: TypeAlias = Annotated[
     | TableWavesConfig,
     Field(discriminator="type"),
 ]
-
-
-def _integral(config: _IrregularConfig, low: float, high: float, depth: float | None) -> float:
-    """Energy of a band, by Gauss and Legendre's rule of eight points."""
-    nodes, weights = np.polynomial.legendre.leggauss(8)
-    f = 0.5 * (high - low) * nodes + 0.5 * (high + low)
-    return float(0.5 * (high - low) * np.sum(weights * config.density(f, depth)))
 
 
 def _spread(count: int, exponent: float | None, rng: np.random.Generator) -> Values:
