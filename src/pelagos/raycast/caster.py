@@ -33,7 +33,8 @@ def cast(static: Any, moving: Any, tables: Tables, rays: Rays, *, smooth: bool =
         ray = jit.mi.Ray3f(local, rays.direction, rays.max_range, 0.0, [])
         si = static.ray_intersect(ray, flags, True)
         hit = si.is_valid()
-        shape = dr.reinterpret_array(jit.UInt32, si.shape) - tables.static_base
+        identifier = dr.reinterpret_array(jit.UInt32, si.shape)
+        shape = dr.gather(jit.UInt32, tables.static_row, identifier - tables.static_base, hit)
         face = dr.gather(jit.UInt32, tables.static_first, shape, hit) + si.prim_index
         t = dr.select(hit, si.t, dr.inf)
         normal, shading = jit.Array3f(si.n), jit.Array3f(si.sh_frame.n if smooth else si.n)
@@ -71,7 +72,7 @@ def _first_foreign(
     ray = jit.mi.Ray3f(start, rays.direction, reach, 0.0, [])
     si = moving.ray_intersect(ray, flags, True)
     travelled = jit.Float(0)
-    body = dr.reinterpret_array(jit.UInt32, si.instance) - tables.moving_base
+    body = _row(tables, si)
     for _ in range(_OWN_SURFACES):
         own = si.is_valid() & (body == rays.own)
         step = dr.select(own, si.t + _SKIP, 0)
@@ -79,9 +80,14 @@ def _first_foreign(
         ray = jit.mi.Ray3f(start + travelled * rays.direction, rays.direction, reach - travelled, 0.0, [])
         again = moving.ray_intersect(ray, flags, True, own)
         si = dr.select(own, again, si)
-        body = dr.reinterpret_array(jit.UInt32, si.instance) - tables.moving_base
+        body = _row(tables, si)
     si.t = dr.select(si.is_valid() & (body == rays.own), dr.inf, si.t)
     return si, travelled, body
+
+
+def _row(tables: Tables, si: Any) -> Array:
+    identifier = dr.reinterpret_array(jit.UInt32, si.instance)
+    return dr.gather(jit.UInt32, tables.moving_row, identifier - tables.moving_base, si.is_valid())
 
 
 def _hits(

@@ -30,7 +30,8 @@ class Tables:
 
     Attributes:
         origin: `Array3f64` (1), world position of the scenes' own origin [m].
-        static_base, moving_base: `UInt32` (1), identifier of the first shape or instance.
+        static_base, moving_base: `UInt32` (1), lowest identifier of a shape or instance.
+        static_row, moving_row: `UInt32`, row of each shape or instance, by its identifier from the lowest on.
         static_first, moving_first: `UInt32`, first face of each static mesh, of each moving row, in the face tables.
         static_face, moving_face: `UInt32`, object of each face.
         label, instance, material: `UInt32`, by object.
@@ -42,6 +43,8 @@ class Tables:
     origin: Array
     static_base: Array
     moving_base: Array
+    static_row: Array
+    moving_row: Array
     static_first: Array
     moving_first: Array
     static_face: Array
@@ -118,7 +121,7 @@ class Scene:
                 total += len(geometry.faces)
             first.append(starts[key])
             instances[f"body{row}"] = {"type": "instance", "group": {"type": "ref", "id": f"group{key}"}}
-        description = {"type": "scene", **groups, **instances}  # in this order, so that identifiers follow rows
+        description = {"type": "scene", **groups, **instances}  # in this order, so that shapes follow rows
         self.moving = jit.mi.load_dict(description, parallel=False, optimize=False) if bodies else None
         self._parameters = jit.mi.traverse(self.moving) if bodies else None
         self._refresh_tables(moving_first=first, moving_faces=faces)
@@ -170,10 +173,14 @@ class Scene:
         rows = max(len(moving_first), 1)
         zero = _array3f(np.zeros((rows, 3)))
         o = self._objects
+        static_base, static_row = _rows_by_identifier(self.static)
+        moving_base, moving_row = _rows_by_identifier(self.moving)
         self.tables = Tables(
             origin=jit.Array3f64(*(float(c) for c in self.origin)),
-            static_base=u32(_first_identifier(self.static)),
-            moving_base=u32(_first_identifier(self.moving)),
+            static_base=u32(static_base),
+            moving_base=u32(moving_base),
+            static_row=u32(static_row),
+            moving_row=u32(moving_row),
             static_first=u32(_table(self._static_first)),
             moving_first=u32(_table(moving_first)),
             static_face=u32(np.concatenate(self._static_faces) if self._static_faces else np.zeros(1, np.uint32)),
@@ -241,12 +248,14 @@ def _mesh(name: str, geometry: Geometry) -> Any:
     return mesh
 
 
-def _first_identifier(scene: Any) -> int:
+def _rows_by_identifier(scene: Any) -> tuple[int, NDArray[np.uint32]]:
+    """The lowest identifier of a scene's shapes, and the row of each: freed identifiers come back in any order."""
     if scene is None:
-        return 0
-    identifiers = np.array(dr.reinterpret_array(jit.UInt32, scene.shapes_dr()))
-    assert (np.diff(identifiers) == 1).all(), "identifiers of shapes no longer follow their order"
-    return int(identifiers[0])
+        return 0, np.zeros(1, dtype=np.uint32)
+    identifiers = np.array(dr.reinterpret_array(jit.UInt32, scene.shapes_dr())).astype(np.int64)
+    rows = np.zeros(int(np.ptp(identifiers)) + 1, dtype=np.uint32)
+    rows[identifiers - identifiers.min()] = np.arange(len(identifiers))
+    return int(identifiers.min()), rows
 
 
 def _table(values: Sequence[int]) -> NDArray[np.uint32]:

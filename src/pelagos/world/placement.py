@@ -45,7 +45,7 @@ def _in_solid(world: World, place: NDArray[np.float64], radius: float) -> str | 
             name = world.names.get(int(hits.instance[nearest]), "something")
             return f"is nearer than {radius:.2f} m to {name} ({hits.t[nearest]:.2f} m away)"
     # upwards only: the seabed runs through the foundations of walls, and hides their inside from rays that go down;
-    # one ray may slip through a seam, but a solid around the place shows its inside to many, even where two share a face
+    # a ray may slip through a seam, but a solid around the place shows its inside to many, even where two share a face
     behind, instance = _seen_from_behind(world, place, directions[directions[:, 2] > 0.1])
     if behind.mean() > 0.25:
         values, counts = np.unique(instance[behind], return_counts=True)

@@ -1,0 +1,223 @@
+"""The world's NumPy face: casts, clearance, free places, labels, materials, props."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from pelagos.errors import CommandError, LookupFailed, WorldError
+from pelagos.math.geodesy import GeoOrigin
+from pelagos.world import shapes
+from pelagos.world.body import Prop
+from pelagos.world.build import build_world, world_config, world_types
+from pelagos.world.clearance import Clearance
+from pelagos.world.label import HOLOOCEAN_LABELS, LABELS, label_color, label_name, label_number
+from pelagos.world.material import MATERIALS, TEXTURES, material, material_tables
+from pelagos.world.sediment import SEDIMENTS
+from pelagos.world.site import Site
+from pelagos.world.world import World
+
+
+@pytest.fixture(scope="module")
+def world():
+    site = Site(user_labels={"beacon": 200})
+    site.add(shapes.box((2, 2, 10)).moved((10, 0, -5)), "concrete", label="wall", name="pillar")
+    site.add(shapes.sphere(1.0).moved((0, 10, -5)), "steel", label="beacon", name="ball", crease_deg=60)
+    site.add(shapes.plane((60, 60)).moved((0, 0, -10)), "mud", label="landscape", name="floor")
+    return site.world(name="t", description="", origin=GeoOrigin(1, 2))
+
+
+def test_cast_says_what_where_and_how(world):
+    hits = world.cast([(0, 0, -5), (0, 0, -5), (0, 0, -5)], [(1, 0, 0), (0, 3, 0), (0, -1, 0)], max_range=50)
+    assert np.allclose(hits.t[:2], [9, 9], atol=1e-5)
+    assert np.isinf(hits.t[2])
+    assert hits.valid.tolist() == [True, True, False]
+    assert np.allclose(hits.position[0], [9, 0, -5], atol=1e-5)
+    assert np.allclose(hits.normal[0], [-1, 0, 0])
+    assert hits.label.tolist() == [53, 200, 0]
+    assert hits.instance.tolist() == [1, 2, 0]
+    assert [world.materials[m].name for m in hits.material[:2]] == ["concrete", "steel"]
+    assert not hits.velocity.any()
+    assert not hits.position[2].any()
+
+
+def test_cast_respects_its_range(world):
+    assert not world.cast((0, 0, -5), (1, 0, 0), 8.9).valid.any()
+    assert world.cast((0, 0, -5), (1, 0, 0), 9.1).valid.all()
+
+
+@pytest.mark.parametrize(
+    ("origin", "direction", "reach"),
+    [((0, 0), (1, 0, 0), 1), ((0, 0, 0), (0, 0, 0), 1), ((0, 0, np.nan), (1, 0, 0), 1), ((0, 0, 0), (1, 0, 0), -1),
+     (np.zeros((3, 3)), np.ones((2, 3)), 1)],
+)  # fmt: skip
+def test_bad_rays_are_refused(world, origin, direction, reach):
+    with pytest.raises(CommandError, match="cast"):
+        world.cast(origin, direction, reach)
+
+
+def test_an_empty_world_is_hit_by_nothing():
+    assert not World((), ()).cast((0, 0, 0), np.eye(3)).valid.any()
+    assert not World((), ()).near(np.zeros((1, 3)), 5.0).any()
+
+
+def test_cast_sees_what_moves_and_how_fast(world):
+    scene = world.scene(1)
+    scene.set_moving([(Prop("box", size=1).geometry(instance=world.next_instance, world=world), 0)])
+    scene.move(np.array([[-5.0, 0, -5]]), np.array([[1.0, 0, 0, 0]]), np.array([[0, 2.0, 0]]), np.zeros((1, 3)))
+    hits = world.cast((0, 0, -5), (-1, 0, 0))
+    assert hits.t[0] == pytest.approx(4.5, abs=1e-5)
+    assert hits.instance[0] == world.next_instance
+    assert hits.velocity[0].tolist() == [0, 2, 0]
+    world.scene(1)
+    assert not world.cast((0, 0, -5), (-1, 0, 0)).valid.any()
+
+
+def test_worlds_that_come_and_go_keep_their_meanings():
+    """Identifiers of freed scenes are given out again in any order."""
+    kept = []
+    for k in range(12):
+        site = Site()
+        site.add(shapes.sphere(1.0).moved((5, 0, 0)), "steel", label="sphere", name="smooth", crease_deg=60)
+        site.add(shapes.box((1, 1, 1)).moved((-5, 0, 0)), "wood", label="cube", name="flat")
+        one = site.world(name="t", description="", origin=GeoOrigin(0, 0))
+        scene = one.scene(1)
+        scene.set_moving([(Prop("box", label=128 + j).geometry(instance=9 + j, world=one), 0) for j in range(3)])
+        still = np.zeros((3, 3))
+        scene.move(np.array([[0.0, 5, 0], [0, 10, 0], [0, -5, 0]]), np.tile([1.0, 0, 0, 0], (3, 1)), still, still)
+        hits = one.cast((0, 0, 0), [(1, 0, 0), (-1, 0, 0), (0, 1, 0), (0, -1, 0)])
+        assert hits.label.tolist() == [2, 1, 128, 130]
+        if k % 3:
+            kept.append(one)
+
+
+def test_places_inside_and_near_things_are_not_free(world):
+    assert world.inside((10, 0, -5)) is not None
+    assert "pillar" in world.inside((10, 0, -5))
+    assert "pillar" in world.inside((8.5, 0, -5), 0.6)
+    assert world.inside((8.5, 0, -5), 0.4) is None
+    assert "ball" in world.inside([(0, 0, -5), (0, 10, -5)])
+    assert "copy 1" in world.inside([(0, 0, -5), (0, 10, -5)])
+    assert world.inside((0, 0, np.inf)) is not None
+
+
+def test_clearance_never_calls_the_near_far(world):
+    """Against the distance to the nearest vertex-sampled surface: whatever is within the margin must be reported."""
+    rng = np.random.default_rng(0)
+    at = rng.uniform([-25, -25, -9.9], [25, 25, 5], (400, 3))
+    for margin in (0.3, 1.5, 7.0):
+        told = world.near(at, margin)
+        single = np.array([world.near(p[None], margin)[0] for p in at])
+        assert np.array_equal(told, single)
+        really = np.array([world.cast(p, _ball(200), margin).valid.any() for p in at])
+        assert not (really & ~told).any()
+
+
+def test_clearance_lets_open_water_pass(world):
+    assert not world.near(np.array([[-20.0, -20, -5]]), 2.0).any()
+    assert not world.near(np.array([[500.0, 0, -5], [0, 0, 50]]), 2.0).any()
+
+
+def test_clearance_of_faces_of_any_size():
+    rng = np.random.default_rng(4)
+    site = Site()
+    for _ in range(30):
+        size = 10 ** rng.uniform(-0.5, 2.2, 3)
+        site.add(shapes.box(size).moved(rng.uniform(-100, 100, 3)), "steel", label="cube", name="b")
+    boxes = [(g.vertices.min(axis=0), g.vertices.max(axis=0)) for g in site.geometries]
+    clearance = Clearance(site.geometries, cell=3.0)
+    at = rng.uniform(-150, 150, (2000, 3))
+    inside = np.any([((at >= low) & (at <= high)).all(axis=1) for low, high in boxes], axis=0)
+    assert inside.sum() > 20
+    assert clearance.near(at, 0.01)[inside].all()
+
+
+def test_labels():
+    assert len(HOLOOCEAN_LABELS) == 56
+    assert label_number("BaseShape") == label_number("base_shape") == label_number(3) == 3
+    assert label_number("beacon", {"beacon": 200}) == 200
+    assert label_name(22) == "pier"
+    assert label_name(222) == "user_222"
+    assert label_color(4) == (201, 162, 54)
+    assert len({label.number for label in LABELS.values()}) == len(LABELS)
+    assert max(label.number for label in LABELS.values()) == 255
+    with pytest.raises(LookupFailed, match="did you mean 'pier'"):
+        label_number("peer")
+    with pytest.raises(CommandError, match="0 to 255"):
+        label_number(256)
+
+
+def test_materials_are_physical():
+    for name, m in MATERIALS.items():
+        assert m.name == name or name in SEDIMENTS
+        assert all(0 <= c <= 1 for c in m.albedo)
+        assert m.density_ratio > 0.4
+        assert 0.9 < m.sound_speed_ratio < 5
+        assert m.lambert_db < -4.97  # pi 10^(mu/10) <= 1: no more energy leaves than came
+        assert m.stiffness > 0
+        assert m.damping > 0
+        assert m.texture in TEXTURES
+    with pytest.raises(LookupFailed, match="did you mean 'concrete'"):
+        material("concret")
+
+
+def test_material_tables_keep_the_rows():
+    tables = material_tables([MATERIALS["sand"], MATERIALS["steel"]])
+    assert np.allclose(np.array(tables.density_ratio), [1.845, 7850 / 1025], atol=1e-4)
+    assert np.array(tables.albedo).shape == (3, 2)
+
+
+def test_bodies_may_be_of_any_material(world):
+    row = world.material_row("gold")
+    tables = world.material_tables()
+    assert np.array(tables.albedo)[:, row].tolist() == pytest.approx(list(MATERIALS["gold"].albedo))
+
+
+@pytest.mark.parametrize("shape", ["box", "sphere", "cylinder", "cone"])
+def test_props_have_the_size_asked_for(shape, world):
+    made = Prop(shape, size=(1, 2, 3), material="gold", label="debris").geometry(instance=9, world=world)
+    assert np.allclose(np.ptp(made.vertices, axis=0), [1, 2, 3], rtol=0.01)
+    assert made.instance == 9
+    assert made.label == label_number("debris")
+
+
+def test_a_prop_from_a_file(tmp_path, world):
+    mesh = shapes.box((1, 1, 1))
+    path = tmp_path / "box.obj"
+    lines = [f"v {x} {y} {z}" for x, y, z in mesh.vertices] + [f"f {a + 1} {b + 1} {c + 1}" for a, b, c in mesh.faces]
+    path.write_text("\n".join(lines))
+    assert Prop("mesh", path=path, size=2).mesh.volume == pytest.approx(8)
+    with pytest.raises(WorldError, match=r"did you mean 'box\.obj'"):
+        Prop("mesh", path=tmp_path / "bax.obj").geometry(instance=1, world=world)
+    (tmp_path / "torn.stl").write_bytes(b"solid")
+    with pytest.raises(WorldError):
+        Prop("mesh", path=tmp_path / "torn.stl").geometry(instance=1, world=world)
+
+
+def test_bad_props_are_refused(world):
+    with pytest.raises(LookupFailed, match="box"):
+        Prop("cube")
+    with pytest.raises(CommandError, match="size"):
+        Prop("box", size=-1)
+    with pytest.raises(CommandError, match="size"):
+        Prop("box", size=(1, 2))
+    with pytest.raises(LookupFailed, match="gold"):
+        Prop("box", material="golf").geometry(instance=1, world=world)
+
+
+def test_every_type_of_world_has_a_title():
+    assert {"flat", "harbour", "bathymetry"} <= set(world_types())
+    assert all(len(title) > 20 for title in world_types().values())
+
+
+def test_flat():
+    flat = build_world(world_config({"type": "flat", "depth_m": 12.0, "size_m": [300, 100], "material": "mud"}))
+    assert flat.bounds.tolist() == [[-150, -50, -12], [150, 50, -12]]
+    assert flat.cast((140, 40, 0), (0, 0, -1)).t[0] == pytest.approx(12)
+    with pytest.raises(LookupFailed, match="did you mean 'flat'"):
+        world_config({"type": "falt"})
+
+
+def _ball(count):
+    v = np.random.default_rng(5).normal(size=(count, 3))
+    return v / np.linalg.norm(v, axis=1, keepdims=True)
