@@ -14,6 +14,7 @@ import pytest
 from mcap.exceptions import McapError
 from mcap.reader import NonSeekingReader, make_reader
 from mcap_ros2.decoder import DecoderFactory
+from rosbags.highlevel import AnyReader
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 from pelagos.errors import LookupFailed, RecordingError
@@ -81,6 +82,15 @@ def test_rosbags_decodes_with_the_schema_in_the_file_alone(recording: Path) -> N
     store.register(get_types_from_msg(schema.data.decode(), schema.name))
     values = [store.deserialize_cdr(message.data, schema.name).data for _, _, message in rows]
     np.testing.assert_array_equal(np.stack(values), np.repeat(np.arange(2000.0)[:, None], 2, axis=1))
+
+
+def test_rosbags_opens_the_file_as_it_stands(recording: Path) -> None:
+    with AnyReader([recording]) as reader:
+        assert set(reader.topics) == {"/auv0/heat", "/auv0/truth", "/tf", "/tf_static"}
+        truth = [c for c in reader.connections if c.topic == "/auv0/truth"]
+        rows = [(t, reader.deserialize(raw, c.msgtype)) for c, t, raw in reader.messages(truth)]
+    assert [t for t, _ in rows] == [k * DT_NS for k in range(2000)]
+    assert rows[7][1].pose.pose.position.y == 7.0
 
 
 def test_the_file_says_how_it_was_made(recording: Path) -> None:
