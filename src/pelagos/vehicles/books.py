@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
+import drjit as dr
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
@@ -12,7 +13,10 @@ from pelagos import jit
 from pelagos.errors import CommandError
 from pelagos.jit import Array
 from pelagos.vehicles.flow import CurrentRotation, make_flow, rotation_from_euler
-from pelagos.vehicles.model import Model
+
+if TYPE_CHECKING:
+    from pelagos.vehicles.actuators.t200 import T200Tables
+    from pelagos.vehicles.vehicle import Vehicle
 
 _KEPT = 16  # recordings, one a size
 
@@ -20,9 +24,10 @@ _KEPT = 16  # recordings, one a size
 class Accelerations:
     """nu_dot and the actuators' rates of a model; see `Vehicle.accelerations`."""
 
-    def __init__(self, model: Model, current_rotation: CurrentRotation) -> None:
-        self._model = model
-        self._rotation = current_rotation
+    def __init__(self, vehicle: Vehicle) -> None:
+        self._model = vehicle.model
+        self._rotation: CurrentRotation = vehicle.config.current_rotation
+        self._tables = vehicle.tables
         self._frozen: dict[int, Callable[..., Any]] = {}
 
     def __call__(
@@ -46,16 +51,22 @@ class Accelerations:
         if n not in self._frozen:
             if len(self._frozen) >= _KEPT:
                 self._frozen.clear()
-            self._frozen[n] = jit.freeze(self._evaluate)
-        nu_dot, rates = self._frozen[n](*data)
+            self._frozen[n] = dr.freeze(self._evaluate)
+        nu_dot, rates = self._frozen[n](*data, self._tables)
         return _table(nu_dot, n), _table(rates, n)
 
     def _evaluate(
-        self, eta: list[Array], nu: list[Array], actuators: list[Array], command: list[Array], current: list[Array]
+        self,
+        eta: list[Array],
+        nu: list[Array],
+        actuators: list[Array],
+        command: list[Array],
+        current: list[Array],
+        tables: T200Tables | None,
     ) -> tuple[list[Array], list[Array]]:
         rotation = rotation_from_euler(*eta[3:])
         flow = make_flow(eta[:3], rotation, nu, current, current_rotation=self._rotation)
-        nu_dot = self._model.nu_dot(flow, self._model.limited(actuators))
+        nu_dot = self._model.nu_dot(flow, self._model.limited(actuators), tables=tables)
         rates = self._model.rates(actuators, command)
         return [jit.Float64(a) for a in nu_dot], [jit.Float64(r) for r in rates]
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pelagos.vehicles.actuators.t200 import Battery, BatteryConfig, current_exponent
 from pelagos.vehicles.config import VehicleConfig
 from pelagos.vehicles.control.controller import Controller
 from pelagos.vehicles.control.plant import Plant
@@ -16,7 +17,13 @@ def build_model(config: VehicleConfig) -> Model:
         inertia=inertia_of(body, without=without, angular=config.coriolis.rigid == "angular"),
         terms={name: term.build(body) for name, term in config.terms.items() if term is not None},
         actuators={name: part.build(body) for name, part in config.actuators.items() if part is not None},
+        battery=None if config.battery is None else battery(config.battery),
     )
+
+
+def battery(config: BatteryConfig) -> Battery:
+    """What feeds T200 thrusters."""
+    return Battery(config.open_circuit_v, config.resistance_ohm, current_exponent())
 
 
 def build_modes(config: VehicleConfig, model: Model) -> dict[str, Controller]:

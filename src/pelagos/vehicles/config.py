@@ -9,13 +9,15 @@ from typing import Any, Literal, Self
 import numpy as np
 from pydantic import Field, model_validator
 
+from pelagos.errors import did_you_mean
 from pelagos.hydro import rigid_body
+from pelagos.vehicles.actuators.t200 import BatteryConfig, T200Config
 from pelagos.vehicles.flow import CurrentRotation
-from pelagos.vehicles.hull import HullConfig
 from pelagos.vehicles.inertia import AddedMassConfig, CoriolisConfig, MassConfig, added_mass_matrix, mass_and_inertia
 from pelagos.vehicles.kinds import ActuatorConfig, ModeConfig, TermConfig
 from pelagos.vehicles.load import catalogue_data, catalogue_names, merged
 from pelagos.vehicles.part import Body, NonNegative, PartConfig, Positive, Three
+from pelagos.vehicles.shape.hull import HullConfig
 from pelagos.vehicles.terms.floating import HydrostaticConfig, TwinHullConfig
 
 
@@ -54,6 +56,8 @@ class VehicleConfig(PartConfig):
     """Damping, lift, restoring and other terms, by a name of your choice."""
     actuators: dict[str, ActuatorConfig | None] = Field(default_factory=dict)
     """By name, in the order of commands and states."""
+    battery: BatteryConfig | None = None
+    """What feeds T200 thrusters."""
     modes: dict[str, ModeConfig | None] = Field(default_factory=dict)
     """Control modes by name."""
     default_mode: str
@@ -68,6 +72,10 @@ class VehicleConfig(PartConfig):
     """What the hull is made of."""
     mounts: dict[str, Three] = Field(default_factory=dict)
     """Places for sensors, forward-left-up from the origin [m]."""
+    variants: dict[str, dict[str, Any]] = Field(default_factory=dict)
+    """Named sets of changes, such as another publication's parameters, each used as a whole."""
+    variant: str | None = None
+    """The set of `variants` that is laid over the vehicle before any other change."""
     as_published: dict[str, Any] = Field(default_factory=dict)
     """Changes that give the model exactly as published, where this catalogue deviates from it."""
 
@@ -76,7 +84,14 @@ class VehicleConfig(PartConfig):
     def _on_catalogue(cls, data: Any) -> Any:
         if not isinstance(data, Mapping) or data.get("type") not in catalogue_names():
             return data
-        return merged(catalogue_data(data["type"]), data)
+        base = catalogue_data(data["type"])
+        if data.get("variant") is not None:
+            known = base.get("variants", {})
+            if data["variant"] not in known:
+                hint = did_you_mean(str(data["variant"]), known)
+                raise ValueError(f"variant {data['variant']!r} is none of {', '.join(known) or '(none)'}{hint}")
+            base = merged(base, known[data["variant"]])
+        return merged(base, data)
 
     @model_validator(mode="after")
     def _possible(self) -> Self:
@@ -84,6 +99,8 @@ class VehicleConfig(PartConfig):
             raise ValueError("give diameter_m, or beam_m and height_m")
         if self.modes.get(self.default_mode) is None:
             raise ValueError(f"default_mode {self.default_mode!r} is none of the modes {', '.join(self.modes)}")
+        if self.battery is None and any(isinstance(a, T200Config) for a in self.actuators.values()):
+            raise ValueError("T200 thrusters need a battery: give open_circuit_v and resistance_ohm under battery")
         for name, mode in self.modes.items():
             for used in getattr(mode, "uses", ()):
                 if self.actuators.get(used) is None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal, TypeAlias
+from typing import Any, Literal, TypeAlias
 
 import drjit as dr
 
@@ -11,6 +11,14 @@ from pelagos.hydro.algebra import Matrix, Vector, cross, matvec, minus, total, t
 from pelagos.jit import Array
 
 CurrentRotation: TypeAlias = Literal["attitude", "heading"]
+
+
+@dataclass
+class Supply:
+    """voltage [V]; tables: of the thrusters, on the device."""
+
+    voltage: Array
+    tables: Any
 
 
 @dataclass
@@ -24,6 +32,7 @@ class Flow:
         nu: velocity over ground (6) [m/s], [rad/s].
         nu_r: velocity relative to the water (6).
         current_rate: rate of change of the current in body axes (6), because the body turns [m/s^2].
+        supply: what feeds electric thrusters; None where nothing is fed.
         shear: change of the current's sideways and downward velocity along the body's axis (2) [1/s].
     """
 
@@ -34,6 +43,7 @@ class Flow:
     nu_r: Vector
     current_rate: Vector
     shear: Vector
+    supply: Supply | None = None
 
     @property
     def down(self) -> list[Array]:

@@ -8,10 +8,14 @@ from pydantic import Field
 
 from pelagos.vehicles.actuators.fin import FinConfig
 from pelagos.vehicles.actuators.propeller import PropellerConfig
+from pelagos.vehicles.actuators.t200 import T200Config
 from pelagos.vehicles.actuators.thruster import ThrusterConfig
 from pelagos.vehicles.control.depth_heading import DepthHeadingConfig
 from pelagos.vehicles.control.direct import AccelerationConfig, ActuatorsConfig, WrenchConfig
 from pelagos.vehicles.control.heading_thrust import HeadingThrustConfig
+from pelagos.vehicles.control.line_of_sight import LineOfSightConfig
+from pelagos.vehicles.control.pose import PoseConfig
+from pelagos.vehicles.control.velocity import VelocityConfig
 from pelagos.vehicles.terms.crossflow import CrossFlowConfig
 from pelagos.vehicles.terms.damping import LinearDampingConfig, QuadraticDampingConfig, TimeConstantDampingConfig
 from pelagos.vehicles.terms.floating import FloatingDampingConfig, HydrostaticConfig, PayloadConfig, TwinHullConfig
@@ -32,9 +36,18 @@ TermConfig: TypeAlias = Annotated[
     Field(discriminator="type"),
 ]
 
-ActuatorConfig: TypeAlias = Annotated[FinConfig | PropellerConfig | ThrusterConfig, Field(discriminator="type")]
+ActuatorConfig: TypeAlias = Annotated[
+    FinConfig | PropellerConfig | T200Config | ThrusterConfig, Field(discriminator="type")
+]
 
 ModeConfig: TypeAlias = Annotated[
-    AccelerationConfig | ActuatorsConfig | DepthHeadingConfig | HeadingThrustConfig | WrenchConfig,
+    AccelerationConfig
+    | ActuatorsConfig
+    | DepthHeadingConfig
+    | HeadingThrustConfig
+    | LineOfSightConfig
+    | PoseConfig
+    | VelocityConfig
+    | WrenchConfig,
     Field(discriminator="type"),
 ]

@@ -9,7 +9,7 @@ be replaced by a Dr.Jit array (`dataclasses.replace`), for gradients or for a fl
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Protocol
 
 import numpy as np
@@ -19,7 +19,8 @@ from pelagos.hydro.algebra import Matrix, Vector, add, matvec, minus, solve_symm
 from pelagos.hydro.rigid_body import transport
 from pelagos.jit import Array
 from pelagos.vehicles.actuators.actuator import Actuator
-from pelagos.vehicles.flow import Flow
+from pelagos.vehicles.actuators.t200 import T200, Battery, T200Tables
+from pelagos.vehicles.flow import Flow, Supply
 from pelagos.vehicles.part import Body, numbers
 
 
@@ -74,14 +75,25 @@ class Model:
         inertia: mass and added mass.
         terms: by name.
         actuators: by name; each has one state and one command.
+        battery: what feeds T200 thrusters.
     """
 
     inertia: Inertia
     terms: Mapping[str, Term]
     actuators: Mapping[str, Actuator] = field(default_factory=dict)
+    battery: Battery | None = None
 
-    def wrenches(self, flow: Flow, actuators: Sequence[Array]) -> dict[str, Vector]:
+    def fed(self, flow: Flow, actuators: Sequence[Array], tables: T200Tables | None) -> Flow:
+        """`flow` with the supply of electric thrusters at these states."""
+        if self.battery is None:
+            return flow
+        assert tables is not None
+        throttles = [s for a, s in zip(self.actuators.values(), actuators, strict=True) if isinstance(a, T200)]
+        return replace(flow, supply=Supply(self.battery.voltage(throttles, tables), tables))
+
+    def wrenches(self, flow: Flow, actuators: Sequence[Array], tables: T200Tables | None = None) -> dict[str, Vector]:
         """Every force and moment by the name of its origin, each (6); `actuators`: limited states."""
+        flow = self.fed(flow, actuators, tables)
         found: dict[str, Vector] = {"coriolis": self.inertia.coriolis(flow)}
         for name, term in self.terms.items():
             found[name] = term.wrench(flow)
@@ -89,9 +101,15 @@ class Model:
             found[name] = actuator.wrench(state, flow)
         return found
 
-    def nu_dot(self, flow: Flow, actuators: Sequence[Array], outside: Vector = (0.0,) * 6) -> Vector:
+    def nu_dot(
+        self,
+        flow: Flow,
+        actuators: Sequence[Array],
+        outside: Vector = (0.0,) * 6,
+        tables: T200Tables | None = None,
+    ) -> Vector:
         """Rate of change of nu (6) [m/s^2], [rad/s^2]; `outside`: a further wrench (6), such as contact."""
-        wrench = add(outside, *self.wrenches(flow, actuators).values())
+        wrench = add(outside, *self.wrenches(flow, actuators, tables).values())
         return add(flow.current_rate, self.inertia.accelerate(wrench))
 
     def limited(self, actuators: Sequence[Array]) -> list[Array]:

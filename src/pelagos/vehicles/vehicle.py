@@ -20,7 +20,7 @@ from pelagos.jit import Array
 from pelagos.math.frames import flip_quaternion_np, flip_yz, flip_yz_np
 from pelagos.ocean.current import UniformCurrent
 from pelagos.raycast.geometry import Geometry
-from pelagos.vehicles import hull
+from pelagos.vehicles.actuators.t200 import T200Tables, t200_tables
 from pelagos.vehicles.books import Accelerations, columns
 from pelagos.vehicles.build import build_model, build_modes
 from pelagos.vehicles.config import VehicleConfig
@@ -28,6 +28,9 @@ from pelagos.vehicles.control.controller import Controller
 from pelagos.vehicles.flow import Flow, make_flow, rotation_from_quaternion
 from pelagos.vehicles.integrate import Rigid, runge_kutta, semi_implicit
 from pelagos.vehicles.load import merged
+from pelagos.vehicles.shape.hull import build_hull
+from pelagos.vehicles.shape.parts import PartsHull, ShapePart
+from pelagos.vehicles.shape.torpedo import TorpedoHull
 from pelagos.vehicles.state import VehicleState
 
 __all__ = ["Vehicle", "VehicleConfig"]
@@ -139,7 +142,7 @@ class Vehicle:
 
     @cached_property
     def _accelerations(self) -> Accelerations:
-        return Accelerations(self.published.model, self.published.config.current_rotation)
+        return Accelerations(self.published)
 
     def accelerations(
         self,
@@ -228,7 +231,15 @@ class Vehicle:
         return state
 
     def step(
-        self, state: VehicleState, command: Sequence[Array], ocean: Any, t: Array, wrench: Wrench, h: Array, mode: str
+        self,
+        state: VehicleState,
+        command: Sequence[Array],
+        ocean: Any,
+        t: Array,
+        wrench: Wrench,
+        h: Array,
+        mode: str,
+        tables: T200Tables | None = None,
     ) -> VehicleState:
         """The state after h [s]: control law, forces, motion, actuators. Pure; may be frozen or looped symbolically.
 
@@ -240,8 +251,10 @@ class Vehicle:
             wrench: a further force and moment about the origin, FRD (two `Array3f64`) [N], [N m].
             h: step [s].
             mode: of `modes`.
+            tables: `Vehicle.tables`; a frozen function must be handed them as an argument.
         """
         f64 = jit.Float64
+        tables = self.tables if tables is None else tables
         rigid = Rigid([*state.position], state.attitude, [*state.velocity, *state.angular_velocity])
         flow = self.flow(rigid, ocean, t)
         controller = self._controller(mode)
@@ -259,7 +272,7 @@ class Vehicle:
             states = state.actuators
             if fraction > 0.0:
                 states = self.model.advanced(states, commands, fraction * h)
-            return self.model.nu_dot(here, self.model.limited(states), outside)
+            return self.model.nu_dot(here, self.model.limited(states), outside, tables)
 
         if self.config.integrator == "semi_implicit":
             new, nu_dot = semi_implicit(rigid, accelerate, flow.rotation, h)
@@ -276,6 +289,12 @@ class Vehicle:
             actuators=[f64(a) for a in self.model.advanced(state.actuators, commands, h)],
             controller=[*kept, *state.controller[len(kept) :]],
         )
+
+    @cached_property
+    def tables(self) -> T200Tables | None:
+        """Measured tables that a step needs, on the device; None for most vehicles."""
+        battery = self.config.battery
+        return None if battery is None else t200_tables(battery.open_circuit_v)
 
     def flow(self, rigid: Rigid, ocean: Any, t: Array) -> Flow:
         """The water around a vehicle: current at its origin, its shear along the hull, and the surface above."""
@@ -320,7 +339,7 @@ class Vehicle:
         q = jit.Array4f64(*(float(c) for c in flip_quaternion_np(attitude)))
         rigid = Rigid(columns(at[None]), q, columns(frd[None]))
         zero = [jit.Float64(0.0) for _ in self.model.actuators]
-        found = self.model.wrenches(self.flow(rigid, None, jit.Float64(0.0)), zero)
+        found = self.model.wrenches(self.flow(rigid, None, jit.Float64(0.0)), zero, self.tables)
         sizes = {name: max(abs(float(jit.Float64(c)[0])) for c in load) for name, load in found.items()}
         broken = [name for name, size in sizes.items() if not np.isfinite(size)]
         if broken:
@@ -331,23 +350,22 @@ class Vehicle:
     # shape
 
     @property
-    def _shape(self) -> hull.HullConfig:
+    def _shape(self) -> TorpedoHull | PartsHull:
         c = self.config
         if c.hull is not None:
             return c.hull
-        return hull.TorpedoHull(
-            type="torpedo", length_m=c.length_m, diameter_m=c.beam, nose_m=c.length_m / 5, tail_m=c.length_m / 4
-        )
+        body = ShapePart(type="ellipsoid", size_m=(c.length_m, c.beam, c.height))
+        return PartsHull(type="parts", parts=(body,))
 
     @cached_property
     def hull(self) -> Geometry:
         """The mesh, body FLU; material 0 is the first of `materials`."""
-        return hull.build_hull(self._shape, self.name)
+        return build_hull(self._shape, self.name)
 
     @cached_property
     def probes(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Contact probes: starts `(p, 3)` inside the hull and vectors `(p, 3)` to its surface, body FLU [m]."""
-        return hull.torpedo_probes(self._shape)
+        return self._shape.probes()
 
     @cached_property
     def bounding_radius_m(self) -> float:

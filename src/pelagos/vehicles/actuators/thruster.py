@@ -92,6 +92,11 @@ class Thruster:
         thrust = self.curve.thrust(state)
         return [mul(e, thrust) for e in self.effect]
 
+    @property
+    def thrust_limits(self) -> tuple[float, float]:
+        """Thrust at the limits of the state [N]: astern (negative), ahead."""
+        return self.curve.thrust_at(float(self.lag.low)), self.curve.thrust_at(float(self.lag.high))
+
     def command(self, thrust: Array) -> Array:
         """The command that gives a thrust [N] when it has settled."""
         return self.curve.speed(thrust)

@@ -1,7 +1,7 @@
 """Sharing a wanted wrench among thrusters: pseudo-inverse, then saturation that keeps the direction.
 
-Source: T. I. Fossen, T. A. Johansen, "A survey of control allocation methods for ships and underwater vehicles", MED 2006,
-doi 10.1109/MED.2006.328749; F21 Chapter 11.
+Source: T. I. Fossen, T. A. Johansen, "A survey of control allocation methods for ships and underwater
+vehicles", MED 2006, doi 10.1109/MED.2006.328749; F21 Chapter 11.
 """
 
 from __future__ import annotations
@@ -15,6 +15,7 @@ import numpy as np
 from pelagos.errors import ScenarioError
 from pelagos.hydro.algebra import Matrix, Vector, matvec
 from pelagos.jit import Array
+from pelagos.vehicles.actuators.t200 import T200
 from pelagos.vehicles.actuators.thruster import Thruster
 from pelagos.vehicles.model import Model
 from pelagos.vehicles.part import numbers
@@ -30,7 +31,7 @@ class Allocation:
         limits: thrust of each astern (negative) and ahead [N].
     """
 
-    thrusters: Mapping[str, Thruster]
+    thrusters: Mapping[str, Thruster | T200]
     inverse: Matrix
     limits: Sequence[tuple[float, float]]
 
@@ -54,14 +55,12 @@ def allocation_of(model: Model, axes: Sequence[int]) -> Allocation:
     Raises:
         ScenarioError: the thrusters cannot act on one of the axes.
     """
-    thrusters = {name: a for name, a in model.actuators.items() if isinstance(a, Thruster)}
+    thrusters = {name: a for name, a in model.actuators.items() if isinstance(a, (Thruster, T200))}
     effects = np.array([t.effect for t in thrusters.values()], dtype=np.float64).reshape(-1, 6).T
     rows = effects[list(axes)]
     if len(thrusters) == 0 or np.linalg.matrix_rank(rows, tol=1e-9) < len(axes):
         raise ScenarioError(f"the thrusters {', '.join(thrusters) or '(none)'} cannot act on all axes {list(axes)}")
     inverse = np.zeros((len(thrusters), 6))
     inverse[:, list(axes)] = np.linalg.pinv(rows)
-    limits = [
-        (-abs(float(t.curve.thrust_at(t.lag.low))), float(t.curve.thrust_at(t.lag.high))) for t in thrusters.values()
-    ]
+    limits = [t.thrust_limits for t in thrusters.values()]
     return Allocation(thrusters, numbers(inverse), limits)

@@ -24,6 +24,8 @@ class DepthHeadingConfig(PartConfig):
     """The depth loop."""
     heading: HeadingGains
     """The heading loop."""
+    vertical: Literal["depth", "altitude"] = "depth"
+    """What the first set-point is: depth, or altitude above the seabed, with the measured altitude as a further one."""
     speed: SpeedGains | None = None
     """The speed loop; left out: the third set-point is the shaft speed."""
     rudder: dict[str, float]
@@ -52,7 +54,10 @@ class DepthHeading:
     @property
     def commands(self) -> tuple[str, ...]:
         """Names of the set-points."""
-        return ("depth", "heading", "rpm" if self.config.speed is None else "speed")
+        third = "rpm" if self.config.speed is None else "speed"
+        if self.config.vertical == "depth":
+            return ("depth", "heading", third)
+        return ("altitude", "heading", third, "measured_altitude")
 
     @property
     def memory(self) -> int:
@@ -68,8 +73,11 @@ class DepthHeading:
     ) -> tuple[Demand, list[Array]]:
         """Plane, rudder and shaft speed."""
         c, nu = self.config, flow.nu
+        wanted = command[0]
+        if c.vertical == "altitude":
+            wanted = flow.position[2] + command[3] - command[0]
         plane, depth = stern_plane(
-            c.depth, DepthMemory(*memory[:3]), command[0], flow.position[2], flow.pitch, nu[2], nu[4], h
+            c.depth, DepthMemory(*memory[:3]), wanted, flow.position[2], flow.pitch, nu[2], nu[4], h
         )
         steer, heading = rudder(c.heading, HeadingMemory(*memory[3:7]), command[1], flow.yaw, nu[5], h)
         shaft, integral = command[2], memory[7]
