@@ -51,13 +51,20 @@ class Driver:
             self._frozen[key] = dr.freeze(_block(self.vehicle, n=self._n, ticks=ticks, mode=mode))
         at = dr.opaque(jit.UInt32, tick)
         force = self.no_wrench if wrench is None else wrench
-        new, packed = self._frozen[key](state, command, ocean, at, self._h, self._copies, force)
+        new, packed = self._frozen[key](state, command, ocean, at, self._h, self._copies, force, self.vehicle.tables)
         return new, Trajectory(packed=packed, n=self._n, ticks=ticks, first_tick=tick + 1)
 
 
 def _block(vehicle: Vehicle, *, n: int, ticks: int, mode: str) -> Block:
     def block(
-        state: VehicleState, command: list[Array], ocean: Ocean, tick: Array, h: Array, copies: Array, wrench: Wrench
+        state: VehicleState,
+        command: list[Array],
+        ocean: Ocean,
+        tick: Array,
+        h: Array,
+        copies: Array,
+        wrench: Wrench,
+        tables: object,
     ) -> tuple[VehicleState, Array]:
         packed = dr.zeros(jit.Float64, ticks * n * CHANNELS)
         lane = dr.arange(jit.UInt32, n)
@@ -67,7 +74,7 @@ def _block(vehicle: Vehicle, *, n: int, ticks: int, mode: str) -> Block:
 
         def advance(i: Array, state: VehicleState) -> tuple[Array, VehicleState]:
             t = jit.Float64(tick + i) * h
-            state = vehicle.step(state, command, ocean, t, wrench, h, mode)
+            state = vehicle.step(state, command, ocean, t, wrench, h, mode, tables)
             at = (i * copies + lane) * CHANNELS
             for c, value in enumerate(channels(state)):
                 dr.scatter(packed, value, at + c)

@@ -330,7 +330,8 @@ def _row(run: AgentRun) -> NDArray[np.float64]:
 
 
 def _idle(agent: AgentModel, mode: str, state: AgentState) -> NDArray[np.float64]:
-    """A command that changes nothing much: stay at this depth and heading, actuators at rest."""
-    idle = {"depth": state.depth, "heading": -state.euler[:, 2]}
+    """A command that changes nothing much: stay at this place, depth and heading, actuators at rest."""
+    idle = {"depth": state.depth, "heading": -state.euler[:, 2], "yaw": state.euler[:, 2]}
+    idle |= {axis: state.position[:, i] for i, axis in enumerate("xyz")}
     n = len(state.position)
     return np.stack([idle.get(name, np.zeros(n)) for name in agent.vehicle.command_names(mode)], axis=-1)
