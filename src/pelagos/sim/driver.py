@@ -11,6 +11,7 @@ from pelagos import jit
 from pelagos.jit import Array
 from pelagos.ocean.ocean import Ocean
 from pelagos.sim.trajectory import CHANNELS, Trajectory, channels
+from pelagos.vehicles.actuators.t200 import T200Tables
 from pelagos.vehicles.state import VehicleState
 from pelagos.vehicles.vehicle import Vehicle
 
@@ -64,7 +65,7 @@ def _block(vehicle: Vehicle, *, n: int, ticks: int, mode: str) -> Block:
         h: Array,
         copies: Array,
         wrench: Wrench,
-        tables: object,
+        tables: T200Tables | None,
     ) -> tuple[VehicleState, Array]:
         packed = dr.zeros(jit.Float64, ticks * n * CHANNELS)
         lane = dr.arange(jit.UInt32, n)
