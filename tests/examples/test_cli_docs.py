@@ -1,0 +1,82 @@
+"""What the README and the pages of the documentation show is run: Python, scenarios and commands."""
+
+from __future__ import annotations
+
+import re
+import shlex
+from pathlib import Path
+
+import pytest
+import yaml
+
+import pelagos as pl
+from pelagos.cli.main import main
+
+ROOT = Path(__file__).parents[2]
+PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
+
+
+def blocks(page: Path, language: str) -> list[str]:
+    """The fenced blocks of a page in one language."""
+    return re.findall(rf"^```{language}\n(.*?)^```", page.read_text(encoding="utf-8"), re.MULTILINE | re.DOTALL)
+
+
+def scenarios() -> list[tuple[str, str]]:
+    return [(page.name, text) for page in PAGES for text in blocks(page, "yaml") if "agents:" in text]
+
+
+def commands() -> list[str]:
+    """Every `pelagos ...` line, without its comment."""
+    shown = "\n".join(text for page in PAGES for text in blocks(page, "sh"))
+    found = [shlex.split(line, comments=True) for line in shown.splitlines() if line.startswith("pelagos ")]
+    return [shlex.join(words[1:]) for words in dict.fromkeys(map(tuple, found))]
+
+
+def test_there_is_something_to_check() -> None:
+    assert len(scenarios()) >= 2
+    assert len(commands()) >= 8
+
+
+@pytest.mark.parametrize(("page", "text"), scenarios())
+def test_scenarios_of_the_documentation_are_valid(page: str, text: str) -> None:
+    assert pl.load_scenario(yaml.safe_load(text)).agents
+
+
+@pytest.mark.parametrize("command", commands())
+def test_commands_of_the_documentation_are_understood(
+    command: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Commands that run for long are only checked: their scenario and changes, by `pelagos check`."""
+    monkeypatch.chdir(tmp_path)
+    first = next(text for page, text in scenarios() if page == "getting_started.md")
+    for name in ("first.yaml", "survey.yaml"):
+        (tmp_path / name).write_text(
+            first if name == "first.yaml" else (ROOT / "examples/harbour_survey.yaml").read_text()
+        )
+    (tmp_path / "examples").symlink_to(ROOT / "examples")
+    words = shlex.split(command)
+    if words[0] in ("recover", "bench", "explain"):
+        return
+    if words[0] == "run":
+        changes = [word for at, word in enumerate(words) if words[at - 1] == "--set"]
+        words = ["check", words[1], *(part for change in changes for part in ("--set", change))]
+    with pytest.raises(SystemExit) as caught:
+        main(words)
+    assert not caught.value.code
+
+
+def test_python_of_getting_started_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    page = ROOT / "docs" / "getting_started.md"
+    (tmp_path / "first.yaml").write_text(blocks(page, "yaml")[0])
+    namespace: dict[str, object] = {}
+    exec(blocks(page, "python")[0], namespace)
+    assert (tmp_path / "first.mcap").stat().st_size > 10_000
+
+
+def test_python_of_the_readme_runs(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    monkeypatch.chdir(ROOT)
+    exec(blocks(ROOT / "README.md", "python")[0], {})
+    lines = capsys.readouterr().out.splitlines()
+    assert len(lines) > 8
+    assert "(4, " in lines[0]
