@@ -153,9 +153,10 @@ def test_an_imu_at_rest_feels_gravity_upwards() -> None:
 def test_heading_east_has_no_yaw_in_ros() -> None:
     """Heading east is yaw -90 degrees in NWU and 0 in ENU; body velocities stay as they are."""
     east = np.array([[math.sqrt(0.5), 0, 0, -math.sqrt(0.5)]])
-    rows, _ = TruthEncoder("a/base_link").rows(
-        np.array([T_NS]), np.array([[10.0, 20.0, -5.0]]), east, np.array([[1.5, 0.1, 0.2]]), np.array([[0, 0, 0.3]])
-    )
+    motion = (np.array([[10.0, 20.0, -5.0]]), east, np.array([[1.5, 0.1, 0.2]]), np.array([[0, 0, 0.3]]))
+    encode = TruthEncoder("a/base_link")
+    rows, transforms = encode.rows(np.array([T_NS]), *motion)
+    assert encode.encode(T_NS, *(m[0] for m in motion)) == (rows[0].tobytes(), transforms[0].tobytes())
     message = deserialize(ODOMETRY, rows[0].tobytes())
     q, p = message.pose.pose.orientation, message.pose.pose.position
     assert [q.x, q.y, q.z, q.w] == pytest.approx([0, 0, 0, 1], abs=1e-15)

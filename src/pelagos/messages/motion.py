@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from pelagos.math.frames import nwu_to_enu_np, quaternion_nwu_to_enu_np
 from pelagos.messages.store import Message, header, make, quaternion, serialize, stamp, vector3
-from pelagos.messages.template import STAMP, Template, fields, joined
+from pelagos.messages.template import STAMP, Buffer, Template, fields, joined
 
 ODOMETRY: Final = "nav_msgs/msg/Odometry"
 TF: Final = "tf2_msgs/msg/TFMessage"
@@ -49,10 +49,30 @@ class TruthEncoder:
             attitude: `(k, 4)` wxyz.
             velocity, angular_velocity: `(k, 3)` FLU [m/s], [rad/s].
         """
-        q = quaternion_nwu_to_enu_np(attitude)
-        pose = np.concatenate([nwu_to_enu_np(position), q[:, 1:], q[:, :1]], axis=1)
+        pose = _poses(position, attitude)
         odometry = np.concatenate([pose, velocity, angular_velocity], axis=1)
         return self._odometry.rows(t_ns, odometry), self._transform.rows(t_ns, pose)
+
+    def encode(
+        self,
+        t_ns: int,
+        position: NDArray[np.float64],
+        attitude: NDArray[np.float64],
+        velocity: NDArray[np.float64],
+        angular_velocity: NDArray[np.float64],
+    ) -> tuple[Buffer, Buffer]:
+        """One odometry and one transform: `(3,)`, `(4,)`, `(3,)`, `(3,)`, see `rows`."""
+        pose = (*divmod(t_ns, 1_000_000_000), *_poses(position, attitude).tolist())
+        return (
+            self._odometry.encode(*pose, *velocity.tolist(), *angular_velocity.tolist()),
+            self._transform.encode(*pose),
+        )
+
+
+def _poses(position: NDArray[np.float64], attitude: NDArray[np.float64]) -> NDArray[np.float64]:
+    """`(..., 7)` position ENU and quaternion xyzw, of position NWU and quaternion wxyz."""
+    q = quaternion_nwu_to_enu_np(attitude)
+    return np.concatenate([nwu_to_enu_np(position), q[..., 1:], q[..., :1]], axis=-1)
 
 
 def static_transform(

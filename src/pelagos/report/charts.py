@@ -209,12 +209,10 @@ def _errors(axes: Axes, row: Row) -> None:
     low, high = min(r[0] for r in ranges), max(r[1] for r in ranges)
     for error, colour in lines:
         axes.hist(error, bins=np.linspace(low, high, 46), color=colour, alpha=0.75, density=True)
-    top = axes.get_ylim()[1]
-    axes.set_ylim(0, top * (1.25 + 0.22 * len(lines)))
-    for k, (error, colour) in enumerate(lines):
+    for k, (error, colour) in enumerate(reversed(lines)):
         axes.text(
-            0.02, 0.97 - 0.17 * k, f"{error.mean():+.2g} ± {error.std():.2g} {row.error_unit}", color=colour,
-            fontsize=8, fontweight="bold", transform=axes.transAxes, va="top",
+            0.5, 1.03 + 0.17 * k, f"{error.mean():+.2g} ± {error.std():.2g} {row.error_unit}", color=colour, fontsize=8,
+            fontweight="bold", transform=axes.transAxes, va="bottom", ha="center",
         )  # fmt: skip
     axes.axvline(0.0, color=theme.INK, linewidth=0.8)
     axes.set_xlabel(f"error [{row.error_unit}]", labelpad=1)

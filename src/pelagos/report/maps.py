@@ -48,6 +48,7 @@ def relief(world: Any, low: NDArray[np.float64], high: NDArray[np.float64]) -> R
     east = np.arange(-high[1], -low[1] + step / 2, step)
     x, y = np.meshgrid(north, -east, indexing="ij")
     height = np.asarray(world.height(x, y))
+    smooth = np.asarray(world.terrain.height(x, y)) if getattr(world, "terrain", None) is not None else height
     structure = np.zeros(height.shape, dtype=bool)
     if np.isfinite(height).any():
         above = float(np.asarray(world.bounds)[1, 2]) + 10.0
@@ -55,7 +56,7 @@ def relief(world: Any, low: NDArray[np.float64], high: NDArray[np.float64]) -> R
         hits = world.cast(origins, np.array([0.0, 0.0, -1.0]), max_range=above - float(np.nanmin(height)) + 10.0)
         top = np.where(np.isfinite(hits.t), hits.position[:, 2], np.nan).reshape(height.shape)
         structure = np.nan_to_num(top - height) > _STRUCTURE_M
-    return Relief(east, north, height, structure)
+    return Relief(east, north, smooth, structure)
 
 
 def draw_ground(axes: Axes, ground: Relief, norm: Normalize, *, contours: bool = True) -> Any:
@@ -116,11 +117,10 @@ def track_map(mission: Mission, world: Any, reckoned: DeadReckoning | None) -> t
         _reckoning_error(error, reckoned)
     caption = "Depth below the mean sea surface; what stands on the seabed is dark grey."
     if reckoned is not None and reckoned.distance[-1] > 1.0:
-        worst, way = float(reckoned.error.max()), float(reckoned.distance[-1])
+        drift, way = float(reckoned.drift[-1]), float(reckoned.distance[-1])
         caption += (
-            f" Dead reckoning (DVL, gyroscopes, magnetometer, depth; started from {_source(reckoned.start)}) is "
-            f"{reckoned.error[-1]:.1f} m off after {way:.0f} m, at most {worst:.1f} m "
-            f"({100 * worst / way:.1f} % of the way)."
+            f" Dead reckoning (DVL, gyroscopes, magnetometer, depth) starts from {_source(reckoned)} and drifts by "
+            f"{drift:.1f} m on a way of {way:.0f} m ({100 * drift / way:.2g} %)."
         )
     return drawn, caption
 
@@ -172,15 +172,16 @@ def _reckoning_error(axes: Axes, reckoned: DeadReckoning | None) -> None:
     way = np.interp(reckoned.motion.t, np.linspace(0, reckoned.motion.t[-1], len(reckoned.distance)), reckoned.distance)
     axes.fill_between(t, 0.01 * way, color=theme.GRID, linewidth=0, label="1 % of the way")
     axes.plot(t, reckoned.error, color="#f2542d", linewidth=1.5, label="horizontal error")
-    axes.set_ylim(0, None)
+    axes.plot(t, reckoned.drift, color=theme.SECOND, linewidth=1.2, label="less that of the start")
+    axes.set_ylim(0, 1.35 * max(float(reckoned.error.max()), 0.01 * float(way[-1]), 0.1))
     axes.set_xlim(0, t[-1])
     axes.set_xlabel(label)
     axes.set_ylabel("[m]")
-    axes.legend(loc="upper left")
+    axes.legend(loc="upper left", ncols=3, columnspacing=1.2)
 
 
-def _source(start: str) -> str:
-    return "the first GPS fix" if start == "gps" else "the true position"
+def _source(reckoned: DeadReckoning) -> str:
+    return f"the first GPS fix, {reckoned.error[0]:.1f} m off," if reckoned.start == "gps" else "the true position"
 
 
 def _draw_tracks(axes: Axes, mission: Mission, reckoned: DeadReckoning | None) -> None:

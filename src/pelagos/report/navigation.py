@@ -45,12 +45,14 @@ class DeadReckoning:
         motion: position NWU, attitude, velocity FLU over time.
         start: what the start position was taken from: "gps" or "truth".
         error: `(k,)` horizontal distance from the true position [m].
+        drift: `(k,)` the same less the error of the start [m].
         distance: true way travelled until then `(k,)` [m].
     """
 
     motion: Motion
     start: str
     error: NDArray[np.float64]
+    drift: NDArray[np.float64]
     distance: NDArray[np.float64]
 
 
@@ -85,9 +87,10 @@ def dead_reckoning(mission: Mission) -> DeadReckoning | None:
     if depth is not None:
         position[:, 2] = np.interp(t, depth[0], depth[1][:, 0])
     true = truth.at(t)
-    error = np.hypot(*(position - true.position)[:, :2].T)
+    off = (position - true.position)[:, :2]
+    error, drift = np.hypot(*off.T), np.hypot(*(off - off[0]).T)
     way = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(true.position[:, :2], axis=0), axis=1))])
-    return DeadReckoning(Motion(t, position, attitude, velocity), source, error, way)
+    return DeadReckoning(Motion(t, position, attitude, velocity), source, error, drift, way)
 
 
 def _averaged(

@@ -76,7 +76,7 @@ def _sections(mission: Mission, world: Any, numbers: dict[str, Any]) -> list[Sec
     if reckoned is not None:
         numbers.setdefault("dead_reckoning", {})[mission.name] = {
             "way_m": float(reckoned.distance[-1]), "final_error_m": float(reckoned.error[-1]),
-            "worst_error_m": float(reckoned.error.max()),
+            "drift_m": float(reckoned.drift[-1]),
         }  # fmt: skip
     drawn, caption = maps.track_map(mission, world, reckoned)
     sections = [Section(f"Track of {mission.name}", caption, _figure(drawn, "true and dead-reckoned track"))]

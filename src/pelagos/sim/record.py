@@ -151,8 +151,11 @@ class Recorder:
         angular_velocity: NDArray[np.float64],
     ) -> None:
         """Record the true motion: `(n, 3)` NWU [m], `(n, 4)` wxyz, `(n, 3)` FLU [m/s], `(n, 3)` FLU [rad/s]."""
-        motion = (position, attitude, velocity, angular_velocity)
-        self.write_truth_block(agent, np.array([t_ns]), *(values[None] for values in motion))
+        for i, (encode, channel) in enumerate(self._truth[agent]):
+            odometry, transform = encode.encode(t_ns, position[i], attitude[i], velocity[i], angular_velocity[i])
+            self._writer.add_message(channel, t_ns, odometry)
+            self._writer.add_message(self._tf, t_ns, transform)
+        self._end_chunk(t_ns)
 
     def write_truth_block(
         self,
