@@ -154,25 +154,25 @@ def grid_field(data: GriddedData, site: Site, *, outside: str, where: str) -> Gr
     return field
 
 
-def _windows(site: Site) -> Windows | None:
-    """The world and a margin around it."""
+def _windows(site: Site) -> Windows:
+    """The world and a margin around it; everything where the world has no extent."""
     low, high = site.corners
     if not np.any(high > low):
-        return None
+        return Windows(site.origin.longitude, None, None)
     x = np.array([low[0] - _MARGIN_M, high[0] + _MARGIN_M])
     y = np.array([low[1] - _MARGIN_M, high[1] + _MARGIN_M])
     lat, lon = site.origin.to_latlon(*np.meshgrid(x, y))
     degrees = (float(lat.min()), float(lat.max()), float(lon.min()), float(lon.max()))
-    return Windows(degrees, (float(x[0]), float(x[1]), float(-y[1]), float(-y[0])))
+    return Windows(site.origin.longitude, degrees, (float(x[0]), float(x[1]), float(-y[1]), float(-y[0])))
 
 
 def _covers(data: GriddedData, site: Site, where: str) -> None:
     low, high = site.corners
     x, y = np.meshgrid([low[0], high[0]], [low[1], high[1]])
     row, column = (x, -y) if data.metric else site.origin.to_latlon(x, y)
-    for name, values, nodes in (("latitude", row, data.row), ("longitude", column, data.column)):
-        if values.min() < nodes[0] - 1e-9 or values.max() > nodes[-1] + 1e-9:
-            covered, needed = (f"{v.min():.4f} to {v.max():.4f}" for v in (nodes, values))
+    for name, values, (first, last) in (("latitude", row, data.covers[:2]), ("longitude", column, data.covers[2:])):
+        if values.min() < first - 1e-9 or values.max() > last + 1e-9:
+            covered, needed = f"{first:.4f} to {last:.4f}", f"{values.min():.4f} to {values.max():.4f}"
             raise ScenarioError(
                 f"{where} covers {name} {covered}, and the world reaches from {needed}; take another file or place, or "
                 "say 'outside: clamp' or 'outside: fade'"
@@ -188,11 +188,10 @@ def _degrees(data: GriddedData, site: Site) -> tuple[NDArray[np.float64], NDArra
     u, v = (a.ravel() for a in np.meshgrid(c, c))
     goal_lat, goal_lon = site.origin.to_latlon(u * reach, v * reach)
     goal_lon = site.origin.longitude + (goal_lon - site.origin.longitude + 180) % 360 - 180
-    shift = 360.0 * round((float(np.mean(data.column)) - site.origin.longitude) / 360.0)
     for degree in (4, 6, 9, 12, 16):
         terms = np.stack([u**i * v**j for i in range(degree + 1) for j in range(degree + 1 - i)], axis=-1)
-        solution, *_ = np.linalg.lstsq(terms, np.stack([goal_lat, goal_lon + shift], axis=-1), rcond=None)
-        if np.abs(terms @ solution - np.stack([goal_lat, goal_lon + shift], axis=-1)).max() < _PRECISE_DEG:
+        solution, *_ = np.linalg.lstsq(terms, np.stack([goal_lat, goal_lon], axis=-1), rcond=None)
+        if np.abs(terms @ solution - np.stack([goal_lat, goal_lon], axis=-1)).max() < _PRECISE_DEG:
             break
     return solution[:, 0], solution[:, 1], 1 / reach
 

@@ -59,6 +59,7 @@ class GriddedData:
         row, column: latitude and longitude [deg], or metres north and east of the world's origin where `metric`.
         metric: the file's horizontal coordinates are metres.
         filled: share of the values that the file leaves open.
+        covers: lowest and highest row, lowest and highest column of the whole file.
     """
 
     values: NDArray[np.float64]
@@ -68,18 +69,22 @@ class GriddedData:
     column: NDArray[np.float64]
     metric: bool
     filled: float
+    covers: tuple[float, float, float, float]
 
 
 @dataclass(frozen=True)
 class Windows:
-    """What to read: lowest row, highest row, lowest column, highest column, for grids in degrees and in metres."""
+    """What to read: lowest row, highest row, lowest column, highest column, for grids in degrees and in metres; and the
+    longitude near which degrees are counted.
+    """
 
-    degrees: tuple[float, float, float, float]
-    metres: tuple[float, float, float, float]
+    longitude: float
+    degrees: tuple[float, float, float, float] | None
+    metres: tuple[float, float, float, float] | None
 
 
 def read_grid(
-    path: Path, quantities: list[tuple[str, str | None]], *, start: str | None, windows: Windows | None
+    path: Path, quantities: list[tuple[str, str | None]], *, start: str | None, windows: Windows
 ) -> GriddedData:
     """Read variables that share a grid.
 
@@ -87,7 +92,7 @@ def read_grid(
         path: the file.
         quantities: (key of `QUANTITIES` or a label, name of the variable in the file or None to find it).
         start: ISO time that is t = 0 of the simulation; the file's first time where None.
-        windows: what to read, or None for all.
+        windows: what to read.
 
     Raises:
         ScenarioError: the file, a variable or a coordinate is missing or cannot be understood.
@@ -107,7 +112,7 @@ def read_grid(
         raise ScenarioError(f"{path} cannot be read: {error}") from error
 
 
-def _read(data: Any, path: Path, quantities: Any, start: str | None, windows: Windows | None) -> GriddedData:
+def _read(data: Any, path: Path, quantities: Any, start: str | None, windows: Windows) -> GriddedData:
     variables = [_find(data, path, label, name) for label, name in quantities]
     first = variables[0]
     axes = {axis: _axis(data, first, axis) for axis in _AXES}
@@ -125,7 +130,10 @@ def _read(data: Any, path: Path, quantities: Any, start: str | None, windows: Wi
             )
     row, column = (_coordinate(data, path, str(axes[a])) for a in ("latitude", "longitude"))
     metric = str(data[axes["latitude"]].attrs.get("units", "")).lower() in ("m", "metre", "meter", "metres", "meters")
-    window = None if windows is None else windows.metres if metric else windows.degrees
+    if not metric:
+        column = column - 360.0 * round((float(column.mean()) - windows.longitude) / 360.0)
+    covers = (float(row.min()), float(row.max()), float(column.min()), float(column.max()))
+    window = windows.metres if metric else windows.degrees
     rows, columns = _window(row, window, 0), _window(column, window, 2)
     times = _times(data, path, axes["time"], start)
     depth = _depths(data, path, axes["depth"])
@@ -161,7 +169,7 @@ def _read(data: Any, path: Path, quantities: Any, start: str | None, windows: Wi
     for name, nodes in (("time", times), ("depth", depth), ("latitude", row), ("longitude", column)):
         if not np.all(np.isfinite(nodes)) or np.any(np.diff(nodes) <= 0):
             raise ScenarioError(f"{path}: the coordinate of {name} does not increase from entry to entry")
-    return GriddedData(np.ascontiguousarray(values), times, depth, row, column, metric, gaps)
+    return GriddedData(np.ascontiguousarray(values), times, depth, row, column, metric, gaps, covers)
 
 
 def _find(data: Any, path: Path, label: str, name: str | None) -> Any:

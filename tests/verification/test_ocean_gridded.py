@@ -1,0 +1,219 @@
+"""Fields from NetCDF: exact at the grid's points, linear between, and clear about what is outside or wrong."""
+
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from pelagos import jit
+from pelagos.errors import ScenarioError
+from pelagos.math.geodesy import GeoOrigin
+from pelagos.ocean.config import OceanConfig, build_ocean
+
+xarray = pytest.importorskip("xarray")
+pytest.importorskip("netCDF4")
+
+ORIGIN = GeoOrigin(45.0, 13.0)
+LAT, LON = np.linspace(44.9, 45.1, 11), np.linspace(12.8, 13.2, 9)
+DEPTH, HOURS = np.array([0.5, 5.0, 20.0, 60.0]), np.array([0, 6, 12.0])
+
+
+def dataset(**changes):
+    """CMEMS-like: u = 0.1 + lat part + time part, v linear in longitude and depth; times from 2024-05-01."""
+    shape = (len(HOURS), len(DEPTH), len(LAT), len(LON))
+    t, z, la, lo = np.meshgrid(HOURS, DEPTH, LAT, LON, indexing="ij")
+    u = 0.1 + 2 * (la - 45) + 0.01 * t
+    v = 3 * (lo - 13) - 0.002 * z
+    temperature = 20 - 0.1 * z + 0 * t
+    data = xarray.Dataset(
+        {
+            "uo": (
+                ("time", "depth", "latitude", "longitude"),
+                u,
+                {"units": "m s-1", "standard_name": "eastward_sea_water_velocity"},
+            ),
+            "vo": (
+                ("time", "depth", "latitude", "longitude"),
+                v,
+                {"units": "m s-1", "standard_name": "northward_sea_water_velocity"},
+            ),
+            "thetao": (("time", "depth", "latitude", "longitude"), temperature, {"units": "degrees_C"}),
+        },
+        coords={
+            "time": ("time", HOURS, {"units": "hours since 2024-05-01", "calendar": "standard"}),
+            "depth": ("depth", DEPTH, {"units": "m", "positive": "down"}),
+            "latitude": ("latitude", LAT, {"units": "degrees_north"}),
+            "longitude": ("longitude", LON, {"units": "degrees_east"}),
+        },
+    )
+    assert data.uo.shape == shape
+    return data
+
+
+def write(path: Path, data) -> Path:
+    data.to_netcdf(path)
+    return path
+
+
+def build(path: Path, **more):
+    config = OceanConfig.model_validate({"currents": {"type": "gridded", "file": str(path), **more}})
+    return build_ocean(config, SimpleNamespace(origin=ORIGIN))
+
+
+def current(sea, lat, lon, depth, t=0.0) -> np.ndarray:
+    lat, lon, depth = np.broadcast_arrays(lat, lon, depth)
+    x, y = ORIGIN.to_xy(lat, lon)
+    place = jit.Array3f64(*(jit.Float64(np.ravel(v).astype(float)) for v in (x, y, -depth)))
+    north, west, up = np.array(sea.current(place, jit.Float64(t)))
+    return np.stack([-west, north, up], -1)
+
+
+def test_nodes_are_exact(tmp_path: Path) -> None:
+    """Rounding and the map from metres to degrees (2e-9 deg, 0.2 mm) leave 1e-8 m/s."""
+    sea = build(write(tmp_path / "a.nc", dataset()))
+    for hour in HOURS:
+        la, lo, z = np.meshgrid(LAT, LON, DEPTH, indexing="ij")
+        found = current(sea, la.ravel(), lo.ravel(), z.ravel(), t=hour * 3600)
+        assert found[:, 0] == pytest.approx((0.1 + 2 * (la - 45) + 0.01 * hour).ravel(), abs=1e-8)
+        assert found[:, 1] == pytest.approx((3 * (lo - 13) - 0.002 * z).ravel(), abs=1e-8)
+
+
+def test_between_nodes_it_is_linear(tmp_path: Path) -> None:
+    """First order in each coordinate: a quadratic is off by h^2/8 of its second derivative in the middle of a cell."""
+    sea = build(write(tmp_path / "a.nc", dataset()))
+    assert current(sea, 45.013, 12.987, 11.0, t=1800.0)[0, :2] == pytest.approx(
+        [0.1 + 2 * 0.013 + 0.005, 3 * -0.013 - 0.022], abs=1e-8
+    )
+    data = dataset()
+    data["uo"] = data.uo.copy(data=np.broadcast_to(((LAT - 45) ** 2)[:, None], data.uo.shape))
+    sea = build(write(tmp_path / "b.nc", data))
+    assert current(sea, 45.01, 13.0, 5.0)[0, 0] == pytest.approx(0.01**2 + 0.02**2 / 4, abs=1e-9)
+    found = [current(sea, 45.0 + d, 13.0, 5.0)[0, 0] for d in (0.0, 0.02)]
+    assert found == pytest.approx([0, 0.02**2], abs=1e-9)
+
+
+def test_start_and_depths_beyond_the_levels(tmp_path: Path) -> None:
+    sea = build(write(tmp_path / "a.nc", dataset()), start="2024-05-01T06:00:00")
+    assert current(sea, 45, 13, 0.5)[0, 0] == pytest.approx(0.1 + 0.06, abs=1e-8)
+    shallow, deep = current(sea, 45, 13, np.array([0.0, 500.0]))
+    assert shallow[1] == pytest.approx(-0.002 * 0.5, abs=1e-8)
+    assert deep[1] == pytest.approx(-0.002 * 60, abs=1e-8)
+
+
+def test_outside_is_an_error_or_held_or_fades(tmp_path: Path) -> None:
+    path = write(tmp_path / "a.nc", dataset())
+    spot = (45.11, 13.0, 5.0)  # half a cell beyond the northern edge
+    assert np.isnan(current(build(path), *spot)).any()
+    assert current(build(path, outside="clamp"), *spot)[0, 0] == pytest.approx(0.3, abs=1e-8)
+    assert current(build(path, outside="fade"), *spot)[0, 0] == pytest.approx(0.15, abs=1e-6)
+    assert current(build(path, outside="fade"), 45.3, 13.0, 5.0)[0] == pytest.approx([0, 0, 0])
+    assert np.isnan(current(build(path), 45, 13, 5, t=13 * 3600)).any()
+    assert current(build(path, outside="clamp"), 45, 13, 5, t=99 * 3600)[0, 0] == pytest.approx(0.22, abs=1e-8)
+
+
+def test_world_must_be_covered(tmp_path: Path) -> None:
+    path = write(tmp_path / "a.nc", dataset())
+    world = SimpleNamespace(origin=ORIGIN, bounds=np.array([(-20_000.0, -100, -30), (100, 100, 0)]))
+    config = {"type": "gridded", "file": str(path)}
+    with pytest.raises(ScenarioError, match=r"covers latitude 44\.9000 to 45\.1000, and the world reaches from 44\.8"):
+        build_ocean(OceanConfig.model_validate({"currents": config}), world)
+    build_ocean(OceanConfig.model_validate({"currents": {**config, "outside": "clamp"}}), world)
+
+
+def test_land_is_still_and_scalars_are_filled_from_the_nearest(tmp_path: Path) -> None:
+    data = dataset()
+    land = np.zeros(data.uo.shape, dtype=bool)
+    land[:, :, :3] = True
+    land[:, 3] = True
+    for name in ("uo", "vo", "thetao"):
+        data[name] = data[name].where(~land)
+    path = write(tmp_path / "a.nc", data)
+    sea = build(path)
+    assert current(sea, LAT[1], 13.0, 5.0)[0] == pytest.approx([0, 0, 0], abs=1e-9)
+    field = [{"type": "gridded", "file": str(path), "quantity": "temperature"}]
+    sea = build_ocean(OceanConfig.model_validate({"temperature_c": field}), SimpleNamespace(origin=ORIGIN))
+    x, y = ORIGIN.to_xy(np.array([LAT[0], 45.0]), np.array([13.0, 13.0]))
+    place = jit.Array3f64(jit.Float64(x), jit.Float64(y), jit.Float64([-5.0, -60.0]))
+    assert np.array(sea.temperature(place, jit.Float64(0.0))) == pytest.approx([19.5, 18.0], abs=1e-6)
+
+
+@pytest.mark.parametrize(
+    "change",
+    ["descending", "hycom", "no_time", "surface_only", "360", "cm/s", "kelvin", "metres"],
+)
+def test_other_conventions(tmp_path: Path, change: str) -> None:
+    data, expected, t = dataset(), 0.1 + 2 * 0.013, 0.0
+    if change == "descending":
+        data = data.isel(latitude=slice(None, None, -1), depth=slice(None, None, -1))
+    elif change == "hycom":
+        data = data.rename(uo="water_u", vo="water_v", latitude="lat", longitude="lon")
+        for name in ("water_u", "water_v"):
+            del data[name].attrs["standard_name"]
+    elif change == "no_time":
+        data = data.isel(time=0, drop=True)
+    elif change == "surface_only":
+        data = data.isel(depth=0, drop=True)
+    elif change == "360":
+        data = data.assign_coords(longitude=("longitude", LON + 360, data.longitude.attrs))
+    elif change == "cm/s":
+        data["uo"] = (data.uo * 100).assign_attrs(units="cm/s")
+        data["vo"] = (data.vo * 100).assign_attrs(units="cm/s")
+    elif change == "metres":
+        north, east = np.arange(-5000.0, 5001, 1000), np.arange(-4000.0, 4001, 1000)
+        data = data.rename(latitude="y", longitude="x")
+        data = data.assign_coords(y=("y", north, {"units": "m"}), x=("x", east, {"units": "m"}))
+        expected = 0.1 + 2 * (0.02 * 1.445)
+    path = write(tmp_path / "a.nc", data)
+    if change == "metres":
+        place = jit.Array3f64(1445.0, 300.0, -5.0)
+        assert np.array(build(path).current(place, jit.Float64(t)))[1, 0] == pytest.approx(-expected, abs=1e-9)
+        return
+    found = current(build(path), 45.013, 13.0, 5.0, t=t)
+    assert found[0, 0] == pytest.approx(expected, abs=1e-7)
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ("missing", "no file"),
+        ("not netcdf", "cannot be read"),
+        ("no units", "no units"),
+        ("strange units", "furlong"),
+        ("calendar", "calendar"),
+        ("no velocity", "no variable looks like"),
+        ("sigma", "s_rho"),
+        ("empty", "no value"),
+        ("start", "lies outside"),
+        ("bad start", "ISO"),
+        ("wrong name", "did you mean 'uo'"),
+    ],
+)
+def test_bad_files(tmp_path: Path, change: str, message: str) -> None:
+    data, path, more = dataset(), tmp_path / "currents.nc", {}
+    if change == "no units":
+        del data.uo.attrs["units"]
+    elif change == "strange units":
+        data.uo.attrs["units"] = "furlong/fortnight"
+    elif change == "calendar":
+        data = data.assign_coords(time=("time", HOURS, {"units": "hours since 2024-02-30", "calendar": "360_day"}))
+    elif change == "no velocity":
+        data = data.drop_vars("uo")
+    elif change == "sigma":
+        data = data.rename(depth="s_rho")
+        data = data.drop_vars("s_rho")
+    elif change == "empty":
+        data["uo"] = data.uo * np.nan
+        data.uo.attrs = {"units": "m s-1"}
+    elif change == "start":
+        more = {"start": "2025-01-01"}
+    elif change == "bad start":
+        more = {"start": "yesterday"}
+    elif change == "wrong name":
+        more = {"east_variable": "u0"}
+    if change == "not netcdf":
+        path.write_text("no data here")
+    elif change != "missing":
+        write(path, data)
+    with pytest.raises(ScenarioError, match=message):
+        build(path, **more)
