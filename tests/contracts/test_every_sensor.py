@@ -1,0 +1,121 @@
+"""What every sensor of the registry must do, checked the day it is added."""
+
+from __future__ import annotations
+
+import inspect
+
+import numpy as np
+import pytest
+
+import pelagos as pl
+from pelagos.config import registry
+from pelagos.messages.encoders import encoder
+from pelagos.messages.encoding import Site
+from pelagos.sensors.sensor import SensorConfig
+
+NAMES = sorted(registry.entries("sensor", plugins=False))
+NOTHING_TO_CITE = {"pose", "velocity", "instance_camera", "normal_camera"}  # plain geometry, no model
+SMALL = {  # images as small as they may be: these tests are about rules, not about pictures
+    "camera": {"width_px": 32, "height_px": 24},
+    "depth_camera": {"width_px": 32, "height_px": 24},
+    "semantic_camera": {"width_px": 32, "height_px": 24},
+    "instance_camera": {"width_px": 32, "height_px": 24},
+    "normal_camera": {"width_px": 32, "height_px": 24},
+    "optical_flow_camera": {"width_px": 32, "height_px": 24},
+    "multibeam": {"beams": 32},
+    "imaging_sonar": {"beams": 32, "bins": 64},
+}
+
+
+def scenario(name: str) -> dict[str, object]:
+    return {
+        "seed": 11,
+        "world": {"type": "flat", "depth_m": 8.0},
+        "agents": {
+            "auv0": {
+                "vehicle": "remus100",
+                "start": {"position_m": [0.0, 0.0], "depth_m": 0.0 if name == "gps" else 3.0, "heading_deg": 40.0},
+                "control": "depth_heading",
+                "command": [0.0 if name == "gps" else 4.0, 0.9, 700.0],
+                "sensors": {
+                    "it": {"type": name, "rate_hz": 10, "position_m": [0.3, 0.0, 0.3], **SMALL.get(name, {})},
+                },
+            }
+        },
+    }
+
+
+def readings(sim: pl.Simulation, count: int = 4) -> list[pl.Reading]:
+    found, obs = [], sim.reset()
+    for _ in range(20 * count):
+        found += [obs["auv0"]["it"]] if "it" in obs["auv0"] else []
+        obs = sim.step()
+    return found
+
+
+@pytest.fixture(scope="module", params=NAMES)
+def sensor(request) -> tuple[str, pl.Simulation, list[pl.Reading]]:
+    sim = pl.Simulation.load(scenario(request.param), n=3)
+    return request.param, sim, readings(sim)
+
+
+def test_readings_have_a_fleet_axis_a_time_and_a_frame(sensor):
+    _, sim, found = sensor
+    assert len(found) == 4
+    for k, reading in enumerate(found):
+        assert reading.t_ns == k * 100_000_000
+        assert reading.frame == "auv0/it"
+        assert reading.valid.shape == (3,)
+        assert len(reading.data) == len(reading.truth) == 3
+        for name, values in reading.extras.items():
+            assert isinstance(values, np.ndarray), name
+    assert sim.n == 3
+
+
+def test_copies_alone_in_a_fleet_and_repeated_are_the_same_bytes(sensor):
+    name, _, found = sensor
+    again = readings(pl.Simulation.load(scenario(name), n=3))
+    alone = readings(pl.Simulation.load(scenario(name), environment=2))
+    for reading, repeat, single in zip(found, again, alone, strict=True):
+        assert reading.data.tobytes() == repeat.data.tobytes()
+        assert reading.data[2].tobytes() == single.data[0].tobytes()
+        assert reading.truth[2].tobytes() == single.truth[0].tobytes()
+        for extra in reading.extras:
+            assert extra in single.extras
+
+
+def test_truth_does_not_depend_on_the_seed(sensor):
+    name, _, found = sensor
+    other = readings(pl.Simulation.load(scenario(name), n=3, seed=12))
+    for reading, another in zip(found, other, strict=True):
+        assert np.array_equal(reading.truth, another.truth, equal_nan=reading.truth.dtype.kind == "f")
+
+
+def test_it_says_what_it_is(sensor):
+    name, _, _ = sensor
+    cls = registry.find("sensor", name).load()
+    assert cls.TITLE
+    assert "\n" not in cls.TITLE
+    assert bool(cls.SOURCES) != (name in NOTHING_TO_CITE)
+    assert all(isinstance(s, str) and s for s in cls.SOURCES)
+    assert len(inspect.getmodule(cls).__doc__ or "") > 60  # what it is, and what a reading holds
+    assert issubclass(cls.Config, SensorConfig)
+    for field, info in cls.Config.model_fields.items():
+        assert info.description or field == "type", f"{name}.{field} has no docstring"
+
+
+def test_it_has_messages_of_its_own(sensor):
+    name, sim, found = sensor
+    config = sim.model.agents["auv0"].sensors["it"].config
+    encoding = encoder(config, Site("auv0/it", 45.0, 12.0))
+    data = encoding.encode(found[-1], 0)
+    assert data
+    assert any(part is not None for part in data), name
+
+
+def test_ray_sensors_explain_themselves(sensor):
+    name, sim, _ = sensor
+    model = sim.model.agents["auv0"].sensors["it"]
+    if not model.sees:
+        return
+    assert "explain" in dict(inspect.getmembers(type(model.sensor))), name

@@ -1,0 +1,56 @@
+"""What every vehicle of the catalogue must do, checked the day it is added."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import pelagos as pl
+from pelagos.vehicles.load import catalogue_names
+
+NAMES = sorted(catalogue_names())
+
+
+@pytest.fixture(params=NAMES)
+def vehicle(request) -> pl.Vehicle:
+    return pl.Vehicle.from_catalogue(request.param)
+
+
+def test_mass_matrix_is_symmetric_and_positive_definite(vehicle):
+    m = vehicle.config.body.mass_matrix
+    assert np.allclose(m, m.T, atol=1e-9 * np.abs(m).max())
+    assert np.linalg.eigvalsh((m + m.T) / 2).min() > 0
+
+
+def test_hull_is_sound(vehicle):
+    hull = vehicle.hull
+    assert hull.faces.max() < len(hull.vertices)
+    assert np.isfinite(hull.vertices).all()
+    assert int(np.max(hull.face_materials)) < len(vehicle.materials)
+    assert np.linalg.norm(hull.vertices, axis=1).max() <= vehicle.bounding_radius_m + 1e-9
+    starts, vectors = vehicle.probes
+    assert len(starts) == len(vectors) >= 8
+    assert (np.linalg.norm(vectors, axis=1) > 1e-3).all()
+
+
+def test_every_mode_runs_for_a_fleet_and_equals_a_fleet_of_one(vehicle):
+    for mode in vehicle.modes:
+        scenario = {
+            "world": {"type": "flat", "depth_m": 60.0},
+            "agents": {
+                "it": {
+                    "vehicle": vehicle.name,
+                    "control": mode,
+                    "start": {
+                        "position_m": [0.0, 0.0],
+                        "depth_m": 0.0 if "surface" in vehicle.config.title.lower() else 5.0,
+                    },
+                }
+            },
+        }
+        fleet, alone = pl.Simulation.load(scenario, n=3), pl.Simulation.load(scenario)
+        fleet.run(0.5)
+        alone.run(0.5)
+        assert np.isfinite(fleet.state["it"].position).all(), mode
+        assert fleet.state["it"].position[1].tobytes() == alone.state["it"].position[0].tobytes(), mode
+        assert fleet.state["it"].velocity[2].tobytes() == alone.state["it"].velocity[0].tobytes(), mode
