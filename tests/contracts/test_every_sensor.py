@@ -98,7 +98,7 @@ def test_it_says_what_it_is(sensor):
     assert "\n" not in cls.TITLE
     assert bool(cls.SOURCES) != (name in NOTHING_TO_CITE)
     assert all(isinstance(s, str) and s for s in cls.SOURCES)
-    assert len(inspect.getmodule(cls).__doc__ or "") > 60  # what it is, and what a reading holds
+    assert len(f"{inspect.getmodule(cls).__doc__}{cls.__doc__}") > 100  # what it is, and what a reading holds
     assert issubclass(cls.Config, SensorConfig)
     for field, info in cls.Config.model_fields.items():
         assert info.description or field == "type", f"{name}.{field} has no docstring"

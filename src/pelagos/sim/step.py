@@ -334,4 +334,5 @@ def _idle(agent: AgentModel, mode: str, state: AgentState) -> NDArray[np.float64
     idle = {"depth": state.depth, "heading": -state.euler[:, 2], "yaw": state.euler[:, 2]}
     idle |= {axis: state.position[:, i] for i, axis in enumerate("xyz")}
     n = len(state.position)
-    return np.stack([idle.get(name, np.zeros(n)) for name in agent.vehicle.command_names(mode)], axis=-1)
+    columns = [idle.get(name, np.zeros(n)) for name in agent.vehicle.command_names(mode)]
+    return np.stack(columns, axis=-1) if columns else np.empty((n, 0))
