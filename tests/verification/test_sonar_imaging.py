@@ -14,7 +14,8 @@ from sonar_scenes import LAMBERT_DB, PLAIN, at, box, context, plane, sphere, sti
 
 from pelagos.acoustics.beam_pattern import line_length, line_np
 from pelagos.sensors.fan_view import fan_image
-from pelagos.sensors.imaging_sonar import ImagingSonar, ImagingSonarConfig, fan_rays
+from pelagos.sensors.imaging_sonar import ImagingSonar, ImagingSonarConfig
+from pelagos.sensors.sector import fan_rays
 from pelagos.world.material import MATERIALS
 
 QUIET = {"self_noise_db": -200.0, "source_level_db": 300.0, "wind_speed_mps": 0.0}

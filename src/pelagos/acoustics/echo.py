@@ -18,6 +18,7 @@ import drjit as dr
 
 from pelagos import jit
 from pelagos.acoustics.speckle import facet_amplitude, facet_hash
+from pelagos.acoustics.target_tag import tag
 from pelagos.jit import Array
 
 AMPLITUDE_STEPS: Final = 2.0**20  # per unit amplitude; units are chosen so that a sea bed's echo is about 0.01 to 1
@@ -38,7 +39,7 @@ class Patches:
         energy: `Float`, echo intensity of the whole strip before range losses' gain, in the sonar's unit.
         slide: `Array3f`, way along the surface per metre of range, in the world frame [1].
         direction: `Array3f`, ray direction, world frame.
-        instance: `UInt32`.
+        label, instance: `UInt32`.
         row: `UInt32`, first bin of the (lane, beam) that the patch belongs to.
     """
 
@@ -49,6 +50,7 @@ class Patches:
     energy: Array
     slide: Array
     direction: Array
+    label: Array
     instance: Array
     row: Array
 
@@ -105,7 +107,8 @@ def accumulate(
     facet: Array,
     seed: Array,
     decay: int,
-) -> tuple[Array, Array, Array]:
+    tags: bool = False,
+) -> tuple[Array, Array, Array, Array | None]:
     """Sum the echoes of all patches into range bins.
 
     Args:
@@ -118,9 +121,11 @@ def accumulate(
         facet: edge of the lattice of facets [m].
         seed: `UInt32` of the roughness.
         decay: exponent p of the strip's energy density, r^-p.
+        tags: also find the strongest echo of each cell.
 
     Returns:
-        real and imaginary amplitude, and energy without interference, `Float` `(cells,)` each.
+        real and imaginary amplitude, and energy without interference, `Float` `(cells,)` each; with `tags` the largest
+        `tag` of each cell.
     """
     lattice = origin * (1.0 / jit.Float64(facet))
     whole = dr.floor(lattice)
@@ -140,6 +145,7 @@ def accumulate(
 
     signal = dr.zeros(jit.UInt64, cells)
     energy = dr.zeros(jit.UInt64, cells)
+    strongest = dr.zeros(jit.UInt64, cells) if tags else None
 
     def more(b: Array) -> Array:
         return inside & (b <= last)
@@ -161,11 +167,21 @@ def accumulate(
         word64 = (jit.UInt64(jit.Int64(real)) << 32) + jit.UInt64(jit.Int64(imaginary))
         index = patches.row + jit.UInt32(b)
         dr.scatter_add(signal, word64, index, inside, mode=dr.ReduceMode.Direct)
-        dr.scatter_add(energy, jit.UInt64(dr.minimum(power, _LARGEST_ENERGY) * ENERGY_STEPS), index, inside, mode=dr.ReduceMode.Direct)
+        dr.scatter_add(
+            energy,
+            jit.UInt64(dr.minimum(power, _LARGEST_ENERGY) * ENERGY_STEPS),
+            index,
+            inside,
+            mode=dr.ReduceMode.Direct,
+        )
+        if tags:
+            found = tag(power, patches.label, patches.instance)
+            dr.scatter_reduce(dr.ReduceOp.Max, strongest, found, index, inside & (power > 0.0))
         return (b + 1,)
 
     dr.while_loop((first,), more, add, mode="symbolic", labels=("bin",))
     low_half = jit.Int32(jit.UInt32(signal & 0xFFFFFFFF))
     high_half = jit.Int32(jit.UInt32((signal - jit.UInt64(jit.Int64(low_half))) >> 32))
     scale = 1.0 / AMPLITUDE_STEPS
-    return jit.Float(high_half) * scale, jit.Float(low_half) * scale, jit.Float(energy) * (1.0 / ENERGY_STEPS)
+    mean = jit.Float(energy) * (1.0 / ENERGY_STEPS)
+    return jit.Float(high_half) * scale, jit.Float(low_half) * scale, mean, strongest

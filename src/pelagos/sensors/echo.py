@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from pelagos import jit
 from pelagos.acoustics.absorption import absorption, check_frequency
 from pelagos.acoustics.echo import Patches, strip_span
+from pelagos.acoustics.refraction import bend
 from pelagos.acoustics.spreading import patch_intensity
 from pelagos.jit import Array
 from pelagos.math.so3 import rotate
@@ -35,6 +36,8 @@ _SURFACE_BUBBLES_DB: Final = (
 )  # Lambert strength of a wind-roughened surface with bubbles: TR 9407 Sec. II, figures
 _PATCHINESS_DB: Final = 5.0  # amplitude of the noise field, whose rms is 0.3
 _PATCH_SCALE: Final = 1.6  # [m]
+_GRADIENT_STEP: Final = 2.0  # [m], half the height over which the sound speed's gradient is taken
+_CHORDS: Final = 4  # straight pieces of a bent ray
 _LEAST_SINE: Final = 0.01  # grazing angle below which patches are cut off (0.6 deg)
 
 
@@ -62,10 +65,17 @@ class Fan:
 
 @dataclass
 class Medium:
-    """Water at the sonar, one lane a copy and tick: sound speed [m/s] and absorption [dB/m], `Float` each."""
+    """Water at the sonar, one lane a copy and tick, `Float` each: a Dr.Jit struct.
+
+    Attributes:
+        sound_speed: c [m/s].
+        absorption: [dB/m].
+        curvature: c'/c with c' = dc/dz, z up [1/m]: what bends rays.
+    """
 
     sound_speed: Array
     absorption: Array
+    curvature: Array
 
 
 @dataclass
@@ -97,7 +107,10 @@ def medium_of(frequency_hz: float, ph: float) -> Callable[[Ocean, Array, Array],
         depth = dr.maximum(-position[2], 0.0)
         temperature, salinity = ocean.temperature(position, t), ocean.salinity(position, t)
         loss = absorption(jit.Float64(frequency_hz), temperature, salinity, depth, ph)
-        return Medium(jit.Float(ocean.sound_speed(position, t)), jit.Float(loss))
+        up = jit.Array3f64(0.0, 0.0, _GRADIENT_STEP)
+        speed = ocean.sound_speed(position, t)
+        gradient = (ocean.sound_speed(position + up, t) - ocean.sound_speed(position - up, t)) / (2.0 * _GRADIENT_STEP)
+        return Medium(jit.Float(speed), jit.Float(loss), jit.Float(gradient / speed))
 
     return medium
 
@@ -150,6 +163,7 @@ def look(
     *,
     max_range: float,
     smooth: bool = True,
+    bent: bool = False,
 ) -> View:
     """Cast a sonar's fan on every lane.
 
@@ -160,6 +174,8 @@ def look(
         surfaces: names the row of the sea surface.
         max_range: [m].
         smooth: interpolate normals.
+        bent: follow the gradient of the sound speed; `hits.t` is then the range that the echo's time means at the
+            sonar's sound speed, and `direction` that of arrival at the surface.
     """
     rays = dr.width(fan.beam)
     index = dr.arange(jit.UInt32, rays * dr.width(lanes.position))
@@ -171,9 +187,39 @@ def look(
     aside = rotate(q, dr.gather(jit.Array3f, fan.aside, ray))
     own_row = dr.gather(jit.UInt32, lanes.own, lane)
     shot = Rays(origin, direction, jit.Float(max_range), dr.gather(jit.UInt32, lanes.copy, lane), own_row)
-    hits = with_sea_surface(cast(static, moving, tables, shot, smooth=smooth), shot, surfaces.sea_row)
+    if bent:
+        curvature = dr.gather(jit.Float, lanes.medium.curvature, lane)
+        hits, direction = cast_bent(static, moving, tables, shot, surfaces.sea_row, curvature, max_range, smooth=smooth)
+    else:
+        hits = with_sea_surface(cast(static, moving, tables, shot, smooth=smooth), shot, surfaces.sea_row)
     sine = dr.abs(dr.dot(hits.shading_normal, direction))
     return View(lane, ray, origin, direction, along, aside, hits, sine)
+
+
+def cast_bent(
+    static: Any, moving: Any, tables: Tables, rays: Rays, sea_row: Array, curvature: Array, max_range: float, *,
+    smooth: bool,
+) -> tuple[Hits, Array]:  # fmt: skip
+    """Cast rays that bend, as a few chords of their arcs; hits, and the direction of the chord that hit."""
+    piece = max_range / _CHORDS
+    origin, direction = rays.origin, bend(rays.direction, curvature, jit.Float(0.5 * piece))
+    found: Hits | None = None
+    final, travelled, rise = direction, jit.Float(0), jit.Float(0)
+    for k in range(_CHORDS):
+        active = jit.Bool(True) if found is None else ~found.valid
+        shot = Rays(origin, direction, dr.select(active, jit.Float(piece), 0.0), rays.copy, rays.own)
+        hits = with_sea_surface(cast(static, moving, tables, shot, smooth=smooth), shot, sea_row)
+        hits.t += travelled
+        rise = dr.select(active, jit.Float(origin.z - rays.origin.z), rise)
+        final = dr.select(active, direction, final)
+        found = hits if found is None else dr.select(active, hits, found)
+        origin = origin + jit.Array3f64(direction) * piece
+        travelled += piece
+        direction = bend(direction, curvature, jit.Float(piece if k < _CHORDS - 1 else 0.0))
+    assert found is not None
+    slower = 1.0 + 0.5 * curvature * (rise + 0.5 * piece * final.z)  # mean speed of the path over that at the sonar
+    found.t = found.t / slower
+    return found, final
 
 
 def with_sea_surface(hits: Hits, rays: Rays, row: Array) -> Hits:
@@ -238,6 +284,7 @@ def patches_of(
         energy=dr.select(hits.valid, energy, 0.0),
         slide=slide,
         direction=view.direction,
+        label=hits.label,
         instance=hits.instance,
         row=(view.lane * beams + dr.gather(jit.UInt32, fan.beam, view.ray)) * bins,
     )

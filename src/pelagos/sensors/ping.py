@@ -1,0 +1,140 @@
+"""What sonars that give intensities by range have in common: their pulse, bins, levels, gain and output."""
+
+from __future__ import annotations
+
+from typing import Literal, Self
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import BaseModel, ConfigDict, Field, model_validator
+
+from pelagos.acoustics.noise import ambient_level, band_level, directivity_index
+from pelagos.acoustics.pulse import processing_gain_db
+from pelagos.acoustics.spreading import from_db, to_db
+from pelagos.sensors.sensor import SensorConfig
+
+
+class PaintedNoise(BaseModel):
+    """Noise painted onto a finished image, as HoloOcean's sonars have it; for comparison only.
+
+    The intensity I becomes I (1 + N(0, multiplicative)) + Rayleigh(additive), in parts of `additive_reference_db`.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid", use_attribute_docstrings=True)
+
+    additive: float = Field(default=0.0, ge=0)
+    """Scale of the Rayleigh noise that is added to every cell."""
+    additive_reference_db: float = -20.0
+    """Level that `additive` is relative to [dB]."""
+    multiplicative: float = Field(default=0.0, ge=0)
+    """Standard deviation of the factor on every cell."""
+
+
+class Interference(BaseModel):
+    """Another sonar in the same water, heard through its direct pulse; it pings by its own clock."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", use_attribute_docstrings=True)
+
+    rate_hz: float = Field(gt=0)
+    """Its pings per second [Hz]."""
+    azimuth_deg: float = 0.0
+    """Where it is, in the sensor frame, positive to the left [deg]."""
+    distance_m: float = Field(default=50.0, gt=0)
+    """How far away it is [m]."""
+    source_level_db: float = 190.0
+    """Its source level in this sonar's band and direction [dB re 1 uPa at 1 m]."""
+    pulse_s: float = Field(default=1e-3, gt=0)
+    """Duration of its pulse behind this sonar's filter [s]."""
+
+
+class PingConfig(SensorConfig):
+    """Keys of every sonar that gives intensities by range."""
+
+    bins: int = Field(default=512, ge=8, le=65536)
+    """Range bins."""
+    range_min_m: float = Field(default=0.5, gt=0)
+    """Near edge of the first bin [m]."""
+    range_max_m: float = Field(default=60.0, gt=0, le=12000)
+    """Far edge of the last bin [m]."""
+    frequency_hz: float = Field(default=750e3, gt=0)
+    """Centre frequency [Hz]."""
+    bandwidth_hz: float = Field(default=30e3, gt=0)
+    """Bandwidth of the pulse [Hz]; the range resolution is c/2B."""
+    pulse_s: float = Field(default=0.5e-3, gt=0)
+    """Duration of the pulse [s]; with the bandwidth it gives the gain of the matched filter."""
+    source_level_db: float = Field(default=205.0)
+    """Source level [dB re 1 uPa at 1 m]."""  # assumed
+    self_noise_db: float = Field(default=55.0)
+    """Spectral level of the receiver's own noise [dB re 1 uPa^2/Hz]."""  # assumed
+    wind_speed_mps: float = Field(default=5.0, ge=0)
+    """Wind for ambient noise and the sea surface [m/s]."""
+    ph: float = Field(default=8.1, gt=7, lt=9)
+    """Acidity of the water, for absorption."""
+    tvg_db: float = Field(default=30.0, ge=0, le=60)
+    """Spreading k of the gain k log10(r) + 2 a r: 30 keeps a bottom level, 40 point targets."""
+    scale: Literal["unit", "db", "linear"] = "unit"
+    """What `data` and `truth` are: decibels mapped to 0 .. 1, decibels, or linear intensity."""
+    floor_db: float = Field(default=-50.0)
+    """Level that `scale: unit` maps to 0 [dB]."""
+    dynamic_range_db: float = Field(default=45.0, gt=0)
+    """Decibels that `scale: unit` maps to 0 .. 1."""
+    roughness_seed: int = Field(default=0, ge=0, lt=2**32)
+    """Which realisation of the roughness of all surfaces the sonar sees."""
+    iq: bool = False
+    """Also give the complex signal, before gain."""
+    labels: bool = False
+    """Also give label and instance of the strongest echo in each cell."""
+    doppler: bool = True
+    """Ranges shift with the motion between transmission and reception: r (1 - v/c), v the closing speed."""
+    multipath: Literal["none", "surface", "surface_and_bottom"] = "none"
+    """Echoes by one bounce at the mean sea surface, and at the bottom and all other surfaces."""
+    surface_loss_db: float = Field(default=3.0, ge=0)
+    """Loss of a bounce at the sea surface [dB]."""  # assumed; TR 9407 Section II has 0.5 to 6.5 dB at 20 kHz
+    bottom_loss_db: float = Field(default=6.0, ge=0)
+    """Loss by roughness of a bounce at any other surface, beyond that of its material [dB]."""  # assumed
+    refraction: bool = False
+    """Bend rays by the gradient of the sound speed at the sonar."""
+    interference: Interference | None = None
+    """Another sonar that is heard."""
+    painted_noise: PaintedNoise | None = None
+    """Noise as in HoloOcean, on top of what the physics gives."""
+
+    @model_validator(mode="after")
+    def _consistent(self) -> Self:
+        if self.range_min_m >= self.range_max_m:
+            raise ValueError(f"range_min_m {self.range_min_m:g} must be below range_max_m {self.range_max_m:g}")
+        if self.bandwidth_hz >= 2 * self.frequency_hz:
+            raise ValueError(
+                f"bandwidth_hz {self.bandwidth_hz:g} must be below twice frequency_hz {self.frequency_hz:g}"
+            )
+        turn_around = 2 * self.range_max_m / 1400.0
+        if turn_around * self.rate_hz > 1.0:
+            raise ValueError(
+                f"range_max_m {self.range_max_m:g} is ambiguous at {self.rate_hz:g} pings a second: the echo needs "
+                f"{turn_around:.3g} s; at most {700.0 / self.rate_hz:.4g} m, or {1 / turn_around:.3g} Hz"
+            )
+        return self
+
+    @property
+    def bin_width_m(self) -> float:
+        """Width of a range bin [m]."""
+        return (self.range_max_m - self.range_min_m) / self.bins
+
+    @property
+    def ranges(self) -> NDArray[np.float32]:
+        """Middle of each range bin `(bins,)` [m]."""
+        return (self.range_min_m + (np.arange(self.bins) + 0.5) * self.bin_width_m).astype(np.float32)
+
+    @property
+    def longest_strip_m(self) -> float:
+        """How far a ray's patch of surface may reach in range [m]."""
+        return 0.125 * self.range_max_m
+
+
+def noise_power(config: PingConfig, horizontal_width: float, vertical_width: float) -> float:
+    """Noise intensity behind matched filter and beamformer re the source level at 1 m; widths [rad]."""
+    ambient = ambient_level(config.frequency_hz, config.wind_speed_mps)
+    spectral = float(to_db(from_db(ambient) + from_db(config.self_noise_db)))
+    gain = processing_gain_db(config.bandwidth_hz, config.pulse_s)
+    gain += max(directivity_index(horizontal_width, vertical_width), 0.0)
+    return float(from_db(band_level(spectral, config.bandwidth_hz) - gain - config.source_level_db))

@@ -1,0 +1,109 @@
+"""Synthetic aperture sonar: coherent raw pings along the track, to be focused afterwards."""
+
+from __future__ import annotations
+
+import math
+from typing import Any, ClassVar, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import Field
+
+from pelagos.acoustics.beam_pattern import line_length, line_np
+from pelagos.sensors.mount import sensor_pose
+from pelagos.sensors.ping import PingConfig
+from pelagos.sensors.pinger import Layout, Pinger
+from pelagos.sensors.sensor import Kinematics, Measurement, SensorConfig, SensorContext
+
+
+class SyntheticApertureSonarConfig(PingConfig):
+    """A one-sided synthetic aperture sonar that looks along +y of its frame (roll 180 deg to look to starboard)."""
+
+    type: Literal["synthetic_aperture_sonar"] = "synthetic_aperture_sonar"
+    rate_hz: float = Field(default=10.0, gt=0)
+    """Pings per second [Hz]; two successive pings should lie less than half an element apart."""
+    bins: int = Field(default=1024, ge=8, le=65536)
+    """Range bins."""
+    range_min_m: float = Field(default=5.0, gt=0)
+    """Near edge of the first bin [m]."""
+    range_max_m: float = Field(default=40.0, gt=0, le=12000)
+    """Far edge of the last bin [m]."""
+    frequency_hz: float = Field(default=120e3, gt=0)
+    """Centre frequency [Hz]."""
+    bandwidth_hz: float = Field(default=30e3, gt=0)
+    """Bandwidth of the pulse [Hz]."""
+    beamwidth_deg: float = Field(default=15.0, gt=0, le=60)
+    """Half-power width of the element along the track [deg], one way."""
+    vertical_beamwidth_deg: float = Field(default=40.0, gt=0, le=90)
+    """Half-power width across the track [deg], one way."""
+    depression_deg: float = Field(default=25.0, ge=0, le=90)
+    """Angle of the axis below the horizon [deg]."""
+    facet_m: float = Field(default=0.05, gt=0)
+    """Edge of the lattice of scatterers [m]: about the resolution that is wanted along the track."""
+    rays: int = Field(default=16384, ge=64, le=1_000_000)
+    """Rays in the beam: enough to see most scatterers in every ping."""
+    iq: bool = True
+    """Always given: the complex signal is what this sonar is for."""
+
+
+def beam_rays(config: SyntheticApertureSonarConfig) -> dict[str, NDArray[Any]]:
+    """Rays about +y: a grid of strata, in elevation as many as along the track, to the half-power edges times 1.1."""
+    rows = max(int(math.sqrt(config.rays)), 8)
+    columns = config.rays // rows
+    vertical, along = math.radians(config.vertical_beamwidth_deg), math.radians(config.beamwidth_deg)
+    edges = np.linspace(-1.1 * vertical, 1.1 * vertical, rows + 1) - math.radians(config.depression_deg)
+    edges = np.maximum(edges, -math.pi / 2 + 1e-3)
+    row, column = (a.ravel() for a in np.meshgrid(np.arange(rows), np.arange(columns), indexing="ij"))
+    low, high = edges[row], edges[row + 1]
+    place = (0.5 + 0.7548776662466927 * column) % 1.0
+    elevation = low + place * (high - low)
+    step = 2.2 * along / columns
+    azimuth = -1.1 * along + (column + (0.5 + 0.5698402909980532 * row) % 1.0) * step
+    off_axis = elevation + math.radians(config.depression_deg)
+    ce, se, ca, sa = np.cos(elevation), np.sin(elevation), np.cos(azimuth), np.sin(azimuth)
+    pattern = line_np(np.sin(off_axis), line_length(vertical)) ** 4 * line_np(sa, line_length(along)) ** 4
+    return {
+        "direction": np.stack([ce * sa, ce * ca, se], axis=-1),
+        "along": np.stack([-se * sa, -se * ca, ce], axis=-1),
+        "aside": np.zeros((len(row), 3)),
+        "lower": low - elevation,
+        "upper": high - elevation,
+        "weight": step * (np.sin(high) - np.sin(low)) * pattern,
+        "beam": np.zeros(len(row), dtype=np.uint32),
+    }
+
+
+class SyntheticApertureSonar:
+    """A synthetic aperture sonar.
+
+    data: `(m, bins)` complex64, baseband signal with noise, before gain, re the source level at 1 m. A scatterer at the
+        distance r has the phase -4 pi f r/c.
+    truth: `(m, bins)` float32, mean intensity after time-varied gain, in the unit that `scale` says.
+    extras: `position` `(m, 3)`, of the sonar in the world [m], what a navigator would give the focusing.
+    tables: `range` `(bins,)` [m], middle of each bin.
+    """
+
+    TITLE: ClassVar[str] = "synthetic aperture sonar: coherent raw data along the track"
+    Config: ClassVar[type[SensorConfig]] = SyntheticApertureSonarConfig
+    SOURCES: ClassVar[tuple[str, ...]] = (
+        "R. E. Hansen, Introduction to Synthetic Aperture Sonar, in Sonar Systems (2011), doi 10.5772/23122",
+        "APL-UW TR 9407 (1994), Section IV: bottom backscatter",
+    )
+
+    def __init__(self, config: SyntheticApertureSonarConfig, context: SensorContext) -> None:
+        self.config = config.model_copy(update={"iq": True})
+        along, vertical = math.radians(config.beamwidth_deg), math.radians(config.vertical_beamwidth_deg)
+        shape = Layout(1, along, along, vertical, np.zeros(1), facet=config.facet_m)
+        self._pinger = Pinger(self.config, context, beam_rays(config), shape)
+        self.tables = {"range": config.ranges}
+
+    def sense(self, motion: Kinematics) -> Measurement:
+        """Ping on every lane."""
+        _, truth, extras = self._pinger.ping(motion)
+        position, _ = sensor_pose(motion, self.config)
+        out = {k: v[:, 0] for k, v in extras.items() if k != "iq"} | {"position": np.array(position).T}
+        return Measurement(extras["iq"][:, 0], truth[:, 0], None, out, self.tables)
+
+    def explain(self, motion: Kinematics) -> list[tuple[str, NDArray[Any], str]]:
+        """One ping, not frozen, with its intermediate arrays: (name, values, unit)."""
+        return self._pinger.explain(motion)
