@@ -17,7 +17,7 @@ from pelagos.config.loader import check, load_scenario, to_json, to_yaml
 from pelagos.config.path import ScenarioPath
 from pelagos.config.scenario import Scenario, divides, rate_text
 from pelagos.config.strict import Strict
-from pelagos.errors import ScenarioError
+from pelagos.errors import InputError, ScenarioError
 from pelagos.sensors.sensor import SensorConfig
 
 
@@ -324,14 +324,15 @@ BAD_CHANGES = [
     ("duration_s.x=4", "duration_s is a value (100.0) and has no key 'x'"),
     ("duration_s", "give a change as key.path=value"),
     ("=4", "give a change as key.path=value"),
-    ("agents.auv1.start.depth_m=4", "--set agents.auv1.start.depth_m=4: required key 'vehicle' is missing"),
+    ("agents.auv1.start.depth_m=4", "--set agents.auv1.start.depth_m=4: unknown agent 'auv1' (did you mean 'auv0'?)"),
+    ("agents.auv0.sensors.ecko.rate_hz=4", "unknown sensor 'ecko' (did you mean 'echo'?); known: echo"),
     ("agents.auv0.sensors.echo.rate_hz=3", "--set agents.auv0.sensors.echo.rate_hz=3: 3 Hz does not divide"),
 ]  # fmt: skip
 
 
 @pytest.mark.parametrize(("change", "message"), BAD_CHANGES)
 def test_bad_changes(change: str, message: str) -> None:
-    with pytest.raises(ScenarioError) as caught:
+    with pytest.raises(InputError) as caught:
         load(GOOD, change)
     assert message in str(caught.value)
 

@@ -24,4 +24,7 @@ def recover_file(path: Path) -> None:
     messages = sum(recording.count(topic) for topic in recording.channels)
     last_s = max((m.t_ns for m in recording.messages()), default=0) * 1e-9
     state = "was whole already" if mended.stat().st_size == before else "has its index again"
-    out.print(f"{shown(mended)} {state}: {messages} messages of {len(recording.channels)} topics, up to {last_s:.2f} s")
+    out.print(
+        f"{shown(mended)} {state}: {messages} messages of {len(recording.channels)} topics, up to {last_s:.2f} s",
+        markup=False,
+    )

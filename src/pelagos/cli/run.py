@@ -51,9 +51,9 @@ def run_scenario(path: Path, changes: Sequence[str], options: Options) -> int:
     _say(result, options)
     if options.report:
         _report(folder, recording, sim, result)
-    out.print(f"results: {shown(folder)}")
+    out.print(f"results: {shown(folder)}", markup=False)
     for file in sorted({*folder.iterdir(), recording}):
-        out.print(f"  {shown(file)}")
+        out.print(f"  {shown(file)}", markup=False)
     return 130 if result.ended == "interrupt" else 0
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from pelagos.config.document import Document, parse_document, plain
-from pelagos.errors import ScenarioError
+from pelagos.errors import LookupFailed, ScenarioError
 
 
 def change(document: Document, text: str) -> Document:
@@ -44,6 +44,7 @@ def with_value(document: Document, dotted: str, value: Any, *, place: str) -> Do
         key = _key(holder, part, keys, place)
         if isinstance(holder, dict):
             if holder.get(key) is None:
+                _refuse_new_name(holder, str(key), keys, place)
                 holder[key] = {}
                 places[*keys, key] = place
             elif key == "vehicle" and isinstance(holder[key], str):
@@ -55,6 +56,13 @@ def with_value(document: Document, dotted: str, value: Any, *, place: str) -> Do
     path = tuple(keys)
     kept = {at: line for at, line in places.items() if at[: len(path)] != path}
     return Document(data, {**kept, path: place}, document.folder)
+
+
+def _refuse_new_name(holder: dict[Any, Any], name: str, keys: list[str | int], place: str) -> None:
+    """A single value makes no new agent or sensor: its name is probably misspelt."""
+    for kind, inside in (("agent", len(keys) == 1 and keys[0] == "agents"), ("sensor", keys[2:] == ["sensors"])):
+        if inside:
+            raise LookupFailed(kind, name, map(str, holder), where=place)
 
 
 def _key(holder: Any, part: str, keys: list[str | int], place: str) -> str | int:
