@@ -10,7 +10,7 @@ from __future__ import annotations
 import os
 import struct
 import zlib
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from io import BytesIO
 from pathlib import Path
@@ -279,8 +279,13 @@ class RawRecord(NamedTuple):
     start: int = 0
 
 
-def read_records(file: BinaryIO, *, size: int) -> Iterator[RawRecord]:
+def read_records(file: BinaryIO, *, size: int, whole_chunks: bool = False) -> Iterator[RawRecord]:
     """All complete records outside and inside chunks, in order; ends quietly where the file was cut off.
+
+    Args:
+        file: open for reading, at its start.
+        size: of the file.
+        whole_chunks: give every chunk as one record, unpacked, instead of what is in it.
 
     Raises:
         RecordingError: the file is no MCAP file.
@@ -299,7 +304,10 @@ def read_records(file: BinaryIO, *, size: int) -> Iterator[RawRecord]:
             raw = _chunk_data(payload, file.name)
             if raw is None:
                 return
-            yield from _inner_records(raw, begin)
+            if whole_chunks:
+                yield RawRecord(opcode, raw, begin)
+            else:
+                yield from _inner_records(raw, begin)
         else:
             yield RawRecord(opcode, payload)
             if opcode == Opcode.FOOTER:
@@ -342,6 +350,30 @@ def read_chunk(file: BinaryIO, begin: int) -> memoryview:
     raw = _chunk_data(memoryview(file.read(length)), file.name)
     assert raw is not None, "a chunk that was read before"
     return raw
+
+
+def scan_chunk(
+    raw: bytes, on_message: Callable[[int, int, int, int], None], on_record: Callable[[RawRecord], None]
+) -> None:
+    """Walk through an unpacked chunk quickly.
+
+    Args:
+        raw: the chunk's records.
+        on_message: called with channel, log time [ns], and where in `raw` the message's data begins and ends.
+        on_record: called with every other record.
+    """
+    at, size, unpack = 0, len(raw), _MESSAGE.unpack_from
+    while at + _RECORD.size <= size:
+        opcode = raw[at]
+        if opcode == Opcode.MESSAGE:
+            _, length, channel, _, t_ns, _ = unpack(raw, at)
+            end = at + _RECORD.size + length
+            on_message(channel, t_ns, at + _MESSAGE.size, end)
+        else:
+            _, length = _RECORD.unpack_from(raw, at)
+            end = at + _RECORD.size + length
+            on_record(RawRecord(opcode, memoryview(raw)[at + _RECORD.size : end]))
+        at = end
 
 
 def _inner_records(raw: memoryview, chunk: int) -> Iterator[RawRecord]:

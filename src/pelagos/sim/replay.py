@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final, NamedTuple
@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from pelagos.errors import LookupFailed, RecordingError
 from pelagos.messages.store import Message, deserialize
 from pelagos.messages.template import Template
-from pelagos.sim.mcap_file import McapWriter, message_parts, parse, read_chunk, read_records
+from pelagos.sim.mcap_file import McapWriter, RawRecord, message_parts, parse, read_chunk, read_records, scan_chunk
 
 KEEP_BYTES: Final = 16384  # messages up to this size stay in memory
 _NUMPY: Final = {"d": "<f8", "f": "<f4", "i": "<i4", "I": "<u4", "H": "<u2", "B": "u1", "b": "i1"}
@@ -143,36 +143,59 @@ class Recording:
         return self.channels[topic]
 
     def _load(self, wanted: set[str] | None) -> None:
-        schemas: dict[int, str] = {}
         lists: dict[int, list[tuple[int, bytes | _Place]]] = {}
+        schemas: dict[int, str] = {}
+
+        def declare(record: RawRecord) -> None:
+            self._declare(record, wanted, schemas, lists)
+
         try:
             with self.path.open("rb") as file:
-                for record in read_records(file, size=os.fstat(file.fileno()).st_size):
-                    if record.opcode == Opcode.MESSAGE:
-                        number, t_ns, raw = message_parts(record)
-                        if number in lists:
-                            end = record.start + len(record.payload)
-                            kept = bytes(raw) if len(raw) < KEEP_BYTES else _Place(record.chunk, end - len(raw), end)
-                            lists[number].append((t_ns, kept))
-                    elif record.opcode == Opcode.SCHEMA:
-                        found = parse(record)
-                        schemas[found.id] = found.name
-                    elif record.opcode == Opcode.CHANNEL:
-                        found = parse(record)
-                        self.channels.setdefault(
-                            found.topic, Channel(found.topic, schemas[found.schema_id], found.metadata)
-                        )
-                        if wanted is None or found.topic in wanted:
-                            lists.setdefault(found.id, self._messages.setdefault(found.topic, []))
-                    elif record.opcode == Opcode.METADATA:
-                        self.metadata.update(parse(record).metadata)
-                    elif record.opcode == Opcode.ATTACHMENT:
-                        found = parse(record)
-                        self.attachments[found.name] = found.data
-                    elif record.opcode == Opcode.FOOTER:
-                        self.complete = True
+                for record in read_records(file, size=os.fstat(file.fileno()).st_size, whole_chunks=True):
+                    if record.opcode == Opcode.CHUNK:
+                        raw = bytes(record.payload)
+                        scan_chunk(raw, _collector(raw, record.chunk, lists), declare)
+                    else:
+                        declare(record)
         except OSError as error:
             raise RecordingError(f"{self.path}: cannot be read: {error.strerror}") from None
+
+    def _declare(
+        self,
+        record: RawRecord,
+        wanted: set[str] | None,
+        schemas: dict[int, str],
+        lists: dict[int, list[tuple[int, bytes | _Place]]],
+    ) -> None:
+        """Take note of a record that is no message."""
+        if record.opcode == Opcode.SCHEMA:
+            found = parse(record)
+            schemas[found.id] = found.name
+        elif record.opcode == Opcode.CHANNEL:
+            found = parse(record)
+            self.channels.setdefault(found.topic, Channel(found.topic, schemas[found.schema_id], found.metadata))
+            if wanted is None or found.topic in wanted:
+                lists.setdefault(found.id, self._messages.setdefault(found.topic, []))
+        elif record.opcode == Opcode.METADATA:
+            self.metadata.update(parse(record).metadata)
+        elif record.opcode == Opcode.ATTACHMENT:
+            found = parse(record)
+            self.attachments[found.name] = found.data
+        elif record.opcode == Opcode.FOOTER:
+            self.complete = True
+
+
+def _collector(
+    raw: bytes, chunk: int, lists: dict[int, list[tuple[int, bytes | _Place]]]
+) -> Callable[[int, int, int, int], None]:
+    """Keeps the messages of a chunk, or their places, by channel."""
+
+    def collect(channel: int, t_ns: int, start: int, end: int) -> None:
+        kept = lists.get(channel)
+        if kept is not None:
+            kept.append((t_ns, raw[start:end] if end - start < KEEP_BYTES else _Place(chunk, start, end)))
+
+    return collect
 
 
 def recover(path: str | Path) -> Path:
