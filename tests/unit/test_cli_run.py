@@ -140,3 +140,29 @@ def test_recover_says_what_is_in_a_recording(small: Path, capsys: pytest.Capture
     assert pl.Recording("cut.mcap").complete
     assert outcome("recover", "out/mission.mcap") == 0
     assert "was whole already" in capsys.readouterr().out
+
+
+BAD_SURVEYS = [
+    ({"path": "missing.nc"}, "missing.nc does not exist"),
+    ({"path": "empty.nc"}, "is empty"),
+    ({"path": "nan.xyz", "crs": "EPSG:4326"}, "holds no values"),
+    ({"path": "matplotlib:topobathy.npz", "centre_deg": [-122.95, 48.835]}, "are latitude and longitude exchanged?"),
+    ({"path": "matplotlib:topobathy.npz", "centre_deg": [10, 10]}, "lies outside the data, which cover latitude 48.0"),
+    ({"path": "matplotlib:topobathy.npz", "centre_deg": [48.835]}, "centre_deg: expected 2 values [deg], not 1"),
+]
+
+
+@pytest.mark.parametrize(("survey", "message"), BAD_SURVEYS)
+def test_surveys_that_cannot_be_used(
+    survey: dict[str, object], message: str, small: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    Path("empty.nc").touch()
+    Path("nan.xyz").write_text("1 2 nan\n2 3 nan\n")
+    if "centre_deg" in survey:
+        survey = {**survey, "size_m": [2000, 2000]}
+    before = sorted(p.name for p in small.parent.iterdir())
+    assert outcome("run", str(small), "--set", f"world={json.dumps({'type': 'bathymetry', **survey})}") == 2
+    captured = capsys.readouterr()
+    assert message in captured.err
+    assert "Traceback" not in captured.err
+    assert sorted(p.name for p in small.parent.iterdir()) == before, "something was written"

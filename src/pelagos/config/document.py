@@ -40,13 +40,13 @@ class Document:
         dotted = ".".join(str(part) for part in path)
         for length in range(len(path), -1, -1):
             if path[:length] in self.places:
-                return join_place(self.places[path[:length]], dotted)
+                return join_place(self.places[path[:length]], dotted, exact=length == len(path))
         return dotted
 
 
-def join_place(place: str, dotted: str) -> str:
-    """ "file:line: key.path"; a change from the command line names its key already."""
-    return place if not dotted or place.startswith(("--set ", "override ")) else f"{place}: {dotted}"
+def join_place(place: str, dotted: str, *, exact: bool) -> str:
+    """ "file:line: key.path"; a change from the command line names its own key already."""
+    return place if not dotted or (exact and place.startswith(("--set ", "override "))) else f"{place}: {dotted}"
 
 
 def read_document(path: Path) -> Document:

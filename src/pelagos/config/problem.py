@@ -10,7 +10,7 @@ from pydantic import BaseModel, ValidationError
 
 from pelagos.config.document import Document, Key
 from pelagos.config.unit import in_unit_of, symbol_of, unit_of
-from pelagos.config.walk import annotation_at, data_path, model_of, value_at
+from pelagos.config.walk import annotation_at, data_path, fixed_length, model_of, value_at
 from pelagos.errors import ScenarioError, did_you_mean
 
 _LIMITS: Final = {
@@ -29,6 +29,9 @@ def scenario_error(error: ValidationError, document: Document, root: type[BaseMo
         if _follows_from_another(line):
             continue
         path = data_path(document.data, line["loc"], missing=line["type"] == "missing")
+        if line["type"] == "missing" and isinstance(path[-1], int):  # of a list of fixed length
+            found[path[:-1]] = [_too_few(path[:-1], document, root)]
+            continue
         texts = found.setdefault(path, [])
         if (text := _text(line, path, document, root)) not in texts:
             texts.append(text)
@@ -106,6 +109,12 @@ def _text(line: Mapping[str, Any], path: Key, document: Document, root: type[Bas
     if kind in ("union_tag_invalid", "union_tag_not_found"):
         return _tag(context, given)
     return f"{line['msg'][:1].lower()}{line['msg'][1:]}".removeprefix("value error, ")
+
+
+def _too_few(path: Key, document: Document, root: type[BaseModel]) -> str:
+    given = value_at(document.data, path)
+    wanted = fixed_length(annotation_at(root, document.data, path))
+    return f"expected {wanted or 'more'} values{symbol_of(_name(path))}, not {len(given)}: {_shown(given)}"
 
 
 def _unknown_key(path: Key, document: Document, root: type[BaseModel]) -> str:

@@ -98,7 +98,7 @@ class Scenario(Strict):
         dotted = ".".join(str(part) for part in path)
         for length in range(len(path), -1, -1):
             if path[:length] in self._places:
-                return join_place(self._places[path[:length]], dotted)
+                return join_place(self._places[path[:length]], dotted, exact=length == len(path))
         return dotted
 
     @field_validator("agents", mode="before")

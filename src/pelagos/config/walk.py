@@ -72,6 +72,18 @@ def model_of(annotation: Any, value: Any) -> type[BaseModel] | None:
     return None
 
 
+def fixed_length(annotation: Any) -> int | None:
+    """How many values a list of this annotation has; None where that is not fixed."""
+    origin, args = get_origin(annotation), get_args(annotation)
+    if origin is tuple and Ellipsis not in args:
+        return len(args)
+    if origin is Annotated:
+        return fixed_length(args[0])
+    if origin in (Union, UnionType):
+        return next((length for choice in args if (length := fixed_length(choice)) is not None), None)
+    return None
+
+
 def _child(annotation: Any, data: Any, part: str | int) -> Any:
     model = model_of(annotation, data)
     if model is not None:
