@@ -23,7 +23,7 @@ from pelagos.messages.encoding import Encoding, Site
 from pelagos.messages.motion import ODOMETRY, TF, TruthEncoder, static_message, static_transform
 from pelagos.messages.store import Message, schema
 from pelagos.sensors.sensor import Measurement, Reading, SensorConfig
-from pelagos.sim.mcap_file import McapWriter
+from pelagos.sim.mcap_writer import McapWriter
 
 CHUNK_NS: Final = 500_000_000  # [ns] of simulated time in one chunk
 CHUNK_WALL_S: Final = 0.5

@@ -15,7 +15,8 @@ from numpy.typing import NDArray
 from pelagos.errors import LookupFailed, RecordingError
 from pelagos.messages.store import Message, deserialize
 from pelagos.messages.template import Template
-from pelagos.sim.mcap_file import McapWriter, RawRecord, message_parts, parse, read_chunk, read_records, scan_chunk
+from pelagos.sim.mcap_reader import RawRecord, message_parts, parse, read_chunk, read_records, scan_chunk
+from pelagos.sim.mcap_writer import McapWriter
 
 KEEP_BYTES: Final = 16384  # messages up to this size stay in memory
 _NUMPY: Final = {"d": "<f8", "f": "<f4", "i": "<i4", "I": "<u4", "H": "<u2", "B": "u1", "b": "i1"}

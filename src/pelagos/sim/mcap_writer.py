@@ -10,29 +10,28 @@ from __future__ import annotations
 import os
 import struct
 import zlib
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
-from io import BytesIO
 from pathlib import Path
-from typing import Any, BinaryIO, Final, NamedTuple
+from typing import Any, Final
 
 import lz4.frame
 import numpy as np
 from mcap import records as mcap
-from mcap.data_stream import ReadDataStream, RecordBuilder
+from mcap.data_stream import RecordBuilder
 from mcap.opcode import Opcode
 from numpy.typing import NDArray
 
 from pelagos.errors import RecordingError
 
 MAGIC: Final = b"\x89MCAP0\r\n"
-_MESSAGE: Final = struct.Struct("<BQHIQQ")  # opcode, length, channel, sequence, log time, publish time
-_MESSAGE_HEAD: Final = 22  # bytes of a message record before its data
+MESSAGE: Final = struct.Struct("<BQHIQQ")  # opcode, length, channel, sequence, log time, publish time
+MESSAGE_HEAD: Final = 22  # bytes of a message record before its data
 _MESSAGE_FIELDS: Final = [
     ("opcode", "u1"), ("length", "<u8"), ("channel", "<u2"), ("sequence", "<u4"), ("log_time", "<u8"),
     ("publish_time", "<u8"),
 ]  # fmt: skip
-_RECORD: Final = struct.Struct("<BQ")
+RECORD: Final = struct.Struct("<BQ")
 CHUNK_BYTES: Final = 4 << 20
 
 
@@ -104,7 +103,7 @@ class McapWriter:
         entries.append(t_ns)
         entries.append(len(buffer))
         sequence = self._summary.counts[channel] = self._summary.counts[channel] + 1
-        buffer += _MESSAGE.pack(Opcode.MESSAGE, _MESSAGE_HEAD + len(data), channel, sequence, t_ns, t_ns)
+        buffer += MESSAGE.pack(Opcode.MESSAGE, MESSAGE_HEAD + len(data), channel, sequence, t_ns, t_ns)
         buffer += data
         if len(buffer) > CHUNK_BYTES:
             self.flush()
@@ -118,7 +117,7 @@ class McapWriter:
         self._first, self._last = (min(first, self._first), max(last, self._last)) if self._index else (first, last)
         records = np.empty(count, dtype=np.dtype([*_MESSAGE_FIELDS, ("data", "u1", (size,))]))
         start = self._summary.counts[channel] + 1
-        records["opcode"], records["length"], records["channel"] = Opcode.MESSAGE, _MESSAGE_HEAD + size, channel
+        records["opcode"], records["length"], records["channel"] = Opcode.MESSAGE, MESSAGE_HEAD + size, channel
         records["sequence"] = np.arange(start, start + count)
         records["log_time"] = records["publish_time"] = t_ns
         records["data"] = rows
@@ -162,7 +161,7 @@ class McapWriter:
         )  # fmt: skip
         indices, places, at = [], {}, self._offset + len(chunk)
         for channel, entries in self._index.items():
-            head = _RECORD.pack(Opcode.MESSAGE_INDEX, 6 + 8 * len(entries)) + struct.pack(
+            head = RECORD.pack(Opcode.MESSAGE_INDEX, 6 + 8 * len(entries)) + struct.pack(
                 "<HI", channel, 8 * len(entries)
             )
             record = head + struct.pack(f"<{len(entries)}Q", *entries)
@@ -258,128 +257,6 @@ def _summary_bytes(summary: _Summary, offset: int, start: int, end: int) -> byte
                 mcap.SummaryOffset(group_opcode=opcode, group_start=begin + len(body), group_length=len(piece))
             )
             body += piece
-    footer = _RECORD.pack(Opcode.FOOTER, 20) + struct.pack("<QQ", begin, begin + len(body))
+    footer = RECORD.pack(Opcode.FOOTER, 20) + struct.pack("<QQ", begin, begin + len(body))
     crc = zlib.crc32(body + offsets + footer)
     return data_end + body + offsets + footer + struct.pack("<I", crc) + MAGIC
-
-
-class RawRecord(NamedTuple):
-    """One record as it stands in a file or chunk.
-
-    Attributes:
-        opcode: its kind.
-        payload: its bytes.
-        chunk: where in the file its chunk begins; -1 outside chunks.
-        start: where in the unpacked chunk its payload begins.
-    """
-
-    opcode: int
-    payload: memoryview
-    chunk: int = -1
-    start: int = 0
-
-
-def read_records(file: BinaryIO, *, size: int, whole_chunks: bool = False) -> Iterator[RawRecord]:
-    """All complete records outside and inside chunks, in order; ends quietly where the file was cut off.
-
-    Args:
-        file: open for reading, at its start.
-        size: of the file.
-        whole_chunks: give every chunk as one record, unpacked, instead of what is in it.
-
-    Raises:
-        RecordingError: the file is no MCAP file.
-    """
-    if file.read(len(MAGIC)) != MAGIC:
-        raise RecordingError(f"{file.name}: is not an MCAP recording")
-    at = len(MAGIC)
-    while at + _RECORD.size <= size:
-        begin = at
-        opcode, length = _RECORD.unpack(file.read(_RECORD.size))
-        at += _RECORD.size + length
-        if at > size:
-            return
-        payload = memoryview(file.read(length))
-        if opcode == Opcode.CHUNK:
-            raw = _chunk_data(payload, file.name)
-            if raw is None:
-                return
-            if whole_chunks:
-                yield RawRecord(opcode, raw, begin)
-            else:
-                yield from _inner_records(raw, begin)
-        else:
-            yield RawRecord(opcode, payload)
-            if opcode == Opcode.FOOTER:
-                return
-
-
-def parse(record: RawRecord) -> Any:
-    """Schema, channel, metadata, attachment, statistics or message index of a record."""
-    kinds = {
-        Opcode.HEADER: mcap.Header, Opcode.SCHEMA: mcap.Schema, Opcode.CHANNEL: mcap.Channel,
-        Opcode.METADATA: mcap.Metadata, Opcode.ATTACHMENT: mcap.Attachment,
-    }  # fmt: skip
-    return kinds[Opcode(record.opcode)].read(ReadDataStream(BytesIO(record.payload)))
-
-
-def message_parts(record: RawRecord) -> tuple[int, int, memoryview]:
-    """Channel id, log time [ns] and data of a message record."""
-    channel, _, log_time, _ = struct.unpack_from("<HIQQ", record.payload)
-    return channel, log_time, record.payload[_MESSAGE_HEAD:]
-
-
-def _chunk_data(payload: memoryview, name: str) -> memoryview | None:
-    """The records of a chunk; None where its bytes are damaged."""
-    chunk = mcap.Chunk.read(ReadDataStream(BytesIO(payload)))
-    if chunk.compression not in ("", "lz4"):
-        raise RecordingError(f"{name}: its chunks are compressed with {chunk.compression!r}; lz4 or none can be read")
-    try:
-        raw = lz4.frame.decompress(chunk.data) if chunk.compression else chunk.data
-    except RuntimeError:
-        return None
-    if chunk.uncompressed_crc and zlib.crc32(raw) != chunk.uncompressed_crc:
-        return None
-    return memoryview(raw)
-
-
-def read_chunk(file: BinaryIO, begin: int) -> memoryview:
-    """The unpacked records of the chunk that begins at byte `begin`, known to be whole."""
-    file.seek(begin)
-    _, length = _RECORD.unpack(file.read(_RECORD.size))
-    raw = _chunk_data(memoryview(file.read(length)), file.name)
-    assert raw is not None, "a chunk that was read before"
-    return raw
-
-
-def scan_chunk(
-    raw: bytes, on_message: Callable[[int, int, int, int], None], on_record: Callable[[RawRecord], None]
-) -> None:
-    """Walk through an unpacked chunk quickly.
-
-    Args:
-        raw: the chunk's records.
-        on_message: called with channel, log time [ns], and where in `raw` the message's data begins and ends.
-        on_record: called with every other record.
-    """
-    at, size, unpack = 0, len(raw), _MESSAGE.unpack_from
-    while at + _RECORD.size <= size:
-        opcode = raw[at]
-        if opcode == Opcode.MESSAGE:
-            _, length, channel, _, t_ns, _ = unpack(raw, at)
-            end = at + _RECORD.size + length
-            on_message(channel, t_ns, at + _MESSAGE.size, end)
-        else:
-            _, length = _RECORD.unpack_from(raw, at)
-            end = at + _RECORD.size + length
-            on_record(RawRecord(opcode, memoryview(raw)[at + _RECORD.size : end]))
-        at = end
-
-
-def _inner_records(raw: memoryview, chunk: int) -> Iterator[RawRecord]:
-    at = 0
-    while at + _RECORD.size <= len(raw):
-        opcode, length = _RECORD.unpack_from(raw, at)
-        at += _RECORD.size
-        yield RawRecord(opcode, raw[at : at + length], chunk, at)
-        at += length
