@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import Any, ClassVar, Final, Literal
+from typing import TYPE_CHECKING, Any, ClassVar, Final, Literal
 
 import drjit as dr
 import numpy as np
@@ -15,7 +15,7 @@ from pelagos import jit
 from pelagos.acoustics.doppler import echo_margin_db, janus_beams, velocity_from_beams
 from pelagos.acoustics.spreading import to_db
 from pelagos.jit import Array
-from pelagos.math.so3 import rotate_back
+from pelagos.math.so3 import rotate, rotate_back
 from pelagos.raycast.scene import Tables
 from pelagos.sensors.echo import Fan, Lanes, Medium, Trace, look
 from pelagos.sensors.mount import sensor_velocity
@@ -23,6 +23,9 @@ from pelagos.sensors.noise import normals64
 from pelagos.sensors.scattering import Surfaces, scattering
 from pelagos.sensors.sensor import Kinematics, Measurement, SensorConfig, SensorContext
 from pelagos.sensors.sounder import Sounder
+
+if TYPE_CHECKING:
+    from pelagos.ocean.ocean import Ocean
 
 _TYPICAL_DB: Final = -20.0  # backscattering strength at which range_max_m holds: sand at 60 deg grazing
 _RAYS: Final = 5  # of a beam: its axis and four at the half-power edge
@@ -56,6 +59,8 @@ class DvlConfig(SensorConfig):
     """Standard deviation of beam ranges in parts of the range."""
     sound_speed_mps: float | None = Field(default=None, gt=1300, lt=1700)
     """Sound speed that turns shifts into speeds [m/s]; absent: that of the water at the sonar."""
+    water_layer_m: float | None = Field(default=None, gt=0)
+    """Distance below the sensor of the layer that water track measures [m]; absent: no water track."""
     ph: float = Field(default=8.1, gt=7, lt=9)
     """Acidity of the water, for absorption."""
 
@@ -106,6 +111,7 @@ class Dvl:
     extras: `ranges` `(m, 4)` along the beams [m], NaN where lost; `beam_velocity` `(m, 4)`, speed along each beam,
         positive towards the bottom [m/s]; `beam_valid` `(m, 4)`; `altitude` `(m,)` [m], mean of the valid ranges times
         the cosine of the tilt; `sigma` `(m, 4)`, standard deviation of each beam's speed [m/s].
+        With `water_layer_m`: `water_velocity` `(m, 3)`, velocity of the sensor through the water of the layer [m/s].
     tables: `direction` `(4, 3)`, the beams in the sensor frame.
     """
 
@@ -119,13 +125,14 @@ class Dvl:
 
     def __init__(self, config: DvlConfig, context: SensorContext) -> None:
         self.config = config
+        self._context = context
         self._sounder = Sounder(config, context, beam_rays(config), frequency_hz=config.frequency_hz, ph=config.ph)
         self._ping = context.scene.compile(self._make)
         self.tables = {"direction": config.beams}
 
     def sense(self, motion: Kinematics) -> Measurement:
         """Ping on every lane."""
-        velocity, truth, locked, altitude, *by_beam = self._ping(*self._arguments(motion))
+        (velocity, truth, locked, altitude, *by_beam), water = self._ping(*self._arguments(motion))
         valid = np.array(locked)
         data = np.where(valid[:, None], np.array(velocity).T, np.nan)
         names = ("ranges", "beam_velocity", "beam_valid", "sigma")
@@ -133,6 +140,8 @@ class Dvl:
             name: np.stack([np.array(b) for b in beams], axis=-1) for name, beams in zip(names, by_beam, strict=True)
         }
         extras["altitude"] = np.array(altitude)
+        if water is not None:
+            extras["water_velocity"] = np.ascontiguousarray(np.array(water).T)
         return Measurement(data, np.ascontiguousarray(np.array(truth).T), valid, extras, self.tables)
 
     def explain(self, motion: Kinematics) -> list[tuple[str, NDArray[Any], str]]:
@@ -140,14 +149,15 @@ class Dvl:
         return self._sounder.trace(self._make, *self._arguments(motion))
 
     def _arguments(self, motion: Kinematics) -> tuple[Any, ...]:
-        return (*self._sounder.arguments(motion), motion, sensor_velocity(motion, self.config))
+        return (*self._sounder.arguments(motion), motion, sensor_velocity(motion, self.config), self._context.ocean)
 
     def _make(self, static: Any, moving: Any, trace: Trace = None) -> Callable[..., Any]:
         config = self.config
 
         def ping(
-            tables: Tables, lanes: Lanes, fan: Fan, surfaces: Surfaces, key: Any, motion: Kinematics, velocity: Array
-        ) -> tuple[Any, ...]:
+            tables: Tables, lanes: Lanes, fan: Fan, surfaces: Surfaces, key: Any, motion: Kinematics, velocity: Array,
+            ocean: Ocean,
+        ) -> tuple[Any, ...]:  # fmt: skip
             farthest = 1.5 * config.range_max_m / math.cos(math.radians(config.beam_tilt_deg))
             view = look(static, moving, tables, fan, lanes, surfaces, max_range=farthest, smooth=False)
             section = scattering(surfaces, view.hits.material, view.sine)
@@ -156,7 +166,10 @@ class Dvl:
                 beam_echo(dr.width(lanes.position), b, view.hits.valid, view.hits.t, section, ground, config.beams[b])
                 for b in range(4)
             ]
-            return bottom_track(config, beams, velocity, motion, lanes.medium, key, trace)
+            bottom = bottom_track(config, beams, velocity, motion, lanes.medium, key, trace)
+            if config.water_layer_m is None:
+                return bottom, None
+            return bottom, water_track(config, lanes, velocity, motion, ocean, key)
 
         return ping
 
@@ -219,3 +232,22 @@ def bottom_track(
         total += dr.select(ok, r, 0.0)
     altitude = dr.select(count > 0.0, total / dr.maximum(count, 1.0) * vertical, dr.nan)
     return data, velocity, locked, altitude, ranges, speeds, valid, sigmas
+
+
+def water_track(config: DvlConfig, lanes: Lanes, velocity: Array, motion: Kinematics, ocean: Ocean, key: Any) -> Array:
+    """Velocity of the sensor through the water of a layer, `Array3f64` in the sensor frame [m/s].
+
+    The four beams' errors, as at a strong echo, go through the same least squares as those of the bottom.
+    """
+    assert config.water_layer_m is not None
+    vertical = math.cos(math.radians(config.beam_tilt_deg))
+    noise = normals64(key, motion, 16)
+    t = jit.Float64(motion.t_ns) * 1e-9
+    speeds = []
+    for b, (x, y, z) in enumerate(config.beams.tolist()):
+        place = lanes.position + rotate(lanes.attitude, jit.Array3f64(x, y, z)) * (config.water_layer_m / vertical)
+        through = velocity - rotate_back(lanes.attitude, ocean.current(place, t))
+        speed = through.x * x + through.y * y + through.z * z
+        sigma = dr.sqrt(config.noise_mps**2 + (config.noise_relative * speed) ** 2)
+        speeds.append((speed + sigma * noise[12 + b]) * (1.0 + config.scale_error))
+    return velocity_from_beams(speeds, [jit.Bool(True)] * 4, config.beams)[0]

@@ -77,8 +77,8 @@ class Sidescan:
     data: `(m, 2, bins)` float32, port and starboard, echo level after time-varied gain over slant range, in the unit
         that `scale` says. In decibels it is the backscattering strength of a horizontal bottom that fills the cell.
     truth: the same without noise and without interference of echoes.
-    extras: `altitude` `(m,)`, range of the first bottom return [m] (NaN without one), and `ground_range` `(m, bins)`, the
-        distance from the track over a flat bottom at that altitude [m], NaN in the water column; with `iq` and
+    extras: `altitude` `(m,)`, range of the first bottom return [m] (NaN without one), and `ground_range` `(m, bins)`,
+        the distance from the track over a flat bottom at that altitude [m], NaN in the water column; with `iq` and
         `labels` as `ImagingSonar`.
     tables: `range` `(bins,)` slant range [m], middle of each bin.
     """
