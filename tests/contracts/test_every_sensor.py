@@ -14,7 +14,7 @@ from pelagos.messages.encoding import Site
 from pelagos.sensors.sensor import SensorConfig
 
 NAMES = sorted(registry.entries("sensor", plugins=False))
-NOTHING_TO_CITE = {"pose", "velocity", "instance_camera", "normal_camera"}  # plain geometry, no model
+NOTHING_TO_CITE = {"pose", "velocity", "tracer", "instance_camera", "normal_camera"}  # plain geometry, no model
 SMALL = {  # images as small as they may be: these tests are about rules, not about pictures
     "camera": {"width_px": 32, "height_px": 24},
     "depth_camera": {"width_px": 32, "height_px": 24},
@@ -24,6 +24,7 @@ SMALL = {  # images as small as they may be: these tests are about rules, not ab
     "optical_flow_camera": {"width_px": 32, "height_px": 24},
     "multibeam": {"beams": 32},
     "imaging_sonar": {"beams": 32, "bins": 64},
+    "tracer": {"tracer": "oxygen"},
 }
 
 
@@ -31,6 +32,7 @@ def scenario(name: str) -> dict[str, object]:
     return {
         "seed": 11,
         "world": {"type": "flat", "depth_m": 8.0},
+        "ocean": {"tracers": {"chlorophyll": 2.0, "oxygen": 240.0, "turbidity": 1.5}},
         "agents": {
             "auv0": {
                 "vehicle": "remus100",

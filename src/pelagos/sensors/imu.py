@@ -105,7 +105,7 @@ class Imu:
         step = [c.accelerometer_resolution] * 3 + [c.gyroscope_resolution] * 3
         limit = [c.accelerometer_range] * 3 + [c.gyroscope_range] * 3
         data = [
-            digitise(x + b + n * (d * math.sqrt(c.rate_hz)), resolution=r, limit=top)
+            digitise(x + b + n * (d * math.sqrt(c.rate_hz)), resolution=r, lowest=-top, highest=top)
             for x, b, n, d, r, top in zip(turned, bias, white, density, step, limit, strict=True)
         ]
         return pack(*data, *truth, *bias)
@@ -141,7 +141,7 @@ class Imu:
         return found
 
 
-def digitise(value: Array, *, resolution: float, limit: float) -> Array:
-    """Rounded to multiples of `resolution` (0: not at all), and held within +-`limit`."""
+def digitise(value: Array, *, resolution: float, lowest: float, highest: float) -> Array:
+    """Rounded to multiples of `resolution` (0: not at all), and held between `lowest` and `highest`."""
     rounded = dr.round(value * (1 / resolution)) * resolution if resolution > 0 else value
-    return dr.clip(rounded, -limit, limit)
+    return dr.clip(rounded, lowest, highest)

@@ -98,7 +98,7 @@ class Magnetometer:
             row = c.soft_iron[3 * i : 3 * i + 3]
             bent = sum(m * b for m, b in zip(row, earth, strict=True)) + c.hard_iron_t[i] + offset[i] * c.bias_std_t
             noisy = bent + white[i] * (c.noise_density * math.sqrt(c.rate_hz))
-            data.append(digitise(noisy, resolution=c.resolution_t, limit=c.range_t))
+            data.append(digitise(noisy, resolution=c.resolution_t, lowest=-c.range_t, highest=c.range_t))
         return pack(*data, *earth)
 
 

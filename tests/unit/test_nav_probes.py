@@ -1,0 +1,122 @@
+"""Instruments that sample the water."""
+
+from types import SimpleNamespace
+
+import gsw
+import numpy as np
+import pytest
+
+from pelagos.errors import LookupFailed
+from pelagos.math.geodesy import GeoOrigin
+from pelagos.ocean.config import OceanConfig, build_ocean
+from pelagos.sensors.ctd import Ctd
+from pelagos.sensors.current_meter import CurrentMeter
+from pelagos.sensors.fluorometer import Fluorometer
+from pelagos.sensors.lanes import lanes
+from pelagos.sensors.oxygen import Oxygen
+from pelagos.sensors.sensor import SensorContext
+from pelagos.sensors.sound_velocity import SoundVelocity
+from pelagos.sensors.tracer import Tracer
+from pelagos.sensors.turbidity import Turbidity
+
+DT = 100_000_000
+QUIET = {"noise_density": 0, "bias_std": 0, "drift_std": 0, "resolution": 0}
+PROBES = {
+    "fluorometer": Fluorometer, "oxygen": Oxygen, "turbidity": Turbidity, "sound_velocity": SoundVelocity,
+    "current_meter": CurrentMeter, "ctd": Ctd, "tracer": Tracer,
+}  # fmt: skip
+
+
+def context(**ocean) -> SensorContext:
+    config = {
+        "temperature_c": {"depth_m": [0, 50], "value": [20, 10]},
+        "salinity": 38.0,
+        "tracers": {
+            "chlorophyll": {"depth_m": [0, 20, 60], "value": [0.5, 4.0, 0.2]},
+            "oxygen": 240.0,
+            "turbidity": 3.0,
+        },
+        "currents": {"type": "uniform", "speed_mps": 0.5, "towards_deg": 90},
+        **ocean,
+    }
+    world = SimpleNamespace(origin=GeoOrigin(45.0, 13.0))
+    return SensorContext(
+        "auv0.x", 3, DT, None, world, build_ocean(OceanConfig.model_validate(config), world), np.zeros(1)
+    )
+
+
+def make(name: str, where: SensorContext, **keys):
+    if name == "tracer":
+        keys.setdefault("tracer", "oxygen")
+    return PROBES[name](PROBES[name].Config(**keys), where)
+
+
+def at(*z, **more):
+    return lanes(range(len(z)), dt_ns=DT, position=[(0, 0, v) for v in z], **more)
+
+
+@pytest.mark.parametrize(
+    ("name", "expected"),
+    [("fluorometer", [0.5, 4.0, 2.1]), ("oxygen", [240] * 3), ("turbidity", [3] * 3), ("tracer", [240] * 3)],
+)
+def test_reads_its_tracer(name, expected) -> None:
+    read = make(name, context(), **QUIET).sense(at(-1e-6, -20, -40))
+    assert read.data == pytest.approx(expected, abs=1e-6)
+    assert read.truth == pytest.approx(expected, abs=1e-6)
+
+
+@pytest.mark.parametrize("name", PROBES)
+def test_reads_nothing_in_the_air(name) -> None:
+    read = make(name, context()).sense(at(-1.0, 0.5))
+    assert read.valid.tolist() == [True, False]
+    assert np.isfinite(read.data[0]).all()
+    assert np.isnan(read.data[1]).all()
+
+
+@pytest.mark.parametrize("name", PROBES)
+def test_blocks_and_fleets_give_the_same_bytes(name) -> None:
+    sensor = make(name, context(), **({"noise_density": 1.0} if name == "tracer" else {}))
+    block = sensor.sense(lanes(range(6), dt_ns=DT, environments=range(5), position=(0, 0, -3))).data
+    alone = [sensor.sense(lanes([t], dt_ns=DT, position=(0, 0, -3))).data for t in range(6)]
+    assert np.array_equal(block[::5], np.concatenate(alone))
+    assert len(np.unique(block.reshape(30, -1)[:, 0])) > 3
+
+
+def test_missing_tracer_is_named() -> None:
+    with pytest.raises(LookupFailed, match=r"auv0\.x measures 'methane'"):
+        make("tracer", context(), tracer="methane")
+    with pytest.raises(LookupFailed, match="known: oxygen"):
+        make("fluorometer", context(tracers={"oxygen": 1.0}))
+
+
+def test_sound_velocity_is_that_of_the_water() -> None:
+    read = make("sound_velocity", context(), **QUIET).sense(at(-25.0))
+    p = gsw.p_from_z(-25.0, 45.0)
+    sa = gsw.SA_from_SP(38.0, p, 13.0, 45.0)
+    assert read.data[0] == pytest.approx(gsw.sound_speed(sa, gsw.CT_from_t(sa, 15.0, p), p), abs=0.01)
+
+
+def test_ctd_gives_back_salinity_and_sound_speed() -> None:
+    keys = {n: 0 for n in Ctd.Config.model_fields if n.endswith(("_density", "_std"))}
+    read = make("ctd", context(), **keys).sense(at(-25.0, -40.0))
+    assert read.data[0] == pytest.approx([0.1 * gsw.C_from_SP(38.0, 15.0, read.data[0, 2]), 15.0, 25.196], abs=2e-3)
+    assert read.extras["salinity"] == pytest.approx([38.0, 38.0], abs=1e-9)
+    speed = make("sound_velocity", context(), **QUIET).sense(at(-25.0, -40.0)).data
+    assert read.extras["sound_speed"] == pytest.approx(speed, abs=0.1)  # exact against 75 terms
+    noisy = make("ctd", context()).sense(at(-25.0))
+    assert noisy.extras["salinity"][0] != pytest.approx(38.0, abs=1e-7)
+    assert noisy.extras["salinity"][0] == pytest.approx(38.0, abs=0.01)
+
+
+def test_current_meter_sees_water_minus_own_motion() -> None:
+    """Heading east at 2 m/s in 0.5 m/s going east: the water comes from ahead at 1.5 m/s; with a yaw rate and a lever
+    arm.
+    """
+    east = (np.cos(np.pi / 4), 0, 0, -np.sin(np.pi / 4))
+    moving = {"attitude": east, "velocity": (2, 0, 0), "angular_velocity": (0, 0, 0.5)}
+    read = make("current_meter", context(), **QUIET, position_m=(1, 0, 0)).sense(at(-5.0, **moving))
+    assert read.data[0] == pytest.approx([-1.5, -0.5, 0], abs=1e-12)
+    wave = {"type": "regular", "height_m": 1, "period_s": 6, "towards_deg": 90}
+    still = make("current_meter", context(waves=wave, currents=()), **QUIET).sense(at(-2.0))
+    k = (2 * np.pi / 6) ** 2 / 9.81
+    assert still.data[0, 1] < -0.5 * 2 * np.pi / 6 * np.exp(-k * 2.6)
