@@ -25,13 +25,13 @@ from pelagos.optics.lamp import Beam, axis_intensity
 from pelagos.optics.lens import natural_vignette
 from pelagos.optics.sunlight import daylight
 from pelagos.optics.texture import looks
-from pelagos.sensors.camera_sampling import sampled_rays, samples
+from pelagos.sensors.camera_sampling import Sample, sampled_rays, samples
 from pelagos.sensors.develop import balanced, developed, exposed, gathered, through_lens
 from pelagos.sensors.mount import sensor_pose
 from pelagos.sensors.noise import opaque_key, stream_key
-from pelagos.sensors.pixels import pixels
+from pelagos.sensors.pixels import Pixels, Tiling, pixels
 from pelagos.sensors.sensor import Kinematics, Measurement, SensorConfig, SensorContext
-from pelagos.sensors.shading import Scenery, look
+from pelagos.sensors.shading import Radiance, Scenery, look
 from pelagos.sensors.view import Trace, View, ViewConfig, pixel_angle, pixel_rays
 
 
@@ -191,22 +191,23 @@ class Camera:
             waves = waves_of(sea, ocean, daylit.towards_sun, motion, config)
             scenery = Scenery(tables, materials, water, daylit, waves)
             lamps = [lamp_beam(lamp, config, motion, where.image) for lamp in config.lamps]
-            shutter = dr.full(jit.Float, config.shutter_s, images)
-            total = jit.Array3f(0)
-            for number in range(config.samples):
-                sample = None
-                if config.samples > 1:
-                    sample = samples(config.samples, number, where, tiling, motion, key, config.aperture_blades)
-                rays = sampled_rays(lens, where, motion, own, config, sample, shutter)
-                seen, hits = look(static, moving, scenery, rays, where.image, lamps, pixel_angle(config))
-                dr.eval(seen)  # once: sums over tiles follow, and would cast the rays again
-                if trace is not None and number == 0:
-                    trace_light(trace, hits, seen)
-                total += gathered(seen, where, tiling, images)
-                dr.eval(total)
-                if number == 0 and config.samples > 1:  # the first sample meters for the others' motion blur
-                    shutter, _ = exposed(total, where, tiling, config, images)
-            picture = through_lens(total / config.samples, where, tiling, config, vignette, images)
+
+            def light_of(sample: Sample | None, exposure: Array) -> tuple[Radiance, Any]:
+                rays = sampled_rays(lens, where, motion, own, config, sample, exposure)
+                return look(static, moving, scenery, rays, where.image, lamps, pixel_angle(config))
+
+            seen, hits = light_of(None, dr.zeros(jit.Float, images))
+            dr.eval(seen)  # once: sums over tiles follow, and would cast the rays again
+            if trace is not None:
+                trace_light(trace, hits, seen)
+            picture = gathered(seen, where, tiling, images)
+            if config.samples > 1:  # the middle of everything meters for the motion blur of the others
+                dr.eval(picture)
+                shutter, _ = exposed(picture, where, tiling, config, images)
+                seen = mean_light(light_of, shutter, where, tiling, motion, key, config)
+                dr.eval(seen)
+                picture = gathered(seen, where, tiling, images)
+            picture = through_lens(picture, where, tiling, config, vignette, images)
             dr.eval(picture)
             picture = balanced(picture, where, tiling, config)
             shutter, iso = exposed(picture, where, tiling, config, images)
@@ -228,6 +229,28 @@ class Camera:
 
         extras = {"exposure_s": np.array(shutter), "iso": np.array(iso)}
         return Measurement(data=picture(data), truth=picture(truth), extras=extras)
+
+
+def mean_light(
+    light_of: Callable[[Sample, Array], tuple[Radiance, Any]],
+    exposure: Array,
+    where: Pixels,
+    tiling: Tiling,
+    motion: Kinematics,
+    key: Any,
+    config: CameraConfig,
+) -> Radiance:
+    """Mean over the samples of every pixel, in a loop on the device."""
+
+    def add(number: Array, sharp: Array, near: Array, far: Array, veil: Array) -> tuple[Array, ...]:
+        sample = samples(config.samples, number, where, tiling, motion, key, config.aperture_blades)
+        seen, _ = light_of(sample, exposure)
+        return number + 1, sharp + seen.sharp, near + seen.near, far + seen.far, veil + seen.veil
+
+    lanes = dr.width(where.ray)
+    start = (jit.UInt32(0), *(dr.zeros(jit.Array3f, lanes) for _ in range(4)))
+    sums = dr.while_loop(start, lambda number, *_: number < config.samples, add, mode="symbolic")[1:]
+    return Radiance(*(s / config.samples for s in sums))
 
 
 def waves_of(sea: Any, ocean: Any, towards_sun: Array, motion: Kinematics, config: CameraConfig) -> Any:

@@ -47,7 +47,7 @@ class Sample:
 
 
 def samples(
-    count: int, number: int, where: Pixels, tiling: Tiling, motion: Kinematics, key: Any, blades: int
+    count: int, number: Array, where: Pixels, tiling: Tiling, motion: Kinematics, key: Any, blades: int
 ) -> Sample:
     """Sample `number` of `count` for every lane."""
     index = where.row * tiling.width + where.column
@@ -56,9 +56,9 @@ def samples(
     shift = [uniform32(w) for w in words] + [uniform32(words[0] ^ (words[1] << 9) ^ (words[2] << 18))]
     u = []
     for d in range(5):
-        value = shift[d] + (number + 0.5) * _ROOT ** -(d + 1)
+        value = shift[d] + (jit.Float(number) + 0.5) * _ROOT ** -(d + 1)
         u.append(value - dr.floor(value))
-    stratum = (number + u[4]) / count - 0.5
+    stratum = (jit.Float(number) + u[4]) / count - 0.5
     y, z = _polygon(u[2], u[3], blades)
     return Sample(u[0] - 0.5, u[1] - 0.5, y, z, stratum)
 
