@@ -121,11 +121,11 @@ def test_circle_of_confusion():
         "focus_distance_m": 0.6,
     }
     config = CameraConfig(**QUIET, **keys)
-    radius = focal() * config.focal_length_m / (2 * 1.4) * abs(1 / DISTANCE - 1 / 0.6)
+    radius = focal() * config.focal_length_m / (2 * 1.4) * abs(1 / DISTANCE - 1 / 0.3)
     _, width = edge(light(**keys).mean(axis=0))
     assert width == pytest.approx(math.sqrt((radius / 2) ** 2 + 2 / 12), rel=0.03)
-    _, stopped = edge(light(**(keys | {"aperture": 5.6, "shutter_s": 0.016})).mean(axis=0))
-    assert stopped == pytest.approx(math.sqrt((radius / 8) ** 2 + 2 / 12), rel=0.05)
+    _, stopped = edge(light(**(keys | {"aperture": 2.8, "shutter_s": 0.004})).mean(axis=0))
+    assert stopped == pytest.approx(math.sqrt((radius / 4) ** 2 + 2 / 12), rel=0.05)
     _, focused = edge(light(**(keys | {"focus_distance_m": DISTANCE})).mean(axis=0))
     assert focused < 0.6
 
