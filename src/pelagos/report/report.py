@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from pelagos.messages.sonar_image import PROJECTED_IMAGE
-from pelagos.report import charts, maps, pictures, sonar, soundings, theme
+from pelagos.report import charts, pictures, sonar, soundings, survey, theme, track
 from pelagos.report.mission import Mission, missions
 from pelagos.report.navigation import dead_reckoning
 from pelagos.report.page import Section, Tile, image, page, photographs
@@ -78,7 +78,7 @@ def _sections(mission: Mission, world: Any, numbers: dict[str, Any]) -> list[Sec
             "way_m": float(reckoned.distance[-1]), "final_error_m": float(reckoned.error[-1]),
             "drift_m": float(reckoned.drift[-1]),
         }  # fmt: skip
-    drawn, caption = maps.track_map(mission, world, reckoned)
+    drawn, caption = track.track_map(mission, world, reckoned)
     sections = [Section(f"Track of {mission.name}", caption, _figure(drawn, "true and dead-reckoned track"))]
     sections += _survey(mission, world, numbers)
     sections += [
@@ -104,7 +104,7 @@ def _survey(mission: Mission, world: Any, numbers: dict[str, Any]) -> list[Secti
         "with_bottom": sounded.share,
         **({} if found is None else {"bias_m": found.bias, "std_m": found.std, "elsewhere": found.elsewhere}),
     }
-    drawn, caption = maps.survey_maps(sounded, cells, found, world, mission)
+    drawn, caption = survey.survey_maps(sounded, cells, found, world, mission)
     return [Section("Multibeam map", caption, _figure(drawn, "map of the soundings beside the true terrain"))]
 
 
