@@ -118,7 +118,7 @@ def test_circle_of_confusion():
         "iso": 10,
         "aperture": 1.4,
         "sensor_width_mm": 36.0,
-        "focus_distance_m": 0.6,
+        "focus_distance_m": 0.3,
     }
     config = CameraConfig(**QUIET, **keys)
     radius = focal() * config.focal_length_m / (2 * 1.4) * abs(1 / DISTANCE - 1 / 0.3)
