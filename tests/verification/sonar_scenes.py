@@ -45,6 +45,23 @@ class StillWater:
         return jit.Array3f64(0.0 * position[0], 0.0 * position[0], 0.0 * position[0])
 
 
+@dataclass
+class LayeredWater:
+    """Water whose sound speed grows by `slope` [1/s] upwards, 1500 m/s at `level` [m]; a Dr.Jit struct."""
+
+    slope: Any
+    level: Any
+
+    def sound_speed(self, position: Any, t: Any) -> Any:
+        return 1500.0 + self.slope * (position[2] - self.level)
+
+    def temperature(self, position: Any, t: Any) -> Any:
+        return 10.0 + 0.0 * position[0]
+
+    def salinity(self, position: Any, t: Any) -> Any:
+        return 35.0 + 0.0 * position[0]
+
+
 def still_water(speed: float = 1500.0) -> StillWater:
     return StillWater(dr.opaque(jit.Float64, speed))
 

@@ -60,7 +60,10 @@ def quaternion(roll=0.0, pitch=0.0, yaw=0.0) -> np.ndarray:
     """FRD -> NED (4,)."""
     cr, sr, cp, sp, cy, sy = (f(a / 2) for a in (roll, pitch, yaw) for f in (np.cos, np.sin))
     return np.array([
-        cr * cp * cy + sr * sp * sy, sr * cp * cy - cr * sp * sy, cr * sp * cy + sr * cp * sy, cr * cp * sy - sr * sp * cy
+        cr * cp * cy + sr * sp * sy,
+        sr * cp * cy - cr * sp * sy,
+        cr * sp * cy + sr * cp * sy,
+        cr * cp * sy - sr * sp * cy,
     ])  # fmt: skip
 
 

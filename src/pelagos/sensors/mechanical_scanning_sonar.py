@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from pydantic import Field
 
 from pelagos import jit
-from pelagos.acoustics.beam_pattern import line_length, line_np
+from pelagos.acoustics.beam_pattern import line_length, line_np, spread_over_beam
 from pelagos.jit import Array
 from pelagos.sensors.ping import PingConfig
 from pelagos.sensors.pinger import Layout, Pinger
@@ -54,13 +54,12 @@ def beam_rays(config: MechanicalScanningSonarConfig) -> dict[str, NDArray[Any]]:
     count = config.rays
     length = line_length(math.radians(config.vertical_beamwidth_deg))
     across = line_length(math.radians(config.beamwidth_deg))
-    limit, side = math.asin(min(1.0 / length, 1.0)), math.asin(min(1.0 / across, 1.0))
+    limit = math.asin(min(1.0 / length, 1.0))
     edges = np.linspace(-limit, limit, count + 1)
     low, high = edges[:-1], edges[1:]
     elevation = 0.5 * (low + high)
-    azimuth = side * (2.0 * ((0.5 + 0.6180339887498949 * np.arange(count)) % 1.0) - 1.0)
+    azimuth, sideways = spread_over_beam(across, (0.5 + 0.6180339887498949 * np.arange(count)) % 1.0)
     ce, se, ca, sa = np.cos(elevation), np.sin(elevation), np.cos(azimuth), np.sin(azimuth)
-    pattern = line_np(se, length) ** 4 * line_np(sa, across) ** 4
     direction = np.stack([ce * ca, ce * sa, se], axis=-1)
     return {
         "direction": direction,
@@ -68,7 +67,7 @@ def beam_rays(config: MechanicalScanningSonarConfig) -> dict[str, NDArray[Any]]:
         "aside": np.stack([ce, 0 * ce, se], axis=-1) - direction,
         "lower": low - elevation,
         "upper": high - elevation,
-        "weight": 2 * side * (np.sin(high) - np.sin(low)) * pattern,
+        "weight": sideways * (np.sin(high) - np.sin(low)) * line_np(se, length) ** 4,
         "beam": np.zeros(count, dtype=np.uint32),
     }
 

@@ -138,3 +138,12 @@ def noise_power(config: PingConfig, horizontal_width: float, vertical_width: flo
     gain = processing_gain_db(config.bandwidth_hz, config.pulse_s)
     gain += max(directivity_index(horizontal_width, vertical_width), 0.0)
     return float(from_db(band_level(spectral, config.bandwidth_hz) - gain - config.source_level_db))
+
+
+def decibels(levels: NDArray[np.float32], config: PingConfig) -> NDArray[np.float32]:
+    """Levels in the unit of `config.scale` as decibels (clipped at both ends where that is "unit")."""
+    if config.scale == "unit":
+        return np.asarray(levels * config.dynamic_range_db + config.floor_db, dtype=np.float32)
+    if config.scale == "db":
+        return levels
+    return np.asarray(10.0 * np.log10(np.maximum(levels, 1e-20)), dtype=np.float32)

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field
 
+from pelagos.sensors.ping import decibels
 from pelagos.sensors.pinger import Pinger
 from pelagos.sensors.sector import SectorConfig, fan_rays, layout
 from pelagos.sensors.sensor import Kinematics, Measurement, SensorConfig, SensorContext
@@ -62,12 +63,8 @@ class ProfilingSonar:
     def sense(self, motion: Kinematics) -> Measurement:
         """Ping on every lane."""
         data, truth, extras = self._pinger.ping(motion)
-        decibels = self.config.detection_db
-        margin = {"unit": decibels / self.config.dynamic_range_db, "db": decibels, "linear": 10 ** (decibels / 10)}
-        factor = self.config.scale == "linear"
-        limit = margin[self.config.scale]
-        extras["profile"] = strongest(data, self.config.ranges, limit, factor=factor)
-        extras["profile_truth"] = strongest(truth, self.config.ranges, limit, factor=factor)
+        for name, image in (("profile", data), ("profile_truth", truth)):
+            extras[name] = strongest(decibels(image, self.config), self.config.ranges, self.config.detection_db)
         return Measurement(data, truth, None, extras, self.tables)
 
     def explain(self, motion: Kinematics) -> list[tuple[str, NDArray[Any], str]]:
@@ -75,14 +72,7 @@ class ProfilingSonar:
         return self._pinger.explain(motion)
 
 
-def strongest(
-    levels: NDArray[np.float32], ranges: NDArray[np.float32], margin: float, *, factor: bool
-) -> NDArray[np.float32]:
-    """Range of the strongest sample of each beam `(m, beams)`; NaN where it does not exceed the median by `margin`.
-
-    `factor`: the margin multiplies instead of adding.
-    """
-    peak = levels.max(axis=-1)
-    middle = np.median(levels, axis=-1)
-    found = peak > (middle * margin if factor else middle + margin)
+def strongest(levels: NDArray[np.float32], ranges: NDArray[np.float32], margin: float) -> NDArray[np.float32]:
+    """Range of the strongest sample of each beam `(m, beams)`; NaN where it is not `margin` over the median [dB]."""
+    found = levels.max(axis=-1) > np.median(levels, axis=-1) + margin
     return np.where(found, ranges[levels.argmax(axis=-1)], np.float32(np.nan))

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field
 
-from pelagos.acoustics.beam_pattern import line_length, line_np
-from pelagos.sensors.ping import PingConfig
+from pelagos.acoustics.beam_pattern import line_length, line_np, spread_over_beam
+from pelagos.sensors.ping import PingConfig, decibels
 from pelagos.sensors.pinger import Layout, Pinger
 from pelagos.sensors.sensor import Kinematics, Measurement, SensorConfig, SensorContext
 
@@ -45,7 +45,7 @@ def side_rays(config: SidescanConfig) -> dict[str, NDArray[Any]]:
     """The ray pattern in the sensor frame, first the port side (+y), then starboard (see `Fan`).
 
     Strata of equal angle from 5 deg beyond straight down to 5 deg above the horizon; within the beam along the track
-    the rays are evenly spread out to its first nulls.
+    the rays are spread by the two-way pattern, so that all have the same weight.
     """
     count = config.rays_per_side
     edges = np.linspace(-_BELOW, _HORIZON, count + 1)  # angle from straight down
@@ -54,8 +54,7 @@ def side_rays(config: SidescanConfig) -> dict[str, NDArray[Any]]:
     side = np.repeat([1.0, -1.0], count)
     width = math.radians(config.beamwidth_deg)
     length = line_length(width)
-    reach = math.asin(min(1.0 / length, 1.0))
-    ahead = reach * (2.0 * ((0.5 + _STEP * np.arange(2 * count)) % 1.0) - 1.0)
+    ahead, along_track = spread_over_beam(length, (0.5 + _STEP * np.arange(2 * count)) % 1.0)
     vertical = line_length(math.radians(config.vertical_beamwidth_deg))
     off_axis = angle - (math.pi / 2 - math.radians(config.depression_deg))
     shape = np.where(np.abs(off_axis) < math.pi / 2, line_np(np.sin(off_axis), vertical) ** 4, 0.0)
@@ -66,7 +65,7 @@ def side_rays(config: SidescanConfig) -> dict[str, NDArray[Any]]:
         "aside": np.stack([-sh, side * (1 - ch) * sa, -(1 - ch) * ca], axis=-1),
         "lower": low - angle,
         "upper": high - angle,
-        "weight": (high - low) * 2 * reach * ch * shape * line_np(sh, length) ** 4,
+        "weight": (high - low) * along_track * shape,
         "beam": np.repeat([0, 1], count),
     }
 
@@ -102,7 +101,7 @@ class Sidescan:
     def sense(self, motion: Kinematics) -> Measurement:
         """Ping on every lane."""
         data, truth, extras = self._pinger.ping(motion)
-        altitude = first_return(truth, self.config.ranges)
+        altitude = first_return(decibels(data, self.config), self.config.ranges)
         squared = self.config.ranges[None, :] ** 2 - altitude[:, None] ** 2
         extras["altitude"] = altitude
         extras["ground_range"] = np.where(squared >= 0, np.sqrt(np.maximum(squared, 0.0)), np.float32(np.nan))
@@ -114,7 +113,15 @@ class Sidescan:
 
 
 def first_return(levels: NDArray[np.float32], ranges: NDArray[np.float32]) -> NDArray[np.float32]:
-    """Range `(m,)` of the first bin of either side that reaches half of its trace's 90th percentile; NaN without."""
-    reference = np.percentile(levels, 90, axis=-1, keepdims=True)
-    loud = ((levels > 0.5 * reference) & (reference > 0)).any(axis=1)  # (m, bins)
-    return np.where(loud.any(axis=-1), ranges[loud.argmax(axis=-1)], np.float32(np.nan))
+    """Range `(m,)` where the mean of both sides over five bins first comes within 12 dB of its 90th percentile.
+
+    `levels` `(m, 2, bins)` [dB]; NaN where the trace has no such step: its 90th percentile less than 6 dB over the
+    median of the first tenth of the bins.
+    """
+    power = (10.0 ** (levels / 10.0)).mean(axis=1)
+    power = np.stack([np.convolve(trace, np.full(5, 0.2), mode="same") for trace in power])
+    reference = np.percentile(power, 90, axis=-1)
+    quiet = np.median(power[:, : max(power.shape[1] // 10, 1)], axis=-1)
+    loud = power > reference[:, None] / 10.0**1.2
+    found = loud.any(axis=-1) & (reference > 4.0 * quiet)
+    return np.where(found, ranges[loud.argmax(axis=-1)], np.float32(np.nan))

@@ -1,0 +1,305 @@
+"""Single-beam, profiling, sidescan, mechanically scanning and synthetic aperture sonars, and the ADCP."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from pydantic import ValidationError
+from sonar_scenes import DT_NS, PLAIN, LayeredWater, at, box, context, plane, sphere
+
+from pelagos import jit
+from pelagos.sensors.adcp import Adcp, AdcpConfig
+from pelagos.sensors.dvl import Dvl, DvlConfig
+from pelagos.sensors.imaging_sonar import ImagingSonar, ImagingSonarConfig
+from pelagos.sensors.lanes import lanes
+from pelagos.sensors.mechanical_scanning_sonar import MechanicalScanningSonar, MechanicalScanningSonarConfig
+from pelagos.sensors.profiling_sonar import ProfilingSonar, ProfilingSonarConfig
+from pelagos.sensors.sidescan import Sidescan, SidescanConfig
+from pelagos.sensors.singlebeam import Singlebeam, SinglebeamConfig
+from pelagos.sensors.synthetic_aperture_sonar import SyntheticApertureSonar, SyntheticApertureSonarConfig
+
+QUIET = {"self_noise_db": -200.0, "source_level_db": 300.0, "wind_speed_mps": 0.0, "scale": "linear"}
+DEEP = -200.0  # keeps the sea surface out of the picture
+
+
+@pytest.fixture(autouse=True)
+def _plain_surfaces(monkeypatch):
+    monkeypatch.setattr("pelagos.sensors.echo.patch_factor", lambda hits: 1.0)
+
+
+def below(height: float):
+    return plane(DEEP - height)
+
+
+class TestSinglebeam:
+    def test_bottom_echo_begins_at_the_depth_and_ends_at_the_cones_edge(self):
+        config = SinglebeamConfig(range_max_m=30, bins=600, bandwidth_hz=60e3, **QUIET)
+        s = Singlebeam(config, context([below(12.0)]))
+        reading = s.sense(at(0, 0, DEEP))
+        assert reading.data.shape == (1, 600)
+        heard = reading.tables["range"][reading.truth[0] > 1e-3 * reading.truth[0].max()]
+        assert heard[0] == pytest.approx(12.0, abs=0.06)
+        assert 12.0 / math.cos(math.radians(5)) < heard[-1] < 12.0 / math.cos(math.radians(10.5))
+
+    def test_energy_is_that_of_the_lambert_law_at_normal_incidence(self):
+        """Sum over the bins of sigma times pattern over the cone: the beam is narrow, so that sigma is mu."""
+        levels = []
+        for rays in (64, 256):
+            s = Singlebeam(SinglebeamConfig(range_max_m=30, rays=rays, bins=300, **QUIET), context([below(12.0)]))
+            r = s.tables["range"].astype(float)
+            cell = math.radians(9.0) * s.config.bin_width_m
+            levels.append((s.sense(at(0, 0, DEEP)).truth[0] / r**3 * cell).sum() * 12.0**2)
+        assert levels[0] == pytest.approx(levels[1], rel=0.01)
+        from pelagos.acoustics.beam_pattern import line_length, line_np
+
+        a = np.linspace(0, math.radians(9) * 1.129, 4001)
+        weight = 2 * np.pi * np.sin(a) * line_np(np.sin(a), line_length(math.radians(9))) ** 4
+        solid = np.trapezoid(weight * np.cos(a) ** 3, a)  # sigma ~ cos^2, 1/sine ~ 1/cos, r^-2 ~ cos^2
+        assert levels[1] == pytest.approx(10**-2.7 * solid, rel=0.02)
+
+    def test_a_live_change_is_seen_by_the_next_ping(self):
+        """A body that is spawned, moved and removed; nothing is cached."""
+        c = context([below(20.0)])
+        s = Singlebeam(SinglebeamConfig(range_max_m=30, bins=300, bandwidth_hz=60e3, **QUIET), c)
+        first = lambda: s.tables["range"][np.argmax(s.sense(at(0, 0, DEEP)).truth[0] > 1e-6)]
+        still = np.zeros((1, 3))
+        level = np.array([[1.0, 0, 0, 0]])
+        assert first() == pytest.approx(20.0, abs=0.11)
+        c.scene.set_moving([(box((0, 0, 0), (4, 4, 1)), 0)])
+        c.scene.move(np.array([[0, 0, DEEP - 10.5]]), level, still, still)
+        assert first() == pytest.approx(10.0, abs=0.11)
+        c.scene.move(np.array([[0, 0, DEEP - 5.5]]), level, still, still)
+        assert first() == pytest.approx(5.0, abs=0.11)
+        c.scene.set_moving([])
+        assert first() == pytest.approx(20.0, abs=0.11)
+
+
+class TestSidescan:
+    def sonar(self, geometries, **options):
+        return Sidescan(SidescanConfig(**({"range_max_m": 50.0, "bins": 1000} | QUIET | options)), context(geometries))
+
+    def test_first_return_is_the_altitude_and_both_sides_agree_over_a_flat_bottom(self):
+        s = self.sonar([below(8.0)])
+        reading = s.sense(at(0, 0, DEEP))
+        assert reading.extras["altitude"] == pytest.approx([8.0], abs=0.8)  # the null of the pattern is straight down
+        assert (reading.truth[0, :, s.tables["range"] < 7.9] == 0).all()
+        far = s.tables["range"] > 12
+        assert reading.truth[0, 0, far] == pytest.approx(reading.truth[0, 1, far], rel=0.05)
+
+    @pytest.mark.parametrize(("height", "distance"), [(0.5, 15.0), (1.0, 15.0), (1.0, 25.0)])
+    def test_shadow_length_is_height_times_range_over_altitude(self, height, distance):
+        altitude = 8.0
+        wall = box((0, distance + 0.05, DEEP - altitude + height / 2), (4.0, 0.1, height))
+        s = self.sonar([below(altitude), wall])
+        reading = s.sense(at(0, 0, DEEP))
+        trace, slant = reading.truth[0, 0], s.tables["range"]
+        behind = slant > math.hypot(distance, altitude) + 0.3
+        dark = slant[behind & (trace < 1e-3 * trace[slant > 12].mean())]
+        reach = math.sqrt(dark[-1] ** 2 - altitude**2)
+        expected = (distance + 0.1) * height / (altitude - height)
+        # a stratum of 0.1 deg covers r^2/h d(angle) = 0.06 to 0.15 m of the bottom
+        assert reach - (distance + 0.1) == pytest.approx(expected, abs=0.2)
+        other = reading.truth[0, 1]
+        assert (other[behind] > 0).all()
+
+    def test_ground_range(self):
+        reading = self.sonar([below(8.0)]).sense(at(0, 0, DEEP))
+        h, r = reading.extras["altitude"][0], reading.tables["range"]
+        seen = r >= h
+        assert reading.extras["ground_range"][0][seen] == pytest.approx(np.sqrt(r[seen] ** 2 - h**2), rel=1e-5)
+        assert np.isnan(reading.extras["ground_range"][0][~seen]).all()
+
+
+class TestScanning:
+    def test_head_turns_by_its_step_and_finds_a_target_where_it_is(self):
+        config = MechanicalScanningSonarConfig(rate_hz=10.0, step_deg=6.0, range_max_m=40, **QUIET)
+        s = MechanicalScanningSonar(config, context([sphere((0, 20, DEEP), 1.0)]))
+        period = round(1e9 / DT_NS / 10)
+        reading = s.sense(lanes(np.arange(60) * period, dt_ns=DT_NS, position=(0, 0, DEEP)))
+        angle, level = reading.extras["angle"], reading.truth.sum(axis=1)
+        assert np.diff(angle) == pytest.approx(np.full(59, -math.radians(6)), abs=1e-6)
+        assert angle[np.argmax(level)] == pytest.approx(math.pi / 2, abs=math.radians(3.1))
+        peak = reading.tables["range"][np.argmax(reading.truth[np.argmax(level)])]
+        assert peak == pytest.approx(19.0, abs=0.2)
+
+    def test_a_sector_is_swept_to_and_fro(self):
+        config = MechanicalScanningSonarConfig(sector_deg=90, step_deg=30)
+        degrees = np.degrees(config.angles(np.arange(8)))
+        assert degrees == pytest.approx([45, 15, -15, -45, -15, 15, 45, 15])
+
+
+class TestProfiling:
+    def test_profile_of_a_flat_bottom(self):
+        config = ProfilingSonarConfig(orientation_deg=(0, 90, 0), range_max_m=40, side_lobe_beams=0, **QUIET)
+        s = ProfilingSonar(config, context([below(10.0)]))
+        reading = s.sense(at(0, 0, DEEP))
+        exact = 10.0 / np.cos(s.tables["azimuth"])
+        found = reading.extras["profile_truth"][0]
+        inner = np.abs(s.tables["azimuth"]) < math.radians(50)
+        assert found[inner] == pytest.approx(exact[inner], rel=0.02)
+
+
+class TestSyntheticAperture:
+    def test_a_point_has_the_phase_history_of_its_distance(self):
+        """Phase -4 pi f r/c: its second difference along the track is that of the hyperbola."""
+        config = SyntheticApertureSonarConfig(facet_m=4.0, rays=40000, roughness_seed=3, **QUIET)
+        ball = sphere((2.0, 22.0, -198.0), 0.5)
+        s = SyntheticApertureSonar(config, context([ball]))
+        x = np.arange(-0.5, 0.5, 0.02)
+        data = np.stack([s.sense(at(float(v), 0, -190.0)).data[0] for v in x])
+        column = int(np.argmax(np.abs(data).sum(axis=0)))
+        # all of the ball lies in one facet of the lattice, whose middle is at (2, 22, -198)
+        r = np.sqrt((x - 2.0) ** 2 + 22.0**2 + 8.0**2)
+        turned = data[:, column] * np.exp(4j * np.pi * config.frequency_hz * r / 1500.0)
+        phase = np.unwrap(np.angle(turned))
+        assert np.ptp(phase) < 0.3  # 4 mm of 12.5 mm wavelength, for the curvature of 0.05 rad in single precision
+
+    def test_focusing_gains_resolution(self):
+        """Back-projection over 4 m of track brings a ball of 0.2 m to a peak of a quarter of a metre."""
+        config = SyntheticApertureSonarConfig(facet_m=1.0, rays=4000, range_min_m=15, range_max_m=23, bins=320, **QUIET)
+        s = SyntheticApertureSonar(config, context([sphere((0.5, 18.5, -191.5), 0.2)]))
+        x = np.arange(-1.5, 2.5, 0.02)  # less than half an element: 0.886 wavelengths/15 deg/2
+        track = np.stack([x, 0 * x, 0 * x - 190.0], axis=1)
+        data = s.sense(lanes(range(len(x)), dt_ns=DT_NS, position=track)).data
+        line = np.linspace(-1.5, 2.5, 801)
+        ranges = s.tables["range"].astype(float)
+        image = np.zeros(len(line), complex)
+        for v, trace in zip(x, data, strict=True):
+            r = np.sqrt((line - v) ** 2 + 18.5**2 + 1.5**2)
+            k = np.clip(np.round((r - ranges[0]) / (ranges[1] - ranges[0])).astype(int), 0, len(ranges) - 1)
+            image += trace[k] * np.exp(4j * np.pi * config.frequency_hz * r / 1500.0)
+        level = np.abs(image) ** 2
+        assert line[np.argmax(level)] == pytest.approx(0.5, abs=0.1)
+        wide = line[level > 0.5 * level.max()]
+        assert np.ptp(wide) < 0.25
+        single = np.abs(data[:, int(np.argmax(np.abs(data).sum(axis=0)))]) ** 2
+        assert np.ptp(x[single > 0.5 * single.max()]) > 4 * np.ptp(wide)
+
+
+class TestAdcp:
+    def test_uniform_flow_is_measured_in_the_sensor_frame_down_to_the_bottom(self):
+        s = Adcp(AdcpConfig(noise_mps=0.0), context([below(10.5)]))
+        reading = s.sense(at(0, 0, DEEP, velocity=(1.5, -0.2, 0.0)))
+        free = reading.extras["cell_valid"][0]
+        assert reading.data[0][free] == pytest.approx(np.tile([-1.5, 0.2, 0.0], (free.sum(), 1)), abs=1e-6)
+        # the side lobe's echo drowns the water beyond altitude cos(tilt): cells that end above 10.5 cos(20)
+        edge = reading.tables["depth"] + 0.5
+        np.testing.assert_array_equal(free, edge < 10.5 * math.cos(math.radians(20)))
+        assert np.isnan(reading.data[0][~free]).all()
+
+    def test_noise_is_that_of_the_beams(self):
+        s = Adcp(AdcpConfig(noise_mps=0.02, cells=3), context([below(50.0)]))
+        error = s.sense(lanes(range(4000), dt_ns=DT_NS, position=(0, 0, DEEP))).data
+        expected = 0.02 / (math.sqrt(2) * math.sin(math.radians(20)))
+        assert error[..., 0].std(axis=0) == pytest.approx(np.full(3, expected), rel=0.05)
+
+    def test_water_track_of_the_dvl(self):
+        config = DvlConfig(water_layer_m=3.0, noise_mps=0.0, noise_relative=0.0)
+        s = Dvl(config, context([below(10.0)]))
+        found = s.sense(at(0, 0, DEEP, velocity=(1.0, 0.2, 0.1))).extras["water_velocity"]
+        assert found[0] == pytest.approx([1.0, 0.2, 0.1], abs=1e-9)
+
+
+class TestEffects:
+    def imaging(self, geometries, ocean=None, **options):
+        config = ImagingSonarConfig(**({"beams": 33, "bins": 600, "range_max_m": 60.0} | QUIET | options))
+        return ImagingSonar(config, context(geometries, ocean=ocean))
+
+    def test_labels_are_of_the_strongest_echo(self):
+        s = self.imaging([below(5.0), box((20, 0, DEEP), (1, 2, 12))], labels=True, orientation_deg=(0, 10, 0))
+        reading = s.sense(at(0, 0, DEEP))
+        label, r = reading.extras["label"][0, 16], s.tables["range"]
+        assert label[np.abs(r - 19.6).argmin()] == 2
+        assert label[np.abs(r - 12.0).argmin()] == 1
+        assert label[r < 5].max() == 0
+
+    def test_closing_moves_the_echo_nearer_by_v_over_c(self):
+        wall = [box((40.5, 0, DEEP), (1, 300, 300))]
+        options = {"bins": 4096, "range_min_m": 39.0, "range_max_m": 41.0, "bandwidth_hz": 1e6, "frequency_hz": 750e3,
+                   "beams": 1, "horizontal_aperture_deg": 0.5, "vertical_beamwidth_deg": 1.0}  # fmt: skip
+        s = self.imaging(wall, **options)
+        edge = lambda v: float(
+            s.tables["range"][np.argmax(s.sense(at(0, 0, DEEP, velocity=(v, 0, 0))).truth[0, 0] > 1e-6)]
+        )
+        shift = edge(0.0) - edge(3.0)
+        assert shift == pytest.approx(40.0 * 3.0 / 1500.0, abs=0.003)
+
+    def test_surface_bounce_arrives_at_the_image_delays(self):
+        """A ball at the sonar's depth: straight 20 m, by the surface sqrt(20^2 + 8^2), and both mixed at the mean."""
+        ball = [sphere((20.0, 0, -4.0), 0.3)]
+        s = self.imaging(ball, multipath="surface", bins=3000, range_max_m=30.0, bandwidth_hz=300e3, rays_per_beam=1000,
+                         vertical_beamwidth_deg=80.0, beams=9, horizontal_aperture_deg=3.0, surface_loss_db=0.0,
+                         side_lobe_beams=0, labels=True)  # fmt: skip
+        plain = s.sense(at(0, 0, -4.0)).truth[0]
+        without = self.imaging(ball, bins=3000, range_max_m=30.0, bandwidth_hz=300e3, rays_per_beam=1000,
+                               vertical_beamwidth_deg=80.0, beams=9, horizontal_aperture_deg=3.0,
+                               side_lobe_beams=0).sense(at(0, 0, -4.0)).truth[0]  # fmt: skip
+        extra = np.maximum(plain - without, 0).sum(axis=0)
+        r = s.tables["range"]
+        broken = math.hypot(20.0, 8.0)
+        groups = r[extra > 0.02 * extra.max()]
+        mixed = groups[groups < 20.5]
+        both = groups[groups > 20.9]
+        assert mixed.min() == pytest.approx(0.5 * (20.0 + broken) - 0.3, abs=0.1)
+        assert both.min() == pytest.approx(broken - 0.3, abs=0.1)
+        assert groups.min() > 19.7 + 0.02  # nothing before the direct echo
+
+    def test_refraction_bends_the_beam_as_the_arc_says(self):
+        """c = 1500 + g z: a ray that starts level has fallen or risen by x^2 g/(2 c) after x, first order."""
+
+        water = LayeredWater(jit.Float64(1.0), jit.Float64(DEEP))
+        deep = box((100.5, 0, DEEP), (1.0, 20.0, 2.0))  # a plate of 2 m at the sonar's depth, 100 m ahead
+        drop = 100.0**2 * 1.0 / (2 * 1500.0)  # 3.3 m: the level ray passes below or above it
+        options = {"vertical_beamwidth_deg": 1.0, "range_max_m": 110.0, "beams": 1, "horizontal_aperture_deg": 1.0,
+                   "rate_hz": 5.0, "side_lobe_beams": 0, "rays_per_beam": 64}  # fmt: skip
+        straight = self.imaging([deep], ocean=water, **options)
+        bent = self.imaging([deep], ocean=water, refraction=True, **options)
+        lower = self.imaging([box((100.5, 0, DEEP - drop), (1.0, 20.0, 2.0))], ocean=water, refraction=True, **options)
+        assert straight.sense(at(0, 0, DEEP)).truth.max() > 1e-6
+        assert bent.sense(at(0, 0, DEEP)).truth.max() < 1e-9
+        assert lower.sense(at(0, 0, DEEP)).truth.max() > 1e-6
+
+    def test_another_sonar_is_heard_once_in_its_period(self):
+        options = {"interference": {"rate_hz": 5.0, "source_level_db": 330.0, "distance_m": 30.0, "pulse_s": 2e-4}}
+        s = self.imaging([below(300.0)], **options)
+        ping = s.sense(at(0, 0, DEEP, tick=0)).data[0, 16]
+        assert s.tables["range"][np.argmax(ping)] == pytest.approx(15.0, abs=0.3)  # one way: half of the range
+
+    def test_painted_noise_adds_to_empty_water(self):
+        s = self.imaging([below(300.0)], painted_noise={"additive": 0.1, "additive_reference_db": 0.0})
+        data = s.sense(at(0, 0, DEEP)).data
+        assert data.mean() == pytest.approx(0.1 * math.sqrt(math.pi / 2), rel=0.02)
+
+
+@pytest.mark.parametrize(
+    ("config", "options", "message"),
+    [
+        (ImagingSonarConfig, {"rate_hz": 20.0, "range_max_m": 60.0}, "ambiguous"),
+        (SidescanConfig, {"range_min_m": 70.0}, "below range_max_m"),
+        (SinglebeamConfig, {"bandwidth_hz": 500e3}, "bandwidth_hz"),
+        (AdcpConfig, {"cells": 0}, "cells"),
+    ],
+)
+def test_impossible_sonars_are_refused(config, options, message):
+    with pytest.raises(ValidationError, match=message):
+        config(**options)
+
+
+@pytest.mark.parametrize(
+    "kind", [Singlebeam, Sidescan, MechanicalScanningSonar, ProfilingSonar, SyntheticApertureSonar, Adcp]
+)
+def test_lanes_equal_singles_and_every_sonar_explains_itself(kind):
+    extra = {} if kind is Adcp else {"bins": 128}
+    if kind is SyntheticApertureSonar:
+        extra["rays"] = 1024
+    scene = [below(8.0), box((3, 4, DEEP - 7), (1, 1, 2))]
+    one, two = (kind(kind.Config(**extra), context(scene, n=n, materials=(PLAIN,))) for n in (1, 2))
+    motion = {"dt_ns": DT_NS, "velocity": (1.0, 0.1, 0.0)}
+    pair = two.sense(lanes([40], environments=range(2), position=[[0, 0, DEEP], [1, 1, DEEP]], **motion))
+    alone = one.sense(lanes([40], position=[[0, 0, DEEP]], **motion))
+    alone = one.sense(lanes([40], position=[[0, 0, DEEP]], **motion))
+    np.testing.assert_array_equal(pair.data[0], alone.data[0])
+    told = one.explain(lanes([40], position=[[0, 0, DEEP]], **motion))
+    assert len(told) >= 4
