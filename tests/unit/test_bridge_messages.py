@@ -27,8 +27,15 @@ T_NS = 12_345_678_901
 RNG = np.random.Generator(np.random.PCG64(5))
 
 
+_PIXELS: dict[str, tuple[tuple[int, ...], str]] = {
+    "depth_camera": ((), "f4"), "semantic_camera": ((), "u1"), "instance_camera": ((), "u4"),
+    "normal_camera": ((3,), "f4"), "optical_flow_camera": ((2,), "f4"),
+}  # fmt: skip
+
+
 def config_of(kind: str) -> Any:
-    return registry.find("sensor", kind).config.model_validate({"type": kind})
+    needed = {"tracer": {"tracer": "dye"}}  # what has no default
+    return registry.find("sensor", kind).config.model_validate({"type": kind, **needed.get(kind, {})})
 
 
 def measurement(kind: str, config: Any, lanes: int) -> Measurement:
@@ -43,11 +50,20 @@ def measurement(kind: str, config: Any, lanes: int) -> Measurement:
         data = uniform(5, 20, (lanes, config.beams)).astype(np.float32)
         data[:, 3] = np.nan
         extras["backscatter"] = uniform(-40, -10, data.shape).astype(np.float32)
-    elif kind == "imaging_sonar":
+    elif kind in ("imaging_sonar", "profiling_sonar"):
         data = uniform(0, 1, (lanes, config.beams, config.bins)).astype(np.float32)
     elif kind == "camera":
         data = np.zeros((lanes, config.height_px, config.width_px, 3), dtype=np.uint8)
         data[:, :, : config.width_px // 2, 0] = 200
+    elif kind in _PIXELS:
+        shape, dtype = _PIXELS[kind]
+        data = uniform(0, 9, (lanes, config.height_px, config.width_px, *shape)).astype(dtype)
+    elif kind in ("lidar", "semantic_lidar"):
+        data = uniform(-9, 9, (lanes, 4, 10, 4)).astype(np.float32)
+        data[:, 0, 0] = np.nan
+        if kind == "semantic_lidar":
+            extras["instance"] = np.arange(lanes * 40, dtype=np.uint32).reshape(lanes, 4, 10)
+            extras["label"] = extras["instance"].astype(np.uint8)
     else:
         data = uniform(0, 1, (lanes, 4))
     if kind == "dvl":
@@ -266,3 +282,32 @@ def test_schemas_name_every_type_within() -> None:
     text = schema("marine_acoustic_msgs/msg/ProjectedSonarImage").decode()
     for inner in ("std_msgs/Header", "marine_acoustic_msgs/PingInfo", "geometry_msgs/Vector3"):
         assert f"MSG: {inner}" in text
+
+
+@pytest.mark.parametrize(
+    ("kind", "name", "step"),
+    [
+        ("depth_camera", "32FC1", 4),
+        ("semantic_camera", "mono8", 1),
+        ("instance_camera", "32SC1", 4),
+        ("normal_camera", "32FC3", 12),
+    ],
+)
+def test_pixels_come_back_as_they_were(kind: str, name: str, step: int) -> None:
+    config = config_of(kind)
+    found, (image, info) = messages(kind, config)
+    assert (image.encoding, image.step, image.height) == (name, step * config.width_px, config.height_px)
+    pixels = np.frombuffer(bytes(image.data), dtype=found.data.dtype)
+    np.testing.assert_array_equal(pixels, found.data.ravel())
+    assert info.width == config.width_px
+
+
+def test_lidar_points_have_ring_label_and_instance() -> None:
+    found, (cloud,) = messages("semantic_lidar")
+    kinds = {4: "<u2", 6: "<u4", 7: "<f4"}
+    points = np.frombuffer(bytes(cloud.data), dtype=[(f.name, kinds[f.datatype]) for f in cloud.fields])
+    assert cloud.point_step == points.dtype.itemsize
+    np.testing.assert_array_equal(points["y"].reshape(4, 10), found.data[0, ..., 1])
+    assert points["ring"].reshape(4, 10)[:, 3].tolist() == [0, 1, 2, 3]
+    assert points["instance"][37] == 37
+    assert np.isnan(points["x"][0])

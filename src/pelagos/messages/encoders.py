@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any, Final
 
-from pelagos.messages import camera, navigation, ranging, sonar_image, soundings
+from pelagos.messages import camera, images, lidar, navigation, ranging, sonar_image, soundings
 from pelagos.messages.encoding import Encoding, Site
 from pelagos.messages.numbers import numbers
 
@@ -19,7 +19,15 @@ ENCODERS: Final[Mapping[str, Callable[[Any, Site], Encoding]]] = {
     "dvl": ranging.dvl,
     "altimeter": ranging.altimeter,
     "camera": camera.camera,
+    "depth_camera": images.pixels,
+    "semantic_camera": images.pixels,
+    "instance_camera": images.pixels,
+    "normal_camera": images.pixels,
+    "optical_flow_camera": images.pixels,
+    "lidar": lidar.lidar,
+    "semantic_lidar": lidar.lidar,
     "imaging_sonar": sonar_image.imaging_sonar,
+    "profiling_sonar": sonar_image.imaging_sonar,
     "multibeam": soundings.multibeam,
 }
 

@@ -9,14 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pelagos.messages.encoding import DOWNWARD, Encoding, Site, Topic, seconds_nanoseconds
+from pelagos.messages.point_cloud import POINT_CLOUD, point_cloud
 from pelagos.messages.store import header, make, vector3
 from pelagos.messages.template import STAMP, Buffer, Template
 from pelagos.sensors.sensor import Reading
 
-POINT_CLOUD: Final = "sensor_msgs/msg/PointCloud2"
 SONAR_RANGES: Final = "marine_acoustic_msgs/msg/SonarRanges"
 POINT: Final = np.dtype([("x", "<f4"), ("y", "<f4"), ("z", "<f4"), ("intensity", "<f4")])
-_FLOAT32: Final = 7  # PointField.FLOAT32
 _BAD: Final = 1  # DetectionFlag.DETECT_BAD_SONAR
 
 
@@ -27,7 +26,7 @@ def multibeam(config: Any, site: Site) -> Encoding:
     """
     angle = np.asarray(config.angles, dtype=np.float64)
     direction = np.stack([0 * angle, np.sin(angle), -np.cos(angle)]).astype(np.float32)  # (3, beams)
-    cloud = Template(POINT_CLOUD, _cloud(site.frame, len(angle)), [*STAMP, "data:bytes"])
+    cloud = Template(POINT_CLOUD, point_cloud(site.frame, POINT, len(angle)), [*STAMP, "data:bytes"])
     ranges = Template(
         SONAR_RANGES,
         _ranges(config, site.frame + DOWNWARD.suffix, angle),
@@ -48,25 +47,6 @@ def multibeam(config: Any, site: Site) -> Encoding:
         )
 
     return Encoding((Topic("points", POINT_CLOUD), Topic("ranges", SONAR_RANGES)), encode, (DOWNWARD,))
-
-
-def _cloud(frame: str, points: int) -> Any:
-    layout = [
-        make("sensor_msgs/msg/PointField", name=name, offset=4 * i, datatype=_FLOAT32, count=1)
-        for i, name in enumerate(POINT.names or ())
-    ]
-    return make(
-        POINT_CLOUD,
-        header=header(frame),
-        height=1,
-        width=points,
-        fields=layout,
-        is_bigendian=False,
-        point_step=POINT.itemsize,
-        row_step=POINT.itemsize * points,
-        data=np.zeros(POINT.itemsize * points, dtype=np.uint8),
-        is_dense=False,
-    )
 
 
 def _ranges(config: Any, frame: str, angle: NDArray[np.float64]) -> Any:

@@ -9,7 +9,8 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from pelagos.messages.soundings import POINT, POINT_CLOUD
+from pelagos.messages.point_cloud import POINT_CLOUD
+from pelagos.messages.soundings import POINT
 from pelagos.report.mission import Mission, rotate
 
 CELLS: Final = 460  # along the longer side of a map
