@@ -17,40 +17,20 @@ from numpy.typing import NDArray
 from pydantic import Field
 
 from pelagos import jit
-from pelagos.config.strict import Strict
 from pelagos.jit import Array
-from pelagos.math.so3 import from_euler, rotate
-from pelagos.optics.caustics import ripple, swell_around, waves_at
-from pelagos.optics.lamp import Beam, axis_intensity
+from pelagos.optics.caustics import ripple
 from pelagos.optics.lens import natural_vignette
-from pelagos.optics.sunlight import daylight
-from pelagos.optics.texture import looks
 from pelagos.sensors.camera_sampling import Sample, sampled_rays, samples
 from pelagos.sensors.develop import balanced, developed, exposed, gathered, through_lens
-from pelagos.sensors.mount import sensor_pose
 from pelagos.sensors.noise import opaque_key, stream_key
 from pelagos.sensors.pixels import Pixels, Tiling, pixels
 from pelagos.sensors.sensor import Kinematics, Measurement, SensorConfig, SensorContext
-from pelagos.sensors.shading import Radiance, Scenery, look
-from pelagos.sensors.view import Trace, View, ViewConfig, pixel_angle, pixel_rays
+from pelagos.sensors.shading import Radiance, look
+from pelagos.sensors.surroundings import LitViewConfig, Surroundings, lamp_beam, scenery_of
+from pelagos.sensors.view import Trace, View, pixel_angle, pixel_rays
 
 
-class LampConfig(Strict):
-    """A lamp on the vehicle."""
-
-    position_m: tuple[float, float, float] = (0.0, 0.0, 0.0)
-    """Place in the body frame, forward-left-up of the vehicle's origin [m]."""
-    orientation_deg: tuple[float, float, float] = (0.0, 0.0, 0.0)
-    """Roll, pitch, yaw of the lamp's axis (its x) in the body frame [deg]; positive pitch shines down."""
-    flux_lm: float = Field(default=1500.0, gt=0)
-    """Luminous flux [lm]."""
-    beam_angle_deg: float = Field(default=100.0, gt=1, le=170)
-    """Full width of the cone [deg]; the light fades over its outer half."""
-    color: tuple[float, float, float] = (1.0, 0.97, 0.92)
-    """Colour: linear red, green, blue, relative to daylight."""
-
-
-class CameraConfig(ViewConfig):
+class CameraConfig(LitViewConfig):
     """A colour camera."""
 
     type: Literal["camera"] = "camera"
@@ -127,10 +107,6 @@ class CameraConfig(ViewConfig):
     """Bits of a value; above 8 the arrays are uint16."""
     mosaic: Literal["none", "rggb", "bggr", "grbg", "gbrg"] = "none"
     """Raw pictures behind a colour filter array, one value a pixel."""
-    lamps: tuple[LampConfig, ...] = ()
-    """Lamps that shine when this camera looks."""
-    ripple: float = Field(default=0.004, ge=0, le=0.05)
-    """Mean square slope of waves of 0.3 to 4 m that make caustics, on top of the ocean's waves."""
 
     @property
     def focal_length_m(self) -> float:
@@ -151,16 +127,12 @@ class Camera:
     )
 
     def __init__(self, config: CameraConfig, context: SensorContext) -> None:
-        self.config, self._context = config, context
+        self.config = config
         self._view = View(config, context)
         _, directions = pixel_rays(config)
         vignette = np.nan_to_num(natural_vignette(directions, config.vignette))
         self._vignette = jit.Float(self._view.tiling.arrange(vignette))
-        materials = context.world.material_tables()
-        self._looks = looks(materials.albedo, materials.texture_scale, [m.texture for m in context.world.palette])
-        ocean = context.ocean
-        self._water = ocean.water.arrays()
-        self._light = daylight(float(ocean.sun_elevation[0]), -float(ocean.sun_azimuth[0])).arrays()
+        self._surroundings = Surroundings(context)
         self._key = opaque_key(stream_key(context.seed, context.path, "image"))
         dr.make_opaque(self._vignette)
         self._ping = context.scene.compile(self._make)
@@ -174,9 +146,7 @@ class Camera:
         return self._view.explain(self._make, self._arguments(motion))
 
     def _arguments(self, motion: Kinematics) -> tuple[Any, ...]:
-        ocean = self._context.ocean
-        light = (self._looks, self._water, self._light, ocean if ocean.waves is not None else None)
-        return *self._view.arguments(motion), light, self._vignette, self._key
+        return *self._view.arguments(motion), self._surroundings.arguments(), self._vignette, self._key
 
     def _make(self, static: Any, moving: Any, trace: Trace | None = None) -> Callable[..., Any]:
         config, tiling = self.config, self._view.tiling
@@ -187,9 +157,7 @@ class Camera:
         ) -> tuple[Array, ...]:
             images = dr.width(motion.tick)
             where = pixels(tiling, images)
-            materials, water, daylit, ocean = light
-            waves = waves_of(sea, ocean, daylit.towards_sun, motion, config)
-            scenery = Scenery(tables, materials, water, daylit, waves)
+            scenery = scenery_of(tables, light, sea, motion, config)
             lamps = [lamp_beam(lamp, config, motion, where.image) for lamp in config.lamps]
 
             def light_of(sample: Sample | None, exposure: Array) -> tuple[Radiance, Any]:
@@ -251,32 +219,6 @@ def mean_light(
     start = (jit.UInt32(0), *(dr.zeros(jit.Array3f, lanes) for _ in range(4)))
     sums = dr.while_loop(start, lambda number, *_: number < config.samples, add, mode="symbolic")[1:]
     return Radiance(*(s / config.samples for s in sums))
-
-
-def waves_of(sea: Any, ocean: Any, towards_sun: Array, motion: Kinematics, config: CameraConfig) -> Any:
-    """The sea surface around the cameras at their moments."""
-    t = jit.Float64(motion.t_ns) * 1e-9
-    position, _ = sensor_pose(motion, config)
-    images = dr.width(motion.tick)
-    swell = None if ocean is None else swell_around(ocean.elevation, position, t, images)
-    return waves_at(sea, t, towards_sun, images, swell)
-
-
-def lamp_beam(lamp: LampConfig, config: CameraConfig, motion: Kinematics, image: Array) -> Beam:
-    """A lamp of the vehicle at the moments of the images, by ray."""
-    attitude = jit.Array4f(*(jit.Float(motion.attitude[i]) for i in range(4)))
-    offset = rotate(attitude, jit.Array3f(*(a - b for a, b in zip(lamp.position_m, config.position_m, strict=True))))
-    w, x, y, z = from_euler(*(math.radians(a) for a in lamp.orientation_deg))
-    axis = rotate(attitude, rotate(jit.Array4f(w, x, y, z), jit.Array3f(1, 0, 0)))
-    half = math.radians(lamp.beam_angle_deg) / 2
-    candela = axis_intensity(lamp.flux_lm, 2 * half)
-    return Beam(
-        position=dr.gather(jit.Array3f, offset, image),
-        axis=dr.gather(jit.Array3f, axis, image),
-        intensity=jit.Array3f(*(candela * c for c in lamp.color)),
-        inner=jit.Float(math.cos(0.5 * half)),
-        outer=jit.Float(math.cos(half)),
-    )
 
 
 def trace_light(trace: Trace, hits: Any, seen: Any) -> None:
