@@ -39,7 +39,7 @@ check: venv llvm ## Everything that CI runs: format, lint, types, layers, schema
 	$(BIN)/mypy
 	$(BIN)/lint-imports
 	$(BIN)/pelagos schema --check schema/scenario.schema.json
-	$(BIN)/python scripts/reference.py --check docs/scenario.md
+	$(BIN)/python scripts/reference.py --check
 	$(BIN)/python -m pytest -n 2 -m "not slow"
 
 bench: venv llvm ## Measure speed and refresh bench/RESULTS.md
@@ -47,7 +47,7 @@ bench: venv llvm ## Measure speed and refresh bench/RESULTS.md
 
 docs: venv ## Renew the files that are generated: the schema and the scenario reference
 	$(BIN)/pelagos schema --write schema/scenario.schema.json
-	$(BIN)/python scripts/reference.py docs/scenario.md
+	$(BIN)/python scripts/reference.py
 
 clean: ## Remove what was built (results stay)
 	rm -rf .venv .mypy_cache .ruff_cache .pytest_cache .import_linter_cache build dist

@@ -1,11 +1,8 @@
-"""Write docs/scenario.md, the reference of scenario files, from the models' own descriptions.
-
-usage: reference.py docs/scenario.md            write it
-       reference.py --check docs/scenario.md    exit code 1 if it is out of date
-"""
+"""Write docs/scenario.md, the reference of scenario files, from the models' own descriptions."""
 
 from __future__ import annotations
 
+import argparse
 import sys
 from pathlib import Path
 from typing import Any
@@ -13,6 +10,7 @@ from typing import Any
 from pelagos.cli.schema import VEHICLE, schema_data
 from pelagos.config import registry
 
+PAGE = Path(__file__).parents[1] / "docs" / "scenario.md"
 HEAD = """\
 # Scenario files
 
@@ -147,14 +145,16 @@ def cell(text: str) -> str:
 
 
 def main() -> int:
-    check = "--check" in sys.argv
-    path = Path(sys.argv[-1])
-    if not check:
-        path.write_text(page(), encoding="utf-8")
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--check", action="store_true", help="compare only; exit code 1 if the page is out of date")
+    parser.add_argument("page", nargs="?", type=Path, default=PAGE)
+    given = parser.parse_args()
+    if not given.check:
+        given.page.write_text(page(), encoding="utf-8")
         return 0
-    if path.exists() and path.read_text(encoding="utf-8") == page():
+    if given.page.exists() and given.page.read_text(encoding="utf-8") == page():
         return 0
-    print(f"{path} is out of date; renew it with: make docs", file=sys.stderr)
+    print(f"{given.page} is out of date; renew it with: make docs", file=sys.stderr)
     return 1
 
 
