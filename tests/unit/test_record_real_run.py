@@ -7,11 +7,14 @@ import signal
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 
+import pytest
 import yaml
 
 from pelagos.messages.navigation import IMU, IMU_FIELDS
 from pelagos.sim.replay import Recording, recover
+from pelagos.sim.simulation import Simulation
 
 SCENARIO = {
     "name": "short", "duration_s": 600, "world": {"type": "flat"},
@@ -23,6 +26,22 @@ SCENARIO = {
         }
     },
 }  # fmt: skip
+
+DOCS = Path(__file__).parents[2] / "docs" / "recording.md"
+
+
+def test_python_of_the_documentation_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    scenario = yaml.safe_load(yaml.safe_dump(SCENARIO))
+    sensors = scenario["agents"]["auv0"]["sensors"]
+    sensors |= {"dvl": {"type": "dvl", "rate_hz": 5}, "multibeam": {"type": "multibeam", "rate_hz": 1, "beams": 16}}
+    namespace: dict[str, Any] = {"sim": Simulation.load(scenario)}
+    exec(DOCS.read_text(encoding="utf-8").split("```python\n")[1].split("```")[0], namespace)
+    assert namespace["values"].shape == (1001, 8)
+    assert namespace["cloud"].width == 16
+    assert namespace["dvl"].num_good_beams == 4
+    assert {f"/auv0/{s}" for s in ("truth", "depth/pose", "dvl/twist")} <= set(namespace["recording"].topics())
+
 
 KILLED = """
 import sys
