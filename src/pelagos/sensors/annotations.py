@@ -1,0 +1,140 @@
+"""Labels as computer vision wants them: boxes in the picture and in space, and COCO's annotations, from an instance
+camera.
+
+COCO data format: T.-Y. Lin et al. 2014, doi 10.1007/978-3-319-10602-1_48; masks are uncompressed run lengths, column
+    by column.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pelagos.raycast.geometry import Geometry
+from pelagos.world.label import label_name
+
+
+@dataclass(frozen=True)
+class Box:
+    """One object in one picture.
+
+    Attributes:
+        instance: its id.
+        label: its semantic label.
+        column, row: upper left pixel.
+        width, height: [px], at least 1.
+        area: pixels that show it.
+    """
+
+    instance: int
+    label: int
+    column: int
+    row: int
+    width: int
+    height: int
+    area: int
+
+
+def boxes(instances: NDArray[np.uint32], labels: NDArray[np.uint8], *, least_area: int = 1) -> list[Box]:
+    """Boxes around what is visible of each object, by id.
+
+    Args:
+        instances: `(height, width)` of one lane of an instance camera.
+        labels: the same pixels' labels.
+        least_area: objects of fewer pixels are left out.
+    """
+    found = []
+    for instance in np.unique(instances[instances > 0]):
+        rows, columns = np.nonzero(instances == instance)
+        if len(rows) < least_area:
+            continue
+        found.append(Box(
+            int(instance), int(labels[rows[0], columns[0]]), int(columns.min()), int(rows.min()),
+            int(np.ptp(columns)) + 1, int(np.ptp(rows)) + 1, len(rows),
+        ))  # fmt: skip
+    return found
+
+
+def coco(
+    frames: Iterable[tuple[str, NDArray[np.uint32], NDArray[np.uint8]]],
+    *,
+    user_labels: Mapping[str, int] | None = None,
+    masks: bool = True,
+    least_area: int = 1,
+) -> dict[str, Any]:
+    """COCO's "images", "annotations" and "categories", ready for `json.dump`.
+
+    Args:
+        frames: (file name, instances, labels) of each picture, the arrays `(height, width)`.
+        user_labels: the scenario's own labels, name to number.
+        masks: whether annotations carry run lengths.
+        least_area: objects of fewer pixels are left out.
+    """
+    images: list[dict[str, Any]] = []
+    annotations: list[dict[str, Any]] = []
+    used: set[int] = set()
+    for number, (name, instances, labels) in enumerate(frames, start=1):
+        height, width = instances.shape
+        images.append({"id": number, "file_name": name, "width": width, "height": height})
+        for box in boxes(instances, labels, least_area=least_area):
+            used.add(box.label)
+            entry: dict[str, Any] = {
+                "id": len(annotations) + 1,
+                "image_id": number,
+                "category_id": box.label,
+                "bbox": [box.column, box.row, box.width, box.height],
+                "area": box.area,
+                "iscrowd": 0,
+                "instance_id": box.instance,
+            }
+            if masks:
+                entry["segmentation"] = {"size": [height, width], "counts": run_lengths(instances == box.instance)}
+            annotations.append(entry)
+    known = dict(user_labels or {})
+    categories = [{"id": label, "name": label_name(label, known), "supercategory": "marine"} for label in sorted(used)]
+    return {"images": images, "annotations": annotations, "categories": categories}
+
+
+def run_lengths(mask: NDArray[np.bool_]) -> list[int]:
+    """Lengths of alternating runs of 0 and 1, column by column, beginning with 0."""
+    flat = mask.T.ravel()
+    ends = np.flatnonzero(np.diff(flat)) + 1
+    runs = np.diff(np.concatenate([[0], ends, [flat.size]]))
+    return [int(r) for r in ([0, *runs] if flat[0] else runs)]
+
+
+@dataclass(frozen=True)
+class Box3d:
+    """One object in space, along the world's axes.
+
+    Attributes:
+        instance, label: as in `Box`.
+        low, high: corners, world NWU [m].
+    """
+
+    instance: int
+    label: int
+    low: tuple[float, float, float]
+    high: tuple[float, float, float]
+
+
+def boxes_3d(geometries: Sequence[Geometry]) -> dict[int, Box3d]:
+    """Boxes around static objects by instance id; parts that share an id share a box."""
+    found: dict[int, Box3d] = {}
+    for g in geometries:
+        if not len(g.vertices):
+            continue
+        low, high = g.vertices.min(axis=0), g.vertices.max(axis=0)
+        if g.instance in found:
+            low, high = np.minimum(low, found[g.instance].low), np.maximum(high, found[g.instance].high)
+        found[g.instance] = Box3d(g.instance, g.label, _triple(low), _triple(high))
+    return found
+
+
+def _triple(v: NDArray[np.float64]) -> tuple[float, float, float]:
+    x, y, z = (float(c) for c in v)
+    return x, y, z

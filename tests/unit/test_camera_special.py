@@ -1,0 +1,180 @@
+"""Event and thermal cameras, and annotations."""
+
+from __future__ import annotations
+
+import math
+from types import SimpleNamespace
+from typing import Any
+
+import drjit as dr
+import numpy as np
+import pytest
+
+from pelagos import jit
+from pelagos.optics.water import water_optics
+from pelagos.raycast.geometry import Geometry
+from pelagos.raycast.rays import NO_BODY
+from pelagos.raycast.scene import Scene
+from pelagos.sensors.annotations import boxes, boxes_3d, coco, run_lengths
+from pelagos.sensors.event_camera import EventCamera, EventCameraConfig, event_count, events
+from pelagos.sensors.sensor import Kinematics, SensorContext
+from pelagos.sensors.thermal_camera import ThermalCamera, ThermalCameraConfig
+from pelagos.world.material import MATERIALS, material_tables
+
+SIZE: dict[str, Any] = {"width_px": 96, "height_px": 64}
+
+
+def half(material: int, low: float, high: float, bottom: float, top: float, x: float = 2.0) -> Geometry:
+    corners = np.array([[x, high, bottom], [x, low, bottom], [x, low, top], [x, high, top]], dtype=float)
+    return Geometry(corners, np.array([[0, 1, 2], [0, 2, 3]], dtype=np.uint32), material, 7, material + 1)
+
+
+def context(geometries: list[Geometry], *, sun: float = 1.2) -> SensorContext:
+    materials = [MATERIALS["white"], MATERIALS["black"]]
+    world: Any = SimpleNamespace(material_tables=lambda: material_tables(materials), palette=materials)
+
+    class Ocean:
+        water = water_optics("I")
+        sun_elevation = jit.Float(sun)
+        sun_azimuth = jit.Float(math.pi)
+        waves = None
+
+        @staticmethod
+        def temperature(position: Any, t: Any) -> Any:
+            return jit.Float64(8.0)
+
+    ocean: Any = Ocean()
+    return SensorContext(
+        "auv0.view", 1, 5_000_000, Scene(geometries, copies=1), world, ocean, np.full(1, NO_BODY, np.uint32)
+    )
+
+
+def ahead(*, velocity: Any = (0.0, 0.0, 0.0), height: float = -10.0) -> Kinematics:
+    zero, u = dr.zeros(jit.Float64, 1), dr.zeros(jit.UInt32, 1)
+
+    def vector(v: Any) -> Any:
+        return jit.Array3f64(*(zero + float(c) for c in v))
+
+    none = vector((0, 0, 0))
+    attitude = jit.Array4f64(zero + 1, zero, zero, zero)
+    motion = Kinematics(
+        vector((0, 0, height)),
+        attitude,
+        vector(velocity),
+        none,
+        none,
+        none,
+        jit.UInt64(u) + 10**9,
+        u + 200,
+        u + 0,
+        u + 0,
+    )
+    dr.eval(motion)
+    return motion
+
+
+def plates() -> list[Geometry]:
+    return [half(0, 0.0, 40.0, -30, -1), half(1, -40.0, 0.0, -30, -1)]
+
+
+def test_nothing_moves_nothing_happens():
+    config = EventCameraConfig(ripple=0.0, background_hz=0.0, **SIZE)
+    got = EventCamera(config, context(plates())).sense(ahead())
+    assert not got.data.any()
+
+
+def test_a_moving_edge_makes_events_of_one_sign_where_it_passes():
+    config = EventCameraConfig(ripple=0.0, background_hz=0.0, threshold_mismatch=0.0, rate_hz=10.0, **SIZE)
+    got = EventCamera(config, context(plates())).sense(ahead(velocity=(0, 0.6, 0)))
+    rows, columns = np.nonzero(got.data[0])
+    shift = 0.6 * 0.1 / 2.0 * 48 / math.tan(math.radians(35))  # pixels that the edge moved: to the right of the picture
+    assert len(rows) == pytest.approx(64 * shift, rel=0.5)
+    assert (got.data[0][rows, columns] > 0).all()  # white comes where black was
+    listed = events(got, 0, config)
+    assert len(listed) == np.abs(got.data[0]).sum()
+    assert (np.diff(listed[:, 2]) >= 0).all()
+    assert listed[:, 2].min() >= -0.1
+    assert listed[:, 2].max() <= 0
+
+
+def test_count_is_the_change_over_the_threshold():
+    """Mean over a uniform phase is exactly |change| / threshold."""
+    phase = jit.Float((np.arange(10_000) + 0.5) / 10_000)
+    config = EventCameraConfig(threshold=0.2, refractory_s=0.0)
+    for change in (0.05, 0.2, 0.73, -0.5):
+        count = np.array(event_count(jit.Float(change), phase, 0.2, config), dtype=float)
+        assert count.mean() == pytest.approx(change / 0.2, abs=2e-4)
+
+
+def test_background_events_have_their_rate():
+    config = EventCameraConfig(ripple=0.0, background_hz=3.0, rate_hz=10.0, width_px=320, height_px=320)
+    got = EventCamera(config, context(plates())).sense(ahead())
+    n = got.data.size
+    assert (got.data - got.truth).sum() / n == pytest.approx(0.3, abs=5 * math.sqrt(0.3 * 0.7 / n))
+
+
+def test_water_hides_everything_from_heat():
+    config = ThermalCameraConfig(noise_k=0.0, **SIZE)
+    got = ThermalCamera(config, context(plates())).sense(ahead())
+    assert got.truth == pytest.approx(8.0, abs=1e-3)
+
+
+def test_sky_is_cold_sea_is_itself_and_walls_take_the_sun():
+    walls = [half(0, 0.0, 4.0, 0.5, 4.0, 6.0), half(1, -4.0, 0.0, 0.5, 4.0, 6.0)]
+    config = ThermalCameraConfig(noise_k=0.0, attenuation_per_km=0.0, width_px=96, height_px=96)
+    picture = ThermalCamera(config, context(walls, sun=0.6)).sense(ahead(height=2.0)).truth[0]
+    assert picture[0].max() < 12  # sky
+    assert picture[95, 48] == pytest.approx(8.0, abs=2.5)  # steep at the sea: mostly its own heat
+    white, black = picture[45, 20], picture[45, 75]
+    assert black > white + 5  # a black wall in the sun
+    shade = ThermalCamera(config, context(walls, sun=-0.2)).sense(ahead(height=2.0)).truth[0]
+    assert shade[45, 20] == pytest.approx(shade[45, 75])
+    assert shade[45, 20] == pytest.approx(15.0, abs=2.0)
+
+
+def test_thermal_noise_is_as_asked():
+    config = ThermalCameraConfig(noise_k=0.05, width_px=200, height_px=200)
+    got = ThermalCamera(config, context(plates())).sense(ahead())
+    error = (got.data - got.truth).ravel()
+    assert error.std() == pytest.approx(0.05, rel=0.02)
+
+
+def test_boxes_hold_exactly_what_is_seen():
+    instances = np.zeros((20, 30), dtype=np.uint32)
+    labels = np.zeros((20, 30), dtype=np.uint8)
+    instances[4:9, 10:18] = 5
+    labels[4:9, 10:18] = 22
+    instances[8, 17] = 9
+    labels[8, 17] = 23
+    found = boxes(instances, labels)
+    assert [(b.instance, b.label, b.column, b.row, b.width, b.height, b.area) for b in found] == [
+        (5, 22, 10, 4, 8, 5, 39),
+        (9, 23, 17, 8, 1, 1, 1),
+    ]
+    assert [b.instance for b in boxes(instances, labels, least_area=2)] == [5]
+
+
+def test_coco_masks_decode_to_the_pixels():
+    rng = np.random.default_rng(1)
+    instances = rng.integers(0, 4, (12, 17)).astype(np.uint32)
+    labels = np.where(instances > 0, 20 + instances, 0).astype(np.uint8)
+    made = coco([("frame_1.png", instances, labels)])
+    assert made["images"][0] == {"id": 1, "file_name": "frame_1.png", "width": 17, "height": 12}
+    assert [c["name"] for c in made["categories"]] == ["sub", "pier", "buoy"]
+    for a in made["annotations"]:
+        runs = a["segmentation"]["counts"]
+        flat = np.repeat(np.arange(len(runs)) % 2, runs)
+        assert np.array_equal(flat.reshape(17, 12).T == 1, instances == a["instance_id"])
+        assert a["area"] == (instances == a["instance_id"]).sum()
+
+
+def test_run_lengths_begin_with_zeros():
+    assert run_lengths(np.array([[True, False], [True, True]])) == [0, 2, 1, 1]
+    assert run_lengths(np.zeros((2, 2), dtype=bool)) == [4]
+
+
+def test_boxes_in_space_join_the_parts_of_an_object():
+    a, b = half(0, 0.0, 2.0, -3, -1), half(0, -1.0, 0.0, -2, 4)
+    made = boxes_3d([a, b])
+    assert made[1].low == (2.0, -1.0, -3.0)
+    assert made[1].high == (2.0, 2.0, 4.0)
