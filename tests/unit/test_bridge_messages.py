@@ -130,6 +130,15 @@ def test_a_sensor_without_a_message_of_its_own_is_recorded_as_numbers() -> None:
     np.testing.assert_array_equal(message.data, np.arange(24.0))
 
 
+def test_complex_numbers_have_an_axis_more() -> None:
+    values = np.array([[1 + 2j, 3 - 4j]])
+    config = SensorConfig(type="novelty", rate_hz=1)
+    found = encoder(config, SITE).encode(Reading(values, values, 0, "", np.ones(1, bool), {}), 0)[0]
+    message = deserialize("std_msgs/msg/Float64MultiArray", bytes(found or b""))
+    assert [(d.label, d.size) for d in message.layout.dim] == [("axis0", 2), ("real, imaginary", 2)]
+    assert message.data.tolist() == [1, 2, 3, -4]
+
+
 @pytest.mark.parametrize("kind", sorted(ENCODERS))
 def test_a_block_gives_the_messages_of_single_readings(kind: str, tmp_path: Path) -> None:
     config = config_of(kind)

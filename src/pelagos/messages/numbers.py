@@ -15,7 +15,10 @@ MULTI_ARRAY: Final = "std_msgs/msg/Float64MultiArray"
 
 
 def numbers(config: Any, site: Site) -> Encoding:
-    """Encoding of a sensor without a message of its own; dimensions are labelled "axis0", "axis1" ..."""
+    """Encoding of a sensor without a message of its own; dimensions are labelled "axis0", "axis1" ...
+
+    Complex numbers have one axis more, labelled "real, imaginary".
+    """
 
     def encode(reading: Reading, copy: int) -> tuple[bytes]:
         return (multi_array(reading.data[copy]),)
@@ -25,11 +28,17 @@ def numbers(config: Any, site: Site) -> Encoding:
 
 def multi_array(values: NDArray[Any]) -> bytes:
     """CDR bytes of an array of any shape."""
+    is_complex = np.iscomplexobj(values)
+    if is_complex:
+        values = np.stack([values.real, values.imag], axis=-1)
     shape = values.shape or (1,)
+    labels = [f"axis{i}" for i in range(len(shape))]
+    if is_complex:
+        labels[-1] = "real, imaginary"
     strides = np.cumprod(shape[::-1])[::-1]
     dimensions = [
-        make("std_msgs/msg/MultiArrayDimension", label=f"axis{i}", size=int(size), stride=int(stride))
-        for i, (size, stride) in enumerate(zip(shape, strides, strict=True))
+        make("std_msgs/msg/MultiArrayDimension", label=label, size=int(size), stride=int(stride))
+        for label, size, stride in zip(labels, shape, strides, strict=True)
     ]
     layout = make("std_msgs/msg/MultiArrayLayout", dim=dimensions, data_offset=0)
     data = np.ascontiguousarray(values, dtype=np.float64).ravel()
