@@ -68,7 +68,14 @@ def lift_and_drag(polar: Polar, density: Array, nu_r: Vector, *, mirrored: bool)
 
 
 def fin(
-    gain: Array, drag_gain: Array, direction: tuple[float, float], place: Vector, deflection: Array, nu_r: Vector
+    gain: Array,
+    drag_gain: Array,
+    direction: tuple[float, float],
+    place: Vector,
+    deflection: Array,
+    nu_r: Vector,
+    *,
+    incidence: bool = False,
 ) -> list[Array]:
     """Wrench (6) of an all-moving fin, linear in its deflection: F21 Chapter 9.
 
@@ -79,11 +86,16 @@ def fin(
         place: centre of pressure (3) [m].
         deflection: [rad], right-handed about the fin's outward axis.
         nu_r: relative velocity (6); the speed in the plane normal to the fin's axis counts.
+        incidence: the flow's own angle at the fin lifts too (small angles: its sine over its cosine is the angle).
     """
     cos, sin = direction
     v, w = nu_r[1], nu_r[2]
     square = total(nu_r[0] * nu_r[0], mul(sin * sin, v * v), mul(cos * cos, w * w))
     f = gain * square * deflection
+    if incidence:
+        spin = cross(nu_r[3:], place)
+        across = total(mul(sin, total(v, spin[1])), neg(mul(cos, total(w, spin[2]))))
+        f = f - gain * nu_r[0] * across
     x = 0.0 if isinstance(drag_gain, float) and drag_gain == 0 else -drag_gain * square * deflection * deflection
     force = [x, mul(sin, f), neg(mul(cos, f))]
     return [*force, *cross(place, [0.0, *force[1:]])]

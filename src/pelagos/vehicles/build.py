@@ -12,9 +12,8 @@ from pelagos.vehicles.model import Model, inertia_of
 def build_model(config: VehicleConfig) -> Model:
     """The equation of motion."""
     body = config.body
-    without = tuple((row - 1, column - 1) for row, column in config.coriolis.without)
     return Model(
-        inertia=inertia_of(body, without=without, angular=config.coriolis.rigid == "angular"),
+        inertia=inertia_of(body, config.coriolis),
         terms={name: term.build(body) for name, term in config.terms.items() if term is not None},
         actuators={name: part.build(body) for name, part in config.actuators.items() if part is not None},
         battery=None if config.battery is None else battery(config.battery),

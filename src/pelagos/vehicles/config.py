@@ -105,7 +105,7 @@ class VehicleConfig(PartConfig):
             for used in getattr(mode, "uses", ()):
                 if self.actuators.get(used) is None:
                     raise ValueError(f"mode {name!r} uses the actuator {used!r}, which this vehicle does not have")
-        _check_body(self.body)
+        _check_body(self.body, measured=getattr(self.added_mass, "measured", False))
         return self
 
     @property
@@ -142,7 +142,7 @@ class VehicleConfig(PartConfig):
         return body
 
 
-def _check_body(body: Body) -> None:
+def _check_body(body: Body, *, measured: bool) -> None:
     """Refuse what no body can be.
 
     Raises:
@@ -159,9 +159,9 @@ def _check_body(body: Body) -> None:
             f"principal moments {principal[0]:.4g}, {principal[1]:.4g}, {principal[2]:.4g} kg m^2 break the triangle "
             "inequality: no distribution of mass has one moment larger than the sum of the others"
         )
-    if not np.allclose(body.added, body.added.T, rtol=1e-9, atol=0):
-        raise ValueError("the added mass matrix must be symmetric")
-    least = float(np.linalg.eigvalsh(body.mass_matrix).min())
+    if not measured and not np.allclose(body.added, body.added.T, rtol=1e-9, atol=0):
+        raise ValueError("the added mass matrix must be symmetric (or measured: true)")
+    least = float(np.linalg.eigvalsh((body.mass_matrix + body.mass_matrix.T) / 2).min())
     if least <= 0:
         raise ValueError(f"mass plus added mass is not positive definite (least eigenvalue {least:.4g})")
     half = np.array([body.length, body.beam, body.height]) / 2

@@ -67,6 +67,8 @@ class MatrixAddedMass(PartConfig):
     type: Literal["matrix"] = "matrix"
     matrix: tuple[Six, Six, Six, Six, Six, Six]
     """M_A [kg, kg m, kg m^2]."""
+    measured: bool = False
+    """Taken from tests, and therefore allowed not to be symmetric."""
 
 
 class NoAddedMass(PartConfig):
@@ -83,8 +85,8 @@ AddedMassConfig = Annotated[
 class CoriolisConfig(PartConfig):
     """How the Coriolis forces are formed."""
 
-    rigid: Literal["momentum", "angular"] = "momentum"
-    """The rigid body's part from its momentum M_RB nu_r, or in the form without linear velocity (F21 Section 3.3)."""
+    rigid: Literal["momentum", "angular", "none"] = "momentum"
+    """The rigid body's part from its momentum, or without linear velocity (F21 Section 3.3); none: none.at all."""
     without: tuple[tuple[Annotated[int, Field(ge=1, le=6)], Annotated[int, Field(ge=1, le=6)]], ...] = ()
     """Entries (row, column), from 1, that a published model removes from the added mass's part."""
 

@@ -6,25 +6,33 @@ from typing import Annotated, TypeAlias
 
 from pydantic import Field
 
+from pelagos.vehicles.actuators.ballast import BuoyancyEngineConfig, MovingMassConfig
 from pelagos.vehicles.actuators.fin import FinConfig
 from pelagos.vehicles.actuators.propeller import PropellerConfig
+from pelagos.vehicles.actuators.ship import ShipRudderConfig
 from pelagos.vehicles.actuators.t200 import T200Config
-from pelagos.vehicles.actuators.thruster import ThrusterConfig
+from pelagos.vehicles.actuators.thruster import ForceThrusterConfig, ThrusterConfig
 from pelagos.vehicles.control.depth_heading import DepthHeadingConfig
 from pelagos.vehicles.control.direct import AccelerationConfig, ActuatorsConfig, WrenchConfig
 from pelagos.vehicles.control.heading_thrust import HeadingThrustConfig
 from pelagos.vehicles.control.line_of_sight import LineOfSightConfig
 from pelagos.vehicles.control.pose import PoseConfig
+from pelagos.vehicles.control.rudder_heading import RudderHeadingConfig
+from pelagos.vehicles.control.sawtooth import SawtoothConfig
 from pelagos.vehicles.control.velocity import VelocityConfig
 from pelagos.vehicles.terms.crossflow import CrossFlowConfig
 from pelagos.vehicles.terms.damping import LinearDampingConfig, QuadraticDampingConfig, TimeConstantDampingConfig
 from pelagos.vehicles.terms.floating import FloatingDampingConfig, HydrostaticConfig, PayloadConfig, TwinHullConfig
+from pelagos.vehicles.terms.function import FunctionConfig
+from pelagos.vehicles.terms.glide import GlideConfig
 from pelagos.vehicles.terms.lift import LiftDragConfig
 from pelagos.vehicles.terms.restoring import SubmergedConfig
 
 TermConfig: TypeAlias = Annotated[
     CrossFlowConfig
     | FloatingDampingConfig
+    | FunctionConfig
+    | GlideConfig
     | HydrostaticConfig
     | LiftDragConfig
     | LinearDampingConfig
@@ -37,7 +45,15 @@ TermConfig: TypeAlias = Annotated[
 ]
 
 ActuatorConfig: TypeAlias = Annotated[
-    FinConfig | PropellerConfig | T200Config | ThrusterConfig, Field(discriminator="type")
+    BuoyancyEngineConfig
+    | FinConfig
+    | ForceThrusterConfig
+    | MovingMassConfig
+    | PropellerConfig
+    | ShipRudderConfig
+    | T200Config
+    | ThrusterConfig,
+    Field(discriminator="type"),
 ]
 
 ModeConfig: TypeAlias = Annotated[
@@ -47,6 +63,8 @@ ModeConfig: TypeAlias = Annotated[
     | HeadingThrustConfig
     | LineOfSightConfig
     | PoseConfig
+    | RudderHeadingConfig
+    | SawtoothConfig
     | VelocityConfig
     | WrenchConfig,
     Field(discriminator="type"),

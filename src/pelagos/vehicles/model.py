@@ -14,13 +14,14 @@ from typing import Protocol
 
 import numpy as np
 
-from pelagos.hydro import coriolis
 from pelagos.hydro.algebra import Matrix, Vector, add, matvec, minus, solve_symmetric
+from pelagos.hydro.coriolis import coriolis_force, coriolis_force_angular
 from pelagos.hydro.rigid_body import transport
 from pelagos.jit import Array
 from pelagos.vehicles.actuators.actuator import Actuator
 from pelagos.vehicles.actuators.t200 import T200, Battery, T200Tables
 from pelagos.vehicles.flow import Flow, Supply
+from pelagos.vehicles.inertia import CoriolisConfig
 from pelagos.vehicles.part import Body, numbers
 
 
@@ -41,6 +42,7 @@ class Inertia:
         inverse: of M_RB + M_A; None: solved for at each evaluation (for entries that are arrays).
         without: entries (row, column), from 0, left out of the added mass's Coriolis matrix.
         angular: (mass, inertia `(3, 3)`, H(r_g)) where the rigid body's part is formed without linear velocity.
+        none: no Coriolis forces; the terms contain them.
     """
 
     rigid: Matrix
@@ -48,17 +50,20 @@ class Inertia:
     inverse: Matrix | None
     without: tuple[tuple[int, int], ...] = ()
     angular: tuple[Array, Matrix, Matrix] | None = None
+    none: bool = False
 
     def coriolis(self, flow: Flow) -> Vector:
         """-(C_RB + C_A) nu_r (6)."""
+        if self.none:
+            return [0.0] * 6
         whole = [add(a, b) for a, b in zip(self.rigid, self.added, strict=True)]
         if not self.without and self.angular is None:
-            return minus(coriolis.coriolis_force(whole, flow.nu_r))
+            return minus(coriolis_force(whole, flow.nu_r))
         if self.angular is None:
-            rigid = coriolis.coriolis_force(self.rigid, flow.nu_r)
+            rigid = coriolis_force(self.rigid, flow.nu_r)
         else:
-            rigid = coriolis.coriolis_force_angular(*self.angular, flow.nu_r)
-        return minus(add(rigid, coriolis.coriolis_force(self.added, flow.nu_r, self.without)))
+            rigid = coriolis_force_angular(*self.angular, flow.nu_r)
+        return minus(add(rigid, coriolis_force(self.added, flow.nu_r, self.without)))
 
     def accelerate(self, wrench: Vector) -> Vector:
         """M^-1 wrench (6)."""
@@ -126,13 +131,20 @@ class Model:
         return [a.lag.advanced(s, c, h) for a, s, c in parts]
 
 
-def inertia_of(body: Body, *, without: tuple[tuple[int, int], ...], angular: bool) -> Inertia:
+def inertia_of(body: Body, coriolis: CoriolisConfig) -> Inertia:
     """The inertia of a body; its mass matrix is inverted here, once, in double precision."""
     parts = None
-    if angular:
+    if coriolis.rigid == "angular":
         mass = float(body.rigid[0, 0])
         shift = transport(body.center_of_gravity)
         inside = np.linalg.inv(shift)
         about_cg = (inside.T @ body.rigid @ inside)[3:, 3:]
         parts = (mass, numbers(about_cg), numbers(shift))
-    return Inertia(numbers(body.rigid), numbers(body.added), numbers(np.linalg.inv(body.mass_matrix)), without, parts)
+    return Inertia(
+        rigid=numbers(body.rigid),
+        added=numbers(body.added),
+        inverse=numbers(np.linalg.inv(body.mass_matrix)),
+        without=tuple((row - 1, column - 1) for row, column in coriolis.without),
+        angular=parts,
+        none=coriolis.rigid == "none",
+    )

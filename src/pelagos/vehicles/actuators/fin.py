@@ -30,6 +30,8 @@ class FinConfig(PartConfig):
     """CL by deflection [1/rad]."""
     drag_coefficient: NonNegative = 0.0
     """CD by deflection squared [1/rad^2]."""
+    incidence: bool = False
+    """The flow's own angle at the fin lifts too, which steadies the vehicle (Fossen's programs leave it out)."""
     limit_deg: Positive
     """[deg]"""
     time_constant_s: NonNegative
@@ -48,6 +50,7 @@ class FinConfig(PartConfig):
             drag_gain=pressure_area * self.drag_coefficient,
             direction=(cos, sin),
             place=[self.x_m, self.radius_m * cos, self.radius_m * sin],
+            incidence=self.incidence,
             lag=Lag(self.time_constant_s, -limit, limit, self.clip == "after"),
         )
 
@@ -60,9 +63,12 @@ class Fin:
     drag_gain: Array
     direction: tuple[float, float]
     place: Vector
+    incidence: bool
     lag: Lag
     unit: str = "rad"
 
     def wrench(self, state: Array, flow: Flow) -> Vector:
         """Force and moment (6) at a deflection [rad]."""
-        return lift.fin(self.gain, self.drag_gain, self.direction, self.place, state, flow.nu_r)
+        return lift.fin(
+            self.gain, self.drag_gain, self.direction, self.place, state, flow.nu_r, incidence=self.incidence
+        )

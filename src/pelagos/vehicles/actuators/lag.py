@@ -18,12 +18,14 @@ class Lag:
         time_constant: [s]; 0: the state is the command.
         low, high: limits of the state.
         clip_after: the limits act on the state that the lag returns, not on the state that it starts from.
+        rate_limit: fastest change of the state [1/s]; None: none.
     """
 
     time_constant: Array
     low: Array
     high: Array
     clip_after: bool = False
+    rate_limit: float | None = None
 
     def limited(self, state: Array) -> Array:
         """The state as forces see it."""
@@ -36,14 +38,21 @@ class Lag:
     def rate(self, state: Array, command: Array) -> Array:
         """Time derivative as one explicit Euler step of 1 s has it: clipping of the state is inside."""
         start = self.limited(state)
-        return (start - state) + (command - start) / self.time_constant
+        return (start - state) + self._slowed((command - start) / self.time_constant, 1.0)
 
     def advanced(self, state: Array, command: Array, h: Array) -> Array:
         """The state after h [s] of a constant command, exactly, and between its limits."""
         if isinstance(self.time_constant, (int, float)) and self.time_constant == 0:
-            return self.clip(command)
+            return self.clip(state + self._slowed(command - state, h))
         if isinstance(h, (int, float)) and isinstance(self.time_constant, (int, float)):
             left: Array = math.exp(-h / self.time_constant)
         else:
             left = dr.exp(-h / self.time_constant)
-        return self.clip(command + (self.limited(state) - command) * left)
+        start = self.limited(state)
+        return self.clip(start + self._slowed((command - start) * (1 - left), h))
+
+    def _slowed(self, change: Array, h: Array) -> Array:
+        if self.rate_limit is None:
+            return change
+        most = self.rate_limit * h
+        return dr.clip(change, -most, most)

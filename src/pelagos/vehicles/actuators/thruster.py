@@ -58,6 +58,50 @@ class ThrusterConfig(PartConfig):
         )
 
 
+class ForceThrusterConfig(PartConfig):
+    """A thruster that is commanded by its thrust. Command and state: [N]."""
+
+    type: Literal["force_thruster"]
+    position_m: Three
+    """FRD from the origin [m]."""
+    direction: Three
+    """Of positive thrust, FRD; its length does not matter."""
+    low_n: Number
+    """Largest thrust astern, negative [N]."""
+    high_n: Positive
+    """Largest thrust ahead [N]."""
+    torque_m: Number = 0.0
+    """Reaction torque about `direction` by thrust [m]; its sign is that of the propeller's hand."""
+    time_constant_s: NonNegative
+    """[s]"""
+
+    def build(self, body: Body) -> Thruster:
+        """The actuator."""
+        return Thruster(
+            effect=thrust_effect(self.position_m, self.direction, self.torque_m),
+            curve=LinearCurve(),
+            lag=Lag(self.time_constant_s, self.low_n, self.high_n),
+            unit="N",
+        )
+
+
+@dataclass(frozen=True)
+class LinearCurve:
+    """The state is the thrust."""
+
+    def thrust(self, speed: Array) -> Array:
+        """[N]"""
+        return speed
+
+    def thrust_at(self, speed: float) -> float:
+        """[N]"""
+        return speed
+
+    def speed(self, thrust: Array) -> Array:
+        """[N]"""
+        return thrust
+
+
 @dataclass(frozen=True)
 class QuadraticCurve:
     """forward, reverse: thrust by speed squared."""
@@ -83,7 +127,7 @@ class Thruster:
     """effect: wrench (6) of 1 N of thrust; curve: thrust by state."""
 
     effect: Vector
-    curve: QuadraticCurve
+    curve: QuadraticCurve | LinearCurve
     lag: Lag
     unit: str
 

@@ -14,7 +14,7 @@ import drjit as dr
 
 from pelagos.hydro.algebra import Vector
 from pelagos.jit import Array
-from pelagos.vehicles.actuators.thruster import Thruster
+from pelagos.vehicles.actuators.thruster import QuadraticCurve, Thruster
 from pelagos.vehicles.control.allocation import Allocation, allocation_of
 from pelagos.vehicles.control.angle import smallest_angle
 from pelagos.vehicles.control.controller import Demand
@@ -128,6 +128,7 @@ class HeadingThrust:
         found = {}
         for (name, part), row in zip(self.allocation.thrusters.items(), self.allocation.inverse, strict=True):
             assert isinstance(part, Thruster)
+            assert isinstance(part.curve, QuadraticCurve)
             scaled = (row[0] * wrench[0] + row[5] * wrench[5]) / part.curve.forward
             found[name] = dr.mulsign(dr.sqrt(dr.abs(scaled)), scaled)
         return found

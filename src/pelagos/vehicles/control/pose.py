@@ -87,14 +87,17 @@ class Pose:
         goal = list(memory[6:12])
         for axis, value in zip(self.commands, command, strict=True):
             goal[AXES.index(axis)] = value
-        error = [*_limited(position_error(flow, goal), c.reach_m), *attitude_error(flow, goal)]
+        apart = position_error(flow, goal)
+        near = dot(apart, apart) < c.reach_m**2
+        error = [*_limited(apart, c.reach_m), *attitude_error(flow, goal)]
         wrench: list[Array] = []
         integrals: list[Array] = []
         held = [0.0] * 6 if self.restoring is None else self.restoring.wrench(flow)
         for i, (axis, e) in enumerate(zip(AXES, error, strict=True)):
             w = c.frequency_rad_s if i < 3 else c.turn_frequency_rad_s
             largest = 3.0 * c.reach_m if i < 3 else 1.0
-            moved = dr.clip(memory[i] + h * w * c.integral * e, -largest, largest)
+            step = h * w * c.integral * e
+            moved = dr.clip(memory[i] + (dr.select(near, step, 0.0) if i < 3 else step), -largest, largest)
             active = axis in c.axes
             integrals.append(moved if active else 0.0)
             pull = self.mass[i] * (w * w * (e + moved) + 2 * c.ratio * w * flow.nu[i])

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from pydantic import Field
 
 from pelagos.hydro import damping, restoring
-from pelagos.hydro.algebra import Matrix, Vector, add, is_zero
+from pelagos.hydro.algebra import Matrix, Vector, add, is_zero, scaled
 from pelagos.hydro.rigid_body import moved
 from pelagos.jit import Array
 from pelagos.vehicles.flow import Flow
@@ -30,6 +30,8 @@ class HydrostaticConfig(PartConfig):
     """[N m/rad]"""
     center_of_flotation_m: Three = (0.0, 0.0, 0.0)
     """FRD from the origin [m]."""
+    vertical: bool = True
+    """The force of heave points along gravity; otherwise along the body's z axis, as in linear theory."""
 
     def stiffness(self, body: Body) -> NDArray[np.float64]:
         """Diagonal of G (6) about the centre of flotation."""
@@ -37,7 +39,7 @@ class HydrostaticConfig(PartConfig):
 
     def build(self, body: Body) -> Hydrostatic:
         """The term."""
-        return Hydrostatic(numbers(moved(np.diag(body.stiffness), self.center_of_flotation_m)))
+        return Hydrostatic(numbers(moved(np.diag(body.stiffness), self.center_of_flotation_m)), self.vertical)
 
 
 class TwinHullConfig(PartConfig):
@@ -54,6 +56,8 @@ class TwinHullConfig(PartConfig):
     """Cb: displaced volume over length, beam and draught [-]."""
     center_of_flotation_x_m: Number = 0.0
     """LCF, forward of the origin [m]."""
+    vertical: bool = True
+    """The force of heave points along gravity; otherwise along the body's z axis, as in linear theory."""
 
     def stiffness(self, body: Body) -> NDArray[np.float64]:
         """Diagonal of G (6) about the centre of flotation."""
@@ -74,18 +78,22 @@ class TwinHullConfig(PartConfig):
     def build(self, body: Body) -> Hydrostatic:
         """The term."""
         point = (self.center_of_flotation_x_m, 0.0, 0.0)
-        return Hydrostatic(numbers(moved(np.diag(body.stiffness), point)))
+        return Hydrostatic(numbers(moved(np.diag(body.stiffness), point)), self.vertical)
 
 
 @dataclass(frozen=True)
 class Hydrostatic:
-    """matrix: G `(6, 6)` about the origin, whose equilibrium is at the surface."""
+    """matrix: G `(6, 6)` about the origin, whose equilibrium is at the surface; vertical: see the configuration."""
 
     matrix: Matrix
+    vertical: bool
 
     def wrench(self, flow: Flow) -> Vector:
         """-G eta (6)."""
-        return restoring.hydrostatic(self.matrix, flow.immersion, flow.roll, flow.pitch)
+        load = restoring.hydrostatic(self.matrix, flow.immersion, flow.roll, flow.pitch)
+        if self.vertical:
+            load[:3] = scaled(load[2], flow.down)
+        return load
 
 
 class PayloadConfig(PartConfig):
