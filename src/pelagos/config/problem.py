@@ -121,8 +121,7 @@ def _unknown_key(path: Key, document: Document, root: type[BaseModel]) -> str:
     holder = value_at(document.data, path[:-1])
     model = model_of(annotation_at(root, document.data, path[:-1]), holder)
     known = list(model.model_fields) if model else []
-    left = [name for name in known if not (isinstance(holder, Mapping) and name in holder)]
-    return f"unknown key {_name(path)!r}{did_you_mean(_name(path), left)}; known: {', '.join(known)}"
+    return f"unknown key {_name(path)!r}{did_you_mean(_name(path), known)}; known: {', '.join(known)}"
 
 
 def _number_text(name: str, given: Any, *, whole: bool = False) -> str:

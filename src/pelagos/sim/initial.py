@@ -40,8 +40,7 @@ def _start(agent: AgentModel, model: Model) -> StartState:
     position = _position(start, model.world, where)
     why = model.world.inside(position[None], agent.vehicle.bounding_radius_m)
     if why is not None:
-        x, y, z = (f"{c:g}" for c in position)
-        raise ScenarioError(f"{agent.name} starts at x {x}, y {y}, z {z} m, {why}", where=where)
+        raise ScenarioError(f"{agent.name} cannot start here: {why}", where=where)
     angles = (math.radians(a) for a in (start.roll_deg, start.pitch_deg, start.heading_deg))
     attitude = flip_quaternion_np(np.array([float(c) for c in from_euler(*angles)]))
     n = model.n
