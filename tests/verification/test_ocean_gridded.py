@@ -79,6 +79,13 @@ def test_nodes_are_exact(tmp_path: Path) -> None:
         assert found[:, 1] == pytest.approx((3 * (lo - 13) - 0.002 * z).ravel(), abs=1e-8)
 
 
+def test_upward_velocity_where_it_is_named(tmp_path: Path) -> None:
+    data = dataset()
+    data["wo"] = (data.uo * 0 + 0.01 * data.latitude).assign_attrs(units="m s-1")
+    sea = build(write(tmp_path / "a.nc", data), up_variable="wo")
+    assert current(sea, 45.02, 13.0, 5.0)[0] == pytest.approx([0.14, -0.01, 0.4502], abs=1e-8)
+
+
 def test_between_nodes_it_is_linear(tmp_path: Path) -> None:
     """First order in each coordinate: a quadratic is off by h^2/8 of its second derivative in the middle of a cell."""
     sea = build(write(tmp_path / "a.nc", dataset()))

@@ -65,7 +65,8 @@ class GridField:
     """Values on a grid: a Dr.Jit struct.
 
     Attributes:
-        values: `Float64`, channel after channel within time, depth, row, column.
+        values: `Float64`, the channels of each point side by side (three padded to four), in the order of time, depth,
+            row, column.
         time, depth, row, column: `Float64`, coordinates; one entry where the field does not depend on them.
         to_row, to_column: `Float64`, coefficients of the polynomials from world x, y to row and column coordinates.
         scale: `Float64` (1), metres to the polynomials' argument.
@@ -101,10 +102,9 @@ class GridField:
                 for index, share in corners
                 for step, part in ((0, 1 - fraction), (1, fraction))
             ]
-        return [
-            weight * sum(s * dr.gather(jit.Float64, self.values, index * self.channels + c) for index, s in corners)
-            for c in range(self.channels)
-        ]
+        kind = {1: jit.Float64, 2: jit.Array2f64, 3: jit.Array4f64}[self.channels]  # one access a corner
+        value = sum(share * dr.gather(kind, self.values, index) for index, share in corners) * weight
+        return [value] if self.channels == 1 else [value[c] for c in range(self.channels)]
 
     def _edge(self, nodes: Array, place: Array, count: int, *, above: bool) -> Array:
         """Factor for places beyond the grid: 1 (clamp), falling to 0 (fade), not a number (error).
@@ -146,7 +146,10 @@ def grid_field(data: GriddedData, site: Site, *, outside: str, where: str) -> Gr
         to_row, to_column, scale = _degrees(data, site)
     if outside == "error":
         _covers(data, site, where)
-    values = np.ascontiguousarray(np.moveaxis(data.values, 0, -1)).ravel()
+    channels = np.moveaxis(data.values, 0, -1)
+    if channels.shape[-1] == 3:
+        channels = np.concatenate([channels, np.zeros_like(channels[..., :1])], axis=-1)
+    values = np.ascontiguousarray(channels).ravel()
     arrays = (values, data.time, data.depth, data.row, data.column, to_row, to_column, np.array([scale]))
     v, time, depth, row, column, a, b, s = (jit.Float64(np.array(x, dtype=np.float64)) for x in arrays)
     field = GridField(v, time, depth, row, column, a, b, s, len(data.values), outside)
