@@ -22,6 +22,7 @@ from pelagos.sensors.mount import sensor_velocity
 from pelagos.sensors.noise import normals64
 from pelagos.sensors.scattering import Surfaces, scattering
 from pelagos.sensors.sensor import Kinematics, Measurement, SensorConfig, SensorContext
+from pelagos.sensors.sonar_catalogue import with_device
 from pelagos.sensors.sounder import Sounder
 
 if TYPE_CHECKING:
@@ -37,6 +38,8 @@ class DvlConfig(SensorConfig):
     type: Literal["dvl"] = "dvl"
     rate_hz: float = Field(default=10.0, gt=0)
     """Pings per second [Hz]."""
+    device: str | None = None
+    """A device of the catalogue, whose keys count where the scenario gives none."""
     beam_tilt_deg: float = Field(default=30.0, gt=0, lt=60)
     """Angle of the beams from straight down [deg]."""
     beam_azimuth_deg: tuple[float, float, float, float] = (45.0, 135.0, -135.0, -45.0)
@@ -63,6 +66,11 @@ class DvlConfig(SensorConfig):
     """Distance below the sensor of the layer that water track measures [m]; absent: no water track."""
     ph: float = Field(default=8.1, gt=7, lt=9)
     """Acidity of the water, for absorption."""
+
+    @model_validator(mode="before")
+    @classmethod
+    def _device(cls, values: Any) -> Any:
+        return with_device(values, cls.model_fields["type"].default)
 
     @model_validator(mode="after")
     def _distinct(self) -> DvlConfig:

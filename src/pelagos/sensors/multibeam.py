@@ -24,6 +24,7 @@ from pelagos.sensors.echo import Fan, Lanes, Trace, View, look, patches_of
 from pelagos.sensors.noise import normals32
 from pelagos.sensors.scattering import Surfaces
 from pelagos.sensors.sensor import Kinematics, Measurement, SensorConfig, SensorContext
+from pelagos.sensors.sonar_catalogue import with_device
 from pelagos.sensors.sounder import Sounder
 
 _ACROSS: Final = np.array([-0.8, -0.4, 0.0, 0.4, 0.8])  # places of the rays in a beam [half-power widths]
@@ -36,6 +37,8 @@ class MultibeamConfig(SensorConfig):
     type: Literal["multibeam"] = "multibeam"
     rate_hz: float = Field(default=5.0, gt=0)
     """Pings per second [Hz]."""
+    device: str | None = None
+    """A device of the catalogue, whose keys count where the scenario gives none."""
     beams: int = Field(default=256, ge=1, le=4096)
     """Beams across the track."""
     swath_deg: float = Field(default=120.0, gt=0, le=170)
@@ -70,6 +73,11 @@ class MultibeamConfig(SensorConfig):
     """Acidity of the water, for absorption."""
     rays_along: int = Field(default=3, ge=1, le=31)
     """Rays of a beam along the track; across it they are five."""
+
+    @model_validator(mode="before")
+    @classmethod
+    def _device(cls, values: Any) -> Any:
+        return with_device(values, cls.model_fields["type"].default)
 
     @field_validator("rays_along")
     @classmethod

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Literal, Self
+from typing import Any, Literal, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +12,7 @@ from pelagos.acoustics.noise import ambient_level, band_level, directivity_index
 from pelagos.acoustics.pulse import processing_gain_db
 from pelagos.acoustics.spreading import from_db, to_db
 from pelagos.sensors.sensor import SensorConfig
+from pelagos.sensors.sonar_catalogue import with_device
 
 
 class PaintedNoise(BaseModel):
@@ -50,6 +51,8 @@ class Interference(BaseModel):
 class PingConfig(SensorConfig):
     """Keys of every sonar that gives intensities by range."""
 
+    device: str | None = None
+    """A device of the catalogue, whose keys count where the scenario gives none."""
     bins: int = Field(default=512, ge=8, le=65536)
     """Range bins."""
     range_min_m: float = Field(default=0.5, gt=0)
@@ -98,6 +101,11 @@ class PingConfig(SensorConfig):
     """Another sonar that is heard."""
     painted_noise: PaintedNoise | None = None
     """Noise as in HoloOcean, on top of what the physics gives."""
+
+    @model_validator(mode="before")
+    @classmethod
+    def _device(cls, values: Any) -> Any:
+        return with_device(values, cls.model_fields["type"].default)
 
     @model_validator(mode="after")
     def _consistent(self) -> Self:

@@ -1,0 +1,181 @@
+"""Real sonars by their data sheets, as keys of the sensors' configurations.
+
+`device: oculus_m750d` in a scenario gives a sensor the keys of that device; keys that the scenario names itself win.
+What a sheet does not say keeps the sensor's default. `assumed` lists keys that are plausible and not from the sheet.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any, Final
+
+from pelagos.errors import LookupFailed
+
+
+@dataclass(frozen=True)
+class Device:
+    """A device: what it is, where its numbers come from, and the keys that it sets."""
+
+    title: str
+    source: str
+    keys: Mapping[str, Any]
+    assumed: tuple[str, ...] = field(default=())
+
+
+DEVICES: Final[Mapping[str, Mapping[str, Device]]] = {
+    "imaging_sonar": {
+        "oculus_m750d": Device(
+            "Blueprint Subsea Oculus M750d, 750 kHz mode",
+            "Blueprint Subsea, Oculus M-Series user manual and data sheet",
+            {"frequency_hz": 750e3, "horizontal_aperture_deg": 130.0, "vertical_beamwidth_deg": 20.0, "beams": 512,
+             "beamwidth_deg": 1.0, "range_min_m": 0.1, "range_max_m": 120.0},
+            assumed=("range_min_m",),
+        ),
+        "oculus_m750d_high": Device(
+            "Blueprint Subsea Oculus M750d, 1.2 MHz mode",
+            "Blueprint Subsea, Oculus M-Series user manual and data sheet",
+            {"frequency_hz": 1.2e6, "horizontal_aperture_deg": 70.0, "vertical_beamwidth_deg": 12.0, "beams": 512,
+             "beamwidth_deg": 0.6, "range_min_m": 0.1, "range_max_m": 40.0, "bandwidth_hz": 60e3},
+            assumed=("range_min_m", "bandwidth_hz"),
+        ),
+        "oculus_m1200d": Device(
+            "Blueprint Subsea Oculus M1200d, 1.2 MHz mode",
+            "Blueprint Subsea, Oculus M-Series user manual and data sheet",
+            {"frequency_hz": 1.2e6, "horizontal_aperture_deg": 130.0, "vertical_beamwidth_deg": 20.0, "beams": 512,
+             "beamwidth_deg": 0.6, "range_min_m": 0.1, "range_max_m": 40.0, "bandwidth_hz": 60e3},
+            assumed=("range_min_m", "bandwidth_hz"),
+        ),
+        "oculus_m1200d_high": Device(
+            "Blueprint Subsea Oculus M1200d, 2.1 MHz mode",
+            "Blueprint Subsea, Oculus M-Series user manual and data sheet",
+            {"frequency_hz": 2.0e6, "horizontal_aperture_deg": 60.0, "vertical_beamwidth_deg": 12.0, "beams": 512,
+             "beamwidth_deg": 0.4, "range_min_m": 0.1, "range_max_m": 10.0, "bandwidth_hz": 100e3},
+            assumed=("frequency_hz", "range_min_m", "bandwidth_hz"),  # 2.1 MHz; the absorption's fit ends at 2 MHz
+        ),
+        "gemini_720is": Device(
+            "Tritech Gemini 720is",
+            "Tritech International, Gemini 720is product manual 0703-SOM-00002, Section 2.1",
+            {"frequency_hz": 720e3, "horizontal_aperture_deg": 120.0, "vertical_beamwidth_deg": 20.0, "beams": 512,
+             "beamwidth_deg": 1.0, "range_min_m": 0.2, "range_max_m": 120.0, "bandwidth_hz": 90e3},
+            assumed=("bandwidth_hz",),  # from the range resolution of 8 mm
+        ),
+    },
+    "profiling_sonar": {
+        "imagenex_837": Device(
+            "Imagenex 837 Delta T",
+            "Imagenex Technology Corp., Model 837 Delta T data sheet",
+            {"frequency_hz": 260e3, "horizontal_aperture_deg": 120.0, "vertical_beamwidth_deg": 3.0, "beams": 240,
+             "beamwidth_deg": 1.5, "range_min_m": 0.5, "range_max_m": 100.0, "bandwidth_hz": 7e3},
+            assumed=("beamwidth_deg", "bandwidth_hz"),
+        ),
+    },
+    "mechanical_scanning_sonar": {
+        "ping360": Device(
+            "Blue Robotics Ping360",
+            "Blue Robotics, Ping360 Scanning Imaging Sonar, technical details",
+            {"frequency_hz": 750e3, "beamwidth_deg": 2.0, "vertical_beamwidth_deg": 25.0, "range_min_m": 0.75,
+             "range_max_m": 50.0, "step_deg": 0.9, "sector_deg": 360.0, "bins": 1200},
+        ),
+        "imagenex_881l": Device(
+            "Imagenex 881L, 675 kHz",
+            "Imagenex Technology Corp., Model 881L data sheet 445-039 (2017)",
+            {"frequency_hz": 675e3, "beamwidth_deg": 1.8, "vertical_beamwidth_deg": 20.0, "range_min_m": 0.15,
+             "range_max_m": 50.0, "step_deg": 1.2},
+            assumed=("range_max_m", "step_deg"),  # full scale up to 200 m
+        ),
+    },
+    "multibeam": {
+        "norbit_wbms": Device(
+            "NORBIT WBMS, 400 kHz",
+            "NORBIT Subsea, WBMS bathymetry data sheet",
+            {"frequency_hz": 400e3, "swath_deg": 150.0, "beams": 256, "beamwidth_across_deg": 0.9,
+             "beamwidth_along_deg": 1.9, "range_min_m": 0.2, "range_max_m": 275.0, "bandwidth_hz": 80e3},
+        ),
+        "kongsberg_em2040": Device(
+            "Kongsberg EM 2040, 300 kHz, 0.7 x 0.7 deg",
+            "Kongsberg Maritime, EM 2040 product description",
+            {"frequency_hz": 300e3, "swath_deg": 140.0, "beams": 400, "beamwidth_across_deg": 0.7,
+             "beamwidth_along_deg": 0.7, "range_min_m": 0.5, "range_max_m": 520.0, "bandwidth_hz": 40e3,
+             "rate_hz": 1.0},
+            assumed=("range_max_m", "bandwidth_hz", "rate_hz"),
+        ),
+        "seabat_7160": Device(
+            "Teledyne RESON SeaBat 7160, 44 kHz class",
+            "NERC Vocabulary Server, SDN:L22::TOOL1110",
+            {"frequency_hz": 44e3, "swath_deg": 150.0, "spacing": "equidistant", "beams": 512,
+             "beamwidth_across_deg": 2.0, "beamwidth_along_deg": 1.5, "range_min_m": 3.0, "range_max_m": 3000.0,
+             "bandwidth_hz": 3e3, "pulse_s": 5e-3, "source_level_db": 225.0, "rate_hz": 0.2},
+            assumed=("swath_deg", "bandwidth_hz", "pulse_s", "source_level_db", "rate_hz"),
+        ),
+    },
+    "sidescan": {
+        "edgetech_4125": Device(
+            "EdgeTech 4125, 400 kHz",
+            "EdgeTech, 4125 side scan sonar data sheet",
+            {"frequency_hz": 400e3, "beamwidth_deg": 0.46, "vertical_beamwidth_deg": 50.0, "depression_deg": 20.0,
+             "range_max_m": 80.0, "bandwidth_hz": 33e3},
+            assumed=("range_max_m", "bandwidth_hz"),  # 150 m at most
+        ),
+        "klein_uuv3500": Device(
+            "Klein UUV-3500, 455 kHz",
+            "Klein Marine Systems, UUV-3500 data sheet",
+            {"frequency_hz": 455e3, "beamwidth_deg": 0.34, "vertical_beamwidth_deg": 45.0, "depression_deg": 25.0,
+             "range_max_m": 80.0, "bandwidth_hz": 30e3},
+            assumed=("vertical_beamwidth_deg", "depression_deg", "range_max_m", "bandwidth_hz"),
+        ),
+        "starfish_450f": Device(
+            "Blueprint Subsea StarFish 450F",
+            "Blueprint Subsea, StarFish 450F data sheet",
+            {"frequency_hz": 450e3, "beamwidth_deg": 1.7, "vertical_beamwidth_deg": 60.0, "depression_deg": 30.0,
+             "range_max_m": 80.0, "bandwidth_hz": 40e3},
+            assumed=("range_max_m", "bandwidth_hz"),  # 100 m at most
+        ),
+    },
+    "dvl": {
+        "pathfinder_600": Device(
+            "Teledyne RD Instruments Pathfinder, 600 kHz",
+            "Teledyne RD Instruments, Pathfinder DVL data sheet and guide (2018)",
+            {"frequency_hz": 614e3, "beam_tilt_deg": 30.0, "range_min_m": 0.15, "range_max_m": 89.0,
+             "noise_mps": 0.004, "noise_relative": 0.0115},
+            assumed=("noise_mps",),
+        ),
+        "nortek_dvl1000": Device(
+            "Nortek DVL1000",
+            "Nortek AS, DVL1000 data sheet and manual (2017)",
+            {"frequency_hz": 1.0e6, "beam_tilt_deg": 25.0, "range_min_m": 0.2, "range_max_m": 75.0, "rate_hz": 8.0,
+             "noise_mps": 0.003, "noise_relative": 0.001},
+            assumed=("noise_mps",),
+        ),
+        "waterlinked_a50": Device(
+            "Water Linked DVL A50",
+            "Water Linked AS, DVL A50 documentation",
+            {"frequency_hz": 1.0e6, "beam_tilt_deg": 22.5, "range_min_m": 0.05, "range_max_m": 50.0,
+             "noise_mps": 0.004, "noise_relative": 0.0101},
+            assumed=("noise_mps",),
+        ),
+    },
+}  # fmt: skip
+
+
+def device(kind: str, name: str) -> Device:
+    """The device `name` of the sensor type `kind`.
+
+    Raises:
+        LookupFailed: there is none; the message lists those there are.
+    """
+    known = DEVICES.get(kind, {})
+    if name not in known:
+        raise LookupFailed(f"{kind} device", name, known)
+    return known[name]
+
+
+def with_device(values: Any, kind: str) -> Any:
+    """Keys of a configuration with those of its `device` under them."""
+    if not isinstance(values, dict) or not isinstance(values.get("device"), str):
+        return values
+    try:
+        found = device(kind, values["device"])
+    except LookupFailed as problem:
+        raise ValueError(str(problem)) from problem
+    return {**found.keys, **values}
