@@ -65,7 +65,7 @@ class Site:
         mesh: Mesh,
         what: str | Material,
         *,
-        label: str,
+        label: str | int,
         name: str,
         crease_deg: float | None = None,
         instance: int | None = None,
@@ -81,6 +81,31 @@ class Site:
         )
         self.geometries.append(made)
         return number
+
+    def place(
+        self,
+        surface: Geometry,
+        what: str | Material,
+        *,
+        turn: NDArray[np.float64],
+        offset: NDArray[np.float64],
+        label: str,
+        name: str,
+        instance: int,
+    ) -> None:
+        """Add a copy of a surface, turned by a rotation matrix `(3, 3)` and shifted by `offset (3,)` [m]."""
+        normals = surface.vertex_normals
+        self.geometries.append(
+            Geometry(
+                vertices=surface.vertices @ turn.T + offset,
+                faces=surface.faces,
+                material=self.row(what),
+                label=label_number(label, self.user_labels),
+                instance=instance,
+                vertex_normals=None if normals is None else (normals @ turn.T.astype(np.float32)),
+                name=name,
+            )
+        )
 
     def world(self, *, name: str, description: str, origin: GeoOrigin, notes: Sequence[str] = ()) -> World:
         """The finished world."""

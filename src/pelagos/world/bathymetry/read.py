@@ -6,6 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final, TypeAlias
+from zipfile import BadZipFile
 
 import numpy as np
 
@@ -80,7 +81,7 @@ def _guarded(reader: Reader, path: Path, how: Any) -> Grid | Soundings:
         return reader(path, how)
     except WorldError:
         raise
-    except (OSError, EOFError, ValueError, RuntimeError, KeyError) as error:
+    except (OSError, EOFError, ValueError, RuntimeError, KeyError, BadZipFile) as error:
         text = str(error).strip() or type(error).__name__
         raise WorldError(f"bathymetry file {path} cannot be read; it may be damaged or cut short ({text})") from error
 

@@ -99,7 +99,7 @@ def read_raster(path: Path, how: Reading) -> Grid:
 
 def read_npz(path: Path, how: Reading) -> Grid:
     """A NumPy archive with two axes and one array on them."""
-    with np.load(path) as data:
+    with path.open("rb") as file, np.load(file) as data:
         arrays = {k: data[k] for k in data.files}
     axes = {k: a for k, a in arrays.items() if a.ndim == 1}
     latlon = _named(axes, _LATITUDE) is not None and _named(axes, _LONGITUDE) is not None

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
+
+_CELL: Final = 8.0  # [m], edge of the cells that discs are looked up by
 
 
 @dataclass
@@ -21,17 +24,22 @@ class Places:
     x: tuple[float, float]
     y: tuple[float, float]
     taken: list[tuple[float, float, float]] = field(default_factory=list)
+    _cells: dict[tuple[int, int], list[int]] = field(default_factory=dict, repr=False)
 
     def take(self, x: float, y: float, radius: float) -> None:
         """Mark a disc as taken."""
+        for cell in _cells_of(x, y, radius):
+            self._cells.setdefault(cell, []).append(len(self.taken))
         self.taken.append((float(x), float(y), float(radius)))
 
     def free(self, x: float, y: float, radius: float) -> bool:
         """Whether a disc touches none that is taken."""
-        if not self.taken:
-            return True
-        discs = np.array(self.taken)
-        return bool(((discs[:, 0] - x) ** 2 + (discs[:, 1] - y) ** 2 > (discs[:, 2] + radius) ** 2).all())
+        for cell in _cells_of(x, y, radius):
+            for index in self._cells.get(cell, ()):
+                ox, oy, reach = self.taken[index]
+                if (ox - x) ** 2 + (oy - y) ** 2 <= (reach + radius) ** 2:
+                    return False
+        return True
 
     def find(
         self,
@@ -61,3 +69,9 @@ class Places:
                 self.take(x, y, radius)
                 return np.array([x, y])
         return None
+
+
+def _cells_of(x: float, y: float, radius: float) -> Iterator[tuple[int, int]]:
+    for i in range(int((x - radius) // _CELL), int((x + radius) // _CELL) + 1):
+        for j in range(int((y - radius) // _CELL), int((y + radius) // _CELL) + 1):
+            yield i, j

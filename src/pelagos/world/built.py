@@ -1,0 +1,153 @@
+"""Worlds built by hand: primitives, mesh files and description files, placed one by one."""
+
+from __future__ import annotations
+
+from typing import ClassVar, Final, Literal, Self
+
+import numpy as np
+from pydantic import BaseModel, ConfigDict, Field, model_validator
+
+from pelagos.config.path import ScenarioPath
+from pelagos.errors import LookupFailed
+from pelagos.math.geodesy import GeoOrigin
+from pelagos.world import shapes
+from pelagos.world.config import WorldConfig
+from pelagos.world.files import read_mesh
+from pelagos.world.mesh import Mesh, rotation
+from pelagos.world.robot_files import SUFFIXES, read_description
+from pelagos.world.site import Site
+from pelagos.world.terrain import HeightField
+from pelagos.world.world import World
+
+_HUGE: Final = 500.0  # [m]: a thing larger than this is suspected to be in other units
+_TINY: Final = 0.005  # [m]
+
+
+class ThingConfig(BaseModel):
+    """One thing, or a row of the same."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", use_attribute_docstrings=True)
+
+    shape: Literal["box", "sphere", "cylinder", "cone", "plane", "file"] = "box"
+    """What it is; `file` reads `path`. Cylinders and cones stand upright."""
+    path: ScenarioPath | None = None
+    """Mesh (OBJ, STL, PLY, glTF) or description (URDF, SDF, MJCF), relative to the scenario."""
+    part: Literal["visual", "collision"] = "visual"
+    """Which shapes of a description file."""
+    at_m: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    """Its middle, or the file's origin: x north, y west, z up from the mean sea surface [m]."""
+    orientation_deg: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    """Roll, pitch, yaw, R = Rz Ry Rx [deg]."""
+    size_m: tuple[float, float, float] = (1.0, 1.0, 1.0)
+    """Extent along its own x, y, z [m]; not for files."""
+    scale: float = Field(default=1.0, gt=0)
+    """Factor on a file's coordinates; 0.001 for millimetres."""
+    material: str = "concrete"
+    """Material."""
+    label: str | int = "unlabeled"
+    """Semantic label by name or number."""
+    name: str = ""
+    """For people; its shape or file where not given."""
+    smooth_deg: float | None = 35.0
+    """Edges flatter than this look smooth [deg]; null for flat faces."""
+    on_ground: bool = False
+    """Whether z of `at_m` counts from the ground below."""
+    repeat: int = Field(default=1, ge=1)
+    """How many of it."""
+    step_m: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    """From one repetition to the next [m]."""
+
+    @model_validator(mode="after")
+    def _has_file(self) -> Self:
+        if (self.shape == "file") != (self.path is not None):
+            raise ValueError("path goes with shape: file")
+        return self
+
+
+class BuiltConfig(WorldConfig):
+    """A flat seabed, or none, with things placed one by one."""
+
+    TITLE: ClassVar[str] = "Built by hand: primitives, meshes (OBJ, STL, PLY, glTF), URDF, SDF and MJCF files"
+
+    type: Literal["built"] = "built"
+    """The kind of world."""
+    depth_m: float | None = Field(default=20.0, gt=0)
+    """Depth of a flat seabed [m]; null for no seabed."""
+    size_m: tuple[float, float] = (200.0, 200.0)
+    """Extent of the seabed [m]."""
+    material: str = "sand"
+    """Material of the seabed."""
+    labels: dict[str, int] = Field(default_factory=dict)
+    """Labels of your own, name to number 128 .. 254."""
+    things: tuple[ThingConfig, ...] = ()
+    """Everything that stands in it."""
+
+    def build(self) -> World:
+        """Build it.
+
+        Raises:
+            WorldError: a file cannot be used.
+            LookupFailed: an unknown material or label.
+        """
+        wrong = {k: v for k, v in self.labels.items() if not 128 <= v <= 254}
+        if wrong:
+            raise LookupFailed("number of a label of your own", str(wrong), ["128 .. 254"])
+        site = Site(user_labels=self.labels)
+        if self.depth_m is not None:
+            site.ground(level(self.size_m, self.depth_m), self.material)
+        for thing in self.things:
+            _add(site, thing)
+        origin = GeoOrigin(self.latitude_deg or 0.0, self.longitude_deg or 0.0)
+        return site.world(name="built", description=f"{len(site.geometries)} things placed by hand", origin=origin)
+
+
+def level(size: tuple[float, float], depth: float) -> HeightField:
+    """A level height field about the origin."""
+    spacing = min(size) / 16
+    cells = [max(1, round(s / spacing)) for s in size]
+    corner = -cells[0] * spacing / 2, -cells[1] * spacing / 2
+    return HeightField(*corner, spacing, np.full((cells[0] + 1, cells[1] + 1), -depth))
+
+
+def _add(site: Site, thing: ThingConfig) -> None:
+    mesh = _mesh(thing)
+    name = thing.name or (thing.path.name if thing.path else thing.shape)
+    if thing.path is not None:
+        site.notes += _doubts(mesh, name)
+    mesh = mesh.rotated(rotation(*np.radians(thing.orientation_deg)))
+    for k in range(thing.repeat):
+        at = np.array(thing.at_m) + k * np.array(thing.step_m)
+        if thing.on_ground and site.terrain is not None:
+            at[2] += float(site.terrain.height(at[0], at[1]))
+        site.add(mesh.moved(at), thing.material, label=thing.label, name=name, crease_deg=thing.smooth_deg)
+
+
+def _mesh(thing: ThingConfig) -> Mesh:
+    if thing.path is not None:
+        read = (
+            read_description(thing.path, thing.part) if thing.path.suffix.lower() in SUFFIXES else read_mesh(thing.path)
+        )
+        return read.scaled(thing.scale)
+    unit = {
+        "box": lambda: shapes.box((1, 1, 1)),
+        "sphere": lambda: shapes.sphere(0.5, sides=48, rings=24),
+        "cylinder": lambda: shapes.cylinder(0.5, 1.0, sides=48),
+        "cone": lambda: shapes.cone(0.5, 1.0, sides=48),
+        "plane": lambda: shapes.plane((1, 1)),
+    }[thing.shape]()
+    return unit.scaled(thing.size_m)
+
+
+def _doubts(mesh: Mesh, name: str) -> list[str]:
+    """What is odd about a mesh from a file, in words."""
+    doubts = []
+    extent = float(np.ptp(mesh.vertices, axis=0).max())
+    if extent > _HUGE:
+        doubts.append(f"{name} is {extent:.0f} m across: are its coordinates millimetres? then set scale: 0.001")
+    if extent < _TINY:
+        doubts.append(f"{name} is {1e3 * extent:.2f} mm across: are its coordinates in other units? then set scale")
+    if not mesh.closed:
+        doubts.append(f"{name} is not closed: rays pass through its holes, and contact may let things in")
+    elif mesh.volume < 0:
+        doubts.append(f"{name} is inside out: its faces look inwards")
+    return doubts

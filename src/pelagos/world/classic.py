@@ -1,0 +1,196 @@
+"""The worlds that users of HoloOcean know by name, in our own designs: their purpose, size and contents, not their art.
+
+Sizes and contents follow HoloOcean's documentation of its worlds (BYU FRoSt Lab); every design here is ours.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any, ClassVar, Final, Literal
+
+from pelagos.world.built import BuiltConfig
+from pelagos.world.config import WorldConfig
+from pelagos.world.generate.generated import GeneratedConfig
+from pelagos.world.world import World
+
+
+def dam(seed: int) -> WorldConfig:
+    """650 m x 650 m of reservoir with a dam face, gates, pipes and covers along its north side."""
+    pipes = [{"kind": "pipeline", "count": 3, "size_m": [0.6, 1.4]}]
+    things = [
+        {"kind": "dam", "at_m": [[290, 0]], "count": 1, "size_m": 560, "heading_deg": -90},
+        {"kind": "quay_wall", "count": 4, "size_m": [25, 40]},
+        *pipes,
+        {"kind": "boulder", "density_per_ha": 6, "size_m": [0.5, 3], "cluster": 0.6},
+        {"kind": "debris", "density_per_ha": 1.5, "cluster": 0.5},
+    ]
+    return GeneratedConfig(
+        seed=seed, size_m=(650, 650), grid_m=2.0, depth_m=24, material="silt", patches=("mud", "gravel"),
+        objects=_objects(things),
+        terrain={"kind": "canyon", "relief_m": 8, "wavelength_m": 500, "roughness_m": 0.3},
+    )  # fmt: skip
+
+
+def pier_harbor(seed: int) -> WorldConfig:
+    """2 km x 2 km of harbour with piers of three sizes, quays, pilings, boats, moorings."""
+    things = [
+        {"kind": "quay_wall", "count": 3, "size_m": 120, "heading_deg": 0},
+        {"kind": "pier", "count": 1, "at_m": [[40, 30]], "size_m": 60, "heading_deg": 20},
+        {"kind": "pier", "count": 4, "size_m": 120},
+        {"kind": "pier", "count": 8, "size_m": [20, 45]},
+        {"kind": "wreck_boat", "count": 4},
+        {"kind": "piling", "count": 80, "cluster": 0.8, "cluster_radius_m": 15},
+        {"kind": "mooring", "count": 25},
+        {"kind": "boulder", "density_per_ha": 0.8, "size_m": [0.5, 3], "cluster": 0.6},
+        {"kind": "kelp", "density_per_ha": 0.6, "cluster": 0.9},
+        {"kind": "tyre", "density_per_ha": 0.3},
+        {"kind": "debris", "density_per_ha": 0.4, "cluster": 0.5},
+    ]
+    return GeneratedConfig(
+        seed=seed, size_m=(2000, 2000), grid_m=4.0, depth_m=20, material="silt", patches=("sand", "mud"), patch_m=150,
+        objects=_objects(things), terrain={"kind": "flat", "relief_m": 4, "wavelength_m": 300, "roughness_m": 0.2},
+    )  # fmt: skip
+
+
+def open_water(seed: int) -> WorldConfig:
+    """2 km x 2 km of rolling hills about 290 m deep, with sunken submarines and aircraft, rock, plants and coral."""
+    things = [
+        {"kind": "wreck_submarine", "count": 4, "at_m": [[35, -60], [555, 236]]},
+        {"kind": "wreck_aircraft", "count": 5, "at_m": [[40, 20], [205, 457]]},
+        {"kind": "outcrop", "density_per_ha": 0.4, "cluster": 0.5, "cluster_radius_m": 40},
+        {"kind": "boulder", "density_per_ha": 3, "size_m": [0.5, 4], "cluster": 0.5},
+        {"kind": "coral", "density_per_ha": 1.5, "cluster": 0.8},
+        {"kind": "sponge", "density_per_ha": 1, "cluster": 0.8},
+        {"kind": "seagrass", "density_per_ha": 2, "size_m": [0.5, 1.5], "cluster": 0.8},
+    ]
+    return GeneratedConfig(
+        seed=seed, size_m=(2000, 2000), grid_m=4.0, depth_m=290, material="sand", patches=("silt", "gravel"),
+        patch_m=200,
+        objects=_objects(things), terrain={"kind": "flat", "relief_m": 30, "wavelength_m": 500, "roughness_m": 0.3,
+                                           "spectrum_slope": 4.0},
+    )  # fmt: skip
+
+
+def simple_underwater(seed: int) -> WorldConfig:
+    """A walled basin of 240 m x 240 m, 20 m deep, with pipes at its north end."""
+    del seed
+    depth, half = 20.0, 120.0
+    walls = [
+        _box((s * (half - 1), 0, -depth / 2 + 1), (2, 2 * half, depth + 2), "concrete", "wall", "wall") for s in (-1, 1)
+    ] + [
+        _box((0, s * (half - 1), -depth / 2 + 1), (2 * half - 4, 2, depth + 2), "concrete", "wall", "wall")
+        for s in (-1, 1)
+    ]
+    pipes: list[dict[str, Any]] = [
+        {"shape": "cylinder", "at_m": [80, -60 + 30 * k, -depth + 1.2 + 0.6 * (k % 2)], "size_m": [1.2, 1.2, 60],
+         "orientation_deg": [0, 90, 0], "material": "rusted_steel", "label": "pipe", "name": "pipe"} for k in range(5)
+    ]  # fmt: skip
+    pipes.append(
+        {"shape": "cylinder", "at_m": [70, 0, -depth + 3.2], "size_m": [1.5, 1.5, 150], "orientation_deg": [90, 0, 0],
+         "material": "rusted_steel", "label": "pipe", "name": "header"}
+    )  # fmt: skip
+    blocks = [
+        _box((20 + 12 * k, -35 + 23 * k, -depth + 1), (2, 2, 2), "concrete", "concrete", "block") for k in range(3)
+    ]
+    return _built(depth, (2 * half, 2 * half), [*walls, *pipes, *blocks])
+
+
+def flat_underwater(seed: int) -> WorldConfig:
+    """A flat, sandy bed of 1 km x 1 km at 20 m."""
+    del seed
+    return _built(20.0, (1000.0, 1000.0), [])
+
+
+def rooms(seed: int) -> WorldConfig:
+    """Four dry rooms of 8 m x 8 m about a corridor, floor at z = 0, with furniture."""
+    del seed
+    things = [
+        _box((0, 0, -0.1), (24, 20, 0.2), "wood", "floor", "floor"),
+        _box((0, 0, 3.1), (24, 20, 0.2), "white", "ceiling", "ceiling"),
+    ]
+    for y in (-10.0, 10.0):
+        things.append(_box((0, y, 1.5), (24, 0.2, 3), "white", "wall", "wall"))
+    for x in (-12.0, 12.0):
+        things.append(_box((x, 0, 1.5), (0.2, 20, 3), "white", "wall", "wall"))
+    for y in (-1.5, 1.5):
+        for x, wide in ((-10.25, 3.5), (0.0, 13.0), (10.25, 3.5)):  # doors of 2 m at x = -7.5 and x = 7.5
+            things.append(_box((x, y, 1.5), (wide, 0.15, 3), "white", "wall", "wall"))
+        things.append(_box((0, 5.75 * (1 if y > 0 else -1), 1.5), (0.15, 8.5, 3), "white", "wall", "wall"))
+    for k, (x, y) in enumerate(((-6, 6), (6, 6), (-6, -6), (6, -6))):
+        things.append(_box((x, y, 0.72), (1.6, 0.8, 0.06), "wood", "table", "table"))
+        things += [
+            _box((x + dx, y + dy, 0.35), (0.06, 0.06, 0.7), "wood", "table", "table")
+            for dx in (-0.7, 0.7)
+            for dy in (-0.3, 0.3)
+        ]
+        things.append(_box((x + 2.5, y + (-1) ** k, 0.4), (0.8, 0.8, 0.8), "yellow", "crate", "crate"))
+    return BuiltConfig(depth_m=None, things=tuple(things))
+
+
+def tank(seed: int) -> WorldConfig:
+    """A test tank of 20 m x 10 m, 5 m deep, with a calibration sphere and a target plate."""
+    del seed
+    walls = [_box((s * 10.15, 0, -2.25), (0.3, 10.6, 5.5), "concrete", "wall", "tank wall") for s in (-1, 1)]
+    walls += [_box((0, s * 5.15, -2.25), (20, 0.3, 5.5), "concrete", "wall", "tank wall") for s in (-1, 1)]
+    sphere = {"shape": "sphere", "at_m": [6, 0, -2.5], "size_m": [0.38, 0.38, 0.38], "material": "steel",
+              "label": "sphere",
+              "name": "calibration sphere"}  # fmt: skip
+    plate = _box((8, -3, -2.5), (0.02, 1.0, 1.0), "steel", "cube", "target plate")
+    return _built(5.0, (21.0, 11.0), [*walls, sphere, plate], material="concrete")
+
+
+def test_world(seed: int) -> WorldConfig:
+    """Ground at z = 0 beside water, a wall at x = 2.77 m, blockers: a stand-in for HoloOcean's test level."""
+    del seed
+    things = [
+        _box((-10, 0, -0.25), (60, 30, 0.5), "grass", "landscape", "ground"),
+        _box((3.77, 0.7, 1.0), (2.0, 1.6, 2.0), "concrete", "wall", "wall"),
+        _box((1.75, -30, -1.0), (2.0, 4.0, 6.0), "concrete", "wall", "blocker"),
+        _box((-10, 5.5, 0.5), (1.0, 1.0, 1.0), "wood", "cube", "blocker"),
+        _box((47, -58, -3.0), (20, 20, 2.0), "sand", "landscape", "layer"),
+        _box((47, -30, -3.0), (20, 20, 2.0), "gravel", "landscape", "layer"),
+    ]
+    return _built(12.0, (160.0, 160.0), things)
+
+
+CLASSICS: Final[dict[str, Callable[[int], WorldConfig]]] = {
+    made.__name__: made
+    for made in (dam, flat_underwater, open_water, pier_harbor, rooms, simple_underwater, tank, test_world)
+}
+"""The classics by name: each gives the configuration of a built or generated world."""
+
+
+class ClassicConfig(WorldConfig):
+    """A world known from HoloOcean, in Pelagos's own design."""
+
+    TITLE: ClassVar[str] = "The classics: dam, pier_harbor, open_water, simple_underwater, rooms, tank, ..."
+
+    type: Literal["classic"] = "classic"
+    """The kind of world."""
+    name: Literal[
+        "dam", "flat_underwater", "open_water", "pier_harbor", "rooms", "simple_underwater", "tank", "test_world"
+    ]
+    """Which one."""
+    seed: int = 1
+    """Seed of what is random in it."""
+
+    def build(self) -> World:
+        """Build it."""
+        plan = CLASSICS[self.name](self.seed)
+        place = {"latitude_deg": self.latitude_deg, "longitude_deg": self.longitude_deg}
+        built = plan.model_copy(update=place).build()
+        title = (CLASSICS[self.name].__doc__ or "").strip().split("\n")[0]
+        return replace(built, name=self.name, description=title)
+
+
+def _objects(things: list[dict[str, Any]]) -> Any:
+    return tuple(things)
+
+
+def _box(at: tuple[float, float, float], size: tuple[float, float, float], material: str, label: str, name: str) -> Any:
+    return {"shape": "box", "at_m": at, "size_m": size, "material": material, "label": label, "name": name}
+
+
+def _built(depth: float, size: tuple[float, float], things: list[Any], *, material: str = "sand") -> BuiltConfig:
+    return BuiltConfig(depth_m=depth, size_m=size, things=tuple(things), material=material)

@@ -1,0 +1,156 @@
+"""A world as files that other programs read, and that Pelagos reads back byte for byte.
+
+`world.npz` holds everything; the world type `saved` reads it. `world.glb` is for Blender, Unreal, USD tools and
+browsers: one node for each object, named "instance_name", y up as glTF demands. `labels.json` names labels, instances
+and materials.
+`height.npz` is the ground: x, y and z.
+"""
+
+from __future__ import annotations
+
+import json
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any, ClassVar, Final, Literal
+from zipfile import BadZipFile
+
+import numpy as np
+
+from pelagos.config.path import ScenarioPath
+from pelagos.errors import WorldError
+from pelagos.math.geodesy import GeoOrigin
+from pelagos.raycast.geometry import Geometry
+from pelagos.world.config import WorldConfig
+from pelagos.world.label import label_color
+from pelagos.world.material import Material
+from pelagos.world.terrain import HeightField
+from pelagos.world.world import World
+
+FORMAT: Final = 1
+"""Version of `world.npz`."""
+
+
+class SavedConfig(WorldConfig):
+    """A world that was exported before."""
+
+    TITLE: ClassVar[str] = "A world that was exported before: world.npz"
+
+    type: Literal["saved"] = "saved"
+    """The kind of world."""
+    path: ScenarioPath
+    """Its `world.npz`, relative to the scenario."""
+
+    def build(self) -> World:
+        """Read it.
+
+        Raises:
+            WorldError: missing, damaged, or of another version.
+        """
+        return load(self.path)
+
+
+def export(world: World, folder: Path) -> list[Path]:
+    """Write `world.npz`, `world.glb`, `labels.json` and the ground; returns the files."""
+    folder.mkdir(parents=True, exist_ok=True)
+    made = [save(world, folder / "world.npz"), save_glb(world, folder / "world.glb"), folder / "labels.json"]
+    made[2].write_text(json.dumps(_meanings(world), indent=1))
+    if world.terrain is not None:
+        made.append(folder / "height.npz")
+        field = world.terrain
+        np.savez_compressed(made[3], x=field.x, y=field.y, z=field.z)
+    return made
+
+
+def save(world: World, path: Path) -> Path:
+    """Write everything about a world into one archive."""
+    arrays: dict[str, Any] = {}
+    rows = []
+    for k, g in enumerate(world.geometries):
+        arrays[f"v{k}"], arrays[f"f{k}"] = g.vertices, g.faces
+        if g.vertex_normals is not None:
+            arrays[f"n{k}"] = g.vertex_normals
+        if not isinstance(g.material, int):
+            arrays[f"m{k}"] = g.face_materials
+        one = g.material if isinstance(g.material, int) else -1
+        rows.append({"name": g.name, "label": g.label, "instance": g.instance, "material": one})
+    field = world.terrain
+    if field is not None:
+        arrays["terrain"] = field.z
+    about = {
+        "format": FORMAT,
+        "name": world.name,
+        "description": world.description,
+        "notes": list(world.notes),
+        "origin": [world.origin.latitude, world.origin.longitude],
+        "user_labels": dict(world.user_labels),
+        "materials": [asdict(m) for m in world.materials],
+        "geometries": rows,
+        "terrain": None if field is None else [field.x0, field.y0, field.spacing],
+    }
+    np.savez_compressed(path, about=np.frombuffer(json.dumps(about).encode(), dtype=np.uint8), **arrays)
+    return path
+
+
+def load(path: Path) -> World:
+    """Read what `save` wrote.
+
+    Raises:
+        WorldError: missing, damaged, or of another version.
+    """
+    if not path.is_file():
+        raise WorldError(f"saved world {path} does not exist")
+    try:
+        with path.open("rb") as file, np.load(file) as data:
+            about = json.loads(bytes(data["about"]).decode())
+            if about["format"] != FORMAT:
+                raise WorldError(f"saved world {path} has format {about['format']}; this version reads {FORMAT}")
+            geometries = tuple(_geometry(data, k, row) for k, row in enumerate(about["geometries"]))
+            grid = about["terrain"]
+            terrain = None if grid is None else HeightField(grid[0], grid[1], grid[2], data["terrain"])
+    except (OSError, ValueError, KeyError, EOFError, BadZipFile) as error:
+        raise WorldError(f"saved world {path} cannot be read; it may be damaged or cut short ({error})") from error
+    materials = tuple(Material(**{**m, "albedo": tuple(m["albedo"])}) for m in about["materials"])
+    return World(
+        geometries, materials, GeoOrigin(*about["origin"]), about["name"], about["description"], terrain,
+        tuple(about["notes"]), about["user_labels"],
+    )  # fmt: skip
+
+
+def save_glb(world: World, path: Path) -> Path:
+    """Write binary glTF: one node an object and material, metres, y up, x forward."""
+    import trimesh
+
+    scene = trimesh.Scene()
+    up = np.array([[1.0, 0, 0, 0], [0, 0, 1, 0], [0, -1, 0, 0], [0, 0, 0, 1]])  # z up -> y up
+    for k, g in enumerate(world.geometries):
+        for row in np.unique(g.face_materials):
+            what = world.materials[int(row)]
+            mesh = trimesh.Trimesh(g.vertices, g.faces[g.face_materials == row], process=False)
+            mesh.remove_unreferenced_vertices()
+            mesh.visual = trimesh.visual.TextureVisuals(
+                material=trimesh.visual.material.PBRMaterial(
+                    name=what.name,
+                    baseColorFactor=[*(round(255 * c) for c in what.albedo), 255],
+                    roughnessFactor=what.optical_roughness,
+                    metallicFactor=0.0,
+                )
+            )
+            name = f"{g.instance}_{g.name}_{k}_{what.name}".replace(" ", "_")
+            scene.add_geometry(mesh, node_name=name, geom_name=name, transform=up)
+    path.write_bytes(scene.export(file_type="glb"))
+    return path
+
+
+def _geometry(data: Any, k: int, row: dict[str, Any]) -> Geometry:
+    normals = data.get(f"n{k}")
+    material = data[f"m{k}"] if row["material"] < 0 else int(row["material"])
+    return Geometry(data[f"v{k}"], data[f"f{k}"], material, row["label"], row["instance"], normals, row["name"])
+
+
+def _meanings(world: World) -> dict[str, Any]:
+    return {
+        "labels": {str(n): {"name": name, "color": label_color(n)} for n, name in world.labels.items()},
+        "instances": {str(g.instance): {"name": g.name, "label": g.label} for g in world.geometries},
+        "materials": [m.name for m in world.materials],
+        "origin": {"latitude_deg": world.origin.latitude, "longitude_deg": world.origin.longitude},
+    }

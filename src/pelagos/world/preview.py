@@ -1,0 +1,172 @@
+"""Pictures and numbers of a world: a shaded map, views from the air, statistics."""
+
+from __future__ import annotations
+
+from collections import Counter
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pelagos.world.label import label_color
+from pelagos.world.world import World
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+_SKY = (0.55, 0.65, 0.75)  # radiance of the even light from above, relative
+_SUN = (0.5, 0.35, -0.8)  # direction in which the sun's light travels
+
+
+def statistics(world: World) -> dict[str, Any]:
+    """Area, heights, objects by name, triangles, memory of the meshes."""
+    low, high = world.bounds
+    names = {g.instance: g.name for g in world.geometries}
+    size = sum(
+        g.vertices.nbytes + g.faces.nbytes + (0 if g.vertex_normals is None else g.vertex_normals.nbytes)
+        for g in world.geometries
+    )
+    ground = world.terrain.z if world.terrain is not None else np.array([low[2], high[2]])
+    return {
+        "extent_m": [float(v) for v in high - low],
+        "area_m2": float(np.prod((high - low)[:2])),
+        "ground_z_m": [float(ground.min()), float(np.median(ground)), float(ground.max())],
+        "objects": dict(Counter(names.values()).most_common()),
+        "labels": {name: number for number, name in world.labels.items()},
+        "materials": [m.name for m in world.materials],
+        "triangles": world.triangles,
+        "mesh_mb": size / 1e6,
+        "latitude_deg": world.origin.latitude,
+        "longitude_deg": world.origin.longitude,
+        "notes": list(world.notes),
+    }
+
+
+def draw_map(world: World, path: Path, *, pixels: int = 900) -> Path:
+    """A map from above: shaded heights, and everything that stands on the ground in the colour of its label."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    top, label = look_down(world, pixels)
+    low, high = world.bounds
+    ground = np.where(np.isfinite(top), top, np.nan)
+    gx, gy = np.gradient(np.nan_to_num(ground, nan=float(np.nanmin(ground))))
+    step = float((high - low)[0]) / max(ground.shape[0] - 1, 1)
+    shade = np.clip(0.75 + 0.35 * (gx - 0.6 * gy) / step, 0.25, 1.0)[..., None]
+    figure = Figure(figsize=(10, 8.5), layout="constrained")
+    FigureCanvasAgg(figure)
+    axes = figure.add_subplot()
+    span = [high[1], low[1], low[0], high[0]]  # west is left, north is up
+    bare = ground[label == 4] if (label == 4).any() else ground
+    limits = {"vmin": float(np.nanmin(bare)), "vmax": float(np.nanpercentile(bare, 99.5))}
+    image = axes.imshow(ground[:, ::-1], extent=span, origin="lower", cmap="viridis", **limits)
+    things = (label > 0) & (label != 4)
+    paint = np.zeros((*label.shape, 4))
+    for number in np.unique(label[things]):
+        paint[label == number] = [*(c / 255 for c in label_color(int(number))), 1.0]
+    axes.imshow(np.dstack([np.zeros((*label.shape, 3)), 0.8 * (1 - shade)])[:, ::-1], extent=span, origin="lower")
+    axes.imshow(paint[:, ::-1], extent=span, origin="lower")
+    axes.set(xlabel="y, west [m]", ylabel="x, north [m]", title=world.description or world.name)
+    figure.colorbar(image, label="height [m]", shrink=0.8)
+    figure.savefig(path, dpi=110)
+    return path
+
+
+def look_down(world: World, pixels: int) -> tuple[NDArray[np.float64], NDArray[np.uint32]]:
+    """Height `(nx, ny)` [m] of the first thing met from above, NaN where nothing is, and its label."""
+    low, high = world.bounds
+    step = float((high - low)[:2].max()) / pixels
+    x = np.arange(low[0] + step / 2, high[0], step)
+    y = np.arange(low[1] + step / 2, high[1], step)
+    gx, gy = np.meshgrid(x, y, indexing="ij")
+    start = np.stack([gx.ravel(), gy.ravel(), np.full(gx.size, high[2] + 1.0)], axis=1)
+    hits = world.cast(start, (0, 0, -1), float(high[2] - low[2] + 10))
+    z = np.where(hits.valid, hits.position[:, 2], np.nan)
+    return z.reshape(gx.shape), hits.label.reshape(gx.shape)
+
+
+def render(
+    world: World,
+    path: Path,
+    *,
+    eye: Sequence[float] | None = None,
+    target: Sequence[float] | None = None,
+    size: tuple[int, int] = (1280, 800),
+    samples: int = 32,
+    fov_deg: float = 60.0,
+) -> Path:
+    """A picture in air and daylight, as if the water were drained.
+
+    Args:
+        world: the world.
+        path: PNG to write.
+        eye, target: from where to where [m]; a view over the whole world where not given.
+        size: width and height in pixels.
+        samples: per pixel.
+        fov_deg: horizontal field of view.
+    """
+    from pelagos import jit
+
+    low, high = world.bounds
+    middle = (low + high) / 2
+    middle[2] = low[2]
+    reach = float((high - low)[:2].max())
+    at = np.asarray(target if target is not None else middle, dtype=np.float64)
+    start = np.asarray(eye if eye is not None else middle + reach * np.array([-0.55, -0.45, 0.38]), dtype=np.float64)
+    scene = _drained(world)
+    view = jit.mi.load_dict({
+        "type": "perspective", "fov": fov_deg,
+        "to_world": jit.mi.ScalarTransform4f().look_at((start - middle).tolist(), (at - middle).tolist(), [0, 0, 1]),
+        "film": {"type": "hdrfilm", "width": size[0], "height": size[1]},
+        "sampler": {"type": "independent", "sample_count": samples},
+    })  # fmt: skip
+    jit.mi.util.write_bitmap(str(path), jit.mi.render(scene, sensor=view, spp=samples), write_async=False)
+    return path
+
+
+def _drained(world: World) -> Any:
+    """A Mitsuba scene of the world under sun and sky, about the middle of its foot."""
+    from pelagos import jit
+
+    low, high = world.bounds
+    middle = np.array([*((low + high) / 2)[:2], low[2]])
+    description: dict[str, Any] = {
+        "type": "scene",
+        "integrator": {"type": "path", "max_depth": 3},
+        "sky": {"type": "constant", "radiance": {"type": "rgb", "value": list(_SKY)}},
+        "sun": {
+            "type": "directional",
+            "direction": list(_SUN),
+            "irradiance": {"type": "rgb", "value": [2.2, 2.1, 1.9]},
+        },
+    }
+    for smooth in (True, False):
+        for row, what in enumerate(world.materials):
+            parts = [
+                (g, g.faces[g.face_materials == row])
+                for g in world.geometries
+                if (g.vertex_normals is not None) == smooth and (g.face_materials == row).any()
+            ]
+            if parts:
+                description[f"{what.name}_{row}_{smooth}"] = _mesh(parts, middle, what.albedo)
+    return jit.mi.load_dict(description, parallel=False, optimize=False)
+
+
+def _mesh(parts: list[tuple[Any, Any]], middle: NDArray[np.float64], albedo: tuple[float, float, float]) -> Any:
+    from pelagos import jit
+
+    starts = np.cumsum([0] + [len(g.vertices) for g, _ in parts[:-1]])
+    vertices = np.concatenate([g.vertices - middle for g, _ in parts]).astype(np.float32)
+    faces = np.concatenate([f + np.uint32(s) for (_, f), s in zip(parts, starts, strict=True)])
+    smooth = parts[0][0].vertex_normals is not None
+    properties = jit.mi.Properties()
+    diffuse = {"type": "diffuse", "reflectance": {"type": "rgb", "value": list(albedo)}}
+    properties["bsdf"] = jit.mi.load_dict({"type": "twosided", "nested": diffuse})
+    mesh = jit.mi.Mesh("part", len(vertices), len(faces), has_vertex_normals=smooth, props=properties)
+    values = jit.mi.traverse(mesh)
+    values["vertex_positions"], values["faces"] = vertices.ravel(), faces.astype(np.uint32).ravel()
+    if smooth:
+        values["vertex_normals"] = np.concatenate([g.vertex_normals for g, _ in parts]).astype(np.float32).ravel()
+    values.update()
+    return mesh

@@ -1,0 +1,206 @@
+"""Generated worlds: numbers by Poisson, sizes by Kolmogorov and Smirnov, spectra, clearances, one seed one world."""
+
+from __future__ import annotations
+
+import hashlib
+from collections import Counter
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from pydantic import ValidationError
+from scipy.stats import kstest, poisson
+
+from pelagos.errors import WorldError
+from pelagos.world.generate.draw import Distribution
+from pelagos.world.generate.generated import KINDS, GeneratedConfig
+from pelagos.world.generate.landform import LANDFORMS
+from pelagos.world.generate.relief import fractal
+from pelagos.world.generate.scatter import Places
+
+
+def build(**keys):
+    return GeneratedConfig(**keys).build()
+
+
+def digest(world):
+    h = hashlib.sha256()
+    for g in world.geometries:
+        h.update(np.ascontiguousarray(g.vertices).tobytes() + g.faces.tobytes() + g.face_materials.tobytes())
+        h.update(f"{g.name} {g.label} {g.instance}".encode())
+    return h.hexdigest()
+
+
+MANY = {
+    "size_m": (120, 120), "depth_m": 25, "terrain": {"kind": "mixed", "relief_m": 3},
+    "objects": (
+        {"kind": "wreck_boat", "count": 1}, {"kind": "pipeline", "count": 1}, {"kind": "cable", "count": 1},
+        {"kind": "boulder", "density_per_ha": 40, "cluster": 0.5}, {"kind": "tyre", "density_per_ha": 10},
+        {"kind": "barrel", "density_per_ha": 10, "min_distance_m": 1.0},
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_every_kind_is_closed_faces_outwards_and_has_its_size(kind):
+    rng = np.random.default_rng(0)
+    for size in KINDS[kind].size:
+        thing = KINDS[kind].build(size, rng, 20.0)
+        for part in thing.parts:
+            assert part.mesh.closed, kind
+            assert part.mesh.volume > 0, kind
+        assert thing.radius > 0
+        points = np.concatenate([p.mesh.vertices for p in thing.parts])
+        assert np.hypot(points[:, 0], points[:, 1]).max() <= thing.radius + 1e-9
+
+
+@pytest.mark.parametrize("kind", LANDFORMS)
+def test_landforms_have_about_the_relief_asked_for(kind):
+    world = build(size_m=(300, 300), grid_m=2.0, depth_m=60, terrain={"kind": kind, "relief_m": 10, "roughness_m": 0})
+    span = float(np.percentile(world.terrain.z, 99) - np.percentile(world.terrain.z, 1))
+    assert (1.5 if kind == "slope" else 0.25) * 10 < span < (5 if kind == "slope" else 1.6) * 10
+
+
+@pytest.mark.parametrize("slope", [2.0, 3.0, 4.0])
+def test_the_spectrum_falls_as_asked(slope):
+    """Least squares of the radial spectrum over the middle octaves; leakage moves it by less than 0.25."""
+    z = fractal((512, 512), 1.0, np.random.default_rng(1), slope=slope, longest=200, shortest=2)
+    window = np.hanning(512)[:, None] * np.hanning(512)
+    power = np.abs(np.fft.fft2(z * window)) ** 2
+    k = np.hypot(np.fft.fftfreq(512)[:, None], np.fft.fftfreq(512))
+    edges = np.geomspace(0.02, 0.3, 16)
+    middle = np.sqrt(edges[1:] * edges[:-1])
+    mean = [power[(k >= a) & (k < b)].mean() for a, b in pairwise(edges)]
+    fitted = np.polyfit(np.log(middle), np.log(mean), 1)[0]
+    assert fitted == pytest.approx(-slope, abs=0.25)
+
+
+def test_numbers_follow_poisson():
+    """40 a hectare on 1.44 ha: each world's count within 1e-6 bounds, the mean of 20 within 5 standard errors."""
+    expected = 40 * 1.44
+    counts = []
+    for seed in range(20):
+        world = build(seed=seed, size_m=(120, 120), grid_m=4.0, objects=({"kind": "tyre", "density_per_ha": 40},))
+        counts.append(Counter(g.name for g in world.geometries)["tyre"])
+    low, high = poisson.ppf([1e-6, 1 - 1e-6], expected)
+    assert all(low <= c <= high for c in counts)
+    assert abs(np.mean(counts) - expected) < 5 * np.sqrt(expected / 20)
+
+
+def test_sizes_follow_the_distribution_asked_for():
+    """Drums keep their proportions: their greatest extent is the size times a constant."""
+    world = build(
+        size_m=(300, 300), grid_m=5.0, objects=({"kind": "manta_mine", "count": 400, "size_m": (0.5, 2.5)},),
+    )  # fmt: skip
+    size = [np.ptp(g.vertices[:, :2], axis=0).max() for g in world.geometries if g.name == "truncated cone mine"]
+    assert len(size) == 400
+    assert kstest(size, "uniform", args=(0.5, 2.0)).pvalue > 1e-3
+
+
+@pytest.mark.parametrize(
+    ("given", "low", "high"),
+    [({"uniform": (1, 2)}, 1, 2), ({"loguniform": (0.1, 10)}, 0.1, 10), ({"choice": (3, 3.5)}, 3, 3.5),
+     ({"normal": (5, 0.1)}, 4, 6), ({"lognormal": (2, 0.1)}, 1, 4)],
+)  # fmt: skip
+def test_distributions(given, low, high):
+    rng = np.random.default_rng(0)
+    values = [Distribution(**given).draw(rng) for _ in range(200)]
+    assert low <= min(values) <= max(values) <= high
+    with pytest.raises(ValidationError, match="exactly one"):
+        Distribution(**given, **({"choice": (1,)} if "choice" not in given else {"normal": (1, 1)}))
+
+
+@pytest.mark.parametrize("seed", range(10))
+def test_nothing_interpenetrates(seed):
+    """No two things come nearer than their own circles on the ground: every vertex stays within its thing's disc."""
+    world = build(seed=seed, **MANY)
+    things: dict[int, list[np.ndarray]] = {}
+    for g in world.geometries:
+        if g.name not in ("seabed", "pipeline", "cable", "pipe supports"):
+            things.setdefault(g.instance, []).append(g.vertices[:, :2])
+    hulls = {k: np.concatenate(v) for k, v in things.items()}
+    middles = {k: (v.max(axis=0) + v.min(axis=0)) / 2 for k, v in hulls.items()}
+    radii = {k: np.linalg.norm(v - middles[k], axis=1).max() for k, v in hulls.items()}
+    keys = list(hulls)
+    for i, a in enumerate(keys):
+        for b in keys[i + 1 :]:
+            if np.linalg.norm(middles[a] - middles[b]) < radii[a] + radii[b]:
+                gap = np.linalg.norm(hulls[a][:, None] - hulls[b][None], axis=-1).min()
+                assert gap > 0.0
+                assert not _overlap(hulls[a], hulls[b]), (a, b)
+
+
+def _overlap(a, b):
+    """Whether the convex outlines of two point sets meet: no axis among their edges' normals separates them."""
+    from scipy.spatial import ConvexHull
+
+    for points in (a, b):
+        normals = ConvexHull(points).equations[:, :2]
+        for n in normals:
+            pa, pb = a @ n, b @ n
+            if pa.max() < pb.min() or pb.max() < pa.min():
+                return False
+    return True
+
+
+def test_discs_never_touch_over_a_hundred_seeds():
+    for seed in range(100):
+        rng = np.random.default_rng(seed)
+        places = Places((-40, 40), (-40, 40))
+        for _ in range(150):
+            places.find(rng, rng.uniform(0.2, 4), around=(np.zeros(2), 15.0) if rng.uniform() < 0.5 else None, tries=20)
+        x, y, r = np.array(places.taken).T
+        gap = np.hypot(x[:, None] - x, y[:, None] - y) - r[:, None] - r
+        assert gap[~np.eye(len(r), dtype=bool)].min() > 0
+
+
+def test_same_seed_same_bytes_other_seed_other_bytes():
+    assert digest(build(seed=5, **MANY)) == digest(build(seed=5, **MANY))
+    assert digest(build(seed=5, **MANY)) != digest(build(seed=6, **MANY))
+
+
+def test_one_more_kind_moves_nothing_placed_before():
+    fewer = build(seed=5, **(MANY | {"objects": MANY["objects"][:4]}))
+    more = build(seed=5, **MANY)
+    stones = [[g.vertices.tobytes() for g in w.geometries if g.name == "boulder"] for w in (fewer, more)]
+    assert stones[0] == stones[1]
+    assert len(stones[0]) > 10
+
+
+def test_things_stand_on_the_ground_and_respect_slope_and_depth():
+    config = GeneratedConfig(
+        size_m=(200, 200), grid_m=2.0, depth_m=30, terrain={"kind": "ridges", "relief_m": 15, "wavelength_m": 60},
+        objects=({"kind": "boulder", "count": 120, "size_m": 1.0, "max_slope_deg": 12, "depth_m": (20, 33)},),
+        exclude=({"at_m": (0, 0), "radius_m": 30},),
+    )  # fmt: skip
+    world = config.build()
+    for g in world.geometries:
+        if g.name == "boulder":
+            low, high = g.vertices.min(axis=0), g.vertices.max(axis=0)
+            x, y, _ = (low + high) / 2
+            ground = float(world.height(x, y))
+            assert low[2] < ground + 0.5
+            assert high[2] > ground
+            assert np.hypot(x, y) > 29
+            assert -34 < ground < -19
+
+
+def test_what_finds_no_room_is_said():
+    world = build(size_m=(40, 40), objects=({"kind": "wreck_boat", "count": 30},))
+    note = next(n for n in world.notes if "wreck_boat" in n)
+    placed = int(note.split(": ")[1].split()[0])
+    assert 1 <= placed < 30
+    assert len({g.instance for g in world.geometries if g.name == "sunken boat"}) == placed
+
+
+@pytest.mark.parametrize(
+    ("keys", "error", "message"),
+    [
+        ({"objects": ({"kind": "bolder", "count": 1},)}, ValidationError, "did you mean 'boulder'"),
+        ({"terrain": {"kind": "hills"}}, ValidationError, "ridges"),
+        ({"size_m": (1e5, 1e5)}, WorldError, "larger grid_m"),
+    ],
+)
+def test_bad_input(keys, error, message):
+    with pytest.raises(error, match=message):
+        build(**keys)
