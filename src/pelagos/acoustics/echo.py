@@ -17,7 +17,7 @@ from typing import Final
 import drjit as dr
 
 from pelagos import jit
-from pelagos.acoustics.speckle import facet_amplitude, facet_hash
+from pelagos.acoustics.speckle import facet_amplitude, facet_hash, facet_place
 from pelagos.acoustics.target_tag import tag
 from pelagos.jit import Array
 
@@ -108,6 +108,7 @@ def accumulate(
     seed: Array,
     decay: int,
     tags: bool = False,
+    scattered: bool = False,
 ) -> tuple[Array, Array, Array, Array | None]:
     """Sum the echoes of all patches into range bins.
 
@@ -122,6 +123,8 @@ def accumulate(
         seed: `UInt32` of the roughness.
         decay: exponent p of the strip's energy density, r^-p.
         tags: also find the strongest echo of each cell.
+        scattered: put each facet's scatterer at a random place of its lattice cell instead of the middle, for sonars
+            that resolve the lattice.
 
     Returns:
         real and imaginary amplitude, and energy without interference, `Float` `(cells,)` each; with `tags` the largest
@@ -159,7 +162,8 @@ def accumulate(
         x, y, z = (base[i] + jit.Int32(cell[i]) for i in range(3))
         word = facet_hash(x, y, z, patches.instance, seed)
         size, turn = facet_amplitude(word)
-        turn -= dr.norm(cell + 0.5 - part) * facet * wave_cycles
+        middle = cell - part + (facet_place(word) if scattered else 0.5)
+        turn -= dr.norm(middle) * facet * wave_cycles
         sine, cosine = dr.sincos(2.0 * dr.pi * (turn - dr.floor(turn)))
         power = share * dr.maximum(overlap(low, high, start, stop, ramp), 0.0) * (patches.distance / reach) ** decay
         scaled = dr.minimum(dr.sqrt(power) * size, _LARGEST) * AMPLITUDE_STEPS

@@ -44,6 +44,11 @@ def facet_amplitude(word: Array) -> tuple[Array, Array]:
     return size, uniform32(scramble(word + 0x9E3779B9))
 
 
+def facet_place(word: Array) -> Array:
+    """Place of a facet's scatterer in its lattice cell, `Array3f`, each in (0, 1)."""
+    return jit.Array3f(*(uniform32(scramble(word ^ k)) for k in (_PRIME_X, _PRIME_Y, _PRIME_Z)))
+
+
 def patchiness(x: Array, y: Array, *, seed: Array, scale: float) -> Array:
     """Smooth random field of the horizontal place, mean 0, about -1 to 1: two octaves of value noise.
 

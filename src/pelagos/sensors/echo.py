@@ -38,6 +38,7 @@ _PATCHINESS_DB: Final = 5.0  # amplitude of the noise field, whose rms is 0.3
 _PATCH_SCALE: Final = 1.6  # [m]
 _GRADIENT_STEP: Final = 2.0  # [m], half the height over which the sound speed's gradient is taken
 _CHORDS: Final = 4  # straight pieces of a bent ray
+_STEEPEST: Final = 2.0  # longest strip, relative to one on level ground
 _LEAST_SINE: Final = 0.01  # grazing angle below which patches are cut off (0.6 deg)
 
 
@@ -265,7 +266,10 @@ def patches_of(
     energy = section / dr.maximum(view.sine, _LEAST_SINE) * weight * patch_intensity(t, loss)
     lower, upper = dr.gather(jit.Float, fan.lower, view.ray), dr.gather(jit.Float, fan.upper, view.ray)
     normal = hits.shading_normal
-    near, far, slide = strip_span(t, view.direction, normal, view.along, view.aside, lower, upper, jit.Float(longest))
+    # a strip much longer than on level ground leaves the thing that was hit: the side of a boulder, the rim of a hull
+    limit = _STEEPEST * t * (upper - lower) / dr.maximum(dr.abs(view.direction.z), 0.02)
+    limit = dr.minimum(limit, longest)
+    near, far, slide = strip_span(t, view.direction, normal, view.along, view.aside, lower, upper, limit)
     if trace is not None:
         for name, value, unit in (
             ("ray direction, up component", view.direction.z, "1"),

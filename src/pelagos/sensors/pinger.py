@@ -203,6 +203,7 @@ def echoes(
             seed=seed + k,
             decay=_STRIP_DECAY,
             tags=config.labels and k == 0,
+            scattered=layout.facet is not None,
         )
         if total is None:
             total, tags = Field(real, imaginary, energy), strongest

@@ -1,0 +1,222 @@
+"""Every sonar in one harbour, as pictures in the field's usual colours.
+
+    python examples/sonar_gallery.py [FOLDER] [--quick]
+
+Writes imaging.png, multibeam.png, sidescan.png, singlebeam.png, scanning.png, profiling.png and aperture.png.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import matplotlib
+
+matplotlib.use("Agg")
+import matplotlib.pyplot as plt
+import numpy as np
+
+from pelagos.math.so3 import from_euler
+from pelagos.ocean.config import OceanConfig, build_ocean
+from pelagos.raycast.rays import NO_BODY
+from pelagos.sensors.fan_view import fan_image
+from pelagos.sensors.imaging_sonar import ImagingSonar, ImagingSonarConfig
+from pelagos.sensors.lanes import lanes
+from pelagos.sensors.mechanical_scanning_sonar import MechanicalScanningSonar, MechanicalScanningSonarConfig
+from pelagos.sensors.multibeam import Multibeam, MultibeamConfig
+from pelagos.sensors.profiling_sonar import ProfilingSonar, ProfilingSonarConfig
+from pelagos.sensors.sidescan import Sidescan, SidescanConfig
+from pelagos.sensors.singlebeam import Singlebeam, SinglebeamConfig
+from pelagos.sensors.synthetic_aperture_sonar import SyntheticApertureSonar, SyntheticApertureSonarConfig
+from pelagos.world.generate.harbour import HarbourConfig
+
+DT_NS = 5_000_000
+WRECK = (22.0, -8.5, -14.0)  # where the harbour's sunken boat lies
+
+
+def place() -> Any:
+    """What a sensor is built with, for the harbour."""
+    world = HarbourConfig().build()
+    return SimpleNamespace(
+        path="gallery.sonar", seed=1, dt_ns=DT_NS, scene=world.scene(), world=world, ocean=build_ocean(OceanConfig()),
+        own_body=np.array([NO_BODY], np.uint32),
+    )  # fmt: skip
+
+
+def pose(position: Any, *, yaw: float = 0.0, ticks: Any = (0,), velocity: Any = (0.0, 0.0, 0.0)) -> Any:
+    """Motion along given places, one a tick."""
+    attitude = [float(a) for a in from_euler(0.0, 0.0, yaw)]
+    return lanes(ticks, dt_ns=DT_NS, position=position, attitude=attitude, velocity=velocity)
+
+
+def track(start: Any, stop: Any, count: int) -> Any:
+    """`(count, 3)` places on a line."""
+    return np.linspace(start, stop, count)
+
+
+def imaging(context: Any, folder: Path, quick: bool) -> None:
+    """Four looks of a 750 kHz imaging sonar."""
+    config = ImagingSonarConfig(range_max_m=30.0, orientation_deg=(0, 12, 0), beams=512, bins=700)
+    sonar = ImagingSonar(config, context)
+    looks = [
+        ("sunken boat", (8, -8, -11.5), 0.0),
+        ("pier", (0, 32, -9), np.pi / 2),
+        ("pipeline", (0, -22, -11.5), -np.pi / 2),
+        ("boulders", (44, 12, -12), 0.4),
+    ]
+    figure, axes = plt.subplots(2, 2, figsize=(15, 9.4), facecolor="black")
+    for ax, (name, position, yaw) in zip(axes.ravel(), looks, strict=True):
+        reading = sonar.sense(pose(position, yaw=yaw))
+        fan = fan_image(reading.data[0], sonar.tables["azimuth"], sonar.tables["range"], height=620)
+        ax.imshow(fan, cmap="copper", vmin=0, vmax=1)
+        ax.set_title(f"{name}, 30 m", color="white")
+        ax.axis("off")
+    _save(figure, folder / "imaging.png")
+
+
+def multibeam(context: Any, folder: Path, quick: bool) -> None:
+    """Soundings and backscatter of a pass over the wreck."""
+    sonar = Multibeam(MultibeamConfig(range_max_m=40.0), context)
+    count = 100 if quick else 400
+    places = track((5, -8, -5), (38, -8, -5), count)
+    reading = sonar.sense(pose(places, ticks=range(count), velocity=(1.5, 0, 0)))
+    points = reading.extras["soundings"] + places[:, None, :]
+    figure, axes = plt.subplots(1, 2, figsize=(15, 6))
+    deep = np.clip(points[..., 2], -17, -10)
+    shown = axes[0].scatter(points[..., 0], points[..., 1], c=deep, s=0.6, cmap="viridis")
+    figure.colorbar(shown, ax=axes[0], label="z [m]")
+    axes[0].set(title="soundings", xlabel="north [m]", ylabel="west [m]", aspect="equal")
+    strength = reading.extras["backscatter"]
+    shown = axes[1].scatter(points[..., 0], points[..., 1], c=strength, s=0.6, cmap="gray", vmin=-35, vmax=-5)
+    figure.colorbar(shown, ax=axes[1], label="backscattering strength [dB]")
+    axes[1].set(title="backscatter", xlabel="north [m]", aspect="equal")
+    _save(figure, folder / "multibeam.png")
+
+
+def sidescan(context: Any, folder: Path, quick: bool) -> None:
+    """A waterfall past the wreck and over the pipeline."""
+    sonar = Sidescan(SidescanConfig(range_max_m=40.0, bins=800), context)
+    count = 150 if quick else 900
+    places = track((-30, -18, -9.5), (75, -18, -9.5), count)
+    image = np.concatenate([_traces(sonar, places[k : k + 50], k) for k in range(0, count, 50)])
+    figure, ax = plt.subplots(figsize=(12, 9), facecolor="black")
+    ax.imshow(
+        np.concatenate([image[:, 0, ::-1], image[:, 1]], axis=1)[::-1], cmap="copper", aspect="auto", vmin=0, vmax=1
+    )
+    ax.axis("off")
+    _save(figure, folder / "sidescan.png")
+
+
+def _traces(sonar: Any, places: Any, first: int) -> Any:
+    return sonar.sense(pose(places, ticks=range(first, first + len(places)), velocity=(1.5, 0, 0))).data
+
+
+def singlebeam(context: Any, folder: Path, quick: bool) -> None:
+    """An echogram over the wreck."""
+    sonar = Singlebeam(SinglebeamConfig(range_max_m=20.0, bins=400), context)
+    count = 100 if quick else 600
+    image = _traces(sonar, track((-20, -8.5, -3), (60, -8.5, -3), count), 0)
+    figure, ax = plt.subplots(figsize=(12, 5))
+    ax.imshow(image.T, cmap="turbo", aspect="auto", vmin=0, vmax=1, extent=(-20, 60, 20, 0.5))
+    ax.set(xlabel="north [m]", ylabel="range [m]", title="echogram")
+    _save(figure, folder / "singlebeam.png")
+
+
+def scanning(context: Any, folder: Path, quick: bool) -> None:
+    """One turn of a mechanically scanning sonar in front of the pier."""
+    config = MechanicalScanningSonarConfig(range_max_m=45.0, step_deg=3.6 if quick else 0.9, rays=768)
+    sonar = MechanicalScanningSonar(config, context)
+    period = round(1e9 / DT_NS / config.rate_hz)
+    count = round(360 / config.step_deg)
+    position = np.tile([0.0, 33.0, -9.5], (count, 1))
+    reading = sonar.sense(pose(position, ticks=np.arange(count) * period, yaw=np.pi / 2))
+    size = 350
+    x, y = (size - np.arange(2 * size))[:, None] / size * 45, (size - np.arange(2 * size))[None, :] / size * 45
+    place = (np.pi - np.arctan2(y, x)) / (2 * np.pi) * count
+    bins = (np.hypot(x, y) - config.range_min_m) / config.bin_width_m
+    inside = (bins >= 0) & (bins < config.bins)
+    image = reading.data[np.round(place).astype(int) % count, np.clip(bins, 0, config.bins - 1).astype(int)]
+    figure, ax = plt.subplots(figsize=(8, 8), facecolor="black")
+    ax.imshow(np.where(inside, image, np.nan), cmap="afmhot", vmin=0, vmax=1)
+    ax.axis("off")
+    _save(figure, folder / "scanning.png")
+
+
+def profiling(context: Any, folder: Path, quick: bool) -> None:
+    """Water column of a profiling sonar across the wreck."""
+    sonar = ProfilingSonar(ProfilingSonarConfig(range_max_m=20.0, orientation_deg=(0, 90, 0)), context)
+    reading = sonar.sense(pose((WRECK[0], WRECK[1], -4.0), yaw=np.pi / 2))
+    fan = fan_image(reading.data[0], sonar.tables["azimuth"], sonar.tables["range"], height=500)
+    figure, ax = plt.subplots(figsize=(11, 7))
+    ax.imshow(fan[::-1], cmap="turbo", vmin=0, vmax=1)
+    ax.axis("off")
+    ax.set_title("water column, looking down")
+    _save(figure, folder / "profiling.png")
+
+
+def aperture(context: Any, folder: Path, quick: bool) -> None:
+    """Raw pings of a synthetic aperture sonar, and the same focused by back-projection."""
+    config = SyntheticApertureSonarConfig(
+        range_min_m=6.0, range_max_m=26.0, bins=800, rays=4096 if quick else 131072, facet_m=0.05, self_noise_db=30.0
+    )
+    sonar = SyntheticApertureSonar(config, context)
+    count = 120 if quick else 800
+    places = track((13.0, -22.0, -10.0), (13.0 + 0.02 * count, -22.0, -10.0), count)
+    data = np.concatenate([_traces(sonar, places[k : k + 8], k) for k in range(0, count, 8)])
+    ranges = sonar.tables["range"].astype(float)
+    along, across = np.arange(places[0, 0], places[-1, 0], 0.06), np.arange(6.5, 25.0, 0.06)
+    speed = float(context.ocean.column.sound_speed.numpy()[0]) if hasattr(context.ocean, "column") else 1500.0
+    image = back_projection(data, places[:, 0], ranges, along, across, config.frequency_hz, speed)
+    figure, axes = plt.subplots(1, 2, figsize=(14, 8), facecolor="black")
+    raw = 20 * np.log10(np.abs(data) * ranges**1.5 + 1e-12)
+    for ax, name, level in ((axes[0], "raw pings", raw), (axes[1], "focused", 20 * np.log10(np.abs(image) + 1e-12))):
+        top = np.percentile(level, 99.7)
+        ax.imshow(level, cmap="copper", aspect="auto", vmin=top - 45, vmax=top)
+        ax.set_title(name, color="white")
+        ax.axis("off")
+    _save(figure, folder / "aperture.png")
+
+
+def back_projection(
+    data: Any, x: Any, ranges: Any, along: Any, across: Any, frequency: float, sound_speed: float
+) -> Any:
+    """Focus pings `(pings, bins)` taken at `x` [m] on a slant-range grid `(along, across)`: sum at the right phase."""
+    image = np.zeros((len(along), len(across)), complex)
+    step = ranges[1] - ranges[0]
+    for place, trace in zip(x, data * ranges**1.5, strict=True):
+        near = np.abs(along - place) < 0.13 * across[-1]
+        r = np.hypot(across[None, :], (along[near] - place)[:, None])
+        bin_ = (r - ranges[0]) / step
+        low = np.clip(bin_.astype(int), 0, len(ranges) - 2)
+        share = np.clip(bin_ - low, 0, 1)
+        value = (trace[low] * (1 - share) + trace[low + 1] * share) * np.exp(4j * np.pi * frequency * r / sound_speed)
+        inside = np.abs(along[near] - place)[:, None] < 0.13 * across[None, :]
+        image[near] += np.where(inside, value, 0)
+    return image
+
+
+def _save(figure: Any, path: Path) -> None:
+    figure.tight_layout()
+    figure.savefig(path, dpi=80, facecolor=figure.get_facecolor())
+    plt.close(figure)
+    print(path)
+
+
+def main() -> None:
+    """Draw everything."""
+    arguments = [a for a in sys.argv[1:] if not a.startswith("--")]
+    folder = Path(arguments[0] if arguments else "sonar_gallery")
+    folder.mkdir(parents=True, exist_ok=True)
+    context = place()
+    pictures: list[Callable[[Any, Path, bool], None]] = [
+        imaging, multibeam, sidescan, singlebeam, scanning, profiling, aperture,
+    ]  # fmt: skip
+    for picture in pictures:
+        picture(context, folder, "--quick" in sys.argv)
+
+
+if __name__ == "__main__":
+    main()
