@@ -19,12 +19,13 @@ import platform
 import re
 from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final, Literal, TypeAlias
+from typing import TYPE_CHECKING, Any, Final, Literal, TypeAlias, TypeVar
 
 from pelagos.errors import DeviceError
 
 MIN_LLVM: Final = 16  # 14 is refused by Dr.Jit, 15 aborts the process on AVX-512 machines
 Device: TypeAlias = Literal["cpu", "cuda"]
+T = TypeVar("T")
 
 # Dr.Jit's arrays overload every operator; naming them Any keeps physics readable, and the checks on shapes are tests.
 Array: TypeAlias = Any
@@ -96,12 +97,26 @@ def freeze(function: Callable[..., Any]) -> Callable[..., Any]:
     return call
 
 
+def struct(cls: type[T]) -> type[T]:
+    """Marks a dataclass whose fields Dr.Jit reads by itself, instead of asking `dataclasses` in every frozen call.
+
+    That saves some 7 us for each struct among the arguments. A class that frozen functions return needs a default for
+    every field. Where the class has a property `size_key`, `freeze` asks that for the sizes of all its arrays.
+    """
+    cls.DRJIT_STRUCT = dict.fromkeys(cls.__dataclass_fields__, object)  # type: ignore[attr-defined]
+    return cls
+
+
 def _sizes(*arguments: Any) -> list[Any]:
     """The width of each argument, or of each of its fields where they differ."""
     import drjit as dr
 
     found: list[Any] = []
     for argument in arguments:
+        key = getattr(argument, "size_key", None)
+        if key is not None:
+            found.append(key)
+            continue
         try:
             found.append(dr.width(argument))
         except RuntimeError:

@@ -47,6 +47,7 @@ class UniformCurrentConfig(Strict):
         return UniformCurrent(dr.opaque(jit.Array3f64, [north, west, self.up_mps]))
 
 
+@jit.struct
 @dataclass
 class UniformCurrent:
     """Attributes: value: `Array3f64` (1) NWU [m/s]."""
@@ -90,6 +91,7 @@ class ProfileCurrentConfig(Strict):
         return current
 
 
+@jit.struct
 @dataclass
 class ProfileCurrent:
     """Attributes: depth [m], north and west [m/s]: `Float64`, one entry a row."""

@@ -60,6 +60,7 @@ class GriddedCurrentConfig(_Gridded):
         return GriddedCurrent(self.read(wanted, site))
 
 
+@jit.struct
 @dataclass
 class GridField:
     """Values on a grid: a Dr.Jit struct.
@@ -122,6 +123,7 @@ class GridField:
         return dr.select(beyond > 1e-6, dr.nan, 1.0)
 
 
+@jit.struct
 @dataclass
 class GriddedCurrent:
     """Attributes: field: eastward, northward and perhaps upward velocity [m/s]."""

@@ -6,8 +6,9 @@ run. Positions are world NWU [m] (z up, 0 at the mean surface), times seconds of
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cache
+from itertools import count
 
 import drjit as dr
 
@@ -26,6 +27,7 @@ from pelagos.ocean.wind import Wind
 from pelagos.optics.water import WaterOptics, water_optics
 
 
+@jit.struct
 @dataclass
 class Ocean:
     """Currents, waves, water masses and light.
@@ -40,6 +42,7 @@ class Ocean:
         sun_elevation, sun_azimuth: `Float` (1), above the horizon and of the compass [rad].
         water_type: Jerlov type.
         turbidity: factor on the particles of that type.
+        serial: which ocean of this process it is; stands for the sizes of all its arrays.
     """
 
     currents: list[Current]
@@ -52,6 +55,12 @@ class Ocean:
     sun_azimuth: Array
     water_type: str
     turbidity: float
+    serial: int = field(default_factory=count().__next__)
+
+    @property
+    def size_key(self) -> int:
+        """See `jit.struct`."""
+        return self.serial
 
     def current(self, position: Array, t: Array) -> Array:
         """Velocity of the water, without the waves' orbital motion, `Array3f64` NWU [m/s]."""

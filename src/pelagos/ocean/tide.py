@@ -34,6 +34,7 @@ class TideConfig(Strict):
         return self
 
 
+@jit.struct
 @dataclass
 class Tide:
     """Attributes: amplitude [m], omega [rad/s], phase [rad]: `Float64`, one entry a constituent."""

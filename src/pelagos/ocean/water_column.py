@@ -42,6 +42,7 @@ class ProfileConfig(Strict):
         return self
 
 
+@jit.struct
 @dataclass
 class WaterColumn:
     """Tables against depth, one entry every `STEP_M` from the surface down: a Dr.Jit struct of `Float64`.

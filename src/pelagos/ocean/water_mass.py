@@ -24,6 +24,7 @@ _TEMPERATURE: Final = np.linspace(-3.0, 45.0, 97)
 _DEPTH: Final = np.linspace(0.0, DEEPEST_M, 56)
 
 
+@jit.struct
 @dataclass
 class WaterMass:
     """Fields, and tables over (salinity, temperature, depth): a Dr.Jit struct; the same methods as `WaterColumn`.

@@ -48,6 +48,7 @@ class SurfacePoint:
     fold: Array
 
 
+@jit.struct
 @dataclass
 class Waves:
     """The components: a Dr.Jit struct.

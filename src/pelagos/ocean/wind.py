@@ -51,6 +51,7 @@ class WindConfig(Strict):
         return wind
 
 
+@jit.struct
 @dataclass
 class Wind:
     """Attributes: `Float64` (1): speed [m/s], direction (north, west), growth with the logarithm of height; gusts:

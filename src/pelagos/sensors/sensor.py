@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field
 
+from pelagos import jit
 from pelagos.jit import Array
 
 if TYPE_CHECKING:
@@ -47,6 +48,7 @@ class SensorConfig(BaseModel):
         return float(w), float(x), float(y), float(z)
 
 
+@jit.struct
 @dataclass
 class Kinematics:
     """Motion of one agent's body, a Dr.Jit struct, one lane a copy and tick (see the module's docstring).
@@ -65,16 +67,21 @@ class Kinematics:
         copy: `UInt32`, row of the fleet axis, 0 .. n-1.
     """
 
-    position: Array
-    attitude: Array
-    velocity: Array
-    angular_velocity: Array
-    acceleration: Array
-    angular_acceleration: Array
-    t_ns: Array
-    tick: Array
-    environment: Array
-    copy: Array
+    position: Array = None
+    attitude: Array = None
+    velocity: Array = None
+    angular_velocity: Array = None
+    acceleration: Array = None
+    angular_acceleration: Array = None
+    t_ns: Array = None
+    tick: Array = None
+    environment: Array = None
+    copy: Array = None
+
+    @property
+    def size_key(self) -> int:
+        """Number of lanes, which all fields have."""
+        return len(self.tick)
 
 
 @dataclass(frozen=True)
