@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from pelagos.config import registry
 from pelagos.config.agent import Agent
 from pelagos.config.scenario import Scenario
-from pelagos.errors import ScenarioError
+from pelagos.errors import ScenarioError, WorldError
 from pelagos.math.geodesy import GeoOrigin
 from pelagos.ocean.config import build_ocean
 from pelagos.ocean.ocean import Ocean
@@ -127,7 +127,11 @@ def compile_model(scenario: Scenario, *, n: int, seed: int, first_environment: i
 
 
 def _world(scenario: Scenario) -> World:
-    world = build_world(scenario.world)
+    try:
+        world = build_world(scenario.world)
+    except WorldError as error:
+        where = scenario.where("world")
+        raise WorldError(f"{where}: {error}") from error
     if scenario.origin is None:
         return world
     return replace(world, origin=GeoOrigin(scenario.origin.latitude_deg, scenario.origin.longitude_deg))
