@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import drjit as dr
 
 from pelagos import jit
 from pelagos.jit import Array
 
 
-@dataclass
+@jit.struct
 class Field:
     """Echoes by cell (lanes x beams x bins, bins fastest), a Dr.Jit struct.
 

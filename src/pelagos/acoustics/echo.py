@@ -11,7 +11,6 @@ bits each, so that a contribution costs two atomic additions.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Final
 
 import drjit as dr
@@ -28,7 +27,7 @@ _LARGEST_ENERGY: Final = 2.0**16
 _BLEND: Final = 0.15  # half width of a strip's edges, in parts of its length
 
 
-@dataclass
+@jit.struct
 class Patches:
     """Strips of surface seen by rays, one lane each: a Dr.Jit struct.
 

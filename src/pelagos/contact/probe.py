@@ -14,7 +14,6 @@ than the gaps between probes (a wire, a rail) can come between them.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final
 
 import drjit as dr
@@ -37,7 +36,7 @@ _SOFT: Final = 0.002  # [m], depth over which the damper sets in
 _AHEAD: Final = 0.002  # [m], look-ahead of a hull at rest
 
 
-@dataclass
+@jit.struct
 class HullProbes:
     """The probes of one kind of vehicle: a Dr.Jit struct.
 
@@ -54,7 +53,7 @@ class HullProbes:
     mass: Array
 
 
-@dataclass
+@jit.struct
 class _Listed:
     """The active probes of each vehicle, so that a solution goes over a few contacts and not over all probes."""
 
@@ -63,7 +62,7 @@ class _Listed:
     count: Array  # UInt32 (n)
 
 
-@dataclass
+@jit.struct
 class _Touches:
     """What each probe feels, `n p` lanes, in the body frame FLU."""
 

@@ -7,7 +7,6 @@ moves.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from typing import Final, Literal, Self, TypeAlias
 
 import drjit as dr
@@ -49,7 +48,7 @@ class ShearCurrentConfig(Strict):
         return ShearCurrent(*_opaque(self.speed_mps, self.per_m, *components(1.0, self.towards_deg)))
 
 
-@dataclass
+@jit.struct
 class ShearCurrent:
     """Attributes: `Float64` (1): speed at the surface, slope, direction (north, west)."""
 
@@ -94,7 +93,7 @@ class TidalCurrentConfig(Strict):
         return TidalCurrent(*_opaque(self.speed_mps, self.across_mps, *direction, omega, math.radians(self.phase_deg)))
 
 
-@dataclass
+@jit.struct
 class TidalCurrent:
     """Attributes: `Float64` (1): semi-axes [m/s], direction (north, west), omega [rad/s], phase [rad]."""
 
@@ -135,7 +134,7 @@ class VortexCurrentConfig(Strict):
         return VortexCurrent(*_opaque(*self.center_m, strength, _LAMB / self.radius_m**2, *drift))
 
 
-@dataclass
+@jit.struct
 class VortexCurrent:
     """v = strength / r (1 - exp(-decay r^2)); P. G. Saffman, Vortex Dynamics (1992), Section 13.1.
 
@@ -181,7 +180,7 @@ class JetCurrentConfig(Strict):
         return JetCurrent(*_opaque(*self.through_m, *direction, self.speed_mps, 1 / self.width_m, decay))
 
 
-@dataclass
+@jit.struct
 class JetCurrent:
     """Attributes: `Float64` (1): point x, y [m], direction (north, west), speed [m/s], 1 / width, 1 / depth [1/m]."""
 
@@ -225,7 +224,7 @@ class GyreCurrentConfig(Strict):
         return GyreCurrent(*_opaque(*self.center_m, self.radius_m**2, 2 * math.pi / self.period_s))
 
 
-@dataclass
+@jit.struct
 class GyreCurrent:
     """Attributes: `Float64` (1): centre x, y [m], radius squared [m^2], omega [rad/s]."""
 

@@ -7,7 +7,6 @@ files say a speed and the compass direction that the water moves towards.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from typing import Literal, Protocol, Self
 
 import drjit as dr
@@ -48,7 +47,6 @@ class UniformCurrentConfig(Strict):
 
 
 @jit.struct
-@dataclass
 class UniformCurrent:
     """Attributes: value: `Array3f64` (1) NWU [m/s]."""
 
@@ -92,7 +90,6 @@ class ProfileCurrentConfig(Strict):
 
 
 @jit.struct
-@dataclass
 class ProfileCurrent:
     """Attributes: depth [m], north and west [m/s]: `Float64`, one entry a row."""
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Final, Literal, TypeAlias
 
@@ -61,7 +60,6 @@ class GriddedCurrentConfig(_Gridded):
 
 
 @jit.struct
-@dataclass
 class GridField:
     """Values on a grid: a Dr.Jit struct.
 
@@ -124,7 +122,6 @@ class GridField:
 
 
 @jit.struct
-@dataclass
 class GriddedCurrent:
     """Attributes: field: eastward, northward and perhaps upward velocity [m/s]."""
 

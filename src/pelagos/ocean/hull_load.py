@@ -9,8 +9,6 @@ Hydromechanics (2001), 7.3.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import drjit as dr
 import numpy as np
 from numpy.typing import NDArray
@@ -23,7 +21,7 @@ from pelagos.math.so3 import rotate
 from pelagos.ocean.ocean import Ocean
 
 
-@dataclass
+@jit.struct
 class Hull:
     """A closed mesh, body frame FLU, faces counter-clockwise from outside: a Dr.Jit struct.
 

@@ -6,7 +6,7 @@ run. Positions are world NWU [m] (z up, 0 at the mean surface), times seconds of
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import field
 from functools import cache
 from itertools import count
 
@@ -28,7 +28,6 @@ from pelagos.optics.water import WaterOptics, water_optics
 
 
 @jit.struct
-@dataclass
 class Ocean:
     """Currents, waves, water masses and light.
 

@@ -8,7 +8,6 @@ Source: H. B. Fischer et al., Mixing in Inland and Coastal Waters (1979), Sectio
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final, Literal
 
 import drjit as dr
@@ -58,7 +57,7 @@ class PlumeConfig(_Source):
         return Plume(*(dr.opaque(jit.Float64, v) for v in (*values, self.initial_m**2)))
 
 
-@dataclass
+@jit.struct
 class Plume:
     """Attributes: `Float64` (1): source x, y, z [m], direction (north, west), speed [m/s], rate, diffusivities [m^2/s],
     variance at the source [m^2].
@@ -121,7 +120,7 @@ class DriftingPlumeConfig(_Source):
         return plume
 
 
-@dataclass
+@jit.struct
 class DriftingPlume:
     """Attributes: paths: `Float64`, place of every puff at every step (x, y, z) [m]; `Float64` (1): amount of a puff,
     diffusivities [m^2/s], variance at the source [m^2], time between puffs [s], steps a second [1/s]; puffs: how many.

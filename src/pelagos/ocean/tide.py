@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from typing import Self
 
 import drjit as dr
@@ -35,7 +34,6 @@ class TideConfig(Strict):
 
 
 @jit.struct
-@dataclass
 class Tide:
     """Attributes: amplitude [m], omega [rad/s], phase [rad]: `Float64`, one entry a constituent."""
 

@@ -48,7 +48,7 @@ class UniformFieldConfig(Strict):
         return UniformField(dr.opaque(jit.Float64, self.value))
 
 
-@dataclass
+@jit.struct
 class UniformField:
     """Attributes: constant: `Float64` (1)."""
 
@@ -72,7 +72,7 @@ class ProfileFieldConfig(ProfileConfig):
         return field
 
 
-@dataclass
+@jit.struct
 class ProfileField:
     """Attributes: depth [m] and rows, `Float64`, one entry a row."""
 
@@ -104,7 +104,7 @@ class GradientFieldConfig(Strict):
         return GradientField(dr.opaque(jit.Array3f64, [north, west, -self.per_m_down]))
 
 
-@dataclass
+@jit.struct
 class GradientField:
     """Attributes: slope: `Array3f64` (1) NWU [1/m]."""
 
@@ -140,7 +140,7 @@ class OscillationFieldConfig(Strict):
         return OscillationField(*(dr.opaque(jit.Float64, v) for v in values))
 
 
-@dataclass
+@jit.struct
 class OscillationField:
     """Attributes: `Float64` (1): amplitude, omega [rad/s], phase [rad]."""
 
@@ -174,7 +174,7 @@ class PatchFieldConfig(Strict):
         return PatchField(center, dr.opaque(jit.Array3f64, sharp), dr.opaque(jit.Float64, self.value))
 
 
-@dataclass
+@jit.struct
 class PatchField:
     """Attributes: center and sharpness: `Array3f64` (1) [m], [1/m]; peak: `Float64` (1)."""
 
@@ -208,7 +208,7 @@ class FrontFieldConfig(Strict):
         return FrontField(*(dr.opaque(jit.Float64, v) for v in values))
 
 
-@dataclass
+@jit.struct
 class FrontField:
     """Attributes: `Float64` (1): point x, y [m], direction (north, west), step, sharpness [1/m]."""
 
@@ -240,7 +240,7 @@ class GriddedFieldConfig(_Gridded):
         return GriddedField(self.read([(self.quantity, self.variable)], site))
 
 
-@dataclass
+@jit.struct
 class GriddedField:
     """Attributes: field: one channel."""
 

@@ -7,7 +7,6 @@ falls as k^(-2/3) (E(k) ~ k^(-5/3)); each mode changes in its own turnover time.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Literal, Self
 
 import drjit as dr
@@ -59,7 +58,7 @@ class TurbulentCurrentConfig(Strict):
         return current
 
 
-@dataclass
+@jit.struct
 class TurbulentCurrent:
     """Attributes: modes: `Float64`, by mode: wave vector (3) [1/m], velocity (3) [m/s], omega [rad/s], phase [rad]."""
 

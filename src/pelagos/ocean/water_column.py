@@ -43,7 +43,6 @@ class ProfileConfig(Strict):
 
 
 @jit.struct
-@dataclass
 class WaterColumn:
     """Tables against depth, one entry every `STEP_M` from the surface down: a Dr.Jit struct of `Float64`.
 

@@ -7,7 +7,6 @@ at the world's origin at t = 0; water elsewhere changes it by less than 0.1 %.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Final
 
 import drjit as dr
@@ -25,7 +24,6 @@ _DEPTH: Final = np.linspace(0.0, DEEPEST_M, 56)
 
 
 @jit.struct
-@dataclass
 class WaterMass:
     """Fields, and tables over (salinity, temperature, depth): a Dr.Jit struct; the same methods as `WaterColumn`.
 

@@ -10,7 +10,6 @@ table, so they see the same sea.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from typing import Final
 
 import drjit as dr
@@ -27,7 +26,7 @@ _STRIDE: Final = 8  # numbers a component has in the table
 _AT_ONCE: Final = 8  # components in one turn of the loop
 
 
-@dataclass
+@jit.struct
 class WaterMotion:
     """What waves do at a place: elevation [m]; velocity [m/s] and acceleration [m/s^2], `Array3f64` NWU; head, dynamic
     pressure over rho g [m].
@@ -39,7 +38,7 @@ class WaterMotion:
     head: Array
 
 
-@dataclass
+@jit.struct
 class SurfacePoint:
     """A point of the surface: displacement, `Array3f64` NWU [m]; normal; fold, negative where the crest breaks over."""
 
@@ -49,7 +48,6 @@ class SurfacePoint:
 
 
 @jit.struct
-@dataclass
 class Waves:
     """The components: a Dr.Jit struct.
 

@@ -8,7 +8,6 @@ is an extrapolation.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 import drjit as dr
 import numpy as np
@@ -52,7 +51,6 @@ class WindConfig(Strict):
 
 
 @jit.struct
-@dataclass
 class Wind:
     """Attributes: `Float64` (1): speed [m/s], direction (north, west), growth with the logarithm of height; gusts:
     amplitude [m/s], omega [rad/s], phase [rad] of each of `count` harmonics.

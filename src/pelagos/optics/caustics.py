@@ -76,7 +76,7 @@ def ripple(mean_square_slope: float = 0.004, *, waves: int = 28, heading: float 
     return Ripple(tuple(i), tuple(j), tuple(height), tuple(phase))
 
 
-@dataclass
+@jit.struct
 class Waves:
     """The sea surface around the cameras at the moments of the lanes, a Dr.Jit struct.
 
@@ -92,7 +92,7 @@ class Waves:
     swell: Swell | None
 
 
-@dataclass
+@jit.struct
 class Swell:
     """Elevation of the ocean's waves on a square grid around each camera, a Dr.Jit struct.
 

@@ -68,7 +68,7 @@ PATTERNS: Final[dict[str, Pattern]] = {  # looks, not measurements: all assumed
 """By `Material.texture`."""
 
 
-@dataclass
+@jit.struct
 class Looks:
     """Colour and pattern of each material, a Dr.Jit struct: albedos are `Array3f`, the others `Float`."""
 

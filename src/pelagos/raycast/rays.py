@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
+from pelagos import jit
 from pelagos.jit import Array
 
 
-@dataclass
+@jit.struct
 class Rays:
     """Rays in the world frame NWU.
 
@@ -29,7 +28,7 @@ class Rays:
 NO_BODY = 0xFFFFFFFF
 
 
-@dataclass
+@jit.struct
 class Hits:
     """The nearest hit of each ray. Where `valid` is false, `t` is infinite and the rest is zero.
 

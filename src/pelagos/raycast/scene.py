@@ -9,7 +9,6 @@ stand `COPY_SPACING` apart.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from typing import Any, Final
 
 import drjit as dr
@@ -24,7 +23,7 @@ COPY_SPACING: Final = 500.0  # [m], between the bodies of two copies of a fleet
 _LATTICE: Final = 16  # copies along one edge of the lattice: 4096 copies within 8 km
 
 
-@dataclass
+@jit.struct
 class Tables:
     """What primitives and instances mean: a Dr.Jit struct, always handed to frozen functions as an argument.
 

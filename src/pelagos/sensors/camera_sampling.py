@@ -7,7 +7,6 @@ golden ratio), shifted by a random amount of each pixel (R. Cranley and T. N. L.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final
 
 import drjit as dr
@@ -29,7 +28,7 @@ if TYPE_CHECKING:
 _ROOT: Final = 1.167303978261418684256  # of x^6 = x + 1: five dimensions
 
 
-@dataclass
+@jit.struct
 class Sample:
     """Where in pixel, aperture and exposure a ray belongs, a Dr.Jit struct of `Float`, one a lane.
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
 import drjit as dr
@@ -42,7 +41,7 @@ _STEEPEST: Final = 2.0  # longest strip, relative to one on level ground
 _LEAST_SINE: Final = 0.01  # grazing angle below which patches are cut off (0.6 deg)
 
 
-@dataclass
+@jit.struct
 class Fan:
     """The rays of a sonar in its own frame, a Dr.Jit struct; each stands for a stratum of directions.
 
@@ -64,7 +63,7 @@ class Fan:
     beam: Array
 
 
-@dataclass
+@jit.struct
 class Medium:
     """Water at the sonar, one lane a copy and tick, `Float` each: a Dr.Jit struct.
 
@@ -79,7 +78,7 @@ class Medium:
     curvature: Array
 
 
-@dataclass
+@jit.struct
 class Lanes:
     """A sonar on every lane (copy and tick): a Dr.Jit struct.
 
@@ -131,7 +130,7 @@ def fan_struct(fan: dict[str, NDArray[Any]]) -> Fan:
     return made
 
 
-@dataclass
+@jit.struct
 class View:
     """What a sonar's rays saw, one lane a ray: a Dr.Jit struct.
 

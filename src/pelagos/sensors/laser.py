@@ -8,7 +8,6 @@ solid-state one fires its whole field at once. Arrays are `(channels, steps)`, s
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from typing import Any, Final, Literal
 
 import drjit as dr
@@ -70,7 +69,7 @@ class LaserConfig(SensorConfig):
         return self.horizontal_fov_deg * min(self.rotation_hz / self.rate_hz, 1.0)
 
 
-@dataclass
+@jit.struct
 class Scan:
     """Pulses in the sensor's frame before it turns, a Dr.Jit struct, channel-major.
 
@@ -86,7 +85,7 @@ class Scan:
     age: Array
 
 
-@dataclass
+@jit.struct
 class Echoes:
     """What the pulses met, a Dr.Jit struct, by pulse.
 

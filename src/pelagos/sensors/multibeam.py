@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Any, ClassVar, Final, Literal
 
 import drjit as dr
@@ -139,7 +138,7 @@ def _length(width_deg: float) -> float:
     return line_length(math.radians(width_deg))
 
 
-@dataclass
+@jit.struct
 class Echo:
     """What each beam received, one lane a beam: a Dr.Jit struct.
 

@@ -60,7 +60,7 @@ class Tiling:
         return tile // self.across * TILE + inner // TILE, tile % self.across * TILE + inner % TILE
 
 
-@dataclass
+@jit.struct
 class Pixels:
     """Where each lane of `images` images belongs, a Dr.Jit struct.
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
 import drjit as dr
@@ -32,7 +31,7 @@ _PATCHINESS_DB: Final = 5.0  # amplitude of the noise field, whose rms is 0.3
 _PATCH_SCALE: Final = 1.6  # [m]
 
 
-@dataclass
+@jit.struct
 class Surfaces:
     """What all surfaces scatter at one frequency: a Dr.Jit struct.
 

@@ -49,7 +49,6 @@ class SensorConfig(BaseModel):
 
 
 @jit.struct
-@dataclass
 class Kinematics:
     """Motion of one agent's body, a Dr.Jit struct, one lane a copy and tick (see the module's docstring).
 
@@ -67,16 +66,16 @@ class Kinematics:
         copy: `UInt32`, row of the fleet axis, 0 .. n-1.
     """
 
-    position: Array = None
-    attitude: Array = None
-    velocity: Array = None
-    angular_velocity: Array = None
-    acceleration: Array = None
-    angular_acceleration: Array = None
-    t_ns: Array = None
-    tick: Array = None
-    environment: Array = None
-    copy: Array = None
+    position: Array
+    attitude: Array
+    velocity: Array
+    angular_velocity: Array
+    acceleration: Array
+    angular_acceleration: Array
+    t_ns: Array
+    tick: Array
+    environment: Array
+    copy: Array
 
     @property
     def size_key(self) -> int:

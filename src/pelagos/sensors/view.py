@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Annotated, Any, Literal, TypeAlias
 
 import drjit as dr
@@ -86,7 +85,7 @@ class ViewConfig(SensorConfig):
     """How far to look for surfaces [m]."""
 
 
-@dataclass
+@jit.struct
 class Lens:
     """The lens's tables, a Dr.Jit struct, lanes in the order of `Tiling`.
 

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
+from pelagos import jit
 from pelagos.jit import Array
 
 
-@dataclass
+@jit.struct
 class VehicleState:
     """World NED, body FRD, everything float64; `vehicles.vehicle` converts from and to NWU and FLU.
 

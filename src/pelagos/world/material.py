@@ -161,7 +161,7 @@ def material(name: str) -> Material:
     return MATERIALS[name]
 
 
-@dataclass
+@jit.struct
 class MaterialTables:
     """One row a material of a world: a Dr.Jit struct, gathered by `Hits.material`. Fields are those of `Material`.
 

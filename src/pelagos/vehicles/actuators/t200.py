@@ -99,7 +99,7 @@ def inverse_fit(voltage: float) -> tuple[Side, Side]:
     return sides[0], sides[1]
 
 
-@dataclass
+@jit.struct
 class T200Tables:
     """The tables on the device, a Dr.Jit struct.
 
