@@ -2,7 +2,8 @@
 
 Fossen's formulas: world NED, body FRD. ROS: world ENU, body FLU. Only callers of `hydro`, `bridges` and `compat`
 convert.
-The first functions are for Dr.Jit arrays of components, those that end in `_np` for NumPy arrays `(..., 3)` and `(..., 4)`.
+The first functions are for Dr.Jit arrays of components, those that end in `_np` for NumPy arrays `(..., 3)` and
+`(..., 4)`.
 """
 
 from __future__ import annotations

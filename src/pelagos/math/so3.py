@@ -7,6 +7,8 @@ Source: J. Sola, "Quaternion kinematics for the error-state Kalman filter", arXi
 from __future__ import annotations
 
 import drjit as dr
+import numpy as np
+from numpy.typing import NDArray
 
 from pelagos.jit import Array
 
@@ -75,3 +77,9 @@ def to_euler(q: Array) -> tuple[Array, Array, Array]:
     pitch = dr.asin(dr.clip(2 * (q[0] * q[2] - q[3] * q[1]), -1.0, 1.0))
     yaw = dr.atan2(2 * (q[0] * q[3] + q[1] * q[2]), 1 - 2 * (q[2] * q[2] + q[3] * q[3]))
     return roll, pitch, yaw
+
+
+def rotate_np(q: NDArray[np.float64], v: NDArray[np.float64]) -> NDArray[np.float64]:
+    """R(q) v for NumPy rows: `(n, 4)`, `(n, 3)` -> `(n, 3)`."""
+    t = 2 * np.cross(q[:, 1:], v)
+    return np.asarray(v + q[:, :1] * t + np.cross(q[:, 1:], t))

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pelagos.errors import CommandError
+from pelagos.math.so3 import rotate_np
 from pelagos.raycast.geometry import Geometry
 from pelagos.raycast.scene import Scene
 from pelagos.sim.state import AgentState
@@ -127,8 +128,8 @@ class Bodies:
         if not self.any or not (self.changed or self.hulls):
             return
         states = [agents[name] for name in self.hulls]
-        spins = [_rotate(s.attitude, s.angular_velocity) for s in states]
-        speeds = [_rotate(s.attitude, s.velocity) for s in states]
+        spins = [rotate_np(s.attitude, s.angular_velocity) for s in states]
+        speeds = [rotate_np(s.attitude, s.velocity) for s in states]
         b = self.bodies
         self._scene.move(
             np.concatenate([s.position for s in states] + [x.position for x in b]),
@@ -198,9 +199,3 @@ def unit_rows(values: object, n: int, what: str) -> NDArray[np.float64]:
     if (length < 1e-9).any():
         raise CommandError(f"{what} is a quaternion (w, x, y, z), and must not be 0")
     return np.asarray(q / length)
-
-
-def _rotate(q: NDArray[np.float64], v: NDArray[np.float64]) -> NDArray[np.float64]:
-    axis = q[:, 1:]
-    t = 2 * np.cross(axis, v)
-    return np.asarray(v + q[:, :1] * t + np.cross(axis, t))
