@@ -26,7 +26,7 @@ DEEP = -200.0  # keeps the sea surface out of the picture
 
 @pytest.fixture(autouse=True)
 def _plain_surfaces(monkeypatch):
-    monkeypatch.setattr("pelagos.sensors.echo.patch_factor", lambda hits: 1.0)
+    monkeypatch.setattr("pelagos.sensors.echo.patch_factor", lambda *_: 1.0)
 
 
 def below(height: float):

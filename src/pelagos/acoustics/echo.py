@@ -24,6 +24,7 @@ AMPLITUDE_STEPS: Final = 2.0**20  # per unit amplitude; units are chosen so that
 ENERGY_STEPS: Final = 2.0**42  # per unit energy
 _LARGEST: Final = 2.0**9  # amplitude of one contribution; their sum stays exact up to 2^11 (+66 dB)
 _LARGEST_ENERGY: Final = 2.0**16
+_COARSE: Final = 5e-3  # [rad], stratum whose span a strip may be moved by half of, however thin its own is
 _BLEND: Final = 0.15  # half width of a strip's edges, in parts of its length
 
 
@@ -77,7 +78,7 @@ def strip_span(
     far = dr.maximum(reach_low, reach_up) * distance
     near, far = dr.maximum(near, distance - longest), dr.minimum(far, distance + longest)
     middle = flat / dr.maximum(flat - dr.dot(normal, aside), 1e-4 * flat) * distance - distance
-    limit = 0.5 * (far - near)
+    limit = 0.5 * (far - near) * dr.maximum(_COARSE / (upper - lower), 1.0)
     shift = dr.clip(middle, -limit, limit)
     slope = dr.select(dr.abs(tilt) > 0.02, facing / dr.select(tilt == 0.0, 1.0, tilt), 0.0)
     return near + shift, far + shift, direction - along * slope

@@ -260,7 +260,7 @@ def patches_of(
     hits = view.hits
     t = dr.select(hits.valid, hits.t, 1.0)
     loss = dr.gather(jit.Float, lanes.medium.absorption, view.lane)
-    section = scattering(surfaces, hits.material, view.sine) * patch_factor(hits)
+    section = scattering(surfaces, hits.material, view.sine) * patch_factor(hits, surfaces)
     weight = dr.gather(jit.Float, fan.weight, view.ray)
     energy = section / dr.maximum(view.sine, _LEAST_SINE) * weight * patch_intensity(t, loss)
     lower, upper = dr.gather(jit.Float, fan.lower, view.ray), dr.gather(jit.Float, fan.upper, view.ray)

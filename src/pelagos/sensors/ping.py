@@ -11,6 +11,7 @@ from pydantic import BaseModel, ConfigDict, Field, model_validator
 from pelagos.acoustics.noise import ambient_level, band_level, directivity_index
 from pelagos.acoustics.pulse import processing_gain_db
 from pelagos.acoustics.spreading import from_db, to_db
+from pelagos.sensors.scattering import TEXTURE_DB
 from pelagos.sensors.sensor import SensorConfig
 from pelagos.sensors.sonar_catalogue import with_device
 
@@ -81,6 +82,8 @@ class PingConfig(SensorConfig):
     """Level that `scale: unit` maps to 0 [dB]."""
     dynamic_range_db: float = Field(default=45.0, gt=0)
     """Decibels that `scale: unit` maps to 0 .. 1."""
+    texture_db: float = Field(default=TEXTURE_DB, ge=0, le=10)
+    """Variation of surfaces' backscatter over decimetres to metres, rms [dB]."""
     roughness_seed: int = Field(default=0, ge=0, lt=2**32)
     """Which realisation of the roughness of all surfaces the sonar sees."""
     iq: bool = False

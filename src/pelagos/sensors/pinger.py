@@ -73,8 +73,9 @@ class Pinger:
         self._config = config
         self._layout = layout
         self._sounder = Sounder(
-            config, context, rays, frequency_hz=config.frequency_hz, ph=config.ph, wind_speed=config.wind_speed_mps
-        )
+            config, context, rays, frequency_hz=config.frequency_hz, ph=config.ph, wind_speed=config.wind_speed_mps,
+            texture_db=config.texture_db,
+        )  # fmt: skip
         pulse = point_spread(config.bin_width_m, range_resolution(1500.0, config.bandwidth_hz))
         steering = np.ones((layout.beams, 1), np.float32) if layout.steering is None else layout.steering
         self._pulse_count = len(pulse)

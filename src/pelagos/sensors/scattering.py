@@ -27,7 +27,8 @@ _SOLID_SLOPE: Final = 0.12  # rms slope of facets of man-made and encrusted surf
 _SURFACE_BUBBLES_DB: Final = (
     -22.0
 )  # Lambert strength of a wind-roughened surface with bubbles: TR 9407 Sec. II, figures
-_PATCHINESS_DB: Final = 5.0  # amplitude of the noise field, whose rms is 0.3
+TEXTURE_DB: Final = 1.5  # [dB], rms variation of real sea beds over decimetres to metres; assumed
+_FIELD_RMS: Final = 0.3  # of `patchiness`
 _PATCH_SCALE: Final = 1.6  # [m]
 
 
@@ -38,16 +39,20 @@ class Surfaces:
     Attributes:
         section: `Float` `(materials + 1) x 181`, see `scattering_table`.
         sea_row: `UInt32` (1), row of the sea surface.
+        texture: `Float` (1), rms variation of all cross sections from place to place [dB].
     """
 
     section: Array
     sea_row: Array
+    texture: Array
 
 
-def surfaces(materials: Sequence[Material], frequency_hz: float, *, wind_speed: float) -> Surfaces:
+def surfaces(
+    materials: Sequence[Material], frequency_hz: float, *, wind_speed: float, texture_db: float = TEXTURE_DB
+) -> Surfaces:
     """`scattering_table` on the device."""
     table = scattering_table(materials, frequency_hz, wind_speed=wind_speed)
-    made = Surfaces(jit.Float(table.ravel()), jit.UInt32(len(table) - 1))
+    made = Surfaces(jit.Float(table.ravel()), jit.UInt32(len(table) - 1), jit.Float(texture_db))
     dr.make_opaque(made)
     return made
 
@@ -85,7 +90,8 @@ def scattering(surfaces: Surfaces, row: Array, sine: Array) -> Array:
     return dr.lerp(low, dr.gather(jit.Float, surfaces.section, index + 1), place - jit.Float(column))
 
 
-def patch_factor(hits: Hits) -> Array:
-    """Factor on the cross section: surfaces vary by some decibels over decimetres to metres (assumed, 1.5 dB rms)."""
+def patch_factor(hits: Hits, surfaces: Surfaces) -> Array:
+    """Factor on the cross section: surfaces vary over decimetres to metres."""
     x, y, z = (jit.Float(p) for p in hits.position)
-    return from_db(_PATCHINESS_DB * patchiness(x + 0.7 * z, y - 0.7 * z, seed=hits.instance, scale=_PATCH_SCALE))
+    field = patchiness(x + 0.7 * z, y - 0.7 * z, seed=hits.instance, scale=_PATCH_SCALE)
+    return from_db(surfaces.texture * (1.0 / _FIELD_RMS) * field)

@@ -14,7 +14,7 @@ from pelagos.raycast.scene import Tables
 from pelagos.sensors.echo import Fan, Lanes, Trace, fan_struct, medium_of
 from pelagos.sensors.mount import sensor_pose
 from pelagos.sensors.noise import opaque_key, stream_key
-from pelagos.sensors.scattering import Surfaces, surfaces
+from pelagos.sensors.scattering import TEXTURE_DB, Surfaces, surfaces
 from pelagos.sensors.sensor import Kinematics, SensorConfig, SensorContext
 
 
@@ -28,6 +28,7 @@ class Sounder:
         frequency_hz: of the water's absorption and of the surfaces' scattering.
         ph: acidity of the water.
         wind_speed: roughens the sea surface [m/s].
+        texture_db: rms variation of surfaces' cross sections from place to place [dB].
 
     Attributes:
         fan: rays on the device.
@@ -44,6 +45,7 @@ class Sounder:
         frequency_hz: float,
         ph: float,
         wind_speed: float = 5.0,
+        texture_db: float = TEXTURE_DB,
     ) -> None:
         self._config = config
         self._context = context
@@ -51,7 +53,9 @@ class Sounder:
         self._own = jit.UInt32(context.own_body)
         dr.make_opaque(self._own)
         self.fan: Fan = fan_struct(rays)
-        self.surfaces: Surfaces = surfaces(context.world.palette, frequency_hz, wind_speed=wind_speed)
+        self.surfaces: Surfaces = surfaces(
+            context.world.palette, frequency_hz, wind_speed=wind_speed, texture_db=texture_db
+        )
         self.key = opaque_key(stream_key(context.seed, context.path, "noise"))
 
     def arguments(self, motion: Kinematics) -> tuple[Tables, Lanes, Fan, Surfaces, Any]:
