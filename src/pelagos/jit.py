@@ -144,7 +144,7 @@ class _Sizes:
         if before is not None and before[0]() is argument:
             return before[1]
         found = _size(argument)
-        if hasattr(argument, "DRJIT_STRUCT"):
+        if hasattr(type(argument), "DRJIT_STRUCT"):
             self._before[place] = weakref.ref(argument), found
         return found
 
@@ -153,9 +153,8 @@ def _size(argument: Any) -> Any:
     """The width of an argument, or of each of its parts where they differ; what it says itself as its `size_key`."""
     import drjit as dr
 
-    key = getattr(argument, "size_key", None)
-    if key is not None:
-        return key
+    if hasattr(type(argument), "size_key"):  # of an array itself one gets components for any name: swizzling
+        return argument.size_key
     try:
         return dr.width(argument)
     except RuntimeError:

@@ -39,3 +39,24 @@ def test_garbage_is_not_collected_while_recording() -> None:
     assert np.array(jit.freeze(body)(jit.Float64(1, 2))).tolist() == [2, 3]
     assert seen == [False]
     assert gc.isenabled()
+
+
+def test_the_same_sizes_are_recorded_once() -> None:
+    @jit.struct
+    class Pair:
+        left: object = None
+        right: object = None
+
+    calls: list[int] = []
+
+    def body(pair, vector, key):
+        calls.append(1)
+        return pair.left + vector[0] + pair.right + dr.gather(jit.Float64, key[0], jit.UInt32(0))
+
+    frozen = jit.freeze(body)
+    for k in range(5):
+        pair = Pair(left=dr.opaque(jit.Float64, float(k)), right=jit.Float64([1.0, 2.0]))
+        vector, key = jit.Array3f64([3.0, 4.0], 0.0, 0.0), (jit.Float64([7.0, 8.0, 9.0]),)
+        dr.make_opaque(pair.right, vector, key)
+        assert np.array(frozen(pair, vector, key)).tolist() == [k + 11.0, k + 13.0]
+    assert len(calls) == 1
