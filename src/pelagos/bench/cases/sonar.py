@@ -1,0 +1,186 @@
+"""Sonar speed: whole pings, from motion to NumPy arrays, with coherent sum, side lobes, noise and gain."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from types import SimpleNamespace
+from typing import Any, Final
+
+import drjit as dr
+import numpy as np
+
+from pelagos.bench.case import Case, Measured, Reference
+from pelagos.bench.check import must
+from pelagos.bench.timing import seconds
+from pelagos.ocean.config import OceanConfig, build_ocean
+from pelagos.raycast.geometry import Geometry
+from pelagos.raycast.rays import NO_BODY
+from pelagos.raycast.scene import Scene
+from pelagos.sensors.echo import look
+from pelagos.sensors.imaging_sonar import ImagingSonar, ImagingSonarConfig
+from pelagos.sensors.lanes import lanes
+from pelagos.sensors.multibeam import Multibeam, MultibeamConfig
+from pelagos.sensors.sector import fan_rays
+from pelagos.sensors.sidescan import Sidescan, SidescanConfig
+from pelagos.sensors.singlebeam import Singlebeam, SinglebeamConfig
+from pelagos.sensors.sounder import Sounder
+from pelagos.world.material import MATERIALS
+from pelagos.world.shapes import box, cylinder
+
+DT_NS: Final = 5_000_000
+NPS: Final = Reference("NPS multibeam in DAVE, 512 x 114 rays, 60 m, RTX 2080 Ti (its documentation)", 0.5)
+OCEANSIM: Final = Reference("OceanSim imaging sonar, 2500 x 384, RTX 3090 (a fork's record, June 2026)", 1.3)
+HOLOOCEAN: Final = Reference("HoloOcean single beam by ray casting, gaming GPU (arXiv 2510.06160)", 12.0)
+NONE: Final = Reference("-")
+
+
+def harbour_scene() -> list[Geometry]:
+    """A bottom of half a million triangles, a wall, and forty piles."""
+    n = 512
+    g = np.linspace(-80, 80, n)
+    x, y = np.meshgrid(g, g, indexing="ij")
+    z = -12 + 0.4 * np.sin(x / 7) * np.cos(y / 9) + 0.05 * np.sin(5 * x + 3 * y)
+    gx, gy = np.gradient(z, g[1] - g[0])
+    normals = np.stack([-gx, -gy, np.ones_like(z)], axis=-1)
+    normals /= np.linalg.norm(normals, axis=-1, keepdims=True)
+    i = np.arange(n * n, dtype=np.uint32).reshape(n, n)
+    a, b, c, d = i[:-1, :-1].ravel(), i[1:, :-1].ravel(), i[1:, 1:].ravel(), i[:-1, 1:].ravel()
+    faces = np.concatenate([np.stack([a, b, c], -1), np.stack([a, c, d], -1)])
+    vertices = np.stack([x, y, z], -1).reshape(-1, 3)
+    made = [Geometry(vertices, faces, 0, 1, 1, normals.reshape(-1, 3).astype(np.float32))]
+    wall = box((2, 90, 16))
+    made.append(Geometry(np.asarray(wall.vertices) + np.array([48, 0, -6]), wall.faces, 1, 2, 2))
+    pile = cylinder(0.3, 16.0)
+    for k in range(40):
+        place = np.array([30 + 6 * (k % 2), -40 + 2 * k, -6])
+        made.append(Geometry(np.asarray(pile.vertices) + place, pile.faces, 2, 3, 10 + k))
+    return made
+
+
+def context(copies: int = 1) -> Any:
+    """A sensor context over `harbour_scene`."""
+    materials = tuple(MATERIALS[name] for name in ("sand", "concrete", "rusted_steel"))
+    return SimpleNamespace(
+        path="auv0.sonar",
+        seed=0,
+        dt_ns=DT_NS,
+        scene=Scene(harbour_scene(), copies=copies),
+        world=SimpleNamespace(materials=materials, palette=materials),
+        ocean=build_ocean(OceanConfig()),
+        own_body=np.full(copies, NO_BODY, np.uint32),
+    )
+
+
+def motion(k: int, copies: int = 1) -> Any:
+    """The sonar at step `k` of a slow way past the piles."""
+    place = np.tile([0.02 * k, 0.0, -6.0], (copies, 1)) + np.arange(copies)[:, None] * [0.05, 0.02, 0.0]
+    return lanes([k], dt_ns=DT_NS, environments=range(copies), position=place)
+
+
+def _work(sensor: Any, copies: int = 1) -> tuple[Callable[[], Any], str]:
+    """A ping that goes on from call to call, and what was checked: it hears something, and the scene changes it."""
+    first, later = (sensor.sense(motion(k, copies)).truth for k in (0, 200))
+    must(bool(np.isfinite(first).any() and np.nanstd(first) > 0), "the sonar hears nothing")
+    must(not np.array_equal(first, later, equal_nan=True), "the sonar hears the same at another place")
+    step = iter(range(1, 1_000_000))
+    return lambda: sensor.sense(
+        motion(next(step), copies)
+    ), f"{np.isfinite(first).mean():.0%} finite, changes with place"
+
+
+def _hertz(sensor: Any, copies: int = 1) -> Measured:
+    work, detail = _work(sensor, copies)
+    return Measured(1.0 / seconds(work), detail=detail)
+
+
+def _milliseconds(sensor: Any) -> Measured:
+    work, detail = _work(sensor)
+    return Measured(1e3 * seconds(work), detail=detail)
+
+
+def _imaging(beams: int, rays: int, bins: int, copies: int = 1, **options: Any) -> ImagingSonar:
+    config = ImagingSonarConfig(
+        beams=beams, rays_per_beam=rays, bins=bins, range_max_m=60.0, orientation_deg=(0, 12, 0), **options
+    )
+    return ImagingSonar(config, context(copies))
+
+
+def imaging_demo_ms() -> Measured:
+    """The demo's sonar."""
+    return _milliseconds(_imaging(256, 96, 512))
+
+
+def imaging_512x114_hz() -> Measured:
+    """The setting of NPS."""
+    return _hertz(_imaging(512, 114, 1024, horizontal_aperture_deg=120.0))
+
+
+def imaging_2500x384_hz() -> Measured:
+    """The setting of OceanSim: 960 000 rays, as 512 beams of 1875."""
+    return _hertz(_imaging(512, 1875, 1024))
+
+
+def multibeam_512_hz() -> Measured:
+    """Soundings by 512 beams."""
+    return _hertz(Multibeam(MultibeamConfig(beams=512), context()))
+
+
+def sidescan_2048_hz() -> Measured:
+    """Two sides of 1024 samples and rays."""
+    return _hertz(Sidescan(SidescanConfig(range_max_m=50.0), context()))
+
+
+def singlebeam_sense_ms() -> Measured:
+    """The sensor's part of a tick with a single beam."""
+    config = SinglebeamConfig(range_max_m=30.0, bins=200, beamwidth_deg=30.0)
+    return _milliseconds(Singlebeam(config, context()))
+
+
+def fleet_sonar_256x64x16_hz() -> Measured:
+    """256 environments in one call."""
+    return _hertz(_imaging(64, 16, 128, copies=256, side_lobe_beams=4), copies=256)
+
+
+def sonar_over_cast_ratio() -> Measured:
+    """A whole ping over casting its rays with hit normals."""
+    sensor = _imaging(512, 114, 1024)
+    work, detail = _work(sensor)
+    place = context()
+    rays = Sounder(sensor.config, place, fan_rays(sensor.config), frequency_hz=750e3, ph=8.1)
+
+    def make(static: Any, moving: Any) -> Callable[..., Any]:
+        def cast(tables: Any, lanes: Any, fan: Any, surfaces: Any) -> Any:
+            view = look(static, moving, tables, fan, lanes, surfaces, max_range=67.5)
+            return view.hits.t, view.sine
+
+        return cast
+
+    frozen = place.scene.compile(make)
+    step = iter(range(1, 1_000_000))
+
+    def cast_only() -> None:
+        tables, lanes_, fan, surfaces, _ = rays.arguments(motion(next(step)))
+        dr.eval(frozen(tables, lanes_, fan, surfaces))
+        dr.sync_thread()
+
+    ping, cast = seconds(work), seconds(cast_only)
+    return Measured(ping / cast, detail=f"{1e3 * ping:.1f} ms over {1e3 * cast:.1f} ms; {detail}")
+
+
+CASES: Final = (
+    Case("imaging_demo_ms", "imaging sonar of the demo: 256 beams x 96 rays, 512 bins", imaging_demo_ms, "ms", 15.0,
+         "lower", NONE),
+    Case("imaging_512x114_hz", "imaging sonar, 512 beams x 114 rays, 1024 bins, 60 m, coherent sum",
+         imaging_512x114_hz, "Hz", 60.0, "higher", NPS),
+    Case("imaging_2500x384_hz", "imaging sonar, 2500 x 384 rays, 1024 bins, coherent sum", imaging_2500x384_hz, "Hz",
+         6.0, "higher", OCEANSIM),
+    Case("multibeam_512_hz", "multibeam, 512 beams x 15 rays, bottom detection", multibeam_512_hz, "Hz", 50.0,
+         "higher", NONE),
+    Case("sidescan_2048_hz", "sidescan, 2 x 1024 rays and samples", sidescan_2048_hz, "Hz", 100.0, "higher", NONE),
+    Case("singlebeam_sense_ms", "single beam, 256 rays, 200 bins: the sensor's part of a tick", singlebeam_sense_ms,
+         "ms", 0.5, "lower", HOLOOCEAN),
+    Case("fleet_sonar_256x64x16_hz", "256 environments, 64 beams x 16 rays, 128 bins, one call",
+         fleet_sonar_256x64x16_hz, "Hz", 10.0, "higher", NONE),
+    Case("sonar_over_cast_ratio", "a ping of 512 x 114 rays over casting its rays, same run", sonar_over_cast_ratio,
+         "1", 2.0, "lower", Reference("casting alone, same run", 1.0)),
+)  # fmt: skip
