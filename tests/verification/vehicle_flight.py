@@ -13,9 +13,14 @@ from pelagos.math.frames import flip_quaternion_np, flip_yz_np
 
 @dataclass
 class Still:
-    """An ocean with one uniform current, NWU [m/s]."""
+    """An ocean with one uniform current, and a wind, NWU [m/s]."""
 
     velocity: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    breeze: tuple[float, float, float] = (0.0, 0.0, 0.0)
+
+    @property
+    def wind(self):
+        return jit.Array3f64(*self.breeze)
 
     def current(self, position, t):
         return jit.Array3f64(*self.velocity)

@@ -62,6 +62,8 @@ class VehicleConfig(PartConfig):
     """Control modes by name."""
     default_mode: str
     """The mode that commands are for when none is chosen."""
+    medium: Literal["water", "air"] = "water"
+    """What moves past it: the ocean's current, or its wind."""
     integrator: Literal["semi_implicit", "runge_kutta"] = "semi_implicit"
     """How steps are taken: order 1, or order 4 at four times the cost."""
     current_rotation: CurrentRotation = "attitude"

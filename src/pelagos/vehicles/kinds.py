@@ -8,18 +8,22 @@ from pydantic import Field
 
 from pelagos.vehicles.actuators.ballast import BuoyancyEngineConfig, MovingMassConfig
 from pelagos.vehicles.actuators.fin import FinConfig
+from pelagos.vehicles.actuators.flap import FlapConfig
 from pelagos.vehicles.actuators.propeller import PropellerConfig
 from pelagos.vehicles.actuators.ship import ShipRudderConfig
 from pelagos.vehicles.actuators.t200 import T200Config
 from pelagos.vehicles.actuators.thruster import ForceThrusterConfig, ThrusterConfig
+from pelagos.vehicles.control.airplane import AirplaneConfig
 from pelagos.vehicles.control.depth_heading import DepthHeadingConfig
 from pelagos.vehicles.control.direct import AccelerationConfig, ActuatorsConfig, WrenchConfig
 from pelagos.vehicles.control.heading_thrust import HeadingThrustConfig
 from pelagos.vehicles.control.line_of_sight import LineOfSightConfig
+from pelagos.vehicles.control.multirotor import MultirotorConfig
 from pelagos.vehicles.control.pose import PoseConfig
 from pelagos.vehicles.control.rudder_heading import RudderHeadingConfig
 from pelagos.vehicles.control.sawtooth import SawtoothConfig
 from pelagos.vehicles.control.velocity import VelocityConfig
+from pelagos.vehicles.terms.air import WingConfig
 from pelagos.vehicles.terms.crossflow import CrossFlowConfig
 from pelagos.vehicles.terms.damping import LinearDampingConfig, QuadraticDampingConfig, TimeConstantDampingConfig
 from pelagos.vehicles.terms.floating import FloatingDampingConfig, HydrostaticConfig, PayloadConfig, TwinHullConfig
@@ -40,13 +44,15 @@ TermConfig: TypeAlias = Annotated[
     | QuadraticDampingConfig
     | SubmergedConfig
     | TimeConstantDampingConfig
-    | TwinHullConfig,
+    | TwinHullConfig
+    | WingConfig,
     Field(discriminator="type"),
 ]
 
 ActuatorConfig: TypeAlias = Annotated[
     BuoyancyEngineConfig
     | FinConfig
+    | FlapConfig
     | ForceThrusterConfig
     | MovingMassConfig
     | PropellerConfig
@@ -59,9 +65,11 @@ ActuatorConfig: TypeAlias = Annotated[
 ModeConfig: TypeAlias = Annotated[
     AccelerationConfig
     | ActuatorsConfig
+    | AirplaneConfig
     | DepthHeadingConfig
     | HeadingThrustConfig
     | LineOfSightConfig
+    | MultirotorConfig
     | PoseConfig
     | RudderHeadingConfig
     | SawtoothConfig

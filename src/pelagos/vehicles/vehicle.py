@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from copy import copy
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -14,7 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 from pydantic import ValidationError
 
 from pelagos import jit
-from pelagos.errors import LookupFailed, ScenarioError
+from pelagos.errors import CommandError, LookupFailed, ScenarioError
 from pelagos.hydro.algebra import Vector, matvec, transpose
 from pelagos.jit import Array
 from pelagos.math.frames import flip_quaternion_np, flip_yz, flip_yz_np
@@ -28,6 +29,7 @@ from pelagos.vehicles.control.controller import Controller
 from pelagos.vehicles.flow import Flow, make_flow, rotation_from_quaternion
 from pelagos.vehicles.integrate import Rigid, runge_kutta, semi_implicit
 from pelagos.vehicles.load import merged
+from pelagos.vehicles.model import Model
 from pelagos.vehicles.shape.hull import build_hull
 from pelagos.vehicles.shape.parts import PartsHull, ShapePart
 from pelagos.vehicles.shape.torpedo import TorpedoHull
@@ -99,6 +101,12 @@ class Vehicle:
     def from_config(cls, config: VehicleConfig) -> Vehicle:
         """From a validated configuration."""
         return cls(config)
+
+    def with_model(self, model: Model) -> Vehicle:
+        """This vehicle with another equation of motion, such as one whose numbers are arrays."""
+        other = copy(self)
+        other.model = model
+        return other
 
     # names
 
@@ -254,7 +262,10 @@ class Vehicle:
             tables: `Vehicle.tables`; a frozen function must be handed them as an argument.
         """
         f64 = jit.Float64
-        tables = self.tables if tables is None else tables
+        if self.model.battery is not None and tables is None:
+            if dr.flag(dr.JitFlag.FreezingScope):
+                raise CommandError(f"a frozen step of {self.name} must be handed `Vehicle.tables` as an argument")
+            tables = self.tables
         rigid = Rigid([*state.position], state.attitude, [*state.velocity, *state.angular_velocity])
         flow = self.flow(rigid, ocean, t)
         controller = self._controller(mode)
@@ -302,6 +313,9 @@ class Vehicle:
         how = self.config.current_rotation
         if ocean is None:
             return make_flow(rigid.position, rotation, rigid.nu, (0.0, 0.0, 0.0), current_rotation=how)
+        if self.config.medium == "air":
+            wind = [*flip_yz(ocean.wind)] if hasattr(ocean, "wind") else (0.0, 0.0, 0.0)
+            return make_flow(rigid.position, rotation, rigid.nu, wind, current_rotation=how)
         current = _current(ocean, rigid.position, t)
         shear: Vector = (0.0, 0.0)
         if not all(isinstance(c, UniformCurrent) for c in getattr(ocean, "currents", [None])):

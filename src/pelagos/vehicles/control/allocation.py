@@ -40,8 +40,10 @@ class Allocation:
         wanted = matvec(self.inverse, wrench)
         excess: Array = 1.0
         for force, (low, high) in zip(wanted, self.limits, strict=True):
-            excess = dr.maximum(excess, dr.maximum(force / high, force / low))
-        return [force / excess for force in wanted]
+            excess = dr.maximum(excess, force / high)
+            if low < 0:
+                excess = dr.maximum(excess, force / low)
+        return [dr.clip(force / excess, low, high) for force, (low, high) in zip(wanted, self.limits, strict=True)]
 
     def commands(self, wrench: Vector) -> dict[str, Array]:
         """Command of each thruster for a wrench (6) [N], [N m]."""

@@ -1,0 +1,100 @@
+"""Multirotor: position by tilting, attitude and thrust by the rotors.
+
+Source: T. Lee, M. Leok, N. H. McClamroch, "Geometric tracking control of a quadrotor UAV on SE(3)", CDC 2010,
+doi 10.1109/CDC.2010.5717652, with a limited tilt and an integral against wind.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+import drjit as dr
+
+from pelagos.hydro.algebra import cross, dot, scaled
+from pelagos.jit import Array
+from pelagos.vehicles.control.allocation import Allocation, allocation_of
+from pelagos.vehicles.control.controller import Demand
+from pelagos.vehicles.control.plant import Plant
+from pelagos.vehicles.flow import Flow
+from pelagos.vehicles.part import NonNegative, PartConfig, Positive
+
+
+class MultirotorConfig(PartConfig):
+    """Set-points: x, y, z world NWU [m] and yaw of FLU in NWU [rad]."""
+
+    type: Literal["multirotor"]
+    frequency_rad_s: Positive
+    """Of the position loop [rad/s]."""
+    turn_frequency_rad_s: Positive
+    """Of the attitude loop [rad/s]."""
+    ratio: Positive = 0.9
+    """Damping ratio [-]."""
+    integral: NonNegative = 0.2
+    """Rate of the integrator over the position loop's frequency [-]."""
+    reach_m: Positive = 3.0
+    """Position errors count no more than this [m]."""
+    tilt_limit_deg: Positive = 30.0
+    """[deg]"""
+
+    def build(self, plant: Plant) -> Multirotor:
+        """The control law."""
+        body = plant.body
+        inertia = [float(body.mass_matrix[i, i]) for i in (3, 4, 5)]
+        allocation = allocation_of(plant.model, (2, 3, 4, 5))
+        return Multirotor(self, float(body.mass_matrix[0, 0]), inertia, body.gravity, allocation)
+
+
+@dataclass(frozen=True)
+class Multirotor:
+    """See `MultirotorConfig`; memory: integrals of the position error (3) [m]."""
+
+    config: MultirotorConfig
+    mass: float
+    inertia: Sequence[float]
+    gravity: float
+    allocation: Allocation
+    commands: tuple[str, ...] = ("x", "y", "z", "yaw")
+    memory: int = 3
+
+    def start(self, flow: Flow) -> list[Array]:
+        """No integral."""
+        return [0.0, 0.0, 0.0]
+
+    def act(
+        self, memory: Sequence[Array], flow: Flow, command: Sequence[Array], h: Array
+    ) -> tuple[Demand, list[Array]]:
+        """Commands of the rotors."""
+        c, rotation = self.config, flow.rotation
+        x, y, z, yaw = command
+        goal = (x, -y, -z)
+        wanted: list[Array] = []
+        kept: list[Array] = []
+        w = c.frequency_rad_s
+        for i in range(3):
+            error = dr.clip(goal[i] - flow.position[i], -c.reach_m, c.reach_m)
+            kept.append(dr.clip(memory[i] + h * w * c.integral * error, -c.reach_m, c.reach_m))
+            velocity = dot(rotation[i], flow.nu[:3])
+            wanted.append(w * w * (error + kept[i]) - 2 * c.ratio * w * velocity)
+        up = -(wanted[2] - self.gravity)  # of the thrust's acceleration
+        up = dr.maximum(up, 0.3 * self.gravity)
+        tilt = math.tan(math.radians(c.tilt_limit_deg))
+        across = dr.sqrt(wanted[0] ** 2 + wanted[1] ** 2 + 1e-12)
+        share = dr.minimum(1.0, tilt * up / across)
+        thrust = [share * wanted[0], share * wanted[1], -up]
+        down = scaled(-dr.rsqrt(dot(thrust, thrust)), thrust)  # the body's z axis, NED
+        sin, cos = dr.sincos(-yaw)
+        right = cross(down, [cos, sin, 0.0])
+        right = scaled(dr.rsqrt(dot(right, right)), right)
+        ahead = cross(right, down)
+        goal_axes = (ahead, right, down)
+        axes = list(zip(*rotation, strict=True))
+        moments: list[Array] = []
+        f = c.turn_frequency_rad_s
+        for i, (j, k) in enumerate(((1, 2), (2, 0), (0, 1))):
+            error = 0.5 * (dot(goal_axes[k], axes[j]) - dot(goal_axes[j], axes[k]))
+            moments.append(-self.inertia[i] * (f * f * error + 2 * c.ratio * f * flow.nu[3 + i]))
+        force = self.mass * dot(thrust, axes[2])
+        return Demand(self.allocation.commands([0.0, 0.0, force, *moments])), kept

@@ -1,0 +1,153 @@
+"""A vehicle as data: changes, variants, refusals, terms of the user's own."""
+
+from __future__ import annotations
+
+import re
+
+import drjit as dr
+import numpy as np
+import pytest
+
+from pelagos import jit
+from pelagos.errors import CommandError, InputError, LookupFailed, ScenarioError
+from pelagos.vehicles.vehicle import Vehicle
+
+
+def test_every_number_may_be_changed():
+    vehicle = Vehicle.from_catalogue("remus100", mass={"mass_kg": 33.0}, terms={"damping": {"yaw_s": 2.0}})
+    assert vehicle.config.body.rigid[0, 0] == 33.0
+    assert vehicle.config.terms["damping"].yaw_s == 2.0
+    assert vehicle.config.terms["damping"].surge_s == 20
+
+
+def test_a_term_is_left_out_by_null():
+    vehicle = Vehicle.from_catalogue("remus100", terms={"lift_drag": None})
+    assert list(vehicle.model.terms) == ["damping", "cross_flow", "restoring"]
+
+
+def test_variants_are_used_as_a_whole():
+    vehicle = Vehicle.from_catalogue("bluerov2_heavy", variant="wu_2018")
+    assert vehicle.config.mass.mass_kg == 11.5
+    assert vehicle.config.terms["linear_damping"].diagonal[0] == 4.03
+    with pytest.raises(ScenarioError, match="did you mean 'wu_2018'"):
+        Vehicle.from_catalogue("bluerov2_heavy", variant="wu2018")
+
+
+@pytest.mark.parametrize(
+    ("name", "changes", "message"),
+    [
+        ("remus100", {"mass": {"mass_kg": -5}}, "mass.*greater than 0"),
+        ("bluerov2", {"mass": {"inertia_kg_m2": [0.1, 0.1, 0.9]}}, "triangle inequality"),
+        ("bluerov2", {"mass": {"inertia_kg_m2": [0.1, 0.1, -0.1]}}, "must be positive"),
+        ("remus100", {"mass": {"center_of_buoyancy_m": [0, 0, -0.5]}}, "centre of buoyancy.*outside the hull"),
+        ("remus100", {"mass": {"center_of_gravity_m": [2, 0, 0]}}, "centre of gravity.*outside the hull"),
+        ("remus100", {"actuators": {"rudder": {"area_m2": 0}}}, "area_m2.*greater than 0"),
+        ("remus100", {"hull": {"fins": [{"angle_deg": 0, "x_m": 0, "span_m": 0, "chord_m": 0.1}]}}, "span_m"),
+        ("remus100", {"lenght_m": 2.0}, "lenght_m.*[Ee]xtra"),
+        ("remus100", {"default_mode": "depth"}, "default_mode 'depth' is none of"),
+        ("remus100", {"actuators": {"rudder": None}}, "uses the actuator 'rudder'"),
+        ("bluerov2", {"battery": None}, "need a battery"),
+        ("bluerov2", {"added_mass": {"diagonal": [-20, 5, 5, 1, 1, 1]}}, "not positive definite"),
+        ("otter", {"actuators": {"left_propeller": {"direction": [0, 0, 0]}}}, "direction must not be 0"),
+        ("remus100", {"density_kg_m3": float("nan")}, "density_kg_m3"),
+    ],
+)
+def test_what_cannot_be_is_refused_with_the_reason(name, changes, message):
+    with pytest.raises(ScenarioError, match=re.compile(message, re.S)):
+        Vehicle.from_catalogue(name, **changes)
+
+
+def test_an_unknown_vehicle_is_refused_with_the_nearest():
+    with pytest.raises(LookupFailed, match="did you mean 'remus100'"):
+        Vehicle.from_catalogue("remus10")
+
+
+def test_yaml_files(tmp_path):
+    path = tmp_path / "mine.yaml"
+    path.write_text("type: remus100\ndensity_kg_m3: 1000\n")
+    assert Vehicle.from_yaml(path).config.density_kg_m3 == 1000
+    path.write_text("- 1\n")
+    with pytest.raises(ScenarioError, match="mapping"):
+        Vehicle.from_yaml(path)
+    with pytest.raises(ScenarioError, match="cannot be read"):
+        Vehicle.from_yaml(tmp_path / "none.yaml")
+
+
+@pytest.mark.parametrize(
+    ("argument", "value", "message"),
+    [
+        ("eta", np.zeros((1, 5)), r"eta must have the shape \(n, 6\)"),
+        ("nu", [[np.nan] * 6], "nu has values that are not finite"),
+        ("command", np.zeros((3, 3)), "has 3 rows|has 2 rows"),
+    ],
+)
+def test_accelerations_refuse_bad_arrays(argument, value, message):
+    arguments = {
+        "eta": np.zeros((2, 6)),
+        "nu": np.zeros((2, 6)),
+        "actuators": np.zeros((2, 3)),
+        "command": np.zeros((2, 3)),
+    } | {argument: value}
+    with pytest.raises(CommandError, match=message):
+        Vehicle.from_catalogue("remus100").accelerations(**arguments)
+
+
+def tether(flow, parameters):
+    """A user's own force: a tether that pulls back to the origin with so many newtons a metre."""
+    pull = [-parameters["stiffness"] * p for p in flow.position]
+    in_body = [sum(flow.rotation[i][j] * pull[i] for i in range(3)) for j in range(3)]
+    return [*in_body, 0.0, 0.0, 0.0]
+
+
+def broken(flow, parameters):
+    return [0.0]
+
+
+def test_a_users_own_force_by_module_and_function():
+    term = {"type": "function", "target": f"{__name__}:tether", "parameters": {"stiffness": 5.0}}
+    pulled = Vehicle.from_catalogue("remus100", terms={"tether": term})
+    free = Vehicle.from_catalogue("remus100")
+    eta = [[10.0, 0, 0, 0, 0, 0]]
+    zero = [[0.0] * 3]
+    more = pulled.accelerations(eta, [[0.0] * 6], zero, zero)[0] - free.accelerations(eta, [[0.0] * 6], zero, zero)[0]
+    assert more[0, 0] == pytest.approx(-50.0 * free.model.inertia.inverse[0][0])
+
+
+@pytest.mark.parametrize(
+    ("target", "message"),
+    [
+        ("no_such_module:f", "cannot be loaded"),
+        (f"{__name__}:nothing", "cannot be loaded"),
+        ("nonsense", "module:function"),
+    ],
+)
+def test_a_users_force_that_cannot_be_found(target, message):
+    with pytest.raises(InputError, match=message):
+        Vehicle.from_catalogue("remus100", terms={"mine": {"type": "function", "target": target}})
+
+
+def test_a_users_force_of_the_wrong_size():
+    vehicle = Vehicle.from_catalogue("remus100", terms={"mine": {"type": "function", "target": f"{__name__}:broken"}})
+    with pytest.raises(InputError, match="six entries"):
+        vehicle.model.terms["mine"].wrench(None)
+
+
+def test_a_frozen_step_asks_for_its_tables():
+    """Arrays made inside a recording would end the process; the step says so instead."""
+    rov = Vehicle.from_catalogue("bluerov2")
+    state = rov.initial_state(np.zeros((1, 3)), np.array([[1.0, 0, 0, 0]]))
+    command = [dr.opaque(jit.Float64, 0.1) for _ in rov.command_names("actuators")]
+    still = dr.zeros(jit.Array3f64, 1)
+    frozen = dr.freeze(lambda s, c, w: rov.step(s, c, None, jit.Float64(0.0), (w, w), 0.01, "actuators"))
+    with pytest.raises(RuntimeError) as raised:
+        frozen(state, command, still)
+    assert isinstance(raised.value.__cause__, CommandError)
+    assert "must be handed" in str(raised.value.__cause__)
+
+
+def test_blame_names_the_largest_term():
+    remus = Vehicle.from_catalogue("remus100")
+    said = remus.blame(np.zeros(3), np.array([1.0, 0, 0, 0]), np.array([50.0, 0, 0]), np.zeros(3))
+    assert said.startswith("largest term: lift_drag")
+    said = remus.blame(np.zeros(3), np.array([1.0, 0, 0, 0]), np.array([np.nan, 0, 0]), np.zeros(3))
+    assert said.startswith("not finite: ")
