@@ -17,6 +17,7 @@ from pelagos.jit import Array
 from pelagos.raycast.scene import Tables
 from pelagos.sensors.echo import Fan, Lanes, Trace, look, patches_of
 from pelagos.sensors.noise import normals64
+from pelagos.sensors.rows import pack, unpack
 from pelagos.sensors.scattering import Surfaces
 from pelagos.sensors.sensor import Kinematics, Measurement, SensorConfig, SensorContext
 from pelagos.sensors.sounder import Sounder
@@ -97,30 +98,27 @@ class Altimeter:
             frequency_hz=config.frequency_hz,
             ph=config.ph,
         )
-        self._ping = context.scene.compile(self._make)
+        self._ping = self._sounder.compile(self._make)
 
     def sense(self, motion: Kinematics) -> Measurement:
         """Ping on every lane."""
-        data, truth, axis, label = (np.array(a) for a in self._ping(*self._arguments(motion)))
-        return Measurement(data, truth, np.isfinite(data), {"axis": axis, "label": label})
+        data, truth, axis, label = unpack(self._ping(motion), 4).T
+        valid, extras = np.isfinite(data), {"axis": axis.astype(np.float32), "label": label.astype(np.uint32)}
+        return Measurement(data.astype(np.float32), truth.astype(np.float32), valid, extras)
 
     def explain(self, motion: Kinematics) -> list[tuple[str, NDArray[Any], str]]:
         """One ping, not frozen, with its intermediate arrays: (name, values, unit)."""
-        return self._sounder.trace(self._make, *self._arguments(motion))
-
-    def _arguments(self, motion: Kinematics) -> tuple[Any, ...]:
-        return (*self._sounder.arguments(motion), motion)
+        return self._sounder.trace(self._make, *self._sounder.arguments(motion), motion)
 
     def _make(self, static: Any, moving: Any, trace: Trace = None) -> Callable[..., Any]:
         config = self.config
 
-        def ping(
-            tables: Tables, lanes: Lanes, fan: Fan, surfaces: Surfaces, key: Any, motion: Kinematics
-        ) -> tuple[Array, ...]:
+        def ping(tables: Tables, lanes: Lanes, fan: Fan, surfaces: Surfaces, key: Any, motion: Kinematics) -> Array:
             reach = config.range_max_m
             view = look(static, moving, tables, fan, lanes, surfaces, max_range=reach, smooth=False)
             patches = patches_of(view, fan, lanes, surfaces, beams=1, bins=1, longest=reach, trace=trace)
             rays = dr.width(fan.beam)
+            dr.eval(patches.distance, patches.energy, view.hits.t, view.hits.label)  # one cast for all that follows
             true = first_echo(patches.distance, patches.energy, rays, config.range_min_m)
             (noise,) = normals64(key, motion, 1)
             sigma = dr.sqrt(config.noise_m**2 + (config.noise_relative * true) ** 2)
@@ -129,15 +127,20 @@ class Altimeter:
                 measured *= config.sound_speed_mps / lanes.medium.sound_speed
             measured = dr.select(measured <= config.range_max_m, measured, dr.nan)
             axis = dr.arange(jit.UInt32, dr.width(lanes.position)) * rays
-            return measured, true, dr.gather(jit.Float, view.hits.t, axis), dr.gather(jit.UInt32, view.hits.label, axis)
+            on_axis = dr.gather(jit.Float, view.hits.t, axis), dr.gather(jit.UInt32, view.hits.label, axis)
+            return pack(measured, true, *on_axis)
 
         return ping
 
 
 def first_echo(distance: Array, energy: Array, rays: int, nearest: float) -> Array:
     """Range [m] of the first of each group of `rays` whose echo is within 13 dB of the strongest; NaN without any."""
-    heard = dr.select(distance >= nearest, energy, 0.0)
-    strongest = dr.block_reduce(dr.ReduceOp.Max, heard, rays)
-    loud = (heard > 0.0) & (heard >= _THRESHOLD * dr.repeat(strongest, rays))
-    first = dr.block_reduce(dr.ReduceOp.Min, dr.select(loud, distance, dr.inf), rays)
+    start = dr.arange(jit.UInt32, dr.width(distance) // rays) * rays
+    reach = [dr.gather(jit.Float, distance, start + k) for k in range(rays)]
+    heard = [dr.select(r >= nearest, dr.gather(jit.Float, energy, start + k), 0.0) for k, r in enumerate(reach)]
+    strongest, first = jit.Float(0), jit.Float(dr.inf)
+    for h in heard:
+        strongest = dr.maximum(strongest, h)
+    for r, h in zip(reach, heard, strict=True):
+        first = dr.select((h > 0.0) & (h >= _THRESHOLD * strongest), dr.minimum(first, r), first)
     return dr.select(first < dr.inf, first, dr.nan)

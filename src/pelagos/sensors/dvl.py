@@ -20,6 +20,7 @@ from pelagos.raycast.scene import Tables
 from pelagos.sensors.echo import Fan, Lanes, Medium, Trace, look
 from pelagos.sensors.mount import sensor_velocity
 from pelagos.sensors.noise import normals64
+from pelagos.sensors.rows import pack, unpack
 from pelagos.sensors.scattering import Surfaces, scattering
 from pelagos.sensors.sensor import Kinematics, Measurement, SensorConfig, SensorContext
 from pelagos.sensors.sonar_catalogue import with_device
@@ -135,49 +136,52 @@ class Dvl:
         self.config = config
         self._context = context
         self._sounder = Sounder(config, context, beam_rays(config), frequency_hz=config.frequency_hz, ph=config.ph)
-        self._ping = context.scene.compile(self._make)
+        self._ping = self._sounder.compile(self._make)
         self.tables = {"direction": config.beams}
 
     def sense(self, motion: Kinematics) -> Measurement:
         """Ping on every lane."""
-        (velocity, truth, locked, altitude, *by_beam), water = self._ping(*self._arguments(motion))
-        valid = np.array(locked)
-        data = np.where(valid[:, None], np.array(velocity).T, np.nan)
-        names = ("ranges", "beam_velocity", "beam_valid", "sigma")
+        water = self.config.water_layer_m is not None
+        rows = unpack(self._ping(motion, self._context.ocean), 27 if water else 24)
+        valid = rows[:, 6] > 0.5
+        data = np.where(valid[:, None], rows[:, 0:3], np.nan)
         extras = {
-            name: np.stack([np.array(b) for b in beams], axis=-1) for name, beams in zip(names, by_beam, strict=True)
+            "ranges": rows[:, 8:12],
+            "beam_velocity": rows[:, 12:16],
+            "beam_valid": rows[:, 16:20] > 0.5,
+            "sigma": rows[:, 20:24],
+            "altitude": rows[:, 7],
         }
-        extras["altitude"] = np.array(altitude)
-        if water is not None:
-            extras["water_velocity"] = np.ascontiguousarray(np.array(water).T)
-        return Measurement(data, np.ascontiguousarray(np.array(truth).T), valid, extras, self.tables)
+        if water:
+            extras["water_velocity"] = rows[:, 24:27]
+        return Measurement(data, rows[:, 3:6], valid, extras, self.tables)
 
     def explain(self, motion: Kinematics) -> list[tuple[str, NDArray[Any], str]]:
         """One ping, not frozen, with its intermediate arrays: (name, values, unit)."""
-        return self._sounder.trace(self._make, *self._arguments(motion))
-
-    def _arguments(self, motion: Kinematics) -> tuple[Any, ...]:
-        return (*self._sounder.arguments(motion), motion, sensor_velocity(motion, self.config), self._context.ocean)
+        return self._sounder.trace(self._make, *self._sounder.arguments(motion), motion, self._context.ocean)
 
     def _make(self, static: Any, moving: Any, trace: Trace = None) -> Callable[..., Any]:
         config = self.config
 
         def ping(
-            tables: Tables, lanes: Lanes, fan: Fan, surfaces: Surfaces, key: Any, motion: Kinematics, velocity: Array,
-            ocean: Ocean,
-        ) -> tuple[Any, ...]:  # fmt: skip
+            tables: Tables, lanes: Lanes, fan: Fan, surfaces: Surfaces, key: Any, motion: Kinematics, ocean: Ocean,
+        ) -> Array:  # fmt: skip
+            velocity = sensor_velocity(motion, config)
             farthest = 1.5 * config.range_max_m / math.cos(math.radians(config.beam_tilt_deg))
             view = look(static, moving, tables, fan, lanes, surfaces, max_range=farthest, smooth=False)
             section = scattering(surfaces, view.hits.material, view.sine)
             ground = rotate_back(dr.gather(jit.Array4f, jit.Array4f(lanes.attitude), view.lane), view.hits.velocity)
+            dr.eval(view.hits.valid, view.hits.t, section, ground)  # one cast for all beams
             beams = [
                 beam_echo(dr.width(lanes.position), b, view.hits.valid, view.hits.t, section, ground, config.beams[b])
                 for b in range(4)
             ]
-            bottom = bottom_track(config, beams, velocity, motion, lanes.medium, key, trace)
-            if config.water_layer_m is None:
-                return bottom, None
-            return bottom, water_track(config, lanes, velocity, motion, ocean, key)
+            data, truth, locked, altitude, *by_beam = bottom_track(
+                config, beams, velocity, motion, lanes.medium, key, trace
+            )
+            layer = config.water_layer_m is not None
+            water = water_track(config, lanes, velocity, motion, ocean, key) if layer else ()
+            return pack(*data, *truth, locked, altitude, *(b for beams in by_beam for b in beams), *water)
 
         return ping
 
