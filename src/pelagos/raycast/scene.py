@@ -83,7 +83,7 @@ class Scene:
         for name, group in (("smooth", smooth), ("flat", flat)):
             if not group:
                 continue
-            meshes.append(_mesh(name, _merge(group, self.origin)))
+            meshes.append(_mesh(name, group, self.origin))
             faces = np.concatenate([objects.rows(g) for g in group])
             self._static_faces.append(faces)
             self._static_first.append(first)
@@ -113,7 +113,7 @@ class Scene:
         for row, (geometry, _) in enumerate(bodies):
             key = id(geometry)
             if key not in starts:
-                mesh = _mesh(f"group{key}", _merge([geometry], np.zeros(3)))
+                mesh = _mesh(f"group{key}", [geometry], np.zeros(3))
                 groups[f"group{key}"] = {"type": "shapegroup", "mesh": mesh}
                 starts[key] = total
                 faces.append(self._objects.rows(geometry))
@@ -205,12 +205,17 @@ class _Objects:
 
     def rows(self, geometry: Geometry) -> NDArray[np.uint32]:
         """`(f,)` object row of each face."""
-        materials, inverse = np.unique(geometry.face_materials, return_inverse=True)
         start = len(self.label)
+        if isinstance(geometry.material, int):
+            materials, inverse = np.array([geometry.material]), np.zeros(len(geometry.faces), dtype=np.uint32)
+        else:
+            counts = np.bincount(geometry.face_materials)
+            materials = np.flatnonzero(counts)
+            inverse = (np.cumsum(counts > 0) - 1).astype(np.uint32)[geometry.face_materials]
         self.label += [geometry.label] * len(materials)
         self.instance += [geometry.instance] * len(materials)
         self.material += [int(m) for m in materials]
-        return (inverse + start).astype(np.uint32)
+        return inverse + np.uint32(start)
 
 
 def copy_offsets(copies: int) -> NDArray[np.float64]:
@@ -220,29 +225,24 @@ def copy_offsets(copies: int) -> NDArray[np.float64]:
     return np.asarray(cell * COPY_SPACING, dtype=np.float64)
 
 
-def _merge(group: Sequence[Geometry], origin: NDArray[np.float64]) -> Geometry:
-    """One mesh of several, relative to `origin`."""
-    starts = np.cumsum([0] + [len(g.vertices) for g in group[:-1]])
-    normals = [g.vertex_normals for g in group if g.vertex_normals is not None]
-    return Geometry(
-        vertices=np.concatenate([g.vertices - origin for g in group]),
-        faces=np.concatenate([g.faces + np.uint32(s) for g, s in zip(group, starts, strict=True)]).astype(np.uint32),
-        material=0,
-        label=0,
-        instance=0,
-        vertex_normals=np.concatenate(normals) if normals else None,
-    )
-
-
-def _mesh(name: str, geometry: Geometry) -> Any:
-    """A Mitsuba mesh."""
-    smooth = geometry.vertex_normals is not None
-    mesh = jit.mi.Mesh(name, len(geometry.vertices), len(geometry.faces), has_vertex_normals=smooth)
+def _mesh(name: str, group: Sequence[Geometry], origin: NDArray[np.float64]) -> Any:
+    """One Mitsuba mesh of several geometries, relative to `origin`, filled part by part to spare memory."""
+    starts = np.cumsum([0] + [len(g.vertices) for g in group])
+    ends = np.cumsum([0] + [len(g.faces) for g in group])
+    vertices = np.empty((starts[-1], 3), dtype=np.float32)
+    faces = np.empty((ends[-1], 3), dtype=np.uint32)
+    normals = np.empty((starts[-1], 3), dtype=np.float32) if group[0].vertex_normals is not None else None
+    for g, v, f in zip(group, starts, ends, strict=False):
+        np.subtract(g.vertices, origin, out=vertices[v : v + len(g.vertices)], casting="same_kind")
+        np.add(g.faces, np.uint32(v), out=faces[f : f + len(g.faces)], casting="same_kind")
+        if normals is not None:
+            normals[v : v + len(g.vertices)] = g.vertex_normals
+    mesh = jit.mi.Mesh(name, len(vertices), len(faces), has_vertex_normals=normals is not None)
     parameters = jit.mi.traverse(mesh)
-    parameters["vertex_positions"] = geometry.vertices.astype(np.float32).ravel()
-    parameters["faces"] = geometry.faces.ravel()
-    if geometry.vertex_normals is not None:
-        parameters["vertex_normals"] = geometry.vertex_normals.astype(np.float32).ravel()
+    parameters["vertex_positions"] = vertices.ravel()
+    parameters["faces"] = faces.ravel()
+    if normals is not None:
+        parameters["vertex_normals"] = normals.ravel()
     parameters.update()
     return mesh
 

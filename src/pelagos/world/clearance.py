@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from pelagos.raycast.geometry import Geometry
 
 _MAX_CELLS: Final = 1024  # along either side
+_CHUNK: Final = 1 << 18  # faces at a time: memory stays small
 _SMALL: Final = 3  # cells that a face may span in the vectorised pass
 
 
@@ -24,22 +25,21 @@ class Clearance:
     """
 
     def __init__(self, geometries: Sequence[Geometry], *, cell: float = 4.0) -> None:
-        boxes = [_boxes(g) for g in geometries if len(g.faces)]
-        low = np.concatenate([b[0] for b in boxes]) if boxes else np.zeros((0, 2))
-        high = np.concatenate([b[1] for b in boxes]) if boxes else np.zeros((0, 2))
-        top = np.concatenate([b[2] for b in boxes]) if boxes else np.zeros(0)
-        corner = low.min(axis=0) if len(low) else np.zeros(2)
-        extent = (high.max(axis=0) - corner) if len(low) else np.zeros(2)
-        self.cell = max(cell, float(extent.max()) / (_MAX_CELLS - 1))
-        self.x0, self.y0 = float(corner[0]), float(corner[1])
-        shape = (int(extent[0] // self.cell) + 1, int(extent[1] // self.cell) + 1)
+        solid = [g for g in geometries if len(g.faces)]
+        low = np.min([g.vertices[:, :2].min(axis=0) for g in solid], axis=0) if solid else np.zeros(2)
+        high = np.max([g.vertices[:, :2].max(axis=0) for g in solid], axis=0) if solid else np.zeros(2)
+        self.cell = max(cell, float((high - low).max()) / (_MAX_CELLS - 1))
+        self.x0, self.y0 = float(low[0]), float(low[1])
+        shape = (int((high - low)[0] // self.cell) + 1, int((high - low)[1] // self.cell) + 1)
         self.top: NDArray[np.float64] = np.full(shape, -np.inf)
-        if len(low):
-            self._fill(
-                ((low - corner) // self.cell).astype(np.int64), ((high - corner) // self.cell).astype(np.int64), top
-            )
+        for g in solid:
+            cells = ((g.vertices[:, :2] - low) // self.cell).astype(np.int32)
+            for start in range(0, len(g.faces), _CHUNK):
+                faces = g.faces[start : start + _CHUNK]
+                corners = cells[faces]  # (f, 3, 2)
+                self._fill(corners.min(axis=1), corners.max(axis=1), g.vertices[:, 2][faces].max(axis=1))
 
-    def _fill(self, first: NDArray[np.int64], last: NDArray[np.int64], top: NDArray[np.float64]) -> None:
+    def _fill(self, first: NDArray[np.int32], last: NDArray[np.int32], top: NDArray[np.float64]) -> None:
         ny = self.top.shape[1]
         span = last - first
         small = (span < _SMALL).all(axis=1)
@@ -47,7 +47,8 @@ class Clearance:
         for dx in range(_SMALL):
             for dy in range(_SMALL):
                 here = small & (span[:, 0] >= dx) & (span[:, 1] >= dy)
-                np.maximum.at(flat, (first[here, 0] + dx) * ny + first[here, 1] + dy, top[here])
+                if here.any():
+                    np.maximum.at(flat, (first[here, 0] + dx) * ny + first[here, 1] + dy, top[here])
         for (i0, j0), (i1, j1), z in zip(
             first[~small].tolist(), last[~small].tolist(), top[~small].tolist(), strict=True
         ):
@@ -81,11 +82,3 @@ class Clearance:
             return False
         block = self.top[max(i0, 0) : i1 + 1, max(j0, 0) : j1 + 1]
         return bool(block.max() >= z - margin)
-
-
-def _boxes(g: Geometry) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
-    """Horizontal low and high corners `(f, 2)`, and top `(f,)`, of each face's bounding box."""
-    corners = [g.vertices[g.faces[:, k]] for k in range(3)]
-    low = np.minimum(np.minimum(corners[0], corners[1]), corners[2])
-    high = np.maximum(np.maximum(corners[0], corners[1]), corners[2])
-    return low[:, :2], high[:, :2], high[:, 2]

@@ -63,7 +63,7 @@ class ObjectConfig(BaseModel):
     model_config = _MODEL
 
     kind: str
-    """What: boulder, outcrop, kelp, seagrass, coral, wreck_boat, pipeline, ... (`pelagos list objects`)."""
+    """What: boulder, outcrop, kelp, seagrass, coral, wreck_boat, pipeline, ... (all in docs/worlds.md)."""
     count: int | None = Field(default=None, ge=0)
     """How many; instead of `density_per_ha`."""
     density_per_ha: float | None = Field(default=None, ge=0)
