@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Final, Literal, TypeAlias
 
 import drjit as dr
@@ -10,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pelagos import jit
+from pelagos.config.path import ScenarioPath
 from pelagos.config.strict import Strict
 from pelagos.errors import ScenarioError
 from pelagos.jit import Array
@@ -25,8 +25,8 @@ _PRECISE_DEG: Final = 2e-9  # of the map from metres to degrees; 0.2 mm
 
 
 class _Gridded(Strict):
-    file: Path
-    """A NetCDF file; a relative path starts at the working directory."""
+    file: ScenarioPath
+    """A NetCDF file; a relative path starts at the scenario's own folder."""
     start: str | None = None
     """Time of the file that is t = 0 of the simulation, ISO 8601; the file's first time where not given."""
     outside: Outside = "error"
