@@ -49,7 +49,7 @@ class Driver:
         """
         key = (ticks, mode)
         if key not in self._frozen:
-            self._frozen[key] = dr.freeze(_block(self.vehicle, n=self._n, ticks=ticks, mode=mode))
+            self._frozen[key] = jit.freeze(_block(self.vehicle, n=self._n, ticks=ticks, mode=mode))
         at = dr.opaque(jit.UInt32, tick)
         force = self.no_wrench if wrench is None else wrench
         new, packed = self._frozen[key](state, command, ocean, at, self._h, self._copies, force, self.vehicle.tables)

@@ -67,7 +67,7 @@ class LaneSelector:
         """The motion at `ticks`, tick-major."""
         count = len(ticks) * self._n
         if count not in self._frozen:
-            self._frozen[count] = dr.freeze(_selector(count))
+            self._frozen[count] = jit.freeze(_selector(count))
         u32 = jit.UInt32
         start = dr.opaque(u32, ticks.start - trajectory.first_tick)
         step, first = dr.opaque(u32, ticks.step), dr.opaque(u32, trajectory.first_tick)

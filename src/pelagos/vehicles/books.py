@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
-import drjit as dr
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
@@ -51,7 +50,7 @@ class Accelerations:
         if n not in self._frozen:
             if len(self._frozen) >= _KEPT:
                 self._frozen.clear()
-            self._frozen[n] = dr.freeze(self._evaluate)
+            self._frozen[n] = jit.freeze(self._evaluate)
         nu_dot, rates = self._frozen[n](*data, self._tables)
         return _table(nu_dot, n), _table(rates, n)
 

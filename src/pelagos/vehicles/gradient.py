@@ -21,7 +21,7 @@ Step = Callable[[list[Array], list[Array], list[Array]], list[Array]]
 
 def rollout(step: Step, start: Sequence[Array], parameters: Sequence[Array], inputs: Sequence[Sequence[Array]]) -> Any:
     """The states before and after every step: one list of arrays each, `len(inputs) + 1` in all."""
-    frozen = dr.freeze(step)
+    frozen = jit.freeze(step)
     states = [[jit.Float64(x) for x in start]]
     dr.make_opaque(states[0], list(parameters), list(inputs))
     for given in inputs:
@@ -48,7 +48,7 @@ def pull_back(
     Returns:
         Gradients with respect to the first state, to the parameters, and to every step's inputs, lane by lane.
     """
-    frozen = dr.freeze(_pull(step))
+    frozen = jit.freeze(_pull(step))
     zero = [0 * x for x in states[-1]]
     adjoint = [a + z for a, z in zip(cotangents[-1] or zero, zero, strict=True)]
     total = [0 * p + 0 * states[-1][0] for p in parameters]
