@@ -23,7 +23,7 @@ def sample(table: Array, cells: Array) -> Array:
 
 
 def locate(nodes: Array, x: Array) -> tuple[Array, Array]:
-    """Cell of `x` among increasing `nodes` (`Float64`, two or more), and the fraction of it, 0 and 1 beyond the ends."""
+    """Cell of `x` among two or more increasing `nodes` (`Float64`), and the fraction of it; 0 and 1 beyond the ends."""
     count = dr.width(nodes)
     above = dr.binary_search(1, count - 1, lambda i: dr.gather(jit.Float64, nodes, i) <= x)
     i = jit.UInt32(above) - 1
