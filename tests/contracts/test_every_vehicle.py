@@ -9,6 +9,8 @@ import pelagos as pl
 from pelagos.vehicles.load import catalogue_names
 
 NAMES = sorted(catalogue_names())
+AFLOAT = {"otter", "wamv", "surface_vessel", "mariner"}
+IN_AIR = {"quadrotor", "fixed_wing"}
 
 
 @pytest.fixture(params=NAMES)
@@ -44,7 +46,7 @@ def test_every_mode_runs_for_a_fleet_and_equals_a_fleet_of_one(vehicle):
                     "control": mode,
                     "start": {
                         "position_m": [0.0, 0.0],
-                        "depth_m": 0.0 if "surface" in vehicle.config.title.lower() else 5.0,
+                        "depth_m": 0.0 if vehicle.name in AFLOAT | IN_AIR else 5.0,
                     },
                 }
             },
@@ -55,3 +57,25 @@ def test_every_mode_runs_for_a_fleet_and_equals_a_fleet_of_one(vehicle):
         assert np.isfinite(fleet.state["it"].position).all(), mode
         assert fleet.state["it"].position[1].tobytes() == alone.state["it"].position[0].tobytes(), mode
         assert fleet.state["it"].velocity[2].tobytes() == alone.state["it"].velocity[0].tobytes(), mode
+
+
+@pytest.mark.parametrize("name", [name for name in NAMES if name not in AFLOAT | IN_AIR])
+def test_the_seabed_holds_it(name):
+    """Thrown down at 2 m/s from just above the seabed, it touches and does not pass; nothing explodes."""
+    vehicle = pl.Vehicle.from_catalogue(name)
+    lowest, highest = (float(f(vehicle.hull.vertices[:, 2])) for f in (np.min, np.max))
+    sim = pl.Simulation.load(
+        {
+            "world": {"type": "flat", "depth_m": 20.0},
+            "agents": {"it": {"vehicle": name, "control": vehicle.modes[0], "start": {"position_m": [0.0, 0.0]}}},
+        }
+    )
+    sim.set_state("it", position=(0.0, 0.0, -20.0 - lowest + 0.05), attitude=(1, 0, 0, 0), velocity=(0.3, 0.0, -2.0))
+    fastest, deepest = 0.0, np.inf
+    for _ in range(30):
+        sim.run(0.1)
+        state = sim.state["it"]
+        fastest = max(fastest, float(np.linalg.norm(state.velocity)))
+        deepest = min(deepest, float(state.position[0, 2]) + lowest + 20.0)
+    assert deepest > -0.25 * (highest - lowest)  # skids and feet between two probes may sink in
+    assert fastest < 3.0

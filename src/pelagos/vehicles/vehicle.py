@@ -314,7 +314,7 @@ class Vehicle:
         if ocean is None:
             return make_flow(rigid.position, rotation, rigid.nu, (0.0, 0.0, 0.0), current_rotation=how)
         if self.config.medium == "air":
-            wind = [*flip_yz(ocean.wind)] if hasattr(ocean, "wind") else (0.0, 0.0, 0.0)
+            wind = [*flip_yz(ocean.wind(flip_yz(jit.Array3f64(*rigid.position)), t))]
             return make_flow(rigid.position, rotation, rigid.nu, wind, current_rotation=how)
         current = _current(ocean, rigid.position, t)
         shear: Vector = (0.0, 0.0)
