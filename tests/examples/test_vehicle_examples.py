@@ -1,0 +1,24 @@
+"""The vehicles' examples run and find what they promise."""
+
+from __future__ import annotations
+
+import runpy
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+EXAMPLES = Path(__file__).parents[2] / "examples"
+
+
+@pytest.mark.slow
+def test_identify_damping():
+    found = runpy.run_path(str(EXAMPLES / "vehicle_identify_damping.py"))
+    assert found["main"]() == pytest.approx(found["TRUE"], rel=0.08)
+
+
+def test_identify_damping_descends(capsys):
+    runpy.run_path(str(EXAMPLES / "vehicle_identify_damping.py"))["main"](iterations=20)
+    errors = [float(line.split()[-1]) for line in capsys.readouterr().out.splitlines() if line.startswith("iteration")]
+    assert len(errors) == 2
+    assert np.diff(errors)[0] < 0
