@@ -145,31 +145,32 @@ def _read(data: Any, path: Path, quantities: Any, start: str | None, windows: Wi
         )
     picked = {axes["latitude"]: rows, axes["longitude"]: columns}
     order = [axes[a] for a in ("time", "depth", "latitude", "longitude")]
-    channels, gaps = [], 0.0
-    for (label, _), variable in zip(quantities, variables, strict=True):
-        block = variable.isel(picked).transpose(*[d for d in order if d is not None])
-        values = np.asarray(block.values, dtype=np.float64) * 1.0
-        for position, dimension in enumerate(order):
-            if dimension is None:
-                values = np.expand_dims(values, position)
-        values = _scale(values, label, variable, path)
-        missing = ~np.isfinite(values)
-        if missing.all():
-            raise ScenarioError(f"{path}: {variable.name!r} has no value in the world's window")
-        gaps = max(gaps, float(missing.mean()))
-        channels.append(_fill(values, missing, zero=label in ("east", "north", "up")))
-    values = np.stack(channels)
-    row, column = row[rows], column[columns]
-    if len(depth) > 1 and depth[0] > depth[-1]:
-        depth, values = depth[::-1], values[:, :, ::-1]
-    if row[0] > row[-1]:
-        row, values = row[::-1], values[:, :, :, ::-1]
-    if column[0] > column[-1]:
-        column, values = column[::-1], values[..., ::-1]
-    for name, nodes in (("time", times), ("depth", depth), ("latitude", row), ("longitude", column)):
-        if not np.all(np.isfinite(nodes)) or np.any(np.diff(nodes) <= 0):
+    blocks = [_values(v, label, path, picked, order) for (label, _), v in zip(quantities, variables, strict=True)]
+    values, filled = np.stack([b for b, _ in blocks]), max(gaps for _, gaps in blocks)
+    nodes: list[NDArray[np.float64]] = [times, depth, row[rows], column[columns]]
+    for axis, (name, line) in enumerate(zip(_AXES, tuple(nodes), strict=True)):
+        if axis > 0 and len(line) > 1 and line[0] > line[-1]:
+            nodes[axis], values = line[::-1], np.flip(values, axis + 1)
+        if not np.all(np.isfinite(line)) or np.any(np.diff(nodes[axis]) <= 0):
             raise ScenarioError(f"{path}: the coordinate of {name} does not increase from entry to entry")
-    return GriddedData(np.ascontiguousarray(values), times, depth, row, column, metric, gaps, covers)
+    t, z, y, x = nodes
+    return GriddedData(np.ascontiguousarray(values), t, z, y, x, metric, filled, covers)
+
+
+def _values(
+    variable: Any, label: str, path: Path, picked: dict[Any, slice], order: list[str | None]
+) -> tuple[NDArray[np.float64], float]:
+    """A variable in the window, `(times, depths, rows, columns)` in our units, and the share of it that was open."""
+    block = variable.isel(picked).transpose(*[d for d in order if d is not None])
+    values = np.array(block.values, dtype=np.float64)
+    for position, dimension in enumerate(order):
+        if dimension is None:
+            values = np.expand_dims(values, position)
+    values = _scale(values, label, variable, path)
+    missing = ~np.isfinite(values)
+    if missing.all():
+        raise ScenarioError(f"{path}: {variable.name!r} has no value in the world's window")
+    return _fill(values, missing, zero=label in ("east", "north", "up")), float(missing.mean())
 
 
 def _find(data: Any, path: Path, label: str, name: str | None) -> Any:
