@@ -88,7 +88,7 @@ def steering_matrix(azimuths: NDArray[np.float64], width_rad: float, shading: st
     return np.asarray(response / np.sqrt((response**2).sum(axis=1, keepdims=True)), dtype=np.float32)
 
 
-def energy_reach(steering: NDArray[np.float32], *, lost: float = 0.02) -> int:
+def energy_reach(steering: NDArray[np.float32], *, lost: float = 0.03) -> int:
     """Neighbours on each side that hold all but the fraction `lost` of the power of every row of a steering matrix."""
     power = steering.astype(np.float64) ** 2
     reach: int = steering.shape[1] // 2

@@ -29,12 +29,12 @@ def form_beams(field: Field, steering: Array, *, reach: int, energy_reach: int, 
         field: cells, one beam a sector.
         steering: `Float` `(beams, 2 reach + 1)`, amplitude weights, 0 for neighbours that do not exist.
         reach: neighbours on each side.
-        energy_reach: neighbours on each side that add to the mean energy.
+        energy_reach: neighbours on each side that add to the mean energy, which is scaled up for the rest.
         beams, bins: size of an image.
     """
     cell = dr.arange(jit.Int32, dr.width(field.real))
     first = jit.UInt32(cell // bins % beams) * (2 * reach + 1)
-    real, imaginary, energy = jit.Float(0), jit.Float(0), jit.Float(0)
+    real, imaginary, energy, captured = jit.Float(0), jit.Float(0), jit.Float(0), jit.Float(0)
     for k in range(2 * reach + 1):
         shift = k - reach
         there = jit.UInt32(dr.clip(cell + shift * bins, 0, dr.width(field.real) - 1))
@@ -43,7 +43,8 @@ def form_beams(field: Field, steering: Array, *, reach: int, energy_reach: int, 
         imaginary = dr.fma(weight, dr.gather(jit.Float, field.imaginary, there), imaginary)
         if abs(shift) <= energy_reach:
             energy = dr.fma(weight * weight, dr.gather(jit.Float, field.energy, there), energy)
-    return Field(real, imaginary, energy)
+            captured = dr.fma(weight, weight, captured)
+    return Field(real, imaginary, energy / captured)
 
 
 def spread_pulse(field: Field, pulse: Array, *, count: int, bins: int) -> Field:
@@ -61,4 +62,5 @@ def spread_pulse(field: Field, pulse: Array, *, count: int, bins: int) -> Field:
         real = dr.fma(weight, dr.gather(jit.Float, field.real, there, inside), real)
         imaginary = dr.fma(weight, dr.gather(jit.Float, field.imaginary, there, inside), imaginary)
         energy = dr.fma(weight * weight, dr.gather(jit.Float, field.energy, there, inside), energy)
+    dr.eval(real, imaginary, energy)  # else every neighbour's pulse is computed again for every beam that hears it
     return Field(real, imaginary, energy)

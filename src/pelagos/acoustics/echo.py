@@ -84,15 +84,18 @@ def strip_span(
     return near + shift, far + shift, direction - along * slope
 
 
-def overlap(low: Array, high: Array, near: Array, far: Array, ramp: Array) -> Array:
-    """Length of `[low, high]` in `[near, far]`, whose edges are ramps of half width `ramp` so that neighbours blend."""
-    return (_ramp(high, near, ramp) - _ramp(low, near, ramp)) - (_ramp(high, far, ramp) - _ramp(low, far, ramp))
+def _covered(x: Array, near: Array, far: Array, ramp: Array, inverse: Array) -> Array:
+    """Length of `[near, far]` below x; its edges are ramps of half width `ramp`, so that neighbours blend.
+
+    `inverse` is 1/(2 ramp).
+    """
+    return _ramp(x - near, ramp, inverse) - _ramp(x - far, ramp, inverse)
 
 
-def _ramp(x: Array, edge: Array, ramp: Array) -> Array:
-    """Integral up to x of a step at `edge` that rises linearly over `edge` +- `ramp`."""
-    s = dr.clip((x - edge + ramp) / (2.0 * ramp), 0.0, 1.0)
-    return ramp * s * s + dr.maximum(x - edge - ramp, 0.0)
+def _ramp(x: Array, ramp: Array, inverse: Array) -> Array:
+    """Integral up to x of a step at 0 that rises linearly over +- `ramp`."""
+    s = dr.clip((x + ramp) * inverse, 0.0, 1.0)
+    return ramp * s * s + dr.maximum(x - ramp, 0.0)
 
 
 def accumulate(
@@ -150,10 +153,13 @@ def accumulate(
     energy = dr.zeros(jit.UInt64, cells)
     strongest = dr.zeros(jit.UInt64, cells) if tags else None
 
-    def more(b: Array) -> Array:
+    inverse_ramp = 0.5 / ramp
+    below = dr.maximum(_covered(jit.Float(first), start, stop, ramp, inverse_ramp), 0.0)
+
+    def more(b: Array, below: Array) -> Array:
         return inside & (b <= last)
 
-    def add(b: Array) -> tuple[Array]:
+    def add(b: Array, below: Array) -> tuple[Array, Array]:
         low = dr.maximum(start - ramp, jit.Float(b))
         high = dr.minimum(stop + ramp, jit.Float(b) + 1.0)
         reach = first_range + 0.5 * (low + high) * bin_width
@@ -161,12 +167,13 @@ def accumulate(
         cell = dr.floor(moved)
         x, y, z = (base[i] + jit.Int32(cell[i]) for i in range(3))
         word = facet_hash(x, y, z, patches.instance, seed)
-        size, turn = facet_amplitude(word)
+        strength, turn = facet_amplitude(word)
         middle = cell - part + (facet_place(word) if scattered else 0.5)
         turn -= dr.norm(middle) * facet * wave_cycles
         sine, cosine = dr.sincos(2.0 * dr.pi * (turn - dr.floor(turn)))
-        power = share * dr.maximum(overlap(low, high, start, stop, ramp), 0.0) * (patches.distance / reach) ** decay
-        scaled = dr.minimum(dr.sqrt(power) * size, _LARGEST) * AMPLITUDE_STEPS
+        upto = _covered(jit.Float(b) + 1.0, start, stop, ramp, inverse_ramp)
+        power = share * dr.maximum(upto - below, 0.0) * (patches.distance / reach) ** decay
+        scaled = dr.minimum(dr.sqrt(power * strength), _LARGEST) * AMPLITUDE_STEPS
         real, imaginary = jit.Int32(scaled * cosine), jit.Int32(scaled * sine)
         word64 = (jit.UInt64(jit.Int64(real)) << 32) + jit.UInt64(jit.Int64(imaginary))
         index = patches.row + jit.UInt32(b)
@@ -181,9 +188,9 @@ def accumulate(
         if tags:
             found = tag(power, patches.label, patches.instance)
             dr.scatter_reduce(dr.ReduceOp.Max, strongest, found, index, inside & (power > 0.0))
-        return (b + 1,)
+        return b + 1, upto
 
-    dr.while_loop((first,), more, add, mode="symbolic", labels=("bin",))
+    dr.while_loop((first, below), more, add, mode="symbolic", labels=("bin", "covered"))
     low_half = jit.Int32(jit.UInt32(signal & 0xFFFFFFFF))
     high_half = jit.Int32(jit.UInt32((signal - jit.UInt64(jit.Int64(low_half))) >> 32))
     scale = 1.0 / AMPLITUDE_STEPS

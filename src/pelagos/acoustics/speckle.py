@@ -39,9 +39,8 @@ def scramble(h: Array) -> Array:
 
 
 def facet_amplitude(word: Array) -> tuple[Array, Array]:
-    """Complex Gaussian amplitude of unit mean power for a facet's hash, as its size and its phase in cycles."""
-    size = dr.sqrt(-dr.log(uniform32(word)))
-    return size, uniform32(scramble(word + 0x9E3779B9))
+    """Complex Gaussian amplitude of unit mean power for a facet's hash, as its power and its phase in cycles."""
+    return -dr.log(uniform32(word)), uniform32(scramble(word + 0x9E3779B9))
 
 
 def facet_place(word: Array) -> Array:
