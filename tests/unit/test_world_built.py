@@ -106,7 +106,10 @@ def test_contradictions_are_refused():
         world_config({"type": "built", "things": [{"shape": "file"}]})
 
 
-@pytest.mark.parametrize("name", CLASSICS)
+LARGE = {"dam", "open_water", "pier_harbor"}
+
+
+@pytest.mark.parametrize("name", [pytest.param(n, marks=pytest.mark.slow if n in LARGE else ()) for n in CLASSICS])
 def test_classics_build_and_have_free_water_or_air(name):
     world = ClassicConfig(name=name).build()
     start = {"open_water": (0, 0, -150), "rooms": (-3, 3, 1), "tank": (0, 0, -2)}.get(name, (-20, 10, -5))
