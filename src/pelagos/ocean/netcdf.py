@@ -148,10 +148,10 @@ def _read(data: Any, path: Path, quantities: Any, start: str | None, windows: Wi
     blocks = [_values(v, label, path, picked, order) for (label, _), v in zip(quantities, variables, strict=True)]
     values, filled = np.stack([b for b, _ in blocks]), max(gaps for _, gaps in blocks)
     nodes: list[NDArray[np.float64]] = [times, depth, row[rows], column[columns]]
-    for axis, (name, line) in enumerate(zip(_AXES, tuple(nodes), strict=True)):
-        if axis > 0 and len(line) > 1 and line[0] > line[-1]:
-            nodes[axis], values = line[::-1], np.flip(values, axis + 1)
-        if not np.all(np.isfinite(line)) or np.any(np.diff(nodes[axis]) <= 0):
+    for k, (name, line) in enumerate(zip(_AXES, tuple(nodes), strict=True)):
+        if k > 0 and len(line) > 1 and line[0] > line[-1]:
+            nodes[k], values = line[::-1], np.flip(values, k + 1)
+        if not np.all(np.isfinite(line)) or np.any(np.diff(nodes[k]) <= 0):
             raise ScenarioError(f"{path}: the coordinate of {name} does not increase from entry to entry")
     t, z, y, x = nodes
     return GriddedData(np.ascontiguousarray(values), t, z, y, x, metric, filled, covers)
