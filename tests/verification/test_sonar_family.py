@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -10,6 +11,7 @@ from pydantic import ValidationError
 from sonar_scenes import DT_NS, PLAIN, LayeredWater, at, box, context, plane, sphere
 
 from pelagos import jit
+from pelagos.errors import ValidityWarning
 from pelagos.sensors.adcp import Adcp, AdcpConfig
 from pelagos.sensors.dvl import Dvl, DvlConfig
 from pelagos.sensors.imaging_sonar import ImagingSonar, ImagingSonarConfig
@@ -19,6 +21,7 @@ from pelagos.sensors.profiling_sonar import ProfilingSonar, ProfilingSonarConfig
 from pelagos.sensors.sidescan import Sidescan, SidescanConfig
 from pelagos.sensors.singlebeam import Singlebeam, SinglebeamConfig
 from pelagos.sensors.synthetic_aperture_sonar import SyntheticApertureSonar, SyntheticApertureSonarConfig
+from pelagos.world.material import MATERIALS
 
 QUIET = {"self_noise_db": -200.0, "source_level_db": 300.0, "wind_speed_mps": 0.0, "scale": "linear"}
 DEEP = -200.0  # keeps the sea surface out of the picture
@@ -204,6 +207,38 @@ class TestAdcp:
         assert found[0] == pytest.approx([1.0, 0.2, 0.1], abs=1e-9)
 
 
+class TestTargets:
+    @pytest.mark.parametrize("radius", [0.5, 1.0, 2.0])
+    def test_rigid_sphere_has_its_target_strength(self, radius):
+        """20 log10(a/2), and 20 log10(d/R) for the divergence of the wave: d to the highlight, R to the centre.
+
+        By geometrical optics the reflection of a spherical wave has the amplitude a/(2 d R) at the source; specular
+        facets of slope s return the same power, to O(s^2).
+        """
+        mirror = replace(PLAIN, density_ratio=1e6, sound_speed_ratio=1.0, lambert_db=-200.0)
+        config = ImagingSonarConfig(
+            beams=128, bins=400, range_min_m=20.0, range_max_m=30.0, horizontal_aperture_deg=12.0, rays_per_beam=1500,
+            vertical_beamwidth_deg=40.0, beamwidth_deg=0.25, side_lobe_beams=0, **QUIET,
+        )  # fmt: skip
+        s = ImagingSonar(config, context([sphere((25.0, 0, DEEP), radius)], materials=(mirror,)))
+        truth = s.sense(at(0, 0, DEEP)).truth[0]
+        cell = math.radians(12.0) / 128 * config.bin_width_m
+        section = (truth * s.tables["range"] * cell).sum()  # gain 30 log r taken to 40 log r
+        expected = 20 * math.log10(radius / 2) + 20 * math.log10((25.0 - radius) / 25.0)
+        assert 10 * math.log10(section) == pytest.approx(expected, abs=0.12)  # s^2 = 0.014: 0.06 dB
+
+    def test_a_plate_square_on_is_brighter_than_one_that_is_turned(self):
+        levels = []
+        for yaw in (0.0, 0.3):
+            mesh = box((25.0, 0, DEEP), (0.1, 2.0, 2.0))
+            c, sn = math.cos(yaw), math.sin(yaw)
+            turned = (mesh.vertices - [25, 0, DEEP]) @ np.array([[c, sn, 0], [-sn, c, 0], [0, 0, 1]]) + [25, 0, DEEP]
+            steel = context([replace(mesh, vertices=turned)], materials=(MATERIALS["steel"],))
+            s = ImagingSonar(ImagingSonarConfig(beams=65, bins=600, side_lobe_beams=0, **QUIET), steel)
+            levels.append(s.sense(at(0, 0, DEEP)).truth[0].sum())
+        assert 10 * math.log10(levels[0] / levels[1]) > 8.0
+
+
 class TestEffects:
     def imaging(self, geometries, ocean=None, **options):
         config = ImagingSonarConfig(**({"beams": 33, "bins": 600, "range_max_m": 60.0} | QUIET | options))
@@ -305,3 +340,13 @@ def test_lanes_equal_singles_and_every_sonar_explains_itself(kind):
     np.testing.assert_array_equal(pair.data[0], alone.data[0])
     told = one.explain(lanes([40], position=[[0, 0, DEEP]], **motion))
     assert len(told) >= 4
+
+
+def test_bins_finer_than_the_pulse_give_a_warning():
+    with pytest.warns(ValidityWarning, match="finer than the pulse"):
+        Singlebeam(SinglebeamConfig(range_max_m=5.0, bins=4096, bandwidth_hz=5e3), context([below(3.0)]))
+
+
+def test_a_frequency_outside_of_the_absorptions_fit_gives_a_warning():
+    with pytest.warns(ValidityWarning, match="Francois"):
+        Singlebeam(SinglebeamConfig(frequency_hz=3e6), context([below(3.0)]))

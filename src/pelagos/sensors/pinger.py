@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import warnings
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, Final
@@ -18,6 +19,7 @@ from pelagos.acoustics.echo import Patches, accumulate
 from pelagos.acoustics.pulse import point_spread, range_resolution
 from pelagos.acoustics.spreading import from_db, time_varied_gain, to_db
 from pelagos.acoustics.target_tag import untag
+from pelagos.errors import ValidityWarning
 from pelagos.jit import Array
 from pelagos.math.so3 import multiply, rotate
 from pelagos.raycast.scene import Tables
@@ -31,6 +33,7 @@ from pelagos.sensors.scattering import Surfaces
 from pelagos.sensors.sensor import Kinematics, Measurement, SensorContext
 from pelagos.sensors.sounder import Sounder
 
+_FINEST: Final = 16.0  # bins in one resolution of the pulse beyond which a finer division says nothing
 _STRIP_DECAY: Final = 2  # Lambert bottom under 30 log r: energy per range falls as r^-2 along a strip
 
 
@@ -76,7 +79,13 @@ class Pinger:
             config, context, rays, frequency_hz=config.frequency_hz, ph=config.ph, wind_speed=config.wind_speed_mps,
             texture_db=config.texture_db,
         )  # fmt: skip
-        pulse = point_spread(config.bin_width_m, range_resolution(1500.0, config.bandwidth_hz))
+        resolution = range_resolution(1500.0, config.bandwidth_hz)
+        if config.bin_width_m < resolution / _FINEST:
+            message = f"{context.path}: bins of {config.bin_width_m:.3g} m are finer than the pulse resolves, " + (
+                f"{resolution:.3g} m at a bandwidth of {config.bandwidth_hz:g} Hz"
+            )
+            warnings.warn(message, ValidityWarning, stacklevel=3)
+        pulse = point_spread(config.bin_width_m, resolution)
         steering = np.ones((layout.beams, 1), np.float32) if layout.steering is None else layout.steering
         self._pulse_count = len(pulse)
         self._reach = (steering.shape[1] // 2, energy_reach(steering))
