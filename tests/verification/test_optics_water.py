@@ -92,13 +92,22 @@ def test_blue_is_lost_first_of_all_in_9c():
 
 
 @pytest.mark.parametrize("name", JERLOV_TYPES)
-def test_irradiance_against_depth_is_kd(name: str):
-    """Plane irradiance, beam and diffuse together, falls with Kd: to rounding of float32."""
+@pytest.mark.parametrize("elevation_deg", [90, 30])
+def test_irradiance_against_depth_is_kd_along_the_way_of_light(name: str, elevation_deg: float):
+    """Plane irradiance, beam and diffuse together, falls as Gordon and Kirk say: to rounding of float32."""
     water = water_optics(name)
     depth = jit.Float([1.0, 5.0, 20.0])
-    here = light_at_depth(daylight(math.radians(60)).arrays(), water.arrays(), depth)
+    sun = daylight(math.radians(elevation_deg))
+    here = light_at_depth(sun.arrays(), water.arrays(), depth)
     plane = numbers(here.beam * here.towards_sun.z + here.diffuse)
-    expected = np.exp(np.outer(water.downwelling, [4.0, 15.0]))
+    sine = math.sin(math.radians(elevation_deg))
+    mu = math.sqrt(1 - (1 - sine**2) / REFRACTIVE_INDEX**2)
+    beam = np.array(sun.sun) * sine * (1 - float(fresnel(jit.Float64(sine), REFRACTIVE_INDEX)[0]))
+    sky = np.array(sun.sky) * 0.934
+    way = (beam / mu + 1.197 * sky) / (beam + sky)
+    a, b = np.array(water.absorption), np.array(water.scattering)
+    way = way * np.sqrt((a + (0.425 / way - 0.19) * b) / (a + 0.235 * b))
+    expected = np.exp(np.outer(way * water.downwelling, [4.0, 15.0]))
     assert plane[:, :1] / plane[:, 1:2] == pytest.approx(expected[:, :1], rel=1e-4)
     assert plane[:, 1:2] / plane[:, 2:] == pytest.approx(expected[:, 1:], rel=1e-4)
 
@@ -136,23 +145,23 @@ def test_two_distances_give_back_the_attenuation():
 def test_no_distance_gives_the_surface_and_all_distance_the_veil():
     water = some_water().arrays()
     assert numbers(sharp_transmission(water, jit.Float(0))) == pytest.approx([1, 1, 1])
-    assert numbers(veil_length(water, jit.Float(0), jit.Float(0))) == pytest.approx([0, 0, 0])
-    far = numbers(veil_length(water, jit.Float(0), jit.Float(1e4)))
-    assert far == pytest.approx(1 / np.array(numbers(water.absorption + water.backscatter)), rel=1e-5)
+    assert numbers(veil_length(water, water.downwelling, jit.Float(0), jit.Float(0))) == pytest.approx([0, 0, 0])
+    far = numbers(veil_length(water, water.downwelling, jit.Float(0), jit.Float(1e4)))
+    assert far == pytest.approx(1 / np.array(numbers(water.absorption + water.turning)), rel=1e-5)
     assert numbers(sharp_transmission(water, jit.Float(1e4))) == pytest.approx([0, 0, 0])
 
 
 def test_veil_is_the_integral_along_the_ray():
     """Against the trapezoid rule, up and down; 4000 steps leave (k h)^2 / 12 < 1e-6."""
     water = some_water()
-    k = np.array(water.absorption) + np.array(water.backscatter)
+    k = np.array(water.absorption) + numbers(water.arrays().turning)
     s = np.linspace(0, 12, 4001)
     for rise in (-1.0, -0.3, 0.0, 0.6, 1.0):
         rate = k - np.array(water.downwelling) * rise
         expected = np.trapezoid(np.exp(-np.outer(rate, s)), s, axis=1)
-        assert numbers(veil_length(water.arrays(), jit.Float(rise), jit.Float(12.0))) == pytest.approx(
-            expected, rel=1e-4
-        )
+        w = water.arrays()
+        got = numbers(veil_length(w, w.downwelling, jit.Float(rise), jit.Float(12.0)))
+        assert got == pytest.approx(expected, rel=1e-4)
 
 
 @pytest.mark.parametrize("g", [0.0, 0.5, 0.924])

@@ -50,11 +50,16 @@ def lamp_illuminance(lamp: Beam, water: WaterArrays, point: Array, normal: Array
         point: `Array3f`, relative to the camera, world axes [m].
         normal: `Array3f`, unit normal of the surface.
     """
+    across, direction, _ = lamp_beam_at(lamp, water.absorption + water.backscatter, point)
+    return across * dr.maximum(dr.dot(normal, direction), 0)
+
+
+def lamp_beam_at(lamp: Beam, loss: Array, point: Array) -> tuple[Array, Array, Array]:
+    """Irradiance across the beam at a point with `loss` [1/m] on the way [lx], direction to the lamp, distance [m]."""
     to_lamp = lamp.position - point
     r = dr.maximum(dr.norm(to_lamp), _NEAREST)
     direction = to_lamp / r
-    falling = dr.maximum(dr.dot(normal, direction), 0)
-    return _arriving(lamp, water, direction, r) * falling
+    return lamp.intensity * _cone(lamp, direction) * dr.exp(-loss * r) / (r * r), direction, r
 
 
 def lamp_backscatter(lamp: Beam, water: WaterArrays, direction: Array, reach: Array) -> Array:
@@ -85,10 +90,6 @@ def lamp_backscatter(lamp: Beam, water: WaterArrays, direction: Array, reach: Ar
         # ds = off_axis (1 + tan^2) d(angle) = r^2 / off_axis d(angle): the r^2 of spreading cancels
         total += _cone(lamp, to_lamp) * dr.exp(-keep * (r + dr.maximum(s, 0))) * beta * (step / off_axis)
     return total * lamp.intensity
-
-
-def _arriving(lamp: Beam, water: WaterArrays, to_lamp: Array, r: Array) -> Array:
-    return lamp.intensity * _cone(lamp, to_lamp) * dr.exp(-(water.absorption + water.backscatter) * r) / (r * r)
 
 
 def _cone(lamp: Beam, to_lamp: Array) -> Array:

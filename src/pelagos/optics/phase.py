@@ -21,6 +21,12 @@ def henyey_greenstein(cosine: Array, g: Array) -> Array:
     return (1 - g * g) / (4 * math.pi) * dr.rcp(q * dr.sqrt(q))
 
 
+def sample_henyey_greenstein(u: Array, g: float) -> Array:
+    """Cosine of the angle by the inverse of the cumulative function, for u uniform in 0 .. 1."""
+    s = (1 - g * g) / (1 - g + 2 * g * u)
+    return dr.clip((1 + g * g - s * s) / (2 * g), -1, 1)
+
+
 def henyey_greenstein_backward(g: float) -> float:
     """Share of the light scattered by more than 90 degrees."""
     return (1 - g) / (2 * g) * ((1 + g) / math.sqrt(1 + g * g) - 1)

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import cache
 from typing import Final
 
 import drjit as dr
@@ -17,12 +18,23 @@ from pelagos import jit
 from pelagos.jit import Array
 from pelagos.optics.interface import DIFFUSE_TRANSMITTANCE, fresnel, sun_below_surface
 from pelagos.optics.phase import henyey_greenstein
-from pelagos.optics.water import CHANNELS_NM, MEAN_COSINE, REFRACTIVE_INDEX, Triple, WaterArrays
+from pelagos.optics.water import (
+    CHANNELS_NM,
+    FORWARD_PEAK,
+    MEAN_COSINE,
+    REFRACTIVE_INDEX,
+    SCALED_COSINE,
+    Triple,
+    WaterArrays,
+)
 
 _EXTRATERRESTRIAL_LUX: Final = 133_800.0  # solar illuminance constant
 _AEROSOL: Final = 0.12  # vertical optical thickness at 550 nm, clear maritime air; assumed
 _MOLECULES: Final = 0.0796  # [1/sr], nearly isotropic: 1 / (4 pi)
 _SKY_SPREAD: Final = 0.8  # mean cosine of diffuse light under water about the zenith; assumed
+_AGAIN: Final = 1.4
+_SKY_WAY: Final = 1.197  # D0 of a uniform sky, Gordon 1989
+_SKY_TINT: Final = (0.75, 0.95, 1.25)  # of the clear sky overhead, red, green, blue; assumed
 UPWELLING_FLOOR: Final = 0.06  # irradiance from below over irradiance from above where the water adds nothing; assumed
 
 
@@ -117,6 +129,19 @@ def _times(a: list[float], b: list[float]) -> Triple:
     return r, g, bl
 
 
+def _sky_shape(up: Array, tint: float) -> Array:
+    """How bright the sky is at an elevation of sine `up`: tinted overhead, pale at the horizon; assumed."""
+    horizon = dr.exp(-6 * up)
+    return tint * (1 - 0.2 * up) * (1 - 0.6 * horizon) + 0.95 * horizon
+
+
+@cache
+def _sky_mean(tint: float) -> float:
+    """Mean of `_sky_shape` over a horizontal surface's hemisphere, weighted by the cosine."""
+    steps = [(k + 0.5) / 400 for k in range(400)]
+    return sum(float(_sky_shape(u, tint)) * 2 * u for u in steps) / 400
+
+
 @dataclass
 class LightAtDepth:
     """Light in the water at one depth, a Dr.Jit struct.
@@ -126,6 +151,7 @@ class LightAtDepth:
         beam: `Array3f`, irradiance across what is still a beam [lx].
         diffuse: `Array3f`, irradiance on a horizontal surface of the light that no longer is [lx].
         upwelling: `Array3f`, irradiance from below on a horizontal surface [lx].
+        attenuation: `Array3f`, of irradiance from above against depth [1/m].
         sharpness: `Float`, 0 .. 1: how much of the pattern of the waves is left in the beam.
     """
 
@@ -133,11 +159,12 @@ class LightAtDepth:
     beam: Array
     diffuse: Array
     upwelling: Array
+    attenuation: Array
     sharpness: Array
 
 
 def light_at_depth(light: LightArrays, water: WaterArrays, depth: Array) -> LightAtDepth:
-    """What a depth gets of sun and sky: Ed(z) = Ed(0) exp(-Kd z), split into beam and diffuse light.
+    """What a depth gets of sun and sky: Ed(z) = Ed(0) exp(-Kd D0 z), split into beam and diffuse light.
 
     A beam forgets its direction over the transport length 1 / (b_w + b_p (1 - g)); the fine pattern of the waves is
     lost over a quarter of the scattering length's inverse (scattering by a few degrees; assumed).
@@ -154,7 +181,8 @@ def light_at_depth(light: LightArrays, water: WaterArrays, depth: Array) -> Ligh
     through = (1 - fresnel(mu_air, REFRACTIVE_INDEX)) * mu_air
     plane_beam = light.sun * dr.select(wet, through, mu_air)
     plane_sky = light.sky * dr.select(wet, DIFFUSE_TRANSMITTANCE, 1)
-    decay = dr.exp(-water.downwelling * below)
+    attenuation = water.downwelling * obliqueness(water, plane_beam, plane_sky, sun_w.z)
+    decay = dr.exp(-attenuation * below)
     b_green = water.particle_scattering.y
     kept = dr.exp(-(water.water_scattering + (1 - MEAN_COSINE) * water.particle_scattering) * below / sun_w.z)
     beam_share = plane_beam * decay * kept
@@ -165,27 +193,49 @@ def light_at_depth(light: LightArrays, water: WaterArrays, depth: Array) -> Ligh
         beam=beam_share / dr.select(wet, sun_w.z, dr.maximum(mu_air, 1e-3)),
         diffuse=diffuse,
         upwelling=(plane_beam + plane_sky) * decay * (UPWELLING_FLOOR + reflectance),
+        attenuation=attenuation,
         sharpness=dr.select(wet, dr.exp(-0.25 * b_green * below), 0),
     )
 
 
-def scattered_daylight(light: LightArrays, water: WaterArrays, depth: Array, direction: Array) -> Array:
+def obliqueness(water: WaterArrays, beam: Array, sky: Array, mu: Array) -> Array:
+    """How much faster daylight falls with depth than light from the zenith would, `Array3f`.
+
+    In clear water D0, the mean way over the depth (H. R. Gordon, Limnol. Oceanogr. 34:1389, 1989, doi
+    10.4319/lo.1989.34.8.1389); scattering evens the directions out, sqrt((a + G(m) b) / (a + G(1) b)) / m with m = 1
+    / D0 and G(m) = 0.425 m - 0.190 (J. T. O. Kirk 1984, equation 14). Jerlov's types are taken to state attenuation
+    from the zenith.
+
+    Args:
+        water: its optics.
+        beam, sky: irradiance on a horizontal surface below the sea surface, `Array3f`.
+        mu: cosine of the refracted sun's angle to the zenith.
+    """
+    d0 = (beam / mu + _SKY_WAY * sky) / dr.maximum(beam + sky, 1e-12)
+    oblique = 0.425 / d0 - 0.190
+    a, b = water.absorption, water.scattering
+    return d0 * dr.sqrt((a + oblique * b) / (a + (0.425 - 0.190) * b))
+
+
+def scattered_daylight(here: LightAtDepth, water: WaterArrays, direction: Array) -> Array:
     """Radiance that a metre of water sends towards the eye from sun and sky, `Array3f` [cd/m^2 per m].
 
+    Scattered once in the scaled medium (`WaterArrays.turning`), where the forward peak counts as not scattered at
+    all. Light scattered again adds 1 / (1 - w^1.4) with the scaled medium's single scattering albedo w, a fit to path
+    tracing in types I, 1C and 3C (gains 1.0, 1.2 and 1.9).
     Light from below is left out: what comes from surfaces and is scattered forward counts as their image (`transport`).
 
     Args:
-        light, water: see `light_at_depth`.
-        depth: of that metre [m].
+        here: light at that place.
+        water: its optics.
         direction: of sight, away from the eye.
     """
-    here = light_at_depth(light, water, depth)
     to_sun = dr.dot(direction, here.towards_sun)
-    from_zenith = direction.z
-    beam = water.water_scattering * _MOLECULES + water.particle_scattering * henyey_greenstein(to_sun, MEAN_COSINE)
-    cone = MEAN_COSINE * _SKY_SPREAD
-    sky = water.water_scattering * _MOLECULES + water.particle_scattering * henyey_greenstein(from_zenith, cone)
-    return here.beam * beam + 1.2 * here.diffuse * sky
+    particles = (1 - FORWARD_PEAK) * water.particle_scattering
+    beam = water.water_scattering * _MOLECULES + particles * henyey_greenstein(to_sun, SCALED_COSINE)
+    sky = water.water_scattering * _MOLECULES + particles * henyey_greenstein(direction.z, SCALED_COSINE * _SKY_SPREAD)
+    albedo = water.turning / (water.absorption + water.turning)
+    return (here.beam * beam + 1.2 * here.diffuse * sky) / (1 - dr.power(albedo, _AGAIN))
 
 
 def sky_radiance(light: LightArrays, direction: Array, *, glare: float = 1.0) -> Array:
@@ -197,10 +247,8 @@ def sky_radiance(light: LightArrays, direction: Array, *, glare: float = 1.0) ->
         glare: share of the sun's own light that is let in, spread over its aureole.
     """
     up = dr.clip(direction.z, 0, 1)
-    mean = light.sky / math.pi
-    horizon = dr.exp(-6 * up)
-    blue = jit.Array3f(0.75, 0.95, 1.25)  # clear sky away from the horizon, relative to its mean; assumed
-    base = mean * (blue * (0.8 + 0.2 * (1 - up)) * (1 - 0.6 * horizon) + 0.95 * horizon)
+    shape = jit.Array3f(*(_sky_shape(up, tint) / _sky_mean(tint) for tint in _SKY_TINT))
+    base = light.sky / math.pi * shape
     near_sun = dr.clip(dr.dot(direction, light.towards_sun), -1, 1)
     aureole = 0.02 * henyey_greenstein(near_sun, 0.9) + 0.012 * henyey_greenstein(near_sun, 0.985)
     return base + glare * light.sun * aureole

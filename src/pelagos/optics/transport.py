@@ -10,7 +10,8 @@ beam transmissometer with its acceptance of a degree, see as attenuation. Light 
 arrives near its place, T_1 = e^{-(a + b / 2) z}, and light scattered forward by more arrives farther off, T_2 =
 e^{-(a + b_b) z}: B. L. McGlamery, Proc. SPIE 208:221 (1979), J. S. Jaffe 1990 (doi 10.1109/48.50695). The last term
 is veiling light with its own rate, as D. Akkaynak and T. Treibitz 2018 (doi 10.1109/CVPR.2018.00703) ask for: along a
-ray that rises with slope d_z the light that fills the water changes with exp(Kd d_z s), so kappa = a + b_b - Kd d_z.
+ray that rises with slope d_z the light that fills the water changes with exp(Kd d_z s), so kappa = a + b_t - Kd d_z,
+with the scattering b_t that turns light (see `WaterArrays.turning`).
 """
 
 from __future__ import annotations
@@ -41,15 +42,16 @@ def total_transmission(water: WaterArrays, distance: Array) -> Array:
     return dr.exp(-(water.absorption + water.backscatter) * distance)
 
 
-def veil_length(water: WaterArrays, rise: Array, distance: Array) -> Array:
+def veil_length(water: WaterArrays, downward: Array, rise: Array, distance: Array) -> Array:
     """(1 - e^{-kappa z}) / kappa [m], `Array3f`: how many metres' worth of the light scattered at the eye is added.
 
     Args:
         water: its optics.
+        downward: attenuation of daylight against depth, `Array3f` [1/m].
         rise: upward component of the unit line of sight.
         distance: in water [m].
     """
-    kappa = water.absorption + water.backscatter - water.downwelling * rise
+    kappa = water.absorption + water.turning - downward * rise
     x = kappa * distance
     small = dr.abs(x) < 1e-3
     return dr.select(small, distance * (1 - 0.5 * x), (1 - dr.exp(-x)) / dr.select(small, 1, kappa))

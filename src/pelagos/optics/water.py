@@ -38,6 +38,8 @@ REFRACTIVE_INDEX: Final = (
 )
 PARTICLE_BACKSCATTER: Final = 0.0183  # share of b_p, Petzold's average particle
 MEAN_COSINE: Final = 0.924  # of the same phase function
+FORWARD_PEAK: Final = MEAN_COSINE**2  # share of scattering that the scaled medium counts as going straight on
+SCALED_COSINE: Final = MEAN_COSINE / (1 + MEAN_COSINE)  # mean cosine of the rest
 KIRK_G: Final = 0.256  # for light from the zenith
 
 CHANNELS_NM: Final[dict[str, tuple[float, float]]] = {
@@ -139,6 +141,11 @@ class WaterArrays:
     def attenuation(self) -> Array:
         """Beam attenuation c = a + b [1/m]."""
         return self.absorption + self.scattering
+
+    @property
+    def turning(self) -> Array:
+        """b_t [1/m]: scattering without the forward peak (J. H. Joseph, W. J. Wiscombe, J. A. Weinman 1976, delta-Eddington)."""
+        return self.water_scattering + (1 - FORWARD_PEAK) * self.particle_scattering
 
     @property
     def backscatter(self) -> Array:

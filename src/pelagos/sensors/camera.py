@@ -23,6 +23,7 @@ from pelagos.optics.lens import natural_vignette
 from pelagos.sensors.camera_sampling import Sample, sampled_rays, samples
 from pelagos.sensors.develop import balanced, developed, exposed, gathered, through_lens
 from pelagos.sensors.noise import opaque_key, stream_key
+from pelagos.sensors.path_tracing import path_traced
 from pelagos.sensors.pixels import Pixels, Tiling, pixels
 from pelagos.sensors.sensor import Kinematics, Measurement, SensorConfig, SensorContext
 from pelagos.sensors.shading import Radiance, look
@@ -35,7 +36,9 @@ class CameraConfig(LitViewConfig):
 
     type: Literal["camera"] = "camera"
     """The sensor's kind."""
-    samples: int = Field(default=1, ge=1, le=4096)
+    renderer: Literal["realtime", "reference"] = "realtime"
+    """`realtime`: direct light, analytic scattering. `reference`: path tracing, slow; grain falls with `samples`."""
+    samples: int = Field(default=1, ge=1, le=65536)
     """Rays per pixel. One is sharp everywhere; more smooth edges, and show `motion_blur` and the depth of field."""
     exposure: Literal["auto", "manual"] = "auto"
     """Whether the frame meters itself, or `shutter_s` and `iso` hold."""
@@ -133,7 +136,7 @@ class Camera:
         vignette = np.nan_to_num(natural_vignette(directions, config.vignette))
         self._vignette = jit.Float(self._view.tiling.arrange(vignette))
         self._surroundings = Surroundings(context)
-        self._key = opaque_key(stream_key(context.seed, context.path, "image"))
+        self._keys = tuple(opaque_key(stream_key(context.seed, context.path, k)) for k in ("image", "paths"))
         dr.make_opaque(self._vignette)
         self._ping = context.scene.compile(self._make)
 
@@ -146,40 +149,47 @@ class Camera:
         return self._view.explain(self._make, self._arguments(motion))
 
     def _arguments(self, motion: Kinematics) -> tuple[Any, ...]:
-        return *self._view.arguments(motion), self._surroundings.arguments(), self._vignette, self._key
+        return *self._view.arguments(motion), self._surroundings.arguments(), self._vignette, self._keys
 
     def _make(self, static: Any, moving: Any, trace: Trace | None = None) -> Callable[..., Any]:
         config, tiling = self.config, self._view.tiling
         sea = ripple(config.ripple)
 
         def frame(
-            tables: Any, lens: Any, motion: Kinematics, own: Array, light: Any, vignette: Array, key: Any
+            tables: Any, lens: Any, motion: Kinematics, own: Array, light: Any, vignette: Array, keys: Any
         ) -> tuple[Array, ...]:
             images = dr.width(motion.tick)
             where = pixels(tiling, images)
             scenery = scenery_of(tables, light, sea, motion, config)
             lamps = [lamp_beam(lamp, config, motion, where.image) for lamp in config.lamps]
 
-            def light_of(sample: Sample | None, exposure: Array) -> tuple[Radiance, Any]:
-                rays = sampled_rays(lens, where, motion, own, config, sample, exposure)
-                return look(static, moving, scenery, rays, where.image, lamps, pixel_angle(config))
+            angle = pixel_angle(config)
 
-            seen, hits = light_of(None, dr.zeros(jit.Float, images))
+            def light_of(sample: Sample, exposure: Array, number: Array) -> Radiance:
+                rays = sampled_rays(lens, where, motion, own, config, sample, exposure)
+                if config.renderer == "realtime":
+                    return look(static, moving, scenery, rays, where.image, lamps, angle)[0]
+                counter = pixel_counter(where, tiling, motion, number)
+                light = path_traced(static, moving, scenery, rays, where.image, lamps, angle, counter, keys[1])
+                return Radiance(light, *(dr.zeros(jit.Array3f, dr.width(where.ray)) for _ in range(3)))
+
+            centre = sampled_rays(lens, where, motion, own, config, None, dr.zeros(jit.Float, images))
+            seen, hits = look(static, moving, scenery, centre, where.image, lamps, angle)
             dr.eval(seen)  # once: sums over tiles follow, and would cast the rays again
             if trace is not None:
                 trace_light(trace, hits, seen)
             picture = gathered(seen, where, tiling, images)
-            if config.samples > 1:  # the middle of everything meters for the motion blur of the others
+            if config.samples > 1 or config.renderer == "reference":  # the middle meters for the others' motion blur
                 dr.eval(picture)
                 shutter, _ = exposed(picture, where, tiling, config, images)
-                seen = mean_light(light_of, shutter, where, tiling, motion, key, config)
+                seen = mean_light(light_of, shutter, where, tiling, motion, keys[0], config)
                 dr.eval(seen)
                 picture = gathered(seen, where, tiling, images)
             picture = through_lens(picture, where, tiling, config, vignette, images)
             dr.eval(picture)
             picture = balanced(picture, where, tiling, config)
             shutter, iso = exposed(picture, where, tiling, config, images)
-            data, truth = developed(picture, shutter, iso, where, tiling, config, motion, key, trace)
+            data, truth = developed(picture, shutter, iso, where, tiling, config, motion, keys[0], trace)
             return data, truth, shutter, iso
 
         return frame
@@ -200,7 +210,7 @@ class Camera:
 
 
 def mean_light(
-    light_of: Callable[[Sample, Array], tuple[Radiance, Any]],
+    light_of: Callable[[Sample, Array, Array], Radiance],
     exposure: Array,
     where: Pixels,
     tiling: Tiling,
@@ -212,13 +222,21 @@ def mean_light(
 
     def add(number: Array, sharp: Array, near: Array, far: Array, veil: Array) -> tuple[Array, ...]:
         sample = samples(config.samples, number, where, tiling, motion, key, config.aperture_blades)
-        seen, _ = light_of(sample, exposure)
+        seen = light_of(sample, exposure, number)
         return number + 1, sharp + seen.sharp, near + seen.near, far + seen.far, veil + seen.veil
 
     lanes = dr.width(where.ray)
     start = (jit.UInt32(0), *(dr.zeros(jit.Array3f, lanes) for _ in range(4)))
     sums = dr.while_loop(start, lambda number, *_: number < config.samples, add, mode="symbolic")[1:]
     return Radiance(*(s / config.samples for s in sums))
+
+
+def pixel_counter(
+    where: Pixels, tiling: Tiling, motion: Kinematics, number: Array
+) -> tuple[Array, Array, Array, Array]:
+    """Of random numbers: pixel, environment, tick, sample."""
+    environment, tick = (dr.gather(jit.UInt32, v, where.image) for v in (motion.environment, motion.tick))
+    return where.row * tiling.width + where.column, environment, tick, number
 
 
 def trace_light(trace: Trace, hits: Any, seen: Any) -> None:

@@ -130,8 +130,9 @@ def _surface_light(
 
 def _veil(scenery: Scenery, depth: Array, direction: Array, distance: Array) -> Array:
     """Daylight scattered into the line of sight."""
-    source = scattered_daylight(scenery.light, scenery.water, depth, direction)
-    return source * veil_length(scenery.water, direction.z, distance)
+    here = light_at_depth(scenery.light, scenery.water, depth)
+    source = scattered_daylight(here, scenery.water, direction)
+    return source * veil_length(scenery.water, here.attenuation, direction.z, distance)
 
 
 def _through_surface(scenery: Scenery, rays: Rays, reach: Array, lane: Array) -> tuple[Array, Array]:

@@ -5,7 +5,7 @@ has the water's temperature, and the sea shows its own and, at grazing angles, t
 temperature, plus what the sun adds.
 
 Power of the band is taken to go with the fourth power of temperature, as that of all heat radiation does (Stefan and
-Boltzmann): mixing emitted and reflected power that way stays within 0.3 K of Planck's law over 8-14 um between 260
+Boltzmann): mixing emitted and reflected power that way stays within 0.1 K of Planck's law over 8-14 um between 260
 and 320 K.
 """
 
