@@ -128,6 +128,17 @@ def test_world_must_be_covered(tmp_path: Path) -> None:
     build_ocean(OceanConfig.model_validate({"currents": {**config, "outside": "clamp"}}), world)
 
 
+def test_run_must_be_covered(tmp_path: Path) -> None:
+    path = write(tmp_path / "a.nc", dataset())
+    config = OceanConfig.model_validate(
+        {"currents": {"type": "gridded", "file": str(path), "start": "2024-05-01T06:00"}}
+    )
+    world = SimpleNamespace(origin=ORIGIN)
+    build_ocean(config, world, duration_s=6 * 3600)
+    with pytest.raises(ScenarioError, match="ends 21600 s after the start, and the run lasts 30000 s"):
+        build_ocean(config, world, duration_s=30_000)
+
+
 def test_land_is_still_and_scalars_are_filled_from_the_nearest(tmp_path: Path) -> None:
     data = dataset()
     land = np.zeros(data.uo.shape, dtype=bool)

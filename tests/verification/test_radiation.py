@@ -20,7 +20,7 @@ def test_kernel_of_a_known_damping() -> None:
 
 
 def test_order_two_fits_a_kernel_of_order_two() -> None:
-    t = 0.02 * np.arange(1200)
+    t = 0.02 * np.arange(500)
     memory = fit_memory(K0 * np.exp(-A * t) * np.cos(B * t), 0.02, 2)
     assert memory.misfit < 1e-9
     expected = np.exp((-A + 1j * B) * 0.02)
@@ -45,7 +45,7 @@ def test_steady_oscillation_is_damped_as_it_should(omega: float) -> None:
     phase.
     """
     step = 0.01
-    t = step * np.arange(1500)
+    t = step * np.arange(800)
     memory = fit_memory(K0 * np.exp(-A * t) * np.cos(B * t), step, 2)
     state, forces = [0.0, 0.0], []
     time = step * (np.arange(3000) + 0.5)
@@ -61,7 +61,7 @@ def test_steady_oscillation_is_damped_as_it_should(omega: float) -> None:
 
 
 def test_device_and_numbers_agree() -> None:
-    t = 0.02 * np.arange(1200)
+    t = 0.02 * np.arange(500)
     memory = fit_memory(K0 * np.exp(-A * t) * np.cos(B * t), 0.02, 4)
     frozen = jit.freeze(lambda state, v: radiate(memory, state, v))
     state, force = frozen([jit.Float64([0.1, 0.2])] * 4, jit.Float64([1.0, -2.0]))
@@ -74,7 +74,7 @@ def test_device_and_numbers_agree() -> None:
 def test_memory_takes_energy_and_gives_none() -> None:
     """A body with memory and a spring, let go: its energy never exceeds what it began with, and dies away."""
     step = 0.01
-    t = step * np.arange(1500)
+    t = step * np.arange(800)
     memory = fit_memory(K0 * np.exp(-A * t) * np.cos(B * t), step, 2)
     x, v, state, energy = 1.0, 0.0, [0.0, 0.0], []
     for _ in range(4000):

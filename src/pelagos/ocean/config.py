@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import TYPE_CHECKING, Annotated, Any, TypeAlias
 
 import drjit as dr
@@ -124,18 +125,19 @@ class OceanConfig(Strict):
         return self
 
 
-def build_ocean(config: OceanConfig, world: World | None = None, *, seed: int = 0) -> Ocean:
+def build_ocean(config: OceanConfig, world: World | None = None, *, seed: int = 0, duration_s: float = 0.0) -> Ocean:
     """The ocean on the device.
 
     Args:
         config: see `OceanConfig`.
         world: gives the place on Earth (gravity, composition of the salt) and its extent; mid-latitude without it.
         seed: of the waves, the gusts and the turbulence.
+        duration_s: of the run, which files must cover [s].
 
     Raises:
         ScenarioError: a file or a function that the ocean needs is missing or wrong.
     """
-    site = _site(world, seed)
+    site = replace(_site(world, seed), duration_s=duration_s)
     currents = [current.build(site) for current in config.currents]
     return Ocean(
         currents=currents,

@@ -14,11 +14,19 @@ _NO_BOUNDS = ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
 
 @dataclass(frozen=True)
 class Site:
-    """Attributes: origin on Earth; bounds, lowest and highest corner of the world `(2, 3)` NWU [m]; seed of the run."""
+    """What the parts of an ocean are built with.
+
+    Attributes:
+        origin: where on Earth.
+        bounds: lowest and highest corner of the world `(2, 3)` NWU [m].
+        seed: of the run.
+        duration_s: how long the run is to last [s]; 0 where nobody knows.
+    """
 
     origin: GeoOrigin
     bounds: tuple[tuple[float, float, float], tuple[float, float, float]] = _NO_BOUNDS
     seed: int = 0
+    duration_s: float = 0.0
 
     def rng(self, *purpose: int) -> np.random.Generator:
         """Random numbers for making the ocean, one stream a purpose."""

@@ -108,7 +108,7 @@ def compile_model(scenario: Scenario, *, n: int, seed: int, first_environment: i
     clock = Clock(scenario.tick_rate_hz)
     world = _world(scenario) if like is None else like.world
     scene = world.scene(n) if like is None else like.scene
-    ocean = build_ocean(scenario.ocean, world, seed=seed)
+    ocean = build_ocean(scenario.ocean, world, seed=seed, duration_s=scenario.duration_s)
     agents = {}
     crowded = len(scenario.agents) > 1
     for index, (name, config) in enumerate(scenario.agents.items()):
