@@ -171,8 +171,8 @@ def _windows(site: Site) -> Windows:
 def _covers(data: GriddedData, site: Site, where: str) -> None:
     if len(data.time) > 1 and site.duration_s > data.time[-1]:
         raise ScenarioError(
-            f"{where} ends {data.time[-1]:g} s after the start, and the run lasts {site.duration_s:g} s; take an earlier "
-            "'start' or a longer file, or say 'outside: clamp' or 'outside: fade'"
+            f"{where} ends {data.time[-1]:g} s after the start, and the run lasts {site.duration_s:g} s; take an "
+            "earlier 'start' or a longer file, or say 'outside: clamp' or 'outside: fade'"
         )
     low, high = site.corners
     x, y = np.meshgrid([low[0], high[0]], [low[1], high[1]])
