@@ -84,6 +84,7 @@ class Altimeter:
     """
 
     TITLE: ClassVar[str] = "single-beam altimeter: range of the first strong echo below"
+    WAITS: ClassVar[bool] = True
     Config: ClassVar[type[SensorConfig]] = AltimeterConfig
     SOURCES: ClassVar[tuple[str, ...]] = (
         "X. Lurton, An Introduction to Underwater Acoustics, 2nd ed. (2010), Section 8.1: single-beam sounders",

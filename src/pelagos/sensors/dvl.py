@@ -125,6 +125,7 @@ class Dvl:
     """
 
     TITLE: ClassVar[str] = "four-beam Doppler velocity log with bottom lock"
+    WAITS: ClassVar[bool] = True
     Config: ClassVar[type[SensorConfig]] = DvlConfig
     SOURCES: ClassVar[tuple[str, ...]] = (
         "Teledyne RD Instruments, Acoustic Doppler Current Profiler: Principles of Operation (2011)",

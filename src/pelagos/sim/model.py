@@ -39,6 +39,8 @@ class SensorModel:
         sensor: what reads.
         period: ticks between two readings.
         sees: it casts rays, so it is asked at its own tick, with every body where it is then.
+        waits: its readings are small enough for those of several blocks to be read in one call, where nothing asks for
+            them before and nothing that it sees moves.
     """
 
     name: str
@@ -46,6 +48,7 @@ class SensorModel:
     sensor: Sensor
     period: int
     sees: bool
+    waits: bool
 
 
 @dataclass(frozen=True)
@@ -164,4 +167,5 @@ class _Context:
             sensor = cls(config, context)
         except ScenarioError as error:
             raise error if error.where else ScenarioError(error.message, where=where) from None
-        return SensorModel(name, config, sensor, period, getattr(cls, "SEES_SCENE", True))
+        sees = getattr(cls, "SEES_SCENE", True)
+        return SensorModel(name, config, sensor, period, sees, waits=getattr(cls, "WAITS", not sees))

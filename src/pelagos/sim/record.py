@@ -117,6 +117,8 @@ class Recorder:
                 self._one_by_one(track, t_ns, measurement, valid[:, copy], copy, n)
                 continue
             lanes = np.flatnonzero(valid[:, copy])
+            if not len(lanes):
+                continue
             times, rows = t_ns[lanes], lanes * n + copy
             extras = {name: values[rows] for name, values in measurement.extras.items()}
             for channel, table in zip(track.channels, track.encoding.tables, strict=True):

@@ -15,11 +15,11 @@ from pelagos.config.loader import to_yaml
 from pelagos.errors import CommandError, PelagosError
 from pelagos.sim.record import Recorder
 from pelagos.sim.step import NotFinite, Sampled
-from pelagos.sim.trajectory import Trajectory
 
 if TYPE_CHECKING:
     from pelagos.sim.simulation import Observations, Policy, Simulation
 
+WAIT_S = 0.5  # sensors for which nothing waits are read together for at most this long; a killed run loses as much
 SETTLE_S = 1.0  # a run goes on for this long after its last mission has ended
 
 
@@ -34,7 +34,7 @@ class RunResult:
         ms_per_call: wall-clock time of one call [ms] by "agent.part".
         seconds_by_part: wall-clock time in all [s] by "agent.part".
         recording: the file, if one was written.
-        observations: the last block's readings.
+        observations: the newest reading of every sensor.
     """
 
     simulated_s: float
@@ -107,6 +107,7 @@ class _Loop:
         self._first = self._stepper.tick
         self._last = self._first + sim.model.clock.ticks(asked)
         self._counts = {f"{a.name}.{s}": 0 for a in sim.model.agents.values() for s in a.sensors}
+        self._caught_up = self._first
         self._latest: Observations = {name: {} for name in sim.model.agents}
 
     def go(self) -> RunResult:
@@ -114,6 +115,7 @@ class _Loop:
         ended: Literal["time", "missions", "interrupt"] = "time"
         if self._first == 0:
             self._take(self._stepper.read_now())
+            self._record_truth()
         try:
             while self._stepper.tick < self._last:
                 self._advance()
@@ -125,50 +127,62 @@ class _Loop:
                     self._until_missions_end = False
         except KeyboardInterrupt:
             ended = "interrupt"
+        except NotFinite:
+            self._catch_up()
+            raise
+        self._catch_up()
         return self._result(time.perf_counter() - started, ended)
 
     def _advance(self) -> None:
         if self._policy is not None:
             self._sim.command(self._policy(self._latest) or {})
-        last = self._last if self._policy is None else self._stepper.tick + 1
-        self._take(self._stepper.advance(last))
+            self._latest = {name: {} for name in self._sim.model.agents}
+            self._take(self._stepper.advance(self._stepper.tick + 1))
+            self._record_truth()
+        elif self._realtime:
+            self._take(self._stepper.advance(self._last))
+            self._record_truth()
+        else:
+            last = min(self._last, self._caught_up + self._sim.model.clock.ticks(WAIT_S))
+            self._take(self._stepper.advance(last, wait=True))
+            if self._stepper.tick >= last:
+                self._catch_up()
+
+    def _catch_up(self) -> None:
+        """Read the sensors that waited, and write down the motion since."""
+        if self._stepper.tick > self._caught_up and self._policy is None and not self._realtime:
+            self._caught_up = self._stepper.tick
+            self._take(self._stepper.catch_up())
+            self._record_truth()
 
     def _take(self, sampled: list[Sampled]) -> None:
-        """Count, record and keep what a block brought."""
-        sim = self._sim
-        n, dt_ns = sim.n, sim.dt_ns
-        wanted = self._recorder is not None or self._policy is not None or self._stepper.tick >= self._last
+        """Count, record and keep what was read."""
+        n, dt_ns = self._sim.n, self._sim.dt_ns
         for one in sampled:
             self._counts[f"{one.agent}.{one.model.name}"] += one.count(n)
-        if not wanted:
-            return
-        self._latest = {name: {} for name in sim.model.agents}
-        readings = sorted(
-            ((tick, one.agent, one.model.name, reading) for one in sampled for tick, reading in one.readings(n, dt_ns)),
-            key=lambda row: row[0],
-        )
-        for _, agent, name, reading in readings:
-            self._latest[agent][name] = reading
             if self._recorder is not None:
                 start = time.perf_counter()
-                self._recorder.write(agent, name, reading)
+                t_ns = np.array(one.ticks, dtype=np.int64) * dt_ns
+                self._recorder.write_block(one.agent, one.model.name, t_ns, one.measurement, n=n)
                 self._stepper.timings.add("record", start)
-        if self._recorder is not None:
-            start = time.perf_counter()
-            for name, trajectory in self._stepper.trajectories.items():
-                self._record_truth(name, trajectory)
-            self._stepper.timings.add("record", start)
+            newest = one.newest(n, dt_ns)
+            if newest is not None:
+                self._latest[one.agent][one.model.name] = newest
 
-    def _record_truth(self, name: str, trajectory: Trajectory) -> None:
-        assert self._recorder is not None
-        clock = self._sim.model.clock
-        due = trajectory.due(clock.period(self._sim.scenario.record.state_rate_hz))
-        if not due:
+    def _record_truth(self) -> None:
+        """Write down the motion of the ticks that were taken."""
+        if self._recorder is None:
             return
-        motion = trajectory.numpy()
-        for tick in due:
-            row = motion[tick - trajectory.first_tick]
-            self._recorder.write_truth(name, tick * clock.dt_ns, row[:, 0:3], row[:, 3:7], row[:, 7:10], row[:, 10:13])
+        start = time.perf_counter()
+        clock = self._sim.model.clock
+        period = clock.period(self._sim.scenario.record.state_rate_hz)
+        for name, trajectory in self._stepper.trajectories.items():
+            due = np.array(trajectory.due(period), dtype=np.int64)
+            if len(due):
+                motion = trajectory.numpy()[due - trajectory.first_tick]
+                parts = (motion[..., 0:3], motion[..., 3:7], motion[..., 7:10], motion[..., 10:13])
+                self._recorder.write_truth_block(name, due * clock.dt_ns, *parts)
+        self._stepper.timings.add("record", start)
 
     def _report(self, started: float) -> None:
         simulated = (self._stepper.tick - self._first) * self._sim.dt_ns * 1e-9

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any, Final
 
@@ -46,6 +46,14 @@ class Trajectory:
     def numpy(self) -> NDArray[np.float64]:
         """`(ticks, n, CHANNELS)`."""
         return np.array(self.packed).reshape(self.ticks, self.n, CHANNELS)
+
+    @staticmethod
+    def join(blocks: Sequence[Trajectory]) -> Trajectory:
+        """Blocks that follow one another as one."""
+        if len(blocks) == 1:
+            return blocks[0]
+        packed = jit.Float64(np.concatenate([np.array(b.packed) for b in blocks]))
+        return Trajectory(packed, blocks[0].n, sum(b.ticks for b in blocks), blocks[0].first_tick)
 
     def due(self, period: int) -> range:
         """The ticks of this block that are multiples of `period`."""
