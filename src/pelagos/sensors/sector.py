@@ -13,6 +13,7 @@ from pelagos.acoustics.beam_pattern import line_length, line_np, steering_matrix
 from pelagos.sensors.ping import PingConfig
 from pelagos.sensors.pinger import Layout
 
+_BLOCK: Final = 16  # beams: the width of a vector
 _STEP: Final = 0.7548776662466927  # additive recurrence of the plastic number: evenly spread in two dimensions
 _STEP2: Final = 0.5698402909980532
 
@@ -46,7 +47,8 @@ def fan_rays(config: SectorConfig) -> dict[str, NDArray[Any]]:
     """The ray pattern in the sensor frame, `rays_per_beam` for each beam (see `Fan`).
 
     Elevation strata reach to the first nulls of the vertical pattern and are thinner where the pattern is strong; each
-    holds one ray. Neighbours in memory are neighbours in azimuth, whose patches are alike. Rays stand
+    holds one ray. Neighbours in memory are neighbours in azimuth, whose patches are alike, by blocks of
+    beams whose bins fit into a core's cache. Rays stand
     at low-discrepancy places in their strata and across the beam's sector.
     """
     beams, rays = config.beams, config.rays_per_beam
@@ -57,6 +59,8 @@ def fan_rays(config: SectorConfig) -> dict[str, NDArray[Any]]:
     share = np.concatenate([[0.0], np.cumsum(0.5 * (density[1:] + density[:-1]))])
     edges = np.interp(np.linspace(0, share[-1], rays + 1), share, grid)
     k, j = (a.ravel() for a in np.meshgrid(np.arange(rays), np.arange(beams), indexing="ij"))
+    order = np.lexsort((j, k, j // _BLOCK))
+    k, j = k[order], j[order]
     place = (0.5 + _STEP * j + _STEP2 * k) % 1.0
     low, high = edges[k], edges[k + 1]
     elevation = low + place * (high - low)
