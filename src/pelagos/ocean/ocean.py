@@ -96,12 +96,15 @@ class Ocean:
         level = jit.Float64(0.0) if self.tide is None else self.tide.level(t)
         return level if self.waves is None else level + self.waves.elevation(x, y, t)
 
-    def wave_motion(self, position: Array, t: Array) -> WaterMotion | None:
-        """Orbital motion of the water under the waves; None where there are none. The tide lifts the waves with it."""
+    def wave_motion(self, position: Array, t: Array, *, stretch: bool = True) -> WaterMotion | None:
+        """Orbital motion of the water under the waves; None where there are none. The tide lifts the waves with it.
+
+        Without `stretch` (see `Waves.motion`) it costs half: enough for a vehicle below the troughs.
+        """
         if self.waves is None:
             return None
         level = jit.Float64(0.0) if self.tide is None else self.tide.level(t)
-        motion = self.waves.motion(jit.Array3f64(position[0], position[1], position[2] - level), t)
+        motion = self.waves.motion(jit.Array3f64(position[0], position[1], position[2] - level), t, stretch=stretch)
         motion.elevation = motion.elevation + level
         return motion
 

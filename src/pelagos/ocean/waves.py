@@ -97,33 +97,26 @@ class Waves:
             stretch: after Wheeler; otherwise linear theory as it is, held at z = 0 above.
         """
         x, y, z = position
-        surface = self.elevation(x, y, t)
-        level = self._stretched(z, surface) if stretch else dr.minimum(z, 0.0)
+        nothing = 0 * (x + y + z + t)
+        level = self._stretched(z, self.elevation(x, y, t)) if stretch else dr.minimum(z, 0.0) + nothing
 
         def add(i: Array, *sums: Array) -> tuple[Array, ...]:
-            first, second = self._rows(i)
-            s, c = sincos_turns(_turns(first, x, y, t))
-            a, k = second[0], second[1]
-            rate = 2 * math.pi * first[2]
-            along, up, head = self._decay(k, level, second)
-            over = 2 * math.pi / k
-            nx, ny = first[0] * over, first[1] * over
-            u, v, w, du, dv, dw, p = sums
-            fast, slow = a * rate * along, a * rate * rate * along
-            return (
-                i + 1,
-                u + nx * fast * c,
-                v + ny * fast * c,
-                w + a * rate * up * s,
-                du + nx * slow * s,
-                dv + ny * slow * s,
-                dw - a * rate * rate * up * c,
-                p + a * head * c,
-            )
+            eta, u, v, w, du, dv, dw, p = sums
+            for _ in range(_AT_ONCE // 4):
+                first, second = self._rows(i)
+                s, c = sincos_turns(_turns(first, x, y, t))
+                along, up, head = self._decay(second[1], level, second)
+                rate, towards = 2 * math.pi * first[2], 2 * math.pi / second[1]
+                nx, ny, rise, fall = towards * first[0], towards * first[1], second[0] * c, second[0] * s
+                fast, slow = rate * along * rise, rate * rate * along * fall
+                eta, p = eta + rise, p + head * rise
+                u, v, w = u + nx * fast, v + ny * fast, w + rate * up * fall
+                du, dv, dw = du + nx * slow, dv + ny * slow, dw - rate * rate * up * rise
+                i = i + 1
+            return i, eta, u, v, w, du, dv, dw, p
 
-        nothing = 0 * (x + y + z + t)
-        u, v, w, du, dv, dw, p = self._loop(add, *([nothing] * 7))
-        return WaterMotion(surface, jit.Array3f64(u, v, w), jit.Array3f64(du, dv, dw), p)
+        eta, u, v, w, du, dv, dw, p = self._loop(add, *([nothing] * 8))
+        return WaterMotion(eta, jit.Array3f64(u, v, w), jit.Array3f64(du, dv, dw), p)
 
     def head(self, position: Array, t: Array) -> tuple[Array, Array]:
         """(elevation [m], dynamic pressure over rho g [m]) at a place, in one pass, without stretching; for hulls."""
