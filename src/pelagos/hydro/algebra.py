@@ -47,9 +47,20 @@ def neg(a: Array) -> Array:
     return 0.0 if is_zero(a) else -a
 
 
+def fma(a: Array, b: Array, c: Array) -> Array:
+    """a b + c, in one operation where it is one."""
+    product_is_simple = is_zero(c) or any(isinstance(x, (int, float)) and x in (0, 1) for x in (a, b))
+    if product_is_simple or (isinstance(a, (int, float)) and isinstance(b, (int, float))):
+        return total(c, mul(a, b))
+    return dr.fma(a, b, c)
+
+
 def dot(a: Vector, b: Vector) -> Array:
     """Sum of the products of two vectors."""
-    return total(*(mul(x, y) for x, y in zip(a, b, strict=True)))
+    result: Array = 0.0
+    for x, y in zip(a, b, strict=True):
+        result = fma(x, y, result)
+    return result
 
 
 def matvec(m: Matrix, x: Vector) -> list[Array]:
@@ -85,11 +96,7 @@ def scaled(s: Array, a: Vector) -> list[Array]:
 
 def cross(a: Vector, b: Vector) -> list[Array]:
     """a x b, three components."""
-    return [
-        total(mul(a[1], b[2]), neg(mul(a[2], b[1]))),
-        total(mul(a[2], b[0]), neg(mul(a[0], b[2]))),
-        total(mul(a[0], b[1]), neg(mul(a[1], b[0]))),
-    ]
+    return [fma(a[j], b[k], neg(mul(a[k], b[j]))) for j, k in ((1, 2), (2, 0), (0, 1))]
 
 
 def wrench_at(force: Vector, point: Vector) -> list[Array]:

@@ -7,7 +7,7 @@ from typing import Final
 import drjit as dr
 import numpy as np
 
-from pelagos.hydro.algebra import Vector
+from pelagos.hydro.algebra import Vector, fma
 from pelagos.jit import Array
 
 # S. F. Hoerner, "Fluid-Dynamic Drag", 1965, as digitised in the MSS toolbox (T. I. Fossen and T. Perez, MIT licence)
@@ -51,13 +51,13 @@ def strip_drag(factor: Array, places: tuple[float, ...], across: Array, rate: Ar
     Returns:
         force [N] and its first moment in x [N m].
     """
-    force = _drag(across + places[0] * rate)
+    force = _drag(fma(places[0], rate, across))
     moment = places[0] * force
     for x in places[1:]:
-        strip = _drag(across + x * rate)
+        strip = _drag(fma(x, rate, across))
         force = force + strip
         if x != 0:
-            moment = moment + x * strip
+            moment = fma(x, strip, moment)
     return -factor * force, -factor * moment
 
 

@@ -218,7 +218,8 @@ class Vehicle:
         new = dict(vars(state))
         for name, values in parts.items():
             if name == "attitude":
-                new[name] = jit.Array4f64(np.ascontiguousarray(flip_quaternion_np(values).T))
+                unit = values / np.linalg.norm(values, axis=-1, keepdims=True)
+                new[name] = jit.Array4f64(np.ascontiguousarray(flip_quaternion_np(unit).T))
             else:
                 new[name] = jit.Array3f64(np.ascontiguousarray(flip_yz_np(values).T))
         new["acceleration"], new["angular_acceleration"] = dr.zeros(jit.Array3f64, n), dr.zeros(jit.Array3f64, n)
