@@ -217,7 +217,9 @@ def obliqueness(water: WaterArrays, beam: Array, sky: Array, mu: Array) -> Array
     return d0 * dr.sqrt((a + oblique * b) / (a + (0.425 - 0.190) * b))
 
 
-def scattered_daylight(here: LightAtDepth, water: WaterArrays, direction: Array) -> Array:
+def scattered_daylight(
+    here: LightAtDepth, water: WaterArrays, direction: Array, beam_open: Array, sky_open: Array
+) -> Array:
     """Radiance that a metre of water sends towards the eye from sun and sky, `Array3f` [cd/m^2 per m].
 
     Scattered once in the scaled medium (`WaterArrays.turning`), where the forward peak counts as not scattered at
@@ -229,13 +231,14 @@ def scattered_daylight(here: LightAtDepth, water: WaterArrays, direction: Array)
         here: light at that place.
         water: its optics.
         direction: of sight, away from the eye.
+        beam_open, sky_open: share of beam and diffuse light that nothing keeps off.
     """
     to_sun = dr.dot(direction, here.towards_sun)
     particles = (1 - FORWARD_PEAK) * water.particle_scattering
     beam = water.water_scattering * _MOLECULES + particles * henyey_greenstein(to_sun, SCALED_COSINE)
     sky = water.water_scattering * _MOLECULES + particles * henyey_greenstein(direction.z, SCALED_COSINE * _SKY_SPREAD)
     albedo = water.turning / (water.absorption + water.turning)
-    return (here.beam * beam + 1.2 * here.diffuse * sky) / (1 - dr.power(albedo, _AGAIN))
+    return (here.beam * beam * beam_open + 1.2 * here.diffuse * sky * sky_open) / (1 - dr.power(albedo, _AGAIN))
 
 
 def sky_radiance(light: LightArrays, direction: Array, *, glare: float = 1.0) -> Array:

@@ -144,7 +144,7 @@ class WaterArrays:
 
     @property
     def turning(self) -> Array:
-        """b_t [1/m]: scattering without the forward peak (J. H. Joseph, W. J. Wiscombe, J. A. Weinman 1976, delta-Eddington)."""
+        """b_t [1/m]: scattering without the forward peak (delta-Eddington scaling, J. H. Joseph et al. 1976)."""
         return self.water_scattering + (1 - FORWARD_PEAK) * self.particle_scattering
 
     @property

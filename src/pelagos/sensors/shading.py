@@ -67,7 +67,14 @@ class Radiance:
 
 
 def look(
-    static: Any, moving: Any, scenery: Scenery, rays: Rays, lane: Array, lamps: list[Beam], pixel_angle: float
+    static: Any,
+    moving: Any,
+    scenery: Scenery,
+    rays: Rays,
+    lane: Array,
+    lamps: list[Beam],
+    pixel_angle: float,
+    openness: Array | None = None,
 ) -> tuple[Radiance, Hits]:
     """Radiance along rays through water or air.
 
@@ -78,7 +85,9 @@ def look(
         lane: `UInt32`, row of `scenery.waves` of each ray.
         lamps: by ray, positions relative to the camera.
         pixel_angle: angle between neighbouring pixels [rad].
+        openness: by ray, see `ambient.openness`; None for open water.
     """
+    opened = jit.Array3f(1) if openness is None else openness
     d = rays.direction
     height = jit.Float(rays.origin.z)
     under = height < 0
@@ -86,13 +95,13 @@ def look(
     to_surface = dr.select(under == (d.z > 0), -height / dr.select(dr.abs(d.z) < 1e-6, 1e-6, d.z), _FAR)
     solid = hits.valid & (hits.t < to_surface)
     reach = dr.select(solid, hits.t, dr.minimum(to_surface, rays.max_range))
-    from_surface = _surface_light(static, moving, scenery, rays, hits, solid, lane, lamps, pixel_angle)
+    from_surface = _surface_light(static, moving, scenery, rays, hits, solid, lane, lamps, pixel_angle, opened.x)
     beyond = dr.select(under, *_through_surface(scenery, rays, reach, lane))
     sky_seen = dr.select(under, d.z > 0, True) & ~solid & ((reach < rays.max_range) | ~under)
     radiance = dr.select(solid, from_surface, dr.select(sky_seen, beyond, 0))
     wet = dr.select(under, reach, 0)
     sharp, near, total = (f(scenery.water, wet) for f in (sharp_transmission, near_transmission, total_transmission))
-    veil = dr.select(under, _veil(scenery, -height, d, wet), 0)
+    veil = dr.select(under, _veil(scenery, -height, d, wet, opened.y, opened.z), 0)
     for lamp in lamps:
         veil += dr.select(under, lamp_backscatter(lamp, scenery.water, d, wet), 0)
     return Radiance(radiance * sharp, radiance * (near - sharp), radiance * dr.maximum(total - near, 0), veil), hits
@@ -100,7 +109,7 @@ def look(
 
 def _surface_light(
     static: Any, moving: Any, scenery: Scenery, rays: Rays, hits: Hits, solid: Array, lane: Array,
-    lamps: list[Beam], pixel_angle: float,
+    lamps: list[Beam], pixel_angle: float, opened: Array,
 ) -> Array:  # fmt: skip
     """Radiance of the hit surfaces themselves: matt, lit by beam, diffuse light from above and below, and lamps."""
     depth = -jit.Float(hits.position.z)
@@ -121,17 +130,19 @@ def _surface_light(
     pattern = dr.lerp(1, pattern, here.sharpness)
     beam = here.beam * dr.select(lit & ~dark, facing_sun * pattern, 0)
     above = 0.5 + 0.5 * normal.z
-    total = beam + here.diffuse * above + here.upwelling * (1 - above)
+    total = beam + here.diffuse * above * opened + here.upwelling * (1 - above)
     seen = rays.direction * hits.t
     for lamp in lamps:
         total += lamp_illuminance(lamp, scenery.water, seen, normal)
     return albedo * total / math.pi
 
 
-def _veil(scenery: Scenery, depth: Array, direction: Array, distance: Array) -> Array:
+def _veil(
+    scenery: Scenery, depth: Array, direction: Array, distance: Array, beam_open: Array, sky_open: Array
+) -> Array:
     """Daylight scattered into the line of sight."""
     here = light_at_depth(scenery.light, scenery.water, depth)
-    source = scattered_daylight(here, scenery.water, direction)
+    source = scattered_daylight(here, scenery.water, direction, beam_open, sky_open)
     return source * veil_length(scenery.water, here.attenuation, direction.z, distance)
 
 
@@ -161,4 +172,4 @@ def _through_surface(scenery: Scenery, rays: Rays, reach: Array, lane: Array) ->
 def _water_glow(scenery: Scenery, direction: Array) -> Array:
     """Radiance of bottomless water seen downwards from just below its surface."""
     down = jit.Array3f(direction.x, direction.y, -dr.maximum(dr.abs(direction.z), 0.02))
-    return _veil(scenery, jit.Float(0.01), down, jit.Float(_FAR))
+    return _veil(scenery, jit.Float(0.01), down, jit.Float(_FAR), jit.Float(1), jit.Float(1))
