@@ -263,6 +263,16 @@ class TestEffects:
         shift = edge(0.0) - edge(3.0)
         assert shift == pytest.approx(40.0 * 3.0 / 1500.0, abs=0.003)
 
+    def test_a_turning_sonar_hears_the_echo_where_it_points_later(self):
+        """At 60 deg/s the echo from 45 m comes after 60 ms: 3.6 deg to the right of where the sound was sent."""
+        post = [box((45.0, 0, DEEP), (0.2, 0.2, 10.0))]
+        s = self.imaging(post, beams=261, side_lobe_beams=2, range_min_m=40.0, range_max_m=50.0)
+        where = lambda w: math.degrees(
+            s.tables["azimuth"][np.argmax(s.sense(at(0, 0, DEEP, angular_velocity=(0, 0, w))).truth[0].sum(axis=1))]
+        )
+        assert where(0.0) == pytest.approx(0.0, abs=0.3)
+        assert where(math.radians(60)) == pytest.approx(-3.6, abs=0.5)
+
     def test_surface_bounce_arrives_at_the_image_delays(self):
         """A ball at the sonar's depth: straight 20 m, by the surface sqrt(20^2 + 8^2), and both mixed at the mean."""
         ball = [sphere((20.0, 0, -4.0), 0.3)]

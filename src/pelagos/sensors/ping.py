@@ -91,7 +91,7 @@ class PingConfig(SensorConfig):
     labels: bool = False
     """Also give label and instance of the strongest echo in each cell."""
     doppler: bool = True
-    """Ranges shift with the motion between transmission and reception: r (1 - v/c), v the closing speed."""
+    """Motion while the sound is under way: ranges r (1 - v/c), v the closing speed, and beams that turn on."""
     multipath: Literal["none", "surface", "surface_and_bottom"] = "none"
     """Echoes by one bounce at the mean sea surface, and at the bottom and all other surfaces."""
     surface_loss_db: float = Field(default=3.0, ge=0)

@@ -24,7 +24,7 @@ from pelagos.jit import Array
 from pelagos.math.so3 import multiply, rotate
 from pelagos.raycast.scene import Tables
 from pelagos.sensors.echo import Fan, Lanes, Trace, View, look, patches_of
-from pelagos.sensors.mount import sensor_velocity
+from pelagos.sensors.mount import sensor_angular_velocity, sensor_velocity
 from pelagos.sensors.multipath import bounced
 from pelagos.sensors.noise import normals32, words32
 from pelagos.sensors.painted_noise import paint
@@ -133,19 +133,20 @@ class Pinger:
             lanes.attitude = multiply(lanes.attitude, turn)
         velocity = rotate(lanes.attitude if turn is None else multiply(lanes.attitude, _inverse(turn)),
                           sensor_velocity(motion, self._config))  # fmt: skip
-        return tables, lanes, fan, surfaces, key, velocity, motion.t_ns, *self._constants
+        spin = sensor_angular_velocity(motion, self._config)
+        return tables, lanes, fan, surfaces, key, velocity, spin, motion.t_ns, *self._constants
 
     def _make(self, static: Any, moving: Any, trace: Trace = None) -> Callable[..., Any]:
         config, layout = self._config, self._layout
         pulse_count, (reach, energy) = self._pulse_count, self._reach
 
         def ping(
-            tables: Tables, lanes: Lanes, fan: Fan, surfaces: Surfaces, key: Any, velocity: Array, t_ns: Array,
-            steering: Array, pulse: Array, noise: Array, seed: Array,
+            tables: Tables, lanes: Lanes, fan: Fan, surfaces: Surfaces, key: Any, velocity: Array, spin: Array,
+            t_ns: Array, steering: Array, pulse: Array, noise: Array, seed: Array,
         ) -> tuple[Array, ...]:  # fmt: skip
             far = config.range_max_m + config.longest_strip_m
             view = look(static, moving, tables, fan, lanes, surfaces, max_range=far, bent=config.refraction)
-            patches = [calibrated(config, layout, view, fan, lanes, surfaces, velocity, trace)]
+            patches = [calibrated(config, layout, view, fan, lanes, surfaces, velocity, spin, trace)]
             if config.multipath != "none":
                 bottom = config.bottom_loss_db if config.multipath == "surface_and_bottom" else None
                 ghosts = bounced(
@@ -167,12 +168,13 @@ class Pinger:
 
 def calibrated(
     config: PingConfig, layout: Layout, view: View, fan: Fan, lanes: Lanes, surfaces: Surfaces, velocity: Array,
-    trace: Trace = None,
+    spin: Array, trace: Trace = None,
 ) -> Patches:  # fmt: skip
     """The direct echoes, as backscattering strength of the cell, at the ranges that their times mean.
 
     During the way of the sound the sonar and the target move: the echo of a target that closes at v arrives as from
-    r (1 - v/c) (to first order in v/c; r is the range at transmission).
+    r (1 - v/c) (to first order in v/c; r is the range at transmission). A sonar that turns hears it in the beam that
+    points at the target when the echo comes back.
     """
     patches = patches_of(
         view, fan, lanes, surfaces, beams=layout.beams, bins=config.bins, longest=config.longest_strip_m, trace=trace
@@ -182,6 +184,13 @@ def calibrated(
         closing = dr.dot(own - view.hits.velocity, view.direction)
         factor = 1.0 - closing / dr.gather(jit.Float, lanes.medium.sound_speed, view.lane)
         patches.near, patches.far = patches.near * factor, patches.far * factor
+        if layout.beams > 1 and layout.steering is not None:
+            turn = dr.gather(jit.Float, jit.Float(spin.z), view.lane)
+            delay = 2.0 * patches.distance / dr.gather(jit.Float, lanes.medium.sound_speed, view.lane)
+            beam = jit.Int32(dr.gather(jit.UInt32, fan.beam, view.ray))
+            heard = beam + jit.Int32(dr.round(turn * delay / layout.sector))
+            patches.valid &= (heard >= 0) & (heard < layout.beams)
+            patches.row = jit.UInt32(jit.Int32(patches.row) + (heard - beam) * config.bins)
     return gained(config, layout, patches, view, lanes)
 
 
