@@ -92,17 +92,20 @@ def struct(cls: _Class) -> _Class:
     fill = made.__init__
 
     @functools.wraps(fill)
-    def __init__(self: Any, *values: Any, **named: Any) -> None:
+    def construct(self: Any, *values: Any, **named: Any) -> None:
         if values or named:
             fill(self, *values, **named)
 
-    made.__init__ = __init__
+    made.__init__ = construct
     made.DRJIT_STRUCT = {field.name: object for field in dataclasses.fields(made)}
     return cls
 
 
-def freeze(function: Callable[..., Any]) -> Callable[..., Any]:
+def freeze(function: Callable[..., Any], *scenes: Any) -> Callable[..., Any]:
     """`dr.freeze`, recorded anew for every combination of argument sizes, and never interrupted by garbage collection.
+
+    With `scenes`, it is what `function(*scenes)` makes that is frozen: a frozen function sees only those scenes that
+    its own body names. It checks all that its body names in every call (2 us a thing), so it names nothing else.
 
     A recording bakes in whatever was derived from a width (`dr.width`, `dr.concat`, `dr.ravel`, an allocated output);
     played back with other sizes it would write past the end of memory. And an array that shares memory with NumPy, if
@@ -110,7 +113,10 @@ def freeze(function: Callable[..., Any]) -> Callable[..., Any]:
     """
     import drjit as dr
 
-    frozen = dr.freeze(function, state_fn=_Sizes(), warn_after=1000)
+    def body(*arguments: Any) -> Any:
+        return (function(*scenes) if scenes else function)(*arguments)
+
+    frozen = dr.freeze(body, state_fn=_Sizes(), warn_after=1000)
 
     def call(*arguments: Any) -> Any:
         collects = gc.isenabled()
@@ -136,17 +142,16 @@ class _Sizes:
         self._before: dict[int, tuple[weakref.ref[Any], Any]] = {}
 
     def __call__(self, *arguments: Any) -> int:
-        found = tuple(self._one(i, argument) for i, argument in enumerate(arguments))
-        return self._numbers.setdefault(found, len(self._numbers))
-
-    def _one(self, place: int, argument: Any) -> Any:
-        before = self._before.get(place)
-        if before is not None and before[0]() is argument:
-            return before[1]
-        found = _size(argument)
-        if hasattr(type(argument), "DRJIT_STRUCT"):
-            self._before[place] = weakref.ref(argument), found
-        return found
+        found, known = [], self._before.get
+        for place, argument in enumerate(arguments):
+            before = known(place)
+            if before is not None and before[0]() is argument:
+                found.append(before[1])
+                continue
+            found.append(_size(argument))
+            if hasattr(type(argument), "DRJIT_STRUCT"):
+                self._before[place] = weakref.ref(argument), found[-1]
+        return self._numbers.setdefault(tuple(found), len(self._numbers))
 
 
 def _size(argument: Any) -> Any:

@@ -162,7 +162,7 @@ class Scene:
         def call(*arguments: Any) -> Any:
             nonlocal frozen, generation
             if frozen is None or generation != self.generation:
-                frozen, generation = jit.freeze(make(self.static, self.moving)), self.generation
+                frozen, generation = jit.freeze(make, self.static, self.moving), self.generation
             return frozen(*arguments)
 
         return call

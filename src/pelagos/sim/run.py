@@ -108,6 +108,7 @@ class _Loop:
         self._last = self._first + sim.model.clock.ticks(asked)
         self._counts = {f"{a.name}.{s}": 0 for a in sim.model.agents.values() for s in a.sensors}
         self._caught_up = self._first
+        self._held: dict[tuple[str, str], list[Sampled]] = {}
         self._latest: Observations = {name: {} for name in sim.model.agents}
 
     def go(self) -> RunResult:
@@ -144,7 +145,11 @@ class _Loop:
             self._record_truth()
         else:
             last = min(self._last, self._caught_up + self._sim.model.clock.ticks(WAIT_S))
-            self._take(self._stepper.advance(last, wait=True))
+            sampled = self._stepper.advance(last, wait=True)
+            self._take([one for one in sampled if not one.model.waits])
+            for one in sampled:
+                if one.model.waits:  # guidance could not wait, the recording can: a call for five takes the time of one
+                    self._held.setdefault((one.agent, one.model.name), []).append(one)
             if self._stepper.tick >= last:
                 self._catch_up()
 
@@ -152,7 +157,8 @@ class _Loop:
         """Read the sensors that waited, and write down the motion since."""
         if self._stepper.tick > self._caught_up and self._policy is None and not self._realtime:
             self._caught_up = self._stepper.tick
-            self._take(self._stepper.catch_up())
+            self._take([*map(Sampled.join, self._held.values()), *self._stepper.catch_up()])
+            self._held.clear()
             self._record_truth()
 
     def _take(self, sampled: list[Sampled]) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 
 import drjit as dr
@@ -43,6 +43,24 @@ class Sampled:
         """Ticks at which at least one copy has a reading."""
         valid = self.measurement.valid
         return len(self.ticks) if valid is None else int(valid.reshape(-1, n).any(axis=1).sum())
+
+    @staticmethod
+    def join(parts: Sequence[Sampled]) -> Sampled:
+        """What one sensor read in blocks that follow one another, as one."""
+        one = parts[0]
+        if len(parts) == 1:
+            return one
+        measured = [p.measurement for p in parts]
+        valid = [m.valid for m in measured if m.valid is not None]
+        joined = Measurement(
+            data=np.concatenate([m.data for m in measured]),
+            truth=np.concatenate([m.truth for m in measured]),
+            valid=np.concatenate(valid) if valid else None,
+            extras={name: np.concatenate([m.extras[name] for m in measured]) for name in one.measurement.extras},
+            tables=one.measurement.tables,
+        )
+        ticks = range(one.ticks.start, parts[-1].ticks[-1] + 1, one.model.period)
+        return Sampled(one.agent, one.model, ticks, joined)
 
     def newest(self, n: int, dt_ns: int) -> Reading | None:
         """The reading of the last tick at which a copy has one; None where there is no such tick."""
