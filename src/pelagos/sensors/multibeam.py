@@ -239,24 +239,36 @@ def beam_echoes(
     loss = dr.gather(jit.Float, lanes.medium.absorption, view.lane)
     t, energy = patches.distance, patches.energy
     level = energy * time_varied_gain(t, loss, spreading=20.0)  # so that near things do not win by nearness alone
-    strongest = dr.repeat(dr.block_reduce(dr.ReduceOp.Max, level, rays), rays)
-    where = dr.block_reduce(dr.ReduceOp.Min, dr.select(level >= strongest, t, dr.inf), rays)
-    gate = dr.abs(t - dr.repeat(where, rays)) <= _GATE * t + 0.2
-    weight = dr.select(patches.valid & gate, energy, 0.0)
-    total = dr.maximum(dr.block_sum(weight, rays), 1e-37)
-    offset = t - dr.repeat(where, rays)
-    mean = dr.block_sum(weight * offset, rays) / total
+    level = dr.select(patches.valid, level, 0.0)
     strip = (patches.far - patches.near) ** 2 / 12.0
-    square = dr.block_sum(weight * (offset * offset + strip), rays) / total
-    place = 0.4 * jit.Float(view.ray % rays // config.rays_along) - 0.8  # as _ACROSS
-    lean = dr.block_sum(weight * place, rays) / total
-    lean2 = dr.block_sum(weight * place * place, rays) / total - lean * lean
-    slope = dr.block_sum(weight * offset * place, rays) / total - mean * lean
-    slope = dr.select(lean2 > 1e-3, slope / dr.maximum(lean2, 1e-3), 0.0)
-    beams = dr.arange(jit.UInt32, dr.width(total))
-    middle = beams * rays + rays // 2
-    density = energy / (dr.gather(jit.Float, fan.weight, view.ray) * patch_intensity(t, loss))
-    section = dr.block_sum(weight * density * view.sine, rays) / total
+    density = energy / (dr.gather(jit.Float, fan.weight, view.ray) * patch_intensity(t, loss)) * view.sine
+    dr.eval(t, energy, level, strip, density, view.hits)
+    first = dr.arange(jit.UInt32, dr.width(lanes.position) * config.beams) * rays
+    strongest, where = jit.Float(0), jit.Float(0)
+    for k in range(rays):
+        loud = dr.gather(jit.Float, level, first + k)
+        where = dr.select(loud > strongest, dr.gather(jit.Float, t, first + k), where)
+        strongest = dr.maximum(strongest, loud)
+    total, mean, square, section = jit.Float(0), jit.Float(0), jit.Float(0), jit.Float(0)
+    lean, lean2, both = jit.Float(0), jit.Float(0), jit.Float(0)
+    for k in range(rays):
+        distance = dr.gather(jit.Float, t, first + k)
+        offset = distance - where
+        heard = (dr.gather(jit.Float, level, first + k) > 0.0) & (dr.abs(offset) <= _GATE * distance + 0.2)
+        weight = dr.select(heard, dr.gather(jit.Float, energy, first + k), 0.0)
+        place = float(_ACROSS[k // config.rays_along])
+        total += weight
+        mean += weight * offset
+        square += weight * (offset * offset + dr.gather(jit.Float, strip, first + k))
+        lean += weight * place
+        lean2 += weight * (place * place)
+        both += weight * place * offset
+        section += weight * dr.gather(jit.Float, density, first + k)
+    scale = 1.0 / dr.maximum(total, 1e-37)
+    mean, square, lean = mean * scale, square * scale, lean * scale
+    lean2 = lean2 * scale - lean * lean
+    slope = dr.select(lean2 > 1e-3, (both * scale - mean * lean) / dr.maximum(lean2, 1e-3), 0.0)
+    middle = first + rays // 2
     valid = dr.gather(jit.Bool, view.hits.valid, middle)
     return Echo(
         found=total > 1e-36,
@@ -264,7 +276,7 @@ def beam_echoes(
         crossing=where + mean - slope * lean,
         spread=dr.sqrt(dr.maximum(square - mean * mean, 0.0)),
         energy=total,
-        section=section,
+        section=section * scale,
         axis=dr.select(valid, dr.gather(jit.Float, view.hits.t, middle), dr.inf),
         label=dr.gather(jit.UInt32, view.hits.label, middle),
         instance=dr.gather(jit.UInt32, view.hits.instance, middle),
