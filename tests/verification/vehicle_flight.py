@@ -18,8 +18,7 @@ class Still:
     velocity: tuple[float, float, float] = (0.0, 0.0, 0.0)
     breeze: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
-    @property
-    def wind(self):
+    def wind(self, position, t):
         return jit.Array3f64(*self.breeze)
 
     def current(self, position, t):
@@ -106,6 +105,7 @@ def fly(
     out = dr.zeros(jit.Float64, (steps + 1) * width)
     wrench = (jit.Array3f64(*map(float, force)), jit.Array3f64(*map(float, moment)))
     setpoint = [jit.Float64(float(c)) for c in command]
+    dr.make_opaque(wrench, setpoint, state)  # data, not program: other values need no other kernel
 
     def keep(i, s):
         row = [*s.position, *s.attitude, *s.velocity, *s.angular_velocity, *s.actuators]
