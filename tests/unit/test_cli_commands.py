@@ -40,7 +40,7 @@ def outcome(*arguments: str) -> int:
     return int(caught.value.code or 0)
 
 
-@pytest.mark.parametrize("command", ["run", "check", "list", "explain", "schema", "bench", "recover", "cite"])
+@pytest.mark.parametrize("command", ["run", "check", "list", "explain", "world", "schema", "bench", "recover", "cite"])
 def test_help_of_every_command_teaches_by_example(command: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert outcome(command, "--help") == 0
     text = capsys.readouterr().out

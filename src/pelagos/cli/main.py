@@ -114,6 +114,32 @@ def check(
     check_scenario(scenario, change or [], resolved=resolved)
 
 
+@app.command(
+    epilog="Examples:\n\n    pelagos world examples/harbour_survey.yaml --out preview.png\n\n"
+    "    pelagos world survey.yaml --out world.glb --out report.html\n\n"
+    "    pelagos world survey.yaml --out exported_world --set world.seed=3"
+)
+def world(
+    scenario: ScenarioFile,
+    out: Annotated[
+        list[Path] | None,
+        typer.Option(
+            metavar="FILE",
+            help="What to write, by its suffix: .png (map, views, numbers), .html (the same as a page), .glb (mesh), "
+            ".npz (everything, for the world type 'saved'), .json (statistics); without a suffix a folder of mesh, "
+            "labels and height map. May be given again.",
+            show_default=False,
+        ),
+    ] = None,
+    samples: Annotated[int, typer.Option(min=1, max=1024, help="Rays for each pixel of the views.")] = 24,
+    change: Changes = None,
+) -> None:
+    """Build the world of a scenario: statistics, pictures, files for other programs."""
+    from pelagos.cli.world import show_world
+
+    show_world(scenario, change or [], out or [], samples=samples)
+
+
 @app.command("list", epilog="Example:\n\n    pelagos list sensors")
 def list_(what: Annotated[What, typer.Argument(help="Of what.", show_default=False)]) -> None:
     """List the vehicles, sensors or worlds that a scenario can name."""

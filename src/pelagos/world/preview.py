@@ -15,8 +15,9 @@ from pelagos.world.world import World
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-_SKY = (0.55, 0.65, 0.75)  # radiance of the even light from above, relative
-_SUN = (0.5, 0.35, -0.8)  # direction in which the sun's light travels
+_SKY = (0.36, 0.45, 0.55)  # radiance of the even light from above, relative
+_SUN = (0.62, -0.45, -0.55)  # direction in which the sun's light travels: low, and across the usual view
+_LEGEND = 12  # labels that a map names at most
 
 
 def statistics(world: World) -> dict[str, Any]:
@@ -69,8 +70,20 @@ def draw_map(world: World, path: Path, *, pixels: int = 900) -> Path:
     axes.imshow(paint[:, ::-1], extent=span, origin="lower")
     axes.set(xlabel="y, west [m]", ylabel="x, north [m]", title=world.description or world.name)
     figure.colorbar(image, label="height [m]", shrink=0.8)
-    figure.savefig(path, dpi=110)
+    _name_labels(axes, world, label[things])
+    figure.savefig(path, dpi=110, bbox_inches="tight")
     return path
+
+
+def _name_labels(axes: Any, world: World, seen: NDArray[np.uint32]) -> None:
+    """A legend of the labels on the map, those of the largest area first."""
+    from matplotlib.patches import Patch
+
+    numbers, area = np.unique(seen, return_counts=True)
+    ordered = [int(n) for n in numbers[np.argsort(-area, kind="stable")]][:_LEGEND]
+    patches = [Patch(color=[c / 255 for c in label_color(n)], label=world.labels.get(n, str(n))) for n in ordered]
+    if patches:
+        axes.legend(handles=patches, loc="upper left", bbox_to_anchor=(0, -0.06), ncols=6, fontsize=8, frameon=False)
 
 
 def look_down(world: World, pixels: int) -> tuple[NDArray[np.float64], NDArray[np.uint32]]:
@@ -92,7 +105,7 @@ def render(
     *,
     eye: Sequence[float] | None = None,
     target: Sequence[float] | None = None,
-    size: tuple[int, int] = (1280, 800),
+    size: tuple[int, int] = (1120, 700),
     samples: int = 32,
     fov_deg: float = 60.0,
 ) -> Path:
@@ -138,7 +151,7 @@ def _drained(world: World) -> Any:
         "sun": {
             "type": "directional",
             "direction": list(_SUN),
-            "irradiance": {"type": "rgb", "value": [2.2, 2.1, 1.9]},
+            "irradiance": {"type": "rgb", "value": [3.4, 3.2, 2.9]},
         },
     }
     for smooth in (True, False):

@@ -1,0 +1,126 @@
+"""Where to stand to look at a world: the whole of it, and what is worth a closer look."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pelagos.world.world import World
+
+_GROUND: Final = 4  # the label "landscape"
+_AZIMUTHS_DEG: Final = (215.0, 145.0, 325.0, 35.0, 260.0, 100.0)  # in the order in which they are tried
+_CELLS: Final = 24  # along the longer side, when the most crowded part is sought
+
+
+@dataclass(frozen=True)
+class Viewpoint:
+    """A view.
+
+    Attributes:
+        name: for captions.
+        eye, target: `(3,)` from where to where, world NWU [m].
+    """
+
+    name: str
+    eye: NDArray[np.float64]
+    target: NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class _Object:
+    name: str
+    middle: NDArray[np.float64]
+    size: NDArray[np.float64]
+
+
+def viewpoints(world: World) -> list[Viewpoint]:
+    """The whole from above; then the largest thing, and where most things stand, each from near by."""
+    low, high = world.bounds
+    reach = float((high - low)[:2].max())
+    if reach == 0:
+        return []
+    middle = np.array([*((low + high) / 2)[:2], _typical_height(world)])
+    found = [_whole(world, middle, reach)]
+    things = [o for o in _objects(world) if float(o.size[:2].max()) < 0.5 * reach]
+    if things:
+        largest = max(things, key=lambda o: float(np.prod(np.sort(o.size)[1:])))
+        found.append(_close(world, largest.name, largest.middle, 0.75 * float(np.linalg.norm(largest.size))))
+    crowd = _crowded(things, reach, found[-1].target if things else middle)
+    if crowd is not None:
+        found.append(_close(world, "where most things stand", crowd, min(max(0.04 * reach, 6.0), 18.0)))
+    elif world.terrain is not None:
+        found.append(_close(world, "the ground", middle, min(0.12 * reach, 40.0)))
+    return found
+
+
+def _whole(world: World, middle: NDArray[np.float64], reach: float) -> Viewpoint:
+    """From outside and above, the steeper the higher the walls are; from inside where there is a roof."""
+    target = middle + np.array([0.0, 0.0, 0.02 * reach])
+    for steep in (0.42, 0.8, 1.4):
+        eye = middle + reach * np.array([-0.62, -0.42, steep])
+        if _seen(world, eye, target, 0.97):
+            return Viewpoint("the whole, drained of its water", eye, middle)
+    low, high = world.bounds
+    inside = target + np.array([0.0, 0.0, 0.4 * float(high[2] - low[2])])
+    around = np.radians(np.arange(0.0, 360.0, 5.0)) + 0.01
+    hits = world.cast(inside, np.stack([np.cos(around), np.sin(around), np.zeros(len(around))], axis=1), reach)
+    free = np.where(hits.valid, hits.t, reach)
+    best = int(np.argmax(free))
+    way = np.array([np.cos(around[best]), np.sin(around[best]), 0.0])
+    return Viewpoint("inside", inside + 0.93 * float(free[best]) * way, target)
+
+
+def _seen(world: World, eye: NDArray[np.float64], target: NDArray[np.float64], share: float) -> bool:
+    """Whether nothing stands in the first part of the way from the eye to the target."""
+    way = target - eye
+    length = float(np.linalg.norm(way))
+    hits = world.cast(eye, way / length, length)
+    return not hits.valid[0] or bool(hits.t[0] > share * length)
+
+
+def _typical_height(world: World) -> float:
+    return float(np.median(world.terrain.z)) if world.terrain is not None else float(world.bounds[0, 2])
+
+
+def _objects(world: World) -> list[_Object]:
+    """Everything but the ground, parts of one instance together."""
+    boxes: dict[int, tuple[str, NDArray[np.float64], NDArray[np.float64]]] = {}
+    for g in world.geometries:
+        if g.label == _GROUND or not len(g.vertices):
+            continue
+        low, high = g.vertices.min(axis=0), g.vertices.max(axis=0)
+        if g.instance in boxes:
+            name, before_low, before_high = boxes[g.instance]
+            boxes[g.instance] = (name, np.minimum(low, before_low), np.maximum(high, before_high))
+        else:
+            boxes[g.instance] = (g.name, low, high)
+    return [_Object(name, (low + high) / 2, high - low) for name, low, high in boxes.values()]
+
+
+def _crowded(things: list[_Object], reach: float, away_from: NDArray[np.float64]) -> NDArray[np.float64] | None:
+    """Middle of the things in the fullest cell that is not in view already; None where nothing much stands."""
+    if len(things) < 4:
+        return None
+    places = np.stack([o.middle for o in things])
+    cells = np.floor(places[:, :2] / (reach / _CELLS)).astype(np.int64)
+    _, which, count = np.unique(cells, axis=0, return_inverse=True, return_counts=True)
+    for best in np.argsort(-count, kind="stable"):
+        here = places[which.reshape(-1) == best]
+        if count[best] > 1 and np.linalg.norm(here[:, :2].mean(axis=0) - away_from[:2]) > 2 * reach / _CELLS:
+            return np.asarray(here[np.argmin(np.linalg.norm(here - here.mean(axis=0), axis=1))])
+    return None
+
+
+def _close(world: World, name: str, target: NDArray[np.float64], radius: float) -> Viewpoint:
+    """From the first side from which the target can be seen, the eye clear of the ground."""
+    for azimuth in np.radians(_AZIMUTHS_DEG):
+        eye = target + 1.5 * radius * np.array([np.cos(azimuth), np.sin(azimuth), 0.45])
+        ground = world.height(eye[0], eye[1])
+        if np.isfinite(ground):
+            eye[2] = max(eye[2], float(ground) + 0.3 * radius)
+        if _seen(world, eye, target, 0.5):
+            return Viewpoint(name, eye, target)
+    return Viewpoint(name, target + radius * np.array([-0.6, -0.4, 2.2]), target)
