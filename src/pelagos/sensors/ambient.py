@@ -33,7 +33,7 @@ def openness(
     static: Any, moving: Any, scenery: Scenery, lens: Lens, motion: Kinematics, own: Array, config: ViewConfig,
     tiling: Tiling,
 ) -> Array:  # fmt: skip
-    """By tile, `Array3f` 0 .. 1: how much diffuse light is on surfaces, how much of sunbeam and sky light in the water."""
+    """By tile, `Array3f` 0 .. 1: diffuse light on surfaces, sunbeams in the water, sky light in the water."""
     images = dr.width(motion.tick)
     where = _probes(tiling, images)
     rays = view_rays(lens, where, motion, own, config)
