@@ -1,0 +1,135 @@
+"""Vehicle steps: fleets in one call, and one vehicle."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from types import SimpleNamespace
+from typing import Any, Final
+
+import drjit as dr
+import numpy as np
+
+from pelagos import jit
+from pelagos.bench.case import Case, Measured, Reference
+from pelagos.bench.check import must
+from pelagos.bench.timing import seconds
+from pelagos.math.geodesy import GeoOrigin
+from pelagos.ocean.config import OceanConfig, build_ocean
+from pelagos.vehicles.state import VehicleState
+from pelagos.vehicles.vehicle import Vehicle
+
+SUBSTEPS: Final = 20
+H_S: Final = 0.005
+FOSSEN: Final = Reference("Fossen's Python Vehicle Simulator, one vehicle, same step", 0.016)
+OCEANSCALE: Final = Reference("OceanScale's kernel on an RTX 5090, as published", 88.0)
+
+
+class _Fleet:
+    """A fleet with constant commands to its actuators in a uniform current; `block` advances it by some steps."""
+
+    def __init__(self, name: str, *, n: int, steps: int, command: list[float]) -> None:
+        self.vehicle, self.n, self.steps = Vehicle.from_catalogue(name), n, steps
+        world: Any = SimpleNamespace(origin=GeoOrigin(45.0, 13.0))
+        current = {"type": "uniform", "speed_mps": 0.2, "towards_deg": 30.0}
+        self.ocean = build_ocean(OceanConfig.model_validate({"currents": current}), world)
+        place = np.random.default_rng(1).uniform((-100, -100, -40), (100, 100, -5), (n, 3))
+        level = np.tile([1.0, 0.0, 0.0, 0.0], (n, 1))
+        self.state = self.vehicle.initial_state(place, level, np.tile([1.0, 0.0, 0.0], (n, 1)))
+        still = dr.zeros(jit.Array3f64, n)
+        self._rest = ([jit.Float64(np.full(n, c)) for c in command], dr.opaque(jit.Float64, H_S), still)
+        dr.make_opaque(self._rest)
+        self._frozen = dr.freeze(_block(self.vehicle, steps))
+
+    def block(self) -> None:
+        """One call."""
+        self.state = self._frozen(self.state, self.ocean, self.vehicle.tables, *self._rest)
+        dr.eval(self.state)
+        dr.sync_thread()
+
+    def timed(self) -> float:
+        """Median time of a call [s], after a check that the fleet moves and stays finite."""
+        before = self.state.position.numpy()
+        took = seconds(self.block, at_least_s=2.0)
+        after = self.state.position.numpy()
+        must(bool(np.isfinite(after).all()), "a vehicle's position is not finite")
+        must(bool((np.abs(after - before).max(axis=0) > 0.001).all()), "a vehicle does not move")
+        return took
+
+
+def _block(vehicle: Vehicle, steps: int) -> Callable[..., VehicleState]:
+    def block(state: VehicleState, ocean: Any, tables: Any, command: list[Any], h: Any, still: Any) -> VehicleState:
+        def advance(i: Any, state: VehicleState) -> tuple[Any, VehicleState]:
+            t = jit.Float64(i) * h
+            return i + 1, vehicle.step(state, command, ocean, t, (still, still), h, "actuators", tables)
+
+        if steps == 1:
+            return advance(jit.UInt32(0), state)[1]
+        first = dr.zeros(jit.UInt32, dr.width(still))
+        result: VehicleState = dr.while_loop((first, state), lambda i, _: i < steps, advance, mode="symbolic")[1]
+        return result
+
+    return block
+
+
+def remus_16384_msteps() -> Measured:
+    """16384 REMUS 100."""
+    fleet = _Fleet("remus100", n=16384, steps=SUBSTEPS, command=[0.05, -0.02, 1300.0])
+    return Measured(fleet.n * SUBSTEPS / fleet.timed() * 1e-6, detail=f"{SUBSTEPS} steps a call, uniform current")
+
+
+def bluerov2_4096_msteps() -> Measured:
+    """4096 BlueROV2 Heavy."""
+    command = [0.3, 0.2, 0.25, 0.3, 0.1, -0.1, 0.2, 0.1]
+    fleet = _Fleet("bluerov2_heavy", n=4096, steps=SUBSTEPS, command=command)
+    return Measured(fleet.n * SUBSTEPS / fleet.timed() * 1e-6, detail=f"{SUBSTEPS} steps a call, uniform current")
+
+
+def vehicle_1_us() -> Measured:
+    """One REMUS 100, a call a step."""
+    return Measured(_Fleet("remus100", n=1, steps=1, command=[0.05, -0.02, 1300.0]).timed() * 1e6)
+
+
+def vehicle_1_substeps_us() -> Measured:
+    """One REMUS 100, twenty steps a call."""
+    took = _Fleet("remus100", n=1, steps=SUBSTEPS, command=[0.05, -0.02, 1300.0]).timed()
+    return Measured(took / SUBSTEPS * 1e6, detail=f"{SUBSTEPS} steps a call")
+
+
+CASES: Final = (
+    Case(
+        name="remus_16384_msteps",
+        title="16384 REMUS 100, full model in float64",
+        measure=remus_16384_msteps,
+        unit="M vehicle-steps/s",
+        goal=100.0,
+        better="higher",
+        reference=OCEANSCALE,
+    ),
+    Case(
+        name="bluerov2_4096_msteps",
+        title="4096 BlueROV2 Heavy: eight T200 tables, lag, battery, current",
+        measure=bluerov2_4096_msteps,
+        unit="M vehicle-steps/s",
+        goal=30.0,
+        better="higher",
+        reference=OCEANSCALE,
+    ),
+    Case(
+        name="vehicle_1_us",
+        title="One REMUS 100, one step a call",
+        measure=vehicle_1_us,
+        unit="us",
+        goal=30.0,
+        better="lower",
+        reference=Reference("Fossen's Python Vehicle Simulator, a step", 1 / FOSSEN.value if FOSSEN.value else None),
+    ),
+    Case(
+        name="vehicle_1_substeps_us",
+        title="One REMUS 100, a step of a call of twenty",
+        measure=vehicle_1_substeps_us,
+        unit="us",
+        goal=5.0,
+        better="lower",
+        reference=Reference("Fossen's Python Vehicle Simulator, a step", 1 / FOSSEN.value if FOSSEN.value else None),
+    ),
+)
