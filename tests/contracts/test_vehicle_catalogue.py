@@ -134,4 +134,5 @@ def test_accelerations_have_the_books_shapes(name):
     assert nu_dot.shape == (2, 6)
     assert act_dot.shape == (2, k)
     assert np.isfinite(nu_dot).all()
+    assert (act_dot == 0).all()
     assert np.array_equal(nu_dot[0], nu_dot[1])

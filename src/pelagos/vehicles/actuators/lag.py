@@ -38,7 +38,10 @@ class Lag:
     def rate(self, state: Array, command: Array) -> Array:
         """Time derivative as one explicit Euler step of 1 s has it: clipping of the state is inside."""
         start = self.limited(state)
-        return (start - state) + self._slowed((command - start) / self.time_constant, 1.0)
+        change = command - start
+        if not (isinstance(self.time_constant, (int, float)) and self.time_constant == 0):
+            change = change / self.time_constant
+        return (start - state) + self._slowed(change, 1.0)
 
     def advanced(self, state: Array, command: Array, h: Array) -> Array:
         """The state after h [s] of a constant command, exactly, and between its limits."""
