@@ -56,6 +56,7 @@ def openness(
     above = cast(static, moving, scenery.tables, Rays(middle, upwards, _reach(wet), rays.copy, rays.own))
     in_water = dr.select(above.valid, 1 - dr.exp(-loss * above.t), 1)
     found = jit.Array3f(on_surface, dr.select(sunlit, 1, 0), in_water)
+    dr.eval(found)  # once: each sum over tiles would cast the rays again
     count = dr.maximum(dr.block_sum(dr.select(where.active, jit.Float(1), 0), _PROBES), 1)
     means = dr.block_sum(dr.select(where.active, found, 0), _PROBES) / count
     return smooth_tiles(means, tiling, images)

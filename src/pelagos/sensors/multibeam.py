@@ -236,6 +236,7 @@ def beam_echoes(
     patches = patches_of(
         view, fan, lanes, surfaces, beams=config.beams, bins=1, longest=0.2 * config.range_max_m, trace=trace
     )
+    dr.eval(patches, view)  # one cast: block reductions and gathers would each begin with their own
     loss = dr.gather(jit.Float, lanes.medium.absorption, view.lane)
     t, energy = patches.distance, patches.energy
     level = energy * time_varied_gain(t, loss, spreading=20.0)  # so that near things do not win by nearness alone

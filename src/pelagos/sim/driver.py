@@ -50,9 +50,11 @@ class Driver:
         key = (ticks, mode)
         if key not in self._frozen:
             self._frozen[key] = jit.freeze(_block(self.vehicle, n=self._n, ticks=ticks, mode=mode))
-        at = dr.opaque(jit.UInt32, tick)
+        at, count = dr.opaque(jit.UInt32, tick), dr.opaque(jit.UInt32, ticks)  # the same kernel for all lengths
         force = self.no_wrench if wrench is None else wrench
-        new, packed = self._frozen[key](state, command, ocean, at, self._h, self._copies, force, self.vehicle.tables)
+        new, packed = self._frozen[key](
+            state, command, ocean, at, count, self._h, self._copies, force, self.vehicle.tables
+        )
         return new, Trajectory(packed=packed, n=self._n, ticks=ticks, first_tick=tick + 1)
 
 
@@ -62,6 +64,7 @@ def _block(vehicle: Vehicle, *, n: int, ticks: int, mode: str) -> Block:
         command: list[Array],
         ocean: Ocean,
         tick: Array,
+        count: Array,
         h: Array,
         copies: Array,
         wrench: Wrench,
@@ -71,7 +74,7 @@ def _block(vehicle: Vehicle, *, n: int, ticks: int, mode: str) -> Block:
         lane = dr.arange(jit.UInt32, n)
 
         def unfinished(i: Array, state: VehicleState) -> Any:
-            return i < ticks
+            return i < count
 
         def advance(i: Array, state: VehicleState) -> tuple[Array, VehicleState]:
             t = jit.Float64(tick + i) * h
