@@ -175,3 +175,19 @@ def test_above_water_it_sees_sky_and_sea():
     motion = looking_down(height=20.0)
     sea = camera(context()).sense(motion).truth
     assert 20 < sea.mean() < 230
+
+
+def test_marine_snow_hangs_in_the_water_as_densely_as_asked():
+    """Cover grows with the number of flakes, and the same place in the water holds the same flakes at any time."""
+    night = {"water": "IB", "sun_deg": -60.0, "floor": "black"}
+    lamp = {"position_m": (0.0, 0.4, 0.0), "flux_lm": 4000.0}
+    keys: dict[str, Any] = {"lamps": [lamp], "width_px": 320, "height_px": 240, "exposure": "manual", "iso": 800.0}
+    plain, some, many = (
+        camera(context(**night), marine_snow_per_m3=n, **keys).sense(looking_down()).truth.astype(int)
+        for n in (0.0, 20.0, 80.0)
+    )
+    seen = [np.count_nonzero((p - plain)[..., 1] > 12) for p in (some, many)]
+    assert 10 < seen[0] < 320 * 240 / 50
+    assert 2 < seen[1] / seen[0] < 8  # four times as many flakes, few in number
+    later = camera(context(**night), marine_snow_per_m3=20.0, **keys).sense(looking_down(tick=300)).truth
+    assert np.count_nonzero(np.abs(later - some) > 12) == 0

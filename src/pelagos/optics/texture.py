@@ -194,10 +194,10 @@ def value_noise(p: Array) -> tuple[Array, Array]:
     x, y, z = (jit.UInt32(jit.Int32(c)) for c in cell)
     hx, hy, hz = x * 0x8DA6B343, y * 0xD8163841, z * 0xCB1AB31F
     hx1, hy1, hz1 = hx + 0x8DA6B343, hy + 0xD8163841, hz + 0xCB1AB31F
-    c000, c100 = _corner(hx ^ hy ^ hz), _corner(hx1 ^ hy ^ hz)
-    c010, c110 = _corner(hx ^ hy1 ^ hz), _corner(hx1 ^ hy1 ^ hz)
-    c001, c101 = _corner(hx ^ hy ^ hz1), _corner(hx1 ^ hy ^ hz1)
-    c011, c111 = _corner(hx ^ hy1 ^ hz1), _corner(hx1 ^ hy1 ^ hz1)
+    c000, c100 = hashed(hx ^ hy ^ hz), hashed(hx1 ^ hy ^ hz)
+    c010, c110 = hashed(hx ^ hy1 ^ hz), hashed(hx1 ^ hy1 ^ hz)
+    c001, c101 = hashed(hx ^ hy ^ hz1), hashed(hx1 ^ hy ^ hz1)
+    c011, c111 = hashed(hx ^ hy1 ^ hz1), hashed(hx1 ^ hy1 ^ hz1)
     x00, x10, x01, x11 = (dr.lerp(a, b, w.x) for a, b in ((c000, c100), (c010, c110), (c001, c101), (c011, c111)))
     y0, y1 = dr.lerp(x00, x10, w.y), dr.lerp(x01, x11, w.y)
     dx0, dx1 = dr.lerp(c100 - c000, c110 - c010, w.y), dr.lerp(c101 - c001, c111 - c011, w.y)
@@ -215,7 +215,7 @@ def _turned_noise(p: Array) -> tuple[Array, Array]:
     return value, gradient
 
 
-def _corner(h: Array) -> Array:
+def hashed(h: Array) -> Array:
     """A 32-bit hash (finaliser of H. S. Warren's kind: multiply and fold) as a number -1 .. 1."""
     h = (h ^ (h >> 15)) * 0x2C1B3C6D
     h = (h ^ (h >> 12)) * 0x297A2D39

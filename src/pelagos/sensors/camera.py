@@ -112,6 +112,9 @@ class CameraConfig(LitViewConfig):
     mosaic: Literal["none", "rggb", "bggr", "grbg", "gbrg"] = "none"
     """Raw pictures behind a colour filter array, one value a pixel."""
 
+    marine_snow_per_m3: float = Field(default=0.0, ge=0, le=100)
+    """Flakes of marine snow in a cubic metre; a hundred is a blizzard (realtime renderer)."""
+
     @property
     def focal_length_m(self) -> float:
         """Of the lens, from the field of view and the sensor's width [m]."""
@@ -172,13 +175,17 @@ class Camera:
             def light_of(sample: Sample, exposure: Array, number: Array) -> Radiance:
                 rays = sampled_rays(lens, where, motion, own, config, sample, exposure)
                 if config.renderer == "realtime":
-                    return look(static, moving, scenery, rays, where.image, lamps, angle, opened)[0]
+                    return look(
+                        static, moving, scenery, rays, where.image, lamps, angle, opened, config.marine_snow_per_m3
+                    )[0]
                 counter = pixel_counter(where, tiling, motion, number)
                 light = path_traced(static, moving, scenery, rays, where.image, lamps, angle, counter, keys[1])
                 return Radiance(light, *(dr.zeros(jit.Array3f, dr.width(where.ray)) for _ in range(3)))
 
             centre = sampled_rays(lens, where, motion, own, config, None, dr.zeros(jit.Float, images))
-            seen, hits = look(static, moving, scenery, centre, where.image, lamps, angle, opened)
+            seen, hits = look(
+                static, moving, scenery, centre, where.image, lamps, angle, opened, config.marine_snow_per_m3
+            )
             dr.eval(seen)  # once: sums over tiles follow, and would cast the rays again
             if trace is not None:
                 trace_light(trace, hits, seen)

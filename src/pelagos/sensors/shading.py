@@ -16,7 +16,8 @@ from pelagos import jit
 from pelagos.jit import Array
 from pelagos.optics.caustics import Waves, focusing, slope
 from pelagos.optics.interface import fresnel, reflect, refract, surface_normal
-from pelagos.optics.lamp import Beam, lamp_backscatter, lamp_illuminance
+from pelagos.optics.lamp import Beam, lamp_backscatter, lamp_beam_at, lamp_illuminance
+from pelagos.optics.snow import ALBEDO, flakes
 from pelagos.optics.sunlight import LightArrays, light_at_depth, scattered_daylight, sky_radiance
 from pelagos.optics.texture import Looks, surface_look
 from pelagos.optics.transport import near_transmission, sharp_transmission, total_transmission, veil_length
@@ -75,6 +76,7 @@ def look(
     lamps: list[Beam],
     pixel_angle: float,
     openness: Array | None = None,
+    snow: float = 0.0,
 ) -> tuple[Radiance, Hits]:
     """Radiance along rays through water or air.
 
@@ -86,6 +88,7 @@ def look(
         lamps: by ray, positions relative to the camera.
         pixel_angle: angle between neighbouring pixels [rad].
         openness: by ray, see `ambient.openness`; None for open water.
+        snow: flakes of marine snow in a cubic metre.
     """
     opened = jit.Array3f(1) if openness is None else openness
     d = rays.direction
@@ -104,6 +107,15 @@ def look(
     veil = dr.select(under, _veil(scenery, -height, d, wet, opened.y, opened.z), 0)
     for lamp in lamps:
         veil += dr.select(under, lamp_backscatter(lamp, scenery.water, d, wet), 0)
+    if snow > 0:
+        cover, distance = flakes(jit.Array3f(rays.origin), d, wet, snow, pixel_angle)
+        flake = _flake_light(scenery, lamps, -height, d * distance) * sharp_transmission(scenery.water, distance)
+        return Radiance(
+            dr.lerp(radiance * sharp, flake, cover),
+            radiance * (near - sharp) * (1 - cover),
+            radiance * dr.maximum(total - near, 0) * (1 - cover),
+            dr.lerp(veil, veil * dr.minimum(distance / dr.maximum(wet, 1e-3), 1), cover),
+        ), hits
     return Radiance(radiance * sharp, radiance * (near - sharp), radiance * dr.maximum(total - near, 0), veil), hits
 
 
@@ -135,6 +147,15 @@ def _surface_light(
     for lamp in lamps:
         total += lamp_illuminance(lamp, scenery.water, seen, normal)
     return albedo * total / math.pi
+
+
+def _flake_light(scenery: Scenery, lamps: list[Beam], depth: Array, seen: Array) -> Array:
+    """Radiance of a pale flake at `seen`, relative to the camera: daylight from above and around, and the lamps."""
+    here = light_at_depth(scenery.light, scenery.water, depth)
+    total = 0.5 * (here.beam + here.diffuse + here.upwelling)
+    for lamp in lamps:
+        total += lamp_beam_at(lamp, scenery.water.absorption + scenery.water.backscatter, seen)[0]
+    return total * (ALBEDO / math.pi)
 
 
 def _veil(

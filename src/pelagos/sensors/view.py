@@ -149,11 +149,11 @@ class View:
         self._config, self._context = config, context
         self.tiling = Tiling(config.width_px, config.height_px)
         starts, directions = pixel_rays(config)
-        serves = np.isfinite(starts + directions).all(axis=-1)
+        serves = np.asarray(np.isfinite(starts + directions).all(axis=-1))
         self.lens = Lens(
             start=self._table(np.where(serves[..., None], starts, 0)) if config.port is not None else None,
             direction=self._table(np.where(serves[..., None], directions, [1.0, 0.0, 0.0])),
-            serves=jit.Bool(self.tiling.arrange(serves.astype(np.float64)) > 0.5),
+            serves=jit.Bool(self.tiling.arrange(np.asarray(serves, dtype=np.float64)) > 0.5),
         )
         self.own = jit.UInt32(context.own_body)
         dr.make_opaque(self.lens, self.own)
