@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -14,6 +14,7 @@ from pelagos.raycast.geometry import Geometry
 from pelagos.raycast.scene import Scene
 from pelagos.sim.state import AgentState
 
+BLOCK_S = 1.0  # the step loop asks at least this often whether anything is near
 _LEVEL = (1.0, 0.0, 0.0, 0.0)
 
 
@@ -27,6 +28,8 @@ class Body:
         position: `(n, 3)` NWU [m].
         attitude: `(n, 4)` (w, x, y, z).
         velocity, angular_velocity: `(n, 3)` in the world frame [m/s], [rad/s].
+        fastest_mps: of a body on a scripted path, the greatest speed of its origin [m/s]; None for one that stays where
+            it is put, and that a reset takes away.
     """
 
     name: str
@@ -36,6 +39,7 @@ class Body:
     velocity: NDArray[np.float64]
     angular_velocity: NDArray[np.float64]
     _bodies: Bodies = field(repr=False)
+    fastest_mps: float | None = None
 
     def move(
         self,
@@ -75,6 +79,7 @@ class Bodies:
     def __init__(self, scene: Scene, hulls: Mapping[str, Geometry], *, n: int, first_instance: int) -> None:
         self._scene = scene
         self._n = n
+        self._radii: dict[int, float] = {}
         self._next_instance = first_instance
         shown = len(hulls) > 1
         self.hulls: dict[str, Geometry] = {}
@@ -82,6 +87,7 @@ class Bodies:
             if shown:
                 self.hulls[name] = replace(hull, instance=self.new_instance(), name=name)
         self.bodies: list[Body] = []
+        self.script: Callable[[int], None] | None = None
         self.changed = True
         self._rebuild()
 
@@ -106,6 +112,16 @@ class Bodies:
         self._rebuild()
         return body
 
+    def add_scripted(self, made: Sequence[tuple[str, Geometry, float]]) -> list[Body]:
+        """Put bodies on scripted paths into every copy: `(name, geometry, fastest_mps)`. They outlive `clear`."""
+        n, zero = self._n, np.zeros((self._n, 3))
+        level = np.tile(np.array(_LEVEL), (n, 1))
+        added = [Body(name, g, zero, level, zero, zero, self, fastest_mps=fastest) for name, g, fastest in made]
+        if added:
+            self.bodies += added
+            self._rebuild()
+        return added
+
     def remove(self, body: Body) -> None:
         """Take a body out."""
         self.require(body)
@@ -113,15 +129,21 @@ class Bodies:
         self._rebuild()
 
     def clear(self) -> None:
-        """Take every spawned body out."""
-        if self.bodies:
-            self.bodies.clear()
+        """Take every spawned body out; those on scripted paths stay."""
+        kept = [b for b in self.bodies if b.fastest_mps is not None]
+        if len(kept) < len(self.bodies):
+            self.bodies[:] = kept
             self._rebuild()
 
     def require(self, body: Body) -> None:
         """Raises CommandError where the body is not in the world any more."""
         if not any(b is body for b in self.bodies):
             raise CommandError(f"the body {body.name!r} was removed; spawn it again")
+
+    def follow(self, tick: int) -> None:
+        """Move what follows a script to where it is at a tick."""
+        if self.script is not None:
+            self.script(tick)
 
     def place(self, agents: Mapping[str, AgentState]) -> None:
         """Bring the moving scene up to date, where anything changed."""
@@ -142,14 +164,22 @@ class Bodies:
     def near(
         self, position: NDArray[np.float64], margin: float, *, agent: str, agents: Mapping[str, AgentState]
     ) -> bool:
-        """Whether the bounding sphere of anything that moves is within `margin` of `position` `(n, 3)`."""
-        others = [(agents[o].position, g) for o, g in self.hulls.items() if o != agent]
-        others += [(b.position, b.geometry) for b in self.bodies]
-        for centre, geometry in others:
-            reach = margin + float(np.linalg.norm(geometry.vertices, axis=1).max())
-            if (np.linalg.norm(position - centre, axis=1) < reach).any():
+        """Whether the bounding sphere of anything that moves is within `margin` of `position` `(n, 3)`.
+
+        A body on a scripted path counts as near where it may come within `BLOCK_S`.
+        """
+        others = [(agents[o].position, g, 0.0) for o, g in self.hulls.items() if o != agent]
+        others += [(b.position, b.geometry, BLOCK_S * (b.fastest_mps or 0.0)) for b in self.bodies]
+        for centre, geometry, way in others:
+            if (np.linalg.norm(position - centre, axis=1) < margin + way + self._radius(geometry)).any():
                 return True
         return False
+
+    def _radius(self, geometry: Geometry) -> float:
+        """Radius about its own origin that holds a geometry [m]."""
+        if id(geometry) not in self._radii:
+            self._radii[id(geometry)] = float(np.linalg.norm(geometry.vertices, axis=1).max())
+        return self._radii[id(geometry)]
 
     def own_rows(self, agent: str) -> NDArray[np.uint32] | None:
         """`(n,)` rows of the agent's own hull, None where it is not in the moving scene."""
@@ -163,6 +193,7 @@ class Bodies:
             geometries += [(geometry, copy) for copy in range(self._n)]
         if geometries or self._scene.moving is not None:
             self._scene.set_moving(geometries)
+        self._radii.clear()  # an identity may be given to another geometry
         self.changed = True
 
 

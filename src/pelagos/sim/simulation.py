@@ -17,6 +17,7 @@ from pelagos.sensors.sensor import Reading
 from pelagos.sim.bodies import Bodies, Body, rows, unit_rows
 from pelagos.sim.initial import start_states
 from pelagos.sim.model import AgentModel, Model, compile_model
+from pelagos.sim.movers import Movers
 from pelagos.sim.record import Recorder
 from pelagos.sim.run import RunResult, run
 from pelagos.sim.state import AgentState, checked_command
@@ -43,6 +44,8 @@ class Simulation:
         self._begin = start_states(model)  # before any body stands in the scene that it asks
         hulls = {name: _hull(agent, model.world) for name, agent in model.agents.items()}
         self._bodies = Bodies(model.scene, hulls, n=model.n, first_instance=model.world.next_instance)
+        if model.world.movers:
+            self._bodies.script = Movers(model.world, self._bodies, dt_ns=model.clock.dt_ns).place
         self._stepper = Stepper(model, self._bodies)
         self._spawned = 0
         self.reset()

@@ -144,6 +144,7 @@ class Stepper:
         little more than one for those of a single block (a DVL 0.2 ms, an IMU 0.03 ms).
         """
         self._guide()
+        self._bodies.follow(self.tick)
         ticks = self._block_length(last, wait)
         for agent in self._model.agents.values():
             self._move(agent, ticks)
@@ -268,6 +269,7 @@ class Stepper:
                     continue
                 start = time.perf_counter()
                 if sensor.sees and not placed:
+                    self._bodies.follow(self.tick)
                     self._bodies.place(self.states())
                     placed = True
                 if due not in lanes:

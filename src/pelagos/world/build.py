@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from pelagos.config import registry
 from pelagos.errors import LookupFailed
 from pelagos.world.config import WorldConfig
@@ -14,7 +16,8 @@ def build_world(config: WorldConfig) -> World:
     Raises:
         WorldError: a file cannot be read, or the world cannot be made.
     """
-    return config.build()
+    world = config.build()
+    return replace(world, movers=config.movers) if config.movers else world
 
 
 def world_config(values: dict[str, object]) -> WorldConfig:

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, ClassVar
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, ConfigDict, Field, field_validator
+
+from pelagos.world.mover import MoverConfig, checked
 
 if TYPE_CHECKING:
     from pelagos.world.world import World
@@ -24,6 +26,15 @@ class WorldConfig(BaseModel):
     """WGS 84 latitude of the world's origin [deg]; where not given, the kind of world says."""
     longitude_deg: float | None = Field(default=None, ge=-180, le=180)
     """WGS 84 longitude of the world's origin [deg]; where not given, the kind of world says."""
+
+    movers: tuple[MoverConfig, ...] = ()
+    """Bodies that move on scripted paths: ships that pass, schools of fish, swinging chains."""
+
+    @field_validator("movers")
+    @classmethod
+    def _names(cls, value: tuple[MoverConfig, ...]) -> tuple[MoverConfig, ...]:
+        checked(value)
+        return value
 
     def build(self) -> World:
         """Build the world."""

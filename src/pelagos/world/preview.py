@@ -4,16 +4,13 @@ from __future__ import annotations
 
 from collections import Counter
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from pelagos.world.label import label_color
 from pelagos.world.world import World
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
 
 _SKY = (0.36, 0.45, 0.55)  # radiance of the even light from above, relative
 _SUN = (0.62, -0.45, -0.55)  # direction in which the sun's light travels: low, and across the usual view
@@ -103,8 +100,8 @@ def render(
     world: World,
     path: Path,
     *,
-    eye: Sequence[float] | None = None,
-    target: Sequence[float] | None = None,
+    eye: ArrayLike | None = None,
+    target: ArrayLike | None = None,
     size: tuple[int, int] = (1120, 700),
     samples: int = 32,
     fov_deg: float = 60.0,

@@ -18,6 +18,7 @@ from pelagos.raycast.scene import Scene
 from pelagos.world.clearance import Clearance
 from pelagos.world.label import label_name, label_number
 from pelagos.world.material import MATERIALS, Material, MaterialTables, material_tables
+from pelagos.world.mover import MoverConfig
 from pelagos.world.terrain import HeightField
 
 
@@ -61,6 +62,7 @@ class World:
         terrain: the ground as a height field, where there is one.
         notes: what the builder wants people to know (holes filled, objects that found no place).
         user_labels: labels of the scenario's own, name to number.
+        movers: bodies on scripted paths, which a simulation puts into the moving scene.
     """
 
     geometries: Sequence[Geometry]
@@ -71,6 +73,7 @@ class World:
     terrain: HeightField | None = None
     notes: tuple[str, ...] = ()
     user_labels: Mapping[str, int] = field(default_factory=dict)
+    movers: Sequence[MoverConfig] = ()
     _live: dict[str, Any] = field(default_factory=dict, repr=False, compare=False)
 
     def scene(self, copies: int = 1) -> Scene:
