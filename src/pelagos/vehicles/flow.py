@@ -34,6 +34,7 @@ class Flow:
         current_rate: rate of change of the current in body axes (6), because the body turns [m/s^2].
         supply: what feeds electric thrusters; None where nothing is fed.
         shear: change of the current's sideways and downward velocity along the body's axis (2) [1/s].
+        surface: roll and pitch at which a hull would lie level with the waves (2) [rad].
     """
 
     position: Vector
@@ -44,6 +45,7 @@ class Flow:
     current_rate: Vector
     shear: Vector
     supply: Supply | None = None
+    surface: Vector = (0.0, 0.0)
 
     @property
     def down(self) -> list[Array]:
@@ -75,11 +77,14 @@ def make_flow(
     current_rotation: CurrentRotation = "attitude",
     shear: Vector = (0.0, 0.0),
     elevation: Array = 0.0,
+    acceleration: Vector | None = None,
+    surface: Vector = (0.0, 0.0),
 ) -> Flow:
-    """The flow past a vehicle in a current (3) NED [m/s].
+    """The flow past a vehicle in a current (3) NED [m/s] that changes with `acceleration` (3) NED [m/s^2].
 
     `current_rotation`: into body axes with the whole attitude, or, as Fossen's programs do, with the heading alone
-    (right only while roll and pitch are small). `elevation`: of the surface above the vehicle, upwards [m].
+    (right only while roll and pitch are small). `elevation`: of the surface above the vehicle, upwards [m]; `surface`:
+    see `Flow`.
     """
     w = nu[3:]
     if current_rotation == "attitude":
@@ -91,10 +96,12 @@ def make_flow(
         cos, sin = cos / size, sin / size
         in_body = [current[0] * cos + current[1] * sin, current[1] * cos - current[0] * sin, current[2]]
         rate = [w[2] * in_body[1], -w[2] * in_body[0], 0.0]
+    if acceleration is not None:
+        rate = [a + b for a, b in zip(rate, matvec(transpose(rotation), acceleration), strict=True)]
     nu_r = [nu[0] - in_body[0], nu[1] - in_body[1], nu[2] - in_body[2], *w]
-    return Flow(
-        list(position), total(position[2], elevation), rotation, list(nu), nu_r, [*rate, 0.0, 0.0, 0.0], list(shear)
-    )
+    immersion = total(position[2], elevation)
+    rates = [*rate, 0.0, 0.0, 0.0]
+    return Flow(list(position), immersion, rotation, list(nu), nu_r, rates, list(shear), surface=list(surface))
 
 
 def rotation_from_euler(roll: Array, pitch: Array, yaw: Array) -> list[list[Array]]:

@@ -16,7 +16,7 @@ from pydantic import ValidationError
 
 from pelagos import jit
 from pelagos.errors import CommandError, LookupFailed, ScenarioError
-from pelagos.hydro.algebra import Vector, matvec, transpose
+from pelagos.hydro.algebra import Matrix, Vector, matvec, transpose
 from pelagos.jit import Array
 from pelagos.math.frames import flip_quaternion_np, flip_yz, flip_yz_np
 from pelagos.ocean.current import UniformCurrent
@@ -34,10 +34,12 @@ from pelagos.vehicles.shape.hull import build_hull
 from pelagos.vehicles.shape.parts import PartsHull, ShapePart
 from pelagos.vehicles.shape.torpedo import TorpedoHull
 from pelagos.vehicles.state import VehicleState
+from pelagos.vehicles.wave_flow import WaveFlow, surface_under
 
 __all__ = ["Vehicle", "VehicleConfig"]
 
 Wrench = tuple[Array, Array]
+_AFLOAT = {"hydrostatic", "twin_hull"}  # terms that follow the surface
 
 
 class Vehicle:
@@ -325,11 +327,26 @@ class Vehicle:
             stern = _current(ocean, [p - a for p, a in zip(rigid.position, half, strict=True)], t)
             change = [(b - s) * (1 / self.config.length_m) for b, s in zip(bow, stern, strict=True)]
             shear = matvec(transpose(rotation), change)[1:]
-        x, y = rigid.position[:2]
-        elevation = 0.0 if getattr(ocean, "waves", None) is None else ocean.elevation(x, -y, t)
+        if getattr(ocean, "waves", None) is None:
+            return make_flow(rigid.position, rotation, rigid.nu, current, current_rotation=how, shear=shear)
+        waves = self._waves(ocean, rigid.position, rotation, t)
         return make_flow(
-            rigid.position, rotation, rigid.nu, current, current_rotation=how, shear=shear, elevation=elevation
+            rigid.position, rotation, rigid.nu, [a + b for a, b in zip(current, waves.velocity, strict=True)],
+            current_rotation=how, shear=shear, elevation=waves.elevation, acceleration=waves.acceleration,
+            surface=waves.surface,
+        )  # fmt: skip
+
+    def _waves(self, ocean: Any, position: Vector, rotation: Matrix, t: Array) -> WaveFlow:
+        """The waves at a vehicle; what floats feels the surface under its whole waterplane."""
+        afloat = any(getattr(term, "type", "") in _AFLOAT for term in self.config.terms.values())
+        motion = ocean.wave_motion(flip_yz(jit.Array3f64(*position)), t, stretch=afloat)
+        velocity, acceleration = [*flip_yz(motion.velocity)], [*flip_yz(motion.acceleration)]
+        if not afloat:
+            return WaveFlow(velocity, acceleration, motion.elevation, (0.0, 0.0))
+        elevation, surface = surface_under(
+            lambda x, y: ocean.elevation(x, -y, t), position, rotation, self.config.length_m, self.config.beam
         )
+        return WaveFlow(velocity, [*acceleration[:2], jit.Float64(0.0)], elevation, surface)
 
     def _begin(self, memory: Sequence[Array], controller: Controller, mode: str, flow: Flow) -> list[Array]:
         """The mode's memory: what it kept, or its start where another mode ran before."""

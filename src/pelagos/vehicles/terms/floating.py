@@ -90,7 +90,9 @@ class Hydrostatic:
 
     def wrench(self, flow: Flow) -> Vector:
         """-G eta (6)."""
-        load = restoring.hydrostatic(self.matrix, flow.immersion, flow.roll, flow.pitch)
+        load = restoring.hydrostatic(
+            self.matrix, flow.immersion, flow.roll - flow.surface[0], flow.pitch - flow.surface[1]
+        )
         if self.vertical:
             load[:3] = scaled(load[2], flow.down)
         return load

@@ -1,0 +1,81 @@
+"""Vehicles in regular waves against linear theory: deep water, k = w^2/g, orbits a e^{-k d} at depth d."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+import pelagos as pl
+
+HEIGHT_M, PERIOD_S = 1.0, 6.0
+K = (2 * math.pi / PERIOD_S) ** 2 / 9.81
+
+
+def ride(vehicle: str, depth_m: float, *, seconds: float = 48.0, heading_deg: float = 0.0) -> dict[str, float]:
+    """Amplitudes of surge, heave [m], roll and pitch [rad] at the waves' period, by least squares."""
+    sim = pl.Simulation.load(
+        {
+            "tick_rate_hz": 100,
+            "world": {"type": "flat", "depth_m": 200.0},
+            "ocean": {"waves": [{"type": "regular", "height_m": HEIGHT_M, "period_s": PERIOD_S, "towards_deg": 0.0}]},
+            "agents": {
+                "it": {
+                    "vehicle": vehicle,
+                    "control": "actuators",
+                    "start": {"position_m": [0.0, 0.0], "depth_m": depth_m, "heading_deg": heading_deg},
+                }
+            },
+        }
+    )
+    if depth_m > 0:  # let go with the water's own motion (a crest is overhead), or it keeps sinking past its orbit
+        speed = HEIGHT_M / 2 * 2 * math.pi / PERIOD_S * math.exp(-K * depth_m)
+        sim.set_state("it", velocity=(speed, 0.0, 0.0))
+    t, rows = [], []
+    while sim.time_ns < seconds * 1e9:
+        sim.run(0.2)
+        state = sim.state["it"]
+        t.append(sim.time_ns * 1e-9)
+        rows.append([state.position[0, 0], state.position[0, 2], state.euler[0, 0], state.euler[0, 1]])
+    keep = np.array(t) > seconds - 4 * PERIOD_S
+    when, values = np.array(t)[keep], np.array(rows)[keep]
+    # the vehicle drifts slowly through the waves: a little freedom in the period of encounter, and a trend
+    best = None
+    for period in PERIOD_S * np.linspace(0.97, 1.03, 25):
+        w = 2 * math.pi / period
+        basis = np.stack([np.ones_like(when), when, when**2, np.cos(w * when), np.sin(w * when)], axis=-1)
+        found, residual, *_ = np.linalg.lstsq(basis, values, rcond=None)
+        if best is None or residual.sum() < best[0]:
+            best = residual.sum(), np.hypot(found[3], found[4])
+    return dict(zip(("surge", "heave", "roll", "pitch"), best[1], strict=True))
+
+
+@pytest.mark.parametrize("depth_m", [6.0, 12.0])
+def test_a_neutral_vehicle_moves_with_the_water(depth_m):
+    """It displaces its own weight, so the pressure that moves the water moves it: e^{-kd} at its own depth.
+
+    Drag along the hull is small and across it linear damping acts on relative motion only: 10 % are left for both.
+    """
+    found = ride("remus100", depth_m)
+    assert found["heave"] == pytest.approx(HEIGHT_M / 2 * math.exp(-K * depth_m), rel=0.10)
+    assert found["surge"] == pytest.approx(HEIGHT_M / 2 * math.exp(-K * depth_m), rel=0.15)
+
+
+def test_half_a_wave_length_down_it_barely_moves():
+    found = ride("remus100", math.pi / K)
+    assert found["heave"] < 0.06 * HEIGHT_M / 2  # e^{-pi} = 0.043
+
+
+@pytest.mark.parametrize("vehicle", ["wamv", "surface_vessel", "otter"])
+def test_long_waves_carry_what_floats(vehicle):
+    """56 m long waves under hulls of 2 to 5 m: heave goes to the elevation, pitch to the slope ka = 3.2 deg."""
+    found = ride(vehicle, 0.0)
+    assert found["heave"] == pytest.approx(HEIGHT_M / 2, rel=0.06)
+    assert found["pitch"] == pytest.approx(K * HEIGHT_M / 2, rel=0.15)
+
+
+def test_waves_from_abeam_roll():
+    found = ride("wamv", 0.0, heading_deg=90.0)
+    assert found["roll"] > 5 * found["pitch"]
+    assert found["roll"] == pytest.approx(K * HEIGHT_M / 2, rel=0.25)
