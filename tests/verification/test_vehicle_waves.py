@@ -48,18 +48,19 @@ def ride(vehicle: str, depth_m: float, *, seconds: float = 48.0, heading_deg: fl
         found, residual, *_ = np.linalg.lstsq(basis, values, rcond=None)
         if best is None or residual.sum() < best[0]:
             best = residual.sum(), np.hypot(found[3], found[4])
-    return dict(zip(("surge", "heave", "roll", "pitch"), best[1], strict=True))
+    return dict(zip(("surge", "heave", "roll", "pitch"), best[1], strict=True)) | {"depth": -values[:, 1].mean()}
 
 
 @pytest.mark.parametrize("depth_m", [6.0, 12.0])
 def test_a_neutral_vehicle_moves_with_the_water(depth_m):
     """It displaces its own weight, so the pressure that moves the water moves it: e^{-kd} at its own depth.
 
-    Drag along the hull is small and across it linear damping acts on relative motion only: 10 % are left for both.
+    Lift and damping act on what little relative motion there is, and let it drift by some centimetres a second: 5 %.
     """
     found = ride("remus100", depth_m)
-    assert found["heave"] == pytest.approx(HEIGHT_M / 2 * math.exp(-K * depth_m), rel=0.10)
-    assert found["surge"] == pytest.approx(HEIGHT_M / 2 * math.exp(-K * depth_m), rel=0.15)
+    orbit = HEIGHT_M / 2 * math.exp(-K * found["depth"])
+    assert found["heave"] == pytest.approx(orbit, rel=0.05)
+    assert found["surge"] == pytest.approx(orbit, rel=0.05)
 
 
 def test_half_a_wave_length_down_it_barely_moves():
