@@ -10,6 +10,7 @@ import copy
 import itertools
 import struct
 from collections.abc import Sequence
+from functools import cached_property
 from typing import Any, Final, TypeAlias
 
 import numpy as np
@@ -69,12 +70,32 @@ class Template:
             t_ns: `(k,)` simulation times [ns].
             values: `(k, m)`, what follows the stamp.
         """
-        out = np.tile(np.frombuffer(self._bytes, dtype=np.uint8), (len(t_ns), 1))
-        columns = [t_ns // 1_000_000_000, t_ns % 1_000_000_000, *values.T]
-        for (offset, code), column in zip(self.places, columns, strict=True):
-            raw = np.ascontiguousarray(column.astype(_dtype(code))).view(np.uint8).reshape(len(t_ns), -1)
-            out[:, offset : offset + raw.shape[1]] = raw
+        record, columns = self._table
+        out = np.empty((len(t_ns), len(self._bytes)), dtype=np.uint8)
+        out[:] = np.frombuffer(self._bytes, dtype=np.uint8)
+        fields = out.view(record)[:, 0]
+        fields["0"], fields["1"] = t_ns // 1_000_000_000, t_ns % 1_000_000_000
+        for name, first, end in columns:
+            fields[name] = values[:, first:end]
         return out
+
+    @cached_property
+    def _table(self) -> tuple[np.dtype[Any], list[tuple[str, int, int]]]:
+        """The message as a NumPy record; by field behind the stamp, its name and columns of `rows`' values.
+
+        Numbers of one type that stand together are one field: a field at a time takes half of the time of a row.
+        """
+        groups = [(0, 1), (1, 2)]
+        for i in range(2, len(self.places)):
+            (place, code), (before, code_before) = self.places[i], self.places[i - 1]
+            if i > 2 and code == code_before and place == before + np.dtype(_dtype(code)).itemsize:
+                groups[-1] = (groups[-1][0], i + 1)
+            else:
+                groups.append((i, i + 1))
+        formats = [(_dtype(self.places[i][1]), (end - i,) if i > 1 else ()) for i, end in groups]
+        names, offsets = [str(i) for i, _ in groups], [self.places[i][0] for i, _ in groups]
+        layout = {"names": names, "formats": formats, "offsets": offsets, "itemsize": len(self._bytes)}
+        return np.dtype(layout), [(str(i), i - 2, end - 2) for i, end in groups[2:]]  # type: ignore[call-overload]
 
 
 def _dtype(code: str) -> str:

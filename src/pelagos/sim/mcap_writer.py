@@ -12,6 +12,7 @@ import struct
 import zlib
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 from typing import Any, Final
 
@@ -33,6 +34,12 @@ _MESSAGE_FIELDS: Final = [
 ]  # fmt: skip
 RECORD: Final = struct.Struct("<BQ")
 CHUNK_BYTES: Final = 4 << 20
+
+
+@cache
+def _message(size: int) -> np.dtype[Any]:
+    """A message record with `size` bytes of data."""
+    return np.dtype([*_MESSAGE_FIELDS, ("data", "u1", (size,))])
 
 
 @dataclass
@@ -115,13 +122,14 @@ class McapWriter:
             return
         first, last = int(t_ns[0]), int(t_ns[-1])
         self._first, self._last = (min(first, self._first), max(last, self._last)) if self._index else (first, last)
-        records = np.empty(count, dtype=np.dtype([*_MESSAGE_FIELDS, ("data", "u1", (size,))]))
+        records = np.empty(count, dtype=_message(size))
         start = self._summary.counts[channel] + 1
         records["opcode"], records["length"], records["channel"] = Opcode.MESSAGE, MESSAGE_HEAD + size, channel
         records["sequence"] = np.arange(start, start + count)
         records["log_time"] = records["publish_time"] = t_ns
         records["data"] = rows
-        entries = np.stack([t_ns, len(self._buffer) + records.itemsize * np.arange(count)], axis=-1)
+        entries = np.empty((count, 2), dtype=np.int64)
+        entries[:, 0], entries[:, 1] = t_ns, len(self._buffer) + records.itemsize * np.arange(count)
         self._index.setdefault(channel, []).extend(entries.ravel().tolist())
         self._summary.counts[channel] += count
         self._buffer += records.tobytes()
