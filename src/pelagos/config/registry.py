@@ -63,6 +63,7 @@ BUILT_IN: Final[Mapping[Kind, Mapping[str, str]]] = {
         "flat": "pelagos.world.generate.flat:FlatConfig",
         "generated": "pelagos.world.generate.generated:GeneratedConfig",
         "harbour": "pelagos.world.generate.harbour:HarbourConfig",
+        "large": "pelagos.world.large.large:LargeConfig",
         "saved": "pelagos.world.export:SavedConfig",
     },
     "ocean": {"standard": "pelagos.ocean.config:OceanConfig"},

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from pelagos import jit
 from pelagos.jit import Array
 from pelagos.raycast.geometry import Geometry
+from pelagos.raycast.streamed import StreamedGround
 
 COPY_SPACING: Final = 500.0  # [m], between the bodies of two copies of a fleet
 _LATTICE: Final = 16  # copies along one edge of the lattice: 4096 copies within 8 km
@@ -66,18 +67,23 @@ class Scene:
         generation: counts replacements of `moving` (not its motions).
     """
 
-    def __init__(self, static: Sequence[Geometry], *, copies: int = 1) -> None:
+    def __init__(self, static: Sequence[Geometry], *, copies: int = 1, ground: StreamedGround | None = None) -> None:
         self.copies = copies
+        self._ground = ground
         self.generation = 0
         self._static_geometry = list(static)
         corners = [g.vertices for g in static if len(g.vertices)]
+        if ground is not None:
+            corners.append(ground.patch.vertices + ground.patch.origin)
         low = np.min([c.min(axis=0) for c in corners], axis=0) if corners else np.zeros(3)
         high = np.max([c.max(axis=0) for c in corners], axis=0) if corners else np.zeros(3)
         self.bounds: NDArray[np.float64] = np.stack([low, high])
-        self.origin: NDArray[np.float64] = np.round((low + high) / 2)
+        self.origin: NDArray[np.float64] = np.round((low + high) / 2) if ground is None else ground.patch.origin
         smooth = [g for g in static if g.vertex_normals is not None]
         flat = [g for g in static if g.vertex_normals is None]
         meshes, self._static_faces, self._static_first = [], [], []
+        self._poses: tuple[NDArray[np.float64], ...] | None = None
+        self._static_groups: dict[str, list[Geometry]] = {}
         first = 0
         objects = _Objects()
         for name, group in (("smooth", smooth), ("flat", flat)):
@@ -88,20 +94,92 @@ class Scene:
             self._static_faces.append(faces)
             self._static_first.append(first)
             first += len(faces)
+        if ground is not None:
+            self._ground_rows = objects.add(*ground.identity)
+            self._static_faces.append(self._ground_rows[ground.patch.face_materials])
+            self._static_first.append(first)
         self.static: Any = None
-        if meshes:
-            self.static = jit.mi.load_dict(
-                {"type": "scene", **{f"m{i}": m for i, m in enumerate(meshes)}}, optimize=False
-            )
+        self._static_parameters: Any = None
+        if meshes or ground is not None:
+            self._load_static(meshes)
         self._objects = objects
         self._bodies: list[Geometry] = []
         self.moving: Any = None
         self._parameters: Any = None
         self._refresh_tables(moving_first=[], moving_faces=[])
+        if ground is not None:
+            self._exchange_ground()  # from now on all its arrays are our own: frozen functions see exchanges
+
+    def _load_static(self, meshes: list[Any]) -> None:
+        """Load the static scene, a streamed ground last."""
+        robust = {}
+        if self._ground is not None:
+            patch = self._ground.patch
+            part = Geometry(patch.vertices.astype(np.float64), patch.faces, 0, 0, 0, patch.normals)
+            meshes = [*meshes, _mesh("ground", [part], np.zeros(3))]
+            # a ray that meets a seam of two tiles must not slip through: the watertight test of Embree
+            robust = {"embree_use_robust_intersections": True}
+        shapes = {f"m{i}": m for i, m in enumerate(meshes)}
+        self.static = jit.mi.load_dict({"type": "scene", **robust, **shapes}, optimize=False)
+        self._static_parameters = jit.mi.traverse(self.static) if self._ground is not None else None
+
+    @property
+    def streamed(self) -> bool:
+        """Part of the ground is exchanged as vehicles go on."""
+        return self._ground is not None
+
+    def follow(self, places: NDArray[np.float64]) -> bool:
+        """Bring a streamed ground to vehicles at `(k, 3)` [m]; whether what stands there is new."""
+        if self._ground is None or not self._ground.follow(places[:, :2]):
+            return False
+        self._exchange_ground()
+        return True
+
+    def look(self, places: NDArray[np.float64]) -> bool:
+        """The same for rays of other origin; the next `follow` is as if this had not been."""
+        if self._ground is None or not self._ground.look(places[:, :2]):
+            return False
+        self._exchange_ground()
+        return True
+
+    def forget(self) -> None:
+        """A run begins anew: where a streamed ground was before has no effect."""
+        if self._ground is not None:
+            self._ground.forget()
+
+    def _exchange_ground(self) -> None:
+        """Put the present patch into the static scene, and move the origin with it."""
+        assert self._ground is not None
+        patch = self._ground.patch
+        mesh = f"m{len(self._static_first) - 1}"
+        if len(patch.faces) != len(self._static_faces[-1]):  # more places than ever before: a larger mesh
+            self.generation += 1
+            self._load_static([_mesh(n, g, self.origin) for n, g in self._static_groups.items()])
+            self.tables.static_base, self.tables.static_row = map(jit.UInt32, _rows_by_identifier(self.static))
+            dr.make_opaque(self.tables.static_base, self.tables.static_row)
+        parameters = self._static_parameters
+        parameters[f"{mesh}.vertex_positions"] = _own(jit.Float, patch.vertices)
+        parameters[f"{mesh}.vertex_normals"] = _own(jit.Float, patch.normals)
+        parameters[f"{mesh}.faces"] = _own(jit.UInt32, patch.faces)
+        if (patch.origin != self.origin).any():
+            for name, group in self._static_groups.items():
+                parameters[f"{name}.vertex_positions"] = _own(
+                    jit.Float, np.concatenate([g.vertices - patch.origin for g in group]).astype(np.float32)
+                )
+        parameters.update()
+        self.origin = patch.origin
+        self._static_faces[-1] = self._ground_rows[patch.face_materials]
+        t = self.tables
+        t.origin = jit.Array3f64(*(float(c) for c in patch.origin))
+        t.static_face = _own(jit.UInt32, np.concatenate(self._static_faces))
+        dr.make_opaque(t.origin, t.static_face)
+        if self._poses is not None:
+            self.move(*self._poses)
 
     def set_moving(self, bodies: Sequence[tuple[Geometry, int]]) -> None:
         """Replace everything that moves: `(geometry in its body frame, copy)` by row. Poses follow with `move`."""
         self.generation += 1
+        self._poses = None
         self._bodies = [g for g, _ in bodies]
         self._body_copy = np.array([c for _, c in bodies], dtype=np.int64)
         groups: dict[str, Any] = {}
@@ -135,6 +213,7 @@ class Scene:
         """Place every moving row: position `(b, 3)` NWU [m], attitude `(b, 4)`, world-frame velocities `(b, 3)`."""
         if self.moving is None:
             return
+        self._poses = (position, attitude, velocity, angular_velocity)
         offset = copy_offsets(self.copies)[self._body_copy]
         local = position - self.origin + offset
         matrices = np.tile(np.eye(4), (len(local), 1, 1))
@@ -217,12 +296,29 @@ class _Objects:
         self.material += [int(m) for m in materials]
         return inverse + np.uint32(start)
 
+    def add(self, label: int, instance: int, materials: Sequence[int]) -> NDArray[np.uint32]:
+        """`(len(materials),)` object row of one thing in each of its materials."""
+        start = len(self.label)
+        self.label += [label] * len(materials)
+        self.instance += [instance] * len(materials)
+        self.material += list(materials)
+        return np.arange(start, len(self.label), dtype=np.uint32)
+
 
 def copy_offsets(copies: int) -> NDArray[np.float64]:
     """`(copies, 3)` where the moving bodies of each copy stand [m]; the first copy stands where it is."""
     c = np.arange(copies)
     cell = np.stack([c % _LATTICE, c // _LATTICE % _LATTICE, c // _LATTICE**2], axis=-1)
     return np.asarray(cell * COPY_SPACING, dtype=np.float64)
+
+
+def _own(kind: Any, values: NDArray[Any]) -> Array:
+    """Flat values in memory of Dr.Jit's own: as aligned as the arrays that a frozen function was recorded with."""
+    borrowed = kind(np.ascontiguousarray(values).reshape(-1))
+    owned = dr.gather(kind, borrowed, dr.arange(jit.UInt32, dr.width(borrowed)))
+    dr.eval(owned)
+    dr.sync_thread()
+    return owned
 
 
 def _mesh(name: str, group: Sequence[Geometry], origin: NDArray[np.float64]) -> Any:

@@ -146,7 +146,9 @@ class Bodies:
             self.script(tick)
 
     def place(self, agents: Mapping[str, AgentState]) -> None:
-        """Bring the moving scene up to date, where anything changed."""
+        """Bring the moving scene up to date, where anything changed, and a streamed ground to where the agents are."""
+        if agents:
+            self._scene.follow(np.concatenate([s.position for s in agents.values()]))
         if not self.any or not (self.changed or self.hulls):
             return
         states = [agents[name] for name in self.hulls]

@@ -125,6 +125,7 @@ class Stepper:
         self.timings = Timings()
         self._guidance.clear()
         self._blocks.clear()
+        self._model.scene.forget()
         for name, agent in self._model.agents.items():
             self._place(agent, states[name])
         return self._observe(self._sense())
@@ -212,7 +213,8 @@ class Stepper:
     def _waits(self, agent: AgentModel, sensor: SensorModel) -> bool:
         """Whether a sensor's readings may be read some blocks later."""
         guides = agent.name in self._guidance and sensor.config.type in GUIDING
-        return sensor.waits and not guides and not (sensor.sees and self._bodies.any)
+        changes = self._bodies.any or self._model.scene.streamed
+        return sensor.waits and not guides and not (sensor.sees and changes)
 
     def _block_length(self, last: int, wait: bool) -> int:
         """Ticks until a sensor that sees, a mission or the caller may act; one at a time where a hull may touch."""

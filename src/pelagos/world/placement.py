@@ -64,6 +64,7 @@ def _seen_from_behind(
     scene = world._scene()
     if scene.static is None:
         return np.zeros(len(directions), dtype=bool), np.zeros(len(directions), dtype=np.uint32)
+    scene.look(place[None])
     local = jit.Array3f(*(float(c) for c in place - scene.origin))
     along = jit.Array3f(np.ascontiguousarray(directions.T, dtype=np.float32))
     si: Any = scene.static.ray_intersect(jit.mi.Ray3f(local, along, _REACH, 0.0, []), jit.mi.RayFlags.Minimal, True)

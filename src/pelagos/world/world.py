@@ -10,13 +10,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from pelagos.errors import CommandError, LookupFailed
+from pelagos.errors import CommandError, LookupFailed, WorldError
 from pelagos.jit import Array
 from pelagos.math.geodesy import GeoOrigin
 from pelagos.raycast.geometry import Geometry
 from pelagos.raycast.scene import Scene
 from pelagos.world.clearance import Clearance
 from pelagos.world.label import label_name, label_number
+from pelagos.world.large.clearance import GroundClearance
+from pelagos.world.large.ground import LargeGround
+from pelagos.world.large.stream import Stream
 from pelagos.world.material import MATERIALS, Material, MaterialTables, material_tables
 from pelagos.world.mover import MoverConfig
 from pelagos.world.terrain import HeightField
@@ -63,6 +66,8 @@ class World:
         notes: what the builder wants people to know (holes filled, objects that found no place).
         user_labels: labels of the scenario's own, name to number.
         movers: bodies on scripted paths, which a simulation puts into the moving scene.
+        ground: ground that is streamed; the one of `geometries` with its instance id is then an overview for people,
+            which rays do not hit.
     """
 
     geometries: Sequence[Geometry]
@@ -74,11 +79,15 @@ class World:
     notes: tuple[str, ...] = ()
     user_labels: Mapping[str, int] = field(default_factory=dict)
     movers: Sequence[MoverConfig] = ()
+    ground: LargeGround | None = None
     _live: dict[str, Any] = field(default_factory=dict, repr=False, compare=False)
 
     def scene(self, copies: int = 1) -> Scene:
         """A new ray-tracing scene for a fleet of `copies`; from now on `cast` asks this one, bodies included."""
-        made = Scene(self.geometries, copies=copies)
+        if self.ground is None:
+            made = Scene(self.geometries, copies=copies)
+        else:
+            made = Scene(self._standing, copies=copies, ground=Stream(self.ground))
         self._live.clear()
         self._live["scene"] = made
         return made
@@ -140,12 +149,23 @@ class World:
 
     @cached_property
     def clearance(self) -> Clearance:
-        """See `Clearance`."""
-        return Clearance(self.geometries)
+        """See `Clearance`; without a streamed ground."""
+        return Clearance(self._standing)
+
+    @cached_property
+    def _standing(self) -> list[Geometry]:
+        """What stands in the static scene as it is."""
+        streamed = None if self.ground is None else self.ground.instance
+        return [g for g in self.geometries if g.instance != streamed]
+
+    @cached_property
+    def _ground_clearance(self) -> GroundClearance | None:
+        return None if self.ground is None else GroundClearance(self.ground)
 
     def near(self, position: NDArray[np.float64], margin_m: float) -> NDArray[np.bool_]:
         """`(n,)`: whether anything static may be within `margin_m` of positions `(n, 3)` [m]; False is certain."""
-        return self.clearance.near(position, margin_m)
+        near = self.clearance.near(position, margin_m)
+        return near if self._ground_clearance is None else near | self._ground_clearance.near(position, margin_m)
 
     def height(self, x: ArrayLike, y: ArrayLike) -> NDArray[np.float64]:
         """Height of the ground [m] at x, y [m], on the triangles that rays hit; NaN where the world has no ground."""
@@ -236,6 +256,10 @@ def _make_caster(scene: Scene) -> Callable[..., Hits]:
     frozen = scene.compile(make)
 
     def call(start: NDArray[np.float64], along: NDArray[np.float32], reach: NDArray[np.float32]) -> Hits:
+        try:
+            scene.look(start)
+        except WorldError:  # a streamed ground cannot have full detail at so many places: some after the others
+            return _halves(call, start, along, reach)
         if scene.static is None and scene.moving is None:
             return _misses(len(start))
         out = frozen(
@@ -248,6 +272,19 @@ def _make_caster(scene: Scene) -> Callable[..., Hits]:
         return Hits(t, position.T, normal.T, label, instance, material, velocity.T)
 
     return call
+
+
+def _halves(
+    call: Callable[..., Hits], start: NDArray[np.float64], along: NDArray[np.float32], reach: NDArray[np.float32]
+) -> Hits:
+    """Rays of the one half of the world, then of the other."""
+    axis = int(np.argmax(np.ptp(start[:, :2], axis=0)))
+    order = np.argsort(start[:, axis], kind="stable")
+    parts = [order[: len(order) // 2], order[len(order) // 2 :]]
+    found = [call(start[p], along[p], reach[p]) for p in parts]
+    back = np.argsort(order, kind="stable")
+    names = Hits.__dataclass_fields__
+    return Hits(**{name: np.concatenate([getattr(f, name) for f in found])[back] for name in names})
 
 
 def _misses(count: int) -> Hits:

@@ -1,0 +1,53 @@
+"""A survey file as the source of a large ground."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from pelagos.errors import WorldError
+from pelagos.math.geodesy import GeoOrigin
+from pelagos.world.bathymetry.bathymetry import _upwards
+from pelagos.world.bathymetry.read import Reading, read_survey
+from pelagos.world.bathymetry.regrid import extent, fill, height_field
+from pelagos.world.bathymetry.survey import Grid
+from pelagos.world.large.source import FieldSource, Source, SurveySource
+
+if TYPE_CHECKING:
+    from pelagos.world.large.large import SurveyGround
+
+_MAX_SOUNDING_NODES = 4_000_000
+
+
+def survey_source(
+    config: SurveyGround, origin: GeoOrigin, *, x0: float, y0: float, cells: tuple[int, int], spacing: float
+) -> Source:
+    """Heights of a survey; a grid is kept as it is in the file, soundings are laid on a grid of the world's nodes.
+
+    Raises:
+        WorldError: the file cannot be used, or does not cover the world's middle.
+    """
+    x1, y1 = x0 + cells[0] * spacing, y0 + cells[1] * spacing
+    lat, lon = origin.to_latlon(np.array([x0, x0, x1, x1, 0.0]), np.array([y0, y1, y0, y1, 0.0]))
+    box = (float(lat.min()), float(lat.max()), float(lon.min()), float(lon.max()))
+    survey = read_survey(str(config.path), Reading(config.variable, config.crs, config.columns, box))
+    covered = extent(survey)
+    if not covered.holds(origin.latitude, origin.longitude):
+        raise WorldError(
+            f"large: {config.path} covers {covered}, not the world's origin at {origin.latitude:g}, "
+            f"{origin.longitude:g}; set latitude_deg and longitude_deg"
+        )
+    survey, _ = _upwards(survey, config.sign, config.datum_offset_m)
+    if isinstance(survey, Grid):
+        filled, _ = fill(survey.z)
+        return SurveySource(replace(survey, z=filled), origin)
+    nodes = (cells[0] + 1) * (cells[1] + 1)
+    if nodes > _MAX_SOUNDING_NODES:
+        raise WorldError(
+            f"large: soundings would need a grid of {nodes} nodes in memory (at most {_MAX_SOUNDING_NODES}); "
+            "grid them first, or use type: bathymetry with a crop"
+        )
+    field, _ = height_field(survey, origin, corner=(x0, y0), cells=cells, spacing=spacing)
+    return FieldSource(field)

@@ -1,0 +1,78 @@
+"""Large worlds: what their configuration accepts, and what it says about the rest."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from pelagos.errors import WorldError
+from pelagos.world.build import build_world, world_config
+
+SMALL = {"type": "large", "size_m": [4000, 3000], "resolution_m": 10.0}
+
+
+def _built(**changes):
+    return build_world(world_config({**SMALL, **changes}))
+
+
+def test_a_file_of_heights_is_read_where_it_is_needed(tmp_path):
+    z = np.random.default_rng(0).uniform(-90, -80, (401, 301)).astype(np.float32)
+    np.save(tmp_path / "z.npy", z)
+    world = _built(ground={"kind": "file", "path": str(tmp_path / "z.npy")})
+    i, j = np.array([0, 7, 200, 400]), np.array([0, 9, 150, 300])
+    np.testing.assert_array_equal(world.height(-2000 + 10.0 * i, -1500 + 10.0 * j), z[i, j].astype(np.float64))
+    hits = world.cast(np.column_stack([-2000 + 10.0 * i[1:3], -1500 + 10.0 * j[1:3], [0, 0]]), (0, 0, -1), 200)
+    np.testing.assert_allclose(-hits.t, z[i, j][1:3], atol=1e-3)
+
+
+def test_an_inset_from_a_file_lies_in_the_ground(tmp_path):
+    np.save(tmp_path / "hill.npy", np.full((81, 81), -33.0))
+    inset = {"centre_m": [500, 0], "size_m": [100, 100], "resolution_m": 1.25, "path": str(tmp_path / "hill.npy")}
+    world = _built(insets=[inset])
+    assert float(world.height(500.0, 0.0)) == -33.0
+    assert float(world.height(500.0, 38.0)) == -33.0  # up to the rim, a tenth wide
+    around = float(_built().height(500.0, 50.0))
+    assert float(world.height(500.0, 50.0)) == pytest.approx(around, abs=1e-9)
+    assert -float(world.cast([500.0, 0.0, 0.0], (0, 0, -1), 500).t[0]) == pytest.approx(-33.0, abs=1e-3)
+
+
+def test_a_survey_is_ground_too():
+    survey = {"kind": "survey", "path": "matplotlib:topobathy.npz"}
+    world = _built(ground=survey, latitude_deg=48.835, longitude_deg=-122.95)
+    again = build_world(
+        world_config(
+            {
+                "type": "bathymetry",
+                "path": "matplotlib:topobathy.npz",
+                "centre_deg": [48.835, -122.95],
+                "size_m": [4000, 3000],
+                "resolution_m": 10.0,
+            }
+        )
+    )
+    x, y = np.meshgrid(np.arange(-1500, 1500, 110.0), np.arange(-1000, 1000, 130.0))
+    np.testing.assert_allclose(world.height(x, y), again.height(x, y), atol=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"size_m": [4003, 3000]}, "whole number .* of cells .* nearest: 4000"),
+        ({"memory_mb": 300}, "leaves no room for the ground; allow at least"),
+        ({"insets": [{"centre_m": [0, 0], "size_m": [50, 50], "resolution_m": 10}]}, "must be finer than the world's"),
+        ({"insets": [{"centre_m": [2000, 0], "size_m": [50, 50], "resolution_m": 1}]}, "does not lie in the world"),
+        ({"ground": {"kind": "file", "path": "/nowhere/z.npy"}}, "does not exist"),
+    ],
+)
+def test_what_cannot_be_is_refused_with_words(changes, words):
+    with pytest.raises(WorldError, match=words):
+        _built(**changes)
+
+
+def test_a_file_of_another_size_names_the_size_that_fits(tmp_path):
+    np.save(tmp_path / "z.npy", np.zeros((11, 21)))
+    with pytest.raises(WorldError, match=r"11 x 21 nodes.*size_m: \[100.0, 200.0\]"):
+        _built(ground={"kind": "file", "path": str(tmp_path / "z.npy")})
+    (tmp_path / "cut.npy").write_bytes(b"\x93NUMPY")
+    with pytest.raises(WorldError, match="damaged or cut short"):
+        _built(ground={"kind": "file", "path": str(tmp_path / "cut.npy")})
