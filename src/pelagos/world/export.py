@@ -3,7 +3,7 @@
 `world.npz` holds everything; the world type `saved` reads it. `world.glb` is for Blender, Unreal, USD tools and
 browsers: one node for each object, named "instance_name", y up as glTF demands. `labels.json` names labels, instances
 and materials.
-`height.npz` is the ground: x, y and z.
+`height.npz` is the ground: x, y and z; on a survey's own nodes x and y have two axes.
 """
 
 from __future__ import annotations
@@ -15,11 +15,13 @@ from typing import Any, ClassVar, Final, Literal
 from zipfile import BadZipFile
 
 import numpy as np
+from numpy.typing import NDArray
 
 from pelagos.config.path import ScenarioPath
 from pelagos.errors import WorldError
 from pelagos.math.geodesy import GeoOrigin
 from pelagos.raycast.geometry import Geometry
+from pelagos.world.bathymetry.nodes import SurveyNodes
 from pelagos.world.config import WorldConfig
 from pelagos.world.label import label_color
 from pelagos.world.material import Material
@@ -57,7 +59,8 @@ def export(world: World, folder: Path) -> list[Path]:
     if world.terrain is not None:
         made.append(folder / "height.npz")
         field = world.terrain
-        np.savez_compressed(made[3], x=field.x, y=field.y, z=field.z)
+        x, y = (field.x, field.y) if not isinstance(field, SurveyNodes) else np.moveaxis(_plan(field), -1, 0)
+        np.savez_compressed(made[3], x=x, y=y, z=field.z)
     return made
 
 
@@ -76,6 +79,8 @@ def save(world: World, path: Path) -> Path:
     field = world.terrain
     if field is not None:
         arrays["terrain"] = field.z
+    if isinstance(field, SurveyNodes):
+        arrays["terrain_u"], arrays["terrain_v"] = field.u, field.v
     about = {
         "format": FORMAT,
         "name": world.name,
@@ -86,6 +91,8 @@ def save(world: World, path: Path) -> Path:
         "materials": [asdict(m) for m in world.materials],
         "geometries": rows,
         "terrain": None if field is None else [field.x0, field.y0, field.spacing],
+        "terrain_crs": field.crs if isinstance(field, SurveyNodes) else "",
+        "terrain_origin": [field.origin.latitude, field.origin.longitude] if isinstance(field, SurveyNodes) else [],
     }
     np.savez_compressed(path, about=np.frombuffer(json.dumps(about).encode(), dtype=np.uint8), **arrays)
     return path
@@ -106,7 +113,7 @@ def load(path: Path) -> World:
                 raise WorldError(f"saved world {path} has format {about['format']}; this version reads {FORMAT}")
             geometries = tuple(_geometry(data, k, row) for k, row in enumerate(about["geometries"]))
             grid = about["terrain"]
-            terrain = None if grid is None else HeightField(grid[0], grid[1], grid[2], data["terrain"])
+            terrain = None if grid is None else _terrain(data, about)
     except (OSError, ValueError, KeyError, EOFError, BadZipFile) as error:
         raise WorldError(f"saved world {path} cannot be read; it may be damaged or cut short ({error})") from error
     materials = tuple(Material(**{**m, "albedo": tuple(m["albedo"])}) for m in about["materials"])
@@ -145,6 +152,20 @@ def _geometry(data: Any, k: int, row: dict[str, Any]) -> Geometry:
     normals = data.get(f"n{k}")
     material = data[f"m{k}"] if row["material"] < 0 else int(row["material"])
     return Geometry(data[f"v{k}"], data[f"f{k}"], material, row["label"], row["instance"], normals, row["name"])
+
+
+def _terrain(data: Any, about: dict[str, Any]) -> HeightField:
+    x0, y0, spacing = about["terrain"]
+    if not about.get("terrain_crs"):
+        return HeightField(x0, y0, spacing, data["terrain"])
+    origin = GeoOrigin(*about["terrain_origin"])
+    u, v = data["terrain_u"], data["terrain_v"]
+    return SurveyNodes(x0, y0, spacing, data["terrain"], origin, about["terrain_crs"], u, v)
+
+
+def _plan(field: HeightField) -> NDArray[np.float64]:
+    """`(nx, ny, 2)` where the nodes stand [m]."""
+    return field.vertices()[:, :2].reshape(*field.z.shape, 2)
 
 
 def _meanings(world: World) -> dict[str, Any]:

@@ -60,7 +60,7 @@ class HeightField:
         i = (np.asarray(x, dtype=np.float64) - self.x0) / self.spacing
         j = (np.asarray(y, dtype=np.float64) - self.y0) / self.spacing
         # a place at the outermost node must not fall outside by rounding
-        return _snap(i, self.z.shape[0] - 1), _snap(j, self.z.shape[1] - 1)
+        return snapped(i, self.z.shape[0] - 1), snapped(j, self.z.shape[1] - 1)
 
     def normals(self) -> NDArray[np.float32]:
         """`(nx, ny, 3)` unit normals of the smooth surface through the nodes."""
@@ -99,6 +99,7 @@ class HeightField:
         return Geometry(self.vertices(), self.faces(), material, label, instance, self.normals().reshape(-1, 3), name)
 
 
-def _snap(index: NDArray[np.float64], last: int) -> NDArray[np.float64]:
+def snapped(index: NDArray[np.float64], last: int) -> NDArray[np.float64]:
+    """Fractional indices with those that miss a node by rounding alone put on it."""
     near = np.round(index)
     return np.where((np.abs(index - near) < 1e-9 * (1 + last)) & (near >= 0) & (near <= last), near, index)

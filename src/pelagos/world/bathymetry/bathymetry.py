@@ -7,13 +7,15 @@ from pathlib import Path
 from typing import Annotated, ClassVar, Final, Literal, Self
 
 import numpy as np
-from pydantic import AfterValidator, Field, ValidationInfo, model_validator
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationInfo, model_validator
 
 from pelagos.config.path import from_folder
 from pelagos.errors import WorldError
 from pelagos.math.geodesy import GeoOrigin
+from pelagos.world.bathymetry.detail import add_detail
+from pelagos.world.bathymetry.nodes import survey_nodes
 from pelagos.world.bathymetry.read import MATPLOTLIB, Reading, read_survey
-from pelagos.world.bathymetry.regrid import Extent, extent, far_from_soundings, height_field
+from pelagos.world.bathymetry.regrid import Extent, extent, far_from_soundings, height_field, usual_distance
 from pelagos.world.bathymetry.survey import Grid, Soundings
 from pelagos.world.config import WorldConfig
 from pelagos.world.material import material
@@ -29,10 +31,21 @@ def _place(value: str, info: ValidationInfo) -> str:
     return value if value.startswith(MATPLOTLIB) else str(from_folder(Path(value), info))
 
 
+class DetailConfig(BaseModel):
+    """Invented relief, finer than the survey."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", use_attribute_docstrings=True)
+
+    seed: int = Field(default=0, ge=0)
+    """Seed of the relief."""
+    strength: float = Field(default=1.0, gt=0)
+    """Factor on its height; 1 carries on the spectrum that the survey has."""
+
+
 class BathymetryConfig(WorldConfig):
     """The seabed, and the land, of a survey file."""
 
-    TITLE: ClassVar[str] = "A real seabed from NetCDF, GeoTIFF, ESRI ASCII, NumPy or soundings as text"
+    TITLE: ClassVar[str] = "A real seabed from NetCDF, GeoTIFF, ESRI ASCII, BAG, NumPy, LAS or soundings as text"
 
     type: Literal["bathymetry"] = "bathymetry"
     """The kind of world."""
@@ -59,6 +72,10 @@ class BathymetryConfig(WorldConfig):
     """Western and eastern limit of the crop [deg]."""
     resolution_m: float | None = Field(default=None, gt=0)
     """Spacing of the world's grid [m]; the survey's own, or 1/400 of the crop for soundings, where not given."""
+    nodes: Literal["world", "survey"] = "world"
+    """`world` interpolates the survey to a square grid; `survey` keeps a grid's own nodes and values."""
+    detail: DetailConfig | None = None
+    """Invented relief, finer than the survey; none where not given."""
     material: str = "sand"
     """Material of the seabed."""
 
@@ -78,6 +95,8 @@ class BathymetryConfig(WorldConfig):
                 raise ValueError(f"{name} must rise, not {list(limits)}")
         if self.size_m is not None and not min(self.size_m) > 0:
             raise ValueError(f"size_m must be greater than zero, not {list(self.size_m)}")
+        if self.nodes == "survey" and (self.resolution_m is not None or self.detail is not None):
+            raise ValueError("nodes: survey keeps the survey's own nodes: leave resolution_m and detail out")
         return self
 
     def build(self) -> World:
@@ -98,7 +117,7 @@ class BathymetryConfig(WorldConfig):
         )
         at = origin.to_xy(middle[0], middle[1])
         spacing = self.resolution_m or _own_spacing(survey, size)
-        ground, holes = _ground(survey, origin, (float(at[0]), float(at[1])), size, spacing)
+        ground, holes, notes = self._ground(survey, origin, (float(at[0]), float(at[1])), size, spacing)
         if not (ground.z < 0).any():
             raise WorldError(
                 f"bathymetry {self.path}: the crop lies wholly above the sea (lowest {ground.z.min():.2f} m); "
@@ -106,14 +125,37 @@ class BathymetryConfig(WorldConfig):
             )
         site = Site()
         site.ground(ground, self.material)
-        site.notes += _notes(ground, survey, origin, holes, sign)
+        site.notes += _notes(ground, survey, origin, holes, sign) + notes
         name = Path(self.path.removeprefix(MATPLOTLIB)).name
         wide = f"{ground.bounds[1, 0] - ground.bounds[0, 0]:.0f} m x {ground.bounds[1, 1] - ground.bounds[0, 1]:.0f} m"
         return site.world(
             name="bathymetry",
-            description=f"{name}: {wide} at {spacing:g} m, z {ground.z.min():.2f} .. {ground.z.max():.2f} m",
+            description=f"{name}: {wide} at {spacing:.4g} m, z {ground.z.min():.2f} .. {ground.z.max():.2f} m",
             origin=origin,
         )
+
+    def _ground(
+        self,
+        survey: Grid | Soundings,
+        origin: GeoOrigin,
+        at: tuple[float, float],
+        size: tuple[float, float],
+        spacing: float,
+    ) -> tuple[HeightField, int, list[str]]:
+        """The ground about `at` [m], how many of its nodes were filled, and notes about it."""
+        if self.nodes == "world":
+            ground, holes = _ground(survey, origin, at, size, spacing)
+            if self.detail is None:
+                return ground, holes, []
+            own = _own_spacing(survey, size) if isinstance(survey, Grid) else usual_distance(survey, origin, ground)
+            finer, note = add_detail(
+                ground, survey, origin, spacing=own, seed=self.detail.seed, strength=self.detail.strength
+            )
+            return finer, holes, [note]
+        if isinstance(survey, Soundings):
+            raise WorldError(f"bathymetry {self.path}: nodes: survey needs a grid, and this file holds soundings")
+        nodes, holes = survey_nodes(survey, origin, middle=at, size=size)
+        return nodes, holes, [f"the nodes are the survey's own: {nodes.z.shape[0]} x {nodes.z.shape[1]} values"]
 
     def _refuse_impossible(self) -> None:
         """No latitude is above 90 degrees: say so before any file is opened."""
@@ -128,7 +170,7 @@ class BathymetryConfig(WorldConfig):
         if self.centre_deg is None or self.size_m is None:
             return None
         place = GeoOrigin(*self.centre_deg)
-        reach = np.array(self.size_m) * 0.55
+        reach = np.array(self.size_m) * (0.55 if self.detail is None else 3.0)  # a spectrum needs more of the survey
         lat, lon = place.to_latlon(reach[0] * np.array([-1, -1, 1, 1]), reach[1] * np.array([-1, 1, -1, 1]))
         return float(lat.min()), float(lat.max()), float(lon.min()), float(lon.max())
 

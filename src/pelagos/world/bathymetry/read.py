@@ -12,6 +12,7 @@ import numpy as np
 
 from pelagos.errors import WorldError, did_you_mean
 from pelagos.world.bathymetry.read_gridded import read_netcdf, read_npz, read_raster
+from pelagos.world.bathymetry.read_las import read_las
 from pelagos.world.bathymetry.read_soundings import read_soundings
 from pelagos.world.bathymetry.survey import Grid, Soundings
 
@@ -24,6 +25,7 @@ _READERS: Final[dict[str, Reader]] = {
     ".nc": read_netcdf, ".nc4": read_netcdf, ".cdf": read_netcdf, ".grd": read_netcdf,
     ".tif": read_raster, ".tiff": read_raster, ".asc": read_raster, ".bag": read_raster, ".vrt": read_raster,
     ".npz": read_npz,
+    ".las": read_las, ".laz": read_las,
     ".csv": read_soundings, ".xyz": read_soundings, ".txt": read_soundings, ".dat": read_soundings,
 }  # fmt: skip
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -63,26 +64,39 @@ def sample(
     lat, lon = origin.to_latlon(gx, gy)
     if isinstance(survey, Grid):
         u, v = from_latlon(survey.crs, lat, lon, near=float(survey.v[len(survey.v) // 2]))
-        i = _fractional(survey.u, u)
-        j = _fractional(survey.v, v)
+        i = fractional(survey.u, u)
+        j = fractional(survey.v, v)
         return bilinear(survey.z, i, j)
     return _triangulate(survey, origin, gx, gy)
 
 
 def far_from_soundings(survey: Soundings, origin: GeoOrigin, ground: HeightField) -> tuple[int, float]:
     """How many nodes lie far from every sounding, and how far that is [m]: ten usual distances, or two cells."""
+    tree = _near(survey, origin, ground)
+    far = max(10 * _usual(tree), 2 * ground.spacing)
+    nodes = np.stack(np.meshgrid(ground.x, ground.y, indexing="ij"), axis=-1).reshape(-1, 2)
+    nearest, _ = tree.query(nodes, distance_upper_bound=far)
+    return int(np.isinf(nearest).sum()), far
+
+
+def usual_distance(survey: Soundings, origin: GeoOrigin, ground: HeightField) -> float:
+    """Median distance from a sounding on or about the ground to the next [m]."""
+    return _usual(_near(survey, origin, ground))
+
+
+def _near(survey: Soundings, origin: GeoOrigin, ground: HeightField) -> Any:
+    """A tree of the soundings on the ground and a fifth of its width around."""
     from scipy.spatial import KDTree
 
     x, y = origin.to_xy(*to_latlon(survey.crs, survey.u, survey.v))
     low, high = ground.bounds[0, :2], ground.bounds[1, :2]
     margin = 0.2 * float((high - low).max())
     points = np.stack([x, y], axis=1)
-    tree = KDTree(points[((points > low - margin) & (points < high + margin)).all(axis=1)])
-    usual = float(np.median(tree.query(tree.data[:: max(1, tree.n // 2000)], k=2)[0][:, 1]))
-    far = max(10 * usual, 2 * ground.spacing)
-    nodes = np.stack(np.meshgrid(ground.x, ground.y, indexing="ij"), axis=-1).reshape(-1, 2)
-    nearest, _ = tree.query(nodes, distance_upper_bound=far)
-    return int(np.isinf(nearest).sum()), far
+    return KDTree(points[((points > low - margin) & (points < high + margin)).all(axis=1)])
+
+
+def _usual(tree: Any) -> float:
+    return float(np.median(tree.query(tree.data[:: max(1, tree.n // 2000)], k=2)[0][:, 1]))
 
 
 def fill(field: NDArray[np.float64]) -> tuple[NDArray[np.float64], int]:
@@ -129,7 +143,7 @@ def height_field(
     return HeightField(corner[0], corner[1], spacing, filled), count
 
 
-def _fractional(axis: NDArray[np.float64], at: NDArray[np.float64]) -> NDArray[np.float64]:
+def fractional(axis: NDArray[np.float64], at: NDArray[np.float64]) -> NDArray[np.float64]:
     """Fractional index on a rising axis; outside -1. A place off the edge by rounding counts as on it."""
     slack = 1e-9 * (axis[-1] - axis[0])
     index = np.interp(at, axis, np.arange(len(axis), dtype=np.float64))

@@ -1,0 +1,60 @@
+"""Soundings as LAS or LAZ point clouds, as multibeam and airborne laser surveys deliver them (through laspy)."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+
+from pelagos.errors import WorldError
+from pelagos.world.bathymetry.projection import HOW_TO_INSTALL
+from pelagos.world.bathymetry.survey import Soundings
+
+if TYPE_CHECKING:
+    from pelagos.world.bathymetry.read import Reading
+
+_NOISE: Final = (7, 18)  # ASPRS classes of low and high noise
+_WATER: Final = (9, 41, 42, 45)  # water: ASPRS 9, and those of the topo-bathymetric domain that are not the bed
+_BED: Final = 40  # ASPRS topo-bathymetric domain profile: bathymetric point
+
+
+def read_las(path: Path, how: Reading) -> Soundings:
+    """Points of a LAS or LAZ file without those classified as noise or water surface, and without withheld ones.
+
+    Where any point is classified as bathymetric (ASPRS class 40), only those and the ground (class 2) are taken.
+    """
+    try:
+        import laspy
+    except ImportError as error:
+        raise WorldError(f"bathymetry file {path} needs the package laspy; {HOW_TO_INSTALL}") from error
+    try:
+        cloud = laspy.read(path)
+    except laspy.errors.LaspyException as error:
+        raise WorldError(f"bathymetry file {path} cannot be read: {error}") from error
+    if len(cloud.points) < cloud.header.point_count:
+        has = f"{len(cloud.points)} of {cloud.header.point_count} points"
+        raise WorldError(f"bathymetry file {path} cannot be read; it holds {has}: it is cut short")
+    keep = _bed(np.asarray(cloud.classification)) & ~np.asarray(cloud.withheld).astype(bool)
+    u, v, z = (np.asarray(a, dtype=np.float64)[keep] for a in (cloud.y, cloud.x, cloud.z))
+    return Soundings(u, v, z, how.crs or _crs(cloud.header), "z")
+
+
+def _bed(classes: Any) -> Any:
+    """`(k,)` which points are taken."""
+    if (classes == _BED).any():
+        return np.isin(classes, (2, _BED))
+    return ~np.isin(classes, _NOISE + _WATER)
+
+
+def _crs(header: Any) -> str:
+    """The file's horizontal coordinate system, "" where it says none."""
+    try:
+        known = header.parse_crs()
+    except ImportError as error:
+        raise WorldError(f"the coordinate system of a LAS file needs the package pyproj; {HOW_TO_INSTALL}") from error
+    if known is None:
+        return ""
+    flat = next((part for part in known.sub_crs_list if part.is_projected or part.is_geographic), known)
+    code = flat.to_epsg()
+    return f"EPSG:{code}" if code else str(flat.to_wkt())
