@@ -51,7 +51,7 @@ class FinConfig(PartConfig):
             direction=(cos, sin),
             place=[self.x_m, self.radius_m * cos, self.radius_m * sin],
             incidence=self.incidence,
-            lag=Lag(self.time_constant_s, -limit, limit, self.clip == "after"),
+            lag=Lag(self.time_constant_s, -limit, limit, self.clip),
         )
 
 

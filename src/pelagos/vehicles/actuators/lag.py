@@ -4,10 +4,14 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Literal, TypeAlias
 
 import drjit as dr
 
 from pelagos.jit import Array
+
+Clip: TypeAlias = Literal["before", "after", "force"]
+"""What limits act on: the state before its use and its lag, the state that the lag returns, or the force alone."""
 
 
 @dataclass(frozen=True)
@@ -17,42 +21,42 @@ class Lag:
     Attributes:
         time_constant: [s]; 0: the state is the command.
         low, high: limits of the state.
-        clip_after: the limits act on the state that the lag returns, not on the state that it starts from.
+        clip: see `Clip`; published models differ in it, `advanced` always returns a state between its limits.
         rate_limit: fastest change of the state [1/s]; None: none.
     """
 
     time_constant: Array
     low: Array
     high: Array
-    clip_after: bool = False
+    clip: Clip = "before"
     rate_limit: float | None = None
 
     def limited(self, state: Array) -> Array:
         """The state as forces see it."""
-        return state if self.clip_after else self.clip(state)
-
-    def clip(self, state: Array) -> Array:
-        """The state between its limits."""
-        return dr.clip(state, self.low, self.high)
+        return state if self.clip == "after" else self._clipped(state)
 
     def rate(self, state: Array, command: Array) -> Array:
         """Time derivative as one explicit Euler step of 1 s has it: clipping of the state is inside."""
-        start = self.limited(state)
+        start = self._clipped(state) if self.clip == "before" else state
         change = command - start
         if not (isinstance(self.time_constant, (int, float)) and self.time_constant == 0):
             change = change / self.time_constant
-        return (start - state) + self._slowed(change, 1.0)
+        change = self._slowed(change, 1.0)
+        return self._clipped(state + change) - state if self.clip == "after" else (start - state) + change
 
     def advanced(self, state: Array, command: Array, h: Array) -> Array:
         """The state after h [s] of a constant command, exactly, and between its limits."""
         if isinstance(self.time_constant, (int, float)) and self.time_constant == 0:
-            return self.clip(state + self._slowed(command - state, h))
+            return self._clipped(state + self._slowed(command - state, h))
         if isinstance(h, (int, float)) and isinstance(self.time_constant, (int, float)):
             left: Array = math.exp(-h / self.time_constant)
         else:
             left = dr.exp(-h / self.time_constant)
         start = self.limited(state)
-        return self.clip(start + self._slowed((command - start) * (1 - left), h))
+        return self._clipped(start + self._slowed((command - start) * (1 - left), h))
+
+    def _clipped(self, state: Array) -> Array:
+        return dr.clip(state, self.low, self.high)
 
     def _slowed(self, change: Array, h: Array) -> Array:
         if self.rate_limit is None:

@@ -41,6 +41,8 @@ class PropellerConfig(PartConfig):
     """[rpm]"""
     time_constant_s: NonNegative
     """[s]"""
+    clip: Literal["before", "force"] = "before"
+    """Whether the limit acts on the state before its use and its lag, or on the force alone."""
 
     def build(self, body: Body) -> Propeller:
         """The actuator."""
@@ -52,7 +54,7 @@ class PropellerConfig(PartConfig):
             torque_factor=self.torque_fraction,
             advance_factor=1.0 - self.wake_fraction,
             over_ground=self.advance_from == "ground",
-            lag=Lag(self.time_constant_s, -self.limit_rpm, self.limit_rpm),
+            lag=Lag(self.time_constant_s, -self.limit_rpm, self.limit_rpm, self.clip),
         )
 
 
