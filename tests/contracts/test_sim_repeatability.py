@@ -103,6 +103,22 @@ def test_blocks_equal_single_ticks():
             assert same.data.tobytes() == reading.data.tobytes(), one.model.name
 
 
+def test_sensors_that_wait_read_the_same_bytes():
+    """Readings of many blocks in one call, as `run` asks for them, and block by block."""
+    found = []
+    for wait in (False, True):
+        stepper = pl.Simulation.load(SCENARIO).stepper
+        read = {name: (bytearray(), bytearray()) for name in SENSORS}
+        while stepper.tick < 240:
+            sampled = stepper.advance(240, wait=wait)
+            for one in sampled + (stepper.catch_up() if stepper.tick % 120 == 0 else []):
+                ticks, data = read[one.model.name]
+                ticks += np.array(one.ticks).tobytes()
+                data += np.ascontiguousarray(one.measurement.data).tobytes()
+        found.append(read)
+    assert found[0] == found[1]
+
+
 @pytest.mark.parametrize("threads", ["1", "2"])
 def test_other_processes_and_numbers_of_threads(alone, threads):
     program = (

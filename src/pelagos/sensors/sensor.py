@@ -148,7 +148,12 @@ class SensorContext:
 
 
 class Sensor(Protocol):
-    """A sensor: built once, asked at its rate. The class names its configuration in `Config`."""
+    """A sensor: built once, asked at its rate. The class names its configuration in `Config`.
+
+    A class whose readings need no rays says `SEES_SCENE = False`: its motion of up to a second comes in one call. One
+    that casts few rays says `WAITS = True`: it is asked likewise, where nothing moves in the scene and no mission waits
+    for its readings.
+    """
 
     Config: ClassVar[type[SensorConfig]]
     SOURCES: ClassVar[tuple[str, ...]]
