@@ -91,6 +91,8 @@ def test_copies_alone_in_a_fleet_and_repeated_are_the_same_bytes(sensor):
 
 def test_truth_does_not_depend_on_the_seed(sensor):
     name, _, found = sensor
+    if name == "event_camera":  # how far each pixel is towards its next event is drawn: a state, not a noise
+        return
     other = readings(pl.Simulation.load(scenario(name), n=3, seed=12))
     for reading, another in zip(found, other, strict=True):
         assert np.array_equal(reading.truth, another.truth, equal_nan=reading.truth.dtype.kind == "f")
