@@ -22,3 +22,11 @@ def test_identify_damping_descends(capsys):
     errors = [float(line.split()[-1]) for line in capsys.readouterr().out.splitlines() if line.startswith("iteration")]
     assert len(errors) == 2
     assert np.diff(errors)[0] < 0
+
+
+def test_numpy_dynamics(monkeypatch):
+    """At rest the line is longer than paid out by buoyancy over stiffness, 0.5 m, above an anchor at 10 m."""
+    monkeypatch.syspath_prepend(str(EXAMPLES))
+    import vehicle_numpy_dynamics
+
+    assert vehicle_numpy_dynamics.main(60.0) == pytest.approx([6.5, 3.5], abs=0.03)

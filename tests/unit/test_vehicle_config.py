@@ -118,7 +118,8 @@ def test_a_users_own_force_by_module_and_function():
     [
         ("no_such_module:f", "cannot be loaded"),
         (f"{__name__}:nothing", "cannot be loaded"),
-        ("nonsense", "module:function"),
+        ("nonsense", "unknown dynamics"),
+        (":f", "module:function"),
     ],
 )
 def test_a_users_force_that_cannot_be_found(target, message):

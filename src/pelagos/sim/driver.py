@@ -6,6 +6,7 @@ from collections.abc import Callable
 from typing import Any
 
 import drjit as dr
+import numpy as np
 
 from pelagos import jit
 from pelagos.jit import Array
@@ -47,6 +48,8 @@ class Driver:
         Returns:
             The new state, and the motion at ticks `tick + 1 .. tick + ticks`.
         """
+        if self.vehicle.model.on_host:
+            return self._plain(state, command, ocean, mode, tick, ticks, wrench)
         key = (ticks, mode)
         if key not in self._frozen:
             self._frozen[key] = jit.freeze(_block(self.vehicle, n=self._n, ticks=ticks, mode=mode))
@@ -56,6 +59,27 @@ class Driver:
             state, command, ocean, at, count, self._h, self._copies, force, self.vehicle.tables
         )
         return new, Trajectory(packed=packed, n=self._n, ticks=ticks, first_tick=tick + 1)
+
+    def _plain(
+        self,
+        state: VehicleState,
+        command: list[Array],
+        ocean: Ocean,
+        mode: str,
+        tick: int,
+        ticks: int,
+        wrench: Wrench | None,
+    ) -> tuple[VehicleState, Trajectory]:
+        """The same tick by tick, unrecorded, for a vehicle with a term in NumPy."""
+        force, tables = self.no_wrench if wrench is None else wrench, self.vehicle.tables
+        rows = []
+        for i in range(tick, tick + ticks):
+            t = jit.Float64(dr.opaque(jit.UInt32, i)) * self._h
+            state = self.vehicle.step(state, command, ocean, t, force, self._h, mode, tables)
+            dr.eval(state)
+            rows.append(np.stack([np.broadcast_to(np.array(c), self._n) for c in channels(state)], axis=-1))
+        packed = jit.Float64(np.concatenate(rows).ravel())
+        return state, Trajectory(packed=packed, n=self._n, ticks=ticks, first_tick=tick + 1)
 
 
 def _block(vehicle: Vehicle, *, n: int, ticks: int, mode: str) -> Block:

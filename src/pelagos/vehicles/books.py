@@ -50,7 +50,7 @@ class Accelerations:
         if n not in self._frozen:
             if len(self._frozen) >= _KEPT:
                 self._frozen.clear()
-            self._frozen[n] = jit.freeze(self._evaluate)
+            self._frozen[n] = self._evaluate if self._model.on_host else jit.freeze(self._evaluate)
         nu_dot, rates = self._frozen[n](*data, self._tables)
         return _table(nu_dot, n), _table(rates, n)
 

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from typing import Any, Literal, TypeAlias
 
 import drjit as dr
@@ -35,6 +36,7 @@ class Flow:
         supply: what feeds electric thrusters; None where nothing is fed.
         shear: change of the current's sideways and downward velocity along the body's axis (2) [1/s].
         surface: roll and pitch at which a hull would lie level with the waves (2) [rad].
+        actuators: states by name, limited; empty where no force is asked for.
     """
 
     position: Vector
@@ -46,6 +48,7 @@ class Flow:
     shear: Vector
     supply: Supply | None = None
     surface: Vector = (0.0, 0.0)
+    actuators: Mapping[str, Array] = field(default_factory=dict)
 
     @property
     def down(self) -> list[Array]:

@@ -7,6 +7,7 @@ from typing import Annotated, TypeAlias
 from pydantic import Field
 
 from pelagos.vehicles.actuators.ballast import BuoyancyEngineConfig, MovingMassConfig
+from pelagos.vehicles.actuators.channel import ChannelConfig
 from pelagos.vehicles.actuators.fin import FinConfig
 from pelagos.vehicles.actuators.flap import FlapConfig
 from pelagos.vehicles.actuators.propeller import PropellerConfig
@@ -51,6 +52,7 @@ TermConfig: TypeAlias = Annotated[
 
 ActuatorConfig: TypeAlias = Annotated[
     BuoyancyEngineConfig
+    | ChannelConfig
     | FinConfig
     | FlapConfig
     | ForceThrusterConfig

@@ -88,6 +88,11 @@ class Model:
     actuators: Mapping[str, Actuator] = field(default_factory=dict)
     battery: Battery | None = None
 
+    @property
+    def on_host(self) -> bool:
+        """Whether a term computes in NumPy, so that no step can be recorded."""
+        return any(getattr(term, "on_host", False) for term in self.terms.values())
+
     def fed(self, flow: Flow, actuators: Sequence[Array], tables: T200Tables | None) -> Flow:
         """`flow` with the supply of electric thrusters at these states."""
         if self.battery is None:
@@ -98,7 +103,7 @@ class Model:
 
     def wrenches(self, flow: Flow, actuators: Sequence[Array], tables: T200Tables | None = None) -> dict[str, Vector]:
         """Every force and moment by the name of its origin, each (6); `actuators`: limited states."""
-        flow = self.fed(flow, actuators, tables)
+        flow = replace(self.fed(flow, actuators, tables), actuators=dict(zip(self.actuators, actuators, strict=True)))
         found: dict[str, Vector] = {"coriolis": self.inertia.coriolis(flow)}
         for name, term in self.terms.items():
             found[name] = term.wrench(flow)
