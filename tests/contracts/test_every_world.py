@@ -7,6 +7,7 @@ import pytest
 
 from pelagos.config import registry
 from pelagos.world.build import build_world, world_config, world_types
+from pelagos.world.export import save
 
 NEEDS = {
     "bathymetry": {
@@ -14,13 +15,17 @@ NEEDS = {
         "centre_deg": [48.835, -122.95],
         "size_m": [4000, 4000],
         "resolution_m": 40.0,
-    }
+    },
+    "classic": {"name": "test_world"},
 }
 NAMES = sorted(registry.entries("world", plugins=False))
 
 
 @pytest.fixture(scope="module", params=NAMES)
-def made(request):
+def made(request, tmp_path_factory):
+    if request.param == "saved":
+        small = build_world(world_config({"type": "flat", "size_m": [60, 60]}))
+        NEEDS["saved"] = {"path": str(save(small, tmp_path_factory.mktemp("saved") / "world.npz"))}
     return request.param, build_world(world_config({"type": request.param, **NEEDS.get(request.param, {})}))
 
 

@@ -157,3 +157,18 @@ def test_frozen_and_plain_casts_give_the_same_bytes():
     frozen, plain = shoot(scene, r), cast(scene.static, scene.moving, scene.tables, r)
     for name in ("t", "position", "normal", "label", "instance"):
         assert np.array(getattr(frozen, name)).tobytes() == np.array(getattr(plain, name)).tobytes()
+
+
+def test_rays_that_meet_a_vertex_or_an_edge_exactly_do_not_slip_through():
+    """Rough ground, rays straight down on every inner node, on the middles of edges, and on the diagonals."""
+    n = 60
+    x, y = np.meshgrid(np.arange(n) * 1.25 - 37.0, np.arange(n) * 1.25 - 37.0, indexing="ij")
+    z = np.random.default_rng(3).normal(-20, 2, (n, n))
+    a = (np.arange(n - 1)[:, None] * n + np.arange(n - 1)).ravel()
+    faces = np.concatenate([np.stack([a, a + n, a + n + 1], 1), np.stack([a, a + n + 1, a + 1], 1)]).astype(np.uint32)
+    scene = Scene([Geometry(np.stack([x, y, z], -1).reshape(-1, 3), faces, 0, 1, 1)])
+    inner = np.stack([x[1:-1, 1:-1], y[1:-1, 1:-1], 0 * x[1:-1, 1:-1]], -1).reshape(-1, 3)
+    for shift in ((0, 0), (0.625, 0), (0, 0.625), (0.625, 0.625)):
+        start = inner + np.array([*shift, 0.0]) * (inner < 35).all(axis=1, keepdims=True)
+        hits = cast(scene.static, None, scene.tables, rays(start, np.tile([0, 0, -1.0], (len(start), 1))))
+        assert hits.valid.numpy().all()

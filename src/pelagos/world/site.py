@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from pelagos.math.geodesy import GeoOrigin
 from pelagos.raycast.geometry import Geometry
+from pelagos.world.border import patchwork
 from pelagos.world.label import label_number
 from pelagos.world.material import Material, material
 from pelagos.world.mesh import Mesh
@@ -58,6 +59,21 @@ class Site:
         rows = what if isinstance(what, np.ndarray) else self.row(what)
         number = label_number(label, self.user_labels)
         self.geometries.append(terrain.geometry(material=rows, label=number, instance=self.new_instance(), name=name))
+        self.terrain = terrain
+
+    def ground_patches(
+        self,
+        terrain: HeightField,
+        materials: Sequence[str],
+        fields: NDArray[np.float32],
+        *,
+        label: str = "landscape",
+        name: str = "seabed",
+    ) -> None:
+        """Lay the ground in several materials: the one whose field `(m, nx, ny)` is the highest; see `patchwork`."""
+        rows = np.array([self.row(m) for m in materials], dtype=np.uint32)
+        number = label_number(label, self.user_labels)
+        self.geometries.append(patchwork(terrain, fields, rows, label=number, instance=self.new_instance(), name=name))
         self.terrain = terrain
 
     def add(

@@ -19,6 +19,7 @@ from pelagos.world.generate.landform import LANDFORMS, Ground
 from pelagos.world.generate.relief import fractal, ripples
 from pelagos.world.generate.route import add_cable, add_pipeline, route
 from pelagos.world.generate.scatter import Places
+from pelagos.world.generate.sediments import sediment_fields
 from pelagos.world.generate.thing import Kind, Thing, stand
 from pelagos.world.material import material
 from pelagos.world.site import Site
@@ -164,7 +165,10 @@ class _Generated:
         for name in (c.material, *c.patches):
             material(name)
         ground = self._ground()
-        rows = self._sediments(ground)
+        sediments = (c.material, *c.patches)
+        for name in sediments:
+            self.site.row(name)
+        fields = sediment_fields(ground, sediments, c.patch_m, self.streams[1])
         counts: list[str] = []
         for config, rng in zip(c.objects, self.streams[3:], strict=True):
             wanted = self._wanted(config, rng)
@@ -179,7 +183,7 @@ class _Generated:
                     f"{config.kind}: {placed} of {wanted} were placed; no room was found for the rest"
                 )
         size = f"{c.size_m[0]:g} m x {c.size_m[1]:g} m"
-        self.site.ground(ground, rows)  # last: pipelines dig into it
+        self.site.ground_patches(ground, sediments, fields)  # last: pipelines dig into it
         return self.site.world(
             name="generated",
             description=f"{c.terrain.kind}, {size}, seed {c.seed}: {', '.join(counts) or 'nothing on it'}",
@@ -206,21 +210,6 @@ class _Generated:
             length = max(length, 3 * c.grid_m)
             z += ripple * ripples(x, y, wavelength=length, heading=place.heading, wander=wander)
         return HeightField(float(x[0]), float(y[0]), c.grid_m, z)
-
-    def _sediments(self, ground: HeightField) -> NDArray[np.uint32]:
-        """`(nx-1, ny-1)` rows: the sediment whose random field is the highest."""
-        c = self.c
-        names = (c.material, *c.patches)
-        shape = (ground.z.shape[0] - 1, ground.z.shape[1] - 1)
-        rows = np.array([self.site.row(n) for n in names], dtype=np.uint32)
-        if len(names) == 1:
-            return np.full(shape, rows[0], dtype=np.uint32)
-        fields = [
-            fractal(shape, c.grid_m, self.streams[1], slope=3.0, longest=2 * c.patch_m, shortest=2 * c.grid_m)
-            for _ in names
-        ]
-        picked: NDArray[np.uint32] = rows[np.argmax(np.stack(fields), axis=0)]
-        return picked
 
     def _wanted(self, config: ObjectConfig, rng: np.random.Generator) -> int:
         if config.count is not None:

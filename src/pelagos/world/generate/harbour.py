@@ -113,7 +113,7 @@ class _Harbour:
         pipe = self._pipeline(ground)
         pipe.scour(ground, depth=0.9)
         self._scour(ground)
-        self.site.ground(ground, self._bed_materials(ground))
+        self.site.ground_patches(ground, ("silt", "sand", "mud", "gravel"), self._bed_materials(ground))
         radius = c.pipe_diameter_m / 2
         self.site.add(pipe_mesh(pipe, ground), "concrete", label="pipe", name="pipeline", crease_deg=40)
         self.site.add(supports(pipe, ground, 3), "concrete", label="concrete", name="pipe supports")
@@ -201,17 +201,18 @@ class _Harbour:
             dent(ground.x, ground.y, ground.z, middle + s * length * along - 0.2 * length * across, 1.3, 0.22)
             dent(ground.x, ground.y, ground.z, middle + s * length * along + 0.24 * length * across, 1.8, -0.20)
 
-    def _bed_materials(self, ground: HeightField) -> NDArray[np.uint32]:
-        """`(nx-1, ny-1)` rows: silt with patches of sand, mud in the berth pocket, gravel under the pier."""
-        silt, sand, mud, gravel = (self.site.row(m) for m in ("silt", "sand", "mud", "gravel"))
-        sandy = self.sandy[:-1, :-1]
-        y = ground.y[None, :-1] + np.zeros_like(sandy)
+    def _bed_materials(self, ground: HeightField) -> NDArray[np.float32]:
+        """Fields `(4, nx, ny)`: silt with patches of sand, mud in the berth pocket, gravel under the pier."""
+        sandy = self.sandy
+        y = ground.y[None, :]
         ragged = gaussian_filter(self.rng[3].standard_normal(sandy.shape), 2.0) * 6
-        grains = self.rng[3].uniform(-0.3, 0.3, sandy.shape)  # one bed fades into the other
-        rows = np.where(sandy + grains > 0.5, sand, silt)
-        rows = np.where((y + 4 * ragged + 9 * grains > self.pier.fender_y - 14) & (sandy < 0.9), mud, rows)
-        rows = np.where(y + ragged > self.pier.fender_y + 1.5, gravel, rows)
-        return rows.astype(np.uint32)
+        wavy = gaussian_filter(self.rng[3].standard_normal(sandy.shape), 1.2)
+        sand = sandy + 0.25 * wavy - 0.5
+        bed = np.maximum(sand, 0)
+        muddy = np.minimum((y + 4 * ragged + 4 * wavy - self.pier.fender_y + 14) / 5, 0.9 - sandy)
+        mud = bed + muddy
+        gravel = np.maximum(bed, mud) + (y + ragged - self.pier.fender_y - 1.5) / 5
+        return np.stack([np.zeros_like(sand), sand, mud, gravel]).astype(np.float32)
 
     def _waterfront(self, ground: HeightField) -> int:
         c = self.c
