@@ -11,6 +11,7 @@ from vehicle_flight import fly
 from pelagos import jit
 from pelagos.vehicles.actuators import t200
 from pelagos.vehicles.actuators.lag import Lag
+from pelagos.vehicles.actuators.third_order import VON_BENZON, Modes, ThirdOrder
 from pelagos.vehicles.control.allocation import allocation_of
 from pelagos.vehicles.vehicle import Vehicle
 
@@ -82,6 +83,62 @@ def test_rate_limit_and_saturation():
     for k in range(5):
         state = lag.advanced(state, jit.Float64(9.0), 1.0)
         assert float(state[0]) == pytest.approx(min(0.1 * (k + 1), 0.3))
+
+
+def response(seconds: float, h: float, command: float = 1.0) -> np.ndarray:
+    """The throttle of von Benzon's thruster after every step of h, from rest, with a constant command."""
+    follower = ThirdOrder(Modes.of(*VON_BENZON), -1.0, 1.0)
+    state, kept, found = jit.Float64(0.0), [jit.Float64(0.0)] * 2, [0.0]
+    for _ in range(round(seconds / h)):
+        state, *kept = follower.after(state, kept, jit.Float64(command), jit.Float64(h))
+        found.append(float(state[0]))
+    return np.array(found)
+
+
+def test_poles_of_the_third_order():
+    modes = Modes.of(*VON_BENZON)
+    assert modes.real[0] == pytest.approx(-13.160, abs=1e-3)
+    assert modes.pair[0] == pytest.approx(-37.920 + 82.596j, abs=1e-3)
+    assert modes.real[1] + 2 * modes.pair[1].real == pytest.approx(0, abs=1e-9)  # two poles more than zeros
+
+
+def test_step_response_of_the_third_order():
+    """H(s) = (6136 s + 108700)/(s^3 + 89 s^2 + 9258 s + 108700): 63.2 % at 20.0 ms, 90 % first at 29.3 ms, 0.9579 at
+    50 ms, 0.9220 at 100 ms (it dips), never above 1, and 1 in the end."""
+    y = response(1.0, 1e-4)
+    assert np.argmax(y >= 0.632) * 1e-4 == pytest.approx(0.0200, abs=1e-4)
+    assert np.argmax(y >= 0.9) * 1e-4 == pytest.approx(0.0293, abs=1e-4)
+    assert y[[500, 1000]] == pytest.approx([0.9579, 0.9220], abs=5e-5)
+    assert y.max() < 1
+    assert y[-1] == pytest.approx(1, abs=1e-5)
+
+
+@pytest.mark.parametrize("h", [0.001, 0.02, 0.05])
+def test_third_order_does_not_depend_on_the_step(h):
+    fine = response(0.2, 1e-3, 0.5)
+    assert response(0.2, h, 0.5) == pytest.approx(fine[:: round(h / 1e-3)], abs=1e-12)
+
+
+def test_third_order_against_its_differential_equation():
+    """`rates` and `after` are one system: the derivative at the start of a step, against a difference of 10 ns."""
+    follower = ThirdOrder(Modes.of(*VON_BENZON), -1.0, 1.0)
+    state, kept, u = jit.Float64(0.3), [jit.Float64(0.1), jit.Float64(-0.05)], jit.Float64(0.8)
+    slopes = [float(r[0]) for r in follower.rates(state, kept, u)]
+    after = follower.after(state, kept, u, jit.Float64(1e-8))
+    differences = [(float(a[0]) - float(b[0])) / 1e-8 for a, b in zip(after, [state, *kept], strict=True)]
+    assert slopes == pytest.approx(differences, rel=1e-4)
+
+
+@pytest.mark.parametrize("integrator", ["semi_implicit", "runge_kutta"])
+def test_a_vehicle_with_third_order_thrusters(integrator):
+    """Its throttles follow H(s); it accelerates sooner than with a lag of 0.1 s, to about the same speed."""
+    full = {"mode": "actuators", "command": [0.5] * 4 + [0] * 4}
+    quick = Vehicle.from_catalogue("bluerov2_heavy", variant="third_order_thrusters", integrator=integrator)
+    slow = Vehicle.from_catalogue("bluerov2_heavy", integrator=integrator)
+    flights = [fly(v, 10.0, h=0.02, **full) for v in (quick, slow)]
+    assert flights[0].actuators[:11, 0] == pytest.approx(response(0.2, 0.02, 0.5), abs=1e-12)
+    assert flights[0].nu[5, 0] > 1.2 * flights[1].nu[5, 0]
+    assert flights[0].nu[-1, 0] == pytest.approx(flights[1].nu[-1, 0], rel=0.03)
 
 
 @pytest.mark.parametrize("name", ["bluerov2_heavy", "hovering_auv"])

@@ -108,7 +108,7 @@ def fly(
     dr.make_opaque(wrench, setpoint, state)  # data, not program: other values need no other kernel
 
     def keep(i, s):
-        row = [*s.position, *s.attitude, *s.velocity, *s.angular_velocity, *s.actuators]
+        row = [*s.position, *s.attitude, *s.velocity, *s.angular_velocity, *s.actuators[:k]]
         for c, value in enumerate(row):
             dr.scatter(out, jit.Float64(value), i * width + c)
 

@@ -164,7 +164,7 @@ class Stepper:
 
     def states(self) -> dict[str, AgentState]:
         """The true state of every agent."""
-        return {name: self._state(run) for name, run in self._runs.items()}
+        return {name: self._state(self._model.agents[name], run) for name, run in self._runs.items()}
 
     def mode(self, agent: str) -> str:
         """The control mode of an agent."""
@@ -308,7 +308,7 @@ class Stepper:
         run.row = _row(run)
         self._runs[agent.name] = run
         self.trajectories[agent.name] = self._standing(run)
-        state = self._state(run)
+        state = self._state(agent, run)
         held = agent.config.command
         self._hold(run, _idle(agent, mode, state) if held is None else np.tile(np.array(held), (self._model.n, 1)))
         n = self._model.n
@@ -328,8 +328,8 @@ class Stepper:
         packed = jit.Float64(np.ascontiguousarray(run.row.ravel()))
         return Trajectory(packed=packed, n=self._model.n, ticks=1, first_tick=self.tick)
 
-    def _state(self, run: AgentRun) -> AgentState:
-        actuators: list[Array] = run.vehicle.actuators
+    def _state(self, agent: AgentModel, run: AgentRun) -> AgentState:
+        actuators: list[Array] = run.vehicle.actuators[: len(agent.vehicle.actuator_names)]
         columns = [np.array(a) for a in actuators]
         return AgentState.of(run.row, np.stack(columns, axis=-1) if columns else np.empty((self._model.n, 0)))
 

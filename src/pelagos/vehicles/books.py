@@ -37,7 +37,7 @@ class Accelerations:
         given = {
             "eta": (eta, 6),
             "nu": (nu, 6),
-            "actuators": (actuators, k),
+            "actuators": (actuators, k + self._model.kept),
             "command": (command, k),
             "current": (current, 3),
         }

@@ -8,7 +8,7 @@ be replaced by a Dr.Jit array (`dataclasses.replace`), for gradients or for a fl
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Protocol
 
@@ -18,7 +18,7 @@ from pelagos.hydro.algebra import Matrix, Vector, add, matvec, minus, solve_symm
 from pelagos.hydro.coriolis import coriolis_force, coriolis_force_angular
 from pelagos.hydro.rigid_body import transport
 from pelagos.jit import Array
-from pelagos.vehicles.actuators.actuator import Actuator
+from pelagos.vehicles.actuators.actuator import Actuator, Follower
 from pelagos.vehicles.actuators.t200 import T200, Battery, T200Tables
 from pelagos.vehicles.flow import Flow, Supply
 from pelagos.vehicles.inertia import CoriolisConfig
@@ -79,7 +79,7 @@ class Model:
     Attributes:
         inertia: mass and added mass.
         terms: by name.
-        actuators: by name; each has one state and one command.
+        actuators: by name; each has one state and one command. Behind all states stands what some keep beside theirs.
         battery: what feeds T200 thrusters.
     """
 
@@ -102,7 +102,7 @@ class Model:
         return replace(flow, supply=Supply(self.battery.voltage(throttles, tables), tables))
 
     def wrenches(self, flow: Flow, actuators: Sequence[Array], tables: T200Tables | None = None) -> dict[str, Vector]:
-        """Every force and moment by the name of its origin, each (6); `actuators`: limited states."""
+        """Every force and moment by the name of its origin, each (6); `actuators`: one limited state each."""
         flow = replace(self.fed(flow, actuators, tables), actuators=dict(zip(self.actuators, actuators, strict=True)))
         found: dict[str, Vector] = {"coriolis": self.inertia.coriolis(flow)}
         for name, term in self.terms.items():
@@ -124,16 +124,34 @@ class Model:
 
     def limited(self, actuators: Sequence[Array]) -> list[Array]:
         """Actuator states as forces see them."""
-        return [a.lag.limited(s) for a, s in zip(self.actuators.values(), actuators, strict=True)]
+        return [a.lag.limited(s) for a, s in zip(self.actuators.values(), actuators, strict=False)]
+
+    @property
+    def kept(self) -> int:
+        """How many numbers actuators keep beside their states."""
+        return sum(a.lag.memory for a in self.actuators.values())
 
     def rates(self, actuators: Sequence[Array], command: Sequence[Array]) -> list[Array]:
         """Time derivative of the actuator states, see `Lag.rate`."""
-        return [a.lag.rate(s, c) for a, s, c in zip(self.actuators.values(), actuators, command, strict=True)]
+        return self._each(actuators, lambda lag, i, state, kept: lag.rates(state, kept, command[i]))
 
     def advanced(self, actuators: Sequence[Array], command: Sequence[Array], h: Array) -> list[Array]:
         """Actuator states after h [s] of a constant command."""
-        parts = zip(self.actuators.values(), actuators, command, strict=True)
-        return [a.lag.advanced(s, c, h) for a, s, c in parts]
+        return self._each(actuators, lambda lag, i, state, kept: lag.after(state, kept, command[i], h))
+
+    def _each(
+        self, actuators: Sequence[Array], of: Callable[[Follower, int, Array, list[Array]], list[Array]]
+    ) -> list[Array]:
+        """`of(follower, number, state, kept)` of every actuator: states first, then what is kept."""
+        states: list[Array] = []
+        further: list[Array] = []
+        rest = list(actuators[len(self.actuators) :])
+        for i, actuator in enumerate(self.actuators.values()):
+            mine, rest = rest[: actuator.lag.memory], rest[actuator.lag.memory :]
+            state, *kept = of(actuator.lag, i, actuators[i], mine)
+            states.append(state)
+            further += kept
+        return states + further
 
 
 def inertia_of(body: Body, coriolis: CoriolisConfig) -> Inertia:

@@ -52,7 +52,8 @@ def _actuators(vehicle: Vehicle) -> str:
     lines = []
     for name, part in vehicle.model.actuators.items():
         lag = part.lag
-        rate = "" if lag.rate_limit is None else f", at most {lag.rate_limit:.4g} a second"
+        most = getattr(lag, "rate_limit", None)
+        rate = "" if most is None else f", at most {most:.4g} a second"
         lines.append(f"| `{name}` | {part.unit} | {lag.low:.4g} .. {lag.high:.4g} | {lag.time_constant:g} s{rate} |")
     return "## Actuators\n\n| name | unit | limits | lag |\n|---|---|---|---|\n" + "\n".join(lines) + "\n"
 

@@ -17,7 +17,7 @@ class VehicleState:
         angular_velocity: `Array3f64`, FRD [rad/s].
         acceleration: `Array3f64`, rate of change of `velocity`'s components over the last step, FRD [m/s^2].
         angular_acceleration: `Array3f64`, likewise, FRD [rad/s^2].
-        actuators: list of `Float64`, in the order of `Vehicle.actuator_names`.
+        actuators: list of `Float64`, in the order of `Vehicle.actuator_names`; then what some keep beside it.
         controller: list of `Float64`: the mode that ran last (0: none) and its memory.
     """
 

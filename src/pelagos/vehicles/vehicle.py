@@ -167,7 +167,7 @@ class Vehicle:
         Args:
             eta: `(n, 6)` x, y, z NED [m], phi, theta, psi [rad].
             nu: `(n, 6)` over ground [m/s], [rad/s].
-            actuators: `(n, k)` states, in the order of `actuator_names`.
+            actuators: `(n, k)` states, in the order of `actuator_names` (and behind them what `third_order` ones keep).
             command: `(n, k)` commands to them.
             current: `(3,)` or `(n, 3)` velocity of the water, NED [m/s].
 
@@ -200,7 +200,7 @@ class Vehicle:
             angular_velocity=zero[2],
             acceleration=zero[3],
             angular_acceleration=zero[4],
-            actuators=[dr.zeros(jit.Float64, n) for _ in self.model.actuators],
+            actuators=[dr.zeros(jit.Float64, n) for _ in range(len(self.model.actuators) + self.model.kept)],
             controller=[dr.zeros(jit.Float64, n) for _ in range(1 + self._memory)],
         )
         return self.place(

@@ -6,15 +6,50 @@ from typing import Protocol
 
 from pelagos.hydro.algebra import Vector
 from pelagos.jit import Array
-from pelagos.vehicles.actuators.lag import Lag
 from pelagos.vehicles.flow import Flow
 
 
-class Actuator(Protocol):
-    """One command, one state that lags behind it, one wrench."""
+class Follower(Protocol):
+    """How a state follows its command: `lag.Lag`, `third_order.ThirdOrder`."""
 
     @property
-    def lag(self) -> Lag:
+    def memory(self) -> int:
+        """How many numbers are kept beside the state."""
+        ...
+
+    @property
+    def time_constant(self) -> Array:
+        """Of the slowest part [s]."""
+        ...
+
+    @property
+    def low(self) -> Array:
+        """Least state."""
+        ...
+
+    @property
+    def high(self) -> Array:
+        """Largest state."""
+        ...
+
+    def limited(self, state: Array) -> Array:
+        """The state as forces see it."""
+        ...
+
+    def rates(self, state: Array, kept: list[Array], command: Array) -> list[Array]:
+        """Time derivatives of the state, and of what is kept."""
+        ...
+
+    def after(self, state: Array, kept: list[Array], command: Array, h: Array) -> list[Array]:
+        """The state, and what is kept, after h [s] of a constant command."""
+        ...
+
+
+class Actuator(Protocol):
+    """One command, one state that follows it, one wrench."""
+
+    @property
+    def lag(self) -> Follower:
         """How the state follows the command."""
         ...
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Literal, TypeAlias
+from typing import ClassVar, Literal, TypeAlias
 
 import drjit as dr
 
@@ -30,6 +30,15 @@ class Lag:
     high: Array
     clip: Clip = "before"
     rate_limit: float | None = None
+    memory: ClassVar[int] = 0
+
+    def rates(self, state: Array, kept: list[Array], command: Array) -> list[Array]:
+        """`rate`, as `actuators.actuator.Follower` has it."""
+        return [self.rate(state, command)]
+
+    def after(self, state: Array, kept: list[Array], command: Array, h: Array) -> list[Array]:
+        """`advanced`, as `actuators.actuator.Follower` has it."""
+        return [self.advanced(state, command, h)]
 
     def limited(self, state: Array) -> Array:
         """The state as forces see it."""

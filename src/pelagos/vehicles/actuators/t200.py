@@ -1,7 +1,7 @@
 """Blue Robotics T200 thrusters by the maker's measured tables, fed by a battery whose voltage sags.
 
 Source: Blue Robotics, "T200 Public Performance Data 10-20V, September 2019" (bollard thrust, Basic ESC), `t200.csv`:
-every published number, unsmoothed. The table is static; the lag is first order on the throttle.
+every published number, unsmoothed. The table is static; what lags is the throttle.
 """
 
 from __future__ import annotations
@@ -19,6 +19,7 @@ from pelagos import jit
 from pelagos.hydro.algebra import Vector, mul
 from pelagos.jit import Array
 from pelagos.vehicles.actuators.lag import Lag
+from pelagos.vehicles.actuators.third_order import VON_BENZON, Modes, ThirdOrder
 from pelagos.vehicles.actuators.thruster import thrust_effect
 from pelagos.vehicles.flow import Flow
 from pelagos.vehicles.part import Body, NonNegative, Number, PartConfig, Positive, Three
@@ -60,8 +61,10 @@ class T200Config(PartConfig):
     """Of positive thrust, FRD; its length does not matter."""
     torque_m: Number = 0.0
     """Reaction torque about `direction` by thrust [m]; its sign is that of the propeller's hand."""
+    dynamics: Literal["first_order", "third_order"] = "first_order"
+    """How the throttle follows: with `time_constant_s`, or by von Benzon's transfer function for the T200."""
     time_constant_s: NonNegative
-    """[s]"""
+    """Of the first order [s]."""
     nominal_v: Positive = 16.0
     """Voltage at which control laws turn a thrust into a throttle [V]."""
 
@@ -69,9 +72,15 @@ class T200Config(PartConfig):
         """The actuator."""
         return T200(
             effect=thrust_effect(self.position_m, self.direction, self.torque_m),
-            lag=Lag(self.time_constant_s, -1.0, 1.0),
+            lag=self._follower,
             inverse=inverse_fit(self.nominal_v),
         )
+
+    @property
+    def _follower(self) -> Lag | ThirdOrder:
+        if self.dynamics == "third_order":
+            return ThirdOrder(Modes.of(*VON_BENZON), -1.0, 1.0)
+        return Lag(self.time_constant_s, -1.0, 1.0)
 
 
 @dataclass(frozen=True)
@@ -177,7 +186,7 @@ class T200:
     """effect: wrench (6) of 1 N of thrust; inverse: throttle by thrust, astern and ahead."""
 
     effect: Vector
-    lag: Lag
+    lag: Lag | ThirdOrder
     inverse: tuple[Side, Side]
     unit: str = "throttle"
 
