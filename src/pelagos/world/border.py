@@ -45,10 +45,14 @@ def patchwork(
     new_vertices, new_normals = cut.points(vertices), cut.points(normals)
     new_normals /= np.linalg.norm(new_normals, axis=1, keepdims=True)
     parts, materials = cut.faces(len(vertices))
+    whole = ~mixed
+    kinds = rows[np.concatenate([corner[whole, 0], materials])]
+    del corner, mixed  # what is not needed any more goes before the large arrays are copied
+    faces = np.concatenate([faces[whole], parts])
     return Geometry(
         np.concatenate([vertices, new_vertices]),
-        np.concatenate([faces[~mixed], parts]),
-        rows[np.concatenate([corner[~mixed, 0], materials])],
+        faces,
+        kinds,
         label,
         instance,
         np.concatenate([normals, new_normals.astype(np.float32)]),

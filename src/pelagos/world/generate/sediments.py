@@ -7,15 +7,15 @@ from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import uniform_filter
 
 from pelagos.world.generate.relief import fractal
 from pelagos.world.material import material
 from pelagos.world.terrain import HeightField
 
-_FINEST: Final = 8.0  # the smallest bays of a patch, as parts of its size
+_FINEST: Final = 5.0  # the smallest bays of a patch, as parts of its size
 _COARSE: Final = 5.0  # nodes of the fields in the shortest wavelength: fields are smooth, and made on fewer nodes
 _FOLLOW: Final = 0.9  # how far fields follow the ground, for a density ratio of 1 above the mean
-_NARROW: Final = 16  # samples along either side that the ground's mean and spread are taken from
 
 
 def sediment_fields(
@@ -37,13 +37,14 @@ def sediment_fields(
     step = max(1, int(shortest / (_COARSE * ground.spacing)))
     coarse = (-(-(shape[0] - 1) // step) + 2, -(-(shape[1] - 1) // step) + 2)
     for field in fields:
-        made = fractal(coarse, step * ground.spacing, rng, slope=3.6, longest=2 * patch, shortest=shortest)
+        made = fractal(coarse, step * ground.spacing, rng, slope=3.8, longest=2 * patch, shortest=shortest)
         field[:] = _denser(made.astype(np.float32), shape, step)
     weight = np.array([material(n).density_ratio for n in names])
     weight = np.clip(weight - weight.mean(), -1, 1)
-    some = ground.z[:: max(1, shape[0] // _NARROW // 4), :: max(1, shape[1] // _NARROW // 4)]
-    rise = ((ground.z - some.mean()) / max(float(some.std()), 1e-3)).astype(np.float32)
-    np.clip(rise, -2, 2, out=rise)
+    level = uniform_filter(ground.z.astype(np.float32), max(1, int(shortest / ground.spacing)), mode="nearest")
+    level -= level.mean(dtype=np.float64)
+    level /= max(float(level.std(dtype=np.float64)), 1e-3)
+    rise = np.clip(level, -2, 2, out=level)
     for field, w in zip(fields, weight, strict=True):
         field += np.float32(_FOLLOW * w) * rise
     return fields
