@@ -117,7 +117,7 @@ class Altimeter:
         def ping(tables: Tables, lanes: Lanes, fan: Fan, surfaces: Surfaces, key: Any, motion: Kinematics) -> Array:
             reach = config.range_max_m
             view = look(static, moving, tables, fan, lanes, surfaces, max_range=reach, smooth=False)
-            patches = patches_of(view, fan, lanes, surfaces, beams=1, bins=1, longest=reach, trace=trace)
+            patches = patches_of(view, fan, lanes, surfaces, longest=reach, trace=trace)
             rays = dr.width(fan.beam)
             dr.eval(patches.distance, patches.energy, view.hits.t, view.hits.label)  # one cast for all that follows
             true = first_echo(patches.distance, patches.energy, rays, config.range_min_m)

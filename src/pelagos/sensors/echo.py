@@ -247,8 +247,6 @@ def patches_of(
     lanes: Lanes,
     surfaces: Surfaces,
     *,
-    beams: int,
-    bins: int,
     longest: float,
     trace: Trace = None,
 ) -> Patches:
@@ -289,5 +287,4 @@ def patches_of(
         direction=view.direction,
         label=hits.label,
         instance=hits.instance,
-        row=(view.lane * beams + dr.gather(jit.UInt32, fan.beam, view.ray)) * bins,
     )

@@ -14,7 +14,8 @@ from pelagos import jit
 from pelagos.acoustics.beam_pattern import line_length, line_np, spread_over_beam
 from pelagos.jit import Array
 from pelagos.sensors.ping import PingConfig
-from pelagos.sensors.pinger import Layout, Pinger
+from pelagos.sensors.pinger import Pinger
+from pelagos.sensors.reception import Layout
 from pelagos.sensors.schedule import period_ticks
 from pelagos.sensors.sensor import Kinematics, Measurement, SensorConfig, SensorContext
 

@@ -233,9 +233,7 @@ def beam_echoes(
 ) -> Echo:
     """Centre, extent and energy of the strongest echo in each beam."""
     rays = config.rays_per_beam
-    patches = patches_of(
-        view, fan, lanes, surfaces, beams=config.beams, bins=1, longest=0.2 * config.range_max_m, trace=trace
-    )
+    patches = patches_of(view, fan, lanes, surfaces, longest=0.2 * config.range_max_m, trace=trace)
     dr.eval(patches, view)  # one cast: block reductions and gathers would each begin with their own
     loss = dr.gather(jit.Float, lanes.medium.absorption, view.lane)
     t, energy = patches.distance, patches.energy

@@ -39,8 +39,6 @@ def bounced(
     surfaces: Surfaces,
     *,
     max_range: float,
-    beams: int,
-    bins: int,
     longest: float,
     surface_loss_db: float,
     bottom_loss_db: float | None,
@@ -68,7 +66,7 @@ def bounced(
     second.t = dr.select(second.valid, second.t + leg, dr.inf)
     sine = dr.abs(dr.dot(second.shading_normal, direction))
     onward = replace(view, hits=second, direction=direction, sine=sine)
-    whole = patches_of(onward, fan, lanes, surfaces, beams=beams, bins=bins, longest=longest)
+    whole = patches_of(onward, fan, lanes, surfaces, longest=longest)
     way = jit.Array3f(target - view.origin)
     straight = dr.maximum(dr.norm(way), 1e-3)
     home = cast(static, moving, tables, Rays(view.origin, way / straight, straight, copy, own), smooth=False)

@@ -1,11 +1,9 @@
-"""The ping of every sonar that gives intensities by range: from rays to a complex field, to levels."""
+"""The ping of every sonar that gives intensities by range: from rays to echoes by beam sector and range bin."""
 
 from __future__ import annotations
 
-import math
 import warnings
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Any, Final
 
 import drjit as dr
@@ -13,12 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pelagos import jit
-from pelagos.acoustics.beam_pattern import energy_reach, line_length, line_np
-from pelagos.acoustics.beamforming import Field, form_beams, spread_pulse
-from pelagos.acoustics.echo import Patches, accumulate
+from pelagos.acoustics.beam_pattern import line_length
+from pelagos.acoustics.echo import Patches, Walk, accumulate, walk
 from pelagos.acoustics.pulse import point_spread, range_resolution
-from pelagos.acoustics.spreading import from_db, time_varied_gain, to_db
-from pelagos.acoustics.target_tag import untag
+from pelagos.acoustics.spreading import time_varied_gain
 from pelagos.errors import ValidityWarning
 from pelagos.jit import Array
 from pelagos.math.so3 import multiply, rotate
@@ -26,38 +22,14 @@ from pelagos.raycast.scene import Tables
 from pelagos.sensors.echo import Fan, Lanes, Trace, View, look, patches_of
 from pelagos.sensors.mount import sensor_angular_velocity, sensor_velocity
 from pelagos.sensors.multipath import bounced
-from pelagos.sensors.noise import normals32, words32
-from pelagos.sensors.painted_noise import paint
 from pelagos.sensors.ping import PingConfig, noise_power
+from pelagos.sensors.reception import Layout, receive
 from pelagos.sensors.scattering import Surfaces
 from pelagos.sensors.sensor import Kinematics, Measurement, SensorContext
 from pelagos.sensors.sounder import Sounder
 
 _FINEST: Final = 16.0  # bins in one resolution of the pulse beyond which a finer division says nothing
 _STRIP_DECAY: Final = 2  # Lambert bottom under 30 log r: energy per range falls as r^-2 along a strip
-
-
-@dataclass(frozen=True)
-class Layout:
-    """How a sonar divides directions.
-
-    Attributes:
-        beams: number of beams.
-        sector: angle between neighbouring beams, or of the only one [rad]: with the bin width it is the cell that
-            levels are calibrated to.
-        horizontal_width, vertical_width: half-power widths of a receive beam [rad].
-        steering: `(beams, 2 reach + 1)`, how beams hear their neighbours; None: not at all.
-        azimuths: `(beams,)` [rad], positive to the left.
-        facet: edge of the roughness lattice [m]; None: by beam and bin width.
-    """
-
-    beams: int
-    sector: float
-    horizontal_width: float
-    vertical_width: float
-    azimuths: NDArray[np.float64]
-    steering: NDArray[np.float32] | None = None
-    facet: float | None = None
 
 
 class Pinger:
@@ -87,14 +59,14 @@ class Pinger:
             warnings.warn(message, ValidityWarning, stacklevel=3)
         pulse = point_spread(config.bin_width_m, resolution)
         steering = np.ones((layout.beams, 1), np.float32) if layout.steering is None else layout.steering
-        self._pulse_count = len(pulse)
-        self._reach = (steering.shape[1] // 2, energy_reach(steering))
+        self._walk = walk(rays["beam"], layout.beams)
         noise = noise_power(config, layout.horizontal_width, layout.vertical_width)
         self._constants = (
             jit.Float(steering.ravel()),
             jit.Float(pulse),
             jit.Float(noise),
             jit.UInt32(config.roughness_seed),
+            jit.UInt32(self._walk.order),
         )
         dr.make_opaque(self._constants)
         self._ping = context.scene.compile(self._make)
@@ -137,60 +109,43 @@ class Pinger:
         return tables, lanes, fan, surfaces, key, velocity, spin, motion.t_ns, *self._constants
 
     def _make(self, static: Any, moving: Any, trace: Trace = None) -> Callable[..., Any]:
-        config, layout = self._config, self._layout
-        pulse_count, (reach, energy) = self._pulse_count, self._reach
+        config, layout, walk = self._config, self._layout, self._walk
 
         def ping(
             tables: Tables, lanes: Lanes, fan: Fan, surfaces: Surfaces, key: Any, velocity: Array, spin: Array,
-            t_ns: Array, steering: Array, pulse: Array, noise: Array, seed: Array,
+            t_ns: Array, steering: Array, pulse: Array, noise: Array, seed: Array, order: Array,
         ) -> tuple[Array, ...]:  # fmt: skip
             far = config.range_max_m + config.longest_strip_m
             view = look(static, moving, tables, fan, lanes, surfaces, max_range=far, bent=config.refraction)
-            patches = [calibrated(config, layout, view, fan, lanes, surfaces, velocity, spin, trace)]
+            patches = [calibrated(config, layout, view, fan, lanes, surfaces, velocity, trace)]
             if config.multipath != "none":
                 bottom = config.bottom_loss_db if config.multipath == "surface_and_bottom" else None
                 ghosts = bounced(
-                    static, moving, tables, view, fan, lanes, surfaces, max_range=far, beams=layout.beams,
-                    bins=config.bins, longest=config.longest_strip_m, surface_loss_db=config.surface_loss_db,
-                    bottom_loss_db=bottom,
+                    static, moving, tables, view, fan, lanes, surfaces, max_range=far,
+                    longest=config.longest_strip_m, surface_loss_db=config.surface_loss_db, bottom_loss_db=bottom,
                 )  # fmt: skip
                 patches += [gained(config, layout, g, view, lanes) for g in ghosts]
-            field, tags = echoes(config, layout, patches, view, lanes, seed, trace)
-            field = spread_pulse(field, pulse, count=pulse_count, bins=config.bins)
-            if reach > 0:
-                field = form_beams(
-                    field, steering, reach=reach, energy_reach=energy, beams=layout.beams, bins=config.bins
-                )
-            return levels(config, layout, field, tags, lanes, noise, key, t_ns, trace)
+            field, tags = echoes(config, layout, patches, walk, order, lanes, seed, trace)
+            return receive(config, layout, field, tags, lanes, spin, steering, pulse, noise, key, t_ns, trace)
 
         return ping
 
 
 def calibrated(
     config: PingConfig, layout: Layout, view: View, fan: Fan, lanes: Lanes, surfaces: Surfaces, velocity: Array,
-    spin: Array, trace: Trace = None,
+    trace: Trace = None,
 ) -> Patches:  # fmt: skip
     """The direct echoes, as backscattering strength of the cell, at the ranges that their times mean.
 
     During the way of the sound the sonar and the target move: the echo of a target that closes at v arrives as from
-    r (1 - v/c) (to first order in v/c; r is the range at transmission). A sonar that turns hears it in the beam that
-    points at the target when the echo comes back.
+    r (1 - v/c) (to first order in v/c; r is the range at transmission).
     """
-    patches = patches_of(
-        view, fan, lanes, surfaces, beams=layout.beams, bins=config.bins, longest=config.longest_strip_m, trace=trace
-    )
+    patches = patches_of(view, fan, lanes, surfaces, longest=config.longest_strip_m, trace=trace)
     if config.doppler:
         own = dr.gather(jit.Array3f, jit.Array3f(velocity), view.lane)
         closing = dr.dot(own - view.hits.velocity, view.direction)
         factor = 1.0 - closing / dr.gather(jit.Float, lanes.medium.sound_speed, view.lane)
         patches.near, patches.far = patches.near * factor, patches.far * factor
-        if layout.beams > 1 and layout.steering is not None:
-            turn = dr.gather(jit.Float, jit.Float(spin.z), view.lane)
-            delay = 2.0 * patches.distance / dr.gather(jit.Float, lanes.medium.sound_speed, view.lane)
-            beam = jit.Int32(dr.gather(jit.UInt32, fan.beam, view.ray))
-            heard = beam + jit.Int32(dr.round(turn * delay / layout.sector))
-            patches.valid &= (heard >= 0) & (heard < layout.beams)
-            patches.row = jit.UInt32(jit.Int32(patches.row) + (heard - beam) * config.bins)
     return gained(config, layout, patches, view, lanes)
 
 
@@ -203,34 +158,33 @@ def gained(config: PingConfig, layout: Layout, patches: Patches, view: View, lan
 
 
 def echoes(
-    config: PingConfig, layout: Layout, patches: list[Patches], view: View, lanes: Lanes, seed: Array,
-    trace: Trace = None,
-) -> tuple[Field, Array | None]:  # fmt: skip
-    """The sum of all echoes by beam and bin, and the strongest one's tag."""
-    total: Field | None = None
+    config: PingConfig, layout: Layout, patches: list[Patches], walk: Walk, order: Array, lanes: Lanes,
+    seed: Array, trace: Trace = None,
+) -> tuple[Array, Array | None]:  # fmt: skip
+    """The sum of all echoes by beam and bin (see `accumulate`), and the strongest one's tag."""
+    total: Array | None = None
     tags: Array | None = None
     for k, group in enumerate(patches):
-        real, imaginary, energy, strongest = accumulate(
+        field, strongest = accumulate(
             group,
+            walk,
+            order,
+            pings=dr.width(lanes.position),
             bins=config.bins,
-            cells=dr.width(lanes.position) * layout.beams * config.bins,
-            first_range=jit.Float(config.range_min_m),
-            bin_width=jit.Float(config.bin_width_m),
-            wave_cycles=2.0 * config.frequency_hz / dr.gather(jit.Float, lanes.medium.sound_speed, view.lane),
-            origin=view.origin,
-            facet=jit.Float(facet_size(config, layout)),
+            first_range=config.range_min_m,
+            bin_width=config.bin_width_m,
+            wave_cycles=2.0 * config.frequency_hz / lanes.medium.sound_speed,
+            origin=lanes.position,
+            facet=facet_size(config, layout),
             seed=seed + k,
             decay=_STRIP_DECAY,
             tags=config.labels and k == 0,
             scattered=layout.facet is not None,
         )
-        if total is None:
-            total, tags = Field(real, imaginary, energy), strongest
-        else:
-            total = Field(total.real + real, total.imaginary + imaginary, total.energy + energy)
-    assert total is not None
+        total, tags = (field, strongest) if total is None else (total + field, tags)
     if trace is not None:
-        trace("echo intensity by cell, before beams are formed", total.energy, "1")
+        cell = dr.arange(jit.UInt32, dr.width(total) // 4)
+        trace("echo intensity by cell, before beams are formed", dr.gather(jit.Float, total, 4 * cell + 2), "1")
     return total, tags
 
 
@@ -240,80 +194,6 @@ def facet_size(config: PingConfig, layout: Layout) -> float:
         return layout.facet
     aperture = line_length(layout.horizontal_width) * 1500.0 / config.frequency_hz
     return min(0.5 * aperture, 0.5 * config.bin_width_m)
-
-
-def levels(
-    config: PingConfig, layout: Layout, field: Field, tags: Array | None, lanes: Lanes, noise: Array, key: Any,
-    t_ns: Array, trace: Trace = None,
-) -> tuple[Array, ...]:  # fmt: skip
-    """Add noise, set gain and scale: data, truth, with `iq` the complex signal before gain, with `labels` the tags."""
-    cells = layout.beams * config.bins
-    index = dr.arange(jit.UInt32, dr.width(field.real))
-    lane, cell = index // cells, index % cells
-    beam, bin_ = cell // config.bins, cell % config.bins
-    loss = dr.gather(jit.Float, lanes.medium.absorption, lane)
-    distance = config.range_min_m + (jit.Float(bin_) + 0.5) * config.bin_width_m
-    gain = time_varied_gain(distance, loss, spreading=30.0) / (layout.sector * config.bin_width_m)
-    environment, tick = dr.gather(jit.UInt32, lanes.environment, lane), dr.gather(jit.UInt32, lanes.tick, lane)
-    n1, n2 = normals32(key, cell, environment, tick)
-    power = noise
-    if config.interference is not None:
-        power = noise + interference(config, layout, beam, distance, lanes, lane, t_ns)
-    size = dr.sqrt(0.5 * power * gain)
-    real, imaginary = field.real + size * n1, field.imaginary + size * n2
-    tilt = distance ** ((config.tvg_db - 30.0) / 10.0) if config.tvg_db != 30.0 else jit.Float(1)
-    intensity = (real * real + imaginary * imaginary) * tilt
-    if config.painted_noise is not None:
-        words = words32(key, cell + jit.UInt32(0x40000000), environment, tick)
-        intensity = paint(config.painted_noise, intensity, words)
-    if trace is not None:
-        trace("signal-to-noise ratio", to_db(dr.maximum(field.energy, 1e-20) / (noise * gain)), "dB")
-        trace("echo level after gain", to_db(dr.maximum(intensity, 1e-20)), "dB")
-    out = [scaled(config, intensity), scaled(config, field.energy * tilt)]
-    if config.iq:
-        raw = dr.rsqrt(gain)
-        out += [real * raw, imaginary * raw]
-    if tags is not None:
-        out += untag(tags)
-    return tuple(out)
-
-
-def scaled(config: PingConfig, intensity: Array) -> Array:
-    """Intensity as the configuration wants it."""
-    if config.scale == "linear":
-        return intensity
-    level = to_db(dr.maximum(intensity, 1e-20))
-    if config.scale == "db":
-        return level
-    return dr.clip((level - config.floor_db) / config.dynamic_range_db, 0.0, 1.0)
-
-
-def interference(
-    config: PingConfig, layout: Layout, beam: Array, distance: Array, lanes: Lanes, lane: Array, t_ns: Array
-) -> Array:
-    """Intensity of another sonar's direct pulse re the source level at 1 m, where it falls into this ping.
-
-    The other one's clock starts at t = 0; a pulse that was sent at its k-th period arrives distance/c later, and is
-    heard in the bin of its time after this sonar's own transmission, in all beams by their pattern.
-    """
-    other = config.interference
-    assert other is not None
-    speed = dr.gather(jit.Float, lanes.medium.sound_speed, lane)
-    loss = dr.gather(jit.Float, lanes.medium.absorption, lane)
-    period_ns = round(1e9 / other.rate_hz)
-    start_ns = dr.gather(jit.UInt64, t_ns, lane) % jit.UInt64(period_ns)
-    since = 2.0 * distance / speed - (other.distance_m / speed - jit.Float(start_ns) * 1e-9)
-    period = period_ns * 1e-9
-    phase = since / period
-    within = (phase - dr.floor(phase)) * period
-    level = other.source_level_db - config.source_level_db - loss * other.distance_m
-    level -= 20.0 * math.log10(other.distance_m)
-    table = jit.Float(0)
-    length = line_length(layout.horizontal_width)
-    seen = line_np(np.sin(layout.azimuths) - math.sin(math.radians(other.azimuth_deg)), length) ** 2
-    for k in np.flatnonzero(seen > 1e-4):
-        table = dr.select(beam == int(k), float(seen[k]), table)
-    return dr.select(within < other.pulse_s, from_db(level) * table, 0.0)
 
 
 def _inverse(q: Array) -> Array:

@@ -11,7 +11,7 @@ from pydantic import Field
 
 from pelagos.acoustics.beam_pattern import line_length, line_np, steering_matrix
 from pelagos.sensors.ping import PingConfig
-from pelagos.sensors.pinger import Layout
+from pelagos.sensors.reception import Layout
 
 _BLOCK: Final = 16  # beams: the width of a vector
 _STEP: Final = 0.7548776662466927  # additive recurrence of the plastic number: evenly spread in two dimensions

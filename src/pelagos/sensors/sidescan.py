@@ -11,7 +11,8 @@ from pydantic import Field
 
 from pelagos.acoustics.beam_pattern import line_length, line_np, spread_over_beam
 from pelagos.sensors.ping import PingConfig, decibels
-from pelagos.sensors.pinger import Layout, Pinger
+from pelagos.sensors.pinger import Pinger
+from pelagos.sensors.reception import Layout
 from pelagos.sensors.sensor import Kinematics, Measurement, SensorConfig, SensorContext
 
 _STEP: Final = 0.6180339887498949  # additive recurrence of the golden ratio: evenly spread along the track

@@ -12,7 +12,8 @@ from pydantic import Field
 from pelagos.acoustics.beam_pattern import line_length, line_np
 from pelagos.sensors.mount import sensor_pose
 from pelagos.sensors.ping import PingConfig
-from pelagos.sensors.pinger import Layout, Pinger
+from pelagos.sensors.pinger import Pinger
+from pelagos.sensors.reception import Layout
 from pelagos.sensors.sensor import Kinematics, Measurement, SensorConfig, SensorContext
 
 

@@ -1,0 +1,229 @@
+"""From echoes by beam sector and range bin to what a sonar gives: pulse, beams, noise, gain, scale."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from typing import Any, Final
+
+import drjit as dr
+import numpy as np
+from numpy.typing import NDArray
+
+from pelagos import jit
+from pelagos.acoustics.beam_pattern import energy_reach, line_length, line_np
+from pelagos.acoustics.beamforming import form_beams, spread_pulse
+from pelagos.acoustics.spreading import from_db, time_varied_gain, to_db
+from pelagos.acoustics.target_tag import untag
+from pelagos.jit import Array
+from pelagos.math.philox import normal_pair32
+from pelagos.sensors.echo import Lanes, Trace
+from pelagos.sensors.noise import words32
+from pelagos.sensors.painted_noise import paint
+from pelagos.sensors.ping import PingConfig
+
+_BLOCK: Final = 4  # beams that a lane forms: they hear mostly the same neighbours, which are read once
+
+
+@dataclass(frozen=True)
+class Layout:
+    """How a sonar divides directions.
+
+    Attributes:
+        beams: number of beams.
+        sector: angle between neighbouring beams, or of the only one [rad]: with the bin width it is the cell that
+            levels are calibrated to.
+        horizontal_width, vertical_width: half-power widths of a receive beam [rad].
+        steering: `(beams, 2 reach + 1)`, how beams hear their neighbours; None: not at all.
+        azimuths: `(beams,)` [rad], positive to the left.
+        facet: edge of the roughness lattice [m]; None: by beam and bin width.
+    """
+
+    beams: int
+    sector: float
+    horizontal_width: float
+    vertical_width: float
+    azimuths: NDArray[np.float64]
+    steering: NDArray[np.float32] | None = None
+    facet: float | None = None
+
+
+@jit.struct
+class Cells:
+    """Cells of an image, one lane each: a Dr.Jit struct.
+
+    Attributes:
+        ping, beam, bin: `Int32`.
+        distance: `Float`, middle of the bin [m].
+        gain: `Float`, intensity gain 30 log r + 2 a r, per cell [1].
+        noise: `Float`, intensity of all noise re the source level at 1 m.
+    """
+
+    ping: Array
+    beam: Array
+    bin: Array
+    distance: Array
+    gain: Array
+    noise: Array
+
+
+def receive(
+    config: PingConfig, layout: Layout, echoes: Array, tags: Array | None, lanes: Lanes, spin: Array, steering: Array,
+    pulse: Array, noise: Array, key: Any, t_ns: Array, trace: Trace = None,
+) -> tuple[Array, ...]:  # fmt: skip
+    """Hear echoes: data, truth, with `iq` the complex signal before gain, with `labels` the strongest echo's tag.
+
+    Args:
+        echoes, tags: see `accumulate`.
+        spin: `Array3f64`, of the sensor in its own frame by lane [rad/s].
+        steering, pulse: weights, see `form_beams` and `spread_pulse`.
+        noise: power, see `noise_power`.
+        key: random stream of the noise.
+        t_ns: `UInt64`, time by lane [ns].
+    """
+    beams, bins, pings = layout.beams, config.bins, dr.width(lanes.position)
+    source, exists = sent_from(config, layout, lanes, spin)
+    field = spread_pulse(echoes, source, exists, pulse, count=dr.width(pulse), bins=bins)
+    reach = 0 if layout.steering is None else layout.steering.shape[1] // 2
+    energy = 0 if layout.steering is None else energy_reach(layout.steering)
+    count = _BLOCK if reach > 0 else 1
+    blocks = -(-beams // count)
+    lane = dr.arange(jit.Int32, pings * blocks * bins)
+    ping, first, bin_ = lane // (blocks * bins), lane // bins % blocks * count, lane % bins
+    place = cells_at(config, layout, lanes, ping, first, bin_, noise)
+    formed = form_beams(
+        field, steering, first, ping * beams, bin_, count=count, reach=reach, energy_reach=energy, beams=beams,
+        bins=bins,
+    )  # fmt: skip
+    out: list[Array] = []
+    words: list[tuple[Array, Array]] = []
+    for i, signal in enumerate(formed):
+        here = replace(place, beam=first + i)
+        if i % 2 == 0:  # four words of noise serve two beams
+            a, b, c, d = noise_words(config, lanes, here, key)
+            words = [(a, b), (c, d)]
+        inside = here.beam < beams
+        found = levels(config, layout, signal, words[i % 2], here, lanes, key, t_ns)
+        out = out or [dr.zeros(jit.Float, pings * beams * bins) for _ in found]
+        index = jit.UInt32((ping * beams + here.beam) * bins + bin_)
+        for into, values in zip(out, found, strict=True):
+            dr.scatter(into, values, index, inside, mode=dr.ReduceMode.Permute)
+    if trace is not None:
+        trace_levels(config, layout, field.energy, out[0], lanes, noise, trace)
+    if tags is not None:
+        out += untag(dr.gather(jit.UInt64, tags, jit.UInt32(source), exists))
+    return tuple(out)
+
+
+def sent_from(config: PingConfig, layout: Layout, lanes: Lanes, spin: Array) -> tuple[Array, Array]:
+    """Where each cell's echo was sent to: its cell at transmission, `Int32`, and whether there is one.
+
+    A sonar that turns hears an echo in the beam that points at the target when it comes back.
+    """
+    cells = layout.beams * config.bins
+    cell = dr.arange(jit.Int32, dr.width(lanes.position) * cells)
+    if not config.doppler or layout.steering is None:
+        return cell, jit.Bool(True)
+    ping, beam, bin_ = jit.UInt32(cell // cells), cell // config.bins % layout.beams, cell % config.bins
+    delay = 2.0 / lanes.medium.sound_speed
+    rate = dr.gather(jit.Float, jit.Float(spin.z) * delay * (1.0 / layout.sector), ping)
+    shift = jit.Int32(dr.round(rate * middle(config, bin_)))
+    sent = beam - shift
+    return cell - shift * config.bins, (sent >= 0) & (sent < layout.beams)
+
+
+def middle(config: PingConfig, bin_: Array) -> Array:
+    """Middle of a range bin [m]."""
+    return config.range_min_m + (jit.Float(bin_) + 0.5) * config.bin_width_m
+
+
+def cells_at(
+    config: PingConfig, layout: Layout, lanes: Lanes, ping: Array, beam: Array, bin_: Array, noise: Array
+) -> Cells:
+    """Cells with their ranges and gains."""
+    distance = middle(config, bin_)
+    loss = dr.gather(jit.Float, lanes.medium.absorption, jit.UInt32(ping))
+    gain = time_varied_gain(distance, loss, spreading=30.0) / (layout.sector * config.bin_width_m)
+    return Cells(ping, beam, bin_, distance, gain, noise)
+
+
+def noise_words(
+    config: PingConfig, lanes: Lanes, cells: Cells, key: Any, *, purpose: int = 0
+) -> tuple[Array, Array, Array, Array]:
+    """Four random words for two beams, the even one and the next, in a bin."""
+    ping = jit.UInt32(cells.ping)
+    environment, tick = dr.gather(jit.UInt32, lanes.environment, ping), dr.gather(jit.UInt32, lanes.tick, ping)
+    return words32(key, jit.UInt32(cells.beam // 2 * config.bins + cells.bin) + purpose, environment, tick)
+
+
+def levels(
+    config: PingConfig, layout: Layout, signal: tuple[Array, Array, Array], words: tuple[Array, Array], cells: Cells,
+    lanes: Lanes, key: Any, t_ns: Array,
+) -> list[Array]:  # fmt: skip
+    """Add noise, set gain and scale: data, truth, with `iq` the complex signal before gain."""
+    n1, n2 = normal_pair32(*words)
+    power = cells.noise
+    if config.interference is not None:
+        power = power + interference(config, layout, cells, lanes, t_ns)
+    size = dr.sqrt(0.5 * power * cells.gain)
+    real, imaginary = dr.fma(size, n1, signal[0]), dr.fma(size, n2, signal[1])
+    intensity, energy = real * real + imaginary * imaginary, signal[2]
+    if config.tvg_db != 30.0:
+        tilt = cells.distance ** ((config.tvg_db - 30.0) / 10.0)
+        intensity, energy = intensity * tilt, energy * tilt
+    if config.painted_noise is not None:
+        cell = replace(cells, beam=2 * cells.beam)
+        intensity = paint(config.painted_noise, intensity, noise_words(config, lanes, cell, key, purpose=0x40000000))
+    out = [scaled(config, intensity), scaled(config, energy)]
+    if config.iq:
+        raw = dr.rsqrt(cells.gain)
+        out += [real * raw, imaginary * raw]
+    return out
+
+
+def trace_levels(
+    config: PingConfig, layout: Layout, energy: Array, data: Array, lanes: Lanes, noise: Array, trace: Any
+) -> None:
+    """Tell the signal-to-noise ratio before beams are formed, and the data."""
+    cell = dr.arange(jit.Int32, dr.width(energy))
+    ping = cell // (layout.beams * config.bins)
+    here = cells_at(config, layout, lanes, ping, cell // config.bins % layout.beams, cell % config.bins, noise)
+    trace("signal-to-noise ratio", to_db(dr.maximum(energy, 1e-20) / (noise * here.gain)), "dB")
+    trace("echo level after gain", data, {"db": "dB", "unit": "1", "linear": "1"}[config.scale])
+
+
+def scaled(config: PingConfig, intensity: Array) -> Array:
+    """Intensity as the configuration wants it."""
+    if config.scale == "linear":
+        return intensity
+    level = to_db(dr.maximum(intensity, 1e-20))
+    if config.scale == "db":
+        return level
+    return dr.clip((level - config.floor_db) / config.dynamic_range_db, 0.0, 1.0)
+
+
+def interference(config: PingConfig, layout: Layout, cells: Cells, lanes: Lanes, t_ns: Array) -> Array:
+    """Intensity of another sonar's direct pulse re the source level at 1 m, where it falls into this ping.
+
+    The other one's clock starts at t = 0; a pulse that was sent at its k-th period arrives distance/c later, and is
+    heard in the bin of its time after this sonar's own transmission, in all beams by their pattern.
+    """
+    other = config.interference
+    assert other is not None
+    lane = jit.UInt32(cells.ping)
+    speed = dr.gather(jit.Float, lanes.medium.sound_speed, lane)
+    loss = dr.gather(jit.Float, lanes.medium.absorption, lane)
+    period_ns = round(1e9 / other.rate_hz)
+    start_ns = dr.gather(jit.UInt64, t_ns, lane) % jit.UInt64(period_ns)
+    since = 2.0 * cells.distance / speed - (other.distance_m / speed - jit.Float(start_ns) * 1e-9)
+    period = period_ns * 1e-9
+    phase = since / period
+    within = (phase - dr.floor(phase)) * period
+    level = other.source_level_db - config.source_level_db - loss * other.distance_m
+    level -= 20.0 * math.log10(other.distance_m)
+    table = jit.Float(0)
+    length = line_length(layout.horizontal_width)
+    seen = line_np(np.sin(layout.azimuths) - math.sin(math.radians(other.azimuth_deg)), length) ** 2
+    for k in np.flatnonzero(seen > 1e-4):
+        table = dr.select(cells.beam == int(k), float(seen[k]), table)
+    return dr.select(within < other.pulse_s, from_db(level) * table, 0.0)
