@@ -99,7 +99,7 @@ def _raw(scene: Scene, shot: _Shot) -> Callable[[], Any]:
         si = static.ray_intersect(jit.mi.Ray3f(o, d, REACH_M, 0.0, []), jit.mi.RayFlags.Minimal, True)
         return si.t, si.n
 
-    frozen = jit.freeze(shoot)
+    frozen = dr.freeze(shoot)
     return lambda: frozen(origin, direction)
 
 
