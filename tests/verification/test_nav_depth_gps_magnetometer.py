@@ -164,6 +164,8 @@ def test_periods() -> None:
     assert period_ticks(200, DT) == 1
     assert period_ticks(10, DT) == 20
     assert period_ticks(1 / 3, DT) == 600
+    assert period_ticks(30, round(1e9 / 30)) == 1  # a tick is a whole number of nanoseconds
+    assert period_ticks(7.5, round(1e9 / 30)) == 4
     with pytest.raises(ScenarioError, match=r"does not divide.*200 Hz; nearest: 28\.5714 or 33\.3333") as error:
         period_ticks(30, DT, where="x.yaml:3: rate_hz")
     assert str(error.value).startswith("x.yaml:3")

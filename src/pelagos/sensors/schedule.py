@@ -16,7 +16,8 @@ def period_ticks(rate_hz: float, dt_ns: int, *, where: str = "") -> int:
     tick_rate = 1e9 / dt_ns
     exact = tick_rate / rate_hz
     period = round(exact)
-    if period >= 1 and math.isclose(exact, period, rel_tol=1e-9):
+    whole_ns = 0.5 / dt_ns  # 30 ticks a second are ticks of 33 333 333 ns, not quite 30 a second
+    if period >= 1 and math.isclose(exact, period, rel_tol=max(1e-9, whole_ns)):
         return period
     near = {max(math.floor(exact), 1), max(math.ceil(exact), 1)}
     rates = " or ".join(f"{tick_rate / p:.6g}" for p in sorted(near, reverse=True))

@@ -88,9 +88,10 @@ DEVICES: Final[Mapping[str, Mapping[str, Device]]] = {
     "multibeam": {
         "norbit_wbms": Device(
             "NORBIT WBMS, 400 kHz",
-            "NORBIT Subsea, WBMS bathymetry data sheet",
+            "NORBIT Subsea, WBMS bathymetry data sheet; user manual, Section 5.1 (bandwidth, sweep)",
             {"frequency_hz": 400e3, "swath_deg": 150.0, "beams": 256, "beamwidth_across_deg": 0.9,
-             "beamwidth_along_deg": 1.9, "range_min_m": 0.2, "range_max_m": 275.0, "bandwidth_hz": 80e3},
+             "beamwidth_along_deg": 1.9, "range_min_m": 0.2, "range_max_m": 275.0, "bandwidth_hz": 80e3,
+             "pulse_s": 0.5e-3},
         ),
         "kongsberg_em2040": Device(
             "Kongsberg EM 2040, 300 kHz, 0.7 x 0.7 deg",
@@ -106,7 +107,8 @@ DEVICES: Final[Mapping[str, Mapping[str, Device]]] = {
             {"frequency_hz": 44e3, "swath_deg": 150.0, "spacing": "equidistant", "beams": 512,
              "beamwidth_across_deg": 2.0, "beamwidth_along_deg": 1.5, "range_min_m": 3.0, "range_max_m": 3000.0,
              "bandwidth_hz": 3e3, "pulse_s": 5e-3, "source_level_db": 225.0, "rate_hz": 0.2},
-            assumed=("swath_deg", "bandwidth_hz", "pulse_s", "source_level_db", "rate_hz"),
+            # the page prints 440 kHz, at which water takes some 100 dB from a kilometre: not with its depths of 3000 m
+            assumed=("frequency_hz", "swath_deg", "bandwidth_hz", "pulse_s", "source_level_db", "rate_hz"),
         ),
     },
     "sidescan": {

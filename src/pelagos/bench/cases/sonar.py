@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable
+from functools import cache
 from types import SimpleNamespace
 from typing import Any, Final
 
@@ -32,6 +34,21 @@ NPS: Final = Reference("NPS multibeam in DAVE, 512 x 114 rays, 60 m, RTX 2080 Ti
 OCEANSIM: Final = Reference("OceanSim imaging sonar, 2500 x 384, RTX 3090 (a fork's record, June 2026)", 1.3)
 HOLOOCEAN: Final = Reference("HoloOcean single beam by ray casting, gaming GPU (arXiv 2510.06160)", 12.0)
 NONE: Final = Reference("-")
+DAM_TICKS: Final = 509
+DAM: Final[dict[str, Any]] = {
+    "name": "single beam before a dam",  # 23 m: the farthest echo that is back before the next of 30 pings a second
+    "tick_rate_hz": 30,
+    "world": {"type": "classic", "name": "dam"},
+    "agents": {
+        "auv0": {
+            "vehicle": "remus100",
+            "start": {"position_m": [200, 0, -12], "speed_mps": 1.0},
+            "sensors": {
+                "echo": {"type": "singlebeam", "rate_hz": 30, "range_max_m": 23.0, "bins": 200, "beamwidth_deg": 30.0}
+            },
+        }
+    },
+}
 
 
 def harbour_scene() -> list[Geometry]:
@@ -136,6 +153,35 @@ def singlebeam_sense_ms() -> Measured:
     return _milliseconds(Singlebeam(config, context()))
 
 
+@cache
+def _dam_ticks() -> tuple[float, float]:
+    """Median time of a whole tick [s] of `DAM`, with its single beam and without any sensor."""
+    from pelagos.sim.simulation import Simulation
+
+    def run(scenario: dict[str, Any]) -> float:
+        sim = Simulation.load(scenario)
+        for _ in range(30):
+            sim.step()
+        times, echoes = [], []
+        for _ in range(DAM_TICKS):
+            start = time.perf_counter()
+            found = sim.step()
+            times.append(time.perf_counter() - start)
+            echoes += [r.data for r in found["auv0"].values()]
+        must(len(echoes) in (0, DAM_TICKS), "the single beam is silent in some ticks")
+        must(not echoes or float(np.ptp(np.stack(echoes), axis=0).max()) > 0.0, "the single beam hears no change")
+        return sorted(times)[len(times) // 2]
+
+    silent = {**DAM, "agents": {"auv0": {**DAM["agents"]["auv0"], "sensors": {}}}}
+    return run(DAM), run(silent)
+
+
+def singlebeam_tick_ms() -> Measured:
+    """The paper's test: a torpedo with a single beam before a dam, whole ticks through `Simulation.step`."""
+    heard, silent = _dam_ticks()
+    return Measured(1e3 * heard, detail=f"{DAM_TICKS} ticks at 30 a second; {1e3 * silent:.2f} ms without the sonar")
+
+
 def fleet_sonar_256x64x16_hz() -> Measured:
     """256 environments in one call."""
     return _hertz(_imaging(64, 16, 128, copies=256, side_lobe_beams=4), copies=256)
@@ -179,6 +225,8 @@ CASES: Final = (
     Case("sidescan_2048_hz", "sidescan, 2 x 1024 rays and samples", sidescan_2048_hz, "Hz", 100.0, "higher", NONE),
     Case("singlebeam_sense_ms", "single beam, 256 rays, 200 bins: the sensor's part of a tick", singlebeam_sense_ms,
          "ms", 0.5, "lower", HOLOOCEAN),
+    Case("singlebeam_tick_ms", "single beam before a dam: a whole tick of the simulation", singlebeam_tick_ms, "ms",
+         0.5, "lower", HOLOOCEAN),
     Case("fleet_sonar_256x64x16_hz", "256 environments, 64 beams x 16 rays, 128 bins, one call",
          fleet_sonar_256x64x16_hz, "Hz", 10.0, "higher", NONE),
     Case("sonar_over_cast_ratio", "a ping of 512 x 114 rays over casting its rays, same run", sonar_over_cast_ratio,
