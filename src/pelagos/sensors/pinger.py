@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any, Final
 
 import drjit as dr
@@ -69,7 +70,7 @@ class Pinger:
             jit.UInt32(self._walk.order),
         )
         dr.make_opaque(self._constants)
-        self._ping = context.scene.compile(self._make)
+        self._ping = self._sounder.compile(self._make)
 
     def ping(
         self, motion: Kinematics, turn: Array | None = None
@@ -79,7 +80,7 @@ class Pinger:
         `turn` is a rotation of the sensor frame by lane, `Array4f64`, for heads that turn.
         """
         config = self._config
-        data, truth, *rest = self._ping(*self._arguments(motion, turn))
+        data, truth, *rest = self._ping(motion, *self._constants, *(() if turn is None else (turn,)))
         shape = (dr.width(motion.position), self._layout.beams, config.bins)
         extras: dict[str, NDArray[Any]] = {}
         if config.iq:
@@ -97,24 +98,20 @@ class Pinger:
 
     def explain(self, motion: Kinematics, turn: Array | None = None) -> list[tuple[str, NDArray[Any], str]]:
         """One ping, not frozen, with its intermediate arrays: (name, values, unit)."""
-        return self._sounder.trace(self._make, *self._arguments(motion, turn))
-
-    def _arguments(self, motion: Kinematics, turn: Array | None) -> tuple[Any, ...]:
-        tables, lanes, fan, surfaces, key = self._sounder.arguments(motion)
-        if turn is not None:
-            lanes.attitude = multiply(lanes.attitude, turn)
-        velocity = rotate(lanes.attitude if turn is None else multiply(lanes.attitude, _inverse(turn)),
-                          sensor_velocity(motion, self._config))  # fmt: skip
-        spin = sensor_angular_velocity(motion, self._config)
-        return tables, lanes, fan, surfaces, key, velocity, spin, motion.t_ns, *self._constants
+        more = () if turn is None else (turn,)
+        return self._sounder.trace(self._make, *self._sounder.arguments(motion), motion, *self._constants, *more)
 
     def _make(self, static: Any, moving: Any, trace: Trace = None) -> Callable[..., Any]:
         config, layout, walk = self._config, self._layout, self._walk
 
         def ping(
-            tables: Tables, lanes: Lanes, fan: Fan, surfaces: Surfaces, key: Any, velocity: Array, spin: Array,
-            t_ns: Array, steering: Array, pulse: Array, noise: Array, seed: Array, order: Array,
+            tables: Tables, lanes: Lanes, fan: Fan, surfaces: Surfaces, key: Any, motion: Kinematics, steering: Array,
+            pulse: Array, noise: Array, seed: Array, order: Array, *turn: Array,
         ) -> tuple[Array, ...]:  # fmt: skip
+            velocity = rotate(lanes.attitude, sensor_velocity(motion, config))
+            spin = sensor_angular_velocity(motion, config)
+            if turn:
+                lanes = replace(lanes, attitude=multiply(lanes.attitude, turn[0]))
             far = config.range_max_m + config.longest_strip_m
             view = look(static, moving, tables, fan, lanes, surfaces, max_range=far, bent=config.refraction)
             patches = [calibrated(config, layout, view, fan, lanes, surfaces, velocity, trace)]
@@ -126,7 +123,7 @@ class Pinger:
                 )  # fmt: skip
                 patches += [gained(config, layout, g, view, lanes) for g in ghosts]
             field, tags = echoes(config, layout, patches, walk, order, lanes, seed, trace)
-            return receive(config, layout, field, tags, lanes, spin, steering, pulse, noise, key, t_ns, trace)
+            return receive(config, layout, field, tags, lanes, spin, steering, pulse, noise, key, motion.t_ns, trace)
 
         return ping
 
@@ -194,7 +191,3 @@ def facet_size(config: PingConfig, layout: Layout) -> float:
         return layout.facet
     aperture = line_length(layout.horizontal_width) * 1500.0 / config.frequency_hz
     return min(0.5 * aperture, 0.5 * config.bin_width_m)
-
-
-def _inverse(q: Array) -> Array:
-    return jit.Array4f64(q[0], -q[1], -q[2], -q[3])
