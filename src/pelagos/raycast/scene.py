@@ -167,9 +167,8 @@ class Scene:
         self.origin = patch.origin
         self._static_faces[-1] = self._ground_rows[patch.face_materials]
         t = self.tables
-        t.origin = jit.Array3f64(*(float(c) for c in patch.origin))
+        t.origin = _single(patch.origin)
         t.static_face = _own(jit.UInt32, np.concatenate(self._static_faces))
-        dr.make_opaque(t.origin, t.static_face)
         if self._poses is not None:
             self.move(*self._poses)
 
@@ -252,14 +251,14 @@ class Scene:
         static_base, static_row = _rows_by_identifier(self.static)
         moving_base, moving_row = _rows_by_identifier(self.moving)
         self.tables = Tables(
-            origin=jit.Array3f64(*(float(c) for c in self.origin)),
+            origin=_single(self.origin),
             static_base=u32(static_base),
             moving_base=u32(moving_base),
             static_row=u32(static_row),
             moving_row=u32(moving_row),
             static_first=u32(_table(self._static_first)),
             moving_first=u32(_table(moving_first)),
-            static_face=u32(np.concatenate(self._static_faces) if self._static_faces else np.zeros(1, np.uint32)),
+            static_face=_own(u32, np.concatenate(self._static_faces) if self._static_faces else np.zeros(1, np.uint32)),
             moving_face=u32(np.concatenate(moving_faces) if moving_faces else np.zeros(1, np.uint32)),
             label=u32(_table(o.label)),
             instance=u32(_table(o.instance)),
@@ -315,10 +314,15 @@ def copy_offsets(copies: int) -> NDArray[np.float64]:
     return np.asarray(cell * COPY_SPACING, dtype=np.float64)
 
 
+def _single(place: NDArray[np.float64]) -> Array:
+    """One place, each coordinate in memory of its own: equal literals would share it, and change what is recorded."""
+    return jit.Array3f64(*(dr.opaque(jit.Float64, float(c)) for c in place))
+
+
 def _own(kind: Any, values: NDArray[Any]) -> Array:
-    """Flat values in memory of Dr.Jit's own: as aligned as the arrays that a frozen function was recorded with."""
+    """Flat values in memory of Dr.Jit's own, not in NumPy's: always aligned, which a recording relies on."""
     borrowed = kind(np.ascontiguousarray(values).reshape(-1))
-    owned = dr.gather(kind, borrowed, dr.arange(jit.UInt32, dr.width(borrowed)))
+    owned = borrowed + dr.opaque(kind, 0)  # a sum that is not known beforehand: anything simpler shares the memory
     dr.eval(owned)
     dr.sync_thread()
     return owned
