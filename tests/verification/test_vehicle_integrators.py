@@ -29,7 +29,9 @@ def truth() -> np.ndarray:
     return end(0.00125, "runge_kutta")
 
 
-@pytest.mark.parametrize(("integrator", "order", "h"), [("semi_implicit", 1, 0.01), ("runge_kutta", 4, 0.1)])
+@pytest.mark.parametrize(
+    ("integrator", "order", "h"), [("semi_implicit", 1, 0.01), ("conservative", 1, 0.01), ("runge_kutta", 4, 0.1)]
+)
 def test_order_of_convergence(truth, integrator, order, h):
     """Halving the step divides the error by 2^order, within 15 %."""
     errors = [np.linalg.norm(end(step, integrator) - truth) for step in (h, h / 2)]

@@ -126,6 +126,28 @@ def solve_symmetric(m: Matrix, b: Vector) -> list[Array]:
     return x
 
 
+def solve_blocks(m: Matrix, b: Vector) -> list[Array]:
+    """x of M x = b for six equations, by elimination of the first three.
+
+    For a matrix whose symmetric part is positive definite: no pivot can vanish. Where the first block is made of
+    numbers it is inverted while tracing.
+    """
+    top, right = [row[:3] for row in m[:3]], [row[3:] for row in m[:3]]
+    left, corner = [row[:3] for row in m[3:]], [row[3:] for row in m[3:]]
+    inverse = inverse3(top)
+    carried = matmul(left, inverse)
+    schur = [add(row, minus(taken)) for row, taken in zip(corner, matmul(carried, right), strict=True)]
+    y = matvec(inverse3(schur), add(b[3:], minus(matvec(carried, b[:3]))))
+    return [*matvec(inverse, add(b[:3], minus(matvec(right, y)))), *y]
+
+
+def inverse3(m: Matrix) -> list[list[Array]]:
+    """Inverse of a `(3, 3)` matrix: its adjugate over its determinant."""
+    columns = [cross(m[1], m[2]), cross(m[2], m[0]), cross(m[0], m[1])]
+    scale = 1.0 / dot(m[0], columns[0])
+    return transpose([scaled(scale, column) for column in columns])
+
+
 def norm(a: Vector) -> Array:
     """The length of a vector; its gradient at 0 is 0, not NaN."""
     square = dot(a, a)

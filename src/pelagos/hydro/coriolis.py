@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection
 
-from pelagos.hydro.algebra import Matrix, Vector, add, cross, matvec, minus, neg
+from pelagos.hydro.algebra import Matrix, Vector, add, cross, matmul, matvec, mul, neg, transpose
 from pelagos.jit import Array
 
 
@@ -42,10 +42,16 @@ def coriolis_force_angular(mass: Array, inertia: Matrix, shift: Matrix, nu: Vect
         shift: H(r_g) `(6, 6)`.
         nu: velocity (6) FRD [m/s], [rad/s].
     """
+    return matvec(coriolis_matrix_angular(mass, inertia, shift, nu), nu)
+
+
+def coriolis_matrix_angular(mass: Array, inertia: Matrix, shift: Matrix, nu: Vector) -> list[list[Array]]:
+    """The `(6, 6)` matrix of `coriolis_force_angular`."""
     w = nu[3:]
-    at_cg = matvec(shift, nu)
     momentum = matvec(inertia, w)
-    linear = cross(w, [mass * x for x in at_cg[:3]])
-    angular = minus(cross(momentum, at_cg[3:]))
-    columns = list(zip(*shift, strict=True))
-    return matvec(columns, [*linear, *angular])
+    middle: list[list[Array]] = [[0.0] * 6 for _ in range(6)]
+    for row, column, i in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
+        for corner, entry in ((0, neg(mul(mass, w[i]))), (3, momentum[i])):
+            middle[corner + row][corner + column] = entry
+            middle[corner + column][corner + row] = neg(entry)
+    return matmul(transpose(shift), matmul(middle, shift))

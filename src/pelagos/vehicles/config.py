@@ -64,8 +64,10 @@ class VehicleConfig(PartConfig):
     """The mode that commands are for when none is chosen."""
     medium: Literal["water", "air"] = "water"
     """What moves past it: the ocean's current, or its wind."""
-    integrator: Literal["semi_implicit", "runge_kutta"] = "semi_implicit"
-    """How steps are taken: order 1, or order 4 at four times the cost."""
+    integrator: Literal["conservative", "semi_implicit", "runge_kutta"] = "conservative"
+    """How steps are taken: order 1 with Coriolis forces that do no work, so that a body without drag keeps its energy;
+    order 1 with every force at the step's beginning, which comes closest to Fossen's programs; or order 4 at four times
+    the cost."""
     current_rotation: CurrentRotation = "attitude"
     """A current is turned into body axes with the whole attitude, or with the heading only."""
     hull: HullConfig | None = None

@@ -2,7 +2,8 @@
 
 Semi-implicit Euler takes the new velocity to move the body (order 1, a swinging body keeps its energy); Runge-Kutta 4
 has order 4 while commands and currents are smooth in time. Sources: E. Hairer, C. Lubich, G. Wanner, "Geometric
-Numerical Integration", 2nd ed., Springer 2006, Sections I.1 and II.1.
+Numerical Integration", 2nd ed., Springer 2006, Sections I.1 and II.1. Coriolis forces that do no work in a step are the
+matter of `model.Inertia.accelerate_over`.
 """
 
 from __future__ import annotations

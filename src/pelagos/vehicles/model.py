@@ -14,8 +14,8 @@ from typing import Protocol
 
 import numpy as np
 
-from pelagos.hydro.algebra import Matrix, Vector, add, matvec, minus, solve_symmetric
-from pelagos.hydro.coriolis import coriolis_force, coriolis_force_angular
+from pelagos.hydro.algebra import Matrix, Vector, add, matvec, minus, mul, solve_blocks, solve_symmetric
+from pelagos.hydro.coriolis import coriolis_force, coriolis_force_angular, coriolis_matrix, coriolis_matrix_angular
 from pelagos.hydro.rigid_body import transport
 from pelagos.jit import Array
 from pelagos.vehicles.actuators.actuator import Actuator, Follower
@@ -52,24 +52,51 @@ class Inertia:
     angular: tuple[Array, Matrix, Matrix] | None = None
     none: bool = False
 
+    @property
+    def whole(self) -> Matrix:
+        """M = M_RB + M_A `(6, 6)`."""
+        return [add(a, b) for a, b in zip(self.rigid, self.added, strict=True)]
+
     def coriolis(self, flow: Flow) -> Vector:
         """-(C_RB + C_A) nu_r (6)."""
         if self.none:
             return [0.0] * 6
-        whole = [add(a, b) for a, b in zip(self.rigid, self.added, strict=True)]
         if not self.without and self.angular is None:
-            return minus(coriolis_force(whole, flow.nu_r))
+            return minus(coriolis_force(self.whole, flow.nu_r))
         if self.angular is None:
             rigid = coriolis_force(self.rigid, flow.nu_r)
         else:
             rigid = coriolis_force_angular(*self.angular, flow.nu_r)
         return minus(add(rigid, coriolis_force(self.added, flow.nu_r, self.without)))
 
+    def coriolis_matrix(self, flow: Flow) -> Matrix:
+        """C_RB + C_A `(6, 6)`."""
+        if not self.without and self.angular is None:
+            return coriolis_matrix(self.whole, flow.nu_r)
+        if self.angular is None:
+            rigid = coriolis_matrix(self.rigid, flow.nu_r)
+        else:
+            rigid = coriolis_matrix_angular(*self.angular, flow.nu_r)
+        added = coriolis_matrix(self.added, flow.nu_r, self.without)
+        return [add(a, b) for a, b in zip(rigid, added, strict=True)]
+
     def accelerate(self, wrench: Vector) -> Vector:
         """M^-1 wrench (6)."""
         if self.inverse is not None:
             return matvec(self.inverse, wrench)
-        return solve_symmetric([add(a, b) for a, b in zip(self.rigid, self.added, strict=True)], wrench)
+        return solve_symmetric(self.whole, wrench)
+
+    def accelerate_over(self, wrench: Vector, flow: Flow, h: Array) -> Vector:
+        """(M + h/2 C)^-1 wrench (6): the mean acceleration in a step of h [s] in which Coriolis forces do no work.
+
+        `wrench` has them as they are at the step's beginning; they are to act at the mean of the velocities before and
+        after it, M a = f - C (nu_r + h/2 a), and C is skew. Linearly implicit midpoint rule: E. Hairer, C. Lubich,
+        G. Wanner, "Geometric Numerical Integration", 2nd ed., Springer 2006, Section IV.2.
+        """
+        if self.none:
+            return self.accelerate(wrench)
+        half = [[mul(0.5 * h, c) for c in row] for row in self.coriolis_matrix(flow)]
+        return solve_blocks([add(a, b) for a, b in zip(self.whole, half, strict=True)], wrench)
 
 
 @dataclass(frozen=True)
@@ -117,10 +144,16 @@ class Model:
         actuators: Sequence[Array],
         outside: Vector = (0.0,) * 6,
         tables: T200Tables | None = None,
+        h: Array | None = None,
     ) -> Vector:
-        """Rate of change of nu (6) [m/s^2], [rad/s^2]; `outside`: a further wrench (6), such as contact."""
+        """Rate of change of nu (6) [m/s^2], [rad/s^2].
+
+        `outside`: a further wrench (6), such as contact; `h`: the mean over a step, see `Inertia.accelerate_over`.
+        """
         wrench = add(outside, *self.wrenches(flow, actuators, tables).values())
-        return add(flow.current_rate, self.inertia.accelerate(wrench))
+        inertia = self.inertia
+        relative = inertia.accelerate(wrench) if h is None else inertia.accelerate_over(wrench, flow, h)
+        return add(flow.current_rate, relative)
 
     def limited(self, actuators: Sequence[Array]) -> list[Array]:
         """Actuator states as forces see them."""

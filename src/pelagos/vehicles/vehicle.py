@@ -286,12 +286,13 @@ class Vehicle:
             states = state.actuators
             if fraction > 0.0:
                 states = self.model.advanced(states, commands, fraction * h)
-            return self.model.nu_dot(here, self.model.limited(states), outside, tables)
+            over = h if self.config.integrator == "conservative" else None
+            return self.model.nu_dot(here, self.model.limited(states), outside, tables, over)
 
-        if self.config.integrator == "semi_implicit":
-            new, nu_dot = semi_implicit(rigid, accelerate, flow.rotation, h)
-        else:
+        if self.config.integrator == "runge_kutta":
             new, nu_dot = runge_kutta(rigid, accelerate, h, rotation_from_quaternion)
+        else:
+            new, nu_dot = semi_implicit(rigid, accelerate, flow.rotation, h)
         kept = [f64(self._mode_number[mode]), *(f64(m) for m in kept)]
         return VehicleState(
             position=jit.Array3f64(*new.position),
