@@ -122,7 +122,7 @@ def _transit() -> dict[str, Any]:
     return {
         "memory_mb": _memory_mb(),
         "rtf": last * sim.dt_ns * 1e-9 / took,
-        "detail": f"{way / 1e3:.1f} km; all of {beams} beams met the ground, {silent} below the sonar's detection limit",
+        "detail": f"{way / 1e3:.1f} km; all of {beams} beams met the ground, {silent} too faint to detect",
     }
 
 
