@@ -1,8 +1,9 @@
-"""Every sonar in one harbour, as pictures in the field's usual colours.
+"""Every sonar in one harbour, and two over a dam and a wreck, as pictures in the field's usual colours.
 
     python examples/sonar_gallery.py [FOLDER] [--quick]
 
-Writes imaging.png, multibeam.png, sidescan.png, singlebeam.png, scanning.png, profiling.png and aperture.png.
+Writes imaging.png, multibeam.png, sidescan.png, singlebeam.png, scanning.png, profiling.png, aperture.png,
+dam.png and wreck.png.
 """
 
 from __future__ import annotations
@@ -31,15 +32,16 @@ from pelagos.sensors.profiling_sonar import ProfilingSonar, ProfilingSonarConfig
 from pelagos.sensors.sidescan import Sidescan, SidescanConfig
 from pelagos.sensors.singlebeam import Singlebeam, SinglebeamConfig
 from pelagos.sensors.synthetic_aperture_sonar import SyntheticApertureSonar, SyntheticApertureSonarConfig
+from pelagos.world.classic import ClassicConfig
 from pelagos.world.generate.harbour import HarbourConfig
+from pelagos.world.world import World
 
 DT_NS = 5_000_000
 WRECK = (22.0, -8.5, -14.0)  # where the harbour's sunken boat lies
 
 
-def place() -> Any:
-    """What a sensor is built with, for the harbour."""
-    world = HarbourConfig().build()
+def place(world: World) -> Any:
+    """What a sensor is built with, for a world."""
     return SimpleNamespace(
         path="gallery.sonar", seed=1, dt_ns=DT_NS, scene=world.scene(), world=world, ocean=build_ocean(OceanConfig()),
         own_body=np.array([NO_BODY], np.uint32),
@@ -69,11 +71,7 @@ def imaging(context: Any, folder: Path, quick: bool) -> None:
     ]
     figure, axes = plt.subplots(2, 2, figsize=(15, 9.4), facecolor="black")
     for ax, (name, position, yaw) in zip(axes.ravel(), looks, strict=True):
-        reading = sonar.sense(pose(position, yaw=yaw))
-        fan = fan_image(reading.data[0], sonar.tables["azimuth"], sonar.tables["range"], height=620)
-        ax.imshow(fan, cmap="copper", vmin=0, vmax=1)
-        ax.set_title(f"{name}, 30 m", color="white")
-        ax.axis("off")
+        _fan(ax, f"{name}, 30 m", sonar, pose(position, yaw=yaw))
     _save(figure, folder / "imaging.png")
 
 
@@ -198,6 +196,44 @@ def back_projection(
     return image
 
 
+def dam(context: Any, folder: Path, quick: bool) -> None:
+    """An imaging sonar before the face of a dam."""
+    there = place(ClassicConfig(name="dam").build())
+    figure, axes = plt.subplots(1, 2, figsize=(15, 5.6), facecolor="black")
+    looks = [("dam face, 60 m", (245, 0, -22), 0.0, 10.0, 60.0), ("gates, 40 m", (262, 60, -24), 0.5, 12.0, 40.0)]
+    for ax, (name, position, yaw, pitch, reach) in zip(axes, looks, strict=True):
+        config = ImagingSonarConfig(range_max_m=reach, orientation_deg=(0, pitch, 0), beams=512, bins=800)
+        _fan(ax, name, ImagingSonar(config, there), pose(position, yaw=yaw))
+    _save(figure, folder / "dam.png")
+
+
+def wreck(context: Any, folder: Path, quick: bool) -> None:
+    """A sunken submarine, by imaging sonar and by sidescan."""
+    world = ClassicConfig(name="open_water").build()
+    there = place(world)
+    floor = float(world.height(np.array([35.0]), np.array([-60.0]))[0])
+    figure, axes = plt.subplots(1, 2, figsize=(15, 5.6), facecolor="black")
+    config = ImagingSonarConfig(range_max_m=60.0, orientation_deg=(0, 12, 0), beams=512, bins=900)
+    _fan(axes[0], "submarine, 60 m", ImagingSonar(config, there), pose((-5, -60, floor + 8)))
+    sonar = Sidescan(SidescanConfig(range_max_m=60.0, bins=800), there)
+    count = 100 if quick else 500
+    places = track((-40, -80, floor + 14), (110, -80, floor + 14), count)
+    image = np.concatenate([_traces(sonar, places[k : k + 50], k) for k in range(0, count, 50)])
+    both = np.concatenate([image[:, 0, ::-1], image[:, 1]], axis=1)[::-1]
+    axes[1].imshow(both, cmap="copper", aspect="auto", vmin=0, vmax=1)
+    axes[1].set_title("submarine, sidescan, 60 m each side", color="white")
+    axes[1].axis("off")
+    _save(figure, folder / "wreck.png")
+
+
+def _fan(ax: Any, name: str, sonar: ImagingSonar, motion: Any) -> None:
+    reading = sonar.sense(motion)
+    fan = fan_image(reading.data[0], sonar.tables["azimuth"], sonar.tables["range"], height=620)
+    ax.imshow(fan, cmap="copper", vmin=0, vmax=1)
+    ax.set_title(name, color="white")
+    ax.axis("off")
+
+
 def _save(figure: Any, path: Path) -> None:
     figure.tight_layout()
     figure.savefig(path, dpi=80, facecolor=figure.get_facecolor())
@@ -210,9 +246,9 @@ def main() -> None:
     arguments = [a for a in sys.argv[1:] if not a.startswith("--")]
     folder = Path(arguments[0] if arguments else "sonar_gallery")
     folder.mkdir(parents=True, exist_ok=True)
-    context = place()
+    context = place(HarbourConfig().build())
     pictures: list[Callable[[Any, Path, bool], None]] = [
-        imaging, multibeam, sidescan, singlebeam, scanning, profiling, aperture,
+        imaging, multibeam, sidescan, singlebeam, scanning, profiling, aperture, dam, wreck,
     ]  # fmt: skip
     for picture in pictures:
         picture(context, folder, "--quick" in sys.argv)

@@ -253,16 +253,18 @@ def patches_of(
     """The echo of every ray: intensity re the source level at 1 m, as a strip of surface.
 
     The patch of a stratum with solid angle w has the area w t^2/sin(grazing); its echo is sigma w/(t^2 sin) times the
-    two-way absorption (Lurton 2010, Eq. 3.38).
+    two-way absorption (Lurton 2010, Eq. 3.38). Area and strip are those of the triangle that was hit, so that patches
+    tile the mesh as it is; what it scatters follows the interpolated normal.
     """
     hits = view.hits
     t = dr.select(hits.valid, hits.t, 1.0)
     loss = dr.gather(jit.Float, lanes.medium.absorption, view.lane)
     section = scattering(surfaces, hits.material, view.sine) * patch_factor(hits, surfaces)
     weight = dr.gather(jit.Float, fan.weight, view.ray)
-    energy = section / dr.maximum(view.sine, _LEAST_SINE) * weight * patch_intensity(t, loss)
+    normal = hits.normal
+    facing = dr.maximum(dr.abs(dr.dot(normal, view.direction)), _LEAST_SINE)
+    energy = section / facing * weight * patch_intensity(t, loss)
     lower, upper = dr.gather(jit.Float, fan.lower, view.ray), dr.gather(jit.Float, fan.upper, view.ray)
-    normal = hits.shading_normal
     # a strip much longer than on level ground leaves the thing that was hit: the side of a boulder, the rim of a hull
     limit = _STEEPEST * t * (upper - lower) / dr.maximum(dr.abs(view.direction.z), 0.02)
     limit = dr.minimum(limit, longest)
