@@ -299,6 +299,21 @@ def test_mariner_accelerations_equal_its_derivatives():
     assert nu_dot[0, [0, 1, 5]] == pytest.approx([x / 840 * scale, sway * scale, yaw * scale / length], rel=1e-6)
 
 
+def test_mariner_turning_circle_within_imo():
+    """35 deg of helm at 15 knots: advance below 4.5 L to both sides, tactical diameter below 5 L to starboard
+    (IMO MSC.137(76)); to port the derivatives' own asymmetry (Y0, N0) makes it 5.2 L."""
+    vehicle, length = Vehicle.from_catalogue("mariner"), 160.93
+    for side, limit in ((1, 5.0), (-1, 5.25)):
+        helm, nu = side * np.deg2rad(35), (7.7175, 0, 0, 0, 0, 0)
+        flight = fly(vehicle, 600.0, h=0.1, mode="actuators", command=(helm,), nu=nu, position=(0, 0, 0))
+        turned = side * np.unwrap(flight.euler[:, 2])
+        quarter, half = np.argmax(turned >= np.pi / 2), np.argmax(turned >= np.pi)
+        assert 3.0 < flight.position[quarter, 0] / length < 4.5
+        assert 4.0 < side * flight.position[half, 1] / length < limit
+        assert np.sign(flight.nu[-1, 5]) == side
+        assert np.sign(flight.nu[-1, 1]) == -side  # drifts outwards
+
+
 def test_mariner_zig_zag_within_imo():
     """10/10 zig-zag at 15 knots, L/V = 20.9 s: first overshoot below (5 + L/V/2) = 15.4 deg (IMO MSC.137(76))."""
     vehicle = Vehicle.from_catalogue("mariner")

@@ -28,6 +28,10 @@ class ShipRudderConfig(PartConfig):
     type: Literal["ship_rudder"]
     service_speed_m_s: Positive
     """The speed at which the derivatives hold [m/s]."""
+    scale: Literal["service_speed", "speed"] = "service_speed"
+    """The speed that makes velocities and forces non-dimensional: the service speed, with which terms such as Yvu, Yud
+    and Yuud let forces follow the speed as they must (v (1 + u'), d (1 + u')^2); or the present speed (MSS), which
+    counts a loss of speed twice; below half the service speed it is then held."""
     derivatives: dict[str, float]
     """By name."""
     limit_deg: Positive
@@ -53,6 +57,7 @@ class ShipRudderConfig(PartConfig):
             density=body.density,
             service_speed=self.service_speed_m_s,
             lag=Lag(self.time_constant_s, -limit, limit, rate_limit=rate),
+            scale=self.scale,
         )
 
 
@@ -65,12 +70,15 @@ class ShipRudder:
     density: Array
     service_speed: Array
     lag: Lag
+    scale: Literal["service_speed", "speed"] = "service_speed"
     unit: str = "rad"
 
     def wrench(self, state: Array, flow: Flow) -> Vector:
-        """Force and moment (6). Below half the service speed the polynomials are held at what they give there."""
+        """Force and moment (6)."""
         u, v, r = flow.nu_r[0], flow.nu_r[1], flow.nu_r[5]
-        speed = dr.maximum(dr.sqrt(u * u + v * v), 0.5 * self.service_speed)
+        speed = self.service_speed
+        if self.scale == "speed":
+            speed = dr.maximum(dr.sqrt(u * u + v * v), 0.5 * self.service_speed)
         scale = 0.5 * self.density * self.length**2 * speed * speed
         value = {"u": (u - self.service_speed) / speed, "v": v / speed, "r": r * self.length / speed, "d": -state}
         sums: dict[str, Array] = {"X": 0.0, "Y": 0.0, "N": 0.0}
