@@ -223,11 +223,11 @@ def test_frozen_functions_see_the_ground_move_on_without_recording_anew(world, m
 
     frozen = scene.compile(make)
     moved = 0
-    for x in np.concatenate([np.arange(-14_000.0, 14_000.0, 1400.0)] * 2):
+    for x in np.linspace(-14_000.0, 14_000.0, 9):
         moved += scene.follow(np.array([[x, 500.0, 0.0]]))
         t = frozen(scene.tables, dr.opaque(jit.Float64, float(x), 3), dr.opaque(jit.Float64, 500.0, 3)).numpy()
         np.testing.assert_allclose(60.0 - t, world.height(x, 500.0), atol=2e-3)
-    assert moved > 12
+    assert moved > 6
     assert sum(f.n_recordings for f in made) == len(made) <= 2  # once for each size of the mesh
 
 
@@ -235,7 +235,7 @@ def test_memory_is_bounded_however_far_they_travel():
     world = build_world(world_config({"type": "large", "memory_mb": 600}))
     scene = world.scene()
     sizes, seen = [], []
-    for x in np.linspace(-48_000, 48_000, 40):
+    for x in np.linspace(-48_000, 48_000, 26):
         scene.follow(np.array([[x, 0.3 * x, 0.0]]))
         sizes.append(_resident_mb())
         seen.append(len(scene._ground.patch.faces))
