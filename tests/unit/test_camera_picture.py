@@ -191,3 +191,18 @@ def test_marine_snow_hangs_in_the_water_as_densely_as_asked():
     assert 2 < seen[1] / seen[0] < 8  # four times as many flakes, few in number
     later = camera(context(**night), marine_snow_per_m3=20.0, **keys).sense(looking_down(tick=300)).truth
     assert np.count_nonzero(np.abs(later - some) > 12) == 0
+
+
+def test_what_stands_above_the_sea_shows_in_snells_window():
+    """A roof 3 m above the water hides the sky in the window, which is 48.3 degrees wide each way."""
+    half = np.sqrt(0.5)
+    upwards = looking_down(height=-4.0)
+    upwards.attitude = jit.Array4f64(*(jit.Float64(c) for c in (half, 0, -half, 0)))
+    keys: dict[str, Any] = {"horizontal_fov_deg": 130, "width_px": 96, "height_px": 96, "ripple": 0.0, "vignette": 0.0,
+                            "exposure": "manual", "shutter_s": 1e-4, "bits": 16, "tone": "linear"}  # fmt: skip
+    roofed = camera(context(water="I", floor="black", z=3.0), **keys).sense(upwards).truth[0].astype(float)
+    free = camera(context(water="I", floor="black", z=-60.0), **keys).sense(upwards).truth[0].astype(float)
+    middle = slice(40, 56)
+    assert roofed[middle, middle, 1].mean() < 0.5 * free[middle, middle, 1].mean()
+    # 72 degrees from the axis the surface is a mirror: only the roof's shadow in the water shows there
+    assert roofed[:3, :3].mean() > 0.6 * free[:3, :3].mean()

@@ -172,3 +172,20 @@ def test_rays_that_meet_a_vertex_or_an_edge_exactly_do_not_slip_through():
         start = inner + np.array([*shift, 0.0]) * (inner < 35).all(axis=1, keepdims=True)
         hits = cast(scene.static, None, scene.tables, rays(start, np.tile([0, 0, -1.0], (len(start), 1))))
         assert hits.valid.numpy().all()
+
+
+def test_place_on_a_body_moves_along_with_it():
+    """The same spot of a box, wherever it goes and however it turns; of static ground its world position."""
+    scene = Scene([plane()])
+    scene.set_moving([(box(), 0)])
+    zero = np.zeros((1, 3))
+    found = []
+    for x, q in ((0.0, LEVEL), (7.0, np.array([[np.sqrt(0.5), 0, 0, np.sqrt(0.5)]]))):
+        scene.move(np.array([[x, 0.0, -4.0]]), q, zero, zero)
+        offset = (0.25, 0.5) if x == 0 else (7.0 - 0.5, 0.25)  # a quarter turn left of the same spot
+        h = shoot(scene, rays([[*offset, 0.0]], [[0, 0, -1]]))
+        found.append(np.array(h.place).ravel())
+    assert found[0] == pytest.approx([0.25, 0.5, 1.0], abs=1e-5)
+    assert found[1] == pytest.approx(found[0], abs=1e-5)
+    ground = shoot(scene, rays([[20.0, 3.0, 0.0]], [[0, 0, -1]]))
+    assert np.array(ground.place).ravel() == pytest.approx([20, 3, -10], abs=1e-5)

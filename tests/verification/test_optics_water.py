@@ -14,7 +14,7 @@ from pelagos.errors import LookupFailed
 from pelagos.optics.interface import critical_angle, fresnel, reflect, refract
 from pelagos.optics.lamp import Beam, lamp_backscatter, lamp_illuminance
 from pelagos.optics.phase import henyey_greenstein, henyey_greenstein_backward, water_molecules
-from pelagos.optics.sunlight import daylight, light_at_depth
+from pelagos.optics.sunlight import daylight, entering, light_at_depth
 from pelagos.optics.transport import near_transmission, sharp_transmission, total_transmission, veil_length
 from pelagos.optics.water import (
     JERLOV_TYPES,
@@ -98,7 +98,7 @@ def test_irradiance_against_depth_is_kd_along_the_way_of_light(name: str, elevat
     water = water_optics(name)
     depth = jit.Float([1.0, 5.0, 20.0])
     sun = daylight(math.radians(elevation_deg))
-    here = light_at_depth(sun.arrays(), water.arrays(), depth)
+    here = light_at_depth(entering(sun.arrays(), water.arrays()), depth)
     plane = numbers(here.beam * here.towards_sun.z + here.diffuse)
     sine = math.sin(math.radians(elevation_deg))
     mu = math.sqrt(1 - (1 - sine**2) / REFRACTIVE_INDEX**2)

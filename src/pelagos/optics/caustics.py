@@ -98,10 +98,12 @@ class Swell:
 
     Attributes:
         elevation: `Float`, `(lanes, NODES, NODES)` flattened, x first [m].
+        level: `Float` `(lanes,)`, over the camera itself [m].
         corner_x, corner_y: `Float64` `(lanes,)`, world position of node (0, 0) [m].
     """
 
     elevation: Array
+    level: Array
     corner_x: Array
     corner_y: Array
 
@@ -124,7 +126,8 @@ def swell_around(elevation: Callable[[Array, Array, Array], Array], position: Ar
     lane = node // (NODES * NODES)
     x = dr.gather(jit.Float64, corner_x, lane) + jit.Float64(node // NODES % NODES) * NODE_STEP
     y = dr.gather(jit.Float64, corner_y, lane) + jit.Float64(node % NODES) * NODE_STEP
-    return Swell(jit.Float(elevation(x, y, dr.gather(jit.Float64, t, lane))), corner_x, corner_y)
+    level = jit.Float(elevation(position.x, position.y, t))
+    return Swell(jit.Float(elevation(x, y, dr.gather(jit.Float64, t, lane))), level, corner_x, corner_y)
 
 
 def swell_slope(swell: Swell, x: Array, y: Array, lane: Array) -> Array:
@@ -137,6 +140,11 @@ def swell_slope(swell: Swell, x: Array, y: Array, lane: Array) -> Array:
     base = (lane * NODES + i) * NODES + j
     z00, z01, z10, z11 = (dr.gather(jit.Float, swell.elevation, base + k) for k in (0, 1, NODES, NODES + 1))
     return jit.Array2f(dr.lerp(z10 - z00, z11 - z01, b), dr.lerp(z01 - z00, z11 - z10, a)) / NODE_STEP
+
+
+def sea_level(waves: Waves, lanes: int) -> Array:
+    """Height of the sea surface over the cameras, `Float` `(lanes,)` [m]."""
+    return dr.zeros(jit.Float, lanes) if waves.swell is None else waves.swell.level
 
 
 def _slopes(sea: Ripple, t: Array, lanes: int) -> tuple[Array, Array]:

@@ -142,7 +142,7 @@ def _sky_mean(tint: float) -> float:
     return sum(float(_sky_shape(u, tint)) * 2 * u for u in steps) / 400
 
 
-@dataclass
+@jit.struct
 class LightAtDepth:
     """Light in the water at one depth, a Dr.Jit struct.
 
@@ -151,7 +151,6 @@ class LightAtDepth:
         beam: `Array3f`, irradiance across what is still a beam [lx].
         diffuse: `Array3f`, irradiance on a horizontal surface of the light that no longer is [lx].
         upwelling: `Array3f`, irradiance from below on a horizontal surface [lx].
-        attenuation: `Array3f`, of irradiance from above against depth [1/m].
         sharpness: `Float`, 0 .. 1: how much of the pattern of the waves is left in the beam.
     """
 
@@ -159,42 +158,85 @@ class LightAtDepth:
     beam: Array
     diffuse: Array
     upwelling: Array
-    attenuation: Array
     sharpness: Array
 
 
-def light_at_depth(light: LightArrays, water: WaterArrays, depth: Array) -> LightAtDepth:
-    """What a depth gets of sun and sky: Ed(z) = Ed(0) exp(-Kd D0 z), split into beam and diffuse light.
+@jit.struct
+class Entering:
+    """What of daylight is the same at every place of a frame, a Dr.Jit struct: `entering` works it out once.
+
+    Attributes:
+        towards_sun: `Array3f`, direction of the sun in air.
+        towards_sun_below: `Array3f`, the same in the water.
+        beam, sky: `Array3f`, irradiance on a horizontal surface just below the sea surface [lx].
+        beam_above, sky_above: `Array3f`, the same above it.
+        attenuation: `Array3f`, of irradiance from above against depth [1/m].
+        unbeaming: `Array3f`, rate at which the beam becomes diffuse, against depth [1/m].
+        reflectance: `Array3f`, irradiance from below over irradiance from above.
+        again: `Array3f`, gain of light that is scattered more than once.
+        blur: `Float`, rate at which the waves' pattern is lost, against depth [1/m].
+    """
+
+    towards_sun: Array
+    towards_sun_below: Array
+    beam: Array
+    sky: Array
+    beam_above: Array
+    sky_above: Array
+    attenuation: Array
+    unbeaming: Array
+    reflectance: Array
+    again: Array
+    blur: Array
+
+
+def entering(light: LightArrays, water: WaterArrays) -> Entering:
+    """Daylight that enters the water, and how fast it falls with depth.
 
     A beam forgets its direction over the transport length 1 / (b_w + b_p (1 - g)); the fine pattern of the waves is
     lost over a quarter of the scattering length's inverse (scattering by a few degrees; assumed).
+    """
+    below = sun_below_surface(light.towards_sun)
+    high = dr.maximum(light.towards_sun.z, 0)
+    beam_above = light.sun * high
+    beam = beam_above * (1 - fresnel(high, REFRACTIVE_INDEX))
+    sky = light.sky * DIFFUSE_TRANSMITTANCE
+    albedo = water.turning / (water.absorption + water.turning)
+    return Entering(
+        towards_sun=light.towards_sun,
+        towards_sun_below=below,
+        beam=beam,
+        sky=sky,
+        beam_above=beam_above,
+        sky_above=light.sky,
+        attenuation=water.downwelling * obliqueness(water, beam, sky, below.z),
+        unbeaming=(water.water_scattering + (1 - MEAN_COSINE) * water.particle_scattering) / below.z,
+        # 0.33 b_b / (a + b_b): H. R. Gordon et al. 1975
+        reflectance=UPWELLING_FLOOR + 0.33 * water.backscatter / (water.absorption + water.backscatter),
+        again=dr.rcp(1 - dr.power(albedo, _AGAIN)),
+        blur=0.25 * water.particle_scattering.y,
+    )
+
+
+def light_at_depth(sun: Entering, depth: Array) -> LightAtDepth:
+    """What a depth gets of sun and sky: Ed(z) = Ed(0) exp(-Kd D0 z), split into beam and diffuse light.
 
     Args:
-        light: above the surface.
-        water: its optics.
+        sun: see `Entering`.
         depth: below the surface [m]; above it everything is as in air.
     """
     below = dr.maximum(depth, 0)
     wet = depth > 0
-    sun_w = sun_below_surface(light.towards_sun)
-    mu_air = dr.maximum(light.towards_sun.z, 0)
-    through = (1 - fresnel(mu_air, REFRACTIVE_INDEX)) * mu_air
-    plane_beam = light.sun * dr.select(wet, through, mu_air)
-    plane_sky = light.sky * dr.select(wet, DIFFUSE_TRANSMITTANCE, 1)
-    attenuation = water.downwelling * obliqueness(water, plane_beam, plane_sky, sun_w.z)
-    decay = dr.exp(-attenuation * below)
-    b_green = water.particle_scattering.y
-    kept = dr.exp(-(water.water_scattering + (1 - MEAN_COSINE) * water.particle_scattering) * below / sun_w.z)
-    beam_share = plane_beam * decay * kept
-    diffuse = (plane_beam + plane_sky) * decay - beam_share
-    reflectance = 0.33 * water.backscatter / (water.absorption + water.backscatter)  # H. R. Gordon et al. 1975
+    plane = dr.select(wet, sun.beam, sun.beam_above)
+    total = (plane + dr.select(wet, sun.sky, sun.sky_above)) * dr.exp(-sun.attenuation * below)
+    share = plane * dr.exp(-(sun.attenuation + sun.unbeaming) * below)
+    towards = dr.select(wet, sun.towards_sun_below, sun.towards_sun)
     return LightAtDepth(
-        towards_sun=dr.select(wet, sun_w, light.towards_sun),
-        beam=beam_share / dr.select(wet, sun_w.z, dr.maximum(mu_air, 1e-3)),
-        diffuse=diffuse,
-        upwelling=(plane_beam + plane_sky) * decay * (UPWELLING_FLOOR + reflectance),
-        attenuation=attenuation,
-        sharpness=dr.select(wet, dr.exp(-0.25 * b_green * below), 0),
+        towards_sun=towards,
+        beam=share / dr.maximum(towards.z, 1e-3),
+        diffuse=total - share,
+        upwelling=total * sun.reflectance,
+        sharpness=dr.select(wet, dr.exp(-sun.blur * below), 0),
     )
 
 
@@ -218,7 +260,7 @@ def obliqueness(water: WaterArrays, beam: Array, sky: Array, mu: Array) -> Array
 
 
 def scattered_daylight(
-    here: LightAtDepth, water: WaterArrays, direction: Array, beam_open: Array, sky_open: Array
+    here: LightAtDepth, sun: Entering, water: WaterArrays, direction: Array, beam_open: Array, sky_open: Array
 ) -> Array:
     """Radiance that a metre of water sends towards the eye from sun and sky, `Array3f` [cd/m^2 per m].
 
@@ -229,6 +271,7 @@ def scattered_daylight(
 
     Args:
         here: light at that place.
+        sun: see `Entering`.
         water: its optics.
         direction: of sight, away from the eye.
         beam_open, sky_open: share of beam and diffuse light that nothing keeps off.
@@ -237,8 +280,7 @@ def scattered_daylight(
     particles = (1 - FORWARD_PEAK) * water.particle_scattering
     beam = water.water_scattering * _MOLECULES + particles * henyey_greenstein(to_sun, SCALED_COSINE)
     sky = water.water_scattering * _MOLECULES + particles * henyey_greenstein(direction.z, SCALED_COSINE * _SKY_SPREAD)
-    albedo = water.turning / (water.absorption + water.turning)
-    return (here.beam * beam * beam_open + 1.2 * here.diffuse * sky * sky_open) / (1 - dr.power(albedo, _AGAIN))
+    return (here.beam * beam * beam_open + 1.2 * here.diffuse * sky * sky_open) * sun.again
 
 
 def sky_radiance(light: LightArrays, direction: Array, *, glare: float = 1.0) -> Array:

@@ -8,7 +8,7 @@ finer than a pixel fades out, so that nothing flickers far away.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, fields
 from typing import Final
 
@@ -133,11 +133,8 @@ def surface_look(
     p = jit.Array3f(place.x, place.y, place.z * squeeze)
     slow, slow_d = value_noise(p * (0.33 / coarse))
     middle, middle_d = _turned_noise(p * (1.45 / coarse) + 17.3)
-    fine, fine_d = _turned_noise(p / scale + 5.1)
-    speck, _ = value_noise(p * (4.3 / scale) + 41.7)
-    fine_kept = _keep(footprint / scale)
-    speck *= _keep(footprint * 4.3 / scale)
-    fine, fine_d = fine * fine_kept, fine_d * fine_kept
+    fine, fine_d = _where_kept(footprint / scale, active, lambda: _turned_noise(p / scale + 5.1))
+    speck, _ = _where_kept(footprint * 4.3 / scale, active, lambda: value_noise(p * (4.3 / scale) + 41.7))
     bright = (1 + row(table.patch) * (0.9 * slow + 0.5 * middle)) * (1 + row(table.grain) * (fine + 0.9 * speck))
     cover = row(table.layer)
     covered = _step(0.55 * slow + 0.45 * middle + 0.2 * fine + 0.08 * speck + (2 * cover - 1) * 0.62, 0.3)
@@ -178,6 +175,18 @@ def _seams(place: Array, length: Array, normal: Array, footprint: Array) -> Arra
 def _keep(pixel: Array) -> Array:
     """1 where a pixel is much smaller than the detail (width 1), 0 where it is larger."""
     return dr.clip(1.6 - 1.2 * pixel, 0, 1)
+
+
+def _where_kept(pixel: Array, active: Array, noise: Callable[[], tuple[Array, Array]]) -> tuple[Array, Array]:
+    """Noise faded out by `_keep`, and not worked out where nothing of it is left."""
+    kept = dr.select(active, _keep(pixel), 0)
+
+    def faded(kept: Array) -> tuple[Array, Array]:
+        value, gradient = noise()
+        return value * kept, gradient * kept
+
+    value, gradient = dr.if_stmt((kept,), kept > 0, faded, lambda _: (jit.Float(0), jit.Array3f(0)), mode="symbolic")
+    return value, gradient
 
 
 def _step(x: Array, width: float) -> Array:

@@ -8,6 +8,7 @@ import drjit as dr
 
 from pelagos import jit
 from pelagos.jit import Array
+from pelagos.math.so3 import rotate_back
 from pelagos.raycast.rays import Hits, Rays
 from pelagos.raycast.scene import Tables
 
@@ -53,15 +54,18 @@ def cast(static: Any, moving: Any, tables: Tables, rays: Rays, *, smooth: bool =
     return _hits(tables, rays, t, normal, shading, thing, row, on_body)
 
 
-def occluded(static: Any, moving: Any, tables: Tables, rays: Rays) -> Array:
-    """`Bool`: something stands within `max_range` of each ray. A shadow ray: the own hull casts shadows too."""
+def occluded(static: Any, moving: Any, tables: Tables, rays: Rays, *, coherent: bool = False) -> Array:
+    """`Bool`: something stands within `max_range` of each ray. A shadow ray: the own hull casts shadows too.
+
+    `coherent` says that neighbouring rays run side by side: sunlight does.
+    """
     local = jit.Array3f(rays.origin - tables.origin)
     blocked = jit.Bool(False)
     if static is not None:
-        blocked = static.ray_test(jit.mi.Ray3f(local, rays.direction, rays.max_range, 0.0, []))
+        blocked = static.ray_test(jit.mi.Ray3f(local, rays.direction, rays.max_range, 0.0, []), coherent, True)
     if moving is not None:
         start = local + dr.gather(jit.Array3f, tables.copy_offset, rays.copy)
-        blocked |= moving.ray_test(jit.mi.Ray3f(start, rays.direction, rays.max_range, 0.0, []), ~blocked)
+        blocked |= moving.ray_test(jit.mi.Ray3f(start, rays.direction, rays.max_range, 0.0, []), coherent, ~blocked)
     return blocked
 
 
@@ -102,12 +106,14 @@ def _hits(
     moves = on_body & valid
     arm = jit.Array3f(position - tables.origin) + dr.gather(jit.Array3f, tables.copy_offset, rays.copy, moves)
     arm -= dr.gather(jit.Array3f, tables.body_position, row, moves)
+    attitude = dr.gather(jit.Array4f, tables.body_attitude, row, moves)
     spin = dr.gather(jit.Array3f, tables.body_angular_velocity, row, moves)
     velocity = dr.gather(jit.Array3f, tables.body_velocity, row, moves) + dr.cross(spin, arm)
     return Hits(
         valid=valid,
         t=t,
         position=position,
+        place=dr.select(moves, rotate_back(attitude, arm), jit.Array3f(position)),
         normal=normal,
         shading_normal=shading,
         label=dr.gather(jit.UInt32, tables.label, thing, valid),

@@ -36,6 +36,7 @@ class Hits:
         valid: `Bool`.
         t: `Float`, distance along the ray [m].
         position: `Array3f64`, world NWU [m].
+        place: `Array3f`, the same for static surfaces; on a body, in the body's own frame, so that it moves along [m].
         normal: `Array3f`, unit geometric normal, turned towards the ray's origin.
         shading_normal: `Array3f`, interpolated over the surface where the mesh is smooth, else `normal`.
         label: `UInt32`, semantic label.
@@ -47,6 +48,7 @@ class Hits:
     valid: Array
     t: Array
     position: Array
+    place: Array
     normal: Array
     shading_normal: Array
     label: Array

@@ -37,6 +37,7 @@ class Tables:
         label, instance, material: `UInt32`, by object.
         copy_offset: `Array3f`, by copy [m].
         body_position: `Array3f`, by moving row, relative to `origin`, offset of the copy included [m].
+        body_attitude: `Array4f`, by moving row, body to world, w first.
         body_velocity, body_angular_velocity: `Array3f`, by moving row, world frame [m/s], [rad/s].
     """
 
@@ -54,6 +55,7 @@ class Tables:
     material: Array
     copy_offset: Array
     body_position: Array
+    body_attitude: Array
     body_velocity: Array
     body_angular_velocity: Array
 
@@ -223,9 +225,10 @@ class Scene:
         self._parameters.update()
         t = self.tables
         t.body_position = _array3f(local)
+        t.body_attitude = _array4f(attitude)
         t.body_velocity = _array3f(velocity)
         t.body_angular_velocity = _array3f(angular_velocity)
-        dr.make_opaque(t.body_position, t.body_velocity, t.body_angular_velocity)
+        dr.make_opaque(t.body_position, t.body_attitude, t.body_velocity, t.body_angular_velocity)
 
     def compile(self, make: Callable[[Any, Any], Callable[..., Any]]) -> Callable[..., Any]:
         """Freeze `make(static, moving)`, a function of arrays only, and freeze it anew when `moving` is replaced.
@@ -265,6 +268,7 @@ class Scene:
             material=u32(_table(o.material)),
             copy_offset=_array3f(copy_offsets(self.copies)),
             body_position=zero,
+            body_attitude=_array4f(np.tile([1.0, 0.0, 0.0, 0.0], (rows, 1))),
             body_velocity=jit.Array3f(zero),
             body_angular_velocity=jit.Array3f(zero),
         )
@@ -366,6 +370,10 @@ def _table(values: Sequence[int]) -> NDArray[np.uint32]:
 
 def _array3f(values: NDArray[np.float64]) -> Array:
     return jit.Array3f(np.ascontiguousarray(values.T, dtype=np.float32))
+
+
+def _array4f(values: NDArray[np.float64]) -> Array:
+    return jit.Array4f(np.ascontiguousarray(values.T, dtype=np.float32))
 
 
 def _rotation_matrices(q: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -186,15 +186,14 @@ class Camera:
             seen, hits = look(
                 static, moving, scenery, centre, where.image, lamps, angle, opened, config.marine_snow_per_m3
             )
-            dr.eval(seen)  # once: sums over tiles follow, and would cast the rays again
             if trace is not None:
+                dr.eval(seen, hits)
                 trace_light(trace, hits, seen)
             picture = gathered(seen, where, tiling, images)
             if config.samples > 1 or config.renderer == "reference":  # the middle meters for the others' motion blur
                 dr.eval(picture)
                 shutter, _ = exposed(picture, where, tiling, config, images)
                 seen = mean_light(light_of, shutter, where, tiling, motion, keys[0], config)
-                dr.eval(seen)
                 picture = gathered(seen, where, tiling, images)
             picture = through_lens(picture, where, tiling, config, vignette, images)
             dr.eval(picture)
@@ -214,7 +213,10 @@ class Camera:
             kind = np.uint8 if config.bits <= 8 else np.uint16
             if config.mosaic != "none":
                 return values.reshape(shape).astype(kind)
-            return np.ascontiguousarray(values.view(kind).reshape(*shape, 4)[..., :3])
+            colours = np.empty((len(values), 3), dtype=kind)
+            for i in range(3):  # four times as fast as one copy of three out of four
+                colours[:, i] = values.view(kind)[i::4]
+            return colours.reshape(*shape, 3)
 
         extras = {"exposure_s": np.array(shutter), "iso": np.array(iso)}
         return Measurement(data=picture(data), truth=picture(truth), extras=extras)

@@ -45,9 +45,12 @@ _CELLS: Final = {"rggb": (0, 1, 1, 2), "bggr": (2, 1, 1, 0), "grbg": (1, 0, 2, 1
 
 def gathered(light: Radiance, where: Pixels, tiling: Tiling, images: int) -> Array:
     """Light at the pixels, `Array3f`: the sharp image, what the water scattered into it from around, the veil."""
+    direct = light.sharp + light.veil
+    dr.eval(direct, light.near, light.far)  # once: sums over tiles follow, and would cast the rays again
     near, far = (tile_means(v, where.active) for v in (light.near, light.far))
     glow = smooth_tiles(near + smooth_tiles(far, tiling, images), tiling, images)
-    return light.sharp + between_tiles(glow, tiling, where) + light.veil
+    dr.eval(glow)
+    return direct + between_tiles(glow, tiling, where)
 
 
 def through_lens(

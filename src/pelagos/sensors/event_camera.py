@@ -105,7 +105,6 @@ class EventCamera:
                 rays = view_rays(lens, where, moment, own, config)
                 lamps = [lamp_beam(lamp, config, moment, where.image) for lamp in config.lamps]
                 seen, _ = look(static, moving, scenery, rays, where.image, lamps, pixel_angle(config))
-                dr.eval(seen)
                 bright = luminance(gathered(seen, where, tiling, images))
                 logs.append(dr.log(bright + config.darkest_cd_m2))
             change = logs[1] - logs[0]

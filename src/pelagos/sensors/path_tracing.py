@@ -107,8 +107,7 @@ def _extended(
     weight = path.weight * flight.weight
     facing = dr.maximum(-dr.dot(hits.shading_normal, path.direction), 0.15)
     detail = (path.travelled + flight.way) * pixel_angle / facing
-    where = jit.Array3f(flight.place)
-    albedo, normal = surface_look(scenery.looks, hits.material, where, hits.shading_normal, detail, flight.solid)
+    albedo, normal = surface_look(scenery.looks, hits.material, hits.place, hits.shading_normal, detail, flight.solid)
     start = flight.place + jit.Array3f64(dr.select(flight.solid, hits.normal, 0)) * _START
     event = flight.scatters | flight.solid
 

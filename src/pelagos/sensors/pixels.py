@@ -1,14 +1,14 @@
 """The order of an image's rays: square tiles, so that neighbouring lanes look at neighbouring places.
 
 Rays of one tile hit the same triangles, which the ray caster likes, and their sums are the coarse image that glow and
-metering need. A lane is (image, tile, row in tile, column in tile); images whose size is no multiple of a tile have
-idle lanes at their edge.
+metering need. A lane is (image, tile, square of 4 x 4 in the tile, row, column); images whose size is no multiple of
+a tile have idle lanes at their edge.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Final
+from typing import Any, Final
 
 import drjit as dr
 import numpy as np
@@ -56,8 +56,14 @@ class Tiling:
 
     def _places(self) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
         k = np.arange(self.lanes)
-        tile, inner = k // TILE**2, k % TILE**2
-        return tile // self.across * TILE + inner // TILE, tile % self.across * TILE + inner % TILE
+        tile, (column, row) = k // TILE**2, inner_place(k % TILE**2)
+        return tile // self.across * TILE + row, tile % self.across * TILE + column
+
+
+def inner_place(inner: Any) -> tuple[Any, Any]:
+    """Column and row within a tile of its lane `inner`: squares of 4 x 4, which a caster of 16 rays at a time likes."""
+    square, within = inner // 16, inner % 16
+    return square % 4 * 4 + within % 4, square // 4 * 4 + within // 4
 
 
 @jit.struct
@@ -84,8 +90,8 @@ def pixels(tiling: Tiling, images: int) -> Pixels:
     image = lane // tiling.lanes
     ray = lane - image * tiling.lanes
     tile, inner = ray // (TILE * TILE), ray % (TILE * TILE)
-    column = tile % tiling.across * TILE + inner % TILE
-    row = tile // tiling.across * TILE + inner // TILE
+    inner_column, inner_row = inner_place(inner)
+    column, row = tile % tiling.across * TILE + inner_column, tile // tiling.across * TILE + inner_row
     return Pixels(image, ray, column, row, (column < tiling.width) & (row < tiling.height))
 
 
@@ -138,7 +144,9 @@ def tiles_at(means: Array, tiling: Tiling, image: Array, column: Array, row: Arr
 def lane_at(tiling: Tiling, image: Array, column: Array, row: Array) -> Array:
     """`UInt32` lane of a pixel, the inverse of `pixels`."""
     tile = row // TILE * tiling.across + column // TILE
-    return image * tiling.lanes + tile * (TILE * TILE) + row % TILE * TILE + column % TILE
+    x, y = column % TILE, row % TILE
+    inner = (y // 4 * 4 + x // 4) * 16 + y % 4 * 4 + x % 4
+    return image * tiling.lanes + tile * (TILE * TILE) + inner
 
 
 def pixel_values_at(values: Array, tiling: Tiling, image: Array, column: Array, row: Array) -> Array:

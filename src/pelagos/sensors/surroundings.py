@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import Any, Final
 
 import drjit as dr
 from pydantic import Field
@@ -12,14 +12,16 @@ from pelagos import jit
 from pelagos.config.strict import Strict
 from pelagos.jit import Array
 from pelagos.math.so3 import from_euler, rotate
-from pelagos.optics.caustics import Ripple, Waves, swell_around, waves_at
+from pelagos.optics.caustics import Ripple, Waves, sea_level, swell_around, waves_at
 from pelagos.optics.lamp import Beam, axis_intensity
-from pelagos.optics.sunlight import daylight
+from pelagos.optics.sunlight import daylight, entering, light_at_depth
 from pelagos.optics.texture import looks
 from pelagos.sensors.mount import sensor_pose
 from pelagos.sensors.sensor import Kinematics, SensorConfig, SensorContext
 from pelagos.sensors.shading import Scenery
 from pelagos.sensors.view import ViewConfig
+
+_SKIN: Final = 0.01  # [m], depth that stands for just below the surface
 
 
 class LampConfig(Strict):
@@ -71,7 +73,15 @@ def scenery_of(
 ) -> Scenery:
     """Everything that light depends on, at the moments of `motion` plus `delay` [s]."""
     materials, water, daylit, ocean = light
-    return Scenery(tables, materials, water, daylit, waves_of(sea, ocean, daylit.towards_sun, motion, config, delay))
+    waves = waves_of(sea, ocean, daylit.towards_sun, motion, config, delay)
+    position, _ = sensor_pose(motion, config)
+    level = sea_level(waves, dr.width(motion.tick))
+    sun = entering(daylit, water)
+    dr.eval(sun)  # once a frame, not once a pixel
+    at_eye = light_at_depth(sun, dr.maximum(level - jit.Float(position.z), _SKIN))
+    at_surface = light_at_depth(sun, jit.Float(_SKIN))
+    dr.eval(at_eye, at_surface, level)
+    return Scenery(tables, materials, water, daylit, sun, waves, level, at_eye, at_surface)
 
 
 def waves_of(
