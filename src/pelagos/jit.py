@@ -131,17 +131,20 @@ def freeze(function: Callable[..., Any], *scenes: Any) -> Callable[..., Any]:
 
 
 class _Sizes:
-    """Numbers the combinations of argument sizes that a frozen function meets.
+    """Names the combinations of argument sizes that a frozen function meets, each by an object of its own.
+
+    Dr.Jit 1.5 looks at an object that it meets twice in one call only once. A number would not do for a name: Python has
+    only one 2, and where an argument holds a 2 already, it would count as seen, whatever it stands for.
 
     To measure all arguments of a sonar's ping takes as long as its smallest kernels (20 us), and most of them are the
     same structs every time: these are measured once.
     """
 
     def __init__(self) -> None:
-        self._numbers: dict[Any, int] = {}
+        self._names: dict[Any, object] = {}
         self._before: dict[int, tuple[weakref.ref[Any], Any]] = {}
 
-    def __call__(self, *arguments: Any) -> int:
+    def __call__(self, *arguments: Any) -> object:
         found, known = [], self._before.get
         for place, argument in enumerate(arguments):
             before = known(place)
@@ -151,7 +154,7 @@ class _Sizes:
             found.append(_size(argument))
             if hasattr(type(argument), "DRJIT_STRUCT"):
                 self._before[place] = weakref.ref(argument), found[-1]
-        return self._numbers.setdefault(tuple(found), len(self._numbers))
+        return self._names.setdefault(tuple(found), object())
 
 
 def _size(argument: Any) -> Any:

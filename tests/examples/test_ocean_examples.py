@@ -24,7 +24,6 @@ def scenario(tmp_path_factory) -> dict:
     return data
 
 
-@pytest.mark.slow  # and not safe yet: a DVL in a gridded ocean can corrupt memory
 def test_the_eddy_carries_the_vehicle_and_warms_the_ctd(scenario: dict) -> None:
     """600 m south of the centre the eddy goes east with 0.35 x 0.5 e^(3/8) e^(-12/50) x 1.1 = 0.22 m/s; core + 1.56
     degC.

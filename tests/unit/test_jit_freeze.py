@@ -15,6 +15,15 @@ def test_other_sizes_are_other_recordings() -> None:
         assert np.array_equal(np.array(twice(jit.Float64(x))), np.concatenate([x, 2 * x]))
 
 
+def test_numbers_among_the_arguments_are_not_taken_for_sizes() -> None:
+    """Dr.Jit tells an object that it met before in the same call by its address, and Python has only one 2."""
+    twice = jit.freeze(lambda x, held: dr.concat([x, held[0] * x]))
+    held = [2.0, 0, 1, 2, 3, 4, 5]
+    for size in (1, 2, 3, 4, 3, 5, 2):
+        x = np.arange(size, dtype=np.float64)
+        assert np.array_equal(np.array(twice(jit.Float64(x), held)), np.concatenate([x, 2 * x]))
+
+
 def test_arguments_of_several_sizes() -> None:
     gather = jit.freeze(lambda table, pair: dr.gather(jit.Float64, table, pair[0]) + pair[1])
     for rows in (2, 5, 9):

@@ -154,8 +154,8 @@ class Scene:
         if len(patch.faces) != len(self._static_faces[-1]):  # more places than ever before: a larger mesh
             self.generation += 1
             self._load_static([_mesh(n, g, self.origin) for n, g in self._static_groups.items()])
-            self.tables.static_base, self.tables.static_row = map(jit.UInt32, _rows_by_identifier(self.static))
-            dr.make_opaque(self.tables.static_base, self.tables.static_row)
+            base, rows = _rows_by_identifier(self.static)
+            self.tables.static_base, self.tables.static_row = dr.opaque(jit.UInt32, base), _own(jit.UInt32, rows)
         parameters = self._static_parameters
         parameters[f"{mesh}.vertex_positions"] = _own(jit.Float, patch.vertices)
         parameters[f"{mesh}.vertex_normals"] = _own(jit.Float, patch.normals)
@@ -257,15 +257,15 @@ class Scene:
             origin=_single(self.origin),
             static_base=u32(static_base),
             moving_base=u32(moving_base),
-            static_row=u32(static_row),
-            moving_row=u32(moving_row),
-            static_first=u32(_table(self._static_first)),
-            moving_first=u32(_table(moving_first)),
+            static_row=_own(u32, static_row),
+            moving_row=_own(u32, moving_row),
+            static_first=_own(u32, _table(self._static_first)),
+            moving_first=_own(u32, _table(moving_first)),
             static_face=_own(u32, np.concatenate(self._static_faces) if self._static_faces else np.zeros(1, np.uint32)),
-            moving_face=u32(np.concatenate(moving_faces) if moving_faces else np.zeros(1, np.uint32)),
-            label=u32(_table(o.label)),
-            instance=u32(_table(o.instance)),
-            material=u32(_table(o.material)),
+            moving_face=_own(u32, np.concatenate(moving_faces) if moving_faces else np.zeros(1, np.uint32)),
+            label=_own(u32, _table(o.label)),
+            instance=_own(u32, _table(o.instance)),
+            material=_own(u32, _table(o.material)),
             copy_offset=_array3f(copy_offsets(self.copies)),
             body_position=zero,
             body_attitude=_array4f(np.tile([1.0, 0.0, 0.0, 0.0], (rows, 1))),
@@ -346,10 +346,10 @@ def _mesh(name: str, group: Sequence[Geometry], origin: NDArray[np.float64]) -> 
             normals[v : v + len(g.vertices)] = g.vertex_normals
     mesh = jit.mi.Mesh(name, len(vertices), len(faces), has_vertex_normals=normals is not None)
     parameters = jit.mi.traverse(mesh)
-    parameters["vertex_positions"] = vertices.ravel()
-    parameters["faces"] = faces.ravel()
+    parameters["vertex_positions"] = _own(jit.Float, vertices)
+    parameters["faces"] = _own(jit.UInt32, faces)
     if normals is not None:
-        parameters["vertex_normals"] = normals.ravel()
+        parameters["vertex_normals"] = _own(jit.Float, normals)
     parameters.update()
     return mesh
 
