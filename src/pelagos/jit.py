@@ -133,8 +133,8 @@ def freeze(function: Callable[..., Any], *scenes: Any) -> Callable[..., Any]:
 class _Sizes:
     """Names the combinations of argument sizes that a frozen function meets, each by an object of its own.
 
-    Dr.Jit 1.5 looks at an object that it meets twice in one call only once. A number would not do for a name: Python has
-    only one 2, and where an argument holds a 2 already, it would count as seen, whatever it stands for.
+    Dr.Jit 1.5 looks only once at an object that it meets twice in one call. A number would not do for a name: Python
+    has only one 2, and where an argument holds a 2 already, it would count as seen, whatever it stands for.
 
     To measure all arguments of a sonar's ping takes as long as its smallest kernels (20 us), and most of them are the
     same structs every time: these are measured once.
