@@ -56,9 +56,8 @@ def probe(
 
 
 def _main() -> None:
-    import resource
-
     job = json.load(sys.stdin)
+    from pelagos.sim.memory import peak_memory_mb
     from pelagos.sim.simulation import Simulation
 
     sim = Simulation.load(job["scenario"])
@@ -77,9 +76,7 @@ def _main() -> None:
             "counts": dict(result.counts),
             "ms_per_call": dict(result.ms_per_call),
         }
-    found["memory_mb"] = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / (
-        1024 if sys.platform != "darwin" else 2**20
-    )
+    found["memory_mb"] = peak_memory_mb()
     print(json.dumps(found))
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import sys
 import tempfile
 import time
 from collections.abc import Callable, Sequence
@@ -19,6 +18,7 @@ from pelagos.cli.stages import Stages
 from pelagos.config.loader import load_scenario
 from pelagos.config.scenario import Scenario
 from pelagos.errors import InputError, WorldError
+from pelagos.sim.memory import peak_memory_mb
 
 if TYPE_CHECKING:
     from pelagos.world.world import World
@@ -44,7 +44,7 @@ def show_world(path: Path, changes: Sequence[str], outs: Sequence[Path], *, samp
         seconds = time.perf_counter() - started
         from pelagos.world.preview import statistics
 
-        stats = statistics(world) | {"generation_s": seconds, "peak_memory_mb": _peak_memory_mb()}
+        stats = statistics(world) | {"generation_s": seconds, "peak_memory_mb": peak_memory_mb() or 0.0}
         drawn = _pictures(world, Path(folder), stage, samples) if pictures else (Path(), [])
         for target in outs:
             stage(f"writing {shown(target)}")
@@ -133,13 +133,3 @@ def _print(scenario: Scenario, world: World, stats: dict[str, Any]) -> None:
     out.print(table)
     for note in world.notes:
         err.print(f"note: {note}", markup=False)
-
-
-def _peak_memory_mb() -> float:
-    """The most memory that this process held so far [MB]; 0 where the system does not say."""
-    try:
-        import resource
-    except ImportError:  # Windows
-        return 0.0
-    unit = 1.0 if sys.platform == "darwin" else 1024.0
-    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * unit / 1e6

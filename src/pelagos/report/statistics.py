@@ -7,6 +7,7 @@ import sys
 from typing import TYPE_CHECKING, Any
 
 from pelagos.report.mission import Mission
+from pelagos.sim.memory import peak_memory_mb
 from pelagos.sim.replay import Recording
 
 if TYPE_CHECKING:
@@ -83,12 +84,3 @@ def processor() -> str:
     except OSError:
         pass
     return f"{name or sys.platform}, {cores} cores"
-
-
-def peak_memory_mb() -> float | None:
-    """Peak resident memory of this process [MB]; None where the system does not tell."""
-    try:
-        import resource
-    except ImportError:
-        return None
-    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / (1024 if sys.platform != "darwin" else 2**20)

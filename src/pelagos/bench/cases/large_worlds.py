@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import resource
 import subprocess
 import sys
 import time
@@ -25,6 +24,7 @@ from pelagos.sensors.lanes import lanes
 from pelagos.sensors.multibeam import Multibeam, MultibeamConfig
 from pelagos.sensors.sensor import SensorContext
 from pelagos.sensors.singlebeam import Singlebeam, SinglebeamConfig
+from pelagos.sim.memory import peak_memory_mb
 from pelagos.world.build import build_world, world_config
 from pelagos.world.world import World
 
@@ -43,10 +43,6 @@ def _transited() -> dict[str, Any]:
         raise BenchError(f"ended with code {done.returncode}: {(done.stderr.strip() or 'no message').splitlines()[-1]}")
     found: dict[str, Any] = json.loads(done.stdout.splitlines()[-1])
     return found
-
-
-def _memory_mb() -> float:
-    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / (1024 if sys.platform != "darwin" else 2**20)
 
 
 @cache
@@ -120,7 +116,7 @@ def _transit() -> dict[str, Any]:
     must(lost == 0, f"the rays of {lost} of {beams} beams met nothing")
     must(way > 99_000.0, f"the ship went {way:.0f} m only")
     return {
-        "memory_mb": _memory_mb(),
+        "memory_mb": peak_memory_mb(),
         "rtf": last * sim.dt_ns * 1e-9 / took,
         "detail": f"{way / 1e3:.1f} km; all of {beams} beams met the ground, {silent} too faint to detect",
     }

@@ -28,8 +28,9 @@ WORLD: Final[dict[str, Any]] = {
 """2 km x 2 km at 1 m: 8 million triangles of ground, and what stands on it."""
 
 _CODE: Final = """
-import json, resource, sys, time
+import json, sys, time
 started = time.perf_counter()
+from pelagos.sim.memory import peak_memory_mb
 from pelagos.world.build import build_world, world_config
 world = build_world(world_config(json.loads(sys.stdin.read())))
 built = time.perf_counter()
@@ -38,7 +39,7 @@ error = abs(hits.position[:, 2] - world.height([0.0, 700.3], [0.0, -512.7])).max
 print(json.dumps({
     "seconds": time.perf_counter() - started, "built": built - started, "triangles": world.triangles,
     "error_m": float(error), "hit": bool(hits.valid.all()),
-    "mb": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * (1e-6 if sys.platform == "darwin" else 1.024e-3),
+    "mb": peak_memory_mb(),
 }))
 """
 
