@@ -70,3 +70,28 @@ def test_the_same_sizes_are_recorded_once() -> None:
         dr.make_opaque(pair.right, vector, key)
         assert np.array(frozen(pair, vector, key)).tolist() == [k + 11.0, k + 13.0]
     assert Count.calls == 1
+
+
+def test_slim_structs_keep_their_values_and_leave_only_arrays_to_look_at() -> None:
+    @jit.struct
+    class Inner:
+        gain: object = None
+        count: int = 0
+
+    @jit.struct
+    class Outer:
+        parts: list
+        none: object
+        name: str
+        empty: dict
+
+    fat = Outer([Inner(jit.Float64([1.0, 2.0]), 3)], None, "sea", {})
+    thin = jit.slim(fat)
+    assert isinstance(thin, Outer)
+    assert (thin.none, thin.name, thin.empty, thin.parts[0].count) == (None, "sea", {}, 3)
+    assert list(type(thin).DRJIT_STRUCT) == ["parts"]
+    frozen = jit.freeze(lambda s, x: s.parts[0].gain * s.parts[0].count + x + len(s.name))
+    for x in (1.0, 2.0):
+        assert np.array(frozen(thin, dr.opaque(jit.Float64, x))).tolist() == [6 + x, 9 + x]
+    other = jit.slim(Outer([Inner(jit.Float64([1.0, 2.0]), 5)], None, "sea", {}))
+    assert np.array(frozen(other, dr.opaque(jit.Float64, 1.0))).tolist() == [9, 14]

@@ -10,6 +10,7 @@ from pelagos.vehicles.vehicle import Vehicle
 
 UNDERWATER = ("remus100", "torpedo", "couguv", "lrauv", "glider", "bluerov2", "bluerov2_heavy", "hovering_auv")
 DEPTH, HZ = 20.0, 200
+FRD = np.array([1.0, -1.0, -1.0])
 
 
 def variant(name: str, *, mass: float, net: float) -> dict:
@@ -43,20 +44,13 @@ class Drop:
         self.sim.set_state("a", velocity=np.array([[0.0, 0.0, -speed]]))
         self.wrenches: list[np.ndarray] = []
         self.nu: list[np.ndarray] = []
-        touch = self.sim._stepper._touch["a"]
-        measured = touch.wrench
-
-        def listen(state):
-            force, moment = measured(state)
-            self.wrenches.append(np.concatenate([np.array(force)[:, 0], np.array(moment)[:, 0]]))
-            self.nu.append(np.concatenate([np.array(state.velocity)[:, 0], np.array(state.angular_velocity)[:, 0]]))
-            return force, moment
-
-        touch.wrench = listen
 
     def fall(self, seconds: float) -> None:
         for _ in range(round(seconds * HZ)):
+            state = self.sim.state["a"]
+            self.nu.append(np.concatenate([state.velocity[0] * FRD, state.angular_velocity[0] * FRD]))
             self.sim.step()
+            self.wrenches.append(self.sim.stepper.contact("a")[0] * np.tile(FRD, 2))
 
 
 @pytest.mark.parametrize("name", UNDERWATER)

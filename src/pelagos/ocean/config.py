@@ -139,7 +139,7 @@ def build_ocean(config: OceanConfig, world: World | None = None, *, seed: int = 
     """
     site = replace(_site(world, seed), duration_s=duration_s)
     currents = [current.build(site) for current in config.currents]
-    return Ocean(
+    ocean = Ocean(
         currents=currents,
         masses=make_water(config.temperature_c, config.salinity, site),
         tracers={name: [_build(c, currents, site) for c in components_of(f)] for name, f in config.tracers.items()},
@@ -151,6 +151,7 @@ def build_ocean(config: OceanConfig, world: World | None = None, *, seed: int = 
         water_type=config.water_type,
         turbidity=config.turbidity,
     )
+    return jit.slim(ocean)  # every frozen call has it among its arguments
 
 
 def _build(component: FieldConfig, currents: list[Current], site: Site) -> ScalarField:

@@ -7,34 +7,66 @@ from typing import Any
 
 import drjit as dr
 import numpy as np
+from numpy.typing import NDArray
 
 from pelagos import jit
 from pelagos.jit import Array
 from pelagos.ocean.ocean import Ocean
 from pelagos.sim.trajectory import CHANNELS, Trajectory, channels
 from pelagos.vehicles.actuators.t200 import T200Tables
-from pelagos.vehicles.state import VehicleState
+from pelagos.vehicles.state import VehicleState, channels_of, pack, unpack
 from pelagos.vehicles.vehicle import Vehicle
 
 Wrench = tuple[Array, Array]
-Block = Callable[..., tuple[VehicleState, Array]]
+Block = Callable[..., tuple[Array, Array]]
+
+
+@jit.struct
+class _Constants:
+    """What is the same in every call; one struct, because each argument of a frozen call costs."""
+
+    h: Array
+    copies: Array
+    no_wrench: Wrench
+    tables: T200Tables | None
 
 
 class Driver:
-    """The step loop of one agent for `n` copies; a block of 20 ticks and 20 blocks of one give the same bytes."""
+    """The step loop of one agent for `n` copies; a block of 20 ticks and 20 blocks of one give the same bytes.
+
+    It keeps states packed (`pack`): a frozen call pays for every array that goes in or out.
+    """
 
     def __init__(self, vehicle: Vehicle, *, n: int, dt_ns: int) -> None:
         self.vehicle = vehicle
         self._n = n
-        self._frozen: dict[tuple[int, str], Block] = {}
-        self._h = dr.opaque(jit.Float64, dt_ns * 1e-9)
-        self._copies = dr.opaque(jit.UInt32, n)
-        self.no_wrench: Wrench = (dr.zeros(jit.Array3f64, n), dr.zeros(jit.Array3f64, n))
-        dr.make_opaque(self.no_wrench)
+        self._frozen: dict[tuple[int, str, bool], Block] = {}
+        still = (dr.zeros(jit.Array3f64, n), dr.zeros(jit.Array3f64, n))
+        self._constants = jit.slim(
+            _Constants(dr.opaque(jit.Float64, dt_ns * 1e-9), dr.opaque(jit.UInt32, n), still, vehicle.tables)
+        )
+        dr.make_opaque(self._constants)
+        self._counts: dict[int, Array] = {}
+
+    def pack(self, state: VehicleState) -> Array:
+        """A state as `advance` takes it."""
+        values = [np.broadcast_to(np.array(c), self._n) for c in channels_of(state)]
+        return jit.Float64(np.concatenate(values))
+
+    def unpack(self, packed: Array) -> VehicleState:
+        """The state that `advance` gave back."""
+        state = unpack(packed, self._n, actuators=self.vehicle.kept_actuators)
+        dr.eval(state)
+        return state
+
+    def actuators(self, packed: Array) -> NDArray[np.float64]:
+        """`(n, k)` states of the actuators, in the order of `Vehicle.actuator_names`."""
+        count = len(self.vehicle.actuator_names)
+        return np.array(packed).reshape(-1, self._n)[CHANNELS : CHANNELS + count].T
 
     def advance(
         self,
-        state: VehicleState,
+        state: Array,
         command: list[Array],
         ocean: Ocean,
         *,
@@ -42,73 +74,90 @@ class Driver:
         tick: int,
         ticks: int,
         wrench: Wrench | None = None,
-    ) -> tuple[VehicleState, Trajectory]:
+    ) -> tuple[Array, Trajectory]:
         """Advance from `tick` by `ticks`, with a constant command and outside wrench (FRD, about the body's origin).
 
+        Args:
+            state: packed.
+            command: set-points of the mode.
+            ocean: what moves the vehicle.
+            mode: of `Vehicle.modes`.
+            tick: of the state.
+            ticks: how far.
+            wrench: two `Array3f64` of n lanes.
+
         Returns:
-            The new state, and the motion at ticks `tick + 1 .. tick + ticks`.
+            The new state, packed, and the motion at ticks `tick + 1 .. tick + ticks`.
         """
         if self.vehicle.model.on_host:
             return self._plain(state, command, ocean, mode, tick, ticks, wrench)
-        key = (ticks, mode)
+        key = (ticks, mode, wrench is None)
         if key not in self._frozen:
-            self._frozen[key] = jit.freeze(_block(self.vehicle, n=self._n, ticks=ticks, mode=mode))
-        at, count = dr.opaque(jit.UInt32, tick), dr.opaque(jit.UInt32, ticks)  # the same kernel for all lengths
-        force = self.no_wrench if wrench is None else wrench
-        new, packed = self._frozen[key](
-            state, command, ocean, at, count, self._h, self._copies, force, self.vehicle.tables
-        )
+            block = _block(self.vehicle, n=self._n, ticks=ticks, mode=mode)
+            self._frozen[key] = jit.freeze(block if wrench is not None else _alone(block))
+        if ticks not in self._counts:
+            self._counts[ticks] = dr.opaque(jit.UInt32, ticks)  # the same kernel for all lengths
+        at, rest = dr.opaque(jit.UInt32, tick), () if wrench is None else (wrench,)
+        new, packed = self._frozen[key](state, command, ocean, at, self._counts[ticks], self._constants, *rest)
         return new, Trajectory(packed=packed, n=self._n, ticks=ticks, first_tick=tick + 1)
 
     def _plain(
         self,
-        state: VehicleState,
+        packed: Array,
         command: list[Array],
         ocean: Ocean,
         mode: str,
         tick: int,
         ticks: int,
         wrench: Wrench | None,
-    ) -> tuple[VehicleState, Trajectory]:
+    ) -> tuple[Array, Trajectory]:
         """The same tick by tick, unrecorded, for a vehicle with a term in NumPy."""
-        force, tables = self.no_wrench if wrench is None else wrench, self.vehicle.tables
-        rows = []
+        c, state = self._constants, self.unpack(packed)
+        force, rows = c.no_wrench if wrench is None else wrench, []
         for i in range(tick, tick + ticks):
-            t = jit.Float64(dr.opaque(jit.UInt32, i)) * self._h
-            state = self.vehicle.step(state, command, ocean, t, force, self._h, mode, tables)
+            t = jit.Float64(dr.opaque(jit.UInt32, i)) * c.h
+            state = self.vehicle.step(state, command, ocean, t, force, c.h, mode, c.tables)
             dr.eval(state)
-            rows.append(np.stack([np.broadcast_to(np.array(c), self._n) for c in channels(state)], axis=-1))
-        packed = jit.Float64(np.concatenate(rows).ravel())
-        return state, Trajectory(packed=packed, n=self._n, ticks=ticks, first_tick=tick + 1)
+            rows.append(np.stack([np.broadcast_to(np.array(v), self._n) for v in channels(state)], axis=-1))
+        motion = jit.Float64(np.concatenate(rows).ravel())
+        return self.pack(state), Trajectory(packed=motion, n=self._n, ticks=ticks, first_tick=tick + 1)
 
 
 def _block(vehicle: Vehicle, *, n: int, ticks: int, mode: str) -> Block:
     def block(
-        state: VehicleState,
-        command: list[Array],
-        ocean: Ocean,
-        tick: Array,
-        count: Array,
-        h: Array,
-        copies: Array,
+        start: Array, command: list[Array], ocean: Ocean, tick: Array, count: Array, constants: _Constants,
         wrench: Wrench,
-        tables: T200Tables | None,
-    ) -> tuple[VehicleState, Array]:
-        packed = dr.zeros(jit.Float64, ticks * n * CHANNELS)
+    ) -> tuple[Array, Array]:  # fmt: skip
+        motion, end = dr.zeros(jit.Float64, ticks * n * CHANNELS), dr.zeros(jit.Float64, dr.width(start))
         lane = dr.arange(jit.UInt32, n)
+
+        def keep(i: Array, state: VehicleState) -> Array:  # in the loop: behind it, every channel would be a kernel
+            pack(state, end, lane, n)
+            return i + 0
 
         def unfinished(i: Array, state: VehicleState) -> Any:
             return i < count
 
         def advance(i: Array, state: VehicleState) -> tuple[Array, VehicleState]:
-            t = jit.Float64(tick + i) * h
-            state = vehicle.step(state, command, ocean, t, wrench, h, mode, tables)
-            at = (i * copies + lane) * CHANNELS
+            t = jit.Float64(tick + i) * constants.h
+            state = vehicle.step(state, command, ocean, t, wrench, constants.h, mode, constants.tables)
+            at = (i * constants.copies + lane) * CHANNELS
             for c, value in enumerate(channels(state)):
-                dr.scatter(packed, value, at + c)
+                dr.scatter(motion, value, at + c)
+            dr.if_stmt((i, state), i + 1 == count, keep, lambda i, state: i + 0, mode="symbolic")
             return i + 1, state
 
-        _, state = dr.while_loop((dr.zeros(jit.UInt32, n), state), unfinished, advance, mode="symbolic")
-        return state, packed
+        state = unpack(start, n, actuators=vehicle.kept_actuators)
+        dr.while_loop((dr.zeros(jit.UInt32, n), state), unfinished, advance, mode="symbolic")
+        return end, motion
 
     return block
+
+
+def _alone(block: Block) -> Block:
+    """A block without an outside wrench."""
+
+    def alone(*arguments: Any) -> tuple[Array, Array]:
+        return block(*arguments, arguments[-1].no_wrench)
+
+    return alone

@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 from pelagos.errors import CommandError
 from pelagos.jit import Array
 from pelagos.sim.trajectory import CHANNELS
-from pelagos.vehicles.state import VehicleState
 
 
 @dataclass(frozen=True)
@@ -61,14 +60,14 @@ class AgentRun:
     """The changing part of one agent: what a step reads and replaces.
 
     Attributes:
-        vehicle: Dr.Jit state of `n` copies.
+        vehicle: Dr.Jit state of `n` copies, packed (`Driver.pack`).
         command: the last command, one `Float64` of `n` lanes a channel.
         command_values: the same, `(n, k)`.
         mode: control mode.
         row: `(n, CHANNELS)` motion at the current tick.
     """
 
-    vehicle: VehicleState
+    vehicle: Array
     command: list[Array]
     command_values: NDArray[np.float64]
     mode: str

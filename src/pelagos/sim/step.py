@@ -6,22 +6,23 @@ import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 
-import drjit as dr
 import numpy as np
 from numpy.typing import NDArray
 
 from pelagos import jit
 from pelagos.errors import ScenarioError, SimulationError
-from pelagos.jit import Array
+from pelagos.math.frames import flip_yz_np
 from pelagos.sensors.sensor import Measurement, Reading
 from pelagos.sim.bodies import Bodies
 from pelagos.sim.clock import next_multiple
+from pelagos.sim.driver import Wrench
 from pelagos.sim.guidance import Guidance
 from pelagos.sim.initial import StartState
 from pelagos.sim.model import AgentModel, Model, SensorModel
 from pelagos.sim.state import AgentRun, AgentState
 from pelagos.sim.touch import Touch
 from pelagos.sim.trajectory import LaneSelector, Trajectory, channels
+from pelagos.vehicles.state import VehicleState
 
 GUIDANCE_MODE = "depth_heading_speed"
 GUIDANCE_RATE_HZ = 10.0
@@ -116,6 +117,7 @@ class Stepper:
         self._feedback: dict[str, Feedback] = {}
         self.trajectories: dict[str, Trajectory] = {}
         self._blocks: dict[str, list[Trajectory]] = {}
+        self._contact: dict[str, Wrench] = {}
         self.timings = Timings()
         self.tick = 0
 
@@ -166,6 +168,14 @@ class Stepper:
         """The true state of every agent."""
         return {name: self._state(self._model.agents[name], run) for name, run in self._runs.items()}
 
+    def contact(self, agent: str) -> NDArray[np.float64]:
+        """`(n, 6)` force [N] and moment about the body's origin [N m], FLU, by contact over the last tick."""
+        wrench = self._contact.get(agent)
+        if wrench is None:
+            return np.zeros((self._model.n, 6))
+        force, moment = (np.broadcast_to(np.array(w), (3, self._model.n)).T for w in wrench)
+        return np.concatenate([flip_yz_np(force), flip_yz_np(moment)], axis=1)
+
     def mode(self, agent: str) -> str:
         """The control mode of an agent."""
         return self._runs[agent].mode
@@ -183,16 +193,16 @@ class Stepper:
         """Another control mode, idling; ends the agent's mission."""
         self._guidance.pop(agent, None)
         model, run, state = self._model.agents[agent], self._runs[agent], self.states()[agent]
+        model.vehicle.check_mode(mode)
         run.mode = mode
-        run.vehicle = model.vehicle.switch_mode(run.vehicle, mode)
         self._hold(run, _idle(model, mode, state))
 
     def set_state(self, agent: str, **parts: NDArray[np.float64]) -> None:
         """Place an agent anew; its actuators and its mission go on."""
         run = self._runs[agent]
-        run.vehicle = self._model.agents[agent].vehicle.place(run.vehicle, **parts)
-        dr.make_opaque(run.vehicle)
-        run.row = _row(run)
+        model = self._model.agents[agent]
+        state = model.vehicle.place(model.driver.unpack(run.vehicle), **parts)
+        run.vehicle, run.row = model.driver.pack(state), _row(state)
         self.trajectories[agent] = self._standing(run)
 
     # the parts of `advance`
@@ -243,9 +253,10 @@ class Stepper:
         """The dynamics of one agent, and what it touches."""
         start = time.perf_counter()
         run, wrench = self._runs[agent.name], None
+        self._contact.pop(agent.name, None)
         if ticks == 1 and self._near(agent.name, 1):
             self._bodies.place(self.states())
-            wrench = self._touch[agent.name].wrench(run.vehicle)
+            wrench = self._contact[agent.name] = self._touch[agent.name].wrench(run.vehicle)
             self.timings.add(f"{agent.name}.contact", start)
             start = time.perf_counter()
         run.vehicle, trajectory = agent.driver.advance(
@@ -296,7 +307,6 @@ class Stepper:
 
     def _place(self, agent: AgentModel, start: StartState) -> None:
         vehicle = agent.vehicle.initial_state(start.position, start.attitude, start.velocity)
-        dr.make_opaque(vehicle)
         mode = agent.config.control or (GUIDANCE_MODE if agent.tasks else agent.vehicle.default_mode)
         if mode not in agent.vehicle.modes or (agent.tasks and mode != GUIDANCE_MODE):
             allowed = [GUIDANCE_MODE] if agent.tasks else agent.vehicle.modes
@@ -304,8 +314,7 @@ class Stepper:
             raise ScenarioError(
                 f"control mode {mode!r} cannot be used here; allowed: {', '.join(allowed)}", where=where
             )
-        run = AgentRun(vehicle, [], np.empty(0), mode, np.empty(0))
-        run.row = _row(run)
+        run = AgentRun(agent.driver.pack(vehicle), [], np.empty(0), mode, _row(vehicle))
         self._runs[agent.name] = run
         self.trajectories[agent.name] = self._standing(run)
         state = self._state(agent, run)
@@ -329,9 +338,7 @@ class Stepper:
         return Trajectory(packed=packed, n=self._model.n, ticks=1, first_tick=self.tick)
 
     def _state(self, agent: AgentModel, run: AgentRun) -> AgentState:
-        actuators: list[Array] = run.vehicle.actuators[: len(agent.vehicle.actuator_names)]
-        columns = [np.array(a) for a in actuators]
-        return AgentState.of(run.row, np.stack(columns, axis=-1) if columns else np.empty((self._model.n, 0)))
+        return AgentState.of(run.row, agent.driver.actuators(run.vehicle))
 
     def _observe(self, sampled: list[Sampled]) -> dict[str, dict[str, Reading]]:
         observed: dict[str, dict[str, Reading]] = {name: {} for name in self._model.agents}
@@ -375,8 +382,8 @@ def _length(agent: AgentModel) -> float:
     return float(np.ptp(vertices[:, 0]))
 
 
-def _row(run: AgentRun) -> NDArray[np.float64]:
-    return np.stack([np.array(c) for c in channels(run.vehicle)], axis=-1)
+def _row(state: VehicleState) -> NDArray[np.float64]:
+    return np.stack([np.array(c) for c in channels(state)], axis=-1)
 
 
 def _idle(agent: AgentModel, mode: str, state: AgentState) -> NDArray[np.float64]:

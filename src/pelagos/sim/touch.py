@@ -16,7 +16,7 @@ from pelagos.math.frames import flip_quaternion, flip_yz
 from pelagos.raycast.rays import NO_BODY
 from pelagos.sim.bodies import Bodies
 from pelagos.sim.state import AgentState
-from pelagos.vehicles.state import VehicleState
+from pelagos.vehicles.state import unpack
 
 if TYPE_CHECKING:
     from pelagos.sim.model import AgentModel, Model
@@ -41,8 +41,8 @@ class Touch:
             return True
         return self._bodies.any and self._bodies.near(position, margin, agent=self._agent.name, agents=agents())
 
-    def wrench(self, state: VehicleState) -> tuple[Array, Array]:
-        """Force and moment about the body's origin, FRD, `Array3f64` of `n` lanes [N], [N m]."""
+    def wrench(self, state: Array) -> tuple[Array, Array]:
+        """Force and moment about the body's origin, FRD, `Array3f64` of `n` lanes [N], [N m], of a packed state."""
         if self._call is None:
             self._call, self._arguments = self._build()
         force, moment = self._call(state, self._model.scene.tables, *self._arguments)
@@ -61,13 +61,15 @@ class Touch:
             dr.opaque(jit.Float64, self._model.clock.dt_ns * 1e-9),
         )
         dr.make_opaque(arguments)
-        return self._model.scene.compile(_touch), arguments
+        actuators = vehicle.kept_actuators
+        return self._model.scene.compile(lambda static, moving: _touch(static, moving, n, actuators)), arguments
 
 
-def _touch(static: Any, moving: Any) -> Callable[..., tuple[Array, Array]]:
+def _touch(static: Any, moving: Any, n: int, actuators: int) -> Callable[..., tuple[Array, Array]]:
     def touch(
-        state: VehicleState, tables: Any, materials: Any, probes: HullProbes, own: Array, copy: Array, h: Array
+        packed: Array, tables: Any, materials: Any, probes: HullProbes, own: Array, copy: Array, h: Array
     ) -> tuple[Array, Array]:
+        state = unpack(packed, n, actuators=actuators)
         force, moment = probe_wrench(
             static,
             moving,

@@ -200,7 +200,7 @@ class Vehicle:
             angular_velocity=zero[2],
             acceleration=zero[3],
             angular_acceleration=zero[4],
-            actuators=[dr.zeros(jit.Float64, n) for _ in range(len(self.model.actuators) + self.model.kept)],
+            actuators=[dr.zeros(jit.Float64, n) for _ in range(self.kept_actuators)],
             controller=[dr.zeros(jit.Float64, n) for _ in range(1 + self._memory)],
         )
         return self.place(
@@ -230,16 +230,13 @@ class Vehicle:
         dr.make_opaque(placed)
         return placed
 
-    def switch_mode(self, state: VehicleState, mode: str) -> VehicleState:
-        """`state` for going on in another mode, whose references begin where the vehicle is then.
-
-        A step starts a mode's memory by itself when another mode ran before, so this only checks the name.
+    def check_mode(self, mode: str) -> None:
+        """A state goes on in any mode: a step starts a mode's memory by itself when another mode ran before.
 
         Raises:
             LookupFailed: no such mode.
         """
         self._controller(mode)
-        return state
 
     def step(
         self,
@@ -304,6 +301,11 @@ class Vehicle:
             actuators=[f64(a) for a in self.model.advanced(state.actuators, commands, h)],
             controller=[*kept, *state.controller[len(kept) :]],
         )
+
+    @property
+    def kept_actuators(self) -> int:
+        """Length of `VehicleState.actuators`."""
+        return len(self.model.actuators) + self.model.kept
 
     @cached_property
     def tables(self) -> T200Tables | None:

@@ -145,11 +145,11 @@ def remus_4096_gridded_msteps() -> Measured:
     rng = np.random.default_rng(2)
     place = rng.uniform((-5000, -5000, -40), (5000, 5000, -5), (FLEET, 3))
     level = np.tile([1.0, 0.0, 0.0, 0.0], (FLEET, 1))
-    state = vehicle.initial_state(position=place, attitude=level)
+    state = driver.pack(vehicle.initial_state(position=place, attitude=level))
     mode = vehicle.default_mode
     command = [dr.full(jit.Float64, 0.0, FLEET) for _ in vehicle.command_names(mode)]
     dr.make_opaque(command)
-    before = state.velocity.numpy()
+    before = driver.unpack(state).velocity.numpy()
 
     def block() -> None:
         nonlocal state
@@ -158,8 +158,9 @@ def remus_4096_gridded_msteps() -> Measured:
         dr.sync_thread()
 
     took = seconds(block, at_least_s=2.0)
-    must(bool(np.isfinite(state.velocity.numpy()).all()), "a vehicle's velocity is not finite")
-    must(float(np.abs(state.velocity.numpy() - before).max()) > 0.01, "the current moves no vehicle")
+    after = driver.unpack(state).velocity.numpy()
+    must(bool(np.isfinite(after).all()), "a vehicle's velocity is not finite")
+    must(float(np.abs(after - before).max()) > 0.01, "the current moves no vehicle")
     return Measured(FLEET * TICKS / took * 1e-6, detail=f"{FLEET} vehicles, {TICKS} steps a call, {mode}")
 
 
