@@ -13,8 +13,8 @@ from pelagos import jit
 from pelagos.jit import Array
 from pelagos.ocean.ocean import Ocean
 from pelagos.sim.trajectory import CHANNELS, Trajectory, channels
-from pelagos.vehicles.actuators.t200 import T200Tables
 from pelagos.vehicles.state import VehicleState, channels_of, pack, unpack
+from pelagos.vehicles.tables import Tables
 from pelagos.vehicles.vehicle import Vehicle
 
 Wrench = tuple[Array, Array]
@@ -28,7 +28,7 @@ class _Constants:
     h: Array
     copies: Array
     no_wrench: Wrench
-    tables: T200Tables | None
+    tables: Tables | None
 
 
 class Driver:

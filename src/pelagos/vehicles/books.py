@@ -14,7 +14,7 @@ from pelagos.jit import Array
 from pelagos.vehicles.flow import CurrentRotation, make_flow, rotation_from_euler
 
 if TYPE_CHECKING:
-    from pelagos.vehicles.actuators.t200 import T200Tables
+    from pelagos.vehicles.tables import Tables
     from pelagos.vehicles.vehicle import Vehicle
 
 _KEPT = 16  # recordings, one a size
@@ -61,7 +61,7 @@ class Accelerations:
         actuators: list[Array],
         command: list[Array],
         current: list[Array],
-        tables: T200Tables | None,
+        tables: Tables | None,
     ) -> tuple[list[Array], list[Array]]:
         rotation = rotation_from_euler(*eta[3:])
         flow = make_flow(eta[:3], rotation, nu, current, current_rotation=self._rotation)

@@ -17,6 +17,7 @@ from pelagos.vehicles.inertia import AddedMassConfig, CoriolisConfig, MassConfig
 from pelagos.vehicles.kinds import ActuatorConfig, ModeConfig, TermConfig
 from pelagos.vehicles.load import catalogue_data, catalogue_names, merged
 from pelagos.vehicles.part import Body, NonNegative, PartConfig, Positive, Three
+from pelagos.vehicles.seakeeping import AfloatConfig
 from pelagos.vehicles.shape.hull import HullConfig
 from pelagos.vehicles.terms.floating import HydrostaticConfig, TwinHullConfig
 
@@ -70,6 +71,13 @@ class VehicleConfig(PartConfig):
     the cost."""
     current_rotation: CurrentRotation = "attitude"
     """A current is turned into body axes with the whole attitude, or with the heading only."""
+    afloat: AfloatConfig | None = None
+    """The hull in the water, for loads of waves."""
+    seakeeping: Literal["pressure", "slope"] = "pressure"
+    """In waves, what floats feels pressure on the wet hull, diffraction, radiation and wind (where `afloat` says what
+    lies in the water), or its linear hydrostatics follow the surface's mean height and slope. In still water both are
+    the linear hydrostatics.
+    """
     hull: HullConfig | None = None
     """What it looks like."""
     materials: tuple[str, ...] = ("hull_paint",)

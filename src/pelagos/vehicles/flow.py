@@ -23,6 +23,16 @@ class Supply:
 
 
 @dataclass
+class Seaway:
+    """Waves at a hull: load, the wrench (6) of pressure, weight, diffraction and wind [N], [N m]; velocity (6) of the
+    hull relative to the water of the waves, as a rigid sheet [m/s], [rad/s].
+    """
+
+    load: Vector
+    velocity: Vector
+
+
+@dataclass
 class Flow:
     """A vehicle in the water at one moment, components as lists (see `hydro.algebra`), NED and FRD.
 
@@ -37,6 +47,7 @@ class Flow:
         shear: change of the current's sideways and downward velocity along the body's axis (2) [1/s].
         surface: roll and pitch at which a hull would lie level with the waves (2) [rad].
         actuators: states by name, limited; empty where no force is asked for.
+        seaway: waves at a hull that floats, where pressure stands for its linear hydrostatics.
     """
 
     position: Vector
@@ -49,6 +60,7 @@ class Flow:
     supply: Supply | None = None
     surface: Vector = (0.0, 0.0)
     actuators: Mapping[str, Array] = field(default_factory=dict)
+    seaway: Seaway | None = None
 
     @property
     def down(self) -> list[Array]:

@@ -19,10 +19,12 @@ from pelagos.hydro.coriolis import coriolis_force, coriolis_force_angular, corio
 from pelagos.hydro.rigid_body import transport
 from pelagos.jit import Array
 from pelagos.vehicles.actuators.actuator import Actuator, Follower
-from pelagos.vehicles.actuators.t200 import T200, Battery, T200Tables
+from pelagos.vehicles.actuators.t200 import T200, Battery
 from pelagos.vehicles.flow import Flow, Supply
 from pelagos.vehicles.inertia import CoriolisConfig
 from pelagos.vehicles.part import Body, numbers
+from pelagos.vehicles.seakeeping import Seakeeping
+from pelagos.vehicles.tables import Tables
 
 
 class Term(Protocol):
@@ -108,32 +110,42 @@ class Model:
         terms: by name.
         actuators: by name; each has one state and one command. Behind all states stands what some keep beside theirs.
         battery: what feeds T200 thrusters.
+        sea: the hull in waves; None where nothing floats, or only follows the surface.
+        sea_inertia: mass and added mass in waves.
+        still: names of terms that pressure stands for in waves.
     """
 
     inertia: Inertia
     terms: Mapping[str, Term]
     actuators: Mapping[str, Actuator] = field(default_factory=dict)
     battery: Battery | None = None
+    sea: Seakeeping | None = None
+    sea_inertia: Inertia | None = None
+    still: frozenset[str] = frozenset()
 
     @property
     def on_host(self) -> bool:
         """Whether a term computes in NumPy, so that no step can be recorded."""
         return any(getattr(term, "on_host", False) for term in self.terms.values())
 
-    def fed(self, flow: Flow, actuators: Sequence[Array], tables: T200Tables | None) -> Flow:
+    def fed(self, flow: Flow, actuators: Sequence[Array], tables: Tables | None) -> Flow:
         """`flow` with the supply of electric thrusters at these states."""
         if self.battery is None:
             return flow
         assert tables is not None
+        assert tables.thrusters is not None
         throttles = [s for a, s in zip(self.actuators.values(), actuators, strict=True) if isinstance(a, T200)]
-        return replace(flow, supply=Supply(self.battery.voltage(throttles, tables), tables))
+        return replace(flow, supply=Supply(self.battery.voltage(throttles, tables.thrusters), tables.thrusters))
 
-    def wrenches(self, flow: Flow, actuators: Sequence[Array], tables: T200Tables | None = None) -> dict[str, Vector]:
+    def wrenches(self, flow: Flow, actuators: Sequence[Array], tables: Tables | None = None) -> dict[str, Vector]:
         """Every force and moment by the name of its origin, each (6); `actuators`: one limited state each."""
         flow = replace(self.fed(flow, actuators, tables), actuators=dict(zip(self.actuators, actuators, strict=True)))
-        found: dict[str, Vector] = {"coriolis": self.inertia.coriolis(flow)}
+        found: dict[str, Vector] = {"coriolis": self.inertia_in(flow).coriolis(flow)}
+        if flow.seaway is not None:
+            found["sea"] = flow.seaway.load
         for name, term in self.terms.items():
-            found[name] = term.wrench(flow)
+            if flow.seaway is None or name not in self.still:
+                found[name] = term.wrench(flow)
         for (name, actuator), state in zip(self.actuators.items(), actuators, strict=True):
             found[name] = actuator.wrench(state, flow)
         return found
@@ -143,7 +155,7 @@ class Model:
         flow: Flow,
         actuators: Sequence[Array],
         outside: Vector = (0.0,) * 6,
-        tables: T200Tables | None = None,
+        tables: Tables | None = None,
         h: Array | None = None,
     ) -> Vector:
         """Rate of change of nu (6) [m/s^2], [rad/s^2].
@@ -151,9 +163,13 @@ class Model:
         `outside`: a further wrench (6), such as contact; `h`: the mean over a step, see `Inertia.accelerate_over`.
         """
         wrench = add(outside, *self.wrenches(flow, actuators, tables).values())
-        inertia = self.inertia
+        inertia = self.inertia_in(flow)
         relative = inertia.accelerate(wrench) if h is None else inertia.accelerate_over(wrench, flow, h)
         return add(flow.current_rate, relative)
+
+    def inertia_in(self, flow: Flow) -> Inertia:
+        """Mass and added mass, which in waves may be a panel method's."""
+        return self.inertia if flow.seaway is None or self.sea_inertia is None else self.sea_inertia
 
     def limited(self, actuators: Sequence[Array]) -> list[Array]:
         """Actuator states as forces see them."""
@@ -163,6 +179,11 @@ class Model:
     def kept(self) -> int:
         """How many numbers actuators keep beside their states."""
         return sum(a.lag.memory for a in self.actuators.values())
+
+    @property
+    def behind(self) -> int:
+        """How many numbers stand behind the actuators' states: what they keep, and the waves that the hull radiated."""
+        return self.kept + (0 if self.sea is None else self.sea.memory)
 
     def rates(self, actuators: Sequence[Array], command: Sequence[Array]) -> list[Array]:
         """Time derivative of the actuator states, see `Lag.rate`."""

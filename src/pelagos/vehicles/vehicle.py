@@ -16,17 +16,17 @@ from pydantic import ValidationError
 
 from pelagos import jit
 from pelagos.errors import CommandError, LookupFailed, ScenarioError
-from pelagos.hydro.algebra import Matrix, Vector, matvec, transpose
+from pelagos.hydro.algebra import Matrix, Vector, add, matvec, minus, transpose
 from pelagos.jit import Array
 from pelagos.math.frames import flip_quaternion_np, flip_yz, flip_yz_np
 from pelagos.ocean.current import UniformCurrent
 from pelagos.raycast.geometry import Geometry
-from pelagos.vehicles.actuators.t200 import T200Tables, t200_tables
+from pelagos.vehicles.actuators.t200 import t200_tables
 from pelagos.vehicles.books import Accelerations, columns
 from pelagos.vehicles.build import build_model, build_modes
 from pelagos.vehicles.config import VehicleConfig
 from pelagos.vehicles.control.controller import Controller
-from pelagos.vehicles.flow import Flow, make_flow, rotation_from_quaternion
+from pelagos.vehicles.flow import Flow, Seaway, make_flow, rotation_from_quaternion
 from pelagos.vehicles.integrate import Rigid, runge_kutta, semi_implicit
 from pelagos.vehicles.load import merged
 from pelagos.vehicles.model import Model
@@ -34,6 +34,7 @@ from pelagos.vehicles.shape.hull import build_hull
 from pelagos.vehicles.shape.parts import PartsHull, ShapePart
 from pelagos.vehicles.shape.torpedo import TorpedoHull
 from pelagos.vehicles.state import VehicleState
+from pelagos.vehicles.tables import Tables
 from pelagos.vehicles.wave_flow import WaveFlow, surface_under
 
 __all__ = ["Vehicle", "VehicleConfig"]
@@ -247,7 +248,7 @@ class Vehicle:
         wrench: Wrench,
         h: Array,
         mode: str,
-        tables: T200Tables | None = None,
+        tables: Tables | None = None,
     ) -> VehicleState:
         """The state after h [s]: control law, forces, motion, actuators. Pure; may be frozen or looped symbolically.
 
@@ -262,12 +263,13 @@ class Vehicle:
             tables: `Vehicle.tables`; a frozen function must be handed them as an argument.
         """
         f64 = jit.Float64
-        if self.model.battery is not None and tables is None:
+        wavy = self.model.sea is not None and getattr(ocean, "waves", None) is not None
+        if tables is None and (self.model.battery is not None or wavy):
             if dr.flag(dr.JitFlag.FreezingScope):
                 raise CommandError(f"a frozen step of {self.name} must be handed `Vehicle.tables` as an argument")
             tables = self.tables
         rigid = Rigid([*state.position], state.attitude, [*state.velocity, *state.angular_velocity])
-        flow = self.flow(rigid, ocean, t)
+        flow = self.flow(rigid, ocean, t, tables)
         controller = self._controller(mode)
         memory = self._begin(state.controller, controller, mode, flow)
         demand, kept = controller.act(memory, flow, list(command), h)
@@ -275,11 +277,17 @@ class Vehicle:
         outside = [*wrench[0], *wrench[1]]
         if demand.wrench is not None:
             outside = [a + b for a, b in zip(outside, demand.wrench, strict=True)]
+        waves: list[Array] = []  # that the hull radiated
+        if self.model.sea is not None:
+            waves = state.actuators[len(state.actuators) - self.model.sea.memory :]
+            if flow.seaway is not None:
+                waves, radiation = self.model.sea.remember(waves, flow.seaway.velocity, h)
+                outside = add(outside, radiation)
 
         def accelerate(at: Rigid, fraction: float) -> Vector:
             if demand.acceleration is not None:
                 return demand.acceleration
-            here = flow if fraction == 0.0 else self.flow(at, ocean, t + fraction * h)
+            here = flow if fraction == 0.0 else self.flow(at, ocean, t + fraction * h, tables)
             states = state.actuators
             if fraction > 0.0:
                 states = self.model.advanced(states, commands, fraction * h)
@@ -298,22 +306,25 @@ class Vehicle:
             angular_velocity=jit.Array3f64(*new.nu[3:]),
             acceleration=jit.Array3f64(*nu_dot[:3]),
             angular_acceleration=jit.Array3f64(*nu_dot[3:]),
-            actuators=[f64(a) for a in self.model.advanced(state.actuators, commands, h)],
+            actuators=[f64(a) for a in [*self.model.advanced(state.actuators, commands, h), *waves]],
             controller=[*kept, *state.controller[len(kept) :]],
         )
 
     @property
     def kept_actuators(self) -> int:
         """Length of `VehicleState.actuators`."""
-        return len(self.model.actuators) + self.model.kept
+        return len(self.model.actuators) + self.model.behind
 
     @cached_property
-    def tables(self) -> T200Tables | None:
-        """Measured tables that a step needs, on the device; None for most vehicles."""
-        battery = self.config.battery
-        return None if battery is None else t200_tables(battery.open_circuit_v)
+    def tables(self) -> Tables | None:
+        """What a step reads on the device; None for most vehicles."""
+        battery, sea = self.config.battery, self.model.sea
+        if battery is None and sea is None:
+            return None
+        thrusters = None if battery is None else t200_tables(battery.open_circuit_v)
+        return Tables(thrusters, None if sea is None else sea.table())
 
-    def flow(self, rigid: Rigid, ocean: Any, t: Array) -> Flow:
+    def flow(self, rigid: Rigid, ocean: Any, t: Array, tables: Tables | None = None) -> Flow:
         """The water around a vehicle: current at its origin, its shear along the hull, and the surface above."""
         rotation = rotation_from_quaternion(rigid.attitude)
         how = self.config.current_rotation
@@ -332,12 +343,42 @@ class Vehicle:
             shear = matvec(transpose(rotation), change)[1:]
         if getattr(ocean, "waves", None) is None:
             return make_flow(rigid.position, rotation, rigid.nu, current, current_rotation=how, shear=shear)
+        if self.model.sea is not None:
+            return self._seaway(rigid, rotation, ocean, t, current, shear, self.tables if tables is None else tables)
         waves = self._waves(ocean, rigid.position, rotation, t)
         return make_flow(
             rigid.position, rotation, rigid.nu, [a + b for a, b in zip(current, waves.velocity, strict=True)],
             current_rotation=how, shear=shear, elevation=waves.elevation, acceleration=waves.acceleration,
             surface=waves.surface,
         )  # fmt: skip
+
+    def _seaway(
+        self,
+        rigid: Rigid,
+        rotation: Matrix,
+        ocean: Any,
+        t: Array,
+        current: Vector,
+        shear: Vector,
+        tables: Tables | None,
+    ) -> Flow:
+        """The flow past a hull that floats, and the loads of waves on it."""
+        sea = self.model.sea
+        assert sea is not None
+        assert tables is not None
+        assert tables.hull is not None
+        waves = sea.waves(ocean, rigid.position, rotation, t)
+        velocity = sea.to_body(rotation, waves.velocity)
+        surface = waves.powers[0][0][0]
+        flow = make_flow(
+            rigid.position, rotation, rigid.nu, add(current, matvec(rotation, velocity[:3])),
+            current_rotation=self.config.current_rotation, shear=shear,
+            elevation=surface if ocean.tide is None else surface + ocean.tide.level(t),
+        )  # fmt: skip
+        water = sea.to_body(rotation, waves.acceleration)
+        load = sea.load(ocean, waves, rigid.position, rotation, water, t, tables.hull)
+        flow.seaway = Seaway(load, [*flow.nu_r[:3], *add(rigid.nu[3:], minus(velocity[3:]))])
+        return flow
 
     def _waves(self, ocean: Any, position: Vector, rotation: Matrix, t: Array) -> WaveFlow:
         """The waves at a vehicle; what floats feels the surface under its whole waterplane."""

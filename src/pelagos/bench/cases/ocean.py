@@ -22,6 +22,7 @@ from pelagos.ocean.hull_load import Hull, hull_load, make_hull
 from pelagos.ocean.ocean import Ocean
 from pelagos.ocean.waves import patch
 from pelagos.sim.driver import Driver
+from pelagos.sim.simulation import Simulation
 from pelagos.vehicles.vehicle import Vehicle
 
 COMPONENTS: Final = 200
@@ -164,7 +165,38 @@ def remus_4096_gridded_msteps() -> Measured:
     return Measured(FLEET * TICKS / took * 1e-6, detail=f"{FLEET} vehicles, {TICKS} steps a call, {mode}")
 
 
+def wamv_ss4_rtf() -> Measured:
+    """A WAM-V in sea state 4, pressure on its wet hulls, 200 Hz."""
+    model = {
+        "tick_rate_hz": 200,
+        "world": {"type": "flat", "depth_m": 200.0},
+        "ocean": {"waves": {"type": "sea_state", "state": 4, "components_count": COMPONENTS}},
+        "agents": {"usv": {"vehicle": "wamv", "control": "actuators", "start": {"position_m": [0, 0], "depth_m": 0}}},
+    }
+    sim = Simulation.load(model)
+    sim.run(1.0)
+    heights: list[float] = []
+
+    def ten_seconds() -> None:
+        sim.run(10.0)
+        heights.append(float(sim.state["usv"].position[0, 2]))
+
+    took = seconds(ten_seconds, at_least_s=2.0)
+    must(max(abs(h) for h in heights) < 3.0, "the vessel does not float")
+    must(float(np.ptp(heights)) > 0.05, "the vessel does not move with the sea")
+    return Measured(10.0 / took, detail=f"{COMPONENTS} components, buoyancy and Froude-Krylov on 312 triangles")
+
+
 CASES: Final = (
+    Case(
+        name="wamv_ss4_rtf",
+        title="WAM-V in sea state 4 at 200 Hz: pressure on the wet hull, diffraction, radiation with memory",
+        measure=wamv_ss4_rtf,
+        unit="x real time",
+        goal=20.0,
+        better="higher",
+        reference=Reference("none"),
+    ),
     Case(
         name="waves_200x1000_ms",
         title="Elevation of 200 wave components at 1000 points, to NumPy",

@@ -1,0 +1,350 @@
+"""What floats, in waves: pressure on its wet hull, and the forces of motion relative to the water, with their memory.
+
+In still water a vehicle's own linear hydrostatics hold. In waves they make place for the pressure of the water, at rest
+and in undisturbed waves, on the hull's mesh as it is cut by the actual surface (buoyancy, Froude and Krylov), for added
+mass times the water's acceleration relative to the hull (diffraction of waves that are longer than the hull), and for
+Cummins' memory of radiated waves, as a sum of exponentials whose weights are fitted to coefficients of a panel method.
+Slamming and water on deck are not part of it.
+
+Sources: W. E. Cummins, Schiffstechnik 9:101 (1962); O. M. Faltinsen, Sea Loads on Ships and Offshore Structures (1990),
+Section 3.5; T. Perez and T. I. Fossen, Modeling, Identification and Control 29:1 (2008), doi 10.4173/mic.2008.1.1.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from importlib.resources import files
+from typing import Any, Final, Self
+
+import drjit as dr
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import Field, model_validator
+
+from pelagos import jit
+from pelagos.hydro.algebra import Matrix, Vector, add, matmul, matvec, minus, transpose
+from pelagos.hydro.radiation import fit_memory, retardation
+from pelagos.hydro.wave_load import wind_wrench
+from pelagos.hydro.wetted_hull import wetted_load
+from pelagos.jit import Array
+from pelagos.ocean.hull_waves import HullWaves, Waterplane, hull_waves
+from pelagos.vehicles.part import Body, Fraction, NonNegative, PartConfig, Positive, numbers
+from pelagos.vehicles.shape.pontoon import PontoonConfig, displaced, pontoon_mesh
+
+Values = NDArray[np.float64]
+_ORDER: Final = 4  # states a kernel
+_AIR: Final = 1.225  # kg/m^3
+_ROW: Final = 12  # numbers a triangle has in the table
+
+
+class SuperstructureConfig(PartConfig):
+    """What the wind blows on."""
+
+    frontal_m2: NonNegative
+    """Area seen from ahead [m^2]."""
+    lateral_m2: NonNegative
+    """Area seen from abeam [m^2]."""
+    height_m: NonNegative = 0.0
+    """Its middle, above the origin [m]."""
+    coefficients: tuple[Fraction, Fraction, Fraction] = (0.7, 0.85, 0.1)
+    """Of drag from ahead and from abeam, and of the moment in yaw (Fossen 2021, Section 10.1) [-]."""
+
+
+class RadiationConfig(PartConfig):
+    """Coefficients of a panel method about the origin at the waterline, FRD, deep water, over the water's density."""
+
+    source: str
+    """Program and version."""
+    omega_radps: tuple[Positive, ...] = Field(min_length=4)
+    """Frequencies, increasing [rad/s]."""
+    added_mass_infinite: tuple[tuple[float, ...], ...]
+    """`(6, 6)` at infinite frequency."""
+    added_mass: tuple[tuple[tuple[float, ...], ...], ...] = ()
+    """`(frequencies, 6, 6)`; not used in the time domain."""
+    damping: tuple[tuple[tuple[float, ...], ...], ...]
+    """`(frequencies, 6, 6)`."""
+
+    @model_validator(mode="after")
+    def _shapes(self) -> Self:
+        n = len(self.omega_radps)
+        if np.shape(self.added_mass_infinite) != (6, 6) or np.shape(self.damping) != (n, 6, 6):
+            raise ValueError(f"added_mass_infinite must be 6 x 6 and damping {n} x 6 x 6, one matrix a frequency")
+        if (np.diff(self.omega_radps) <= 0).any():
+            raise ValueError("omega_radps must increase")
+        return self
+
+
+class AfloatConfig(PartConfig):
+    """The hull in the water."""
+
+    hulls: tuple[PontoonConfig, ...] = Field(min_length=1)
+    """All hulls; they carry the vehicle's weight at one draught, and lie level where the origin is at the surface."""
+    radiation: str | RadiationConfig | None = None
+    """Coefficients, or the catalogue's file of them; without, added mass and damping of the vehicle stand for all."""
+    superstructure: SuperstructureConfig | None = None
+    """What the wind blows on, in waves."""
+
+    @property
+    def coefficients(self) -> RadiationConfig | None:
+        """Read from the catalogue where a name is given.
+
+        Raises:
+            ValueError: the catalogue has no such file.
+        """
+        if not isinstance(self.radiation, str):
+            return self.radiation
+        path = files("pelagos.vehicles.catalogue") / f"{self.radiation}.bem.json"
+        if not path.is_file():
+            raise ValueError(f"the catalogue has no coefficients {self.radiation}.bem.json")
+        return RadiationConfig.model_validate(json.loads(path.read_text(encoding="utf-8")))
+
+
+@dataclass(frozen=True)
+class Kernel:
+    """Radiation force in direction `row` after velocities in `column`: the real part of sum weight e^{pole t}.
+
+    Attributes:
+        row, column: 0 to 5.
+        poles: [1/s], of each pair one; real ones first have no imaginary part.
+        weights: complex [N/m] and the like.
+    """
+
+    row: int
+    column: int
+    poles: tuple[complex, ...]
+    weights: tuple[complex, ...]
+
+
+@jit.struct
+class HullTable:
+    """corners: `Float64`, by triangle three times (x, y, z, 0), FRD [m]; count: `UInt32`."""
+
+    corners: Array
+    count: Array
+
+
+@dataclass(frozen=True)
+class Seakeeping:
+    """A hull in waves, compiled.
+
+    Attributes:
+        vertices, faces: FRD [m], closed.
+        plane: the box about the wet part.
+        density: that it floats at the origin in [kg/m^3].
+        gravity: [m/s^2].
+        rest: what weight and pressure leave unbalanced at rest (6) [N], [N m].
+        weight, center_of_gravity: [N], (3) [m].
+        added: M_A `(6, 6)`, at infinite frequency where there are kernels.
+        kernels: of the memory.
+        superstructure: None: no wind.
+        length: [m].
+    """
+
+    vertices: Values
+    faces: NDArray[np.int64]
+    plane: Waterplane
+    density: float
+    gravity: float
+    rest: Sequence[float]
+    weight: float
+    center_of_gravity: Sequence[float]
+    added: Matrix
+    kernels: tuple[Kernel, ...]
+    superstructure: SuperstructureConfig | None
+    length: float
+
+    @property
+    def memory(self) -> int:
+        """How many numbers the memory has."""
+        return 2 * sum(len(k.poles) for k in self.kernels)
+
+    def table(self) -> HullTable:
+        """The mesh on the device."""
+        corners = np.zeros((len(self.faces), 3, 4))
+        corners[..., :3] = self.vertices[self.faces]
+        table = HullTable(jit.Float64(corners.ravel()), jit.UInt32(len(self.faces)))
+        dr.make_opaque(table)
+        return table
+
+    def waves(self, ocean: Any, position: Vector, rotation: Matrix, t: Array) -> HullWaves:
+        """The waves at the hull; position NED, rotation FRD -> NED."""
+        size = dr.sqrt(rotation[0][0] * rotation[0][0] + rotation[1][0] * rotation[1][0])
+        heading = rotation[0][0] / size, rotation[1][0] / size
+        return hull_waves(ocean.waves, position[0], -position[1], heading, t, self.plane)
+
+    def to_body(self, rotation: Matrix, level: Vector) -> list[Array]:
+        """A vector (6) along the heading, in body axes."""
+        turn = transpose(upright(rotation))
+        return [*matvec(turn, level[:3]), *matvec(turn, level[3:])]
+
+    def load(
+        self,
+        ocean: Any,
+        waves: HullWaves,
+        position: Vector,
+        rotation: Matrix,
+        water: Vector,
+        t: Array,
+        table: HullTable,
+    ) -> list[Array]:
+        """Pressure, weight, added mass times the acceleration of the `water` (6, body axes), and wind: wrench (6)."""
+        place = jit.Array3f64(position[0], -position[1], dr.minimum(-position[2], 0.0))
+        weight = ocean.density(place, t) * self.gravity
+        depth = position[2] if ocean.tide is None else position[2] + ocean.tide.level(t)
+        turn = upright(rotation)
+        force, moment = _pressure(waves, table, turn, depth)
+        back = transpose(turn)
+        wet = [weight * f for f in [*matvec(back, force), *matvec(back, moment)]]
+        down = [self.weight * r for r in rotation[2]]
+        heavy = [*down, *_cross(self.center_of_gravity, down)]
+        loads = add(wet, heavy, minus(self.rest), matvec(self.added, water))
+        return loads if self.superstructure is None else add(loads, self._wind(ocean, place, rotation, t))
+
+    def _wind(self, ocean: Any, place: Array, rotation: Matrix, t: Array) -> list[Array]:
+        """Against a hull that stands still against the wind's speed."""
+        s = self.superstructure
+        assert s is not None
+        wind = ocean.wind(jit.Array3f64(place[0], place[1], jit.Float64(s.height_m)), t)
+        blows = matvec(transpose(rotation), [wind[0], -wind[1], -wind[2]])
+        return wind_wrench(_AIR, blows, s.frontal_m2, s.lateral_m2, self.length, s.coefficients, s.height_m)
+
+    def remember(self, memory: Sequence[Array], velocity: Vector, h: Array) -> tuple[list[Array], list[Array]]:
+        """The memory after h [s] at a velocity (6) relative to the water, and the wrench (6) in that step's middle."""
+        new: list[Array] = []
+        wrench: list[Array] = [0.0] * 6
+        at = 0
+        for kernel in self.kernels:
+            v = velocity[kernel.column]
+            for pole, weight in zip(kernel.poles, kernel.weights, strict=True):
+                re, im = memory[at], memory[at + 1]
+                at += 2
+                size = dr.exp(pole.real * h)
+                s, c = dr.sincos(pole.imag * h)
+                gr, gi = size * c, size * s
+                inverse = 1 / pole  # (e^{p h} - 1) / p, exact for a velocity that is constant in the step
+                ur, ui = (gr - 1) * inverse.real - gi * inverse.imag, (gr - 1) * inverse.imag + gi * inverse.real
+                nr, ni = gr * re - gi * im + ur * v, gr * im + gi * re + ui * v
+                new += [nr, ni]
+                push = 0.5 * (weight.real * (re + nr) - weight.imag * (im + ni))
+                wrench[kernel.row] = wrench[kernel.row] - push
+        return new, wrench
+
+
+def upright(rotation: Matrix) -> list[list[Array]]:
+    """Body axes to axes along the heading, level: `(3, 3)`, from FRD -> NED."""
+    size = dr.sqrt(rotation[0][0] * rotation[0][0] + rotation[1][0] * rotation[1][0])
+    cos, sin = rotation[0][0] / size, rotation[1][0] / size
+    return matmul([[cos, sin, 0.0], [-sin, cos, 0.0], [0.0, 0.0, 1.0]], rotation)
+
+
+def _pressure(waves: HullWaves, table: HullTable, turn: Matrix, depth: Array) -> tuple[list[Array], list[Array]]:
+    """Force and moment (3) per rho g, level axes; triangle by triangle, in order."""
+
+    def corner(i: Array) -> tuple[Array, Array, Array]:
+        r = dr.gather(jit.Array4f64, table.corners, i)
+        x, y, z = matvec(turn, [r[0], r[1], r[2]])
+        below = depth + z
+        surface, dynamic = waves.at(x, y, below)
+        immersion = below + surface
+        return jit.Array3f64(x, y, z), immersion, dr.select(below > 0, below + dynamic, immersion)
+
+    def one(i: Array, *sums: Array) -> tuple[Array, ...]:
+        (a, da, ha), (b, db, hb), (c, dc, hc) = (corner(3 * i + k) for k in range(3))
+        load = wetted_load((a, b, c), (da, db, dc), (ha, hb, hc))
+        return i + 1, *(s + v for s, v in zip(sums, [*load.force, *load.moment], strict=True))
+
+    nothing = 0 * depth
+    state = dr.while_loop((jit.UInt32(0), *([nothing] * 6)), lambda i, *_: i < table.count, one, mode="symbolic")
+    return list(state[1:4]), list(state[4:])
+
+
+def compile_seakeeping(config: AfloatConfig, body: Body) -> Seakeeping:
+    """The hull of a body that floats, at the draught at which it carries the weight.
+
+    Raises:
+        ValueError: coefficients that are missing, or a freeboard that the draught leaves nothing of.
+    """
+    volume = body.weight / body.gravity / body.density
+    draught = volume / sum(h.volume_per_draught for h in config.hulls)
+    draught *= volume / sum(displaced(*_to_waterline(h, draught)) for h in config.hulls)  # strips hold a little less
+    meshes = [pontoon_mesh(h, draught, along=8) for h in config.hulls]
+    vertices = np.concatenate([v for v, _ in meshes])
+    starts = np.cumsum([0, *(len(v) for v, _ in meshes[:-1])])
+    faces = np.concatenate([f + s for (_, f), s in zip(meshes, starts, strict=True)])
+    sides = max(abs(h.position_y_m) for h in config.hulls)
+    outer = max(abs(h.position_y_m) + h.beam_m / 2 for h in config.hulls)
+    reach = max(abs(h.position_x_m) + h.length_m / 2 for h in config.hulls)
+    plane = Waterplane(2 * reach, sides or outer, draught, sides > 0)
+    coefficients = config.coefficients
+    added = body.added if coefficients is None else body.density * np.array(coefficients.added_mass_infinite)
+    kernels = () if coefficients is None else radiation_kernels(coefficients, body.density)
+    return Seakeeping(
+        vertices=vertices,
+        faces=faces,
+        plane=plane,
+        density=body.density,
+        gravity=body.gravity,
+        rest=_unbalanced(config, draught, body),
+        weight=body.weight,
+        center_of_gravity=[float(x) for x in body.center_of_gravity],
+        added=numbers(added),
+        kernels=kernels,
+        superstructure=config.superstructure,
+        length=body.length,
+    )
+
+
+def _to_waterline(hull: PontoonConfig, draught: float) -> tuple[Values, NDArray[np.int64]]:
+    return pontoon_mesh(hull, draught, along=8, deck=False)
+
+
+def _unbalanced(config: AfloatConfig, draught: float, body: Body) -> list[float]:
+    """Wrench (6) of weight and still water on the hull as it lies."""
+    force, moment = np.zeros(3), np.zeros(3)
+    for hull in config.hulls:
+        vertices, faces = _to_waterline(hull, draught)
+        p, q, r = (vertices[faces[:, k]] for k in range(3))
+        lots = np.einsum("fi,fi->f", p, np.cross(q, r)) / 6
+        center = np.einsum("f,fi->i", lots, (p + q + r) / 4)
+        push = np.array([0.0, 0.0, -body.density * body.gravity * lots.sum()])
+        force += push
+        moment += np.cross(center / lots.sum(), push)
+    down = np.array([0.0, 0.0, body.weight])
+    return [float(x) for x in [*(force + down), *(moment + np.cross(body.center_of_gravity, down))]]
+
+
+def radiation_kernels(coefficients: RadiationConfig, density: float) -> tuple[Kernel, ...]:
+    """Every kernel that matters, as a sum of exponentials."""
+    omega, damping = np.array(coefficients.omega_radps), density * np.array(coefficients.damping)
+    omega, damping = np.concatenate([[0.0], omega]), np.concatenate([np.zeros((1, 6, 6)), damping])
+    tail = omega[-1] * np.geomspace(1.05, 4, 40)  # beyond the last frequency it falls as a wave maker's, omega^-3
+    damping = np.concatenate([damping, damping[-1] * ((omega[-1] / tail) ** 3)[:, None, None]])
+    omega = np.concatenate([omega, tail])
+    largest = np.abs(damping).max(axis=0)
+    found = []
+    for row in range(6):
+        for column in range(6):
+            scale = math.sqrt(largest[row, row] * largest[column, column])
+            if scale > 0 and largest[row, column] > 0.01 * scale:
+                found.append(_kernel(row, column, omega, damping[:, row, column]))
+    return tuple(found)
+
+
+def _kernel(row: int, column: int, omega: Values, damping: Values) -> Kernel:
+    peak = omega[int(np.argmax(np.abs(damping)))]
+    step = 0.08 / peak
+    memory = fit_memory(retardation(step * np.arange(800), omega, damping), step, _ORDER)
+    values, vectors = np.linalg.eig(memory.phi)
+    weights = (memory.row @ vectors) * np.linalg.solve(vectors, memory.gamma.astype(complex)) / step
+    poles = np.log(values.astype(complex)) / step
+    poles = np.minimum(poles.real, -0.01 * peak) + 1j * poles.imag
+    keep = poles.imag >= -1e-12
+    double = np.where(np.abs(poles.imag) > 1e-9, 2.0, 1.0)
+    return Kernel(row, column, tuple(map(complex, poles[keep])), tuple(map(complex, (weights * double)[keep])))
+
+
+def _cross(a: Sequence[Array], b: Sequence[Array]) -> list[Array]:
+    return [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]

@@ -1,0 +1,15 @@
+"""What a vehicle's step reads on the device."""
+
+from __future__ import annotations
+
+from pelagos import jit
+from pelagos.vehicles.actuators.t200 import T200Tables
+from pelagos.vehicles.seakeeping import HullTable
+
+
+@jit.struct
+class Tables:
+    """thrusters: measured, of T200; hull: the mesh of what floats. None where there is nothing to read."""
+
+    thrusters: T200Tables | None
+    hull: HullTable | None
