@@ -6,6 +6,7 @@ import math
 from typing import Annotated, Final, Literal
 
 import numpy as np
+from numpy.typing import NDArray
 from pydantic import Field
 
 from pelagos.math.so3 import from_euler
@@ -55,22 +56,49 @@ class PartsHull(PartConfig):
         return [mesh for part in self.parts for mesh in part.meshes()]
 
     def probes(self) -> tuple[Points, Points]:
-        """Contact probes: starts `(p, 3)` on the spine and vectors `(p, 3)` to outlying points of the hull, FLU [m]."""
-        points = joined(self.meshes()).vertices
-        low, high = points.min(axis=0), points.max(axis=0)
-        middle, half = (low + high) / 2, (high - low) / 2
-        chosen = [int(np.argmax(points[:, 0]))]
-        distance = np.linalg.norm(points - points[chosen[0]], axis=1)
-        while len(chosen) < _PROBES and distance.max() > 1e-6:
-            chosen.append(int(np.argmax(distance)))
-            distance = np.minimum(distance, np.linalg.norm(points - points[chosen[-1]], axis=1))
-        tips = points[chosen]
-        spine = max(0.0, float(half[0] - half[1]))
-        starts = np.tile(middle, (len(tips), 1))
-        starts[:, 0] += np.clip(tips[:, 0] - middle[0], -spine, spine)
-        vectors = tips - starts
+        """Contact probes: starts `(p, 3)` on a spine and vectors `(p, 3)` to outlying points of the hull, FLU [m].
+
+        A boat's hull has a spine of its own, so that no probe reaches across the gap of a catamaran, and what lies on
+        one side with it shares that; all other parts have one spine together.
+        """
+        meshes = [(mesh.vertices, part.type == "hull") for part in self.parts for mesh in part.meshes()]
+        points = np.concatenate([vertices for vertices, _ in meshes])
+        spines = {_side(vertices): vertices for vertices, boat in meshes if boat}
+        chosen = _outlying(points)
+        starts, first = _on_spine(points, points[chosen]), 0
+        for vertices, _ in meshes:
+            belongs = (chosen >= first) & (chosen < first + len(vertices))
+            first += len(vertices)
+            if _side(vertices) in spines:
+                starts[belongs] = _on_spine(spines[_side(vertices)], points[chosen[belongs]])
+        vectors = points[chosen] - starts
         kept = np.linalg.norm(vectors, axis=1) > 1e-3
         return starts[kept], vectors[kept]
+
+
+def _side(points: Points) -> int:
+    """1 to port of the middle, -1 to starboard, 0 on both sides."""
+    return int(points[:, 1].min() > 0) - int(points[:, 1].max() < 0)
+
+
+def _outlying(points: Points) -> NDArray[np.int64]:
+    """Rows of points far from one another, the foremost first."""
+    chosen = [int(np.argmax(points[:, 0]))]
+    distance = np.linalg.norm(points - points[chosen[0]], axis=1)
+    while len(chosen) < _PROBES and distance.max() > 1e-6:
+        chosen.append(int(np.argmax(distance)))
+        distance = np.minimum(distance, np.linalg.norm(points - points[chosen[-1]], axis=1))
+    return np.array(chosen)
+
+
+def _on_spine(points: Points, tips: Points) -> Points:
+    """Beside each tip, a place on the line through the middle of `points` that stays half a width from their ends."""
+    low, high = points.min(axis=0), points.max(axis=0)
+    middle, half = (low + high) / 2, (high - low) / 2
+    spine = max(0.0, float(half[0] - half[1]))
+    starts = np.tile(middle, (len(tips), 1))
+    starts[:, 0] += np.clip(tips[:, 0] - middle[0], -spine, spine)
+    return starts
 
 
 def _rotation(roll: float, pitch: float, yaw: float) -> Points:
