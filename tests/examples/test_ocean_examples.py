@@ -48,3 +48,8 @@ def test_a_run_that_leaves_the_file_is_refused_before_it_starts(scenario: dict) 
     far = {**scenario, "origin": {"latitude_deg": 44.9, "longitude_deg": 13.96}}
     with pytest.raises(pl.PelagosError, match="outside: clamp"):
         pl.Simulation.load(far)
+
+
+def test_wave_gallery(tmp_path: Path) -> None:
+    subprocess.run([sys.executable, str(ROOT / "examples/wave_gallery.py"), str(tmp_path)], check=True)
+    assert {p.name for p in tmp_path.iterdir()} == {"wave_usv.jpg", "wave_auv.jpg"}

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Annotated, Final, Literal, Self, TypeAlias
+from typing import Annotated, Final, Literal, Protocol, Self, TypeAlias
 
 import numpy as np
 from pydantic import Field, model_validator
@@ -66,6 +66,38 @@ class RegularWavesConfig(Strict):
         return Components(np.array([self.height_m / 2]), omega, wavenumber(omega, depth), angle, phase)
 
 
+class Spectrum(Protocol):
+    """What an irregular sea's components are made from."""
+
+    @property
+    def components_count(self) -> int:
+        """Number of component waves."""
+        ...
+
+    @property
+    def towards_deg(self) -> float:
+        """Mean direction [deg]."""
+        ...
+
+    @property
+    def spreading(self) -> float | None:
+        """Exponent of the spreading."""
+        ...
+
+    @property
+    def peak(self) -> float:
+        """Peak period [s]."""
+        ...
+
+    def density(self, f: Values, depth: float | None) -> Values:
+        """Spectrum at frequencies f [Hz], `[m^2/Hz]`."""
+        ...
+
+    def band(self) -> tuple[float, float]:
+        """Lowest and highest frequency [Hz]."""
+        ...
+
+
 class _IrregularConfig(Strict):
     towards_deg: float = Field(default=0.0, ge=-360, le=360)
     """Compass direction that the waves travel towards, in the mean [deg]: 0 north, 90 east."""
@@ -74,20 +106,11 @@ class _IrregularConfig(Strict):
     components_count: int = Field(default=200, ge=1, le=5000)
     """Number of component waves."""
 
-    @property
-    def peak(self) -> float:
-        """Peak period [s]."""
-        raise NotImplementedError
-
-    def density(self, f: Values, depth: float | None) -> Values:
-        """Spectrum at frequencies f [Hz], `[m^2/Hz]`."""
-        raise NotImplementedError
-
-    def band(self) -> tuple[float, float]:
+    def band(self: Spectrum) -> tuple[float, float]:
         """Lowest and highest frequency [Hz]."""
         return _LOWEST / self.peak, _HIGHEST / self.peak
 
-    def components(self, rng: np.random.Generator, depth: float | None) -> Components:
+    def components(self: Spectrum, rng: np.random.Generator, depth: float | None) -> Components:
         """Components whose energy is exactly that of the spectrum in the band."""
         low, high = self.band()
         edges = np.geomspace(low, high, self.components_count + 1)

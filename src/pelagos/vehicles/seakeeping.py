@@ -25,6 +25,7 @@ from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
 from pelagos import jit
+from pelagos.errors import did_you_mean
 from pelagos.hydro.algebra import Matrix, Vector, add, matmul, matvec, minus, transpose
 from pelagos.hydro.radiation import fit_memory, retardation
 from pelagos.hydro.wave_load import wind_wrench
@@ -37,7 +38,8 @@ from pelagos.vehicles.shape.pontoon import PontoonConfig, displaced, pontoon_mes
 Values = NDArray[np.float64]
 _ORDER: Final = 4  # states a kernel
 _AIR: Final = 1.225  # kg/m^3
-_ROW: Final = 12  # numbers a triangle has in the table
+_CATALOGUE: Final = "pelagos.vehicles.catalogue"
+_BEM: Final = ".bem.json"
 
 
 class SuperstructureConfig(PartConfig):
@@ -87,18 +89,20 @@ class AfloatConfig(PartConfig):
     superstructure: SuperstructureConfig | None = None
     """What the wind blows on, in waves."""
 
+    @model_validator(mode="after")
+    def _known(self) -> Self:
+        known = sorted(p.name.removesuffix(_BEM) for p in files(_CATALOGUE).iterdir() if p.name.endswith(_BEM))
+        if isinstance(self.radiation, str) and self.radiation not in known:
+            hint = did_you_mean(self.radiation, known)
+            raise ValueError(f"radiation {self.radiation!r} is none of {', '.join(known)}{hint}")
+        return self
+
     @property
     def coefficients(self) -> RadiationConfig | None:
-        """Read from the catalogue where a name is given.
-
-        Raises:
-            ValueError: the catalogue has no such file.
-        """
+        """Read from the catalogue where a name is given."""
         if not isinstance(self.radiation, str):
             return self.radiation
-        path = files("pelagos.vehicles.catalogue") / f"{self.radiation}.bem.json"
-        if not path.is_file():
-            raise ValueError(f"the catalogue has no coefficients {self.radiation}.bem.json")
+        path = files(_CATALOGUE) / f"{self.radiation}{_BEM}"
         return RadiationConfig.model_validate(json.loads(path.read_text(encoding="utf-8")))
 
 
