@@ -4,7 +4,11 @@ from __future__ import annotations
 
 import datetime
 import json
+import subprocess
+import sys
+from pathlib import Path
 
+import numpy as np
 import pytest
 
 from pelagos.bench import runner
@@ -94,3 +98,11 @@ def test_timing_counts_calls() -> None:
     calls = []
     assert seconds(lambda: calls.append(1), at_least_s=0.0, warm_up=2) >= 0.0
     assert len(calls) == 7
+
+
+@pytest.mark.skipif(not Path("/proc/self/status").exists(), reason="only Linux inherits the peak")
+def test_a_process_of_its_own_does_not_inherit_this_ones_peak() -> None:
+    ballast = np.ones(40_000_000)  # 320 MB, far above a bare interpreter
+    code = "from pelagos.sim.memory import peak_memory_mb; print(peak_memory_mb())"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert float(done.stdout) < 250 < ballast.nbytes / 2**20
