@@ -82,6 +82,7 @@ def test_recording_may_go_elsewhere(small: Path) -> None:
 WRONG_WHEN_BUILT = [
     ("agents.auv0.start.depth_m=30", "lies inside the seabed, which is at z = -12.00 m there"),
     ("agents.auv0.control=depht", "control mode 'depht' cannot be used here"),
+    ("agents.auv0={vehicle: remus100, command: [1, 2]}", "takes 3 numbers, [depth, heading, speed], not 2"),
     ("world.material=sandd", "(did you mean 'sand'?)"),
 ]
 

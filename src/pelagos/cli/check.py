@@ -18,7 +18,11 @@ from pelagos.config.scenario import Scenario
 
 def check_scenario(path: Path, changes: Sequence[str], *, resolved: bool) -> None:
     """Print a summary, or the scenario with every default written out."""
+    from pelagos.sim.control import first_mode
+    from pelagos.vehicles.vehicle import Vehicle
+
     scenario = load_scenario(path, changes=changes)
+    modes = {n: first_mode(scenario, n, Vehicle.from_config(a.vehicle)) for n, a in scenario.agents.items()}
     if resolved:
         out.print(to_yaml(scenario), end="", markup=False)
         return
@@ -26,7 +30,7 @@ def check_scenario(path: Path, changes: Sequence[str], *, resolved: bool) -> Non
     out.print(_summary(scenario))
     for name, agent in scenario.agents.items():
         out.print(f"\n[bold]{name}[/bold]")
-        out.print(_agent(agent))
+        out.print(_agent(agent, modes[name]))
         if agent.sensors:
             out.print(_sensors(agent, scenario.tick_rate_hz))
 
@@ -46,12 +50,13 @@ def _summary(scenario: Scenario) -> Table:
     return table
 
 
-def _agent(agent: Agent) -> Table:
+def _agent(agent: Agent, mode: str) -> Table:
     table = _grid()
     table.add_row("vehicle", agent.vehicle.type)
     table.add_row("start", _start(agent.start))
-    if agent.control is not None:
-        table.add_row("control", agent.control)
+    table.add_row("control", mode)
+    if agent.command is not None:
+        table.add_row("command", ", ".join(f"{c:g}" for c in agent.command))
     for number, leg in enumerate(agent.mission, 1):
         table.add_row("mission" if number == 1 else "", f"{number}. {describe(leg)}")
     return table

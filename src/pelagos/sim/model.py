@@ -22,6 +22,7 @@ from pelagos.sensors.schedule import period_ticks
 from pelagos.sensors.sensor import Sensor, SensorConfig, SensorContext
 from pelagos.sim.bodies import hull_rows
 from pelagos.sim.clock import Clock
+from pelagos.sim.control import first_mode
 from pelagos.sim.driver import Driver
 from pelagos.sim.guidance import Task, plan
 from pelagos.vehicles.vehicle import Vehicle
@@ -59,6 +60,7 @@ class AgentModel:
         name: as in the scenario.
         config: its configuration.
         vehicle: what moves.
+        mode: control mode at the start.
         driver: moves it through blocks of ticks.
         sensors: by name, in the scenario's order.
         tasks: its mission; empty without one.
@@ -67,6 +69,7 @@ class AgentModel:
     name: str
     config: Agent
     vehicle: Vehicle
+    mode: str
     driver: Driver
     sensors: Mapping[str, SensorModel]
     tasks: list[Task]
@@ -109,19 +112,25 @@ def compile_model(scenario: Scenario, *, n: int, seed: int, first_environment: i
         InputError: the scenario asks for something that cannot be.
     """
     clock = Clock(scenario.tick_rate_hz)
+    vehicles = {
+        name: Vehicle.from_config(config.vehicle) if like is None else like.agents[name].vehicle
+        for name, config in scenario.agents.items()
+    }
+    modes = {name: first_mode(scenario, name, vehicle) for name, vehicle in vehicles.items()}
     world = _world(scenario) if like is None else like.world
     scene = world.scene(n) if like is None else like.scene
     ocean = build_ocean(scenario.ocean, world, seed=seed, duration_s=scenario.duration_s)
     agents = {}
     crowded = len(scenario.agents) > 1
     for index, (name, config) in enumerate(scenario.agents.items()):
-        vehicle = Vehicle.from_config(config.vehicle) if like is None else like.agents[name].vehicle
+        vehicle = vehicles[name]
         own = hull_rows(index, n) if crowded else np.full(n, NO_BODY, dtype=np.uint32)
         context = _Context(seed=seed, clock=clock, scene=scene, world=world, ocean=ocean, own_body=own, agent=name)
         agents[name] = AgentModel(
             name=name,
             config=config,
             vehicle=vehicle,
+            mode=modes[name],
             driver=Driver(vehicle, n=n, dt_ns=clock.dt_ns) if like is None else like.agents[name].driver,
             sensors={s: context.build(s, c) for s, c in config.sensors.items()},
             tasks=plan(config.mission),

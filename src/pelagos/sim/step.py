@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pelagos import jit
-from pelagos.errors import ScenarioError, SimulationError
+from pelagos.errors import SimulationError
 from pelagos.math.frames import flip_yz_np
 from pelagos.sensors.sensor import Measurement, Reading
 from pelagos.sim.bodies import Bodies
@@ -24,7 +24,6 @@ from pelagos.sim.touch import Touch
 from pelagos.sim.trajectory import LaneSelector, Trajectory, channels
 from pelagos.vehicles.state import VehicleState
 
-GUIDANCE_MODE = "depth_heading_speed"
 GUIDANCE_RATE_HZ = 10.0
 GUIDING = ("altimeter", "gps")  # the sensors that guidance listens to
 MAX_BLOCK_S = 1.0
@@ -307,13 +306,7 @@ class Stepper:
 
     def _place(self, agent: AgentModel, start: StartState) -> None:
         vehicle = agent.vehicle.initial_state(start.position, start.attitude, start.velocity)
-        mode = agent.config.control or (GUIDANCE_MODE if agent.tasks else agent.vehicle.default_mode)
-        if mode not in agent.vehicle.modes or (agent.tasks and mode != GUIDANCE_MODE):
-            allowed = [GUIDANCE_MODE] if agent.tasks else agent.vehicle.modes
-            where = self._model.scenario.where("agents", agent.name, "control")
-            raise ScenarioError(
-                f"control mode {mode!r} cannot be used here; allowed: {', '.join(allowed)}", where=where
-            )
+        mode = agent.mode
         run = AgentRun(agent.driver.pack(vehicle), [], np.empty(0), mode, _row(vehicle))
         self._runs[agent.name] = run
         self.trajectories[agent.name] = self._standing(run)
