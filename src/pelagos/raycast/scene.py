@@ -8,6 +8,8 @@ stand `COPY_SPACING` apart.
 
 from __future__ import annotations
 
+import ctypes
+import sys
 from collections.abc import Callable, Sequence
 from typing import Any, Final
 
@@ -21,6 +23,7 @@ from pelagos.raycast.geometry import Geometry
 from pelagos.raycast.streamed import StreamedGround
 
 COPY_SPACING: Final = 500.0  # [m], between the bodies of two copies of a fleet
+_MANY_FACES = 1_000_000  # from here on a scene spares memory while it is loaded
 _LATTICE: Final = 16  # copies along one edge of the lattice: 4096 copies within 8 km
 
 
@@ -118,6 +121,8 @@ class Scene:
             patch = self._ground.patch
             part = Geometry(patch.vertices.astype(np.float64), patch.faces, 0, 0, 0, patch.normals)
             meshes = [*meshes, _mesh("ground", [part], np.zeros(3))]
+        if sum(m.face_count() for m in meshes) > _MANY_FACES:
+            _give_back()  # the tree over the triangles is about to need more than all that was built before
         shapes = {f"m{i}": m for i, m in enumerate(meshes)}
         self.static = jit.mi.load_dict({"type": "scene", **_watertight(), **shapes}, optimize=False)
         self._static_parameters = jit.mi.traverse(self.static) if self._ground is not None else None
@@ -304,6 +309,15 @@ class _Objects:
         self.instance += [instance] * len(materials)
         self.material += list(materials)
         return np.arange(start, len(self.label), dtype=np.uint32)
+
+
+def _give_back() -> None:
+    """Return memory that nothing uses any more to the system: Dr.Jit and the C library keep it for later."""
+    dr.sync_thread()
+    dr.flush_malloc_cache()
+    trim = getattr(ctypes.CDLL(None), "malloc_trim", None) if sys.platform == "linux" else None
+    if trim is not None:
+        trim(0)
 
 
 def _watertight() -> dict[str, bool]:
