@@ -45,9 +45,10 @@ check: venv llvm ## Everything that CI runs: format, lint, types, layers, schema
 bench: venv llvm ## Measure speed and refresh bench/RESULTS.md
 	$(BIN)/pelagos bench --write bench/RESULTS.md
 
-docs: venv ## Renew the files that are generated: the schema and the scenario reference
+docs: venv ## Renew the files that are generated: the schema, the scenario reference, the vehicles' pages
 	$(BIN)/pelagos schema --write schema/scenario.schema.json
 	$(BIN)/python scripts/reference.py
+	$(BIN)/python -m pelagos.vehicles.page docs/vehicles
 
 clean: ## Remove what was built (results stay)
 	rm -rf .venv .mypy_cache .ruff_cache .pytest_cache .import_linter_cache build dist
