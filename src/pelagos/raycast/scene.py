@@ -288,19 +288,21 @@ class _Objects:
         self.instance: list[int] = []
         self.material: list[int] = []
 
-    def rows(self, geometry: Geometry) -> NDArray[np.uint32]:
+    def rows(self, geometry: Geometry) -> NDArray[np.unsignedinteger]:
         """`(f,)` object row of each face."""
         start = len(self.label)
         if isinstance(geometry.material, int):
-            materials, inverse = np.array([geometry.material]), np.zeros(len(geometry.faces), dtype=np.uint32)
+            materials, inverse = np.array([geometry.material]), np.zeros(len(geometry.faces), dtype=np.uint8)
         else:
-            counts = np.bincount(geometry.face_materials)
+            counts = np.bincount(geometry.material)
             materials = np.flatnonzero(counts)
-            inverse = (np.cumsum(counts > 0) - 1).astype(np.uint32)[geometry.face_materials]
+            kind = np.min_scalar_type(len(materials))
+            inverse = (np.cumsum(counts > 0) - 1).astype(kind)[geometry.material]
         self.label += [geometry.label] * len(materials)
         self.instance += [geometry.instance] * len(materials)
         self.material += [int(m) for m in materials]
-        return inverse + np.uint32(start)
+        kind = np.min_scalar_type(len(self.label))  # there are as many rows as triangles: bytes where they suffice
+        return np.add(inverse, start, dtype=kind)
 
     def add(self, label: int, instance: int, materials: Sequence[int]) -> NDArray[np.uint32]:
         """`(len(materials),)` object row of one thing in each of its materials."""
@@ -339,7 +341,8 @@ def _single(place: NDArray[np.float64]) -> Array:
 
 def _own(kind: Any, values: NDArray[Any]) -> Array:
     """Flat values in memory of Dr.Jit's own, not in NumPy's: always aligned, which a recording relies on."""
-    borrowed = kind(np.ascontiguousarray(values).reshape(-1))
+    whole = values.astype(np.uint32, copy=False) if values.dtype.kind == "u" else values
+    borrowed = kind(np.ascontiguousarray(whole).reshape(-1))
     owned = borrowed + dr.opaque(kind, 0)  # a sum that is not known beforehand: anything simpler shares the memory
     dr.eval(owned)
     dr.sync_thread()

@@ -15,13 +15,15 @@ from numpy.typing import NDArray
 from pelagos.raycast.geometry import Geometry
 from pelagos.world.terrain import HeightField
 
+_MANY: Final = 1_000_000
+_NEAR_M: Final = 2048.0
 _MARGIN: Final = 0.04  # share of an edge, next to a node, where no cut is made: slivers are of no use
 
 
 def patchwork(
     terrain: HeightField,
     fields: NDArray[np.float32],
-    rows: NDArray[np.uint32],
+    rows: NDArray[np.unsignedinteger],
     *,
     label: int,
     instance: int,
@@ -50,7 +52,7 @@ def patchwork(
     del corner, mixed  # what is not needed any more goes before the large arrays are copied
     faces = np.concatenate([faces[whole], parts])
     return Geometry(
-        np.concatenate([vertices, new_vertices]),
+        np.concatenate([vertices, new_vertices], dtype=_precision(vertices)),
         faces,
         kinds,
         label,
@@ -58,6 +60,12 @@ def patchwork(
         np.concatenate([normals, new_normals.astype(np.float32)]),
         name,
     )
+
+
+def _precision(vertices: NDArray[np.float64]) -> type[np.floating]:
+    """Large grounds are kept in single precision where that is within 0.06 mm, which is what rays have anyway."""
+    small = len(vertices) < _MANY or float(np.abs(vertices).max()) > _NEAR_M
+    return np.float64 if small else np.float32
 
 
 class _Cut:

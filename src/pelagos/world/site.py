@@ -71,7 +71,8 @@ class Site:
         name: str = "seabed",
     ) -> None:
         """Lay the ground in several materials: the one whose field `(m, nx, ny)` is the highest; see `patchwork`."""
-        rows = np.array([self.row(m) for m in materials], dtype=np.uint32)
+        found = [self.row(m) for m in materials]
+        rows = np.array(found, dtype=np.min_scalar_type(max(found)))  # there are as many of them as triangles
         number = label_number(label, self.user_labels)
         self.geometries.append(patchwork(terrain, fields, rows, label=number, instance=self.new_instance(), name=name))
         self.terrain = terrain
