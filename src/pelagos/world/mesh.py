@@ -165,17 +165,44 @@ def smooth(mesh: Mesh, crease_deg: float) -> tuple[NDArray[np.float64], NDArray[
     weighted = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])  # (f, 3), twice the area
     unit = weighted / np.maximum(np.linalg.norm(weighted, axis=1, keepdims=True), 1e-30)
     vertex = merged.faces.reshape(-1).astype(np.int64)  # (3 f,) corner -> vertex
-    order = np.argsort(vertex, kind="stable")
-    first = np.searchsorted(vertex[order], np.arange(len(merged.vertices) + 1))
-    valence = np.diff(first)
-    normal = np.zeros((len(vertex), 3))
-    limit = np.cos(np.radians(crease_deg))
+    count = len(merged.vertices)
+    mean: NDArray[np.float64] = np.stack(
+        [np.bincount(vertex, np.repeat(axis, 3), minlength=count) for axis in weighted.T], axis=-1
+    )
+    mean /= np.maximum(np.linalg.norm(mean, axis=1, keepdims=True), 1e-30)
+    # within half the crease of the mean, faces are within the crease of one another: most vertices of a fine mesh
+    turned = np.einsum("fkj,fj->fk", mean[merged.faces], unit).reshape(-1) < np.cos(np.radians(crease_deg / 2))
+    creased = np.bincount(vertex, turned, minlength=count) > 0
+    rough = np.flatnonzero(creased[vertex])
+    normal = _creased(vertex, rough, weighted, unit, np.cos(np.radians(crease_deg)))
+    x, y, z = np.round(normal * 500 + 512).astype(np.int64).T
+    keys, keep, place = np.unique(vertex[rough] << 30 | x << 20 | y << 10 | z, return_index=True, return_inverse=True)
+    many = np.where(creased, np.bincount(keys >> 30, minlength=count), 1)  # corners that each vertex becomes
+    start = np.cumsum(many) - many
+    rank = np.arange(len(keys)) - (np.cumsum(np.bincount(keys >> 30, minlength=count)) - many * creased)[keys >> 30]
+    at = start[vertex]
+    at[rough] += rank[place.reshape(-1)]
+    normals = np.repeat(mean, many, axis=0)
+    normals[start[keys >> 30] + rank] = normal[keep]
+    return np.repeat(merged.vertices, many, axis=0), at.reshape(-1, 3).astype(np.uint32), normals.astype(np.float32)
+
+
+def _creased(
+    vertex: NDArray[np.int64],
+    rough: NDArray[np.int64],
+    weighted: NDArray[np.float64],
+    unit: NDArray[np.float64],
+    limit: float,
+) -> NDArray[np.float64]:
+    """Normals at corners `rough`, each the mean over the faces at its vertex that agree with its own."""
+    corners = rough[np.argsort(vertex[rough], kind="stable")]  # all corners of a vertex are among them
+    first = np.searchsorted(vertex[corners], vertex[rough])
+    valence = np.searchsorted(vertex[corners], vertex[rough], side="right") - first
+    own, normal = unit[rough // 3], np.zeros((len(rough), 3))
     for k in range(int(valence.max(initial=0))):
-        has = valence[vertex] > k
-        other = order[np.where(has, first[vertex] + k, 0)] // 3
-        near = has & (np.einsum("ij,ij->i", unit[other], np.repeat(unit, 3, axis=0)) >= limit)
+        has = valence > k
+        other = corners[np.where(has, first + k, 0)] // 3
+        near = has & (np.einsum("ij,ij->i", unit[other], own) >= limit)
         normal += np.where(near[:, None], weighted[other], 0.0)
     normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-30)
-    x, y, z = np.round(normal * 500 + 512).astype(np.int64).T
-    _, keep, inverse = np.unique(vertex << 30 | x << 20 | y << 10 | z, return_index=True, return_inverse=True)
-    return merged.vertices[vertex[keep]], inverse.reshape(-1, 3).astype(np.uint32), normal[keep].astype(np.float32)
+    return normal
