@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from pelagos.messages.sonar_image import PROJECTED_IMAGE
-from pelagos.report import charts, pictures, sonar, soundings, survey, theme, track
+from pelagos.report import charts, pictures, sonar, soundings, survey, theme, track, water
 from pelagos.report.mission import Mission, missions
 from pelagos.report.navigation import dead_reckoning
 from pelagos.report.page import Section, Tile, image, page, photographs
@@ -20,6 +20,7 @@ from pelagos.report.tables import parts_table, run_table, sensors_table
 from pelagos.sim.replay import Recording
 
 if TYPE_CHECKING:
+    from pelagos.ocean.ocean import Ocean
     from pelagos.sim.run import RunResult
     from pelagos.sim.simulation import Simulation
 
@@ -30,10 +31,12 @@ def write_report(folder: Path, recording: Path, sim: Simulation, result: RunResu
     Raises:
         RecordingError: the recording cannot be read.
     """
-    return render_report(folder, recording, sim.world, run_statistics(sim, result))
+    return render_report(folder, recording, sim.world, run_statistics(sim, result), ocean=sim.model.ocean)
 
 
-def render_report(folder: Path, recording: Path, world: Any, run: Mapping[str, Any]) -> Path:
+def render_report(
+    folder: Path, recording: Path, world: Any, run: Mapping[str, Any], *, ocean: Ocean | None = None
+) -> Path:
     """Write `report.html` and `stats.json` from a recording, the world it was made in, and the run's statistics.
 
     Args:
@@ -41,6 +44,7 @@ def render_report(folder: Path, recording: Path, world: Any, run: Mapping[str, A
         recording: the MCAP file.
         world: with `height(x, y)`, `cast`, `bounds`, `name`, `notes` (see `World`).
         run: see `run_statistics`; may be empty.
+        ocean: that of the run, for pictures of its water; none without it.
 
     Returns:
         The page.
@@ -51,7 +55,7 @@ def render_report(folder: Path, recording: Path, world: Any, run: Mapping[str, A
     found = Recording(recording)
     agents = missions(found)
     numbers: dict[str, Any] = {**run, **recording_statistics(found, agents)}
-    sections = [s for mission in agents for s in _sections(mission, world, numbers)]
+    sections = [s for mission in agents for s in _sections(mission, world, ocean, numbers)]
     sections += [parts_table(numbers), run_table(numbers, found)]
     first = agents[0] if agents else None
     scenario = first.scenario if first is not None else {}
@@ -68,7 +72,7 @@ def render_report(folder: Path, recording: Path, world: Any, run: Mapping[str, A
     return _replace(folder / "report.html", text)
 
 
-def _sections(mission: Mission, world: Any, numbers: dict[str, Any]) -> list[Section]:
+def _sections(mission: Mission, world: Any, ocean: Ocean | None, numbers: dict[str, Any]) -> list[Section]:
     """What there is to show of one agent."""
     if len(mission.motion.t) < 2:
         return [sensors_table(mission, numbers)]
@@ -81,6 +85,7 @@ def _sections(mission: Mission, world: Any, numbers: dict[str, Any]) -> list[Sec
     drawn, caption = track.track_map(mission, world, reckoned)
     sections = [Section(f"Track of {mission.name}", caption, _figure(drawn, "true and dead-reckoned track"))]
     sections += _survey(mission, world, numbers)
+    sections += _water(mission, world, ocean, numbers)
     sections += [
         _sonar(mission, c.topic, c.about["sensor"]) for c in mission.channels("imaging_sonar", PROJECTED_IMAGE)
     ]
@@ -106,6 +111,22 @@ def _survey(mission: Mission, world: Any, numbers: dict[str, Any]) -> list[Secti
     }
     drawn, caption = survey.survey_maps(sounded, cells, found, world, mission)
     return [Section("Multibeam map", caption, _figure(drawn, "map of the soundings beside the true terrain"))]
+
+
+def _water(mission: Mission, world: Any, ocean: Ocean | None, numbers: dict[str, Any]) -> list[Section]:
+    """Current and water masses, where the scenario has them."""
+    if ocean is None:
+        return []
+    sections = []
+    current = water.current_figure(mission, world, ocean)
+    if current is not None:
+        sections.append(Section("Current", current[1], _figure(current[0], "map and section of the current")))
+    masses = water.water_figure(mission, world, ocean, mission.scenario)
+    if masses is not None:
+        sections.append(Section("Water along the track", masses[1], _figure(masses[0], "sections of the water")))
+    if sections:
+        numbers.setdefault("water", {})[mission.name] = water.water_statistics(mission, ocean)
+    return sections
 
 
 def _sonar(mission: Mission, topic: str, sensor: str) -> Section:

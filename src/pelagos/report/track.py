@@ -19,7 +19,7 @@ def track_map(mission: Mission, world: Any, reckoned: DeadReckoning | None) -> t
     """True and dead-reckoned track on the ground, with profile and error beside; the figure and its caption."""
     motion = mission.motion
     points = [motion.position[:, :2]] + ([reckoned.motion.position[:, :2]] if reckoned is not None else [])
-    low, high = _around(np.concatenate(points), np.asarray(world.bounds)[:, :2], margin=0.12)
+    low, high = around(np.concatenate(points), np.asarray(world.bounds)[:, :2], margin=0.12)
     ground = relief(world, low, high)
     with theme.style():
         drawn, axes, profile, error = _sheet(float((high - low)[1] / (high - low)[0]))
@@ -122,7 +122,7 @@ def _draw_tracks(axes: Axes, mission: Mission, reckoned: DeadReckoning | None) -
         )  # fmt: skip
 
 
-def _around(
+def around(
     points: NDArray[np.float64], bounds: NDArray[np.float64], *, margin: float
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Corners of a rectangle about points, not narrower than half of its length, cut at the world's edge."""
