@@ -10,6 +10,7 @@ from pydantic import ValidationError
 from sonar_scenes import DT_NS, PLAIN, at, box, context, plane, still_water
 
 from pelagos import jit
+from pelagos.acoustics.beam_pattern import line_length
 from pelagos.acoustics.doppler import janus_beams, velocity_from_beams
 from pelagos.math.so3 import from_euler
 from pelagos.sensors.altimeter import Altimeter, AltimeterConfig
@@ -149,6 +150,12 @@ class TestDvl:
             DvlConfig(beam_azimuth_deg=(0.0, 0.0, 90.0, 180.0))
 
 
+def track(count: int):
+    """Pings along a line, each over another piece of the bottom: a sonar at rest hears the same speckle again."""
+    x = np.linspace(-60.0, 60.0, count)
+    return lanes(range(count), dt_ns=DT_NS, position=np.stack([x, 0 * x, 0 * x - 10.0], axis=1))
+
+
 class TestMultibeam:
     def sonar(self, geometries, **options):
         return Multibeam(MultibeamConfig(**({"beams": 128} | options)), context(geometries, materials=SAND))
@@ -178,12 +185,12 @@ class TestMultibeam:
 
     def test_errors_do_not_depend_on_the_ray_count_in_the_mean(self):
         few, many = (self.sonar([plane(-30.0)], rays_along=k) for k in (3, 9))
-        a, b = (s.sense(lanes(range(64), dt_ns=DT_NS, position=(0, 0, -10))).data for s in (few, many))
+        a, b = (s.sense(track(64)).data for s in (few, many))
         assert np.abs((a - b).mean(axis=0)).max() < 0.03
 
     def test_backscatter_is_the_bottoms(self):
         s = self.sonar([plane(-30.0)])
-        mean = np.nanmean(s.sense(lanes(range(400), dt_ns=DT_NS, position=(0, 0, -10))).extras["backscatter"], axis=0)
+        mean = np.nanmean(s.sense(track(400)).extras["backscatter"], axis=0)
         from pelagos.sensors.scattering import scattering_table
 
         table = 10 * np.log10(scattering_table(SAND, s.config.frequency_hz, wind_speed=5.0)[0])
@@ -191,6 +198,58 @@ class TestMultibeam:
         expected = np.interp(grazing, np.linspace(0, 90, 181), table)
         outer = np.abs(s.config.angles) > math.radians(20)
         assert mean[outer] == pytest.approx(expected[outer], abs=3.5)  # texture of the bottom: 1.5 dB rms
+
+    def test_nadir_is_found_by_amplitude_and_oblique_beams_by_phase(self):
+        """Lurton 2010, Section 8.3: amplitude near nadir, phase beyond the first ten or twenty degrees."""
+        s = self.sonar([plane(-30.0)])
+        kind = s.sense(track(100)).extras["detection"]
+        by_phase = (kind == 2).mean(axis=0)
+        angle = np.abs(s.config.angles)
+        assert (by_phase[angle < math.radians(4)] < 0.05).all()
+        assert (by_phase[angle > math.radians(25)] > 0.95).all()
+        assert (kind > 0).all()
+
+    def test_bias_and_spread_over_a_flat_bottom(self):
+        """The bias is that of a line through a curved ramp; the spread is what the sounder itself estimates.
+
+        Range h/cos a over the phase pi L (sin a - sin a0) departs from its tangent by
+        c = h u^2 (1 + 3 tan^2 a)/(2 cos^3 a) where the phase is 1.2, at u = 1.2/(pi L); a line fitted over both sides
+        crosses zero c/3 later. The footprint's ends along the track lie up to r (w/2)^2/2 farther than its middle, w
+        being the beam width.
+        """
+        s = self.sonar([plane(-30.0)], beams=61)
+        reading = s.sense(track(300))
+        error = reading.data - reading.truth
+        angle, length = np.abs(s.config.angles), line_length(math.radians(1.0))
+        u = 1.2 / (math.pi * length)
+        bend = 20.0 * u**2 * (1 + 3 * np.tan(angle) ** 2) / (2 * np.cos(angle) ** 3) / 3
+        bias, ends = np.median(error, axis=0), 0.5 * reading.truth[0] * math.radians(0.5) ** 2
+        noise = 4 * error.std(axis=0) / math.sqrt(300)
+        assert (np.abs(bias) < 1.4 * bend + ends + noise + 0.019 / 10).all()  # a tenth of the resolution
+        assert (bias > 0.8 * bend - noise)[angle > 0.3].all()
+        kind, told = reading.extras["detection"], reading.extras["uncertainty"]
+        for beam in (30, 45, 54):  # nadir, 30 and 48 deg
+            way = 1 if beam == 30 else 2
+            same = kind[:, beam] == way
+            assert 0.25 < error[same, beam].std() / np.median(told[same, beam]) < 1.6
+        assert error[:, 45].std() < 0.002  # a tenth of the pulse's resolution, a 1/300 of the beam's footprint
+
+    def test_amplitude_detection_of_oblique_beams_errs_as_published(self):
+        """Centre of gravity of N independent samples: w/sqrt(N) of `amplitude_error`; speckle's weights make it
+        somewhat less sure, by at most sqrt(2)."""
+        s = self.sonar([plane(-30.0)], beams=61)
+        told = {name: values.reshape(200, 61) for name, values, _ in s.explain(track(200)) if values.size == 200 * 61}
+        exact = 20.0 / math.cos(s.config.angles[45])
+        found, expected = told["range by amplitude"][:, 45], told["estimated error by amplitude"][:, 45]
+        assert 0.7 < (found - exact).std() / np.median(expected) < 1.5
+        assert (told["range by phase"][:, 45] - exact).std() < 0.2 * (found - exact).std()
+
+    def test_fewer_samples_than_the_echo_holds_are_a_longer_pulse(self):
+        coarse, fine = (self.sonar([plane(-30.0)], beams=61, samples=k) for k in (24, 96))
+        a, b = (s.sense(track(200)) for s in (coarse, fine))
+        spread = lambda r: (r.data - r.truth)[:, 54].std()
+        assert spread(a) > 1.5 * spread(b)
+        assert abs((a.data - a.truth)[:, 54].mean()) < 0.02
 
     def test_nothing_in_range_is_nan(self):
         reading = self.sonar([plane(-500.0)]).sense(at(0, 0, -10))

@@ -13,21 +13,20 @@ from pydantic import Field, field_validator, model_validator
 
 from pelagos import jit
 from pelagos.acoustics.beam_pattern import line_length, line_np
-from pelagos.acoustics.bottom_detection import amplitude_error, phase_error
+from pelagos.acoustics.bottom_detection import NOT_FOUND, Series, find_bottom
 from pelagos.acoustics.noise import ambient_level, band_level, directivity_index
 from pelagos.acoustics.pulse import processing_gain_db
-from pelagos.acoustics.spreading import from_db, patch_intensity, time_varied_gain, to_db
+from pelagos.acoustics.spreading import from_db, to_db
 from pelagos.jit import Array
 from pelagos.raycast.scene import Tables
-from pelagos.sensors.echo import Fan, Lanes, Trace, View, look, patches_of
-from pelagos.sensors.noise import normals32
+from pelagos.sensors.beam_series import Beams, Window, beam_series
+from pelagos.sensors.echo import Fan, Lanes, Trace, look
 from pelagos.sensors.scattering import Surfaces
 from pelagos.sensors.sensor import Kinematics, Measurement, SensorConfig, SensorContext
 from pelagos.sensors.sonar_catalogue import with_device
 from pelagos.sensors.sounder import Sounder
 
 _ACROSS: Final = np.array([-0.8, -0.4, 0.0, 0.4, 0.8])  # places of the rays in a beam [half-power widths]
-_GATE: Final = 0.06  # detection window about the strongest echo [of the range]
 
 
 class MultibeamConfig(SensorConfig):
@@ -70,6 +69,11 @@ class MultibeamConfig(SensorConfig):
     """Wind for ambient noise and the sea surface [m/s]."""
     ph: float = Field(default=8.1, gt=7, lt=9)
     """Acidity of the water, for absorption."""
+    samples: int = Field(default=64, ge=16, le=1024)
+    """Samples of a beam's echo, half a range resolution apart; where the echo is longer than they are, they lie farther
+    apart and the pulse is as much longer, as sounders choose it in deep water."""
+    roughness_seed: int = Field(default=0, ge=0, lt=2**32)
+    """Which realisation of the roughness of all surfaces the sonar sees."""
     rays_along: int = Field(default=3, ge=1, le=31)
     """Rays of a beam along the track; across it they are five."""
 
@@ -119,7 +123,7 @@ def fan_rays(config: MultibeamConfig) -> dict[str, NDArray[Any]]:
     angle = axis + across * width
     tilt = along * math.radians(config.beamwidth_along_deg)
     ca, sa, ct, st = np.cos(angle), np.sin(angle), np.cos(tilt), np.sin(tilt)
-    receive = line_np(across * math.radians(config.beamwidth_across_deg), _length(config.beamwidth_across_deg)) ** 2
+    receive = across_pattern(config, across)
     transmit = line_np(st, _length(config.beamwidth_along_deg)) ** 2
     step_along = math.radians(config.beamwidth_along_deg) * (places[1] - places[0] if len(places) > 1 else 1.0)
     step = 0.4 * width
@@ -134,34 +138,28 @@ def fan_rays(config: MultibeamConfig) -> dict[str, NDArray[Any]]:
     }
 
 
+def across_pattern(config: MultibeamConfig, across: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Receive power pattern at a place in a beam [half-power widths]."""
+    return line_np(across * math.radians(config.beamwidth_across_deg), _length(config.beamwidth_across_deg)) ** 2
+
+
+def receiver(config: MultibeamConfig) -> Beams:
+    """What a beam's series needs to know; the lattice of roughness is half an aperture wide."""
+    length = _length(config.beamwidth_across_deg)
+    return Beams(
+        count=config.beams,
+        samples=config.samples,
+        finest=0.5 / config.bandwidth_hz,
+        length=length,
+        receive=tuple(np.repeat(across_pattern(config, _ACROSS), config.rays_along).tolist()),
+        facet=0.5 * length * 1500.0 / config.frequency_hz,
+        longest=0.2 * config.range_max_m,
+        seed=config.roughness_seed,
+    )
+
+
 def _length(width_deg: float) -> float:
     return line_length(math.radians(width_deg))
-
-
-@jit.struct
-class Echo:
-    """What each beam received, one lane a beam: a Dr.Jit struct.
-
-    Attributes:
-        found: `Bool`.
-        centre: `Float`, range of the echo's centre of gravity [m].
-        crossing: `Float`, range at which the echo's direction crosses the beam's axis [m].
-        spread: `Float`, its rms extent in range [m].
-        energy: `Float`, intensity re the source level at 1 m.
-        section: `Float`, mean cross section per unit area of what was hit [1].
-        axis: `Float`, range along the beam's axis [m], infinite without a hit.
-        label, instance: `UInt32`, on the axis.
-    """
-
-    found: Array
-    centre: Array
-    crossing: Array
-    spread: Array
-    energy: Array
-    section: Array
-    axis: Array
-    label: Array
-    instance: Array
 
 
 class Multibeam:
@@ -170,7 +168,10 @@ class Multibeam:
     data: `(m, beams)` float32, detected slant ranges [m]; NaN where no bottom was found.
     truth: `(m, beams)` float32, ranges along the beam axes [m]; NaN where nothing is in range.
     extras: `soundings` `(m, beams, 3)` in the sensor frame [m]; `backscatter` `(m, beams)`, of the bottom [dB];
-        `quality` `(m, beams)`, 0 (none) to 1; `snr` `(m, beams)` [dB]; `label` and `instance` `(m, beams)` on the axis.
+        `detection` `(m, beams)` uint8: 0 none, 1 by amplitude, 2 by phase; `uncertainty` `(m, beams)`, standard
+        deviation of the range as the sounder estimates it from the echo [m]; `quality` `(m, beams)`, 0 (none) to 1,
+        half at an uncertainty of 0.2 % of the range and 1 mm; `snr` `(m, beams)` of the echo's samples [dB]; `label`
+        and `instance` `(m, beams)` on the axis.
     tables: `angle` `(beams,)` [rad] from straight down, positive to port; `direction` `(beams, 3)`.
     """
 
@@ -178,6 +179,7 @@ class Multibeam:
     Config: ClassVar[type[SensorConfig]] = MultibeamConfig
     SOURCES: ClassVar[tuple[str, ...]] = (
         "X. Lurton, An Introduction to Underwater Acoustics, 2nd ed. (2010), Sections 8.2 and 8.3: bottom detection",
+        "C. de Moustier, Int. Hydrogr. Rev. 65(2), 25 (1988): weighted mean time, zero crossing of the phase",
         "APL-UW TR 9407 (1994), Section IV: bottom backscatter",
         "R. E. Francois and G. R. Garrison, J. Acoust. Soc. Am. 72, 1879 (1982), doi 10.1121/1.388673: absorption",
     )
@@ -195,18 +197,20 @@ class Multibeam:
 
     def sense(self, motion: Kinematics) -> Measurement:
         """Ping on every lane."""
-        distance, truth, backscatter, quality, snr, label, instance = self._ping(*self._arguments(motion))
         shape = (dr.width(motion.position), self.config.beams)
-        data = np.array(distance).reshape(shape)
+        found = [np.array(values).reshape(shape) for values in self._ping(*self._arguments(motion))]
+        data, truth, backscatter, error, snr, kind, label, instance = found
         extras = {
             "soundings": data[..., None] * self.tables["direction"],
-            "backscatter": np.array(backscatter).reshape(shape),
-            "quality": np.array(quality).reshape(shape),
-            "snr": np.array(snr).reshape(shape),
-            "label": np.array(label).reshape(shape),
-            "instance": np.array(instance).reshape(shape),
+            "backscatter": backscatter,
+            "uncertainty": error,
+            "quality": quality(data, error),
+            "detection": kind.astype(np.uint8),
+            "snr": snr,
+            "label": label,
+            "instance": instance,
         }
-        return Measurement(data, np.array(truth).reshape(shape), None, extras, self.tables)
+        return Measurement(data, truth, None, extras, self.tables)
 
     def explain(self, motion: Kinematics) -> list[tuple[str, NDArray[Any], str]]:
         """One ping, not frozen, with its intermediate arrays: (name, values, unit)."""
@@ -216,109 +220,62 @@ class Multibeam:
         return (*self._sounder.arguments(motion), self._noise)
 
     def _make(self, static: Any, moving: Any, trace: Trace = None) -> Callable[..., Any]:
-        config = self.config
+        config, beams = self.config, receiver(self.config)
 
         def ping(
             tables: Tables, lanes: Lanes, fan: Fan, surfaces: Surfaces, key: Any, noise: Array
         ) -> tuple[Array, ...]:
             view = look(static, moving, tables, fan, lanes, surfaces, max_range=1.1 * config.range_max_m)
-            echo = beam_echoes(config, view, fan, lanes, surfaces, trace)
-            return detect(config, echo, lanes, noise, key, trace)
+            window, series = beam_series(beams, view, fan, lanes, surfaces, noise, key, trace)
+            return detect(config, window, series, lanes, noise, trace)
 
         return ping
 
 
-def beam_echoes(
-    config: MultibeamConfig, view: View, fan: Fan, lanes: Lanes, surfaces: Surfaces, trace: Trace = None
-) -> Echo:
-    """Centre, extent and energy of the strongest echo in each beam."""
-    rays = config.rays_per_beam
-    patches = patches_of(view, fan, lanes, surfaces, longest=0.2 * config.range_max_m, trace=trace)
-    dr.eval(patches, view)  # one cast: block reductions and gathers would each begin with their own
-    loss = dr.gather(jit.Float, lanes.medium.absorption, view.lane)
-    t, energy = patches.distance, patches.energy
-    level = energy * time_varied_gain(t, loss, spreading=20.0)  # so that near things do not win by nearness alone
-    level = dr.select(patches.valid, level, 0.0)
-    strip = (patches.far - patches.near) ** 2 / 12.0
-    density = energy / (dr.gather(jit.Float, fan.weight, view.ray) * patch_intensity(t, loss)) * view.sine
-    dr.eval(t, energy, level, strip, density, view.hits)
-    first = dr.arange(jit.UInt32, dr.width(lanes.position) * config.beams) * rays
-    strongest, where = jit.Float(0), jit.Float(0)
-    for k in range(rays):
-        loud = dr.gather(jit.Float, level, first + k)
-        where = dr.select(loud > strongest, dr.gather(jit.Float, t, first + k), where)
-        strongest = dr.maximum(strongest, loud)
-    total, mean, square, section = jit.Float(0), jit.Float(0), jit.Float(0), jit.Float(0)
-    lean, lean2, both = jit.Float(0), jit.Float(0), jit.Float(0)
-    for k in range(rays):
-        distance = dr.gather(jit.Float, t, first + k)
-        offset = distance - where
-        heard = (dr.gather(jit.Float, level, first + k) > 0.0) & (dr.abs(offset) <= _GATE * distance + 0.2)
-        weight = dr.select(heard, dr.gather(jit.Float, energy, first + k), 0.0)
-        place = float(_ACROSS[k // config.rays_along])
-        total += weight
-        mean += weight * offset
-        square += weight * (offset * offset + dr.gather(jit.Float, strip, first + k))
-        lean += weight * place
-        lean2 += weight * (place * place)
-        both += weight * place * offset
-        section += weight * dr.gather(jit.Float, density, first + k)
-    scale = 1.0 / dr.maximum(total, 1e-37)
-    mean, square, lean = mean * scale, square * scale, lean * scale
-    lean2 = lean2 * scale - lean * lean
-    slope = dr.select(lean2 > 1e-3, (both * scale - mean * lean) / dr.maximum(lean2, 1e-3), 0.0)
-    middle = first + rays // 2
-    valid = dr.gather(jit.Bool, view.hits.valid, middle)
-    return Echo(
-        found=total > 1e-36,
-        centre=where + mean,
-        crossing=where + mean - slope * lean,
-        spread=dr.sqrt(dr.maximum(square - mean * mean, 0.0)),
-        energy=total,
-        section=section * scale,
-        axis=dr.select(valid, dr.gather(jit.Float, view.hits.t, middle), dr.inf),
-        label=dr.gather(jit.UInt32, view.hits.label, middle),
-        instance=dr.gather(jit.UInt32, view.hits.instance, middle),
-    )
-
-
 def detect(
-    config: MultibeamConfig, echo: Echo, lanes: Lanes, noise: Array, key: Any, trace: Trace = None
+    config: MultibeamConfig, window: Window, series: Series, lanes: Lanes, noise: Array, trace: Trace = None
 ) -> tuple[Array, ...]:
-    """Range, true range, backscatter, quality, signal-to-noise ratio, label and instance of each beam."""
-    index = dr.arange(jit.UInt32, dr.width(echo.centre))
-    lane, beam = index // config.beams, index % config.beams
+    """Range, true range, backscatter, error, signal-to-noise ratio, kind of detection, label, instance of each beam."""
+    found = find_bottom(series, config.samples, noise=noise)
+    lane = dr.arange(jit.UInt32, dr.width(window.where)) // config.beams
     speed = dr.gather(jit.Float, lanes.medium.sound_speed, lane)
-    resolution = speed / (2.0 * config.bandwidth_hz)
-    snr = echo.energy / noise
-    amplitude = amplitude_error(echo.spread, resolution, snr)
-    baseline = 0.5 * _length(config.beamwidth_across_deg) * math.radians(config.beamwidth_across_deg)
-    phase = phase_error(echo.centre, echo.spread, resolution, snr, baseline=baseline)
-    error = dr.minimum(amplitude, phase)
-    n1, n2 = normals32(
-        key, beam, dr.gather(jit.UInt32, lanes.environment, lane), dr.gather(jit.UInt32, lanes.tick, lane)
-    )
-    measured = dr.select(phase < amplitude, echo.crossing, echo.centre) + error * n1
-    if config.sound_speed_mps is not None:
-        measured *= config.sound_speed_mps / speed
-    snr_db = to_db(dr.maximum(snr, 1e-12))
-    found = echo.found & (snr_db > config.detection_snr_db)
-    found &= (measured >= config.range_min_m) & (measured <= config.range_max_m)
-    looks = 1.0 + 2.0 * math.sqrt(3.0) * echo.spread / resolution
-    strength = to_db(dr.maximum(echo.section, 1e-12)) + 4.34 * n2 / dr.sqrt(looks)
-    quality = dr.select(found, 1.0 / (1.0 + (error / (0.002 * echo.centre + 1e-3)) ** 2), 0.0)
-    true = dr.select(echo.axis <= config.range_max_m, echo.axis, dr.nan)
+    scale = 1.0 if config.sound_speed_mps is None else config.sound_speed_mps / speed
+    measured, error = found.distance * scale, found.error * scale
+    snr_db = to_db(dr.maximum(found.level / noise, 1e-12))
+    heard = window.found & (found.kind != NOT_FOUND) & (snr_db > config.detection_snr_db)
+    heard &= (measured >= config.range_min_m) & (measured <= config.range_max_m)
+    echoes = dr.maximum(found.power - config.samples * noise, 0.1 * noise)
+    strength = to_db(dr.maximum(window.section * echoes / dr.maximum(window.power, 1e-37), 1e-12))
+    true = dr.select(window.axis <= config.range_max_m, window.axis, dr.nan)
     if trace is not None:
         for name, value, unit in (
-            ("range spread in a beam", echo.spread, "m"),
+            ("spacing of a beam's samples", series.spacing, "m"),
+            ("intensity of a beam's samples", dr.norm(dr.unravel(jit.Array4f, series.halves)), "1"),
             ("signal-to-noise ratio", snr_db, "dB"),
-            ("error of amplitude detection", amplitude, "m"),
-            ("error of phase detection", phase, "m"),
+            ("range by amplitude", found.by_amplitude, "m"),
+            ("range by phase", found.by_phase, "m"),
+            ("estimated error by amplitude", found.amplitude_error, "m"),
+            ("estimated error by phase", found.phase_error, "m"),
             ("detected range", measured, "m"),
         ):
             trace(name, value, unit)
-    data = dr.select(found, measured, dr.nan)
-    return data, true, dr.select(found, strength, dr.nan), quality, snr_db, echo.label, echo.instance
+    return (
+        dr.select(heard, measured, dr.nan),
+        true,
+        dr.select(heard, strength, dr.nan),
+        dr.select(heard, error, dr.nan),
+        snr_db,
+        dr.select(heard, found.kind, NOT_FOUND),
+        window.label,
+        window.instance,
+    )
+
+
+def quality(distance: NDArray[np.float32], error: NDArray[np.float32]) -> NDArray[np.float32]:
+    """1/(1 + (error/(0.002 distance + 1 mm))^2), 0 where there is no sounding; all arrays of one shape, [m]."""
+    with np.errstate(invalid="ignore"):
+        good = 1.0 / (1.0 + (error / (0.002 * distance + 1e-3)) ** 2)
+    return np.where(np.isfinite(distance), good, np.float32(0)).astype(np.float32)
 
 
 def _noise_power(config: MultibeamConfig) -> float:
