@@ -132,12 +132,13 @@ def world(
         ),
     ] = None,
     samples: Annotated[int, typer.Option(min=1, max=1024, help="Rays for each pixel of the views.")] = 24,
+    at: Annotated[float, typer.Option(metavar="S", help="Simulated time at which movers are shown.")] = 0.0,
     change: Changes = None,
 ) -> None:
     """Build the world of a scenario: statistics, pictures, files for other programs."""
     from pelagos.cli.world import show_world
 
-    show_world(scenario, change or [], out or [], samples=samples)
+    show_world(scenario, change or [], out or [], samples=samples, at_s=at)
 
 
 @app.command("list", epilog="Example:\n\n    pelagos list sensors")

@@ -27,8 +27,8 @@ SUFFIXES: Final = (".png", ".html", ".glb", ".npz", ".json")
 """What `--out` may end in; without a suffix it is a folder."""
 
 
-def show_world(path: Path, changes: Sequence[str], outs: Sequence[Path], *, samples: int) -> None:
-    """Build the world, print its statistics, and write what was asked for.
+def show_world(path: Path, changes: Sequence[str], outs: Sequence[Path], *, samples: int, at_s: float = 0.0) -> None:
+    """Build the world, print its statistics, and write what was asked for, movers where they are at `at_s` [s].
 
     Raises:
         InputError: an output of an unknown kind, or in a folder that does not exist.
@@ -37,7 +37,8 @@ def show_world(path: Path, changes: Sequence[str], outs: Sequence[Path], *, samp
     _check(outs)
     scenario = load_scenario(path, changes=changes)
     pictures = any(o.suffix.lower() in (".png", ".html") for o in outs)
-    with Stages(1 + len(outs) + (4 if pictures else 0)) as stage, tempfile.TemporaryDirectory() as folder:
+    steps = 1 + len(outs) + (4 + bool(scenario.world.movers) if pictures else 0)
+    with Stages(steps) as stage, tempfile.TemporaryDirectory() as folder:
         stage("building the world")
         started = time.perf_counter()
         world = _built(scenario)
@@ -45,10 +46,11 @@ def show_world(path: Path, changes: Sequence[str], outs: Sequence[Path], *, samp
         from pelagos.world.preview import statistics
 
         stats = statistics(world) | {"generation_s": seconds, "peak_memory_mb": peak_memory_mb() or 0.0}
-        drawn = _pictures(world, Path(folder), stage, samples) if pictures else (Path(), [])
+        paused = world.at_time(at_s)
+        drawn = _pictures(paused, Path(folder), stage, samples) if pictures else (Path(), [])
         for target in outs:
             stage(f"writing {shown(target)}")
-            _write(world, stats, drawn, target, title=scenario.name)
+            _write(world, stats, drawn, target, title=scenario.name, at_s=at_s)
     _print(scenario, world, stats)
     for target in outs:
         out.print(f"written: {shown(target)}", markup=False)
@@ -98,7 +100,13 @@ def _pictures(
 
 
 def _write(
-    world: World, stats: dict[str, Any], drawn: tuple[Path, list[tuple[str, Path]]], target: Path, *, title: str
+    world: World,
+    stats: dict[str, Any],
+    drawn: tuple[Path, list[tuple[str, Path]]],
+    target: Path,
+    *,
+    title: str,
+    at_s: float,
 ) -> None:
     from pelagos.world.export import export, save, save_glb
     from pelagos.world.sheet import draw_sheet, summary
@@ -112,13 +120,13 @@ def _write(
 
         target.write_text(world_page(world, stats, drawn[0], drawn[1], title=title), encoding="utf-8")
     elif suffix == ".glb":
-        save_glb(world, target)
+        save_glb(world.at_time(at_s), target)
     elif suffix == ".npz":
         save(world, target)
     elif suffix == ".json":
         target.write_text(json.dumps(stats, indent=1), encoding="utf-8")
     else:
-        export(world, target)
+        export(world, target, t=at_s)
 
 
 def _print(scenario: Scenario, world: World, stats: dict[str, Any]) -> None:

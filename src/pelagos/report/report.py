@@ -13,6 +13,7 @@ import numpy as np
 from pelagos.messages.sonar_image import PROJECTED_IMAGE
 from pelagos.report import charts, pictures, sonar, soundings, survey, theme, track, water
 from pelagos.report.mission import Mission, missions
+from pelagos.report.movers import mover_tracks, movers_section
 from pelagos.report.navigation import dead_reckoning
 from pelagos.report.page import Section, Tile, image, page, photographs
 from pelagos.report.statistics import recording_statistics, run_statistics
@@ -84,6 +85,7 @@ def _sections(mission: Mission, world: Any, ocean: Ocean | None, numbers: dict[s
         }  # fmt: skip
     drawn, caption = track.track_map(mission, world, reckoned)
     sections = [Section(f"Track of {mission.name}", caption, _figure(drawn, "true and dead-reckoned track"))]
+    sections += movers_section(mission, mover_tracks(mission.recording))
     sections += _survey(mission, world, numbers)
     sections += _water(mission, world, ocean, numbers)
     sections += [

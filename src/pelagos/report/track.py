@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from pelagos.report import theme
 from pelagos.report.ground import depth_bar, depth_norm, draw_ground, relief
 from pelagos.report.mission import Mission
+from pelagos.report.movers import draw_movers, mover_tracks, near_parts
 from pelagos.report.navigation import DeadReckoning, fixes
 
 
@@ -19,6 +20,8 @@ def track_map(mission: Mission, world: Any, reckoned: DeadReckoning | None) -> t
     """True and dead-reckoned track on the ground, with profile and error beside; the figure and its caption."""
     motion = mission.motion
     points = [motion.position[:, :2]] + ([reckoned.motion.position[:, :2]] if reckoned is not None else [])
+    movers = mover_tracks(mission.recording)
+    points += near_parts(movers, motion.position[:, :2])
     low, high = around(np.concatenate(points), np.asarray(world.bounds)[:, :2], margin=0.12)
     ground = relief(world, low, high)
     with theme.style():
@@ -27,6 +30,7 @@ def track_map(mission: Mission, world: Any, reckoned: DeadReckoning | None) -> t
         if np.isfinite(ground.height).any():
             draw_ground(axes, ground, norm)
             depth_bar(drawn, axes, norm)
+        draw_movers(axes, movers, low, high)
         _draw_tracks(axes, mission, reckoned)
         axes.set_xlim(ground.extent[:2])
         axes.set_ylim(ground.extent[2:])

@@ -80,6 +80,7 @@ class Bodies:
         self._scene = scene
         self._n = n
         self._radii: dict[int, float] = {}
+        self._boxes: dict[int, tuple[NDArray[np.float64], NDArray[np.float64]]] = {}
         self._next_instance = first_instance
         shown = len(hulls) > 1
         self.hulls: dict[str, Geometry] = {}
@@ -149,6 +150,10 @@ class Bodies:
         """Bring the moving scene up to date, where anything changed, and a streamed ground to where the agents are."""
         if agents:
             self._scene.follow(np.concatenate([s.position for s in agents.values()]))
+        self.show(agents)
+
+    def show(self, agents: Mapping[str, AgentState]) -> None:
+        """Bring the moving scene alone up to date."""
         if not self.any or not (self.changed or self.hulls):
             return
         states = [agents[name] for name in self.hulls]
@@ -164,18 +169,40 @@ class Bodies:
         self.changed = False
 
     def near(
-        self, position: NDArray[np.float64], margin: float, *, agent: str, agents: Mapping[str, AgentState]
+        self,
+        position: NDArray[np.float64],
+        margin: float,
+        *,
+        agent: str,
+        agents: Mapping[str, AgentState],
+        now: bool = False,
     ) -> bool:
         """Whether the bounding sphere of anything that moves is within `margin` of `position` `(n, 3)`.
 
-        A body on a scripted path counts as near where it may come within `BLOCK_S`.
+        A body on a scripted path counts as near where it may come within `BLOCK_S`. With `now`, boxes about the bodies
+        are asked where they stand at present: what passes beside a long ship is not near it.
         """
+        if now:
+            hulls = [(agents[o].position, g) for o, g in self.hulls.items() if o != agent]
+            near = [self._away(position, b.position, b.attitude, b.geometry) < margin for b in self.bodies]
+            near += [np.linalg.norm(position - at, axis=1) < margin + self._radius(g) for at, g in hulls]
+            return any(bool(n.any()) for n in near)
         others = [(agents[o].position, g, 0.0) for o, g in self.hulls.items() if o != agent]
         others += [(b.position, b.geometry, BLOCK_S * (b.fastest_mps or 0.0)) for b in self.bodies]
         for centre, geometry, way in others:
             if (np.linalg.norm(position - centre, axis=1) < margin + way + self._radius(geometry)).any():
                 return True
         return False
+
+    def _away(
+        self, p: NDArray[np.float64], at: NDArray[np.float64], q: NDArray[np.float64], geometry: Geometry
+    ) -> NDArray[np.float64]:
+        """`(n,)` distance of places from the box that holds a geometry [m]."""
+        if id(geometry) not in self._boxes:
+            self._boxes[id(geometry)] = geometry.vertices.min(axis=0), geometry.vertices.max(axis=0)
+        low, high = self._boxes[id(geometry)]
+        local = rotate_np(q * [1.0, -1.0, -1.0, -1.0], p - at)
+        return np.asarray(np.linalg.norm(np.maximum(np.maximum(low - local, local - high), 0.0), axis=1))
 
     def _radius(self, geometry: Geometry) -> float:
         """Radius about its own origin that holds a geometry [m]."""
@@ -195,7 +222,8 @@ class Bodies:
             geometries += [(geometry, copy) for copy in range(self._n)]
         if geometries or self._scene.moving is not None:
             self._scene.set_moving(geometries)
-        self._radii.clear()  # an identity may be given to another geometry
+        self._radii.clear()
+        self._boxes.clear()  # an identity may be given to another geometry
         self.changed = True
 
 

@@ -6,14 +6,15 @@ the run. A chunk ends at least every half second of simulated and of wall time, 
 
 from __future__ import annotations
 
+import json
 import platform
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from types import TracebackType
-from typing import Final, TypeAlias
+from typing import Any, Final, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,6 +29,7 @@ from pelagos.sim.mcap_writer import McapWriter
 CHUNK_NS: Final = 500_000_000  # [ns] of simulated time in one chunk
 CHUNK_WALL_S: Final = 0.5
 SCENARIO: Final = "scenario.yaml"
+LEGEND: Final = "labels.json"
 PACKAGES: Final = ("pelagos", "mitsuba", "drjit", "numpy", "gsw", "pillow")
 
 Pose: TypeAlias = tuple[Sequence[float], Sequence[float]]
@@ -56,6 +58,7 @@ class Recorder:
         origin: latitude and longitude of the world's origin [deg].
         dt_ns: the tick [ns].
         copies: how many copies of the fleet are recorded. One copy has topics "/auv0/imu", more have "/env0/auv0/imu".
+        legend: what labels, instances and materials are called: data for the attachment "labels.json".
 
     Raises:
         RecordingError: the file cannot be written (also from every method).
@@ -72,15 +75,19 @@ class Recorder:
         dt_ns: int,
         *,
         copies: int = 1,
+        legend: Mapping[str, Any] | None = None,
     ) -> None:
         self.path = Path(path)
         self._writer = McapWriter(self.path, library=f"pelagos {installed('pelagos')}")
         self._writer.add_metadata("pelagos", _metadata(seed, dt_ns, origin, copies))
         self._writer.add_attachment(SCENARIO, "application/yaml", scenario_yaml.encode())
+        if legend is not None:
+            self._writer.add_attachment(LEGEND, "application/json", json.dumps(legend).encode())
         self._schemas: dict[str, int] = {}
         self._copies = copies
         self._tracks: dict[tuple[str, str], list[_Track]] = {}
         self._truth: dict[str, list[tuple[TruthEncoder, int]]] = {}
+        self._movers: dict[str, tuple[TruthEncoder, int]] = {}
         self._tf = self._channel("/tf", TF, {})
         self._chunk_ns = 0
         self._chunk_wall = time.monotonic()
@@ -174,6 +181,32 @@ class Recorder:
             odometry, transform = encode.rows(t_ns, *(values[:, i] for values in motion))
             self._writer.add_messages(channel, t_ns, odometry)
             self._writer.add_messages(self._tf, t_ns, transform)
+        self._end_chunk(int(t_ns[-1]))
+
+    def add_mover(self, name: str, about: Mapping[str, str]) -> None:
+        """Declare a body on a scripted path, the same in every copy: topic "/movers/NAME/odometry"."""
+        frame = f"movers/{name}"
+        self._movers[name] = TruthEncoder(frame), self._channel(f"/{frame}/odometry", ODOMETRY, about)
+
+    @property
+    def movers(self) -> Collection[str]:
+        """Those that were declared."""
+        return self._movers
+
+    def write_mover_block(
+        self,
+        name: str,
+        t_ns: NDArray[np.int64],
+        position: NDArray[np.float64],
+        attitude: NDArray[np.float64],
+        velocity: NDArray[np.float64],
+        angular_velocity: NDArray[np.float64],
+    ) -> None:
+        """Record a mover at k times [ns]: `(k, 3)` NWU [m], `(k, 4)` wxyz, `(k, 3)` FLU [m/s], `(k, 3)` FLU [rad/s]."""
+        encode, channel = self._movers[name]
+        odometry, transform = encode.rows(t_ns, position, attitude, velocity, angular_velocity)
+        self._writer.add_messages(channel, t_ns, odometry)
+        self._writer.add_messages(self._tf, t_ns, transform)
         self._end_chunk(int(t_ns[-1]))
 
     def flush(self) -> None:

@@ -13,8 +13,10 @@ import numpy as np
 
 from pelagos.config.loader import to_yaml
 from pelagos.errors import CommandError, PelagosError
+from pelagos.math.so3 import rotate_np
 from pelagos.sim.record import Recorder
 from pelagos.sim.step import NotFinite, Sampled
+from pelagos.world.legend import legend
 
 if TYPE_CHECKING:
     from pelagos.sim.simulation import Observations, Policy, Simulation
@@ -85,7 +87,17 @@ def open_recorder(path: Path, sim: Simulation) -> Recorder:
     scenario = sim.scenario
     sensors = {name: {s: m.config for s, m in agent.sensors.items()} for name, agent in sim.model.agents.items()}
     origin = (sim.world.origin.latitude, sim.world.origin.longitude)
-    return Recorder(path, to_yaml(scenario), sim.seed, sensors, None, origin, sim.dt_ns, copies=sim.n)
+    moving = sim.moving
+    names = legend(sim.world, moving)
+    made = Recorder(path, to_yaml(scenario), sim.seed, sensors, None, origin, sim.dt_ns, copies=sim.n, legend=names)
+    for mover in sim.world.movers:
+        number, instance = next((g.label, g.instance) for g in moving if g.name == mover.name)
+        made.add_mover(
+            mover.name,
+            {"mover": mover.name, "body": mover.body, "label": names["labels"][str(number)]["name"],
+             "label_number": str(number), "instance": str(instance)},
+        )  # fmt: skip
+    return made
 
 
 class _Loop:
@@ -108,6 +120,7 @@ class _Loop:
         self._last = self._first + sim.model.clock.ticks(asked)
         self._counts = {f"{a.name}.{s}": 0 for a in sim.model.agents.values() for s in a.sensors}
         self._caught_up = self._first
+        self._moved = self._first if self._first == 0 else self._first + 1  # movers are written down from this tick on
         self._held: dict[tuple[str, str], list[Sampled]] = {}
         self._latest: Observations = {name: {} for name in sim.model.agents}
 
@@ -182,6 +195,7 @@ class _Loop:
         start = time.perf_counter()
         clock = self._sim.model.clock
         period = clock.period(self._sim.scenario.record.state_rate_hz)
+        self._record_movers(period)
         for name, trajectory in self._stepper.trajectories.items():
             due = np.array(trajectory.due(period), dtype=np.int64)
             if len(due):
@@ -189,6 +203,25 @@ class _Loop:
                 parts = (motion[..., 0:3], motion[..., 3:7], motion[..., 7:10], motion[..., 10:13])
                 self._recorder.write_truth_block(name, due * clock.dt_ns, *parts)
         self._stepper.timings.add("record", start)
+
+    def _record_movers(self, period: int) -> None:
+        """Write down where movers were at the same ticks: where they are depends on the tick alone."""
+        assert self._recorder is not None
+        first, self._moved = -(-self._moved // period) * period, self._stepper.tick + 1
+        ticks = np.arange(first, self._moved, period, dtype=np.int64)
+        for mover in self._sim.world.movers:
+            if mover.name in self._recorder.movers and len(ticks):
+                poses = [mover.pose(tick * self._sim.dt_ns * 1e-9) for tick in ticks.tolist()]
+                q = np.stack([p.attitude for p in poses])
+                back = q * [1.0, -1.0, -1.0, -1.0]  # into the body's own frame
+                self._recorder.write_mover_block(
+                    mover.name,
+                    ticks * self._sim.dt_ns,
+                    np.stack([p.position for p in poses]),
+                    q,
+                    rotate_np(back, np.stack([p.velocity for p in poses])),
+                    rotate_np(back, np.stack([p.angular_velocity for p in poses])),
+                )
 
     def _report(self, started: float) -> None:
         simulated = (self._stepper.tick - self._first) * self._sim.dt_ns * 1e-9

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, Self
@@ -49,6 +49,7 @@ class Simulation:
         self._stepper = Stepper(model, self._bodies)
         self._spawned = 0
         self.reset()
+        model.world.before_cast(self._show_now)
 
     @classmethod
     def load(
@@ -87,7 +88,7 @@ class Simulation:
 
     @property
     def world(self) -> World:
-        """Geometry, materials, labels; `world.cast` sees what has been spawned too."""
+        """Geometry, materials, labels; `world.cast` sees what was spawned and what moves, where it is now."""
         return self.model.world
 
     @property
@@ -104,6 +105,11 @@ class Simulation:
     def state(self) -> Mapping[str, AgentState]:
         """The true state of every agent, by name."""
         return self._stepper.states()
+
+    @property
+    def moving(self) -> Sequence[Geometry]:
+        """What stands in the moving scene now, each in its own frame: hulls that others can see, movers, props."""
+        return (*self._bodies.hulls.values(), *(b.geometry for b in self._bodies.bodies))
 
     @property
     def stepper(self) -> Stepper:
@@ -227,6 +233,12 @@ class Simulation:
         name = name or f"{prop.shape}{self._spawned}"
         geometry: Geometry = prop.geometry(instance=self._bodies.new_instance(), world=self.world)
         return self._bodies.add(name, geometry, prop.position, prop.attitude)
+
+    def _show_now(self) -> None:
+        """Put everything that moves where it is at the current time, for rays that somebody casts by hand."""
+        if self._bodies.any:
+            self._bodies.follow(self._stepper.tick)
+            self._bodies.show(self._stepper.states())
 
     def _agent(self, name: str) -> AgentModel:
         if name not in self.model.agents:

@@ -239,11 +239,11 @@ class Stepper:
         ticks = next_multiple(self.tick, periods, limit) - self.tick
         return 1 if any(self._near(name, ticks) for name in self._runs) else ticks
 
-    def _near(self, name: str, ticks: int) -> bool:
+    def _near(self, name: str, ticks: int, *, now: bool = False) -> bool:
         row = self._runs[name].row
         speed = float(np.abs(row[:, 7:10]).sum(axis=1).max()) + MARGIN_MPS
         way = speed * ticks * self._model.clock.dt_ns * 1e-9
-        return self._touch[name].possible(row[:, 0:3], way, self._agent_states)
+        return self._touch[name].possible(row[:, 0:3], way, self._agent_states, now=now)
 
     def _agent_states(self) -> dict[str, AgentState]:
         return self.states()
@@ -253,7 +253,7 @@ class Stepper:
         start = time.perf_counter()
         run, wrench = self._runs[agent.name], None
         self._contact.pop(agent.name, None)
-        if ticks == 1 and self._near(agent.name, 1):
+        if ticks == 1 and self._near(agent.name, 1, now=True):
             self._bodies.place(self.states())
             wrench = self._contact[agent.name] = self._touch[agent.name].wrench(run.vehicle)
             self.timings.add(f"{agent.name}.contact", start)

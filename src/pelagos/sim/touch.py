@@ -33,13 +33,20 @@ class Touch:
         self._arguments: tuple[Any, ...] = ()
 
     def possible(
-        self, position: NDArray[np.float64], way: float, agents: Callable[[], Mapping[str, AgentState]]
+        self,
+        position: NDArray[np.float64],
+        way: float,
+        agents: Callable[[], Mapping[str, AgentState]],
+        *,
+        now: bool = False,
     ) -> bool:
-        """Whether a hull at `position` `(n, 3)` may touch anything before it has gone `way` [m]."""
+        """Whether a hull at `position` `(n, 3)` may touch anything before it has gone `way` [m], or `now`."""
         margin = self._agent.vehicle.bounding_radius_m + way + GAP_M
         if bool(np.any(self._model.world.near(position, margin))):
             return True
-        return self._bodies.any and self._bodies.near(position, margin, agent=self._agent.name, agents=agents())
+        return self._bodies.any and self._bodies.near(
+            position, margin, agent=self._agent.name, agents=agents(), now=now
+        )
 
     def wrench(self, state: Array) -> tuple[Array, Array]:
         """Force and moment about the body's origin, FRD, `Array3f64` of `n` lanes [N], [N m], of a packed state."""

@@ -5,8 +5,9 @@ from __future__ import annotations
 from dataclasses import replace
 
 from pelagos.config import registry
-from pelagos.errors import LookupFailed
+from pelagos.errors import LookupFailed, WorldError
 from pelagos.world.config import WorldConfig
+from pelagos.world.mover import checked
 from pelagos.world.world import World
 
 
@@ -17,7 +18,14 @@ def build_world(config: WorldConfig) -> World:
         WorldError: a file cannot be read, or the world cannot be made.
     """
     world = config.build()
-    return replace(world, movers=config.movers) if config.movers else world
+    if not config.movers:
+        return world
+    movers = (*world.movers, *config.movers)  # a saved world may have some of its own
+    try:
+        checked(movers)
+    except ValueError as error:
+        raise WorldError(str(error)) from None
+    return replace(world, movers=movers)
 
 
 def world_config(values: dict[str, object]) -> WorldConfig:

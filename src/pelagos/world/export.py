@@ -16,6 +16,7 @@ from zipfile import BadZipFile
 
 import numpy as np
 from numpy.typing import NDArray
+from pydantic import ValidationError
 
 from pelagos.config.path import ScenarioPath
 from pelagos.errors import WorldError
@@ -23,8 +24,10 @@ from pelagos.math.geodesy import GeoOrigin
 from pelagos.raycast.geometry import Geometry
 from pelagos.world.bathymetry.nodes import SurveyNodes
 from pelagos.world.config import WorldConfig
-from pelagos.world.label import label_color
+from pelagos.world.files import read_mesh
+from pelagos.world.legend import legend
 from pelagos.world.material import Material
+from pelagos.world.mover import MoverConfig
 from pelagos.world.terrain import HeightField
 from pelagos.world.world import World
 
@@ -51,11 +54,15 @@ class SavedConfig(WorldConfig):
         return load(self.path)
 
 
-def export(world: World, folder: Path) -> list[Path]:
-    """Write `world.npz`, `world.glb`, `labels.json` and the ground; returns the files."""
+def export(world: World, folder: Path, *, t: float = 0.0) -> list[Path]:
+    """Write `world.npz`, `world.glb`, `labels.json` and the ground; returns the files.
+
+    Movers stand in the mesh where they are at time t [s]; in `world.npz` they keep their paths.
+    """
     folder.mkdir(parents=True, exist_ok=True)
-    made = [save(world, folder / "world.npz"), save_glb(world, folder / "world.glb"), folder / "labels.json"]
-    made[2].write_text(json.dumps(_meanings(world), indent=1))
+    shown = world.at_time(t)
+    made = [save(world, folder / "world.npz"), save_glb(shown, folder / "world.glb"), folder / "labels.json"]
+    made[2].write_text(json.dumps(legend(shown), indent=1))
     if world.terrain is not None:
         made.append(folder / "height.npz")
         field = world.terrain
@@ -92,6 +99,7 @@ def save(world: World, path: Path) -> Path:
         "geometries": rows,
         "terrain": None if field is None else [field.x0, field.y0, field.spacing],
         "terrain_crs": field.crs if isinstance(field, SurveyNodes) else "",
+        "movers": _movers(world, path),
         "terrain_origin": [field.origin.latitude, field.origin.longitude] if isinstance(field, SurveyNodes) else [],
     }
     np.savez_compressed(path, about=np.frombuffer(json.dumps(about).encode(), dtype=np.uint8), **arrays)
@@ -119,7 +127,7 @@ def load(path: Path) -> World:
     materials = tuple(Material(**{**m, "albedo": tuple(m["albedo"])}) for m in about["materials"])
     return World(
         geometries, materials, GeoOrigin(*about["origin"]), about["name"], about["description"], terrain,
-        tuple(about["notes"]), about["user_labels"],
+        tuple(about["notes"]), about["user_labels"], _read_movers(about.get("movers", []), path),
     )  # fmt: skip
 
 
@@ -148,6 +156,40 @@ def save_glb(world: World, path: Path) -> Path:
     return path
 
 
+def _movers(world: World, path: Path) -> list[dict[str, Any]]:
+    """Movers as data; the meshes that they name are written beside the archive."""
+    rows = []
+    for mover in world.movers:
+        row = mover.model_dump(mode="json")
+        if mover.body == "file" and mover.file is not None:
+            row["file"] = _beside(path, mover.name, mover.file)
+        rows.append(row)
+    return rows
+
+
+def _beside(path: Path, name: str, mesh: Path) -> str:
+    """A mesh file that goes with the archive; a glTF that keeps its numbers in other files becomes one file."""
+    suffix = mesh.suffix if mesh.suffix.lower() != ".gltf" else ".ply"
+    target = path.with_name(f"{path.stem}_{name}{suffix}")
+    if suffix == mesh.suffix:
+        if not (target.exists() and target.samefile(mesh)):
+            target.write_bytes(mesh.read_bytes())
+        return target.name
+    import trimesh
+
+    read = read_mesh(mesh)
+    target.write_bytes(trimesh.Trimesh(read.vertices, read.faces, process=False).export(file_type="ply"))
+    return target.name
+
+
+def _read_movers(rows: list[dict[str, Any]], path: Path) -> tuple[MoverConfig, ...]:
+    context = {"folder": path.resolve().parent}
+    try:
+        return tuple(MoverConfig.model_validate(row, context=context) for row in rows)
+    except ValidationError as error:
+        raise WorldError(f"saved world {path}: its movers cannot be read ({error})") from error
+
+
 def _geometry(data: Any, k: int, row: dict[str, Any]) -> Geometry:
     normals = data.get(f"n{k}")
     material = data[f"m{k}"] if row["material"] < 0 else int(row["material"])
@@ -166,12 +208,3 @@ def _terrain(data: Any, about: dict[str, Any]) -> HeightField:
 def _plan(field: HeightField) -> NDArray[np.float64]:
     """`(nx, ny, 2)` where the nodes stand [m]."""
     return field.vertices()[:, :2].reshape(*field.z.shape, 2)
-
-
-def _meanings(world: World) -> dict[str, Any]:
-    return {
-        "labels": {str(n): {"name": name, "color": label_color(n)} for n, name in world.labels.items()},
-        "instances": {str(g.instance): {"name": g.name, "label": g.label} for g in world.geometries},
-        "materials": [m.name for m in world.materials],
-        "origin": {"latitude_deg": world.origin.latitude, "longitude_deg": world.origin.longitude},
-    }

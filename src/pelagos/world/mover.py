@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
@@ -10,6 +11,7 @@ from pydantic import BaseModel, ConfigDict, Field, field_validator
 
 from pelagos.config.path import ScenarioPath
 from pelagos.errors import LookupFailed
+from pelagos.math.so3 import rotate_np
 from pelagos.raycast.geometry import Geometry
 from pelagos.world.mesh import Mesh
 from pelagos.world.path import PathConfig, Pose
@@ -76,6 +78,24 @@ class MoverConfig(BaseModel):
             instance=instance,
             name=self.name,
         )
+
+    def standing(self, t: float, *, instance: int, world: World) -> Geometry:
+        """Its surface where it is at time t [s], world NWU; raises as `geometry`."""
+        made, pose = self.geometry(instance=instance, world=world), self.pose(t)
+        q, normals = pose.attitude[None], made.vertex_normals
+        return replace(
+            made,
+            vertices=rotate_np(q, np.asarray(made.vertices, dtype=np.float64)) + pose.position,
+            vertex_normals=None if normals is None else rotate_np(q, normals.astype(np.float64)).astype(np.float32),
+        )
+
+    def label_number(self, world: World) -> int:
+        """Its semantic label, as this world numbers labels.
+
+        Raises:
+            LookupFailed: unknown label.
+        """
+        return world.label_number(self._parts()[1] if self.label is None else self.label)
 
     def _parts(self) -> tuple[list[tuple[Mesh, str]], str]:
         """Meshes with their materials, and the label of the whole."""

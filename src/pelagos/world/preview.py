@@ -14,13 +14,14 @@ from pelagos.world.world import World
 
 _SKY = (0.36, 0.45, 0.55)  # radiance of the even light from above, relative
 _SUN = (0.62, -0.45, -0.55)  # direction in which the sun's light travels: low, and across the usual view
+_PATH_S, _PATH_POINTS = 300.0, 1500  # paths of movers are drawn for this long [s], with this many points
 _LEGEND = 12  # labels that a map names at most
 
 
 def statistics(world: World) -> dict[str, Any]:
     """Area, heights, objects by name, triangles, memory of the meshes."""
     low, high = world.bounds
-    names = {g.instance: g.name for g in world.geometries}
+    names = {g.instance: g.name for g in world.still}
     size = sum(
         g.vertices.nbytes + g.faces.nbytes + (0 if g.vertex_normals is None else g.vertex_normals.nbytes)
         for g in world.geometries
@@ -37,12 +38,16 @@ def statistics(world: World) -> dict[str, Any]:
         "mesh_mb": size / 1e6,
         "latitude_deg": world.origin.latitude,
         "longitude_deg": world.origin.longitude,
+        "movers": {m.name: f"{m.body}, {m.path.kind}" for m in (*world.movers, *world.paused)},
         "notes": list(world.notes),
     }
 
 
 def draw_map(world: World, path: Path, *, pixels: int = 900) -> Path:
-    """A map from above: shaded heights, and everything that stands on the ground in the colour of its label."""
+    """A map from above: shaded heights, and everything that stands on the ground in the colour of its label.
+
+    Paths of movers are drawn as lines; where `World.at_time` paused them, they are drawn themselves too.
+    """
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
@@ -67,9 +72,26 @@ def draw_map(world: World, path: Path, *, pixels: int = 900) -> Path:
     axes.imshow(paint[:, ::-1], extent=span, origin="lower")
     axes.set(xlabel="y, west [m]", ylabel="x, north [m]", title=world.description or world.name)
     figure.colorbar(image, label="height [m]", shrink=0.8)
+    _draw_paths(axes, world)
+    axes.set(xlim=span[:2], ylim=span[2:])
     _name_labels(axes, world, label[things])
     figure.savefig(path, dpi=110, bbox_inches="tight")
     return path
+
+
+def _draw_paths(axes: Any, world: World) -> None:
+    """The way of each mover over its first minutes, its name at the place where it is on the map first."""
+    low, high = world.bounds[:, :2]
+    for mover in (*world.movers, *world.paused):
+        way = np.stack([mover.pose(t).position for t in np.linspace(0.0, _PATH_S, _PATH_POINTS)])
+        axes.plot(way[:, 1], way[:, 0], color="white", linewidth=2.2, alpha=0.7)
+        axes.plot(way[:, 1], way[:, 0], color="#c0392b", linewidth=1.1, linestyle=(0, (4, 2)))
+        inside = ((way[:, :2] > low) & (way[:, :2] < high)).all(axis=1)
+        if inside.any():
+            x, y = way[int(np.argmax(inside)), :2]
+            box = {"boxstyle": "round,pad=0.15", "facecolor": "white", "alpha": 0.75, "linewidth": 0}
+            offset = {"xytext": (4, 4), "textcoords": "offset points"}
+            axes.annotate(mover.name, (y, x), fontsize=8, color="#7b241c", clip_on=True, bbox=box, **offset)
 
 
 def _name_labels(axes: Any, world: World, seen: NDArray[np.uint32]) -> None:
@@ -90,8 +112,10 @@ def look_down(world: World, pixels: int) -> tuple[NDArray[np.float64], NDArray[n
     x = np.arange(low[0] + step / 2, high[0], step)
     y = np.arange(low[1] + step / 2, high[1], step)
     gx, gy = np.meshgrid(x, y, indexing="ij")
-    start = np.stack([gx.ravel(), gy.ravel(), np.full(gx.size, high[2] + 1.0)], axis=1)
-    hits = world.cast(start, (0, 0, -1), float(high[2] - low[2] + 10))
+    paused = world.geometries[len(world.still) :]
+    top = max([float(high[2]), *(float(g.vertices[:, 2].max()) for g in paused)])
+    start = np.stack([gx.ravel(), gy.ravel(), np.full(gx.size, top + 1.0)], axis=1)
+    hits = world.cast(start, (0, 0, -1), float(top - low[2] + 10))
     z = np.where(hits.valid, hits.position[:, 2], np.nan)
     return z.reshape(gx.shape), hits.label.reshape(gx.shape)
 

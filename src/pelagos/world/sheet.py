@@ -50,6 +50,7 @@ def summary(stats: Mapping[str, Any]) -> list[tuple[str, str]]:
         ("area", f"{stats['area_m2'] / 1e4:.4g} ha"),
         ("depth", f"{-ground[2]:.2f} .. {-ground[0]:.2f} m, median {-ground[1]:.2f} m"),
         ("objects", f"{counted}: {', '.join(kinds)}" if counted else "none"),
+        ("movers", "; ".join(f"{name} ({what})" for name, what in stats["movers"].items())),
         ("materials", ", ".join(stats["materials"])),
         ("triangles", f"{stats['triangles']:,}"),
         ("meshes", f"{stats['mesh_mb']:.1f} MB"),
@@ -59,4 +60,4 @@ def summary(stats: Mapping[str, Any]) -> list[tuple[str, str]]:
         rows.append(("generated in", f"{stats['generation_s']:.1f} s"))
     if "peak_memory_mb" in stats:
         rows.append(("peak memory", f"{stats['peak_memory_mb']:.0f} MB, the program and its libraries included"))
-    return rows
+    return [row for row in rows if row[1]]

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
+from pelagos.raycast.geometry import Geometry
 from pelagos.world.world import World
 
 _GROUND: Final = 4  # the label "landscape"
@@ -37,14 +39,14 @@ class _Object:
 
 
 def viewpoints(world: World) -> list[Viewpoint]:
-    """The whole from above; then the largest thing, and where most things stand, each from near by."""
+    """The whole from above; then the largest thing, where most things stand, and the largest paused mover, near by."""
     low, high = world.bounds
     reach = float((high - low)[:2].max())
     if reach == 0:
         return []
     middle = np.array([*((low + high) / 2)[:2], _typical_height(world)])
     found = [_whole(world, middle, reach)]
-    things = [o for o in _objects(world) if float(o.size[:2].max()) < 0.5 * reach]
+    things = [o for o in _objects(world.still) if float(o.size[:2].max()) < 0.5 * reach]
     if things:
         largest = max(things, key=lambda o: float(np.prod(np.sort(o.size)[1:])))
         found.append(_close(world, largest.name, largest.middle, 0.75 * float(np.linalg.norm(largest.size))))
@@ -53,6 +55,11 @@ def viewpoints(world: World) -> list[Viewpoint]:
         found.append(_close(world, "where most things stand", crowd, min(max(0.04 * reach, 6.0), 18.0)))
     elif world.terrain is not None:
         found.append(_close(world, "the ground", middle, min(0.12 * reach, 40.0)))
+    pausing = _objects(world.geometries[len(world.still) :])
+    pausing = [o for o in pausing if ((o.middle > low) & (o.middle < high))[:2].all()]
+    if pausing:
+        shown = max(pausing, key=lambda o: float(np.prod(np.sort(o.size)[1:])))
+        found.append(_close(world, shown.name, shown.middle, 0.75 * float(np.linalg.norm(shown.size))))
     return found
 
 
@@ -85,10 +92,10 @@ def _typical_height(world: World) -> float:
     return float(np.median(world.terrain.z)) if world.terrain is not None else float(world.bounds[0, 2])
 
 
-def _objects(world: World) -> list[_Object]:
+def _objects(geometries: Sequence[Geometry]) -> list[_Object]:
     """Everything but the ground, parts of one instance together."""
     boxes: dict[int, tuple[str, NDArray[np.float64], NDArray[np.float64]]] = {}
-    for g in world.geometries:
+    for g in geometries:
         if g.label == _GROUND or not len(g.vertices):
             continue
         low, high = g.vertices.min(axis=0), g.vertices.max(axis=0)

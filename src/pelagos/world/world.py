@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
+from weakref import WeakMethod
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -66,6 +67,7 @@ class World:
         notes: what the builder wants people to know (holes filled, objects that found no place).
         user_labels: labels of the scenario's own, name to number.
         movers: bodies on scripted paths, which a simulation puts into the moving scene.
+        paused: movers that stand still here as the last of `geometries`, see `at_time`.
         ground: ground that is streamed; the one of `geometries` with its instance id is then an overview for people,
             which rays do not hit.
     """
@@ -79,6 +81,7 @@ class World:
     notes: tuple[str, ...] = ()
     user_labels: Mapping[str, int] = field(default_factory=dict)
     movers: Sequence[MoverConfig] = ()
+    paused: Sequence[MoverConfig] = ()
     ground: LargeGround | None = None
     _live: dict[str, Any] = field(default_factory=dict, repr=False, compare=False)
 
@@ -91,6 +94,24 @@ class World:
         self._live.clear()
         self._live["scene"] = made
         return made
+
+    def at_time(self, t: float) -> World:
+        """The world with its movers standing still where they are at time t [s]: for pictures, maps and exports."""
+        if not self.movers:
+            return self
+        made = [m.standing(t, instance=self.next_instance + k, world=self) for k, m in enumerate(self.movers)]
+        more = np.unique(np.concatenate([g.face_materials for g in made]))
+        more = more[more >= len(self.materials)]
+        row = np.arange(len(self.palette), dtype=np.uint32)
+        row[more] = len(self.materials) + np.arange(len(more))
+        return replace(
+            self,
+            geometries=(*self.geometries, *(replace(g, material=row[g.face_materials]) for g in made)),
+            materials=(*self.materials, *(self.palette[m] for m in more)),
+            movers=(),
+            paused=tuple(self.movers),
+            _live={},
+        )
 
     def material_tables(self) -> MaterialTables:
         """The materials' properties on the device: rows as in `materials`, then all others that a scenario may name."""
@@ -120,7 +141,8 @@ class World:
     @cached_property
     def labels(self) -> dict[int, str]:
         """Numbers and names of the labels in this world."""
-        return {n: label_name(n, dict(self.user_labels)) for n in sorted({g.label for g in self.geometries})}
+        numbers = {g.label for g in self.geometries} | {m.label_number(self) for m in self.movers}
+        return {n: label_name(n, dict(self.user_labels)) for n in sorted(numbers)}
 
     @cached_property
     def names(self) -> dict[int, str]:
@@ -132,10 +154,15 @@ class World:
         """The first instance id that no static object has."""
         return max((g.instance for g in self.geometries), default=0) + 1
 
+    @property
+    def still(self) -> Sequence[Geometry]:
+        """The geometries without paused movers."""
+        return self.geometries[: len(self.geometries) - len(self.paused)]
+
     @cached_property
     def bounds(self) -> NDArray[np.float64]:
-        """`(2, 3)` lowest and highest coordinates of anything static [m]."""
-        corners = [g.vertices for g in self.geometries if len(g.vertices)]
+        """`(2, 3)` lowest and highest coordinates of anything static, paused movers left out [m]."""
+        corners = [g.vertices for g in self.still if len(g.vertices)]
         if not corners:
             return np.zeros((2, 3))
         return np.stack(
@@ -174,7 +201,7 @@ class World:
         return self.terrain.surface(x, y)
 
     def cast(self, origins: ArrayLike, directions: ArrayLike, max_range: ArrayLike = 100.0) -> Hits:
-        """The nearest thing along each ray.
+        """The nearest thing along each ray; in a simulation, what moves stands where it is at the current time.
 
         Args:
             origins: `(m, 3)` or `(3,)` world NWU [m].
@@ -186,7 +213,14 @@ class World:
         """
         start, along, reach = _rays(origins, directions, max_range)
         caster = self._caster()
+        update = self._live["update"]() if "update" in self._live else None
+        if update is not None:
+            update()
         return caster(start, along, reach)
+
+    def before_cast(self, update: Callable[[], None]) -> None:
+        """From now on, `cast` first calls this bound method, as long as its owner lives."""
+        self._live["update"] = WeakMethod(update)
 
     def inside(self, position: ArrayLike, radius: float = 0.0) -> str | None:
         """Why a sphere cannot stand at one of these places without touching; None where it can at all of them.

@@ -15,7 +15,7 @@ from pelagos.world.terrain import HeightField
 
 def route(places: Places, ground: HeightField, rng: np.random.Generator, radius: float) -> NDArray[np.float64] | None:
     """A gently winding path `(k, 2)` from edge to edge over free ground, marked as taken; None where none was found."""
-    for _ in range(60):
+    for _ in range(400):
         low = np.array([places.x[0], places.y[0]]) + 2 * radius
         high = np.array([places.x[1], places.y[1]]) - 2 * radius
         ends = rng.uniform(low, high, (2, 2))
