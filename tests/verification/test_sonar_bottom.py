@@ -13,6 +13,7 @@ from pelagos import jit
 from pelagos.acoustics.beam_pattern import line_length
 from pelagos.acoustics.doppler import janus_beams, velocity_from_beams
 from pelagos.math.so3 import from_euler
+from pelagos.ocean.config import OceanConfig, build_ocean
 from pelagos.sensors.altimeter import Altimeter, AltimeterConfig
 from pelagos.sensors.dvl import Dvl, DvlConfig
 from pelagos.sensors.lanes import lanes
@@ -292,3 +293,28 @@ def test_explain_tells_names_values_and_units(kind):
         assert name
         assert unit
         assert np.isfinite(values[np.isfinite(values)]).any()
+
+
+class TestRefraction:
+    """A thermocline of 10 deg C in 10 m between a multibeam and the bottom 100 m below."""
+
+    def sonar(self, **options):
+        water = {"depth_m": [0, 20, 30, 200], "value": [22.0, 21.0, 12.0, 8.0]}
+        ocean = build_ocean(OceanConfig(temperature_c=water))
+        config = MultibeamConfig(beams=61, range_max_m=400.0, **options)
+        return Multibeam(config, context([plane(-110.0)], materials=SAND, ocean=ocean))
+
+    def test_it_is_switched_on_where_it_matters(self):
+        told = lambda s: np.array({n: v for n, v, _ in s.explain(at(0, 0, -10))}["slant range"])
+        auto, on, off = (told(self.sonar(refraction=r)) for r in ("auto", True, False))
+        np.testing.assert_array_equal(auto, on)
+        assert np.abs(on - off).max() > 1.0
+
+    def test_soundings_follow_the_bent_rays_and_straight_ones_miss_the_bottom(self):
+        s = self.sonar()
+        reading = s.sense(track(100))
+        depth = np.median(reading.extras["soundings"][..., 2], axis=0)[10:-10]  # 40 deg: beyond, echoes are faint
+        assert depth == pytest.approx(np.full(41, -100.0), abs=0.05)
+        straight = (reading.truth * s.tables["direction"][:, 2])[0]
+        assert straight[30] < -101.5  # the water below is slower than that at the sonar
+        assert straight[0] - straight[30] > 4.0  # and the outer beams are bent down: the smile of a wrong profile

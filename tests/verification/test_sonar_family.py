@@ -301,7 +301,7 @@ class TestEffects:
         drop = 100.0**2 * 1.0 / (2 * 1500.0)  # 3.3 m: the level ray passes below or above it
         options = {"vertical_beamwidth_deg": 1.0, "range_max_m": 110.0, "beams": 1, "horizontal_aperture_deg": 1.0,
                    "rate_hz": 5.0, "side_lobe_beams": 0, "rays_per_beam": 64}  # fmt: skip
-        straight = self.imaging([deep], ocean=water, **options)
+        straight = self.imaging([deep], ocean=water, refraction=False, **options)
         bent = self.imaging([deep], ocean=water, refraction=True, **options)
         lower = self.imaging([box((100.5, 0, DEEP - drop), (1.0, 20.0, 2.0))], ocean=water, refraction=True, **options)
         assert straight.sense(at(0, 0, DEEP)).truth.max() > 1e-6

@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Final
 
 import drjit as dr
 
@@ -21,23 +22,197 @@ def arc_radius(sound_speed: float, gradient: float, angle: float) -> float:
     return sound_speed / (abs(gradient) * math.cos(angle))
 
 
-def bend(direction: Array, curvature: Array, distance: Array) -> Array:
-    """The direction of a ray after `distance` [m] in a linear gradient.
+LEVELS: Final = 64  # of a profile on the device
+_ROUNDS: Final = 4  # in which an arc finds its own end
+_LEVEL: Final = 0.1  # [m], rise of an arc below which its layer's own gradient counts
 
-    The elevation angle turns towards the slower water: d(theta)/ds = -cos(theta) c'/c; to first order in the distance,
-    renormalised.
+
+@jit.struct
+class Profile:
+    """Sound speed against height at some places, one row each, linear between its levels: a Dr.Jit struct.
+
+    Attributes:
+        excess: `Float` rows by `LEVELS`, sound speed over that at height 0 [m/s].
+        column: `Float` rows by `LEVELS`, integral of `excess` over the height from the lowest level on [m^2/s].
+        speed: `Float`, sound speed at height 0 [m/s].
+        lowest, step: `Float`, height of the first level and distance of levels [m], z up; beyond its ends the water is
+            as at the ends.
+    """
+
+    excess: Array
+    column: Array
+    speed: Array
+    lowest: Array
+    step: Array
+
+    @property
+    def size_key(self) -> int:
+        """Number of rows."""
+        return len(self.speed)
+
+
+@jit.struct
+class Bend:
+    """A ray on its way, one lane a ray: a Dr.Jit struct.
+
+    Attributes:
+        row: `UInt32`, of the profile.
+        height: `Float`, where it is, relative to the profile's height 0 [m].
+        sine, cosine: `Float`, of its angle above the horizontal.
+        slowness: `Float`, Snell's invariant cos(theta)/c [s/m].
+    """
+
+    row: Array
+    height: Array
+    sine: Array
+    cosine: Array
+    slowness: Array
+
+
+@jit.struct
+class Chord:
+    """The straight line between both ends of an arc: a Dr.Jit struct.
+
+    Attributes:
+        length: `Float` [m].
+        sine, cosine: `Float`, of its angle above the horizontal.
+        turn: `Float`, by which the ray's angle has grown over the arc [rad].
+        skew: `Float`, see `reduced_range` [1].
+    """
+
+    length: Array
+    sine: Array
+    cosine: Array
+    turn: Array
+    skew: Array
+
+
+def profile_from(excess: Array, speed: Array, lowest: Array, step: Array) -> Profile:
+    """A profile with its integral (trapezoidal, as the profile is linear between its levels)."""
+    rows = dr.width(speed)
+    row = dr.arange(jit.UInt32, rows) * LEVELS
+    column = dr.zeros(jit.Float, rows * LEVELS)
+    total, below = jit.Float64(0), dr.gather(jit.Float, excess, row)
+    for k in range(1, LEVELS):
+        above = dr.gather(jit.Float, excess, row + k)
+        total += 0.5 * jit.Float64(step) * jit.Float64(below + above)
+        dr.scatter(column, jit.Float(total), row + k)
+        below = above
+    dr.eval(column)
+    return Profile(excess, column, speed, lowest, step)
+
+
+def excess_at(profile: Profile, row: Array, height: Array) -> tuple[Array, Array, Array]:
+    """Sound speed over that at height 0 [m/s], its gradient in that layer [1/s], and the profile's `column` there."""
+    step, lowest = dr.gather(jit.Float, profile.step, row), dr.gather(jit.Float, profile.lowest, row)
+    place = (height - lowest) / step
+    inside = dr.clip(place, 0.0, LEVELS - 1.0)
+    layer = dr.minimum(jit.UInt32(inside), LEVELS - 2)
+    index, part = row * LEVELS + layer, inside - jit.Float(layer)
+    low = dr.gather(jit.Float, profile.excess, index)
+    rise = dr.gather(jit.Float, profile.excess, index + 1) - low
+    here = dr.fma(rise, part, low)
+    column = dr.gather(jit.Float, profile.column, index) + step * (0.5 * part * (low + here) + (place - inside) * here)
+    return here, rise / step, column
+
+
+def depart(profile: Profile, row: Array, height: Array, sine: Array) -> Bend:
+    """A ray at `height` [m] whose angle above the horizontal has this `sine`."""
+    cosine = dr.sqrt(dr.maximum(1.0 - sine * sine, 0.0))
+    speed = dr.gather(jit.Float, profile.speed, row) + excess_at(profile, row, height)[0]
+    return Bend(row, height, sine, cosine, cosine / speed)
+
+
+def arc(profile: Profile, ray: Bend, reach: Array) -> tuple[Bend, Chord]:
+    """Follow a ray along one arc.
+
+    In a linear gradient g the arc is the circle that the ray is: its angle changes by -g p per metre, p = cos(theta)/c.
+    In layers, the angle at its end is what Snell's law gives there, exactly; direction and duration follow from the
+    mean sound speed of the layers that it passes through, to first order in how that departs from the mean of both
+    ends. What is left is of second order in the turn over the arc: a tenth of the arc's length times its square.
 
     Args:
-        direction: `Array3f`, unit, z up.
-        curvature: c'/c with c' = dc/dz, z up [1/m].
+        reach: c at height 0 times the time under way [m].
+
+    Returns:
+        the ray at the end of the arc, and the arc's chord.
     """
+    speed = dr.gather(jit.Float, profile.speed, ray.row)
+    here, slope, column = excess_at(profile, ray.row, ray.height)
+    length, turn, shift = jit.Float(reach), -slope * ray.slowness * reach, jit.Float(0)
+    there = here
+    for _ in range(_ROUNDS):
+        middle = _sine_after(ray, 0.5 * turn)
+        rise = length * _sinc(0.5 * turn) * _sine_after(ray, 0.5 * turn + shift)
+        there, slope, above = excess_at(profile, ray.row, ray.height + rise)
+        ends = 0.5 * (here + there)
+        flat = (dr.abs(rise) < _LEVEL) | (dr.abs(middle) < 1e-3)
+        mean = dr.select(flat, ends, (above - column) / dr.select(flat, 1.0, rise))
+        steep = dr.select(flat, 1.0, middle)
+        half = -0.5 * ray.slowness * (there - here) / steep
+        turn = dr.select(flat, -slope * ray.slowness * length, 2.0 * half * (1.0 + half * half * (1.0 / 6.0)))
+        shift = dr.select(flat, 0.0, ray.slowness * (ends - mean) / steep)
+        shift = dr.clip(shift, -0.5 * dr.abs(turn), 0.5 * dr.abs(turn))
+        varied = (there - here) / (speed + mean)
+        length = reach / (1.0 - mean / (speed + mean) + varied * varied * (speed / (speed + mean) / 12.0))
+    chord = length * _sinc(0.5 * turn)
+    sine, cosine = _sine_after(ray, 0.5 * turn + shift), _cosine_after(ray, 0.5 * turn + shift)
+    after = Bend(ray.row, ray.height + chord * sine, _sine_after(ray, turn), _cosine_after(ray, turn), ray.slowness)
+    return after, Chord(chord, sine, cosine, turn, (there - here) / (2.0 * speed + here + there))
+
+
+def reduced_range(chord: Chord, part: Array, reach: Array) -> Array:
+    """c at height 0 times the time to a `part` (0 .. 1) of an arc that takes `reach` in all [m].
+
+    The slowness is linear along it to first order.
+    """
+    return reach * part * (1.0 + chord.skew * (1.0 - part))
+
+
+def turned(direction: Array, sine: Array, cosine: Array) -> Array:
+    """`Array3f`: the vertical plane of `direction`, another angle above the horizontal."""
     horizontal = dr.sqrt(direction.x * direction.x + direction.y * direction.y)
-    angle = -curvature * horizontal * distance
-    s, c = dr.sincos(angle)
-    scale = dr.maximum(horizontal, 1e-9)
-    up = horizontal * s + direction.z * c
-    level = horizontal * c - direction.z * s
-    return jit.Array3f(direction.x * level / scale, direction.y * level / scale, up)
+    scale = cosine / dr.maximum(horizontal, 1e-9)
+    return jit.Array3f(direction.x * scale, direction.y * scale, sine)
+
+
+def path_end(profile: Profile, row: Array, direction: Array, reach: Array, *, arcs: int) -> Array:
+    """`Array3f` [m]: how far from its start a ray is after the time `reach`/c, c at height 0 where it starts."""
+    ray, place = depart(profile, row, dr.zeros(jit.Float, dr.width(reach)), direction.z), jit.Array3f(0)
+    for _ in range(arcs):
+        ray, chord = arc(profile, ray, reach * (1.0 / arcs))
+        place += chord.length * turned(direction, chord.sine, chord.cosine)
+    return place
+
+
+def _sinc(x: Array) -> Array:
+    """sin(x)/x of the small turns of arcs."""
+    x2 = x * x
+    return 1.0 - x2 * (1.0 / 6.0) * (1.0 - x2 * 0.05)
+
+
+def _sine_after(ray: Bend, turn: Array) -> Array:
+    s, c = dr.sincos(turn)
+    return dr.fma(ray.sine, c, ray.cosine * s)
+
+
+def _cosine_after(ray: Bend, turn: Array) -> Array:
+    s, c = dr.sincos(turn)
+    return dr.fma(ray.cosine, c, -ray.sine * s)
+
+
+def displacement(depths: Sequence[float], speeds: Sequence[float], reach: float) -> float:
+    """How far a level ray bends aside over `reach` [m], in parts of it, where it bends most: reach |c'|/(2 c).
+
+    Gradients are taken over a twentieth of the reach, the height that such a ray passes through.
+    """
+    span, worst = max(reach / 20.0, 1e-3), 0.0
+    for i, top in enumerate(depths):
+        j = next((k for k in range(i + 1, len(depths)) if depths[k] >= top + span), len(depths) - 1)
+        if j > i:
+            gradient = abs(speeds[j] - speeds[i]) / (depths[j] - top)
+            worst = max(worst, reach * gradient / (2.0 * speeds[i]))
+    return worst
 
 
 @dataclass(frozen=True)

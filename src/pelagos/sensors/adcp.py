@@ -96,12 +96,12 @@ class Adcp:
         self.config = config
         self._context = context
         self._sounder = Sounder(config, context, beam_rays(config), frequency_hz=config.frequency_hz, ph=config.ph)
-        self._ping = context.scene.compile(self._make)
+        self._ping = self._sounder.compile(self._make)
         self.tables = {"depth": config.depths, "direction": config.beams}
 
     def sense(self, motion: Kinematics) -> Measurement:
         """Ping on every lane."""
-        cells, ranges = self._ping(*self._arguments(motion))
+        cells, ranges = self._ping(motion, self._context.ocean)
         data = np.stack([np.array(c[0]).T for c in cells], axis=1)
         truth = np.stack([np.array(c[1]).T for c in cells], axis=1)
         valid = np.stack([np.array(c[2]) for c in cells], axis=1)
@@ -110,19 +110,15 @@ class Adcp:
 
     def explain(self, motion: Kinematics) -> list[tuple[str, NDArray[Any], str]]:
         """One profile, not frozen, with its intermediate arrays: (name, values, unit)."""
-        return self._sounder.trace(self._make, *self._arguments(motion))
-
-    def _arguments(self, motion: Kinematics) -> tuple[Any, ...]:
-        velocity = sensor_velocity(motion, self.config)
-        return (*self._sounder.arguments(motion), motion, velocity, self._context.ocean)
+        return self._sounder.trace(self._make, *self._sounder.arguments(motion), motion, self._context.ocean)
 
     def _make(self, static: Any, moving: Any, trace: Trace = None) -> Callable[..., Any]:
         config = self.config
 
         def ping(
-            tables: Tables, lanes: Lanes, fan: Fan, surfaces: Surfaces, key: Any, motion: Kinematics, velocity: Array,
-            ocean: Ocean,
+            tables: Tables, lanes: Lanes, fan: Fan, surfaces: Surfaces, key: Any, motion: Kinematics, ocean: Ocean,
         ) -> tuple[Any, ...]:  # fmt: skip
+            velocity = sensor_velocity(motion, config)
             tilt = math.cos(math.radians(config.beam_tilt_deg))
             far = (config.depths[-1] + config.cell_m) / tilt**2 + 1.0
             view = look(static, moving, tables, fan, lanes, surfaces, max_range=float(far), smooth=False)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
@@ -12,7 +13,7 @@ from numpy.typing import NDArray
 from pelagos import jit
 from pelagos.acoustics.absorption import absorption, check_frequency
 from pelagos.acoustics.echo import Patches, strip_span
-from pelagos.acoustics.refraction import bend
+from pelagos.acoustics.refraction import LEVELS, Profile, arc, depart, profile_from, reduced_range, turned
 from pelagos.acoustics.spreading import patch_intensity
 from pelagos.jit import Array
 from pelagos.math.so3 import rotate
@@ -35,8 +36,8 @@ _SURFACE_BUBBLES_DB: Final = (
 )  # Lambert strength of a wind-roughened surface with bubbles: TR 9407 Sec. II, figures
 _PATCHINESS_DB: Final = 5.0  # amplitude of the noise field, whose rms is 0.3
 _PATCH_SCALE: Final = 1.6  # [m]
-_GRADIENT_STEP: Final = 2.0  # [m], half the height over which the sound speed's gradient is taken
-_CHORDS: Final = 4  # straight pieces of a bent ray
+_ARC: Final = 60.0  # [m], longest arc of a bent ray where it needs few
+_ARCS: Final = (4, 16)  # fewest and most of them
 _STEEPEST: Final = 2.0  # longest strip, relative to one on level ground
 _LEAST_SINE: Final = 0.01  # grazing angle below which patches are cut off (0.6 deg)
 
@@ -70,12 +71,10 @@ class Medium:
     Attributes:
         sound_speed: c [m/s].
         absorption: [dB/m].
-        curvature: c'/c with c' = dc/dz, z up [1/m]: what bends rays.
     """
 
     sound_speed: Array
     absorption: Array
-    curvature: Array
 
 
 @jit.struct
@@ -88,6 +87,7 @@ class Lanes:
         copy, own: `UInt32`, see `Rays`.
         environment, tick: `UInt32`, what random numbers are counted by.
         medium: water at the sonar.
+        profile: sound speed above and below it, one row a lane; None where rays are straight.
     """
 
     position: Array
@@ -97,6 +97,7 @@ class Lanes:
     environment: Array
     tick: Array
     medium: Medium
+    profile: Profile | None = None
 
 
 def medium_of(frequency_hz: float, ph: float) -> Callable[[Ocean, Array, Array], Medium]:
@@ -107,12 +108,35 @@ def medium_of(frequency_hz: float, ph: float) -> Callable[[Ocean, Array, Array],
         depth = dr.maximum(-position[2], 0.0)
         temperature, salinity = ocean.temperature(position, t), ocean.salinity(position, t)
         loss = absorption(jit.Float64(frequency_hz), temperature, salinity, depth, ph)
-        up = jit.Array3f64(0.0, 0.0, _GRADIENT_STEP)
-        speed = ocean.sound_speed(position, t)
-        gradient = (ocean.sound_speed(position + up, t) - ocean.sound_speed(position - up, t)) / (2.0 * _GRADIENT_STEP)
-        return Medium(jit.Float(speed), jit.Float(loss), jit.Float(gradient / speed))
+        return Medium(jit.Float(ocean.sound_speed(position, t)), jit.Float(loss))
 
     return medium
+
+
+def profile_of(ocean: Ocean, position: Array, t: Array, *, reach: float, bottom: float) -> Profile:
+    """Sound speed above and below each place, from the surface or `reach` [m] above it down to as far below.
+
+    `bottom` is the height of the deepest ground [m]: there is no water below it.
+    """
+    top = dr.minimum(jit.Float64(reach), dr.maximum(-position[2], 0.0) + 1.0)
+    low = -dr.minimum(jit.Float64(reach), dr.maximum(position[2] - bottom, 0.0) + 1.0)
+    step = (top - low) * (1.0 / (LEVELS - 1))
+    dr.eval(low, step)
+    level = dr.arange(jit.UInt32, dr.width(position) * LEVELS)
+    row = level // LEVELS
+    height = dr.gather(jit.Float64, low, row) + dr.gather(jit.Float64, step, row) * jit.Float64(level % LEVELS)
+    x, y, z = (dr.gather(jit.Float64, p, row) for p in position)
+    when = dr.gather(jit.Float64, t, row) if dr.width(t) > 1 else t
+    here = ocean.sound_speed(position, t)
+    excess = ocean.sound_speed(jit.Array3f64(x, y, z + height), when) - dr.gather(jit.Float64, here, row)
+    made = jit.Float(excess)
+    dr.eval(made)
+    return profile_from(made, jit.Float(here), jit.Float(low), jit.Float(step))
+
+
+def arcs_of(reach: float) -> int:
+    """How many arcs a bent ray is made of."""
+    return min(max(math.ceil(reach / _ARC), _ARCS[0]), _ARCS[1])
 
 
 def fan_struct(fan: dict[str, NDArray[Any]]) -> Fan:
@@ -163,7 +187,6 @@ def look(
     *,
     max_range: float,
     smooth: bool = True,
-    bent: bool = False,
 ) -> View:
     """Cast a sonar's fan on every lane.
 
@@ -174,8 +197,9 @@ def look(
         surfaces: names the row of the sea surface.
         max_range: [m].
         smooth: interpolate normals.
-        bent: follow the gradient of the sound speed; `hits.t` is then the range that the echo's time means at the
-            sonar's sound speed, and `direction` that of arrival at the surface.
+
+    Where the lanes have a profile, rays follow it: `hits.t` is then the range that the echo's time means at the sonar's
+    sound speed, and `direction` that of arrival.
     """
     rays = dr.width(fan.beam)
     index = dr.arange(jit.UInt32, rays * dr.width(lanes.position))
@@ -187,9 +211,10 @@ def look(
     aside = rotate(q, dr.gather(jit.Array3f, fan.aside, ray))
     own_row = dr.gather(jit.UInt32, lanes.own, lane)
     shot = Rays(origin, direction, jit.Float(max_range), dr.gather(jit.UInt32, lanes.copy, lane), own_row)
-    if bent:
-        curvature = dr.gather(jit.Float, lanes.medium.curvature, lane)
-        hits, direction = cast_bent(static, moving, tables, shot, surfaces.sea_row, curvature, max_range, smooth=smooth)
+    if lanes.profile is not None:
+        hits, direction = cast_bent(
+            static, moving, tables, shot, surfaces.sea_row, lanes.profile, lane, max_range, smooth=smooth
+        )
     else:
         hits = with_sea_surface(cast(static, moving, tables, shot, smooth=smooth), shot, surfaces.sea_row)
     sine = dr.abs(dr.dot(hits.shading_normal, direction))
@@ -197,28 +222,30 @@ def look(
 
 
 def cast_bent(
-    static: Any, moving: Any, tables: Tables, rays: Rays, sea_row: Array, curvature: Array, max_range: float, *,
-    smooth: bool,
+    static: Any, moving: Any, tables: Tables, rays: Rays, sea_row: Array, profile: Profile, row: Array,
+    max_range: float, *, smooth: bool,
 ) -> tuple[Hits, Array]:  # fmt: skip
-    """Cast rays that bend, as a few chords of their arcs; hits, and the direction of the chord that hit."""
-    piece = max_range / _CHORDS
-    origin, direction = rays.origin, bend(rays.direction, curvature, jit.Float(0.5 * piece))
+    """Cast rays along the chords of their arcs; hits with reduced ranges (see `arc`), and directions of arrival."""
+    count = arcs_of(max_range)
+    reach = max_range / count
+    ray = depart(profile, row, dr.zeros(jit.Float, dr.width(row)), rays.direction.z)
+    origin, final = rays.origin, rays.direction
     found: Hits | None = None
-    final, travelled, rise = direction, jit.Float(0), jit.Float(0)
-    for k in range(_CHORDS):
+    for k in range(count):
+        after, chord = arc(profile, ray, jit.Float(reach))
+        direction = turned(rays.direction, chord.sine, chord.cosine)
         active = jit.Bool(True) if found is None else ~found.valid
-        shot = Rays(origin, direction, dr.select(active, jit.Float(piece), 0.0), rays.copy, rays.own)
+        shot = Rays(origin, direction, dr.select(active, chord.length, 0.0), rays.copy, rays.own)
         hits = with_sea_surface(cast(static, moving, tables, shot, smooth=smooth), shot, sea_row)
-        hits.t += travelled
-        rise = dr.select(active, jit.Float(origin.z - rays.origin.z), rise)
-        final = dr.select(active, direction, final)
+        part = dr.clip(hits.t / chord.length, 0.0, 1.0)
+        s, c = dr.sincos(chord.turn * (part - 0.5))  # the arc's own direction there, from its chord's
+        arrival = turned(direction, chord.sine * c + chord.cosine * s, chord.cosine * c - chord.sine * s)
+        hits.t = dr.select(hits.valid, k * reach + reduced_range(chord, part, jit.Float(reach)), dr.inf)
+        final = dr.select(active, arrival, final)
         found = hits if found is None else dr.select(active, hits, found)
-        origin = origin + jit.Array3f64(direction) * piece
-        travelled += piece
-        direction = bend(direction, curvature, jit.Float(piece if k < _CHORDS - 1 else 0.0))
+        origin = origin + jit.Array3f64(direction) * jit.Float64(chord.length)
+        ray = after
     assert found is not None
-    slower = 1.0 + 0.5 * curvature * (rise + 0.5 * piece * final.z)  # mean speed of the path over that at the sonar
-    found.t = found.t / slower
     return found, final
 
 

@@ -16,11 +16,13 @@ from pelagos.acoustics.beam_pattern import line_length, line_np
 from pelagos.acoustics.bottom_detection import NOT_FOUND, Series, find_bottom
 from pelagos.acoustics.noise import ambient_level, band_level, directivity_index
 from pelagos.acoustics.pulse import processing_gain_db
+from pelagos.acoustics.refraction import path_end
 from pelagos.acoustics.spreading import from_db, to_db
 from pelagos.jit import Array
+from pelagos.math.so3 import rotate, rotate_back
 from pelagos.raycast.scene import Tables
 from pelagos.sensors.beam_series import Beams, Window, beam_series
-from pelagos.sensors.echo import Fan, Lanes, Trace, look
+from pelagos.sensors.echo import Fan, Lanes, Trace, arcs_of, look
 from pelagos.sensors.scattering import Surfaces
 from pelagos.sensors.sensor import Kinematics, Measurement, SensorConfig, SensorContext
 from pelagos.sensors.sonar_catalogue import with_device
@@ -69,6 +71,9 @@ class MultibeamConfig(SensorConfig):
     """Wind for ambient noise and the sea surface [m/s]."""
     ph: float = Field(default=8.1, gt=7, lt=9)
     """Acidity of the water, for absorption."""
+    refraction: bool | Literal["auto"] = "auto"
+    """Bend rays by the sound speed's profile above and below the sonar; `auto`: where that displaces a level ray by
+    more than 0.4 % of the range. Soundings are placed along the bent rays unless `sound_speed_mps` is given."""
     samples: int = Field(default=64, ge=16, le=1024)
     """Samples of a beam's echo, half a range resolution apart; where the echo is longer than they are, they lie farther
     apart and the pulse is as much longer, as sounders choose it in deep water."""
@@ -188,20 +193,21 @@ class Multibeam:
         self.config = config
         rays = fan_rays(config)
         self._sounder = Sounder(
-            config, context, rays, frequency_hz=config.frequency_hz, ph=config.ph, wind_speed=config.wind_speed_mps
-        )
+            config, context, rays, frequency_hz=config.frequency_hz, ph=config.ph, wind_speed=config.wind_speed_mps,
+            refraction=config.refraction, reach=1.1 * config.range_max_m,
+        )  # fmt: skip
         self._noise = dr.opaque(jit.Float, _noise_power(config))
-        self._ping = context.scene.compile(self._make)
+        self._ping = self._sounder.compile(self._make)
         axis = rays["direction"][config.rays_per_beam // 2 :: config.rays_per_beam]
         self.tables = {"angle": config.angles.astype(np.float32), "direction": axis.astype(np.float32)}
 
     def sense(self, motion: Kinematics) -> Measurement:
         """Ping on every lane."""
         shape = (dr.width(motion.position), self.config.beams)
-        found = [np.array(values).reshape(shape) for values in self._ping(*self._arguments(motion))]
-        data, truth, backscatter, error, snr, kind, label, instance = found
+        *found, places = self._ping(motion, self._noise)
+        data, truth, backscatter, error, snr, kind, label, instance = (np.array(v).reshape(shape) for v in found)
         extras = {
-            "soundings": data[..., None] * self.tables["direction"],
+            "soundings": np.ascontiguousarray(np.array(places).T).reshape(*shape, 3),
             "backscatter": backscatter,
             "uncertainty": error,
             "quality": quality(data, error),
@@ -214,20 +220,18 @@ class Multibeam:
 
     def explain(self, motion: Kinematics) -> list[tuple[str, NDArray[Any], str]]:
         """One ping, not frozen, with its intermediate arrays: (name, values, unit)."""
-        return self._sounder.trace(self._make, *self._arguments(motion))
-
-    def _arguments(self, motion: Kinematics) -> tuple[Any, ...]:
-        return (*self._sounder.arguments(motion), self._noise)
+        return self._sounder.trace(self._make, *self._sounder.arguments(motion), motion, self._noise)
 
     def _make(self, static: Any, moving: Any, trace: Trace = None) -> Callable[..., Any]:
         config, beams = self.config, receiver(self.config)
 
         def ping(
-            tables: Tables, lanes: Lanes, fan: Fan, surfaces: Surfaces, key: Any, noise: Array
+            tables: Tables, lanes: Lanes, fan: Fan, surfaces: Surfaces, key: Any, motion: Kinematics, noise: Array
         ) -> tuple[Array, ...]:
             view = look(static, moving, tables, fan, lanes, surfaces, max_range=1.1 * config.range_max_m)
             window, series = beam_series(beams, view, fan, lanes, surfaces, noise, key, trace)
-            return detect(config, window, series, lanes, noise, trace)
+            found = detect(config, window, series, lanes, noise, trace)
+            return *found, placed(config, found[0], fan, lanes)
 
         return ping
 
@@ -269,6 +273,19 @@ def detect(
         window.label,
         window.instance,
     )
+
+
+def placed(config: MultibeamConfig, distance: Array, fan: Fan, lanes: Lanes) -> Array:
+    """Where the soundings are, `Array3f` in the sensor frame [m]: along the beams' axes, as rays bend."""
+    index = dr.arange(jit.UInt32, dr.width(distance))
+    lane = index // config.beams
+    rays = config.rays_per_beam
+    axis = dr.gather(jit.Array3f, fan.direction, index % config.beams * rays + rays // 2)
+    if lanes.profile is None or config.sound_speed_mps is not None:
+        return axis * distance
+    q = dr.gather(jit.Array4f, jit.Array4f(lanes.attitude), lane)
+    end = path_end(lanes.profile, lane, rotate(q, axis), distance, arcs=arcs_of(config.range_max_m))
+    return rotate_back(q, end)
 
 
 def quality(distance: NDArray[np.float32], error: NDArray[np.float32]) -> NDArray[np.float32]:

@@ -98,8 +98,9 @@ class PingConfig(SensorConfig):
     """Loss of a bounce at the sea surface [dB]."""  # assumed; TR 9407 Section II has 0.5 to 6.5 dB at 20 kHz
     bottom_loss_db: float = Field(default=6.0, ge=0)
     """Loss by roughness of a bounce at any other surface, beyond that of its material [dB]."""  # assumed
-    refraction: bool = False
-    """Bend rays by the gradient of the sound speed at the sonar."""
+    refraction: bool | Literal["auto"] = "auto"
+    """Bend rays by the sound speed's profile above and below the sonar; `auto`: where that displaces a level ray by
+    more than 0.4 % of the range."""
     interference: Interference | None = None
     """Another sonar that is heard."""
     painted_noise: PaintedNoise | None = None

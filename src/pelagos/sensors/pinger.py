@@ -50,7 +50,8 @@ class Pinger:
         self._layout = layout
         self._sounder = Sounder(
             config, context, rays, frequency_hz=config.frequency_hz, ph=config.ph, wind_speed=config.wind_speed_mps,
-            texture_db=config.texture_db,
+            texture_db=config.texture_db, refraction=config.refraction,
+            reach=config.range_max_m + config.longest_strip_m,
         )  # fmt: skip
         resolution = range_resolution(1500.0, config.bandwidth_hz)
         if config.bin_width_m < resolution / _FINEST:
@@ -113,7 +114,7 @@ class Pinger:
             if turn:
                 lanes = replace(lanes, attitude=multiply(lanes.attitude, turn[0]))
             far = config.range_max_m + config.longest_strip_m
-            view = look(static, moving, tables, fan, lanes, surfaces, max_range=far, bent=config.refraction)
+            view = look(static, moving, tables, fan, lanes, surfaces, max_range=far)
             patches = [calibrated(config, layout, view, fan, lanes, surfaces, velocity, trace)]
             if config.multipath != "none":
                 bottom = config.bottom_loss_db if config.multipath == "surface_and_bottom" else None

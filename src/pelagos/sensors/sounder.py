@@ -3,20 +3,26 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
+from typing import Any, Final, Literal, TypeAlias
 
 import drjit as dr
 import numpy as np
 from numpy.typing import NDArray
 
 from pelagos import jit
+from pelagos.acoustics.refraction import displacement
 from pelagos.jit import Array
 from pelagos.raycast.scene import Tables
-from pelagos.sensors.echo import Fan, Lanes, Medium, Trace, fan_struct, medium_of
+from pelagos.sensors.echo import Fan, Lanes, Trace, fan_struct, medium_of, profile_of
 from pelagos.sensors.mount import sensor_pose
 from pelagos.sensors.noise import opaque_key, stream_key
 from pelagos.sensors.scattering import TEXTURE_DB, Surfaces, surfaces
 from pelagos.sensors.sensor import Kinematics, SensorConfig, SensorContext
+
+Refraction: TypeAlias = 'bool | Literal["auto"]'
+
+_BENDS: Final = 0.004  # displacement of a level ray, in parts of the range, from which refraction matters
+_DEPTHS: Final = 129  # places of the water column that are looked at
 
 
 class Sounder:
@@ -30,11 +36,15 @@ class Sounder:
         ph: acidity of the water.
         wind_speed: roughens the sea surface [m/s].
         texture_db: rms variation of surfaces' cross sections from place to place [dB].
+        refraction: whether rays bend by the profile of the sound speed; "auto": where a level ray would be displaced by
+            more than `_BENDS` of the reach.
+        reach: longest range of a ray [m].
 
     Attributes:
         fan: rays on the device.
         surfaces: what materials scatter.
         key: random stream of the sonar's noise.
+        bent: whether rays bend.
     """
 
     def __init__(
@@ -47,11 +57,15 @@ class Sounder:
         ph: float,
         wind_speed: float = 5.0,
         texture_db: float = TEXTURE_DB,
+        refraction: Refraction = False,
+        reach: float = 0.0,
     ) -> None:
         self._config = config
         self._context = context
         self._medium = medium_of(frequency_hz, ph)
-        self._frozen_medium = jit.freeze(self._medium)
+        self._reach = reach
+        self._bottom = lowest_ground(context, reach)
+        self.bent = bends(context, reach, self._bottom) if refraction == "auto" else refraction
         self._own = jit.UInt32(context.own_body)
         dr.make_opaque(self._own)
         self.fan: Fan = fan_struct(rays)
@@ -62,7 +76,7 @@ class Sounder:
 
     def arguments(self, motion: Kinematics) -> tuple[Tables, Lanes, Fan, Surfaces, Any]:
         """What every ping is called with: the scene's tables, where the sonar is, its rays, surfaces, random stream."""
-        lanes = self._lanes(motion, self._context.ocean, self._own, self._frozen_medium)
+        lanes = self._lanes(motion, self._context.ocean, self._own)
         return self._context.scene.tables, lanes, self.fan, self.surfaces, self.key
 
     def compile(self, make: Callable[[Any, Any], Callable[..., Any]]) -> Callable[..., Any]:
@@ -78,7 +92,7 @@ class Sounder:
                 tables: Tables, motion: Kinematics, ocean: Any, own: Array, fan: Fan, surfaces: Surfaces, key: Any,
                 *more: Any,
             ) -> Any:  # fmt: skip
-                lanes = self._lanes(motion, ocean, own, self._medium)
+                lanes = self._lanes(motion, ocean, own)
                 dr.eval(lanes)  # in one kernel: rays gather from each of its arrays
                 return make(static, moving)(tables, lanes, fan, surfaces, key, motion, *more)
 
@@ -93,11 +107,13 @@ class Sounder:
 
         return ping
 
-    def _lanes(self, motion: Kinematics, ocean: Any, own: Array, medium: Callable[..., Medium]) -> Lanes:
+    def _lanes(self, motion: Kinematics, ocean: Any, own: Array) -> Lanes:
         position, attitude = sensor_pose(motion, self._config)
-        water = medium(ocean, position, jit.Float64(motion.t_ns) * 1e-9)
+        t = jit.Float64(motion.t_ns) * 1e-9
+        water = self._medium(ocean, position, t)
         own_row = dr.gather(jit.UInt32, own, motion.copy)
-        return Lanes(position, attitude, motion.copy, own_row, motion.environment, motion.tick, water)
+        profile = profile_of(ocean, position, t, reach=self._reach, bottom=self._bottom) if self.bent else None
+        return Lanes(position, attitude, motion.copy, own_row, motion.environment, motion.tick, water, profile)
 
     def trace(self, make: Callable[..., Any], *arguments: Any) -> list[tuple[str, NDArray[Any], str]]:
         """Run a ping that is not frozen, and keep its intermediate arrays: (name, values, unit).
@@ -109,3 +125,18 @@ class Sounder:
         scene = self._context.scene
         make(scene.static, scene.moving, keep)(*arguments)
         return found
+
+
+def lowest_ground(context: SensorContext, reach: float) -> float:
+    """Height of the world's deepest place [m]; without any ground, of how deep rays may reach."""
+    bounds = getattr(context.world, "bounds", None)
+    return -max(reach, 1.0) if bounds is None else float(np.asarray(bounds)[0, 2])
+
+
+def bends(context: SensorContext, reach: float, bottom: float) -> bool:
+    """Whether refraction matters over `reach` [m] anywhere between the surface and `bottom`, at the world's origin."""
+    depth = np.linspace(0.0, max(-bottom, 1.0), _DEPTHS)
+    zero = dr.zeros(jit.Float64, _DEPTHS)
+    place = jit.Array3f64(zero, zero, jit.Float64(-depth))
+    speed = np.broadcast_to(np.array(context.ocean.sound_speed(place, jit.Float64(0.0))), depth.shape)
+    return displacement(depth.tolist(), speed.tolist(), reach) > _BENDS
