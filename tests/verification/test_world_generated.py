@@ -13,8 +13,9 @@ from scipy.stats import kstest, poisson
 
 from pelagos.errors import WorldError
 from pelagos.world.generate.draw import Distribution
-from pelagos.world.generate.generated import KINDS, GeneratedConfig
+from pelagos.world.generate.generated import GeneratedConfig
 from pelagos.world.generate.landform import LANDFORMS
+from pelagos.world.generate.objects import KINDS
 from pelagos.world.generate.relief import fractal
 from pelagos.world.generate.scatter import Places
 

@@ -43,11 +43,12 @@ def show_world(path: Path, changes: Sequence[str], outs: Sequence[Path], *, samp
         started = time.perf_counter()
         world = _built(scenario)
         seconds = time.perf_counter() - started
+        from pelagos.world.large.picture import pictured
         from pelagos.world.preview import statistics
 
         stats = statistics(world) | {"generation_s": seconds, "peak_memory_mb": peak_memory_mb() or 0.0}
-        paused = world.at_time(at_s)
-        drawn = _pictures(paused, Path(folder), stage, samples) if pictures else (Path(), [])
+        still = pictured(world.at_time(at_s)) if outs else world
+        drawn = _pictures(still, Path(folder), stage, samples) if pictures else (Path(), [])
         for target in outs:
             stage(f"writing {shown(target)}")
             _write(world, stats, drawn, target, title=scenario.name, at_s=at_s)
@@ -95,7 +96,8 @@ def _pictures(
     for number, view in enumerate(viewpoints(world)):
         stage(f"drawing a view: {view.name}")
         file = folder / f"view{number}.png"
-        views.append((view.name, render(world, file, eye=view.eye, target=view.target, samples=samples)))
+        render(world, file, eye=view.eye, target=view.target, samples=samples, exaggeration=view.exaggeration)
+        views.append((view.name, file))
     return chart, views
 
 
@@ -109,6 +111,7 @@ def _write(
     at_s: float,
 ) -> None:
     from pelagos.world.export import export, save, save_glb
+    from pelagos.world.large.picture import pictured
     from pelagos.world.sheet import draw_sheet, summary
 
     suffix = target.suffix.lower()
@@ -120,7 +123,7 @@ def _write(
 
         target.write_text(world_page(world, stats, drawn[0], drawn[1], title=title), encoding="utf-8")
     elif suffix == ".glb":
-        save_glb(world.at_time(at_s), target)
+        save_glb(pictured(world.at_time(at_s)), target)
     elif suffix == ".npz":
         save(world, target)
     elif suffix == ".json":

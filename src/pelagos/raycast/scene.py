@@ -94,6 +94,8 @@ class Scene:
         for name, group in (("smooth", smooth), ("flat", flat)):
             if not group:
                 continue
+            if ground is not None:  # the origin moves with the ground, and they stay where they are
+                self._static_groups[name] = group
             meshes.append(_mesh(name, group, self.origin))
             faces = np.concatenate([objects.rows(g) for g in group])
             self._static_faces.append(faces)
@@ -166,8 +168,8 @@ class Scene:
         parameters[f"{mesh}.vertex_normals"] = _own(jit.Float, patch.normals)
         parameters[f"{mesh}.faces"] = _own(jit.UInt32, patch.faces)
         if (patch.origin != self.origin).any():
-            for name, group in self._static_groups.items():
-                parameters[f"{name}.vertex_positions"] = _own(
+            for k, group in enumerate(self._static_groups.values()):
+                parameters[f"m{k}.vertex_positions"] = _own(
                     jit.Float, np.concatenate([g.vertices - patch.origin for g in group]).astype(np.float32)
                 )
         parameters.update()

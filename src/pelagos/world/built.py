@@ -36,6 +36,8 @@ class ThingConfig(BaseModel):
     """Which shapes of a description file."""
     at_m: tuple[float, float, float] = (0.0, 0.0, 0.0)
     """Its middle, or the file's origin: x north, y west, z up from the mean sea surface [m]."""
+    at_deg: tuple[float, float] | None = None
+    """Latitude and longitude of its middle [deg], instead of x and y of `at_m`."""
     orientation_deg: tuple[float, float, float] = (0.0, 0.0, 0.0)
     """Roll, pitch, yaw, R = Rz Ry Rx [deg]."""
     size_m: tuple[float, float, float] = (1.0, 1.0, 1.0)
@@ -95,9 +97,9 @@ class BuiltConfig(WorldConfig):
         site = Site(user_labels=self.labels)
         if self.depth_m is not None:
             site.ground(level(self.size_m, self.depth_m), self.material)
-        for thing in self.things:
-            _add(site, thing)
         origin = GeoOrigin(self.latitude_deg or 0.0, self.longitude_deg or 0.0)
+        for thing in self.things:
+            add(site, thing, origin)
         return site.world(name="built", description=f"{len(site.geometries)} things placed by hand", origin=origin)
 
 
@@ -109,16 +111,25 @@ def level(size: tuple[float, float], depth: float) -> HeightField:
     return HeightField(*corner, spacing, np.full((cells[0] + 1, cells[1] + 1), -depth))
 
 
-def _add(site: Site, thing: ThingConfig) -> None:
+def add(site: Site, thing: ThingConfig, origin: GeoOrigin) -> None:
+    """Put a thing, or a row of the same, into a world under construction.
+
+    Raises:
+        WorldError: its file cannot be used.
+        LookupFailed: an unknown material or label.
+    """
     mesh = _mesh(thing)
     name = thing.name or (thing.path.name if thing.path else thing.shape)
     if thing.path is not None:
         site.notes += _doubts(mesh, name)
     mesh = mesh.rotated(rotation(*np.radians(thing.orientation_deg)))
+    first = np.array(thing.at_m)
+    if thing.at_deg is not None:
+        first[:2] = [float(c) for c in origin.to_xy(*thing.at_deg)]
     for k in range(thing.repeat):
-        at = np.array(thing.at_m) + k * np.array(thing.step_m)
+        at = first + k * np.array(thing.step_m)
         if thing.on_ground and site.terrain is not None:
-            at[2] += float(site.terrain.height(at[0], at[1]))
+            at[2] += float(site.terrain.surface(at[0], at[1]))
         site.add(mesh.moved(at), thing.material, label=thing.label, name=name, crease_deg=thing.smooth_deg)
 
 

@@ -25,6 +25,7 @@ from pelagos.raycast.geometry import Geometry
 from pelagos.world.bathymetry.nodes import SurveyNodes
 from pelagos.world.config import WorldConfig
 from pelagos.world.files import read_mesh
+from pelagos.world.large.picture import pictured
 from pelagos.world.legend import legend
 from pelagos.world.material import Material
 from pelagos.world.mover import MoverConfig
@@ -60,7 +61,7 @@ def export(world: World, folder: Path, *, t: float = 0.0) -> list[Path]:
     Movers stand in the mesh where they are at time t [s]; in `world.npz` they keep their paths.
     """
     folder.mkdir(parents=True, exist_ok=True)
-    shown = world.at_time(t)
+    shown = pictured(world.at_time(t))
     made = [save(world, folder / "world.npz"), save_glb(shown, folder / "world.glb"), folder / "labels.json"]
     made[2].write_text(json.dumps(legend(shown), indent=1))
     if world.terrain is not None:
@@ -72,7 +73,8 @@ def export(world: World, folder: Path, *, t: float = 0.0) -> list[Path]:
 
 
 def save(world: World, path: Path) -> Path:
-    """Write everything about a world into one archive."""
+    """Write everything about a world into one archive; a large one with the ground that `pictured` gives it."""
+    world = pictured(world)
     arrays: dict[str, Any] = {}
     rows = []
     for k, g in enumerate(world.geometries):

@@ -15,6 +15,7 @@ from pelagos.world.world import World
 _SKY = (0.36, 0.45, 0.55)  # radiance of the even light from above, relative
 _SUN = (0.62, -0.45, -0.55)  # direction in which the sun's light travels: low, and across the usual view
 _PATH_S, _PATH_POINTS = 300.0, 1500  # paths of movers are drawn for this long [s], with this many points
+_BLIND_M = 2.0  # from this size of a pixel on, small things are marked on a map [m]
 _LEGEND = 12  # labels that a map names at most
 
 
@@ -72,9 +73,10 @@ def draw_map(world: World, path: Path, *, pixels: int = 900) -> Path:
     axes.imshow(paint[:, ::-1], extent=span, origin="lower")
     axes.set(xlabel="y, west [m]", ylabel="x, north [m]", title=world.description or world.name)
     figure.colorbar(image, label="height [m]", shrink=0.8)
+    _mark_small(axes, world, float((high - low)[:2].max()) / pixels)
     _draw_paths(axes, world)
     axes.set(xlim=span[:2], ylim=span[2:])
-    _name_labels(axes, world, label[things])
+    _name_labels(axes, world, label[things], {g.label for g in world.geometries} - {4})
     figure.savefig(path, dpi=110, bbox_inches="tight")
     return path
 
@@ -94,12 +96,28 @@ def _draw_paths(axes: Any, world: World) -> None:
             axes.annotate(mover.name, (y, x), fontsize=8, color="#7b241c", clip_on=True, bbox=box, **offset)
 
 
-def _name_labels(axes: Any, world: World, seen: NDArray[np.uint32]) -> None:
-    """A legend of the labels on the map, those of the largest area first."""
+def _mark_small(axes: Any, world: World, pixel: float) -> None:
+    """Circles where things stand that are too small to be seen; one for those that would share it."""
+    drawn: set[tuple[int, int, int]] = set()
+    for g in world.geometries:
+        if g.label == 4 or not len(g.vertices) or pixel < _BLIND_M:
+            continue
+        low, high = g.vertices[:, :2].min(axis=0), g.vertices[:, :2].max(axis=0)
+        x, y = (low + high) / 2
+        key = (g.label, round(x / (8 * pixel)), round(y / (8 * pixel)))
+        if float((high - low).max()) < 3 * pixel and key not in drawn:
+            drawn.add(key)
+            color = [c / 255 for c in label_color(g.label)]
+            axes.plot(y, x, "o", color=color, markersize=6, markeredgecolor="white", markeredgewidth=0.8)
+
+
+def _name_labels(axes: Any, world: World, seen: NDArray[np.uint32], known: set[int]) -> None:
+    """A legend of the labels on the map, those of the largest area first, then those that are too small to be seen."""
     from matplotlib.patches import Patch
 
     numbers, area = np.unique(seen, return_counts=True)
-    ordered = [int(n) for n in numbers[np.argsort(-area, kind="stable")]][:_LEGEND]
+    ordered = [int(n) for n in numbers[np.argsort(-area, kind="stable")]]
+    ordered = [*ordered, *sorted(known - set(ordered))][:_LEGEND]
     patches = [Patch(color=[c / 255 for c in label_color(n)], label=world.labels.get(n, str(n))) for n in ordered]
     if patches:
         axes.legend(handles=patches, loc="upper left", bbox_to_anchor=(0, -0.06), ncols=6, fontsize=8, frameon=False)
@@ -129,6 +147,7 @@ def render(
     size: tuple[int, int] = (1120, 700),
     samples: int = 32,
     fov_deg: float = 60.0,
+    exaggeration: float = 1.0,
 ) -> Path:
     """A picture in air and daylight, as if the water were drained.
 
@@ -139,6 +158,7 @@ def render(
         size: width and height in pixels.
         samples: per pixel.
         fov_deg: horizontal field of view.
+        exaggeration: factor on heights above the target.
     """
     from pelagos import jit
 
@@ -148,9 +168,9 @@ def render(
     reach = float((high - low)[:2].max())
     at = np.asarray(target if target is not None else middle, dtype=np.float64)
     start = np.asarray(eye if eye is not None else middle + reach * np.array([-0.55, -0.45, 0.38]), dtype=np.float64)
-    scene = _drained(world)
+    scene = _drained(world, exaggeration, float(at[2]))
     view = jit.mi.load_dict({
-        "type": "perspective", "fov": fov_deg,
+        "type": "perspective", "fov": fov_deg, "near_clip": 1e-5 * reach, "far_clip": 10.0 * reach,
         "to_world": jit.mi.ScalarTransform4f().look_at((start - middle).tolist(), (at - middle).tolist(), [0, 0, 1]),
         "film": {"type": "hdrfilm", "width": size[0], "height": size[1]},
         "sampler": {"type": "independent", "sample_count": samples},
@@ -159,8 +179,8 @@ def render(
     return path
 
 
-def _drained(world: World) -> Any:
-    """A Mitsuba scene of the world under sun and sky, about the middle of its foot."""
+def _drained(world: World, exaggeration: float, level: float) -> Any:
+    """A Mitsuba scene of the world under sun and sky, about the middle of its foot; heights grow from a level [m]."""
     from pelagos import jit
 
     low, high = world.bounds
@@ -183,15 +203,24 @@ def _drained(world: World) -> Any:
                 if (g.vertex_normals is not None) == smooth and (g.face_materials == row).any()
             ]
             if parts:
-                description[f"{what.name}_{row}_{smooth}"] = _mesh(parts, middle, what.albedo)
+                description[f"{what.name}_{row}_{smooth}"] = _mesh(parts, middle, what.albedo, exaggeration, level)
     return jit.mi.load_dict(description, parallel=False, optimize=False)
 
 
-def _mesh(parts: list[tuple[Any, Any]], middle: NDArray[np.float64], albedo: tuple[float, float, float]) -> Any:
+def _mesh(
+    parts: list[tuple[Any, Any]],
+    middle: NDArray[np.float64],
+    albedo: tuple[float, float, float],
+    exaggeration: float,
+    level: float,
+) -> Any:
     from pelagos import jit
 
     starts = np.cumsum([0] + [len(g.vertices) for g, _ in parts[:-1]])
-    vertices = np.concatenate([g.vertices - middle for g, _ in parts]).astype(np.float32)
+    # z -> level + exaggeration (z - level), less the middle
+    stretch = np.array([1.0, 1.0, exaggeration])
+    shift = np.array([*middle[:2], level + (middle[2] - level) / exaggeration])
+    vertices = np.concatenate([(g.vertices - shift) * stretch for g, _ in parts]).astype(np.float32)
     faces = np.concatenate([f + np.uint32(s) for (_, f), s in zip(parts, starts, strict=True)])
     smooth = parts[0][0].vertex_normals is not None
     properties = jit.mi.Properties()
@@ -201,6 +230,8 @@ def _mesh(parts: list[tuple[Any, Any]], middle: NDArray[np.float64], albedo: tup
     values = jit.mi.traverse(mesh)
     values["vertex_positions"], values["faces"] = vertices.ravel(), faces.astype(np.uint32).ravel()
     if smooth:
-        values["vertex_normals"] = np.concatenate([g.vertex_normals for g, _ in parts]).astype(np.float32).ravel()
+        normals = np.concatenate([g.vertex_normals for g, _ in parts]) / stretch
+        length = np.linalg.norm(normals, axis=1, keepdims=True)
+        values["vertex_normals"] = (normals / np.maximum(length, 1e-12)).astype(np.float32).ravel()
     values.update()
     return mesh

@@ -41,13 +41,14 @@ def draw_sheet(
 def summary(stats: Mapping[str, Any]) -> list[tuple[str, str]]:
     """`(what, value)` for people, from `preview.statistics` and what the caller measured."""
     extent, ground = stats["extent_m"], stats["ground_z_m"]
+    ha = stats["area_m2"] / 1e4
     counted = sum(stats["objects"].values())
     kinds = [f"{count} {name}" for name, count in list(stats["objects"].items())[:_KINDS]]
     if len(stats["objects"]) > _KINDS:
         kinds.append("...")
     rows = [
-        ("extent", f"{extent[0]:.4g} m x {extent[1]:.4g} m"),
-        ("area", f"{stats['area_m2'] / 1e4:.4g} ha"),
+        ("extent", " x ".join(_length(e) for e in extent[:2])),
+        ("area", f"{ha:,.4g} ha" if ha < 1e4 else f"{ha / 100:,.0f} km^2"),
         ("depth", f"{-ground[2]:.2f} .. {-ground[0]:.2f} m, median {-ground[1]:.2f} m"),
         ("objects", f"{counted}: {', '.join(kinds)}" if counted else "none"),
         ("movers", "; ".join(f"{name} ({what})" for name, what in stats["movers"].items())),
@@ -61,3 +62,7 @@ def summary(stats: Mapping[str, Any]) -> list[tuple[str, str]]:
     if "peak_memory_mb" in stats:
         rows.append(("peak memory", f"{stats['peak_memory_mb']:.0f} MB, the program and its libraries included"))
     return [row for row in rows if row[1]]
+
+
+def _length(metres: float) -> str:
+    return f"{metres:.4g} m" if metres < 10_000 else f"{metres / 1e3:.4g} km"

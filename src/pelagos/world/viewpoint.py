@@ -24,11 +24,13 @@ class Viewpoint:
     Attributes:
         name: for captions.
         eye, target: `(3,)` from where to where, world NWU [m].
+        exaggeration: factor on heights above the target, where the world is much wider than high.
     """
 
     name: str
     eye: NDArray[np.float64]
     target: NDArray[np.float64]
+    exaggeration: float = 1.0
 
 
 @dataclass(frozen=True)
@@ -69,7 +71,10 @@ def _whole(world: World, middle: NDArray[np.float64], reach: float) -> Viewpoint
     for steep in (0.42, 0.8, 1.4):
         eye = middle + reach * np.array([-0.62, -0.42, steep])
         if _seen(world, eye, target, 0.97):
-            return Viewpoint("the whole, drained of its water", eye, middle)
+            factor = _exaggeration(world, reach)
+            eye = middle + (eye - middle) * (1.35 if factor > 1 else 1.0)  # no thing is worth coming near
+            name = "the whole, drained of its water" + (f", heights x {factor:g}" if factor > 1 else "")
+            return Viewpoint(name, eye, middle, factor)
     low, high = world.bounds
     inside = target + np.array([0.0, 0.0, 0.4 * float(high[2] - low[2])])
     around = np.radians(np.arange(0.0, 360.0, 5.0)) + 0.01
@@ -78,6 +83,16 @@ def _whole(world: World, middle: NDArray[np.float64], reach: float) -> Viewpoint
     best = int(np.argmax(free))
     way = np.array([np.cos(around[best]), np.sin(around[best]), 0.0])
     return Viewpoint("inside", inside + 0.93 * float(free[best]) * way, target)
+
+
+def _exaggeration(world: World, reach: float) -> float:
+    """1, 2, 5, 10, ...: what makes the ground's relief four per cent of its width, where it is less than one."""
+    z = world.terrain.z if world.terrain is not None else np.zeros(1)
+    relief = float(np.percentile(z, 99) - np.percentile(z, 1))
+    if relief <= 0 or relief > 0.01 * reach or world.triangles == 0:
+        return 1.0
+    wanted = 0.04 * reach / relief
+    return max([f * 10.0**e for e in range(4) for f in (1.0, 2.0, 5.0) if f * 10.0**e <= wanted], default=1.0)
 
 
 def _seen(world: World, eye: NDArray[np.float64], target: NDArray[np.float64], share: float) -> bool:

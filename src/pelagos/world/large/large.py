@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, ClassVar, Final, Literal
 
@@ -12,7 +13,10 @@ from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationInf
 from pelagos.config.path import from_folder
 from pelagos.errors import WorldError
 from pelagos.math.geodesy import GeoOrigin
+from pelagos.world.built import ThingConfig, add
 from pelagos.world.config import WorldConfig
+from pelagos.world.label import label_number
+from pelagos.world.large.field import FieldConfig, fill
 from pelagos.world.large.ground import Inset, LargeGround, Overview
 from pelagos.world.large.noise import Fractal
 from pelagos.world.large.quadtree import CELLS, TRIANGLES
@@ -126,6 +130,10 @@ class LargeConfig(WorldConfig):
     """What the whole process may use [MB]; sensors with large images need room in it."""
     material: str = "sand"
     """Material of the ground."""
+    fields: tuple[FieldConfig, ...] = ()
+    """Rectangles with natural and man-made things on the ground."""
+    things: tuple[ThingConfig, ...] = ()
+    """Primitives, mesh files and description files, placed one by one as in `built` worlds."""
 
     def build(self) -> World:
         """Prepare the ground; heights are computed or read where they are needed.
@@ -147,11 +155,16 @@ class LargeConfig(WorldConfig):
             source=source,
             insets=self._insets(x0, y0, cells),
             materials=rows,
-            label=1,
+            label=label_number("landscape"),
             instance=site.new_instance(),
-            triangles=self._triangles(source),
+            triangles=self._triangles(source, 0),
         )
-        return _world(self, site, ground, origin)
+        site.terrain = _overview(ground)
+        placed = fill(site, self.fields, ground, origin)
+        for thing in self.things:
+            add(site, thing, origin)
+        standing = sum(len(g.faces) for g in site.geometries)
+        return _world(self, site, replace(ground, triangles=self._triangles(source, standing)), origin, placed)
 
     def _cells(self) -> tuple[int, int]:
         cells = [round(s / self.resolution_m) for s in self.size_m]
@@ -217,13 +230,16 @@ class LargeConfig(WorldConfig):
             )
         return tuple(sorted(made, key=lambda i: -i.level))
 
-    def _triangles(self, source: Source) -> int:
+    def _triangles(self, source: Source, standing: int) -> int:
+        """How many triangles the ground may have beside those that stand on it."""
+        things = standing * BYTES_PER_TRIANGLE * 1e-6
         held = getattr(source, "megabytes", 0.0)
-        room = (self.memory_mb - PROCESS_MB - held) * 1e6
+        room = (self.memory_mb - PROCESS_MB - held - things) * 1e6
         count = int(room / BYTES_PER_TRIANGLE)
         if count < _LEAST_TRIANGLES:
-            least = PROCESS_MB + held + _LEAST_TRIANGLES * BYTES_PER_TRIANGLE * 1e-6
+            least = PROCESS_MB + held + things + _LEAST_TRIANGLES * BYTES_PER_TRIANGLE * 1e-6
             survey = f" (the survey's grid takes {held:.0f} MB of it)" if held > 1 else ""
+            survey += f" (the things on it take {things:.0f} MB of it)" if things > 1 else ""
             raise WorldError(
                 f"large: memory_mb {self.memory_mb:g} leaves no room for the ground{survey}; allow at least {least:.0f}"
             )
@@ -245,12 +261,18 @@ def _inset_source(config: InsetConfig, index: int, low: NDArray[np.float64], coa
     return FieldSource(HeightField(float(low[0]), float(low[1]), spacing[0], z))
 
 
-def _world(config: LargeConfig, site: Site, ground: LargeGround, origin: GeoOrigin) -> World:
+def _overview(ground: LargeGround) -> Overview:
     step = int(np.ceil(max(ground.cells) / _OVERVIEW))
     nodes = [np.arange(0, c + 1, step) for c in ground.cells]
     i, j = np.meshgrid(*nodes, indexing="ij")
-    overview = Overview(ground.x0, ground.y0, step * ground.spacing, ground.nodes(0, i, j), ground)
-    geometry = overview.geometry(material=ground.materials[0], label=ground.label, instance=ground.instance)
+    return Overview(ground.x0, ground.y0, step * ground.spacing, ground.nodes(0, i, j), ground)
+
+
+def _world(config: LargeConfig, site: Site, ground: LargeGround, origin: GeoOrigin, placed: list[str]) -> World:
+    overview = _overview(ground)
+    geometry = overview.geometry(
+        material=ground.materials[0], label=ground.label, instance=ground.instance, name="seabed"
+    )
     z = overview.z
     radius = 2 * Stream(ground).view.detail * CELLS * ground.spacing_at(ground.finest)
     notes = [
@@ -258,17 +280,19 @@ def _world(config: LargeConfig, site: Site, ground: LargeGround, origin: GeoOrig
         f"full resolution reaches at least {0.6 * radius:.4g} m around a vehicle"
         + (" in the finest inset" if ground.insets else "")
         + f" (up to {DETAILS[0] * 2 * CELLS * ground.spacing_at(ground.finest):.4g} m with more memory)",
-        "maps and exports show an overview of it",
+        "maps and exports show it in full detail where things stand, and coarser elsewhere",
     ]
     notes += [f"inset at {i.low}: drawn at {ground.spacing_at(i.level):g} m" for i in ground.insets]
     return World(
-        geometries=(geometry,),
+        geometries=(geometry, *site.geometries),
         materials=tuple(site.materials),
         origin=origin,
         name="large",
         description=f"{config.size_m[0] / 1e3:g} km x {config.size_m[1] / 1e3:g} km at {config.resolution_m:g} m, "
-        f"z {z.min():.1f} .. {z.max():.1f} m, {len(ground.insets)} insets",
+        f"z {z.min():.1f} .. {z.max():.1f} m, "
+        f"{len(ground.insets)} {'inset' if len(ground.insets) == 1 else 'insets'}"
+        + (f": {', '.join(placed)}" if placed else ""),
         terrain=overview,
-        notes=tuple(notes),
+        notes=(*notes, *site.notes),
         ground=ground,
     )
