@@ -21,21 +21,13 @@ from pelagos.raycast.caster import cast
 from pelagos.raycast.rays import Hits, Rays
 from pelagos.raycast.scene import Tables
 from pelagos.sensors.scattering import Surfaces, patch_factor, scattering
+from pelagos.sensors.sea import Sea, with_sea_surface
 
 if TYPE_CHECKING:
     from pelagos.ocean.ocean import Ocean
 
 Trace: TypeAlias = "Callable[[str, Array, str], None] | None"
 
-SEA_SURFACE_LABEL: Final = 0
-SEA_SURFACE_INSTANCE: Final = 0xFFFF
-_ANGLES: Final = 181  # columns of the scattering table: half a degree each
-_SOLID_SLOPE: Final = 0.12  # rms slope of facets of man-made and encrusted surfaces; assumed
-_SURFACE_BUBBLES_DB: Final = (
-    -22.0
-)  # Lambert strength of a wind-roughened surface with bubbles: TR 9407 Sec. II, figures
-_PATCHINESS_DB: Final = 5.0  # amplitude of the noise field, whose rms is 0.3
-_PATCH_SCALE: Final = 1.6  # [m]
 _ARC: Final = 60.0  # [m], longest arc of a bent ray where it needs few
 _ARCS: Final = (4, 16)  # fewest and most of them
 _STEEPEST: Final = 2.0  # longest strip, relative to one on level ground
@@ -88,6 +80,7 @@ class Lanes:
         environment, tick: `UInt32`, what random numbers are counted by.
         medium: water at the sonar.
         profile: sound speed above and below it, one row a lane; None where rays are straight.
+        sea: the surface around it; None where that is flat and at rest.
     """
 
     position: Array
@@ -98,6 +91,7 @@ class Lanes:
     tick: Array
     medium: Medium
     profile: Profile | None = None
+    sea: Sea | None = None
 
 
 def medium_of(frequency_hz: float, ph: float) -> Callable[[Ocean, Array, Array], Medium]:
@@ -212,21 +206,21 @@ def look(
     own_row = dr.gather(jit.UInt32, lanes.own, lane)
     shot = Rays(origin, direction, jit.Float(max_range), dr.gather(jit.UInt32, lanes.copy, lane), own_row)
     if lanes.profile is not None:
-        hits, direction = cast_bent(
-            static, moving, tables, shot, surfaces.sea_row, lanes.profile, lane, max_range, smooth=smooth
-        )
+        hits, direction = cast_bent(static, moving, tables, shot, surfaces, lanes, lane, max_range, smooth=smooth)
     else:
-        hits = with_sea_surface(cast(static, moving, tables, shot, smooth=smooth), shot, surfaces.sea_row)
+        hits = cast(static, moving, tables, shot, smooth=smooth)
+        hits = with_sea_surface(hits, shot, surfaces.sea_row, lanes.sea, lane)
     sine = dr.abs(dr.dot(hits.shading_normal, direction))
     return View(lane, ray, origin, direction, along, aside, hits, sine)
 
 
 def cast_bent(
-    static: Any, moving: Any, tables: Tables, rays: Rays, sea_row: Array, profile: Profile, row: Array,
+    static: Any, moving: Any, tables: Tables, rays: Rays, surfaces: Surfaces, lanes: Lanes, row: Array,
     max_range: float, *, smooth: bool,
 ) -> tuple[Hits, Array]:  # fmt: skip
     """Cast rays along the chords of their arcs; hits with reduced ranges (see `arc`), and directions of arrival."""
-    count = arcs_of(max_range)
+    profile, count = lanes.profile, arcs_of(max_range)
+    assert profile is not None
     reach = max_range / count
     ray = depart(profile, row, dr.zeros(jit.Float, dr.width(row)), rays.direction.z)
     origin, final = rays.origin, rays.direction
@@ -236,7 +230,8 @@ def cast_bent(
         direction = turned(rays.direction, chord.sine, chord.cosine)
         active = jit.Bool(True) if found is None else ~found.valid
         shot = Rays(origin, direction, dr.select(active, chord.length, 0.0), rays.copy, rays.own)
-        hits = with_sea_surface(cast(static, moving, tables, shot, smooth=smooth), shot, sea_row)
+        hits = cast(static, moving, tables, shot, smooth=smooth)
+        hits = with_sea_surface(hits, shot, surfaces.sea_row, lanes.sea, row)
         part = dr.clip(hits.t / chord.length, 0.0, 1.0)
         s, c = dr.sincos(chord.turn * (part - 0.5))  # the arc's own direction there, from its chord's
         arrival = turned(direction, chord.sine * c + chord.cosine * s, chord.cosine * c - chord.sine * s)
@@ -247,25 +242,6 @@ def cast_bent(
         ray = after
     assert found is not None
     return found, final
-
-
-def with_sea_surface(hits: Hits, rays: Rays, row: Array) -> Hits:
-    """Let the mean sea surface end rays that reach it from below."""
-    up = rays.direction.z
-    height = -jit.Float(rays.origin.z)
-    reach = height / dr.maximum(up, 1e-6)
-    meets = (up > 1e-6) & (height > 0.0) & (reach < hits.t) & (reach < rays.max_range)
-    down = jit.Array3f(0, 0, -1)
-    hits.t = dr.select(meets, reach, hits.t)
-    hits.valid |= meets
-    hits.position = dr.select(meets, rays.origin + jit.Array3f64(rays.direction) * jit.Float64(reach), hits.position)
-    hits.normal = dr.select(meets, down, hits.normal)
-    hits.shading_normal = dr.select(meets, down, hits.shading_normal)
-    hits.label = dr.select(meets, SEA_SURFACE_LABEL, hits.label)
-    hits.instance = dr.select(meets, SEA_SURFACE_INSTANCE, hits.instance)
-    hits.material = dr.select(meets, row, hits.material)
-    hits.velocity = dr.select(meets, 0.0, hits.velocity)
-    return hits
 
 
 def patches_of(

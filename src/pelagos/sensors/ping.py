@@ -93,9 +93,13 @@ class PingConfig(SensorConfig):
     doppler: bool = True
     """Motion while the sound is under way: ranges r (1 - v/c), v the closing speed, and beams that turn on."""
     multipath: Literal["none", "surface", "surface_and_bottom"] = "none"
-    """Echoes by one bounce at the mean sea surface, and at the bottom and all other surfaces."""
-    surface_loss_db: float = Field(default=3.0, ge=0)
-    """Loss of a bounce at the sea surface [dB]."""  # assumed; TR 9407 Section II has 0.5 to 6.5 dB at 20 kHz
+    """Echoes by bounces at the sea surface, and at the bottom and all other surfaces."""
+    multipath_order: int = Field(default=1, ge=1, le=3)
+    """Bounces of one way, out or home, at most: with 2 also surface and bottom one after the other."""
+    sea_surface: Literal["waves", "flat"] = "waves"
+    """What rays that reach the surface meet: the ocean's waves and tide, or a plane at rest."""
+    surface_loss_db: float | None = Field(default=None, ge=0)
+    """Loss of a bounce at the sea surface [dB]; absent: by bubbles, from wind, frequency and grazing angle."""
     bottom_loss_db: float = Field(default=6.0, ge=0)
     """Loss by roughness of a bounce at any other surface, beyond that of its material [dB]."""  # assumed
     refraction: bool | Literal["auto"] = "auto"

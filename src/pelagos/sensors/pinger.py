@@ -22,7 +22,7 @@ from pelagos.math.so3 import multiply, rotate
 from pelagos.raycast.scene import Tables
 from pelagos.sensors.echo import Fan, Lanes, Trace, View, look, patches_of
 from pelagos.sensors.mount import sensor_angular_velocity, sensor_velocity
-from pelagos.sensors.multipath import bounced
+from pelagos.sensors.multipath import Mirrors, bounced
 from pelagos.sensors.ping import PingConfig, noise_power
 from pelagos.sensors.reception import Layout, receive
 from pelagos.sensors.scattering import Surfaces
@@ -51,7 +51,7 @@ class Pinger:
         self._sounder = Sounder(
             config, context, rays, frequency_hz=config.frequency_hz, ph=config.ph, wind_speed=config.wind_speed_mps,
             texture_db=config.texture_db, refraction=config.refraction,
-            reach=config.range_max_m + config.longest_strip_m,
+            reach=config.range_max_m + config.longest_strip_m, sea_surface=config.sea_surface,
         )  # fmt: skip
         resolution = range_resolution(1500.0, config.bandwidth_hz)
         if config.bin_width_m < resolution / _FINEST:
@@ -117,16 +117,24 @@ class Pinger:
             view = look(static, moving, tables, fan, lanes, surfaces, max_range=far)
             patches = [calibrated(config, layout, view, fan, lanes, surfaces, velocity, trace)]
             if config.multipath != "none":
-                bottom = config.bottom_loss_db if config.multipath == "surface_and_bottom" else None
-                ghosts = bounced(
-                    static, moving, tables, view, fan, lanes, surfaces, max_range=far,
-                    longest=config.longest_strip_m, surface_loss_db=config.surface_loss_db, bottom_loss_db=bottom,
-                )  # fmt: skip
+                ghosts = bounced(static, moving, tables, view, fan, lanes, surfaces, mirrors(config))
                 patches += [gained(config, layout, g, view, lanes) for g in ghosts]
             field, tags = echoes(config, layout, patches, walk, order, lanes, seed, trace)
             return receive(config, layout, field, tags, lanes, spin, steering, pulse, noise, key, motion.t_ns, trace)
 
         return ping
+
+
+def mirrors(config: PingConfig) -> Mirrors:
+    """Where sound bounces."""
+    return Mirrors(
+        bottom=config.multipath == "surface_and_bottom",
+        order=config.multipath_order,
+        max_range=config.range_max_m + config.longest_strip_m,
+        longest=config.longest_strip_m,
+        surface_loss_db=config.surface_loss_db,
+        bottom_loss_db=config.bottom_loss_db,
+    )
 
 
 def calibrated(

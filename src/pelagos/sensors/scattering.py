@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from pelagos import jit
 from pelagos.acoustics.reflection import fluid_reflection
+from pelagos.acoustics.sea_surface import bubble_loss_db, surface_backscatter
 from pelagos.acoustics.seabed import FREQUENCY_RANGE_HZ, Bottom, backscatter
 from pelagos.acoustics.speckle import patchiness
 from pelagos.acoustics.spreading import from_db
@@ -24,9 +25,6 @@ if TYPE_CHECKING:
 
 _ANGLES: Final = 181  # columns of the scattering table: half a degree each
 _SOLID_SLOPE: Final = 0.12  # rms slope of facets of man-made and encrusted surfaces; assumed
-_SURFACE_BUBBLES_DB: Final = (
-    -22.0
-)  # Lambert strength of a wind-roughened surface with bubbles: TR 9407 Sec. II, figures
 TEXTURE_DB: Final = 1.5  # [dB], rms variation of real sea beds over decimetres to metres; assumed
 _FIELD_RMS: Final = 0.3  # of `patchiness`
 _PATCH_SCALE: Final = 1.6  # [m]
@@ -39,10 +37,12 @@ class Surfaces:
     Attributes:
         section: `Float` `(materials + 1) x 181`, see `scattering_table`.
         sea_row: `UInt32` (1), row of the sea surface.
+        mirror: `Float` of the same shape, see `mirror_table`.
         texture: `Float` (1), rms variation of all cross sections from place to place [dB].
     """
 
     section: Array
+    mirror: Array
     sea_row: Array
     texture: Array
 
@@ -52,7 +52,9 @@ def surfaces(
 ) -> Surfaces:
     """`scattering_table` on the device."""
     table = scattering_table(materials, frequency_hz, wind_speed=wind_speed)
-    made = Surfaces(jit.Float(table.ravel()), jit.UInt32(len(table) - 1), jit.Float(texture_db))
+    mirror = mirror_table(materials, frequency_hz, wind_speed=wind_speed)
+    rows = jit.UInt32(len(table) - 1)
+    made = Surfaces(jit.Float(table.ravel()), jit.Float(mirror.ravel()), rows, jit.Float(texture_db))
     dr.make_opaque(made)
     return made
 
@@ -61,8 +63,7 @@ def scattering_table(materials: Sequence[Material], frequency_hz: float, *, wind
     """Cross section per unit area [1] by material and grazing angle, `(materials + 1, 181)`, 0 to 90 deg.
 
     Sediments follow TR 9407, evaluated at the nearer end of its 10-100 kHz where the sonar works outside of it; solids
-    are Lambert scatterers with specular facets; the last row is the sea surface: facets with the slopes of C. Cox and
-    W. Munk, J. Opt. Soc. Am. 44, 838 (1954), doi 10.1364/JOSA.44.000838, over a Lambert floor of bubbles.
+    are Lambert scatterers with specular facets; the last row is the sea surface (`surface_backscatter`).
     """
     grazing = jit.Float64(np.linspace(0.0, math.pi / 2, _ANGLES))
     sine = dr.sin(grazing)
@@ -76,18 +77,42 @@ def scattering_table(materials: Sequence[Material], frequency_hz: float, *, wind
             real, imaginary = fluid_reflection(1.0, m.density_ratio, m.sound_speed_ratio, m.loss)
             section = lambert(sine, m.lambert_db) + facets(sine, real**2 + imaginary**2, _SOLID_SLOPE)
         rows.append(np.array(section, dtype=np.float32))
-    slope = math.sqrt(0.5 * (0.003 + 5.12e-3 * wind_speed))
-    rows.append(np.array(lambert(sine, _SURFACE_BUBBLES_DB) + facets(sine, 1.0, slope), dtype=np.float32))
+    rows.append(np.array(surface_backscatter(grazing, valid_hz, wind_speed), dtype=np.float32))
+    return np.stack(rows)
+
+
+def mirror_table(materials: Sequence[Material], frequency_hz: float, *, wind_speed: float) -> NDArray[np.float32]:
+    """Part of a wave's energy that a smooth surface reflects [1], of the shape of `scattering_table`.
+
+    Materials by their contrast to the water (`fluid_reflection`); the sea surface all but what bubbles take
+    (`bubble_loss_db`, evaluated at the nearer end of 10-100 kHz).
+    """
+    sine = dr.sin(jit.Float64(np.linspace(0.0, math.pi / 2, _ANGLES)))
+    valid_hz = min(max(frequency_hz, FREQUENCY_RANGE_HZ[0]), FREQUENCY_RANGE_HZ[1])
+    rows = []
+    for m in materials:
+        real, imaginary = fluid_reflection(sine, m.density_ratio, m.sound_speed_ratio, m.loss)
+        rows.append(np.array(real**2 + imaginary**2, dtype=np.float32))
+    rows.append(np.array(from_db(-bubble_loss_db(sine, valid_hz, wind_speed)), dtype=np.float32))
     return np.stack(rows)
 
 
 def scattering(surfaces: Surfaces, row: Array, sine: Array) -> Array:
     """Cross section per unit area [1] of `row` at a grazing angle, by linear interpolation in the angle."""
+    return _by_angle(surfaces.section, row, sine)
+
+
+def mirrored(surfaces: Surfaces, row: Array, sine: Array) -> Array:
+    """Part of the energy [1] that a smooth surface of `row` reflects at a grazing angle, likewise."""
+    return _by_angle(surfaces.mirror, row, sine)
+
+
+def _by_angle(table: Array, row: Array, sine: Array) -> Array:
     place = dr.asin(dr.clip(sine, 0.0, 1.0)) * ((_ANGLES - 1) / (math.pi / 2))
     column = dr.minimum(jit.UInt32(place), _ANGLES - 2)
     index = row * _ANGLES + column
-    low = dr.gather(jit.Float, surfaces.section, index)
-    return dr.lerp(low, dr.gather(jit.Float, surfaces.section, index + 1), place - jit.Float(column))
+    low = dr.gather(jit.Float, table, index)
+    return dr.lerp(low, dr.gather(jit.Float, table, index + 1), place - jit.Float(column))
 
 
 def patch_factor(hits: Hits, surfaces: Surfaces) -> Array:

@@ -17,6 +17,7 @@ from pelagos.sensors.echo import Fan, Lanes, Trace, fan_struct, medium_of, profi
 from pelagos.sensors.mount import sensor_pose
 from pelagos.sensors.noise import opaque_key, stream_key
 from pelagos.sensors.scattering import TEXTURE_DB, Surfaces, surfaces
+from pelagos.sensors.sea import looks_up, sea_around
 from pelagos.sensors.sensor import Kinematics, SensorConfig, SensorContext
 
 Refraction: TypeAlias = 'bool | Literal["auto"]'
@@ -39,6 +40,7 @@ class Sounder:
         refraction: whether rays bend by the profile of the sound speed; "auto": where a level ray would be displaced by
             more than `_BENDS` of the reach.
         reach: longest range of a ray [m].
+        sea_surface: whether rays that reach it meet the ocean's waves and tide, or a plane at rest.
 
     Attributes:
         fan: rays on the device.
@@ -59,11 +61,15 @@ class Sounder:
         texture_db: float = TEXTURE_DB,
         refraction: Refraction = False,
         reach: float = 0.0,
+        sea_surface: Literal["waves", "flat"] = "waves",
     ) -> None:
         self._config = config
         self._context = context
         self._medium = medium_of(frequency_hz, ph)
         self._reach = reach
+        moves = any(getattr(context.ocean, name, None) is not None for name in ("waves", "tide"))
+        self._surface = sea_surface == "waves" and moves
+        self._waves = looks_up(in_body(config, rays["direction"]))
         self._bottom = lowest_ground(context, reach)
         self.bent = bends(context, reach, self._bottom) if refraction == "auto" else refraction
         self._own = jit.UInt32(context.own_body)
@@ -113,7 +119,8 @@ class Sounder:
         water = self._medium(ocean, position, t)
         own_row = dr.gather(jit.UInt32, own, motion.copy)
         profile = profile_of(ocean, position, t, reach=self._reach, bottom=self._bottom) if self.bent else None
-        return Lanes(position, attitude, motion.copy, own_row, motion.environment, motion.tick, water, profile)
+        sea = sea_around(ocean, position, t, reach=self._reach, waves=self._waves) if self._surface else None
+        return Lanes(position, attitude, motion.copy, own_row, motion.environment, motion.tick, water, profile, sea)
 
     def trace(self, make: Callable[..., Any], *arguments: Any) -> list[tuple[str, NDArray[Any], str]]:
         """Run a ping that is not frozen, and keep its intermediate arrays: (name, values, unit).
@@ -125,6 +132,12 @@ class Sounder:
         scene = self._context.scene
         make(scene.static, scene.moving, keep)(*arguments)
         return found
+
+
+def in_body(config: SensorConfig, directions: NDArray[Any]) -> NDArray[Any]:
+    """Unit vectors `(r, 3)` of the sensor frame in the body frame."""
+    w, *v = config.q_body_sensor
+    return directions + 2.0 * np.cross(v, np.cross(v, directions) + w * directions)
 
 
 def lowest_ground(context: SensorContext, reach: float) -> float:

@@ -1,0 +1,167 @@
+"""The sea surface as sonars meet it: where rays come through waves, what it scatters, and echoes by several bounces."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import drjit as dr
+import numpy as np
+import pytest
+from sonar_scenes import PLAIN, at, context, plane, sphere
+
+from pelagos import jit
+from pelagos.acoustics.sea_surface import bubble_loss_db, surface_backscatter
+from pelagos.errors import ValidityWarning
+from pelagos.ocean.config import OceanConfig, build_ocean
+from pelagos.raycast.rays import NO_BODY, Hits, Rays
+from pelagos.sensors.imaging_sonar import ImagingSonar, ImagingSonarConfig
+from pelagos.sensors.sea import looks_up, sea_around, with_sea_surface
+
+QUIET = {"self_noise_db": -200.0, "source_level_db": 300.0, "wind_speed_mps": 0.0, "scale": "linear"}
+HARD = replace(PLAIN, density_ratio=1e6, lambert_db=-300.0)
+"""A perfect mirror that scatters nothing at oblique angles."""
+
+
+@pytest.mark.parametrize(("wind", "loss"), [(15, 6.50), (10, 3.44), (5, 0.46)])
+def test_bubble_loss_of_the_handbook(wind, loss):
+    """20 kHz at 10 deg grazing."""
+    assert bubble_loss_db(jit.Float64(math.sin(math.radians(10))), 20e3, wind)[0] == pytest.approx(loss, abs=0.006)
+
+
+@pytest.mark.parametrize(
+    ("khz", "wind", "degrees", "level"),
+    [(15, 3.5, 10, -47), (15, 3.5, 30, -45), (70, 8, 30, -24), (18, 17, 15, -27), (18, 17, 40, -21)],
+)
+def test_surface_backscatter_of_the_handbooks_figures(khz, wind, degrees, level):
+    """Read off to +-2 dB."""
+    section = surface_backscatter(jit.Float64(math.radians(degrees)), khz * 1e3, wind)
+    assert 10 * math.log10(section[0]) == pytest.approx(level, abs=2.0)
+
+
+@pytest.mark.parametrize("wind", [3.0, 8.0, 15.0])
+def test_surface_backscatter_at_normal_incidence(wind):
+    """+3 to +8 dB in the handbook's figures, by facets."""
+    assert 2.5 < 10 * math.log10(surface_backscatter(jit.Float64(math.pi / 2), 30e3, wind)[0]) < 8.0
+
+
+def test_a_frequency_outside_of_the_handbook_gives_a_warning():
+    with pytest.warns(ValidityWarning, match="TR 9407"):
+        surface_backscatter(jit.Float64(0.5), 400e3, 5.0)
+
+
+def waves(height=1.0, period=4.5, **more):
+    return build_ocean(OceanConfig(waves={"type": "regular", "height_m": height, "period_s": period}, **more))
+
+
+def meet(ocean, position, directions, *, reach=60.0, t=0.0):
+    """Ways to the surface [m], infinite without, and normals there."""
+    place = jit.Array3f64(*(jit.Float64([float(v)]) for v in position))
+    sea = sea_around(ocean, place, jit.Float64(t), reach=reach, waves=True)
+    count = len(directions)
+    d = jit.Array3f(np.ascontiguousarray(directions.T, dtype=np.float32))
+    origin = jit.Array3f64(*(jit.Float64(np.full(count, float(v))) for v in position))
+    none = jit.UInt32(np.full(count, NO_BODY, np.uint32))
+    rays = Rays(origin, d, jit.Float(np.full(count, reach, np.float32)), jit.UInt32(0) & none, none)
+    far, zero = dr.full(jit.Float, dr.inf, count), dr.zeros(jit.Array3f, count)
+    word = dr.zeros(jit.UInt32, count)
+    hits = Hits(far < 0, far, jit.Array3f64(zero), zero, zero, zero, word, word, word, zero)
+    hits = with_sea_surface(hits, rays, jit.UInt32(0), sea, dr.zeros(jit.UInt32, count))
+    return np.array(hits.t), np.array(hits.normal).T
+
+
+def test_rays_meet_the_waves_where_they_are():
+    """A regular wave of 1 m height and 31.6 m length, met from 6 m below in all directions upwards.
+
+    The grid of 2.45 m is linear between its nodes: a (k h)^2/8 = 1.5 cm of height, at most 1.5 cm/sin of way.
+    """
+    ocean, start = waves(), np.array([3.0, -2.0, -6.0])
+    rng = np.random.default_rng(2)
+    turn, rise = rng.uniform(0, 2 * np.pi, 400), np.radians(rng.uniform(20, 90, 400))
+    d = np.stack([np.cos(rise) * np.cos(turn), np.cos(rise) * np.sin(turn), np.sin(rise)], axis=-1)
+    way, normal = meet(ocean, start, d)
+    assert np.isfinite(way).all()
+    place = start + way[:, None] * d
+    k = (2 * math.pi / 4.5) ** 2 / 9.80665
+    height = 0.5 * np.cos(k * place[:, 0])
+    assert np.abs(place[:, 2] - height).max() < 0.02
+    assert np.abs(way - 6.0 / np.sin(rise)).max() > 0.5  # which a plane would have missed by far
+    slope = -0.5 * k * np.sin(k * place[:, 0])
+    assert normal[:, 0] / -normal[:, 2] == pytest.approx(slope, abs=0.5 * k * k * 2.45)  # slope changes over a cell
+    assert normal[:, 1] == pytest.approx(np.zeros(400), abs=1e-6)
+    assert (normal[:, 2] < 0).all()
+
+
+def test_a_level_ray_close_below_the_surface_runs_into_the_next_trough():
+    k = (2 * math.pi / 4.5) ** 2 / 9.80665
+    way, _ = meet(waves(), (0.0, 0.0, -0.25), np.array([[1.0, 0.0, 0.0]]))
+    assert way[0] == pytest.approx(math.acos(-0.5) / k, abs=0.15)  # 0.5 cos(k x) = -0.25
+
+
+def test_rays_from_above_the_waves_or_downwards_meet_none():
+    way, _ = meet(waves(), (0.0, 0.0, -6.0), np.array([[0.0, 0.0, -1.0], [0.8, 0.0, -0.6]]))
+    assert np.isinf(way).all()
+    way, _ = meet(waves(), (0.0, 0.0, 1.0), np.array([[0.0, 0.0, 1.0], [0.8, 0.0, 0.6]]))
+    assert np.isinf(way).all()
+
+
+def test_only_what_looks_up_needs_the_waves():
+    assert looks_up(np.array([[0.0, 0.0, -1.0], [0.95, 0.0, -0.3]]))
+    assert not looks_up(np.array([[0.0, 0.0, -1.0], [0.8, 0.0, -0.6]]))
+
+
+def sonar(geometries, *, materials=(PLAIN,), ocean=None, **options):
+    config = {"beams": 9, "horizontal_aperture_deg": 3.0, "vertical_beamwidth_deg": 80.0, "bins": 3000,
+              "range_max_m": 30.0, "bandwidth_hz": 300e3, "rays_per_beam": 1000, "side_lobe_beams": 0}  # fmt: skip
+    return ImagingSonar(
+        ImagingSonarConfig(**(config | QUIET | options)), context(geometries, materials=materials, ocean=ocean)
+    )
+
+
+def of_the_ball(ball, others=(), **options):
+    """What a ball adds to the mean intensity by range, over all beams, and the ranges."""
+    with_it, without = sonar([*ball, *others], **options), sonar([plane(-300.0), *others], **options)
+    a, b = (s.sense(at(0, 0, -4.0)).truth[0].sum(axis=0).astype(float) for s in (with_it, without))
+    return np.maximum(a - b, 0.0), with_it.tables["range"]
+
+
+def test_the_tide_moves_the_images():
+    """Bounces at the surface arrive by the image in the surface as high as it stands: 1.5 m over the mean."""
+    ball = [sphere((20.0, 0, -4.0), 0.3)]
+    tide = build_ocean(OceanConfig(tide={"period_h": 12.0, "amplitude_m": 1.5}))
+    options = {"multipath": "surface", "surface_loss_db": 0.0}
+    for ocean, surface, rise in ((None, "waves", 8.0), (tide, "waves", 11.0), (tide, "flat", 8.0)):
+        more, r = of_the_ball(ball, ocean=ocean, sea_surface=surface, **options)
+        broken = math.hypot(20.0, rise) - 0.3
+        late = r > 0.5 * (20.0 + broken) + 0.2
+        assert r[late & (more > 0.05 * more[late].max())].min() == pytest.approx(broken, abs=0.1)
+
+
+def test_second_order_arrives_by_the_images_images():
+    """Surface and bottom one after the other: images of images, Jensen et al. (2011), Section 2.4.4.
+
+    In 12 m of water, 4 m deep, the rise is 24 m both for surface first and for bottom first (4 + 12 + 8 m).
+    """
+    ball, floor = [sphere((20.0, 0, -4.0), 0.3)], [plane(-12.0, material=1)]
+    options = {"materials": (PLAIN, HARD), "multipath": "surface_and_bottom", "surface_loss_db": 0.0,
+               "bottom_loss_db": 0.0, "range_max_m": 32.0, "vertical_beamwidth_deg": 90.0,
+               "rays_per_beam": 2000}  # fmt: skip
+    (one, r), (two, _) = (of_the_ball(ball, floor, multipath_order=k, **options) for k in (1, 2))
+    broken = math.hypot(20.0, 24.0) - 0.3
+    assert two[(r > broken - 0.1) & (r < broken + 0.4)].sum() > 20 * one[(r > broken - 0.1) & (r < broken + 0.4)].sum()
+    assert two[(r > broken - 0.6) & (r < broken - 0.1)].max() < 0.05 * two[r > broken - 0.1].max()  # not before
+    mixed = 0.5 * (20.0 + math.hypot(20.0, 24.0)) - 0.3
+    near = (r > mixed - 0.1) & (r < mixed + 0.4)
+    assert two[near].sum() > 1.5 * one[near].sum()
+
+
+def test_waves_blur_the_surface_bounce():
+    """Over a ball at 20 m, waves tilt the mirror: the bounce arrives spread, at other times than a plane's."""
+    ball = [sphere((20.0, 0, -4.0), 0.3)]
+    options = {"multipath": "surface", "surface_loss_db": 0.0}
+    rough = sonar(ball, ocean=waves(0.8, 3.0), **options)
+    plain = sonar(ball, ocean=waves(0.8, 3.0), sea_surface="flat", **options)
+    a, b = (s.sense(at(0, 0, -4.0)).truth[0].sum(axis=0) for s in (rough, plain))
+    r = rough.tables["range"]
+    by_bounce = (r > 20.0) & (r < 24.0)
+    assert np.corrcoef(a[by_bounce], b[by_bounce])[0, 1] < 0.9
