@@ -12,6 +12,7 @@ from sonar_scenes import DT_NS, PLAIN, LayeredWater, at, box, context, plane, sp
 
 from pelagos import jit
 from pelagos.errors import ValidityWarning
+from pelagos.ocean.config import OceanConfig, build_ocean
 from pelagos.sensors.adcp import Adcp, AdcpConfig
 from pelagos.sensors.dvl import Dvl, DvlConfig
 from pelagos.sensors.imaging_sonar import ImagingSonar, ImagingSonarConfig
@@ -360,3 +361,62 @@ def test_bins_finer_than_the_pulse_give_a_warning():
 def test_a_frequency_outside_of_the_absorptions_fit_gives_a_warning():
     with pytest.warns(ValidityWarning, match="Francois"):
         Singlebeam(SinglebeamConfig(frequency_hz=3e6), context([below(3.0)]))
+
+
+class TestVolumeReverberation:
+    """Urick (1983), Section 8.2: intensity sv psi c tau/2 10^(-2 a r/10)/r^2, psi the two-way pattern's solid angle."""
+
+    def sonar(self, *geometries, ocean=None, **options):
+        config = SinglebeamConfig(range_max_m=60.0, bins=400, **(QUIET | options))
+        return Singlebeam(config, context([*geometries, below(500.0)], ocean=ocean))
+
+    def beam(self):
+        """The cone's equivalent solid angle."""
+        width = math.radians(9)
+        a = np.linspace(0, width * 1.129, 4001)
+        from pelagos.acoustics.beam_pattern import line_length, line_np
+
+        return np.trapezoid(2 * np.pi * np.sin(a) * line_np(np.sin(a), line_length(width)) ** 4, a)
+
+    def test_level_is_uricks(self):
+        s = self.sonar(volume_scattering_db=-70.0)
+        reading = s.sense(at(0, 0, DEEP))
+        r = s.tables["range"].astype(float)
+        # in the unit of the readings, gain 30 log r + 2 a r over the cell's angle and depth: sv psi r/angle
+        expected = 1e-7 * self.beam() * r / math.radians(9.0)
+        assert reading.truth[0] == pytest.approx(expected, rel=0.01)
+        assert reading.data[0].mean() == pytest.approx(reading.truth[0].mean(), rel=4 / math.sqrt(400))
+
+    def test_it_is_exponential_noise_new_in_each_ping(self):
+        s = self.sonar(volume_scattering_db=-60.0)
+        a = s.sense(lanes(range(50), dt_ns=DT_NS, position=(0, 0, DEEP)))
+        ratio = (a.data / a.truth).ravel()
+        assert ratio.std() == pytest.approx(1.0, rel=0.05)
+        assert abs(np.corrcoef(ratio.reshape(50, 400)[0], ratio.reshape(50, 400)[1])[0, 1]) < 0.25
+
+    def test_there_is_no_water_behind_a_bottom(self):
+        s = self.sonar(plane(DEEP - 20.0), volume_scattering_db=-40.0)
+        truth, r = s.sense(at(0, 0, DEEP)).truth[0], s.tables["range"]
+        assert (truth[r < 19.0] > 0).all()
+        assert (truth[r > 22.5] == 0).all()
+
+    def test_a_layer_of_the_ocean_is_seen_where_it_is(self):
+        """Sv as a tracer against depth: 30 dB more between 215 and 225 m than elsewhere."""
+        field = {"depth_m": [0, 214, 216, 224, 226, 900], "value": [-90, -90, -60, -60, -90, -90]}
+        ocean = build_ocean(OceanConfig(tracers={"volume_scattering_db": field}))
+        s = self.sonar(ocean=ocean)
+        truth, r = s.sense(at(0, 0, DEEP)).truth[0].astype(float), s.tables["range"]
+        level = 10 * np.log10(truth / r)
+        assert level[np.abs(r - 20) < 3].mean() - level[np.abs(r - 8) < 3].mean() == pytest.approx(30.0, abs=0.3)
+        assert level[np.abs(r - 35) < 3].mean() == pytest.approx(level[np.abs(r - 8) < 3].mean(), abs=0.3)
+
+    def test_clear_water_is_silent_and_bytes_repeat(self):
+        assert (self.sonar().sense(at(0, 0, DEEP)).truth[0] == 0).all()
+        s = self.sonar(volume_scattering_db=-60.0)
+        np.testing.assert_array_equal(s.sense(at(0, 0, DEEP)).data, s.sense(at(0, 0, DEEP)).data)
+
+    @pytest.mark.parametrize("kind", [ImagingSonar, Sidescan, MechanicalScanningSonar, ProfilingSonar])
+    def test_every_sonar_with_a_water_column_shows_it(self, kind):
+        config = kind.Config(bins=128, volume_scattering_db=-60.0, range_max_m=30.0, **QUIET)
+        truth = kind(config, context([below(300.0)])).sense(at(0, 0, DEEP)).truth
+        assert (truth.reshape(-1, 128) > 0).all()

@@ -105,6 +105,9 @@ class PingConfig(SensorConfig):
     refraction: bool | Literal["auto"] = "auto"
     """Bend rays by the sound speed's profile above and below the sonar; `auto`: where that displaces a level ray by
     more than 0.4 % of the range."""
+    volume_scattering_db: float | None = Field(default=None, ge=-200, le=0)
+    """Volume backscattering strength Sv of the water [dB re 1/m]; absent: that of the ocean's tracer
+    `volume_scattering_db`, and clear water where it has none."""
     interference: Interference | None = None
     """Another sonar that is heard."""
     painted_noise: PaintedNoise | None = None

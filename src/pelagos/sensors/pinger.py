@@ -5,6 +5,7 @@ from __future__ import annotations
 import warnings
 from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 from typing import Any, Final
 
 import drjit as dr
@@ -28,6 +29,7 @@ from pelagos.sensors.reception import Layout, receive
 from pelagos.sensors.scattering import Surfaces
 from pelagos.sensors.sensor import Kinematics, Measurement, SensorContext
 from pelagos.sensors.sounder import Sounder
+from pelagos.sensors.water_column import TRACER, Haze, Probes, haze, probes
 
 _FINEST: Final = 16.0  # bins in one resolution of the pulse beyond which a finer division says nothing
 _STRIP_DECAY: Final = 2  # Lambert bottom under 30 log r: energy per range falls as r^-2 along a strip
@@ -63,7 +65,7 @@ class Pinger:
         steering = np.ones((layout.beams, 1), np.float32) if layout.steering is None else layout.steering
         self._walk = walk(rays["beam"], layout.beams)
         noise = noise_power(config, layout.horizontal_width, layout.vertical_width)
-        self._constants = (
+        self._constants: tuple[Any, ...] = (
             jit.Float(steering.ravel()),
             jit.Float(pulse),
             jit.Float(noise),
@@ -71,6 +73,10 @@ class Pinger:
             jit.UInt32(self._walk.order),
         )
         dr.make_opaque(self._constants)
+        self._hazy = config.volume_scattering_db is not None or TRACER in getattr(context.ocean, "tracers", {})
+        self._rays = len(rays["beam"])
+        if self._hazy:
+            self._constants += (probes(rays, layout.beams), context.ocean)
         self._ping = self._sounder.compile(self._make)
 
     def ping(
@@ -107,8 +113,9 @@ class Pinger:
 
         def ping(
             tables: Tables, lanes: Lanes, fan: Fan, surfaces: Surfaces, key: Any, motion: Kinematics, steering: Array,
-            pulse: Array, noise: Array, seed: Array, order: Array, *turn: Array,
+            pulse: Array, noise: Array, seed: Array, order: Array, *more: Any,
         ) -> tuple[Array, ...]:  # fmt: skip
+            water, turn = (more[:2], more[2:]) if self._hazy else ((), more)
             velocity = rotate(lanes.attitude, sensor_velocity(motion, config))
             spin = sensor_angular_velocity(motion, config)
             if turn:
@@ -120,9 +127,20 @@ class Pinger:
                 ghosts = bounced(static, moving, tables, view, fan, lanes, surfaces, mirrors(config))
                 patches += [gained(config, layout, g, view, lanes) for g in ghosts]
             field, tags = echoes(config, layout, patches, walk, order, lanes, seed, trace)
-            return receive(config, layout, field, tags, lanes, spin, steering, pulse, noise, key, motion.t_ns, trace)
+            seen = self._water(view, lanes, motion, *water) if water else None
+            return receive(
+                config, layout, field, tags, lanes, spin, steering, pulse, noise, key, motion.t_ns, trace, seen
+            )
 
         return ping
+
+    def _water(self, view: View, lanes: Lanes, motion: Kinematics, looks: Probes, ocean: Any) -> Haze:
+        config, fixed = self._config, self._config.volume_scattering_db
+        strength = (lambda place, t: jit.Float(fixed)) if fixed is not None else partial(ocean.tracer, TRACER)
+        return haze(
+            view, lanes, looks, strength, jit.Float64(motion.t_ns) * 1e-9, beams=self._layout.beams, rays=self._rays,
+            nearest=config.range_min_m, farthest=config.range_max_m,
+        )  # fmt: skip
 
 
 def mirrors(config: PingConfig) -> Mirrors:

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from pelagos import jit
 from pelagos.acoustics.beam_pattern import energy_reach, line_length, line_np
 from pelagos.acoustics.beamforming import form_beams, spread_pulse
+from pelagos.acoustics.reverberation import volume_intensity
 from pelagos.acoustics.spreading import from_db, time_varied_gain, to_db
 from pelagos.acoustics.target_tag import untag
 from pelagos.jit import Array
@@ -21,6 +22,7 @@ from pelagos.sensors.echo import Lanes, Trace
 from pelagos.sensors.noise import words32
 from pelagos.sensors.painted_noise import paint
 from pelagos.sensors.ping import PingConfig
+from pelagos.sensors.water_column import Haze, haze_at
 
 _BLOCK: Final = 4  # beams that a lane forms: they hear mostly the same neighbours, which are read once
 
@@ -69,7 +71,7 @@ class Cells:
 
 def receive(
     config: PingConfig, layout: Layout, echoes: Array, tags: Array | None, lanes: Lanes, spin: Array, steering: Array,
-    pulse: Array, noise: Array, key: Any, t_ns: Array, trace: Trace = None,
+    pulse: Array, noise: Array, key: Any, t_ns: Array, trace: Trace = None, haze: Haze | None = None,
 ) -> tuple[Array, ...]:  # fmt: skip
     """Hear echoes: data, truth, with `iq` the complex signal before gain, with `labels` the strongest echo's tag.
 
@@ -80,6 +82,7 @@ def receive(
         noise: power, see `noise_power`.
         key: random stream of the noise.
         t_ns: `UInt64`, time by lane [ns].
+        haze: echo of the water; None where it is clear.
     """
     beams, bins, pings = layout.beams, config.bins, dr.width(lanes.position)
     source, exists = sent_from(config, layout, lanes, spin)
@@ -103,7 +106,7 @@ def receive(
             a, b, c, d = noise_words(config, lanes, here, key)
             words = [(a, b), (c, d)]
         inside = here.beam < beams
-        found = levels(config, layout, signal, words[i % 2], here, lanes, key, t_ns)
+        found = levels(config, layout, signal, words[i % 2], here, lanes, key, t_ns, haze)
         out = out or [dr.zeros(jit.Float, pings * beams * bins) for _ in found]
         index = jit.UInt32((ping * beams + here.beam) * bins + bin_)
         for into, values in zip(out, found, strict=True):
@@ -158,16 +161,24 @@ def noise_words(
 
 def levels(
     config: PingConfig, layout: Layout, signal: tuple[Array, Array, Array], words: tuple[Array, Array], cells: Cells,
-    lanes: Lanes, key: Any, t_ns: Array,
+    lanes: Lanes, key: Any, t_ns: Array, haze: Haze | None = None,
 ) -> list[Array]:  # fmt: skip
-    """Add noise, set gain and scale: data, truth, with `iq` the complex signal before gain."""
+    """Add noise, set gain and scale: data, truth, with `iq` the complex signal before gain.
+
+    The water's echo is of so many scatterers that it is noise to a ping; it is part of the truth too.
+    """
     n1, n2 = normal_pair32(*words)
-    power = cells.noise
+    power, energy = cells.noise, signal[2]
+    if haze is not None:
+        beam = haze_at(haze, cells.ping, cells.beam, cells.distance, layout.beams)
+        loss = dr.gather(jit.Float, lanes.medium.absorption, jit.UInt32(cells.ping))
+        water = volume_intensity(beam, cells.distance, loss, config.bin_width_m)
+        power, energy = power + water, energy + water * cells.gain
     if config.interference is not None:
         power = power + interference(config, layout, cells, lanes, t_ns)
     size = dr.sqrt(0.5 * power * cells.gain)
     real, imaginary = dr.fma(size, n1, signal[0]), dr.fma(size, n2, signal[1])
-    intensity, energy = real * real + imaginary * imaginary, signal[2]
+    intensity = real * real + imaginary * imaginary
     if config.tvg_db != 30.0:
         tilt = cells.distance ** ((config.tvg_db - 30.0) / 10.0)
         intensity, energy = intensity * tilt, energy * tilt
