@@ -94,7 +94,8 @@ class MechanicalScanningSonar:
         self._period = period_ticks(config.rate_hz, context.dt_ns, where=context.path)
         width = math.radians(config.beamwidth_deg)
         shape = Layout(1, width, width, math.radians(config.vertical_beamwidth_deg), np.zeros(1))
-        self._pinger = Pinger(config, context, beam_rays(config), shape)
+        head = lambda tick: config.angles(tick // self._period)
+        self._pinger = Pinger(config, context, beam_rays(config), shape, head)
         self.tables = {"range": config.ranges}
 
     def sense(self, motion: Kinematics) -> Measurement:

@@ -23,7 +23,9 @@ from pelagos.math.so3 import rotate, rotate_back
 from pelagos.raycast.scene import Tables
 from pelagos.sensors.beam_series import Beams, Window, beam_series
 from pelagos.sensors.echo import Fan, Lanes, Trace, arcs_of, look
+from pelagos.sensors.neighbours import Apertures, Emitter
 from pelagos.sensors.scattering import Surfaces
+from pelagos.sensors.schedule import period_ticks
 from pelagos.sensors.sensor import Kinematics, Measurement, SensorConfig, SensorContext
 from pelagos.sensors.sonar_catalogue import with_device
 from pelagos.sensors.sounder import Sounder
@@ -148,6 +150,21 @@ def across_pattern(config: MultibeamConfig, across: NDArray[np.float64]) -> NDAr
     return line_np(across * math.radians(config.beamwidth_across_deg), _length(config.beamwidth_across_deg)) ** 2
 
 
+def emitter(config: MultibeamConfig, context: SensorContext, rays: dict[str, NDArray[Any]]) -> Emitter:
+    """This sonar as others hear it."""
+    across, along = math.radians(config.beamwidth_across_deg), math.radians(config.beamwidth_along_deg)
+    return Emitter(
+        context.path,
+        config,
+        Apertures.of_fan(rays, config.beams, along, across),
+        config.frequency_hz,
+        config.bandwidth_hz,
+        config.pulse_s,
+        config.source_level_db,
+        period_ticks(config.rate_hz, context.dt_ns, where=context.path) * context.dt_ns,
+    )
+
+
 def receiver(config: MultibeamConfig) -> Beams:
     """What a beam's series needs to know; the lattice of roughness is half an aperture wide."""
     length = _length(config.beamwidth_across_deg)
@@ -198,6 +215,9 @@ class Multibeam:
         )  # fmt: skip
         self._noise = dr.opaque(jit.Float, _noise_power(config))
         self._ping = self._sounder.compile(self._make)
+        neighbours = getattr(context, "neighbours", None)
+        if neighbours is not None:
+            neighbours.add(emitter(config, context, rays))
         axis = rays["direction"][config.rays_per_beam // 2 :: config.rays_per_beam]
         self.tables = {"angle": config.angles.astype(np.float32), "direction": axis.astype(np.float32)}
 

@@ -108,8 +108,11 @@ class PingConfig(SensorConfig):
     volume_scattering_db: float | None = Field(default=None, ge=-200, le=0)
     """Volume backscattering strength Sv of the water [dB re 1/m]; absent: that of the ocean's tracer
     `volume_scattering_db`, and clear water where it has none."""
+    hears: Literal["none", "others"] | tuple[str, ...] = "none"
+    """Which sonars of the scenario disturb this one: `none`, all of other vehicles (`others`), or those of a list, by
+    names such as `auv1.imaging`."""
     interference: Interference | None = None
-    """Another sonar that is heard."""
+    """Another sonar, which is not in the scenario, that is heard."""
     painted_noise: PaintedNoise | None = None
     """Noise as in HoloOcean, on top of what the physics gives."""
 

@@ -24,9 +24,11 @@ from pelagos.raycast.scene import Tables
 from pelagos.sensors.echo import Fan, Lanes, Trace, View, look, patches_of
 from pelagos.sensors.mount import sensor_angular_velocity, sensor_velocity
 from pelagos.sensors.multipath import Mirrors, bounced
+from pelagos.sensors.neighbours import Apertures, Emitter, Neighbours, unblocked
 from pelagos.sensors.ping import PingConfig, noise_power
-from pelagos.sensors.reception import Layout, receive
+from pelagos.sensors.reception import Din, Layout, receive
 from pelagos.sensors.scattering import Surfaces
+from pelagos.sensors.schedule import period_ticks
 from pelagos.sensors.sensor import Kinematics, Measurement, SensorContext
 from pelagos.sensors.sounder import Sounder
 from pelagos.sensors.water_column import TRACER, Haze, Probes, haze, probes
@@ -43,10 +45,16 @@ class Pinger:
         context: see `SensorContext`.
         rays: the ray pattern.
         layout: beams.
+        angle: for heads that turn, see `Emitter`.
     """
 
     def __init__(
-        self, config: PingConfig, context: SensorContext, rays: dict[str, NDArray[Any]], layout: Layout
+        self,
+        config: PingConfig,
+        context: SensorContext,
+        rays: dict[str, NDArray[Any]],
+        layout: Layout,
+        angle: Callable[[NDArray[np.int64]], NDArray[np.float64]] | None = None,
     ) -> None:
         self._config = config
         self._layout = layout
@@ -73,10 +81,12 @@ class Pinger:
             jit.UInt32(self._walk.order),
         )
         dr.make_opaque(self._constants)
+        self._own = emitter(config, context, rays, layout, angle)
+        self._neighbours = context.neighbours if hasattr(context, "neighbours") else None
+        self._hears = listening(config, context.path, self._neighbours, self._own)
         self._hazy = config.volume_scattering_db is not None or TRACER in getattr(context.ocean, "tracers", {})
         self._rays = len(rays["beam"])
-        if self._hazy:
-            self._constants += (probes(rays, layout.beams), context.ocean)
+        self._water = (probes(rays, layout.beams), context.ocean) if self._hazy else None
         self._ping = self._sounder.compile(self._make)
 
     def ping(
@@ -87,7 +97,7 @@ class Pinger:
         `turn` is a rotation of the sensor frame by lane, `Array4f64`, for heads that turn.
         """
         config = self._config
-        data, truth, *rest = self._ping(motion, *self._constants, *(() if turn is None else (turn,)))
+        data, truth, *rest = self._ping(motion, *self._constants, self._besides(motion, turn))
         shape = (dr.width(motion.position), self._layout.beams, config.bins)
         extras: dict[str, NDArray[Any]] = {}
         if config.iq:
@@ -105,21 +115,33 @@ class Pinger:
 
     def explain(self, motion: Kinematics, turn: Array | None = None) -> list[tuple[str, NDArray[Any], str]]:
         """One ping, not frozen, with its intermediate arrays: (name, values, unit)."""
-        more = () if turn is None else (turn,)
-        return self._sounder.trace(self._make, *self._sounder.arguments(motion), motion, *self._constants, *more)
+        arguments = self._sounder.arguments(motion)
+        return self._sounder.trace(self._make, *arguments, motion, *self._constants, self._besides(motion, turn))
+
+    def _besides(self, motion: Kinematics, turn: Array | None) -> dict[str, Any]:
+        """What only some pings are called with."""
+        found: dict[str, Any] = {}
+        if turn is not None:
+            found["turn"] = turn
+        if self._water is not None:
+            found["water"] = self._water
+        if self._hears and self._neighbours is not None:
+            heard = self._neighbours.heard(self._own, self._hears, motion)
+            if heard is not None:
+                found["heard"] = heard
+        return found
 
     def _make(self, static: Any, moving: Any, trace: Trace = None) -> Callable[..., Any]:
         config, layout, walk = self._config, self._layout, self._walk
 
         def ping(
             tables: Tables, lanes: Lanes, fan: Fan, surfaces: Surfaces, key: Any, motion: Kinematics, steering: Array,
-            pulse: Array, noise: Array, seed: Array, order: Array, *more: Any,
+            pulse: Array, noise: Array, seed: Array, order: Array, besides: dict[str, Any],
         ) -> tuple[Array, ...]:  # fmt: skip
-            water, turn = (more[:2], more[2:]) if self._hazy else ((), more)
             velocity = rotate(lanes.attitude, sensor_velocity(motion, config))
             spin = sensor_angular_velocity(motion, config)
-            if turn:
-                lanes = replace(lanes, attitude=multiply(lanes.attitude, turn[0]))
+            if "turn" in besides:
+                lanes = replace(lanes, attitude=multiply(lanes.attitude, besides["turn"]))
             far = config.range_max_m + config.longest_strip_m
             view = look(static, moving, tables, fan, lanes, surfaces, max_range=far)
             patches = [calibrated(config, layout, view, fan, lanes, surfaces, velocity, trace)]
@@ -127,20 +149,48 @@ class Pinger:
                 ghosts = bounced(static, moving, tables, view, fan, lanes, surfaces, mirrors(config))
                 patches += [gained(config, layout, g, view, lanes) for g in ghosts]
             field, tags = echoes(config, layout, patches, walk, order, lanes, seed, trace)
-            seen = self._water(view, lanes, motion, *water) if water else None
+            seen = self._haze(view, lanes, motion, *besides["water"]) if "water" in besides else None
+            others = unblocked(static, moving, tables, besides["heard"], lanes) if "heard" in besides else None
+            din = Din(seen, others)
             return receive(
-                config, layout, field, tags, lanes, spin, steering, pulse, noise, key, motion.t_ns, trace, seen
+                config, layout, field, tags, lanes, spin, steering, pulse, noise, key, motion.t_ns, trace, din
             )
 
         return ping
 
-    def _water(self, view: View, lanes: Lanes, motion: Kinematics, looks: Probes, ocean: Any) -> Haze:
+    def _haze(self, view: View, lanes: Lanes, motion: Kinematics, looks: Probes, ocean: Any) -> Haze:
         config, fixed = self._config, self._config.volume_scattering_db
         strength = (lambda place, t: jit.Float(fixed)) if fixed is not None else partial(ocean.tracer, TRACER)
         return haze(
             view, lanes, looks, strength, jit.Float64(motion.t_ns) * 1e-9, beams=self._layout.beams, rays=self._rays,
             nearest=config.range_min_m, farthest=config.range_max_m,
         )  # fmt: skip
+
+
+def emitter(
+    config: PingConfig, context: SensorContext, rays: dict[str, NDArray[Any]], layout: Layout,
+    angle: Callable[[NDArray[np.int64]], NDArray[np.float64]] | None,
+) -> Emitter:  # fmt: skip
+    """A sonar as others hear it."""
+    return Emitter(
+        context.path,
+        config,
+        Apertures.of_fan(rays, layout.beams, layout.horizontal_width, layout.vertical_width),
+        config.frequency_hz,
+        config.bandwidth_hz,
+        config.pulse_s,
+        config.source_level_db,
+        period_ticks(config.rate_hz, context.dt_ns, where=context.path) * context.dt_ns,
+        angle,
+    )
+
+
+def listening(config: PingConfig, path: str, neighbours: Neighbours | None, own: Emitter) -> list[str]:
+    """The paths of the sonars that disturb this one; and let others hear it."""
+    if neighbours is None:
+        return []
+    neighbours.add(own)
+    return neighbours.chosen(config.hears, path)
 
 
 def mirrors(config: PingConfig) -> Mirrors:

@@ -19,6 +19,7 @@ from pelagos.acoustics.target_tag import untag
 from pelagos.jit import Array
 from pelagos.math.philox import normal_pair32
 from pelagos.sensors.echo import Lanes, Trace
+from pelagos.sensors.neighbours import Heard, interference_at
 from pelagos.sensors.noise import words32
 from pelagos.sensors.painted_noise import paint
 from pelagos.sensors.ping import PingConfig
@@ -50,6 +51,14 @@ class Layout:
     facet: float | None = None
 
 
+@dataclass(frozen=True)
+class Din:
+    """What is heard besides echoes and noise: the water, and other sonars."""
+
+    haze: Haze | None = None
+    heard: Heard | None = None
+
+
 @jit.struct
 class Cells:
     """Cells of an image, one lane each: a Dr.Jit struct.
@@ -71,7 +80,7 @@ class Cells:
 
 def receive(
     config: PingConfig, layout: Layout, echoes: Array, tags: Array | None, lanes: Lanes, spin: Array, steering: Array,
-    pulse: Array, noise: Array, key: Any, t_ns: Array, trace: Trace = None, haze: Haze | None = None,
+    pulse: Array, noise: Array, key: Any, t_ns: Array, trace: Trace = None, din: Din | None = None,
 ) -> tuple[Array, ...]:  # fmt: skip
     """Hear echoes: data, truth, with `iq` the complex signal before gain, with `labels` the strongest echo's tag.
 
@@ -82,7 +91,7 @@ def receive(
         noise: power, see `noise_power`.
         key: random stream of the noise.
         t_ns: `UInt64`, time by lane [ns].
-        haze: echo of the water; None where it is clear.
+        din: what is heard besides; None for nothing.
     """
     beams, bins, pings = layout.beams, config.bins, dr.width(lanes.position)
     source, exists = sent_from(config, layout, lanes, spin)
@@ -106,7 +115,7 @@ def receive(
             a, b, c, d = noise_words(config, lanes, here, key)
             words = [(a, b), (c, d)]
         inside = here.beam < beams
-        found = levels(config, layout, signal, words[i % 2], here, lanes, key, t_ns, haze)
+        found = levels(config, layout, signal, words[i % 2], here, lanes, key, t_ns, din)
         out = out or [dr.zeros(jit.Float, pings * beams * bins) for _ in found]
         index = jit.UInt32((ping * beams + here.beam) * bins + bin_)
         for into, values in zip(out, found, strict=True):
@@ -161,7 +170,7 @@ def noise_words(
 
 def levels(
     config: PingConfig, layout: Layout, signal: tuple[Array, Array, Array], words: tuple[Array, Array], cells: Cells,
-    lanes: Lanes, key: Any, t_ns: Array, haze: Haze | None = None,
+    lanes: Lanes, key: Any, t_ns: Array, din: Din | None = None,
 ) -> list[Array]:  # fmt: skip
     """Add noise, set gain and scale: data, truth, with `iq` the complex signal before gain.
 
@@ -169,11 +178,15 @@ def levels(
     """
     n1, n2 = normal_pair32(*words)
     power, energy = cells.noise, signal[2]
-    if haze is not None:
-        beam = haze_at(haze, cells.ping, cells.beam, cells.distance, layout.beams)
+    if din is not None and din.haze is not None:
+        beam = haze_at(din.haze, cells.ping, cells.beam, cells.distance, layout.beams)
         loss = dr.gather(jit.Float, lanes.medium.absorption, jit.UInt32(cells.ping))
         water = volume_intensity(beam, cells.distance, loss, config.bin_width_m)
         power, energy = power + water, energy + water * cells.gain
+    if din is not None and din.heard is not None:
+        power = power + interference_at(
+            din.heard, lanes, cells.ping, cells.beam, cells.distance, beams=layout.beams, bin_width=config.bin_width_m
+        )
     if config.interference is not None:
         power = power + interference(config, layout, cells, lanes, t_ns)
     size = dr.sqrt(0.5 * power * cells.gain)

@@ -21,6 +21,7 @@ from pelagos.jit import Array
 if TYPE_CHECKING:
     from pelagos.ocean.ocean import Ocean
     from pelagos.raycast.scene import Scene
+    from pelagos.sensors.neighbours import Neighbours
     from pelagos.world.world import World
 
 
@@ -136,6 +137,7 @@ class SensorContext:
         ocean: currents, water masses, waves, optics.
         own_body: `(n,)` uint32 rows of the moving-body table that are this agent's own hull (`NO_BODY` where it has
             none there).
+        neighbours: the scenario's sonars, which hear one another; None where there is only this sensor.
     """
 
     path: str
@@ -145,6 +147,7 @@ class SensorContext:
     world: World
     ocean: Ocean
     own_body: NDArray[np.uint32]
+    neighbours: Neighbours | None = None
 
 
 class Sensor(Protocol):

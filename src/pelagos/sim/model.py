@@ -18,6 +18,7 @@ from pelagos.ocean.config import build_ocean
 from pelagos.ocean.ocean import Ocean
 from pelagos.raycast.rays import NO_BODY
 from pelagos.raycast.scene import Scene
+from pelagos.sensors.neighbours import Neighbours
 from pelagos.sensors.schedule import period_ticks
 from pelagos.sensors.sensor import Sensor, SensorConfig, SensorContext
 from pelagos.sim.bodies import hull_rows
@@ -86,6 +87,7 @@ class Model:
         first_environment: index of the first copy among all environments of a study.
         world, scene, ocean: where.
         agents: by name.
+        neighbours: the sonars, which may hear one another.
     """
 
     scenario: Scenario
@@ -96,6 +98,7 @@ class Model:
     scene: Scene
     ocean: Ocean
     agents: Mapping[str, AgentModel]
+    neighbours: Neighbours
 
 
 def compile_model(scenario: Scenario, *, n: int, seed: int, first_environment: int, like: Model | None = None) -> Model:
@@ -121,11 +124,15 @@ def compile_model(scenario: Scenario, *, n: int, seed: int, first_environment: i
     scene = world.scene(n) if like is None else like.scene
     ocean = build_ocean(scenario.ocean, world, seed=seed, duration_s=scenario.duration_s)
     agents = {}
+    neighbours = Neighbours(audible(scenario))
     crowded = len(scenario.agents) > 1
     for index, (name, config) in enumerate(scenario.agents.items()):
         vehicle = vehicles[name]
         own = hull_rows(index, n) if crowded else np.full(n, NO_BODY, dtype=np.uint32)
-        context = _Context(seed=seed, clock=clock, scene=scene, world=world, ocean=ocean, own_body=own, agent=name)
+        context = _Context(
+            seed=seed, clock=clock, scene=scene, world=world, ocean=ocean, own_body=own, agent=name,
+            neighbours=neighbours,
+        )  # fmt: skip
         agents[name] = AgentModel(
             name=name,
             config=config,
@@ -135,7 +142,17 @@ def compile_model(scenario: Scenario, *, n: int, seed: int, first_environment: i
             sensors={s: context.build(s, c) for s, c in config.sensors.items()},
             tasks=plan(config.mission),
         )
-    return Model(scenario, clock, n, first_environment, world, scene, ocean, agents)
+    return Model(scenario, clock, n, first_environment, world, scene, ocean, agents, neighbours)
+
+
+def audible(scenario: Scenario) -> list[str]:
+    """ "agent.sensor" of every sensor whose pings others can hear."""
+    return [
+        f"{agent}.{name}"
+        for agent, config in scenario.agents.items()
+        for name, sensor in config.sensors.items()
+        if hasattr(sensor, "source_level_db")
+    ]
 
 
 def _world(scenario: Scenario) -> World:
@@ -158,6 +175,7 @@ class _Context:
     ocean: Ocean
     own_body: NDArray[np.uint32]
     agent: str
+    neighbours: Neighbours
 
     def build(self, name: str, config: Any) -> SensorModel:
         cls = registry.find("sensor", config.type).load()
@@ -171,6 +189,7 @@ class _Context:
             world=self.world,
             ocean=self.ocean,
             own_body=self.own_body,
+            neighbours=self.neighbours,
         )
         try:
             sensor = cls(config, context)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,7 +13,7 @@ from numpy.typing import NDArray
 from pelagos import jit
 from pelagos.errors import SimulationError
 from pelagos.math.frames import flip_yz_np
-from pelagos.sensors.sensor import Measurement, Reading
+from pelagos.sensors.sensor import Kinematics, Measurement, Reading
 from pelagos.sim.bodies import Bodies
 from pelagos.sim.clock import next_multiple
 from pelagos.sim.driver import Wrench
@@ -286,10 +287,14 @@ class Stepper:
                     placed = True
                 if due not in lanes:
                     lanes[due] = self._select.lanes(trajectory, due)
+                self._model.neighbours.motion_of = partial(self._motion_of, due)
                 sampled.append(Sampled(agent.name, sensor, due, sensor.sensor.sense(lanes[due])))
                 self._feed_back(sampled[-1])
                 self.timings.add(f"{agent.name}.{sensor.name}", start)
         return sampled
+
+    def _motion_of(self, due: range, agent: str) -> Kinematics:
+        return self._select.lanes(self.trajectories[agent], due)
 
     def _feed_back(self, sampled: Sampled) -> None:
         """Keep what guidance needs."""

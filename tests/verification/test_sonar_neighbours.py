@@ -1,0 +1,204 @@
+"""Sonars that hear one another: arrivals at the time of flight, at the one-way level, through beams and bands."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from sonar_scenes import at, box, context, plane
+
+import pelagos as pl
+from pelagos import jit
+from pelagos.acoustics.absorption import absorption
+from pelagos.acoustics.interference import band_overlap, is_arriving
+from pelagos.errors import InputError
+from pelagos.math.so3 import from_euler
+from pelagos.sensors.imaging_sonar import ImagingSonar, ImagingSonarConfig
+from pelagos.sensors.mechanical_scanning_sonar import MechanicalScanningSonar, MechanicalScanningSonarConfig
+from pelagos.sensors.multibeam import Multibeam, MultibeamConfig
+from pelagos.sensors.neighbours import Apertures, Neighbours
+from pelagos.sensors.singlebeam import cone_rays
+
+DEEP = -200.0
+QUIET = {"self_noise_db": -200.0, "source_level_db": 220.0, "wind_speed_mps": 0.0, "scale": "linear"}
+SMALL = {"beams": 65, "horizontal_aperture_deg": 65.0, "beamwidth_deg": 1.0, "bins": 600, "range_max_m": 60.0,
+         "rays_per_beam": 8, "side_lobe_beams": 0}  # fmt: skip
+
+
+def test_band_overlap():
+    assert band_overlap(750e3, 30e3, 750e3, 30e3) == 1.0
+    assert band_overlap(750e3, 30e3, 765e3, 30e3) == pytest.approx(0.5)
+    assert band_overlap(750e3, 30e3, 400e3, 80e3) == 0.0
+    assert band_overlap(750e3, 100e3, 750e3, 30e3) == 1.0  # all of a narrow pulse in a wide band
+
+
+def test_arrivals_are_once_in_a_period_at_the_time_of_flight():
+    time = np.linspace(0, 0.5, 50001)
+    heard = np.array(is_arriving(jit.Float64(time), 0.02, 0.05, 0.2, 1e-3))
+    first = time[heard][np.concatenate([[True], np.diff(time[heard]) > 0.01])]
+    assert first == pytest.approx([0.17, 0.37], abs=2e-5)  # 0.02 s after pings at -0.05, 0.15 and 0.35 s
+
+
+def test_apertures_of_a_cone():
+    beam = Apertures.of_fan(cone_rays(math.radians(10), 64), 1, math.radians(10), math.radians(10))
+    tilt = lambda degrees: np.array([math.sin(math.radians(degrees)), 0.0, -math.cos(math.radians(degrees))])
+    assert beam.power(tilt(0.0))[0] == pytest.approx(1.0, abs=1e-3)
+    assert min(beam.power(tilt(5.0))[0], beam.power(tilt(-5.0))[0]) == pytest.approx(0.5, rel=0.03)
+    assert beam.power(-tilt(0.0))[0] <= 1e-3
+
+
+def pair(*geometries, other=None, distance=30.0, bearing=0.0, **options):
+    """A sonar that looks along x, and another one `distance` away that looks back at it."""
+    neighbours = Neighbours(("auv0.sonar", "auv1.sonar"))
+    direction = np.array([math.cos(bearing), math.sin(bearing), 0.0])
+    place = tuple(np.array([0.0, 0.0, DEEP]) + distance * direction)
+    turn = [float(a) for a in from_euler(0.0, 0.0, math.pi + bearing)]
+    scene = [plane(DEEP - 100.0), *geometries]
+    make = lambda path, o: ImagingSonar(
+        ImagingSonarConfig(**(SMALL | QUIET | o)), replace_path(context(scene), path, neighbours)
+    )
+    receiver = make("auv0.sonar", {"hears": "others", **options})
+    make("auv1.sonar", {**options, **(other or {})})
+    tick = {"now": 0}
+
+    def sense(k=0):
+        tick["now"] = k
+        return receiver.sense(at(0, 0, DEEP, tick=k))
+
+    neighbours.motion_of = lambda agent: at(*place, tick=tick["now"], attitude=turn)
+    return receiver, sense
+
+
+def replace_path(made, path, neighbours):
+    made.path, made.neighbours = path, neighbours
+    return made
+
+
+def test_the_pulse_arrives_after_its_time_of_flight():
+    """Both ping at t = 0: 30 m one way look like 15 m; pings at other times hear it earlier or not at all."""
+    receiver, sense = pair()
+    r = receiver.tables["range"]
+    level = sense().data[0, 32] - sense().truth[0, 32]
+    assert r[np.argmax(level)] == pytest.approx(15.0, abs=0.11)
+    later = sense(k=6).data[0, 32]  # 30 ms later; the other's next ping is at 200 ms: out of this ping's 80 ms
+    assert later.max() < 1e-3 * level.max()
+    earlier = sense(k=34).data[0, 32]  # at 170 ms: pinged 170 ms ago, pings again in 30 ms, heard after 50 ms
+    assert r[np.argmax(earlier)] == pytest.approx(0.05 * 1500 / 2, abs=0.11)
+
+
+def test_level_is_the_one_way_sonar_equation():
+    """SL' - 20 log d - a d, re this sonar's SL: in the reading's unit times 10^(3 log r + 2 a r/10)/(sector bin).
+
+    The same pulse is compressed: 1/B is a third of a bin of 10 cm; exponential, so many pings are averaged.
+    """
+    receiver, sense = pair(other={"source_level_db": 226.0})
+    heard = np.array([sense(k=40 * j).data[0, 32].max() for j in range(400)])
+    a = float(absorption(jit.Float64(750e3), 10.0, 35.0, 200.0)[0])
+    cell = math.radians(1.0) * receiver.config.bin_width_m
+    r = receiver.tables["range"][149]
+    gain = r**3 * 10 ** (2 * a * r / 10) / cell
+    expected = 10**0.6 / 30.0**2 * 10 ** (-a * 30.0 / 10) * gain
+    assert heard.mean() == pytest.approx(expected, rel=0.2)  # 1/sqrt(400) = 5 %; bin middles: 15.0 m of 14.96
+
+
+def test_only_beams_that_look_there_hear_it():
+    receiver, sense = pair(bearing=math.radians(10.0))
+    heard = np.array([sense(k=40 * j).data[0].max(axis=1) for j in range(30)]).mean(axis=0)
+    azimuth = np.degrees(receiver.tables["azimuth"])
+    assert azimuth[np.argmax(heard)] == pytest.approx(10.0, abs=1.0)
+    assert heard[np.abs(azimuth - 10) > 5].max() < 0.03 * heard.max()  # side lobes: -13 dB and less
+
+
+@pytest.mark.parametrize("other", [{"frequency_hz": 1.2e6}, {"frequency_hz": 400e3}])
+def test_other_bands_are_not_heard(other):
+    _, sense = pair(other=other)
+    _, deaf = pair(hears="none")
+    np.testing.assert_array_equal(sense().data, deaf().data)
+
+
+def test_another_kind_of_pulse_is_longer_and_weaker():
+    """1 ms of noise to the matched filter: 0.75 m of range, and 10 log10(B T) below a pulse of its own kind."""
+    receiver, alike = pair()
+    _, unlike = pair(other={"pulse_s": 1e-3})
+    r = receiver.tables["range"]
+    same = np.mean([alike(k=40 * j).data[0, 32] for j in range(60)], axis=0)
+    other = np.mean([unlike(k=40 * j).data[0, 32] for j in range(60)], axis=0)
+    inside = r[other > 0.2 * other.max()]
+    assert inside.max() - inside.min() == pytest.approx(0.75 - 0.1, abs=0.1)  # between middles of bins of 0.1 m
+    gain = 30e3 * 0.5e-3
+    assert other[other > 0.2 * other.max()].mean() == pytest.approx(same.max() / gain, rel=0.5)
+
+
+def test_a_wall_silences_it():
+    wall = box((15.0, 0.0, DEEP), (0.5, 20.0, 20.0))
+    _, sense = pair(wall)
+    _, deaf = pair(wall, hears="none")
+    np.testing.assert_array_equal(sense().data, deaf().data)
+
+
+def test_a_scanning_head_is_loudest_where_it_looks():
+    neighbours = Neighbours(("auv0.sonar", "auv1.sonar"))
+    build = lambda path, o: MechanicalScanningSonar(
+        MechanicalScanningSonarConfig(step_deg=10.0, rays=64, bins=100, **(QUIET | o)),
+        replace_path(context([plane(DEEP - 100.0)]), path, neighbours),
+    )
+    scanner = build("auv0.sonar", {"hears": ("auv1.sonar",)})
+    build("auv1.sonar", {})
+    found = []
+    for k in range(36):
+        neighbours.motion_of = lambda agent, k=k: at(0, 20.0, DEEP, tick=20 * k)
+        reading = scanner.sense(at(0, 0, DEEP, tick=20 * k))
+        found.append((reading.extras["angle"][0], reading.data[0].max()))
+    angle, level = np.array(found).T
+    loud = angle[level > 1e-2 * level.max()]
+    assert set(np.round(np.degrees(loud)).astype(int)) & {90}
+
+
+def test_a_multibeam_can_be_heard():
+    neighbours = Neighbours(("auv0.sonar", "ship.multibeam"))
+    Multibeam(
+        MultibeamConfig(beams=16, frequency_hz=750e3),
+        replace_path(context([plane(-300.0)]), "ship.multibeam", neighbours),
+    )
+    sonar = ImagingSonar(
+        ImagingSonarConfig(**(SMALL | QUIET), hears=("ship.multibeam",), orientation_deg=(0, -60, 0)),
+        replace_path(context([plane(-300.0)]), "auv0.sonar", neighbours),
+    )
+    neighbours.motion_of = lambda agent: at(12.0, 0, DEEP + 20.0)
+    assert sonar.sense(at(0, 0, DEEP)).data[0].max() > 1e-6
+
+
+def scenario(hears):
+    sonar = {"type": "imaging_sonar", "rate_hz": 5, "beams": 16, "bins": 64, "rays_per_beam": 8, "range_max_m": 40.0}
+    agent = lambda x, heading, **more: {
+        "vehicle": "remus100",
+        "start": {"position_m": [x, 0.0], "depth_m": 10.0, "heading_deg": heading},
+        "sensors": {"imaging": {**sonar, **more}},
+    }
+    return {
+        "seed": 3,
+        "world": {"type": "flat", "depth_m": 60.0},
+        "agents": {"auv0": agent(0.0, 0.0, hears=hears), "auv1": agent(20.0, 180.0)},
+    }
+
+
+def read(sim, seconds=0.6):
+    found = [sim.reset()["auv0"]["imaging"].data]
+    for _ in range(round(seconds * 1e9 / sim.dt_ns)):
+        now = sim.step()["auv0"]
+        found += [now["imaging"].data] if "imaging" in now else []
+    return np.array(found)
+
+
+def test_vehicles_of_a_scenario_hear_one_another_and_the_same_in_every_copy():
+    deaf, hearing = (read(pl.Simulation.load(scenario(h))) for h in ("none", "others"))
+    assert np.abs(hearing - deaf).max() > 0.1
+    assert (hearing == deaf).mean() > 0.8  # one pulse a ping
+    fleet = read(pl.Simulation.load(scenario(["auv1.imaging"]), n=2))
+    np.testing.assert_array_equal(fleet[:, 0], hearing[:, 0])
+
+
+def test_a_sonar_that_is_not_there_is_named():
+    with pytest.raises(InputError, match=r"auv0.*hears.*auv1\.imaging"):
+        pl.Simulation.load(scenario(["auv1.imagine"]))
