@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 import hashlib
+import os
+import subprocess
+import sys
 from collections import Counter
 from itertools import pairwise
+from pathlib import Path
 
 import numpy as np
 import pytest
 from pydantic import ValidationError
-from scipy.stats import kstest, poisson
+from scipy.stats import chi2, kstest, lognorm, loguniform, norm, poisson, uniform
 
 from pelagos.errors import WorldError
 from pelagos.world.generate.draw import Distribution
@@ -66,18 +70,23 @@ def test_landforms_have_about_the_relief_asked_for(kind):
 def test_the_spectrum_falls_as_asked(slope):
     """Least squares of the radial spectrum over the middle octaves; leakage moves it by less than 0.25."""
     z = fractal((512, 512), 1.0, np.random.default_rng(1), slope=slope, longest=200, shortest=2)
+    assert _fitted_slope(z) == pytest.approx(-slope, abs=0.25)
+
+
+def _fitted_slope(z):
+    """Of the radial power spectrum of 512 x 512 nodes that are 1 m apart."""
     window = np.hanning(512)[:, None] * np.hanning(512)
     power = np.abs(np.fft.fft2(z * window)) ** 2
     k = np.hypot(np.fft.fftfreq(512)[:, None], np.fft.fftfreq(512))
     edges = np.geomspace(0.02, 0.3, 16)
     middle = np.sqrt(edges[1:] * edges[:-1])
     mean = [power[(k >= a) & (k < b)].mean() for a, b in pairwise(edges)]
-    fitted = np.polyfit(np.log(middle), np.log(mean), 1)[0]
-    assert fitted == pytest.approx(-slope, abs=0.25)
+    return np.polyfit(np.log(middle), np.log(mean), 1)[0]
 
 
 def test_numbers_follow_poisson():
-    """40 a hectare on 1.44 ha: each world's count within 1e-6 bounds, the mean of 20 within 5 standard errors."""
+    """40 a hectare on 1.44 ha: each world's count within 1e-6 bounds, the mean of 20 within 5 standard errors, and
+    their dispersion, chi-squared with 19 degrees of freedom, within 1e-4 bounds: counts that never vary fail."""
     expected = 40 * 1.44
     counts = []
     for seed in range(20):
@@ -86,6 +95,8 @@ def test_numbers_follow_poisson():
     low, high = poisson.ppf([1e-6, 1 - 1e-6], expected)
     assert all(low <= c <= high for c in counts)
     assert abs(np.mean(counts) - expected) < 5 * np.sqrt(expected / 20)
+    dispersion = float(((counts - np.mean(counts)) ** 2).sum() / np.mean(counts))
+    assert chi2.ppf(1e-4, 19) < dispersion < chi2.ppf(1 - 1e-4, 19)
 
 
 def test_sizes_follow_the_distribution_asked_for():
@@ -111,10 +122,35 @@ def test_distributions(given, low, high):
         Distribution(**given, **({"choice": (1,)} if "choice" not in given else {"normal": (1, 1)}))
 
 
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize(
+    ("given", "law"),
+    [({"uniform": (1, 2)}, uniform(1, 1)), ({"loguniform": (0.1, 10)}, loguniform(0.1, 10)),
+     ({"normal": (5, 0.3)}, norm(5, 0.3)), ({"lognormal": (2, 0.4)}, lognorm(0.4, scale=2))],
+)  # fmt: skip
+def test_draws_have_the_law_they_name(given, law):
+    rng = np.random.default_rng(3)
+    assert kstest([Distribution(**given).draw(rng) for _ in range(1000)], law.cdf).pvalue > 1e-3
+
+
+@pytest.mark.parametrize("slope", [2.4, 3.6])
+def test_the_ground_of_a_world_has_the_spectrum_asked_for(slope):
+    terrain = {"kind": "flat", "relief_m": 4, "wavelength_m": 200, "spectrum_slope": slope, "roughness_m": 0}
+    z = build(size_m=(511, 511), grid_m=1.0, depth_m=60, terrain=terrain).terrain.z
+    assert _fitted_slope(z) == pytest.approx(-slope, abs=0.25)
+
+
+@pytest.mark.parametrize("seed", range(10))
 def test_nothing_interpenetrates(seed):
-    """No two things' outlines on the ground meet."""
+    """No two things' outlines on the ground meet, and nothing stands on a pipe or a cable."""
     assert overlaps(seed) == []
+
+
+def test_overlaps_would_be_found(monkeypatch):
+    """Where places that are taken are given again, things do interpenetrate."""
+    monkeypatch.setattr(Places, "free", lambda *_: True)
+    pairs = overlaps(0)
+    assert any(isinstance(a, str) for a, _ in pairs)
+    assert any(isinstance(a, int) for a, _ in pairs)
 
 
 @pytest.mark.slow
@@ -139,7 +175,22 @@ def overlaps(seed):
         for b in keys[i + 1 :]
         if np.linalg.norm(middles[a] - middles[b]) < radii[a] + radii[b]
     ]
-    return [(a, b) for a, b in near if _overlap(hulls[a], hulls[b])]
+    crossed = [
+        (line.name, k)
+        for line in world.geometries
+        if line.name in ("pipeline", "cable")
+        for k, points in hulls.items()
+        if _inside(points, line.vertices[:, :2])
+    ]
+    return [(a, b) for a, b in near if _overlap(hulls[a], hulls[b])] + crossed
+
+
+def _inside(outline, points):
+    """Whether any of the points lies in the convex outline of a point set."""
+    from scipy.spatial import ConvexHull
+
+    sides = ConvexHull(outline).equations
+    return bool((points @ sides[:, :2].T + sides[:, 2] < 0).all(axis=1).any())
 
 
 def _overlap(a, b):
@@ -169,6 +220,21 @@ def test_discs_never_touch_over_a_hundred_seeds():
 def test_same_seed_same_bytes_other_seed_other_bytes():
     assert digest(build(seed=5, **MANY)) == digest(build(seed=5, **MANY))
     assert digest(build(seed=5, **MANY)) != digest(build(seed=6, **MANY))
+
+
+@pytest.mark.parametrize("threads", [1, 2])
+def test_same_bytes_in_another_process(threads):
+    """Whatever the order of sets there, and the number of threads."""
+    code = (
+        "import sys; sys.path.insert(0, 'tests/verification'); import test_world_generated as t;"
+        "print(t.digest(t.build(seed=5, **t.MANY)))"
+    )
+    root = Path(__file__).parents[2]
+    few = {"OMP_NUM_THREADS": str(threads), "OPENBLAS_NUM_THREADS": str(threads), "PYTHONHASHSEED": str(threads)}
+    ran = subprocess.run(
+        [sys.executable, "-c", code], cwd=root, env={**os.environ, **few}, capture_output=True, text=True
+    )
+    assert ran.stdout.strip() == digest(build(seed=5, **MANY)), ran.stderr
 
 
 def test_one_more_kind_moves_nothing_placed_before():

@@ -138,7 +138,8 @@ class _Generated:
         if rough > 0:
             z += rough * place.rough(min(40.0, 0.5 * min(c.size_m)))
         if ripple > 0:
-            wander = 2.0 * fractal(place.shape, c.grid_m, rng, slope=3.5, longest=60, shortest=6 * c.grid_m)
             length = max(length, 3 * c.grid_m)
+            shortest = min(max(6 * c.grid_m, 5 * length), 40.0)  # crests bend over several ripples, and do not break
+            wander = 2.0 * fractal(place.shape, c.grid_m, rng, slope=3.5, longest=60, shortest=shortest)
             z += ripple * ripples(x, y, wavelength=length, heading=place.heading, wander=wander)
         return HeightField(float(x[0]), float(y[0]), c.grid_m, z)

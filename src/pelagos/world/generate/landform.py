@@ -82,7 +82,7 @@ def canyon(g: Ground) -> Field:
     winding = 0.35 * g.wavelength * np.sin(2 * np.pi * along / (1.9 * g.wavelength) + phase)
     winding += 0.15 * g.wavelength * g.rough(3 * g.wavelength, slope=4.5)
     away = np.abs(across - winding) / (0.5 * g.wavelength)
-    gullies = 0.22 * (1 - np.abs(g.rough(0.8 * g.wavelength, slope=3.0)))
+    gullies = 0.22 * (1 - np.abs(g.rough(0.8 * g.wavelength, slope=4.2)))
     wall = smoothstep(away + gullies * smoothstep(away, 0.2, 0.6), 0.22, 1.0)
     terraced = 0.85 * wall + 0.15 * np.round(wall * 5) / 5
     return g.relief * (terraced - 0.75) + g.rough(g.wavelength / 2) * 0.02 * g.relief
@@ -119,10 +119,11 @@ def seamount(g: Ground) -> Field:
 
 def reef(g: Ground) -> Field:
     """Flat-topped patch reefs with steep, rough edges on sand."""
-    patches = g.rough(2 * g.wavelength, slope=3.0)
+    patches = g.rough(2 * g.wavelength, slope=4.0)
     raised = smoothstep(patches, 0.35, 0.75)
-    heads = np.clip(g.rough(6 * max(g.spacing, 1.0), slope=1.6), 0, None)
-    return g.relief * raised * (0.8 + 0.2 * heads) + (1 - raised) * g.rough(g.wavelength) * 0.03 * g.relief
+    heads = np.clip(g.rough(6 * max(g.spacing, 1.0), slope=3.0), 0, None)  # of coral: as high as they grow
+    top = 0.9 * g.relief + min(0.1 * g.relief, 0.5) * heads
+    return raised * top + (1 - raised) * g.rough(g.wavelength) * 0.03 * g.relief
 
 
 def trench(g: Ground) -> Field:

@@ -21,17 +21,16 @@ def boulder(size: float, rng: np.random.Generator) -> Thing:
 
 def outcrop(size: float, rng: np.random.Generator) -> Thing:
     """Rock that breaks through the bed: several slabs that dip the same way."""
-    dip, strike = rng.uniform(0.2, 0.7), rng.uniform(0, 2 * np.pi)
-    slabs = []
-    for _ in range(int(rng.integers(3, 7))):
-        extent = size * np.array([rng.uniform(0.25, 0.5), rng.uniform(0.2, 0.4), rng.uniform(0.10, 0.2)])
-        slab = shapes.noisy(shapes.sphere(0.5, sides=18, rings=9), 0.3, rng, scale=2.2).scaled(extent * [1, 1, 2.2])
-        away = rng.normal(size=2) * size * 0.13
-        slabs.append(
-            slab.turned(pitch=dip + rng.normal() * 0.06, yaw=strike).moved(
-                (away[0], away[1], rng.uniform(-0.05, 0.12) * size)
-            )
-        )
+    dip, strike = rng.uniform(0.25, 0.6), rng.uniform(0, 2 * np.pi)
+    beds = []
+    for k in range(int(rng.integers(4, 7))):  # one bed on the other, each set back from the one below
+        turn = (np.arange(14) + rng.uniform(-0.35, 0.35, 14)) * 2 * np.pi / 14
+        edge = size * rng.uniform(0.20, 0.36, 14) * rng.uniform(0.85, 1.1)
+        outline = np.stack([edge * np.cos(turn), 1.2 * edge * np.sin(turn)], axis=1)
+        slab = shapes.extrude(outline, size * rng.uniform(0.07, 0.11))
+        shift = size * np.array([(k - 2) * 0.13 + 0.04 * rng.normal(), 0.05 * rng.normal(), (k - 2) * 0.075])
+        beds.append(slab.turned(yaw=rng.normal() * 0.12).moved(shift))
+    slabs = [join(beds).turned(pitch=dip).turned(yaw=strike).moved((0, 0, 0.06 * size))]
     return Thing("rock outcrop", "rock", (Part(join(slabs), "rock", 50.0),), follow=0.0)
 
 
@@ -39,27 +38,28 @@ def kelp(size: float, rng: np.random.Generator) -> Thing:
     """A giant kelp: a few stipes that sway one way, with blades on either side and a holdfast."""
     sway = rng.uniform(0, 2 * np.pi)
     stipes, blades = [], []
-    for _ in range(int(rng.integers(2, 5))):
+    for _ in range(int(rng.integers(4, 8))):
         s = np.linspace(0, 1, 9)
         lean = 0.25 * size * s**2 * rng.uniform(0.5, 1.2)
         turn = sway + rng.normal() * 0.3
         path = np.stack([np.cos(turn) * lean, np.sin(turn) * lean, size * s * (1 - 0.08 * s)], axis=1)
-        path[:, :2] += rng.normal(size=2) * 0.12
-        stipes.append(shapes.tube(path, 0.02, sides=5))
-        for along in np.arange(0.25, 1.0, 0.3 / max(size, 1.0) + 0.04):
+        path[:, :2] += np.outer(np.minimum(4 * s, 1.0), rng.normal(size=2) * 0.05 * size)
+        stipes.append(shapes.tube(path, 0.022, sides=5))
+        for k, along in enumerate(np.arange(0.12, 1.0, 0.16 / max(size, 1.0) + 0.03)):
             foot = np.array([np.interp(along, s, path[:, i]) for i in range(3)])
-            blades.append(_blade(foot, turn + rng.choice([-1.3, 1.3]) + rng.normal() * 0.4, rng.uniform(0.4, 0.8), rng))
+            side = turn + (1.3 if k % 2 else -1.3) + rng.normal() * 0.5
+            blades.append(_blade(foot, side, rng.uniform(0.5, 0.9) * min(1.0, size / 4 + 0.3), rng))
     holdfast = shapes.sphere(0.16, sides=10, rings=6).scaled((1, 1, 0.6))
     return Thing("kelp", "seaweed", (Part(join([*stipes, holdfast, *blades]), "kelp", 60.0),), follow=0.0)
 
 
 def _blade(foot: NDArray[np.float64], turn: float, length: float, rng: np.random.Generator) -> Mesh:
     """A thin closed leaf from `foot` outwards."""
-    s = np.linspace(0, 1, 5)
-    width = 0.09 * np.sin(np.pi * np.clip(s * 0.9 + 0.08, 0, 1))
+    s = np.linspace(0, 1, 4)
+    width = 0.16 * length * np.sin(np.pi * np.clip(s * 0.85 + 0.1, 0, 1))
     out = np.array([np.cos(turn), np.sin(turn), 0.35])
     side = np.array([-np.sin(turn), np.cos(turn), rng.normal() * 0.3])
-    middle = foot + np.outer(s * length, out) - np.outer(0.25 * length * s**2, [0, 0, 1])
+    middle = foot + np.outer(s * length, out) - np.outer(0.55 * length * s**2, [0, 0, 1])
     thin = np.array([0, 0, 0.004])
     rings = np.stack(
         [middle + np.outer(width, side), middle + thin, middle - np.outer(width, side), middle - thin], axis=1
@@ -97,18 +97,20 @@ def coral(size: float, rng: np.random.Generator) -> Thing:
         limbs.append(
             shapes.tube(
                 np.stack([foot, (foot + tip) / 2 + rng.normal(size=3) * 0.04 * length, tip]),
-                np.array([1.0, 0.85, 0.65]) * 0.12 * length,
+                np.array([1.0, 0.85, 0.65]) * 0.15 * length,
                 sides=7,
             )
         )
         if order == 0:
             return
-        for _ in range(3 if order > 1 else 2):
+        for _ in range(2):
             new = direction + rng.normal(size=3) * 0.55
             new[2] = abs(new[2]) + 0.25
             grow(foot + direction * length * rng.uniform(0.7, 1.0), new / np.linalg.norm(new), length * 0.68, order - 1)
 
-    grow(np.zeros(3), np.array([0.0, 0.0, 1.0]), 0.38 * size, 3)
+    for _ in range(3):
+        first = np.array([*(rng.normal(size=2) * 0.45), 1.0])
+        grow(np.zeros(3), first / np.linalg.norm(first), 0.36 * size, 3)
     return Thing("coral", "coral", (Part(join(limbs), "coral", 60.0),), sink=0.03 * size, follow=0.3)
 
 
@@ -154,23 +156,19 @@ def fish(length: float = 0.35) -> Mesh:
         [np.broadcast_to(x[:, None], (9, 10)), 0.5 * half[:, None] * np.cos(turn), half[:, None] * np.sin(turn)],
         axis=-1,
     )
-    tail = [
-        [(-0.42 * length, 0.004, 0), (-0.42 * length, -0.004, 0)],
-        [(-0.58 * length, 0.003, 0), (-0.58 * length, -0.003, 0)],
+    fins = [  # tail, two lobes; back fin; anal fin: each a thin leaf from its root to its tip
+        ((-0.42, 0.022), (-0.42, -0.022), (-0.60, 0.005), (-0.60, 0.13)),
+        ((-0.42, 0.022), (-0.42, -0.022), (-0.60, -0.13), (-0.60, -0.005)),
+        ((0.12, 0.095), (-0.20, 0.055), (-0.22, 0.085), (0.02, 0.175)),
+        ((-0.10, -0.085), (-0.26, -0.045), (-0.27, -0.07), (-0.17, -0.13)),
     ]
-    fan = np.array(
-        [
-            [
-                (a[0], a[1], 0.02 * length),
-                (b[0], b[1], 0.02 * length),
-                (b[0], b[1], -0.02 * length),
-                (a[0], a[1], -0.02 * length),
-            ]
-            for a, b in tail
-        ]
-    )
-    fan[1, :, 2] *= 6
-    return join([shapes.loft(rings), shapes.loft(fan)])
+    made = [shapes.loft(rings)]
+    for corners in fins:
+        flat = np.array(corners) * length
+        sheet = np.stack([np.insert(flat, 1, side * 0.006 * length, axis=1) for side in (1.0, -1.0)])
+        fin = shapes.loft(sheet)
+        made.append(fin if fin.volume > 0 else shapes.loft(sheet[::-1]))
+    return join(made)
 
 
 def school(size: float, rng: np.random.Generator) -> Thing:
