@@ -10,7 +10,8 @@ PelagosError
 +-- SimulationError     a run went wrong (non-finite state); names vehicle, term and time
 +-- RecordingError      a recording cannot be written or read
 
-Warnings: PelagosWarning <- ValidityWarning (a model used outside its range of validity).
+Warnings: PelagosWarning <- ValidityWarning (a model used outside its range of validity), MountWarning (a sensor begins
+inside something solid).
 """
 
 from __future__ import annotations
@@ -73,6 +74,10 @@ class PelagosWarning(UserWarning):
 
 class ValidityWarning(PelagosWarning):
     """A model is used outside its published range of validity."""
+
+
+class MountWarning(PelagosWarning):
+    """A sensor begins inside something solid."""
 
 
 def nearest(given: str, known: Iterable[str]) -> str | None:

@@ -17,6 +17,7 @@ from pelagos.sensors.sensor import Reading
 from pelagos.sim.bodies import Bodies, Body, rows, unit_rows
 from pelagos.sim.initial import start_states
 from pelagos.sim.model import AgentModel, Model, compile_model
+from pelagos.sim.mounts import warn_of_buried
 from pelagos.sim.movers import Movers
 from pelagos.sim.record import Recorder
 from pelagos.sim.run import RunResult, run
@@ -49,6 +50,7 @@ class Simulation:
         self._stepper = Stepper(model, self._bodies)
         self._spawned = 0
         self.reset()
+        warn_of_buried(model, self._begin, self._bodies.hulls, self._bodies.bodies)
         model.world.before_cast(self._show_now)
 
     @classmethod

@@ -1,0 +1,89 @@
+"""Whether sensors begin inside something solid, from where they would see nothing but its inside."""
+
+from __future__ import annotations
+
+import math
+import warnings
+from collections.abc import Mapping, Sequence
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pelagos.errors import MountWarning
+from pelagos.math.so3 import rotate_np
+from pelagos.raycast.geometry import Geometry
+from pelagos.sim.bodies import Body
+from pelagos.sim.initial import StartState
+from pelagos.sim.model import Model
+
+_NEAR: Final = 0.1  # [m], distance to anything static up to which a mount is looked at closely
+
+
+def warn_of_buried(
+    model: Model, starts: Mapping[str, StartState], hulls: Mapping[str, Geometry], bodies: Sequence[Body]
+) -> None:
+    """Warn (`MountWarning`) of each ray sensor whose mount is inside the ground, a solid, another hull or a body.
+
+    Args:
+        model: vehicles and sensors.
+        starts: where agents begin; the first copy counts.
+        hulls: those that stand in the moving scene, by agent, in the body frame.
+        bodies: what else moves, where it begins.
+    """
+    for name, agent in model.agents.items():
+        seeing = [s for s in agent.sensors.values() if s.sees]
+        if not seeing:
+            continue
+        position, attitude = starts[name].position[0], starts[name].attitude[0]
+        arms = np.array([s.config.position_m for s in seeing], dtype=np.float64)
+        places = position + rotate_np(np.tile(attitude, (len(arms), 1)), arms)
+        near = model.world.near(places, _NEAR)
+        others = [(hulls[o], starts[o].position[0], starts[o].attitude[0], o) for o in hulls if o != name]
+        others += [(b.geometry, b.position[0], b.attitude[0], b.name) for b in bodies]
+        for sensor, place, close in zip(seeing, places, near, strict=True):
+            why = model.world.inside(place) if close else None
+            why = why.split(" m ", 1)[1] if why is not None else _within(place, others)
+            if why is not None:
+                _warn(f"agents.{name}.sensors.{sensor.name}", sensor.config.position_m, place, why)
+
+
+def _warn(where: str, arm: tuple[float, float, float], place: NDArray[np.float64], why: str) -> None:
+    x, y, z = (f"{c:.2f}" for c in place)
+    forward, left, up = (f"{c:g}" for c in arm)
+    warnings.warn(
+        f"{where}: its mount at ({x}, {y}, {z}) m {why}: it will see nothing but the inside of that. Start the vehicle "
+        f"elsewhere, or change the sensor's position_m, which is [{forward}, {left}, {up}] forward, left and up of the "
+        "vehicle's origin",
+        MountWarning,
+        stacklevel=2,
+    )
+
+
+def _within(
+    place: NDArray[np.float64], others: Sequence[tuple[Geometry, NDArray[np.float64], NDArray[np.float64], str]]
+) -> str | None:
+    """Inside which of some bodies a place is."""
+    for geometry, position, attitude, name in others:
+        back = attitude * np.array([1.0, -1.0, -1.0, -1.0])
+        local = rotate_np(back[None], (place - position)[None])[0]
+        low, high = geometry.vertices.min(axis=0), geometry.vertices.max(axis=0)
+        if (local > low).all() and (local < high).all() and winding_number(geometry, local) > 0.5:
+            return f"lies inside {name}"
+    return None
+
+
+def winding_number(geometry: Geometry, place: NDArray[np.float64]) -> float:
+    """How often a closed mesh goes around a place: its faces' solid angles over 4 pi; overlapping parts count each.
+
+    Source: A. Van Oosterom and J. Strackee, IEEE Trans. Biomed. Eng. 30, 125 (1983), doi 10.1109/TBME.1983.325207.
+    """
+    a, b, c = (geometry.vertices[geometry.faces[:, i]] - place for i in range(3))
+    la, lb, lc = (np.linalg.norm(v, axis=1) for v in (a, b, c))
+    top = _dot(a, np.cross(b, c))
+    bottom = la * lb * lc + _dot(a, b) * lc + _dot(b, c) * la + _dot(c, a) * lb
+    return abs(float(np.arctan2(top, bottom).sum()) / (2.0 * math.pi))
+
+
+def _dot(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.float64]:
+    return np.asarray(np.einsum("ij,ij->i", a, b))
