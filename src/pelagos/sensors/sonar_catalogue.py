@@ -1,7 +1,9 @@
 """Real sonars by their data sheets, as keys of the sensors' configurations.
 
 `device: oculus_m750d` in a scenario gives a sensor the keys of that device; keys that the scenario names itself win.
-What a sheet does not say keeps the sensor's default. `assumed` lists keys that are plausible and not from the sheet.
+What a sheet does not say keeps the sensor's default: no sheet here gives source levels or the receivers' noise.
+`assumed` lists keys that are plausible and not from the sheet, or of which it is doubtful what they are of; the source
+then says so.
 """
 
 from __future__ import annotations
@@ -79,7 +81,7 @@ DEVICES: Final[Mapping[str, Mapping[str, Device]]] = {
         ),
         "imagenex_881l": Device(
             "Imagenex 881L, 675 kHz",
-            "Imagenex Technology Corp., Model 881L data sheet 445-039 (2017)",
+            "Imagenex Technology Corp., Model 881L data sheet 445-039 (2006, revised 2017)",
             {"frequency_hz": 675e3, "beamwidth_deg": 1.8, "vertical_beamwidth_deg": 20.0, "range_min_m": 0.15,
              "range_max_m": 50.0, "step_deg": 1.2},
             assumed=("range_max_m", "step_deg"),  # full scale up to 200 m
@@ -94,16 +96,17 @@ DEVICES: Final[Mapping[str, Mapping[str, Device]]] = {
              "pulse_s": 0.5e-3},
         ),
         "kongsberg_em2040": Device(
-            "Kongsberg EM 2040, 300 kHz, 0.7 x 0.7 deg",
-            "Kongsberg Maritime, EM 2040 product description",
-            {"frequency_hz": 300e3, "swath_deg": 140.0, "beams": 400, "beamwidth_across_deg": 0.7,
-             "beamwidth_along_deg": 0.7, "range_min_m": 0.5, "range_max_m": 520.0, "bandwidth_hz": 40e3,
+            "Kongsberg EM 2040, 300 kHz, 1 x 1 deg",
+            "Kongsberg Maritime, EM 2040 brochure: 0.5 x 1 and 1 x 1 deg at the standard 300 kHz, 200 to 400 kHz; the "
+            "number of beams from its product description",
+            {"frequency_hz": 300e3, "swath_deg": 140.0, "beams": 400, "beamwidth_across_deg": 1.0,
+             "beamwidth_along_deg": 1.0, "range_min_m": 0.5, "range_max_m": 520.0, "bandwidth_hz": 40e3,
              "rate_hz": 1.0},
-            assumed=("range_max_m", "bandwidth_hz", "rate_hz"),
+            assumed=("range_min_m", "range_max_m", "bandwidth_hz", "rate_hz"),
         ),
         "seabat_7160": Device(
             "Teledyne RESON SeaBat 7160, 44 kHz class",
-            "NERC Vocabulary Server, SDN:L22::TOOL1110",
+            "NERC Vocabulary Server, SDN:L22::TOOL1110; doubtful: its frequency is printed as 440 kHz",
             {"frequency_hz": 44e3, "swath_deg": 150.0, "spacing": "equidistant", "beams": 512,
              "beamwidth_across_deg": 2.0, "beamwidth_along_deg": 1.5, "range_min_m": 3.0, "range_max_m": 3000.0,
              "bandwidth_hz": 3e3, "pulse_s": 5e-3, "source_level_db": 225.0, "rate_hz": 0.2},
@@ -121,10 +124,10 @@ DEVICES: Final[Mapping[str, Mapping[str, Device]]] = {
         ),
         "klein_uuv3500": Device(
             "Klein UUV-3500, 455 kHz",
-            "Klein Marine Systems, UUV-3500 data sheet",
+            "Klein Marine Systems, UUV-3500 data sheet; doubtful: whether 0.34 deg is of 455 or of 900 kHz",
             {"frequency_hz": 455e3, "beamwidth_deg": 0.34, "vertical_beamwidth_deg": 45.0, "depression_deg": 25.0,
              "range_max_m": 80.0, "bandwidth_hz": 30e3},
-            assumed=("vertical_beamwidth_deg", "depression_deg", "range_max_m", "bandwidth_hz"),
+            assumed=("beamwidth_deg", "vertical_beamwidth_deg", "depression_deg", "range_max_m", "bandwidth_hz"),
         ),
         "starfish_450f": Device(
             "Blueprint Subsea StarFish 450F",
@@ -140,21 +143,21 @@ DEVICES: Final[Mapping[str, Mapping[str, Device]]] = {
             "Teledyne RD Instruments, Pathfinder DVL data sheet and guide (2018)",
             {"frequency_hz": 614e3, "beam_tilt_deg": 30.0, "range_min_m": 0.15, "range_max_m": 89.0,
              "noise_mps": 0.004, "noise_relative": 0.0115},
-            assumed=("noise_mps",),
+            assumed=("noise_mps", "noise_relative"),  # the sheet's long-term accuracy of 1.15 % taken for noise
         ),
         "nortek_dvl1000": Device(
             "Nortek DVL1000",
             "Nortek AS, DVL1000 data sheet and manual (2017)",
             {"frequency_hz": 1.0e6, "beam_tilt_deg": 25.0, "range_min_m": 0.2, "range_max_m": 75.0, "rate_hz": 8.0,
              "noise_mps": 0.003, "noise_relative": 0.001},
-            assumed=("noise_mps",),
+            assumed=("noise_mps", "noise_relative"),  # the sheet's long-term accuracy of 0.1 % taken for noise
         ),
         "waterlinked_a50": Device(
             "Water Linked DVL A50",
             "Water Linked AS, DVL A50 documentation",
             {"frequency_hz": 1.0e6, "beam_tilt_deg": 22.5, "range_min_m": 0.05, "range_max_m": 50.0,
              "noise_mps": 0.004, "noise_relative": 0.0101},
-            assumed=("noise_mps",),
+            assumed=("noise_mps", "noise_relative"),  # the sheet's long-term accuracy of 1.01 % taken for noise
         ),
     },
 }  # fmt: skip
