@@ -6,7 +6,6 @@ import json
 import tempfile
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
@@ -71,16 +70,12 @@ def _check(outs: Sequence[Path]) -> None:
 
 
 def _built(scenario: Scenario) -> World:
-    from pelagos.math.geodesy import GeoOrigin
     from pelagos.world.build import build_world
 
     try:
-        world = build_world(scenario.world)
+        return build_world(scenario.located_world)
     except WorldError as error:
         raise WorldError(f"{scenario.where('world')}: {error}") from error
-    if scenario.origin is None:
-        return world
-    return replace(world, origin=GeoOrigin(scenario.origin.latitude_deg, scenario.origin.longitude_deg))
 
 
 def _pictures(

@@ -62,7 +62,7 @@ class Scenario(Strict):
     duration_s: float = Field(default=60.0, gt=0)
     """How long a run lasts unless told otherwise [s]."""
     origin: Origin | None = None
-    """Where on Earth the world's origin lies; where not given, the world says."""
+    """Where on Earth the world's origin lies, instead of the world's own latitude_deg and longitude_deg."""
     world: Annotated[Any, Component("world")]
     """The world: a mapping that begins with its `type` (`pelagos list worlds`)."""
     ocean: Annotated[Any, Component("ocean", default="standard")] = Field(default_factory=dict, validate_default=True)
@@ -100,6 +100,24 @@ class Scenario(Strict):
             if path[:length] in self._places:
                 return join_place(self._places[path[:length]], dotted, exact=length == len(path))
         return dotted
+
+    @property
+    def located_world(self) -> Any:
+        """The world's configuration, at the scenario's `origin` where that is given."""
+        if self.origin is None:
+            return self.world
+        place = {"latitude_deg": self.origin.latitude_deg, "longitude_deg": self.origin.longitude_deg}
+        return self.world.model_copy(update=place)
+
+    @model_validator(mode="after")
+    def _one_origin(self) -> Self:
+        if self.origin is not None and getattr(self.world, "latitude_deg", None) is not None:
+            text = "the world gives latitude_deg and longitude_deg already; give its origin in one of the two places"
+            raise ValidationError.from_exception_data(
+                "Scenario",
+                [InitErrorDetails(type=PydanticCustomError("origin", text), loc=("origin",), input=self.origin)],
+            )
+        return self
 
     @field_validator("agents", mode="before")
     @classmethod

@@ -70,7 +70,7 @@ def scattering_table(materials: Sequence[Material], frequency_hz: float, *, wind
     valid_hz = min(max(frequency_hz, FREQUENCY_RANGE_HZ[0]), FREQUENCY_RANGE_HZ[1])
     rows = []
     for m in materials:
-        if "TR 9407" in m.source:
+        if m.sediment:
             bottom = Bottom(m.density_ratio, m.sound_speed_ratio, m.loss, m.volume_scatter, m.spectral_strength)
             section = backscatter(grazing, valid_hz, bottom)
         else:

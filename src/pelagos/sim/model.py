@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -13,7 +13,6 @@ from pelagos.config import registry
 from pelagos.config.agent import Agent
 from pelagos.config.scenario import Scenario
 from pelagos.errors import ScenarioError, WorldError
-from pelagos.math.geodesy import GeoOrigin
 from pelagos.ocean.config import build_ocean
 from pelagos.ocean.ocean import Ocean
 from pelagos.raycast.rays import NO_BODY
@@ -157,13 +156,10 @@ def audible(scenario: Scenario) -> list[str]:
 
 def _world(scenario: Scenario) -> World:
     try:
-        world = build_world(scenario.world)
+        return build_world(scenario.located_world)
     except WorldError as error:
         where = scenario.where("world")
         raise WorldError(f"{where}: {error}") from error
-    if scenario.origin is None:
-        return world
-    return replace(world, origin=GeoOrigin(scenario.origin.latitude_deg, scenario.origin.longitude_deg))
 
 
 @dataclass(frozen=True)

@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import cast
 
 from pelagos.config import registry
 from pelagos.errors import LookupFailed, WorldError
-from pelagos.world.config import WorldConfig
+from pelagos.world.config import WorldKind
 from pelagos.world.mover import checked
 from pelagos.world.world import World
 
 
-def build_world(config: WorldConfig) -> World:
+def build_world(config: WorldKind) -> World:
     """Build a world.
 
     Raises:
@@ -28,7 +29,7 @@ def build_world(config: WorldConfig) -> World:
     return replace(world, movers=movers)
 
 
-def world_config(values: dict[str, object]) -> WorldConfig:
+def world_config(values: dict[str, object]) -> WorldKind:
     """A world's configuration from plain values: `{"type": "flat", "depth_m": 20}`.
 
     Raises:
@@ -39,8 +40,7 @@ def world_config(values: dict[str, object]) -> WorldConfig:
     if not isinstance(kind, str) or kind not in known:
         raise LookupFailed("world", str(kind), known)
     made = known[kind].config.model_validate(values)
-    assert isinstance(made, WorldConfig)
-    return made
+    return cast(WorldKind, made)
 
 
 def world_types() -> dict[str, str]:

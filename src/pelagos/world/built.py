@@ -44,6 +44,8 @@ class ThingConfig(BaseModel):
     """Extent along its own x, y, z [m]; not for files."""
     scale: float = Field(default=1.0, gt=0)
     """Factor on a file's coordinates; 0.001 for millimetres."""
+    up: Literal["z", "y"] = "z"
+    """Which of a file's axes points up: y in glTF from most programs, and in `world.glb` of an exported world."""
     material: str = "concrete"
     """Material."""
     label: str | int = "unlabeled"
@@ -138,7 +140,7 @@ def _mesh(thing: ThingConfig) -> Mesh:
         read = (
             read_description(thing.path, thing.part) if thing.path.suffix.lower() in SUFFIXES else read_mesh(thing.path)
         )
-        return read.scaled(thing.scale)
+        return (read if thing.up == "z" else read.turned(roll=np.pi / 2)).scaled(thing.scale)
     unit = {
         "box": lambda: shapes.box((1, 1, 1)),
         "sphere": lambda: shapes.sphere(0.5, sides=48, rings=24),

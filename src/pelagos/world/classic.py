@@ -15,7 +15,7 @@ from pelagos.world.generate.generated import GeneratedConfig
 from pelagos.world.world import World
 
 
-def dam(seed: int) -> WorldConfig:
+def dam(seed: int) -> BuiltConfig | GeneratedConfig:
     """650 m x 650 m of reservoir with a dam face, gates, pipes and covers along its north side."""
     pipes = [{"kind": "pipeline", "count": 3, "size_m": [0.6, 1.4]}]
     things = [
@@ -32,7 +32,7 @@ def dam(seed: int) -> WorldConfig:
     )  # fmt: skip
 
 
-def pier_harbor(seed: int) -> WorldConfig:
+def pier_harbor(seed: int) -> BuiltConfig | GeneratedConfig:
     """2 km x 2 km of harbour with piers of three sizes, quays, pilings, boats, moorings."""
     things = [
         {"kind": "quay_wall", "count": 3, "size_m": 120, "heading_deg": 0},
@@ -53,7 +53,7 @@ def pier_harbor(seed: int) -> WorldConfig:
     )  # fmt: skip
 
 
-def open_water(seed: int) -> WorldConfig:
+def open_water(seed: int) -> BuiltConfig | GeneratedConfig:
     """2 km x 2 km of rolling hills about 290 m deep, with sunken submarines and aircraft, rock, plants and coral."""
     things = [
         {"kind": "wreck_submarine", "count": 4, "at_m": [[35, -60], [555, 236]]},
@@ -72,7 +72,7 @@ def open_water(seed: int) -> WorldConfig:
     )  # fmt: skip
 
 
-def simple_underwater(seed: int) -> WorldConfig:
+def simple_underwater(seed: int) -> BuiltConfig | GeneratedConfig:
     """A walled basin of 240 m x 240 m, 20 m deep, with pipes at its north end."""
     del seed
     depth, half = 20.0, 120.0
@@ -96,13 +96,13 @@ def simple_underwater(seed: int) -> WorldConfig:
     return _built(depth, (2 * half, 2 * half), [*walls, *pipes, *blocks])
 
 
-def flat_underwater(seed: int) -> WorldConfig:
+def flat_underwater(seed: int) -> BuiltConfig | GeneratedConfig:
     """A flat, sandy bed of 1 km x 1 km at 20 m."""
     del seed
     return _built(20.0, (1000.0, 1000.0), [])
 
 
-def rooms(seed: int) -> WorldConfig:
+def rooms(seed: int) -> BuiltConfig | GeneratedConfig:
     """Four dry rooms of 8 m x 8 m about a corridor, floor at z = 0, with furniture."""
     del seed
     things = [
@@ -128,7 +128,7 @@ def rooms(seed: int) -> WorldConfig:
     return BuiltConfig(depth_m=None, things=tuple(things))
 
 
-def tank(seed: int) -> WorldConfig:
+def tank(seed: int) -> BuiltConfig | GeneratedConfig:
     """A test tank of 20 m x 10 m, 5 m deep, with a calibration sphere and a target plate."""
     del seed
     walls = [_box((s * 10.15, 0, -2.25), (0.3, 10.6, 5.5), "concrete", "wall", "tank wall") for s in (-1, 1)]
@@ -140,7 +140,7 @@ def tank(seed: int) -> WorldConfig:
     return _built(5.0, (21.0, 11.0), [*walls, sphere, plate], material="concrete")
 
 
-def test_world(seed: int) -> WorldConfig:
+def test_world(seed: int) -> BuiltConfig | GeneratedConfig:
     """Ground at z = 0 beside water, a wall at x = 2.77 m, blockers: a stand-in for HoloOcean's test level."""
     del seed
     things = [
@@ -154,7 +154,7 @@ def test_world(seed: int) -> WorldConfig:
     return _built(12.0, (160.0, 160.0), things)
 
 
-CLASSICS: Final[dict[str, Callable[[int], WorldConfig]]] = {
+CLASSICS: Final[dict[str, Callable[[int], BuiltConfig | GeneratedConfig]]] = {
     made.__name__: made
     for made in (dam, flat_underwater, open_water, pier_harbor, rooms, simple_underwater, tank, test_world)
 }

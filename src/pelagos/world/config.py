@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, ClassVar
+from typing import TYPE_CHECKING, ClassVar, Protocol, Self
 
-from pydantic import BaseModel, ConfigDict, Field, field_validator
+from pydantic import BaseModel, ConfigDict, Field, field_validator, model_validator
 
 from pelagos.world.mover import MoverConfig, checked
 
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 class WorldConfig(BaseModel):
-    """A kind of world: frozen data that can build itself. Its own keys stand beside its builder."""
+    """What every kind of world has: frozen data. Its own keys stand beside its builder, see `WorldKind`."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", use_attribute_docstrings=True)
 
@@ -36,6 +36,23 @@ class WorldConfig(BaseModel):
         checked(value)
         return value
 
+    @model_validator(mode="after")
+    def _whole_place(self) -> Self:
+        if (self.latitude_deg is None) != (self.longitude_deg is None):
+            raise ValueError("latitude_deg and longitude_deg go together")
+        return self
+
+
+class WorldKind(Protocol):
+    """What a kind of world can do: a `WorldConfig` that builds itself."""
+
+    @property
+    def movers(self) -> tuple[MoverConfig, ...]:
+        """See `WorldConfig`."""
+
     def build(self) -> World:
-        """Build the world."""
-        raise NotImplementedError
+        """Build the world.
+
+        Raises:
+            WorldError: a file cannot be read, or the world cannot be made.
+        """

@@ -9,7 +9,7 @@ and materials.
 from __future__ import annotations
 
 import json
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any, ClassVar, Final, Literal
 from zipfile import BadZipFile
@@ -52,7 +52,10 @@ class SavedConfig(WorldConfig):
         Raises:
             WorldError: missing, damaged, or of another version.
         """
-        return load(self.path)
+        world = load(self.path)
+        if self.latitude_deg is None or self.longitude_deg is None:
+            return world
+        return replace(world, origin=GeoOrigin(self.latitude_deg, self.longitude_deg))
 
 
 def export(world: World, folder: Path, *, t: float = 0.0) -> list[Path]:

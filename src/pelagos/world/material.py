@@ -39,6 +39,7 @@ class Material:
         stiffness: contact stiffness of one hull probe [N/m].
         damping: contact damping of one hull probe [N s/m].
         source: where the acoustic numbers come from.
+        sediment: its numbers are those of the seabed model of TR 9407, by which it scatters sound.
     """
 
     name: str
@@ -56,6 +57,7 @@ class Material:
     stiffness: float
     damping: float
     source: str
+    sediment: bool = False
 
 
 TEXTURES: Final = ("none", "grain", "ripples", "pebbles", "concrete", "rust", "planks", "bricks", "growth", "blades")
@@ -74,6 +76,7 @@ def _sediment(
     return Material(
         name, albedo, 1.0, texture, scale, row.density_ratio, row.sound_speed_ratio, row.loss, row.volume_scatter,
         row.spectral_strength, lambert_db, *contact, source="APL-UW TR 9407 (1994), Sec. IV, Table 2",
+        sediment=True,
     )  # fmt: skip
 
 
