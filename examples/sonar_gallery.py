@@ -76,13 +76,16 @@ def imaging(context: Any, folder: Path, quick: bool) -> None:
 
 
 def multibeam(context: Any, folder: Path, quick: bool) -> None:
-    """Soundings and backscatter of a pass over the wreck."""
-    sonar = Multibeam(MultibeamConfig(range_max_m=40.0), context)
+    """Soundings, backscatter and water column of a pass over the wreck."""
+    config = MultibeamConfig(range_max_m=20.0, water_column_bins=600)
+    sonar = Multibeam(config.model_copy(update={"water_column_bins": 0}), context)
     count = 100 if quick else 400
     places = track((5, -8, -5), (38, -8, -5), count)
     reading = sonar.sense(pose(places, ticks=range(count), velocity=(1.5, 0, 0)))
     points = reading.extras["soundings"] + places[:, None, :]
-    figure, axes = plt.subplots(1, 2, figsize=(15, 6))
+    figure = plt.figure(figsize=(15, 11.5))
+    grid = figure.add_gridspec(2, 2, height_ratios=(6, 5))
+    axes = [figure.add_subplot(grid[0, k]) for k in (0, 1)]
     deep = np.clip(points[..., 2], -17, -10)
     shown = axes[0].scatter(points[..., 0], points[..., 1], c=deep, s=0.6, cmap="viridis")
     figure.colorbar(shown, ax=axes[0], label="z [m]")
@@ -91,7 +94,26 @@ def multibeam(context: Any, folder: Path, quick: bool) -> None:
     shown = axes[1].scatter(points[..., 0], points[..., 1], c=strength, s=0.6, cmap="gray", vmin=-35, vmax=-5)
     figure.colorbar(shown, ax=axes[1], label="backscattering strength [dB]")
     axes[1].set(title="backscatter", xlabel="north [m]", aspect="equal")
+    _water_column(figure.add_subplot(grid[1, :]), Multibeam(config, context))
     _save(figure, folder / "multibeam.png")
+
+
+def _water_column(ax: Any, sonar: Multibeam) -> None:
+    """One ping across the wreck, with its soundings."""
+    reading = sonar.sense(pose((WRECK[0], WRECK[1], -5.0)))
+    angle, reach = np.meshgrid(sonar.tables["angle"], sonar.tables["water_column_range"], indexing="ij")
+    level = reading.extras["water_column"][0]
+    side, up = -reach * np.sin(angle), -reach * np.cos(angle)
+    ax.pcolormesh(side, up, level, vmin=-65, vmax=-5, cmap="inferno", shading="gouraud", rasterized=True)
+    found = reading.extras["soundings"][0]
+    by_phase = reading.extras["detection"][0] == 2
+    for chosen, colour, name in ((by_phase, "cyan", "by phase"), (~by_phase, "lime", "by amplitude")):
+        ax.plot(-found[chosen, 1], found[chosen, 2], ".", color=colour, markersize=2, label=name)
+    ax.legend(loc="lower right", markerscale=5)
+    ax.set(
+        title="water column of one ping", xlabel="to starboard [m]", ylabel="up [m]", aspect="equal", ylim=(-12, 0.5)
+    )
+    ax.set_facecolor("black")
 
 
 def sidescan(context: Any, folder: Path, quick: bool) -> None:

@@ -318,3 +318,33 @@ class TestRefraction:
         straight = (reading.truth * s.tables["direction"][:, 2])[0]
         assert straight[30] < -101.5  # the water below is slower than that at the sonar
         assert straight[0] - straight[30] > 4.0  # and the outer beams are bent down: the smile of a wrong profile
+
+
+class TestWaterColumn:
+    """Levels by beam and range from the transducer to beyond the bottom."""
+
+    @pytest.mark.parametrize("spacing", ["equiangular", "equidistant"])
+    def test_the_bottom_lies_where_the_soundings_are(self, spacing):
+        config = MultibeamConfig(beams=61, water_column_bins=600, range_max_m=60.0, spacing=spacing)
+        s = Multibeam(config, context([plane(-30.0)], materials=SAND))
+        reading = s.sense(at(0, 0, -10))
+        column, mean = reading.extras["water_column"][0], reading.extras["water_column_truth"][0]
+        r = s.tables["water_column_range"]
+        assert column.shape == mean.shape == (61, 600)
+        inner = np.abs(config.angles) < math.radians(50)
+        # a beam of 1 deg hears the bottom over r tan(a) w/cos(a) of range: 1 m at 50 deg
+        assert r[mean.argmax(axis=1)][inner] == pytest.approx(reading.truth[0][inner], abs=0.8)
+        assert (mean[:, r < 19.0].max(axis=1) < mean.max(axis=1) - 60.0).all()
+
+    def test_something_in_midwater_is_seen_above_the_bottom(self):
+        ball = box((0.0, 0.0, -18.0), (0.4, 0.4, 0.4))
+        s = Multibeam(
+            MultibeamConfig(beams=61, water_column_bins=600, range_max_m=60.0),
+            context([plane(-30.0), ball], materials=SAND),
+        )
+        mean, r = s.sense(at(0, 0, -10)).extras["water_column_truth"][0], s.tables["water_column_range"]
+        assert r[mean[30, r < 15.0].argmax()] == pytest.approx(7.8, abs=0.15)
+
+    def test_without_it_nothing_is_computed(self):
+        reading = Multibeam(MultibeamConfig(beams=31), context([plane(-30.0)], materials=SAND)).sense(at(0, 0, -10))
+        assert "water_column" not in reading.extras

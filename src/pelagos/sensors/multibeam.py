@@ -21,9 +21,11 @@ from pelagos.acoustics.spreading import from_db, to_db
 from pelagos.jit import Array
 from pelagos.math.so3 import rotate, rotate_back
 from pelagos.raycast.scene import Tables
+from pelagos.sensors.beam_column import column_config, column_layout, column_rays
 from pelagos.sensors.beam_series import Beams, Window, beam_series
 from pelagos.sensors.echo import Fan, Lanes, Trace, arcs_of, look
 from pelagos.sensors.neighbours import Apertures, Emitter
+from pelagos.sensors.pinger import Pinger
 from pelagos.sensors.scattering import Surfaces
 from pelagos.sensors.schedule import period_ticks
 from pelagos.sensors.sensor import Kinematics, Measurement, SensorConfig, SensorContext
@@ -81,6 +83,8 @@ class MultibeamConfig(SensorConfig):
     apart and the pulse is as much longer, as sounders choose it in deep water."""
     roughness_seed: int = Field(default=0, ge=0, lt=2**32)
     """Which realisation of the roughness of all surfaces the sonar sees."""
+    water_column_bins: int = Field(default=0, ge=0, le=16384)
+    """Range bins of the water column, which comes with the reading then; 0: none."""
     rays_along: int = Field(default=3, ge=1, le=31)
     """Rays of a beam along the track; across it they are five."""
 
@@ -193,8 +197,10 @@ class Multibeam:
         `detection` `(m, beams)` uint8: 0 none, 1 by amplitude, 2 by phase; `uncertainty` `(m, beams)`, standard
         deviation of the range as the sounder estimates it from the echo [m]; `quality` `(m, beams)`, 0 (none) to 1,
         half at an uncertainty of 0.2 % of the range and 1 mm; `snr` `(m, beams)` of the echo's samples [dB]; `label`
-        and `instance` `(m, beams)` on the axis.
-    tables: `angle` `(beams,)` [rad] from straight down, positive to port; `direction` `(beams, 3)`.
+        and `instance` `(m, beams)` on the axis. With `water_column_bins`, `water_column` `(m, beams, bins)`, level by
+        range as `ImagingSonar` gives it [dB], and `water_column_truth`, its mean.
+    tables: `angle` `(beams,)` [rad] from straight down, positive to port; `direction` `(beams, 3)`;
+        `water_column_range` `(bins,)` [m].
     """
 
     TITLE: ClassVar[str] = "multibeam echo sounder: soundings and backscatter across the track"
@@ -215,11 +221,16 @@ class Multibeam:
         )  # fmt: skip
         self._noise = dr.opaque(jit.Float, _noise_power(config))
         self._ping = self._sounder.compile(self._make)
+        self._column: Pinger | None = None
+        if config.water_column_bins > 0:
+            self._column = Pinger(column_config(config), context, column_rays(config), column_layout(config))
         neighbours = getattr(context, "neighbours", None)
         if neighbours is not None:
             neighbours.add(emitter(config, context, rays))
         axis = rays["direction"][config.rays_per_beam // 2 :: config.rays_per_beam]
         self.tables = {"angle": config.angles.astype(np.float32), "direction": axis.astype(np.float32)}
+        if self._column is not None:
+            self.tables["water_column_range"] = column_config(config).ranges
 
     def sense(self, motion: Kinematics) -> Measurement:
         """Ping on every lane."""
@@ -236,6 +247,8 @@ class Multibeam:
             "label": label,
             "instance": instance,
         }
+        if self._column is not None:
+            extras["water_column"], extras["water_column_truth"], _ = self._column.ping(motion)
         return Measurement(data, truth, None, extras, self.tables)
 
     def explain(self, motion: Kinematics) -> list[tuple[str, NDArray[Any], str]]:

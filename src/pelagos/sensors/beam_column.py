@@ -1,0 +1,80 @@
+"""The water column of a multibeam: what each beam hears from the transducer on, side lobes and all."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pelagos.acoustics.beam_pattern import line_length, line_np, steering_matrix
+from pelagos.sensors.profiling_sonar import ProfilingSonarConfig
+from pelagos.sensors.reception import Layout
+
+if TYPE_CHECKING:
+    from pelagos.sensors.multibeam import MultibeamConfig
+    from pelagos.sensors.ping import PingConfig
+
+_RAYS: Final = 24  # of a beam: strata across its sector
+_REACH: Final = 1.1  # how far rays lie fore and aft [half-power widths]: nearly to the first null
+_STEP: Final = 0.7548776662466927  # additive recurrences of the plastic number: evenly spread in two dimensions
+_STEP2: Final = 0.5698402909980532
+_SIDE_LOBES: Final = 16  # neighbours on each side whose echoes leak into a beam
+_SHARED: Final = (
+    "position_m", "orientation_deg", "beams", "range_max_m", "frequency_hz", "bandwidth_hz", "pulse_s",
+    "source_level_db", "self_noise_db", "wind_speed_mps", "ph", "refraction", "roughness_seed",
+)  # fmt: skip
+
+
+def column_config(config: MultibeamConfig) -> PingConfig:
+    """The same sonar as one that gives levels by beam and range [dB]."""
+    shared: dict[str, Any] = {key: getattr(config, key) for key in _SHARED}
+    slow = min(config.rate_hz, 690.0 / config.range_max_m)  # of no matter here: the multibeam says when it pings
+    nearest = max(config.range_min_m, 0.1)
+    return ProfilingSonarConfig(
+        **shared, rate_hz=slow, range_min_m=nearest, bins=config.water_column_bins, scale="db", doppler=False
+    )
+
+
+def column_layout(config: MultibeamConfig) -> Layout:
+    """The multibeam's beams, each with the side lobes of the receive array."""
+    width = math.radians(config.beamwidth_across_deg)
+    return Layout(
+        beams=config.beams,
+        sector=float(np.mean(_sectors(config))),
+        horizontal_width=width,
+        vertical_width=math.radians(config.beamwidth_along_deg),
+        azimuths=config.angles,
+        steering=steering_matrix(config.angles, width, "hamming", min(_SIDE_LOBES, config.beams - 1)),
+    )
+
+
+def column_rays(config: MultibeamConfig) -> dict[str, NDArray[Any]]:
+    """Rays in the multibeam's frame: strata across each beam's sector, spread fore and aft over the transmit beam."""
+    beam, k = (a.ravel() for a in np.meshgrid(np.arange(config.beams), np.arange(_RAYS), indexing="ij"))
+    sector = _sectors(config)[beam]
+    place = (0.5 + _STEP * beam + _STEP2 * k) % 1.0
+    low = config.angles[beam] + sector * (k / _RAYS - 0.5)
+    angle = low + place * sector / _RAYS
+    width = math.radians(config.beamwidth_along_deg)
+    tilt = _REACH * width * (2.0 * ((0.5 + _STEP * k + _STEP2 * beam) % 1.0) - 1.0)
+    ca, sa, ct, st = np.cos(angle), np.sin(angle), np.cos(tilt), np.sin(tilt)
+    direction = np.stack([st, ct * sa, -ct * ca], axis=-1)
+    pattern = line_np(st, line_length(width)) ** 2
+    return {
+        "direction": direction,
+        "along": np.stack([0 * sa, ca, sa], axis=-1),
+        "aside": np.stack([0 * sa, sa, -ca], axis=-1) - direction,
+        "lower": low - angle,
+        "upper": low + sector / _RAYS - angle,
+        "weight": sector / _RAYS * (2.0 * _REACH * width) * ct * pattern,
+        "beam": beam,
+    }
+
+
+def _sectors(config: MultibeamConfig) -> NDArray[np.float64]:
+    """Angle that belongs to each beam [rad]: half of the way to either neighbour."""
+    if config.beams == 1:
+        return np.array([math.radians(config.swath_deg)])
+    return np.abs(np.gradient(config.angles))
