@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+import yaml
 from pydantic import ValidationError
 
 import pelagos as pl
@@ -43,7 +44,7 @@ def test_either_place_gives_the_same_world():
 
 def test_a_scenario_with_an_origin_survives_yaml():
     scenario = load_scenario({"origin": ORIGIN, "world": {"type": "flat"}})
-    assert load_scenario(__import__("yaml").safe_load(to_yaml(scenario))).located_world == scenario.located_world
+    assert load_scenario(yaml.safe_load(to_yaml(scenario))).located_world == scenario.located_world
 
 
 def test_a_saved_world_may_be_put_elsewhere(tmp_path):
