@@ -8,7 +8,9 @@ from typing import cast
 from pelagos.config import registry
 from pelagos.errors import LookupFailed, WorldError
 from pelagos.world.config import WorldKind
-from pelagos.world.mover import checked
+from pelagos.world.doubt import doubts, missing_files
+from pelagos.world.files import read_mesh
+from pelagos.world.mover import MoverConfig, checked
 from pelagos.world.world import World
 
 
@@ -26,7 +28,15 @@ def build_world(config: WorldKind) -> World:
         checked(movers)
     except ValueError as error:
         raise WorldError(str(error)) from None
-    return replace(world, movers=movers)
+    odd = [note for m in config.movers if m.file is not None for note in _doubts(m)]
+    return replace(world, movers=movers, notes=(*world.notes, *odd))
+
+
+def _doubts(mover: MoverConfig) -> list[str]:
+    """What is odd about a mover's mesh file."""
+    assert mover.file is not None
+    mesh = read_mesh(mover.file).scaled(mover.size_m or 1.0)
+    return [*doubts(mesh, f"mover {mover.name}"), *missing_files(mover.file)]
 
 
 def world_config(values: dict[str, object]) -> WorldKind:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import ClassVar, Final, Literal, Self
+from typing import ClassVar, Literal, Self
 
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, model_validator
@@ -12,15 +12,13 @@ from pelagos.errors import LookupFailed
 from pelagos.math.geodesy import GeoOrigin
 from pelagos.world import shapes
 from pelagos.world.config import WorldConfig
+from pelagos.world.doubt import doubts, missing_files
 from pelagos.world.files import read_mesh
 from pelagos.world.mesh import Mesh, rotation
 from pelagos.world.robot_files import SUFFIXES, read_description
 from pelagos.world.site import Site
 from pelagos.world.terrain import HeightField
 from pelagos.world.world import World
-
-_HUGE: Final = 500.0  # [m]: a thing larger than this is suspected to be in other units
-_TINY: Final = 0.005  # [m]
 
 
 class ThingConfig(BaseModel):
@@ -123,7 +121,7 @@ def add(site: Site, thing: ThingConfig, origin: GeoOrigin) -> None:
     mesh = _mesh(thing)
     name = thing.name or (thing.path.name if thing.path else thing.shape)
     if thing.path is not None:
-        site.notes += _doubts(mesh, name)
+        site.notes += [*doubts(mesh, name), *missing_files(thing.path)]
     mesh = mesh.rotated(rotation(*np.radians(thing.orientation_deg)))
     first = np.array(thing.at_m)
     if thing.at_deg is not None:
@@ -149,18 +147,3 @@ def _mesh(thing: ThingConfig) -> Mesh:
         "plane": lambda: shapes.plane((1, 1)),
     }[thing.shape]()
     return unit.scaled(thing.size_m)
-
-
-def _doubts(mesh: Mesh, name: str) -> list[str]:
-    """What is odd about a mesh from a file, in words."""
-    doubts = []
-    extent = float(np.ptp(mesh.vertices, axis=0).max())
-    if extent > _HUGE:
-        doubts.append(f"{name} is {extent:.0f} m across: are its coordinates millimetres? then set scale: 0.001")
-    if extent < _TINY:
-        doubts.append(f"{name} is {1e3 * extent:.2f} mm across: are its coordinates in other units? then set scale")
-    if not mesh.closed:
-        doubts.append(f"{name} is not closed: rays pass through its holes, and contact may let things in")
-    elif mesh.volume < 0:
-        doubts.append(f"{name} is inside out: its faces look inwards")
-    return doubts

@@ -31,7 +31,8 @@ def read_mesh(path: Path) -> Mesh:
         vertices = np.asarray(whole.vertices, dtype=np.float64)
         faces = np.asarray(whole.faces, dtype=np.uint32)
     except Exception as error:  # trimesh's readers raise whatever their parsers meet
-        raise WorldError(f"mesh file {path} cannot be read: {error}") from error
+        why = "" if isinstance(error, ImportError) else f" ({error})"
+        raise WorldError(f"mesh file {path} cannot be read; it may be damaged or cut short{why}") from error
     if len(faces) == 0:
         raise WorldError(f"mesh file {path} holds no triangles")
     if not np.isfinite(vertices).all():

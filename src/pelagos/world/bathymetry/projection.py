@@ -20,6 +20,15 @@ def is_latlon(crs: str) -> bool:
     return crs.upper() in _PLAIN
 
 
+def in_degrees(crs: str) -> bool:
+    """Whether coordinates are degrees.
+
+    Raises:
+        WorldError: as `to_latlon`.
+    """
+    return is_latlon(crs) or _known(crs).is_geographic
+
+
 def to_latlon(
     crs: str, u: NDArray[np.float64], v: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
@@ -50,17 +59,24 @@ def _wrap(degrees: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 @cache
-def _transformer(crs: str, forward: bool) -> Callable[..., Any]:
+def _known(crs: str) -> Any:
     try:
         import pyproj
     except ImportError as error:
         raise WorldError(f"the coordinate system {crs!r} needs the package pyproj; {HOW_TO_INSTALL}") from error
     try:
-        known = pyproj.CRS.from_user_input(crs)
+        return pyproj.CRS.from_user_input(crs)
     except pyproj.exceptions.CRSError as error:
         raise WorldError(
             f"{crs!r} is not a coordinate system that pyproj knows; write an EPSG code such as crs: EPSG:32633"
         ) from error
+
+
+@cache
+def _transformer(crs: str, forward: bool) -> Callable[..., Any]:
+    known = _known(crs)
+    import pyproj
+
     ends = (known, "EPSG:4326") if forward else ("EPSG:4326", known)
     made: Callable[..., Any] = pyproj.Transformer.from_crs(*ends, always_xy=True).transform
     return made

@@ -11,6 +11,7 @@ from zipfile import BadZipFile
 import numpy as np
 
 from pelagos.errors import WorldError, did_you_mean
+from pelagos.world.bathymetry.projection import in_degrees
 from pelagos.world.bathymetry.read_gridded import read_netcdf, read_npz, read_raster
 from pelagos.world.bathymetry.read_las import read_las
 from pelagos.world.bathymetry.read_soundings import read_soundings
@@ -71,11 +72,31 @@ def read_survey(source: str, how: Reading) -> Grid | Soundings:
             f"bathymetry file {path}: all {survey.z.size} values of {survey.name!r} are NaN or marked as missing"
         )
     if not survey.crs:
-        raise WorldError(
-            f"bathymetry file {path} does not say its coordinate system, and its coordinates are not latitude and "
-            "longitude; say it in the scenario, for example crs: EPSG:32633"
-        )
+        latlon = float(np.abs(survey.u).max()) <= 90 and float(np.abs(survey.v).max()) <= 360
+        likely = "; the numbers look like longitude and latitude: crs: EPSG:4326" if latlon else ", as crs: EPSG:32633"
+        raise WorldError(f"bathymetry file {path} does not say its coordinate system; say it in the scenario{likely}")
+    _check_units(path, survey)
     return survey
+
+
+def _check_units(path: Path, survey: Grid | Soundings) -> None:
+    """Degrees that are said to be metres, and the other way round.
+
+    Raises:
+        WorldError: the coordinates cannot be in the coordinate system.
+    """
+    u, v = (float(np.abs(c).max()) for c in (survey.u, survey.v))
+    degrees = in_degrees(survey.crs)
+    if degrees and (u > 90.01 or v > 360.01):
+        raise WorldError(
+            f"bathymetry file {path}: coordinates up to {v:g} and {u:g} cannot be longitudes and latitudes, which "
+            f"{survey.crs} needs; if they are metres, say their coordinate system in the scenario (crs: EPSG:...)"
+        )
+    if not degrees and u <= 90 and v <= 360 and max(np.ptp(survey.u), np.ptp(survey.v)) < 5:
+        raise WorldError(
+            f"bathymetry file {path}: coordinates about {v:g} and {u:g} look like degrees, but {survey.crs} counts in "
+            "metres; for longitudes and latitudes say crs: EPSG:4326"
+        )
 
 
 def _guarded(reader: Reader, path: Path, how: Any) -> Grid | Soundings:

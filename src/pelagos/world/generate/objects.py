@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, field_validator
 
-from pelagos.errors import LookupFailed
+from pelagos.errors import LookupFailed, WorldError
 from pelagos.world.generate.draw import Distribution, _from_pair, draw
 from pelagos.world.generate.kinds.lost import LOST
 from pelagos.world.generate.kinds.natural import NATURAL
@@ -128,6 +128,11 @@ class Placer:
             suits = _Suits(ground, config, kind, size)
             if k < len(config.at_m):
                 at: NDArray[np.float64] | None = np.array(config.at_m[k])
+                if not ((low <= config.at_m[k]) & (config.at_m[k] <= high)).all():
+                    raise WorldError(
+                        f"{config.kind}: at_m {list(config.at_m[k])} lies outside x {low[0]:g} .. {high[0]:g}, "
+                        f"y {low[1]:g} .. {high[1]:g} m"
+                    )
                 self.places.take(*config.at_m[k], radius)
             else:
                 at = self.places.find(rng, radius, around=heap, accept=suits, tries=120)

@@ -61,6 +61,8 @@ class Places:
         """
         low = np.array([self.x[0], self.y[0]]) + radius
         high = np.array([self.x[1], self.y[1]]) - radius
+        if (low > high).any():  # it is larger than the whole extent
+            return None
         for _ in range(tries):
             x, y = rng.uniform(low, high) if around is None else rng.normal(around[0], around[1])
             if not (low[0] <= x <= high[0] and low[1] <= y <= high[1]):
