@@ -18,6 +18,7 @@ from pelagos.ocean.wave_system import (
     SeaStateWavesConfig,
     TableWavesConfig,
     TmaWavesConfig,
+    TorsethaugenWavesConfig,
 )
 from pelagos.ocean.waves import Waves, make_waves, patch
 
@@ -53,11 +54,12 @@ SYSTEMS = {
     "pierson_moskowitz": PiersonMoskowitzWavesConfig(wind_mps=12.0),
     "tma": TmaWavesConfig(significant_height_m=1.0, peak_period_s=8.0),
     "ochi_hubble": OchiHubbleWavesConfig(significant_height_m=2.0, peak_period_s=12.0),
+    "torsethaugen": TorsethaugenWavesConfig(significant_height_m=3.0, peak_period_s=9.0),
     "sea_state": SeaStateWavesConfig(state=4),
     "table": TableWavesConfig(frequency_hz=(0.05, 0.1, 0.2, 0.5), density_m2phz=(0, 4.0, 1.0, 0.1)),
 }
-HEIGHT = {"jonswap": 2.0, "pierson_moskowitz": 0.02133 * 144, "tma": 1.0, "ochi_hubble": 2.0, "sea_state": 1.88,
-          "table": 4 * np.sqrt(0.1 + 0.25 + 0.165)}  # fmt: skip
+HEIGHT = {"jonswap": 2.0, "pierson_moskowitz": 0.02133 * 144, "tma": 1.0, "ochi_hubble": 2.0, "torsethaugen": 3.0,
+          "sea_state": 1.88, "table": 4 * np.sqrt(0.1 + 0.25 + 0.165)}  # fmt: skip
 
 
 @pytest.mark.parametrize("name", SYSTEMS)

@@ -1,10 +1,14 @@
 """Radiation memory against pairs of functions known in closed form, and against the damping that it came from."""
 
+import json
+from pathlib import Path
+
 import numpy as np
 import pytest
 
 from pelagos import jit
 from pelagos.hydro.radiation import fit_memory, radiate, retardation
+from pelagos.vehicles.seakeeping import RadiationConfig, radiation_kernels
 
 # K(t) = k e^{-a t} cos(b t) has the transform B(w) = k a (w^2 + a^2 + b^2) / ((a^2 + (w - b)^2)(a^2 + (w + b)^2)).
 # It does not vanish at w = 0 as real damping does; the mathematics is the same.
@@ -84,3 +88,21 @@ def test_memory_takes_energy_and_gives_none() -> None:
         energy.append(0.5 * 300 * v**2 + 0.5 * 400 * x**2)
     assert max(energy) < 200 * 1.02
     assert energy[-1] < 1.0
+
+
+def test_a_hull_that_moves_steadily_radiates_nothing() -> None:
+    """Each kernel's integral is zero, and its transform is the damping that it was made from, within 6 % of the largest
+    in the mean; a kernel with an integral left over would brake or drive the hull.
+    """
+    table = json.loads((Path(__file__).parents[1] / "cross_code/data/capytaine_barge.json").read_text())
+    coefficients = RadiationConfig.model_validate(table)
+    omega, damping = np.array(coefficients.omega_radps), 1000.0 * np.array(coefficients.damping)
+    kernels = radiation_kernels(coefficients, 1000.0)
+    assert {(k.row, k.column) for k in kernels} >= {(i, i) for i in range(6)}
+    for kernel in kernels:
+        poles, weights = np.array(kernel.poles), np.array(kernel.weights)
+        made = damping[:, kernel.row, kernel.column]
+        assert abs(np.sum(-weights / poles).real) < 1e-9 * np.abs(made).max()
+        w = 1j * omega[:, None]
+        fit = np.sum(0.5 * (weights / (w - poles) + weights.conj() / (w - poles.conj())), axis=1).real
+        assert np.sqrt(np.mean((fit - made) ** 2)) < 0.06 * np.abs(made).max()

@@ -191,9 +191,11 @@ def test_newman_drift_has_the_right_mean_and_only_slow_parts() -> None:
     f, a, p = np.linspace(0.09, 0.13, 12), rng.uniform(0.1, 0.4, 12), rng.uniform(0, 6, 12)
     d, t = rng.uniform(100, 900, 12), np.arange(0, 60_000, 1.0)
     phase = 2 * np.pi * f[:, None] * t + p[:, None]
-    root = (a * np.sqrt(d))[:, None]
-    force = newman_drift(np.sum(root * np.cos(phase), axis=0), np.sum(root * np.sin(phase), axis=0))
-    assert force.min() >= 0
+    c, s = a[:, None] * np.cos(phase), a[:, None] * np.sin(phase)
+    force = newman_drift((c.sum(axis=0), s.sum(axis=0)), (d @ c, d @ s))
+    pairs = 0.5 * (d[:, None] + d) * a[:, None] * a
+    at = [float(np.sum(pairs * np.cos(phase[:, k, None] - phase[:, k]))) for k in (0, 777)]
+    assert force[[0, 777]] == pytest.approx(at, rel=1e-12)
     assert force.mean() == pytest.approx(np.sum(a**2 * d), rel=0.01)
     spectrum = np.abs(np.fft.rfft(force - force.mean())) ** 2
     fast = np.fft.rfftfreq(len(t), 1.0) > 0.045

@@ -72,17 +72,18 @@ def strip_wrench(forces: Sequence[Vector], places: Sequence[Vector], length: Arr
     return wrench
 
 
-def newman_drift(in_phase: Array, quadrature: Array) -> Array:
-    """Slowly varying drift force [N] from two sums over the wave components: N74, F90 equation 5.41.
+def newman_drift(plain: tuple[Array, Array], weighted: tuple[Array, Array]) -> Array:
+    """Slowly varying drift force [N] from four sums over the wave components: N74.
 
-    F = (sum a_i sqrt(D_i) cos p_i)^2 + (sum a_i sqrt(D_i) sin p_i)^2, whose mean is sum a_i^2 D_i with D_i the mean
-    drift force of a regular wave per square of its amplitude [N/m^2], and which has only differences of frequencies
-    in it.
+    Each pair of components pushes with the mean of what each does alone, (D_i + D_j) / 2 a_i a_j cos(p_i - p_j), D the
+    mean force of a regular wave over its amplitude squared [N/m^2], p the phase at the body. The double sum is a
+    product of single ones; its mean is sum a_i^2 D_i, and it holds differences of frequencies only.
 
     Args:
-        in_phase, quadrature: the sums [N^(1/2)], p_i the phase at the body.
+        plain: sum a_i cos p_i and sum a_i sin p_i [m].
+        weighted: sum D_i a_i cos p_i and sum D_i a_i sin p_i [N/m].
     """
-    return in_phase * in_phase + quadrature * quadrature
+    return plain[0] * weighted[0] + plain[1] * weighted[1]
 
 
 def wind_wrench(

@@ -8,6 +8,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from dataclasses import dataclass
+from functools import partial
 from typing import Final
 
 import numpy as np
@@ -76,6 +78,56 @@ def ochi_hubble(f: Values, height: float, period: float, sharpness: float) -> Va
     with np.errstate(under="ignore", over="ignore"):
         shape = c**sharpness / math.gamma(sharpness) * x ** -(4 * sharpness + 1) * np.exp(-c * x**-4.0)
     return np.asarray(height**2 / 4 * period * shape)
+
+
+@dataclass(frozen=True)
+class Peak:
+    """One system of a double-peaked sea: significant height [m], peak period [s], peak enhancement."""
+
+    height: float
+    period: float
+    gamma: float
+
+
+def torsethaugen_peaks(height: float, period: float) -> tuple[Peak, Peak]:
+    """Primary and secondary system of a North Sea spectrum of significant height [m] and peak period [s].
+
+    Shorter periods than that of the fully developed sea (6.6 Hs^(1/3), a fetch of 370 km) are mostly wind sea, longer
+    ones mostly swell. K. Torsethaugen and S. Haver, "Simplified double peak spectral model for ocean waves", Proc. 14th
+    ISOPE (2004), Vol. III, p. 76, Table 1; fitted to heights up to 11 m and periods up to 20 s.
+    """
+    developed = 6.6 * height ** (1 / 3)
+    steepness = 2 * math.pi / GRAVITY
+    if period <= developed:
+        shortest = 2.0 * math.sqrt(height)
+        e = (developed - period) / (developed - shortest) if developed > shortest else 0.0
+        share = 0.7 + 0.3 * math.exp(-((e / 0.5) ** 2))
+        gamma = 35.0 * (steepness * share * height / period**2) ** (6 / 7)
+        second = Peak(math.sqrt(1 - share**2) * height, developed + 2.0, 1.0)
+    else:
+        e = (period - developed) / max(25.0 - developed, 1e-9)
+        share = 0.6 + 0.4 * math.exp(-((e / 0.3) ** 2))
+        gamma = 35.0 * (steepness * height / developed**2) ** (6 / 7) * (1 + 6.0 * e)
+        rest = math.sqrt(1 - share**2) * height
+        second = Peak(rest, 6.6 * rest ** (1 / 3), 1.0)
+    return Peak(share * height, period, max(gamma, 1.0)), second
+
+
+def torsethaugen(f: Values, height: float, period: float) -> Values:
+    """Swell and wind sea of the North Sea in one spectrum, see `torsethaugen_peaks`; the tail falls as f^-4."""
+    total = np.zeros_like(np.asarray(f, dtype=np.float64))
+    for peak in torsethaugen_peaks(height, period):
+        if peak.height > 1e-9 * height:
+            total += _of_height(partial(_slow_tail_shape, gamma=peak.gamma), f, peak.height, peak.period)
+    return total
+
+
+def _slow_tail_shape(x: Values, gamma: float) -> Values:
+    """Over x = f / fp: x^-4 exp(-x^-4), with JONSWAP's enhancement."""
+    with np.errstate(over="ignore", under="ignore", divide="ignore", invalid="ignore"):
+        sigma = np.where(x <= 1, 0.07, 0.09)
+        shape = x**-4.0 * np.exp(-(x**-4.0)) * gamma ** np.exp(-0.5 * ((x - 1) / sigma) ** 2)
+    return np.where(x > 0, shape, 0.0)
 
 
 def _of_height(shape: Callable[[Values], Values], f: Values, height: float, period: float) -> Values:

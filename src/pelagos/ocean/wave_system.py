@@ -25,6 +25,8 @@ from pelagos.ocean.spectrum import (
     pierson_moskowitz,
     pierson_moskowitz_peak,
     tma,
+    torsethaugen,
+    torsethaugen_peaks,
     wavenumber,
 )
 
@@ -202,6 +204,31 @@ class OchiHubbleWavesConfig(_IrregularConfig):
         return ochi_hubble(f, self.significant_height_m, self.peak_period_s, self.sharpness)
 
 
+class TorsethaugenWavesConfig(_IrregularConfig):
+    """Swell and wind sea in one, two-peaked, after Torsethaugen and Haver; North Sea, both in one direction."""
+
+    type: Literal["torsethaugen"] = "torsethaugen"
+    """The kind of waves."""
+    significant_height_m: float = Field(gt=0, le=20)
+    """Significant wave height of both together [m]."""
+    peak_period_s: float = Field(gt=0, lt=25)
+    """Peak period of the larger [s]; up to 6.6 Hs^(1/3) that is wind sea, above it swell."""
+
+    @property
+    def peak(self) -> float:
+        """Peak period [s]."""
+        return self.peak_period_s
+
+    def band(self) -> tuple[float, float]:
+        """Lowest and highest frequency [Hz]; the tail is slow, and above this band lies 0.06 % of the energy."""
+        periods = [p.period for p in torsethaugen_peaks(self.significant_height_m, self.peak_period_s) if p.height > 0]
+        return _LOWEST / max(periods), 2 * _HIGHEST / min(periods)
+
+    def density(self, f: Values, depth: float | None) -> Values:
+        """Spectrum at frequencies f [Hz], `[m^2/Hz]`."""
+        return torsethaugen(f, self.significant_height_m, self.peak_period_s)
+
+
 class SeaStateWavesConfig(_IrregularConfig):
     """A sea by its state: height and period of the North Atlantic (NATO STANAG 4194), spectrum of Pierson and
     Moskowitz.
@@ -273,6 +300,7 @@ WavesConfig: TypeAlias = Annotated[
     | TmaWavesConfig
     | PiersonMoskowitzWavesConfig
     | OchiHubbleWavesConfig
+    | TorsethaugenWavesConfig
     | SeaStateWavesConfig
     | TableWavesConfig,
     Field(discriminator="type"),

@@ -4,7 +4,7 @@ In still water a vehicle's own linear hydrostatics hold. In waves they make plac
 and in undisturbed waves, on the hull's mesh as it is cut by the actual surface (buoyancy, Froude and Krylov), for added
 mass times the water's acceleration relative to the hull (diffraction of waves that are longer than the hull), and for
 Cummins' memory of radiated waves, as a sum of exponentials whose weights are fitted to coefficients of a panel method.
-Slamming and water on deck are not part of it.
+Drift is of second order (`drift.py`). Slamming and water on deck are not part of it.
 
 Sources: W. E. Cummins, Schiffstechnik 9:101 (1962); O. M. Faltinsen, Sea Loads on Ships and Offshore Structures (1990),
 Section 3.5; T. Perez and T. I. Fossen, Modeling, Identification and Control 29:1 (2008), doi 10.4173/mic.2008.1.1.
@@ -16,6 +16,7 @@ import json
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cache
 from importlib.resources import files
 from typing import Any, Final, Self
 
@@ -32,6 +33,7 @@ from pelagos.hydro.wave_load import wind_wrench
 from pelagos.hydro.wetted_hull import wetted_load
 from pelagos.jit import Array
 from pelagos.ocean.hull_waves import HullWaves, Waterplane, hull_waves
+from pelagos.vehicles.drift import Drift, DriftConfig, compile_drift
 from pelagos.vehicles.part import Body, Fraction, NonNegative, PartConfig, Positive, numbers
 from pelagos.vehicles.shape.pontoon import PontoonConfig, displaced, pontoon_mesh
 
@@ -68,6 +70,8 @@ class RadiationConfig(PartConfig):
     """`(frequencies, 6, 6)`; not used in the time domain."""
     damping: tuple[tuple[tuple[float, ...], ...], ...]
     """`(frequencies, 6, 6)`."""
+    drift: DriftConfig | None = None
+    """Mean forces of second order; see `drift` of `afloat`."""
 
     @model_validator(mode="after")
     def _shapes(self) -> Self:
@@ -86,24 +90,39 @@ class AfloatConfig(PartConfig):
     """All hulls; they carry the vehicle's weight at one draught, and lie level where the origin is at the surface."""
     radiation: str | RadiationConfig | None = None
     """Coefficients, or the catalogue's file of them; without, added mass and damping of the vehicle stand for all."""
+    drift: str | DriftConfig | None = None
+    """Mean and slowly varying forces of second order: coefficients, or the catalogue's file that has them; without,
+    none."""
     superstructure: SuperstructureConfig | None = None
-    """What the wind blows on, in waves."""
+    """What the wind blows on."""
 
     @model_validator(mode="after")
     def _known(self) -> Self:
         known = sorted(p.name.removesuffix(_BEM) for p in files(_CATALOGUE).iterdir() if p.name.endswith(_BEM))
-        if isinstance(self.radiation, str) and self.radiation not in known:
-            hint = did_you_mean(self.radiation, known)
-            raise ValueError(f"radiation {self.radiation!r} is none of {', '.join(known)}{hint}")
+        for key in ("radiation", "drift"):
+            name = getattr(self, key)
+            if isinstance(name, str) and name not in known:
+                raise ValueError(f"{key} {name!r} is none of {', '.join(known)}{did_you_mean(name, known)}")
+        if isinstance(self.drift, str) and _from_catalogue(self.drift).drift is None:
+            having = [name for name in known if _from_catalogue(name).drift is not None]
+            raise ValueError(f"{self.drift!r} has no drift coefficients that can be trusted; {', '.join(having)} have")
         return self
 
     @property
     def coefficients(self) -> RadiationConfig | None:
         """Read from the catalogue where a name is given."""
-        if not isinstance(self.radiation, str):
-            return self.radiation
-        path = files(_CATALOGUE) / f"{self.radiation}{_BEM}"
-        return RadiationConfig.model_validate(json.loads(path.read_text(encoding="utf-8")))
+        return _from_catalogue(self.radiation) if isinstance(self.radiation, str) else self.radiation
+
+    @property
+    def drift_coefficients(self) -> DriftConfig | None:
+        """Read from the catalogue where a name is given."""
+        return _from_catalogue(self.drift).drift if isinstance(self.drift, str) else self.drift
+
+
+@cache
+def _from_catalogue(name: str) -> RadiationConfig:
+    path = files(_CATALOGUE) / f"{name}{_BEM}"
+    return RadiationConfig.model_validate(json.loads(path.read_text(encoding="utf-8")))
 
 
 @dataclass(frozen=True)
@@ -124,10 +143,11 @@ class Kernel:
 
 @jit.struct
 class HullTable:
-    """corners: `Float64`, by triangle three times (x, y, z, 0), FRD [m]; count: `UInt32`."""
+    """corners: `Float64`, by triangle three times (x, y, z, 0), FRD [m]; count: `UInt32`; drift: see `Drift`."""
 
     corners: Array
     count: Array
+    drift: Array
 
 
 @dataclass(frozen=True)
@@ -143,6 +163,7 @@ class Seakeeping:
         weight, center_of_gravity: [N], (3) [m].
         added: M_A `(6, 6)`, at infinite frequency where there are kernels.
         kernels: of the memory.
+        drift: of second order; None: none.
         superstructure: None: no wind.
         length: [m].
     """
@@ -157,6 +178,7 @@ class Seakeeping:
     center_of_gravity: Sequence[float]
     added: Matrix
     kernels: tuple[Kernel, ...]
+    drift: Drift | None
     superstructure: SuperstructureConfig | None
     length: float
 
@@ -169,15 +191,14 @@ class Seakeeping:
         """The mesh on the device."""
         corners = np.zeros((len(self.faces), 3, 4))
         corners[..., :3] = self.vertices[self.faces]
-        table = HullTable(jit.Float64(corners.ravel()), jit.UInt32(len(self.faces)))
+        drift = jit.Float64(0.0) if self.drift is None else self.drift.table()
+        table = HullTable(jit.Float64(corners.ravel()), jit.UInt32(len(self.faces)), drift)
         dr.make_opaque(table)
         return table
 
     def waves(self, ocean: Any, position: Vector, rotation: Matrix, t: Array) -> HullWaves:
         """The waves at the hull; position NED, rotation FRD -> NED."""
-        size = dr.sqrt(rotation[0][0] * rotation[0][0] + rotation[1][0] * rotation[1][0])
-        heading = rotation[0][0] / size, rotation[1][0] / size
-        return hull_waves(ocean.waves, position[0], -position[1], heading, t, self.plane)
+        return hull_waves(ocean.waves, position[0], -position[1], _heading(rotation), t, self.plane)
 
     def to_body(self, rotation: Matrix, level: Vector) -> list[Array]:
         """A vector (6) along the heading, in body axes."""
@@ -194,12 +215,17 @@ class Seakeeping:
         t: Array,
         table: HullTable,
     ) -> list[Array]:
-        """Pressure, weight, added mass times the acceleration of the `water` (6, body axes), and wind: wrench (6)."""
+        """Pressure, weight, drift, added mass times the acceleration of the `water` (6, body axes), and wind (6)."""
         place = jit.Array3f64(position[0], -position[1], dr.minimum(-position[2], 0.0))
         weight = ocean.density(place, t) * self.gravity
         depth = position[2] if ocean.tide is None else position[2] + ocean.tide.level(t)
         turn = upright(rotation)
         force, moment = _pressure(waves, table, turn, depth)
+        if self.drift is not None:
+            north, west = position[0], -position[1]
+            x, y, n = self.drift.push(ocean.waves, table.drift, north, west, _heading(rotation), t)
+            per = 1 / self.gravity
+            force, moment = add(force, [per * x, per * y, 0.0]), add(moment, [0.0, 0.0, per * n])
         back = transpose(turn)
         wet = [weight * f for f in [*matvec(back, force), *matvec(back, moment)]]
         down = [self.weight * r for r in rotation[2]]
@@ -237,10 +263,15 @@ class Seakeeping:
         return new, wrench
 
 
+def _heading(rotation: Matrix) -> tuple[Array, Array]:
+    """Cosine and sine of the compass heading."""
+    size = dr.sqrt(rotation[0][0] * rotation[0][0] + rotation[1][0] * rotation[1][0])
+    return rotation[0][0] / size, rotation[1][0] / size
+
+
 def upright(rotation: Matrix) -> list[list[Array]]:
     """Body axes to axes along the heading, level: `(3, 3)`, from FRD -> NED."""
-    size = dr.sqrt(rotation[0][0] * rotation[0][0] + rotation[1][0] * rotation[1][0])
-    cos, sin = rotation[0][0] / size, rotation[1][0] / size
+    cos, sin = _heading(rotation)
     return matmul([[cos, sin, 0.0], [-sin, cos, 0.0], [0.0, 0.0, 1.0]], rotation)
 
 
@@ -296,6 +327,7 @@ def compile_seakeeping(config: AfloatConfig, body: Body) -> Seakeeping:
         center_of_gravity=[float(x) for x in body.center_of_gravity],
         added=numbers(added),
         kernels=kernels,
+        drift=None if config.drift_coefficients is None else compile_drift(config.drift_coefficients),
         superstructure=config.superstructure,
         length=body.length,
     )
@@ -340,14 +372,31 @@ def radiation_kernels(coefficients: RadiationConfig, density: float) -> tuple[Ke
 def _kernel(row: int, column: int, omega: Values, damping: Values) -> Kernel:
     peak = omega[int(np.argmax(np.abs(damping)))]
     step = 0.08 / peak
-    memory = fit_memory(retardation(step * np.arange(800), omega, damping), step, _ORDER)
-    values, vectors = np.linalg.eig(memory.phi)
-    weights = (memory.row @ vectors) * np.linalg.solve(vectors, memory.gamma.astype(complex)) / step
-    poles = np.log(values.astype(complex)) / step
+    t = step * np.arange(800)
+    kernel = retardation(t, omega, damping)
+    poles = np.log(np.linalg.eigvals(fit_memory(kernel, step, _ORDER).phi).astype(complex)) / step
     poles = np.minimum(poles.real, -0.01 * peak) + 1j * poles.imag
-    keep = poles.imag >= -1e-12
-    double = np.where(np.abs(poles.imag) > 1e-9, 2.0, 1.0)
-    return Kernel(row, column, tuple(map(complex, poles[keep])), tuple(map(complex, (weights * double)[keep])))
+    poles = poles[poles.imag >= -1e-12]
+    return Kernel(row, column, tuple(map(complex, poles)), tuple(map(complex, steady_weights(t, kernel, poles))))
+
+
+def steady_weights(t: Values, kernel: Values, poles: NDArray[np.complex128]) -> NDArray[np.complex128]:
+    """Weights of exponentials for a kernel at times t [s], by least squares under one condition: no force in the end.
+
+    A body that moves steadily radiates nothing, so the kernel's integral is zero (T. Perez and T. I. Fossen 2008,
+    Table 1); one that is not acts as a damping, and where it is negative as an engine.
+    """
+    waves = np.exp(poles * t[:, None])
+    basis = np.concatenate([waves.real, -waves.imag], axis=1)
+    end = np.concatenate([(-1 / poles).real, (1 / poles).imag])  # of the real part of weight times -1 / pole
+    real = np.abs(poles.imag) < 1e-12
+    used = np.concatenate([np.ones(len(poles), bool), ~real])
+    basis, end = basis[:, used], end[used]
+    normal = np.block([[basis.T @ basis, end[:, None]], [end[None], np.zeros((1, 1))]])
+    found = np.linalg.lstsq(normal, np.append(basis.T @ kernel, 0.0), rcond=None)[0][:-1]
+    parts = np.zeros(2 * len(poles))
+    parts[used] = found
+    return np.asarray(parts[: len(poles)] + 1j * parts[len(poles) :])
 
 
 def _cross(a: Sequence[Array], b: Sequence[Array]) -> list[Array]:
