@@ -15,7 +15,8 @@ from pelagos.errors import ScenarioError
 from pelagos.jit import Array
 from pelagos.math.lookup import locate
 from pelagos.ocean.current import Current
-from pelagos.ocean.netcdf import GriddedData, Windows, read_grid
+from pelagos.ocean.grid_data import GriddedData, Windows
+from pelagos.ocean.netcdf import read_grid
 from pelagos.ocean.site import Site
 
 Outside: TypeAlias = Literal["error", "clamp", "fade"]

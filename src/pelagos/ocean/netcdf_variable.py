@@ -1,0 +1,132 @@
+"""Variables of a NetCDF file: found by standard or usual name, in our units, without gaps. Host only."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pelagos.errors import ScenarioError, did_you_mean
+
+QUANTITIES: Final[dict[str, tuple[tuple[str, ...], tuple[str, ...]]]] = {
+    "east": (("eastward_sea_water_velocity", "sea_water_x_velocity"), ("uo", "water_u", "u_eastward", "u", "ucur")),
+    "north": (("northward_sea_water_velocity", "sea_water_y_velocity"), ("vo", "water_v", "v_northward", "v", "vcur")),
+    "up": (("upward_sea_water_velocity",), ("wo", "water_w", "w")),
+    "temperature": (
+        ("sea_water_temperature", "sea_water_potential_temperature", "sea_surface_temperature"),
+        ("thetao", "water_temp", "temp", "temperature", "t"),
+    ),
+    "salinity": (("sea_water_practical_salinity", "sea_water_salinity"), ("so", "salinity", "salt", "s")),
+    "oxygen": (("mole_concentration_of_dissolved_molecular_oxygen_in_sea_water",), ("o2", "oxygen")),
+    "chlorophyll": (("mass_concentration_of_chlorophyll_a_in_sea_water",), ("chl", "chlorophyll")),
+}
+"""Standard names and usual names of what we know."""
+
+_VELOCITY: Final = {
+    "m s-1": 1.0,
+    "m/s": 1.0,
+    "m.s-1": 1.0,
+    "meter second-1": 1.0,
+    "m s^-1": 1.0,
+    "cm/s": 0.01,
+    "cm s-1": 0.01,
+}
+_TEMPERATURE: Final = ("degc", "degree_c", "degrees_c", "celsius", "deg_c", "degree_celsius", "degrees_celsius", "°c")
+
+
+def find_variable(data: Any, path: Path, label: str, name: str | None) -> Any:
+    """The variable of a name, or that which looks like a label of `QUANTITIES`.
+
+    Raises:
+        ScenarioError: there is none.
+    """
+    if name is not None:
+        if name not in data.data_vars:
+            names = [str(v) for v in data.data_vars]
+            raise ScenarioError(
+                f"{path} has no variable {name!r}{did_you_mean(name, names)}; it has {', '.join(names)}"
+            )
+        return data[name]
+    standard, usual = QUANTITIES.get(label, ((), (label,)))
+    for variable in data.data_vars.values():
+        if variable.attrs.get("standard_name") in standard:
+            return variable
+    lower = {str(v).lower(): v for v in data.data_vars}
+    for candidate in usual:
+        if candidate in lower:
+            return data[lower[candidate]]
+    has = ", ".join(str(v) for v in data.data_vars) or "nothing"
+    raise ScenarioError(f"{path}: no variable looks like {label!r}; name it in the scenario. The file has {has}")
+
+
+def seconds_of(data: Any, path: Path, dimension: str | None, start: str | None) -> NDArray[np.float64]:
+    """Times of a dimension since `start` (ISO 8601), or since its own first, [s]; one zero where there is none.
+
+    Raises:
+        ScenarioError: times that are not of the standard calendar, or a start outside.
+    """
+    if dimension is None:
+        return np.zeros(1)
+    if dimension not in data.coords:
+        raise ScenarioError(f"{path}: the dimension {dimension!r} has no coordinate values")
+    values = data[dimension].values
+    if not np.issubdtype(values.dtype, np.datetime64):
+        calendar = getattr(values.flat[0], "calendar", None)
+        what = f"its calendar is {calendar!r}" if calendar else "it has no units like 'hours since 2020-01-01'"
+        raise ScenarioError(
+            f"{path}: the times of {dimension!r} cannot be used: {what}; needed is the standard calendar"
+        )
+    try:
+        origin = values[0] if start is None else np.datetime64(start.replace("Z", ""), "ns")
+    except ValueError as error:
+        raise ScenarioError(f"start {start!r} is not an ISO time such as 2024-05-01T12:00:00") from error
+    seconds: NDArray[np.float64] = (values - origin) / np.timedelta64(1, "ns") * 1e-9
+    if len(seconds) > 1 and not seconds[0] <= 0 <= seconds[-1]:
+        raise ScenarioError(f"{path} covers {values[0]} to {values[-1]}, and start {start} lies outside")
+    return seconds
+
+
+def in_our_units(values: NDArray[np.float64], label: str, variable: Any, path: Path) -> NDArray[np.float64]:
+    """To m/s and degC by the variable's units, which velocities and temperatures must have."""
+    units = variable.attrs.get("units")
+    if label not in ("east", "north", "up", "temperature"):
+        return values
+    if units is None:
+        raise ScenarioError(
+            f"{path}: the variable {variable.name!r} has no units; write them into the file (CF: units)"
+        )
+    text = str(units).strip().lower()
+    if label == "temperature":
+        if text in ("k", "kelvin", "degk", "degrees_k"):
+            return values - 273.15
+        if text in _TEMPERATURE:
+            return values
+    elif text in _VELOCITY:
+        return values * _VELOCITY[text]
+    expected = "degC or K" if label == "temperature" else "m s-1"
+    raise ScenarioError(f"{path}: cannot read the units {units!r} of {variable.name!r}; known: {expected}")
+
+
+def without_gaps(values: NDArray[np.float64], missing: NDArray[np.bool_], *, zero: bool) -> NDArray[np.float64]:
+    """Land and gaps: still water for velocities; for the rest the nearest value of the level, else of the level
+    above.
+    """
+    if not missing.any():
+        return values
+    if zero:
+        return np.where(missing, 0.0, values)
+    from scipy.ndimage import distance_transform_edt
+
+    out = values.copy()
+    for t in range(out.shape[0]):
+        for k in range(out.shape[1]):
+            gap = missing[t, k]
+            if gap.all():
+                out[t, k] = out[t, k - 1] if k > 0 else np.nan
+            elif gap.any():
+                i, j = distance_transform_edt(gap, return_distances=False, return_indices=True)
+                out[t, k] = out[t, k][i, j]
+    open_ = ~np.isfinite(out)
+    return np.where(open_, float(np.nanmean(out)), out) if open_.any() else out
