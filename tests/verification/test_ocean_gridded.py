@@ -195,7 +195,14 @@ def test_other_conventions(tmp_path: Path, change: str) -> None:
     ("change", "message"),
     [
         ("missing", "no file"),
-        ("not netcdf", "cannot be read"),
+        ("not netcdf", "is not a NetCDF file"),
+        ("cut short", "damaged or cut short"),
+        ("folder", "is a folder"),
+        ("noleap", "calendar 'noleap'"),
+        ("time units", "cannot read the units 'fortnights since last tuesday'"),
+        ("no time units", "no units like"),
+        ("depth units", "'dbar'"),
+        ("no depth units", "without units"),
         ("no units", "no units"),
         ("strange units", "furlong"),
         ("calendar", "calendar"),
@@ -215,11 +222,20 @@ def test_bad_files(tmp_path: Path, change: str, message: str) -> None:
         data.uo.attrs["units"] = "furlong/fortnight"
     elif change == "calendar":
         data = data.assign_coords(time=("time", HOURS, {"units": "hours since 2024-02-30", "calendar": "360_day"}))
+    elif change == "noleap":
+        data = data.assign_coords(time=("time", HOURS, {"units": "hours since 2024-02-20", "calendar": "noleap"}))
+    elif change == "time units":
+        data = data.assign_coords(time=("time", HOURS, {"units": "fortnights since last tuesday"}))
+    elif change == "no time units":
+        data = data.assign_coords(time=("time", HOURS))
+    elif change == "depth units":
+        data.depth.attrs["units"] = "dbar"
+    elif change == "no depth units":
+        del data.depth.attrs["units"]
     elif change == "no velocity":
         data = data.drop_vars("uo")
     elif change == "sigma":
-        data = data.rename(depth="s_rho")
-        data = data.drop_vars("s_rho")
+        data = data.drop_vars("depth").rename(depth="s_rho")
     elif change == "empty":
         data["uo"] = data.uo * np.nan
         data.uo.attrs = {"units": "m s-1"}
@@ -231,7 +247,11 @@ def test_bad_files(tmp_path: Path, change: str, message: str) -> None:
         more = {"east_variable": "u0"}
     if change == "not netcdf":
         path.write_text("no data here")
+    elif change == "folder":
+        path.mkdir()
     elif change != "missing":
         write(path, data)
+    if change == "cut short":
+        path.write_bytes(path.read_bytes()[:9000])
     with pytest.raises(ScenarioError, match=message):
         build(path, **more)

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from pelagos.errors import ScenarioError, did_you_mean
 from pelagos.ocean.curvilinear import is_curvilinear, on_regular_grid
 from pelagos.ocean.grid_data import GriddedData, Windows
-from pelagos.ocean.netcdf_variable import find_variable, in_our_units, seconds_of, without_gaps
+from pelagos.ocean.netcdf_variable import check_times, find_variable, in_our_units, seconds_of, without_gaps
 
 _AXES: Final = {
     "time": (("time",), "T", ("time", "ocean_time", "time_counter", "mt")),
@@ -23,6 +23,7 @@ _AXES: Final = {
     "latitude": (("latitude", "projection_y_coordinate"), "Y", ("latitude", "lat", "nav_lat", "lat_rho", "y")),
     "longitude": (("longitude", "projection_x_coordinate"), "X", ("longitude", "lon", "nav_lon", "lon_rho", "x")),
 }
+_METRES: Final = ("m", "metre", "meter", "metres", "meters")
 _BIGGEST: Final = 60_000_000  # values of one variable
 
 
@@ -45,14 +46,26 @@ def read_grid(
         import xarray
     except ImportError as error:
         raise ScenarioError("gridded fields need the extra 'bathymetry': pip install pelagos[bathymetry]") from error
+    if path.is_dir():
+        raise ScenarioError(f"{path} is a folder, not a NetCDF file")
     if not path.is_file():
         near = did_you_mean(path.name, [p.name for p in path.parent.glob("*")]) if path.parent.is_dir() else ""
         raise ScenarioError(f"there is no file {path}{near}")
+    if not _looks_like_netcdf(path):
+        raise ScenarioError(f"{path} is not a NetCDF file: it does not begin as one")
     try:
-        with xarray.open_dataset(path, decode_timedelta=False, use_cftime=None) as data:
+        with xarray.open_dataset(path, decode_times=False) as raw:
+            check_times(raw, path)
+            data = xarray.decode_cf(raw, decode_timedelta=False)
             return _read(data, path, quantities, start, windows)
-    except (OSError, ValueError, RuntimeError) as error:
-        raise ScenarioError(f"{path} cannot be read: {error}") from error
+    except (OSError, ValueError, RuntimeError, EOFError) as error:
+        raise ScenarioError(f"{path} cannot be read, it is damaged or cut short ({error})") from error
+
+
+def _looks_like_netcdf(path: Path) -> bool:
+    """HDF5 (NetCDF 4) or classic."""
+    with path.open("rb") as file:
+        return file.read(8).startswith((b"\x89HDF\r\n", b"CDF"))
 
 
 def _read(data: Any, path: Path, quantities: Any, start: str | None, windows: Windows) -> GriddedData:
@@ -76,7 +89,10 @@ def _read(data: Any, path: Path, quantities: Any, start: str | None, windows: Wi
                 f"{path}: {first.name!r} has no coordinate of {axis} (dimensions: {', '.join(first.dims)})"
             )
     row, column = (_coordinate(data, path, str(axes[a])) for a in ("latitude", "longitude"))
-    metric = str(data[axes["latitude"]].attrs.get("units", "")).lower() in ("m", "metre", "meter", "metres", "meters")
+    units = str(data[axes["latitude"]].attrs.get("units", "")).lower()
+    metric = units in _METRES
+    if not units and not str(axes["latitude"]).lower().startswith(("lat", "nav_lat")):
+        raise ScenarioError(f"{path}: the coordinate {axes['latitude']!r} has no units; known: degrees_north, m")
     if not metric:
         column = column - 360.0 * round((float(column.mean()) - windows.longitude) / 360.0)
     covers = (float(row.min()), float(row.max()), float(column.min()), float(column.max()))
@@ -149,9 +165,10 @@ def _depths(data: Any, path: Path, dimension: str | None) -> NDArray[np.float64]
             f"{path}: the dimension {dimension!r} has no coordinate values; depths in metres are needed"
         )
     coordinate = data[dimension]
-    units = str(coordinate.attrs.get("units", "m")).lower()
-    if units not in ("m", "metre", "meter", "metres", "meters"):
-        raise ScenarioError(f"{path}: depths of {dimension!r} must be in metres, not {units!r}")
+    units = str(coordinate.attrs.get("units", "")).lower()
+    if units not in _METRES:
+        given = f"in {units!r}" if units else "without units"
+        raise ScenarioError(f"{path}: depths of {dimension!r} must be in metres (units: m), not {given}")
     values = np.asarray(coordinate.values, dtype=np.float64)
     upwards = coordinate.attrs.get("positive", "down") == "up" or (values.max() <= 0 and values.min() < 0)
     return -values if upwards else values

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 from typing import Any, Final
 
@@ -33,6 +34,10 @@ _VELOCITY: Final = {
     "cm/s": 0.01,
     "cm s-1": 0.01,
 }
+_CALENDARS: Final = ("standard", "gregorian", "proleptic_gregorian")
+_TIME_UNITS: Final = ("day", "hour", "hr", "h", "minute", "min", "second", "sec", "s", "", "millisecond", "microsecond",
+                      "nanosecond", "d", "m")  # fmt: skip
+_ODD_DATE: Final = re.compile(r"\d{1,4}-\d{1,2}-\d{1,2}([T ].*)?$")
 _TEMPERATURE: Final = ("degc", "degree_c", "degrees_c", "celsius", "deg_c", "degree_celsius", "degrees_celsius", "°c")
 
 
@@ -84,8 +89,36 @@ def seconds_of(data: Any, path: Path, dimension: str | None, start: str | None) 
         raise ScenarioError(f"start {start!r} is not an ISO time such as 2024-05-01T12:00:00") from error
     seconds: NDArray[np.float64] = (values - origin) / np.timedelta64(1, "ns") * 1e-9
     if len(seconds) > 1 and not seconds[0] <= 0 <= seconds[-1]:
-        raise ScenarioError(f"{path} covers {values[0]} to {values[-1]}, and start {start} lies outside")
+        first, last = (np.datetime_as_string(v, unit="s") for v in (values[0], values[-1]))
+        raise ScenarioError(f"{path} covers {first} to {last}, and start {start} lies outside")
     return seconds
+
+
+def check_times(data: Any, path: Path) -> None:
+    """Whether times, not decoded yet, can be understood.
+
+    Raises:
+        ScenarioError: units that are no "hours since ...", or a calendar that no clock goes by.
+    """
+    for name, variable in data.variables.items():
+        units, calendar = str(variable.attrs.get("units", "")), str(variable.attrs.get("calendar", "standard")).lower()
+        if " since " not in units:
+            continue
+        if calendar not in _CALENDARS:
+            raise ScenarioError(
+                f"{path}: the times of {str(name)!r} have the calendar {calendar!r}; needed is the standard one (model "
+                "years of other lengths have no date: choose one, and write the calendar and units into the file)"
+            )
+        unit, _, date = units.partition(" since ")
+        try:
+            np.datetime64(date.strip().split(".")[0].split("+")[0].replace(" UTC", "").replace(" ", "T").rstrip("TZ"))
+            known = unit.strip().lower().rstrip("s") in _TIME_UNITS
+        except ValueError:
+            known = _ODD_DATE.match(date.strip()) is not None and unit.strip().lower().rstrip("s") in _TIME_UNITS
+        if not known:
+            raise ScenarioError(
+                f"{path}: cannot read the units {units!r} of {str(name)!r}; expected such as 'hours since 2020-01-01'"
+            )
 
 
 def in_our_units(values: NDArray[np.float64], label: str, variable: Any, path: Path) -> NDArray[np.float64]:
