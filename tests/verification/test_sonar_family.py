@@ -147,7 +147,7 @@ class TestProfiling:
 
 class TestSyntheticAperture:
     def test_a_point_has_the_phase_history_of_its_distance(self, monkeypatch):
-        monkeypatch.setattr("pelagos.acoustics.echo.facet_place", lambda word: 0.5)
+        monkeypatch.setattr("pelagos.acoustics.echo_sum.facet_place", lambda word: 0.5)
         """Phase -4 pi f r/c: its second difference along the track is that of the hyperbola."""
         config = SyntheticApertureSonarConfig(facet_m=4.0, rays=40000, roughness_seed=3, **QUIET)
         ball = sphere((2.0, 22.0, -198.0), 0.5)
@@ -162,7 +162,7 @@ class TestSyntheticAperture:
         assert np.ptp(phase) < 0.3  # single precision: 0.05 rad
 
     def test_focusing_gains_resolution(self, monkeypatch):
-        monkeypatch.setattr("pelagos.acoustics.echo.facet_place", lambda word: 0.5)
+        monkeypatch.setattr("pelagos.acoustics.echo_sum.facet_place", lambda word: 0.5)
         """Back-projection over 4 m of track brings a ball of 0.2 m to a peak of a quarter of a metre."""
         config = SyntheticApertureSonarConfig(facet_m=1.0, rays=4000, range_min_m=15, range_max_m=23, bins=320, **QUIET)
         s = SyntheticApertureSonar(config, context([sphere((0.5, 18.5, -191.5), 0.2)]))

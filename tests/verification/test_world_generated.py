@@ -55,7 +55,7 @@ def test_every_kind_is_closed_faces_outwards_and_has_its_size(kind):
             assert part.mesh.closed, kind
             assert part.mesh.volume > 0, kind
         assert thing.radius > 0
-        points = np.concatenate([p.mesh.vertices for p in thing.parts])
+        points = np.concatenate([p.vertices for p in thing.parts])
         assert np.hypot(points[:, 0], points[:, 1]).max() <= thing.radius + 1e-9
 
 

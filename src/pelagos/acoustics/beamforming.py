@@ -5,104 +5,106 @@ from __future__ import annotations
 import drjit as dr
 
 from pelagos import jit
+from pelagos.acoustics.echo_sum import pitch
 from pelagos.jit import Array
 
 
-@jit.struct
-class Field:
-    """Echoes by cell (pings x beams x bins, bins fastest), a Dr.Jit struct.
-
-    Attributes:
-        signal: `UInt64`, complex amplitude: a pair of `Float`, see `pair`.
-        energy: `Float`, mean intensity without interference.
-    """
-
-    signal: Array
-    energy: Array
-
-
-def pair(low: Array, high: Array) -> Array:
-    """Two `Float` as one `UInt64`, which is read from memory at the cost of one."""
-    low, high = dr.reinterpret_array(jit.UInt32, low), dr.reinterpret_array(jit.UInt32, high)
-    return jit.UInt64(low) | (jit.UInt64(high) << 32)
-
-
-def unpair(word: Array) -> tuple[Array, Array]:
-    """The two `Float` of a `pair`."""
-    low, high = jit.UInt32(word & 0xFFFFFFFF), jit.UInt32(word >> 32)
-    return dr.reinterpret_array(jit.Float, low), dr.reinterpret_array(jit.Float, high)
-
-
-def spread_pulse(echoes: Array, source: Array, exists: Array, pulse: Array, *, count: int, bins: int) -> Field:
+def spread_pulse(echoes: Array, pulse: Array, *, count: int, bins: int) -> Array:
     """Convolve echoes with the pulse along the range.
 
     Args:
         echoes: four `Float` a cell, see `accumulate`.
-        source, exists: cell, `Int32`, that each cell reads, and whether there is one.
         pulse: `Float` `(count,)`, odd, amplitude weights.
-        count, bins: samples of the pulse, range bins of a beam.
+        count, bins: samples of the pulse, range bins of a beam, whose rows are `pitch(bins)` apart.
+
+    Returns:
+        the same of the convolved echoes, in memory: else every beam that hears a neighbour would compute its pulse.
     """
-    bin_ = source % bins
-    real, imaginary, energy = jit.Float(0), jit.Float(0), jit.Float(0)
+    cell = dr.arange(jit.Int32, dr.width(echoes) // 4)
+    bin_ = cell % pitch(bins)
+    total = dr.zeros(jit.Array3f)
     for k in range(count):
-        shift = k - count // 2
-        inside = exists & (bin_ + shift >= 0) & (bin_ + shift < bins) if shift != 0 else exists
-        value = dr.gather(jit.Array4f, echoes, jit.UInt32(source + shift), inside)
-        weight = dr.gather(jit.Float, pulse, jit.UInt32(k))
-        real = dr.fma(weight, value[0], real)
-        imaginary = dr.fma(weight, value[1], imaginary)
-        energy = dr.fma(weight * weight, value[2], energy)
-    field = Field(pair(real, imaginary), energy)
-    dr.eval(field)  # else every neighbour's pulse is computed again for every beam that hears it
-    return field
+        at = bin_ + (k - count // 2)
+        value = dr.gather(jit.Array4f, echoes, jit.UInt32(cell + (k - count // 2)), (at >= 0) & (at < bins))
+        total += taken(value, dr.gather(jit.Float, pulse, jit.UInt32(k)))
+    spread = dr.ravel(jit.Array4f(*total, 0.0))
+    dr.eval(spread)
+    return spread
+
+
+def taken(value: Array, weight: Array) -> Array:
+    """Complex amplitude and energy (`value[0]` to `value[2]`), times an amplitude weight."""
+    return jit.Array3f(value[0] * weight, value[1] * weight, value[2] * (weight * weight))
+
+
+@jit.struct
+class Weights:
+    """How neighbouring beams hear their neighbours, one lane a group of beams: a Dr.Jit struct.
+
+    Attributes:
+        amplitude: for each beam of a group the `Float` weights of itself and its neighbours.
+        captured: for each beam the `Float` sum of the squares of those that count for its energy.
+    """
+
+    amplitude: list[list[Array]]
+    captured: list[Array]
+
+
+def weights(steering: Array, first: Array, *, count: int, reach: int, energy_reach: int, beams: int) -> Weights:
+    """The weights of `count` beams from `first` on; see `form_beams`."""
+    amplitude = []
+    for i in range(count):
+        start = jit.UInt32(dr.minimum(first + i, beams - 1)) * (2 * reach + 1)
+        amplitude.append([dr.gather(jit.Float, steering, start + k) for k in range(2 * reach + 1)])
+    near = slice(reach - energy_reach, reach + energy_reach + 1)
+    return Weights(amplitude, [1.0 / sum(w * w for w in row[near]) for row in amplitude])
 
 
 def form_beams(
-    field: Field,
-    steering: Array,
+    echoes: Array,
+    weights: Weights,
     first: Array,
+    shift: Array,
     row: Array,
     bin_: Array,
     *,
-    count: int,
     reach: int,
     energy_reach: int,
     beams: int,
     bins: int,
-) -> list[tuple[Array, Array, Array]]:
-    """What `count` neighbouring beams hear in a bin, their own sectors and those on both sides.
+) -> list[Array]:
+    """What neighbouring beams hear in a bin, their own sectors and those on both sides.
 
     Args:
-        field: one beam a sector.
-        steering: `Float` `(beams, 2 reach + 1)`, amplitude weights, 0 for neighbours that do not exist.
+        echoes: four `Float` a cell, see `accumulate`; one beam a sector.
+        weights: of these beams, 0 for neighbours that do not exist.
         first: `Int32`, the first of the beams.
-        row: `Int32`, its ping times `beams`.
-        bin_: `Int32`.
-        count: how many beams; those beyond the last one are worth nothing.
+        shift: `Int32`, beams that the sonar turned since the sound was sent.
+        row: `Int32`, the ping times `beams`.
+        bin_: `Int32`; outside the image nothing is heard.
         reach: neighbours on each side.
         energy_reach: neighbours on each side that add to the mean energy, which is scaled up for the rest.
-        beams, bins: size of an image.
+        beams, bins: size of an image, whose rows are `pitch(bins)` apart.
 
     Returns:
-        real and imaginary amplitude and energy of each beam.
+        `Array3f` of each beam: real and imaginary amplitude, energy; those beyond the last beam are worth nothing.
     """
+    count = len(weights.amplitude)
+    inside = (bin_ >= 0) & (bin_ < bins)
 
-    def cell(shift: int) -> Array:
-        return jit.UInt32((row + dr.clip(first + shift, 0, beams - 1)) * bins + bin_)
+    def heard(k: int) -> Array:
+        sent = dr.clip(first + k, 0, beams - 1) - shift
+        cell = jit.UInt32((row + sent) * pitch(bins) + bin_)
+        return dr.gather(jit.Array4f, echoes, cell, inside & (sent >= 0) & (sent < beams))
 
-    heard = [unpair(dr.gather(jit.UInt64, field.signal, cell(s))) for s in range(-reach, count + reach)]
-    energies = [dr.gather(jit.Float, field.energy, cell(s)) for s in range(-energy_reach, count + energy_reach)]
+    sectors = [heard(k) for k in range(-reach, count + reach)]
     formed = []
-    for i in range(count):
-        start = jit.UInt32(dr.minimum(first + i, beams - 1)) * (2 * reach + 1)
-        real, imaginary, energy, captured = jit.Float(0), jit.Float(0), jit.Float(0), jit.Float(0)
-        for k in range(2 * reach + 1):
-            weight = dr.gather(jit.Float, steering, start + k)
-            real = dr.fma(weight, heard[i + k][0], real)
-            imaginary = dr.fma(weight, heard[i + k][1], imaginary)
+    for i, (row_weights, captured) in enumerate(zip(weights.amplitude, weights.captured, strict=True)):
+        real, imaginary, energy = jit.Float(0), jit.Float(0), jit.Float(0)
+        for k, weight in enumerate(row_weights):
+            sector = sectors[i + k]
+            real, imaginary = dr.fma(weight, sector[0], real), dr.fma(weight, sector[1], imaginary)
             if abs(k - reach) <= energy_reach:
-                power = weight * weight
-                energy = dr.fma(power, energies[i + k - reach + energy_reach], energy)
-                captured += power
-        formed.append((real, imaginary, energy / captured))
+                energy = dr.fma(weight * weight, sector[2], energy)
+        formed.append(jit.Array3f(real, imaginary, energy * captured))
     return formed

@@ -8,6 +8,7 @@ does, and changes when it moves to see other facets, or the same ones at other d
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Final
 
 import drjit as dr
@@ -15,17 +16,30 @@ import drjit as dr
 from pelagos import jit
 from pelagos.jit import Array
 from pelagos.math.philox import uniform32
+from pelagos.math.quick import log2
 
 _PRIME_X: Final = 0x8DA6B343
 _PRIME_Y: Final = 0xD8163841
 _PRIME_Z: Final = 0xCB1AB31F
 _PRIME_O: Final = 0x9E3779B1
+_PHASE: Final = 0xADB4A92D  # multiplier whose lattice is nearly the most even one
+_LN2: Final = 0.6931471805599453
 
 
-def facet_hash(x: Array, y: Array, z: Array, instance: Array, seed: Array) -> Array:
-    """A `UInt32` for the lattice cell (x, y, z), `Int32` each, of object `instance`."""
-    h = jit.UInt32(x) * _PRIME_X ^ jit.UInt32(y) * _PRIME_Y ^ jit.UInt32(z) * _PRIME_Z
-    return scramble(h ^ (instance * _PRIME_O) ^ seed)
+def lattice_word(point: Sequence[Array], instance: Array, seed: Array) -> Array:
+    """A `UInt32` that `facet_word` goes on from, for the lattice point `point` on `instance`."""
+    return _mixed(point) + instance * _PRIME_O + scramble(seed)
+
+
+def facet_word(base: Array, cell: Array) -> Array:
+    """A random `UInt32` for a lattice cell: `cell`, `Array3f` of whole numbers, is counted from the point of `base`."""
+    return scramble(base + _mixed(cell))
+
+
+def _mixed(point: Sequence[Array]) -> Array:
+    """Lattice point -> word; that of a sum of points is the sum of theirs."""
+    x, y, z = (jit.UInt32(jit.Int32(p)) for p in point)
+    return x * _PRIME_X + y * _PRIME_Y + z * _PRIME_Z
 
 
 def scramble(h: Array) -> Array:
@@ -39,8 +53,12 @@ def scramble(h: Array) -> Array:
 
 
 def facet_amplitude(word: Array) -> tuple[Array, Array]:
-    """Complex Gaussian amplitude of unit mean power for a facet's hash, as its power and its phase in cycles."""
-    return -dr.log(uniform32(word)), uniform32(scramble(word + 0x9E3779B9))
+    """Complex Gaussian amplitude of unit mean power for a facet's word, as its power and its phase in cycles.
+
+    The phase is the fraction of a multiple of the word: power and phase lie on a lattice that is even in two
+    dimensions (D. E. Knuth, The Art of Computer Programming 2, Section 3.3.4: the spectral test).
+    """
+    return -_LN2 * log2(uniform32(word)), uniform32(word * _PHASE)
 
 
 def facet_place(word: Array) -> Array:

@@ -11,11 +11,13 @@ import drjit as dr
 
 from pelagos import jit
 from pelagos.jit import Array
+from pelagos.math.quick import cosine_sine, log2
 
 _M0: Final = 0xD2511F53
 _M1: Final = 0xCD9E8D57
 _W0: Final = 0x9E3779B9
 _W1: Final = 0xBB67AE85
+_MINUS_2_LN2: Final = -1.3862943611198906
 
 
 def philox(counter: tuple[Array, Array, Array, Array], key: tuple[Array, Array]) -> tuple[Array, Array, Array, Array]:
@@ -51,6 +53,6 @@ def normal_pair64(words: tuple[Array, Array, Array, Array]) -> tuple[Array, Arra
 
 def normal_pair32(word0: Array, word1: Array) -> tuple[Array, Array]:
     """Two words -> two independent standard normal float32; |value| <= 5.8."""
-    r = dr.sqrt(-2 * dr.log(uniform32(word0)))
-    s, c = dr.sincos(2 * dr.pi * uniform32(word1))
+    r = dr.sqrt(_MINUS_2_LN2 * log2(uniform32(word0)))
+    c, s = cosine_sine(uniform32(word1))
     return r * c, r * s

@@ -8,9 +8,10 @@ import drjit as dr
 
 from pelagos import jit
 from pelagos.jit import Array
-from pelagos.math.so3 import rotate_back
+from pelagos.math.so3 import rotate, rotate_back
 from pelagos.raycast.rays import Hits, Rays
 from pelagos.raycast.scene import Tables
+from pelagos.raycast.surface import normals
 
 _OWN_SURFACES = 4  # surfaces of the own hull that a ray may pass: two walls, in and out of two convex parts
 _SKIP = 1e-4  # [m], step behind a surface of the own hull
@@ -29,29 +30,52 @@ def cast(static: Any, moving: Any, tables: Tables, rays: Rays, *, smooth: bool =
     t, normal, shading = jit.Float(dr.inf), jit.Array3f(0), jit.Array3f(0)
     thing, row = jit.UInt32(0), jit.UInt32(0)
     on_body = jit.Bool(False)
-    flags = jit.mi.RayFlags.ShadingFrame if smooth else jit.mi.RayFlags.Minimal
     if static is not None:
-        ray = jit.mi.Ray3f(local, rays.direction, rays.max_range, 0.0, [])
-        si = static.ray_intersect(ray, flags, True)
-        hit = si.is_valid()
-        identifier = dr.reinterpret_array(jit.UInt32, si.shape)
-        shape = dr.gather(jit.UInt32, tables.static_row, identifier - tables.static_base, hit)
-        face = dr.gather(jit.UInt32, tables.static_first, shape, hit) + si.prim_index
-        t = dr.select(hit, si.t, dr.inf)
-        normal, shading = jit.Array3f(si.n), jit.Array3f(si.sh_frame.n if smooth else si.n)
-        thing = dr.gather(jit.UInt32, tables.static_face, face, hit)
+        t, normal, shading, thing = first_static(static, tables, local, rays.direction, rays.max_range, smooth=smooth)
     if moving is not None:
         start = local + dr.gather(jit.Array3f, tables.copy_offset, rays.copy)
-        si, travelled, body = _first_foreign(moving, tables, start, rays, dr.minimum(t, rays.max_range), flags)
-        hit = si.is_valid()
-        nearer = hit & (si.t + travelled < t)
-        face = dr.gather(jit.UInt32, tables.moving_first, body, hit) + si.prim_index
-        t = dr.select(nearer, si.t + travelled, t)
-        normal = dr.select(nearer, jit.Array3f(si.n), normal)
-        shading = dr.select(nearer, jit.Array3f(si.sh_frame.n if smooth else si.n), shading)
-        thing = dr.select(nearer, dr.gather(jit.UInt32, tables.moving_face, face, hit), thing)
+        found, travelled, body = _first_foreign(moving, tables, start, rays, dr.minimum(t, rays.max_range))
+        nearer = found.is_valid() & (found.t + travelled < t)
+        face = dr.gather(jit.UInt32, tables.moving_first, body, nearer) + found.prim_index
+        attitude = dr.gather(jit.Array4f, tables.body_attitude, body, nearer)
+        sides = normals(tables.moving, face, found.prim_uv, nearer, smooth=smooth)
+        t = dr.select(nearer, found.t + travelled, t)
+        normal = dr.select(nearer, rotate(attitude, sides[0]), normal)
+        shading = dr.select(nearer, rotate(attitude, sides[1]), shading) if smooth else normal
+        thing = dr.select(nearer, dr.gather(jit.UInt32, tables.moving.thing, face, nearer), thing)
         row, on_body = dr.select(nearer, body, row), nearer
     return _hits(tables, rays, t, normal, shading, thing, row, on_body)
+
+
+def first_static(
+    static: Any, tables: Tables, start: Array, direction: Array, reach: Array, *, smooth: bool
+) -> tuple[Array, Array, Array, Array]:
+    """The nearest static hit of rays that start at `start`, `Array3f` relative to `tables.origin` [m].
+
+    Returns:
+        distance [m], infinite without a hit; normal and interpolated normal (see `normals`); object row.
+    """
+    found = static.ray_intersect_preliminary(jit.mi.Ray3f(start, direction, reach, 0.0, []), True, True)
+    hit = found.is_valid()
+    shape = dr.reinterpret_array(jit.UInt32, found.shape)
+    instanced = dr.width(tables.models.thing) > 1
+    if instanced:
+        copied = dr.reinterpret_array(jit.UInt32, found.instance)
+        shape = dr.select(copied != 0, copied, shape)
+    row = dr.gather(jit.UInt32, tables.static_row, shape - tables.static_base, hit)
+    face = dr.gather(jit.UInt32, tables.static_first, row, hit) + found.prim_index
+    if not instanced:
+        sides = normals(tables.static, face, found.prim_uv, hit, smooth=smooth)
+        return found.t, *sides, dr.gather(jit.UInt32, tables.static.thing, face, hit)
+    model = hit & (copied != 0)
+    fixed = normals(tables.static, face, found.prim_uv, hit & ~model, smooth=smooth)
+    turned = normals(tables.models, face, found.prim_uv, model, smooth=smooth)
+    turn = dr.gather(jit.Array4f, tables.static_turn, row, model)
+    thing = dr.gather(jit.UInt32, tables.static.thing, face, hit & ~model)
+    part = dr.gather(jit.UInt32, tables.models.thing, face, model)
+    thing = dr.select(model, part + dr.gather(jit.UInt32, tables.static_thing, row, model), thing)
+    first, second = (dr.select(model, rotate(turn, m), f) for m, f in zip(turned, fixed, strict=True))
+    return found.t, first, second, thing
 
 
 def occluded(static: Any, moving: Any, tables: Tables, rays: Rays, *, coherent: bool = False) -> Array:
@@ -69,29 +93,25 @@ def occluded(static: Any, moving: Any, tables: Tables, rays: Rays, *, coherent: 
     return blocked
 
 
-def _first_foreign(
-    moving: Any, tables: Tables, start: Array, rays: Rays, reach: Array, flags: Any
-) -> tuple[Any, Array, Array]:
-    """The first hit that is not on the own hull: interaction, way already travelled [m], moving row."""
-    ray = jit.mi.Ray3f(start, rays.direction, reach, 0.0, [])
-    si = moving.ray_intersect(ray, flags, True)
+def _first_foreign(moving: Any, tables: Tables, start: Array, rays: Rays, reach: Array) -> tuple[Any, Array, Array]:
+    """The first hit that is not on the own hull: intersection, way already travelled [m], moving row."""
+    found = moving.ray_intersect_preliminary(jit.mi.Ray3f(start, rays.direction, reach, 0.0, []), True, True)
     travelled = jit.Float(0)
-    body = _row(tables, si)
+    body = _row(tables, found)
     for _ in range(_OWN_SURFACES):
-        own = si.is_valid() & (body == rays.own)
-        step = dr.select(own, si.t + _SKIP, 0)
+        own = found.is_valid() & (body == rays.own)
+        step = dr.select(own, found.t + _SKIP, 0)
         travelled = travelled + step
         ray = jit.mi.Ray3f(start + travelled * rays.direction, rays.direction, reach - travelled, 0.0, [])
-        again = moving.ray_intersect(ray, flags, True, own)
-        si = dr.select(own, again, si)
-        body = _row(tables, si)
-    si.t = dr.select(si.is_valid() & (body == rays.own), dr.inf, si.t)
-    return si, travelled, body
+        found = dr.select(own, moving.ray_intersect_preliminary(ray, True, own), found)
+        body = _row(tables, found)
+    found.t = dr.select(found.is_valid() & (body == rays.own), dr.inf, found.t)
+    return found, travelled, body
 
 
-def _row(tables: Tables, si: Any) -> Array:
-    identifier = dr.reinterpret_array(jit.UInt32, si.instance)
-    return dr.gather(jit.UInt32, tables.moving_row, identifier - tables.moving_base, si.is_valid())
+def _row(tables: Tables, found: Any) -> Array:
+    identifier = dr.reinterpret_array(jit.UInt32, found.instance)
+    return dr.gather(jit.UInt32, tables.moving_row, identifier - tables.moving_base, found.is_valid())
 
 
 def _hits(

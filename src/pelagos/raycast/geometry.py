@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,3 +36,60 @@ class Geometry:
     def face_materials(self) -> NDArray[np.uint32]:
         """`(f,)` material rows."""
         return np.broadcast_to(np.asarray(self.material, dtype=np.uint32), (len(self.faces),))
+
+    @cached_property
+    def extent(self) -> NDArray[np.float64]:
+        """`(2, 3)` lowest and highest coordinates [m]; of a mesh without corners, infinite and the wrong way round."""
+        vertices = self.vertices
+        low, high = vertices.min(axis=0, initial=np.inf), vertices.max(axis=0, initial=-np.inf)
+        return np.stack([low, high]).astype(np.float64)
+
+    @property
+    def bytes_held(self) -> int:
+        """Memory of its own arrays [B]."""
+        normals = 0 if self.vertex_normals is None else self.vertex_normals.nbytes
+        return self.vertices.nbytes + self.faces.nbytes + normals
+
+
+class PlacedGeometry(Geometry):
+    """A copy of another geometry, the model, turned, scaled and shifted; it has no corners of its own in memory.
+
+    Ray-tracing scenes hold a model once, however many copies of it stand in a world.
+
+    Attributes:
+        model: what it is a copy of; its label, instance and name do not count.
+        turn: `(3, 3)` rotation matrix.
+        scale: in all directions.
+        offset: `(3,)` where the model's origin stands, world NWU [m].
+    """
+
+    model: Geometry
+    turn: NDArray[np.float64]
+    scale: float
+    offset: NDArray[np.float64]
+
+    def __init__(
+        self, model: Geometry, *, turn: NDArray[np.float64], scale: float, offset: NDArray[np.float64], material: int,
+        label: int, instance: int, name: str = "",
+    ) -> None:  # fmt: skip
+        for key, value in {
+            "model": model, "turn": turn, "scale": scale, "offset": offset, "faces": model.faces, "material": material,
+            "label": label, "instance": instance, "name": name,
+        }.items():  # fmt: skip
+            object.__setattr__(self, key, value)
+
+    @property
+    def vertices(self) -> NDArray[np.floating]:
+        """`(v, 3)` [m], made anew whenever it is asked for."""
+        return self.model.vertices @ (self.scale * self.turn).T + self.offset
+
+    @property
+    def vertex_normals(self) -> NDArray[np.float32] | None:
+        """`(v, 3)`, made anew whenever it is asked for."""
+        normals = self.model.vertex_normals
+        return None if normals is None else normals @ self.turn.T.astype(np.float32)
+
+    @property
+    def bytes_held(self) -> int:
+        """Memory of its own arrays [B]: the model's are not counted."""
+        return self.turn.nbytes + self.offset.nbytes

@@ -16,14 +16,18 @@ from typing import Any, Final
 import drjit as dr
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
 
 from pelagos import jit
 from pelagos.jit import Array
-from pelagos.raycast.geometry import Geometry
+from pelagos.raycast.geometry import Geometry, PlacedGeometry
 from pelagos.raycast.streamed import StreamedGround
+from pelagos.raycast.surface import Faces
 
 COPY_SPACING: Final = 500.0  # [m], between the bodies of two copies of a fleet
 _MANY_FACES = 1_000_000  # from here on a scene spares memory while it is loaded
+_MANY_COPIED: Final = 500_000  # faces of all copies of a model from which on they become instances of it
+_MANY_COPIES: Final = 500  # instances beside which nothing is frozen
 _LATTICE: Final = 16  # copies along one edge of the lattice: 4096 copies within 8 km
 
 
@@ -35,8 +39,11 @@ class Tables:
         origin: `Array3f64` (1), world position of the scenes' own origin [m].
         static_base, moving_base: `UInt32` (1), lowest identifier of a shape or instance.
         static_row, moving_row: `UInt32`, row of each shape or instance, by its identifier from the lowest on.
-        static_first, moving_first: `UInt32`, first face of each static mesh, of each moving row, in the face tables.
-        static_face, moving_face: `UInt32`, object of each face.
+        static_first, moving_first: `UInt32`, by row, the first face in the tables of faces.
+        static, models, moving: `Faces` of static meshes, of models whose copies are static, of bodies, the latter two
+            in their own frames. Without models, `models` has one face, which nothing hits.
+        static_turn: `Array4f`, by static row, model to world, w first.
+        static_thing: `UInt32`, by static row, what the copy adds to the object rows of its model.
         label, instance, material: `UInt32`, by object.
         copy_offset: `Array3f`, by copy [m].
         body_position: `Array3f`, by moving row, relative to `origin`, offset of the copy included [m].
@@ -51,8 +58,11 @@ class Tables:
     moving_row: Array
     static_first: Array
     moving_first: Array
-    static_face: Array
-    moving_face: Array
+    static: Faces
+    models: Faces
+    moving: Faces
+    static_turn: Array
+    static_thing: Array
     label: Array
     instance: Array
     material: Array
@@ -77,57 +87,62 @@ class Scene:
         self._ground = ground
         self.generation = 0
         self._static_geometry = list(static)
-        corners = [g.vertices for g in static if len(g.vertices)]
+        extents = [g.extent for g in static if len(g.faces)]
         if ground is not None:
-            corners.append(ground.patch.vertices + ground.patch.origin)
-        low = np.min([c.min(axis=0) for c in corners], axis=0) if corners else np.zeros(3)
-        high = np.max([c.max(axis=0) for c in corners], axis=0) if corners else np.zeros(3)
+            corners = ground.patch.vertices + ground.patch.origin
+            extents.append(np.stack([corners.min(axis=0), corners.max(axis=0)]))
+        low = np.min([e[0] for e in extents], axis=0) if extents else np.zeros(3)
+        high = np.max([e[1] for e in extents], axis=0) if extents else np.zeros(3)
         self.bounds: NDArray[np.float64] = np.stack([low, high])
         self.origin: NDArray[np.float64] = np.round((low + high) / 2) if ground is None else ground.patch.origin
-        smooth = [g for g in static if g.vertex_normals is not None]
-        flat = [g for g in static if g.vertex_normals is None]
-        meshes, self._static_faces, self._static_first = [], [], []
         self._poses: tuple[NDArray[np.float64], ...] | None = None
-        self._static_groups: dict[str, list[Geometry]] = {}
-        first = 0
         objects = _Objects()
-        for name, group in (("smooth", smooth), ("flat", flat)):
-            if not group:
-                continue
-            if ground is not None:  # the origin moves with the ground, and they stay where they are
-                self._static_groups[name] = group
-            meshes.append(_mesh(name, group, self.origin))
-            faces = np.concatenate([objects.rows(g) for g in group])
-            self._static_faces.append(faces)
-            self._static_first.append(first)
-            first += len(faces)
+        copies_of = _models(static) if ground is None else {}
+        copied = {id(g) for group in copies_of.values() for g in group}
+        single = [g for g in static if id(g) not in copied]
+        self._standing = sorted(single, key=lambda g: g.vertex_normals is None)  # smooth ones first
+        self._static_things = [objects.rows(g) for g in self._standing]
         if ground is not None:
             self._ground_rows = objects.add(*ground.identity)
-            self._static_faces.append(self._ground_rows[ground.patch.face_materials])
-            self._static_first.append(first)
+            self._static_things.append(self._ground_rows[ground.patch.face_materials])
+        self._copies = _Copies(copies_of, objects, self.origin)
         self.static: Any = None
         self._static_parameters: Any = None
-        if meshes or ground is not None:
-            self._load_static(meshes)
+        self._static_faces: list[Faces] = []
+        if len(static) or ground is not None:
+            self._load_static()
         self._objects = objects
         self._bodies: list[Geometry] = []
         self.moving: Any = None
         self._parameters: Any = None
-        self._refresh_tables(moving_first=[], moving_faces=[])
+        self._refresh_tables(moving_first=[], moving=[])
         if ground is not None:
             self._exchange_ground()  # from now on all its arrays are our own: frozen functions see exchanges
 
-    def _load_static(self, meshes: list[Any]) -> None:
-        """Load the static scene, a streamed ground last."""
+    def _load_static(self) -> None:
+        """Load the static scene: what stands in one mesh, then a streamed ground, then copies of models."""
+        shapes: dict[str, Any] = {}
+        self._static_faces = []
+        if self._standing:
+            shapes["standing"], faces = _mesh("standing", self._standing, self.origin)
+            self._static_faces.append(faces)
         if self._ground is not None:
             patch = self._ground.patch
             part = Geometry(patch.vertices.astype(np.float64), patch.faces, 0, 0, 0, patch.normals)
-            meshes = [*meshes, _mesh("ground", [part], np.zeros(3))]
-        if sum(m.face_count() for m in meshes) > _MANY_FACES:
+            shapes["ground"], faces = _mesh("ground", [part], np.zeros(3))
+            self._static_faces.append(faces)
+        if sum(m.face_count() for m in shapes.values()) > _MANY_FACES:
             _give_back()  # the tree over the triangles is about to need more than all that was built before
-        shapes = {f"m{i}": m for i, m in enumerate(meshes)}
+        shapes |= self._copies.shapes
         self.static = jit.mi.load_dict({"type": "scene", **_watertight(), **shapes}, optimize=False)
         self._static_parameters = jit.mi.traverse(self.static) if self._ground is not None else None
+
+    def _static_tables(self) -> Faces:
+        """Faces of the static meshes; those of a single mesh are its own arrays, not copies."""
+        things = _own(
+            jit.UInt32, np.concatenate(self._static_things) if self._static_things else np.zeros(1, np.uint32)
+        )
+        return _joined(self._static_faces, things)
 
     @property
     def streamed(self) -> bool:
@@ -148,6 +163,12 @@ class Scene:
         self._exchange_ground()
         return True
 
+    def _first_faces(self) -> list[int]:
+        """First face of each static mesh."""
+        return [0, *np.cumsum([dr.width(f.corner) // 3 for f in self._static_faces]).tolist()][
+            : len(self._static_faces)
+        ]
+
     def forget(self) -> None:
         """A run begins anew: where a streamed ground was before has no effect."""
         if self._ground is not None:
@@ -157,27 +178,25 @@ class Scene:
         """Put the present patch into the static scene, and move the origin with it."""
         assert self._ground is not None
         patch = self._ground.patch
-        mesh = f"m{len(self._static_first) - 1}"
-        if len(patch.faces) != len(self._static_faces[-1]):  # more places than ever before: a larger mesh
+        if len(patch.faces) != len(self._static_things[-1]):  # more places than ever before: a larger mesh
             self.generation += 1
-            self._load_static([_mesh(n, g, self.origin) for n, g in self._static_groups.items()])
+            self._load_static()
             base, rows = _rows_by_identifier(self.static)
             self.tables.static_base, self.tables.static_row = dr.opaque(jit.UInt32, base), _own(jit.UInt32, rows)
         parameters = self._static_parameters
-        parameters[f"{mesh}.vertex_positions"] = _own(jit.Float, patch.vertices)
-        parameters[f"{mesh}.vertex_normals"] = _own(jit.Float, patch.normals)
-        parameters[f"{mesh}.faces"] = _own(jit.UInt32, patch.faces)
-        if (patch.origin != self.origin).any():
-            for k, group in enumerate(self._static_groups.values()):
-                parameters[f"m{k}.vertex_positions"] = _own(
-                    jit.Float, np.concatenate([g.vertices - patch.origin for g in group]).astype(np.float32)
-                )
+        place, normal = _own(jit.Float, patch.vertices), _own(jit.Float, patch.normals)
+        corner = _own(jit.UInt32, patch.faces)
+        parameters["ground.vertex_positions"], parameters["ground.faces"] = place, corner
+        self._static_faces[-1] = Faces(corner, place, normal, corner)
+        if (patch.origin != self.origin).any() and self._standing:
+            moved = np.concatenate([g.vertices - patch.origin for g in self._standing]).astype(np.float32)
+            parameters["standing.vertex_positions"] = self._static_faces[0].place = _own(jit.Float, moved)
         parameters.update()
         self.origin = patch.origin
-        self._static_faces[-1] = self._ground_rows[patch.face_materials]
+        self._static_things[-1] = self._ground_rows[patch.face_materials]
         t = self.tables
         t.origin = _single(patch.origin)
-        t.static_face = _own(jit.UInt32, np.concatenate(self._static_faces))
+        t.static = self._static_tables()
         if self._poses is not None:
             self.move(*self._poses)
 
@@ -190,16 +209,17 @@ class Scene:
         groups: dict[str, Any] = {}
         instances: dict[str, Any] = {}
         starts: dict[int, int] = {}
-        faces: list[NDArray[np.uint32]] = []
+        faces: list[Faces] = []
         first: list[int] = []
         total = 0
         for row, (geometry, _) in enumerate(bodies):
             key = id(geometry)
             if key not in starts:
-                mesh = _mesh(f"group{key}", [geometry], np.zeros(3))
+                mesh, made = _mesh(f"group{key}", [geometry], np.zeros(3))
                 groups[f"group{key}"] = {"type": "shapegroup", "mesh": mesh}
                 starts[key] = total
-                faces.append(self._objects.rows(geometry))
+                made.thing = _own(jit.UInt32, self._objects.rows(geometry))
+                faces.append(made)
                 total += len(geometry.faces)
             first.append(starts[key])
             instances[f"body{row}"] = {"type": "instance", "group": {"type": "ref", "id": f"group{key}"}}
@@ -207,7 +227,7 @@ class Scene:
         description = {"type": "scene", **_watertight(), **groups, **instances}
         self.moving = jit.mi.load_dict(description, parallel=False, optimize=False) if bodies else None
         self._parameters = jit.mi.traverse(self.moving) if bodies else None
-        self._refresh_tables(moving_first=first, moving_faces=faces)
+        self._refresh_tables(moving_first=first, moving=faces)
 
     def move(
         self,
@@ -240,7 +260,9 @@ class Scene:
     def compile(self, make: Callable[[Any, Any], Callable[..., Any]]) -> Callable[..., Any]:
         """Freeze `make(static, moving)`, a function of arrays only, and freeze it anew when `moving` is replaced.
 
-        A frozen function sees only scenes that its own body names, and only arrays that are its arguments.
+        A frozen function sees only scenes that its own body names, and only arrays that are its arguments. Beside
+        thousands of instances it is not frozen: Dr.Jit looks at each of them in every frozen call, which takes longer
+        than to record the work again.
         """
         frozen: Callable[..., Any] | None = None
         generation = -1
@@ -248,12 +270,14 @@ class Scene:
         def call(*arguments: Any) -> Any:
             nonlocal frozen, generation
             if frozen is None or generation != self.generation:
-                frozen, generation = jit.freeze(make, self.static, self.moving), self.generation
+                many = len(self._copies.first) > _MANY_COPIES
+                frozen = make(self.static, self.moving) if many else jit.freeze(make, self.static, self.moving)
+                generation = self.generation
             return frozen(*arguments)
 
         return call
 
-    def _refresh_tables(self, *, moving_first: list[int], moving_faces: list[NDArray[np.uint32]]) -> None:
+    def _refresh_tables(self, *, moving_first: list[int], moving: list[Faces]) -> None:
         u32 = jit.UInt32
         rows = max(len(moving_first), 1)
         zero = _array3f(np.zeros((rows, 3)))
@@ -266,16 +290,19 @@ class Scene:
             moving_base=u32(moving_base),
             static_row=_own(u32, static_row),
             moving_row=_own(u32, moving_row),
-            static_first=_own(u32, _table(self._static_first)),
+            static_first=_own(u32, _table([*self._first_faces(), *self._copies.first])),
             moving_first=_own(u32, _table(moving_first)),
-            static_face=_own(u32, np.concatenate(self._static_faces) if self._static_faces else np.zeros(1, np.uint32)),
-            moving_face=_own(u32, np.concatenate(moving_faces) if moving_faces else np.zeros(1, np.uint32)),
+            static=self._static_tables(),
+            models=self._copies.faces,
+            moving=_joined(moving),
+            static_turn=_array4f(np.concatenate([_upright(max(len(self._static_faces), 1)), self._copies.attitude])),
+            static_thing=_own(u32, _table([0] * len(self._static_faces) + self._copies.thing)),
             label=_own(u32, _table(o.label)),
             instance=_own(u32, _table(o.instance)),
             material=_own(u32, _table(o.material)),
             copy_offset=_array3f(copy_offsets(self.copies)),
             body_position=zero,
-            body_attitude=_array4f(np.tile([1.0, 0.0, 0.0, 0.0], (rows, 1))),
+            body_attitude=_array4f(_upright(rows)),
             body_velocity=jit.Array3f(zero),
             body_angular_velocity=jit.Array3f(zero),
         )
@@ -315,6 +342,55 @@ class _Objects:
         return np.arange(start, len(self.label), dtype=np.uint32)
 
 
+class _Copies:
+    """Models of which many copies stand in the static scene, each copy an instance.
+
+    Attributes:
+        shapes: Mitsuba's, models and copies.
+        faces: of all models, in their own frames.
+        first, thing, attitude: by copy, see `Tables`.
+    """
+
+    def __init__(self, copies: dict[int, list[PlacedGeometry]], objects: _Objects, origin: NDArray[np.float64]) -> None:
+        self.shapes: dict[str, Any] = {}
+        self.first: list[int] = []
+        self.thing: list[int] = []
+        parts: list[Faces] = []
+        matrices: list[NDArray[np.float64]] = []
+        total = 0
+        for key, group in copies.items():
+            model = group[0].model
+            mesh, faces = _mesh(f"model{key}", [model], np.zeros(3))
+            faces.thing = dr.zeros(jit.UInt32, len(model.faces))
+            parts.append(faces)
+            self.shapes[f"model{key}"] = {"type": "shapegroup", "mesh": mesh}
+            for copy in group:
+                matrix = np.eye(4)
+                matrix[:3, :3], matrix[:3, 3] = copy.scale * copy.turn, copy.offset - origin
+                self.shapes[f"copy{len(self.first)}"] = {
+                    "type": "instance",
+                    "group": {"type": "ref", "id": f"model{key}"},
+                    "to_world": jit.mi.ScalarTransform4f(matrix),
+                }
+                self.first.append(total)
+                self.thing.append(int(objects.rows(copy)[0]))
+                matrices.append(copy.turn)
+            total += len(model.faces)
+        self.attitude = _upright(len(matrices))
+        if matrices:
+            self.attitude = Rotation.from_matrix(np.array(matrices)).as_quat(scalar_first=True)
+        self.faces = _joined(parts)
+
+
+def _models(static: Sequence[Geometry]) -> dict[int, list[PlacedGeometry]]:
+    """Copies by model, of those models whose copies would together be large."""
+    groups: dict[int, list[PlacedGeometry]] = {}
+    for g in static:
+        if isinstance(g, PlacedGeometry) and len(g.faces):
+            groups.setdefault(id(g.model), []).append(g)
+    return {k: group for k, group in groups.items() if len(group) * len(group[0].faces) > _MANY_COPIED}
+
+
 def _give_back() -> None:
     """Return memory that nothing uses any more to the system: Dr.Jit and the C library keep it for later."""
     dr.sync_thread()
@@ -351,26 +427,49 @@ def _own(kind: Any, values: NDArray[Any]) -> Array:
     return owned
 
 
-def _mesh(name: str, group: Sequence[Geometry], origin: NDArray[np.float64]) -> Any:
-    """One Mitsuba mesh of several geometries, relative to `origin`, filled part by part to spare memory."""
+def _mesh(name: str, group: Sequence[Geometry], origin: NDArray[np.float64]) -> tuple[Any, Faces]:
+    """One Mitsuba mesh of several geometries, relative to `origin`, filled part by part to spare memory.
+
+    Its tables of faces share its arrays. `thing` is still to be filled in.
+    """
     starts = np.cumsum([0] + [len(g.vertices) for g in group])
     ends = np.cumsum([0] + [len(g.faces) for g in group])
     vertices = np.empty((starts[-1], 3), dtype=np.float32)
     faces = np.empty((ends[-1], 3), dtype=np.uint32)
-    normals = np.empty((starts[-1], 3), dtype=np.float32) if group[0].vertex_normals is not None else None
-    for g, v, f in zip(group, starts, ends, strict=False):
-        np.subtract(g.vertices, origin, out=vertices[v : v + len(g.vertices)], casting="same_kind")
+    normals = np.zeros((starts[-1], 3), dtype=np.float32)
+    for g, v, w, f in zip(group, starts, starts[1:], ends, strict=False):
+        np.subtract(g.vertices, origin, out=vertices[v:w], casting="same_kind")
         np.add(g.faces, np.uint32(v), out=faces[f : f + len(g.faces)], casting="same_kind")
-        if normals is not None:
-            normals[v : v + len(g.vertices)] = g.vertex_normals
-    mesh = jit.mi.Mesh(name, len(vertices), len(faces), has_vertex_normals=normals is not None)
+        if g.vertex_normals is not None:
+            normals[v:w] = g.vertex_normals
+    mesh = jit.mi.Mesh(name, len(vertices), len(faces))
     parameters = jit.mi.traverse(mesh)
-    parameters["vertex_positions"] = _own(jit.Float, vertices)
-    parameters["faces"] = _own(jit.UInt32, faces)
-    if normals is not None:
-        parameters["vertex_normals"] = _own(jit.Float, normals)
+    made = Faces(_own(jit.UInt32, faces), _own(jit.Float, vertices), _own(jit.Float, normals), jit.UInt32(0))
+    parameters["vertex_positions"], parameters["faces"] = made.place, made.corner
     parameters.update()
-    return mesh
+    return mesh, made
+
+
+def _joined(parts: Sequence[Faces], thing: Array | None = None) -> Faces:
+    """Several tables of faces as one; that of one part is the part itself."""
+    if not parts:
+        return _no_faces()
+    if thing is None:
+        thing = dr.concat([p.thing for p in parts])
+    if len(parts) == 1:
+        return Faces(parts[0].corner, parts[0].place, parts[0].normal, thing)
+    corners = np.cumsum([0] + [dr.width(p.place) // 3 for p in parts])
+    corner = dr.concat([p.corner + int(c) for p, c in zip(parts, corners, strict=False)])
+    made = Faces(corner, dr.concat([p.place for p in parts]), dr.concat([p.normal for p in parts]), thing)
+    dr.eval(made)
+    return made
+
+
+def _no_faces() -> Faces:
+    """One face of no size, for scenes without any."""
+    made = Faces(dr.zeros(jit.UInt32, 3), dr.zeros(jit.Float, 3), dr.zeros(jit.Float, 3), dr.zeros(jit.UInt32, 1))
+    dr.make_opaque(made)
+    return made
 
 
 def _rows_by_identifier(scene: Any) -> tuple[int, NDArray[np.uint32]]:
@@ -393,6 +492,10 @@ def _array3f(values: NDArray[np.float64]) -> Array:
 
 def _array4f(values: NDArray[np.float64]) -> Array:
     return jit.Array4f(np.ascontiguousarray(values.T, dtype=np.float32))
+
+
+def _upright(count: int) -> NDArray[np.float64]:
+    return np.tile([1.0, 0.0, 0.0, 0.0], (count, 1))
 
 
 def _rotation_matrices(q: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -126,9 +126,9 @@ def boxes_3d(geometries: Sequence[Geometry]) -> dict[int, Box3d]:
     """Boxes around static objects by instance id; parts that share an id share a box."""
     found: dict[int, Box3d] = {}
     for g in geometries:
-        if not len(g.vertices):
+        if not len(g.faces):
             continue
-        low, high = g.vertices.min(axis=0), g.vertices.max(axis=0)
+        low, high = g.extent
         if g.instance in found:
             low, high = np.minimum(low, found[g.instance].low), np.maximum(high, found[g.instance].high)
         found[g.instance] = Box3d(g.instance, g.label, _triple(low), _triple(high))

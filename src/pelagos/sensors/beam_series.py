@@ -11,7 +11,7 @@ import drjit as dr
 from pelagos import jit
 from pelagos.acoustics.bottom_detection import Series, half_apertures
 from pelagos.acoustics.echo import Patches
-from pelagos.acoustics.speckle import facet_amplitude, facet_hash, scramble
+from pelagos.acoustics.speckle import facet_amplitude, lattice_word, scramble
 from pelagos.acoustics.spreading import patch_intensity, time_varied_gain
 from pelagos.jit import Array
 from pelagos.math.philox import normal_pair32, uniform32
@@ -167,7 +167,7 @@ def _raw(
     at_near = across + turn * dr.select(approaching, upper, lower)
     at_far = across + turn * dr.select(approaching, lower, upper)
     x, y, z = (jit.UInt32(jit.Int32(dr.floor(p * (1.0 / beams.facet)))) for p in view.hits.position)
-    word = facet_hash(x, y, z, view.hits.instance + (view.ray % rays), jit.UInt32(beams.seed))
+    word = scramble(lattice_word((x, y, z), view.hits.instance + (view.ray % rays), jit.UInt32(beams.seed)))
     span = jit.Array4f(low, high, share, at_near)
     sweep = (at_far - at_near) / (high - low)
     dr.eval(span, sweep, word)

@@ -14,7 +14,8 @@ from numpy.typing import NDArray
 
 from pelagos import jit
 from pelagos.acoustics.beam_pattern import line_length
-from pelagos.acoustics.echo import Patches, Walk, accumulate, walk
+from pelagos.acoustics.echo import Patches
+from pelagos.acoustics.echo_sum import Walk, accumulate, walk
 from pelagos.acoustics.pulse import point_spread, range_resolution
 from pelagos.acoustics.spreading import time_varied_gain
 from pelagos.errors import ValidityWarning
@@ -106,7 +107,7 @@ class Pinger:
         if config.labels:
             extras["label"] = np.array(rest.pop(0)).astype(np.uint8).reshape(shape)
             extras["instance"] = np.array(rest.pop(0)).reshape(shape)
-        return np.array(data).reshape(shape), np.array(truth).reshape(shape), extras
+        return np.asarray(data).reshape(shape), np.asarray(truth).reshape(shape), extras
 
     def measurement(self, motion: Kinematics, tables: dict[str, NDArray[Any]]) -> Measurement:
         """A ping as a measurement."""
@@ -148,7 +149,7 @@ class Pinger:
             if config.multipath != "none":
                 ghosts = bounced(static, moving, tables, view, fan, lanes, surfaces, mirrors(config))
                 patches += [gained(config, layout, g, view, lanes) for g in ghosts]
-            field, tags = echoes(config, layout, patches, walk, order, lanes, seed, trace)
+            field, tags = echoes(config, layout, patches, walk, order, lanes, seed)
             seen = self._haze(view, lanes, motion, *besides["water"]) if "water" in besides else None
             others = unblocked(static, moving, tables, besides["heard"], lanes) if "heard" in besides else None
             din = Din(seen, others)
@@ -233,7 +234,7 @@ def gained(config: PingConfig, layout: Layout, patches: Patches, view: View, lan
 
 def echoes(
     config: PingConfig, layout: Layout, patches: list[Patches], walk: Walk, order: Array, lanes: Lanes,
-    seed: Array, trace: Trace = None,
+    seed: Array,
 ) -> tuple[Array, Array | None]:  # fmt: skip
     """The sum of all echoes by beam and bin (see `accumulate`), and the strongest one's tag."""
     total: Array | None = None
@@ -256,9 +257,6 @@ def echoes(
             scattered=layout.facet is not None,
         )
         total, tags = (field, strongest) if total is None else (total + field, tags)
-    if trace is not None:
-        cell = dr.arange(jit.UInt32, dr.width(total) // 4)
-        trace("echo intensity by cell, before beams are formed", dr.gather(jit.Float, total, 4 * cell + 2), "1")
     return total, tags
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any, Final
 
@@ -12,12 +13,14 @@ from numpy.typing import NDArray
 
 from pelagos import jit
 from pelagos.acoustics.beam_pattern import energy_reach, line_length, line_np
-from pelagos.acoustics.beamforming import form_beams, spread_pulse
+from pelagos.acoustics.beamforming import form_beams, spread_pulse, taken, weights
+from pelagos.acoustics.echo_sum import pitch
 from pelagos.acoustics.reverberation import volume_intensity
 from pelagos.acoustics.spreading import from_db, time_varied_gain, to_db
 from pelagos.acoustics.target_tag import untag
 from pelagos.jit import Array
 from pelagos.math.philox import normal_pair32
+from pelagos.math.quick import log2
 from pelagos.sensors.echo import Lanes, Trace
 from pelagos.sensors.neighbours import Heard, interference_at
 from pelagos.sensors.noise import words32
@@ -25,7 +28,10 @@ from pelagos.sensors.painted_noise import paint
 from pelagos.sensors.ping import PingConfig
 from pelagos.sensors.water_column import Haze, haze_at
 
-_BLOCK: Final = 4  # beams that a lane forms: they hear mostly the same neighbours, which are read once
+_DECIBELS: Final = 3.0102999566398120  # of a factor of two
+_BLOCK: Final = 8  # beams that a lane forms: they hear mostly the same neighbours, which are read once
+_RUN: Final = 36  # bins that a lane forms one after the other: their weights are read once
+_LONGEST: Final = 5  # samples of a pulse beyond which it is spread before beams are formed
 
 
 @dataclass(frozen=True)
@@ -94,54 +100,67 @@ def receive(
         din: what is heard besides; None for nothing.
     """
     beams, bins, pings = layout.beams, config.bins, dr.width(lanes.position)
-    source, exists = sent_from(config, layout, lanes, spin)
-    field = spread_pulse(echoes, source, exists, pulse, count=dr.width(pulse), bins=bins)
+    taps = dr.width(pulse)
+    if taps > _LONGEST:
+        echoes, pulse, taps = spread_pulse(echoes, pulse, count=taps, bins=bins), jit.Float(1), 1
     reach = 0 if layout.steering is None else layout.steering.shape[1] // 2
     energy = 0 if layout.steering is None else energy_reach(layout.steering)
     count = _BLOCK if reach > 0 else 1
-    blocks = -(-beams // count)
-    lane = dr.arange(jit.Int32, pings * blocks * bins)
-    ping, first, bin_ = lane // (blocks * bins), lane // bins % blocks * count, lane % bins
-    place = cells_at(config, layout, lanes, ping, first, bin_, noise)
-    formed = form_beams(
-        field, steering, first, ping * beams, bin_, count=count, reach=reach, energy_reach=energy, beams=beams,
-        bins=bins,
-    )  # fmt: skip
-    out: list[Array] = []
-    words: list[tuple[Array, Array]] = []
-    for i, signal in enumerate(formed):
-        here = replace(place, beam=first + i)
-        if i % 2 == 0:  # four words of noise serve two beams
-            a, b, c, d = noise_words(config, lanes, here, key)
-            words = [(a, b), (c, d)]
-        inside = here.beam < beams
-        found = levels(config, layout, signal, words[i % 2], here, lanes, key, t_ns, din)
-        out = out or [dr.zeros(jit.Float, pings * beams * bins) for _ in found]
-        index = jit.UInt32((ping * beams + here.beam) * bins + bin_)
-        for into, values in zip(out, found, strict=True):
-            dr.scatter(into, values, index, inside, mode=dr.ReduceMode.Permute)
+    blocks, runs = -(-beams // count), -(-bins // _RUN)
+    lane = dr.arange(jit.Int32, pings * blocks * runs)
+    ping, first, start = lane // (blocks * runs), lane // runs % blocks * count, lane % runs * _RUN
+    turned = beams_turned(config, layout, lanes, spin, ping)
+    heard = weights(steering, first, count=count, reach=reach, energy_reach=energy, beams=beams)
+    gains = [dr.gather(jit.Float, pulse, jit.UInt32(k)) for k in range(taps)]
+    out = [dr.zeros(jit.Float, pings * beams * bins) for _ in range(4 if config.iq else 2)]
+
+    def hear(step: Array, before: list[list[Array]]) -> tuple[Array, list[list[Array]]]:
+        ahead = start + step
+        formed = form_beams(echoes, heard, first, turned(ahead), ping * beams, ahead, reach=reach,
+                            energy_reach=energy, beams=beams, bins=bins)  # fmt: skip
+        window = [*before, formed]
+        bin_ = ahead - taps // 2
+        due = (step >= taps // 2) & (bin_ < bins)
+        place = cells_at(config, layout, lanes, ping, first, bin_, noise)
+        words: list[tuple[Array, Array]] = []
+        for i in range(count):
+            here = replace(place, beam=first + i)
+            if i % 2 == 0:  # four words of noise serve two beams
+                a, b, c, d = noise_words(config, lanes, here, key)
+                words = [(a, b), (c, d)]
+            signal = sum((taken(w[i], g) for w, g in zip(window, gains, strict=True)), start=jit.Array3f(0))
+            found = levels(config, layout, signal, words[i % 2], here, lanes, key, t_ns, din)
+            index = jit.UInt32((ping * beams + here.beam) * bins + bin_)
+            for into, values in zip(out, found, strict=True):
+                dr.scatter(into, values, index, due & (here.beam < beams), mode=dr.ReduceMode.Permute)
+        return step + 1, window[1:]
+
+    silent = [[dr.zeros(jit.Array3f, dr.width(lane)) for _ in range(count)] for _ in range(taps - 1)]
+    state = (dr.full(jit.Int32, -(taps // 2), dr.width(lane)), silent)
+    dr.while_loop(state, lambda step, _: step < _RUN + taps // 2, hear, mode="symbolic", labels=("step", "before"))
     if trace is not None:
-        trace_levels(config, layout, field.energy, out[0], lanes, noise, trace)
+        trace_levels(config, layout, echoes, out[0], lanes, noise, trace)
     if tags is not None:
-        out += untag(dr.gather(jit.UInt64, tags, jit.UInt32(source), exists))
+        cell = dr.arange(jit.Int32, pings * beams * bins)
+        bin_, beam, ping = cell % bins, cell // bins % beams, cell // (beams * bins)
+        sent = beam - beams_turned(config, layout, lanes, spin, ping)(bin_)
+        source = jit.UInt32((ping * beams + sent) * pitch(bins) + bin_)
+        out += untag(dr.gather(jit.UInt64, tags, source, (sent >= 0) & (sent < beams)))
     return tuple(out)
 
 
-def sent_from(config: PingConfig, layout: Layout, lanes: Lanes, spin: Array) -> tuple[Array, Array]:
-    """Where each cell's echo was sent to: its cell at transmission, `Int32`, and whether there is one.
+def beams_turned(
+    config: PingConfig, layout: Layout, lanes: Lanes, spin: Array, ping: Array
+) -> Callable[[Array], Array]:  # fmt: skip
+    """A function bin -> beams, `Int32`, by which the sonar has turned when the echo comes back, for lanes' pings.
 
     A sonar that turns hears an echo in the beam that points at the target when it comes back.
     """
-    cells = layout.beams * config.bins
-    cell = dr.arange(jit.Int32, dr.width(lanes.position) * cells)
     if not config.doppler or layout.steering is None:
-        return cell, jit.Bool(True)
-    ping, beam, bin_ = jit.UInt32(cell // cells), cell // config.bins % layout.beams, cell % config.bins
+        return lambda bin_: jit.Int32(0)
     delay = 2.0 / lanes.medium.sound_speed
-    rate = dr.gather(jit.Float, jit.Float(spin.z) * delay * (1.0 / layout.sector), ping)
-    shift = jit.Int32(dr.round(rate * middle(config, bin_)))
-    sent = beam - shift
-    return cell - shift * config.bins, (sent >= 0) & (sent < layout.beams)
+    rate = dr.gather(jit.Float, jit.Float(spin.z) * delay * (1.0 / layout.sector), jit.UInt32(ping))
+    return lambda bin_: jit.Int32(dr.round(rate * middle(config, bin_)))
 
 
 def middle(config: PingConfig, bin_: Array) -> Array:
@@ -206,12 +225,14 @@ def levels(
 
 
 def trace_levels(
-    config: PingConfig, layout: Layout, energy: Array, data: Array, lanes: Lanes, noise: Array, trace: Any
+    config: PingConfig, layout: Layout, echoes: Array, data: Array, lanes: Lanes, noise: Array, trace: Any
 ) -> None:
-    """Tell the signal-to-noise ratio before beams are formed, and the data."""
-    cell = dr.arange(jit.Int32, dr.width(energy))
-    ping = cell // (layout.beams * config.bins)
-    here = cells_at(config, layout, lanes, ping, cell // config.bins % layout.beams, cell % config.bins, noise)
+    """Tell echoes and signal-to-noise ratio before beams are formed, and the data."""
+    cell = dr.arange(jit.Int32, dr.width(data))
+    row, bin_ = cell // config.bins, cell % config.bins
+    energy = dr.gather(jit.Float, echoes, jit.UInt32(4 * (row * pitch(config.bins) + bin_) + 2))
+    here = cells_at(config, layout, lanes, row // layout.beams, row % layout.beams, bin_, noise)
+    trace("echo intensity by cell, before beams are formed", energy, "1")
     trace("signal-to-noise ratio", to_db(dr.maximum(energy, 1e-20) / (noise * here.gain)), "dB")
     trace("echo level after gain", data, {"db": "dB", "unit": "1", "linear": "1"}[config.scale])
 
@@ -220,7 +241,7 @@ def scaled(config: PingConfig, intensity: Array) -> Array:
     """Intensity as the configuration wants it."""
     if config.scale == "linear":
         return intensity
-    level = to_db(dr.maximum(intensity, 1e-20))
+    level = _DECIBELS * log2(dr.maximum(intensity, 1e-20))
     if config.scale == "db":
         return level
     return dr.clip((level - config.floor_db) / config.dynamic_range_db, 0.0, 1.0)

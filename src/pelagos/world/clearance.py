@@ -8,7 +8,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from pelagos.raycast.geometry import Geometry
+from pelagos.raycast.geometry import Geometry, PlacedGeometry
 
 _MAX_CELLS: Final = 1024  # along either side
 _CHUNK: Final = 1 << 18  # faces at a time: memory stays small
@@ -16,7 +16,8 @@ _SMALL: Final = 3  # cells that a face may span in the vectorised pass
 
 
 class Clearance:
-    """Highest z of anything static above each cell; conservative, as it takes the bounding box of every triangle.
+    """Highest z of anything static above each cell; conservative: it takes the bounding box of every triangle, or of a
+    whole copy of a model.
 
     Attributes:
         cell: edge of a cell [m].
@@ -26,18 +27,23 @@ class Clearance:
 
     def __init__(self, geometries: Sequence[Geometry], *, cell: float = 4.0) -> None:
         solid = [g for g in geometries if len(g.faces)]
-        low = np.min([g.vertices[:, :2].min(axis=0) for g in solid], axis=0) if solid else np.zeros(2)
-        high = np.max([g.vertices[:, :2].max(axis=0) for g in solid], axis=0) if solid else np.zeros(2)
+        corners = np.array([g.extent for g in solid]) if solid else np.zeros((1, 2, 3))
+        low, high = corners[:, 0, :2].min(axis=0), corners[:, 1, :2].max(axis=0)
         self.cell = max(cell, float((high - low).max()) / (_MAX_CELLS - 1))
         self.x0, self.y0 = float(low[0]), float(low[1])
         shape = (int((high - low)[0] // self.cell) + 1, int((high - low)[1] // self.cell) + 1)
         self.top: NDArray[np.float64] = np.full(shape, -np.inf)
-        for g in solid:
-            cells = ((g.vertices[:, :2] - low) // self.cell).astype(np.int32)
+        for g, extent in zip(solid, corners, strict=False):
+            if isinstance(g, PlacedGeometry):  # thousands of small things: the box around each of them is near enough
+                first, last = (((c[:2] - low) // self.cell).astype(np.int32)[None] for c in extent)
+                self._fill(first, last, extent[1, 2:])
+                continue
+            vertices = g.vertices
+            cells = ((vertices[:, :2] - low) // self.cell).astype(np.int32)
             for start in range(0, len(g.faces), _CHUNK):
                 faces = g.faces[start : start + _CHUNK]
                 corners = cells[faces]  # (f, 3, 2)
-                self._fill(corners.min(axis=1), corners.max(axis=1), g.vertices[:, 2][faces].max(axis=1))
+                self._fill(corners.min(axis=1), corners.max(axis=1), vertices[:, 2][faces].max(axis=1))
 
     def _fill(self, first: NDArray[np.int32], last: NDArray[np.int32], top: NDArray[np.float64]) -> None:
         ny = self.top.shape[1]

@@ -21,7 +21,7 @@ from pydantic import ValidationError
 from pelagos.config.path import ScenarioPath
 from pelagos.errors import WorldError
 from pelagos.math.geodesy import GeoOrigin
-from pelagos.raycast.geometry import Geometry
+from pelagos.raycast.geometry import Geometry, PlacedGeometry
 from pelagos.world.bathymetry.nodes import SurveyNodes
 from pelagos.world.config import WorldConfig
 from pelagos.world.files import read_mesh
@@ -32,7 +32,7 @@ from pelagos.world.mover import MoverConfig
 from pelagos.world.terrain import HeightField
 from pelagos.world.world import World
 
-FORMAT: Final = 1
+FORMAT: Final = 2
 """Version of `world.npz`."""
 
 
@@ -79,15 +79,24 @@ def save(world: World, path: Path) -> Path:
     """Write everything about a world into one archive; a large one with the ground that `pictured` gives it."""
     world = pictured(world)
     arrays: dict[str, Any] = {}
-    rows = []
-    for k, g in enumerate(world.geometries):
-        arrays[f"v{k}"], arrays[f"f{k}"] = g.vertices, g.faces
-        if g.vertex_normals is not None:
-            arrays[f"n{k}"] = g.vertex_normals
+    rows: list[dict[str, Any]] = []
+    placed = [g for g in world.geometries if isinstance(g, PlacedGeometry)]
+    models = {id(g.model): g.model for g in placed}
+    number = {key: k for k, key in enumerate(models)}
+    for g in world.geometries:
+        k = len(rows)
+        row: dict[str, Any] = {"name": g.name, "label": g.label, "instance": g.instance}
+        if isinstance(g, PlacedGeometry):
+            rows.append({**row, "material": g.material, "model": number[id(g.model)], "scale": g.scale})
+            continue
+        _write_mesh(arrays, f"{k}", g)
         if not isinstance(g.material, int):
             arrays[f"m{k}"] = g.face_materials
-        one = g.material if isinstance(g.material, int) else -1
-        rows.append({"name": g.name, "label": g.label, "instance": g.instance, "material": one})
+        rows.append({**row, "material": g.material if isinstance(g.material, int) else -1})
+    for k, model in enumerate(models.values()):
+        _write_mesh(arrays, f"_model{k}", model)
+    if placed:
+        arrays["turn"], arrays["offset"] = np.array([g.turn for g in placed]), np.array([g.offset for g in placed])
     field = world.terrain
     if field is not None:
         arrays["terrain"] = field.z
@@ -124,7 +133,7 @@ def load(path: Path) -> World:
             about = json.loads(bytes(data["about"]).decode())
             if about["format"] != FORMAT:
                 raise WorldError(f"saved world {path} has format {about['format']}; this version reads {FORMAT}")
-            geometries = tuple(_geometry(data, k, row) for k, row in enumerate(about["geometries"]))
+            geometries = _geometries(data, about["geometries"])
             grid = about["terrain"]
             terrain = None if grid is None else _terrain(data, about)
     except (OSError, ValueError, KeyError, EOFError, BadZipFile) as error:
@@ -137,28 +146,47 @@ def load(path: Path) -> World:
 
 
 def save_glb(world: World, path: Path) -> Path:
-    """Write binary glTF: one node an object and material, metres, y up, x forward."""
+    """Write binary glTF: one node an object and material, metres, y up, x forward; copies of a model share its mesh."""
     import trimesh
 
     scene = trimesh.Scene()
     up = np.array([[1.0, 0, 0, 0], [0, 0, 1, 0], [0, -1, 0, 0], [0, 0, 0, 1]])  # z up -> y up
+    known: dict[str, str] = {}
     for k, g in enumerate(world.geometries):
+        if isinstance(g, PlacedGeometry):
+            what = world.materials[int(g.material)]
+            shared = f"model_{id(g.model)}_{what.name}"
+            if shared not in known:
+                known[shared] = f"model_{len(known)}_{what.name}"
+                scene.geometry[known[shared]] = _glb_mesh(g.model.vertices, g.model.faces, what)
+            matrix = np.eye(4)
+            matrix[:3, :3], matrix[:3, 3] = g.scale * g.turn, g.offset
+            node = f"{g.instance}_{g.name}_{k}_{what.name}".replace(" ", "_")
+            scene.graph.update(node, geometry=known[shared], matrix=up @ matrix)
+            continue
         for row in np.unique(g.face_materials):
             what = world.materials[int(row)]
-            mesh = trimesh.Trimesh(g.vertices, g.faces[g.face_materials == row], process=False)
-            mesh.remove_unreferenced_vertices()
-            mesh.visual = trimesh.visual.TextureVisuals(
-                material=trimesh.visual.material.PBRMaterial(
-                    name=what.name,
-                    baseColorFactor=[*(round(255 * c) for c in what.albedo), 255],
-                    roughnessFactor=what.optical_roughness,
-                    metallicFactor=0.0,
-                )
-            )
+            mesh = _glb_mesh(g.vertices, g.faces[g.face_materials == row], what)
             name = f"{g.instance}_{g.name}_{k}_{what.name}".replace(" ", "_")
             scene.add_geometry(mesh, node_name=name, geom_name=name, transform=up)
     path.write_bytes(scene.export(file_type="glb"))
     return path
+
+
+def _glb_mesh(vertices: NDArray[np.floating], faces: NDArray[np.uint32], what: Material) -> Any:
+    import trimesh
+
+    mesh = trimesh.Trimesh(vertices, faces, process=False)
+    mesh.remove_unreferenced_vertices()
+    mesh.visual = trimesh.visual.TextureVisuals(
+        material=trimesh.visual.material.PBRMaterial(
+            name=what.name,
+            baseColorFactor=[*(round(255 * c) for c in what.albedo), 255],
+            roughnessFactor=what.optical_roughness,
+            metallicFactor=0.0,
+        )
+    )
+    return mesh
 
 
 def _movers(world: World, path: Path) -> list[dict[str, Any]]:
@@ -195,10 +223,38 @@ def _read_movers(rows: list[dict[str, Any]], path: Path) -> tuple[MoverConfig, .
         raise WorldError(f"saved world {path}: its movers cannot be read ({error})") from error
 
 
-def _geometry(data: Any, k: int, row: dict[str, Any]) -> Geometry:
-    normals = data.get(f"n{k}")
-    material = data[f"m{k}"] if row["material"] < 0 else int(row["material"])
-    return Geometry(data[f"v{k}"], data[f"f{k}"], material, row["label"], row["instance"], normals, row["name"])
+def _write_mesh(arrays: dict[str, Any], name: str, g: Geometry) -> None:
+    arrays[f"v{name}"], arrays[f"f{name}"] = g.vertices, g.faces
+    if g.vertex_normals is not None:
+        arrays[f"n{name}"] = g.vertex_normals
+
+
+def _geometries(data: Any, rows: list[dict[str, Any]]) -> tuple[Geometry, ...]:
+    models: dict[int, Geometry] = {}
+    made: list[Geometry] = []
+    turn, offset = data.get("turn"), data.get("offset")
+    placed = 0
+    for k, row in enumerate(rows):
+        what = {"label": row["label"], "instance": row["instance"], "name": row["name"]}
+        if "model" not in row:
+            material = data[f"m{k}"] if row["material"] < 0 else int(row["material"])
+            made.append(Geometry(data[f"v{k}"], data[f"f{k}"], material, vertex_normals=data.get(f"n{k}"), **what))
+            continue
+        m = row["model"]
+        if m not in models:
+            models[m] = Geometry(data[f"v_model{m}"], data[f"f_model{m}"], 0, 0, 0, data.get(f"n_model{m}"))
+        made.append(
+            PlacedGeometry(
+                models[m],
+                turn=turn[placed],
+                scale=row["scale"],
+                offset=offset[placed],
+                material=row["material"],
+                **what,
+            )
+        )
+        placed += 1
+    return tuple(made)
 
 
 def _terrain(data: Any, about: dict[str, Any]) -> HeightField:

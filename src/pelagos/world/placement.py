@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -60,6 +60,7 @@ def _seen_from_behind(
     import drjit as dr
 
     from pelagos import jit
+    from pelagos.raycast.caster import first_static
 
     scene = world._scene()
     if scene.static is None:
@@ -67,8 +68,8 @@ def _seen_from_behind(
     scene.look(place[None])
     local = jit.Array3f(*(float(c) for c in place - scene.origin))
     along = jit.Array3f(np.ascontiguousarray(directions.T, dtype=np.float32))
-    si: Any = scene.static.ray_intersect(jit.mi.Ray3f(local, along, _REACH, 0.0, []), jit.mi.RayFlags.Minimal, True)
-    behind = si.is_valid() & (dr.dot(si.n, along) > 0)
+    t, normal, _, _ = first_static(scene.static, scene.tables, local, along, jit.Float(_REACH), smooth=False)
+    behind = (t < dr.inf) & (dr.dot(normal, along) > 0)
     return behind.numpy(), world.cast(place, directions, _REACH).instance
 
 

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from pelagos.raycast.geometry import Geometry, PlacedGeometry
 from pelagos.world.label import label_color
 from pelagos.world.world import World
 
@@ -16,6 +17,7 @@ _SKY = (0.36, 0.45, 0.55)  # radiance of the even light from above, relative
 _SUN = (0.62, -0.45, -0.55)  # direction in which the sun's light travels: low, and across the usual view
 _PATH_S, _PATH_POINTS = 300.0, 1500  # paths of movers are drawn for this long [s], with this many points
 _BLIND_M = 2.0  # from this size of a pixel on, small things are marked on a map [m]
+_MOST_FACES = 12_000_000  # of copies in a picture
 _LEGEND = 12  # labels that a map names at most
 
 
@@ -23,10 +25,8 @@ def statistics(world: World) -> dict[str, Any]:
     """Area, heights, objects by name, triangles, memory of the meshes."""
     low, high = world.bounds
     names = {g.instance: g.name for g in world.still}
-    size = sum(
-        g.vertices.nbytes + g.faces.nbytes + (0 if g.vertex_normals is None else g.vertex_normals.nbytes)
-        for g in world.geometries
-    )
+    models = {id(g.model): g.model for g in world.geometries if isinstance(g, PlacedGeometry)}
+    size = sum(g.bytes_held for g in (*world.geometries, *models.values()))
     ground = world.terrain.z if world.terrain is not None else np.array([low[2], high[2]])
     return {
         "extent_m": [float(v) for v in high - low],
@@ -100,9 +100,9 @@ def _mark_small(axes: Any, world: World, pixel: float) -> None:
     """Circles where things stand that are too small to be seen; one for those that would share it."""
     drawn: set[tuple[int, int, int]] = set()
     for g in world.geometries:
-        if g.label == 4 or not len(g.vertices) or pixel < _BLIND_M:
+        if g.label == 4 or not len(g.faces) or pixel < _BLIND_M:
             continue
-        low, high = g.vertices[:, :2].min(axis=0), g.vertices[:, :2].max(axis=0)
+        low, high = g.extent[:, :2]
         x, y = (low + high) / 2
         key = (g.label, round(x / (8 * pixel)), round(y / (8 * pixel)))
         if float((high - low).max()) < 3 * pixel and key not in drawn:
@@ -198,13 +198,27 @@ def _drained(world: World, exaggeration: float, level: float) -> Any:
     for smooth in (True, False):
         for row, what in enumerate(world.materials):
             parts = [
-                (g, g.faces[g.face_materials == row])
-                for g in world.geometries
-                if (g.vertex_normals is not None) == smooth and (g.face_materials == row).any()
+                (g, g.faces if isinstance(g.material, int) else g.faces[g.face_materials == row])
+                for g in _shown(world)
+                if _smooth(g) == smooth and (g.material == row if isinstance(g.material, int) else row in g.material)
             ]
             if parts:
                 description[f"{what.name}_{row}_{smooth}"] = _mesh(parts, middle, what.albedo, exaggeration, level)
     return jit.mi.load_dict(description, parallel=False, optimize=False)
+
+
+def _shown(world: World) -> list[Geometry]:
+    """What a picture shows: of copies, as many as memory is meant for, evenly spread over their order."""
+    placed = [g for g in world.geometries if isinstance(g, PlacedGeometry)]
+    faces = sum(len(g.faces) for g in placed)
+    if faces <= _MOST_FACES:
+        return list(world.geometries)
+    kept = {id(g) for g in placed[:: -(-faces // _MOST_FACES)]}
+    return [g for g in world.geometries if not isinstance(g, PlacedGeometry) or id(g) in kept]
+
+
+def _smooth(g: Geometry) -> bool:
+    return (g.model if isinstance(g, PlacedGeometry) else g).vertex_normals is not None
 
 
 def _mesh(

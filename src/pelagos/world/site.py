@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pelagos.math.geodesy import GeoOrigin
-from pelagos.raycast.geometry import Geometry
+from pelagos.raycast.geometry import Geometry, PlacedGeometry
 from pelagos.world.border import patchwork
 from pelagos.world.label import label_number
 from pelagos.world.material import Material, material
@@ -101,25 +101,27 @@ class Site:
 
     def place(
         self,
-        surface: Geometry,
+        model: Geometry,
         what: str | Material,
         *,
         turn: NDArray[np.float64],
+        scale: float,
         offset: NDArray[np.float64],
         label: str,
         name: str,
         instance: int,
     ) -> None:
-        """Add a copy of a surface, turned by a rotation matrix `(3, 3)` and shifted by `offset (3,)` [m]."""
-        normals = surface.vertex_normals
+        """Add a copy of a model, scaled, turned by a rotation matrix `(3, 3)` and shifted by `offset (3,)` [m]."""
+        number = label_number(label, self.user_labels)
         self.geometries.append(
-            Geometry(
-                vertices=surface.vertices @ turn.T + offset,
-                faces=surface.faces,
+            PlacedGeometry(
+                model,
+                turn=turn,
+                scale=scale,
+                offset=offset,
                 material=self.row(what),
-                label=label_number(label, self.user_labels),
+                label=number,
                 instance=instance,
-                vertex_normals=None if normals is None else (normals @ turn.T.astype(np.float32)),
                 name=name,
             )
         )

@@ -111,9 +111,9 @@ def _objects(geometries: Sequence[Geometry]) -> list[_Object]:
     """Everything but the ground, parts of one instance together."""
     boxes: dict[int, tuple[str, NDArray[np.float64], NDArray[np.float64]]] = {}
     for g in geometries:
-        if g.label == _GROUND or not len(g.vertices):
+        if g.label == _GROUND or not len(g.faces):
             continue
-        low, high = g.vertices.min(axis=0), g.vertices.max(axis=0)
+        low, high = g.extent
         if g.instance in boxes:
             name, before_low, before_high = boxes[g.instance]
             boxes[g.instance] = (name, np.minimum(low, before_low), np.maximum(high, before_high))

@@ -162,12 +162,10 @@ class World:
     @cached_property
     def bounds(self) -> NDArray[np.float64]:
         """`(2, 3)` lowest and highest coordinates of anything static, paused movers left out [m]."""
-        corners = [g.vertices for g in self.still if len(g.vertices)]
-        if not corners:
+        extents = np.array([g.extent for g in self.still if len(g.faces)])
+        if not len(extents):
             return np.zeros((2, 3))
-        return np.stack(
-            [np.min([c.min(axis=0) for c in corners], axis=0), np.max([c.max(axis=0) for c in corners], axis=0)]
-        )
+        return np.stack([extents[:, 0].min(axis=0), extents[:, 1].max(axis=0)])
 
     @cached_property
     def triangles(self) -> int:

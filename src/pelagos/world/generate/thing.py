@@ -19,24 +19,31 @@ class Part:
     """A mesh of one material.
 
     Attributes:
-        mesh: in the thing's own frame, which has its origin on the ground and z up [m].
+        mesh: in the thing's own frame, which has its origin on the ground and z up, before it is scaled [m].
         material: by name.
         crease_deg: edges flatter than this look smooth; None for flat faces.
+        scale: of the mesh, in all directions.
     """
 
     mesh: Mesh
     material: str
     crease_deg: float | None = 40.0
+    scale: float = 1.0
 
     @cached_property
-    def surface(self) -> Geometry:
-        """The mesh with its normals, which cost more than placing it: copies of a thing share them."""
+    def model(self) -> Geometry:
+        """The mesh with its normals; all copies of a thing, in whatever size, share it."""
         return self.mesh.geometry(material=0, label=0, instance=0, crease_deg=self.crease_deg)
+
+    @property
+    def vertices(self) -> NDArray[np.float64]:
+        """`(v, 3)` corners in the thing's own frame [m]."""
+        return self.scale * self.mesh.vertices
 
     def scaled(self, factor: float) -> Part:
         """The same part in another size."""
-        made = Part(self.mesh.scaled(factor), self.material, self.crease_deg)
-        made.__dict__["surface"] = replace(self.surface, vertices=self.surface.vertices * factor)
+        made = replace(self, scale=self.scale * factor)
+        made.__dict__["model"] = self.model
         return made
 
 
@@ -61,7 +68,7 @@ class Thing:
     @cached_property
     def radius(self) -> float:
         """Radius of the smallest upright cylinder about its origin that holds it, however it is turned [m]."""
-        points = np.concatenate([p.mesh.vertices for p in self.parts])
+        points = np.concatenate([p.vertices for p in self.parts])
         if self.follow > 0:
             return float(np.sqrt((points**2).sum(axis=1).max()))
         return float(np.hypot(points[:, 0], points[:, 1]).max())
@@ -129,9 +136,10 @@ def stand(
     instance = site.new_instance()
     for part in thing.parts:
         site.place(
-            part.surface,
+            part.model,
             part.material,
             turn=turn,
+            scale=part.scale,
             offset=np.array([at[0], at[1], ground - thing.sink]),
             label=thing.label,
             name=thing.name,
