@@ -2,7 +2,7 @@
 
     python examples/sonar_gallery.py [FOLDER] [--quick]
 
-Writes imaging.png, multibeam.png, sidescan.png, singlebeam.png, scanning.png, profiling.png, aperture.png,
+Writes imaging.png, multibeam.png, sidescan.png, singlebeam.png, water.png, scanning.png, profiling.png, aperture.png,
 dam.png and wreck.png.
 """
 
@@ -28,6 +28,7 @@ from pelagos.sensors.imaging_sonar import ImagingSonar, ImagingSonarConfig
 from pelagos.sensors.lanes import lanes
 from pelagos.sensors.mechanical_scanning_sonar import MechanicalScanningSonar, MechanicalScanningSonarConfig
 from pelagos.sensors.multibeam import Multibeam, MultibeamConfig
+from pelagos.sensors.neighbours import Neighbours
 from pelagos.sensors.profiling_sonar import ProfilingSonar, ProfilingSonarConfig
 from pelagos.sensors.sidescan import Sidescan, SidescanConfig
 from pelagos.sensors.singlebeam import Singlebeam, SinglebeamConfig
@@ -143,6 +144,41 @@ def singlebeam(context: Any, folder: Path, quick: bool) -> None:
     ax.imshow(image.T, cmap="turbo", aspect="auto", vmin=0, vmax=1, extent=(-20, 60, 20, 0.5))
     ax.set(xlabel="north [m]", ylabel="range [m]", title="echogram")
     _save(figure, folder / "singlebeam.png")
+
+
+def water(context: Any, folder: Path, quick: bool) -> None:
+    """What is neither bottom nor target: a scattering layer with a shoal in it, waves from below, another sonar."""
+    figure, axes = plt.subplots(1, 3, figsize=(19, 4.6), facecolor="black", width_ratios=(1, 1, 1))
+    shoal = {"type": "patch", "center_m": [0.0, -8.5, -11.0], "radius_m": 4.0, "height_m": 0.7, "value": 32.0}
+    layer = {"type": "profile", "depth_m": [0, 5, 6, 8, 9.5, 20], "value": [-78, -78, -56, -54, -80, -80]}
+    hazy = replace_ocean(context, tracers={"volume_scattering_db": [layer, shoal]})
+    sonar = Singlebeam(SinglebeamConfig(range_max_m=16.0, bins=400, floor_db=-70.0, dynamic_range_db=65.0), hazy)
+    image = _traces(sonar, track((-20, -8.5, -1.5), (60, -8.5, -1.5), 100 if quick else 600), 0)
+    axes[0].imshow(image.T, cmap="turbo", aspect="auto", vmin=0, vmax=1, extent=(-20, 60, 16, 0.5))
+    axes[0].set_title("echogram: scattering layer, shoal, wreck", color="white")
+    axes[0].tick_params(colors="white")
+    rough = replace_ocean(context, waves={"type": "jonswap", "significant_height_m": 0.8, "peak_period_s": 3.5})
+    up = ImagingSonarConfig(range_max_m=40.0, orientation_deg=(0, -12, 0), bins=600, wind_speed_mps=8.0)
+    _fan(axes[1], "waves from below, 40 m", ImagingSonar(up, rough), pose((0, -8, -6)))
+    _fan(axes[2], "another vehicle's sonar is heard, 30 m", *_disturbed(context))
+    _save(figure, folder / "water.png")
+
+
+def replace_ocean(context: Any, **options: Any) -> Any:
+    """The same place in another ocean."""
+    return SimpleNamespace(**{**vars(context), "ocean": build_ocean(OceanConfig(**options))})
+
+
+def _disturbed(context: Any) -> tuple[ImagingSonar, Any]:
+    """A sonar before the boat, and the motion at which it hears a second one that looks its way."""
+    place, other = (8.0, -8.0, -11.5), (26.0, -3.0, -10.5)
+    neighbours = Neighbours(("gallery.sonar", "other.sonar"))
+    here = SimpleNamespace(**{**vars(context), "neighbours": neighbours})
+    there = SimpleNamespace(**{**vars(here), "path": "other.sonar"})
+    config = ImagingSonarConfig(range_max_m=30.0, orientation_deg=(0, 12, 0), beams=512, bins=700)
+    ImagingSonar(config.model_copy(update={"pulse_s": 1.5e-3, "bandwidth_hz": 20e3}), there)
+    neighbours.motion_of = lambda agent: pose(other, yaw=np.pi + 0.27)
+    return ImagingSonar(config.model_copy(update={"hears": "others"}), here), pose(place)
 
 
 def scanning(context: Any, folder: Path, quick: bool) -> None:
@@ -270,7 +306,7 @@ def main() -> None:
     folder.mkdir(parents=True, exist_ok=True)
     context = place(HarbourConfig().build())
     pictures: list[Callable[[Any, Path, bool], None]] = [
-        imaging, multibeam, sidescan, singlebeam, scanning, profiling, aperture, dam, wreck,
+        imaging, multibeam, sidescan, singlebeam, water, scanning, profiling, aperture, dam, wreck,
     ]  # fmt: skip
     for picture in pictures:
         picture(context, folder, "--quick" in sys.argv)

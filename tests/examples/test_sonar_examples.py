@@ -16,5 +16,6 @@ def test_gallery_draws_every_sonar(tmp_path, monkeypatch):
     monkeypatch.setattr(sys, "argv", ["sonar_gallery.py", str(tmp_path), "--quick"])
     runpy.run_path(str(EXAMPLES / "sonar_gallery.py"), run_name="__main__")
     assert {p.stem for p in tmp_path.glob("*.png")} == {
-        "imaging", "multibeam", "sidescan", "singlebeam", "scanning", "profiling", "aperture", "dam", "wreck",
+        "imaging", "multibeam", "sidescan", "singlebeam", "water", "scanning", "profiling", "aperture",
+        "dam", "wreck",
     }  # fmt: skip
