@@ -33,6 +33,9 @@ _PIXELS: dict[str, tuple[tuple[int, ...], str]] = {
 }  # fmt: skip
 
 
+_WATER = ("sound_velocity", "fluorometer", "oxygen", "turbidity", "tracer")
+
+
 def config_of(kind: str) -> Any:
     needed = {"tracer": {"tracer": "dye"}}  # what has no default
     return registry.find("sensor", kind).config.model_validate({"type": kind, **needed.get(kind, {})})
@@ -44,7 +47,10 @@ def measurement(kind: str, config: Any, lanes: int) -> Measurement:
     extras: dict[str, Any] = {}
     if kind in ("imu", "pose", "magnetometer", "gps", "velocity", "dvl"):
         data = uniform(-2, 2, (lanes, {"imu": 6, "pose": 7}.get(kind, 3)))
-    elif kind in ("depth", "altimeter"):
+    elif kind in ("ctd", "current_meter"):
+        data = uniform(1, 20, (lanes, 3))
+        extras = {"salinity": uniform(30, 38, lanes), "sound_speed": uniform(1450, 1550, lanes)}
+    elif kind in ("depth", "altimeter", *_WATER):
         data = uniform(1, 20, lanes)
     elif kind == "multibeam":
         data = uniform(5, 20, (lanes, config.beams)).astype(np.float32)

@@ -2,6 +2,7 @@
 
 Field names, types and constants are those of marine_acoustic_msgs 2.1 (Applied Physics Laboratory, University of
 Washington), so that its readers understand our recordings; https://docs.ros.org/en/jazzy/p/marine_acoustic_msgs
+For instruments that sample the water no package has messages; pelagos_msgs is our own.
 """
 
 from __future__ import annotations
@@ -106,7 +107,28 @@ float32[4] beam_velocity
 float32[4] beam_velocity_covar
 """
 
+CTD: Final = """
+# What a CTD says, in the water at its inlet
+std_msgs/Header header
+float64 conductivity  # S/m
+float64 temperature   # in situ, ITS-90, degC
+float64 pressure      # of the sea, without the atmosphere's, dbar
+float64 salinity      # practical, PSS-78
+float64 sound_speed   # m/s
+"""
+
+WATER_PROPERTY: Final = """
+# One quantity of the water at a sensor
+std_msgs/Header header
+string quantity   # such as oxygen, chlorophyll, turbidity, sound_speed, or a tracer's name
+string unit       # of value; empty where the tracer's is the scenario's own
+float64 value
+float64 variance  # of one reading, in the unit squared; 0 where unknown
+"""
+
 PACKAGES: Final = {
+    "pelagos_msgs/msg/Ctd": CTD,
+    "pelagos_msgs/msg/WaterProperty": WATER_PROPERTY,
     "marine_acoustic_msgs/msg/PingInfo": PING_INFO,
     "marine_acoustic_msgs/msg/DetectionFlag": DETECTION_FLAG,
     "marine_acoustic_msgs/msg/SonarImageData": SONAR_IMAGE_DATA,

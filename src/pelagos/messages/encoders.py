@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any, Final
 
-from pelagos.messages import camera, images, lidar, navigation, ranging, sonar_image, soundings
+from pelagos.messages import camera, images, lidar, navigation, ranging, sonar_image, soundings, water
 from pelagos.messages.encoding import Encoding, Site
 from pelagos.messages.numbers import numbers
 
@@ -29,6 +29,13 @@ ENCODERS: Final[Mapping[str, Callable[[Any, Site], Encoding]]] = {
     "imaging_sonar": sonar_image.imaging_sonar,
     "profiling_sonar": sonar_image.imaging_sonar,
     "multibeam": soundings.multibeam,
+    "ctd": water.ctd,
+    "sound_velocity": water.water_property,
+    "fluorometer": water.water_property,
+    "oxygen": water.water_property,
+    "turbidity": water.water_property,
+    "tracer": water.water_property,
+    "current_meter": water.current_meter,
 }
 
 
