@@ -252,6 +252,18 @@ class TestMultibeam:
         assert spread(a) > 1.5 * spread(b)
         assert abs((a.data - a.truth)[:, 54].mean()) < 0.02
 
+    def test_raw_series_hold_the_echo_and_its_phase(self):
+        """What the sounder detected can be found again: zero phase at the range that it gives."""
+        s = self.sonar([plane(-30.0)], beams=61, iq=True)
+        reading = s.sense(at(0, 0, -10))
+        iq, reach = reading.extras["iq"][0, 45], reading.extras["iq_range"][0, 45]
+        assert iq.shape == (2, 64)
+        assert reading.extras["detection"][0, 45] == 2
+        cross, strong = iq[0] * iq[1].conj(), np.abs(iq.sum(axis=0)) ** 2
+        use = (np.abs(np.angle(cross)) < 1.2) & (strong > 0.1 * strong.max())
+        slope, offset = np.polyfit(reach[use] - 20.0, np.angle(cross[use]), 1, w=np.sqrt(np.abs(cross[use])))
+        assert 20.0 - offset / slope == pytest.approx(reading.data[0, 45], abs=0.02)
+
     def test_nothing_in_range_is_nan(self):
         reading = self.sonar([plane(-500.0)]).sense(at(0, 0, -10))
         assert np.isnan(reading.data).all()

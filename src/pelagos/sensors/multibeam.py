@@ -83,6 +83,8 @@ class MultibeamConfig(SensorConfig):
     apart and the pulse is as much longer, as sounders choose it in deep water."""
     roughness_seed: int = Field(default=0, ge=0, lt=2**32)
     """Which realisation of the roughness of all surfaces the sonar sees."""
+    iq: bool = False
+    """Also give each beam's complex time series about the bottom, for both halves of the array."""
     water_column_bins: int = Field(default=0, ge=0, le=16384)
     """Range bins of the water column, which comes with the reading then; 0: none."""
     rays_along: int = Field(default=3, ge=1, le=31)
@@ -198,7 +200,9 @@ class Multibeam:
         deviation of the range as the sounder estimates it from the echo [m]; `quality` `(m, beams)`, 0 (none) to 1,
         half at an uncertainty of 0.2 % of the range and 1 mm; `snr` `(m, beams)` of the echo's samples [dB]; `label`
         and `instance` `(m, beams)` on the axis. With `water_column_bins`, `water_column` `(m, beams, bins)`, level by
-        range as `ImagingSonar` gives it [dB], and `water_column_truth`, its mean.
+        range as `ImagingSonar` gives it [dB], and `water_column_truth`, its mean. With `iq`, `iq` complex64
+        `(m, beams, 2, samples)`, what the left and the right half of the array heard, before gain, re the source level
+        at 1 m, and `iq_range` `(m, beams, samples)` [m].
     tables: `angle` `(beams,)` [rad] from straight down, positive to port; `direction` `(beams, 3)`;
         `water_column_range` `(bins,)` [m].
     """
@@ -235,7 +239,7 @@ class Multibeam:
     def sense(self, motion: Kinematics) -> Measurement:
         """Ping on every lane."""
         shape = (dr.width(motion.position), self.config.beams)
-        *found, places = self._ping(motion, self._noise)
+        *found, places, series = self._ping(motion, self._noise)
         data, truth, backscatter, error, snr, kind, label, instance = (np.array(v).reshape(shape) for v in found)
         extras = {
             "soundings": np.ascontiguousarray(np.array(places).T).reshape(*shape, 3),
@@ -247,6 +251,8 @@ class Multibeam:
             "label": label,
             "instance": instance,
         }
+        if series is not None:
+            extras |= snippets(series, shape, self.config.samples)
         if self._column is not None:
             extras["water_column"], extras["water_column_truth"], _ = self._column.ping(motion)
         return Measurement(data, truth, None, extras, self.tables)
@@ -260,11 +266,11 @@ class Multibeam:
 
         def ping(
             tables: Tables, lanes: Lanes, fan: Fan, surfaces: Surfaces, key: Any, motion: Kinematics, noise: Array
-        ) -> tuple[Array, ...]:
+        ) -> tuple[Any, ...]:
             view = look(static, moving, tables, fan, lanes, surfaces, max_range=1.1 * config.range_max_m)
             window, series = beam_series(beams, view, fan, lanes, surfaces, noise, key, trace)
             found = detect(config, window, series, lanes, noise, trace)
-            return *found, placed(config, found[0], fan, lanes)
+            return *found, placed(config, found[0], fan, lanes), series if config.iq else None
 
         return ping
 
@@ -319,6 +325,16 @@ def placed(config: MultibeamConfig, distance: Array, fan: Fan, lanes: Lanes) -> 
     q = dr.gather(jit.Array4f, jit.Array4f(lanes.attitude), lane)
     end = path_end(lanes.profile, lane, rotate(q, axis), distance, arcs=arcs_of(config.range_max_m))
     return rotate_back(q, end)
+
+
+def snippets(series: Series, shape: tuple[int, int], samples: int) -> dict[str, NDArray[Any]]:
+    """`iq` complex64 `(m, beams, 2, samples)`, of both halves of the array, and `iq_range` `(m, beams, samples)`."""
+    parts = np.array(series.halves).reshape(*shape, samples, 2, 2)
+    start, spacing = (np.array(v).reshape(*shape, 1) for v in (series.start, series.spacing))
+    return {
+        "iq": np.ascontiguousarray((parts[..., 0] + 1j * parts[..., 1]).swapaxes(-1, -2).astype(np.complex64)),
+        "iq_range": (start + (np.arange(samples) + 0.5) * spacing).astype(np.float32),
+    }
 
 
 def quality(distance: NDArray[np.float32], error: NDArray[np.float32]) -> NDArray[np.float32]:
