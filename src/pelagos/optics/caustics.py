@@ -99,11 +99,15 @@ class Swell:
     Attributes:
         elevation: `Float`, `(lanes, NODES, NODES)` flattened, x first [m].
         level: `Float` `(lanes,)`, over the camera itself [m].
+        mean, lowest, highest: `Float` `(lanes,)`, of the grid [m].
         corner_x, corner_y: `Float64` `(lanes,)`, world position of node (0, 0) [m].
     """
 
     elevation: Array
     level: Array
+    mean: Array
+    lowest: Array
+    highest: Array
     corner_x: Array
     corner_y: Array
 
@@ -127,7 +131,13 @@ def swell_around(elevation: Callable[[Array, Array, Array], Array], position: Ar
     x = dr.gather(jit.Float64, corner_x, lane) + jit.Float64(node // NODES % NODES) * NODE_STEP
     y = dr.gather(jit.Float64, corner_y, lane) + jit.Float64(node % NODES) * NODE_STEP
     level = jit.Float(elevation(position.x, position.y, t))
-    return Swell(jit.Float(elevation(x, y, dr.gather(jit.Float64, t, lane))), level, corner_x, corner_y)
+    grid = jit.Float(elevation(x, y, dr.gather(jit.Float64, t, lane)))
+    dr.eval(grid)
+    size = NODES * NODES
+    mean = dr.block_sum(grid, size) * (1 / size)
+    lowest, highest = (dr.block_reduce(op, grid, size) for op in (dr.ReduceOp.Min, dr.ReduceOp.Max))
+    dr.eval(mean, lowest, highest)
+    return Swell(grid, level, mean, lowest, highest, corner_x, corner_y)
 
 
 def swell_slope(swell: Swell, x: Array, y: Array, lane: Array) -> Array:

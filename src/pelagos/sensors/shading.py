@@ -30,6 +30,7 @@ from pelagos.optics.sunlight import (
 from pelagos.optics.texture import Looks, surface_look
 from pelagos.optics.transport import near_transmission, sharp_transmission, total_transmission, veil_length
 from pelagos.optics.water import REFRACTIVE_INDEX, WaterArrays
+from pelagos.optics.wave_surface import way_to_surface
 from pelagos.raycast.caster import cast, occluded
 from pelagos.raycast.rays import Hits, Rays
 from pelagos.raycast.scene import Tables
@@ -112,6 +113,8 @@ def look(
     under = height < 0
     first = cast(static, moving, scenery.tables, rays, smooth=True)
     to_sea = dr.select(under == (d.z > 0), -height / dr.select(dr.abs(d.z) < 1e-6, 1e-6, d.z), _FAR)
+    if scenery.waves.swell is not None:
+        to_sea = way_to_surface(scenery.waves.swell, rays.origin, d, lane)
     meets_sea = (to_sea < first.t) & ((to_sea < rays.max_range) | ~under) & (to_sea < _FAR) & (rays.max_range > 0)
     behind = _behind_the_sea(static, moving, scenery, rays, to_sea, under, meets_sea, first, lane)
     hits = behind.hits
