@@ -301,7 +301,7 @@ class TestEffects:
         deep = box((100.5, 0, DEEP), (1.0, 20.0, 2.0))  # a plate of 2 m at the sonar's depth, 100 m ahead
         drop = 100.0**2 * 1.0 / (2 * 1500.0)  # 3.3 m: the level ray passes below or above it
         options = {"vertical_beamwidth_deg": 1.0, "range_max_m": 110.0, "beams": 1, "horizontal_aperture_deg": 1.0,
-                   "rate_hz": 5.0, "side_lobe_beams": 0, "rays_per_beam": 64}  # fmt: skip
+                   "rate_hz": 5.0, "side_lobe_beams": 0, "rays_per_beam": 64, "vertical_side_lobes": 0}  # fmt: skip
         straight = self.imaging([deep], ocean=water, refraction=False, **options)
         bent = self.imaging([deep], ocean=water, refraction=True, **options)
         lower = self.imaging([box((100.5, 0, DEEP - drop), (1.0, 20.0, 2.0))], ocean=water, refraction=True, **options)

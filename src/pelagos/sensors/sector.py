@@ -13,6 +13,8 @@ from pelagos.acoustics.beam_pattern import line_length, line_np, steering_matrix
 from pelagos.sensors.ping import PingConfig
 from pelagos.sensors.reception import Layout
 
+_HIGHEST: Final = math.radians(80.0)
+_SIDE_LOBE_RAYS: Final = 0.12  # density of rays in side lobes, on the axis 1.35
 _BLOCK: Final = 16  # beams: the width of a vector
 _STEP: Final = 0.7548776662466927  # additive recurrence of the plastic number: evenly spread in two dimensions
 _STEP2: Final = 0.5698402909980532
@@ -33,6 +35,8 @@ class SectorConfig(PingConfig):
     """Weights of the receive array: side lobes at -13, -21, -43 and -31 dB."""
     side_lobe_beams: int = Field(default=8, ge=0, le=256)
     """Neighbours on each side whose echoes leak into a beam."""
+    vertical_side_lobes: int = Field(default=1, ge=0, le=8)
+    """Side lobes of the fan above and below its main lobe that rays are cast into (-26.5 dB there and back)."""
     rays_per_beam: int = Field(default=96, ge=4, le=4096)
     """Rays a beam, stratified in elevation."""
 
@@ -46,16 +50,17 @@ class SectorConfig(PingConfig):
 def fan_rays(config: SectorConfig) -> dict[str, NDArray[Any]]:
     """The ray pattern in the sensor frame, `rays_per_beam` for each beam (see `Fan`).
 
-    Elevation strata reach to the first nulls of the vertical pattern and are thinner where the pattern is strong; each
-    holds one ray. Neighbours in memory are neighbours in azimuth, whose patches are alike, by blocks of
-    beams whose bins fit into a core's cache. Rays stand
-    at low-discrepancy places in their strata and across the beam's sector.
+    Elevation strata reach to the nulls of the vertical pattern beyond its chosen side lobes, and are thinner where the
+    pattern is strong; each holds one ray. Neighbours in memory are neighbours in azimuth, whose patches are alike, by
+    blocks of beams whose bins fit into a core's cache. Rays stand at low-discrepancy places in their strata and across
+    the beam's sector.
     """
     beams, rays = config.beams, config.rays_per_beam
     length = line_length(math.radians(config.vertical_beamwidth_deg))
-    limit = min(math.asin(min(1.0 / length, 1.0)), math.radians(80.0))
+    limit = min(math.asin(min((1.0 + config.vertical_side_lobes) / length, 1.0)), _HIGHEST)
     grid = np.linspace(-limit, limit, 2001)
-    density = 0.35 + line_np(np.sin(grid), length) ** 2
+    main = np.abs(np.sin(grid)) * length < 1.0
+    density = np.where(main, 0.35 + line_np(np.sin(grid), length) ** 2, _SIDE_LOBE_RAYS)
     share = np.concatenate([[0.0], np.cumsum(0.5 * (density[1:] + density[:-1]))])
     edges = np.interp(np.linspace(0, share[-1], rays + 1), share, grid)
     k, j = (a.ravel() for a in np.meshgrid(np.arange(rays), np.arange(beams), indexing="ij"))
