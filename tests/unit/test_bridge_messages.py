@@ -29,7 +29,8 @@ RNG = np.random.Generator(np.random.PCG64(5))
 
 _PIXELS: dict[str, tuple[tuple[int, ...], str]] = {
     "depth_camera": ((), "f4"), "semantic_camera": ((), "u1"), "instance_camera": ((), "u4"),
-    "normal_camera": ((3,), "f4"), "optical_flow_camera": ((2,), "f4"),
+    "normal_camera": ((3,), "f4"), "optical_flow_camera": ((2,), "f4"), "thermal_camera": ((), "f4"),
+    "event_camera": ((), "i2"),
 }  # fmt: skip
 
 
@@ -269,6 +270,47 @@ def test_camera_pictures_are_jpeg_with_the_lens_beside() -> None:
     assert info.k[0] == pytest.approx(0.5 * config.width_px / math.tan(math.radians(config.horizontal_fov_deg) / 2))
 
 
+@pytest.mark.parametrize(
+    ("keys", "topic", "encoding", "dtype"),
+    [
+        ({"bits": 12}, "image_color", "rgb16", np.uint16),
+        ({"mosaic": "grbg"}, "image_raw", "bayer_grbg8", np.uint8),
+        ({"mosaic": "rggb", "bits": 10}, "image_raw", "bayer_rggb16", np.uint16),
+    ],
+)
+def test_raw_and_deep_pictures_are_not_compressed(keys: dict[str, Any], topic: str, encoding: str, dtype: Any) -> None:
+    known = {"type": "camera", "width_px": 32, "height_px": 16, **keys}
+    config = registry.find("sensor", "camera").config.model_validate(known)
+    shape = (1, 16, 32) if "mosaic" in keys else (1, 16, 32, 3)
+    data = RNG.integers(0, 200, shape).astype(dtype)
+    made = encoder(config, SITE)
+    raw = made.encode(Reading(data, data, 0, "", np.ones(1, bool), {}), 0)[0]
+    image = deserialize("sensor_msgs/msg/Image", bytes(raw or b""))
+    assert (made.topics[0].suffix, image.encoding) == (topic, encoding)
+    np.testing.assert_array_equal(np.frombuffer(bytes(image.data), dtype), data.ravel())
+
+
+def test_the_lens_of_a_fisheye_is_told_as_such() -> None:
+    known = {"type": "camera", "lens": "fisheye", "horizontal_fov_deg": 180, "distortion": (0.02, -0.01, 0, 0, 0)}
+    _, (_, info) = messages("camera", registry.find("sensor", "camera").config.model_validate(known))
+    assert info.distortion_model == "equidistant"
+    assert info.d.tolist() == [0.02, -0.01, 0, 0]
+    angle = math.pi / 2  # at the edge of the picture
+    assert info.k[0] * (angle + 0.02 * angle**3 - 0.01 * angle**5) == pytest.approx(320)
+
+
+def test_a_depth_camera_with_a_picture_sends_both() -> None:
+    known = {"type": "depth_camera", "image": True, "width_px": 32, "height_px": 16}
+    config = registry.find("sensor", "depth_camera").config.model_validate(known)
+    depth = np.full((1, 16, 32), 4.0, dtype=np.float32)
+    picture = np.full((1, 16, 32, 3), 120, dtype=np.uint8)
+    made = encoder(config, SITE)
+    raw = made.encode(Reading(depth, depth, 0, "", np.ones(1, bool), {"image": picture}), 0)
+    assert [t.suffix for t in made.topics] == ["depth/image", "camera_info", "image_color/compressed"]
+    shown = deserialize("sensor_msgs/msg/CompressedImage", bytes(raw[2] or b""))
+    assert np.asarray(Image.open(io.BytesIO(bytes(shown.data)))).shape == (16, 32, 3)
+
+
 def test_extra_frames_turn_as_they_say() -> None:
     """Axes of the frames that message types want, seen from the sensor (x forward, y left, z up)."""
 
@@ -306,6 +348,8 @@ def test_schemas_name_every_type_within() -> None:
         ("semantic_camera", "mono8", 1),
         ("instance_camera", "32SC1", 4),
         ("normal_camera", "32FC3", 12),
+        ("thermal_camera", "32FC1", 4),
+        ("event_camera", "16SC1", 2),
     ],
 )
 def test_pixels_come_back_as_they_were(kind: str, name: str, step: int) -> None:
@@ -325,4 +369,5 @@ def test_lidar_points_have_ring_label_and_instance() -> None:
     np.testing.assert_array_equal(points["y"].reshape(4, 10), found.data[0, ..., 1])
     assert points["ring"].reshape(4, 10)[:, 3].tolist() == [0, 1, 2, 3]
     assert points["instance"][37] == 37
+    assert points.dtype.names == ("x", "y", "z", "cosine", "ring", "label", "instance")
     assert np.isnan(points["x"][0])

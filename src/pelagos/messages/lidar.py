@@ -15,20 +15,22 @@ from pelagos.sensors.sensor import Reading
 def lidar(config: Any, site: Site) -> Encoding:
     """PointCloud2 of all pulses, ring after ring; data `(n, channels, steps, 4)`: x, y, z [m], intensity.
 
-    With extras `label` and `instance` `(n, channels, steps)` the points have these too.
+    A semantic LiDAR's fourth value is `cosine`, of incidence, and its points have the extras `label` and `instance`
+    `(n, channels, steps)` too.
     """
+    fourth = "cosine" if config.type == "semantic_lidar" else "intensity"
     templates: dict[tuple[int, ...], Template] = {}
 
     def encode(reading: Reading, copy: int) -> tuple[Buffer]:
         data = reading.data[copy]
         named = [name for name in ("label", "instance") if name in reading.extras]
         kinds = [
-            *((name, "<f4") for name in ("x", "y", "z", "intensity")),
+            *((name, "<f4") for name in ("x", "y", "z", fourth)),
             ("ring", "<u2"),
             *((n, "<u4") for n in named),
         ]
         points = np.empty(data.shape[:2], dtype=np.dtype(kinds))
-        for i, name in enumerate(("x", "y", "z", "intensity")):
+        for i, name in enumerate(("x", "y", "z", fourth)):
             points[name] = data[..., i]
         points["ring"] = np.arange(data.shape[0])[:, None]
         for name in named:

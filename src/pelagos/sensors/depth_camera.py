@@ -1,33 +1,34 @@
 """A depth camera: distance along its axis to the nearest surface, with the noise of stereo or of range.
 
 Data and truth are `(m, height, width)` float32 [m], +inf where nothing stands within `max_range_m` (and in data also
-where a measurement failed). Depth is the coordinate along the camera's axis, not the length of the ray.
+where a measurement failed). Depth is the coordinate along the camera's axis, not the length of the ray. Extras with
+`image: true`: `image` and `image_truth`, the colour picture through the same lens, as `camera` gives it, with its
+`exposure_s` and `iso`.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import Any, ClassVar, Literal
+from typing import Any, ClassVar, Literal, Self
 
 import drjit as dr
-import numpy as np
 from numpy.typing import NDArray
-from pydantic import Field
+from pydantic import Field, model_validator
+from pydantic_core import PydanticCustomError
 
 from pelagos import jit
 from pelagos.jit import Array
 from pelagos.math.philox import normal_pair32, uniform32
-from pelagos.raycast.caster import cast
+from pelagos.sensors.camera import Camera, CameraConfig
+from pelagos.sensors.hit_view import HitView, Seen
 from pelagos.sensors.noise import opaque_key, stream_key, words32
-from pelagos.sensors.pixels import Pixels, Tiling, image_rows, pixels
 from pelagos.sensors.sensor import Kinematics, Measurement, SensorConfig, SensorContext
-from pelagos.sensors.view import Trace, View, ViewConfig, view_intrinsics, view_rays
+from pelagos.sensors.view import Trace, ViewConfig, view_intrinsics
 
 
-class DepthCameraConfig(ViewConfig):
-    """A depth camera."""
+class DepthCameraConfig(CameraConfig):
+    """A depth camera; with `image` also a colour camera, which all of `camera`'s keys are for."""
 
-    type: Literal["depth_camera"] = "depth_camera"
+    type: Literal["depth_camera"] = "depth_camera"  # type: ignore[assignment]
     """The sensor's kind."""
     noise_m: float = Field(default=0.0, ge=0)
     """Standard deviation that does not grow with depth [m]."""
@@ -39,12 +40,25 @@ class DepthCameraConfig(ViewConfig):
     """Standard deviation of stereo matching [px]."""
     dropout: float = Field(default=0.0, ge=0, le=1)
     """Share of pixels without a measurement."""
+    image: bool = False
+    """Whether a colour picture through the same lens comes along."""
+
+    @model_validator(mode="after")
+    def _picture_keys_need_a_picture(self) -> Self:
+        fields = CameraConfig.model_fields
+        given = [k for k in fields if k not in ViewConfig.model_fields and getattr(self, k) != fields[k].default]
+        if given and not self.image:
+            raise PydanticCustomError(
+                "no_image", "{keys} of a depth camera change its picture: they need 'image: true'",
+                {"keys": ", ".join(f"'{k}'" for k in given)},
+            )  # fmt: skip
+        return self
 
 
 class DepthCamera:
     """See `DepthCameraConfig`."""
 
-    TITLE: ClassVar[str] = "depth camera: distance along the axis, with range or stereo noise"
+    TITLE: ClassVar[str] = "depth camera: distance along the axis, with range or stereo noise; a picture on request"
     Config: ClassVar[type[SensorConfig]] = DepthCameraConfig
     SOURCES: ClassVar[tuple[str, ...]] = (
         "Stereo error z^2 sigma_d / (f B): R. Szeliski, Computer Vision, 2nd ed. (2022), Section 12.1",
@@ -52,48 +66,38 @@ class DepthCamera:
 
     def __init__(self, config: DepthCameraConfig, context: SensorContext) -> None:
         self.config = config
-        self._view = View(config, context)
-        self._key = opaque_key(stream_key(context.seed, context.path, "depth"))
-        self._ping = context.scene.compile(self._make)
+        key = opaque_key(stream_key(context.seed, context.path, "depth"))
+        self._frames = HitView(config, context, self._depths, key)
+        self._camera = Camera(config, context) if config.image else None
 
     def sense(self, motion: Kinematics) -> Measurement:
         """One depth image for every lane."""
-        data, truth = self._ping(*self._arguments(motion))
-        return Measurement(data=self._view.images(data, np.float32), truth=self._view.images(truth, np.float32))
+        data, truth = self._frames.images(motion)
+        extras = {}
+        if self._camera is not None:
+            picture = self._camera.sense(motion)
+            extras = {"image": picture.data, "image_truth": picture.truth, **picture.extras}
+        return Measurement(data=data, truth=truth, extras=extras)
 
     def explain(self, motion: Kinematics) -> list[tuple[str, NDArray[Any], str]]:
         """Intermediate arrays of one unfrozen frame: (name, values, unit)."""
-        return self._view.explain(self._make, self._arguments(motion))
+        return self._frames.explain(motion)
 
-    def _arguments(self, motion: Kinematics) -> tuple[Any, ...]:
-        return *self._view.arguments(motion), self._key
-
-    def _make(self, static: Any, moving: Any, trace: Trace | None = None) -> Callable[..., Any]:
-        config, tiling = self.config, self._view.tiling
-
-        def frame(tables: Any, lens: Any, motion: Kinematics, own: Array, key: Any) -> tuple[Array, Array]:
-            images = dr.width(motion.tick)
-            where = pixels(tiling, images)
-            rays = view_rays(lens, where, motion, own, config)
-            hits = cast(static, moving, tables, rays)
-            axis = dr.gather(jit.Array3f, lens.direction, where.ray).x
-            start = 0 if lens.start is None else dr.gather(jit.Array3f, lens.start, where.ray).x
-            depth = hits.t * axis + start
-            data = measured_depth(depth, where, tiling, config, motion, key)
-            if trace is not None:
-                trace("slant range", hits.t, "m")
-                trace("depth", depth, "m")
-                trace("depth with noise", data, "m")
-            return tuple(image_rows(d, tiling, where, images) for d in (data, depth))
-
-        return frame
+    def _depths(self, seen: Seen, key: Any, trace: Trace | None) -> tuple[Array, Array]:
+        """Depth of each pixel with noise and without [m]."""
+        start = 0 if seen.lens.start is None else dr.gather(jit.Array3f, seen.lens.start, seen.where.ray).x
+        depth = seen.hits.t * seen.direction.x + start
+        data = measured_depth(depth, seen, self.config, key)
+        if trace is not None:
+            trace("depth", depth, "m")
+            trace("depth with noise", data, "m")
+        return data, depth
 
 
-def measured_depth(
-    depth: Array, where: Pixels, tiling: Tiling, config: DepthCameraConfig, motion: Kinematics, key: Any
-) -> Array:
+def measured_depth(depth: Array, seen: Seen, config: DepthCameraConfig, key: Any) -> Array:
     """Depth with noise and failures [m]: independent Gaussian errors of range, and of disparity for stereo."""
-    index = where.row * tiling.width + where.column
+    where, motion = seen.where, seen.motion
+    index = where.row * config.width_px + where.column
     environment, tick = (dr.gather(jit.UInt32, v, where.image) for v in (motion.environment, motion.tick))
     words = words32(key, index, environment, tick)
     first, second = normal_pair32(words[0], words[1])

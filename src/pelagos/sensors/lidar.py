@@ -7,7 +7,6 @@ nothing is dropped, and range has no noise.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import Any, ClassVar, Literal
 
 import drjit as dr
@@ -18,8 +17,9 @@ from pydantic import Field
 from pelagos import jit
 from pelagos.jit import Array
 from pelagos.math.philox import normal_pair32, uniform32
-from pelagos.sensors.laser import Echoes, LaserConfig, echoes, pulses, scan_struct
+from pelagos.sensors.laser import Echoes, LaserConfig
 from pelagos.sensors.noise import opaque_key, stream_key, words32
+from pelagos.sensors.scanner import Heard, Scanner, cloud, ring_of
 from pelagos.sensors.sensor import Kinematics, Measurement, SensorConfig, SensorContext
 from pelagos.sensors.view import Trace
 
@@ -55,67 +55,37 @@ class Lidar:
     )
 
     def __init__(self, config: LidarConfig, context: SensorContext) -> None:
-        self.config, self._context = config, context
-        self._scan = scan_struct(config)
-        self._own = jit.UInt32(context.own_body)
-        self._albedo = jit.Float(np.array(context.world.material_tables().albedo)[1])
-        water = context.ocean.water.attenuation[1]
+        self.config = config
+        albedo = jit.Float(np.array(context.world.material_tables().albedo)[1])
         rate = config.water_attenuation_rate
-        self._rates = tuple(dr.opaque(jit.Float, r) for r in (config.atmosphere_attenuation_rate,
-                                                              2 * water if rate is None else rate))  # fmt: skip
-        self._key = opaque_key(stream_key(context.seed, context.path, "lidar"))
-        dr.make_opaque(self._own, self._albedo)
-        self._ping = context.scene.compile(self._make)
+        in_water = 2 * context.ocean.water.attenuation[1] if rate is None else rate
+        rates = tuple(dr.opaque(jit.Float, r) for r in (config.atmosphere_attenuation_rate, in_water))
+        key = opaque_key(stream_key(context.seed, context.path, "lidar"))
+        dr.make_opaque(albedo)
+        self._scanner = Scanner(config, context, self._points, (albedo, rates, key))
 
     def sense(self, motion: Kinematics) -> Measurement:
         """One sample for every lane."""
-        data, truth = (self._cloud(c) for c in self._ping(*self._arguments(motion)))
+        data, truth = self._scanner.samples(motion)
         return Measurement(data=data, truth=truth)
 
     def explain(self, motion: Kinematics) -> list[tuple[str, NDArray[Any], str]]:
         """Intermediate arrays of one unfrozen sample: (name, values, unit)."""
-        found: list[tuple[str, NDArray[Any], str]] = []
+        return self._scanner.explain(motion)
 
-        def trace(name: str, values: Array, unit: str) -> None:
-            found.append((name, np.array(values), unit))
-
-        scene = self._context.scene
-        self._make(scene.static, scene.moving, trace)(*self._arguments(motion))
-        return found
-
-    def _arguments(self, motion: Kinematics) -> tuple[Any, ...]:
-        return self._context.scene.tables, self._scan, motion, self._own, self._albedo, self._rates, self._key
-
-    def _cloud(self, points: Array) -> NDArray[np.float32]:
-        shape = (-1, self.config.channels, self.config.steps, 4)
-        return np.ascontiguousarray(np.array(points).T.reshape(shape), dtype=np.float32)
-
-    def _make(self, static: Any, moving: Any, trace: Trace | None = None) -> Callable[..., tuple[Array, Array]]:
-        config = self.config
-        count = config.channels * config.steps
-
-        def sample(
-            tables: Any, scan: Any, motion: Kinematics, own: Array, albedo: Array, rates: Any, key: Any
-        ) -> tuple[Array, Array]:
-            ray = dr.arange(jit.UInt32, dr.width(motion.tick) * count)
-            lane = ray // count
-            pulse = ray - lane * count
-            rays, direction = pulses(scan, lane, pulse, motion, own, config)
-            echo = echoes(static, moving, tables, rays, direction, config)
-            intensity = echo_intensity(echo, albedo, rates, reflectance=config.reflectance)
-            environment, tick = (dr.gather(jit.UInt32, v, lane) for v in (motion.environment, motion.tick))
-            words = words32(key, pulse, environment, tick)
-            kept = echo.valid & survives(intensity, words, config)
-            distance = echo.distance + config.noise_stddev_m * normal_pair32(words[2], words[3])[0]
-            if trace is not None:
-                trace("range", echo.distance, "m")
-                trace("intensity", intensity, "1")
-                trace("kept", kept, "")
-            return cloud(echo.direction, distance, intensity, kept), cloud(
-                echo.direction, echo.distance, intensity, echo.valid
-            )
-
-        return sample
+    def _points(self, heard: Heard, extra: Any, trace: Trace | None) -> tuple[Array, Array]:
+        """Points with dropout and noise, and all of them without noise."""
+        config, echo = self.config, heard.echo
+        albedo, rates, key = extra
+        intensity = echo_intensity(echo, albedo, rates, reflectance=config.reflectance)
+        words = words32(key, heard.pulse, heard.environment, heard.tick)
+        kept = echo.valid & survives(intensity, words, config)
+        distance = echo.distance + config.noise_stddev_m * normal_pair32(words[2], words[3])[0]
+        if trace is not None:
+            trace("intensity", intensity, "1")
+            trace("kept", kept, "")
+        data = cloud(echo.direction, distance, intensity, kept)
+        return data, cloud(echo.direction, echo.distance, intensity, echo.valid)
 
 
 def echo_intensity(echo: Echoes, albedo: Array, rates: tuple[Array, Array], *, reflectance: bool) -> Array:
@@ -133,14 +103,7 @@ def survives(intensity: Array, words: tuple[Array, Array, Array, Array], config:
     return general & ((intensity >= config.dropoff_intensity_limit) | (uniform32(words[1]) < stay))
 
 
-def cloud(direction: Array, distance: Array, value: Array, kept: Array) -> Array:
-    """`Array4f` x, y, z, value; NaN where not kept."""
-    p = direction * distance
-    return dr.select(kept, jit.Array4f(p.x, p.y, p.z, value), dr.nan)
-
-
 def points(image: NDArray[np.float32]) -> NDArray[np.float32]:
     """`(channels, steps, 4)` of one copy -> its points `(k, 5)`: x, y, z, intensity, ring; ring by ring."""
-    ring = np.broadcast_to(np.arange(len(image), dtype=np.float32)[:, None, None], (*image.shape[:2], 1))
-    rows = np.concatenate([image, ring], axis=-1).reshape(-1, 5)
-    return np.asarray(rows[np.isfinite(rows[:, 0])])
+    there, ring = ring_of(image)
+    return np.concatenate([image[there], ring[:, None].astype(np.float32)], axis=1)

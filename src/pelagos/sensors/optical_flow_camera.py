@@ -6,7 +6,6 @@ Instantaneous: the camera's own motion and the surface's, through the derivative
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import Any, ClassVar, Final, Literal
 
 import drjit as dr
@@ -15,12 +14,11 @@ from numpy.typing import NDArray
 
 from pelagos import jit
 from pelagos.jit import Array
-from pelagos.math.so3 import rotate_back
-from pelagos.raycast.caster import cast
-from pelagos.sensors.mount import sensor_angular_velocity, sensor_pose, sensor_velocity
-from pelagos.sensors.pixels import image_rows, pixels
+from pelagos.sensors.hit_view import HitView, Seen
+from pelagos.sensors.mount import sensor_angular_velocity, sensor_velocity
+from pelagos.sensors.pixels import Tiling
 from pelagos.sensors.sensor import Kinematics, Measurement, SensorConfig, SensorContext
-from pelagos.sensors.view import Trace, View, ViewConfig, meets_sea_surface, pixel_rays, project_points, view_rays
+from pelagos.sensors.view import Trace, ViewConfig, pixel_rays, project_points
 
 _STEP: Final = 1e-5  # of the unit direction, for the lens's derivative
 
@@ -45,47 +43,30 @@ class OpticalFlowCamera:
 
     def __init__(self, config: OpticalFlowCameraConfig, context: SensorContext) -> None:
         self.config = config
-        self._view = View(config, context)
-        slopes = self._view.tiling.arrange(lens_derivative(config))  # (lanes, 2, 3)
-        self._slopes = tuple(jit.Array3f(np.ascontiguousarray(np.nan_to_num(slopes[:, i]).T)) for i in (0, 1))
-        dr.make_opaque(self._slopes)
-        self._ping = context.scene.compile(self._make)
+        slopes = Tiling(config.width_px, config.height_px).arrange(lens_derivative(config))  # (lanes, 2, 3)
+        made = tuple(jit.Array3f(np.ascontiguousarray(np.nan_to_num(slopes[:, i]).T)) for i in (0, 1))
+        dr.make_opaque(made)
+        self._frames = HitView(config, context, self._flow, made)
 
     def sense(self, motion: Kinematics) -> Measurement:
         """One flow image for every lane."""
-        parts = self._ping(*self._view.arguments(motion), self._slopes)
-        flow = np.stack([self._view.images(p, np.float32) for p in parts], axis=-1)
+        flow = np.stack(self._frames.images(motion), axis=-1)
         return Measurement(data=flow, truth=flow)
 
     def explain(self, motion: Kinematics) -> list[tuple[str, NDArray[Any], str]]:
         """Intermediate arrays of one unfrozen frame: (name, values, unit)."""
-        return self._view.explain(self._make, (*self._view.arguments(motion), self._slopes))
+        return self._frames.explain(motion)
 
-    def _make(self, static: Any, moving: Any, trace: Trace | None = None) -> Callable[..., tuple[Array, ...]]:
-        config, tiling = self.config, self._view.tiling
-
-        def frame(tables: Any, lens: Any, motion: Kinematics, own: Array, slopes: Any) -> tuple[Array, ...]:
-            images = dr.width(motion.tick)
-            where = pixels(tiling, images)
-            rays = view_rays(lens, where, motion, own, config)
-            hits = cast(static, moving, tables, rays)
-            _, attitude = sensor_pose(motion, config)
-
-            def here(vector: Array) -> Array:
-                return dr.gather(jit.Array3f, jit.Array3f(vector), where.image)
-
-            q = jit.Array4f(*(dr.gather(jit.Float, jit.Float(attitude[i]), where.image) for i in range(4)))
-            direction = dr.gather(jit.Array3f, lens.direction, where.ray)
-            approach = rotate_back(q, hits.velocity) - here(sensor_velocity(motion, config))
-            drift = approach / hits.t - dr.cross(here(sensor_angular_velocity(motion, config)), direction)  # [1/s]
-            solid = hits.valid & ~meets_sea_surface(rays, hits)
-            flow = [dr.select(solid, dr.dot(dr.gather(jit.Array3f, s, where.ray), drift), dr.nan) for s in slopes]
-            if trace is not None:
-                trace("slant range", hits.t, "m")
-                trace("motion over distance", drift, "1/s")
-            return tuple(image_rows(f, tiling, where, images) for f in flow)
-
-        return frame
+    def _flow(self, seen: Seen, slopes: tuple[Array, Array], trace: Trace | None) -> tuple[Array, ...]:
+        """Motion of each pixel's surface across the picture, (right, down) [px/s]."""
+        velocity, spin = (f(seen.motion, self.config) for f in (sensor_velocity, sensor_angular_velocity))
+        approach = seen.to_sensor(seen.hits.velocity) - seen.of_image(velocity)
+        drift = approach / seen.hits.t - dr.cross(seen.of_image(spin), seen.direction)  # [1/s]
+        if trace is not None:
+            trace("motion over distance", drift, "1/s")
+        return tuple(
+            dr.select(seen.solid, dr.dot(dr.gather(jit.Array3f, s, seen.where.ray), drift), dr.nan) for s in slopes
+        )
 
 
 def lens_derivative(config: ViewConfig) -> NDArray[np.float64]:

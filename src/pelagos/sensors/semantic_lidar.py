@@ -7,17 +7,15 @@ channels, steps)`.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import Any, ClassVar, Literal
 
 import drjit as dr
 import numpy as np
 from numpy.typing import NDArray
 
-from pelagos import jit
 from pelagos.jit import Array
-from pelagos.sensors.laser import LaserConfig, echoes, pulses, scan_struct
-from pelagos.sensors.lidar import cloud
+from pelagos.sensors.laser import LaserConfig
+from pelagos.sensors.scanner import Heard, Scanner, cloud, ring_of
 from pelagos.sensors.sensor import Kinematics, Measurement, SensorConfig, SensorContext
 from pelagos.sensors.view import Trace
 from pelagos.world.label import label_number
@@ -40,54 +38,45 @@ class SemanticLidar:
     )
 
     def __init__(self, config: SemanticLidarConfig, context: SensorContext) -> None:
-        self.config, self._context = config, context
-        self._scan = scan_struct(config)
-        self._own = jit.UInt32(context.own_body)
-        dr.make_opaque(self._own)
-        self._ping = context.scene.compile(self._make)
+        self.config = config
+        self._scanner = Scanner(config, context, points_known)
 
     def sense(self, motion: Kinematics) -> Measurement:
         """One sample for every lane."""
-        found, instance, label = self._ping(*self._arguments(motion))
-        shape = (-1, self.config.channels, self.config.steps)
-        data = np.ascontiguousarray(np.array(found).T.reshape(*shape, 4), dtype=np.float32)
-        extras = {
-            "instance": np.array(instance).reshape(shape),
-            "label": np.array(label).reshape(shape).astype(np.uint8),
-        }
+        data, instance, label = self._scanner.samples(motion)
+        extras = {"instance": instance, "label": label.astype(np.uint8)}
         return Measurement(data=data, truth=data, extras=extras)
 
     def explain(self, motion: Kinematics) -> list[tuple[str, NDArray[Any], str]]:
         """Intermediate arrays of one unfrozen sample: (name, values, unit)."""
-        found: list[tuple[str, NDArray[Any], str]] = []
+        return self._scanner.explain(motion)
 
-        def trace(name: str, values: Array, unit: str) -> None:
-            found.append((name, np.array(values), unit))
 
-        scene = self._context.scene
-        self._make(scene.static, scene.moving, trace)(*self._arguments(motion))
-        return found
+def points_known(heard: Heard, _: Any, trace: Trace | None) -> tuple[Array, Array, Array]:
+    """Points with the cosine of incidence, and their objects and labels."""
+    echo = heard.echo
+    label = dr.select(echo.valid, dr.select(echo.instance > 0, echo.label, label_number("water_plane")), 0)
+    if trace is not None:
+        trace("cosine of incidence", echo.incidence, "1")
+        trace("label", label, "")
+    instance = dr.select(echo.valid, echo.instance, 0)
+    return cloud(echo.direction, echo.distance, echo.incidence, echo.valid), instance, label
 
-    def _arguments(self, motion: Kinematics) -> tuple[Any, ...]:
-        return self._context.scene.tables, self._scan, motion, self._own
 
-    def _make(self, static: Any, moving: Any, trace: Trace | None = None) -> Callable[..., tuple[Array, ...]]:
-        config = self.config
-        count = config.channels * config.steps
-        water = label_number("water_plane")
+def points(image: NDArray[np.float32], instance: NDArray[np.uint32], label: NDArray[np.uint8]) -> NDArray[np.void]:
+    """The points of one copy, ring by ring, as CARLA's `SemanticLidarMeasurement` lists them, and their ring.
 
-        def sample(tables: Any, scan: Any, motion: Kinematics, own: Array) -> tuple[Array, ...]:
-            ray = dr.arange(jit.UInt32, dr.width(motion.tick) * count)
-            lane = ray // count
-            pulse = ray - lane * count
-            rays, direction = pulses(scan, lane, pulse, motion, own, config)
-            echo = echoes(static, moving, tables, rays, direction, config)
-            label = dr.select(echo.valid, dr.select(echo.instance > 0, echo.label, water), 0)
-            if trace is not None:
-                trace("range", echo.distance, "m")
-                trace("cosine of incidence", echo.incidence, "1")
-                trace("label", label, "")
-            instance = dr.select(echo.valid, echo.instance, 0)
-            return cloud(echo.direction, echo.distance, echo.incidence, echo.valid), instance, label
+    Args:
+        image: `(channels, steps, 4)` of one copy.
+        instance, label: `(channels, steps)`, the extras.
 
-        return sample
+    Returns:
+        `(k,)` structured: `x`, `y`, `z`, `CosAngle` float32; `ObjIdx`, `ObjTag` uint32; `ring` uint16.
+    """
+    there, ring = ring_of(image)
+    kinds = [(n, np.float32) for n in ("x", "y", "z", "CosAngle")] + [(n, np.uint32) for n in ("ObjIdx", "ObjTag")]
+    listed = np.empty(len(ring), dtype=np.dtype([*kinds, ("ring", np.uint16)]))
+    for i, name in enumerate(("x", "y", "z", "CosAngle")):
+        listed[name] = image[there][:, i]
+    listed["ObjIdx"], listed["ObjTag"], listed["ring"] = instance[there], label[there], ring
+    return listed

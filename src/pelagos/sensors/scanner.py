@@ -1,0 +1,108 @@
+"""What both LiDARs do with every sample: fire the pulses of a scan, find their echoes, list the points.
+
+The values of a point are what differs: functions of the echoes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import drjit as dr
+import numpy as np
+from numpy.typing import NDArray
+
+from pelagos import jit
+from pelagos.jit import Array
+from pelagos.sensors.laser import Echoes, LaserConfig, Scan, echoes, pulses, scan_struct
+from pelagos.sensors.sensor import Kinematics, SensorContext
+from pelagos.sensors.view import Trace
+
+
+@dataclass(frozen=True)
+class Heard:
+    """What came back of a sample's pulses, for the functions that work out a LiDAR's values.
+
+    Attributes:
+        echo: see `Echoes`.
+        pulse: `UInt32`, number of the pulse in its sample, channel by channel.
+        environment, tick: `UInt32`, of each pulse.
+    """
+
+    echo: Echoes
+    pulse: Array
+    environment: Array
+    tick: Array
+
+
+Values = Callable[[Heard, Any, Trace | None], tuple[Array, ...]]
+
+
+class Scanner:
+    """Samples of a LiDAR.
+
+    Args:
+        config: pattern of the pulses.
+        context: see `SensorContext`.
+        values: pure function of what came back, of `arguments` and of a trace: arrays by pulse, of any component count.
+        arguments: arrays that `values` needs, opaque.
+    """
+
+    def __init__(self, config: LaserConfig, context: SensorContext, values: Values, arguments: Any = ()) -> None:
+        self._config, self._context, self._values, self._extra = config, context, values, arguments
+        self._scan = scan_struct(config)
+        self._own = jit.UInt32(context.own_body)
+        dr.make_opaque(self._own)
+        self._ping = context.scene.compile(self._make)
+
+    def samples(self, motion: Kinematics) -> tuple[NDArray[Any], ...]:
+        """`(lanes, channels, steps)` or `(lanes, channels, steps, components)` of each of the values."""
+        shape = (-1, self._config.channels, self._config.steps)
+        found = (np.array(v) for v in self._ping(*self._arguments(motion)))
+        return tuple(
+            v.reshape(shape) if v.ndim == 1 else np.ascontiguousarray(v.T).reshape(*shape, len(v)) for v in found
+        )
+
+    def explain(self, motion: Kinematics) -> list[tuple[str, NDArray[Any], str]]:
+        """Intermediate arrays of one unfrozen sample: (name, values, unit)."""
+        found: list[tuple[str, NDArray[Any], str]] = []
+
+        def trace(name: str, values: Array, unit: str) -> None:
+            found.append((name, np.array(values), unit))
+
+        scene = self._context.scene
+        self._make(scene.static, scene.moving, trace)(*self._arguments(motion))
+        return found
+
+    def _arguments(self, motion: Kinematics) -> tuple[Any, ...]:
+        return self._context.scene.tables, self._scan, motion, self._own, self._extra
+
+    def _make(self, static: Any, moving: Any, trace: Trace | None = None) -> Callable[..., tuple[Array, ...]]:
+        config, values = self._config, self._values
+        count = config.channels * config.steps
+
+        def sample(tables: Any, scan: Scan, motion: Kinematics, own: Array, extra: Any) -> tuple[Array, ...]:
+            ray = dr.arange(jit.UInt32, dr.width(motion.tick) * count)
+            lane = ray // count
+            pulse = ray - lane * count
+            rays, direction = pulses(scan, lane, pulse, motion, own, config)
+            echo = echoes(static, moving, tables, rays, direction, config)
+            if trace is not None:
+                trace("range", echo.distance, "m")
+            environment, tick = (dr.gather(jit.UInt32, v, lane) for v in (motion.environment, motion.tick))
+            return values(Heard(echo, pulse, environment, tick), extra, trace)
+
+        return sample
+
+
+def cloud(direction: Array, distance: Array, value: Array, kept: Array) -> Array:
+    """`Array4f` x, y, z, value; NaN where not kept."""
+    p = direction * distance
+    return dr.select(kept, jit.Array4f(p.x, p.y, p.z, value), dr.nan)
+
+
+def ring_of(image: NDArray[np.float32]) -> tuple[NDArray[np.bool_], NDArray[np.uint16]]:
+    """Which pulses `(channels, steps)` of one copy gave a point, and the channel of each of those points."""
+    there = np.isfinite(image[..., 0])
+    return there, np.nonzero(there)[0].astype(np.uint16)
