@@ -15,7 +15,8 @@ from pelagos.optics.water import water_optics
 from pelagos.raycast.geometry import Geometry
 from pelagos.raycast.rays import NO_BODY
 from pelagos.raycast.scene import Scene
-from pelagos.sensors.annotations import boxes, boxes_3d, coco, run_lengths
+from pelagos.sensors.annotations import boxes, coco, run_lengths
+from pelagos.sensors.boxes_3d import boxes_3d
 from pelagos.sensors.event_camera import EventCamera, EventCameraConfig, event_count, events
 from pelagos.sensors.sensor import Kinematics, SensorContext
 from pelagos.sensors.thermal_camera import ThermalCamera, ThermalCameraConfig
@@ -176,5 +177,6 @@ def test_run_lengths_begin_with_zeros():
 def test_boxes_in_space_join_the_parts_of_an_object():
     a, b = half(0, 0.0, 2.0, -3, -1), half(0, -1.0, 0.0, -2, 4)
     made = boxes_3d([a, b])
-    assert made[1].low == (2.0, -1.0, -3.0)
-    assert made[1].high == (2.0, 2.0, 4.0)
+    assert made[1].corners.min(axis=0).tolist() == [2.0, -1.0, -3.0]
+    assert made[1].corners.max(axis=0).tolist() == [2.0, 2.0, 4.0]
+    assert made[1].label == a.label

@@ -1,5 +1,5 @@
-"""Labels as computer vision wants them: boxes in the picture and in space, and COCO's annotations, from an instance
-camera.
+"""Labels as computer vision wants them: boxes in the picture and COCO's annotations, from an instance camera. Boxes in
+space are `boxes_3d`'s.
 
 COCO data format: T.-Y. Lin et al. 2014, doi 10.1007/978-3-319-10602-1_48; masks are uncompressed run lengths, column
     by column.
@@ -7,14 +7,13 @@ COCO data format: T.-Y. Lin et al. 2014, doi 10.1007/978-3-319-10602-1_48; masks
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from pelagos.raycast.geometry import Geometry
 from pelagos.world.label import label_name
 
 
@@ -105,36 +104,3 @@ def run_lengths(mask: NDArray[np.bool_]) -> list[int]:
     ends = np.flatnonzero(np.diff(flat)) + 1
     runs = np.diff(np.concatenate([[0], ends, [flat.size]]))
     return [int(r) for r in ([0, *runs] if flat[0] else runs)]
-
-
-@dataclass(frozen=True)
-class Box3d:
-    """One object in space, along the world's axes.
-
-    Attributes:
-        instance, label: as in `Box`.
-        low, high: corners, world NWU [m].
-    """
-
-    instance: int
-    label: int
-    low: tuple[float, float, float]
-    high: tuple[float, float, float]
-
-
-def boxes_3d(geometries: Sequence[Geometry]) -> dict[int, Box3d]:
-    """Boxes around static objects by instance id; parts that share an id share a box."""
-    found: dict[int, Box3d] = {}
-    for g in geometries:
-        if not len(g.faces):
-            continue
-        low, high = g.extent
-        if g.instance in found:
-            low, high = np.minimum(low, found[g.instance].low), np.maximum(high, found[g.instance].high)
-        found[g.instance] = Box3d(g.instance, g.label, _triple(low), _triple(high))
-    return found
-
-
-def _triple(v: NDArray[np.float64]) -> tuple[float, float, float]:
-    x, y, z = (float(c) for c in v)
-    return x, y, z

@@ -13,6 +13,7 @@ from pelagos.config.loader import load_scenario
 from pelagos.config.scenario import Scenario
 from pelagos.errors import CommandError, LookupFailed, ScenarioError
 from pelagos.raycast.geometry import Geometry
+from pelagos.sensors.boxes_3d import Box3d, box_of_body, boxes_3d
 from pelagos.sensors.sensor import Reading
 from pelagos.sim.bodies import Bodies, Body, rows, unit_rows
 from pelagos.sim.initial import start_states
@@ -112,6 +113,20 @@ class Simulation:
     def moving(self) -> Sequence[Geometry]:
         """What stands in the moving scene now, each in its own frame: hulls that others can see, movers, props."""
         return (*self._bodies.hulls.values(), *(b.geometry for b in self._bodies.bodies))
+
+    def boxes_3d(self, copy: int = 0) -> dict[int, Box3d]:
+        """Boxes in space around everything that stands in a copy of the world now, by instance id.
+
+        Things of the world, movers, what was spawned, and the vehicles where there are several.
+        """
+        found = boxes_3d(self.world.geometries)
+        self._bodies.follow(self._stepper.tick)
+        states = self.state
+        for name, hull in self._bodies.hulls.items():
+            found[hull.instance] = box_of_body(hull, states[name].position[copy], states[name].attitude[copy])
+        for body in self._bodies.bodies:
+            found[body.geometry.instance] = box_of_body(body.geometry, body.position[copy], body.attitude[copy])
+        return found
 
     @property
     def stepper(self) -> Stepper:

@@ -21,9 +21,11 @@ def build_world(config: WorldKind) -> World:
         WorldError: a file cannot be read, or the world cannot be made.
     """
     world = config.build()
+    if config.labels:  # a saved world may have some of its own
+        world = replace(world, user_labels={**world.user_labels, **config.labels})
     if not config.movers:
         return world
-    movers = (*world.movers, *config.movers)  # a saved world may have some of its own
+    movers = (*world.movers, *config.movers)
     try:
         checked(movers)
     except ValueError as error:

@@ -8,7 +8,6 @@ import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from pelagos.config.path import ScenarioPath
-from pelagos.errors import LookupFailed
 from pelagos.math.geodesy import GeoOrigin
 from pelagos.world import shapes
 from pelagos.world.config import WorldConfig
@@ -79,8 +78,6 @@ class BuiltConfig(WorldConfig):
     """Extent of the seabed [m]."""
     material: str = "sand"
     """Material of the seabed."""
-    labels: dict[str, int] = Field(default_factory=dict)
-    """Labels of your own, name to number 128 .. 254."""
     things: tuple[ThingConfig, ...] = ()
     """Everything that stands in it."""
 
@@ -91,9 +88,6 @@ class BuiltConfig(WorldConfig):
             WorldError: a file cannot be used.
             LookupFailed: an unknown material or label.
         """
-        wrong = {k: v for k, v in self.labels.items() if not 128 <= v <= 254}
-        if wrong:
-            raise LookupFailed("number of a label of your own", str(wrong), ["128 .. 254"])
         site = Site(user_labels=self.labels)
         if self.depth_m is not None:
             site.ground(level(self.size_m, self.depth_m), self.material)

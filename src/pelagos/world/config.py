@@ -29,6 +29,16 @@ class WorldConfig(BaseModel):
 
     movers: tuple[MoverConfig, ...] = ()
     """Bodies that move on scripted paths: ships that pass, schools of fish, swinging chains."""
+    labels: dict[str, int] = Field(default_factory=dict)
+    """Semantic labels of your own, name to number 128 .. 254, for things, movers and what is spawned later."""
+
+    @field_validator("labels")
+    @classmethod
+    def _free_numbers(cls, value: dict[str, int]) -> dict[str, int]:
+        taken = [f"{name}: {number}" for name, number in value.items() if not 128 <= number <= 254]
+        if taken:
+            raise ValueError(f"labels of your own have numbers 128 .. 254, not {', '.join(taken)}")
+        return value
 
     @field_validator("movers")
     @classmethod
@@ -48,6 +58,10 @@ class WorldKind(Protocol):
 
     @property
     def movers(self) -> tuple[MoverConfig, ...]:
+        """See `WorldConfig`."""
+
+    @property
+    def labels(self) -> dict[str, int]:
         """See `WorldConfig`."""
 
     def build(self) -> World:

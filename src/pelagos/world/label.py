@@ -82,6 +82,8 @@ def label_number(name: str | int, user: dict[str, int] | None = None) -> int:
             raise CommandError(f"a label is a number from 0 to 255, not {name}")
         return name
     own = user or {}
+    if name in own:
+        return own[name]
     plain = re.sub(r"(?<=[a-z])(?=[A-Z])", "_", name).lower().replace(" ", "_")
     if plain in own:
         return own[plain]

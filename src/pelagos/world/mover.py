@@ -97,7 +97,7 @@ class MoverConfig(BaseModel):
         """
         return world.label_number(self._parts()[1] if self.label is None else self.label)
 
-    def _parts(self) -> tuple[list[tuple[Mesh, str]], str]:
+    def _parts(self) -> tuple[list[tuple[Mesh, str]], str | int]:
         """Meshes with their materials, and the label of the whole."""
         if self.body in _SHAPES:
             size, label = _SHAPES[self.body]

@@ -107,7 +107,7 @@ class Site:
         turn: NDArray[np.float64],
         scale: float,
         offset: NDArray[np.float64],
-        label: str,
+        label: str | int,
         name: str,
         instance: int,
     ) -> None:

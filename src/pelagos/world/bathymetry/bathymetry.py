@@ -123,7 +123,7 @@ class BathymetryConfig(WorldConfig):
                 f"bathymetry {self.path}: the crop lies wholly above the sea (lowest {ground.z.min():.2f} m); "
                 f"choose a part with water, or check sign and datum_offset_m. The file covers {covered}"
             )
-        site = Site()
+        site = Site(user_labels=self.labels)
         site.ground(ground, self.material)
         site.notes += _notes(ground, survey, origin, holes, sign) + notes
         name = Path(self.path.removeprefix(MATPLOTLIB)).name

@@ -31,7 +31,7 @@ class FlatConfig(WorldConfig):
 
     def build(self) -> World:
         """Build it of square cells, sixteen along the shorter side."""
-        site = Site()
+        site = Site(user_labels=self.labels)
         spacing = min(self.size_m) / 16
         cells = [max(1, round(s / spacing)) for s in self.size_m]
         terrain = HeightField(

@@ -93,7 +93,7 @@ class _Generated:
 
     def __init__(self, config: GeneratedConfig) -> None:
         self.c = config
-        self.site = Site()
+        self.site = Site(user_labels=config.labels)
         sequence = np.random.SeedSequence(config.seed)
         self.streams = [np.random.Generator(np.random.PCG64(s)) for s in sequence.spawn(3 + len(config.objects))]
         half = config.size_m[0] / 2, config.size_m[1] / 2

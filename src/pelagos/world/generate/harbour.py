@@ -94,7 +94,7 @@ class _Harbour:
         self.c = config
         streams = np.random.SeedSequence(config.seed).spawn(8)
         self.rng = [np.random.Generator(np.random.PCG64(s)) for s in streams]
-        self.site = Site()
+        self.site = Site(user_labels=config.labels)
         self.x = (-config.length_m / 2, config.length_m / 2)
         self.y = (-config.width_m / 2, config.width_m / 2)
         self.face = self.y[1] - _QUAY

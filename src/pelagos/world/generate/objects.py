@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Annotated, Final
 
 import numpy as np
@@ -55,6 +56,8 @@ class ObjectConfig(BaseModel):
     """Heading of all, from x towards y [deg]; random where not given."""
     at_m: tuple[tuple[float, float], ...] = ()
     """Places x, y of the first ones [m]; the rest is placed at random."""
+    label: str | int | None = None
+    """Semantic label by name or number; by kind where not given."""
 
     @field_validator("kind")
     @classmethod
@@ -143,6 +146,8 @@ class Placer:
             z, slope = _ground_at(ground, at)
             if kind.make_deep is not None:
                 thing = kind.build(size, rng, max(-z, 0.5))
+            if config.label is not None:
+                thing = replace(thing, label=config.label)
             stand(self.site, thing, at, z, slope, yaw)
             placed += 1
         return placed
@@ -156,9 +161,13 @@ class Placer:
             if path is None:
                 continue
             if config.kind == "pipeline":
-                add_pipeline(self.site, path, self.ground, diameter, rng)
+                add_pipeline(
+                    self.site, path, self.ground, diameter, rng, label="pipe" if config.label is None else config.label
+                )
             else:
-                add_cable(self.site, path, self.ground, diameter)
+                add_cable(
+                    self.site, path, self.ground, diameter, label="cable" if config.label is None else config.label
+                )
             placed += 1
         return placed
 

@@ -35,7 +35,13 @@ def route(places: Places, ground: HeightField, rng: np.random.Generator, radius:
 
 
 def add_pipeline(
-    site: Site, path: NDArray[np.float64], ground: HeightField, diameter: float, rng: np.random.Generator
+    site: Site,
+    path: NDArray[np.float64],
+    ground: HeightField,
+    diameter: float,
+    rng: np.random.Generator,
+    *,
+    label: str | int = "pipe",
 ) -> None:
     """A pipe, buried here and proud there, that hangs free over one scour, which is dug out of the ground in place."""
     radius = diameter / 2
@@ -46,12 +52,14 @@ def add_pipeline(
     burial[(along > span[0] - 4) & (along < span[1] + 4)] = 0.1 * radius
     pipe = Pipeline(path, radius, burial, span)
     pipe.scour(ground, rng.uniform(0.5, 1.1))
-    site.add(pipe_mesh(pipe, ground), "concrete", label="pipe", name="pipeline", crease_deg=40)
+    site.add(pipe_mesh(pipe, ground), "concrete", label=label, name="pipeline", crease_deg=40)
     site.add(supports(pipe, ground, 3), "concrete", label="concrete", name="pipe supports")
 
 
-def add_cable(site: Site, path: NDArray[np.float64], ground: HeightField, diameter: float) -> None:
+def add_cable(
+    site: Site, path: NDArray[np.float64], ground: HeightField, diameter: float, *, label: str | int = "cable"
+) -> None:
     """A cable that follows the bed, half sunk in."""
     z = gaussian_filter1d(ground.height(path[:, 0], path[:, 1]), 1.0, mode="nearest")
     mesh = shapes.tube(np.column_stack([path, z + 0.1 * diameter]), diameter / 2, sides=10)
-    site.add(mesh, "black", label="cable", name="cable", crease_deg=60)
+    site.add(mesh, "black", label=label, name="cable", crease_deg=60)

@@ -60,7 +60,7 @@ class Thing:
     """
 
     name: str
-    label: str
+    label: str | int
     parts: tuple[Part, ...]
     sink: float = 0.0
     follow: float = 1.0

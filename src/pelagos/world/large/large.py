@@ -141,7 +141,7 @@ class LargeConfig(WorldConfig):
         Raises:
             WorldError: too small a limit, a file that cannot be used, an inset outside the world.
         """
-        site = Site()
+        site = Site(user_labels=self.labels)
         rows = tuple(site.row(material(m)) for m in dict.fromkeys([self.material, *self._inset_materials()]))
         origin = GeoOrigin(self.latitude_deg or 0.0, self.longitude_deg or 0.0)
         cells = self._cells()
