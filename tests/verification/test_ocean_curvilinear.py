@@ -1,4 +1,4 @@
-"""Fields on turned grids and on levels that follow the ground, as ROMS writes them, against the fields they were made of."""
+"""Fields on turned grids and on levels that follow the ground, as in ROMS, against the fields they were made of."""
 
 from __future__ import annotations
 

@@ -45,7 +45,7 @@ class WindConfig(Strict):
         rows = np.stack([amplitude, 2 * math.pi * f, phase], axis=-1).ravel() if count else np.zeros(1)
         shear = 5.73e-2 * math.sqrt(1 + 0.15 * self.speed_mps)
         speed, north, west, growth = (jit.Float64(v) for v in (self.speed_mps, *direction, shear))
-        wind = Wind(speed, north, west, growth, jit.Float64(rows), count)
+        wind = Wind(speed, north, west, growth, jit.Float64(rows), count, self.speed_mps > 0)
         dr.make_opaque(wind)
         return wind
 
@@ -53,7 +53,7 @@ class WindConfig(Strict):
 @jit.struct
 class Wind:
     """Attributes: `Float64` (1): speed [m/s], direction (north, west), growth with the logarithm of height; gusts:
-    amplitude [m/s], omega [rad/s], phase [rad] of each of `count` harmonics.
+    amplitude [m/s], omega [rad/s], phase [rad] of each of `count` harmonics; blows: whether there is any.
     """
 
     speed: Array
@@ -62,6 +62,7 @@ class Wind:
     shear: Array
     gusts: Array
     count: int
+    blows: bool
 
     def velocity(self, height: Array, t: Array) -> Array:
         """Velocity of the air [m/s] `height` [m] above the surface at time t [s], `Array3f64` NWU; the same at 0.5 m

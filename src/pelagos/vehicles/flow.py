@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any, Literal, TypeAlias
 
@@ -24,7 +24,7 @@ class Supply:
 
 @dataclass
 class Seaway:
-    """Waves at a hull: load, the wrench (6) of pressure, weight, diffraction and wind [N], [N m]; velocity (6) of the
+    """Waves at a hull: load, the wrench (6) of pressure, weight, diffraction and drift [N], [N m]; velocity (6) of the
     hull relative to the water of the waves, as a rigid sheet [m/s], [rad/s].
     """
 
@@ -48,6 +48,7 @@ class Flow:
         surface: roll and pitch at which a hull would lie level with the waves (2) [rad].
         actuators: states by name, limited; empty where no force is asked for.
         seaway: waves at a hull that floats, where pressure stands for its linear hydrostatics.
+        air: velocity of the air over ground in body axes (3) [m/s] at a height above the surface [m]; None in a calm.
     """
 
     position: Vector
@@ -61,6 +62,7 @@ class Flow:
     surface: Vector = (0.0, 0.0)
     actuators: Mapping[str, Array] = field(default_factory=dict)
     seaway: Seaway | None = None
+    air: Callable[[float], Vector] | None = None
 
     @property
     def down(self) -> list[Array]:

@@ -32,6 +32,7 @@ from pelagos.vehicles.terms.function import FunctionConfig
 from pelagos.vehicles.terms.glide import GlideConfig
 from pelagos.vehicles.terms.lift import LiftDragConfig
 from pelagos.vehicles.terms.restoring import SubmergedConfig
+from pelagos.vehicles.terms.windage import WindageConfig
 
 TermConfig: TypeAlias = Annotated[
     CrossFlowConfig
@@ -46,6 +47,7 @@ TermConfig: TypeAlias = Annotated[
     | SubmergedConfig
     | TimeConstantDampingConfig
     | TwinHullConfig
+    | WindageConfig
     | WingConfig,
     Field(discriminator="type"),
 ]

@@ -29,32 +29,17 @@ from pelagos import jit
 from pelagos.errors import did_you_mean
 from pelagos.hydro.algebra import Matrix, Vector, add, matmul, matvec, minus, transpose
 from pelagos.hydro.radiation import fit_memory, retardation
-from pelagos.hydro.wave_load import wind_wrench
 from pelagos.hydro.wetted_hull import wetted_load
 from pelagos.jit import Array
 from pelagos.ocean.hull_waves import HullWaves, Waterplane, hull_waves
 from pelagos.vehicles.drift import Drift, DriftConfig, compile_drift
-from pelagos.vehicles.part import Body, Fraction, NonNegative, PartConfig, Positive, numbers
+from pelagos.vehicles.part import Body, PartConfig, Positive, numbers
 from pelagos.vehicles.shape.pontoon import PontoonConfig, displaced, pontoon_mesh
 
 Values = NDArray[np.float64]
 _ORDER: Final = 4  # states a kernel
-_AIR: Final = 1.225  # kg/m^3
 _CATALOGUE: Final = "pelagos.vehicles.catalogue"
 _BEM: Final = ".bem.json"
-
-
-class SuperstructureConfig(PartConfig):
-    """What the wind blows on."""
-
-    frontal_m2: NonNegative
-    """Area seen from ahead [m^2]."""
-    lateral_m2: NonNegative
-    """Area seen from abeam [m^2]."""
-    height_m: NonNegative = 0.0
-    """Its middle, above the origin [m]."""
-    coefficients: tuple[Fraction, Fraction, Fraction] = (0.7, 0.85, 0.1)
-    """Of drag from ahead and from abeam, and of the moment in yaw (Fossen 2021, Section 10.1) [-]."""
 
 
 class RadiationConfig(PartConfig):
@@ -93,8 +78,6 @@ class AfloatConfig(PartConfig):
     drift: str | DriftConfig | None = None
     """Mean and slowly varying forces of second order: coefficients, or the catalogue's file that has them; without,
     none."""
-    superstructure: SuperstructureConfig | None = None
-    """What the wind blows on."""
 
     @model_validator(mode="after")
     def _known(self) -> Self:
@@ -164,8 +147,6 @@ class Seakeeping:
         added: M_A `(6, 6)`, at infinite frequency where there are kernels.
         kernels: of the memory.
         drift: of second order; None: none.
-        superstructure: None: no wind.
-        length: [m].
     """
 
     vertices: Values
@@ -179,8 +160,6 @@ class Seakeeping:
     added: Matrix
     kernels: tuple[Kernel, ...]
     drift: Drift | None
-    superstructure: SuperstructureConfig | None
-    length: float
 
     @property
     def memory(self) -> int:
@@ -215,7 +194,7 @@ class Seakeeping:
         t: Array,
         table: HullTable,
     ) -> list[Array]:
-        """Pressure, weight, drift, added mass times the acceleration of the `water` (6, body axes), and wind (6)."""
+        """Pressure, weight, drift, and added mass times the acceleration of the `water` (6, body axes) (6)."""
         place = jit.Array3f64(position[0], -position[1], dr.minimum(-position[2], 0.0))
         weight = ocean.density(place, t) * self.gravity
         depth = position[2] if ocean.tide is None else position[2] + ocean.tide.level(t)
@@ -230,16 +209,7 @@ class Seakeeping:
         wet = [weight * f for f in [*matvec(back, force), *matvec(back, moment)]]
         down = [self.weight * r for r in rotation[2]]
         heavy = [*down, *_cross(self.center_of_gravity, down)]
-        loads = add(wet, heavy, minus(self.rest), matvec(self.added, water))
-        return loads if self.superstructure is None else add(loads, self._wind(ocean, place, rotation, t))
-
-    def _wind(self, ocean: Any, place: Array, rotation: Matrix, t: Array) -> list[Array]:
-        """Against a hull that stands still against the wind's speed."""
-        s = self.superstructure
-        assert s is not None
-        wind = ocean.wind(jit.Array3f64(place[0], place[1], jit.Float64(s.height_m)), t)
-        blows = matvec(transpose(rotation), [wind[0], -wind[1], -wind[2]])
-        return wind_wrench(_AIR, blows, s.frontal_m2, s.lateral_m2, self.length, s.coefficients, s.height_m)
+        return add(wet, heavy, minus(self.rest), matvec(self.added, water))
 
     def remember(self, memory: Sequence[Array], velocity: Vector, h: Array) -> tuple[list[Array], list[Array]]:
         """The memory after h [s] at a velocity (6) relative to the water, and the wrench (6) in that step's middle."""
@@ -328,8 +298,6 @@ def compile_seakeeping(config: AfloatConfig, body: Body) -> Seakeeping:
         added=numbers(added),
         kernels=kernels,
         drift=None if config.drift_coefficients is None else compile_drift(config.drift_coefficients),
-        superstructure=config.superstructure,
-        length=body.length,
     )
 
 

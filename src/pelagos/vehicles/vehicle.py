@@ -325,7 +325,16 @@ class Vehicle:
         return Tables(thrusters, None if sea is None else sea.table())
 
     def flow(self, rigid: Rigid, ocean: Any, t: Array, tables: Tables | None = None) -> Flow:
-        """The water around a vehicle: current at its origin, its shear along the hull, and the surface above."""
+        """The water around a vehicle: current at its origin, shear along the hull, surface and wind above."""
+        flow = self._water(rigid, ocean, t, tables)
+        air = getattr(ocean, "air", None)
+        if air is not None and air.blows:
+            north, west = rigid.position[0], -rigid.position[1]
+            back = transpose(flow.rotation)
+            flow.air = lambda height: matvec(back, [*flip_yz(ocean.wind(jit.Array3f64(north, west, height), t))])
+        return flow
+
+    def _water(self, rigid: Rigid, ocean: Any, t: Array, tables: Tables | None) -> Flow:
         rotation = rotation_from_quaternion(rigid.attitude)
         how = self.config.current_rotation
         if ocean is None:
