@@ -17,6 +17,7 @@ from pelagos.errors import LookupFailed
 from pelagos.jit import Array
 from pelagos.ocean.current import Current
 from pelagos.ocean.current import total as total_current
+from pelagos.ocean.slender_waves import SlenderMotion, slender_waves
 from pelagos.ocean.tide import Tide
 from pelagos.ocean.tracer import ScalarField
 from pelagos.ocean.tracer import total as total_field
@@ -105,6 +106,17 @@ class Ocean:
             return None
         level = jit.Float64(0.0) if self.tide is None else self.tide.level(t)
         motion = self.waves.motion(jit.Array3f64(position[0], position[1], position[2] - level), t, stretch=stretch)
+        motion.elevation = motion.elevation + level
+        return motion
+
+    def waves_along(
+        self, position: tuple[Array, Array, Array], axis: tuple[Array, Array, Array], length: float, t: Array
+    ) -> SlenderMotion | None:
+        """Orbital motion along a slender body, see `slender_waves`; None where there are no waves."""
+        if self.waves is None:
+            return None
+        level = jit.Float64(0.0) if self.tide is None else self.tide.level(t)
+        motion = slender_waves(self.waves, (position[0], position[1], position[2] - level), axis, length, t)
         motion.elevation = motion.elevation + level
         return motion
 

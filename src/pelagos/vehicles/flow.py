@@ -8,7 +8,7 @@ from typing import Any, Literal, TypeAlias
 
 import drjit as dr
 
-from pelagos.hydro.algebra import Matrix, Vector, cross, matvec, minus, total, transpose
+from pelagos.hydro.algebra import Matrix, Vector, add, cross, matvec, minus, total, transpose
 from pelagos.jit import Array
 
 CurrentRotation: TypeAlias = Literal["attitude", "heading"]
@@ -42,7 +42,7 @@ class Flow:
         rotation: `(3, 3)`, FRD -> NED.
         nu: velocity over ground (6) [m/s], [rad/s].
         nu_r: velocity relative to the water (6).
-        current_rate: rate of change of the current in body axes (6), because the body turns [m/s^2].
+        current_rate: rate of change of the water's velocity in body axes (6) [m/s^2], [rad/s^2].
         supply: what feeds electric thrusters; None where nothing is fed.
         shear: change of the current's sideways and downward velocity along the body's axis (2) [1/s].
         surface: roll and pitch at which a hull would lie level with the waves (2) [rad].
@@ -96,12 +96,15 @@ def make_flow(
     elevation: Array = 0.0,
     acceleration: Vector | None = None,
     surface: Vector = (0.0, 0.0),
+    turning: Vector = (0.0, 0.0, 0.0),
+    turning_rate: Vector = (0.0, 0.0, 0.0),
 ) -> Flow:
     """The flow past a vehicle in a current (3) NED [m/s] that changes with `acceleration` (3) NED [m/s^2].
 
     `current_rotation`: into body axes with the whole attitude, or, as Fossen's programs do, with the heading alone
     (right only while roll and pitch are small). `elevation`: of the surface above the vehicle, upwards [m]; `surface`:
-    see `Flow`.
+    see `Flow`. `turning`, `turning_rate`: angular velocity and acceleration of the water along the hull, body axes (3)
+    [rad/s], [rad/s^2].
     """
     w = nu[3:]
     if current_rotation == "attitude":
@@ -115,9 +118,9 @@ def make_flow(
         rate = [w[2] * in_body[1], -w[2] * in_body[0], 0.0]
     if acceleration is not None:
         rate = [a + b for a, b in zip(rate, matvec(transpose(rotation), acceleration), strict=True)]
-    nu_r = [nu[0] - in_body[0], nu[1] - in_body[1], nu[2] - in_body[2], *w]
+    nu_r = [nu[0] - in_body[0], nu[1] - in_body[1], nu[2] - in_body[2], *add(w, minus(turning))]
     immersion = total(position[2], elevation)
-    rates = [*rate, 0.0, 0.0, 0.0]
+    rates = [*rate, *turning_rate]
     return Flow(list(position), immersion, rotation, list(nu), nu_r, rates, list(shear), surface=list(surface))
 
 

@@ -35,7 +35,7 @@ from pelagos.vehicles.shape.parts import PartsHull, ShapePart
 from pelagos.vehicles.shape.torpedo import TorpedoHull
 from pelagos.vehicles.state import VehicleState
 from pelagos.vehicles.tables import Tables
-from pelagos.vehicles.wave_flow import WaveFlow, surface_under
+from pelagos.vehicles.wave_flow import WaveFlow, along_hull, surface_under
 
 __all__ = ["Vehicle", "VehicleConfig"]
 
@@ -358,7 +358,7 @@ class Vehicle:
         return make_flow(
             rigid.position, rotation, rigid.nu, [a + b for a, b in zip(current, waves.velocity, strict=True)],
             current_rotation=how, shear=shear, elevation=waves.elevation, acceleration=waves.acceleration,
-            surface=waves.surface,
+            surface=waves.surface, turning=waves.turning, turning_rate=waves.turning_rate,
         )  # fmt: skip
 
     def _seaway(
@@ -392,14 +392,15 @@ class Vehicle:
     def _waves(self, ocean: Any, position: Vector, rotation: Matrix, t: Array) -> WaveFlow:
         """The waves at a vehicle; what floats feels the surface under its whole waterplane."""
         afloat = any(getattr(term, "type", "") in _AFLOAT for term in self.config.terms.values())
-        motion = ocean.wave_motion(flip_yz(jit.Array3f64(*position)), t, stretch=afloat)
-        velocity, acceleration = [*flip_yz(motion.velocity)], [*flip_yz(motion.acceleration)]
         if not afloat:
-            return WaveFlow(velocity, acceleration, motion.elevation, (0.0, 0.0))
+            return along_hull(ocean, position, rotation, self.config.length_m, t)
+        motion = ocean.wave_motion(flip_yz(jit.Array3f64(*position)), t)
+        velocity, acceleration = [*flip_yz(motion.velocity)], [*flip_yz(motion.acceleration)]
         elevation, surface = surface_under(
             lambda x, y: ocean.elevation(x, -y, t), position, rotation, self.config.length_m, self.config.beam
         )
-        return WaveFlow(velocity, [*acceleration[:2], jit.Float64(0.0)], elevation, surface)
+        still = (0.0, 0.0, 0.0)
+        return WaveFlow(velocity, [*acceleration[:2], jit.Float64(0.0)], still, still, elevation, surface)
 
     def _begin(self, memory: Sequence[Array], controller: Controller, mode: str, flow: Flow) -> list[Array]:
         """The mode's memory: what it kept, or its start where another mode ran before."""

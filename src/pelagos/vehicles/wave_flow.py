@@ -2,7 +2,9 @@
 
 The acceleration of the water becomes, in the equation of motion, the Froude-Krylov force and the added mass's part of a
 body as heavy as the water that it displaces: exact for one much shorter than the waves (J. N. Newman, Marine
-Hydrodynamics, 1977, Section 6.19). What floats gets its vertical force and its moments from the surface under its
+Hydrodynamics, 1977, Section 6.19). A body under water feels them strip by strip, in the mean over its length and in
+their change along it, as if its mass were spread like the water that it displaces: Morison's force by strips, with the
+vehicle's own added mass and drag. What floats gets its vertical force and its moments from the surface under its
 waterplane instead, without radiated and diffracted waves.
 """
 
@@ -11,11 +13,11 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Final
+from typing import Any, Final
 
 import drjit as dr
 
-from pelagos.hydro.algebra import Matrix, Vector
+from pelagos.hydro.algebra import Matrix, Vector, matvec, transpose
 from pelagos.jit import Array
 
 _GAUSS: Final = 1 / math.sqrt(3)  # of half the length: exact for surfaces up to the third degree
@@ -27,14 +29,30 @@ class WaveFlow:
 
     Attributes:
         velocity, acceleration: of the water, NED (3) [m/s], [m/s^2].
+        turning, turning_rate: of the line of water along a hull, body axes (3) [rad/s], [rad/s^2].
         elevation: of the surface, upwards [m].
         surface: roll and pitch of the surface (2) [rad], FRD.
     """
 
     velocity: list[Array]
     acceleration: list[Array]
+    turning: Vector
+    turning_rate: Vector
     elevation: Array
     surface: Vector
+
+
+def along_hull(ocean: Any, position: Vector, rotation: Matrix, length: float, t: Array) -> WaveFlow:
+    """The waves along a hull under water; position NED, rotation FRD -> NED."""
+    axis = (rotation[0][0], -rotation[1][0], -rotation[2][0])
+    motion = ocean.waves_along((position[0], -position[1], -position[2]), axis, length, t)
+    velocity, acceleration, change, rate = (
+        [v[0], -v[1], -v[2]]
+        for v in (motion.velocity, motion.acceleration, motion.velocity_change, motion.acceleration_change)
+    )
+    back = transpose(rotation)
+    turning, turning_rate = ([0.0, -c[2], c[1]] for c in (matvec(back, change), matvec(back, rate)))
+    return WaveFlow(velocity, acceleration, turning, turning_rate, motion.elevation, (0.0, 0.0))
 
 
 def surface_under(
