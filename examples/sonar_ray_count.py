@@ -57,14 +57,17 @@ def main() -> None:
         by_bin = best.sum(axis=0)
         heard = best > 1e-3 * np.median(best[best > 0])
         print(f"{name}: {best.shape[0]} beams, error against {CONVERGED} rays a beam")
-        print("  rays   all energy   bins (rms)   cells (median)   empty cells")
+        print("  rays   all energy   bins (rms, median)   cells (median)   empty cells")
         for rays in COUNTS:
             found = image(place, position, rays)
             total = 10 * np.log10(found.sum() / best.sum())
-            bins = np.sqrt(np.mean((found.sum(axis=0) / by_bin - 1) ** 2))
+            error = np.abs(found.sum(axis=0) / by_bin - 1)
+            bins, typical = np.sqrt(np.mean(error**2)), np.median(error)
             cells = np.median(np.abs(10 * np.log10(np.maximum(found[heard], 1e-12) / best[heard])))
             empty = np.mean(found[heard] == 0)
-            print(f"  {rays:4d}  {total:+8.3f} dB   {100 * bins:7.2f} %   {cells:10.2f} dB   {100 * empty:8.2f} %")
+            print(
+                f"  {rays:4d}  {total:+8.3f} dB   {100 * bins:7.2f} % {100 * typical:7.2f} %   {cells:10.2f} dB   {100 * empty:8.2f} %"
+            )
 
 
 if __name__ == "__main__":

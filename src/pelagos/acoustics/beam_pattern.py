@@ -98,18 +98,21 @@ def energy_reach(steering: NDArray[np.float32], *, lost: float = 0.03) -> int:
     return reach
 
 
-def spread_over_beam(length: float, places: NDArray[np.floating]) -> tuple[NDArray[np.float64], float]:
+def spread_over_beam(
+    length: float, places: NDArray[np.floating], *, ways: int = 2
+) -> tuple[NDArray[np.float64], float]:
     """Angles within a line's main lobe where rays of equal weight stand, and the weight of all of them together.
 
     Args:
         length: aperture [wavelengths].
-        places: even places in (0, 1): the share of the two-way power pattern that lies to one side of each ray.
+        places: even places in (0, 1): the share of the power pattern that lies to one side of each ray.
+        ways: 2 for the pattern there and back, 1 for that of one way.
 
     Returns:
         angles off axis [rad], of the same shape, and the pattern's integral over the angle [rad].
     """
     limit = float(np.arcsin(min(1.0 / length, 1.0)))
     grid = np.linspace(-limit, limit, 4001)
-    power = line_np(np.sin(grid), length) ** 4
+    power = line_np(np.sin(grid), length) ** (2 * ways)
     share = np.concatenate([[0.0], np.cumsum(0.5 * (power[1:] + power[:-1]))]) * (grid[1] - grid[0])
     return np.interp(places * share[-1], share, grid), float(share[-1])

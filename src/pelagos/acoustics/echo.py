@@ -70,3 +70,13 @@ def strip_span(
     shift = dr.clip(middle, -limit, limit)
     slope = dr.select(dr.abs(tilt) > 0.02, facing / dr.select(tilt == 0.0, 1.0, tilt), 0.0)
     return near + shift, far + shift, direction - along * slope
+
+
+def widened(
+    near: Array, far: Array, distance: Array, direction: Array, normal: Array, along: Array, half: Array, longest: Array
+) -> tuple[Array, Array]:
+    """`strip_span` of a stratum that also reaches `half` [rad] to both sides, square to `along`: near, far [m]."""
+    facing = dr.maximum(-dr.dot(normal, direction), 1e-4)
+    lean = dr.abs(dr.dot(normal, dr.cross(direction, along)))
+    reach = dr.minimum(distance * half * lean / facing, longest)
+    return near - reach, far + reach

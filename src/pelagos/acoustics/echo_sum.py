@@ -213,7 +213,8 @@ def _strips(
     high = dr.maximum((patches.far - first_range) * (1.0 / bin_width), low + 1e-2)
     ping = dr.arange(jit.UInt32, pings * walk.fan) // walk.fan
     base = lattice_word(dr.gather(jit.Array3f64, whole, ping), patches.instance, seed)
-    share = dr.select(patches.valid, patches.energy / (high - low), 0.0) * patches.distance**decay
+    middle = dr.sqrt(dr.maximum(patches.near * patches.far, 1e-6))  # of which r^-2 has the mean over the strip
+    share = dr.select(patches.valid, patches.energy / (high - low), 0.0) * middle**decay
     edge = _BLEND * (high - low)
     heard = (share > 0.0) & (low - edge < bins) & (high + edge > 0.0)
     return _Strips(

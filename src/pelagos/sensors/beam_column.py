@@ -8,18 +8,16 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from pelagos.acoustics.beam_pattern import line_length, line_np, steering_matrix
+from pelagos.acoustics.beam_pattern import steering_matrix
 from pelagos.sensors.profiling_sonar import ProfilingSonarConfig
 from pelagos.sensors.reception import Layout
+from pelagos.sensors.slice_rays import slice_rays
 
 if TYPE_CHECKING:
     from pelagos.sensors.multibeam import MultibeamConfig
     from pelagos.sensors.ping import PingConfig
 
 _RAYS: Final = 24  # of a beam: strata across its sector
-_REACH: Final = 1.1  # how far rays lie fore and aft [half-power widths]: nearly to the first null
-_STEP: Final = 0.7548776662466927  # additive recurrences of the plastic number: evenly spread in two dimensions
-_STEP2: Final = 0.5698402909980532
 _SIDE_LOBES: Final = 16  # neighbours on each side whose echoes leak into a beam
 _SHARED: Final = (
     "position_m", "orientation_deg", "beams", "range_max_m", "frequency_hz", "bandwidth_hz", "pulse_s",
@@ -52,25 +50,12 @@ def column_layout(config: MultibeamConfig) -> Layout:
 
 def column_rays(config: MultibeamConfig) -> dict[str, NDArray[Any]]:
     """Rays in the multibeam's frame: strata across each beam's sector, spread fore and aft over the transmit beam."""
-    beam, k = (a.ravel() for a in np.meshgrid(np.arange(config.beams), np.arange(_RAYS), indexing="ij"))
-    sector = _sectors(config)[beam]
-    place = (0.5 + _STEP * beam + _STEP2 * k) % 1.0
-    low = config.angles[beam] + sector * (k / _RAYS - 0.5)
-    angle = low + place * sector / _RAYS
     width = math.radians(config.beamwidth_along_deg)
-    tilt = _REACH * width * (2.0 * ((0.5 + _STEP * k + _STEP2 * beam) % 1.0) - 1.0)
-    ca, sa, ct, st = np.cos(angle), np.sin(angle), np.cos(tilt), np.sin(tilt)
-    direction = np.stack([st, ct * sa, -ct * ca], axis=-1)
-    pattern = line_np(st, line_length(width)) ** 2
-    return {
-        "direction": direction,
-        "along": np.stack([0 * sa, ca, sa], axis=-1),
-        "aside": np.stack([0 * sa, sa, -ca], axis=-1) - direction,
-        "lower": low - angle,
-        "upper": low + sector / _RAYS - angle,
-        "weight": sector / _RAYS * (2.0 * _REACH * width) * ct * pattern,
-        "beam": beam,
-    }
+    rays = slice_rays(config.angles, _sectors(config), rays=_RAYS, width=width, ways=1)
+    for name in ("direction", "along", "aside"):
+        ahead, left, fore = rays[name].T
+        rays[name] = np.stack([fore, left, -ahead], axis=-1)
+    return rays
 
 
 def _sectors(config: MultibeamConfig) -> NDArray[np.float64]:

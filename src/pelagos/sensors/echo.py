@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from pelagos import jit
 from pelagos.acoustics.absorption import absorption, check_frequency
-from pelagos.acoustics.echo import Patches, strip_span
+from pelagos.acoustics.echo import Patches, strip_span, widened
 from pelagos.acoustics.refraction import LEVELS, Profile, arc, depart, profile_from, reduced_range, turned
 from pelagos.acoustics.spreading import patch_intensity
 from pelagos.jit import Array
@@ -45,6 +45,8 @@ class Fan:
         lower, upper: `Float` [rad], from the ray to the edges of its stratum along `along` (`lower` negative).
         weight: `Float` [sr]: solid angle of the stratum times the two-way power pattern that is no beamformer's.
         beam: `UInt32`.
+        half: `Float` [rad], how far the stratum reaches to both sides, square to `along`; None where that is of no
+            matter, since its neighbours in the beam reach as far.
     """
 
     direction: Array
@@ -54,6 +56,7 @@ class Fan:
     upper: Array
     weight: Array
     beam: Array
+    half: Array | None = None
 
 
 @jit.struct
@@ -134,7 +137,8 @@ def arcs_of(reach: float) -> int:
 
 
 def fan_struct(fan: dict[str, NDArray[Any]]) -> Fan:
-    """The device arrays of a ray pattern made on the host: `direction`, `along`, `aside` `(r, 3)`; the rest `(r,)`."""
+    """The device arrays of a ray pattern made on the host: `direction`, `along`, `aside` `(r, 3)`; the rest `(r,)`, of
+    which `half` may be absent."""
     made = Fan(
         direction=jit.Array3f(np.ascontiguousarray(fan["direction"].T, dtype=np.float32)),
         along=jit.Array3f(np.ascontiguousarray(fan["along"].T, dtype=np.float32)),
@@ -143,6 +147,7 @@ def fan_struct(fan: dict[str, NDArray[Any]]) -> Fan:
         upper=jit.Float(fan["upper"].astype(np.float32)),
         weight=jit.Float(fan["weight"].astype(np.float32)),
         beam=jit.UInt32(fan["beam"].astype(np.uint32)),
+        half=jit.Float(fan["half"].astype(np.float32)) if "half" in fan else None,
     )
     dr.make_opaque(made)
     return made
@@ -272,6 +277,10 @@ def patches_of(
     limit = _STEEPEST * t * (upper - lower) / dr.maximum(dr.abs(view.direction.z), 0.02)
     limit = dr.minimum(limit, longest)
     near, far, slide = strip_span(t, view.direction, normal, view.along, view.aside, lower, upper, limit)
+    if fan.half is not None:
+        half = dr.gather(jit.Float, fan.half, view.ray)
+        limit = dr.minimum(_STEEPEST * t * half / dr.maximum(dr.abs(view.direction.z), 0.02), longest)
+        near, far = widened(near, far, t, view.direction, normal, view.along, half, limit)
     if trace is not None:
         for name, value, unit in (
             ("ray direction, up component", view.direction.z, "1"),

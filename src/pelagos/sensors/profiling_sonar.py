@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any, ClassVar, Literal
 
 import numpy as np
@@ -10,8 +11,9 @@ from pydantic import Field
 
 from pelagos.sensors.ping import decibels
 from pelagos.sensors.pinger import Pinger
-from pelagos.sensors.sector import SectorConfig, fan_rays, layout
+from pelagos.sensors.sector import SectorConfig, layout
 from pelagos.sensors.sensor import Kinematics, Measurement, SensorConfig, SensorContext
+from pelagos.sensors.slice_rays import slice_rays
 
 
 class ProfilingSonarConfig(SectorConfig):
@@ -32,10 +34,17 @@ class ProfilingSonarConfig(SectorConfig):
     """Half-power width of the fan across it [deg], one way."""
     frequency_hz: float = Field(default=675e3, gt=0)
     """Centre frequency [Hz]."""
-    rays_per_beam: int = Field(default=16, ge=4, le=4096)
-    """Rays a beam, stratified across the fan."""
+    rays_per_beam: int = Field(default=32, ge=4, le=4096)
+    """Rays a beam, stratified across the beam."""
     detection_db: float = Field(default=15.0, ge=0)
     """Level over the middle of a beam's samples at which a sample is an echo [dB]."""  # assumed
+
+
+def fan_rays(config: ProfilingSonarConfig) -> dict[str, NDArray[Any]]:
+    """The ray pattern in the sensor frame: x ahead, y left, z out of the fan (see `slice_rays`)."""
+    sectors = np.full(config.beams, math.radians(config.horizontal_aperture_deg) / config.beams)
+    width = math.radians(config.vertical_beamwidth_deg)
+    return slice_rays(config.azimuths, sectors, rays=config.rays_per_beam, width=width, ways=2)
 
 
 class ProfilingSonar:

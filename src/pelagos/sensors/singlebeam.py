@@ -31,7 +31,7 @@ class SinglebeamConfig(PingConfig):
     """Frequency [Hz]."""
     bandwidth_hz: float = Field(default=10e3, gt=0)
     """Bandwidth of the pulse [Hz]."""
-    rays: int = Field(default=256, ge=8, le=65536)
+    rays: int = Field(default=512, ge=8, le=65536)
     """Rays in the cone."""
 
 
@@ -41,13 +41,14 @@ def cone_rays(beamwidth: float, count: int) -> dict[str, NDArray[Any]]:
     low, high = edges[:-1], edges[1:]
     angle = 0.5 * (low + high)
     turn = _GOLDEN * np.arange(count)
+    cell = edges[-1] * math.sqrt(math.pi / count)  # edge of a ray's share of the cone: strips on slopes are as long
     ca, sa, ct, st = np.cos(angle), np.sin(angle), np.cos(turn), np.sin(turn)
     return {
         "direction": np.stack([sa * ct, sa * st, -ca], axis=-1),
         "along": np.stack([ca * ct, ca * st, sa], axis=-1),
         "aside": np.zeros((count, 3)),
-        "lower": low - angle,
-        "upper": high - angle,
+        "lower": np.minimum(low - angle, -0.5 * cell),
+        "upper": np.maximum(high - angle, 0.5 * cell),
         "weight": 2 * np.pi * (np.cos(low) - np.cos(high)) * line_np(sa, line_length(beamwidth)) ** 4,
         "beam": np.zeros(count, dtype=np.uint32),
     }

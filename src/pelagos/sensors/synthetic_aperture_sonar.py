@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Any, ClassVar, Literal
+from typing import Any, ClassVar, Final, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +15,9 @@ from pelagos.sensors.ping import PingConfig
 from pelagos.sensors.pinger import Pinger
 from pelagos.sensors.reception import Layout
 from pelagos.sensors.sensor import Kinematics, Measurement, SensorConfig, SensorContext
+
+_STEP: Final = 0.7548776662466927  # additive recurrences of the plastic number: evenly spread in two dimensions
+_STEP2: Final = 0.5698402909980532
 
 
 class SyntheticApertureSonarConfig(PingConfig):
@@ -52,24 +55,28 @@ def beam_rays(config: SyntheticApertureSonarConfig) -> dict[str, NDArray[Any]]:
     rows = max(int(math.sqrt(config.rays)), 8)
     columns = config.rays // rows
     vertical, along = math.radians(config.vertical_beamwidth_deg), math.radians(config.beamwidth_deg)
-    edges = np.linspace(-1.1 * vertical, 1.1 * vertical, rows + 1) - math.radians(config.depression_deg)
-    edges = np.maximum(edges, -math.pi / 2 + 1e-3)
+    depression = math.radians(config.depression_deg)
     row, column = (a.ravel() for a in np.meshgrid(np.arange(rows), np.arange(columns), indexing="ij"))
-    low, high = edges[row], edges[row + 1]
-    place = (0.5 + 0.7548776662466927 * column) % 1.0
-    elevation = low + place * (high - low)
+    lowest, highest = max(-1.1 * vertical - depression, -math.pi / 2 + 1e-3), 1.1 * vertical - depression
+    offset = (0.5 + _STEP * column) % 1.0  # edges that were the same in all columns would show as rings
+    edge = lambda k: lowest + np.clip((k - 1 + offset) / (rows - 1), 0.0, 1.0) * (highest - lowest)
+    low, high = edge(row), edge(row + 1)
+    grid = np.linspace(lowest, highest, 8001)
+    power = line_np(np.sin(grid + depression), line_length(vertical)) ** 4 * np.cos(grid) * (grid[1] - grid[0])
+    share = np.concatenate([[0.0], np.cumsum(0.5 * (power[1:] + power[:-1]))])
+    elevation = low + (0.5 + _STEP * column) % 1.0 * (high - low)
     step = 2.2 * along / columns
-    azimuth = -1.1 * along + (column + (0.5 + 0.5698402909980532 * row) % 1.0) * step
-    off_axis = elevation + math.radians(config.depression_deg)
+    azimuth = -1.1 * along + (column + (0.5 + _STEP2 * row) % 1.0) * step
     ce, se, ca, sa = np.cos(elevation), np.sin(elevation), np.cos(azimuth), np.sin(azimuth)
-    pattern = line_np(np.sin(off_axis), line_length(vertical)) ** 4 * line_np(sa, line_length(along)) ** 4
     return {
         "direction": np.stack([ce * sa, ce * ca, se], axis=-1),
         "along": np.stack([-se * sa, -se * ca, ce], axis=-1),
         "aside": np.zeros((len(row), 3)),
         "lower": low - elevation,
         "upper": high - elevation,
-        "weight": step * (np.sin(high) - np.sin(low)) * pattern,
+        "weight": step
+        * (np.interp(high, grid, share) - np.interp(low, grid, share))
+        * line_np(sa, line_length(along)) ** 4,
         "beam": np.zeros(len(row), dtype=np.uint32),
     }
 

@@ -19,10 +19,9 @@ from pelagos.raycast.geometry import Geometry
 from pelagos.raycast.rays import NO_BODY
 from pelagos.raycast.scene import Scene
 from pelagos.sensors.echo import look
-from pelagos.sensors.imaging_sonar import ImagingSonar, ImagingSonarConfig
+from pelagos.sensors.imaging_sonar import ImagingSonar, ImagingSonarConfig, fan_rays
 from pelagos.sensors.lanes import lanes
 from pelagos.sensors.multibeam import Multibeam, MultibeamConfig
-from pelagos.sensors.sector import fan_rays
 from pelagos.sensors.sidescan import Sidescan, SidescanConfig
 from pelagos.sensors.singlebeam import Singlebeam, SinglebeamConfig
 from pelagos.sensors.sounder import Sounder

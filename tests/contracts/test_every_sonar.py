@@ -1,0 +1,87 @@
+"""What everything that casts sound must do, checked the day it is added: it sees each change with its next ping."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+import pelagos as pl
+from pelagos.config import registry
+from pelagos.sensors.ping import PingConfig
+
+AHEAD, BELOW, ASIDE = (1.0, 0.0, 0.0), (0.0, 0.0, -1.0), (0.0, np.cos(np.radians(27)), -np.sin(np.radians(27)))
+LOOKS: dict[str, tuple[Any, dict[str, Any]]] = {
+    "imaging_sonar": (AHEAD, {"beams": 33, "bins": 256}),
+    "mechanical_scanning_sonar": (AHEAD, {"bins": 256, "sector_deg": 2.0, "step_deg": 2.0}),
+    "profiling_sonar": (BELOW, {"beams": 33, "bins": 256, "orientation_deg": [0, 90, 0]}),
+    "singlebeam": (BELOW, {"bins": 256}),
+    "multibeam": (BELOW, {"beams": 33}),
+    "altimeter": (BELOW, {}),
+    "dvl": (BELOW, {}),
+    "adcp": (BELOW, {"cells": 30}),
+    "sidescan": (ASIDE, {"bins": 256}),
+    "synthetic_aperture_sonar": (ASIDE, {"bins": 256, "rays": 4096, "range_min_m": 1.0}),
+}
+DEPTH, ALTITUDE = 15.0, 20.0
+
+
+def test_all_sonars_are_here():
+    names = registry.entries("sensor", plugins=False)
+    gives_levels = {name for name in names if issubclass(registry.find("sensor", name).load().Config, PingConfig)}
+    assert gives_levels | {"multibeam", "altimeter", "dvl", "adcp"} == set(LOOKS)
+
+
+def simulation(name: str, **options: Any) -> pl.Simulation:
+    sensor: dict[str, Any] = {"type": name, "rate_hz": 10, **LOOKS[name][1], **options}
+    if name not in ("altimeter", "dvl", "adcp"):
+        sensor = {"range_max_m": 30.0} | sensor
+    start = {"position_m": [0.0, 0.0], "depth_m": DEPTH}
+    auv = {"vehicle": "remus100", "start": start, "sensors": {"it": sensor}}
+    return pl.Simulation.load({"world": {"type": "flat", "depth_m": DEPTH + ALTITUDE}, "agents": {"auv0": auv}})
+
+
+def next_ping(sim: pl.Simulation) -> pl.Reading:
+    """The next reading, of a vehicle that is held where it is."""
+    for _ in range(100):
+        sim.set_state("auv0", position=(0, 0, -DEPTH), attitude=(1, 0, 0, 0), velocity=(0, 0, 0))
+        obs = sim.step()
+        if "it" in obs["auv0"]:
+            return obs["auv0"]["it"]
+    raise AssertionError("no reading")
+
+
+def ranges_of(name: str, reading: pl.Reading, before: pl.Reading, ranges: np.ndarray | None) -> float:
+    """The nearest range at which the truth of two readings differs [m]."""
+    if name in ("dvl", "adcp"):
+        return float(np.nanmin(reading.extras["ranges"][0]))
+    if ranges is None:
+        return float(np.nanmin(reading.truth[0]))
+    now, then = (10.0 ** (4.5 * r.truth[0].reshape(-1, len(ranges)).astype(float)) for r in (reading, before))
+    return float(ranges[(np.abs(now - then).max(axis=0) > 1e-2 * np.abs(now - then).max()).argmax()])
+
+
+@pytest.mark.parametrize("name", sorted(LOOKS))
+def test_a_prop_that_is_spawned_moved_and_removed_is_seen_by_the_next_ping(name):
+    """No caches: a cube of 8 m in the sonar's view, at 6 m, at 9 m, and gone."""
+    sim = simulation(name)
+    sim.reset()
+    axis = np.array(LOOKS[name][0])
+    table = sim.model.agents["auv0"].sensors["it"].sensor
+    ranges = getattr(table, "tables", {}).get("range")
+    place = lambda r: np.array([0, 0, -DEPTH]) + (r + 4.0) * axis  # whose near face is at the range r
+    empty = next_ping(sim)
+    cube = sim.spawn(pl.Prop("box", position=place(6.0), size=8.0))
+    spawned = next_ping(sim)
+    cube.move(position=place(9.0))
+    moved = next_ping(sim)
+    cube.remove()
+    gone = next_ping(sim)
+
+    tilt = {"dvl": 1 / np.cos(np.radians(30)), "adcp": 1 / np.cos(np.radians(20))}.get(name, 1.0)
+    assert ranges_of(name, spawned, empty, ranges) == pytest.approx(6.0 * tilt, abs=1.5)
+    assert ranges_of(name, moved, empty, ranges) == pytest.approx(9.0 * tilt, abs=1.5)
+    assert np.array_equal(gone.truth, empty.truth, equal_nan=gone.truth.dtype.kind == "f")
+    if name in ("dvl", "adcp"):
+        assert np.array_equal(gone.extras["ranges"] > 15.0, empty.extras["ranges"] > 15.0)
