@@ -85,6 +85,28 @@ def test_examples_are_valid(name: str, capsys: pytest.CaptureFixture[str]) -> No
     assert "lawn-mower pattern" in text
 
 
+@pytest.mark.parametrize(
+    ("ocean", "words"),
+    [
+        (
+            "{waves: {type: jonswap, significant_hight_m: 1, peak_period_s: 5}}",
+            "(did you mean 'significant_height_m'?)",
+        ),
+        ("{waves: {type: sea_state, state: 3}, waves_depth_m: 0}", "waves_depth_m: must be greater than 0 [m], not 0"),
+        ("{waves: {type: table, frequency_hz: [0.1, 0.2], density_m2phz: [0, 0]}}", "somewhere positive"),
+        ("{currents: {type: gridded, file: nothing.nc}}", "ocean.currents[0]: there is no file"),
+        ("{temperature_c: [{type: gridded, file: nothing.nc}]}", "ocean.temperature_c: there is no file"),
+        ("{tracers: {dye: [{type: gridded, file: nothing.nc}]}}", "ocean.tracers.dye: there is no file"),
+    ],
+)
+def test_check_refuses_an_ocean_that_a_run_would_refuse(
+    small: Path, ocean: str, words: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    small.write_text(f"{SMALL}origin: {{latitude_deg: 44, longitude_deg: 13}}\nocean: {ocean}\n")
+    assert outcome("check", str(small)) == 2
+    assert words in " ".join(capsys.readouterr().err.split())
+
+
 def test_check_runs_without_a_device(small: Path) -> None:
     code = f"from pelagos.cli.main import main; main(['check', {str(small)!r}])"
     where = {"PELAGOS_LLVM_SEARCH": "/nonexistent", "PELAGOS_DEVICE": "cpu", "PATH": "/usr/bin:/bin"}

@@ -86,6 +86,29 @@ def test_statistics_of_the_way(mission: Mission) -> None:
     assert found["current_mps"]["greatest"] == pytest.approx(0.5 - 0.02 * depth.min(), abs=1e-3)
 
 
+def test_files_and_what_lay_beyond_them_are_reported(mission: Mission, tmp_path: Path) -> None:
+    """A file that covers the first half of the mission only, held at its last moment: half of the way is beyond."""
+    xarray = pytest.importorskip("xarray")
+    half = 0.5 * float(mission.motion.t[-1])
+    axes = ("time", "latitude", "longitude")
+    metres = {"units": "m"}
+    data = xarray.Dataset(
+        {name: (axes, np.full((2, 2, 2), 0.1), {"units": "m s-1"}) for name in ("uo", "vo")},
+        coords={
+            "time": ("time", [0.0, half], {"units": "seconds since 2024-01-01"}),
+            "latitude": ("latitude", [-1e4, 1e4], {**metres, "standard_name": "projection_y_coordinate"}),
+            "longitude": ("longitude", [-1e4, 1e4], {**metres, "standard_name": "projection_x_coordinate"}),
+        },
+    )
+    data.to_netcdf(tmp_path / "half.nc")
+    ocean = sea(currents={"type": "gridded", "file": str(tmp_path / "half.nc"), "outside": "clamp"})
+    files = water.gridded_files(mission, ocean)
+    assert [(f["field"], f["file"], f["outside"]) for f in files] == [("current", "half.nc", "clamp")]
+    assert files[0]["share_beyond"] == pytest.approx(0.5, abs=0.02)
+    assert "Current from half.nc (outside: clamp): 50 % of the way lay beyond it, the value" in water.files_text(files)
+    assert water.gridded_files(mission, sea(currents=[SHEAR])) == []
+
+
 @pytest.mark.parametrize(
     ("said", "titles"),
     [

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from pelagos import jit
-from pelagos.errors import ScenarioError
+from pelagos.errors import ScenarioError, ValidityWarning
 from pelagos.math.geodesy import GeoOrigin
 from pelagos.ocean.config import OceanConfig, build_ocean
 
@@ -125,7 +125,8 @@ def test_world_must_be_covered(tmp_path: Path) -> None:
     config = {"type": "gridded", "file": str(path)}
     with pytest.raises(ScenarioError, match=r"covers latitude 44\.9000 to 45\.1000, and the world reaches from 44\.8"):
         build_ocean(OceanConfig.model_validate({"currents": config}), world)
-    build_ocean(OceanConfig.model_validate({"currents": {**config, "outside": "clamp"}}), world)
+    with pytest.warns(ValidityWarning, match="beyond it the value at its edge holds"):
+        build_ocean(OceanConfig.model_validate({"currents": {**config, "outside": "clamp"}}), world)
 
 
 def test_run_must_be_covered(tmp_path: Path) -> None:

@@ -22,6 +22,7 @@ def check_scenario(path: Path, changes: Sequence[str], *, resolved: bool) -> Non
     from pelagos.vehicles.vehicle import Vehicle
 
     scenario = load_scenario(path, changes=changes)
+    _check_ocean(scenario)
     modes = {n: first_mode(scenario, n, Vehicle.from_config(a.vehicle)) for n, a in scenario.agents.items()}
     if resolved:
         out.print(to_yaml(scenario), end="", markup=False)
@@ -33,6 +34,19 @@ def check_scenario(path: Path, changes: Sequence[str], *, resolved: bool) -> Non
         out.print(_agent(agent, modes[name]))
         if agent.sensors:
             out.print(_sensors(agent, scenario.tick_rate_hz))
+
+
+def _check_ocean(scenario: Scenario) -> None:
+    """Refuse files of the ocean that a run would refuse, as far as the world is known before it is built."""
+    from pelagos.math.geodesy import GeoOrigin
+    from pelagos.ocean.config import check_files
+    from pelagos.ocean.site import Site
+
+    place = scenario.origin or scenario.world
+    latitude, longitude = getattr(place, "latitude_deg", None), getattr(place, "longitude_deg", None)
+    if latitude is not None and longitude is not None:
+        around = ((-1.0, -1.0, -1.0), (1.0, 1.0, 0.0))
+        check_files(scenario.ocean, Site(GeoOrigin(latitude, longitude), around, duration_s=scenario.duration_s))
 
 
 def _summary(scenario: Scenario) -> Table:

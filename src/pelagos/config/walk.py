@@ -67,6 +67,8 @@ def model_of(annotation: Any, value: Any) -> type[BaseModel] | None:
         tag = value.get("type") if isinstance(value, Mapping) else None
         tagged = [m for m in models if "type" in m.model_fields and tag in get_args(m.model_fields["type"].annotation)]
         return next(iter(tagged or models), None)
+    if get_origin(annotation) in (tuple, list) and isinstance(value, Mapping):  # one stands for a list of one
+        return model_of(get_args(annotation)[0], value)
     if isinstance(annotation, type) and issubclass(annotation, BaseModel):
         return annotation
     return None

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import replace
 from typing import TYPE_CHECKING, Annotated, Any, TypeAlias
 
@@ -11,7 +13,7 @@ from pydantic import Field, field_validator, model_validator
 
 from pelagos import jit
 from pelagos.config.strict import Strict
-from pelagos.errors import LookupFailed
+from pelagos.errors import LookupFailed, ScenarioError
 from pelagos.math.geodesy import GeoOrigin
 from pelagos.ocean.analytic_current import (
     GyreCurrentConfig,
@@ -125,6 +127,23 @@ class OceanConfig(Strict):
         return self
 
 
+def check_files(config: OceanConfig, site: Site) -> None:
+    """Read every file that the ocean needs, as a run would, without a device.
+
+    Raises:
+        ScenarioError: a file is missing, wrong, or does not cover the site although it must.
+    """
+    parts: list[tuple[str, Any]] = [(f"ocean.currents[{n}]", c) for n, c in enumerate(config.currents)]
+    for key, fields in (("temperature_c", config.temperature_c), ("salinity", config.salinity), *(
+        (f"tracers.{name}", fields) for name, fields in config.tracers.items()
+    )):  # fmt: skip
+        parts += [(f"ocean.{key}", c) for c in components_of(fields)]
+    for where, part in parts:
+        if part.type == "gridded":
+            with _said_at(where):
+                part.check(site)
+
+
 def build_ocean(config: OceanConfig, world: World | None = None, *, seed: int = 0, duration_s: float = 0.0) -> Ocean:
     """The ocean on the device.
 
@@ -138,11 +157,20 @@ def build_ocean(config: OceanConfig, world: World | None = None, *, seed: int = 
         ScenarioError: a file or a function that the ocean needs is missing or wrong.
     """
     site = replace(_site(world, seed), duration_s=duration_s)
-    currents = [current.build(site) for current in config.currents]
+    currents: list[Current] = []
+    for number, current in enumerate(config.currents):
+        with _said_at(f"ocean.currents[{number}]"):
+            currents.append(current.build(site))
+    tracers = {}
+    for name, f in config.tracers.items():
+        with _said_at(f"ocean.tracers.{name}"):
+            tracers[name] = [_build(c, currents, site) for c in components_of(f)]
+    with _said_at("ocean, temperature_c or salinity"):
+        masses = make_water(config.temperature_c, config.salinity, site)
     ocean = Ocean(
         currents=currents,
-        masses=make_water(config.temperature_c, config.salinity, site),
-        tracers={name: [_build(c, currents, site) for c in components_of(f)] for name, f in config.tracers.items()},
+        masses=masses,
+        tracers=tracers,
         waves=make_waves(config.waves, site, depth=config.waves_depth_m),
         tide=make_tide(config.tide),
         air=config.wind.build(site),
@@ -152,6 +180,15 @@ def build_ocean(config: OceanConfig, world: World | None = None, *, seed: int = 
         turbidity=config.turbidity,
     )
     return jit.slim(ocean)  # every frozen call has it among its arguments
+
+
+@contextmanager
+def _said_at(where: str) -> Iterator[None]:
+    """Give an error of a file or a function the key that asked for it."""
+    try:
+        yield
+    except ScenarioError as error:
+        raise error if error.where else ScenarioError(error.message, where=where) from error
 
 
 def _build(component: FieldConfig, currents: list[Current], site: Site) -> ScalarField:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import warnings
+from pathlib import Path
 from typing import Final, Literal, TypeAlias
 
 import drjit as dr
@@ -11,7 +13,7 @@ from numpy.typing import NDArray
 from pelagos import jit
 from pelagos.config.path import ScenarioPath
 from pelagos.config.strict import Strict
-from pelagos.errors import ScenarioError
+from pelagos.errors import ScenarioError, ValidityWarning
 from pelagos.jit import Array
 from pelagos.math.lookup import locate
 from pelagos.ocean.current import Current
@@ -22,6 +24,8 @@ from pelagos.ocean.site import Site
 Outside: TypeAlias = Literal["error", "clamp", "fade"]
 
 _MARGIN_M: Final = 2_000.0  # read around the world
+_BEYOND: Final = {"clamp": "the value at its edge holds", "fade": "the field goes to zero within a cell"}
+_OR_SAY: Final = "or say 'outside: clamp' or 'outside: fade'"
 _PRECISE_DEG: Final = 2e-9  # of the map from metres to degrees; 0.2 mm
 
 
@@ -34,10 +38,26 @@ class _Gridded(Strict):
     """Beyond the grid: `error` refuses a world or a moment that the file does not cover; `clamp` holds the value at the
     edge; `fade` lets it go to zero within one cell."""
 
-    def read(self, quantities: list[tuple[str, str | None]], site: Site) -> GridField:
+    def read(self, site: Site) -> GridField:
         """The variables on the device."""
-        data = read_grid(self.file, quantities, start=self.start, windows=_windows(site))
+        data = read_grid(self.file, self.quantities, start=self.start, windows=_windows(site))
         return grid_field(data, site, outside=self.outside, where=str(self.file))
+
+    @property
+    def quantities(self) -> list[tuple[str, str | None]]:
+        """What to read: key or label, and the variable's name or None to find it."""
+        raise NotImplementedError
+
+    def check(self, site: Site) -> None:
+        """Read the file as a run would, without a device.
+
+        Raises:
+            ScenarioError: what is wrong with it, or what of the site it does not cover although it must.
+        """
+        data = read_grid(self.file, self.quantities, start=self.start, windows=_windows(site))
+        lacking = _lacking(data, site, str(self.file))
+        if lacking and self.outside == "error":
+            raise ScenarioError(f"{lacking}, {_OR_SAY}")
 
 
 class GriddedCurrentConfig(_Gridded):
@@ -52,12 +72,15 @@ class GriddedCurrentConfig(_Gridded):
     up_variable: str | None = None
     """Name of the upward velocity in the file; none is read where not given."""
 
+    @property
+    def quantities(self) -> list[tuple[str, str | None]]:
+        """See `_Gridded`."""
+        wanted = [("east", self.east_variable), ("north", self.north_variable)]
+        return wanted if self.up_variable is None else [*wanted, ("up", self.up_variable)]
+
     def build(self, site: Site) -> Current:
         """The component on the device."""
-        wanted = [("east", self.east_variable), ("north", self.north_variable)]
-        if self.up_variable is not None:
-            wanted.append(("up", self.up_variable))
-        return GriddedCurrent(self.read(wanted, site))
+        return GriddedCurrent(self.read(site))
 
 
 @jit.struct
@@ -71,6 +94,7 @@ class GridField:
         to_row, to_column: `Float64`, coefficients of the polynomials from world x, y to row and column coordinates.
         scale: `Float64` (1), metres to the polynomials' argument.
         channels, outside: how many values a point has, and what holds beyond the grid.
+        source: the file's name.
     """
 
     values: Array
@@ -83,11 +107,22 @@ class GridField:
     scale: Array
     channels: int
     outside: str
+    source: str
+
+    def beyond(self, position: Array, t: Array) -> Array:
+        """Whether `position` (`Array3f64` NWU [m]) or time t [s] lies outside the grid, `Bool`; whatever the depth."""
+        when, _, row, column = self._places(position, t)
+        places, found = (when, row, column), jit.Bool(False)
+        for nodes, place in zip((self.time, self.row, self.column), places, strict=True):
+            count = dr.width(nodes)
+            if count > 1:
+                first, last = (dr.gather(jit.Float64, nodes, jit.UInt32(i)) for i in (0, count - 1))
+                found = found | (place < first - 1e-6) | (place > last + 1e-6)
+        return found
 
     def at(self, position: Array, t: Array) -> list[Array]:
         """`Float64` by channel, at `position` (`Array3f64` NWU [m]) and time t [s]."""
-        x, y = position[0] * self.scale, position[1] * self.scale
-        places = (t, -position[2], _polynomial(self.to_row, x, y), _polynomial(self.to_column, x, y))
+        places = self._places(position, t)
         axes = (self.time, self.depth, self.row, self.column)
         corners: list[tuple[Array, Array]] = [(jit.UInt32(0), jit.Float64(1.0))]
         weight = jit.Float64(1.0)
@@ -105,6 +140,11 @@ class GridField:
         kind = {1: jit.Float64, 2: jit.Array2f64, 3: jit.Array4f64}[self.channels]  # one access a corner
         value = sum(share * dr.gather(kind, self.values, index) for index, share in corners) * weight
         return [value] if self.channels == 1 else [value[c] for c in range(self.channels)]
+
+    def _places(self, position: Array, t: Array) -> tuple[Array, Array, Array, Array]:
+        """Coordinates of the grid: time, depth, row, column."""
+        x, y = position[0] * self.scale, position[1] * self.scale
+        return t, -position[2], _polynomial(self.to_row, x, y), _polynomial(self.to_column, x, y)
 
     def _edge(self, nodes: Array, place: Array, count: int, *, above: bool) -> Array:
         """Factor for places beyond the grid: 1 (clamp), falling to 0 (fade), not a number (error).
@@ -144,15 +184,19 @@ def grid_field(data: GriddedData, site: Site, *, outside: str, where: str) -> Gr
         to_row, to_column, scale = np.array([0.0, 0.0, 1.0]), np.array([0.0, -1.0, 0.0]), 1.0
     else:
         to_row, to_column, scale = _degrees(data, site)
-    if outside == "error":
-        _covers(data, site, where)
+    lacking = _lacking(data, site, where)
+    if lacking and outside == "error":
+        raise ScenarioError(f"{lacking}, {_OR_SAY}")
+    if lacking:
+        message = f"{lacking}; beyond it {_BEYOND[outside]} (outside: {outside})"
+        warnings.warn(message, ValidityWarning, stacklevel=2)
     channels = np.moveaxis(data.values, 0, -1)
     if channels.shape[-1] == 3:
         channels = np.concatenate([channels, np.zeros_like(channels[..., :1])], axis=-1)
     values = np.ascontiguousarray(channels).ravel()
     arrays = (values, data.time, data.depth, data.row, data.column, to_row, to_column, np.array([scale]))
     v, time, depth, row, column, a, b, s = (jit.Float64(np.array(x, dtype=np.float64)) for x in arrays)
-    field = GridField(v, time, depth, row, column, a, b, s, len(data.values), outside)
+    field = GridField(v, time, depth, row, column, a, b, s, len(data.values), outside, Path(where).name)
     dr.make_opaque(field)
     return field
 
@@ -169,11 +213,12 @@ def _windows(site: Site) -> Windows:
     return Windows(site.origin.longitude, degrees, (float(x[0]), float(x[1]), float(-y[1]), float(-y[0])))
 
 
-def _covers(data: GriddedData, site: Site, where: str) -> None:
+def _lacking(data: GriddedData, site: Site, where: str) -> str:
+    """What of the world and the run the file does not cover; empty where nothing."""
     if len(data.time) > 1 and site.duration_s > data.time[-1]:
-        raise ScenarioError(
+        return (
             f"{where} ends {data.time[-1]:g} s after the start, and the run lasts {site.duration_s:g} s; take an "
-            "earlier 'start' or a longer file, or say 'outside: clamp' or 'outside: fade'"
+            "earlier 'start' or a longer file"
         )
     low, high = site.corners
     x, y = np.meshgrid([low[0], high[0]], [low[1], high[1]])
@@ -181,10 +226,8 @@ def _covers(data: GriddedData, site: Site, where: str) -> None:
     for name, values, (first, last) in (("latitude", row, data.covers[:2]), ("longitude", column, data.covers[2:])):
         if values.min() < first - 1e-9 or values.max() > last + 1e-9:
             covered, needed = f"{first:.4f} to {last:.4f}", f"{values.min():.4f} to {values.max():.4f}"
-            raise ScenarioError(
-                f"{where} covers {name} {covered}, and the world reaches from {needed}; take another file or place, or "
-                "say 'outside: clamp' or 'outside: fade'"
-            )
+            return f"{where} covers {name} {covered}, and the world reaches from {needed}; take another file or place"
+    return ""
 
 
 def _degrees(data: GriddedData, site: Site) -> tuple[NDArray[np.float64], NDArray[np.float64], float]:

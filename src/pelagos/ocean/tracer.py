@@ -235,9 +235,14 @@ class GriddedFieldConfig(_Gridded):
     variable: str | None = None
     """Name of the variable in the file; found by its standard name where not given."""
 
+    @property
+    def quantities(self) -> list[tuple[str, str | None]]:
+        """See `GriddedCurrentConfig`."""
+        return [(self.quantity, self.variable)]
+
     def build(self, site: Site) -> ScalarField:
         """The component on the device."""
-        return GriddedField(self.read([(self.quantity, self.variable)], site))
+        return GriddedField(self.read(site))
 
 
 @jit.struct

@@ -120,14 +120,19 @@ def _water(mission: Mission, world: Any, ocean: Ocean | None, numbers: dict[str,
     if ocean is None:
         return []
     sections = []
+    files = water.gridded_files(mission, ocean)
     current = water.current_figure(mission, world, ocean)
     if current is not None:
-        sections.append(Section("Current", current[1], _figure(current[0], "map and section of the current")))
+        said = current[1] + water.files_text([f for f in files if f["field"] == "current"])
+        sections.append(Section("Current", said, _figure(current[0], "map and section of the current")))
     masses = water.water_figure(mission, world, ocean, mission.scenario)
     if masses is not None:
-        sections.append(Section("Water along the track", masses[1], _figure(masses[0], "sections of the water")))
+        said = masses[1] + water.files_text([f for f in files if f["field"] != "current"])
+        sections.append(Section("Water along the track", said, _figure(masses[0], "sections of the water")))
     if sections:
         numbers.setdefault("water", {})[mission.name] = water.water_statistics(mission, ocean)
+    if files:
+        numbers["water"][mission.name]["files"] = files
     return sections
 
 

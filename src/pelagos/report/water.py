@@ -17,6 +17,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from pelagos import jit
+from pelagos.ocean.gridded import GridField
 from pelagos.report import theme
 from pelagos.report.ground import Relief, relief
 from pelagos.report.mission import Mission
@@ -158,6 +159,36 @@ def water_statistics(mission: Mission, ocean: Any) -> dict[str, Any]:
         name: {"least": float(v.min()), "mean": float(v.mean()), "greatest": float(v.max())}
         for name, v in found.items()
     }
+
+
+def gridded_files(mission: Mission, ocean: Any) -> list[dict[str, Any]]:
+    """Fields from files along the way: what, file, policy beyond its grid, and the share of the way out there."""
+    motion = mission.motion
+    place, t = jit.Array3f64(np.ascontiguousarray(motion.position.T)), jit.Float64(np.ascontiguousarray(motion.t))
+    parts = [
+        ("current", ocean.currents),
+        ("temperature", getattr(ocean.masses, "temperatures", [])),
+        ("salinity", getattr(ocean.masses, "salinities", [])),
+        *ocean.tracers.items(),
+    ]
+    found = []
+    for name, components in parts:
+        for grid in (c.field for c in components if isinstance(getattr(c, "field", None), GridField)):
+            outside = np.broadcast_to(np.array(grid.beyond(place, t)), motion.t.shape)
+            share = float(outside.mean())
+            found.append({"field": name, "file": grid.source, "outside": grid.outside, "share_beyond": share})
+    return found
+
+
+def files_text(files: list[dict[str, Any]]) -> str:
+    """A sentence a file; empty without files."""
+    held = {"clamp": "the value at the edge held there", "fade": "the field went to zero there"}
+    return "".join(
+        f" {f['field'].capitalize()} from {f['file']} (outside: {f['outside']})"
+        + (f": {100 * f['share_beyond']:.0f} % of the way lay beyond it, {held.get(f['outside'], 'no value')}."
+           if f["share_beyond"] > 0 else ", which covers the whole way.")
+        for f in files
+    )  # fmt: skip
 
 
 def section_along(mission: Mission, world: Any) -> Section:
