@@ -23,7 +23,7 @@ WALL: Place = ((0, 55, -6), (0, 0, 90))
 VIEWS: dict[str, Place] = {
     "seabed": SEABED, "wreck": WRECK, "piles": PIER, "wall": WALL, "chain": CHAIN, "upward": UPWARD,
 }  # fmt: skip
-SIZE = (48, 32)  # [px]
+SIZE = (120, 80)  # [px]
 
 
 def light(studio: Studio, place: Place, ocean: dict[str, Any], **camera: Any) -> np.ndarray:

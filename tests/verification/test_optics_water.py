@@ -14,16 +14,22 @@ from pelagos.errors import LookupFailed
 from pelagos.optics.interface import critical_angle, fresnel, reflect, refract
 from pelagos.optics.lamp import Beam, lamp_backscatter, lamp_illuminance
 from pelagos.optics.phase import henyey_greenstein, henyey_greenstein_backward, water_molecules
-from pelagos.optics.sunlight import daylight, entering, light_at_depth
-from pelagos.optics.transport import near_transmission, sharp_transmission, total_transmission, veil_length
+from pelagos.optics.sunlight import daylight
+from pelagos.optics.transport import (
+    fitted_rate,
+    near_transmission,
+    path_length,
+    sharp_transmission,
+    total_transmission,
+)
 from pelagos.optics.water import (
     JERLOV_TYPES,
-    KIRK_G,
     REFRACTIVE_INDEX,
     WaterArrays,
     WaterOptics,
     channel_means,
     channel_weights,
+    kirk,
     spectra,
     water_optics,
 )
@@ -53,10 +59,10 @@ def test_downward_attenuation_is_the_table():
 def test_absorption_scattering_and_attenuation_agree(name: str):
     """Kirk's equation gives back Kd, except where pure water alone absorbs more than the old tables allow (red)."""
     s = spectra(name)
-    kirk = np.sqrt(s.absorption**2 + KIRK_G * s.absorption * s.scattering)
-    free = s.particle_scattering > 0
-    assert kirk[free] == pytest.approx(s.downwelling[free], rel=1e-9)
-    assert kirk == pytest.approx(s.downwelling, rel=0.1)  # Smith and Baker's water, 1981, against Pope and Fry's, 1997
+    kd = kirk(s.absorption, s.water_scattering, s.particle_scattering)
+    free = s.particle_scattering > 1e-9
+    assert kd[free] == pytest.approx(s.downwelling[free], rel=1e-9)
+    assert kd == pytest.approx(s.downwelling, rel=0.1)  # Smith and Baker's water, 1981, against Pope and Fry's, 1997
     assert (s.absorption > 0.0044).all()  # nothing is clearer than pure water at its clearest
     assert (s.particle_scattering >= 0).all()
 
@@ -89,27 +95,6 @@ def test_blue_is_lost_before_green_at_the_coast(name: str):
 def test_blue_is_lost_first_of_all_in_9c():
     r, g, b = water_optics("9C").downwelling
     assert b > g > r
-
-
-@pytest.mark.parametrize("name", JERLOV_TYPES)
-@pytest.mark.parametrize("elevation_deg", [90, 30])
-def test_irradiance_against_depth_is_kd_along_the_way_of_light(name: str, elevation_deg: float):
-    """Plane irradiance, beam and diffuse together, falls as Gordon and Kirk say: to rounding of float32."""
-    water = water_optics(name)
-    depth = jit.Float([1.0, 5.0, 20.0])
-    sun = daylight(math.radians(elevation_deg))
-    here = light_at_depth(entering(sun.arrays(), water.arrays()), depth)
-    plane = numbers(here.beam * here.towards_sun.z + here.diffuse)
-    sine = math.sin(math.radians(elevation_deg))
-    mu = math.sqrt(1 - (1 - sine**2) / REFRACTIVE_INDEX**2)
-    beam = np.array(sun.sun) * sine * (1 - float(fresnel(jit.Float64(sine), REFRACTIVE_INDEX)[0]))
-    sky = np.array(sun.sky) * 0.934
-    way = (beam / mu + 1.197 * sky) / (beam + sky)
-    a, b = np.array(water.absorption), np.array(water.scattering)
-    way = way * np.sqrt((a + (0.425 / way - 0.19) * b) / (a + 0.235 * b))
-    expected = np.exp(np.outer(way * water.downwelling, [4.0, 15.0]))
-    assert plane[:, :1] / plane[:, 1:2] == pytest.approx(expected[:, :1], rel=1e-4)
-    assert plane[:, 1:2] / plane[:, 2:] == pytest.approx(expected[:, 1:], rel=1e-4)
 
 
 def test_more_particles_scatter_more_and_darken():
@@ -145,23 +130,26 @@ def test_two_distances_give_back_the_attenuation():
 def test_no_distance_gives_the_surface_and_all_distance_the_veil():
     water = some_water().arrays()
     assert numbers(sharp_transmission(water, jit.Float(0))) == pytest.approx([1, 1, 1])
-    assert numbers(veil_length(water, water.downwelling, jit.Float(0), jit.Float(0))) == pytest.approx([0, 0, 0])
-    far = numbers(veil_length(water, water.downwelling, jit.Float(0), jit.Float(1e4)))
-    assert far == pytest.approx(1 / np.array(numbers(water.absorption + water.turning)), rel=1e-5)
+    assert numbers(path_length(water.attenuation, jit.Float(0))) == pytest.approx([0, 0, 0])
+    far = numbers(path_length(water.attenuation, jit.Float(1e4)))
+    assert far == pytest.approx(1 / np.array(numbers(water.attenuation)), rel=1e-5)
     assert numbers(sharp_transmission(water, jit.Float(1e4))) == pytest.approx([0, 0, 0])
 
 
-def test_veil_is_the_integral_along_the_ray():
-    """Against the trapezoid rule, up and down; 4000 steps leave (k h)^2 / 12 < 1e-6."""
-    water = some_water()
-    k = np.array(water.absorption) + numbers(water.arrays().turning)
+def test_path_length_is_the_integral_along_the_ray():
+    """Against the trapezoid rule, falling and rising; 4000 steps leave (k h)^2 / 12 < 1e-6."""
     s = np.linspace(0, 12, 4001)
-    for rise in (-1.0, -0.3, 0.0, 0.6, 1.0):
-        rate = k - np.array(water.downwelling) * rise
-        expected = np.trapezoid(np.exp(-np.outer(rate, s)), s, axis=1)
-        w = water.arrays()
-        got = numbers(veil_length(w, w.downwelling, jit.Float(rise), jit.Float(12.0)))
-        assert got == pytest.approx(expected, rel=1e-4)
+    rate = np.array([-0.4, -1e-5, 0.0, 1e-5, 0.02, 0.7])
+    expected = np.trapezoid(np.exp(-np.outer(rate, s)), s, axis=1)
+    assert numbers(path_length(jit.Float(rate), jit.Float(12.0))) == pytest.approx(expected, rel=1e-4)
+
+
+def test_fitted_rate_gives_the_whole_back():
+    """Newton's method to rounding, from rates that rise to rates that leave a thousandth."""
+    rate = np.array([-0.15, -0.01, 0.0, 0.003, 0.1, 1.0, 20.0])
+    whole = path_length(jit.Float(rate), jit.Float(12.0)) * 3.0
+    found = numbers(fitted_rate(whole, jit.Float(3.0), jit.Float(12.0)))
+    assert found == pytest.approx(rate, rel=2e-3, abs=2e-5)
 
 
 @pytest.mark.parametrize("g", [0.0, 0.5, 0.924])

@@ -27,7 +27,6 @@ PLANES: Final = (0.8, 2.0, 5.0, 12.0)  # depths of the maps [m]
 CELLS: Final = 128  # of a map, each way
 NODES: Final = 33  # of the grid that carries the ocean's own waves, each way
 NODE_STEP: Final = 1.5  # [m]
-_PHOTONS: Final = 128  # each way
 _HALF_UNIT: Final = 64
 _UNIT: Final = _HALF_UNIT**2  # of a photon: 2^20 of them fit a cell
 _GRAVITY: Final = 9.81
@@ -175,19 +174,23 @@ def _slopes(sea: Ripple, t: Array, lanes: int) -> tuple[Array, Array]:
 
 
 def _focus(slope_x: Array, slope_y: Array, towards_sun: Array, lanes: int) -> Array:
-    photon = dr.arange(jit.UInt32, lanes * _PHOTONS * _PHOTONS)
-    lane = photon // (_PHOTONS * _PHOTONS)
-    x = jit.Float(photon // _PHOTONS % _PHOTONS) * (TILE / _PHOTONS)
-    y = jit.Float(photon % _PHOTONS) * (TILE / _PHOTONS)
-    normal = surface_normal(_bilinear2(slope_x, slope_y, x, y, lane))
-    ray = refract(-towards_sun, normal, 1 / REFRACTIVE_INDEX)
+    """Photons through every cell of the surface, counted where they cross each plane."""
+    ray = refract(-towards_sun, surface_normal(jit.Array2f(slope_x, slope_y)), 1 / REFRACTIVE_INDEX)
     flat = sun_below_surface(towards_sun)
     dx, dy = ray.x / -ray.z + flat.x / flat.z, ray.y / -ray.z + flat.y / flat.z
-    counts = dr.zeros(jit.UInt32, lanes * len(PLANES) * CELLS * CELLS)
-    for p, depth in enumerate(PLANES):
-        base = (lane * len(PLANES) + p) * (CELLS * CELLS)
-        _splat(counts, base, (x + dx * depth) * (CELLS / TILE), (y + dy * depth) * (CELLS / TILE))
-    return _blurred(counts) * ((CELLS / _PHOTONS) ** 2 / _UNIT)
+    dr.eval(slope_x, slope_y, dx, dy)
+    number = dr.arange(jit.UInt32, lanes * len(PLANES) * CELLS * CELLS)
+    row, cell = number // (CELLS * CELLS), number % (CELLS * CELLS)
+    photon = row // len(PLANES) * (CELLS * CELLS) + cell
+    depth = jit.Float(PLANES[0])
+    for k in range(1, len(PLANES)):
+        depth = dr.select(row % len(PLANES) == k, PLANES[k], depth)
+    depth *= CELLS / TILE
+    counts = dr.zeros(jit.UInt32, dr.width(number))
+    u = jit.Float(cell // CELLS) + dr.gather(jit.Float, dx, photon) * depth
+    v = jit.Float(cell % CELLS) + dr.gather(jit.Float, dy, photon) * depth
+    _splat(counts, row * (CELLS * CELLS), u, v)
+    return _blurred(counts) * (1 / _UNIT)
 
 
 def _splat(counts: Array, base: Array, u: Array, v: Array) -> None:

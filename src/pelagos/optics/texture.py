@@ -107,6 +107,12 @@ def looks(albedo: Array, scale: Array, kinds: Sequence[str]) -> Looks:
     return table
 
 
+def mean_albedo(table: Looks, material: Array, active: Array) -> Array:
+    """Colour of materials from far away, `Array3f`."""
+    albedo, over = (dr.gather(jit.Array3f, v, material, active) for v in (table.albedo, table.layer_albedo))
+    return dr.lerp(albedo, over, dr.gather(jit.Float, table.layer, material, active))
+
+
 def surface_look(
     table: Looks, material: Array, place: Array, normal: Array, footprint: Array, active: Array
 ) -> tuple[Array, Array]:

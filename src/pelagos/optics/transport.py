@@ -42,16 +42,31 @@ def total_transmission(water: WaterArrays, distance: Array) -> Array:
     return dr.exp(-(water.absorption + water.backscatter) * distance)
 
 
-def veil_length(water: WaterArrays, downward: Array, rise: Array, distance: Array) -> Array:
-    """(1 - e^{-kappa z}) / kappa [m], `Array3f`: how many metres' worth of the light scattered at the eye is added.
+def path_length(rate: Array, distance: Array) -> Array:
+    """(1 - e^{-rate s}) / rate [m]: how many metres' worth of a light that falls along the way arrives.
 
     Args:
-        water: its optics.
-        downward: attenuation of daylight against depth, `Array3f` [1/m].
-        rise: upward component of the unit line of sight.
-        distance: in water [m].
+        rate: `Array3f` [1/m], of any sign.
+        distance: s [m].
     """
-    kappa = water.absorption + water.turning - downward * rise
-    x = kappa * distance
+    x = rate * distance
     small = dr.abs(x) < 1e-3
-    return dr.select(small, distance * (1 - 0.5 * x), (1 - dr.exp(-x)) / dr.select(small, 1, kappa))
+    return dr.select(small, distance * (1 - 0.5 * x), (1 - dr.exp(-x)) / dr.select(small, 1, rate))
+
+
+def fitted_rate(whole: Array, source: Array, distance: Array) -> Array:
+    """The rate with source path_length(rate, distance) = whole, `Array3f` [1/m], by Newton's method.
+
+    f(x) = (1 - e^{-x}) / x falls and is convex, and lies over 1 - x / 2 and 1 / (1 + x): the greater of both answers is
+    a start from which Newton's steps do not overshoot.
+    """
+    y = dr.clip(whole / dr.maximum(source * distance, 1e-20), 1e-6, 5)
+    x = dr.maximum(2 * (1 - y), dr.rcp(y) - 1)
+    for _ in range(4):
+        small = dr.abs(x) < 1e-2
+        safe = dr.select(small, 1, x)
+        kept = dr.exp(-safe)
+        f = dr.select(small, 1 - 0.5 * x + x * x / 6, (1 - kept) / safe)
+        slope = dr.select(small, -0.5 + x / 3, (kept * (1 + safe) - 1) / (safe * safe))
+        x -= (f - y) / slope
+    return x / distance

@@ -20,12 +20,12 @@ from pelagos import jit
 from pelagos.jit import Array
 from pelagos.optics.caustics import ripple
 from pelagos.optics.lens import natural_vignette
-from pelagos.sensors.ambient import openness
+from pelagos.sensors.ambient import ambience, ambience_at
 from pelagos.sensors.camera_sampling import Sample, sampled_rays, samples
 from pelagos.sensors.develop import balanced, developed, exposed, gathered, through_lens
 from pelagos.sensors.noise import opaque_key, stream_key
 from pelagos.sensors.path_tracing import path_traced
-from pelagos.sensors.pixels import Pixels, Tiling, between_tiles, pixels
+from pelagos.sensors.pixels import Pixels, Tiling, pixels
 from pelagos.sensors.sensor import Kinematics, Measurement, SensorConfig, SensorContext
 from pelagos.sensors.shading import Radiance, look
 from pelagos.sensors.surroundings import LitViewConfig, Surroundings, lamp_beam, scenery_of
@@ -168,15 +168,14 @@ class Camera:
             lamps = [lamp_beam(lamp, config, motion, where.image) for lamp in config.lamps]
 
             angle = pixel_angle(config)
-            tiles = openness(static, moving, scenery, lens, motion, own, config, tiling)
-            dr.eval(tiles)
-            opened = between_tiles(tiles, tiling, where)
+            tiles = ambience(static, moving, scenery, lens, motion, own, config, tiling)
+            around = ambience_at(tiles, tiling, where)
 
             def light_of(sample: Sample, exposure: Array, number: Array) -> Radiance:
                 rays = sampled_rays(lens, where, motion, own, config, sample, exposure)
                 if config.renderer == "realtime":
                     return look(
-                        static, moving, scenery, rays, where.image, lamps, angle, opened, config.marine_snow_per_m3
+                        static, moving, scenery, rays, where.image, lamps, angle, around, config.marine_snow_per_m3
                     )[0]
                 counter = pixel_counter(where, tiling, motion, number)
                 light = path_traced(static, moving, scenery, rays, where.image, lamps, angle, counter, keys[1])
@@ -184,7 +183,7 @@ class Camera:
 
             centre = sampled_rays(lens, where, motion, own, config, None, dr.zeros(jit.Float, images))
             seen, hits = look(
-                static, moving, scenery, centre, where.image, lamps, angle, opened, config.marine_snow_per_m3
+                static, moving, scenery, centre, where.image, lamps, angle, around, config.marine_snow_per_m3
             )
             if trace is not None:
                 dr.eval(seen, hits)

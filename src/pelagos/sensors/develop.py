@@ -47,7 +47,7 @@ def gathered(light: Radiance, where: Pixels, tiling: Tiling, images: int) -> Arr
     """Light at the pixels, `Array3f`: the sharp image, what the water scattered into it from around, the veil."""
     direct = light.sharp + light.veil
     dr.eval(direct, light.near, light.far)  # once: sums over tiles follow, and would cast the rays again
-    near, far = (tile_means(v, where.active) for v in (light.near, light.far))
+    near, far = tile_means([light.near, light.far], where.active)
     glow = smooth_tiles(near + smooth_tiles(far, tiling, images), tiling, images)
     dr.eval(glow)
     return direct + between_tiles(glow, tiling, where)
@@ -60,7 +60,7 @@ def through_lens(
     if config.chromatic_aberration > 0:
         light = _lateral_colour(light, where, tiling, config)
     if config.bloom > 0 or config.lens_flare > 0:
-        coarse = smooth_tiles(tile_means(light, where.active), tiling, images)
+        coarse = smooth_tiles(tile_means([light], where.active)[0], tiling, images)
         if config.bloom > 0:
             wide = smooth_tiles(smooth_tiles(coarse, tiling, images), tiling, images)
             light = dr.lerp(light, between_tiles(wide, tiling, where), min(_BLOOM * config.bloom, 1.0))

@@ -22,6 +22,7 @@ from pelagos import jit
 from pelagos.jit import Array
 from pelagos.math.philox import philox, uniform32
 from pelagos.optics.caustics import focusing
+from pelagos.optics.directions import about, off_matt
 from pelagos.optics.interface import fresnel, refract, sun_below_surface
 from pelagos.optics.lamp import Beam, lamp_beam_at
 from pelagos.optics.phase import henyey_greenstein, sample_henyey_greenstein, water_molecules
@@ -48,6 +49,8 @@ class Path:
         origin: `Array3f64`, world [m].
         direction: `Array3f`.
         travelled: `Float`, from the pixel, for the size of detail [m].
+        straight: `Bool`, nothing but the sea surface has turned it: it may end in the glare around the sun, which
+            otherwise counts as the sun's own light.
         alive: `Bool`.
         bounce: `UInt32`.
     """
@@ -57,6 +60,7 @@ class Path:
     origin: Array
     direction: Array
     travelled: Array
+    straight: Array
     alive: Array
     bounce: Array
 
@@ -79,6 +83,7 @@ def path_traced(
         origin=jit.Array3f64(rays.origin),
         direction=jit.Array3f(rays.direction),
         travelled=dr.zeros(jit.Float, width),
+        straight=dr.full(jit.Bool, True, width),
         alive=rays.max_range > 0,
         bounce=dr.zeros(jit.UInt32, width),
     )
@@ -130,7 +135,7 @@ def _extended(
     sea = _sea_surface(scenery, path, flight, u[2])
     light += weight * sea.light
     scattered, ratio = _scattered(scenery.water, path.direction, u[3], u[4], u[5])
-    matt = _cosine_direction(normal, u[4], u[5])
+    matt = off_matt(normal, u[4], u[5])
     matt += 2 * dr.maximum(-dr.dot(matt, hits.normal), 0) * hits.normal  # bumps send no light into the ground
     weight = weight * sea.weight * dr.select(flight.scatters, ratio, dr.select(flight.solid, albedo, 1))
     survival = dr.clip(2 * dr.max(weight), 0.05, 1)
@@ -141,6 +146,7 @@ def _extended(
         origin=dr.select(flight.surface, sea.origin, start),
         direction=dr.select(flight.scatters, scattered, dr.select(flight.solid, matt, sea.direction)),
         travelled=path.travelled + flight.way,
+        straight=path.straight & ~event,
         alive=alive,
         bounce=path.bounce + 1,
     )
@@ -217,7 +223,7 @@ def _sea_surface(scenery: Scenery, path: Path, flight: _Flight, u: Array) -> _Se
     mirrored = u < fresnel(dr.abs(d.z), dr.select(wet, 1 / REFRACTIVE_INDEX, REFRACTIVE_INDEX))
     crossed = flight.surface & ~mirrored
     lost = path.alive & ~flight.scatters & ~flight.solid & ~flight.surface
-    sky = sky_radiance(scenery.light, dr.select(crossed, out, d), glare=0.0)
+    sky = sky_radiance(scenery.light, dr.select(crossed, out, d), glare=dr.select(path.straight, 1.0, 0.0))
     n2 = REFRACTIVE_INDEX**2
     goes_below = wet == mirrored
     return _Sea(
@@ -240,24 +246,5 @@ def _scattered(water: Any, direction: Array, pick: Array, u: Array, v: Array) ->
     """A new direction by the phase function of green, and the other channels' weight for it."""
     share = water.particle_scattering.y / water.scattering.y
     cosine = dr.select(pick < share, sample_henyey_greenstein(u, MEAN_COSINE), 2 * u - 1)
-    sine = dr.sqrt(dr.maximum(1 - cosine * cosine, 0))
-    s, c = dr.sincos(2 * math.pi * v)
-    side, other = _frame(direction)
     drawn = share * henyey_greenstein(cosine, MEAN_COSINE) + (1 - share) / (4 * math.pi)
-    return sine * c * side + sine * s * other + cosine * direction, _phase(water, cosine) / drawn
-
-
-def _cosine_direction(normal: Array, u: Array, v: Array) -> Array:
-    """A direction off a matt surface."""
-    radius = dr.sqrt(u)
-    s, c = dr.sincos(2 * math.pi * v)
-    side, other = _frame(normal)
-    return dr.normalize(radius * c * side + radius * s * other + dr.sqrt(dr.maximum(1 - u, 0)) * normal)
-
-
-def _frame(n: Array) -> tuple[Array, Array]:
-    """Two unit vectors across n (T. Duff et al., JCGT 6:1, 2017)."""
-    sign = dr.select(n.z < 0, -1.0, 1.0)
-    a = -1 / (sign + n.z)
-    b = n.x * n.y * a
-    return jit.Array3f(1 + sign * n.x * n.x * a, sign * b, -sign * n.x), jit.Array3f(b, sign + n.y * n.y * a, -n.y)
+    return about(direction, cosine, v), _phase(water, cosine) / drawn

@@ -7,6 +7,7 @@ a tile have idle lanes at their edge.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, Final
 
@@ -95,10 +96,13 @@ def pixels(tiling: Tiling, images: int) -> Pixels:
     return Pixels(image, ray, column, row, (column < tiling.width) & (row < tiling.height))
 
 
-def tile_means(values: Array, active: Array) -> Array:
-    """Mean over the active lanes of each tile, `(images * tiles,)`, `Float` or `Array3f`; summed in fixed order."""
-    count = dr.block_sum(dr.select(active, jit.Float(1), 0), TILE * TILE)
-    return dr.block_sum(dr.select(active, values, 0), TILE * TILE) / count
+def tile_means(values: list[Array], active: Array) -> list[Array]:
+    """Means over the active lanes of each tile, `(images * tiles,)` each, `Array3f`; summed in fixed order."""
+    count = dr.select(active, jit.Float(1), 0)
+    kept = [dr.select(active, v, 0) for v in values]
+    dr.eval(count, kept)  # at once: each sum would work out its own summands
+    number = dr.block_sum(count, TILE * TILE)
+    return [dr.block_sum(v, TILE * TILE) / number for v in kept]
 
 
 def image_means(values: Array, active: Array, tiling: Tiling) -> Array:
@@ -109,6 +113,11 @@ def image_means(values: Array, active: Array, tiling: Tiling) -> Array:
 
 def smooth_tiles(means: Array, tiling: Tiling, images: int) -> Array:
     """`Array3f` of tiles under a 3 x 3 tent, repeating the edge."""
+    return tent(lambda tile: dr.gather(jit.Array3f, means, tile), tiling, images)
+
+
+def tent(means: Callable[[Array], Array], tiling: Tiling, images: int) -> Array:
+    """The same of what `means` gives for the number of a tile."""
     tile = dr.arange(jit.UInt32, images * tiling.tiles)
     image, inner = tile // tiling.tiles, tile % tiling.tiles
     x, y = jit.Int32(inner % tiling.across), jit.Int32(inner // tiling.across)
@@ -117,7 +126,7 @@ def smooth_tiles(means: Array, tiling: Tiling, images: int) -> Array:
         for b in (-1, 0, 1):
             cx, cy = dr.clip(x + a, 0, tiling.across - 1), dr.clip(y + b, 0, tiling.down - 1)
             source = image * tiling.tiles + jit.UInt32(cy * tiling.across + cx)
-            total += (2 - abs(a)) * (2 - abs(b)) / 16 * dr.gather(jit.Array3f, means, source)
+            total += (2 - abs(a)) * (2 - abs(b)) / 16 * means(source)
     return total
 
 
@@ -126,8 +135,12 @@ def between_tiles(means: Array, tiling: Tiling, where: Pixels) -> Array:
     return tiles_at(means, tiling, where.image, jit.Float(where.column), jit.Float(where.row))
 
 
-def tiles_at(means: Array, tiling: Tiling, image: Array, column: Array, row: Array) -> Array:
-    """`Array3f` by tile, interpolated at any place (column, row) [px] of `image`; beyond the edge, that of the edge."""
+def tiles_at(means: Array, tiling: Tiling, image: Array, column: Array, row: Array, kind: Any = None) -> Array:
+    """`Array3f` by tile, interpolated at any place (column, row) [px] of `image`; beyond the edge, that of the edge.
+
+    With `kind` an array of that type, from one whose components lie side by side.
+    """
+    kind = kind or jit.Array3f
     x, y = (column + 0.5) / TILE - 0.5, (row + 0.5) / TILE - 0.5
     x, y = dr.clip(x, 0, tiling.across - 1), dr.clip(y, 0, tiling.down - 1)
     i, j = jit.UInt32(x), jit.UInt32(y)
@@ -136,7 +149,7 @@ def tiles_at(means: Array, tiling: Tiling, image: Array, column: Array, row: Arr
     base = image * tiling.tiles
 
     def at(tile_column: Array, tile_row: Array) -> Array:
-        return dr.gather(jit.Array3f, means, base + tile_row * tiling.across + tile_column)
+        return dr.gather(kind, means, base + tile_row * tiling.across + tile_column)
 
     return dr.lerp(dr.lerp(at(i, j), at(i1, j), a), dr.lerp(at(i, j1), at(i1, j1), a), b)
 

@@ -18,17 +18,21 @@ from pelagos.jit import Array
 from pelagos.optics.caustics import Waves, focusing, slope
 from pelagos.optics.interface import fresnel, reflect, refract, surface_normal
 from pelagos.optics.lamp import Beam, lamp_backscatter, lamp_beam_at, lamp_illuminance
-from pelagos.optics.snow import ALBEDO, flakes
-from pelagos.optics.sunlight import (
-    Entering,
-    LightArrays,
-    LightAtDepth,
-    light_at_depth,
-    scattered_daylight,
-    sky_radiance,
+from pelagos.optics.light_field import (
+    CRITICAL_COSINE,
+    LightField,
+    aureole,
+    beam_at,
+    beam_veil,
+    diffuse_irradiance,
+    diffuse_radiance,
+    diffuse_source,
+    pattern_left,
 )
+from pelagos.optics.snow import ALBEDO, flakes
+from pelagos.optics.sunlight import LightArrays, sky_radiance
 from pelagos.optics.texture import Looks, surface_look
-from pelagos.optics.transport import near_transmission, sharp_transmission, total_transmission, veil_length
+from pelagos.optics.transport import near_transmission, path_length, sharp_transmission
 from pelagos.optics.water import REFRACTIVE_INDEX, WaterArrays
 from pelagos.optics.wave_surface import way_to_surface
 from pelagos.raycast.caster import cast, occluded
@@ -38,6 +42,7 @@ from pelagos.raycast.scene import Tables
 _SHADOW_START = 2e-3  # [m] off the surface
 _SHADOW_REACH = 200.0  # [m]
 _FAR = 1e4  # [m]
+_SEA_ALBEDO = 0.06  # of the sea from above (R. E. Payne, J. Atmos. Sci. 29:959, 1972)
 
 
 @dataclass
@@ -49,22 +54,41 @@ class Scenery:
         looks: by material row.
         water: its optics.
         light: sun and sky.
-        sun: what of them enters the water.
+        field: what of them is in the water.
         waves: of the moments of the lanes.
         level: `Float`, height of the sea surface over each camera [m].
-        at_eye: light in the water at each camera's depth.
-        at_surface: light just below the surface.
+        depth: `Float`, of each camera below it [m].
     """
 
     tables: Tables
     looks: Looks
     water: WaterArrays
     light: LightArrays
-    sun: Entering
+    field: LightField
     waves: Waves
     level: Array
-    at_eye: LightAtDepth
-    at_surface: LightAtDepth
+    depth: Array
+
+
+@jit.struct
+class Ambience:
+    """Diffuse light around what is seen, a Dr.Jit struct of `Array3f`; see `ambient`.
+
+    Attributes:
+        surface_open: share of the open sea's diffuse light that reaches the surfaces seen.
+        surface_sent: irradiance that they get from other surfaces instead [lx].
+        source: what a metre of water at the camera sends on of diffuse light [cd/m^2 per m].
+        rate: at which that falls along the line of sight [1/m].
+        sent: light of surfaces that the water turns into the line of sight [cd/m^2].
+        beam_open: `Float`, share of the water that the sun's beam reaches.
+    """
+
+    surface_open: Array
+    surface_sent: Array
+    source: Array
+    rate: Array
+    sent: Array
+    beam_open: Array
 
 
 @dataclass
@@ -74,7 +98,7 @@ class Radiance:
     Attributes:
         sharp: from the surface, straight to the pixel.
         near: from the surface, scattered by a few degrees on the way: belongs to the pixel's neighbourhood.
-        far: from the surface, scattered forward by more.
+        far: from the surface, scattered forward by some more.
         veil: from the water itself.
     """
 
@@ -92,7 +116,7 @@ def look(
     lane: Array,
     lamps: list[Beam],
     pixel_angle: float,
-    openness: Array | None = None,
+    around: Ambience | None = None,
     snow: float = 0.0,
 ) -> tuple[Radiance, Hits]:
     """Radiance along rays through water or air.
@@ -104,42 +128,46 @@ def look(
         lane: `UInt32`, row of `scenery.waves` of each ray.
         lamps: by ray, positions relative to the camera.
         pixel_angle: angle between neighbouring pixels [rad].
-        openness: by ray, see `ambient.openness`; None for open water.
+        around: by ray; None for the open sea.
         snow: flakes of marine snow in a cubic metre.
     """
-    opened = jit.Array3f(1) if openness is None else openness
+    depth = dr.gather(jit.Float, scenery.depth, lane)
+    around = _open_sea(scenery, rays.direction, depth) if around is None else around
     d = rays.direction
-    height = jit.Float(rays.origin.z) - dr.gather(jit.Float, scenery.level, lane)
-    under = height < 0
+    under = depth > 0
     first = cast(static, moving, scenery.tables, rays, smooth=True)
-    to_sea = dr.select(under == (d.z > 0), -height / dr.select(dr.abs(d.z) < 1e-6, 1e-6, d.z), _FAR)
+    to_sea = dr.select(under == (d.z > 0), depth / dr.select(dr.abs(d.z) < 1e-6, 1e-6, d.z), _FAR)
     if scenery.waves.swell is not None:
         to_sea = way_to_surface(scenery.waves.swell, rays.origin, d, lane)
     meets_sea = (to_sea < first.t) & ((to_sea < rays.max_range) | ~under) & (to_sea < _FAR) & (rays.max_range > 0)
     behind = _behind_the_sea(static, moving, scenery, rays, to_sea, under, meets_sea, first, lane)
     hits = behind.hits
-    own_light = _surface_light(static, moving, scenery, rays, behind, lane, lamps, pixel_angle, opened.x)
+    own_light = _surface_light(static, moving, scenery, rays, behind, lane, lamps, pixel_angle, around)
     sky_seen = ~under & ~meets_sea & ~hits.valid
     own_light = dr.if_stmt(
         (own_light,), sky_seen, lambda _: sky_radiance(scenery.light, d), lambda own_light: own_light, mode="symbolic"
     )
     radiance = own_light * behind.weight + behind.added
     wet = dr.select(under, dr.minimum(dr.select(meets_sea, to_sea, first.t), rays.max_range), 0)
-    sharp, near, total = (f(scenery.water, wet) for f in (sharp_transmission, near_transmission, total_transmission))
-    here = _at_eye(scenery, lane)
-    veil = dr.select(under, _veil(scenery, here, d, wet, opened.y, opened.z), 0)
+    sharp, near = sharp_transmission(scenery.water, wet), near_transmission(scenery.water, wet)
+    # the veil holds the sky's own light that is scattered by a few degrees: only surfaces' comes on top of it
+    window = meets_sea & (d.z > CRITICAL_COSINE)
+    arriving = dr.exp(-dr.select(window, scenery.field.fading, scenery.field.loss) * wet)
+    near = dr.minimum(near, arriving)
+    far = arriving - near
+    veil = dr.select(under, _veil(scenery, around, d, depth, wet), 0)
     for lamp in lamps:
         veil += dr.select(under, lamp_backscatter(lamp, scenery.water, d, wet), 0)
     if snow > 0:
         cover, distance = flakes(jit.Array3f(rays.origin), d, wet, snow, pixel_angle)
-        flake = _flake_light(scenery, lamps, here, d * distance) * sharp_transmission(scenery.water, distance)
+        flake = _flake_light(scenery, lamps, depth, d * distance) * sharp_transmission(scenery.water, distance)
         return Radiance(
             dr.lerp(radiance * sharp, flake, cover),
-            radiance * (near - sharp) * (1 - cover),
-            radiance * dr.maximum(total - near, 0) * (1 - cover),
+            radiance * dr.maximum(near - sharp, 0) * (1 - cover),
+            radiance * far * (1 - cover),
             dr.lerp(veil, veil * dr.minimum(distance / dr.maximum(wet, 1e-3), 1), cover),
         ), first
-    return Radiance(radiance * sharp, radiance * (near - sharp), radiance * dr.maximum(total - near, 0), veil), first
+    return Radiance(radiance * sharp, radiance * dr.maximum(near - sharp, 0), radiance * far, veil), first
 
 
 @dataclass
@@ -189,7 +217,7 @@ def _behind_the_sea(
         wet = mirrored == under
         refracted = (1 - mirror) * spread
         of_air, of_water = dr.select(under, refracted, mirror), dr.select(under, mirror, refracted)
-        deep = _veil(scenery, scenery.at_surface, into_water, jit.Float(_FAR), jit.Float(1), jit.Float(1))
+        deep = _water_below(scenery, into_water, jit.Float(_FAR))
         start = jit.Array3f64(place.x, place.y, place.z + dr.select(wet, -_SHADOW_START, _SHADOW_START))
         other = dr.select(wet, of_air * sky_radiance(scenery.light, into_air), of_water * deep)
         return start, dr.select(wet, into_water, into_air), wet, dr.select(wet, of_water, of_air), other
@@ -206,8 +234,14 @@ def _behind_the_sea(
     length = dr.select(second.valid, second.t, _FAR)
     sky = dr.select(second.valid, 0, sky_radiance(scenery.light, direction))
     down = jit.Array3f(direction.x, direction.y, dr.minimum(direction.z, 0))
-    veil = _veil(scenery, scenery.at_surface, down, length, jit.Float(1), jit.Float(1))
-    kept = dr.select(wet, total_transmission(scenery.water, length), 1)
+    veil = dr.if_stmt(
+        (down, length),
+        wet,
+        lambda down, length: _water_below(scenery, down, length),
+        lambda down, length: jit.Array3f(0),
+        mode="symbolic",
+    )
+    kept = dr.select(wet, dr.exp(-scenery.field.loss * length), 1)
     weight = dr.select(meets_sea, share * kept, 1)
     added = dr.select(meets_sea, other + share * dr.select(wet, veil, sky), 0)
     way = dr.select(meets_sea, to_sea + second.t, first.t)
@@ -216,7 +250,7 @@ def _behind_the_sea(
 
 def _surface_light(
     static: Any, moving: Any, scenery: Scenery, rays: Rays, behind: _Behind, lane: Array, lamps: list[Beam],
-    pixel_angle: float, opened: Array,
+    pixel_angle: float, around: Ambience,
 ) -> Array:  # fmt: skip
     """Radiance of the hit surfaces themselves: matt, lit by beam, diffuse light from above and below, and lamps."""
 
@@ -228,18 +262,19 @@ def _surface_light(
         albedo, normal = surface_look(
             scenery.looks, hits.material, hits.place, hits.shading_normal, footprint, hits.valid
         )
-        here = light_at_depth(scenery.sun, depth)
-        towards = here.towards_sun
+        wet, below = depth > 0, dr.maximum(depth, 0)
+        towards = dr.select(wet, scenery.field.below, scenery.field.towards_sun)
         facing_sun = dr.maximum(dr.dot(normal, towards), 0)
         lit = hits.valid & (facing_sun > 0) & (dr.dot(hits.normal, towards) > 0)
         start = hits.position + jit.Array3f64(hits.normal) * _SHADOW_START
         shadow = Rays(start, towards, dr.select(lit, _SHADOW_REACH, 0), rays.copy, rays.own)
         dark = occluded(static, moving, scenery.tables, shadow, coherent=True)
-        pattern = focusing(scenery.waves, x, y, dr.maximum(depth, 0), towards, lane)
-        pattern = dr.lerp(1, pattern, here.sharpness)
-        beam = here.beam * dr.select(lit & ~dark, facing_sun * pattern, 0)
-        above = 0.5 + 0.5 * normal.z
-        total = beam + here.diffuse * above * opened + here.upwelling * (1 - above)
+        pattern = focusing(scenery.waves, x, y, below, towards, lane)
+        pattern = dr.lerp(1, pattern, pattern_left(scenery.field, below))
+        beam = dr.select(wet, beam_at(scenery.field, below) * pattern, scenery.light.sun)
+        diffuse = dr.select(wet, diffuse_irradiance(scenery.field, below, normal), _in_air(scenery, normal.z))
+        total = beam * dr.select(lit & ~dark, facing_sun, 0)
+        total += diffuse * around.surface_open + around.surface_sent
         seen = jit.Array3f(hits.position - rays.origin)
         for lamp in lamps:
             total += lamp_illuminance(lamp, scenery.water, seen, normal)
@@ -249,26 +284,45 @@ def _surface_light(
     return dr.if_stmt((hits,), hits.valid, lit_surface, lambda _: jit.Array3f(0), mode="symbolic")
 
 
-def _at_eye(scenery: Scenery, lane: Array) -> LightAtDepth:
-    """Light in the water at the cameras, by ray."""
-    here = scenery.at_eye
-    beam, diffuse, upwelling, sharpness = (
-        dr.gather(type(v), v, lane) for v in (here.beam, here.diffuse, here.upwelling, here.sharpness)
-    )
-    return LightAtDepth(scenery.sun.towards_sun_below, beam, diffuse, upwelling, sharpness)
+def _in_air(scenery: Scenery, rise: Array) -> Array:
+    """Irradiance of sky and sea on surfaces above the water [lx]."""
+    light = scenery.light
+    of_sea = (light.sun * dr.maximum(light.towards_sun.z, 0) + light.sky) * _SEA_ALBEDO
+    above = 0.5 + 0.5 * rise
+    return light.sky * above + of_sea * (1 - above)
 
 
-def _flake_light(scenery: Scenery, lamps: list[Beam], here: LightAtDepth, seen: Array) -> Array:
+def _flake_light(scenery: Scenery, lamps: list[Beam], depth: Array, seen: Array) -> Array:
     """Radiance of a pale flake at `seen`, relative to the camera: daylight from above and around, and the lamps."""
-    total = 0.5 * (here.beam + here.diffuse + here.upwelling)
+    field = scenery.field
+    below = dr.maximum(depth - seen.z, 0)
+    up = jit.Array3f(0, 0, 1)
+    total = 0.5 * (beam_at(field, below) + diffuse_irradiance(field, below, up) + diffuse_irradiance(field, below, -up))
     for lamp in lamps:
         total += lamp_beam_at(lamp, scenery.water.absorption + scenery.water.backscatter, seen)[0]
     return total * (ALBEDO / math.pi)
 
 
-def _veil(
-    scenery: Scenery, here: LightAtDepth, direction: Array, distance: Array, beam_open: Array, sky_open: Array
-) -> Array:
-    """Daylight scattered into the line of sight that starts in the light `here`."""
-    source = scattered_daylight(here, scenery.sun, scenery.water, direction, beam_open, sky_open)
-    return source * veil_length(scenery.water, scenery.sun.attenuation, direction.z, distance)
+def _veil(scenery: Scenery, around: Ambience, direction: Array, depth: Array, distance: Array) -> Array:
+    """Daylight that the water turns into the line of sight."""
+    field, water = scenery.field, scenery.water
+    beam = beam_veil(field, water, depth, direction, distance) + aureole(field, water, depth, direction, distance)
+    return beam * around.beam_open + around.source * path_length(around.rate, distance) + around.sent
+
+
+def _water_below(scenery: Scenery, direction: Array, distance: Array) -> Array:
+    """Daylight that the water sends up along a ray that starts at the sea surface."""
+    field = scenery.field
+    far = dr.maximum(-direction.z * distance, 0)
+    diffuse = diffuse_radiance(field, jit.Float(0), direction)
+    diffuse -= dr.exp(-field.loss * distance) * diffuse_radiance(field, far, direction)
+    return dr.maximum(diffuse, 0) + beam_veil(field, scenery.water, jit.Float(0), direction, distance)
+
+
+def _open_sea(scenery: Scenery, direction: Array, depth: Array) -> Ambience:
+    """Where nothing stands; for level or downward views."""
+    field, none = scenery.field, jit.Array3f(0)
+    below = dr.maximum(depth, 0)
+    source = diffuse_source(field, below, direction)
+    rate = source / dr.maximum(diffuse_radiance(field, below, direction), 1e-12)
+    return Ambience(jit.Array3f(1), none, source, rate, none, jit.Float(1))

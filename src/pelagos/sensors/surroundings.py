@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Any, Final
+from typing import Any
 
 import drjit as dr
 from pydantic import Field
@@ -14,14 +14,13 @@ from pelagos.jit import Array
 from pelagos.math.so3 import from_euler, rotate
 from pelagos.optics.caustics import Ripple, Waves, sea_level, swell_around, waves_at
 from pelagos.optics.lamp import Beam, axis_intensity
-from pelagos.optics.sunlight import daylight, entering, light_at_depth
+from pelagos.optics.light_field import light_field
+from pelagos.optics.sunlight import daylight
 from pelagos.optics.texture import looks
 from pelagos.sensors.mount import sensor_pose
 from pelagos.sensors.sensor import Kinematics, SensorConfig, SensorContext
 from pelagos.sensors.shading import Scenery
 from pelagos.sensors.view import ViewConfig
-
-_SKIN: Final = 0.01  # [m], depth that stands for just below the surface
 
 
 class LampConfig(Strict):
@@ -53,35 +52,37 @@ class Surroundings:
 
     Args:
         context: see `SensorContext`.
+
+    Attributes:
+        looks: of the world's materials.
+        light: sun and sky.
     """
 
     def __init__(self, context: SensorContext) -> None:
         materials = context.world.material_tables()
-        self._looks = looks(materials.albedo, materials.texture_scale, [m.texture for m in context.world.palette])
+        self.looks = looks(materials.albedo, materials.texture_scale, [m.texture for m in context.world.palette])
         ocean = context.ocean
         self._water = ocean.water.arrays()
-        self._light = daylight(float(ocean.sun_elevation[0]), -float(ocean.sun_azimuth[0])).arrays()
+        light = daylight(float(ocean.sun_elevation[0]), -float(ocean.sun_azimuth[0]))
+        self.light, self._field = light.arrays(), light_field(ocean.water, light)
         self._ocean = ocean if ocean.waves is not None else None
 
     def arguments(self) -> tuple[Any, ...]:
         """For `scenery_of`, inside a frozen function."""
-        return self._looks, self._water, self._light, self._ocean
+        return self.looks, self._water, self.light, self._field, self._ocean
 
 
 def scenery_of(
     tables: Any, light: tuple[Any, ...], sea: Ripple, motion: Kinematics, config: SensorConfig, delay: float = 0.0
 ) -> Scenery:
     """Everything that light depends on, at the moments of `motion` plus `delay` [s]."""
-    materials, water, daylit, ocean = light
+    materials, water, daylit, field, ocean = light
     waves = waves_of(sea, ocean, daylit.towards_sun, motion, config, delay)
     position, _ = sensor_pose(motion, config)
     level = sea_level(waves, dr.width(motion.tick))
-    sun = entering(daylit, water)
-    dr.eval(sun)  # once a frame, not once a pixel
-    at_eye = light_at_depth(sun, dr.maximum(level - jit.Float(position.z), _SKIN))
-    at_surface = light_at_depth(sun, jit.Float(_SKIN))
-    dr.eval(at_eye, at_surface, level)
-    return Scenery(tables, materials, water, daylit, sun, waves, level, at_eye, at_surface)
+    depth = level - jit.Float(position.z)
+    dr.eval(level, depth)
+    return Scenery(tables, materials, water, daylit, field, waves, level, depth)
 
 
 def waves_of(

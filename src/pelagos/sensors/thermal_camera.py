@@ -68,7 +68,7 @@ class ThermalCamera:
     def __init__(self, config: ThermalCameraConfig, context: SensorContext) -> None:
         self.config, self._context = config, context
         self._view = View(config, context)
-        self._light = Surroundings(context).arguments()
+        self._lit = Surroundings(context)
         self._key = opaque_key(stream_key(context.seed, context.path, "thermal"))
         self._ping = context.scene.compile(self._make)
 
@@ -82,8 +82,8 @@ class ThermalCamera:
         return self._view.explain(self._make, self._arguments(motion))
 
     def _arguments(self, motion: Kinematics) -> tuple[Any, ...]:
-        looks, _, light, _ = self._light
-        return *self._view.arguments(motion), looks.albedo, light, self._context.ocean, self._key
+        view, lit = self._view.arguments(motion), self._lit
+        return *view, lit.looks.albedo, lit.light, self._context.ocean, self._key
 
     def _make(self, static: Any, moving: Any, trace: Trace | None = None) -> Callable[..., tuple[Array, Array]]:
         config, tiling = self.config, self._view.tiling

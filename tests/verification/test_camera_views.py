@@ -1,0 +1,58 @@
+"""Six fixed views of the harbour: the realtime camera's mean colour against path tracing's."""
+
+from __future__ import annotations
+
+import math
+
+import drjit as dr
+import numpy as np
+import pytest
+
+from pelagos import jit
+from pelagos.math.so3 import from_euler
+from pelagos.ocean.config import OceanConfig, build_ocean
+from pelagos.optics.exposure import saturation_luminance
+from pelagos.raycast.rays import NO_BODY
+from pelagos.sensors.camera import Camera, CameraConfig
+from pelagos.sensors.sensor import Kinematics, SensorContext
+from pelagos.world.build import build_world
+from pelagos.world.generate.harbour import HarbourConfig
+
+# Mean light, red green blue [cd/m^2], of `renderer: reference` in type 1C, sun 45 deg high, 192 x 128 pixels of 512
+# paths each: python examples/camera_against_reference.py 1C 512. Its standard error is about 1 %.
+VIEWS: dict[str, tuple[tuple[float, float, float], tuple[float, float, float], tuple[float, float, float]]] = {
+    "seabed": ((0, 30, -11.8), (0, 90, 0), (13.7, 246.1, 130.9)),
+    "wreck": ((18, -14, -12.5), (0, 10, 50), (13.4, 240.8, 182.8)),
+    "piles": ((40, 50, -12), (0, -5, 45), (8.5, 145.9, 151.1)),
+    "wall": ((0, 55, -6), (0, 0, 90), (24.4, 140.0, 180.7)),
+    "chain": ((-98, -36, -6), (0, 0, 10), (63.5, 462.7, 546.2)),
+    "upward": ((-30, 52, -6), (0, -55, 60), (933.1, 3239.7, 3601.3)),
+}
+
+
+@pytest.fixture(scope="module")
+def context() -> SensorContext:
+    world = build_world(HarbourConfig(type="harbour"))
+    ocean = build_ocean(OceanConfig(water_type="1C", sun={"elevation_deg": 45}), world)
+    return SensorContext("auv0.camera", 1, 5_000_000, world.scene(1), world, ocean, np.full(1, NO_BODY, np.uint32))
+
+
+@pytest.mark.parametrize("name", VIEWS)
+def test_mean_colour_is_that_of_path_tracing(context: SensorContext, name: str):
+    """5 % in each channel."""
+    position, angles, expected = VIEWS[name]
+    zero, u = dr.zeros(jit.Float64, 1), dr.zeros(jit.UInt32, 1)
+    q = from_euler(*(math.radians(a) for a in angles))
+    none = jit.Array3f64(zero, zero, zero)
+    motion = Kinematics(
+        jit.Array3f64(*(zero + float(c) for c in position)), jit.Array4f64(*(zero + float(c) for c in q)),
+        none, none, none, none, jit.UInt64(u) + 3_000_000_000, u, u + 0, u + 0,
+    )  # fmt: skip
+    dr.eval(motion)
+    config = CameraConfig(
+        width_px=480, height_px=320, ripple=0.0, vignette=0.0, tone="linear", bits=16, compensation_ev=-4.0, samples=1
+    )
+    taken = Camera(config, context).sense(motion)
+    full = saturation_luminance(config.aperture, taken.extras["exposure_s"][0], taken.extras["iso"][0])
+    mean = taken.truth[0].mean(axis=(0, 1)) * (float(full) / 65535)
+    assert mean == pytest.approx(np.array(expected), rel=0.05)
