@@ -24,13 +24,14 @@ TILE = (230, 172)
 COLUMNS = 6
 FOV_DEG = 46.0
 DEPTH_M = {"piling": 6.0, "pier": 6.0, "quay_wall": 8.0, "dam": 25.0, "jacket": 45.0, "turbine": 25.0, "net_pen": 25.0,
-           "mooring": 14.0, "moored_mine": 12.0, "crab_trap": 8.0}  # fmt: skip
+           "moored_ship": 12.0, "mooring": 14.0, "moored_mine": 12.0, "crab_trap": 8.0}  # fmt: skip
 SIZE_M = {"kelp": 7.0, "dam": 70.0, "jacket": 18.0, "quay_wall": 25.0, "pier": 24.0, "fish_school": 3.0}
 COUNT = {"boulder": 7, "seagrass": 60, "coral": 5, "brain_coral": 4, "sponge": 4, "debris": 7, "barrel": 3, "tyre": 3}
 FIRST_SIZE_M = {"boulder": [0.6, 1.6], "seagrass": [0.5, 0.8], "coral": [0.5, 1.1], "brain_coral": [0.5, 1.2],
                 "sponge": [0.4, 0.9], "debris": [1.0, 2.6]}  # fmt: skip
 SPREAD_M = {"boulder": 6.0, "seagrass": 3.0, "coral": 4.0, "brain_coral": 4.5, "sponge": 3.5, "debris": 8.0,
             "barrel": 4.0, "tyre": 4.0}  # fmt: skip
+WIDE = ("dam", "turbine", "jacket", "wreck_submarine", "moored_ship", "pier", "quay_wall", "net_pen")
 AZIMUTH_DEG = {
     "quay_wall": 250.0,
     "dam": 250.0,
@@ -38,6 +39,7 @@ AZIMUTH_DEG = {
     "wreck_aircraft": 235.0,
     "pier": 240.0,
     "wreck_submarine": 285.0,
+    "moored_ship": 285.0,
     "anchor": 160.0,
     "ship": 285.0,
     "fish": 270.0,
@@ -55,7 +57,11 @@ def things(kind: str) -> World:
         one["size_m"] = FIRST_SIZE_M[kind]
     turn, away = 2.4 * np.arange(count), spread / 2 * np.sqrt(np.arange(count) / max(count - 1, 1))
     one["at_m"] = np.stack([away * np.cos(turn), away * np.sin(turn)], axis=1).tolist()
-    size = 260.0 if kind in ("dam", "turbine", "jacket", "wreck_submarine", "pier", "quay_wall", "net_pen") else 60.0
+    size = (
+        260.0
+        if kind in ("dam", "turbine", "jacket", "wreck_submarine", "moored_ship", "pier", "quay_wall", "net_pen")
+        else 60.0
+    )
     rough = {"kind": "flat", "relief_m": 0.3, "wavelength_m": 20, "roughness_m": 0.01}
     grid = 0.25 if size < 100 else 1.0
     return build_world(
@@ -86,7 +92,7 @@ def ground(name: str) -> World:
 
 def moving(body: str, size: float) -> World:
     """A mover that stands still for its picture."""
-    path = {"kind": "swing", "at_m": [0, 0, {"ship": 0.0, "chain": -9.0}.get(body, -14.0)], "amplitude_deg": 8,
+    path = {"kind": "swing", "at_m": [0, 0, -9.0 if body == "chain" else -14.0], "amplitude_deg": 8,
             "period_s": 6, "phase_deg": 60}  # fmt: skip
     one = {"name": body, "body": body, "size_m": size, "path": path}
     world = build_world(world_config({"type": "flat", "depth_m": 15.5, "size_m": [200, 200], "movers": [one]}))
@@ -150,7 +156,7 @@ def main() -> None:
     options.add_argument("--samples", type=int, default=96, help="rays for each pixel")
     given = options.parse_args()
     grounds = ["ripples", "ridges", "canyon", "dunes", "seamount", "reef", "trench", "mixed"]
-    movers = {"fish": 0.6, "ship": 60.0, "chain": 6.0}
+    movers = {"fish": 0.6, "chain": 6.0}
     tiles = []
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)

@@ -118,6 +118,17 @@ def test_classics_build_and_have_free_water_or_air(name):
     assert len(world.description) > 20
 
 
+@pytest.mark.slow
+def test_the_harbour_has_a_way_in_and_ships_at_its_piers():
+    world = ClassicConfig(name="pier_harbor").build()
+    for start in ((0, -500, -1), (0, -700, -3), (-20, 10, -10)):
+        assert world.inside(start, 2.0) is None
+    assert world.cast((0, -950, -3), (0, 1, 0), 900).t[0] > 850  # up the channel and between the moles
+    ships = [g for g in world.geometries if g.name == "moored ship"]
+    assert len({g.instance for g in ships}) == 8
+    assert max(g.vertices[:, 2].max() for g in ships) > 8
+
+
 def test_the_test_world_has_its_wall():
     world = ClassicConfig(name="test_world").build()
     assert world.cast((0.77, 0.7, 0.5), (1, 0, 0)).t[0] == pytest.approx(2.0, abs=1e-5)

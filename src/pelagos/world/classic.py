@@ -33,15 +33,24 @@ def dam(seed: int) -> BuiltConfig | GeneratedConfig:
 
 
 def pier_harbor(seed: int) -> BuiltConfig | GeneratedConfig:
-    """2 km x 2 km of harbour with piers of three sizes, quays, pilings, boats, moorings."""
+    """2 km x 2 km of harbour: quays with piers of three sizes and ships, a marina, moles, a buoyed channel, wrecks."""
+    quay = [[x, 420.0] for x in range(-300, 301, 120)]
+    marina = [[520.0, 300.0], [640.0, 300.0]]
+    moles = [[s * x, -500.0] for x in range(120, 601, 120) for s in (-1, 1)]
+    berths = [[x + s * 10.5, 352.0] for x in (-240, 0, 240) for s in (-1, 1)]
+    channel = [[x, y] for y in range(-940, -540, 80) for x in (-55, 55)]
     things = [
-        {"kind": "quay_wall", "count": 3, "size_m": 120, "heading_deg": 0},
+        {"kind": "quay_wall", "count": len(quay) + 2, "at_m": quay + marina, "size_m": 120, "heading_deg": 0},
+        {"kind": "quay_wall", "count": len(moles), "at_m": moles, "size_m": 120, "heading_deg": 180},
+        {"kind": "pier", "count": 3, "at_m": [[x, 357] for x in (-240, 0, 240)], "size_m": 120, "heading_deg": 90},
+        {"kind": "moored_ship", "count": 5, "at_m": berths[:5], "size_m": 80, "heading_deg": 90},
+        {"kind": "pier", "count": 8, "at_m": [[475 + 30 * k, 279] for k in range(8)], "size_m": 36, "heading_deg": 90},
         {"kind": "pier", "count": 1, "at_m": [[40, 30]], "size_m": 60, "heading_deg": 20},
-        {"kind": "pier", "count": 4, "size_m": 120},
-        {"kind": "pier", "count": 8, "size_m": [20, 45]},
+        {"kind": "mooring", "count": len(channel), "at_m": channel, "size_m": 18},
+        {"kind": "moored_ship", "count": 3, "size_m": [60, 110], "min_distance_m": 60},
         {"kind": "wreck_boat", "count": 4},
         {"kind": "piling", "count": 80, "cluster": 0.8, "cluster_radius_m": 15},
-        {"kind": "mooring", "count": 25},
+        {"kind": "mooring", "count": 12},
         {"kind": "boulder", "density_per_ha": 0.8, "size_m": [0.5, 3], "cluster": 0.6},
         {"kind": "kelp", "density_per_ha": 0.6, "cluster": 0.9},
         {"kind": "tyre", "density_per_ha": 0.3},
@@ -49,7 +58,8 @@ def pier_harbor(seed: int) -> BuiltConfig | GeneratedConfig:
     ]
     return GeneratedConfig(
         seed=seed, size_m=(2000, 2000), grid_m=4.0, depth_m=20, material="silt", patches=("sand", "mud"), patch_m=150,
-        objects=_objects(things), terrain={"kind": "flat", "relief_m": 4, "wavelength_m": 300, "roughness_m": 0.2},
+        objects=_objects(things), exclude=({"at_m": (0, -600), "radius_m": 60}, {"at_m": (-20, 10), "radius_m": 20}),
+        terrain={"kind": "flat", "relief_m": 4, "wavelength_m": 300, "roughness_m": 0.2},
     )  # fmt: skip
 
 

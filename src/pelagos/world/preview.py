@@ -16,7 +16,7 @@ from pelagos.world.world import World
 _SKY = (0.36, 0.45, 0.55)  # radiance of the even light from above, relative
 _SUN = (0.62, -0.45, -0.55)  # direction in which the sun's light travels: low, and across the usual view
 _PATH_S, _PATH_POINTS = 300.0, 1500  # paths of movers are drawn for this long [s], with this many points
-_BLIND_M = 2.0  # from this size of a pixel on, small things are marked on a map [m]
+_BLIND_M = 15.0  # from this size of a pixel on, small things are marked on a map [m]
 _MOST_FACES = 12_000_000  # of copies in a picture
 _LEGEND = 12  # labels that a map names at most
 

@@ -14,6 +14,7 @@ from pelagos.world.world import World
 
 _GROUND: Final = 4  # the label "landscape"
 _AZIMUTHS_DEG: Final = (215.0, 145.0, 325.0, 35.0, 260.0, 100.0)  # in the order in which they are tried
+_WIDE_M: Final = 5000.0  # narrower worlds are shown as high as they are
 _CELLS: Final = 24  # along the longer side, when the most crowded part is sought
 
 
@@ -89,7 +90,7 @@ def _exaggeration(world: World, reach: float) -> float:
     """1, 2, 5, 10, ...: what makes the ground's relief four per cent of its width, where it is less than one."""
     z = world.terrain.z if world.terrain is not None else np.zeros(1)
     relief = float(np.percentile(z, 99) - np.percentile(z, 1))
-    if relief <= 0 or relief > 0.01 * reach or world.triangles == 0:
+    if relief <= 0 or relief > 0.01 * reach or reach < _WIDE_M:
         return 1.0
     wanted = 0.04 * reach / relief
     return max([f * 10.0**e for e in range(4) for f in (1.0, 2.0, 5.0) if f * 10.0**e <= wanted], default=1.0)

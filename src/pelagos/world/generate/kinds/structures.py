@@ -12,6 +12,7 @@ from pelagos.world import shapes
 from pelagos.world.generate import waterfront
 from pelagos.world.generate.thing import Kind, Part, Thing
 from pelagos.world.mesh import Mesh, difference, join
+from pelagos.world.ship import ship
 
 _EMBED: Final = 3.0  # [m] that foundations reach into the ground
 
@@ -38,6 +39,12 @@ def pier(size: float, rng: np.random.Generator, depth: float) -> Thing:
     deck.append(shapes.box((size, 4.2, 0.3)).moved((0, 0, depth + 1.7)))
     parts = (Part(join(steel), "rusted_steel", 50.0), Part(join(deck), "wood", None))
     return Thing("pier", "pier", parts, follow=0.0)
+
+
+def moored_ship(size: float, rng: np.random.Generator, depth: float) -> Thing:
+    """A cargo ship, `size` long, that lies still on the water."""
+    parts = tuple(Part(mesh.moved((0, 0, depth)), material, 35.0) for mesh, material in ship(size))
+    return Thing("moored ship", "container_boat", parts, follow=0.0)
 
 
 def quay_wall(size: float, rng: np.random.Generator, depth: float) -> Thing:
@@ -297,6 +304,7 @@ def _funnel(length: float, wide: float, narrow: float, wall: float) -> Mesh:
 STRUCTURES: Final = {
     "piling": Kind("Single piles that reach out of the water", "diameter", (0.3, 0.8), None, 0, 30.0, 0.0, piling),
     "pier": Kind("Finger piers on pairs of piles", "length", (20.0, 50.0), None, 0, 12.0, 0.0, pier),
+    "moored_ship": Kind("Cargo ships at berth or at anchor", "length", (40.0, 90.0), None, 0, 30.0, 0.1, moored_ship),
     "quay_wall": Kind("Pieces of concrete quay", "length", (20.0, 60.0), None, 0, 12.0, 0.0, quay_wall),
     "dam": Kind("A dam face with gates and trash racks", "length", (60.0, 150.0), None, 0, 15.0, 0.0, dam),
     "jacket": Kind("Offshore jackets with deck", "width of the foot", (12.0, 25.0), None, 0, 10.0, 0.5, jacket),
