@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, ClassVar, Final, Literal, Self
 
@@ -14,9 +13,11 @@ from pelagos.errors import WorldError
 from pelagos.math.geodesy import GeoOrigin
 from pelagos.world.bathymetry.detail import add_detail
 from pelagos.world.bathymetry.nodes import survey_nodes
+from pelagos.world.bathymetry.projection import to_latlon
 from pelagos.world.bathymetry.read import MATPLOTLIB, Reading, read_survey
 from pelagos.world.bathymetry.regrid import Extent, extent, far_from_soundings, height_field, usual_distance
 from pelagos.world.bathymetry.survey import Grid, Soundings
+from pelagos.world.bathymetry.values import Unit, upwards
 from pelagos.world.config import WorldConfig
 from pelagos.world.material import material
 from pelagos.world.site import Site
@@ -24,7 +25,11 @@ from pelagos.world.terrain import HeightField
 from pelagos.world.world import World
 
 _MAX_NODES: Final = 40_000_000
+_WIDEST_M: Final = 2_000_000.0  # beyond, a plane is no likeness of the Earth: scale errs by 1 % at its rim
+_EARTH_M: Final = 6_371_000.0  # mean radius
 _DEFAULT_CELLS: Final = 400  # along the longer side, where no resolution is asked for and the survey has none
+_LEAST_CELLS: Final = 4  # along the shorter side, where no resolution is asked for ...
+_MOST_CELLS: Final = 5000  # ... and along the longer side
 
 
 def _place(value: str, info: ValidationInfo) -> str:
@@ -53,13 +58,15 @@ class BathymetryConfig(WorldConfig):
     """The survey file, relative to the scenario; or `matplotlib:topobathy.npz`, a piece of the Salish Sea that ships
     inside matplotlib."""
     variable: str | None = None
-    """Which array of the file; needed only where it holds several that could be meant."""
+    """Which array or band of the file; needed only where it holds several that could be meant."""
     crs: str | None = None
     """Coordinate system of the file's coordinates (`EPSG:3004`); needed where the file does not say it."""
     columns: str = "xyz"
     """Order of the columns of a text file without a header: x is easting or longitude, y northing or latitude."""
     sign: Literal["auto", "up", "down"] = "auto"
     """Whether values count upwards (elevation) or downwards (depth); `auto` asks the file's words, then its values."""
+    unit: Unit = "auto"
+    """Unit of the values in the file; `auto` takes the file's own word, else metres."""
     datum_offset_m: float = 0.0
     """Added to every height, to refer them to the mean sea surface [m]."""
     centre_deg: tuple[float, float] | None = None
@@ -107,8 +114,8 @@ class BathymetryConfig(WorldConfig):
         """
         material(self.material)
         self._refuse_impossible()
-        survey = read_survey(self.path, Reading(self.variable, self.crs, self.columns, self._box()))
-        survey, sign = _upwards(survey, self.sign, self.datum_offset_m)
+        survey = read_survey(self.path, Reading(self.variable, self.crs, self.columns, self._box(), self.unit))
+        survey, sign = upwards(survey, self.sign, self.datum_offset_m)
         covered = extent(survey)
         middle, size = self._crop(covered)
         origin = GeoOrigin(
@@ -116,16 +123,17 @@ class BathymetryConfig(WorldConfig):
             middle[1] if self.longitude_deg is None else self.longitude_deg,
         )
         at = origin.to_xy(middle[0], middle[1])
-        spacing = self.resolution_m or _own_spacing(survey, size)
+        spacing = self.resolution_m or _sensible(_own_spacing(survey, origin, size), size)
         ground, holes, notes = self._ground(survey, origin, (float(at[0]), float(at[1])), size, spacing)
         if not (ground.z < 0).any():
             raise WorldError(
-                f"bathymetry {self.path}: the crop lies wholly above the sea (lowest {ground.z.min():.2f} m); "
-                f"choose a part with water, or check sign and datum_offset_m. The file covers {covered}"
+                f"bathymetry {self.path}: the crop lies wholly above the sea (lowest {ground.z.min():.2f} m); if the "
+                "values are depths, say sign: down; else choose a part with water, or check datum_offset_m. "
+                f"The file covers {covered}"
             )
         site = Site(user_labels=self.labels)
         site.ground(ground, self.material)
-        site.notes += _notes(ground, survey, origin, holes, sign) + notes
+        site.notes += [*_notes(ground, survey, origin, holes, sign), *survey.notes, *notes]
         name = Path(self.path.removeprefix(MATPLOTLIB)).name
         wide = f"{ground.bounds[1, 0] - ground.bounds[0, 0]:.0f} m x {ground.bounds[1, 1] - ground.bounds[0, 1]:.0f} m"
         return site.world(
@@ -144,10 +152,16 @@ class BathymetryConfig(WorldConfig):
     ) -> tuple[HeightField, int, list[str]]:
         """The ground about `at` [m], how many of its nodes were filled, and notes about it."""
         if self.nodes == "world":
-            ground, holes = _ground(survey, origin, at, size, spacing)
+            cells = self._cells(size, spacing)
+            corner = (at[0] - cells[0] * spacing / 2, at[1] - cells[1] * spacing / 2)
+            ground, holes = height_field(survey, origin, corner=corner, cells=cells, spacing=spacing)
             if self.detail is None:
                 return ground, holes, []
-            own = _own_spacing(survey, size) if isinstance(survey, Grid) else usual_distance(survey, origin, ground)
+            own = (
+                _own_spacing(survey, origin, size)
+                if isinstance(survey, Grid)
+                else usual_distance(survey, origin, ground)
+            )
             finer, note = add_detail(
                 ground, survey, origin, spacing=own, seed=self.detail.seed, strength=self.detail.strength
             )
@@ -156,6 +170,21 @@ class BathymetryConfig(WorldConfig):
             raise WorldError(f"bathymetry {self.path}: nodes: survey needs a grid, and this file holds soundings")
         nodes, holes = survey_nodes(survey, origin, middle=at, size=size)
         return nodes, holes, [f"the nodes are the survey's own: {nodes.z.shape[0]} x {nodes.z.shape[1]} values"]
+
+    def _cells(self, size: tuple[float, float], spacing: float) -> tuple[int, int]:
+        """Cells along x and y: as many as are nearest to a crop that was asked for, else as many as the survey holds.
+
+        Raises:
+            WorldError: more nodes than memory is meant for.
+        """
+        share = 1e-6 if self.centre_deg is None and self.latitude_range_deg is None else 0.5
+        cells = (max(1, int(size[0] / spacing + share)), max(1, int(size[1] / spacing + share)))
+        nodes = (cells[0] + 1) * (cells[1] + 1)
+        if nodes > _MAX_NODES:
+            coarser = spacing * float(np.sqrt(nodes / _MAX_NODES))
+            asked = f"{size[0]:.0f} m x {size[1]:.0f} m at {spacing:g} m"
+            raise WorldError(f"{asked} are {nodes} nodes; use resolution_m: {coarser:.3g} or more")
+        return cells
 
     def _refuse_impossible(self) -> None:
         """No latitude is above 90 degrees: say so before any file is opened."""
@@ -180,10 +209,18 @@ class BathymetryConfig(WorldConfig):
             _require(self.path, covered, [self.centre_deg])
             return self.centre_deg, self.size_m
         box = covered
+        if covered.north <= covered.south or covered.east <= covered.west:
+            raise WorldError(f"bathymetry {self.path}: the survey covers no area, only {covered}")
         if self.latitude_range_deg and self.longitude_range_deg:
             box = Extent(*self.latitude_range_deg, *self.longitude_range_deg)
             _require(self.path, covered, [(box.south, box.west), (box.north, box.east)])
         middle = ((box.south + box.north) / 2, (box.west + box.east) / 2)
+        across = np.radians([box.north - box.south, (box.east - box.west) * np.cos(np.radians(middle[0]))]) * _EARTH_M
+        if across.max() > _WIDEST_M:
+            raise WorldError(
+                f"bathymetry {self.path}: {across[0] / 1e3:.0f} km x {across[1] / 1e3:.0f} km of a round Earth make no "
+                f"flat world (at most {_WIDEST_M / 1e3:.0f} km); choose a part with centre_deg and size_m"
+            )
         place = GeoOrigin(*middle)
         x, _ = place.to_xy(np.array([box.south, box.north]), np.full(2, middle[1]))
         _, y = place.to_xy(np.full(2, middle[0]), np.array([box.east, box.west]))
@@ -204,45 +241,20 @@ def _require(path: str, covered: Extent, places: list[tuple[float, float]]) -> N
     raise WorldError(message)
 
 
-def _upwards(survey: Grid | Soundings, asked: str, offset: float) -> tuple[Grid | Soundings, str]:
-    """The survey with z upwards from the mean sea surface, and how its sign was decided."""
-    if asked != "auto":
-        down, why = asked == "down", "as the scenario says"
-    elif survey.positive_down is not None:
-        down, why = survey.positive_down, "as the file says"
-    else:
-        named = "depth" in survey.name.lower() or survey.name.lower() in ("deptho", "h")
-        down = named and float(np.nanmedian(survey.z)) > 0
-        why = f"as the values of {survey.name!r} look (median {np.nanmedian(survey.z):.2f})"
-    z = (-survey.z if down else survey.z) + offset
-    return replace(survey, z=z), f"{'depths, down' if down else 'heights, up'}: {why}"
+def _sensible(spacing: float, size: tuple[float, float]) -> float:
+    """A survey's spacing, within what a crop of this size can be built of [m]."""
+    return min(max(spacing, max(size) / _MOST_CELLS), min(size) / _LEAST_CELLS)
 
 
-def _own_spacing(survey: Grid | Soundings, size: tuple[float, float]) -> float:
+def _own_spacing(survey: Grid | Soundings, origin: GeoOrigin, size: tuple[float, float]) -> float:
     """Spacing that keeps a grid's detail [m]."""
     if isinstance(survey, Soundings):
         return max(size) / _DEFAULT_CELLS
-    step = min(float(np.median(np.diff(survey.u))), float(np.median(np.diff(survey.v))))
-    if survey.crs == "EPSG:4326":
-        lat = np.radians(float(np.mean(survey.u)))
-        step = (
-            min(float(np.median(np.diff(survey.u))), float(np.median(np.diff(survey.v))) * float(np.cos(lat))) * 111_195
-        )
-    return float(max(step, max(size) / 5000))
-
-
-def _ground(
-    survey: Grid | Soundings, origin: GeoOrigin, at: tuple[float, float], size: tuple[float, float], spacing: float
-) -> tuple[HeightField, int]:
-    """The grid about `at` [m], `size` wide, and how many of its nodes were filled."""
-    cells = (max(1, round(size[0] / spacing)), max(1, round(size[1] / spacing)))
-    nodes = (cells[0] + 1) * (cells[1] + 1)
-    if nodes > _MAX_NODES:
-        coarser = spacing * float(np.sqrt(nodes / _MAX_NODES))
-        asked = f"{size[0]:.0f} m x {size[1]:.0f} m at {spacing:g} m"
-        raise WorldError(f"{asked} are {nodes} nodes; use resolution_m: {coarser:.3g} or more")
-    corner = (at[0] - cells[0] * spacing / 2, at[1] - cells[1] * spacing / 2)
-    return height_field(survey, origin, corner=corner, cells=cells, spacing=spacing)
+    rows, columns = len(survey.u) // 2, len(survey.v) // 2
+    u, v = survey.u[[rows - 1, rows, rows - 1]], survey.v[[columns - 1, columns - 1, columns]]
+    x, y = origin.to_xy(*to_latlon(survey.crs, u, v))
+    step = float(min(np.hypot(x[1:] - x[0], y[1:] - y[0])))
+    return float(f"{step:.3g}")
 
 
 def _notes(ground: HeightField, survey: Grid | Soundings, origin: GeoOrigin, holes: int, sign: str) -> list[str]:

@@ -29,6 +29,16 @@ def in_degrees(crs: str) -> bool:
     return is_latlon(crs) or _known(crs).is_geographic
 
 
+def vertical_axis(crs: str) -> tuple[str, str]:
+    """The unit of a compound coordinate system's heights, "" where it says none, and "depth" where they count down.
+
+    Files are not to be trusted with the latter: BAG is always upwards, whatever its vertical datum.
+    """
+    known = _known(crs)
+    axes = [a for part in (known.sub_crs_list or [known]) for a in part.axis_info if a.direction in ("up", "down")]
+    return (str(axes[0].unit_name), "depth" if axes[0].direction == "down" else "") if axes else ("", "")
+
+
 def to_latlon(
     crs: str, u: NDArray[np.float64], v: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from pelagos.errors import WorldError
-from pelagos.world.bathymetry.projection import HOW_TO_INSTALL
+from pelagos.world.bathymetry.projection import HOW_TO_INSTALL, vertical_axis
 from pelagos.world.bathymetry.survey import Soundings
 
 if TYPE_CHECKING:
@@ -37,7 +37,8 @@ def read_las(path: Path, how: Reading) -> Soundings:
         raise WorldError(f"bathymetry file {path} cannot be read; it holds {has}: it is cut short")
     keep = _bed(np.asarray(cloud.classification)) & ~np.asarray(cloud.withheld).astype(bool)
     u, v, z = (np.asarray(a, dtype=np.float64)[keep] for a in (cloud.y, cloud.x, cloud.z))
-    return Soundings(u, v, z, how.crs or _crs(cloud.header), "z")
+    crs, unit, words = _crs(cloud.header)
+    return Soundings(u, v, z, how.crs or crs, "z", None, unit, words)
 
 
 def _bed(classes: Any) -> Any:
@@ -47,14 +48,20 @@ def _bed(classes: Any) -> Any:
     return ~np.isin(classes, _NOISE + _WATER)
 
 
-def _crs(header: Any) -> str:
-    """The file's horizontal coordinate system, "" where it says none."""
+def _crs(header: Any) -> tuple[str, str, str]:
+    """The horizontal coordinate system, "" where the file says none; the heights' unit, and "depth" if they count down.
+
+    Where a file in feet says nothing about its heights, they are taken to be in the same feet.
+    """
     try:
         known = header.parse_crs()
     except ImportError as error:
         raise WorldError(f"the coordinate system of a LAS file needs the package pyproj; {HOW_TO_INSTALL}") from error
     if known is None:
-        return ""
+        return "", "", ""
     flat = next((part for part in known.sub_crs_list if part.is_projected or part.is_geographic), known)
+    unit, words = vertical_axis(known.to_wkt())
+    if not unit and flat.is_projected:
+        unit = str(flat.axis_info[0].unit_name)
     code = flat.to_epsg()
-    return f"EPSG:{code}" if code else str(flat.to_wkt())
+    return f"EPSG:{code}" if code else str(flat.to_wkt()), unit, words

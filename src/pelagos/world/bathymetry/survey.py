@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,10 +17,13 @@ class Grid:
         v: `(nv,)` rising coordinates of the second axis: easting [m] or longitude [deg].
         z: `(nu, nv)` float64 as in the file, NaN where it has none [m].
         crs: "EPSG:4326" (latitude and longitude), another name or WKT that pyproj understands, or "" where unknown.
-        name: of the variable, for the sign convention and for messages.
+        name: of the variable, for messages.
         positive_down: what the file itself says about its sign, where it says anything.
         whole: (lowest u, highest u, lowest v, highest v) of the file, of which only a part may have been read; None
             where all was.
+        unit: of the values, as the file writes it; "" where it does not.
+        words: what else the file calls the values, for the sign convention.
+        notes: what people should know about how the file was read.
     """
 
     u: NDArray[np.float64]
@@ -30,6 +33,9 @@ class Grid:
     name: str
     positive_down: bool | None = None
     whole: tuple[float, float, float, float] | None = None
+    unit: str = ""
+    words: str = ""
+    notes: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -42,7 +48,7 @@ class Soundings:
         z: `(k,)` float64 as in the file [m], finite.
         crs: as in `Grid`.
         name: for messages.
-        positive_down: as in `Grid`.
+        positive_down, unit, words, notes: as in `Grid`.
     """
 
     u: NDArray[np.float64]
@@ -51,6 +57,17 @@ class Soundings:
     crs: str
     name: str
     positive_down: bool | None = None
+    unit: str = ""
+    words: str = ""
+    notes: tuple[str, ...] = ()
+
+
+def closed(grid: Grid) -> Grid:
+    """A grid of degrees that goes around the Earth, with its first column again after the last."""
+    step = np.diff(grid.v[:2])
+    if not np.isclose(grid.v[-1] - grid.v[0] + step, 360.0, atol=0.01 * step).all():
+        return grid
+    return replace(grid, v=np.append(grid.v, grid.v[0] + 360), z=np.concatenate([grid.z, grid.z[:, :1]], axis=1))
 
 
 def rising(

@@ -13,6 +13,7 @@ from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationInf
 from pelagos.config.path import from_folder
 from pelagos.errors import WorldError
 from pelagos.math.geodesy import GeoOrigin
+from pelagos.world.bathymetry.values import Unit
 from pelagos.world.built import ThingConfig, add
 from pelagos.world.config import WorldConfig
 from pelagos.world.label import label_number
@@ -70,13 +71,15 @@ class SurveyGround(_Part):
     path: Annotated[Path, AfterValidator(_file)]
     """Any file that `bathymetry` reads, relative to the scenario; soundings become a grid first."""
     variable: str | None = None
-    """Which array of the file; needed only where it holds several that could be meant."""
+    """Which array or band of the file; needed only where it holds several that could be meant."""
     crs: str | None = None
     """Coordinate system of the file's coordinates; needed where the file does not say it."""
     columns: str = "xyz"
     """Order of the columns of a text file without a header."""
     sign: Literal["auto", "up", "down"] = "auto"
     """Whether values count upwards (elevation) or downwards (depth)."""
+    unit: Unit = "auto"
+    """Unit of the values in the file; `auto` takes the file's own word, else metres."""
     datum_offset_m: float = 0.0
     """Added to every height [m]."""
 

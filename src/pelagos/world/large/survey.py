@@ -9,10 +9,10 @@ import numpy as np
 
 from pelagos.errors import WorldError
 from pelagos.math.geodesy import GeoOrigin
-from pelagos.world.bathymetry.bathymetry import _upwards
 from pelagos.world.bathymetry.read import Reading, read_survey
 from pelagos.world.bathymetry.regrid import extent, fill, height_field
 from pelagos.world.bathymetry.survey import Grid
+from pelagos.world.bathymetry.values import upwards
 from pelagos.world.large.source import FieldSource, Source, SurveySource
 
 if TYPE_CHECKING:
@@ -32,14 +32,14 @@ def survey_source(
     x1, y1 = x0 + cells[0] * spacing, y0 + cells[1] * spacing
     lat, lon = origin.to_latlon(np.array([x0, x0, x1, x1, 0.0]), np.array([y0, y1, y0, y1, 0.0]))
     box = (float(lat.min()), float(lat.max()), float(lon.min()), float(lon.max()))
-    survey = read_survey(str(config.path), Reading(config.variable, config.crs, config.columns, box))
+    survey = read_survey(str(config.path), Reading(config.variable, config.crs, config.columns, box, config.unit))
     covered = extent(survey)
     if not covered.holds(origin.latitude, origin.longitude):
         raise WorldError(
             f"large: {config.path} covers {covered}, not the world's origin at {origin.latitude:g}, "
             f"{origin.longitude:g}; set latitude_deg and longitude_deg"
         )
-    survey, _ = _upwards(survey, config.sign, config.datum_offset_m)
+    survey, _ = upwards(survey, config.sign, config.datum_offset_m)
     if isinstance(survey, Grid):
         filled, _ = fill(survey.z)
         return SurveySource(replace(survey, z=filled), origin)
