@@ -85,3 +85,27 @@ def test_a_prop_that_is_spawned_moved_and_removed_is_seen_by_the_next_ping(name)
     assert np.array_equal(gone.truth, empty.truth, equal_nan=gone.truth.dtype.kind == "f")
     if name in ("dvl", "adcp"):
         assert np.array_equal(gone.extras["ranges"] > 15.0, empty.extras["ranges"] > 15.0)
+
+
+@pytest.mark.parametrize("name", sorted(LOOKS))
+def test_complex_signal_and_labels_come_on_request_and_change_nothing_else(name):
+    more: dict[str, Any] = {"iq": True, "labels": True}
+    down = {"orientation_deg": [0, 45, 0]} if LOOKS[name][0] == AHEAD else {}
+    if name == "multibeam":
+        more["water_column_bins"] = 64
+    plain, asked = (next_ping(simulation(name, **options)) for options in (down, down | more))
+    assert plain.data.tobytes() == asked.data.tobytes()
+    assert plain.truth.tobytes() == asked.truth.tobytes()
+    signal = asked.data if name == "synthetic_aperture_sonar" else asked.extras["iq"]
+    assert signal.dtype == np.complex64
+    assert np.isfinite(signal).all()
+    assert np.abs(signal).max() > 0
+    label, instance = (asked.extras["label" if k == 0 else "instance"] for k in (0, 1))
+    assert label.shape == instance.shape
+    assert label.max() > 0  # the ground's
+    if "water_column" in asked.extras:
+        level, truth = asked.extras["water_column"], asked.extras["water_column_truth"]
+        assert level.shape == truth.shape == asked.extras["water_column_label"].shape
+        assert asked.extras["water_column_instance"].shape == level.shape
+        loudest = np.unravel_index(truth.argmax(), truth.shape)
+        assert asked.extras["water_column_label"][loudest] == label.max()

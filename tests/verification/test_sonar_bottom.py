@@ -313,7 +313,7 @@ class TestRefraction:
     def sonar(self, **options):
         water = {"depth_m": [0, 20, 30, 200], "value": [22.0, 21.0, 12.0, 8.0]}
         ocean = build_ocean(OceanConfig(temperature_c=water))
-        config = MultibeamConfig(beams=61, range_max_m=400.0, **options)
+        config = MultibeamConfig(beams=61, range_max_m=400.0, rate_hz=1.0, **options)
         return Multibeam(config, context([plane(-110.0)], materials=SAND, ocean=ocean))
 
     def test_it_is_switched_on_where_it_matters(self):

@@ -4,22 +4,24 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any, ClassVar, Literal
+from typing import TYPE_CHECKING, Any, ClassVar, Literal, Self
 
 import drjit as dr
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from pelagos import jit
 from pelagos.acoustics.doppler import janus_beams, velocity_from_beams
 from pelagos.jit import Array
 from pelagos.math.so3 import rotate, rotate_back
 from pelagos.raycast.scene import Tables
+from pelagos.sensors.beam_echoes import BeamEchoes, EchoesConfig
 from pelagos.sensors.echo import Fan, Lanes, Trace, look
 from pelagos.sensors.mount import sensor_velocity
 from pelagos.sensors.noise import normals64
 from pelagos.sensors.scattering import Surfaces
+from pelagos.sensors.schedule import SLOWEST, farthest_heard
 from pelagos.sensors.sensor import Kinematics, Measurement, SensorConfig, SensorContext
 from pelagos.sensors.sounder import Sounder
 
@@ -27,7 +29,7 @@ if TYPE_CHECKING:
     from pelagos.ocean.ocean import Ocean
 
 
-class AdcpConfig(SensorConfig):
+class AdcpConfig(EchoesConfig):
     """A four-beam current profiler that looks along -z of its frame (roll 180 deg to look up). 600 kHz class."""
 
     type: Literal["adcp"] = "adcp"
@@ -43,12 +45,25 @@ class AdcpConfig(SensorConfig):
     """Angle of the beams from the vertical [deg]."""
     beam_azimuth_deg: tuple[float, float, float, float] = (45.0, 135.0, -135.0, -45.0)
     """Directions of the four beams about the vertical, from forward to the left [deg]."""
+    beamwidth_deg: float = Field(default=1.5, gt=0, le=20)
+    """Half-power width of a beam in the echoes [deg]."""
     frequency_hz: float = Field(default=600e3, gt=0)
     """Frequency [Hz]."""
     noise_mps: float = Field(default=0.03, ge=0)
     """Standard deviation of the speed along one beam in a cell of 1 m [m/s]; it falls with the root of the cell."""
     ph: float = Field(default=8.1, gt=7, lt=9)
     """Acidity of the water, for absorption."""
+
+    @model_validator(mode="after")
+    def _unambiguous(self) -> Self:
+        reach = (self.depths[-1] + 0.5 * self.cell_m) / math.cos(math.radians(self.beam_tilt_deg))
+        heard = farthest_heard(self.rate_hz, SLOWEST)
+        if reach > heard:
+            raise ValueError(
+                f"{self.cells} cells of {self.cell_m:g} m reach {reach:.4g} m along the beams, which is ambiguous at "
+                f"{self.rate_hz:g} pings a second: at most {heard:.4g} m, or {SLOWEST / (2 * reach):.3g} Hz"
+            )
+        return self
 
     @property
     def beams(self) -> NDArray[np.float64]:
@@ -82,8 +97,12 @@ class Adcp:
         where fewer than three beams are free: beyond the bottom, and where its side-lobe echo drowns the water's, from
         altitude times cos(tilt) on.
     truth: `(m, cells, 3)` the same without noise, everywhere.
-    extras: `ranges` `(m, 4)`, where each beam meets something [m], infinite without; `cell_valid` `(m, cells)`.
-    tables: `depth` `(cells,)`, middle of each cell along the sensor's vertical [m]; `direction` `(4, 3)`.
+    extras: `ranges` `(m, 4)`, where each beam meets something [m], infinite without; `label` and `instance` `(m, 4)`
+        of it; `cell_valid` `(m, cells)`. With `water_column_bins`, `iq` or `labels` the echoes of the beams by range,
+        `(m, 4, bins)` each: `water_column` and `water_column_truth` [dB], `iq` complex64 before gain, and
+        `water_column_label`, `water_column_instance`.
+    tables: `depth` `(cells,)`, middle of each cell along the sensor's vertical [m]; `direction` `(4, 3)`;
+        `water_column_range` `(bins,)`, along the beams [m].
     """
 
     TITLE: ClassVar[str] = "acoustic Doppler current profiler: water velocity by depth cell"
@@ -97,15 +116,31 @@ class Adcp:
         self._context = context
         self._sounder = Sounder(config, context, beam_rays(config), frequency_hz=config.frequency_hz, ph=config.ph)
         self._ping = self._sounder.compile(self._make)
-        self.tables = {"depth": config.depths, "direction": config.beams}
+        self.tables: dict[str, NDArray[Any]] = {"depth": config.depths, "direction": config.beams}
+        self._echoes: BeamEchoes | None = None
+        if config.echo_bins > 0:
+            slant = 1.0 / math.cos(math.radians(config.beam_tilt_deg))
+            self._echoes = BeamEchoes(
+                config, context, config.beams, width=math.radians(config.beamwidth_deg),
+                nearest=config.blank_m * slant, farthest=(config.depths[-1] + config.cell_m) * slant,
+            )  # fmt: skip
+            self.tables["water_column_range"] = self._echoes.ranges
 
     def sense(self, motion: Kinematics) -> Measurement:
         """Ping on every lane."""
-        cells, ranges = self._ping(motion, self._context.ocean)
+        cells, ranges, labels = self._ping(motion, self._context.ocean)
         data = np.stack([np.array(c[0]).T for c in cells], axis=1)
         truth = np.stack([np.array(c[1]).T for c in cells], axis=1)
         valid = np.stack([np.array(c[2]) for c in cells], axis=1)
-        extras = {"ranges": np.stack([np.array(r) for r in ranges], axis=-1), "cell_valid": valid}
+        label, instance = (np.stack([np.array(v) for v in beams], axis=-1) for beams in labels)
+        extras: dict[str, NDArray[Any]] = {
+            "ranges": np.stack([np.array(r) for r in ranges], axis=-1),
+            "label": label,
+            "instance": instance,
+            "cell_valid": valid,
+        }
+        if self._echoes is not None:
+            extras |= self._echoes.extras(motion)
         return Measurement(np.where(valid[..., None], data, np.nan), truth, None, extras, self.tables)
 
     def explain(self, motion: Kinematics) -> list[tuple[str, NDArray[Any], str]]:
@@ -123,14 +158,17 @@ class Adcp:
             far = (config.depths[-1] + config.cell_m) / tilt**2 + 1.0
             view = look(static, moving, tables, fan, lanes, surfaces, max_range=float(far), smooth=False)
             first = dr.arange(jit.UInt32, dr.width(lanes.position)) * 4
-            ranges = [dr.gather(jit.Float, view.hits.t, first + b) for b in range(4)]
+            hits = view.hits
+            dr.eval(hits.t, hits.label, hits.instance)
+            ranges = [dr.gather(jit.Float, hits.t, first + b) for b in range(4)]
+            labels = [[dr.gather(jit.UInt32, v, first + b) for b in range(4)] for v in (hits.label, hits.instance)]
             cells = profile(config, ranges, lanes, velocity, motion, ocean, key)
             if trace is not None:
                 for b, r in enumerate(ranges):
                     trace(f"range of beam {b}", r, "m")
                 trace("water velocity of the first cell, forward", cells[0][1].x, "m/s")
                 trace("measured velocity of the first cell, forward", cells[0][0].x, "m/s")
-            return cells, ranges
+            return cells, ranges, labels
 
         return ping
 

@@ -15,10 +15,12 @@ from pelagos import jit
 from pelagos.acoustics.beam_pattern import line_length, line_np
 from pelagos.jit import Array
 from pelagos.raycast.scene import Tables
+from pelagos.sensors.beam_echoes import BeamEchoes, EchoesConfig
 from pelagos.sensors.echo import Fan, Lanes, Trace, look, patches_of
 from pelagos.sensors.noise import normals64
 from pelagos.sensors.rows import pack, unpack
 from pelagos.sensors.scattering import Surfaces
+from pelagos.sensors.schedule import farthest_heard, warn_of_ambiguity
 from pelagos.sensors.sensor import Kinematics, Measurement, SensorConfig, SensorContext
 from pelagos.sensors.sounder import Sounder
 
@@ -26,18 +28,18 @@ _RINGS: Final = ((0.0, 1), (0.25, 6), (0.5, 10), (0.75, 15))  # radius [half-pow
 _THRESHOLD: Final = 0.05  # of the strongest ray's echo: a detector's threshold of -13 dB
 
 
-class AltimeterConfig(SensorConfig):
+class AltimeterConfig(EchoesConfig):
     """A single-beam altimeter that looks along -z of its frame."""
 
     type: Literal["altimeter"] = "altimeter"
-    rate_hz: float = Field(default=10.0, gt=0)
+    rate_hz: float = Field(default=5.0, gt=0)
     """Pings per second [Hz]."""
     beamwidth_deg: float = Field(default=8.0, gt=0, le=60)
     """Half-power width of the cone [deg]."""
     range_min_m: float = Field(default=0.3, ge=0)
     """Blanking distance [m]."""
     range_max_m: float = Field(default=100.0, gt=0, le=12000)
-    """Farthest echo [m]."""
+    """Farthest echo [m]; one that comes after the next ping, from beyond 750 m/`rate_hz`, is lost."""
     frequency_hz: float = Field(default=500e3, gt=0)
     """Frequency [Hz]."""
     noise_m: float = Field(default=0.01, ge=0)
@@ -80,7 +82,10 @@ class Altimeter:
 
     data: `(m,)` float32, range of the first strong echo [m]; NaN (and not valid) without one.
     truth: `(m,)` float32, the same before noise.
-    extras: `axis` `(m,)`, range along the axis [m], infinite without a hit; `label` `(m,)`, of what lies on the axis.
+    extras: `axis` `(m,)`, range along the axis [m], infinite without a hit; `label` and `instance` `(m,)`, of what lies
+        on the axis. With `water_column_bins`, `iq` or `labels` the echo, `(m, bins)` each: `water_column` and
+        `water_column_truth` [dB], `iq` complex64 before gain, `water_column_label` and `water_column_instance`.
+    tables: `water_column_range` `(bins,)` [m].
     """
 
     TITLE: ClassVar[str] = "single-beam altimeter: range of the first strong echo below"
@@ -92,6 +97,7 @@ class Altimeter:
 
     def __init__(self, config: AltimeterConfig, context: SensorContext) -> None:
         self.config = config
+        warn_of_ambiguity(config, context.path, config.range_max_m)
         self._sounder = Sounder(
             config,
             context,
@@ -100,12 +106,26 @@ class Altimeter:
             ph=config.ph,
         )
         self._ping = self._sounder.compile(self._make)
+        self._echoes: BeamEchoes | None = None
+        self.tables: dict[str, NDArray[Any]] = {}
+        if config.echo_bins > 0:
+            self._echoes = BeamEchoes(
+                config, context, np.array([[0.0, 0.0, -1.0]]), width=math.radians(config.beamwidth_deg),
+                nearest=config.range_min_m, farthest=config.range_max_m,
+            )  # fmt: skip
+            self.tables["water_column_range"] = self._echoes.ranges
 
     def sense(self, motion: Kinematics) -> Measurement:
         """Ping on every lane."""
-        data, truth, axis, label = unpack(self._ping(motion), 4).T
-        valid, extras = np.isfinite(data), {"axis": axis.astype(np.float32), "label": label.astype(np.uint32)}
-        return Measurement(data.astype(np.float32), truth.astype(np.float32), valid, extras)
+        data, truth, axis, label, instance = unpack(self._ping(motion), 5).T
+        extras: dict[str, NDArray[Any]] = {
+            "axis": axis.astype(np.float32),
+            "label": label.astype(np.uint32),
+            "instance": instance.astype(np.uint32),
+        }
+        if self._echoes is not None:
+            extras |= {name: values[:, 0] for name, values in self._echoes.extras(motion).items()}
+        return Measurement(data.astype(np.float32), truth.astype(np.float32), np.isfinite(data), extras, self.tables)
 
     def explain(self, motion: Kinematics) -> list[tuple[str, NDArray[Any], str]]:
         """One ping, not frozen, with its intermediate arrays: (name, values, unit)."""
@@ -114,22 +134,25 @@ class Altimeter:
     def _make(self, static: Any, moving: Any, trace: Trace = None) -> Callable[..., Any]:
         config = self.config
 
+        reach = min(config.range_max_m, farthest_heard(config.rate_hz))
+
         def ping(tables: Tables, lanes: Lanes, fan: Fan, surfaces: Surfaces, key: Any, motion: Kinematics) -> Array:
-            reach = config.range_max_m
             view = look(static, moving, tables, fan, lanes, surfaces, max_range=reach, smooth=False)
             patches = patches_of(view, fan, lanes, surfaces, longest=reach, trace=trace)
             rays = dr.width(fan.beam)
-            dr.eval(patches.distance, patches.energy, view.hits.t, view.hits.label)  # one cast for all that follows
+            dr.eval(
+                patches.distance, patches.energy, view.hits.t, view.hits.label, view.hits.instance
+            )  # one cast for all that follows
             true = first_echo(patches.distance, patches.energy, rays, config.range_min_m)
             (noise,) = normals64(key, motion, 1)
             sigma = dr.sqrt(config.noise_m**2 + (config.noise_relative * true) ** 2)
             measured = true + sigma * jit.Float(noise)
             if config.sound_speed_mps is not None:
                 measured *= config.sound_speed_mps / lanes.medium.sound_speed
-            measured = dr.select(measured <= config.range_max_m, measured, dr.nan)
+            measured = dr.select(measured <= reach, measured, dr.nan)
             axis = dr.arange(jit.UInt32, dr.width(lanes.position)) * rays
-            on_axis = dr.gather(jit.Float, view.hits.t, axis), dr.gather(jit.UInt32, view.hits.label, axis)
-            return pack(measured, true, *on_axis)
+            labels = (dr.gather(jit.UInt32, v, axis) for v in (view.hits.label, view.hits.instance))
+            return pack(measured, true, dr.gather(jit.Float, view.hits.t, axis), *labels)
 
         return ping
 

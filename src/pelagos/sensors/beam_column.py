@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from pelagos.acoustics.beam_pattern import steering_matrix
 from pelagos.sensors.profiling_sonar import ProfilingSonarConfig
 from pelagos.sensors.reception import Layout
+from pelagos.sensors.schedule import slower
 from pelagos.sensors.slice_rays import slice_rays
 
 if TYPE_CHECKING:
@@ -21,14 +22,15 @@ _RAYS: Final = 24  # of a beam: strata across its sector
 _SIDE_LOBES: Final = 16  # neighbours on each side whose echoes leak into a beam
 _SHARED: Final = (
     "position_m", "orientation_deg", "beams", "range_max_m", "frequency_hz", "bandwidth_hz", "pulse_s",
-    "source_level_db", "self_noise_db", "wind_speed_mps", "ph", "refraction", "roughness_seed",
+    "source_level_db", "self_noise_db", "wind_speed_mps", "ph", "refraction", "roughness_seed", "iq", "labels",
+    "volume_scattering_db",
 )  # fmt: skip
 
 
 def column_config(config: MultibeamConfig) -> PingConfig:
     """The same sonar as one that gives levels by beam and range [dB]."""
     shared: dict[str, Any] = {key: getattr(config, key) for key in _SHARED}
-    slow = min(config.rate_hz, 690.0 / config.range_max_m)  # of no matter here: the multibeam says when it pings
+    slow = slower(config.rate_hz, config.range_max_m)
     nearest = max(config.range_min_m, 0.1)
     return ProfilingSonarConfig(
         **shared, rate_hz=slow, range_min_m=nearest, bins=config.water_column_bins, scale="db", doppler=False

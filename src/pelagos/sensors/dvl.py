@@ -17,11 +17,13 @@ from pelagos.acoustics.spreading import to_db
 from pelagos.jit import Array
 from pelagos.math.so3 import rotate, rotate_back
 from pelagos.raycast.scene import Tables
+from pelagos.sensors.beam_echoes import BeamEchoes, EchoesConfig
 from pelagos.sensors.echo import Fan, Lanes, Medium, Trace, look
 from pelagos.sensors.mount import sensor_velocity
 from pelagos.sensors.noise import normals64
 from pelagos.sensors.rows import pack, unpack
 from pelagos.sensors.scattering import Surfaces, scattering
+from pelagos.sensors.schedule import farthest_heard, warn_of_ambiguity
 from pelagos.sensors.sensor import Kinematics, Measurement, SensorConfig, SensorContext
 from pelagos.sensors.sonar_catalogue import with_device
 from pelagos.sensors.sounder import Sounder
@@ -30,14 +32,15 @@ if TYPE_CHECKING:
     from pelagos.ocean.ocean import Ocean
 
 _TYPICAL_DB: Final = -20.0  # backscattering strength at which range_max_m holds: sand at 60 deg grazing
+_FAINTEST_DB: Final = 6.0  # signal-to-noise ratio of an echo that is just tracked; assumed
 _RAYS: Final = 5  # of a beam: its axis and four at the half-power edge
 
 
-class DvlConfig(SensorConfig):
+class DvlConfig(EchoesConfig):
     """A four-beam Janus DVL that looks along -z of its frame. Defaults are of the 600 kHz class."""
 
     type: Literal["dvl"] = "dvl"
-    rate_hz: float = Field(default=10.0, gt=0)
+    rate_hz: float = Field(default=5.0, gt=0)
     """Pings per second [Hz]."""
     device: str | None = None
     """A device of the catalogue, whose keys count where the scenario gives none."""
@@ -50,7 +53,8 @@ class DvlConfig(SensorConfig):
     range_min_m: float = Field(default=0.3, ge=0)
     """Blanking distance along the vertical [m]."""
     range_max_m: float = Field(default=90.0, gt=0, le=2000)
-    """Altitude at which half of the beams are lost, level and over sand [m]."""
+    """Altitude at which half of the beams are lost, level and over sand [m]; echoes that come after the next ping, from
+    beyond c/(2 `rate_hz`) along a beam, are lost too."""
     frequency_hz: float = Field(default=600e3, gt=0)
     """Frequency [Hz]."""
     noise_mps: float = Field(default=0.003, ge=0)
@@ -67,6 +71,8 @@ class DvlConfig(SensorConfig):
     """Distance below the sensor of the layer that water track measures [m]; absent: no water track."""
     ph: float = Field(default=8.1, gt=7, lt=9)
     """Acidity of the water, for absorption."""
+    lag_s: float = Field(default=1e-4, gt=0)
+    """Time between the two pulses of a ping, for `iq` [s]: speeds beyond c/(4 f lag) along a beam are ambiguous."""
 
     @model_validator(mode="before")
     @classmethod
@@ -119,9 +125,13 @@ class Dvl:
     valid: `(m,)`, bottom lock.
     extras: `ranges` `(m, 4)` along the beams [m], NaN where lost; `beam_velocity` `(m, 4)`, speed along each beam,
         positive towards the bottom [m/s]; `beam_valid` `(m, 4)`; `altitude` `(m,)` [m], mean of the valid ranges times
-        the cosine of the tilt; `sigma` `(m, 4)`, standard deviation of each beam's speed [m/s].
+        the cosine of the tilt; `sigma` `(m, 4)`, standard deviation of each beam's speed [m/s]; `snr` `(m, 4)` of each
+        beam's echo [dB]; `label` and `instance` `(m, 4)` of what each beam meets, 0 for nothing.
         With `water_layer_m`: `water_velocity` `(m, 3)`, velocity of the sensor through the water of the layer [m/s].
-    tables: `direction` `(4, 3)`, the beams in the sensor frame.
+        With `water_column_bins`, `iq` or `labels` the echoes of the beams, `(m, 4, bins)` each: `water_column` and
+        `water_column_truth` [dB], `water_column_label`, `water_column_instance`, and `iq` complex64 `(m, 4, 2, bins)`,
+        before gain, of two pulses a `lag_s` apart, whose phases tell the speed (see `speed_of_pair`).
+    tables: `direction` `(4, 3)`, the beams in the sensor frame; `water_column_range` `(bins,)` [m].
     """
 
     TITLE: ClassVar[str] = "four-beam Doppler velocity log with bottom lock"
@@ -136,14 +146,23 @@ class Dvl:
     def __init__(self, config: DvlConfig, context: SensorContext) -> None:
         self.config = config
         self._context = context
+        warn_of_ambiguity(config, context.path, config.range_max_m / math.cos(math.radians(config.beam_tilt_deg)))
         self._sounder = Sounder(config, context, beam_rays(config), frequency_hz=config.frequency_hz, ph=config.ph)
         self._ping = self._sounder.compile(self._make)
-        self.tables = {"direction": config.beams}
+        self.tables: dict[str, NDArray[Any]] = {"direction": config.beams}
+        self._echoes: BeamEchoes | None = None
+        if config.echo_bins > 0:
+            slant = 1.0 / math.cos(math.radians(config.beam_tilt_deg))
+            self._echoes = BeamEchoes(
+                config, context, config.beams, width=math.radians(config.beamwidth_deg),
+                nearest=config.range_min_m * slant, farthest=config.range_max_m * slant, lag_s=config.lag_s,
+            )  # fmt: skip
+            self.tables["water_column_range"] = self._echoes.ranges
 
     def sense(self, motion: Kinematics) -> Measurement:
         """Ping on every lane."""
         water = self.config.water_layer_m is not None
-        rows = unpack(self._ping(motion, self._context.ocean), 27 if water else 24)
+        rows = unpack(self._ping(motion, self._context.ocean), 39 if water else 36)
         valid = rows[:, 6] > 0.5
         data = np.where(valid[:, None], rows[:, 0:3], np.nan)
         extras = {
@@ -152,9 +171,14 @@ class Dvl:
             "beam_valid": rows[:, 16:20] > 0.5,
             "sigma": rows[:, 20:24],
             "altitude": rows[:, 7],
+            "snr": rows[:, 24:28],
+            "label": rows[:, 28:32].astype(np.uint32),
+            "instance": rows[:, 32:36].astype(np.uint32),
         }
         if water:
-            extras["water_velocity"] = rows[:, 24:27]
+            extras["water_velocity"] = rows[:, 36:39]
+        if self._echoes is not None:
+            extras |= self._echoes.extras(motion)
         return Measurement(data, rows[:, 3:6], valid, extras, self.tables)
 
     def explain(self, motion: Kinematics) -> list[tuple[str, NDArray[Any], str]]:
@@ -172,9 +196,10 @@ class Dvl:
             view = look(static, moving, tables, fan, lanes, surfaces, max_range=farthest, smooth=False)
             section = scattering(surfaces, view.hits.material, view.sine)
             ground = rotate_back(dr.gather(jit.Array4f, jit.Array4f(lanes.attitude), view.lane), view.hits.velocity)
-            dr.eval(view.hits.valid, view.hits.t, section, ground)  # one cast for all beams
+            hits = view.hits
+            dr.eval(hits.valid, hits.t, hits.label, hits.instance, section, ground)  # one cast for all beams
             beams = [
-                beam_echo(dr.width(lanes.position), b, view.hits.valid, view.hits.t, section, ground, config.beams[b])
+                beam_echo(dr.width(lanes.position), b, hits.valid, hits.t, section, ground, config.beams[b])
                 for b in range(4)
             ]
             data, truth, locked, altitude, *by_beam = bottom_track(
@@ -182,7 +207,11 @@ class Dvl:
             )
             layer = config.water_layer_m is not None
             water = water_track(config, lanes, velocity, motion, ocean, key) if layer else ()
-            return pack(*data, *truth, locked, altitude, *(b for beams in by_beam for b in beams), *water)
+            first = dr.arange(jit.UInt32, dr.width(lanes.position)) * (4 * _RAYS)
+            labels = [
+                dr.gather(jit.UInt32, v, first + b * _RAYS) for v in (hits.label, hits.instance) for b in range(4)
+            ]
+            return pack(*data, *truth, locked, altitude, *(b for beams in by_beam for b in beams), *labels, *water)
 
         return ping
 
@@ -209,7 +238,8 @@ def bottom_track(
     config: DvlConfig, beams: list[tuple[Array, Array, Array, Array]], velocity: Array, motion: Kinematics,
     medium: Medium, key: Any, trace: Trace = None,
 ) -> tuple[Any, ...]:  # fmt: skip
-    """Velocity [m/s], its truth, lock, altitude [m], and by beam: range [m], speed [m/s], validity, deviation [m/s].
+    """Velocity [m/s], its truth, lock, altitude [m], and by beam: range [m], speed [m/s], validity, deviation [m/s],
+    signal-to-noise ratio [dB].
 
     The echo's margin over the weakest that can be tracked sets the loss of a beam (with a slack of 1.5 dB) and the
     noise: the variance of the Doppler estimate grows with 1 + 1/snr.
@@ -220,15 +250,18 @@ def bottom_track(
     correction = 1.0 + config.scale_error
     if config.sound_speed_mps is not None:
         correction = correction * config.sound_speed_mps / jit.Float64(medium.sound_speed)
-    ranges, speeds, valid, sigmas = [], [], [], []
+    ranges, speeds, valid, sigmas, levels = [], [], [], [], []
+    heard = farthest_heard(config.rate_hz, medium.sound_speed)
     for b, (seen, distance, section, ground) in enumerate(beams):
         x, y, z = config.beams[b]
         speed = velocity[0] * x + velocity[1] * y + velocity[2] * z - ground
         margin = echo_margin_db(distance, jit.Float(reach), medium.absorption)
         margin += to_db(dr.maximum(section, 1e-9)) - _TYPICAL_DB
-        snr = dr.exp(0.230258509 * (jit.Float64(margin) + 6.0))
+        levels.append(dr.select(seen, margin + _FAINTEST_DB, -dr.inf))
+        snr = dr.exp(0.230258509 * (jit.Float64(margin) + _FAINTEST_DB))
         sigma = dr.sqrt((config.noise_mps**2 + (config.noise_relative * speed) ** 2) * (1.0 + 1.0 / snr))
         tracked = seen & (jit.Float64(margin) + 1.5 * noise[4 + b] > 0.0) & (distance * vertical >= config.range_min_m)
+        tracked &= distance <= heard
         speeds.append((speed + sigma * noise[b]) * correction)
         measured = jit.Float64(distance) * (1.0 + config.range_noise_relative * noise[8 + b])
         ranges.append(dr.select(tracked, measured, dr.nan))
@@ -244,7 +277,7 @@ def bottom_track(
         count += dr.select(ok, jit.Float64(1), 0.0)
         total += dr.select(ok, r, 0.0)
     altitude = dr.select(count > 0.0, total / dr.maximum(count, 1.0) * vertical, dr.nan)
-    return data, velocity, locked, altitude, ranges, speeds, valid, sigmas
+    return data, velocity, locked, altitude, ranges, speeds, valid, sigmas, levels
 
 
 def water_track(config: DvlConfig, lanes: Lanes, velocity: Array, motion: Kinematics, ocean: Ocean, key: Any) -> Array:

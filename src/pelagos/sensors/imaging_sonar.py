@@ -63,7 +63,7 @@ def fan_rays(config: ImagingSonarConfig) -> dict[str, NDArray[Any]]:
 
 
 def _strata(
-    length: float, side_lobes: int, count: int, which: NDArray[np.integer], offset: NDArray[np.float64]
+    length: float, side_lobes: int, count: int, which: NDArray[np.integer], offset: NDArray[np.floating]
 ) -> tuple[NDArray[np.float64], ...]:
     """Edges [rad] of the strata `which` of `count`, and the integral of their two-way pattern over the elevation.
 
@@ -78,8 +78,9 @@ def _strata(
     share, power = (
         np.concatenate([[0.0], np.cumsum(0.5 * (f[1:] + f[:-1]))]) for f in (density, pattern**4 * np.cos(grid))
     )
-    edge = lambda k: np.interp(np.clip((k - 1 + offset) / (count - 1), 0.0, 1.0) * share[-1], share, grid)
-    low, high = edge(which), edge(which + 1)
+    low, high = (
+        np.interp(np.clip((which + i - 1 + offset) / (count - 1), 0.0, 1.0) * share[-1], share, grid) for i in (0, 1)
+    )
     return low, high, (np.interp(high, grid, power) - np.interp(low, grid, power)) * step
 
 

@@ -22,12 +22,13 @@ from pelagos.jit import Array
 from pelagos.math.so3 import rotate, rotate_back
 from pelagos.raycast.scene import Tables
 from pelagos.sensors.beam_column import column_config, column_layout, column_rays
+from pelagos.sensors.beam_echoes import part_of
 from pelagos.sensors.beam_series import Beams, Window, beam_series
 from pelagos.sensors.echo import Fan, Lanes, Trace, arcs_of, look
 from pelagos.sensors.neighbours import Apertures, Emitter
 from pelagos.sensors.pinger import Pinger
 from pelagos.sensors.scattering import Surfaces
-from pelagos.sensors.schedule import period_ticks
+from pelagos.sensors.schedule import farthest_heard, period_ticks, warn_of_ambiguity
 from pelagos.sensors.sensor import Kinematics, Measurement, SensorConfig, SensorContext
 from pelagos.sensors.sonar_catalogue import with_device
 from pelagos.sensors.sounder import Sounder
@@ -56,7 +57,8 @@ class MultibeamConfig(SensorConfig):
     range_min_m: float = Field(default=0.5, ge=0)
     """Nearest bottom that is detected [m]."""
     range_max_m: float = Field(default=120.0, gt=0, le=12000)
-    """Farthest bottom that is detected [m]."""
+    """Farthest bottom that is detected [m]; echoes that come after the next ping, from beyond c/(2 `rate_hz`), are
+    lost."""
     frequency_hz: float = Field(default=400e3, gt=0)
     """Centre frequency [Hz]."""
     bandwidth_hz: float = Field(default=40e3, gt=0)
@@ -84,7 +86,13 @@ class MultibeamConfig(SensorConfig):
     roughness_seed: int = Field(default=0, ge=0, lt=2**32)
     """Which realisation of the roughness of all surfaces the sonar sees."""
     iq: bool = False
-    """Also give each beam's complex time series about the bottom, for both halves of the array."""
+    """Also give each beam's complex time series about the bottom, for both halves of the array, and that of the water
+    column."""
+    labels: bool = False
+    """Also give label and instance of the strongest echo in each cell of the water column."""
+    volume_scattering_db: float | None = Field(default=None, ge=-200, le=0)
+    """Volume backscattering strength Sv of the water [dB re 1/m] in the water column; absent: that of the ocean's
+    tracer `volume_scattering_db`, and clear water where it has none."""
     water_column_bins: int = Field(default=0, ge=0, le=16384)
     """Range bins of the water column, which comes with the reading then; 0: none."""
     rays_along: int = Field(default=3, ge=1, le=31)
@@ -200,7 +208,8 @@ class Multibeam:
         deviation of the range as the sounder estimates it from the echo [m]; `quality` `(m, beams)`, 0 (none) to 1,
         half at an uncertainty of 0.2 % of the range and 1 mm; `snr` `(m, beams)` of the echo's samples [dB]; `label`
         and `instance` `(m, beams)` on the axis. With `water_column_bins`, `water_column` `(m, beams, bins)`, level by
-        range as `ImagingSonar` gives it [dB], and `water_column_truth`, its mean. With `iq`, `iq` complex64
+        range as `ImagingSonar` gives it [dB], and `water_column_truth`, its mean, with `labels` `water_column_label`
+        and `water_column_instance`, with `iq` complex64 `water_column_iq`, before gain. With `iq`, `iq` complex64
         `(m, beams, 2, samples)`, what the left and the right half of the array heard, before gain, re the source level
         at 1 m, and `iq_range` `(m, beams, samples)` [m].
     tables: `angle` `(beams,)` [rad] from straight down, positive to port; `direction` `(beams, 3)`;
@@ -218,6 +227,7 @@ class Multibeam:
 
     def __init__(self, config: MultibeamConfig, context: SensorContext) -> None:
         self.config = config
+        warn_of_ambiguity(config, context.path, config.range_max_m)
         rays = fan_rays(config)
         self._sounder = Sounder(
             config, context, rays, frequency_hz=config.frequency_hz, ph=config.ph, wind_speed=config.wind_speed_mps,
@@ -227,7 +237,9 @@ class Multibeam:
         self._ping = self._sounder.compile(self._make)
         self._column: Pinger | None = None
         if config.water_column_bins > 0:
-            self._column = Pinger(column_config(config), context, column_rays(config), column_layout(config))
+            self._column = Pinger(
+                column_config(config), part_of(context, "column"), column_rays(config), column_layout(config)
+            )
         neighbours = getattr(context, "neighbours", None)
         if neighbours is not None:
             neighbours.add(emitter(config, context, rays))
@@ -254,7 +266,8 @@ class Multibeam:
         if series is not None:
             extras |= snippets(series, shape, self.config.samples)
         if self._column is not None:
-            extras["water_column"], extras["water_column_truth"], _ = self._column.ping(motion)
+            extras["water_column"], extras["water_column_truth"], more = self._column.ping(motion)
+            extras |= {f"water_column_{name}": values for name, values in more.items()}
         return Measurement(data, truth, None, extras, self.tables)
 
     def explain(self, motion: Kinematics) -> list[tuple[str, NDArray[Any], str]]:
@@ -287,6 +300,7 @@ def detect(
     snr_db = to_db(dr.maximum(found.level / noise, 1e-12))
     heard = window.found & (found.kind != NOT_FOUND) & (snr_db > config.detection_snr_db)
     heard &= (measured >= config.range_min_m) & (measured <= config.range_max_m)
+    heard &= found.distance <= farthest_heard(config.rate_hz, speed)
     echoes = dr.maximum(found.power - config.samples * noise, 0.1 * noise)
     strength = to_db(dr.maximum(window.section * echoes / dr.maximum(window.power, 1e-37), 1e-12))
     true = dr.select(window.axis <= config.range_max_m, window.axis, dr.nan)

@@ -12,6 +12,7 @@ from pelagos.acoustics.noise import ambient_level, band_level, directivity_index
 from pelagos.acoustics.pulse import processing_gain_db
 from pelagos.acoustics.spreading import from_db, to_db
 from pelagos.sensors.scattering import TEXTURE_DB
+from pelagos.sensors.schedule import SLOWEST, farthest_heard
 from pelagos.sensors.sensor import SensorConfig
 from pelagos.sensors.sonar_catalogue import with_device
 
@@ -129,11 +130,12 @@ class PingConfig(SensorConfig):
             raise ValueError(
                 f"bandwidth_hz {self.bandwidth_hz:g} must be below twice frequency_hz {self.frequency_hz:g}"
             )
-        turn_around = 2 * self.range_max_m / 1400.0
+        turn_around = 2 * self.range_max_m / SLOWEST
         if turn_around * self.rate_hz > 1.0:
             raise ValueError(
                 f"range_max_m {self.range_max_m:g} is ambiguous at {self.rate_hz:g} pings a second: the echo needs "
-                f"{turn_around:.3g} s; at most {700.0 / self.rate_hz:.4g} m, or {1 / turn_around:.3g} Hz"
+                f"{turn_around:.3g} s; at most {farthest_heard(self.rate_hz, SLOWEST):.4g} m, "
+                f"or {1 / turn_around:.3g} Hz"
             )
         return self
 

@@ -1,10 +1,15 @@
-"""From a rate to a number of ticks: a sensor is due on ticks that are multiples of its period, 0 included."""
+"""When a sensor is due: on ticks that are multiples of its period, 0 included; and how far it hears until then."""
 
 from __future__ import annotations
 
 import math
+import warnings
+from typing import Any, Final
 
-from pelagos.errors import ScenarioError
+from pelagos.errors import ScenarioError, ValidityWarning
+
+SLOWEST: Final = 1400.0  # sound speed [m/s] by which a range is surely unambiguous
+_USUAL: Final = 1500.0
 
 
 def period_ticks(rate_hz: float, dt_ns: int, *, where: str = "") -> int:
@@ -24,3 +29,28 @@ def period_ticks(rate_hz: float, dt_ns: int, *, where: str = "") -> int:
     problem = "is faster than" if rate_hz > tick_rate else "does not divide"
     message = f"rate_hz {rate_hz:g} {problem} the tick rate of {tick_rate:g} Hz; nearest: {rates}"
     raise ScenarioError(message, where=where)
+
+
+def farthest_heard(rate_hz: float, sound_speed: Any = _USUAL) -> Any:
+    """Range [m] from which an echo comes before the next ping: c/(2 rate)."""
+    return sound_speed * (0.5 / rate_hz)
+
+
+def slower(rate_hz: float, reach: float) -> float:
+    """The fastest whole part of a rate at which echoes from `reach` [m] are unambiguous.
+
+    For parts of a sonar, which ping when the sonar says so.
+    """
+    pings_in_flight = 2.0 * reach * rate_hz / SLOWEST
+    return rate_hz / max(math.ceil(pings_in_flight), 1)
+
+
+def warn_of_ambiguity(config: Any, path: str, reach: float) -> None:
+    """Warn where a scenario asks for ranges (`range_max_m`, [m]; `reach` along the beams) beyond the next ping."""
+    heard = farthest_heard(config.rate_hz, SLOWEST)
+    if "range_max_m" in config.model_fields_set and getattr(config, "device", None) is None and reach > heard:
+        message = (
+            f"{path}: echoes from {reach:.4g} m come after the next ping at {config.rate_hz:g} Hz, and are lost; "
+            + (f"ranges up to {heard:.4g} m are heard, or all at {SLOWEST / (2 * reach):.3g} Hz")
+        )
+        warnings.warn(message, ValidityWarning, stacklevel=4)

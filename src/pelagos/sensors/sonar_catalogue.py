@@ -93,7 +93,8 @@ DEVICES: Final[Mapping[str, Mapping[str, Device]]] = {
             "NORBIT Subsea, WBMS bathymetry data sheet; user manual, Section 5.1 (bandwidth, sweep)",
             {"frequency_hz": 400e3, "swath_deg": 150.0, "beams": 256, "beamwidth_across_deg": 0.9,
              "beamwidth_along_deg": 1.9, "range_min_m": 0.2, "range_max_m": 275.0, "bandwidth_hz": 80e3,
-             "pulse_s": 0.5e-3},
+             "pulse_s": 0.5e-3, "rate_hz": 2.5},
+            assumed=("rate_hz",),  # at which the whole range is unambiguous
         ),
         "kongsberg_em2040": Device(
             "Kongsberg EM 2040, 300 kHz, 1 x 1 deg",

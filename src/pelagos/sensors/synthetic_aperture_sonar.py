@@ -59,8 +59,7 @@ def beam_rays(config: SyntheticApertureSonarConfig) -> dict[str, NDArray[Any]]:
     row, column = (a.ravel() for a in np.meshgrid(np.arange(rows), np.arange(columns), indexing="ij"))
     lowest, highest = max(-1.1 * vertical - depression, -math.pi / 2 + 1e-3), 1.1 * vertical - depression
     offset = (0.5 + _STEP * column) % 1.0  # edges that were the same in all columns would show as rings
-    edge = lambda k: lowest + np.clip((k - 1 + offset) / (rows - 1), 0.0, 1.0) * (highest - lowest)
-    low, high = edge(row), edge(row + 1)
+    low, high = (lowest + np.clip((row + i - 1 + offset) / (rows - 1), 0.0, 1.0) * (highest - lowest) for i in (0, 1))
     grid = np.linspace(lowest, highest, 8001)
     power = line_np(np.sin(grid + depression), line_length(vertical)) ** 4 * np.cos(grid) * (grid[1] - grid[0])
     share = np.concatenate([[0.0], np.cumsum(0.5 * (power[1:] + power[:-1]))])

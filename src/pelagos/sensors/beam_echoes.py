@@ -1,0 +1,160 @@
+"""Raw echoes of sonars that find ranges or speeds in a few narrow beams: level, complex signal and labels by range."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from types import SimpleNamespace
+from typing import Any, Final
+
+import drjit as dr
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import Field
+
+from pelagos import jit
+from pelagos.jit import Array
+from pelagos.math.so3 import multiply, rotate
+from pelagos.sensors.pinger import Pinger
+from pelagos.sensors.reception import Layout
+from pelagos.sensors.schedule import slower
+from pelagos.sensors.sensor import Kinematics, SensorConfig, SensorContext
+from pelagos.sensors.singlebeam import SinglebeamConfig, cone_rays
+
+_BINS: Final = 512  # where the configuration does not say
+_RAYS: Final = 512  # of a beam
+_OTHER_NOISE: Final = 1 << 31  # added to the tick of a pair's second pulse
+
+
+class EchoesConfig(SensorConfig):
+    """Keys of sonars that can also give the echoes that they evaluate."""
+
+    iq: bool = False
+    """Also give the complex signal of each beam by range, before gain."""
+    labels: bool = False
+    """Also give label and instance of the strongest echo of each beam by range."""
+    water_column_bins: int = Field(default=0, ge=0, le=16384)
+    """Range bins of the echoes of each beam, whose levels come with the reading then; 0: none (512 with `iq` or
+    `labels`)."""
+    bandwidth_hz: float = Field(default=20e3, gt=0)
+    """Bandwidth of the pulse [Hz]."""
+    pulse_s: float = Field(default=0.5e-3, gt=0)
+    """Duration of the pulse [s]."""
+    source_level_db: float = Field(default=200.0)
+    """Source level [dB re 1 uPa at 1 m]."""  # assumed
+    self_noise_db: float = Field(default=50.0)
+    """Spectral level of the receiver's own noise [dB re 1 uPa^2/Hz]."""  # assumed
+    wind_speed_mps: float = Field(default=5.0, ge=0)
+    """Wind for ambient noise and the sea surface [m/s]."""
+    roughness_seed: int = Field(default=0, ge=0, lt=2**32)
+    """Which realisation of the roughness of all surfaces the sonar sees."""
+    volume_scattering_db: float | None = Field(default=None, ge=-200, le=0)
+    """Volume backscattering strength Sv of the water [dB re 1/m] in the echoes; absent: that of the ocean's tracer
+    `volume_scattering_db`, and clear water where it has none."""
+
+    @property
+    def echo_bins(self) -> int:
+        """Range bins of the echoes; 0 where none are asked for."""
+        return self.water_column_bins or (_BINS if self.iq or self.labels else 0)
+
+
+class BeamEchoes:
+    """The echoes of a few beams, each a narrow cone.
+
+    Args:
+        config: the sonar's; has `frequency_hz` and `ph` besides the keys of `EchoesConfig`.
+        context: the sonar's.
+        axes: directions of the beams in the sensor frame `(beams, 3)`.
+        width: half-power width of each [rad].
+        nearest, farthest: of the ranges along the beams [m].
+        lag_s: time between the two pulses of a pair [s]; 0 for single pulses.
+    """
+
+    def __init__(
+        self, config: Any, context: SensorContext, axes: NDArray[np.float64], *, width: float, nearest: float,
+        farthest: float, lag_s: float = 0.0,
+    ) -> None:  # fmt: skip
+        self._lag = lag_s if config.iq else 0.0
+        nearest = max(nearest, 0.05)
+        ping = SinglebeamConfig(
+            rate_hz=slower(config.rate_hz, farthest),
+            bins=config.echo_bins, range_min_m=nearest, range_max_m=farthest, scale="db", doppler=False,
+            **{k: getattr(config, k) for k in _SHARED},
+        )  # fmt: skip
+        layout = Layout(len(axes), width, width, width, np.zeros(len(axes)))
+        self._pinger = Pinger(ping, part_of(context, "echoes"), beam_cones(axes, width, _RAYS), layout)
+        self.ranges = ping.ranges
+
+    def extras(self, motion: Kinematics) -> dict[str, NDArray[Any]]:
+        """`water_column`, `water_column_truth` [dB], and what `iq` and `labels` ask for, `(m, beams, bins)` each.
+
+        Where pulses come in pairs `iq` is `(m, beams, 2, bins)`.
+        """
+        lanes = dr.width(motion.position)
+        data, truth, more = self._pinger.ping(pulse_pair(motion, self._lag) if self._lag > 0 else motion)
+        found = {"water_column": data[:lanes], "water_column_truth": truth[:lanes]}
+        if "iq" in more:
+            iq = more["iq"]
+            found["iq"] = np.stack([iq[:lanes], iq[lanes:]], axis=2) if self._lag > 0 else iq
+        return found | {f"water_column_{k}": more[k][:lanes] for k in ("label", "instance") if k in more}
+
+
+_SHARED: Final = (
+    "position_m", "orientation_deg", "frequency_hz", "bandwidth_hz", "pulse_s", "source_level_db", "self_noise_db",
+    "wind_speed_mps", "ph", "roughness_seed", "iq", "labels", "volume_scattering_db",
+)  # fmt: skip
+
+
+def beam_cones(axes: NDArray[np.float64], width: float, count: int) -> dict[str, NDArray[Any]]:
+    """`cone_rays` about each of `axes` `(beams, 3)`."""
+    cone = cone_rays(width, count)
+    rays: dict[str, NDArray[Any]] = {name: np.concatenate([values] * len(axes)) for name, values in cone.items()}
+    frames = []
+    for axis in axes:
+        aside = np.cross([1.0, 0.0, 0.0] if abs(axis[0]) < 0.9 else [0.0, 1.0, 0.0], axis)
+        aside /= np.linalg.norm(aside)
+        frames.append(np.stack([np.cross(aside, -axis), aside, -axis]))  # the cone's x, y and z
+    for name in ("direction", "along"):
+        rays[name] = np.concatenate([cone[name] @ frame for frame in frames])
+    rays["beam"] = np.repeat(np.arange(len(axes)), count)
+    return rays
+
+
+def pulse_pair(motion: Kinematics, lag_s: float) -> Kinematics:
+    """All lanes, and behind them all lanes a time `lag_s` later: moved on, with noise of their own."""
+    step = rotate(motion.attitude, motion.velocity) * lag_s
+    w = motion.angular_velocity * (0.5 * lag_s)
+    turned = multiply(motion.attitude, jit.Array4f64(1.0, w[0], w[1], w[2]))
+    later = dataclasses.replace(
+        motion,
+        position=motion.position + step,
+        attitude=turned * dr.rsqrt(dr.dot(turned, turned)),
+        t_ns=motion.t_ns + jit.UInt64(round(lag_s * 1e9)),
+        tick=motion.tick + _OTHER_NOISE,
+    )
+    both = {f.name: _joined(getattr(motion, f.name), getattr(later, f.name)) for f in dataclasses.fields(motion)}
+    made = Kinematics(**both)
+    dr.make_opaque(made)
+    return made
+
+
+def _joined(a: Array, b: Array) -> Array:
+    if dr.depth_v(a) == 1:
+        return dr.concat((a, b))
+    return type(a)(*(dr.concat((p, q)) for p, q in zip(a, b, strict=True)))
+
+
+def part_of(context: SensorContext, name: str) -> Any:
+    """The context of a part of a sonar: a random stream of its own, and nobody hears it a second time."""
+    changed: dict[str, Any] = {"path": f"{context.path}.{name}", "neighbours": None}
+    return SimpleNamespace(**{**vars(context), **changed})
+
+
+def speed_of_pair(iq: NDArray[np.complex64], *, frequency_hz: float, sound_speed: float, lag_s: float) -> Any:
+    """Closing speed `(...,)` [m/s] of the echoes of pairs of pulses `(..., 2, bins)`, of all bins together.
+
+    The phase of an echo grows by 4 pi f v lag/c from pulse to pulse; speeds above c/(4 f lag) are ambiguous.
+    Source: R. Lhermitte and R. Serafin, J. Atmos. Ocean. Technol. 1, 293 (1984): pulse-to-pulse coherent sonar.
+    """
+    product = (np.conj(iq[..., 0, :]) * iq[..., 1, :]).astype(np.complex128).sum(axis=-1)
+    return np.angle(product) * sound_speed / (4.0 * math.pi * frequency_hz * lag_s)
