@@ -21,6 +21,7 @@ from pelagos.world import shapes
 from pelagos.world.config import WorldConfig
 from pelagos.world.generate import debris, waterfront, wreck
 from pelagos.world.generate.pipeline import Pipeline, pipe_mesh, supports
+from pelagos.world.generate.quayside import add_quayside
 from pelagos.world.generate.relief import dent, fractal, ripples, smoothstep
 from pelagos.world.generate.scatter import Places
 from pelagos.world.mesh import Mesh, join, rotation
@@ -92,7 +93,7 @@ class _Harbour:
 
     def __init__(self, config: HarbourConfig) -> None:
         self.c = config
-        streams = np.random.SeedSequence(config.seed).spawn(8)
+        streams = np.random.SeedSequence(config.seed).spawn(9)
         self.rng = [np.random.Generator(np.random.PCG64(s)) for s in streams]
         self.site = Site(user_labels=config.labels)
         self.x = (-config.length_m / 2, config.length_m / 2)
@@ -220,6 +221,9 @@ class _Harbour:
         waterfront.add_quay(
             self.site, x=self.x, face_y=self.face, back_y=self.y[1], top=c.quay_height_m,
             base=float(ground.z.min()) - 3, exposed=[(self.x[0], -half), (half, self.x[1])],
+        )  # fmt: skip
+        add_quayside(
+            self.site, x=self.x, face_y=self.face, back_y=self.y[1], top=c.quay_height_m, rng=self.rng[8]
         )  # fmt: skip
         piles = waterfront.add_pier(self.site, self.pier, ground, self.rng[4])
         self._riprap(ground)
