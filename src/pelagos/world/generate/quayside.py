@@ -11,7 +11,7 @@ from pelagos.world.mesh import Mesh, join, rotation
 from pelagos.world.site import Site
 
 _CONTAINER = np.array([6.06, 2.44, 2.59])  # [m], ISO 668 1CC
-_PAINTS = ("red", "blue", "green", "rusted_steel", "yellow", "white")
+_PAINTS = ("red", "blue", "green", "rusted_steel", "yellow", "weathered_paint")
 
 
 def add_quayside(

@@ -115,7 +115,7 @@ def boat(length: float = _L) -> list[tuple[Mesh, str]]:
     parts = [
         (hull(), "rusted_steel"),
         (frames(), "rusted_steel"),
-        (wheelhouse(), "white"),
+        (wheelhouse(), "weathered_paint"),
         (rig(), "rusted_steel"),
     ]
     return [(mesh.scaled(scale), material) for mesh, material in parts]

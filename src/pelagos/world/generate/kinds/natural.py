@@ -111,7 +111,8 @@ def coral(size: float, rng: np.random.Generator) -> Thing:
     for _ in range(3):
         first = np.array([*(rng.normal(size=2) * 0.45), 1.0])
         grow(np.zeros(3), first / np.linalg.norm(first), 0.36 * size, 3)
-    return Thing("coral", "coral", (Part(join(limbs), "coral", 60.0),), sink=0.03 * size, follow=0.3)
+    color = ("coral", "red_coral", "ochre_coral", "purple_coral")[int(rng.integers(4))]
+    return Thing("coral", "coral", (Part(join(limbs), color, 60.0),), sink=0.03 * size, follow=0.3)
 
 
 def brain_coral(size: float, rng: np.random.Generator) -> Thing:
@@ -119,7 +120,8 @@ def brain_coral(size: float, rng: np.random.Generator) -> Thing:
     dome = shapes.noisy(shapes.sphere(0.5, sides=36, rings=18), 0.12, rng, waves=10, scale=6.0).scaled(
         (size, size, 0.75 * size)
     )
-    return Thing("brain coral", "coral", (Part(dome, "coral", 80.0),), sink=-0.1 * size, follow=0.3)
+    color = ("coral", "green_coral", "ochre_coral")[int(rng.integers(3))]
+    return Thing("brain coral", "coral", (Part(dome, color, 80.0),), sink=-0.1 * size, follow=0.3)
 
 
 def sponge(size: float, rng: np.random.Generator) -> Thing:
@@ -143,7 +145,8 @@ def sponge(size: float, rng: np.random.Generator) -> Thing:
             .turned(roll=rng.normal() * 0.12, pitch=rng.normal() * 0.12)
             .moved((at[0], at[1], 0))
         )
-    return Thing("sponge", "sponge", (Part(join(barrels), "sponge", 50.0),), follow=0.3)
+    color = ("sponge", "red_sponge")[int(rng.integers(2))]
+    return Thing("sponge", "sponge", (Part(join(barrels), color, 50.0),), follow=0.3)
 
 
 def fish(length: float = 0.35) -> Mesh:
