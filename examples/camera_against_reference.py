@@ -5,34 +5,57 @@ python examples/camera_against_reference.py [WATER] [SAMPLES] [FOLDER]
 
 from __future__ import annotations
 
+import math
 import sys
 from pathlib import Path
 from typing import Any
 
+import drjit as dr
 import numpy as np
-from camera_gallery import CHAIN, PIER, SEABED, UPWARD, WRECK, Place, Studio, still
 from PIL import Image
 
+from pelagos import jit
+from pelagos.math.so3 import from_euler
+from pelagos.ocean.config import OceanConfig, build_ocean
 from pelagos.optics.exposure import saturation_luminance
 from pelagos.optics.image_quality import colour_ratio, psnr, ssim
+from pelagos.raycast.rays import NO_BODY
 from pelagos.sensors.camera import Camera, CameraConfig
+from pelagos.sensors.sensor import Kinematics, SensorContext
 from pelagos.world.build import build_world
 from pelagos.world.generate.harbour import HarbourConfig
 
-WALL: Place = ((0, 55, -6), (0, 0, 90))
+Place = tuple[tuple[float, float, float], tuple[float, float, float]]  # position [m], roll pitch yaw [deg]
 VIEWS: dict[str, Place] = {
-    "seabed": SEABED, "wreck": WRECK, "piles": PIER, "wall": WALL, "chain": CHAIN, "upward": UPWARD,
-}  # fmt: skip
+    "seabed": ((0, 30, -11.8), (0, 90, 0)),
+    "wreck": ((18, -14, -12.5), (0, 10, 50)),
+    "piles": ((40, 50, -12), (0, -5, 45)),
+    "wall": ((0, 55, -6), (0, 0, 90)),
+    "chain": ((-98, -36, -6), (0, 0, 10)),
+    "upward": ((-30, 52, -6), (0, -55, 60)),
+}
 SIZE = (120, 80)  # [px]
 
 
-def light(studio: Studio, place: Place, ocean: dict[str, Any], **camera: Any) -> np.ndarray:
+def still(place: Place, t_s: float) -> Kinematics:
+    """A camera at rest."""
+    zero, u = dr.zeros(jit.Float64, 1), dr.zeros(jit.UInt32, 1)
+    position = jit.Array3f64(*(zero + float(c) for c in place[0]))
+    attitude = jit.Array4f64(*(zero + float(c) for c in from_euler(*(math.radians(a) for a in place[1]))))
+    none = jit.Array3f64(zero, zero, zero)
+    t_ns = jit.UInt64(u) + round(t_s * 1e9)
+    motion = Kinematics(position, attitude, none, none, none, none, t_ns, u, u + 0, u + 0)
+    dr.eval(motion)
+    return motion
+
+
+def light(context: SensorContext, place: Place, **camera: Any) -> np.ndarray:
     """Linear light `(height, width, 3)` [cd/m^2], mean of 4 x 4 pixels: path tracing is grainy."""
     config = CameraConfig(
         width_px=4 * SIZE[0], height_px=4 * SIZE[1], ripple=0.0, vignette=0.0, tone="linear", bits=16,
         compensation_ev=-4.0, **camera,
     )  # fmt: skip
-    taken = Camera(config, studio.context(**ocean)).sense(still(place, 3.0))
+    taken = Camera(config, context).sense(still(place, 3.0))
     full = saturation_luminance(config.aperture, taken.extras["exposure_s"][0], taken.extras["iso"][0])
     fine = taken.truth[0].astype(float) * (float(full) / 65535)
     return np.asarray(fine.reshape(SIZE[1], 4, SIZE[0], 4, 3).mean(axis=(1, 3)))
@@ -48,12 +71,14 @@ def main() -> None:
     samples = int(sys.argv[2]) if len(sys.argv) > 2 else 256
     folder = Path(sys.argv[3] if len(sys.argv) > 3 else "camera_gallery")
     folder.mkdir(parents=True, exist_ok=True)
-    studio = Studio(build_world(HarbourConfig(type="harbour")), folder)
-    ocean = {"water_type": water, "sun": {"elevation_deg": 45}}
+    world = build_world(HarbourConfig(type="harbour"))
+    ocean = build_ocean(OceanConfig(water_type=water, sun={"elevation_deg": 45}), world)
+    hull = np.full(1, NO_BODY, np.uint32)
+    context = SensorContext("gallery.camera", 1, 5_000_000, world.scene(1), world, ocean, hull)
     sheet = []
     for name, place in VIEWS.items():
-        fast = light(studio, place, ocean, samples=4)
-        slow = light(studio, place, ocean, samples=samples, renderer="reference")
+        fast = light(context, place, samples=4)
+        slow = light(context, place, samples=samples, renderer="reference")
         white = 4 * float(slow.mean())
         a, b = shown(fast, white), shown(slow, white)
         ratio = " / ".join(f"{r:.2f}" for r in colour_ratio(fast, slow))

@@ -22,7 +22,7 @@ from pelagos.world.generate.harbour import HarbourConfig
 # paths each: python examples/camera_against_reference.py 1C 512. Its standard error is about 1 %.
 VIEWS: dict[str, tuple[tuple[float, float, float], tuple[float, float, float], tuple[float, float, float]]] = {
     "seabed": ((0, 30, -11.8), (0, 90, 0), (13.7, 246.1, 130.9)),
-    "wreck": ((18, -14, -12.5), (0, 10, 50), (13.4, 240.8, 182.8)),
+    "wreck": ((18, -14, -12.5), (0, 10, 50), (8.4, 150.8, 119.2)),
     "piles": ((40, 50, -12), (0, -5, 45), (8.5, 145.9, 151.1)),
     "wall": ((0, 55, -6), (0, 0, 90), (24.4, 140.0, 180.7)),
     "chain": ((-98, -36, -6), (0, 0, 10), (63.5, 462.7, 546.2)),
