@@ -63,9 +63,12 @@ def test_a_neutral_vehicle_moves_with_the_water(depth_m):
     assert found["surge"] == pytest.approx(orbit, rel=0.05)
 
 
-def test_half_a_wave_length_down_it_barely_moves():
+def test_half_a_wave_length_down_it_barely_moves_and_at_periscope_depth_it_does():
     found = ride("remus100", math.pi / K)
     assert found["heave"] < 0.06 * HEIGHT_M / 2  # e^{-pi} = 0.043
+    shallow = ride("remus100", 0.05 * 2 * math.pi / K)
+    assert shallow["heave"] == pytest.approx(HEIGHT_M / 2 * math.exp(-K * shallow["depth"]), rel=0.08)
+    assert shallow["heave"] > 0.45 * HEIGHT_M / 2 > 7 * found["heave"]
 
 
 @pytest.mark.parametrize("vehicle", ["wamv", "surface_vessel", "otter"])

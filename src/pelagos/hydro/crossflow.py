@@ -46,7 +46,7 @@ def strip_drag(factor: Array, places: tuple[float, ...], across: Array, rate: Ar
         factor: rho/2 T Cd dx of one strip [kg/m].
         places: x of each strip [m].
         across: relative velocity across the axis at x = 0 [m/s].
-        rate: its change along the axis [1/s] (yaw rate minus shear of the current).
+        rate: its change along the axis [1/s] (rate of turn against the water).
 
     Returns:
         force [N] and its first moment in x [N m].
@@ -65,15 +65,13 @@ def _drag(a: Array) -> Array:
     return dr.abs(a) * a
 
 
-def crossflow(
-    factors: tuple[Array, Array], places: tuple[float, ...], nu_r: Vector, shear: Vector, *, heave: bool
-) -> list[Array]:
+def crossflow(factors: tuple[Array, Array], places: tuple[float, ...], nu_r: Vector, *, heave: bool) -> list[Array]:
     """Wrench (6) [N, N m] of cross-flow drag in sway and yaw, and in heave and pitch if `heave`.
 
-    `shear`: change of the current's sideways and downward velocity along the body's axis (2) [1/s].
+    `nu_r`: velocity relative to the water (6); its rates are those against the line of water along the hull.
     """
-    y, n = strip_drag(factors[0], places, nu_r[1], nu_r[5] - shear[0])
+    y, n = strip_drag(factors[0], places, nu_r[1], nu_r[5])
     if not heave:
         return [0.0, y, 0.0, 0.0, 0.0, n]
-    z, m = strip_drag(factors[1], places, nu_r[2], -nu_r[4] - shear[1])
+    z, m = strip_drag(factors[1], places, nu_r[2], -nu_r[4])
     return [0.0, y, z, 0.0, -m, n]

@@ -41,10 +41,9 @@ class Flow:
         immersion: how far it is below the water's surface, waves included [m].
         rotation: `(3, 3)`, FRD -> NED.
         nu: velocity over ground (6) [m/s], [rad/s].
-        nu_r: velocity relative to the water (6).
+        nu_r: velocity relative to the water (6), which turns with the line of water along the hull.
         current_rate: rate of change of the water's velocity in body axes (6) [m/s^2], [rad/s^2].
         supply: what feeds electric thrusters; None where nothing is fed.
-        shear: change of the current's sideways and downward velocity along the body's axis (2) [1/s].
         surface: roll and pitch at which a hull would lie level with the waves (2) [rad].
         actuators: states by name, limited; empty where no force is asked for.
         seaway: waves at a hull that floats, where pressure stands for its linear hydrostatics.
@@ -57,12 +56,16 @@ class Flow:
     nu: Vector
     nu_r: Vector
     current_rate: Vector
-    shear: Vector
     supply: Supply | None = None
     surface: Vector = (0.0, 0.0)
     actuators: Mapping[str, Array] = field(default_factory=dict)
     seaway: Seaway | None = None
     air: Callable[[float], Vector] | None = None
+
+    @property
+    def nu_c(self) -> list[Array]:
+        """What Coriolis forces are made of (6): velocity relative to the water, and the body's own rates of turn."""
+        return [*self.nu_r[:3], *self.nu[3:]]
 
     @property
     def down(self) -> list[Array]:
@@ -92,7 +95,6 @@ def make_flow(
     current: Vector,
     *,
     current_rotation: CurrentRotation = "attitude",
-    shear: Vector = (0.0, 0.0),
     elevation: Array = 0.0,
     acceleration: Vector | None = None,
     surface: Vector = (0.0, 0.0),
@@ -121,7 +123,7 @@ def make_flow(
     nu_r = [nu[0] - in_body[0], nu[1] - in_body[1], nu[2] - in_body[2], *add(w, minus(turning))]
     immersion = total(position[2], elevation)
     rates = [*rate, *turning_rate]
-    return Flow(list(position), immersion, rotation, list(nu), nu_r, rates, list(shear), surface=list(surface))
+    return Flow(list(position), immersion, rotation, list(nu), nu_r, rates, surface=list(surface))
 
 
 def rotation_from_euler(roll: Array, pitch: Array, yaw: Array) -> list[list[Array]]:

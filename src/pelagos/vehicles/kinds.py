@@ -14,9 +14,10 @@ from pelagos.vehicles.actuators.propeller import PropellerConfig
 from pelagos.vehicles.actuators.ship import ShipRudderConfig
 from pelagos.vehicles.actuators.t200 import T200Config
 from pelagos.vehicles.actuators.thruster import ForceThrusterConfig, ThrusterConfig
+from pelagos.vehicles.control.acceleration import AccelerationConfig
 from pelagos.vehicles.control.airplane import AirplaneConfig
 from pelagos.vehicles.control.depth_heading import DepthHeadingConfig
-from pelagos.vehicles.control.direct import AccelerationConfig, ActuatorsConfig, WrenchConfig
+from pelagos.vehicles.control.direct import ActuatorsConfig, WrenchConfig
 from pelagos.vehicles.control.heading_thrust import HeadingThrustConfig
 from pelagos.vehicles.control.line_of_sight import LineOfSightConfig
 from pelagos.vehicles.control.multirotor import MultirotorConfig

@@ -1,6 +1,6 @@
 """The equation of motion of a vehicle: a sum of terms, and one mass matrix.
 
-    M (nu_dot - current_rate) = sum of wrenches - C(nu_r) nu_r,   M = M_RB + M_A
+    M (nu_dot - current_rate) = sum of wrenches - C(nu_c) nu_c,   M = M_RB + M_A
 
 Source: F21 Chapters 6 and 8. The numbers in a model are Python numbers, part of the compiled program; any of them may
 be replaced by a Dr.Jit array (`dataclasses.replace`), for gradients or for a fleet in which every copy has its own.
@@ -60,26 +60,26 @@ class Inertia:
         return [add(a, b) for a, b in zip(self.rigid, self.added, strict=True)]
 
     def coriolis(self, flow: Flow) -> Vector:
-        """-(C_RB + C_A) nu_r (6)."""
+        """-(C_RB + C_A) nu_c (6)."""
         if self.none:
             return [0.0] * 6
         if not self.without and self.angular is None:
-            return minus(coriolis_force(self.whole, flow.nu_r))
+            return minus(coriolis_force(self.whole, flow.nu_c))
         if self.angular is None:
-            rigid = coriolis_force(self.rigid, flow.nu_r)
+            rigid = coriolis_force(self.rigid, flow.nu_c)
         else:
-            rigid = coriolis_force_angular(*self.angular, flow.nu_r)
-        return minus(add(rigid, coriolis_force(self.added, flow.nu_r, self.without)))
+            rigid = coriolis_force_angular(*self.angular, flow.nu_c)
+        return minus(add(rigid, coriolis_force(self.added, flow.nu_c, self.without)))
 
     def coriolis_matrix(self, flow: Flow) -> Matrix:
         """C_RB + C_A `(6, 6)`."""
         if not self.without and self.angular is None:
-            return coriolis_matrix(self.whole, flow.nu_r)
+            return coriolis_matrix(self.whole, flow.nu_c)
         if self.angular is None:
-            rigid = coriolis_matrix(self.rigid, flow.nu_r)
+            rigid = coriolis_matrix(self.rigid, flow.nu_c)
         else:
-            rigid = coriolis_matrix_angular(*self.angular, flow.nu_r)
-        added = coriolis_matrix(self.added, flow.nu_r, self.without)
+            rigid = coriolis_matrix_angular(*self.angular, flow.nu_c)
+        added = coriolis_matrix(self.added, flow.nu_c, self.without)
         return [add(a, b) for a, b in zip(rigid, added, strict=True)]
 
     def accelerate(self, wrench: Vector) -> Vector:

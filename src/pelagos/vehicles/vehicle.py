@@ -19,7 +19,6 @@ from pelagos.errors import CommandError, LookupFailed, ScenarioError
 from pelagos.hydro.algebra import Matrix, Vector, add, matvec, minus, transpose
 from pelagos.jit import Array
 from pelagos.math.frames import flip_quaternion_np, flip_yz, flip_yz_np
-from pelagos.ocean.current import UniformCurrent
 from pelagos.raycast.geometry import Geometry
 from pelagos.vehicles.actuators.t200 import t200_tables
 from pelagos.vehicles.books import Accelerations, columns
@@ -34,6 +33,7 @@ from pelagos.vehicles.shape.hull import build_hull
 from pelagos.vehicles.shape.parts import PartsHull, ShapePart
 from pelagos.vehicles.shape.torpedo import TorpedoHull
 from pelagos.vehicles.state import VehicleState
+from pelagos.vehicles.stream import Stream, stream_at
 from pelagos.vehicles.tables import Tables
 from pelagos.vehicles.wave_flow import WaveFlow, along_hull, surface_under
 
@@ -325,7 +325,7 @@ class Vehicle:
         return Tables(thrusters, None if sea is None else sea.table())
 
     def flow(self, rigid: Rigid, ocean: Any, t: Array, tables: Tables | None = None) -> Flow:
-        """The water around a vehicle: current at its origin, shear along the hull, surface and wind above."""
+        """The water around a vehicle: current, waves, surface and wind above."""
         flow = self._water(rigid, ocean, t, tables)
         air = getattr(ocean, "air", None)
         if air is not None and air.blows:
@@ -342,23 +342,21 @@ class Vehicle:
         if self.config.medium == "air":
             wind = [*flip_yz(ocean.wind(flip_yz(jit.Array3f64(*rigid.position)), t))]
             return make_flow(rigid.position, rotation, rigid.nu, wind, current_rotation=how)
-        current = _current(ocean, rigid.position, t)
-        shear: Vector = (0.0, 0.0)
-        if not all(isinstance(c, UniformCurrent) for c in getattr(ocean, "currents", [None])):
-            half = [0.5 * self.config.length_m * row[0] for row in rotation]
-            bow = _current(ocean, [p + a for p, a in zip(rigid.position, half, strict=True)], t)
-            stern = _current(ocean, [p - a for p, a in zip(rigid.position, half, strict=True)], t)
-            change = [(b - s) * (1 / self.config.length_m) for b, s in zip(bow, stern, strict=True)]
-            shear = matvec(transpose(rotation), change)[1:]
+        stream = stream_at(ocean, rigid.position, rotation, self.config.length_m, t)
+        tide = getattr(ocean, "tide", None)
         if getattr(ocean, "waves", None) is None:
-            return make_flow(rigid.position, rotation, rigid.nu, current, current_rotation=how, shear=shear)
+            return make_flow(
+                rigid.position, rotation, rigid.nu, stream.velocity, current_rotation=how,
+                elevation=0.0 if tide is None else tide.level(t), acceleration=stream.acceleration,
+                turning=stream.turning,
+            )  # fmt: skip
         if self.model.sea is not None:
-            return self._seaway(rigid, rotation, ocean, t, current, shear, self.tables if tables is None else tables)
+            return self._seaway(rigid, rotation, ocean, t, stream, self.tables if tables is None else tables)
         waves = self._waves(ocean, rigid.position, rotation, t)
         return make_flow(
-            rigid.position, rotation, rigid.nu, [a + b for a, b in zip(current, waves.velocity, strict=True)],
-            current_rotation=how, shear=shear, elevation=waves.elevation, acceleration=waves.acceleration,
-            surface=waves.surface, turning=waves.turning, turning_rate=waves.turning_rate,
+            rigid.position, rotation, rigid.nu, add(stream.velocity, waves.velocity), current_rotation=how,
+            elevation=waves.elevation, acceleration=add(stream.acceleration, waves.acceleration),
+            surface=waves.surface, turning=add(stream.turning, waves.turning), turning_rate=waves.turning_rate,
         )  # fmt: skip
 
     def _seaway(
@@ -367,8 +365,7 @@ class Vehicle:
         rotation: Matrix,
         ocean: Any,
         t: Array,
-        current: Vector,
-        shear: Vector,
+        stream: Stream,
         tables: Tables | None,
     ) -> Flow:
         """The flow past a hull that floats, and the loads of waves on it."""
@@ -380,9 +377,10 @@ class Vehicle:
         velocity = sea.to_body(rotation, waves.velocity)
         surface = waves.powers[0][0][0]
         flow = make_flow(
-            rigid.position, rotation, rigid.nu, add(current, matvec(rotation, velocity[:3])),
-            current_rotation=self.config.current_rotation, shear=shear,
+            rigid.position, rotation, rigid.nu, add(stream.velocity, matvec(rotation, velocity[:3])),
+            current_rotation=self.config.current_rotation,
             elevation=surface if ocean.tide is None else surface + ocean.tide.level(t),
+            acceleration=stream.acceleration, turning=stream.turning,
         )  # fmt: skip
         water = sea.to_body(rotation, waves.acceleration)
         load = sea.load(ocean, waves, rigid.position, rotation, water, t, tables.hull)
@@ -467,11 +465,6 @@ class Vehicle:
     def effective_mass_kg(self) -> float:
         """Mass plus the smallest added mass [kg]: how hard the lightest direction is to stop."""
         return float(np.diag(self.config.body.mass_matrix)[:3].min())
-
-
-def _current(ocean: Any, position: Vector, t: Array) -> list[Array]:
-    """Velocity of the water at a place, both NED."""
-    return [*flip_yz(ocean.current(flip_yz(jit.Array3f64(*position)), t))]
 
 
 def _explain(error: ValidationError) -> str:

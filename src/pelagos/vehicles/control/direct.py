@@ -1,4 +1,4 @@
-"""Modes without a control law: actuators, a wrench on the body, an acceleration of the body."""
+"""Modes without a control law: actuators, and a wrench on the body."""
 
 from __future__ import annotations
 
@@ -35,22 +35,12 @@ class WrenchConfig(PartConfig):
         return Direct(tuple(f"{a}_{'force' if i < 3 else 'moment'}" for i, a in enumerate(_AXES)), "wrench")
 
 
-class AccelerationConfig(PartConfig):
-    """Accelerations, forward-right-down [m/s^2], [rad/s^2], instead of the equation of motion."""
-
-    type: Literal["acceleration"]
-
-    def build(self, plant: Plant) -> Direct:
-        """The mode."""
-        return Direct(tuple(f"{a}_acceleration" for a in _AXES), "acceleration")
-
-
 @dataclass(frozen=True)
 class Direct:
     """`commands`: set-points, handed on as `kind`."""
 
     commands: tuple[str, ...]
-    kind: Literal["actuators", "wrench", "acceleration"]
+    kind: Literal["actuators", "wrench"]
     memory: int = 0
 
     def start(self, flow: Flow) -> list[Array]:
@@ -63,6 +53,4 @@ class Direct:
         """The command itself."""
         if self.kind == "actuators":
             return Demand(dict(zip(self.commands, command, strict=True))), []
-        if self.kind == "wrench":
-            return Demand(wrench=list(command)), []
-        return Demand(acceleration=list(command)), []
+        return Demand(wrench=list(command)), []

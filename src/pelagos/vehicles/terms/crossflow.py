@@ -57,4 +57,4 @@ class CrossFlow:
 
     def wrench(self, flow: Flow) -> Vector:
         """Cross-flow drag (6)."""
-        return crossflow.crossflow(self.factors, self.places, flow.nu_r, flow.shear, heave=self.heave)
+        return crossflow.crossflow(self.factors, self.places, flow.nu_r, heave=self.heave)
