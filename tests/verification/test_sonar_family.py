@@ -315,6 +315,32 @@ class TestEffects:
         ping = s.sense(at(0, 0, DEEP, tick=0)).data[0, 16]
         assert s.tables["range"][np.argmax(ping)] == pytest.approx(15.0, abs=0.3)  # one way: half of the range
 
+    def test_painted_errors_of_range_are_exponential(self):
+        """A wall in one bin; its energy moves to later bins k with the share p (1 - p)^k of cells and exp(-n/range)."""
+        wall = [box((20.5, 0, DEEP), (1, 100, 100))]
+        options = {"beams": 65, "bins": 400, "horizontal_aperture_deg": 30.0, "vertical_beamwidth_deg": 2.0,
+                   "side_lobe_beams": 0, "scale": "linear"}  # fmt: skip
+        plain = self.imaging(wall, **options).sense(at(0, 0, DEEP)).data[0].sum(axis=0)
+        s = self.imaging(wall, painted_noise={"range_m": 0.6}, **options)
+        late = s.sense(lanes(range(40), dt_ns=DT_NS, position=(0, 0, DEEP))).data.mean(axis=0).sum(axis=0)
+        r = s.tables["range"]
+        assert late[r < r[plain.argmax()] - 0.5].max() < 1e-3 * plain.max()
+        # shifts n of density exp(-n/a)/a, weighted with exp(-n/a): half of the energy stays, 0.3 m later in the mean
+        assert late.sum() / plain.sum() == pytest.approx(0.5, rel=0.1)
+        centre = lambda e: (e * r).sum() / e.sum()
+        assert centre(late) - centre(plain) == pytest.approx(0.3, abs=0.06)
+
+    @pytest.mark.parametrize(
+        ("kind", "curve"), [("dark", lambda x: x**2), ("bright", lambda x: 1 - (1 - x) ** 2), ("none", lambda x: x)]
+    )
+    def test_painted_streaks_are_in_beams_that_look_squarely_at_something(self, kind, curve):
+        wall = [box((20.5, 0, DEEP), (1, 100, 100)), below(5.0)]
+        options = {"beams": 33, "scale": "unit", "self_noise_db": 55.0, "source_level_db": 205.0, "floor_db": -60.0}
+        plain = self.imaging(wall, painted_noise={}, **options).sense(at(0, 0, DEEP)).data[0]
+        found = self.imaging(wall, painted_noise={"azimuth_streaks": kind}, **options).sense(at(0, 0, DEEP)).data[0]
+        assert found[16] == pytest.approx(curve(plain[16]), abs=1e-6)  # straight ahead
+        assert found[4] == pytest.approx(plain[4])  # 47 deg aside
+
     def test_painted_noise_adds_to_empty_water(self):
         s = self.imaging([below(300.0)], painted_noise={"additive": 0.1, "additive_reference_db": 0.0})
         data = s.sense(at(0, 0, DEEP)).data
@@ -341,7 +367,7 @@ def test_impossible_sonars_are_refused(config, options, message):
 def test_lanes_equal_singles_and_every_sonar_explains_itself(kind):
     extra = {} if kind is Adcp else {"bins": 128}
     if kind is SyntheticApertureSonar:
-        extra["rays"] = 1024
+        extra |= {"rays": 1024, "range_max_m": 8.0}
     scene = [below(8.0), box((3, 4, DEEP - 7), (1, 1, 2))]
     one, two = (kind(kind.Config(**extra), context(scene, n=n, materials=(PLAIN,))) for n in (1, 2))
     motion = {"dt_ns": DT_NS, "velocity": (1.0, 0.1, 0.0)}
@@ -351,6 +377,32 @@ def test_lanes_equal_singles_and_every_sonar_explains_itself(kind):
     np.testing.assert_array_equal(pair.data[0], alone.data[0])
     told = one.explain(lanes([40], position=[[0, 0, DEEP]], **motion))
     assert len(told) >= 4
+
+
+def test_bins_wider_than_the_pulse_resolves_give_a_warning_where_the_signal_is_to_be_focused():
+    with pytest.warns(ValidityWarning, match="undersample the pulse"):
+        SyntheticApertureSonar(SyntheticApertureSonarConfig(bins=256, rays=256), context([below(10.0)]))
+
+
+def test_a_tone_burst_has_the_bandwidth_of_its_duration_and_the_echo_of_a_triangle():
+    """A plate: the echo rises and falls over +- c T/2, amplitude a triangle; half of the power within 0.29 of it."""
+    config = SinglebeamConfig(pulse="cw", pulse_s=1e-3, bins=1500, range_max_m=30.0, rays=64, **QUIET)
+    assert config.bandwidth_hz == pytest.approx(1000.0)
+    assert SinglebeamConfig(**config.model_dump()) == config
+    with pytest.warns(ValidityWarning, match="finer than the pulse"):
+        s = Singlebeam(config, context([box((0, 0, DEEP - 20.05), (0.3, 0.3, 0.1))]))
+    truth, r = s.sense(at(0, 0, DEEP)).truth[0], s.tables["range"]
+    half = 1500.0 * 1e-3 / 2
+    assert r[truth > 1e-6 * truth.max()].min() == pytest.approx(20.0 - half, abs=0.05)
+    assert r[truth > 1e-6 * truth.max()].max() == pytest.approx(20.0 + half, abs=0.08)
+    width = np.ptp(r[truth > 0.5 * truth.max()])
+    assert width == pytest.approx(2 * (1 - math.sqrt(0.5)) * half, abs=0.06)
+
+
+@pytest.mark.parametrize("kind", [SinglebeamConfig, DvlConfig, ImagingSonarConfig])
+def test_a_tone_burst_of_another_bandwidth_is_refused(kind):
+    with pytest.raises(ValidationError, match="leave it out"):
+        kind(pulse="cw", pulse_s=1e-3, bandwidth_hz=5e3)
 
 
 def test_bins_finer_than_the_pulse_give_a_warning():

@@ -1,4 +1,4 @@
-"""Pulses after the matched filter."""
+"""Pulses after the matched filter: chirps, and tone bursts (CW)."""
 
 from __future__ import annotations
 
@@ -18,20 +18,28 @@ def processing_gain_db(bandwidth: float, duration: float) -> float:
     return 10.0 * math.log10(max(bandwidth * duration, 1.0))
 
 
-def point_spread(bin_width: float, resolution: float, *, floor: float = 0.02) -> NDArray[np.float32]:
-    """Range response `(2 k + 1,)` of a Hann-shaded chirp, sampled at the bins, unit power.
+def point_spread(
+    bin_width: float, resolution: float, *, pulse: str = "chirp", floor: float = 0.02
+) -> NDArray[np.float32]:
+    """Range response `(2 k + 1,)` of a Hann-shaded chirp or of a tone burst, sampled at the bins, unit power.
 
     The compressed pulse of a flat spectrum is sinc(x); shaded by a raised cosine it is the sum of three, with side
-    lobes at -31.5 dB (F. J. Harris, Proc. IEEE 66, 51, 1978, doi 10.1109/PROC.1978.10837).
+    lobes at -31.5 dB (F. J. Harris, Proc. IEEE 66, 51, 1978, doi 10.1109/PROC.1978.10837). A rectangular burst of the
+    duration T comes out of its filter as a triangle that ends at +-c T/2 (N. Levanon and E. Mozeson, Radar Signals,
+    2004, Section 3.2, at zero Doppler).
 
     Args:
         bin_width: [m].
         resolution: c/(2B) [m]; where it is well below the bin width the response is one bin.
+        pulse: "chirp" or "cw".
         floor: amplitude below which the response is cut.
     """
     reach = math.ceil(2.5 * resolution / bin_width)
     x = np.arange(-reach, reach + 1) * bin_width / resolution
-    response = np.sinc(x) + 0.5 * (np.sinc(x - 1.0) + np.sinc(x + 1.0))
+    if pulse == "cw":
+        response = np.maximum(1.0 - np.abs(x), 0.0)
+    else:
+        response = np.sinc(x) + 0.5 * (np.sinc(x - 1.0) + np.sinc(x + 1.0))
     keep = np.flatnonzero(np.abs(response) >= floor)
     half = int(np.max(np.abs(keep - reach)))
     response = response[reach - half : reach + half + 1]

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 _RAYS: Final = 24  # of a beam: strata across its sector
 _SIDE_LOBES: Final = 16  # neighbours on each side whose echoes leak into a beam
 _SHARED: Final = (
-    "position_m", "orientation_deg", "beams", "range_max_m", "frequency_hz", "bandwidth_hz", "pulse_s",
+    "position_m", "orientation_deg", "beams", "range_max_m", "frequency_hz", "pulse", "bandwidth_hz", "pulse_s",
     "source_level_db", "self_noise_db", "wind_speed_mps", "ph", "refraction", "roughness_seed", "iq", "labels",
     "volume_scattering_db",
 )  # fmt: skip

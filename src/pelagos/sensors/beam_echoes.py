@@ -5,16 +5,17 @@ from __future__ import annotations
 import dataclasses
 import math
 from types import SimpleNamespace
-from typing import Any, Final
+from typing import Any, Final, Self
 
 import drjit as dr
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from pelagos import jit
 from pelagos.jit import Array
 from pelagos.math.so3 import multiply, rotate
+from pelagos.sensors.ping import Pulse, check_burst, with_burst
 from pelagos.sensors.pinger import Pinger
 from pelagos.sensors.reception import Layout
 from pelagos.sensors.schedule import slower
@@ -36,6 +37,8 @@ class EchoesConfig(SensorConfig):
     water_column_bins: int = Field(default=0, ge=0, le=16384)
     """Range bins of the echoes of each beam, whose levels come with the reading then; 0: none (512 with `iq` or
     `labels`)."""
+    pulse: Pulse = "chirp"
+    """A chirp, compressed by the matched filter, or a tone burst (CW), whose bandwidth is 1/`pulse_s`."""
     bandwidth_hz: float = Field(default=20e3, gt=0)
     """Bandwidth of the pulse [Hz]."""
     pulse_s: float = Field(default=0.5e-3, gt=0)
@@ -51,6 +54,16 @@ class EchoesConfig(SensorConfig):
     volume_scattering_db: float | None = Field(default=None, ge=-200, le=0)
     """Volume backscattering strength Sv of the water [dB re 1/m] in the echoes; absent: that of the ocean's tracer
     `volume_scattering_db`, and clear water where it has none."""
+
+    @model_validator(mode="before")
+    @classmethod
+    def _burst(cls, values: Any) -> Any:
+        return with_burst(values, cls)
+
+    @model_validator(mode="after")
+    def _of_burst(self) -> Self:
+        check_burst(self)
+        return self
 
     @property
     def echo_bins(self) -> int:
@@ -100,8 +113,8 @@ class BeamEchoes:
 
 
 _SHARED: Final = (
-    "position_m", "orientation_deg", "frequency_hz", "bandwidth_hz", "pulse_s", "source_level_db", "self_noise_db",
-    "wind_speed_mps", "ph", "roughness_seed", "iq", "labels", "volume_scattering_db",
+    "position_m", "orientation_deg", "frequency_hz", "pulse", "bandwidth_hz", "pulse_s", "source_level_db",
+    "self_noise_db", "wind_speed_mps", "ph", "roughness_seed", "iq", "labels", "volume_scattering_db",
 )  # fmt: skip
 
 

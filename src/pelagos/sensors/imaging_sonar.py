@@ -9,13 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field
 
-from pelagos.acoustics.beam_pattern import line_length, line_np
+from pelagos.acoustics.beam_pattern import line_length
 from pelagos.sensors.pinger import Pinger
 from pelagos.sensors.sector import SectorConfig, layout
 from pelagos.sensors.sensor import Kinematics, Measurement, SensorConfig, SensorContext
+from pelagos.sensors.strata import strata
 
-_HIGHEST: Final = math.radians(80.0)
-_SIDE_LOBE_RAYS: Final = 0.12  # density of rays in side lobes, on the axis 1.35
 _BLOCK: Final = 16  # beams: the width of a vector
 _STEP: Final = 0.7548776662466927  # additive recurrence of the plastic number: evenly spread in two dimensions
 _STEP2: Final = 0.5698402909980532
@@ -44,7 +43,7 @@ def fan_rays(config: ImagingSonarConfig) -> dict[str, NDArray[Any]]:
     k, j = (a.ravel() for a in np.meshgrid(np.arange(rays), np.arange(beams), indexing="ij"))
     order = np.lexsort((j, k, j // _BLOCK))
     k, j = k[order], j[order]
-    low, high, pattern = _strata(length, config.vertical_side_lobes, rays, k, (0.5 + _STEP * j) % 1.0)
+    low, high, pattern = strata(length, config.vertical_side_lobes, rays, k, (0.5 + _STEP * j) % 1.0)
     elevation = low + (0.5 + _STEP * j + _STEP2 * k) % 1.0 * (high - low)
     width = math.radians(config.horizontal_aperture_deg) / beams
     azimuth = config.azimuths[j] + ((0.5 + _STEP * k + _STEP2 * j) % 1.0 - 0.5) * width
@@ -60,28 +59,6 @@ def fan_rays(config: ImagingSonarConfig) -> dict[str, NDArray[Any]]:
         "weight": width * pattern,
         "beam": j,
     }
-
-
-def _strata(
-    length: float, side_lobes: int, count: int, which: NDArray[np.integer], offset: NDArray[np.floating]
-) -> tuple[NDArray[np.float64], ...]:
-    """Edges [rad] of the strata `which` of `count`, and the integral of their two-way pattern over the elevation.
-
-    `offset`, in (0, 1), moves all edges of a beam by parts of a stratum: edges that were the same in all beams would
-    show as rings. The pattern is integrated, not sampled at the ray.
-    """
-    limit = min(math.asin(min((1.0 + side_lobes) / length, 1.0)), _HIGHEST)
-    grid = np.linspace(-limit, limit, 8001)
-    step = grid[1] - grid[0]
-    pattern = line_np(np.sin(grid), length)
-    density = np.where(np.abs(np.sin(grid)) * length < 1.0, 0.35 + pattern**2, _SIDE_LOBE_RAYS)
-    share, power = (
-        np.concatenate([[0.0], np.cumsum(0.5 * (f[1:] + f[:-1]))]) for f in (density, pattern**4 * np.cos(grid))
-    )
-    low, high = (
-        np.interp(np.clip((which + i - 1 + offset) / (count - 1), 0.0, 1.0) * share[-1], share, grid) for i in (0, 1)
-    )
-    return low, high, (np.interp(high, grid, power) - np.interp(low, grid, power)) * step
 
 
 class ImagingSonar:

@@ -11,13 +11,14 @@ from numpy.typing import NDArray
 from pydantic import Field
 
 from pelagos import jit
-from pelagos.acoustics.beam_pattern import line_length, line_np, spread_over_beam
+from pelagos.acoustics.beam_pattern import line_length, spread_over_beam
 from pelagos.jit import Array
 from pelagos.sensors.ping import PingConfig
 from pelagos.sensors.pinger import Pinger
 from pelagos.sensors.reception import Layout
 from pelagos.sensors.schedule import period_ticks
 from pelagos.sensors.sensor import Kinematics, Measurement, SensorConfig, SensorContext
+from pelagos.sensors.strata import strata
 
 
 class MechanicalScanningSonarConfig(PingConfig):
@@ -36,6 +37,8 @@ class MechanicalScanningSonarConfig(PingConfig):
     """Sector that is scanned, centred ahead [deg]; 360 goes round and round, less goes to and fro."""
     step_deg: float = Field(default=1.8, gt=0, le=45)
     """Turn of the head from ping to ping [deg]."""
+    vertical_side_lobes: int = Field(default=1, ge=0, le=8)
+    """Side lobes above and below the main lobe that rays are cast into (-26.5 dB there and back)."""
     rays: int = Field(default=384, ge=16, le=65536)
     """Rays in the beam."""
 
@@ -51,13 +54,11 @@ class MechanicalScanningSonarConfig(PingConfig):
 
 
 def beam_rays(config: MechanicalScanningSonarConfig) -> dict[str, NDArray[Any]]:
-    """Rays about +x: one in each stratum of elevation, spread over the beam's width to its nulls (see `Fan`)."""
+    """Rays about +x: one in each stratum of elevation (see `strata`), spread over the beam's width to its nulls."""
     count = config.rays
     length = line_length(math.radians(config.vertical_beamwidth_deg))
     across = line_length(math.radians(config.beamwidth_deg))
-    limit = math.asin(min(1.0 / length, 1.0))
-    edges = np.linspace(-limit, limit, count + 1)
-    low, high = edges[:-1], edges[1:]
+    low, high, pattern = strata(length, config.vertical_side_lobes, count, np.arange(count), np.full(count, 0.5))
     elevation = 0.5 * (low + high)
     azimuth, sideways = spread_over_beam(across, (0.5 + 0.6180339887498949 * np.arange(count)) % 1.0)
     ce, se, ca, sa = np.cos(elevation), np.sin(elevation), np.cos(azimuth), np.sin(azimuth)
@@ -68,7 +69,7 @@ def beam_rays(config: MechanicalScanningSonarConfig) -> dict[str, NDArray[Any]]:
         "aside": np.stack([ce, 0 * ce, se], axis=-1) - direction,
         "lower": low - elevation,
         "upper": high - elevation,
-        "weight": sideways * (np.sin(high) - np.sin(low)) * line_np(se, length) ** 4,
+        "weight": sideways * pattern,
         "beam": np.zeros(count, dtype=np.uint32),
     }
 

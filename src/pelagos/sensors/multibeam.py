@@ -26,6 +26,7 @@ from pelagos.sensors.beam_echoes import part_of
 from pelagos.sensors.beam_series import Beams, Window, beam_series
 from pelagos.sensors.echo import Fan, Lanes, Trace, arcs_of, look
 from pelagos.sensors.neighbours import Apertures, Emitter
+from pelagos.sensors.ping import Pulse, check_burst, with_burst
 from pelagos.sensors.pinger import Pinger
 from pelagos.sensors.scattering import Surfaces
 from pelagos.sensors.schedule import farthest_heard, period_ticks, warn_of_ambiguity
@@ -61,6 +62,8 @@ class MultibeamConfig(SensorConfig):
     lost."""
     frequency_hz: float = Field(default=400e3, gt=0)
     """Centre frequency [Hz]."""
+    pulse: Pulse = "chirp"
+    """A chirp, compressed by the matched filter, or a tone burst (CW), whose bandwidth is 1/`pulse_s`."""
     bandwidth_hz: float = Field(default=40e3, gt=0)
     """Bandwidth of the pulse [Hz]."""
     pulse_s: float = Field(default=0.5e-3, gt=0)
@@ -101,7 +104,7 @@ class MultibeamConfig(SensorConfig):
     @model_validator(mode="before")
     @classmethod
     def _device(cls, values: Any) -> Any:
-        return with_device(values, cls.model_fields["type"].default)
+        return with_burst(with_device(values, cls.model_fields["type"].default), cls)
 
     @field_validator("rays_along")
     @classmethod
@@ -112,6 +115,7 @@ class MultibeamConfig(SensorConfig):
 
     @model_validator(mode="after")
     def _ordered(self) -> MultibeamConfig:
+        check_burst(self)
         if self.range_min_m >= self.range_max_m:
             raise ValueError(f"range_min_m {self.range_min_m:g} must be below range_max_m {self.range_max_m:g}")
         return self

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, Literal, Self
+from typing import Any, Literal, Self, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,11 +16,32 @@ from pelagos.sensors.schedule import SLOWEST, farthest_heard
 from pelagos.sensors.sensor import SensorConfig
 from pelagos.sensors.sonar_catalogue import with_device
 
+Pulse: TypeAlias = Literal["chirp", "cw"]
+
+
+def with_burst(values: Any, model: type[BaseModel]) -> Any:
+    """Keys of a configuration, with the bandwidth of a tone burst where they ask for one."""
+    if not isinstance(values, dict) or values.get("pulse") != "cw" or "bandwidth_hz" in values:
+        return values
+    duration = values.get("pulse_s", model.model_fields["pulse_s"].default)
+    usable = isinstance(duration, int | float) and duration > 0
+    return values | {"bandwidth_hz": 1.0 / duration} if usable else values
+
+
+def check_burst(config: Any) -> None:
+    """Raises ValueError where `bandwidth_hz` is not that of a tone burst though `pulse` is one."""
+    if config.pulse == "cw" and abs(config.bandwidth_hz * config.pulse_s - 1.0) > 1e-3:
+        raise ValueError(
+            f"bandwidth_hz {config.bandwidth_hz:g} is not that of a tone burst (pulse: cw) of {config.pulse_s:g} s, "
+            f"{1.0 / config.pulse_s:g} Hz; leave it out"
+        )
+
 
 class PaintedNoise(BaseModel):
     """Noise painted onto a finished image, as HoloOcean's sonars have it; for comparison only.
 
-    The intensity I becomes I (1 + N(0, multiplicative)) + Rayleigh(additive), in parts of `additive_reference_db`.
+    The intensity I becomes I (1 + N(0, multiplicative)) + Rayleigh(additive), in parts of `additive_reference_db`; its
+    echoes come late by an exponential error of range, and beams that look squarely at something are streaks.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid", use_attribute_docstrings=True)
@@ -31,6 +52,11 @@ class PaintedNoise(BaseModel):
     """Level that `additive` is relative to [dB]."""
     multiplicative: float = Field(default=0.0, ge=0)
     """Standard deviation of the factor on every cell."""
+    range_m: float = Field(default=0.0, ge=0)
+    """Mean of the exponential error n that is added to ranges [m]; the intensity falls by exp(-n/`range_m`)."""
+    azimuth_streaks: Literal["none", "dark", "bright"] = "none"
+    """What happens to beams in which 8 % of the rays meet something within 8 deg of squarely: the level x between
+    `floor_db` (0) and its top (1) becomes x^2 (dark) or 1 - (1 - x)^2 (bright)."""
 
 
 class Interference(BaseModel):
@@ -63,8 +89,10 @@ class PingConfig(SensorConfig):
     """Far edge of the last bin [m]."""
     frequency_hz: float = Field(default=750e3, gt=0)
     """Centre frequency [Hz]."""
+    pulse: Pulse = "chirp"
+    """A chirp, compressed by the matched filter, or a tone burst (CW), whose bandwidth is 1/`pulse_s`."""
     bandwidth_hz: float = Field(default=30e3, gt=0)
-    """Bandwidth of the pulse [Hz]; the range resolution is c/2B."""
+    """Bandwidth of the pulse [Hz]; the range resolution is c/2B. Of `pulse: cw` it follows from `pulse_s`."""
     pulse_s: float = Field(default=0.5e-3, gt=0)
     """Duration of the pulse [s]; with the bandwidth it gives the gain of the matched filter."""
     source_level_db: float = Field(default=205.0)
@@ -120,12 +148,13 @@ class PingConfig(SensorConfig):
     @model_validator(mode="before")
     @classmethod
     def _device(cls, values: Any) -> Any:
-        return with_device(values, cls.model_fields["type"].default)
+        return with_burst(with_device(values, cls.model_fields["type"].default), cls)
 
     @model_validator(mode="after")
     def _consistent(self) -> Self:
         if self.range_min_m >= self.range_max_m:
             raise ValueError(f"range_min_m {self.range_min_m:g} must be below range_max_m {self.range_max_m:g}")
+        check_burst(self)
         if self.bandwidth_hz >= 2 * self.frequency_hz:
             raise ValueError(
                 f"bandwidth_hz {self.bandwidth_hz:g} must be below twice frequency_hz {self.frequency_hz:g}"

@@ -26,6 +26,7 @@ from pelagos.sensors.echo import Fan, Lanes, Trace, View, look, patches_of
 from pelagos.sensors.mount import sensor_angular_velocity, sensor_velocity
 from pelagos.sensors.multipath import Mirrors, bounced
 from pelagos.sensors.neighbours import Apertures, Emitter, Neighbours, unblocked
+from pelagos.sensors.painted_noise import streaks
 from pelagos.sensors.ping import PingConfig, noise_power
 from pelagos.sensors.reception import Din, Layout, receive
 from pelagos.sensors.scattering import Surfaces
@@ -34,7 +35,7 @@ from pelagos.sensors.sensor import Kinematics, Measurement, SensorContext
 from pelagos.sensors.sounder import Sounder
 from pelagos.sensors.water_column import TRACER, Haze, Probes, haze, probes
 
-_FINEST: Final = 16.0  # bins in one resolution of the pulse beyond which a finer division says nothing
+_FINEST: Final = 4.0  # bins in one resolution of the pulse beyond which a finer division says nothing
 _STRIP_DECAY: Final = 2  # Lambert bottom under 30 log r: energy per range falls as r^-2 along a strip
 
 
@@ -70,7 +71,7 @@ class Pinger:
                 f"{resolution:.3g} m at a bandwidth of {config.bandwidth_hz:g} Hz"
             )
             warnings.warn(message, ValidityWarning, stacklevel=3)
-        pulse = point_spread(config.bin_width_m, resolution)
+        pulse = point_spread(config.bin_width_m, resolution, pulse=config.pulse)
         steering = np.ones((layout.beams, 1), np.float32) if layout.steering is None else layout.steering
         self._walk = walk(rays["beam"], layout.beams)
         noise = noise_power(config, layout.horizontal_width, layout.vertical_width)
@@ -152,12 +153,21 @@ class Pinger:
             field, tags = echoes(config, layout, patches, walk, order, lanes, seed)
             seen = self._haze(view, lanes, motion, *besides["water"]) if "water" in besides else None
             others = unblocked(static, moving, tables, besides["heard"], lanes) if "heard" in besides else None
-            din = Din(seen, others)
+            din = Din(seen, self._streaks(view, fan, dr.width(lanes.position)), others)
             return receive(
                 config, layout, field, tags, lanes, spin, steering, pulse, noise, key, motion.t_ns, trace, din
             )
 
         return ping
+
+    def _streaks(self, view: View, fan: Fan, pings: int) -> Array | None:
+        noise, beams = self._config.painted_noise, self._layout.beams
+        if noise is None or noise.azimuth_streaks == "none":
+            return None
+        row = view.lane * beams + dr.gather(jit.UInt32, fan.beam, view.ray)
+        found = streaks(view.sine, view.hits.valid, row, pings * beams)
+        dr.eval(found)
+        return found
 
     def _haze(self, view: View, lanes: Lanes, motion: Kinematics, looks: Probes, ocean: Any) -> Haze:
         config, fixed = self._config, self._config.volume_scattering_db

@@ -24,7 +24,7 @@ from pelagos.math.quick import log2
 from pelagos.sensors.echo import Lanes, Trace
 from pelagos.sensors.neighbours import Heard, interference_at
 from pelagos.sensors.noise import words32
-from pelagos.sensors.painted_noise import paint
+from pelagos.sensors.painted_noise import paint, streaked
 from pelagos.sensors.ping import PingConfig
 from pelagos.sensors.water_column import Haze, haze_at
 
@@ -59,9 +59,10 @@ class Layout:
 
 @dataclass(frozen=True)
 class Din:
-    """What is heard besides echoes and noise: the water, and other sonars."""
+    """What is heard besides echoes and noise: the water, other sonars; and beams with painted streaks."""
 
     haze: Haze | None = None
+    streaks: Array | None = None
     heard: Heard | None = None
 
 
@@ -138,6 +139,8 @@ def receive(
     silent = [[dr.zeros(jit.Array3f, dr.width(lane)) for _ in range(count)] for _ in range(taps - 1)]
     state = (dr.full(jit.Int32, -(taps // 2), dr.width(lane)), silent)
     dr.while_loop(state, lambda step, _: step < _RUN + taps // 2, hear, mode="symbolic", labels=("step", "before"))
+    if config.painted_noise is not None:
+        out[0] = painted(config, layout, out[0], lanes, key, None if din is None else din.streaks)
     if trace is not None:
         trace_levels(config, layout, echoes, out[0], lanes, noise, trace)
     if tags is not None:
@@ -147,6 +150,27 @@ def receive(
         source = jit.UInt32((ping * beams + sent) * pitch(bins) + bin_)
         out += untag(dr.gather(jit.UInt64, tags, source, (sent >= 0) & (sent < beams)))
     return tuple(out)
+
+
+def painted(config: PingConfig, layout: Layout, intensity: Array, lanes: Lanes, key: Any, rows: Array | None) -> Array:
+    """Noise painted on intensities, and their scale; `rows` `Bool` of pings by beams that have streaks."""
+    noise = config.painted_noise
+    assert noise is not None
+    cell = dr.arange(jit.Int32, dr.width(intensity))
+    row, bin_ = cell // config.bins, cell % config.bins
+    ping, beam = row // layout.beams, row % layout.beams
+    place = Cells(ping, 2 * beam, bin_, jit.Float(0), jit.Float(0), jit.Float(0))
+    words = noise_words(config, lanes, place, key, purpose=0x40000000)
+    dr.eval(intensity)
+    result = paint(noise, intensity, words, bin_=bin_, bin_width=config.bin_width_m)
+    if rows is None:
+        return scaled(config, result)
+    level = scaled(config.model_copy(update={"scale": "unit"}), result)
+    level = streaked(noise, level, dr.gather(jit.Bool, rows, jit.UInt32(row)))
+    if config.scale == "unit":
+        return level
+    level = level * config.dynamic_range_db + config.floor_db
+    return level if config.scale == "db" else from_db(level)
 
 
 def beams_turned(
@@ -214,10 +238,7 @@ def levels(
     if config.tvg_db != 30.0:
         tilt = cells.distance ** ((config.tvg_db - 30.0) / 10.0)
         intensity, energy = intensity * tilt, energy * tilt
-    if config.painted_noise is not None:
-        cell = replace(cells, beam=2 * cells.beam)
-        intensity = paint(config.painted_noise, intensity, noise_words(config, lanes, cell, key, purpose=0x40000000))
-    out = [scaled(config, intensity), scaled(config, energy)]
+    out = [intensity if config.painted_noise is not None else scaled(config, intensity), scaled(config, energy)]
     if config.iq:
         raw = dr.rsqrt(cells.gain)
         out += [real * raw, imaginary * raw]

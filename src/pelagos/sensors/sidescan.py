@@ -38,6 +38,9 @@ class SidescanConfig(PingConfig):
     """Angle of the transducers' axes below the horizon [deg]."""
     frequency_hz: float = Field(default=450e3, gt=0)
     """Centre frequency [Hz]."""
+    vertical_floor_db: float = Field(default=-15.0, le=0)
+    """Response across the track where the ideal pattern has nulls and beyond, one way [dB]: real transducers fill them,
+    and hear the bottom straight below."""  # assumed
     rays_per_side: int = Field(default=1024, ge=16, le=65536)
     """Rays of each side, stratified from below to the horizon."""
 
@@ -58,7 +61,9 @@ def side_rays(config: SidescanConfig) -> dict[str, NDArray[Any]]:
     ahead, along_track = spread_over_beam(length, (0.5 + _STEP * np.arange(2 * count)) % 1.0)
     vertical = line_length(math.radians(config.vertical_beamwidth_deg))
     off_axis = angle - (math.pi / 2 - math.radians(config.depression_deg))
-    shape = np.where(np.abs(off_axis) < math.pi / 2, line_np(np.sin(off_axis), vertical) ** 4, 0.0)
+    power = line_np(np.sin(off_axis), vertical) ** 2 * (np.abs(off_axis) < math.pi / 2)
+    floor = 10.0 ** (config.vertical_floor_db / 10.0)
+    shape = ((power + floor) / (1.0 + floor)) ** 2  # there and back
     sa, ca, sh, ch = np.sin(angle), np.cos(angle), np.sin(ahead), np.cos(ahead)
     return {
         "direction": np.stack([sh, side * ch * sa, -ch * ca], axis=-1),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import warnings
 from typing import Any, ClassVar, Final, Literal
 
 import numpy as np
@@ -10,6 +11,8 @@ from numpy.typing import NDArray
 from pydantic import Field
 
 from pelagos.acoustics.beam_pattern import line_length, line_np
+from pelagos.acoustics.pulse import range_resolution
+from pelagos.errors import ValidityWarning
 from pelagos.sensors.mount import sensor_pose
 from pelagos.sensors.ping import PingConfig
 from pelagos.sensors.pinger import Pinger
@@ -26,8 +29,8 @@ class SyntheticApertureSonarConfig(PingConfig):
     type: Literal["synthetic_aperture_sonar"] = "synthetic_aperture_sonar"
     rate_hz: float = Field(default=10.0, gt=0)
     """Pings per second [Hz]; two successive pings should lie less than half an element apart."""
-    bins: int = Field(default=1024, ge=8, le=65536)
-    """Range bins."""
+    bins: int = Field(default=1400, ge=8, le=65536)
+    """Range bins; they should be no wider than c/2B, or the pulse is undersampled."""
     range_min_m: float = Field(default=5.0, gt=0)
     """Near edge of the first bin [m]."""
     range_max_m: float = Field(default=40.0, gt=0, le=12000)
@@ -99,6 +102,12 @@ class SyntheticApertureSonar:
 
     def __init__(self, config: SyntheticApertureSonarConfig, context: SensorContext) -> None:
         self.config = config.model_copy(update={"iq": True})
+        resolution = range_resolution(1500.0, config.bandwidth_hz)
+        if config.bin_width_m > 1.01 * resolution:
+            message = f"{context.path}: bins of {config.bin_width_m:.3g} m undersample the pulse, which resolves " + (
+                f"{resolution:.3g} m at a bandwidth of {config.bandwidth_hz:g} Hz"
+            )
+            warnings.warn(message, ValidityWarning, stacklevel=3)
         along, vertical = math.radians(config.beamwidth_deg), math.radians(config.vertical_beamwidth_deg)
         shape = Layout(1, along, along, vertical, np.zeros(1), facet=config.facet_m)
         self._pinger = Pinger(self.config, context, beam_rays(config), shape)
