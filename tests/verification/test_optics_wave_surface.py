@@ -8,7 +8,7 @@ import pytest
 
 from pelagos import jit
 from pelagos.ocean.config import OceanConfig, build_ocean
-from pelagos.optics.caustics import NODE_STEP, NODES, Swell, swell_around
+from pelagos.optics.swell import REACH, Swell, swell_around, swell_slope
 from pelagos.optics.wave_surface import way_to_surface
 
 T = 4.0
@@ -48,7 +48,7 @@ def test_rays_end_on_the_surface_of_the_forces(state: int, within: float, height
     directions = fan(np.random.default_rng(1), 400, -60.0, -12.0) * [1, 1, np.sign(height)]
     t = ways(grid(ocean, place), place, directions)
     ends = place + t[:, None] * directions
-    near = np.hypot(*(ends - place)[:, :2].T) < 20.0
+    near = np.hypot(*(ends - place)[:, :2].T) < 19.0
     assert near.sum() > 300
     surface = np.array(ocean.elevation(jit.Float64(ends[near, 0]), jit.Float64(ends[near, 1]), jit.Float64(T)))  # type: ignore[attr-defined]
     assert np.abs(ends[near, 2] - surface).max() < within
@@ -69,13 +69,31 @@ def test_the_first_crest_hides_what_is_behind() -> None:
 
 def test_far_away_there_is_the_level_sea_and_the_sky_has_none() -> None:
     ocean = sea(type="sea_state", state=4)
-    place = np.array([0.0, 0.0, 4.0])
+    place = np.array([0.0, 0.0, 40.0])
     swell = grid(ocean, place)
-    down, up = np.array([[np.cos(0.04), 0.0, -np.sin(0.04)]]), np.array([[np.cos(0.1), 0.0, np.sin(0.1)]])
+    down, up = np.array([[np.cos(0.06), 0.0, -np.sin(0.06)]]), np.array([[np.cos(0.1), 0.0, np.sin(0.1)]])
     mean = float(np.array(swell.mean)[0])
-    assert ways(swell, place, down)[0] == pytest.approx((4.0 - mean) / np.sin(0.04), rel=1e-3)
-    assert ways(swell, place, down)[0] > NODES * NODE_STEP / 2
+    assert ways(swell, place, down)[0] == pytest.approx((40.0 - mean) / np.sin(0.06), rel=1e-3)
+    assert ways(swell, place, down)[0] > REACH
     assert ways(swell, place, up)[0] >= 1e4
+
+
+def test_swell_is_seen_far_out_and_its_slope_is_the_seas() -> None:
+    """150 m long waves: linear between nodes 24 m apart, a (k h)^2 / 8 = 0.13 a at most; slopes a k (k h) / 2 off."""
+    ocean = sea(type="regular", height_m=4.0, period_s=9.8)
+    place = np.array([0.0, 0.0, 25.0])
+    swell = grid(ocean, place)
+    directions = fan(np.random.default_rng(5), 300, -14.0, -5.0)
+    t = ways(swell, place, directions)
+    ends = place + t[:, None] * directions
+    assert np.hypot(*ends[:, :2].T).max() > 200
+    surface = np.array(ocean.elevation(jit.Float64(ends[:, 0]), jit.Float64(ends[:, 1]), jit.Float64(T)))  # type: ignore[attr-defined]
+    assert np.abs(ends[:, 2] - surface).max() < 0.15 * 2.0
+    x, y = (jit.Float(np.ascontiguousarray(ends[:, i], dtype=np.float32)) for i in (0, 1))
+    found = np.array(swell_slope(swell, x, y, dr.zeros(jit.UInt32, 300))).T
+    true = np.array(ocean.waves.slope(jit.Float64(ends[:, 0]), jit.Float64(ends[:, 1]), jit.Float64(T)))  # type: ignore[attr-defined]
+    k = (2 * np.pi / 9.8) ** 2 / 9.81
+    assert np.abs(found - np.squeeze(true).T).max() < 2.0 * k * (0.5 * k * 24 + 0.1)
 
 
 def test_a_flat_sea_is_a_plane() -> None:

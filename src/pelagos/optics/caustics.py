@@ -10,7 +10,6 @@ surface.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Final
 
@@ -20,13 +19,13 @@ import numpy as np
 from pelagos import jit
 from pelagos.jit import Array
 from pelagos.optics.interface import refract, sun_below_surface, surface_normal
+from pelagos.optics.swell import Swell, swell_slope
+from pelagos.optics.swell import swell_around as swell_around
 from pelagos.optics.water import REFRACTIVE_INDEX
 
 TILE: Final = 8.0  # [m]
 PLANES: Final = (0.8, 2.0, 5.0, 12.0)  # depths of the maps [m]
 CELLS: Final = 128  # of a map, each way
-NODES: Final = 33  # of the grid that carries the ocean's own waves, each way
-NODE_STEP: Final = 1.5  # [m]
 _HALF_UNIT: Final = 64
 _UNIT: Final = _HALF_UNIT**2  # of a photon: 2^20 of them fit a cell
 _GRAVITY: Final = 9.81
@@ -91,64 +90,10 @@ class Waves:
     swell: Swell | None
 
 
-@jit.struct
-class Swell:
-    """Elevation of the ocean's waves on a square grid around each camera, a Dr.Jit struct.
-
-    Attributes:
-        elevation: `Float`, `(lanes, NODES, NODES)` flattened, x first [m].
-        level: `Float` `(lanes,)`, over the camera itself [m].
-        mean, lowest, highest: `Float` `(lanes,)`, of the grid [m].
-        corner_x, corner_y: `Float64` `(lanes,)`, world position of node (0, 0) [m].
-    """
-
-    elevation: Array
-    level: Array
-    mean: Array
-    lowest: Array
-    highest: Array
-    corner_x: Array
-    corner_y: Array
-
-
 def waves_at(sea: Ripple, t: Array, towards_sun: Array, lanes: int, swell: Swell | None = None) -> Waves:
     """Slopes and light maps at times `t` `(lanes,)` [s] for the sun in direction `towards_sun` (above water)."""
     slope_x, slope_y = _slopes(sea, t, lanes)
     return Waves(slope_x, slope_y, _focus(slope_x, slope_y, towards_sun, lanes), swell)
-
-
-def swell_around(elevation: Callable[[Array, Array, Array], Array], position: Array, t: Array, lanes: int) -> Swell:
-    """The ocean's `elevation(x, y, t)`, sampled around positions `Array3f64` `(lanes,)` [m] at times `t` [s].
-
-    Components shorter than two steps of the grid are for the ripple to show.
-    """
-    half = 0.5 * (NODES - 1) * NODE_STEP
-    corner_x = dr.round((position.x - half) / NODE_STEP) * NODE_STEP
-    corner_y = dr.round((position.y - half) / NODE_STEP) * NODE_STEP
-    node = dr.arange(jit.UInt32, lanes * NODES * NODES)
-    lane = node // (NODES * NODES)
-    x = dr.gather(jit.Float64, corner_x, lane) + jit.Float64(node // NODES % NODES) * NODE_STEP
-    y = dr.gather(jit.Float64, corner_y, lane) + jit.Float64(node % NODES) * NODE_STEP
-    level = jit.Float(elevation(position.x, position.y, t))
-    grid = jit.Float(elevation(x, y, dr.gather(jit.Float64, t, lane)))
-    dr.eval(grid)
-    size = NODES * NODES
-    mean = dr.block_sum(grid, size) * (1 / size)
-    lowest, highest = (dr.block_reduce(op, grid, size) for op in (dr.ReduceOp.Min, dr.ReduceOp.Max))
-    dr.eval(mean, lowest, highest)
-    return Swell(grid, level, mean, lowest, highest, corner_x, corner_y)
-
-
-def swell_slope(swell: Swell, x: Array, y: Array, lane: Array) -> Array:
-    """Slope `Array2f` of the ocean's waves at world x, y [m], `Float`; beyond the grid, that of its edge."""
-    u = jit.Float((jit.Float64(x) - dr.gather(jit.Float64, swell.corner_x, lane)) / NODE_STEP)
-    v = jit.Float((jit.Float64(y) - dr.gather(jit.Float64, swell.corner_y, lane)) / NODE_STEP)
-    u, v = dr.clip(u, 0, NODES - 1.001), dr.clip(v, 0, NODES - 1.001)
-    i, j = jit.UInt32(u), jit.UInt32(v)
-    a, b = u - jit.Float(i), v - jit.Float(j)
-    base = (lane * NODES + i) * NODES + j
-    z00, z01, z10, z11 = (dr.gather(jit.Float, swell.elevation, base + k) for k in (0, 1, NODES, NODES + 1))
-    return jit.Array2f(dr.lerp(z10 - z00, z11 - z01, b), dr.lerp(z01 - z00, z11 - z10, a)) / NODE_STEP
 
 
 def sea_level(waves: Waves, lanes: int) -> Array:

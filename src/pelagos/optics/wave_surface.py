@@ -1,7 +1,7 @@
-"""Where a line of sight meets the sea surface: the ocean's waves on the grid around each camera, met by marching.
+"""Where a line of sight meets the sea surface: the ocean's waves on grids around each camera, met by marching.
 
-The surface is that of the forces and of every other sensor, `Ocean.elevation`, linear between the nodes of the grid (a
-centimetre off in sea state 6). Beyond the grid it runs out to the mean level within some ten metres.
+The surface is that of the forces and of every other sensor, `Ocean.elevation`, linear between the nodes of the grids (a
+few centimetres off near the camera). Beyond the grids it is the mean level.
 """
 
 from __future__ import annotations
@@ -12,34 +12,22 @@ import drjit as dr
 
 from pelagos import jit
 from pelagos.jit import Array
-from pelagos.optics.caustics import NODE_STEP, NODES, Swell
+from pelagos.optics.swell import REACH, Swell, elevation_at
 
-_MARCH: Final = 14  # places along a ray at which it may have come through the surface
-_ROUNDS: Final = 3  # of regula falsi between two of them
-_FADE: Final = 10.0  # [m], in which the waves run out beyond the grid
+_STEEP: Final = 0.45  # slope that waves do not exceed: how far a ray can go before it may meet them
+_STEPS: Final = 80  # at most
+_SHORTEST: Final = 0.2  # step [m]
+_GROWTH: Final = 0.025  # shortest step over the way so far
+_ROUNDS: Final = 4  # of regula falsi between the last two places
 _ROOM: Final = 0.01  # [m], above the crests and below the troughs
 _FAR: Final = 1e4  # [m]
-
-
-def elevation_at(swell: Swell, x: Array, y: Array, lane: Array) -> Array:
-    """Height of the surface over z = 0 [m] at places x, y `Float` relative to the corner of the lane's grid [m]."""
-    u, v = x * (1 / NODE_STEP), y * (1 / NODE_STEP)
-    inside_u, inside_v = dr.clip(u, 0, NODES - 1.001), dr.clip(v, 0, NODES - 1.001)
-    i, j = jit.UInt32(inside_u), jit.UInt32(inside_v)
-    a, b = inside_u - jit.Float(i), inside_v - jit.Float(j)
-    base = (lane * NODES + i) * NODES + j
-    z00, z01, z10, z11 = (dr.gather(jit.Float, swell.elevation, base + k) for k in (0, 1, NODES, NODES + 1))
-    height = dr.lerp(dr.lerp(z00, z01, b), dr.lerp(z10, z11, b), a)
-    beyond = (dr.square(u - inside_u) + dr.square(v - inside_v)) * (NODE_STEP / _FADE) ** 2
-    mean = dr.gather(jit.Float, swell.mean, lane)
-    return dr.lerp(mean, height, dr.exp(-beyond))
 
 
 def way_to_surface(swell: Swell, origin: Array, direction: Array, lane: Array) -> Array:
     """Way to the first place where a ray comes through the surface [m], `Float`; 1e4 where it does not.
 
     Args:
-        swell: grids, one a lane.
+        swell: grids, three a lane.
         origin: `Array3f64` world NWU [m].
         direction: unit `Array3f`.
         lane: `UInt32`, row of `swell` of each ray.
@@ -56,15 +44,15 @@ def way_to_surface(swell: Swell, origin: Array, direction: Array, lane: Array) -
     low, high, mean = (dr.gather(jit.Float, a, lane) for a in (swell.lowest, swell.highest, swell.mean))
     inverse = 1 / dr.select(dr.abs(d.z) < 1e-6, dr.select(d.z < 0, jit.Float(-1e-6), 1e-6), d.z)
     to_low, to_high = (low - _ROOM - z0) * inverse, (high + _ROOM - z0) * inverse
-    span = (NODES - 1) * NODE_STEP + _FADE  # from anywhere inside to where only the mean level is left
-    first = dr.clip(dr.minimum(to_low, to_high), 0, span)
-    last = dr.clip(dr.maximum(to_low, to_high), 0, span)
+    first = dr.clip(dr.minimum(to_low, to_high), 0, 1.5 * REACH)
+    last = dr.clip(dr.maximum(to_low, to_high), 0, 1.5 * REACH)
     start = over(first)
     above = start > 0
+    closing = 1 / (dr.abs(d.z) + _STEEP * dr.sqrt(dr.maximum(1 - dr.square(d.z), 0)))
 
     def comes_through(k: Array, near: Array, gap: Array, far: Array, beyond: Array, found: Array) -> tuple[Array, ...]:
-        part = (jit.Float(k) + 1) * (1 / _MARCH)
-        t = dr.lerp(first, last, part * part)  # closer steps near the camera
+        step = dr.maximum(dr.abs(gap) * closing, _SHORTEST + _GROWTH * near)
+        t = dr.minimum(near + step, last)
         height = over(t)
         comes = (height > 0) != above
         far, beyond = dr.select(comes, t, far), dr.select(comes, height, beyond)
@@ -73,7 +61,10 @@ def way_to_surface(swell: Swell, origin: Array, direction: Array, lane: Array) -
 
     state = (jit.UInt32(0), jit.Float(first), jit.Float(start), jit.Float(first), jit.Float(start), jit.Bool(False))
     state = dr.while_loop(
-        state, lambda k, near, gap, far, beyond, found: (k < _MARCH) & ~found, comes_through, mode="symbolic"
+        state,
+        lambda k, near, gap, far, beyond, found: (k < _STEPS) & ~found & (near < last),
+        comes_through,
+        mode="symbolic",
     )
     _, near, gap, far, beyond, found = state
     for _ in range(_ROUNDS):
