@@ -29,7 +29,7 @@ from pelagos.vehicles.flow import Flow, Seaway, make_flow, rotation_from_quatern
 from pelagos.vehicles.integrate import Rigid, runge_kutta, semi_implicit
 from pelagos.vehicles.load import merged
 from pelagos.vehicles.model import Model
-from pelagos.vehicles.shape.hull import build_hull
+from pelagos.vehicles.shape.hull import build_hull, hull_materials
 from pelagos.vehicles.shape.parts import PartsHull, ShapePart
 from pelagos.vehicles.shape.torpedo import TorpedoHull
 from pelagos.vehicles.state import VehicleState
@@ -443,8 +443,8 @@ class Vehicle:
 
     @cached_property
     def hull(self) -> Geometry:
-        """The mesh, body FLU; material 0 is the first of `materials`."""
-        return build_hull(self._shape, self.name)
+        """The mesh, body FLU; its materials are rows of `materials`."""
+        return build_hull(self._shape, self.name, self.materials)
 
     @cached_property
     def probes(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
@@ -456,10 +456,10 @@ class Vehicle:
         """Radius of the sphere about the origin that holds the hull [m]."""
         return float(np.linalg.norm(self.hull.vertices, axis=1).max())
 
-    @property
+    @cached_property
     def materials(self) -> tuple[str, ...]:
         """What the hull is made of, by name."""
-        return self.config.materials
+        return hull_materials(self._shape, self.config.materials)
 
     @property
     def effective_mass_kg(self) -> float:

@@ -16,11 +16,15 @@ Points = NDArray[np.float64]
 
 @dataclass
 class Mesh:
-    """Triangles with a normal a vertex: vertices `(v, 3)`, faces `(f, 3)`, normals `(v, 3)`."""
+    """Triangles with a normal a vertex: vertices `(v, 3)`, faces `(f, 3)`, normals `(v, 3)`.
+
+    `material` is that of all faces by name, None for the vehicle's own.
+    """
 
     vertices: Points
     faces: NDArray[np.uint32]
     normals: Points
+    material: str | None = None
 
 
 def revolved(x: Points, radius: Points) -> Mesh:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import Annotated, Final, Literal
 
 import numpy as np
@@ -29,6 +30,8 @@ class ShapePart(PartConfig):
     """Roll, pitch, yaw [deg]."""
     mirror: bool = False
     """A second one on the other side, y reversed."""
+    material: str | None = None
+    """What it is made of; the vehicle's first material where not given."""
 
     def meshes(self) -> list[Mesh]:
         """One, or two."""
@@ -41,7 +44,8 @@ class ShapePart(PartConfig):
         roll, pitch, yaw = (math.radians(a) for a in self.turn_deg)
         rotation = _rotation(side * roll, pitch, side * yaw)
         x, y, z = self.position_m
-        return placed(_PRIMITIVES[self.type](np.array(self.size_m)), rotation, np.array([x, side * y, z]))
+        mesh = placed(_PRIMITIVES[self.type](np.array(self.size_m)), rotation, np.array([x, side * y, z]))
+        return replace(mesh, material=self.material)
 
 
 class PartsHull(PartConfig):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import Literal
 
 import numpy as np
@@ -56,6 +57,8 @@ class TorpedoHull(PartConfig):
     """What stands out of the hull."""
     propeller_m: NonNegative = 0.0
     """Diameter of the propeller at the tail [m]; 0: none."""
+    fin_material: str | None = None
+    """What fins and propeller are made of; the vehicle's first material where not given."""
 
     def meshes(self) -> list[Mesh]:
         """The parts."""
@@ -65,10 +68,10 @@ class TorpedoHull(PartConfig):
         stern = length - c + c * np.sin(np.linspace(0, math.pi / 2, 13))
         from_nose = np.unique(np.concatenate([bow, stern]))
         parts = [revolved(nose_x - from_nose, myring_radius(self, from_nose))]
-        parts += [_fin(fin) for fin in self.fins]
+        trim = [_fin(fin) for fin in self.fins]
         if self.propeller_m > 0:
-            parts += _propeller(nose_x - length, self.propeller_m)
-        return parts
+            trim += _propeller(nose_x - length, self.propeller_m)
+        return parts + [replace(mesh, material=self.fin_material) for mesh in trim]
 
     def probes(self) -> tuple[Points, Points]:
         """Contact probes: starts `(p, 3)` on the spine and vectors `(p, 3)` from there to the hull, FLU [m]."""
