@@ -76,3 +76,15 @@ def test_a_file_of_another_size_names_the_size_that_fits(tmp_path):
     (tmp_path / "cut.npy").write_bytes(b"\x93NUMPY")
     with pytest.raises(WorldError, match="damaged or cut short"):
         _built(ground={"kind": "file", "path": str(tmp_path / "cut.npy")})
+
+
+def test_full_resolution_goes_as_far_as_asked():
+    """Fewer triangles stand in the scene, and 100 m from the vehicle rays still hit every node of the ground."""
+    far, near = _built(), _built(reach_m=100.0)
+    count = {name: len(w.scene().tables.static.corner) // 3 for name, w in (("far", far), ("near", near))}
+    assert count["near"] < 0.5 * count["far"]
+    x = np.arange(-90.0, 91.0, 10.0)
+    hits = near.cast(np.stack([x, 0 * x, 0 * x], axis=1), (0.0, 0.0, -1.0), 1000.0)
+    np.testing.assert_allclose(hits.position[:, 2], near.ground.surface(x, 0 * x), atol=1e-3)
+    said = [n for n in _built(reach_m=1e6).notes if "does not fit into memory_mb" in n]
+    assert len(said) == 1

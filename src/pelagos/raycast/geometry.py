@@ -44,6 +44,12 @@ class Geometry:
         low, high = vertices.min(axis=0, initial=np.inf), vertices.max(axis=0, initial=-np.inf)
         return np.stack([low, high]).astype(np.float64)
 
+    def share(self, faces: NDArray[np.uint32], vertex_normals: NDArray[np.float32]) -> None:
+        """Hold these arrays, equal to its own, in place of them: what a scene needs anyway is not held twice."""
+        assert faces.shape == self.faces.shape
+        object.__setattr__(self, "faces", faces)
+        object.__setattr__(self, "vertex_normals", vertex_normals)
+
     @property
     def bytes_held(self) -> int:
         """Memory of its own arrays [B]."""

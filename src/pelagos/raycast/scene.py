@@ -100,7 +100,8 @@ class Scene:
         copies_of = _models(static) if ground is None else {}
         copied = {id(g) for group in copies_of.values() for g in group}
         single = [g for g in static if id(g) not in copied]
-        self._standing = sorted(single, key=lambda g: g.vertex_normals is None)  # smooth ones first
+        # smooth ones first, and among them the largest: the first one can share its arrays
+        self._standing = sorted(single, key=lambda g: (g.vertex_normals is None, len(g.faces) <= _MANY_FACES))
         self._static_things = [objects.rows(g) for g in self._standing]
         if ground is not None:
             self._ground_rows = objects.add(*ground.identity)
@@ -402,7 +403,12 @@ def _give_back() -> None:
 
 def _watertight() -> dict[str, bool]:
     """Without it, Embree lets rays slip through that meet an edge or a vertex exactly; it costs no measurable time."""
-    return {"embree_use_robust_intersections": True} if str(jit.mi.variant()).startswith("llvm") else {}
+    return {"embree_use_robust_intersections": True} if _on_host() else {}
+
+
+def _on_host() -> bool:
+    """Whether arrays lie in the machine's own memory, where NumPy sees them without a copy."""
+    return str(jit.mi.variant()).startswith("llvm")
 
 
 def copy_offsets(copies: int) -> NDArray[np.float64]:
@@ -445,6 +451,12 @@ def _mesh(name: str, group: Sequence[Geometry], origin: NDArray[np.float64]) -> 
     mesh = jit.mi.Mesh(name, len(vertices), len(faces))
     parameters = jit.mi.traverse(mesh)
     made = Faces(_own(jit.UInt32, faces), _own(jit.Float, vertices), _own(jit.Float, normals), jit.UInt32(0))
+    del faces, vertices, normals
+    first = group[0]
+    large = len(first.faces) > _MANY_FACES and not isinstance(first, PlacedGeometry)
+    if large and first.vertex_normals is not None and _on_host():
+        corners, directions = made.corner.numpy().reshape(-1, 3), made.normal.numpy().reshape(-1, 3)
+        first.share(corners[: len(first.faces)], directions[: len(first.vertex_normals)])
     parameters["vertex_positions"], parameters["faces"] = made.place, made.corner
     parameters.update()
     return mesh, made

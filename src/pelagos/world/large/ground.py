@@ -67,6 +67,7 @@ class LargeGround:
         materials: rows of the world's table: the ground's own, then those of insets.
         label, instance: of all of it.
         triangles: that a scene may hold at most.
+        reach: how far full resolution shall go around a vehicle [m]; as far as the triangles allow where infinite.
     """
 
     x0: float
@@ -79,6 +80,7 @@ class LargeGround:
     label: int
     instance: int
     triangles: int
+    reach: float = np.inf
 
     @property
     def x1(self) -> float:

@@ -22,7 +22,7 @@ from pelagos.world.large.ground import Inset, LargeGround, Overview
 from pelagos.world.large.noise import Fractal
 from pelagos.world.large.quadtree import CELLS, TRIANGLES
 from pelagos.world.large.source import FieldSource, FileSource, FractalSource, Source, grid_file_shape
-from pelagos.world.large.stream import DETAILS, Stream
+from pelagos.world.large.stream import Stream, details, reached
 from pelagos.world.large.survey import survey_source
 from pelagos.world.material import material
 from pelagos.world.site import Site
@@ -131,6 +131,9 @@ class LargeConfig(WorldConfig):
     """Rectangles at finer resolutions; the finest lies on top."""
     memory_mb: float = Field(default=1024.0, gt=0)
     """What the whole process may use [MB]; sensors with large images need room in it."""
+    reach_m: float | None = Field(default=None, gt=0)
+    """How far full resolution shall go around every vehicle [m]; as far as memory allows where not given. The shorter,
+    the shorter are the pauses in which ground is exchanged."""
     material: str = "sand"
     """Material of the ground."""
     fields: tuple[FieldConfig, ...] = ()
@@ -161,6 +164,7 @@ class LargeConfig(WorldConfig):
             label=label_number("landscape"),
             instance=site.new_instance(),
             triangles=self._triangles(source, 0),
+            reach=np.inf if self.reach_m is None else self.reach_m,
         )
         site.terrain = _overview(ground)
         placed = fill(site, self.fields, ground, origin)
@@ -271,18 +275,26 @@ def _overview(ground: LargeGround) -> Overview:
     return Overview(ground.x0, ground.y0, step * ground.spacing, ground.nodes(0, i, j), ground)
 
 
+def _furthest(ground: LargeGround) -> float:
+    """How far full resolution could reach, were there no limit to memory [m]."""
+    return details(ground)[0] * 2 * CELLS * ground.spacing_at(ground.finest)
+
+
 def _world(config: LargeConfig, site: Site, ground: LargeGround, origin: GeoOrigin, placed: list[str]) -> World:
     overview = _overview(ground)
     geometry = overview.geometry(
         material=ground.materials[0], label=ground.label, instance=ground.instance, name="seabed"
     )
     z = overview.z
+    asked, given = config.reach_m or 0.0, reached(ground, Stream(ground).view.detail)
+    if given < asked:
+        site.notes.append(f"reach_m {asked:g} does not fit into memory_mb {config.memory_mb:g}: it is {given:.4g} m")
     radius = 2 * Stream(ground).view.detail * CELLS * ground.spacing_at(ground.finest)
     notes = [
         f"at most {ground.triangles // TRIANGLES * TRIANGLES} triangles stand in the scene at a time",
         f"full resolution reaches at least {0.6 * radius:.4g} m around a vehicle"
         + (" in the finest inset" if ground.insets else "")
-        + f" (up to {DETAILS[0] * 2 * CELLS * ground.spacing_at(ground.finest):.4g} m with more memory)",
+        + f" (up to {_furthest(ground):.4g} m with more memory)",
         "maps and exports show it in full detail where things stand, and coarser elsewhere",
     ]
     notes += [f"inset at {i.low}: drawn at {ground.spacing_at(i.level):g} m" for i in ground.insets]

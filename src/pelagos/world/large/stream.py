@@ -48,6 +48,7 @@ class Stream:
     def __init__(self, ground: LargeGround) -> None:
         self.ground = ground
         self.capacity = ground.triangles // TRIANGLES
+        self._details = details(ground)
         self._room = 0
         first = ground.insets[-1] if ground.insets else None
         middle = [(ground.x0 + ground.x1) / 2, (ground.y0 + ground.y1) / 2]
@@ -124,7 +125,7 @@ class Stream:
         if not np.isfinite(places).all():
             raise WorldError("a large ground cannot follow a place that is not finite")
         inside = np.clip(places, *self.bounds)
-        for detail in DETAILS:
+        for detail in self._details:
             step = (_SNAP * self._radius(inside, detail))[:, None]
             snapped = np.unique(np.round(inside / step) * step, axis=0)
             if len(snapped) > _MOST:
@@ -174,6 +175,17 @@ class Stream:
         self._heights = {key: row for row, key in enumerate(keys)}
         self._stored = TileHeights(z, normals)
         return self._stored
+
+
+def details(ground: LargeGround) -> tuple[float, ...]:
+    """Which of `DETAILS` are tried: none that goes farther than the least of them that reaches as far as asked."""
+    far = [d for d in DETAILS if reached(ground, d) >= ground.reach]
+    return DETAILS[len(far) - 1 :] if far else DETAILS
+
+
+def reached(ground: LargeGround, detail: float) -> float:
+    """How far full resolution goes around a vehicle at least, beside insets [m]."""
+    return (1 - _STAY) * 2 * detail * CELLS * ground.spacing
 
 
 def _same(a: NDArray[np.float64], b: NDArray[np.float64]) -> bool:
