@@ -79,6 +79,26 @@ def test_long_waves_carry_what_floats(vehicle):
     assert found["pitch"] == pytest.approx(K * HEIGHT_M / 2, rel=0.15)
 
 
+@pytest.mark.parametrize(("period_s", "low", "high"), [(20.0, 0.9, 1.05), (8.0, 0.0, 0.1)])
+def test_a_ship_rides_long_waves_and_bridges_short_ones(period_s: float, low: float, high: float):
+    """161 m: waves of four lengths lift it whole, those of 0.6 lengths hardly (their push adds up to little)."""
+    start = {"position_m": [0.0, 0.0], "depth_m": 0.0, "speed_mps": 7.7}
+    sim = pl.Simulation.load(
+        {
+            "tick_rate_hz": 20,
+            "world": {"type": "flat", "depth_m": 200.0, "size_m": [6000, 6000]},
+            "ocean": {"waves": {"type": "regular", "height_m": 4.0, "period_s": period_s, "towards_deg": 180.0}},
+            "agents": {"it": {"vehicle": "mariner", "start": start}},
+        }
+    )
+    sim.run(120.0)
+    z = []
+    for _ in range(80):
+        sim.run(0.5)
+        z.append(float(sim.state["it"].position[0, 2]))
+    assert low * 2.0 <= 0.5 * (max(z) - min(z)) <= high * 2.0
+
+
 def test_waves_from_abeam_roll():
     found = ride("wamv", 0.0, heading_deg=90.0)
     assert found["roll"] > 5 * found["pitch"]

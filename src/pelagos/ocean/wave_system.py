@@ -129,22 +129,25 @@ class _IrregularConfig(Strict):
         return Components(np.sqrt(2 * energy), omega, wavenumber(omega, depth), angle, phase)
 
 
-class JonswapWavesConfig(_IrregularConfig):
-    """A wind sea after JONSWAP, with directional spreading."""
-
-    type: Literal["jonswap"] = "jonswap"
-    """The kind of waves."""
+class _PeakedConfig(_IrregularConfig):
     significant_height_m: float = Field(gt=0)
     """Significant wave height Hs [m]."""
     peak_period_s: float = Field(gt=0)
     """Peak period Tp [s]."""
-    gamma: float = Field(default=3.3, ge=1, le=10)
-    """Peak enhancement; 1 is a fully developed sea."""
 
     @property
     def peak(self) -> float:
         """Peak period [s]."""
         return self.peak_period_s
+
+
+class JonswapWavesConfig(_PeakedConfig):
+    """A wind sea after JONSWAP, with directional spreading."""
+
+    type: Literal["jonswap"] = "jonswap"
+    """The kind of waves."""
+    gamma: float = Field(default=3.3, ge=1, le=10)
+    """Peak enhancement; 1 is a fully developed sea."""
 
     def density(self, f: Values, depth: float | None) -> Values:
         """Spectrum at frequencies f [Hz], `[m^2/Hz]`."""
@@ -182,29 +185,20 @@ class PiersonMoskowitzWavesConfig(_IrregularConfig):
         return pierson_moskowitz(f, self.wind_mps)
 
 
-class OchiHubbleWavesConfig(_IrregularConfig):
-    """One peak of a two-peaked sea after Ochi and Hubble; give two for swell and wind sea."""
+class OchiHubbleWavesConfig(_PeakedConfig):
+    """One peak of a two-peaked sea after Ochi and Hubble, its height and period; give two for swell and wind sea."""
 
     type: Literal["ochi_hubble"] = "ochi_hubble"
     """The kind of waves."""
-    significant_height_m: float = Field(gt=0)
-    """Significant wave height of this peak [m]."""
-    peak_period_s: float = Field(gt=0)
-    """Peak period [s]."""
     sharpness: float = Field(default=3.0, ge=0.5, le=20)
     """Shape lambda: 1 is a fully developed sea, swell is 3 or more."""
-
-    @property
-    def peak(self) -> float:
-        """Peak period [s]."""
-        return self.peak_period_s
 
     def density(self, f: Values, depth: float | None) -> Values:
         """Spectrum at frequencies f [Hz], `[m^2/Hz]`."""
         return ochi_hubble(f, self.significant_height_m, self.peak_period_s, self.sharpness)
 
 
-class TorsethaugenWavesConfig(_IrregularConfig):
+class TorsethaugenWavesConfig(_PeakedConfig):
     """Swell and wind sea in one, two-peaked, after Torsethaugen and Haver; North Sea, both in one direction."""
 
     type: Literal["torsethaugen"] = "torsethaugen"
@@ -213,11 +207,6 @@ class TorsethaugenWavesConfig(_IrregularConfig):
     """Significant wave height of both together [m]."""
     peak_period_s: float = Field(gt=0, lt=25)
     """Peak period of the larger [s]; up to 6.6 Hs^(1/3) that is wind sea, above it swell."""
-
-    @property
-    def peak(self) -> float:
-        """Peak period [s]."""
-        return self.peak_period_s
 
     def band(self) -> tuple[float, float]:
         """Lowest and highest frequency [Hz]; the tail is slow, and above this band lies 0.06 % of the energy."""
