@@ -1,14 +1,14 @@
 """Every sonar in one harbour, and two over a dam and a wreck, as pictures in the field's usual colours.
 
-    python examples/sonar_gallery.py [FOLDER] [--quick]
+    python examples/sonar_gallery.py [--out FOLDER] [--quick]
 
 Writes imaging.png, multibeam.png, sidescan.png, singlebeam.png, water.png, scanning.png, profiling.png, aperture.png,
-dam.png and wreck.png.
+doppler.png, dam.png and wreck.png.
 """
 
 from __future__ import annotations
 
-import sys
+import argparse
 from collections.abc import Callable
 from pathlib import Path
 from types import SimpleNamespace
@@ -23,6 +23,9 @@ import numpy as np
 from pelagos.math.so3 import from_euler
 from pelagos.ocean.config import OceanConfig, build_ocean
 from pelagos.raycast.rays import NO_BODY
+from pelagos.sensors.adcp import Adcp, AdcpConfig
+from pelagos.sensors.altimeter import Altimeter, AltimeterConfig
+from pelagos.sensors.dvl import Dvl, DvlConfig
 from pelagos.sensors.fan_view import fan_image
 from pelagos.sensors.imaging_sonar import ImagingSonar, ImagingSonarConfig
 from pelagos.sensors.lanes import lanes
@@ -254,6 +257,40 @@ def back_projection(
     return image
 
 
+def doppler(context: Any, folder: Path, quick: bool) -> None:
+    """What altimeter and DVL hear along a pass over the wreck, and the current that an ADCP finds below a ship."""
+    sheared = {
+        "type": "profile",
+        "depth_m": [0, 4, 8, 12],
+        "speed_mps": [0.9, 0.7, 0.2, 0.1],
+        "towards_deg": [90.0] * 4,
+    }
+    there = replace_ocean(context, currents=[sheared], tracers={"volume_scattering_db": -65.0})
+    count = 80 if quick else 400
+    north = np.linspace(-20, 60, count)
+    motion = pose(track((-20, -8.5, -1.5), (60, -8.5, -1.5), count), ticks=range(count), velocity=(1.0, 0, 0))
+    figure, axes = plt.subplots(1, 3, figsize=(19, 4.6))
+    altimeter = Altimeter(AltimeterConfig(water_column_bins=300, range_max_m=18.0, range_min_m=0.5), there)
+    reading = altimeter.sense(motion)
+    axes[0].imshow(reading.extras["water_column"].T, cmap="turbo", aspect="auto", vmin=-75, vmax=-5,
+                   extent=(-20, 60, 18, 0.5))  # fmt: skip
+    axes[0].plot(north, reading.data, "w", linewidth=0.8)
+    axes[0].set(title="altimeter: echo, and the range that it reads", xlabel="north [m]", ylabel="range [m]")
+    dvl = Dvl(DvlConfig(water_column_bins=300, range_max_m=16.0, range_min_m=0.5), there)
+    reading = dvl.sense(motion)
+    axes[1].imshow(reading.extras["water_column"][:, 0].T, cmap="turbo", aspect="auto", vmin=-75, vmax=-5,
+                   extent=(-20, 60, *dvl.tables["water_column_range"][[-1, 0]]))  # fmt: skip
+    axes[1].plot(north, reading.extras["ranges"][:, 0], "w", linewidth=0.8)
+    axes[1].set(title="DVL: the beam to port ahead", xlabel="north [m]", ylabel="slant range [m]")
+    adcp = Adcp(AdcpConfig(cells=28, cell_m=0.5), there)
+    reading = adcp.sense(motion)
+    east = -reading.data[..., 1]  # of the water; the ship does not drift
+    mesh = axes[2].pcolormesh(north, -1.5 - adcp.tables["depth"], east.T, cmap="viridis", vmin=0, vmax=1)
+    figure.colorbar(mesh, ax=axes[2], label="current to the east [m/s]")
+    axes[2].set(title="ADCP: current by depth, down to the bottom's side lobes", xlabel="north [m]", ylabel="z [m]")
+    _save(figure, folder / "doppler.png")
+
+
 def dam(context: Any, folder: Path, quick: bool) -> None:
     """An imaging sonar before the face of a dam."""
     there = place(ClassicConfig(name="dam").build())
@@ -301,15 +338,17 @@ def _save(figure: Any, path: Path) -> None:
 
 def main() -> None:
     """Draw everything."""
-    arguments = [a for a in sys.argv[1:] if not a.startswith("--")]
-    folder = Path(arguments[0] if arguments else "sonar_gallery")
-    folder.mkdir(parents=True, exist_ok=True)
+    options = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    options.add_argument("--out", type=Path, default=Path("sonar_gallery"), help="folder of the pictures")
+    options.add_argument("--quick", action="store_true", help="fewer pings")
+    given = options.parse_args()
+    given.out.mkdir(parents=True, exist_ok=True)
     context = place(HarbourConfig().build())
     pictures: list[Callable[[Any, Path, bool], None]] = [
-        imaging, multibeam, sidescan, singlebeam, water, scanning, profiling, aperture, dam, wreck,
+        imaging, multibeam, sidescan, singlebeam, water, scanning, profiling, aperture, doppler, dam, wreck,
     ]  # fmt: skip
     for picture in pictures:
-        picture(context, folder, "--quick" in sys.argv)
+        picture(context, given.out, given.quick)
 
 
 if __name__ == "__main__":

@@ -13,9 +13,9 @@ EXAMPLES = Path(__file__).parents[2] / "examples"
 
 @pytest.mark.slow
 def test_gallery_draws_every_sonar(tmp_path, monkeypatch):
-    monkeypatch.setattr(sys, "argv", ["sonar_gallery.py", str(tmp_path), "--quick"])
+    monkeypatch.setattr(sys, "argv", ["sonar_gallery.py", "--out", str(tmp_path), "--quick"])
     runpy.run_path(str(EXAMPLES / "sonar_gallery.py"), run_name="__main__")
     assert {p.stem for p in tmp_path.glob("*.png")} == {
         "imaging", "multibeam", "sidescan", "singlebeam", "water", "scanning", "profiling", "aperture",
-        "dam", "wreck",
+        "doppler", "dam", "wreck",
     }  # fmt: skip
