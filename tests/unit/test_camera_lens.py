@@ -12,6 +12,7 @@ import pytest
 from pydantic import ValidationError
 
 from pelagos import jit
+from pelagos.optics.atmosphere import Weather
 from pelagos.optics.film import FilmCurve, balance_gains, film
 from pelagos.optics.lens import fisheye_directions, fisheye_intrinsics, kannala_brandt, project_fisheye
 from pelagos.optics.port import GLASS_INDEX, through_dome_port, through_flat_port
@@ -45,7 +46,11 @@ def context(x: float = DISTANCE) -> SensorContext:
     materials = [MATERIALS["white"], MATERIALS["black"]]
     world: Any = SimpleNamespace(material_tables=lambda: material_tables(materials), palette=materials)
     ocean: Any = SimpleNamespace(
-        water=water_optics("I"), sun_elevation=jit.Float(1.2), sun_azimuth=jit.Float(math.pi), waves=None
+        water=water_optics("I"),
+        sun_elevation=jit.Float(1.2),
+        sun_azimuth=jit.Float(math.pi),
+        waves=None,
+        weather=Weather(),
     )
     scene = Scene([half(0, 0.0, 40.0, x), half(1, -40.0, 0.0, x)], copies=1)
     return SensorContext("auv0.camera", 1, 5_000_000, scene, world, ocean, np.full(1, NO_BODY, np.uint32))

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from pelagos import jit
+from pelagos.optics.atmosphere import Weather
 from pelagos.optics.water import water_optics
 from pelagos.raycast.geometry import Geometry
 from pelagos.raycast.rays import NO_BODY
@@ -35,6 +36,7 @@ def context(
         water=water_optics(water),
         sun_elevation=jit.Float(np.radians(sun_deg)),
         sun_azimuth=jit.Float(2.5),
+        weather=Weather(),
         waves=None,
     )
     return SensorContext(

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from pelagos import jit
+from pelagos.optics.atmosphere import Weather
 from pelagos.optics.water import water_optics
 from pelagos.raycast.geometry import Geometry
 from pelagos.raycast.rays import NO_BODY
@@ -38,6 +39,7 @@ def context(geometries: list[Geometry], *, sun: float = 1.2) -> SensorContext:
         water = water_optics("I")
         sun_elevation = jit.Float(sun)
         sun_azimuth = jit.Float(math.pi)
+        weather = Weather()
         waves = None
 
         @staticmethod

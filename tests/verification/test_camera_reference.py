@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from pelagos import jit
+from pelagos.optics.atmosphere import Weather
 from pelagos.optics.phase import sample_henyey_greenstein
 from pelagos.optics.water import water_optics
 from pelagos.raycast.geometry import Geometry
@@ -34,6 +35,7 @@ def light(water: str, *, floor: float, height: float, renderer: str, material: s
         sun_elevation=jit.Float(math.radians(sun_deg)),
         sun_azimuth=jit.Float(2.8),
         waves=None,
+        weather=Weather(),
     )
     scene = Scene([plate], copies=1)
     context = SensorContext("auv0.camera", 1, 5_000_000, scene, world, ocean, np.full(1, NO_BODY, np.uint32))

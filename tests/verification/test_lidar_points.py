@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from pelagos import jit
+from pelagos.optics.atmosphere import Weather
 from pelagos.optics.water import REFRACTIVE_INDEX, water_optics
 from pelagos.raycast.geometry import Geometry
 from pelagos.raycast.rays import NO_BODY
@@ -41,7 +42,7 @@ def floor(z: float) -> Geometry:
 def context(geometries: list[Geometry], *, copies: int = 1) -> SensorContext:
     materials = [MATERIALS["sand"]]
     world: Any = SimpleNamespace(material_tables=lambda: material_tables(materials))
-    ocean: Any = SimpleNamespace(water=water_optics("IB"))
+    ocean: Any = SimpleNamespace(water=water_optics("IB"), weather=Weather())
     scene = Scene(geometries, copies=copies)
     return SensorContext("auv0.lidar", 1, 5_000_000, scene, world, ocean, np.full(copies, NO_BODY, np.uint32))
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import replace
@@ -28,6 +27,7 @@ from pelagos.ocean.gridded import GriddedCurrentConfig
 from pelagos.ocean.ocean import Ocean
 from pelagos.ocean.plume import DriftingPlumeConfig
 from pelagos.ocean.site import Site
+from pelagos.ocean.sky import SunConfig, WeatherConfig
 from pelagos.ocean.tide import TideConfig, make_tide
 from pelagos.ocean.tracer import FieldConfig, FieldsConfig, ScalarField, UniformFieldConfig, components_of
 from pelagos.ocean.turbulence import TurbulentCurrentConfig
@@ -56,15 +56,6 @@ CurrentConfig: TypeAlias = Annotated[
 ]
 
 
-class SunConfig(Strict):
-    """Where the sun stands."""
-
-    elevation_deg: float = Field(default=45.0, ge=-90, le=90)
-    """Above the horizon [deg]."""
-    azimuth_deg: float = Field(default=180.0, ge=-360, le=360)
-    """Compass direction of the sun [deg]: 90 east, 180 south."""
-
-
 class OceanConfig(Strict):
     """Currents, waves, water masses and light."""
 
@@ -90,6 +81,8 @@ class OceanConfig(Strict):
     """Factor on the particles of the water type."""
     sun: SunConfig = SunConfig()
     """Where the sun stands."""
+    weather: WeatherConfig = WeatherConfig()
+    """Clouds, fog and rain."""
     wind: WindConfig = WindConfig()
     """Wind over the surface."""
 
@@ -167,6 +160,8 @@ def build_ocean(config: OceanConfig, world: World | None = None, *, seed: int = 
             tracers[name] = [_build(c, currents, site) for c in components_of(f)]
     with _said_at("ocean, temperature_c or salinity"):
         masses = make_water(config.temperature_c, config.salinity, site)
+    elevation, azimuth = config.sun.angles(site.origin)
+    weather = config.weather.weather()
     ocean = Ocean(
         currents=currents,
         masses=masses,
@@ -174,10 +169,13 @@ def build_ocean(config: OceanConfig, world: World | None = None, *, seed: int = 
         waves=make_waves(config.waves, site, depth=config.waves_depth_m),
         tide=make_tide(config.tide),
         air=config.wind.build(site),
-        sun_elevation=dr.opaque(jit.Float, math.radians(config.sun.elevation_deg)),
-        sun_azimuth=dr.opaque(jit.Float, math.radians(config.sun.azimuth_deg)),
+        sun_elevation=dr.opaque(jit.Float, elevation),
+        sun_azimuth=dr.opaque(jit.Float, azimuth),
         water_type=config.water_type,
         turbidity=config.turbidity,
+        cloud=weather.cloud,
+        visibility=weather.visibility,
+        rain=weather.rain,
     )
     return jit.slim(ocean)  # every frozen call has it among its arguments
 

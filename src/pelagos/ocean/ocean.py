@@ -6,6 +6,7 @@ run. Positions are world NWU [m] (z up, 0 at the mean surface), times seconds of
 
 from __future__ import annotations
 
+import math
 from dataclasses import field
 from functools import cache
 from itertools import count
@@ -25,6 +26,7 @@ from pelagos.ocean.water_column import WaterColumn
 from pelagos.ocean.water_mass import WaterMass
 from pelagos.ocean.waves import WaterMotion, Waves
 from pelagos.ocean.wind import Wind
+from pelagos.optics.atmosphere import Weather
 from pelagos.optics.water import WaterOptics, water_optics
 
 
@@ -42,6 +44,7 @@ class Ocean:
         sun_elevation, sun_azimuth: `Float` (1), above the horizon and of the compass [rad].
         water_type: Jerlov type.
         turbidity: factor on the particles of that type.
+        cloud, visibility, rain: see `Weather`.
         serial: which ocean of this process it is; stands for the sizes of all its arrays.
     """
 
@@ -55,12 +58,20 @@ class Ocean:
     sun_azimuth: Array
     water_type: str
     turbidity: float
+    cloud: float = 0.0
+    visibility: float = math.inf
+    rain: float = 0.0
     serial: int = field(default_factory=count().__next__)
 
     @property
     def size_key(self) -> int:
         """See `jit.struct`."""
         return self.serial
+
+    @property
+    def weather(self) -> Weather:
+        """Clouds, fog and rain."""
+        return Weather(self.cloud, self.visibility, self.rain)
 
     def current(self, position: Array, t: Array) -> Array:
         """Velocity of the water, without the waves' orbital motion, `Array3f64` NWU [m/s]."""

@@ -19,24 +19,32 @@ GLASS_INDEX: Final = 1.49  # acrylic
 Rays = tuple[NDArray[np.float64], NDArray[np.float64]]
 
 
-def through_flat_port(directions: NDArray[np.float64], *, distance: float, thickness: float) -> Rays:
+def through_flat_port(
+    directions: NDArray[np.float64], *, distance: float, thickness: float, outside: float = REFRACTIVE_INDEX
+) -> Rays:
     """Starts on the wet face [m] and directions in the water, each `(..., 3)`, of rays that leave the pupil in air.
 
     Args:
         directions: `(..., 3)` unit, in air; those that do not meet the port become NaN.
         distance: from the pupil to the dry face [m].
         thickness: of the glass [m].
+        outside: index behind the port; 1 where it is out of the water.
     """
     normal = np.array([-1.0, 0.0, 0.0])
     d = np.where(directions[..., :1] > 1e-6, directions, np.nan)
     start = d * (distance / d[..., :1])
     inside = refract_np(d, normal, 1 / GLASS_INDEX)
     start = start + inside * (thickness / inside[..., :1])
-    return start, refract_np(inside, normal, GLASS_INDEX / REFRACTIVE_INDEX)
+    return start, refract_np(inside, normal, GLASS_INDEX / outside)
 
 
 def through_dome_port(
-    directions: NDArray[np.float64], *, radius: float, thickness: float, offset: tuple[float, float, float]
+    directions: NDArray[np.float64],
+    *,
+    radius: float,
+    thickness: float,
+    offset: tuple[float, float, float],
+    outside: float = REFRACTIVE_INDEX,
 ) -> Rays:
     """The same for a spherical dome: concentric with the pupil it bends nothing.
 
@@ -45,12 +53,13 @@ def through_dome_port(
         radius: of the dry face [m].
         thickness: of the glass [m].
         offset: of the dome's centre from the pupil [m].
+        outside: see `through_flat_port`.
     """
     centre = np.asarray(offset)
     dry = _sphere(np.zeros_like(directions), directions, centre, radius)
     inside = refract_np(directions, (centre - dry) / radius, 1 / GLASS_INDEX)
     wet = _sphere(dry, inside, centre, radius + thickness)
-    return wet, refract_np(inside, (centre - wet) / (radius + thickness), GLASS_INDEX / REFRACTIVE_INDEX)
+    return wet, refract_np(inside, (centre - wet) / (radius + thickness), GLASS_INDEX / outside)
 
 
 def refract_np(direction: NDArray[np.float64], normal: NDArray[np.float64], eta: float) -> NDArray[np.float64]:

@@ -32,26 +32,30 @@ class Daylight:
         towards_sun: unit vector, world NWU.
         sun: irradiance across the beam at sea level [lx].
         sky: irradiance of the whole sky on a horizontal surface [lx].
+        cover: share of the sky's light that comes from clouds and fog.
     """
 
     towards_sun: Triple
     sun: Triple
     sky: Triple
+    cover: float = 0.0
 
     def arrays(self) -> LightArrays:
         """The same as Dr.Jit arrays, for frozen functions."""
-        light = LightArrays(*(jit.Array3f(*v) for v in (self.towards_sun, self.sun, self.sky)))
+        towards, sun, sky = (jit.Array3f(*v) for v in (self.towards_sun, self.sun, self.sky))
+        light = LightArrays(towards, sun, sky, jit.Float(self.cover))
         dr.make_opaque(light)
         return light
 
 
-@dataclass
+@jit.struct
 class LightArrays:
-    """`Daylight` as a Dr.Jit struct of `Array3f`."""
+    """`Daylight` as a Dr.Jit struct of `Array3f`; `cover` is a `Float` (1)."""
 
     towards_sun: Array
     sun: Array
     sky: Array
+    cover: Array
 
 
 def daylight(elevation: float, azimuth: float = 0.0, *, cloud: float = 0.0) -> Daylight:
@@ -81,6 +85,7 @@ def daylight(elevation: float, azimuth: float = 0.0, *, cloud: float = 0.0) -> D
         towards_sun=towards,
         sun=_times([open_sky * d for d in direct], balance),
         sky=_times(grey, balance),
+        cover=cloud,
     )
 
 
@@ -115,17 +120,25 @@ def _times(a: list[float], b: list[float]) -> Triple:
     return r, g, bl
 
 
-def sky_shape(up: Array, tint: float) -> Array:
-    """How bright the sky is at an elevation of sine `up`: tinted overhead, pale at the horizon; assumed."""
+def sky_pattern(up: Array, tint: float, cover: Array) -> Array:
+    """Radiance of the sky at an elevation of sine `up` over its mean, weighted by the cosine.
+
+    Clear: tinted overhead, pale at the horizon; assumed. Covered: three times as bright overhead as at the horizon,
+    (1 + 2 sin) / 3 (P. Moon and D. E. Spencer, Illum. Eng. 37:707, 1942; CIE S 011:2003).
+    """
+    clear = _clear_shape(up, tint) / _clear_mean(tint)
+    return clear + cover * ((1 + 2 * up) * (3 / 7) - clear)
+
+
+def _clear_shape(up: Array, tint: float) -> Array:
     horizon = dr.exp(-6 * up)
     return tint * (1 - 0.2 * up) * (1 - 0.6 * horizon) + 0.95 * horizon
 
 
 @cache
-def sky_mean(tint: float) -> float:
-    """Mean of `sky_shape` over a horizontal surface's hemisphere, weighted by the cosine."""
+def _clear_mean(tint: float) -> float:
     steps = [(k + 0.5) / 400 for k in range(400)]
-    return sum(float(sky_shape(u, tint)) * 2 * u for u in steps) / 400
+    return sum(float(_clear_shape(u, tint)) * 2 * u for u in steps) / 400
 
 
 def sky_radiance(light: LightArrays, direction: Array, *, glare: Array = 1.0) -> Array:
@@ -137,7 +150,7 @@ def sky_radiance(light: LightArrays, direction: Array, *, glare: Array = 1.0) ->
         glare: share of the sun's own light that is let in, spread over its aureole.
     """
     up = dr.clip(direction.z, 0, 1)
-    shape = jit.Array3f(*(sky_shape(up, tint) / sky_mean(tint) for tint in SKY_TINT))
+    shape = jit.Array3f(*(sky_pattern(up, tint, light.cover) for tint in SKY_TINT))
     base = light.sky / math.pi * shape
     near_sun = dr.clip(dr.dot(direction, light.towards_sun), -1, 1)
     aureole = 0.02 * henyey_greenstein(near_sun, 0.9) + 0.012 * henyey_greenstein(near_sun, 0.985)

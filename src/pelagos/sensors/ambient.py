@@ -36,8 +36,9 @@ from pelagos.optics.transport import fitted_rate, path_length
 from pelagos.raycast.caster import cast, occluded
 from pelagos.raycast.rays import Hits, Rays
 from pelagos.sensors.pixels import TILE, Pixels, Tiling, lane_at, tent, tiles_at
+from pelagos.sensors.scenery import Scenery
 from pelagos.sensors.sensor import Kinematics
-from pelagos.sensors.shading import Ambience, Scenery
+from pelagos.sensors.shading import Ambience
 from pelagos.sensors.view import Lens, ViewConfig, view_rays
 
 _AT_SURFACE: Final = 16  # probes in a block of 32 x 32 pixels
@@ -48,6 +49,8 @@ _STEPS: Final = 5
 _KEY: Final = (0x0003, 0x00E7)
 _ROOT: Final = 1.134724138401519  # of x^6 = x + 1: five dimensions
 _START: Final = 0.02  # [m] off surfaces
+_GROWTH: Final = 1.5  # of diffuse light towards the surface, over its mean K; assumed
+_SHALLOW: Final = 0.02  # least depth of a camera [m]
 _FAR: Final = 1e4  # [m]
 
 
@@ -284,12 +287,16 @@ def _towards(
     where = _middles(tiling, dr.width(motion.tick))
     rays = view_rays(lens, where, motion, own, config)
     field, d = scenery.field, rays.direction
-    depth = dr.maximum(dr.gather(jit.Float, scenery.depth, where.image), 0)
+    depth = dr.maximum(dr.gather(jit.Float, scenery.depth, where.image), _SHALLOW)
     to_sea = _to_sea(depth, d)
     source = diffuse_source(field, depth, d)
     whole = diffuse_radiance(field, depth, d)
     whole -= dr.exp(-field.loss * to_sea) * diffuse_radiance(field, jit.Float(0), d)
-    return source, fitted_rate(dr.maximum(whole, 1e-3 * source / field.loss), source, to_sea), d.z
+    rate = fitted_rate(dr.maximum(whole, 1e-3 * source / field.loss), source, to_sea)
+    # near the surface it hardly follows from the whole: not far from what light makes that falls with the depth
+    rise = _GROWTH * field.decay
+    low, high = field.loss - rise * dr.maximum(d.z, 0), _GROWTH * field.loss + rise * dr.maximum(-d.z, 0)
+    return source, dr.clip(rate, low, high), d.z
 
 
 def _draws(where: Pixels, tiling: Tiling, number: int) -> list[Array]:

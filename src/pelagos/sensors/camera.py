@@ -20,12 +20,14 @@ from pelagos import jit
 from pelagos.jit import Array
 from pelagos.optics.caustics import ripple
 from pelagos.optics.lens import natural_vignette
+from pelagos.sensors.adaptation import exposure_lag
 from pelagos.sensors.ambient import ambience, ambience_at
 from pelagos.sensors.camera_sampling import Sample, sampled_rays, samples
 from pelagos.sensors.develop import balanced, developed, exposed, gathered, through_lens
 from pelagos.sensors.noise import opaque_key, stream_key
 from pelagos.sensors.path_tracing import path_traced
 from pelagos.sensors.pixels import Pixels, Tiling, pixels
+from pelagos.sensors.scenery import in_rain
 from pelagos.sensors.sensor import Kinematics, Measurement, SensorConfig, SensorContext
 from pelagos.sensors.shading import Radiance, look
 from pelagos.sensors.surroundings import LitViewConfig, Surroundings, lamp_beam, scenery_of
@@ -51,6 +53,10 @@ class CameraConfig(LitViewConfig):
     """Least mean luminance that the meter believes [cd/m^2]; equal to the greatest, the exposure is fixed."""
     meter_max_cd_m2: float = Field(default=1e9, gt=0)
     """Greatest mean luminance that the meter believes [cd/m^2]."""
+    exposure_speed_up_ev_per_s: float | None = Field(default=None, gt=0, le=100)
+    """How fast the automatic exposure follows a scene that grows brighter [stops/s]; None: at once."""
+    exposure_speed_down_ev_per_s: float | None = Field(default=None, gt=0, le=100)
+    """How fast it follows a scene that grows darker [stops/s]; None: at once."""
     shutter_s: float = Field(default=0.01, gt=0, le=10)
     """Exposure time [s]; under automatic exposure the longest."""
     rolling_shutter_s: float = Field(default=0.0, ge=0, le=1)
@@ -114,6 +120,12 @@ class CameraConfig(LitViewConfig):
 
     marine_snow_per_m3: float = Field(default=0.0, ge=0, le=100)
     """Flakes of marine snow in a cubic metre; a hundred is a blizzard (realtime renderer)."""
+
+    @property
+    def adapts(self) -> bool:
+        """The automatic exposure lags behind the scene."""
+        speeds = (self.exposure_speed_up_ev_per_s, self.exposure_speed_down_ev_per_s)
+        return self.exposure == "auto" and any(s is not None for s in speeds)
 
     @property
     def focal_length_m(self) -> float:
@@ -194,10 +206,18 @@ class Camera:
                 shutter, _ = exposed(picture, where, tiling, config, images)
                 seen = mean_light(light_of, shutter, where, tiling, motion, keys[0], config)
                 picture = gathered(seen, where, tiling, images)
+            if scenery.air is not None and scenery.air.drops is not None:
+                dr.eval(picture, hits)
+                shutter, _ = exposed(picture, where, tiling, config, images)
+                exposure = dr.gather(jit.Float, shutter, where.image)
+                picture = in_rain(scenery, picture, centre, hits, where.image, exposure, angle)
             picture = through_lens(picture, where, tiling, config, vignette, images)
             dr.eval(picture)
             picture = balanced(picture, where, tiling, config)
-            shutter, iso = exposed(picture, where, tiling, config, images)
+            lag = None
+            if config.adapts:
+                lag = exposure_lag(static, moving, tables, light, sea, lens, motion, own, config, tiling)
+            shutter, iso = exposed(picture, where, tiling, config, images, lag)
             data, truth = developed(picture, shutter, iso, where, tiling, config, motion, keys[0], trace)
             return data, truth, shutter, iso
 

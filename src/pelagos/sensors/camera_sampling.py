@@ -20,7 +20,7 @@ from pelagos.sensors.mount import sensor_angular_velocity, sensor_pose, sensor_v
 from pelagos.sensors.noise import words32
 from pelagos.sensors.pixels import Pixels, Tiling
 from pelagos.sensors.sensor import Kinematics
-from pelagos.sensors.view import Lens, pixel_angle, view_rays
+from pelagos.sensors.view import Lens, local_directions, pixel_angle, view_rays
 
 if TYPE_CHECKING:
     from pelagos.sensors.camera import CameraConfig
@@ -106,15 +106,18 @@ def sampled_rays(
     velocity = dr.gather(jit.Array3f, jit.Array3f(sensor_velocity(motion, config)), where.image)
     spin = dr.gather(jit.Array3f, jit.Array3f(sensor_angular_velocity(motion, config)), where.image)
     moment = ((jit.Float(where.row) + 0.5) / config.height_px - 0.5) * config.rolling_shutter_s
-    local = dr.gather(jit.Array3f, lens.direction, where.ray)
+    local = local_directions(lens, where, rays.origin)
     start = jit.Array3f(0)
     if sample is not None:
         moment += sample.moment * dr.gather(jit.Float, exposure, where.image) * config.motion_blur
         right = dr.normalize(jit.Array3f(local.y, -local.x, 1e-9))
         jitter = sample.right * right + sample.down * dr.cross(local, right)
-        local = dr.normalize(local + pixel_angle(config) * jitter)
+        middle, local = local, dr.normalize(local + pixel_angle(config) * jitter)
+        if lens.start is not None:  # the place on the port moves along
+            start = (local - middle) * dr.norm(dr.gather(jit.Array3f, lens.start, where.ray))
         if config.focus_distance_m is not None:
-            start, local = _through_aperture(local, sample, config)
+            aside, local = _through_aperture(local, sample, config)
+            start += aside
     return Rays(
         origin=rays.origin + jit.Array3f64(rotate(q, start + velocity * moment)),
         direction=rotate(integrate(q, spin, moment), local),

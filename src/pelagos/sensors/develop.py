@@ -103,19 +103,27 @@ def balanced(light: Array, where: Pixels, tiling: Tiling, config: CameraConfig) 
     return light
 
 
-def exposed(light: Array, where: Pixels, tiling: Tiling, config: CameraConfig, images: int) -> tuple[Array, Array]:
-    """Exposure time [s] and ISO speed of each image."""
+def meter_weight(where: Pixels, tiling: Tiling, config: CameraConfig) -> Array:
+    """How much the meter looks at each pixel."""
+    if config.metering == "average":
+        return dr.full(jit.Float, 1.0, dr.width(where.column))
+    x = (jit.Float(where.column) + 0.5) / tiling.width - 0.5
+    y = (jit.Float(where.row) + 0.5) / tiling.height - 0.5
+    return dr.exp(-(x * x + y * y) / (0.5 * _CENTRE) ** 2)
+
+
+def exposed(
+    light: Array, where: Pixels, tiling: Tiling, config: CameraConfig, images: int, lag: Array | None = None
+) -> tuple[Array, Array]:
+    """Exposure time [s] and ISO speed of each image; `lag`, see `exposure_lag`."""
     if config.exposure == "manual":
         return dr.full(jit.Float, config.shutter_s, images), dr.full(jit.Float, config.iso, images)
-    bright = luminance(light)
-    if config.metering == "centre":
-        x = (jit.Float(where.column) + 0.5) / tiling.width - 0.5
-        y = (jit.Float(where.row) + 0.5) / tiling.height - 0.5
-        weight = dr.exp(-(x * x + y * y) / (0.5 * _CENTRE) ** 2)
-        mean = image_means(bright * weight, where.active, tiling) / image_means(weight, where.active, tiling)
-    else:
-        mean = image_means(bright, where.active, tiling)
+    mean = image_means(luminance(light) * meter_weight(where, tiling, config), where.active, tiling)
+    if config.metering != "average":
+        mean /= image_means(meter_weight(where, tiling, config), where.active, tiling)
     mean = dr.clip(mean, config.meter_min_cd_m2, config.meter_max_cd_m2)
+    if lag is not None:
+        mean *= dr.exp2(lag)
     return metered(
         mean,
         aperture=config.aperture,

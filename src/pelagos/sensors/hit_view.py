@@ -20,7 +20,7 @@ from pelagos.raycast.rays import Hits, Rays
 from pelagos.sensors.mount import sensor_pose
 from pelagos.sensors.pixels import Pixels, image_rows, pixels
 from pelagos.sensors.sensor import Kinematics, SensorContext
-from pelagos.sensors.view import Lens, Trace, View, ViewConfig, meets_sea_surface, view_rays
+from pelagos.sensors.view import Lens, Trace, View, ViewConfig, local_directions, meets_sea_surface, view_rays
 
 
 @dataclass(frozen=True)
@@ -53,7 +53,7 @@ class Seen:
     @property
     def direction(self) -> Array:
         """`Array3f`, unit, of the pixel in the sensor frame."""
-        return dr.gather(jit.Array3f, self.lens.direction, self.where.ray)
+        return local_directions(self.lens, self.where, self.rays.origin)
 
     def to_sensor(self, vector: Array) -> Array:
         """World vectors `Array3f` by pixel in the sensor frame."""

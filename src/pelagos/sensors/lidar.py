@@ -7,7 +7,7 @@ nothing is dropped, and range has no noise.
 
 from __future__ import annotations
 
-from typing import Any, ClassVar, Literal
+from typing import Any, ClassVar, Final, Literal
 
 import drjit as dr
 import numpy as np
@@ -17,11 +17,14 @@ from pydantic import Field
 from pelagos import jit
 from pelagos.jit import Array
 from pelagos.math.philox import normal_pair32, uniform32
+from pelagos.optics.atmosphere import fog_extinction, rain_extinction
 from pelagos.sensors.laser import Echoes, LaserConfig
 from pelagos.sensors.noise import opaque_key, stream_key, words32
 from pelagos.sensors.scanner import Heard, Scanner, cloud, ring_of
 from pelagos.sensors.sensor import Kinematics, Measurement, SensorConfig, SensorContext
 from pelagos.sensors.view import Trace
+
+_WAVELENGTH_NM: Final = 905.0
 
 
 class LidarConfig(LaserConfig):
@@ -30,7 +33,7 @@ class LidarConfig(LaserConfig):
     type: Literal["lidar"] = "lidar"
     """The sensor's kind."""
     atmosphere_attenuation_rate: float = Field(default=0.004, ge=0)
-    """Intensity falls as exp(-rate d) with the way d in air [1/m]."""
+    """Intensity falls as exp(-rate d) with the way d in air [1/m]; the weather's fog and rain come on top of it."""
     water_attenuation_rate: float | None = Field(default=None, ge=0)
     """The same under water [1/m]; None: twice the green beam attenuation of the ocean's water type (there and back)."""
     reflectance: bool = False
@@ -59,7 +62,11 @@ class Lidar:
         albedo = jit.Float(np.array(context.world.material_tables().albedo)[1])
         rate = config.water_attenuation_rate
         in_water = 2 * context.ocean.water.attenuation[1] if rate is None else rate
-        rates = tuple(dr.opaque(jit.Float, r) for r in (config.atmosphere_attenuation_rate, in_water))
+        weather = context.ocean.weather
+        in_air = config.atmosphere_attenuation_rate + 2 * (
+            fog_extinction(weather.visibility, _WAVELENGTH_NM) + rain_extinction(weather.rain)
+        )
+        rates = tuple(dr.opaque(jit.Float, r) for r in (in_air, in_water))
         key = opaque_key(stream_key(context.seed, context.path, "lidar"))
         dr.make_opaque(albedo)
         self._scanner = Scanner(config, context, self._points, (albedo, rates, key))

@@ -26,12 +26,11 @@ from pelagos.optics.directions import about, off_matt
 from pelagos.optics.interface import fresnel, refract, sun_below_surface
 from pelagos.optics.lamp import Beam, lamp_beam_at
 from pelagos.optics.phase import henyey_greenstein, sample_henyey_greenstein, water_molecules
-from pelagos.optics.sunlight import sky_radiance
 from pelagos.optics.texture import surface_look
 from pelagos.optics.water import MEAN_COSINE, REFRACTIVE_INDEX
 from pelagos.raycast.caster import cast, occluded
 from pelagos.raycast.rays import Hits, Rays
-from pelagos.sensors.shading import Scenery
+from pelagos.sensors.scenery import Scenery, behind_air, sky_in_air
 
 BOUNCES: Final = 48
 _START: Final = 2e-3  # [m] off surfaces
@@ -110,6 +109,11 @@ def _extended(
     hits = cast(static, moving, scenery.tables, ray, smooth=True)
     flight = _flight(scenery.water, path, hits, u)
     weight = path.weight * flight.weight
+    light = path.light
+    if scenery.air is not None:  # fog on the way through air; what it scatters comes as its own light
+        dry = (path.origin.z >= 0) & (flight.solid | flight.surface)
+        light += dr.select(dry, weight * behind_air(scenery, jit.Array3f(0), flight.way), 0)
+        weight *= dr.select(dry, dr.exp(-(scenery.air.fog + scenery.air.rain) * flight.way), 1)
     facing = dr.maximum(-dr.dot(hits.shading_normal, path.direction), 0.15)
     detail = (path.travelled + flight.way) * pixel_angle / facing
     albedo, normal = surface_look(scenery.looks, hits.material, hits.place, hits.shading_normal, detail, flight.solid)
@@ -126,7 +130,7 @@ def _extended(
         return dr.select(event & free, weight * arriving * dr.select(flight.scatters, turned, matt), 0)
 
     towards, beam = _sunbeam(scenery, flight.place, lane)
-    light = path.light + lit(towards, jit.Float(_REACH), beam)
+    light += lit(towards, jit.Float(_REACH), beam)
     for lamp in lamps:
         arriving, to_lamp, distance = lamp_beam_at(
             lamp, scenery.water.attenuation, jit.Array3f(flight.place - rays.origin)
@@ -223,7 +227,7 @@ def _sea_surface(scenery: Scenery, path: Path, flight: _Flight, u: Array) -> _Se
     mirrored = u < fresnel(dr.abs(d.z), dr.select(wet, 1 / REFRACTIVE_INDEX, REFRACTIVE_INDEX))
     crossed = flight.surface & ~mirrored
     lost = path.alive & ~flight.scatters & ~flight.solid & ~flight.surface
-    sky = sky_radiance(scenery.light, dr.select(crossed, out, d), glare=dr.select(path.straight, 1.0, 0.0))
+    sky = sky_in_air(scenery, dr.select(crossed, out, d), glare=dr.select(path.straight, 1.0, 0.0))
     n2 = REFRACTIVE_INDEX**2
     goes_below = wet == mirrored
     return _Sea(

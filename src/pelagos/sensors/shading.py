@@ -15,12 +15,11 @@ import drjit as dr
 
 from pelagos import jit
 from pelagos.jit import Array
-from pelagos.optics.caustics import Waves, focusing, slope
+from pelagos.optics.caustics import focusing, slope
 from pelagos.optics.interface import fresnel, reflect, refract, surface_normal
 from pelagos.optics.lamp import Beam, lamp_backscatter, lamp_beam_at, lamp_illuminance
 from pelagos.optics.light_field import (
     CRITICAL_COSINE,
-    LightField,
     aureole,
     beam_at,
     beam_veil,
@@ -30,44 +29,17 @@ from pelagos.optics.light_field import (
     pattern_left,
 )
 from pelagos.optics.snow import ALBEDO, flakes
-from pelagos.optics.sunlight import LightArrays, sky_radiance
-from pelagos.optics.texture import Looks, surface_look
+from pelagos.optics.texture import surface_look
 from pelagos.optics.transport import near_transmission, path_length, sharp_transmission
-from pelagos.optics.water import REFRACTIVE_INDEX, WaterArrays
+from pelagos.optics.water import REFRACTIVE_INDEX
 from pelagos.optics.wave_surface import way_to_surface
 from pelagos.raycast.caster import cast, occluded
 from pelagos.raycast.rays import Hits, Rays
-from pelagos.raycast.scene import Tables
+from pelagos.sensors.scenery import FAR, Scenery, behind_air, depth_of_starts, fog_radiance, sky_in_air
 
 _SHADOW_START = 2e-3  # [m] off the surface
 _SHADOW_REACH = 200.0  # [m]
-_FAR = 1e4  # [m]
 _SEA_ALBEDO = 0.06  # of the sea from above (R. E. Payne, J. Atmos. Sci. 29:959, 1972)
-
-
-@dataclass
-class Scenery:
-    """All that light depends on besides the rays, a Dr.Jit struct handed to frozen functions.
-
-    Attributes:
-        tables: of the ray-tracing scene.
-        looks: by material row.
-        water: its optics.
-        light: sun and sky.
-        field: what of them is in the water.
-        waves: of the moments of the lanes.
-        level: `Float`, height of the sea surface over each camera [m].
-        depth: `Float`, of each camera below it [m].
-    """
-
-    tables: Tables
-    looks: Looks
-    water: WaterArrays
-    light: LightArrays
-    field: LightField
-    waves: Waves
-    level: Array
-    depth: Array
 
 
 @jit.struct
@@ -131,23 +103,26 @@ def look(
         around: by ray; None for the open sea.
         snow: flakes of marine snow in a cubic metre.
     """
-    depth = dr.gather(jit.Float, scenery.depth, lane)
+    depth = depth_of_starts(scenery, rays, lane)
     around = _open_sea(scenery, rays.direction, depth) if around is None else around
     d = rays.direction
     under = depth > 0
     first = cast(static, moving, scenery.tables, rays, smooth=True)
-    to_sea = dr.select(under == (d.z > 0), depth / dr.select(dr.abs(d.z) < 1e-6, 1e-6, d.z), _FAR)
+    to_sea = dr.select(under == (d.z > 0), depth / dr.select(dr.abs(d.z) < 1e-6, 1e-6, d.z), FAR)
     if scenery.waves.swell is not None:
         to_sea = way_to_surface(scenery.waves.swell, rays.origin, d, lane)
-    meets_sea = (to_sea < first.t) & ((to_sea < rays.max_range) | ~under) & (to_sea < _FAR) & (rays.max_range > 0)
+    meets_sea = (to_sea < first.t) & ((to_sea < rays.max_range) | ~under) & (to_sea < FAR) & (rays.max_range > 0)
     behind = _behind_the_sea(static, moving, scenery, rays, to_sea, under, meets_sea, first, lane)
     hits = behind.hits
     own_light = _surface_light(static, moving, scenery, rays, behind, lane, lamps, pixel_angle, around)
     sky_seen = ~under & ~meets_sea & ~hits.valid
     own_light = dr.if_stmt(
-        (own_light,), sky_seen, lambda _: sky_radiance(scenery.light, d), lambda own_light: own_light, mode="symbolic"
+        (own_light,), sky_seen, lambda _: sky_in_air(scenery, d), lambda own_light: own_light, mode="symbolic"
     )
     radiance = own_light * behind.weight + behind.added
+    if scenery.air is not None:
+        dry = dr.select(sky_seen | under, 0, dr.select(meets_sea, to_sea, first.t))
+        radiance = behind_air(scenery, radiance, dry)
     wet = dr.select(under, dr.minimum(dr.select(meets_sea, to_sea, first.t), rays.max_range), 0)
     sharp, near = sharp_transmission(scenery.water, wet), near_transmission(scenery.water, wet)
     # the veil holds the sky's own light that is scattered by a few degrees: only surfaces' comes on top of it
@@ -217,9 +192,9 @@ def _behind_the_sea(
         wet = mirrored == under
         refracted = (1 - mirror) * spread
         of_air, of_water = dr.select(under, refracted, mirror), dr.select(under, mirror, refracted)
-        deep = _water_below(scenery, into_water, jit.Float(_FAR))
+        deep = _water_below(scenery, into_water, jit.Float(FAR))
         start = jit.Array3f64(place.x, place.y, place.z + dr.select(wet, -_SHADOW_START, _SHADOW_START))
-        other = dr.select(wet, of_air * sky_radiance(scenery.light, into_air), of_water * deep)
+        other = dr.select(wet, of_air * sky_in_air(scenery, into_air), of_water * deep)
         return start, dr.select(wet, into_water, into_air), wet, dr.select(wet, of_water, of_air), other
 
     def straight(_: Array) -> tuple[Array, Array, Array, Array, Array]:
@@ -231,8 +206,8 @@ def _behind_the_sea(
     # interpolates normals in two places, which LLVM refuses ("invalid redefinition of function").
     reach = dr.select(meets_sea, rays.max_range, 0)
     second = cast(static, moving, scenery.tables, Rays(start, direction, reach, rays.copy, rays.own))
-    length = dr.select(second.valid, second.t, _FAR)
-    sky = dr.select(second.valid, 0, sky_radiance(scenery.light, direction))
+    length = dr.select(second.valid, second.t, FAR)
+    sky = dr.select(second.valid, 0, sky_in_air(scenery, direction))
     down = jit.Array3f(direction.x, direction.y, dr.minimum(direction.z, 0))
     veil = dr.if_stmt(
         (down, length),
@@ -242,6 +217,10 @@ def _behind_the_sea(
         mode="symbolic",
     )
     kept = dr.select(wet, dr.exp(-scenery.field.loss * length), 1)
+    if scenery.air is not None:
+        clear = dr.exp(-(scenery.air.fog + scenery.air.rain) * length)
+        kept *= dr.select(wet, 1, clear)
+        sky = dr.select(second.valid, fog_radiance(scenery) * (1 - clear), sky)
     weight = dr.select(meets_sea, share * kept, 1)
     added = dr.select(meets_sea, other + share * dr.select(wet, veil, sky), 0)
     way = dr.select(meets_sea, to_sea + second.t, first.t)

@@ -12,14 +12,15 @@ from pelagos import jit
 from pelagos.config.strict import Strict
 from pelagos.jit import Array
 from pelagos.math.so3 import from_euler, rotate
+from pelagos.optics.atmosphere import under_weather
 from pelagos.optics.caustics import Ripple, Waves, sea_level, swell_around, waves_at
 from pelagos.optics.lamp import Beam, axis_intensity
 from pelagos.optics.light_field import light_field
 from pelagos.optics.sunlight import daylight
 from pelagos.optics.texture import looks
 from pelagos.sensors.mount import sensor_pose
+from pelagos.sensors.scenery import Scenery
 from pelagos.sensors.sensor import Kinematics, SensorConfig, SensorContext
-from pelagos.sensors.shading import Scenery
 from pelagos.sensors.view import ViewConfig
 
 
@@ -63,26 +64,30 @@ class Surroundings:
         self.looks = looks(materials.albedo, materials.texture_scale, [m.texture for m in context.world.palette])
         ocean = context.ocean
         self._water = ocean.water.arrays()
-        light = daylight(float(ocean.sun_elevation[0]), -float(ocean.sun_azimuth[0]))
+        weather = ocean.weather
+        clear = daylight(float(ocean.sun_elevation[0]), -float(ocean.sun_azimuth[0]), cloud=weather.cloud)
+        light = under_weather(clear, weather)
         self.light, self._field = light.arrays(), light_field(ocean.water, light)
+        self._air = None if weather.clear else weather.air()
         self._ocean = ocean if ocean.waves is not None else None
 
     def arguments(self) -> tuple[Any, ...]:
         """For `scenery_of`, inside a frozen function."""
-        return self.looks, self._water, self.light, self._field, self._ocean
+        return self.looks, self._water, self.light, self._field, self._air, self._ocean
 
 
 def scenery_of(
     tables: Any, light: tuple[Any, ...], sea: Ripple, motion: Kinematics, config: SensorConfig, delay: float = 0.0
 ) -> Scenery:
     """Everything that light depends on, at the moments of `motion` plus `delay` [s]."""
-    materials, water, daylit, field, ocean = light
+    materials, water, daylit, field, air, ocean = light
     waves = waves_of(sea, ocean, daylit.towards_sun, motion, config, delay)
     position, _ = sensor_pose(motion, config)
     level = sea_level(waves, dr.width(motion.tick))
+    t = jit.Float64(motion.t_ns) * 1e-9 + delay
     depth = level - jit.Float(position.z)
     dr.eval(level, depth)
-    return Scenery(tables, materials, water, daylit, field, waves, level, depth)
+    return Scenery(tables, materials, water, daylit, field, air, waves, level, depth, t)
 
 
 def waves_of(

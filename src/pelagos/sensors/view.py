@@ -30,6 +30,7 @@ from pelagos.optics.lens import (
     project_fisheye,
 )
 from pelagos.optics.port import through_dome_port, through_flat_port
+from pelagos.optics.water import REFRACTIVE_INDEX
 from pelagos.raycast.rays import Hits, Rays
 from pelagos.sensors.mount import sensor_pose
 from pelagos.sensors.pixels import Pixels, Tiling
@@ -92,11 +93,13 @@ class Lens:
     Attributes:
         start: `Array3f`, where rays start in the sensor frame [m]; None where all start at the origin.
         direction: `Array3f`, unit.
+        dry: `Array3f`, the same where the port is out of the water; None without a port.
         serves: `Bool`, pixels that look somewhere.
     """
 
     start: Array | None
     direction: Array
+    dry: Array | None
     serves: Array
 
 
@@ -108,8 +111,13 @@ def view_intrinsics(config: ViewConfig) -> Intrinsics:
     return intrinsics(config.width_px, config.height_px, fov)
 
 
-def pixel_rays(config: ViewConfig) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """The ray pattern: starts [m] and unit directions `(height, width, 3)` in the sensor frame; NaN for no ray."""
+def pixel_rays(
+    config: ViewConfig, outside: float = REFRACTIVE_INDEX
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """The ray pattern: starts [m] and unit directions `(height, width, 3)` in the sensor frame; NaN for no ray.
+
+    Behind a port, in a medium of index `outside`: water, or 1 above it.
+    """
     camera = view_intrinsics(config)
     if config.lens == "fisheye":
         directions = fisheye_directions(camera, config.distortion)
@@ -117,9 +125,9 @@ def pixel_rays(config: ViewConfig) -> tuple[NDArray[np.float64], NDArray[np.floa
         directions = pinhole_directions(camera, config.distortion)
     match config.port:
         case FlatPortConfig(distance_m=distance, thickness_m=thickness):
-            return through_flat_port(directions, distance=distance, thickness=thickness)
+            return through_flat_port(directions, distance=distance, thickness=thickness, outside=outside)
         case DomePortConfig(radius_m=radius, thickness_m=thickness, offset_m=offset):
-            return through_dome_port(directions, radius=radius, thickness=thickness, offset=offset)
+            return through_dome_port(directions, radius=radius, thickness=thickness, offset=offset, outside=outside)
     return np.zeros_like(directions), directions
 
 
@@ -150,9 +158,14 @@ class View:
         self.tiling = Tiling(config.width_px, config.height_px)
         starts, directions = pixel_rays(config)
         serves = np.asarray(np.isfinite(starts + directions).all(axis=-1))
+        dry = None
+        if config.port is not None:
+            in_air = pixel_rays(config, 1.0)[1]
+            dry = self._table(np.where(np.isfinite(in_air), in_air, [1.0, 0.0, 0.0]))
         self.lens = Lens(
             start=self._table(np.where(serves[..., None], starts, 0)) if config.port is not None else None,
             direction=self._table(np.where(serves[..., None], directions, [1.0, 0.0, 0.0])),
+            dry=dry,
             serves=jit.Bool(self.tiling.arrange(np.asarray(serves, dtype=np.float64)) > 0.5),
         )
         self.own = jit.UInt32(context.own_body)
@@ -192,15 +205,24 @@ def view_rays(lens: Lens, where: Pixels, motion: Kinematics, own: Array, config:
     origin = dr.gather(jit.Array3f64, position, where.image)
     if lens.start is not None:
         origin += jit.Array3f64(rotate(q, dr.gather(jit.Array3f, lens.start, where.ray)))
+    local = local_directions(lens, where, origin)
     copy = dr.gather(jit.UInt32, motion.copy, where.image)
     looks = where.active & dr.gather(jit.Bool, lens.serves, where.ray)
     return Rays(
         origin=origin,
-        direction=rotate(q, dr.gather(jit.Array3f, lens.direction, where.ray)),
+        direction=rotate(q, local),
         max_range=dr.select(looks, jit.Float(config.max_range_m), 0),
         copy=copy,
         own=dr.gather(jit.UInt32, own, copy),
     )
+
+
+def local_directions(lens: Lens, where: Pixels, origin: Array) -> Array:
+    """Directions in the sensor frame, `Array3f`, of rays that start at `origin` in the world: in water or in air."""
+    wet = dr.gather(jit.Array3f, lens.direction, where.ray)
+    if lens.dry is None:
+        return wet
+    return dr.select(origin.z < 0, wet, dr.gather(jit.Array3f, lens.dry, where.ray))
 
 
 def meets_sea_surface(rays: Rays, hits: Hits) -> Array:

@@ -1,0 +1,99 @@
+"""What a camera's view is made of besides its rays: materials, water, sun and sky, air with its fog and rain, waves."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Final
+
+import drjit as dr
+
+from pelagos import jit
+from pelagos.jit import Array
+from pelagos.optics.atmosphere import Air, airlight, through_air, way_to_sky
+from pelagos.optics.caustics import Waves
+from pelagos.optics.light_field import LightField
+from pelagos.optics.rain import streaks
+from pelagos.optics.sunlight import LightArrays, sky_radiance
+from pelagos.optics.swell import elevation_at
+from pelagos.optics.texture import Looks
+from pelagos.optics.water import WaterArrays
+from pelagos.raycast.rays import Hits, Rays
+from pelagos.raycast.scene import Tables
+
+FAR: Final = 1e4  # [m], where there is nothing
+
+
+@dataclass
+class Scenery:
+    """All that light depends on besides the rays, a Dr.Jit struct handed to frozen functions.
+
+    Attributes:
+        tables: of the ray-tracing scene.
+        looks: by material row.
+        water: its optics.
+        light: sun and sky.
+        field: what of them is in the water.
+        air: fog and rain, None where it is clear.
+        waves: of the moments of the lanes.
+        level: `Float`, height of the sea surface over each camera [m].
+        depth: `Float`, of each camera below it [m].
+        t: `Float64`, the moments [s].
+    """
+
+    tables: Tables
+    looks: Looks
+    water: WaterArrays
+    light: LightArrays
+    field: LightField
+    air: Air | None
+    waves: Waves
+    level: Array
+    depth: Array
+    t: Array
+
+
+def fog_radiance(scenery: Scenery) -> Array:
+    """What thick fog and rain look like, `Array3f` [cd/m^2]."""
+    light = scenery.light
+    return airlight(light.sun, light.sky, light.towards_sun)
+
+
+def behind_air(scenery: Scenery, radiance: Array, distance: Array) -> Array:
+    """Radiance seen through a stretch of the scenery's air [m]."""
+    air = scenery.air
+    return radiance if air is None else through_air(radiance, (air.fog + air.rain) * distance, fog_radiance(scenery))
+
+
+def sky_in_air(scenery: Scenery, direction: Array, *, glare: Array = 1.0) -> Array:
+    """The sky, and the fog before it, `Array3f` [cd/m^2]; see `sky_radiance`."""
+    sky = sky_radiance(scenery.light, direction, glare=glare)
+    if scenery.air is None:
+        return sky
+    return through_air(sky, way_to_sky(scenery.air, direction.z), fog_radiance(scenery))
+
+
+def depth_of_starts(scenery: Scenery, rays: Rays, lane: Array) -> Array:
+    """How far below the surface of the sea rays start [m]: those through one port may start on both sides of it."""
+    swell = scenery.waves.swell
+    if swell is None:
+        level = dr.gather(jit.Float, scenery.level, lane)
+    else:
+        x = jit.Float(rays.origin.x - dr.gather(jit.Float64, swell.corner_x, lane))
+        y = jit.Float(rays.origin.y - dr.gather(jit.Float64, swell.corner_y, lane))
+        level = elevation_at(swell, x, y, lane)
+    return level - jit.Float(rays.origin.z)
+
+
+def in_rain(
+    scenery: Scenery, light: Array, rays: Rays, first: Hits, lane: Array, exposure: Array, pixel_angle: float
+) -> Array:
+    """`light` at the pixels behind falling drops, where the camera is above the water; `exposure` by lane [s]."""
+    if scenery.air is None or scenery.air.drops is None:
+        return light
+    depth, d = depth_of_starts(scenery, rays, lane), rays.direction
+    to_sea = dr.select(d.z < -1e-6, depth / dr.minimum(d.z, -1e-6), FAR)
+    reach = dr.minimum(dr.select(first.valid, first.t, FAR), to_sea)
+    tenths_of_ms = jit.UInt64(dr.maximum(dr.gather(jit.Float64, scenery.t, lane), 0) * 1e4)
+    fall = jit.UInt32(tenths_of_ms) * 0x9E3779B1
+    cover = streaks(d, dr.select(depth > 0, 0, reach), scenery.air.drops, fall, exposure, pixel_angle)
+    return dr.lerp(light, fog_radiance(scenery), cover)

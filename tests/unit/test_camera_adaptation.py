@@ -1,0 +1,56 @@
+"""An automatic exposure that takes its time, against the rule that it states."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import drjit as dr
+import numpy as np
+import pytest
+from test_camera_picture import camera, context, looking_down
+
+from pelagos import jit
+from pelagos.sensors.adaptation import _LONGEST, _MOMENTS
+from pelagos.sensors.camera import CameraConfig
+
+
+def diving(height: float, speed: float):
+    """Nose down, going forward, that is down."""
+    motion = looking_down(height=height)
+    zero = dr.zeros(jit.Float64, 1)
+    return replace(motion, velocity=jit.Array3f64(zero + speed, zero, zero))
+
+
+def stops(config: dict, height: float, speed: float) -> float:
+    """What the exposure lets in [stops]."""
+    found = camera(context(z=-60.0), shutter_s=10.0, ripple=0.0, **config).sense(diving(height, speed))
+    return float(np.log2(found.extras["exposure_s"][0] * found.extras["iso"][0]))
+
+
+@pytest.mark.parametrize(("speed", "rate"), [(2.0, 0.05), (-2.0, 0.02), (2.0, 50.0)])
+def test_the_meter_follows_at_its_rate(speed: float, rate: float) -> None:
+    """Darker or brighter by more a second than the meter follows, it lags by the difference; else by nothing."""
+    step = min(8.0 / rate, _LONGEST) / _MOMENTS
+    moments = np.arange(_MOMENTS, -1, -1) * step
+    wanted = [stops({}, -30.0 + speed * t, 0.0) for t in moments]  # stops let in: the darker, the more
+    follows = wanted[0]
+    for now in wanted[1:]:
+        follows += float(np.clip(now - follows, -rate * step, rate * step))
+    keys = {"exposure_speed_up_ev_per_s": rate, "exposure_speed_down_ev_per_s": rate}
+    found = stops(keys, -30.0, speed)
+    # one ray a tile stands for the frame: its mean may be off by some hundredths of a stop
+    assert found == pytest.approx(follows, abs=0.08)
+    if rate < 1:
+        assert abs(found - wanted[-1]) > 0.3
+    else:
+        assert found == pytest.approx(wanted[-1], abs=1e-3)
+
+
+def test_one_way_only() -> None:
+    slow_to_darken = {"exposure_speed_down_ev_per_s": 0.05}
+    assert stops(slow_to_darken, -30.0, -2.0) == pytest.approx(stops({}, -30.0, 0.0), abs=1e-3)  # it grows brighter
+    assert stops(slow_to_darken, -30.0, 2.0) < stops({}, -30.0, 0.0) - 0.3
+
+
+def test_a_manual_exposure_does_not_adapt() -> None:
+    assert not CameraConfig(exposure="manual", exposure_speed_up_ev_per_s=1.0).adapts
