@@ -166,7 +166,7 @@ def build_ocean(config: OceanConfig, world: World | None = None, *, seed: int = 
         currents=currents,
         masses=masses,
         tracers=tracers,
-        waves=make_waves(config.waves, site, depth=config.waves_depth_m),
+        waves=make_waves(config.waves, site, depth=config.waves_depth_m, wind=config.wind.speed_mps or None),
         tide=make_tide(config.tide),
         air=config.wind.build(site),
         sun_elevation=dr.opaque(jit.Float, elevation),

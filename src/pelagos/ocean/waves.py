@@ -18,12 +18,16 @@ from numpy.typing import NDArray
 
 from pelagos import jit
 from pelagos.jit import Array
+from pelagos.math.constants import GRAVITY
 from pelagos.math.turns import cos_turns, sincos_turns
 from pelagos.ocean.site import Site
 from pelagos.ocean.wave_system import Components, WavesConfig
+from pelagos.ocean.whitecaps import NEVER, breaking_limit
 
 _STRIDE: Final = 8  # numbers a component has in the table
 _AT_ONCE: Final = 8  # components in one turn of the loop
+_FOAM: Final = ((0.0, 1.0), (1.2, 0.8), (3.0, 0.45))  # ages of foam [s], and what is left of it; assumed
+_ONSET: Final = 0.25  # of the limit, in which the surface turns from dark to white
 
 
 @jit.struct
@@ -56,12 +60,16 @@ class Waves:
         and
             1 / (1 + exp(-2 k h)). Padded with components of no amplitude.
         depth: `Float64` (1), of the water [m]; 1e9 where deep.
+        limit: `Float64` (1), downward acceleration over gravity at which the surface breaks.
         deep: whether it is.
+        breaks: whether it breaks anywhere.
     """
 
     table: Array
     depth: Array
+    limit: Array
     deep: bool
+    breaks: bool
 
     def elevation(self, x: Array, y: Array, t: Array) -> Array:
         """Height of the surface over the mean [m] at world x, y [m] and time t [s], `Float64`."""
@@ -87,6 +95,27 @@ class Waves:
         nothing = 0 * (x + y + t)
         sx, sy = self._loop(add, nothing, nothing)
         return sx, sy
+
+    def foam(self, x: Array, y: Array, t: Array) -> Array:
+        """How white the surface is, 0 to 1: 1 where it breaks, and less where it did in the seconds before."""
+        white = 0 * (x + y + t)
+        for age, left in _FOAM:
+            over = self._falling(x, y, t - age) / self.limit - 1
+            white = dr.maximum(white, left * dr.clip(over * (1 / _ONSET) + 0.5, 0.0, 1.0))
+        return white
+
+    def _falling(self, x: Array, y: Array, t: Array) -> Array:
+        """Downward acceleration of the surface over gravity."""
+
+        def add(i: Array, sum_: Array) -> tuple[Array, Array]:
+            for _ in range(_AT_ONCE):
+                first, second = self._rows(i)
+                rate = 2 * math.pi * first[2]
+                sum_ = dr.fma(second[0] * rate * rate, cos_turns(_turns(first, x, y, t)), sum_)
+                i = i + 1
+            return i, sum_
+
+        return self._loop(add, 0 * (x + y + t))[0] * (1 / GRAVITY)
 
     def motion(self, position: Array, t: Array, *, stretch: bool = True) -> WaterMotion:
         """Motion of the water at `position` (`Array3f64` NWU [m]); above the surface that of the surface itself.
@@ -202,13 +231,16 @@ def _turns(first: Array, x: Array, y: Array, t: Array) -> Array:
     return dr.fma(first[0], x, dr.fma(first[1], y, dr.fma(-first[2], t, first[3])))
 
 
-def make_waves(systems: tuple[WavesConfig, ...], site: Site, *, depth: float | None) -> Waves | None:
+def make_waves(
+    systems: tuple[WavesConfig, ...], site: Site, *, depth: float | None, wind: float | None = None
+) -> Waves | None:
     """The components of all wave systems together; None where there are none.
 
     Args:
         systems: see the configurations.
         site: gives the seed of phases, frequencies and directions.
         depth: of the water [m]; None for deep water.
+        wind: speed 10 m up [m/s], for whitecaps; None for the wind that would raise such a sea.
     """
     made = [system.components(site.rng(0, number), depth) for number, system in enumerate(systems)]
     if not any(len(c.amplitude) for c in made):
@@ -219,14 +251,17 @@ def make_waves(systems: tuple[WavesConfig, ...], site: Site, *, depth: float | N
             for name in ("amplitude", "omega", "wavenumber", "angle", "phase")
         )
     )
-    return waves_of(joined, depth=depth)
+    return waves_of(joined, depth=depth, wind=wind)
 
 
-def waves_of(components: Components, *, depth: float | None) -> Waves:
-    """A sea of given components."""
+def waves_of(components: Components, *, depth: float | None, wind: float | None = None) -> Waves:
+    """A sea of given components, see `make_waves`."""
+    limit = breaking_limit(components, wind)
     table = component_table(components, depth=depth)
-    waves = Waves(jit.Float64(table.ravel()), jit.Float64(depth or 1e9), depth is None)
-    dr.make_opaque(waves.table, waves.depth)
+    waves = Waves(
+        jit.Float64(table.ravel()), jit.Float64(depth or 1e9), jit.Float64(limit), depth is None, limit < NEVER
+    )
+    dr.make_opaque(waves.table, waves.depth, waves.limit)
     return waves
 
 

@@ -30,6 +30,7 @@ class Swell:
         level: `Float` `(lanes,)`, over the camera itself [m].
         mean, lowest, highest: `Float` `(lanes,)`, of the grids [m].
         corner_x, corner_y: `Float64` `(lanes,)`, world position of node (0, 0) of the finest grid [m].
+        foam: `Float` as `elevation`, how white the surface is, 0 to 1; None where nothing breaks.
         offset_x, offset_y: `Float` `(lanes, grids)` flattened, from a grid's own node (0, 0) to that one [m].
     """
 
@@ -42,10 +43,17 @@ class Swell:
     corner_y: Array
     offset_x: Array
     offset_y: Array
+    foam: Array | None
 
 
-def swell_around(elevation: Callable[[Array, Array, Array], Array], position: Array, t: Array, lanes: int) -> Swell:
-    """The ocean's `elevation(x, y, t)`, sampled around positions `Array3f64` `(lanes,)` [m] at times `t` [s].
+def swell_around(
+    elevation: Callable[[Array, Array, Array], Array],
+    position: Array,
+    t: Array,
+    lanes: int,
+    foam: Callable[[Array, Array, Array], Array] | None = None,
+) -> Swell:
+    """`elevation(x, y, t)` and `foam` of the ocean around positions `Array3f64` `(lanes,)` [m] at times `t` [s].
 
     Components shorter than two steps of a grid are for the ripple to show.
     """
@@ -64,8 +72,10 @@ def swell_around(elevation: Callable[[Array, Array, Array], Array], position: Ar
         for corner, i in zip(corners, (inside // NODES, inside % NODES), strict=True)
     ]
     level = jit.Float(elevation(position.x, position.y, t))
-    heights = jit.Float(elevation(places[0], places[1], dr.gather(jit.Float64, t, grid // count)))
-    dr.eval(heights)
+    then = dr.gather(jit.Float64, t, grid // count)
+    heights = jit.Float(elevation(places[0], places[1], then))
+    white = None if foam is None else jit.Float(foam(places[0], places[1], then))
+    dr.eval(heights, white)
     size = count * _SIZE
     mean = dr.block_sum(heights, size) * (1 / size)
     lowest, highest = (dr.block_reduce(op, heights, size) for op in (dr.ReduceOp.Min, dr.ReduceOp.Max))
@@ -74,15 +84,28 @@ def swell_around(elevation: Callable[[Array, Array, Array], Array], position: Ar
     dr.eval(mean, lowest, highest, finest, offsets)
     corner_x, corner_y = finest
     offset_x, offset_y = offsets
-    return Swell(heights, level, mean, lowest, highest, corner_x, corner_y, offset_x, offset_y)
+    return Swell(heights, level, mean, lowest, highest, corner_x, corner_y, offset_x, offset_y, white)
 
 
 def elevation_at(swell: Swell, x: Array, y: Array, lane: Array) -> Array:
     """Height of the surface over z = 0 [m] at places x, y `Float` relative to the corner of the finest grid [m]."""
     first, second, out, last = _grids(swell, x, y, lane)
-    near, far = (_corners(swell, grid) for grid in (first, second))
+    near, far = (_corners(swell.elevation, grid) for grid in (first, second))
     beyond = dr.select(last, dr.gather(jit.Float, swell.mean, lane), _between(*far))
     return dr.lerp(_between(*near), beyond, out)
+
+
+def whiteness_at(swell: Swell, x: Array, y: Array, lane: Array) -> Array:
+    """How white the surface is at world x, y [m], `Float`: 0 to 1, none beyond the grids."""
+    if swell.foam is None:
+        return 0 * x
+    x0, y0 = (
+        jit.Float(jit.Float64(p) - dr.gather(jit.Float64, c, lane))
+        for p, c in ((x, swell.corner_x), (y, swell.corner_y))
+    )
+    first, second, out, last = _grids(swell, x0, y0, lane)
+    near, far = (_between(*_corners(swell.foam, grid)) for grid in (first, second))
+    return dr.lerp(near, dr.select(last, 0, far), out)
 
 
 def swell_slope(swell: Swell, x: Array, y: Array, lane: Array) -> Array:
@@ -94,7 +117,7 @@ def swell_slope(swell: Swell, x: Array, y: Array, lane: Array) -> Array:
     first, second, out, last = _grids(swell, x0, y0, lane)
     slopes = []
     for grid in (first, second):
-        a, b, z00, z01, z10, z11 = _corners(swell, grid)
+        a, b, z00, z01, z10, z11 = _corners(swell.elevation, grid)
         slopes.append(jit.Array2f(dr.lerp(z10 - z00, z11 - z01, b), dr.lerp(z01 - z00, z11 - z10, a)) / grid[3])
     return dr.lerp(slopes[0], dr.select(last, jit.Array2f(0), slopes[1]), out)
 
@@ -124,13 +147,13 @@ def _grids(swell: Swell, x: Array, y: Array, lane: Array) -> tuple[_Grid, _Grid,
     return tuple(chosen[:4]), tuple(after[:4]), out, ~in0 & ~in1
 
 
-def _corners(swell: Swell, grid: _Grid) -> tuple[Array, Array, Array, Array, Array, Array]:
-    """Place in its cell along x and y, and the heights of the cell's corners."""
+def _corners(values: Array, grid: _Grid) -> tuple[Array, Array, Array, Array, Array, Array]:
+    """Place in its cell along x and y, and the values at the cell's corners."""
     base, u, v, _ = grid
     u, v = dr.clip(u, 0, NODES - 1.001), dr.clip(v, 0, NODES - 1.001)
     i, j = jit.UInt32(u), jit.UInt32(v)
     at = base + i * NODES + j
-    z00, z01, z10, z11 = (dr.gather(jit.Float, swell.elevation, at + k) for k in (0, 1, NODES, NODES + 1))
+    z00, z01, z10, z11 = (dr.gather(jit.Float, values, at + k) for k in (0, 1, NODES, NODES + 1))
     return u - jit.Float(i), v - jit.Float(j), z00, z01, z10, z11
 
 
