@@ -65,9 +65,8 @@ def main() -> None:
             bins, typical = np.sqrt(np.mean(error**2)), np.median(error)
             cells = np.median(np.abs(10 * np.log10(np.maximum(found[heard], 1e-12) / best[heard])))
             empty = np.mean(found[heard] == 0)
-            print(
-                f"  {rays:4d}  {total:+8.3f} dB   {100 * bins:7.2f} % {100 * typical:7.2f} %   {cells:10.2f} dB   {100 * empty:8.2f} %"
-            )
+            levels = f"  {rays:4d}  {total:+8.3f} dB   {100 * bins:7.2f} % {100 * typical:7.2f} %"
+            print(f"{levels}   {cells:10.2f} dB   {100 * empty:8.2f} %")
 
 
 if __name__ == "__main__":

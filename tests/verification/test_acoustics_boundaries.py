@@ -120,5 +120,7 @@ def test_rigid_sphere(radius, level):
 
 def test_targets_scale_with_size_and_wavelength():
     assert float(plate(2.0, 0.01) - plate(1.0, 0.01)) == pytest.approx(6.0206, abs=1e-3)
+    # Knott, Table 6.1: 4 pi a^4/(3 lambda^2) = 339.29 m^2 for 0.3 m at 1 cm; over 4 pi, in decibels
+    assert float(corner(0.3, 0.01)) == pytest.approx(10 * math.log10(339.292 / (4 * math.pi)), abs=1e-3)
     assert float(corner(2.0, 0.01) - corner(1.0, 0.01)) == pytest.approx(12.0412, abs=1e-3)
     assert float(cylinder(0.3, 2.0, 0.01) - cylinder(0.3, 1.0, 0.01)) == pytest.approx(6.0206, abs=1e-3)

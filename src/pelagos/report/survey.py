@@ -73,7 +73,9 @@ def _draw_cells(axes: Axes, cells: Grid, height: NDArray[np.float64], norm: Norm
     colours = theme.DEPTHS(norm(filled))[..., :3]
     span = max(float(norm.vmax or 0) - float(norm.vmin or 0), 0.1)
     factor = min(max(0.05 * cells.cell * len(cells.x) / span, 1.0), 8.0)
-    out = shade.shade_rgb(colours, filled, blend_mode="soft", vert_exag=factor, dx=cells.cell, dy=cells.cell)
+    out = colours
+    if min(filled.shape) > 1:  # a single row has no slope to shade
+        out = shade.shade_rgb(colours, filled, blend_mode="soft", vert_exag=factor, dx=cells.cell, dy=cells.cell)
     out = np.clip(0.12 + 0.88 * out, 0, 1)
     out[~finite] = (0.933, 0.945, 0.957)
     axes.imshow(out, origin="lower", extent=_extent(cells), interpolation="nearest")

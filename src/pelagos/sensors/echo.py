@@ -99,9 +99,9 @@ class Lanes:
     sea: Sea | None = None
 
 
-def medium_of(frequency_hz: float, ph: float) -> Callable[[Ocean, Array, Array], Medium]:
-    """A function (ocean, position, t) -> `Medium` for a sonar of that frequency; to be frozen."""
-    check_frequency(frequency_hz)
+def medium_of(frequency_hz: float, ph: float, where: str = "") -> Callable[[Ocean, Array, Array], Medium]:
+    """A function (ocean, position, t) -> `Medium` for a sonar of that frequency, to be frozen; `where` names it."""
+    check_frequency(frequency_hz, where)
 
     def medium(ocean: Ocean, position: Array, t: Array) -> Medium:
         depth = dr.maximum(-position[2], 0.0)

@@ -65,7 +65,7 @@ class Sounder:
     ) -> None:
         self._config = config
         self._context = context
-        self._medium = medium_of(frequency_hz, ph)
+        self._medium = medium_of(frequency_hz, ph, context.path)
         self._reach = reach
         moves = any(getattr(context.ocean, name, None) is not None for name in ("waves", "tide"))
         self._surface = sea_surface == "waves" and moves
