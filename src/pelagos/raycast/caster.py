@@ -33,7 +33,7 @@ def cast(static: Any, moving: Any, tables: Tables, rays: Rays, *, smooth: bool =
     if static is not None:
         t, normal, shading, thing = first_static(static, tables, local, rays.direction, rays.max_range, smooth=smooth)
     if moving is not None:
-        start = local + dr.gather(jit.Array3f, tables.copy_offset, rays.copy)
+        start = _among_bodies(local, tables, rays)
         found, travelled, body = _first_foreign(moving, tables, start, rays, dr.minimum(t, rays.max_range))
         nearer = found.is_valid() & (found.t + travelled < t)
         face = dr.gather(jit.UInt32, tables.moving_first, body, nearer) + found.prim_index
@@ -88,9 +88,15 @@ def occluded(static: Any, moving: Any, tables: Tables, rays: Rays, *, coherent: 
     if static is not None:
         blocked = static.ray_test(jit.mi.Ray3f(local, rays.direction, rays.max_range, 0.0, []), coherent, True)
     if moving is not None:
-        start = local + dr.gather(jit.Array3f, tables.copy_offset, rays.copy)
+        start = _among_bodies(local, tables, rays)
         blocked |= moving.ray_test(jit.mi.Ray3f(start, rays.direction, rays.max_range, 0.0, []), coherent, ~blocked)
     return blocked
+
+
+def _among_bodies(local: Array, tables: Tables, rays: Rays) -> Array:
+    """Starts of rays in the moving scene: beside their own copy, and as seen from bodies that have drifted."""
+    start = local + dr.gather(jit.Array3f, tables.copy_offset, rays.copy)
+    return start if rays.drift is None else start - rays.drift
 
 
 def _first_foreign(moving: Any, tables: Tables, start: Array, rays: Rays, reach: Array) -> tuple[Any, Array, Array]:
@@ -126,6 +132,8 @@ def _hits(
     moves = on_body & valid
     arm = jit.Array3f(position - tables.origin) + dr.gather(jit.Array3f, tables.copy_offset, rays.copy, moves)
     arm -= dr.gather(jit.Array3f, tables.body_position, row, moves)
+    if rays.drift is not None:
+        arm -= rays.drift
     attitude = dr.gather(jit.Array4f, tables.body_attitude, row, moves)
     spin = dr.gather(jit.Array3f, tables.body_angular_velocity, row, moves)
     velocity = dr.gather(jit.Array3f, tables.body_velocity, row, moves) + dr.cross(spin, arm)

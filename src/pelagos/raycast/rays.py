@@ -16,6 +16,8 @@ class Rays:
         max_range: `Float` [m].
         copy: `UInt32`, the row of the fleet axis that each ray belongs to.
         own: `UInt32`, row of the moving-body table that a ray passes through (its own hull), `NO_BODY` for none.
+        drift: `Array3f`, how far bodies have moved since the moving scene was brought up to date, when the ray meets
+            them [m]: for rays within one exposure. None where they stand where the scene has them.
     """
 
     origin: Array
@@ -23,6 +25,7 @@ class Rays:
     max_range: Array
     copy: Array
     own: Array
+    drift: Array | None = None
 
 
 NO_BODY = 0xFFFFFFFF

@@ -26,6 +26,7 @@ from pelagos.sensors.camera_sampling import Sample, sampled_rays, samples
 from pelagos.sensors.develop import balanced, developed, exposed, gathered, through_lens
 from pelagos.sensors.noise import opaque_key, stream_key
 from pelagos.sensors.path_tracing import path_traced
+from pelagos.sensors.pixel_blur import pixel_blur
 from pelagos.sensors.pixels import Pixels, Tiling, pixels
 from pelagos.sensors.scenery import in_rain
 from pelagos.sensors.sensor import Kinematics, Measurement, SensorConfig, SensorContext
@@ -63,12 +64,24 @@ class CameraConfig(LitViewConfig):
     """Time from the first row's exposure to the last's [s]; 0 is a global shutter."""
     motion_blur: float = Field(default=1.0, ge=0, le=1)
     """Share of the exposure that motion is blurred over; needs several `samples`."""
+    motion_blur_max: float = Field(default=1.0, ge=0, le=1)
+    """Longest streak of motion blur [share of the picture's width]."""
+    motion_blur_min_object: float = Field(default=0.0, ge=0, le=1)
+    """Radius below which a moving body leaves no streak of its own [share of the picture's width]."""
     aperture: float = Field(default=2.8, ge=0.5, le=64)
     """f-number N; the light that arrives falls with N squared."""
     aperture_blades: int = Field(default=0, ge=0, le=16)
     """Blades of the diaphragm, the shape of blurred lights; 0 is round."""
+    aperture_widest: float | None = Field(default=None, ge=0.5, le=64)
+    """Lowest f-number of the lens, at which its blades leave a round opening; closed to the double they show fully.
+    None: they show always.
+    """
     focus_distance_m: float | None = Field(default=None, gt=0)
     """Distance that is in focus [m]; None for a lens that is sharp everywhere. Needs several `samples`."""
+    depth_blur_px: float = Field(default=0.0, ge=0, le=16)
+    """Radius by which haze softens what is infinitely far [px of a picture 1920 px wide]; needs several `samples`."""
+    depth_blur_distance_m: float = Field(default=1000.0, gt=0)
+    """Distance at which that softening is half [m]."""
     sensor_width_mm: float = Field(default=6.4, gt=0)
     """Width of the image sensor [mm]; with the field of view it makes the focal length."""
     iso: float = Field(default=100.0, ge=1)
@@ -128,6 +141,18 @@ class CameraConfig(LitViewConfig):
         return self.exposure == "auto" and any(s is not None for s in speeds)
 
     @property
+    def blurs_unevenly(self) -> bool:
+        """Blur differs from pixel to pixel, even where nothing moves but the camera."""
+        return self.motion_blur_max < 1 or self.depth_blur_px > 0
+
+    @property
+    def blades_closed(self) -> float:
+        """How much the blades show, from 0 (a round opening) to 1 (a polygon)."""
+        if self.aperture_widest is None:
+            return 1.0
+        return min(max(self.aperture / self.aperture_widest - 1, 0.0), 1.0)
+
+    @property
     def focal_length_m(self) -> float:
         """Of the lens, from the field of view and the sensor's width [m]."""
         return 0.5e-3 * self.sensor_width_mm / math.tan(0.5 * math.radians(min(self.horizontal_fov_deg, 175.0)))
@@ -184,7 +209,7 @@ class Camera:
             around = ambience_at(tiles, tiling, where)
 
             def light_of(sample: Sample, exposure: Array, number: Array) -> Radiance:
-                rays = sampled_rays(lens, where, motion, own, config, sample, exposure)
+                rays = sampled_rays(lens, where, motion, own, config, sample, exposure, blur)
                 if config.renderer == "realtime":
                     return look(
                         static, moving, scenery, rays, where.image, lamps, angle, around, config.marine_snow_per_m3
@@ -193,6 +218,7 @@ class Camera:
                 light = path_traced(static, moving, scenery, rays, where.image, lamps, angle, counter, keys[1])
                 return Radiance(light, *(dr.zeros(jit.Array3f, dr.width(where.ray)) for _ in range(3)))
 
+            blur = None
             centre = sampled_rays(lens, where, motion, own, config, None, dr.zeros(jit.Float, images))
             seen, hits = look(
                 static, moving, scenery, centre, where.image, lamps, angle, around, config.marine_snow_per_m3
@@ -204,6 +230,9 @@ class Camera:
             if config.samples > 1 or config.renderer == "reference":  # the middle meters for the others' motion blur
                 dr.eval(picture)
                 shutter, _ = exposed(picture, where, tiling, config, images)
+                if config.samples > 1 and (moving is not None or config.blurs_unevenly):
+                    blur = pixel_blur(hits, centre, where, tiling, motion, config, shutter)
+                    dr.eval(blur)
                 seen = mean_light(light_of, shutter, where, tiling, motion, keys[0], config)
                 picture = gathered(seen, where, tiling, images)
             if scenery.air is not None and scenery.air.drops is not None:
@@ -253,7 +282,9 @@ def mean_light(
     """Mean over the samples of every pixel, in a loop on the device."""
 
     def add(number: Array, sharp: Array, near: Array, far: Array, veil: Array) -> tuple[Array, ...]:
-        sample = samples(config.samples, number, where, tiling, motion, key, config.aperture_blades)
+        sample = samples(
+            config.samples, number, where, tiling, motion, key, config.aperture_blades, config.blades_closed
+        )
         seen = light_of(sample, exposure, number)
         return number + 1, sharp + seen.sharp, near + seen.near, far + seen.far, veil + seen.veil
 

@@ -24,6 +24,7 @@ from pelagos.sensors.view import Lens, local_directions, pixel_angle, view_rays
 
 if TYPE_CHECKING:
     from pelagos.sensors.camera import CameraConfig
+    from pelagos.sensors.pixel_blur import PixelBlur
 
 _ROOT: Final = 1.167303978261418684256  # of x^6 = x + 1: five dimensions
 
@@ -46,9 +47,10 @@ class Sample:
 
 
 def samples(
-    count: int, number: Array, where: Pixels, tiling: Tiling, motion: Kinematics, key: Any, blades: int
-) -> Sample:
-    """Sample `number` of `count` for every lane."""
+    count: int, number: Array, where: Pixels, tiling: Tiling, motion: Kinematics, key: Any, blades: int,
+    closed: float = 1.0,
+) -> Sample:  # fmt: skip
+    """Sample `number` of `count` for every lane; the aperture has `blades`, which show as far as they are `closed`."""
     index = where.row * tiling.width + where.column
     environment, tick = (dr.gather(jit.UInt32, v, where.image) for v in (motion.environment, motion.tick))
     words = words32(key, index, environment, tick)
@@ -58,14 +60,16 @@ def samples(
         value = shift[d] + (jit.Float(number) + 0.5) * _ROOT ** -(d + 1)
         u.append(value - dr.floor(value))
     stratum = (jit.Float(number) + u[4]) / count - 0.5
-    y, z = _polygon(u[2], u[3], blades)
+    y, z = _polygon(u[2], u[3], blades, closed)
     return Sample(u[0] - 0.5, u[1] - 0.5, y, z, stratum)
 
 
-def _polygon(u: Array, v: Array, blades: int) -> tuple[Array, Array]:
-    """A point of the unit disc (blades = 0), or of the regular polygon with its area."""
+def _polygon(u: Array, v: Array, blades: int, closed: float) -> tuple[Array, Array]:
+    """A point of the unit disc (no blades, or `closed` = 0), or of the regular polygon with its area (`closed` = 1)."""
     angle, radius = 2 * math.pi * u, dr.sqrt(v)
-    if blades:
+    s, c = dr.sincos(angle)
+    y, z = radius * c, radius * s
+    if blades and closed > 0:
         wedge = 2 * math.pi / blades
         within = angle - wedge * (dr.floor(angle / wedge) + 0.5)
         # a wedge of the polygon has its edge at cos(half) / cos(angle): equal areas follow from the tangent
@@ -74,8 +78,9 @@ def _polygon(u: Array, v: Array, blades: int) -> tuple[Array, Array]:
         scale = math.sqrt(wedge / (2 * half))  # same area as the disc
         angle = wedge * (dr.floor(angle / wedge) + 0.5) + within
         radius *= scale / dr.cos(within)
-    s, c = dr.sincos(angle)
-    return radius * c, radius * s
+        s, c = dr.sincos(angle)
+        y, z = dr.lerp(y, radius * c, closed), dr.lerp(z, radius * s, closed)
+    return y, z
 
 
 def sampled_rays(
@@ -86,6 +91,7 @@ def sampled_rays(
     config: CameraConfig,
     sample: Sample | None,
     exposure: Array,
+    blur: PixelBlur | None = None,
 ) -> Rays:
     """The rays of one sample, in the world.
 
@@ -97,6 +103,7 @@ def sampled_rays(
         config: focus and shutter.
         sample: see `Sample`; None for the middle of pixel, aperture and exposure.
         exposure: time that the shutter is open, by image [s].
+        blur: what differs from pixel to pixel; None for nothing.
     """
     rays = view_rays(lens, where, motion, own, config)
     if sample is None and config.rolling_shutter_s == 0:
@@ -109,10 +116,12 @@ def sampled_rays(
     local = local_directions(lens, where, rays.origin)
     start = jit.Array3f(0)
     if sample is not None:
-        moment += sample.moment * dr.gather(jit.Float, exposure, where.image) * config.motion_blur
+        open_for = dr.gather(jit.Float, exposure, where.image) * config.motion_blur
+        moment += sample.moment * (open_for if blur is None else open_for * blur.share)
         right = dr.normalize(jit.Array3f(local.y, -local.x, 1e-9))
         jitter = sample.right * right + sample.down * dr.cross(local, right)
-        middle, local = local, dr.normalize(local + pixel_angle(config) * jitter)
+        wide = pixel_angle(config) if blur is None else pixel_angle(config) * dr.sqrt(1 + dr.square(2 * blur.haze))
+        middle, local = local, dr.normalize(local + wide * jitter)
         if lens.start is not None:  # the place on the port moves along
             start = (local - middle) * dr.norm(dr.gather(jit.Array3f, lens.start, where.ray))
         if config.focus_distance_m is not None:
@@ -124,6 +133,7 @@ def sampled_rays(
         max_range=rays.max_range,
         copy=rays.copy,
         own=rays.own,
+        drift=None if blur is None else blur.drift * moment,
     )
 
 

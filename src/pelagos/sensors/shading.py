@@ -246,7 +246,7 @@ def _surface_light(
         facing_sun = dr.maximum(dr.dot(normal, towards), 0)
         lit = hits.valid & (facing_sun > 0) & (dr.dot(hits.normal, towards) > 0)
         start = hits.position + jit.Array3f64(hits.normal) * _SHADOW_START
-        shadow = Rays(start, towards, dr.select(lit, _SHADOW_REACH, 0), rays.copy, rays.own)
+        shadow = Rays(start, towards, dr.select(lit, _SHADOW_REACH, 0), rays.copy, rays.own, rays.drift)
         dark = occluded(static, moving, scenery.tables, shadow, coherent=True)
         pattern = focusing(scenery.waves, x, y, below, towards, lane)
         pattern = dr.lerp(1, pattern, pattern_left(scenery.field, below))
