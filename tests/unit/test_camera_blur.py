@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from pelagos import jit
+from pelagos.optics.atmosphere import Weather
 from pelagos.optics.water import water_optics
 from pelagos.raycast.geometry import Geometry
 from pelagos.raycast.rays import NO_BODY
@@ -36,7 +37,11 @@ def context(velocity: tuple[float, float, float]) -> SensorContext:
     materials = [MATERIALS["white"], MATERIALS["black"]]
     world: Any = SimpleNamespace(material_tables=lambda: material_tables(materials), palette=materials)
     ocean: Any = SimpleNamespace(
-        water=water_optics("I"), sun_elevation=jit.Float(1.2), sun_azimuth=jit.Float(math.pi), waves=None
+        water=water_optics("I"),
+        sun_elevation=jit.Float(1.2),
+        sun_azimuth=jit.Float(math.pi),
+        waves=None,
+        weather=Weather(),
     )
     wall = plate(2.5, 40.0, 9.0, 1, 1)
     scene = Scene([Geometry(wall.vertices + np.array([0, 0, -10.0]), wall.faces, 1, 7, 1)], copies=1)

@@ -105,7 +105,7 @@ def _extended(
     path: Path, u: list[Array],
 ) -> Path:  # fmt: skip
     """One step: a free flight, what ends it, its light from sun and lamps, and where the path goes on."""
-    ray = Rays(path.origin, path.direction, rays.max_range, rays.copy, rays.own)
+    ray = Rays(path.origin, path.direction, rays.max_range, rays.copy, rays.own, rays.drift)
     hits = cast(static, moving, scenery.tables, ray, smooth=True)
     flight = _flight(scenery.water, path, hits, u)
     weight = path.weight * flight.weight
@@ -122,7 +122,7 @@ def _extended(
 
     def lit(towards: Array, reach: Array, arriving: Array) -> Array:
         """Light that comes from a direction and leaves along the path, if nothing stands before it."""
-        ray = Rays(start, towards, dr.select(event, reach, 0), rays.copy, rays.own)
+        ray = Rays(start, towards, dr.select(event, reach, 0), rays.copy, rays.own, rays.drift)
         free = ~occluded(static, moving, scenery.tables, ray)
         turned = _phase(scenery.water, dr.dot(towards, path.direction))
         matt = albedo * (dr.maximum(dr.dot(normal, towards), 0) / math.pi)
