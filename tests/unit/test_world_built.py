@@ -191,3 +191,32 @@ def test_previews(small, tmp_path):
         assert np.asarray(picture).std() > 5
     assert (tmp_path / "map.png").stat().st_size > 5000
     assert hashlib.sha256((tmp_path / "map.png").read_bytes()).digest()
+
+
+@pytest.mark.parametrize("kind", ["flat", "harbour", "generated", "classic"])
+def test_any_world_takes_things(kind):
+    """A box stands where it was put, on whatever ground is there, with its label, material and an id of its own."""
+    more = {"name": "tank"} if kind == "classic" else {}
+    box = {"at_m": [3.0, -2.0, 0.5], "on_ground": True, "material": "gold", "label": "chest", "name": "chest"}
+    world = build_world(world_config({"type": kind, **more, "things": [box], "labels": {"chest": 200}}))
+    hit = world.cast([3.0, -2.0, float(world.height(3.0, -2.0)) + 1.5], (0.0, 0.0, -1.0), 5.0)
+    assert hit.t[0] == pytest.approx(0.5, abs=1e-3)
+    assert hit.label[0] == 200
+    assert world.materials[hit.material[0]].name == "gold"
+    assert world.names[int(hit.instance[0])] == "chest"
+    assert len({g.instance for g in world.geometries if g.name == "chest"}) == 1
+
+
+def test_generated_things_keep_off_what_was_placed_by_hand():
+    wall = {"at_m": [0, 0, 1], "size_m": [50, 1, 2], "on_ground": True, "orientation_deg": [0, 0, 30], "name": "wall"}
+    world = build_world(
+        world_config(
+            {"type": "generated", "size_m": [60, 60], "things": [wall],
+             "objects": [{"kind": "manta_mine", "count": 150, "size_m": 1.0}]}
+        )
+    )  # fmt: skip
+    along = np.array([np.cos(np.pi / 6), np.sin(np.pi / 6)])
+    for g in world.geometries:
+        if g.name == "truncated cone mine":
+            u, v = g.vertices[:, :2] @ along, g.vertices[:, :2] @ np.array([-along[1], along[0]])
+            assert not ((np.abs(u) < 25) & (np.abs(v) < 0.5)).any()

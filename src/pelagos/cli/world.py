@@ -36,7 +36,7 @@ def show_world(path: Path, changes: Sequence[str], outs: Sequence[Path], *, samp
     _check(outs)
     scenario = load_scenario(path, changes=changes)
     pictures = any(o.suffix.lower() in (".png", ".html") for o in outs)
-    steps = 1 + len(outs) + (4 + bool(scenario.world.movers) if pictures else 0)
+    steps = 1 + len(outs) + (5 + bool(scenario.world.movers) if pictures else 0)
     with Stages(steps) as stage, tempfile.TemporaryDirectory() as folder:
         stage("building the world")
         started = time.perf_counter()
@@ -83,9 +83,10 @@ def _pictures(
 ) -> tuple[Path, list[tuple[str, Path]]]:
     """The map and the views, as files in a folder."""
     from pelagos.world.preview import draw_map, render
-    from pelagos.world.viewpoint import viewpoints
+    from pelagos.world.viewpoint import unroofed, viewpoints
 
     stage("drawing the map")
+    world = unroofed(world)
     chart = draw_map(world, folder / "map.png")
     views = []
     for number, view in enumerate(viewpoints(world)):

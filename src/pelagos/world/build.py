@@ -7,6 +7,7 @@ from typing import cast
 
 from pelagos.config import registry
 from pelagos.errors import LookupFailed, WorldError
+from pelagos.world.by_hand import with_things
 from pelagos.world.config import WorldKind
 from pelagos.world.doubt import doubts, missing_files
 from pelagos.world.files import read_mesh
@@ -23,6 +24,8 @@ def build_world(config: WorldKind) -> World:
     world = config.build()
     if config.labels:  # a saved world may have some of its own
         world = replace(world, user_labels={**world.user_labels, **config.labels})
+    if config.things and not config.PLACES_THINGS:
+        world = with_things(world, config.things)
     if not config.movers:
         return world
     movers = (*world.movers, *config.movers)

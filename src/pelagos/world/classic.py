@@ -16,20 +16,49 @@ from pelagos.world.world import World
 
 
 def dam(seed: int) -> BuiltConfig | GeneratedConfig:
-    """650 m x 650 m of reservoir with a dam face, gates, pipes and covers along its north side."""
-    pipes = [{"kind": "pipeline", "count": 3, "size_m": [0.6, 1.4]}]
+    """650 m x 650 m of reservoir before a dam with gates and a road, outlet pipes with covers, and vents on the bed."""
     things = [
         {"kind": "dam", "at_m": [[290, 0]], "count": 1, "size_m": 560, "heading_deg": -90},
-        {"kind": "quay_wall", "count": 4, "size_m": [25, 40]},
-        *pipes,
+        {"kind": "pipeline", "count": 3, "size_m": [0.6, 1.4]},
         {"kind": "boulder", "density_per_ha": 6, "size_m": [0.5, 3], "cluster": 0.6},
         {"kind": "debris", "density_per_ha": 1.5, "cluster": 0.5},
     ]
     return GeneratedConfig(
         seed=seed, size_m=(650, 650), grid_m=2.0, depth_m=24, material="silt", patches=("mud", "gravel"),
-        objects=_objects(things),
+        objects=_objects(things), things=_on_the_dam() + _before_the_dam(),
         terrain={"kind": "canyon", "relief_m": 8, "wavelength_m": 500, "roughness_m": 0.3},
     )  # fmt: skip
+
+
+def _on_the_dam() -> Any:
+    """The road on the crest, 5 m above the water, its walls and the towers of its lifting gear."""
+    road = [_box((296.6, 0, 5.15), (9.0, 560, 0.3), "black", "asphalt", "road")]
+    road += [_box((x, 0, 5.6), (0.4, 560, 1.2), "concrete", "railing", "parapet") for x in (291.9, 301.3)]
+    towers = [
+        _box((293.6, y, 8.0), (4.5, 7.0, 6.0), "concrete", "building", "gate house") for y in range(-240, 241, 80)
+    ]
+    return (*road, *towers)
+
+
+def _before_the_dam() -> Any:
+    """Pipes from the foot of the dam with covers at their ends, and vents with covers, in rows along it."""
+    ends = [-252 + 63 * k for k in range(9)]
+    pipes: list[dict[str, Any]] = []
+    for y in ends:
+        pipes += [
+            {"shape": "cylinder", "at_m": [268, y, 1.0], "size_m": [2.4, 2.4, 30], "orientation_deg": [0, 90, 0],
+             "on_ground": True, "material": "rusted_steel", "label": "pipe", "name": "outlet pipe"},
+            {"shape": "cylinder", "at_m": [252.8, y, 1.0], "size_m": [3.4, 3.4, 0.5], "orientation_deg": [0, 90, 0],
+             "on_ground": True, "material": "steel", "label": "pipe_cover", "name": "pipe cover"},
+        ]  # fmt: skip
+    for x, y in [(200, y) for y in range(-225, 226, 75)] + [(120, y) for y in range(-200, 201, 100)]:
+        pipes += [
+            {"shape": "cylinder", "at_m": [x, y, 1.0], "size_m": [3, 3, 3.4], "on_ground": True,
+             "material": "concrete", "label": "concrete", "name": "vent"},
+            {"shape": "cylinder", "at_m": [x, y, 2.9], "size_m": [3.6, 3.6, 0.4], "on_ground": True,
+             "material": "rusted_steel", "label": "vent_cover", "name": "vent cover"},
+        ]  # fmt: skip
+    return tuple(pipes)
 
 
 def pier_harbor(seed: int) -> BuiltConfig | GeneratedConfig:

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, ClassVar, Protocol, Self
 
 from pydantic import BaseModel, ConfigDict, Field, field_validator, model_validator
 
+from pelagos.world.by_hand import ThingConfig
 from pelagos.world.mover import MoverConfig, checked
 
 if TYPE_CHECKING:
@@ -19,6 +20,8 @@ class WorldConfig(BaseModel):
 
     TITLE: ClassVar[str] = ""
     """One line for `pelagos list worlds`."""
+    PLACES_THINGS: ClassVar[bool] = False
+    """Whether `build` places `things` itself; else they are added to what it built."""
 
     type: str
     """The kind of world: one of `pelagos list worlds`."""
@@ -27,6 +30,8 @@ class WorldConfig(BaseModel):
     longitude_deg: float | None = Field(default=None, ge=-180, le=180)
     """WGS 84 longitude of the world's origin [deg]; where not given, the kind of world says."""
 
+    things: tuple[ThingConfig, ...] = ()
+    """Primitives, mesh files and description files, placed one by one."""
     movers: tuple[MoverConfig, ...] = ()
     """Bodies that move on scripted paths: ships that pass, schools of fish, swinging chains."""
     labels: dict[str, int] = Field(default_factory=dict)
@@ -55,6 +60,12 @@ class WorldConfig(BaseModel):
 
 class WorldKind(Protocol):
     """What a kind of world can do: a `WorldConfig` that builds itself."""
+
+    PLACES_THINGS: ClassVar[bool]
+
+    @property
+    def things(self) -> tuple[ThingConfig, ...]:
+        """See `WorldConfig`."""
 
     @property
     def movers(self) -> tuple[MoverConfig, ...]:

@@ -144,9 +144,13 @@ def _materials() -> dict[str, Material]:
         _solid("kelp", (0.16, 0.13, 0.03), 0.6, ("blades", 0.08), (1040, 1540, 0.05), -28.0, (0.2, 5e2, 60.0)),
         *(
             _solid(name, albedo, 0.9, ("grain", 0.03), (2000, 3000, 0.02), -18.0, _HARD)
-            for name, albedo in (("coral", (0.48, 0.30, 0.24)), ("red_coral", (0.52, 0.10, 0.07)),
-                                 ("ochre_coral", (0.55, 0.36, 0.10)), ("purple_coral", (0.33, 0.18, 0.36)),
-                                 ("green_coral", (0.22, 0.32, 0.12)))
+            for name, albedo in (
+                ("coral", (0.48, 0.30, 0.24)),
+                ("red_coral", (0.52, 0.10, 0.07)),
+                ("ochre_coral", (0.55, 0.36, 0.10)),
+                ("purple_coral", (0.33, 0.18, 0.36)),
+                ("green_coral", (0.22, 0.32, 0.12)),
+            )
         ),
         *(
             _solid(name, albedo, 1.0, ("growth", 0.04), (1100, 1600, 0.08), -28.0, _SOFT)

@@ -18,12 +18,16 @@ def draw_sheet(
     from matplotlib.image import imread
 
     rows = max(len(views), 1)
-    figure = Figure(figsize=(16, 4.6 * max(rows, 2)), facecolor="white", layout="constrained")
+    chart = imread(map_png)
+    high = max(4.6 * rows, 8.4 * chart.shape[0] / chart.shape[1] + 3.6)  # of the sheet: room for the text below the map
+    figure = Figure(figsize=(16, high), facecolor="white", layout="constrained")
     FigureCanvasAgg(figure)
-    left, right = figure.subfigures(1, 2, width_ratios=(1.0, 1.0))
-    top = left.add_gridspec(2, 1, height_ratios=(3.6, 1.0))
+    left, right = figure.subfigures(1, 2, width_ratios=(1.1, 1.0))
+    share = 8.4 * chart.shape[0] / chart.shape[1] / high
+    top = left.add_gridspec(2, 1, height_ratios=(share, 1.0 - share))
     axes = left.add_subplot(top[0])
-    axes.imshow(imread(map_png))
+    axes.imshow(chart)
+    axes.set_anchor("N")
     axes.axis("off")
     text = left.add_subplot(top[1])
     text.axis("off")

@@ -35,6 +35,14 @@ class Site:
         self.user_labels = dict(user_labels or {})
         self._instances = 0
 
+    @classmethod
+    def reopened(cls, world: World) -> Site:
+        """A finished world, to add to."""
+        site = cls(user_labels=world.user_labels)
+        site.geometries, site.materials, site.terrain = list(world.geometries), list(world.materials), world.terrain
+        site._instances = world.next_instance - 1
+        return site
+
     def row(self, what: str | Material) -> int:
         """The row of a material in this world's table; new materials get a new row."""
         wanted = material(what) if isinstance(what, str) else what

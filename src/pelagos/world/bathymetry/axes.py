@@ -104,9 +104,7 @@ def thinned(rows: slice) -> tuple[str, ...]:
     """A note on a range with a step."""
     if rows.step == 1:
         return ()
-    return (
-        f"so large a grid was thinned: one node in {rows.step} was read both ways; a smaller crop is read whole",
-    )
+    return (f"so large a grid was thinned: one node in {rows.step} was read both ways; a smaller crop is read whole",)
 
 
 def whole(u: NDArray[np.float64], v: NDArray[np.float64]) -> tuple[float, float, float, float]:

@@ -9,6 +9,7 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from pelagos.errors import WorldError
 from pelagos.math.geodesy import GeoOrigin
+from pelagos.world.by_hand import add, footprint
 from pelagos.world.config import WorldConfig
 from pelagos.world.generate.draw import Drawn, draw
 from pelagos.world.generate.landform import LANDFORMS, Ground
@@ -51,6 +52,8 @@ class GeneratedConfig(WorldConfig):
     """Ground of a landform with things on it, all from one seed."""
 
     TITLE: ClassVar[str] = "Generated ground (ridges, canyon, dunes, reef, ...) with natural and man-made things"
+
+    PLACES_THINGS: ClassVar[bool] = True
 
     type: Literal["generated"] = "generated"
     """The kind of world."""
@@ -100,6 +103,10 @@ class _Generated:
         self.places = Places((-half[0], half[0]), (-half[1], half[1]))
         for disc in config.exclude:
             self.places.take(*disc.at_m, disc.radius_m)
+        self.origin = GeoOrigin(config.latitude_deg or 0.0, config.longitude_deg or 0.0)
+        for thing in config.things:
+            for x, y, radius in footprint(thing, self.origin):
+                self.places.take(x, y, radius)
 
     def world(self) -> World:
         c = self.c
@@ -114,12 +121,15 @@ class _Generated:
         placer = Placer(self.site, self.places, ground)
         for config, rng in zip(c.objects, self.streams[3:], strict=True):
             counts.append(f"{placer.place(config, rng)} {config.kind}")
+        self.site.terrain = ground
+        for thing in c.things:
+            add(self.site, thing, self.origin)
         size = f"{c.size_m[0]:g} m x {c.size_m[1]:g} m"
         self.site.ground_patches(ground, sediments, fields)  # last: pipelines dig into it
         return self.site.world(
             name="generated",
             description=f"{c.terrain.kind}, {size}, seed {c.seed}: {', '.join(counts) or 'nothing on it'}",
-            origin=GeoOrigin(c.latitude_deg or 0.0, c.longitude_deg or 0.0),
+            origin=self.origin,
         )
 
     def _ground(self) -> HeightField:

@@ -14,7 +14,7 @@ from pelagos.config.path import from_folder
 from pelagos.errors import WorldError
 from pelagos.math.geodesy import GeoOrigin
 from pelagos.world.bathymetry.values import Unit
-from pelagos.world.built import ThingConfig, add
+from pelagos.world.by_hand import add
 from pelagos.world.config import WorldConfig
 from pelagos.world.label import label_number
 from pelagos.world.large.field import FieldConfig, fill
@@ -119,6 +119,8 @@ class LargeConfig(WorldConfig):
 
     TITLE: ClassVar[str] = "Ground of any size, generated or surveyed, with fine insets; streamed within a memory limit"
 
+    PLACES_THINGS: ClassVar[bool] = True
+
     type: Literal["large"] = "large"
     """The kind of world."""
     size_m: tuple[float, float] = (100_000.0, 100_000.0)
@@ -138,8 +140,6 @@ class LargeConfig(WorldConfig):
     """Material of the ground."""
     fields: tuple[FieldConfig, ...] = ()
     """Rectangles with natural and man-made things on the ground."""
-    things: tuple[ThingConfig, ...] = ()
-    """Primitives, mesh files and description files, placed one by one as in `built` worlds."""
 
     def build(self) -> World:
         """Prepare the ground; heights are computed or read where they are needed.
