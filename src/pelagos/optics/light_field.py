@@ -272,6 +272,11 @@ def diffuse_radiance(field: LightField, depth: Array, direction: Array) -> Array
     return _looked_up(field, field.radiance, depth, direction)
 
 
+def surface_radiance(field: LightField, direction: Array) -> Array:
+    """The same just below the surface."""
+    return _of_level(field, field.radiance, jit.UInt32(0), direction)
+
+
 def calm_radiance(field: LightField, depth: Array, direction: Array) -> Array:
     """The same without the glow around the sun: what falls on surfaces besides the beam."""
     return _looked_up(field, field.calm, depth, direction)
@@ -329,21 +334,25 @@ def window_radiance(field: LightField, light: LightArrays, depth: Array, directi
 
 def _looked_up(field: LightField, table: Array, depth: Array, direction: Array) -> Array:
     level = dr.clip(_index(depth, _LEVELS), 0, _LEVELS - 1.001)
+    i = jit.UInt32(level)
+    above, below = (_of_level(field, table, k, direction) for k in (i, i + 1))
+    return dr.lerp(above, below, level - jit.Float(i)) * dr.exp(-field.decay * depth)
+
+
+def _of_level(field: LightField, table: Array, level: Array, direction: Array) -> Array:
+    """A level of a table, interpolated between directions, `Array3f`; over e^{-K z}."""
     up = dr.clip((direction.z + 1) * (0.5 * (_UPS - 1)), 0, _UPS - 1.001)
     level_sine = dr.sqrt(dr.maximum(1 - direction.z * direction.z, 1e-9))
     angle = dr.acos(dr.clip(_along(field, direction) / level_sine, -1, 1))
     side = dr.clip(angle * ((_SIDES - 1) / math.pi), 0, _SIDES - 1.001)
-    i, j, k = jit.UInt32(level), jit.UInt32(up), jit.UInt32(side)
-    p, q, r = level - jit.Float(i), up - jit.Float(j), side - jit.Float(k)
+    j, k = jit.UInt32(up), jit.UInt32(side)
+    q, r = up - jit.Float(j), side - jit.Float(k)
 
-    def at(a: Array, b: Array, c: Array) -> Array:
-        found = dr.gather(jit.Array4f, table, (a * _UPS + b) * _SIDES + c)
+    def at(b: Array, c: Array) -> Array:
+        found = dr.gather(jit.Array4f, table, (level * _UPS + b) * _SIDES + c)
         return jit.Array3f(found[0], found[1], found[2])
 
-    def plane(a: Array) -> Array:
-        return dr.lerp(dr.lerp(at(a, j, k), at(a, j, k + 1), r), dr.lerp(at(a, j + 1, k), at(a, j + 1, k + 1), r), q)
-
-    return dr.lerp(plane(i), plane(i + 1), p) * dr.exp(-field.decay * depth)
+    return dr.lerp(dr.lerp(at(j, k), at(j, k + 1), r), dr.lerp(at(j + 1, k), at(j + 1, k + 1), r), q)
 
 
 def _along(field: LightField, direction: Array) -> Array:

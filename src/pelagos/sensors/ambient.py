@@ -41,12 +41,12 @@ from pelagos.sensors.sensor import Kinematics
 from pelagos.sensors.shading import Ambience
 from pelagos.sensors.view import Lens, ViewConfig, view_rays
 
-_AT_SURFACE: Final = 16  # probes in a block of 32 x 32 pixels
-_IN_WATER: Final = 14  # likewise; of another number, so that both are followed at a time
+_AT_SURFACE: Final = 14  # probes in a block of 32 x 32 pixels
+_IN_WATER: Final = 12  # likewise; of another number, so that both are followed at a time
 _REACH: Final = 60.0  # [m]
 _SHADOW_REACH: Final = 200.0  # [m]
-_STEPS: Final = 5
-_KEY: Final = (0x0003, 0x00E7)
+_STEPS: Final = 4
+_KEY: Final = (0x0004, 0x0004)
 _ROOT: Final = 1.134724138401519  # of x^6 = x + 1: five dimensions
 _START: Final = 0.02  # [m] off surfaces
 _GROWTH: Final = 1.5  # of diffuse light towards the surface, over its mean K; assumed

@@ -27,6 +27,7 @@ from pelagos.optics.light_field import (
     diffuse_radiance,
     diffuse_source,
     pattern_left,
+    surface_radiance,
 )
 from pelagos.optics.snow import ALBEDO, flakes
 from pelagos.optics.texture import surface_look
@@ -192,9 +193,14 @@ def _behind_the_sea(
         wet = mirrored == under
         refracted = (1 - mirror) * spread
         of_air, of_water = dr.select(under, refracted, mirror), dr.select(under, mirror, refracted)
-        deep = _water_below(scenery, into_water, jit.Float(FAR))
         start = jit.Array3f64(place.x, place.y, place.z + dr.select(wet, -_SHADOW_START, _SHADOW_START))
-        other = dr.select(wet, of_air * sky_in_air(scenery, into_air), of_water * deep)
+        other = dr.if_stmt(
+            (into_air, into_water, of_air, of_water),
+            wet,
+            lambda into_air, into_water, of_air, of_water: of_air * sky_in_air(scenery, into_air),
+            lambda into_air, into_water, of_air, of_water: of_water * _water_below(scenery, into_water, jit.Float(FAR)),
+            mode="symbolic",
+        )
         return start, dr.select(wet, into_water, into_air), wet, dr.select(wet, of_water, of_air), other
 
     def straight(_: Array) -> tuple[Array, Array, Array, Array, Array]:
@@ -293,7 +299,7 @@ def _water_below(scenery: Scenery, direction: Array, distance: Array) -> Array:
     """Daylight that the water sends up along a ray that starts at the sea surface."""
     field = scenery.field
     far = dr.maximum(-direction.z * distance, 0)
-    diffuse = diffuse_radiance(field, jit.Float(0), direction)
+    diffuse = surface_radiance(field, direction)
     diffuse -= dr.exp(-field.loss * distance) * diffuse_radiance(field, far, direction)
     return dr.maximum(diffuse, 0) + beam_veil(field, scenery.water, jit.Float(0), direction, distance)
 
