@@ -58,7 +58,7 @@ def main() -> None:
                 "boat": agent("wamv", (0.5, 11, 0), 0, {"position_m": [0, -1, 2.2], "orientation_deg": [0, 6, -90],
                                                       "horizontal_fov_deg": 70}),
             },
-            4.0,
+            6.0,
         )  # fmt: skip
         rows.append(np.concatenate([seen["boat"], seen["usv"]], axis=1))
     save(folder / "wave_usv.jpg", np.concatenate(rows))

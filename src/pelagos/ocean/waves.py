@@ -26,8 +26,8 @@ from pelagos.ocean.whitecaps import NEVER, breaking_limit
 
 _STRIDE: Final = 8  # numbers a component has in the table
 _AT_ONCE: Final = 8  # components in one turn of the loop
-_FOAM: Final = ((0.0, 1.0), (1.2, 0.8), (3.0, 0.45))  # ages of foam [s], and what is left of it; assumed
-_ONSET: Final = 0.25  # of the limit, in which the surface turns from dark to white
+_FOAM: Final = ((0.0, 1.0), (1.5, 0.6), (4.0, 0.35))  # ages of foam [s], and what is left of it; assumed
+_ONSET: Final = (0.8, 1.25)  # of the limit: from the first foam to a crest that is all white; assumed
 
 
 @jit.struct
@@ -97,11 +97,11 @@ class Waves:
         return sx, sy
 
     def foam(self, x: Array, y: Array, t: Array) -> Array:
-        """How white the surface is, 0 to 1: 1 where it breaks, and less where it did in the seconds before."""
+        """How white the surface is, 0 to 1: most where it breaks, and less where it did in the seconds before."""
         white = 0 * (x + y + t)
         for age, left in _FOAM:
-            over = self._falling(x, y, t - age) / self.limit - 1
-            white = dr.maximum(white, left * dr.clip(over * (1 / _ONSET) + 0.5, 0.0, 1.0))
+            over = self._falling(x, y, t - age) / self.limit - _ONSET[0]
+            white = dr.maximum(white, left * dr.clip(over * (1 / (_ONSET[1] - _ONSET[0])), 0.0, 1.0))
         return white
 
     def _falling(self, x: Array, y: Array, t: Array) -> Array:

@@ -20,7 +20,6 @@ from pelagos import jit
 from pelagos.jit import Array
 from pelagos.optics.interface import refract, sun_below_surface, surface_normal
 from pelagos.optics.swell import Swell, swell_slope
-from pelagos.optics.swell import swell_around as swell_around
 from pelagos.optics.water import REFRACTIVE_INDEX
 
 TILE: Final = 8.0  # [m]
@@ -28,6 +27,8 @@ PLANES: Final = (0.8, 2.0, 5.0, 12.0)  # depths of the maps [m]
 CELLS: Final = 128  # of a map, each way
 _HALF_UNIT: Final = 64
 _UNIT: Final = _HALF_UNIT**2  # of a photon: 2^20 of them fit a cell
+_FAINT: Final = 0.05  # of ripples [1/m]
+_SWELL_FAINT: Final = 0.004  # of the ocean's own waves [1/m]
 _GRAVITY: Final = 9.81
 _SURFACE_TENSION: Final = 7.3e-5  # over density [m^3/s^2]
 _GOLDEN: Final = math.pi * (3 - math.sqrt(5))
@@ -188,10 +189,12 @@ def focusing(waves: Waves, x: Array, y: Array, depth: Array, towards_sun_below: 
     return dr.lerp(1, dr.lerp(near, far, fade), shallow)
 
 
-def slope(waves: Waves, x: Array, y: Array, lane: Array) -> Array:
-    """Slope of the sea surface at a place, `Array2f`."""
-    short = _bilinear2(waves.slope_x, waves.slope_y, x, y, lane)
-    return short if waves.swell is None else short + swell_slope(waves.swell, x, y, lane)
+def slope(waves: Waves, x: Array, y: Array, lane: Array, distance: Array) -> Array:
+    """Slope of the sea surface at a place seen from `distance` [m], `Array2f`; it averages out within a far pixel."""
+    short = _bilinear2(waves.slope_x, waves.slope_y, x, y, lane) * dr.rcp(1 + dr.square(_FAINT * distance))
+    if waves.swell is None:
+        return short
+    return short + swell_slope(waves.swell, x, y, lane) * dr.rcp(1 + dr.square(_SWELL_FAINT * distance))
 
 
 def _bilinear2(a: Array, b: Array, x: Array, y: Array, lane: Array) -> Array:

@@ -15,8 +15,13 @@ from pelagos.optics.texture import value_noise
 
 ALBEDO: Final = 0.5  # of fresh foam: P. Koepke, Appl. Opt. 23:1816 (1984)
 THROUGH: Final = 0.25  # share of the light above that comes out below it; assumed
-_LACE_M: Final = (2.1, 0.55, 0.17)  # size of holes, coarse to fine
-_SHARP: Final = 0.22  # of the whiteness, from water to foam
+_PATCH_M: Final = 2.6  # size of patches
+_LACE_M: Final = (0.55, 0.16)  # of the meshes of the lace, coarse and fine
+_BEND_M: Final = 0.25  # by which they are bent
+_MEAN_LACE: Final = -0.086  # of a thread, on average
+_THIN: Final = 1.05  # what whiteness, lace and patches must add up to
+_WHITEST: Final = 0.55  # whiteness from which foam grows no denser
+_SHARP: Final = 0.45  # from water to foam
 
 
 def foam_cover(swell: Swell, x: Array, y: Array, lane: Array, footprint: Array) -> Array:
@@ -33,12 +38,14 @@ def foam_cover(swell: Swell, x: Array, y: Array, lane: Array, footprint: Array) 
         return white
 
     def torn(white: Array) -> Array:
-        lace = jit.Float(0)
-        for number, (size, weight) in enumerate(zip(_LACE_M, (0.4, 0.4, 0.3), strict=True)):
+        patch, bend = value_noise(jit.Array3f(x / _PATCH_M, y / _PATCH_M, 0.3))
+        total = 1.7 * dr.minimum(white, _WHITEST) + 0.7 * patch - _THIN
+        u, v = 0.8 * x + 0.6 * y + _BEND_M * bend.y, 0.8 * y - 0.6 * x + _BEND_M * bend.x  # meshes run every way
+        for number, size in enumerate(_LACE_M):  # threads where the noise changes sign, holes between them
             kept = dr.clip(1.6 - 1.2 * footprint / size, 0, 1)
-            grain, _ = value_noise(jit.Array3f(x / size, y / size, 7.3 * number))
-            lace += weight * kept * grain
-        return dr.clip((white - 0.55 - 0.5 * lace) * (1 / _SHARP) + 0.5, 0, 1)
+            grain, _ = value_noise(jit.Array3f(u / size, v / size, 0.35 * (u - v) / size + 7.3 * number))
+            total += kept * (0.45 - 1.5 * dr.abs(grain)) + (1 - kept) * _MEAN_LACE
+        return dr.clip(total * (1 / _SHARP) + 0.5, 0, 1) * dr.minimum(0.3 + 0.8 * white, 0.9)
 
     return dr.if_stmt((white,), white > 0.02, torn, lambda white: 0 * white, mode="symbolic")
 

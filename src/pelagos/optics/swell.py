@@ -27,6 +27,7 @@ class Swell:
 
     Attributes:
         elevation: `Float`, `(lanes, grids, NODES, NODES)` flattened, x first [m].
+        slope_x, slope_y: `Float` as `elevation`, slopes at the nodes.
         level: `Float` `(lanes,)`, over the camera itself [m].
         mean, lowest, highest: `Float` `(lanes,)`, of the grids [m].
         corner_x, corner_y: `Float64` `(lanes,)`, world position of node (0, 0) of the finest grid [m].
@@ -35,6 +36,8 @@ class Swell:
     """
 
     elevation: Array
+    slope_x: Array
+    slope_y: Array
     level: Array
     mean: Array
     lowest: Array
@@ -76,6 +79,13 @@ def swell_around(
     heights = jit.Float(elevation(places[0], places[1], then))
     white = None if foam is None else jit.Float(foam(places[0], places[1], then))
     dr.eval(heights, white)
+    slopes = []
+    for index, stride in ((inside // NODES, NODES), (inside % NODES, 1)):
+        ahead = dr.gather(jit.Float, heights, node + dr.select(index < NODES - 1, stride, 0))
+        behind = dr.gather(jit.Float, heights, node - dr.select(index > 0, stride, 0))
+        apart = dr.select((index == 0) | (index == NODES - 1), 1.0, 2.0) * jit.Float(_step_of(grid % count))
+        slopes.append((ahead - behind) / apart)
+    dr.eval(slopes)
     size = count * _SIZE
     mean = dr.block_sum(heights, size) * (1 / size)
     lowest, highest = (dr.block_reduce(op, heights, size) for op in (dr.ReduceOp.Min, dr.ReduceOp.Max))
@@ -84,7 +94,9 @@ def swell_around(
     dr.eval(mean, lowest, highest, finest, offsets)
     corner_x, corner_y = finest
     offset_x, offset_y = offsets
-    return Swell(heights, level, mean, lowest, highest, corner_x, corner_y, offset_x, offset_y, white)
+    return Swell(
+        heights, slopes[0], slopes[1], level, mean, lowest, highest, corner_x, corner_y, offset_x, offset_y, white
+    )
 
 
 def elevation_at(swell: Swell, x: Array, y: Array, lane: Array) -> Array:
@@ -115,11 +127,11 @@ def swell_slope(swell: Swell, x: Array, y: Array, lane: Array) -> Array:
         for p, c in ((x, swell.corner_x), (y, swell.corner_y))
     )
     first, second, out, last = _grids(swell, x0, y0, lane)
-    slopes = []
-    for grid in (first, second):
-        a, b, z00, z01, z10, z11 = _corners(swell.elevation, grid)
-        slopes.append(jit.Array2f(dr.lerp(z10 - z00, z11 - z01, b), dr.lerp(z01 - z00, z11 - z10, a)) / grid[3])
-    return dr.lerp(slopes[0], dr.select(last, jit.Array2f(0), slopes[1]), out)
+    near, far = (
+        jit.Array2f(*(_between(*_corners(values, grid)) for values in (swell.slope_x, swell.slope_y)))
+        for grid in (first, second)
+    )
+    return dr.lerp(near, dr.select(last, jit.Array2f(0), far), out)
 
 
 def _step_of(grid: Array) -> Array:
@@ -127,7 +139,7 @@ def _step_of(grid: Array) -> Array:
     return dr.select(grid == 0, jit.Float64(STEPS[0]), dr.select(grid == 1, jit.Float64(STEPS[1]), STEPS[2]))
 
 
-_Grid = tuple[Array, Array, Array, Array]  # first entry of its elevations, u, v in steps, step [m]
+_Grid = tuple[Array, Array, Array]  # first entry of its values, u, v in steps
 
 
 def _grids(swell: Swell, x: Array, y: Array, lane: Array) -> tuple[_Grid, _Grid, Array, Array]:
@@ -139,17 +151,17 @@ def _grids(swell: Swell, x: Array, y: Array, lane: Array) -> tuple[_Grid, _Grid,
         u = (x + dr.gather(jit.Float, swell.offset_x, row)) * (1 / step)
         v = (y + dr.gather(jit.Float, swell.offset_y, row)) * (1 / step)
         far = dr.maximum(dr.abs(u - middle), dr.abs(v - middle)) * (1 / middle)
-        found.append((row * _SIZE, u, v, jit.Float(step), far))
-    in0, in1 = found[0][4] < 1, found[1][4] < 1
+        found.append((row * _SIZE, u, v, far))
+    in0, in1 = found[0][3] < 1, found[1][3] < 1
     chosen = [dr.select(in0, a, dr.select(in1, b, c)) for a, b, c in zip(*found, strict=True)]
     after = [dr.select(in0, b, c) for b, c in zip(*found[1:], strict=True)]
-    out = dr.clip((chosen[4] - (1 - _OUTER)) * (1 / _OUTER), 0, 1)
-    return tuple(chosen[:4]), tuple(after[:4]), out, ~in0 & ~in1
+    out = dr.clip((chosen[3] - (1 - _OUTER)) * (1 / _OUTER), 0, 1)
+    return (chosen[0], chosen[1], chosen[2]), (after[0], after[1], after[2]), out, ~in0 & ~in1
 
 
 def _corners(values: Array, grid: _Grid) -> tuple[Array, Array, Array, Array, Array, Array]:
     """Place in its cell along x and y, and the values at the cell's corners."""
-    base, u, v, _ = grid
+    base, u, v = grid
     u, v = dr.clip(u, 0, NODES - 1.001), dr.clip(v, 0, NODES - 1.001)
     i, j = jit.UInt32(u), jit.UInt32(v)
     at = base + i * NODES + j

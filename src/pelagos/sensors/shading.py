@@ -16,6 +16,7 @@ import drjit as dr
 from pelagos import jit
 from pelagos.jit import Array
 from pelagos.optics.caustics import focusing, slope
+from pelagos.optics.foam import foam_cover, foam_radiance
 from pelagos.optics.interface import fresnel, reflect, refract, surface_normal
 from pelagos.optics.lamp import Beam, lamp_backscatter, lamp_beam_at, lamp_illuminance
 from pelagos.optics.light_field import (
@@ -113,7 +114,7 @@ def look(
     if scenery.waves.swell is not None:
         to_sea = way_to_surface(scenery.waves.swell, rays.origin, d, lane)
     meets_sea = (to_sea < first.t) & ((to_sea < rays.max_range) | ~under) & (to_sea < FAR) & (rays.max_range > 0)
-    behind = _behind_the_sea(static, moving, scenery, rays, to_sea, under, meets_sea, first, lane)
+    behind = _behind_the_sea(static, moving, scenery, rays, to_sea, under, meets_sea, first, lane, pixel_angle)
     hits = behind.hits
     own_light = _surface_light(static, moving, scenery, rays, behind, lane, lamps, pixel_angle, around)
     sky_seen = ~under & ~meets_sea & ~hits.valid
@@ -167,7 +168,7 @@ class _Behind:
 
 def _behind_the_sea(
     static: Any, moving: Any, scenery: Scenery, rays: Rays, to_sea: Array, under: Array, meets_sea: Array, first: Hits,
-    lane: Array,
+    lane: Array, pixel_angle: float,
 ) -> _Behind:  # fmt: skip
     """Follow rays that meet the sea surface along its stronger branch, refracted or mirrored.
 
@@ -179,8 +180,8 @@ def _behind_the_sea(
     def bent(_: Array) -> tuple[Array, Array, Array, Array, Array]:
         """Start and direction of the stronger branch, whether it is in the water, its share; the other's light."""
         place = rays.origin + jit.Array3f64(d) * jit.Float64(to_sea)
-        calm = dr.rcp(1 + dr.square(0.05 * to_sea))  # slopes average out within a far pixel
-        up = surface_normal(slope(scenery.waves, jit.Float(place.x), jit.Float(place.y), lane) * calm)
+        x, y = jit.Float(place.x), jit.Float(place.y)
+        up = surface_normal(slope(scenery.waves, x, y, lane, to_sea))
         normal = dr.select(under, -up, up)
         cosine = dr.maximum(-dr.dot(normal, d), 1e-3)
         mirror = fresnel(cosine, dr.select(under, 1 / REFRACTIVE_INDEX, REFRACTIVE_INDEX))
@@ -201,7 +202,12 @@ def _behind_the_sea(
             lambda into_air, into_water, of_air, of_water: of_water * _water_below(scenery, into_water, jit.Float(FAR)),
             mode="symbolic",
         )
-        return start, dr.select(wet, into_water, into_air), wet, dr.select(wet, of_water, of_air), other
+        share = dr.select(wet, of_water, of_air)
+        if scenery.waves.swell is not None:
+            footprint = to_sea * pixel_angle / dr.maximum(dr.abs(d.z), 0.05)
+            foam = foam_cover(scenery.waves.swell, x, y, lane, footprint)
+            share, other = share * (1 - foam), dr.lerp(other, foam_radiance(scenery.light, under), foam)
+        return start, dr.select(wet, into_water, into_air), wet, share, other
 
     def straight(_: Array) -> tuple[Array, Array, Array, Array, Array]:
         # copies: the result is written into what a branch returns

@@ -13,10 +13,11 @@ from pelagos.config.strict import Strict
 from pelagos.jit import Array
 from pelagos.math.so3 import from_euler, rotate
 from pelagos.optics.atmosphere import under_weather
-from pelagos.optics.caustics import Ripple, Waves, sea_level, swell_around, waves_at
+from pelagos.optics.caustics import Ripple, Waves, sea_level, waves_at
 from pelagos.optics.lamp import Beam, axis_intensity
 from pelagos.optics.light_field import light_field
 from pelagos.optics.sunlight import daylight
+from pelagos.optics.swell import swell_around
 from pelagos.optics.texture import looks
 from pelagos.sensors.mount import sensor_pose
 from pelagos.sensors.scenery import Scenery
@@ -97,7 +98,8 @@ def waves_of(
     t = jit.Float64(motion.t_ns) * 1e-9 + delay
     position, _ = sensor_pose(motion, config)
     images = dr.width(motion.tick)
-    swell = None if ocean is None else swell_around(ocean.elevation, position, t, images)
+    foam = ocean.waves.foam if ocean is not None and ocean.waves.breaks else None
+    swell = None if ocean is None else swell_around(ocean.elevation, position, t, images, foam)
     return waves_at(sea, t, towards_sun, images, swell)
 
 
