@@ -16,7 +16,7 @@ from pelagos.world.classic import CLASSICS, ClassicConfig
 from pelagos.world.export import export, load
 from pelagos.world.generate.generated import GeneratedConfig
 from pelagos.world.preview import draw_map, render, statistics
-from pelagos.world.robot_files import read_description
+from pelagos.world.robots.read import read_description
 
 
 def built(**keys):
@@ -220,3 +220,28 @@ def test_generated_things_keep_off_what_was_placed_by_hand():
         if g.name == "truncated cone mine":
             u, v = g.vertices[:, :2] @ along, g.vertices[:, :2] @ np.array([-along[1], along[0]])
             assert not ((np.abs(u) < 25) & (np.abs(v) < 0.5)).any()
+
+
+def test_sdf_worlds_with_nested_and_included_models_and_poses_in_degrees(tmp_path):
+    box = "<link name='l'><visual name='v'><geometry><box><size>4 1 1</size></box></geometry></visual></link>"
+    (tmp_path / "rock").mkdir()
+    (tmp_path / "rock" / "model.sdf").write_text(f"<sdf version='1.9'><model name='r'>{box}</model></sdf>")
+    (tmp_path / "a.sdf").write_text(
+        "<sdf version='1.9'><world name='w'><model name='m'><pose degrees='true'>10 0 0 0 0 90</pose>"
+        f"<model name='n'><pose>5 0 0 0 0 0</pose>{box}</model></model>"
+        "<include><uri>model://rock</uri>"
+        "<pose rotation_format='quat_xyzw'>0 0 8 0 0.7071068 0 0.7071068</pose></include>"
+        "</world></sdf>"
+    )
+    low, high = read_description(tmp_path / "a.sdf").bounds
+    assert low == pytest.approx([-0.5, -0.5, -0.5], abs=1e-5)  # the included box stands upright about z = 8
+    assert high == pytest.approx([10.5, 7.0, 10.0], abs=1e-5)  # the nested one, 5 m along y, lies along y
+    (tmp_path / "a.sdf").write_text((tmp_path / "a.sdf").read_text().replace("model://rock", "model://reef"))
+    with pytest.raises(WorldError, match="'model://reef' that is included was not found"):
+        read_description(tmp_path / "a.sdf")
+
+
+def test_xacro_is_named(tmp_path):
+    (tmp_path / "r.urdf").write_text(URDF.replace("2 2 2", "${size} 2 2"))
+    with pytest.raises(WorldError, match="written in xacro; expand it first"):
+        read_description(tmp_path / "r.urdf")

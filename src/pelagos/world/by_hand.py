@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from pathlib import Path
 from typing import Literal, Self
 
 import numpy as np
@@ -16,7 +17,7 @@ from pelagos.world import shapes
 from pelagos.world.doubt import doubts, missing_files
 from pelagos.world.files import read_mesh
 from pelagos.world.mesh import Mesh, rotation
-from pelagos.world.robot_files import SUFFIXES, read_description
+from pelagos.world.robots.read import SUFFIXES, read_description
 from pelagos.world.site import Site
 from pelagos.world.world import World
 
@@ -105,7 +106,7 @@ def add(site: Site, thing: ThingConfig, origin: GeoOrigin) -> None:
     mesh = _mesh(thing)
     name = thing.name or (thing.path.name if thing.path else thing.shape)
     if thing.path is not None:
-        site.notes += [*doubts(mesh, name), *missing_files(thing.path)]
+        site.notes += [*doubts(mesh, name, parts=_described(thing.path)), *missing_files(thing.path)]
     mesh = mesh.rotated(rotation(*np.radians(thing.orientation_deg)))
     first = _place(thing, origin)
     for k in range(thing.repeat):
@@ -123,11 +124,14 @@ def _place(thing: ThingConfig, origin: GeoOrigin) -> NDArray[np.float64]:
     return first
 
 
+def _described(path: Path) -> bool:
+    """Whether a file describes several shapes, which are put together."""
+    return path.suffix.lower() in SUFFIXES
+
+
 def _mesh(thing: ThingConfig) -> Mesh:
     if thing.path is not None:
-        read = (
-            read_description(thing.path, thing.part) if thing.path.suffix.lower() in SUFFIXES else read_mesh(thing.path)
-        )
+        read = read_description(thing.path, thing.part) if _described(thing.path) else read_mesh(thing.path)
         return (read if thing.up == "z" else read.turned(roll=np.pi / 2)).scaled(thing.scale)
     unit = {
         "box": lambda: shapes.box((1, 1, 1)),

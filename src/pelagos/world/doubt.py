@@ -18,8 +18,8 @@ _MOST_FACES: Final = 20_000  # of a mesh that is searched for faces through each
 _MOST_PAIRS: Final = 8_000_000
 
 
-def doubts(mesh: Mesh, name: str) -> list[str]:
-    """Sentences about a mesh in metres; empty where nothing is odd."""
+def doubts(mesh: Mesh, name: str, *, parts: bool = False) -> list[str]:
+    """Sentences about a mesh in metres; empty where nothing is odd. One of several `parts` may pass through itself."""
     found = []
     extent = float(np.ptp(mesh.vertices, axis=0).max())
     if extent > _HUGE:
@@ -30,7 +30,7 @@ def doubts(mesh: Mesh, name: str) -> list[str]:
         found.append(f"{name} is not closed: rays pass through its holes, and contact may let things in")
     elif mesh.volume < 0:
         found.append(f"{name} is inside out: its faces look inwards")
-    crossed = crossing_faces(mesh) if len(mesh.faces) <= _MOST_FACES else 0
+    crossed = crossing_faces(mesh) if len(mesh.faces) <= _MOST_FACES and not parts else 0
     if crossed:
         found.append(
             f"{name} intersects itself: {crossed} of its {len(mesh.faces)} faces are cut by edges of others; volume, "
