@@ -61,7 +61,8 @@ def check_frequency(frequency: Any, where: str = "") -> None:
     """Warn (`ValidityWarning`) where a frequency known on the host lies outside the fit; `where` says whose it is."""
     low, high = FREQUENCY_RANGE_HZ
     if isinstance(frequency, int | float) and not low <= frequency <= high:
-        message = f"{where}{': ' if where else ''}absorption at {frequency:g} Hz: Francois and Garrison's fit covers {low:g} Hz to {high:g} Hz"
+        subject = f"{where}: absorption" if where else "absorption"
+        message = f"{subject} at {frequency:g} Hz: Francois and Garrison's fit covers {low:g} Hz to {high:g} Hz"
         warnings.warn(message, ValidityWarning, stacklevel=3)
 
 

@@ -25,8 +25,8 @@ from pelagos.jit import Array
 from pelagos.math.quick import cosine_sine
 
 _WALKERS: Final = 16  # lanes that share the rays of sonars of few beams: the width of a vector
-_BLEND: Final = 0.15  # half width of a strip's edges, in parts of its length
-_CLASSES: Final = 18  # of strips by the number of their bins, two an octave
+_BLEND: Final = 0.12  # half width of a strip's edges, in parts of its length
+_CLASSES: Final = 36  # of strips by the number of their bins, four an octave
 _SORTED_FROM: Final = 32  # rays of a lane from which sorting them is worth it
 
 
@@ -241,7 +241,7 @@ def _by_length(strips: _Strips, rays: Callable[[Array], tuple[Array, Array]], st
     def length_class(ray: Array, exists: Array) -> Array:
         first, last = dr.gather(jit.Int32, strips.first, ray, exists), dr.gather(jit.Int32, strips.last, ray, exists)
         count = jit.Float(dr.maximum(last - first + 1, 1))
-        return dr.minimum((dr.reinterpret_array(jit.UInt32, count) >> 22) - 2 * 127, _CLASSES - 1)
+        return dr.minimum((dr.reinterpret_array(jit.UInt32, count) >> 21) - 4 * 127, _CLASSES - 1)
 
     def tally(step: Array, place: Array) -> tuple[Array, Array]:
         which = length_class(*rays(step))

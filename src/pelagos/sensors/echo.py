@@ -32,7 +32,7 @@ _ARC: Final = 60.0  # [m], longest arc of a bent ray where it needs few
 _ARCS: Final = (4, 16)  # fewest and most of them
 _STEEPEST: Final = 2.0  # longest strip, relative to one on level ground
 _GROUND: Final = 0.8  # upward part of the normal of ground, which goes on where a strip leaves its triangle
-_SLOPING: Final = 8.0  # longest strip of ground, relative to one on level ground
+_SLOPING: Final = 5.0  # longest strip of ground, relative to one on level ground
 _LEAST_SINE: Final = 0.01  # grazing angle below which patches are cut off (0.6 deg)
 
 

@@ -29,7 +29,7 @@ from pelagos.sensors.ping import PingConfig
 from pelagos.sensors.water_column import Haze, haze_at
 
 _DECIBELS: Final = 3.0102999566398120  # of a factor of two
-_BLOCK: Final = 8  # beams that a lane forms: they hear mostly the same neighbours, which are read once
+_BLOCK: Final = 12  # beams that a lane forms: they hear mostly the same neighbours, which are read once
 _RUN: Final = 36  # bins that a lane forms one after the other: their weights are read once
 _LONGEST: Final = 5  # samples of a pulse beyond which it is spread before beams are formed
 
@@ -113,7 +113,7 @@ def receive(
     turned = beams_turned(config, layout, lanes, spin, ping)
     heard = weights(steering, first, count=count, reach=reach, energy_reach=energy, beams=beams)
     gains = [dr.gather(jit.Float, pulse, jit.UInt32(k)) for k in range(taps)]
-    out = [dr.zeros(jit.Float, pings * beams * bins) for _ in range(4 if config.iq else 2)]
+    out = [dr.empty(jit.Float, pings * beams * bins) for _ in range(4 if config.iq else 2)]  # all are written
 
     def hear(step: Array, before: list[list[Array]]) -> tuple[Array, list[list[Array]]]:
         ahead = start + step

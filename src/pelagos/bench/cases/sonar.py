@@ -222,7 +222,7 @@ CASES: Final = (
     Case("multibeam_512_hz", "multibeam, 512 beams x 15 rays, bottom detection", multibeam_512_hz, "Hz", 50.0,
          "higher", NONE),
     Case("sidescan_2048_hz", "sidescan, 2 x 1024 rays and samples", sidescan_2048_hz, "Hz", 100.0, "higher", NONE),
-    Case("singlebeam_sense_ms", "single beam, 256 rays, 200 bins: the sensor's part of a tick", singlebeam_sense_ms,
+    Case("singlebeam_sense_ms", "single beam, 512 rays, 200 bins: the sensor's part of a tick", singlebeam_sense_ms,
          "ms", 0.5, "lower", HOLOOCEAN),
     Case("singlebeam_tick_ms", "single beam before a dam: a whole tick of the simulation", singlebeam_tick_ms, "ms",
          0.5, "lower", HOLOOCEAN),
