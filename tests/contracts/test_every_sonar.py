@@ -33,19 +33,21 @@ def test_all_sonars_are_here():
     assert gives_levels | {"multibeam", "altimeter", "dvl", "adcp"} == set(LOOKS)
 
 
-def simulation(name: str, **options: Any) -> pl.Simulation:
+def simulation(name: str, *, run: dict[str, int] | None = None, **options: Any) -> pl.Simulation:
     sensor: dict[str, Any] = {"type": name, "rate_hz": 10, **LOOKS[name][1], **options}
     if name not in ("altimeter", "dvl", "adcp"):
         sensor = {"range_max_m": 30.0} | sensor
     start = {"position_m": [0.0, 0.0], "depth_m": DEPTH}
     auv = {"vehicle": "remus100", "start": start, "sensors": {"it": sensor}}
-    return pl.Simulation.load({"world": {"type": "flat", "depth_m": DEPTH + ALTITUDE}, "agents": {"auv0": auv}})
+    scenario = {"world": {"type": "flat", "depth_m": DEPTH + ALTITUDE}, "agents": {"auv0": auv}}
+    return pl.Simulation.load(scenario, **(run or {}))
 
 
 def next_ping(sim: pl.Simulation) -> pl.Reading:
     """The next reading, of a vehicle that is held where it is."""
     for _ in range(100):
-        sim.set_state("auv0", position=(0, 0, -DEPTH), attitude=(1, 0, 0, 0), velocity=(0, 0, 0))
+        still = {"position": (0, 0, -DEPTH), "attitude": (1, 0, 0, 0), "velocity": (0, 0, 0)}
+        sim.set_state("auv0", **{k: np.tile(v, (sim.n, 1)) for k, v in still.items()})
         obs = sim.step()
         if "it" in obs["auv0"]:
             return obs["auv0"]["it"]
@@ -111,3 +113,17 @@ def test_complex_signal_and_labels_come_on_request_and_change_nothing_else(name)
         assert asked.extras["water_column_instance"].shape == level.shape
         loudest = np.unravel_index(truth.argmax(), truth.shape)
         assert asked.extras["water_column_label"][loudest] == label.max()
+
+
+@pytest.mark.parametrize("name", sorted(LOOKS))
+def test_a_copy_of_a_fleet_hears_what_it_hears_alone(name):
+    """Bit for bit, raw signal and labels included; another copy hears other noise."""
+    more: dict[str, Any] = {"iq": True, "labels": True} | ({"water_column_bins": 64} if name == "multibeam" else {})
+    many, one = (simulation(name, run=run, **more) for run in ({"n": 2}, {"environment": 1}))
+    fleet, alone = next_ping(many), next_ping(one)
+    tables = one.model.agents["auv0"].sensors["it"].sensor.tables
+    assert fleet.data[1].tobytes() == alone.data[0].tobytes()
+    for extra, values in alone.extras.items():
+        assert extra in tables or fleet.extras[extra][1].tobytes() == values[0].tobytes(), extra
+    signal = fleet.data if name == "synthetic_aperture_sonar" else fleet.extras["iq"]
+    assert signal[0].tobytes() != signal[1].tobytes()
