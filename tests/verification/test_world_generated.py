@@ -277,8 +277,36 @@ def test_what_finds_no_room_is_said():
         ({"objects": ({"kind": "bolder", "count": 1},)}, ValidationError, "did you mean 'boulder'"),
         ({"terrain": {"kind": "hills"}}, ValidationError, "ridges"),
         ({"size_m": (1e5, 1e5)}, WorldError, "larger grid_m"),
+        ({"size_m": (0, 10)}, ValidationError, "greater than 0"),
+        ({"terrain": {"wavelength_m": 0}}, ValidationError, "greater than 0, not 0"),
+        ({"terrain": {"roughness_m": [-1, 1]}}, ValidationError, "at least 0, but this gives -1"),
+        ({"terrain": {"spectrum_slope": 40}}, ValidationError, "at most 8, not 40"),
+        ({"objects": ({"kind": "tyre", "size_m": [3, 1]},)}, ValidationError, "from the least to the greatest"),
+        ({"objects": ({"kind": "tyre", "size_m": {"normal": [1, -2]}},)}, ValidationError, "standard deviation"),
+        ({"objects": ({"kind": "tyre", "size_m": {"choice": []}},)}, ValidationError, "at least one value"),
+        ({"objects": ({"kind": "tyre", "density_per_ha": -3},)}, ValidationError, "at least 0, not -3"),
     ],
 )
 def test_bad_input(keys, error, message):
     with pytest.raises(error, match=message):
         build(**keys)
+
+
+def test_hopeless_densities_end_soon_and_are_counted():
+    """4000 boulders of 2 to 3 m on 30 m x 30 m: some are placed, the rest is given up and said."""
+    world = build(size_m=(30, 30), objects=({"kind": "boulder", "count": 4000, "size_m": (2, 3)},))
+    placed = len({g.instance for g in world.geometries if g.name == "boulder"})
+    assert 20 < placed < 200
+    assert f"boulder: {placed} of 4000 were placed; no room was found for the rest" in world.notes
+
+
+def test_a_density_may_be_drawn_too():
+    """Between 10 and 200 in a hectare: over 12 seeds, counts differ by far more than Poisson's law lets one density."""
+    object_ = {"kind": "tyre", "density_per_ha": [10, 200]}
+    counts = [len(build(seed=s, size_m=(100, 100), grid_m=5.0, objects=(object_,)).geometries) - 1 for s in range(12)]
+    assert 10 <= np.mean(counts) <= 200
+    assert np.var(counts) > 5 * np.mean(counts)
+
+
+def test_land_is_said():
+    assert any("100.0 % of the area is land" in n for n in build(size_m=(40, 40), depth_m=-5).notes)

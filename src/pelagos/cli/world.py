@@ -16,7 +16,7 @@ from pelagos.cli.console import err, out, shown
 from pelagos.cli.stages import Stages
 from pelagos.config.loader import load_scenario
 from pelagos.config.scenario import Scenario
-from pelagos.errors import InputError, WorldError
+from pelagos.errors import InputError, LookupFailed, WorldError
 from pelagos.sim.memory import peak_memory_mb
 
 if TYPE_CHECKING:
@@ -74,7 +74,7 @@ def _built(scenario: Scenario) -> World:
 
     try:
         return build_world(scenario.located_world)
-    except WorldError as error:
+    except (WorldError, LookupFailed) as error:
         raise WorldError(f"{scenario.where('world')}: {error}") from error
 
 

@@ -9,7 +9,7 @@ from pydantic import Field
 
 from pelagos.math.geodesy import GeoOrigin
 from pelagos.world.by_hand import add
-from pelagos.world.config import WorldConfig
+from pelagos.world.config import Positive, WorldConfig
 from pelagos.world.site import Site
 from pelagos.world.terrain import HeightField
 from pelagos.world.world import World
@@ -26,7 +26,7 @@ class BuiltConfig(WorldConfig):
     """The kind of world."""
     depth_m: float | None = Field(default=20.0, gt=0)
     """Depth of a flat seabed [m]; null for no seabed."""
-    size_m: tuple[float, float] = (200.0, 200.0)
+    size_m: tuple[Positive, Positive] = (200.0, 200.0)
     """Extent of the seabed [m]."""
     material: str = "sand"
     """Material of the seabed."""

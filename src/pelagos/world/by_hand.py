@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Literal, Self
+from typing import Annotated, Literal, Self, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +20,8 @@ from pelagos.world.mesh import Mesh, rotation
 from pelagos.world.robots.read import SUFFIXES, read_description
 from pelagos.world.site import Site
 from pelagos.world.world import World
+
+_Size: TypeAlias = Annotated[float, Field(gt=0)]
 
 
 class ThingConfig(BaseModel):
@@ -39,7 +41,7 @@ class ThingConfig(BaseModel):
     """Latitude and longitude of its middle [deg], instead of x and y of `at_m`."""
     orientation_deg: tuple[float, float, float] = (0.0, 0.0, 0.0)
     """Roll, pitch, yaw, R = Rz Ry Rx [deg]."""
-    size_m: tuple[float, float, float] = (1.0, 1.0, 1.0)
+    size_m: tuple[_Size, _Size, _Size] = (1.0, 1.0, 1.0)
     """Extent along its own x, y, z [m]; not for files."""
     scale: float = Field(default=1.0, gt=0)
     """Factor on a file's coordinates; 0.001 for millimetres."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, ClassVar, Protocol, Self
+from typing import TYPE_CHECKING, Annotated, ClassVar, Protocol, Self, TypeAlias
 
 from pydantic import BaseModel, ConfigDict, Field, field_validator, model_validator
 
@@ -11,6 +11,10 @@ from pelagos.world.mover import MoverConfig, checked
 
 if TYPE_CHECKING:
     from pelagos.world.world import World
+
+
+Positive: TypeAlias = Annotated[float, Field(gt=0)]
+"""Greater than zero."""
 
 
 class WorldConfig(BaseModel):

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Annotated, Any, Self, TypeAlias
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, model_validator
 
 
 class Distribution(BaseModel):
@@ -31,11 +31,31 @@ class Distribution(BaseModel):
             raise ValueError(
                 f"a distribution has exactly one of uniform, loguniform, normal, lognormal, choice, not {given}"
             )
+        for name in ("uniform", "loguniform"):
+            limits = getattr(self, name)
+            if limits is not None and limits[0] > limits[1]:
+                raise ValueError(f"{name} goes from the least to the greatest value, not {list(limits)}")
+        for name in ("normal", "lognormal"):
+            values = getattr(self, name)
+            if values is not None and values[1] < 0:
+                raise ValueError(f"the standard deviation of {name} must be at least 0, not {values[1]:g}")
+        if self.choice is not None and not self.choice:
+            raise ValueError("choice needs at least one value")
         if self.loguniform is not None and min(self.loguniform) <= 0:
             raise ValueError("loguniform needs values greater than zero")
         if self.lognormal is not None and self.lognormal[0] <= 0:
             raise ValueError("lognormal needs a median greater than zero")
         return self
+
+    @property
+    def range(self) -> tuple[float, float]:
+        """The least and the greatest number that it gives; of a normal one, two standard deviations about its mean."""
+        if self.normal is not None:
+            return self.normal[0] - 2 * self.normal[1], self.normal[0] + 2 * self.normal[1]
+        if self.lognormal is not None:
+            return 0.0, float(self.lognormal[0] * np.exp(2 * self.lognormal[1]))
+        values = self.uniform or self.loguniform or self.choice or ()
+        return min(values), max(values)
 
     def draw(self, rng: np.random.Generator) -> float:
         """One number."""
@@ -58,10 +78,25 @@ def _from_pair(value: Any) -> Any:
     return value
 
 
-Drawn: TypeAlias = float | Distribution
+Drawn: TypeAlias = Annotated[float | Distribution, BeforeValidator(_from_pair)]
 """A number, or a distribution that the seed draws it from."""
 
-SizeRange: TypeAlias = Annotated[Distribution | float, Field(union_mode="left_to_right")]
+
+def bounded(*, least: float = -np.inf, most: float = np.inf, above: float = -np.inf) -> AfterValidator:
+    """Refuses numbers, and distributions that give them, below `least`, above `most`, or not above `above`."""
+
+    def check(value: Drawn) -> Drawn:
+        low, high = value.range if isinstance(value, Distribution) else (value, value)
+        shown = f"not {value:g}" if not isinstance(value, Distribution) else f"but this gives {low:g} .. {high:g}"
+        if low < least or low < above or (low == above and not isinstance(value, Distribution)):
+            raise ValueError(
+                f"must be {'greater than' if above > least else 'at least'} {max(least, above):g}, {shown}"
+            )
+        if high > most:
+            raise ValueError(f"must be at most {most:g}, {shown}")
+        return value
+
+    return AfterValidator(check)
 
 
 def draw(value: Drawn, rng: np.random.Generator) -> float:

@@ -8,7 +8,7 @@ import numpy as np
 from pydantic import Field
 
 from pelagos.math.geodesy import GeoOrigin
-from pelagos.world.config import WorldConfig
+from pelagos.world.config import Positive, WorldConfig
 from pelagos.world.material import material
 from pelagos.world.site import Site
 from pelagos.world.terrain import HeightField
@@ -24,7 +24,7 @@ class FlatConfig(WorldConfig):
     """The kind of world."""
     depth_m: float = Field(default=20.0, gt=0)
     """Depth of the seabed below the mean sea surface [m]."""
-    size_m: tuple[float, float] = (1000.0, 1000.0)
+    size_m: tuple[Positive, Positive] = (1000.0, 1000.0)
     """Extent along x (north) and y (west), about the origin [m]."""
     material: str = "sand"
     """Material of the seabed."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import ClassVar, Final, Literal
+from typing import Annotated, ClassVar, Final, Literal
 
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
@@ -10,8 +10,8 @@ from pydantic import BaseModel, ConfigDict, Field
 from pelagos.errors import WorldError
 from pelagos.math.geodesy import GeoOrigin
 from pelagos.world.by_hand import add, footprint
-from pelagos.world.config import WorldConfig
-from pelagos.world.generate.draw import Drawn, draw
+from pelagos.world.config import Positive, WorldConfig
+from pelagos.world.generate.draw import Drawn, bounded, draw
 from pelagos.world.generate.landform import LANDFORMS, Ground
 from pelagos.world.generate.objects import ExclusionConfig, ObjectConfig, Placer
 from pelagos.world.generate.relief import fractal, ripples
@@ -34,17 +34,17 @@ class TerrainConfig(BaseModel):
     """Its landform."""
     relief_m: Drawn = 4.0
     """Height of the landform, from foot to top [m]."""
-    wavelength_m: Drawn = 80.0
+    wavelength_m: Annotated[Drawn, bounded(above=0)] = 80.0
     """Horizontal scale of the landform: from crest to crest, width of a canyon, radius of a seamount [m]."""
     heading_deg: Drawn = 0.0
     """Direction of the landform, from x towards y [deg]."""
-    roughness_m: Drawn = 0.15
+    roughness_m: Annotated[Drawn, bounded(least=0)] = 0.15
     """Root mean square of small relief on top of the landform [m]."""
-    spectrum_slope: Drawn = 3.2
+    spectrum_slope: Annotated[Drawn, bounded(least=0, most=8)] = 3.2
     """Power spectrum of the small relief over wave number, S ~ k^-slope; natural seabeds have 2 to 4."""
-    ripple_m: Drawn = 0.0
+    ripple_m: Annotated[Drawn, bounded(least=0)] = 0.0
     """Height of sand ripples on top, half of crest to trough [m]."""
-    ripple_wavelength_m: Drawn = 1.5
+    ripple_wavelength_m: Annotated[Drawn, bounded(above=0)] = 1.5
     """Crest to crest of the ripples [m]; at least three cells of the grid."""
 
 
@@ -59,7 +59,7 @@ class GeneratedConfig(WorldConfig):
     """The kind of world."""
     seed: int = Field(default=1, ge=0)
     """Seed of everything random in this world."""
-    size_m: tuple[float, float] = (400.0, 400.0)
+    size_m: tuple[Positive, Positive] = (400.0, 400.0)
     """Extent along x (north) and y (west), about the origin [m]."""
     grid_m: float = Field(default=1.0, gt=0)
     """Spacing of the ground's nodes [m]."""
@@ -124,6 +124,9 @@ class _Generated:
         self.site.terrain = ground
         for thing in c.things:
             add(self.site, thing, self.origin)
+        land = float((ground.z >= 0).mean())
+        if land > 0:
+            self.site.notes.append(f"{100 * land:.1f} % of the area is land or lies at the sea surface")
         size = f"{c.size_m[0]:g} m x {c.size_m[1]:g} m"
         self.site.ground_patches(ground, sediments, fields)  # last: pipelines dig into it
         return self.site.world(
@@ -143,6 +146,7 @@ class _Generated:
             for v in (c.depth_m, t.relief_m, t.wavelength_m, t.heading_deg, t.roughness_m, t.spectrum_slope, t.ripple_m,
                       t.ripple_wavelength_m)
         )  # fmt: skip
+        wavelength = max(wavelength, c.grid_m)
         place = Ground(x, y, c.grid_m, relief, wavelength, float(np.radians(heading)), slope, rng)
         z = LANDFORMS[t.kind](place) - depth
         if rough > 0:

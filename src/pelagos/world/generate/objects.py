@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, field_validator
 
 from pelagos.errors import LookupFailed, WorldError
-from pelagos.world.generate.draw import Distribution, _from_pair, draw
+from pelagos.world.generate.draw import Distribution, _from_pair, bounded, draw
 from pelagos.world.generate.kinds.lost import LOST
 from pelagos.world.generate.kinds.natural import NATURAL
 from pelagos.world.generate.kinds.structures import STRUCTURES
@@ -26,6 +26,7 @@ KINDS: Final[dict[str, Kind]] = NATURAL | LOST | STRUCTURES
 LINES: Final = {"pipeline": (0.3, 0.9), "cable": (0.05, 0.2)}
 """Lines across the ground, with the diameters [m] that they have where a scenario says nothing."""
 
+_HOPELESS: Final = 100  # after so many in a row have found no room, the rest is not tried
 _MODEL: Final = ConfigDict(frozen=True, extra="forbid", use_attribute_docstrings=True)
 
 
@@ -38,9 +39,9 @@ class ObjectConfig(BaseModel):
     """What: boulder, outcrop, kelp, seagrass, coral, wreck_boat, pipeline, ... (all in docs/worlds.md)."""
     count: int | None = Field(default=None, ge=0)
     """How many; instead of `density_per_ha`."""
-    density_per_ha: float | None = Field(default=None, ge=0)
-    """How many in a hectare on average; their number is drawn from Poisson's distribution."""
-    size_m: Annotated[Distribution | float | None, BeforeValidator(_from_pair)] = None
+    density_per_ha: Annotated[Distribution | float, BeforeValidator(_from_pair), bounded(least=0)] | None = None
+    """How many in a hectare on average, or a distribution of it; their number is drawn from Poisson's distribution."""
+    size_m: Annotated[Distribution | float, BeforeValidator(_from_pair), bounded(above=0)] | None = None
     """Size [m]: a number, [least, greatest], or a distribution; the kind says what is measured."""
     cluster: float = Field(default=0.0, ge=0, le=1)
     """Share that stands in clusters; the rest is spread evenly."""
@@ -105,7 +106,7 @@ class Placer:
         if config.density_per_ha is None:
             return max(1, len(config.at_m))
         (x0, x1), (y0, y1) = self.places.x, self.places.y
-        return int(rng.poisson(config.density_per_ha * (x1 - x0) * (y1 - y0) / 1e4))
+        return int(rng.poisson(draw(config.density_per_ha, rng) * (x1 - x0) * (y1 - y0) / 1e4))
 
     def _things(self, config: ObjectConfig, wanted: int, rng: np.random.Generator) -> int:
         ground = self.ground
@@ -115,8 +116,10 @@ class Placer:
         heaps = [rng.uniform(low, high) for _ in range(max(1, wanted // 12))]
         typical = -float(np.median(ground.z))
         models: list[tuple[float, Thing]] = []
-        placed = 0
+        placed, missed = 0, 0
         for k in range(wanted):
+            if missed >= _HOPELESS:
+                break
             size = max(draw(size_of, rng), 1e-2)
             if kind.variants and len(models) >= kind.variants:
                 made, thing = models[k % kind.variants]
@@ -142,7 +145,9 @@ class Placer:
                 if at is None and heap is not None:
                     at = self.places.find(rng, radius, accept=suits, tries=120)
             if at is None:
+                missed += 1
                 continue
+            missed = 0
             z, slope = _ground_at(ground, at)
             if kind.make_deep is not None:
                 thing = kind.build(size, rng, max(-z, 0.5))

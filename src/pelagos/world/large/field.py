@@ -9,6 +9,7 @@ from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from pelagos.errors import WorldError
 from pelagos.math.geodesy import GeoOrigin
+from pelagos.world.config import Positive
 from pelagos.world.generate.objects import ExclusionConfig, ObjectConfig, Placer
 from pelagos.world.generate.scatter import Places
 from pelagos.world.large.ground import LargeGround
@@ -27,7 +28,7 @@ class FieldConfig(BaseModel):
     """Its middle, x and y [m]."""
     centre_deg: tuple[float, float] | None = None
     """Its middle, latitude and longitude [deg], instead of `centre_m`."""
-    size_m: tuple[float, float]
+    size_m: tuple[Positive, Positive]
     """Its extent along x and y [m]."""
     seed: int = Field(default=1, ge=0)
     """Seed of everything random in it."""

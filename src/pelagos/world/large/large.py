@@ -15,7 +15,7 @@ from pelagos.errors import WorldError
 from pelagos.math.geodesy import GeoOrigin
 from pelagos.world.bathymetry.values import Unit
 from pelagos.world.by_hand import add
-from pelagos.world.config import WorldConfig
+from pelagos.world.config import Positive, WorldConfig
 from pelagos.world.label import label_number
 from pelagos.world.large.field import FieldConfig, fill
 from pelagos.world.large.ground import Inset, LargeGround, Overview
@@ -98,7 +98,7 @@ class InsetConfig(_Part):
 
     centre_m: tuple[float, float]
     """Its middle, x and y [m]."""
-    size_m: tuple[float, float]
+    size_m: tuple[Positive, Positive]
     """Its extent along x and y [m]."""
     resolution_m: float = Field(gt=0)
     """Spacing of its grid [m], rounded down to the world's resolution divided by a power of two."""
@@ -123,7 +123,7 @@ class LargeConfig(WorldConfig):
 
     type: Literal["large"] = "large"
     """The kind of world."""
-    size_m: tuple[float, float] = (100_000.0, 100_000.0)
+    size_m: tuple[Positive, Positive] = (100_000.0, 100_000.0)
     """Extent along x (north) and y (west), about the origin [m]; a whole number of cells."""
     resolution_m: float = Field(default=10.0, gt=0)
     """Spacing of the ground's grid [m]."""
