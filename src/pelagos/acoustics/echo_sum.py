@@ -25,7 +25,7 @@ from pelagos.jit import Array
 from pelagos.math.quick import cosine_sine
 
 _WALKERS: Final = 16  # lanes that share the rays of sonars of few beams: the width of a vector
-_BLEND: Final = 0.12  # half width of a strip's edges, in parts of its length
+_BLEND: Final = 0.04  # half width of a strip's edges, in parts of its length
 _CLASSES: Final = 36  # of strips by the number of their bins, four an octave
 _SORTED_FROM: Final = 32  # rays of a lane from which sorting them is worth it
 

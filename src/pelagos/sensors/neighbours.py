@@ -52,7 +52,8 @@ class Apertures:
         """Beams of a ray pattern: half-power widths `along` the thin direction of its strata and `across` it [rad]."""
         order = np.argsort(rays["beam"], kind="stable").reshape(beams, -1)
         weight = rays["weight"][order][..., None]
-        axis = _unit((rays["direction"][order] * weight).sum(axis=1))
+        middle = rays["direction"] + rays["aside"]  # rays stand at places across their beams
+        axis = _unit((middle[order] * weight).sum(axis=1))
         thin = (rays["along"][order] * weight).sum(axis=1) / weight.sum(axis=1)
         round_ = np.linalg.norm(thin, axis=-1, keepdims=True) < 0.3  # a cone: any direction square to its axis
         thin = np.where(round_, np.eye(3)[np.abs(axis).argmin(axis=-1)], thin)

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from pelagos.acoustics.beam_pattern import line_np
 
 _HIGHEST: Final = math.radians(80.0)
-_SIDE_LOBE_RAYS: Final = 0.12  # density of rays in side lobes, on the axis 1.35
+_SIDE_LOBE_RAYS: Final = 0.12  # density of rays in side lobes, on the axis 1.45
 
 
 def strata(
@@ -26,7 +26,7 @@ def strata(
     grid = np.linspace(-limit, limit, 8001)
     step = grid[1] - grid[0]
     pattern = line_np(np.sin(grid), length)
-    density = np.where(np.abs(np.sin(grid)) * length < 1.0, 0.35 + pattern**2, _SIDE_LOBE_RAYS)
+    density = np.where(np.abs(np.sin(grid)) * length < 1.0, 0.45 + pattern**2, _SIDE_LOBE_RAYS)
     share, power = (
         np.concatenate([[0.0], np.cumsum(0.5 * (f[1:] + f[:-1]))]) for f in (density, pattern**4 * np.cos(grid))
     )
