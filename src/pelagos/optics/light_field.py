@@ -32,6 +32,7 @@ _ROWS: Final = 384  # of irradiance: fine enough to take the nearest
 _UPS: Final = 33  # of u = d_z, -1 .. 1
 _SIDES: Final = 9  # of azimuth from the sun, 0 .. pi
 _TERMS: Final = 8  # of irradiance; one is idle
+_LEVEL_WITH_SUN: Final = 2e-3  # of d_z over the sun's
 CRITICAL_COSINE: Final = math.sqrt(1 - REFRACTIVE_INDEX**-2)
 _MOLECULES: Final = 1 / (4 * math.pi)
 
@@ -302,8 +303,8 @@ def aureole(field: LightField, water: WaterArrays, depth: Array, direction: Arra
     phase functions likewise).
     """
     rise = direction.z / field.below.z
+    rise = dr.select(dr.abs(1 - rise) < _LEVEL_WITH_SUN, 1 - _LEVEL_WITH_SUN, rise)  # along is divided by
     along = field.fading * (1 - rise)
-    along = dr.select(dr.abs(along) < 1e-3 * field.fading, 1e-3 * field.fading, along)
     to_sea = dr.select(direction.z > 1e-4, depth / dr.maximum(direction.z, 1e-4), 1e4)
     beyond = dr.minimum((field.fading - field.loss) * distance - along * to_sea, 60)
     seen = 1 - dr.exp(-along * to_sea) - dr.exp(-(field.loss - field.fading * rise) * distance) + dr.exp(beyond)

@@ -56,9 +56,9 @@ _FAR: Final = 1e4  # [m]
 
 def ambience(
     static: Any, moving: Any, scenery: Scenery, lens: Lens, motion: Kinematics, own: Array, config: ViewConfig,
-    tiling: Tiling,
+    tiling: Tiling, beside: Any = None,
 ) -> list[Array]:  # fmt: skip
-    """By block, packed for `ambience_at`; see `Ambience`."""
+    """By block, packed for `ambience_at`; see `Ambience`. `beside` is worked out at the same time, on free cores."""
     images, coarse = dr.width(motion.tick), _blocks(tiling)
     source, rate, rise = _towards(scenery, lens, motion, own, config, tiling)
     dr.eval(source, rate, rise)
@@ -70,7 +70,7 @@ def ambience(
 
     surface = _at_surface(static, moving, scenery, probes(_AT_SURFACE))
     water = _before_it(static, moving, scenery, probes(_IN_WATER), source, rate)
-    dr.eval(surface, water)
+    dr.eval(surface, water, beside)
     a, b, c = _block_means(surface, _AT_SURFACE, coarse, images)
     d, e, f, v, g = _block_means(water, _IN_WATER, coarse, images)
     # of the sky that is seen in its window, what only goes on nearly straight is not kept away by what stands aside

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any, ClassVar, Literal
 
 import drjit as dr
@@ -31,6 +32,7 @@ from pelagos.sensors.pixels import Pixels, Tiling, pixels
 from pelagos.sensors.scenery import in_rain
 from pelagos.sensors.sensor import Kinematics, Measurement, SensorConfig, SensorContext
 from pelagos.sensors.shading import Radiance, look
+from pelagos.sensors.shaft_view import shaft_squares, shafts_at, smoothed
 from pelagos.sensors.surroundings import LitViewConfig, Surroundings, lamp_beam, scenery_of
 from pelagos.sensors.view import Trace, View, pixel_angle, pixel_rays
 
@@ -205,8 +207,11 @@ class Camera:
             lamps = [lamp_beam(lamp, config, motion, where.image) for lamp in config.lamps]
 
             angle = pixel_angle(config)
-            tiles = ambience(static, moving, scenery, lens, motion, own, config, tiling)
+            squares = shaft_squares(scenery, lens, motion, own, config, tiling) if config.ripple > 0 else None
+            tiles = ambience(static, moving, scenery, lens, motion, own, config, tiling, beside=squares)
             around = ambience_at(tiles, tiling, where)
+            if squares is not None:
+                around = replace(around, shafts=shafts_at(smoothed(squares, tiling), tiling, where))
 
             def light_of(sample: Sample, exposure: Array, number: Array) -> Radiance:
                 rays = sampled_rays(lens, where, motion, own, config, sample, exposure, blur)

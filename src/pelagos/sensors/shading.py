@@ -30,6 +30,7 @@ from pelagos.optics.light_field import (
     pattern_left,
     surface_radiance,
 )
+from pelagos.optics.light_shafts import shaft_gain
 from pelagos.optics.snow import ALBEDO, flakes
 from pelagos.optics.texture import surface_look
 from pelagos.optics.transport import near_transmission, path_length, sharp_transmission
@@ -40,6 +41,7 @@ from pelagos.raycast.rays import Hits, Rays
 from pelagos.sensors.scenery import FAR, Scenery, behind_air, depth_of_starts, fog_radiance, sky_in_air
 
 _SHADOW_START = 2e-3  # [m] off the surface
+_OPAQUE = 6.0  # optical depth that leaves less than a step of 8 bits: water hides what is farther off
 _SHADOW_REACH = 200.0  # [m]
 _SEA_ALBEDO = 0.06  # of the sea from above (R. E. Payne, J. Atmos. Sci. 29:959, 1972)
 
@@ -55,6 +57,7 @@ class Ambience:
         rate: at which that falls along the line of sight [1/m].
         sent: light of surfaces that the water turns into the line of sight [cd/m^2].
         beam_open: `Float`, share of the water that the sun's beam reaches.
+        shafts: `Array4f`, see `light_shafts`; None under a sea without ripples.
     """
 
     surface_open: Array
@@ -63,6 +66,7 @@ class Ambience:
     rate: Array
     sent: Array
     beam_open: Array
+    shafts: Array | None = None
 
 
 @dataclass
@@ -216,7 +220,8 @@ def _behind_the_sea(
     start, direction, wet, share, other = dr.if_stmt((meets_sea,), meets_sea, bent, straight, mode="symbolic")
     # With flat normals, and outside of the branch: Dr.Jit 1.5 may write the same function twice into a kernel that
     # interpolates normals in two places, which LLVM refuses ("invalid redefinition of function").
-    reach = dr.select(meets_sea, rays.max_range, 0)
+    seen = dr.select(wet, _OPAQUE / dr.min(scenery.field.loss) - to_sea, FAR)
+    reach = dr.select(meets_sea, dr.clip(seen, 0, rays.max_range), 0)
     second = cast(static, moving, scenery.tables, Rays(start, direction, reach, rays.copy, rays.own))
     length = dr.select(second.valid, second.t, FAR)
     sky = dr.select(second.valid, 0, sky_in_air(scenery, direction))
@@ -298,6 +303,8 @@ def _veil(scenery: Scenery, around: Ambience, direction: Array, depth: Array, di
     """Daylight that the water turns into the line of sight."""
     field, water = scenery.field, scenery.water
     beam = beam_veil(field, water, depth, direction, distance) + aureole(field, water, depth, direction, distance)
+    if around.shafts is not None:
+        beam *= shaft_gain(around.shafts, distance)
     return beam * around.beam_open + around.source * path_length(around.rate, distance) + around.sent
 
 
