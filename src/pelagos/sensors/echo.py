@@ -32,7 +32,7 @@ _ARC: Final = 60.0  # [m], longest arc of a bent ray where it needs few
 _ARCS: Final = (4, 16)  # fewest and most of them
 _STEEPEST: Final = 2.0  # longest strip, relative to one on level ground
 _GROUND: Final = 0.8  # upward part of the normal of ground, which goes on where a strip leaves its triangle
-_SLOPING: Final = 5.0  # longest strip of ground, relative to one on level ground
+_SLOPING: Final = 0.01  # [rad], angle that a strip of ground may stretch to, at most four times as far as others
 _LEAST_SINE: Final = 0.01  # grazing angle below which patches are cut off (0.6 deg)
 
 
@@ -276,7 +276,8 @@ def patches_of(
     energy = section / facing * weight * patch_intensity(t, loss)
     lower, upper = dr.gather(jit.Float, fan.lower, view.ray), dr.gather(jit.Float, fan.upper, view.ray)
     # a strip much longer than on level ground leaves the thing that was hit: the side of a boulder, the rim of a hull
-    steepest = dr.select(normal.z > _GROUND, jit.Float(_SLOPING), _STEEPEST)
+    sloping = dr.clip(_SLOPING / (upper - lower), _STEEPEST, 4.0 * _STEEPEST)
+    steepest = dr.select(normal.z > _GROUND, sloping, _STEEPEST)
     limit = steepest * t * (upper - lower) / dr.maximum(dr.abs(view.direction.z), 0.02)
     limit = dr.minimum(limit, longest)
     near, far, slide = strip_span(t, view.direction, normal, view.along, view.aside, lower, upper, limit)
