@@ -19,16 +19,18 @@ _LIMITS: Final = {
     "less_than": ("less than", "lt"),
     "less_than_equal": ("at most", "le"),
 }
+_SHAPES: Final = ("float_type", "int_type", "string_type", "model_type", "model_attributes_type", "dict_type")
 _NUMBERS: Final = ("float_type", "float_parsing", "int_type", "int_parsing", "int_from_float", "finite_number")
 
 
 def scenario_error(error: ValidationError, document: Document, root: type[BaseModel]) -> ScenarioError:
     """Everything that a validation found, as one error."""
     found: dict[Key, list[str]] = {}
-    for line in error.errors(include_url=False):
-        if _follows_from_another(line):
-            continue
-        path = data_path(document.data, line["loc"], missing=line["type"] == "missing")
+    lines = [line for line in error.errors(include_url=False) if not _follows_from_another(line)]
+    paths = [data_path(document.data, line["loc"], missing=line["type"] == "missing") for line in lines]
+    for line, path in zip(lines, paths, strict=True):
+        if line["type"] in _SHAPES and any(len(p) > len(path) and p[: len(path)] == path for p in paths):
+            continue  # another form of a value whose own form has its faults named further in
         if line["type"] == "missing" and isinstance(path[-1], int):  # of a list of fixed length
             found[path[:-1]] = [_too_few(path[:-1], document, root)]
             continue

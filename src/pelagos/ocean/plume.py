@@ -108,9 +108,10 @@ class DriftingPlumeConfig(_Source):
         born = dr.arange(jit.Float64, self.puffs) * interval
         place = jit.Array3f64(*(dr.full(jit.Float64, v, self.puffs) for v in self.source_m))
         paths = [np.array(place).T]
+        advance, h = jit.freeze(_advance), dr.opaque(jit.Float64, step)  # times as arrays: one kernel for all steps
+        dr.make_opaque(place, born)
         for number in range(_STEPS):
-            place = _advance(currents, place, born, number * step, step)
-            dr.eval(place)
+            place = advance(currents, place, born, dr.opaque(jit.Float64, number * step), h)
             paths.append(np.array(place).T)
         table = jit.Float64(np.ascontiguousarray(paths, dtype=np.float64).ravel())  # (steps + 1, puffs, 3)
         values = (self.rate * interval, self.spread_m2ps, self.spread_up_m2ps, self.initial_m**2, interval, 1 / step)
@@ -158,11 +159,11 @@ class DriftingPlume:
         return dr.while_loop(start, lambda i, _: i < self.puffs, add, mode="symbolic")[1]
 
 
-def _advance(currents: list[Current], place: Array, born: Array, t: float, h: float) -> Array:
+def _advance(currents: list[Current], place: Array, born: Array, t: Array, h: Array) -> Array:
     """One step of Runge and Kutta's fourth order, for the puffs that have left the source."""
 
-    def velocity(p: Array, time: float) -> Array:
-        return dr.select(jit.Float64(time) >= born, total_current(currents, p, jit.Float64(time)), 0.0)
+    def velocity(p: Array, time: Array) -> Array:
+        return dr.select(time >= born, total_current(currents, p, time), 0.0)
 
     k1 = velocity(place, t)
     k2 = velocity(place + 0.5 * h * k1, t + 0.5 * h)
