@@ -128,11 +128,14 @@ def water_figure(mission: Mission, world: Any, ocean: Any, scenario: Mapping[str
     if not varying:
         return None
     section = section_along(mission, world)
+    drawn_fields = [(title, section.sampled(field), colours) for title, field, colours in varying]
+    drawn_fields = [f for f in drawn_fields if f[0] not in ocean.tracers or _differs(f[1])]
+    if not drawn_fields:
+        return None
     with theme.style():
-        drawn = theme.figure(11.4, 2.35 * len(varying) + 0.3)
-        panels = drawn.subplots(len(varying), 1, squeeze=False, sharex=True)[:, 0]
-        for axes, (title, field, colours) in zip(panels, varying, strict=True):
-            values = section.sampled(field)
+        drawn = theme.figure(11.4, 2.35 * len(drawn_fields) + 0.3)
+        panels = drawn.subplots(len(drawn_fields), 1, squeeze=False, sharex=True)[:, 0]
+        for axes, (title, values, colours) in zip(panels, drawn_fields, strict=True):
             norm = _between(values)
             _draw_section(axes, section, values, norm, colours)
             axes.label_outer()
@@ -298,6 +301,12 @@ def _bar(axes: list[Axes], norm: Normalize, colours: Colormap, label: str) -> No
     bar = axes[0].figure.colorbar(ScalarMappable(norm, colours), ax=axes, aspect=28, pad=0.012)
     bar.set_label(label)
     bar.outline.set_visible(False)
+
+
+def _differs(values: Values) -> bool:
+    """Whether a field is not the same everywhere, to rounding."""
+    low, high = float(np.nanmin(values, initial=np.inf)), float(np.nanmax(values, initial=-np.inf))
+    return high - low > 1e-9 * max(abs(low), abs(high))
 
 
 def _between(values: Values) -> Normalize:
