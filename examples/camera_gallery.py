@@ -133,11 +133,17 @@ class Studio:
 
 def harbour(studio: Studio) -> None:
     """Noon and dusk, from a boat and from between the piles."""
-    noon, dusk = (sea("1C", *sun, turbidity=0.3) for sun in ((52.0, 120.0), (4.0, 320.0)))
-    boat = [studio.shoot(HARBOUR, o, (-22, 12, 4.2), (10, 66, 6), ("wamv", (-9, 28, 0), -60)) for o in (noon, dusk)]
+    noon, dusk = (sea("1C", *sun, turbidity=0.15) for sun in ((52.0, 120.0), (4.0, 320.0)))
+    boat = [
+        studio.shoot(
+            HARBOUR, light, (-22, 12, 4.2), (10, 66, 6), ("wamv", (-9, 28, 0), -60), compensation_ev=0.7,
+            white_temperature_k=kelvin,
+        )
+        for light, kelvin in ((noon, 4700.0), (dusk, 6000.0))
+    ]  # fmt: skip
     piles = [
-        studio.shoot(HARBOUR, o, (-18, 49.5, -4.5), (4, 60.5, -5.6), ("bluerov2", (-14.3, 51.2, -4.6), -35))
-        for o in (noon, dusk)
+        studio.shoot(HARBOUR, light, (-18, 52.6, -2.6), (0, 57, -3.6), ("bluerov2", (-15.6, 53.0, -3.1), -30))
+        for light in (noon, dusk)
     ]
     studio.save("camera_harbour", boat, piles)
 
@@ -150,7 +156,7 @@ def underwater(studio: Studio) -> None:
         lamps=lamps(1.6, 15000), shutter_s=0.04, marine_snow_per_m3=0.4,
     )  # fmt: skip
     face = studio.shoot(
-        DAM, sea("IB", 65), (276.5, -14, -10.5), (286, 8, -15), ("bluerov2", (280.3, -9.5, -11.6), -50),
+        DAM, sea("IB", 65, turbidity=0.5), (276, 8.5, -16), (285.6, -3, -19.5), ("bluerov2", (279.6, 4.2, -17.6), -50),
         white_balance="grey_world",
     )  # fmt: skip
     gate = studio.shoot(
@@ -168,7 +174,7 @@ def surface(studio: Studio) -> None:
     split = studio.shoot(
         LAGOON, sea("IA", 55, 150, height_m=0.12), (-5, -3, 0.06), (12, 5, -0.6), ("wamv", (7, -1.5, 0), 30),
         ("bluerov2", (-3.2, -2.9, -0.75), 40), horizontal_fov_deg=90, port={"type": "dome", "radius_m": 0.2},
-        size=(1280, 720),
+        size=(1280, 720), white_temperature_k=5000.0, compensation_ev=0.5,
     )  # fmt: skip
     studio.save("camera_surface", [split], [window, below])
 
