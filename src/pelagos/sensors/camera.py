@@ -80,7 +80,7 @@ class CameraConfig(LitViewConfig):
     """
     focus_distance_m: float | None = Field(default=None, gt=0)
     """Distance that is in focus [m]; None for a lens that is sharp everywhere. Needs several `samples`."""
-    depth_blur_px: float = Field(default=0.0, ge=0, le=16)
+    depth_blur_px: float = Field(default=0.0, ge=0, le=64)
     """Radius by which haze softens what is infinitely far [px of a picture 1920 px wide]; needs several `samples`."""
     depth_blur_distance_m: float = Field(default=1000.0, gt=0)
     """Distance at which that softening is half [m]."""
