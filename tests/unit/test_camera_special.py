@@ -100,6 +100,21 @@ def test_a_moving_edge_makes_events_of_one_sign_where_it_passes():
     assert listed[:, 2].max() <= 0
 
 
+def test_a_body_that_moves_makes_events_at_its_edges():
+    """A white plate before a black wall: brighter where it comes, darker where it was, as many as its way is long."""
+    made = context([half(1, -40.0, 40.0, -30, -1, 2.5)])
+    made.scene.set_moving([(half(0, -0.4, 0.4, -0.5, 0.5), 0)])
+    still = np.zeros((1, 3))
+    made.scene.move(np.array([[0.0, 0, -10]]), np.array([[1.0, 0, 0, 0]]), np.array([[0.0, 0.6, 0]]), still)
+    config = EventCameraConfig(ripple=0.0, background_hz=0.0, threshold_mismatch=0.0, rate_hz=10.0, **SIZE)
+    got = EventCamera(config, made).sense(ahead()).data[0]
+    focal = 48 / math.tan(math.radians(35))
+    edge = 1.0 / 2.0 * focal * 0.6 * 0.1 / 2.0 * focal  # height times way [px]
+    assert (got > 0).sum() == pytest.approx(edge, rel=0.4)
+    assert (got < 0).sum() == pytest.approx(edge, rel=0.4)
+    assert np.nonzero(got > 0)[1].mean() < 48 < np.nonzero(got < 0)[1].mean()  # it goes to the left
+
+
 def test_count_is_the_change_over_the_threshold():
     """Mean over a uniform phase is exactly |change| / threshold."""
     phase = jit.Float((np.arange(10_000) + 0.5) / 10_000)

@@ -94,6 +94,8 @@ def test_part_turns_follow_one_another():
     lidar = Lidar(config, context([box(12.0)]))
     turns = [lidar.sense(at(50.0, t_s=k * 0.025)).data[0, 0, :, :3] for k in (1, 2, 3, 4)]
     angles = np.degrees(np.unwrap(np.concatenate([np.arctan2(p[:, 1], p[:, 0]) for p in turns])))
+    said = [lidar.sense(at(50.0, t_s=k * 0.025)).extras["horizontal_angle_rad"][0] for k in (1, 2, 3, 4)]
+    assert np.degrees(said) == pytest.approx([90, 180, 270, 0], abs=1e-6)
     assert len(angles) == 360
     assert np.diff(angles) == pytest.approx(-1.0, abs=2e-3)
 

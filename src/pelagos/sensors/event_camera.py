@@ -5,8 +5,8 @@ is the same from pixels without mismatch and spurious events. Extras, float32 `(
 change of the logarithm of luminance, and `phase`, how far each pixel already was towards its first event. `events`
 makes a list, with times.
 
-Between two samples the logarithm is taken to change evenly; the earlier picture is what the vehicle saw if it moved
-evenly.
+Between two samples the logarithm is taken to change evenly; the earlier picture is what the vehicle saw if it and
+everything around moved evenly.
 """
 
 from __future__ import annotations
@@ -28,6 +28,7 @@ from pelagos.optics.caustics import ripple
 from pelagos.optics.exposure import luminance
 from pelagos.sensors.develop import gathered
 from pelagos.sensors.noise import opaque_key, stream_key, words32
+from pelagos.sensors.pixel_blur import velocity_around
 from pelagos.sensors.pixels import image_rows, pixels
 from pelagos.sensors.sensor import Kinematics, Measurement, SensorConfig, SensorContext
 from pelagos.sensors.shading import look
@@ -99,15 +100,20 @@ class EventCamera:
         def sample(tables: Any, lens: Any, motion: Kinematics, own: Array, light: Any, keys: Any) -> tuple[Array, ...]:
             images = dr.width(motion.tick)
             where = pixels(tiling, images)
-            logs = []
-            for delay, moment in ((-period, moved(motion, -period)), (0.0, motion)):
+            logs: list[Array] = []
+            drift = None
+            for delay, moment in ((0.0, motion), (-period, moved(motion, -period))):
                 scenery = scenery_of(tables, light, sea, moment, config, delay)
-                rays = view_rays(lens, where, moment, own, config)
+                rays = replace(view_rays(lens, where, moment, own, config), drift=drift)
                 lamps = [lamp_beam(lamp, config, moment, where.image) for lamp in config.lamps]
-                seen, _ = look(static, moving, scenery, rays, where.image, lamps, pixel_angle(config))
+                seen, hits = look(static, moving, scenery, rays, where.image, lamps, pixel_angle(config))
                 bright = luminance(gathered(seen, where, tiling, images))
                 logs.append(dr.log(bright + config.darkest_cd_m2))
-            change = logs[1] - logs[0]
+                if moving is not None and delay == 0:  # where bodies were, for the earlier picture
+                    moves = hits.valid & (dr.squared_norm(hits.velocity) > 0) & where.active
+                    drift = -period * velocity_around(hits.velocity, moves, where, tiling, images)
+                    dr.eval(drift, logs)
+            change = logs[0] - logs[1]
             index = where.row * tiling.width + where.column
             environment, tick = (dr.gather(jit.UInt32, v, where.image) for v in (motion.environment, motion.tick))
             own_words = words32(keys[0], index, environment, dr.zeros(jit.UInt32, dr.width(index)))

@@ -2,7 +2,8 @@
 
 Data and truth are `(m, channels, steps, 4)` float32: x, y, z [m] and intensity 0 .. 1, NaN where a pulse gave no
 point. The first axis after the lanes is the ring. `points` lists those that are there as CARLA and ROS do. In truth
-nothing is dropped, and range has no noise.
+nothing is dropped, and range has no noise. Extra `horizontal_angle_rad` `(m,)`: how far the scanner has turned at the
+end of the sample, clockwise from the left edge of its field.
 """
 
 from __future__ import annotations
@@ -74,7 +75,7 @@ class Lidar:
     def sense(self, motion: Kinematics) -> Measurement:
         """One sample for every lane."""
         data, truth = self._scanner.samples(motion)
-        return Measurement(data=data, truth=truth)
+        return Measurement(data=data, truth=truth, extras={"horizontal_angle_rad": self._scanner.angle(motion)})
 
     def explain(self, motion: Kinematics) -> list[tuple[str, NDArray[Any], str]]:
         """Intermediate arrays of one unfrozen sample: (name, values, unit)."""

@@ -62,14 +62,7 @@ def pixel_blur(
     moves = hits.valid & (dr.squared_norm(hits.velocity) > 0) & where.active
     if config.motion_blur_min_object > 0:
         moves &= _object_radius(hits, where, moves, images, config) >= config.motion_blur_min_object
-    speeds, shares = tile_means(
-        [dr.select(moves, hits.velocity, 0), jit.Array3f(dr.select(moves, 1.0, 0))], where.active
-    )
-    for _ in range(_REACH):
-        speeds, shares = (smooth_tiles(v, tiling, images) for v in (speeds, shares))
-    dr.eval(speeds, shares)
-    tile = where.image * tiling.tiles + where.ray // (TILE * TILE)
-    drift = dr.gather(jit.Array3f, speeds, tile) / dr.maximum(dr.gather(jit.Array3f, shares, tile), 1e-9)
+    drift = velocity_around(hits.velocity, moves, where, tiling, images)
     share = jit.Float(1)
     if config.motion_blur_max < 1:
         seconds = dr.gather(jit.Float, exposure, where.image) * config.motion_blur
@@ -79,6 +72,25 @@ def pixel_blur(
     far = 1 - dr.exp2(-distance / config.depth_blur_distance_m)
     radius = config.depth_blur_px * config.width_px / _HAZE_WIDTH
     return PixelBlur(share + dr.zeros(jit.Float, dr.width(where.ray)), drift, _SQUARE * radius * far)
+
+
+def velocity_around(velocity: Array, moves: Array, where: Pixels, tiling: Tiling, images: int) -> Array:
+    """Mean velocity of what moves in each pixel's tile and the next ones, `Array3f` world [m/s]; 0 where nothing does.
+
+    Args:
+        velocity: of what each pixel shows, world [m/s].
+        moves: `Bool`, pixels that count.
+        where: the pixels.
+        tiling: their order.
+        images: how many.
+    """
+    counted = [dr.select(moves, velocity, 0), jit.Array3f(dr.select(moves, jit.Float(1), 0))]
+    speeds, shares = tile_means(counted, where.active)
+    for _ in range(_REACH):
+        speeds, shares = (smooth_tiles(v, tiling, images) for v in (speeds, shares))
+    dr.eval(speeds, shares)
+    tile = where.image * tiling.tiles + where.ray // (TILE * TILE)
+    return dr.gather(jit.Array3f, speeds, tile) / dr.maximum(dr.gather(jit.Array3f, shares, tile), 1e-9)
 
 
 def _object_radius(hits: Hits, where: Pixels, moves: Array, images: int, config: CameraConfig) -> Array:

@@ -64,6 +64,14 @@ class Scanner:
             v.reshape(shape) if v.ndim == 1 else np.ascontiguousarray(v.T).reshape(*shape, len(v)) for v in found
         )
 
+    def angle(self, motion: Kinematics) -> NDArray[np.float64]:
+        """`(lanes,)` how far the scanner has turned in its field at the end of the sample, clockwise [rad]."""
+        config = self._config
+        if config.pattern == "solid_state":
+            return np.zeros(len(motion.tick))
+        turns = np.array(motion.t_ns, dtype=np.float64) * 1e-9 * config.rotation_hz
+        return np.asarray((turns % 1.0) * np.radians(config.horizontal_fov_deg))
+
     def explain(self, motion: Kinematics) -> list[tuple[str, NDArray[Any], str]]:
         """Intermediate arrays of one unfrozen sample: (name, values, unit)."""
         found: list[tuple[str, NDArray[Any], str]] = []

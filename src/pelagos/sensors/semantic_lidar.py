@@ -2,7 +2,7 @@
 
 Data and truth are `(m, channels, steps, 4)` float32: x, y, z [m] in the sensor's frame and the cosine of the angle
 between pulse and surface normal, NaN where nothing was hit. Extras: `instance` uint32 and `label` uint8, `(m,
-channels, steps)`.
+channels, steps)`; `horizontal_angle_rad` `(m,)`, see `lidar`.
 """
 
 from __future__ import annotations
@@ -44,7 +44,11 @@ class SemanticLidar:
     def sense(self, motion: Kinematics) -> Measurement:
         """One sample for every lane."""
         data, instance, label = self._scanner.samples(motion)
-        extras = {"instance": instance, "label": label.astype(np.uint8)}
+        extras = {
+            "instance": instance,
+            "label": label.astype(np.uint8),
+            "horizontal_angle_rad": self._scanner.angle(motion),
+        }
         return Measurement(data=data, truth=data, extras=extras)
 
     def explain(self, motion: Kinematics) -> list[tuple[str, NDArray[Any], str]]:
