@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
 
@@ -11,6 +12,7 @@ import numpy as np
 import pytest
 
 from pelagos import jit
+from pelagos.ocean.config import OceanConfig, build_ocean
 from pelagos.optics.atmosphere import Weather
 from pelagos.optics.water import REFRACTIVE_INDEX, water_optics
 from pelagos.raycast.geometry import Geometry
@@ -166,6 +168,23 @@ def test_the_sea_returns_only_when_asked():
     assert got.data[0, ..., 2] == pytest.approx(-5.0, rel=1e-5)
     assert (got.extras["label"] == 9).all()
     assert (got.extras["instance"] == 0).all()
+
+
+def test_the_sea_returns_where_its_waves_and_its_tide_are():
+    """Points on the ocean's own elevation at the sample's time, to the 2 cm that its grid is good for."""
+    swell = {"type": "regular", "height_m": 1.2, "period_s": 6.0, "towards_deg": 30}
+    tide = {"amplitude_m": 0.7, "period_h": 12.42, "phase_deg": 0}
+    for keys in ({"waves": [swell]}, {"waves": [swell], "tide": [tide]}, {"tide": [tide]}):
+        ocean = build_ocean(OceanConfig(**keys))
+        made = replace(context([floor(-30.0)]), ocean=ocean)
+        config = SemanticLidarConfig(water_points=True, channels=16, upper_fov_deg=-20, lower_fov_deg=-80)
+        got = SemanticLidar(config, made).sense(at(6.0, t_s=40.0))
+        xyz = got.data[0][np.isfinite(got.data[0, ..., 0])].astype(float)
+        assert (got.extras["label"] == 9).all()
+        x, y = jit.Float64(xyz[:, 0]), jit.Float64(xyz[:, 1])
+        level = np.array(ocean.elevation(x, y, jit.Float64(40.0))) + 0 * xyz[:, 0]
+        assert xyz[:, 2] + 6.0 == pytest.approx(level, abs=0.02)
+        assert "waves" not in keys or np.ptp(level) > 0.5
 
 
 def test_green_pulses_refract_and_are_late():

@@ -19,8 +19,9 @@ from pelagos.raycast.caster import cast
 from pelagos.raycast.rays import Hits, Rays
 from pelagos.sensors.mount import sensor_pose
 from pelagos.sensors.pixels import Pixels, image_rows, pixels
+from pelagos.sensors.sea_crossing import sea_crossing, uneven_sea
 from pelagos.sensors.sensor import Kinematics, SensorContext
-from pelagos.sensors.view import Lens, Trace, View, ViewConfig, local_directions, meets_sea_surface, view_rays
+from pelagos.sensors.view import Lens, Trace, View, ViewConfig, local_directions, view_rays
 
 
 @dataclass(frozen=True)
@@ -33,7 +34,7 @@ class Seen:
         motion: of the vehicles, by image.
         rays: one a pixel, in the world.
         hits: what they meet.
-        at_sea: `Bool`, the ray meets the mean sea surface before anything solid.
+        at_sea: `Bool`, the ray meets the sea surface, waves and tide included, before anything solid.
         attitude: `Array4f` by pixel, sensor frame to world.
     """
 
@@ -83,6 +84,7 @@ class HitView:
     ) -> None:
         self._config, self._values, self._extra, self._smooth = config, values, arguments, smooth
         self._view = View(config, context)
+        self._ocean = uneven_sea(context.ocean)
         self._ping = context.scene.compile(self._make)
 
     def images(self, motion: Kinematics) -> tuple[NDArray[Any], ...]:
@@ -95,21 +97,22 @@ class HitView:
         return self._view.explain(self._make, self._arguments(motion))
 
     def _arguments(self, motion: Kinematics) -> tuple[Any, ...]:
-        return *self._view.arguments(motion), self._extra
+        return *self._view.arguments(motion), self._ocean, self._extra
 
     def _make(self, static: Any, moving: Any, trace: Trace | None = None) -> Callable[..., tuple[Array, ...]]:
         config, tiling, values, smooth = self._config, self._view.tiling, self._values, self._smooth
 
-        def frame(tables: Any, lens: Lens, motion: Kinematics, own: Array, extra: Any) -> tuple[Array, ...]:
+        def frame(tables: Any, lens: Lens, motion: Kinematics, own: Array, ocean: Any, extra: Any) -> tuple[Array, ...]:
             images = dr.width(motion.tick)
             where = pixels(tiling, images)
             rays = view_rays(lens, where, motion, own, config)
             hits = cast(static, moving, tables, rays, smooth=smooth)
-            _, attitude = sensor_pose(motion, config)
+            position, attitude = sensor_pose(motion, config)
             q = jit.Array4f(*(dr.gather(jit.Float, jit.Float(attitude[i]), where.image) for i in range(4)))
             if trace is not None:
                 trace("slant range", hits.t, "m")
-            seen = Seen(where, lens, motion, rays, hits, meets_sea_surface(rays, hits), q)
+            to_sea = sea_crossing(rays, where.image, ocean, position, motion.t_ns).way
+            seen = Seen(where, lens, motion, rays, hits, to_sea < dr.minimum(hits.t, rays.max_range), q)
             return tuple(image_rows(v, tiling, where, images) for v in values(seen, extra, trace))
 
         return frame

@@ -23,6 +23,7 @@ from pelagos.optics.water import REFRACTIVE_INDEX
 from pelagos.raycast.caster import cast
 from pelagos.raycast.rays import Rays
 from pelagos.sensors.mount import sensor_angular_velocity, sensor_pose, sensor_velocity
+from pelagos.sensors.sea_crossing import Crossing
 from pelagos.sensors.sensor import Kinematics, SensorConfig
 
 _NEAR: Final = 1e-3  # [m], step past the sea surface
@@ -171,12 +172,17 @@ def pulses(
     return rays, direction
 
 
-def echoes(static: Any, moving: Any, tables: Any, rays: Rays, direction: Array, config: LaserConfig) -> Echoes:
-    """What the pulses meet: solids, and for pulses from above the sea surface as configured."""
+def echoes(
+    static: Any, moving: Any, tables: Any, rays: Rays, direction: Array, sea_way: Crossing, config: LaserConfig
+) -> Echoes:
+    """What the pulses meet: solids, and for pulses from above the sea surface as configured.
+
+    Pulses are mirrored and refracted as by level water, wherever they meet the waves.
+    """
     hits = cast(static, moving, tables, rays)
-    height, rise = jit.Float(rays.origin.z), rays.direction.z
-    wet = height < 0
-    to_sea = dr.select(~wet & (rise < 0), height / dr.maximum(-rise, 1e-6), dr.inf)
+    rise = rays.direction.z
+    wet = sea_way.under
+    to_sea = dr.select(~wet & (rise < 0), sea_way.way, dr.inf)
     sea = to_sea < dr.minimum(hits.t, rays.max_range)
     found, incoming, deep_way = dr.zeros(jit.Bool, 1), rays.direction, jit.Float(0)
     if config.through_water:

@@ -16,6 +16,8 @@ from numpy.typing import NDArray
 from pelagos import jit
 from pelagos.jit import Array
 from pelagos.sensors.laser import Echoes, LaserConfig, Scan, echoes, pulses, scan_struct
+from pelagos.sensors.mount import sensor_pose
+from pelagos.sensors.sea_crossing import sea_crossing, uneven_sea
 from pelagos.sensors.sensor import Kinematics, SensorContext
 from pelagos.sensors.view import Trace
 
@@ -52,6 +54,7 @@ class Scanner:
     def __init__(self, config: LaserConfig, context: SensorContext, values: Values, arguments: Any = ()) -> None:
         self._config, self._context, self._values, self._extra = config, context, values, arguments
         self._scan = scan_struct(config)
+        self._ocean = uneven_sea(context.ocean)
         self._own = jit.UInt32(context.own_body)
         dr.make_opaque(self._own)
         self._ping = context.scene.compile(self._make)
@@ -84,18 +87,22 @@ class Scanner:
         return found
 
     def _arguments(self, motion: Kinematics) -> tuple[Any, ...]:
-        return self._context.scene.tables, self._scan, motion, self._own, self._extra
+        return self._context.scene.tables, self._scan, motion, self._own, self._ocean, self._extra
 
     def _make(self, static: Any, moving: Any, trace: Trace | None = None) -> Callable[..., tuple[Array, ...]]:
         config, values = self._config, self._values
         count = config.channels * config.steps
 
-        def sample(tables: Any, scan: Scan, motion: Kinematics, own: Array, extra: Any) -> tuple[Array, ...]:
+        def sample(
+            tables: Any, scan: Scan, motion: Kinematics, own: Array, ocean: Any, extra: Any
+        ) -> tuple[Array, ...]:
             ray = dr.arange(jit.UInt32, dr.width(motion.tick) * count)
             lane = ray // count
             pulse = ray - lane * count
             rays, direction = pulses(scan, lane, pulse, motion, own, config)
-            echo = echoes(static, moving, tables, rays, direction, config)
+            position, _ = sensor_pose(motion, config)
+            crossing = sea_crossing(rays, lane, ocean, position, motion.t_ns)
+            echo = echoes(static, moving, tables, rays, direction, crossing, config)
             if trace is not None:
                 trace("range", echo.distance, "m")
             environment, tick = (dr.gather(jit.UInt32, v, lane) for v in (motion.environment, motion.tick))

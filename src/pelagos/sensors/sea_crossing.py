@@ -1,0 +1,61 @@
+"""Where rays of label cameras and laser scanners come through the sea's surface: that of the ocean's waves and tide."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import drjit as dr
+
+from pelagos import jit
+from pelagos.jit import Array
+from pelagos.optics.swell import elevation_at, swell_around
+from pelagos.optics.wave_surface import way_to_surface
+from pelagos.raycast.rays import Rays
+
+
+@jit.struct
+class Crossing:
+    """By ray, a Dr.Jit struct.
+
+    Attributes:
+        under: `Bool`, the ray starts in the water.
+        way: `Float`, to the surface [m]; very long where the ray does not come through it.
+    """
+
+    under: Array
+    way: Array
+
+
+def uneven_sea(ocean: Any) -> Any:
+    """The ocean, to be handed to `sea_crossing`, where its surface is not always z = 0; else None."""
+    if getattr(ocean, "waves", None) is None and getattr(ocean, "tide", None) is None:
+        return None
+    return ocean
+
+
+def sea_crossing(rays: Rays, lane: Array, ocean: Any, position: Array, t_ns: Array) -> Crossing:
+    """Where rays meet the sea.
+
+    Args:
+        rays: in the world.
+        lane: `UInt32`, image or sample of each ray.
+        ocean: see `uneven_sea`.
+        position: `Array3f64` of the sensors by lane, world [m].
+        t_ns: `UInt64` by lane [ns].
+    """
+    height, rise = jit.Float(rays.origin.z), rays.direction.z
+    if ocean is not None:
+        t = jit.Float64(t_ns) * 1e-9
+        if ocean.waves is not None:
+            swell = swell_around(ocean.elevation, position, t, dr.width(t_ns))
+            x = jit.Float(rays.origin.x - dr.gather(jit.Float64, swell.corner_x, lane))
+            y = jit.Float(rays.origin.y - dr.gather(jit.Float64, swell.corner_y, lane))
+            under = height < elevation_at(swell, x, y, lane)
+            return Crossing(under, way_to_surface(swell, rays.origin, rays.direction, lane))
+        level = jit.Float(ocean.elevation(position.x, position.y, t))
+        level = level + dr.zeros(jit.Float, dr.width(t_ns))
+        dr.eval(level)
+        height -= dr.gather(jit.Float, level, lane)
+    under = height < 0
+    t_sea = -height / dr.select(dr.abs(rise) < 1e-6, 1e-6, rise)
+    return Crossing(under, dr.select((under == (rise > 0)) & (t_sea >= 0), t_sea, dr.inf))
