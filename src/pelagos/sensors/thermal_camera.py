@@ -24,12 +24,14 @@ from pelagos.jit import Array
 from pelagos.math.philox import normal_pair32
 from pelagos.optics.interface import fresnel
 from pelagos.raycast.caster import cast, occluded
-from pelagos.raycast.rays import Rays
+from pelagos.raycast.rays import Hits, Rays
+from pelagos.sensors.mount import sensor_pose
 from pelagos.sensors.noise import opaque_key, stream_key, words32
 from pelagos.sensors.pixels import image_rows, pixels
+from pelagos.sensors.sea_crossing import Crossing, sea_crossing, uneven_sea
 from pelagos.sensors.sensor import Kinematics, Measurement, SensorConfig, SensorContext
 from pelagos.sensors.surroundings import Surroundings
-from pelagos.sensors.view import Trace, View, ViewConfig, meets_sea_surface, view_rays
+from pelagos.sensors.view import Trace, View, ViewConfig, view_rays
 
 _ZERO_C: Final = 273.15
 _EFFICACY: Final = 105.0  # [lm/W] of sunlight (P. J. Littlefair 1985)
@@ -108,7 +110,9 @@ class ThermalCamera:
             t = jit.Float64(motion.t_ns) * 1e-9
             sea = jit.Float(ocean.temperature(surface, t)) + dr.zeros(jit.Float, images)
             sea = dr.gather(jit.Float, sea, where.image)
-            kelvin = apparent(rays, hits.t, solid, sea, hits.valid, meets_sea_surface(rays, hits), config)
+            position, _ = sensor_pose(motion, config)
+            crossing = sea_crossing(rays, where.image, uneven_sea(ocean), position, motion.t_ns)
+            kelvin = apparent(rays, hits, solid, sea, crossing, config)
             environment, tick = (dr.gather(jit.UInt32, v, where.image) for v in (motion.environment, motion.tick))
             words = words32(key, where.row * tiling.width + where.column, environment, tick)
             data = kelvin + config.noise_k * normal_pair32(words[0], words[1])[0]
@@ -122,21 +126,20 @@ class ThermalCamera:
 
 
 def apparent(
-    rays: Rays, distance: Array, solid: Array, sea: Array, hit: Array, at_sea: Array, config: ThermalCameraConfig
+    rays: Rays, hits: Hits, solid: Array, sea: Array, crossing: Crossing, config: ThermalCameraConfig
 ) -> Array:
     """Apparent temperature [K] along rays, from temperatures [degC] of what they may meet."""
-    rise = rays.direction.z
+    rise, hit = rays.direction.z, hits.valid
+    at_sea = crossing.way < dr.minimum(hits.t, rays.max_range)
     sky = sky_power(dr.abs(rise), config)
     mirror = fresnel(dr.abs(rise), _INFRARED_INDEX)
     sea_power = dr.lerp(_power(sea), sky, mirror)
     solid_power = dr.lerp(sky_power(jit.Float(0.5), config), _power(solid), _EMISSIVITY)
-    to_sea = jit.Float(rays.origin.z) / dr.maximum(-rise, 1e-6)
-    way = dr.select(at_sea, to_sea, distance)
+    way = dr.select(at_sea, crossing.way, hits.t)
     kept = dr.exp(-config.attenuation_per_km * 1e-3 * dr.select(at_sea | hit, way, 0))
     power = dr.select(at_sea, sea_power, dr.select(hit, solid_power, sky))
     power = dr.lerp(_power(jit.Float(config.air_c)), power, kept)
-    under = rays.origin.z < 0
-    return dr.select(under, sea + _ZERO_C, dr.sqrt(dr.sqrt(power)) * 100)
+    return dr.select(crossing.under, sea + _ZERO_C, dr.sqrt(dr.sqrt(power)) * 100)
 
 
 def sky_power(rise: Array, config: ThermalCameraConfig) -> Array:

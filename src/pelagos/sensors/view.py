@@ -31,7 +31,7 @@ from pelagos.optics.lens import (
 )
 from pelagos.optics.port import through_dome_port, through_flat_port
 from pelagos.optics.water import REFRACTIVE_INDEX
-from pelagos.raycast.rays import Hits, Rays
+from pelagos.raycast.rays import Rays
 from pelagos.sensors.mount import sensor_pose
 from pelagos.sensors.pixels import Pixels, Tiling
 from pelagos.sensors.sensor import Kinematics, SensorConfig, SensorContext
@@ -223,10 +223,3 @@ def local_directions(lens: Lens, where: Pixels, origin: Array) -> Array:
     if lens.dry is None:
         return wet
     return dr.select(origin.z < 0, wet, dr.gather(jit.Array3f, lens.dry, where.ray))
-
-
-def meets_sea_surface(rays: Rays, hits: Hits) -> Array:
-    """`Bool`: the ray meets the mean sea surface, from below or above, before anything solid."""
-    height, rise = jit.Float(rays.origin.z), rays.direction.z
-    t = dr.select((height < 0) == (rise > 0), -height / dr.select(dr.abs(rise) < 1e-6, 1e-6, rise), dr.inf)
-    return (t >= 0) & (t < rays.max_range) & (t < hits.t)
