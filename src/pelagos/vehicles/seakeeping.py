@@ -26,6 +26,7 @@ from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
 from pelagos import jit
+from pelagos.config.path import ScenarioPath
 from pelagos.errors import did_you_mean
 from pelagos.hydro.algebra import Matrix, Vector, add, matmul, matvec, minus, transpose
 from pelagos.hydro.radiation import fit_memory, retardation
@@ -34,6 +35,7 @@ from pelagos.jit import Array
 from pelagos.ocean.hull_waves import HullWaves, Waterplane, hull_waves
 from pelagos.vehicles.drift import Drift, DriftConfig, compile_drift
 from pelagos.vehicles.part import Body, PartConfig, Positive, numbers
+from pelagos.vehicles.shape.floating_mesh import float_mesh
 from pelagos.vehicles.shape.pontoon import PontoonConfig, displaced, pontoon_mesh
 
 Values = NDArray[np.float64]
@@ -71,13 +73,22 @@ class RadiationConfig(PartConfig):
 class AfloatConfig(PartConfig):
     """The hull in the water."""
 
-    hulls: tuple[PontoonConfig, ...] = Field(min_length=1)
+    hulls: tuple[PontoonConfig, ...] = ()
     """All hulls; they carry the vehicle's weight at one draught, and lie level where the origin is at the surface."""
+    mesh: ScenarioPath | None = None
+    """Instead of `hulls`, a file with a closed mesh of at most 5000 triangles, forward-left-up [m]; it is moved up or
+    down until its wet part carries the weight with the origin at the surface."""
     radiation: str | RadiationConfig | None = None
     """Coefficients, or the catalogue's file of them; without, added mass and damping of the vehicle stand for all."""
     drift: str | DriftConfig | None = None
     """Mean and slowly varying forces of second order: coefficients, or the catalogue's file that has them; without,
     none."""
+
+    @model_validator(mode="after")
+    def _one_form(self) -> Self:
+        if (self.mesh is None) == (not self.hulls):
+            raise ValueError("give either hulls or mesh")
+        return self
 
     @model_validator(mode="after")
     def _known(self) -> Self:
@@ -273,6 +284,11 @@ def compile_seakeeping(config: AfloatConfig, body: Body) -> Seakeeping:
         ValueError: coefficients that are missing, or a freeboard that the draught leaves nothing of.
     """
     volume = body.weight / body.gravity / body.density
+    if config.mesh is not None:
+        hull = float_mesh(config.mesh, volume)
+        length, half = (float(v) for v in np.abs(hull.vertices[:, :2]).max(axis=0))
+        plane = Waterplane(2 * length, half, float(hull.vertices[:, 2].max()), False)
+        return _compiled(config, body, hull.vertices, hull.faces, plane, _rest(body, volume, hull.center))
     draught = volume / sum(h.volume_per_draught for h in config.hulls)
     draught *= volume / sum(displaced(*_to_waterline(h, draught)) for h in config.hulls)  # strips hold a little less
     meshes = [pontoon_mesh(h, draught, along=8) for h in config.hulls]
@@ -283,6 +299,12 @@ def compile_seakeeping(config: AfloatConfig, body: Body) -> Seakeeping:
     outer = max(abs(h.position_y_m) + h.beam_m / 2 for h in config.hulls)
     reach = max(abs(h.position_x_m) + h.length_m / 2 for h in config.hulls)
     plane = Waterplane(2 * reach, sides or outer, draught, sides > 0)
+    return _compiled(config, body, vertices, faces, plane, _unbalanced(config, draught, body))
+
+
+def _compiled(
+    config: AfloatConfig, body: Body, vertices: Values, faces: NDArray[np.int64], plane: Waterplane, rest: list[float]
+) -> Seakeeping:
     coefficients = config.coefficients
     added = body.added if coefficients is None else body.density * np.array(coefficients.added_mass_infinite)
     kernels = () if coefficients is None else radiation_kernels(coefficients, body.density)
@@ -292,7 +314,7 @@ def compile_seakeeping(config: AfloatConfig, body: Body) -> Seakeeping:
         plane=plane,
         density=body.density,
         gravity=body.gravity,
-        rest=_unbalanced(config, draught, body),
+        rest=rest,
         weight=body.weight,
         center_of_gravity=[float(x) for x in body.center_of_gravity],
         added=numbers(added),
@@ -307,17 +329,21 @@ def _to_waterline(hull: PontoonConfig, draught: float) -> tuple[Values, NDArray[
 
 def _unbalanced(config: AfloatConfig, draught: float, body: Body) -> list[float]:
     """Wrench (6) of weight and still water on the hull as it lies."""
-    force, moment = np.zeros(3), np.zeros(3)
+    volume, first = 0.0, np.zeros(3)
     for hull in config.hulls:
         vertices, faces = _to_waterline(hull, draught)
         p, q, r = (vertices[faces[:, k]] for k in range(3))
         lots = np.einsum("fi,fi->f", p, np.cross(q, r)) / 6
-        center = np.einsum("f,fi->i", lots, (p + q + r) / 4)
-        push = np.array([0.0, 0.0, -body.density * body.gravity * lots.sum()])
-        force += push
-        moment += np.cross(center / lots.sum(), push)
+        volume += float(lots.sum())
+        first += np.einsum("f,fi->i", lots, (p + q + r) / 4)
+    return _rest(body, volume, first / volume)
+
+
+def _rest(body: Body, volume: float, center: Values) -> list[float]:
+    push = np.array([0.0, 0.0, -body.density * body.gravity * volume])
     down = np.array([0.0, 0.0, body.weight])
-    return [float(x) for x in [*(force + down), *(moment + np.cross(body.center_of_gravity, down))]]
+    moment = np.cross(center, push) + np.cross(body.center_of_gravity, down)
+    return [float(x) for x in [*(push + down), *moment]]
 
 
 def radiation_kernels(coefficients: RadiationConfig, density: float) -> tuple[Kernel, ...]:
