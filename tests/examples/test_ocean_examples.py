@@ -53,3 +53,13 @@ def test_a_run_that_leaves_the_file_is_refused_before_it_starts(scenario: dict) 
 def test_wave_gallery(tmp_path: Path) -> None:
     subprocess.run([sys.executable, str(ROOT / "examples/wave_gallery.py"), str(tmp_path)], check=True)
     assert {p.name for p in tmp_path.iterdir()} == {"wave_usv.jpg", "wave_auv.jpg"}
+
+
+def test_a_vehicle_that_leaves_the_file_is_told_so(scenario: dict, tmp_path: Path, monkeypatch) -> None:
+    monkeypatch.chdir(tmp_path)  # where the last states are written
+    sim = pl.Simulation.load(scenario)
+    sim.set_state("auv0", position=(7000.0, 0.0, -5.0))
+    with pytest.raises(
+        pl.PelagosError, match=r"the current of circulation.nc and the temperature of circulation.nc ends"
+    ):
+        sim.run(1.0)

@@ -7,9 +7,11 @@ run. Positions are world NWU [m] (z up, 0 at the mean surface), times seconds of
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import field
 from functools import cache
 from itertools import count
+from typing import Any
 
 import drjit as dr
 
@@ -18,6 +20,7 @@ from pelagos.errors import LookupFailed
 from pelagos.jit import Array
 from pelagos.ocean.current import Current
 from pelagos.ocean.current import total as total_current
+from pelagos.ocean.gridded import GridField
 from pelagos.ocean.slender_waves import SlenderMotion, slender_waves
 from pelagos.ocean.tide import Tide
 from pelagos.ocean.tracer import ScalarField
@@ -152,6 +155,26 @@ class Ocean:
     def wind(self, position: Array, t: Array) -> Array:
         """Velocity of the air over ground [m/s] at `position`, `Array3f64` NWU."""
         return self.air.velocity(position[2], t)
+
+    @property
+    def grids(self) -> list[tuple[str, GridField]]:
+        """Fields that come from files, and what they are fields of."""
+        parts: list[tuple[str, Sequence[Any]]] = [
+            ("current", self.currents),
+            ("temperature", getattr(self.masses, "temperatures", [])),
+            ("salinity", getattr(self.masses, "salinities", [])),
+            *self.tracers.items(),
+        ]
+        fields = [(name, getattr(part, "field", None)) for name, components in parts for part in components]
+        return [(name, grid) for name, grid in fields if isinstance(grid, GridField)]
+
+    def uncovered(self, position: Array, t: Array) -> list[str]:
+        """What files that must cover every place (outside: error) do not hold at one position and time."""
+        return [
+            f"the {name} of {grid.source}"
+            for name, grid in self.grids
+            if grid.outside == "error" and bool(grid.beyond(position, t)[0])
+        ]
 
     @property
     def water(self) -> WaterOptics:

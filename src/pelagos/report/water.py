@@ -17,7 +17,6 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from pelagos import jit
-from pelagos.ocean.gridded import GridField
 from pelagos.report import theme
 from pelagos.report.ground import Relief, relief
 from pelagos.report.mission import Mission
@@ -168,18 +167,10 @@ def gridded_files(mission: Mission, ocean: Any) -> list[dict[str, Any]]:
     """Fields from files along the way: what, file, policy beyond its grid, and the share of the way out there."""
     motion = mission.motion
     place, t = jit.Array3f64(np.ascontiguousarray(motion.position.T)), jit.Float64(np.ascontiguousarray(motion.t))
-    parts = [
-        ("current", ocean.currents),
-        ("temperature", getattr(ocean.masses, "temperatures", [])),
-        ("salinity", getattr(ocean.masses, "salinities", [])),
-        *ocean.tracers.items(),
-    ]
     found = []
-    for name, components in parts:
-        for grid in (c.field for c in components if isinstance(getattr(c, "field", None), GridField)):
-            outside = np.broadcast_to(np.array(grid.beyond(place, t)), motion.t.shape)
-            share = float(outside.mean())
-            found.append({"field": name, "file": grid.source, "outside": grid.outside, "share_beyond": share})
+    for name, grid in ocean.grids:
+        share = float(np.broadcast_to(np.array(grid.beyond(place, t)), motion.t.shape).mean())
+        found.append({"field": name, "file": grid.source, "outside": grid.outside, "share_beyond": share})
     return found
 
 

@@ -351,7 +351,8 @@ class Stepper:
         t_s = (self.tick + 1 + k) * self._model.clock.dt_ns * 1e-9
         run = self._runs[agent.name]
         last = motion[k - 1, copy] if k else run.row[copy]
-        raise NotFinite(agent, copy, t_s, last, run.command_values[copy])
+        lacking = self._model.ocean.uncovered(jit.Array3f64(*(float(v) for v in last[:3])), jit.Float64(t_s))
+        raise NotFinite(agent, copy, t_s, last, run.command_values[copy], lacking)
 
 
 class NotFinite(SimulationError):
@@ -364,10 +365,19 @@ class NotFinite(SimulationError):
     """
 
     def __init__(
-        self, agent: AgentModel, copy: int, t_s: float, state: NDArray[np.float64], command: NDArray[np.float64]
+        self,
+        agent: AgentModel,
+        copy: int,
+        t_s: float,
+        state: NDArray[np.float64],
+        command: NDArray[np.float64],
+        lacking: Sequence[str] = (),
     ) -> None:
         self.agent, self.copy, self.t_s, self.state, self.command = agent.name, copy, t_s, state, command
-        term = agent.vehicle.blame(state[0:3], state[3:7], state[7:10], state[10:13])
+        if lacking:
+            term = f"{' and '.join(lacking)} ends before that place or moment (outside: error)"
+        else:
+            term = agent.vehicle.blame(state[0:3], state[3:7], state[7:10], state[10:13])
         position, velocity = np.array2string(state[0:3], precision=3), np.array2string(state[7:10], precision=3)
         super().__init__(
             f"{agent.name} (copy {copy}) has no finite state at t = {t_s:.3f} s; {term}; just before it was "
