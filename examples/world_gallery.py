@@ -32,6 +32,8 @@ FIRST_SIZE_M = {"boulder": [0.6, 1.6], "seagrass": [0.5, 0.8], "coral": [0.5, 1.
 SPREAD_M = {"boulder": 6.0, "seagrass": 3.0, "coral": 4.0, "brain_coral": 4.5, "sponge": 3.5, "debris": 8.0,
             "barrel": 4.0, "tyre": 4.0}  # fmt: skip
 WIDE = ("dam", "turbine", "jacket", "wreck_submarine", "moored_ship", "pier", "quay_wall", "net_pen")
+GROUNDS = {"dunes": (5.0, 34.0, 20.0), "seamount": (60.0, 80.0, 30.0), "trench": (45.0, 60.0, -30.0),
+           "slope": (14.0, 60.0, 0.0), "flat": (0.8, 60.0, 0.0), "canyon": (24.0, 90.0, 30.0)}  # fmt: skip
 AZIMUTH_DEG = {
     "quay_wall": 250.0,
     "dam": 250.0,
@@ -80,7 +82,8 @@ def lines(kind: str) -> World:
 
 def ground(name: str) -> World:
     """A landform, or sand ripples."""
-    terrain = {"kind": name, "relief_m": 14, "wavelength_m": 60, "heading_deg": 30, "roughness_m": 0.2}
+    relief, wavelength, heading = GROUNDS[name] if name in GROUNDS else (14.0, 60.0, 30.0)
+    terrain = {"kind": name, "relief_m": relief, "wavelength_m": wavelength, "heading_deg": heading, "roughness_m": 0.15}
     size, grid = 220.0, 0.8
     if name == "ripples":
         terrain = {"kind": "flat", "relief_m": 0.2, "wavelength_m": 12, "roughness_m": 0.004, "ripple_m": 0.08,

@@ -112,7 +112,7 @@ def seamount(g: Ground) -> Field:
     cone = 1 / (1 + (1.6 * r) ** 2.4)
     sx, sy = 0.55 * radius * np.cos(g.heading), 0.55 * radius * np.sin(g.heading)
     side = 0.35 * np.exp(-(((x - sx) ** 2 + (y - sy) ** 2) / (0.25 * radius) ** 2))
-    rough = g.rough(radius / 2, slope=2.6) * 0.035 * (0.25 + cone)
+    rough = g.rough(radius / 2, slope=3.4) * 0.035 * (0.25 + cone)
     height: Field = g.relief * (np.maximum(cone, 0.8 * cone + side) + rough)
     return height
 
@@ -132,7 +132,7 @@ def trench(g: Ground) -> Field:
     bend = 0.15 * g.wavelength * g.rough(4 * g.wavelength, slope=3.5)
     away = np.abs(along + bend) / g.wavelength
     wall = 1 - np.exp(-((away / 0.55) ** 1.4))
-    return g.relief * (wall - 1) + g.rough(g.wavelength / 2, slope=2.8) * 0.04 * g.relief
+    return g.relief * (wall - 1) + g.rough(g.wavelength / 2, slope=3.4) * 0.03 * g.relief
 
 
 def mixed(g: Ground) -> Field:

@@ -216,7 +216,7 @@ def manifold(size: float, rng: np.random.Generator) -> Thing:
 
 
 def net_pen(size: float, rng: np.random.Generator, depth: float) -> Thing:
-    """A fish farm's pen, `size` across: floating collar, net wall of ropes, sinker ring, moorings."""
+    """A fish farm's pen, `size` across: floating collar, net of ropes with a pointed bottom, sinker ring, moorings."""
     r, deep = size / 2, min(0.65 * depth, 0.6 * size + 4)
     collar = [shapes.torus(r + o, 0.16, sides=72, tube_sides=8).moved((0, 0, depth)) for o in (0.0, 0.7)]
     rail = shapes.torus(r, 0.05, sides=72, tube_sides=6).moved((0, 0, depth + 1.0))
@@ -229,24 +229,38 @@ def net_pen(size: float, rng: np.random.Generator, depth: float) -> Thing:
         shapes.beam(
             (0.99 * r * np.cos(t), 0.99 * r * np.sin(t), depth),
             (0.9 * r * np.cos(t), 0.9 * r * np.sin(t), depth - deep),
-            0.015,
+            0.02,
             sides=5,
         )
-        for t in np.linspace(0, 2 * np.pi, 72, endpoint=False)
+        for t in np.linspace(0, 2 * np.pi, 96, endpoint=False)
     ]
     hoops = [
-        shapes.torus(r * (0.99 - 0.09 * s), 0.015, sides=72, tube_sides=5).moved((0, 0, depth - s * deep))
-        for s in np.linspace(0.08, 1, 14)
+        shapes.torus(r * (0.99 - 0.09 * s), 0.02, sides=72, tube_sides=5).moved((0, 0, depth - s * deep))
+        for s in np.linspace(0.06, 1, 18)
+    ]
+    point = max(depth - deep - 0.25 * r, 0.5)  # the bottom of the net hangs down to a point
+    ropes += [
+        shapes.beam((0.9 * r * np.cos(t), 0.9 * r * np.sin(t), depth - deep), (0, 0, point), 0.02, sides=5)
+        for t in np.linspace(0, 2 * np.pi, 48, endpoint=False)
+    ]
+    hoops += [
+        shapes.torus(0.9 * r * s, 0.02, sides=48, tube_sides=5).moved((0, 0, point + s * (depth - deep - point)))
+        for s in (0.2, 0.4, 0.6, 0.8)
     ]
     sinker = shapes.torus(0.9 * r, 0.12, sides=72, tube_sides=8).moved((0, 0, depth - deep))
     lines = [
         shapes.beam(
             (r * np.cos(t), r * np.sin(t), depth - 0.2), (1.9 * r * np.cos(t), 1.9 * r * np.sin(t), -0.3), 0.04, sides=6
         )
-        for t in np.linspace(0.4, 0.4 + 2 * np.pi, 4, endpoint=False)
+        for t in np.linspace(0.4, 0.4 + 2 * np.pi, 8, endpoint=False)
+    ]
+    buoys = [
+        shapes.sphere(0.5, sides=20, rings=10).moved((1.12 * r * np.cos(t), 1.12 * r * np.sin(t), depth))
+        for t in np.linspace(0.4, 0.4 + 2 * np.pi, 8, endpoint=False)
     ]
     parts = (
         Part(join([*collar, rail, *posts]), "black", 60.0),
+        Part(join(buoys), "yellow", 60.0),
         Part(join([*ropes, *hoops]), "netting", None),
         Part(join([sinker, *lines]), "black", 60.0),
     )
