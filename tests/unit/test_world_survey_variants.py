@@ -6,9 +6,11 @@ import gzip
 
 import numpy as np
 import pytest
+from scipy.interpolate import LinearNDInterpolator
 
 from pelagos.errors import WorldError
 from pelagos.world.bathymetry.bathymetry import BathymetryConfig
+from pelagos.world.bathymetry.triangles import gridded
 from pelagos.world.bathymetry.values import METRES, known_unit
 
 netcdf = pytest.importorskip("netCDF4")
@@ -256,3 +258,34 @@ def test_what_is_refused(case, tmp_path):
     make, keys, message = REFUSED[case]
     with pytest.raises(WorldError, match=message):
         build(make(tmp_path), **keys)
+
+
+@pytest.mark.parametrize(("count", "nodes"), [(3, 40), (40, 300), (4000, 50)])
+def test_triangles_fill_the_nodes_that_lie_in_them(count, nodes, monkeypatch):
+    """The same as SciPy's search for the triangle of every node; boxes of nodes larger than a portion are split."""
+    monkeypatch.setattr("pelagos.world.bathymetry.triangles._AT_ONCE", 1000)
+    rng = np.random.default_rng(count)
+    points = rng.normal(0, 100, (count, 2))
+    values = np.sin(points[:, 0] / 20) * points[:, 1]
+    x, y = np.linspace(-200, 200, nodes), np.linspace(-150, 220, nodes + 7)
+    found = gridded(points, values, x, y)
+    wanted = LinearNDInterpolator(points, values)(*np.meshgrid(x, y, indexing="ij"))
+    np.testing.assert_allclose(found, wanted, atol=1e-9)
+    assert np.isfinite(found).any()
+
+
+def test_points_on_a_line_have_no_triangles():
+    line = np.arange(9.0)[:, None] * [1.0, 2.0]
+    assert np.isnan(gridded(line, line[:, 0], np.arange(5.0), np.arange(5.0))).all()
+
+
+def test_dense_soundings_are_averaged(tmp_path, monkeypatch):
+    """A plane stays a plane: the mean of soundings stands at the mean of their places."""
+    monkeypatch.setattr("pelagos.world.bathymetry.regrid._MANY", 100)
+    (tmp_path / "a.xyz").write_text(rows("{:.4f} {:.4f} {:.5f}"))
+    world = build(tmp_path / "a.xyz", crs="EPSG:32633", resolution_m=20.0)
+    note = next(n for n in world.notes if "soundings are dense" in n)
+    assert int(note.split()[-3]) < 200
+    x, y = np.meshgrid([-60.0, 0.0, 40.0], [-50.0, 0.0, 50.0])
+    east, _ = pyproj.Transformer.from_crs("EPSG:4326", "EPSG:32633").transform(*world.origin.to_latlon(x, y))
+    np.testing.assert_allclose(world.height(x, y), -30 + (east - 400e3) / 20, atol=0.02)

@@ -15,7 +15,14 @@ from pelagos.world.bathymetry.detail import add_detail
 from pelagos.world.bathymetry.nodes import survey_nodes
 from pelagos.world.bathymetry.projection import to_latlon
 from pelagos.world.bathymetry.read import MATPLOTLIB, Reading, read_survey
-from pelagos.world.bathymetry.regrid import Extent, extent, far_from_soundings, height_field, usual_distance
+from pelagos.world.bathymetry.regrid import (
+    Extent,
+    block_means,
+    extent,
+    far_from_soundings,
+    height_field,
+    usual_distance,
+)
 from pelagos.world.bathymetry.survey import Grid, Soundings
 from pelagos.world.bathymetry.values import Unit, upwards
 from pelagos.world.config import WorldConfig
@@ -124,6 +131,9 @@ class BathymetryConfig(WorldConfig):
         )
         at = origin.to_xy(middle[0], middle[1])
         spacing = self.resolution_m or _sensible(_own_spacing(survey, origin, size), size)
+        if isinstance(survey, Soundings):
+            low = (float(at[0]) - size[0] / 2, float(at[1]) - size[1] / 2)
+            survey = block_means(survey, origin, low=low, high=(low[0] + size[0], low[1] + size[1]), cell=spacing)
         ground, holes, notes = self._ground(survey, origin, (float(at[0]), float(at[1])), size, spacing)
         if not (ground.z < 0).any():
             raise WorldError(

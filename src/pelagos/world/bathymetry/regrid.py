@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Any
+from dataclasses import dataclass, replace
+from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,7 +13,11 @@ from pelagos.math.geodesy import GeoOrigin
 from pelagos.math.interpolate import bilinear
 from pelagos.world.bathymetry.projection import from_latlon, to_latlon
 from pelagos.world.bathymetry.survey import Grid, Soundings
+from pelagos.world.bathymetry.triangles import gridded
 from pelagos.world.terrain import HeightField
+
+_MANY: Final = 200_000  # soundings that are triangulated as they are
+_MARGIN: Final = 0.2  # of a crop's width: soundings this far around it count
 
 
 @dataclass(frozen=True)
@@ -53,6 +57,42 @@ def extent(survey: Grid | Soundings) -> Extent:
     return Extent(float(lat.min()), float(lat.max()), float(lon.min()), float(lon.max()))
 
 
+def block_means(
+    survey: Soundings, origin: GeoOrigin, *, low: tuple[float, float], high: tuple[float, float], cell: float
+) -> Soundings:
+    """Soundings on and about a rectangle, of those that share a square `cell` wide [m] their mean: where there are many
+    more than the ground will have nodes, triangles between all of them would take minutes, and show nothing more.
+
+    Args:
+        survey: the soundings; returned as they are where they are few.
+        origin: of the world.
+        low, high: corners of the rectangle [m].
+        cell: of the squares, the ground's spacing or less [m].
+    """
+    if len(survey.z) <= _MANY:
+        return survey
+    x, y = origin.to_xy(*to_latlon(survey.crs, survey.u, survey.v))
+    margin = _MARGIN * max(high[0] - low[0], high[1] - low[1])
+    start = np.array(low) - margin
+    count = np.ceil((np.array(high) + margin - start) / cell).astype(int)
+    i, j = ((c - s) / cell for c, s in zip((x, y), start, strict=True))
+    near = (i >= 0) & (i < count[0]) & (j >= 0) & (j < count[1])
+    if near.sum() <= _MANY:
+        return _only(survey, near)
+    key = i[near].astype(np.int64) * int(count[1]) + j[near].astype(np.int64)
+    filled, which, how_many = np.unique(key, return_inverse=True, return_counts=True)
+    u, v, z = (
+        np.bincount(which, weights=values[near], minlength=len(filled)) / how_many
+        for values in (survey.u, survey.v, survey.z)
+    )
+    note = f"soundings are dense: the mean was taken in squares of {cell:.3g} m, {len(filled)} for {int(near.sum())}"
+    return replace(survey, u=u, v=v, z=z, notes=(*survey.notes, note))
+
+
+def _only(survey: Soundings, which: NDArray[np.bool_]) -> Soundings:
+    return replace(survey, u=survey.u[which], v=survey.v[which], z=survey.z[which])
+
+
 def sample(
     survey: Grid | Soundings, origin: GeoOrigin, x: NDArray[np.float64], y: NDArray[np.float64]
 ) -> NDArray[np.float64]:
@@ -60,14 +100,11 @@ def sample(
 
     A grid is interpolated bilinearly between its nodes, soundings linearly on their Delaunay triangles.
     """
-    gx, gy = np.meshgrid(x, y, indexing="ij")
-    lat, lon = origin.to_latlon(gx, gy)
-    if isinstance(survey, Grid):
-        u, v = from_latlon(survey.crs, lat, lon, near=float(survey.v[len(survey.v) // 2]))
-        i = fractional(survey.u, u)
-        j = fractional(survey.v, v)
-        return bilinear(survey.z, i, j)
-    return _triangulate(survey, origin, gx, gy)
+    if isinstance(survey, Soundings):
+        return _triangulate(survey, origin, x, y)
+    lat, lon = origin.to_latlon(*np.meshgrid(x, y, indexing="ij"))
+    u, v = from_latlon(survey.crs, lat, lon, near=float(survey.v[len(survey.v) // 2]))
+    return bilinear(survey.z, fractional(survey.u, u), fractional(survey.v, v))
 
 
 def far_from_soundings(survey: Soundings, origin: GeoOrigin, ground: HeightField) -> tuple[int, float]:
@@ -90,7 +127,7 @@ def _near(survey: Soundings, origin: GeoOrigin, ground: HeightField) -> Any:
 
     x, y = origin.to_xy(*to_latlon(survey.crs, survey.u, survey.v))
     low, high = ground.bounds[0, :2], ground.bounds[1, :2]
-    margin = 0.2 * float((high - low).max())
+    margin = _MARGIN * float((high - low).max())
     points = np.stack([x, y], axis=1)
     return KDTree(points[((points > low - margin) & (points < high + margin)).all(axis=1)])
 
@@ -151,23 +188,16 @@ def fractional(axis: NDArray[np.float64], at: NDArray[np.float64]) -> NDArray[np
 
 
 def _triangulate(
-    survey: Soundings, origin: GeoOrigin, gx: NDArray[np.float64], gy: NDArray[np.float64]
+    survey: Soundings, origin: GeoOrigin, x_nodes: NDArray[np.float64], y_nodes: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    from scipy.interpolate import LinearNDInterpolator
-    from scipy.spatial import QhullError
-
-    lat, lon = to_latlon(survey.crs, survey.u, survey.v)
-    x, y = origin.to_xy(lat, lon)
-    margin = 0.2 * max(float(np.ptp(gx)), float(np.ptp(gy)))
-    near = (x > gx.min() - margin) & (x < gx.max() + margin) & (y > gy.min() - margin) & (y < gy.max() + margin)
+    x, y = origin.to_xy(*to_latlon(survey.crs, survey.u, survey.v))
+    low, high = (x_nodes[0], y_nodes[0]), (x_nodes[-1], y_nodes[-1])
+    margin = _MARGIN * max(high[0] - low[0], high[1] - low[1])
+    near = (x > low[0] - margin) & (x < high[0] + margin) & (y > low[1] - margin) & (y < high[1] + margin)
     if near.sum() < 3:
-        return np.full(gx.shape, np.nan)
+        return np.full((len(x_nodes), len(y_nodes)), np.nan)
     points, inverse, counts = np.unique(
         np.stack([x[near], y[near]], axis=1), axis=0, return_inverse=True, return_counts=True
     )
     values = np.bincount(inverse.reshape(-1), weights=survey.z[near]) / counts  # two soundings at one place: their mean
-    try:
-        found = LinearNDInterpolator(points, values)(gx, gy)
-    except QhullError:
-        return np.full(gx.shape, np.nan)
-    return np.asarray(found, dtype=np.float64)
+    return gridded(points, values, x_nodes, y_nodes)

@@ -10,7 +10,7 @@ import numpy as np
 from pelagos.errors import WorldError
 from pelagos.math.geodesy import GeoOrigin
 from pelagos.world.bathymetry.read import Reading, read_survey
-from pelagos.world.bathymetry.regrid import extent, fill, height_field
+from pelagos.world.bathymetry.regrid import block_means, extent, fill, height_field
 from pelagos.world.bathymetry.survey import Grid
 from pelagos.world.bathymetry.values import upwards
 from pelagos.world.large.source import FieldSource, Source, SurveySource
@@ -49,5 +49,6 @@ def survey_source(
             f"large: soundings would need a grid of {nodes} nodes in memory (at most {_MAX_SOUNDING_NODES}); "
             "grid them first, or use type: bathymetry with a crop"
         )
+    survey = block_means(survey, origin, low=(x0, y0), high=(x1, y1), cell=spacing)
     field, _ = height_field(survey, origin, corner=(x0, y0), cells=cells, spacing=spacing)
     return FieldSource(field)
