@@ -12,7 +12,8 @@ import pytest
 from pelagos import jit
 from pelagos.errors import LookupFailed
 from pelagos.optics.interface import critical_angle, fresnel, reflect, refract
-from pelagos.optics.lamp import Beam, lamp_backscatter, lamp_illuminance
+from pelagos.optics.lamp import Beam, lamp_backscatter
+from pelagos.optics.light_source import light_at, loss_of
 from pelagos.optics.phase import henyey_greenstein, henyey_greenstein_backward, water_molecules
 from pelagos.optics.sunlight import daylight
 from pelagos.optics.transport import (
@@ -202,8 +203,9 @@ def lamp(offset: float) -> Beam:
 def test_lamp_falls_with_the_square_and_the_water():
     water = some_water()
     keep = np.array(water.absorption) + np.array(water.backscatter)
-    near, far = (numbers(lamp_illuminance(lamp(0.0), water.arrays(), jit.Array3f(r, 0, 0), jit.Array3f(-1, 0, 0)))
-                 for r in (2.0, 5.0))  # fmt: skip
+    light = lamp(0.0)
+    loss = loss_of(light, water.arrays())
+    near, far = (numbers(light_at(light, loss, jit.Array3f(r, 0, 0), jit.Float(0.01))[0]) for r in (2.0, 5.0))
     assert near == pytest.approx(100 * np.exp(-keep * 2) / 4, rel=1e-5)
     assert far == pytest.approx(100 * np.exp(-keep * 5) / 25, rel=1e-5)
 

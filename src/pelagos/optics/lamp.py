@@ -40,20 +40,6 @@ def axis_intensity(flux: float, beam_angle: float) -> float:
     return flux / (2 * math.pi * (1 - math.cos(0.5 * beam_angle)) * 0.62)
 
 
-def lamp_illuminance(lamp: Beam, water: WaterArrays, point: Array, normal: Array) -> Array:
-    """Irradiance on a surface, `Array3f` [lx]: I exp(-(a + b_b) r) cos / r^2, the beam kept together by forward
-    scattering.
-
-    Args:
-        lamp: see `Beam`.
-        water: its optics.
-        point: `Array3f`, relative to the camera, world axes [m].
-        normal: `Array3f`, unit normal of the surface.
-    """
-    across, direction, _ = lamp_beam_at(lamp, water.absorption + water.backscatter, point)
-    return across * dr.maximum(dr.dot(normal, direction), 0)
-
-
 def lamp_beam_at(lamp: Beam, loss: Array, point: Array) -> tuple[Array, Array, Array]:
     """Irradiance across the beam at a point with `loss` [1/m] on the way [lx], direction to the lamp, distance [m]."""
     to_lamp = lamp.position - point
@@ -69,7 +55,8 @@ def lamp_backscatter(lamp: Beam, water: WaterArrays, direction: Array, reach: Ar
     the lamp (C. Kulla and M. Fajardo 2012, doi 10.1111/j.1467-8659.2012.03148.x), which makes 1 / r^2 harmless.
 
     Args:
-        lamp, water: see `lamp_illuminance`.
+        lamp: see `Beam`.
+        water: its optics.
         direction: `Array3f`, unit, from the camera.
         reach: `Float`, length of the ray in water [m].
     """

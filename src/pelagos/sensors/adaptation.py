@@ -19,7 +19,7 @@ from pelagos.sensors.event_camera import moved
 from pelagos.sensors.pixels import TILE, Pixels, Tiling, inner_place
 from pelagos.sensors.sensor import Kinematics
 from pelagos.sensors.shading import look
-from pelagos.sensors.surroundings import lamp_beam, scenery_of
+from pelagos.sensors.surroundings import light_sources, scenery_of
 from pelagos.sensors.view import Lens, pixel_angle, view_rays
 
 if TYPE_CHECKING:
@@ -52,7 +52,7 @@ def exposure_lag(
         moment = moved(motion, -k * step) if k > 0 else motion
         scenery = scenery_of(tables, light, sea, moment, config, -k * step)
         rays = view_rays(lens, where, moment, own, config)
-        lamps = [lamp_beam(lamp, config, moment, where.image) for lamp in config.lamps]
+        lamps = light_sources(config, moment, where.image)
         radiance, _ = look(static, moving, scenery, rays, where.image, lamps, pixel_angle(config))
         bright = luminance(radiance.sharp + radiance.near + radiance.far + radiance.veil)
         mean = dr.block_sum(bright * weight, tiling.tiles) / total

@@ -33,7 +33,7 @@ from pelagos.sensors.scenery import in_rain
 from pelagos.sensors.sensor import Kinematics, Measurement, SensorConfig, SensorContext
 from pelagos.sensors.shading import Radiance, look
 from pelagos.sensors.shaft_view import shaft_squares, shafts_at, smoothed
-from pelagos.sensors.surroundings import LitViewConfig, Surroundings, lamp_beam, scenery_of
+from pelagos.sensors.surroundings import LitViewConfig, Surroundings, light_sources, scenery_of
 from pelagos.sensors.view import Trace, View, pixel_angle, pixel_rays
 
 
@@ -204,7 +204,7 @@ class Camera:
             images = dr.width(motion.tick)
             where = pixels(tiling, images)
             scenery = scenery_of(tables, light, sea, motion, config)
-            lamps = [lamp_beam(lamp, config, motion, where.image) for lamp in config.lamps]
+            lamps = light_sources(config, motion, where.image)
 
             angle = pixel_angle(config)
             squares = shaft_squares(scenery, lens, motion, own, config, tiling) if config.ripple > 0 else None

@@ -32,7 +32,7 @@ from pelagos.sensors.pixel_blur import velocity_around
 from pelagos.sensors.pixels import image_rows, pixels
 from pelagos.sensors.sensor import Kinematics, Measurement, SensorConfig, SensorContext
 from pelagos.sensors.shading import look
-from pelagos.sensors.surroundings import LitViewConfig, Surroundings, lamp_beam, scenery_of
+from pelagos.sensors.surroundings import LitViewConfig, Surroundings, light_sources, scenery_of
 from pelagos.sensors.view import Trace, View, pixel_angle, view_rays
 
 
@@ -105,7 +105,7 @@ class EventCamera:
             for delay, moment in ((0.0, motion), (-period, moved(motion, -period))):
                 scenery = scenery_of(tables, light, sea, moment, config, delay)
                 rays = replace(view_rays(lens, where, moment, own, config), drift=drift)
-                lamps = [lamp_beam(lamp, config, moment, where.image) for lamp in config.lamps]
+                lamps = light_sources(config, moment, where.image)
                 seen, hits = look(static, moving, scenery, rays, where.image, lamps, pixel_angle(config))
                 bright = luminance(gathered(seen, where, tiling, images))
                 logs.append(dr.log(bright + config.darkest_cd_m2))

@@ -24,7 +24,7 @@ from pelagos.math.philox import philox, uniform32
 from pelagos.optics.caustics import focusing
 from pelagos.optics.directions import about, off_matt
 from pelagos.optics.interface import fresnel, refract, sun_below_surface
-from pelagos.optics.lamp import Beam, lamp_beam_at
+from pelagos.optics.light_source import LightSource, light_at
 from pelagos.optics.phase import henyey_greenstein, sample_henyey_greenstein, water_molecules
 from pelagos.optics.texture import surface_look
 from pelagos.optics.water import MEAN_COSINE, REFRACTIVE_INDEX
@@ -65,7 +65,7 @@ class Path:
 
 
 def path_traced(
-    static: Any, moving: Any, scenery: Scenery, rays: Rays, lane: Array, lamps: list[Beam], pixel_angle: float,
+    static: Any, moving: Any, scenery: Scenery, rays: Rays, lane: Array, lamps: list[LightSource], pixel_angle: float,
     counter: tuple[Array, Array, Array, Array], key: Any,
 ) -> Array:  # fmt: skip
     """Radiance along rays by one random path each, `Array3f` [cd/m^2].
@@ -101,7 +101,7 @@ def _draws(counter: tuple[Array, Array, Array, Array], bounce: Array, key: Any) 
 
 
 def _extended(
-    static: Any, moving: Any, scenery: Scenery, rays: Rays, lane: Array, lamps: list[Beam], pixel_angle: float,
+    static: Any, moving: Any, scenery: Scenery, rays: Rays, lane: Array, lamps: list[LightSource], pixel_angle: float,
     path: Path, u: list[Array],
 ) -> Path:  # fmt: skip
     """One step: a free flight, what ends it, its light from sun and lamps, and where the path goes on."""
@@ -132,9 +132,9 @@ def _extended(
     towards, beam = _sunbeam(scenery, flight.place, lane)
     light += lit(towards, jit.Float(_REACH), beam)
     for lamp in lamps:
-        arriving, to_lamp, distance = lamp_beam_at(
-            lamp, scenery.water.attenuation, jit.Array3f(flight.place - rays.origin)
-        )
+        place = jit.Array3f(flight.place - rays.origin)
+        loss = dr.select(flight.place.z < 0, scenery.water.attenuation, 0)
+        arriving, to_lamp, distance = light_at(lamp, loss, place, (path.travelled + flight.way) * pixel_angle)
         light += lit(to_lamp, distance - 0.05, arriving)
     sea = _sea_surface(scenery, path, flight, u[2])
     light += weight * sea.light

@@ -18,7 +18,6 @@ from pelagos.jit import Array
 from pelagos.optics.caustics import focusing, slope
 from pelagos.optics.foam import foam_cover, foam_radiance
 from pelagos.optics.interface import fresnel, reflect, refract, surface_normal
-from pelagos.optics.lamp import Beam, lamp_backscatter, lamp_beam_at, lamp_illuminance
 from pelagos.optics.light_field import (
     CRITICAL_COSINE,
     aureole,
@@ -31,6 +30,7 @@ from pelagos.optics.light_field import (
     surface_radiance,
 )
 from pelagos.optics.light_shafts import shaft_gain
+from pelagos.optics.light_source import LightSource, light_at, loss_of
 from pelagos.optics.snow import ALBEDO, flakes
 from pelagos.optics.texture import surface_look
 from pelagos.optics.transport import near_transmission, path_length, sharp_transmission
@@ -38,6 +38,7 @@ from pelagos.optics.water import REFRACTIVE_INDEX
 from pelagos.optics.wave_surface import way_to_surface
 from pelagos.raycast.caster import cast, occluded
 from pelagos.raycast.rays import Hits, Rays
+from pelagos.sensors.lamp_light import lamps_in_water, lamps_on_surface
 from pelagos.sensors.scenery import FAR, Scenery, behind_air, depth_of_starts, fog_radiance, sky_in_air
 
 _SHADOW_START = 2e-3  # [m] off the surface
@@ -92,7 +93,7 @@ def look(
     scenery: Scenery,
     rays: Rays,
     lane: Array,
-    lamps: list[Beam],
+    lamps: list[LightSource],
     pixel_angle: float,
     around: Ambience | None = None,
     snow: float = 0.0,
@@ -137,11 +138,13 @@ def look(
     near = dr.minimum(near, arriving)
     far = arriving - near
     veil = dr.select(under, _veil(scenery, around, d, depth, wet), 0)
-    for lamp in lamps:
-        veil += dr.select(under, lamp_backscatter(lamp, scenery.water, d, wet), 0)
+    if lamps:
+        veil += lamps_in_water(static, moving, scenery, rays, wet, lamps, pixel_angle)
     if snow > 0:
         cover, distance = flakes(jit.Array3f(rays.origin), d, wet, snow, pixel_angle)
-        flake = _flake_light(scenery, lamps, depth, d * distance) * sharp_transmission(scenery.water, distance)
+        flake = _flake_light(scenery, lamps, depth, d * distance, pixel_angle) * sharp_transmission(
+            scenery.water, distance
+        )
         return Radiance(
             dr.lerp(radiance * sharp, flake, cover),
             radiance * dr.maximum(near - sharp, 0) * (1 - cover),
@@ -245,7 +248,7 @@ def _behind_the_sea(
 
 
 def _surface_light(
-    static: Any, moving: Any, scenery: Scenery, rays: Rays, behind: _Behind, lane: Array, lamps: list[Beam],
+    static: Any, moving: Any, scenery: Scenery, rays: Rays, behind: _Behind, lane: Array, lamps: list[LightSource],
     pixel_angle: float, around: Ambience,
 ) -> Array:  # fmt: skip
     """Radiance of the hit surfaces themselves: matt, lit by beam, diffuse light from above and below, and lamps."""
@@ -271,9 +274,9 @@ def _surface_light(
         diffuse = dr.select(wet, diffuse_irradiance(scenery.field, below, normal), _in_air(scenery, normal.z))
         total = beam * dr.select(lit & ~dark, facing_sun, 0)
         total += diffuse * around.surface_open + around.surface_sent
-        seen = jit.Array3f(hits.position - rays.origin)
-        for lamp in lamps:
-            total += lamp_illuminance(lamp, scenery.water, seen, normal)
+        if lamps:
+            width = behind.way * pixel_angle
+            total += lamps_on_surface(static, moving, scenery, rays, hits, normal, lamps, width)
         return albedo * total / math.pi
 
     hits = behind.hits
@@ -288,14 +291,14 @@ def _in_air(scenery: Scenery, rise: Array) -> Array:
     return light.sky * above + of_sea * (1 - above)
 
 
-def _flake_light(scenery: Scenery, lamps: list[Beam], depth: Array, seen: Array) -> Array:
+def _flake_light(scenery: Scenery, lamps: list[LightSource], depth: Array, seen: Array, pixel_angle: float) -> Array:
     """Radiance of a pale flake at `seen`, relative to the camera: daylight from above and around, and the lamps."""
     field = scenery.field
     below = dr.maximum(depth - seen.z, 0)
     up = jit.Array3f(0, 0, 1)
     total = 0.5 * (beam_at(field, below) + diffuse_irradiance(field, below, up) + diffuse_irradiance(field, below, -up))
     for lamp in lamps:
-        total += lamp_beam_at(lamp, scenery.water.absorption + scenery.water.backscatter, seen)[0]
+        total += light_at(lamp, loss_of(lamp, scenery.water), seen, dr.norm(seen) * pixel_angle)[0]
     return total * (ALBEDO / math.pi)
 
 

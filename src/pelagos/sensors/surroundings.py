@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from typing import Any
 
 import drjit as dr
@@ -15,7 +16,9 @@ from pelagos.math.so3 import from_euler, rotate
 from pelagos.optics.atmosphere import under_weather
 from pelagos.optics.caustics import Ripple, Waves, sea_level, waves_at
 from pelagos.optics.lamp import Beam, axis_intensity
+from pelagos.optics.laser_beam import LaserBeam
 from pelagos.optics.light_field import light_field
+from pelagos.optics.light_source import LightSource
 from pelagos.optics.sunlight import daylight
 from pelagos.optics.swell import swell_around
 from pelagos.optics.texture import looks
@@ -40,11 +43,33 @@ class LampConfig(Strict):
     """Colour: linear red, green, blue, relative to daylight."""
 
 
+class LaserLightConfig(Strict):
+    """A laser on the vehicle that the camera sees: a dot, for scale, or a line, for structured light."""
+
+    position_m: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    """Place in the body frame, forward-left-up of the vehicle's origin [m]."""
+    orientation_deg: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    """Roll, pitch, yaw of the laser's axis (its x) in the body frame [deg]; a line lies along its y, from left to
+    right."""
+    flux_lm: float = Field(default=3.0, gt=0)
+    """Luminous flux [lm]; 5 mW at 532 nm are 3 lm."""
+    fan_deg: float = Field(default=0.0, ge=0, le=120)
+    """Angle of a line laser's fan [deg]; 0 is a dot."""
+    aperture_mm: float = Field(default=2.0, gt=0, le=100)
+    """Diameter of the beam at the laser (1/e^2) [mm]."""
+    divergence_mrad: float = Field(default=1.0, ge=0, le=200)
+    """Full angle by which it grows [mrad]."""
+    color: tuple[float, float, float] = (0.0, 1.0, 0.0)
+    """Colour: linear red, green, blue, relative to daylight."""
+
+
 class LitViewConfig(ViewConfig):
     """A view that light matters for."""
 
     lamps: tuple[LampConfig, ...] = ()
     """Lamps that shine when this camera looks."""
+    lasers: tuple[LaserLightConfig, ...] = ()
+    """Lasers that shine when this camera looks."""
     ripple: float = Field(default=0.004, ge=0, le=0.05)
     """Mean square slope of waves of 0.3 to 4 m that make caustics, on top of the ocean's waves."""
 
@@ -103,18 +128,43 @@ def waves_of(
     return waves_at(sea, t, towards_sun, images, swell)
 
 
-def lamp_beam(lamp: LampConfig, config: SensorConfig, motion: Kinematics, image: Array) -> Beam:
-    """A lamp of the vehicle at the moments of the images, by ray."""
-    attitude = jit.Array4f(*(jit.Float(motion.attitude[i]) for i in range(4)))
-    offset = rotate(attitude, jit.Array3f(*(a - b for a, b in zip(lamp.position_m, config.position_m, strict=True))))
-    w, x, y, z = from_euler(*(math.radians(a) for a in lamp.orientation_deg))
-    axis = rotate(attitude, rotate(jit.Array4f(w, x, y, z), jit.Array3f(1, 0, 0)))
+def light_sources(config: LitViewConfig, motion: Kinematics, image: Array) -> list[LightSource]:
+    """Lamps and lasers of the vehicle at the moments of the images, by ray."""
+    lamps = [_lamp_beam(lamp, config, motion, image) for lamp in config.lamps]
+    return [*lamps, *(_laser_beam(laser, config, motion, image) for laser in config.lasers)]
+
+
+def _lamp_beam(lamp: LampConfig, config: LitViewConfig, motion: Kinematics, image: Array) -> Beam:
+    offset, turned = _mounted(lamp, config, motion)
     half = math.radians(lamp.beam_angle_deg) / 2
     candela = axis_intensity(lamp.flux_lm, 2 * half)
     return Beam(
         position=dr.gather(jit.Array3f, offset, image),
-        axis=dr.gather(jit.Array3f, axis, image),
+        axis=dr.gather(jit.Array3f, turned(1, 0, 0), image),
         intensity=jit.Array3f(*(candela * c for c in lamp.color)),
         inner=jit.Float(math.cos(0.5 * half)),
         outer=jit.Float(math.cos(half)),
     )
+
+
+def _laser_beam(laser: LaserLightConfig, config: LitViewConfig, motion: Kinematics, image: Array) -> LaserBeam:
+    offset, turned = _mounted(laser, config, motion)
+    return LaserBeam(
+        position=dr.gather(jit.Array3f, offset, image),
+        axis=dr.gather(jit.Array3f, turned(1, 0, 0), image),
+        across=dr.gather(jit.Array3f, turned(0, 0, 1), image),
+        flux=jit.Array3f(*(laser.flux_lm * c for c in laser.color)),
+        waist=jit.Float(0.5e-3 * laser.aperture_mm),
+        spread=jit.Float(0.5e-3 * laser.divergence_mrad),
+        fan=jit.Float(math.radians(laser.fan_deg)) if laser.fan_deg > 0 else None,
+    )
+
+
+def _mounted(
+    light: LampConfig | LaserLightConfig, config: LitViewConfig, motion: Kinematics
+) -> tuple[Array, Callable[[float, float, float], Array]]:
+    """Place relative to the camera, by image; a function that turns a vector from the light's frame to the world's."""
+    attitude = jit.Array4f(*(jit.Float(motion.attitude[i]) for i in range(4)))
+    offset = rotate(attitude, jit.Array3f(*(a - b for a, b in zip(light.position_m, config.position_m, strict=True))))
+    w, x, y, z = from_euler(*(math.radians(a) for a in light.orientation_deg))
+    return offset, lambda i, j, k: rotate(attitude, rotate(jit.Array4f(w, x, y, z), jit.Array3f(i, j, k)))
