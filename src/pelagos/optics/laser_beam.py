@@ -73,7 +73,7 @@ def laser_at(laser: LaserBeam, loss: Array, point: Array, footprint: Array) -> t
         out = dr.dot(offset, laser.across)
         along = dr.sqrt(dr.maximum(distance * distance - out * out, 1e-6))
         w2 = _width2(laser, along, footprint)
-        density = _in_fan(laser, offset) / along * (_LINE * dr.rsqrt(w2)) * dr.exp(-2 * out * out / w2)
+        density = _in_fan(laser, laser.fan, offset) / along * (_LINE * dr.rsqrt(w2)) * dr.exp(-2 * out * out / w2)
     density = dr.select(ahead > 0, density, 0)
     return laser.flux * density * dr.exp(-loss * distance), -offset / distance, distance
 
@@ -108,7 +108,7 @@ def laser_glow(
         s = dr.dot(laser.position, laser.across) / slope
         place = direction * s
         offset = place - laser.position
-        column = _in_fan(laser, offset) / (dr.maximum(dr.norm(offset), 0.02) * dr.abs(slope))
+        column = _in_fan(laser, laser.fan, offset) / (dr.maximum(dr.norm(offset), 0.02) * dr.abs(slope))
         there = dr.dot(offset, laser.axis) > 0
     offset = place - laser.position
     way = dr.norm(offset)
@@ -124,9 +124,8 @@ def _width2(laser: LaserBeam, ahead: Array, footprint: Array) -> Array:
     return dr.square(laser.waist) + dr.square(laser.spread * ahead) + dr.square(_PIXEL * footprint)
 
 
-def _in_fan(laser: LaserBeam, offset: Array) -> Array:
+def _in_fan(laser: LaserBeam, fan: Array, offset: Array) -> Array:
     """Share of the flux per radian of the fan in the direction of a point [1/rad]."""
     side = dr.dot(offset, dr.cross(laser.across, laser.axis))
     angle = dr.abs(dr.atan2(side, dr.dot(offset, laser.axis)))
-    fan = laser.fan
     return dr.clip((0.5 * fan - angle) / _EDGE + 0.5, 0, 1) / fan
