@@ -96,6 +96,7 @@ def test_a_camera_that_moves_along_with_a_body_sees_it_sharp():
 def test_streaks_are_no_longer_than_the_limit():
     length = FOCAL * 1.2 * 0.05 / DISTANCE
     assert spread(row((0, 0, 0), own=(0, 1.2, 0))) == pytest.approx(box(length), rel=0.05)
+    assert spread(row((0, 1.2, 0), motion_blur_max=1.5 / 160)) == pytest.approx(box(1.5), rel=0.1)
     got = spread(row((0, 0, 0), own=(0, 1.2, 0), motion_blur_max=1.5 / 160))
     assert got == pytest.approx(box(1.5), rel=0.15)  # the wall beside the plate is further, and its limit another
 

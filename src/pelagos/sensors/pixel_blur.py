@@ -66,7 +66,9 @@ def pixel_blur(
     share = jit.Float(1)
     if config.motion_blur_max < 1:
         seconds = dr.gather(jit.Float, exposure, where.image) * config.motion_blur
-        streak = _pixels_a_second(hits, rays, where, motion, config) * seconds
+        speed = _pixels_a_second(hits, rays, where, motion, config)
+        passing = velocity_around(jit.Array3f(speed), moves, where, tiling, images).x
+        streak = dr.maximum(speed, passing) * seconds
         share = dr.minimum(config.motion_blur_max * config.width_px / dr.maximum(streak, 1e-6), 1)
     distance = dr.select(hits.valid, hits.t, config.max_range_m)
     far = 1 - dr.exp2(-distance / config.depth_blur_distance_m)
