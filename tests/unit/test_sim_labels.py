@@ -119,4 +119,11 @@ def test_things_of_a_generated_world_take_labels_too():
     }  # fmt: skip
     sim = pl.Simulation.load({"world": world, "agents": {"a": {"vehicle": "remus100"}}})
     assert {140, 150} <= set(sim.world.labels)
+    space = sim.boxes_3d()
+    for geometry in sim.world.geometries:  # every corner of every thing lies in its box
+        box = space[geometry.instance]
+        inside = np.abs((geometry.vertices - box.centre) @ box.turn) - box.size / 2
+        assert inside.max() < 1e-6
+    barrel = next(b for b in space.values() if b.label == 140)
+    assert max(barrel.size) < 1.5  # along its own axes, however it lies
     assert sim.world.labels[140] == "target"

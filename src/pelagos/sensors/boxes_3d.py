@@ -84,13 +84,13 @@ def _matrix(q: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def _static(parts: Sequence[Geometry]) -> Box3d:
-    first = parts[0]
-    turn = np.eye(3)
-    if isinstance(first, PlacedGeometry) and all(isinstance(p, PlacedGeometry) for p in parts):
-        turn = np.asarray(first.turn, dtype=np.float64)
-    corners = [p.vertices @ turn for p in parts]
-    low = np.min([c.min(axis=0) for c in corners], axis=0)
-    high = np.max([c.max(axis=0) for c in corners], axis=0)
+    first, turn = parts[0], np.eye(3)
+    extents = [p.extent for p in parts]  # (2, 3) each
+    copies = [p for p in parts if isinstance(p, PlacedGeometry)]
+    if len(copies) == len(parts):  # all stand turned alike
+        turn = np.asarray(copies[0].turn, dtype=np.float64)
+        extents = [p.scale * p.model.extent + p.offset @ turn for p in copies]
+    low, high = np.min([e[0] for e in extents], axis=0), np.max([e[1] for e in extents], axis=0)
     return _box(first, turn, turn @ (low + high) / 2, high - low)
 
 
