@@ -142,7 +142,7 @@ def harbour(studio: Studio) -> None:
         for light, kelvin in ((noon, 4700.0), (dusk, 6000.0))
     ]  # fmt: skip
     piles = [
-        studio.shoot(HARBOUR, light, (-18, 52.6, -2.6), (0, 57, -3.6), ("bluerov2", (-15.6, 53.0, -3.1), -30))
+        studio.shoot(HARBOUR, light, (-18, 52, -2.6), (0, 56.5, -3.6), ("bluerov2", (-15.6, 52.4, -3.1), -30))
         for light in (noon, dusk)
     ]
     studio.save("camera_harbour", boat, piles)
