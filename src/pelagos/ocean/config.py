@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import replace
 from typing import TYPE_CHECKING, Annotated, Any, TypeAlias
 
 import drjit as dr
+import numpy as np
 from pydantic import Field, field_validator, model_validator
 
 from pelagos import jit
 from pelagos.config.strict import Strict
 from pelagos.errors import LookupFailed, ScenarioError
+from pelagos.jit import Array
 from pelagos.math.geodesy import GeoOrigin
 from pelagos.ocean.analytic_current import (
     GyreCurrentConfig,
@@ -31,8 +34,8 @@ from pelagos.ocean.sky import SunConfig, WeatherConfig
 from pelagos.ocean.tide import TideConfig, make_tide
 from pelagos.ocean.tracer import FieldConfig, FieldsConfig, ScalarField, UniformFieldConfig, components_of
 from pelagos.ocean.turbulence import TurbulentCurrentConfig
-from pelagos.ocean.water_column import ProfileConfig
-from pelagos.ocean.water_mass import make_water
+from pelagos.ocean.water_column import ProfileConfig, WaterColumn, tabulate
+from pelagos.ocean.water_mass import WaterMass, make_water
 from pelagos.ocean.wave_system import WavesConfig
 from pelagos.ocean.waves import make_waves
 from pelagos.ocean.wind import WindConfig
@@ -165,6 +168,7 @@ def build_ocean(config: OceanConfig, world: World | None = None, *, seed: int = 
     ocean = Ocean(
         currents=currents,
         masses=masses,
+        ballast=_ballast(config, masses, site),
         tracers=tracers,
         waves=make_waves(config.waves, site, depth=config.waves_depth_m, wind=config.wind.speed_mps or None),
         tide=make_tide(config.tide),
@@ -178,6 +182,21 @@ def build_ocean(config: OceanConfig, world: World | None = None, *, seed: int = 
         rain=weather.rain,
     )
     return jit.slim(ocean)  # every frozen call has it among its arguments
+
+
+def _ballast(config: OceanConfig, masses: WaterColumn | WaterMass, site: Site) -> Array | None:
+    """Density by depth of the water at the surface of the origin, see `Ocean.heaviness`."""
+    if not isinstance(config.temperature_c, ProfileConfig | tuple) and not isinstance(
+        config.salinity, ProfileConfig | tuple
+    ):
+        return None
+    here, start = jit.Array3f64(0.0, 0.0, 0.0), jit.Float64(0.0)
+    t, s = (float(f(here, start)[0]) for f in (masses.temperature, masses.salinity))
+    if not (math.isfinite(t) and math.isfinite(s)):
+        raise ScenarioError("there is no temperature or salinity at the surface of the world's origin", where="ocean")
+    table = jit.Float64(np.ascontiguousarray(tabulate(t, s, site).density))
+    dr.make_opaque(table)
+    return table
 
 
 @contextmanager

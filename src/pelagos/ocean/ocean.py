@@ -18,6 +18,7 @@ import drjit as dr
 from pelagos import jit
 from pelagos.errors import LookupFailed
 from pelagos.jit import Array
+from pelagos.math.lookup import sample
 from pelagos.ocean.current import Current
 from pelagos.ocean.current import total as total_current
 from pelagos.ocean.gridded import GridField
@@ -25,7 +26,7 @@ from pelagos.ocean.slender_waves import SlenderMotion, slender_waves
 from pelagos.ocean.tide import Tide
 from pelagos.ocean.tracer import ScalarField
 from pelagos.ocean.tracer import total as total_field
-from pelagos.ocean.water_column import WaterColumn
+from pelagos.ocean.water_column import STEP_M, WaterColumn
 from pelagos.ocean.water_mass import WaterMass
 from pelagos.ocean.waves import WaterMotion, Waves
 from pelagos.ocean.wind import Wind
@@ -48,6 +49,8 @@ class Ocean:
         water_type: Jerlov type.
         turbidity: factor on the particles of that type.
         cloud, visibility, rain: see `Weather`.
+        ballast: density that vehicles are ballasted for, by depth as in `WaterColumn` [kg/m^3]; None where the water is
+            the same everywhere.
         serial: which ocean of this process it is; stands for the sizes of all its arrays.
     """
 
@@ -64,6 +67,7 @@ class Ocean:
     cloud: float = 0.0
     visibility: float = math.inf
     rain: float = 0.0
+    ballast: Array | None = None
     serial: int = field(default_factory=count().__next__)
 
     @property
@@ -91,6 +95,17 @@ class Ocean:
     def density(self, position: Array, t: Array) -> Array:
         """Of the water [kg/m^3]; the surface's above it."""
         return self.masses.density(position, t)
+
+    def heaviness(self, position: Array, t: Array) -> Array | None:
+        """Density of the water over that which vehicles are ballasted for; None where it is 1 everywhere.
+
+        They are neutral, or as light as they are meant to be, in the water at the surface of the world's origin at
+        t = 0, and hulls give way to pressure as that water does: only temperature and salinity make a difference.
+        """
+        if self.ballast is None:
+            return None
+        depth = dr.maximum(-position[2], 0.0)
+        return self.density(position, t) / sample(self.ballast, depth * (1 / STEP_M))
 
     def sound_speed(self, position: Array, t: Array) -> Array:
         """In the water [m/s]; the surface's above it."""

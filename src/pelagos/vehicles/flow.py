@@ -48,6 +48,7 @@ class Flow:
         actuators: states by name, limited; empty where no force is asked for.
         seaway: waves at a hull that floats, where pressure stands for its linear hydrostatics.
         air: velocity of the air over ground in body axes (3) [m/s] at a height above the surface [m]; None in a calm.
+        heaviness: density of the water over that which the vehicle is ballasted for; None: the same.
     """
 
     position: Vector
@@ -61,6 +62,7 @@ class Flow:
     actuators: Mapping[str, Array] = field(default_factory=dict)
     seaway: Seaway | None = None
     air: Callable[[float], Vector] | None = None
+    heaviness: Array | None = None
 
     @property
     def nu_c(self) -> list[Array]:

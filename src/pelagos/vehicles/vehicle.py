@@ -327,6 +327,8 @@ class Vehicle:
     def flow(self, rigid: Rigid, ocean: Any, t: Array, tables: Tables | None = None) -> Flow:
         """The water around a vehicle: current, waves, surface and wind above."""
         flow = self._water(rigid, ocean, t, tables)
+        if self.config.medium == "water" and getattr(ocean, "ballast", None) is not None:
+            flow.heaviness = ocean.heaviness(flip_yz(jit.Array3f64(*rigid.position)), t)
         air = getattr(ocean, "air", None)
         if air is not None and air.blows:
             north, west = rigid.position[0], -rigid.position[1]

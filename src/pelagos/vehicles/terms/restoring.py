@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from pelagos.hydro import restoring
-from pelagos.hydro.algebra import Vector
+from pelagos.hydro.algebra import Vector, mul
 from pelagos.jit import Array
 from pelagos.vehicles.flow import Flow
 from pelagos.vehicles.part import Body, PartConfig
@@ -43,12 +43,9 @@ class Submerged:
 
     def wrench(self, flow: Flow) -> Vector:
         """Weight and buoyancy (6)."""
-        load = restoring.submerged(
-            self.weight, self.buoyancy, self.center_of_gravity, self.center_of_buoyancy, flow.down
-        )
+        buoyancy = self.buoyancy if flow.heaviness is None else mul(flow.heaviness, self.buoyancy)
+        load = restoring.submerged(self.weight, buoyancy, self.center_of_gravity, self.center_of_buoyancy, flow.down)
         if self.semi_axes is None:
             return load
-        lost = restoring.emerged_ellipsoid(
-            self.buoyancy, self.semi_axes, self.center_of_buoyancy, flow.down, flow.immersion
-        )
+        lost = restoring.emerged_ellipsoid(buoyancy, self.semi_axes, self.center_of_buoyancy, flow.down, flow.immersion)
         return [a + b for a, b in zip(load, lost, strict=True)]
