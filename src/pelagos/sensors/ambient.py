@@ -35,7 +35,7 @@ from pelagos.optics.texture import mean_albedo
 from pelagos.optics.transport import fitted_rate, path_length
 from pelagos.raycast.caster import cast, occluded
 from pelagos.raycast.rays import Hits, Rays
-from pelagos.sensors.pixels import TILE, Pixels, Tiling, lane_at, tent, tiles_at
+from pelagos.sensors.pixels import TILE, Pixels, Tiling, lane_at, smooth_tiles, tent, tiles_at
 from pelagos.sensors.scenery import Scenery
 from pelagos.sensors.sensor import Kinematics
 from pelagos.sensors.shading import Ambience
@@ -105,7 +105,9 @@ def _block_means(values: list[Array], number: int, coarse: Tiling, images: int) 
 
         return tent(of_block, coarse, images) / number
 
-    return [mean(k) for k in range(len(values))]
+    means = [mean(k) for k in range(len(values))]
+    dr.eval(means)
+    return [smooth_tiles(m, coarse, images) for m in means]
 
 
 @dataclass
