@@ -17,6 +17,7 @@ from pelagos.world.export import export, load
 from pelagos.world.generate.generated import GeneratedConfig
 from pelagos.world.preview import draw_map, render, statistics
 from pelagos.world.robots.read import read_description
+from pelagos.world.viewpoint import unroofed, viewpoints
 
 
 def built(**keys):
@@ -245,3 +246,15 @@ def test_xacro_is_named(tmp_path):
     (tmp_path / "r.urdf").write_text(URDF.replace("2 2 2", "${size} 2 2"))
     with pytest.raises(WorldError, match="written in xacro; expand it first"):
         read_description(tmp_path / "r.urdf")
+
+
+def test_pictures_look_into_rooms_and_at_what_is_worth_it():
+    """Roofs are off, most of the world is in the first view, and the largest thing that is no rim or line comes next."""
+    rooms = build_world(world_config({"type": "classic", "name": "rooms"}))
+    assert {g.name for g in rooms.geometries} - {g.name for g in unroofed(rooms).geometries} == {"ceiling"}
+    assert [v.name for v in viewpoints(unroofed(rooms))][0].startswith("the whole")
+    dam = build_world(world_config({"type": "classic", "name": "dam"}))
+    assert unroofed(dam) is dam
+    assert [v.name for v in viewpoints(dam)][:2] == ["the whole, drained of its water", "dam"]
+    tests = build_world(world_config({"type": "classic", "name": "test_world"}))
+    assert viewpoints(tests)[0].name.startswith("the whole")

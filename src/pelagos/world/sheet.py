@@ -7,39 +7,49 @@ from pathlib import Path
 from typing import Any
 
 _KINDS = 12  # kinds of object that are counted on the sheet
+_CHART_IN, _TEXT_IN, _VIEW_IN = 8.4, 3.6, 4.9  # width of the map, heights of the text and of a view [inch]
 
 
 def draw_sheet(
     path: Path, *, title: str, map_png: Path, views: Sequence[tuple[str, Path]], lines: Sequence[str]
 ) -> Path:
-    """Write a sheet: the map at the left, views at the right, lines of text below the map."""
+    """Write a sheet: the map at the left and lines of text below it, views at the right, and below the text what would
+    make the right side much longer than the left.
+    """
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
     from matplotlib.image import imread
 
-    rows = max(len(views), 1)
     chart = imread(map_png)
-    high = max(4.6 * rows, 8.4 * chart.shape[0] / chart.shape[1] + 3.6)  # of the sheet: room for the text below the map
+    above = _CHART_IN * chart.shape[0] / chart.shape[1] + _TEXT_IN
+    below = min(range(len(views) + 1), key=lambda k: max(above + _VIEW_IN * k, _VIEW_IN * (len(views) - k)))
+    aside = list(views[: len(views) - below])
+    high = max(above + _VIEW_IN * below, _VIEW_IN * len(aside))
     figure = Figure(figsize=(16, high), facecolor="white", layout="constrained")
     FigureCanvasAgg(figure)
     left, right = figure.subfigures(1, 2, width_ratios=(1.1, 1.0))
-    share = 8.4 * chart.shape[0] / chart.shape[1] / high
-    top = left.add_gridspec(2, 1, height_ratios=(share, 1.0 - share))
-    axes = left.add_subplot(top[0])
-    axes.imshow(chart)
-    axes.set_anchor("N")
-    axes.axis("off")
-    text = left.add_subplot(top[1])
+    rest = high - above - _VIEW_IN * below  # empty space at the foot of the left side
+    cells = left.add_gridspec(
+        3 + below, 1, height_ratios=(above - _TEXT_IN, _TEXT_IN, *[_VIEW_IN] * below, rest + 0.01)
+    )
+    _picture(left.add_subplot(cells[0]), chart, "")
+    text = left.add_subplot(cells[1])
     text.axis("off")
     text.text(0.04, 1.0, "\n".join(lines), va="top", fontsize=11, linespacing=1.5, wrap=True)
-    for row, (caption, picture) in enumerate(views):
-        panel = right.add_subplot(rows, 1, row + 1)
-        panel.imshow(imread(picture))
-        panel.set_title(caption, fontsize=11, loc="left")
-        panel.axis("off")
+    for k, (caption, picture) in enumerate(views[len(aside) :]):
+        _picture(left.add_subplot(cells[2 + k]), imread(picture), caption)
+    for row, (caption, picture) in enumerate(aside):
+        _picture(right.add_subplot(max(len(aside), 1), 1, row + 1), imread(picture), caption)
     figure.suptitle(title, fontsize=15)
     figure.savefig(path, dpi=100)
     return path
+
+
+def _picture(axes: Any, image: Any, caption: str) -> None:
+    axes.imshow(image)
+    axes.set_anchor("N")
+    axes.set_title(caption, fontsize=11, loc="left")
+    axes.axis("off")
 
 
 def summary(stats: Mapping[str, Any]) -> list[tuple[str, str]]:
