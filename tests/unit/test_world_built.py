@@ -249,10 +249,10 @@ def test_xacro_is_named(tmp_path):
 
 
 def test_pictures_look_into_rooms_and_at_what_is_worth_it():
-    """Roofs are off, most of the world is in the first view, and the largest thing that is no rim or line comes next."""
+    """Roofs are off, most of the world is in the first view, and the largest thing, no rim or line, comes next."""
     rooms = build_world(world_config({"type": "classic", "name": "rooms"}))
     assert {g.name for g in rooms.geometries} - {g.name for g in unroofed(rooms).geometries} == {"ceiling"}
-    assert [v.name for v in viewpoints(unroofed(rooms))][0].startswith("the whole")
+    assert viewpoints(unroofed(rooms))[0].name.startswith("the whole")
     dam = build_world(world_config({"type": "classic", "name": "dam"}))
     assert unroofed(dam) is dam
     assert [v.name for v in viewpoints(dam)][:2] == ["the whole, drained of its water", "dam"]
