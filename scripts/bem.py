@@ -181,7 +181,8 @@ def main(name: str) -> None:
     p, q, r = (vertices[faces[:, k]] for k in range(3))
     panel = max(np.linalg.norm(q - p, axis=1).max(), np.linalg.norm(r - q, axis=1).max())
     finest = np.sqrt(2 * np.pi * 9.81 / (6 * panel))  # a wave has six panels or more
-    omega = np.arange(0.25, finest, 0.25)
+    step = 0.25 if config.length_m < 10 else 0.06  # [rad/s]
+    omega = np.arange(step, finest, step)
     body = floating_body(vertices, faces, lid=True)
     found = coefficients(body, omega, free_floating(body, vehicle, volume))
     text = f"scripts/bem.py with Capytaine {capytaine.__version__}, {len(faces)} panels, draught {draught:.4f} m"
