@@ -310,3 +310,15 @@ def test_a_density_may_be_drawn_too():
 
 def test_land_is_said():
     assert any("100.0 % of the area is land" in n for n in build(size_m=(40, 40), depth_m=-5).notes)
+
+
+def test_rectangles_stay_free():
+    """Nothing of 200 mines stands in a strip of 60 m x 10 m, and some stand within 3 m of it."""
+    zone = {"at_m": [5, -3], "size_m": [60, 10]}
+    world = build(size_m=(70, 40), exclude=(zone,), objects=({"kind": "manta_mine", "count": 200, "size_m": 1.0},))
+    points = np.concatenate([g.vertices[:, :2] for g in world.geometries if g.name == "truncated cone mine"])
+    beyond = np.abs(points - zone["at_m"]) - np.array(zone["size_m"]) / 2
+    assert (beyond.max(axis=1) > 0).all()
+    assert (beyond.max(axis=1) < 3).any()
+    with pytest.raises(ValidationError, match="radius_m of a disc, or size_m of a rectangle"):
+        build(exclude=({"at_m": [0, 0]},))

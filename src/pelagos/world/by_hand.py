@@ -16,6 +16,7 @@ from pelagos.math.geodesy import GeoOrigin
 from pelagos.world import shapes
 from pelagos.world.doubt import doubts, missing_files
 from pelagos.world.files import read_mesh
+from pelagos.world.generate.scatter import covering
 from pelagos.world.mesh import Mesh, rotation
 from pelagos.world.robots.read import SUFFIXES, read_description
 from pelagos.world.site import Site
@@ -87,15 +88,11 @@ def footprint(thing: ThingConfig, origin: GeoOrigin) -> NDArray[np.float64]:
     """`(k, 3)` discs, x, y and radius [m], that together cover a thing, or a row of the same, in plan."""
     mesh = _mesh(thing).rotated(rotation(*np.radians(thing.orientation_deg)))
     low, high = mesh.vertices[:, :2].min(axis=0), mesh.vertices[:, :2].max(axis=0)
-    edge = max(float((high - low).min()), float((high - low).max()) / 64, 1e-3)
-    counts = np.maximum(np.ceil((high - low) / edge), 1).astype(int)
-    steps = (high - low) / counts
-    middles = [low[k] + steps[k] * (np.arange(counts[k]) + 0.5) for k in (0, 1)]
-    x, y = (c.ravel() for c in np.meshgrid(*middles, indexing="ij"))
+    discs = covering(low, high)
     first = _place(thing, origin)[:2]
     shifts = first + np.arange(thing.repeat)[:, None] * np.array(thing.step_m)[:2]
-    places = (shifts[:, None, :] + np.stack([x, y], axis=1)).reshape(-1, 2)
-    return np.column_stack([places, np.full(len(places), float(np.linalg.norm(steps)) / 2)])
+    places = (shifts[:, None, :] + discs[:, :2]).reshape(-1, 2)
+    return np.column_stack([places, np.full(len(places), discs[0, 2])])
 
 
 def add(site: Site, thing: ThingConfig, origin: GeoOrigin) -> None:

@@ -76,7 +76,7 @@ class GeneratedConfig(WorldConfig):
     objects: tuple[ObjectConfig, ...] = ()
     """Things on the bed, placed in this order: large ones first."""
     exclude: tuple[ExclusionConfig, ...] = ()
-    """Discs where nothing is placed."""
+    """Discs and rectangles where nothing is placed."""
 
     def build(self) -> World:
         """Build it; the same configuration gives the same bytes.
@@ -101,8 +101,9 @@ class _Generated:
         self.streams = [np.random.Generator(np.random.PCG64(s)) for s in sequence.spawn(3 + len(config.objects))]
         half = config.size_m[0] / 2, config.size_m[1] / 2
         self.places = Places((-half[0], half[0]), (-half[1], half[1]))
-        for disc in config.exclude:
-            self.places.take(*disc.at_m, disc.radius_m)
+        for zone in config.exclude:
+            for x, y, radius in zone.discs:
+                self.places.take(x, y, radius)
         self.origin = GeoOrigin(config.latitude_deg or 0.0, config.longitude_deg or 0.0)
         for thing in config.things:
             for x, y, radius in footprint(thing, self.origin):

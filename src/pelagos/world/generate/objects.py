@@ -3,19 +3,20 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Annotated, Final
+from typing import Annotated, Final, Self
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, field_validator
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, field_validator, model_validator
 
 from pelagos.errors import LookupFailed, WorldError
+from pelagos.world.config import Positive
 from pelagos.world.generate.draw import Distribution, _from_pair, bounded, draw
 from pelagos.world.generate.kinds.lost import LOST
 from pelagos.world.generate.kinds.natural import NATURAL
 from pelagos.world.generate.kinds.structures import STRUCTURES
 from pelagos.world.generate.route import add_cable, add_pipeline, route
-from pelagos.world.generate.scatter import Places
+from pelagos.world.generate.scatter import Places, covering
 from pelagos.world.generate.thing import Kind, Thing, stand
 from pelagos.world.site import Site
 from pelagos.world.terrain import HeightField
@@ -70,14 +71,31 @@ class ObjectConfig(BaseModel):
 
 
 class ExclusionConfig(BaseModel):
-    """A disc where nothing is placed."""
+    """A disc, or a rectangle along x and y, where nothing is placed."""
 
     model_config = _MODEL
 
     at_m: tuple[float, float]
     """Its middle x, y [m]."""
-    radius_m: float = Field(gt=0)
-    """Its radius [m]."""
+    radius_m: float | None = Field(default=None, gt=0)
+    """Radius of a disc [m]."""
+    size_m: tuple[Positive, Positive] | None = None
+    """Extent of a rectangle along x and y [m], instead of `radius_m`."""
+
+    @model_validator(mode="after")
+    def _one_shape(self) -> Self:
+        if (self.radius_m is None) == (self.size_m is None):
+            raise ValueError("give radius_m of a disc, or size_m of a rectangle")
+        return self
+
+    @property
+    def discs(self) -> NDArray[np.float64]:
+        """`(k, 3)` discs that cover it: x, y and radius [m]."""
+        middle = np.array(self.at_m)
+        if self.size_m is None:
+            return np.array([[*middle, self.radius_m]])
+        half = np.array(self.size_m) / 2
+        return covering(middle - half, middle + half)
 
 
 class Placer:

@@ -73,6 +73,15 @@ class Places:
         return None
 
 
+def covering(low: NDArray[np.float64], high: NDArray[np.float64]) -> NDArray[np.float64]:
+    """`(k, 3)` discs, x, y and radius [m], that cover a rectangle between two corners, at most 64 along a side."""
+    edge = max(float((high - low).min()) / 4, float((high - low).max()) / 64, 1e-3)
+    counts = np.maximum(np.ceil((high - low) / edge), 1).astype(int)
+    steps = (high - low) / counts
+    x, y = np.meshgrid(*(low[k] + steps[k] * (np.arange(counts[k]) + 0.5) for k in (0, 1)), indexing="ij")
+    return np.column_stack([x.ravel(), y.ravel(), np.full(x.size, float(np.linalg.norm(steps)) / 2)])
+
+
 def _cells_of(x: float, y: float, radius: float) -> Iterator[tuple[int, int]]:
     for i in range(int((x - radius) // _CELL), int((x + radius) // _CELL) + 1):
         for j in range(int((y - radius) // _CELL), int((y + radius) // _CELL) + 1):

@@ -66,8 +66,9 @@ def fill(site: Site, fields: tuple[FieldConfig, ...], ground: LargeGround, origi
                 f"world, x {ground.x0:.0f} .. {ground.x1:.0f}, y {ground.y0:.0f} .. {ground.y1:.0f} m"
             )
         places = Places((float(low[0]), float(high[0])), (float(low[1]), float(high[1])))
-        for disc in field.exclude:
-            places.take(middle[0] + disc.at_m[0], middle[1] + disc.at_m[1], disc.radius_m)
+        for zone in field.exclude:
+            for x, y, radius in zone.discs:
+                places.take(middle[0] + x, middle[1] + y, radius)
         placer = Placer(site, places, _beneath(ground, low, high))
         streams = np.random.SeedSequence(field.seed).spawn(len(field.objects))
         noted = len(site.notes)
