@@ -121,7 +121,7 @@ def make_flow(
         in_body = [current[0] * cos + current[1] * sin, current[1] * cos - current[0] * sin, current[2]]
         rate = [w[2] * in_body[1], -w[2] * in_body[0], 0.0]
     if acceleration is not None:
-        rate = [a + b for a, b in zip(rate, matvec(transpose(rotation), acceleration), strict=True)]
+        rate = add(rate, matvec(transpose(rotation), acceleration))
     nu_r = [nu[0] - in_body[0], nu[1] - in_body[1], nu[2] - in_body[2], *add(w, minus(turning))]
     immersion = total(position[2], elevation)
     rates = [*rate, *turning_rate]
