@@ -8,7 +8,7 @@ direction, and what water sends on per metre. Tables are over e^{-K z}, by depth
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import Any, Final
 
@@ -20,7 +20,7 @@ from pelagos import jit
 from pelagos.jit import Array
 from pelagos.optics.interface import fresnel, sun_below_surface
 from pelagos.optics.phase import PEAK_EDGE, henyey_greenstein, turning_phase
-from pelagos.optics.radiative_transfer import MODES, Above, Field, gauss, media, mirror, solve
+from pelagos.optics.radiative_transfer import MODES, PEAK, Above, Field, gauss, media, mirror, solve
 from pelagos.optics.sunlight import SKY_TINT, Daylight, LightArrays, sky_pattern, sky_radiance
 from pelagos.optics.transport import path_length
 from pelagos.optics.water import FORWARD_PEAK, MEAN_COSINE, REFRACTIVE_INDEX, WaterArrays, WaterOptics
@@ -32,9 +32,42 @@ _ROWS: Final = 384  # of irradiance: fine enough to take the nearest
 _UPS: Final = 33  # of u = d_z, -1 .. 1
 _SIDES: Final = 9  # of azimuth from the sun, 0 .. pi
 _TERMS: Final = 8  # of irradiance; one is idle
+_MOST_GAINED: Final = 30.0  # of diffuse light, in murk under a clear sea
 _LEVEL_WITH_SUN: Final = 2e-3  # of d_z over the sun's
 CRITICAL_COSINE: Final = math.sqrt(1 - REFRACTIVE_INDEX**-2)
 _MOLECULES: Final = 1 / (4 * math.pi)
+
+
+@jit.struct
+class Fall:
+    """How light falls with depth where the water is not the same everywhere, a Dr.Jit struct of `Array3f`.
+
+    From the place on it is the place's own rate, and never slower than in the clearest water.
+
+    Attributes:
+        excess: rate of the place times its depth, over what the column above it takes.
+        clear: least rate [1/m].
+    """
+
+    excess: Array
+    clear: Array
+
+
+@jit.struct
+class Local:
+    """How water with something suspended in it differs from what the tables are of, a Dr.Jit struct.
+
+    Attributes:
+        decay, loss, fading: `Fall`s of diffuse light, of the beam, and of light that will be scattered once.
+        irradiance, source, radiance: `Array3f`, factors on the tables: what the beam loses more is diffuse light there.
+    """
+
+    decay: Fall
+    loss: Fall
+    fading: Fall
+    irradiance: Array
+    source: Array
+    radiance: Array
 
 
 @jit.struct
@@ -53,6 +86,7 @@ class LightField:
         calm: likewise, without the glow around the sun, which counts as its beam on surfaces.
         source: likewise, of that light's sources [cd/m^2 per m].
         blur: `Float`, rate at which the waves' pattern is lost, against depth [1/m].
+        local: see `Local`; None where the water is the same everywhere.
     """
 
     towards_sun: Array
@@ -66,6 +100,7 @@ class LightField:
     calm: Array
     source: Array
     blur: Array
+    local: Local | None = None
 
 
 @dataclass(frozen=True)
@@ -245,9 +280,62 @@ def _irradiance_terms(field: Field, loss: float) -> list[NDArray[np.float64]]:
     ]
 
 
+def with_column(
+    field: LightField, base: WaterArrays, here: WaterArrays, column: list[WaterArrays], depth: Array
+) -> LightField:
+    """The field around places in water of its own optics, by place.
+
+    Args:
+        field: of `base` alone.
+        base: the clearest water, that it was solved for.
+        here: the water at the places.
+        column: at even steps of depth above them.
+        depth: of the places [m].
+    """
+    down = dr.maximum(depth, 0)
+    own, clear, above = _rates(here), _rates(base), [_rates(w) for w in column]
+    falls = [
+        Fall(down * (rate - sum(a[k] for a in above) / len(column)), clear[k] + dr.zeros(jit.Array3f, dr.width(depth)))
+        for k, rate in enumerate(own)
+    ]
+    one = dr.zeros(jit.Array3f, dr.width(depth)) + 1
+    source = here.turning / base.turning
+    radiance = source * (field.loss + field.decay) / (own[1] + own[0])
+    local = LightField(
+        towards_sun=field.towards_sun,
+        below=field.below,
+        beam=field.beam,
+        loss=own[1],
+        fading=own[2],
+        decay=own[0],
+        irradiance=field.irradiance,
+        radiance=field.radiance,
+        calm=field.calm,
+        source=field.source,
+        blur=0.25 * here.particle_scattering.y,
+        local=Local(falls[0], falls[1], falls[2], one, source, radiance),
+    )
+    # all light on level ground falls with K: what is no beam any more is diffuse
+    up, rise = jit.Array3f(0, 0, 1), field.below.z
+    diffuse = diffuse_irradiance(local, down, up)
+    kept = _fallen(local, down) / dr.exp(-field.decay * down)
+    whole = (diffuse_irradiance(field, down, up) + beam_at(field, down) * rise) * kept
+    gain = dr.maximum(whole - beam_at(local, down) * rise, 0) / dr.maximum(diffuse, 1e-12)
+    gain = dr.clip(gain, 1, _MOST_GAINED)
+    return replace(local, local=Local(falls[0], falls[1], falls[2], gain, gain * source, gain * radiance))
+
+
+def _rates(water: WaterArrays) -> tuple[Array, Array, Array]:
+    """Of diffuse light, of the beam, and of light that will be scattered once [1/m]."""
+    a = water.absorption + water.water_scattering
+    beam, once = (a + (1 - peak) * water.particle_scattering for peak in (FORWARD_PEAK, PEAK))
+    return water.downwelling, beam, once
+
+
 def beam_at(field: LightField, depth: Array) -> Array:
     """Irradiance across the sun's beam at a depth in the water, `Array3f` [lx]."""
-    return field.beam * dr.exp(-field.loss * (depth / field.below.z))
+    fall = None if field.local is None else field.local.loss
+    return field.beam * dr.exp(-_taken(field.loss, fall, depth) / field.below.z)
 
 
 def pattern_left(field: LightField, depth: Array) -> Array:
@@ -265,28 +353,31 @@ def diffuse_irradiance(field: LightField, depth: Array, normal: Array) -> Array:
         a = dr.gather(jit.Array4f, field.irradiance, row * 6 + 2 * c)
         b = dr.gather(jit.Array4f, field.irradiance, row * 6 + (2 * c + 1))
         found.append(a[0] + a[1] * x + a[2] * z + a[3] * x * x + b[0] * z2 + b[1] * x * z + b[2] * z2 * z2)
-    return dr.maximum(jit.Array3f(*found), 0) * dr.exp(-field.decay * depth)
+    light = dr.maximum(jit.Array3f(*found), 0) * _fallen(field, depth)
+    return light if field.local is None else light * field.local.irradiance
 
 
 def diffuse_radiance(field: LightField, depth: Array, direction: Array) -> Array:
     """Scattered light from a direction at a depth, `Array3f` [cd/m^2]; without the beam's light turned once."""
-    return _looked_up(field, field.radiance, depth, direction)
+    return _looked_up(field, field.radiance, depth, direction) * _radiance_gain(field)
 
 
 def surface_radiance(field: LightField, direction: Array) -> Array:
     """The same just below the surface."""
-    return _of_level(field, field.radiance, jit.UInt32(0), direction)
+    light = _of_level(field, field.radiance, jit.UInt32(0), direction)
+    return light if field.local is None else light * _fallen(field, jit.Float(0)) * field.local.radiance
 
 
 def calm_radiance(field: LightField, depth: Array, direction: Array) -> Array:
     """The same without the glow around the sun: what falls on surfaces besides the beam."""
-    return _looked_up(field, field.calm, depth, direction)
+    return _looked_up(field, field.calm, depth, direction) * _radiance_gain(field)
 
 
 def diffuse_source(field: LightField, depth: Array, direction: Array) -> Array:
     """What a metre of water sends on towards an eye that looks along `direction`, `Array3f` [cd/m^2 per m]; without
     the beam's own light."""
-    return _looked_up(field, field.source, depth, direction)
+    light = _looked_up(field, field.source, depth, direction)
+    return light if field.local is None else light * field.local.source
 
 
 def beam_veil(field: LightField, water: WaterArrays, depth: Array, direction: Array, distance: Array) -> Array:
@@ -308,7 +399,8 @@ def aureole(field: LightField, water: WaterArrays, depth: Array, direction: Arra
     to_sea = dr.select(direction.z > 1e-4, depth / dr.maximum(direction.z, 1e-4), 1e4)
     beyond = dr.minimum((field.fading - field.loss) * distance - along * to_sea, 60)
     seen = 1 - dr.exp(-along * to_sea) - dr.exp(-(field.loss - field.fading * rise) * distance) + dr.exp(beyond)
-    beam = field.beam * dr.exp(-field.fading * (depth / field.below.z))
+    column = _taken(field.fading, None if field.local is None else field.local.fading, depth)
+    beam = field.beam * dr.exp(-column / field.below.z)
     cosine = dr.dot(direction, field.below)
     peak = dr.maximum(henyey_greenstein(cosine, MEAN_COSINE) - henyey_greenstein(PEAK_EDGE, MEAN_COSINE), 0)
     return beam * water.particle_scattering * peak * dr.maximum(seen / along, 0)
@@ -329,7 +421,8 @@ def window_radiance(field: LightField, light: LightArrays, depth: Array, directi
     air = dr.sqrt(dr.maximum(1 - (1 - up * up) * n * n, 0))
     sky = sky_radiance(light, jit.Array3f(n * direction.x, n * direction.y, air), glare=0.0)
     passed = (1 - fresnel(dr.maximum(up, 0.1), 1 / n)) * n * n
-    kept = dr.exp(-field.loss * (depth / dr.maximum(up, 0.1)))
+    column = _taken(field.loss, None if field.local is None else field.local.loss, depth)
+    kept = dr.exp(-column / dr.maximum(up, 0.1))
     return dr.select(inside, sky * passed * kept, 0)
 
 
@@ -337,7 +430,21 @@ def _looked_up(field: LightField, table: Array, depth: Array, direction: Array) 
     level = dr.clip(_index(depth, _LEVELS), 0, _LEVELS - 1.001)
     i = jit.UInt32(level)
     above, below = (_of_level(field, table, k, direction) for k in (i, i + 1))
-    return dr.lerp(above, below, level - jit.Float(i)) * dr.exp(-field.decay * depth)
+    return dr.lerp(above, below, level - jit.Float(i)) * _fallen(field, depth)
+
+
+def _fallen(field: LightField, depth: Array) -> Array:
+    """e^{-K z}."""
+    return dr.exp(-_taken(field.decay, None if field.local is None else field.local.decay, depth))
+
+
+def _taken(rate: Array, fall: Fall | None, depth: Array) -> Array:
+    """Optical depth of a depth."""
+    return rate * depth if fall is None else dr.maximum(rate * depth - fall.excess, fall.clear * depth)
+
+
+def _radiance_gain(field: LightField) -> Array:
+    return 1 if field.local is None else field.local.radiance
 
 
 def _of_level(field: LightField, table: Array, level: Array, direction: Array) -> Array:

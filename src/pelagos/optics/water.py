@@ -22,7 +22,7 @@ mean under the channel's sensitivity; absorption is again what makes Kd and scat
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Final, Literal, TypeAlias
+from typing import Any, Final, Literal, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -224,9 +224,18 @@ def kirk(a: Numbers, water: Numbers, particles: Numbers) -> NDArray[np.float64]:
 
     A fit to `radiative_transfer.solve`, within 0.3 % up to b_p / a = 64 and b_w / a = 0.25.
     """
-    w, p = np.divide(water, a), np.divide(particles, a)
-    gain = w * (1.571 + 0.344 * w) + p * (0.158 + 0.047 * p / (p + 8.8)) + 0.062 * w * p / (1 + p / 20)
-    return np.asarray(a * np.sqrt(1 + gain))
+    return np.asarray(a * np.sqrt(1 + _gain(np.divide(water, a), np.divide(particles, a))))
+
+
+def daylight_decay(a: Array, water: Array, particles: Array) -> Array:
+    """`kirk` of Dr.Jit arrays."""
+    import drjit as dr
+
+    return a * dr.sqrt(1 + _gain(water / a, particles / a))
+
+
+def _gain(w: Any, p: Any) -> Any:
+    return w * (1.571 + 0.344 * w) + p * (0.158 + 0.047 * p / (p + 8.8)) + 0.062 * w * p / (1 + p / 20)
 
 
 def _absorption(kd: Numbers, water: Numbers, particles: Numbers) -> NDArray[np.float64]:

@@ -36,7 +36,7 @@ from pelagos.optics.transport import fitted_rate, path_length
 from pelagos.raycast.caster import cast, occluded
 from pelagos.raycast.rays import Hits, Rays
 from pelagos.sensors.pixels import TILE, Pixels, Tiling, lane_at, smooth_tiles, tent, tiles_at
-from pelagos.sensors.scenery import Scenery
+from pelagos.sensors.scenery import Scenery, by_ray
 from pelagos.sensors.sensor import Kinematics
 from pelagos.sensors.shading import Ambience
 from pelagos.sensors.view import Lens, ViewConfig, view_rays
@@ -123,6 +123,7 @@ class _Probes:
 def _at_surface(static: Any, moving: Any, scenery: Scenery, probes: _Probes) -> list[Array]:
     """Irradiance of the surfaces seen: from the open sea, what of it arrives, and from solids; `Array3f` each [lx]."""
     rays, hits, u = probes.rays, probes.hits, probes.u
+    scenery = by_ray(scenery, probes.where.image)
     start = hits.position + jit.Array3f64(hits.normal) * _START
     up, whole = off_matt(hits.normal, u[0], u[1]), jit.Array3f(math.pi)
     return _gathered(static, moving, scenery, rays, start, up, whole, hits.valid, (probes.where.ray, 0))
@@ -137,6 +138,7 @@ def _before_it(
     then the open sea's as `source` and `rate` of the block have it, and whether the sun's beam is at that place.
     """
     rays, hits, u = probes.rays, probes.hits, probes.u
+    scenery = by_ray(scenery, probes.where.image)
     water, field = scenery.water, scenery.field
     reach = dr.minimum(hits.t, rays.max_range)
     loss = field.loss.y
@@ -288,7 +290,7 @@ def _towards(
     """Towards each block: diffuse light's source at the camera, the rate at which it falls along the way, d_z."""
     where = _middles(tiling, dr.width(motion.tick))
     rays = view_rays(lens, where, motion, own, config)
-    field, d = scenery.field, rays.direction
+    field, d = by_ray(scenery, where.image).field, rays.direction
     depth = dr.maximum(dr.gather(jit.Float, scenery.depth, where.image), _SHALLOW)
     to_sea = _to_sea(depth, d)
     source = diffuse_source(field, depth, d)

@@ -30,7 +30,7 @@ from pelagos.optics.texture import surface_look
 from pelagos.optics.water import MEAN_COSINE, REFRACTIVE_INDEX
 from pelagos.raycast.caster import cast, occluded
 from pelagos.raycast.rays import Hits, Rays
-from pelagos.sensors.scenery import Scenery, behind_air, sky_in_air
+from pelagos.sensors.scenery import Scenery, behind_air, by_ray, sky_in_air
 
 BOUNCES: Final = 48
 _START: Final = 2e-3  # [m] off surfaces
@@ -75,6 +75,7 @@ def path_traced(
         counter: of the random numbers: pixel, environment, tick, sample.
         key: random stream.
     """
+    scenery = by_ray(scenery, lane)
     width = dr.width(rays.max_range)
     start = Path(
         light=dr.zeros(jit.Array3f, width),

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields, replace
 from typing import Final
 
 import drjit as dr
@@ -11,7 +11,7 @@ from pelagos import jit
 from pelagos.jit import Array
 from pelagos.optics.atmosphere import Air, airlight, through_air, way_to_sky
 from pelagos.optics.caustics import Waves
-from pelagos.optics.light_field import LightField
+from pelagos.optics.light_field import Fall, LightField, Local
 from pelagos.optics.rain import streaks
 from pelagos.optics.sunlight import LightArrays, sky_radiance
 from pelagos.optics.swell import elevation_at
@@ -50,6 +50,29 @@ class Scenery:
     level: Array
     depth: Array
     t: Array
+
+
+def by_ray(scenery: Scenery, lane: Array) -> Scenery:
+    """The same with the water of the image that each ray belongs to."""
+    field, water = scenery.field, scenery.water
+    if field.local is None:
+        return scenery
+
+    def spread(v: Array) -> Array:
+        return dr.gather(type(v), v, lane)
+
+    def fall(f: Fall) -> Fall:
+        return Fall(spread(f.excess), spread(f.clear))
+
+    of = field.local
+    gains = (spread(v) for v in (of.irradiance, of.source, of.radiance))
+    local = Local(fall(of.decay), fall(of.loss), fall(of.fading), *gains)
+    here = replace(
+        field, loss=spread(field.loss), fading=spread(field.fading), decay=spread(field.decay),
+        blur=spread(field.blur), local=local,
+    )  # fmt: skip
+    mine = WaterArrays(*(spread(getattr(water, f.name)) for f in fields(water)))
+    return replace(scenery, water=mine, field=here)
 
 
 def fog_radiance(scenery: Scenery) -> Array:

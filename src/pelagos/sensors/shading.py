@@ -39,7 +39,7 @@ from pelagos.optics.wave_surface import way_to_surface
 from pelagos.raycast.caster import cast, occluded
 from pelagos.raycast.rays import Hits, Rays
 from pelagos.sensors.lamp_light import lamps_in_water, lamps_on_surface
-from pelagos.sensors.scenery import FAR, Scenery, behind_air, depth_of_starts, fog_radiance, sky_in_air
+from pelagos.sensors.scenery import FAR, Scenery, behind_air, by_ray, depth_of_starts, fog_radiance, sky_in_air
 
 _SHADOW_START = 2e-3  # [m] off the surface
 _OPAQUE = 6.0  # optical depth that leaves less than a step of 8 bits: water hides what is farther off
@@ -110,6 +110,7 @@ def look(
         around: by ray; None for the open sea.
         snow: flakes of marine snow in a cubic metre.
     """
+    scenery = by_ray(scenery, lane)
     depth = depth_of_starts(scenery, rays, lane)
     around = _open_sea(scenery, rays.direction, depth) if around is None else around
     d = rays.direction

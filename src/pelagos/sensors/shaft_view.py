@@ -10,7 +10,7 @@ from pelagos import jit
 from pelagos.jit import Array
 from pelagos.optics.light_shafts import shafts
 from pelagos.sensors.pixels import Pixels, Tiling, lane_at
-from pelagos.sensors.scenery import Scenery
+from pelagos.sensors.scenery import Scenery, by_ray
 from pelagos.sensors.sensor import Kinematics
 from pelagos.sensors.view import Lens, ViewConfig, view_rays
 
@@ -33,7 +33,8 @@ def shaft_squares(
     stratum = (inner % across % 3 + 3 * (inner // across % 3)) * 4 % 9  # nine neighbours start in nine places
     jitter = (jit.Float(stratum) + 0.5) / 9
     place = jit.Array2f(jit.Float(rays.origin.x), jit.Float(rays.origin.y))
-    return shafts(scenery.waves, scenery.field, place, depth, rays.direction, image, jitter)
+    field = by_ray(scenery, image).field
+    return shafts(scenery.waves, field, place, depth, rays.direction, image, jitter)
 
 
 def smoothed(values: Array, tiling: Tiling) -> Array:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import Any
+from typing import Any, Final
 
 import drjit as dr
 from pydantic import Field
@@ -17,15 +17,19 @@ from pelagos.optics.atmosphere import under_weather
 from pelagos.optics.caustics import Ripple, Waves, sea_level, waves_at
 from pelagos.optics.lamp import Beam, axis_intensity
 from pelagos.optics.laser_beam import LaserBeam
-from pelagos.optics.light_field import light_field
+from pelagos.optics.light_field import LightField, light_field, with_column
 from pelagos.optics.light_source import LightSource
 from pelagos.optics.sunlight import daylight
+from pelagos.optics.suspended import with_suspended
 from pelagos.optics.swell import swell_around
 from pelagos.optics.texture import looks
+from pelagos.optics.water import WaterArrays
 from pelagos.sensors.mount import sensor_pose
 from pelagos.sensors.scenery import Scenery
 from pelagos.sensors.sensor import Kinematics, SensorConfig, SensorContext
 from pelagos.sensors.view import ViewConfig
+
+_COLUMN: Final = 8  # places above a camera at which the water is asked for
 
 
 class LampConfig(Strict):
@@ -95,7 +99,7 @@ class Surroundings:
         light = under_weather(clear, weather)
         self.light, self._field = light.arrays(), light_field(ocean.water, light)
         self._air = None if weather.clear else weather.air()
-        self._ocean = ocean if ocean.waves is not None else None
+        self._ocean = ocean if _moves(ocean) or _suspended(ocean) else None
 
     def arguments(self) -> tuple[Any, ...]:
         """For `scenery_of`, inside a frozen function."""
@@ -113,7 +117,36 @@ def scenery_of(
     t = jit.Float64(motion.t_ns) * 1e-9 + delay
     depth = level - jit.Float(position.z)
     dr.eval(level, depth)
+    if _suspended(ocean):
+        water, field = _suspension(ocean, water, field, position, depth, t)
     return Scenery(tables, materials, water, daylit, field, air, waves, level, depth, t)
+
+
+def _moves(ocean: Any) -> bool:
+    """The sea surface is not flat at z = 0."""
+    return ocean is not None and (ocean.waves is not None or ocean.tide is not None)
+
+
+def _suspended(ocean: Any) -> tuple[str, ...]:
+    """Tracers of the ocean that its light depends on."""
+    return () if ocean is None else tuple(n for n in ("chlorophyll", "turbidity") if n in ocean.tracers)
+
+
+def _suspension(
+    ocean: Any, water: WaterArrays, field: LightField, position: Array, depth: Array, t: Array
+) -> tuple[WaterArrays, LightField]:
+    """Water and light around the cameras, by image, where plankton and sediment vary."""
+    names = _suspended(ocean)
+
+    def at(share: float) -> WaterArrays:
+        place = jit.Array3f64(position[0], position[1], position[2] + jit.Float64(dr.maximum(depth, 0)) * (1 - share))
+        found = {n: jit.Float(ocean.tracer(n, place, t)) for n in names}
+        return with_suspended(water, found.get("chlorophyll"), found.get("turbidity"))
+
+    here, column = at(1.0), [at((k + 0.5) / _COLUMN) for k in range(_COLUMN)]
+    local = with_column(field, water, here, column, depth)
+    dr.eval(here, local)
+    return here, local
 
 
 def waves_of(
@@ -123,8 +156,8 @@ def waves_of(
     t = jit.Float64(motion.t_ns) * 1e-9 + delay
     position, _ = sensor_pose(motion, config)
     images = dr.width(motion.tick)
-    foam = ocean.waves.foam if ocean is not None and ocean.waves.breaks else None
-    swell = None if ocean is None else swell_around(ocean.elevation, position, t, images, foam)
+    foam = ocean.waves.foam if ocean is not None and ocean.waves is not None and ocean.waves.breaks else None
+    swell = swell_around(ocean.elevation, position, t, images, foam) if _moves(ocean) else None
     return waves_at(sea, t, towards_sun, images, swell)
 
 
