@@ -60,8 +60,10 @@ def board() -> list[Geometry]:
 def pictures(**lens: Any) -> list[np.ndarray]:
     materials = [MATERIALS["white"], MATERIALS["black"]]
     world: Any = SimpleNamespace(material_tables=lambda: material_tables(materials), palette=materials)
-    ocean: Any = SimpleNamespace(water=water_optics("I"), sun_elevation=jit.Float(0.8),
-                                 sun_azimuth=jit.Float(math.pi), waves=None, weather=Weather())  # fmt: skip
+    ocean: Any = SimpleNamespace(
+        water=water_optics("I"), sun_elevation=jit.Float(0.8), sun_azimuth=jit.Float(math.pi), waves=None, tide=None,
+        tracers={}, weather=Weather(),
+    )  # fmt: skip
     scene = Scene(board(), copies=1)
     context = SensorContext("auv0.camera", 1, 5_000_000, scene, world, ocean, np.full(1, NO_BODY, np.uint32))
     config = CameraConfig(width_px=480, height_px=360, horizontal_fov_deg=64, samples=16, vignette=0.0, ripple=0.0,

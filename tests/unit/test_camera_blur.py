@@ -41,6 +41,8 @@ def context(velocity: tuple[float, float, float]) -> SensorContext:
         sun_elevation=jit.Float(1.2),
         sun_azimuth=jit.Float(math.pi),
         waves=None,
+        tide=None,
+        tracers={},
         weather=Weather(),
     )
     wall = plate(2.5, 40.0, 9.0, 1, 1)

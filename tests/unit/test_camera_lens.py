@@ -50,6 +50,8 @@ def context(x: float = DISTANCE) -> SensorContext:
         sun_elevation=jit.Float(1.2),
         sun_azimuth=jit.Float(math.pi),
         waves=None,
+        tide=None,
+        tracers={},
         weather=Weather(),
     )
     scene = Scene([half(0, 0.0, 40.0, x), half(1, -40.0, 0.0, x)], copies=1)

@@ -38,6 +38,8 @@ def context(
         sun_azimuth=jit.Float(2.5),
         weather=Weather(),
         waves=None,
+        tide=None,
+        tracers={},
     )
     return SensorContext(
         path="auv0.camera",

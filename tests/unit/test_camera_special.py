@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from types import SimpleNamespace
-from typing import Any
+from typing import Any, ClassVar
 
 import drjit as dr
 import numpy as np
@@ -41,6 +41,8 @@ def context(geometries: list[Geometry], *, sun: float = 1.2) -> SensorContext:
         sun_azimuth = jit.Float(math.pi)
         weather = Weather()
         waves = None
+        tide = None
+        tracers: ClassVar[dict[str, object]] = {}
 
         @staticmethod
         def temperature(position: Any, t: Any) -> Any:

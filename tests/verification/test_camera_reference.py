@@ -35,6 +35,8 @@ def light(water: str, *, floor: float, height: float, renderer: str, material: s
         sun_elevation=jit.Float(math.radians(sun_deg)),
         sun_azimuth=jit.Float(2.8),
         waves=None,
+        tide=None,
+        tracers={},
         weather=Weather(),
     )
     scene = Scene([plate], copies=1)

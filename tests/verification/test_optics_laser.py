@@ -103,6 +103,8 @@ def picture(geometries: list[Geometry], **camera: Any) -> Any:
         sun_elevation=jit.Float(-0.5),
         sun_azimuth=jit.Float(0.0),
         waves=None,
+        tide=None,
+        tracers={},
         weather=Weather(),
     )
     scene = Scene(geometries, copies=1)

@@ -138,7 +138,13 @@ def context(geometries: list[Geometry], weather: Weather, material: str = "black
     materials = [MATERIALS[material]]
     world: Any = SimpleNamespace(material_tables=lambda: material_tables(materials), palette=materials)
     ocean: Any = SimpleNamespace(
-        water=water_optics("II"), sun_elevation=jit.Float(0.7), sun_azimuth=jit.Float(2.8), waves=None, weather=weather
+        water=water_optics("II"),
+        sun_elevation=jit.Float(0.7),
+        sun_azimuth=jit.Float(2.8),
+        waves=None,
+        tide=None,
+        tracers={},
+        weather=weather,
     )
     return SensorContext(
         "usv0.camera", 1, 5_000_000, Scene(geometries, copies=1), world, ocean, np.full(1, NO_BODY, np.uint32)
