@@ -82,8 +82,14 @@ def lines(kind: str) -> World:
 
 def ground(name: str) -> World:
     """A landform, or sand ripples."""
-    relief, wavelength, heading = GROUNDS[name] if name in GROUNDS else (14.0, 60.0, 30.0)
-    terrain = {"kind": name, "relief_m": relief, "wavelength_m": wavelength, "heading_deg": heading, "roughness_m": 0.15}
+    relief, wavelength, heading = GROUNDS.get(name, (14.0, 60.0, 30.0))
+    terrain = {
+        "kind": name,
+        "relief_m": relief,
+        "wavelength_m": wavelength,
+        "heading_deg": heading,
+        "roughness_m": 0.15,
+    }
     size, grid = 220.0, 0.8
     if name == "ripples":
         terrain = {"kind": "flat", "relief_m": 0.2, "wavelength_m": 12, "roughness_m": 0.004, "ripple_m": 0.08,
