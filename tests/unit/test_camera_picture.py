@@ -181,6 +181,17 @@ def test_above_water_it_sees_sky_and_sea():
     assert 20 < sea.mean() < 230
 
 
+@pytest.mark.parametrize("height", [5.0, 80.0])
+def test_shallow_ground_shows_from_any_height(height: float):
+    """Two metres of water hide nothing, however high the camera: white ground outshines black."""
+    keys: dict[str, Any] = {"exposure": "manual", "max_range_m": 200.0}
+    white, black = (
+        camera(context(water="1C", floor=floor, z=-2.0), **keys).sense(looking_down(height=height)).truth.mean()
+        for floor in ("white", "black")
+    )
+    assert white > black + 10
+
+
 def test_marine_snow_hangs_in_the_water_as_densely_as_asked():
     """Cover grows with the number of flakes, and the same place in the water holds the same flakes at any time."""
     night = {"water": "IB", "sun_deg": -60.0, "floor": "black"}

@@ -224,7 +224,7 @@ def _behind_the_sea(
     start, direction, wet, share, other = dr.if_stmt((meets_sea,), meets_sea, bent, straight, mode="symbolic")
     # With flat normals, and outside of the branch: Dr.Jit 1.5 may write the same function twice into a kernel that
     # interpolates normals in two places, which LLVM refuses ("invalid redefinition of function").
-    seen = dr.select(wet, _OPAQUE / dr.min(scenery.field.loss) - to_sea, FAR)
+    seen = dr.select(wet, _OPAQUE / dr.min(scenery.field.loss) - dr.select(under, to_sea, 0), FAR)
     reach = dr.select(meets_sea, dr.clip(seen, 0, rays.max_range), 0)
     second = cast(static, moving, scenery.tables, Rays(start, direction, reach, rays.copy, rays.own))
     length = dr.select(second.valid, second.t, FAR)
