@@ -14,7 +14,7 @@ from pelagos.messages.encoding import Site
 from pelagos.sensors.sensor import SensorConfig
 
 NAMES = sorted(registry.entries("sensor", plugins=False))
-NOTHING_TO_CITE = {"pose", "velocity", "tracer", "instance_camera", "normal_camera"}  # plain geometry, no model
+NOTHING_TO_CITE = {"pose", "velocity", "tracer", "instance_camera", "normal_camera", "collision"}  # no model
 SMALL = {  # images as small as they may be: these tests are about rules, not about pictures
     "camera": {"width_px": 32, "height_px": 24},
     "depth_camera": {"width_px": 32, "height_px": 24},

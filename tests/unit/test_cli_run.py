@@ -8,6 +8,7 @@ import signal
 import subprocess
 import sys
 import time
+from functools import partial
 from pathlib import Path
 
 import pytest
@@ -115,7 +116,14 @@ def test_explain_shows_five_stops_and_one_reading(small: Path, capsys: pytest.Ca
 @pytest.mark.skipif(sys.platform == "win32", reason="signals of POSIX")
 def test_ctrl_c_ends_the_run_cleanly_and_says_where_it_is_recorded(small: Path) -> None:
     command = [sys.executable, "-m", "pelagos", "run", str(small), "--duration", "100000", "--no-report", "--realtime"]
-    process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    # jobs in the background of a shell ignore Ctrl-C, and so would what they start
+    process = subprocess.Popen(
+        command,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        preexec_fn=partial(signal.signal, signal.SIGINT, signal.SIG_DFL),
+    )
     recording = small.parent / "results" / "small-1" / "mission.mcap"
     deadline = time.monotonic() + 120
     while not (recording.exists() and recording.stat().st_size > 20_000):

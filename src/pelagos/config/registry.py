@@ -25,6 +25,7 @@ BUILT_IN: Final[Mapping[Kind, Mapping[str, str]]] = {
         "adcp": "pelagos.sensors.adcp:Adcp",
         "altimeter": "pelagos.sensors.altimeter:Altimeter",
         "camera": "pelagos.sensors.camera:Camera",
+        "collision": "pelagos.sensors.collision:Collision",
         "ctd": "pelagos.sensors.ctd:Ctd",
         "current_meter": "pelagos.sensors.current_meter:CurrentMeter",
         "depth": "pelagos.sensors.depth:Depth",

@@ -16,6 +16,7 @@ ENCODERS: Final[Mapping[str, Callable[[Any, Site], Encoding]]] = {
     "depth": navigation.depth,
     "pose": navigation.pose,
     "velocity": navigation.velocity,
+    "collision": navigation.collision,
     "dvl": ranging.dvl,
     "altimeter": ranging.altimeter,
     "camera": camera.camera,

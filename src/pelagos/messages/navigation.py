@@ -20,6 +20,7 @@ NAV_SAT_FIX: Final = "sensor_msgs/msg/NavSatFix"
 POSE_COVARIANCE: Final = "geometry_msgs/msg/PoseWithCovarianceStamped"
 POSE: Final = "geometry_msgs/msg/PoseStamped"
 TWIST: Final = "geometry_msgs/msg/TwistStamped"
+WRENCH: Final = "geometry_msgs/msg/WrenchStamped"
 UNKNOWN: Final = 1e6  # variance of what a sensor does not measure
 
 IMU_FIELDS: Final = joined(STAMP, fields("angular_velocity", "x y z"), fields("linear_acceleration", "x y z"))
@@ -27,6 +28,7 @@ MAGNETIC_FIELDS: Final = joined(STAMP, fields("magnetic_field", "x y z"))
 FIX_FIELDS: Final = joined(STAMP, [f"{name}:float64" for name in ("latitude", "longitude", "altitude")])
 POSE_FIELDS: Final = joined(STAMP, fields("pose.position", "x y z"), fields("pose.orientation", "x y z w"))
 TWIST_FIELDS: Final = joined(STAMP, fields("twist.linear", "x y z"))
+WRENCH_FIELDS: Final = joined(STAMP, fields("wrench.force", "x y z"), fields("wrench.torque", "x y z"))
 DEPTH_FIELDS: Final = joined(STAMP, fields("pose.pose.position", "z"))
 
 
@@ -113,6 +115,20 @@ def velocity(config: Any, site: Site) -> Encoding:
         twist=make("geometry_msgs/msg/Twist", linear=vector3(), angular=vector3()),
     )
     return _one("twist", Template(TWIST, message, TWIST_FIELDS), lambda data, extras: nwu_to_enu_np(data))
+
+
+def collision(config: Any, site: Site) -> Encoding:
+    """geometry_msgs/WrenchStamped of the strongest contact [N], [N m], zero without one; in the body's frame."""
+    message = make(
+        WRENCH,
+        header=header(f"{site.frame.rsplit('/', 1)[0]}/base_link"),
+        wrench=make("geometry_msgs/msg/Wrench", force=vector3(), torque=vector3()),
+    )
+
+    def values(data: Any, extras: Mapping[str, Any]) -> Any:
+        return np.concatenate([extras["force"], extras["moment"]], axis=-1)
+
+    return _one("wrench", Template(WRENCH, message, WRENCH_FIELDS), values)
 
 
 def _one(suffix: str, template: Template, values: Values) -> Encoding:

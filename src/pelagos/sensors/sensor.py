@@ -21,6 +21,7 @@ from pelagos.jit import Array
 if TYPE_CHECKING:
     from pelagos.ocean.ocean import Ocean
     from pelagos.raycast.scene import Scene
+    from pelagos.sensors.collision import Blows
     from pelagos.sensors.neighbours import Neighbours
     from pelagos.world.world import World
 
@@ -138,6 +139,7 @@ class SensorContext:
         own_body: `(n,)` uint32 rows of the moving-body table that are this agent's own hull (`NO_BODY` where it has
             none there).
         neighbours: the scenario's sonars, which hear one another; None where there is only this sensor.
+        blows: what hulls have touched lately; likewise.
     """
 
     path: str
@@ -148,6 +150,7 @@ class SensorContext:
     ocean: Ocean
     own_body: NDArray[np.uint32]
     neighbours: Neighbours | None = None
+    blows: Blows | None = None
 
 
 class Sensor(Protocol):

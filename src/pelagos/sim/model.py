@@ -17,6 +17,7 @@ from pelagos.ocean.config import build_ocean
 from pelagos.ocean.ocean import Ocean
 from pelagos.raycast.rays import NO_BODY
 from pelagos.raycast.scene import Scene
+from pelagos.sensors.collision import Blows
 from pelagos.sensors.neighbours import Neighbours
 from pelagos.sensors.schedule import period_ticks
 from pelagos.sensors.sensor import Sensor, SensorConfig, SensorContext
@@ -87,6 +88,7 @@ class Model:
         world, scene, ocean: where.
         agents: by name.
         neighbours: the sonars, which may hear one another.
+        blows: what hulls have touched lately.
     """
 
     scenario: Scenario
@@ -98,6 +100,7 @@ class Model:
     ocean: Ocean
     agents: Mapping[str, AgentModel]
     neighbours: Neighbours
+    blows: Blows
 
 
 def compile_model(scenario: Scenario, *, n: int, seed: int, first_environment: int, like: Model | None = None) -> Model:
@@ -123,14 +126,14 @@ def compile_model(scenario: Scenario, *, n: int, seed: int, first_environment: i
     scene = world.scene(n) if like is None else like.scene
     ocean = build_ocean(scenario.ocean, world, seed=seed, duration_s=scenario.duration_s)
     agents = {}
-    neighbours = Neighbours(audible(scenario))
+    neighbours, blows = Neighbours(audible(scenario)), Blows()
     crowded = len(scenario.agents) > 1
     for index, (name, config) in enumerate(scenario.agents.items()):
         vehicle = vehicles[name]
         own = hull_rows(index, n) if crowded else np.full(n, NO_BODY, dtype=np.uint32)
         context = _Context(
             seed=seed, clock=clock, scene=scene, world=world, ocean=ocean, own_body=own, agent=name,
-            neighbours=neighbours,
+            neighbours=neighbours, blows=blows,
         )  # fmt: skip
         agents[name] = AgentModel(
             name=name,
@@ -141,7 +144,7 @@ def compile_model(scenario: Scenario, *, n: int, seed: int, first_environment: i
             sensors={s: context.build(s, c) for s, c in config.sensors.items()},
             tasks=plan(config.mission),
         )
-    return Model(scenario, clock, n, first_environment, world, scene, ocean, agents, neighbours)
+    return Model(scenario, clock, n, first_environment, world, scene, ocean, agents, neighbours, blows)
 
 
 def audible(scenario: Scenario) -> list[str]:
@@ -172,6 +175,7 @@ class _Context:
     own_body: NDArray[np.uint32]
     agent: str
     neighbours: Neighbours
+    blows: Blows
 
     def build(self, name: str, config: Any) -> SensorModel:
         cls = registry.find("sensor", config.type).load()
@@ -186,6 +190,7 @@ class _Context:
             ocean=self.ocean,
             own_body=self.own_body,
             neighbours=self.neighbours,
+            blows=self.blows,
         )
         try:
             sensor = cls(config, context)

@@ -118,6 +118,8 @@ class Stepper:
         self.trajectories: dict[str, Trajectory] = {}
         self._blocks: dict[str, list[Trajectory]] = {}
         self._contact: dict[str, Wrench] = {}
+        self._blows: dict[str, list[tuple[int, NDArray[np.float64]]]] = {}
+        model.blows.latest = self._latest_blow
         self.timings = Timings()
         self.tick = 0
 
@@ -127,6 +129,7 @@ class Stepper:
         self.timings = Timings()
         self._guidance.clear()
         self._blocks.clear()
+        self._blows.clear()
         self._model.scene.forget()
         for name, agent in self._model.agents.items():
             self._place(agent, states[name])
@@ -175,6 +178,23 @@ class Stepper:
             return np.zeros((self._model.n, 6))
         force, moment = (np.broadcast_to(np.array(w), (3, self._model.n)).T for w in wrench)
         return np.concatenate([flip_yz_np(force), flip_yz_np(moment)], axis=1)
+
+    def _keep_blow(self, agent: str) -> None:
+        """Remember the contact of the tick that begins, for a second."""
+        kept = self._blows.setdefault(agent, [])
+        kept.append((self.tick + 1, self.contact(agent)))
+        oldest = self.tick - round(1e9 / self._model.clock.dt_ns)
+        while kept[0][0] < oldest:
+            kept.pop(0)
+
+    def _latest_blow(self, agent: str, ticks: int) -> NDArray[np.float64]:
+        """See `Blows.latest`."""
+        found = [wrench for tick, wrench in self._blows.get(agent, ()) if tick > self.tick - ticks]
+        if not found:
+            return np.zeros((self._model.n, 6))
+        wrenches = np.stack(found)
+        strongest = np.linalg.norm(wrenches[..., :3], axis=-1).argmax(axis=0)
+        return np.asarray(wrenches[strongest, np.arange(self._model.n)])
 
     def mode(self, agent: str) -> str:
         """The control mode of an agent."""
@@ -257,6 +277,8 @@ class Stepper:
         if ticks == 1 and self._near(agent.name, 1, now=True):
             self._bodies.place(self.states())
             wrench = self._contact[agent.name] = self._touch[agent.name].wrench(run.vehicle)
+            if agent.name in self._model.blows.asked:
+                self._keep_blow(agent.name)
             self.timings.add(f"{agent.name}.contact", start)
             start = time.perf_counter()
         run.vehicle, trajectory = agent.driver.advance(
