@@ -72,4 +72,4 @@ class Collision:
         copies = np.array(motion.copy)
         if self._blows is None or self._blows.latest is None:
             return np.zeros((len(copies), 6))
-        return self._blows.latest(self._agent, self._ticks)[copies]
+        return np.asarray(self._blows.latest(self._agent, self._ticks)[copies])
