@@ -71,6 +71,9 @@ def measurement(kind: str, config: Any, lanes: int) -> Measurement:
         if kind == "semantic_lidar":
             extras["instance"] = np.arange(lanes * 40, dtype=np.uint32).reshape(lanes, 4, 10)
             extras["label"] = extras["instance"].astype(np.uint8)
+    elif kind == "collision":
+        data = uniform(0, 1, (lanes, 1)) > 0.5
+        extras = {"force": uniform(-9, 9, (lanes, 3)), "moment": uniform(-9, 9, (lanes, 3))}
     else:
         data = uniform(0, 1, (lanes, 4))
     if kind == "dvl":
