@@ -124,7 +124,7 @@ def test_every_registered_sensor_is_encoded(kind: str) -> None:
         assert serialize(topic.type, message) == bytes(data)
         if hasattr(message, "header"):
             assert (message.header.stamp.sec, message.header.stamp.nanosec) == (12, 345_678_901)
-            assert message.header.frame_id.startswith(("auv0/here", "map"))
+            assert message.header.frame_id.startswith(("auv0/here", "auv0/base_link", "map"))
 
 
 def test_a_sensor_without_a_message_of_its_own_is_recorded_as_numbers() -> None:
