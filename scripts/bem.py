@@ -27,6 +27,7 @@ MOTIONS = ("Surge", "Sway", "Heave", "Roll", "Pitch", "Yaw")
 FLIP = np.array([1, -1, -1, 1, -1, -1])  # FRD and FLU
 HEADINGS = np.arange(0.0, 181.0, 15.0)
 GRAVITY = 9.81
+WITHOUT_DRIFT = ("surface_vessel", "mariner")  # far field and energy disagree by too much: see docs/ocean.md
 
 
 @dataclass
@@ -142,8 +143,10 @@ def coefficients(body: Any, omega: np.ndarray, free: Afloat) -> dict[str, Any]:
     sign = FLIP[:, None] * FLIP[None, :]
     a, b = (np.stack([getattr(s, key) for s in found]) for key in ("added", "damping"))
     a, b = ((m + m.swapaxes(1, 2)) / 2 * sign for m in (a, b))
-    scale = np.abs(a).max(axis=(1, 2), keepdims=True)
-    a[np.abs(a) < 1e-3 * scale] = 0.0  # couplings that symmetry forbids
+    own = np.sqrt(
+        np.abs(np.diagonal(a, axis1=1, axis2=2))
+    )  # metres and radians differ: each entry by its own two modes
+    a[np.abs(a) < 1e-3 * own[:, :, None] * own[:, None, :]] = 0.0  # couplings that symmetry forbids
     b = np.where(np.eye(6) > 0, np.maximum(b, 0.0), b)
     b[:, ~(a != 0).any(axis=0)] = 0.0
     drift = np.stack([s.drift for s in found[:-1]])
@@ -185,6 +188,8 @@ def main(name: str) -> None:
     omega = np.arange(step, finest, step)
     body = floating_body(vertices, faces, lid=True)
     found = coefficients(body, omega, free_floating(body, vehicle, volume))
+    if name in WITHOUT_DRIFT:
+        del found["drift"]
     text = f"scripts/bem.py with Capytaine {capytaine.__version__}, {len(faces)} panels, draught {draught:.4f} m"
     (CATALOGUE / f"{name}.bem.json").write_text(json.dumps({"source": text, **rounded(found)}) + "\n")
 

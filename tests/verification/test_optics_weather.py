@@ -189,6 +189,17 @@ def test_the_sky_at_the_horizon_is_the_fog():
     assert seen([], fog) == pytest.approx(seen([wall(4900.0)], fog), rel=0.01)
 
 
+def test_a_wall_above_the_water_is_lit_by_half_the_sky():
+    """Overcast, nothing else in view: albedo (E_sky / 2 + 0.06 E_sky / 2) / pi, as if the sky were even; 1 %."""
+    weather = Weather(cloud=1.0)
+    light = under_weather(daylight(0.7, -2.8, cloud=1.0), weather)
+    config = CameraConfig(width_px=128, height_px=128, horizontal_fov_deg=20, vignette=0.0, exposure="manual")
+    camera = Camera(config, context([wall(20.0)], weather, "white"))
+    got = {n: v for n, v, _ in camera.explain(still(20.0))}["light at the sensor"].mean(axis=1)
+    expected = np.array(MATERIALS["white"].albedo) * np.array(light.sky) * (0.5 + 0.5 * 0.06) / math.pi
+    assert got == pytest.approx(expected, rel=0.01)
+
+
 def test_rain_is_drawn_before_near_walls_and_repeats():
     config = CameraConfig(width_px=64, height_px=64, exposure="manual", shutter_s=0.001, horizontal_fov_deg=40)
     camera = Camera(config, context([wall(20.0)], Weather(cloud=1.0, rain=50.0)))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import warnings
+from abc import abstractmethod
 from pathlib import Path
 from typing import Final, Literal, TypeAlias
 
@@ -44,9 +45,9 @@ class _Gridded(Strict):
         return grid_field(data, site, outside=self.outside, where=str(self.file))
 
     @property
+    @abstractmethod
     def quantities(self) -> list[tuple[str, str | None]]:
         """What to read: key or label, and the variable's name or None to find it."""
-        raise NotImplementedError
 
     def check(self, site: Site) -> None:
         """Read the file as a run would, without a device.

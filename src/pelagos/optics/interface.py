@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 import math
-from typing import Final
 
 import drjit as dr
 
 from pelagos import jit
 from pelagos.jit import Array
 from pelagos.optics.water import REFRACTIVE_INDEX
-
-DIFFUSE_TRANSMITTANCE: Final = 0.934  # of a uniform sky through a flat surface (N. G. Jerlov 1976, Chapter 4)
 
 
 def fresnel(cosine: Array, eta: Array) -> Array:

@@ -2,16 +2,15 @@
 
 Linear light throughout. With range z, absorption a, scattering b, backscatter b_b:
 
-    I = J e^{-c' z}  +  near(J (T_1 - e^{-c' z}))  +  far(J (T_2 - T_1))  +  B (1 - e^{-kappa z})
+    I = J e^{-c' z}  +  near(J (T_1 - e^{-c' z}))  +  far(J (T_2 - T_1))  +  V(z)
 
 The first term is the sharp image. Petzold's measurements put a fifth of all scattering within one degree and half
 within about five (C. D. Mobley, Light and Water, 1994, Section 3.8), so that c' = a + 0.8 b is what a pixel, and a
 beam transmissometer with its acceptance of a degree, see as attenuation. Light scattered by a few degrees still
 arrives near its place, T_1 = e^{-(a + b / 2) z}, and light scattered forward by more arrives farther off, T_2 =
-e^{-(a + b_b) z}: B. L. McGlamery, Proc. SPIE 208:221 (1979), J. S. Jaffe 1990 (doi 10.1109/48.50695). The last term
-is veiling light with its own rate, as D. Akkaynak and T. Treibitz 2018 (doi 10.1109/CVPR.2018.00703) ask for: along a
-ray that rises with slope d_z the light that fills the water changes with exp(Kd d_z s), so kappa = a + b_t - Kd d_z,
-with the scattering b_t that turns light (see `WaterArrays.turning`).
+e^{-l z} with the loss l of `light_field.LightField` (the split into near and far is that of B. L. McGlamery, Proc. SPIE
+208:221, 1979, and J. S. Jaffe 1990, doi 10.1109/48.50695). V is veiling light with rates of its own, as D. Akkaynak
+and T. Treibitz 2018 (doi 10.1109/CVPR.2018.00703) ask for: what the light field sends into the line of sight.
 """
 
 from __future__ import annotations
@@ -35,11 +34,6 @@ def sharp_transmission(water: WaterArrays, distance: Array) -> Array:
 def near_transmission(water: WaterArrays, distance: Array) -> Array:
     """e^{-(a + b / 2) z}, `Array3f`: share that arrives from within about five degrees."""
     return dr.exp(-(water.absorption + (1 - WITHIN_FIVE_DEGREES) * water.scattering) * distance)
-
-
-def total_transmission(water: WaterArrays, distance: Array) -> Array:
-    """e^{-(a + b_b) z}, `Array3f`: share that arrives at all, nearly forward scattered light included."""
-    return dr.exp(-(water.absorption + water.backscatter) * distance)
 
 
 def path_length(rate: Array, distance: Array) -> Array:

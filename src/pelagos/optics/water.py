@@ -41,7 +41,6 @@ REFRACTIVE_INDEX: Final = (
 PARTICLE_BACKSCATTER: Final = 0.0183  # share of b_p, Petzold's average particle
 MEAN_COSINE: Final = 0.924  # of the same phase function
 FORWARD_PEAK: Final = 0.75  # share of the particles' scattering, within 15 degrees, that counts as going straight on
-SCALED_COSINE: Final = MEAN_COSINE / (1 + MEAN_COSINE)  # mean cosine of the rest
 
 CHANNELS_NM: Final[dict[str, tuple[float, float]]] = {
     "red": (605.0, 30.0),

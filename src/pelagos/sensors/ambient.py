@@ -36,7 +36,7 @@ from pelagos.optics.transport import fitted_rate, path_length
 from pelagos.raycast.caster import cast, occluded
 from pelagos.raycast.rays import Hits, Rays
 from pelagos.sensors.pixels import TILE, Pixels, Tiling, lane_at, smooth_tiles, tent, tiles_at
-from pelagos.sensors.scenery import Scenery, by_ray
+from pelagos.sensors.scenery import Scenery, by_ray, sea_from_above, sky_in_air
 from pelagos.sensors.sensor import Kinematics
 from pelagos.sensors.shading import Ambience
 from pelagos.sensors.view import Lens, ViewConfig, view_rays
@@ -126,7 +126,22 @@ def _at_surface(static: Any, moving: Any, scenery: Scenery, probes: _Probes) -> 
     scenery = by_ray(scenery, probes.where.image)
     start = hits.position + jit.Array3f64(hits.normal) * _START
     up, whole = off_matt(hits.normal, u[0], u[1]), jit.Array3f(math.pi)
-    return _gathered(static, moving, scenery, rays, start, up, whole, hits.valid, (probes.where.ray, 0))
+    found = _gathered(static, moving, scenery, rays, start, up, whole, hits.valid, (probes.where.ray, 0))
+    dry = _above_water(static, moving, scenery, rays, start, up, hits.valid & (start.z >= 0))
+    return [w + d for w, d in zip(found, dry, strict=True)]
+
+
+def _above_water(
+    static: Any, moving: Any, scenery: Scenery, rays: Rays, start: Array, up: Array, wanted: Array
+) -> list[Array]:
+    """The same of surfaces above the water, from one direction: sky or sea, or what stands before it, which has half of
+    that light itself (assumed)."""
+    reach = dr.select(wanted, jit.Float(_REACH), 0)
+    met = cast(static, moving, scenery.tables, Rays(start, up, reach, rays.copy, rays.own))
+    light = dr.select(up.z > 0, sky_in_air(scenery, up, glare=0.0), sea_from_above(scenery))
+    light = dr.select(wanted, math.pi * light, 0)
+    sent = 0.5 * light * mean_albedo(scenery.looks, met.material, met.valid)
+    return [light, dr.select(met.valid, 0, light), dr.select(met.valid, sent, 0)]
 
 
 def _before_it(

@@ -20,6 +20,7 @@ from pelagos.optics.water import WaterArrays
 from pelagos.raycast.rays import Hits, Rays
 from pelagos.raycast.scene import Tables
 
+_SEA_ALBEDO: Final = 0.06  # from above (R. E. Payne, J. Atmos. Sci. 29:959, 1972)
 FAR: Final = 1e4  # [m], where there is nothing
 
 
@@ -76,7 +77,7 @@ def by_ray(scenery: Scenery, lane: Array) -> Scenery:
 
 
 def fog_radiance(scenery: Scenery) -> Array:
-    """What thick fog and rain look like, `Array3f` [cd/m^2]."""
+    """What thick fog and rain look like, and a white level surface: `Array3f` [cd/m^2]."""
     light = scenery.light
     return airlight(light.sun, light.sky, light.towards_sun)
 
@@ -93,6 +94,11 @@ def sky_in_air(scenery: Scenery, direction: Array, *, glare: Array = 1.0) -> Arr
     if scenery.air is None:
         return sky
     return through_air(sky, way_to_sky(scenery.air, direction.z), fog_radiance(scenery))
+
+
+def sea_from_above(scenery: Scenery) -> Array:
+    """Mean radiance of the sea, `Array3f` [cd/m^2]."""
+    return fog_radiance(scenery) * _SEA_ALBEDO
 
 
 def depth_of_starts(scenery: Scenery, rays: Rays, lane: Array) -> Array:

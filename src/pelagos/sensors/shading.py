@@ -39,12 +39,20 @@ from pelagos.optics.wave_surface import way_to_surface
 from pelagos.raycast.caster import cast, occluded
 from pelagos.raycast.rays import Hits, Rays
 from pelagos.sensors.lamp_light import lamps_in_water, lamps_on_surface
-from pelagos.sensors.scenery import FAR, Scenery, behind_air, by_ray, depth_of_starts, fog_radiance, sky_in_air
+from pelagos.sensors.scenery import (
+    FAR,
+    Scenery,
+    behind_air,
+    by_ray,
+    depth_of_starts,
+    fog_radiance,
+    sea_from_above,
+    sky_in_air,
+)
 
 _SHADOW_START = 2e-3  # [m] off the surface
 _OPAQUE = 6.0  # optical depth that leaves less than a step of 8 bits: water hides what is farther off
 _SHADOW_REACH = 200.0  # [m]
-_SEA_ALBEDO = 0.06  # of the sea from above (R. E. Payne, J. Atmos. Sci. 29:959, 1972)
 
 
 @jit.struct
@@ -286,10 +294,8 @@ def _surface_light(
 
 def _in_air(scenery: Scenery, rise: Array) -> Array:
     """Irradiance of sky and sea on surfaces above the water [lx]."""
-    light = scenery.light
-    of_sea = (light.sun * dr.maximum(light.towards_sun.z, 0) + light.sky) * _SEA_ALBEDO
     above = 0.5 + 0.5 * rise
-    return light.sky * above + of_sea * (1 - above)
+    return scenery.light.sky * above + math.pi * sea_from_above(scenery) * (1 - above)
 
 
 def _flake_light(scenery: Scenery, lamps: list[LightSource], depth: Array, seen: Array, pixel_angle: float) -> Array:
