@@ -99,11 +99,6 @@ def cross(a: Vector, b: Vector) -> list[Array]:
     return [fma(a[j], b[k], neg(mul(a[k], b[j]))) for j, k in ((1, 2), (2, 0), (0, 1))]
 
 
-def wrench_at(force: Vector, point: Vector) -> list[Array]:
-    """Force and moment (6) about the origin of a force that acts at `point` [m]."""
-    return [*force, *cross(point, force)]
-
-
 def solve_symmetric(m: Matrix, b: Vector) -> list[Array]:
     """x of M x = b for a symmetric positive definite M, by an unrolled L D L^T factorisation.
 

@@ -58,8 +58,3 @@ def quaternion_enu_to_nwu_np(q: NDArray[np.float64]) -> NDArray[np.float64]:
     """Attitude (FLU to ENU) -> (FLU to NWU), `(..., 4)` w first."""
     w, x, y, z = (q[..., i] for i in range(4))
     return np.stack([w + z, x + y, y - x, z - w], axis=-1) * _HALF
-
-
-def heading_to_yaw(heading_rad: float) -> float:
-    """Compass heading (clockwise from north) -> yaw about up (counter-clockwise from north)."""
-    return -heading_rad

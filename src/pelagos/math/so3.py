@@ -37,11 +37,6 @@ def multiply(p: Array, q: Array) -> Array:
     )
 
 
-def conjugate(q: Array) -> Array:
-    """The inverse rotation."""
-    return type(q)(q[0], -q[1], -q[2], -q[3])
-
-
 def normalize(q: Array) -> Array:
     """The unit quaternion along q."""
     return q / dr.sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3])
@@ -69,14 +64,6 @@ def from_euler(roll: Array, pitch: Array, yaw: Array) -> tuple[Array, Array, Arr
         cr * sp * cy + sr * cp * sy,
         cr * cp * sy - sr * sp * cy,
     )
-
-
-def to_euler(q: Array) -> tuple[Array, Array, Array]:
-    """(roll, pitch, yaw) [rad] of R = Rz(yaw) Ry(pitch) Rx(roll)."""
-    roll = dr.atan2(2 * (q[0] * q[1] + q[2] * q[3]), 1 - 2 * (q[1] * q[1] + q[2] * q[2]))
-    pitch = dr.asin(dr.clip(2 * (q[0] * q[2] - q[3] * q[1]), -1.0, 1.0))
-    yaw = dr.atan2(2 * (q[0] * q[3] + q[1] * q[2]), 1 - 2 * (q[2] * q[2] + q[3] * q[3]))
-    return roll, pitch, yaw
 
 
 def rotate_np(q: NDArray[np.float64], v: NDArray[np.float64]) -> NDArray[np.float64]:
