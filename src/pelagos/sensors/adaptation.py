@@ -51,7 +51,7 @@ def exposure_lag(
     for k in range(_MOMENTS, -1, -1):
         moment = moved(motion, -k * step) if k > 0 else motion
         scenery = scenery_of(tables, light, sea, moment, config, -k * step)
-        rays = view_rays(lens, where, moment, own, config)
+        rays = view_rays(lens, where, moment, own, config, scenery.level)
         lamps = light_sources(config, moment, where.image)
         radiance, _ = look(static, moving, scenery, rays, where.image, lamps, pixel_angle(config))
         bright = luminance(radiance.sharp + radiance.near + radiance.far + radiance.veil)

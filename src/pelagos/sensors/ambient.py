@@ -36,7 +36,7 @@ from pelagos.optics.transport import fitted_rate, path_length
 from pelagos.raycast.caster import cast, occluded
 from pelagos.raycast.rays import Hits, Rays
 from pelagos.sensors.pixels import TILE, Pixels, Tiling, lane_at, smooth_tiles, tent, tiles_at
-from pelagos.sensors.scenery import Scenery, by_ray, sea_from_above, sky_in_air
+from pelagos.sensors.scenery import Scenery, by_ray, depth_at, sea_from_above, sky_in_air
 from pelagos.sensors.sensor import Kinematics
 from pelagos.sensors.shading import Ambience
 from pelagos.sensors.view import Lens, ViewConfig, view_rays
@@ -65,7 +65,7 @@ def ambience(
 
     def probes(number: int) -> _Probes:
         where = _probes(tiling, images, number)
-        rays = view_rays(lens, where, motion, own, config)
+        rays = view_rays(lens, where, motion, own, config, scenery.level)
         return _Probes(where, rays, cast(static, moving, scenery.tables, rays), _draws(where, tiling, number))
 
     surface = _at_surface(static, moving, scenery, probes(_AT_SURFACE))
@@ -127,7 +127,7 @@ def _at_surface(static: Any, moving: Any, scenery: Scenery, probes: _Probes) -> 
     start = hits.position + jit.Array3f64(hits.normal) * _START
     up, whole = off_matt(hits.normal, u[0], u[1]), jit.Array3f(math.pi)
     found = _gathered(static, moving, scenery, rays, start, up, whole, hits.valid, (probes.where.ray, 0))
-    dry = _above_water(static, moving, scenery, rays, start, up, hits.valid & (start.z >= 0))
+    dry = _above_water(static, moving, scenery, rays, start, up, hits.valid & (depth_at(scenery, start) <= 0))
     return [w + d for w, d in zip(found, dry, strict=True)]
 
 
@@ -160,7 +160,7 @@ def _before_it(
     span = 1 - dr.exp(-loss * reach)
     along = -dr.log(1 - u[2] * span) / loss
     place = rays.origin + jit.Array3f64(rays.direction) * jit.Float64(along)
-    wet = probes.where.active & (place.z < 0) & (rays.origin.z < 0)
+    wet = probes.where.active & (depth_at(scenery, place) > 0) & (depth_at(scenery, rays.origin) > 0)
     asked = dr.select(wet, jit.Float(_SHADOW_REACH), 0)
     sunlit = ~occluded(static, moving, scenery.tables, Rays(place, field.below, asked, rays.copy, rays.own))
     turned = about(rays.direction, sample_turning(u[3]), u[4])
@@ -210,7 +210,7 @@ def _gathered(
         open_sea=dr.zeros(jit.Array3f, width),
         arrives=dr.zeros(jit.Array3f, width),
         sent=dr.zeros(jit.Array3f, width),
-        alive=jit.Bool(wanted & (place.z < 0)),
+        alive=jit.Bool(wanted & (depth_at(scenery, place) > 0)),
         step=dr.zeros(jit.UInt32, width),
     )
 
@@ -218,7 +218,7 @@ def _gathered(
         return (_stepped(static, moving, scenery, rays, walk, key),)
 
     walk = dr.while_loop((start,), lambda w: w.alive & (w.step < _STEPS), step, mode="symbolic")[0]
-    field, depth = scenery.field, dr.maximum(-jit.Float(walk.place.z), 0)
+    field, depth = scenery.field, dr.maximum(depth_at(scenery, walk.place), 0)
     last = _open_sea(scenery, walk.place, walk.direction)
     last = walk.weight * (last + window_radiance(field, scenery.light, depth, walk.direction))
     last = dr.select(walk.alive, last, 0)
@@ -230,7 +230,7 @@ def _gathered(
 def _open_sea(scenery: Scenery, place: Array, direction: Array) -> Array:
     """Light of the water from a direction where nothing stands, `Array3f` [cd/m^2]."""
     field = scenery.field
-    depth = dr.maximum(-jit.Float(place.z), 0)
+    depth = dr.maximum(depth_at(scenery, place), 0)
     light = calm_radiance(field, depth, direction)
     return light + beam_veil(field, scenery.water, depth, direction, _to_sea(depth, direction))
 
@@ -244,7 +244,7 @@ def _stepped(static: Any, moving: Any, scenery: Scenery, rays: Rays, walk: _Walk
     field, water = scenery.field, scenery.water
     u = [uniform32(w) for w in philox((key[0], walk.step, jit.UInt32(2 + key[1]), jit.UInt32(0)), _KEY)]
     d, mean_loss = walk.direction, field.loss.y
-    depth = dr.maximum(-jit.Float(walk.place.z), 0)
+    depth = dr.maximum(depth_at(scenery, walk.place), 0)
     to_sea = _to_sea(depth, d)
     flight = -dr.log(1 - u[0]) / mean_loss
     free_way = dr.minimum(flight, to_sea)
@@ -255,7 +255,7 @@ def _stepped(static: Any, moving: Any, scenery: Scenery, rays: Rays, walk: _Walk
     at_sea = ~solid & (flight > to_sea)
     way = dr.select(solid, hits.t, free_way)
     on = walk.place + jit.Array3f64(d) * jit.Float64(way)
-    on.z = dr.select(at_sea, -1e-3, on.z)
+    on.z = dr.select(at_sea, (0 if scenery.tide is None else scenery.tide) - 1e-3, on.z)
     on += jit.Array3f64(dr.select(solid, hits.normal, 0)) * _START
     asks = dr.select(walk.alive & ~at_sea, jit.Float(_SHADOW_REACH), 0)
     sunlit = ~occluded(static, moving, scenery.tables, Rays(on, field.below, asks, rays.copy, rays.own))
@@ -264,7 +264,7 @@ def _stepped(static: Any, moving: Any, scenery: Scenery, rays: Rays, walk: _Walk
     albedo = mean_albedo(scenery.looks, hits.material, solid)
     matt = albedo * (dr.maximum(dr.dot(hits.normal, field.below), 0) / math.pi)
     turned = turned_phase(field, water, d) / mean_loss
-    beam = kept * beam_at(field, dr.maximum(-jit.Float(on.z), 0)) * dr.select(solid, matt, turned)
+    beam = kept * beam_at(field, dr.maximum(depth_at(scenery, on), 0)) * dr.select(solid, matt, turned)
     sky = dr.select(walk.alive, walk.weight * window_radiance(field, scenery.light, depth, d), 0)
     here = dr.select(walk.alive & ~at_sea, beam, 0)
     seen = dr.select(sunlit, here, 0) + dr.select(hits.valid, 0, sky)
@@ -279,7 +279,7 @@ def _stepped(static: Any, moving: Any, scenery: Scenery, rays: Rays, walk: _Walk
         open_sea=walk.open_sea + dr.select(walk.free, of_sea, 0),
         arrives=walk.arrives + dr.select(free, seen, 0),
         sent=walk.sent + dr.select(free, 0, seen),
-        alive=walk.alive & (~at_sea | (d.z < CRITICAL_COSINE)) & (on.z < 0),
+        alive=walk.alive & (~at_sea | (d.z < CRITICAL_COSINE)) & (depth_at(scenery, on) > 0),
         step=walk.step + 1,
     )
 
@@ -304,7 +304,7 @@ def _towards(
 ) -> tuple[Array, Array, Array]:
     """Towards each block: diffuse light's source at the camera, the rate at which it falls along the way, d_z."""
     where = _middles(tiling, dr.width(motion.tick))
-    rays = view_rays(lens, where, motion, own, config)
+    rays = view_rays(lens, where, motion, own, config, scenery.level)
     field, d = by_ray(scenery, where.image).field, rays.direction
     depth = dr.maximum(dr.gather(jit.Float, scenery.depth, where.image), _SHALLOW)
     to_sea = _to_sea(depth, d)

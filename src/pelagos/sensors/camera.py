@@ -217,7 +217,7 @@ class Camera:
                 around = replace(around, shafts=shafts_at(smoothed(squares, tiling), tiling, where))
 
             def light_of(sample: Sample, exposure: Array, number: Array) -> Radiance:
-                rays = sampled_rays(lens, where, motion, own, config, sample, exposure, blur)
+                rays = sampled_rays(lens, where, motion, own, config, sample, exposure, blur, scenery.level)
                 if config.renderer == "realtime":
                     return look(
                         static, moving, scenery, rays, where.image, lamps, angle, around, config.marine_snow_per_m3
@@ -227,7 +227,9 @@ class Camera:
                 return Radiance(light, *(dr.zeros(jit.Array3f, dr.width(where.ray)) for _ in range(3)))
 
             blur = None
-            centre = sampled_rays(lens, where, motion, own, config, None, dr.zeros(jit.Float, images))
+            centre = sampled_rays(
+                lens, where, motion, own, config, None, dr.zeros(jit.Float, images), level=scenery.level
+            )
             seen, hits = look(
                 static, moving, scenery, centre, where.image, lamps, angle, around, config.marine_snow_per_m3
             )

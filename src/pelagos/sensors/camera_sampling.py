@@ -92,6 +92,7 @@ def sampled_rays(
     sample: Sample | None,
     exposure: Array,
     blur: PixelBlur | None = None,
+    level: Array | None = None,
 ) -> Rays:
     """The rays of one sample, in the world.
 
@@ -104,8 +105,9 @@ def sampled_rays(
         sample: see `Sample`; None for the middle of pixel, aperture and exposure.
         exposure: time that the shutter is open, by image [s].
         blur: what differs from pixel to pixel; None for nothing.
+        level: see `view_rays`.
     """
-    rays = view_rays(lens, where, motion, own, config)
+    rays = view_rays(lens, where, motion, own, config, level)
     if sample is None and config.rolling_shutter_s == 0:
         return rays
     _, attitude = sensor_pose(motion, config)
@@ -113,7 +115,7 @@ def sampled_rays(
     velocity = dr.gather(jit.Array3f, jit.Array3f(sensor_velocity(motion, config)), where.image)
     spin = dr.gather(jit.Array3f, jit.Array3f(sensor_angular_velocity(motion, config)), where.image)
     moment = ((jit.Float(where.row) + 0.5) / config.height_px - 0.5) * config.rolling_shutter_s
-    local = local_directions(lens, where, rays.origin)
+    local = local_directions(lens, where, rays.origin, level)
     start = jit.Array3f(0)
     if sample is not None:
         open_for = dr.gather(jit.Float, exposure, where.image) * config.motion_blur

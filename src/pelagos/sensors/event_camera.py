@@ -104,7 +104,7 @@ class EventCamera:
             drift = None
             for delay, moment in ((0.0, motion), (-period, moved(motion, -period))):
                 scenery = scenery_of(tables, light, sea, moment, config, delay)
-                rays = replace(view_rays(lens, where, moment, own, config), drift=drift)
+                rays = replace(view_rays(lens, where, moment, own, config, scenery.level), drift=drift)
                 lamps = light_sources(config, moment, where.image)
                 seen, hits = look(static, moving, scenery, rays, where.image, lamps, pixel_angle(config))
                 bright = luminance(gathered(seen, where, tiling, images))

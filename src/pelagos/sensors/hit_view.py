@@ -19,7 +19,7 @@ from pelagos.raycast.caster import cast
 from pelagos.raycast.rays import Hits, Rays
 from pelagos.sensors.mount import sensor_pose
 from pelagos.sensors.pixels import Pixels, image_rows, pixels
-from pelagos.sensors.sea_crossing import sea_crossing, uneven_sea
+from pelagos.sensors.sea_crossing import level_over, sea_crossing, uneven_sea
 from pelagos.sensors.sensor import Kinematics, SensorContext
 from pelagos.sensors.view import Lens, Trace, View, ViewConfig, local_directions, view_rays
 
@@ -36,6 +36,7 @@ class Seen:
         hits: what they meet.
         at_sea: `Bool`, the ray meets the sea surface, waves and tide included, before anything solid.
         attitude: `Array4f` by pixel, sensor frame to world.
+        level: see `view_rays`.
     """
 
     where: Pixels
@@ -45,6 +46,7 @@ class Seen:
     hits: Hits
     at_sea: Array
     attitude: Array
+    level: Array | None
 
     @property
     def solid(self) -> Array:
@@ -54,7 +56,7 @@ class Seen:
     @property
     def direction(self) -> Array:
         """`Array3f`, unit, of the pixel in the sensor frame."""
-        return local_directions(self.lens, self.where, self.rays.origin)
+        return local_directions(self.lens, self.where, self.rays.origin, self.level)
 
     def to_sensor(self, vector: Array) -> Array:
         """World vectors `Array3f` by pixel in the sensor frame."""
@@ -105,14 +107,15 @@ class HitView:
         def frame(tables: Any, lens: Lens, motion: Kinematics, own: Array, ocean: Any, extra: Any) -> tuple[Array, ...]:
             images = dr.width(motion.tick)
             where = pixels(tiling, images)
-            rays = view_rays(lens, where, motion, own, config)
-            hits = cast(static, moving, tables, rays, smooth=smooth)
             position, attitude = sensor_pose(motion, config)
+            level = None if lens.dry is None or ocean is None else level_over(ocean, position, motion.t_ns)
+            rays = view_rays(lens, where, motion, own, config, level)
+            hits = cast(static, moving, tables, rays, smooth=smooth)
             q = jit.Array4f(*(dr.gather(jit.Float, jit.Float(attitude[i]), where.image) for i in range(4)))
             if trace is not None:
                 trace("slant range", hits.t, "m")
             to_sea = sea_crossing(rays, where.image, ocean, position, motion.t_ns).way
-            seen = Seen(where, lens, motion, rays, hits, to_sea < dr.minimum(hits.t, rays.max_range), q)
+            seen = Seen(where, lens, motion, rays, hits, to_sea < dr.minimum(hits.t, rays.max_range), q, level)
             return tuple(image_rows(v, tiling, where, images) for v in values(seen, extra, trace))
 
         return frame

@@ -12,7 +12,7 @@ from pelagos.optics.laser_beam import LaserBeam
 from pelagos.optics.light_source import LightSource, glow, light_at, loss_of
 from pelagos.raycast.caster import occluded
 from pelagos.raycast.rays import Hits, Rays
-from pelagos.sensors.scenery import Scenery
+from pelagos.sensors.scenery import Scenery, depth_at
 
 _START: Final = 2e-3  # [m] off surfaces
 _SHORT: Final = 0.05  # [m] that shadow rays end before a lamp: its own housing casts none
@@ -33,7 +33,7 @@ def lamps_on_surface(
     """
     total = jit.Array3f(0)
     seen = jit.Array3f(hits.position - rays.origin)
-    wet = hits.position.z < 0
+    wet = depth_at(scenery, hits.position) > 0
     for lamp in lamps:
         loss = dr.select(wet, loss_of(lamp, scenery.water), 0)
         across, towards, distance = light_at(lamp, loss, seen, footprint)

@@ -3,7 +3,8 @@
 It shares surfaces, materials, water and light with the realtime view (`shading`), and none of its short cuts: it
 solves the radiative transfer equation for the inherent properties alone (absorption, scattering, phase functions), so
 that downward attenuation, veil, glow and light between surfaces come out instead of going in. The sea surface is flat
-for refraction; the pattern of the waves modulates light that comes straight from the sun, as in the realtime view.
+for refraction, at the tide's level; the pattern of the waves modulates light that comes straight from the sun, as in
+the realtime view.
 
 Estimator: path tracing with next-event estimation to the sun (along its refracted direction) and the lamps, distances
 sampled for a random channel and weighted by the mean over channels (spectral multiple importance sampling, A. Wilkie
@@ -30,7 +31,7 @@ from pelagos.optics.texture import surface_look
 from pelagos.optics.water import MEAN_COSINE, REFRACTIVE_INDEX
 from pelagos.raycast.caster import cast, occluded
 from pelagos.raycast.rays import Hits, Rays
-from pelagos.sensors.scenery import Scenery, behind_air, by_ray, sky_in_air
+from pelagos.sensors.scenery import Scenery, behind_air, by_ray, depth_at, sky_in_air
 
 BOUNCES: Final = 48
 _START: Final = 2e-3  # [m] off surfaces
@@ -108,11 +109,11 @@ def _extended(
     """One step: a free flight, what ends it, its light from sun and lamps, and where the path goes on."""
     ray = Rays(path.origin, path.direction, rays.max_range, rays.copy, rays.own, rays.drift)
     hits = cast(static, moving, scenery.tables, ray, smooth=True)
-    flight = _flight(scenery.water, path, hits, u)
+    flight = _flight(scenery, path, hits, u)
     weight = path.weight * flight.weight
     light = path.light
     if scenery.air is not None:  # fog on the way through air; what it scatters comes as its own light
-        dry = (path.origin.z >= 0) & (flight.solid | flight.surface)
+        dry = (depth_at(scenery, path.origin) <= 0) & (flight.solid | flight.surface)
         light += dr.select(dry, weight * behind_air(scenery, jit.Array3f(0), flight.way), 0)
         weight *= dr.select(dry, dr.exp(-(scenery.air.fog + scenery.air.rain) * flight.way), 1)
     facing = dr.maximum(-dr.dot(hits.shading_normal, path.direction), 0.15)
@@ -134,7 +135,7 @@ def _extended(
     light += lit(towards, jit.Float(_REACH), beam)
     for lamp in lamps:
         place = jit.Array3f(flight.place - rays.origin)
-        loss = dr.select(flight.place.z < 0, scenery.water.attenuation, 0)
+        loss = dr.select(depth_at(scenery, flight.place) > 0, scenery.water.attenuation, 0)
         arriving, to_lamp, distance = light_at(lamp, loss, place, (path.travelled + flight.way) * pixel_angle)
         light += lit(to_lamp, distance - 0.05, arriving)
     sea = _sea_surface(scenery, path, flight, u[2])
@@ -169,10 +170,10 @@ class _Flight:
     surface: Array
 
 
-def _flight(water: Any, path: Path, hits: Hits, u: list[Array]) -> _Flight:
-    wet = path.origin.z < 0
-    height, rise = jit.Float(path.origin.z), path.direction.z
-    to_sea = dr.select(wet == (rise > 0), -height / dr.select(dr.abs(rise) < 1e-6, 1e-6, rise), _FAR)
+def _flight(scenery: Scenery, path: Path, hits: Hits, u: list[Array]) -> _Flight:
+    water, depth, rise = scenery.water, depth_at(scenery, path.origin), path.direction.z
+    wet = depth > 0
+    to_sea = dr.select(wet == (rise > 0), depth / dr.select(dr.abs(rise) < 1e-6, 1e-6, rise), _FAR)
     to_sea = dr.maximum(to_sea, 0)
     end = dr.minimum(dr.select(hits.valid, hits.t, _FAR), to_sea)
     c = dr.select(wet, water.attenuation, 0)
@@ -196,7 +197,7 @@ def _flight(water: Any, path: Path, hits: Hits, u: list[Array]) -> _Flight:
 def _sunbeam(scenery: Scenery, place: Array, lane: Array) -> tuple[Array, Array]:
     """Direction to the sun, and irradiance across its beam that no water has scattered yet [lx]."""
     towards = scenery.light.towards_sun
-    depth = -jit.Float(place.z)
+    depth = depth_at(scenery, place)
     wet = depth > 0
     below = sun_below_surface(towards)
     high = dr.maximum(towards.z, 0)
@@ -221,7 +222,7 @@ class _Sea:
 
 def _sea_surface(scenery: Scenery, path: Path, flight: _Flight, u: Array) -> _Sea:
     """Reflected or refracted by chance, as Fresnel's law says; from below, refracted paths end in the sky."""
-    wet = path.origin.z < 0
+    wet = depth_at(scenery, path.origin) > 0
     d = path.direction
     up = jit.Array3f(0, 0, dr.select(wet, -1.0, 1.0))
     out = refract(d, up, dr.select(wet, REFRACTIVE_INDEX, 1 / REFRACTIVE_INDEX))
@@ -231,10 +232,11 @@ def _sea_surface(scenery: Scenery, path: Path, flight: _Flight, u: Array) -> _Se
     sky = sky_in_air(scenery, dr.select(crossed, out, d), glare=dr.select(path.straight, 1.0, 0.0))
     n2 = REFRACTIVE_INDEX**2
     goes_below = wet == mirrored
+    level = 0 if scenery.tide is None else scenery.tide
     return _Sea(
         light=dr.select(crossed & wet, sky * n2, dr.select(lost & ~wet, sky, 0)),
         weight=dr.select(crossed & ~wet, 1 / n2, 1),
-        origin=jit.Array3f64(flight.place.x, flight.place.y, dr.select(goes_below, -1e-4, 1e-4)),
+        origin=jit.Array3f64(flight.place.x, flight.place.y, level + dr.select(goes_below, -1e-4, 1e-4)),
         direction=dr.select(mirrored, jit.Array3f(d.x, d.y, -d.z), out),
         goes_on=flight.surface & (mirrored | ~wet),
     )

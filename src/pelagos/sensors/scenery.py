@@ -37,6 +37,7 @@ class Scenery:
         air: fog and rain, None where it is clear.
         waves: of the moments of the lanes.
         level: `Float`, height of the sea surface over each camera [m].
+        tide: `Float`, mean level of the sea, likewise [m]; None where that is z = 0.
         depth: `Float`, of each camera below it [m].
         t: `Float64`, the moments [s].
     """
@@ -49,18 +50,22 @@ class Scenery:
     air: Air | None
     waves: Waves
     level: Array
+    tide: Array | None
     depth: Array
     t: Array
 
 
 def by_ray(scenery: Scenery, lane: Array) -> Scenery:
-    """The same with the water of the image that each ray belongs to."""
-    field, water = scenery.field, scenery.water
-    if field.local is None:
-        return scenery
+    """The same with the tide and the water of the image that each ray belongs to."""
 
     def spread(v: Array) -> Array:
         return dr.gather(type(v), v, lane)
+
+    if scenery.tide is not None:
+        scenery = replace(scenery, tide=spread(scenery.tide))
+    field, water = scenery.field, scenery.water
+    if field.local is None:
+        return scenery
 
     def fall(f: Fall) -> Fall:
         return Fall(spread(f.excess), spread(f.clear))
@@ -99,6 +104,12 @@ def sky_in_air(scenery: Scenery, direction: Array, *, glare: Array = 1.0) -> Arr
 def sea_from_above(scenery: Scenery) -> Array:
     """Mean radiance of the sea, `Array3f` [cd/m^2]."""
     return fog_radiance(scenery) * _SEA_ALBEDO
+
+
+def depth_at(scenery: Scenery, place: Array) -> Array:
+    """How far below the mean level of the sea places `Array3f64` are [m], `Float`; `scenery` of `by_ray`."""
+    z = jit.Float(place.z)
+    return -z if scenery.tide is None else scenery.tide - z
 
 
 def depth_of_starts(scenery: Scenery, rays: Rays, lane: Array) -> Array:

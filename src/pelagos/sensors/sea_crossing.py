@@ -33,6 +33,14 @@ def uneven_sea(ocean: Any) -> Any:
     return ocean
 
 
+def level_over(ocean: Any, position: Array, t_ns: Array) -> Array:
+    """Height of the sea over sensors, `Float` by lane [m]; arguments as of `sea_crossing`."""
+    level = jit.Float(ocean.elevation(position.x, position.y, jit.Float64(t_ns) * 1e-9))
+    level = level + dr.zeros(jit.Float, dr.width(t_ns))
+    dr.eval(level)
+    return level
+
+
 def sea_crossing(rays: Rays, lane: Array, ocean: Any, position: Array, t_ns: Array) -> Crossing:
     """Where rays meet the sea.
 
@@ -52,10 +60,7 @@ def sea_crossing(rays: Rays, lane: Array, ocean: Any, position: Array, t_ns: Arr
             y = jit.Float(rays.origin.y - dr.gather(jit.Float64, swell.corner_y, lane))
             under = height < elevation_at(swell, x, y, lane)
             return Crossing(under, way_to_surface(swell, rays.origin, rays.direction, lane))
-        level = jit.Float(ocean.elevation(position.x, position.y, t))
-        level = level + dr.zeros(jit.Float, dr.width(t_ns))
-        dr.eval(level)
-        height -= dr.gather(jit.Float, level, lane)
+        height -= dr.gather(jit.Float, level_over(ocean, position, t_ns), lane)
     under = height < 0
     t_sea = -height / dr.select(dr.abs(rise) < 1e-6, 1e-6, rise)
     return Crossing(under, dr.select((under == (rise > 0)) & (t_sea >= 0), t_sea, dr.inf))

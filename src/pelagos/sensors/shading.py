@@ -44,6 +44,7 @@ from pelagos.sensors.scenery import (
     Scenery,
     behind_air,
     by_ray,
+    depth_at,
     depth_of_starts,
     fog_radiance,
     sea_from_above,
@@ -263,7 +264,7 @@ def _surface_light(
     """Radiance of the hit surfaces themselves: matt, lit by beam, diffuse light from above and below, and lamps."""
 
     def lit_surface(hits: Hits) -> Array:
-        depth = -jit.Float(hits.position.z)
+        depth = depth_at(scenery, hits.position)
         facing = dr.maximum(-dr.dot(hits.shading_normal, behind.direction), 0.15)
         footprint = behind.way * pixel_angle / facing
         x, y = jit.Float(hits.position.x), jit.Float(hits.position.y)

@@ -28,7 +28,7 @@ def shaft_squares(
     row = dr.minimum(inner // across * _SQUARE + 1, tiling.height - 1)
     lane = lane_at(tiling, jit.UInt32(0), column, row)
     where = Pixels(image, lane, column, row, dr.full(jit.Bool, True, dr.width(square)))
-    rays = view_rays(lens, where, motion, own, config)
+    rays = view_rays(lens, where, motion, own, config, scenery.level)
     depth = dr.gather(jit.Float, scenery.depth, image)
     stratum = (inner % across % 3 + 3 * (inner // across % 3)) * 4 % 9  # nine neighbours start in nine places
     jitter = (jit.Float(stratum) + 0.5) / 9

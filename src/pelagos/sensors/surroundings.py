@@ -116,10 +116,11 @@ def scenery_of(
     level = sea_level(waves, dr.width(motion.tick))
     t = jit.Float64(motion.t_ns) * 1e-9 + delay
     depth = level - jit.Float(position.z)
-    dr.eval(level, depth)
+    tide = None if ocean is None or ocean.tide is None else jit.Float(ocean.tide.level(t))
+    dr.eval(level, tide, depth)
     if _suspended(ocean):
         water, field = _suspension(ocean, water, field, position, depth, t)
-    return Scenery(tables, materials, water, daylit, field, air, waves, level, depth, t)
+    return Scenery(tables, materials, water, daylit, field, air, waves, level, tide, depth, t)
 
 
 def _moves(ocean: Any) -> bool:

@@ -28,7 +28,7 @@ from pelagos.raycast.rays import Hits, Rays
 from pelagos.sensors.mount import sensor_pose
 from pelagos.sensors.noise import opaque_key, stream_key, words32
 from pelagos.sensors.pixels import image_rows, pixels
-from pelagos.sensors.sea_crossing import Crossing, sea_crossing, uneven_sea
+from pelagos.sensors.sea_crossing import Crossing, level_over, sea_crossing, uneven_sea
 from pelagos.sensors.sensor import Kinematics, Measurement, SensorConfig, SensorContext
 from pelagos.sensors.surroundings import Surroundings
 from pelagos.sensors.view import Trace, View, ViewConfig, view_rays
@@ -95,7 +95,10 @@ class ThermalCamera:
         ) -> tuple[Array, Array]:
             images = dr.width(motion.tick)
             where = pixels(tiling, images)
-            rays = view_rays(lens, where, motion, own, config)
+            position, _ = sensor_pose(motion, config)
+            uneven = uneven_sea(ocean)
+            level = None if lens.dry is None or uneven is None else level_over(uneven, position, motion.t_ns)
+            rays = view_rays(lens, where, motion, own, config, level)
             hits = cast(static, moving, tables, rays)
             towards = light.towards_sun
             facing = dr.maximum(dr.dot(hits.normal, towards), 0)
@@ -110,8 +113,7 @@ class ThermalCamera:
             t = jit.Float64(motion.t_ns) * 1e-9
             sea = jit.Float(ocean.temperature(surface, t)) + dr.zeros(jit.Float, images)
             sea = dr.gather(jit.Float, sea, where.image)
-            position, _ = sensor_pose(motion, config)
-            crossing = sea_crossing(rays, where.image, uneven_sea(ocean), position, motion.t_ns)
+            crossing = sea_crossing(rays, where.image, uneven, position, motion.t_ns)
             kelvin = apparent(rays, hits, solid, sea, crossing, config)
             environment, tick = (dr.gather(jit.UInt32, v, where.image) for v in (motion.environment, motion.tick))
             words = words32(key, where.row * tiling.width + where.column, environment, tick)

@@ -198,14 +198,25 @@ class View:
         return np.ascontiguousarray(picture, dtype=np.float32)
 
 
-def view_rays(lens: Lens, where: Pixels, motion: Kinematics, own: Array, config: ViewConfig) -> Rays:
-    """Rays of all pixels at the moments of `motion`, in the world."""
+def view_rays(
+    lens: Lens, where: Pixels, motion: Kinematics, own: Array, config: ViewConfig, level: Array | None = None
+) -> Rays:
+    """Rays of all pixels at the moments of `motion`, in the world.
+
+    Args:
+        lens: see `Lens`.
+        where: the pixels.
+        motion: of the vehicle.
+        own: rows of the own hull.
+        config: place of the camera.
+        level: height of the sea over each camera, `Float` by image [m]: above it a port is in air. None for z = 0.
+    """
     position, attitude = sensor_pose(motion, config)
     q = jit.Array4f(*(dr.gather(jit.Float, jit.Float(attitude[i]), where.image) for i in range(4)))
     origin = dr.gather(jit.Array3f64, position, where.image)
     if lens.start is not None:
         origin += jit.Array3f64(rotate(q, dr.gather(jit.Array3f, lens.start, where.ray)))
-    local = local_directions(lens, where, origin)
+    local = local_directions(lens, where, origin, level)
     copy = dr.gather(jit.UInt32, motion.copy, where.image)
     looks = where.active & dr.gather(jit.Bool, lens.serves, where.ray)
     return Rays(
@@ -217,9 +228,15 @@ def view_rays(lens: Lens, where: Pixels, motion: Kinematics, own: Array, config:
     )
 
 
-def local_directions(lens: Lens, where: Pixels, origin: Array) -> Array:
-    """Directions in the sensor frame, `Array3f`, of rays that start at `origin` in the world: in water or in air."""
+def local_directions(lens: Lens, where: Pixels, origin: Array, level: Array | None) -> Array:
+    """Directions in the sensor frame, `Array3f`, of rays that start at `origin` in the world: in water or in air.
+
+    `level`: see `view_rays`.
+    """
     wet = dr.gather(jit.Array3f, lens.direction, where.ray)
     if lens.dry is None:
         return wet
-    return dr.select(origin.z < 0, wet, dr.gather(jit.Array3f, lens.dry, where.ray))
+    height = jit.Float(origin.z)
+    if level is not None:
+        height -= dr.gather(jit.Float, level, where.image)
+    return dr.select(height < 0, wet, dr.gather(jit.Array3f, lens.dry, where.ray))
