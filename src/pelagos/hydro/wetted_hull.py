@@ -43,6 +43,27 @@ def wetted_load(corners: Corners, immersion: Corners, head: Corners) -> HullLoad
     count = sum(dr.select(w, 1, 0) for w in wet)
     all_wet, none_wet = count == 3, count == 0
 
+    whole0, whole1 = _moments((a, b, c), head)
+    cut = ~all_wet & ~none_wet
+    # most triangles are all wet or all dry: packets without one at the surface skip the rest
+    share, tip0, tip1 = dr.if_stmt(
+        (a, b, c, *immersion, *head),
+        cut,
+        lambda a, b, c, da, db, dc, ha, hb, hc: _tip((a, b, c), (da, db, dc), (ha, hb, hc)),
+        lambda a, b, c, da, *_: (0 * da, 0 * da, 0 * a),
+        mode="symbolic",
+    )
+    tip_is_wet = cut & (count == 1)
+    zero = 0 * whole0
+    pressure = dr.select(all_wet, whole0, dr.select(none_wet, zero, dr.select(tip_is_wet, tip0, whole0 - tip0)))
+    first = dr.select(all_wet, whole1, dr.select(none_wet, 0 * whole1, dr.select(tip_is_wet, tip1, whole1 - tip1)))
+    wet_share = dr.select(all_wet, 1.0, dr.select(none_wet, 0.0, dr.select(tip_is_wet, share, 1 - share)))
+    return HullLoad(-pressure * normal, -dr.cross(first, normal), dr.norm(normal) * wet_share)
+
+
+def _tip(corners: Corners, immersion: Corners, head: Corners) -> tuple[Array, Array, Array]:
+    """The part of a triangle that is alone on its side of the surface: its share of the area, and its moments."""
+    wet = [d > 0 for d in immersion]
     # The corner that is alone on its side of the surface comes first, the order of the others does not matter.
     second = (wet[1] != wet[0]) & (wet[1] != wet[2])
     third = (wet[2] != wet[0]) & (wet[2] != wet[1])
@@ -54,23 +75,12 @@ def wetted_load(corners: Corners, immersion: Corners, head: Corners) -> HullLoad
             dr.select(second, x, dr.select(third, y, z)),
         )
 
-    (ra, rb, rc), (da, db, dc), (ha, hb, hc) = turned(a, b, c), turned(*immersion), turned(*head)
-    cut = ~all_wet & ~none_wet
-    to_b = dr.select(cut, da / dr.select(cut, da - db, 1.0), 0.0)
-    to_c = dr.select(cut, da / dr.select(cut, da - dc, 1.0), 0.0)
+    (ra, rb, rc), (da, db, dc), (ha, hb, hc) = turned(*corners), turned(*immersion), turned(*head)
+    to_b, to_c = da / (da - db), da / (da - dc)
     share = to_b * to_c
     tip_head = (ha, ha + to_b * (hb - ha), ha + to_c * (hc - ha))
-    tip = (ra, ra + to_b * (rb - ra), ra + to_c * (rc - ra))
-    whole0, whole1 = _moments((a, b, c), head)
-    tip0, tip1 = _moments(tip, tip_head)
-    tip0, tip1 = share * tip0, share * tip1
-
-    tip_is_wet = cut & (count == 1)
-    zero = 0 * whole0
-    pressure = dr.select(all_wet, whole0, dr.select(none_wet, zero, dr.select(tip_is_wet, tip0, whole0 - tip0)))
-    first = dr.select(all_wet, whole1, dr.select(none_wet, 0 * whole1, dr.select(tip_is_wet, tip1, whole1 - tip1)))
-    wet_share = dr.select(all_wet, 1.0, dr.select(none_wet, 0.0, dr.select(tip_is_wet, share, 1 - share)))
-    return HullLoad(-pressure * normal, -dr.cross(first, normal), dr.norm(normal) * wet_share)
+    tip0, tip1 = _moments((ra, ra + to_b * (rb - ra), ra + to_c * (rc - ra)), tip_head)
+    return share, share * tip0, share * tip1
 
 
 def _moments(corners: Corners, head: Corners) -> tuple[Array, Array]:

@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Final
+from typing import Final, TypeAlias
 
 import drjit as dr
 import numpy as np
@@ -24,6 +24,7 @@ from pelagos.ocean.waves import Waves
 
 _ALONG: Final = np.polynomial.legendre.leggauss(8)
 _ACROSS: Final = np.polynomial.legendre.leggauss(3)
+_Phase: TypeAlias = tuple[Array, Array]  # sine and cosine
 
 
 @dataclass(frozen=True)
@@ -88,58 +89,123 @@ def hull_waves(
     """
     cos, sin = heading
     half = 0.5 * plane.length
-    places, weights = half * _ALONG[0], _ALONG[1] / 2
-    sides, share = plane.across
-    nx, ny = len(places), len(sides)
-    spread_x = float(np.sum(weights * places**2))
-    spread_y = float(np.sum(share * sides**2))
+    nodes = _Nodes.of(plane)
     nothing = 0 * (north + west + t + cos)
 
     def add(i: Array, *sums: Array) -> tuple[Array, ...]:
         first, second = waves._rows(i)
-        a, k = second[0], second[1]
         ahead, aside = first[0] * cos - first[1] * sin, -(first[0] * sin + first[1] * cos)
-        turns = dr.fma(first[0], north, dr.fma(first[1], west, dr.fma(-first[2], t, first[3])))
-        s, c = sincos_turns(turns)
-        s, c = a * s, a * c
-        xs = [sincos_turns(float(x) * ahead) for x in places[nx // 2 :]]
-        ys = [sincos_turns(float(y) * aside) for y in sides[ny // 2 + 1 :]]
-        cos_x, sin_x = [p[1] for p in xs], [p[0] for p in xs]
-        columns = [(c, s)]  # cosine and sine parts at each side
-        for sy, cy in ys:
-            columns = [(c * cy + s * sy, s * cy - c * sy), *columns, (c * cy - s * sy, s * cy + c * sy)]
-        surface = []
-        for cc, ss in columns:
-            right = [cc * x - ss * y for x, y in zip(cos_x, sin_x, strict=True)]
-            left = [cc * x + ss * y for x, y in zip(cos_x, sin_x, strict=True)]
-            surface += [*left[::-1], *right]
-        deeper = [waves._decay(k, jit.Float64(-d * plane.draught), second) for d in (0.5, 1.0)]
-        values = [*surface, *(e * deeper[0][2] for e in surface), *(e * deeper[1][2] for e in surface)]
-        # means over the waterplane of cos(x), cos(y), and of their first moments
-        mean_x = sum(2 * float(w) * x for w, x in zip(weights[nx // 2 :], cos_x, strict=True))
-        lean_x = sum(2 * float(w * p) * x for w, p, x in zip(weights[nx // 2 :], places[nx // 2 :], sin_x, strict=True))
-        mean_y, lean_y = float(share[ny // 2]) + nothing, nothing
-        for w, p, (sy, cy) in zip(share[ny // 2 + 1 :], sides[ny // 2 + 1 :], ys, strict=True):
-            mean_y, lean_y = mean_y + 2 * float(w) * cy, lean_y + 2 * float(w * p) * sy
-        lean_x, lean_y = lean_x * (1 / spread_x), lean_y * (1 / spread_y)
-        along, up = deeper[0][0], deeper[1][1]  # sides feel the motion half way down, bottoms that at the draught
-        rate = 2 * math.pi * first[2]
-        to = 2 * math.pi / k
-        fx, fy = to * ahead * along, to * aside * along
-        whole, nod, tilt = mean_x * mean_y, lean_x * mean_y, mean_x * lean_y
-        # velocity: forward and aside go with cos, upwards with sin; first moments turn cos to -sin and sin to cos
-        cw, sw = rate * whole * c, rate * whole * s
-        motion = [fx * cw, fy * cw, -up * sw, -up * rate * tilt * c, up * rate * nod * c, -fy * rate * nod * s]
-        fast = rate * rate
-        cw, sw = fast * whole * c, fast * whole * s
-        change = [fx * sw, fy * sw, up * cw, -up * fast * tilt * s, up * fast * nod * s, fy * fast * nod * c]
-        return i + 1, *(x + y for x, y in zip(sums, [*values, *motion, *change], strict=True))
+        s, c = sincos_turns(dr.fma(first[0], north, dr.fma(first[1], west, dr.fma(-first[2], t, first[3]))))
+        wave = second[0] * s, second[0] * c
+        xs = [sincos_turns(float(x) * ahead) for x in nodes.places]
+        ys = [sincos_turns(float(y) * aside) for y in nodes.sides]
+        decays = [waves._decay(second[1], jit.Float64(-d * plane.draught), second) for d in (0.5, 1.0)]
+        products = _products(wave, xs, ys, [d[2] for d in decays])
+        grid = [dr.fma(part, x, total) for (part, x), total in zip(products, sums, strict=False)]
+        towards = 2 * math.pi / second[1]
+        # sides feel the motion half way down, bottoms that at the draught
+        water = _Water(towards * ahead * decays[0][0], towards * aside * decays[0][0], decays[1][1])
+        motion = _sheet(wave, 2 * math.pi * first[2], water, nodes.fit(xs, ys))
+        return i + 1, *grid, *(total + v for total, v in zip(sums[len(grid) :], motion, strict=True))
 
-    found = list(waves._loop(add, *([nothing] * (3 * nx * ny + 12))))
-    grid, motion = found[: 3 * nx * ny], found[3 * nx * ny :]
-    scale = (1 / half, 1 / plane.sides, 1 / plane.draught)
-    powers = _powers(grid, _ALONG[0], sides / plane.sides, np.array([0.0, 0.5, 1.0]))
-    return HullWaves(powers, motion[:6], motion[6:], scale)
+    count = 3 * len(_ALONG[0]) * len(plane.across[0])
+    found = list(waves._loop(add, *([nothing] * (count + 12))))
+    grid, motion = _along(found[:count], len(_ALONG[0])), found[count:]
+    powers = _powers(grid, _ALONG[0], plane.across[0] / plane.sides, np.array([0.0, 0.5, 1.0]))
+    return HullWaves(powers, motion[:6], motion[6:], (1 / half, 1 / plane.sides, 1 / plane.draught))
+
+
+@dataclass(frozen=True)
+class _Nodes:
+    """Nodes of a waterplane forward of its middle and to starboard, for sums that are even or odd about it.
+
+    Attributes:
+        places, sides: [m].
+        weights, shares: of both nodes at these distances; the centre line has the rest of the shares.
+        spread_x, spread_y: mean squares of the distances [m^2].
+    """
+
+    places: NDArray[np.float64]
+    sides: NDArray[np.float64]
+    weights: NDArray[np.float64]
+    shares: NDArray[np.float64]
+    spread_x: float
+    spread_y: float
+
+    @classmethod
+    def of(cls, plane: Waterplane) -> _Nodes:
+        """Those of a hull."""
+        x, wx = 0.5 * plane.length * _ALONG[0][len(_ALONG[0]) // 2 :], _ALONG[1][len(_ALONG[1]) // 2 :]
+        across, share = plane.across
+        y, wy = across[len(across) // 2 + 1 :], 2 * share[len(share) // 2 + 1 :]
+        return cls(x, y, wx, wy, float(np.sum(wx * x**2)), float(np.sum(wy * y**2)))
+
+    def fit(self, xs: Sequence[_Phase], ys: Sequence[_Phase]) -> tuple[Array, Array, Array]:
+        """Means over the waterplane of cos(x) cos(y), and slopes of the best straight lines through sin(x) cos(y) along
+        and cos(x) sin(y) across.
+        """
+        mean_x = sum(float(w) * c for w, (_, c) in zip(self.weights, xs, strict=True))
+        lean_x = sum(float(w * p) * s for w, p, (s, _) in zip(self.weights, self.places, xs, strict=True))
+        mean_y: Array = 1 - float(self.shares.sum())
+        lean_y: Array = 0.0
+        for w, p, (s, c) in zip(self.shares, self.sides, ys, strict=True):
+            mean_y, lean_y = mean_y + float(w) * c, lean_y + float(w * p) * s
+        return mean_x * mean_y, lean_x * (1 / self.spread_x) * mean_y, mean_x * lean_y * (1 / self.spread_y)
+
+
+@dataclass
+class _Water:
+    """How the water moves under a wave of 1 m and 1 rad/s: ahead and aside in phase, and upwards."""
+
+    ahead: Array
+    aside: Array
+    up: Array
+
+
+def _products(
+    wave: _Phase, xs: Sequence[_Phase], ys: Sequence[_Phase], decays: Sequence[Array]
+) -> list[tuple[Array, Array]]:
+    """Factors of a wave's parts at the nodes: by level and column first what is even along the hull, then what is odd.
+
+    cos(p + x + y) = (cos p cos y - sin p sin y) cos x - (sin p cos y + cos p sin y) sin x.
+    """
+    s, c = wave
+    columns = [(s, c)]
+    for sy, cy in ys:
+        columns = [(s * cy - c * sy, c * cy + s * sy), *columns, (s * cy + c * sy, c * cy - s * sy)]
+    levels = [columns, *([(d * s, d * c) for s, c in columns] for d in decays)]
+    return [
+        factors
+        for level in levels
+        for s, c in level
+        for factors in (*((c, x[1]) for x in xs), *((s, x[0]) for x in xs))
+    ]
+
+
+def _sheet(wave: _Phase, rate: Array, water: _Water, fit: tuple[Array, Array, Array]) -> list[Array]:
+    """Velocity (6) and acceleration (6) of a wave's rigid sheet of water, see `HullWaves`."""
+    s, c = wave
+    whole, nod, tilt = fit
+    # velocity: forward and aside go with cos, upwards with sin; first moments turn cos to -sin and sin to cos
+    cw, sw = rate * whole * c, rate * whole * s
+    velocity = [water.ahead * cw, water.aside * cw, -water.up * sw]
+    velocity += [-water.up * rate * tilt * c, water.up * rate * nod * c, -water.aside * rate * nod * s]
+    fast = rate * rate
+    cw, sw = fast * whole * c, fast * whole * s
+    change = [water.ahead * sw, water.aside * sw, water.up * cw]
+    change += [-water.up * fast * tilt * s, water.up * fast * nod * s, water.aside * fast * nod * c]
+    return [*velocity, *change]
+
+
+def _along(sums: Sequence[Array], nodes: int) -> list[Array]:
+    """From even and odd parts at the nodes forward of the middle, column by column, to values at all nodes."""
+    values: list[Array] = []
+    for i in range(0, len(sums), nodes):
+        even, odd = sums[i : i + nodes // 2], sums[i + nodes // 2 : i + nodes]
+        right = [e - o for e, o in zip(even, odd, strict=True)]
+        left = [e + o for e, o in zip(even, odd, strict=True)]
+        values += [*left[::-1], *right]
+    return values
 
 
 def _powers(grid: Sequence[Array], x: NDArray, y: NDArray, z: NDArray) -> list[list[list[Array]]]:  # type: ignore[type-arg]

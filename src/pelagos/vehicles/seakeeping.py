@@ -30,10 +30,10 @@ from pelagos.config.path import ScenarioPath
 from pelagos.errors import did_you_mean
 from pelagos.hydro.algebra import Matrix, Vector, add, matmul, matvec, minus, transpose
 from pelagos.hydro.radiation import fit_memory, retardation
-from pelagos.hydro.wetted_hull import wetted_load
 from pelagos.jit import Array
 from pelagos.ocean.hull_waves import HullWaves, Waterplane, hull_waves
 from pelagos.vehicles.drift import Drift, DriftConfig, compile_drift
+from pelagos.vehicles.hull_pressure import HullTable, hull_pressure, hull_table
 from pelagos.vehicles.part import Body, PartConfig, Positive, numbers
 from pelagos.vehicles.shape.floating_mesh import float_mesh
 from pelagos.vehicles.shape.pontoon import PontoonConfig, displaced, pontoon_mesh
@@ -135,15 +135,6 @@ class Kernel:
     weights: tuple[complex, ...]
 
 
-@jit.struct
-class HullTable:
-    """corners: `Float64`, by triangle three times (x, y, z, 0), FRD [m]; count: `UInt32`; drift: see `Drift`."""
-
-    corners: Array
-    count: Array
-    drift: Array
-
-
 @dataclass(frozen=True)
 class Seakeeping:
     """A hull in waves, compiled.
@@ -179,12 +170,8 @@ class Seakeeping:
 
     def table(self) -> HullTable:
         """The mesh on the device."""
-        corners = np.zeros((len(self.faces), 3, 4))
-        corners[..., :3] = self.vertices[self.faces]
         drift = jit.Float64(0.0) if self.drift is None else self.drift.table()
-        table = HullTable(jit.Float64(corners.ravel()), jit.UInt32(len(self.faces)), drift)
-        dr.make_opaque(table)
-        return table
+        return hull_table(self.vertices, self.faces, drift)
 
     def waves(self, ocean: Any, position: Vector, rotation: Matrix, t: Array) -> HullWaves:
         """The waves at the hull; position NED, rotation FRD -> NED."""
@@ -210,14 +197,14 @@ class Seakeeping:
         weight = ocean.density(place, t) * self.gravity
         depth = position[2] if ocean.tide is None else position[2] + ocean.tide.level(t)
         turn = upright(rotation)
-        force, moment = _pressure(waves, table, turn, depth)
+        force, moment = hull_pressure(waves, table, turn, depth)
         if self.drift is not None:
             north, west = position[0], -position[1]
             x, y, n = self.drift.push(ocean.waves, table.drift, north, west, _heading(rotation), t)
-            per = 1 / self.gravity
-            force, moment = add(force, [per * x, per * y, 0.0]), add(moment, [0.0, 0.0, per * n])
-        back = transpose(turn)
-        wet = [weight * f for f in [*matvec(back, force), *matvec(back, moment)]]
+            per, back = 1 / self.gravity, transpose(turn)
+            force = add(force, matvec(back, [per * x, per * y, 0.0]))
+            moment = add(moment, matvec(back, [0.0, 0.0, per * n]))
+        wet = [weight * f for f in [*force, *moment]]
         down = [self.weight * r for r in rotation[2]]
         heavy = [*down, *_cross(self.center_of_gravity, down)]
         return add(wet, heavy, minus(self.rest), matvec(self.added, water))
@@ -254,27 +241,6 @@ def upright(rotation: Matrix) -> list[list[Array]]:
     """Body axes to axes along the heading, level: `(3, 3)`, from FRD -> NED."""
     cos, sin = _heading(rotation)
     return matmul([[cos, sin, 0.0], [-sin, cos, 0.0], [0.0, 0.0, 1.0]], rotation)
-
-
-def _pressure(waves: HullWaves, table: HullTable, turn: Matrix, depth: Array) -> tuple[list[Array], list[Array]]:
-    """Force and moment (3) per rho g, level axes; triangle by triangle, in order."""
-
-    def corner(i: Array) -> tuple[Array, Array, Array]:
-        r = dr.gather(jit.Array4f64, table.corners, i)
-        x, y, z = matvec(turn, [r[0], r[1], r[2]])
-        below = depth + z
-        surface, dynamic = waves.at(x, y, below)
-        immersion = below + surface
-        return jit.Array3f64(x, y, z), immersion, dr.select(below > 0, below + dynamic, immersion)
-
-    def one(i: Array, *sums: Array) -> tuple[Array, ...]:
-        (a, da, ha), (b, db, hb), (c, dc, hc) = (corner(3 * i + k) for k in range(3))
-        load = wetted_load((a, b, c), (da, db, dc), (ha, hb, hc))
-        return i + 1, *(s + v for s, v in zip(sums, [*load.force, *load.moment], strict=True))
-
-    nothing = 0 * depth
-    state = dr.while_loop((jit.UInt32(0), *([nothing] * 6)), lambda i, *_: i < table.count, one, mode="symbolic")
-    return list(state[1:4]), list(state[4:])
 
 
 def compile_seakeeping(config: AfloatConfig, body: Body) -> Seakeeping:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pelagos import jit
 from pelagos.vehicles.actuators.t200 import T200Tables
-from pelagos.vehicles.seakeeping import HullTable
+from pelagos.vehicles.hull_pressure import HullTable
 
 
 @jit.struct

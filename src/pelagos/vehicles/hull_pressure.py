@@ -1,0 +1,84 @@
+"""Pressure of the water on the mesh of what floats, one vertex after the other and then one triangle after the other.
+
+A lane is a vehicle: it goes through its whole mesh by itself, and keeps what it finds at the vertices in local memory,
+because each of them is a corner of about six triangles.
+"""
+
+from __future__ import annotations
+
+import drjit as dr
+import numpy as np
+from numpy.typing import NDArray
+
+from pelagos import jit
+from pelagos.hydro.algebra import Matrix, matvec
+from pelagos.hydro.wetted_hull import wetted_load
+from pelagos.jit import Array
+from pelagos.ocean.hull_waves import HullWaves
+
+
+@jit.struct
+class HullTable:
+    """A closed mesh, and what pushes it in the mean.
+
+    Attributes:
+        places: `Float64`, by vertex (x, y, z, 0), FRD [m].
+        corners: `UInt32`, by triangle its three vertices.
+        vertices, triangles: `UInt32` (1), how many.
+        drift: see `Drift`.
+    """
+
+    places: Array
+    corners: Array
+    vertices: Array
+    triangles: Array
+    drift: Array
+
+
+def hull_table(vertices: NDArray[np.float64], faces: NDArray[np.int64], drift: Array) -> HullTable:
+    """A mesh, `(v, 3)` FRD [m] and `(f, 3)`, on the device."""
+    table = HullTable(
+        places=jit.Float64(np.pad(vertices, ((0, 0), (0, 1))).ravel()),
+        corners=jit.UInt32(faces.astype(np.uint32).ravel()),
+        vertices=jit.UInt32(len(vertices)),
+        triangles=jit.UInt32(len(faces)),
+        drift=drift,
+    )
+    dr.make_opaque(table)
+    return table
+
+
+def hull_pressure(waves: HullWaves, table: HullTable, level: Matrix, depth: Array) -> tuple[list[Array], list[Array]]:
+    """Force and moment about the origin (3) per rho g, body axes [m^3], [m^4].
+
+    Args:
+        waves: at the hull.
+        table: of the hull.
+        level: `(3, 3)`, body axes to axes along the heading.
+        depth: of the origin below the level of still water [m].
+    """
+    count = dr.width(table.places) // 4
+
+    def meet(i: Array, immersion: Array, head: Array) -> tuple[Array, ...]:
+        place = dr.gather(jit.Array4f64, table.places, i)
+        x, y, z = matvec(level, [place[0], place[1], place[2]])
+        below = depth + z
+        surface, dynamic = waves.at(x, y, below)
+        immersion[i] = below + surface
+        head[i] = dr.select(below > 0, below + dynamic, below + surface)
+        return i + 1, immersion, head
+
+    start = (jit.UInt32(0), *(dr.alloc_local(jit.Float64, count) for _ in range(2)))
+    _, immersion, head = dr.while_loop(start, lambda i, *_: i < table.vertices, meet, mode="symbolic")
+
+    def push(i: Array, immersion: Array, head: Array, *sums: Array) -> tuple[Array, ...]:
+        at = dr.gather(jit.Array3u, table.corners, i)
+        places = [dr.gather(jit.Array4f64, table.places, at[k]) for k in range(3)]
+        a, b, c = (jit.Array3f64(p[0], p[1], p[2]) for p in places)
+        load = wetted_load((a, b, c), tuple(immersion[at[k]] for k in range(3)), tuple(head[at[k]] for k in range(3)))
+        return i + 1, immersion, head, *(s + v for s, v in zip(sums, [*load.force, *load.moment], strict=True))
+
+    nothing = 0 * depth
+    state = (jit.UInt32(0), immersion, head, *([nothing] * 6))
+    found = dr.while_loop(state, lambda i, *_: i < table.triangles, push, mode="symbolic")[3:]
+    return list(found[:3]), list(found[3:])
