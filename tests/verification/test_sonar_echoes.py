@@ -12,7 +12,7 @@ from sonar_scenes import DT_NS, at, box, context, plane
 from pelagos.errors import ValidityWarning
 from pelagos.sensors.adcp import Adcp, AdcpConfig
 from pelagos.sensors.altimeter import Altimeter, AltimeterConfig
-from pelagos.sensors.beam_echoes import beam_cones, speed_of_pair
+from pelagos.sensors.beam_echoes import beam_cones
 from pelagos.sensors.dvl import Dvl, DvlConfig
 from pelagos.sensors.lanes import lanes
 from pelagos.sensors.multibeam import Multibeam, MultibeamConfig
@@ -49,20 +49,6 @@ def test_an_altimeters_echo_is_where_it_reads():
 
 
 class TestDvl:
-    @pytest.mark.parametrize(
-        "motion", [{"velocity": (1.5, 0.3, -0.1)}, {"velocity": (-2.0, 1.0, 0.4)}, {"angular_velocity": (0, 0, 0.5)}]
-    )
-    def test_phases_of_pulse_pairs_tell_the_speed_along_each_beam(self, motion):
-        """Means of 200 pings at places apart; one ping's speckle leaves 0.08 m/s a beam. With a lever arm of 2 m."""
-        options = {"noise_mps": 0.0, "noise_relative": 0.0, "range_max_m": 30.0, "position_m": (2.0, 0, 0)}
-        config = DvlConfig(iq=True, **options, **LOUD)
-        places = np.array([0, 0, DEEP]) + np.arange(200)[:, None] * np.array([0.1, 0.03, 0])
-        reading = Dvl(config, context([below(12.0)])).sense(lanes(range(200), dt_ns=DT_NS, position=places, **motion))
-        iq = reading.extras["iq"]
-        assert iq.shape == (200, 4, 2, 512)
-        found = speed_of_pair(iq, frequency_hz=config.frequency_hz, sound_speed=1500.0, lag_s=config.lag_s)
-        assert found.mean(axis=0) == pytest.approx(reading.extras["beam_velocity"][0], abs=4 * 0.08 / math.sqrt(200))
-
     def test_level_labels_and_snr(self):
         shelf = box((0, -50.0, DEEP - 10.0), (200.0, 100.0, 4.0))  # to the right, label 2
         s = Dvl(DvlConfig(labels=True, range_max_m=40.0), context([below(20.0), shelf]))

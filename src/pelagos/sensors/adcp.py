@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any, ClassVar, Literal, Self
+from typing import TYPE_CHECKING, Any, ClassVar, Final, Literal, Self
 
 import drjit as dr
 import numpy as np
@@ -27,6 +27,9 @@ from pelagos.sensors.sounder import Sounder
 
 if TYPE_CHECKING:
     from pelagos.ocean.ocean import Ocean
+
+
+_CLEAR_DB: Final = -75.0  # Sv [dB re 1/m] of ordinary coastal water; assumed
 
 
 class AdcpConfig(EchoesConfig):
@@ -53,6 +56,13 @@ class AdcpConfig(EchoesConfig):
     """Standard deviation of the speed along one beam in a cell of 1 m [m/s]; it falls with the root of the cell."""
     ph: float = Field(default=8.1, gt=7, lt=9)
     """Acidity of the water, for absorption."""
+    lag_s: float = Field(default=1e-4, gt=0)
+    """Time between the two pulses of a ping, for `iq` [s]: speeds beyond c/(4 f lag) along a beam are ambiguous."""
+    source_level_db: float = Field(default=217.0)
+    """Source level [dB re 1 uPa at 1 m]."""  # assumed: of the 600 kHz class
+    volume_scattering_db: float | None = Field(default=None, ge=-200, le=0)
+    """Volume backscattering strength Sv of the water [dB re 1/m] in the echoes; absent: that of the ocean's tracer
+    `volume_scattering_db`, and -75 where it has none: a profiler lives on what drifts in the water."""
 
     @model_validator(mode="after")
     def _unambiguous(self) -> Self:
@@ -99,8 +109,9 @@ class Adcp:
     truth: `(m, cells, 3)` the same without noise, everywhere.
     extras: `ranges` `(m, 4)`, where each beam meets something [m], infinite without; `label` and `instance` `(m, 4)`
         of it; `cell_valid` `(m, cells)`. With `water_column_bins`, `iq` or `labels` the echoes of the beams by range,
-        `(m, 4, bins)` each: `water_column` and `water_column_truth` [dB], `iq` complex64 before gain, and
-        `water_column_label`, `water_column_instance`.
+        `(m, 4, bins)` each: `water_column` and `water_column_truth` [dB], `water_column_label`,
+        `water_column_instance`, and `iq` complex64 `(m, 4, 2, bins)`, before gain, of two pulses a `lag_s` apart, whose
+        phases tell the speed of the water along the beams (see `speed_of_pair`).
     tables: `depth` `(cells,)`, middle of each cell along the sensor's vertical [m]; `direction` `(4, 3)`;
         `water_column_range` `(bins,)`, along the beams [m].
     """
@@ -123,6 +134,7 @@ class Adcp:
             self._echoes = BeamEchoes(
                 config, context, config.beams, width=math.radians(config.beamwidth_deg),
                 nearest=config.blank_m * slant, farthest=(config.depths[-1] + config.cell_m) * slant,
+                lag_s=config.lag_s, noise_mps=config.noise_mps, noise_relative=0.0, layer_m=slant, clear_db=_CLEAR_DB,
             )  # fmt: skip
             self.tables["water_column_range"] = self._echoes.ranges
 

@@ -2,41 +2,38 @@
 
 from __future__ import annotations
 
-import dataclasses
-import math
 from types import SimpleNamespace
-from typing import Any, Final, Self
+from typing import Any, ClassVar, Final, Self
 
-import drjit as dr
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
-from pelagos import jit
-from pelagos.jit import Array
-from pelagos.math.so3 import multiply, rotate
 from pelagos.sensors.ping import Pulse, check_burst, with_burst
 from pelagos.sensors.pinger import Pinger
+from pelagos.sensors.pulse_pairs import PulsePairs
 from pelagos.sensors.reception import Layout
 from pelagos.sensors.schedule import slower
 from pelagos.sensors.sensor import Kinematics, SensorConfig, SensorContext
 from pelagos.sensors.singlebeam import SinglebeamConfig, cone_rays
 
-_BINS: Final = 512  # where the configuration does not say
 _RAYS: Final = 512  # of a beam
-_OTHER_NOISE: Final = 1 << 31  # added to the tick of a pair's second pulse
+_FACET: Final = 2e-3  # [m], edge of the roughness lattice: two rays of a beam should meet two facets, however near
+_LOOKS: Final = 128  # of them that tell how its echoes move from pulse to pulse
 
 
 class EchoesConfig(SensorConfig):
     """Keys of sonars that can also give the echoes that they evaluate."""
+
+    USUAL_BINS: ClassVar[int] = 512
 
     iq: bool = False
     """Also give the complex signal of each beam by range, before gain."""
     labels: bool = False
     """Also give label and instance of the strongest echo of each beam by range."""
     water_column_bins: int = Field(default=0, ge=0, le=16384)
-    """Range bins of the echoes of each beam, whose levels come with the reading then; 0: none (512 with `iq` or
-    `labels`)."""
+    """Range bins of the echoes of each beam, whose levels come with the reading then; 0: none (with `iq` or `labels`
+    512, and 2048 of a DVL)."""
     pulse: Pulse = "chirp"
     """A chirp, compressed by the matched filter, or a tone burst (CW), whose bandwidth is 1/`pulse_s`."""
     bandwidth_hz: float = Field(default=20e3, gt=0)
@@ -68,7 +65,7 @@ class EchoesConfig(SensorConfig):
     @property
     def echo_bins(self) -> int:
         """Range bins of the echoes; 0 where none are asked for."""
-        return self.water_column_bins or (_BINS if self.iq or self.labels else 0)
+        return self.water_column_bins or (self.USUAL_BINS if self.iq or self.labels else 0)
 
 
 class BeamEchoes:
@@ -81,35 +78,41 @@ class BeamEchoes:
         width: half-power width of each [rad].
         nearest, farthest: of the ranges along the beams [m].
         lag_s: time between the two pulses of a pair [s]; 0 for single pulses.
+        **pair: what else `PulsePairs` wants to know of pairs.
     """
 
     def __init__(
         self, config: Any, context: SensorContext, axes: NDArray[np.float64], *, width: float, nearest: float,
-        farthest: float, lag_s: float = 0.0,
+        farthest: float, lag_s: float = 0.0, **pair: Any,
     ) -> None:  # fmt: skip
-        self._lag = lag_s if config.iq else 0.0
         nearest = max(nearest, 0.05)
         ping = SinglebeamConfig(
             rate_hz=slower(config.rate_hz, farthest),
             bins=config.echo_bins, range_min_m=nearest, range_max_m=farthest, scale="db", doppler=False,
             **{k: getattr(config, k) for k in _SHARED},
         )  # fmt: skip
-        layout = Layout(len(axes), width, width, width, np.zeros(len(axes)))
-        self._pinger = Pinger(ping, part_of(context, "echoes"), beam_cones(axes, width, _RAYS), layout)
+        layout = Layout(len(axes), width, width, width, np.zeros(len(axes)), facet=_FACET)
         self.ranges = ping.ranges
+        rays, part = beam_cones(axes, width, _RAYS), part_of(context, "echoes")
+        self._pairs: PulsePairs | None = None
+        if lag_s > 0:
+            looks = beam_cones(axes, width, _LOOKS)
+            self._pairs = PulsePairs(config, part, ping, layout, axes, rays, looks, lag_s=lag_s, **pair)
+        else:
+            self._pinger = Pinger(ping, part, rays, layout)
 
     def extras(self, motion: Kinematics) -> dict[str, NDArray[Any]]:
         """`water_column`, `water_column_truth` [dB], and what `iq` and `labels` ask for, `(m, beams, bins)` each.
 
         Where pulses come in pairs `iq` is `(m, beams, 2, bins)`.
         """
-        lanes = dr.width(motion.position)
-        data, truth, more = self._pinger.ping(pulse_pair(motion, self._lag) if self._lag > 0 else motion)
-        found = {"water_column": data[:lanes], "water_column_truth": truth[:lanes]}
+        if self._pairs is not None:
+            return self._pairs.extras(motion)
+        data, truth, more = self._pinger.ping(motion)
+        found = {"water_column": data, "water_column_truth": truth}
         if "iq" in more:
-            iq = more["iq"]
-            found["iq"] = np.stack([iq[:lanes], iq[lanes:]], axis=2) if self._lag > 0 else iq
-        return found | {f"water_column_{k}": more[k][:lanes] for k in ("label", "instance") if k in more}
+            found["iq"] = more["iq"]
+        return found | {f"water_column_{k}": more[k] for k in ("label", "instance") if k in more}
 
 
 _SHARED: Final = (
@@ -133,41 +136,7 @@ def beam_cones(axes: NDArray[np.float64], width: float, count: int) -> dict[str,
     return rays
 
 
-def pulse_pair(motion: Kinematics, lag_s: float) -> Kinematics:
-    """All lanes, and behind them all lanes a time `lag_s` later: moved on, with noise of their own."""
-    step = rotate(motion.attitude, motion.velocity) * lag_s
-    w = motion.angular_velocity * (0.5 * lag_s)
-    turned = multiply(motion.attitude, jit.Array4f64(1.0, w[0], w[1], w[2]))
-    later = dataclasses.replace(
-        motion,
-        position=motion.position + step,
-        attitude=turned * dr.rsqrt(dr.dot(turned, turned)),
-        t_ns=motion.t_ns + jit.UInt64(round(lag_s * 1e9)),
-        tick=motion.tick + _OTHER_NOISE,
-    )
-    both = {f.name: _joined(getattr(motion, f.name), getattr(later, f.name)) for f in dataclasses.fields(motion)}
-    made = Kinematics(**both)
-    dr.make_opaque(made)
-    return made
-
-
-def _joined(a: Array, b: Array) -> Array:
-    if dr.depth_v(a) == 1:
-        return dr.concat((a, b))
-    return type(a)(*(dr.concat((p, q)) for p, q in zip(a, b, strict=True)))
-
-
 def part_of(context: SensorContext, name: str) -> Any:
     """The context of a part of a sonar: a random stream of its own, and nobody hears it a second time."""
     changed: dict[str, Any] = {"path": f"{context.path}.{name}", "neighbours": None}
     return SimpleNamespace(**{**vars(context), **changed})
-
-
-def speed_of_pair(iq: NDArray[np.complex64], *, frequency_hz: float, sound_speed: float, lag_s: float) -> Any:
-    """Closing speed `(...,)` [m/s] of the echoes of pairs of pulses `(..., 2, bins)`, of all bins together.
-
-    The phase of an echo grows by 4 pi f v lag/c from pulse to pulse; speeds above c/(4 f lag) are ambiguous.
-    Source: R. Lhermitte and R. Serafin, J. Atmos. Ocean. Technol. 1, 293 (1984): pulse-to-pulse coherent sonar.
-    """
-    product = (np.conj(iq[..., 0, :]) * iq[..., 1, :]).astype(np.complex128).sum(axis=-1)
-    return np.angle(product) * sound_speed / (4.0 * math.pi * frequency_hz * lag_s)

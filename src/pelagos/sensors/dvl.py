@@ -39,6 +39,8 @@ _RAYS: Final = 5  # of a beam: its axis and four at the half-power edge
 class DvlConfig(EchoesConfig):
     """A four-beam Janus DVL that looks along -z of its frame. Defaults are of the 600 kHz class."""
 
+    USUAL_BINS: ClassVar[int] = 2048  # a speed's error falls with the root of the number of samples
+
     type: Literal["dvl"] = "dvl"
     rate_hz: float = Field(default=5.0, gt=0)
     """Pings per second [Hz]."""
@@ -73,6 +75,8 @@ class DvlConfig(EchoesConfig):
     """Acidity of the water, for absorption."""
     lag_s: float = Field(default=1e-4, gt=0)
     """Time between the two pulses of a ping, for `iq` [s]: speeds beyond c/(4 f lag) along a beam are ambiguous."""
+    source_level_db: float = Field(default=217.0)
+    """Source level of the echoes [dB re 1 uPa at 1 m]."""  # assumed: that of 600 kHz current profilers
 
     @model_validator(mode="before")
     @classmethod
@@ -156,6 +160,7 @@ class Dvl:
             self._echoes = BeamEchoes(
                 config, context, config.beams, width=math.radians(config.beamwidth_deg),
                 nearest=config.range_min_m * slant, farthest=config.range_max_m * slant, lag_s=config.lag_s,
+                noise_mps=config.noise_mps, noise_relative=config.noise_relative, layer_m=slant, clear_db=None,
             )  # fmt: skip
             self.tables["water_column_range"] = self._echoes.ranges
 
