@@ -11,6 +11,7 @@ import drjit as dr
 from pelagos import jit
 from pelagos.jit import Array
 from pelagos.optics.phase import henyey_greenstein
+from pelagos.optics.sight_line import SightLines, waters_at
 from pelagos.optics.water import MEAN_COSINE, WaterArrays
 
 _SAMPLES: Final = 6  # along a ray through the cone
@@ -48,7 +49,9 @@ def lamp_beam_at(lamp: Beam, loss: Array, point: Array) -> tuple[Array, Array, A
     return lamp.intensity * _cone(lamp, direction) * dr.exp(-loss * r) / (r * r), direction, r
 
 
-def lamp_backscatter(lamp: Beam, water: WaterArrays, direction: Array, reach: Array) -> Array:
+def lamp_backscatter(
+    lamp: Beam, water: WaterArrays, direction: Array, reach: Array, lines: SightLines | None = None
+) -> Array:
     """Radiance that the water along a camera ray sends back from one lamp, `Array3f` [cd/m^2], single scattering.
 
     The integral over the ray of I(angle) exp(-k (r + s)) beta(angle) / r^2 ds, with steps of equal angle seen from
@@ -59,13 +62,14 @@ def lamp_backscatter(lamp: Beam, water: WaterArrays, direction: Array, reach: Ar
         water: its optics.
         direction: `Array3f`, unit, from the camera.
         reach: `Float`, length of the ray in water [m].
+        lines: of sight, where the water differs along them; the way from the lamp goes through the same.
     """
     nearest = dr.dot(lamp.position, direction)
     off_axis = dr.maximum(dr.norm(lamp.position - nearest * direction), _NEAREST)
     first = dr.atan2(-nearest, off_axis)
     last = dr.atan2(reach - nearest, off_axis)
     step = (last - first) / _SAMPLES
-    keep = water.absorption + water.backscatter
+    mean, here = water, water
     total = jit.Array3f(0)
     for k in range(_SAMPLES):
         tangent = dr.tan(first + step * (k + 0.5))
@@ -73,7 +77,10 @@ def lamp_backscatter(lamp: Beam, water: WaterArrays, direction: Array, reach: Ar
         r = off_axis * dr.sqrt(1 + tangent * tangent)
         to_lamp = (lamp.position - s * direction) / r
         turn = dr.dot(direction, to_lamp)  # the light goes on along -to_lamp and is turned towards -direction
-        beta = water.water_scattering / (4 * math.pi) + water.particle_scattering * henyey_greenstein(turn, MEAN_COSINE)
+        if lines is not None:
+            mean, here = waters_at(lines, water, s)
+        keep = mean.absorption + mean.backscatter
+        beta = here.water_scattering / (4 * math.pi) + here.particle_scattering * henyey_greenstein(turn, MEAN_COSINE)
         # ds = off_axis (1 + tan^2) d(angle) = r^2 / off_axis d(angle): the r^2 of spreading cancels
         total += _cone(lamp, to_lamp) * dr.exp(-keep * (r + dr.maximum(s, 0))) * beta * (step / off_axis)
     return total * lamp.intensity

@@ -16,6 +16,7 @@ import drjit as dr
 from pelagos import jit
 from pelagos.jit import Array
 from pelagos.optics.phase import henyey_greenstein
+from pelagos.optics.sight_line import SightLines, waters_at
 from pelagos.optics.transport import WITHIN_FIVE_DEGREES
 from pelagos.optics.water import MEAN_COSINE, WaterArrays
 
@@ -79,8 +80,9 @@ def laser_at(laser: LaserBeam, loss: Array, point: Array, footprint: Array) -> t
 
 
 def laser_glow(
-    laser: LaserBeam, water: WaterArrays, direction: Array, reach: Array, pixel_angle: float
-) -> tuple[Array, Array]:
+    laser: LaserBeam, water: WaterArrays, direction: Array, reach: Array, pixel_angle: float,
+    lines: SightLines | None = None,
+) -> tuple[Array, Array]:  # fmt: skip
     """Radiance that the beam or sheet in the water sends along a camera ray, single scattering, and where from.
 
     Args:
@@ -88,6 +90,7 @@ def laser_glow(
         direction: `Array3f`, unit, from the camera.
         reach: length of the ray in water [m].
         pixel_angle: angle between neighbouring pixels [rad].
+        lines: see `lamp_backscatter`.
 
     Returns:
         `Array3f` [cd/m^2], and the place of the beam next to the ray, `Array3f` relative to the camera [m].
@@ -113,8 +116,9 @@ def laser_glow(
     offset = place - laser.position
     way = dr.norm(offset)
     turn = -dr.dot(direction, offset) / dr.maximum(way, 1e-3)
-    beta = water.water_scattering / (4 * math.pi) + water.particle_scattering * henyey_greenstein(turn, MEAN_COSINE)
-    kept = dr.exp(-laser_loss(water) * (way + dr.maximum(s, 0)))
+    mean, here = (water, water) if lines is None else waters_at(lines, water, s)
+    beta = here.water_scattering / (4 * math.pi) + here.particle_scattering * henyey_greenstein(turn, MEAN_COSINE)
+    kept = dr.exp(-laser_loss(mean) * (way + dr.maximum(s, 0)))
     seen = there & (s > 0) & (s < reach)
     return dr.select(seen, laser.flux * (column * beta) * kept, 0), place
 

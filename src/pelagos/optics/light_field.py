@@ -325,6 +325,27 @@ def with_column(
     return replace(local, local=Local(falls[0], falls[1], falls[2], gain, gain * source, gain * radiance))
 
 
+def seen_through(field: LightField, here: WaterArrays, between: WaterArrays, depth: Array) -> LightField:
+    """The field around places that are seen through other water than the eye's.
+
+    Args:
+        field: around the eye, of `with_column`.
+        here: the water there.
+        between: mean of the water along the lines of sight: light on its way down to the places goes through the same.
+        depth: of the eye [m].
+    """
+    local = field.local
+    if local is None:
+        return field
+    down, own, way = dr.maximum(depth, 0), _rates(here), _rates(between)
+    falls = [
+        Fall(fall.excess + down * (new - old), fall.clear)
+        for fall, old, new in zip((local.decay, local.loss, local.fading), own, way, strict=True)
+    ]
+    around = replace(local, decay=falls[0], loss=falls[1], fading=falls[2])
+    return replace(field, decay=way[0], loss=way[1], fading=way[2], local=around)
+
+
 def _rates(water: WaterArrays) -> tuple[Array, Array, Array]:
     """Of diffuse light, of the beam, and of light that will be scattered once [1/m]."""
     a = water.absorption + water.water_scattering

@@ -7,6 +7,7 @@ from typing import TypeAlias
 from pelagos.jit import Array
 from pelagos.optics.lamp import Beam, lamp_backscatter, lamp_beam_at
 from pelagos.optics.laser_beam import LaserBeam, laser_at, laser_glow, laser_loss
+from pelagos.optics.sight_line import SightLines
 from pelagos.optics.water import WaterArrays
 
 LightSource: TypeAlias = Beam | LaserBeam
@@ -33,10 +34,11 @@ def light_at(source: LightSource, loss: Array, point: Array, footprint: Array) -
 
 
 def glow(
-    source: LightSource, water: WaterArrays, direction: Array, reach: Array, pixel_angle: float
-) -> tuple[Array, Array | None]:
+    source: LightSource, water: WaterArrays, direction: Array, reach: Array, pixel_angle: float,
+    lines: SightLines | None = None,
+) -> tuple[Array, Array | None]:  # fmt: skip
     """Radiance that the water along a camera ray sends back, `Array3f` [cd/m^2]; the place that a thin beam's comes
     from, relative to the camera [m], None for a lamp's whole cone."""
     if isinstance(source, LaserBeam):
-        return laser_glow(source, water, direction, reach, pixel_angle)
-    return lamp_backscatter(source, water, direction, reach), None
+        return laser_glow(source, water, direction, reach, pixel_angle, lines)
+    return lamp_backscatter(source, water, direction, reach, lines), None

@@ -25,6 +25,7 @@ from pelagos.sensors.adaptation import exposure_lag
 from pelagos.sensors.ambient import ambience, ambience_at
 from pelagos.sensors.camera_sampling import Sample, sampled_rays, samples
 from pelagos.sensors.develop import balanced, developed, exposed, gathered, through_lens
+from pelagos.sensors.murk import sight_lines
 from pelagos.sensors.noise import opaque_key, stream_key
 from pelagos.sensors.path_tracing import path_traced
 from pelagos.sensors.pixel_blur import pixel_blur
@@ -215,13 +216,17 @@ class Camera:
             around = ambience_at(tiles, tiling, where)
             if squares is not None:
                 around = replace(around, shafts=shafts_at(smoothed(squares, tiling), tiling, where))
+            lines = sight_lines(
+                scenery, lens, motion, own, config, tiling, where, lambda at: ambience_at(tiles, tiling, at).rate
+            )
 
             def light_of(sample: Sample, exposure: Array, number: Array) -> Radiance:
                 rays = sampled_rays(lens, where, motion, own, config, sample, exposure, blur, scenery.level)
                 if config.renderer == "realtime":
                     return look(
-                        static, moving, scenery, rays, where.image, lamps, angle, around, config.marine_snow_per_m3
-                    )[0]
+                        static, moving, scenery, rays, where.image, lamps, angle, around,
+                        config.marine_snow_per_m3, lines,
+                    )[0]  # fmt: skip
                 counter = pixel_counter(where, tiling, motion, number)
                 light = path_traced(static, moving, scenery, rays, where.image, lamps, angle, counter, keys[1])
                 return Radiance(light, *(dr.zeros(jit.Array3f, dr.width(where.ray)) for _ in range(3)))
@@ -231,7 +236,7 @@ class Camera:
                 lens, where, motion, own, config, None, dr.zeros(jit.Float, images), level=scenery.level
             )
             seen, hits = look(
-                static, moving, scenery, centre, where.image, lamps, angle, around, config.marine_snow_per_m3
+                static, moving, scenery, centre, where.image, lamps, angle, around, config.marine_snow_per_m3, lines
             )
             if trace is not None:
                 dr.eval(seen, hits)

@@ -27,6 +27,7 @@ from pelagos.math.so3 import integrate, rotate
 from pelagos.optics.caustics import ripple
 from pelagos.optics.exposure import luminance
 from pelagos.sensors.develop import gathered
+from pelagos.sensors.murk import sight_lines
 from pelagos.sensors.noise import opaque_key, stream_key, words32
 from pelagos.sensors.pixel_blur import velocity_around
 from pelagos.sensors.pixels import image_rows, pixels
@@ -106,7 +107,8 @@ class EventCamera:
                 scenery = scenery_of(tables, light, sea, moment, config, delay)
                 rays = replace(view_rays(lens, where, moment, own, config, scenery.level), drift=drift)
                 lamps = light_sources(config, moment, where.image)
-                seen, hits = look(static, moving, scenery, rays, where.image, lamps, pixel_angle(config))
+                lines = sight_lines(scenery, lens, moment, own, config, tiling, where)
+                seen, hits = look(static, moving, scenery, rays, where.image, lamps, pixel_angle(config), lines=lines)
                 bright = luminance(gathered(seen, where, tiling, images))
                 logs.append(dr.log(bright + config.darkest_cd_m2))
                 if moving is not None and delay == 0:  # where bodies were, for the earlier picture

@@ -10,6 +10,7 @@ from pelagos import jit
 from pelagos.jit import Array
 from pelagos.optics.laser_beam import LaserBeam
 from pelagos.optics.light_source import LightSource, glow, light_at, loss_of
+from pelagos.optics.sight_line import SightLines
 from pelagos.raycast.caster import occluded
 from pelagos.raycast.rays import Hits, Rays
 from pelagos.sensors.scenery import Scenery, depth_at
@@ -46,15 +47,17 @@ def lamps_on_surface(
 
 
 def lamps_in_water(
-    static: Any, moving: Any, scenery: Scenery, rays: Rays, reach: Array, lamps: list[LightSource], pixel_angle: float
-) -> Array:
+    static: Any, moving: Any, scenery: Scenery, rays: Rays, reach: Array, lamps: list[LightSource], pixel_angle: float,
+    lines: SightLines | None = None,
+) -> Array:  # fmt: skip
     """Radiance that the water sends back from the beams, `Array3f` [cd/m^2]; `reach` of the rays in water [m].
 
-    A laser's beam ends where it meets something; a lamp's cone has no shadows.
+    `lines` of sight where the water differs along them. A laser's beam ends where it meets something; a lamp's cone has
+    no shadows.
     """
     total = jit.Array3f(0)
     for lamp in lamps:
-        seen, place = glow(lamp, scenery.water, rays.direction, reach, pixel_angle)
+        seen, place = glow(lamp, scenery.water, rays.direction, reach, pixel_angle, lines)
         if place is not None and isinstance(lamp, LaserBeam):
             back = lamp.position - place
             distance = dr.norm(back)

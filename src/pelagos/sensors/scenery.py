@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, fields, replace
-from typing import Final
+from typing import Any, Final
 
 import drjit as dr
 
@@ -24,6 +24,19 @@ _SEA_ALBEDO: Final = 0.06  # from above (R. E. Payne, J. Atmos. Sci. 29:959, 197
 FAR: Final = 1e4  # [m], where there is nothing
 
 
+@jit.struct
+class Murk:
+    """What varies in the water from place to place, a Dr.Jit struct.
+
+    Attributes:
+        ocean: with its tracers.
+        clear: the water without them.
+    """
+
+    ocean: Any
+    clear: WaterArrays
+
+
 @dataclass
 class Scenery:
     """All that light depends on besides the rays, a Dr.Jit struct handed to frozen functions.
@@ -40,6 +53,7 @@ class Scenery:
         tide: `Float`, mean level of the sea, likewise [m]; None where that is z = 0.
         depth: `Float`, of each camera below it [m].
         t: `Float64`, the moments [s].
+        murk: see `Murk`; None where the water is the same everywhere.
     """
 
     tables: Tables
@@ -53,6 +67,7 @@ class Scenery:
     tide: Array | None
     depth: Array
     t: Array
+    murk: Murk | None = None
 
 
 def by_ray(scenery: Scenery, lane: Array) -> Scenery:

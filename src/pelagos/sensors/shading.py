@@ -8,7 +8,7 @@ hits. Distances and directions are in world axes relative to the camera, single 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import drjit as dr
@@ -27,10 +27,12 @@ from pelagos.optics.light_field import (
     diffuse_radiance,
     diffuse_source,
     pattern_left,
+    seen_through,
     surface_radiance,
 )
 from pelagos.optics.light_shafts import shaft_gain
 from pelagos.optics.light_source import LightSource, light_at, loss_of
+from pelagos.optics.sight_line import Sight, SightLines, sight_at
 from pelagos.optics.snow import ALBEDO, flakes
 from pelagos.optics.texture import surface_look
 from pelagos.optics.transport import near_transmission, path_length, sharp_transmission
@@ -106,6 +108,7 @@ def look(
     pixel_angle: float,
     around: Ambience | None = None,
     snow: float = 0.0,
+    lines: SightLines | None = None,
 ) -> tuple[Radiance, Hits]:
     """Radiance along rays through water or air.
 
@@ -118,6 +121,7 @@ def look(
         pixel_angle: angle between neighbouring pixels [rad].
         around: by ray; None for the open sea.
         snow: flakes of marine snow in a cubic metre.
+        lines: of sight, around each ray; None where the water is the same everywhere.
     """
     scenery = by_ray(scenery, lane)
     depth = depth_of_starts(scenery, rays, lane)
@@ -131,7 +135,13 @@ def look(
     meets_sea = (to_sea < first.t) & ((to_sea < rays.max_range) | ~under) & (to_sea < FAR) & (rays.max_range > 0)
     behind = _behind_the_sea(static, moving, scenery, rays, to_sea, under, meets_sea, first, lane, pixel_angle)
     hits = behind.hits
-    own_light = _surface_light(static, moving, scenery, rays, behind, lane, lamps, pixel_angle, around)
+    wet = dr.select(under, dr.minimum(dr.select(meets_sea, to_sea, first.t), rays.max_range), 0)
+    beyond, sight = scenery, None
+    if lines is not None:
+        sight = sight_at(lines, scenery.field, scenery.water, d, around.rate, wet)
+        field = seen_through(scenery.field, scenery.water, sight.water, depth)
+        beyond = replace(scenery, water=sight.water, field=field)
+    own_light = _surface_light(static, moving, beyond, rays, behind, lane, lamps, pixel_angle, around)
     sky_seen = ~under & ~meets_sea & ~hits.valid
     own_light = dr.if_stmt(
         (own_light,), sky_seen, lambda _: sky_in_air(scenery, d), lambda own_light: own_light, mode="symbolic"
@@ -140,20 +150,19 @@ def look(
     if scenery.air is not None:
         dry = dr.select(sky_seen | under, 0, dr.select(meets_sea, to_sea, first.t))
         radiance = behind_air(scenery, radiance, dry)
-    wet = dr.select(under, dr.minimum(dr.select(meets_sea, to_sea, first.t), rays.max_range), 0)
-    sharp, near = sharp_transmission(scenery.water, wet), near_transmission(scenery.water, wet)
+    sharp, near = sharp_transmission(beyond.water, wet), near_transmission(beyond.water, wet)
     # the veil holds the sky's own light that is scattered by a few degrees: only surfaces' comes on top of it
     window = meets_sea & (d.z > CRITICAL_COSINE)
-    arriving = dr.exp(-dr.select(window, scenery.field.fading, scenery.field.loss) * wet)
+    arriving = dr.exp(-dr.select(window, beyond.field.fading, beyond.field.loss) * wet)
     near = dr.minimum(near, arriving)
     far = arriving - near
-    veil = dr.select(under, _veil(scenery, around, d, depth, wet), 0)
+    veil = dr.select(under, _veil(beyond, around, d, depth, wet, sight), 0)
     if lamps:
-        veil += lamps_in_water(static, moving, scenery, rays, wet, lamps, pixel_angle)
+        veil += lamps_in_water(static, moving, scenery, rays, wet, lamps, pixel_angle, lines)
     if snow > 0:
         cover, distance = flakes(jit.Array3f(rays.origin), d, wet, snow, pixel_angle)
-        flake = _flake_light(scenery, lamps, depth, d * distance, pixel_angle) * sharp_transmission(
-            scenery.water, distance
+        flake = _flake_light(beyond, lamps, depth, d * distance, pixel_angle) * sharp_transmission(
+            beyond.water, distance
         )
         return Radiance(
             dr.lerp(radiance * sharp, flake, cover),
@@ -310,13 +319,20 @@ def _flake_light(scenery: Scenery, lamps: list[LightSource], depth: Array, seen:
     return total * (ALBEDO / math.pi)
 
 
-def _veil(scenery: Scenery, around: Ambience, direction: Array, depth: Array, distance: Array) -> Array:
+def _veil(
+    scenery: Scenery, around: Ambience, direction: Array, depth: Array, distance: Array, sight: Sight | None
+) -> Array:
     """Daylight that the water turns into the line of sight."""
     field, water = scenery.field, scenery.water
-    beam = beam_veil(field, water, depth, direction, distance) + aureole(field, water, depth, direction, distance)
+    if sight is None:
+        beam = beam_veil(field, water, depth, direction, distance)
+        diffuse = path_length(around.rate, distance)
+    else:
+        beam, diffuse = beam_at(field, depth) * sight.beam, sight.diffuse
+    beam += aureole(field, water, depth, direction, distance)
     if around.shafts is not None:
         beam *= shaft_gain(around.shafts, distance)
-    return beam * around.beam_open + around.source * path_length(around.rate, distance) + around.sent
+    return beam * around.beam_open + around.source * diffuse + around.sent
 
 
 def _water_below(scenery: Scenery, direction: Array, distance: Array) -> Array:
@@ -333,5 +349,11 @@ def _open_sea(scenery: Scenery, direction: Array, depth: Array) -> Ambience:
     field, none = scenery.field, jit.Array3f(0)
     below = dr.maximum(depth, 0)
     source = diffuse_source(field, below, direction)
-    rate = source / dr.maximum(diffuse_radiance(field, below, direction), 1e-12)
-    return Ambience(jit.Array3f(1), none, source, rate, none, jit.Float(1))
+    return Ambience(jit.Array3f(1), none, source, open_sea_rate(scenery, direction, depth), none, jit.Float(1))
+
+
+def open_sea_rate(scenery: Scenery, direction: Array, depth: Array) -> Array:
+    """Rate at which the source of diffuse light falls along lines of sight where nothing stands, `Array3f` [1/m]."""
+    below = dr.maximum(depth, 0)
+    source = diffuse_source(scenery.field, below, direction)
+    return source / dr.maximum(diffuse_radiance(scenery.field, below, direction), 1e-12)

@@ -13,6 +13,7 @@ from pelagos import jit
 from pelagos.config.strict import Strict
 from pelagos.jit import Array
 from pelagos.math.so3 import from_euler, rotate
+from pelagos.ocean.tracer import OscillationField, UniformField
 from pelagos.optics.atmosphere import under_weather
 from pelagos.optics.caustics import Ripple, Waves, sea_level, waves_at
 from pelagos.optics.lamp import Beam, axis_intensity
@@ -20,12 +21,12 @@ from pelagos.optics.laser_beam import LaserBeam
 from pelagos.optics.light_field import LightField, light_field, with_column
 from pelagos.optics.light_source import LightSource
 from pelagos.optics.sunlight import daylight
-from pelagos.optics.suspended import with_suspended
 from pelagos.optics.swell import swell_around
 from pelagos.optics.texture import looks
 from pelagos.optics.water import WaterArrays
 from pelagos.sensors.mount import sensor_pose
-from pelagos.sensors.scenery import Scenery
+from pelagos.sensors.murk import suspended_water
+from pelagos.sensors.scenery import Murk, Scenery
 from pelagos.sensors.sensor import Kinematics, SensorConfig, SensorContext
 from pelagos.sensors.view import ViewConfig
 
@@ -118,9 +119,10 @@ def scenery_of(
     depth = level - jit.Float(position.z)
     tide = None if ocean is None or ocean.tide is None else jit.Float(ocean.tide.level(t))
     dr.eval(level, tide, depth)
+    murk = Murk(ocean, water) if _uneven(ocean) else None
     if _suspended(ocean):
         water, field = _suspension(ocean, water, field, position, depth, t)
-    return Scenery(tables, materials, water, daylit, field, air, waves, level, tide, depth, t)
+    return Scenery(tables, materials, water, daylit, field, air, waves, level, tide, depth, t, murk)
 
 
 def _moves(ocean: Any) -> bool:
@@ -133,16 +135,20 @@ def _suspended(ocean: Any) -> tuple[str, ...]:
     return () if ocean is None else tuple(n for n in ("chlorophyll", "turbidity") if n in ocean.tracers)
 
 
+def _uneven(ocean: Any) -> bool:
+    """They differ from place to place."""
+    even = (UniformField, OscillationField)
+    return any(not isinstance(f, even) for n in _suspended(ocean) for f in ocean.tracers[n])
+
+
 def _suspension(
     ocean: Any, water: WaterArrays, field: LightField, position: Array, depth: Array, t: Array
 ) -> tuple[WaterArrays, LightField]:
     """Water and light around the cameras, by image, where plankton and sediment vary."""
-    names = _suspended(ocean)
 
     def at(share: float) -> WaterArrays:
         place = jit.Array3f64(position[0], position[1], position[2] + jit.Float64(dr.maximum(depth, 0)) * (1 - share))
-        found = {n: jit.Float(ocean.tracer(n, place, t)) for n in names}
-        return with_suspended(water, found.get("chlorophyll"), found.get("turbidity"))
+        return suspended_water(ocean, water, place, t)
 
     here, column = at(1.0), [at((k + 0.5) / _COLUMN) for k in range(_COLUMN)]
     local = with_column(field, water, here, column, depth)
