@@ -134,8 +134,8 @@ def sidescan(context: Any, folder: Path, quick: bool) -> None:
     _save(figure, folder / "sidescan.png")
 
 
-def _traces(sonar: Any, places: Any, first: int) -> Any:
-    return sonar.sense(pose(places, ticks=range(first, first + len(places)), velocity=(1.5, 0, 0))).data
+def _traces(sonar: Any, places: Any, first: int, speed: float = 1.5) -> Any:
+    return sonar.sense(pose(places, ticks=range(first, first + len(places)), velocity=(speed, 0, 0))).data
 
 
 def singlebeam(context: Any, folder: Path, quick: bool) -> None:
@@ -224,7 +224,7 @@ def aperture(context: Any, folder: Path, quick: bool) -> None:
     sonar = SyntheticApertureSonar(config, context)
     count = 120 if quick else 800
     places = track((13.0, -22.0, -10.0), (13.0 + 0.02 * count, -22.0, -10.0), count)
-    data = np.concatenate([_traces(sonar, places[k : k + 8], k) for k in range(0, count, 8)])
+    data = np.concatenate([_traces(sonar, places[k : k + 8], k, 0.2) for k in range(0, count, 8)])
     ranges = sonar.tables["range"].astype(float)
     along, across = np.arange(places[0, 0], places[-1, 0], 0.06), np.arange(6.5, 25.0, 0.06)
     speed = float(context.ocean.column.sound_speed.numpy()[0]) if hasattr(context.ocean, "column") else 1500.0

@@ -13,10 +13,11 @@ from pydantic import Field
 from pelagos.acoustics.beam_pattern import line_length, line_np
 from pelagos.acoustics.pulse import range_resolution
 from pelagos.errors import ValidityWarning
-from pelagos.sensors.mount import sensor_pose
+from pelagos.sensors.mount import sensor_pose, sensor_velocity
 from pelagos.sensors.ping import PingConfig
 from pelagos.sensors.pinger import Pinger
 from pelagos.sensors.reception import Layout
+from pelagos.sensors.schedule import SLOWEST
 from pelagos.sensors.sensor import Kinematics, Measurement, SensorConfig, SensorContext
 
 _STEP: Final = 0.7548776662466927  # additive recurrences of the plastic number: evenly spread in two dimensions
@@ -28,7 +29,7 @@ class SyntheticApertureSonarConfig(PingConfig):
 
     type: Literal["synthetic_aperture_sonar"] = "synthetic_aperture_sonar"
     rate_hz: float = Field(default=10.0, gt=0)
-    """Pings per second [Hz]; two successive pings should lie less than half an element apart."""
+    """Pings per second [Hz]; two successive pings should lie at most half an element apart (see `step_m`)."""
     bins: int = Field(default=1400, ge=8, le=65536)
     """Range bins; they should be no wider than c/2B, or the pulse is undersampled."""
     range_min_m: float = Field(default=5.0, gt=0)
@@ -51,6 +52,11 @@ class SyntheticApertureSonarConfig(PingConfig):
     """Rays in the beam: enough to see most scatterers in every ping."""
     iq: bool = True
     """Always given: the complex signal is what this sonar is for."""
+
+    @property
+    def step_m(self) -> float:
+        """Farthest that two pings may lie apart along the track [m]: half the element's length, at 1500 m/s."""
+        return 0.5 * line_length(math.radians(self.beamwidth_deg)) * 1500.0 / self.frequency_hz
 
 
 def beam_rays(config: SyntheticApertureSonarConfig) -> dict[str, NDArray[Any]]:
@@ -112,9 +118,16 @@ class SyntheticApertureSonar:
         shape = Layout(1, along, along, vertical, np.zeros(1), facet=config.facet_m)
         self._pinger = Pinger(self.config, context, beam_rays(config), shape)
         self.tables = {"range": config.ranges}
+        self._path, self._sparse = context.path, False
 
     def sense(self, motion: Kinematics) -> Measurement:
-        """Ping on every lane."""
+        """Ping on every lane.
+
+        Warns (`ValidityWarning`), once, where pings lie too far apart along the track.
+        """
+        if not self._sparse:
+            speed = float(np.abs(np.array(sensor_velocity(motion, self.config).x)).max())
+            self._sparse = warn_of_sparse_pings(self.config, self._path, speed)
         _, truth, extras = self._pinger.ping(motion)
         position, _ = sensor_pose(motion, self.config)
         out = {k: v[:, 0] for k, v in extras.items() if k != "iq"} | {"position": np.array(position).T}
@@ -123,3 +136,24 @@ class SyntheticApertureSonar:
     def explain(self, motion: Kinematics) -> list[tuple[str, NDArray[Any], str]]:
         """One ping, not frozen, with its intermediate arrays: (name, values, unit)."""
         return self._pinger.explain(motion)
+
+
+def warn_of_sparse_pings(config: SyntheticApertureSonarConfig, path: str, speed: float) -> bool:
+    """Whether an aperture built at `speed` [m/s] along the track is undersampled; warns of it.
+
+    An element of the length D hears directions within +-lambda/(2 D) or so; between pings half of that, D/2, apart
+    their two-way phases stay unambiguous (Hansen 2011, Section 2.3).
+    """
+    apart = speed / config.rate_hz
+    if apart <= config.step_m * (1.0 + 1e-6):
+        return False
+    needed, fastest = speed / config.step_m, SLOWEST / (2.0 * config.range_max_m)
+    rate = f" or ping at {needed:.3g} Hz" if needed <= fastest else ""
+    message = (
+        f"{path}: at {speed:.3g} m/s and {config.rate_hz:g} Hz pings lie {apart:.3g} m apart, more than half of the "
+        f"element, {config.step_m:.3g} m: focused images show everything several times along the track; go at "
+        f"{config.step_m * config.rate_hz:.3g} m/s or slower{rate} (a range of {config.range_max_m:g} m allows for "
+        f"{fastest:.3g} Hz), or take a longer element (beamwidth_deg)"
+    )
+    warnings.warn(message, ValidityWarning, stacklevel=4)
+    return True
