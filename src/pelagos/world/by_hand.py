@@ -103,6 +103,8 @@ def add(site: Site, thing: ThingConfig, origin: GeoOrigin) -> None:
         LookupFailed: an unknown material or label.
     """
     mesh = _mesh(thing)
+    if thing.smooth_deg is not None:
+        mesh = mesh.merged()
     name = thing.name or (thing.path.name if thing.path else thing.shape)
     if thing.path is not None:
         site.notes += [*doubts(mesh, name, parts=_described(thing.path)), *missing_files(thing.path)]

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from pelagos.errors import WorldError, did_you_mean
-from pelagos.world.mesh import Mesh
+from pelagos.world.mesh import Mesh, join
 
 _SUFFIXES = (".obj", ".stl", ".ply", ".glb", ".gltf", ".off")
 
@@ -26,15 +27,24 @@ def read_mesh(path: Path) -> Mesh:
     import trimesh
 
     try:
-        loaded = trimesh.load_mesh(path, process=False)
-        whole = loaded.to_mesh() if isinstance(loaded, trimesh.Scene) else loaded
-        vertices = np.asarray(whole.vertices, dtype=np.float64)
-        faces = np.asarray(whole.faces, dtype=np.uint32)
+        mesh = _whole(trimesh.load_scene(path, process=False))
     except Exception as error:  # trimesh's readers raise whatever their parsers meet
         why = "" if isinstance(error, ImportError) else f" ({error})"
         raise WorldError(f"mesh file {path} cannot be read; it may be damaged or cut short{why}") from error
-    if len(faces) == 0:
+    if len(mesh.faces) == 0:
         raise WorldError(f"mesh file {path} holds no triangles")
-    if not np.isfinite(vertices).all():
+    if not np.isfinite(mesh.vertices).all():
         raise WorldError(f"mesh file {path} holds coordinates that are not finite")
-    return Mesh(vertices, faces)
+    return mesh
+
+
+def _whole(scene: Any) -> Mesh:
+    """The meshes of a `trimesh.Scene` where its nodes put them; its own way to join them copies each three times."""
+    parts = [Mesh(np.zeros((0, 3)), np.zeros((0, 3), dtype=np.uint32))]
+    for node in scene.graph.nodes_geometry:
+        pose, name = scene.graph[node]
+        part = scene.geometry[name]
+        if hasattr(part, "faces"):  # points and lines have none
+            mesh = Mesh(np.array(part.vertices, dtype=np.float64), np.array(part.faces, dtype=np.uint32))
+            parts.append(mesh if np.allclose(pose, np.eye(4), atol=1e-8) else mesh.posed(pose))
+    return join(parts[1:]) if len(parts) > 2 else parts[-1]

@@ -23,18 +23,22 @@ class Mesh:
     Attributes:
         vertices: `(v, 3)` float64 [m].
         faces: `(f, 3)` uint32.
+        welded: no two vertices are known to be in one place, and no face to be without area; see `merged`.
     """
 
     vertices: NDArray[np.float64]
     faces: NDArray[np.uint32]
+    welded: bool = False
 
     def moved(self, offset: ArrayLike) -> Mesh:
         """Shifted by `offset (3,)` [m]."""
-        return Mesh(self.vertices + np.asarray(offset, dtype=np.float64), self.faces)
+        return Mesh(self.vertices + np.asarray(offset, dtype=np.float64), self.faces, self.welded)
 
     def scaled(self, factor: ArrayLike) -> Mesh:
         """Stretched about the origin by one factor, or one for each axis."""
         factors = np.broadcast_to(np.asarray(factor, dtype=np.float64), (3,))
+        if (factors == 1).all():
+            return self
         faces = self.faces[:, ::-1] if np.prod(factors) < 0 else self.faces
         return Mesh(self.vertices * factors, np.ascontiguousarray(faces))
 
@@ -44,7 +48,14 @@ class Mesh:
 
     def rotated(self, matrix: NDArray[np.float64]) -> Mesh:
         """Turned about the origin by a rotation matrix `(3, 3)`."""
-        return Mesh(self.vertices @ matrix.T, self.faces)
+        if (matrix == np.eye(3)).all():
+            return self
+        return Mesh(self.vertices @ matrix.T, self.faces, self.welded)
+
+    def posed(self, pose: NDArray[np.float64]) -> Mesh:
+        """Where a matrix `(4, 4)` of homogeneous coordinates puts it; mirrored faces are turned round."""
+        faces = self.faces[:, ::-1] if np.linalg.det(pose[:3, :3]) < 0 else self.faces
+        return Mesh(self.vertices @ pose[:3, :3].T + pose[:3, 3], np.ascontiguousarray(faces))
 
     @property
     def triangles(self) -> NDArray[np.float64]:
@@ -59,8 +70,8 @@ class Mesh:
     @property
     def volume(self) -> float:
         """Enclosed volume [m^3], positive where faces point outwards; meaningful for closed meshes."""
-        a, b, c = np.moveaxis(self.triangles, 1, 0)
-        return float(np.einsum("ij,ij->", a, np.cross(b, c)) / 6)
+        first = self.vertices[self.faces[:, 0]]
+        return float(np.einsum("ij,ji->", first, _areas(self)) / 6)
 
     @property
     def closed(self) -> bool:
@@ -76,11 +87,13 @@ class Mesh:
 
     def merged(self, tolerance: float = 1e-7) -> Mesh:
         """With vertices nearer than about `tolerance` [m] made one, and faces without area removed."""
+        if self.welded:
+            return self
         cells = np.round(self.vertices / tolerance).astype(np.int64)
         _, first, inverse = np.unique(cells @ _HASH, return_index=True, return_inverse=True)
         faces = inverse.reshape(-1)[self.faces]
         good = (faces[:, 0] != faces[:, 1]) & (faces[:, 1] != faces[:, 2]) & (faces[:, 2] != faces[:, 0])
-        return Mesh(self.vertices[first], faces[good].astype(np.uint32))
+        return Mesh(self.vertices[first], faces[good].astype(np.uint32), welded=True)
 
     def geometry(
         self,
@@ -161,20 +174,43 @@ def smooth(mesh: Mesh, crease_deg: float) -> tuple[NDArray[np.float64], NDArray[
     the corner's own face; corners that agree share a vertex.
     """
     merged = mesh.merged()
-    corners = merged.triangles
-    weighted = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])  # (f, 3), twice the area
-    unit = weighted / np.maximum(np.linalg.norm(weighted, axis=1, keepdims=True), 1e-30)
+    count = len(merged.vertices)
+    faces = np.ascontiguousarray(merged.faces.T, dtype=np.int64)  # (3, f): columns are several times as fast as rows
+    areas = _areas(merged)  # (3, f)
+    unit = areas / np.maximum(np.sqrt(np.einsum("ij,ij->j", areas, areas)), 1e-30)
+    mean: NDArray[np.float64] = np.stack([sum(np.bincount(f, axis, minlength=count) for f in faces) for axis in areas])
+    mean /= np.maximum(np.sqrt(np.einsum("ij,ij->j", mean, mean)), 1e-30)
+    # within half the crease of the mean, faces are within the crease of one another: most vertices of a fine mesh
+    creased = np.zeros(count, dtype=bool)
+    for f in faces:
+        creased[f[sum(m[f] * u for m, u in zip(mean, unit, strict=True)) < np.cos(np.radians(crease_deg / 2))]] = True
+    if not creased.any():
+        return merged.vertices, merged.faces, mean.T.astype(np.float32)
+    rows = (np.ascontiguousarray(columns.T) for columns in (mean, areas, unit))
+    return _split(merged, creased, *rows, np.cos(np.radians(crease_deg)))
+
+
+def _areas(mesh: Mesh) -> NDArray[np.float64]:
+    """`(3, f)` normals of the faces, of twice the length of their areas [m^2]."""
+    x, y, z = np.ascontiguousarray(mesh.vertices.T)
+    a, b, c = np.ascontiguousarray(mesh.faces.T)
+    ux, uy, uz, vx, vy, vz = (axis[end] - axis[a] for end in (b, c) for axis in (x, y, z))
+    return np.stack([uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx])
+
+
+def _split(
+    merged: Mesh,
+    creased: NDArray[np.bool_],
+    mean: NDArray[np.float64],
+    weighted: NDArray[np.float64],
+    unit: NDArray[np.float64],
+    limit: float,
+) -> tuple[NDArray[np.float64], NDArray[np.uint32], NDArray[np.float32]]:
+    """What `smooth` gives where some vertices are `creased`: a vertex for each normal that faces around them have."""
     vertex = merged.faces.reshape(-1).astype(np.int64)  # (3 f,) corner -> vertex
     count = len(merged.vertices)
-    mean: NDArray[np.float64] = np.stack(
-        [np.bincount(vertex, np.repeat(axis, 3), minlength=count) for axis in weighted.T], axis=-1
-    )
-    mean /= np.maximum(np.linalg.norm(mean, axis=1, keepdims=True), 1e-30)
-    # within half the crease of the mean, faces are within the crease of one another: most vertices of a fine mesh
-    turned = np.einsum("fkj,fj->fk", mean[merged.faces], unit).reshape(-1) < np.cos(np.radians(crease_deg / 2))
-    creased = np.bincount(vertex, turned, minlength=count) > 0
     rough = np.flatnonzero(creased[vertex])
-    normal = _creased(vertex, rough, weighted, unit, np.cos(np.radians(crease_deg)))
+    normal = _creased(vertex, rough, weighted, unit, limit)
     x, y, z = np.round(normal * 500 + 512).astype(np.int64).T
     keys, keep, place = np.unique(vertex[rough] << 30 | x << 20 | y << 10 | z, return_index=True, return_inverse=True)
     many = np.where(creased, np.bincount(keys >> 30, minlength=count), 1)  # corners that each vertex becomes
