@@ -186,8 +186,8 @@ def smooth(mesh: Mesh, crease_deg: float) -> tuple[NDArray[np.float64], NDArray[
         creased[f[sum(m[f] * u for m, u in zip(mean, unit, strict=True)) < np.cos(np.radians(crease_deg / 2))]] = True
     if not creased.any():
         return merged.vertices, merged.faces, mean.T.astype(np.float32)
-    rows = (np.ascontiguousarray(columns.T) for columns in (mean, areas, unit))
-    return _split(merged, creased, *rows, np.cos(np.radians(crease_deg)))
+    means, weighted, units = (np.ascontiguousarray(columns.T) for columns in (mean, areas, unit))
+    return _split(merged, creased, means, weighted, units, np.cos(np.radians(crease_deg)))
 
 
 def _areas(mesh: Mesh) -> NDArray[np.float64]:
