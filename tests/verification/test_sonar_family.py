@@ -367,7 +367,7 @@ def test_impossible_sonars_are_refused(config, options, message):
 def test_lanes_equal_singles_and_every_sonar_explains_itself(kind):
     extra = {} if kind is Adcp else {"bins": 128}
     if kind is SyntheticApertureSonar:
-        extra |= {"rays": 1024, "range_max_m": 8.0}
+        extra |= {"rays": 1024, "range_max_m": 8.0, "rate_hz": 50.0}
     scene = [below(8.0), box((3, 4, DEEP - 7), (1, 1, 2))]
     one, two = (kind(kind.Config(**extra), context(scene, n=n, materials=(PLAIN,))) for n in (1, 2))
     motion = {"dt_ns": DT_NS, "velocity": (1.0, 0.1, 0.0)}
