@@ -11,6 +11,8 @@ from __future__ import annotations
 import math
 
 import drjit as dr
+import numpy as np
+from numpy.typing import NDArray
 
 from pelagos.acoustics.spreading import from_db, to_db
 from pelagos.jit import Array
@@ -32,6 +34,33 @@ def corner(edge: Array, wavelength: Array) -> Array:
     Source: E. F. Knott et al., Radar Cross Section (2nd ed., 2004), Table 6.1: sigma = 4 pi a^4/(3 lambda^2).
     """
     return to_db(edge**4 / (3.0 * wavelength**2))
+
+
+def corner_lobe(angle: NDArray[np.floating]) -> NDArray[np.float64]:
+    """Cross section of a trihedral corner at angles from its axis [rad], over that along it: mean over all azimuths.
+
+    About the axis it varies by less than 0.2 dB up to 20 deg, and 0.5 dB up to 25 deg. No echo comes back by three
+    bounces where a direction sees fewer than all three plates.
+    """
+    turn = np.linspace(0.0, 2.0 * math.pi, 120, endpoint=False)
+    tilt = np.asarray(angle, dtype=np.float64)[..., None]
+    legs = [
+        (np.cos(tilt) + math.sqrt(2.0) * np.sin(tilt) * np.cos(turn - 2.0 * math.pi * k / 3.0)) / math.sqrt(3.0)
+        for k in range(3)
+    ]
+    return np.asarray((3.0 * corner_area(np.stack(legs, axis=-1)) ** 2).mean(axis=-1))
+
+
+def corner_area(direction: NDArray[np.floating]) -> NDArray[np.float64]:
+    """Effective area of a trihedral corner over the square of its edge, in directions `(..., 3)` along its legs.
+
+    With the cosines l <= m <= n: 4 l m/(l + m + n) where l + m <= n, else l + m + n - 2/(l + m + n); the cross section
+    is 4 pi A^2/lambda^2. Source: S. D. Robertson, Bell Syst. Tech. J. 26, 852 (1947).
+    """
+    low, middle, high = np.moveaxis(np.sort(np.asarray(direction, dtype=np.float64), axis=-1), -1, 0)
+    total = np.maximum(low + middle + high, 1e-9)
+    area = np.where(low + middle <= high, 4.0 * low * middle / total, total - 2.0 / total)
+    return np.where(low > 0.0, area, 0.0)
 
 
 def cylinder(radius: Array, length: Array, wavelength: Array) -> Array:

@@ -16,7 +16,7 @@ from pelagos.acoustics.sea_surface import bubble_loss_db, surface_backscatter
 from pelagos.acoustics.seabed import FREQUENCY_RANGE_HZ, Bottom, backscatter
 from pelagos.acoustics.speckle import patchiness
 from pelagos.acoustics.spreading import from_db
-from pelagos.acoustics.target_strength import facets, lambert
+from pelagos.acoustics.target_strength import corner, corner_lobe, facets, lambert
 from pelagos.jit import Array
 from pelagos.raycast.rays import Hits
 
@@ -28,6 +28,7 @@ _SOLID_SLOPE: Final = 0.12  # rms slope of facets of man-made and encrusted surf
 TEXTURE_DB: Final = 1.5  # [dB], rms variation of real sea beds over decimetres to metres; assumed
 _FIELD_RMS: Final = 0.3  # of `patchiness`
 _PATCH_SCALE: Final = 1.6  # [m]
+_SOUND_SPEED: Final = 1500.0  # [m/s]
 
 
 @jit.struct
@@ -38,7 +39,7 @@ class Surfaces:
         section: `Float` `(materials + 1) x 181`, see `scattering_table`.
         sea_row: `UInt32` (1), row of the sea surface.
         mirror: `Float` of the same shape, see `mirror_table`.
-        texture: `Float` (1), rms variation of all cross sections from place to place [dB].
+        texture: `Float` (materials + 1), rms variation of cross sections from place to place [dB].
     """
 
     section: Array
@@ -54,7 +55,8 @@ def surfaces(
     table = scattering_table(materials, frequency_hz, wind_speed=wind_speed)
     mirror = mirror_table(materials, frequency_hz, wind_speed=wind_speed)
     rows = jit.UInt32(len(table) - 1)
-    made = Surfaces(jit.Float(table.ravel()), jit.Float(mirror.ravel()), rows, jit.Float(texture_db))
+    varies = np.array([0.0 if m.corner_m > 0.0 else texture_db for m in materials] + [texture_db], dtype=np.float32)
+    made = Surfaces(jit.Float(table.ravel()), jit.Float(mirror.ravel()), rows, jit.Float(varies))
     dr.make_opaque(made)
     return made
 
@@ -63,20 +65,26 @@ def scattering_table(materials: Sequence[Material], frequency_hz: float, *, wind
     """Cross section per unit area [1] by material and grazing angle, `(materials + 1, 181)`, 0 to 90 deg.
 
     Sediments follow TR 9407, evaluated at the nearer end of its 10-100 kHz where the sonar works outside of it; solids
-    are Lambert scatterers with specular facets; the last row is the sea surface (`surface_backscatter`).
+    are Lambert scatterers with specular facets; the inside of a corner reflector answers by the angle from its axis,
+    for which its interpolated normal stands; the last row is the sea surface (`surface_backscatter`).
     """
     grazing = jit.Float64(np.linspace(0.0, math.pi / 2, _ANGLES))
     sine = dr.sin(grazing)
     valid_hz = min(max(frequency_hz, FREQUENCY_RANGE_HZ[0]), FREQUENCY_RANGE_HZ[1])
     rows = []
     for m in materials:
-        if m.sediment:
+        if m.corner_m > 0.0:
+            inside = 1.5 * m.corner_m**2  # all of which is seen from wherever the corner answers
+            strength = corner(m.corner_m, _SOUND_SPEED / frequency_hz)
+            lobe = corner_lobe(0.5 * math.pi - np.array(grazing)) * (10.0 ** (strength / 10.0) / inside)
+            section = lobe + np.array(lambert(sine, m.lambert_db))
+        elif m.sediment:
             bottom = Bottom(m.density_ratio, m.sound_speed_ratio, m.loss, m.volume_scatter, m.spectral_strength)
             section = backscatter(grazing, valid_hz, bottom)
         else:
             real, imaginary = fluid_reflection(1.0, m.density_ratio, m.sound_speed_ratio, m.loss)
             section = lambert(sine, m.lambert_db) + facets(sine, real**2 + imaginary**2, _SOLID_SLOPE)
-        rows.append(np.array(section, dtype=np.float32))
+        rows.append(np.asarray(section, dtype=np.float32))
     rows.append(np.array(surface_backscatter(grazing, valid_hz, wind_speed), dtype=np.float32))
     return np.stack(rows)
 
@@ -116,7 +124,7 @@ def _by_angle(table: Array, row: Array, sine: Array) -> Array:
 
 
 def patch_factor(hits: Hits, surfaces: Surfaces) -> Array:
-    """Factor on the cross section: surfaces vary over decimetres to metres."""
+    """Factor on the cross section: surfaces vary over decimetres to metres, all but corner reflectors."""
     x, y, z = (jit.Float(p) for p in hits.position)
     field = patchiness(x + 0.7 * z, y - 0.7 * z, seed=hits.instance, scale=_PATCH_SCALE)
-    return from_db(surfaces.texture * (1.0 / _FIELD_RMS) * field)
+    return from_db(dr.gather(jit.Float, surfaces.texture, hits.material) * (1.0 / _FIELD_RMS) * field)

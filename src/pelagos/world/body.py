@@ -15,14 +15,18 @@ from pelagos.errors import CommandError, LookupFailed
 from pelagos.raycast.geometry import Geometry
 from pelagos.world import shapes
 from pelagos.world.mesh import Mesh
+from pelagos.world.reflector import corner_reflector
 
 if TYPE_CHECKING:
     from pelagos.world.world import World
 
-SHAPES: Final = ("box", "sphere", "cylinder", "cone", "mesh")
+SHAPES: Final = ("box", "sphere", "cylinder", "cone", "mesh", "corner_reflector")
 """What a prop can be."""
 
-_LABELS: Final = {"box": "cube", "sphere": "sphere", "cylinder": "base_shape", "cone": "base_shape", "mesh": "debris"}
+_LABELS: Final = {
+    "box": "cube", "sphere": "sphere", "cylinder": "base_shape", "cone": "base_shape", "mesh": "debris",
+    "corner_reflector": "base_shape",
+}  # fmt: skip
 _SMOOTH: Final = {"sphere": 60.0, "cylinder": 40.0, "cone": 40.0, "mesh": 30.0}
 
 
@@ -31,11 +35,13 @@ class Prop:
     """A thing to spawn: `sim.spawn(Prop("box", position=(5, 0, -10), size=(1, 1, 1), material="steel"))`.
 
     Attributes:
-        shape: "box", "sphere", "cylinder", "cone" (upright, about the middle of its height) or "mesh".
-        position: of its middle, or of the mesh file's own origin, world NWU [m].
-        size: extent along its own x, y, z [m], one number for a cube's; of a mesh, the scale.
+        shape: "box", "sphere", "cylinder", "cone" (upright, about the middle of its height), "mesh", or
+            "corner_reflector" (three plates, open towards its own +x).
+        position: of its middle, of the mesh file's own origin, or of the corner's tip, world NWU [m].
+        size: extent along its own x, y, z [m], one number for a cube's; of a mesh, the scale; of a corner reflector,
+            one number, the edge along which two plates meet.
         attitude: quaternion (w, x, y, z), its own axes to world NWU.
-        material: one of `MATERIALS`.
+        material: one of `MATERIALS`; a corner reflector is of steel.
         label: semantic label by name or number; by shape where not given.
         path: mesh file (OBJ, STL, PLY, glTF), for the shape "mesh".
     """
@@ -56,6 +62,8 @@ class Prop:
         extent = self.extent
         if not (np.isfinite(extent).all() and (extent > 0).all()):
             raise CommandError(f"the size of a prop must be greater than zero, not {self.size}")
+        if self.shape == "corner_reflector" and (extent != extent[0]).any():
+            raise CommandError(f"the size of a corner reflector is one number, its edge, not {self.size}")
 
     @property
     def extent(self) -> NDArray[np.float64]:
@@ -77,6 +85,8 @@ class Prop:
 
             assert self.path is not None
             return read_mesh(Path(self.path)).scaled(self.extent)
+        if self.shape == "corner_reflector":
+            return corner_reflector(float(self.extent[0])).mesh
         unit = {
             "box": lambda: shapes.box((1, 1, 1)),
             "sphere": lambda: shapes.sphere(0.5, sides=48, rings=24),
@@ -93,6 +103,9 @@ class Prop:
             WorldError: the mesh file cannot be used.
         """
         label = self.label if self.label != "" else _LABELS[self.shape]
+        if self.shape == "corner_reflector":
+            corner, number = corner_reflector(float(self.extent[0])), world.label_number(label)
+            return corner.geometry(world.material_row, label=number, instance=instance, name=str(label))
         return self.mesh.geometry(
             material=world.material_row(self.material),
             label=world.label_number(label),

@@ -18,6 +18,7 @@ from pelagos.world.doubt import doubts, missing_files
 from pelagos.world.files import read_mesh
 from pelagos.world.generate.scatter import covering
 from pelagos.world.mesh import Mesh, rotation
+from pelagos.world.reflector import EDGES, corner_reflector
 from pelagos.world.robots.read import SUFFIXES, read_description
 from pelagos.world.site import Site
 from pelagos.world.world import World
@@ -30,20 +31,21 @@ class ThingConfig(BaseModel):
 
     model_config = ConfigDict(frozen=True, extra="forbid", use_attribute_docstrings=True)
 
-    shape: Literal["box", "sphere", "cylinder", "cone", "plane", "file"] = "box"
-    """What it is; `file` reads `path`. Cylinders and cones stand upright."""
+    shape: Literal["box", "sphere", "cylinder", "cone", "plane", "corner_reflector", "file"] = "box"
+    """What it is; `file` reads `path`. Cylinders and cones stand upright; a corner reflector of steel is open towards
+    its own x, and sends sound back as three plates at right angles do."""
     path: ScenarioPath | None = None
     """Mesh (OBJ, STL, PLY, glTF) or description (URDF, SDF, MJCF), relative to the scenario."""
     part: Literal["visual", "collision"] = "visual"
     """Which shapes of a description file."""
     at_m: tuple[float, float, float] = (0.0, 0.0, 0.0)
-    """Its middle, or the file's origin: x north, y west, z up from the mean sea surface [m]."""
+    """Its middle, the tip of a corner, or the file's origin: x north, y west, z up from the mean sea surface [m]."""
     at_deg: tuple[float, float] | None = None
     """Latitude and longitude of its middle [deg], instead of x and y of `at_m`."""
     orientation_deg: tuple[float, float, float] = (0.0, 0.0, 0.0)
     """Roll, pitch, yaw, R = Rz Ry Rx [deg]."""
     size_m: tuple[_Size, _Size, _Size] = (1.0, 1.0, 1.0)
-    """Extent along its own x, y, z [m]; not for files."""
+    """Extent along its own x, y, z [m]; of a corner reflector three times its edge; not for files."""
     scale: float = Field(default=1.0, gt=0)
     """Factor on a file's coordinates; 0.001 for millimetres."""
     up: Literal["z", "y"] = "z"
@@ -67,6 +69,12 @@ class ThingConfig(BaseModel):
     def _has_file(self) -> Self:
         if (self.shape == "file") != (self.path is not None):
             raise ValueError("path goes with shape: file")
+        if self.shape == "corner_reflector":
+            low, high = EDGES[0] / 2, EDGES[-1]
+            if len(set(self.size_m)) > 1 or not low < self.size_m[0] <= high:
+                raise ValueError(
+                    f"size_m of a corner reflector is its edge, three times, above {low:g} and up to {high:g}"
+                )
         return self
 
 
@@ -114,7 +122,11 @@ def add(site: Site, thing: ThingConfig, origin: GeoOrigin) -> None:
         at = first + k * np.array(thing.step_m)
         if thing.on_ground and site.terrain is not None:
             at[2] += float(site.terrain.surface(at[0], at[1]))
-        site.add(mesh.moved(at), thing.material, label=thing.label, name=name, crease_deg=thing.smooth_deg)
+        if thing.shape == "corner_reflector":
+            corner = corner_reflector(thing.size_m[0]).placed(rotation(*np.radians(thing.orientation_deg)), at)
+            site.add_corner(corner, label=thing.label, name=name)
+        else:
+            site.add(mesh.moved(at), thing.material, label=thing.label, name=name, crease_deg=thing.smooth_deg)
 
 
 def _place(thing: ThingConfig, origin: GeoOrigin) -> NDArray[np.float64]:
@@ -134,6 +146,8 @@ def _mesh(thing: ThingConfig) -> Mesh:
     if thing.path is not None:
         read = read_description(thing.path, thing.part) if _described(thing.path) else read_mesh(thing.path)
         return (read if thing.up == "z" else read.turned(roll=np.pi / 2)).scaled(thing.scale)
+    if thing.shape == "corner_reflector":
+        return corner_reflector(thing.size_m[0]).mesh
     unit = {
         "box": lambda: shapes.box((1, 1, 1)),
         "sphere": lambda: shapes.sphere(0.5, sides=48, rings=24),

@@ -40,6 +40,7 @@ class Material:
         damping: contact damping of one hull probe [N s/m].
         source: where the acoustic numbers come from.
         sediment: its numbers are those of the seabed model of TR 9407, by which it scatters sound.
+        corner_m: of the inside of a corner reflector with such edges [m], whose cross section it scatters with; else 0.
     """
 
     name: str
@@ -58,6 +59,7 @@ class Material:
     damping: float
     source: str
     sediment: bool = False
+    corner_m: float = 0.0
 
 
 TEXTURES: Final = ("none", "grain", "ripples", "pebbles", "concrete", "rust", "planks", "bricks", "growth", "blades")

@@ -11,8 +11,9 @@ from pelagos.math.geodesy import GeoOrigin
 from pelagos.raycast.geometry import Geometry, PlacedGeometry
 from pelagos.world.border import patchwork
 from pelagos.world.label import label_number
-from pelagos.world.material import Material, material
+from pelagos.world.material import MATERIALS, Material, material
 from pelagos.world.mesh import Mesh
+from pelagos.world.reflector import CORNERS, Reflector
 from pelagos.world.terrain import HeightField
 from pelagos.world.world import World
 
@@ -104,6 +105,15 @@ class Site:
             name=name,
             crease_deg=crease_deg,
         )
+        self.geometries.append(made)
+        return number
+
+    def add_corner(self, corner: Reflector, *, label: str | int, name: str) -> int:
+        """Add a corner reflector where it stands; returns its id."""
+        number = self.new_instance()
+        label = label_number(label, self.user_labels)
+        known = MATERIALS | CORNERS
+        made = corner.geometry(lambda m: self.row(known[m]), label=label, instance=number, name=name)
         self.geometries.append(made)
         return number
 

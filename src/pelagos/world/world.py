@@ -23,6 +23,7 @@ from pelagos.world.large.ground import LargeGround
 from pelagos.world.large.stream import Stream
 from pelagos.world.material import MATERIALS, Material, MaterialTables, material_tables
 from pelagos.world.mover import MoverConfig
+from pelagos.world.reflector import CORNERS
 from pelagos.world.terrain import HeightField
 
 
@@ -119,9 +120,9 @@ class World:
 
     @cached_property
     def palette(self) -> tuple[Material, ...]:
-        """The rows of `material_tables`: `materials`, then all others that a scenario may name."""
+        """The rows of `material_tables`: `materials`, all others that a scenario may name, and those of corners."""
         own = {m.name for m in self.materials}
-        return (*self.materials, *(m for name, m in MATERIALS.items() if name not in own))
+        return (*self.materials, *(m for name, m in (MATERIALS | CORNERS).items() if name not in own))
 
     def material_row(self, name: str) -> int:
         """The row of a material in `material_tables`, for bodies that are spawned later.
