@@ -26,15 +26,17 @@ def spread_pulse(echoes: Array, pulse: Array, *, count: int, bins: int) -> Array
     for k in range(count):
         at = bin_ + (k - count // 2)
         value = dr.gather(jit.Array4f, echoes, jit.UInt32(cell + (k - count // 2)), (at >= 0) & (at < bins))
-        total += taken(value, dr.gather(jit.Float, pulse, jit.UInt32(k)))
+        weight = dr.gather(jit.Float, pulse, jit.UInt32(k))
+        total = added(total, value, weight, weight * weight)
     spread = dr.ravel(jit.Array4f(*total, 0.0))
     dr.eval(spread)
     return spread
 
 
-def taken(value: Array, weight: Array) -> Array:
-    """Complex amplitude and energy (`value[0]` to `value[2]`), times an amplitude weight."""
-    return jit.Array3f(value[0] * weight, value[1] * weight, value[2] * (weight * weight))
+def added(total: Array, value: Array, amplitude: Array, energy: Array) -> Array:
+    """`total`, real and imaginary amplitude and energy, plus `value` times its weights of amplitude and of energy."""
+    real, imaginary = dr.fma(amplitude, value[0], total[0]), dr.fma(amplitude, value[1], total[1])
+    return jit.Array3f(real, imaginary, dr.fma(energy, value[2], total[2]))
 
 
 @jit.struct
@@ -43,11 +45,11 @@ class Weights:
 
     Attributes:
         amplitude: for each beam of a group the `Float` weights of itself and its neighbours.
-        captured: for each beam the `Float` sum of the squares of those that count for its energy.
+        energy: their squares, of those that count for its energy, to a sum of 1.
     """
 
     amplitude: list[list[Array]]
-    captured: list[Array]
+    energy: list[list[Array]]
 
 
 def weights(steering: Array, first: Array, *, count: int, reach: int, energy_reach: int, beams: int) -> Weights:
@@ -56,8 +58,12 @@ def weights(steering: Array, first: Array, *, count: int, reach: int, energy_rea
     for i in range(count):
         start = jit.UInt32(dr.minimum(first + i, beams - 1)) * (2 * reach + 1)
         amplitude.append([dr.gather(jit.Float, steering, start + k) for k in range(2 * reach + 1)])
-    near = slice(reach - energy_reach, reach + energy_reach + 1)
-    return Weights(amplitude, [1.0 / sum(w * w for w in row[near]) for row in amplitude])
+    energy = []
+    for row in amplitude:
+        squares = [w * w for w in row[reach - energy_reach : reach + energy_reach + 1]]
+        captured = 1.0 / sum(squares)
+        energy.append([s * captured for s in squares])
+    return Weights(amplitude, energy)
 
 
 def form_beams(
@@ -89,22 +95,29 @@ def form_beams(
     Returns:
         `Array3f` of each beam: real and imaginary amplitude, energy; those beyond the last beam are worth nothing.
     """
-    count = len(weights.amplitude)
+    count, inner = len(weights.amplitude), reach - energy_reach
     inside = (bin_ >= 0) & (bin_ < bins)
+    start = first - shift
+    cell = jit.UInt32((row + start) * pitch(bins) + bin_)
 
     def heard(k: int) -> Array:
-        sent = dr.clip(first + k, 0, beams - 1) - shift
-        cell = jit.UInt32((row + sent) * pitch(bins) + bin_)
-        return dr.gather(jit.Array4f, echoes, cell, inside & (sent >= 0) & (sent < beams))
+        exists = jit.UInt32(start + k) < beams  # negative ones are large
+        return dr.gather(jit.Array4f, echoes, cell + jit.UInt32(k * pitch(bins) % 2**32), inside & exists)
 
     sectors = [heard(k) for k in range(-reach, count + reach)]
     formed = []
-    for i, (row_weights, captured) in enumerate(zip(weights.amplitude, weights.captured, strict=True)):
-        real, imaginary, energy = jit.Float(0), jit.Float(0), jit.Float(0)
-        for k, weight in enumerate(row_weights):
-            sector = sectors[i + k]
-            real, imaginary = dr.fma(weight, sector[0], real), dr.fma(weight, sector[1], imaginary)
-            if abs(k - reach) <= energy_reach:
-                energy = dr.fma(weight * weight, sector[2], energy)
-        formed.append(jit.Array3f(real, imaginary, energy * captured))
+    for i, (amplitude, energy) in enumerate(zip(weights.amplitude, weights.energy, strict=True)):
+        heard_here = sectors[i : i + len(amplitude)]
+        real = _weighted(amplitude, [s[0] for s in heard_here])
+        imaginary = _weighted(amplitude, [s[1] for s in heard_here])
+        power = _weighted(energy, [s[2] for s in heard_here[inner : inner + len(energy)]])
+        formed.append(jit.Array3f(real, imaginary, power))
     return formed
+
+
+def _weighted(weights: list[Array], values: list[Array]) -> Array:
+    """Sum of products."""
+    total = jit.Float(0)
+    for weight, value in zip(weights, values, strict=True):
+        total = dr.fma(weight, value, total)
+    return total

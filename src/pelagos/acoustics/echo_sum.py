@@ -19,13 +19,16 @@ from numpy.typing import NDArray
 
 from pelagos import jit
 from pelagos.acoustics.echo import Patches
-from pelagos.acoustics.speckle import facet_amplitude, facet_place, facet_word, lattice_word
+from pelagos.acoustics.speckle import facet_place, facet_word, lattice_word, on_instance
 from pelagos.acoustics.target_tag import tag
 from pelagos.jit import Array
-from pelagos.math.quick import cosine_sine
+from pelagos.math.philox import complex_normal32
+from pelagos.math.quick import cosine_sine, larger, smaller
 
 _WALKERS: Final = 16  # lanes that share the rays of sonars of few beams: the width of a vector
 _BLEND: Final = 0.04  # half width of a strip's edges, in parts of its length
+_LENGTH: Final = 0.5 / _BLEND  # of a strip, in widths of its edges
+_TOGETHER: Final = 2  # bins of a strip that are summed side by side
 _CLASSES: Final = 36  # of strips by the number of their bins, four an octave
 _SORTED_FROM: Final = 32  # rays of a lane from which sorting them is worth it
 
@@ -67,27 +70,50 @@ def walk(beam: NDArray[np.integer], beams: int) -> Walk:
 
 @jit.struct
 class _Strips:
-    """What the sum needs of each ray's patch, lengths in parts of a bin or of a facet: a Dr.Jit struct.
+    """What the sum needs of each ray's patch, lengths in bins or in facets: a Dr.Jit struct.
 
     Attributes:
-        low, high: edges [bins]; they blend with their neighbours' over +- `_BLEND` of the length.
-        first, last: `Int32`, bins that it touches; last < first: none.
-        share: energy per bin at 1 m, before the fall with range.
+        begin: near end of the ramp at the near edge [bins].
+        length: between the middles of the ramps [bins]; 0 where nothing is heard.
+        share: energy per ramp's length at 1 m, before the fall with range.
         distance: of the hit [m].
-        hit: `Array3f`, from the lattice point below the sonar [facets].
+        hit: `Array3f`, from the sonar [facets].
         slide: `Array3f`, way along the surface [facets per metre].
         base: `UInt32`, word of the lattice point below the sonar, of the instance and the seed.
     """
 
-    low: Array
-    high: Array
-    first: Array
-    last: Array
+    begin: Array
+    length: Array
     share: Array
     distance: Array
     hit: Array
     slide: Array
     base: Array
+
+    @property
+    def end(self) -> Array:
+        """Far end of the ramp at the far edge [bins]."""
+        return dr.fma(1.0 + 2.0 * _BLEND, self.length, self.begin)
+
+    def touched(self, bins: int) -> tuple[Array, Array]:
+        """The first and last bin that it touches, `Int32`; last < first where there is none."""
+        last = dr.select(self.length > 0.0, jit.Int32(smaller(self.end, bins - 0.5)), -1)
+        return jit.Int32(larger(self.begin, 0.0)), last
+
+
+@dataclass(frozen=True)
+class _Sonar:
+    """Of each lane's sonar.
+
+    Attributes:
+        middle: `Array3f`, from the sonar to the middle of the lattice cell that it is in [facets].
+        turns: cycles of phase per facet of range.
+        scattered: see `accumulate`.
+    """
+
+    middle: Array
+    turns: Array
+    scattered: bool
 
 
 def accumulate(
@@ -103,7 +129,6 @@ def accumulate(
     origin: Array,
     facet: float,
     seed: Array,
-    decay: int,
     tags: bool = False,
     scattered: bool = False,
 ) -> tuple[Array, Array | None]:
@@ -119,7 +144,6 @@ def accumulate(
         origin: `Array3f64` sensor position by ping, world [m].
         facet: edge of the lattice of facets [m].
         seed: `UInt32` of the roughness.
-        decay: exponent p of the strip's energy density, r^-p.
         tags: also find the strongest echo of each cell.
         scattered: put each facet's scatterer at a random place of its lattice cell instead of the middle, for sonars
             that resolve the lattice.
@@ -131,22 +155,28 @@ def accumulate(
     lattice = origin * (1.0 / facet)
     whole = dr.floor(lattice)
     part = jit.Array3f(lattice - whole)
-    strips = _strips(patches, walk, part, whole, pings, bins, first_range, bin_width, facet, seed, decay)
-    dr.eval(strips, patches.label, patches.instance)
+    words = lattice_word(whole, seed)
+    strips = _strips(patches, walk, words, pings, bins, first_range, bin_width, facet)
+    names = (patches.label, patches.instance) if tags else ()
+    dr.eval(strips, names)
 
     walkers = walk.beams * walk.parts
     lane = dr.arange(jit.UInt32, pings * walkers)
     ping, walker = lane // walkers, lane % walkers
-    part = dr.gather(jit.Array3f, part, ping)
-    turns = dr.gather(jit.Float, wave_cycles, ping) * facet
     size = pings * walk.beams * pitch(bins)
     row = (walker % walk.parts) * size + (ping * walk.beams + walker // walk.parts) * pitch(bins)
+    part = dr.gather(jit.Array3f, part, ping)
+    sonar = _Sonar(
+        middle=0.5 - part,
+        turns=dr.gather(jit.Float, wave_cycles, ping) * facet,
+        scattered=scattered,
+    )
 
     def listed(step: Array) -> tuple[Array, Array]:
         ray = dr.gather(jit.UInt32, order, step * walkers + walker)
         return ray + ping * walk.fan, ray < walk.fan
 
-    sorted_rays = _by_length(strips, listed, walk.steps, pings * walkers) if walk.steps >= _SORTED_FROM else None
+    sorted_rays = _by_length(strips, bins, listed, walk.steps, pings * walkers) if walk.steps >= _SORTED_FROM else None
 
     def taken(step: Array) -> tuple[Array, Array]:
         if sorted_rays is None:
@@ -154,44 +184,45 @@ def accumulate(
         ray = dr.gather(jit.UInt32, sorted_rays, step * (pings * walkers) + lane)
         return ray, ray < pings * walk.fan
 
-    field = dr.zeros(jit.Float, 4 * size * walk.parts)
+    field = dr.empty(jit.Float, 4 * size * walk.parts)  # each lane clears its own row
     strongest = dr.zeros(jit.UInt64, size * walk.parts) if tags else None
-    owned = dr.ReduceMode.NoConflicts
+    silence = dr.zeros(jit.ArrayXf, (4 * _TOGETHER, pings * walkers))
+    own, packets = row // _TOGETHER, pitch(bins) // _TOGETHER
+
+    def clear(packet: Array) -> tuple[Array]:
+        dr.scatter(field, silence, own + packet, mode=dr.ReduceMode.Permute)
+        return (packet + 1,)
 
     def visit(step: Array) -> tuple[Array]:
+        dr.while_loop((dr.select(step == 0, jit.UInt32(0), packets),), lambda k: k < packets, clear, mode="symbolic")
         ray, exists = taken(step)
         strip = _Strips(**{name: dr.gather(type(v), v, ray, exists) for name, v in vars(strips).items()})
-        label, instance = (dr.gather(jit.UInt32, v, ray, exists) for v in (patches.label, patches.instance))
-        edge = _BLEND * (strip.high - strip.low)
-        inverse = 0.5 / edge
-        begin, end = strip.low - edge, strip.high + edge
-        below = dr.maximum(_covered(jit.Float(strip.first), strip.low, strip.high, edge, inverse), 0.0)
-        last = dr.select(exists, strip.last, -1)
+        strip.hit += part
+        end, steepness = strip.end, _LENGTH / strip.length
+        named = [dr.gather(jit.UInt32, name, ray, exists) for name in names]
+        first, last = (b // _TOGETHER for b in strip.touched(bins))
 
-        def add(b: Array, below: Array) -> tuple[Array, Array]:
-            floor = jit.Float(b)
-            near, far = dr.maximum(begin, floor), dr.minimum(end, floor + 1.0)
-            reach = dr.fma(0.5 * bin_width, near + far, first_range)
-            moved = dr.fma(strip.slide, reach - strip.distance, strip.hit)
-            cell = dr.floor(moved)
-            word = facet_word(strip.base, cell)
-            strength, turn = facet_amplitude(word)
-            middle = cell - part + (facet_place(word) if scattered else 0.5)
-            cosine, sine = cosine_sine(dr.fma(-turns, dr.norm(middle), turn))
-            upto = _covered(floor + 1.0, strip.low, strip.high, edge, inverse)
-            power = strip.share * dr.maximum(upto - below, 0.0)
-            fallen = power * (1.0 / reach) ** decay if decay else power
-            amplitude = dr.sqrt(fallen * strength)
-            index = row + jit.UInt32(b)
-            value = jit.Array4f(amplitude * cosine, amplitude * sine, fallen, 0.0)
-            dr.scatter_add(field, value, index, mode=owned)
-            if tags:
-                found = tag(fallen, label, instance)
-                dr.scatter_reduce(dr.ReduceOp.Max, strongest, found, index, fallen > 0.0, mode=owned)
-            return b + 1, upto
+        def add(packet: Array, below: Array) -> tuple[Array, Array]:
+            values: list[Array] = []
+            for k in range(_TOGETHER):
+                bin_ = packet * _TOGETHER + k
+                floor = jit.Float(bin_)
+                upto = _covered(floor + 1.0, strip.begin, steepness)
+                middle = larger(strip.begin, floor) + smaller(end, floor + 1.0)
+                reach = dr.fma(0.5 * bin_width, middle, first_range)
+                real, imaginary, energy = _facet(sonar, strip, reach, upto - below)
+                values += [real, imaginary, energy, jit.Float(0)]
+                below = upto
+                if tags:
+                    found, cell = tag(energy, *named), row + jit.UInt32(bin_)
+                    dr.scatter_reduce(
+                        dr.ReduceOp.Max, strongest, found, cell, energy > 0.0, mode=dr.ReduceMode.NoConflicts
+                    )
+            dr.scatter_add(field, jit.ArrayXf(values), own + jit.UInt32(packet), mode=dr.ReduceMode.NoConflicts)
+            return packet + 1, below
 
-        state = (strip.first, below)
-        dr.while_loop(state, lambda b, _: b <= last, add, mode="symbolic", labels=("bin", "covered"))
+        state = (first, _covered(jit.Float(first * _TOGETHER), strip.begin, steepness))
+        dr.while_loop(state, lambda packet, _: packet <= last, add, mode="symbolic", labels=("packet", "covered"))
         return (step + 1,)
 
     dr.while_loop((dr.zeros(jit.UInt32, pings * walkers),), lambda step: step < walk.steps, visit, mode="symbolic")
@@ -204,33 +235,60 @@ def accumulate(
     return field, strongest
 
 
+def _facet(sonar: _Sonar, strip: _Strips, reach: Array, covered: Array) -> tuple[Array, Array, Array]:
+    """Real and imaginary amplitude and energy of a strip's facet at the range `reach` [m], which covers `covered` of
+    its bin (see `_covered`)."""
+    moved = dr.fma(strip.slide, reach - strip.distance, strip.hit)
+    cell = dr.floor(moved)
+    word = facet_word(strip.base, cell)
+    strength, turn = complex_normal32(word)
+    place = cell + sonar.middle + (facet_place(word) - 0.5 if sonar.scattered else 0.0)
+    cosine, sine = cosine_sine(dr.fma(-sonar.turns, dr.sqrt(dr.squared_norm(place)), turn))
+    energy = strip.share * larger(covered, 0.0) / dr.square(reach)
+    amplitude = dr.sqrt(energy * strength)
+    return amplitude * cosine, amplitude * sine, energy
+
+
+def _covered(x: Array, begin: Array, steepness: Array) -> Array:
+    """Length of a strip below x, in widths of the ramps at its edges, 1 / `steepness` bins each, where neighbours
+    blend."""
+    t = (x - begin) * steepness
+    return _ramp(t) - _ramp(t - _LENGTH)
+
+
+def _ramp(t: Array) -> Array:
+    """Integral up to t of a step that rises linearly from 0 to 1."""
+    s = larger(smaller(t, 1.0), 0.0)
+    return s * dr.fma(-0.5, s, t)
+
+
 def _strips(
-    patches: Patches, walk: Walk, part: Array, whole: Array, pings: int, bins: int, first_range: float,
-    bin_width: float, facet: float, seed: Array, decay: int,
+    patches: Patches, walk: Walk, words: Array, pings: int, bins: int, first_range: float, bin_width: float,
+    facet: float,
 ) -> _Strips:  # fmt: skip
-    """Patches in units of bins and facets; `part` and `whole` of the sonar's place by ping [facets]."""
+    """Patches in units of bins and facets; `words` of the lattice points below the sonars by ping."""
     low = (patches.near - first_range) * (1.0 / bin_width)
-    high = dr.maximum((patches.far - first_range) * (1.0 / bin_width), low + 1e-2)
-    ping = dr.arange(jit.UInt32, pings * walk.fan) // walk.fan
-    base = lattice_word(dr.gather(jit.Array3f64, whole, ping), patches.instance, seed)
-    middle = dr.sqrt(dr.maximum(patches.near * patches.far, 1e-6))  # of which r^-2 has the mean over the strip
-    share = dr.select(patches.valid, patches.energy / (high - low), 0.0) * middle**decay
-    edge = _BLEND * (high - low)
-    heard = (share > 0.0) & (low - edge < bins) & (high + edge > 0.0)
+    length = dr.maximum((patches.far - first_range) * (1.0 / bin_width) - low, 1e-2)
+    if pings > 1:
+        words = dr.gather(jit.UInt32, words, dr.arange(jit.UInt32, pings * walk.fan) // walk.fan)
+    fall = dr.maximum(patches.near * patches.far, 1e-6)  # 1 / mean of r^-2 over the strip
+    share = dr.select(patches.valid, patches.energy, 0.0) * fall * (1.0 / _LENGTH)
+    begin = low - _BLEND * length
+    heard = (share > 0.0) & (begin < bins) & (low + (1.0 + _BLEND) * length > 0.0)
     return _Strips(
-        low=low,
-        high=high,
-        first=jit.Int32(dr.maximum(low - edge, 0.0)),
-        last=dr.select(heard, jit.Int32(dr.minimum(high + edge, bins - 0.5)), -1),
+        begin=begin,
+        length=dr.select(heard, length, 0.0),
         share=share,
         distance=patches.distance,
-        hit=dr.gather(jit.Array3f, part, ping) + patches.direction * (patches.distance * (1.0 / facet)),
+        hit=patches.direction * (patches.distance * (1.0 / facet)),
         slide=patches.slide * (1.0 / facet),
-        base=base,
+        base=on_instance(words, patches.instance),
     )
 
 
-def _by_length(strips: _Strips, rays: Callable[[Array], tuple[Array, Array]], steps: int, lanes: int) -> Array:
+def _by_length(
+    strips: _Strips, bins: int, rays: Callable[[Array], tuple[Array, Array]], steps: int, lanes: int
+) -> Array:
     """Rays by step and lane as `rays` gives them by step, each lane's sorted by the class of their strips' lengths.
 
     Rays of the same class keep their order.
@@ -239,9 +297,9 @@ def _by_length(strips: _Strips, rays: Callable[[Array], tuple[Array, Array]], st
     place = dr.alloc_local(jit.UInt32, _CLASSES, value=jit.UInt32(0))
 
     def length_class(ray: Array, exists: Array) -> Array:
-        first, last = dr.gather(jit.Int32, strips.first, ray, exists), dr.gather(jit.Int32, strips.last, ray, exists)
-        count = jit.Float(dr.maximum(last - first + 1, 1))
-        return dr.minimum((dr.reinterpret_array(jit.UInt32, count) >> 21) - 4 * 127, _CLASSES - 1)
+        length = dr.gather(jit.Float, strips.length, ray, exists)
+        length = smaller(length + 2.0, float(bins))  # about the bins it touches; most of the ends' strips lie inside
+        return dr.minimum((dr.reinterpret_array(jit.UInt32, length) >> 21) - 4 * 127, _CLASSES - 1)
 
     def tally(step: Array, place: Array) -> tuple[Array, Array]:
         which = length_class(*rays(step))
@@ -266,20 +324,6 @@ def _by_length(strips: _Strips, rays: Callable[[Array], tuple[Array, Array]], st
     order = dr.zeros(jit.UInt32, steps * lanes)
     dr.while_loop((start, place), lambda step, _: step < steps, put, mode="symbolic")
     return order
-
-
-def _covered(x: Array, near: Array, far: Array, ramp: Array, inverse: Array) -> Array:
-    """Length of `[near, far]` below x; its edges are ramps of half width `ramp`, so that neighbours blend.
-
-    `inverse` is 1/(2 ramp).
-    """
-    return _ramp(x - near, ramp, inverse) - _ramp(x - far, ramp, inverse)
-
-
-def _ramp(x: Array, ramp: Array, inverse: Array) -> Array:
-    """Integral up to x of a step at 0 that rises linearly over +- `ramp`."""
-    s = dr.clip((x + ramp) * inverse, 0.0, 1.0)
-    return ramp * s * s + dr.maximum(x - ramp, 0.0)
 
 
 def _joined(values: Array, size: int, parts: int) -> Array:

@@ -16,23 +16,28 @@ import drjit as dr
 from pelagos import jit
 from pelagos.jit import Array
 from pelagos.math.philox import uniform32
-from pelagos.math.quick import log2
 
 _PRIME_X: Final = 0x8DA6B343
 _PRIME_Y: Final = 0xD8163841
 _PRIME_Z: Final = 0xCB1AB31F
 _PRIME_O: Final = 0x9E3779B1
-_PHASE: Final = 0xADB4A92D  # multiplier whose lattice is nearly the most even one
-_LN2: Final = 0.6931471805599453
 
 
-def lattice_word(point: Sequence[Array], instance: Array, seed: Array) -> Array:
-    """A `UInt32` that `facet_word` goes on from, for the lattice point `point` on `instance`."""
-    return _mixed(point) + instance * _PRIME_O + scramble(seed)
+def lattice_word(point: Sequence[Array], seed: Array) -> Array:
+    """A `UInt32` for the lattice point `point`; `facet_word` goes on from it, by way of `on_instance`."""
+    return _mixed(point) + scramble(seed)
+
+
+def on_instance(word: Array, instance: Array) -> Array:
+    """The word of a lattice point for the surface of an object."""
+    return word + instance * _PRIME_O
 
 
 def facet_word(base: Array, cell: Array) -> Array:
-    """A random `UInt32` for a lattice cell: `cell`, `Array3f` of whole numbers, is counted from the point of `base`."""
+    """A random `UInt32` for a lattice cell: `cell`, `Array3f` of whole numbers, is counted from the point of `base`.
+
+    `complex_normal32` makes the facet's amplitude of it.
+    """
     return scramble(base + _mixed(cell))
 
 
@@ -50,15 +55,6 @@ def scramble(h: Array) -> Array:
     h = (h ^ (h >> 16)) * 0x85EBCA6B
     h = (h ^ (h >> 13)) * 0xC2B2AE35
     return h ^ (h >> 16)
-
-
-def facet_amplitude(word: Array) -> tuple[Array, Array]:
-    """Complex Gaussian amplitude of unit mean power for a facet's word, as its power and its phase in cycles.
-
-    The phase is the fraction of a multiple of the word: power and phase lie on a lattice that is even in two
-    dimensions (D. E. Knuth, The Art of Computer Programming 2, Section 3.3.4: the spectral test).
-    """
-    return -_LN2 * log2(uniform32(word)), uniform32(word * _PHASE)
 
 
 def facet_place(word: Array) -> Array:

@@ -17,6 +17,8 @@ _M0: Final = 0xD2511F53
 _M1: Final = 0xCD9E8D57
 _W0: Final = 0x9E3779B9
 _W1: Final = 0xBB67AE85
+_PHASE: Final = 0xADB4A92D  # multiplier whose lattice is nearly the most even one
+_LN2: Final = 0.6931471805599453
 _MINUS_2_LN2: Final = -1.3862943611198906
 
 
@@ -41,7 +43,7 @@ def uniform64(high: Array, low: Array) -> Array:
 
 def uniform32(word: Array) -> Array:
     """One word -> float32 uniform in (0, 1), 23 bits, never 0 or 1."""
-    return (jit.Float(word >> 9) + 0.5) * 2.0**-23
+    return dr.fma(jit.Float(word >> 9), 2.0**-23, 2.0**-24)
 
 
 def normal_pair64(words: tuple[Array, Array, Array, Array]) -> tuple[Array, Array]:
@@ -56,3 +58,13 @@ def normal_pair32(word0: Array, word1: Array) -> tuple[Array, Array]:
     r = dr.sqrt(_MINUS_2_LN2 * log2(uniform32(word0)))
     c, s = cosine_sine(uniform32(word1))
     return r * c, r * s
+
+
+def complex_normal32(word: Array) -> tuple[Array, Array]:
+    """One word -> a complex normal float32 of unit mean power, as its power, below 16.7, and its phase in +-1/2 cycle.
+
+    The phase is the fraction of a multiple of the word: power and phase lie on a lattice that is even in two
+    dimensions (D. E. Knuth, The Art of Computer Programming 2, Section 3.3.4: the spectral test).
+    """
+    phase = jit.Float(dr.reinterpret_array(jit.Int32, word * _PHASE)) * 2.0**-32
+    return -_LN2 * log2(uniform32(word)), phase

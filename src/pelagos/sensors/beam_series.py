@@ -11,10 +11,10 @@ import drjit as dr
 from pelagos import jit
 from pelagos.acoustics.bottom_detection import Series, half_apertures
 from pelagos.acoustics.echo import Patches
-from pelagos.acoustics.speckle import facet_amplitude, lattice_word, scramble
+from pelagos.acoustics.speckle import lattice_word, on_instance, scramble
 from pelagos.acoustics.spreading import patch_intensity, time_varied_gain
 from pelagos.jit import Array
-from pelagos.math.philox import normal_pair32, uniform32
+from pelagos.math.philox import complex_normal32, normal_pair32, uniform32
 from pelagos.sensors.echo import Fan, Lanes, Trace, View, patches_of
 from pelagos.sensors.noise import words32
 from pelagos.sensors.scattering import Surfaces
@@ -167,7 +167,8 @@ def _raw(
     at_near = across + turn * dr.select(approaching, upper, lower)
     at_far = across + turn * dr.select(approaching, lower, upper)
     x, y, z = (jit.UInt32(jit.Int32(dr.floor(p * (1.0 / beams.facet)))) for p in view.hits.position)
-    word = scramble(lattice_word((x, y, z), view.hits.instance + (view.ray % rays), jit.UInt32(beams.seed)))
+    surface = view.hits.instance + view.ray % rays
+    word = scramble(on_instance(lattice_word((x, y, z), jit.UInt32(beams.seed)), surface))
     span = jit.Array4f(low, high, share, at_near)
     sweep = (at_far - at_near) / (high - low)
     dr.eval(span, sweep, word)
@@ -183,7 +184,7 @@ def _raw(
         near, far, amount, direction = dr.gather(jit.Array4f, spans, index)
         covered = dr.maximum(dr.minimum(far, top) - dr.maximum(near, bottom), 0.0)
         hashed = scramble(dr.gather(jit.UInt32, word, index) + sample * _WORD)
-        strength, cycle = facet_amplitude(hashed)
+        strength, cycle = complex_normal32(hashed)
         place = dr.fma(covered, uniform32(scramble(hashed ^ _WORD)), dr.maximum(near, bottom)) - near
         offset = dr.fma(place, dr.gather(jit.Float, sweep, index), direction)
         pattern, phase = half_apertures(offset, beams.length)

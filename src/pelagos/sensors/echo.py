@@ -177,6 +177,20 @@ class View:
     hits: Hits
     sine: Array
 
+    def of_lane(self, values: Array) -> Array:
+        """Values by lane as values by ray."""
+        return spread(values, self.lane)
+
+    def of_ray(self, values: Array) -> Array:
+        """Values by ray of the fan as values by ray of all fans."""
+        return values if dr.width(values) == dr.width(self.ray) else dr.gather(type(values), values, self.ray)
+
+
+def spread(values: Array, row: Array) -> Array:
+    """Values of rows; of the only one without looking it up, which is what a single sonar's rays would spend their
+    time on."""
+    return values if dr.width(values) == 1 else dr.gather(type(values), values, row)
+
 
 def look(
     static: Any,
@@ -205,13 +219,13 @@ def look(
     rays = dr.width(fan.beam)
     index = dr.arange(jit.UInt32, rays * dr.width(lanes.position))
     lane, ray = index // rays, index % rays
-    q = dr.gather(jit.Array4f, jit.Array4f(lanes.attitude), lane)
-    origin = dr.gather(jit.Array3f64, lanes.position, lane)
-    direction = rotate(q, dr.gather(jit.Array3f, fan.direction, ray))
-    along = rotate(q, dr.gather(jit.Array3f, fan.along, ray))
-    aside = rotate(q, dr.gather(jit.Array3f, fan.aside, ray))
-    own_row = dr.gather(jit.UInt32, lanes.own, lane)
-    shot = Rays(origin, direction, jit.Float(max_range), dr.gather(jit.UInt32, lanes.copy, lane), own_row)
+    q = spread(jit.Array4f(lanes.attitude), lane)
+    origin = spread(lanes.position, lane)
+    ways = [fan.direction, fan.along, fan.aside]
+    if dr.width(lanes.position) > 1:
+        ways = [dr.gather(jit.Array3f, way, ray) for way in ways]
+    direction, along, aside = (rotate(q, way) for way in ways)
+    shot = Rays(origin, direction, jit.Float(max_range), spread(lanes.copy, lane), spread(lanes.own, lane))
     if lanes.profile is not None:
         hits, direction = cast_bent(static, moving, tables, shot, surfaces, lanes, lane, max_range, smooth=smooth)
     else:
@@ -258,9 +272,11 @@ def patches_of(
     surfaces: Surfaces,
     *,
     longest: float,
+    fall: Callable[[Array, Array], Array] = patch_intensity,
     trace: Trace = None,
 ) -> Patches:
-    """The echo of every ray: intensity re the source level at 1 m, as a strip of surface.
+    """The echo of every ray as a strip of surface: its intensity re the source level at 1 m, or, with another `fall`
+    of distance [m] and absorption [dB/m] than the water's, what a gain makes of it.
 
     The patch of a stratum with solid angle w has the area w t^2/sin(grazing); its echo is sigma w/(t^2 sin) times the
     two-way absorption (Lurton 2010, Eq. 3.38). Area and strip are those of the triangle that was hit, so that patches
@@ -268,13 +284,12 @@ def patches_of(
     """
     hits = view.hits
     t = dr.select(hits.valid, hits.t, 1.0)
-    loss = dr.gather(jit.Float, lanes.medium.absorption, view.lane)
+    loss = view.of_lane(lanes.medium.absorption)
     section = scattering(surfaces, hits.material, view.sine) * patch_factor(hits, surfaces)
-    weight = dr.gather(jit.Float, fan.weight, view.ray)
     normal = hits.normal
     facing = dr.maximum(dr.abs(dr.dot(normal, view.direction)), _LEAST_SINE)
-    energy = section / facing * weight * patch_intensity(t, loss)
-    lower, upper = dr.gather(jit.Float, fan.lower, view.ray), dr.gather(jit.Float, fan.upper, view.ray)
+    scattered = section / facing * view.of_ray(fan.weight)
+    lower, upper = view.of_ray(fan.lower), view.of_ray(fan.upper)
     # a strip much longer than on level ground leaves the thing that was hit: the side of a boulder, the rim of a hull
     sloping = dr.clip(_SLOPING / (upper - lower), _STEEPEST, 4.0 * _STEEPEST)
     steepest = dr.select(normal.z > _GROUND, sloping, _STEEPEST)
@@ -282,7 +297,7 @@ def patches_of(
     limit = dr.minimum(limit, longest)
     near, far, slide = strip_span(t, view.direction, normal, view.along, view.aside, lower, upper, limit)
     if fan.half is not None:
-        half = dr.gather(jit.Float, fan.half, view.ray)
+        half = view.of_ray(fan.half)
         limit = dr.minimum(_STEEPEST * t * half / dr.maximum(dr.abs(view.direction.z), 0.02), longest)
         near, far = widened(near, far, t, view.direction, normal, view.along, half, limit)
     if trace is not None:
@@ -291,7 +306,7 @@ def patches_of(
             ("slant range", hits.t, "m"),
             ("sine of the grazing angle", view.sine, "1"),
             ("cross section per unit area", section, "1"),
-            ("echo intensity of a ray re 1 m", energy, "1"),
+            ("echo intensity of a ray re 1 m", scattered * patch_intensity(t, loss), "1"),
             ("range span of a ray's patch", far - near, "m"),
         ):
             trace(name, value, unit)
@@ -300,7 +315,7 @@ def patches_of(
         distance=t,
         near=near,
         far=far,
-        energy=dr.select(hits.valid, energy, 0.0),
+        energy=dr.select(hits.valid, scattered * fall(t, loss), 0.0),
         slide=slide,
         direction=view.direction,
         label=hits.label,

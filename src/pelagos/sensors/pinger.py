@@ -17,7 +17,7 @@ from pelagos.acoustics.beam_pattern import line_length
 from pelagos.acoustics.echo import Patches
 from pelagos.acoustics.echo_sum import Walk, accumulate, walk
 from pelagos.acoustics.pulse import point_spread, range_resolution
-from pelagos.acoustics.spreading import time_varied_gain
+from pelagos.acoustics.spreading import levelled_patch, time_varied_gain
 from pelagos.errors import ValidityWarning
 from pelagos.jit import Array
 from pelagos.math.so3 import multiply, rotate
@@ -36,7 +36,6 @@ from pelagos.sensors.sounder import Sounder
 from pelagos.sensors.water_column import TRACER, Haze, Probes, haze, probes
 
 _FINEST: Final = 4.0  # bins in one resolution of the pulse beyond which a finer division says nothing
-_STRIP_DECAY: Final = 2  # Lambert bottom under 30 log r: energy per range falls as r^-2 along a strip
 
 
 class Pinger:
@@ -225,19 +224,27 @@ def calibrated(
     During the way of the sound the sonar and the target move: the echo of a target that closes at v arrives as from
     r (1 - v/c) (to first order in v/c; r is the range at transmission).
     """
-    patches = patches_of(view, fan, lanes, surfaces, longest=config.longest_strip_m, trace=trace)
+    cell = layout.sector * config.bin_width_m  # solid angle times depth of a cell [rad m]
+    patches = patches_of(
+        view,
+        fan,
+        lanes,
+        surfaces,
+        longest=config.longest_strip_m,
+        fall=lambda t, _: levelled_patch(t) / cell,
+        trace=trace,
+    )
     if config.doppler:
-        own = dr.gather(jit.Array3f, jit.Array3f(velocity), view.lane)
-        closing = dr.dot(own - view.hits.velocity, view.direction)
-        factor = 1.0 - closing / dr.gather(jit.Float, lanes.medium.sound_speed, view.lane)
+        closing = dr.dot(view.of_lane(jit.Array3f(velocity)) - view.hits.velocity, view.direction)
+        factor = 1.0 - closing * view.of_lane(1.0 / lanes.medium.sound_speed)
         patches.near, patches.far = patches.near * factor, patches.far * factor
-    return gained(config, layout, patches, view, lanes)
+    return patches
 
 
 def gained(config: PingConfig, layout: Layout, patches: Patches, view: View, lanes: Lanes) -> Patches:
     """Give patches the gain 30 log r + 2 a r, and the unit of a backscattering strength."""
-    loss = dr.gather(jit.Float, lanes.medium.absorption, view.lane)
-    cell = layout.sector * config.bin_width_m  # solid angle times depth of a cell [rad m]
+    loss = view.of_lane(lanes.medium.absorption)
+    cell = layout.sector * config.bin_width_m
     patches.energy *= time_varied_gain(patches.distance, loss, spreading=30.0) / cell
     return patches
 
@@ -262,7 +269,6 @@ def echoes(
             origin=lanes.position,
             facet=facet_size(config, layout),
             seed=seed + k,
-            decay=_STRIP_DECAY,
             tags=config.labels and k == 0,
             scattered=layout.facet is not None,
         )

@@ -13,14 +13,14 @@ from numpy.typing import NDArray
 
 from pelagos import jit
 from pelagos.acoustics.beam_pattern import energy_reach, line_length, line_np
-from pelagos.acoustics.beamforming import form_beams, spread_pulse, taken, weights
+from pelagos.acoustics.beamforming import added, form_beams, spread_pulse, weights
 from pelagos.acoustics.echo_sum import pitch
 from pelagos.acoustics.reverberation import volume_intensity
 from pelagos.acoustics.spreading import from_db, time_varied_gain, to_db
 from pelagos.acoustics.target_tag import untag
 from pelagos.jit import Array
-from pelagos.math.philox import normal_pair32
-from pelagos.math.quick import log2
+from pelagos.math.philox import complex_normal32
+from pelagos.math.quick import cosine_sine, larger, log2, smaller
 from pelagos.sensors.echo import Lanes, Trace
 from pelagos.sensors.neighbours import Heard, interference_at
 from pelagos.sensors.noise import words32
@@ -113,6 +113,8 @@ def receive(
     turned = beams_turned(config, layout, lanes, spin, ping)
     heard = weights(steering, first, count=count, reach=reach, energy_reach=energy, beams=beams)
     gains = [dr.gather(jit.Float, pulse, jit.UInt32(k)) for k in range(taps)]
+    squares = [g * g for g in gains]
+    counter = dr.gather(jit.UInt32, lanes.environment, ping), dr.gather(jit.UInt32, lanes.tick, ping)
     out = [dr.empty(jit.Float, pings * beams * bins) for _ in range(4 if config.iq else 2)]  # all are written
 
     def hear(step: Array, before: list[list[Array]]) -> tuple[Array, list[list[Array]]]:
@@ -123,14 +125,15 @@ def receive(
         bin_ = ahead - taps // 2
         due = (step >= taps // 2) & (bin_ < bins)
         place = cells_at(config, layout, lanes, ping, first, bin_, noise)
-        words: list[tuple[Array, Array]] = []
+        words: tuple[Array, ...] = ()
         for i in range(count):
             here = replace(place, beam=first + i)
-            if i % 2 == 0:  # four words of noise serve two beams
-                a, b, c, d = noise_words(config, lanes, here, key)
-                words = [(a, b), (c, d)]
-            signal = sum((taken(w[i], g) for w, g in zip(window, gains, strict=True)), start=jit.Array3f(0))
-            found = levels(config, layout, signal, words[i % 2], here, lanes, key, t_ns, din)
+            if i % 4 == 0:  # four words of noise serve four beams
+                words = words32(key, jit.UInt32(here.beam // 4 * bins + bin_), *counter)
+            signal = jit.Array3f(0)
+            for formed_then, gain, square in zip(window, gains, squares, strict=True):
+                signal = added(signal, formed_then[i], gain, square)
+            found = levels(config, layout, signal, words[i % 4], here, lanes, t_ns, din)
             index = jit.UInt32((ping * beams + here.beam) * bins + bin_)
             for into, values in zip(out, found, strict=True):
                 dr.scatter(into, values, index, due & (here.beam < beams), mode=dr.ReduceMode.Permute)
@@ -159,8 +162,8 @@ def painted(config: PingConfig, layout: Layout, intensity: Array, lanes: Lanes, 
     cell = dr.arange(jit.Int32, dr.width(intensity))
     row, bin_ = cell // config.bins, cell % config.bins
     ping, beam = row // layout.beams, row % layout.beams
-    place = Cells(ping, 2 * beam, bin_, jit.Float(0), jit.Float(0), jit.Float(0))
-    words = noise_words(config, lanes, place, key, purpose=0x40000000)
+    counter = dr.gather(jit.UInt32, lanes.environment, ping), dr.gather(jit.UInt32, lanes.tick, ping)
+    words = words32(key, jit.UInt32(beam * config.bins + bin_) + 0x40000000, *counter)
     dr.eval(intensity)
     result = paint(noise, intensity, words, bin_=bin_, bin_width=config.bin_width_m)
     if rows is None:
@@ -202,24 +205,14 @@ def cells_at(
     return Cells(ping, beam, bin_, distance, gain, noise)
 
 
-def noise_words(
-    config: PingConfig, lanes: Lanes, cells: Cells, key: Any, *, purpose: int = 0
-) -> tuple[Array, Array, Array, Array]:
-    """Four random words for two beams, the even one and the next, in a bin."""
-    ping = jit.UInt32(cells.ping)
-    environment, tick = dr.gather(jit.UInt32, lanes.environment, ping), dr.gather(jit.UInt32, lanes.tick, ping)
-    return words32(key, jit.UInt32(cells.beam // 2 * config.bins + cells.bin) + purpose, environment, tick)
-
-
 def levels(
-    config: PingConfig, layout: Layout, signal: tuple[Array, Array, Array], words: tuple[Array, Array], cells: Cells,
-    lanes: Lanes, key: Any, t_ns: Array, din: Din | None = None,
+    config: PingConfig, layout: Layout, signal: Array, word: Array, cells: Cells, lanes: Lanes, t_ns: Array,
+    din: Din | None = None,
 ) -> list[Array]:  # fmt: skip
     """Add noise, set gain and scale: data, truth, with `iq` the complex signal before gain.
 
     The water's echo is of so many scatterers that it is noise to a ping; it is part of the truth too.
     """
-    n1, n2 = normal_pair32(*words)
     power, energy = cells.noise, signal[2]
     if din is not None and din.haze is not None:
         beam = haze_at(din.haze, cells.ping, cells.beam, cells.distance, layout.beams)
@@ -232,8 +225,10 @@ def levels(
         )
     if config.interference is not None:
         power = power + interference(config, layout, cells, lanes, t_ns)
-    size = dr.sqrt(0.5 * power * cells.gain)
-    real, imaginary = dr.fma(size, n1, signal[0]), dr.fma(size, n2, signal[1])
+    strength, turn = complex_normal32(word)
+    size = dr.sqrt(power * cells.gain * strength)
+    cosine, sine = cosine_sine(turn)
+    real, imaginary = dr.fma(size, cosine, signal[0]), dr.fma(size, sine, signal[1])
     intensity = real * real + imaginary * imaginary
     if config.tvg_db != 30.0:
         tilt = cells.distance ** ((config.tvg_db - 30.0) / 10.0)
@@ -262,10 +257,11 @@ def scaled(config: PingConfig, intensity: Array) -> Array:
     """Intensity as the configuration wants it."""
     if config.scale == "linear":
         return intensity
-    level = _DECIBELS * log2(dr.maximum(intensity, 1e-20))
+    octaves = log2(larger(intensity, 1e-20))
     if config.scale == "db":
-        return level
-    return dr.clip((level - config.floor_db) / config.dynamic_range_db, 0.0, 1.0)
+        return _DECIBELS * octaves
+    unit = dr.fma(octaves, _DECIBELS / config.dynamic_range_db, -config.floor_db / config.dynamic_range_db)
+    return larger(smaller(unit, 1.0), 0.0)
 
 
 def interference(config: PingConfig, layout: Layout, cells: Cells, lanes: Lanes, t_ns: Array) -> Array:
