@@ -42,6 +42,8 @@ def by_range(kind: Any, rays: str, factor: int, *, altitude: float, slope: float
         (ImagingSonar, "rays_per_beam", 5.0, 0.1, {"beams": 128, "bins": 1024}),
         (ProfilingSonar, "rays_per_beam", 10.0, 0.0, {"orientation_deg": DOWN, "range_max_m": 40.0}),
         (ProfilingSonar, "rays_per_beam", 10.0, 0.2, {"orientation_deg": DOWN, "range_max_m": 40.0}),
+        (ProfilingSonar, "rays_per_beam", 10.0, 0.0, {"orientation_deg": (0.0, 30.0, 0.0), "range_max_m": 60.0}),
+        (ProfilingSonar, "rays_per_beam", 10.0, 0.0, {"orientation_deg": (0.0, 60.0, 0.0), "range_max_m": 40.0}),
         (MechanicalScanningSonar, "rays", 5.0, 0.0, {}),
         (Sidescan, "rays_per_side", 8.0, 0.0, {}),
         (Sidescan, "rays_per_side", 8.0, 0.1, {}),

@@ -34,8 +34,8 @@ class ProfilingSonarConfig(SectorConfig):
     """Half-power width of the fan across it [deg], one way."""
     frequency_hz: float = Field(default=675e3, gt=0)
     """Centre frequency [Hz]."""
-    rays_per_beam: int = Field(default=32, ge=4, le=4096)
-    """Rays a beam, stratified across the beam."""
+    rays_per_beam: int = Field(default=64, ge=4, le=4096)
+    """Rays a beam, stratified across the beam both ways."""
     detection_db: float = Field(default=15.0, ge=0)
     """Level over the middle of a beam's samples at which a sample is an echo [dB]."""  # assumed
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any, Final
 
 import numpy as np
@@ -11,6 +12,7 @@ from pelagos.acoustics.beam_pattern import line_length, spread_over_beam
 
 _STEP: Final = 0.7548776662466927  # additive recurrences of the plastic number: evenly spread in two dimensions
 _STEP2: Final = 0.5698402909980532
+_NULLS: Final = 2.26  # angle between a line's first nulls over its half-power width
 
 
 def slice_rays(
@@ -19,8 +21,9 @@ def slice_rays(
     """The ray pattern of beams that lie side by side in a plane (see `Fan`), `rays` for each.
 
     Vectors have the components (ahead, left, fore): within the plane along its middle, to the left, out of it. Strata
-    are of equal angle within the plane, and hold equal shares of the pattern's power fore and aft. Either way their
-    edges are moved from beam to beam: edges that were the same in all beams would show as rings.
+    are of equal angle within the plane, and hold equal shares of the pattern's power fore and aft; they are about twice
+    as long in the plane as out of it, which serves level, slanting and rough ground best. Either way their edges are
+    moved from beam to beam: edges that were the same in all beams would show as rings.
 
     Args:
         angles: beam directions `(beams,)` [rad], positive to the left.
@@ -29,7 +32,8 @@ def slice_rays(
         width: half-power width of the fan fore and aft [rad], one way.
         ways: 2 where transmitter and receiver have that width, 1 where one of them is wide.
     """
-    deep = max(d for d in range(1, rays + 1) if rays % d == 0 and 2 * d * d <= max(rays, 2))  # strata fore and aft
+    wanted = math.sqrt(2.0 * _NULLS * width / float(np.mean(sectors)) * rays)  # strata fore and aft
+    deep = min((d for d in range(1, rays + 1) if rays % d == 0), key=lambda d: abs(math.log(d / wanted)))
     beam, k = (a.ravel() for a in np.meshgrid(np.arange(len(angles)), np.arange(rays), indexing="ij"))
     row, column = k % deep, k // deep
     step = sectors[beam] * deep / rays
