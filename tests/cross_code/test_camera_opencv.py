@@ -62,6 +62,7 @@ def pictures(**lens: Any) -> list[np.ndarray]:
     world: Any = SimpleNamespace(material_tables=lambda: material_tables(materials), palette=materials)
     ocean: Any = SimpleNamespace(
         water=water_optics("I"), sun_elevation=jit.Float(0.8), sun_azimuth=jit.Float(math.pi), waves=None, tide=None,
+        air=SimpleNamespace(blows=False),
         tracers={}, weather=Weather(),
     )  # fmt: skip
     scene = Scene(board(), copies=1)

@@ -39,6 +39,7 @@ def context(velocity: tuple[float, float, float]) -> SensorContext:
     ocean: Any = SimpleNamespace(
         water=water_optics("I"),
         sun_elevation=jit.Float(1.2),
+        air=SimpleNamespace(blows=False),
         sun_azimuth=jit.Float(math.pi),
         waves=None,
         tide=None,

@@ -48,6 +48,7 @@ def context(x: float = DISTANCE) -> SensorContext:
     ocean: Any = SimpleNamespace(
         water=water_optics("I"),
         sun_elevation=jit.Float(1.2),
+        air=SimpleNamespace(blows=False),
         sun_azimuth=jit.Float(math.pi),
         waves=None,
         tide=None,

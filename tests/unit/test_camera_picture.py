@@ -35,6 +35,7 @@ def context(
     ocean: Any = SimpleNamespace(
         water=water_optics(water),
         sun_elevation=jit.Float(np.radians(sun_deg)),
+        air=SimpleNamespace(blows=False),
         sun_azimuth=jit.Float(2.5),
         weather=Weather(),
         waves=None,

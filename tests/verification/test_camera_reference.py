@@ -33,6 +33,7 @@ def light(water: str, *, floor: float, height: float, renderer: str, material: s
     ocean: Any = SimpleNamespace(
         water=water_optics(water),
         sun_elevation=jit.Float(math.radians(sun_deg)),
+        air=SimpleNamespace(blows=False),
         sun_azimuth=jit.Float(2.8),
         waves=None,
         tide=None,

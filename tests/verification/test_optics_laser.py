@@ -101,6 +101,7 @@ def picture(geometries: list[Geometry], **camera: Any) -> Any:
     ocean: Any = SimpleNamespace(
         water=water_optics("I"),
         sun_elevation=jit.Float(-0.5),
+        air=SimpleNamespace(blows=False),
         sun_azimuth=jit.Float(0.0),
         waves=None,
         tide=None,

@@ -140,6 +140,7 @@ def context(geometries: list[Geometry], weather: Weather, material: str = "black
     ocean: Any = SimpleNamespace(
         water=water_optics("II"),
         sun_elevation=jit.Float(0.7),
+        air=SimpleNamespace(blows=False),
         sun_azimuth=jit.Float(2.8),
         waves=None,
         tide=None,

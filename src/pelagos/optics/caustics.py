@@ -36,12 +36,17 @@ _GOLDEN: Final = math.pi * (3 - math.sqrt(5))
 
 @dataclass(frozen=True)
 class Ripple:
-    """Short waves of a tile: whole-number wave vectors (per tile), heights [m], phases [rad]; each `(waves,)`."""
+    """Short waves of a tile: whole-number wave vectors (per tile), heights [m], phases [rad]; each `(waves,)`.
+
+    `finer` and `longer`: mean square slope of waves shorter than the tile's, and of the ocean's own.
+    """
 
     i: tuple[int, ...]
     j: tuple[int, ...]
     height: tuple[float, ...]
     phase: tuple[float, ...]
+    finer: float = 0.0
+    longer: float = 0.0
 
     @property
     def mean_square_slope(self) -> float:
@@ -50,14 +55,16 @@ class Ripple:
         return float(0.5 * np.sum(k2 * np.square(self.height)))
 
 
-def ripple(mean_square_slope: float = 0.004, *, waves: int = 28, heading: float = 0.4) -> Ripple:
+def ripple(
+    mean_square_slope: float = 0.004, *, waves: int = 28, heading: float = 0.4, finer: float = 0.0, longer: float = 0.0
+) -> Ripple:
     """Short waves with equal slope in equal steps of log wavelength, as in a saturated sea (O. M. Phillips 1958).
 
     Args:
-        mean_square_slope: 0.003 + 0.00512 U of C. Cox and W. Munk 1954 counts all waves at wind U [m/s]; those of
-            0.3-4 m have less.
+        mean_square_slope: of them, both directions together.
         waves: how many.
-        heading: where they mostly run to [rad].
+        heading: where they mostly run to, from north to west [rad].
+        finer, longer: see `Ripple`.
     """
     i, j, height, phase = [], [], [], []
     for n in range(waves):
@@ -72,7 +79,7 @@ def ripple(mean_square_slope: float = 0.004, *, waves: int = 28, heading: float 
         j.append(b)
         height.append(math.sqrt(2 * mean_square_slope / waves) / number)
         phase.append((n * n * 2.399963) % (2 * math.pi))
-    return Ripple(tuple(i), tuple(j), tuple(height), tuple(phase))
+    return Ripple(tuple(i), tuple(j), tuple(height), tuple(phase), finer, longer)
 
 
 @jit.struct
@@ -83,18 +90,24 @@ class Waves:
         slope_x, slope_y: `Float`, slopes of the short waves, `(lanes, CELLS, CELLS)` flattened, x first.
         focus: `Float`, `(lanes, planes, CELLS, CELLS)` flattened: irradiance over its mean.
         swell: the ocean's own waves, None where it is flat.
+        finer, short, long: `Float` (1), mean square slopes of waves that are not drawn, of the short ones, and of the
+            ocean's own.
     """
 
     slope_x: Array
     slope_y: Array
     focus: Array
     swell: Swell | None
+    finer: Array
+    short: Array
+    long: Array
 
 
 def waves_at(sea: Ripple, t: Array, towards_sun: Array, lanes: int, swell: Swell | None = None) -> Waves:
     """Slopes and light maps at times `t` `(lanes,)` [s] for the sun in direction `towards_sun` (above water)."""
     slope_x, slope_y = _slopes(sea, t, lanes)
-    return Waves(slope_x, slope_y, _focus(slope_x, slope_y, towards_sun, lanes), swell)
+    rough = (jit.Float(v) for v in (sea.finer, sea.mean_square_slope, sea.longer))
+    return Waves(slope_x, slope_y, _focus(slope_x, slope_y, towards_sun, lanes), swell, *rough)
 
 
 def sea_level(waves: Waves, lanes: int) -> Array:
@@ -195,6 +208,13 @@ def slope(waves: Waves, x: Array, y: Array, lane: Array, distance: Array) -> Arr
     if waves.swell is None:
         return short
     return short + swell_slope(waves.swell, x, y, lane) * dr.rcp(1 + dr.square(_SWELL_FAINT * distance))
+
+
+def unseen_slope(waves: Waves, distance: Array) -> Array:
+    """Mean square of the slope that `slope` leaves out, both directions together, `Float`."""
+    short = dr.square(dr.rcp(1 + dr.square(_FAINT * distance)))
+    long = dr.square(dr.rcp(1 + dr.square(_SWELL_FAINT * distance)))
+    return waves.finer + waves.short * (1 - short) + waves.long * (1 - long)
 
 
 def _bilinear2(a: Array, b: Array, x: Array, y: Array, lane: Array) -> Array:

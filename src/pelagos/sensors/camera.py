@@ -19,7 +19,6 @@ from pydantic import Field
 
 from pelagos import jit
 from pelagos.jit import Array
-from pelagos.optics.caustics import ripple
 from pelagos.optics.lens import natural_vignette
 from pelagos.sensors.adaptation import exposure_lag
 from pelagos.sensors.ambient import ambience, ambience_at
@@ -200,7 +199,7 @@ class Camera:
 
     def _make(self, static: Any, moving: Any, trace: Trace | None = None) -> Callable[..., Any]:
         config, tiling = self.config, self._view.tiling
-        sea = ripple(config.ripple)
+        sea = self._surroundings.ripple(config)
 
         def frame(
             tables: Any, lens: Any, motion: Kinematics, own: Array, light: Any, vignette: Array, keys: Any
@@ -211,7 +210,7 @@ class Camera:
             lamps = light_sources(config, motion, where.image)
 
             angle = pixel_angle(config)
-            squares = shaft_squares(scenery, lens, motion, own, config, tiling) if config.ripple > 0 else None
+            squares = shaft_squares(scenery, lens, motion, own, config, tiling) if sea.mean_square_slope > 0 else None
             tiles = ambience(static, moving, scenery, lens, motion, own, config, tiling, beside=squares)
             around = ambience_at(tiles, tiling, where)
             if squares is not None:

@@ -24,7 +24,6 @@ from pelagos import jit
 from pelagos.jit import Array
 from pelagos.math.philox import normal_pair32, uniform32
 from pelagos.math.so3 import integrate, rotate
-from pelagos.optics.caustics import ripple
 from pelagos.optics.exposure import luminance
 from pelagos.sensors.develop import gathered
 from pelagos.sensors.murk import sight_lines
@@ -95,7 +94,7 @@ class EventCamera:
 
     def _make(self, static: Any, moving: Any, trace: Trace | None = None) -> Callable[..., tuple[Array, ...]]:
         config, tiling = self.config, self._view.tiling
-        sea = ripple(config.ripple)
+        sea = self._surroundings.ripple(config)
         period = 1 / config.rate_hz
 
         def sample(tables: Any, lens: Any, motion: Kinematics, own: Array, light: Any, keys: Any) -> tuple[Array, ...]:

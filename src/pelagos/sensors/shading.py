@@ -15,7 +15,7 @@ import drjit as dr
 
 from pelagos import jit
 from pelagos.jit import Array
-from pelagos.optics.caustics import focusing, slope
+from pelagos.optics.caustics import focusing, slope, unseen_slope
 from pelagos.optics.foam import foam_cover, foam_radiance
 from pelagos.optics.interface import fresnel, reflect, refract, surface_normal
 from pelagos.optics.light_field import (
@@ -32,6 +32,7 @@ from pelagos.optics.light_field import (
 )
 from pelagos.optics.light_shafts import shaft_gain
 from pelagos.optics.light_source import LightSource, light_at, loss_of
+from pelagos.optics.roughness import glitter, leaning
 from pelagos.optics.sight_line import Sight, SightLines, sight_at
 from pelagos.optics.snow import ALBEDO, flakes
 from pelagos.optics.texture import surface_look
@@ -204,10 +205,13 @@ def _behind_the_sea(
     spread = dr.select(under, REFRACTIVE_INDEX**2, REFRACTIVE_INDEX**-2)
 
     def bent(_: Array) -> tuple[Array, Array, Array, Array, Array]:
-        """Start and direction of the stronger branch, whether it is in the water, its share; the other's light."""
+        """Start and direction of the stronger branch, whether it is in the water, its share; the other's light, and
+        the sun's glitter."""
         place = rays.origin + jit.Array3f64(d) * jit.Float64(to_sea)
         x, y = jit.Float(place.x), jit.Float(place.y)
-        up = surface_normal(slope(scenery.waves, x, y, lane, to_sea))
+        drawn, rough = slope(scenery.waves, x, y, lane, to_sea), unseen_slope(scenery.waves, to_sea)
+        lean = leaning(rough, drawn, d)
+        up = surface_normal(dr.select(under, drawn, lean))
         normal = dr.select(under, -up, up)
         cosine = dr.maximum(-dr.dot(normal, d), 1e-3)
         mirror = fresnel(cosine, dr.select(under, 1 / REFRACTIVE_INDEX, REFRACTIVE_INDEX))
@@ -228,6 +232,8 @@ def _behind_the_sea(
             lambda into_air, into_water, of_air, of_water: of_water * _water_below(scenery, into_water, jit.Float(FAR)),
             mode="symbolic",
         )
+        glint = glitter(rough, drawn, d, scenery.field.towards_sun)
+        other += dr.select(under, 0, glint) * scenery.light.sun
         share = dr.select(wet, of_water, of_air)
         if scenery.waves.swell is not None:
             footprint = to_sea * pixel_angle / dr.maximum(dr.abs(d.z), 0.05)

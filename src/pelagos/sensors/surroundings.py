@@ -13,15 +13,17 @@ from pelagos import jit
 from pelagos.config.strict import Strict
 from pelagos.jit import Array
 from pelagos.math.so3 import from_euler, rotate
+from pelagos.ocean.surface_wind import surface_wind, wave_slope
 from pelagos.ocean.tracer import OscillationField, UniformField
 from pelagos.optics.atmosphere import under_weather
-from pelagos.optics.caustics import Ripple, Waves, sea_level, waves_at
+from pelagos.optics.caustics import Ripple, Waves, ripple, sea_level, waves_at
 from pelagos.optics.lamp import Beam, axis_intensity
 from pelagos.optics.laser_beam import LaserBeam
 from pelagos.optics.light_field import LightField, light_field, with_column
 from pelagos.optics.light_source import LightSource
+from pelagos.optics.roughness import long_mean_square_slope, mean_square_slope
 from pelagos.optics.sunlight import daylight
-from pelagos.optics.swell import swell_around
+from pelagos.optics.swell import STEPS, swell_around
 from pelagos.optics.texture import looks
 from pelagos.optics.water import WaterArrays
 from pelagos.sensors.mount import sensor_pose
@@ -30,6 +32,8 @@ from pelagos.sensors.scenery import Murk, Scenery
 from pelagos.sensors.sensor import Kinematics, SensorConfig, SensorContext
 from pelagos.sensors.view import ViewConfig
 
+_RESOLVED: Final = 2 * STEPS[0]  # [m], shortest of the ocean's waves that are drawn
+_LEAST_RIPPLE: Final = 0.25  # share of the slope of waves over 0.3 m that short waves have at least; assumed
 _COLUMN: Final = 8  # places above a camera at which the water is asked for
 
 
@@ -75,8 +79,9 @@ class LitViewConfig(ViewConfig):
     """Lamps that shine when this camera looks."""
     lasers: tuple[LaserLightConfig, ...] = ()
     """Lasers that shine when this camera looks."""
-    ripple: float = Field(default=0.004, ge=0, le=0.05)
-    """Mean square slope of waves of 0.3 to 4 m that make caustics, on top of the ocean's waves."""
+    ripple: float | None = Field(default=None, ge=0, le=0.05)
+    """Mean square slope of waves of 0.3 to 4 m that make caustics, on top of the ocean's waves. None: what the wind
+    makes."""
 
 
 class Surroundings:
@@ -100,7 +105,19 @@ class Surroundings:
         light = under_weather(clear, weather)
         self.light, self._field = light.arrays(), light_field(ocean.water, light)
         self._air = None if weather.clear else weather.air()
+        self._sea = ocean
         self._ocean = ocean if _moves(ocean) or _suspended(ocean) else None
+
+    def ripple(self, config: LitViewConfig) -> Ripple:
+        """Short waves: as `config` has them, or what the wind makes besides the ocean's own waves."""
+        if config.ripple is not None:
+            return ripple(config.ripple)
+        wind, heading = surface_wind(self._sea)
+        whole, long = mean_square_slope(wind), long_mean_square_slope(wind)
+        own = wave_slope(self._sea, _RESOLVED)
+        left = max(long - own, _LEAST_RIPPLE * long)
+        towards = {} if heading is None else {"heading": heading}
+        return ripple(left, finer=whole - long, longer=own, **towards)
 
     def arguments(self) -> tuple[Any, ...]:
         """For `scenery_of`, inside a frozen function."""
