@@ -34,6 +34,7 @@ from pelagos.sensors.view import ViewConfig
 
 _RESOLVED: Final = 2 * STEPS[0]  # [m], shortest of the ocean's waves that are drawn
 _LEAST_RIPPLE: Final = 0.25  # share of the slope of waves over 0.3 m that short waves have at least; assumed
+_RIPPLES_TOWARDS: Final = 0.4  # from north to west, where no wind blows [rad]
 _COLUMN: Final = 8  # places above a camera at which the water is asked for
 
 
@@ -116,8 +117,8 @@ class Surroundings:
         whole, long = mean_square_slope(wind), long_mean_square_slope(wind)
         own = wave_slope(self._sea, _RESOLVED)
         left = max(long - own, _LEAST_RIPPLE * long)
-        towards = {} if heading is None else {"heading": heading}
-        return ripple(left, finer=whole - long, longer=own, **towards)
+        towards = _RIPPLES_TOWARDS if heading is None else heading
+        return ripple(left, heading=towards, finer=whole - long, longer=own)
 
     def arguments(self) -> tuple[Any, ...]:
         """For `scenery_of`, inside a frozen function."""
