@@ -138,6 +138,45 @@ def _slimmed(value: Any) -> Any:
     return made
 
 
+def settle(*values: Any) -> None:
+    """Put arrays, and those in structs, lists and dictionaries, into memory of Dr.Jit's own, evaluated, in place.
+
+    What is made of a NumPy array shares its memory, which may begin anywhere. Dr.Jit reads aligned memory faster, and
+    by other instructions: a kernel that was recorded or cached for the one must be compiled anew for the other. So all
+    tables that are made once, and then go into kernels, are settled.
+    """
+    import drjit as dr
+
+    for value in values:
+        kind = type(value)
+        if dr.is_array_v(kind) and dr.depth_v(kind) > 1:
+            for i in range(len(value)):
+                part = value[i]
+                settle(part)
+                value[i] = part
+        elif dr.is_array_v(kind):
+            if not dr.is_mask_v(kind):
+                value += dr.opaque(kind, 0)  # in place; anything simpler keeps the memory
+            dr.make_opaque(value)  # each for itself: a kernel for several would know which of them were aligned
+        elif hasattr(kind, "DRJIT_STRUCT"):
+            settle(*(getattr(value, name) for name in kind.DRJIT_STRUCT))
+        elif isinstance(value, (list, tuple)):
+            settle(*value)
+        elif isinstance(value, dict):
+            settle(*value.values())
+    dr.sync_thread()  # the NumPy arrays may go
+
+
+def own(kind: Any, values: Any) -> Array:
+    """Flat values of a NumPy array in memory of Dr.Jit's own, see `settle`."""
+    import numpy as np
+
+    whole = values.astype(np.uint32, copy=False) if values.dtype.kind == "u" else values
+    made = kind(np.ascontiguousarray(whole).reshape(-1))
+    settle(made)
+    return made
+
+
 def freeze(function: Callable[..., Any], *scenes: Any) -> Callable[..., Any]:
     """`dr.freeze`, recorded anew for every combination of argument sizes, and never interrupted by garbage collection.
 

@@ -195,7 +195,7 @@ def _ballast(config: OceanConfig, masses: WaterColumn | WaterMass, site: Site) -
     if not (math.isfinite(t) and math.isfinite(s)):
         raise ScenarioError("there is no temperature or salinity at the surface of the world's origin", where="ocean")
     table = jit.Float64(np.ascontiguousarray(tabulate(t, s, site).density))
-    dr.make_opaque(table)
+    jit.settle(table)
     return table
 
 

@@ -56,5 +56,5 @@ def make_tide(constituents: tuple[TideConfig, ...]) -> Tide | None:
         return None
     rows = [(c.amplitude_m, tide_omega(c.constituent, c.period_h), math.radians(c.phase_deg)) for c in constituents]
     tide = Tide(*(jit.Float64(np.ascontiguousarray(column)) for column in np.array(rows, dtype=np.float64).T))
-    dr.make_opaque(tide)
+    jit.settle(tide)
     return tide

@@ -10,7 +10,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Final, Self
 
-import drjit as dr
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field, model_validator
@@ -101,7 +100,7 @@ class Profiles:
         """On the device."""
         arrays = (self.temperature, self.salinity, self.density, self.sound_speed, self.pressure)
         column = WaterColumn(*(jit.Float64(np.ascontiguousarray(a)) for a in arrays))
-        dr.make_opaque(column)
+        jit.settle(column)
         return column
 
 

@@ -261,7 +261,7 @@ def waves_of(components: Components, *, depth: float | None, wind: float | None 
     waves = Waves(
         jit.Float64(table.ravel()), jit.Float64(depth or 1e9), jit.Float64(limit), depth is None, limit < NEVER
     )
-    dr.make_opaque(waves.table, waves.depth, waves.limit)
+    jit.settle(waves.table, waves.depth, waves.limit)
     return waves
 
 

@@ -135,7 +135,7 @@ def light_field(water: WaterOptics, light: Daylight) -> LightField:
         source=jit.Float(solved.source.ravel()),
         blur=jit.Float(0.25 * water.particle_scattering[1]),
     )
-    dr.make_opaque(field)
+    jit.settle(field)
     return field
 
 

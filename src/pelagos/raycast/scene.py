@@ -140,7 +140,7 @@ class Scene:
 
     def _static_tables(self) -> Faces:
         """Faces of the static meshes; those of a single mesh are its own arrays, not copies."""
-        things = _own(
+        things = jit.own(
             jit.UInt32, np.concatenate(self._static_things) if self._static_things else np.zeros(1, np.uint32)
         )
         return _joined(self._static_faces, things)
@@ -183,15 +183,15 @@ class Scene:
             self.generation += 1
             self._load_static()
             base, rows = _rows_by_identifier(self.static)
-            self.tables.static_base, self.tables.static_row = dr.opaque(jit.UInt32, base), _own(jit.UInt32, rows)
+            self.tables.static_base, self.tables.static_row = dr.opaque(jit.UInt32, base), jit.own(jit.UInt32, rows)
         parameters = self._static_parameters
-        place, normal = _own(jit.Float, patch.vertices), _own(jit.Float, patch.normals)
-        corner = _own(jit.UInt32, patch.faces)
+        place, normal = jit.own(jit.Float, patch.vertices), jit.own(jit.Float, patch.normals)
+        corner = jit.own(jit.UInt32, patch.faces)
         parameters["ground.vertex_positions"], parameters["ground.faces"] = place, corner
         self._static_faces[-1] = Faces(corner, place, normal, corner)
         if (patch.origin != self.origin).any() and self._standing:
             moved = np.concatenate([g.vertices - patch.origin for g in self._standing]).astype(np.float32)
-            parameters["standing.vertex_positions"] = self._static_faces[0].place = _own(jit.Float, moved)
+            parameters["standing.vertex_positions"] = self._static_faces[0].place = jit.own(jit.Float, moved)
         parameters.update()
         self.origin = patch.origin
         self._static_things[-1] = self._ground_rows[patch.face_materials]
@@ -219,7 +219,7 @@ class Scene:
                 mesh, made = _mesh(f"group{key}", [geometry], np.zeros(3))
                 groups[f"group{key}"] = {"type": "shapegroup", "mesh": mesh}
                 starts[key] = total
-                made.thing = _own(jit.UInt32, self._objects.rows(geometry))
+                made.thing = jit.own(jit.UInt32, self._objects.rows(geometry))
                 faces.append(made)
                 total += len(geometry.faces)
             first.append(starts[key])
@@ -289,18 +289,18 @@ class Scene:
             origin=_single(self.origin),
             static_base=u32(static_base),
             moving_base=u32(moving_base),
-            static_row=_own(u32, static_row),
-            moving_row=_own(u32, moving_row),
-            static_first=_own(u32, _table([*self._first_faces(), *self._copies.first])),
-            moving_first=_own(u32, _table(moving_first)),
+            static_row=jit.own(u32, static_row),
+            moving_row=jit.own(u32, moving_row),
+            static_first=jit.own(u32, _table([*self._first_faces(), *self._copies.first])),
+            moving_first=jit.own(u32, _table(moving_first)),
             static=self._static_tables(),
             models=self._copies.faces,
             moving=_joined(moving),
             static_turn=_array4f(np.concatenate([_upright(max(len(self._static_faces), 1)), self._copies.attitude])),
-            static_thing=_own(u32, _table([0] * len(self._static_faces) + self._copies.thing)),
-            label=_own(u32, _table(o.label)),
-            instance=_own(u32, _table(o.instance)),
-            material=_own(u32, _table(o.material)),
+            static_thing=jit.own(u32, _table([0] * len(self._static_faces) + self._copies.thing)),
+            label=jit.own(u32, _table(o.label)),
+            instance=jit.own(u32, _table(o.instance)),
+            material=jit.own(u32, _table(o.material)),
             copy_offset=_array3f(copy_offsets(self.copies)),
             body_position=zero,
             body_attitude=_array4f(_upright(rows)),
@@ -423,16 +423,6 @@ def _single(place: NDArray[np.float64]) -> Array:
     return jit.Array3f64(*(dr.opaque(jit.Float64, float(c)) for c in place))
 
 
-def _own(kind: Any, values: NDArray[Any]) -> Array:
-    """Flat values in memory of Dr.Jit's own, not in NumPy's: always aligned, which a recording relies on."""
-    whole = values.astype(np.uint32, copy=False) if values.dtype.kind == "u" else values
-    borrowed = kind(np.ascontiguousarray(whole).reshape(-1))
-    owned = borrowed + dr.opaque(kind, 0)  # a sum that is not known beforehand: anything simpler shares the memory
-    dr.eval(owned)
-    dr.sync_thread()
-    return owned
-
-
 def _mesh(name: str, group: Sequence[Geometry], origin: NDArray[np.float64]) -> tuple[Any, Faces]:
     """One Mitsuba mesh of several geometries, relative to `origin`, filled part by part to spare memory.
 
@@ -450,7 +440,7 @@ def _mesh(name: str, group: Sequence[Geometry], origin: NDArray[np.float64]) -> 
             normals[v:w] = g.vertex_normals
     mesh = jit.mi.Mesh(name, len(vertices), len(faces))
     parameters = jit.mi.traverse(mesh)
-    made = Faces(_own(jit.UInt32, faces), _own(jit.Float, vertices), _own(jit.Float, normals), jit.UInt32(0))
+    made = Faces(jit.own(jit.UInt32, faces), jit.own(jit.Float, vertices), jit.own(jit.Float, normals), jit.UInt32(0))
     del faces, vertices, normals
     first = group[0]
     large = len(first.faces) > _MANY_FACES and not isinstance(first, PlacedGeometry)

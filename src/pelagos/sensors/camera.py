@@ -183,7 +183,7 @@ class Camera:
         self._vignette = jit.Float(self._view.tiling.arrange(vignette))
         self._surroundings = Surroundings(context)
         self._keys = tuple(opaque_key(stream_key(context.seed, context.path, k)) for k in ("image", "paths"))
-        dr.make_opaque(self._vignette)
+        jit.settle(self._vignette)
         self._ping = context.scene.compile(self._make)
 
     def sense(self, motion: Kinematics) -> Measurement:

@@ -69,7 +69,7 @@ class Lidar:
         )
         rates = tuple(dr.opaque(jit.Float, r) for r in (in_air, in_water))
         key = opaque_key(stream_key(context.seed, context.path, "lidar"))
-        dr.make_opaque(albedo)
+        jit.settle(albedo)
         self._scanner = Scanner(config, context, self._points, (albedo, rates, key))
 
     def sense(self, motion: Kinematics) -> Measurement:

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pelagos import jit
+from pelagos.acoustics.complex_pair import Pair
 from pelagos.acoustics.reflection import fluid_reflection
 from pelagos.acoustics.sea_surface import bubble_loss_db, surface_backscatter
 from pelagos.acoustics.seabed import FREQUENCY_RANGE_HZ, Bottom, backscatter
@@ -57,7 +58,7 @@ def surfaces(
     rows = jit.UInt32(len(table) - 1)
     varies = np.array([0.0 if m.corner_m > 0.0 else texture_db for m in materials] + [texture_db], dtype=np.float32)
     made = Surfaces(jit.Float(table.ravel()), jit.Float(mirror.ravel()), rows, jit.Float(varies))
-    dr.make_opaque(made)
+    jit.settle(made)
     return made
 
 
@@ -68,25 +69,62 @@ def scattering_table(materials: Sequence[Material], frequency_hz: float, *, wind
     are Lambert scatterers with specular facets; the inside of a corner reflector answers by the angle from its axis,
     for which its interpolated normal stands; the last row is the sea surface (`surface_backscatter`).
     """
-    grazing = jit.Float64(np.linspace(0.0, math.pi / 2, _ANGLES))
-    sine = dr.sin(grazing)
     valid_hz = min(max(frequency_hz, FREQUENCY_RANGE_HZ[0]), FREQUENCY_RANGE_HZ[1])
-    rows = []
-    for m in materials:
-        if m.corner_m > 0.0:
-            inside = 1.5 * m.corner_m**2  # all of which is seen from wherever the corner answers
-            strength = corner(m.corner_m, _SOUND_SPEED / frequency_hz)
-            lobe = corner_lobe(0.5 * math.pi - np.array(grazing)) * (10.0 ** (strength / 10.0) / inside)
-            section = lobe + np.array(lambert(sine, m.lambert_db))
-        elif m.sediment:
-            bottom = Bottom(m.density_ratio, m.sound_speed_ratio, m.loss, m.volume_scatter, m.spectral_strength)
-            section = backscatter(grazing, valid_hz, bottom)
+    table = np.zeros((len(materials) + 1, _ANGLES), dtype=np.float32)
+    kinds = np.array(["corner" if m.corner_m > 0.0 else "sediment" if m.sediment else "solid" for m in materials])
+    for kind in set(kinds):
+        rows = np.flatnonzero(kinds == kind)
+        some = [m for m, its in zip(materials, kinds, strict=True) if its == kind]
+        if kind == "sediment":
+            table[rows] = _sediments(some, valid_hz)
         else:
-            real, imaginary = fluid_reflection(1.0, m.density_ratio, m.sound_speed_ratio, m.loss)
-            section = lambert(sine, m.lambert_db) + facets(sine, real**2 + imaginary**2, _SOLID_SLOPE)
-        rows.append(np.asarray(section, dtype=np.float32))
-    rows.append(np.array(surface_backscatter(grazing, valid_hz, wind_speed), dtype=np.float32))
-    return np.stack(rows)
+            table[rows] = _solids(some) if kind == "solid" else _corners(some, frequency_hz)
+    table[-1] = surface_backscatter(_angles(1), valid_hz, wind_speed).numpy()
+    return table
+
+
+def _sediments(materials: Sequence[Material], frequency_hz: float) -> NDArray[np.float64]:
+    parameters = ("density_ratio", "sound_speed_ratio", "loss", "volume_scatter", "spectral_strength")
+    bottom = Bottom(*(_by_row(materials, name) for name in parameters))
+    return _table(backscatter(_angles(len(materials)), frequency_hz, bottom))
+
+
+def _solids(materials: Sequence[Material]) -> NDArray[np.float64]:
+    sine = dr.sin(_angles(len(materials)))
+    real, imaginary = _reflection(sine * 0.0 + 1.0, materials)
+    mirror = real**2 + imaginary**2
+    return _table(lambert(sine, _by_row(materials, "lambert_db")) + facets(sine, mirror, _SOLID_SLOPE))
+
+
+def _corners(materials: Sequence[Material], frequency_hz: float) -> NDArray[np.float64]:
+    grazing = np.linspace(0.0, math.pi / 2, _ANGLES)
+    lobes = []
+    for m in materials:
+        inside = 1.5 * m.corner_m**2  # all of which is seen from wherever the corner answers
+        strength = corner(m.corner_m, _SOUND_SPEED / frequency_hz)
+        lobes.append(corner_lobe(0.5 * math.pi - grazing) * (10.0 ** (strength / 10.0) / inside))
+    diffuse = lambert(dr.sin(_angles(len(materials))), _by_row(materials, "lambert_db"))
+    return np.array(lobes) + _table(diffuse)
+
+
+def _reflection(sine: Array, materials: Sequence[Material]) -> Pair:
+    contrast = (_by_row(materials, name) for name in ("density_ratio", "sound_speed_ratio", "loss"))
+    return fluid_reflection(sine, *contrast)
+
+
+def _angles(rows: int) -> Array:
+    """Grazing angles [rad] of the columns, for each of some rows."""
+    return jit.own(jit.Float64, np.tile(np.linspace(0.0, math.pi / 2, _ANGLES), rows))
+
+
+def _by_row(materials: Sequence[Material], name: str) -> Array:
+    """A parameter of each material, for all columns: an array, so that one kernel serves all materials."""
+    return jit.own(jit.Float64, np.repeat([float(getattr(m, name)) for m in materials], _ANGLES))
+
+
+def _table(values: Array) -> NDArray[np.float64]:
+    table: NDArray[np.float64] = values.numpy().reshape(-1, _ANGLES)
+    return table
 
 
 def mirror_table(materials: Sequence[Material], frequency_hz: float, *, wind_speed: float) -> NDArray[np.float32]:
@@ -95,14 +133,13 @@ def mirror_table(materials: Sequence[Material], frequency_hz: float, *, wind_spe
     Materials by their contrast to the water (`fluid_reflection`); the sea surface all but what bubbles take
     (`bubble_loss_db`, evaluated at the nearer end of 10-100 kHz).
     """
-    sine = dr.sin(jit.Float64(np.linspace(0.0, math.pi / 2, _ANGLES)))
     valid_hz = min(max(frequency_hz, FREQUENCY_RANGE_HZ[0]), FREQUENCY_RANGE_HZ[1])
-    rows = []
-    for m in materials:
-        real, imaginary = fluid_reflection(sine, m.density_ratio, m.sound_speed_ratio, m.loss)
-        rows.append(np.array(real**2 + imaginary**2, dtype=np.float32))
-    rows.append(np.array(from_db(-bubble_loss_db(sine, valid_hz, wind_speed)), dtype=np.float32))
-    return np.stack(rows)
+    table = np.zeros((len(materials) + 1, _ANGLES), dtype=np.float32)
+    if materials:
+        real, imaginary = _reflection(dr.sin(_angles(len(materials))), materials)
+        table[:-1] = _table(real**2 + imaginary**2)
+    table[-1] = from_db(-bubble_loss_db(dr.sin(_angles(1)), valid_hz, wind_speed)).numpy()
+    return table
 
 
 def scattering(surfaces: Surfaces, row: Array, sine: Array) -> Array:

@@ -73,8 +73,9 @@ class Sounder:
         self._bottom = lowest_ground(context, reach)
         self.bent = bends(context, reach, self._bottom) if refraction == "auto" else refraction
         self._own = jit.UInt32(context.own_body)
-        dr.make_opaque(self._own)
+        jit.settle(self._own)
         self.fan: Fan = fan_struct(rays)
+        jit.settle(self.fan)
         self.surfaces: Surfaces = surfaces(
             context.world.palette, frequency_hz, wind_speed=wind_speed, texture_db=texture_db
         )

@@ -60,7 +60,7 @@ def probes(rays: dict[str, NDArray[Any]], beams: int) -> Probes:
         jit.UInt32(np.ascontiguousarray(table[:, middle], dtype=np.uint32).ravel()),
         jit.Float(np.ascontiguousarray(weight, dtype=np.float32).ravel()),
     )
-    dr.make_opaque(made)
+    jit.settle(made)
     return made
 
 

@@ -51,7 +51,7 @@ class Driver:
     def pack(self, state: VehicleState) -> Array:
         """A state as `advance` takes it."""
         values = [np.broadcast_to(np.array(c), self._n) for c in channels_of(state)]
-        return jit.Float64(np.concatenate(values))
+        return jit.own(jit.Float64, np.concatenate(values))
 
     def unpack(self, packed: Array) -> VehicleState:
         """The state that `advance` gave back."""

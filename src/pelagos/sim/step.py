@@ -7,6 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 
+import drjit as dr
 import numpy as np
 from numpy.typing import NDArray
 
@@ -350,11 +351,11 @@ class Stepper:
         if run.command_values.shape == values.shape and (run.command_values == values).all():
             return
         run.command_values = values
-        run.command = [jit.Float64(np.ascontiguousarray(column)) for column in values.T]
+        run.command = _columns(values)
 
     def _standing(self, run: AgentRun) -> Trajectory:
         """A block of the current tick alone."""
-        packed = jit.Float64(np.ascontiguousarray(run.row.ravel()))
+        packed = jit.own(jit.Float64, run.row)
         return Trajectory(packed=packed, n=self._model.n, ticks=1, first_tick=self.tick)
 
     def _state(self, agent: AgentModel, run: AgentRun) -> AgentState:
@@ -414,6 +415,15 @@ def _length(agent: AgentModel) -> float:
 
 def _row(state: VehicleState) -> NDArray[np.float64]:
     return np.stack([np.array(c) for c in channels(state)], axis=-1)
+
+
+def _columns(values: NDArray[np.float64]) -> list[jit.Array]:
+    """Each column of `(n, k)` set-points on the device."""
+    if len(values) == 1:
+        return [dr.opaque(jit.Float64, float(v)) for v in values[0]]  # faster than the way over NumPy
+    columns = [jit.Float64(np.ascontiguousarray(column)) for column in values.T]
+    jit.settle(columns)
+    return columns
 
 
 def _idle(agent: AgentModel, mode: str, state: AgentState) -> NDArray[np.float64]:

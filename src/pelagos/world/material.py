@@ -204,7 +204,6 @@ class MaterialTables:
 
 def material_tables(materials: Sequence[Material]) -> MaterialTables:
     """The device tables of `materials`, row by row; at least one."""
-    import drjit as dr
 
     columns = {}
     for f in fields(MaterialTables):
@@ -216,5 +215,5 @@ def material_tables(materials: Sequence[Material]) -> MaterialTables:
         else:
             columns[f.name] = jit.Float([float(v) for v in values])
     tables = MaterialTables(**columns)
-    dr.make_opaque(tables)
+    jit.settle(tables)
     return tables
