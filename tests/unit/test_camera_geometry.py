@@ -161,6 +161,58 @@ def test_flow_is_the_motion_of_projected_points(distortion: Any):
     assert np.abs(got.data).max() > 20
 
 
+PORTS: dict[str, dict[str, Any]] = {
+    "flat": {"port": {"type": "flat", "distance_m": 0.03, "thickness_m": 0.012}},
+    "dome": {"port": {"type": "dome", "radius_m": 0.06, "thickness_m": 0.006, "offset_m": (-0.015, 0.01, 0.0)}},
+    "flat, wide angle": {"port": {"type": "flat", "distance_m": 0.03}, "distortion": (-0.2, 0.05, 0.001, 0.002, 0.0)},
+    "dome, fisheye": {"port": {"type": "dome", "offset_m": (0.01, 0.0, 0.005)}, "lens": "fisheye",
+                      "horizontal_fov_deg": 130},
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("height", [-10.0, 10.0], ids=["in water", "in air"])
+@pytest.mark.parametrize("kind", PORTS)
+def test_flow_through_a_port_is_that_of_known_points(kind: str, height: float):
+    """The points that the pixels show move for 2 ms; the rays that then go through them are found by Newton's method,
+    through both faces of the port. Central differences: 0.02 px/s, as without a port."""
+    config = OpticalFlowCameraConfig(**SIZE, **PORTS[kind])
+    outside = 1.34 if height < 0 else 1.0
+    velocity, spin = np.array([0.8, -0.3, 0.2]), np.array([0.1, -0.2, 0.3])
+    near = wall(1.5, 40.0, 1, 1)
+    near.vertices[:, 2] += 10 + height
+    got = OpticalFlowCamera(config, context([near])).sense(ahead(velocity=velocity, spin=spin, height=height)).data[0]
+    start, d = pixel_rays(config, outside)
+    ok = np.isfinite(d).all(axis=-1) & (d[..., 0] > 0.2) & np.isfinite(got).all(axis=-1)
+    assert ok.mean() > 0.8
+    points = start + d * ((1.5 - start[..., :1]) / d[..., :1])
+    h, moved = 1e-3, []
+    for sign in (1, -1):
+        there = points - sign * h * (velocity + np.cross(spin, points))
+        moved.append(pixels_that_see(there, config, outside))
+    expected = (moved[0] - moved[1]) / (2 * h)
+    assert np.abs(got - expected)[ok].max() < 0.02
+    assert np.abs(got[ok]).max() > 15
+
+
+def pixels_that_see(points: Any, config: Any, outside: float) -> Any:
+    """How far right and down of each pixel the ray goes through its point, `(height, width, 2)` [px]."""
+    shift = np.zeros((*points.shape[:2], 2))
+
+    def missed(at: Any) -> Any:
+        """Across the ray: two components of the way from the ray to the point."""
+        start, d = pixel_rays(config, outside, shift=(at[..., 0], at[..., 1]))
+        away = (points - start) - d * np.sum((points - start) * d, axis=-1, keepdims=True)
+        return away[..., 1:]
+
+    for _ in range(6):
+        here, e = missed(shift), 1e-3
+        slopes = np.stack([(missed(shift + step) - here) / e for step in np.eye(2) * e], axis=-1)
+        fine = np.isfinite(slopes).all(axis=(-2, -1)) & np.isfinite(here).all(axis=-1)
+        slopes, here = np.where(fine[..., None, None], slopes, np.eye(2)), np.where(fine[..., None], here, 0)
+        shift = shift - np.linalg.solve(slopes, here[..., None])[..., 0]
+    return shift
+
+
 def test_flow_is_nothing_where_nothing_is_seen():
     got = OpticalFlowCamera(OpticalFlowCameraConfig(**SIZE), context(BOTH[:1])).sense(ahead())
     assert np.isnan(got.data[0, 0, 0]).all()

@@ -1,7 +1,7 @@
 """A camera of motion: how fast what each pixel shows moves across the picture, without error.
 
 Data and truth are `(m, height, width, 2)` float32 [px/s], (right, down), NaN where the pixel shows water or sky.
-Instantaneous: the camera's own motion and the surface's, through the derivative of the lens.
+Instantaneous: the camera's own motion and the surface's, through the derivative of the lens and its port.
 """
 
 from __future__ import annotations
@@ -18,9 +18,9 @@ from pelagos.sensors.hit_view import HitView, Seen
 from pelagos.sensors.mount import sensor_angular_velocity, sensor_velocity
 from pelagos.sensors.pixels import Tiling
 from pelagos.sensors.sensor import Kinematics, Measurement, SensorConfig, SensorContext
-from pelagos.sensors.view import Trace, ViewConfig, pixel_rays, project_points
+from pelagos.sensors.view import Trace, ViewConfig, pixel_rays, starts_wet
 
-_STEP: Final = 1e-5  # of the unit direction, for the lens's derivative
+_STEP: Final = 0.01  # [px], for the lens's derivative
 
 
 class OpticalFlowCameraConfig(ViewConfig):
@@ -28,8 +28,22 @@ class OpticalFlowCameraConfig(ViewConfig):
 
     type: Literal["optical_flow_camera"] = "optical_flow_camera"
     """The sensor's kind."""
-    port: None = None
-    """A lens behind a port has no flow in closed form."""
+
+
+@jit.struct
+class RayChange:
+    """How the rays of a lens change from pixel to pixel, a Dr.Jit struct of pairs (rightwards, downwards) of `Array3f`,
+    sensor frame, lanes in the order of `Tiling`.
+
+    Attributes:
+        direction: of their directions [1/px].
+        dry: the same where a port is out of the water; None without a port.
+        start: of where they start on a port [m/px]; None without a port.
+    """
+
+    direction: list[Array]
+    dry: list[Array] | None
+    start: list[Array] | None
 
 
 class OpticalFlowCamera:
@@ -43,10 +57,7 @@ class OpticalFlowCamera:
 
     def __init__(self, config: OpticalFlowCameraConfig, context: SensorContext) -> None:
         self.config = config
-        slopes = Tiling(config.width_px, config.height_px).arrange(lens_derivative(config))  # (lanes, 2, 3)
-        made = tuple(jit.Array3f(np.ascontiguousarray(np.nan_to_num(slopes[:, i]).T)) for i in (0, 1))
-        dr.make_opaque(made)
-        self._frames = HitView(config, context, self._flow, made)
+        self._frames = HitView(config, context, self._flow, ray_change(config))
 
     def sense(self, motion: Kinematics) -> Measurement:
         """One flow image for every lane."""
@@ -57,24 +68,61 @@ class OpticalFlowCamera:
         """Intermediate arrays of one unfrozen frame: (name, values, unit)."""
         return self._frames.explain(motion)
 
-    def _flow(self, seen: Seen, slopes: tuple[Array, Array], trace: Trace | None) -> tuple[Array, ...]:
-        """Motion of each pixel's surface across the picture, (right, down) [px/s]."""
+    def _flow(self, seen: Seen, change: RayChange, trace: Trace | None) -> tuple[Array, ...]:
+        """Motion of each pixel's surface across the picture, (right, down) [px/s].
+
+        A ray with start s and direction d meets the surface at P = s + t d. What is seen there moves with V in the
+        sensor frame and stays in the picture on the ray of another pixel: V = (ds + t dd) . (u', v') + t' d, three
+        equations for u', v' and t'.
+        """
         velocity, spin = (f(seen.motion, self.config) for f in (sensor_velocity, sensor_angular_velocity))
+        place, t, d = seen.direction * seen.hits.t, seen.hits.t, seen.direction
+        if seen.lens.start is not None:
+            place += dr.gather(jit.Array3f, seen.lens.start, seen.where.ray)
         approach = seen.to_sensor(seen.hits.velocity) - seen.of_image(velocity)
-        drift = approach / seen.hits.t - dr.cross(seen.of_image(spin), seen.direction)  # [1/s]
+        drift = approach - dr.cross(seen.of_image(spin), place)  # [m/s]
+        right, down = _sideways(seen, change, t)
         if trace is not None:
-            trace("motion over distance", drift, "1/s")
-        return tuple(
-            dr.select(seen.solid, dr.dot(dr.gather(jit.Array3f, s, seen.where.ray), drift), dr.nan) for s in slopes
-        )
+            trace("motion in the sensor frame", drift, "m/s")
+        over = dr.cross(down, d)
+        whole = dr.rcp(dr.dot(right, over))
+        flows = (dr.dot(drift, over) * whole, dr.dot(drift, dr.cross(d, right)) * whole)
+        return tuple(dr.select(seen.solid, f, dr.nan) for f in flows)
 
 
-def lens_derivative(config: ViewConfig) -> NDArray[np.float64]:
-    """`(height, width, 2, 3)` change of (u, v) [px] with the unit direction, by central differences."""
-    _, directions = pixel_rays(config)
-    columns = []
-    for axis in np.eye(3) * _STEP:
-        columns.append(
-            (project_points(directions + axis, config) - project_points(directions - axis, config)) / (2 * _STEP)
-        )
-    return np.stack(columns, axis=-1)
+def _sideways(seen: Seen, change: RayChange, t: Array) -> list[Array]:
+    """By how much the rays' places at a distance `t` move from pixel to pixel, rightwards and down [m/px]."""
+
+    def of_ray(table: Array) -> Array:
+        return dr.gather(jit.Array3f, table, seen.where.ray)
+
+    turned = [of_ray(v) for v in change.direction]
+    if change.dry is not None:
+        wet = starts_wet(seen.where, seen.rays.origin, seen.level)
+        turned = [dr.select(wet, v, of_ray(a)) for v, a in zip(turned, change.dry, strict=True)]
+    moved = [t * v for v in turned]
+    if change.start is not None:
+        moved = [m + of_ray(s) for m, s in zip(moved, change.start, strict=True)]
+    return moved
+
+
+def ray_change(config: ViewConfig) -> RayChange:
+    """The tables, by central differences."""
+    tiling = Tiling(config.width_px, config.height_px)
+
+    def tables(which: int, **more: Any) -> list[Array]:
+        found = []
+        for aside in ((_STEP, 0.0), (0.0, _STEP)):
+            ahead, behind = (pixel_rays(config, shift=(k * aside[0], k * aside[1]), **more)[which] for k in (1, -1))
+            slope = np.nan_to_num((ahead - behind) / (2 * _STEP))
+            found.append(jit.Array3f(np.ascontiguousarray(tiling.arrange(slope).T)))
+        return found
+
+    ported = config.port is not None
+    made = RayChange(
+        direction=tables(1),
+        dry=tables(1, outside=1.0) if ported else None,
+        start=tables(0) if ported else None,
+    )
+    dr.make_opaque(made)
+    return made

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Annotated, Any, Literal, TypeAlias
 
 import drjit as dr
@@ -112,13 +113,15 @@ def view_intrinsics(config: ViewConfig) -> Intrinsics:
 
 
 def pixel_rays(
-    config: ViewConfig, outside: float = REFRACTIVE_INDEX
+    config: ViewConfig, outside: float = REFRACTIVE_INDEX, *, shift: tuple[float, float] = (0.0, 0.0)
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """The ray pattern: starts [m] and unit directions `(height, width, 3)` in the sensor frame; NaN for no ray.
 
-    Behind a port, in a medium of index `outside`: water, or 1 above it.
+    Behind a port, in a medium of index `outside`: water, or 1 above it. With a `shift`, of places that far right and
+    down of the pixels [px].
     """
     camera = view_intrinsics(config)
+    camera = replace(camera, cx=camera.cx - shift[0], cy=camera.cy - shift[1])
     if config.lens == "fisheye":
         directions = fisheye_directions(camera, config.distortion)
     else:
@@ -236,7 +239,10 @@ def local_directions(lens: Lens, where: Pixels, origin: Array, level: Array | No
     wet = dr.gather(jit.Array3f, lens.direction, where.ray)
     if lens.dry is None:
         return wet
+    return dr.select(starts_wet(where, origin, level), wet, dr.gather(jit.Array3f, lens.dry, where.ray))
+
+
+def starts_wet(where: Pixels, origin: Array, level: Array | None) -> Array:
+    """`Bool`: rays start in the water; see `view_rays`."""
     height = jit.Float(origin.z)
-    if level is not None:
-        height -= dr.gather(jit.Float, level, where.image)
-    return dr.select(height < 0, wet, dr.gather(jit.Array3f, lens.dry, where.ray))
+    return height < (0 if level is None else dr.gather(jit.Float, level, where.image))
