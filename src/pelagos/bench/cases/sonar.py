@@ -186,9 +186,9 @@ def fleet_sonar_256x64x16_hz() -> Measured:
     return _hertz(_imaging(64, 16, 128, copies=256, side_lobe_beams=4), copies=256)
 
 
-def sonar_over_cast_ratio() -> Measured:
+def _over_cast(rays_per_beam: int) -> Measured:
     """A whole ping over casting its rays with hit normals."""
-    sensor = _imaging(512, 114, 1024)
+    sensor = _imaging(512, rays_per_beam, 1024)
     work, detail = _work(sensor)
     place = context()
     rays = Sounder(sensor.config, place, fan_rays(sensor.config), frequency_hz=750e3, ph=8.1)
@@ -212,6 +212,16 @@ def sonar_over_cast_ratio() -> Measured:
     return Measured(ping / cast, detail=f"{1e3 * ping:.1f} ms over {1e3 * cast:.1f} ms; {detail}")
 
 
+def sonar_over_cast_ratio() -> Measured:
+    """In the setting of NPS: nine cells of the image to a ray."""
+    return _over_cast(114)
+
+
+def sonar_over_cast_dense_ratio() -> Measured:
+    """In the setting of OceanSim: two rays to a cell."""
+    return _over_cast(1875)
+
+
 CASES: Final = (
     Case("imaging_demo_ms", "imaging sonar of the demo: 256 beams x 96 rays, 512 bins", imaging_demo_ms, "ms", 15.0,
          "lower", NONE),
@@ -230,4 +240,6 @@ CASES: Final = (
          fleet_sonar_256x64x16_hz, "Hz", 10.0, "higher", NONE),
     Case("sonar_over_cast_ratio", "a ping of 512 x 114 rays over casting its rays, same run", sonar_over_cast_ratio,
          "1", 2.0, "lower", Reference("casting alone, same run", 1.0)),
+    Case("sonar_over_cast_dense_ratio", "a ping of 2500 x 384 rays over casting its rays, same run",
+         sonar_over_cast_dense_ratio, "1", 2.0, "lower", Reference("casting alone, same run", 1.0)),
 )  # fmt: skip
