@@ -63,7 +63,7 @@ def seen(scene: scenes.Scene, smooth: bool) -> dict[str, np.ndarray]:
 def test_instances_are_seen_as_the_same_meshes_one_by_one(monkeypatch: pytest.MonkeyPatch, smooth: bool) -> None:
     things = [ground(), *copies(60)]
     merged = seen(scenes.Scene(things), smooth)
-    monkeypatch.setattr(scenes, "_MANY_COPIED", 0)
+    monkeypatch.setattr("pelagos.raycast.copies._MANY_COPIED", 0)
     scene = scenes.Scene(things)
     assert len(scene._copies.first) == 60
     instanced = seen(scene, smooth)
@@ -82,7 +82,7 @@ def test_instances_are_seen_as_the_same_meshes_one_by_one(monkeypatch: pytest.Mo
 
 def test_beside_many_instances_nothing_is_frozen_and_all_is_the_same(monkeypatch: pytest.MonkeyPatch) -> None:
     things = [ground(), *copies(20)]
-    monkeypatch.setattr(scenes, "_MANY_COPIED", 0)
+    monkeypatch.setattr("pelagos.raycast.copies._MANY_COPIED", 0)
     frozen = seen(scenes.Scene(things), True)
     monkeypatch.setattr(scenes, "_MANY_COPIES", 10)
     plain = seen(scenes.Scene(things), True)

@@ -7,7 +7,7 @@ import pytest
 
 from pelagos.errors import CommandError, LookupFailed, WorldError
 from pelagos.math.geodesy import GeoOrigin
-from pelagos.raycast.scene import _on_host as scene_on_host
+from pelagos.raycast.meshes import on_host
 from pelagos.world import shapes
 from pelagos.world.body import Prop
 from pelagos.world.build import build_world, world_config, world_types
@@ -226,7 +226,7 @@ def _ball(count):
 
 def test_a_large_ground_is_held_once(monkeypatch):
     """World and scene share the arrays of faces and normals: the same values, at the same place in memory."""
-    monkeypatch.setattr("pelagos.raycast.scene._MANY_FACES", 100)
+    monkeypatch.setattr("pelagos.raycast.meshes._MANY_FACES", 100)
     world = build_world(world_config({"type": "flat", "depth_m": 10.0, "size_m": [40, 40]}))
     before = [g.faces.copy() for g in world.geometries], [g.vertex_normals.copy() for g in world.geometries]
     scene = world.scene()
@@ -234,7 +234,7 @@ def test_a_large_ground_is_held_once(monkeypatch):
     assert len(ground.faces) > 100
     assert np.array_equal(ground.faces, before[0][0])
     assert np.array_equal(ground.vertex_normals, before[1][0])
-    if scene_on_host():
+    if on_host():
         assert np.shares_memory(ground.faces, scene.tables.static.corner.numpy())
     assert world.cast([0.0, 0.0, 0.0], (0, 0, -1)).t[0] == pytest.approx(10.0)
     assert np.array_equal(world.scene().tables.static.corner.numpy(), before[0][0].ravel())

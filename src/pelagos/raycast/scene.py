@@ -8,25 +8,23 @@ stand `COPY_SPACING` apart.
 
 from __future__ import annotations
 
-import ctypes
-import sys
 from collections.abc import Callable, Sequence
 from typing import Any, Final
 
 import drjit as dr
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial.transform import Rotation
 
 from pelagos import jit
 from pelagos.jit import Array
-from pelagos.raycast.geometry import Geometry, PlacedGeometry
+from pelagos.raycast.copies import Copies, models, upright
+from pelagos.raycast.geometry import Geometry
+from pelagos.raycast.meshes import give_back, joined, large, mesh_of, watertight
+from pelagos.raycast.objects import Objects
 from pelagos.raycast.streamed import StreamedGround
 from pelagos.raycast.surface import Faces
 
 COPY_SPACING: Final = 500.0  # [m], between the bodies of two copies of a fleet
-_MANY_FACES = 1_000_000  # from here on a scene spares memory while it is loaded
-_MANY_COPIED: Final = 500_000  # faces of all copies of a model from which on they become instances of it
 _MANY_COPIES: Final = 500  # instances beside which nothing is frozen
 _LATTICE: Final = 16  # copies along one edge of the lattice: 4096 copies within 8 km
 
@@ -96,17 +94,17 @@ class Scene:
         self.bounds: NDArray[np.float64] = np.stack([low, high])
         self.origin: NDArray[np.float64] = np.round((low + high) / 2) if ground is None else ground.patch.origin
         self._poses: tuple[NDArray[np.float64], ...] | None = None
-        objects = _Objects()
-        copies_of = _models(static) if ground is None else {}
+        objects = Objects()
+        copies_of = models(static) if ground is None else {}
         copied = {id(g) for group in copies_of.values() for g in group}
         single = [g for g in static if id(g) not in copied]
         # smooth ones first, and among them the largest: the first one can share its arrays
-        self._standing = sorted(single, key=lambda g: (g.vertex_normals is None, len(g.faces) <= _MANY_FACES))
+        self._standing = sorted(single, key=lambda g: (g.vertex_normals is None, not large(len(g.faces))))
         self._static_things = [objects.rows(g) for g in self._standing]
         if ground is not None:
             self._ground_rows = objects.add(*ground.identity)
             self._static_things.append(self._ground_rows[ground.patch.face_materials])
-        self._copies = _Copies(copies_of, objects, self.origin)
+        self._copies = Copies(copies_of, objects, self.origin)
         self.static: Any = None
         self._static_parameters: Any = None
         self._static_faces: list[Faces] = []
@@ -125,17 +123,17 @@ class Scene:
         shapes: dict[str, Any] = {}
         self._static_faces = []
         if self._standing:
-            shapes["standing"], faces = _mesh("standing", self._standing, self.origin)
+            shapes["standing"], faces = mesh_of("standing", self._standing, self.origin)
             self._static_faces.append(faces)
         if self._ground is not None:
             patch = self._ground.patch
             part = Geometry(patch.vertices.astype(np.float64), patch.faces, 0, 0, 0, patch.normals)
-            shapes["ground"], faces = _mesh("ground", [part], np.zeros(3))
+            shapes["ground"], faces = mesh_of("ground", [part], np.zeros(3))
             self._static_faces.append(faces)
-        if sum(m.face_count() for m in shapes.values()) > _MANY_FACES:
-            _give_back()  # the tree over the triangles is about to need more than all that was built before
+        if large(sum(m.face_count() for m in shapes.values())):
+            give_back()  # the tree over the triangles is about to need more than all that was built before
         shapes |= self._copies.shapes
-        self.static = jit.mi.load_dict({"type": "scene", **_watertight(), **shapes}, optimize=False)
+        self.static = jit.mi.load_dict({"type": "scene", **watertight(), **shapes}, optimize=False)
         self._static_parameters = jit.mi.traverse(self.static) if self._ground is not None else None
 
     def _static_tables(self) -> Faces:
@@ -143,7 +141,7 @@ class Scene:
         things = jit.own(
             jit.UInt32, np.concatenate(self._static_things) if self._static_things else np.zeros(1, np.uint32)
         )
-        return _joined(self._static_faces, things)
+        return joined(self._static_faces, things)
 
     @property
     def streamed(self) -> bool:
@@ -216,7 +214,7 @@ class Scene:
         for row, (geometry, _) in enumerate(bodies):
             key = id(geometry)
             if key not in starts:
-                mesh, made = _mesh(f"group{key}", [geometry], np.zeros(3))
+                mesh, made = mesh_of(f"group{key}", [geometry], np.zeros(3))
                 groups[f"group{key}"] = {"type": "shapegroup", "mesh": mesh}
                 starts[key] = total
                 made.thing = jit.own(jit.UInt32, self._objects.rows(geometry))
@@ -225,7 +223,7 @@ class Scene:
             first.append(starts[key])
             instances[f"body{row}"] = {"type": "instance", "group": {"type": "ref", "id": f"group{key}"}}
         # in this order, so that shapes follow rows
-        description = {"type": "scene", **_watertight(), **groups, **instances}
+        description = {"type": "scene", **watertight(), **groups, **instances}
         self.moving = jit.mi.load_dict(description, parallel=False, optimize=False) if bodies else None
         self._parameters = jit.mi.traverse(self.moving) if bodies else None
         self._refresh_tables(moving_first=first, moving=faces)
@@ -295,120 +293,19 @@ class Scene:
             moving_first=jit.own(u32, _table(moving_first)),
             static=self._static_tables(),
             models=self._copies.faces,
-            moving=_joined(moving),
-            static_turn=_array4f(np.concatenate([_upright(max(len(self._static_faces), 1)), self._copies.attitude])),
+            moving=joined(moving),
+            static_turn=_array4f(np.concatenate([upright(max(len(self._static_faces), 1)), self._copies.attitude])),
             static_thing=jit.own(u32, _table([0] * len(self._static_faces) + self._copies.thing)),
             label=jit.own(u32, _table(o.label)),
             instance=jit.own(u32, _table(o.instance)),
             material=jit.own(u32, _table(o.material)),
             copy_offset=_array3f(copy_offsets(self.copies)),
             body_position=zero,
-            body_attitude=_array4f(_upright(rows)),
+            body_attitude=_array4f(upright(rows)),
             body_velocity=jit.Array3f(zero),
             body_angular_velocity=jit.Array3f(zero),
         )
         dr.make_opaque(self.tables)
-
-
-class _Objects:
-    """One row for each (label, instance, material) in use."""
-
-    def __init__(self) -> None:
-        self.label: list[int] = []
-        self.instance: list[int] = []
-        self.material: list[int] = []
-
-    def rows(self, geometry: Geometry) -> NDArray[np.unsignedinteger]:
-        """`(f,)` object row of each face."""
-        start = len(self.label)
-        if isinstance(geometry.material, int):
-            materials, inverse = np.array([geometry.material]), np.zeros(len(geometry.faces), dtype=np.uint8)
-        else:
-            counts = np.bincount(geometry.material)
-            materials = np.flatnonzero(counts)
-            kind = np.min_scalar_type(len(materials))
-            inverse = (np.cumsum(counts > 0) - 1).astype(kind)[geometry.material]
-        self.label += [geometry.label] * len(materials)
-        self.instance += [geometry.instance] * len(materials)
-        self.material += [int(m) for m in materials]
-        kind = np.min_scalar_type(len(self.label))  # there are as many rows as triangles: bytes where they suffice
-        return np.add(inverse, start, dtype=kind)
-
-    def add(self, label: int, instance: int, materials: Sequence[int]) -> NDArray[np.uint32]:
-        """`(len(materials),)` object row of one thing in each of its materials."""
-        start = len(self.label)
-        self.label += [label] * len(materials)
-        self.instance += [instance] * len(materials)
-        self.material += list(materials)
-        return np.arange(start, len(self.label), dtype=np.uint32)
-
-
-class _Copies:
-    """Models of which many copies stand in the static scene, each copy an instance.
-
-    Attributes:
-        shapes: Mitsuba's, models and copies.
-        faces: of all models, in their own frames.
-        first, thing, attitude: by copy, see `Tables`.
-    """
-
-    def __init__(self, copies: dict[int, list[PlacedGeometry]], objects: _Objects, origin: NDArray[np.float64]) -> None:
-        self.shapes: dict[str, Any] = {}
-        self.first: list[int] = []
-        self.thing: list[int] = []
-        parts: list[Faces] = []
-        matrices: list[NDArray[np.float64]] = []
-        total = 0
-        for key, group in copies.items():
-            model = group[0].model
-            mesh, faces = _mesh(f"model{key}", [model], np.zeros(3))
-            faces.thing = dr.zeros(jit.UInt32, len(model.faces))
-            parts.append(faces)
-            self.shapes[f"model{key}"] = {"type": "shapegroup", "mesh": mesh}
-            for copy in group:
-                matrix = np.eye(4)
-                matrix[:3, :3], matrix[:3, 3] = copy.scale * copy.turn, copy.offset - origin
-                self.shapes[f"copy{len(self.first)}"] = {
-                    "type": "instance",
-                    "group": {"type": "ref", "id": f"model{key}"},
-                    "to_world": jit.mi.ScalarTransform4f(matrix),
-                }
-                self.first.append(total)
-                self.thing.append(int(objects.rows(copy)[0]))
-                matrices.append(copy.turn)
-            total += len(model.faces)
-        self.attitude = _upright(len(matrices))
-        if matrices:
-            self.attitude = Rotation.from_matrix(np.array(matrices)).as_quat(scalar_first=True)
-        self.faces = _joined(parts)
-
-
-def _models(static: Sequence[Geometry]) -> dict[int, list[PlacedGeometry]]:
-    """Copies by model, of those models whose copies would together be large."""
-    groups: dict[int, list[PlacedGeometry]] = {}
-    for g in static:
-        if isinstance(g, PlacedGeometry) and len(g.faces):
-            groups.setdefault(id(g.model), []).append(g)
-    return {k: group for k, group in groups.items() if len(group) * len(group[0].faces) > _MANY_COPIED}
-
-
-def _give_back() -> None:
-    """Return memory that nothing uses any more to the system: Dr.Jit and the C library keep it for later."""
-    dr.sync_thread()
-    dr.flush_malloc_cache()
-    trim = getattr(ctypes.CDLL(None), "malloc_trim", None) if sys.platform == "linux" else None
-    if trim is not None:
-        trim(0)
-
-
-def _watertight() -> dict[str, bool]:
-    """Without it, Embree lets rays slip through that meet an edge or a vertex exactly; it costs no measurable time."""
-    return {"embree_use_robust_intersections": True} if _on_host() else {}
-
-
-def _on_host() -> bool:
-    """Whether arrays lie in the machine's own memory, where NumPy sees them without a copy."""
-    return str(jit.mi.variant()).startswith("llvm")
 
 
 def copy_offsets(copies: int) -> NDArray[np.float64]:
@@ -421,57 +318,6 @@ def copy_offsets(copies: int) -> NDArray[np.float64]:
 def _single(place: NDArray[np.float64]) -> Array:
     """One place, each coordinate in memory of its own: equal literals would share it, and change what is recorded."""
     return jit.Array3f64(*(dr.opaque(jit.Float64, float(c)) for c in place))
-
-
-def _mesh(name: str, group: Sequence[Geometry], origin: NDArray[np.float64]) -> tuple[Any, Faces]:
-    """One Mitsuba mesh of several geometries, relative to `origin`, filled part by part to spare memory.
-
-    Its tables of faces share its arrays. `thing` is still to be filled in.
-    """
-    starts = np.cumsum([0] + [len(g.vertices) for g in group])
-    ends = np.cumsum([0] + [len(g.faces) for g in group])
-    vertices = np.empty((starts[-1], 3), dtype=np.float32)
-    faces = np.empty((ends[-1], 3), dtype=np.uint32)
-    normals = np.zeros((starts[-1], 3), dtype=np.float32)
-    for g, v, w, f in zip(group, starts, starts[1:], ends, strict=False):
-        np.subtract(g.vertices, origin, out=vertices[v:w], casting="same_kind")
-        np.add(g.faces, np.uint32(v), out=faces[f : f + len(g.faces)], casting="same_kind")
-        if g.vertex_normals is not None:
-            normals[v:w] = g.vertex_normals
-    mesh = jit.mi.Mesh(name, len(vertices), len(faces))
-    parameters = jit.mi.traverse(mesh)
-    made = Faces(jit.own(jit.UInt32, faces), jit.own(jit.Float, vertices), jit.own(jit.Float, normals), jit.UInt32(0))
-    del faces, vertices, normals
-    first = group[0]
-    large = len(first.faces) > _MANY_FACES and not isinstance(first, PlacedGeometry)
-    if large and first.vertex_normals is not None and _on_host():
-        corners, directions = made.corner.numpy().reshape(-1, 3), made.normal.numpy().reshape(-1, 3)
-        first.share(corners[: len(first.faces)], directions[: len(first.vertex_normals)])
-    parameters["vertex_positions"], parameters["faces"] = made.place, made.corner
-    parameters.update()
-    return mesh, made
-
-
-def _joined(parts: Sequence[Faces], thing: Array | None = None) -> Faces:
-    """Several tables of faces as one; that of one part is the part itself."""
-    if not parts:
-        return _no_faces()
-    if thing is None:
-        thing = dr.concat([p.thing for p in parts])
-    if len(parts) == 1:
-        return Faces(parts[0].corner, parts[0].place, parts[0].normal, thing)
-    corners = np.cumsum([0] + [dr.width(p.place) // 3 for p in parts])
-    corner = dr.concat([p.corner + int(c) for p, c in zip(parts, corners, strict=False)])
-    made = Faces(corner, dr.concat([p.place for p in parts]), dr.concat([p.normal for p in parts]), thing)
-    dr.eval(made)
-    return made
-
-
-def _no_faces() -> Faces:
-    """One face of no size, for scenes without any."""
-    made = Faces(dr.zeros(jit.UInt32, 3), dr.zeros(jit.Float, 3), dr.zeros(jit.Float, 3), dr.zeros(jit.UInt32, 1))
-    dr.make_opaque(made)
-    return made
 
 
 def _rows_by_identifier(scene: Any) -> tuple[int, NDArray[np.uint32]]:
@@ -494,10 +340,6 @@ def _array3f(values: NDArray[np.float64]) -> Array:
 
 def _array4f(values: NDArray[np.float64]) -> Array:
     return jit.Array4f(np.ascontiguousarray(values.T, dtype=np.float32))
-
-
-def _upright(count: int) -> NDArray[np.float64]:
-    return np.tile([1.0, 0.0, 0.0, 0.0], (count, 1))
 
 
 def _rotation_matrices(q: NDArray[np.float64]) -> NDArray[np.float64]:

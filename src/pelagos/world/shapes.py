@@ -137,15 +137,13 @@ def chain(path: ArrayLike, link_length: float, wire_radius: float) -> Mesh:
 
 def _frames(tangent: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Two unit vectors `(k, 3)` across each tangent that turn as little as they must (side x up = tangent)."""
-    side, up = np.empty_like(tangent), np.empty_like(tangent)
+    side = np.empty_like(tangent)
     start = np.array([0.0, 0.0, 1.0]) if abs(tangent[0, 2]) < 0.9 else np.array([1.0, 0.0, 0.0])
     previous = np.cross(start, tangent[0])
     for k, t in enumerate(tangent):
         across = previous - t * (previous @ t)
-        side[k] = across / np.linalg.norm(across)
-        up[k] = np.cross(t, side[k])
-        previous = side[k]
-    return side, up
+        previous = side[k] = across / np.linalg.norm(across)
+    return side, np.cross(tangent, side)
 
 
 def _skin(rings: int, sides: int, *, closed_along: bool = False) -> NDArray[np.uint32]:
