@@ -196,6 +196,26 @@ def waters(studio: Studio) -> None:
     studio.save("camera_waters", shots[:5], shots[5:])
 
 
+def murk(studio: Studio) -> None:
+    """A murky layer over the ground by day and by lamplight, and a cloud of sediment between the piles."""
+    layer = {"turbidity": {"depth_m": [0, 5.6, 6.0, 30], "value": [0.03, 0.03, 2.5, 2.5]}}
+    cloud = {"turbidity": [
+        {"type": "patch", "center_m": [-62.5, 55.0, -6.6], "radius_m": 1.1, "height_m": 0.6, "value": 6.0},
+        {"type": "patch", "center_m": [-61.0, 56.5, -5.6], "radius_m": 1.3, "height_m": 0.5, "value": 3.0},
+    ]}  # fmt: skip
+    eye, target = (-66.0, 50.0, -5.2), (-61.0, 58.0, -6.0)
+    rov: Other = ("bluerov2", (-64.2, 52.4, -5.6), -30)
+    shots = [
+        studio.shoot(HARBOUR, sea("IB", 55, 120, tracers=tracers), eye, target, rov, **more)
+        for tracers, more in (
+            (layer, {}), (cloud, {}),
+        )
+    ]  # fmt: skip
+    night = sea("IB", -10, tracers=layer)
+    lit = studio.shoot(HARBOUR, night, eye, target, rov, lamps=lamps(0.8, 12000), shutter_s=0.04)
+    studio.save("camera_murk", [shots[0], lit, shots[1]])
+
+
 def geometry(studio: Studio) -> None:
     """One view as picture, depth, labels, instances, normals and motion."""
     view = {"rate_hz": 10, "width_px": 426, "height_px": 280, "horizontal_fov_deg": 80, "max_range_m": 60}
@@ -227,7 +247,8 @@ def _wheel(flow: NDArray[np.float32]) -> Picture:
 
 
 SHEETS: dict[str, Callable[[Studio], None]] = {
-    "harbour": harbour, "underwater": underwater, "surface": surface, "waters": waters, "geometry": geometry,
+    "harbour": harbour, "underwater": underwater, "surface": surface, "waters": waters, "murk": murk,
+    "geometry": geometry,
 }  # fmt: skip
 
 

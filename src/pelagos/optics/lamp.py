@@ -15,6 +15,7 @@ from pelagos.optics.sight_line import SightLines, waters_at
 from pelagos.optics.water import MEAN_COSINE, WaterArrays
 
 _SAMPLES: Final = 6  # along a ray through the cone
+_IN_LAYERS: Final = 20  # the same where the water differs along it
 _NEAREST: Final = 0.05  # [m], a lamp is not a point closer than this
 
 
@@ -68,10 +69,11 @@ def lamp_backscatter(
     off_axis = dr.maximum(dr.norm(lamp.position - nearest * direction), _NEAREST)
     first = dr.atan2(-nearest, off_axis)
     last = dr.atan2(reach - nearest, off_axis)
-    step = (last - first) / _SAMPLES
+    samples = _SAMPLES if lines is None else _IN_LAYERS
+    step = (last - first) / samples
     mean, here = water, water
     total = jit.Array3f(0)
-    for k in range(_SAMPLES):
+    for k in range(samples):
         tangent = dr.tan(first + step * (k + 0.5))
         s = nearest + off_axis * tangent
         r = off_axis * dr.sqrt(1 + tangent * tangent)
