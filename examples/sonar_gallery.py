@@ -20,6 +20,8 @@ matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 import numpy as np
 
+from pelagos import jit
+from pelagos.acoustics.pulse_pair import speed_of_pair
 from pelagos.math.so3 import from_euler
 from pelagos.ocean.config import OceanConfig, build_ocean
 from pelagos.raycast.rays import NO_BODY
@@ -134,18 +136,21 @@ def sidescan(context: Any, folder: Path, quick: bool) -> None:
     _save(figure, folder / "sidescan.png")
 
 
-def _traces(sonar: Any, places: Any, first: int, speed: float = 1.5) -> Any:
-    return sonar.sense(pose(places, ticks=range(first, first + len(places)), velocity=(speed, 0, 0))).data
+def _traces(sonar: Any, places: Any, first: int, speed: float = 1.5, yaw: float = 0.0) -> Any:
+    return sonar.sense(pose(places, yaw=yaw, ticks=range(first, first + len(places)), velocity=(speed, 0, 0))).data
 
 
 def singlebeam(context: Any, folder: Path, quick: bool) -> None:
-    """An echogram over the wreck."""
-    sonar = Singlebeam(SinglebeamConfig(range_max_m=20.0, bins=400), context)
+    """An echogram over the wreck, with the bottom's second echo, by way of the surface."""
+    config = SinglebeamConfig(
+        range_max_m=34.0, bins=680, multipath="surface_and_bottom", multipath_order=2, tvg_db=20.0
+    )
+    sonar = Singlebeam(config, context)
     count = 100 if quick else 600
-    image = _traces(sonar, track((-20, -8.5, -3), (60, -8.5, -3), count), 0)
+    image = _traces(sonar, track((-20, -8.5, -0.7), (60, -8.5, -0.7), count), 0)
     figure, ax = plt.subplots(figsize=(12, 5))
-    ax.imshow(image.T, cmap="turbo", aspect="auto", vmin=0, vmax=1, extent=(-20, 60, 20, 0.5))
-    ax.set(xlabel="north [m]", ylabel="range [m]", title="echogram")
+    ax.imshow(image.T, cmap="turbo", aspect="auto", vmin=0, vmax=1, extent=(-20, 60, 34, 0.5))
+    ax.set(xlabel="north [m]", ylabel="range [m]", title="echogram, with the bottom's second echo")
     _save(figure, folder / "singlebeam.png")
 
 
@@ -219,19 +224,24 @@ def profiling(context: Any, folder: Path, quick: bool) -> None:
 def aperture(context: Any, folder: Path, quick: bool) -> None:
     """Raw pings of a synthetic aperture sonar, and the same focused by back-projection."""
     config = SyntheticApertureSonarConfig(
-        range_min_m=6.0, range_max_m=26.0, bins=800, rays=4096 if quick else 131072, facet_m=0.05, self_noise_db=30.0
+        range_min_m=6.0, range_max_m=26.0, bins=1600, rays=4096 if quick else 131072, facet_m=0.05, self_noise_db=30.0
     )
     sonar = SyntheticApertureSonar(config, context)
     count = 120 if quick else 800
     places = track((13.0, -22.0, -10.0), (13.0 + 0.02 * count, -22.0, -10.0), count)
     data = np.concatenate([_traces(sonar, places[k : k + 8], k, 0.2) for k in range(0, count, 8)])
     ranges = sonar.tables["range"].astype(float)
-    along, across = np.arange(places[0, 0], places[-1, 0], 0.06), np.arange(6.5, 25.0, 0.06)
-    speed = float(context.ocean.column.sound_speed.numpy()[0]) if hasattr(context.ocean, "column") else 1500.0
-    image = back_projection(data, places[:, 0], ranges, along, across, config.frequency_hz, speed)
+    along, across = np.arange(places[0, 0], places[-1, 0], 0.04), np.arange(6.5, 25.0, 0.04)
+    there = jit.Array3f64(*places[0].tolist())
+    speed = float(np.array(context.ocean.sound_speed(there, jit.Float64(0.0)))[0])
+    focused = back_projection(data, places[:, 0], ranges, along, across, config.frequency_hz, speed)
+    image = _looks(focused, 2)
     figure, axes = plt.subplots(1, 2, figsize=(14, 8), facecolor="black")
     raw = 20 * np.log10(np.abs(data) * ranges**1.5 + 1e-12)
-    for ax, name, level in ((axes[0], "raw pings", raw), (axes[1], "focused", 20 * np.log10(np.abs(image) + 1e-12))):
+    for ax, name, level in (
+        (axes[0], "raw pings", raw),
+        (axes[1], "focused, 2 x 2 looks", 20 * np.log10(image + 1e-12)),
+    ):
         top = np.percentile(level, 99.7)
         ax.imshow(level, cmap="copper", aspect="auto", vmin=top - 45, vmax=top)
         ax.set_title(name, color="white")
@@ -257,6 +267,13 @@ def back_projection(
     return image
 
 
+def _looks(image: Any, count: int) -> Any:
+    """Root mean square of blocks of `count` x `count` pixels, which takes from the speckle."""
+    rows, columns = (n // count * count for n in image.shape)
+    power = np.abs(image[:rows, :columns]) ** 2
+    return np.sqrt(power.reshape(rows // count, count, columns // count, count).mean(axis=(1, 3)))
+
+
 def doppler(context: Any, folder: Path, quick: bool) -> None:
     """What altimeter and DVL hear along a pass over the wreck, and the current that an ADCP finds below a ship."""
     sheared = {
@@ -269,7 +286,8 @@ def doppler(context: Any, folder: Path, quick: bool) -> None:
     count = 80 if quick else 400
     north = np.linspace(-20, 60, count)
     motion = pose(track((-20, -8.5, -1.5), (60, -8.5, -1.5), count), ticks=range(count), velocity=(1.0, 0, 0))
-    figure, axes = plt.subplots(1, 3, figsize=(19, 4.6))
+    figure, grid = plt.subplots(2, 2, figsize=(15, 8.6))
+    axes = grid.ravel()
     altimeter = Altimeter(AltimeterConfig(water_column_bins=300, range_max_m=18.0, range_min_m=0.5), there)
     reading = altimeter.sense(motion)
     axes[0].imshow(reading.extras["water_column"].T, cmap="turbo", aspect="auto", vmin=-75, vmax=-5,
@@ -282,13 +300,33 @@ def doppler(context: Any, folder: Path, quick: bool) -> None:
                    extent=(-20, 60, *dvl.tables["water_column_range"][[-1, 0]]))  # fmt: skip
     axes[1].plot(north, reading.extras["ranges"][:, 0], "w", linewidth=0.8)
     axes[1].set(title="DVL: the beam to port ahead", xlabel="north [m]", ylabel="slant range [m]")
-    adcp = Adcp(AdcpConfig(cells=28, cell_m=0.5), there)
+    adcp = Adcp(AdcpConfig(cells=28, cell_m=0.5, iq=True), there)
     reading = adcp.sense(motion)
-    east = -reading.data[..., 1]  # of the water; the ship does not drift
-    mesh = axes[2].pcolormesh(north, -1.5 - adcp.tables["depth"], east.T, cmap="viridis", vmin=0, vmax=1)
-    figure.colorbar(mesh, ax=axes[2], label="current to the east [m/s]")
-    axes[2].set(title="ADCP: current by depth, down to the bottom's side lobes", xlabel="north [m]", ylabel="z [m]")
+    free = reading.extras["cell_valid"]
+    found = {
+        "as it reports it": reading.data,
+        "from its raw pairs of pulses": np.where(free[..., None], _pairs(adcp, reading), np.nan),
+    }
+    for ax, (name, velocity) in zip(axes[2:], found.items(), strict=True):
+        east = -velocity[..., 1]  # of the water; the ship does not drift
+        mesh = ax.pcolormesh(north, -1.5 - adcp.tables["depth"], east.T, cmap="viridis", vmin=0, vmax=1)
+        figure.colorbar(mesh, ax=ax, label="current to the east [m/s]")
+        ax.set(title=f"ADCP: current by depth, {name}", xlabel="north [m]", ylabel="z [m]")
     _save(figure, folder / "doppler.png")
+
+
+def _pairs(adcp: Adcp, reading: Any) -> Any:
+    """Velocity of the water `(m, cells, 3)` [m/s], from the phases between the two pulses of each beam."""
+    config, r = adcp.config, adcp.tables["water_column_range"]
+    depth = r * np.cos(np.radians(config.beam_tilt_deg))
+    speeds = [
+        speed_of_pair(
+            reading.extras["iq"][..., np.abs(depth - middle) < 0.5 * config.cell_m],
+            frequency_hz=config.frequency_hz, sound_speed=1500.0, lag_s=config.lag_s,
+        )
+        for middle in config.depths
+    ]  # fmt: skip
+    return np.stack(speeds, axis=1) @ np.linalg.pinv(-config.beams).T  # they close as the water comes
 
 
 def dam(context: Any, folder: Path, quick: bool) -> None:
@@ -308,12 +346,17 @@ def wreck(context: Any, folder: Path, quick: bool) -> None:
     there = place(world)
     floor = float(world.height(np.array([35.0]), np.array([-60.0]))[0])
     figure, axes = plt.subplots(1, 2, figsize=(15, 5.6), facecolor="black")
-    config = ImagingSonarConfig(range_max_m=60.0, orientation_deg=(0, 12, 0), beams=512, bins=900)
+    config = ImagingSonarConfig(
+        range_max_m=60.0, orientation_deg=(0, 12, 0), beams=512, bins=900, rays_per_beam=96 if quick else 384
+    )
     _fan(axes[0], "submarine, 60 m", ImagingSonar(config, there), pose((-5, -60, floor + 8)))
-    sonar = Sidescan(SidescanConfig(range_max_m=60.0, bins=800), there)
+    sonar = Sidescan(SidescanConfig(range_max_m=60.0, bins=800, rays_per_side=4096), there)
     count = 100 if quick else 500
-    places = track((-40, -80, floor + 14), (110, -80, floor + 14), count)
-    image = np.concatenate([_traces(sonar, places[k : k + 50], k) for k in range(0, count, 50)])
+    yaw, half = np.radians(20.0), 70.0  # across the terrain's grid, whose edges would cast straight shadows
+    ahead, aside = np.array([np.cos(yaw), np.sin(yaw), 0]), np.array([-np.sin(yaw), np.cos(yaw), 0])
+    middle = np.array([35.0, -60.0, floor + 17]) - 25.0 * aside
+    places = track(middle - half * ahead, middle + half * ahead, count)
+    image = np.concatenate([_traces(sonar, places[k : k + 50], k, yaw=yaw) for k in range(0, count, 50)])
     both = np.concatenate([image[:, 0, ::-1], image[:, 1]], axis=1)[::-1]
     axes[1].imshow(both, cmap="copper", aspect="auto", vmin=0, vmax=1)
     axes[1].set_title("submarine, sidescan, 60 m each side", color="white")

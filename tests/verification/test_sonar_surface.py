@@ -15,8 +15,11 @@ from pelagos.acoustics.sea_surface import bubble_loss_db, surface_backscatter
 from pelagos.errors import ValidityWarning
 from pelagos.ocean.config import OceanConfig, build_ocean
 from pelagos.raycast.rays import NO_BODY, Hits, Rays
+from pelagos.sensors import multipath
 from pelagos.sensors.imaging_sonar import ImagingSonar, ImagingSonarConfig
 from pelagos.sensors.sea import looks_up, sea_around, with_sea_surface
+from pelagos.sensors.singlebeam import Singlebeam, SinglebeamConfig
+from pelagos.world.material import MATERIALS
 
 QUIET = {"self_noise_db": -200.0, "source_level_db": 300.0, "wind_speed_mps": 0.0, "scale": "linear"}
 HARD = replace(PLAIN, density_ratio=1e6, lambert_db=-300.0)
@@ -165,3 +168,24 @@ def test_waves_blur_the_surface_bounce():
     r = rough.tables["range"]
     by_bounce = (r > 20.0) & (r < 24.0)
     assert np.corrcoef(a[by_bounce], b[by_bounce])[0, 1] < 0.9
+
+
+def test_what_comes_straight_home_from_behind_meets_the_baffle():
+    """A sounder 3 m below the surface and 12 m above the bottom: the surface by way of the bottom, straight home from
+    above, at (12 + 15 + 3)/2 = 15 m, is 30 dB below what it would be without the array's back; the second echo at 27 m
+    comes from below, and is as strong as ever."""
+    levels = []
+    for behind in (1.0, multipath._BEHIND):
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setattr(multipath, "_BEHIND", behind)
+            config = SinglebeamConfig(
+                bins=300, range_max_m=30.0, multipath="surface_and_bottom", multipath_order=2, scale="linear",
+                bottom_loss_db=0.0,
+            )  # fmt: skip
+            s = Singlebeam(config, context([plane(-15.0)], materials=(MATERIALS["sand"],)))
+            truth, r = s.sense(at(0, 0, -3.0)).truth[0], s.tables["range"]
+        levels.append([10 * np.log10(truth[np.abs(r - m) < 0.6].max()) for m in (12.0, 15.0, 27.0)])
+    bare, baffled = levels
+    assert baffled[0] == pytest.approx(bare[0], abs=0.01)
+    assert baffled[1] == pytest.approx(bare[1] - 30.0, abs=1.0)
+    assert baffled[2] == pytest.approx(bare[2], abs=0.01)

@@ -29,6 +29,7 @@ from pelagos.sensors.sea import SEA_SURFACE_INSTANCE, with_sea_surface
 
 _OFF: Final = 2e-3  # [m], start of a leg above the mirror
 _SEEN: Final = 0.05  # [m], slack of the test for a free straight way home
+_BEHIND: Final = 1e-3  # of what would be heard in front, behind an array's baffle; assumed
 
 
 @dataclass(frozen=True)
@@ -66,7 +67,7 @@ def bounced(
         mirror, part = _reflected(leg.hits, leg.sine, surfaces, mirrors)
         kept = kept * dr.select(mirror, part, 0.0)
         leg = _onward(static, moving, tables, leg, lanes, surfaces, mirror, mirrors.max_range)
-        found += _echoes(static, moving, tables, leg, fan, lanes, surfaces, kept, mirrors.longest)
+        found += _echoes(static, moving, tables, leg, view.direction, fan, lanes, surfaces, kept, mirrors.longest)
     return found
 
 
@@ -100,10 +101,13 @@ def _onward(
 
 
 def _echoes(
-    static: Any, moving: Any, tables: Tables, leg: View, fan: Fan, lanes: Lanes, surfaces: Surfaces, kept: Array,
-    longest: float,
+    static: Any, moving: Any, tables: Tables, leg: View, departure: Array, fan: Fan, lanes: Lanes, surfaces: Surfaces,
+    kept: Array, longest: float,
 ) -> list[Patches]:  # fmt: skip
-    """Echoes from the end of a broken path: home by it, and home straight where nothing stands in between."""
+    """Echoes from the end of a broken path: home by it, and home straight where nothing stands in between.
+
+    What comes straight home from the half space behind the ray's `departure` meets the array's baffle.
+    """
     whole = patches_of(leg, fan, lanes, surfaces, longest=longest)
     way = jit.Array3f(leg.hits.position - leg.origin)
     straight = dr.maximum(dr.norm(way), 1e-3)
@@ -111,7 +115,8 @@ def _echoes(
     reach = dr.select(whole.valid, straight, 0.0)
     home = cast(static, moving, tables, Rays(leg.origin, way / straight, reach, copy, own), smooth=False)
     free = whole.valid & (~home.valid | (home.t > straight - _SEEN))
-    half = replace(whole, valid=free, energy=4.0 * whole.energy * kept * (whole.distance / straight) ** 2)
+    baffle = dr.select(dr.dot(way, departure) > 0.0, 1.0, _BEHIND)
+    half = replace(whole, valid=free, energy=4.0 * whole.energy * kept * baffle * (whole.distance / straight) ** 2)
     _move(half, 0.5 * (straight - whole.distance))
     whole.energy = whole.energy * kept * kept
     return [whole, half]
