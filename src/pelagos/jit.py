@@ -236,6 +236,17 @@ class _Sizes:
         return self._names.setdefault(tuple(found), object())
 
 
+def stage() -> None:
+    """Have what is computed so far stand before all that follows in a kernel.
+
+    Dr.Jit writes each result's operations down after one another, as far back as they go. Where several results are
+    long chains, taking all of them a stage at a time gives the processor something to do while one waits.
+    """
+    import drjit as dr
+
+    dr.detail.new_scope(dr.backend_v(globals()["Float"]))
+
+
 def _size(argument: Any) -> Any:
     """The width of an argument, or of each of its parts where they differ; what it says itself as its `size_key`."""
     import drjit as dr

@@ -14,6 +14,7 @@ import drjit as dr
 
 from pelagos import jit
 from pelagos.jit import Array
+from pelagos.math.quick import larger, smaller
 
 _COARSE: Final = 5e-3  # [rad], stratum whose span a strip may be moved by half of, however thin its own is
 
@@ -59,15 +60,15 @@ def strip_span(
     """
     facing = -dr.dot(normal, direction)
     tilt = -dr.dot(normal, along)
-    flat = dr.maximum(facing, 1e-4)
-    reach_low = flat / dr.maximum(_facing_at(lower, flat, tilt), 1e-4 * flat)
-    reach_up = flat / dr.maximum(_facing_at(upper, flat, tilt), 1e-4 * flat)
-    near = dr.minimum(reach_low, reach_up) * distance
-    far = dr.maximum(reach_low, reach_up) * distance
-    near, far = dr.maximum(near, distance - longest), dr.minimum(far, distance + longest)
-    middle = flat / dr.maximum(flat - dr.dot(normal, aside), 1e-4 * flat) * distance - distance
-    limit = 0.5 * (far - near) * dr.maximum(_COARSE / (upper - lower), 1.0)
-    shift = dr.clip(middle, -limit, limit)
+    flat = larger(facing, 1e-4)
+    whole = flat * distance
+    reach_low = whole / larger(_facing_at(lower, flat, tilt), 1e-4 * flat)
+    reach_up = whole / larger(_facing_at(upper, flat, tilt), 1e-4 * flat)
+    near = larger(smaller(reach_low, reach_up), distance - longest)
+    far = smaller(larger(reach_low, reach_up), distance + longest)
+    middle = whole / larger(flat - dr.dot(normal, aside), 1e-4 * flat) - distance
+    limit = 0.5 * (far - near) * larger(_COARSE / (upper - lower), 1.0)
+    shift = larger(smaller(middle, limit), -limit)
     slope = dr.select(dr.abs(tilt) > 0.02, facing / dr.select(tilt == 0.0, 1.0, tilt), 0.0)
     return near + shift, far + shift, direction - along * slope
 
@@ -84,7 +85,7 @@ def widened(
     near: Array, far: Array, distance: Array, direction: Array, normal: Array, along: Array, half: Array, longest: Array
 ) -> tuple[Array, Array]:
     """`strip_span` of a stratum that also reaches `half` [rad] to both sides, square to `along`: near, far [m]."""
-    facing = dr.maximum(-dr.dot(normal, direction), 1e-4)
+    facing = larger(-dr.dot(normal, direction), 1e-4)
     lean = dr.abs(dr.dot(normal, dr.cross(direction, along)))
-    reach = dr.minimum(distance * half * lean / facing, longest)
+    reach = smaller(distance * half * lean / facing, longest)
     return near - reach, far + reach

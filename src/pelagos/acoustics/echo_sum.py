@@ -203,23 +203,21 @@ def accumulate(
         first, last = (b // _TOGETHER for b in strip.touched(bins))
 
         def add(packet: Array, below: Array) -> tuple[Array, Array]:
+            floors = [jit.Float(packet * _TOGETHER + k) for k in range(_TOGETHER)]
+            upto = [_covered(floor + 1.0, strip.begin, steepness) for floor in floors]
+            covered = [high - low for low, high in zip([below, *upto], upto, strict=False)]
+            middles = [larger(strip.begin, floor) + smaller(end, floor + 1.0) for floor in floors]
+            ranges = [dr.fma(0.5 * bin_width, middle, first_range) for middle in middles]
             values: list[Array] = []
-            for k in range(_TOGETHER):
-                bin_ = packet * _TOGETHER + k
-                floor = jit.Float(bin_)
-                upto = _covered(floor + 1.0, strip.begin, steepness)
-                middle = larger(strip.begin, floor) + smaller(end, floor + 1.0)
-                reach = dr.fma(0.5 * bin_width, middle, first_range)
-                real, imaginary, energy = _facet(sonar, strip, reach, upto - below)
+            for k, (real, imaginary, energy) in enumerate(_facets(sonar, strip, ranges, covered)):
                 values += [real, imaginary, energy, jit.Float(0)]
-                below = upto
                 if tags:
-                    found, cell = tag(energy, *named), row + jit.UInt32(bin_)
+                    found, cell = tag(energy, *named), row + jit.UInt32(packet * _TOGETHER + k)
                     dr.scatter_reduce(
                         dr.ReduceOp.Max, strongest, found, cell, energy > 0.0, mode=dr.ReduceMode.NoConflicts
                     )
             dr.scatter_add(field, jit.ArrayXf(values), own + jit.UInt32(packet), mode=dr.ReduceMode.NoConflicts)
-            return packet + 1, below
+            return packet + 1, upto[-1]
 
         state = (first, _covered(jit.Float(first * _TOGETHER), strip.begin, steepness))
         dr.while_loop(state, lambda packet, _: packet <= last, add, mode="symbolic", labels=("packet", "covered"))
@@ -235,18 +233,39 @@ def accumulate(
     return field, strongest
 
 
-def _facet(sonar: _Sonar, strip: _Strips, reach: Array, covered: Array) -> tuple[Array, Array, Array]:
-    """Real and imaginary amplitude and energy of a strip's facet at the range `reach` [m], which covers `covered` of
-    its bin (see `_covered`)."""
-    moved = dr.fma(strip.slide, reach - strip.distance, strip.hit)
-    cell = dr.floor(moved)
-    word = facet_word(strip.base, cell)
-    strength, turn = complex_normal32(word)
-    place = cell + sonar.middle + (facet_place(word) - 0.5 if sonar.scattered else 0.0)
-    cosine, sine = cosine_sine(dr.fma(-sonar.turns, dr.sqrt(dr.squared_norm(place)), turn))
-    energy = strip.share * larger(covered, 0.0) / dr.square(reach)
-    amplitude = dr.sqrt(energy * strength)
-    return amplitude * cosine, amplitude * sine, energy
+def _facets(
+    sonar: _Sonar, strip: _Strips, ranges: list[Array], covered: list[Array]
+) -> list[tuple[Array, Array, Array]]:
+    """Real and imaginary amplitude and energy of a strip's facets in neighbouring bins.
+
+    Args:
+        sonar, strip: by lane.
+        ranges: of the facets [m].
+        covered: part of their bins that the strip covers, see `_covered`.
+
+    Each step is taken for all of them before the next: a facet alone is one long chain of operations, each of which
+    waits for the one before.
+    """
+    jit.stage()
+    cells = [dr.floor(dr.fma(strip.slide, reach - strip.distance, strip.hit)) for reach in ranges]
+    jit.stage()
+    words = [facet_word(strip.base, cell) for cell in cells]
+    jit.stage()
+    places = [cell + sonar.middle for cell in cells]
+    if sonar.scattered:
+        places = [place + (facet_place(word) - 0.5) for place, word in zip(places, words, strict=True)]
+    ways = [dr.sqrt(dr.squared_norm(place)) for place in places]
+    energies = [strip.share * larger(part, 0.0) / dr.square(reach) for part, reach in zip(covered, ranges, strict=True)]
+    jit.stage()
+    normals = [complex_normal32(word) for word in words]
+    jit.stage()
+    sizes = [dr.sqrt(energy * power) for energy, (power, _) in zip(energies, normals, strict=True)]
+    waves = [cosine_sine(dr.fma(-sonar.turns, way, turn)) for way, (_, turn) in zip(ways, normals, strict=True)]
+    jit.stage()
+    return [
+        (size * cosine, size * sine, energy)
+        for size, (cosine, sine), energy in zip(sizes, waves, energies, strict=True)
+    ]
 
 
 def _covered(x: Array, begin: Array, steepness: Array) -> Array:
@@ -268,10 +287,10 @@ def _strips(
 ) -> _Strips:  # fmt: skip
     """Patches in units of bins and facets; `words` of the lattice points below the sonars by ping."""
     low = (patches.near - first_range) * (1.0 / bin_width)
-    length = dr.maximum((patches.far - first_range) * (1.0 / bin_width) - low, 1e-2)
+    length = larger((patches.far - first_range) * (1.0 / bin_width) - low, 1e-2)
     if pings > 1:
         words = dr.gather(jit.UInt32, words, dr.arange(jit.UInt32, pings * walk.fan) // walk.fan)
-    fall = dr.maximum(patches.near * patches.far, 1e-6)  # 1 / mean of r^-2 over the strip
+    fall = larger(patches.near * patches.far, 1e-6)  # 1 / mean of r^-2 over the strip
     share = dr.select(patches.valid, patches.energy, 0.0) * fall * (1.0 / _LENGTH)
     begin = low - _BLEND * length
     heard = (share > 0.0) & (begin < bins) & (low + (1.0 + _BLEND) * length > 0.0)
@@ -321,7 +340,7 @@ def _by_length(
         here = place[which]
         place[which] = below
         below = below + here
-    order = dr.zeros(jit.UInt32, steps * lanes)
+    order = dr.empty(jit.UInt32, steps * lanes)  # all are written
     dr.while_loop((start, place), lambda step, _: step < steps, put, mode="symbolic")
     return order
 

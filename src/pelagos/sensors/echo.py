@@ -16,6 +16,7 @@ from pelagos.acoustics.echo import Patches, strip_span, widened
 from pelagos.acoustics.refraction import LEVELS, Profile, arc, depart, profile_from, reduced_range, turned
 from pelagos.acoustics.spreading import patch_intensity
 from pelagos.jit import Array
+from pelagos.math.quick import larger, smaller
 from pelagos.math.so3 import rotate
 from pelagos.raycast.caster import cast
 from pelagos.raycast.rays import Hits, Rays
@@ -287,18 +288,18 @@ def patches_of(
     loss = view.of_lane(lanes.medium.absorption)
     section = scattering(surfaces, hits.material, view.sine) * patch_factor(hits, surfaces)
     normal = hits.normal
-    facing = dr.maximum(dr.abs(dr.dot(normal, view.direction)), _LEAST_SINE)
+    facing = larger(dr.abs(dr.dot(normal, view.direction)), _LEAST_SINE)
     scattered = section / facing * view.of_ray(fan.weight)
     lower, upper = view.of_ray(fan.lower), view.of_ray(fan.upper)
     # a strip much longer than on level ground leaves the thing that was hit: the side of a boulder, the rim of a hull
-    sloping = dr.clip(_SLOPING / (upper - lower), _STEEPEST, 4.0 * _STEEPEST)
-    steepest = dr.select(normal.z > _GROUND, sloping, _STEEPEST)
-    limit = steepest * t * (upper - lower) / dr.maximum(dr.abs(view.direction.z), 0.02)
-    limit = dr.minimum(limit, longest)
+    level = _STEEPEST * (upper - lower)
+    angle = dr.select(normal.z > _GROUND, larger(smaller(4.0 * level, _SLOPING), level), level)
+    slant = t / larger(dr.abs(view.direction.z), 0.02)
+    limit = smaller(angle * slant, longest)
     near, far, slide = strip_span(t, view.direction, normal, view.along, view.aside, lower, upper, limit)
     if fan.half is not None:
         half = view.of_ray(fan.half)
-        limit = dr.minimum(_STEEPEST * t * half / dr.maximum(dr.abs(view.direction.z), 0.02), longest)
+        limit = smaller(_STEEPEST * half * slant, longest)
         near, far = widened(near, far, t, view.direction, normal, view.along, half, limit)
     if trace is not None:
         for name, value, unit in (

@@ -30,7 +30,7 @@ from pelagos.sensors.water_column import Haze, haze_at
 
 _DECIBELS: Final = 3.0102999566398120  # of a factor of two
 _BLOCK: Final = 12  # beams that a lane forms: they hear mostly the same neighbours, which are read once
-_RUN: Final = 36  # bins that a lane forms one after the other: their weights are read once
+_RUN: Final = 54  # bins, at most, that a lane forms one after the other: their weights are read once
 _LONGEST: Final = 5  # samples of a pulse beyond which it is spread before beams are formed
 
 
@@ -108,8 +108,9 @@ def receive(
     energy = 0 if layout.steering is None else energy_reach(layout.steering)
     count = _BLOCK if reach > 0 else 1
     blocks, runs = -(-beams // count), -(-bins // _RUN)
+    run = -(-bins // runs)
     lane = dr.arange(jit.Int32, pings * blocks * runs)
-    ping, first, start = lane // (blocks * runs), lane // runs % blocks * count, lane % runs * _RUN
+    ping, first, start = lane // (blocks * runs), lane // runs % blocks * count, lane % runs * run
     turned = beams_turned(config, layout, lanes, spin, ping)
     heard = weights(steering, first, count=count, reach=reach, energy_reach=energy, beams=beams)
     gains = [dr.gather(jit.Float, pulse, jit.UInt32(k)) for k in range(taps)]
@@ -141,7 +142,7 @@ def receive(
 
     silent = [[dr.zeros(jit.Array3f, dr.width(lane)) for _ in range(count)] for _ in range(taps - 1)]
     state = (dr.full(jit.Int32, -(taps // 2), dr.width(lane)), silent)
-    dr.while_loop(state, lambda step, _: step < _RUN + taps // 2, hear, mode="symbolic", labels=("step", "before"))
+    dr.while_loop(state, lambda step, _: step < run + taps // 2, hear, mode="symbolic", labels=("step", "before"))
     if config.painted_noise is not None:
         out[0] = painted(config, layout, out[0], lanes, key, None if din is None else din.streaks)
     if trace is not None:
