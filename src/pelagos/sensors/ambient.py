@@ -92,10 +92,7 @@ def _block_means(values: list[Array], number: int, coarse: Tiling, images: int) 
     """Smooth means of `Array3f`s over the `number` probes of each block; all components are summed in one go."""
     parts = [c for v in values for c in v]
     blocks = images * coarse.tiles
-    lane = dr.arange(jit.UInt32, blocks * number)
-    side_by_side = dr.zeros(jit.Float, dr.width(lane) * len(parts))
-    for k, part in enumerate(parts):
-        dr.scatter(side_by_side, part, lane + k * dr.width(lane))
+    side_by_side = dr.ravel(jit.ArrayXf(parts), order="C")  # in one kernel
     sums = dr.block_sum(side_by_side, number)
     dr.eval(sums)
 

@@ -98,11 +98,14 @@ def pixels(tiling: Tiling, images: int) -> Pixels:
 
 def tile_means(values: list[Array], active: Array) -> list[Array]:
     """Means over the active lanes of each tile, `(images * tiles,)` each, `Array3f`; summed in fixed order."""
-    count = dr.select(active, jit.Float(1), 0)
-    kept = [dr.select(active, v, 0) for v in values]
-    dr.eval(count, kept)  # at once: each sum would work out its own summands
-    number = dr.block_sum(count, TILE * TILE)
-    return [dr.block_sum(v, TILE * TILE) / number for v in kept]
+    parts = [jit.Float(1), *(c for v in values for c in v)]
+    kept = dr.ravel(jit.ArrayXf([dr.select(active, part, 0) for part in parts]), order="C")  # one kernel, one sum
+    sums = dr.block_sum(kept, TILE * TILE)
+    dr.eval(sums)
+    tiles = dr.width(active) // (TILE * TILE)
+    tile = dr.arange(jit.UInt32, tiles)
+    number, *means = (dr.gather(jit.Float, sums, tile + k * tiles) for k in range(len(parts)))
+    return [jit.Array3f(means[k : k + 3]) / number for k in range(0, len(means), 3)]
 
 
 def image_means(values: Array, active: Array, tiling: Tiling) -> Array:
