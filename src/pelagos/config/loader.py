@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -75,11 +74,6 @@ def check(document: Document) -> Scenario:
 def to_yaml(scenario: Scenario) -> str:
     """The scenario with every default written out, as YAML that loads to an equal scenario."""
     return yaml.dump(_written(scenario), Dumper=_Dumper, sort_keys=False, allow_unicode=True, width=120)
-
-
-def to_json(scenario: Scenario) -> str:
-    """The scenario with every default written out, as JSON that loads to an equal scenario."""
-    return json.dumps(_written(scenario), indent=2, ensure_ascii=False) + "\n"
 
 
 def _written(scenario: Scenario) -> dict[str, Any]:

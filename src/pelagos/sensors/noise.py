@@ -26,7 +26,7 @@ import drjit as dr
 
 from pelagos import jit
 from pelagos.jit import Array
-from pelagos.math.philox import normal_pair32, normal_pair64, philox
+from pelagos.math.philox import normal_pair64, philox
 
 if TYPE_CHECKING:
     from pelagos.sensors.sensor import Kinematics
@@ -73,12 +73,6 @@ def constants64(key: Key, motion: Kinematics, count: int) -> list[Array]:
 def words32(key: Key, index: Array, environment: Array, tick: Array) -> tuple[Array, Array, Array, Array]:
     """Four random `UInt32` for element `index` (pixel, bin, ray) of the sample of `environment` at `tick`."""
     return philox((index, environment, tick, jit.UInt32(_ELEMENT)), key)
-
-
-def normals32(key: Key, index: Array, environment: Array, tick: Array) -> tuple[Array, Array]:
-    """Two independent standard normal `Float` for element `index` of the sample of `environment` at `tick`."""
-    word0, word1, _, _ = words32(key, index, environment, tick)
-    return normal_pair32(word0, word1)
 
 
 def gauss_markov(key: Key, motion: Kinematics, count: int, *, correlation_time: float) -> list[Array]:
