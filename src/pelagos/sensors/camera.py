@@ -19,7 +19,9 @@ from pydantic import Field
 
 from pelagos import jit
 from pelagos.jit import Array
+from pelagos.optics.caustics import Ripple
 from pelagos.optics.lens import natural_vignette
+from pelagos.optics.sight_line import SightLines
 from pelagos.sensors.adaptation import exposure_lag
 from pelagos.sensors.ambient import ambience, ambience_at
 from pelagos.sensors.camera_sampling import Sample, sampled_rays, samples
@@ -29,12 +31,12 @@ from pelagos.sensors.noise import opaque_key, stream_key
 from pelagos.sensors.path_tracing import path_traced
 from pelagos.sensors.pixel_blur import pixel_blur
 from pelagos.sensors.pixels import Pixels, Tiling, pixels
-from pelagos.sensors.scenery import in_rain
+from pelagos.sensors.scenery import Scenery, in_rain
 from pelagos.sensors.sensor import Kinematics, Measurement, SensorConfig, SensorContext
-from pelagos.sensors.shading import Radiance, look
+from pelagos.sensors.shading import Ambience, Radiance, look
 from pelagos.sensors.shaft_view import shaft_squares, shafts_at, smoothed
 from pelagos.sensors.surroundings import LitViewConfig, Surroundings, light_sources, scenery_of
-from pelagos.sensors.view import Trace, View, pixel_angle, pixel_rays
+from pelagos.sensors.view import Lens, Trace, View, pixel_angle, pixel_rays
 
 
 class CameraConfig(LitViewConfig):
@@ -210,14 +212,7 @@ class Camera:
             lamps = light_sources(config, motion, where.image)
 
             angle = pixel_angle(config)
-            squares = shaft_squares(scenery, lens, motion, own, config, tiling) if sea.mean_square_slope > 0 else None
-            tiles = ambience(static, moving, scenery, lens, motion, own, config, tiling, beside=squares)
-            around = ambience_at(tiles, tiling, where)
-            if squares is not None:
-                around = replace(around, shafts=shafts_at(smoothed(squares, tiling), tiling, where))
-            lines = sight_lines(
-                scenery, lens, motion, own, config, tiling, where, lambda at: ambience_at(tiles, tiling, at).rate
-            )
+            around, lines = self._water_around(static, moving, scenery, sea, lens, motion, own, where)
 
             def light_of(sample: Sample, exposure: Array, number: Array) -> Radiance:
                 rays = sampled_rays(lens, where, motion, own, config, sample, exposure, blur, scenery.level)
@@ -265,6 +260,22 @@ class Camera:
             return data, truth, shutter, iso
 
         return frame
+
+    def _water_around(
+        self, static: Any, moving: Any, scenery: Scenery, sea: Ripple, lens: Lens, motion: Kinematics, own: Array,
+        where: Pixels,
+    ) -> tuple[Ambience, SightLines | None]:  # fmt: skip
+        """Diffuse light and shafts around each ray, and lines of sight where the water differs from place to place."""
+        config, tiling = self.config, self._view.tiling
+        squares = shaft_squares(scenery, lens, motion, own, config, tiling) if sea.mean_square_slope > 0 else None
+        tiles = ambience(static, moving, scenery, lens, motion, own, config, tiling, beside=squares)
+        around = ambience_at(tiles, tiling, where)
+        if squares is not None:
+            around = replace(around, shafts=shafts_at(smoothed(squares, tiling), tiling, where))
+        lines = sight_lines(
+            scenery, lens, motion, own, config, tiling, where, lambda at: ambience_at(tiles, tiling, at).rate
+        )
+        return around, lines
 
     def _measurement(self, data: Array, truth: Array, shutter: Array, iso: Array) -> Measurement:
         config = self.config

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, TypeAlias
 
 import drjit as dr
 
@@ -202,46 +202,11 @@ def _behind_the_sea(
     The other branch sees open sky or open water. From below, the light in Snell's window grows by n^2.
     """
     d = rays.direction
-    spread = dr.select(under, REFRACTIVE_INDEX**2, REFRACTIVE_INDEX**-2)
 
-    def bent(_: Array) -> tuple[Array, Array, Array, Array, Array]:
-        """Start and direction of the stronger branch, whether it is in the water, its share; the other's light, and
-        the sun's glitter."""
-        place = rays.origin + jit.Array3f64(d) * jit.Float64(to_sea)
-        x, y = jit.Float(place.x), jit.Float(place.y)
-        drawn, rough = slope(scenery.waves, x, y, lane, to_sea), unseen_slope(scenery.waves, to_sea)
-        lean = leaning(rough, drawn, d)
-        up = surface_normal(dr.select(under, drawn, lean))
-        normal = dr.select(under, -up, up)
-        cosine = dr.maximum(-dr.dot(normal, d), 1e-3)
-        mirror = fresnel(cosine, dr.select(under, 1 / REFRACTIVE_INDEX, REFRACTIVE_INDEX))
-        out = refract(d, normal, dr.select(under, REFRACTIVE_INDEX, 1 / REFRACTIVE_INDEX))
-        back = reflect(d, normal)
-        into_air, into_water = dr.select(under, out, back), dr.select(under, back, out)
-        into_air = dr.normalize(jit.Array3f(into_air.x, into_air.y, dr.maximum(into_air.z, 1e-3)))
-        into_water = dr.normalize(jit.Array3f(into_water.x, into_water.y, dr.minimum(into_water.z, -0.02)))
-        mirrored = mirror > dr.select(under, 0.9, 0.4)
-        wet = mirrored == under
-        refracted = (1 - mirror) * spread
-        of_air, of_water = dr.select(under, refracted, mirror), dr.select(under, mirror, refracted)
-        start = jit.Array3f64(place.x, place.y, place.z + dr.select(wet, -_SHADOW_START, _SHADOW_START))
-        other = dr.if_stmt(
-            (into_air, into_water, of_air, of_water),
-            wet,
-            lambda into_air, into_water, of_air, of_water: of_air * sky_in_air(scenery, into_air),
-            lambda into_air, into_water, of_air, of_water: of_water * _water_below(scenery, into_water, jit.Float(FAR)),
-            mode="symbolic",
-        )
-        glint = glitter(rough, drawn, d, scenery.field.towards_sun)
-        other += dr.select(under, 0, glint) * scenery.light.sun
-        share = dr.select(wet, of_water, of_air)
-        if scenery.waves.swell is not None:
-            footprint = to_sea * pixel_angle / dr.maximum(dr.abs(d.z), 0.05)
-            foam = foam_cover(scenery.waves.swell, x, y, lane, footprint)
-            share, other = share * (1 - foam), dr.lerp(other, foam_radiance(scenery.light, under), foam)
-        return start, dr.select(wet, into_water, into_air), wet, share, other
+    def bent(_: Array) -> _Branch:
+        return _branch_at(scenery, rays, to_sea, under, lane, pixel_angle)
 
-    def straight(_: Array) -> tuple[Array, Array, Array, Array, Array]:
+    def straight(_: Array) -> _Branch:
         # copies: the result is written into what a branch returns
         return jit.Array3f64(rays.origin), jit.Array3f(d), jit.Bool(False), jit.Float(1), jit.Array3f(0)
 
@@ -270,6 +235,50 @@ def _behind_the_sea(
     added = dr.select(meets_sea, other + share * dr.select(wet, veil, sky), 0)
     way = dr.select(meets_sea, to_sea + second.t, first.t)
     return _Behind(dr.select(meets_sea, second, first), way, direction, weight, added)
+
+
+_Branch: TypeAlias = tuple[Array, Array, Array, Array, Array]
+
+
+def _branch_at(scenery: Scenery, rays: Rays, to_sea: Array, under: Array, lane: Array, pixel_angle: float) -> _Branch:
+    """Where rays go on from the sea surface: start and direction of the stronger branch, whether it is in the water,
+    and its share; the other branch's light, with the sun's glitter.
+    """
+    d = rays.direction
+    spread = dr.select(under, REFRACTIVE_INDEX**2, REFRACTIVE_INDEX**-2)
+    place = rays.origin + jit.Array3f64(d) * jit.Float64(to_sea)
+    x, y = jit.Float(place.x), jit.Float(place.y)
+    drawn, rough = slope(scenery.waves, x, y, lane, to_sea), unseen_slope(scenery.waves, to_sea)
+    lean = leaning(rough, drawn, d)
+    up = surface_normal(dr.select(under, drawn, lean))
+    normal = dr.select(under, -up, up)
+    cosine = dr.maximum(-dr.dot(normal, d), 1e-3)
+    mirror = fresnel(cosine, dr.select(under, 1 / REFRACTIVE_INDEX, REFRACTIVE_INDEX))
+    out = refract(d, normal, dr.select(under, REFRACTIVE_INDEX, 1 / REFRACTIVE_INDEX))
+    back = reflect(d, normal)
+    into_air, into_water = dr.select(under, out, back), dr.select(under, back, out)
+    into_air = dr.normalize(jit.Array3f(into_air.x, into_air.y, dr.maximum(into_air.z, 1e-3)))
+    into_water = dr.normalize(jit.Array3f(into_water.x, into_water.y, dr.minimum(into_water.z, -0.02)))
+    mirrored = mirror > dr.select(under, 0.9, 0.4)
+    wet = mirrored == under
+    refracted = (1 - mirror) * spread
+    of_air, of_water = dr.select(under, refracted, mirror), dr.select(under, mirror, refracted)
+    start = jit.Array3f64(place.x, place.y, place.z + dr.select(wet, -_SHADOW_START, _SHADOW_START))
+    other = dr.if_stmt(
+        (into_air, into_water, of_air, of_water),
+        wet,
+        lambda into_air, into_water, of_air, of_water: of_air * sky_in_air(scenery, into_air),
+        lambda into_air, into_water, of_air, of_water: of_water * _water_below(scenery, into_water, jit.Float(FAR)),
+        mode="symbolic",
+    )
+    glint = glitter(rough, drawn, d, scenery.field.towards_sun)
+    other += dr.select(under, 0, glint) * scenery.light.sun
+    share = dr.select(wet, of_water, of_air)
+    if scenery.waves.swell is not None:
+        footprint = to_sea * pixel_angle / dr.maximum(dr.abs(d.z), 0.05)
+        foam = foam_cover(scenery.waves.swell, x, y, lane, footprint)
+        share, other = share * (1 - foam), dr.lerp(other, foam_radiance(scenery.light, under), foam)
+    return start, dr.select(wet, into_water, into_air), wet, share, other
 
 
 def _surface_light(

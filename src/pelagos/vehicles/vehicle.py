@@ -24,7 +24,7 @@ from pelagos.vehicles.actuators.t200 import t200_tables
 from pelagos.vehicles.books import Accelerations, columns
 from pelagos.vehicles.build import build_model, build_modes
 from pelagos.vehicles.config import VehicleConfig
-from pelagos.vehicles.control.controller import Controller
+from pelagos.vehicles.control.controller import Controller, Demand
 from pelagos.vehicles.flow import Flow, Seaway, make_flow, rotation_from_quaternion
 from pelagos.vehicles.integrate import Rigid, runge_kutta, semi_implicit
 from pelagos.vehicles.load import merged
@@ -263,26 +263,14 @@ class Vehicle:
             tables: `Vehicle.tables`; a frozen function must be handed them as an argument.
         """
         f64 = jit.Float64
-        wavy = self.model.sea is not None and getattr(ocean, "waves", None) is not None
-        if tables is None and (self.model.battery is not None or wavy):
-            if dr.flag(dr.JitFlag.FreezingScope):
-                raise CommandError(f"a frozen step of {self.name} must be handed `Vehicle.tables` as an argument")
-            tables = self.tables
+        tables = self._needed(tables, ocean)
         rigid = Rigid([*state.position], state.attitude, [*state.velocity, *state.angular_velocity])
         flow = self.flow(rigid, ocean, t, tables)
         controller = self._controller(mode)
         memory = self._begin(state.controller, controller, mode, flow)
         demand, kept = controller.act(memory, flow, list(command), h)
         commands = [f64(demand.actuators.get(name, 0.0)) for name in self.model.actuators]
-        outside = [*wrench[0], *wrench[1]]
-        if demand.wrench is not None:
-            outside = [a + b for a, b in zip(outside, demand.wrench, strict=True)]
-        waves: list[Array] = []  # that the hull radiated
-        if self.model.sea is not None:
-            waves = state.actuators[len(state.actuators) - self.model.sea.memory :]
-            if flow.seaway is not None:
-                waves, radiation = self.model.sea.remember(waves, flow.seaway.velocity, h)
-                outside = add(outside, radiation)
+        outside, waves = self._outside(state, flow, demand, wrench, h)
 
         def accelerate(at: Rigid, fraction: float) -> Vector:
             if demand.acceleration is not None:
@@ -309,6 +297,33 @@ class Vehicle:
             actuators=[f64(a) for a in [*self.model.advanced(state.actuators, commands, h), *waves]],
             controller=[*kept, *state.controller[len(kept) :]],
         )
+
+    def _needed(self, tables: Tables | None, ocean: Any) -> Tables | None:
+        """The tables of a step, if it takes any."""
+        wavy = self.model.sea is not None and getattr(ocean, "waves", None) is not None
+        if tables is not None or not (self.model.battery is not None or wavy):
+            return tables
+        if dr.flag(dr.JitFlag.FreezingScope):
+            raise CommandError(f"a frozen step of {self.name} must be handed `Vehicle.tables` as an argument")
+        return self.tables
+
+    def _outside(
+        self, state: VehicleState, flow: Flow, demand: Demand, wrench: Wrench, h: Array
+    ) -> tuple[list[Array], list[Array]]:
+        """What acts beside the model's terms (6): the wrench given, that demanded, and that of waves which the hull
+        radiated; and the memory of these waves after the step.
+        """
+        outside = [*wrench[0], *wrench[1]]
+        if demand.wrench is not None:
+            outside = [a + b for a, b in zip(outside, demand.wrench, strict=True)]
+        sea = self.model.sea
+        if sea is None:
+            return outside, []
+        waves = state.actuators[len(state.actuators) - sea.memory :]
+        if flow.seaway is None:
+            return outside, waves
+        waves, radiation = sea.remember(waves, flow.seaway.velocity, h)
+        return add(outside, radiation), waves
 
     @property
     def kept_actuators(self) -> int:
