@@ -1,16 +1,19 @@
-"""Synthetic aperture: how far apart pings may lie."""
+"""Synthetic aperture: how far apart pings may lie, and what becomes of an image where they lie farther."""
 
 from __future__ import annotations
 
 import math
 import warnings
 
+import numpy as np
 import pytest
-from sonar_scenes import at, context, plane
+from sonar_scenes import DT_NS, at, box, context, plane
 
 from pelagos.errors import ValidityWarning
+from pelagos.sensors.lanes import lanes
 from pelagos.sensors.synthetic_aperture_sonar import SyntheticApertureSonar, SyntheticApertureSonarConfig
 
+DEEP = -200.0
 SMALL = {"rays": 1024, "range_max_m": 20.0, "bins": 800, "rate_hz": 10.0}
 
 
@@ -58,3 +61,53 @@ def test_turning_about_a_lever_arm_counts():
     _, s = sonar(position_m=(0.0, 1.0, 0.0))
     with pytest.warns(ValidityWarning, match=r"at 0.5 m/s"):
         s.sense(at(0, 0, -3.0, angular_velocity=(0, 0, 0.5)))
+
+
+class TestGhosts:
+    """Pings s apart show a point again at lambda R/(2 s) along the track, in the element's two-way pattern there."""
+
+    RANGE, WAVE = 10.0, 1500.0 / 120e3
+
+    @pytest.fixture(scope="class")
+    @staticmethod
+    def raw():
+        """A box of 0.1 m 10 m to the side, passed in steps of an eighth of the element: places and pings."""
+        config = SyntheticApertureSonarConfig(
+            range_min_m=9.5, range_max_m=11.5, bins=160, rays=65536, rate_hz=20.0, depression_deg=0.0, doppler=False,
+            vertical_beamwidth_deg=5.0, self_noise_db=-200.0,
+        )  # fmt: skip
+        s = SyntheticApertureSonar(config, context([box((0.0, 10.05, DEEP), (0.1, 0.1, 0.1))]))
+        x = np.arange(-3.5, 3.5, config.step_m / 4)
+        pings = [
+            s.sense(lanes(range(len(part)), dt_ns=DT_NS, position=np.stack([part, 0 * part, 0 * part + DEEP], axis=-1)))
+            for part in np.array_split(x, 60)
+        ]
+        return config, x, np.concatenate([p.data for p in pings]), s.tables["range"].astype(float)
+
+    def focused(self, raw, every):
+        """Amplitude along the track at the box's range, of every so-manieth ping, and the spacing of pings."""
+        config, x, data, r = raw
+        along = np.arange(-3.0, 3.0, 0.01)
+        image = np.zeros(len(along), complex)
+        for place, trace in zip(x[::every], data[::every], strict=True):
+            way = np.hypot(self.RANGE, along - place)
+            value = np.interp(way, r, trace.real) + 1j * np.interp(way, r, trace.imag)
+            turned = value * np.exp(4j * np.pi * way / self.WAVE)
+            image += np.where(np.abs(along - place) < 0.14 * self.RANGE, turned, 0.0)
+        return along, np.abs(image), every * config.step_m / 4
+
+    @pytest.mark.parametrize("every", [1, 2, 4])
+    def test_there_are_none_up_to_the_longest_step(self, raw, every):
+        """25 dB down: there the pattern has its nulls, of the width of the box."""
+        along, image, _ = self.focused(raw, every)
+        top = image.argmax()
+        assert along[top] == pytest.approx(0.0, abs=0.05)
+        assert image[np.abs(along) > 0.3].max() < 10 ** (-25 / 20) * image[top]
+
+    @pytest.mark.parametrize("every", [12, 16])
+    def test_beyond_it_they_stand_where_they_should(self, raw, every):
+        along, image, step = self.focused(raw, every)
+        aside = np.abs(along) > 0.3
+        assert image[aside].max() > 10 ** (-12 / 20) * image.max()
+        place = np.abs(along[aside][image[aside].argmax()])
+        assert place == pytest.approx(self.WAVE * self.RANGE / (2 * step), rel=0.03)  # the next order of a parabola

@@ -120,6 +120,7 @@ class Adcp:
     Config: ClassVar[type[SensorConfig]] = AdcpConfig
     SOURCES: ClassVar[tuple[str, ...]] = (
         "Teledyne RD Instruments, Acoustic Doppler Current Profiler: Principles of Operation (2011)",
+        "D. S. Zrnic, IEEE Trans. Aerosp. Electron. Syst. 13, 344 (1977), doi 10.1109/TAES.1977.308467: pulse pairs",
     )
 
     def __init__(self, config: AdcpConfig, context: SensorContext) -> None:

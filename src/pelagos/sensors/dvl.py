@@ -143,6 +143,7 @@ class Dvl:
     Config: ClassVar[type[SensorConfig]] = DvlConfig
     SOURCES: ClassVar[tuple[str, ...]] = (
         "Teledyne RD Instruments, Acoustic Doppler Current Profiler: Principles of Operation (2011)",
+        "D. S. Zrnic, IEEE Trans. Aerosp. Electron. Syst. 13, 344 (1977), doi 10.1109/TAES.1977.308467: pulse pairs",
         "B. H. Brumley et al., IEEE J. Ocean. Eng. 16, 402 (1991), doi 10.1109/48.90905: error of the Doppler estimate",
         "R. J. Urick, Principles of Underwater Sound, 3rd ed. (1983), Section 8.12: level of bottom echoes",
     )
