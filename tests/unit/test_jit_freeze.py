@@ -95,3 +95,38 @@ def test_slim_structs_keep_their_values_and_leave_only_arrays_to_look_at() -> No
         assert np.array(frozen(thin, dr.opaque(jit.Float64, x))).tolist() == [6 + x, 9 + x]
     other = jit.slim(Outer([Inner(jit.Float64([1.0, 2.0]), 5)], None, "sea", {}))
     assert np.array(frozen(other, dr.opaque(jit.Float64, 1.0))).tolist() == [9, 14]
+
+
+def _at(array: object) -> int:
+    """Where its memory begins."""
+    return int(np.array(array, copy=False).ctypes.data)
+
+
+def test_settled_arrays_are_aligned_and_their_own() -> None:
+    """Whatever memory they were made of: NumPy's begins anywhere, and what it holds later does not matter."""
+    several = np.arange(64, dtype=np.float32)
+    rows = np.arange(30, dtype=np.float64).reshape(3, 10)
+    whole = {"a": jit.Float(several[1:33]), "b": [jit.Array3f64(rows), jit.UInt32(np.arange(5, dtype=np.uint32))]}
+    jit.settle(whole, None, 3, "text")
+    several[:], rows[:] = -1, -1
+    assert np.array_equal(whole["a"], np.arange(1, 33))
+    assert np.array_equal(whole["b"][0], np.arange(30).reshape(3, 10))
+    assert np.array_equal(whole["b"][1], np.arange(5))
+    if str(jit.mi.variant()).startswith("llvm"):
+        assert _at(whole["a"]) % 64 == 0
+        assert _at(whole["b"][1]) % 64 == 0
+
+
+def test_tables_are_settled_within_structs() -> None:
+    @jit.struct
+    class Table:
+        values: jit.Array
+        size: int
+
+    data = np.arange(65, dtype=np.float64)
+    table = Table(jit.Float64(data[1:]), 3)
+    jit.settle(table)
+    data[:] = 0
+    assert np.array_equal(table.values, np.arange(1, 65))
+    assert table.size == 3
+    assert np.array_equal(jit.own(jit.UInt32, np.array([[1, 2], [3, 4]], dtype=np.uint8)), [1, 2, 3, 4])

@@ -93,3 +93,27 @@ def test_merging_makes_one_vertex_of_several():
     split = Mesh(CLOSED["box"].triangles.reshape(-1, 3), np.arange(36, dtype=np.uint32).reshape(-1, 3))
     assert len(split.merged().vertices) == 8
     assert split.closed
+
+
+def test_a_pose_that_mirrors_turns_faces_round():
+    pose = np.diag([1.0, -2.0, 1.0, 1.0])
+    pose[:3, 3] = 5.0
+    posed = shapes.box((1, 2, 3)).posed(pose)
+    assert posed.volume == pytest.approx(12.0)
+    assert posed.bounds.mean(axis=0) == pytest.approx([5.0, 5.0, 5.0])
+
+
+def test_a_mesh_is_welded_once():
+    """It stays so where it is moved and turned, and not where it shrinks: vertices may meet then."""
+    welded = shapes.box((1, 1, 1)).merged()
+    assert welded.merged() is welded
+    assert welded.moved((1, 2, 3)).turned(yaw=0.3).welded
+    assert not welded.scaled(1e-9).welded
+
+
+def test_normals_of_a_fine_sphere_need_no_vertex_twice():
+    sphere = shapes.sphere(1, sides=60, rings=30).merged()
+    vertices, faces, normals = smooth(sphere, 40)
+    assert len(vertices) == len(sphere.vertices)
+    assert np.array_equal(faces, sphere.faces)
+    assert np.einsum("ij,ij->i", vertices, normals).min() > 0.99
