@@ -204,8 +204,10 @@ class Waves:
         first, second = self._rows(i)
         return _turns(first, x, y, t), second
 
-    def _rows(self, i: Array) -> tuple[Array, Array]:
-        return dr.gather(jit.Array4f64, self.table, 2 * i), dr.gather(jit.Array4f64, self.table, 2 * i + 1)
+    def _rows(self, i: Array) -> tuple[list[Array], list[Array]]:
+        # one by one: four at once are slower where all lanes read the same row
+        row = [dr.gather(jit.Float64, self.table, _STRIDE * i + k) for k in range(_STRIDE)]
+        return row[:4], row[4:]
 
     def _loop(self, add: object, *start: Array) -> tuple[Array, ...]:
         count = dr.width(self.table) // _STRIDE

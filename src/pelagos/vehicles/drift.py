@@ -63,7 +63,7 @@ class Drift:
     """Coefficients on an even grid, compiled.
 
     Attributes:
-        rows: `(frequencies, headings, 4)`: surge, sway and yaw over the density, and nothing.
+        rows: `(frequencies, headings, 3)`: surge, sway and yaw over the density.
         step: between frequencies [rad/s].
     """
 
@@ -111,7 +111,8 @@ class Drift:
         j = dr.minimum(jit.UInt32(v), turns - 1)
         q = v - jit.Float64(j)
         row = i * (turns + 1) + j
-        return (1 - q) * dr.gather(jit.Array4f64, table, row) + q * dr.gather(jit.Array4f64, table, row + 1)
+        low, high = (dr.gather(jit.Array3f64, table, r) for r in (row, row + 1))
+        return (1 - q) * low + q * high
 
 
 def compile_drift(config: DriftConfig) -> Drift:
@@ -120,7 +121,7 @@ def compile_drift(config: DriftConfig) -> Drift:
     rest = np.array(config.force) - (np.array(config.own) if config.own else 0.0)
     force = np.concatenate([np.zeros((1, len(config.heading_deg), 3)), rest])
     even = np.linspace(0.0, omega[-1], _FREQUENCIES)
-    rows = np.zeros((_FREQUENCIES, len(config.heading_deg), 4))
+    rows = np.zeros((_FREQUENCIES, len(config.heading_deg), 3))
     for j in range(rows.shape[1]):
         for k in range(3):
             rows[:, j, k] = np.interp(even, omega, force[:, j, k])

@@ -22,7 +22,7 @@ class HullTable:
     """A closed mesh, and what pushes it in the mean.
 
     Attributes:
-        places: `Float64`, by vertex (x, y, z, 0), FRD [m].
+        places: `Float64`, by vertex (x, y, z), FRD [m].
         corners: `UInt32`, by triangle its three vertices.
         vertices, triangles: `UInt32` (1), how many.
         drift: see `Drift`.
@@ -38,7 +38,7 @@ class HullTable:
 def hull_table(vertices: NDArray[np.float64], faces: NDArray[np.int64], drift: Array) -> HullTable:
     """A mesh, `(v, 3)` FRD [m] and `(f, 3)`, on the device."""
     table = HullTable(
-        places=jit.Float64(np.pad(vertices, ((0, 0), (0, 1))).ravel()),
+        places=jit.Float64(np.ascontiguousarray(vertices, dtype=np.float64).ravel()),
         corners=jit.UInt32(faces.astype(np.uint32).ravel()),
         vertices=jit.UInt32(len(vertices)),
         triangles=jit.UInt32(len(faces)),
@@ -57,11 +57,10 @@ def hull_pressure(waves: HullWaves, table: HullTable, level: Matrix, depth: Arra
         level: `(3, 3)`, body axes to axes along the heading.
         depth: of the origin below the level of still water [m].
     """
-    count = dr.width(table.places) // 4
+    count = dr.width(table.places) // 3
 
     def meet(i: Array, immersion: Array, head: Array) -> tuple[Array, ...]:
-        place = dr.gather(jit.Array4f64, table.places, i)
-        x, y, z = matvec(level, [place[0], place[1], place[2]])
+        x, y, z = matvec(level, [*dr.gather(jit.Array3f64, table.places, i)])
         below = depth + z
         surface, dynamic = waves.at(x, y, below)
         immersion[i] = below + surface
@@ -73,8 +72,7 @@ def hull_pressure(waves: HullWaves, table: HullTable, level: Matrix, depth: Arra
 
     def push(i: Array, immersion: Array, head: Array, *sums: Array) -> tuple[Array, ...]:
         at = dr.gather(jit.Array3u, table.corners, i)
-        places = [dr.gather(jit.Array4f64, table.places, at[k]) for k in range(3)]
-        a, b, c = (jit.Array3f64(p[0], p[1], p[2]) for p in places)
+        a, b, c = (dr.gather(jit.Array3f64, table.places, at[k]) for k in range(3))
         load = wetted_load((a, b, c), tuple(immersion[at[k]] for k in range(3)), tuple(head[at[k]] for k in range(3)))
         return i + 1, immersion, head, *(s + v for s, v in zip(sums, [*load.force, *load.moment], strict=True))
 
