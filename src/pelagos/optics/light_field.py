@@ -21,7 +21,7 @@ from pelagos.jit import Array
 from pelagos.optics.interface import fresnel, sun_below_surface
 from pelagos.optics.phase import PEAK_EDGE, henyey_greenstein, turning_phase
 from pelagos.optics.radiative_transfer import MODES, PEAK, Above, Field, gauss, media, mirror, solve
-from pelagos.optics.sunlight import SKY_TINT, Daylight, LightArrays, sky_pattern, sky_radiance
+from pelagos.optics.sunlight import Daylight, LightArrays, beam_and_mean_sky, sky_radiance
 from pelagos.optics.transport import path_length
 from pelagos.optics.water import FORWARD_PEAK, MEAN_COSINE, REFRACTIVE_INDEX, WaterArrays, WaterOptics
 
@@ -231,9 +231,9 @@ def entering(light: Daylight) -> list[Above]:
     through = (1 - mirror(u)) * n * n
     passed = (1 - float(mirror(np.array(mu)))) * high / mu
     found = []
-    for sun, sky, tint in zip(light.sun, light.sky, SKY_TINT, strict=True):
-        shape = np.array([float(sky_pattern(float(a), tint, light.cover)) for a in air])
-        found.append(Above(mu, sun * passed, u, weight, sky / math.pi * shape * through))
+    beam, sky = beam_and_mean_sky(light, air)
+    for sun, radiance in zip(beam, sky.T, strict=True):
+        found.append(Above(mu, float(sun) * passed, u, weight, radiance * through))
     return found
 
 

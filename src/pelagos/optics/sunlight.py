@@ -8,20 +8,20 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from functools import cache
 from typing import Final
 
 import drjit as dr
 import numpy as np
+from numpy.typing import NDArray
 
 from pelagos import jit
 from pelagos.jit import Array
+from pelagos.optics.clear_sky import COLUMNS, ROWS, clear_sky
 from pelagos.optics.phase import henyey_greenstein
-from pelagos.optics.water import CHANNELS_NM, Triple
+from pelagos.optics.water import Triple
 
 _EXTRATERRESTRIAL_LUX: Final = 133_800.0  # solar illuminance constant
-_AEROSOL: Final = 0.12  # vertical optical thickness at 550 nm, clear maritime air; assumed
-SKY_TINT: Final = (0.75, 0.95, 1.25)  # of the clear sky overhead, red, green, blue; assumed
+_LOW_SUN: Final = 0.15  # sine of its elevation below which its glow is part of the sky rather than of the beam
 
 
 @dataclass(frozen=True)
@@ -43,29 +43,30 @@ class Daylight:
     def arrays(self) -> LightArrays:
         """The same as Dr.Jit arrays, for frozen functions."""
         towards, sun, sky = (jit.Array3f(*v) for v in (self.towards_sun, self.sun, self.sky))
-        light = LightArrays(towards, sun, sky, jit.Float(self.cover))
+        table = np.zeros((ROWS * COLUMNS, 4), dtype=np.float32)
+        table[:, :3] = clear_sky(math.asin(self.towards_sun[2])).pattern.reshape(-1, 3)
+        light = LightArrays(towards, sun, sky, jit.Float(self.cover), jit.Float(table.ravel()))
         dr.make_opaque(light)
         return light
 
 
 @jit.struct
 class LightArrays:
-    """`Daylight` as a Dr.Jit struct of `Array3f`; `cover` is a `Float` (1)."""
+    """`Daylight` as a Dr.Jit struct of `Array3f`; `cover` is a `Float` (1), `pattern` a `Float` table of the clear sky,
+    see `ClearSky`, with four values a direction."""
 
     towards_sun: Array
     sun: Array
     sky: Array
     cover: Array
+    pattern: Array
 
 
 def daylight(elevation: float, azimuth: float = 0.0, *, cloud: float = 0.0) -> Daylight:
     """Sun and sky for a height of the sun.
 
-    Direct: Beer's law through Rayleigh (A. T. Young 1980) and aerosol thickness over the relative air mass of F.
-        Kasten and
-    A. T. Young 1989 (doi 10.1364/AO.28.004735). Diffuse: half of what molecules take from the beam, and most of what
-    aerosol takes, comes down (first order). Cloud hides the beam and leaves 30 % of all light under overcast (F.
-    Kasten and G. Czeplak 1980).
+    Without clouds as `clear_sky` has it. Cloud hides the beam and leaves 30 % of all light under overcast (F. Kasten
+    and G. Czeplak 1980).
 
     Args:
         elevation: of the sun over the horizon [rad]; below the horizon only twilight of the sky is left.
@@ -91,23 +92,8 @@ def daylight(elevation: float, azimuth: float = 0.0, *, cloud: float = 0.0) -> D
 
 def _clear(elevation: float) -> tuple[list[float], list[float]]:
     """Beam and diffuse horizontal irradiance without clouds [lx]."""
-    degrees = math.degrees(elevation)
-    high = max(degrees, 0.0)
-    mass = 1 / (math.sin(math.radians(high)) + 0.50572 * (high + 6.07995) ** -1.6364)
-    direct, sky = [], []
-    for nm, _ in CHANNELS_NM.values():
-        um = nm / 1000
-        rayleigh = 0.00864 * um ** -(3.916 + 0.074 * um + 0.05 / um)
-        aerosol = _AEROSOL * (um / 0.55) ** -1.0
-        beam = _EXTRATERRESTRIAL_LUX * math.exp(-mass * (rayleigh + aerosol))
-        above = max(math.sin(elevation), 0.0)
-        lost = 0.5 * (1 - math.exp(-mass * rayleigh)) + 0.75 * math.exp(-mass * rayleigh) * (
-            1 - math.exp(-mass * aerosol)
-        )
-        twilight = 400.0 * math.exp(min(degrees, 0.0) * 0.75)  # [lx], after the sun has set; about a factor 2 a degree
-        direct.append(beam if degrees > 0 else 0.0)
-        sky.append(_EXTRATERRESTRIAL_LUX * lost * above + twilight)
-    return direct, sky
+    sky = clear_sky(elevation)
+    return (_EXTRATERRESTRIAL_LUX * sky.beam).tolist(), (_EXTRATERRESTRIAL_LUX * sky.irradiance).tolist()
 
 
 def _white() -> list[float]:
@@ -120,38 +106,54 @@ def _times(a: list[float], b: list[float]) -> Triple:
     return r, g, bl
 
 
-def sky_pattern(up: Array, tint: float, cover: Array) -> Array:
-    """Radiance of the sky at an elevation of sine `up` over its mean, weighted by the cosine.
+def overcast_pattern(up: Array) -> Array:
+    """Radiance of a covered sky at an elevation of sine `up` over its mean, weighted by the cosine.
 
-    Clear: tinted overhead, pale at the horizon; assumed. Covered: three times as bright overhead as at the horizon,
-    (1 + 2 sin) / 3 (P. Moon and D. E. Spencer, Illum. Eng. 37:707, 1942; CIE S 011:2003).
+    Three times as bright overhead as at the horizon, (1 + 2 sin) / 3 (P. Moon and D. E. Spencer, Illum. Eng. 37:707,
+    1942; CIE S 011:2003).
     """
-    clear = _clear_shape(up, tint) / _clear_mean(tint)
-    return clear + cover * ((1 + 2 * up) * (3 / 7) - clear)
+    return (1 + 2 * up) * (3 / 7)
 
 
-def _clear_shape(up: Array, tint: float) -> Array:
-    horizon = dr.exp(-6 * up)
-    return tint * (1 - 0.2 * up) * (1 - 0.6 * horizon) + 0.95 * horizon
+def beam_and_mean_sky(light: Daylight, up: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Sun and sky where the sky has to be the same all round: haze's glow counts with the beam, unless the sun is low.
 
-
-@cache
-def _clear_mean(tint: float) -> float:
-    steps = [(k + 0.5) / 400 for k in range(400)]
-    return sum(float(_clear_shape(u, tint)) * 2 * u for u in steps) / 400
+    Returns:
+        `(3,)` across the beam [lx]; `(k, 3)` radiance at sines of elevation `up` [cd/m^2].
+    """
+    clear = clear_sky(math.asin(light.towards_sun[2]))
+    high = max(light.towards_sun[2], 0.0)
+    moved = min(high / _LOW_SUN, 1.0)
+    pattern = clear.around(up, 1 - moved)
+    pattern = pattern + light.cover * (overcast_pattern(up)[:, None] - pattern)
+    sky = np.array(light.sky)
+    glow = (1 - light.cover) * moved * clear.glow_share * sky
+    return np.add(light.sun, glow / max(high, _LOW_SUN)), sky / math.pi * pattern
 
 
 def sky_radiance(light: LightArrays, direction: Array, *, glare: Array = 1.0) -> Array:
-    """Radiance of the sky above water [cd/m^2]: brighter to the horizon and around the sun, never below the horizon.
+    """Radiance of the sky above water, `Array3f` [cd/m^2]; below the horizon that at the horizon.
 
     Args:
         light: see `Daylight`.
         direction: unit vector away from the eye.
-        glare: share of the sun's own light that is let in, spread over its aureole.
+        glare: share of the sun's own light that is let in, spread over its corona.
     """
     up = dr.clip(direction.z, 0, 1)
-    shape = jit.Array3f(*(sky_pattern(up, tint, light.cover) for tint in SKY_TINT))
-    base = light.sky / math.pi * shape
+    clear = _pattern_at(light, direction, up)
+    base = light.sky / math.pi * (clear + light.cover * (overcast_pattern(up) - clear))
     near_sun = dr.clip(dr.dot(direction, light.towards_sun), -1, 1)
-    aureole = 0.02 * henyey_greenstein(near_sun, 0.9) + 0.012 * henyey_greenstein(near_sun, 0.985)
-    return base + glare * light.sun * aureole
+    return base + glare * light.sun * (0.012 * henyey_greenstein(near_sun, 0.985))
+
+
+def _pattern_at(light: LightArrays, direction: Array, up: Array) -> Array:
+    """`ClearSky.pattern` in a direction, by linear interpolation."""
+    sun = light.towards_sun
+    across = dr.rsqrt(dr.maximum((1 - up * up) * (1 - sun.z * sun.z), 1e-8))
+    cosine = dr.clip((direction.x * sun.x + direction.y * sun.y) * across, -1, 1)
+    row, side = dr.sqrt(up) * (ROWS - 1), dr.acos(cosine) * ((COLUMNS - 1) / math.pi)
+    i, j = dr.minimum(jit.UInt32(row), ROWS - 2), dr.minimum(jit.UInt32(side), COLUMNS - 2)
+    a, b = row - jit.Float(i), side - jit.Float(j)
+    at = i * COLUMNS + j
+    corner = [dr.gather(jit.Array4f, light.pattern, at + k) for k in (0, 1, COLUMNS, COLUMNS + 1)]
+    return dr.lerp(dr.lerp(corner[0], corner[1], b), dr.lerp(corner[2], corner[3], b), a).xyz
