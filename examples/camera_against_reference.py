@@ -82,7 +82,8 @@ def main() -> None:
         white = 4 * float(slow.mean())
         a, b = shown(fast, white), shown(slow, white)
         ratio = " / ".join(f"{r:.2f}" for r in colour_ratio(fast, slow))
-        print(f"{name:8s} PSNR {psnr(a, b):5.1f} dB  SSIM {ssim(a, b):.3f}  mean colour {ratio}", flush=True)
+        mean = " / ".join(f"{v:.1f}" for v in slow.mean(axis=(0, 1)))
+        print(f"{name:8s} PSNR {psnr(a, b):5.1f} dB  SSIM {ssim(a, b):.3f}  mean colour {ratio} of {mean}", flush=True)
         sheet.append(np.concatenate([a, b]))
     Image.fromarray(np.concatenate(sheet, axis=1).astype(np.uint8)).save(folder / f"camera_reference_{water}.png")
 
