@@ -6,9 +6,10 @@ from typing import Any
 
 import numpy as np
 import pytest
-from sonar_scenes import at, context, plane
+from sonar_scenes import DT_NS, at, context, plane
 
 from pelagos.sensors.imaging_sonar import ImagingSonar
+from pelagos.sensors.lanes import lanes
 from pelagos.sensors.mechanical_scanning_sonar import MechanicalScanningSonar
 from pelagos.sensors.multibeam import Multibeam
 from pelagos.sensors.profiling_sonar import ProfilingSonar
@@ -97,3 +98,29 @@ def test_water_column_of_the_multibeam_converges(monkeypatch):
     found, best = column[24], column[192]
     loud = best > 0.1 * best.max()
     assert np.sqrt(np.mean((found[loud] / best[loud] - 1.0) ** 2)) < 0.01
+
+
+@pytest.mark.parametrize(
+    ("kind", "altitude", "options"),
+    [
+        (ImagingSonar, 1.0, {"orientation_deg": (0.0, 15.0, 0.0), "range_max_m": 20.0}),
+        (ImagingSonar, 3.0, {"orientation_deg": (0.0, 15.0, 0.0), "rays_per_beam": 400, "range_max_m": 20.0}),
+        (ProfilingSonar, 2.0, {"orientation_deg": DOWN, "range_max_m": 10.0}),
+        (ProfilingSonar, 20.0, {"orientation_deg": DOWN}),
+        (ProfilingSonar, 10.0, {"orientation_deg": (0.0, 30.0, 0.0)}),
+        (Sidescan, 3.0, {}),
+    ],
+)
+def test_interference_leaves_the_mean_energy_however_dense_the_rays(kind, altitude, options):
+    """The data's mean over the truth's, of 30 pings at places apart: rays that meet one facet of the roughness are
+    counted, so that their adding in phase does not raise the level; without that it is 1.01 to 4.7.
+
+    Some 10 000 cells of speckle: 1 %. The count takes rows of rays for independent of each other, where they are
+    spread more evenly, and as dense as 1/l where they stand at random: 5 % either way where a few rays share a facet.
+    """
+    sonar = kind(kind.Config(**QUIET, **options), context([plane(DEEP - altitude)]))
+    places = np.array([0, 0, DEEP]) + np.arange(30)[:, None] * np.array([0.37, 0.23, 0])
+    reading = sonar.sense(lanes(range(30), dt_ns=DT_NS, position=places))
+    data, truth = (v.reshape(-1, sonar.config.bins).astype(float) for v in (reading.data, reading.truth))
+    heard = truth.mean(axis=0) > 0.01 * truth.mean(axis=0).max()
+    assert (data[:, heard].sum() / truth[:, heard].sum()) == pytest.approx(1.0, abs=0.07)

@@ -163,8 +163,13 @@ class TestSyntheticAperture:
 
     def test_focusing_gains_resolution(self, monkeypatch):
         monkeypatch.setattr("pelagos.acoustics.echo_sum.facet_place", lambda word: 0.5)
-        """Back-projection over 4 m of track brings a ball of 0.2 m to a peak of a quarter of a metre."""
-        config = SyntheticApertureSonarConfig(facet_m=1.0, rays=4000, range_min_m=15, range_max_m=23, bins=320, **QUIET)
+        """Back-projection over 4 m of track brings a ball of 0.2 m to a peak of a quarter of a metre.
+
+        Of 40 000 rays some twenty meet the ball, enough for the beam pattern to show in a single range along the track.
+        """
+        config = SyntheticApertureSonarConfig(
+            facet_m=1.0, rays=40000, range_min_m=15, range_max_m=23, bins=320, **QUIET
+        )
         s = SyntheticApertureSonar(config, context([sphere((0.5, 18.5, -191.5), 0.2)]))
         x = np.arange(-1.5, 2.5, 0.02)  # less than half an element: 0.886 wavelengths/15 deg/2
         track = np.stack([x, 0 * x, 0 * x - 190.0], axis=1)

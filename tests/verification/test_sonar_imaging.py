@@ -348,3 +348,30 @@ def test_building_a_configuration_needs_no_warning():
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         sonar([plane(-5.0)], materials=tuple(MATERIALS.values())[:5])
+
+
+def test_speckle_stays_on_the_ground_when_the_sonar_turns(monkeypatch):
+    """Yawed by one beam's sector, each beam sees what its neighbour saw: facets of the roughness belong to places.
+
+    Rays of neighbouring beams stand at different places of their sectors, so that they meet the same facets, and each
+    as often, only where rays are dense: with facets of 0.1 m the correlation is 0.47 at 96 rays a beam, 0.75 at 500 and
+    0.93 at 2000. Unshifted there remain 0.2, of facets that lie across the border of two sectors.
+    """
+    without_texture(monkeypatch)
+    options = {"beams": 64, "horizontal_aperture_deg": 64.0, "beamwidth_deg": 0.5, "side_lobe_beams": 0,
+               "bins": 64, "range_max_m": 20.0, "rays_per_beam": 2000, "orientation_deg": (0, 20, 0)}  # fmt: skip
+    s = sonar([plane(-1.0)], **QUIET, **options)
+    turn = math.radians(1.0)
+    before = s.sense(at(0, 0, 0))
+    after = s.sense(at(0, 0, 0, attitude=(math.cos(turn / 2), 0.0, 0.0, math.sin(turn / 2))))
+    level = before.truth[0].mean(axis=0)
+    heard = level > 0.03 * level.max()
+
+    def speckle(reading):
+        cells = reading.data[0][8:56, heard].astype(float)
+        return cells / cells.mean(axis=0)
+
+    # beams are numbered from left to right: after a turn to the left what was in beam j is in beam j + 1
+    first, turned = speckle(before), speckle(after)
+    assert np.corrcoef(first[:-1].ravel(), turned[1:].ravel())[0, 1] > 0.9
+    assert abs(np.corrcoef(first.ravel(), turned.ravel())[0, 1]) < 0.25

@@ -31,6 +31,8 @@ class Patches:
         slide: `Array3f`, way along the surface per metre of range, in the world frame [1].
         direction: `Array3f`, ray direction, world frame.
         label, instance: `UInt32`.
+        length, width: `Float`, of the strip along the surface, and of what it stands for square to that [m]; None: rays
+            meet no facet of the roughness together.
     """
 
     valid: Array
@@ -42,6 +44,8 @@ class Patches:
     direction: Array
     label: Array
     instance: Array
+    length: Array | None = None
+    width: Array | None = None
 
 
 def strip_span(

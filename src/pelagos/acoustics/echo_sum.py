@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from pelagos import jit
 from pelagos.acoustics.echo import Patches
-from pelagos.acoustics.speckle import facet_place, facet_word, lattice_word, on_instance
+from pelagos.acoustics.speckle import facet_place, facet_word, lattice_word, on_instance, rays_per_facet
 from pelagos.acoustics.target_tag import tag
 from pelagos.jit import Array
 from pelagos.math.philox import complex_normal32
@@ -80,6 +80,7 @@ class _Strips:
         hit: `Array3f`, from the sonar [facets].
         slide: `Array3f`, way along the surface [facets per metre].
         base: `UInt32`, word of the lattice point below the sonar, of the instance and the seed.
+        single: `share` over the number of rays that meet one facet of it, see `rays_per_facet`; None where that is one.
     """
 
     begin: Array
@@ -89,6 +90,7 @@ class _Strips:
     hit: Array
     slide: Array
     base: Array
+    single: Array | None = None
 
     @property
     def end(self) -> Array:
@@ -131,6 +133,7 @@ def accumulate(
     seed: Array,
     tags: bool = False,
     scattered: bool = False,
+    single_file: bool = False,
 ) -> tuple[Array, Array | None]:
     """Sum the echoes of all patches into range bins.
 
@@ -147,6 +150,7 @@ def accumulate(
         tags: also find the strongest echo of each cell.
         scattered: put each facet's scatterer at a random place of its lattice cell instead of the middle, for sonars
             that resolve the lattice.
+        single_file: see `rays_per_facet`.
 
     Returns:
         for each cell of pings x beams x `pitch(bins)` four `Float`: real and imaginary amplitude, energy without
@@ -156,7 +160,7 @@ def accumulate(
     whole = dr.floor(lattice)
     part = jit.Array3f(lattice - whole)
     words = lattice_word(whole, seed)
-    strips = _strips(patches, walk, words, pings, bins, first_range, bin_width, facet)
+    strips = _strips(patches, walk, words, pings, bins, first_range, bin_width, facet, single_file=single_file)
     names = (patches.label, patches.instance) if tags else ()
     dr.eval(strips, names)
 
@@ -196,7 +200,8 @@ def accumulate(
     def visit(step: Array) -> tuple[Array]:
         dr.while_loop((dr.select(step == 0, jit.UInt32(0), packets),), lambda k: k < packets, clear, mode="symbolic")
         ray, exists = taken(step)
-        strip = _Strips(**{name: dr.gather(type(v), v, ray, exists) for name, v in vars(strips).items()})
+        fields = {name: value for name, value in vars(strips).items() if value is not None}
+        strip = _Strips(**{name: dr.gather(type(v), v, ray, exists) for name, v in fields.items()})
         strip.hit += part
         end, steepness = strip.end, _LENGTH / strip.length
         named = [dr.gather(jit.UInt32, name, ray, exists) for name in names]
@@ -255,11 +260,13 @@ def _facets(
     if sonar.scattered:
         places = [place + (facet_place(word) - 0.5) for place, word in zip(places, words, strict=True)]
     ways = [dr.sqrt(dr.squared_norm(place)) for place in places]
-    energies = [strip.share * larger(part, 0.0) / dr.square(reach) for part, reach in zip(covered, ranges, strict=True)]
+    parts = [larger(part, 0.0) / dr.square(reach) for part, reach in zip(covered, ranges, strict=True)]
+    energies = [strip.share * part for part in parts]
+    own = energies if strip.single is None else [strip.single * part for part in parts]
     jit.stage()
     normals = [complex_normal32(word) for word in words]
     jit.stage()
-    sizes = [dr.sqrt(energy * power) for energy, (power, _) in zip(energies, normals, strict=True)]
+    sizes = [dr.sqrt(energy * power) for energy, (power, _) in zip(own, normals, strict=True)]
     waves = [cosine_sine(dr.fma(-sonar.turns, way, turn)) for way, (_, turn) in zip(ways, normals, strict=True)]
     jit.stage()
     return [
@@ -283,15 +290,22 @@ def _ramp(t: Array) -> Array:
 
 def _strips(
     patches: Patches, walk: Walk, words: Array, pings: int, bins: int, first_range: float, bin_width: float,
-    facet: float,
+    facet: float, *, single_file: bool,
 ) -> _Strips:  # fmt: skip
-    """Patches in units of bins and facets; `words` of the lattice points below the sonars by ping."""
+    """Patches in units of bins and facets; `words` of the lattice points below the sonars by ping.
+
+    Of a strip over several bins each bin has a piece.
+    """
     low = (patches.near - first_range) * (1.0 / bin_width)
     length = larger((patches.far - first_range) * (1.0 / bin_width) - low, 1e-2)
     if pings > 1:
         words = dr.gather(jit.UInt32, words, dr.arange(jit.UInt32, pings * walk.fan) // walk.fan)
     fall = larger(patches.near * patches.far, 1e-6)  # 1 / mean of r^-2 over the strip
     share = dr.select(patches.valid, patches.energy, 0.0) * fall * (1.0 / _LENGTH)
+    single = None
+    if patches.width is not None and patches.length is not None:
+        piece = patches.length * (1.0 / facet) / larger(length, 1.0)
+        single = share / rays_per_facet(patches.width * (1.0 / facet), piece, single_file=single_file)
     begin = low - _BLEND * length
     heard = (share > 0.0) & (begin < bins) & (low + (1.0 + _BLEND) * length > 0.0)
     return _Strips(
@@ -302,6 +316,7 @@ def _strips(
         hit=patches.direction * (patches.distance * (1.0 / facet)),
         slide=patches.slide * (1.0 / facet),
         base=on_instance(words, patches.instance),
+        single=single,
     )
 
 

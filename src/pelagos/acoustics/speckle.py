@@ -16,7 +16,9 @@ import drjit as dr
 from pelagos import jit
 from pelagos.jit import Array
 from pelagos.math.philox import uniform32
+from pelagos.math.quick import larger
 
+_NARROWEST: Final = 1e-4  # [facets], of a ray's cell
 _PRIME_X: Final = 0x8DA6B343
 _PRIME_Y: Final = 0xD8163841
 _PRIME_Z: Final = 0xCB1AB31F
@@ -55,6 +57,45 @@ def scramble(h: Array) -> Array:
     h = (h ^ (h >> 16)) * 0x85EBCA6B
     h = (h ^ (h >> 13)) * 0xC2B2AE35
     return h ^ (h >> 16)
+
+
+def rays_per_facet(width: Array, length: Array, *, single_file: bool = False) -> Array:
+    """How many rays meet the facet that a ray meets, itself included: c, by which they amplify each other.
+
+    Rays denser than the lattice meet one facet, whose amplitude they add in phase: of n with the energy e each, the
+    intensity is n^2 e, not n e. Amplitudes made of e/c leave the mean of the intensity that of the energy if
+
+        c = E[n^2] / E[n]
+
+    over where the lattice lies. Rays stand at random places of cells that tile the surface, w facets wide and l long. A
+    window of one facet's width sees w < 1 in whole cells, of one ray each, and cuts one at either end at an evenly
+    distributed place, of which it has the part u with the variance u(1-u): E[u(1-u)] = 1/6, from both ends 1/3. Hence
+    E[n] = 1/w and E[n^2] = 1/w^2 + 1/3. Where w > 1 a border of cells lies in the window with the probability 1/w,
+    and only there it can see two rays: E[n^2] = 1/w + 1/(3 w^3). For one row of cells therefore
+
+        c1 = 1/w + w/3 where w < 1, and 1 + 1/(3 w^2) where w >= 1.
+
+    A facet sees max(1/l, 1) rows, those besides the ray's own with 1/w rays each, independent of it:
+
+        c = c1(w) + (max(1/l, 1) - 1)/w.
+
+    With `single_file` a row has one ray, anywhere in w. The next row's is in the same window with the probability
+    E[max(1 - |d|, 0)] for two even places d apart, p = 1 - w/3 where w < 1, else 1/w - 1/(3 w^2):
+
+        c = 1 + (max(1/l, 1) - 1) p.
+
+    Args:
+        width, length: w and l [facets], `Float`.
+        single_file: see above; w is then the width in which the rays of a beam lie.
+    """
+    width, length = larger(width, _NARROWEST), larger(length, _NARROWEST)
+    other_rows = larger(1.0 / length, 1.0) - 1.0
+    others = 1.0 / width
+    if single_file:
+        pair = dr.select(width < 1.0, dr.fma(width, -1.0 / 3.0, 1.0), others * dr.fma(others, -1.0 / 3.0, 1.0))
+        return dr.fma(other_rows, pair, 1.0)
+    row = dr.select(width < 1.0, dr.fma(width, 1.0 / 3.0, others), dr.fma(others, others * (1.0 / 3.0), 1.0))
+    return dr.fma(other_rows, others, row)
 
 
 def facet_place(word: Array) -> Array:

@@ -50,6 +50,8 @@ class Fan:
         beam: `UInt32`.
         half: `Float` [rad], how far the stratum reaches to both sides, square to `along`; None where that is of no
             matter, since its neighbours in the beam reach as far.
+        across: `Float` [rad], angle square to `along` that the ray stands for alone, see `rays_per_facet`; None where
+            no two rays are to meet one facet of the roughness.
     """
 
     direction: Array
@@ -60,6 +62,7 @@ class Fan:
     weight: Array
     beam: Array
     half: Array | None = None
+    across: Array | None = None
 
 
 @jit.struct
@@ -141,7 +144,7 @@ def arcs_of(reach: float) -> int:
 
 def fan_struct(fan: dict[str, NDArray[Any]]) -> Fan:
     """The device arrays of a ray pattern made on the host: `direction`, `along`, `aside` `(r, 3)`; the rest `(r,)`, of
-    which `half` may be absent."""
+    which `half` and `across` may be absent."""
     made = Fan(
         direction=jit.Array3f(np.ascontiguousarray(fan["direction"].T, dtype=np.float32)),
         along=jit.Array3f(np.ascontiguousarray(fan["along"].T, dtype=np.float32)),
@@ -151,6 +154,7 @@ def fan_struct(fan: dict[str, NDArray[Any]]) -> Fan:
         weight=jit.Float(fan["weight"].astype(np.float32)),
         beam=jit.UInt32(fan["beam"].astype(np.uint32)),
         half=jit.Float(fan["half"].astype(np.float32)) if "half" in fan else None,
+        across=jit.Float(fan["across"].astype(np.float32)) if "across" in fan else None,
     )
     dr.make_opaque(made)
     return made
@@ -297,6 +301,10 @@ def patches_of(
     slant = t / larger(dr.abs(view.direction.z), 0.02)
     limit = smaller(angle * slant, longest)
     near, far, slide = strip_span(t, view.direction, normal, view.along, view.aside, lower, upper, limit)
+    length, width = None, None
+    if fan.across is not None:  # their product is the strip's area
+        length = larger((far - near) * dr.norm(slide), t * (upper - lower))
+        width = t * view.of_ray(fan.across) * dr.rsqrt(dr.square(facing) + dr.square(dr.dot(normal, view.along)))
     if fan.half is not None:
         half = view.of_ray(fan.half)
         limit = smaller(_STEEPEST * half * slant, longest)
@@ -321,4 +329,6 @@ def patches_of(
         direction=view.direction,
         label=hits.label,
         instance=hits.instance,
+        length=length,
+        width=width,
     )

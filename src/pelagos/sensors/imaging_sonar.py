@@ -56,6 +56,7 @@ def fan_rays(config: ImagingSonarConfig) -> dict[str, NDArray[Any]]:
         "along": np.stack([-se * ca, -se * sa, ce], axis=-1),
         "lower": low - elevation,
         "upper": high - elevation,
+        "across": np.full(len(j), width),
         "weight": width * pattern,
         "beam": j,
     }

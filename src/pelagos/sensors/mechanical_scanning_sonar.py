@@ -69,6 +69,7 @@ def beam_rays(config: MechanicalScanningSonarConfig) -> dict[str, NDArray[Any]]:
         "aside": np.stack([ce, 0 * ce, se], axis=-1) - direction,
         "lower": low - elevation,
         "upper": high - elevation,
+        "across": np.full(count, math.sqrt(2.0) * sideways),  # even spread with as many close pairs as a bell's
         "weight": sideways * pattern,
         "beam": np.zeros(count, dtype=np.uint32),
     }
@@ -94,7 +95,7 @@ class MechanicalScanningSonar:
         self.config = config
         self._period = period_ticks(config.rate_hz, context.dt_ns, where=context.path)
         width = math.radians(config.beamwidth_deg)
-        shape = Layout(1, width, width, math.radians(config.vertical_beamwidth_deg), np.zeros(1))
+        shape = Layout(1, width, width, math.radians(config.vertical_beamwidth_deg), np.zeros(1), single_file=True)
         head = lambda tick: config.angles(tick // self._period)
         self._pinger = Pinger(config, context, beam_rays(config), shape, head)
         self.tables = {"range": config.ranges}

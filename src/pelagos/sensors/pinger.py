@@ -271,6 +271,7 @@ def echoes(
             seed=seed + k,
             tags=config.labels and k == 0,
             scattered=layout.facet is not None,
+            single_file=layout.single_file,
         )
         total, tags = (field, strongest) if total is None else (total + field, tags)
     return total, tags

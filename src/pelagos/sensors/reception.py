@@ -46,6 +46,7 @@ class Layout:
         steering: `(beams, 2 reach + 1)`, how beams hear their neighbours; None: not at all.
         azimuths: `(beams,)` [rad], positive to the left.
         facet: edge of the roughness lattice [m]; None: by beam and bin width.
+        single_file: whether a beam's rays stand one behind another along their strata, and none beside another.
     """
 
     beams: int
@@ -55,6 +56,7 @@ class Layout:
     azimuths: NDArray[np.float64]
     steering: NDArray[np.float32] | None = None
     facet: float | None = None
+    single_file: bool = False
 
 
 @dataclass(frozen=True)

@@ -71,6 +71,7 @@ def side_rays(config: SidescanConfig) -> dict[str, NDArray[Any]]:
         "aside": np.stack([-sh, side * (1 - ch) * sa, -(1 - ch) * ca], axis=-1),
         "lower": low - angle,
         "upper": high - angle,
+        "across": np.full(2 * count, math.sqrt(2.0) * along_track),  # even spread with as many close pairs as a bell's
         "weight": (high - low) * along_track * shape,
         "beam": np.repeat([0, 1], count),
     }
@@ -100,7 +101,7 @@ class Sidescan:
         self.config = config
         width = math.radians(config.beamwidth_deg)
         azimuths = np.array([math.pi / 2, -math.pi / 2])
-        shape = Layout(2, width, width, math.radians(config.vertical_beamwidth_deg), azimuths)
+        shape = Layout(2, width, width, math.radians(config.vertical_beamwidth_deg), azimuths, single_file=True)
         self._pinger = Pinger(config, context, side_rays(config), shape)
         self.tables = {"range": config.ranges}
 

@@ -49,6 +49,7 @@ def cone_rays(beamwidth: float, count: int) -> dict[str, NDArray[Any]]:
         "aside": np.zeros((count, 3)),
         "lower": np.minimum(low - angle, -0.5 * cell),
         "upper": np.maximum(high - angle, 0.5 * cell),
+        "across": np.sqrt(2 * np.pi * sa * (high - low)),  # neighbours on the spiral are as far apart any way
         "weight": 2 * np.pi * (np.cos(low) - np.cos(high)) * line_np(sa, line_length(beamwidth)) ** 4,
         "beam": np.zeros(count, dtype=np.uint32),
     }

@@ -52,6 +52,7 @@ def slice_rays(
         "lower": low - angle,
         "upper": low + step - angle,
         "half": 0.5 * (fore - aft),
+        "across": fore - aft,
         "weight": step * thickness * (shares[1] - shares[0]),
         "beam": beam,
     }

@@ -82,6 +82,7 @@ def beam_rays(config: SyntheticApertureSonarConfig) -> dict[str, NDArray[Any]]:
         "aside": np.zeros((len(row), 3)),
         "lower": low - elevation,
         "upper": high - elevation,
+        "across": np.full(len(row), step),
         "weight": step
         * (np.interp(high, grid, share) - np.interp(low, grid, share))
         * line_np(sa, line_length(along)) ** 4,
