@@ -35,8 +35,8 @@ def fan_rays(config: ImagingSonarConfig) -> dict[str, NDArray[Any]]:
 
     Elevation strata reach to the nulls of the vertical pattern beyond its chosen side lobes, and are thinner where the
     pattern is strong; each holds one ray. Neighbours in memory are neighbours in azimuth, whose patches are alike, by
-    blocks of beams whose bins fit into a core's cache. Rays stand at low-discrepancy places in their strata and across
-    the beam's sector.
+    blocks of beams whose bins fit into a core's cache. Rays stand in the middle of their strata, whose edges move from
+    beam to beam, and at low-discrepancy places across the beam's sector.
     """
     beams, rays = config.beams, config.rays_per_beam
     length = line_length(math.radians(config.vertical_beamwidth_deg))
@@ -44,7 +44,7 @@ def fan_rays(config: ImagingSonarConfig) -> dict[str, NDArray[Any]]:
     order = np.lexsort((j, k, j // _BLOCK))
     k, j = k[order], j[order]
     low, high, pattern = strata(length, config.vertical_side_lobes, rays, k, (0.5 + _STEP * j) % 1.0)
-    elevation = low + (0.5 + _STEP * j + _STEP2 * k) % 1.0 * (high - low)
+    elevation = 0.5 * (low + high)
     width = math.radians(config.horizontal_aperture_deg) / beams
     azimuth = config.azimuths[j] + ((0.5 + _STEP * k + _STEP2 * j) % 1.0 - 0.5) * width
     ce, se, ca, sa = np.cos(elevation), np.sin(elevation), np.cos(azimuth), np.sin(azimuth)
