@@ -34,6 +34,8 @@ _OZONE: Final = (0.0412, 0.0212, 0.0031)  # vertical optical thickness of 300 DU
 # 5.1, 2.6 and 0.4e-21 cm^2 (A. Serdyuchenko et al., Atmos. Meas. Tech. 7:625, 2014, doi 10.5194/amt-7-625-2014)
 _OZONE_M: Final = (25e3, 15e3)  # middle of its layer, and where it ends above and below [m]
 _SEA: Final = 0.06  # albedo of the ground
+# sine of 1.5 deg, below which the sky is as there: haze in perfect layers would show as a bright line; assumed
+_HORIZON: Final = 0.026
 _GLOW_EDGE: Final = 0.64  # cosine of the angle from the sun at which its glow ends
 _HEIGHTS: Final = 18
 _SUNS: Final = 40
@@ -78,10 +80,10 @@ def clear_sky(elevation: float) -> ClearSky:
     low = math.radians(-12)
     sine = math.sin(max(elevation, low))
     up = (np.arange(ROWS) / (ROWS - 1)) ** 2
-    level = np.sqrt(1 - up**2)
+    seen = np.maximum(up, _HORIZON)
     side = np.linspace(0, math.pi, COLUMNS)
-    toward = level[:, None] * np.cos(side) * math.sqrt(1 - sine * sine) + up[:, None] * sine
-    ups = np.broadcast_to(up[:, None], toward.shape)
+    toward = np.sqrt(1 - seen**2)[:, None] * np.cos(side) * math.sqrt(1 - sine * sine) + seen[:, None] * sine
+    ups = np.broadcast_to(seen[:, None], toward.shape)
     radiance, glow = _gathered(np.zeros_like(ups), ups, np.full_like(ups, sine), toward, scattered_again())
     weight = _weights(up, side)
     irradiance, shining = (np.einsum("rs,rsc->c", weight, v) for v in (radiance, glow))
