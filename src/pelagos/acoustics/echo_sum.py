@@ -97,10 +97,10 @@ class _Strips:
         """Far end of the ramp at the far edge [bins]."""
         return dr.fma(1.0 + 2.0 * _BLEND, self.length, self.begin)
 
-    def touched(self, bins: int) -> tuple[Array, Array]:
-        """The first and last bin that it touches, `Int32`; last < first where there is none."""
-        last = dr.select(self.length > 0.0, jit.Int32(smaller(self.end, bins - 0.5)), -1)
-        return jit.Int32(larger(self.begin, 0.0)), last
+    def packets(self, bins: int) -> tuple[Array, Array]:
+        """The first and last packet of `_TOGETHER` bins that it touches, `Int32`; last < first where there is none."""
+        last = jit.Int32(smaller(self.end, bins - 0.5)) // _TOGETHER
+        return jit.Int32(larger(self.begin, 0.0)) // _TOGETHER, dr.select(self.length > 0.0, last, -1)
 
 
 @dataclass(frozen=True)
@@ -205,7 +205,7 @@ def accumulate(
         strip.hit += part
         end, steepness = strip.end, _LENGTH / strip.length
         named = [dr.gather(jit.UInt32, name, ray, exists) for name in names]
-        first, last = (b // _TOGETHER for b in strip.touched(bins))
+        first, last = strip.packets(bins)
 
         def add(packet: Array, below: Array) -> tuple[Array, Array]:
             floors = [jit.Float(packet * _TOGETHER + k) for k in range(_TOGETHER)]

@@ -32,11 +32,6 @@ def patch_intensity(distance: Array, absorption: Array) -> Array:
     return dr.exp(-2.0 * _LN10_10 * absorption * distance) / (distance * distance)
 
 
-def levelled_patch(distance: Array) -> Array:
-    """`patch_intensity` times `time_varied_gain` of 30 log r at the same absorption, which it undoes: r [m]."""
-    return distance
-
-
 def time_varied_gain(distance: Array, absorption: Array, *, spreading: float) -> Array:
     """Intensity gain that undoes spreading log10(r) + 2 a r; 40 keeps point targets level, 30 a bottom, 20 a volume."""
     return dr.exp(_LN10_10 * (spreading * log10(distance) + 2.0 * absorption * distance))

@@ -74,9 +74,13 @@ class ClearSky:
         return np.stack([np.interp(np.sqrt(up) * (ROWS - 1), rows, mean[:, c]) for c in range(3)], axis=-1)
 
 
-@lru_cache(maxsize=64)
 def clear_sky(elevation: float) -> ClearSky:
     """The sky for a height of the sun [rad]; down to 12 deg below the horizon, where it stays as it is then."""
+    return _solved(round(elevation, 9))  # the same one for an angle and for what is left of it after sine and arcsine
+
+
+@lru_cache(maxsize=64)
+def _solved(elevation: float) -> ClearSky:
     low = math.radians(-12)
     sine = math.sin(max(elevation, low))
     up = (np.arange(ROWS) / (ROWS - 1)) ** 2

@@ -17,7 +17,7 @@ from pelagos.acoustics.beam_pattern import line_length
 from pelagos.acoustics.echo import Patches
 from pelagos.acoustics.echo_sum import Walk, accumulate, walk
 from pelagos.acoustics.pulse import point_spread, range_resolution
-from pelagos.acoustics.spreading import levelled_patch, time_varied_gain
+from pelagos.acoustics.spreading import time_varied_gain
 from pelagos.errors import ValidityWarning
 from pelagos.jit import Array
 from pelagos.math.so3 import multiply, rotate
@@ -225,15 +225,11 @@ def calibrated(
     r (1 - v/c) (to first order in v/c; r is the range at transmission).
     """
     cell = layout.sector * config.bin_width_m  # solid angle times depth of a cell [rad m]
-    patches = patches_of(
-        view,
-        fan,
-        lanes,
-        surfaces,
-        longest=config.longest_strip_m,
-        fall=lambda t, _: levelled_patch(t) / cell,
-        trace=trace,
-    )
+
+    def levelled(distance: Array, _: Array) -> Array:
+        return distance * (1.0 / cell)  # r^-2 10^(-2 a r/10) under the gain 30 log r + 2 a r
+
+    patches = patches_of(view, fan, lanes, surfaces, longest=config.longest_strip_m, fall=levelled, trace=trace)
     if config.doppler:
         closing = dr.dot(view.of_lane(jit.Array3f(velocity)) - view.hits.velocity, view.direction)
         factor = 1.0 - closing * view.of_lane(1.0 / lanes.medium.sound_speed)
