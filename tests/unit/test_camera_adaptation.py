@@ -7,6 +7,7 @@ from dataclasses import replace
 import drjit as dr
 import numpy as np
 import pytest
+from pydantic import ValidationError
 from test_camera_picture import camera, context, looking_down
 
 from pelagos import jit
@@ -52,5 +53,7 @@ def test_one_way_only() -> None:
     assert stops(slow_to_darken, -30.0, 2.0) < stops({}, -30.0, 0.0) - 0.3
 
 
-def test_a_manual_exposure_does_not_adapt() -> None:
-    assert not CameraConfig(exposure="manual", exposure_speed_up_ev_per_s=1.0).adapts
+def test_only_an_automatic_exposure_adapts() -> None:
+    assert not CameraConfig(exposure="manual").adapts
+    with pytest.raises(ValidationError, match="exposure_speed_up_ev_per_s' would change nothing"):
+        CameraConfig(exposure="manual", exposure_speed_up_ev_per_s=1.0)

@@ -14,7 +14,13 @@ from pydantic import ValidationError
 from pelagos import jit
 from pelagos.optics.atmosphere import Weather
 from pelagos.optics.film import FilmCurve, balance_gains, film
-from pelagos.optics.lens import fisheye_directions, fisheye_intrinsics, kannala_brandt, project_fisheye
+from pelagos.optics.lens import (
+    fisheye_directions,
+    fisheye_intrinsics,
+    kannala_brandt,
+    natural_vignette,
+    project_fisheye,
+)
 from pelagos.optics.port import GLASS_INDEX, through_dome_port, through_flat_port
 from pelagos.optics.water import REFRACTIVE_INDEX, water_optics
 from pelagos.raycast.geometry import Geometry
@@ -238,6 +244,24 @@ def test_meter_that_believes_one_luminance_is_fixed():
     centre = shot(exposure="auto", metering="centre", orientation_deg=(0, 0, 20))
     average = shot(exposure="auto", orientation_deg=(0, 0, 20))
     assert centre.extras["exposure_s"] < average.extras["exposure_s"]  # the middle is white
+
+
+def test_pixels_are_no_wider_off_the_axis():
+    """One pixel's box and the difference's, (1 + 1)/12, and a little of the water's scattering, where the edge is 50
+    degrees off a pinhole's axis too; rays over the angle of the middle's pixels would make 2.4 px and 0.76.
+    """
+    aside = {"position_m": (0.0, 2.4, 0.0), "horizontal_fov_deg": 120, "samples": 64}
+    place, width = edge(light(**aside)[26:38].mean(axis=0))
+    assert place == pytest.approx(79.5 + 80 / math.tan(math.radians(60)) * 2.4 / DISTANCE, abs=0.2)
+    assert math.sqrt(2 / 12) < width < 0.55
+
+
+def test_vignette_of_a_fisheye_leaves_light_at_a_right_angle():
+    """sin(a)/a, 64 % at 90 degrees, where cos^4 leaves none."""
+    angle = math.radians(90)
+    directions = np.array([[[1.0, 0.0, 0.0], [math.cos(angle), math.sin(angle), 0.0]]])
+    assert natural_vignette(directions, 1.0, fisheye=True)[0] == pytest.approx([1.0, 2 / math.pi])
+    assert natural_vignette(directions, 0.5)[0] == pytest.approx([1.0, 0.0], abs=1e-12)
 
 
 def test_samples_smooth_the_edge():

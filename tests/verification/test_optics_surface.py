@@ -117,6 +117,25 @@ def test_distortion_inverts_and_says_where_it_cannot():
     assert np.isnan(undistort(np.array([2.5]), np.array([0.0]), (-0.4, 0.0, 0.0, 0.0, 0.0))[0]).all()
 
 
+@pytest.mark.parametrize("k", [(-0.3, 0.1, 0.0, 0.0, 0.0), (-0.2, 0.03, 0.01, 0.01, 0.0), (1.0, 0.5, 1e-3, 0.0, 0.2)])
+def test_distortion_inverts_in_wide_pictures(k: tuple[float, ...]):
+    """One to one everywhere: each pixel of 120 degrees looks somewhere, and projects back to itself."""
+    camera = intrinsics(160, 120, math.radians(120))
+    d = pinhole_directions(camera, k)
+    uv = project(d, camera, k)
+    v, u = np.mgrid[:120, :160]
+    assert np.abs(uv - np.stack([u, v], axis=-1)).max() < 1e-6
+
+
+def test_distortion_has_no_inverse_beyond_its_fold():
+    """r (1 - 0.3 r^2) is largest at r^2 = 1 / 0.9, where it is 0.7027; its second inverse beyond is not taken."""
+    k = (-0.3, 0.0, 0.0, 0.0, 0.0)
+    radius = np.array([0.70, 0.7025, 0.7029, 1.2])
+    found = undistort(radius, np.zeros(4), k)[0]
+    assert np.isfinite(found).tolist() == [True, True, False, False]
+    assert found[:2].max() < math.sqrt(1 / 0.9)
+
+
 def test_meter_uses_time_before_speed():
     mean = jit.Float([1e4, 10.0, 0.01])
     shutter, iso = metered(mean, aperture=2.8, longest=0.01, shortest=1e-5, iso=(100.0, 1600.0), compensation=0.0)

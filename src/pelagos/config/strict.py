@@ -3,9 +3,15 @@
 from __future__ import annotations
 
 from pydantic import BaseModel, ConfigDict
+from pydantic_core import PydanticCustomError
 
 
 class Strict(BaseModel):
     """A frozen model that refuses keys it does not know, and numbers that are not finite."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", use_attribute_docstrings=True, allow_inf_nan=False)
+
+
+def refusal(message: str) -> PydanticCustomError:
+    """What a validator raises where keys do not fit together; the loader says where."""
+    return PydanticCustomError("refused", "{message}", {"message": message})

@@ -10,20 +10,22 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import replace
-from typing import Any, ClassVar, Literal
+from typing import Any, ClassVar, Literal, Self
 
 import drjit as dr
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from pelagos import jit
+from pelagos.config.strict import refusal
 from pelagos.jit import Array
 from pelagos.optics.caustics import Ripple
 from pelagos.optics.lens import natural_vignette
 from pelagos.optics.sight_line import SightLines
 from pelagos.sensors.adaptation import exposure_lag
 from pelagos.sensors.ambient import ambience, ambience_at
+from pelagos.sensors.camera_keys import contradiction, idle_keys
 from pelagos.sensors.camera_sampling import Sample, sampled_rays, samples
 from pelagos.sensors.develop import balanced, developed, exposed, gathered, through_lens
 from pelagos.sensors.murk import sight_lines
@@ -31,6 +33,7 @@ from pelagos.sensors.noise import opaque_key, stream_key
 from pelagos.sensors.path_tracing import path_traced
 from pelagos.sensors.pixel_blur import pixel_blur
 from pelagos.sensors.pixels import Pixels, Tiling, pixels
+from pelagos.sensors.ray_change import ray_change
 from pelagos.sensors.scenery import Scenery, in_rain
 from pelagos.sensors.sensor import Kinematics, Measurement, SensorConfig, SensorContext
 from pelagos.sensors.shading import Ambience, Radiance, look
@@ -63,7 +66,7 @@ class CameraConfig(LitViewConfig):
     exposure_speed_down_ev_per_s: float | None = Field(default=None, gt=0, le=100)
     """How fast it follows a scene that grows darker [stops/s]; None: at once."""
     shutter_s: float = Field(default=0.01, gt=0, le=10)
-    """Exposure time [s]; under automatic exposure the longest."""
+    """Exposure time [s], at most the time between two frames; under automatic exposure the longest."""
     rolling_shutter_s: float = Field(default=0.0, ge=0, le=1)
     """Time from the first row's exposure to the last's [s]; 0 is a global shutter."""
     motion_blur: float = Field(default=1.0, ge=0, le=1)
@@ -99,7 +102,7 @@ class CameraConfig(LitViewConfig):
     dark_current_e_per_s: float = Field(default=5.0, ge=0)
     """Electrons without light [e-/s]."""
     vignette: float = Field(default=0.5, ge=0, le=4)
-    """Fall-off to the corners: power of the natural cos^4 law; 0 is none, 1 a simple lens."""
+    """Fall-off to the corners: power of the natural law (cos^4; sin(a)/a of a fisheye); 0 is none, 1 a simple lens."""
     bloom: float = Field(default=0.0, ge=0, le=8)
     """Glow of bright light in the lens; 1 spreads 4 % of it."""
     lens_flare: float = Field(default=0.0, ge=0, le=16)
@@ -137,6 +140,12 @@ class CameraConfig(LitViewConfig):
 
     marine_snow_per_m3: float = Field(default=0.0, ge=0, le=100)
     """Flakes of marine snow in a cubic metre; a hundred is a blizzard (realtime renderer)."""
+
+    @model_validator(mode="after")
+    def _keys_make_sense(self) -> Self:
+        if wrong := contradiction(self) or idle_keys(self):
+            raise refusal(wrong)
+        return self
 
     @property
     def adapts(self) -> bool:
@@ -180,12 +189,13 @@ class Camera:
     def __init__(self, config: CameraConfig, context: SensorContext) -> None:
         self.config = config
         self._view = View(config, context)
-        _, directions = pixel_rays(config)
-        vignette = np.nan_to_num(natural_vignette(directions, config.vignette))
+        _, directions = pixel_rays(config.model_copy(update={"port": None}))
+        vignette = np.nan_to_num(natural_vignette(directions, config.vignette, fisheye=config.lens == "fisheye"))
         self._vignette = jit.Float(self._view.tiling.arrange(vignette))
         self._surroundings = Surroundings(context)
         self._keys = tuple(opaque_key(stream_key(context.seed, context.path, k)) for k in ("image", "paths"))
         jit.settle(self._vignette)
+        self._change = ray_change(config) if config.samples > 1 or config.renderer == "reference" else None
         self._ping = context.scene.compile(self._make)
 
     def sense(self, motion: Kinematics) -> Measurement:
@@ -197,14 +207,21 @@ class Camera:
         return self._view.explain(self._make, self._arguments(motion))
 
     def _arguments(self, motion: Kinematics) -> tuple[Any, ...]:
-        return *self._view.arguments(motion), self._surroundings.arguments(), self._vignette, self._keys
+        return *self._view.arguments(motion), self._surroundings.arguments(), self._vignette, self._change, self._keys
 
     def _make(self, static: Any, moving: Any, trace: Trace | None = None) -> Callable[..., Any]:
         config, tiling = self.config, self._view.tiling
         sea = self._surroundings.ripple(config)
 
         def frame(
-            tables: Any, lens: Any, motion: Kinematics, own: Array, light: Any, vignette: Array, keys: Any
+            tables: Any,
+            lens: Any,
+            motion: Kinematics,
+            own: Array,
+            light: Any,
+            vignette: Array,
+            change: Any,
+            keys: Any,
         ) -> tuple[Array, ...]:
             images = dr.width(motion.tick)
             where = pixels(tiling, images)
@@ -215,7 +232,7 @@ class Camera:
             around, lines = self._water_around(static, moving, scenery, sea, lens, motion, own, where)
 
             def light_of(sample: Sample, exposure: Array, number: Array) -> Radiance:
-                rays = sampled_rays(lens, where, motion, own, config, sample, exposure, blur, scenery.level)
+                rays = sampled_rays(lens, where, motion, own, config, sample, exposure, blur, scenery.level, change)
                 if config.renderer == "realtime":
                     return look(
                         static, moving, scenery, rays, where.image, lamps, angle, around,

@@ -19,8 +19,9 @@ from pelagos.raycast.rays import Rays
 from pelagos.sensors.mount import sensor_angular_velocity, sensor_pose, sensor_velocity
 from pelagos.sensors.noise import words32
 from pelagos.sensors.pixels import Pixels, Tiling
+from pelagos.sensors.ray_change import RayChange
 from pelagos.sensors.sensor import Kinematics
-from pelagos.sensors.view import Lens, local_directions, pixel_angle, view_rays
+from pelagos.sensors.view import Lens, local_directions, starts_wet, view_rays
 
 if TYPE_CHECKING:
     from pelagos.sensors.camera import CameraConfig
@@ -93,6 +94,7 @@ def sampled_rays(
     exposure: Array,
     blur: PixelBlur | None = None,
     level: Array | None = None,
+    change: RayChange | None = None,
 ) -> Rays:
     """The rays of one sample, in the world.
 
@@ -106,6 +108,7 @@ def sampled_rays(
         exposure: time that the shutter is open, by image [s].
         blur: what differs from pixel to pixel; None for nothing.
         level: see `view_rays`.
+        change: of the lens, from pixel to pixel; needed with a `sample`.
     """
     rays = view_rays(lens, where, motion, own, config, level)
     if sample is None and config.rolling_shutter_s == 0:
@@ -120,12 +123,12 @@ def sampled_rays(
     if sample is not None:
         open_for = dr.gather(jit.Float, exposure, where.image) * config.motion_blur
         moment += sample.moment * (open_for if blur is None else open_for * blur.share)
-        right = dr.normalize(jit.Array3f(local.y, -local.x, 1e-9))
-        jitter = sample.right * right + sample.down * dr.cross(local, right)
-        wide = pixel_angle(config) if blur is None else pixel_angle(config) * dr.sqrt(1 + dr.square(2 * blur.haze))
-        middle, local = local, dr.normalize(local + wide * jitter)
-        if lens.start is not None:  # the place on the port moves along
-            start = (local - middle) * dr.norm(dr.gather(jit.Array3f, lens.start, where.ray))
+        assert change is not None
+        wide = 1.0 if blur is None else dr.sqrt(1 + dr.square(2 * blur.haze))
+        right, down = wide * sample.right, wide * sample.down
+        local = dr.normalize(local + _beside(lens.dry, change, where, rays.origin, level, right, down))
+        if change.start is not None:  # the place on the port moves along
+            start = _across(change.start, where, right, down)
         if config.focus_distance_m is not None:
             aside, local = _through_aperture(local, sample, config)
             start += aside
@@ -137,6 +140,21 @@ def sampled_rays(
         own=rays.own,
         drift=None if blur is None else blur.drift * moment,
     )
+
+
+def _beside(
+    dry: Array | None, change: RayChange, where: Pixels, origin: Array, level: Array | None, right: Array, down: Array
+) -> Array:
+    """By how much directions differ from those of the pixels' middles, `right` and `down` of them [px]."""
+    wet = _across(change.direction, where, right, down)
+    if dry is None or change.dry is None:
+        return wet
+    return dr.select(starts_wet(where, origin, level), wet, _across(change.dry, where, right, down))
+
+
+def _across(change: list[Array], where: Pixels, right: Array, down: Array) -> Array:
+    rightwards, downwards = (dr.gather(jit.Array3f, v, where.ray) for v in change)
+    return rightwards * right + downwards * down
 
 
 def _through_aperture(local: Array, sample: Sample, config: CameraConfig) -> tuple[Array, Array]:

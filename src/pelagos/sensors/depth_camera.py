@@ -13,9 +13,9 @@ from typing import Any, ClassVar, Literal, Self
 import drjit as dr
 from numpy.typing import NDArray
 from pydantic import Field, model_validator
-from pydantic_core import PydanticCustomError
 
 from pelagos import jit
+from pelagos.config.strict import refusal
 from pelagos.jit import Array
 from pelagos.math.philox import normal_pair32, uniform32
 from pelagos.sensors.camera import Camera, CameraConfig
@@ -48,10 +48,8 @@ class DepthCameraConfig(CameraConfig):
         fields = CameraConfig.model_fields
         given = [k for k in fields if k not in ViewConfig.model_fields and getattr(self, k) != fields[k].default]
         if given and not self.image:
-            raise PydanticCustomError(
-                "no_image", "{keys} of a depth camera change its picture: they need 'image: true'",
-                {"keys": ", ".join(f"'{k}'" for k in given)},
-            )  # fmt: skip
+            keys = ", ".join(f"'{k}'" for k in given)
+            raise refusal(f"{keys} of a depth camera change its picture: they need 'image: true'")
         return self
 
 

@@ -124,11 +124,12 @@ def exposed(
     mean = dr.clip(mean, config.meter_min_cd_m2, config.meter_max_cd_m2)
     if lag is not None:
         mean *= dr.exp2(lag)
+    longest = min(config.shutter_s, 1 / config.rate_hz)
     return metered(
         mean,
         aperture=config.aperture,
-        longest=config.shutter_s,
-        shortest=min(_SHORTEST, config.shutter_s),
+        longest=longest,
+        shortest=min(_SHORTEST, longest),
         iso=(config.iso, max(config.iso, config.iso_max)),
         compensation=config.compensation_ev,
     )

@@ -8,14 +8,15 @@ solid-state one fires its whole field at once. Arrays are `(channels, steps)`, s
 from __future__ import annotations
 
 import math
-from typing import Any, Final, Literal
+from typing import Any, Final, Literal, Self
 
 import drjit as dr
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from pelagos import jit
+from pelagos.config.strict import refusal
 from pelagos.jit import Array
 from pelagos.math.so3 import integrate, rotate
 from pelagos.optics.interface import refract
@@ -57,10 +58,22 @@ class LaserConfig(SensorConfig):
     through_water: bool = False
     """Whether pulses from above go on below the surface, refracted (a green laser, as airborne bathymetry uses)."""
 
+    @model_validator(mode="after")
+    def _field_can_be(self) -> Self:
+        upper, lower, least = self.upper_fov_deg, self.lower_fov_deg, self.channels * self.rate_hz
+        if upper < lower:
+            raise refusal(f"'upper_fov_deg', {upper:g}, is below 'lower_fov_deg', {lower:g}")
+        if self.points_per_second < least:
+            raise refusal(
+                f"'points_per_second' of {self.points_per_second} is less than one pulse a channel in each sample: "
+                f"{self.channels} channels at {self.rate_hz:g} Hz need {least:g}"
+            )
+        return self
+
     @property
     def steps(self) -> int:
         """Pulses of one laser in a sample."""
-        return max(round(self.points_per_second / (self.channels * self.rate_hz)), 1)
+        return round(self.points_per_second / (self.channels * self.rate_hz))
 
     @property
     def swept_deg(self) -> float:

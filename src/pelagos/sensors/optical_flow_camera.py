@@ -6,7 +6,7 @@ Instantaneous: the camera's own motion and the surface's, through the derivative
 
 from __future__ import annotations
 
-from typing import Any, ClassVar, Final, Literal
+from typing import Any, ClassVar, Literal
 
 import drjit as dr
 import numpy as np
@@ -16,11 +16,9 @@ from pelagos import jit
 from pelagos.jit import Array
 from pelagos.sensors.hit_view import HitView, Seen
 from pelagos.sensors.mount import sensor_angular_velocity, sensor_velocity
-from pelagos.sensors.pixels import Tiling
+from pelagos.sensors.ray_change import RayChange, ray_change
 from pelagos.sensors.sensor import Kinematics, Measurement, SensorConfig, SensorContext
-from pelagos.sensors.view import Trace, ViewConfig, pixel_rays, starts_wet
-
-_STEP: Final = 0.01  # [px], for the lens's derivative
+from pelagos.sensors.view import Trace, ViewConfig, starts_wet
 
 
 class OpticalFlowCameraConfig(ViewConfig):
@@ -28,22 +26,6 @@ class OpticalFlowCameraConfig(ViewConfig):
 
     type: Literal["optical_flow_camera"] = "optical_flow_camera"
     """The sensor's kind."""
-
-
-@jit.struct
-class RayChange:
-    """How the rays of a lens change from pixel to pixel, a Dr.Jit struct of pairs (rightwards, downwards) of `Array3f`,
-    sensor frame, lanes in the order of `Tiling`.
-
-    Attributes:
-        direction: of their directions [1/px].
-        dry: the same where a port is out of the water; None without a port.
-        start: of where they start on a port [m/px]; None without a port.
-    """
-
-    direction: list[Array]
-    dry: list[Array] | None
-    start: list[Array] | None
 
 
 class OpticalFlowCamera:
@@ -104,25 +86,3 @@ def _sideways(seen: Seen, change: RayChange, t: Array) -> list[Array]:
     if change.start is not None:
         moved = [m + of_ray(s) for m, s in zip(moved, change.start, strict=True)]
     return moved
-
-
-def ray_change(config: ViewConfig) -> RayChange:
-    """The tables, by central differences."""
-    tiling = Tiling(config.width_px, config.height_px)
-
-    def tables(which: int, **more: Any) -> list[Array]:
-        found = []
-        for aside in ((_STEP, 0.0), (0.0, _STEP)):
-            ahead, behind = (pixel_rays(config, shift=(k * aside[0], k * aside[1]), **more)[which] for k in (1, -1))
-            slope = np.nan_to_num((ahead - behind) / (2 * _STEP))
-            found.append(jit.Array3f(np.ascontiguousarray(tiling.arrange(slope).T)))
-        return found
-
-    ported = config.port is not None
-    made = RayChange(
-        direction=tables(1),
-        dry=tables(1, outside=1.0) if ported else None,
-        start=tables(0) if ported else None,
-    )
-    dr.make_opaque(made)
-    return made

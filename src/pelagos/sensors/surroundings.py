@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import Any, Final
+from typing import Annotated, Any, Final, TypeAlias
 
 import drjit as dr
 from pydantic import Field
@@ -37,6 +37,8 @@ _LEAST_RIPPLE: Final = 0.25  # share of the slope of waves over 0.3 m that short
 _RIPPLES_TOWARDS: Final = 0.4  # from north to west, where no wind blows [rad]
 _COLUMN: Final = 8  # places above a camera at which the water is asked for
 
+Share: TypeAlias = Annotated[float, Field(ge=0)]
+
 
 class LampConfig(Strict):
     """A lamp on the vehicle."""
@@ -49,7 +51,7 @@ class LampConfig(Strict):
     """Luminous flux [lm]."""
     beam_angle_deg: float = Field(default=100.0, gt=1, le=170)
     """Full width of the cone [deg]; the light fades over its outer half."""
-    color: tuple[float, float, float] = (1.0, 0.97, 0.92)
+    color: tuple[Share, Share, Share] = (1.0, 0.97, 0.92)
     """Colour: linear red, green, blue, relative to daylight."""
 
 
@@ -69,7 +71,7 @@ class LaserLightConfig(Strict):
     """Diameter of the beam at the laser (1/e^2) [mm]."""
     divergence_mrad: float = Field(default=1.0, ge=0, le=200)
     """Full angle by which it grows [mrad]."""
-    color: tuple[float, float, float] = (0.0, 1.0, 0.0)
+    color: tuple[Share, Share, Share] = (0.0, 1.0, 0.0)
     """Colour: linear red, green, blue, relative to daylight."""
 
 

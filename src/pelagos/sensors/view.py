@@ -8,23 +8,26 @@ Pixels that the lens does not serve (outside a fisheye's circle) look nowhere.
 from __future__ import annotations
 
 import math
+import warnings
 from collections.abc import Callable
 from dataclasses import replace
-from typing import Annotated, Any, Literal, TypeAlias
+from typing import Annotated, Any, Literal, Self, TypeAlias
 
 import drjit as dr
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from pelagos import jit
-from pelagos.config.strict import Strict
+from pelagos.config.strict import Strict, refusal
+from pelagos.errors import ValidityWarning
 from pelagos.jit import Array
 from pelagos.math.so3 import rotate
 from pelagos.optics.lens import (
     Intrinsics,
     fisheye_directions,
     fisheye_intrinsics,
+    fisheye_reach,
     intrinsics,
     pinhole_directions,
     project,
@@ -61,6 +64,12 @@ class DomePortConfig(Strict):
     offset_m: tuple[float, float, float] = (0.0, 0.0, 0.0)
     """Where the dome's centre is, from the entrance pupil, forward-left-up [m]."""
 
+    @model_validator(mode="after")
+    def _pupil_is_inside(self) -> Self:
+        if (off := math.hypot(*self.offset_m)) >= self.radius_m:
+            raise refusal(f"'offset_m' puts the pupil {off:.4g} m from the centre of a dome of {self.radius_m:g} m")
+        return self
+
 
 Trace: TypeAlias = Callable[[str, Array, str], None]
 PortConfig: TypeAlias = Annotated[FlatPortConfig | DomePortConfig, Field(discriminator="type")]
@@ -85,6 +94,20 @@ class ViewConfig(SensorConfig):
     """Window between lens and water; None for a lens calibrated in water."""
     max_range_m: float = Field(default=60.0, gt=0)
     """How far to look for surfaces [m]."""
+
+    @model_validator(mode="after")
+    def _lens_can_be(self) -> Self:
+        fov, half = self.horizontal_fov_deg, math.radians(self.horizontal_fov_deg) / 2
+        if self.lens == "pinhole":
+            if fov >= 180:
+                raise refusal(f"'horizontal_fov_deg' of a pinhole is below 180, not {fov:g}; for more, 'lens: fisheye'")
+            return self
+        if self.distortion[4] != 0:
+            raise refusal(f"'distortion' of a fisheye has k1 to k4; the fifth value is 0, not {self.distortion[4]:g}")
+        if (reach := fisheye_reach(self.distortion)) < half:
+            most = math.degrees(2 * reach)
+            raise refusal(f"'distortion' folds this fisheye back on itself: 'horizontal_fov_deg' is at most {most:.4g}")
+        return self
 
 
 @jit.struct
@@ -161,6 +184,8 @@ class View:
         self.tiling = Tiling(config.width_px, config.height_px)
         starts, directions = pixel_rays(config)
         serves = np.asarray(np.isfinite(starts + directions).all(axis=-1))
+        if config.lens == "pinhole" and not serves.all():
+            _warn_of_blind_pixels(1 - serves.mean(), context.path)
         dry = None
         if config.port is not None:
             in_air = pixel_rays(config, 1.0)[1]
@@ -199,6 +224,14 @@ class View:
         """`(images, height, width, 3)` of a flat `Array3f`."""
         picture = np.array(values).T.reshape(-1, self._config.height_px, self._config.width_px, 3)
         return np.ascontiguousarray(picture, dtype=np.float32)
+
+
+def _warn_of_blind_pixels(share: float, path: str) -> None:
+    message = (
+        f"{path}: {share:.1%} of the picture see nothing and stay dark: no direction leads there through the lens "
+        "('distortion') and its port; a smaller 'horizontal_fov_deg' helps"
+    )
+    warnings.warn(message, ValidityWarning, stacklevel=2)
 
 
 def view_rays(
