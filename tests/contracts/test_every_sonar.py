@@ -33,25 +33,28 @@ def test_all_sonars_are_here():
     assert gives_levels | {"multibeam", "altimeter", "dvl", "adcp"} == set(LOOKS)
 
 
-def simulation(name: str, *, run: dict[str, int] | None = None, **options: Any) -> pl.Simulation:
+def simulation(
+    name: str, *, run: dict[str, int] | None = None, ocean: dict[str, Any] | None = None, **options: Any
+) -> pl.Simulation:
     sensor: dict[str, Any] = {"type": name, "rate_hz": 10, **LOOKS[name][1], **options}
     if name not in ("altimeter", "dvl", "adcp"):
         sensor = {"range_max_m": 30.0} | sensor
     start = {"position_m": [0.0, 0.0], "depth_m": DEPTH}
     auv = {"vehicle": "remus100", "start": start, "sensors": {"it": sensor}}
-    scenario = {"world": {"type": "flat", "depth_m": DEPTH + ALTITUDE}, "agents": {"auv0": auv}}
+    world = {"type": "flat", "depth_m": DEPTH + ALTITUDE}
+    scenario = {"world": world, "ocean": ocean or {}, "agents": {"auv0": auv}}
     return pl.Simulation.load(scenario, **(run or {}))
 
 
-def next_ping(sim: pl.Simulation) -> pl.Reading:
-    """The next reading, of a vehicle that is held where it is."""
-    for _ in range(100):
-        still = {"position": (0, 0, -DEPTH), "attitude": (1, 0, 0, 0), "velocity": (0, 0, 0)}
+def next_ping(sim: pl.Simulation, *, z: float = -DEPTH) -> Any:
+    """The next reading, of a vehicle that is held in its place; None where there is none within 40 ticks."""
+    for _ in range(40):
+        still = {"position": (0, 0, z), "attitude": (1, 0, 0, 0), "velocity": (0, 0, 0)}
         sim.set_state("auv0", **{k: np.tile(v, (sim.n, 1)) for k, v in still.items()})
         obs = sim.step()
         if "it" in obs["auv0"]:
             return obs["auv0"]["it"]
-    raise AssertionError("no reading")
+    return None
 
 
 def ranges_of(name: str, reading: pl.Reading, before: pl.Reading, ranges: np.ndarray | None) -> float:
@@ -127,3 +130,30 @@ def test_a_copy_of_a_fleet_hears_what_it_hears_alone(name):
         assert extra in tables or fleet.extras[extra][1].tobytes() == values[0].tobytes(), extra
     signal = fleet.data if name == "synthetic_aperture_sonar" else fleet.extras["iq"]
     assert signal[0].tobytes() != signal[1].tobytes()
+
+
+@pytest.mark.parametrize("waves", [False, True])
+@pytest.mark.parametrize("name", sorted(LOOKS))
+def test_in_the_air_it_hears_nothing(name, waves):
+    """Neither bottom nor water, by straight or bent rays; back in the water it hears both again."""
+    hazy = {"volume_scattering_db": -50.0, **({"cells": 15} if name == "adcp" else {})}
+    bent = {"refraction": True} if waves and "refraction" in component(name).model_fields else {}
+    sea = {"waves": {"type": "jonswap", "significant_height_m": 0.3, "peak_period_s": 3.0}} if waves else {}
+    sim = simulation(name, ocean=sea, **hazy, **bent)
+    sim.reset()
+    wet, dry, again = (next_ping(sim, z=z) for z in (-8.0, 3.0, -8.0))
+    assert heard(name, wet)
+    assert not heard(name, dry)
+    assert heard(name, again)
+
+
+def heard(name: str, reading: pl.Reading | None) -> bool:
+    """Whether a reading holds more than noise."""
+    if reading is None:
+        return False
+    values = reading.data if name in ("adcp", "dvl") else reading.truth
+    return bool((np.nan_to_num(np.abs(values)) > 0).any())
+
+
+def component(name: str) -> Any:
+    return registry.find("sensor", name).load().Config

@@ -139,6 +139,7 @@ def test_resolved_scenario_is_a_scenario(small: Path, tmp_path: Path, capsys: py
         ("sensors", ["imu", "dvl", "multibeam", "imaging_sonar", "camera"]),
         ("vehicles", ["remus100"]),
         ("worlds", ["harbour", "bathymetry", "flat"]),
+        ("devices", ["oculus_m750d", "kongsberg_em2040", "edgetech_4125", "waterlinked_a50"]),
     ],
 )
 def test_list(what: str, names: list[str], capsys: pytest.CaptureFixture[str]) -> None:

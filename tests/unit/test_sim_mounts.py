@@ -1,4 +1,4 @@
-"""Sensors that begin inside something solid."""
+"""Sensors that begin inside something solid, and sonars that begin in the air."""
 
 from __future__ import annotations
 
@@ -45,6 +45,18 @@ def test_mounts_inside_the_own_hull_or_in_the_water_are_fine(arm):
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         pl.Simulation.load(scenario(arm))
+
+
+def test_a_sonar_above_the_water_is_told_and_hears_nothing():
+    with pytest.warns(MountWarning, match=r"sensors\.it.*lies 1 m above the water: it hears nothing there"):
+        sim = pl.Simulation.load(scenario((0.0, 0.0, 6.0), depth=20.0))
+    assert "it" not in sim.reset()["auv0"]
+
+
+def test_a_camera_may_be_in_the_air():
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        pl.Simulation.load(scenario((0.0, 0.0, 6.0), kind="depth_camera", depth=20.0))
 
 
 def test_sensors_that_cast_no_rays_may_be_anywhere():

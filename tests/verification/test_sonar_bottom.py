@@ -14,6 +14,7 @@ from pelagos.acoustics.beam_pattern import line_length
 from pelagos.acoustics.doppler import janus_beams, velocity_from_beams
 from pelagos.math.so3 import from_euler
 from pelagos.ocean.config import OceanConfig, build_ocean
+from pelagos.sensors.adcp import AdcpConfig
 from pelagos.sensors.altimeter import Altimeter, AltimeterConfig
 from pelagos.sensors.dvl import Dvl, DvlConfig
 from pelagos.sensors.lanes import lanes
@@ -149,6 +150,8 @@ class TestDvl:
     def test_four_directions_are_needed(self):
         with pytest.raises(ValidationError, match="four different"):
             DvlConfig(beam_azimuth_deg=(0.0, 0.0, 90.0, 180.0))
+        with pytest.raises(ValidationError, match="four different"):
+            AdcpConfig(beam_azimuth_deg=(0.0, 360.0, 90.0, 180.0))
 
 
 def track(count: int):

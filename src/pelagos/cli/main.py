@@ -41,6 +41,7 @@ class What(StrEnum):
     vehicles = "vehicles"
     sensors = "sensors"
     worlds = "worlds"
+    devices = "devices"
 
 
 def _version(asked: bool) -> None:
@@ -143,7 +144,7 @@ def world(
 
 @app.command("list", epilog="Example:\n\n    pelagos list sensors")
 def list_(what: Annotated[What, typer.Argument(help="Of what.", show_default=False)]) -> None:
-    """List the vehicles, sensors or worlds that a scenario can name."""
+    """List the vehicles, sensors, worlds, or devices (sonars by data sheet) that a scenario can name."""
     from pelagos.cli.listing import print_list
 
     print_list(what.value)

@@ -66,6 +66,8 @@ class AdcpConfig(EchoesConfig):
 
     @model_validator(mode="after")
     def _unambiguous(self) -> Self:
+        if len({azimuth % 360 for azimuth in self.beam_azimuth_deg}) < 4:
+            raise ValueError("beam_azimuth_deg needs four different directions")
         reach = (self.depths[-1] + 0.5 * self.cell_m) / math.cos(math.radians(self.beam_tilt_deg))
         heard = farthest_heard(self.rate_hz, SLOWEST)
         if reach > heard:
@@ -105,7 +107,7 @@ class Adcp:
 
     data: `(m, cells, 3)` float64, velocity of the water relative to the sensor, in the sensor frame FLU [m/s]; NaN
         where fewer than three beams are free: beyond the bottom, and where its side-lobe echo drowns the water's, from
-        altitude times cos(tilt) on.
+        altitude times cos(tilt) on; all NaN in the air.
     truth: `(m, cells, 3)` the same without noise, everywhere.
     extras: `ranges` `(m, 4)`, where each beam meets something [m], infinite without; `label` and `instance` `(m, 4)`
         of it; `cell_valid` `(m, cells)`. With `water_column_bins`, `iq` or `labels` the echoes of the beams by range,
@@ -198,6 +200,7 @@ def profile(
     sigma = config.noise_mps / math.sqrt(config.cell_m)
     noise = normals64(key, motion, 4 * config.cells)
     nearest = dr.minimum(dr.minimum(ranges[0], ranges[1]), dr.minimum(ranges[2], ranges[3]))
+    wet = jit.Bool(True) if lanes.wet is None else lanes.wet
     cells = []
     for k, depth in enumerate(config.depths.tolist()):
         speeds, valid = [], []
@@ -206,7 +209,7 @@ def profile(
             place = lanes.position + rotate(lanes.attitude, jit.Array3f64(*axis)) * (depth / tilt)
             water = rotate_back(lanes.attitude, ocean.current(place, t)) - velocity
             speeds.append(water.x * axis[0] + water.y * axis[1] + water.z * axis[2] + sigma * noise[4 * k + b])
-            valid.append((ranges[b] > reach) & (nearest * tilt > reach))
+            valid.append((ranges[b] > reach) & (nearest * tilt > reach) & wet)
         data, solved = velocity_from_beams(speeds, valid, config.beams)
         middle = lanes.position + rotate(lanes.attitude, jit.Array3f64(0.0, 0.0, -depth))
         truth = rotate_back(lanes.attitude, ocean.current(middle, t)) - velocity

@@ -302,4 +302,5 @@ def water_track(config: DvlConfig, lanes: Lanes, velocity: Array, motion: Kinema
         speed = through.x * x + through.y * y + through.z * z
         sigma = dr.sqrt(config.noise_mps**2 + (config.noise_relative * speed) ** 2)
         speeds.append((speed + sigma * noise[12 + b]) * (1.0 + config.scale_error))
-    return velocity_from_beams(speeds, [jit.Bool(True)] * 4, config.beams)[0]
+    data, wet = velocity_from_beams(speeds, [jit.Bool(True) if lanes.wet is None else lanes.wet] * 4, config.beams)
+    return dr.select(wet, data, dr.nan)

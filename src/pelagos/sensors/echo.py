@@ -90,6 +90,7 @@ class Lanes:
         medium: water at the sonar.
         profile: sound speed above and below it, one row a lane; None where rays are straight.
         sea: the surface around it; None where that is flat and at rest.
+        wet: `Bool`, the sonar is in the water; None: it is.
     """
 
     position: Array
@@ -101,6 +102,7 @@ class Lanes:
     medium: Medium
     profile: Profile | None = None
     sea: Sea | None = None
+    wet: Array | None = None
 
 
 def medium_of(frequency_hz: float, ph: float, where: str = "") -> Callable[[Ocean, Array, Array], Medium]:
@@ -219,7 +221,7 @@ def look(
         smooth: interpolate normals.
 
     Where the lanes have a profile, rays follow it: `hits.t` is then the range that the echo's time means at the sonar's
-    sound speed, and `direction` that of arrival.
+    sound speed, and `direction` that of arrival. A sonar in the air sees nothing: next to no sound leaves its face.
     """
     rays = dr.width(fan.beam)
     index = dr.arange(jit.UInt32, rays * dr.width(lanes.position))
@@ -230,7 +232,10 @@ def look(
     if dr.width(lanes.position) > 1:
         ways = [dr.gather(jit.Array3f, way, ray) for way in ways]
     direction, along, aside = (rotate(q, way) for way in ways)
-    shot = Rays(origin, direction, jit.Float(max_range), spread(lanes.copy, lane), spread(lanes.own, lane))
+    far = jit.Float(max_range)
+    if lanes.wet is not None:
+        far = dr.select(spread(lanes.wet, lane), far, 0.0)
+    shot = Rays(origin, direction, far, spread(lanes.copy, lane), spread(lanes.own, lane))
     if lanes.profile is not None:
         hits, direction = cast_bent(static, moving, tables, shot, surfaces, lanes, lane, max_range, smooth=smooth)
     else:
@@ -254,7 +259,7 @@ def cast_bent(
     for k in range(count):
         after, chord = arc(profile, ray, jit.Float(reach))
         direction = turned(rays.direction, chord.sine, chord.cosine)
-        active = jit.Bool(True) if found is None else ~found.valid
+        active = rays.max_range > 0.0 if found is None else (rays.max_range > 0.0) & ~found.valid
         shot = Rays(origin, direction, dr.select(active, chord.length, 0.0), rays.copy, rays.own)
         hits = cast(static, moving, tables, shot, smooth=smooth)
         hits = with_sea_surface(hits, shot, surfaces.sea_row, lanes.sea, row)

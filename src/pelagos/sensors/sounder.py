@@ -68,6 +68,7 @@ class Sounder:
         self._medium = medium_of(frequency_hz, ph, context.path)
         self._reach = reach
         moves = any(getattr(context.ocean, name, None) is not None for name in ("waves", "tide"))
+        self._moves = moves
         self._surface = sea_surface == "waves" and moves
         self._waves = looks_up(in_body(config, rays["direction"]))
         self._bottom = lowest_ground(context, reach)
@@ -121,7 +122,9 @@ class Sounder:
         own_row = dr.gather(jit.UInt32, own, motion.copy)
         profile = profile_of(ocean, position, t, reach=self._reach, bottom=self._bottom) if self.bent else None
         sea = sea_around(ocean, position, t, reach=self._reach, waves=self._waves) if self._surface else None
-        return Lanes(position, attitude, motion.copy, own_row, motion.environment, motion.tick, water, profile, sea)
+        wet = position.z <= (ocean.elevation(position.x, position.y, t) if self._moves else 0.0)
+        who = (motion.copy, own_row, motion.environment, motion.tick)
+        return Lanes(position, attitude, *who, water, profile, sea, wet)
 
     def trace(self, make: Callable[..., Any], *arguments: Any) -> list[tuple[str, NDArray[Any], str]]:
         """Run a ping that is not frozen, and keep its intermediate arrays: (name, values, unit).

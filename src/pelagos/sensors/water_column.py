@@ -85,13 +85,14 @@ def haze(
     reach = nearest + step * jit.Float(node)
     origin = dr.gather(jit.Array3f64, lanes.position, ping)
     when = dr.gather(jit.Float64, t, ping) if dr.width(t) > 1 else t
+    wet = jit.Bool(True) if lanes.wet is None else dr.gather(jit.Bool, lanes.wet, ping)
 
     def add(k: Array, total: Array) -> tuple[Array, Array]:
         row = beam * count + k
         ray = ping * rays + dr.gather(jit.UInt32, probes.ray, row)
         place = origin + jit.Array3f64(dr.gather(jit.Array3f, view.direction, ray)) * jit.Float64(reach)
         level = from_db(jit.Float(strength_db(place, when)))
-        open_water = reach < dr.gather(jit.Float, view.hits.t, ray)
+        open_water = (reach < dr.gather(jit.Float, view.hits.t, ray)) & wet
         weight = dr.gather(jit.Float, probes.weight, row)
         return k + 1, total + dr.select(open_water, weight * level, 0.0)
 

@@ -1,4 +1,4 @@
-"""Whether sensors begin inside something solid, from where they would see nothing but its inside."""
+"""Whether sensors begin where they see nothing: inside something solid, or sonars in the air."""
 
 from __future__ import annotations
 
@@ -10,20 +10,24 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from pelagos import jit
 from pelagos.errors import MountWarning
 from pelagos.math.so3 import rotate_np
+from pelagos.ocean.ocean import Ocean
 from pelagos.raycast.geometry import Geometry
 from pelagos.sim.bodies import Body
 from pelagos.sim.initial import StartState
 from pelagos.sim.model import Model
 
 _NEAR: Final = 0.1  # [m], distance to anything static up to which a mount is looked at closely
+_SOUND: Final = "frequency_hz"  # a key of every sonar, and of nothing else
 
 
 def warn_of_buried(
     model: Model, starts: Mapping[str, StartState], hulls: Mapping[str, Geometry], bodies: Sequence[Body]
 ) -> None:
-    """Warn (`MountWarning`) of each ray sensor whose mount is inside the ground, a solid, another hull or a body.
+    """Warn (`MountWarning`) of each ray sensor whose mount is inside the ground, a solid, another hull or a body, and
+    of each sonar above the water.
 
     Args:
         model: vehicles and sensors.
@@ -45,14 +49,27 @@ def warn_of_buried(
             why = model.world.inside(place) if close else None
             why = why.split(" m ", 1)[1] if why is not None else _within(place, others)
             if why is not None:
-                _warn(f"agents.{name}.sensors.{sensor.name}", sensor.config.position_m, place, why)
+                lost = "it will see nothing but the inside of that"
+            elif hasattr(sensor.config, _SOUND) and (height := _above_water(model.ocean, place)) > 0.0:
+                why, lost = f"lies {height:.2g} m above the water", "it hears nothing there"
+            else:
+                continue
+            _warn(f"agents.{name}.sensors.{sensor.name}", sensor.config.position_m, place, why, lost)
 
 
-def _warn(where: str, arm: tuple[float, float, float], place: NDArray[np.float64], why: str) -> None:
+def _above_water(ocean: Ocean, place: NDArray[np.float64]) -> float:
+    """Height of a place over the mean sea and over the surface as it is at the start, whichever is less [m]."""
+    if place[2] <= 0.0 or (ocean.waves is None and ocean.tide is None):
+        return float(place[2])
+    x, y = jit.Float64(place[0]), jit.Float64(place[1])
+    return float(place[2] - max(np.array(ocean.elevation(x, y, jit.Float64(0.0)))[0], 0.0))
+
+
+def _warn(where: str, arm: tuple[float, float, float], place: NDArray[np.float64], why: str, lost: str) -> None:
     x, y, z = (f"{c:.2f}" for c in place)
     forward, left, up = (f"{c:g}" for c in arm)
     warnings.warn(
-        f"{where}: its mount at ({x}, {y}, {z}) m {why}: it will see nothing but the inside of that. Start the vehicle "
+        f"{where}: its mount at ({x}, {y}, {z}) m {why}: {lost}. Start the vehicle "
         f"elsewhere, or change the sensor's position_m, which is [{forward}, {left}, {up}] forward, left and up of the "
         "vehicle's origin",
         MountWarning,
