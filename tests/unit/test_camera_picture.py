@@ -16,6 +16,8 @@ from pelagos.raycast.geometry import Geometry
 from pelagos.raycast.rays import NO_BODY
 from pelagos.raycast.scene import Scene
 from pelagos.sensors.camera import Camera, CameraConfig
+from pelagos.sensors.develop import zone_mean
+from pelagos.sensors.pixels import Tiling
 from pelagos.sensors.sensor import Kinematics, SensorContext
 from pelagos.world.material import MATERIALS, material_tables
 
@@ -123,6 +125,15 @@ def test_meter_makes_middle_grey():
     linear = np.where(got.truth > 10.3, ((got.truth / 255 + 0.055) / 1.055) ** 2.4, got.truth / 255 / 12.92)
     luminance = linear[0] @ [0.2126, 0.7152, 0.0722]
     assert luminance.mean() == pytest.approx(0.18, abs=0.004)  # half a step of 8 bits at 0.18 is 0.002
+
+
+def test_a_glare_counts_as_white_and_no_more():
+    """Of 200 zones one is 10 000 times as bright: M = (199 + M / 0.18) / 200, and not 51."""
+    bright = jit.Float(np.where(np.arange(200) == 77, 1e4, 1.0))
+    mean = zone_mean(256 * bright, dr.full(jit.Float, 256, 200), Tiling(320, 160))
+    assert np.array(mean) == pytest.approx([0.995 / (1 - 1 / 36)], rel=1e-3)
+    even = zone_mean(256 * dr.minimum(bright, 5), dr.full(jit.Float, 256, 200), Tiling(320, 160))
+    assert np.array(even) == pytest.approx([1.02])  # below white all counts
 
 
 def test_meter_stops_at_its_limits_in_the_dark():

@@ -14,7 +14,7 @@ from pelagos import jit
 from pelagos.jit import Array
 from pelagos.optics.caustics import Ripple
 from pelagos.optics.exposure import luminance
-from pelagos.sensors.develop import meter_weight
+from pelagos.sensors.develop import meter_weight, zone_mean
 from pelagos.sensors.event_camera import moved
 from pelagos.sensors.pixels import TILE, Pixels, Tiling, inner_place
 from pelagos.sensors.sensor import Kinematics
@@ -46,7 +46,6 @@ def exposure_lag(
     images = dr.width(motion.tick)
     where = _tiles(tiling, images)
     weight = dr.select(where.active, meter_weight(where, tiling, config), 0)
-    total = dr.block_sum(weight, tiling.tiles)
     seen = []
     for k in range(_MOMENTS, -1, -1):
         moment = moved(motion, -k * step) if k > 0 else motion
@@ -55,7 +54,7 @@ def exposure_lag(
         lamps = light_sources(config, moment, where.image)
         radiance, _ = look(static, moving, scenery, rays, where.image, lamps, pixel_angle(config))
         bright = luminance(radiance.sharp + radiance.near + radiance.far + radiance.veil)
-        mean = dr.block_sum(bright * weight, tiling.tiles) / total
+        mean = zone_mean(bright * weight, weight, tiling)
         mean = dr.clip(mean, max(config.meter_min_cd_m2, 1e-6), config.meter_max_cd_m2)
         dr.eval(mean)
         seen.append(dr.log2(mean))

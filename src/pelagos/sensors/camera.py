@@ -54,7 +54,8 @@ class CameraConfig(LitViewConfig):
     exposure: Literal["auto", "manual"] = "auto"
     """Whether the frame meters itself, or `shutter_s` and `iso` hold."""
     metering: Literal["average", "centre"] = "average"
-    """What the automatic exposure makes middle grey: the mean of the frame, or of its middle."""
+    """What the automatic exposure makes middle grey: the mean of the frame, or of its middle; no zone of 16 x 16 px
+    counts as brighter than white, so that the sun in the picture leaves the rest visible."""
     compensation_ev: float = Field(default=0.0, ge=-15, le=15)
     """Correction of the automatic exposure [stops]; positive is brighter."""
     meter_min_cd_m2: float = Field(default=0.0, ge=0)

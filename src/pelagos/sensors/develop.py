@@ -13,11 +13,12 @@ import drjit as dr
 from pelagos import jit
 from pelagos.jit import Array
 from pelagos.math.philox import normal_pair32
-from pelagos.optics.exposure import encode_srgb, luminance, metered, saturation_luminance, shoulder, to_bits
+from pelagos.optics.exposure import GREY, encode_srgb, luminance, metered, saturation_luminance, shoulder, to_bits
 from pelagos.optics.film import FilmCurve, balance_gains, film
 from pelagos.optics.image_noise import noisy_signal
 from pelagos.sensors.noise import words32
 from pelagos.sensors.pixels import (
+    TILE,
     Pixels,
     Tiling,
     between_tiles,
@@ -39,6 +40,7 @@ _MOST_BALANCE: Final = 4.0
 _BLOOM: Final = 0.04  # share of the light that a bloom of 1 spreads
 _FLARE: Final = 0.02  # share of bright light that a flare of 1 shows in its first ghost
 _GHOSTS: Final = ((-0.6, 1.0), (-1.3, 0.5), (0.45, 0.35))  # place of a ghost over that of its source, and strength
+_METERINGS: Final = 4  # rounds of the meter: a glare on a fiftieth of the picture fades to a ninth in each
 _CENTRE: Final = 0.35  # of half the width: where centre-weighted metering falls to a third
 _CELLS: Final = {"rggb": (0, 1, 1, 2), "bggr": (2, 1, 1, 0), "grbg": (1, 0, 2, 1), "gbrg": (1, 2, 0, 1)}
 
@@ -112,16 +114,35 @@ def meter_weight(where: Pixels, tiling: Tiling, config: CameraConfig) -> Array:
     return dr.exp(-(x * x + y * y) / (0.5 * _CENTRE) ** 2)
 
 
+def zone_mean(bright: Array, weight: Array, tiling: Tiling) -> Array:
+    """What a meter of zones, one a tile, makes of a picture: mean luminance by image [cd/m^2].
+
+    A zone counts at most as full as it would be in the picture, where the mean is middle grey: the sun, and its path
+    on the water, do not turn the rest to night.
+
+    Args:
+        bright: luminance of each tile times its weight, summed over its pixels.
+        weight: sums of the weights.
+        tiling: of the pictures.
+    """
+    total = dr.block_sum(weight, tiling.tiles)
+    mean = dr.block_sum(bright, tiling.tiles) / total
+    image = dr.arange(jit.UInt32, dr.width(bright)) // tiling.tiles
+    for _ in range(_METERINGS):
+        full = dr.gather(jit.Float, mean, image) / GREY
+        mean = dr.block_sum(dr.minimum(bright, full * weight), tiling.tiles) / total
+    return mean
+
+
 def exposed(
     light: Array, where: Pixels, tiling: Tiling, config: CameraConfig, images: int, lag: Array | None = None
 ) -> tuple[Array, Array]:
     """Exposure time [s] and ISO speed of each image; `lag`, see `exposure_lag`."""
     if config.exposure == "manual":
         return dr.full(jit.Float, config.shutter_s, images), dr.full(jit.Float, config.iso, images)
-    mean = image_means(luminance(light) * meter_weight(where, tiling, config), where.active, tiling)
-    if config.metering != "average":
-        mean /= image_means(meter_weight(where, tiling, config), where.active, tiling)
-    mean = dr.clip(mean, config.meter_min_cd_m2, config.meter_max_cd_m2)
+    weight = dr.select(where.active, meter_weight(where, tiling, config), 0)
+    bright, weights = (dr.block_sum(v, TILE * TILE) for v in (luminance(light) * weight, weight))
+    mean = dr.clip(zone_mean(bright, weights, tiling), config.meter_min_cd_m2, config.meter_max_cd_m2)
     if lag is not None:
         mean *= dr.exp2(lag)
     longest = min(config.shutter_s, 1 / config.rate_hz)
