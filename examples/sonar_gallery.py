@@ -330,12 +330,14 @@ def _pairs(adcp: Adcp, reading: Any) -> Any:
 
 
 def dam(context: Any, folder: Path, quick: bool) -> None:
-    """An imaging sonar before the face of a dam."""
+    """An imaging sonar before the face of a dam, whose mirror-like echo all beams hear: side-lobe arcs."""
     there = place(ClassicConfig(name="dam").build())
     figure, axes = plt.subplots(1, 2, figsize=(15, 5.6), facecolor="black")
     looks = [("dam face, 60 m", (245, 0, -22), 0.0, 10.0, 60.0), ("gates, 40 m", (262, 60, -24), 0.5, 12.0, 40.0)]
     for ax, (name, position, yaw, pitch, reach) in zip(axes, looks, strict=True):
-        config = ImagingSonarConfig(range_max_m=reach, orientation_deg=(0, pitch, 0), beams=512, bins=800)
+        config = ImagingSonarConfig(
+            range_max_m=reach, orientation_deg=(0, pitch, 0), beams=512, bins=800, side_lobe_beams=8 if quick else 128
+        )
         _fan(ax, name, ImagingSonar(config, there), pose(position, yaw=yaw))
     _save(figure, folder / "dam.png")
 
@@ -352,9 +354,9 @@ def wreck(context: Any, folder: Path, quick: bool) -> None:
     _fan(axes[0], "submarine, 60 m", ImagingSonar(config, there), pose((-5, -60, floor + 8)))
     sonar = Sidescan(SidescanConfig(range_max_m=60.0, bins=800, rays_per_side=4096), there)
     count = 100 if quick else 500
-    yaw, half = np.radians(20.0), 70.0  # across the terrain's grid, whose edges would cast straight shadows
+    yaw, half = np.radians(72.0), 60.0  # past its side, not quite along it
     ahead, aside = np.array([np.cos(yaw), np.sin(yaw), 0]), np.array([-np.sin(yaw), np.cos(yaw), 0])
-    middle = np.array([35.0, -60.0, floor + 17]) - 25.0 * aside
+    middle = np.array([35.0, -60.0, floor + 14]) - 28.0 * aside
     places = track(middle - half * ahead, middle + half * ahead, count)
     image = np.concatenate([_traces(sonar, places[k : k + 50], k, yaw=yaw) for k in range(0, count, 50)])
     both = np.concatenate([image[:, 0, ::-1], image[:, 1]], axis=1)[::-1]
