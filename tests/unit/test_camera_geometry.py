@@ -129,6 +129,24 @@ def test_looking_up_shows_the_water_plane():
     assert got.data[0, -1, 0] == 0
 
 
+@pytest.mark.parametrize("height", [-2.0, 3.0])
+def test_depth_ends_at_the_sea_surface(height: float):
+    """From both sides: the plane z = 0, not the wall that stands behind it."""
+    config = DepthCameraConfig(max_range_m=200.0, **SIZE)
+    got = DepthCamera(config, context([wall(80.0, 60.0, 1, 1)])).sense(ahead(height=height))
+    _, d = pixel_rays(config)
+    to_sea = np.where(d[..., 2] * height < 0, -height / d[..., 2] * d[..., 0], 80.0)
+    assert got.truth[0] == pytest.approx(np.minimum(to_sea, 80.0), rel=1e-5)
+
+
+def test_what_stereo_finds_beyond_the_reach_has_failed():
+    config = DepthCameraConfig(stereo_baseline_m=0.05, max_range_m=20.0, **SIZE)
+    got = DepthCamera(config, context([wall(18.0, 60.0, 1, 1)])).sense(ahead())
+    found = got.data[np.isfinite(got.data)]
+    assert 0.2 < np.isfinite(got.data).mean() < 0.9
+    assert found.max() <= 20.0 * (1 + 1e-6)
+
+
 def test_instances_stay_and_carry_labels():
     config = InstanceCameraConfig(**SIZE)
     got = InstanceCamera(config, context(BOTH)).sense(ahead())

@@ -1,7 +1,8 @@
 """A depth camera: distance along its axis to the nearest surface, with the noise of stereo or of range.
 
 Data and truth are `(m, height, width)` float32 [m], +inf where nothing stands within `max_range_m` (and in data also
-where a measurement failed). Depth is the coordinate along the camera's axis, not the length of the ray. Extras with
+where a measurement failed). Depth is the coordinate along the camera's axis, not the length of the ray; the sea surface
+is a surface, from both sides. Extras with
 `image: true`: `image` and `image_truth`, the colour picture through the same lens, as `camera` gives it, with its
 `exposure_s` and `iso`.
 """
@@ -35,7 +36,8 @@ class DepthCameraConfig(CameraConfig):
     noise_share: float = Field(default=0.0, ge=0, le=1)
     """Standard deviation over depth."""
     stereo_baseline_m: float | None = Field(default=None, gt=0)
-    """Distance between the eyes of a stereo pair [m]; its error grows with the square of depth. None: not stereo."""
+    """Distance between the eyes of a stereo pair [m]; its error grows with the square of depth, and what comes out
+    beyond `max_range_m` has failed. None: not stereo."""
     disparity_noise_px: float = Field(default=0.2, ge=0)
     """Standard deviation of stereo matching [px]."""
     dropout: float = Field(default=0.0, ge=0, le=1)
@@ -84,7 +86,8 @@ class DepthCamera:
     def _depths(self, seen: Seen, key: Any, trace: Trace | None) -> tuple[Array, Array]:
         """Depth of each pixel with noise and without [m]."""
         start = 0 if seen.lens.start is None else dr.gather(jit.Array3f, seen.lens.start, seen.where.ray).x
-        depth = seen.hits.t * seen.direction.x + start
+        way = dr.select(seen.at_sea, seen.to_sea, seen.hits.t)
+        depth = way * seen.direction.x + start
         data = measured_depth(depth, seen, self.config, key)
         if trace is not None:
             trace("depth", depth, "m")
@@ -105,6 +108,7 @@ def measured_depth(depth: Array, seen: Seen, config: DepthCameraConfig, key: Any
     if config.stereo_baseline_m is not None:
         focal = view_intrinsics(config).fx
         disparity = focal * config.stereo_baseline_m / dr.maximum(noisy, 1e-6) + config.disparity_noise_px * second
-        noisy = dr.select(disparity > 0, focal * config.stereo_baseline_m / disparity, dr.inf)
+        least = focal * config.stereo_baseline_m / config.max_range_m  # that a matcher looks for
+        noisy = dr.select(disparity >= least, focal * config.stereo_baseline_m / disparity, dr.inf)
     failed = uniform32(words[2]) < config.dropout
     return dr.select((depth < dr.inf) & ~failed, dr.maximum(noisy, 0), dr.inf)

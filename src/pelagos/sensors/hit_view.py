@@ -34,7 +34,7 @@ class Seen:
         motion: of the vehicles, by image.
         rays: one a pixel, in the world.
         hits: what they meet.
-        at_sea: `Bool`, the ray meets the sea surface, waves and tide included, before anything solid.
+        to_sea: `Float`, way to the sea surface, waves and tide included [m]; very long where the ray does not meet it.
         attitude: `Array4f` by pixel, sensor frame to world.
         level: see `view_rays`.
     """
@@ -44,9 +44,14 @@ class Seen:
     motion: Kinematics
     rays: Rays
     hits: Hits
-    at_sea: Array
+    to_sea: Array
     attitude: Array
     level: Array | None
+
+    @property
+    def at_sea(self) -> Array:
+        """`Bool`, the ray meets the sea surface before anything solid."""
+        return self.to_sea < dr.minimum(self.hits.t, self.rays.max_range)
 
     @property
     def solid(self) -> Array:
@@ -115,7 +120,7 @@ class HitView:
             if trace is not None:
                 trace("slant range", hits.t, "m")
             to_sea = sea_crossing(rays, where.image, ocean, position, motion.t_ns).way
-            seen = Seen(where, lens, motion, rays, hits, to_sea < dr.minimum(hits.t, rays.max_range), q, level)
+            seen = Seen(where, lens, motion, rays, hits, to_sea, q, level)
             return tuple(image_rows(v, tiling, where, images) for v in values(seen, extra, trace))
 
         return frame
