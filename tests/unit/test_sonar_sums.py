@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from pelagos import jit
-from pelagos.acoustics import echo_sum
-from pelagos.acoustics.echo_sum import pitch, walk
+from pelagos.acoustics import echo_walk
+from pelagos.acoustics.echo_walk import pitch, walk
 from pelagos.acoustics.speckle import rays_per_facet
 from pelagos.bench.cases.sonar import context, motion
 from pelagos.sensors.imaging_sonar import ImagingSonar, ImagingSonarConfig
@@ -36,7 +36,7 @@ def test_a_sum_does_not_depend_on_the_order_in_which_strips_are_taken(monkeypatc
     config = ImagingSonarConfig(beams=16, rays_per_beam=64, bins=128, range_max_m=30.0, orientation_deg=(0, 20, 0))
     images = []
     for sorted_from in (32, 10**9):
-        monkeypatch.setattr(echo_sum, "_SORTED_FROM", sorted_from)
+        monkeypatch.setattr(echo_walk, "_SORTED_FROM", sorted_from)
         images.append(ImagingSonar(config, context()).sense(motion(0)).data)
     # float32 sums of tens of terms: the order changes their last places, 45 dB on a scale of 1
     np.testing.assert_allclose(images[0], images[1], atol=1e-3)

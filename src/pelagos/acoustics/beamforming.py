@@ -2,117 +2,107 @@
 
 from __future__ import annotations
 
+from typing import Final
+
 import drjit as dr
 
 from pelagos import jit
-from pelagos.acoustics.echo_sum import pitch
+from pelagos.acoustics.echo_walk import pitch
 from pelagos.jit import Array
 
+_PACKETS: Final = {1: "Float", 2: "Array2f"}  # a cell of as many channels
 
-def spread_pulse(echoes: Array, pulse: Array, *, count: int, bins: int) -> Array:
+
+def cell_at(echoes: Array, cell: Array, where: Array, channels: int) -> list[Array]:
+    """The channels of a cell, 0 except `where`."""
+    kind = getattr(jit, _PACKETS[channels])
+    found = dr.gather(kind, echoes, cell, where)
+    return [found] if channels == 1 else list(found)
+
+
+def spread_pulse(echoes: Array, pulse: Array, *, channels: int, bins: int) -> Array:
     """Convolve echoes with the pulse along the range.
 
     Args:
-        echoes: four `Float` a cell, see `accumulate`.
-        pulse: `Float` `(count,)`, odd, amplitude weights.
-        count, bins: samples of the pulse, range bins of a beam, whose rows are `pitch(bins)` apart.
+        echoes: `channels` `Float` a cell.
+        pulse: `Float`, an odd number of weights.
+        channels: of a cell.
+        bins: of a beam, whose rows are `pitch(bins)` apart.
 
     Returns:
         the same of the convolved echoes, in memory: else every beam that hears a neighbour would compute its pulse.
     """
-    cell = dr.arange(jit.Int32, dr.width(echoes) // 4)
+    count = dr.width(pulse)
+    cell = dr.arange(jit.Int32, dr.width(echoes) // channels)
     bin_ = cell % pitch(bins)
-    total = dr.zeros(jit.Array3f)
+    total = [jit.Float(0)] * channels
     for k in range(count):
         at = bin_ + (k - count // 2)
-        value = dr.gather(jit.Array4f, echoes, jit.UInt32(cell + (k - count // 2)), (at >= 0) & (at < bins))
-        weight = dr.gather(jit.Float, pulse, jit.UInt32(k))
-        total = added(total, value, weight, weight * weight)
-    spread = dr.ravel(jit.Array4f(*total, 0.0))
+        values = cell_at(echoes, jit.UInt32(cell + (k - count // 2)), (at >= 0) & (at < bins), channels)
+        total = added(total, values, dr.gather(jit.Float, pulse, jit.UInt32(k)))
+    spread = total[0] if channels == 1 else dr.ravel(getattr(jit, _PACKETS[channels])(*total))
     dr.eval(spread)
     return spread
 
 
-def added(total: Array, value: Array, amplitude: Array, energy: Array) -> Array:
-    """`total`, real and imaginary amplitude and energy, plus `value` times its weights of amplitude and of energy."""
-    real, imaginary = dr.fma(amplitude, value[0], total[0]), dr.fma(amplitude, value[1], total[1])
-    return jit.Array3f(real, imaginary, dr.fma(energy, value[2], total[2]))
+def added(total: list[Array], values: list[Array], weight: Array) -> list[Array]:
+    """`total` plus `values` times `weight`, by channel."""
+    return [dr.fma(weight, value, so_far) for value, so_far in zip(values, total, strict=True)]
 
 
-@jit.struct
-class Weights:
-    """How neighbouring beams hear their neighbours, one lane a group of beams: a Dr.Jit struct.
-
-    Attributes:
-        amplitude: for each beam of a group the `Float` weights of itself and its neighbours.
-        energy: their squares, of those that count for its energy, to a sum of 1.
-    """
-
-    amplitude: list[list[Array]]
-    energy: list[list[Array]]
-
-
-def weights(steering: Array, first: Array, *, count: int, reach: int, energy_reach: int, beams: int) -> Weights:
-    """The weights of `count` beams from `first` on; see `form_beams`."""
-    amplitude = []
+def amplitude_weights(steering: Array, first: Array, *, count: int, reach: int, beams: int) -> list[list[Array]]:
+    """For `count` beams from `first` on, how each hears itself and its `reach` neighbours on both sides."""
+    rows = []
     for i in range(count):
         start = jit.UInt32(dr.minimum(first + i, beams - 1)) * (2 * reach + 1)
-        amplitude.append([dr.gather(jit.Float, steering, start + k) for k in range(2 * reach + 1)])
-    energy = []
-    for row in amplitude:
-        squares = [w * w for w in row[reach - energy_reach : reach + energy_reach + 1]]
+        rows.append([dr.gather(jit.Float, steering, start + k) for k in range(2 * reach + 1)])
+    return rows
+
+
+def energy_weights(amplitudes: list[list[Array]], reach: int) -> list[list[Array]]:
+    """The squares of each beam's amplitude weights within `reach` neighbours, to a sum of 1."""
+    rows = []
+    for row in amplitudes:
+        middle = len(row) // 2
+        squares = [w * w for w in row[middle - reach : middle + reach + 1]]
         captured = 1.0 / sum(squares)
-        energy.append([s * captured for s in squares])
-    return Weights(amplitude, energy)
+        rows.append([s * captured for s in squares])
+    return rows
 
 
 def form_beams(
-    echoes: Array,
-    weights: Weights,
-    first: Array,
-    shift: Array,
-    row: Array,
-    bin_: Array,
-    *,
-    reach: int,
-    energy_reach: int,
-    beams: int,
-    bins: int,
-) -> list[Array]:
+    echoes: Array, weights: list[list[Array]], first: Array, shift: Array, row: Array, bin_: Array, *,
+    channels: int, beams: int, bins: int,
+) -> list[list[Array]]:  # fmt: skip
     """What neighbouring beams hear in a bin, their own sectors and those on both sides.
 
     Args:
-        echoes: four `Float` a cell, see `accumulate`; one beam a sector.
-        weights: of these beams, 0 for neighbours that do not exist.
+        echoes: `channels` `Float` a cell; one beam a sector.
+        weights: of these beams, 0 for neighbours that do not exist: `amplitude_weights` or `energy_weights`.
         first: `Int32`, the first of the beams.
         shift: `Int32`, beams that the sonar turned since the sound was sent.
         row: `Int32`, the ping times `beams`.
         bin_: `Int32`; outside the image nothing is heard.
-        reach: neighbours on each side.
-        energy_reach: neighbours on each side that add to the mean energy, which is scaled up for the rest.
+        channels: of a cell.
         beams, bins: size of an image, whose rows are `pitch(bins)` apart.
 
     Returns:
-        `Array3f` of each beam: real and imaginary amplitude, energy; those beyond the last beam are worth nothing.
+        the channels of each beam; those beyond the last beam are worth nothing.
     """
-    count, inner = len(weights.amplitude), reach - energy_reach
+    count, reach = len(weights), len(weights[0]) // 2
     inside = (bin_ >= 0) & (bin_ < bins)
     start = first - shift
     cell = jit.UInt32((row + start) * pitch(bins) + bin_)
 
-    def heard(k: int) -> Array:
+    def heard(k: int) -> list[Array]:
         exists = jit.UInt32(start + k) < beams  # negative ones are large
-        return dr.gather(jit.Array4f, echoes, cell + jit.UInt32(k * pitch(bins) % 2**32), inside & exists)
+        return cell_at(echoes, cell + jit.UInt32(k * pitch(bins) % 2**32), inside & exists, channels)
 
     sectors = [heard(k) for k in range(-reach, count + reach)]
-    formed = []
-    for i, (amplitude, energy) in enumerate(zip(weights.amplitude, weights.energy, strict=True)):
-        heard_here = sectors[i : i + len(amplitude)]
-        real = _weighted(amplitude, [s[0] for s in heard_here])
-        imaginary = _weighted(amplitude, [s[1] for s in heard_here])
-        power = _weighted(energy, [s[2] for s in heard_here[inner : inner + len(energy)]])
-        formed.append(jit.Array3f(real, imaginary, power))
-    return formed
+    return [
+        [_weighted(row_, [s[c] for s in sectors[i : i + len(row_)]]) for c in range(channels)]
+        for i, row_ in enumerate(weights)
+    ]
 
 
 def _weighted(weights: list[Array], values: list[Array]) -> Array:

@@ -109,7 +109,7 @@ class BeamEchoes:
         if self._pairs is not None:
             return self._pairs.extras(motion)
         data, truth, more = self._pinger.ping(motion)
-        found = {"water_column": data, "water_column_truth": truth}
+        found = {"water_column": data, "water_column_truth": truth()}
         if "iq" in more:
             found["iq"] = more["iq"]
         return found | {f"water_column_{k}": more[k] for k in ("label", "instance") if k in more}

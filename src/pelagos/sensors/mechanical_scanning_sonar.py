@@ -15,6 +15,7 @@ from pelagos.acoustics.beam_pattern import line_length, spread_over_beam
 from pelagos.jit import Array
 from pelagos.sensors.ping import PingConfig
 from pelagos.sensors.pinger import Pinger
+from pelagos.sensors.promise import promised
 from pelagos.sensors.reception import Layout
 from pelagos.sensors.schedule import period_ticks
 from pelagos.sensors.sensor import Kinematics, Measurement, SensorConfig, SensorContext
@@ -105,7 +106,7 @@ class MechanicalScanningSonar:
         angle = self._angle(motion)
         data, truth, extras = self._pinger.ping(motion, _turn(angle))
         out = {k: v[:, 0] for k, v in extras.items()} | {"angle": angle.astype(np.float32)}
-        return Measurement(data[:, 0], truth[:, 0], None, out, self.tables)
+        return Measurement(data[:, 0], promised(lambda: truth()[:, 0]), None, out, self.tables)
 
     def explain(self, motion: Kinematics) -> list[tuple[str, NDArray[Any], str]]:
         """One ping, not frozen, with its intermediate arrays: (name, values, unit)."""

@@ -270,7 +270,8 @@ class Multibeam:
         if series is not None:
             extras |= snippets(series, shape, self.config.samples)
         if self._column is not None:
-            extras["water_column"], extras["water_column_truth"], more = self._column.ping(motion)
+            levels, truth_of, more = self._column.ping(motion)
+            extras |= {"water_column": levels, "water_column_truth": truth_of()}
             extras |= {f"water_column_{name}": values for name, values in more.items()}
         return Measurement(data, truth, None, extras, self.tables)
 

@@ -15,20 +15,23 @@ from numpy.typing import NDArray
 from pelagos import jit
 from pelagos.acoustics.beam_pattern import line_length
 from pelagos.acoustics.echo import Patches
-from pelagos.acoustics.echo_sum import Walk, accumulate, walk
+from pelagos.acoustics.echo_strips import Strips
+from pelagos.acoustics.echo_sum import Roughness, sum_amplitudes, sum_energies
+from pelagos.acoustics.echo_walk import Bins, Walkers, walk
 from pelagos.acoustics.pulse import point_spread, range_resolution
 from pelagos.acoustics.spreading import time_varied_gain
 from pelagos.errors import ValidityWarning
 from pelagos.jit import Array
 from pelagos.math.so3 import multiply, rotate
 from pelagos.raycast.scene import Tables
-from pelagos.sensors.echo import Fan, Lanes, Trace, View, look, patches_of
+from pelagos.sensors.echo import Fan, Lanes, Medium, Trace, View, look, patches_of
 from pelagos.sensors.mount import sensor_angular_velocity, sensor_velocity
 from pelagos.sensors.multipath import Mirrors, bounced
 from pelagos.sensors.neighbours import Apertures, Emitter, Neighbours, unblocked
 from pelagos.sensors.painted_noise import streaks
 from pelagos.sensors.ping import PingConfig, noise_power
-from pelagos.sensors.reception import Din, Layout, receive
+from pelagos.sensors.promise import promised
+from pelagos.sensors.reception import Din, Layout, mean_levels, receive, trace_levels
 from pelagos.sensors.scattering import Surfaces
 from pelagos.sensors.schedule import period_ticks
 from pelagos.sensors.sensor import Kinematics, Measurement, SensorContext
@@ -36,6 +39,21 @@ from pelagos.sensors.sounder import Sounder
 from pelagos.sensors.water_column import TRACER, Haze, Probes, haze, probes
 
 _FINEST: Final = 4.0  # bins in one resolution of the pulse beyond which a finer division says nothing
+
+
+@jit.struct
+class Traces:
+    """What is left of a ping, from which its truth is computed when somebody looks at it: a Dr.Jit struct.
+
+    Attributes:
+        strips: of the direct echoes, and of those by other ways.
+        medium: see `Lanes`.
+        haze: what the water sends back; None: nothing.
+    """
+
+    strips: list[Strips]
+    medium: Medium
+    haze: Haze | None
 
 
 class Pinger:
@@ -89,17 +107,23 @@ class Pinger:
         self._rays = len(rays["beam"])
         self._water = (probes(rays, layout.beams), context.ocean) if self._hazy else None
         self._ping = self._sounder.compile(self._make)
+        self._mean = jit.freeze(self._truth)
 
     def ping(
         self, motion: Kinematics, turn: Array | None = None
-    ) -> tuple[NDArray[np.float32], NDArray[np.float32], dict[str, NDArray[Any]]]:
-        """Data and truth `(m, beams, bins)`, and extras by name.
+    ) -> tuple[NDArray[np.float32], Callable[[], NDArray[np.float32]], dict[str, NDArray[Any]]]:
+        """Data `(m, beams, bins)`, a function that computes the truth likewise, and extras by name.
 
         `turn` is a rotation of the sensor frame by lane, `Array4f64`, for heads that turn.
         """
         config = self._config
-        data, truth, *rest = self._ping(motion, *self._constants, self._besides(motion, turn))
+        (data, *rest), traces = self._ping(motion, *self._constants, self._besides(motion, turn))
         shape = (dr.width(motion.position), self._layout.beams, config.bins)
+
+        def truth() -> NDArray[np.float32]:
+            steering, pulse, _, _, order = self._constants
+            return np.asarray(self._mean(traces, motion, steering, pulse, order)).reshape(shape)
+
         extras: dict[str, NDArray[Any]] = {}
         if config.iq:
             real, imaginary = np.array(rest.pop(0)), np.array(rest.pop(0))
@@ -107,12 +131,12 @@ class Pinger:
         if config.labels:
             extras["label"] = np.array(rest.pop(0)).astype(np.uint8).reshape(shape)
             extras["instance"] = np.array(rest.pop(0)).reshape(shape)
-        return np.asarray(data).reshape(shape), np.asarray(truth).reshape(shape), extras
+        return np.asarray(data).reshape(shape), truth, extras
 
     def measurement(self, motion: Kinematics, tables: dict[str, NDArray[Any]]) -> Measurement:
         """A ping as a measurement."""
         data, truth, extras = self.ping(motion)
-        return Measurement(data, truth, None, extras, tables)
+        return Measurement(data, promised(truth), None, extras, tables)
 
     def explain(self, motion: Kinematics, turn: Array | None = None) -> list[tuple[str, NDArray[Any], str]]:
         """One ping, not frozen, with its intermediate arrays: (name, values, unit)."""
@@ -133,12 +157,12 @@ class Pinger:
         return found
 
     def _make(self, static: Any, moving: Any, trace: Trace = None) -> Callable[..., Any]:
-        config, layout, walk = self._config, self._layout, self._walk
+        config, layout = self._config, self._layout
 
         def ping(
             tables: Tables, lanes: Lanes, fan: Fan, surfaces: Surfaces, key: Any, motion: Kinematics, steering: Array,
             pulse: Array, noise: Array, seed: Array, order: Array, besides: dict[str, Any],
-        ) -> tuple[Array, ...]:  # fmt: skip
+        ) -> tuple[list[Array], Traces]:  # fmt: skip
             velocity = rotate(lanes.attitude, sensor_velocity(motion, config))
             spin = sensor_angular_velocity(motion, config)
             if "turn" in besides:
@@ -149,15 +173,29 @@ class Pinger:
             if config.multipath != "none":
                 ghosts = bounced(static, moving, tables, view, fan, lanes, surfaces, mirrors(config))
                 patches += [gained(config, layout, g, view, lanes) for g in ghosts]
-            field, tags = echoes(config, layout, patches, walk, order, lanes, seed)
+            walkers = self._walkers(order, dr.width(lanes.position))
+            field, tags, strips = echoes(config, layout, patches, walkers, lanes, seed)
             seen = self._haze(view, lanes, motion, *besides["water"]) if "water" in besides else None
             others = unblocked(static, moving, tables, besides["heard"], lanes) if "heard" in besides else None
             din = Din(seen, self._streaks(view, fan, dr.width(lanes.position)), others)
-            return receive(
-                config, layout, field, tags, lanes, spin, steering, pulse, noise, key, motion.t_ns, trace, din
-            )
+            out = receive(config, layout, field, tags, lanes, spin, steering, pulse, noise, key, motion.t_ns, din)
+            if trace is not None:
+                trace_levels(config, layout, energies(strips, walkers), out[0], lanes, noise, trace)
+            return out, Traces(strips, lanes.medium, seen)
 
         return ping
+
+    def _truth(self, traces: Traces, motion: Kinematics, steering: Array, pulse: Array, order: Array) -> Array:
+        pings = dr.width(motion.position)
+        spin = sensor_angular_velocity(motion, self._config)
+        total = energies(traces.strips, self._walkers(order, pings))
+        return mean_levels(
+            self._config, self._layout, total, traces.medium, spin, steering, pulse, traces.haze, pings=pings
+        )
+
+    def _walkers(self, order: Array, pings: int) -> Walkers:
+        config = self._config
+        return Walkers(self._walk, order, pings, Bins(config.bins, config.range_min_m, config.bin_width_m))
 
     def _streaks(self, view: View, fan: Fan, pings: int) -> Array | None:
         noise, beams = self._config.painted_noise, self._layout.beams
@@ -246,31 +284,33 @@ def gained(config: PingConfig, layout: Layout, patches: Patches, view: View, lan
 
 
 def echoes(
-    config: PingConfig, layout: Layout, patches: list[Patches], walk: Walk, order: Array, lanes: Lanes,
-    seed: Array,
-) -> tuple[Array, Array | None]:  # fmt: skip
-    """The sum of all echoes by beam and bin (see `accumulate`), and the strongest one's tag."""
+    config: PingConfig, layout: Layout, patches: list[Patches], walkers: Walkers, lanes: Lanes, seed: Array
+) -> tuple[Array, Array | None, list[Strips]]:
+    """The sum of all echoes by beam and bin, the strongest one's tag, and strips: see `sum_amplitudes`."""
     total: Array | None = None
     tags: Array | None = None
+    strips = []
     for k, group in enumerate(patches):
-        field, strongest = accumulate(
-            group,
-            walk,
-            order,
-            pings=dr.width(lanes.position),
-            bins=config.bins,
-            first_range=config.range_min_m,
-            bin_width=config.bin_width_m,
+        roughness = Roughness(
             wave_cycles=2.0 * config.frequency_hz / lanes.medium.sound_speed,
             origin=lanes.position,
             facet=facet_size(config, layout),
             seed=seed + k,
-            tags=config.labels and k == 0,
             scattered=layout.facet is not None,
             single_file=layout.single_file,
         )
+        field, strongest, kept = sum_amplitudes(group, walkers, roughness, tags=config.labels and k == 0)
         total, tags = (field, strongest) if total is None else (total + field, tags)
-    return total, tags
+        strips.append(kept)
+    return total, tags, strips
+
+
+def energies(strips: list[Strips], walkers: Walkers) -> Array:
+    """The energy of all echoes by beam and bin."""
+    total = sum_energies(strips[0], walkers)
+    for more in strips[1:]:
+        total = total + sum_energies(more, walkers)
+    return total
 
 
 def facet_size(config: PingConfig, layout: Layout) -> float:

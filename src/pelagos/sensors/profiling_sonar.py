@@ -71,7 +71,8 @@ class ProfilingSonar:
 
     def sense(self, motion: Kinematics) -> Measurement:
         """Ping on every lane."""
-        data, truth, extras = self._pinger.ping(motion)
+        data, mean, extras = self._pinger.ping(motion)
+        truth = mean()
         for name, image in (("profile", data), ("profile_truth", truth)):
             extras[name] = strongest(decibels(image, self.config), self.config.ranges, self.config.detection_db)
         return Measurement(data, truth, None, extras, self.tables)

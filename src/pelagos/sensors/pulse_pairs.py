@@ -90,7 +90,8 @@ class PulsePairs:
 
     def extras(self, motion: Kinematics) -> dict[str, NDArray[Any]]:
         """`water_column`, `water_column_truth` [dB] and `labels` `(m, beams, bins)`, `iq` `(m, beams, 2, bins)`."""
-        _, truth, more = self._pinger.ping(motion)
+        _, mean, more = self._pinger.ping(motion)
+        truth = mean()
         first = [np.ascontiguousarray(v).ravel() for v in (more["iq"].real, more["iq"].imag, truth)]
         arrays = self._second(motion, self._ocean, *(jit.Float(v) for v in first))
         shape = truth.shape

@@ -13,15 +13,15 @@ from numpy.typing import NDArray
 
 from pelagos import jit
 from pelagos.acoustics.beam_pattern import energy_reach, line_length, line_np
-from pelagos.acoustics.beamforming import added, form_beams, spread_pulse, weights
-from pelagos.acoustics.echo_sum import pitch
+from pelagos.acoustics.beamforming import added, amplitude_weights, energy_weights, form_beams, spread_pulse
+from pelagos.acoustics.echo_walk import pitch
 from pelagos.acoustics.reverberation import volume_intensity
 from pelagos.acoustics.spreading import from_db, time_varied_gain, to_db
 from pelagos.acoustics.target_tag import untag
 from pelagos.jit import Array
 from pelagos.math.philox import complex_normal32
 from pelagos.math.quick import cosine_sine, larger, log2, smaller
-from pelagos.sensors.echo import Lanes, Trace
+from pelagos.sensors.echo import Lanes, Medium
 from pelagos.sensors.neighbours import Heard, interference_at
 from pelagos.sensors.noise import words32
 from pelagos.sensors.painted_noise import paint, streaked
@@ -76,7 +76,6 @@ class Cells:
         ping, beam, bin: `Int32`.
         distance: `Float`, middle of the bin [m].
         gain: `Float`, intensity gain 30 log r + 2 a r, per cell [1].
-        noise: `Float`, intensity of all noise re the source level at 1 m.
     """
 
     ping: Array
@@ -84,78 +83,139 @@ class Cells:
     bin: Array
     distance: Array
     gain: Array
-    noise: Array
 
 
 def receive(
     config: PingConfig, layout: Layout, echoes: Array, tags: Array | None, lanes: Lanes, spin: Array, steering: Array,
-    pulse: Array, noise: Array, key: Any, t_ns: Array, trace: Trace = None, din: Din | None = None,
-) -> tuple[Array, ...]:  # fmt: skip
-    """Hear echoes: data, truth, with `iq` the complex signal before gain, with `labels` the strongest echo's tag.
+    pulse: Array, noise: Array, key: Any, t_ns: Array, din: Din,
+) -> list[Array]:  # fmt: skip
+    """Hear echoes: data, with `iq` the complex signal before gain, with `labels` the strongest echo's tag.
 
     Args:
-        echoes, tags: see `accumulate`.
+        echoes, tags: see `sum_amplitudes`.
         spin: `Array3f64`, of the sensor in its own frame by lane [rad/s].
-        steering, pulse: weights, see `form_beams` and `spread_pulse`.
+        steering, pulse: weights, see `amplitude_weights` and `spread_pulse`.
         noise: power, see `noise_power`.
         key: random stream of the noise.
         t_ns: `UInt64`, time by lane [ns].
-        din: what is heard besides; None for nothing.
+        din: what is heard besides.
     """
     beams, bins, pings = layout.beams, config.bins, dr.width(lanes.position)
-    taps = dr.width(pulse)
-    if taps > _LONGEST:
-        echoes, pulse, taps = spread_pulse(echoes, pulse, count=taps, bins=bins), jit.Float(1), 1
     reach = 0 if layout.steering is None else layout.steering.shape[1] // 2
-    energy = 0 if layout.steering is None else energy_reach(layout.steering)
-    count = _BLOCK if reach > 0 else 1
-    blocks, runs = -(-beams // count), -(-bins // _RUN)
-    run = -(-bins // runs)
-    lane = dr.arange(jit.Int32, pings * blocks * runs)
-    ping, first, start = lane // (blocks * runs), lane // runs % blocks * count, lane % runs * run
-    turned = beams_turned(config, layout, lanes, spin, ping)
-    heard = weights(steering, first, count=count, reach=reach, energy_reach=energy, beams=beams)
-    gains = [dr.gather(jit.Float, pulse, jit.UInt32(k)) for k in range(taps)]
-    squares = [g * g for g in gains]
-    counter = dr.gather(jit.UInt32, lanes.environment, ping), dr.gather(jit.UInt32, lanes.tick, ping)
-    out = [dr.empty(jit.Float, pings * beams * bins) for _ in range(4 if config.iq else 2)]  # all are written
+    words: tuple[Array, ...] = ()
 
-    def hear(step: Array, before: list[list[Array]]) -> tuple[Array, list[list[Array]]]:
-        ahead = start + step
-        formed = form_beams(echoes, heard, first, turned(ahead), ping * beams, ahead, reach=reach,
-                            energy_reach=energy, beams=beams, bins=bins)  # fmt: skip
-        window = [*before, formed]
-        bin_ = ahead - taps // 2
-        due = (step >= taps // 2) & (bin_ < bins)
-        place = cells_at(config, layout, lanes, ping, first, bin_, noise)
-        words: tuple[Array, ...] = ()
-        for i in range(count):
-            here = replace(place, beam=first + i)
-            if i % 4 == 0:  # four words of noise serve four beams
-                words = words32(key, jit.UInt32(here.beam // 4 * bins + bin_), *counter)
-            signal = jit.Array3f(0)
-            for formed_then, gain, square in zip(window, gains, squares, strict=True):
-                signal = added(signal, formed_then[i], gain, square)
-            found = levels(config, layout, signal, words[i % 4], here, lanes, t_ns, din)
-            index = jit.UInt32((ping * beams + here.beam) * bins + bin_)
-            for into, values in zip(out, found, strict=True):
-                dr.scatter(into, values, index, due & (here.beam < beams), mode=dr.ReduceMode.Permute)
-        return step + 1, window[1:]
+    def weigh(first: Array, count: int) -> list[list[Array]]:
+        return amplitude_weights(steering, first, count=count, reach=reach, beams=beams)
 
-    silent = [[dr.zeros(jit.Array3f, dr.width(lane)) for _ in range(count)] for _ in range(taps - 1)]
-    state = (dr.full(jit.Int32, -(taps // 2), dr.width(lane)), silent)
-    dr.while_loop(state, lambda step, _: step < run + taps // 2, hear, mode="symbolic", labels=("step", "before"))
+    def finish(i: int, here: Cells, signal: list[Array]) -> list[Array]:
+        nonlocal words
+        if i % 4 == 0:  # four words of noise serve four beams
+            counter = dr.gather(jit.UInt32, lanes.environment, here.ping), dr.gather(jit.UInt32, lanes.tick, here.ping)
+            words = words32(key, jit.UInt32(here.beam // 4 * bins + here.bin), *counter)
+        return levels(config, layout, signal, words[i % 4], here, lanes, noise, t_ns, din)
+
+    hearing = _Hearing(config, layout, lanes.medium, spin, pings, channels=2)
+    out = hearing(echoes, pulse, weigh, finish, outputs=3 if config.iq else 1)
     if config.painted_noise is not None:
-        out[0] = painted(config, layout, out[0], lanes, key, None if din is None else din.streaks)
-    if trace is not None:
-        trace_levels(config, layout, echoes, out[0], lanes, noise, trace)
+        out[0] = painted(config, layout, out[0], lanes, key, din.streaks)
     if tags is not None:
         cell = dr.arange(jit.Int32, pings * beams * bins)
         bin_, beam, ping = cell % bins, cell // bins % beams, cell // (beams * bins)
-        sent = beam - beams_turned(config, layout, lanes, spin, ping)(bin_)
+        sent = beam - beams_turned(config, layout, lanes.medium, spin, ping)(bin_)
         source = jit.UInt32((ping * beams + sent) * pitch(bins) + bin_)
         out += untag(dr.gather(jit.UInt64, tags, source, (sent >= 0) & (sent < beams)))
-    return tuple(out)
+    return out
+
+
+def mean_levels(
+    config: PingConfig, layout: Layout, energies: Array, medium: Medium, spin: Array, steering: Array, pulse: Array,
+    haze: Haze | None, *, pings: int,
+) -> Array:  # fmt: skip
+    """Truth: the levels of the echoes' energies, as beams hear them without noise and interference.
+
+    The water's echo is of so many scatterers that it is noise to a ping; it is part of the truth too. Arguments as of
+    `receive`, `energies` see `sum_energies`.
+    """
+    reach = inner = 0
+    if layout.steering is not None:
+        reach, inner = layout.steering.shape[1] // 2, energy_reach(layout.steering)
+
+    def weigh(first: Array, count: int) -> list[list[Array]]:
+        rows = amplitude_weights(steering, first, count=count, reach=reach, beams=layout.beams)
+        return energy_weights(rows, inner)
+
+    def finish(_: int, here: Cells, signal: list[Array]) -> list[Array]:
+        energy = signal[0]
+        if haze is not None:
+            energy += water_echo(config, layout, haze, here, medium) * here.gain
+        return [scaled(config, tilted(config, energy, here))]
+
+    squares = pulse * pulse
+    dr.eval(squares)
+    return _Hearing(config, layout, medium, spin, pings, channels=1)(energies, squares, weigh, finish, outputs=1)[0]
+
+
+@dataclass(frozen=True)
+class _Hearing:
+    """From echoes by beam sector and bin to what beams hear, bin after bin, a few beams at a time."""
+
+    config: PingConfig
+    layout: Layout
+    medium: Medium
+    spin: Array
+    pings: int
+    channels: int
+
+    def __call__(
+        self, echoes: Array, pulse: Array, weigh: Callable[[Array, int], list[list[Array]]],
+        finish: Callable[[int, Cells, list[Array]], list[Array]], *, outputs: int,
+    ) -> list[Array]:  # fmt: skip
+        """For each of pings x beams x bins as many `Float` as there are `outputs`.
+
+        Args:
+            echoes: `channels` `Float` a cell.
+            pulse: weights of its samples.
+            weigh: (first beam of a group, their number) -> weights, see `form_beams`.
+            finish: (place in its group, cells, what they hear by channel) -> what is given.
+        """
+        config, layout, pings, channels = self.config, self.layout, self.pings, self.channels
+        beams, bins = layout.beams, config.bins
+        taps = dr.width(pulse)
+        if taps > _LONGEST:
+            echoes, pulse, taps = spread_pulse(echoes, pulse, channels=channels, bins=bins), jit.Float(1), 1
+        count = 1 if layout.steering is None else _BLOCK
+        blocks, runs = -(-beams // count), -(-bins // _RUN)
+        run = -(-bins // runs)
+        lane = dr.arange(jit.Int32, pings * blocks * runs)
+        ping, first, start = lane // (blocks * runs), lane // runs % blocks * count, lane % runs * run
+        turned = beams_turned(config, layout, self.medium, self.spin, ping)
+        weights = weigh(first, count)
+        gains = [dr.gather(jit.Float, pulse, jit.UInt32(k)) for k in range(taps)]
+        out = [dr.empty(jit.Float, pings * beams * bins) for _ in range(outputs)]  # all are written
+
+        def hear(step: Array, before: list[list[list[Array]]]) -> tuple[Array, list[list[list[Array]]]]:
+            ahead = start + step
+            formed = form_beams(echoes, weights, first, turned(ahead), ping * beams, ahead, channels=channels,
+                                beams=beams, bins=bins)  # fmt: skip
+            window = [*before, formed]
+            bin_ = ahead - taps // 2
+            due = (step >= taps // 2) & (bin_ < bins)
+            place = cells_at(config, layout, self.medium, ping, first, bin_)
+            for i in range(count):
+                here = replace(place, beam=first + i)
+                signal = [jit.Float(0)] * channels
+                for formed_then, gain in zip(window, gains, strict=True):
+                    signal = added(signal, formed_then[i], gain)
+                index = jit.UInt32((ping * beams + here.beam) * bins + bin_)
+                for into, values in zip(out, finish(i, here, signal), strict=True):
+                    dr.scatter(into, values, index, due & (here.beam < beams), mode=dr.ReduceMode.Permute)
+            return step + 1, window[1:]
+
+        width = dr.width(lane)
+        silent = [[[dr.zeros(jit.Float, width)] * channels for _ in range(count)] for _ in range(taps - 1)]
+        state = (dr.full(jit.Int32, -(taps // 2), width), silent)
+        dr.while_loop(state, lambda step, _: step < run + taps // 2, hear, mode="symbolic", labels=("step", "before"))
+        return out
 
 
 def painted(config: PingConfig, layout: Layout, intensity: Array, lanes: Lanes, key: Any, rows: Array | None) -> Array:
@@ -180,7 +240,7 @@ def painted(config: PingConfig, layout: Layout, intensity: Array, lanes: Lanes, 
 
 
 def beams_turned(
-    config: PingConfig, layout: Layout, lanes: Lanes, spin: Array, ping: Array
+    config: PingConfig, layout: Layout, medium: Medium, spin: Array, ping: Array
 ) -> Callable[[Array], Array]:  # fmt: skip
     """A function bin -> beams, `Int32`, by which the sonar has turned when the echo comes back, for lanes' pings.
 
@@ -188,7 +248,7 @@ def beams_turned(
     """
     if not config.doppler or layout.steering is None:
         return lambda bin_: jit.Int32(0)
-    delay = 2.0 / lanes.medium.sound_speed
+    delay = 2.0 / medium.sound_speed
     rate = dr.gather(jit.Float, jit.Float(spin.z) * delay * (1.0 / layout.sector), jit.UInt32(ping))
     return lambda bin_: jit.Int32(dr.round(rate * middle(config, bin_)))
 
@@ -198,31 +258,30 @@ def middle(config: PingConfig, bin_: Array) -> Array:
     return config.range_min_m + (jit.Float(bin_) + 0.5) * config.bin_width_m
 
 
-def cells_at(
-    config: PingConfig, layout: Layout, lanes: Lanes, ping: Array, beam: Array, bin_: Array, noise: Array
-) -> Cells:
+def cells_at(config: PingConfig, layout: Layout, medium: Medium, ping: Array, beam: Array, bin_: Array) -> Cells:
     """Cells with their ranges and gains."""
     distance = middle(config, bin_)
-    loss = dr.gather(jit.Float, lanes.medium.absorption, jit.UInt32(ping))
+    loss = dr.gather(jit.Float, medium.absorption, jit.UInt32(ping))
     gain = time_varied_gain(distance, loss, spreading=30.0) / (layout.sector * config.bin_width_m)
-    return Cells(ping, beam, bin_, distance, gain, noise)
+    return Cells(ping, beam, bin_, distance, gain)
+
+
+def water_echo(config: PingConfig, layout: Layout, haze: Haze, cells: Cells, medium: Medium) -> Array:
+    """Intensity of the water's echo re the source level at 1 m."""
+    beam = haze_at(haze, cells.ping, cells.beam, cells.distance, layout.beams)
+    loss = dr.gather(jit.Float, medium.absorption, jit.UInt32(cells.ping))
+    return volume_intensity(beam, cells.distance, loss, config.bin_width_m)
 
 
 def levels(
-    config: PingConfig, layout: Layout, signal: Array, word: Array, cells: Cells, lanes: Lanes, t_ns: Array,
-    din: Din | None = None,
+    config: PingConfig, layout: Layout, signal: list[Array], word: Array, cells: Cells, lanes: Lanes, noise: Array,
+    t_ns: Array, din: Din,
 ) -> list[Array]:  # fmt: skip
-    """Add noise, set gain and scale: data, truth, with `iq` the complex signal before gain.
-
-    The water's echo is of so many scatterers that it is noise to a ping; it is part of the truth too.
-    """
-    power, energy = cells.noise, signal[2]
-    if din is not None and din.haze is not None:
-        beam = haze_at(din.haze, cells.ping, cells.beam, cells.distance, layout.beams)
-        loss = dr.gather(jit.Float, lanes.medium.absorption, jit.UInt32(cells.ping))
-        water = volume_intensity(beam, cells.distance, loss, config.bin_width_m)
-        power, energy = power + water, energy + water * cells.gain
-    if din is not None and din.heard is not None:
+    """Add noise to amplitudes, set gain and scale: data, with `iq` the complex signal before gain."""
+    power = noise
+    if din.haze is not None:
+        power = power + water_echo(config, layout, din.haze, cells, lanes.medium)
+    if din.heard is not None:
         power = power + interference_at(
             din.heard, lanes, cells.ping, cells.beam, cells.distance, beams=layout.beams, bin_width=config.bin_width_m
         )
@@ -233,24 +292,29 @@ def levels(
     cosine, sine = cosine_sine(turn)
     real, imaginary = dr.fma(size, cosine, signal[0]), dr.fma(size, sine, signal[1])
     intensity = real * real + imaginary * imaginary
-    if config.tvg_db != 30.0:
-        tilt = cells.distance ** ((config.tvg_db - 30.0) / 10.0)
-        intensity, energy = intensity * tilt, energy * tilt
-    out = [intensity if config.painted_noise is not None else scaled(config, intensity), scaled(config, energy)]
+    intensity = tilted(config, intensity, cells)
+    out = [intensity if config.painted_noise is not None else scaled(config, intensity)]
     if config.iq:
         raw = dr.rsqrt(cells.gain)
         out += [real * raw, imaginary * raw]
     return out
 
 
+def tilted(config: PingConfig, intensity: Array, cells: Cells) -> Array:
+    """Intensity under another spreading of the gain than 30 log r."""
+    if config.tvg_db == 30.0:
+        return intensity
+    return intensity * cells.distance ** ((config.tvg_db - 30.0) / 10.0)
+
+
 def trace_levels(
-    config: PingConfig, layout: Layout, echoes: Array, data: Array, lanes: Lanes, noise: Array, trace: Any
+    config: PingConfig, layout: Layout, energies: Array, data: Array, lanes: Lanes, noise: Array, trace: Any
 ) -> None:
     """Tell echoes and signal-to-noise ratio before beams are formed, and the data."""
     cell = dr.arange(jit.Int32, dr.width(data))
     row, bin_ = cell // config.bins, cell % config.bins
-    energy = dr.gather(jit.Float, echoes, jit.UInt32(4 * (row * pitch(config.bins) + bin_) + 2))
-    here = cells_at(config, layout, lanes, row // layout.beams, row % layout.beams, bin_, noise)
+    energy = dr.gather(jit.Float, energies, jit.UInt32(row * pitch(config.bins) + bin_))
+    here = cells_at(config, layout, lanes.medium, row // layout.beams, row % layout.beams, bin_)
     trace("echo intensity by cell, before beams are formed", energy, "1")
     trace("signal-to-noise ratio", to_db(dr.maximum(energy, 1e-20) / (noise * here.gain)), "dB")
     trace("echo level after gain", data, {"db": "dB", "unit": "1", "linear": "1"}[config.scale])

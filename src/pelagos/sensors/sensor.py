@@ -17,6 +17,7 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from pelagos import jit
 from pelagos.jit import Array
+from pelagos.sensors.promise import keeps_promises, promised
 
 if TYPE_CHECKING:
     from pelagos.ocean.ocean import Ocean
@@ -85,13 +86,14 @@ class Kinematics:
         return len(self.tick)
 
 
+@keeps_promises("truth")
 @dataclass(frozen=True)
 class Measurement:
     """What `sense` returns: NumPy arrays with the lanes as leading axis.
 
     Attributes:
         data: `(m, ...)`, with noise.
-        truth: `(m, ...)`, the same before noise.
+        truth: `(m, ...)`, the same before noise; computed when somebody looks at it, where that takes long.
         valid: `(m,)` bool, or None where every lane has a reading.
         extras: further arrays `(m, ...)` by name, documented by the sensor.
         tables: constant arrays by name (beam angles, range of each bin).
@@ -103,14 +105,20 @@ class Measurement:
     extras: Mapping[str, NDArray[Any]] = field(default_factory=dict)
     tables: Mapping[str, NDArray[Any]] = field(default_factory=dict)
 
+    def reading(self, lanes: slice, valid: NDArray[np.bool_], t_ns: int, frame: str) -> Reading:
+        """That of one tick, whose lanes are `lanes`; see `Reading`."""
+        extras = {name: values[lanes] for name, values in self.extras.items()} | dict(self.tables)
+        return Reading(self.data[lanes], promised(lambda: self.truth[lanes]), t_ns, frame, valid, extras)
 
+
+@keeps_promises("truth")
 @dataclass(frozen=True)
 class Reading:
     """One sensor's reading of one tick.
 
     Attributes:
         data: `(n, ...)`, as the sensor reports it; the leading axis is the fleet.
-        truth: `(n, ...)`, before noise.
+        truth: `(n, ...)`, before noise; computed when somebody looks at it, where that takes long.
         t_ns: simulation time [ns].
         frame: frame id, "agent/sensor".
         valid: `(n,)` bool: copies that have a reading (a fleet of one has no reading at all where it has none).
@@ -123,6 +131,9 @@ class Reading:
     frame: str
     valid: NDArray[np.bool_]
     extras: Mapping[str, NDArray[Any]]
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {**self.__dict__, "truth": self.truth}
 
 
 @dataclass(frozen=True)

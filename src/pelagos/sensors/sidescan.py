@@ -12,6 +12,7 @@ from pydantic import Field
 from pelagos.acoustics.beam_pattern import line_length, line_np, spread_over_beam
 from pelagos.sensors.ping import PingConfig, decibels
 from pelagos.sensors.pinger import Pinger
+from pelagos.sensors.promise import promised
 from pelagos.sensors.reception import Layout
 from pelagos.sensors.sensor import Kinematics, Measurement, SensorConfig, SensorContext
 
@@ -112,7 +113,7 @@ class Sidescan:
         squared = self.config.ranges[None, :] ** 2 - altitude[:, None] ** 2
         extras["altitude"] = altitude
         extras["ground_range"] = np.where(squared >= 0, np.sqrt(np.maximum(squared, 0.0)), np.float32(np.nan))
-        return Measurement(data, truth, None, extras, self.tables)
+        return Measurement(data, promised(truth), None, extras, self.tables)
 
     def explain(self, motion: Kinematics) -> list[tuple[str, NDArray[Any], str]]:
         """One ping, not frozen, with its intermediate arrays: (name, values, unit)."""

@@ -12,6 +12,7 @@ from pydantic import Field
 from pelagos.acoustics.beam_pattern import line_length, line_np
 from pelagos.sensors.ping import PingConfig
 from pelagos.sensors.pinger import Pinger
+from pelagos.sensors.promise import promised
 from pelagos.sensors.reception import Layout
 from pelagos.sensors.sensor import Kinematics, Measurement, SensorConfig, SensorContext
 
@@ -82,7 +83,9 @@ class Singlebeam:
     def sense(self, motion: Kinematics) -> Measurement:
         """Ping on every lane."""
         data, truth, extras = self._pinger.ping(motion)
-        return Measurement(data[:, 0], truth[:, 0], None, {k: v[:, 0] for k, v in extras.items()}, self.tables)
+        return Measurement(
+            data[:, 0], promised(lambda: truth()[:, 0]), None, {k: v[:, 0] for k, v in extras.items()}, self.tables
+        )
 
     def explain(self, motion: Kinematics) -> list[tuple[str, NDArray[Any], str]]:
         """One ping, not frozen, with its intermediate arrays: (name, values, unit)."""

@@ -16,6 +16,7 @@ from pelagos.errors import ValidityWarning
 from pelagos.sensors.mount import sensor_pose, sensor_velocity
 from pelagos.sensors.ping import PingConfig
 from pelagos.sensors.pinger import Pinger
+from pelagos.sensors.promise import promised
 from pelagos.sensors.reception import Layout
 from pelagos.sensors.schedule import SLOWEST
 from pelagos.sensors.sensor import Kinematics, Measurement, SensorConfig, SensorContext
@@ -132,7 +133,7 @@ class SyntheticApertureSonar:
         _, truth, extras = self._pinger.ping(motion)
         position, _ = sensor_pose(motion, self.config)
         out = {k: v[:, 0] for k, v in extras.items() if k != "iq"} | {"position": np.array(position).T}
-        return Measurement(extras["iq"][:, 0], truth[:, 0], None, out, self.tables)
+        return Measurement(extras["iq"][:, 0], promised(lambda: truth()[:, 0]), None, out, self.tables)
 
     def explain(self, motion: Kinematics) -> list[tuple[str, NDArray[Any], str]]:
         """One ping, not frozen, with its intermediate arrays: (name, values, unit)."""

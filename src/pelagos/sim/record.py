@@ -143,9 +143,7 @@ class Recorder:
         n: int,
     ) -> None:
         for k in np.flatnonzero(valid).tolist():
-            row = slice(k * n, (k + 1) * n)
-            extras = {name: values[row] for name, values in measurement.extras.items()}
-            alone = Reading(measurement.data[row], measurement.truth[row], int(t_ns[k]), "", valid, extras)
+            alone = measurement.reading(slice(k * n, (k + 1) * n), valid, int(t_ns[k]), "")
             for channel, data in zip(track.channels, track.encoding.encode(alone, copy), strict=True):
                 if data is not None:
                     self._writer.add_message(channel, alone.t_ns, data)

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from pelagos import jit
 from pelagos.errors import SimulationError
 from pelagos.math.frames import flip_yz_np
+from pelagos.sensors.promise import promised
 from pelagos.sensors.sensor import Kinematics, Measurement, Reading
 from pelagos.sim.bodies import Bodies
 from pelagos.sim.clock import next_multiple
@@ -56,7 +57,7 @@ class Sampled:
         valid = [m.valid for m in measured if m.valid is not None]
         joined = Measurement(
             data=np.concatenate([m.data for m in measured]),
-            truth=np.concatenate([m.truth for m in measured]),
+            truth=promised(lambda: np.concatenate([m.truth for m in measured])),
             valid=np.concatenate(valid) if valid else None,
             extras={name: np.concatenate([m.extras[name] for m in measured]) for name in one.measurement.extras},
             tables=one.measurement.tables,
@@ -71,9 +72,7 @@ class Sampled:
             row = slice(k * n, (k + 1) * n)
             valid = everywhere if m.valid is None else m.valid[row]
             if valid.any():
-                extras = {name: values[row] for name, values in m.extras.items()} | dict(m.tables)
-                frame = f"{self.agent}/{self.model.name}"
-                return Reading(m.data[row], m.truth[row], self.ticks[k] * dt_ns, frame, valid, extras)
+                return m.reading(row, valid, self.ticks[k] * dt_ns, f"{self.agent}/{self.model.name}")
         return None
 
 
