@@ -50,16 +50,14 @@ class _Facets:
     """What each ray's strip needs for its phases, lengths in facets: a Dr.Jit struct.
 
     Attributes:
-        distance: of the hit [m].
-        hit: `Array3f`, from the sonar [facets].
+        start: `Array3f`, where the strip's line would be at no range, from the sonar [facets].
         slide: `Array3f`, way along the surface [facets per metre].
         base: `UInt32`, word of the lattice point below the sonar, of the instance and the seed.
         single: a strip's share over the number of rays that meet one facet of it, see `rays_per_facet`; None where
             that is one.
     """
 
-    distance: Array
-    hit: Array
+    start: Array
     slide: Array
     base: Array
     single: Array | None = None
@@ -116,7 +114,7 @@ def sum_amplitudes(
     def visit(ray: Array, exists: Array, strip: Strips) -> Any:
         fields = {name: value for name, value in vars(facets).items() if value is not None}
         facet = _Facets(**{name: dr.gather(type(v), v, ray, exists) for name, v in fields.items()})
-        facet.hit += part
+        facet.start += part
         named = [dr.gather(jit.UInt32, name, ray, exists) for name in names]
 
         def values_of(first: Array, ranges: list[Array], parts: list[Array]) -> list[Array]:
@@ -163,7 +161,7 @@ def _echoes(
     waits for the one before.
     """
     jit.stage()
-    cells = [dr.floor(dr.fma(facet.slide, reach - facet.distance, facet.hit)) for reach in ranges]
+    cells = [dr.floor(dr.fma(facet.slide, reach, facet.start)) for reach in ranges]
     jit.stage()
     words = [facet_word(facet.base, cell) for cell in cells]
     jit.stage()
@@ -199,8 +197,7 @@ def _facets_of(patches: Patches, strips: Strips, walkers: Walkers, roughness: Ro
         piece = patches.length * per_metre / larger(strips.length, 1.0)
         single = strips.share / rays_per_facet(patches.width * per_metre, piece, single_file=roughness.single_file)
     return _Facets(
-        distance=patches.distance,
-        hit=patches.direction * (patches.distance * per_metre),
+        start=(patches.direction - patches.slide) * (patches.distance * per_metre),
         slide=patches.slide * per_metre,
         base=on_instance(words, patches.instance),
         single=single,

@@ -29,7 +29,7 @@ from pelagos.sensors.ping import PingConfig
 from pelagos.sensors.water_column import Haze, haze_at
 
 _DECIBELS: Final = 3.0102999566398120  # of a factor of two
-_BLOCK: Final = 12  # beams that a lane forms: they hear mostly the same neighbours, which are read once
+_BLOCK: Final = 16  # beams that a lane forms: they hear mostly the same neighbours, which are read once
 _RUN: Final = 54  # bins, at most, that a lane forms one after the other: their weights are read once
 _LONGEST: Final = 5  # samples of a pulse beyond which it is spread before beams are formed
 

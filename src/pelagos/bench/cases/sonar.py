@@ -13,7 +13,7 @@ import numpy as np
 
 from pelagos.bench.case import Case, Measured, Reference
 from pelagos.bench.check import must
-from pelagos.bench.timing import seconds
+from pelagos.bench.timing import seconds, seconds_in_turns
 from pelagos.ocean.config import OceanConfig, build_ocean
 from pelagos.raycast.geometry import Geometry
 from pelagos.raycast.rays import NO_BODY
@@ -208,7 +208,7 @@ def _over_cast(rays_per_beam: int) -> Measured:
         dr.eval(frozen(tables, lanes_, fan, surfaces))
         dr.sync_thread()
 
-    ping, cast = seconds(work), seconds(cast_only)
+    ping, cast = seconds_in_turns(work, cast_only)
     return Measured(ping / cast, detail=f"{1e3 * ping:.1f} ms over {1e3 * cast:.1f} ms; {detail}")
 
 
