@@ -10,6 +10,7 @@ import pytest
 import pelagos as pl
 from pelagos.config import registry
 from pelagos.sensors.ping import PingConfig
+from pelagos.sensors.sea import SEA_SURFACE_INSTANCE
 
 AHEAD, BELOW, ASIDE = (1.0, 0.0, 0.0), (0.0, 0.0, -1.0), (0.0, np.cos(np.radians(27)), -np.sin(np.radians(27)))
 LOOKS: dict[str, tuple[Any, dict[str, Any]]] = {
@@ -145,6 +146,20 @@ def test_in_the_air_it_hears_nothing(name, waves):
     assert heard(name, wet)
     assert not heard(name, dry)
     assert heard(name, again)
+
+
+@pytest.mark.parametrize("name", sorted(LOOKS))
+def test_it_sees_waves_from_below(name):
+    """Turned up, below the surface, raw signal and all: what it meets is the sea's."""
+    up = {"orientation_deg": [0, -60, 0] if LOOKS[name][0] == AHEAD or name == "profiling_sonar" else [180, 0, 0]}
+    raw = {"iq": True, "labels": True} | ({"water_column_bins": 64} if name == "multibeam" else {})
+    sea = {"waves": {"type": "jonswap", "significant_height_m": 0.3, "peak_period_s": 3.0}}
+    sim = simulation(name, ocean=sea, **raw, **up)
+    sim.reset()
+    reading = next_ping(sim)
+    assert heard(name, reading)
+    names = [n for n in ("instance", "water_column_instance") if n in reading.extras]
+    assert any((reading.extras[n] == SEA_SURFACE_INSTANCE).any() for n in names)
 
 
 def heard(name: str, reading: pl.Reading | None) -> bool:

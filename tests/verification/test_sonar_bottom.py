@@ -283,6 +283,12 @@ class TestMultibeam:
         with pytest.raises(ValidationError, match="odd"):
             MultibeamConfig(rays_along=4)
 
+    def test_a_band_and_a_water_column_that_cannot_be_are_refused(self):
+        with pytest.raises(ValidationError, match="below twice frequency_hz"):
+            MultibeamConfig(bandwidth_hz=1e6)
+        with pytest.raises(ValidationError, match=r"0 \(none\) or at least 8"):
+            MultibeamConfig(water_column_bins=5)
+
 
 @pytest.mark.parametrize("kind", [Altimeter, Dvl, Multibeam])
 def test_frozen_lanes_equal_singles(kind):

@@ -26,7 +26,7 @@ from pelagos.sensors.beam_echoes import part_of
 from pelagos.sensors.beam_series import Beams, Window, beam_series
 from pelagos.sensors.echo import Fan, Lanes, Trace, arcs_of, look
 from pelagos.sensors.neighbours import Apertures, Emitter
-from pelagos.sensors.ping import Pulse, check_burst, with_burst
+from pelagos.sensors.ping import FEWEST_BINS, Pulse, check_burst, with_burst
 from pelagos.sensors.pinger import Pinger
 from pelagos.sensors.scattering import Surfaces
 from pelagos.sensors.schedule import farthest_heard, period_ticks, warn_of_ambiguity
@@ -105,6 +105,13 @@ class MultibeamConfig(SensorConfig):
     @classmethod
     def _device(cls, values: Any) -> Any:
         return with_burst(with_device(values, cls.model_fields["type"].default), cls)
+
+    @field_validator("water_column_bins")
+    @classmethod
+    def _none_or_some(cls, value: int) -> int:
+        if 0 < value < FEWEST_BINS:
+            raise ValueError(f"water_column_bins must be 0 (none) or at least {FEWEST_BINS}, not {value}")
+        return value
 
     @field_validator("rays_along")
     @classmethod

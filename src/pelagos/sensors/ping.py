@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, Literal, Self, TypeAlias
+from typing import Any, Final, Literal, Self, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +17,7 @@ from pelagos.sensors.sensor import SensorConfig
 from pelagos.sensors.sonar_catalogue import with_device
 
 Pulse: TypeAlias = Literal["chirp", "cw"]
+FEWEST_BINS: Final = 8
 
 
 def with_burst(values: Any, model: type[BaseModel]) -> Any:
@@ -29,7 +30,12 @@ def with_burst(values: Any, model: type[BaseModel]) -> Any:
 
 
 def check_burst(config: Any) -> None:
-    """Raises ValueError where `bandwidth_hz` is not that of a tone burst though `pulse` is one."""
+    """Raises ValueError where `bandwidth_hz` is more than `frequency_hz` allows, or not that of the tone burst that
+    `pulse` asks for."""
+    if config.bandwidth_hz >= 2 * config.frequency_hz:
+        raise ValueError(
+            f"bandwidth_hz {config.bandwidth_hz:g} must be below twice frequency_hz {config.frequency_hz:g}"
+        )
     if config.pulse == "cw" and abs(config.bandwidth_hz * config.pulse_s - 1.0) > 1e-3:
         raise ValueError(
             f"bandwidth_hz {config.bandwidth_hz:g} is not that of a tone burst (pulse: cw) of {config.pulse_s:g} s, "
@@ -81,7 +87,7 @@ class PingConfig(SensorConfig):
 
     device: str | None = None
     """A device of the catalogue, whose keys count where the scenario gives none."""
-    bins: int = Field(default=512, ge=8, le=65536)
+    bins: int = Field(default=512, ge=FEWEST_BINS, le=65536)
     """Range bins."""
     range_min_m: float = Field(default=0.5, gt=0)
     """Near edge of the first bin [m]."""
@@ -155,10 +161,6 @@ class PingConfig(SensorConfig):
         if self.range_min_m >= self.range_max_m:
             raise ValueError(f"range_min_m {self.range_min_m:g} must be below range_max_m {self.range_max_m:g}")
         check_burst(self)
-        if self.bandwidth_hz >= 2 * self.frequency_hz:
-            raise ValueError(
-                f"bandwidth_hz {self.bandwidth_hz:g} must be below twice frequency_hz {self.frequency_hz:g}"
-            )
         turn_around = 2 * self.range_max_m / SLOWEST
         if turn_around * self.rate_hz > 1.0:
             raise ValueError(

@@ -23,6 +23,7 @@ from pelagos.sensors.sensor import Kinematics, SensorConfig, SensorContext
 Refraction: TypeAlias = 'bool | Literal["auto"]'
 
 _BENDS: Final = 0.004  # displacement of a level ray, in parts of the range, from which refraction matters
+_NEAR: Final = 60.0  # [m], reach from which on the sea around a sonar is as coarse as it gets
 _DEPTHS: Final = 129  # places of the water column that are looked at
 
 
@@ -39,7 +40,7 @@ class Sounder:
         texture_db: rms variation of surfaces' cross sections from place to place [dB].
         refraction: whether rays bend by the profile of the sound speed; "auto": where a level ray would be displaced by
             more than `_BENDS` of the reach.
-        reach: longest range of a ray [m].
+        reach: longest range of a ray [m], by which the sea around is as fine as it matters.
         sea_surface: whether rays that reach it meet the ocean's waves and tide, or a plane at rest.
 
     Attributes:
@@ -60,7 +61,7 @@ class Sounder:
         wind_speed: float = 5.0,
         texture_db: float = TEXTURE_DB,
         refraction: Refraction = False,
-        reach: float = 0.0,
+        reach: float = _NEAR,
         sea_surface: Literal["waves", "flat"] = "waves",
     ) -> None:
         self._config = config
