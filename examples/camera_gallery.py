@@ -152,16 +152,16 @@ def underwater(studio: Studio) -> None:
     """A reef at noon, a wreck at night, a dam by day and one of its gates by lamplight."""
     reef = studio.shoot(REEF, sea("IA", 60, 200), (-3, -22, -6.47), (4, -4, -7.5), white_balance="grey_world")
     wreck = studio.shoot(
-        WRECK, sea("IA", -10), (7.6, -7.6, -31.0), (0.5, 0.8, -31.6), ("bluerov2", (3.6, -3.4, -30.4), -150),
-        lamps=lamps(1.6, 15000), shutter_s=0.04, marine_snow_per_m3=0.4,
+        WRECK, sea("IA", -10), (5.5, -4.5, -30.6), (0.2, 0.8, -31.2), ("bluerov2", (1.0, 0.0, -29.6), -150),
+        lamps=lamps(2.0, 15000), shutter_s=0.04, marine_snow_per_m3=0.4, horizontal_fov_deg=92, compensation_ev=-0.5,
     )  # fmt: skip
     face = studio.shoot(
         DAM, sea("IB", 65, turbidity=0.5), (276, 8.5, -16), (285.6, -3, -19.5), ("bluerov2", (279.6, 4.2, -17.6), -50),
         white_balance="grey_world",
     )  # fmt: skip
     gate = studio.shoot(
-        DAM, sea("IB", -10), (279.9, -5.7, -22.4), (285.6, -1.6, -24.0), ("bluerov2", (282.4, -4.6, -23.2), -25),
-        lamps=lamps(1.2, 9000), shutter_s=0.04,
+        DAM, sea("IB", -10), (281.2, -5.2, -22.7), (285.6, -1.9, -24.0), ("bluerov2", (283.9, -2.9, -23.0), -25),
+        lamps=lamps(1.2, 6000), shutter_s=0.04, horizontal_fov_deg=90, compensation_ev=-0.5,
     )  # fmt: skip
     studio.save("camera_underwater", [reef, wreck], [face, gate])
 
