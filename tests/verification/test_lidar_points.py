@@ -14,6 +14,7 @@ import pytest
 from pelagos import jit
 from pelagos.ocean.config import OceanConfig, build_ocean
 from pelagos.optics.atmosphere import Weather
+from pelagos.optics.suspended import with_suspended
 from pelagos.optics.water import REFRACTIVE_INDEX, water_optics
 from pelagos.raycast.geometry import Geometry
 from pelagos.raycast.rays import NO_BODY
@@ -111,6 +112,17 @@ def test_intensity_falls_with_the_way_in_air_and_in_water():
     got = Lidar(water, context([floor(-9.0)])).sense(at(-5.0)).data[0]
     d = np.linalg.norm(got[..., :3], axis=-1)
     assert got[..., 3] == pytest.approx(np.exp(-2 * water_optics("IB").attenuation[1] * d), rel=1e-4)
+
+
+def test_murky_water_dims_the_points():
+    """Twice the green beam attenuation of the water with its sediment and plankton, at the scanner."""
+    ocean = build_ocean(OceanConfig(water_type="IB", tracers={"turbidity": 1.5, "chlorophyll": 0.8}), None)
+    config = LidarConfig(channels=4, lower_fov_deg=-60, upper_fov_deg=-30, **CLEAN)
+    got = Lidar(config, replace(context([floor(-9.0)]), ocean=ocean)).sense(at(-5.0)).data[0]
+    clear = water_optics("IB").arrays()
+    murky = with_suspended(clear, jit.Float(0.8), jit.Float(1.5)).attenuation[1].numpy()[0]
+    assert murky > 1.5 * water_optics("IB").attenuation[1]
+    assert got[..., 3] == pytest.approx(np.exp(-2 * murky * np.linalg.norm(got[..., :3], axis=-1)), rel=1e-4)
 
 
 def test_general_dropout_is_a_share():

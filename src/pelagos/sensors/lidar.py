@@ -19,7 +19,9 @@ from pelagos import jit
 from pelagos.jit import Array
 from pelagos.math.philox import normal_pair32, uniform32
 from pelagos.optics.atmosphere import fog_extinction, rain_extinction
+from pelagos.optics.water import WaterArrays
 from pelagos.sensors.laser import Echoes, LaserConfig
+from pelagos.sensors.murk import suspended_tracers, suspended_water
 from pelagos.sensors.noise import opaque_key, stream_key, words32
 from pelagos.sensors.scanner import Heard, Scanner, cloud, ring_of
 from pelagos.sensors.sensor import Kinematics, Measurement, SensorConfig, SensorContext
@@ -36,7 +38,8 @@ class LidarConfig(LaserConfig):
     atmosphere_attenuation_rate: float = Field(default=0.004, ge=0)
     """Intensity falls as exp(-rate d) with the way d in air [1/m]; the weather's fog and rain come on top of it."""
     water_attenuation_rate: float | None = Field(default=None, ge=0)
-    """The same under water [1/m]; None: twice the green beam attenuation of the ocean's water type (there and back)."""
+    """The same under water [1/m]; None: twice the green beam attenuation of the ocean's water (there and back), with
+    the plankton and sediment that are at the scanner."""
     reflectance: bool = False
     """Whether intensity also carries the surface's green albedo and the cosine of incidence, or only the way."""
     dropoff_general_rate: float = Field(default=0.45, ge=0, le=1)
@@ -61,16 +64,17 @@ class Lidar:
     def __init__(self, config: LidarConfig, context: SensorContext) -> None:
         self.config = config
         albedo = jit.Float(np.array(context.world.material_tables().albedo)[1])
-        rate = config.water_attenuation_rate
-        in_water = 2 * context.ocean.water.attenuation[1] if rate is None else rate
-        weather = context.ocean.weather
+        rate, ocean = config.water_attenuation_rate, context.ocean
+        in_water = 2 * ocean.water.attenuation[1] if rate is None else rate
+        murk = (ocean, ocean.water.arrays()) if rate is None and suspended_tracers(ocean) else None
+        weather = ocean.weather
         in_air = config.atmosphere_attenuation_rate + 2 * (
             fog_extinction(weather.visibility, _WAVELENGTH_NM) + rain_extinction(weather.rain)
         )
         rates = tuple(dr.opaque(jit.Float, r) for r in (in_air, in_water))
         key = opaque_key(stream_key(context.seed, context.path, "lidar"))
         jit.settle(albedo)
-        self._scanner = Scanner(config, context, self._points, (albedo, rates, key))
+        self._scanner = Scanner(config, context, self._points, (albedo, rates, key, murk))
 
     def sense(self, motion: Kinematics) -> Measurement:
         """One sample for every lane."""
@@ -84,7 +88,9 @@ class Lidar:
     def _points(self, heard: Heard, extra: Any, trace: Trace | None) -> tuple[Array, Array]:
         """Points with dropout and noise, and all of them without noise."""
         config, echo = self.config, heard.echo
-        albedo, rates, key = extra
+        albedo, rates, key, murk = extra
+        if murk is not None:
+            rates = rates[0], rate_in_murk(heard, *murk)
         intensity = echo_intensity(echo, albedo, rates, reflectance=config.reflectance)
         words = words32(key, heard.pulse, heard.environment, heard.tick)
         kept = echo.valid & survives(intensity, words, config)
@@ -102,6 +108,15 @@ def echo_intensity(echo: Echoes, albedo: Array, rates: tuple[Array, Array], *, r
     if reflectance:
         intensity *= dr.gather(jit.Float, albedo, echo.material, echo.valid) * echo.incidence
     return intensity
+
+
+def rate_in_murk(heard: Heard, ocean: Any, clear: WaterArrays) -> Array:
+    """Rate at which intensity falls in water with plankton and sediment, as they are at the scanner, or at the surface
+    below one in air, by pulse [1/m]: twice the green beam attenuation."""
+    at = jit.Array3f64(heard.place.x, heard.place.y, dr.minimum(heard.place.z, 0))
+    green = jit.Float(suspended_water(ocean, clear, at, heard.t).attenuation[1])
+    dr.eval(green)
+    return 2 * dr.gather(jit.Float, green, heard.lane)
 
 
 def survives(intensity: Array, words: tuple[Array, Array, Array, Array], config: LidarConfig) -> Array:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
+from typing import Any, Final
 
 import drjit as dr
 
@@ -18,6 +18,8 @@ from pelagos.sensors.sensor import Kinematics
 from pelagos.sensors.shading import open_sea_rate
 from pelagos.sensors.squares import around, square_pixels
 from pelagos.sensors.view import Lens, ViewConfig, view_rays
+
+SUSPENDED: Final = ("chlorophyll", "turbidity")
 
 
 def sight_lines(
@@ -48,7 +50,12 @@ def sight_lines(
     return SightLines(sums, jit.UInt32(dr.width(depth)), corner, right, down)
 
 
+def suspended_tracers(ocean: Any) -> tuple[str, ...]:
+    """Tracers of the ocean that its light depends on."""
+    return tuple(n for n in SUSPENDED if n in getattr(ocean, "tracers", ()))
+
+
 def suspended_water(ocean: Any, clear: WaterArrays, place: Array, t: Array) -> WaterArrays:
     """The clear water with what the ocean's tracers put in it at places `Array3f64` and times [s]."""
-    found = {n: jit.Float(ocean.tracer(n, place, t)) for n in ("chlorophyll", "turbidity") if n in ocean.tracers}
+    found = {n: jit.Float(ocean.tracer(n, place, t)) for n in suspended_tracers(ocean)}
     return with_suspended(clear, found.get("chlorophyll"), found.get("turbidity"))

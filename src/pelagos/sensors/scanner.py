@@ -30,12 +30,18 @@ class Heard:
         echo: see `Echoes`.
         pulse: `UInt32`, number of the pulse in its sample, channel by channel.
         environment, tick: `UInt32`, of each pulse.
+        lane: `UInt32`, sample of each pulse.
+        place: `Array3f64` of the scanner by sample, world [m].
+        t: `Float64` by sample [s].
     """
 
     echo: Echoes
     pulse: Array
     environment: Array
     tick: Array
+    lane: Array
+    place: Array
+    t: Array
 
 
 Values = Callable[[Heard, Any, Trace | None], tuple[Array, ...]]
@@ -106,7 +112,8 @@ class Scanner:
             if trace is not None:
                 trace("range", echo.distance, "m")
             environment, tick = (dr.gather(jit.UInt32, v, lane) for v in (motion.environment, motion.tick))
-            return values(Heard(echo, pulse, environment, tick), extra, trace)
+            t = jit.Float64(motion.t_ns) * 1e-9
+            return values(Heard(echo, pulse, environment, tick, lane, position, t), extra, trace)
 
         return sample
 

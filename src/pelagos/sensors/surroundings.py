@@ -27,7 +27,7 @@ from pelagos.optics.swell import STEPS, swell_around
 from pelagos.optics.texture import looks
 from pelagos.optics.water import WaterArrays
 from pelagos.sensors.mount import sensor_pose
-from pelagos.sensors.murk import suspended_water
+from pelagos.sensors.murk import suspended_tracers, suspended_water
 from pelagos.sensors.scenery import Murk, Scenery
 from pelagos.sensors.sensor import Kinematics, SensorConfig, SensorContext
 from pelagos.sensors.view import ViewConfig
@@ -109,7 +109,7 @@ class Surroundings:
         self.light, self._field = light.arrays(), light_field(ocean.water, light)
         self._air = None if weather.clear else weather.air()
         self._sea = ocean
-        self._ocean = ocean if _moves(ocean) or _suspended(ocean) else None
+        self._ocean = ocean if _moves(ocean) or suspended_tracers(ocean) else None
 
     def ripple(self, config: LitViewConfig) -> Ripple:
         """Short waves: as `config` has them, or what the wind makes besides the ocean's own waves."""
@@ -140,7 +140,7 @@ def scenery_of(
     tide = None if ocean is None or ocean.tide is None else jit.Float(ocean.tide.level(t))
     dr.eval(level, tide, depth)
     murk = Murk(ocean, water) if _uneven(ocean) else None
-    if _suspended(ocean):
+    if suspended_tracers(ocean):
         water, field = _suspension(ocean, water, field, position, depth, t)
     return Scenery(tables, materials, water, daylit, field, air, waves, level, tide, depth, t, murk)
 
@@ -150,15 +150,10 @@ def _moves(ocean: Any) -> bool:
     return ocean is not None and (ocean.waves is not None or ocean.tide is not None)
 
 
-def _suspended(ocean: Any) -> tuple[str, ...]:
-    """Tracers of the ocean that its light depends on."""
-    return () if ocean is None else tuple(n for n in ("chlorophyll", "turbidity") if n in ocean.tracers)
-
-
 def _uneven(ocean: Any) -> bool:
     """They differ from place to place."""
     even = (UniformField, OscillationField)
-    return any(not isinstance(f, even) for n in _suspended(ocean) for f in ocean.tracers[n])
+    return any(not isinstance(f, even) for n in suspended_tracers(ocean) for f in ocean.tracers[n])
 
 
 def _suspension(
