@@ -6,11 +6,13 @@ import json
 import subprocess
 import sys
 import time
+import warnings
 from pathlib import Path
 
 import pytest
 
 from pelagos.cli.main import main
+from pelagos.errors import ValidityWarning
 
 ROOT = Path(__file__).parents[2]
 HARBOUR = str(ROOT / "examples" / "harbour_survey.yaml")
@@ -148,6 +150,21 @@ def test_list(what: str, names: list[str], capsys: pytest.CaptureFixture[str]) -
     for name in names:
         row = next(line for line in lines if line.split()[:1] == [name])
         assert len(row.split()) > 2, f"{name} has no line about it"
+
+
+def test_warnings_come_without_the_line_that_warns(
+    small: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def warns(*_: object, **__: object) -> None:
+        warnings.simplefilter("always")
+        warnings.warn("agents.auv0.sensors.it: too fine", ValidityWarning, stacklevel=1)
+        warnings.warn("somebody else's", UserWarning, stacklevel=1)
+
+    monkeypatch.setattr("pelagos.cli.check.check_scenario", warns)
+    assert outcome("check", str(small)) == 0
+    said = capsys.readouterr().err
+    assert said.startswith("warning: agents.auv0.sensors.it: too fine\n")
+    assert "UserWarning: somebody else's" in said
 
 
 def test_committed_schema_is_that_of_the_program(capsys: pytest.CaptureFixture[str]) -> None:

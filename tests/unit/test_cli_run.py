@@ -175,3 +175,9 @@ def test_surveys_that_cannot_be_used(
     assert message in captured.err
     assert "Traceback" not in captured.err
     assert sorted(p.name for p in small.parent.iterdir()) == before, "something was written"
+
+
+def test_explain_names_the_source_of_a_device(small: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    change = "agents.auv0.sensors.ping={type: mechanical_scanning_sonar, rate_hz: 1, device: ping360, rays: 32}"
+    assert outcome("explain", str(small), "auv0.ping", "--set", change) == 0
+    assert "device ping360, Blue Robotics Ping360: Blue Robotics, Ping360 Scanning" in capsys.readouterr().out

@@ -4,10 +4,14 @@ from __future__ import annotations
 
 import os
 import sys
+import warnings
+from typing import TextIO
 
 from rich.console import Console
 from rich.panel import Panel
 from rich.text import Text
+
+from pelagos.errors import PelagosWarning
 
 out = Console(highlight=False, soft_wrap=True)
 err = Console(stderr=True, highlight=False)
@@ -19,6 +23,19 @@ def show_error(title: str, message: str) -> None:
         err.print(Panel(Text(message), title=title, title_align="left", border_style="red", expand=False))
     else:
         sys.stderr.write(f"{title}: {message}\n")
+
+
+def show_warning(
+    message: Warning | str, category: type[Warning], filename: str, lineno: int, file: TextIO | None = None,
+    line: str | None = None,
+) -> None:  # fmt: skip
+    """In place of `warnings.showwarning`: what the program warns of, without the line of it that does."""
+    if not issubclass(category, PelagosWarning):
+        sys.stderr.write(warnings.formatwarning(message, category, filename, lineno, line))
+    elif err.is_terminal:
+        err.print(Text.assemble(("warning: ", "yellow"), str(message)))
+    else:
+        sys.stderr.write(f"warning: {message}\n")
 
 
 def shown(path: os.PathLike[str] | str) -> str:

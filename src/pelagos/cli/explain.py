@@ -17,6 +17,8 @@ from pelagos.config import registry
 from pelagos.config.loader import load_scenario
 from pelagos.config.scenario import Scenario
 from pelagos.errors import InputError, LookupFailed
+from pelagos.sensors.sensor import SensorConfig
+from pelagos.sensors.sonar_catalogue import device
 
 PHYSICS: Final = ("pelagos.acoustics.", "pelagos.optics.", "pelagos.hydro.", "pelagos.ocean.", "pelagos.sensors.noise")
 CASTER: Final = "pelagos.raycast.caster"
@@ -36,9 +38,19 @@ def explain_sensor(path: Path, changes: Sequence[str], name: str, *, at_s: float
     _print_stops(scenario, agent, sensor, component)
     _print_config(config, component.Config)
     out.print("\n[bold]Sources[/bold]")
-    for source in component.SOURCES:
+    for source in (*component.SOURCES, *_of_device(config)):
         out.print(f"  {escape(source)}")
     _print_arrays(scenario, agent, sensor, at_s)
+
+
+def _of_device(config: SensorConfig) -> list[str]:
+    """Where the keys of a sensor's device come from, and which of them no sheet says."""
+    name = getattr(config, "device", None)
+    if name is None:
+        return []
+    found = device(config.type, name)
+    guessed = f"; assumed: {', '.join(found.assumed)}" if found.assumed else ""
+    return [f"device {name}, {found.title}: {found.source}{guessed}"]
 
 
 def _find(scenario: Scenario, agent: str, sensor: str) -> Any:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+import warnings
 from collections.abc import Sequence
 from enum import StrEnum
 from pathlib import Path
@@ -235,10 +236,14 @@ def cite(
 def main(arguments: Sequence[str] | None = None) -> None:
     """Run the command and leave the program: 0 done, 2 wrong input, 1 anything else, 130 stopped by Ctrl-C."""
     given = list(sys.argv[1:] if arguments is None else arguments)
+    from pelagos.cli.console import show_warning
     from pelagos.errors import InputError, PelagosError
 
     try:
-        app(given, prog_name="pelagos")
+        with warnings.catch_warnings():
+            if "--debug" not in given:
+                warnings.showwarning = show_warning
+            app(given, prog_name="pelagos")
     except KeyboardInterrupt:
         sys.exit(130)
     except BrokenPipeError:
