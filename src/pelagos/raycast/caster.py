@@ -78,8 +78,11 @@ def first_static(
     return found.t, first, second, thing
 
 
-def occluded(static: Any, moving: Any, tables: Tables, rays: Rays, *, coherent: bool = False) -> Array:
-    """`Bool`: something stands within `max_range` of each ray. A shadow ray: the own hull casts shadows too.
+def occluded(
+    static: Any, moving: Any, tables: Tables, rays: Rays, *, coherent: bool = False, past_own: bool = False
+) -> Array:
+    """`Bool`: something stands within `max_range` of each ray. A shadow ray: the own hull casts shadows too, unless the
+    rays are to go `past_own`, as those to lamps that are mounted on it.
 
     `coherent` says that neighbouring rays run side by side: sunlight does.
     """
@@ -89,6 +92,9 @@ def occluded(static: Any, moving: Any, tables: Tables, rays: Rays, *, coherent: 
         blocked = static.ray_test(jit.mi.Ray3f(local, rays.direction, rays.max_range, 0.0, []), coherent, True)
     if moving is not None:
         start = _among_bodies(local, tables, rays)
+        if past_own:
+            found = _first_foreign(moving, tables, start, rays, rays.max_range)[0]
+            return blocked | (found.is_valid() & (found.t < dr.inf))
         blocked |= moving.ray_test(jit.mi.Ray3f(start, rays.direction, rays.max_range, 0.0, []), coherent, ~blocked)
     return blocked
 

@@ -72,7 +72,7 @@ def lamps_in_water(
 def _free(
     static: Any, moving: Any, scenery: Scenery, rays: Rays, start: Array, towards: Array, distance: Array, asked: Array
 ) -> Array:
-    """`Bool`: nothing stands between a place and a lamp, where `asked`."""
+    """`Bool`: nothing but the vehicle that carries it stands between a place and a lamp, where `asked`."""
     reach = dr.select(asked, dr.maximum(distance - _SHORT, 0), 0)
     shadow = Rays(start, towards, reach, rays.copy, rays.own, rays.drift)
-    return asked & ~occluded(static, moving, scenery.tables, shadow)
+    return asked & ~occluded(static, moving, scenery.tables, shadow, past_own=True)

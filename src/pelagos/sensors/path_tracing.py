@@ -122,10 +122,10 @@ def _extended(
     start = flight.place + jit.Array3f64(dr.select(flight.solid, hits.normal, 0)) * _START
     event = flight.scatters | flight.solid
 
-    def lit(towards: Array, reach: Array, arriving: Array) -> Array:
+    def lit(towards: Array, reach: Array, arriving: Array, *, own: bool = False) -> Array:
         """Light that comes from a direction and leaves along the path, if nothing stands before it."""
         ray = Rays(start, towards, dr.select(event, reach, 0), rays.copy, rays.own, rays.drift)
-        free = ~occluded(static, moving, scenery.tables, ray)
+        free = ~occluded(static, moving, scenery.tables, ray, past_own=own)
         turned = _phase(scenery.water, dr.dot(towards, path.direction))
         matt = albedo * (dr.maximum(dr.dot(normal, towards), 0) / math.pi)
         matt = dr.select(dr.dot(hits.normal, towards) > 0, matt, 0)
@@ -137,7 +137,7 @@ def _extended(
         place = jit.Array3f(flight.place - rays.origin)
         loss = dr.select(depth_at(scenery, flight.place) > 0, scenery.water.attenuation, 0)
         arriving, to_lamp, distance = light_at(lamp, loss, place, (path.travelled + flight.way) * pixel_angle)
-        light += lit(to_lamp, distance - 0.05, arriving)
+        light += lit(to_lamp, distance - 0.05, arriving, own=True)
     sea = _sea_surface(scenery, path, flight, u[2])
     light += weight * sea.light
     scattered, ratio = _scattered(scenery.water, path.direction, u[3], u[4], u[5])
