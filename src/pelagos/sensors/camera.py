@@ -27,7 +27,7 @@ from pelagos.sensors.adaptation import exposure_lag
 from pelagos.sensors.ambient import ambience, ambience_at
 from pelagos.sensors.camera_keys import contradiction, idle_keys
 from pelagos.sensors.camera_sampling import Sample, sampled_rays, samples
-from pelagos.sensors.develop import balanced, developed, exposed, gathered, through_lens
+from pelagos.sensors.develop import balanced, developed, exposed, gathered, through_lens, unpacked
 from pelagos.sensors.murk import sight_lines
 from pelagos.sensors.noise import opaque_key, stream_key
 from pelagos.sensors.path_tracing import path_traced
@@ -296,21 +296,9 @@ class Camera:
         return around, lines
 
     def _measurement(self, data: Array, truth: Array, shutter: Array, iso: Array) -> Measurement:
-        config = self.config
-
-        def picture(packed: Array) -> NDArray[Any]:
-            values = np.array(packed)
-            shape = (-1, config.height_px, config.width_px)
-            kind = np.uint8 if config.bits <= 8 else np.uint16
-            if config.mosaic != "none":
-                return values.reshape(shape).astype(kind)
-            colours = np.empty((len(values), 3), dtype=kind)
-            for i in range(3):  # four times as fast as one copy of three out of four
-                colours[:, i] = values.view(kind)[i::4]
-            return colours.reshape(*shape, 3)
-
         extras = {"exposure_s": np.array(shutter), "iso": np.array(iso)}
-        return Measurement(data=picture(data), truth=picture(truth), extras=extras)
+        data, truth = (unpacked(packed, self.config, len(shutter)) for packed in (data, truth))
+        return Measurement(data, truth, extras=extras)
 
 
 def mean_light(

@@ -5,10 +5,13 @@ Everything works on linear light until the very last step.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, Final
 
 import drjit as dr
+import numpy as np
+from numpy.typing import NDArray
 
 from pelagos import jit
 from pelagos.jit import Array
@@ -160,7 +163,7 @@ def developed(
     light: Array, shutter: Array, iso: Array, where: Pixels, tiling: Tiling, config: CameraConfig, motion: Kinematics,
     key: Any, trace: Callable[[str, Array, str], None] | None,
 ) -> tuple[Array, Array]:  # fmt: skip
-    """Pictures with and without noise, packed, in the order of rows."""
+    """Pictures with and without noise, in the order of rows: see `unpacked`."""
     images = dr.width(motion.tick)
     signal = light / dr.gather(jit.Float, saturation_luminance(config.aperture, shutter, iso), where.image)
     index = where.row * tiling.width + where.column
@@ -177,7 +180,30 @@ def developed(
         trace("signal", signal, "1 = full pixel")
         trace("signal with noise", noisy, "1 = full pixel")
     data, truth = (image_rows(_packed(s, where, config), tiling, where, images) for s in (noisy, signal))
+    if config.mosaic == "none" and config.bits <= 8:
+        dr.eval(data, truth)
+        data, truth = _three_words(data), _three_words(truth)
     return data, truth
+
+
+def unpacked(packed: Array, config: CameraConfig, images: int) -> NDArray[Any]:
+    """What `developed` gives as `(images, height, width, 3)`, of a mosaic `(images, height, width)`."""
+    kind = np.uint8 if config.bits <= 8 else np.uint16
+    shape = (images, config.height_px, config.width_px)
+    values = np.array(packed)
+    if config.mosaic != "none":
+        return values.reshape(shape).astype(kind)
+    if config.bits > 8:
+        return np.ascontiguousarray(values.view(kind).reshape(*shape, 4)[..., :3])
+    return values.view(kind)[: 3 * math.prod(shape)].reshape(*shape, 3)
+
+
+def _three_words(pixels: Array) -> Array:
+    """Pixels of three bytes, each in a word, as a row of bytes: four of them in three words."""
+    count = dr.width(pixels)
+    group = dr.arange(jit.UInt32, -(-count // 4))
+    a, b, c, d = (dr.gather(jit.UInt32, pixels, 4 * group + k, 4 * group + k < count) for k in range(4))
+    return dr.ravel(jit.Array3u(a | (b << 24), (b >> 8) | (c << 16), (c >> 16) | (d << 8)))
 
 
 def _packed(signal: Array, where: Pixels, config: CameraConfig) -> Array:

@@ -180,7 +180,7 @@ def pixel_values_at(values: Array, tiling: Tiling, image: Array, column: Array, 
 
 def image_rows(values: Array, tiling: Tiling, where: Pixels, images: int) -> Array:
     """Lanes back to `(images, height, width)` flattened, `values` of any type."""
-    out = dr.zeros(type(values), images * tiling.width * tiling.height)
+    out = dr.empty(type(values), images * tiling.width * tiling.height)  # all are written
     index = (where.image * tiling.height + where.row) * tiling.width + where.column
     dr.scatter(out, values, index, where.active)
     return out
