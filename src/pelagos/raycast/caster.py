@@ -17,7 +17,7 @@ _OWN_SURFACES = 4  # surfaces of the own hull that a ray may pass: two walls, in
 _SKIP = 1e-4  # [m], step behind a surface of the own hull
 
 
-def cast(static: Any, moving: Any, tables: Tables, rays: Rays, *, smooth: bool = False) -> Hits:
+def cast(static: Any, moving: Any, tables: Tables, rays: Rays, *, smooth: bool = False, coherent: bool = True) -> Hits:
     """The nearest hit of each ray; a ray passes through the body that it names as its own.
 
     Args:
@@ -25,16 +25,20 @@ def cast(static: Any, moving: Any, tables: Tables, rays: Rays, *, smooth: bool =
         tables: `Scene.tables`.
         rays: see `Rays`.
         smooth: interpolate `shading_normal`; otherwise it is the geometric normal, at less cost.
+        coherent: neighbouring rays run side by side. The hits are the same without; for rays that go anywhere they are
+            found in two thirds of the time then, for a sonar's fan in two and a half times as much.
     """
     local = jit.Array3f(rays.origin - tables.origin)
     t, normal, shading = jit.Float(dr.inf), jit.Array3f(0), jit.Array3f(0)
     thing, row = jit.UInt32(0), jit.UInt32(0)
     on_body = jit.Bool(False)
     if static is not None:
-        t, normal, shading, thing = first_static(static, tables, local, rays.direction, rays.max_range, smooth=smooth)
+        t, normal, shading, thing = first_static(
+            static, tables, local, rays.direction, rays.max_range, smooth=smooth, coherent=coherent
+        )
     if moving is not None:
         start = _among_bodies(local, tables, rays)
-        found, travelled, body = _first_foreign(moving, tables, start, rays, dr.minimum(t, rays.max_range))
+        found, travelled, body = _first_foreign(moving, tables, start, rays, dr.minimum(t, rays.max_range), coherent)
         nearer = found.is_valid() & (found.t + travelled < t)
         face = dr.gather(jit.UInt32, tables.moving_first, body, nearer) + found.prim_index
         attitude = dr.gather(jit.Array4f, tables.body_attitude, body, nearer)
@@ -48,14 +52,14 @@ def cast(static: Any, moving: Any, tables: Tables, rays: Rays, *, smooth: bool =
 
 
 def first_static(
-    static: Any, tables: Tables, start: Array, direction: Array, reach: Array, *, smooth: bool
+    static: Any, tables: Tables, start: Array, direction: Array, reach: Array, *, smooth: bool, coherent: bool = True
 ) -> tuple[Array, Array, Array, Array]:
     """The nearest static hit of rays that start at `start`, `Array3f` relative to `tables.origin` [m].
 
     Returns:
         distance [m], infinite without a hit; normal and interpolated normal (see `normals`); object row.
     """
-    found = static.ray_intersect_preliminary(jit.mi.Ray3f(start, direction, reach, 0.0, []), True, True)
+    found = static.ray_intersect_preliminary(jit.mi.Ray3f(start, direction, reach, 0.0, []), coherent, True)
     hit = found.is_valid()
     shape = dr.reinterpret_array(jit.UInt32, found.shape)
     instanced = dr.width(tables.models.thing) > 1
@@ -105,9 +109,11 @@ def _among_bodies(local: Array, tables: Tables, rays: Rays) -> Array:
     return start if rays.drift is None else start - rays.drift
 
 
-def _first_foreign(moving: Any, tables: Tables, start: Array, rays: Rays, reach: Array) -> tuple[Any, Array, Array]:
+def _first_foreign(
+    moving: Any, tables: Tables, start: Array, rays: Rays, reach: Array, coherent: bool
+) -> tuple[Any, Array, Array]:
     """The first hit that is not on the own hull: intersection, way already travelled [m], moving row."""
-    found = moving.ray_intersect_preliminary(jit.mi.Ray3f(start, rays.direction, reach, 0.0, []), True, True)
+    found = moving.ray_intersect_preliminary(jit.mi.Ray3f(start, rays.direction, reach, 0.0, []), coherent, True)
     travelled = jit.Float(0)
     body = _row(tables, found)
     for _ in range(_OWN_SURFACES):
@@ -115,7 +121,7 @@ def _first_foreign(moving: Any, tables: Tables, start: Array, rays: Rays, reach:
         step = dr.select(own, found.t + _SKIP, 0)
         travelled = travelled + step
         ray = jit.mi.Ray3f(start + travelled * rays.direction, rays.direction, reach - travelled, 0.0, [])
-        found = dr.select(own, moving.ray_intersect_preliminary(ray, True, own), found)
+        found = dr.select(own, moving.ray_intersect_preliminary(ray, coherent, own), found)
         body = _row(tables, found)
     found.t = dr.select(found.is_valid() & (body == rays.own), dr.inf, found.t)
     return found, travelled, body

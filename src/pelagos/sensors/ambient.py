@@ -134,7 +134,7 @@ def _above_water(
     """The same of surfaces above the water, from one direction: sky or sea, or what stands before it, which has half of
     that light itself (assumed)."""
     reach = dr.select(wanted, jit.Float(_REACH), 0)
-    met = cast(static, moving, scenery.tables, Rays(start, up, reach, rays.copy, rays.own))
+    met = cast(static, moving, scenery.tables, Rays(start, up, reach, rays.copy, rays.own), coherent=False)
     light = dr.select(up.z > 0, sky_in_air(scenery, up, glare=0.0), sea_from_above(scenery))
     light = dr.select(wanted, math.pi * light, 0)
     sent = 0.5 * light * mean_albedo(scenery.looks, met.material, met.valid)
@@ -247,7 +247,7 @@ def _stepped(static: Any, moving: Any, scenery: Scenery, rays: Rays, walk: _Walk
     free_way = dr.minimum(flight, to_sea)
     reach = dr.minimum(dr.select(d.z > CRITICAL_COSINE, to_sea, free_way), _REACH)  # the sky itself is always asked for
     reach = dr.select(walk.alive, reach, 0)
-    hits = cast(static, moving, scenery.tables, Rays(walk.place, d, reach, rays.copy, rays.own))
+    hits = cast(static, moving, scenery.tables, Rays(walk.place, d, reach, rays.copy, rays.own), coherent=False)
     solid = walk.alive & hits.valid & (hits.t < free_way)
     at_sea = ~solid & (flight > to_sea)
     way = dr.select(solid, hits.t, free_way)

@@ -108,7 +108,7 @@ def _extended(
 ) -> Path:  # fmt: skip
     """One step: a free flight, what ends it, its light from sun and lamps, and where the path goes on."""
     ray = Rays(path.origin, path.direction, rays.max_range, rays.copy, rays.own, rays.drift)
-    hits = cast(static, moving, scenery.tables, ray, smooth=True)
+    hits = cast(static, moving, scenery.tables, ray, smooth=True, coherent=False)
     flight = _flight(scenery, path, hits, u)
     weight = path.weight * flight.weight
     light = path.light

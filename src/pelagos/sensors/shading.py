@@ -217,11 +217,14 @@ def _behind_the_sea(
     reach = dr.select(meets_sea, dr.clip(seen, 0, rays.max_range), 0)
     second = cast(static, moving, scenery.tables, Rays(start, direction, reach, rays.copy, rays.own))
     length = dr.select(second.valid, second.t, FAR)
-    sky = dr.select(second.valid, 0, sky_in_air(scenery, direction))
+    sky = dr.if_stmt(
+        (direction,), meets_sea & ~wet & ~second.valid, lambda d: sky_in_air(scenery, d), lambda _: jit.Array3f(0),
+        mode="symbolic",
+    )  # fmt: skip
     down = jit.Array3f(direction.x, direction.y, dr.minimum(direction.z, 0))
     veil = dr.if_stmt(
         (down, length),
-        wet,
+        meets_sea & wet,
         lambda down, length: _water_below(scenery, down, length),
         lambda down, length: jit.Array3f(0),
         mode="symbolic",
