@@ -1,4 +1,4 @@
-"""Keys of cameras and LiDARs that contradict one another or would change nothing are refused, with the reason."""
+"""Keys of cameras and LiDARs that contradict one another are refused, those that change nothing are warned of."""
 
 from __future__ import annotations
 
@@ -32,26 +32,33 @@ def scenario(**sensor: Any) -> dict[str, Any]:
         ({"iso": 1600, "iso_max": 800}, "'iso' of 1600, .* is above 'iso_max', 800"),
         ({"meter_min_cd_m2": 2, "meter_max_cd_m2": 1}, "'meter_min_cd_m2', 2, is above 'meter_max_cd_m2', 1"),
         ({"aperture": 2, "aperture_widest": 2.8}, "'aperture' of 2 is wider than 'aperture_widest', f/2.8"),
-        ({"gamma": 1.8}, "'gamma' would change nothing: needs 'tone: gamma'"),
-        ({"tone": "film", "highlight_knee": 0.5}, "needs 'tone: srgb or gamma'"),
-        ({"film_toe": 0.3, "film_slope": 1}, "'film_slope', 'film_toe' would change nothing: needs 'tone: film'"),
-        (
-            {"exposure": "manual", "compensation_ev": 1},
-            "'compensation_ev' would change nothing: needs 'exposure: auto'",
-        ),
-        ({"focus_distance_m": 2}, "'focus_distance_m' would change nothing: needs several 'samples'"),
         ({"lamps": [{"color": [1, -1, 0]}]}, r"lamps.0.color.1: must be at least 0, not -1"),
         (
             {"type": "lidar", "upper_fov_deg": -20, "lower_fov_deg": 5},
             "'upper_fov_deg', -20, is below 'lower_fov_deg', 5",
         ),
         ({"type": "lidar", "points_per_second": 100}, "32 channels at 10 Hz need 320"),
-        ({"type": "depth_camera", "iso": 200}, "'iso' of a depth camera change its picture: they need 'image: true'"),
     ],
 )
 def test_refused(keys: dict[str, Any], message: str) -> None:
     with pytest.raises(ScenarioError, match=r"agents\.rov\.sensors\.eye.*" + message):
         load_scenario(scenario(**keys))
+
+
+@pytest.mark.parametrize(
+    ("keys", "message"),
+    [
+        ({"gamma": 1.8}, "'gamma' changes nothing without 'tone: gamma'"),
+        ({"tone": "film", "highlight_knee": 0.5}, "without 'tone: srgb or gamma'"),
+        ({"film_toe": 0.3, "film_slope": 1}, "'film_slope', 'film_toe' changes nothing without 'tone: film'"),
+        ({"exposure": "manual", "compensation_ev": 1}, "'compensation_ev' changes nothing without 'exposure: auto'"),
+        ({"focus_distance_m": 2}, "'focus_distance_m' changes nothing without several 'samples'"),
+        ({"type": "depth_camera", "iso": 200}, "'iso' changes nothing without 'image: true'"),
+    ],
+)
+def test_warned_of(keys: dict[str, Any], message: str) -> None:
+    with pytest.warns(ValidityWarning, match=r"rov\.eye: .*" + message):
+        Simulation.load(scenario(width_px=16, height_px=16, **keys))
 
 
 def test_every_key_that_is_named_is_one() -> None:

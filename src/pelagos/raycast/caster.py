@@ -97,7 +97,7 @@ def occluded(
     if moving is not None:
         start = _among_bodies(local, tables, rays)
         if past_own:
-            found = _first_foreign(moving, tables, start, rays, rays.max_range)[0]
+            found = _first_foreign(moving, tables, start, rays, rays.max_range, coherent)[0]
             return blocked | (found.is_valid() & (found.t < dr.inf))
         blocked |= moving.ray_test(jit.mi.Ray3f(start, rays.direction, rays.max_range, 0.0, []), coherent, ~blocked)
     return blocked

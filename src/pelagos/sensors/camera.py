@@ -8,6 +8,7 @@ as the meter chose.
 from __future__ import annotations
 
 import math
+import warnings
 from collections.abc import Callable
 from dataclasses import replace
 from typing import Any, ClassVar, Literal, Self
@@ -19,6 +20,7 @@ from pydantic import Field, model_validator
 
 from pelagos import jit
 from pelagos.config.strict import refusal
+from pelagos.errors import ValidityWarning
 from pelagos.jit import Array
 from pelagos.optics.caustics import Ripple
 from pelagos.optics.lens import natural_vignette
@@ -144,7 +146,7 @@ class CameraConfig(LitViewConfig):
 
     @model_validator(mode="after")
     def _keys_make_sense(self) -> Self:
-        if wrong := contradiction(self) or idle_keys(self):
+        if wrong := contradiction(self):
             raise refusal(wrong)
         return self
 
@@ -189,6 +191,8 @@ class Camera:
 
     def __init__(self, config: CameraConfig, context: SensorContext) -> None:
         self.config = config
+        if idle := idle_keys(config):
+            warnings.warn(f"{context.path}: {idle}", ValidityWarning, stacklevel=3)
         self._view = View(config, context)
         _, directions = pixel_rays(config.model_copy(update={"port": None}))
         vignette = np.nan_to_num(natural_vignette(directions, config.vignette, fisheye=config.lens == "fisheye"))

@@ -1,6 +1,6 @@
-"""Which keys of a camera contradict one another, and which would change nothing.
+"""Which keys of a camera contradict one another, and which change nothing.
 
-A key that is given and cannot show is a mistake of whoever gave it: `gamma` where the tone curve is sRGB's.
+A key that is given and cannot show is most likely a mistake of whoever gave it: `gamma` where the tone curve is sRGB's.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ NEEDS: Final = (
 
 
 def idle_keys(config: CameraConfig) -> str | None:
-    """What is wrong with keys that were changed and would change nothing; None where all is well."""
+    """Keys that were changed and change nothing, with what they need; None where there are none."""
 
     def changed(*keys: str) -> list[str]:
         fields = type(config).model_fields
@@ -50,9 +50,9 @@ def idle_keys(config: CameraConfig) -> str | None:
 
     for need in NEEDS:
         if getattr(config, need.key) not in need.values and (idle := changed(*need.keys)):
-            return f"{_named(idle)} would change nothing: needs '{need.key}: {' or '.join(need.values)}'"
+            return f"{_named(idle)} changes nothing without '{need.key}: {' or '.join(need.values)}'"
     if config.samples == 1 and (idle := changed("focus_distance_m", "depth_blur_px")):
-        return f"{_named(idle)} would change nothing: needs several 'samples', 16 say, not 1"
+        return f"{_named(idle)} changes nothing without several 'samples', 16 say"
     return None
 
 
@@ -63,7 +63,7 @@ def contradiction(config: CameraConfig) -> str | None:
         return f"'shutter_s' of {exposure:g} s is longer than the {period:.4g} s between two frames"
     if readout > period * (1 + 1e-9):
         return f"'rolling_shutter_s' of {readout:g} s is longer than the {period:.4g} s between two frames"
-    if config.exposure == "auto" and config.iso > config.iso_max:
+    if config.exposure == "auto" and config.iso > config.iso_max and "iso_max" in config.model_fields_set:
         return f"'iso' of {config.iso:g}, the lowest of the automatic exposure, is above 'iso_max', {config.iso_max:g}"
     if config.meter_min_cd_m2 > config.meter_max_cd_m2:
         return f"'meter_min_cd_m2', {config.meter_min_cd_m2:g}, is above 'meter_max_cd_m2', {config.meter_max_cd_m2:g}"

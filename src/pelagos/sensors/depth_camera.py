@@ -9,14 +9,15 @@ is a surface, from both sides. Extras with
 
 from __future__ import annotations
 
-from typing import Any, ClassVar, Literal, Self
+import warnings
+from typing import Any, ClassVar, Literal
 
 import drjit as dr
 from numpy.typing import NDArray
-from pydantic import Field, model_validator
+from pydantic import Field
 
 from pelagos import jit
-from pelagos.config.strict import refusal
+from pelagos.errors import ValidityWarning
 from pelagos.jit import Array
 from pelagos.math.philox import normal_pair32, uniform32
 from pelagos.sensors.camera import Camera, CameraConfig
@@ -45,15 +46,6 @@ class DepthCameraConfig(CameraConfig):
     image: bool = False
     """Whether a colour picture through the same lens comes along."""
 
-    @model_validator(mode="after")
-    def _picture_keys_need_a_picture(self) -> Self:
-        fields = CameraConfig.model_fields
-        given = [k for k in fields if k not in ViewConfig.model_fields and getattr(self, k) != fields[k].default]
-        if given and not self.image:
-            keys = ", ".join(f"'{k}'" for k in given)
-            raise refusal(f"{keys} of a depth camera change its picture: they need 'image: true'")
-        return self
-
 
 class DepthCamera:
     """See `DepthCameraConfig`."""
@@ -66,6 +58,11 @@ class DepthCamera:
 
     def __init__(self, config: DepthCameraConfig, context: SensorContext) -> None:
         self.config = config
+        if idle := picture_keys(config):
+            keys = ", ".join(f"'{k}'" for k in idle)
+            warnings.warn(
+                f"{context.path}: {keys} changes nothing without 'image: true'", ValidityWarning, stacklevel=3
+            )
         key = opaque_key(stream_key(context.seed, context.path, "depth"))
         self._frames = HitView(config, context, self._depths, key)
         self._camera = Camera(config, context) if config.image else None
@@ -93,6 +90,13 @@ class DepthCamera:
             trace("depth", depth, "m")
             trace("depth with noise", data, "m")
         return data, depth
+
+
+def picture_keys(config: DepthCameraConfig) -> list[str]:
+    """Keys of the picture that were changed though there is none."""
+    fields = CameraConfig.model_fields
+    changed = [k for k in fields if k not in ViewConfig.model_fields and getattr(config, k) != fields[k].default]
+    return [] if config.image else changed
 
 
 def measured_depth(depth: Array, seen: Seen, config: DepthCameraConfig, key: Any) -> Array:
