@@ -17,7 +17,7 @@ from pelagos.raycast.rays import NO_BODY
 from pelagos.raycast.scene import Scene
 from pelagos.sensors.camera import Camera, CameraConfig
 from pelagos.sensors.develop import zone_mean
-from pelagos.sensors.pixels import Tiling
+from pelagos.sensors.pixels import Tiling, pixels, tile_sizes
 from pelagos.sensors.sensor import Kinematics, SensorContext
 from pelagos.world.material import MATERIALS, material_tables
 
@@ -134,6 +134,13 @@ def test_a_glare_counts_as_white_and_no_more():
     assert np.array(mean) == pytest.approx([0.995 / (1 - 1 / 36)], rel=1e-3)
     even = zone_mean(256 * dr.minimum(bright, 5), dr.full(jit.Float, 256, 200), Tiling(320, 160))
     assert np.array(even) == pytest.approx([1.02])  # below white all counts
+
+
+def test_tiles_at_the_edge_are_smaller():
+    tiling = Tiling(40, 20)
+    counted = dr.block_sum(dr.select(pixels(tiling, 2).active, jit.Float(1), 0), 256)
+    assert np.array_equal(np.array(tile_sizes(tiling, 2)), np.array(counted))
+    assert np.array(counted).sum() == 2 * 40 * 20
 
 
 def test_meter_stops_at_its_limits_in_the_dark():

@@ -30,6 +30,7 @@ from pelagos.sensors.pixels import (
     pixel_values_at,
     smooth_tiles,
     tile_means,
+    tile_sizes,
     tiles_at,
 )
 from pelagos.sensors.sensor import Kinematics
@@ -144,7 +145,8 @@ def exposed(
     if config.exposure == "manual":
         return dr.full(jit.Float, config.shutter_s, images), dr.full(jit.Float, config.iso, images)
     weight = dr.select(where.active, meter_weight(where, tiling, config), 0)
-    bright, weights = (dr.block_sum(v, TILE * TILE) for v in (luminance(light) * weight, weight))
+    bright = dr.block_sum(luminance(light) * weight, TILE * TILE)
+    weights = tile_sizes(tiling, images) if config.metering == "average" else dr.block_sum(weight, TILE * TILE)
     mean = dr.clip(zone_mean(bright, weights, tiling), config.meter_min_cd_m2, config.meter_max_cd_m2)
     if lag is not None:
         mean *= dr.exp2(lag)

@@ -108,6 +108,13 @@ def tile_means(values: list[Array], active: Array) -> list[Array]:
     return [jit.Array3f(means[k : k + 3]) / number for k in range(0, len(means), 3)]
 
 
+def tile_sizes(tiling: Tiling, images: int) -> Array:
+    """Pixels of each tile, idle lanes left out, `Float` `(images * tiles,)`."""
+    tile = dr.arange(jit.UInt32, images * tiling.tiles) % tiling.tiles
+    across = dr.minimum(tiling.width - tile % tiling.across * TILE, TILE)
+    return jit.Float(across * dr.minimum(tiling.height - tile // tiling.across * TILE, TILE))
+
+
 def image_means(values: Array, active: Array, tiling: Tiling) -> Array:
     """Mean over each image, `(images,)`."""
     tile_sums = dr.block_sum(dr.select(active, values, 0), TILE * TILE)
