@@ -152,6 +152,15 @@ def test_list(what: str, names: list[str], capsys: pytest.CaptureFixture[str]) -
         assert len(row.split()) > 2, f"{name} has no line about it"
 
 
+def test_list_of_one_name_says_its_keys(capsys: pytest.CaptureFixture[str]) -> None:
+    assert outcome("list", "sensors", "camera") == 0
+    rows = [line.split() for line in capsys.readouterr().out.splitlines()]
+    assert next(r for r in rows if r[:1] == ["width_px"])[1] == "640"
+    assert next(r for r in rows if r[:1] == ["focus_distance_m"])[1] == "None"
+    assert outcome("list", "worlds", "bathymetry") == 0
+    assert "required" in capsys.readouterr().out
+
+
 def test_warnings_come_without_the_line_that_warns(
     small: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -203,6 +212,8 @@ BAD = [
     (["explain", "SMALL", "auv0.imuu"], "unknown sensor of auv0 'imuu' (did you mean 'imu'?)"),
     (["explain", "SMALL", "auv1.imu"], "unknown agent 'auv1' (did you mean 'auv0'?)"),
     (["explain", "SMALL", "auv0"], "name a sensor as AGENT.SENSOR: auv0.imu, auv0.depth"),
+    (["list", "sensors", "camra"], "unknown sensor 'camra' (did you mean 'camera'?)"),
+    (["list", "vehicles", "remus100"], "takes no name"),
     (["bench", "no_such_case"], "unknown benchmark 'no_such_case'"),
 ]  # fmt: skip
 

@@ -1,13 +1,15 @@
-"""`pelagos list`: what a scenario can name, one line each."""
+"""`pelagos list`: what a scenario can name, one line each, and the keys of one of them."""
 
 from __future__ import annotations
 
 from typing import Final
 
 from rich.markup import escape
+from rich.table import Table
 
 from pelagos.cli.console import out
 from pelagos.config import registry
+from pelagos.errors import InputError
 from pelagos.sensors.sonar_catalogue import DEVICES
 
 KINDS: Final[dict[str, registry.Kind]] = {"vehicles": "vehicle", "sensors": "sensor", "worlds": "world"}
@@ -23,6 +25,24 @@ def print_list(what: str) -> None:
     for name, entry in entries.items():
         source = f" (from {entry.package})" if entry.package else ""
         out.print(f"[bold]{name:{width}}[/bold]  {escape(entry.title + source)}")
+
+
+def print_keys(what: str, name: str) -> None:
+    """Print the keys of one sensor or world: default, and what it is for.
+
+    Raises:
+        LookupFailed: there is none of that name.
+        InputError: `what` has names without keys of their own.
+    """
+    if what not in ("sensors", "worlds"):
+        raise InputError(f"`list {what}` takes no name; keys are listed of sensors and worlds: `list sensors camera`")
+    entry = registry.find(KINDS[what], name)
+    out.print(f"[bold]{name}[/bold]: {escape(entry.title)}")
+    table = Table("key", "default", "", box=None, pad_edge=False, padding=(0, 2, 0, 0), header_style="bold")
+    for key, field in entry.config.model_fields.items():
+        default = "required" if field.is_required() else str(field.get_default(call_default_factory=True))
+        table.add_row(key, escape(default), escape(field.description or ""))
+    out.print(table, soft_wrap=False)
 
 
 def _print_devices() -> None:

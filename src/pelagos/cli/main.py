@@ -143,12 +143,18 @@ def world(
     show_world(scenario, change or [], out or [], samples=samples, at_s=at)
 
 
-@app.command("list", epilog="Example:\n\n    pelagos list sensors")
-def list_(what: Annotated[What, typer.Argument(help="Of what.", show_default=False)]) -> None:
+@app.command("list", epilog="Examples:\n\n    pelagos list sensors\n\n    pelagos list sensors camera")
+def list_(
+    what: Annotated[What, typer.Argument(help="Of what.", show_default=False)],
+    name: Annotated[str, typer.Argument(help="One sensor or world, to list its keys.", show_default=False)] = "",
+) -> None:
     """List the vehicles, sensors, worlds, or devices (sonars by data sheet) that a scenario can name."""
-    from pelagos.cli.listing import print_list
+    from pelagos.cli.listing import print_keys, print_list
 
-    print_list(what.value)
+    if name:
+        print_keys(what.value, name)
+    else:
+        print_list(what.value)
 
 
 @app.command(
