@@ -9,6 +9,7 @@ import pytest
 
 import pelagos as pl
 from pelagos.config import registry
+from pelagos.errors import LookupFailed
 from pelagos.sensors.ping import PingConfig
 from pelagos.sensors.sea import SEA_SURFACE_INSTANCE
 
@@ -160,6 +161,28 @@ def test_it_sees_waves_from_below(name):
     assert heard(name, reading)
     names = [n for n in ("instance", "water_column_instance") if n in reading.extras]
     assert any((reading.extras[n] == SEA_SURFACE_INSTANCE).any() for n in names)
+
+
+def test_sonars_of_every_kind_on_another_vehicle_may_be_heard_or_not():
+    """`hears: others` takes those that can be heard; the rest are told from them by name."""
+    start = {"position_m": [0.0, 0.0], "depth_m": DEPTH}
+    mine = {"type": "imaging_sonar", "rate_hz": 10, "beams": 32, "bins": 64, "range_max_m": 30, "hears": "others"}
+    theirs = {name: {"type": name, "rate_hz": 5, **LOOKS[name][1]} for name in LOOKS}
+    theirs["synthetic_aperture_sonar"]["range_max_m"] = 30.0
+    agents = {
+        "auv0": {"vehicle": "remus100", "start": start, "sensors": {"it": mine}},
+        "auv1": {"vehicle": "remus100", "start": start | {"position_m": [10.0, 0.0]}, "sensors": theirs},
+    }
+    sim = pl.Simulation.load({"world": {"type": "flat", "depth_m": DEPTH + ALTITUDE}, "agents": agents})
+    sim.reset()
+    loud = next_ping(sim)
+    mine["hears"] = ["auv1.imaging_sonar"]
+    sim = pl.Simulation.load({"world": {"type": "flat", "depth_m": DEPTH + ALTITUDE}, "agents": agents})
+    sim.reset()
+    assert loud.data.sum() >= next_ping(sim).data.sum() > 0
+    mine["hears"] = ["auv1.dvl"]
+    with pytest.raises(LookupFailed, match=r"sonar that can be heard 'auv1\.dvl'"):
+        pl.Simulation.load({"world": {"type": "flat", "depth_m": DEPTH + ALTITUDE}, "agents": agents})
 
 
 def heard(name: str, reading: pl.Reading | None) -> bool:

@@ -18,7 +18,9 @@ from pelagos.ocean.ocean import Ocean
 from pelagos.raycast.rays import NO_BODY
 from pelagos.raycast.scene import Scene
 from pelagos.sensors.collision import Blows
+from pelagos.sensors.multibeam import MultibeamConfig
 from pelagos.sensors.neighbours import Neighbours
+from pelagos.sensors.ping import PingConfig
 from pelagos.sensors.schedule import period_ticks
 from pelagos.sensors.sensor import Sensor, SensorConfig, SensorContext
 from pelagos.sim.bodies import hull_rows
@@ -153,7 +155,7 @@ def audible(scenario: Scenario) -> list[str]:
         f"{agent}.{name}"
         for agent, config in scenario.agents.items()
         for name, sensor in config.sensors.items()
-        if hasattr(sensor, "source_level_db")
+        if isinstance(sensor, PingConfig | MultibeamConfig)
     ]
 
 
