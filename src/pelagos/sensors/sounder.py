@@ -22,6 +22,7 @@ from pelagos.sensors.sensor import Kinematics, SensorConfig, SensorContext
 
 Refraction: TypeAlias = 'bool | Literal["auto"]'
 
+FACE_M: Final = 0.05  # a sonar higher than this above the surface is out of the water; assumed half the face of one
 _BENDS: Final = 0.004  # displacement of a level ray, in parts of the range, from which refraction matters
 _NEAR: Final = 60.0  # [m], reach from which on the sea around a sonar is as coarse as it gets
 _DEPTHS: Final = 129  # places of the water column that are looked at
@@ -123,7 +124,7 @@ class Sounder:
         own_row = dr.gather(jit.UInt32, own, motion.copy)
         profile = profile_of(ocean, position, t, reach=self._reach, bottom=self._bottom) if self.bent else None
         sea = sea_around(ocean, position, t, reach=self._reach, waves=self._waves) if self._surface else None
-        wet = position.z <= (ocean.elevation(position.x, position.y, t) if self._moves else 0.0)
+        wet = position.z <= (ocean.elevation(position.x, position.y, t) + FACE_M if self._moves else FACE_M)
         who = (motion.copy, own_row, motion.environment, motion.tick)
         return Lanes(position, attitude, *who, water, profile, sea, wet)
 

@@ -15,6 +15,7 @@ from pelagos.errors import MountWarning
 from pelagos.math.so3 import rotate_np
 from pelagos.ocean.ocean import Ocean
 from pelagos.raycast.geometry import Geometry
+from pelagos.sensors.sounder import FACE_M
 from pelagos.sim.bodies import Body
 from pelagos.sim.initial import StartState
 from pelagos.sim.model import Model
@@ -50,7 +51,7 @@ def warn_of_buried(
             why = why.split(" m ", 1)[1] if why is not None else _within(place, others)
             if why is not None:
                 lost = "it will see nothing but the inside of that"
-            elif hasattr(sensor.config, _SOUND) and (height := _above_water(model.ocean, place)) > 0.0:
+            elif hasattr(sensor.config, _SOUND) and (height := _above_water(model.ocean, place)) > FACE_M:
                 why, lost = f"lies {height:.2g} m above the water", "it hears nothing there"
             else:
                 continue
