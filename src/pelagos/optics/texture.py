@@ -35,6 +35,8 @@ class Pattern:
         layer_albedo: its linear colour.
         seams: darkness of seams in a square grid.
         seam_length: mesh of that grid [m].
+        own_mean, layer_mean: shares of the material's and of the second colour in the mean albedo, by sampling.
+        facing: mean cosine between the relief and the surface, likewise.
     """
 
     coarse: float = 0.5
@@ -47,23 +49,109 @@ class Pattern:
     layer_albedo: Triple = (0.05, 0.06, 0.03)
     seams: float = 0.0
     seam_length: float = 2.5
+    own_mean: float = 1.0
+    layer_mean: float = 0.0
+    facing: float = 1.0
 
 
 _GROWTH: Final = (0.055, 0.06, 0.028)
 _LITTER: Final = (0.13, 0.115, 0.08)
 PATTERNS: Final[dict[str, Pattern]] = {  # looks, not measurements: all assumed
     "none": Pattern(patch=0.0, grain=0.0, bump=0.0),
-    "grain": Pattern(0.8, patch=0.3, grain=0.3, bump=0.3, layer=0.2, layer_albedo=(0.08, 0.075, 0.05)),
-    "ripples": Pattern(0.9, patch=0.28, grain=0.3, bump=0.25, ripple=0.42, layer=0.2, layer_albedo=_LITTER),
-    "pebbles": Pattern(0.5, patch=0.3, grain=0.7, bump=0.9, layer=0.3, layer_albedo=(0.12, 0.11, 0.10)),
-    "concrete": Pattern(0.6, patch=0.3, grain=0.25, bump=0.25, layer=0.42, layer_albedo=_GROWTH, seams=0.5),
-    "rust": Pattern(0.3, patch=0.5, grain=0.35, bump=0.5, layer=0.5, layer_albedo=(0.045, 0.03, 0.02)),
-    "planks": Pattern(0.25, patch=0.45, grain=0.25, bump=0.5, stretch=6.0, layer=0.4, layer_albedo=_GROWTH),
-    "bricks": Pattern(
-        0.6, patch=0.4, grain=0.25, bump=0.3, layer=0.25, layer_albedo=_GROWTH, seams=0.6, seam_length=0.22
+    "grain": Pattern(
+        0.8,
+        patch=0.3,
+        grain=0.3,
+        bump=0.3,
+        layer=0.2,
+        layer_albedo=(0.08, 0.075, 0.05),
+        own_mean=0.83,
+        layer_mean=0.18,
+        facing=0.99,
     ),
-    "growth": Pattern(0.4, patch=0.6, grain=0.5, bump=1.1, layer=0.45, layer_albedo=(0.16, 0.10, 0.05)),
-    "blades": Pattern(0.3, patch=0.4, grain=0.4, bump=0.7, stretch=4.0),
+    "ripples": Pattern(
+        0.9,
+        patch=0.28,
+        grain=0.3,
+        bump=0.25,
+        ripple=0.42,
+        layer=0.2,
+        layer_albedo=_LITTER,
+        own_mean=0.87,
+        layer_mean=0.13,
+        facing=0.98,
+    ),
+    "pebbles": Pattern(
+        0.5,
+        patch=0.3,
+        grain=0.7,
+        bump=0.9,
+        layer=0.3,
+        layer_albedo=(0.12, 0.11, 0.10),
+        own_mean=0.71,
+        layer_mean=0.29,
+        facing=0.91,
+    ),
+    "concrete": Pattern(
+        0.6,
+        patch=0.3,
+        grain=0.25,
+        bump=0.25,
+        layer=0.42,
+        layer_albedo=_GROWTH,
+        seams=0.5,
+        own_mean=0.56,
+        layer_mean=0.42,
+        facing=0.99,
+    ),
+    "rust": Pattern(
+        0.3,
+        patch=0.5,
+        grain=0.35,
+        bump=0.5,
+        layer=0.5,
+        layer_albedo=(0.045, 0.03, 0.02),
+        own_mean=0.41,
+        layer_mean=0.59,
+        facing=0.96,
+    ),
+    "planks": Pattern(
+        0.25,
+        patch=0.45,
+        grain=0.25,
+        bump=0.5,
+        stretch=6.0,
+        layer=0.4,
+        layer_albedo=_GROWTH,
+        own_mean=0.59,
+        layer_mean=0.42,
+        facing=0.97,
+    ),
+    "bricks": Pattern(
+        0.6,
+        patch=0.4,
+        grain=0.25,
+        bump=0.3,
+        layer=0.25,
+        layer_albedo=_GROWTH,
+        seams=0.6,
+        seam_length=0.22,
+        own_mean=0.71,
+        layer_mean=0.18,
+        facing=0.99,
+    ),
+    "growth": Pattern(
+        0.4,
+        patch=0.6,
+        grain=0.5,
+        bump=1.1,
+        layer=0.45,
+        layer_albedo=(0.16, 0.10, 0.05),
+        own_mean=0.455,
+        layer_mean=0.545,
+        facing=0.86,
+    ),
+    "blades": Pattern(0.3, patch=0.4, grain=0.4, bump=0.7, stretch=4.0, facing=0.96),
 }
 """By `Material.texture`."""
 
@@ -84,6 +172,9 @@ class Looks:
     layer_albedo: Array
     seams: Array
     seam_length: Array
+    own_mean: Array
+    layer_mean: Array
+    facing: Array
 
 
 def looks(albedo: Array, scale: Array, kinds: Sequence[str]) -> Looks:
@@ -109,8 +200,16 @@ def looks(albedo: Array, scale: Array, kinds: Sequence[str]) -> Looks:
 
 def mean_albedo(table: Looks, material: Array, active: Array) -> Array:
     """Colour of materials from far away, `Array3f`."""
-    albedo, over = (dr.gather(jit.Array3f, v, material, active) for v in (table.albedo, table.layer_albedo))
-    return dr.lerp(albedo, over, dr.gather(jit.Float, table.layer, material, active))
+
+    def row(column: Array) -> Array:
+        return dr.gather(type(column), column, material, active)
+
+    return row(table.albedo) * row(table.own_mean) + row(table.layer_albedo) * row(table.layer_mean)
+
+
+def mean_facing(table: Looks, material: Array, active: Array) -> Array:
+    """Share of a beam's light that their relief leaves to materials, `Float`: facets face it less than the surface."""
+    return dr.gather(jit.Float, table.facing, material, active)
 
 
 def surface_look(

@@ -4,14 +4,15 @@ How the inherent properties of each Jerlov type are made, wavelength by waveleng
 
 * Kd, downward diffuse attenuation, is tabulated and taken as it is (I-1C: R. W. Austin and T. J. Petzold, SIO Ref.
   84-3, 1984; 3C-9C: N. G. Jerlov, Marine Optics, 2nd ed. 1976, Table XXVII). It is never used as a beam attenuation.
-* b, scattering: pure sea water (A. Morel 1974) plus particles with b_p ~ wavelength^-1.9 (middle of the small and
-  large particles of O. V. Kopelevich 1983), scaled to the green-band values of M. G. Solonenko and C. D. Mobley,
-  Appl. Opt. 54:5392 (2015), doi 10.1364/AO.54.005392.
-* a, absorption, is what makes both agree: Kd^2 = a^2 + a G b for light from the zenith, down to where a tenth is left:
-  the form of J. T. O. Kirk, Limnol. Oceanogr. 29:350, 1984, doi 10.4319/lo.1984.29.2.0350, equation 8, with G as
-  `radiative_transfer` gives it for the phase functions used here (`kirk`). Never below pure water (R. M. Pope and
-  E. S. Fry, Appl. Opt. 36:8710, 1997, doi 10.1364/AO.36.008710). Where pure water alone already uses up Kd, particles
-  scatter less, down to none: the clear types in red.
+* b, scattering: pure sea water (A. Morel 1974) plus particles. Measured for IB-5C (C. A. Williamson and R. C. Hollins,
+  Appl. Opt. 61:9951, 2022, doi 10.1364/AO.470464, Table 7), where it hardly changes with wavelength: b_p ~
+  wavelength^-0.3, large particles of O. V. Kopelevich 1983. Nobody has measured enough of I, IA, 7C and 9C: theirs is
+  what M. G. Solonenko and C. D. Mobley, Appl. Opt. 54:5392 (2015), doi 10.1364/AO.54.005392, fitted to Kd.
+* a, absorption, is what makes both agree: (Kd m)^2 = a^2 + a G b for sunlight whose cosine from the zenith in the water
+  is m (`table_sun`), down to where a tenth is left: the form of J. T. O. Kirk, Limnol. Oceanogr. 29:350, 1984, doi
+  10.4319/lo.1984.29.2.0350, equation 8, with G as `radiative_transfer` gives it for the phase functions used here
+  (`kirk`). Never below pure water (R. M. Pope and E. S. Fry, Appl. Opt. 36:8710, 1997, doi 10.1364/AO.36.008710). Where
+  pure water alone already uses up Kd, particles scatter less, down to none: the clear types in red.
 * b_b, backscatter: half of the water's scattering, and 0.0183 of the particles' (Petzold's average particle, C. D.
   Mobley, Light and Water, 1994, Table 3.10).
 
@@ -65,11 +66,18 @@ _KD: Final[dict[str, tuple[float, ...]]] = {
 }  # fmt: skip
 JERLOV_TYPES: Final = tuple(_KD)
 
-_B_GREEN: Final[dict[str, float]] = {  # particles and water together, in the band around 550 nm [1/m]
-    "I": 0.0017, "IA": 0.0035, "IB": 0.0536, "II": 0.358, "III": 0.980,
-    "1C": 0.365, "3C": 1.060, "5C": 1.330, "7C": 2.350, "9C": 3.120,
+_B_GREEN: Final[dict[str, float]] = {  # particles and water together, at 550 nm [1/m]
+    "I": 0.0017, "IA": 0.0035, "IB": 0.122, "II": 0.177, "III": 0.287,
+    "1C": 0.427, "3C": 0.645, "5C": 1.195, "7C": 2.350, "9C": 3.120,
 }  # fmt: skip
-_PARTICLE_SLOPE: Final = 1.9
+_PARTICLE_SLOPE: Final = 0.3
+
+_OPEN_SEA: Final = ("I", "IA", "IB", "II", "III")
+_GAIN: Final[dict[float, tuple[float, ...]]] = {  # by the light's cosine from the zenith, see `kirk`
+    1.00: (1.571, 0.344, 0.158, 0.047, 8.8, 0.062),
+    0.98: (1.5747, 0.2866, 0.1577, 0.0383, 7.47, 0.055),
+    0.85: (1.5001, 0.2066, 0.1534, 0.0036, 0.5, 0.0341),
+}
 
 _PURE_NM: Final = np.arange(400.0, 701.0, 10.0)
 _PURE_A: Final = (
@@ -88,7 +96,8 @@ class WaterOptics:
         absorption: a [1/m].
         water_scattering: scattering by the water itself, b_w [1/m]; nearly isotropic.
         particle_scattering: b_p [1/m]; strongly forward.
-        downwelling: Kd [1/m], for irradiance from above against depth only.
+        downwelling: Kd [1/m] of light from the zenith, down to where a tenth is left, see `kirk`: for irradiance from
+            above against depth only. `spectra` has the tables'.
     """
 
     name: str
@@ -168,7 +177,7 @@ def water_optics(jerlov_type: str, *, turbidity: float = 1.0) -> WaterOptics:
     s = spectra(jerlov_type)
     kd, water, own = (np.array(channel_means(v)) for v in (s.downwelling, s.water_scattering, s.particle_scattering))
     particles = turbidity * own
-    a = _absorption(kd, water, own)
+    a = _absorption(kd, water, own, table_sun(jerlov_type))
     return WaterOptics(
         name=jerlov_type if turbidity == 1 else f"{jerlov_type} with {turbidity:g} x its particles",
         absorption=_triple(a),
@@ -200,9 +209,10 @@ def spectra(jerlov_type: str) -> Spectra:
     pure = np.interp(_NM, _PURE_NM, _PURE_A)
     water = 0.00288 * (_NM / 500.0) ** -4.32
     particles = max(_B_GREEN[jerlov_type] - 0.00288 * 1.1**-4.32, 0.0) * (_NM / 550.0) ** -_PARTICLE_SLOPE
-    free = _absorption(kd, water, particles)
+    sun = table_sun(jerlov_type)
+    free = _absorption(kd, water, particles, sun)
     a = np.maximum(free, pure)
-    particles = np.where(free < pure, _fewer_particles(kd, a, water, particles), particles)
+    particles = np.where(free < pure, _fewer_particles(kd, a, water, particles, sun), particles)
     return Spectra(_NM, a, water, particles, kd)
 
 
@@ -217,13 +227,18 @@ def channel_weights() -> NDArray[np.float64]:
     return np.asarray(w / w.sum(axis=1, keepdims=True))
 
 
-def kirk(a: Numbers, water: Numbers, particles: Numbers) -> NDArray[np.float64]:
-    """Kd [1/m] for light from the zenith, down to where a tenth is left, of absorption and of scattering by water and
-    by particles [1/m].
+def kirk(a: Numbers, water: Numbers, particles: Numbers, *, sun: float = 1.0) -> NDArray[np.float64]:
+    """Kd [1/m] for parallel light from above, down to where a tenth is left, of absorption and of scattering by water
+    and by particles [1/m].
 
-    A fit to `radiative_transfer.solve`, within 0.3 % up to b_p / a = 64 and b_w / a = 0.25.
+    A fit to `radiative_transfer.solve`, within 0.3 % up to b_w / a = 0.25, and to b_p / a = 64 (20 unless the light
+    comes from the zenith).
+
+    Args:
+        a, water, particles: [1/m].
+        sun: cosine of the light from the zenith, in the water: 1, or what `table_sun` gives.
     """
-    return np.asarray(a * np.sqrt(1 + _gain(np.divide(water, a), np.divide(particles, a))))
+    return np.asarray(a / sun * np.sqrt(1 + _gain(np.divide(water, a), np.divide(particles, a), sun)))
 
 
 def daylight_decay(a: Array, water: Array, particles: Array) -> Array:
@@ -233,25 +248,34 @@ def daylight_decay(a: Array, water: Array, particles: Array) -> Array:
     return a * dr.sqrt(1 + _gain(water / a, particles / a))
 
 
-def _gain(w: Any, p: Any) -> Any:
-    return w * (1.571 + 0.344 * w) + p * (0.158 + 0.047 * p / (p + 8.8)) + 0.062 * w * p / (1 + p / 20)
+def _gain(w: Any, p: Any, sun: float = 1.0) -> Any:
+    c = _GAIN[sun]
+    return w * (c[0] + c[1] * w) + p * (c[2] + c[3] * p / (p + c[4])) + c[5] * w * p / (1 + p / 20)
 
 
-def _absorption(kd: Numbers, water: Numbers, particles: Numbers) -> NDArray[np.float64]:
+def table_sun(jerlov_type: str) -> float:
+    """Cosine from the zenith, in the water, of the light under which a type's table was made: the sun 90 degrees high
+    over the open sea, 45 at the coast (N. G. Jerlov, Optical Oceanography, 1968, Table XXI), as Solonenko and Mobley
+    take it in their equation 3.
+    """
+    return 0.98 if jerlov_type in _OPEN_SEA else 0.85
+
+
+def _absorption(kd: Numbers, water: Numbers, particles: Numbers, sun: float) -> NDArray[np.float64]:
     """What `kirk` turns into kd, by fixed point."""
     a = np.asarray(kd, dtype=float)
     for _ in range(60):
-        scattered = kirk(a, water, particles) ** 2 / a - a
-        a = 0.5 * (np.sqrt(scattered**2 + 4 * np.square(kd)) - scattered)
+        scattered = np.square(sun * kirk(a, water, particles, sun=sun)) / a - a
+        a = 0.5 * (np.sqrt(scattered**2 + 4 * np.square(np.multiply(sun, kd))) - scattered)
     return a
 
 
-def _fewer_particles(kd: Numbers, a: Numbers, water: Numbers, particles: Numbers) -> NDArray[np.float64]:
+def _fewer_particles(kd: Numbers, a: Numbers, water: Numbers, particles: Numbers, sun: float) -> NDArray[np.float64]:
     """Scattering by particles that `kirk` turns into kd, none if water alone uses it up; by bisection."""
     low, high = np.zeros_like(particles), np.array(particles)
     for _ in range(60):
         middle = 0.5 * (low + high)
-        over = kirk(a, water, middle) > kd
+        over = kirk(a, water, middle, sun=sun) > kd
         low, high = np.where(over, low, middle), np.where(over, middle, high)
     return low
 
