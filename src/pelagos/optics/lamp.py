@@ -17,6 +17,7 @@ from pelagos.optics.water import MEAN_COSINE, WaterArrays
 _SAMPLES: Final = 6  # along a ray through the cone
 _IN_LAYERS: Final = 20  # the same where the water differs along it
 _NEAREST: Final = 0.05  # [m], a lamp is not a point closer than this
+SHADE_PARTS: Final = 4  # of a ray, in which shadows are told apart
 
 
 @dataclass
@@ -28,6 +29,8 @@ class Beam:
         axis: `Array3f`, unit, world axes.
         intensity: `Array3f`, on the axis [cd].
         inner, outer: `Float`, cosine of the angle within which it is full, and beyond which it is none.
+        shade: `Array4f`, share of its light that comes past what stands around to the water on the camera's ray, in
+            `SHADE_PARTS` parts of equal angle seen from the lamp, nearest first; None where nothing stands around.
     """
 
     position: Array
@@ -35,6 +38,7 @@ class Beam:
     intensity: Array
     inner: Array
     outer: Array
+    shade: Array | None = None
 
 
 def axis_intensity(flux: float, beam_angle: float) -> float:
@@ -65,10 +69,7 @@ def lamp_backscatter(
         reach: `Float`, length of the ray in water [m].
         lines: of sight, where the water differs along them; the way from the lamp goes through the same.
     """
-    nearest = dr.dot(lamp.position, direction)
-    off_axis = dr.maximum(dr.norm(lamp.position - nearest * direction), _NEAREST)
-    first = dr.atan2(-nearest, off_axis)
-    last = dr.atan2(reach - nearest, off_axis)
+    nearest, off_axis, first, last = _angles(lamp, direction, reach)
     samples = _SAMPLES if lines is None else _IN_LAYERS
     step = (last - first) / samples
     mean, here = water, water
@@ -84,8 +85,37 @@ def lamp_backscatter(
         keep = mean.absorption + mean.backscatter
         beta = here.water_scattering / (4 * math.pi) + here.particle_scattering * henyey_greenstein(turn, MEAN_COSINE)
         # ds = off_axis (1 + tan^2) d(angle) = r^2 / off_axis d(angle): the r^2 of spreading cancels
-        total += _cone(lamp, to_lamp) * dr.exp(-keep * (r + dr.maximum(s, 0))) * beta * (step / off_axis)
+        lit = _cone(lamp, to_lamp) * _unshaded(lamp, (k + 0.5) / samples)
+        total += lit * dr.exp(-keep * (r + dr.maximum(s, 0))) * beta * (step / off_axis)
     return total * lamp.intensity
+
+
+def seen_from(lamp: Beam, direction: Array, reach: Array, share: Array) -> tuple[Array, Array, Array]:
+    """The place on a camera's ray at a share of the angle that the ray spans seen from a lamp.
+
+    Returns:
+        distance from the camera [m]; place relative to it, `Array3f` [m]; its distance from the lamp [m].
+    """
+    nearest, off_axis, first, last = _angles(lamp, direction, reach)
+    s = nearest + off_axis * dr.tan(dr.lerp(first, last, share))
+    place = s * direction
+    return s, place, dr.norm(lamp.position - place)
+
+
+def _angles(lamp: Beam, direction: Array, reach: Array) -> tuple[Array, Array, Array, Array]:
+    """Where a camera's ray passes next to a lamp [m], how far off [m], and from which angle to which it runs [rad]."""
+    nearest = dr.dot(lamp.position, direction)
+    off_axis = dr.maximum(dr.norm(lamp.position - nearest * direction), _NEAREST)
+    return nearest, off_axis, dr.atan2(-nearest, off_axis), dr.atan2(reach - nearest, off_axis)
+
+
+def _unshaded(lamp: Beam, share: float) -> Array:
+    """Share of the light that comes to a place, between the middles of the parts."""
+    if lamp.shade is None:
+        return 1.0
+    x = min(max(share * SHADE_PARTS - 0.5, 0.0), SHADE_PARTS - 1.0)
+    k = min(int(x), SHADE_PARTS - 2)
+    return dr.lerp(lamp.shade[k], lamp.shade[k + 1], x - k)
 
 
 def _cone(lamp: Beam, to_lamp: Array) -> Array:

@@ -30,6 +30,7 @@ from pelagos.sensors.ambient import ambience, ambience_at
 from pelagos.sensors.camera_keys import contradiction, idle_keys
 from pelagos.sensors.camera_sampling import Sample, sampled_rays, samples
 from pelagos.sensors.develop import balanced, developed, exposed, gathered, through_lens, unpacked
+from pelagos.sensors.lamp_shade import shaded
 from pelagos.sensors.murk import sight_lines
 from pelagos.sensors.noise import opaque_key, stream_key
 from pelagos.sensors.path_tracing import path_traced
@@ -234,6 +235,8 @@ class Camera:
             lamps = light_sources(config, motion, where.image)
 
             angle = pixel_angle(config)
+            if config.renderer == "realtime":
+                lamps = shaded(lamps, static, moving, scenery, lens, motion, own, config, tiling, where)
             around, lines = self._water_around(static, moving, scenery, sea, lens, motion, own, where)
 
             def light_of(sample: Sample, exposure: Array, number: Array) -> Radiance:

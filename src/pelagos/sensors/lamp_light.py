@@ -52,8 +52,8 @@ def lamps_in_water(
 ) -> Array:  # fmt: skip
     """Radiance that the water sends back from the beams, `Array3f` [cd/m^2]; `reach` of the rays in water [m].
 
-    `lines` of sight where the water differs along them. A laser's beam ends where it meets something; a lamp's cone has
-    no shadows.
+    `lines` of sight where the water differs along them. A laser's beam ends where it meets something; shadows in a
+    lamp's cone are `lamp_shade`'s.
     """
     total = jit.Array3f(0)
     for lamp in lamps:

@@ -10,7 +10,7 @@ from pelagos.optics.light_shafts import shafts
 from pelagos.sensors.pixels import Pixels, Tiling
 from pelagos.sensors.scenery import Scenery, by_ray
 from pelagos.sensors.sensor import Kinematics
-from pelagos.sensors.squares import around, size, square_pixels
+from pelagos.sensors.squares import around, size, square_pixels, stratum
 from pelagos.sensors.view import Lens, ViewConfig, view_rays
 
 
@@ -22,11 +22,9 @@ def shaft_squares(
     image = where.image
     rays = view_rays(lens, where, motion, own, config, scenery.level)
     depth = dr.gather(jit.Float, scenery.depth, image)
-    stratum = (x % 3 + 3 * (y % 3)) * 4 % 9  # nine neighbours start in nine places
-    jitter = (jit.Float(stratum) + 0.5) / 9
     place = jit.Array2f(jit.Float(rays.origin.x), jit.Float(rays.origin.y))
     field = by_ray(scenery, image).field
-    return shafts(scenery.waves, field, place, depth, rays.direction, image, jitter)
+    return shafts(scenery.waves, field, place, depth, rays.direction, image, stratum(x, y))
 
 
 def smoothed(values: Array, tiling: Tiling) -> Array:

@@ -18,16 +18,22 @@ def size(tiling: Tiling) -> tuple[int, int]:
     return -(-tiling.width // _SIDE), -(-tiling.height // _SIDE)
 
 
-def square_pixels(tiling: Tiling, images: int) -> tuple[Pixels, Array, Array]:
-    """A pixel in each square of all images, row by row; column and row of the square."""
+def square_pixels(tiling: Tiling, images: int, *, lanes: int = 1) -> tuple[Pixels, Array, Array]:
+    """A pixel in each square of all images, row by row, in so many neighbouring `lanes`; column and row of the
+    square."""
     across, down = size(tiling)
-    square = dr.arange(jit.UInt32, images * across * down)
+    square = dr.arange(jit.UInt32, images * across * down * lanes) // lanes
     image, inner = square // (across * down), square % (across * down)
     x, y = inner % across, inner // across
     column = dr.minimum(x * _SIDE + 1, tiling.width - 1)
     row = dr.minimum(y * _SIDE + 1, tiling.height - 1)
     lane = lane_at(tiling, jit.UInt32(0), column, row)
     return Pixels(image, lane, column, row, dr.full(jit.Bool, True, dr.width(square))), x, y
+
+
+def stratum(x: Array, y: Array) -> Array:
+    """Where in a stretch a square asks, 0 .. 1: nine neighbours in nine places; `x`, `y` column and row of it."""
+    return (jit.Float((x % 3 + 3 * (y % 3)) * 4 % 9) + 0.5) / 9
 
 
 def around(tiling: Tiling, where: Pixels) -> tuple[list[Array], Array, Array]:

@@ -1,0 +1,78 @@
+"""Shadows in a lamp's cone, against the integral of single scattering along rays behind a plate."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pelagos.optics.water import MEAN_COSINE, water_optics
+from pelagos.sensors.camera import CameraConfig
+from pelagos.sensors.view import pixel_rays
+from pelagos.sim.simulation import Simulation
+
+LAMP = np.array([0.0, 1.5, 0.3])  # relative to the camera, forward-left-up [m]
+TURN = math.radians(-20)  # to the right
+PLATE_X, PLATE_Y, PLATE_Z = 2.5, (0.5, 1.3), (-0.4, 0.4)  # facing the camera [m]
+REACH = 8.0  # [m], to the wall behind
+SIZE = {"width_px": 144, "height_px": 96, "horizontal_fov_deg": 70}
+
+
+def picture(*, plate: bool) -> NDArray[np.float64]:
+    """Green light of the water at night; linear, without noise."""
+    lamp = {"position_m": LAMP.tolist(), "orientation_deg": [0, 0, -20], "flux_lm": 8000, "beam_angle_deg": 50}
+    camera = {
+        "type": "camera", "rate_hz": 10, "lamps": [lamp], "exposure": "manual", "shutter_s": 0.01, "iso": 200,
+        "tone": "linear", "bits": 16, "vignette": 0.0, **SIZE,
+    }  # fmt: skip
+    y, z = np.mean(PLATE_Y), np.mean(PLATE_Z) - 8
+    things: list[dict[str, Any]] = [
+        {"shape": "box", "name": "back", "at_m": [REACH + 0.05, 0, -8], "size_m": [0.1, 60, 60], "material": "black",
+         "label": "wall"},
+        {"shape": "box", "name": "plate", "at_m": [PLATE_X, float(y), float(z) if plate else -25.0],
+         "size_m": [0.02, 0.8, 0.8], "material": "black", "label": "wall"},
+    ]  # fmt: skip
+    values = {
+        "world": {"type": "built", "depth_m": 40, "things": things},
+        "ocean": {"water_type": "1C", "sun": {"elevation_deg": -30}},
+        "agents": {"rov": {"vehicle": "hovering_auv", "start": {"position_m": [0, 0, -8]}, "sensors": {"c": camera}}},
+    }
+    truth = Simulation.load(values).reset()["rov"]["c"].truth
+    return np.asarray(truth[0, :, :, 1], dtype=float)
+
+
+def share_lit(direction: NDArray[np.float64]) -> float:
+    """Of the light that the water along a ray sends back, the share that is left behind the plate."""
+    water = water_optics("1C").arrays()
+    keep, sea, particles = (
+        float(v[1].numpy()[0])
+        for v in (water.absorption + water.backscatter, water.water_scattering, water.particle_scattering)
+    )
+    s = np.linspace(0.01, REACH / direction[0], 20_000)
+    place = s[:, None] * direction
+    way = place - LAMP
+    r = np.linalg.norm(way, axis=1)
+    axis = np.array([math.cos(TURN), math.sin(TURN), 0.0])
+    inner, outer = math.cos(math.radians(12.5)), math.cos(math.radians(25))
+    t = np.clip((way @ axis / r - outer) / (inner - outer), 0, 1)
+    turn = -(way @ direction) / r
+    phase = (1 - MEAN_COSINE**2) / (4 * math.pi * (1 + MEAN_COSINE**2 - 2 * MEAN_COSINE * turn) ** 1.5)
+    scattered = sea / (4 * math.pi) + particles * phase
+    light = t * t * (3 - 2 * t) * np.exp(-keep * (r + s)) * scattered / r**2
+    at = LAMP + way * ((PLATE_X - LAMP[0]) / np.maximum(way[:, :1], 1e-9))  # where its light passes the plate
+    dark = (place[:, 0] > PLATE_X) & (at[:, 1] > PLATE_Y[0]) & (at[:, 1] < PLATE_Y[1]) & (np.abs(at[:, 2]) < PLATE_Z[1])
+    return float(light[~dark].sum() / light.sum())
+
+
+def test_the_cone_is_dark_behind_a_plate() -> None:
+    """Shares of four parts, smoothed over squares: within 0.05 where the plate's own light no longer reaches."""
+    bright, shaded = picture(plate=False), picture(plate=True)
+    _, directions = pixel_rays(CameraConfig(**SIZE))
+    places = [(row, column) for row in (44, 52, 60) for column in (74, 80, 86, 92, 98, 110)]  # right of the plate
+    found = np.array([shaded[p] / bright[p] for p in places])
+    expected = np.array([share_lit(directions[p]) for p in places])
+    assert expected.min() < 0.75
+    assert expected.max() > 0.99
+    assert np.abs(found - expected).max() < 0.05, np.round([found, expected], 3)
