@@ -209,6 +209,7 @@ BAD = [
     (["check", "SMALL", "--set", "agents.auv0.vehicle=remus10"], "unknown vehicle 'remus10' (did you mean 'remus100'?)"),  # noqa: E501
     (["check", "SMALL", "--set", "world.type=harbor"], "unknown world 'harbor' (did you mean 'harbour'?)"),
     (["check", "SMALL", "--set", "duration_s=2 min"], "expected a number of seconds [s], not '2 min'; write 120"),
+    (["check", "SMALL", "--set", "agents.auv0.sensors.s={type: singlebeam, hears: [auv1.s]}"], "agents.auv0.sensors.s.hears: unknown sonar that can be heard 'auv1.s' (did you mean 'auv0.s'?)"),  # noqa: E501
     (["explain", "SMALL", "auv0.imuu"], "unknown sensor of auv0 'imuu' (did you mean 'imu'?)"),
     (["explain", "SMALL", "auv1.imu"], "unknown agent 'auv1' (did you mean 'auv0'?)"),
     (["explain", "SMALL", "auv0"], "name a sensor as AGENT.SENSOR: auv0.imu, auv0.depth"),

@@ -19,10 +19,12 @@ from pelagos.config.scenario import Scenario
 def check_scenario(path: Path, changes: Sequence[str], *, resolved: bool) -> None:
     """Print a summary, or the scenario with every default written out."""
     from pelagos.sim.control import first_mode
+    from pelagos.sim.model import check_hearing
     from pelagos.vehicles.vehicle import Vehicle
 
     scenario = load_scenario(path, changes=changes)
     _check_ocean(scenario)
+    check_hearing(scenario)
     modes = {n: first_mode(scenario, n, Vehicle.from_config(a.vehicle)) for n, a in scenario.agents.items()}
     if resolved:
         out.print(to_yaml(scenario), end="", markup=False)

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from pelagos.config import registry
 from pelagos.config.agent import Agent
 from pelagos.config.scenario import Scenario
-from pelagos.errors import ScenarioError, WorldError
+from pelagos.errors import LookupFailed, ScenarioError, WorldError
 from pelagos.ocean.config import build_ocean
 from pelagos.ocean.ocean import Ocean
 from pelagos.raycast.rays import NO_BODY
@@ -119,6 +119,7 @@ def compile_model(scenario: Scenario, *, n: int, seed: int, first_environment: i
         InputError: the scenario asks for something that cannot be.
     """
     clock = Clock(scenario.tick_rate_hz)
+    check_hearing(scenario)
     vehicles = {
         name: Vehicle.from_config(config.vehicle) if like is None else like.agents[name].vehicle
         for name, config in scenario.agents.items()
@@ -157,6 +158,21 @@ def audible(scenario: Scenario) -> list[str]:
         for name, sensor in config.sensors.items()
         if isinstance(sensor, PingConfig | MultibeamConfig)
     ]
+
+
+def check_hearing(scenario: Scenario) -> None:
+    """Check that there is what sonars are to hear.
+
+    Raises:
+        LookupFailed: a sonar's `hears` names one that is not in the scenario, or that cannot be heard.
+    """
+    known = audible(scenario)
+    for agent, config in scenario.agents.items():
+        for name, sensor in config.sensors.items():
+            for path in sensor.hears if isinstance(sensor, PingConfig) and not isinstance(sensor.hears, str) else ():
+                if path not in known:
+                    where = scenario.where("agents", agent, "sensors", name, "hears")
+                    raise LookupFailed("sonar that can be heard", path, known, where=where)
 
 
 def _world(scenario: Scenario) -> World:
