@@ -286,8 +286,9 @@ class TestMultibeam:
     def test_a_band_and_a_water_column_that_cannot_be_are_refused(self):
         with pytest.raises(ValidationError, match="below twice frequency_hz"):
             MultibeamConfig(bandwidth_hz=1e6)
-        with pytest.raises(ValidationError, match=r"0 \(none\) or at least 8"):
-            MultibeamConfig(water_column_bins=5)
+        for kind in (MultibeamConfig, AltimeterConfig):
+            with pytest.raises(ValidationError, match=r"0 \(none\) or at least 8"):
+                kind(water_column_bins=5)
 
 
 @pytest.mark.parametrize("kind", [Altimeter, Dvl, Multibeam])

@@ -133,6 +133,12 @@ class TestScanning:
         degrees = np.degrees(config.angles(np.arange(8)))
         assert degrees == pytest.approx([45, 15, -15, -45, -15, 15, 45, 15])
 
+    def test_the_head_stays_in_its_sector(self):
+        config = MechanicalScanningSonarConfig(sector_deg=100, step_deg=30)
+        assert np.degrees(config.angles(np.arange(5))) == pytest.approx([50, 20, -10, -40, -10])
+        with pytest.raises(ValidationError, match="step_deg 40 must be at most sector_deg 30"):
+            MechanicalScanningSonarConfig(sector_deg=30, step_deg=40)
+
 
 class TestProfiling:
     def test_profile_of_a_flat_bottom(self):

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
-from pelagos.sensors.ping import Pulse, check_burst, with_burst
+from pelagos.sensors.ping import ColumnBins, Pulse, check_burst, with_burst
 from pelagos.sensors.pinger import Pinger
 from pelagos.sensors.pulse_pairs import PulsePairs
 from pelagos.sensors.reception import Layout
@@ -31,7 +31,7 @@ class EchoesConfig(SensorConfig):
     """Also give the complex signal of each beam by range, before gain."""
     labels: bool = False
     """Also give label and instance of the strongest echo of each beam by range."""
-    water_column_bins: int = Field(default=0, ge=0, le=16384)
+    water_column_bins: ColumnBins = Field(default=0, ge=0, le=16384)
     """Range bins of the echoes of each beam, whose levels come with the reading then; 0: none (with `iq` or `labels`
     512, and 2048 of a DVL)."""
     pulse: Pulse = "chirp"

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import math
-from typing import Any, ClassVar, Literal
+from typing import Any, ClassVar, Literal, Self
 
 import drjit as dr
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from pelagos import jit
 from pelagos.acoustics.beam_pattern import line_length, spread_over_beam
@@ -43,12 +43,18 @@ class MechanicalScanningSonarConfig(PingConfig):
     rays: int = Field(default=384, ge=16, le=65536)
     """Rays in the beam."""
 
+    @model_validator(mode="after")
+    def _step_fits(self) -> Self:
+        if self.step_deg > self.sector_deg:
+            raise ValueError(f"step_deg {self.step_deg:g} must be at most sector_deg {self.sector_deg:g}")
+        return self
+
     def angles(self, ping: NDArray[np.integer[Any]]) -> NDArray[np.float64]:
         """Direction of the head at ping number `ping` [rad], positive to the left; it begins at the left edge."""
-        steps = max(round(self.sector_deg / self.step_deg), 1)
         if self.sector_deg >= 360.0:
-            place = ping % steps
+            place = ping % round(self.sector_deg / self.step_deg)
         else:
+            steps = int(self.sector_deg / self.step_deg * (1 + 1e-9))  # the last one stays in the sector
             place = ping % (2 * steps)
             place = np.where(place > steps, 2 * steps - place, place)
         return np.asarray(np.radians(self.sector_deg / 2 - place * self.step_deg))

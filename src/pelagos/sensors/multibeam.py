@@ -26,7 +26,7 @@ from pelagos.sensors.beam_echoes import part_of
 from pelagos.sensors.beam_series import Beams, Window, beam_series
 from pelagos.sensors.echo import Fan, Lanes, Trace, arcs_of, look
 from pelagos.sensors.neighbours import Apertures, Emitter
-from pelagos.sensors.ping import FEWEST_BINS, Pulse, check_burst, with_burst
+from pelagos.sensors.ping import ColumnBins, Pulse, check_burst, with_burst
 from pelagos.sensors.pinger import Pinger
 from pelagos.sensors.scattering import Surfaces
 from pelagos.sensors.schedule import farthest_heard, period_ticks, warn_of_ambiguity
@@ -96,7 +96,7 @@ class MultibeamConfig(SensorConfig):
     volume_scattering_db: float | None = Field(default=None, ge=-200, le=0)
     """Volume backscattering strength Sv of the water [dB re 1/m] in the water column; absent: that of the ocean's
     tracer `volume_scattering_db`, and clear water where it has none."""
-    water_column_bins: int = Field(default=0, ge=0, le=16384)
+    water_column_bins: ColumnBins = Field(default=0, ge=0, le=16384)
     """Range bins of the water column, which comes with the reading then; 0: none."""
     rays_along: int = Field(default=3, ge=1, le=31)
     """Rays of a beam along the track; across it they are five."""
@@ -105,13 +105,6 @@ class MultibeamConfig(SensorConfig):
     @classmethod
     def _device(cls, values: Any) -> Any:
         return with_burst(with_device(values, cls.model_fields["type"].default), cls)
-
-    @field_validator("water_column_bins")
-    @classmethod
-    def _none_or_some(cls, value: int) -> int:
-        if 0 < value < FEWEST_BINS:
-            raise ValueError(f"water_column_bins must be 0 (none) or at least {FEWEST_BINS}, not {value}")
-        return value
 
     @field_validator("rays_along")
     @classmethod

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from typing import Any, Final, Literal, Self, TypeAlias
+from typing import Annotated, Any, Final, Literal, Self, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, model_validator
 
 from pelagos.acoustics.noise import ambient_level, band_level, directivity_index
 from pelagos.acoustics.pulse import processing_gain_db
@@ -18,6 +18,15 @@ from pelagos.sensors.sonar_catalogue import with_device
 
 Pulse: TypeAlias = Literal["chirp", "cw"]
 FEWEST_BINS: Final = 8
+
+
+def _none_or_some(bins: int) -> int:
+    if 0 < bins < FEWEST_BINS:
+        raise ValueError(f"must be 0 (none) or at least {FEWEST_BINS}, not {bins}")
+    return bins
+
+
+ColumnBins: TypeAlias = Annotated[int, AfterValidator(_none_or_some)]
 
 
 def with_burst(values: Any, model: type[BaseModel]) -> Any:
