@@ -77,7 +77,7 @@ PAIRS = (
     Pair("FilmWhiteClip", GARDEN, {"film_white_clip": 0.0}, {"film_white_clip": 0.5}, {**FILM, "compensation_ev": 2}),
     Pair("ExposureMinBrightness", GARDEN, {"meter_min_cd_m2": 0}, {"meter_min_cd_m2": 12000}),
     Pair("ExposureMaxBrightness", GARDEN, {"meter_max_cd_m2": 30000}, {"meter_max_cd_m2": 300}),
-    Pair("ExposureSpeedUp", RISING, {"exposure_speed_up_ev_per_s": 20}, {"exposure_speed_up_ev_per_s": 1}),
+    Pair("ExposureSpeedUp", RISING, {"exposure_speed_up_ev_per_s": 20}, {"exposure_speed_up_ev_per_s": 0.7}),
     Pair("ExposureSpeedDown", SINKING, {"exposure_speed_down_ev_per_s": 20}, {"exposure_speed_down_ev_per_s": 0.5}),
     Pair("MotionBlurIntensity", GARDEN, {"motion_blur": 0}, {"motion_blur": 1}, LONG),
     Pair("MotionBlurMaxDistortion", GARDEN, {"motion_blur_max": 0.02}, {"motion_blur_max": 1.0},
