@@ -102,20 +102,18 @@ def receive(
     """
     beams, bins, pings = layout.beams, config.bins, dr.width(lanes.position)
     reach = 0 if layout.steering is None else layout.steering.shape[1] // 2
+    hearing = _Hearing(config, layout, lanes.medium, spin, pings)
+    weights = amplitude_weights(steering, hearing.first, count=hearing.count, reach=reach, beams=beams)
+    counter = [dr.gather(jit.UInt32, v, hearing.ping) for v in (lanes.environment, lanes.tick)]
     words: tuple[Array, ...] = ()
-
-    def weigh(first: Array, count: int) -> list[list[Array]]:
-        return amplitude_weights(steering, first, count=count, reach=reach, beams=beams)
 
     def finish(i: int, here: Cells, signal: list[Array]) -> list[Array]:
         nonlocal words
         if i % 4 == 0:  # four words of noise serve four beams
-            counter = dr.gather(jit.UInt32, lanes.environment, here.ping), dr.gather(jit.UInt32, lanes.tick, here.ping)
             words = words32(key, jit.UInt32(here.beam // 4 * bins + here.bin), *counter)
         return levels(config, layout, signal, words[i % 4], here, lanes, noise, t_ns, din)
 
-    hearing = _Hearing(config, layout, lanes.medium, spin, pings, channels=2)
-    out = hearing(echoes, pulse, weigh, finish, outputs=3 if config.iq else 1)
+    out = hearing(echoes, pulse, weights, finish, channels=2, outputs=3 if config.iq else 1)
     if config.painted_noise is not None:
         out[0] = painted(config, layout, out[0], lanes, key, din.streaks)
     if tags is not None:
@@ -140,9 +138,8 @@ def mean_levels(
     if layout.steering is not None:
         reach, inner = layout.steering.shape[1] // 2, energy_reach(layout.steering)
 
-    def weigh(first: Array, count: int) -> list[list[Array]]:
-        rows = amplitude_weights(steering, first, count=count, reach=reach, beams=layout.beams)
-        return energy_weights(rows, inner)
+    hearing = _Hearing(config, layout, medium, spin, pings)
+    weights = amplitude_weights(steering, hearing.first, count=hearing.count, reach=reach, beams=layout.beams)
 
     def finish(_: int, here: Cells, signal: list[Array]) -> list[Array]:
         energy = signal[0]
@@ -152,56 +149,57 @@ def mean_levels(
 
     squares = pulse * pulse
     dr.eval(squares)
-    return _Hearing(config, layout, medium, spin, pings, channels=1)(energies, squares, weigh, finish, outputs=1)[0]
+    return hearing(energies, squares, energy_weights(weights, inner), finish, channels=1, outputs=1)[0]
 
 
-@dataclass(frozen=True)
 class _Hearing:
-    """From echoes by beam sector and bin to what beams hear, bin after bin, a few beams at a time."""
+    """From echoes by beam sector and bin to what beams hear: each lane bin after bin, for a few beams at a time.
 
-    config: PingConfig
-    layout: Layout
-    medium: Medium
-    spin: Array
-    pings: int
-    channels: int
+    Attributes:
+        count: beams of a lane.
+        ping, first: `Int32` of each lane, its ping and the first of its beams.
+    """
+
+    def __init__(self, config: PingConfig, layout: Layout, medium: Medium, spin: Array, pings: int) -> None:
+        self._config, self._layout, self._medium = config, layout, medium
+        self.count = 1 if layout.steering is None else _BLOCK
+        blocks, runs = -(-layout.beams // self.count), -(-config.bins // _RUN)
+        self._run, self._size = -(-config.bins // runs), pings * layout.beams * config.bins
+        lane = dr.arange(jit.Int32, pings * blocks * runs)
+        self.ping, self.first = lane // (blocks * runs), lane // runs % blocks * self.count
+        self._start = lane % runs * self._run
+        self._turned = beams_turned(config, layout, medium, spin, self.ping)
 
     def __call__(
-        self, echoes: Array, pulse: Array, weigh: Callable[[Array, int], list[list[Array]]],
-        finish: Callable[[int, Cells, list[Array]], list[Array]], *, outputs: int,
+        self, echoes: Array, pulse: Array, weights: list[list[Array]],
+        finish: Callable[[int, Cells, list[Array]], list[Array]], *, channels: int, outputs: int,
     ) -> list[Array]:  # fmt: skip
         """For each of pings x beams x bins as many `Float` as there are `outputs`.
 
         Args:
             echoes: `channels` `Float` a cell.
             pulse: weights of its samples.
-            weigh: (first beam of a group, their number) -> weights, see `form_beams`.
-            finish: (place in its group, cells, what they hear by channel) -> what is given.
+            weights: of the lanes' beams, see `form_beams`.
+            finish: (place among a lane's beams, cells, what they hear by channel) -> what is given.
+            channels, outputs: of a cell.
         """
-        config, layout, pings, channels = self.config, self.layout, self.pings, self.channels
+        config, layout, ping, first = self._config, self._layout, self.ping, self.first
         beams, bins = layout.beams, config.bins
         taps = dr.width(pulse)
         if taps > _LONGEST:
             echoes, pulse, taps = spread_pulse(echoes, pulse, channels=channels, bins=bins), jit.Float(1), 1
-        count = 1 if layout.steering is None else _BLOCK
-        blocks, runs = -(-beams // count), -(-bins // _RUN)
-        run = -(-bins // runs)
-        lane = dr.arange(jit.Int32, pings * blocks * runs)
-        ping, first, start = lane // (blocks * runs), lane // runs % blocks * count, lane % runs * run
-        turned = beams_turned(config, layout, self.medium, self.spin, ping)
-        weights = weigh(first, count)
         gains = [dr.gather(jit.Float, pulse, jit.UInt32(k)) for k in range(taps)]
-        out = [dr.empty(jit.Float, pings * beams * bins) for _ in range(outputs)]  # all are written
+        out = [dr.empty(jit.Float, self._size) for _ in range(outputs)]  # all are written
 
         def hear(step: Array, before: list[list[list[Array]]]) -> tuple[Array, list[list[list[Array]]]]:
-            ahead = start + step
-            formed = form_beams(echoes, weights, first, turned(ahead), ping * beams, ahead, channels=channels,
+            ahead = self._start + step
+            formed = form_beams(echoes, weights, first, self._turned(ahead), ping * beams, ahead, channels=channels,
                                 beams=beams, bins=bins)  # fmt: skip
             window = [*before, formed]
             bin_ = ahead - taps // 2
             due = (step >= taps // 2) & (bin_ < bins)
-            place = cells_at(config, layout, self.medium, ping, first, bin_)
-            for i in range(count):
+            place = cells_at(config, layout, self._medium, ping, first, bin_)
+            for i in range(self.count):
                 here = replace(place, beam=first + i)
                 signal = [jit.Float(0)] * channels
                 for formed_then, gain in zip(window, gains, strict=True):
@@ -211,10 +209,11 @@ class _Hearing:
                     dr.scatter(into, values, index, due & (here.beam < beams), mode=dr.ReduceMode.Permute)
             return step + 1, window[1:]
 
-        width = dr.width(lane)
-        silent = [[[dr.zeros(jit.Float, width)] * channels for _ in range(count)] for _ in range(taps - 1)]
+        width = dr.width(ping)
+        silent = [[[dr.zeros(jit.Float, width)] * channels for _ in range(self.count)] for _ in range(taps - 1)]
         state = (dr.full(jit.Int32, -(taps // 2), width), silent)
-        dr.while_loop(state, lambda step, _: step < run + taps // 2, hear, mode="symbolic", labels=("step", "before"))
+        last = self._run + taps // 2
+        dr.while_loop(state, lambda step, _: step < last, hear, mode="symbolic", labels=("step", "before"))
         return out
 
 
