@@ -183,7 +183,8 @@ class Camera:
     SOURCES: ClassVar[tuple[str, ...]] = (
         "Image formation: D. Akkaynak and T. Treibitz, CVPR 2018, doi 10.1109/CVPR.2018.00703",
         "Forward scattering: J. S. Jaffe, IEEE J. Oceanic Eng. 15:101 (1990), doi 10.1109/48.50695",
-        "Water types: N. G. Jerlov, Marine Optics (1976); C. A. Williamson and R. C. Hollins, doi 10.1364/AO.470464",
+        "Water types: N. G. Jerlov, Marine Optics (1976); C. A. Williamson and R. C. Hollins, doi 10.1364/AO.470464; "
+        "M. G. Solonenko and C. D. Mobley, doi 10.1364/AO.54.005392",
         "Daylight: W. J. Wiscombe, J. Atmos. Sci. 34:1408 (1977); J. T. O. Kirk 1984, doi 10.4319/lo.1984.29.2.0350",
         "Plankton and sediment: L. Prieur and S. Sathyendranath 1981; M. Babin et al., doi 10.4319/lo.2003.48.2.0843",
         "Fog and rain: WMO-No. 8; ITU-R P.1814 (2007); J. S. Marshall and W. McK. Palmer, J. Meteorol. 5:165 (1948)",
@@ -220,15 +221,8 @@ class Camera:
         sea = self._surroundings.ripple(config)
 
         def frame(
-            tables: Any,
-            lens: Any,
-            motion: Kinematics,
-            own: Array,
-            light: Any,
-            vignette: Array,
-            change: Any,
-            keys: Any,
-        ) -> tuple[Array, ...]:
+            tables: Any, lens: Any, motion: Kinematics, own: Array, light: Any, vignette: Array, change: Any, keys: Any
+        ) -> tuple[Array, ...]:  # fmt: skip
             images = dr.width(motion.tick)
             where = pixels(tiling, images)
             scenery = scenery_of(tables, light, sea, motion, config)

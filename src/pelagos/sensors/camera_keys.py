@@ -5,6 +5,7 @@ A key that is given and cannot show is most likely a mistake of whoever gave it:
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final
 
@@ -44,15 +45,11 @@ NEEDS: Final = (
 def idle_keys(config: CameraConfig) -> str | None:
     """Keys that were changed and change nothing, with what they need; None where there are none."""
 
-    def changed(*keys: str) -> list[str]:
-        fields = type(config).model_fields
-        return [k for k in keys if getattr(config, k) != fields[k].default]
-
     for need in NEEDS:
-        if getattr(config, need.key) not in need.values and (idle := changed(*need.keys)):
-            return f"{_named(idle)} changes nothing without '{need.key}: {' or '.join(need.values)}'"
-    if config.samples == 1 and (idle := changed("focus_distance_m", "depth_blur_px")):
-        return f"{_named(idle)} changes nothing without several 'samples', 16 say"
+        if getattr(config, need.key) not in need.values and (idle := changed(config, need.keys)):
+            return f"{named(idle)} changes nothing without '{need.key}: {' or '.join(need.values)}'"
+    if config.samples == 1 and (idle := changed(config, ("focus_distance_m", "depth_blur_px"))):
+        return f"{named(idle)} changes nothing without several 'samples', 16 say"
     return None
 
 
@@ -72,5 +69,11 @@ def contradiction(config: CameraConfig) -> str | None:
     return None
 
 
-def _named(keys: list[str]) -> str:
+def changed(config: CameraConfig, keys: Iterable[str]) -> list[str]:
+    """Those that do not have their default."""
+    return [k for k in keys if getattr(config, k) != type(config).model_fields[k].default]
+
+
+def named(keys: list[str]) -> str:
+    """Keys as messages name them."""
     return ", ".join(f"'{k}'" for k in keys)

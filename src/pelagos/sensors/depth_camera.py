@@ -21,6 +21,7 @@ from pelagos.errors import ValidityWarning
 from pelagos.jit import Array
 from pelagos.math.philox import normal_pair32, uniform32
 from pelagos.sensors.camera import Camera, CameraConfig
+from pelagos.sensors.camera_keys import changed, named
 from pelagos.sensors.hit_view import HitView, Seen
 from pelagos.sensors.noise import opaque_key, stream_key, words32
 from pelagos.sensors.sensor import Kinematics, Measurement, SensorConfig, SensorContext
@@ -58,11 +59,10 @@ class DepthCamera:
 
     def __init__(self, config: DepthCameraConfig, context: SensorContext) -> None:
         self.config = config
-        if idle := picture_keys(config):
-            keys = ", ".join(f"'{k}'" for k in idle)
-            warnings.warn(
-                f"{context.path}: {keys} changes nothing without 'image: true'", ValidityWarning, stacklevel=3
-            )
+        idle = changed(config, (k for k in CameraConfig.model_fields if k not in ViewConfig.model_fields))
+        if idle and not config.image:
+            message = f"{context.path}: {named(idle)} changes nothing without 'image: true'"
+            warnings.warn(message, ValidityWarning, stacklevel=3)
         key = opaque_key(stream_key(context.seed, context.path, "depth"))
         self._frames = HitView(config, context, self._depths, key)
         self._camera = Camera(config, context) if config.image else None
@@ -90,13 +90,6 @@ class DepthCamera:
             trace("depth", depth, "m")
             trace("depth with noise", data, "m")
         return data, depth
-
-
-def picture_keys(config: DepthCameraConfig) -> list[str]:
-    """Keys of the picture that were changed though there is none."""
-    fields = CameraConfig.model_fields
-    changed = [k for k in fields if k not in ViewConfig.model_fields and getattr(config, k) != fields[k].default]
-    return [] if config.image else changed
 
 
 def measured_depth(depth: Array, seen: Seen, config: DepthCameraConfig, key: Any) -> Array:

@@ -7,7 +7,7 @@ lamp, and smoothed over three by three squares, which ask at nine places of the 
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any
 
 import drjit as dr
 
@@ -15,8 +15,9 @@ from pelagos import jit
 from pelagos.jit import Array
 from pelagos.optics.lamp import SHADE_PARTS, Beam, seen_from
 from pelagos.optics.light_source import LightSource
-from pelagos.raycast.caster import cast, occluded
+from pelagos.raycast.caster import cast
 from pelagos.raycast.rays import Rays
+from pelagos.sensors.lamp_light import reached
 from pelagos.sensors.pixels import Pixels, Tiling
 from pelagos.sensors.scenery import Scenery, depth_at
 from pelagos.sensors.sensor import Kinematics
@@ -27,8 +28,6 @@ from pelagos.sensors.view import Lens, view_rays
 
 if TYPE_CHECKING:
     from pelagos.sensors.surroundings import LitViewConfig
-
-_SHORT: Final = 0.05  # [m] that shadow rays end before a lamp
 
 
 def shaded(
@@ -63,5 +62,4 @@ def _free(static: Any, moving: Any, scenery: Scenery, rays: Rays, reach: Array, 
     start = rays.origin + jit.Array3f64(place)
     towards = (lamp.position - place) / dr.maximum(distance, 1e-6)
     lit = (-dr.dot(lamp.axis, towards) > lamp.outer) & (depth_at(scenery, start) > 0)
-    shadow = Rays(start, towards, dr.select(lit, dr.maximum(distance - _SHORT, 0), 0), rays.copy, rays.own)
-    return dr.select(lit & occluded(static, moving, scenery.tables, shadow, past_own=True), jit.Float(0), 1)
+    return dr.select(lit & ~reached(static, moving, scenery, rays, start, towards, distance, lit), jit.Float(0), 1)
