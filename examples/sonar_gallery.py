@@ -25,19 +25,19 @@ from pelagos.acoustics.pulse_pair import speed_of_pair
 from pelagos.math.so3 import from_euler
 from pelagos.ocean.config import OceanConfig, build_ocean
 from pelagos.raycast.rays import NO_BODY
-from pelagos.sensors.adcp import Adcp, AdcpConfig
-from pelagos.sensors.altimeter import Altimeter, AltimeterConfig
-from pelagos.sensors.dvl import Dvl, DvlConfig
-from pelagos.sensors.fan_view import fan_image
-from pelagos.sensors.imaging_sonar import ImagingSonar, ImagingSonarConfig
-from pelagos.sensors.lanes import lanes
-from pelagos.sensors.mechanical_scanning_sonar import MechanicalScanningSonar, MechanicalScanningSonarConfig
-from pelagos.sensors.multibeam import Multibeam, MultibeamConfig
-from pelagos.sensors.neighbours import Neighbours
-from pelagos.sensors.profiling_sonar import ProfilingSonar, ProfilingSonarConfig
-from pelagos.sensors.sidescan import Sidescan, SidescanConfig
-from pelagos.sensors.singlebeam import Singlebeam, SinglebeamConfig
-from pelagos.sensors.synthetic_aperture_sonar import SyntheticApertureSonar, SyntheticApertureSonarConfig
+from pelagos.sensors.example_motion import lanes
+from pelagos.sensors.sonar.adcp import Adcp, AdcpConfig
+from pelagos.sensors.sonar.altimeter import Altimeter, AltimeterConfig
+from pelagos.sensors.sonar.dvl import Dvl, DvlConfig
+from pelagos.sensors.sonar.imaging_sonar import ImagingSonar, ImagingSonarConfig
+from pelagos.sensors.sonar.mechanical_scanning_sonar import MechanicalScanningSonar, MechanicalScanningSonarConfig
+from pelagos.sensors.sonar.multibeam import Multibeam, MultibeamConfig
+from pelagos.sensors.sonar.ping.fan_picture import fan_image
+from pelagos.sensors.sonar.ping.interference import Neighbours
+from pelagos.sensors.sonar.profiling_sonar import ProfilingSonar, ProfilingSonarConfig
+from pelagos.sensors.sonar.sidescan import Sidescan, SidescanConfig
+from pelagos.sensors.sonar.singlebeam import Singlebeam, SinglebeamConfig
+from pelagos.sensors.sonar.synthetic_aperture_sonar import SyntheticApertureSonar, SyntheticApertureSonarConfig
 from pelagos.world.classic import ClassicConfig
 from pelagos.world.generate.harbour import HarbourConfig
 from pelagos.world.world import World

@@ -14,8 +14,8 @@ from pelagos.ocean.config import OceanConfig, build_ocean
 from pelagos.raycast.geometry import Geometry
 from pelagos.raycast.rays import NO_BODY
 from pelagos.raycast.scene import Scene
-from pelagos.sensors.imaging_sonar import ImagingSonar, ImagingSonarConfig
-from pelagos.sensors.lanes import lanes
+from pelagos.sensors.example_motion import lanes
+from pelagos.sensors.sonar.imaging_sonar import ImagingSonar, ImagingSonarConfig
 from pelagos.world.generate.harbour import HarbourConfig
 from pelagos.world.material import MATERIALS
 

@@ -10,8 +10,8 @@ import pytest
 import pelagos as pl
 from pelagos.config import registry
 from pelagos.errors import LookupFailed
-from pelagos.sensors.ping import PingConfig
-from pelagos.sensors.sea import SEA_SURFACE_INSTANCE
+from pelagos.sensors.sonar.ping.ping_config import PingConfig
+from pelagos.sensors.sonar.ping.sea_surface import SEA_SURFACE_INSTANCE
 
 AHEAD, BELOW, ASIDE = (1.0, 0.0, 0.0), (0.0, 0.0, -1.0), (0.0, np.cos(np.radians(27)), -np.sin(np.radians(27)))
 LOOKS: dict[str, tuple[Any, dict[str, Any]]] = {

@@ -23,9 +23,9 @@ from pelagos.optics.water import REFRACTIVE_INDEX
 from pelagos.raycast.geometry import Geometry
 from pelagos.raycast.rays import NO_BODY
 from pelagos.raycast.scene import Scene
-from pelagos.sensors.instance_camera import InstanceCamera, InstanceCameraConfig
+from pelagos.sensors.camera.instance_camera import InstanceCamera, InstanceCameraConfig
+from pelagos.sensors.camera.picture.camera_rays import view_intrinsics
 from pelagos.sensors.sensor import Kinematics, SensorContext
-from pelagos.sensors.view import view_intrinsics
 
 cv2 = pytest.importorskip("cv2")
 

@@ -5,7 +5,7 @@ nanotesla).
 import numpy as np
 import pytest
 
-from pelagos.sensors.geomagnetism import earth_field
+from pelagos.math.geomagnetism import earth_field
 
 POINTS = [  # latitude, longitude [deg], height [km], north, east, down [nT]
     (0.0, 0.0, 0.0, 27457, -1926, -15997),

@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 
 from pelagos.config import registry
 from pelagos.math.geodesy import GeoOrigin
+from pelagos.math.geomagnetism import earth_field
 from pelagos.report.mission import euler, rotate
-from pelagos.sensors.geomagnetism import earth_field
 from pelagos.sensors.sensor import Measurement, SensorConfig
 from pelagos.sim.record import Recorder
 

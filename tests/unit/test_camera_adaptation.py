@@ -10,8 +10,8 @@ import pytest
 from test_camera_picture import camera, context, looking_down
 
 from pelagos import jit
-from pelagos.sensors.adaptation import _LONGEST, _MOMENTS
-from pelagos.sensors.camera import CameraConfig
+from pelagos.sensors.camera.picture.camera_config import CameraConfig
+from pelagos.sensors.camera.picture.exposure_lag import _LONGEST, _MOMENTS
 
 
 def diving(height: float, speed: float):

@@ -16,8 +16,9 @@ from pelagos.optics.water import water_optics
 from pelagos.raycast.geometry import Geometry
 from pelagos.raycast.rays import NO_BODY
 from pelagos.raycast.scene import Scene
-from pelagos.sensors.camera import Camera, CameraConfig
-from pelagos.sensors.camera_sampling import _polygon
+from pelagos.sensors.camera.camera import Camera
+from pelagos.sensors.camera.picture.camera_config import CameraConfig
+from pelagos.sensors.camera.picture.pixel_samples import _polygon
 from pelagos.sensors.sensor import Kinematics, SensorContext
 from pelagos.world.material import MATERIALS, material_tables
 

@@ -13,13 +13,13 @@ from pelagos import jit
 from pelagos.raycast.geometry import Geometry
 from pelagos.raycast.rays import NO_BODY
 from pelagos.raycast.scene import Scene
-from pelagos.sensors.depth_camera import DepthCamera, DepthCameraConfig
-from pelagos.sensors.instance_camera import InstanceCamera, InstanceCameraConfig
-from pelagos.sensors.normal_camera import NormalCamera, NormalCameraConfig
-from pelagos.sensors.optical_flow_camera import OpticalFlowCamera, OpticalFlowCameraConfig
-from pelagos.sensors.semantic_camera import SemanticCamera, SemanticCameraConfig
+from pelagos.sensors.camera.depth_camera import DepthCamera, DepthCameraConfig
+from pelagos.sensors.camera.instance_camera import InstanceCamera, InstanceCameraConfig
+from pelagos.sensors.camera.normal_camera import NormalCamera, NormalCameraConfig
+from pelagos.sensors.camera.optical_flow_camera import OpticalFlowCamera, OpticalFlowCameraConfig
+from pelagos.sensors.camera.picture.camera_rays import pixel_rays, project_points
+from pelagos.sensors.camera.semantic_camera import SemanticCamera, SemanticCameraConfig
 from pelagos.sensors.sensor import Kinematics, SensorContext
-from pelagos.sensors.view import pixel_rays, project_points
 
 SIZE: dict[str, Any] = {"width_px": 72, "height_px": 50}
 

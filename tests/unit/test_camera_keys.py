@@ -8,9 +8,8 @@ import pytest
 
 from pelagos.config.loader import load_scenario
 from pelagos.errors import ScenarioError, ValidityWarning
-from pelagos.sensors.camera import CameraConfig
-from pelagos.sensors.camera_keys import NEEDS
-from pelagos.sensors.instance_camera import InstanceCameraConfig
+from pelagos.sensors.camera.instance_camera import InstanceCameraConfig
+from pelagos.sensors.camera.picture.camera_config import NEEDS, CameraConfig
 from pelagos.sim.simulation import Simulation
 
 

@@ -15,9 +15,10 @@ from pelagos.optics.water import water_optics
 from pelagos.raycast.geometry import Geometry
 from pelagos.raycast.rays import NO_BODY
 from pelagos.raycast.scene import Scene
-from pelagos.sensors.camera import Camera, CameraConfig
-from pelagos.sensors.develop import zone_mean
-from pelagos.sensors.pixels import Tiling, pixels, tile_sizes
+from pelagos.sensors.camera.camera import Camera
+from pelagos.sensors.camera.picture.camera_config import CameraConfig
+from pelagos.sensors.camera.picture.develop import zone_mean
+from pelagos.sensors.camera.picture.pixel_order import Tiling, pixels, tile_sizes
 from pelagos.sensors.sensor import Kinematics, SensorContext
 from pelagos.world.material import MATERIALS, material_tables
 

@@ -16,11 +16,11 @@ from pelagos.optics.water import water_optics
 from pelagos.raycast.geometry import Geometry
 from pelagos.raycast.rays import NO_BODY
 from pelagos.raycast.scene import Scene
-from pelagos.sensors.annotations import boxes, coco, run_lengths
-from pelagos.sensors.boxes_3d import boxes_3d
-from pelagos.sensors.event_camera import EventCamera, EventCameraConfig, event_count, events
+from pelagos.sensors.camera.event_camera import EventCamera, EventCameraConfig, event_count, events
+from pelagos.sensors.camera.picture.annotations import boxes, coco, run_lengths
+from pelagos.sensors.camera.picture.boxes_3d import boxes_3d
+from pelagos.sensors.camera.thermal_camera import ThermalCamera, ThermalCameraConfig
 from pelagos.sensors.sensor import Kinematics, SensorContext
-from pelagos.sensors.thermal_camera import ThermalCamera, ThermalCameraConfig
 from pelagos.world.material import MATERIALS, material_tables
 
 SIZE: dict[str, Any] = {"width_px": 96, "height_px": 64}

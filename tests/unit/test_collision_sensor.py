@@ -10,7 +10,7 @@ import pytest
 import pelagos as pl
 from pelagos.messages.encoders import encoder
 from pelagos.messages.encoding import Site
-from pelagos.sensors.collision import CollisionConfig
+from pelagos.sensors.navigation.collision import CollisionConfig
 
 
 def sinking(rate_hz: float, *, n: int = 1, **sensor: Any) -> pl.Simulation:

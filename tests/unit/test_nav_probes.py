@@ -9,15 +9,15 @@ import pytest
 from pelagos.errors import LookupFailed
 from pelagos.math.geodesy import GeoOrigin
 from pelagos.ocean.config import OceanConfig, build_ocean
-from pelagos.sensors.ctd import Ctd
-from pelagos.sensors.current_meter import CurrentMeter
-from pelagos.sensors.fluorometer import Fluorometer
-from pelagos.sensors.lanes import lanes
-from pelagos.sensors.oxygen import Oxygen
+from pelagos.sensors.example_motion import lanes
 from pelagos.sensors.sensor import SensorContext
-from pelagos.sensors.sound_velocity import SoundVelocity
-from pelagos.sensors.tracer import Tracer
-from pelagos.sensors.turbidity import Turbidity
+from pelagos.sensors.water.ctd import Ctd
+from pelagos.sensors.water.current_meter import CurrentMeter
+from pelagos.sensors.water.fluorometer import Fluorometer
+from pelagos.sensors.water.oxygen import Oxygen
+from pelagos.sensors.water.sound_velocity import SoundVelocity
+from pelagos.sensors.water.tracer import Tracer
+from pelagos.sensors.water.turbidity import Turbidity
 
 DT = 100_000_000
 QUIET = {"noise_density": 0, "bias_std": 0, "drift_std": 0, "resolution": 0}

@@ -7,14 +7,14 @@ import pytest
 
 from pelagos.math.geodesy import GeoOrigin
 from pelagos.ocean.config import OceanConfig, build_ocean
-from pelagos.sensors.depth import Depth
-from pelagos.sensors.gps import Gps
-from pelagos.sensors.imu import Imu
-from pelagos.sensors.lanes import lanes
-from pelagos.sensors.magnetometer import Magnetometer
-from pelagos.sensors.pose import Pose
+from pelagos.sensors.example_motion import lanes
+from pelagos.sensors.navigation.depth import Depth
+from pelagos.sensors.navigation.gps import Gps
+from pelagos.sensors.navigation.imu import Imu
+from pelagos.sensors.navigation.magnetometer import Magnetometer
+from pelagos.sensors.navigation.pose import Pose
+from pelagos.sensors.navigation.velocity import Velocity
 from pelagos.sensors.sensor import SensorContext
-from pelagos.sensors.velocity import Velocity
 
 DT = 5_000_000
 SENSORS = {"imu": Imu, "depth": Depth, "gps": Gps, "magnetometer": Magnetometer, "pose": Pose, "velocity": Velocity}

@@ -6,7 +6,7 @@ import pytest
 from pelagos import jit
 from pelagos.math.philox import normal_pair32
 from pelagos.sensors import noise
-from pelagos.sensors.lanes import lanes
+from pelagos.sensors.example_motion import lanes
 
 DT = 5_000_000
 

@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 
 from pelagos.bench.cases.sonar import context, motion
-from pelagos.sensors.imaging_sonar import ImagingSonar, ImagingSonarConfig
-from pelagos.sensors.promise import promised
+from pelagos.sensors.lazy import promised
 from pelagos.sensors.sensor import Measurement, Reading
+from pelagos.sensors.sonar.imaging_sonar import ImagingSonar, ImagingSonarConfig
 from pelagos.sim.step import Sampled
 
 

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 import pelagos as pl
-from pelagos.sensors.annotations import boxes, coco
-from pelagos.sensors.semantic_lidar import points
+from pelagos.sensors.camera.picture.annotations import boxes, coco
+from pelagos.sensors.lidar.semantic_lidar import points
 
 VIEW = {"rate_hz": 10, "width_px": 160, "height_px": 120, "horizontal_fov_deg": 80}
 

@@ -8,9 +8,9 @@ import pytest
 from pydantic import ValidationError
 
 from pelagos.config.registry import BUILT_IN
-from pelagos.sensors.dvl import DvlConfig
-from pelagos.sensors.imaging_sonar import ImagingSonarConfig
-from pelagos.sensors.sonar_catalogue import DEVICES
+from pelagos.sensors.sonar.dvl import DvlConfig
+from pelagos.sensors.sonar.imaging_sonar import ImagingSonarConfig
+from pelagos.sensors.sonar.ping.devices import DEVICES
 
 
 @pytest.mark.parametrize(("kind", "name"), [(k, n) for k, devices in DEVICES.items() for n in devices])

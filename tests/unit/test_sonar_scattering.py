@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from pelagos.sensors.scattering import mirror_table, scattering_table
+from pelagos.sensors.sonar.ping.surface_scattering import mirror_table, scattering_table
 from pelagos.world.material import MATERIALS
 
 ALL = [MATERIALS[name] for name in ("sand", "steel", "mud", "concrete", "rock")]

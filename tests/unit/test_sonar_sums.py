@@ -10,7 +10,7 @@ from pelagos.acoustics import echo_walk
 from pelagos.acoustics.echo_walk import pitch, walk
 from pelagos.acoustics.speckle import rays_per_facet
 from pelagos.bench.cases.sonar import context, motion
-from pelagos.sensors.imaging_sonar import ImagingSonar, ImagingSonarConfig
+from pelagos.sensors.sonar.imaging_sonar import ImagingSonar, ImagingSonarConfig
 
 
 @pytest.mark.parametrize(("beams", "rays"), [(1, 100), (2, 33), (3, 7), (16, 4), (64, 5)])

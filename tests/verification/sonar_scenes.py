@@ -13,7 +13,7 @@ from pelagos import jit
 from pelagos.raycast.geometry import Geometry
 from pelagos.raycast.rays import NO_BODY
 from pelagos.raycast.scene import Scene
-from pelagos.sensors.lanes import lanes
+from pelagos.sensors.example_motion import lanes
 from pelagos.world.material import MATERIALS, Material
 from pelagos.world.shapes import box as box_mesh
 from pelagos.world.shapes import sphere as sphere_mesh

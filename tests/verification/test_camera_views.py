@@ -13,7 +13,8 @@ from pelagos.math.so3 import from_euler
 from pelagos.ocean.config import OceanConfig, build_ocean
 from pelagos.optics.exposure import saturation_luminance
 from pelagos.raycast.rays import NO_BODY
-from pelagos.sensors.camera import Camera, CameraConfig
+from pelagos.sensors.camera.camera import Camera
+from pelagos.sensors.camera.picture.camera_config import CameraConfig
 from pelagos.sensors.sensor import Kinematics, SensorContext
 from pelagos.world.build import build_world
 from pelagos.world.generate.harbour import HarbourConfig

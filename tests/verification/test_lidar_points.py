@@ -19,8 +19,8 @@ from pelagos.optics.water import REFRACTIVE_INDEX, water_optics
 from pelagos.raycast.geometry import Geometry
 from pelagos.raycast.rays import NO_BODY
 from pelagos.raycast.scene import Scene
-from pelagos.sensors.lidar import Lidar, LidarConfig, points
-from pelagos.sensors.semantic_lidar import SemanticLidar, SemanticLidarConfig
+from pelagos.sensors.lidar.lidar import Lidar, LidarConfig, points
+from pelagos.sensors.lidar.semantic_lidar import SemanticLidar, SemanticLidarConfig
 from pelagos.sensors.sensor import Kinematics, SensorContext
 from pelagos.world.material import MATERIALS, material_tables
 

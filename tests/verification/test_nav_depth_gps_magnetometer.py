@@ -8,10 +8,10 @@ import pytest
 
 from pelagos.math.geodesy import GeoOrigin
 from pelagos.ocean.config import OceanConfig, build_ocean
-from pelagos.sensors.depth import Depth, DepthConfig
-from pelagos.sensors.gps import Gps, GpsConfig
-from pelagos.sensors.lanes import lanes
-from pelagos.sensors.magnetometer import Magnetometer, MagnetometerConfig
+from pelagos.sensors.example_motion import lanes
+from pelagos.sensors.navigation.depth import Depth, DepthConfig
+from pelagos.sensors.navigation.gps import Gps, GpsConfig
+from pelagos.sensors.navigation.magnetometer import Magnetometer, MagnetometerConfig
 from pelagos.sensors.schedule import period_ticks
 from pelagos.sensors.sensor import SensorContext
 

@@ -5,12 +5,12 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from pelagos.sensors.imu import Imu, ImuConfig
-from pelagos.sensors.lanes import lanes
+from pelagos.sensors.example_motion import lanes
 from pelagos.sensors.mount import GRAVITY, sensor_pose, sensor_velocity
-from pelagos.sensors.pose import Pose, PoseConfig
+from pelagos.sensors.navigation.imu import Imu, ImuConfig
+from pelagos.sensors.navigation.pose import Pose, PoseConfig
+from pelagos.sensors.navigation.velocity import Velocity, VelocityConfig
 from pelagos.sensors.sensor import SensorContext
-from pelagos.sensors.velocity import Velocity, VelocityConfig
 
 DT = 5_000_000
 PERFECT = {

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from pelagos import jit
 from pelagos.sensors import noise
-from pelagos.sensors.lanes import lanes
+from pelagos.sensors.example_motion import lanes
 
 
 def allan_deviation(rate: NDArray[np.float64], m: int) -> float:

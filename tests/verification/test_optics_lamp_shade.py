@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pelagos.optics.water import MEAN_COSINE, water_optics
-from pelagos.sensors.camera import CameraConfig
-from pelagos.sensors.view import pixel_rays
+from pelagos.sensors.camera.picture.camera_config import CameraConfig
+from pelagos.sensors.camera.picture.camera_rays import pixel_rays
 from pelagos.sim.simulation import Simulation
 
 LAMP = np.array([0.0, 1.5, 0.3])  # relative to the camera, forward-left-up [m]

@@ -18,7 +18,8 @@ from pelagos.optics.water import MEAN_COSINE, WaterOptics, water_optics
 from pelagos.raycast.geometry import Geometry
 from pelagos.raycast.rays import NO_BODY
 from pelagos.raycast.scene import Scene
-from pelagos.sensors.camera import Camera, CameraConfig
+from pelagos.sensors.camera.camera import Camera
+from pelagos.sensors.camera.picture.camera_config import CameraConfig
 from pelagos.sensors.sensor import Kinematics, SensorContext
 from pelagos.world.material import MATERIALS, material_tables
 

@@ -17,9 +17,9 @@ from pelagos.optics.interface import fresnel
 from pelagos.optics.roughness import glitter, long_mean_square_slope, mean_square_slope, tilt_towards_eye
 from pelagos.optics.water import REFRACTIVE_INDEX
 from pelagos.raycast.rays import NO_BODY
-from pelagos.sensors.camera import CameraConfig
+from pelagos.sensors.camera.picture.camera_config import CameraConfig
+from pelagos.sensors.camera.picture.surroundings import Surroundings
 from pelagos.sensors.sensor import SensorContext
-from pelagos.sensors.surroundings import Surroundings
 from pelagos.world.build import build_world
 from pelagos.world.generate.flat import FlatConfig
 

@@ -20,7 +20,8 @@ from pelagos.optics.suspended import sediment_scattering, with_suspended
 from pelagos.optics.transport import path_length, sharp_transmission
 from pelagos.optics.water import FORWARD_PEAK, WaterArrays, water_optics
 from pelagos.raycast.rays import NO_BODY
-from pelagos.sensors.camera import Camera, CameraConfig
+from pelagos.sensors.camera.camera import Camera
+from pelagos.sensors.camera.picture.camera_config import CameraConfig
 from pelagos.sensors.sensor import Kinematics, SensorContext
 from pelagos.world.build import build_world
 from pelagos.world.generate.flat import FlatConfig

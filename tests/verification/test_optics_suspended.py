@@ -14,7 +14,8 @@ from pelagos.optics.sunlight import daylight
 from pelagos.optics.suspended import plankton_absorption, plankton_scattering, sediment_scattering, with_suspended
 from pelagos.optics.water import WaterOptics, kirk, water_optics
 from pelagos.raycast.rays import NO_BODY
-from pelagos.sensors.camera import Camera, CameraConfig
+from pelagos.sensors.camera.camera import Camera
+from pelagos.sensors.camera.picture.camera_config import CameraConfig
 from pelagos.sensors.sensor import Kinematics, SensorContext
 from pelagos.world.build import build_world
 from pelagos.world.generate.flat import FlatConfig

@@ -10,8 +10,8 @@ import pytest
 from sonar_scenes import DT_NS, at, box, context, plane
 
 from pelagos.errors import ValidityWarning
-from pelagos.sensors.lanes import lanes
-from pelagos.sensors.synthetic_aperture_sonar import SyntheticApertureSonar, SyntheticApertureSonarConfig
+from pelagos.sensors.example_motion import lanes
+from pelagos.sensors.sonar.synthetic_aperture_sonar import SyntheticApertureSonar, SyntheticApertureSonarConfig
 
 DEEP = -200.0
 SMALL = {"rays": 1024, "range_max_m": 20.0, "bins": 800, "rate_hz": 10.0}

@@ -14,11 +14,11 @@ from pelagos.acoustics.beam_pattern import line_length
 from pelagos.acoustics.doppler import janus_beams, velocity_from_beams
 from pelagos.math.so3 import from_euler
 from pelagos.ocean.config import OceanConfig, build_ocean
-from pelagos.sensors.adcp import AdcpConfig
-from pelagos.sensors.altimeter import Altimeter, AltimeterConfig
-from pelagos.sensors.dvl import Dvl, DvlConfig
-from pelagos.sensors.lanes import lanes
-from pelagos.sensors.multibeam import Multibeam, MultibeamConfig
+from pelagos.sensors.example_motion import lanes
+from pelagos.sensors.sonar.adcp import AdcpConfig
+from pelagos.sensors.sonar.altimeter import Altimeter, AltimeterConfig
+from pelagos.sensors.sonar.dvl import Dvl, DvlConfig
+from pelagos.sensors.sonar.multibeam import Multibeam, MultibeamConfig
 from pelagos.world.material import MATERIALS
 
 SAND = (MATERIALS["sand"],)
@@ -195,7 +195,7 @@ class TestMultibeam:
     def test_backscatter_is_the_bottoms(self):
         s = self.sonar([plane(-30.0)])
         mean = np.nanmean(s.sense(track(400)).extras["backscatter"], axis=0)
-        from pelagos.sensors.scattering import scattering_table
+        from pelagos.sensors.sonar.ping.surface_scattering import scattering_table
 
         table = 10 * np.log10(scattering_table(SAND, s.config.frequency_hz, wind_speed=5.0)[0])
         grazing = np.degrees(np.pi / 2 - np.abs(s.config.angles))

@@ -8,14 +8,14 @@ import numpy as np
 import pytest
 from sonar_scenes import DT_NS, at, context, plane
 
-from pelagos.sensors.imaging_sonar import ImagingSonar
-from pelagos.sensors.lanes import lanes
-from pelagos.sensors.mechanical_scanning_sonar import MechanicalScanningSonar
-from pelagos.sensors.multibeam import Multibeam
-from pelagos.sensors.profiling_sonar import ProfilingSonar
-from pelagos.sensors.sidescan import Sidescan
-from pelagos.sensors.singlebeam import Singlebeam
-from pelagos.sensors.synthetic_aperture_sonar import SyntheticApertureSonar
+from pelagos.sensors.example_motion import lanes
+from pelagos.sensors.sonar.imaging_sonar import ImagingSonar
+from pelagos.sensors.sonar.mechanical_scanning_sonar import MechanicalScanningSonar
+from pelagos.sensors.sonar.multibeam import Multibeam
+from pelagos.sensors.sonar.profiling_sonar import ProfilingSonar
+from pelagos.sensors.sonar.sidescan import Sidescan
+from pelagos.sensors.sonar.singlebeam import Singlebeam
+from pelagos.sensors.sonar.synthetic_aperture_sonar import SyntheticApertureSonar
 
 QUIET = {"self_noise_db": -200.0, "source_level_db": 300.0, "wind_speed_mps": 0.0, "scale": "linear"}
 DEEP = -200.0
@@ -24,7 +24,7 @@ DOWN = (0.0, 90.0, 0.0)
 
 @pytest.fixture(autouse=True)
 def _plain_surfaces(monkeypatch):
-    monkeypatch.setattr("pelagos.sensors.echo.patch_factor", lambda *_: 1.0)
+    monkeypatch.setattr("pelagos.sensors.sonar.ping.fan.patch_factor", lambda *_: 1.0)
 
 
 def by_range(kind: Any, rays: str, factor: int, *, altitude: float, slope: float, **options: Any) -> np.ndarray:
@@ -91,7 +91,7 @@ def test_water_column_of_the_multibeam_converges(monkeypatch):
     """Its 24 rays a beam against 192."""
     column = {}
     for rays in (24, 192):
-        monkeypatch.setattr("pelagos.sensors.beam_column._RAYS", rays)
+        monkeypatch.setattr("pelagos.sensors.sonar.ping.multibeam_column._RAYS", rays)
         config = Multibeam.Config(beams=64, range_max_m=40.0, water_column_bins=400, source_level_db=300.0)
         reading = Multibeam(config, context([plane(DEEP - 10.0)])).sense(at(0, 0, DEEP))
         column[rays] = (10 ** (reading.extras["water_column_truth"][0].astype(float) / 10)).mean(axis=0)

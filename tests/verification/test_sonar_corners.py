@@ -14,11 +14,11 @@ from sonar_scenes import DT_NS, LAMBERT_DB, PLAIN, at, box, context
 import pelagos as pl
 from pelagos.acoustics.target_strength import corner, corner_area, corner_lobe
 from pelagos.errors import CommandError
-from pelagos.sensors.imaging_sonar import ImagingSonar, ImagingSonarConfig
-from pelagos.sensors.lanes import lanes
-from pelagos.sensors.multibeam import Multibeam, MultibeamConfig
-from pelagos.sensors.sidescan import Sidescan, SidescanConfig
-from pelagos.sensors.singlebeam import Singlebeam, SinglebeamConfig
+from pelagos.sensors.example_motion import lanes
+from pelagos.sensors.sonar.imaging_sonar import ImagingSonar, ImagingSonarConfig
+from pelagos.sensors.sonar.multibeam import Multibeam, MultibeamConfig
+from pelagos.sensors.sonar.sidescan import Sidescan, SidescanConfig
+from pelagos.sensors.sonar.singlebeam import Singlebeam, SinglebeamConfig
 from pelagos.world.body import Prop
 from pelagos.world.by_hand import ThingConfig
 from pelagos.world.material import MATERIALS

@@ -10,13 +10,13 @@ from pydantic import ValidationError
 from sonar_scenes import DT_NS, at, box, context, plane
 
 from pelagos.errors import ValidityWarning
-from pelagos.sensors.adcp import Adcp, AdcpConfig
-from pelagos.sensors.altimeter import Altimeter, AltimeterConfig
-from pelagos.sensors.beam_echoes import beam_cones
-from pelagos.sensors.dvl import Dvl, DvlConfig
-from pelagos.sensors.lanes import lanes
-from pelagos.sensors.multibeam import Multibeam, MultibeamConfig
-from pelagos.sensors.singlebeam import cone_rays
+from pelagos.sensors.example_motion import lanes
+from pelagos.sensors.sonar.adcp import Adcp, AdcpConfig
+from pelagos.sensors.sonar.altimeter import Altimeter, AltimeterConfig
+from pelagos.sensors.sonar.dvl import Dvl, DvlConfig
+from pelagos.sensors.sonar.multibeam import Multibeam, MultibeamConfig
+from pelagos.sensors.sonar.ping.beam_echoes import beam_cones
+from pelagos.sensors.sonar.singlebeam import cone_rays
 
 DEEP = -200.0
 LOUD = {"source_level_db": 260.0}

@@ -13,15 +13,15 @@ from sonar_scenes import DT_NS, PLAIN, LayeredWater, at, box, context, plane, sp
 from pelagos import jit
 from pelagos.errors import ValidityWarning
 from pelagos.ocean.config import OceanConfig, build_ocean
-from pelagos.sensors.adcp import Adcp, AdcpConfig
-from pelagos.sensors.dvl import Dvl, DvlConfig
-from pelagos.sensors.imaging_sonar import ImagingSonar, ImagingSonarConfig
-from pelagos.sensors.lanes import lanes
-from pelagos.sensors.mechanical_scanning_sonar import MechanicalScanningSonar, MechanicalScanningSonarConfig
-from pelagos.sensors.profiling_sonar import ProfilingSonar, ProfilingSonarConfig
-from pelagos.sensors.sidescan import Sidescan, SidescanConfig
-from pelagos.sensors.singlebeam import Singlebeam, SinglebeamConfig
-from pelagos.sensors.synthetic_aperture_sonar import SyntheticApertureSonar, SyntheticApertureSonarConfig
+from pelagos.sensors.example_motion import lanes
+from pelagos.sensors.sonar.adcp import Adcp, AdcpConfig
+from pelagos.sensors.sonar.dvl import Dvl, DvlConfig
+from pelagos.sensors.sonar.imaging_sonar import ImagingSonar, ImagingSonarConfig
+from pelagos.sensors.sonar.mechanical_scanning_sonar import MechanicalScanningSonar, MechanicalScanningSonarConfig
+from pelagos.sensors.sonar.profiling_sonar import ProfilingSonar, ProfilingSonarConfig
+from pelagos.sensors.sonar.sidescan import Sidescan, SidescanConfig
+from pelagos.sensors.sonar.singlebeam import Singlebeam, SinglebeamConfig
+from pelagos.sensors.sonar.synthetic_aperture_sonar import SyntheticApertureSonar, SyntheticApertureSonarConfig
 from pelagos.world.material import MATERIALS
 
 QUIET = {"self_noise_db": -200.0, "source_level_db": 300.0, "wind_speed_mps": 0.0, "scale": "linear"}
@@ -30,7 +30,7 @@ DEEP = -200.0  # keeps the sea surface out of the picture
 
 @pytest.fixture(autouse=True)
 def _plain_surfaces(monkeypatch):
-    monkeypatch.setattr("pelagos.sensors.echo.patch_factor", lambda *_: 1.0)
+    monkeypatch.setattr("pelagos.sensors.sonar.ping.fan.patch_factor", lambda *_: 1.0)
 
 
 def below(height: float):

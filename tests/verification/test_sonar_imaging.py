@@ -14,8 +14,8 @@ from sonar_scenes import LAMBERT_DB, PLAIN, at, box, context, plane, sphere, sti
 
 from pelagos.acoustics.beam_pattern import line_length, line_np
 from pelagos.raycast.geometry import Geometry
-from pelagos.sensors.fan_view import fan_image
-from pelagos.sensors.imaging_sonar import ImagingSonar, ImagingSonarConfig, fan_rays
+from pelagos.sensors.sonar.imaging_sonar import ImagingSonar, ImagingSonarConfig, fan_rays
+from pelagos.sensors.sonar.ping.fan_picture import fan_image
 from pelagos.world.material import MATERIALS
 
 QUIET = {"self_noise_db": -200.0, "source_level_db": 300.0, "wind_speed_mps": 0.0}
@@ -28,7 +28,7 @@ def sonar(geometries, *, seed=0, n=1, materials=(PLAIN,), ocean=None, **options)
 
 def without_texture(monkeypatch):
     """Surfaces without patchiness, so that levels can be compared with closed forms."""
-    monkeypatch.setattr("pelagos.sensors.echo.patch_factor", lambda *_: 1.0)
+    monkeypatch.setattr("pelagos.sensors.sonar.ping.fan.patch_factor", lambda *_: 1.0)
 
 
 def test_flat_bottom_has_the_level_of_the_closed_form(monkeypatch):
@@ -240,7 +240,7 @@ def test_frozen_equals_plain_and_lanes_equal_singles():
     plain = {name: values for name, values, _ in s.explain(at(0, 0, 0, tick=4))}["echo level after gain"]
     np.testing.assert_array_equal(frozen.ravel(), plain)
     four = sonar(scene, n=4, orientation_deg=(0, 15, 0), scale="db")
-    from pelagos.sensors.lanes import lanes
+    from pelagos.sensors.example_motion import lanes
 
     places = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, -1.0]])
     together = four.sense(lanes([4], dt_ns=5_000_000, environments=range(4), position=places)).data

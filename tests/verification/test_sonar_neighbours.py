@@ -14,11 +14,11 @@ from pelagos.acoustics.absorption import absorption
 from pelagos.acoustics.interference import band_overlap, is_arriving
 from pelagos.errors import InputError
 from pelagos.math.so3 import from_euler
-from pelagos.sensors.imaging_sonar import ImagingSonar, ImagingSonarConfig
-from pelagos.sensors.mechanical_scanning_sonar import MechanicalScanningSonar, MechanicalScanningSonarConfig
-from pelagos.sensors.multibeam import Multibeam, MultibeamConfig
-from pelagos.sensors.neighbours import Apertures, Neighbours
-from pelagos.sensors.singlebeam import cone_rays
+from pelagos.sensors.sonar.imaging_sonar import ImagingSonar, ImagingSonarConfig
+from pelagos.sensors.sonar.mechanical_scanning_sonar import MechanicalScanningSonar, MechanicalScanningSonarConfig
+from pelagos.sensors.sonar.multibeam import Multibeam, MultibeamConfig
+from pelagos.sensors.sonar.ping.interference import Apertures, Neighbours
+from pelagos.sensors.sonar.singlebeam import cone_rays
 
 DEEP = -200.0
 QUIET = {"self_noise_db": -200.0, "source_level_db": 220.0, "wind_speed_mps": 0.0, "scale": "linear"}

@@ -14,11 +14,11 @@ from pelagos import jit
 from pelagos.acoustics.pulse import point_spread, range_resolution
 from pelagos.acoustics.pulse_pair import BEAM_SPREAD, pair_deviation, pulse_correlation, speed_of_pair, speed_per_radian
 from pelagos.acoustics.spreading import from_db
-from pelagos.sensors.adcp import Adcp, AdcpConfig
-from pelagos.sensors.beam_echoes import beam_cones
-from pelagos.sensors.dvl import Dvl, DvlConfig
-from pelagos.sensors.lanes import lanes
-from pelagos.sensors.ping import noise_power
+from pelagos.sensors.example_motion import lanes
+from pelagos.sensors.sonar.adcp import Adcp, AdcpConfig
+from pelagos.sensors.sonar.dvl import Dvl, DvlConfig
+from pelagos.sensors.sonar.ping.beam_echoes import beam_cones
+from pelagos.sensors.sonar.ping.ping_config import noise_power
 
 DEEP, C, LAG, F = -200.0, 1500.0, 1e-4, 600e3
 PAIR = {"frequency_hz": F, "sound_speed": C, "lag_s": LAG}

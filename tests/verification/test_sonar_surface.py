@@ -15,10 +15,10 @@ from pelagos.acoustics.sea_surface import bubble_loss_db, surface_backscatter
 from pelagos.errors import ValidityWarning
 from pelagos.ocean.config import OceanConfig, build_ocean
 from pelagos.raycast.rays import NO_BODY, Hits, Rays
-from pelagos.sensors import multipath
-from pelagos.sensors.imaging_sonar import ImagingSonar, ImagingSonarConfig
-from pelagos.sensors.sea import looks_up, sea_around, with_sea_surface
-from pelagos.sensors.singlebeam import Singlebeam, SinglebeamConfig
+from pelagos.sensors.sonar.imaging_sonar import ImagingSonar, ImagingSonarConfig
+from pelagos.sensors.sonar.ping import multipath
+from pelagos.sensors.sonar.ping.sea_surface import looks_up, sea_around, with_sea_surface
+from pelagos.sensors.sonar.singlebeam import Singlebeam, SinglebeamConfig
 from pelagos.world.material import MATERIALS
 
 QUIET = {"self_noise_db": -200.0, "source_level_db": 300.0, "wind_speed_mps": 0.0, "scale": "linear"}

@@ -13,8 +13,8 @@ from pelagos.messages.image import IMAGE, ImageMaker
 from pelagos.messages.pictures import COMPRESSED_IMAGE, compressed_image, jpeg
 from pelagos.messages.store import header, make
 from pelagos.messages.template import STAMP, Buffer, Template
+from pelagos.sensors.camera.picture.camera_rays import view_intrinsics
 from pelagos.sensors.sensor import Reading
-from pelagos.sensors.view import view_intrinsics
 
 CAMERA_INFO: Final = "sensor_msgs/msg/CameraInfo"
 

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from pelagos.math.constants import GRAVITY
 from pelagos.math.geodesy import GeoOrigin
+from pelagos.math.geomagnetism import earth_field
 from pelagos.messages.navigation import (
     DEPTH_FIELDS,
     FIX_FIELDS,
@@ -29,7 +30,6 @@ from pelagos.messages.navigation import (
 )
 from pelagos.messages.ranging import TWIST_COVARIANCE, TWIST_FIELDS
 from pelagos.report.mission import Mission, Motion, rotate
-from pelagos.sensors.geomagnetism import earth_field
 
 STEP_S: Final = 0.05  # the gyroscopes are averaged over this
 LEVEL_TIME_S: Final = 20.0

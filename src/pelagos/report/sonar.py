@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from pelagos.messages.fan import copper
 from pelagos.report import theme
 from pelagos.report.mission import Mission
-from pelagos.sensors.fan_view import fan_image
+from pelagos.sensors.sonar.ping.fan_picture import fan_image
 
 FRAMES: Final = 6
 _LOOKED_AT: Final = 90  # frames that are rated, to choose those that are shown

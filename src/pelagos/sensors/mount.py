@@ -7,12 +7,14 @@ q_body_sensor.
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import drjit as dr
 
 from pelagos import jit
 from pelagos.jit import Array
 from pelagos.math.constants import GRAVITY
-from pelagos.math.so3 import multiply, rotate, rotate_back
+from pelagos.math.so3 import integrate, multiply, rotate, rotate_back
 from pelagos.sensors.sensor import Kinematics, SensorConfig
 
 
@@ -54,3 +56,11 @@ def _arm(config: SensorConfig) -> Array:
 
 def _turn(config: SensorConfig) -> Array:
     return jit.Array4f64(*config.q_body_sensor)
+
+
+def moved(motion: Kinematics, time: float) -> Kinematics:
+    """The pose `time` [s] later if the vehicle moves evenly; times and ticks stay."""
+    attitude = integrate(motion.attitude, motion.angular_velocity, jit.Float64(time))
+    return replace(
+        motion, position=motion.position + rotate(motion.attitude, motion.velocity) * time, attitude=attitude
+    )

@@ -185,3 +185,9 @@ def _bisect(
     start = (first, jit.UInt32(span // 2), *low, *high)
     state = dr.while_loop(start, lambda left, half, *_: half > 0, halve, mode="symbolic")
     return list(state[2 : 2 + count]), list(state[2 + count :])
+
+
+def digitise(value: Array, *, resolution: float, lowest: float, highest: float) -> Array:
+    """Rounded to multiples of `resolution` (0: not at all), and held between `lowest` and `highest`."""
+    rounded = dr.round(value * (1 / resolution)) * resolution if resolution > 0 else value
+    return dr.clip(rounded, lowest, highest)

@@ -17,13 +17,13 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from pelagos import jit
 from pelagos.jit import Array
-from pelagos.sensors.promise import keeps_promises, promised
+from pelagos.sensors.lazy import keeps_promises, promised
 
 if TYPE_CHECKING:
     from pelagos.ocean.ocean import Ocean
     from pelagos.raycast.scene import Scene
-    from pelagos.sensors.collision import Blows
-    from pelagos.sensors.neighbours import Neighbours
+    from pelagos.sensors.navigation.collision import Blows
+    from pelagos.sensors.sonar.ping.interference import Neighbours
     from pelagos.world.world import World
 
 

@@ -17,12 +17,12 @@ from pelagos.ocean.config import build_ocean
 from pelagos.ocean.ocean import Ocean
 from pelagos.raycast.rays import NO_BODY
 from pelagos.raycast.scene import Scene
-from pelagos.sensors.collision import Blows
-from pelagos.sensors.multibeam import MultibeamConfig
-from pelagos.sensors.neighbours import Neighbours
-from pelagos.sensors.ping import PingConfig
+from pelagos.sensors.navigation.collision import Blows
 from pelagos.sensors.schedule import period_ticks
 from pelagos.sensors.sensor import Sensor, SensorConfig, SensorContext
+from pelagos.sensors.sonar.multibeam import MultibeamConfig
+from pelagos.sensors.sonar.ping.interference import Neighbours
+from pelagos.sensors.sonar.ping.ping_config import PingConfig
 from pelagos.sim.bodies import hull_rows
 from pelagos.sim.clock import Clock
 from pelagos.sim.control import first_mode

@@ -15,7 +15,7 @@ from pelagos.errors import MountWarning
 from pelagos.math.so3 import rotate_np
 from pelagos.ocean.ocean import Ocean
 from pelagos.raycast.geometry import Geometry
-from pelagos.sensors.sounder import FACE_M
+from pelagos.sensors.sonar.ping.sounder import FACE_M
 from pelagos.sim.bodies import Body
 from pelagos.sim.initial import StartState
 from pelagos.sim.model import Model

@@ -13,7 +13,7 @@ from pelagos.config.loader import load_scenario
 from pelagos.config.scenario import Scenario
 from pelagos.errors import CommandError, LookupFailed, ScenarioError
 from pelagos.raycast.geometry import Geometry
-from pelagos.sensors.boxes_3d import Box3d, box_of_body, boxes_3d
+from pelagos.sensors.camera.picture.boxes_3d import Box3d, box_of_body, boxes_3d
 from pelagos.sensors.sensor import Reading
 from pelagos.sim.bodies import Bodies, Body, rows, unit_rows
 from pelagos.sim.initial import start_states

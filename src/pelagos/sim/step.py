@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from pelagos import jit
 from pelagos.errors import SimulationError
 from pelagos.math.frames import flip_yz_np
-from pelagos.sensors.promise import promised
+from pelagos.sensors.lazy import promised
 from pelagos.sensors.sensor import Kinematics, Measurement, Reading
 from pelagos.sim.bodies import Bodies
 from pelagos.sim.clock import next_multiple

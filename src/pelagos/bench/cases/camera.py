@@ -17,13 +17,14 @@ from pelagos.bench.timing import seconds
 from pelagos.ocean.config import OceanConfig, build_ocean
 from pelagos.raycast.caster import cast
 from pelagos.raycast.rays import NO_BODY
-from pelagos.sensors.camera import Camera, CameraConfig
-from pelagos.sensors.depth_camera import DepthCamera, DepthCameraConfig
-from pelagos.sensors.lidar import Lidar, LidarConfig
-from pelagos.sensors.pixels import pixels
-from pelagos.sensors.semantic_camera import SemanticCamera, SemanticCameraConfig
+from pelagos.sensors.camera.camera import Camera
+from pelagos.sensors.camera.depth_camera import DepthCamera, DepthCameraConfig
+from pelagos.sensors.camera.picture.camera_config import CameraConfig
+from pelagos.sensors.camera.picture.camera_rays import View, ViewConfig, view_rays
+from pelagos.sensors.camera.picture.pixel_order import pixels
+from pelagos.sensors.camera.semantic_camera import SemanticCamera, SemanticCameraConfig
+from pelagos.sensors.lidar.lidar import Lidar, LidarConfig
 from pelagos.sensors.sensor import Kinematics, Measurement, SensorContext
-from pelagos.sensors.view import View, ViewConfig, view_rays
 from pelagos.world.build import build_world
 from pelagos.world.generate.harbour import HarbourConfig
 

@@ -20,10 +20,10 @@ from pelagos.bench.check import BenchError, must
 from pelagos.bench.timing import seconds
 from pelagos.ocean.config import OceanConfig, build_ocean
 from pelagos.raycast.rays import NO_BODY
-from pelagos.sensors.lanes import lanes
-from pelagos.sensors.multibeam import Multibeam, MultibeamConfig
+from pelagos.sensors.example_motion import lanes
 from pelagos.sensors.sensor import SensorContext
-from pelagos.sensors.singlebeam import Singlebeam, SinglebeamConfig
+from pelagos.sensors.sonar.multibeam import Multibeam, MultibeamConfig
+from pelagos.sensors.sonar.singlebeam import Singlebeam, SinglebeamConfig
 from pelagos.sim.memory import peak_memory_mb
 from pelagos.world.build import build_world, world_config
 from pelagos.world.world import World

@@ -18,13 +18,13 @@ from pelagos.ocean.config import OceanConfig, build_ocean
 from pelagos.raycast.geometry import Geometry
 from pelagos.raycast.rays import NO_BODY
 from pelagos.raycast.scene import Scene
-from pelagos.sensors.echo import look
-from pelagos.sensors.imaging_sonar import ImagingSonar, ImagingSonarConfig, fan_rays
-from pelagos.sensors.lanes import lanes
-from pelagos.sensors.multibeam import Multibeam, MultibeamConfig
-from pelagos.sensors.sidescan import Sidescan, SidescanConfig
-from pelagos.sensors.singlebeam import Singlebeam, SinglebeamConfig
-from pelagos.sensors.sounder import Sounder
+from pelagos.sensors.example_motion import lanes
+from pelagos.sensors.sonar.imaging_sonar import ImagingSonar, ImagingSonarConfig, fan_rays
+from pelagos.sensors.sonar.multibeam import Multibeam, MultibeamConfig
+from pelagos.sensors.sonar.ping.fan import look
+from pelagos.sensors.sonar.ping.sounder import Sounder
+from pelagos.sensors.sonar.sidescan import Sidescan, SidescanConfig
+from pelagos.sensors.sonar.singlebeam import Singlebeam, SinglebeamConfig
 from pelagos.world.material import MATERIALS
 from pelagos.world.shapes import box, cylinder
 

@@ -1,0 +1,211 @@
+"""A colour camera under and above water, in real time: pictures with the optics, exposure and noise of a real one.
+
+Data and truth are `(m, height, width, 3)` uint8 (uint16 above 8 bits), red green blue, row 0 at the top; with a
+`mosaic` `(m, height, width)`. Truth is the picture without noise. Extras: `exposure_s` and `iso`, `(m,)`, as set or
+as the meter chose.
+"""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any, ClassVar
+
+import drjit as dr
+import numpy as np
+from numpy.typing import NDArray
+
+from pelagos import jit
+from pelagos.errors import ValidityWarning
+from pelagos.jit import Array
+from pelagos.optics.caustics import Ripple
+from pelagos.optics.lens import natural_vignette
+from pelagos.optics.sight_line import SightLines
+from pelagos.sensors.camera.picture.ambient_light import ambience, ambience_at
+from pelagos.sensors.camera.picture.camera_config import CameraConfig, idle_keys
+from pelagos.sensors.camera.picture.camera_rays import Lens, Trace, View, pixel_angle, pixel_rays
+from pelagos.sensors.camera.picture.develop import balanced, developed, exposed, gathered, through_lens, unpacked
+from pelagos.sensors.camera.picture.exposure_lag import exposure_lag
+from pelagos.sensors.camera.picture.lamp_shadow import shaded
+from pelagos.sensors.camera.picture.light_shafts import shaft_squares, shafts_at, smoothed
+from pelagos.sensors.camera.picture.path_tracing import path_traced
+from pelagos.sensors.camera.picture.pixel_blur import pixel_blur
+from pelagos.sensors.camera.picture.pixel_order import Pixels, Tiling, pixels
+from pelagos.sensors.camera.picture.pixel_samples import Sample, sampled_rays, samples
+from pelagos.sensors.camera.picture.radiance import Ambience, Radiance, look
+from pelagos.sensors.camera.picture.ray_change import ray_change
+from pelagos.sensors.camera.picture.scenery import Scenery, in_rain
+from pelagos.sensors.camera.picture.surroundings import Surroundings, light_sources, scenery_of
+from pelagos.sensors.camera.picture.turbid_sight import sight_lines
+from pelagos.sensors.noise import opaque_key, stream_key
+from pelagos.sensors.sensor import Kinematics, Measurement, SensorConfig, SensorContext
+
+
+class Camera:
+    """See `CameraConfig`."""
+
+    TITLE: ClassVar[str] = "colour camera: water optics, caustics, lamps, exposure, sensor noise"
+    Config: ClassVar[type[SensorConfig]] = CameraConfig
+    SOURCES: ClassVar[tuple[str, ...]] = (
+        "Image formation: D. Akkaynak and T. Treibitz, CVPR 2018, doi 10.1109/CVPR.2018.00703",
+        "Forward scattering: J. S. Jaffe, IEEE J. Oceanic Eng. 15:101 (1990), doi 10.1109/48.50695",
+        "Water types: N. G. Jerlov, Marine Optics (1976); C. A. Williamson and R. C. Hollins, doi 10.1364/AO.470464; "
+        "M. G. Solonenko and C. D. Mobley, doi 10.1364/AO.54.005392",
+        "Daylight: W. J. Wiscombe, J. Atmos. Sci. 34:1408 (1977); J. T. O. Kirk 1984, doi 10.4319/lo.1984.29.2.0350",
+        "Plankton and sediment: L. Prieur and S. Sathyendranath 1981; M. Babin et al., doi 10.4319/lo.2003.48.2.0843",
+        "Fog and rain: WMO-No. 8; ITU-R P.1814 (2007); J. S. Marshall and W. McK. Palmer, J. Meteorol. 5:165 (1948)",
+        "Exposure: ISO 12232:2019; noise: EMVA Standard 1288, release 4.0",
+    )
+
+    def __init__(self, config: CameraConfig, context: SensorContext) -> None:
+        self.config = config
+        if idle := idle_keys(config):
+            warnings.warn(f"{context.path}: {idle}", ValidityWarning, stacklevel=3)
+        self._view = View(config, context)
+        _, directions = pixel_rays(config.model_copy(update={"port": None}))
+        vignette = np.nan_to_num(natural_vignette(directions, config.vignette, fisheye=config.lens == "fisheye"))
+        self._vignette = jit.Float(self._view.tiling.arrange(vignette))
+        self._surroundings = Surroundings(context)
+        self._keys = tuple(opaque_key(stream_key(context.seed, context.path, k)) for k in ("image", "paths"))
+        jit.settle(self._vignette)
+        self._change = ray_change(config) if config.samples > 1 or config.renderer == "reference" else None
+        self._ping = context.scene.compile(self._make)
+
+    def sense(self, motion: Kinematics) -> Measurement:
+        """One picture for every lane."""
+        return self._measurement(*self._ping(*self._arguments(motion)))
+
+    def explain(self, motion: Kinematics) -> list[tuple[str, NDArray[Any], str]]:
+        """Intermediate arrays of one unfrozen frame: (name, values, unit)."""
+        return self._view.explain(self._make, self._arguments(motion))
+
+    def _arguments(self, motion: Kinematics) -> tuple[Any, ...]:
+        return *self._view.arguments(motion), self._surroundings.arguments(), self._vignette, self._change, self._keys
+
+    def _make(self, static: Any, moving: Any, trace: Trace | None = None) -> Callable[..., Any]:
+        config, tiling = self.config, self._view.tiling
+        sea = self._surroundings.ripple(config)
+
+        def frame(
+            tables: Any, lens: Any, motion: Kinematics, own: Array, light: Any, vignette: Array, change: Any, keys: Any
+        ) -> tuple[Array, ...]:  # fmt: skip
+            images = dr.width(motion.tick)
+            where = pixels(tiling, images)
+            scenery = scenery_of(tables, light, sea, motion, config)
+            lamps = light_sources(config, motion, where.image)
+
+            angle = pixel_angle(config)
+            if config.renderer == "realtime":
+                lamps = shaded(lamps, static, moving, scenery, lens, motion, own, config, tiling, where)
+            around, lines = self._water_around(static, moving, scenery, sea, lens, motion, own, where)
+
+            def light_of(sample: Sample, exposure: Array, number: Array) -> Radiance:
+                rays = sampled_rays(lens, where, motion, own, config, sample, exposure, blur, scenery.level, change)
+                if config.renderer == "realtime":
+                    return look(
+                        static, moving, scenery, rays, where.image, lamps, angle, around,
+                        config.marine_snow_per_m3, lines,
+                    )[0]  # fmt: skip
+                counter = pixel_counter(where, tiling, motion, number)
+                light = path_traced(static, moving, scenery, rays, where.image, lamps, angle, counter, keys[1])
+                return Radiance(light, *(dr.zeros(jit.Array3f, dr.width(where.ray)) for _ in range(3)))
+
+            blur = None
+            centre = sampled_rays(
+                lens, where, motion, own, config, None, dr.zeros(jit.Float, images), level=scenery.level
+            )
+            seen, hits = look(
+                static, moving, scenery, centre, where.image, lamps, angle, around, config.marine_snow_per_m3, lines
+            )
+            if trace is not None:
+                dr.eval(seen, hits)
+                trace_light(trace, hits, seen)
+            picture = gathered(seen, where, tiling, images)
+            if config.samples > 1 or config.renderer == "reference":  # the middle meters for the others' motion blur
+                dr.eval(picture)
+                shutter, _ = exposed(picture, where, tiling, config, images)
+                if config.samples > 1 and (moving is not None or config.blurs_unevenly):
+                    blur = pixel_blur(hits, centre, where, tiling, motion, config, shutter)
+                    dr.eval(blur)
+                seen = mean_light(light_of, shutter, where, tiling, motion, keys[0], config)
+                picture = gathered(seen, where, tiling, images)
+            if scenery.air is not None and scenery.air.drops is not None:
+                dr.eval(picture, hits)
+                shutter, _ = exposed(picture, where, tiling, config, images)
+                exposure = dr.gather(jit.Float, shutter, where.image)
+                picture = in_rain(scenery, picture, centre, hits, where.image, exposure, angle)
+            picture = through_lens(picture, where, tiling, config, vignette, images)
+            dr.eval(picture)
+            picture = balanced(picture, where, tiling, config)
+            lag = None
+            if config.adapts:
+                lag = exposure_lag(static, moving, tables, light, sea, lens, motion, own, config, tiling)
+            shutter, iso = exposed(picture, where, tiling, config, images, lag)
+            data, truth = developed(picture, shutter, iso, where, tiling, config, motion, keys[0], trace)
+            return data, truth, shutter, iso
+
+        return frame
+
+    def _water_around(
+        self, static: Any, moving: Any, scenery: Scenery, sea: Ripple, lens: Lens, motion: Kinematics, own: Array,
+        where: Pixels,
+    ) -> tuple[Ambience, SightLines | None]:  # fmt: skip
+        """Diffuse light and shafts around each ray, and lines of sight where the water differs from place to place."""
+        config, tiling = self.config, self._view.tiling
+        squares = shaft_squares(scenery, lens, motion, own, config, tiling) if sea.mean_square_slope > 0 else None
+        tiles = ambience(static, moving, scenery, lens, motion, own, config, tiling, beside=squares)
+        around = ambience_at(tiles, tiling, where)
+        if squares is not None:
+            around = replace(around, shafts=shafts_at(smoothed(squares, tiling), tiling, where))
+        lines = sight_lines(
+            scenery, lens, motion, own, config, tiling, where, lambda at: ambience_at(tiles, tiling, at).rate
+        )
+        return around, lines
+
+    def _measurement(self, data: Array, truth: Array, shutter: Array, iso: Array) -> Measurement:
+        extras = {"exposure_s": np.array(shutter), "iso": np.array(iso)}
+        data, truth = (unpacked(packed, self.config, len(shutter)) for packed in (data, truth))
+        return Measurement(data, truth, extras=extras)
+
+
+def mean_light(
+    light_of: Callable[[Sample, Array, Array], Radiance],
+    exposure: Array,
+    where: Pixels,
+    tiling: Tiling,
+    motion: Kinematics,
+    key: Any,
+    config: CameraConfig,
+) -> Radiance:
+    """Mean over the samples of every pixel, in a loop on the device."""
+
+    def add(number: Array, sharp: Array, near: Array, far: Array, veil: Array) -> tuple[Array, ...]:
+        sample = samples(
+            config.samples, number, where, tiling, motion, key, config.aperture_blades, config.blades_closed
+        )
+        seen = light_of(sample, exposure, number)
+        return number + 1, sharp + seen.sharp, near + seen.near, far + seen.far, veil + seen.veil
+
+    lanes = dr.width(where.ray)
+    start = (jit.UInt32(0), *(dr.zeros(jit.Array3f, lanes) for _ in range(4)))
+    sums = dr.while_loop(start, lambda number, *_: number < config.samples, add, mode="symbolic")[1:]
+    return Radiance(*(s / config.samples for s in sums))
+
+
+def pixel_counter(
+    where: Pixels, tiling: Tiling, motion: Kinematics, number: Array
+) -> tuple[Array, Array, Array, Array]:
+    """Of random numbers: pixel, environment, tick, sample."""
+    environment, tick = (dr.gather(jit.UInt32, v, where.image) for v in (motion.environment, motion.tick))
+    return where.row * tiling.width + where.column, environment, tick, number
+
+
+def trace_light(trace: Trace, hits: Any, seen: Any) -> None:
+    """What `explain` shows of the light before the lens."""
+    trace("slant range", dr.select(hits.valid, hits.t, dr.nan), "m")
+    trace("material row", hits.material, "")
+    trace("sharp light", seen.sharp, "cd/m^2")
+    trace("light scattered by a few degrees", seen.near, "cd/m^2")
+    trace("light scattered forward", seen.far, "cd/m^2")
+    trace("veiling light", seen.veil, "cd/m^2")

@@ -1,0 +1,76 @@
+"""Automatic exposure that takes its time: how far it lags behind what the camera sees now.
+
+A sensor keeps nothing from one reading to the next, so that readings do not depend on which of them were asked for.
+What the meter saw before is seen again, with one ray a tile: the places where the vehicle was if it moved evenly.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, Final
+
+import drjit as dr
+
+from pelagos import jit
+from pelagos.jit import Array
+from pelagos.optics.caustics import Ripple
+from pelagos.optics.exposure import luminance
+from pelagos.sensors.camera.picture.camera_rays import Lens, pixel_angle, view_rays
+from pelagos.sensors.camera.picture.develop import meter_weight, zone_mean
+from pelagos.sensors.camera.picture.pixel_order import TILE, Pixels, Tiling, inner_place
+from pelagos.sensors.camera.picture.radiance import look
+from pelagos.sensors.camera.picture.surroundings import light_sources, scenery_of
+from pelagos.sensors.mount import moved
+from pelagos.sensors.sensor import Kinematics
+
+if TYPE_CHECKING:
+    from pelagos.sensors.camera.picture.camera_config import CameraConfig
+
+_MOMENTS: Final = 8  # at which the meter looks back
+_STOPS: Final = 8.0  # that the exposure can be behind
+_LONGEST: Final = 8.0  # [s] that it looks back at most
+_INNER: Final = 200  # lane of a tile that meters for it: beside its middle
+
+
+def exposure_lag(
+    static: Any, moving: Any, tables: Any, light: Any, sea: Ripple, lens: Lens, motion: Kinematics, own: Array,
+    config: CameraConfig, tiling: Tiling,
+) -> Array:  # fmt: skip
+    """By how much the meter's luminance is behind that of the frame, by image [stops]; negative: it still sees less.
+
+    The meter follows the logarithm of luminance at its speed up where the scene grows brighter, and at its speed down
+    where it grows darker [stops/s].
+    """
+    up, down = config.exposure_speed_up_ev_per_s, config.exposure_speed_down_ev_per_s
+    slowest = min(s for s in (up, down) if s is not None)
+    step = min(_STOPS / slowest, _LONGEST) / _MOMENTS
+    images = dr.width(motion.tick)
+    where = _tiles(tiling, images)
+    weight = dr.select(where.active, meter_weight(where, tiling, config), 0)
+    seen = []
+    for k in range(_MOMENTS, -1, -1):
+        moment = moved(motion, -k * step) if k > 0 else motion
+        scenery = scenery_of(tables, light, sea, moment, config, -k * step)
+        rays = view_rays(lens, where, moment, own, config, scenery.level)
+        lamps = light_sources(config, moment, where.image)
+        radiance, _ = look(static, moving, scenery, rays, where.image, lamps, pixel_angle(config))
+        bright = luminance(radiance.sharp + radiance.near + radiance.far + radiance.veil)
+        mean = zone_mean(bright * weight, weight, tiling)
+        mean = dr.clip(mean, max(config.meter_min_cd_m2, 1e-6), config.meter_max_cd_m2)
+        dr.eval(mean)
+        seen.append(dr.log2(mean))
+    follows = seen[0]
+    for now in seen[1:]:
+        change = now - follows
+        change = change if up is None else dr.minimum(change, up * step)
+        follows += change if down is None else dr.maximum(change, -down * step)
+    return follows - seen[-1]
+
+
+def _tiles(tiling: Tiling, images: int) -> Pixels:
+    """One pixel of each tile of `images` images."""
+    lane = dr.arange(jit.UInt32, images * tiling.tiles)
+    image, tile = lane // tiling.tiles, lane % tiling.tiles
+    inner_column, inner_row = inner_place(_INNER)
+    column, row = tile % tiling.across * TILE + inner_column, tile // tiling.across * TILE + inner_row
+    ray = tile * (TILE * TILE) + _INNER
+    return Pixels(image, ray, column, row, (column < tiling.width) & (row < tiling.height))

@@ -1,0 +1,47 @@
+"""Pose: where the mount truly is. For control experiments and as the reference of estimators."""
+
+from __future__ import annotations
+
+from typing import ClassVar, Literal
+
+from pydantic import Field
+
+from pelagos import jit
+from pelagos.jit import Array
+from pelagos.sensors.columns import pack, unpack
+from pelagos.sensors.mount import sensor_pose
+from pelagos.sensors.sensor import Kinematics, Measurement, SensorConfig, SensorContext
+
+
+class PoseConfig(SensorConfig):
+    """The true pose of the mount."""
+
+    type: Literal["pose"] = "pose"
+    """The sensor's kind."""
+    rate_hz: float = Field(default=50.0, gt=0)
+    """Samples per second [Hz]; must divide the tick rate."""
+
+
+class Pose:
+    """True position and attitude of the mount.
+
+    Reading: `data` `(n, 7)`: x, y, z in the world NWU [m]; quaternion w, x, y, z, sensor frame to world.
+    """
+
+    Config: ClassVar[type[SensorConfig]] = PoseConfig
+    TITLE: ClassVar[str] = "True position and attitude"
+    SEES_SCENE: ClassVar[bool] = False
+    SOURCES: ClassVar[tuple[str, ...]] = ()
+
+    def __init__(self, config: PoseConfig, context: SensorContext) -> None:
+        self._config = config
+        self._read = jit.freeze(lambda motion: self._rows(motion))
+
+    def sense(self, motion: Kinematics) -> Measurement:
+        """Read the sensor on every lane of `motion`."""
+        rows = unpack(self._read(motion), 7)
+        return Measurement(data=rows, truth=rows)
+
+    def _rows(self, motion: Kinematics) -> Array:
+        position, attitude = sensor_pose(motion, self._config)
+        return pack(*position, *attitude)

@@ -1,0 +1,48 @@
+"""Velocity: how the mount truly moves over ground."""
+
+from __future__ import annotations
+
+from typing import ClassVar, Literal
+
+from pydantic import Field
+
+from pelagos import jit
+from pelagos.jit import Array
+from pelagos.math.so3 import rotate
+from pelagos.sensors.columns import pack, unpack
+from pelagos.sensors.mount import sensor_pose, sensor_velocity
+from pelagos.sensors.sensor import Kinematics, Measurement, SensorConfig, SensorContext
+
+
+class VelocityConfig(SensorConfig):
+    """The true velocity of the mount."""
+
+    type: Literal["velocity"] = "velocity"
+    """The sensor's kind."""
+    rate_hz: float = Field(default=50.0, gt=0)
+    """Samples per second [Hz]; must divide the tick rate."""
+
+
+class Velocity:
+    """True velocity of the mount over ground.
+
+    Reading: `data` `(n, 3)` world NWU [m/s].
+    """
+
+    Config: ClassVar[type[SensorConfig]] = VelocityConfig
+    TITLE: ClassVar[str] = "True velocity over ground"
+    SEES_SCENE: ClassVar[bool] = False
+    SOURCES: ClassVar[tuple[str, ...]] = ()
+
+    def __init__(self, config: VelocityConfig, context: SensorContext) -> None:
+        self._config = config
+        self._read = jit.freeze(lambda motion: self._rows(motion))
+
+    def sense(self, motion: Kinematics) -> Measurement:
+        """Read the sensor on every lane of `motion`."""
+        rows = unpack(self._read(motion), 3)
+        return Measurement(data=rows, truth=rows)
+
+    def _rows(self, motion: Kinematics) -> Array:
+        _, attitude = sensor_pose(motion, self._config)
+        return pack(*rotate(attitude, sensor_velocity(motion, self._config)))

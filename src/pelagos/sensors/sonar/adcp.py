@@ -1,0 +1,217 @@
+"""Acoustic Doppler current profiler: the water's velocity in cells along four slanted beams."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any, ClassVar, Final, Literal, Self
+
+import drjit as dr
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import Field, model_validator
+
+from pelagos import jit
+from pelagos.acoustics.doppler import janus_beams, velocity_from_beams
+from pelagos.jit import Array
+from pelagos.math.so3 import rotate, rotate_back
+from pelagos.raycast.scene import Tables
+from pelagos.sensors.mount import sensor_velocity
+from pelagos.sensors.noise import normals64
+from pelagos.sensors.schedule import SLOWEST, farthest_heard
+from pelagos.sensors.sensor import Kinematics, Measurement, SensorConfig, SensorContext
+from pelagos.sensors.sonar.ping.beam_echoes import BeamEchoes, EchoesConfig
+from pelagos.sensors.sonar.ping.fan import Fan, Lanes, Trace, look
+from pelagos.sensors.sonar.ping.sounder import Sounder
+from pelagos.sensors.sonar.ping.surface_scattering import Surfaces
+
+if TYPE_CHECKING:
+    from pelagos.ocean.ocean import Ocean
+
+
+_CLEAR_DB: Final = -75.0  # Sv [dB re 1/m] of ordinary coastal water; assumed
+
+
+class AdcpConfig(EchoesConfig):
+    """A four-beam current profiler that looks along -z of its frame (roll 180 deg to look up). 600 kHz class."""
+
+    type: Literal["adcp"] = "adcp"
+    rate_hz: float = Field(default=1.0, gt=0)
+    """Profiles per second [Hz]."""
+    cells: int = Field(default=30, ge=1, le=512)
+    """Depth cells."""
+    cell_m: float = Field(default=1.0, gt=0)
+    """Height of a cell [m]."""
+    blank_m: float = Field(default=0.5, ge=0)
+    """Distance to the near edge of the first cell, along the vertical [m]."""
+    beam_tilt_deg: float = Field(default=20.0, gt=0, lt=60)
+    """Angle of the beams from the vertical [deg]."""
+    beam_azimuth_deg: tuple[float, float, float, float] = (45.0, 135.0, -135.0, -45.0)
+    """Directions of the four beams about the vertical, from forward to the left [deg]."""
+    beamwidth_deg: float = Field(default=1.5, gt=0, le=20)
+    """Half-power width of a beam in the echoes [deg]."""
+    frequency_hz: float = Field(default=600e3, gt=0)
+    """Frequency [Hz]."""
+    noise_mps: float = Field(default=0.03, ge=0)
+    """Standard deviation of the speed along one beam in a cell of 1 m [m/s]; it falls with the root of the cell."""
+    ph: float = Field(default=8.1, gt=7, lt=9)
+    """Acidity of the water, for absorption."""
+    lag_s: float = Field(default=1e-4, gt=0)
+    """Time between the two pulses of a ping, for `iq` [s]: speeds beyond c/(4 f lag) along a beam are ambiguous."""
+    source_level_db: float = Field(default=217.0)
+    """Source level [dB re 1 uPa at 1 m]."""  # assumed: of the 600 kHz class
+    volume_scattering_db: float | None = Field(default=None, ge=-200, le=0)
+    """Volume backscattering strength Sv of the water [dB re 1/m] in the echoes; absent: that of the ocean's tracer
+    `volume_scattering_db`, and -75 where it has none: a profiler lives on what drifts in the water."""
+
+    @model_validator(mode="after")
+    def _unambiguous(self) -> Self:
+        if len({azimuth % 360 for azimuth in self.beam_azimuth_deg}) < 4:
+            raise ValueError("beam_azimuth_deg needs four different directions")
+        reach = (self.depths[-1] + 0.5 * self.cell_m) / math.cos(math.radians(self.beam_tilt_deg))
+        heard = farthest_heard(self.rate_hz, SLOWEST)
+        if reach > heard:
+            raise ValueError(
+                f"{self.cells} cells of {self.cell_m:g} m reach {reach:.4g} m along the beams, which is ambiguous at "
+                f"{self.rate_hz:g} pings a second: at most {heard:.4g} m, or {SLOWEST / (2 * reach):.3g} Hz"
+            )
+        return self
+
+    @property
+    def beams(self) -> NDArray[np.float64]:
+        """Unit vectors `(4, 3)` of the beams in the sensor frame."""
+        return janus_beams(math.radians(self.beam_tilt_deg), tuple(math.radians(a) for a in self.beam_azimuth_deg))
+
+    @property
+    def depths(self) -> NDArray[np.float64]:
+        """Middle of each cell `(cells,)`, along the vertical of the sensor [m]."""
+        return np.asarray(self.blank_m + (np.arange(self.cells) + 0.5) * self.cell_m, dtype=np.float64)
+
+
+def beam_rays(config: AdcpConfig) -> dict[str, NDArray[Any]]:
+    """One ray a beam (see `Fan`)."""
+    zero = np.zeros(4)
+    return {
+        "direction": config.beams,
+        "along": np.zeros((4, 3)),
+        "aside": np.zeros((4, 3)),
+        "lower": zero,
+        "upper": zero,
+        "weight": zero + 1.0,
+        "beam": np.arange(4),
+    }
+
+
+class Adcp:
+    """A current profiler.
+
+    data: `(m, cells, 3)` float64, velocity of the water relative to the sensor, in the sensor frame FLU [m/s]; NaN
+        where fewer than three beams are free: beyond the bottom, and where its side-lobe echo drowns the water's, from
+        altitude times cos(tilt) on; all NaN in the air.
+    truth: `(m, cells, 3)` the same without noise, everywhere.
+    extras: `ranges` `(m, 4)`, where each beam meets something [m], infinite without; `label` and `instance` `(m, 4)`
+        of it; `cell_valid` `(m, cells)`. With `water_column_bins`, `iq` or `labels` the echoes of the beams by range,
+        `(m, 4, bins)` each: `water_column` and `water_column_truth` [dB], `water_column_label`,
+        `water_column_instance`, and `iq` complex64 `(m, 4, 2, bins)`, before gain, of two pulses a `lag_s` apart, whose
+        phases tell the speed of the water along the beams (see `speed_of_pair`).
+    tables: `depth` `(cells,)`, middle of each cell along the sensor's vertical [m]; `direction` `(4, 3)`;
+        `water_column_range` `(bins,)`, along the beams [m].
+    """
+
+    TITLE: ClassVar[str] = "acoustic Doppler current profiler: water velocity by depth cell"
+    Config: ClassVar[type[SensorConfig]] = AdcpConfig
+    SOURCES: ClassVar[tuple[str, ...]] = (
+        "Teledyne RD Instruments, Acoustic Doppler Current Profiler: Principles of Operation (2011)",
+        "D. S. Zrnic, IEEE Trans. Aerosp. Electron. Syst. 13, 344 (1977), doi 10.1109/TAES.1977.308467: pulse pairs",
+    )
+
+    def __init__(self, config: AdcpConfig, context: SensorContext) -> None:
+        self.config = config
+        self._context = context
+        self._sounder = Sounder(config, context, beam_rays(config), frequency_hz=config.frequency_hz, ph=config.ph)
+        self._ping = self._sounder.compile(self._make)
+        self.tables: dict[str, NDArray[Any]] = {"depth": config.depths, "direction": config.beams}
+        self._echoes: BeamEchoes | None = None
+        if config.echo_bins > 0:
+            slant = 1.0 / math.cos(math.radians(config.beam_tilt_deg))
+            self._echoes = BeamEchoes(
+                config, context, config.beams, width=math.radians(config.beamwidth_deg),
+                nearest=config.blank_m * slant, farthest=(config.depths[-1] + config.cell_m) * slant,
+                lag_s=config.lag_s, noise_mps=config.noise_mps, noise_relative=0.0, layer_m=slant, clear_db=_CLEAR_DB,
+            )  # fmt: skip
+            self.tables["water_column_range"] = self._echoes.ranges
+
+    def sense(self, motion: Kinematics) -> Measurement:
+        """Ping on every lane."""
+        cells, ranges, labels = self._ping(motion, self._context.ocean)
+        data = np.stack([np.array(c[0]).T for c in cells], axis=1)
+        truth = np.stack([np.array(c[1]).T for c in cells], axis=1)
+        valid = np.stack([np.array(c[2]) for c in cells], axis=1)
+        label, instance = (np.stack([np.array(v) for v in beams], axis=-1) for beams in labels)
+        extras: dict[str, NDArray[Any]] = {
+            "ranges": np.stack([np.array(r) for r in ranges], axis=-1),
+            "label": label,
+            "instance": instance,
+            "cell_valid": valid,
+        }
+        if self._echoes is not None:
+            extras |= self._echoes.extras(motion)
+        return Measurement(np.where(valid[..., None], data, np.nan), truth, None, extras, self.tables)
+
+    def explain(self, motion: Kinematics) -> list[tuple[str, NDArray[Any], str]]:
+        """One profile, not frozen, with its intermediate arrays: (name, values, unit)."""
+        return self._sounder.trace(self._make, *self._sounder.arguments(motion), motion, self._context.ocean)
+
+    def _make(self, static: Any, moving: Any, trace: Trace = None) -> Callable[..., Any]:
+        config = self.config
+
+        def ping(
+            tables: Tables, lanes: Lanes, fan: Fan, surfaces: Surfaces, key: Any, motion: Kinematics, ocean: Ocean,
+        ) -> tuple[Any, ...]:  # fmt: skip
+            velocity = sensor_velocity(motion, config)
+            tilt = math.cos(math.radians(config.beam_tilt_deg))
+            far = (config.depths[-1] + config.cell_m) / tilt**2 + 1.0
+            view = look(static, moving, tables, fan, lanes, surfaces, max_range=float(far), smooth=False)
+            first = dr.arange(jit.UInt32, dr.width(lanes.position)) * 4
+            hits = view.hits
+            dr.eval(hits.t, hits.label, hits.instance)
+            ranges = [dr.gather(jit.Float, hits.t, first + b) for b in range(4)]
+            labels = [[dr.gather(jit.UInt32, v, first + b) for b in range(4)] for v in (hits.label, hits.instance)]
+            cells = profile(config, ranges, lanes, velocity, motion, ocean, key)
+            if trace is not None:
+                for b, r in enumerate(ranges):
+                    trace(f"range of beam {b}", r, "m")
+                trace("water velocity of the first cell, forward", cells[0][1].x, "m/s")
+                trace("measured velocity of the first cell, forward", cells[0][0].x, "m/s")
+            return cells, ranges, labels
+
+        return ping
+
+
+def profile(
+    config: AdcpConfig, ranges: list[Array], lanes: Lanes, velocity: Array, motion: Kinematics, ocean: Ocean, key: Any
+) -> list[tuple[Array, Array, Array]]:
+    """Velocity, its truth [m/s] and validity of each cell.
+
+    Every beam meets other water; the truth is the velocity on the axis, so that shear and gradients show as errors.
+    """
+    tilt = math.cos(math.radians(config.beam_tilt_deg))
+    t = jit.Float64(motion.t_ns) * 1e-9
+    sigma = config.noise_mps / math.sqrt(config.cell_m)
+    noise = normals64(key, motion, 4 * config.cells)
+    nearest = dr.minimum(dr.minimum(ranges[0], ranges[1]), dr.minimum(ranges[2], ranges[3]))
+    wet = jit.Bool(True) if lanes.wet is None else lanes.wet
+    cells = []
+    for k, depth in enumerate(config.depths.tolist()):
+        speeds, valid = [], []
+        reach = jit.Float((depth + 0.5 * config.cell_m) / tilt)
+        for b, axis in enumerate(config.beams.tolist()):
+            place = lanes.position + rotate(lanes.attitude, jit.Array3f64(*axis)) * (depth / tilt)
+            water = rotate_back(lanes.attitude, ocean.current(place, t)) - velocity
+            speeds.append(water.x * axis[0] + water.y * axis[1] + water.z * axis[2] + sigma * noise[4 * k + b])
+            valid.append((ranges[b] > reach) & (nearest * tilt > reach) & wet)
+        data, solved = velocity_from_beams(speeds, valid, config.beams)
+        middle = lanes.position + rotate(lanes.attitude, jit.Array3f64(0.0, 0.0, -depth))
+        truth = rotate_back(lanes.attitude, ocean.current(middle, t)) - velocity
+        cells.append((data, truth, solved))
+    return cells

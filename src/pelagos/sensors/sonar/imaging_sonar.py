@@ -1,0 +1,97 @@
+"""Forward-looking imaging sonar: an intensity for every beam and range, as interference makes it."""
+
+from __future__ import annotations
+
+import math
+from typing import Any, ClassVar, Final, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import Field
+
+from pelagos.acoustics.beam_pattern import line_length
+from pelagos.sensors.sensor import Kinematics, Measurement, SensorConfig, SensorContext
+from pelagos.sensors.sonar.ping.elevation_strata import strata
+from pelagos.sensors.sonar.ping.pinger import Pinger
+from pelagos.sensors.sonar.ping.sector_config import SectorConfig, layout
+
+_BLOCK: Final = 16  # beams: the width of a vector
+_STEP: Final = 0.7548776662466927  # additive recurrence of the plastic number: evenly spread in two dimensions
+_STEP2: Final = 0.5698402909980532
+
+
+class ImagingSonarConfig(SectorConfig):
+    """A multibeam forward-looking sonar. Defaults are of the 750 kHz class with 130 x 20 deg."""
+
+    type: Literal["imaging_sonar"] = "imaging_sonar"
+    rate_hz: float = Field(default=5.0, gt=0)
+    """Pings per second [Hz]."""
+    vertical_side_lobes: int = Field(default=1, ge=0, le=8)
+    """Side lobes of the fan above and below its main lobe that rays are cast into (-26.5 dB there and back)."""
+
+
+def fan_rays(config: ImagingSonarConfig) -> dict[str, NDArray[Any]]:
+    """The ray pattern in the sensor frame, `rays_per_beam` for each beam (see `Fan`).
+
+    Elevation strata reach to the nulls of the vertical pattern beyond its chosen side lobes, and are thinner where the
+    pattern is strong; each holds one ray. Neighbours in memory are neighbours in azimuth, whose patches are alike, by
+    blocks of beams whose bins fit into a core's cache. Rays stand in the middle of their strata, whose edges move from
+    beam to beam, and at low-discrepancy places across the beam's sector.
+    """
+    beams, rays = config.beams, config.rays_per_beam
+    length = line_length(math.radians(config.vertical_beamwidth_deg))
+    k, j = (a.ravel() for a in np.meshgrid(np.arange(rays), np.arange(beams), indexing="ij"))
+    order = np.lexsort((j, k, j // _BLOCK))
+    k, j = k[order], j[order]
+    low, high, pattern = strata(length, config.vertical_side_lobes, rays, k, (0.5 + _STEP * j) % 1.0)
+    elevation = 0.5 * (low + high)
+    width = math.radians(config.horizontal_aperture_deg) / beams
+    azimuth = config.azimuths[j] + ((0.5 + _STEP * k + _STEP2 * j) % 1.0 - 0.5) * width
+    ce, se, ca, sa = np.cos(elevation), np.sin(elevation), np.cos(azimuth), np.sin(azimuth)
+    direction = np.stack([ce * ca, ce * sa, se], axis=-1)
+    middle = config.azimuths[j]
+    return {
+        "direction": direction,
+        "aside": np.stack([ce * np.cos(middle), ce * np.sin(middle), se], axis=-1) - direction,
+        "along": np.stack([-se * ca, -se * sa, ce], axis=-1),
+        "lower": low - elevation,
+        "upper": high - elevation,
+        "across": np.full(len(j), width),
+        "weight": width * pattern,
+        "beam": j,
+    }
+
+
+class ImagingSonar:
+    """A forward-looking imaging sonar.
+
+    data: `(m, beams, bins)` float32, echo level after time-varied gain. In decibels it is the backscattering strength
+        that a horizontal bottom filling the cell would have (with tvg_db 30); `scale` says how it is given.
+    truth: the same without noise and without interference (the mean over all realisations of the roughness).
+    extras: with `iq`, `iq` complex64 `(m, beams, bins)`, signal and noise before gain, re the source level at 1 m; with
+        `labels`, `label` and `instance` `(m, beams, bins)` of the strongest echo, 0 for none.
+    tables: `azimuth` `(beams,)` [rad], positive to the left; `range` `(bins,)` [m], middle of each bin.
+    """
+
+    TITLE: ClassVar[str] = "forward-looking multibeam imaging sonar: polar intensity images with coherent speckle"
+    Config: ClassVar[type[SensorConfig]] = ImagingSonarConfig
+    SOURCES: ClassVar[tuple[str, ...]] = (
+        "X. Lurton, An Introduction to Underwater Acoustics, 2nd ed. (2010), Chapters 3, 5 and 8",
+        "APL-UW TR 9407 (1994), Section IV: bottom backscatter",
+        "R. E. Francois and G. R. Garrison, J. Acoust. Soc. Am. 72, 1879 (1982), doi 10.1121/1.388673: absorption",
+        "J. W. Goodman, Speckle Phenomena in Optics, 2nd ed. (2020): coherent sum",
+        "G. M. Wenz, J. Acoust. Soc. Am. 34, 1936 (1962), doi 10.1121/1.1909155: ambient noise",
+    )
+
+    def __init__(self, config: ImagingSonarConfig, context: SensorContext) -> None:
+        self.config = config
+        self._pinger = Pinger(config, context, fan_rays(config), layout(config))
+        self.tables = {"azimuth": config.azimuths.astype(np.float32), "range": config.ranges}
+
+    def sense(self, motion: Kinematics) -> Measurement:
+        """Ping on every lane."""
+        return self._pinger.measurement(motion, self.tables)
+
+    def explain(self, motion: Kinematics) -> list[tuple[str, NDArray[Any], str]]:
+        """One ping, not frozen, with its intermediate arrays: (name, values, unit)."""
+        return self._pinger.explain(motion)

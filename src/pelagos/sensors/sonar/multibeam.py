@@ -1,0 +1,373 @@
+"""Multibeam echo sounder: soundings across the track, by bottom detection in narrow beams."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Any, ClassVar, Final, Literal
+
+import drjit as dr
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import Field, field_validator, model_validator
+
+from pelagos import jit
+from pelagos.acoustics.beam_pattern import line_length, line_np
+from pelagos.acoustics.bottom_detection import NOT_FOUND, Series, find_bottom
+from pelagos.acoustics.noise import ambient_level, band_level, directivity_index
+from pelagos.acoustics.pulse import processing_gain_db
+from pelagos.acoustics.refraction import path_end
+from pelagos.acoustics.spreading import from_db, to_db
+from pelagos.jit import Array
+from pelagos.math.so3 import rotate, rotate_back
+from pelagos.raycast.scene import Tables
+from pelagos.sensors.schedule import farthest_heard, period_ticks, warn_of_ambiguity
+from pelagos.sensors.sensor import Kinematics, Measurement, SensorConfig, SensorContext
+from pelagos.sensors.sonar.ping.beam_echoes import part_of
+from pelagos.sensors.sonar.ping.bottom_series import Beams, Window, beam_series
+from pelagos.sensors.sonar.ping.devices import with_device
+from pelagos.sensors.sonar.ping.fan import Fan, Lanes, Trace, arcs_of, look
+from pelagos.sensors.sonar.ping.interference import Apertures, Emitter
+from pelagos.sensors.sonar.ping.multibeam_column import column_config, column_layout, column_rays
+from pelagos.sensors.sonar.ping.ping_config import ColumnBins, Pulse, check_burst, with_burst
+from pelagos.sensors.sonar.ping.pinger import Pinger
+from pelagos.sensors.sonar.ping.sounder import Sounder
+from pelagos.sensors.sonar.ping.surface_scattering import Surfaces
+
+_ACROSS: Final = np.array([-0.8, -0.4, 0.0, 0.4, 0.8])  # places of the rays in a beam [half-power widths]
+
+
+class MultibeamConfig(SensorConfig):
+    """A multibeam echo sounder that looks down (along -z of its frame). Defaults are of the 400 kHz shallow class."""
+
+    type: Literal["multibeam"] = "multibeam"
+    rate_hz: float = Field(default=5.0, gt=0)
+    """Pings per second [Hz]."""
+    device: str | None = None
+    """A device of the catalogue, whose keys count where the scenario gives none."""
+    beams: int = Field(default=256, ge=1, le=4096)
+    """Beams across the track."""
+    swath_deg: float = Field(default=120.0, gt=0, le=170)
+    """Angle between the outermost beams [deg]."""
+    spacing: Literal["equiangular", "equidistant"] = "equiangular"
+    """Whether beams are spread evenly in angle or over a flat bottom."""
+    beamwidth_across_deg: float = Field(default=1.0, gt=0, le=20)
+    """Half-power width across the track at nadir [deg]."""
+    beamwidth_along_deg: float = Field(default=1.0, gt=0, le=20)
+    """Half-power width along the track [deg]."""
+    range_min_m: float = Field(default=0.5, ge=0)
+    """Nearest bottom that is detected [m]."""
+    range_max_m: float = Field(default=120.0, gt=0, le=12000)
+    """Farthest bottom that is detected [m]; echoes that come after the next ping, from beyond c/(2 `rate_hz`), are
+    lost."""
+    frequency_hz: float = Field(default=400e3, gt=0)
+    """Centre frequency [Hz]."""
+    pulse: Pulse = "chirp"
+    """A chirp, compressed by the matched filter, or a tone burst (CW), whose bandwidth is 1/`pulse_s`."""
+    bandwidth_hz: float = Field(default=40e3, gt=0)
+    """Bandwidth of the pulse [Hz]."""
+    pulse_s: float = Field(default=0.5e-3, gt=0)
+    """Duration of the pulse [s]."""
+    source_level_db: float = Field(default=210.0)
+    """Source level [dB re 1 uPa at 1 m]."""  # assumed
+    self_noise_db: float = Field(default=45.0)
+    """Spectral level of the receiver's own noise [dB re 1 uPa^2/Hz]."""  # assumed
+    detection_snr_db: float = Field(default=10.0)
+    """Signal-to-noise ratio below which a beam finds no bottom [dB]."""  # assumed
+    sound_speed_mps: float | None = Field(default=None, gt=1300, lt=1700)
+    """Sound speed that turns times into ranges [m/s]; absent: that of the water at the sonar."""
+    wind_speed_mps: float = Field(default=5.0, ge=0)
+    """Wind for ambient noise and the sea surface [m/s]."""
+    ph: float = Field(default=8.1, gt=7, lt=9)
+    """Acidity of the water, for absorption."""
+    refraction: bool | Literal["auto"] = "auto"
+    """Bend rays by the sound speed's profile above and below the sonar; `auto`: where that displaces a level ray by
+    more than 0.4 % of the range. Soundings are placed along the bent rays unless `sound_speed_mps` is given."""
+    samples: int = Field(default=64, ge=16, le=1024)
+    """Samples of a beam's echo, half a range resolution apart; where the echo is longer than they are, they lie farther
+    apart and the pulse is as much longer, as sounders choose it in deep water."""
+    roughness_seed: int = Field(default=0, ge=0, lt=2**32)
+    """Which realisation of the roughness of all surfaces the sonar sees."""
+    iq: bool = False
+    """Also give each beam's complex time series about the bottom, for both halves of the array, and that of the water
+    column."""
+    labels: bool = False
+    """Also give label and instance of the strongest echo in each cell of the water column."""
+    volume_scattering_db: float | None = Field(default=None, ge=-200, le=0)
+    """Volume backscattering strength Sv of the water [dB re 1/m] in the water column; absent: that of the ocean's
+    tracer `volume_scattering_db`, and clear water where it has none."""
+    water_column_bins: ColumnBins = Field(default=0, ge=0, le=16384)
+    """Range bins of the water column, which comes with the reading then; 0: none."""
+    rays_along: int = Field(default=3, ge=1, le=31)
+    """Rays of a beam along the track; across it they are five."""
+
+    @model_validator(mode="before")
+    @classmethod
+    def _device(cls, values: Any) -> Any:
+        return with_burst(with_device(values, cls.model_fields["type"].default), cls)
+
+    @field_validator("rays_along")
+    @classmethod
+    def _odd(cls, value: int) -> int:
+        if value % 2 == 0:
+            raise ValueError(f"rays_along must be odd (one ray lies on the axis), not {value}")
+        return value
+
+    @model_validator(mode="after")
+    def _ordered(self) -> MultibeamConfig:
+        check_burst(self)
+        if self.range_min_m >= self.range_max_m:
+            raise ValueError(f"range_min_m {self.range_min_m:g} must be below range_max_m {self.range_max_m:g}")
+        return self
+
+    @property
+    def angles(self) -> NDArray[np.float64]:
+        """Beam angles from straight down `(beams,)` [rad], positive to port, from port to starboard."""
+        half = math.radians(self.swath_deg) / 2
+        if self.beams == 1:
+            return np.zeros(1)
+        if self.spacing == "equidistant":
+            return np.arctan(np.linspace(math.tan(half), -math.tan(half), self.beams))
+        return np.linspace(half, -half, self.beams)
+
+    @property
+    def rays_per_beam(self) -> int:
+        """Five across times `rays_along`."""
+        return len(_ACROSS) * self.rays_along
+
+
+def fan_rays(config: MultibeamConfig) -> dict[str, NDArray[Any]]:
+    """The ray pattern in the sensor frame (x forward, beams in the y-z plane), `rays_per_beam` for each beam.
+
+    The middle ray of a beam lies on its axis. Steered beams are wider by 1/cos of the steering angle.
+    """
+    places = np.linspace(-0.8, 0.8, config.rays_along) if config.rays_along > 1 else np.zeros(1)
+    beam, across, along = (a.ravel() for a in np.meshgrid(np.arange(config.beams), _ACROSS, places, indexing="ij"))
+    axis = config.angles[beam]
+    width = math.radians(config.beamwidth_across_deg) / np.cos(axis)
+    angle = axis + across * width
+    tilt = along * math.radians(config.beamwidth_along_deg)
+    ca, sa, ct, st = np.cos(angle), np.sin(angle), np.cos(tilt), np.sin(tilt)
+    receive = across_pattern(config, across)
+    transmit = line_np(st, _length(config.beamwidth_along_deg)) ** 2
+    step_along = math.radians(config.beamwidth_along_deg) * (places[1] - places[0] if len(places) > 1 else 1.0)
+    step = 0.4 * width
+    return {
+        "direction": np.stack([st, ct * sa, -ct * ca], axis=-1),
+        "aside": np.zeros((len(beam), 3)),
+        "along": np.stack([0 * sa, ca, sa], axis=-1),
+        "lower": -0.5 * step,
+        "upper": 0.5 * step,
+        "weight": step * step_along * ct * receive * transmit,
+        "beam": beam,
+    }
+
+
+def across_pattern(config: MultibeamConfig, across: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Receive power pattern at a place in a beam [half-power widths]."""
+    return line_np(across * math.radians(config.beamwidth_across_deg), _length(config.beamwidth_across_deg)) ** 2
+
+
+def emitter(config: MultibeamConfig, context: SensorContext, rays: dict[str, NDArray[Any]]) -> Emitter:
+    """This sonar as others hear it."""
+    across, along = math.radians(config.beamwidth_across_deg), math.radians(config.beamwidth_along_deg)
+    return Emitter(
+        context.path,
+        config,
+        Apertures.of_fan(rays, config.beams, along, across),
+        config.frequency_hz,
+        config.bandwidth_hz,
+        config.pulse_s,
+        config.source_level_db,
+        period_ticks(config.rate_hz, context.dt_ns, where=context.path) * context.dt_ns,
+    )
+
+
+def receiver(config: MultibeamConfig) -> Beams:
+    """What a beam's series needs to know; the lattice of roughness is half an aperture wide."""
+    length = _length(config.beamwidth_across_deg)
+    return Beams(
+        count=config.beams,
+        samples=config.samples,
+        finest=0.5 / config.bandwidth_hz,
+        length=length,
+        receive=tuple(np.repeat(across_pattern(config, _ACROSS), config.rays_along).tolist()),
+        facet=0.5 * length * 1500.0 / config.frequency_hz,
+        longest=0.2 * config.range_max_m,
+        seed=config.roughness_seed,
+    )
+
+
+def _length(width_deg: float) -> float:
+    return line_length(math.radians(width_deg))
+
+
+class Multibeam:
+    """A multibeam echo sounder.
+
+    data: `(m, beams)` float32, detected slant ranges [m]; NaN where no bottom was found.
+    truth: `(m, beams)` float32, ranges along the beam axes [m]; NaN where nothing is in range.
+    extras: `soundings` `(m, beams, 3)` in the sensor frame [m]; `backscatter` `(m, beams)`, of the bottom [dB];
+        `detection` `(m, beams)` uint8: 0 none, 1 by amplitude, 2 by phase; `uncertainty` `(m, beams)`, standard
+        deviation of the range as the sounder estimates it from the echo [m]; `quality` `(m, beams)`, 0 (none) to 1,
+        half at an uncertainty of 0.2 % of the range and 1 mm; `snr` `(m, beams)` of the echo's samples [dB]; `label`
+        and `instance` `(m, beams)` on the axis. With `water_column_bins`, `water_column` `(m, beams, bins)`, level by
+        range as `ImagingSonar` gives it [dB], and `water_column_truth`, its mean, with `labels` `water_column_label`
+        and `water_column_instance`, with `iq` complex64 `water_column_iq`, before gain. With `iq`, `iq` complex64
+        `(m, beams, 2, samples)`, what the left and the right half of the array heard, before gain, re the source level
+        at 1 m, and `iq_range` `(m, beams, samples)` [m].
+    tables: `angle` `(beams,)` [rad] from straight down, positive to port; `direction` `(beams, 3)`;
+        `water_column_range` `(bins,)` [m].
+    """
+
+    TITLE: ClassVar[str] = "multibeam echo sounder: soundings and backscatter across the track"
+    Config: ClassVar[type[SensorConfig]] = MultibeamConfig
+    SOURCES: ClassVar[tuple[str, ...]] = (
+        "X. Lurton, An Introduction to Underwater Acoustics, 2nd ed. (2010), Sections 8.2 and 8.3: bottom detection",
+        "C. de Moustier, Int. Hydrogr. Rev. 65(2), 25 (1988): weighted mean time, zero crossing of the phase",
+        "APL-UW TR 9407 (1994), Section IV: bottom backscatter",
+        "R. E. Francois and G. R. Garrison, J. Acoust. Soc. Am. 72, 1879 (1982), doi 10.1121/1.388673: absorption",
+    )
+
+    def __init__(self, config: MultibeamConfig, context: SensorContext) -> None:
+        self.config = config
+        warn_of_ambiguity(config, context.path, config.range_max_m)
+        rays = fan_rays(config)
+        self._sounder = Sounder(
+            config, context, rays, frequency_hz=config.frequency_hz, ph=config.ph, wind_speed=config.wind_speed_mps,
+            refraction=config.refraction, reach=1.1 * config.range_max_m,
+        )  # fmt: skip
+        self._noise = dr.opaque(jit.Float, _noise_power(config))
+        self._ping = self._sounder.compile(self._make)
+        self._column: Pinger | None = None
+        if config.water_column_bins > 0:
+            self._column = Pinger(
+                column_config(config), part_of(context, "column"), column_rays(config), column_layout(config)
+            )
+        neighbours = getattr(context, "neighbours", None)
+        if neighbours is not None:
+            neighbours.add(emitter(config, context, rays))
+        axis = rays["direction"][config.rays_per_beam // 2 :: config.rays_per_beam]
+        self.tables = {"angle": config.angles.astype(np.float32), "direction": axis.astype(np.float32)}
+        if self._column is not None:
+            self.tables["water_column_range"] = column_config(config).ranges
+
+    def sense(self, motion: Kinematics) -> Measurement:
+        """Ping on every lane."""
+        shape = (dr.width(motion.position), self.config.beams)
+        *found, places, series = self._ping(motion, self._noise)
+        data, truth, backscatter, error, snr, kind, label, instance = (np.array(v).reshape(shape) for v in found)
+        extras = {
+            "soundings": np.ascontiguousarray(np.array(places).T).reshape(*shape, 3),
+            "backscatter": backscatter,
+            "uncertainty": error,
+            "quality": quality(data, error),
+            "detection": kind.astype(np.uint8),
+            "snr": snr,
+            "label": label,
+            "instance": instance,
+        }
+        if series is not None:
+            extras |= snippets(series, shape, self.config.samples)
+        if self._column is not None:
+            levels, truth_of, more = self._column.ping(motion)
+            extras |= {"water_column": levels, "water_column_truth": truth_of()}
+            extras |= {f"water_column_{name}": values for name, values in more.items()}
+        return Measurement(data, truth, None, extras, self.tables)
+
+    def explain(self, motion: Kinematics) -> list[tuple[str, NDArray[Any], str]]:
+        """One ping, not frozen, with its intermediate arrays: (name, values, unit)."""
+        return self._sounder.trace(self._make, *self._sounder.arguments(motion), motion, self._noise)
+
+    def _make(self, static: Any, moving: Any, trace: Trace = None) -> Callable[..., Any]:
+        config, beams = self.config, receiver(self.config)
+
+        def ping(
+            tables: Tables, lanes: Lanes, fan: Fan, surfaces: Surfaces, key: Any, motion: Kinematics, noise: Array
+        ) -> tuple[Any, ...]:
+            view = look(static, moving, tables, fan, lanes, surfaces, max_range=1.1 * config.range_max_m)
+            window, series = beam_series(beams, view, fan, lanes, surfaces, noise, key, trace)
+            found = detect(config, window, series, lanes, noise, trace)
+            return *found, placed(config, found[0], fan, lanes), series if config.iq else None
+
+        return ping
+
+
+def detect(
+    config: MultibeamConfig, window: Window, series: Series, lanes: Lanes, noise: Array, trace: Trace = None
+) -> tuple[Array, ...]:
+    """Range, true range, backscatter, error, signal-to-noise ratio, kind of detection, label, instance of each beam."""
+    found = find_bottom(series, config.samples, noise=noise)
+    lane = dr.arange(jit.UInt32, dr.width(window.where)) // config.beams
+    speed = dr.gather(jit.Float, lanes.medium.sound_speed, lane)
+    scale = 1.0 if config.sound_speed_mps is None else config.sound_speed_mps / speed
+    measured, error = found.distance * scale, found.error * scale
+    snr_db = to_db(dr.maximum(found.level / noise, 1e-12))
+    heard = window.found & (found.kind != NOT_FOUND) & (snr_db > config.detection_snr_db)
+    heard &= (measured >= config.range_min_m) & (measured <= config.range_max_m)
+    heard &= found.distance <= farthest_heard(config.rate_hz, speed)
+    echoes = dr.maximum(found.power - config.samples * noise, 0.1 * noise)
+    strength = to_db(dr.maximum(window.section * echoes / dr.maximum(window.power, 1e-37), 1e-12))
+    true = dr.select(window.axis <= config.range_max_m, window.axis, dr.nan)
+    if trace is not None:
+        for name, value, unit in (
+            ("spacing of a beam's samples", series.spacing, "m"),
+            ("intensity of a beam's samples", dr.norm(dr.unravel(jit.Array4f, series.halves)), "1"),
+            ("signal-to-noise ratio", snr_db, "dB"),
+            ("range by amplitude", found.by_amplitude, "m"),
+            ("range by phase", found.by_phase, "m"),
+            ("estimated error by amplitude", found.amplitude_error, "m"),
+            ("estimated error by phase", found.phase_error, "m"),
+            ("detected range", measured, "m"),
+        ):
+            trace(name, value, unit)
+    return (
+        dr.select(heard, measured, dr.nan),
+        true,
+        dr.select(heard, strength, dr.nan),
+        dr.select(heard, error, dr.nan),
+        snr_db,
+        dr.select(heard, found.kind, NOT_FOUND),
+        window.label,
+        window.instance,
+    )
+
+
+def placed(config: MultibeamConfig, distance: Array, fan: Fan, lanes: Lanes) -> Array:
+    """Where the soundings are, `Array3f` in the sensor frame [m]: along the beams' axes, as rays bend."""
+    index = dr.arange(jit.UInt32, dr.width(distance))
+    lane = index // config.beams
+    rays = config.rays_per_beam
+    axis = dr.gather(jit.Array3f, fan.direction, index % config.beams * rays + rays // 2)
+    if lanes.profile is None or config.sound_speed_mps is not None:
+        return axis * distance
+    q = dr.gather(jit.Array4f, jit.Array4f(lanes.attitude), lane)
+    end = path_end(lanes.profile, lane, rotate(q, axis), distance, arcs=arcs_of(config.range_max_m))
+    return rotate_back(q, end)
+
+
+def snippets(series: Series, shape: tuple[int, int], samples: int) -> dict[str, NDArray[Any]]:
+    """`iq` complex64 `(m, beams, 2, samples)`, of both halves of the array, and `iq_range` `(m, beams, samples)`."""
+    parts = np.array(series.halves).reshape(*shape, samples, 2, 2)
+    start, spacing = (np.array(v).reshape(*shape, 1) for v in (series.start, series.spacing))
+    return {
+        "iq": np.ascontiguousarray((parts[..., 0] + 1j * parts[..., 1]).swapaxes(-1, -2).astype(np.complex64)),
+        "iq_range": (start + (np.arange(samples) + 0.5) * spacing).astype(np.float32),
+    }
+
+
+def quality(distance: NDArray[np.float32], error: NDArray[np.float32]) -> NDArray[np.float32]:
+    """1/(1 + (error/(0.002 distance + 1 mm))^2), 0 where there is no sounding; all arrays of one shape, [m]."""
+    with np.errstate(invalid="ignore"):
+        good = 1.0 / (1.0 + (error / (0.002 * distance + 1e-3)) ** 2)
+    return np.where(np.isfinite(distance), good, np.float32(0)).astype(np.float32)
+
+
+def _noise_power(config: MultibeamConfig) -> float:
+    """Noise intensity behind matched filter and beamformer re the source level at 1 m."""
+    ambient = ambient_level(config.frequency_hz, config.wind_speed_mps)
+    spectral = float(to_db(from_db(ambient) + from_db(config.self_noise_db)))
+    gains = processing_gain_db(config.bandwidth_hz, config.pulse_s) + directivity_index(
+        math.radians(config.beamwidth_across_deg), math.radians(60.0)
+    )
+    return float(from_db(band_level(spectral, config.bandwidth_hz) - gains - config.source_level_db))

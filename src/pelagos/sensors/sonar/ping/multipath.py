@@ -1,0 +1,127 @@
+"""Echoes by bounces: rays that go on behind a mirror-like surface, and come home the same way or straight.
+
+A bounced ray sees a target at the whole length of its broken path (out and home by the same bounces), and once more at
+the mean of broken and straight path (out one way, home the other). The second happens in both directions at the same
+time and with the same phase, so that its amplitude counts twice. No echo arrives before the direct one: a broken path
+is longer than a straight one. Mirrors are surfaces as they are hit: slopes of waves and of the bottom turn the ray.
+
+Image construction is exact for plane mirrors: X. Lurton, An Introduction to Underwater Acoustics (2nd ed., 2010),
+Section 2.4.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any, Final
+
+import drjit as dr
+
+from pelagos import jit
+from pelagos.acoustics.echo import Patches
+from pelagos.acoustics.spreading import from_db
+from pelagos.jit import Array
+from pelagos.raycast.caster import cast
+from pelagos.raycast.rays import Hits, Rays
+from pelagos.raycast.scene import Tables
+from pelagos.sensors.sonar.ping.fan import Fan, Lanes, View, patches_of
+from pelagos.sensors.sonar.ping.sea_surface import SEA_SURFACE_INSTANCE, with_sea_surface
+from pelagos.sensors.sonar.ping.surface_scattering import Surfaces, mirrored
+
+_OFF: Final = 2e-3  # [m], start of a leg above the mirror
+_SEEN: Final = 0.05  # [m], slack of the test for a free straight way home
+_BEHIND: Final = 1e-3  # of what would be heard in front, behind an array's baffle; assumed
+
+
+@dataclass(frozen=True)
+class Mirrors:
+    """Where sound bounces.
+
+    Attributes:
+        bottom: whether at the bottom and at all else, besides the sea surface.
+        order: bounces of one way at most.
+        max_range: longest path, one way [m].
+        longest: how far a ray's patch of surface may reach in range [m].
+        surface_loss_db: of each bounce at the sea surface; None: by bubbles.
+        bottom_loss_db: of each bounce anywhere else, besides what its material takes.
+    """
+
+    bottom: bool
+    order: int
+    max_range: float
+    longest: float
+    surface_loss_db: float | None
+    bottom_loss_db: float
+
+
+def bounced(
+    static: Any, moving: Any, tables: Tables, view: View, fan: Fan, lanes: Lanes, surfaces: Surfaces, mirrors: Mirrors
+) -> list[Patches]:
+    """Patches of bounced echoes: for each number of bounces, those home by the same bounces and those home straight.
+
+    Args:
+        view: first legs.
+    """
+    found: list[Patches] = []
+    leg, kept = view, jit.Float(1)
+    for _ in range(mirrors.order):
+        mirror, part = _reflected(leg.hits, leg.sine, surfaces, mirrors)
+        kept = kept * dr.select(mirror, part, 0.0)
+        leg = _onward(static, moving, tables, leg, lanes, surfaces, mirror, mirrors.max_range)
+        found += _echoes(static, moving, tables, leg, view.direction, fan, lanes, surfaces, kept, mirrors.longest)
+    return found
+
+
+def _reflected(hits: Hits, sine: Array, surfaces: Surfaces, mirrors: Mirrors) -> tuple[Array, Array]:
+    """Whether a leg goes on, and the part of its energy that does."""
+    at_sea = hits.valid & (hits.instance == SEA_SURFACE_INSTANCE)
+    part = mirrored(surfaces, hits.material, sine)
+    sea = part if mirrors.surface_loss_db is None else from_db(jit.Float(-mirrors.surface_loss_db))
+    part = dr.select(at_sea, sea, part * from_db(jit.Float(-mirrors.bottom_loss_db)))
+    return hits.valid if mirrors.bottom else at_sea, part
+
+
+def _onward(
+    static: Any, moving: Any, tables: Tables, leg: View, lanes: Lanes, surfaces: Surfaces, mirror: Array,
+    max_range: float,
+) -> View:  # fmt: skip
+    """The next leg, with the length of the whole path."""
+    before = leg.hits
+    travelled = dr.select(mirror, before.t, 0.0)
+    normal = before.shading_normal
+    direction = leg.direction - 2.0 * dr.dot(leg.direction, normal) * normal
+    start = before.position + jit.Array3f64(normal) * _OFF
+    left = dr.select(mirror, dr.maximum(max_range - travelled, 0.0), 0.0)
+    copy, own = dr.gather(jit.UInt32, lanes.copy, leg.lane), dr.gather(jit.UInt32, lanes.own, leg.lane)
+    shot = Rays(start, direction, left, copy, own)
+    after = cast(static, moving, tables, shot, smooth=True)
+    after = with_sea_surface(after, shot, surfaces.sea_row, lanes.sea, leg.lane)
+    after.valid &= mirror
+    after.t = dr.select(after.valid, after.t + travelled, dr.inf)
+    return replace(leg, hits=after, direction=direction, sine=dr.abs(dr.dot(after.shading_normal, direction)))
+
+
+def _echoes(
+    static: Any, moving: Any, tables: Tables, leg: View, departure: Array, fan: Fan, lanes: Lanes, surfaces: Surfaces,
+    kept: Array, longest: float,
+) -> list[Patches]:  # fmt: skip
+    """Echoes from the end of a broken path: home by it, and home straight where nothing stands in between.
+
+    What comes straight home from the half space behind the ray's `departure` meets the array's baffle.
+    """
+    whole = patches_of(leg, fan, lanes, surfaces, longest=longest)
+    way = jit.Array3f(leg.hits.position - leg.origin)
+    straight = dr.maximum(dr.norm(way), 1e-3)
+    copy, own = dr.gather(jit.UInt32, lanes.copy, leg.lane), dr.gather(jit.UInt32, lanes.own, leg.lane)
+    reach = dr.select(whole.valid, straight, 0.0)
+    home = cast(static, moving, tables, Rays(leg.origin, way / straight, reach, copy, own), smooth=False)
+    free = whole.valid & (~home.valid | (home.t > straight - _SEEN))
+    baffle = dr.select(dr.dot(way, departure) > 0.0, 1.0, _BEHIND)
+    half = replace(whole, valid=free, energy=4.0 * whole.energy * kept * baffle * (whole.distance / straight) ** 2)
+    _move(half, 0.5 * (straight - whole.distance))
+    whole.energy = whole.energy * kept * kept
+    return [whole, half]
+
+
+def _move(patches: Patches, by: Array) -> None:
+    """Shift patches in range."""
+    patches.distance, patches.near, patches.far = patches.distance + by, patches.near + by, patches.far + by

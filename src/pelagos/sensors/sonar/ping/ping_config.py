@@ -1,0 +1,213 @@
+"""What sonars that give intensities by range have in common: their pulse, bins, levels, gain and output."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, Final, Literal, Self, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, model_validator
+
+from pelagos.acoustics.noise import ambient_level, band_level, directivity_index
+from pelagos.acoustics.pulse import processing_gain_db
+from pelagos.acoustics.spreading import from_db, to_db
+from pelagos.sensors.schedule import SLOWEST, farthest_heard
+from pelagos.sensors.sensor import SensorConfig
+from pelagos.sensors.sonar.ping.devices import with_device
+from pelagos.sensors.sonar.ping.surface_scattering import TEXTURE_DB
+
+Pulse: TypeAlias = Literal["chirp", "cw"]
+FEWEST_BINS: Final = 8
+
+
+def _none_or_some(bins: int) -> int:
+    if 0 < bins < FEWEST_BINS:
+        raise ValueError(f"must be 0 (none) or at least {FEWEST_BINS}, not {bins}")
+    return bins
+
+
+ColumnBins: TypeAlias = Annotated[int, AfterValidator(_none_or_some)]
+
+
+def with_burst(values: Any, model: type[BaseModel]) -> Any:
+    """Keys of a configuration, with the bandwidth of a tone burst where they ask for one."""
+    if not isinstance(values, dict) or values.get("pulse") != "cw" or "bandwidth_hz" in values:
+        return values
+    duration = values.get("pulse_s", model.model_fields["pulse_s"].default)
+    usable = isinstance(duration, int | float) and duration > 0
+    return values | {"bandwidth_hz": 1.0 / duration} if usable else values
+
+
+def check_burst(config: Any) -> None:
+    """Raises ValueError where `bandwidth_hz` is more than `frequency_hz` allows, or not that of the tone burst that
+    `pulse` asks for."""
+    if config.bandwidth_hz >= 2 * config.frequency_hz:
+        raise ValueError(
+            f"bandwidth_hz {config.bandwidth_hz:g} must be below twice frequency_hz {config.frequency_hz:g}"
+        )
+    if config.pulse == "cw" and abs(config.bandwidth_hz * config.pulse_s - 1.0) > 1e-3:
+        raise ValueError(
+            f"bandwidth_hz {config.bandwidth_hz:g} is not that of a tone burst (pulse: cw) of {config.pulse_s:g} s, "
+            f"{1.0 / config.pulse_s:g} Hz; leave it out"
+        )
+
+
+class PaintedNoise(BaseModel):
+    """Noise painted onto a finished image, as HoloOcean's sonars have it; for comparison only.
+
+    The intensity I becomes I (1 + N(0, multiplicative)) + Rayleigh(additive), in parts of `additive_reference_db`; its
+    echoes come late by an exponential error of range, and beams that look squarely at something are streaks.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid", use_attribute_docstrings=True)
+
+    additive: float = Field(default=0.0, ge=0)
+    """Scale of the Rayleigh noise that is added to every cell."""
+    additive_reference_db: float = -20.0
+    """Level that `additive` is relative to [dB]."""
+    multiplicative: float = Field(default=0.0, ge=0)
+    """Standard deviation of the factor on every cell."""
+    range_m: float = Field(default=0.0, ge=0)
+    """Mean of the exponential error n that is added to ranges [m]; the intensity falls by exp(-n/`range_m`)."""
+    azimuth_streaks: Literal["none", "dark", "bright"] = "none"
+    """What happens to beams in which 8 % of the rays meet something within 8 deg of squarely: the level x between
+    `floor_db` (0) and its top (1) becomes x^2 (dark) or 1 - (1 - x)^2 (bright)."""
+
+
+class Interference(BaseModel):
+    """Another sonar in the same water, heard through its direct pulse; it pings by its own clock."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", use_attribute_docstrings=True)
+
+    rate_hz: float = Field(gt=0)
+    """Its pings per second [Hz]."""
+    azimuth_deg: float = 0.0
+    """Where it is, in the sensor frame, positive to the left [deg]."""
+    distance_m: float = Field(default=50.0, gt=0)
+    """How far away it is [m]."""
+    source_level_db: float = 190.0
+    """Its source level in this sonar's band and direction [dB re 1 uPa at 1 m]."""
+    pulse_s: float = Field(default=1e-3, gt=0)
+    """Duration of its pulse behind this sonar's filter [s]."""
+
+
+class PingConfig(SensorConfig):
+    """Keys of every sonar that gives intensities by range."""
+
+    device: str | None = None
+    """A device of the catalogue, whose keys count where the scenario gives none."""
+    bins: int = Field(default=512, ge=FEWEST_BINS, le=65536)
+    """Range bins."""
+    range_min_m: float = Field(default=0.5, gt=0)
+    """Near edge of the first bin [m]."""
+    range_max_m: float = Field(default=60.0, gt=0, le=12000)
+    """Far edge of the last bin [m]."""
+    frequency_hz: float = Field(default=750e3, gt=0)
+    """Centre frequency [Hz]."""
+    pulse: Pulse = "chirp"
+    """A chirp, compressed by the matched filter, or a tone burst (CW), whose bandwidth is 1/`pulse_s`."""
+    bandwidth_hz: float = Field(default=30e3, gt=0)
+    """Bandwidth of the pulse [Hz]; the range resolution is c/2B. Of `pulse: cw` it follows from `pulse_s`."""
+    pulse_s: float = Field(default=0.5e-3, gt=0)
+    """Duration of the pulse [s]; with the bandwidth it gives the gain of the matched filter."""
+    source_level_db: float = Field(default=205.0)
+    """Source level [dB re 1 uPa at 1 m]."""  # assumed
+    self_noise_db: float = Field(default=55.0)
+    """Spectral level of the receiver's own noise [dB re 1 uPa^2/Hz]."""  # assumed
+    wind_speed_mps: float = Field(default=5.0, ge=0)
+    """Wind for ambient noise and the sea surface [m/s]."""
+    ph: float = Field(default=8.1, gt=7, lt=9)
+    """Acidity of the water, for absorption."""
+    tvg_db: float = Field(default=30.0, ge=0, le=60)
+    """Spreading k of the gain k log10(r) + 2 a r: 30 keeps a bottom level, 40 point targets."""
+    scale: Literal["unit", "db", "linear"] = "unit"
+    """What `data` and `truth` are: decibels mapped to 0 .. 1, decibels, or linear intensity."""
+    floor_db: float = Field(default=-50.0)
+    """Level that `scale: unit` maps to 0 [dB]."""
+    dynamic_range_db: float = Field(default=45.0, gt=0)
+    """Decibels that `scale: unit` maps to 0 .. 1."""
+    texture_db: float = Field(default=TEXTURE_DB, ge=0, le=10)
+    """Variation of surfaces' backscatter over decimetres to metres, rms [dB]."""
+    roughness_seed: int = Field(default=0, ge=0, lt=2**32)
+    """Which realisation of the roughness of all surfaces the sonar sees."""
+    iq: bool = False
+    """Also give the complex signal, before gain."""
+    labels: bool = False
+    """Also give label and instance of the strongest echo in each cell."""
+    doppler: bool = True
+    """Motion while the sound is under way: ranges r (1 - v/c), v the closing speed, and beams that turn on."""
+    multipath: Literal["none", "surface", "surface_and_bottom"] = "none"
+    """Echoes by bounces at the sea surface, and at the bottom and all other surfaces."""
+    multipath_order: int = Field(default=1, ge=1, le=3)
+    """Bounces of one way, out or home, at most: with 2 also surface and bottom one after the other."""
+    sea_surface: Literal["waves", "flat"] = "waves"
+    """What rays that reach the surface meet: the ocean's waves and tide, or a plane at rest."""
+    surface_loss_db: float | None = Field(default=None, ge=0)
+    """Loss of a bounce at the sea surface [dB]; absent: by bubbles, from wind, frequency and grazing angle."""
+    bottom_loss_db: float = Field(default=6.0, ge=0)
+    """Loss by roughness of a bounce at any other surface, beyond that of its material [dB]."""  # assumed
+    refraction: bool | Literal["auto"] = "auto"
+    """Bend rays by the sound speed's profile above and below the sonar; `auto`: where that displaces a level ray by
+    more than 0.4 % of the range."""
+    volume_scattering_db: float | None = Field(default=None, ge=-200, le=0)
+    """Volume backscattering strength Sv of the water [dB re 1/m]; absent: that of the ocean's tracer
+    `volume_scattering_db`, and clear water where it has none."""
+    hears: Literal["none", "others"] | tuple[str, ...] = "none"
+    """Which sonars of the scenario disturb this one: `none`, all of other vehicles (`others`), or those of a list, by
+    names such as `auv1.imaging`."""
+    interference: Interference | None = None
+    """Another sonar, which is not in the scenario, that is heard."""
+    painted_noise: PaintedNoise | None = None
+    """Noise as in HoloOcean, on top of what the physics gives."""
+
+    @model_validator(mode="before")
+    @classmethod
+    def _device(cls, values: Any) -> Any:
+        return with_burst(with_device(values, cls.model_fields["type"].default), cls)
+
+    @model_validator(mode="after")
+    def _consistent(self) -> Self:
+        if self.range_min_m >= self.range_max_m:
+            raise ValueError(f"range_min_m {self.range_min_m:g} must be below range_max_m {self.range_max_m:g}")
+        check_burst(self)
+        turn_around = 2 * self.range_max_m / SLOWEST
+        if turn_around * self.rate_hz > 1.0:
+            raise ValueError(
+                f"range_max_m {self.range_max_m:g} is ambiguous at {self.rate_hz:g} pings a second: the echo needs "
+                f"{turn_around:.3g} s; at most {farthest_heard(self.rate_hz, SLOWEST):.4g} m, "
+                f"or {1 / turn_around:.3g} Hz"
+            )
+        return self
+
+    @property
+    def bin_width_m(self) -> float:
+        """Width of a range bin [m]."""
+        return (self.range_max_m - self.range_min_m) / self.bins
+
+    @property
+    def ranges(self) -> NDArray[np.float32]:
+        """Middle of each range bin `(bins,)` [m]."""
+        return (self.range_min_m + (np.arange(self.bins) + 0.5) * self.bin_width_m).astype(np.float32)
+
+    @property
+    def longest_strip_m(self) -> float:
+        """How far a ray's patch of surface may reach in range [m]."""
+        return 0.125 * self.range_max_m
+
+
+def noise_power(config: PingConfig, horizontal_width: float, vertical_width: float) -> float:
+    """Noise intensity behind matched filter and beamformer re the source level at 1 m; widths [rad]."""
+    ambient = ambient_level(config.frequency_hz, config.wind_speed_mps)
+    spectral = float(to_db(from_db(ambient) + from_db(config.self_noise_db)))
+    gain = processing_gain_db(config.bandwidth_hz, config.pulse_s)
+    gain += max(directivity_index(horizontal_width, vertical_width), 0.0)
+    return float(from_db(band_level(spectral, config.bandwidth_hz) - gain - config.source_level_db))
+
+
+def decibels(levels: NDArray[np.float32], config: PingConfig) -> NDArray[np.float32]:
+    """Levels in the unit of `config.scale` as decibels (clipped at both ends where that is "unit")."""
+    if config.scale == "unit":
+        return np.asarray(levels * config.dynamic_range_db + config.floor_db, dtype=np.float32)
+    if config.scale == "db":
+        return levels
+    return np.asarray(10.0 * np.log10(np.maximum(levels, 1e-20)), dtype=np.float32)

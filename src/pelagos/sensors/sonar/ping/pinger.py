@@ -1,0 +1,321 @@
+"""The ping of every sonar that gives intensities by range: from rays to echoes by beam sector and range bin."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Callable
+from dataclasses import replace
+from functools import partial
+from typing import Any, Final
+
+import drjit as dr
+import numpy as np
+from numpy.typing import NDArray
+
+from pelagos import jit
+from pelagos.acoustics.beam_pattern import line_length
+from pelagos.acoustics.echo import Patches
+from pelagos.acoustics.echo_strips import Strips
+from pelagos.acoustics.echo_sum import Roughness, sum_amplitudes, sum_energies
+from pelagos.acoustics.echo_walk import Bins, Walkers, walk
+from pelagos.acoustics.pulse import point_spread, range_resolution
+from pelagos.acoustics.spreading import time_varied_gain
+from pelagos.errors import ValidityWarning
+from pelagos.jit import Array
+from pelagos.math.so3 import multiply, rotate
+from pelagos.raycast.scene import Tables
+from pelagos.sensors.lazy import promised
+from pelagos.sensors.mount import sensor_angular_velocity, sensor_velocity
+from pelagos.sensors.schedule import period_ticks
+from pelagos.sensors.sensor import Kinematics, Measurement, SensorContext
+from pelagos.sensors.sonar.ping.fan import Fan, Lanes, Medium, Trace, View, look, patches_of
+from pelagos.sensors.sonar.ping.interference import Apertures, Emitter, Neighbours, unblocked
+from pelagos.sensors.sonar.ping.multipath import Mirrors, bounced
+from pelagos.sensors.sonar.ping.painted_noise import streaks
+from pelagos.sensors.sonar.ping.ping_config import PingConfig, noise_power
+from pelagos.sensors.sonar.ping.receiver import Din, Layout, mean_levels, receive, trace_levels
+from pelagos.sensors.sonar.ping.sounder import Sounder
+from pelagos.sensors.sonar.ping.surface_scattering import Surfaces
+from pelagos.sensors.sonar.ping.volume_echo import TRACER, Haze, Probes, haze, probes
+
+_FINEST: Final = 4.0  # bins in one resolution of the pulse beyond which a finer division says nothing
+
+
+@jit.struct
+class Traces:
+    """What is left of a ping, from which its truth is computed when somebody looks at it: a Dr.Jit struct.
+
+    Attributes:
+        strips: of the direct echoes, and of those by other ways.
+        medium: see `Lanes`.
+        haze: what the water sends back; None: nothing.
+    """
+
+    strips: list[Strips]
+    medium: Medium
+    haze: Haze | None
+
+
+class Pinger:
+    """What a sonar of this kind keeps from ping to ping; none of it changes.
+
+    Args:
+        config: pulse, bins, levels.
+        context: see `SensorContext`.
+        rays: the ray pattern.
+        layout: beams.
+        angle: for heads that turn, see `Emitter`.
+    """
+
+    def __init__(
+        self,
+        config: PingConfig,
+        context: SensorContext,
+        rays: dict[str, NDArray[Any]],
+        layout: Layout,
+        angle: Callable[[NDArray[np.int64]], NDArray[np.float64]] | None = None,
+    ) -> None:
+        self._config = config
+        self._layout = layout
+        self._sounder = Sounder(
+            config, context, rays, frequency_hz=config.frequency_hz, ph=config.ph, wind_speed=config.wind_speed_mps,
+            texture_db=config.texture_db, refraction=config.refraction,
+            reach=config.range_max_m + config.longest_strip_m, sea_surface=config.sea_surface,
+        )  # fmt: skip
+        resolution = range_resolution(1500.0, config.bandwidth_hz)
+        if config.bin_width_m < resolution / _FINEST:
+            message = f"{context.path}: bins of {config.bin_width_m:.3g} m are finer than the pulse resolves, " + (
+                f"{resolution:.3g} m at a bandwidth of {config.bandwidth_hz:g} Hz"
+            )
+            warnings.warn(message, ValidityWarning, stacklevel=3)
+        pulse = point_spread(config.bin_width_m, resolution, pulse=config.pulse)
+        steering = np.ones((layout.beams, 1), np.float32) if layout.steering is None else layout.steering
+        self._walk = walk(rays["beam"], layout.beams)
+        noise = noise_power(config, layout.horizontal_width, layout.vertical_width)
+        self._constants: tuple[Any, ...] = (
+            jit.Float(steering.ravel()),
+            jit.Float(pulse),
+            jit.Float(noise),
+            jit.UInt32(config.roughness_seed),
+            jit.UInt32(self._walk.order),
+        )
+        dr.make_opaque(self._constants)
+        self._own = emitter(config, context, rays, layout, angle)
+        self._neighbours = context.neighbours if hasattr(context, "neighbours") else None
+        self._hears = listening(config, context.path, self._neighbours, self._own)
+        self._hazy = config.volume_scattering_db is not None or TRACER in getattr(context.ocean, "tracers", {})
+        self._rays = len(rays["beam"])
+        self._water = (probes(rays, layout.beams), context.ocean) if self._hazy else None
+        self._ping = self._sounder.compile(self._make)
+        self._mean = jit.freeze(self._truth)
+
+    def ping(
+        self, motion: Kinematics, turn: Array | None = None
+    ) -> tuple[NDArray[np.float32], Callable[[], NDArray[np.float32]], dict[str, NDArray[Any]]]:
+        """Data `(m, beams, bins)`, a function that computes the truth likewise, and extras by name.
+
+        `turn` is a rotation of the sensor frame by lane, `Array4f64`, for heads that turn.
+        """
+        config = self._config
+        (data, *rest), traces = self._ping(motion, *self._constants, self._besides(motion, turn))
+        shape = (dr.width(motion.position), self._layout.beams, config.bins)
+
+        def truth() -> NDArray[np.float32]:
+            steering, pulse, _, _, order = self._constants
+            return np.asarray(self._mean(traces, motion, steering, pulse, order)).reshape(shape)
+
+        extras: dict[str, NDArray[Any]] = {}
+        if config.iq:
+            real, imaginary = np.array(rest.pop(0)), np.array(rest.pop(0))
+            extras["iq"] = (real + 1j * imaginary).astype(np.complex64).reshape(shape)
+        if config.labels:
+            extras["label"] = np.array(rest.pop(0)).astype(np.uint8).reshape(shape)
+            extras["instance"] = np.array(rest.pop(0)).reshape(shape)
+        return np.asarray(data).reshape(shape), truth, extras
+
+    def measurement(self, motion: Kinematics, tables: dict[str, NDArray[Any]]) -> Measurement:
+        """A ping as a measurement."""
+        data, truth, extras = self.ping(motion)
+        return Measurement(data, promised(truth), None, extras, tables)
+
+    def explain(self, motion: Kinematics, turn: Array | None = None) -> list[tuple[str, NDArray[Any], str]]:
+        """One ping, not frozen, with its intermediate arrays: (name, values, unit)."""
+        arguments = self._sounder.arguments(motion)
+        return self._sounder.trace(self._make, *arguments, motion, *self._constants, self._besides(motion, turn))
+
+    def _besides(self, motion: Kinematics, turn: Array | None) -> dict[str, Any]:
+        """What only some pings are called with."""
+        found: dict[str, Any] = {}
+        if turn is not None:
+            found["turn"] = turn
+        if self._water is not None:
+            found["water"] = self._water
+        if self._hears and self._neighbours is not None:
+            heard = self._neighbours.heard(self._own, self._hears, motion)
+            if heard is not None:
+                found["heard"] = heard
+        return found
+
+    def _make(self, static: Any, moving: Any, trace: Trace = None) -> Callable[..., Any]:
+        config, layout = self._config, self._layout
+
+        def ping(
+            tables: Tables, lanes: Lanes, fan: Fan, surfaces: Surfaces, key: Any, motion: Kinematics, steering: Array,
+            pulse: Array, noise: Array, seed: Array, order: Array, besides: dict[str, Any],
+        ) -> tuple[list[Array], Traces]:  # fmt: skip
+            velocity = rotate(lanes.attitude, sensor_velocity(motion, config))
+            spin = sensor_angular_velocity(motion, config)
+            if "turn" in besides:
+                lanes = replace(lanes, attitude=multiply(lanes.attitude, besides["turn"]))
+            far = config.range_max_m + config.longest_strip_m
+            view = look(static, moving, tables, fan, lanes, surfaces, max_range=far)
+            patches = [calibrated(config, layout, view, fan, lanes, surfaces, velocity, trace)]
+            if config.multipath != "none":
+                ghosts = bounced(static, moving, tables, view, fan, lanes, surfaces, mirrors(config))
+                patches += [gained(config, layout, g, view, lanes) for g in ghosts]
+            walkers = self._walkers(order, dr.width(lanes.position))
+            field, tags, strips = echoes(config, layout, patches, walkers, lanes, seed)
+            seen = self._haze(view, lanes, motion, *besides["water"]) if "water" in besides else None
+            others = unblocked(static, moving, tables, besides["heard"], lanes) if "heard" in besides else None
+            din = Din(seen, self._streaks(view, fan, dr.width(lanes.position)), others)
+            out = receive(config, layout, field, tags, lanes, spin, steering, pulse, noise, key, motion.t_ns, din)
+            if trace is not None:
+                trace_levels(config, layout, energies(strips, walkers), out[0], lanes, noise, trace)
+            return out, Traces(strips, lanes.medium, seen)
+
+        return ping
+
+    def _truth(self, traces: Traces, motion: Kinematics, steering: Array, pulse: Array, order: Array) -> Array:
+        pings = dr.width(motion.position)
+        spin = sensor_angular_velocity(motion, self._config)
+        total = energies(traces.strips, self._walkers(order, pings))
+        return mean_levels(
+            self._config, self._layout, total, traces.medium, spin, steering, pulse, traces.haze, pings=pings
+        )
+
+    def _walkers(self, order: Array, pings: int) -> Walkers:
+        config = self._config
+        return Walkers(self._walk, order, pings, Bins(config.bins, config.range_min_m, config.bin_width_m))
+
+    def _streaks(self, view: View, fan: Fan, pings: int) -> Array | None:
+        noise, beams = self._config.painted_noise, self._layout.beams
+        if noise is None or noise.azimuth_streaks == "none":
+            return None
+        row = view.lane * beams + dr.gather(jit.UInt32, fan.beam, view.ray)
+        found = streaks(view.sine, view.hits.valid, row, pings * beams)
+        dr.eval(found)
+        return found
+
+    def _haze(self, view: View, lanes: Lanes, motion: Kinematics, looks: Probes, ocean: Any) -> Haze:
+        config, fixed = self._config, self._config.volume_scattering_db
+        strength = (lambda place, t: jit.Float(fixed)) if fixed is not None else partial(ocean.tracer, TRACER)
+        return haze(
+            view, lanes, looks, strength, jit.Float64(motion.t_ns) * 1e-9, beams=self._layout.beams, rays=self._rays,
+            nearest=config.range_min_m, farthest=config.range_max_m,
+        )  # fmt: skip
+
+
+def emitter(
+    config: PingConfig, context: SensorContext, rays: dict[str, NDArray[Any]], layout: Layout,
+    angle: Callable[[NDArray[np.int64]], NDArray[np.float64]] | None,
+) -> Emitter:  # fmt: skip
+    """A sonar as others hear it."""
+    return Emitter(
+        context.path,
+        config,
+        Apertures.of_fan(rays, layout.beams, layout.horizontal_width, layout.vertical_width),
+        config.frequency_hz,
+        config.bandwidth_hz,
+        config.pulse_s,
+        config.source_level_db,
+        period_ticks(config.rate_hz, context.dt_ns, where=context.path) * context.dt_ns,
+        angle,
+    )
+
+
+def listening(config: PingConfig, path: str, neighbours: Neighbours | None, own: Emitter) -> list[str]:
+    """The paths of the sonars that disturb this one; and let others hear it."""
+    if neighbours is None:
+        return []
+    neighbours.add(own)
+    return neighbours.chosen(config.hears, path)
+
+
+def mirrors(config: PingConfig) -> Mirrors:
+    """Where sound bounces."""
+    return Mirrors(
+        bottom=config.multipath == "surface_and_bottom",
+        order=config.multipath_order,
+        max_range=config.range_max_m + config.longest_strip_m,
+        longest=config.longest_strip_m,
+        surface_loss_db=config.surface_loss_db,
+        bottom_loss_db=config.bottom_loss_db,
+    )
+
+
+def calibrated(
+    config: PingConfig, layout: Layout, view: View, fan: Fan, lanes: Lanes, surfaces: Surfaces, velocity: Array,
+    trace: Trace = None,
+) -> Patches:  # fmt: skip
+    """The direct echoes, as backscattering strength of the cell, at the ranges that their times mean.
+
+    During the way of the sound the sonar and the target move: the echo of a target that closes at v arrives as from
+    r (1 - v/c) (to first order in v/c; r is the range at transmission).
+    """
+    cell = layout.sector * config.bin_width_m  # solid angle times depth of a cell [rad m]
+
+    def levelled(distance: Array, _: Array) -> Array:
+        return distance * (1.0 / cell)  # r^-2 10^(-2 a r/10) under the gain 30 log r + 2 a r
+
+    patches = patches_of(view, fan, lanes, surfaces, longest=config.longest_strip_m, fall=levelled, trace=trace)
+    if config.doppler:
+        closing = dr.dot(view.of_lane(jit.Array3f(velocity)) - view.hits.velocity, view.direction)
+        factor = 1.0 - closing * view.of_lane(1.0 / lanes.medium.sound_speed)
+        patches.near, patches.far = patches.near * factor, patches.far * factor
+    return patches
+
+
+def gained(config: PingConfig, layout: Layout, patches: Patches, view: View, lanes: Lanes) -> Patches:
+    """Give patches the gain 30 log r + 2 a r, and the unit of a backscattering strength."""
+    loss = view.of_lane(lanes.medium.absorption)
+    cell = layout.sector * config.bin_width_m
+    patches.energy *= time_varied_gain(patches.distance, loss, spreading=30.0) / cell
+    return patches
+
+
+def echoes(
+    config: PingConfig, layout: Layout, patches: list[Patches], walkers: Walkers, lanes: Lanes, seed: Array
+) -> tuple[Array, Array | None, list[Strips]]:
+    """The sum of all echoes by beam and bin, the strongest one's tag, and strips: see `sum_amplitudes`."""
+    total: Array | None = None
+    tags: Array | None = None
+    strips = []
+    for k, group in enumerate(patches):
+        roughness = Roughness(
+            wave_cycles=2.0 * config.frequency_hz / lanes.medium.sound_speed,
+            origin=lanes.position,
+            facet=facet_size(config, layout),
+            seed=seed + k,
+            scattered=layout.facet is not None,
+            single_file=layout.single_file,
+        )
+        field, strongest, kept = sum_amplitudes(group, walkers, roughness, tags=config.labels and k == 0)
+        total, tags = (field, strongest) if total is None else (total + field, tags)
+        strips.append(kept)
+    return total, tags, strips
+
+
+def energies(strips: list[Strips], walkers: Walkers) -> Array:
+    """The energy of all echoes by beam and bin."""
+    total = sum_energies(strips[0], walkers)
+    for more in strips[1:]:
+        total = total + sum_energies(more, walkers)
+    return total
+
+
+def facet_size(config: PingConfig, layout: Layout) -> float:
+    """Edge of the roughness lattice [m]: speckle decorrelates over half an aperture, and from bin to bin."""
+    if layout.facet is not None:
+        return layout.facet
+    aperture = line_length(layout.horizontal_width) * 1500.0 / config.frequency_hz
+    return min(0.5 * aperture, 0.5 * config.bin_width_m)

@@ -1,0 +1,357 @@
+"""From echoes by beam sector and range bin to what a sonar gives: pulse, beams, noise, gain, scale."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Any, Final
+
+import drjit as dr
+import numpy as np
+from numpy.typing import NDArray
+
+from pelagos import jit
+from pelagos.acoustics.beam_pattern import energy_reach, line_length, line_np
+from pelagos.acoustics.beamforming import added, amplitude_weights, energy_weights, form_beams, spread_pulse
+from pelagos.acoustics.echo_walk import pitch
+from pelagos.acoustics.reverberation import volume_intensity
+from pelagos.acoustics.spreading import from_db, time_varied_gain, to_db
+from pelagos.acoustics.target_tag import untag
+from pelagos.jit import Array
+from pelagos.math.philox import complex_normal32
+from pelagos.math.quick import cosine_sine, larger, log2, smaller
+from pelagos.sensors.noise import words32
+from pelagos.sensors.sonar.ping.fan import Lanes, Medium
+from pelagos.sensors.sonar.ping.interference import Heard, interference_at
+from pelagos.sensors.sonar.ping.painted_noise import paint, streaked
+from pelagos.sensors.sonar.ping.ping_config import PingConfig
+from pelagos.sensors.sonar.ping.volume_echo import Haze, haze_at
+
+_DECIBELS: Final = 3.0102999566398120  # of a factor of two
+_BLOCK: Final = 16  # beams that a lane forms: they hear mostly the same neighbours, which are read once
+_RUN: Final = 54  # bins, at most, that a lane forms one after the other: their weights are read once
+_LONGEST: Final = 5  # samples of a pulse beyond which it is spread before beams are formed
+
+
+@dataclass(frozen=True)
+class Layout:
+    """How a sonar divides directions.
+
+    Attributes:
+        beams: number of beams.
+        sector: angle between neighbouring beams, or of the only one [rad]: with the bin width it is the cell that
+            levels are calibrated to.
+        horizontal_width, vertical_width: half-power widths of a receive beam [rad].
+        steering: `(beams, 2 reach + 1)`, how beams hear their neighbours; None: not at all.
+        azimuths: `(beams,)` [rad], positive to the left.
+        facet: edge of the roughness lattice [m]; None: by beam and bin width.
+        single_file: whether a beam's rays stand one behind another along their strata, and none beside another.
+    """
+
+    beams: int
+    sector: float
+    horizontal_width: float
+    vertical_width: float
+    azimuths: NDArray[np.float64]
+    steering: NDArray[np.float32] | None = None
+    facet: float | None = None
+    single_file: bool = False
+
+
+@dataclass(frozen=True)
+class Din:
+    """What is heard besides echoes and noise: the water, other sonars; and beams with painted streaks."""
+
+    haze: Haze | None = None
+    streaks: Array | None = None
+    heard: Heard | None = None
+
+
+@jit.struct
+class Cells:
+    """Cells of an image, one lane each: a Dr.Jit struct.
+
+    Attributes:
+        ping, beam, bin: `Int32`.
+        distance: `Float`, middle of the bin [m].
+        gain: `Float`, intensity gain 30 log r + 2 a r, per cell [1].
+    """
+
+    ping: Array
+    beam: Array
+    bin: Array
+    distance: Array
+    gain: Array
+
+
+def receive(
+    config: PingConfig, layout: Layout, echoes: Array, tags: Array | None, lanes: Lanes, spin: Array, steering: Array,
+    pulse: Array, noise: Array, key: Any, t_ns: Array, din: Din,
+) -> list[Array]:  # fmt: skip
+    """Hear echoes: data, with `iq` the complex signal before gain, with `labels` the strongest echo's tag.
+
+    Args:
+        echoes, tags: see `sum_amplitudes`.
+        spin: `Array3f64`, of the sensor in its own frame by lane [rad/s].
+        steering, pulse: weights, see `amplitude_weights` and `spread_pulse`.
+        noise: power, see `noise_power`.
+        key: random stream of the noise.
+        t_ns: `UInt64`, time by lane [ns].
+        din: what is heard besides.
+    """
+    beams, bins, pings = layout.beams, config.bins, dr.width(lanes.position)
+    reach = 0 if layout.steering is None else layout.steering.shape[1] // 2
+    hearing = _Hearing(config, layout, lanes.medium, spin, pings)
+    weights = amplitude_weights(steering, hearing.first, count=hearing.count, reach=reach, beams=beams)
+    counter = [dr.gather(jit.UInt32, v, hearing.ping) for v in (lanes.environment, lanes.tick)]
+    words: tuple[Array, ...] = ()
+
+    def finish(i: int, here: Cells, signal: list[Array]) -> list[Array]:
+        nonlocal words
+        if i % 4 == 0:  # four words of noise serve four beams
+            words = words32(key, jit.UInt32(here.beam // 4 * bins + here.bin), *counter)
+        return levels(config, layout, signal, words[i % 4], here, lanes, noise, t_ns, din)
+
+    out = hearing(echoes, pulse, weights, finish, channels=2, outputs=3 if config.iq else 1)
+    if config.painted_noise is not None:
+        out[0] = painted(config, layout, out[0], lanes, key, din.streaks)
+    if tags is not None:
+        cell = dr.arange(jit.Int32, pings * beams * bins)
+        bin_, beam, ping = cell % bins, cell // bins % beams, cell // (beams * bins)
+        sent = beam - beams_turned(config, layout, lanes.medium, spin, ping)(bin_)
+        source = jit.UInt32((ping * beams + sent) * pitch(bins) + bin_)
+        out += untag(dr.gather(jit.UInt64, tags, source, (sent >= 0) & (sent < beams)))
+    return out
+
+
+def mean_levels(
+    config: PingConfig, layout: Layout, energies: Array, medium: Medium, spin: Array, steering: Array, pulse: Array,
+    haze: Haze | None, *, pings: int,
+) -> Array:  # fmt: skip
+    """Truth: the levels of the echoes' energies, as beams hear them without noise and interference.
+
+    The water's echo is of so many scatterers that it is noise to a ping; it is part of the truth too. Arguments as of
+    `receive`, `energies` see `sum_energies`.
+    """
+    reach = inner = 0
+    if layout.steering is not None:
+        reach, inner = layout.steering.shape[1] // 2, energy_reach(layout.steering)
+
+    hearing = _Hearing(config, layout, medium, spin, pings)
+    weights = amplitude_weights(steering, hearing.first, count=hearing.count, reach=reach, beams=layout.beams)
+
+    def finish(_: int, here: Cells, signal: list[Array]) -> list[Array]:
+        energy = signal[0]
+        if haze is not None:
+            energy += water_echo(config, layout, haze, here, medium) * here.gain
+        return [scaled(config, tilted(config, energy, here))]
+
+    squares = pulse * pulse
+    dr.eval(squares)
+    return hearing(energies, squares, energy_weights(weights, inner), finish, channels=1, outputs=1)[0]
+
+
+class _Hearing:
+    """From echoes by beam sector and bin to what beams hear: each lane bin after bin, for a few beams at a time.
+
+    Attributes:
+        count: beams of a lane.
+        ping, first: `Int32` of each lane, its ping and the first of its beams.
+    """
+
+    def __init__(self, config: PingConfig, layout: Layout, medium: Medium, spin: Array, pings: int) -> None:
+        self._config, self._layout, self._medium = config, layout, medium
+        self.count = 1 if layout.steering is None else _BLOCK
+        blocks, runs = -(-layout.beams // self.count), -(-config.bins // _RUN)
+        self._run, self._size = -(-config.bins // runs), pings * layout.beams * config.bins
+        lane = dr.arange(jit.Int32, pings * blocks * runs)
+        self.ping, self.first = lane // (blocks * runs), lane // runs % blocks * self.count
+        self._start = lane % runs * self._run
+        self._turned = beams_turned(config, layout, medium, spin, self.ping)
+
+    def __call__(
+        self, echoes: Array, pulse: Array, weights: list[list[Array]],
+        finish: Callable[[int, Cells, list[Array]], list[Array]], *, channels: int, outputs: int,
+    ) -> list[Array]:  # fmt: skip
+        """For each of pings x beams x bins as many `Float` as there are `outputs`.
+
+        Args:
+            echoes: `channels` `Float` a cell.
+            pulse: weights of its samples.
+            weights: of the lanes' beams, see `form_beams`.
+            finish: (place among a lane's beams, cells, what they hear by channel) -> what is given.
+            channels, outputs: of a cell.
+        """
+        config, layout, ping, first = self._config, self._layout, self.ping, self.first
+        beams, bins = layout.beams, config.bins
+        taps = dr.width(pulse)
+        if taps > _LONGEST:
+            echoes, pulse, taps = spread_pulse(echoes, pulse, channels=channels, bins=bins), jit.Float(1), 1
+        gains = [dr.gather(jit.Float, pulse, jit.UInt32(k)) for k in range(taps)]
+        out = [dr.empty(jit.Float, self._size) for _ in range(outputs)]  # all are written
+
+        def hear(step: Array, before: list[list[list[Array]]]) -> tuple[Array, list[list[list[Array]]]]:
+            ahead = self._start + step
+            formed = form_beams(echoes, weights, first, self._turned(ahead), ping * beams, ahead, channels=channels,
+                                beams=beams, bins=bins)  # fmt: skip
+            window = [*before, formed]
+            bin_ = ahead - taps // 2
+            due = (step >= taps // 2) & (bin_ < bins)
+            place = cells_at(config, layout, self._medium, ping, first, bin_)
+            for i in range(self.count):
+                here = replace(place, beam=first + i)
+                signal = [jit.Float(0)] * channels
+                for formed_then, gain in zip(window, gains, strict=True):
+                    signal = added(signal, formed_then[i], gain)
+                index = jit.UInt32((ping * beams + here.beam) * bins + bin_)
+                for into, values in zip(out, finish(i, here, signal), strict=True):
+                    dr.scatter(into, values, index, due & (here.beam < beams), mode=dr.ReduceMode.Permute)
+            return step + 1, window[1:]
+
+        width = dr.width(ping)
+        silent = [[[dr.zeros(jit.Float, width)] * channels for _ in range(self.count)] for _ in range(taps - 1)]
+        state = (dr.full(jit.Int32, -(taps // 2), width), silent)
+        last = self._run + taps // 2
+        dr.while_loop(state, lambda step, _: step < last, hear, mode="symbolic", labels=("step", "before"))
+        return out
+
+
+def painted(config: PingConfig, layout: Layout, intensity: Array, lanes: Lanes, key: Any, rows: Array | None) -> Array:
+    """Noise painted on intensities, and their scale; `rows` `Bool` of pings by beams that have streaks."""
+    noise = config.painted_noise
+    assert noise is not None
+    cell = dr.arange(jit.Int32, dr.width(intensity))
+    row, bin_ = cell // config.bins, cell % config.bins
+    ping, beam = row // layout.beams, row % layout.beams
+    counter = dr.gather(jit.UInt32, lanes.environment, ping), dr.gather(jit.UInt32, lanes.tick, ping)
+    words = words32(key, jit.UInt32(beam * config.bins + bin_) + 0x40000000, *counter)
+    dr.eval(intensity)
+    result = paint(noise, intensity, words, bin_=bin_, bin_width=config.bin_width_m)
+    if rows is None:
+        return scaled(config, result)
+    level = scaled(config.model_copy(update={"scale": "unit"}), result)
+    level = streaked(noise, level, dr.gather(jit.Bool, rows, jit.UInt32(row)))
+    if config.scale == "unit":
+        return level
+    level = level * config.dynamic_range_db + config.floor_db
+    return level if config.scale == "db" else from_db(level)
+
+
+def beams_turned(
+    config: PingConfig, layout: Layout, medium: Medium, spin: Array, ping: Array
+) -> Callable[[Array], Array]:  # fmt: skip
+    """A function bin -> beams, `Int32`, by which the sonar has turned when the echo comes back, for lanes' pings.
+
+    A sonar that turns hears an echo in the beam that points at the target when it comes back.
+    """
+    if not config.doppler or layout.steering is None:
+        return lambda bin_: jit.Int32(0)
+    delay = 2.0 / medium.sound_speed
+    rate = dr.gather(jit.Float, jit.Float(spin.z) * delay * (1.0 / layout.sector), jit.UInt32(ping))
+    return lambda bin_: jit.Int32(dr.round(rate * middle(config, bin_)))
+
+
+def middle(config: PingConfig, bin_: Array) -> Array:
+    """Middle of a range bin [m]."""
+    return config.range_min_m + (jit.Float(bin_) + 0.5) * config.bin_width_m
+
+
+def cells_at(config: PingConfig, layout: Layout, medium: Medium, ping: Array, beam: Array, bin_: Array) -> Cells:
+    """Cells with their ranges and gains."""
+    distance = middle(config, bin_)
+    loss = dr.gather(jit.Float, medium.absorption, jit.UInt32(ping))
+    gain = time_varied_gain(distance, loss, spreading=30.0) / (layout.sector * config.bin_width_m)
+    return Cells(ping, beam, bin_, distance, gain)
+
+
+def water_echo(config: PingConfig, layout: Layout, haze: Haze, cells: Cells, medium: Medium) -> Array:
+    """Intensity of the water's echo re the source level at 1 m."""
+    beam = haze_at(haze, cells.ping, cells.beam, cells.distance, layout.beams)
+    loss = dr.gather(jit.Float, medium.absorption, jit.UInt32(cells.ping))
+    return volume_intensity(beam, cells.distance, loss, config.bin_width_m)
+
+
+def levels(
+    config: PingConfig, layout: Layout, signal: list[Array], word: Array, cells: Cells, lanes: Lanes, noise: Array,
+    t_ns: Array, din: Din,
+) -> list[Array]:  # fmt: skip
+    """Add noise to amplitudes, set gain and scale: data, with `iq` the complex signal before gain."""
+    power = noise
+    if din.haze is not None:
+        power = power + water_echo(config, layout, din.haze, cells, lanes.medium)
+    if din.heard is not None:
+        power = power + interference_at(
+            din.heard, lanes, cells.ping, cells.beam, cells.distance, beams=layout.beams, bin_width=config.bin_width_m
+        )
+    if config.interference is not None:
+        power = power + interference(config, layout, cells, lanes, t_ns)
+    strength, turn = complex_normal32(word)
+    size = dr.sqrt(power * cells.gain * strength)
+    cosine, sine = cosine_sine(turn)
+    real, imaginary = dr.fma(size, cosine, signal[0]), dr.fma(size, sine, signal[1])
+    intensity = real * real + imaginary * imaginary
+    intensity = tilted(config, intensity, cells)
+    out = [intensity if config.painted_noise is not None else scaled(config, intensity)]
+    if config.iq:
+        raw = dr.rsqrt(cells.gain)
+        out += [real * raw, imaginary * raw]
+    return out
+
+
+def tilted(config: PingConfig, intensity: Array, cells: Cells) -> Array:
+    """Intensity under another spreading of the gain than 30 log r."""
+    if config.tvg_db == 30.0:
+        return intensity
+    return intensity * cells.distance ** ((config.tvg_db - 30.0) / 10.0)
+
+
+def trace_levels(
+    config: PingConfig, layout: Layout, energies: Array, data: Array, lanes: Lanes, noise: Array, trace: Any
+) -> None:
+    """Tell echoes and signal-to-noise ratio before beams are formed, and the data."""
+    cell = dr.arange(jit.Int32, dr.width(data))
+    row, bin_ = cell // config.bins, cell % config.bins
+    energy = dr.gather(jit.Float, energies, jit.UInt32(row * pitch(config.bins) + bin_))
+    here = cells_at(config, layout, lanes.medium, row // layout.beams, row % layout.beams, bin_)
+    trace("echo intensity by cell, before beams are formed", energy, "1")
+    trace("signal-to-noise ratio", to_db(dr.maximum(energy, 1e-20) / (noise * here.gain)), "dB")
+    trace("echo level after gain", data, {"db": "dB", "unit": "1", "linear": "1"}[config.scale])
+
+
+def scaled(config: PingConfig, intensity: Array) -> Array:
+    """Intensity as the configuration wants it."""
+    if config.scale == "linear":
+        return intensity
+    octaves = log2(larger(intensity, 1e-20))
+    if config.scale == "db":
+        return _DECIBELS * octaves
+    unit = dr.fma(octaves, _DECIBELS / config.dynamic_range_db, -config.floor_db / config.dynamic_range_db)
+    return larger(smaller(unit, 1.0), 0.0)
+
+
+def interference(config: PingConfig, layout: Layout, cells: Cells, lanes: Lanes, t_ns: Array) -> Array:
+    """Intensity of another sonar's direct pulse re the source level at 1 m, where it falls into this ping.
+
+    The other one's clock starts at t = 0; a pulse that was sent at its k-th period arrives distance/c later, and is
+    heard in the bin of its time after this sonar's own transmission, in all beams by their pattern.
+    """
+    other = config.interference
+    assert other is not None
+    lane = jit.UInt32(cells.ping)
+    speed = dr.gather(jit.Float, lanes.medium.sound_speed, lane)
+    loss = dr.gather(jit.Float, lanes.medium.absorption, lane)
+    period_ns = round(1e9 / other.rate_hz)
+    start_ns = dr.gather(jit.UInt64, t_ns, lane) % jit.UInt64(period_ns)
+    since = 2.0 * cells.distance / speed - (other.distance_m / speed - jit.Float(start_ns) * 1e-9)
+    period = period_ns * 1e-9
+    phase = since / period
+    within = (phase - dr.floor(phase)) * period
+    level = other.source_level_db - config.source_level_db - loss * other.distance_m
+    level -= 20.0 * math.log10(other.distance_m)
+    table = jit.Float(0)
+    length = line_length(layout.horizontal_width)
+    seen = line_np(np.sin(layout.azimuths) - math.sin(math.radians(other.azimuth_deg)), length) ** 2
+    for k in np.flatnonzero(seen > 1e-4):
+        table = dr.select(cells.beam == int(k), float(seen[k]), table)
+    return dr.select(within < other.pulse_s, from_db(level) * table, 0.0)

@@ -1,0 +1,52 @@
+"""Sonars whose beams lie side by side in a sector: keys and beams of imaging and profiling sonars."""
+
+from __future__ import annotations
+
+import math
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import Field
+
+from pelagos.acoustics.beam_pattern import steering_matrix
+from pelagos.sensors.sonar.ping.ping_config import PingConfig
+from pelagos.sensors.sonar.ping.receiver import Layout
+
+
+class SectorConfig(PingConfig):
+    """Keys of sonars whose beams lie side by side in the x-y plane of the sensor frame."""
+
+    beams: int = Field(default=256, ge=1, le=4096)
+    """Beams across the sector."""
+    horizontal_aperture_deg: float = Field(default=130.0, gt=0, le=170)
+    """Sector [deg], from the first beam's outer edge to the last one's."""
+    vertical_beamwidth_deg: float = Field(default=20.0, gt=0, le=90)
+    """Half-power width of the fan in elevation [deg], one way."""
+    beamwidth_deg: float = Field(default=1.0, gt=0, le=20)
+    """Half-power width of a receive beam at broadside [deg]."""
+    shading: Literal["uniform", "light", "hamming", "hann"] = "light"
+    """Weights of the receive array: side lobes at -13, -21, -43 and -31 dB."""
+    side_lobe_beams: int = Field(default=8, ge=0, le=256)
+    """Neighbours on each side whose echoes leak into a beam."""
+    rays_per_beam: int = Field(default=96, ge=4, le=4096)
+    """Rays a beam, stratified in elevation."""
+
+    @property
+    def azimuths(self) -> NDArray[np.float64]:
+        """Beam directions `(beams,)` [rad], positive to the left, from left to right as an image's columns are."""
+        sector = math.radians(self.horizontal_aperture_deg)
+        return np.asarray(sector * (0.5 - (np.arange(self.beams) + 0.5) / self.beams))
+
+
+def layout(config: SectorConfig) -> Layout:
+    """Beams evenly spread over the sector, each with the side lobes of the receive array."""
+    width = math.radians(config.beamwidth_deg)
+    return Layout(
+        beams=config.beams,
+        sector=math.radians(config.horizontal_aperture_deg) / config.beams,
+        horizontal_width=width,
+        vertical_width=math.radians(config.vertical_beamwidth_deg),
+        azimuths=config.azimuths,
+        steering=steering_matrix(config.azimuths, width, config.shading, config.side_lobe_beams),
+    )

@@ -1,0 +1,92 @@
+"""Single-beam echo sounder: one cone, one echo trace a ping; pings side by side make an echogram."""
+
+from __future__ import annotations
+
+import math
+from typing import Any, ClassVar, Final, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import Field
+
+from pelagos.acoustics.beam_pattern import line_length, line_np
+from pelagos.sensors.lazy import promised
+from pelagos.sensors.sensor import Kinematics, Measurement, SensorConfig, SensorContext
+from pelagos.sensors.sonar.ping.ping_config import PingConfig
+from pelagos.sensors.sonar.ping.pinger import Pinger
+from pelagos.sensors.sonar.ping.receiver import Layout
+
+_GOLDEN: Final = math.pi * (3.0 - math.sqrt(5.0))  # turn from ray to ray: evenly spread about the axis
+_REACH: Final = 1.129  # first null of a line over its half-power width
+
+
+class SinglebeamConfig(PingConfig):
+    """A single-beam echo sounder that looks along -z of its frame. Defaults are of the 200 kHz class."""
+
+    type: Literal["singlebeam"] = "singlebeam"
+    rate_hz: float = Field(default=5.0, gt=0)
+    """Pings per second [Hz]."""
+    beamwidth_deg: float = Field(default=9.0, gt=0, le=60)
+    """Half-power width of the cone [deg], one way."""
+    frequency_hz: float = Field(default=200e3, gt=0)
+    """Frequency [Hz]."""
+    bandwidth_hz: float = Field(default=10e3, gt=0)
+    """Bandwidth of the pulse [Hz]."""
+    rays: int = Field(default=512, ge=8, le=65536)
+    """Rays in the cone."""
+
+
+def cone_rays(beamwidth: float, count: int) -> dict[str, NDArray[Any]]:
+    """Rays about -z out to the first null, one in each of `count` rings (see `Fan`); `beamwidth` [rad]."""
+    edges = np.linspace(0.0, _REACH * beamwidth, count + 1)
+    low, high = edges[:-1], edges[1:]
+    angle = 0.5 * (low + high)
+    turn = _GOLDEN * np.arange(count)
+    cell = edges[-1] * math.sqrt(math.pi / count)  # edge of a ray's share of the cone: strips on slopes are as long
+    ca, sa, ct, st = np.cos(angle), np.sin(angle), np.cos(turn), np.sin(turn)
+    return {
+        "direction": np.stack([sa * ct, sa * st, -ca], axis=-1),
+        "along": np.stack([ca * ct, ca * st, sa], axis=-1),
+        "aside": np.zeros((count, 3)),
+        "lower": np.minimum(low - angle, -0.5 * cell),
+        "upper": np.maximum(high - angle, 0.5 * cell),
+        "across": np.sqrt(2 * np.pi * sa * (high - low)),  # neighbours on the spiral are as far apart any way
+        "weight": 2 * np.pi * (np.cos(low) - np.cos(high)) * line_np(sa, line_length(beamwidth)) ** 4,
+        "beam": np.zeros(count, dtype=np.uint32),
+    }
+
+
+class Singlebeam:
+    """A single-beam echo sounder.
+
+    data: `(m, bins)` float32, echo level after time-varied gain, in the unit that `scale` says. In decibels it is the
+        backscattering strength of a surface that fills a cell of one beam width and one bin.
+    truth: the same without noise and without interference of echoes.
+    extras: with `iq`, `iq` complex64 `(m, bins)` before gain; with `labels`, `label` and `instance` `(m, bins)`.
+    tables: `range` `(bins,)` [m], middle of each bin.
+    """
+
+    TITLE: ClassVar[str] = "single-beam echo sounder: one echo trace a ping"
+    Config: ClassVar[type[SensorConfig]] = SinglebeamConfig
+    SOURCES: ClassVar[tuple[str, ...]] = (
+        "X. Lurton, An Introduction to Underwater Acoustics, 2nd ed. (2010), Section 8.1",
+        "APL-UW TR 9407 (1994), Section IV: bottom backscatter",
+    )
+
+    def __init__(self, config: SinglebeamConfig, context: SensorContext) -> None:
+        self.config = config
+        width = math.radians(config.beamwidth_deg)
+        shape = Layout(1, width, width, width, np.zeros(1))
+        self._pinger = Pinger(config, context, cone_rays(width, config.rays), shape)
+        self.tables = {"range": config.ranges}
+
+    def sense(self, motion: Kinematics) -> Measurement:
+        """Ping on every lane."""
+        data, truth, extras = self._pinger.ping(motion)
+        return Measurement(
+            data[:, 0], promised(lambda: truth()[:, 0]), None, {k: v[:, 0] for k, v in extras.items()}, self.tables
+        )
+
+    def explain(self, motion: Kinematics) -> list[tuple[str, NDArray[Any], str]]:
+        """One ping, not frozen, with its intermediate arrays: (name, values, unit)."""
+        return self._pinger.explain(motion)
