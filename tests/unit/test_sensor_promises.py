@@ -14,7 +14,7 @@ from pelagos.bench.cases.sonar import context, motion
 from pelagos.sensors.lazy import promised
 from pelagos.sensors.sensor import Measurement, Reading
 from pelagos.sensors.sonar.imaging_sonar import ImagingSonar, ImagingSonarConfig
-from pelagos.sim.step import Sampled
+from pelagos.sim.sampled import Sampled
 
 
 class Counted:

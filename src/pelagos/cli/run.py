@@ -100,6 +100,7 @@ def _say(result: RunResult, options: Options) -> None:
         "time": "done",
         "missions": "every mission ended",
         "interrupt": "stopped; everything until here is recorded",
+        "stopped": "stopped by the program",
     }
     copies = f" of {options.copies} copies" if options.copies > 1 else ""
     out.print(

@@ -27,6 +27,7 @@ from pelagos.sim.bodies import hull_rows
 from pelagos.sim.clock import Clock
 from pelagos.sim.control import first_mode
 from pelagos.sim.driver import Driver
+from pelagos.sim.encounters import Encounters
 from pelagos.sim.guidance import Task, plan
 from pelagos.vehicles.vehicle import Vehicle
 from pelagos.world.build import build_world
@@ -89,8 +90,6 @@ class Model:
         first_environment: index of the first copy among all environments of a study.
         world, scene, ocean: where.
         agents: by name.
-        neighbours: the sonars, which may hear one another.
-        blows: what hulls have touched lately.
     """
 
     scenario: Scenario
@@ -101,15 +100,16 @@ class Model:
     scene: Scene
     ocean: Ocean
     agents: Mapping[str, AgentModel]
-    neighbours: Neighbours
-    blows: Blows
 
 
-def compile_model(scenario: Scenario, *, n: int, seed: int, first_environment: int, like: Model | None = None) -> Model:
+def compile_model(
+    scenario: Scenario, encounters: Encounters, *, n: int, seed: int, first_environment: int, like: Model | None = None
+) -> Model:
     """Build the world, the vehicles and the sensors of a scenario.
 
     Args:
         scenario: what to build.
+        encounters: what sensors ask while they read; see `encounters_of`.
         n: copies.
         seed: of every random stream.
         first_environment: index of the first copy.
@@ -129,14 +129,13 @@ def compile_model(scenario: Scenario, *, n: int, seed: int, first_environment: i
     scene = world.scene(n) if like is None else like.scene
     ocean = build_ocean(scenario.ocean, world, seed=seed, duration_s=scenario.duration_s)
     agents = {}
-    neighbours, blows = Neighbours(audible(scenario)), Blows()
     crowded = len(scenario.agents) > 1
     for index, (name, config) in enumerate(scenario.agents.items()):
         vehicle = vehicles[name]
         own = hull_rows(index, n) if crowded else np.full(n, NO_BODY, dtype=np.uint32)
         context = _Context(
             seed=seed, clock=clock, scene=scene, world=world, ocean=ocean, own_body=own, agent=name,
-            neighbours=neighbours, blows=blows,
+            encounters=encounters,
         )  # fmt: skip
         agents[name] = AgentModel(
             name=name,
@@ -147,7 +146,12 @@ def compile_model(scenario: Scenario, *, n: int, seed: int, first_environment: i
             sensors={s: context.build(s, c) for s, c in config.sensors.items()},
             tasks=plan(config.mission),
         )
-    return Model(scenario, clock, n, first_environment, world, scene, ocean, agents, neighbours, blows)
+    return Model(scenario, clock, n, first_environment, world, scene, ocean, agents)
+
+
+def encounters_of(scenario: Scenario) -> Encounters:
+    """For the sensors of a scenario, none of them built yet."""
+    return Encounters(Neighbours(audible(scenario)), Blows())
 
 
 def audible(scenario: Scenario) -> list[str]:
@@ -192,8 +196,7 @@ class _Context:
     ocean: Ocean
     own_body: NDArray[np.uint32]
     agent: str
-    neighbours: Neighbours
-    blows: Blows
+    encounters: Encounters
 
     def build(self, name: str, config: Any) -> SensorModel:
         cls = registry.find("sensor", config.type).load()
@@ -207,8 +210,8 @@ class _Context:
             world=self.world,
             ocean=self.ocean,
             own_body=self.own_body,
-            neighbours=self.neighbours,
-            blows=self.blows,
+            neighbours=self.encounters.neighbours,
+            blows=self.encounters.blows,
         )
         try:
             sensor = cls(config, context)

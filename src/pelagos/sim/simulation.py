@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+import math
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any, Self
 
@@ -16,12 +19,17 @@ from pelagos.raycast.geometry import Geometry
 from pelagos.sensors.camera.picture.boxes_3d import Box3d, box_of_body, boxes_3d
 from pelagos.sensors.sensor import Reading
 from pelagos.sim.bodies import Bodies, Body, rows, unit_rows
+from pelagos.sim.encounters import Encounters
+from pelagos.sim.gate import Gate
 from pelagos.sim.initial import start_states
-from pelagos.sim.model import AgentModel, Model, compile_model
+from pelagos.sim.listeners import Listeners, OnReading, OnTick, Subscription
+from pelagos.sim.model import AgentModel, Model, compile_model, encounters_of
 from pelagos.sim.mounts import warn_of_buried
 from pelagos.sim.movers import Movers
 from pelagos.sim.record import Recorder
 from pelagos.sim.run import RunResult, run
+from pelagos.sim.run_log import RunLog, open_recorder
+from pelagos.sim.sampled import Sampled
 from pelagos.sim.state import AgentState, checked_command
 from pelagos.sim.step import Stepper
 from pelagos.world.body import Prop
@@ -39,7 +47,7 @@ class Simulation:
         n: copies.
     """
 
-    def __init__(self, model: Model, *, seed: int) -> None:
+    def __init__(self, model: Model, encounters: Encounters, *, seed: int) -> None:
         self.model = model
         self.n = model.n
         self.seed = seed
@@ -48,7 +56,10 @@ class Simulation:
         self._bodies = Bodies(model.scene, hulls, n=model.n, first_instance=model.world.next_instance)
         if model.world.movers:
             self._bodies.script = Movers(model.world, self._bodies, dt_ns=model.clock.dt_ns).place
-        self._stepper = Stepper(model, self._bodies)
+        self.listeners = Listeners()
+        self.gate = Gate()
+        self.logs: list[RunLog] = []
+        self._stepper = Stepper(model, self._bodies, encounters, self.listeners)
         self._spawned = 0
         self.reset()
         warn_of_buried(model, self._begin, self._bodies.hulls, self._bodies.bodies)
@@ -82,7 +93,9 @@ class Simulation:
             raise CommandError(f"n is the number of copies, a whole number from 1 on; given {n!r}")
         checked = load_scenario(scenario, overrides=overrides)
         chosen = checked.seed if seed is None else seed
-        return cls(compile_model(checked, n=n, seed=_seed(chosen), first_environment=environment), seed=chosen)
+        encounters = encounters_of(checked)
+        model = compile_model(checked, encounters, n=n, seed=_seed(chosen), first_environment=environment)
+        return cls(model, encounters, seed=chosen)
 
     @property
     def scenario(self) -> Scenario:
@@ -139,40 +152,157 @@ class Simulation:
         Returns:
             The readings of tick 0, at which every sensor is due.
         """
+        self._refuse_within("reset")
         if seed is not None and seed != self.seed:
             self.seed = seed
-            old = self.model
+            old, encounters = self.model, encounters_of(self.scenario)
             self.model = compile_model(
-                self.scenario, n=self.n, seed=_seed(seed), first_environment=old.first_environment, like=old
+                self.scenario, encounters, n=self.n, seed=_seed(seed), first_environment=old.first_environment, like=old
             )
-            self._stepper = Stepper(self.model, self._bodies)
+            self._stepper = Stepper(self.model, self._bodies, encounters, self.listeners)
         self._bodies.clear()
+        self.listeners.restart()
         return self._stepper.start(self._begin)
 
-    def step(self, commands: Mapping[str, Any] | None = None) -> Observations:
-        """Advance by one tick.
+    def step(self, commands: Mapping[str, Any] | None = None, ticks: int = 1) -> Observations:
+        """Advance by one tick or several.
 
         Args:
             commands: by agent, `(k,)` or `(n, k)` in the agent's control mode; an agent that is left out keeps its last
                 command, or goes on with its mission.
+            ticks: how many, with the same commands.
 
         Returns:
-            The readings that are due, by agent and sensor.
+            The newest reading of each sensor that was due, by agent and sensor.
 
         Raises:
             CommandError: an unknown agent, a wrong shape, a value that is not finite.
             SimulationError: a state is not finite any more.
         """
-        self.command(commands or {})
-        return self._stepper.step()
+        if isinstance(ticks, bool) or not isinstance(ticks, int | np.integer) or ticks < 1:
+            raise CommandError(f"ticks is a whole number from 1 on; given {ticks!r}")
+        self.gate.enter("step")
+        try:
+            self.gate.act()
+            if commands:
+                self.command(commands)
+            return self._stepper.observed(self._advance(int(ticks)))
+        finally:
+            self.gate.leave()
+
+    def _advance(self, ticks: int) -> list[Sampled]:
+        """Blocks up to so many ticks; each written down, then told."""
+        stepper, sampled = self._stepper, []
+        last = stepper.tick + ticks
+        if self.listeners.any and stepper.tick == 0 and not self.listeners.has_heard(0):
+            self.listeners.tell(self, 0, stepper.read_now())
+        while stepper.tick < last:
+            block = stepper.advance(last)
+            sampled += block
+            for log in self.logs:
+                log.readings(block)
+                log.motion()
+            if self.listeners.any:
+                self.listeners.tell(self, stepper.tick, block)
+                self.gate.act()
+        return sampled
 
     def command(self, commands: Mapping[str, Any]) -> None:
-        """Set commands without advancing; an agent with a mission leaves it."""
+        """Set commands without advancing; an agent with a mission leaves it.
+
+        While another thread steps or runs the simulation, they are checked at once, and enter at the next boundary of
+        steps.
+        """
         for name, values in commands.items():
             agent = self._agent(name)
-            mode = self._stepper.mode(name)
-            names = tuple(agent.vehicle.command_names(mode))
-            self._stepper.set_command(name, checked_command(values, n=self.n, names=names, agent=name))
+            names = tuple(agent.vehicle.command_names(self._stepper.mode(name)))
+            checked = checked_command(values, n=self.n, names=names, agent=name)
+            if self.gate.elsewhere:
+                self.gate.post(partial(self._stepper.set_command, name, checked))
+            else:
+                self._stepper.set_command(name, checked)
+
+    def post(self, action: Callable[[], object]) -> None:
+        """Have an action done at the next boundary of steps, by the thread that steps; any thread may call this.
+
+        Boundaries come with every call of `step`, and in a run at least once a simulated second; a paused run acts at
+        once. Actions are done in the order in which they were posted.
+        """
+        self.gate.post(action)
+
+    def on_tick(self, callback: OnTick, *, rate_hz: float | None = None) -> Subscription:
+        """Call `callback(sim)` at every tick, tick 0 included, or at `rate_hz` at most.
+
+        Blocks of ticks end where it is called, so a low rate costs little, and none costs nothing; readings and states
+        are the same bytes. It may set commands, spawn, post actions or end the run, but not step. `Listeners` has the
+        order of calls. What it raises ends the step or the run, and says which callback it was.
+
+        Args:
+            callback: called after the readings of that tick were told.
+            rate_hz: calls in a simulated second; the time between them is rounded up to whole ticks.
+
+        Returns:
+            A handle to `cancel`, also as a context manager.
+        """
+        if rate_hz is not None and not (math.isfinite(rate_hz) and rate_hz > 0):
+            raise CommandError(f"rate_hz is a positive number, not {rate_hz!r}")
+        period = 1 if rate_hz is None else max(1, math.ceil(1e9 / (rate_hz * self.dt_ns) - 1e-9))
+        return self.listeners.add("tick", callback, period=period)
+
+    def subscribe(self, sensor: str, callback: OnReading) -> Subscription:
+        """Call `callback(reading)` for every reading of a sensor, at its own tick, tick 0 included.
+
+        Args:
+            sensor: "auv0.imaging".
+            callback: as for `on_tick`.
+
+        Raises:
+            LookupFailed: there is no such sensor.
+        """
+        known = [f"{a.name}.{s}" for a in self.model.agents.values() for s in a.sensors]
+        if sensor not in known:
+            raise LookupFailed("sensor", sensor, known)
+        return self.listeners.add(sensor, callback)
+
+    @contextmanager
+    def recording(self, path: str | Path) -> Iterator[Recorder]:
+        """Record all steps and runs of a `with` block, as `run(record=...)` records its own.
+
+        Raises:
+            RecordingError: the file cannot be written.
+        """
+        recorder = open_recorder(Path(path), self)
+        log = RunLog(self, recorder)
+        self.logs.append(log)
+        try:
+            log.begin()
+            yield recorder
+        finally:
+            self.logs.remove(log)
+            recorder.close()
+
+    def pause(self) -> None:
+        """Hold a run at its next boundary of steps until `resume`; posted actions are done meanwhile."""
+        self.gate.set(paused=True)
+
+    def resume(self) -> None:
+        """Let a run go on."""
+        self.gate.set(paused=False)
+
+    def stop(self) -> None:
+        """End the present run at its next boundary of steps, in order."""
+        self.gate.set(stopped=True)
+
+    @property
+    def paused(self) -> bool:
+        """Runs are held."""
+        return self.gate.paused
+
+    def _refuse_within(self, what: str) -> None:
+        """Refuse what would turn time back under a step loop or a recording."""
+        self.gate.refuse(what)
+        if self.logs:
+            raise CommandError(f"sim.{what} turns time back; leave the recording {self.logs[-1].recorder.path} before")
 
     def set_mode(self, agent: str, mode: str) -> None:
         """Change the control mode of an agent; it idles in the new mode until it is commanded.
@@ -192,7 +322,7 @@ class Simulation:
         record: str | Path | Recorder | None = None,
         *,
         progress: Callable[[float, float], None] | None = None,
-        realtime: bool = False,
+        realtime: bool | float = False,
     ) -> RunResult:
         """Run for a time, from where the simulation stands.
 
@@ -202,7 +332,7 @@ class Simulation:
                 hold.
             record: an MCAP file to write.
             progress: called with (simulated seconds so far, seconds asked for).
-            realtime: wait where the simulation is faster than the clock on the wall.
+            realtime: wait where the simulation is faster than the clock on the wall, or than so many times as fast.
 
         Raises:
             SimulationError: a state is not finite any more; the recording keeps everything until then.

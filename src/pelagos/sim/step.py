@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Mapping
 from functools import partial
 
 import drjit as dr
@@ -12,114 +11,44 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pelagos import jit
-from pelagos.errors import SimulationError
-from pelagos.math.frames import flip_yz_np
-from pelagos.sensors.lazy import promised
-from pelagos.sensors.sensor import Kinematics, Measurement, Reading
+from pelagos.sensors.sensor import Kinematics, Reading
 from pelagos.sim.bodies import Bodies
-from pelagos.sim.clock import next_multiple
-from pelagos.sim.driver import Wrench
-from pelagos.sim.guidance import Guidance
+from pelagos.sim.contacts import Contacts
+from pelagos.sim.encounters import Encounters
 from pelagos.sim.initial import StartState
+from pelagos.sim.listeners import Listeners
+from pelagos.sim.missions import Missions
 from pelagos.sim.model import AgentModel, Model, SensorModel
+from pelagos.sim.not_finite import NotFinite
+from pelagos.sim.sampled import Sampled
+from pelagos.sim.schedule import Schedule
 from pelagos.sim.state import AgentRun, AgentState
-from pelagos.sim.touch import Touch
+from pelagos.sim.timings import Timings
 from pelagos.sim.trajectory import LaneSelector, Trajectory, channels
 from pelagos.vehicles.state import VehicleState
 
-GUIDANCE_RATE_HZ = 10.0
-GUIDING = ("altimeter", "gps")  # the sensors that guidance listens to
-MAX_BLOCK_S = 1.0
-MARGIN_MPS = 2.0  # a hull is taken to gain at most this much speed within a block, when its way is bounded
-
-
-@dataclass(frozen=True)
-class Sampled:
-    """What one sensor read in a block: a measurement whose lanes are `ticks` times the copies."""
-
-    agent: str
-    model: SensorModel
-    ticks: range
-    measurement: Measurement
-
-    def count(self, n: int) -> int:
-        """Ticks at which at least one copy has a reading."""
-        valid = self.measurement.valid
-        return len(self.ticks) if valid is None else int(valid.reshape(-1, n).any(axis=1).sum())
-
-    @staticmethod
-    def join(parts: Sequence[Sampled]) -> Sampled:
-        """What one sensor read in blocks that follow one another, as one."""
-        one = parts[0]
-        if len(parts) == 1:
-            return one
-        measured = [p.measurement for p in parts]
-        valid = [m.valid for m in measured if m.valid is not None]
-        joined = Measurement(
-            data=np.concatenate([m.data for m in measured]),
-            truth=promised(lambda: np.concatenate([m.truth for m in measured])),
-            valid=np.concatenate(valid) if valid else None,
-            extras={name: np.concatenate([m.extras[name] for m in measured]) for name in one.measurement.extras},
-            tables=one.measurement.tables,
-        )
-        ticks = range(one.ticks.start, parts[-1].ticks[-1] + 1, one.model.period)
-        return Sampled(one.agent, one.model, ticks, joined)
-
-    def newest(self, n: int, dt_ns: int) -> Reading | None:
-        """The reading of the last tick at which a copy has one; None where there is no such tick."""
-        m, everywhere = self.measurement, np.ones(n, dtype=bool)
-        for k in reversed(range(len(self.ticks))):
-            row = slice(k * n, (k + 1) * n)
-            valid = everywhere if m.valid is None else m.valid[row]
-            if valid.any():
-                return m.reading(row, valid, self.ticks[k] * dt_ns, f"{self.agent}/{self.model.name}")
-        return None
-
-
-@dataclass
-class Feedback:
-    """What guidance knows from sensors: the last altitude `(n,)` [m], and whether a fix came since it last asked."""
-
-    altitude: NDArray[np.float64]
-    gps: NDArray[np.bool_]
-
-
-@dataclass
-class Timings:
-    """Wall-clock seconds and number of calls, by part of the loop."""
-
-    seconds: dict[str, float] = field(default_factory=dict)
-    calls: dict[str, int] = field(default_factory=dict)
-
-    def add(self, part: str, start: float) -> None:
-        """Count the time since `start`."""
-        self.seconds[part] = self.seconds.get(part, 0.0) + time.perf_counter() - start
-        self.calls[part] = self.calls.get(part, 0) + 1
-
 
 class Stepper:
-    """Moves every agent, asks every due sensor. What changes in a run is here, and nowhere else.
+    """Moves every agent, asks every due sensor. What changes in a run is in this object and its parts.
 
     Attributes:
         tick: ticks since the start.
         timings: where the time went.
         trajectories: by agent, the motion of the last block; after `catch_up`, since the one before.
+        runs: by agent, its state, command and mode.
+        missions: guidance of all agents.
+        contacts: what hulls touch.
     """
 
-    def __init__(self, model: Model, bodies: Bodies) -> None:
-        self._model = model
-        self._bodies = bodies
+    def __init__(self, model: Model, bodies: Bodies, encounters: Encounters, listeners: Listeners) -> None:
+        self._model, self._bodies, self._encounters = model, bodies, encounters
         self._select = LaneSelector(n=model.n, dt_ns=model.clock.dt_ns, first_environment=model.first_environment)
-        self._touch = {name: Touch(agent, model, bodies) for name, agent in model.agents.items()}
-        self._guidance_period = model.clock.period(GUIDANCE_RATE_HZ)
-        self._runs: dict[str, AgentRun] = {}
-        self._guidance: dict[str, Guidance] = {}
-        self._feedback: dict[str, Feedback] = {}
+        self.missions = Missions(model)
+        self.contacts = Contacts(model, bodies)
+        self._schedule = Schedule(model, bodies, self.missions, listeners)
+        self.runs: dict[str, AgentRun] = {}
         self.trajectories: dict[str, Trajectory] = {}
         self._blocks: dict[str, list[Trajectory]] = {}
-        self._contact: dict[str, Wrench] = {}
-        self._blows: dict[str, list[tuple[int, NDArray[np.float64]]]] = {}
-        model.blows.latest = self._latest_blow
         self.timings = Timings()
         self.tick = 0
 
@@ -127,21 +56,16 @@ class Stepper:
         """Tick 0: place the agents, and read every sensor."""
         self.tick = 0
         self.timings = Timings()
-        self._guidance.clear()
         self._blocks.clear()
-        self._blows.clear()
+        self.contacts.clear()
         self._model.scene.forget()
         for name, agent in self._model.agents.items():
             self._place(agent, states[name])
-        return self._observe(self._sense())
+        return self.observed(self.read_now())
 
     def read_now(self) -> list[Sampled]:
         """Every sensor that is due at the current tick, read again: the same bytes."""
         return self._sense()
-
-    def step(self) -> dict[str, dict[str, Reading]]:
-        """One tick."""
-        return self._observe(self.advance(self.tick + 1))
 
     def advance(self, last: int, *, wait: bool = False) -> list[Sampled]:
         """Go on by one block, which ends at tick `last` or where the outside may act before.
@@ -157,7 +81,7 @@ class Stepper:
             if wait:
                 self._blocks.setdefault(agent.name, []).append(self.trajectories[agent.name])
         self.tick += ticks
-        return self._sense(lambda agent, sensor: not (wait and self._waits(agent, sensor)))
+        return self._sense(lambda agent, sensor: not (wait and self._schedule.waits(agent, sensor)))
 
     def catch_up(self) -> list[Sampled]:
         """Read the sensors that waited."""
@@ -165,61 +89,49 @@ class Stepper:
             return []
         self.trajectories = {name: Trajectory.join(blocks) for name, blocks in self._blocks.items()}
         self._blocks.clear()
-        return self._sense(self._waits)
+        return self._sense(self._schedule.waits)
 
     def states(self) -> dict[str, AgentState]:
         """The true state of every agent."""
-        return {name: self._state(self._model.agents[name], run) for name, run in self._runs.items()}
+        return {name: self._state(self._model.agents[name], run) for name, run in self.runs.items()}
+
+    def observed(self, sampled: list[Sampled]) -> dict[str, dict[str, Reading]]:
+        """The newest reading of each sensor, by agent and name; absent where there is none."""
+        observed: dict[str, dict[str, Reading]] = {name: {} for name in self._model.agents}
+        for one in sampled:
+            newest = one.newest(self._model.n, self._model.clock.dt_ns)
+            if newest is not None:
+                observed[one.agent][one.model.name] = newest
+        return observed
 
     def contact(self, agent: str) -> NDArray[np.float64]:
         """`(n, 6)` force [N] and moment about the body's origin [N m], FLU, by contact over the last tick."""
-        wrench = self._contact.get(agent)
-        if wrench is None:
-            return np.zeros((self._model.n, 6))
-        force, moment = (np.broadcast_to(np.array(w), (3, self._model.n)).T for w in wrench)
-        return np.concatenate([flip_yz_np(force), flip_yz_np(moment)], axis=1)
-
-    def _keep_blow(self, agent: str) -> None:
-        """Remember the contact of the tick that begins, for a second."""
-        kept = self._blows.setdefault(agent, [])
-        kept.append((self.tick + 1, self.contact(agent)))
-        oldest = self.tick - round(1e9 / self._model.clock.dt_ns)
-        while kept[0][0] < oldest:
-            kept.pop(0)
-
-    def _latest_blow(self, agent: str, ticks: int) -> NDArray[np.float64]:
-        """See `Blows.latest`."""
-        found = [wrench for tick, wrench in self._blows.get(agent, ()) if tick > self.tick - ticks]
-        if not found:
-            return np.zeros((self._model.n, 6))
-        wrenches = np.stack(found)
-        strongest = np.linalg.norm(wrenches[..., :3], axis=-1).argmax(axis=0)
-        return np.asarray(wrenches[strongest, np.arange(self._model.n)])
+        return self.contacts.wrench(agent)
 
     def mode(self, agent: str) -> str:
         """The control mode of an agent."""
-        return self._runs[agent].mode
+        return self.runs[agent].mode
 
     def missions_done(self) -> bool:
         """There are missions, and all have ended."""
-        return bool(self._guidance) and all(g.done for g in self._guidance.values())
+        return self.missions.done
 
     def set_command(self, agent: str, values: NDArray[np.float64]) -> None:
         """Hold another command `(n, k)`; ends the agent's mission."""
-        self._guidance.pop(agent, None)
-        self._hold(self._runs[agent], values)
+        self.missions.leave(agent)
+        self._hold(self.runs[agent], values)
 
     def set_mode(self, agent: str, mode: str) -> None:
         """Another control mode, idling; ends the agent's mission."""
-        self._guidance.pop(agent, None)
-        model, run, state = self._model.agents[agent], self._runs[agent], self.states()[agent]
+        self.missions.leave(agent)
+        model, run, state = self._model.agents[agent], self.runs[agent], self.states()[agent]
         model.vehicle.check_mode(mode)
         run.mode = mode
         self._hold(run, _idle(model, mode, state))
 
     def set_state(self, agent: str, **parts: NDArray[np.float64]) -> None:
         """Place an agent anew; its actuators and its mission go on."""
-        run = self._runs[agent]
+        run = self.runs[agent]
         model = self._model.agents[agent]
         state = model.vehicle.place(model.driver.unpack(run.vehicle), **parts)
         run.vehicle, run.row = model.driver.pack(state), _row(state)
@@ -229,58 +141,31 @@ class Stepper:
 
     def _guide(self) -> None:
         """Ask every mission for its set-points, at the rate of guidance."""
-        if self.tick % self._guidance_period:
+        if not self.missions.any:
             return
-        for name, guidance in self._guidance.items():
-            start = time.perf_counter()
-            run, feedback = self._runs[name], self._feedback[name]
-            state = AgentState.of(run.row, np.empty((len(run.row), 0)))  # guidance does not ask for actuators
-            t_s = self.tick * self._model.clock.dt_ns * 1e-9
-            self._hold(run, guidance.command(state, feedback.altitude, feedback.gps, t_s))
-            feedback.gps[:] = False
+        start = time.perf_counter()
+        asked = self.missions.commands(self.tick, {name: run.row for name, run in self.runs.items()})
+        for name, values in asked.items():
+            self._hold(self.runs[name], values)
             self.timings.add(f"{name}.guidance", start)
 
-    def _waits(self, agent: AgentModel, sensor: SensorModel) -> bool:
-        """Whether a sensor's readings may be read some blocks later."""
-        guides = agent.name in self._guidance and sensor.config.type in GUIDING
-        changes = self._bodies.any or self._model.scene.streamed
-        return sensor.waits and not guides and not (sensor.sees and changes)
-
     def _block_length(self, last: int, wait: bool) -> int:
-        """Ticks until a sensor that sees, a mission or the caller may act; one at a time where a hull may touch."""
-        periods = [
-            sensor.period
-            for agent in self._model.agents.values()
-            for sensor in agent.sensors.values()
-            if sensor.sees and not (wait and self._waits(agent, sensor))
-        ]
-        if self._guidance:
-            periods.append(self._guidance_period)
-        limit = min(last, self.tick + max(1, self._model.clock.ticks(MAX_BLOCK_S)))
-        ticks = next_multiple(self.tick, periods, limit) - self.tick
-        return 1 if any(self._near(name, ticks) for name in self._runs) else ticks
-
-    def _near(self, name: str, ticks: int, *, now: bool = False) -> bool:
-        row = self._runs[name].row
-        speed = float(np.abs(row[:, 7:10]).sum(axis=1).max()) + MARGIN_MPS
-        way = speed * ticks * self._model.clock.dt_ns * 1e-9
-        return self._touch[name].possible(row[:, 0:3], way, self._agent_states, now=now)
-
-    def _agent_states(self) -> dict[str, AgentState]:
-        return self.states()
+        """Ticks until the outside may act; one at a time where a hull may touch."""
+        ticks = self._schedule.end(self.tick, last, wait=wait) - self.tick
+        near = (self.contacts.near(name, run.row, ticks, self.states) for name, run in self.runs.items())
+        return 1 if any(near) else ticks
 
     def _move(self, agent: AgentModel, ticks: int) -> None:
         """The dynamics of one agent, and what it touches."""
         start = time.perf_counter()
-        run, wrench = self._runs[agent.name], None
-        self._contact.pop(agent.name, None)
-        if ticks == 1 and self._near(agent.name, 1, now=True):
-            self._bodies.place(self.states())
-            wrench = self._contact[agent.name] = self._touch[agent.name].wrench(run.vehicle)
-            if agent.name in self._model.blows.asked:
-                self._keep_blow(agent.name)
+        run, wrench = self.runs[agent.name], None
+        if ticks == 1 and self.contacts.near(agent.name, run.row, 1, self.states, now=True):
+            remember = agent.name in self._encounters.blows.asked
+            wrench = self.contacts.touch(agent.name, run.vehicle, self.states, self.tick, remember=remember)
             self.timings.add(f"{agent.name}.contact", start)
             start = time.perf_counter()
+        else:
+            self.contacts.pass_by(agent.name)
         run.vehicle, trajectory = agent.driver.advance(
             run.vehicle, run.command, self._model.ocean, mode=run.mode, tick=self.tick, ticks=ticks, wrench=wrench
         )
@@ -309,42 +194,35 @@ class Stepper:
                     placed = True
                 if due not in lanes:
                     lanes[due] = self._select.lanes(trajectory, due)
-                self._model.neighbours.motion_of = partial(self._motion_of, due)
+                self._answer(due)
                 sampled.append(Sampled(agent.name, sensor, due, sensor.sensor.sense(lanes[due])))
-                self._feed_back(sampled[-1])
+                self.missions.hear(sampled[-1])
                 self.timings.add(f"{agent.name}.{sensor.name}", start)
         return sampled
+
+    def _answer(self, due: range) -> None:
+        """Have the sensor that reads next ask this run, about these ticks."""
+        self._encounters.neighbours.motion_of = partial(self._motion_of, due)
+        self._encounters.blows.latest = self._latest_blow
 
     def _motion_of(self, due: range, agent: str) -> Kinematics:
         return self._select.lanes(self.trajectories[agent], due)
 
-    def _feed_back(self, sampled: Sampled) -> None:
-        """Keep what guidance needs."""
-        n, kind, m = self._model.n, sampled.model.config.type, sampled.measurement
-        feedback = self._feedback[sampled.agent]
-        if kind == "altimeter":
-            altitude = np.asarray(m.data, dtype=np.float64).reshape(len(sampled.ticks), n, -1)[-1, :, 0]
-            valid = np.isfinite(altitude) if m.valid is None else m.valid[-n:] & np.isfinite(altitude)
-            feedback.altitude = np.where(valid, altitude, np.inf)
-        elif kind == "gps" and m.valid is not None:
-            feedback.gps |= m.valid.reshape(-1, n).any(axis=0)
+    def _latest_blow(self, agent: str, ticks: int) -> NDArray[np.float64]:
+        return self.contacts.strongest(agent, self.tick - ticks)
 
     # construction, and the numbers behind a state
 
     def _place(self, agent: AgentModel, start: StartState) -> None:
         vehicle = agent.vehicle.initial_state(start.position, start.attitude, start.velocity)
-        mode = agent.mode
-        run = AgentRun(agent.driver.pack(vehicle), [], np.empty(0), mode, _row(vehicle))
-        self._runs[agent.name] = run
+        run = AgentRun(agent.driver.pack(vehicle), [], np.empty(0), agent.mode, _row(vehicle))
+        self.runs[agent.name] = run
         self.trajectories[agent.name] = self._standing(run)
         state = self._state(agent, run)
         held = agent.config.command
-        self._hold(run, _idle(agent, mode, state) if held is None else np.tile(np.array(held), (self._model.n, 1)))
         n = self._model.n
-        self._feedback[agent.name] = Feedback(np.full(n, np.inf), np.zeros(n, dtype=bool))
-        if agent.tasks:
-            dt_s = self._guidance_period * self._model.clock.dt_ns * 1e-9
-            self._guidance[agent.name] = Guidance.start(agent.tasks, state, dt_s=dt_s, length_m=_length(agent))
+        self._hold(run, _idle(agent, agent.mode, state) if held is None else np.tile(np.array(held), (n, 1)))
+        self.missions.begin(agent, state)
 
     def _hold(self, run: AgentRun, values: NDArray[np.float64]) -> None:
         if run.command_values.shape == values.shape and (run.command_values == values).all():
@@ -360,56 +238,13 @@ class Stepper:
     def _state(self, agent: AgentModel, run: AgentRun) -> AgentState:
         return AgentState.of(run.row, agent.driver.actuators(run.vehicle))
 
-    def _observe(self, sampled: list[Sampled]) -> dict[str, dict[str, Reading]]:
-        observed: dict[str, dict[str, Reading]] = {name: {} for name in self._model.agents}
-        for one in sampled:
-            newest = one.newest(self._model.n, self._model.clock.dt_ns)
-            if newest is not None:
-                observed[one.agent][one.model.name] = newest
-        return observed
-
     def _stop_not_finite(self, agent: AgentModel, motion: NDArray[np.float64]) -> None:
         k, copy, _ = (int(i) for i in np.argwhere(~np.isfinite(motion))[0])
         t_s = (self.tick + 1 + k) * self._model.clock.dt_ns * 1e-9
-        run = self._runs[agent.name]
+        run = self.runs[agent.name]
         last = motion[k - 1, copy] if k else run.row[copy]
         lacking = self._model.ocean.uncovered(jit.Array3f64(*(float(v) for v in last[:3])), jit.Float64(t_s))
         raise NotFinite(agent, copy, t_s, last, run.command_values[copy], lacking)
-
-
-class NotFinite(SimulationError):
-    """A state is not finite any more; carries the last one that was.
-
-    Attributes:
-        agent, copy, t_s: which vehicle, and when [s].
-        state: `(CHANNELS,)` the last finite motion.
-        command: the command that was held.
-    """
-
-    def __init__(
-        self,
-        agent: AgentModel,
-        copy: int,
-        t_s: float,
-        state: NDArray[np.float64],
-        command: NDArray[np.float64],
-        lacking: Sequence[str] = (),
-    ) -> None:
-        self.agent, self.copy, self.t_s, self.state, self.command = agent.name, copy, t_s, state, command
-        if lacking:
-            term = f"{' and '.join(lacking)} ends before that place or moment (outside: error)"
-        else:
-            term = agent.vehicle.blame(state[0:3], state[3:7], state[7:10], state[10:13])
-        position, velocity = np.array2string(state[0:3], precision=3), np.array2string(state[7:10], precision=3)
-        super().__init__(
-            f"{agent.name} (copy {copy}) has no finite state at t = {t_s:.3f} s; {term}; just before it was "
-            f"at {position} m with {velocity} m/s, commanded {np.array2string(command, precision=4)}"
-        )
-
-
-def _length(agent: AgentModel) -> float:
-    vertices = agent.vehicle.hull.vertices
-    return float(np.ptp(vertices[:, 0]))
 
 
 def _row(state: VehicleState) -> NDArray[np.float64]:

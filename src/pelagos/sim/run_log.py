@@ -1,0 +1,103 @@
+"""The log of a run: readings, true motion and movers, on their way into a recording."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from pelagos.config.loader import to_yaml
+from pelagos.math.so3 import rotate_np
+from pelagos.sim.record import Recorder
+from pelagos.sim.sampled import Sampled
+from pelagos.world.legend import legend
+
+if TYPE_CHECKING:
+    from pelagos.sim.simulation import Simulation
+
+
+class RunLog:
+    """Writes what a simulation does, from the tick at which it stands, into a recorder.
+
+    Attributes:
+        recorder: where it goes.
+    """
+
+    def __init__(self, sim: Simulation, recorder: Recorder) -> None:
+        self._sim, self.recorder = sim, recorder
+        tick = sim.stepper.tick
+        self._moved = tick if tick == 0 else tick + 1  # movers are written down from this tick on
+        self._begins = tick == 0
+
+    def begin(self, sampled: Sequence[Sampled] | None = None) -> None:
+        """Write down tick 0 with its readings, where the log begins there; the second time nothing."""
+        if self._begins:
+            self._begins = False
+            self.readings(self._sim.stepper.read_now() if sampled is None else sampled)
+            self.motion()
+
+    def readings(self, sampled: Sequence[Sampled]) -> None:
+        """Write down readings."""
+        start = time.perf_counter()
+        for one in sampled:
+            t_ns = np.array(one.ticks, dtype=np.int64) * self._sim.dt_ns
+            self.recorder.write_block(one.agent, one.model.name, t_ns, one.measurement, n=self._sim.n)
+        if sampled:
+            self._sim.stepper.timings.add("record", start)
+
+    def motion(self) -> None:
+        """Write down the motion of the last block of ticks."""
+        start = time.perf_counter()
+        stepper, clock = self._sim.stepper, self._sim.model.clock
+        period = clock.period(self._sim.scenario.record.state_rate_hz)
+        self._movers(period)
+        for name, trajectory in stepper.trajectories.items():
+            due = np.array(trajectory.due(period), dtype=np.int64)
+            if len(due):
+                motion = trajectory.numpy()[due - trajectory.first_tick]
+                parts = (motion[..., 0:3], motion[..., 3:7], motion[..., 7:10], motion[..., 10:13])
+                self.recorder.write_truth_block(name, due * clock.dt_ns, *parts)
+        stepper.timings.add("record", start)
+
+    def _movers(self, period: int) -> None:
+        """Write down where movers were at the same ticks: where they are depends on the tick alone."""
+        first, self._moved = -(-self._moved // period) * period, self._sim.stepper.tick + 1
+        ticks = np.arange(first, self._moved, period, dtype=np.int64)
+        for mover in self._sim.world.movers:
+            if mover.name in self.recorder.movers and len(ticks):
+                poses = [mover.pose(tick * self._sim.dt_ns * 1e-9) for tick in ticks.tolist()]
+                q = np.stack([p.attitude for p in poses])
+                back = q * [1.0, -1.0, -1.0, -1.0]  # into the body's own frame
+                self.recorder.write_mover_block(
+                    mover.name,
+                    ticks * self._sim.dt_ns,
+                    np.stack([p.position for p in poses]),
+                    q,
+                    rotate_np(back, np.stack([p.velocity for p in poses])),
+                    rotate_np(back, np.stack([p.angular_velocity for p in poses])),
+                )
+
+
+def open_recorder(path: Path, sim: Simulation) -> Recorder:
+    """A recorder for every sensor of `sim`.
+
+    Raises:
+        RecordingError: the file cannot be written.
+    """
+    scenario = sim.scenario
+    sensors = {name: {s: m.config for s, m in agent.sensors.items()} for name, agent in sim.model.agents.items()}
+    origin = (sim.world.origin.latitude, sim.world.origin.longitude)
+    moving = sim.moving
+    names = legend(sim.world, moving)
+    made = Recorder(path, to_yaml(scenario), sim.seed, sensors, None, origin, sim.dt_ns, copies=sim.n, legend=names)
+    for mover in sim.world.movers:
+        number, instance = next((g.label, g.instance) for g in moving if g.name == mover.name)
+        made.add_mover(
+            mover.name,
+            {"mover": mover.name, "body": mover.body, "label": names["labels"][str(number)]["name"],
+             "label_number": str(number), "instance": str(instance)},
+        )  # fmt: skip
+    return made
