@@ -51,7 +51,7 @@ def test_step_and_run_call_back_at_the_same_ticks(sim):
     for go in (lambda: stepped(sim, 40), lambda: sim.run(0.2), lambda: sim.step(ticks=40)):
         sim.reset()
         ticks: list[int] = []
-        with sim.on_tick(lambda s: ticks.append(s.time_ns // s.dt_ns), rate_hz=30.0):
+        with sim.on_tick(lambda s, ticks=ticks: ticks.append(s.time_ns // s.dt_ns), rate_hz=30.0):
             go()
         found.append(ticks)
     assert found == [[0, 7, 14, 21, 28, 35]] * 3
@@ -134,7 +134,7 @@ def test_a_callback_may_cancel_another_and_what_it_raises_names_it(sim):
 def test_bad_callbacks_are_refused(sim, rate):
     with pytest.raises(pl.CommandError, match="rate_hz"):
         sim.on_tick(print, rate_hz=rate)
-    with pytest.raises(pl.LookupFailed, match="did you mean 'auv0.sonar'"):
+    with pytest.raises(pl.LookupFailed, match=r"did you mean 'auv0\.sonar'"):
         sim.subscribe("auv0.sona", print)
 
 
@@ -174,10 +174,10 @@ def test_commands_enter_at_boundaries_from_any_thread(sim):
     def control() -> None:
         held.wait(20.0)
         sim.command({"auv0": (9.0, 1.0, 700.0)})
-        sim.post(lambda: seen.append(sim.paused))
-        sim.resume()
+        sim.post(lambda: seen.append((sim.paused, sim.time_ns)))
+        sim.post(sim.resume)
 
-    seen: list[bool] = []
+    seen: list[tuple[bool, int]] = []
     ticks: list[int] = []
 
     def watch(s: pl.Simulation) -> None:
@@ -196,7 +196,7 @@ def test_commands_enter_at_boundaries_from_any_thread(sim):
     assert result.ended == "stopped"
     assert result.simulated_s == pytest.approx(0.25)
     assert ticks == [50_000_000 * k for k in range(6)]
-    assert seen == [True]  # while the run was held
+    assert seen == [(True, 100_000_000)]  # done while the run was held
     assert np.array_equal(sim.stepper.runs["auv0"].command_values, [[9.0, 1.0, 700.0]])
 
 
