@@ -1,4 +1,4 @@
-"""Sharing a wanted wrench among thrusters: pseudo-inverse, then saturation that keeps the direction.
+"""Sharing a wanted wrench among thrusters: pseudo-inverse, and at saturation the more important axes first.
 
 Source: T. I. Fossen, T. A. Johansen, "A survey of control allocation methods for ships and underwater
 vehicles", MED 2006, doi 10.1109/MED.2006.328749; F21 Chapter 11.
@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Final
 
 import drjit as dr
 import numpy as np
@@ -19,6 +20,11 @@ from pelagos.vehicles.actuators.t200 import T200
 from pelagos.vehicles.actuators.thruster import Thruster
 from pelagos.vehicles.model import Model
 from pelagos.vehicles.part import numbers
+
+PRIORITY: Final = ((3, 4), (2,), (5,), (0, 1))
+"""Axes of a wrench that share a fate at saturation, the most important first: a vehicle keeps upright, then its depth,
+then its heading, and drives with the thrust that is left."""
+_TINY_N: Final = 1e-9  # a thrust below this takes part in nothing
 
 
 @dataclass(frozen=True)
@@ -37,18 +43,46 @@ class Allocation:
 
     def thrusts(self, wrench: Vector) -> list[Array]:
         """Thrust of each [N]: the smallest that gives the wrench; all scaled down together where one would saturate."""
-        wanted = matvec(self.inverse, wrench)
-        excess: Array = 1.0
-        for force, (low, high) in zip(wanted, self.limits, strict=True):
-            excess = dr.maximum(excess, force / high)
-            if low < 0:
-                excess = dr.maximum(excess, force / low)
-        return [dr.clip(force / excess, low, high) for force, (low, high) in zip(wanted, self.limits, strict=True)]
+        return self.prioritised(wrench, (tuple(range(6)),))[0]
+
+    def prioritised(
+        self, wrench: Vector, groups: Sequence[Sequence[int]] = PRIORITY
+    ) -> tuple[list[Array], list[Array]]:
+        """Thrust of each [N], and the share (6) of every axis of the wrench that they give.
+
+        Each group of axes is scaled down together, keeping its direction, to the thrust that those before it left.
+        """
+        given: list[Array] = [0.0] * len(self.limits)
+        shares: list[Array] = [1.0] * 6
+        for group in groups:
+            part = [w if i in group else 0.0 for i, w in enumerate(wrench)]
+            wanted = matvec(self.inverse, part)
+            share: Array = 1.0
+            for force, now, (low, high) in zip(wanted, given, self.limits, strict=True):
+                if isinstance(force, float) and force == 0.0:
+                    continue
+                share = dr.minimum(share, dr.select(force > _TINY_N, (high - now) / force, 1.0))
+                if low < 0:
+                    share = dr.minimum(share, dr.select(force < -_TINY_N, (low - now) / force, 1.0))
+            share = dr.maximum(share, 0.0)
+            given = [now + share * force for now, force in zip(given, wanted, strict=True)]
+            shares = [share if i in group else s for i, s in enumerate(shares)]
+        return [dr.clip(force, low, high) for force, (low, high) in zip(given, self.limits, strict=True)], shares
 
     def commands(self, wrench: Vector) -> dict[str, Array]:
-        """Command of each thruster for a wrench (6) [N], [N m]."""
-        shares = zip(self.thrusters.items(), self.thrusts(wrench), strict=True)
-        return {name: part.command(thrust) for (name, part), thrust in shares}
+        """Command of each thruster for a wrench (6) [N], [N m]; at saturation the wrench keeps its direction."""
+        return self.commands_of(self.thrusts(wrench))
+
+    def commands_of(self, thrusts: Sequence[Array]) -> dict[str, Array]:
+        """Command of each thruster for its thrust [N]."""
+        return {
+            name: part.command(thrust) for (name, part), thrust in zip(self.thrusters.items(), thrusts, strict=True)
+        }
+
+
+def unsaturated(share: Array, asked: Array, step: Array) -> Array:
+    """An integral's next step, 0 where it would ask for more of an axis that saturates (conditional integration)."""
+    return dr.select((share >= 1.0) | (asked * step < 0), step, 0.0)
 
 
 def allocation_of(model: Model, axes: Sequence[int]) -> Allocation:

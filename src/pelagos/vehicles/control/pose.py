@@ -1,6 +1,10 @@
-"""Pose control by thrusters: 6-DOF PID, dynamic positioning and station keeping.
+"""Pose control by thrusters: dynamic positioning, station keeping and following a pose that moves.
 
-Source: F21 Chapter 15 (MIMO PID with pole placement, gravity compensated): Kp = w^2 M, Kd = 2 ratio w M, Ki = w/10 Kp.
+Position: a proportional loop asks for a velocity, limited so that approaches stay slow, and a PI loop with the drag of
+that velocity fed forward makes it. Attitude: PID. Gains by pole placement, Kp = w^2 M, Kd = 2 ratio w M.
+
+Source: F21 Chapter 15 (MIMO PID with pole placement, model-based feed-forward) and Section 15.2.4 (integrator
+anti-windup by conditional integration).
 """
 
 from __future__ import annotations
@@ -12,27 +16,35 @@ from typing import Any, Final, Literal
 import drjit as dr
 import numpy as np
 
-from pelagos.hydro.algebra import Matrix, Vector, dot, matmul, matvec, transpose
+from pelagos.hydro.algebra import Matrix, Vector, add, dot, matmul, matvec, scaled, transpose
 from pelagos.jit import Array
-from pelagos.vehicles.control.allocation import Allocation, allocation_of
+from pelagos.vehicles.control.allocation import Allocation, allocation_of, unsaturated
 from pelagos.vehicles.control.controller import Demand
+from pelagos.vehicles.control.feed_forward import current_of, filtered_current, holding_wrench
 from pelagos.vehicles.control.plant import Plant
 from pelagos.vehicles.flow import Flow, rotation_from_euler
+from pelagos.vehicles.model import Model
 from pelagos.vehicles.part import NonNegative, PartConfig, Positive
-from pelagos.vehicles.terms.restoring import Submerged
 
 Axis = Literal["x", "y", "z", "roll", "pitch", "yaw"]
 AXES: Final[tuple[Axis, ...]] = ("x", "y", "z", "roll", "pitch", "yaw")
+MOVING: Final = ("x_speed", "y_speed", "z_speed", "drive")
 
 
 class PoseConfig(PartConfig):
-    """Set-points: a pose, world NWU [m] and angles of FLU in NWU [rad]; or none, to stay where the mode was entered."""
+    """Set-points: a pose, world NWU [m] and angles of FLU in NWU [rad]; or none, to stay where the mode was entered.
+
+    With `moving` also the velocity of that pose, world NWU [m/s], and the share of the thrust ahead and sideways that
+    may be used, 0 (adrift) .. 1.
+    """
 
     type: Literal["pose"]
     axes: tuple[Axis, ...] = AXES
     """What is controlled; the thrusters must be able to act on each."""
     hold: bool = False
     """Station keeping: the set-point is the pose at which the mode was entered."""
+    moving: bool = False
+    """The pose moves: its velocity is a further set-point, and what missions follow paths with."""
     frequency_rad_s: Positive
     """Of the closed loop in position [rad/s]."""
     turn_frequency_rad_s: Positive
@@ -47,62 +59,85 @@ class PoseConfig(PartConfig):
     def build(self, plant: Plant) -> Pose:
         """The control law."""
         mass = np.diag(plant.body.mass_matrix)
-        restoring = [t for t in plant.model.terms.values() if isinstance(t, Submerged)]
         return Pose(
             config=self,
             mass=[float(m) for m in mass],
             allocation=allocation_of(plant.model, [AXES.index(a) for a in self.axes]),
-            restoring=restoring[0] if restoring else None,
+            model=plant.model,
         )
 
 
 @dataclass(frozen=True)
 class Pose:
-    """See `PoseConfig`."""
+    """See `PoseConfig`.
+
+    Memory: integrals of the velocity error, body axes (3) [m], and of the attitude error (3) [rad s]; the pose where
+    the mode was entered (6); the slow part of the current, NED (3) [m/s].
+    """
 
     config: PoseConfig
     mass: Sequence[float]
     allocation: Allocation
-    restoring: Submerged | None
+    model: Model
+    memory: int = 15
 
     @property
     def commands(self) -> tuple[str, ...]:
         """Names of the set-points."""
-        return () if self.config.hold else tuple(self.config.axes)
-
-    @property
-    def memory(self) -> int:
-        """Six integrals, and six numbers of the pose where the mode was entered."""
-        return 12
+        if self.config.hold:
+            return ()
+        return (*self.config.axes, *(MOVING if self.config.moving else ()))
 
     def start(self, flow: Flow) -> list[Array]:
-        """No integral; the present pose."""
-        return [0.0] * 6 + world_pose(flow)
+        """No integral; the present pose and current."""
+        return [0.0] * 6 + world_pose(flow) + current_of(flow)
 
     def act(
         self, memory: Sequence[Array], flow: Flow, command: Sequence[Array], h: Array
     ) -> tuple[Demand, list[Array]]:
         """Commands of the thrusters."""
-        c = self.config
         goal = list(memory[6:12])
-        for axis, value in zip(self.commands, command, strict=True):
-            goal[AXES.index(axis)] = value
-        apart = position_error(flow, goal)
-        near = dot(apart, apart) < c.reach_m**2
-        error = [*_limited(apart, c.reach_m), *attitude_error(flow, goal)]
+        given = dict(zip(self.commands, command, strict=True))
+        for i, axis in enumerate(AXES):
+            goal[i] = given.get(axis, goal[i])
+        moving = [given.get(name, 0.0) for name in MOVING[:3]]
+        drive = given.get("drive", 1.0)
+        current = filtered_current(memory[12:15], flow, h)
+        wanted = self._approach(flow, goal, [moving[0], -moving[1], -moving[2]])
+        held = holding_wrench(self.model, flow, [*wanted, 0.0, 0.0, 0.0], current)
+        wrench, steps = self._pull(memory, flow, wanted, attitude_error(flow, goal), h)
+        wrench = [a + b if axis in self.config.axes else 0.0 for axis, a, b in zip(AXES, wrench, held, strict=True)]
+        wrench = [drive * wrench[0], drive * wrench[1], *wrench[2:]]
+        thrusts, shares = self.allocation.prioritised(wrench)
+        kept = [
+            memory[i] + unsaturated(shares[i], wrench[i], steps[i]) if axis in self.config.axes else 0.0
+            for i, axis in enumerate(AXES)
+        ]
+        kept = [drive * kept[0], drive * kept[1], *kept[2:]]
+        return Demand(self.allocation.commands_of(thrusts)), [*kept, *memory[6:12], *current]
+
+    def _approach(self, flow: Flow, goal: Sequence[Array], velocity: Vector) -> list[Array]:
+        """Velocity (3) [m/s], body axes, that leads to the goal, which itself moves with `velocity`, NED."""
+        c = self.config
+        apart = _limited(position_error(flow, goal), c.reach_m)
+        return add(scaled(-c.frequency_rad_s / (2 * c.ratio), apart), matvec(transpose(flow.rotation), velocity))
+
+    def _pull(
+        self, memory: Sequence[Array], flow: Flow, wanted: Vector, turned: Vector, h: Array
+    ) -> tuple[list[Array], list[Array]]:
+        """Wrench (6) of the loops alone, and the steps (6) of their integrals."""
+        c = self.config
         wrench: list[Array] = []
-        integrals: list[Array] = []
-        held = [0.0] * 6 if self.restoring is None else self.restoring.wrench(flow)
-        for i, (axis, e) in enumerate(zip(AXES, error, strict=True)):
-            w = c.frequency_rad_s if i < 3 else c.turn_frequency_rad_s
-            largest = 3.0 * c.reach_m if i < 3 else 1.0
-            step = h * w * c.integral * e
-            moved = dr.clip(memory[i] + (dr.select(near, step, 0.0) if i < 3 else step), -largest, largest)
-            active = axis in c.axes
-            integrals.append(moved if active else 0.0)
-            pull = self.mass[i] * (w * w * (e + moved) + 2 * c.ratio * w * flow.nu[i])
-            wrench.append(-pull - held[i] if active else 0.0)
-        return Demand(self.allocation.commands(wrench)), [*integrals, *memory[6:12]]
+        steps: list[Array] = []
+        for i in range(3):
+            gain, error = 2 * c.ratio * c.frequency_rad_s, wanted[i] - flow.nu[i]
+            wrench.append(self.mass[i] * gain * (error + memory[i]))
+            steps.append(h * c.frequency_rad_s * c.integral * error)
+        for i, error in enumerate(turned, 3):
+            w = c.turn_frequency_rad_s
+            wrench.append(-self.mass[i] * (w * w * (error - memory[i]) + 2 * c.ratio * w * flow.nu[i]))
+            steps.append(-h * w * c.integral * error)
+        return wrench, steps
 
 
 def world_pose(flow: Flow) -> list[Array]:

@@ -6,14 +6,15 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final, Literal
 
-import drjit as dr
 import numpy as np
 
 from pelagos.jit import Array
-from pelagos.vehicles.control.allocation import Allocation, allocation_of
+from pelagos.vehicles.control.allocation import Allocation, allocation_of, unsaturated
 from pelagos.vehicles.control.controller import Demand
+from pelagos.vehicles.control.feed_forward import current_of, filtered_current, holding_wrench
 from pelagos.vehicles.control.plant import Plant
 from pelagos.vehicles.flow import Flow
+from pelagos.vehicles.model import Model
 from pelagos.vehicles.part import NonNegative, PartConfig, Positive
 
 Axis = Literal["surge", "sway", "heave", "roll", "pitch", "yaw"]
@@ -39,17 +40,19 @@ class VelocityConfig(PartConfig):
     def build(self, plant: Plant) -> Velocity:
         """The control law."""
         mass = [float(m) for m in np.diag(plant.body.mass_matrix)]
-        return Velocity(self, mass, allocation_of(plant.model, [AXES.index(a) for a in (*self.axes, *self.level)]))
+        allocation = allocation_of(plant.model, [AXES.index(a) for a in (*self.axes, *self.level)])
+        return Velocity(self, mass, allocation, plant.model)
 
 
 @dataclass(frozen=True)
 class Velocity:
-    """See `VelocityConfig`."""
+    """See `VelocityConfig`; memory: integrals of the errors (6), and the slow part of the current, NED (3) [m/s]."""
 
     config: VelocityConfig
     mass: Sequence[float]
     allocation: Allocation
-    memory: int = 6
+    model: Model
+    memory: int = 9
 
     @property
     def commands(self) -> tuple[str, ...]:
@@ -57,25 +60,30 @@ class Velocity:
         return tuple(f"{axis}_{'speed' if AXES.index(axis) < 3 else 'rate'}" for axis in self.config.axes)
 
     def start(self, flow: Flow) -> list[Array]:
-        """No integral."""
-        return [0.0] * 6
+        """No integral; the present current."""
+        return [0.0] * 6 + current_of(flow)
 
     def act(
         self, memory: Sequence[Array], flow: Flow, command: Sequence[Array], h: Array
     ) -> tuple[Demand, list[Array]]:
-        """Commands of the thrusters."""
-        wanted = dict(zip(self.config.axes, command, strict=True))
-        w = self.config.bandwidth_rad_s
+        """Commands of the thrusters: PI on velocities, drag and current fed forward, upright before all else."""
+        c = self.config
+        given = dict(zip(c.axes, command, strict=True))
+        wanted: list[Array] = [_SIGN[i] * given[axis] if axis in given else 0.0 for i, axis in enumerate(AXES)]
+        current = filtered_current(memory[6:9], flow, h)
+        held = holding_wrench(self.model, flow, wanted, current)
         wrench: list[Array] = [0.0] * 6
-        kept: list[Array] = [0.0] * 6
         for i, axis in enumerate(AXES):
-            if axis not in wanted:
-                continue
-            error = _SIGN[i] * wanted[axis] - flow.nu[i]
-            kept[i] = dr.clip(memory[i] + h * w * self.config.integral * error, -5.0, 5.0)
-            wrench[i] = self.mass[i] * w * (error + kept[i])
-        f = self.config.level_frequency_rad_s
+            if axis in given:
+                wrench[i] = self.mass[i] * c.bandwidth_rad_s * (wanted[i] - flow.nu[i] + memory[i]) + held[i]
+        f = c.level_frequency_rad_s
         for angle, name, i in ((flow.roll, "roll", 3), (flow.pitch, "pitch", 4)):
-            if name in self.config.level:
-                wrench[i] = -self.mass[i] * (f * f * angle + 2 * f * flow.nu[i])
-        return Demand(self.allocation.commands(wrench)), kept
+            if name in c.level:
+                wrench[i] = held[i] - self.mass[i] * (f * f * angle + 2 * f * flow.nu[i])
+        thrusts, shares = self.allocation.prioritised(wrench)
+        rate = h * c.bandwidth_rad_s * c.integral
+        kept = [
+            memory[i] + unsaturated(shares[i], wrench[i], rate * (wanted[i] - flow.nu[i])) if axis in given else 0.0
+            for i, axis in enumerate(AXES)
+        ]
+        return Demand(self.allocation.commands_of(thrusts)), [*kept, *current]
