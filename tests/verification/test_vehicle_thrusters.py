@@ -168,3 +168,19 @@ def test_reaction_torque_exists():
         Vehicle.from_catalogue("bluerov2_heavy"), 1.0, mode="actuators", command=[0, 0, 0, 0, 0.8, -0.8, -0.8, 0.8]
     )
     assert abs(flight.nu[-1, 5]) > 0.05
+
+
+def test_saturation_by_priority():
+    """Upright, then depth, then heading are given whole while the way ahead takes what is left, in its direction."""
+    allocation = allocation_of(Vehicle.from_catalogue("hovering_auv").model, range(6))
+    effects = np.array([t.effect for t in allocation.thrusters.values()]).T
+    wanted = np.array([900.0, -300.0, 40.0, 3.0, -5.0, 12.0])
+    thrusts, shares = allocation.prioritised([jit.Float64(w) for w in wanted])
+    wrench = effects @ np.array([float(f[0]) for f in thrusts])
+    assert wrench[2:] == pytest.approx(wanted[2:], abs=1e-9)
+    share = float(shares[0][0])
+    assert 0 < share < 0.5
+    assert wrench[:2] == pytest.approx(share * wanted[:2], abs=1e-9)
+    assert np.abs([float(f[0]) for f in thrusts]).max() == pytest.approx(77.55)
+    more = [jit.Float64(w) for w in (0.0, 0.0, 0.0, 0.0, 500.0, 0.0)]
+    assert float(allocation.prioritised(more)[1][4][0]) < 1  # and the first of all is cut where it must be
