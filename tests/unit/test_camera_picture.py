@@ -117,7 +117,7 @@ def test_frozen_equals_plain_and_replays():
     assert np.array_equal(frames[1], frames[3])
     assert not np.array_equal(frames[0], frames[1])
     scene = one._view._context.scene
-    plain = one._measurement(*one._make(scene.static, scene.moving)(*one._arguments(looking_down(tick=4))))
+    plain = one._measurement(*one._kernel(scene.caster, *one._arguments(looking_down(tick=4))))
     assert np.array_equal(plain.data, frames[1])
 
 

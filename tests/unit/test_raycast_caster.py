@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 from pelagos import jit
-from pelagos.raycast.caster import cast, occluded
 from pelagos.raycast.geometry import Geometry
 from pelagos.raycast.rays import NO_BODY, Rays
 from pelagos.raycast.scene import Scene, copy_offsets
@@ -42,13 +41,7 @@ def rays(origins, directions, *, reach=100.0, copy=None, own=None) -> Rays:
 
 
 def shoot(scene: Scene, r: Rays, *, smooth=False):
-    def make(static, moving):
-        def run(r, tables):
-            return cast(static, moving, tables, r, smooth=smooth)
-
-        return run
-
-    return scene.compile(make)(r, scene.tables)
+    return scene.compile(lambda caster, r: caster.cast(r, smooth=smooth))(r)
 
 
 def test_static_hit_tells_distance_normal_label_instance_and_material():
@@ -80,21 +73,18 @@ def test_moved_turned_and_removed_bodies_are_seen_at_the_next_cast():
     scene = Scene([plane()])
     down = rays([[0, 0, 0], [20, 0, 0]], [[0, 0, -1], [0, 0, -1]])
 
-    def make(static, moving):
-        return lambda r, tables: cast(static, moving, tables, r)
-
-    call = scene.compile(make)
+    call = scene.compile(lambda caster, r: caster.cast(r))
     zero = np.zeros((1, 3))
-    assert np.allclose(call(down, scene.tables).t, [10, 10], atol=1e-5)
+    assert np.allclose(call(down).t, [10, 10], atol=1e-5)
     scene.set_moving([(box(label=4, instance=11), 0)])
     for x, expected in ((0.0, [3, 10]), (20.0, [10, 3]), (100.0, [10, 10])):
         scene.move(np.array([[x, 0, -4.0]]), LEVEL, zero, zero)
-        assert np.allclose(call(down, scene.tables).t, expected, atol=1e-5)
+        assert np.allclose(call(down).t, expected, atol=1e-5)
     quarter = np.array([[np.cos(np.pi / 8), 0, np.sin(np.pi / 8), 0]])  # 45 deg about y: an edge points up
     scene.move(np.array([[0, 0, -4.0]]), quarter, zero, zero)
-    assert np.array(call(down, scene.tables).t)[0] == pytest.approx(4 - np.sqrt(2), abs=1e-5)
+    assert np.array(call(down).t)[0] == pytest.approx(4 - np.sqrt(2), abs=1e-5)
     scene.set_moving([])
-    assert np.allclose(call(down, scene.tables).t, [10, 10], atol=1e-5)
+    assert np.allclose(call(down).t, [10, 10], atol=1e-5)
 
 
 def test_surface_velocity_is_v_plus_omega_cross_r():
@@ -140,10 +130,7 @@ def test_shadow_rays_agree_with_hits():
     directions /= np.linalg.norm(directions, axis=1, keepdims=True)
     r = rays(np.zeros((200, 3)) - [0, 0, 3], directions, reach=8.0)
 
-    def make(static, moving):
-        return lambda r, tables: occluded(static, moving, tables, r)
-
-    blocked = np.array(scene.compile(make)(r, scene.tables))
+    blocked = np.array(scene.compile(lambda caster, r: caster.occluded(r))(r))
     assert (blocked == np.array(shoot(scene, r).valid)).all()
     assert 10 < blocked.sum() < 190
 
@@ -154,7 +141,7 @@ def test_frozen_and_plain_casts_give_the_same_bytes():
     directions = generator.normal(size=(500, 3))
     directions /= np.linalg.norm(directions, axis=1, keepdims=True)
     r = rays(np.zeros((500, 3)), directions)
-    frozen, plain = shoot(scene, r), cast(scene.static, scene.moving, scene.tables, r)
+    frozen, plain = shoot(scene, r), scene.caster.cast(r)
     for name in ("t", "position", "normal", "label", "instance"):
         assert np.array(getattr(frozen, name)).tobytes() == np.array(getattr(plain, name)).tobytes()
 
@@ -170,7 +157,7 @@ def test_rays_that_meet_a_vertex_or_an_edge_exactly_do_not_slip_through():
     inner = np.stack([x[1:-1, 1:-1], y[1:-1, 1:-1], 0 * x[1:-1, 1:-1]], -1).reshape(-1, 3)
     for shift in ((0, 0), (0.625, 0), (0, 0.625), (0.625, 0.625)):
         start = inner + np.array([*shift, 0.0]) * (inner < 35).all(axis=1, keepdims=True)
-        hits = cast(scene.static, None, scene.tables, rays(start, np.tile([0, 0, -1.0], (len(start), 1))))
+        hits = scene.caster.cast(rays(start, np.tile([0, 0, -1.0], (len(start), 1))))
         assert hits.valid.numpy().all()
 
 

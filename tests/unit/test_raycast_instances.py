@@ -7,7 +7,6 @@ import pytest
 
 from pelagos import jit
 from pelagos.raycast import scene as scenes
-from pelagos.raycast.caster import cast
 from pelagos.raycast.geometry import Geometry, PlacedGeometry
 from pelagos.raycast.rays import NO_BODY, Rays
 from pelagos.world.mesh import rotation
@@ -52,10 +51,7 @@ def seen(scene: scenes.Scene, smooth: bool) -> dict[str, np.ndarray]:
         jit.UInt32(np.full(n, NO_BODY, np.uint32)),
     )
 
-    def make(static, moving):
-        return lambda tables, rays: cast(static, moving, tables, rays, smooth=smooth)
-
-    hits = scene.compile(make)(scene.tables, shot)
+    hits = scene.compile(lambda caster, rays: caster.cast(rays, smooth=smooth))(shot)
     return {name: np.array(value) for name, value in vars(hits).items()}
 
 

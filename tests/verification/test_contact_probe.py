@@ -45,21 +45,18 @@ class Ball:
         self.weight = np.array([0, 0, -weight])
         self.arguments = (material_tables([MATERIALS[material]]), sphere_probes())
 
-        def make(static, moving):
-            def run(tables, materials, probes, x, v, w, q, own, copy, h):
-                return probe_wrench(
-                    static, moving, tables, materials, probes,
-                    position=x, attitude=q, velocity=v, angular_velocity=w, own=own, copy=copy, h=h)  # fmt: skip
+        def run(caster, materials, probes, x, v, w, q, own, copy, h):
+            return probe_wrench(
+                caster, materials, probes,
+                position=x, attitude=q, velocity=v, angular_velocity=w, own=own, copy=copy, h=h)  # fmt: skip
 
-            return run
-
-        self.call = self.scene.compile(make)
+        self.call = self.scene.compile(run)
         self.fixed = (jit.Array4f64([1.0], [0.0], [0.0], [0.0]), jit.UInt32([NO_BODY]), dr.zeros(jit.UInt32, 1),
                       dr.opaque(jit.Float64, H))  # fmt: skip
 
     def step(self) -> np.ndarray:
         vectors = [jit.Array3f64(*[[float(c)] for c in a]) for a in (self.x, self.v, self.w)]
-        force, moment = self.call(self.scene.tables, *self.arguments, *vectors, *self.fixed)
+        force, moment = self.call(*self.arguments, *vectors, *self.fixed)
         force, moment = np.array(force)[:, 0], np.array(moment)[:, 0]
         self.v += H * (force + self.weight) / MASS
         self.w += H * moment / INERTIA

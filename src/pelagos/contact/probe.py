@@ -14,7 +14,7 @@ than the gaps between probes (a wire, a rail) can come between them.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Final
 
 import drjit as dr
 import numpy as np
@@ -24,9 +24,8 @@ from pelagos import jit
 from pelagos.contact.solve import solve_symmetric
 from pelagos.jit import Array
 from pelagos.math.so3 import rotate, rotate_back
-from pelagos.raycast.caster import cast
+from pelagos.raycast.caster import Caster
 from pelagos.raycast.rays import Rays
-from pelagos.raycast.scene import Tables
 
 if TYPE_CHECKING:
     from pelagos.world.material import MaterialTables
@@ -94,9 +93,7 @@ def hull_probes(starts: NDArray[np.float64], vectors: NDArray[np.float64], mass:
 
 
 def probe_wrench(
-    static: Any,
-    moving: Any,
-    tables: Tables,
+    caster: Caster,
     materials: MaterialTables,
     probes: HullProbes,
     *,
@@ -111,8 +108,7 @@ def probe_wrench(
     """Force and moment of all contacts over the coming step.
 
     Args:
-        static, moving: the two scenes; a frozen function must name them in its own body.
-        tables: `Scene.tables`.
+        caster: the world, see `Caster`.
         materials: rows as the scene's materials.
         probes: of the vehicle.
         position: `Array3f64` (n) of the body's origin, world NWU [m].
@@ -125,9 +121,7 @@ def probe_wrench(
     Returns:
         Force [N] and moment about the body's origin [N m], `Array3f64` (n), body FLU, constant over the step.
     """
-    touches = _touch(
-        static, moving, tables, materials, probes, position, attitude, velocity, angular_velocity, own, copy, h
-    )
+    touches = _touch(caster, materials, probes, position, attitude, velocity, angular_velocity, own, copy, h)
     dr.eval(touches)  # one kernel: each array that is gathered below would else repeat the cast
     listed = _list_active(touches.active, dr.width(probes.length))
     rest = [jit.Float64(0) for _ in range(6)]
@@ -138,9 +132,7 @@ def probe_wrench(
 
 
 def _touch(
-    static: Any,
-    moving: Any,
-    tables: Tables,
+    caster: Caster,
     materials: MaterialTables,
     probes: HullProbes,
     position: Array,
@@ -172,7 +164,7 @@ def _touch(
         copy=dr.gather(jit.UInt32, copy, vehicle),
         own=dr.gather(jit.UInt32, own, vehicle),
     )
-    hits = cast(static, moving, tables, rays)
+    hits = caster.cast(rays)
     normal = rotate_back(q, jit.Array3f64(hits.normal))
     reach = dr.select(hits.valid, jit.Float64(hits.t), length)
     point = start + reach * along

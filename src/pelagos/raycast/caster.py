@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Any
 
 import drjit as dr
@@ -9,50 +10,85 @@ import drjit as dr
 from pelagos import jit
 from pelagos.jit import Array
 from pelagos.math.so3 import rotate, rotate_back
+from pelagos.raycast.hit_tables import HitTables
 from pelagos.raycast.rays import Hits, Rays
-from pelagos.raycast.scene import Tables
 from pelagos.raycast.surface import normals
 
 _OWN_SURFACES = 4  # surfaces of the own hull that a ray may pass: two walls, in and out of two convex parts
 _SKIP = 1e-4  # [m], step behind a surface of the own hull
 
 
-def cast(static: Any, moving: Any, tables: Tables, rays: Rays, *, smooth: bool = False, coherent: bool = True) -> Hits:
-    """The nearest hit of each ray; a ray passes through the body that it names as its own.
+@dataclass(frozen=True, slots=True)
+class Caster:
+    """The world as rays meet it: two scenes and what their primitives mean. Made inside a frozen function.
 
-    Args:
-        static, moving: the two `mi.Scene` of `Scene`, or None; a frozen function must name them in its own body.
-        tables: `Scene.tables`.
-        rays: see `Rays`.
-        smooth: interpolate `shading_normal`; otherwise it is the geometric normal, at less cost.
-        coherent: neighbouring rays run side by side. The hits are the same without; for rays that go anywhere they are
-            found in two thirds of the time then, for a sonar's fan in two and a half times as much.
+    Attributes:
+        static, moving: the two `mi.Scene` of `Scene`, or None where nothing stands, or moves.
+        tables: see `HitTables`.
     """
-    local = jit.Array3f(rays.origin - tables.origin)
-    t, normal, shading = jit.Float(dr.inf), jit.Array3f(0), jit.Array3f(0)
-    thing, row = jit.UInt32(0), jit.UInt32(0)
-    on_body = jit.Bool(False)
-    if static is not None:
-        t, normal, shading, thing = first_static(
-            static, tables, local, rays.direction, rays.max_range, smooth=smooth, coherent=coherent
-        )
-    if moving is not None:
-        start = _among_bodies(local, tables, rays)
-        found, travelled, body = _first_foreign(moving, tables, start, rays, dr.minimum(t, rays.max_range), coherent)
-        nearer = found.is_valid() & (found.t + travelled < t)
-        face = dr.gather(jit.UInt32, tables.moving_first, body, nearer) + found.prim_index
-        attitude = dr.gather(jit.Array4f, tables.body_attitude, body, nearer)
-        sides = normals(tables.moving, face, found.prim_uv, nearer, smooth=smooth)
-        t = dr.select(nearer, found.t + travelled, t)
-        normal = dr.select(nearer, rotate(attitude, sides[0]), normal)
-        shading = dr.select(nearer, rotate(attitude, sides[1]), shading) if smooth else normal
-        thing = dr.select(nearer, dr.gather(jit.UInt32, tables.moving.thing, face, nearer), thing)
-        row, on_body = dr.select(nearer, body, row), nearer
-    return _hits(tables, rays, t, normal, shading, thing, row, on_body)
+
+    static: Any
+    moving: Any
+    tables: HitTables
+
+    def cast(self, rays: Rays, *, smooth: bool = False, coherent: bool = True) -> Hits:
+        """The nearest hit of each ray; a ray passes through the body that it names as its own.
+
+        Args:
+            rays: see `Rays`.
+            smooth: interpolate `shading_normal`; otherwise it is the geometric normal, at less cost.
+            coherent: neighbouring rays run side by side. Only speed changes: False is 33 % faster for random
+                directions, True 2.5 times faster for a sonar's fan.
+        """
+        static, moving, tables = self.static, self.moving, self.tables
+        local = jit.Array3f(rays.origin - tables.origin)
+        t, normal, shading = jit.Float(dr.inf), jit.Array3f(0), jit.Array3f(0)
+        thing, row = jit.UInt32(0), jit.UInt32(0)
+        on_body = jit.Bool(False)
+        if static is not None:
+            t, normal, shading, thing = first_static(
+                static, tables, local, rays.direction, rays.max_range, smooth=smooth, coherent=coherent
+            )
+        if moving is not None:
+            start = _among_bodies(local, tables, rays)
+            found, travelled, body = _first_foreign(
+                moving, tables, start, rays, dr.minimum(t, rays.max_range), coherent
+            )
+            nearer = found.is_valid() & (found.t + travelled < t)
+            face = dr.gather(jit.UInt32, tables.moving_first, body, nearer) + found.prim_index
+            attitude = dr.gather(jit.Array4f, tables.body_attitude, body, nearer)
+            sides = normals(tables.moving, face, found.prim_uv, nearer, smooth=smooth)
+            t = dr.select(nearer, found.t + travelled, t)
+            normal = dr.select(nearer, rotate(attitude, sides[0]), normal)
+            shading = dr.select(nearer, rotate(attitude, sides[1]), shading) if smooth else normal
+            thing = dr.select(nearer, dr.gather(jit.UInt32, tables.moving.thing, face, nearer), thing)
+            row, on_body = dr.select(nearer, body, row), nearer
+        return _hits(tables, rays, t, normal, shading, thing, row, on_body)
+
+    def occluded(self, rays: Rays, *, coherent: bool = False, past_own: bool = False) -> Array:
+        """`Bool`: something stands within `max_range` of each ray. A shadow ray: the own hull casts shadows too.
+
+        Args:
+            rays: see `Rays`.
+            coherent: neighbouring rays run side by side: sunlight does.
+            past_own: pass through the own hull, as rays to lamps that are mounted on it do.
+        """
+        static, moving, tables = self.static, self.moving, self.tables
+        local = jit.Array3f(rays.origin - tables.origin)
+        blocked = jit.Bool(False)
+        if static is not None:
+            blocked = static.ray_test(jit.mi.Ray3f(local, rays.direction, rays.max_range, 0.0, []), coherent, True)
+        if moving is not None:
+            start = _among_bodies(local, tables, rays)
+            if past_own:
+                found = _first_foreign(moving, tables, start, rays, rays.max_range, coherent)[0]
+                return blocked | (found.is_valid() & (found.t < dr.inf))
+            blocked |= moving.ray_test(jit.mi.Ray3f(start, rays.direction, rays.max_range, 0.0, []), coherent, ~blocked)
+        return blocked
 
 
 def first_static(
-    static: Any, tables: Tables, start: Array, direction: Array, reach: Array, *, smooth: bool, coherent: bool = True
+    static: Any, tables: HitTables, start: Array, direction: Array, reach: Array, *, smooth: bool, coherent: bool = True
 ) -> tuple[Array, Array, Array, Array]:
     """The nearest static hit of rays that start at `start`, `Array3f` relative to `tables.origin` [m].
 
@@ -82,35 +118,14 @@ def first_static(
     return found.t, first, second, thing
 
 
-def occluded(
-    static: Any, moving: Any, tables: Tables, rays: Rays, *, coherent: bool = False, past_own: bool = False
-) -> Array:
-    """`Bool`: something stands within `max_range` of each ray. A shadow ray: the own hull casts shadows too, unless the
-    rays are to go `past_own`, as those to lamps that are mounted on it.
-
-    `coherent` says that neighbouring rays run side by side: sunlight does.
-    """
-    local = jit.Array3f(rays.origin - tables.origin)
-    blocked = jit.Bool(False)
-    if static is not None:
-        blocked = static.ray_test(jit.mi.Ray3f(local, rays.direction, rays.max_range, 0.0, []), coherent, True)
-    if moving is not None:
-        start = _among_bodies(local, tables, rays)
-        if past_own:
-            found = _first_foreign(moving, tables, start, rays, rays.max_range, coherent)[0]
-            return blocked | (found.is_valid() & (found.t < dr.inf))
-        blocked |= moving.ray_test(jit.mi.Ray3f(start, rays.direction, rays.max_range, 0.0, []), coherent, ~blocked)
-    return blocked
-
-
-def _among_bodies(local: Array, tables: Tables, rays: Rays) -> Array:
+def _among_bodies(local: Array, tables: HitTables, rays: Rays) -> Array:
     """Starts of rays in the moving scene: beside their own copy, and as seen from bodies that have drifted."""
     start = local + dr.gather(jit.Array3f, tables.copy_offset, rays.copy)
     return start if rays.drift is None else start - rays.drift
 
 
 def _first_foreign(
-    moving: Any, tables: Tables, start: Array, rays: Rays, reach: Array, coherent: bool
+    moving: Any, tables: HitTables, start: Array, rays: Rays, reach: Array, coherent: bool
 ) -> tuple[Any, Array, Array]:
     """The first hit that is not on the own hull: intersection, way already travelled [m], moving row."""
     found = moving.ray_intersect_preliminary(jit.mi.Ray3f(start, rays.direction, reach, 0.0, []), coherent, True)
@@ -127,13 +142,13 @@ def _first_foreign(
     return found, travelled, body
 
 
-def _row(tables: Tables, found: Any) -> Array:
+def _row(tables: HitTables, found: Any) -> Array:
     identifier = dr.reinterpret_array(jit.UInt32, found.instance)
     return dr.gather(jit.UInt32, tables.moving_row, identifier - tables.moving_base, found.is_valid())
 
 
 def _hits(
-    tables: Tables, rays: Rays, t: Array, normal: Array, shading: Array, thing: Array, row: Array, on_body: Array
+    tables: HitTables, rays: Rays, t: Array, normal: Array, shading: Array, thing: Array, row: Array, on_body: Array
 ) -> Hits:
     valid = t < dr.inf
     away = dr.dot(normal, rays.direction) > 0

@@ -17,8 +17,10 @@ from numpy.typing import NDArray
 
 from pelagos import jit
 from pelagos.jit import Array
+from pelagos.raycast.caster import Caster
 from pelagos.raycast.copies import Copies, models, upright
 from pelagos.raycast.geometry import Geometry
+from pelagos.raycast.hit_tables import HitTables
 from pelagos.raycast.meshes import give_back, joined, large, mesh_of, watertight
 from pelagos.raycast.objects import Objects
 from pelagos.raycast.streamed import StreamedGround
@@ -29,54 +31,12 @@ _MANY_COPIES: Final = 500  # instances beside which nothing is frozen
 _LATTICE: Final = 16  # copies along one edge of the lattice: 4096 copies within 8 km
 
 
-@jit.struct
-class Tables:
-    """What primitives and instances mean: a Dr.Jit struct, always handed to frozen functions as an argument.
-
-    Attributes:
-        origin: `Array3f64` (1), world position of the scenes' own origin [m].
-        static_base, moving_base: `UInt32` (1), lowest identifier of a shape or instance.
-        static_row, moving_row: `UInt32`, row of each shape or instance, by its identifier from the lowest on.
-        static_first, moving_first: `UInt32`, by row, the first face in the tables of faces.
-        static, models, moving: `Faces` of static meshes, of models whose copies are static, of bodies, the latter two
-            in their own frames. Without models, `models` has one face, which nothing hits.
-        static_turn: `Array4f`, by static row, model to world, w first.
-        static_thing: `UInt32`, by static row, what the copy adds to the object rows of its model.
-        label, instance, material: `UInt32`, by object.
-        copy_offset: `Array3f`, by copy [m].
-        body_position: `Array3f`, by moving row, relative to `origin`, offset of the copy included [m].
-        body_attitude: `Array4f`, by moving row, body to world, w first.
-        body_velocity, body_angular_velocity: `Array3f`, by moving row, world frame [m/s], [rad/s].
-    """
-
-    origin: Array
-    static_base: Array
-    moving_base: Array
-    static_row: Array
-    moving_row: Array
-    static_first: Array
-    moving_first: Array
-    static: Faces
-    models: Faces
-    moving: Faces
-    static_turn: Array
-    static_thing: Array
-    label: Array
-    instance: Array
-    material: Array
-    copy_offset: Array
-    body_position: Array
-    body_attitude: Array
-    body_velocity: Array
-    body_angular_velocity: Array
-
-
 class Scene:
     """Static and moving geometry of one world, for a fleet of `copies`.
 
     Attributes:
         static, moving: the two `mi.Scene`; `moving` is None while nothing moves.
-        tables: see `Tables`.
+        tables: see `HitTables`.
         generation: counts replacements of `moving` (not its motions).
     """
 
@@ -256,23 +216,31 @@ class Scene:
         t.body_angular_velocity = _array3f(angular_velocity)
         dr.make_opaque(t.body_position, t.body_attitude, t.body_velocity, t.body_angular_velocity)
 
-    def compile(self, make: Callable[[Any, Any], Callable[..., Any]]) -> Callable[..., Any]:
-        """Freeze `make(static, moving)`, a function of arrays only, and freeze it anew when `moving` is replaced.
+    @property
+    def caster(self) -> Caster:
+        """What casts rays into the world as it is now, for calls that are not frozen."""
+        return Caster(self.static, self.moving, self.tables)
 
-        A frozen function sees only scenes that its own body names, and only arrays that are its arguments. Beside
-        thousands of instances it is not frozen: Dr.Jit looks at each of them in every frozen call, which takes longer
-        than to record the work again.
+    def compile(self, kernel: Callable[..., Any]) -> Callable[..., Any]:
+        """Freeze `kernel(caster, *arrays)`, and freeze it anew when the moving scene is replaced.
+
+        A frozen function sees only arrays that are its arguments; the `Caster` is made inside it, because it sees only
+        scenes that its own body names. Beside thousands of instances it is not frozen: Dr.Jit looks at each of them in
+        every frozen call, which takes longer than to record the work again.
         """
         frozen: Callable[..., Any] | None = None
         generation = -1
+
+        def seeing(static: Any, moving: Any) -> Callable[..., Any]:
+            return lambda tables, *arguments: kernel(Caster(static, moving, tables), *arguments)
 
         def call(*arguments: Any) -> Any:
             nonlocal frozen, generation
             if frozen is None or generation != self.generation:
                 many = len(self._copies.first) > _MANY_COPIES
-                frozen = make(self.static, self.moving) if many else jit.freeze(make, self.static, self.moving)
-                generation = self.generation
-            return frozen(*arguments)
+                make = seeing(self.static, self.moving) if many else jit.freeze(seeing, self.static, self.moving)
+                frozen, generation = make, self.generation
+            return frozen(self.tables, *arguments)
 
         return call
 
@@ -283,7 +251,7 @@ class Scene:
         o = self._objects
         static_base, static_row = _rows_by_identifier(self.static)
         moving_base, moving_row = _rows_by_identifier(self.moving)
-        self.tables = Tables(
+        self.tables = HitTables(
             origin=_single(self.origin),
             static_base=u32(static_base),
             moving_base=u32(moving_base),

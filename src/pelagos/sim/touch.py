@@ -13,6 +13,7 @@ from pelagos import jit
 from pelagos.contact.probe import HullProbes, hull_probes, probe_wrench
 from pelagos.jit import Array
 from pelagos.math.frames import flip_quaternion, flip_yz
+from pelagos.raycast.caster import Caster
 from pelagos.raycast.rays import NO_BODY
 from pelagos.sim.bodies import Bodies
 from pelagos.sim.state import AgentState
@@ -52,7 +53,7 @@ class Touch:
         """Force and moment about the body's origin, FRD, `Array3f64` of `n` lanes [N], [N m], of a packed state."""
         if self._call is None:
             self._call, self._arguments = self._build()
-        force, moment = self._call(state, self._model.scene.tables, *self._arguments)
+        force, moment = self._call(state, *self._arguments)
         return force, moment
 
     def _build(self) -> tuple[Callable[..., tuple[Array, Array]], tuple[Any, ...]]:
@@ -69,18 +70,16 @@ class Touch:
         )
         dr.make_opaque(arguments)
         actuators = vehicle.kept_actuators
-        return self._model.scene.compile(lambda static, moving: _touch(static, moving, n, actuators)), arguments
+        return self._model.scene.compile(_touch(n, actuators)), arguments
 
 
-def _touch(static: Any, moving: Any, n: int, actuators: int) -> Callable[..., tuple[Array, Array]]:
+def _touch(n: int, actuators: int) -> Callable[..., tuple[Array, Array]]:
     def touch(
-        packed: Array, tables: Any, materials: Any, probes: HullProbes, own: Array, copy: Array, h: Array
+        caster: Caster, packed: Array, materials: Any, probes: HullProbes, own: Array, copy: Array, h: Array
     ) -> tuple[Array, Array]:
         state = unpack(packed, n, actuators=actuators)
         force, moment = probe_wrench(
-            static,
-            moving,
-            tables,
+            caster,
             materials,
             probes,
             position=flip_yz(state.position),

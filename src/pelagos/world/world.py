@@ -269,24 +269,20 @@ def _rays(
 
 
 def _make_caster(scene: Scene) -> Callable[..., Hits]:
-    """A frozen NumPy face of `raycast.cast` on this scene, for the first copy of the fleet."""
+    """A frozen NumPy face of `Caster.cast` on this scene, for the first copy of the fleet."""
     import drjit as dr
 
     from pelagos import jit
-    from pelagos.raycast.caster import cast
+    from pelagos.raycast.caster import Caster
     from pelagos.raycast.rays import NO_BODY, Rays
 
-    def make(static: Any, moving: Any) -> Callable[..., Any]:
-        def shoot(tables: Any, origin: Array, direction: Array, reach: Array) -> Any:
-            count = dr.width(reach)
-            own = dr.full(jit.UInt32, NO_BODY, count)
-            rays = Rays(origin, direction, reach, dr.zeros(jit.UInt32, count), own)
-            hits = cast(static, moving, tables, rays)
-            return hits.t, hits.position, hits.normal, hits.label, hits.instance, hits.material, hits.velocity
+    def shoot(caster: Caster, origin: Array, direction: Array, reach: Array) -> Any:
+        count = dr.width(reach)
+        own = dr.full(jit.UInt32, NO_BODY, count)
+        hits = caster.cast(Rays(origin, direction, reach, dr.zeros(jit.UInt32, count), own))
+        return hits.t, hits.position, hits.normal, hits.label, hits.instance, hits.material, hits.velocity
 
-        return shoot
-
-    frozen = scene.compile(make)
+    frozen = scene.compile(shoot)
 
     def call(start: NDArray[np.float64], along: NDArray[np.float32], reach: NDArray[np.float32]) -> Hits:
         try:
@@ -296,7 +292,6 @@ def _make_caster(scene: Scene) -> Callable[..., Hits]:
         if scene.static is None and scene.moving is None:
             return _misses(len(start))
         out = frozen(
-            scene.tables,
             jit.Array3f64(np.ascontiguousarray(start.T)),
             jit.Array3f(np.ascontiguousarray(along.T)),
             jit.Float(np.ascontiguousarray(reach)),

@@ -15,7 +15,7 @@ from pelagos.bench.case import Case, Measured, Reference
 from pelagos.bench.check import must
 from pelagos.bench.timing import seconds
 from pelagos.ocean.config import OceanConfig, build_ocean
-from pelagos.raycast.caster import cast
+from pelagos.raycast.caster import Caster
 from pelagos.raycast.rays import NO_BODY
 from pelagos.sensors.camera.camera import Camera
 from pelagos.sensors.camera.depth_camera import DepthCamera, DepthCameraConfig
@@ -84,15 +84,11 @@ def _bare_rate(config: ViewConfig) -> float:
     context = _context()
     view = View(config, context)
 
-    def make(static: Any, moving: Any) -> Callable[..., Any]:
-        def frame(tables: Any, lens: Any, motion: Kinematics, own: Any) -> Any:
-            where = pixels(view.tiling, 1)
-            hits = cast(static, moving, tables, view_rays(lens, where, motion, own, config))
-            return hits.t, hits.normal
+    def frame(caster: Caster, lens: Any, motion: Kinematics, own: Any) -> Any:
+        hits = caster.cast(view_rays(lens, pixels(view.tiling, 1), motion, own, config))
+        return hits.t, hits.normal
 
-        return frame
-
-    shoot = context.scene.compile(make)
+    shoot = context.scene.compile(frame)
     tick = 0
 
     def once() -> None:

@@ -17,7 +17,7 @@ from pelagos.bench.case import Case, Measured, Reference
 from pelagos.bench.check import must
 from pelagos.bench.timing import seconds
 from pelagos.jit import Array
-from pelagos.raycast.caster import cast
+from pelagos.raycast.caster import Caster
 from pelagos.raycast.rays import NO_BODY, Rays
 from pelagos.raycast.scene import Scene
 from pelagos.world.terrain import HeightField
@@ -70,22 +70,13 @@ def _shot(count: int) -> _Shot:
 
 
 def _caster(scene: Scene) -> Callable[..., Any]:
-    def make(static: Any, moving: Any) -> Callable[..., Any]:
-        def shoot(tables: Any, origin: Array, direction: Array) -> tuple[Array, Array]:
-            n = dr.width(direction)
-            rays = Rays(
-                origin,
-                direction,
-                dr.full(jit.Float, REACH_M, n),
-                dr.zeros(jit.UInt32, n),
-                dr.full(jit.UInt32, NO_BODY, n),
-            )
-            hits = cast(static, moving, tables, rays)
-            return hits.t, hits.normal
+    def shoot(caster: Caster, origin: Array, direction: Array) -> tuple[Array, Array]:
+        n = dr.width(direction)
+        reach, own = dr.full(jit.Float, REACH_M, n), dr.full(jit.UInt32, NO_BODY, n)
+        hits = caster.cast(Rays(origin, direction, reach, dr.zeros(jit.UInt32, n), own))
+        return hits.t, hits.normal
 
-        return shoot
-
-    return scene.compile(make)
+    return scene.compile(shoot)
 
 
 def _raw(scene: Scene, shot: _Shot) -> Callable[[], Any]:
@@ -120,7 +111,7 @@ def cast_256_ms() -> Measured:
     shoot = _caster(scene)
 
     def ours() -> tuple[NDArray[np.float32], NDArray[np.float32]]:
-        t, normal = shoot(scene.tables, shot.origin, shot.direction)
+        t, normal = shoot(shot.origin, shot.direction)
         return t.numpy(), normal.numpy()
 
     raw = _raw(scene, shot)
@@ -140,7 +131,7 @@ def cast_mrays() -> Measured:
     shoot = _caster(scene)
 
     def ours() -> None:
-        dr.eval(shoot(scene.tables, shot.origin, shot.direction))
+        dr.eval(shoot(shot.origin, shot.direction))
         dr.sync_thread()
 
     raw = _raw(scene, shot)
@@ -149,7 +140,7 @@ def cast_mrays() -> Measured:
         dr.eval(raw())
         dr.sync_thread()
 
-    t, normal = shoot(scene.tables, shot.origin, shot.direction)
+    t, normal = shoot(shot.origin, shot.direction)
     detail = _checked(shot, t.numpy(), normal.numpy())
     limit = shot.count / seconds(theirs, at_least_s=2.0) * 1e-6
     value = shot.count / seconds(ours, at_least_s=2.0) * 1e-6

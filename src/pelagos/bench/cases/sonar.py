@@ -193,19 +193,16 @@ def _over_cast(rays_per_beam: int) -> Measured:
     place = context()
     rays = Sounder(sensor.config, place, fan_rays(sensor.config), frequency_hz=750e3, ph=8.1)
 
-    def make(static: Any, moving: Any) -> Callable[..., Any]:
-        def cast(tables: Any, lanes: Any, fan: Any, surfaces: Any) -> Any:
-            view = look(static, moving, tables, fan, lanes, surfaces, max_range=67.5)
-            return view.hits.t, view.sine
+    def fan_alone(caster: Any, lanes: Any, fan: Any, surfaces: Any) -> Any:
+        view = look(caster, fan, lanes, surfaces, max_range=67.5)
+        return view.hits.t, view.sine
 
-        return cast
-
-    frozen = place.scene.compile(make)
+    frozen = place.scene.compile(fan_alone)
     step = iter(range(1, 1_000_000))
 
     def cast_only() -> None:
-        tables, lanes_, fan, surfaces, _ = rays.arguments(motion(next(step)))
-        dr.eval(frozen(tables, lanes_, fan, surfaces))
+        lanes_, fan, surfaces, _ = rays.arguments(motion(next(step)))
+        dr.eval(frozen(lanes_, fan, surfaces))
         dr.sync_thread()
 
     ping, cast, told = seconds_in_turns(work, cast_only, lambda: work().truth)

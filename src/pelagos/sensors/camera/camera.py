@@ -22,6 +22,7 @@ from pelagos.jit import Array
 from pelagos.optics.caustics import Ripple
 from pelagos.optics.lens import natural_vignette
 from pelagos.optics.sight_line import SightLines
+from pelagos.raycast.caster import Caster
 from pelagos.sensors.camera.picture.ambient_light import ambience, ambience_at
 from pelagos.sensors.camera.picture.camera_config import CameraConfig, idle_keys
 from pelagos.sensors.camera.picture.camera_rays import Lens, Trace, View, pixel_angle, pixel_rays
@@ -70,91 +71,93 @@ class Camera:
         self._keys = tuple(opaque_key(stream_key(context.seed, context.path, k)) for k in ("image", "paths"))
         jit.settle(self._vignette)
         self._change = ray_change(config) if config.samples > 1 or config.renderer == "reference" else None
-        self._ping = context.scene.compile(self._make)
+        self._recorded = context.scene.compile(self._kernel)
 
     def sense(self, motion: Kinematics) -> Measurement:
         """One picture for every lane."""
-        return self._measurement(*self._ping(*self._arguments(motion)))
+        return self._measurement(*self._recorded(*self._arguments(motion)))
 
     def explain(self, motion: Kinematics) -> list[tuple[str, NDArray[Any], str]]:
         """Intermediate arrays of one unfrozen frame: (name, values, unit)."""
-        return self._view.explain(self._make, self._arguments(motion))
+        return self._view.explain(self._kernel, self._arguments(motion))
 
     def _arguments(self, motion: Kinematics) -> tuple[Any, ...]:
         return *self._view.arguments(motion), self._surroundings.arguments(), self._vignette, self._change, self._keys
 
-    def _make(self, static: Any, moving: Any, trace: Trace | None = None) -> Callable[..., Any]:
+    def _kernel(
+        self,
+        caster: Caster,
+        lens: Any,
+        motion: Kinematics,
+        own: Array,
+        light: Any,
+        vignette: Array,
+        change: Any,
+        keys: Any,
+        *,
+        trace: Trace | None = None,
+    ) -> tuple[Array, ...]:
         config, tiling = self.config, self._view.tiling
         sea = self._surroundings.ripple(config)
+        images = dr.width(motion.tick)
+        where = pixels(tiling, images)
+        scenery = scenery_of(caster.tables, light, sea, motion, config)
+        lamps = light_sources(config, motion, where.image)
 
-        def frame(
-            tables: Any, lens: Any, motion: Kinematics, own: Array, light: Any, vignette: Array, change: Any, keys: Any
-        ) -> tuple[Array, ...]:  # fmt: skip
-            images = dr.width(motion.tick)
-            where = pixels(tiling, images)
-            scenery = scenery_of(tables, light, sea, motion, config)
-            lamps = light_sources(config, motion, where.image)
+        angle = pixel_angle(config)
+        if config.renderer == "realtime":
+            lamps = shaded(lamps, caster, scenery, lens, motion, own, config, tiling, where)
+        around, lines = self._water_around(caster, scenery, sea, lens, motion, own, where)
 
-            angle = pixel_angle(config)
+        def light_of(sample: Sample, exposure: Array, number: Array) -> Radiance:
+            rays = sampled_rays(lens, where, motion, own, config, sample, exposure, blur, scenery.level, change)
             if config.renderer == "realtime":
-                lamps = shaded(lamps, static, moving, scenery, lens, motion, own, config, tiling, where)
-            around, lines = self._water_around(static, moving, scenery, sea, lens, motion, own, where)
+                return look(
+                    caster, scenery, rays, where.image, lamps, angle, around,
+                    config.marine_snow_per_m3, lines,
+                )[0]  # fmt: skip
+            counter = pixel_counter(where, tiling, motion, number)
+            light = path_traced(caster, scenery, rays, where.image, lamps, angle, counter, keys[1])
+            return Radiance(light, *(dr.zeros(jit.Array3f, dr.width(where.ray)) for _ in range(3)))
 
-            def light_of(sample: Sample, exposure: Array, number: Array) -> Radiance:
-                rays = sampled_rays(lens, where, motion, own, config, sample, exposure, blur, scenery.level, change)
-                if config.renderer == "realtime":
-                    return look(
-                        static, moving, scenery, rays, where.image, lamps, angle, around,
-                        config.marine_snow_per_m3, lines,
-                    )[0]  # fmt: skip
-                counter = pixel_counter(where, tiling, motion, number)
-                light = path_traced(static, moving, scenery, rays, where.image, lamps, angle, counter, keys[1])
-                return Radiance(light, *(dr.zeros(jit.Array3f, dr.width(where.ray)) for _ in range(3)))
-
-            blur = None
-            centre = sampled_rays(
-                lens, where, motion, own, config, None, dr.zeros(jit.Float, images), level=scenery.level
-            )
-            seen, hits = look(
-                static, moving, scenery, centre, where.image, lamps, angle, around, config.marine_snow_per_m3, lines
-            )
-            if trace is not None:
-                dr.eval(seen, hits)
-                trace_light(trace, hits, seen)
-            picture = gathered(seen, where, tiling, images)
-            if config.samples > 1 or config.renderer == "reference":  # the middle meters for the others' motion blur
-                dr.eval(picture)
-                shutter, _ = exposed(picture, where, tiling, config, images)
-                if config.samples > 1 and (moving is not None or config.blurs_unevenly):
-                    blur = pixel_blur(hits, centre, where, tiling, motion, config, shutter)
-                    dr.eval(blur)
-                seen = mean_light(light_of, shutter, where, tiling, motion, keys[0], config)
-                picture = gathered(seen, where, tiling, images)
-            if scenery.air is not None and scenery.air.drops is not None:
-                dr.eval(picture, hits)
-                shutter, _ = exposed(picture, where, tiling, config, images)
-                exposure = dr.gather(jit.Float, shutter, where.image)
-                picture = in_rain(scenery, picture, centre, hits, where.image, exposure, angle)
-            picture = through_lens(picture, where, tiling, config, vignette, images)
+        blur = None
+        centre = sampled_rays(lens, where, motion, own, config, None, dr.zeros(jit.Float, images), level=scenery.level)
+        seen, hits = look(caster, scenery, centre, where.image, lamps, angle, around, config.marine_snow_per_m3, lines)
+        if trace is not None:
+            dr.eval(seen, hits)
+            trace_light(trace, hits, seen)
+        picture = gathered(seen, where, tiling, images)
+        if config.samples > 1 or config.renderer == "reference":  # the middle meters for the others' motion blur
             dr.eval(picture)
-            picture = balanced(picture, where, tiling, config)
-            lag = None
-            if config.adapts:
-                lag = exposure_lag(static, moving, tables, light, sea, lens, motion, own, config, tiling)
-            shutter, iso = exposed(picture, where, tiling, config, images, lag)
-            data, truth = developed(picture, shutter, iso, where, tiling, config, motion, keys[0], trace)
-            return data, truth, shutter, iso
-
-        return frame
+            shutter, _ = exposed(picture, where, tiling, config, images)
+            if config.samples > 1 and (caster.moving is not None or config.blurs_unevenly):
+                blur = pixel_blur(hits, centre, where, tiling, motion, config, shutter)
+                dr.eval(blur)
+            seen = mean_light(light_of, shutter, where, tiling, motion, keys[0], config)
+            picture = gathered(seen, where, tiling, images)
+        if scenery.air is not None and scenery.air.drops is not None:
+            dr.eval(picture, hits)
+            shutter, _ = exposed(picture, where, tiling, config, images)
+            exposure = dr.gather(jit.Float, shutter, where.image)
+            picture = in_rain(scenery, picture, centre, hits, where.image, exposure, angle)
+        picture = through_lens(picture, where, tiling, config, vignette, images)
+        dr.eval(picture)
+        picture = balanced(picture, where, tiling, config)
+        lag = None
+        if config.adapts:
+            lag = exposure_lag(caster, light, sea, lens, motion, own, config, tiling)
+        shutter, iso = exposed(picture, where, tiling, config, images, lag)
+        data, truth = developed(picture, shutter, iso, where, tiling, config, motion, keys[0], trace)
+        return data, truth, shutter, iso
 
     def _water_around(
-        self, static: Any, moving: Any, scenery: Scenery, sea: Ripple, lens: Lens, motion: Kinematics, own: Array,
+        self, caster: Caster, scenery: Scenery, sea: Ripple, lens: Lens, motion: Kinematics, own: Array,
         where: Pixels,
     ) -> tuple[Ambience, SightLines | None]:  # fmt: skip
         """Diffuse light and shafts around each ray, and lines of sight where the water differs from place to place."""
         config, tiling = self.config, self._view.tiling
         squares = shaft_squares(scenery, lens, motion, own, config, tiling) if sea.mean_square_slope > 0 else None
-        tiles = ambience(static, moving, scenery, lens, motion, own, config, tiling, beside=squares)
+        tiles = ambience(caster, scenery, lens, motion, own, config, tiling, beside=squares)
         around = ambience_at(tiles, tiling, where)
         if squares is not None:
             around = replace(around, shafts=shafts_at(smoothed(squares, tiling), tiling, where))

@@ -11,7 +11,6 @@ everything around moved evenly.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import replace
 from typing import Any, ClassVar, Literal
 
@@ -24,6 +23,7 @@ from pelagos import jit
 from pelagos.jit import Array
 from pelagos.math.philox import normal_pair32, uniform32
 from pelagos.optics.exposure import luminance
+from pelagos.raycast.caster import Caster
 from pelagos.sensors.camera.picture.camera_rays import Trace, View, pixel_angle, view_rays
 from pelagos.sensors.camera.picture.develop import gathered
 from pelagos.sensors.camera.picture.pixel_blur import velocity_around
@@ -73,11 +73,11 @@ class EventCamera:
         self._view = View(config, context)
         self._surroundings = Surroundings(context)
         self._keys = tuple(opaque_key(stream_key(context.seed, context.path, k)) for k in ("mismatch", "events"))
-        self._ping = context.scene.compile(self._make)
+        self._recorded = context.scene.compile(self._kernel)
 
     def sense(self, motion: Kinematics) -> Measurement:
         """Events of every lane since the last sample."""
-        data, truth, change, phase = self._ping(*self._arguments(motion))
+        data, truth, change, phase = self._recorded(*self._arguments(motion))
         images = self._view.images
         return Measurement(
             data=images(data, np.int16),
@@ -87,51 +87,57 @@ class EventCamera:
 
     def explain(self, motion: Kinematics) -> list[tuple[str, NDArray[Any], str]]:
         """Intermediate arrays of one unfrozen sample: (name, values, unit)."""
-        return self._view.explain(self._make, self._arguments(motion))
+        return self._view.explain(self._kernel, self._arguments(motion))
 
     def _arguments(self, motion: Kinematics) -> tuple[Any, ...]:
         return *self._view.arguments(motion), self._surroundings.arguments(), self._keys
 
-    def _make(self, static: Any, moving: Any, trace: Trace | None = None) -> Callable[..., tuple[Array, ...]]:
+    def _kernel(
+        self,
+        caster: Caster,
+        lens: Any,
+        motion: Kinematics,
+        own: Array,
+        light: Any,
+        keys: Any,
+        *,
+        trace: Trace | None = None,
+    ) -> tuple[Array, ...]:
         config, tiling = self.config, self._view.tiling
         sea = self._surroundings.ripple(config)
         period = 1 / config.rate_hz
-
-        def sample(tables: Any, lens: Any, motion: Kinematics, own: Array, light: Any, keys: Any) -> tuple[Array, ...]:
-            images = dr.width(motion.tick)
-            where = pixels(tiling, images)
-            logs: list[Array] = []
-            drift = None
-            for delay, moment in ((0.0, motion), (-period, moved(motion, -period))):
-                scenery = scenery_of(tables, light, sea, moment, config, delay)
-                rays = replace(view_rays(lens, where, moment, own, config, scenery.level), drift=drift)
-                lamps = light_sources(config, moment, where.image)
-                lines = sight_lines(scenery, lens, moment, own, config, tiling, where)
-                seen, hits = look(static, moving, scenery, rays, where.image, lamps, pixel_angle(config), lines=lines)
-                bright = luminance(gathered(seen, where, tiling, images))
-                logs.append(dr.log(bright + config.darkest_cd_m2))
-                if moving is not None and delay == 0:  # where bodies were, for the earlier picture
-                    moves = hits.valid & (dr.squared_norm(hits.velocity) > 0) & where.active
-                    drift = -period * velocity_around(hits.velocity, moves, where, tiling, images)
-                    dr.eval(drift, logs)
-            change = logs[0] - logs[1]
-            index = where.row * tiling.width + where.column
-            environment, tick = (dr.gather(jit.UInt32, v, where.image) for v in (motion.environment, motion.tick))
-            own_words = words32(keys[0], index, environment, dr.zeros(jit.UInt32, dr.width(index)))
-            words = words32(keys[1], index, environment, tick)
-            phase = uniform32(words[0])
-            threshold = config.threshold + config.threshold_mismatch * normal_pair32(own_words[0], own_words[1])[0]
-            threshold = dr.maximum(threshold, 0.1 * config.threshold)
-            truth = event_count(change, phase, config.threshold, config)
-            spurious = dr.select(uniform32(words[1]) < config.background_hz * period, 1, 0)
-            data = event_count(change, phase, threshold, config) + spurious
-            if trace is not None:
-                trace("change of log luminance", change, "1")
-                trace("threshold", threshold, "1")
-                trace("events", data, "")
-            return tuple(image_rows(v, tiling, where, images) for v in (data, truth, change, phase))
-
-        return sample
+        images = dr.width(motion.tick)
+        where = pixels(tiling, images)
+        logs: list[Array] = []
+        drift = None
+        for delay, moment in ((0.0, motion), (-period, moved(motion, -period))):
+            scenery = scenery_of(caster.tables, light, sea, moment, config, delay)
+            rays = replace(view_rays(lens, where, moment, own, config, scenery.level), drift=drift)
+            lamps = light_sources(config, moment, where.image)
+            lines = sight_lines(scenery, lens, moment, own, config, tiling, where)
+            seen, hits = look(caster, scenery, rays, where.image, lamps, pixel_angle(config), lines=lines)
+            bright = luminance(gathered(seen, where, tiling, images))
+            logs.append(dr.log(bright + config.darkest_cd_m2))
+            if caster.moving is not None and delay == 0:  # where bodies were, for the earlier picture
+                moves = hits.valid & (dr.squared_norm(hits.velocity) > 0) & where.active
+                drift = -period * velocity_around(hits.velocity, moves, where, tiling, images)
+                dr.eval(drift, logs)
+        change = logs[0] - logs[1]
+        index = where.row * tiling.width + where.column
+        environment, tick = (dr.gather(jit.UInt32, v, where.image) for v in (motion.environment, motion.tick))
+        own_words = words32(keys[0], index, environment, dr.zeros(jit.UInt32, dr.width(index)))
+        words = words32(keys[1], index, environment, tick)
+        phase = uniform32(words[0])
+        threshold = config.threshold + config.threshold_mismatch * normal_pair32(own_words[0], own_words[1])[0]
+        threshold = dr.maximum(threshold, 0.1 * config.threshold)
+        truth = event_count(change, phase, config.threshold, config)
+        spurious = dr.select(uniform32(words[1]) < config.background_hz * period, 1, 0)
+        data = event_count(change, phase, threshold, config) + spurious
+        if trace is not None:
+            trace("change of log luminance", change, "1")
+            trace("threshold", threshold, "1")
+            trace("events", data, "")
+        return tuple(image_rows(v, tiling, where, images) for v in (data, truth, change, phase))
 
 
 def event_count(change: Array, phase: Array, threshold: Array, config: EventCameraConfig) -> Array:

@@ -11,7 +11,6 @@ and 320 K.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import Any, ClassVar, Final, Literal
 
 import drjit as dr
@@ -23,7 +22,7 @@ from pelagos import jit
 from pelagos.jit import Array
 from pelagos.math.philox import normal_pair32
 from pelagos.optics.interface import fresnel
-from pelagos.raycast.caster import cast, occluded
+from pelagos.raycast.caster import Caster
 from pelagos.raycast.rays import Hits, Rays
 from pelagos.sensors.camera.picture.camera_rays import Trace, View, ViewConfig, view_rays
 from pelagos.sensors.camera.picture.pixel_order import image_rows, pixels
@@ -72,59 +71,65 @@ class ThermalCamera:
         self._view = View(config, context)
         self._lit = Surroundings(context)
         self._key = opaque_key(stream_key(context.seed, context.path, "thermal"))
-        self._ping = context.scene.compile(self._make)
+        self._recorded = context.scene.compile(self._kernel)
 
     def sense(self, motion: Kinematics) -> Measurement:
         """One image for every lane."""
-        data, truth = self._ping(*self._arguments(motion))
+        data, truth = self._recorded(*self._arguments(motion))
         return Measurement(data=self._view.images(data, np.float32), truth=self._view.images(truth, np.float32))
 
     def explain(self, motion: Kinematics) -> list[tuple[str, NDArray[Any], str]]:
         """Intermediate arrays of one unfrozen frame: (name, values, unit)."""
-        return self._view.explain(self._make, self._arguments(motion))
+        return self._view.explain(self._kernel, self._arguments(motion))
 
     def _arguments(self, motion: Kinematics) -> tuple[Any, ...]:
         view, lit = self._view.arguments(motion), self._lit
         return *view, lit.looks.albedo, lit.light, self._context.ocean, self._key
 
-    def _make(self, static: Any, moving: Any, trace: Trace | None = None) -> Callable[..., tuple[Array, Array]]:
+    def _kernel(
+        self,
+        caster: Caster,
+        lens: Any,
+        motion: Kinematics,
+        own: Array,
+        albedo: Array,
+        light: Any,
+        ocean: Any,
+        key: Any,
+        *,
+        trace: Trace | None = None,
+    ) -> tuple[Array, Array]:
         config, tiling = self.config, self._view.tiling
-
-        def frame(
-            tables: Any, lens: Any, motion: Kinematics, own: Array, albedo: Array, light: Any, ocean: Any, key: Any
-        ) -> tuple[Array, Array]:
-            images = dr.width(motion.tick)
-            where = pixels(tiling, images)
-            position, _ = sensor_pose(motion, config)
-            uneven = uneven_sea(ocean)
-            level = None if lens.dry is None or uneven is None else level_over(uneven, position, motion.t_ns)
-            rays = view_rays(lens, where, motion, own, config, level)
-            hits = cast(static, moving, tables, rays)
-            towards = light.towards_sun
-            facing = dr.maximum(dr.dot(hits.normal, towards), 0)
-            start = hits.position + jit.Array3f64(hits.normal) * 2e-3
-            sunny = hits.valid & (facing > 0)
-            shadow = Rays(start, towards, dr.select(sunny, jit.Float(200), 0), rays.copy, rays.own)
-            facing = dr.select(sunny & ~occluded(static, moving, tables, shadow), facing, 0)
-            colour = dr.gather(jit.Array3f, albedo, hits.material, hits.valid)
-            absorbed = dr.mean((1 - colour) * light.sun) * facing / _EFFICACY  # [W/m^2]
-            solid = config.air_c + absorbed / _EXCHANGE
-            surface = jit.Array3f64(0, 0, 0)
-            t = jit.Float64(motion.t_ns) * 1e-9
-            sea = jit.Float(ocean.temperature(surface, t)) + dr.zeros(jit.Float, images)
-            sea = dr.gather(jit.Float, sea, where.image)
-            crossing = sea_crossing(rays, where.image, uneven, position, motion.t_ns)
-            kelvin = apparent(rays, hits, solid, sea, crossing, config)
-            environment, tick = (dr.gather(jit.UInt32, v, where.image) for v in (motion.environment, motion.tick))
-            words = words32(key, where.row * tiling.width + where.column, environment, tick)
-            data = kelvin + config.noise_k * normal_pair32(words[0], words[1])[0]
-            if trace is not None:
-                trace("slant range", hits.t, "m")
-                trace("temperature of solids", solid, "degC")
-                trace("apparent temperature", kelvin - _ZERO_C, "degC")
-            return tuple(image_rows(v - _ZERO_C, tiling, where, images) for v in (data, kelvin))
-
-        return frame
+        images = dr.width(motion.tick)
+        where = pixels(tiling, images)
+        position, _ = sensor_pose(motion, config)
+        uneven = uneven_sea(ocean)
+        level = None if lens.dry is None or uneven is None else level_over(uneven, position, motion.t_ns)
+        rays = view_rays(lens, where, motion, own, config, level)
+        hits = caster.cast(rays)
+        towards = light.towards_sun
+        facing = dr.maximum(dr.dot(hits.normal, towards), 0)
+        start = hits.position + jit.Array3f64(hits.normal) * 2e-3
+        sunny = hits.valid & (facing > 0)
+        shadow = Rays(start, towards, dr.select(sunny, jit.Float(200), 0), rays.copy, rays.own)
+        facing = dr.select(sunny & ~caster.occluded(shadow), facing, 0)
+        colour = dr.gather(jit.Array3f, albedo, hits.material, hits.valid)
+        absorbed = dr.mean((1 - colour) * light.sun) * facing / _EFFICACY  # [W/m^2]
+        solid = config.air_c + absorbed / _EXCHANGE
+        surface = jit.Array3f64(0, 0, 0)
+        t = jit.Float64(motion.t_ns) * 1e-9
+        sea = jit.Float(ocean.temperature(surface, t)) + dr.zeros(jit.Float, images)
+        sea = dr.gather(jit.Float, sea, where.image)
+        crossing = sea_crossing(rays, where.image, uneven, position, motion.t_ns)
+        kelvin = apparent(rays, hits, solid, sea, crossing, config)
+        environment, tick = (dr.gather(jit.UInt32, v, where.image) for v in (motion.environment, motion.tick))
+        words = words32(key, where.row * tiling.width + where.column, environment, tick)
+        data = kelvin + config.noise_k * normal_pair32(words[0], words[1])[0]
+        if trace is not None:
+            trace("slant range", hits.t, "m")
+            trace("temperature of solids", solid, "degC")
+            trace("apparent temperature", kelvin - _ZERO_C, "degC")
+        return tuple(image_rows(v - _ZERO_C, tiling, where, images) for v in (data, kelvin))
 
 
 def apparent(

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, ClassVar, Final, Literal, Self
 
 import drjit as dr
@@ -15,7 +14,7 @@ from pelagos import jit
 from pelagos.acoustics.doppler import janus_beams, velocity_from_beams
 from pelagos.jit import Array
 from pelagos.math.so3 import rotate, rotate_back
-from pelagos.raycast.scene import Tables
+from pelagos.raycast.caster import Caster
 from pelagos.sensors.mount import sensor_velocity
 from pelagos.sensors.noise import normals64
 from pelagos.sensors.schedule import SLOWEST, farthest_heard
@@ -129,7 +128,7 @@ class Adcp:
         self.config = config
         self._context = context
         self._sounder = Sounder(config, context, beam_rays(config), frequency_hz=config.frequency_hz, ph=config.ph)
-        self._ping = self._sounder.compile(self._make)
+        self._recorded = self._sounder.compile(self._kernel)
         self.tables: dict[str, NDArray[Any]] = {"depth": config.depths, "direction": config.beams}
         self._echoes: BeamEchoes | None = None
         if config.echo_bins > 0:
@@ -143,7 +142,7 @@ class Adcp:
 
     def sense(self, motion: Kinematics) -> Measurement:
         """Ping on every lane."""
-        cells, ranges, labels = self._ping(motion, self._context.ocean)
+        cells, ranges, labels = self._recorded(motion, self._context.ocean)
         data = np.stack([np.array(c[0]).T for c in cells], axis=1)
         truth = np.stack([np.array(c[1]).T for c in cells], axis=1)
         valid = np.stack([np.array(c[2]) for c in cells], axis=1)
@@ -160,32 +159,37 @@ class Adcp:
 
     def explain(self, motion: Kinematics) -> list[tuple[str, NDArray[Any], str]]:
         """One profile, not frozen, with its intermediate arrays: (name, values, unit)."""
-        return self._sounder.trace(self._make, *self._sounder.arguments(motion), motion, self._context.ocean)
+        return self._sounder.trace(self._kernel, *self._sounder.arguments(motion), motion, self._context.ocean)
 
-    def _make(self, static: Any, moving: Any, trace: Trace = None) -> Callable[..., Any]:
+    def _kernel(
+        self,
+        caster: Caster,
+        lanes: Lanes,
+        fan: Fan,
+        surfaces: Surfaces,
+        key: Any,
+        motion: Kinematics,
+        ocean: Ocean,
+        *,
+        trace: Trace = None,
+    ) -> tuple[Any, ...]:
         config = self.config
-
-        def ping(
-            tables: Tables, lanes: Lanes, fan: Fan, surfaces: Surfaces, key: Any, motion: Kinematics, ocean: Ocean,
-        ) -> tuple[Any, ...]:  # fmt: skip
-            velocity = sensor_velocity(motion, config)
-            tilt = math.cos(math.radians(config.beam_tilt_deg))
-            far = (config.depths[-1] + config.cell_m) / tilt**2 + 1.0
-            view = look(static, moving, tables, fan, lanes, surfaces, max_range=float(far), smooth=False)
-            first = dr.arange(jit.UInt32, dr.width(lanes.position)) * 4
-            hits = view.hits
-            dr.eval(hits.t, hits.label, hits.instance)
-            ranges = [dr.gather(jit.Float, hits.t, first + b) for b in range(4)]
-            labels = [[dr.gather(jit.UInt32, v, first + b) for b in range(4)] for v in (hits.label, hits.instance)]
-            cells = profile(config, ranges, lanes, velocity, motion, ocean, key)
-            if trace is not None:
-                for b, r in enumerate(ranges):
-                    trace(f"range of beam {b}", r, "m")
-                trace("water velocity of the first cell, forward", cells[0][1].x, "m/s")
-                trace("measured velocity of the first cell, forward", cells[0][0].x, "m/s")
-            return cells, ranges, labels
-
-        return ping
+        velocity = sensor_velocity(motion, config)
+        tilt = math.cos(math.radians(config.beam_tilt_deg))
+        far = (config.depths[-1] + config.cell_m) / tilt**2 + 1.0
+        view = look(caster, fan, lanes, surfaces, max_range=float(far), smooth=False)
+        first = dr.arange(jit.UInt32, dr.width(lanes.position)) * 4
+        hits = view.hits
+        dr.eval(hits.t, hits.label, hits.instance)
+        ranges = [dr.gather(jit.Float, hits.t, first + b) for b in range(4)]
+        labels = [[dr.gather(jit.UInt32, v, first + b) for b in range(4)] for v in (hits.label, hits.instance)]
+        cells = profile(config, ranges, lanes, velocity, motion, ocean, key)
+        if trace is not None:
+            for b, r in enumerate(ranges):
+                trace(f"range of beam {b}", r, "m")
+            trace("water velocity of the first cell, forward", cells[0][1].x, "m/s")
+            trace("measured velocity of the first cell, forward", cells[0][0].x, "m/s")
+        return cells, ranges, labels
 
 
 def profile(

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from typing import Any, ClassVar, Final, Literal
 
 import drjit as dr
@@ -14,7 +13,7 @@ from pydantic import Field, model_validator
 from pelagos import jit
 from pelagos.acoustics.beam_pattern import line_length, line_np
 from pelagos.jit import Array
-from pelagos.raycast.scene import Tables
+from pelagos.raycast.caster import Caster
 from pelagos.sensors.columns import pack, unpack
 from pelagos.sensors.noise import normals64
 from pelagos.sensors.schedule import farthest_heard, warn_of_ambiguity
@@ -105,7 +104,7 @@ class Altimeter:
             frequency_hz=config.frequency_hz,
             ph=config.ph,
         )
-        self._ping = self._sounder.compile(self._make)
+        self._recorded = self._sounder.compile(self._kernel)
         self._echoes: BeamEchoes | None = None
         self.tables: dict[str, NDArray[Any]] = {}
         if config.echo_bins > 0:
@@ -117,7 +116,7 @@ class Altimeter:
 
     def sense(self, motion: Kinematics) -> Measurement:
         """Ping on every lane."""
-        data, truth, axis, label, instance = unpack(self._ping(motion), 5).T
+        data, truth, axis, label, instance = unpack(self._recorded(motion), 5).T
         extras: dict[str, NDArray[Any]] = {
             "axis": axis.astype(np.float32),
             "label": label.astype(np.uint32),
@@ -129,32 +128,37 @@ class Altimeter:
 
     def explain(self, motion: Kinematics) -> list[tuple[str, NDArray[Any], str]]:
         """One ping, not frozen, with its intermediate arrays: (name, values, unit)."""
-        return self._sounder.trace(self._make, *self._sounder.arguments(motion), motion)
+        return self._sounder.trace(self._kernel, *self._sounder.arguments(motion), motion)
 
-    def _make(self, static: Any, moving: Any, trace: Trace = None) -> Callable[..., Any]:
+    def _kernel(
+        self,
+        caster: Caster,
+        lanes: Lanes,
+        fan: Fan,
+        surfaces: Surfaces,
+        key: Any,
+        motion: Kinematics,
+        *,
+        trace: Trace = None,
+    ) -> Array:
         config = self.config
-
         reach = min(config.range_max_m, farthest_heard(config.rate_hz))
-
-        def ping(tables: Tables, lanes: Lanes, fan: Fan, surfaces: Surfaces, key: Any, motion: Kinematics) -> Array:
-            view = look(static, moving, tables, fan, lanes, surfaces, max_range=reach, smooth=False)
-            patches = patches_of(view, fan, lanes, surfaces, longest=reach, trace=trace)
-            rays = dr.width(fan.beam)
-            dr.eval(
-                patches.distance, patches.energy, view.hits.t, view.hits.label, view.hits.instance
-            )  # one cast for all that follows
-            true = first_echo(patches.distance, patches.energy, rays, config.range_min_m)
-            (noise,) = normals64(key, motion, 1)
-            sigma = dr.sqrt(config.noise_m**2 + (config.noise_relative * true) ** 2)
-            measured = true + sigma * jit.Float(noise)
-            if config.sound_speed_mps is not None:
-                measured *= config.sound_speed_mps / lanes.medium.sound_speed
-            measured = dr.select(measured <= reach, measured, dr.nan)
-            axis = dr.arange(jit.UInt32, dr.width(lanes.position)) * rays
-            labels = (dr.gather(jit.UInt32, v, axis) for v in (view.hits.label, view.hits.instance))
-            return pack(measured, true, dr.gather(jit.Float, view.hits.t, axis), *labels)
-
-        return ping
+        view = look(caster, fan, lanes, surfaces, max_range=reach, smooth=False)
+        patches = patches_of(view, fan, lanes, surfaces, longest=reach, trace=trace)
+        rays = dr.width(fan.beam)
+        dr.eval(
+            patches.distance, patches.energy, view.hits.t, view.hits.label, view.hits.instance
+        )  # one cast for all that follows
+        true = first_echo(patches.distance, patches.energy, rays, config.range_min_m)
+        (noise,) = normals64(key, motion, 1)
+        sigma = dr.sqrt(config.noise_m**2 + (config.noise_relative * true) ** 2)
+        measured = true + sigma * jit.Float(noise)
+        if config.sound_speed_mps is not None:
+            measured *= config.sound_speed_mps / lanes.medium.sound_speed
+        measured = dr.select(measured <= reach, measured, dr.nan)
+        axis = dr.arange(jit.UInt32, dr.width(lanes.position)) * rays
+        labels = (dr.gather(jit.UInt32, v, axis) for v in (view.hits.label, view.hits.instance))
+        return pack(measured, true, dr.gather(jit.Float, view.hits.t, axis), *labels)
 
 
 def first_echo(distance: Array, energy: Array, rays: int, nearest: float) -> Array:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, ClassVar, Final, Literal
 
 import drjit as dr
@@ -16,7 +15,7 @@ from pelagos.acoustics.doppler import echo_margin_db, janus_beams, velocity_from
 from pelagos.acoustics.spreading import to_db
 from pelagos.jit import Array
 from pelagos.math.so3 import rotate, rotate_back
-from pelagos.raycast.scene import Tables
+from pelagos.raycast.caster import Caster
 from pelagos.sensors.columns import pack, unpack
 from pelagos.sensors.mount import sensor_velocity
 from pelagos.sensors.noise import normals64
@@ -153,7 +152,7 @@ class Dvl:
         self._context = context
         warn_of_ambiguity(config, context.path, config.range_max_m / math.cos(math.radians(config.beam_tilt_deg)))
         self._sounder = Sounder(config, context, beam_rays(config), frequency_hz=config.frequency_hz, ph=config.ph)
-        self._ping = self._sounder.compile(self._make)
+        self._recorded = self._sounder.compile(self._kernel)
         self.tables: dict[str, NDArray[Any]] = {"direction": config.beams}
         self._echoes: BeamEchoes | None = None
         if config.echo_bins > 0:
@@ -168,7 +167,7 @@ class Dvl:
     def sense(self, motion: Kinematics) -> Measurement:
         """Ping on every lane."""
         water = self.config.water_layer_m is not None
-        rows = unpack(self._ping(motion, self._context.ocean), 39 if water else 36)
+        rows = unpack(self._recorded(motion, self._context.ocean), 39 if water else 36)
         valid = rows[:, 6] > 0.5
         data = np.where(valid[:, None], rows[:, 0:3], np.nan)
         extras = {
@@ -189,37 +188,40 @@ class Dvl:
 
     def explain(self, motion: Kinematics) -> list[tuple[str, NDArray[Any], str]]:
         """One ping, not frozen, with its intermediate arrays: (name, values, unit)."""
-        return self._sounder.trace(self._make, *self._sounder.arguments(motion), motion, self._context.ocean)
+        return self._sounder.trace(self._kernel, *self._sounder.arguments(motion), motion, self._context.ocean)
 
-    def _make(self, static: Any, moving: Any, trace: Trace = None) -> Callable[..., Any]:
+    def _kernel(
+        self,
+        caster: Caster,
+        lanes: Lanes,
+        fan: Fan,
+        surfaces: Surfaces,
+        key: Any,
+        motion: Kinematics,
+        ocean: Ocean,
+        *,
+        trace: Trace = None,
+    ) -> Array:
         config = self.config
-
-        def ping(
-            tables: Tables, lanes: Lanes, fan: Fan, surfaces: Surfaces, key: Any, motion: Kinematics, ocean: Ocean,
-        ) -> Array:  # fmt: skip
-            velocity = sensor_velocity(motion, config)
-            farthest = 1.5 * config.range_max_m / math.cos(math.radians(config.beam_tilt_deg))
-            view = look(static, moving, tables, fan, lanes, surfaces, max_range=farthest, smooth=False)
-            section = scattering(surfaces, view.hits.material, view.sine)
-            ground = rotate_back(dr.gather(jit.Array4f, jit.Array4f(lanes.attitude), view.lane), view.hits.velocity)
-            hits = view.hits
-            dr.eval(hits.valid, hits.t, hits.label, hits.instance, section, ground)  # one cast for all beams
-            beams = [
-                beam_echo(dr.width(lanes.position), b, hits.valid, hits.t, section, ground, config.beams[b])
-                for b in range(4)
-            ]
-            data, truth, locked, altitude, *by_beam = bottom_track(
-                config, beams, velocity, motion, lanes.medium, key, trace
-            )
-            layer = config.water_layer_m is not None
-            water = water_track(config, lanes, velocity, motion, ocean, key) if layer else ()
-            first = dr.arange(jit.UInt32, dr.width(lanes.position)) * (4 * _RAYS)
-            labels = [
-                dr.gather(jit.UInt32, v, first + b * _RAYS) for v in (hits.label, hits.instance) for b in range(4)
-            ]
-            return pack(*data, *truth, locked, altitude, *(b for beams in by_beam for b in beams), *labels, *water)
-
-        return ping
+        velocity = sensor_velocity(motion, config)
+        farthest = 1.5 * config.range_max_m / math.cos(math.radians(config.beam_tilt_deg))
+        view = look(caster, fan, lanes, surfaces, max_range=farthest, smooth=False)
+        section = scattering(surfaces, view.hits.material, view.sine)
+        ground = rotate_back(dr.gather(jit.Array4f, jit.Array4f(lanes.attitude), view.lane), view.hits.velocity)
+        hits = view.hits
+        dr.eval(hits.valid, hits.t, hits.label, hits.instance, section, ground)  # one cast for all beams
+        beams = [
+            beam_echo(dr.width(lanes.position), b, hits.valid, hits.t, section, ground, config.beams[b])
+            for b in range(4)
+        ]
+        data, truth, locked, altitude, *by_beam = bottom_track(
+            config, beams, velocity, motion, lanes.medium, key, trace
+        )
+        layer = config.water_layer_m is not None
+        water = water_track(config, lanes, velocity, motion, ocean, key) if layer else ()
+        first = dr.arange(jit.UInt32, dr.width(lanes.position)) * (4 * _RAYS)
+        labels = [dr.gather(jit.UInt32, v, first + b * _RAYS) for v in (hits.label, hits.instance) for b in range(4)]
+        return pack(*data, *truth, locked, altitude, *(b for beams in by_beam for b in beams), *labels, *water)
 
 
 def beam_echo(

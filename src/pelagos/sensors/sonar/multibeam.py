@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from typing import Any, ClassVar, Final, Literal
 
 import drjit as dr
@@ -20,7 +19,7 @@ from pelagos.acoustics.refraction import path_end
 from pelagos.acoustics.spreading import from_db, to_db
 from pelagos.jit import Array
 from pelagos.math.so3 import rotate, rotate_back
-from pelagos.raycast.scene import Tables
+from pelagos.raycast.caster import Caster
 from pelagos.sensors.schedule import farthest_heard, period_ticks, warn_of_ambiguity
 from pelagos.sensors.sensor import Kinematics, Measurement, SensorConfig, SensorContext
 from pelagos.sensors.sonar.ping.beam_echoes import part_of
@@ -238,7 +237,7 @@ class Multibeam:
             refraction=config.refraction, reach=1.1 * config.range_max_m,
         )  # fmt: skip
         self._noise = dr.opaque(jit.Float, _noise_power(config))
-        self._ping = self._sounder.compile(self._make)
+        self._recorded = self._sounder.compile(self._kernel)
         self._column: Pinger | None = None
         if config.water_column_bins > 0:
             self._column = Pinger(
@@ -255,7 +254,7 @@ class Multibeam:
     def sense(self, motion: Kinematics) -> Measurement:
         """Ping on every lane."""
         shape = (dr.width(motion.position), self.config.beams)
-        *found, places, series = self._ping(motion, self._noise)
+        *found, places, series = self._recorded(motion, self._noise)
         data, truth, backscatter, error, snr, kind, label, instance = (np.array(v).reshape(shape) for v in found)
         extras = {
             "soundings": np.ascontiguousarray(np.array(places).T).reshape(*shape, 3),
@@ -277,20 +276,25 @@ class Multibeam:
 
     def explain(self, motion: Kinematics) -> list[tuple[str, NDArray[Any], str]]:
         """One ping, not frozen, with its intermediate arrays: (name, values, unit)."""
-        return self._sounder.trace(self._make, *self._sounder.arguments(motion), motion, self._noise)
+        return self._sounder.trace(self._kernel, *self._sounder.arguments(motion), motion, self._noise)
 
-    def _make(self, static: Any, moving: Any, trace: Trace = None) -> Callable[..., Any]:
+    def _kernel(
+        self,
+        caster: Caster,
+        lanes: Lanes,
+        fan: Fan,
+        surfaces: Surfaces,
+        key: Any,
+        motion: Kinematics,
+        noise: Array,
+        *,
+        trace: Trace = None,
+    ) -> tuple[Any, ...]:
         config, beams = self.config, receiver(self.config)
-
-        def ping(
-            tables: Tables, lanes: Lanes, fan: Fan, surfaces: Surfaces, key: Any, motion: Kinematics, noise: Array
-        ) -> tuple[Any, ...]:
-            view = look(static, moving, tables, fan, lanes, surfaces, max_range=1.1 * config.range_max_m)
-            window, series = beam_series(beams, view, fan, lanes, surfaces, noise, key, trace)
-            found = detect(config, window, series, lanes, noise, trace)
-            return *found, placed(config, found[0], fan, lanes), series if config.iq else None
-
-        return ping
+        view = look(caster, fan, lanes, surfaces, max_range=1.1 * config.range_max_m)
+        window, series = beam_series(beams, view, fan, lanes, surfaces, noise, key, trace)
+        found = detect(config, window, series, lanes, noise, trace)
+        return *found, placed(config, found[0], fan, lanes), series if config.iq else None
 
 
 def detect(

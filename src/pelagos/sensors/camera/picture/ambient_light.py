@@ -34,7 +34,7 @@ from pelagos.optics.light_field import (
 from pelagos.optics.phase import sample_turning
 from pelagos.optics.texture import mean_albedo, mean_facing
 from pelagos.optics.transport import fitted_rate, path_length
-from pelagos.raycast.caster import cast, occluded
+from pelagos.raycast.caster import Caster
 from pelagos.raycast.rays import Hits, Rays
 from pelagos.sensors.camera.picture.camera_rays import Lens, ViewConfig, view_rays
 from pelagos.sensors.camera.picture.pixel_order import TILE, Pixels, Tiling, lane_at, smooth_tiles, tent, tiles_at
@@ -56,7 +56,7 @@ _FAR: Final = 1e4  # [m]
 
 
 def ambience(
-    static: Any, moving: Any, scenery: Scenery, lens: Lens, motion: Kinematics, own: Array, config: ViewConfig,
+    caster: Caster, scenery: Scenery, lens: Lens, motion: Kinematics, own: Array, config: ViewConfig,
     tiling: Tiling, beside: Any = None,
 ) -> list[Array]:  # fmt: skip
     """By block, packed for `ambience_at`; see `Ambience`. `beside` is worked out at the same time, on free cores."""
@@ -67,10 +67,10 @@ def ambience(
     def probes(number: int) -> _Probes:
         where = _probes(tiling, images, number)
         rays = view_rays(lens, where, motion, own, config, scenery.level)
-        return _Probes(where, rays, cast(static, moving, scenery.tables, rays), _draws(where, tiling, number))
+        return _Probes(where, rays, caster.cast(rays), _draws(where, tiling, number))
 
-    surface = _at_surface(static, moving, scenery, probes(_AT_SURFACE))
-    water = _before_it(static, moving, scenery, probes(_IN_WATER), source, rate)
+    surface = _at_surface(caster, scenery, probes(_AT_SURFACE))
+    water = _before_it(caster, scenery, probes(_IN_WATER), source, rate)
     dr.eval(surface, water, beside)
     a, b, *sent_there = _block_means(surface, _AT_SURFACE, coarse, images)
     d, e, *sent_here, v, g = _block_means(water, _IN_WATER, coarse, images)
@@ -127,25 +127,23 @@ class _Probes:
     u: list[Array]
 
 
-def _at_surface(static: Any, moving: Any, scenery: Scenery, probes: _Probes) -> list[Array]:
+def _at_surface(caster: Caster, scenery: Scenery, probes: _Probes) -> list[Array]:
     """Irradiance of the surfaces seen: from the open sea, what of it arrives, and what `_sent` asks for; `Array3f` each
     [lx]."""
     rays, hits, u = probes.rays, probes.hits, probes.u
     scenery = by_ray(scenery, probes.where.image)
     start = hits.position + jit.Array3f64(hits.normal) * _START
     up, whole = off_matt(hits.normal, u[0], u[1]), jit.Array3f(math.pi)
-    found = _gathered(static, moving, scenery, rays, start, up, whole, hits.valid, (probes.where.ray, 0))
-    dry = _above_water(static, moving, scenery, rays, start, up, hits.valid & (depth_at(scenery, start) <= 0))
+    found = _gathered(caster, scenery, rays, start, up, whole, hits.valid, (probes.where.ray, 0))
+    dry = _above_water(caster, scenery, rays, start, up, hits.valid & (depth_at(scenery, start) <= 0))
     return [*(w + d for w, d in zip(found, dry, strict=False)), *found[len(dry) :]]
 
 
-def _above_water(
-    static: Any, moving: Any, scenery: Scenery, rays: Rays, start: Array, up: Array, wanted: Array
-) -> list[Array]:
+def _above_water(caster: Caster, scenery: Scenery, rays: Rays, start: Array, up: Array, wanted: Array) -> list[Array]:
     """The first three of surfaces above the water, from one direction: sky or sea, or what stands before it, which has
     half of that light itself (assumed)."""
     reach = dr.select(wanted, jit.Float(_REACH), 0)
-    met = cast(static, moving, scenery.tables, Rays(start, up, reach, rays.copy, rays.own), coherent=False)
+    met = caster.cast(Rays(start, up, reach, rays.copy, rays.own), coherent=False)
     light = dr.select(up.z > 0, sky_in_air(scenery, up, glare=0.0), sea_from_above(scenery))
     light = dr.select(wanted, math.pi * light, 0)
     sent = 0.5 * light * mean_albedo(scenery.looks, met.material, met.valid)
@@ -153,7 +151,7 @@ def _above_water(
 
 
 def _before_it(
-    static: Any, moving: Any, scenery: Scenery, probes: _Probes, source: Array, rate: Array
+    caster: Caster, scenery: Scenery, probes: _Probes, source: Array, rate: Array
 ) -> list[Array]:  # fmt: skip
     """Light that the water before the surfaces turns into the line of sight [cd/m^2].
 
@@ -171,10 +169,10 @@ def _before_it(
     place = rays.origin + jit.Array3f64(rays.direction) * jit.Float64(along)
     wet = probes.where.active & (depth_at(scenery, place) > 0) & (depth_at(scenery, rays.origin) > 0)
     asked = dr.select(wet, jit.Float(_SHADOW_REACH), 0)
-    sunlit = ~occluded(static, moving, scenery.tables, Rays(place, field.below, asked, rays.copy, rays.own))
+    sunlit = ~caster.occluded(Rays(place, field.below, asked, rays.copy, rays.own))
     turned = about(rays.direction, sample_turning(u[3]), u[4])
     turning = water.turning * dr.exp((loss - field.loss) * along) * (span / loss)
-    found = _gathered(static, moving, scenery, rays, place, turned, turning, wet, (probes.where.ray, 1))
+    found = _gathered(caster, scenery, rays, place, turned, turning, wet, (probes.where.ray, 1))
     block = dr.arange(jit.UInt32, dr.width(wet)) // _IN_WATER
     whole = dr.gather(jit.Array3f, source, block) * path_length(dr.gather(jit.Array3f, rate, block), reach)
     return [*found, dr.select(wet, whole, 0), jit.Array3f(dr.select(sunlit, 1, 0), 0, 0)]
@@ -212,7 +210,7 @@ class _Walk:
 
 
 def _gathered(
-    static: Any, moving: Any, scenery: Scenery, rays: Rays, place: Array, direction: Array, weight: Array,
+    caster: Caster, scenery: Scenery, rays: Rays, place: Array, direction: Array, weight: Array,
     wanted: Array, key: tuple[Array, int],
 ) -> list[Array]:  # fmt: skip
     """Light from a direction, times `weight`: of the open sea; what of it arrives; and what `_sent` asks for; `Array3f`
@@ -235,7 +233,7 @@ def _gathered(
     )
 
     def step(walk: _Walk) -> tuple[_Walk]:
-        return (_stepped(static, moving, scenery, rays, walk, key),)
+        return (_stepped(caster, scenery, rays, walk, key),)
 
     walk = dr.while_loop((start,), lambda w: w.alive & (w.step < _STEPS), step, mode="symbolic")[0]
     field, depth = scenery.field, dr.maximum(depth_at(scenery, walk.place), 0)
@@ -259,7 +257,7 @@ def _to_sea(depth: Array, direction: Array) -> Array:
     return dr.select(direction.z > 1e-4, depth / dr.maximum(direction.z, 1e-4), _FAR)
 
 
-def _stepped(static: Any, moving: Any, scenery: Scenery, rays: Rays, walk: _Walk, key: tuple[Array, int]) -> _Walk:
+def _stepped(caster: Caster, scenery: Scenery, rays: Rays, walk: _Walk, key: tuple[Array, int]) -> _Walk:
     """A free flight to a place where light is scattered, to the surface of the sea, or to a solid."""
     field, water = scenery.field, scenery.water
     u = [uniform32(w) for w in philox((key[0], walk.step, jit.UInt32(2 + key[1]), jit.UInt32(0)), _KEY)]
@@ -270,7 +268,7 @@ def _stepped(static: Any, moving: Any, scenery: Scenery, rays: Rays, walk: _Walk
     free_way = dr.minimum(flight, to_sea)
     reach = dr.minimum(dr.select(d.z > CRITICAL_COSINE, to_sea, free_way), _REACH)  # the sky itself is always asked for
     reach = dr.select(walk.alive, reach, 0)
-    hits = cast(static, moving, scenery.tables, Rays(walk.place, d, reach, rays.copy, rays.own), coherent=False)
+    hits = caster.cast(Rays(walk.place, d, reach, rays.copy, rays.own), coherent=False)
     solid = walk.alive & hits.valid & (hits.t < free_way)
     at_sea = ~solid & (flight > to_sea)
     way = dr.select(solid, hits.t, free_way)
@@ -278,7 +276,7 @@ def _stepped(static: Any, moving: Any, scenery: Scenery, rays: Rays, walk: _Walk
     on.z = dr.select(at_sea, (0 if scenery.tide is None else scenery.tide) - 1e-3, on.z)
     on += jit.Array3f64(dr.select(solid, hits.normal, 0)) * _START
     asks = dr.select(walk.alive & ~at_sea, jit.Float(_SHADOW_REACH), 0)
-    sunlit = ~occluded(static, moving, scenery.tables, Rays(on, field.below, asks, rays.copy, rays.own))
+    sunlit = ~caster.occluded(Rays(on, field.below, asks, rays.copy, rays.own))
 
     kept = walk.weight * dr.exp(-(field.loss - mean_loss) * way)
     albedo = mean_albedo(scenery.looks, hits.material, solid)

@@ -202,18 +202,18 @@ class View:
     def _table(self, values: NDArray[np.float64]) -> Array:
         return jit.Array3f(np.ascontiguousarray(self.tiling.arrange(values).T))
 
-    def arguments(self, motion: Kinematics) -> tuple[Any, Lens, Kinematics, Array]:
-        """What every frame is called with: the scene's tables, the lens, the motion, the own hull's rows."""
-        return self._context.scene.tables, self.lens, motion, self.own
+    def arguments(self, motion: Kinematics) -> tuple[Lens, Kinematics, Array]:
+        """Arguments of every frame: the lens, the motion, the own hull's rows."""
+        return self.lens, motion, self.own
 
-    def explain(self, make: Callable[..., Any], arguments: tuple[Any, ...]) -> list[tuple[str, NDArray[Any], str]]:
-        """Intermediate arrays (name, values, unit) of one unfrozen frame of `make(static, moving, trace)`."""
+    def explain(self, kernel: Callable[..., Any], arguments: tuple[Any, ...]) -> list[tuple[str, NDArray[Any], str]]:
+        """Intermediate arrays (name, values, unit) of one unfrozen frame of `make(caster, trace)`."""
         found: list[tuple[str, NDArray[Any], str]] = []
 
         def trace(name: str, values: Array, unit: str) -> None:
             found.append((name, np.array(values), unit))
 
-        make(self._context.scene.static, self._context.scene.moving, trace)(*arguments)
+        kernel(self._context.scene.caster, *arguments, trace=trace)
         return found
 
     def images(self, values: Array, dtype: Any) -> NDArray[Any]:

@@ -14,6 +14,7 @@ from pelagos import jit
 from pelagos.jit import Array
 from pelagos.optics.caustics import Ripple
 from pelagos.optics.exposure import luminance
+from pelagos.raycast.caster import Caster
 from pelagos.sensors.camera.picture.camera_rays import Lens, pixel_angle, view_rays
 from pelagos.sensors.camera.picture.develop import meter_weight, zone_mean
 from pelagos.sensors.camera.picture.pixel_order import TILE, Pixels, Tiling, inner_place
@@ -32,7 +33,7 @@ _INNER: Final = 200  # lane of a tile that meters for it: beside its middle
 
 
 def exposure_lag(
-    static: Any, moving: Any, tables: Any, light: Any, sea: Ripple, lens: Lens, motion: Kinematics, own: Array,
+    caster: Caster, light: Any, sea: Ripple, lens: Lens, motion: Kinematics, own: Array,
     config: CameraConfig, tiling: Tiling,
 ) -> Array:  # fmt: skip
     """By how much the meter's luminance is behind that of the frame, by image [stops]; negative: it still sees less.
@@ -49,10 +50,10 @@ def exposure_lag(
     seen = []
     for k in range(_MOMENTS, -1, -1):
         moment = moved(motion, -k * step) if k > 0 else motion
-        scenery = scenery_of(tables, light, sea, moment, config, -k * step)
+        scenery = scenery_of(caster.tables, light, sea, moment, config, -k * step)
         rays = view_rays(lens, where, moment, own, config, scenery.level)
         lamps = light_sources(config, moment, where.image)
-        radiance, _ = look(static, moving, scenery, rays, where.image, lamps, pixel_angle(config))
+        radiance, _ = look(caster, scenery, rays, where.image, lamps, pixel_angle(config))
         bright = luminance(radiance.sharp + radiance.near + radiance.far + radiance.veil)
         mean = zone_mean(bright * weight, weight, tiling)
         mean = dr.clip(mean, max(config.meter_min_cd_m2, 1e-6), config.meter_max_cd_m2)

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from pelagos import jit
 from pelagos.jit import Array
 from pelagos.math.so3 import rotate_back
-from pelagos.raycast.caster import cast
+from pelagos.raycast.caster import Caster
 from pelagos.raycast.rays import Hits, Rays
 from pelagos.sensors.camera.picture.camera_rays import Lens, Trace, View, ViewConfig, local_directions, view_rays
 from pelagos.sensors.camera.picture.pixel_order import Pixels, image_rows, pixels
@@ -92,35 +92,41 @@ class HitView:
         self._config, self._values, self._extra, self._smooth = config, values, arguments, smooth
         self._view = View(config, context)
         self._ocean = uneven_sea(context.ocean)
-        self._ping = context.scene.compile(self._make)
+        self._recorded = context.scene.compile(self._kernel)
 
     def images(self, motion: Kinematics) -> tuple[NDArray[Any], ...]:
         """`(images, height, width)` of each of the values."""
         shape = (-1, self._config.height_px, self._config.width_px)
-        return tuple(np.array(v).reshape(shape) for v in self._ping(*self._arguments(motion)))
+        return tuple(np.array(v).reshape(shape) for v in self._recorded(*self._arguments(motion)))
 
     def explain(self, motion: Kinematics) -> list[tuple[str, NDArray[Any], str]]:
         """Intermediate arrays of one unfrozen frame: (name, values, unit)."""
-        return self._view.explain(self._make, self._arguments(motion))
+        return self._view.explain(self._kernel, self._arguments(motion))
 
     def _arguments(self, motion: Kinematics) -> tuple[Any, ...]:
         return *self._view.arguments(motion), self._ocean, self._extra
 
-    def _make(self, static: Any, moving: Any, trace: Trace | None = None) -> Callable[..., tuple[Array, ...]]:
+    def _kernel(
+        self,
+        caster: Caster,
+        lens: Lens,
+        motion: Kinematics,
+        own: Array,
+        ocean: Any,
+        extra: Any,
+        *,
+        trace: Trace | None = None,
+    ) -> tuple[Array, ...]:
         config, tiling, values, smooth = self._config, self._view.tiling, self._values, self._smooth
-
-        def frame(tables: Any, lens: Lens, motion: Kinematics, own: Array, ocean: Any, extra: Any) -> tuple[Array, ...]:
-            images = dr.width(motion.tick)
-            where = pixels(tiling, images)
-            position, attitude = sensor_pose(motion, config)
-            level = None if lens.dry is None or ocean is None else level_over(ocean, position, motion.t_ns)
-            rays = view_rays(lens, where, motion, own, config, level)
-            hits = cast(static, moving, tables, rays, smooth=smooth)
-            q = jit.Array4f(*(dr.gather(jit.Float, jit.Float(attitude[i]), where.image) for i in range(4)))
-            if trace is not None:
-                trace("slant range", hits.t, "m")
-            to_sea = sea_crossing(rays, where.image, ocean, position, motion.t_ns).way
-            seen = Seen(where, lens, motion, rays, hits, to_sea, q, level)
-            return tuple(image_rows(v, tiling, where, images) for v in values(seen, extra, trace))
-
-        return frame
+        images = dr.width(motion.tick)
+        where = pixels(tiling, images)
+        position, attitude = sensor_pose(motion, config)
+        level = None if lens.dry is None or ocean is None else level_over(ocean, position, motion.t_ns)
+        rays = view_rays(lens, where, motion, own, config, level)
+        hits = caster.cast(rays, smooth=smooth)
+        q = jit.Array4f(*(dr.gather(jit.Float, jit.Float(attitude[i]), where.image) for i in range(4)))
+        if trace is not None:
+            trace("slant range", hits.t, "m")
+        to_sea = sea_crossing(rays, where.image, ocean, position, motion.t_ns).way
+        seen = Seen(where, lens, motion, rays, hits, to_sea, q, level)
+        return tuple(image_rows(v, tiling, where, images) for v in values(seen, extra, trace))

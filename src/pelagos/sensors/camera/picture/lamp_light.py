@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, Final
+from typing import Final
 
 import drjit as dr
 
@@ -11,7 +11,7 @@ from pelagos.jit import Array
 from pelagos.optics.laser_beam import LaserBeam
 from pelagos.optics.light_source import LightSource, glow, light_at, loss_of
 from pelagos.optics.sight_line import SightLines
-from pelagos.raycast.caster import occluded
+from pelagos.raycast.caster import Caster
 from pelagos.raycast.rays import Hits, Rays
 from pelagos.sensors.camera.picture.scenery import Scenery, depth_at
 
@@ -20,13 +20,13 @@ _SHORT: Final = 0.05  # [m] that shadow rays end before a lamp: its own housing 
 
 
 def lamps_on_surface(
-    static: Any, moving: Any, scenery: Scenery, rays: Rays, hits: Hits, normal: Array, lamps: list[LightSource],
+    caster: Caster, scenery: Scenery, rays: Rays, hits: Hits, normal: Array, lamps: list[LightSource],
     footprint: Array,
 ) -> Array:  # fmt: skip
     """Irradiance of lamps and lasers on the surfaces hit, `Array3f` [lx].
 
     Args:
-        static, moving, scenery, rays: see `shading.look`.
+        caster, scenery, rays: see `shading.look`.
         hits: of surfaces.
         normal: of them, with their texture, `Array3f`.
         lamps: by ray.
@@ -41,13 +41,13 @@ def lamps_on_surface(
         facing = dr.maximum(dr.dot(normal, towards), 0)
         lit = (facing > 0) & (dr.dot(hits.normal, towards) > 0) & (dr.max(across) > 0)
         start = hits.position + jit.Array3f64(hits.normal) * _START
-        free = reached(static, moving, scenery, rays, start, towards, distance, lit)
+        free = reached(caster, scenery, rays, start, towards, distance, lit)
         total += dr.select(free, across * facing, 0)
     return total
 
 
 def lamps_in_water(
-    static: Any, moving: Any, scenery: Scenery, rays: Rays, reach: Array, lamps: list[LightSource], pixel_angle: float,
+    caster: Caster, scenery: Scenery, rays: Rays, reach: Array, lamps: list[LightSource], pixel_angle: float,
     lines: SightLines | None = None,
 ) -> Array:  # fmt: skip
     """Radiance that the water sends back from the beams, `Array3f` [cd/m^2]; `reach` of the rays in water [m].
@@ -63,16 +63,16 @@ def lamps_in_water(
             distance = dr.norm(back)
             start = rays.origin + jit.Array3f64(place)
             lit = dr.max(seen) > 0
-            free = reached(static, moving, scenery, rays, start, back / dr.maximum(distance, 1e-6), distance, lit)
+            free = reached(caster, scenery, rays, start, back / dr.maximum(distance, 1e-6), distance, lit)
             seen = dr.select(free, seen, 0)
         total += dr.select(reach > 0, seen, 0)
     return total
 
 
 def reached(
-    static: Any, moving: Any, scenery: Scenery, rays: Rays, start: Array, towards: Array, distance: Array, asked: Array
+    caster: Caster, scenery: Scenery, rays: Rays, start: Array, towards: Array, distance: Array, asked: Array
 ) -> Array:
     """`Bool`: nothing but the vehicle that carries it stands between a place and a lamp, where `asked`."""
     reach = dr.select(asked, dr.maximum(distance - _SHORT, 0), 0)
     shadow = Rays(start, towards, reach, rays.copy, rays.own, rays.drift)
-    return asked & ~occluded(static, moving, scenery.tables, shadow, past_own=True)
+    return asked & ~caster.occluded(shadow, past_own=True)

@@ -7,7 +7,7 @@ lamp, and smoothed over three by three squares, which ask at nine places of the 
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import drjit as dr
 
@@ -15,7 +15,7 @@ from pelagos import jit
 from pelagos.jit import Array
 from pelagos.optics.lamp import SHADE_PARTS, Beam, seen_from
 from pelagos.optics.light_source import LightSource
-from pelagos.raycast.caster import cast
+from pelagos.raycast.caster import Caster
 from pelagos.raycast.rays import Rays
 from pelagos.sensors.camera.picture.camera_rays import Lens, view_rays
 from pelagos.sensors.camera.picture.lamp_light import reached
@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 
 
 def shaded(
-    lamps: list[LightSource], static: Any, moving: Any, scenery: Scenery, lens: Lens, motion: Kinematics, own: Array,
+    lamps: list[LightSource], caster: Caster, scenery: Scenery, lens: Lens, motion: Kinematics, own: Array,
     config: LitViewConfig, tiling: Tiling, where: Pixels,
 ) -> list[LightSource]:  # fmt: skip
     """The same lamps, by the rays of `where`, with shadows in their cones; lasers as they are."""
@@ -39,11 +39,11 @@ def shaded(
         return lamps
     along, x, y = square_pixels(tiling, dr.width(motion.tick), lanes=SHADE_PARTS)
     rays = view_rays(lens, along, motion, own, config, scenery.level)
-    reach = dr.minimum(cast(static, moving, scenery.tables, rays).t, rays.max_range)
+    reach = dr.minimum(caster.cast(rays).t, rays.max_range)
     part = dr.arange(jit.UInt32, dr.width(reach)) % SHADE_PARTS
     share = (jit.Float(part) + stratum(x, y)) / SHADE_PARTS
     found = [
-        _free(static, moving, scenery, rays, reach, share, lamp) if isinstance(lamp, Beam) else None
+        _free(caster, scenery, rays, reach, share, lamp) if isinstance(lamp, Beam) else None
         for lamp in light_sources(config, motion, along.image)
     ]
     dr.eval(found)
@@ -55,11 +55,11 @@ def shaded(
     return made
 
 
-def _free(static: Any, moving: Any, scenery: Scenery, rays: Rays, reach: Array, share: Array, lamp: Beam) -> Array:
+def _free(caster: Caster, scenery: Scenery, rays: Rays, reach: Array, share: Array, lamp: Beam) -> Array:
     """`Float`: 1 where the lamp's light comes to the place at that share of the angle, 0 where something stands before
     it."""
     _, place, distance = seen_from(lamp, rays.direction, reach, share)
     start = rays.origin + jit.Array3f64(place)
     towards = (lamp.position - place) / dr.maximum(distance, 1e-6)
     lit = (-dr.dot(lamp.axis, towards) > lamp.outer) & (depth_at(scenery, start) > 0)
-    return dr.select(lit & ~reached(static, moving, scenery, rays, start, towards, distance, lit), jit.Float(0), 1)
+    return dr.select(lit & ~reached(caster, scenery, rays, start, towards, distance, lit), jit.Float(0), 1)

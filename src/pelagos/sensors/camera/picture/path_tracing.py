@@ -29,7 +29,7 @@ from pelagos.optics.light_source import LightSource, light_at
 from pelagos.optics.phase import henyey_greenstein, sample_henyey_greenstein, water_molecules
 from pelagos.optics.texture import surface_look
 from pelagos.optics.water import MEAN_COSINE, REFRACTIVE_INDEX
-from pelagos.raycast.caster import cast, occluded
+from pelagos.raycast.caster import Caster
 from pelagos.raycast.rays import Hits, Rays
 from pelagos.sensors.camera.picture.scenery import Scenery, behind_air, by_ray, depth_at, sky_in_air
 
@@ -66,13 +66,13 @@ class Path:
 
 
 def path_traced(
-    static: Any, moving: Any, scenery: Scenery, rays: Rays, lane: Array, lamps: list[LightSource], pixel_angle: float,
+    caster: Caster, scenery: Scenery, rays: Rays, lane: Array, lamps: list[LightSource], pixel_angle: float,
     counter: tuple[Array, Array, Array, Array], key: Any,
 ) -> Array:  # fmt: skip
     """Radiance along rays by one random path each, `Array3f` [cd/m^2].
 
     Args:
-        static, moving, scenery, rays, lane, lamps, pixel_angle: see `shading.look`.
+        caster, scenery, rays, lane, lamps, pixel_angle: see `shading.look`.
         counter: of the random numbers: pixel, environment, tick, sample.
         key: random stream.
     """
@@ -91,7 +91,7 @@ def path_traced(
 
     def extend(path: Path) -> tuple[Path]:
         draws = _draws(counter, path.bounce, key)
-        return (_extended(static, moving, scenery, rays, lane, lamps, pixel_angle, path, draws),)
+        return (_extended(caster, scenery, rays, lane, lamps, pixel_angle, path, draws),)
 
     return dr.while_loop((start,), lambda p: p.alive & (p.bounce < BOUNCES), extend, mode="symbolic")[0].light
 
@@ -103,12 +103,12 @@ def _draws(counter: tuple[Array, Array, Array, Array], bounce: Array, key: Any) 
 
 
 def _extended(
-    static: Any, moving: Any, scenery: Scenery, rays: Rays, lane: Array, lamps: list[LightSource], pixel_angle: float,
+    caster: Caster, scenery: Scenery, rays: Rays, lane: Array, lamps: list[LightSource], pixel_angle: float,
     path: Path, u: list[Array],
 ) -> Path:  # fmt: skip
     """One step: a free flight, what ends it, its light from sun and lamps, and where the path goes on."""
     ray = Rays(path.origin, path.direction, rays.max_range, rays.copy, rays.own, rays.drift)
-    hits = cast(static, moving, scenery.tables, ray, smooth=True, coherent=False)
+    hits = caster.cast(ray, smooth=True, coherent=False)
     flight = _flight(scenery, path, hits, u)
     weight = path.weight * flight.weight
     light = path.light
@@ -125,7 +125,7 @@ def _extended(
     def lit(towards: Array, reach: Array, arriving: Array, *, own: bool = False) -> Array:
         """Light that comes from a direction and leaves along the path, if nothing stands before it."""
         ray = Rays(start, towards, dr.select(event, reach, 0), rays.copy, rays.own, rays.drift)
-        free = ~occluded(static, moving, scenery.tables, ray, past_own=own)
+        free = ~caster.occluded(ray, past_own=own)
         turned = _phase(scenery.water, dr.dot(towards, path.direction))
         matt = albedo * (dr.maximum(dr.dot(normal, towards), 0) / math.pi)
         matt = dr.select(dr.dot(hits.normal, towards) > 0, matt, 0)

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from typing import Any, TypeAlias
+from typing import TypeAlias
 
 import drjit as dr
 
@@ -39,7 +39,7 @@ from pelagos.optics.texture import surface_look
 from pelagos.optics.transport import near_transmission, path_length, sharp_transmission
 from pelagos.optics.water import REFRACTIVE_INDEX
 from pelagos.optics.wave_surface import way_to_surface
-from pelagos.raycast.caster import cast, occluded
+from pelagos.raycast.caster import Caster
 from pelagos.raycast.rays import Hits, Rays
 from pelagos.sensors.camera.picture.lamp_light import lamps_in_water, lamps_on_surface
 from pelagos.sensors.camera.picture.scenery import (
@@ -100,8 +100,7 @@ class Radiance:
 
 
 def look(
-    static: Any,
-    moving: Any,
+    caster: Caster,
     scenery: Scenery,
     rays: Rays,
     lane: Array,
@@ -114,7 +113,7 @@ def look(
     """Radiance along rays through water or air.
 
     Args:
-        static, moving: the two scenes, see `cast`.
+        caster: the world, see `Caster`.
         scenery: see `Scenery`.
         rays: from the camera.
         lane: `UInt32`, row of `scenery.waves` of each ray.
@@ -129,12 +128,12 @@ def look(
     around = _open_sea(scenery, rays.direction, depth) if around is None else around
     d = rays.direction
     under = depth > 0
-    first = cast(static, moving, scenery.tables, rays, smooth=True)
+    first = caster.cast(rays, smooth=True)
     to_sea = dr.select(under == (d.z > 0), depth / dr.select(dr.abs(d.z) < 1e-6, 1e-6, d.z), FAR)
     if scenery.waves.swell is not None:
         to_sea = way_to_surface(scenery.waves.swell, rays.origin, d, lane)
     meets_sea = (to_sea < first.t) & ((to_sea < rays.max_range) | ~under) & (to_sea < FAR) & (rays.max_range > 0)
-    behind = _behind_the_sea(static, moving, scenery, rays, to_sea, under, meets_sea, first, lane, pixel_angle)
+    behind = _behind_the_sea(caster, scenery, rays, to_sea, under, meets_sea, first, lane, pixel_angle)
     hits = behind.hits
     wet = dr.select(under, dr.minimum(dr.select(meets_sea, to_sea, first.t), rays.max_range), 0)
     beyond, sight = scenery, None
@@ -142,7 +141,7 @@ def look(
         sight = sight_at(lines, scenery.field, scenery.water, d, around.rate, wet)
         field = seen_through(scenery.field, scenery.water, sight.water, depth)
         beyond = replace(scenery, water=sight.water, field=field)
-    own_light = _surface_light(static, moving, beyond, rays, behind, lane, lamps, pixel_angle, around)
+    own_light = _surface_light(caster, beyond, rays, behind, lane, lamps, pixel_angle, around)
     sky_seen = ~under & ~meets_sea & ~hits.valid
     own_light = dr.if_stmt(
         (own_light,), sky_seen, lambda _: sky_in_air(scenery, d), lambda own_light: own_light, mode="symbolic"
@@ -159,7 +158,7 @@ def look(
     far = arriving - near
     veil = dr.select(under, _veil(beyond, around, d, depth, wet, sight), 0)
     if lamps:
-        veil += lamps_in_water(static, moving, scenery, rays, wet, lamps, pixel_angle, lines)
+        veil += lamps_in_water(caster, scenery, rays, wet, lamps, pixel_angle, lines)
     if snow > 0:
         cover, distance = flakes(jit.Array3f(rays.origin), d, wet, snow, pixel_angle)
         flake = _flake_light(beyond, lamps, depth, d * distance, pixel_angle) * sharp_transmission(
@@ -194,7 +193,7 @@ class _Behind:
 
 
 def _behind_the_sea(
-    static: Any, moving: Any, scenery: Scenery, rays: Rays, to_sea: Array, under: Array, meets_sea: Array, first: Hits,
+    caster: Caster, scenery: Scenery, rays: Rays, to_sea: Array, under: Array, meets_sea: Array, first: Hits,
     lane: Array, pixel_angle: float,
 ) -> _Behind:  # fmt: skip
     """Follow rays that meet the sea surface along its stronger branch, refracted or mirrored.
@@ -215,7 +214,7 @@ def _behind_the_sea(
     # interpolates normals in two places, which LLVM refuses ("invalid redefinition of function").
     seen = dr.select(wet, _OPAQUE / dr.min(scenery.field.loss) - dr.select(under, to_sea, 0), FAR)
     reach = dr.select(meets_sea, dr.clip(seen, 0, rays.max_range), 0)
-    second = cast(static, moving, scenery.tables, Rays(start, direction, reach, rays.copy, rays.own))
+    second = caster.cast(Rays(start, direction, reach, rays.copy, rays.own))
     length = dr.select(second.valid, second.t, FAR)
     sky = dr.if_stmt(
         (direction,), meets_sea & ~wet & ~second.valid, lambda d: sky_in_air(scenery, d), lambda _: jit.Array3f(0),
@@ -285,7 +284,7 @@ def _branch_at(scenery: Scenery, rays: Rays, to_sea: Array, under: Array, lane: 
 
 
 def _surface_light(
-    static: Any, moving: Any, scenery: Scenery, rays: Rays, behind: _Behind, lane: Array, lamps: list[LightSource],
+    caster: Caster, scenery: Scenery, rays: Rays, behind: _Behind, lane: Array, lamps: list[LightSource],
     pixel_angle: float, around: Ambience,
 ) -> Array:  # fmt: skip
     """Radiance of the hit surfaces themselves: matt, lit by beam, diffuse light from above and below, and lamps."""
@@ -304,7 +303,7 @@ def _surface_light(
         lit = hits.valid & (facing_sun > 0) & (dr.dot(hits.normal, towards) > 0)
         start = hits.position + jit.Array3f64(hits.normal) * _SHADOW_START
         shadow = Rays(start, towards, dr.select(lit, _SHADOW_REACH, 0), rays.copy, rays.own, rays.drift)
-        dark = occluded(static, moving, scenery.tables, shadow, coherent=True)
+        dark = caster.occluded(shadow, coherent=True)
         pattern = focusing(scenery.waves, x, y, below, towards, lane)
         pattern = dr.lerp(1, pattern, pattern_left(scenery.field, below))
         beam = dr.select(wet, beam_at(scenery.field, below) * pattern, scenery.light.sun)
@@ -313,7 +312,7 @@ def _surface_light(
         total += diffuse * around.surface_open + around.surface_sent
         if lamps:
             width = behind.way * pixel_angle
-            total += lamps_on_surface(static, moving, scenery, rays, hits, normal, lamps, width)
+            total += lamps_on_surface(caster, scenery, rays, hits, normal, lamps, width)
         return albedo * total / math.pi
 
     hits = behind.hits

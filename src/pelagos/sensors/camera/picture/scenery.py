@@ -17,8 +17,8 @@ from pelagos.optics.sunlight import LightArrays, sky_radiance
 from pelagos.optics.swell import elevation_at
 from pelagos.optics.texture import Looks
 from pelagos.optics.water import WaterArrays
+from pelagos.raycast.hit_tables import HitTables
 from pelagos.raycast.rays import Hits, Rays
-from pelagos.raycast.scene import Tables
 
 _SEA_ALBEDO: Final = 0.06  # from above (R. E. Payne, J. Atmos. Sci. 29:959, 1972)
 FAR: Final = 1e4  # [m], where there is nothing
@@ -56,7 +56,7 @@ class Scenery:
         murk: see `Murk`; None where the water is the same everywhere.
     """
 
-    tables: Tables
+    tables: HitTables
     looks: Looks
     water: WaterArrays
     light: LightArrays

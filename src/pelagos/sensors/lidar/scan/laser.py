@@ -8,7 +8,7 @@ solid-state one fires its whole field at once. Arrays are `(channels, steps)`, s
 from __future__ import annotations
 
 import math
-from typing import Any, Final, Literal, Self
+from typing import Final, Literal, Self
 
 import drjit as dr
 import numpy as np
@@ -21,7 +21,7 @@ from pelagos.jit import Array
 from pelagos.math.so3 import integrate, rotate
 from pelagos.optics.interface import refract
 from pelagos.optics.water import REFRACTIVE_INDEX
-from pelagos.raycast.caster import cast
+from pelagos.raycast.caster import Caster
 from pelagos.raycast.rays import Rays
 from pelagos.sensors.camera.picture.sea_crossing import Crossing
 from pelagos.sensors.mount import sensor_angular_velocity, sensor_pose, sensor_velocity
@@ -185,14 +185,12 @@ def pulses(
     return rays, direction
 
 
-def echoes(
-    static: Any, moving: Any, tables: Any, rays: Rays, direction: Array, sea_way: Crossing, config: LaserConfig
-) -> Echoes:
+def echoes(caster: Caster, rays: Rays, direction: Array, sea_way: Crossing, config: LaserConfig) -> Echoes:
     """What the pulses meet: solids, and for pulses from above the sea surface as configured.
 
     Pulses are mirrored and refracted as by level water, wherever they meet the waves.
     """
-    hits = cast(static, moving, tables, rays)
+    hits = caster.cast(rays)
     rise = rays.direction.z
     wet = sea_way.under
     to_sea = dr.select(~wet & (rise < 0), sea_way.way, dr.inf)
@@ -203,7 +201,7 @@ def echoes(
         reach = dr.select(sea, (rays.max_range - to_sea) / REFRACTIVE_INDEX, 0)
         start = rays.origin + jit.Array3f64(rays.direction) * jit.Float64(dr.select(sea, to_sea, 0))
         start += jit.Array3f64(below) * _NEAR
-        deep = cast(static, moving, tables, Rays(start, below, reach, rays.copy, rays.own))
+        deep = caster.cast(Rays(start, below, reach, rays.copy, rays.own))
         found = sea & deep.valid
         hits = dr.select(found, deep, hits)
         incoming, deep_way = dr.select(found, below, incoming), deep.t + _NEAR

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from pelagos import jit
 from pelagos.jit import Array
+from pelagos.raycast.caster import Caster
 from pelagos.sensors.camera.picture.camera_rays import Trace
 from pelagos.sensors.camera.picture.sea_crossing import sea_crossing, uneven_sea
 from pelagos.sensors.lidar.scan.laser import Echoes, LaserConfig, Scan, echoes, pulses, scan_struct
@@ -63,12 +64,12 @@ class Scanner:
         self._ocean = uneven_sea(context.ocean)
         self._own = jit.UInt32(context.own_body)
         dr.make_opaque(self._own)
-        self._ping = context.scene.compile(self._make)
+        self._recorded = context.scene.compile(self._kernel)
 
     def samples(self, motion: Kinematics) -> tuple[NDArray[Any], ...]:
         """`(lanes, channels, steps)` or `(lanes, channels, steps, components)` of each of the values."""
         shape = (-1, self._config.channels, self._config.steps)
-        found = (np.array(v) for v in self._ping(*self._arguments(motion)))
+        found = (np.array(v) for v in self._recorded(*self._arguments(motion)))
         return tuple(
             v.reshape(shape) if v.ndim == 1 else np.ascontiguousarray(v.T).reshape(*shape, len(v)) for v in found
         )
@@ -89,33 +90,37 @@ class Scanner:
             found.append((name, np.array(values), unit))
 
         scene = self._context.scene
-        self._make(scene.static, scene.moving, trace)(*self._arguments(motion))
+        self._kernel(scene.caster, *self._arguments(motion), trace=trace)
         return found
 
     def _arguments(self, motion: Kinematics) -> tuple[Any, ...]:
-        return self._context.scene.tables, self._scan, motion, self._own, self._ocean, self._extra
+        return self._scan, motion, self._own, self._ocean, self._extra
 
-    def _make(self, static: Any, moving: Any, trace: Trace | None = None) -> Callable[..., tuple[Array, ...]]:
+    def _kernel(
+        self,
+        caster: Caster,
+        scan: Scan,
+        motion: Kinematics,
+        own: Array,
+        ocean: Any,
+        extra: Any,
+        *,
+        trace: Trace | None = None,
+    ) -> tuple[Array, ...]:
         config, values = self._config, self._values
         count = config.channels * config.steps
-
-        def sample(
-            tables: Any, scan: Scan, motion: Kinematics, own: Array, ocean: Any, extra: Any
-        ) -> tuple[Array, ...]:
-            ray = dr.arange(jit.UInt32, dr.width(motion.tick) * count)
-            lane = ray // count
-            pulse = ray - lane * count
-            rays, direction = pulses(scan, lane, pulse, motion, own, config)
-            position, _ = sensor_pose(motion, config)
-            crossing = sea_crossing(rays, lane, ocean, position, motion.t_ns)
-            echo = echoes(static, moving, tables, rays, direction, crossing, config)
-            if trace is not None:
-                trace("range", echo.distance, "m")
-            environment, tick = (dr.gather(jit.UInt32, v, lane) for v in (motion.environment, motion.tick))
-            t = jit.Float64(motion.t_ns) * 1e-9
-            return values(Heard(echo, pulse, environment, tick, lane, position, t), extra, trace)
-
-        return sample
+        ray = dr.arange(jit.UInt32, dr.width(motion.tick) * count)
+        lane = ray // count
+        pulse = ray - lane * count
+        rays, direction = pulses(scan, lane, pulse, motion, own, config)
+        position, _ = sensor_pose(motion, config)
+        crossing = sea_crossing(rays, lane, ocean, position, motion.t_ns)
+        echo = echoes(caster, rays, direction, crossing, config)
+        if trace is not None:
+            trace("range", echo.distance, "m")
+        environment, tick = (dr.gather(jit.UInt32, v, lane) for v in (motion.environment, motion.tick))
+        t = jit.Float64(motion.t_ns) * 1e-9
+        return values(Heard(echo, pulse, environment, tick, lane, position, t), extra, trace)
 
 
 def cloud(direction: Array, distance: Array, value: Array, kept: Array) -> Array:

@@ -18,9 +18,8 @@ from pelagos.acoustics.spreading import patch_intensity
 from pelagos.jit import Array
 from pelagos.math.quick import larger, smaller
 from pelagos.math.so3 import rotate
-from pelagos.raycast.caster import cast
+from pelagos.raycast.caster import Caster
 from pelagos.raycast.rays import Hits, Rays
-from pelagos.raycast.scene import Tables
 from pelagos.sensors.sonar.ping.sea_surface import Sea, with_sea_surface
 from pelagos.sensors.sonar.ping.surface_scattering import Surfaces, patch_factor, scattering
 
@@ -200,9 +199,7 @@ def spread(values: Array, row: Array) -> Array:
 
 
 def look(
-    static: Any,
-    moving: Any,
-    tables: Tables,
+    caster: Caster,
     fan: Fan,
     lanes: Lanes,
     surfaces: Surfaces,
@@ -213,7 +210,7 @@ def look(
     """Cast a sonar's fan on every lane.
 
     Args:
-        static, moving, tables: see `cast`.
+        caster, tables: see `cast`.
         fan: rays in the sensor frame, r of them.
         lanes: where the sonar is.
         surfaces: names the row of the sea surface.
@@ -237,16 +234,16 @@ def look(
         far = dr.select(spread(lanes.wet, lane), far, 0.0)
     shot = Rays(origin, direction, far, spread(lanes.copy, lane), spread(lanes.own, lane))
     if lanes.profile is not None:
-        hits, direction = cast_bent(static, moving, tables, shot, surfaces, lanes, lane, max_range, smooth=smooth)
+        hits, direction = cast_bent(caster, shot, surfaces, lanes, lane, max_range, smooth=smooth)
     else:
-        hits = cast(static, moving, tables, shot, smooth=smooth)
+        hits = caster.cast(shot, smooth=smooth)
         hits = with_sea_surface(hits, shot, surfaces.sea_row, lanes.sea, lane)
     sine = dr.abs(dr.dot(hits.shading_normal, direction))
     return View(lane, ray, origin, direction, along, aside, hits, sine)
 
 
 def cast_bent(
-    static: Any, moving: Any, tables: Tables, rays: Rays, surfaces: Surfaces, lanes: Lanes, row: Array,
+    caster: Caster, rays: Rays, surfaces: Surfaces, lanes: Lanes, row: Array,
     max_range: float, *, smooth: bool,
 ) -> tuple[Hits, Array]:  # fmt: skip
     """Cast rays along the chords of their arcs; hits with reduced ranges (see `arc`), and directions of arrival."""
@@ -261,7 +258,7 @@ def cast_bent(
         direction = turned(rays.direction, chord.sine, chord.cosine)
         active = rays.max_range > 0.0 if found is None else (rays.max_range > 0.0) & ~found.valid
         shot = Rays(origin, direction, dr.select(active, chord.length, 0.0), rays.copy, rays.own)
-        hits = cast(static, moving, tables, shot, smooth=smooth)
+        hits = caster.cast(shot, smooth=smooth)
         hits = with_sea_surface(hits, shot, surfaces.sea_row, lanes.sea, row)
         part = dr.clip(hits.t / chord.length, 0.0, 1.0)
         s, c = dr.sincos(chord.turn * (part - 0.5))  # the arc's own direction there, from its chord's

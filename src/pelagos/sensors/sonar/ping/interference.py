@@ -18,9 +18,8 @@ from pelagos.acoustics.spreading import from_db
 from pelagos.errors import LookupFailed
 from pelagos.jit import Array
 from pelagos.math.so3 import rotate_back
-from pelagos.raycast.caster import cast
+from pelagos.raycast.caster import Caster
 from pelagos.raycast.rays import Rays
-from pelagos.raycast.scene import Tables
 from pelagos.sensors.mount import sensor_pose
 from pelagos.sensors.sensor import Kinematics, SensorConfig
 from pelagos.sensors.sonar.ping.fan import Lanes
@@ -187,13 +186,13 @@ class Neighbours:
         return made
 
 
-def unblocked(static: Any, moving: Any, tables: Tables, heard: Heard, lanes: Lanes) -> Heard:
+def unblocked(caster: Caster, heard: Heard, lanes: Lanes) -> Heard:
     """Silence the sources that something stands before; the receiver's own hull does not count, nor the source's."""
     count = dr.width(lanes.position)
     lane = dr.arange(jit.UInt32, dr.width(heard.distance)) % count
     copy, own = dr.gather(jit.UInt32, lanes.copy, lane), dr.gather(jit.UInt32, lanes.own, lane)
     reach = dr.maximum(heard.distance - _HULL, 0.0)
-    hits = cast(static, moving, tables, Rays(dr.gather(jit.Array3f64, lanes.position, lane), heard.direction, reach,
+    hits = caster.cast(Rays(dr.gather(jit.Array3f64, lanes.position, lane), heard.direction, reach,
                                              copy, own))  # fmt: skip
     heard.distance = dr.select(hits.valid, dr.inf, heard.distance)
     dr.eval(heard.distance)

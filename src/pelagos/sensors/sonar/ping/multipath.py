@@ -12,7 +12,7 @@ Section 2.4.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Any, Final
+from typing import Final
 
 import drjit as dr
 
@@ -20,9 +20,8 @@ from pelagos import jit
 from pelagos.acoustics.echo import Patches
 from pelagos.acoustics.spreading import from_db
 from pelagos.jit import Array
-from pelagos.raycast.caster import cast
+from pelagos.raycast.caster import Caster
 from pelagos.raycast.rays import Hits, Rays
-from pelagos.raycast.scene import Tables
 from pelagos.sensors.sonar.ping.fan import Fan, Lanes, View, patches_of
 from pelagos.sensors.sonar.ping.sea_surface import SEA_SURFACE_INSTANCE, with_sea_surface
 from pelagos.sensors.sonar.ping.surface_scattering import Surfaces, mirrored
@@ -53,9 +52,7 @@ class Mirrors:
     bottom_loss_db: float
 
 
-def bounced(
-    static: Any, moving: Any, tables: Tables, view: View, fan: Fan, lanes: Lanes, surfaces: Surfaces, mirrors: Mirrors
-) -> list[Patches]:
+def bounced(caster: Caster, view: View, fan: Fan, lanes: Lanes, surfaces: Surfaces, mirrors: Mirrors) -> list[Patches]:
     """Patches of bounced echoes: for each number of bounces, those home by the same bounces and those home straight.
 
     Args:
@@ -66,8 +63,8 @@ def bounced(
     for _ in range(mirrors.order):
         mirror, part = _reflected(leg.hits, leg.sine, surfaces, mirrors)
         kept = kept * dr.select(mirror, part, 0.0)
-        leg = _onward(static, moving, tables, leg, lanes, surfaces, mirror, mirrors.max_range)
-        found += _echoes(static, moving, tables, leg, view.direction, fan, lanes, surfaces, kept, mirrors.longest)
+        leg = _onward(caster, leg, lanes, surfaces, mirror, mirrors.max_range)
+        found += _echoes(caster, leg, view.direction, fan, lanes, surfaces, kept, mirrors.longest)
     return found
 
 
@@ -81,7 +78,7 @@ def _reflected(hits: Hits, sine: Array, surfaces: Surfaces, mirrors: Mirrors) ->
 
 
 def _onward(
-    static: Any, moving: Any, tables: Tables, leg: View, lanes: Lanes, surfaces: Surfaces, mirror: Array,
+    caster: Caster, leg: View, lanes: Lanes, surfaces: Surfaces, mirror: Array,
     max_range: float,
 ) -> View:  # fmt: skip
     """The next leg, with the length of the whole path."""
@@ -93,7 +90,7 @@ def _onward(
     left = dr.select(mirror, dr.maximum(max_range - travelled, 0.0), 0.0)
     copy, own = dr.gather(jit.UInt32, lanes.copy, leg.lane), dr.gather(jit.UInt32, lanes.own, leg.lane)
     shot = Rays(start, direction, left, copy, own)
-    after = cast(static, moving, tables, shot, smooth=True)
+    after = caster.cast(shot, smooth=True)
     after = with_sea_surface(after, shot, surfaces.sea_row, lanes.sea, leg.lane)
     after.valid &= mirror
     after.t = dr.select(after.valid, after.t + travelled, dr.inf)
@@ -101,7 +98,7 @@ def _onward(
 
 
 def _echoes(
-    static: Any, moving: Any, tables: Tables, leg: View, departure: Array, fan: Fan, lanes: Lanes, surfaces: Surfaces,
+    caster: Caster, leg: View, departure: Array, fan: Fan, lanes: Lanes, surfaces: Surfaces,
     kept: Array, longest: float,
 ) -> list[Patches]:  # fmt: skip
     """Echoes from the end of a broken path: home by it, and home straight where nothing stands in between.
@@ -113,7 +110,7 @@ def _echoes(
     straight = dr.maximum(dr.norm(way), 1e-3)
     copy, own = dr.gather(jit.UInt32, lanes.copy, leg.lane), dr.gather(jit.UInt32, lanes.own, leg.lane)
     reach = dr.select(whole.valid, straight, 0.0)
-    home = cast(static, moving, tables, Rays(leg.origin, way / straight, reach, copy, own), smooth=False)
+    home = caster.cast(Rays(leg.origin, way / straight, reach, copy, own), smooth=False)
     free = whole.valid & (~home.valid | (home.t > straight - _SEEN))
     baffle = dr.select(dr.dot(way, departure) > 0.0, 1.0, _BEHIND)
     half = replace(whole, valid=free, energy=4.0 * whole.energy * kept * baffle * (whole.distance / straight) ** 2)

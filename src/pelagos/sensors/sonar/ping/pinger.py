@@ -23,7 +23,7 @@ from pelagos.acoustics.spreading import time_varied_gain
 from pelagos.errors import ValidityWarning
 from pelagos.jit import Array
 from pelagos.math.so3 import multiply, rotate
-from pelagos.raycast.scene import Tables
+from pelagos.raycast.caster import Caster
 from pelagos.sensors.lazy import promised
 from pelagos.sensors.mount import sensor_angular_velocity, sensor_velocity
 from pelagos.sensors.schedule import period_ticks
@@ -106,7 +106,7 @@ class Pinger:
         self._hazy = config.volume_scattering_db is not None or TRACER in getattr(context.ocean, "tracers", {})
         self._rays = len(rays["beam"])
         self._water = (probes(rays, layout.beams), context.ocean) if self._hazy else None
-        self._ping = self._sounder.compile(self._make)
+        self._recorded = self._sounder.compile(self._kernel)
         self._mean = jit.freeze(self._truth)
 
     def ping(
@@ -117,7 +117,7 @@ class Pinger:
         `turn` is a rotation of the sensor frame by lane, `Array4f64`, for heads that turn.
         """
         config = self._config
-        (data, *rest), traces = self._ping(motion, *self._constants, self._besides(motion, turn))
+        (data, *rest), traces = self._recorded(motion, *self._constants, self._besides(motion, turn))
         shape = (dr.width(motion.position), self._layout.beams, config.bins)
 
         def truth() -> NDArray[np.float32]:
@@ -141,7 +141,7 @@ class Pinger:
     def explain(self, motion: Kinematics, turn: Array | None = None) -> list[tuple[str, NDArray[Any], str]]:
         """One ping, not frozen, with its intermediate arrays: (name, values, unit)."""
         arguments = self._sounder.arguments(motion)
-        return self._sounder.trace(self._make, *arguments, motion, *self._constants, self._besides(motion, turn))
+        return self._sounder.trace(self._kernel, *arguments, motion, *self._constants, self._besides(motion, turn))
 
     def _besides(self, motion: Kinematics, turn: Array | None) -> dict[str, Any]:
         """What only some pings are called with."""
@@ -156,34 +156,43 @@ class Pinger:
                 found["heard"] = heard
         return found
 
-    def _make(self, static: Any, moving: Any, trace: Trace = None) -> Callable[..., Any]:
+    def _kernel(
+        self,
+        caster: Caster,
+        lanes: Lanes,
+        fan: Fan,
+        surfaces: Surfaces,
+        key: Any,
+        motion: Kinematics,
+        steering: Array,
+        pulse: Array,
+        noise: Array,
+        seed: Array,
+        order: Array,
+        besides: dict[str, Any],
+        *,
+        trace: Trace = None,
+    ) -> tuple[list[Array], Traces]:
         config, layout = self._config, self._layout
-
-        def ping(
-            tables: Tables, lanes: Lanes, fan: Fan, surfaces: Surfaces, key: Any, motion: Kinematics, steering: Array,
-            pulse: Array, noise: Array, seed: Array, order: Array, besides: dict[str, Any],
-        ) -> tuple[list[Array], Traces]:  # fmt: skip
-            velocity = rotate(lanes.attitude, sensor_velocity(motion, config))
-            spin = sensor_angular_velocity(motion, config)
-            if "turn" in besides:
-                lanes = replace(lanes, attitude=multiply(lanes.attitude, besides["turn"]))
-            far = config.range_max_m + config.longest_strip_m
-            view = look(static, moving, tables, fan, lanes, surfaces, max_range=far)
-            patches = [calibrated(config, layout, view, fan, lanes, surfaces, velocity, trace)]
-            if config.multipath != "none":
-                ghosts = bounced(static, moving, tables, view, fan, lanes, surfaces, mirrors(config))
-                patches += [gained(config, layout, g, view, lanes) for g in ghosts]
-            walkers = self._walkers(order, dr.width(lanes.position))
-            field, tags, strips = echoes(config, layout, patches, walkers, lanes, seed)
-            seen = self._haze(view, lanes, motion, *besides["water"]) if "water" in besides else None
-            others = unblocked(static, moving, tables, besides["heard"], lanes) if "heard" in besides else None
-            din = Din(seen, self._streaks(view, fan, dr.width(lanes.position)), others)
-            out = receive(config, layout, field, tags, lanes, spin, steering, pulse, noise, key, motion.t_ns, din)
-            if trace is not None:
-                trace_levels(config, layout, energies(strips, walkers), out[0], lanes, noise, trace)
-            return out, Traces(strips, lanes.medium, seen)
-
-        return ping
+        velocity = rotate(lanes.attitude, sensor_velocity(motion, config))
+        spin = sensor_angular_velocity(motion, config)
+        if "turn" in besides:
+            lanes = replace(lanes, attitude=multiply(lanes.attitude, besides["turn"]))
+        far = config.range_max_m + config.longest_strip_m
+        view = look(caster, fan, lanes, surfaces, max_range=far)
+        patches = [calibrated(config, layout, view, fan, lanes, surfaces, velocity, trace)]
+        if config.multipath != "none":
+            ghosts = bounced(caster, view, fan, lanes, surfaces, mirrors(config))
+            patches += [gained(config, layout, g, view, lanes) for g in ghosts]
+        walkers = self._walkers(order, dr.width(lanes.position))
+        field, tags, strips = echoes(config, layout, patches, walkers, lanes, seed)
+        seen = self._haze(view, lanes, motion, *besides["water"]) if "water" in besides else None
+        others = unblocked(caster, besides["heard"], lanes) if "heard" in besides else None
+        din = Din(seen, self._streaks(view, fan, dr.width(lanes.position)), others)
+        out = receive(config, layout, field, tags, lanes, spin, steering, pulse, noise, key, motion.t_ns, din)
+        if trace is not None:
+            trace_levels(config, layout, energies(strips, walkers), out[0], lanes, noise, trace)
+        return out, Traces(strips, lanes.medium, seen)
 
     def _truth(self, traces: Traces, motion: Kinematics, steering: Array, pulse: Array, order: Array) -> Array:
         pings = dr.width(motion.position)

@@ -8,7 +8,6 @@ room for as much of a new echo. Both pulses are taken to be told apart, as by co
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, Final
 
 import drjit as dr
@@ -24,7 +23,7 @@ from pelagos.acoustics.spreading import from_db, time_varied_gain, to_db
 from pelagos.jit import Array
 from pelagos.math.philox import normal_pair32
 from pelagos.math.so3 import rotate, rotate_back
-from pelagos.raycast.scene import Tables
+from pelagos.raycast.caster import Caster
 from pelagos.sensors.mount import sensor_angular_velocity, sensor_velocity
 from pelagos.sensors.noise import words32
 from pelagos.sensors.sensor import Kinematics, SensorContext
@@ -83,17 +82,17 @@ class PulsePairs:
         self._pulse = point_spread(
             ping.bin_width_m, range_resolution(1500.0, ping.bandwidth_hz), pulse=ping.pulse
         ).tolist()
-        self._kernel = (pulse_correlation(np.asarray(self._pulse)) ** 2).tolist()
-        self._layer_samples = layer_m / ping.bin_width_m / sum(self._kernel)
+        self._taps = (pulse_correlation(np.asarray(self._pulse)) ** 2).tolist()
+        self._layer_samples = layer_m / ping.bin_width_m / sum(self._taps)
         self._sounder = Sounder(config, context, looks, frequency_hz=ping.frequency_hz, ph=ping.ph)
-        self._second = self._sounder.compile(self._make)
+        self._recorded = self._sounder.compile(self._kernel)
 
     def extras(self, motion: Kinematics) -> dict[str, NDArray[Any]]:
         """`water_column`, `water_column_truth` [dB] and `labels` `(m, beams, bins)`, `iq` `(m, beams, 2, bins)`."""
         _, mean, more = self._pinger.ping(motion)
         truth = mean()
         first = [np.ascontiguousarray(v).ravel() for v in (more["iq"].real, more["iq"].imag, truth)]
-        arrays = self._second(motion, self._ocean, *(jit.Float(v) for v in first))
+        arrays = self._recorded(motion, self._ocean, *(jit.Float(v) for v in first))
         shape = truth.shape
         data, level, *parts = (np.array(a).reshape(shape) for a in arrays)
         found = {"water_column": data, "water_column_truth": level}
@@ -101,64 +100,69 @@ class PulsePairs:
             found["iq"] = np.stack([parts[0] + 1j * parts[1], parts[2] + 1j * parts[3]], axis=2).astype(np.complex64)
         return found | {f"water_column_{k}": more[k] for k in ("label", "instance") if k in more}
 
-    def _make(self, static: Any, moving: Any) -> Callable[..., Any]:
+    def _kernel(
+        self,
+        caster: Caster,
+        lanes: Lanes,
+        fan: Fan,
+        surfaces: Surfaces,
+        key: Any,
+        motion: Kinematics,
+        ocean: Ocean,
+        real: Array,
+        imaginary: Array,
+        energy: Array,
+    ) -> tuple[Array, ...]:
         layout, ping = self._layout, self._ping
         pulse, half = self._pulse, len(self._pulse) // 2
+        view = look(caster, fan, lanes, surfaces, max_range=ping.range_max_m + ping.longest_strip_m)
+        patches = patches_of(view, fan, lanes, surfaces, longest=ping.longest_strip_m)
+        dr.eval(view, patches)
+        velocity = sensor_velocity(motion, self._config)
+        row = dr.arange(jit.UInt32, dr.width(lanes.position) * layout.beams)
+        bow = self._along_axes(velocity, row)  # closing speed of what rests on each beam's axis [m/s]
+        scale = 1.0 / speed_per_radian(
+            frequency_hz=ping.frequency_hz, sound_speed=lanes.medium.sound_speed, lag_s=self._lag
+        )
+        dr.eval(bow, scale)
+        power, sunk, tilted, free = self._moved(view, patches, fan, lanes, velocity, bow, scale)
+        lost = dr.maximum(2.0 * sunk - sunk * sunk - tilted * tilted, 0.0)  # 1 - |coherence|^2
+        dr.eval(power, sunk, tilted, lost, free)
+        dull = self._dulled(power, bow, scale)
+        dr.eval(dull)
 
-        def second(
-            tables: Tables, lanes: Lanes, fan: Fan, surfaces: Surfaces, key: Any, motion: Kinematics, ocean: Ocean,
-            real: Array, imaginary: Array, energy: Array,
-        ) -> tuple[Array, ...]:  # fmt: skip
-            view = look(static, moving, tables, fan, lanes, surfaces, max_range=ping.range_max_m + ping.longest_strip_m)
-            patches = patches_of(view, fan, lanes, surfaces, longest=ping.longest_strip_m)
-            dr.eval(view, patches)
-            velocity = sensor_velocity(motion, self._config)
-            row = dr.arange(jit.UInt32, dr.width(lanes.position) * layout.beams)
-            bow = self._along_axes(velocity, row)  # closing speed of what rests on each beam's axis [m/s]
-            scale = 1.0 / speed_per_radian(
-                frequency_hz=ping.frequency_hz, sound_speed=lanes.medium.sound_speed, lag_s=self._lag
-            )
-            dr.eval(bow, scale)
-            power, sunk, tilted, free = self._moved(view, patches, fan, lanes, velocity, bow, scale)
-            lost = dr.maximum(2.0 * sunk - sunk * sunk - tilted * tilted, 0.0)  # 1 - |coherence|^2
-            dr.eval(power, sunk, tilted, lost, free)
-            dull = self._dulled(power, bow, scale)
-            dr.eval(dull)
-
-            cell = dr.arange(jit.UInt32, dr.width(power))
-            row, bin_ = cell // ping.bins, cell % ping.bins
-            lane = row // layout.beams
-            total = dr.maximum(lost, dr.gather(jit.Float, dull, row))
-            distance = ping.range_min_m + (jit.Float(bin_) + 0.5) * ping.bin_width_m
-            normals = self._normals(key, lanes, cell, lane)
-            water, moving_water = self._water(ocean, lanes, motion, velocity, cell, distance, free, scale, normals)
-            fresh = dr.sqrt(0.5 * total * power)
-            raw = dr.ravel(jit.Array4f(
-                water[1], water[2], moving_water[0] + fresh * normals[8], moving_water[1] + fresh * normals[9]
-            ))  # fmt: skip
-            dr.eval(raw)
-            heard = jit.Array4f(0)
-            for k, weight in enumerate(pulse):
-                at = jit.Int32(bin_) + (k - half)
-                inside = (at >= 0) & (at < ping.bins)
-                heard += weight * dr.gather(jit.Array4f, raw, jit.UInt32(jit.Int32(cell) + (k - half)), inside)
-            keep = dr.sqrt((1.0 - total) / dr.maximum(1.0 - lost, 1e-6))
-            turn = dr.gather(jit.Float, bow, row) * dr.gather(jit.Float, scale, lane)
-            s, c = dr.sincos(turn)
-            gr, gi = keep * ((1.0 - sunk) * c - tilted * s), keep * ((1.0 - sunk) * s + tilted * c)
-            hiss = math.sqrt(0.5 * self._noise)
-            z1 = real + heard.x + hiss * normals[0], imaginary + heard.y + hiss * normals[1]
-            z2 = (
-                real * gr - imaginary * gi + heard.z + hiss * normals[2],
-                real * gi + imaginary * gr + heard.w + hiss * normals[3],
-            )
-            loss = dr.gather(jit.Float, lanes.medium.absorption, lane)
-            gain = time_varied_gain(distance, loss, spreading=30.0) / (layout.sector * ping.bin_width_m)
-            data = to_db(dr.maximum((z1[0] * z1[0] + z1[1] * z1[1]) * gain, 1e-20))
-            truth = to_db(dr.maximum(energy + water[0] * gain, 1e-20))
-            return data, truth, *z1, *z2
-
-        return second
+        cell = dr.arange(jit.UInt32, dr.width(power))
+        row, bin_ = cell // ping.bins, cell % ping.bins
+        lane = row // layout.beams
+        total = dr.maximum(lost, dr.gather(jit.Float, dull, row))
+        distance = ping.range_min_m + (jit.Float(bin_) + 0.5) * ping.bin_width_m
+        normals = self._normals(key, lanes, cell, lane)
+        water, moving_water = self._water(ocean, lanes, motion, velocity, cell, distance, free, scale, normals)
+        fresh = dr.sqrt(0.5 * total * power)
+        raw = dr.ravel(jit.Array4f(
+            water[1], water[2], moving_water[0] + fresh * normals[8], moving_water[1] + fresh * normals[9]
+        ))  # fmt: skip
+        dr.eval(raw)
+        heard = jit.Array4f(0)
+        for k, weight in enumerate(pulse):
+            at = jit.Int32(bin_) + (k - half)
+            inside = (at >= 0) & (at < ping.bins)
+            heard += weight * dr.gather(jit.Array4f, raw, jit.UInt32(jit.Int32(cell) + (k - half)), inside)
+        keep = dr.sqrt((1.0 - total) / dr.maximum(1.0 - lost, 1e-6))
+        turn = dr.gather(jit.Float, bow, row) * dr.gather(jit.Float, scale, lane)
+        s, c = dr.sincos(turn)
+        gr, gi = keep * ((1.0 - sunk) * c - tilted * s), keep * ((1.0 - sunk) * s + tilted * c)
+        hiss = math.sqrt(0.5 * self._noise)
+        z1 = real + heard.x + hiss * normals[0], imaginary + heard.y + hiss * normals[1]
+        z2 = (
+            real * gr - imaginary * gi + heard.z + hiss * normals[2],
+            real * gi + imaginary * gr + heard.w + hiss * normals[3],
+        )
+        loss = dr.gather(jit.Float, lanes.medium.absorption, lane)
+        gain = time_varied_gain(distance, loss, spreading=30.0) / (layout.sector * ping.bin_width_m)
+        data = to_db(dr.maximum((z1[0] * z1[0] + z1[1] * z1[1]) * gain, 1e-20))
+        truth = to_db(dr.maximum(energy + water[0] * gain, 1e-20))
+        return data, truth, *z1, *z2
 
     def _along_axes(self, vector: Array, row: Array) -> Array:
         """Component of a vector of the sensor frame, by lane, along each beam: `Float`, by lane and beam."""
@@ -210,14 +214,14 @@ class PulsePairs:
 
     def _dulled(self, power: Array, bow: Array, scale: Array) -> Array:
         """1 - |coherence|^2 by lane and beam at which the surface's speed has the sheet's deviation."""
-        bins, half = self._ping.bins, len(self._kernel) // 2
+        bins, half = self._ping.bins, len(self._taps) // 2
         whole = dr.block_sum(power, bins)
         dr.eval(whole)
         cell = dr.arange(jit.UInt32, dr.width(power))
         part = power / dr.maximum(dr.gather(jit.Float, whole, cell // bins), 1e-37)
         dr.eval(part)
         alike = jit.Float(0)
-        for k, weight in enumerate(self._kernel):
+        for k, weight in enumerate(self._taps):
             at = jit.Int32(cell % bins) + (k - half)
             alike += weight * dr.gather(
                 jit.Float, part, jit.UInt32(jit.Int32(cell) + (k - half)), (at >= 0) & (at < bins)

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from pelagos import jit
 from pelagos.acoustics.refraction import displacement
 from pelagos.jit import Array
-from pelagos.raycast.scene import Tables
+from pelagos.raycast.caster import Caster
 from pelagos.sensors.mount import sensor_pose
 from pelagos.sensors.noise import opaque_key, stream_key
 from pelagos.sensors.sensor import Kinematics, SensorConfig, SensorContext
@@ -84,36 +84,35 @@ class Sounder:
         )
         self.key = opaque_key(stream_key(context.seed, context.path, "noise"))
 
-    def arguments(self, motion: Kinematics) -> tuple[Tables, Lanes, Fan, Surfaces, Any]:
-        """What every ping is called with: the scene's tables, where the sonar is, its rays, surfaces, random stream."""
-        lanes = self._lanes(motion, self._context.ocean, self._own)
-        return self._context.scene.tables, lanes, self.fan, self.surfaces, self.key
+    def arguments(self, motion: Kinematics) -> tuple[Lanes, Fan, Surfaces, Any]:
+        """Arguments of every ping: where the sonar is, its rays, its surfaces, its random stream."""
+        return self._lanes(motion, self._context.ocean, self._own), self.fan, self.surfaces, self.key
 
-    def compile(self, make: Callable[[Any, Any], Callable[..., Any]]) -> Callable[..., Any]:
+    def compile(self, kernel: Callable[..., Any]) -> Callable[..., Any]:
         """Freeze all that a ping takes, from the body's motion on: a function (motion, *more) of arrays.
 
-        `make(static, moving)` makes the ping, a function (tables, lanes, fan, surfaces, key, motion, *more). Lanes that
-        are found outside of the frozen ping take longer than a ping of few rays: 0.3 to 0.6 ms.
+        `kernel` is called with (caster, lanes, fan, surfaces, key, motion, *more). Lanes that are found outside of the
+        frozen ping take longer than a ping of few rays: 0.3 to 0.6 ms.
         """
-        scene = self._context.scene
 
-        def whole(static: Any, moving: Any) -> Callable[..., Any]:
-            def read(
-                tables: Tables, motion: Kinematics, ocean: Any, own: Array, fan: Fan, surfaces: Surfaces, key: Any,
-                *more: Any,
-            ) -> Any:  # fmt: skip
-                lanes = self._lanes(motion, ocean, own)
-                dr.eval(lanes)  # in one kernel: rays gather from each of its arrays
-                return make(static, moving)(tables, lanes, fan, surfaces, key, motion, *more)
+        def whole(
+            caster: Caster,
+            motion: Kinematics,
+            ocean: Any,
+            own: Array,
+            fan: Fan,
+            surfaces: Surfaces,
+            key: Any,
+            *more: Any,
+        ) -> Any:
+            lanes = self._lanes(motion, ocean, own)
+            dr.eval(lanes)  # in one kernel: rays gather from each of its arrays
+            return kernel(caster, lanes, fan, surfaces, key, motion, *more)
 
-            return read
-
-        frozen = scene.compile(whole)
+        frozen = self._context.scene.compile(whole)
 
         def ping(motion: Kinematics, *more: Any) -> Any:
-            return frozen(
-                scene.tables, motion, self._context.ocean, self._own, self.fan, self.surfaces, self.key, *more
-            )
+            return frozen(motion, self._context.ocean, self._own, self.fan, self.surfaces, self.key, *more)
 
         return ping
 
@@ -128,15 +127,14 @@ class Sounder:
         who = (motion.copy, own_row, motion.environment, motion.tick)
         return Lanes(position, attitude, *who, water, profile, sea, wet)
 
-    def trace(self, make: Callable[..., Any], *arguments: Any) -> list[tuple[str, NDArray[Any], str]]:
+    def trace(self, kernel: Callable[..., Any], *arguments: Any) -> list[tuple[str, NDArray[Any], str]]:
         """Run a ping that is not frozen, and keep its intermediate arrays: (name, values, unit).
 
-        `make(static, moving, trace)` is the sonar's maker of pings, `arguments` what its ping is called with.
+        `kernel(caster, *arguments, trace=...)` is the sonar's ping.
         """
         found: list[tuple[str, NDArray[Any], str]] = []
         keep: Trace = lambda name, values, unit: found.append((name, np.array(values), unit))
-        scene = self._context.scene
-        make(scene.static, scene.moving, keep)(*arguments)
+        kernel(self._context.scene.caster, *arguments, trace=keep)
         return found
 
 
