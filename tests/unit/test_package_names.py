@@ -59,9 +59,17 @@ def test_every_entry_of_every_table_loads_and_says_what_it_is(kind: registry.Kin
             assert info.description or field == "type", f"{kind} {name}: {field} has no docstring"
 
 
-def test_every_sensor_file_is_in_the_table() -> None:
-    written = {p.stem for p in (SOURCE / "sensors").glob("*.py") if "    TITLE: ClassVar[str] = " in p.read_text()}
-    assert written == set(registry.BUILT_IN["sensor"])
+def test_at_the_door_of_a_family_of_sensors_stand_its_instruments_and_nothing_else() -> None:
+    doors = {p.stem: p for p in (SOURCE / "sensors").glob("*/*.py") if p.stem != "__init__"}
+    assert set(doors) == set(registry.BUILT_IN["sensor"])
+    for name, path in doors.items():
+        assert registry.BUILT_IN["sensor"][name].startswith(f"pelagos.sensors.{path.parent.name}.{name}:")
+
+
+def test_back_rooms_and_the_contract_hold_no_instrument() -> None:
+    behind = [*(SOURCE / "sensors").glob("*.py"), *(SOURCE / "sensors").glob("*/*/*.py")]
+    assert len(behind) > 20
+    assert not [p for p in behind if "    TITLE: ClassVar[str] = " in p.read_text()]
 
 
 def test_plugins_join_the_tables_and_broken_ones_say_so(monkeypatch: pytest.MonkeyPatch) -> None:
