@@ -32,6 +32,18 @@ def strips(ocean: Any, place: np.ndarray, axis: np.ndarray, x: np.ndarray) -> tu
     return np.array(motion.velocity).T, np.array(motion.acceleration).T
 
 
+def carried(ocean: Any, place: np.ndarray, axis: np.ndarray, x: np.ndarray) -> np.ndarray:
+    """u . grad u at the same places `(strips, 3)`, by central differences along the velocity."""
+    at = place + x[:, None] * axis
+    u, e = strips(ocean, place, axis, x)[0], 1e-3
+
+    def velocity(p: np.ndarray) -> np.ndarray:
+        w = ocean.waves.motion(jit.Array3f64(*(jit.Float64(c) for c in p.T)), jit.Float64(T), stretch=False).velocity
+        return np.array(w).T
+
+    return (velocity(at + e * u) - velocity(at - e * u)) / (2 * e)
+
+
 @pytest.mark.parametrize("depth", [None, 12.0])
 @pytest.mark.parametrize("pitch", [0.0, 0.3, -0.8])
 def test_mean_and_change_are_those_of_many_strips(depth: float | None, pitch: float) -> None:
@@ -87,6 +99,7 @@ def test_load_of_a_cylinder_is_morisons_by_strips() -> None:
     x = (np.arange(400) + 0.5) / 400 * length - length / 2
     flip = np.array([1.0, -1.0, -1.0])
     velocity, acceleration = strips(ocean, position * flip, rows[:, 0] * flip, x)
+    acceleration = acceleration + carried(ocean, position * flip, rows[:, 0] * flip, x)  # inertia takes Du/Dt
     forces, places = [], []
     for at, v, a in zip(x, velocity * flip @ rows, acceleration * flip @ rows, strict=True):
         v3, a3 = [jit.Float64(float(c)) for c in v], [jit.Float64(float(c)) for c in a]

@@ -14,6 +14,7 @@ from typing import Final
 
 import drjit as dr
 
+from pelagos.hydro.algebra import Vector, add, matvec, scaled
 from pelagos.jit import Array
 from pelagos.math.turns import sincos_turns
 from pelagos.ocean.waves import Waves
@@ -30,6 +31,9 @@ class SlenderMotion:
         elevation: of the surface over its middle [m].
         velocity, acceleration: means along it (3) [m/s], [m/s^2].
         velocity_change, acceleration_change: best straight line through them, per metre of it (3) [1/s], [1/s^2].
+        gradient, gradient_change: of the velocity `(3, 3)`, row by component and column by direction: mean along the
+            line [1/s], and best straight line through it [1/(m s)].
+        length: of the line [m].
     """
 
     elevation: Array
@@ -37,6 +41,18 @@ class SlenderMotion:
     acceleration: list[Array]
     velocity_change: list[Array]
     acceleration_change: list[Array]
+    gradient: list[list[Array]]
+    gradient_change: list[list[Array]]
+    length: float
+
+    def carried(self, current: Vector) -> list[Array]:
+        """(c + u) . grad u, u the waves' velocity, in the mean along the line (3) [m/s^2].
+
+        Straight lines through u and grad u make their product's mean that of the means and L^2/12 of the changes.
+        `current`: velocity c that carries the water besides, NWU (3) [m/s].
+        """
+        spread = scaled(self.length**2 / 12, matvec(self.gradient_change, self.velocity_change))
+        return add(matvec(self.gradient, add(current, self.velocity)), spread)
 
 
 def slender_waves(
@@ -58,7 +74,7 @@ def slender_waves(
     weights = (_END, 1 - 2 * _END, _END)
     slope = 3 * _PLACE * _END / half
 
-    def add(i: Array, *sums: Array) -> tuple[Array, ...]:
+    def sum_up(i: Array, *sums: Array) -> tuple[Array, ...]:
         first, second = waves._rows(i)
         turns = dr.fma(first[0], x, dr.fma(first[1], y, dr.fma(-first[2], t, first[3])))
         s, c = sincos_turns(turns)
@@ -79,7 +95,19 @@ def slender_waves(
             ahead, up, ahead_rate, up_rate = (p[j] for p in parts)
             ahead, ahead_rate = fast * ahead, slow * ahead_rate
             new += [nx * ahead, ny * ahead, fast * up, nx * ahead_rate, ny * ahead_rate, -slow * up_rate]
+        for j in (0, 1):
+            sine, cosine = k * fast * parts[2][j], k * fast * parts[3][j]
+            new += [-nx * nx * sine, -nx * ny * sine, -ny * ny * sine, nx * cosine, ny * cosine]
         return i + 1, *(a + b for a, b in zip(sums, new, strict=True))
 
-    found = list(waves._loop(add, *([0 * (x + y + z + t)] * 13)))
-    return SlenderMotion(found[0], found[1:4], found[4:7], found[7:10], found[10:13])
+    found = list(waves._loop(sum_up, *([0 * (x + y + z + t)] * 23)))
+    return SlenderMotion(
+        found[0], found[1:4], found[4:7], found[7:10], found[10:13], _potential(found[13:18]), _potential(found[18:]),
+        length,
+    )  # fmt: skip
+
+
+def _potential(five: Vector) -> list[list[Array]]:
+    """A gradient `(3, 3)` without curl or divergence from xx, xy, yy, xz, yz."""
+    xx, xy, yy, xz, yz = five
+    return [[xx, xy, xz], [xy, yy, yz], [xz, yz, -(xx + yy)]]

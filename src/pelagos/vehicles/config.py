@@ -134,6 +134,7 @@ class VehicleConfig(PartConfig):
     def body(self) -> Body:
         """The constants that terms follow from."""
         mass, inertia, volume = mass_and_inertia(self.mass, self.density_kg_m3, self.length_m, self.beam)
+        wet = self.density_kg_m3 * volume
         body = Body(
             density=self.density_kg_m3,
             gravity=self.gravity_m_s2,
@@ -141,6 +142,7 @@ class VehicleConfig(PartConfig):
             beam=self.beam,
             height=self.height,
             rigid=rigid_body.mass_matrix(mass, inertia, self.mass.center_of_gravity_m),
+            displaced=rigid_body.mass_matrix(wet, wet / mass * inertia, self.mass.center_of_buoyancy_m),
             added=added_mass_matrix(self.added_mass, mass, inertia, self.length_m, self.beam),
             weight=mass * self.gravity_m_s2,
             buoyancy=self.density_kg_m3 * volume * self.gravity_m_s2,

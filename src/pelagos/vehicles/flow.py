@@ -49,6 +49,8 @@ class Flow:
         seaway: waves at a hull that floats, where pressure stands for its linear hydrostatics.
         air: velocity of the air over ground in body axes (3) [m/s] at a height above the surface [m]; None in a calm.
         heaviness: density of the water over that which the vehicle is ballasted for; None: the same.
+        water_acceleration: of the water that goes along, and of the line of it along the hull, body axes (6) [m/s^2],
+            [rad/s^2]; None where it is steady.
     """
 
     position: Vector
@@ -63,6 +65,7 @@ class Flow:
     seaway: Seaway | None = None
     air: Callable[[float], Vector] | None = None
     heaviness: Array | None = None
+    water_acceleration: Vector | None = None
 
     @property
     def nu_c(self) -> list[Array]:
@@ -120,12 +123,16 @@ def make_flow(
         cos, sin = cos / size, sin / size
         in_body = [current[0] * cos + current[1] * sin, current[1] * cos - current[0] * sin, current[2]]
         rate = [w[2] * in_body[1], -w[2] * in_body[0], 0.0]
+    own: list[Array] | None = None
     if acceleration is not None:
-        rate = add(rate, matvec(transpose(rotation), acceleration))
+        own = [*matvec(transpose(rotation), acceleration), *turning_rate]
+        rate = add(rate, own[:3])
     nu_r = [nu[0] - in_body[0], nu[1] - in_body[1], nu[2] - in_body[2], *add(w, minus(turning))]
     immersion = total(position[2], elevation)
     rates = [*rate, *turning_rate]
-    return Flow(list(position), immersion, rotation, list(nu), nu_r, rates, surface=list(surface))
+    return Flow(
+        list(position), immersion, rotation, list(nu), nu_r, rates, surface=list(surface), water_acceleration=own
+    )
 
 
 def rotation_from_euler(roll: Array, pitch: Array, yaw: Array) -> list[list[Array]]:

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Protocol
+from typing import Final, Protocol
 
 import numpy as np
 
@@ -25,6 +25,8 @@ from pelagos.vehicles.inertia import CoriolisConfig
 from pelagos.vehicles.part import Body, numbers
 from pelagos.vehicles.seakeeping import Seakeeping
 from pelagos.vehicles.tables import Tables
+
+_NEUTRAL: Final = 1e-12  # of the mass: rounding
 
 
 class Term(Protocol):
@@ -45,6 +47,7 @@ class Inertia:
         without: entries (row, column), from 0, left out of the added mass's Coriolis matrix.
         angular: (mass, inertia `(3, 3)`, H(r_g)) where the rigid body's part is formed without linear velocity.
         none: no Coriolis forces; the terms contain them.
+        excess: M_RB less that of the water displaced `(6, 6)`: what accelerating water does not push; None: nothing.
     """
 
     rigid: Matrix
@@ -53,6 +56,7 @@ class Inertia:
     without: tuple[tuple[int, int], ...] = ()
     angular: tuple[Array, Matrix, Matrix] | None = None
     none: bool = False
+    excess: Matrix | None = None
 
     @property
     def whole(self) -> Matrix:
@@ -143,6 +147,8 @@ class Model:
         found: dict[str, Vector] = {"coriolis": self.inertia_in(flow).coriolis(flow)}
         if flow.seaway is not None:
             found["sea"] = flow.seaway.load
+        elif flow.water_acceleration is not None and self.inertia.excess is not None:
+            found["excess_mass"] = minus(matvec(self.inertia.excess, flow.water_acceleration))
         for name, term in self.terms.items():
             if flow.seaway is None or name not in self.still:
                 found[name] = term.wrench(flow)
@@ -211,6 +217,7 @@ class Model:
 def inertia_of(body: Body, coriolis: CoriolisConfig) -> Inertia:
     """The inertia of a body; its mass matrix is inverted here, once, in double precision."""
     parts = None
+    excess = body.rigid - body.displaced
     if coriolis.rigid == "angular":
         mass = float(body.rigid[0, 0])
         shift = transport(body.center_of_gravity)
@@ -224,4 +231,5 @@ def inertia_of(body: Body, coriolis: CoriolisConfig) -> Inertia:
         without=tuple((row - 1, column - 1) for row, column in coriolis.without),
         angular=parts,
         none=coriolis.rigid == "none",
+        excess=numbers(excess) if np.abs(excess).max() > _NEUTRAL * np.abs(body.rigid).max() else None,
     )

@@ -32,6 +32,7 @@ class Body:
         gravity: [m/s^2].
         length, beam, height: of the hull [m].
         rigid: M_RB `(6, 6)`.
+        displaced: that of the water displaced, turned like the body's own mass `(6, 6)`.
         added: M_A `(6, 6)`.
         weight, buoyancy: W, B [N].
         center_of_gravity, center_of_buoyancy: r_g, r_b `(3,)` [m].
@@ -44,6 +45,7 @@ class Body:
     beam: float
     height: float
     rigid: NDArray[np.float64]
+    displaced: NDArray[np.float64]
     added: NDArray[np.float64]
     weight: float
     buoyancy: float

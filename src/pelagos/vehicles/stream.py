@@ -36,18 +36,30 @@ class Stream:
     turning: Vector = (0.0, 0.0, 0.0)
 
 
-def stream_at(ocean: Any, position: Vector, rotation: Matrix, length: float, t: Array) -> Stream:
-    """The current at `position` NED [m] of a hull of `length` [m] turned by `rotation` (FRD -> NED)."""
-    velocity = _current(ocean, position, t)
+def current_at(ocean: Any, position: Vector, t: Array) -> list[Array]:
+    """Velocity of the water without the waves' at `position`, both NED (3)."""
+    return [*flip_yz(ocean.current(flip_yz(jit.Array3f64(*position)), t))]
+
+
+def stream_at(
+    ocean: Any,
+    position: Vector,
+    rotation: Matrix,
+    length: float,
+    t: Array,
+    velocity: Vector,
+    orbital: Vector = (0.0, 0.0, 0.0),
+) -> Stream:
+    """The current at `position` NED [m] of a hull of `length` [m] turned by `rotation` (FRD -> NED).
+
+    `velocity`: of the current there, see `current_at`; `orbital`: of the waves, which carry water through the current's
+    changes too, NED (3) [m/s].
+    """
     if all(isinstance(c, UniformCurrent) for c in getattr(ocean, "currents", [None])):
         return Stream(velocity)
-    before = _current(ocean, add(position, scaled(-_BEFORE, velocity)), dr.maximum(t - _BEFORE, 0.0))
+    carried = add(position, scaled(-_BEFORE, add(velocity, orbital)))
+    before = current_at(ocean, carried, dr.maximum(t - _BEFORE, 0.0))
     half = [0.5 * length * row[0] for row in rotation]
-    bow, stern = _current(ocean, add(position, half), t), _current(ocean, add(position, minus(half)), t)
+    bow, stern = current_at(ocean, add(position, half), t), current_at(ocean, add(position, minus(half)), t)
     along = matvec(transpose(rotation), scaled(1 / length, add(bow, minus(stern))))
     return Stream(velocity, scaled(1 / _BEFORE, add(velocity, minus(before))), [0.0, -along[2], along[1]])
-
-
-def _current(ocean: Any, position: Vector, t: Array) -> list[Array]:
-    """Velocity of the water at a place, both NED."""
-    return [*flip_yz(ocean.current(flip_yz(jit.Array3f64(*position)), t))]

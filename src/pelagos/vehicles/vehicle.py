@@ -16,16 +16,17 @@ from pydantic import ValidationError
 
 from pelagos import jit
 from pelagos.errors import CommandError, LookupFailed, ScenarioError
-from pelagos.hydro.algebra import Matrix, Vector, add, matvec, minus, transpose
+from pelagos.hydro.algebra import Vector, add
 from pelagos.jit import Array
-from pelagos.math.frames import flip_quaternion_np, flip_yz, flip_yz_np
+from pelagos.math.frames import flip_quaternion_np, flip_yz_np
 from pelagos.raycast.geometry import Geometry
 from pelagos.vehicles.actuators.t200 import t200_tables
+from pelagos.vehicles.around import flow_around
 from pelagos.vehicles.books import Accelerations, columns
 from pelagos.vehicles.build import build_model, build_modes
 from pelagos.vehicles.config import VehicleConfig
 from pelagos.vehicles.control.controller import Controller, Demand
-from pelagos.vehicles.flow import Flow, Seaway, make_flow, rotation_from_quaternion
+from pelagos.vehicles.flow import Flow, rotation_from_quaternion
 from pelagos.vehicles.integrate import Rigid, runge_kutta, semi_implicit
 from pelagos.vehicles.load import merged
 from pelagos.vehicles.model import Model
@@ -33,14 +34,11 @@ from pelagos.vehicles.shape.hull import build_hull, hull_materials
 from pelagos.vehicles.shape.parts import PartsHull, ShapePart
 from pelagos.vehicles.shape.torpedo import TorpedoHull
 from pelagos.vehicles.state import VehicleState
-from pelagos.vehicles.stream import Stream, stream_at
 from pelagos.vehicles.tables import Tables
-from pelagos.vehicles.wave_flow import WaveFlow, along_hull, surface_under
 
 __all__ = ["Vehicle", "VehicleConfig"]
 
 Wrench = tuple[Array, Array]
-_AFLOAT = {"hydrostatic", "twin_hull"}  # terms that follow the surface
 
 
 class Vehicle:
@@ -341,81 +339,7 @@ class Vehicle:
 
     def flow(self, rigid: Rigid, ocean: Any, t: Array, tables: Tables | None = None) -> Flow:
         """The water around a vehicle: current, waves, surface and wind above."""
-        flow = self._water(rigid, ocean, t, tables)
-        if self.config.medium == "water" and getattr(ocean, "ballast", None) is not None:
-            flow.heaviness = ocean.heaviness(flip_yz(jit.Array3f64(*rigid.position)), t)
-        air = getattr(ocean, "air", None)
-        if air is not None and air.blows:
-            north, west = rigid.position[0], -rigid.position[1]
-            back = transpose(flow.rotation)
-            flow.air = lambda height: matvec(back, [*flip_yz(ocean.wind(jit.Array3f64(north, west, height), t))])
-        return flow
-
-    def _water(self, rigid: Rigid, ocean: Any, t: Array, tables: Tables | None) -> Flow:
-        rotation = rotation_from_quaternion(rigid.attitude)
-        how = self.config.current_rotation
-        if ocean is None:
-            return make_flow(rigid.position, rotation, rigid.nu, (0.0, 0.0, 0.0), current_rotation=how)
-        if self.config.medium == "air":
-            wind = [*flip_yz(ocean.wind(flip_yz(jit.Array3f64(*rigid.position)), t))]
-            return make_flow(rigid.position, rotation, rigid.nu, wind, current_rotation=how)
-        stream = stream_at(ocean, rigid.position, rotation, self.config.length_m, t)
-        tide = getattr(ocean, "tide", None)
-        if getattr(ocean, "waves", None) is None:
-            return make_flow(
-                rigid.position, rotation, rigid.nu, stream.velocity, current_rotation=how,
-                elevation=0.0 if tide is None else tide.level(t), acceleration=stream.acceleration,
-                turning=stream.turning,
-            )  # fmt: skip
-        if self.model.sea is not None:
-            return self._seaway(rigid, rotation, ocean, t, stream, self.tables if tables is None else tables)
-        waves = self._waves(ocean, rigid.position, rotation, t)
-        return make_flow(
-            rigid.position, rotation, rigid.nu, add(stream.velocity, waves.velocity), current_rotation=how,
-            elevation=waves.elevation, acceleration=add(stream.acceleration, waves.acceleration),
-            surface=waves.surface, turning=add(stream.turning, waves.turning), turning_rate=waves.turning_rate,
-        )  # fmt: skip
-
-    def _seaway(
-        self,
-        rigid: Rigid,
-        rotation: Matrix,
-        ocean: Any,
-        t: Array,
-        stream: Stream,
-        tables: Tables | None,
-    ) -> Flow:
-        """The flow past a hull that floats, and the loads of waves on it."""
-        sea = self.model.sea
-        assert sea is not None
-        assert tables is not None
-        assert tables.hull is not None
-        waves = sea.waves(ocean, rigid.position, rotation, t)
-        velocity = sea.to_body(rotation, waves.velocity)
-        surface = waves.powers[0][0][0]
-        flow = make_flow(
-            rigid.position, rotation, rigid.nu, add(stream.velocity, matvec(rotation, velocity[:3])),
-            current_rotation=self.config.current_rotation,
-            elevation=surface if ocean.tide is None else surface + ocean.tide.level(t),
-            acceleration=stream.acceleration, turning=stream.turning,
-        )  # fmt: skip
-        water = sea.to_body(rotation, waves.acceleration)
-        load = sea.load(ocean, waves, rigid.position, rotation, water, t, tables.hull)
-        flow.seaway = Seaway(load, [*flow.nu_r[:3], *add(rigid.nu[3:], minus(velocity[3:]))])
-        return flow
-
-    def _waves(self, ocean: Any, position: Vector, rotation: Matrix, t: Array) -> WaveFlow:
-        """The waves at a vehicle; what floats feels the surface under its whole waterplane."""
-        afloat = any(getattr(term, "type", "") in _AFLOAT for term in self.config.terms.values())
-        if not afloat:
-            return along_hull(ocean, position, rotation, self.config.length_m, t)
-        motion = ocean.wave_motion(flip_yz(jit.Array3f64(*position)), t)
-        velocity, acceleration = [*flip_yz(motion.velocity)], [*flip_yz(motion.acceleration)]
-        elevation, surface = surface_under(
-            lambda x, y: ocean.elevation(x, -y, t), position, rotation, self.config.length_m, self.config.beam
-        )
-        still = (0.0, 0.0, 0.0)
-        return WaveFlow(velocity, [*acceleration[:2], jit.Float64(0.0)], still, still, elevation, surface)
+        return flow_around(self.config, self.model, rigid, ocean, t, self.tables if tables is None else tables)
 
     def _begin(self, memory: Sequence[Array], controller: Controller, mode: str, flow: Flow) -> list[Array]:
         """The mode's memory: what it kept, or its start where another mode ran before."""

@@ -1,0 +1,117 @@
+"""The flow around a vehicle: current, waves, surface and wind at its place, as its model sees them."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from pelagos import jit
+from pelagos.hydro.algebra import Matrix, Vector, add, matvec, minus, transpose
+from pelagos.jit import Array
+from pelagos.math.frames import flip_yz
+from pelagos.vehicles.flow import Flow, Seaway, make_flow, rotation_from_quaternion
+from pelagos.vehicles.integrate import Rigid
+from pelagos.vehicles.stream import Stream, current_at, stream_at
+from pelagos.vehicles.tables import Tables
+from pelagos.vehicles.wave_flow import WaveFlow, along_hull, surface_under
+
+if TYPE_CHECKING:
+    from pelagos.vehicles.config import VehicleConfig
+    from pelagos.vehicles.model import Model
+
+_AFLOAT = {"hydrostatic", "twin_hull"}  # terms that follow the surface
+
+
+def flow_around(config: VehicleConfig, model: Model, rigid: Rigid, ocean: Any, t: Array, tables: Tables | None) -> Flow:
+    """The water around a vehicle, and the wind above it.
+
+    Args:
+        config, model: of the vehicle.
+        rigid: its pose and velocity, NED and FRD.
+        ocean: see `ocean.ocean.Ocean`; None for still water without end.
+        t: time [s].
+        tables: what the model reads on the device.
+    """
+    flow = _water(config, model, rigid, ocean, t, tables)
+    if config.medium == "water" and getattr(ocean, "ballast", None) is not None:
+        flow.heaviness = ocean.heaviness(flip_yz(jit.Array3f64(*rigid.position)), t)
+    air = getattr(ocean, "air", None)
+    if air is not None and air.blows:
+        north, west = rigid.position[0], -rigid.position[1]
+        back = transpose(flow.rotation)
+        flow.air = lambda height: matvec(back, [*flip_yz(ocean.wind(jit.Array3f64(north, west, height), t))])
+    return flow
+
+
+def _water(config: VehicleConfig, model: Model, rigid: Rigid, ocean: Any, t: Array, tables: Tables | None) -> Flow:
+    rotation = rotation_from_quaternion(rigid.attitude)
+    how = config.current_rotation
+    if ocean is None:
+        return make_flow(rigid.position, rotation, rigid.nu, (0.0, 0.0, 0.0), current_rotation=how)
+    if config.medium == "air":
+        wind = [*flip_yz(ocean.wind(flip_yz(jit.Array3f64(*rigid.position)), t))]
+        return make_flow(rigid.position, rotation, rigid.nu, wind, current_rotation=how)
+    current = current_at(ocean, rigid.position, t)
+    tide = getattr(ocean, "tide", None)
+    if getattr(ocean, "waves", None) is None:
+        stream = stream_at(ocean, rigid.position, rotation, config.length_m, t, current)
+        return make_flow(
+            rigid.position, rotation, rigid.nu, stream.velocity, current_rotation=how,
+            elevation=0.0 if tide is None else tide.level(t), acceleration=stream.acceleration,
+            turning=stream.turning,
+        )  # fmt: skip
+    if model.sea is not None:
+        stream = stream_at(ocean, rigid.position, rotation, config.length_m, t, current)
+        return _seaway(config, model, rigid, rotation, ocean, t, stream, tables)
+    waves = _waves(config, ocean, rigid.position, rotation, t, current)
+    stream = stream_at(ocean, rigid.position, rotation, config.length_m, t, current, waves.velocity)
+    return make_flow(
+        rigid.position, rotation, rigid.nu, add(stream.velocity, waves.velocity), current_rotation=how,
+        elevation=waves.elevation, acceleration=add(stream.acceleration, waves.acceleration),
+        surface=waves.surface, turning=add(stream.turning, waves.turning), turning_rate=waves.turning_rate,
+    )  # fmt: skip
+
+
+def _seaway(
+    config: VehicleConfig,
+    model: Model,
+    rigid: Rigid,
+    rotation: Matrix,
+    ocean: Any,
+    t: Array,
+    stream: Stream,
+    tables: Tables | None,
+) -> Flow:
+    """The flow past a hull that floats, and the loads of waves on it."""
+    sea = model.sea
+    assert sea is not None
+    assert tables is not None
+    assert tables.hull is not None
+    waves = sea.waves(ocean, rigid.position, rotation, t)
+    velocity = sea.to_body(rotation, waves.velocity)
+    surface = waves.powers[0][0][0]
+    flow = make_flow(
+        rigid.position, rotation, rigid.nu, add(stream.velocity, matvec(rotation, velocity[:3])),
+        current_rotation=config.current_rotation,
+        elevation=surface if ocean.tide is None else surface + ocean.tide.level(t),
+        acceleration=stream.acceleration, turning=stream.turning,
+    )  # fmt: skip
+    water = sea.to_body(rotation, waves.acceleration)
+    load = sea.load(ocean, waves, rigid.position, rotation, water, t, tables.hull)
+    flow.seaway = Seaway(load, [*flow.nu_r[:3], *add(rigid.nu[3:], minus(velocity[3:]))])
+    return flow
+
+
+def _waves(
+    config: VehicleConfig, ocean: Any, position: Vector, rotation: Matrix, t: Array, current: Vector
+) -> WaveFlow:
+    """The waves at a vehicle; what floats feels the surface under its whole waterplane."""
+    afloat = any(getattr(term, "type", "") in _AFLOAT for term in config.terms.values())
+    if not afloat:
+        return along_hull(ocean, position, rotation, config.length_m, t, current)
+    motion = ocean.wave_motion(flip_yz(jit.Array3f64(*position)), t)
+    velocity, acceleration = [*flip_yz(motion.velocity)], [*flip_yz(motion.acceleration)]
+    elevation, surface = surface_under(
+        lambda x, y: ocean.elevation(x, -y, t), position, rotation, config.length_m, config.beam
+    )
+    still = (0.0, 0.0, 0.0)
+    return WaveFlow(velocity, [*acceleration[:2], jit.Float64(0.0)], still, still, elevation, surface)
