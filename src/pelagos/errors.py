@@ -11,13 +11,15 @@ PelagosError
 +-- RecordingError      a recording cannot be written or read
 
 Warnings: PelagosWarning <- ValidityWarning (a model used outside its range of validity), MountWarning (a sensor begins
-inside something solid).
+inside something solid), RecordingWarning (a recording is damaged, and its rest is read).
 """
 
 from __future__ import annotations
 
 import difflib
 from collections.abc import Iterable
+from functools import partial
+from typing import Any
 
 
 class PelagosError(Exception):
@@ -35,6 +37,9 @@ class ScenarioError(InputError):
         super().__init__(f"{where}: {message}" if where else message)
         self.where = where
         self.message = message
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return partial(type(self), where=self.where), (self.message,), self.__dict__
 
 
 class WorldError(InputError):
@@ -64,8 +69,13 @@ class LookupFailed(InputError):
         names = sorted(known)
         message = f"unknown {kind} {given!r}{did_you_mean(given, names)}; known: {', '.join(names)}"
         super().__init__(f"{where}: {message}" if where else message)
+        self.kind = kind
         self.given = given
         self.known = names
+        self.where = where
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return partial(type(self), where=self.where), (self.kind, self.given, self.known), self.__dict__
 
 
 class PelagosWarning(UserWarning):
@@ -78,6 +88,10 @@ class ValidityWarning(PelagosWarning):
 
 class MountWarning(PelagosWarning):
     """A sensor begins inside something solid."""
+
+
+class RecordingWarning(PelagosWarning):
+    """A recording is damaged; the warning says where, and all the rest is read."""
 
 
 def nearest(given: str, known: Iterable[str]) -> str | None:

@@ -145,8 +145,16 @@ def test_recover_says_what_is_in_a_recording(small: Path, capsys: pytest.Capture
     Path("cut.mcap").write_bytes(whole[: len(whole) * 3 // 4])
     capsys.readouterr()
     assert outcome("recover", "cut.mcap") == 0
-    assert "has its index again" in capsys.readouterr().out
-    assert pl.Recording("cut.mcap").complete
+    assert "has everything that could be read" in capsys.readouterr().out
+    assert pl.Recording("cut.recovered.mcap").complete
+    assert Path("cut.mcap").read_bytes() == whole[: len(whole) * 3 // 4]
+    hurt = bytearray(whole)
+    hurt[len(whole) // 2] ^= 4
+    Path("hurt.mcap").write_bytes(hurt)
+    assert outcome("recover", "hurt.mcap", "--out", "mended.mcap") == 1
+    assert capsys.readouterr().err.startswith("lost: bytes ")
+    assert pl.Recording("mended.mcap").complete
+    assert Path("hurt.mcap").read_bytes() == bytes(hurt)
     assert outcome("recover", "out/mission.mcap") == 0
     assert "was whole already" in capsys.readouterr().out
 

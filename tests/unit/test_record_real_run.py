@@ -70,8 +70,7 @@ def test_a_killed_run_is_readable_up_to_the_last_second(tmp_path: Path) -> None:
     assert not found.complete
     assert found.times("/auv0/imu/data_raw")[-1] * 1e-9 > seen - 1.0
     before = found.table("/auv0/imu/data_raw", IMU_FIELDS)[1]
-    recover(path)
-    again = Recording(path)
+    again = Recording(recover(path).path)
     assert again.complete
     assert again.channels["/auv0/imu/data_raw"].type == IMU
     assert (again.table("/auv0/imu/data_raw", IMU_FIELDS)[1] == before).all()

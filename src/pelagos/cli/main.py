@@ -215,16 +215,31 @@ def bench(
     raise typer.Exit(run_bench(cases or [], as_json=json, write=write))
 
 
-@app.command(epilog="Example:\n\n    pelagos recover results/harbour_survey-1/mission.mcap")
+@app.command(
+    epilog="Examples:\n\n    pelagos recover results/harbour_survey-1/mission.mcap\n\n"
+    "    pelagos recover mission.mcap --out whole.mcap\n\n    pelagos recover mission.mcap --in-place"
+)
 def recover(
     file: Annotated[
-        Path, typer.Argument(metavar="FILE", help="A recording of a run that was killed.", show_default=False)
+        Path, typer.Argument(metavar="FILE", help="A recording that was cut off or damaged.", show_default=False)
     ],
+    out: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE", help="The new file; otherwise NAME.recovered.mcap beside the old one.", show_default=False
+        ),
+    ] = None,
+    in_place: Annotated[
+        bool, typer.Option("--in-place", help="Give the new file the old one's name; the old one becomes NAME.backup.")
+    ] = False,
 ) -> None:
-    """Give a recording that was cut off its index, so that every reader opens it."""
+    """Write what can be read of a recording into a new one with an index; the old one stays as it is.
+
+    Exit code 1 where a part of it is damaged: what is lost is listed.
+    """
     from pelagos.cli.recover import recover_file
 
-    recover_file(file)
+    raise typer.Exit(recover_file(file, out, in_place=in_place))
 
 
 @app.command(epilog="Example:\n\n    pelagos cite examples/harbour_survey.yaml")

@@ -1,30 +1,33 @@
-"""`pelagos recover`: an index for a recording that was cut off."""
+"""`pelagos recover`: a whole recording from one that was cut off or damaged."""
 
 from __future__ import annotations
 
 from pathlib import Path
 
-from pelagos.cli.console import out, shown
+from pelagos.cli.console import err, out, shown
 from pelagos.errors import RecordingError
 
 
-def recover_file(path: Path) -> None:
-    """Mend the file in place and say what is in it.
+def recover_file(path: Path, target: Path | None, *, in_place: bool) -> int:
+    """Write the new file and say what is in it, and what is not.
+
+    Returns:
+        The exit code: 0, or 1 where a part of the recording could not be read.
 
     Raises:
-        RecordingError: there is no such file, or it is no recording.
+        RecordingError: there is no such file, it is no recording, or the new file cannot be written.
     """
-    from pelagos.sim.replay import Recording, recover
+    from pelagos.sim.replay import recover
 
     if not path.is_file():
         raise RecordingError(f"{path}: there is no such file")
-    before = path.stat().st_size
-    mended = recover(path)
-    recording = Recording(mended)
-    messages = sum(recording.count(topic) for topic in recording.channels)
-    last_s = max((m.t_ns for m in recording.messages()), default=0) * 1e-9
-    state = "was whole already" if mended.stat().st_size == before else "has its index again"
-    out.print(
-        f"{shown(mended)} {state}: {messages} messages of {len(recording.channels)} topics, up to {last_s:.2f} s",
-        markup=False,
-    )
+    found = recover(path, target, in_place=in_place)
+    what = f"{found.messages} messages of {found.topics} topics, up to {found.end_ns * 1e-9:.2f} s"
+    if found.whole:
+        out.print(f"{shown(found.path)} was whole already: {what}", markup=False)
+        return 0
+    out.print(f"{shown(found.path)} has everything that could be read: {what}", markup=False)
+    out.print(f"{shown(found.original)} is the recording as it was", markup=False)
+    for place in found.damage:
+        err.print(f"lost: {place}", markup=False, soft_wrap=True)
+    return 1 if any(place.messages != 0 for place in found.damage) else 0

@@ -1,8 +1,9 @@
-"""Read a recording back, whole or cut off, as messages or as tables of numbers."""
+"""Read a recording back, whole, cut off or damaged, as messages or as tables of numbers."""
 
 from __future__ import annotations
 
 import os
+import warnings
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,11 +13,14 @@ import numpy as np
 from mcap.opcode import Opcode
 from numpy.typing import NDArray
 
-from pelagos.errors import LookupFailed, RecordingError
+from pelagos.errors import LookupFailed, RecordingError, RecordingWarning
 from pelagos.messages.store import Message, deserialize
 from pelagos.messages.template import Template
-from pelagos.sim.mcap_reader import RawRecord, message_parts, parse, read_chunk, read_records, scan_chunk
-from pelagos.sim.mcap_writer import McapWriter
+from pelagos.sim.mcap_reader import Damage, RawRecord, Walk, parse, read_chunk, scan_chunk, summary
+from pelagos.sim.mcap_writer import CHANNELS, listed_channels
+from pelagos.sim.recover import Recovered, recover
+
+__all__ = ["Channel", "Recorded", "Recording", "Recovered", "recover"]
 
 KEEP_BYTES: Final = 16384  # messages up to this size stay in memory
 _NUMPY: Final = {"d": "<f8", "f": "<f4", "i": "<i4", "I": "<u4", "H": "<u2", "B": "u1", "b": "i1"}
@@ -69,6 +73,7 @@ class Recording:
         metadata: what the recorder noted: seed, dt_ns, versions.
         attachments: files within the file by name.
         channels: by topic.
+        damage: places of the file that cannot be read; everything else is here. A `RecordingWarning` names them.
 
     Raises:
         RecordingError: the file cannot be read, or is no MCAP file.
@@ -80,9 +85,17 @@ class Recording:
         self.metadata: dict[str, str] = {}
         self.attachments: dict[str, bytes] = {}
         self.channels: dict[str, Channel] = {}
+        self.damage: list[Damage] = []
         self._messages: dict[str, list[tuple[int, bytes | _Place]]] = {}
+        self._size = 0
         self._chunk: tuple[int, memoryview] = (-1, memoryview(b""))
         self._load(set(topics) if topics is not None else None)
+
+    @property
+    def lost(self) -> int | None:
+        """How many messages were in damaged places; None where that is not known."""
+        counts = [place.messages for place in self.damage]
+        return None if None in counts else sum(count or 0 for count in counts)
 
     def topics(self, suffix: str = "", *, type: str | None = None) -> list[str]:
         """Topics that end in `suffix` and have messages of `type`, in the order of recording."""
@@ -108,7 +121,7 @@ class Recording:
         if isinstance(raw, _Place):
             if self._chunk[0] != raw.chunk:
                 with self.path.open("rb") as file:
-                    self._chunk = raw.chunk, read_chunk(file, raw.chunk)
+                    self._chunk = raw.chunk, read_chunk(file, raw.chunk, self._size)
             return Recorded(topic, t_ns, self._channel(topic).type, bytes(self._chunk[1][raw.start : raw.end]))
         return Recorded(topic, t_ns, self._channel(topic).type, raw)
 
@@ -152,14 +165,66 @@ class Recording:
 
         try:
             with self.path.open("rb") as file:
-                for record in read_records(file, size=os.fstat(file.fileno()).st_size, whole_chunks=True):
+                self._size = os.fstat(file.fileno()).st_size
+                self._declare_from_index(summary(file), wanted, schemas, lists)
+                walk = Walk(file, self._size, self.damage)
+                for record in walk.records():
                     if record.opcode == Opcode.CHUNK:
-                        raw = bytes(record.payload)
-                        scan_chunk(raw, _collector(raw, record.chunk, lists), declare)
+                        self._collect(record, wanted, lists, declare)
                     else:
                         declare(record)
+                self.complete = walk.complete
         except OSError as error:
             raise RecordingError(f"{self.path}: cannot be read: {error.strerror}") from None
+        if self.damage:
+            places = "".join(f"\n  {place}" for place in self.damage[:10])
+            more = f"\n  and {len(self.damage) - 10} more" if len(self.damage) > 10 else ""
+            warnings.warn(
+                f"{self.path} is damaged; all the rest of it is read:{places}{more}", RecordingWarning, stacklevel=3
+            )
+
+    def _collect(
+        self,
+        record: RawRecord,
+        wanted: set[str] | None,
+        lists: dict[int, list[tuple[int, bytes | _Place]]],
+        declare: Callable[[RawRecord], None],
+    ) -> None:
+        """Take the messages of a chunk."""
+        raw = bytes(record.payload)
+        strangers: dict[int, int] = {}  # messages of channels that nothing read so far declares
+        try:
+            scan_chunk(raw, _collector(raw, record.chunk, lists, strangers if wanted is None else None), declare)
+        except RecordingError as error:
+            self.damage.append(Damage(record.chunk, record.chunk, str(error)))
+        if strangers:
+            what = f"messages of channels {sorted(strangers)}, whose declaration is lost"
+            self.damage.append(Damage(record.chunk, record.chunk, what, sum(strangers.values())))
+
+    def _declare_from_index(
+        self,
+        index: Any,
+        wanted: set[str] | None,
+        schemas: dict[int, str],
+        lists: dict[int, list[tuple[int, bytes | _Place]]],
+    ) -> None:
+        """Take note of what the end of a whole file says: the chunk that said it first may be damaged."""
+        if index is not None:
+            schemas.update({number: schema.name for number, schema in index.schemas.items()})
+            for number, channel in sorted(index.channels.items()):
+                found = Channel(channel.topic, schemas.get(channel.schema_id, ""), channel.metadata)
+                self._enter(number, found, wanted, lists)
+
+    def _enter(
+        self,
+        number: int | None,
+        channel: Channel,
+        wanted: set[str] | None,
+        lists: dict[int, list[tuple[int, bytes | _Place]]],
+    ) -> None:
+        self.channels.setdefault(channel.topic, channel)
+        if number is not None and (wanted is None or channel.topic in wanted):
+            lists.setdefault(number, self._messages.setdefault(channel.topic, []))
 
     def _declare(
         self,
@@ -174,92 +239,37 @@ class Recording:
             schemas[found.id] = found.name
         elif record.opcode == Opcode.CHANNEL:
             found = parse(record)
-            self.channels.setdefault(found.topic, Channel(found.topic, schemas[found.schema_id], found.metadata))
-            if wanted is None or found.topic in wanted:
-                lists.setdefault(found.id, self._messages.setdefault(found.topic, []))
+            self._enter(found.id, Channel(found.topic, schemas.get(found.schema_id, ""), found.metadata), wanted, lists)
         elif record.opcode == Opcode.METADATA:
             self.metadata.update(parse(record).metadata)
         elif record.opcode == Opcode.ATTACHMENT:
             found = parse(record)
-            self.attachments[found.name] = found.data
-        elif record.opcode == Opcode.FOOTER:
-            self.complete = True
+            if found.name == CHANNELS:
+                rows = listed_channels(found.data)
+                for row in rows:
+                    self._enter(row["number"], Channel(row["topic"], row["type"], row["about"]), wanted, lists)
+                first = {row["topic"]: self.channels[row["topic"]] for row in rows}
+                self.channels = first | self.channels  # in the order in which they were declared
+            else:
+                self.attachments[found.name] = found.data
 
 
 def _collector(
-    raw: bytes, chunk: int, lists: dict[int, list[tuple[int, bytes | _Place]]]
+    raw: bytes,
+    chunk: int,
+    lists: dict[int, list[tuple[int, bytes | _Place]]],
+    strangers: dict[int, int] | None,
 ) -> Callable[[int, int, int, int], None]:
-    """Keeps the messages of a chunk, or their places, by channel."""
+    """Keeps the messages of a chunk, or their places, by channel; counts those of unknown channels."""
 
     def collect(channel: int, t_ns: int, start: int, end: int) -> None:
         kept = lists.get(channel)
         if kept is not None:
             kept.append((t_ns, raw[start:end] if end - start < KEEP_BYTES else _Place(chunk, start, end)))
+        elif strangers is not None:
+            strangers[channel] = strangers.get(channel, 0) + 1
 
     return collect
-
-
-def recover(path: str | Path) -> Path:
-    """Give a recording that was cut off its index, with every complete message in it; a whole one stays as it is.
-
-    The file is replaced only by a finished one.
-
-    Raises:
-        RecordingError: the file is no MCAP file, or there is no room for the new one.
-    """
-    path = Path(path)
-    fresh = path.with_name(f".{path.name}.recovered")
-    try:
-        with path.open("rb") as file:
-            size = os.fstat(file.fileno()).st_size
-            if _is_complete(path):
-                return path
-            writer = McapWriter(fresh, library="pelagos recover")
-            try:
-                _copy(read_records(file, size=size), writer)
-                writer.close()
-            except BaseException:
-                fresh.unlink(missing_ok=True)
-                raise
-    except OSError as error:
-        raise RecordingError(f"{path}: cannot be read: {error.strerror}") from None
-    os.replace(fresh, path)
-    return path
-
-
-def _is_complete(path: Path) -> bool:
-    with path.open("rb") as file:
-        size = os.fstat(file.fileno()).st_size
-        return any(record.opcode == Opcode.FOOTER for record in read_records(file, size=size))
-
-
-def _copy(records: Iterator[Any], writer: McapWriter) -> None:
-    schemas: dict[int, int] = {}
-    channels: dict[int, int] = {}
-    last = 0
-    for record in records:
-        if record.opcode == Opcode.MESSAGE:
-            number, t_ns, raw = message_parts(record)
-            writer.add_message(channels[number], t_ns, raw)
-            if t_ns - last > 1_000_000_000:
-                writer.flush()
-                last = t_ns
-        elif record.opcode == Opcode.SCHEMA:
-            found = parse(record)
-            if found.id not in schemas:
-                schemas[found.id] = writer.add_schema(found.name, found.encoding, found.data)
-        elif record.opcode == Opcode.CHANNEL:
-            found = parse(record)
-            if found.id not in channels:
-                channels[found.id] = writer.add_channel(
-                    found.topic, schemas[found.schema_id], found.message_encoding, found.metadata
-                )
-        elif record.opcode == Opcode.METADATA:
-            found = parse(record)
-            writer.add_metadata(found.name, found.metadata)
-        elif record.opcode == Opcode.ATTACHMENT:
-            found = parse(record)
-            writer.add_attachment(found.name, found.media_type, found.data)
 
 
 def _column(raw: NDArray[np.uint8], offset: int, kind: str) -> NDArray[np.float64]:
