@@ -16,8 +16,8 @@ from pelagos.math.lookup import sample
 from pelagos.ocean.ocean import Ocean
 from pelagos.ocean.water_column import DEEPEST_M
 from pelagos.sensors import noise
-from pelagos.sensors.columns import pack, unpack
 from pelagos.sensors.mount import sensor_pose
+from pelagos.sensors.recorded import Program, Results
 from pelagos.sensors.sensor import Kinematics, Measurement, SensorConfig, SensorContext
 
 
@@ -67,14 +67,14 @@ class Depth:
         self._ocean = context.ocean
         self._key = noise.opaque_key(noise.stream_key(context.seed, context.path, "noise"))
         self._standard = _standard_ocean(context.world.origin.latitude) if config.conversion == "teos10" else None
-        self._read = jit.freeze(lambda *arguments: self._rows(*arguments))
+        self._program = Program(self._kernel)
 
     def sense(self, motion: Kinematics) -> Measurement:
         """Read the sensor on every lane of `motion`."""
-        rows = unpack(self._read(motion, self._ocean, self._key, self._standard), 3)
-        return Measurement(data=rows[:, 0], truth=rows[:, 1], extras={"pressure_pa": rows[:, 2]})
+        found = self._program(motion, self._ocean, self._key, self._standard)
+        return Measurement(found["data"], found["truth"], extras={"pressure_pa": found["pressure_pa"]})
 
-    def _rows(self, motion: Kinematics, ocean: Ocean, key: noise.Key, standard: Array) -> Array:
+    def _kernel(self, motion: Kinematics, ocean: Ocean, key: noise.Key, standard: Array) -> Results:
         c = self._config
         position, _ = sensor_pose(motion, c)
         pressure = ocean.pressure(position, jit.Float64(motion.t_ns) * 1e-9)
@@ -88,7 +88,7 @@ class Depth:
         data = depth + white * (c.noise_density * math.sqrt(c.rate_hz)) + offset * c.bias_std_m + drift * c.drift_m
         if c.resolution_m > 0:
             data = dr.round(data * (1 / c.resolution_m)) * c.resolution_m
-        return pack(data, depth, pressure + ATMOSPHERE_PA)
+        return {"data": data, "truth": depth, "pressure_pa": pressure + ATMOSPHERE_PA}
 
 
 _STEP_DBAR = 0.5

@@ -10,11 +10,10 @@ from pydantic import Field
 
 from pelagos import jit
 from pelagos.errors import ScenarioError
-from pelagos.jit import Array
 from pelagos.ocean.ocean import Ocean
 from pelagos.sensors import noise
-from pelagos.sensors.columns import pack, unpack
 from pelagos.sensors.mount import sensor_pose
+from pelagos.sensors.recorded import Program, Results
 from pelagos.sensors.sensor import Kinematics, Measurement, SensorConfig, SensorContext
 
 
@@ -64,20 +63,19 @@ class Gps:
         self._ocean = context.ocean
         self._origin = context.world.origin
         self._key = noise.opaque_key(noise.stream_key(context.seed, context.path, "noise"))
-        self._read = jit.freeze(lambda *arguments: self._rows(*arguments))
+        self._program = Program(self._kernel)
 
     def sense(self, motion: Kinematics) -> Measurement:
         """Read the sensor on every lane of `motion`."""
-        rows = unpack(self._read(motion, self._ocean, self._key), 7)
-        valid = rows[:, 6] > 0.5
-        geodetic = np.full((2, len(rows), 3), np.nan)
+        found = self._program(motion, self._ocean, self._key)
+        position, true, valid = found["position"], found["position_truth"], found["received"]
+        geodetic = np.full((2, len(valid), 3), np.nan)
         if valid.any():
-            both = np.stack([rows[valid, :3], rows[valid, 3:6]])
-            geodetic[:, valid] = self._origin.to_geodetic(both)
-        extras = {"position": rows[:, :3], "position_truth": rows[:, 3:6]}
+            geodetic[:, valid] = self._origin.to_geodetic(np.stack([position[valid], true[valid]]))
+        extras = {"position": position, "position_truth": true}
         return Measurement(data=geodetic[0], truth=geodetic[1], valid=valid, extras=extras)
 
-    def _rows(self, motion: Kinematics, ocean: Ocean, key: noise.Key) -> Array:
+    def _kernel(self, motion: Kinematics, ocean: Ocean, key: noise.Key) -> Results:
         c = self._config
         position, _ = sensor_pose(motion, c)
         surface = ocean.elevation(position[0], position[1], jit.Float64(motion.t_ns) * 1e-9)
@@ -87,4 +85,5 @@ class Gps:
         std = (c.horizontal_std_m, c.horizontal_std_m, c.vertical_std_m)
         white_std = c.noise_density * math.sqrt(c.rate_hz)
         error = [s * a + f * white_std * w for s, a, f, w in zip(std, slow, (1.0, 1.0, 1.5), white, strict=True)]
-        return pack(*(p + e for p, e in zip(position, error, strict=True)), *position, received)
+        measured = [p + e for p, e in zip(position, error, strict=True)]
+        return {"position": measured, "position_truth": position, "received": received}

@@ -7,13 +7,12 @@ from typing import ClassVar, Final, Literal
 
 from pydantic import Field
 
-from pelagos import jit
 from pelagos.jit import Array
 from pelagos.math.constants import GRAVITY
 from pelagos.sensors import noise
-from pelagos.sensors.columns import pack, unpack
 from pelagos.sensors.mount import sensor_angular_velocity, specific_force
 from pelagos.sensors.noise import digitise
+from pelagos.sensors.recorded import Program, Results
 from pelagos.sensors.sensor import Kinematics, Measurement, SensorConfig, SensorContext
 
 _DEG_PER_HOUR: Final = math.radians(1) / 3600
@@ -87,14 +86,14 @@ class Imu:
     def __init__(self, config: ImuConfig, context: SensorContext) -> None:
         self._config = config
         self._key = noise.opaque_key(noise.stream_key(context.seed, context.path, "noise"))
-        self._read = jit.freeze(lambda motion, key: self._rows(motion, key))
+        self._program = Program(self._kernel)
 
     def sense(self, motion: Kinematics) -> Measurement:
         """Read the sensor on every lane of `motion`."""
-        rows = unpack(self._read(motion, self._key), 18)
-        return Measurement(data=rows[:, :6], truth=rows[:, 6:12], extras={"bias": rows[:, 12:]})
+        found = self._program(motion, self._key)
+        return Measurement(found["data"], found["truth"], extras={"bias": found["bias"]})
 
-    def _rows(self, motion: Kinematics, key: noise.Key) -> Array:
+    def _kernel(self, motion: Kinematics, key: noise.Key) -> Results:
         c = self._config
         force, rate = specific_force(motion, c), sensor_angular_velocity(motion, c)
         truth = [*force, *rate]
@@ -108,7 +107,7 @@ class Imu:
             digitise(x + b + n * (d * math.sqrt(c.rate_hz)), resolution=r, lowest=-top, highest=top)
             for x, b, n, d, r, top in zip(turned, bias, white, density, step, limit, strict=True)
         ]
-        return pack(*data, *truth, *bias)
+        return {"data": data, "truth": truth, "bias": bias}
 
     def _bias(self, motion: Kinematics, key: noise.Key) -> list[Array]:
         c = self._config

@@ -16,9 +16,9 @@ from pelagos.jit import Array
 from pelagos.math.geomagnetism import earth_field
 from pelagos.math.so3 import rotate_back
 from pelagos.sensors import noise
-from pelagos.sensors.columns import pack, unpack
 from pelagos.sensors.mount import sensor_pose
 from pelagos.sensors.noise import digitise
+from pelagos.sensors.recorded import Program, Results
 from pelagos.sensors.sensor import Kinematics, Measurement, SensorConfig, SensorContext
 
 
@@ -80,14 +80,14 @@ class Magnetometer:
         self._config = config
         self._key = noise.opaque_key(noise.stream_key(context.seed, context.path, "noise"))
         self._field = dr.opaque(jit.Array3f64, [float(b) for b in _earth_field(config, context)])
-        self._read = jit.freeze(lambda *arguments: self._rows(*arguments))
+        self._program = Program(self._kernel)
 
     def sense(self, motion: Kinematics) -> Measurement:
         """Read the sensor on every lane of `motion`."""
-        rows = unpack(self._read(motion, self._field, self._key), 6)
-        return Measurement(data=rows[:, :3], truth=rows[:, 3:])
+        found = self._program(motion, self._field, self._key)
+        return Measurement(found["data"], found["truth"])
 
-    def _rows(self, motion: Kinematics, field: Array, key: noise.Key) -> Array:
+    def _kernel(self, motion: Kinematics, field: Array, key: noise.Key) -> Results:
         c = self._config
         _, attitude = sensor_pose(motion, c)
         earth = rotate_back(attitude, field)
@@ -99,7 +99,7 @@ class Magnetometer:
             bent = sum(m * b for m, b in zip(row, earth, strict=True)) + c.hard_iron_t[i] + offset[i] * c.bias_std_t
             noisy = bent + white[i] * (c.noise_density * math.sqrt(c.rate_hz))
             data.append(digitise(noisy, resolution=c.resolution_t, lowest=-c.range_t, highest=c.range_t))
-        return pack(*data, *earth)
+        return {"data": data, "truth": earth}
 
 
 def _earth_field(config: MagnetometerConfig, context: SensorContext) -> NDArray[np.float64]:

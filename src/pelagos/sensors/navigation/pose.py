@@ -6,10 +6,8 @@ from typing import ClassVar, Literal
 
 from pydantic import Field
 
-from pelagos import jit
-from pelagos.jit import Array
-from pelagos.sensors.columns import pack, unpack
 from pelagos.sensors.mount import sensor_pose
+from pelagos.sensors.recorded import Program, Results
 from pelagos.sensors.sensor import Kinematics, Measurement, SensorConfig, SensorContext
 
 
@@ -35,13 +33,13 @@ class Pose:
 
     def __init__(self, config: PoseConfig, context: SensorContext) -> None:
         self._config = config
-        self._read = jit.freeze(lambda motion: self._rows(motion))
+        self._program = Program(self._kernel)
 
     def sense(self, motion: Kinematics) -> Measurement:
         """Read the sensor on every lane of `motion`."""
-        rows = unpack(self._read(motion), 7)
-        return Measurement(data=rows, truth=rows)
+        pose = self._program(motion)["pose"]
+        return Measurement(data=pose, truth=pose)
 
-    def _rows(self, motion: Kinematics) -> Array:
+    def _kernel(self, motion: Kinematics) -> Results:
         position, attitude = sensor_pose(motion, self._config)
-        return pack(*position, *attitude)
+        return {"pose": [*position, *attitude]}

@@ -6,11 +6,9 @@ from typing import ClassVar, Literal
 
 from pydantic import Field
 
-from pelagos import jit
-from pelagos.jit import Array
 from pelagos.math.so3 import rotate
-from pelagos.sensors.columns import pack, unpack
 from pelagos.sensors.mount import sensor_pose, sensor_velocity
+from pelagos.sensors.recorded import Program, Results
 from pelagos.sensors.sensor import Kinematics, Measurement, SensorConfig, SensorContext
 
 
@@ -36,13 +34,13 @@ class Velocity:
 
     def __init__(self, config: VelocityConfig, context: SensorContext) -> None:
         self._config = config
-        self._read = jit.freeze(lambda motion: self._rows(motion))
+        self._program = Program(self._kernel)
 
     def sense(self, motion: Kinematics) -> Measurement:
         """Read the sensor on every lane of `motion`."""
-        rows = unpack(self._read(motion), 3)
-        return Measurement(data=rows, truth=rows)
+        velocity = self._program(motion)["velocity"]
+        return Measurement(data=velocity, truth=velocity)
 
-    def _rows(self, motion: Kinematics) -> Array:
+    def _kernel(self, motion: Kinematics) -> Results:
         _, attitude = sensor_pose(motion, self._config)
-        return pack(*rotate(attitude, sensor_velocity(motion, self._config)))
+        return {"velocity": rotate(attitude, sensor_velocity(motion, self._config))}

@@ -14,8 +14,8 @@ from pelagos import jit
 from pelagos.acoustics.beam_pattern import line_length, line_np
 from pelagos.jit import Array
 from pelagos.raycast.caster import Caster
-from pelagos.sensors.columns import pack, unpack
 from pelagos.sensors.noise import normals64
+from pelagos.sensors.recorded import Program, Results
 from pelagos.sensors.schedule import farthest_heard, warn_of_ambiguity
 from pelagos.sensors.sensor import Kinematics, Measurement, SensorConfig, SensorContext
 from pelagos.sensors.sonar.ping.beam_echoes import BeamEchoes, EchoesConfig
@@ -104,7 +104,7 @@ class Altimeter:
             frequency_hz=config.frequency_hz,
             ph=config.ph,
         )
-        self._recorded = self._sounder.compile(self._kernel)
+        self._program = Program(self._kernel, self._sounder.compile)
         self._echoes: BeamEchoes | None = None
         self.tables: dict[str, NDArray[Any]] = {}
         if config.echo_bins > 0:
@@ -116,15 +116,11 @@ class Altimeter:
 
     def sense(self, motion: Kinematics) -> Measurement:
         """Ping on every lane."""
-        data, truth, axis, label, instance = unpack(self._recorded(motion), 5).T
-        extras: dict[str, NDArray[Any]] = {
-            "axis": axis.astype(np.float32),
-            "label": label.astype(np.uint32),
-            "instance": instance.astype(np.uint32),
-        }
+        found = self._program(motion)
+        extras = {name: found[name] for name in ("axis", "label", "instance")}
         if self._echoes is not None:
             extras |= {name: values[:, 0] for name, values in self._echoes.extras(motion).items()}
-        return Measurement(data.astype(np.float32), truth.astype(np.float32), np.isfinite(data), extras, self.tables)
+        return Measurement(found["data"], found["truth"], np.isfinite(found["data"]), extras, self.tables)
 
     def explain(self, motion: Kinematics) -> list[tuple[str, NDArray[Any], str]]:
         """One ping, not frozen, with its intermediate arrays: (name, values, unit)."""
@@ -140,7 +136,7 @@ class Altimeter:
         motion: Kinematics,
         *,
         trace: Trace = None,
-    ) -> Array:
+    ) -> Results:
         config = self.config
         reach = min(config.range_max_m, farthest_heard(config.rate_hz))
         view = look(caster, fan, lanes, surfaces, max_range=reach, smooth=False)
@@ -157,8 +153,9 @@ class Altimeter:
             measured *= config.sound_speed_mps / lanes.medium.sound_speed
         measured = dr.select(measured <= reach, measured, dr.nan)
         axis = dr.arange(jit.UInt32, dr.width(lanes.position)) * rays
-        labels = (dr.gather(jit.UInt32, v, axis) for v in (view.hits.label, view.hits.instance))
-        return pack(measured, true, dr.gather(jit.Float, view.hits.t, axis), *labels)
+        label, instance = (dr.gather(jit.UInt32, v, axis) for v in (view.hits.label, view.hits.instance))
+        met = dr.gather(jit.Float, view.hits.t, axis)
+        return {"data": measured, "truth": true, "axis": met, "label": label, "instance": instance}
 
 
 def first_echo(distance: Array, energy: Array, rays: int, nearest: float) -> Array:

@@ -16,9 +16,9 @@ from pelagos.acoustics.spreading import to_db
 from pelagos.jit import Array
 from pelagos.math.so3 import rotate, rotate_back
 from pelagos.raycast.caster import Caster
-from pelagos.sensors.columns import pack, unpack
 from pelagos.sensors.mount import sensor_velocity
 from pelagos.sensors.noise import normals64
+from pelagos.sensors.recorded import Program, Results
 from pelagos.sensors.schedule import farthest_heard, warn_of_ambiguity
 from pelagos.sensors.sensor import Kinematics, Measurement, SensorConfig, SensorContext
 from pelagos.sensors.sonar.ping.beam_echoes import BeamEchoes, EchoesConfig
@@ -152,7 +152,7 @@ class Dvl:
         self._context = context
         warn_of_ambiguity(config, context.path, config.range_max_m / math.cos(math.radians(config.beam_tilt_deg)))
         self._sounder = Sounder(config, context, beam_rays(config), frequency_hz=config.frequency_hz, ph=config.ph)
-        self._recorded = self._sounder.compile(self._kernel)
+        self._program = Program(self._kernel, self._sounder.compile)
         self.tables: dict[str, NDArray[Any]] = {"direction": config.beams}
         self._echoes: BeamEchoes | None = None
         if config.echo_bins > 0:
@@ -166,25 +166,12 @@ class Dvl:
 
     def sense(self, motion: Kinematics) -> Measurement:
         """Ping on every lane."""
-        water = self.config.water_layer_m is not None
-        rows = unpack(self._recorded(motion, self._context.ocean), 39 if water else 36)
-        valid = rows[:, 6] > 0.5
-        data = np.where(valid[:, None], rows[:, 0:3], np.nan)
-        extras = {
-            "ranges": rows[:, 8:12],
-            "beam_velocity": rows[:, 12:16],
-            "beam_valid": rows[:, 16:20] > 0.5,
-            "sigma": rows[:, 20:24],
-            "altitude": rows[:, 7],
-            "snr": rows[:, 24:28],
-            "label": rows[:, 28:32].astype(np.uint32),
-            "instance": rows[:, 32:36].astype(np.uint32),
-        }
-        if water:
-            extras["water_velocity"] = rows[:, 36:39]
+        extras = self._program(motion, self._context.ocean)
+        velocity, truth, valid = (extras.pop(name) for name in ("velocity", "truth", "locked"))
+        data = np.where(valid[:, None], velocity, np.nan)
         if self._echoes is not None:
             extras |= self._echoes.extras(motion)
-        return Measurement(data, rows[:, 3:6], valid, extras, self.tables)
+        return Measurement(data, truth, valid, extras, self.tables)
 
     def explain(self, motion: Kinematics) -> list[tuple[str, NDArray[Any], str]]:
         """One ping, not frozen, with its intermediate arrays: (name, values, unit)."""
@@ -201,7 +188,7 @@ class Dvl:
         ocean: Ocean,
         *,
         trace: Trace = None,
-    ) -> Array:
+    ) -> Results:
         config = self.config
         velocity = sensor_velocity(motion, config)
         farthest = 1.5 * config.range_max_m / math.cos(math.radians(config.beam_tilt_deg))
@@ -214,14 +201,13 @@ class Dvl:
             beam_echo(dr.width(lanes.position), b, hits.valid, hits.t, section, ground, config.beams[b])
             for b in range(4)
         ]
-        data, truth, locked, altitude, *by_beam = bottom_track(
-            config, beams, velocity, motion, lanes.medium, key, trace
-        )
-        layer = config.water_layer_m is not None
-        water = water_track(config, lanes, velocity, motion, ocean, key) if layer else ()
+        found = bottom_track(config, beams, velocity, motion, lanes.medium, key, trace)
         first = dr.arange(jit.UInt32, dr.width(lanes.position)) * (4 * _RAYS)
-        labels = [dr.gather(jit.UInt32, v, first + b * _RAYS) for v in (hits.label, hits.instance) for b in range(4)]
-        return pack(*data, *truth, locked, altitude, *(b for beams in by_beam for b in beams), *labels, *water)
+        for name, met in (("label", hits.label), ("instance", hits.instance)):
+            found[name] = [dr.gather(jit.UInt32, met, first + b * _RAYS) for b in range(4)]
+        if config.water_layer_m is not None:
+            found["water_velocity"] = water_track(config, lanes, velocity, motion, ocean, key)
+        return found
 
 
 def beam_echo(
@@ -245,9 +231,8 @@ def beam_echo(
 def bottom_track(
     config: DvlConfig, beams: list[tuple[Array, Array, Array, Array]], velocity: Array, motion: Kinematics,
     medium: Medium, key: Any, trace: Trace = None,
-) -> tuple[Any, ...]:  # fmt: skip
-    """Velocity [m/s], its truth, lock, altitude [m], and by beam: range [m], speed [m/s], validity, deviation [m/s],
-    signal-to-noise ratio [dB].
+) -> dict[str, Any]:  # fmt: skip
+    """Results by name, see `Dvl`: velocity, its truth, lock, altitude, and what each beam has found.
 
     The echo's margin over the weakest that can be tracked sets the loss of a beam (with a slack of 1.5 dB) and the
     noise: the variance of the Doppler estimate grows with 1 + 1/snr.
@@ -265,7 +250,7 @@ def bottom_track(
         speed = velocity[0] * x + velocity[1] * y + velocity[2] * z - ground
         margin = echo_margin_db(distance, jit.Float(reach), medium.absorption)
         margin += to_db(dr.maximum(section, 1e-9)) - _TYPICAL_DB
-        levels.append(dr.select(seen, margin + _FAINTEST_DB, -dr.inf))
+        levels.append(jit.Float64(dr.select(seen, margin + _FAINTEST_DB, -dr.inf)))
         snr = dr.exp(0.230258509 * (jit.Float64(margin) + _FAINTEST_DB))
         sigma = dr.sqrt((config.noise_mps**2 + (config.noise_relative * speed) ** 2) * (1.0 + 1.0 / snr))
         tracked = seen & (jit.Float64(margin) + 1.5 * noise[4 + b] > 0.0) & (distance * vertical >= config.range_min_m)
@@ -285,7 +270,10 @@ def bottom_track(
         count += dr.select(ok, jit.Float64(1), 0.0)
         total += dr.select(ok, r, 0.0)
     altitude = dr.select(count > 0.0, total / dr.maximum(count, 1.0) * vertical, dr.nan)
-    return data, velocity, locked, altitude, ranges, speeds, valid, sigmas, levels
+    return {
+        "velocity": data, "truth": velocity, "locked": locked, "ranges": ranges, "beam_velocity": speeds,
+        "beam_valid": valid, "sigma": sigmas, "altitude": altitude, "snr": levels,
+    }  # fmt: skip
 
 
 def water_track(config: DvlConfig, lanes: Lanes, velocity: Array, motion: Kinematics, ocean: Ocean, key: Any) -> Array:

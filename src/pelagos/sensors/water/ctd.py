@@ -9,11 +9,10 @@ import numpy as np
 from pydantic import Field
 
 from pelagos import jit
-from pelagos.jit import Array
 from pelagos.ocean.ocean import Ocean
 from pelagos.sensors import noise
-from pelagos.sensors.columns import pack, unpack
 from pelagos.sensors.mount import sensor_pose
+from pelagos.sensors.recorded import Program, Results
 from pelagos.sensors.sensor import Kinematics, Measurement, SensorConfig, SensorContext
 
 
@@ -60,24 +59,24 @@ class Ctd:
         self._ocean = context.ocean
         self._origin = context.world.origin
         self._key = noise.opaque_key(noise.stream_key(context.seed, context.path, "noise"))
-        self._read = jit.freeze(lambda *arguments: self._rows(*arguments))
+        self._program = Program(self._kernel)
 
     def sense(self, motion: Kinematics) -> Measurement:
         """Read the sensor on every lane of `motion`."""
         import gsw
 
-        rows = unpack(self._read(motion, self._ocean, self._key), 7)
-        temperature, salinity, pressure = rows[:, 0], rows[:, 1], rows[:, 2]
+        water = self._program(motion, self._ocean, self._key)
+        temperature, salinity, pressure = water["temperature"], water["salinity"], water["pressure"]
         truth = np.stack([0.1 * gsw.C_from_SP(salinity, temperature, pressure), temperature, pressure], axis=-1)
-        data = truth + rows[:, 3:6]
-        valid = rows[:, 6] > 0.5
+        data = truth + water["error"]
+        valid = water["wet"]
         data, truth = (np.where(valid[:, None], x, np.nan) for x in (data, truth))
         found = gsw.SP_from_C(10 * data[:, 0], data[:, 1], data[:, 2])
         absolute = gsw.SA_from_SP(found, data[:, 2], self._origin.longitude, self._origin.latitude)
         speed = gsw.sound_speed_t_exact(absolute, data[:, 1], data[:, 2])
         return Measurement(data=data, truth=truth, valid=valid, extras={"salinity": found, "sound_speed": speed})
 
-    def _rows(self, motion: Kinematics, ocean: Ocean, key: noise.Key) -> Array:
+    def _kernel(self, motion: Kinematics, ocean: Ocean, key: noise.Key) -> Results:
         c = self._config
         position, _ = sensor_pose(motion, c)
         t = jit.Float64(motion.t_ns) * 1e-9
@@ -88,4 +87,5 @@ class Ctd:
         error = [w * (d * rate) + o * b for w, d, o, b in zip(white, density, offset, bias, strict=True)]
         wet = position[2] < ocean.elevation(position[0], position[1], t)
         dbar = 1e-4 * ocean.pressure(position, t)
-        return pack(ocean.temperature(position, t), ocean.salinity(position, t), dbar, *error, wet)
+        temperature, salinity = ocean.temperature(position, t), ocean.salinity(position, t)
+        return {"temperature": temperature, "salinity": salinity, "pressure": dbar, "error": error, "wet": wet}

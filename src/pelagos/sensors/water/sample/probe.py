@@ -7,7 +7,6 @@ from collections.abc import Callable, Sequence
 from typing import TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import Field
 
 from pelagos import jit
@@ -15,9 +14,9 @@ from pelagos.errors import LookupFailed
 from pelagos.jit import Array
 from pelagos.ocean.ocean import Ocean
 from pelagos.sensors import noise
-from pelagos.sensors.columns import pack, unpack
 from pelagos.sensors.mount import sensor_pose
 from pelagos.sensors.noise import digitise
+from pelagos.sensors.recorded import Program, Results
 from pelagos.sensors.sensor import Kinematics, Measurement, SensorConfig, SensorContext
 
 Sample: TypeAlias = Callable[[Ocean, Kinematics, Array, Array], Sequence[Array]]
@@ -54,18 +53,18 @@ class Probe:
         self._sample = sample
         self._count = count
         self._key = noise.opaque_key(noise.stream_key(context.seed, context.path, "noise"))
-        self._read = jit.freeze(lambda *arguments: self._rows(*arguments))
+        self._program = Program(self._kernel)
 
     def sense(self, motion: Kinematics) -> Measurement:
         """Data and truth `(m,)`, or `(m, count)`; not a number where the mount is in the air."""
-        n = self._count
-        rows = unpack(self._read(motion, self._ocean, self._key), 2 * n + 1)
-        valid: NDArray[np.bool_] = rows[:, 2 * n] > 0.5
-        both = np.where(valid[:, None], rows[:, : 2 * n], np.nan)
-        data, truth = (both[:, 0], both[:, 1]) if n == 1 else (both[:, :n], both[:, n:])
+        found = self._program(motion, self._ocean, self._key)
+        valid = found["wet"]
+        data, truth = (np.where(valid[:, None], found[name], np.nan) for name in ("data", "truth"))
+        if self._count == 1:
+            data, truth = data[:, 0], truth[:, 0]
         return Measurement(data=data, truth=truth, valid=valid)
 
-    def _rows(self, motion: Kinematics, ocean: Ocean, key: noise.Key) -> Array:
+    def _kernel(self, motion: Kinematics, ocean: Ocean, key: noise.Key) -> Results:
         c = self._config
         position, _ = sensor_pose(motion, c)
         t = jit.Float64(motion.t_ns) * 1e-9
@@ -81,7 +80,7 @@ class Probe:
         highest = math.inf if c.highest is None else c.highest
         data = [digitise(d, resolution=c.resolution, lowest=lowest, highest=highest) for d in data]
         wet = position[2] < ocean.elevation(position[0], position[1], t)
-        return pack(*data, *truth, wet)
+        return {"data": data, "truth": truth, "wet": wet}
 
 
 def tracer_of(context: SensorContext, name: str) -> Sample:
