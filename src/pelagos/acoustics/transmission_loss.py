@@ -1,0 +1,201 @@
+"""The sound field of a source in a vertical section: Gaussian beams about the rays of a fan.
+
+Source: M. B. Porter and H. P. Bucker, J. Acoust. Soc. Am. 82, 1349 (1987), doi 10.1121/1.395269 (beams); F. B. Jensen,
+W. A. Kuperman, M. B. Porter, H. Schmidt, Computational Ocean Acoustics (2nd ed., 2011), Section 3.4 (beams as wide as
+the tube of rays they stand for), doi 10.1007/978-1-4419-8678-8.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cache
+from typing import Any, Final
+
+import drjit as dr
+import numpy as np
+from numpy.typing import NDArray
+
+from pelagos import jit
+from pelagos.acoustics.layered_rays import Floor, Launch, Water, march_by
+from pelagos.acoustics.section import Section, on_device
+from pelagos.jit import Array
+
+_REACH: Final = 4.0  # standard deviations of a beam beyond which nothing is left of it
+_BOUNCES: Final = 200
+
+
+@dataclass(frozen=True)
+class RayPaths:
+    """Rays past equally spaced stations.
+
+    Attributes:
+        x: `(stations,)` [m].
+        angle: `(rays,)` at the source, positive down [rad].
+        depth: `(rays, stations)`, not a number where a ray never came [m].
+        surface, bottom: `(rays, stations)` bounces until there.
+    """
+
+    x: NDArray[np.float64]
+    angle: NDArray[np.float64]
+    depth: NDArray[np.float64]
+    surface: NDArray[np.float64]
+    bottom: NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Field:
+    """Sound on a grid.
+
+    Attributes:
+        x: `(columns,)` distances from the source [m].
+        depth: `(rows,)` [m].
+        pressure: `(columns, rows)` complex, re that at 1 m.
+        intensity: `(columns, rows)`, beams summed without their phase, re that at 1 m.
+    """
+
+    x: NDArray[np.float64]
+    depth: NDArray[np.float64]
+    pressure: NDArray[np.complex128]
+    intensity: NDArray[np.float64]
+
+    @property
+    def loss_db(self) -> NDArray[np.float64]:
+        """Coherent transmission loss [dB re 1 m]."""
+        return np.asarray(-20.0 * np.log10(np.maximum(np.abs(self.pressure), 1e-15)))
+
+    @property
+    def incoherent_loss_db(self) -> NDArray[np.float64]:
+        """Incoherent transmission loss [dB re 1 m]."""
+        return np.asarray(-10.0 * np.log10(np.maximum(self.intensity, 1e-30)))
+
+
+def ray_paths(
+    section: Section, source: float, angles: NDArray[np.float64], reach: float, *, stations: int = 400,
+    bounces: int = _BOUNCES,
+) -> RayPaths:  # fmt: skip
+    """Where the rays of a fan run, from a depth `source` [m], at `angles` [rad], to a distance `reach` [m]."""
+    values = _marched(section, source, angles, reach, stations, bounces)
+    shape = (len(angles), stations)
+    depth, surface, bottom = (np.array(values[k]).reshape(shape) for k in (0, 6, 7))
+    x = np.arange(1, stations + 1, dtype=np.float64) * np.float64(reach / stations)
+    return RayPaths(x, angles, depth, surface, bottom)
+
+
+def field(
+    section: Section, source: float, *, reach: float, columns: int, depths: NDArray[np.float64],
+    widest: float, beams: int = 2000,
+) -> Field:  # fmt: skip
+    """Pressure on a grid.
+
+    Args:
+        section: what sound meets.
+        source: its depth [m].
+        reach: distance of the last column [m].
+        columns: equally spaced.
+        depths: of the rows [m].
+        widest: half the fan's opening [rad].
+        beams: of the fan.
+    """
+    angles = np.linspace(-widest, widest, beams)
+    values = _marched(section, source, angles, reach, columns, _BOUNCES)
+    x = np.arange(1, columns + 1, dtype=np.float64) * np.float64(reach / columns)
+    z = np.array(values[0])
+    speed = section.speed_at(np.where(np.isfinite(z), z, 0.0))
+    grid = (jit.own(jit.Float64, np.repeat(x, len(depths))), jit.own(jit.Float64, np.tile(depths, columns)))
+    sizes = [jit.own(jit.UInt32, np.array([v], np.uint32)) for v in (beams, columns, len(depths))]
+    constants = [
+        dr.opaque(jit.Float64, float(v))
+        for v in (section.frequency, angles[1] - angles[0], float(section.speed_at(source)))
+    ]
+    profile = jit.own(jit.Float64, speed), jit.own(jit.Float64, np.cos(angles)), jit.own(jit.Float64, x)
+    beam = _beams()(values[:6], values[8], *profile, sizes, constants)
+    real, imaginary, intensity = _summed()(beam, grid, sizes)
+    shape = (columns, len(depths))
+    pressure = (np.array(real) + 1j * np.array(imaginary)).reshape(shape)
+    return Field(x, np.asarray(depths), pressure, np.array(intensity).reshape(shape))
+
+
+def _marched(
+    section: Section, source: float, angles: NDArray[np.float64], reach: float, stations: int, bounces: int
+) -> list[Array]:
+    water, floor = on_device([section])
+    count = len(angles)
+    launch = Launch(
+        jit.own(jit.UInt32, np.zeros(count, np.uint32)), jit.own(jit.Float64, np.full(count, source)),
+        jit.own(jit.Float64, np.asarray(angles, np.float64)), jit.own(jit.Float64, np.full(count, reach)),
+        jit.own(jit.UInt32, np.full(count, bounces, np.uint32)),
+    )  # fmt: skip
+    values: list[Array] = _station_kernel(stations)(water, floor, launch)
+    return values
+
+
+@cache
+def _station_kernel(stations: int) -> Any:
+    def trace(water: Water, floor: Floor, launch: Launch) -> list[Array]:
+        return march_by(water, floor, launch, stations=stations)
+
+    return jit.freeze(trace)
+
+
+@cache
+def _beams() -> Any:
+    return jit.freeze(_beam)
+
+
+@cache
+def _summed() -> Any:
+    return jit.freeze(_sum)
+
+
+def _beam(
+    rays: list[Array], bounced: Array, speed: Array, cosines: Array, x: Array, sizes: list[Array],
+    constants: list[Array],
+) -> list[Array]:  # fmt: skip
+    """Beams by ray and station: depth of the axis, 1/width in depth, amplitude, intensity, phase, and its slope."""
+    z, sine, time, level, spread, caustics = rays
+    _, columns, _ = sizes
+    frequency, spacing, speed_at_source = constants
+    lane = dr.arange(jit.UInt32, dr.width(z))
+    ray = lane // columns
+    cosine = dr.sqrt(dr.maximum(1.0 - sine * sine, 1e-12))
+    tube = dr.maximum(dr.abs(spread) * spacing, 1e-12)
+    width = dr.maximum(tube, dr.minimum(0.2 * frequency * time, math.pi) * speed / frequency)
+    tubes = speed / speed_at_source * dr.gather(jit.Float64, cosines, ray) * spacing
+    tubes = tubes / (dr.gather(jit.Float64, x, lane - ray * columns) * tube) * dr.exp(-0.2302585092994046 * level)
+    size = dr.sqrt(tubes / (2.0 * math.pi)) * tube / width
+    energy = tubes / math.sqrt(2.0 * math.pi) * tube / width
+    omega = 2.0 * math.pi * frequency
+    phase = bounced + caustics * (0.5 * math.pi) - omega * time
+    turns = dr.round(phase * (0.5 / math.pi))
+    values = [z, cosine / width, size, energy, phase - 2.0 * math.pi * turns, -omega * sine / speed]
+    here = dr.isfinite(z)
+    return [dr.select(here, v, 0.0 if k else 1e9) for k, v in enumerate(values)]
+
+
+def _sum(
+    beam: list[Array], grid: tuple[Array, Array], sizes: list[Array]
+) -> tuple[Array, Array, Array]:  # fmt: skip
+    """Real and imaginary pressure and intensity at every point of the grid."""
+    beams, columns, rows = sizes
+    x, depth = grid
+    column = dr.arange(jit.UInt32, dr.width(x)) // rows
+
+    def heard(k: Array, real: Array, imaginary: Array, intensity: Array, away: Array, part: Array) -> tuple[Any, ...]:
+        size, energy, phase, slope = (dr.gather(jit.Float64, a, k * columns + column) for a in beam[2:])
+        bell = dr.exp(-0.5 * part * part)
+        s, c = dr.sincos(phase + slope * away)
+        return k, real + size * bell * c, imaginary + size * bell * s, intensity + energy * bell, away, part
+
+    def add(k: Array, real: Array, imaginary: Array, intensity: Array) -> tuple[Array, ...]:
+        z, narrow = (dr.gather(jit.Float64, a, k * columns + column) for a in beam[:2])
+        away = depth - z
+        part = away * narrow
+        state = (k, real, imaginary, intensity, away, part)
+        found = dr.if_stmt(state, dr.abs(part) < _REACH, heard, lambda *s: s, mode="symbolic")
+        return k + 1, found[1], found[2], found[3]
+
+    zero = dr.zeros(jit.Float64, dr.width(x))
+    start = (dr.zeros(jit.UInt32, dr.width(x)), zero, zero + 0.0, zero + 0.0)
+    found = dr.while_loop(start, lambda k, *_: k < beams, add, mode="symbolic")
+    return found[1], found[2], found[3]
