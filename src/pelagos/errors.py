@@ -6,6 +6,7 @@ PelagosError
 |   +-- WorldError      a mesh, survey or generated world
 |   +-- LookupFailed    an unknown name, with the nearest match
 |   +-- CommandError    a command, state or argument of the Python face
++-- KernelError         a recorded kernel uses what it is not given, or keeps something
 +-- DeviceError         no usable LLVM or GPU, with what to install
 +-- SimulationError     a run went wrong (non-finite state); names vehicle, term and time
 +-- RecordingError      a recording cannot be written or read
@@ -48,6 +49,10 @@ class WorldError(InputError):
 
 class CommandError(InputError):
     """A command, state or argument has the wrong shape, or is not finite."""
+
+
+class KernelError(PelagosError):
+    """A kernel cannot be recorded as it is written; the message tells the author of a sensor or term the cure."""
 
 
 class DeviceError(PelagosError):

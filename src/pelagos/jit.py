@@ -25,6 +25,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, Literal, TypeAlias, TypeVar, cast, dataclass_transform
 
 from pelagos.errors import DeviceError
+from pelagos.kernel_check import explained, watched
 
 MIN_LLVM: Final = 16  # 14 is refused by Dr.Jit, 15 aborts the process on AVX-512 machines
 Device: TypeAlias = Literal["cpu", "cuda"]
@@ -190,10 +191,10 @@ def freeze(function: Callable[..., Any], *scenes: Any) -> Callable[..., Any]:
     import drjit as dr
 
     def seeing(*arguments: Any) -> Any:
-        return function(*scenes)(*arguments)
+        return watched(function, function(*scenes), *arguments)
 
     def blind(*arguments: Any, _function: Callable[..., Any] = function) -> Any:  # by default: a name would cost 2 us
-        return _function(*arguments)
+        return watched(_function, _function, *arguments)
 
     frozen = dr.freeze(seeing if scenes else blind, state_fn=_Sizes(), warn_after=1000)
 
@@ -202,6 +203,8 @@ def freeze(function: Callable[..., Any], *scenes: Any) -> Callable[..., Any]:
         gc.disable()
         try:
             return frozen(*arguments)
+        except RuntimeError as error:
+            raise explained(error, function) from error
         finally:
             if collects:
                 gc.enable()

@@ -3,16 +3,20 @@
 from __future__ import annotations
 
 import inspect
+import re
 
+import drjit as dr
 import numpy as np
 import pytest
 
 import pelagos as pl
+from pelagos import jit
 from pelagos.config import registry
 from pelagos.messages.encoders import encoder
 from pelagos.messages.encoding import Site
 from pelagos.sensors.sensor import SensorConfig
 
+_CAST = re.compile(r"call void %rd\d+\(ptr %u\d+_in_0")  # a call into Embree
 NAMES = sorted(registry.entries("sensor", plugins=False))
 NOTHING_TO_CITE = {"pose", "velocity", "tracer", "instance_camera", "normal_camera", "collision"}  # no model
 SMALL = {  # images as small as they may be: these tests are about rules, not about pictures
@@ -58,6 +62,41 @@ def readings(sim: pl.Simulation, count: int = 4) -> list[pl.Reading]:
     return found
 
 
+def assert_same(one: pl.Reading, other: pl.Reading) -> None:
+    assert one.t_ns == other.t_ns
+    for mine, theirs in ((one.data, other.data), (one.truth, other.truth), (one.valid, other.valid)):
+        assert mine.tobytes() == theirs.tobytes()
+    assert one.extras.keys() == other.extras.keys()
+    for extra, values in one.extras.items():
+        assert values.tobytes() == other.extras[extra].tobytes(), extra
+
+
+def counted(sim: pl.Simulation) -> tuple[int, int]:
+    """Kernels of one reading, and places in their code where rays are cast, by Dr.Jit's history of kernels."""
+    sensor = sim.model.agents["auv0"].sensors["it"].sensor
+    sim.reset()
+    for _ in range(20):
+        sim.step()  # everything is recorded by now
+    history: list[dict[str, object]] = []
+    sense = sensor.sense
+
+    def watched(motion):
+        dr.kernel_history_clear()
+        with dr.scoped_set_flag(dr.JitFlag.KernelHistory, True):
+            found = sense(motion)
+            history[:] = dr.kernel_history()
+        return found
+
+    sensor.sense = watched
+    try:
+        for _ in range(20):
+            sim.step()
+    finally:
+        sensor.sense = sense
+    casts = [len(_CAST.findall(k["ir"].getvalue())) for k in history if "ir" in k]
+    return len(history), sum(casts)
+
+
 @pytest.fixture(scope="module", params=NAMES)
 def sensor(request) -> tuple[str, pl.Simulation, list[pl.Reading]]:
     sim = pl.Simulation.load(scenario(request.param), n=3)
@@ -87,6 +126,32 @@ def test_copies_alone_in_a_fleet_and_repeated_are_the_same_bytes(sensor):
         assert reading.truth[2].tobytes() == single.truth[0].tobytes()
         for extra in reading.extras:
             assert extra in single.extras
+
+
+def test_a_second_reset_gives_the_same_readings(sensor):
+    """A sensor keeps nothing from one run to the next."""
+    _, sim, found = sensor
+    for reading, again in zip(found, readings(sim), strict=True):
+        assert_same(reading, again)
+
+
+def test_blocks_of_ticks_read_the_same_as_single_ticks(sensor):
+    """A sensor keeps nothing from one reading to the next either: `run` asks it in blocks, `step` a tick at a time."""
+    _, sim, found = sensor
+    sim.reset()
+    in_blocks = sim.run(seconds=0.3).observations["auv0"]["it"]
+    assert_same(found[3], in_blocks)
+
+
+def test_a_reading_takes_no_more_kernels_and_casts_than_its_class_declares(sensor):
+    """Hits that are not evaluated before they are gathered, or results that are not packed, show here first."""
+    name, sim, _ = sensor
+    if jit.device != "cpu":
+        pytest.skip("kernels are counted by their LLVM code")
+    cls = registry.find("sensor", name).load()
+    kernels, casts = counted(sim)
+    assert kernels <= cls.KERNELS, f"{name} takes {kernels} kernels a reading, {cls.KERNELS} are declared"
+    assert casts <= cls.CASTS, f"{name} casts rays in {casts} places a reading, {cls.CASTS} are declared"
 
 
 def test_truth_does_not_depend_on_the_seed(sensor):

@@ -167,14 +167,17 @@ class SensorContext:
 class Sensor(Protocol):
     """A sensor: built once, asked at its rate. The class names its configuration in `Config`.
 
-    A class whose readings need no rays says `SEES_SCENE = False`: its motion of up to a second comes in one call. One
-    that casts few rays says `WAITS = True`: it is asked likewise, where nothing moves in the scene and no mission waits
-    for its readings.
+    `SEES_SCENE = False`: the sensor casts no rays, so up to one second of motion is passed in one call. `WAITS = True`:
+    the sensor casts rays but may also be batched, if nothing in the scene moves and no mission uses it.
     """
 
     Config: ClassVar[type[SensorConfig]]
     SOURCES: ClassVar[tuple[str, ...]]
     """Where the model's equations come from, for `pelagos explain` and `pelagos cite`."""
+    KERNELS: ClassVar[int]
+    """Most kernels that a reading takes with the default configuration; a contract test counts them."""
+    CASTS: ClassVar[int]
+    """Places in these kernels where rays are cast: one, where hits are evaluated before anything gathers from them."""
 
     def __init__(self, config: Any, context: SensorContext) -> None: ...
 

@@ -47,6 +47,8 @@ class Camera:
     """See `CameraConfig`."""
 
     TITLE: ClassVar[str] = "colour camera: water optics, caustics, lamps, exposure, sensor noise"
+    KERNELS: ClassVar[int] = 103
+    CASTS: ClassVar[int] = 11
     Config: ClassVar[type[SensorConfig]] = CameraConfig
     SOURCES: ClassVar[tuple[str, ...]] = (
         "Image formation: D. Akkaynak and T. Treibitz, CVPR 2018, doi 10.1109/CVPR.2018.00703",

@@ -63,6 +63,8 @@ class EventCamera:
     """See `EventCameraConfig`."""
 
     TITLE: ClassVar[str] = "event camera: changes of brightness by pixel, with times"
+    KERNELS: ClassVar[int] = 93
+    CASTS: ClassVar[int] = 6
     Config: ClassVar[type[SensorConfig]] = EventCameraConfig
     SOURCES: ClassVar[tuple[str, ...]] = (
         "Pixel model: Y. Hu, S.-C. Liu, T. Delbruck, v2e, CVPR Workshops 2021, doi 10.1109/CVPRW53098.2021.00144",

@@ -29,6 +29,8 @@ class InstanceCamera:
     """See `InstanceCameraConfig`."""
 
     TITLE: ClassVar[str] = "instance camera: which object each pixel shows"
+    KERNELS: ClassVar[int] = 12
+    CASTS: ClassVar[int] = 1
     Config: ClassVar[type[SensorConfig]] = InstanceCameraConfig
     SOURCES: ClassVar[tuple[str, ...]] = ()
 

@@ -31,6 +31,8 @@ class NormalCamera:
     """See `NormalCameraConfig`."""
 
     TITLE: ClassVar[str] = "normal camera: direction of the surface that each pixel shows"
+    KERNELS: ClassVar[int] = 12
+    CASTS: ClassVar[int] = 1
     Config: ClassVar[type[SensorConfig]] = NormalCameraConfig
     SOURCES: ClassVar[tuple[str, ...]] = ()
 

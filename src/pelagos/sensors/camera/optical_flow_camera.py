@@ -32,6 +32,8 @@ class OpticalFlowCamera:
     """See `OpticalFlowCameraConfig`."""
 
     TITLE: ClassVar[str] = "optical flow camera: motion of what each pixel shows"
+    KERNELS: ClassVar[int] = 18
+    CASTS: ClassVar[int] = 1
     Config: ClassVar[type[SensorConfig]] = OpticalFlowCameraConfig
     SOURCES: ClassVar[tuple[str, ...]] = (
         "H. C. Longuet-Higgins and K. Prazdny, Proc. R. Soc. Lond. B 208:385 (1980), doi 10.1098/rspb.1980.0057",

@@ -31,6 +31,8 @@ class SemanticCamera:
     """See `SemanticCameraConfig`."""
 
     TITLE: ClassVar[str] = "semantic camera: label of what each pixel shows"
+    KERNELS: ClassVar[int] = 12
+    CASTS: ClassVar[int] = 1
     Config: ClassVar[type[SensorConfig]] = SemanticCameraConfig
     SOURCES: ClassVar[tuple[str, ...]] = ("Labels: HoloOcean documentation, Semantic labels",)
 

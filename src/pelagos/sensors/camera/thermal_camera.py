@@ -61,6 +61,8 @@ class ThermalCamera:
     """See `ThermalCameraConfig`."""
 
     TITLE: ClassVar[str] = "thermal camera: apparent temperature, above water"
+    KERNELS: ClassVar[int] = 8
+    CASTS: ClassVar[int] = 2
     Config: ClassVar[type[SensorConfig]] = ThermalCameraConfig
     SOURCES: ClassVar[tuple[str, ...]] = (
         "Water in the infrared: G. M. Hale and M. R. Querry, Appl. Opt. 12:555 (1973), doi 10.1364/AO.12.000555",

@@ -32,6 +32,8 @@ class SemanticLidar:
     """See `SemanticLidarConfig`."""
 
     TITLE: ClassVar[str] = "semantic LiDAR: points with label, object and incidence, as CARLA defines it"
+    KERNELS: ClassVar[int] = 10
+    CASTS: ClassVar[int] = 1
     Config: ClassVar[type[SensorConfig]] = SemanticLidarConfig
     SOURCES: ClassVar[tuple[str, ...]] = (
         "CARLA documentation, Sensors reference, Semantic LIDAR sensor (release 0.9)",

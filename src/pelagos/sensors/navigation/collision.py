@@ -47,6 +47,8 @@ class Collision:
 
     Config: ClassVar[type[SensorConfig]] = CollisionConfig
     TITLE: ClassVar[str] = "Contact of the hull with anything, and its force"
+    KERNELS: ClassVar[int] = 0
+    CASTS: ClassVar[int] = 0
     SOURCES: ClassVar[tuple[str, ...]] = ()
 
     def __init__(self, config: CollisionConfig, context: SensorContext) -> None:

@@ -55,6 +55,8 @@ class Depth:
 
     Config: ClassVar[type[SensorConfig]] = DepthConfig
     TITLE: ClassVar[str] = "Depth from water pressure (TEOS-10)"
+    KERNELS: ClassVar[int] = 1
+    CASTS: ClassVar[int] = 0
     SEES_SCENE: ClassVar[bool] = False
     SOURCES: ClassVar[tuple[str, ...]] = (
         "IOC, SCOR and IAPSO, The international thermodynamic equation of seawater - 2010, Manuals and Guides 56, "

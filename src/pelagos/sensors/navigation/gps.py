@@ -49,6 +49,8 @@ class Gps:
 
     Config: ClassVar[type[SensorConfig]] = GpsConfig
     TITLE: ClassVar[str] = "Satellite positioning, at the surface only"
+    KERNELS: ClassVar[int] = 1
+    CASTS: ClassVar[int] = 0
     SEES_SCENE: ClassVar[bool] = False
     SOURCES: ClassVar[tuple[str, ...]] = (
         "R. G. Brown and P. Y. C. Hwang, Introduction to Random Signals and Applied Kalman Filtering, 4th ed., 2012, "

@@ -76,6 +76,8 @@ class Imu:
 
     Config: ClassVar[type[SensorConfig]] = ImuConfig
     TITLE: ClassVar[str] = "Inertial measurement unit: specific force and angular rate, with IEEE 952 noise"
+    KERNELS: ClassVar[int] = 1
+    CASTS: ClassVar[int] = 0
     SEES_SCENE: ClassVar[bool] = False
     SOURCES: ClassVar[tuple[str, ...]] = (
         "IEEE Std 952-1997, Annex C: noise terms of gyroscopes and their Allan deviation",

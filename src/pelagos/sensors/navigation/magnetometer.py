@@ -67,6 +67,8 @@ class Magnetometer:
 
     Config: ClassVar[type[SensorConfig]] = MagnetometerConfig
     TITLE: ClassVar[str] = "Magnetometer: the Earth's field with hard and soft iron"
+    KERNELS: ClassVar[int] = 1
+    CASTS: ClassVar[int] = 0
     SEES_SCENE: ClassVar[bool] = False
     SOURCES: ClassVar[tuple[str, ...]] = (
         "IAGA Working Group V-MOD, International Geomagnetic Reference Field, 14th generation (2024), "

@@ -28,6 +28,8 @@ class Pose:
 
     Config: ClassVar[type[SensorConfig]] = PoseConfig
     TITLE: ClassVar[str] = "True position and attitude"
+    KERNELS: ClassVar[int] = 1
+    CASTS: ClassVar[int] = 0
     SEES_SCENE: ClassVar[bool] = False
     SOURCES: ClassVar[tuple[str, ...]] = ()
 

@@ -29,6 +29,8 @@ class Velocity:
 
     Config: ClassVar[type[SensorConfig]] = VelocityConfig
     TITLE: ClassVar[str] = "True velocity over ground"
+    KERNELS: ClassVar[int] = 1
+    CASTS: ClassVar[int] = 0
     SEES_SCENE: ClassVar[bool] = False
     SOURCES: ClassVar[tuple[str, ...]] = ()
 

@@ -17,6 +17,7 @@ from pelagos.math.so3 import rotate, rotate_back
 from pelagos.raycast.caster import Caster
 from pelagos.sensors.mount import sensor_velocity
 from pelagos.sensors.noise import normals64
+from pelagos.sensors.recorded import Program, Results
 from pelagos.sensors.schedule import SLOWEST, farthest_heard
 from pelagos.sensors.sensor import Kinematics, Measurement, SensorConfig, SensorContext
 from pelagos.sensors.sonar.ping.beam_echoes import BeamEchoes, EchoesConfig
@@ -118,6 +119,8 @@ class Adcp:
     """
 
     TITLE: ClassVar[str] = "acoustic Doppler current profiler: water velocity by depth cell"
+    KERNELS: ClassVar[int] = 7
+    CASTS: ClassVar[int] = 1
     Config: ClassVar[type[SensorConfig]] = AdcpConfig
     SOURCES: ClassVar[tuple[str, ...]] = (
         "Teledyne RD Instruments, Acoustic Doppler Current Profiler: Principles of Operation (2011)",
@@ -128,7 +131,7 @@ class Adcp:
         self.config = config
         self._context = context
         self._sounder = Sounder(config, context, beam_rays(config), frequency_hz=config.frequency_hz, ph=config.ph)
-        self._recorded = self._sounder.compile(self._kernel)
+        self._program = Program(self._kernel, self._sounder.compile)
         self.tables: dict[str, NDArray[Any]] = {"depth": config.depths, "direction": config.beams}
         self._echoes: BeamEchoes | None = None
         if config.echo_bins > 0:
@@ -142,17 +145,9 @@ class Adcp:
 
     def sense(self, motion: Kinematics) -> Measurement:
         """Ping on every lane."""
-        cells, ranges, labels = self._recorded(motion, self._context.ocean)
-        data = np.stack([np.array(c[0]).T for c in cells], axis=1)
-        truth = np.stack([np.array(c[1]).T for c in cells], axis=1)
-        valid = np.stack([np.array(c[2]) for c in cells], axis=1)
-        label, instance = (np.stack([np.array(v) for v in beams], axis=-1) for beams in labels)
-        extras: dict[str, NDArray[Any]] = {
-            "ranges": np.stack([np.array(r) for r in ranges], axis=-1),
-            "label": label,
-            "instance": instance,
-            "cell_valid": valid,
-        }
+        extras = self._program(motion, self._context.ocean)
+        data, truth = (extras.pop(name).reshape(-1, self.config.cells, 3) for name in ("velocity", "truth"))
+        valid = extras["cell_valid"]
         if self._echoes is not None:
             extras |= self._echoes.extras(motion)
         return Measurement(np.where(valid[..., None], data, np.nan), truth, None, extras, self.tables)
@@ -172,7 +167,7 @@ class Adcp:
         ocean: Ocean,
         *,
         trace: Trace = None,
-    ) -> tuple[Any, ...]:
+    ) -> Results:
         config = self.config
         velocity = sensor_velocity(motion, config)
         tilt = math.cos(math.radians(config.beam_tilt_deg))
@@ -182,14 +177,21 @@ class Adcp:
         hits = view.hits
         dr.eval(hits.t, hits.label, hits.instance)
         ranges = [dr.gather(jit.Float, hits.t, first + b) for b in range(4)]
-        labels = [[dr.gather(jit.UInt32, v, first + b) for b in range(4)] for v in (hits.label, hits.instance)]
+        label, instance = ([dr.gather(jit.UInt32, v, first + b) for b in range(4)] for v in (hits.label, hits.instance))
         cells = profile(config, ranges, lanes, velocity, motion, ocean, key)
         if trace is not None:
             for b, r in enumerate(ranges):
                 trace(f"range of beam {b}", r, "m")
             trace("water velocity of the first cell, forward", cells[0][1].x, "m/s")
             trace("measured velocity of the first cell, forward", cells[0][0].x, "m/s")
-        return cells, ranges, labels
+        return {
+            "velocity": [component for cell in cells for component in cell[0]],
+            "truth": [component for cell in cells for component in cell[1]],
+            "cell_valid": [cell[2] for cell in cells],
+            "ranges": ranges,
+            "label": label,
+            "instance": instance,
+        }
 
 
 def profile(

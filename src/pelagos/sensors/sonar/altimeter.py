@@ -88,6 +88,8 @@ class Altimeter:
     """
 
     TITLE: ClassVar[str] = "single-beam altimeter: range of the first strong echo below"
+    KERNELS: ClassVar[int] = 7
+    CASTS: ClassVar[int] = 1
     WAITS: ClassVar[bool] = True
     Config: ClassVar[type[SensorConfig]] = AltimeterConfig
     SOURCES: ClassVar[tuple[str, ...]] = (

@@ -138,6 +138,8 @@ class Dvl:
     """
 
     TITLE: ClassVar[str] = "four-beam Doppler velocity log with bottom lock"
+    KERNELS: ClassVar[int] = 11
+    CASTS: ClassVar[int] = 1
     WAITS: ClassVar[bool] = True
     Config: ClassVar[type[SensorConfig]] = DvlConfig
     SOURCES: ClassVar[tuple[str, ...]] = (

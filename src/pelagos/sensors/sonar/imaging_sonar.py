@@ -74,6 +74,8 @@ class ImagingSonar:
     """
 
     TITLE: ClassVar[str] = "forward-looking multibeam imaging sonar: polar intensity images with coherent speckle"
+    KERNELS: ClassVar[int] = 19
+    CASTS: ClassVar[int] = 1
     Config: ClassVar[type[SensorConfig]] = ImagingSonarConfig
     SOURCES: ClassVar[tuple[str, ...]] = (
         "X. Lurton, An Introduction to Underwater Acoustics, 2nd ed. (2010), Chapters 3, 5 and 8",

@@ -92,6 +92,8 @@ class MechanicalScanningSonar:
     """
 
     TITLE: ClassVar[str] = "mechanically scanning sonar: one beam on a head that turns a step a ping"
+    KERNELS: ClassVar[int] = 20
+    CASTS: ClassVar[int] = 1
     Config: ClassVar[type[SensorConfig]] = MechanicalScanningSonarConfig
     SOURCES: ClassVar[tuple[str, ...]] = (
         "X. Lurton, An Introduction to Underwater Acoustics, 2nd ed. (2010), Chapters 5 and 8",

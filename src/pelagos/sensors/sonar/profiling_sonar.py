@@ -58,6 +58,8 @@ class ProfilingSonar:
     """
 
     TITLE: ClassVar[str] = "profiling sonar: a thin fan of beams with water-column data and ranges"
+    KERNELS: ClassVar[int] = 24
+    CASTS: ClassVar[int] = 1
     Config: ClassVar[type[SensorConfig]] = ProfilingSonarConfig
     SOURCES: ClassVar[tuple[str, ...]] = (
         "X. Lurton, An Introduction to Underwater Acoustics, 2nd ed. (2010), Chapters 5 and 8",

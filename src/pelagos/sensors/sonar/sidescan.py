@@ -91,6 +91,8 @@ class Sidescan:
     """
 
     TITLE: ClassVar[str] = "sidescan sonar: port and starboard traces"
+    KERNELS: ClassVar[int] = 19
+    CASTS: ClassVar[int] = 1
     Config: ClassVar[type[SensorConfig]] = SidescanConfig
     SOURCES: ClassVar[tuple[str, ...]] = (
         "P. Blondel, The Handbook of Sidescan Sonar (2009), Chapter 2, doi 10.1007/978-3-540-49886-5",

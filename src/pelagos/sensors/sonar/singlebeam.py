@@ -67,6 +67,8 @@ class Singlebeam:
     """
 
     TITLE: ClassVar[str] = "single-beam echo sounder: one echo trace a ping"
+    KERNELS: ClassVar[int] = 19
+    CASTS: ClassVar[int] = 1
     Config: ClassVar[type[SensorConfig]] = SinglebeamConfig
     SOURCES: ClassVar[tuple[str, ...]] = (
         "X. Lurton, An Introduction to Underwater Acoustics, 2nd ed. (2010), Section 8.1",

@@ -102,6 +102,8 @@ class SyntheticApertureSonar:
     """
 
     TITLE: ClassVar[str] = "synthetic aperture sonar: coherent raw data along the track"
+    KERNELS: ClassVar[int] = 21
+    CASTS: ClassVar[int] = 1
     Config: ClassVar[type[SensorConfig]] = SyntheticApertureSonarConfig
     SOURCES: ClassVar[tuple[str, ...]] = (
         "R. E. Hansen, Introduction to Synthetic Aperture Sonar, in Sonar Systems (2011), doi 10.5772/23122",

@@ -39,6 +39,8 @@ class CurrentMeter:
 
     Config: ClassVar[type[SensorConfig]] = CurrentMeterConfig
     TITLE: ClassVar[str] = "Current meter: velocity of the water past the sensor"
+    KERNELS: ClassVar[int] = 1
+    CASTS: ClassVar[int] = 0
     SEES_SCENE: ClassVar[bool] = False
     SOURCES: ClassVar[tuple[str, ...]] = ("Nortek, Vector data sheet: default figures",)
 

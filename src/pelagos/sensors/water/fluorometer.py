@@ -35,6 +35,8 @@ class Fluorometer:
 
     Config: ClassVar[type[SensorConfig]] = FluorometerConfig
     TITLE: ClassVar[str] = "Fluorometer: chlorophyll concentration"
+    KERNELS: ClassVar[int] = 1
+    CASTS: ClassVar[int] = 0
     SEES_SCENE: ClassVar[bool] = False
     SOURCES: ClassVar[tuple[str, ...]] = ("Sea-Bird Scientific, ECO FLNTU data sheet: default figures",)
 

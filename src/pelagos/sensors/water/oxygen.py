@@ -36,6 +36,8 @@ class Oxygen:
 
     Config: ClassVar[type[SensorConfig]] = OxygenConfig
     TITLE: ClassVar[str] = "Oxygen optode: dissolved oxygen"
+    KERNELS: ClassVar[int] = 1
+    CASTS: ClassVar[int] = 0
     SEES_SCENE: ClassVar[bool] = False
     SOURCES: ClassVar[tuple[str, ...]] = ("Aanderaa, Oxygen Optode 4330 data sheet D378: default figures",)
 

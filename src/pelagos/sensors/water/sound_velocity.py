@@ -39,6 +39,8 @@ class SoundVelocity:
 
     Config: ClassVar[type[SensorConfig]] = SoundVelocityConfig
     TITLE: ClassVar[str] = "Sound velocity probe"
+    KERNELS: ClassVar[int] = 1
+    CASTS: ClassVar[int] = 0
     SEES_SCENE: ClassVar[bool] = False
     SOURCES: ClassVar[tuple[str, ...]] = ("Valeport, miniSVS data sheet: default figures",)
 

@@ -25,6 +25,8 @@ class Tracer:
 
     Config: ClassVar[type[SensorConfig]] = TracerConfig
     TITLE: ClassVar[str] = "Sensor of any tracer of the ocean"
+    KERNELS: ClassVar[int] = 1
+    CASTS: ClassVar[int] = 0
     SEES_SCENE: ClassVar[bool] = False
     SOURCES: ClassVar[tuple[str, ...]] = ()
 

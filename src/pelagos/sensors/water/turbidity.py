@@ -33,6 +33,8 @@ class Turbidity:
 
     Config: ClassVar[type[SensorConfig]] = TurbidityConfig
     TITLE: ClassVar[str] = "Turbidity meter"
+    KERNELS: ClassVar[int] = 1
+    CASTS: ClassVar[int] = 0
     SEES_SCENE: ClassVar[bool] = False
     SOURCES: ClassVar[tuple[str, ...]] = ("Sea-Bird Scientific, ECO FLNTU data sheet: default figures",)
 
