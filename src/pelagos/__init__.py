@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from pelagos.errors import ValidityWarning as ValidityWarning
     from pelagos.errors import WorldError as WorldError
     from pelagos.sensors.sensor import Reading as Reading
+    from pelagos.sim.checkpoint import Checkpoint as Checkpoint
     from pelagos.sim.replay import Recording as Recording
     from pelagos.sim.run import RunResult as RunResult
     from pelagos.sim.simulation import Simulation as Simulation
@@ -41,6 +42,7 @@ _HOMES = {
     "load_scenario": "pelagos.config.loader",
     "Scenario": "pelagos.config.scenario",
     "Reading": "pelagos.sensors.sensor",
+    "Checkpoint": "pelagos.sim.checkpoint",
     "Recording": "pelagos.sim.replay",
     "RunResult": "pelagos.sim.run",
     "Simulation": "pelagos.sim.simulation",

@@ -38,6 +38,8 @@ class Scene:
         static, moving: the two `mi.Scene`; `moving` is None while nothing moves.
         tables: see `HitTables`.
         generation: counts replacements of `moving` (not its motions).
+        holder: whose bodies these are, where several simulations share a scene.
+        reading: a sensor is asked: bodies are where it shall see them.
     """
 
     def __init__(self, static: Sequence[Geometry], *, copies: int = 1, ground: StreamedGround | None = None) -> None:
@@ -72,6 +74,9 @@ class Scene:
             self._load_static()
         self._objects = objects
         self._bodies: list[Geometry] = []
+        self._body_copy = np.zeros(0, dtype=np.int64)
+        self.holder: object = None
+        self.reading = False
         self.moving: Any = None
         self._parameters: Any = None
         self._refresh_tables(moving_first=[], moving=[])
@@ -127,6 +132,15 @@ class Scene:
         return [0, *np.cumsum([dr.width(f.corner) // 3 for f in self._static_faces]).tolist()][
             : len(self._static_faces)
         ]
+
+    def memory(self) -> object:
+        """What a streamed ground has settled on; None without one."""
+        return None if self._ground is None else self._ground.memory()
+
+    def recall(self, memory: object) -> None:
+        """Take a streamed ground back to what it had settled on."""
+        if self._ground is not None:
+            self._ground.recall(memory)
 
     def forget(self) -> None:
         """A run begins anew: where a streamed ground was before has no effect."""
@@ -187,6 +201,13 @@ class Scene:
         self.moving = jit.mi.load_dict(description, parallel=False, optimize=False) if bodies else None
         self._parameters = jit.mi.traverse(self.moving) if bodies else None
         self._refresh_tables(moving_first=first, moving=faces)
+
+    def holds(self, bodies: Sequence[tuple[Geometry, int]]) -> bool:
+        """Whether these, in this order, are what moves now."""
+        return len(bodies) == len(self._bodies) and all(
+            g is held and copy == held_copy
+            for (g, copy), held, held_copy in zip(bodies, self._bodies, self._body_copy, strict=True)
+        )
 
     def move(
         self,

@@ -45,5 +45,11 @@ class StreamedGround(Protocol):
     def look(self, places: NDArray[np.float64]) -> bool:
         """The same for rays of other origin; the next `follow` is as if this had not been."""
 
+    def memory(self) -> object:
+        """What `follow` has settled on, as plain values and arrays; None where it was not asked yet."""
+
+    def recall(self, memory: object) -> None:
+        """The next `follow` is as if the last one had settled on that."""
+
     def forget(self) -> None:
         """A run begins anew."""

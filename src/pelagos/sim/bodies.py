@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import copy
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -74,14 +76,23 @@ class Body:
 
 
 class Bodies:
-    """The rows of the moving scene: agents first, `n` rows each where agents can see each other, then bodies."""
+    """The rows of the moving scene: agents first, `n` rows each where agents can see each other, then bodies.
+
+    Attributes:
+        hulls: by agent, where there are several.
+        bodies: movers, then what was spawned.
+        script: moves what follows a script to where it is at a tick.
+        changed: a body was moved since the scene was brought up to date.
+        spawned: bodies that were spawned since the start, for their names.
+    """
 
     def __init__(self, scene: Scene, hulls: Mapping[str, Geometry], *, n: int, first_instance: int) -> None:
         self._scene = scene
         self._n = n
         self._radii: dict[int, float] = {}
         self._boxes: dict[int, tuple[NDArray[np.float64], NDArray[np.float64]]] = {}
-        self._next_instance = first_instance
+        self._first_instance = self._next_instance = first_instance
+        self.spawned = 0
         shown = len(hulls) > 1
         self.hulls: dict[str, Geometry] = {}
         for name, hull in hulls.items():
@@ -90,7 +101,80 @@ class Bodies:
         self.bodies: list[Body] = []
         self.script: Callable[[int], None] | None = None
         self.changed = True
+        self._ground: object = None
         self._rebuild()
+
+    def twin(self) -> Bodies:
+        """The same bodies for another simulation, which takes turns with this one at the scene."""
+        made = copy.copy(self)
+        made.bodies = [replace(b, _bodies=made) for b in self.bodies]
+        made.script, made._ground = None, self._of_ground()
+        made._radii, made._boxes = {}, {}
+        return made
+
+    def memory(self) -> dict[str, Any]:
+        """Every spawned body, and what a streamed ground has settled on."""
+        kept = [
+            {
+                "name": b.name, "geometry": b.geometry, "position": b.position.copy(), "attitude": b.attitude.copy(),
+                "velocity": b.velocity.copy(), "angular_velocity": b.angular_velocity.copy(),
+            }
+            for b in self.bodies if b.fastest_mps is None
+        ]  # fmt: skip
+        return {
+            "spawned": kept,
+            "count": self.spawned,
+            "next_instance": self._next_instance,
+            "ground": self._of_ground(),
+        }
+
+    def recall(self, memory: Mapping[str, Any]) -> None:
+        """Put those bodies where they were; handles of bodies that are still here stay good."""
+        now = [b for b in self.bodies if b.fastest_mps is None]
+        scripted = [b for b in self.bodies if b.fastest_mps is not None]
+        spawned = []
+        for kept in memory["spawned"]:
+            poses = {k: kept[k].copy() for k in ("position", "attitude", "velocity", "angular_velocity")}
+            instance = kept["geometry"].instance
+            body = next((b for b in now if (b.name, b.geometry.instance) == (kept["name"], instance)), None)
+            if body is None:
+                body = Body(kept["name"], kept["geometry"], **poses, _bodies=self)
+            for key, values in poses.items():
+                setattr(body, key, values)
+            spawned.append(body)
+        same = len(now) == len(spawned) and all(a is b for a, b in zip(now, spawned, strict=True))
+        self.bodies[:] = [*scripted, *spawned]
+        self._next_instance, self.spawned = memory["next_instance"], memory["count"]
+        self.changed = True
+        if not same:
+            self._rebuild()
+        self._hold()
+        self._scene.recall(memory["ground"])
+
+    def forget(self) -> None:
+        """A run begins anew: where a streamed ground was before has no effect."""
+        self._hold()
+        self._scene.forget()
+
+    def _of_ground(self) -> object:
+        return self._scene.memory() if self._scene.holder is self else self._ground
+
+    def _hold(self) -> None:
+        """Have the scene hold these bodies, where it holds those of another simulation."""
+        if self._scene.holder is not self:
+            self._take_over()
+            if not self._scene.holds(self._rows()):
+                self._rebuild()
+
+    def _take_over(self) -> None:
+        before = self._scene.holder
+        if before is self:
+            return
+        if isinstance(before, Bodies):
+            before._ground = self._scene.memory()
+        self._scene.holder = self
+        self._scene.recall(self._ground)
+        self.changed = True
 
     @property
     def any(self) -> bool:
@@ -132,6 +216,9 @@ class Bodies:
     def clear(self) -> None:
         """Take every spawned body out; those on scripted paths stay."""
         kept = [b for b in self.bodies if b.fastest_mps is not None]
+        geometries = (*self.hulls.values(), *(b.geometry for b in kept))
+        self._next_instance = max((g.instance + 1 for g in geometries), default=self._first_instance)
+        self.spawned = 0
         if len(kept) < len(self.bodies):
             self.bodies[:] = kept
             self._rebuild()
@@ -148,12 +235,14 @@ class Bodies:
 
     def place(self, agents: Mapping[str, AgentState]) -> None:
         """Bring the moving scene up to date, where anything changed, and a streamed ground to where the agents are."""
+        self._hold()
         if agents:
             self._scene.follow(np.concatenate([s.position for s in agents.values()]))
         self.show(agents)
 
     def show(self, agents: Mapping[str, AgentState]) -> None:
         """Bring the moving scene alone up to date."""
+        self._hold()
         if not self.any or not (self.changed or self.hulls):
             return
         states = [agents[name] for name in self.hulls]
@@ -216,10 +305,14 @@ class Bodies:
             return None
         return hull_rows(list(self.hulls).index(agent), self._n)
 
+    def _rows(self) -> list[tuple[Geometry, int]]:
+        """What stands in the moving scene, and in which copy."""
+        shown = (*self.hulls.values(), *(b.geometry for b in self.bodies))
+        return [(geometry, k) for geometry in shown for k in range(self._n)]
+
     def _rebuild(self) -> None:
-        geometries: list[tuple[Geometry, int]] = []
-        for geometry in (*self.hulls.values(), *(b.geometry for b in self.bodies)):
-            geometries += [(geometry, copy) for copy in range(self._n)]
+        self._take_over()
+        geometries = self._rows()
         if geometries or self._scene.moving is not None:
             self._scene.set_moving(geometries)
         self._radii.clear()

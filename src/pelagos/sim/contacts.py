@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
 
+from pelagos import jit
 from pelagos.jit import Array
 from pelagos.math.frames import flip_yz_np
 from pelagos.sim.bodies import Bodies
@@ -38,6 +39,18 @@ class Contacts:
         """Forget all contacts."""
         self._now.clear()
         self.remembered.clear()
+
+    def memory(self) -> dict[str, Any]:
+        """Contacts of the last tick and of the last second; copies."""
+        now = {name: [np.array(part) for part in wrench] for name, wrench in self._now.items()}
+        return {"now": now, "remembered": {name: list(kept) for name, kept in self.remembered.items()}}
+
+    def recall(self, memory: Mapping[str, Any]) -> None:
+        """Go on from there."""
+        self._now = {
+            name: (jit.Array3f64(force), jit.Array3f64(moment)) for name, (force, moment) in memory["now"].items()
+        }
+        self.remembered = {name: list(kept) for name, kept in memory["remembered"].items()}
 
     def near(self, agent: str, row: NDArray[np.float64], ticks: int, states: States, *, now: bool = False) -> bool:
         """Whether an agent whose motion is `row` may touch anything within `ticks`, or where bodies stand `now`."""

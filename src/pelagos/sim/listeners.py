@@ -82,9 +82,9 @@ class Listeners:
         self._index()
         return made
 
-    def restart(self) -> None:
-        """Time begins anew: tick 0 will be told again."""
-        self._told = -1
+    def restart(self, tick: int = 0) -> None:
+        """Time goes on from a tick: those after it will be told (again), as will tick 0."""
+        self._told = tick or -1
 
     def has_heard(self, tick: int) -> bool:
         """Whether a tick was told already."""

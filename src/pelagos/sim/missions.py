@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import copy
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -50,6 +51,15 @@ class Missions:
     def done(self) -> bool:
         """There are missions, and all have ended."""
         return bool(self.guidance) and all(g.done for g in self.guidance.values())
+
+    def memory(self) -> dict[str, Any]:
+        """Where all missions stand; a copy."""
+        return copy.deepcopy({"guidance": self.guidance, "feedback": self.feedback})
+
+    def recall(self, memory: Mapping[str, Any]) -> None:
+        """Go on from there."""
+        kept = copy.deepcopy(dict(memory))
+        self.guidance, self.feedback = kept["guidance"], kept["feedback"]
 
     def begin(self, agent: AgentModel, state: AgentState) -> None:
         """An agent stands at its start; its mission begins, if it has one."""

@@ -16,11 +16,12 @@ class Movers:
         self._dt_ns = dt_ns
         self._tick: int | None = None
         self._moving: list[tuple[MoverConfig, Body]] = []
+        there = [b for b in bodies.bodies if b.fastest_mps is not None]  # of a twin: those of its model
         made = []
-        for config in world.movers:
+        for config in world.movers if not there else ():
             geometry = config.geometry(instance=bodies.new_instance(), world=world)
             made.append((config.name, geometry, config.path.fastest_mps))
-        self._moving = list(zip(world.movers, bodies.add_scripted(made), strict=True))
+        self._moving = list(zip(world.movers, there or bodies.add_scripted(made), strict=True))
 
     @property
     def names(self) -> Sequence[str]:

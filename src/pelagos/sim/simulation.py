@@ -18,7 +18,9 @@ from pelagos.errors import CommandError, LookupFailed, ScenarioError
 from pelagos.raycast.geometry import Geometry
 from pelagos.sensors.camera.picture.boxes_3d import Box3d, box_of_body, boxes_3d
 from pelagos.sensors.sensor import Reading
+from pelagos.sim import checkpoint
 from pelagos.sim.bodies import Bodies, Body, rows, unit_rows
+from pelagos.sim.checkpoint import Checkpoint
 from pelagos.sim.encounters import Encounters
 from pelagos.sim.gate import Gate
 from pelagos.sim.initial import start_states
@@ -47,22 +49,26 @@ class Simulation:
         n: copies.
     """
 
-    def __init__(self, model: Model, encounters: Encounters, *, seed: int) -> None:
+    def __init__(self, model: Model, encounters: Encounters, *, seed: int, like: Simulation | None = None) -> None:
         self.model = model
         self.n = model.n
         self.seed = seed
-        self._begin = start_states(model)  # before any body stands in the scene that it asks
-        hulls = {name: _hull(agent, model.world) for name, agent in model.agents.items()}
-        self._bodies = Bodies(model.scene, hulls, n=model.n, first_instance=model.world.next_instance)
+        if like is None:
+            self._begin = start_states(model)  # before any body stands in the scene that it asks
+            hulls = {name: _hull(agent, model.world) for name, agent in model.agents.items()}
+            self.bodies = Bodies(model.scene, hulls, n=model.n, first_instance=model.world.next_instance)
+        else:
+            self._begin, self.bodies = like._begin, like.bodies.twin()
         if model.world.movers:
-            self._bodies.script = Movers(model.world, self._bodies, dt_ns=model.clock.dt_ns).place
+            self.bodies.script = Movers(model.world, self.bodies, dt_ns=model.clock.dt_ns).place
+        self._encounters = encounters
         self.listeners = Listeners()
         self.gate = Gate()
         self.logs: list[RunLog] = []
-        self._stepper = Stepper(model, self._bodies, encounters, self.listeners)
-        self._spawned = 0
-        self.reset()
-        warn_of_buried(model, self._begin, self._bodies.hulls, self._bodies.bodies)
+        self._stepper = Stepper(model, self.bodies, encounters, self.listeners)
+        if like is None:
+            self.reset()
+            warn_of_buried(model, self._begin, self.bodies.hulls, self.bodies.bodies)
         model.world.before_cast(self._show_now)
 
     @classmethod
@@ -125,7 +131,7 @@ class Simulation:
     @property
     def moving(self) -> Sequence[Geometry]:
         """What stands in the moving scene now, each in its own frame: hulls that others can see, movers, props."""
-        return (*self._bodies.hulls.values(), *(b.geometry for b in self._bodies.bodies))
+        return (*self.bodies.hulls.values(), *(b.geometry for b in self.bodies.bodies))
 
     def boxes_3d(self, copy: int = 0) -> dict[int, Box3d]:
         """Boxes in space around everything that stands in a copy of the world now, by instance id.
@@ -133,11 +139,11 @@ class Simulation:
         Things of the world, movers, what was spawned, and the vehicles where there are several.
         """
         found = boxes_3d(self.world.geometries)
-        self._bodies.follow(self._stepper.tick)
+        self.bodies.follow(self._stepper.tick)
         states = self.state
-        for name, hull in self._bodies.hulls.items():
+        for name, hull in self.bodies.hulls.items():
             found[hull.instance] = box_of_body(hull, states[name].position[copy], states[name].attitude[copy])
-        for body in self._bodies.bodies:
+        for body in self.bodies.bodies:
             found[body.geometry.instance] = box_of_body(body.geometry, body.position[copy], body.attitude[copy])
         return found
 
@@ -154,15 +160,55 @@ class Simulation:
         """
         self._refuse_within("reset")
         if seed is not None and seed != self.seed:
-            self.seed = seed
-            old, encounters = self.model, encounters_of(self.scenario)
-            self.model = compile_model(
-                self.scenario, encounters, n=self.n, seed=_seed(seed), first_environment=old.first_environment, like=old
-            )
-            self._stepper = Stepper(self.model, self._bodies, encounters, self.listeners)
-        self._bodies.clear()
+            self._reseed(seed)
+        self.bodies.clear()
         self.listeners.restart()
         return self._stepper.start(self._begin)
+
+    def _reseed(self, seed: int) -> None:
+        """Other random streams: sensors and ocean anew, the rest as it is."""
+        self.seed = seed
+        old, asked = self.model, encounters_of(self.scenario)
+        first = old.first_environment
+        self.model = compile_model(self.scenario, asked, n=self.n, seed=_seed(seed), first_environment=first, like=old)
+        self._encounters = asked
+        self._stepper = Stepper(self.model, self.bodies, asked, self.listeners)
+
+    def checkpoint(self) -> Checkpoint:
+        """Everything that the run depends on from here: actuators, controllers, missions, contacts, bodies, time.
+
+        It can be pickled, and saved to a file (`Checkpoint.save`, `Checkpoint.load`). What it does not hold: callbacks,
+        recordings, and what comes with the scenario.
+        """
+        return checkpoint.take(self)
+
+    def restore(self, kept: Checkpoint) -> None:
+        """Go back, or on, to a checkpoint of this scenario: from there, bytes are those of the run that went on.
+
+        The checkpoint may come from another simulation or process, and be restored more than once. Its seed becomes
+        this simulation's. Callbacks stay; handles of spawned bodies stay good where the checkpoint has them.
+
+        Raises:
+            CommandError: it is of another scenario, number of copies or environment.
+        """
+        self._refuse_within("restore")
+        checkpoint.require_same(self, kept)
+        if kept.seed != self.seed:
+            self._reseed(kept.seed)
+        checkpoint.restore(self, kept)
+        self.listeners.restart(self._stepper.tick)
+
+    def fork(self) -> Simulation:
+        """A second simulation that stands where this one stands, and goes its own way: for predictions.
+
+        It costs milliseconds, because both share what is constant: world, vehicles, sensors, recorded kernels. So they
+        must run in one thread; for another process, pickle a checkpoint. It has no callbacks and no recordings.
+        """
+        model = replace(self.model, world=self.world.twin())
+        made = Simulation(model, self._encounters, seed=self.seed, like=self)
+        checkpoint.restore(made, self.checkpoint())
+        made.listeners.restart(self._stepper.tick)
+        return made
 
     def step(self, commands: Mapping[str, Any] | None = None, ticks: int = 1) -> Observations:
         """Advance by one tick or several.
@@ -376,16 +422,16 @@ class Simulation:
         Raises:
             InputError: an unknown shape, material or label, or a name that is taken.
         """
-        self._spawned += 1
-        name = name or f"{prop.shape}{self._spawned}"
-        geometry: Geometry = prop.geometry(instance=self._bodies.new_instance(), world=self.world)
-        return self._bodies.add(name, geometry, prop.position, prop.attitude)
+        self.bodies.spawned += 1
+        name = name or f"{prop.shape}{self.bodies.spawned}"
+        geometry: Geometry = prop.geometry(instance=self.bodies.new_instance(), world=self.world)
+        return self.bodies.add(name, geometry, prop.position, prop.attitude)
 
     def _show_now(self) -> None:
         """Put everything that moves where it is at the current time, for rays that somebody casts by hand."""
-        if self._bodies.any:
-            self._bodies.follow(self._stepper.tick)
-            self._bodies.show(self._stepper.states())
+        if not self.model.scene.reading:  # then a sensor casts, and everything is there already
+            self.bodies.follow(self._stepper.tick)
+            self.bodies.show(self._stepper.states())
 
     def _agent(self, name: str) -> AgentModel:
         if name not in self.model.agents:

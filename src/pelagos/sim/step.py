@@ -5,12 +5,14 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Mapping
 from functools import partial
+from typing import Any
 
 import drjit as dr
 import numpy as np
 from numpy.typing import NDArray
 
 from pelagos import jit
+from pelagos.jit import Array
 from pelagos.sensors.sensor import Kinematics, Reading
 from pelagos.sim.bodies import Bodies
 from pelagos.sim.contacts import Contacts
@@ -58,7 +60,7 @@ class Stepper:
         self.timings = Timings()
         self._blocks.clear()
         self.contacts.clear()
-        self._model.scene.forget()
+        self._bodies.forget()
         for name, agent in self._model.agents.items():
             self._place(agent, states[name])
         return self.observed(self.read_now())
@@ -137,6 +139,36 @@ class Stepper:
         run.vehicle, run.row = model.driver.pack(state), _row(state)
         self.trajectories[agent] = self._standing(run)
 
+    def memory(self) -> dict[str, Any]:
+        """Everything that changes in a run: plain values and copies of arrays."""
+        runs = {
+            name: {
+                "vehicle": np.array(run.vehicle),
+                "command": run.command_values.copy(),
+                "mode": run.mode,
+                "row": run.row.copy(),
+            }
+            for name, run in self.runs.items()
+        }
+        return {
+            "tick": self.tick,
+            "runs": runs,
+            "missions": self.missions.memory(),
+            "contacts": self.contacts.memory(),
+        }
+
+    def recall(self, memory: Mapping[str, Any]) -> None:
+        """Go on from there."""
+        self.tick = memory["tick"]
+        self._blocks.clear()
+        for name, kept in memory["runs"].items():
+            run = AgentRun(_exact(kept["vehicle"]), [], np.empty(0), kept["mode"], kept["row"].copy())
+            self._hold(run, kept["command"].copy())
+            self.runs[name] = run
+            self.trajectories[name] = self._standing(run)
+        self.missions.recall(memory["missions"])
+        self.contacts.recall(memory["contacts"])
+
     # the parts of `advance`
 
     def _guide(self) -> None:
@@ -195,7 +227,11 @@ class Stepper:
                 if due not in lanes:
                     lanes[due] = self._select.lanes(trajectory, due)
                 self._answer(due)
-                sampled.append(Sampled(agent.name, sensor, due, sensor.sensor.sense(lanes[due])))
+                self._model.scene.reading = True
+                try:
+                    sampled.append(Sampled(agent.name, sensor, due, sensor.sensor.sense(lanes[due])))
+                finally:
+                    self._model.scene.reading = False
                 self.missions.hear(sampled[-1])
                 self.timings.add(f"{agent.name}.{sensor.name}", start)
         return sampled
@@ -232,7 +268,7 @@ class Stepper:
 
     def _standing(self, run: AgentRun) -> Trajectory:
         """A block of the current tick alone."""
-        packed = jit.own(jit.Float64, run.row)
+        packed = _exact(run.row)
         return Trajectory(packed=packed, n=self._model.n, ticks=1, first_tick=self.tick)
 
     def _state(self, agent: AgentModel, run: AgentRun) -> AgentState:
@@ -245,6 +281,14 @@ class Stepper:
         last = motion[k - 1, copy] if k else run.row[copy]
         lacking = self._model.ocean.uncovered(jit.Array3f64(*(float(v) for v in last[:3])), jit.Float64(t_s))
         raise NotFinite(agent, copy, t_s, last, run.command_values[copy], lacking)
+
+
+def _exact(values: NDArray[np.float64]) -> Array:
+    """The same bits in memory of Dr.Jit's own; `jit.own` makes 0.0 of -0.0."""
+    made = jit.Float64(np.ascontiguousarray(values).reshape(-1)) * dr.opaque(jit.Float64, 1.0)
+    dr.eval(made)
+    dr.sync_thread()  # the NumPy array may go
+    return made
 
 
 def _row(state: VehicleState) -> NDArray[np.float64]:

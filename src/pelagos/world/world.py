@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -94,6 +95,12 @@ class World:
             made = Scene(self._standing, copies=copies, ground=Stream(self.ground))
         self._live.clear()
         self._live["scene"] = made
+        return made
+
+    def twin(self) -> World:
+        """The same world and scene for another simulation, whose bodies its own `cast` sees."""
+        made = copy.copy(self)
+        object.__setattr__(made, "_live", {k: v for k, v in self._live.items() if k != "update"})
         return made
 
     def at_time(self, t: float) -> World:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -87,6 +87,18 @@ class Stream:
         if self._covers(self.view, places, 2 * _STAY):
             return False
         return self._show(self._viewed(places))
+
+    def memory(self) -> object:
+        """The places that are followed, and how finely."""
+        return None if self._followed is None else (self._followed.places.copy(), self._followed.detail)
+
+    def recall(self, memory: Any) -> None:
+        """Follow those places again."""
+        if memory is None:
+            self._followed = None
+            return
+        places, detail = memory
+        self._followed = View(places, detail, leaves(self.ground, places, reaches(self.ground, detail)))
 
     def forget(self) -> None:
         """A run begins anew: where vehicles were before has no effect."""
