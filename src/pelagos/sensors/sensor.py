@@ -9,10 +9,10 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, ClassVar, Protocol
+from typing import TYPE_CHECKING, Any, ClassVar, Protocol, Self
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 from pydantic import BaseModel, ConfigDict, Field
 
 from pelagos import jit
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from pelagos.raycast.scene import Scene
     from pelagos.sensors.navigation.collision import Blows
     from pelagos.sensors.sonar.ping.interference import Neighbours
-    from pelagos.world.world import World
+    from pelagos.world.world import Hits, World
 
 
 class SensorConfig(BaseModel):
@@ -162,6 +162,59 @@ class SensorContext:
     own_body: NDArray[np.uint32]
     neighbours: Neighbours | None = None
     blows: Blows | None = None
+
+    @classmethod
+    def alone(
+        cls,
+        path: str = "vehicle.sensor",
+        *,
+        world: World | None = None,
+        ocean: Ocean | Mapping[str, Any] | None = None,
+        copies: int = 1,
+        seed: int = 0,
+        dt_ns: int = 5_000_000,
+    ) -> Self:
+        """A context without a simulation: to try or to test one sensor.
+
+        Args:
+            path: "agent.sensor", which names the random stream.
+            world: absent: open water without a bottom, at latitude and longitude 0.
+            ocean: or the keys that a scenario writes under `ocean`; absent: its defaults.
+            copies: of the fleet.
+            seed: of noise and waves.
+            dt_ns: the tick [ns].
+        """
+        from pelagos.ocean.config import OceanConfig, build_ocean
+        from pelagos.ocean.ocean import Ocean
+        from pelagos.raycast.rays import NO_BODY
+        from pelagos.world.material import MATERIALS
+        from pelagos.world.world import World
+
+        around = World((), tuple(MATERIALS.values())) if world is None else world
+        if not isinstance(ocean, Ocean):
+            ocean = build_ocean(OceanConfig.model_validate(ocean or {}), around, seed=seed)
+        nobody = np.full(copies, NO_BODY, dtype=np.uint32)
+        return cls(path, seed, dt_ns, around.scene(copies), around, ocean, nobody)
+
+    def cast(self, motion: Kinematics, origins: ArrayLike, directions: ArrayLike, max_range: ArrayLike = 100.0) -> Hits:
+        """Rays of every lane in NumPy, past the vehicle's own hull.
+
+        Args:
+            motion: of the lanes, m of them, as `sense` got it.
+            origins: `(m, 3)`, or `(m, r, 3)` for r rays a lane, world NWU [m].
+            directions: the same shape; of any length but zero.
+            max_range: one number [m], or of the shape `(m, r)`.
+
+        Returns:
+            `Hits` of m r rays, lane after lane.
+        """
+        start, along = np.broadcast_arrays(np.asarray(origins, np.float64), np.asarray(directions, np.float64))
+        rays = start.shape[1] if start.ndim == 3 else 1
+        copy = np.repeat(np.array(motion.copy), rays)
+        reach = np.broadcast_to(np.asarray(max_range, np.float64), start.shape[:-1]).reshape(-1)
+        return self.world.cast(
+            start.reshape(-1, 3), along.reshape(-1, 3), reach, copy=copy, own_body=self.own_body[copy]
+        )
 
 
 class Sensor(Protocol):

@@ -16,6 +16,7 @@ from pelagos.errors import CommandError, LookupFailed, WorldError
 from pelagos.jit import Array
 from pelagos.math.geodesy import GeoOrigin
 from pelagos.raycast.geometry import Geometry
+from pelagos.raycast.rays import NO_BODY
 from pelagos.raycast.scene import Scene
 from pelagos.world.clearance import Clearance
 from pelagos.world.label import label_name, label_number
@@ -206,13 +207,23 @@ class World:
             return np.full(np.broadcast(np.asarray(x), np.asarray(y)).shape, np.nan)
         return self.terrain.surface(x, y)
 
-    def cast(self, origins: ArrayLike, directions: ArrayLike, max_range: ArrayLike = 100.0) -> Hits:
+    def cast(
+        self,
+        origins: ArrayLike,
+        directions: ArrayLike,
+        max_range: ArrayLike = 100.0,
+        *,
+        copy: ArrayLike = 0,
+        own_body: ArrayLike = NO_BODY,
+    ) -> Hits:
         """The nearest thing along each ray; in a simulation, what moves stands where it is at the current time.
 
         Args:
             origins: `(m, 3)` or `(3,)` world NWU [m].
             directions: `(m, 3)` or `(3,)`, of any length but zero.
             max_range: `(m,)` or one number [m].
+            copy: `(m,)` or one number: the copy of the fleet whose bodies a ray may hit.
+            own_body: `(m,)` or one number: the body that a ray passes through, see `SensorContext.own_body`.
 
         Raises:
             CommandError: a wrong shape, a value that is not finite, or a direction of no length.
@@ -222,7 +233,8 @@ class World:
         update = self._live["update"]() if "update" in self._live else None
         if update is not None:
             update()
-        return caster(start, along, reach)
+        whose, own = (np.broadcast_to(np.asarray(v, dtype=np.uint32), (len(start),)) for v in (copy, own_body))
+        return caster(start, along, reach, whose, own)
 
     def before_cast(self, update: Callable[[], None]) -> None:
         """From now on, `cast` first calls this bound method, as long as its owner lives."""
@@ -276,32 +288,36 @@ def _rays(
 
 
 def _make_caster(scene: Scene) -> Callable[..., Hits]:
-    """A frozen NumPy face of `Caster.cast` on this scene, for the first copy of the fleet."""
-    import drjit as dr
-
+    """A recorded NumPy face of `Caster.cast` on this scene."""
     from pelagos import jit
     from pelagos.raycast.caster import Caster
-    from pelagos.raycast.rays import NO_BODY, Rays
+    from pelagos.raycast.rays import Rays
 
-    def shoot(caster: Caster, origin: Array, direction: Array, reach: Array) -> Any:
-        count = dr.width(reach)
-        own = dr.full(jit.UInt32, NO_BODY, count)
-        hits = caster.cast(Rays(origin, direction, reach, dr.zeros(jit.UInt32, count), own))
+    def shoot(caster: Caster, origin: Array, direction: Array, reach: Array, copy: Array, own: Array) -> Any:
+        hits = caster.cast(Rays(origin, direction, reach, copy, own))
         return hits.t, hits.position, hits.normal, hits.label, hits.instance, hits.material, hits.velocity
 
     frozen = scene.compile(shoot)
 
-    def call(start: NDArray[np.float64], along: NDArray[np.float32], reach: NDArray[np.float32]) -> Hits:
+    def call(
+        start: NDArray[np.float64],
+        along: NDArray[np.float32],
+        reach: NDArray[np.float32],
+        copy: NDArray[np.uint32],
+        own: NDArray[np.uint32],
+    ) -> Hits:
         try:
             scene.look(start)
         except WorldError:  # a streamed ground cannot have full detail at so many places: some after the others
-            return _halves(call, start, along, reach)
+            return _halves(call, start, along, reach, copy, own)
         if scene.static is None and scene.moving is None:
             return _misses(len(start))
         out = frozen(
             jit.Array3f64(np.ascontiguousarray(start.T)),
             jit.Array3f(np.ascontiguousarray(along.T)),
             jit.Float(np.ascontiguousarray(reach)),
+            jit.UInt32(np.ascontiguousarray(copy)),
+            jit.UInt32(np.ascontiguousarray(own)),
         )
         t, position, normal, label, instance, material, velocity = (a.numpy() for a in out)
         return Hits(t, position.T, normal.T, label, instance, material, velocity.T)
@@ -309,14 +325,12 @@ def _make_caster(scene: Scene) -> Callable[..., Hits]:
     return call
 
 
-def _halves(
-    call: Callable[..., Hits], start: NDArray[np.float64], along: NDArray[np.float32], reach: NDArray[np.float32]
-) -> Hits:
+def _halves(call: Callable[..., Hits], start: NDArray[np.float64], *more: NDArray[Any]) -> Hits:
     """Rays of the one half of the world, then of the other."""
     axis = int(np.argmax(np.ptp(start[:, :2], axis=0)))
     order = np.argsort(start[:, axis], kind="stable")
     parts = [order[: len(order) // 2], order[len(order) // 2 :]]
-    found = [call(start[p], along[p], reach[p]) for p in parts]
+    found = [call(start[p], *(m[p] for m in more)) for p in parts]
     back = np.argsort(order, kind="stable")
     names = Hits.__dataclass_fields__
     return Hits(**{name: np.concatenate([getattr(f, name) for f in found])[back] for name in names})

@@ -1,0 +1,122 @@
+"""A sensor of one's own from two functions: a pattern of rays, and what a reading makes of their hits."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, ClassVar
+
+import drjit as dr
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from pelagos import jit
+from pelagos.errors import KernelError
+from pelagos.jit import Array
+from pelagos.math.so3 import rotate
+from pelagos.raycast.caster import Caster
+from pelagos.raycast.rays import Hits, Rays
+from pelagos.sensors import noise
+from pelagos.sensors.mount import sensor_pose
+from pelagos.sensors.recorded import Program, Results
+from pelagos.sensors.sensor import Kinematics, Measurement, SensorConfig, SensorContext
+
+
+@jit.struct
+class Medium:
+    """The water at the mount, a Dr.Jit struct of `Float64`, one entry a lane.
+
+    Attributes:
+        sound_speed: [m/s].
+        temperature: in situ [degC].
+        salinity: practical.
+        depth: of the mount below the mean surface [m], negative in the air.
+    """
+
+    sound_speed: Array
+    temperature: Array
+    salinity: Array
+    depth: Array
+
+
+class RaySensor:
+    """Base of sensors that cast a fixed pattern of rays; subclasses give `Config`, `pattern` and `read`.
+
+    All else is done here: the mount, the vehicle's own hull, one cast whose hits are evaluated before they are read,
+    the recording, and one transfer of all results.
+    """
+
+    Config: ClassVar[type[SensorConfig]]
+    TITLE: ClassVar[str] = ""
+    SOURCES: ClassVar[tuple[str, ...]] = ()
+    KERNELS: ClassVar[int] = 8
+    CASTS: ClassVar[int] = 1
+
+    def __init__(self, config: Any, context: SensorContext) -> None:
+        self.config = config
+        directions = np.asarray(self.pattern(config), dtype=np.float64)
+        if directions.ndim != 2 or directions.shape[1] != 3 or not (np.linalg.norm(directions, axis=1) > 0).all():
+            raise KernelError(
+                f"{type(self).__name__}.pattern gives directions (r, 3) with a length, not {directions.shape}"
+            )
+        directions /= np.linalg.norm(directions, axis=1, keepdims=True)
+        self._ocean = context.ocean
+        self._directions = jit.Array3f(np.ascontiguousarray(directions.T))
+        self._own = jit.UInt32(context.own_body)
+        self._key = noise.opaque_key(noise.stream_key(context.seed, context.path, "noise"))
+        jit.settle(self._directions, self._own)
+        self._program = Program(self._kernel, context.scene.compile)
+
+    def pattern(self, config: Any) -> ArrayLike:
+        """Directions of the rays in the sensor frame FLU, `(r, 3)`."""
+        raise NotImplementedError
+
+    def reach(self, config: Any) -> float:
+        """How far rays go [m]: the configuration's `range_max_m`."""
+        return float(config.range_max_m)
+
+    def read(self, hits: Hits, medium: Medium, draw: Callable[[int], list[Array]], rays: int) -> Results:
+        """Results by name, at least `data` and `truth`; `valid` (a mask) says which lanes have a reading.
+
+        Args:
+            hits: of all rays, those of a lane side by side; evaluated.
+                `dr.block_reduce(dr.ReduceOp.Min, hits.t, rays)` is one value a lane.
+            medium: the water at the mount.
+            draw: `draw(k)` gives k standard normal numbers a lane, `Float64` each.
+            rays: of a lane.
+        """
+        raise NotImplementedError
+
+    def sense(self, motion: Kinematics) -> Measurement:
+        """Read the sensor on every lane of `motion`."""
+        found: dict[str, NDArray[Any]] = self._program(motion, self._ocean, self._directions, self._own, self._key)
+        data, truth, valid = found.pop("data"), found.pop("truth"), found.pop("valid", None)
+        return Measurement(data, truth, valid, found)
+
+    def explain(self, motion: Kinematics) -> list[tuple[str, NDArray[Any], str]]:
+        """The results of one reading by name: (name, values, unit)."""
+        found = self._program(motion, self._ocean, self._directions, self._own, self._key)
+        return [(name, values, "") for name, values in found.items()]
+
+    def _kernel(
+        self, caster: Caster, motion: Kinematics, ocean: Any, directions: Array, own: Array, key: noise.Key
+    ) -> Results:
+        position, attitude = sensor_pose(motion, self.config)
+        rays, lanes = dr.width(directions), dr.width(motion.tick)
+        index = dr.arange(jit.UInt32, rays * lanes)
+        lane, ray = index // rays, index % rays
+        copy = dr.gather(jit.UInt32, motion.copy, lane)
+        turn = dr.gather(jit.Array4f, jit.Array4f(attitude), lane)
+        hits = caster.cast(
+            Rays(
+                origin=dr.gather(jit.Array3f64, position, lane),
+                direction=rotate(turn, dr.gather(jit.Array3f, directions, ray)),
+                max_range=dr.full(jit.Float, self.reach(self.config), rays * lanes),
+                copy=copy,
+                own=dr.gather(jit.UInt32, own, copy),
+            )
+        )
+        dr.eval(hits)
+        t = jit.Float64(motion.t_ns) * 1e-9
+        temperature, salinity = ocean.temperature(position, t), ocean.salinity(position, t)
+        medium = Medium(ocean.sound_speed(position, t), temperature, salinity, -position[2])
+        return self.read(hits, medium, lambda count: noise.normals64(key, motion, count), rays)
