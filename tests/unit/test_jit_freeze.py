@@ -1,9 +1,13 @@
 """Frozen calls: other sizes, and garbage that falls due in the middle of a recording."""
 
 import gc
+import os
+import subprocess
+import sys
 
 import drjit as dr
 import numpy as np
+import pytest
 
 from pelagos import jit
 
@@ -130,3 +134,23 @@ def test_tables_are_settled_within_structs() -> None:
     assert np.array_equal(table.values, np.arange(1, 65))
     assert table.size == 3
     assert np.array_equal(jit.own(jit.UInt32, np.array([[1, 2], [3, 4]], dtype=np.uint8)), [1, 2, 3, 4])
+
+
+SUBNORMAL = """
+import numpy as np, drjit as dr
+from pelagos import jit
+def times(x, y): return x * y
+frozen = jit.freeze(times)
+for n in (1, 1000, 100_000):
+    x = jit.Float(np.full(n, 1e-30, np.float32))
+    print(np.count_nonzero(np.array(frozen(x, dr.opaque(jit.Float, 1e-10)))))
+"""
+
+
+@pytest.mark.parametrize("threads", ["1", "2"])
+def test_subnormal_numbers_are_nothing_on_any_number_of_threads(threads: str) -> None:
+    environment = {**os.environ, "PELAGOS_THREADS": threads, "PELAGOS_DEVICE": "cpu"}
+    done = subprocess.run(
+        [sys.executable, "-c", SUBNORMAL], env=environment, capture_output=True, text=True, check=True
+    )
+    assert done.stdout.split() == ["0", "0", "0"]

@@ -11,7 +11,7 @@ from pelagos import jit
 from pelagos.jit import Array
 from pelagos.math.so3 import rotate, rotate_back
 from pelagos.raycast.hit_tables import HitTables
-from pelagos.raycast.rays import Hits, Rays
+from pelagos.raycast.rays import NO_BODY, Hits, Rays
 from pelagos.raycast.surface import normals
 
 _OWN_SURFACES = 4  # surfaces of the own hull that a ray may pass: two walls, in and out of two convex parts
@@ -80,7 +80,8 @@ class Caster:
             blocked = static.ray_test(jit.mi.Ray3f(local, rays.direction, rays.max_range, 0.0, []), coherent, True)
         if moving is not None:
             start = _among_bodies(local, tables, rays)
-            if past_own:
+            if past_own or dr.width(tables.copy_offset) > 1:
+                rays = rays if past_own else _past_nobody(rays)
                 found = _first_foreign(moving, tables, start, rays, rays.max_range, coherent)[0]
                 return blocked | (found.is_valid() & (found.t < dr.inf))
             blocked |= moving.ray_test(jit.mi.Ray3f(start, rays.direction, rays.max_range, 0.0, []), coherent, ~blocked)
@@ -127,19 +128,41 @@ def _among_bodies(local: Array, tables: HitTables, rays: Rays) -> Array:
 def _first_foreign(
     moving: Any, tables: HitTables, start: Array, rays: Rays, reach: Array, coherent: bool
 ) -> tuple[Any, Array, Array]:
-    """The first hit that is not on the own hull: intersection, way already travelled [m], moving row."""
+    """The first hit that is not on the own hull: intersection, way already travelled [m], moving row.
+
+    Bodies of another copy, which stand in the same scene, are passed as the own hull is.
+    """
+    copies = dr.width(tables.copy_offset)
     found = moving.ray_intersect_preliminary(jit.mi.Ray3f(start, rays.direction, reach, 0.0, []), coherent, True)
-    travelled = jit.Float(0)
-    body = _row(tables, found)
-    for _ in range(_OWN_SURFACES):
-        own = found.is_valid() & (body == rays.own)
-        step = dr.select(own, found.t + _SKIP, 0)
-        travelled = travelled + step
+
+    def onward(found: Any, travelled: Array, passed: Array) -> tuple[Any, Array, Array]:
+        travelled = travelled + dr.select(passed, found.t + _SKIP, 0)
         ray = jit.mi.Ray3f(start + travelled * rays.direction, rays.direction, reach - travelled, 0.0, [])
-        found = dr.select(own, moving.ray_intersect_preliminary(ray, coherent, own), found)
-        body = _row(tables, found)
+        found = dr.select(passed, moving.ray_intersect_preliminary(ray, coherent, passed), found)
+        return found, travelled, _row(tables, found)
+
+    def passed(found: Any, travelled: Array, body: Array, own: Array) -> Array:
+        elsewhere = body % copies != rays.copy  # rows are bodies by copies
+        return found.is_valid() & (elsewhere | ((body == rays.own) & (own < _OWN_SURFACES)))
+
+    def on(found: Any, travelled: Array, body: Array, own: Array) -> tuple[Any, Array, Array, Array]:
+        own = own + dr.select(body == rays.own, jit.UInt32(1), jit.UInt32(0))
+        return *onward(found, travelled, jit.Bool(True)), own
+
+    state = (found, jit.Float(0), _row(tables, found))
+    if copies > 1:
+        *state, _ = dr.while_loop((*state, jit.UInt32(0)), passed, on, mode="symbolic")
+    else:
+        for _ in range(_OWN_SURFACES):
+            state = onward(state[0], state[1], state[0].is_valid() & (state[2] == rays.own))
+    found, travelled, body = state
     found.t = dr.select(found.is_valid() & (body == rays.own), dr.inf, found.t)
     return found, travelled, body
+
+
+def _past_nobody(rays: Rays) -> Rays:
+    """The same rays, stopped by their own hull too."""
+    return Rays(rays.origin, rays.direction, rays.max_range, rays.copy, jit.UInt32(NO_BODY), rays.drift)
 
 
 def _row(tables: HitTables, found: Any) -> Array:

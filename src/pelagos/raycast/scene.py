@@ -29,6 +29,7 @@ from pelagos.raycast.surface import Faces
 COPY_SPACING: Final = 500.0  # [m], between the bodies of two copies of a fleet
 _MANY_COPIES: Final = 500  # instances beside which nothing is frozen
 _LATTICE: Final = 16  # copies along one edge of the lattice: 4096 copies within 8 km
+_LARGEST: Final = 128  # the same for more copies: two million, in 64 km
 
 
 class Scene:
@@ -42,8 +43,16 @@ class Scene:
         reading: a sensor is asked: bodies are where it shall see them.
     """
 
-    def __init__(self, static: Sequence[Geometry], *, copies: int = 1, ground: StreamedGround | None = None) -> None:
+    def __init__(
+        self,
+        static: Sequence[Geometry],
+        *,
+        copies: int = 1,
+        first_environment: int = 0,
+        ground: StreamedGround | None = None,
+    ) -> None:
         self.copies = copies
+        self._offsets = copy_offsets(copies, first_environment)
         self._ground = ground
         self.generation = 0
         self._static_geometry = list(static)
@@ -220,7 +229,7 @@ class Scene:
         if self.moving is None:
             return
         self._poses = (position, attitude, velocity, angular_velocity)
-        offset = copy_offsets(self.copies)[self._body_copy]
+        offset = self._offsets[self._body_copy]
         local = position - self.origin + offset
         matrices = np.tile(np.eye(4), (len(local), 1, 1))
         matrices[:, :3, :3] = _rotation_matrices(attitude)
@@ -288,7 +297,7 @@ class Scene:
             label=jit.own(u32, _table(o.label)),
             instance=jit.own(u32, _table(o.instance)),
             material=jit.own(u32, _table(o.material)),
-            copy_offset=_array3f(copy_offsets(self.copies)),
+            copy_offset=_array3f(self._offsets),
             body_position=zero,
             body_attitude=_array4f(upright(rows)),
             body_velocity=jit.Array3f(zero),
@@ -297,10 +306,20 @@ class Scene:
         dr.make_opaque(self.tables)
 
 
-def copy_offsets(copies: int) -> NDArray[np.float64]:
-    """`(copies, 3)` where the moving bodies of each copy stand [m]; the first copy stands where it is."""
-    c = np.arange(copies)
-    cell = np.stack([c % _LATTICE, c // _LATTICE % _LATTICE, c // _LATTICE**2], axis=-1)
+def copy_offsets(copies: int, first_environment: int = 0) -> NDArray[np.float64]:
+    """`(copies, 3)` where the moving bodies of each copy stand [m]; those of environment 0 stand where they are.
+
+    The place is that of the environment, not of the row in a fleet: single precision rounds differently in each, and a
+    copy is the same bytes as its environment alone.
+    """
+    rest = (first_environment + np.arange(copies)) % _LARGEST**3
+    cell, edge = np.zeros((copies, 3)), 1
+    for base in (_LATTICE, *[2] * (_LARGEST // _LATTICE).bit_length()):
+        if edge < _LARGEST:  # first a cube of 16 copies along an edge, then its doubles
+            for axis in range(3):
+                cell[:, axis] += rest % base * edge
+                rest //= base
+            edge *= base
     return np.asarray(cell * COPY_SPACING, dtype=np.float64)
 
 

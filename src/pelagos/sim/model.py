@@ -126,7 +126,7 @@ def compile_model(
     }
     modes = {name: first_mode(scenario, name, vehicle) for name, vehicle in vehicles.items()}
     world = _world(scenario) if like is None else like.world
-    scene = world.scene(n) if like is None else like.scene
+    scene = world.scene(n, first_environment=first_environment) if like is None else like.scene
     ocean = build_ocean(scenario.ocean, world, seed=seed, duration_s=scenario.duration_s)
     agents = {}
     crowded = len(scenario.agents) > 1

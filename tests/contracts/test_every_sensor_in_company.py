@@ -1,0 +1,131 @@
+"""Same bytes of every sensor with a second vehicle, a prop and a mover in view: copies, threads, blocks, processes."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any, TypeAlias
+
+import numpy as np
+import pytest
+from test_every_sensor import SMALL
+
+import pelagos as pl
+from pelagos.config import registry
+
+Digests: TypeAlias = dict[str, str]
+TICKS = 40
+NAMES = sorted(registry.entries("sensor", plugins=False))
+MOVES = {"kind": "waypoints", "points_m": [[5.0, -1.0, -3.0], [4.0, 2.0, -3.5]], "speed_mps": 0.5}
+
+
+def scenario() -> dict[str, Any]:
+    sensors = {
+        name: {"type": name, "rate_hz": 10, "position_m": [0.3, 0.0, 0.3], **SMALL.get(name, {})} for name in NAMES
+    }
+    return {
+        "seed": 11,
+        "tick_rate_hz": 100,
+        "world": {
+            "type": "flat",
+            "depth_m": 8.0,
+            "things": [{"shape": "box", "at_m": [6.0, 3.0, -6.0], "size_m": [2.0, 1.0, 3.0]}],
+            "movers": [{"name": "drum", "body": "cylinder", "size_m": 1.0, "path": MOVES}],
+        },
+        "ocean": {"tracers": {"chlorophyll": 2.0, "oxygen": 240.0, "turbidity": 1.5}},
+        "agents": {
+            "auv0": {
+                "vehicle": "remus100",
+                "start": {"position_m": [0.0, 0.0], "depth_m": 3.0, "heading_deg": 40.0},
+                "control": "depth_heading",
+                "command": [4.0, 0.9, 700.0],
+                "sensors": sensors,
+            },
+            "auv1": {
+                "vehicle": "remus100",
+                "start": {"position_m": [4.0, -3.0], "depth_m": 3.5, "heading_deg": 80.0},
+                "control": "depth_heading",
+                "command": [4.0, 0.9, 700.0],
+            },
+        },
+    }
+
+
+def simulation(**options: Any) -> pl.Simulation:
+    sim = pl.Simulation.load(scenario(), **options)
+    sim.reset()
+    sim.spawn(pl.Prop("sphere", position=(5.0, 1.0, -4.0), size=(0.8, 0.8, 0.8), material="steel"))
+    return sim
+
+
+def stepped(sim: pl.Simulation, copy: int = 0) -> Digests:
+    """A digest of everything that each sensor said of one copy, tick by tick."""
+    digests = {name: hashlib.blake2b(digest_size=8) for name in NAMES}
+    for _ in range(TICKS):
+        for name, reading in sim.step()["auv0"].items():
+            if reading.valid[copy]:
+                digests[name].update(reading.t_ns.to_bytes(8, "little"))
+                fixed = [v for v in reading.extras.values() if len(v) != sim.n]  # the same for every copy
+                own = [v[copy] for v in reading.extras.values() if len(v) == sim.n]
+                for values in (reading.data[copy], reading.truth[copy], *own, *fixed):
+                    digests[name].update(np.ascontiguousarray(values).tobytes())
+    return {name: d.hexdigest() for name, d in digests.items()}
+
+
+def elsewhere(**environment: str) -> Digests:
+    """The same in another process."""
+    program = (
+        "import json, sys; sys.path.insert(0, sys.argv[1]); import test_every_sensor_in_company as t; "
+        "print(json.dumps(t.stepped(t.simulation())))"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", program, os.path.dirname(__file__)],
+        env={**os.environ, **environment}, capture_output=True, text=True, check=True,
+    )  # fmt: skip
+    found: Digests = json.loads(done.stdout)
+    return found
+
+
+def differing(one: Digests, other: Digests) -> list[str]:
+    return [name for name in NAMES if one[name] != other[name]]
+
+
+@pytest.fixture(scope="module")
+def alone() -> Digests:
+    return stepped(simulation())
+
+
+def test_copies_are_environments_of_their_own(alone: Digests) -> None:
+    fleet = [stepped(simulation(n=8), copy) for copy in (0, 5)]
+    assert differing(fleet[0], alone) == []
+    assert differing(fleet[1], stepped(simulation(environment=5))) == []
+
+
+@pytest.mark.parametrize("threads", ["1", "2", pytest.param("4", marks=pytest.mark.slow)])
+def test_threads_and_processes(alone: Digests, threads: str) -> None:
+    assert differing(elsewhere(PELAGOS_THREADS=threads), alone) == []
+
+
+@pytest.mark.slow
+def test_cold_caches_change_nothing(alone: Digests, tmp_path: Path) -> None:
+    for _ in range(2):  # cold, then warm
+        assert differing(elsewhere(HOME=str(tmp_path)), alone) == []
+    assert any(tmp_path.rglob("*.bin")) or any((tmp_path / ".drjit").iterdir())
+
+
+def test_blocks_are_ticks() -> None:
+    one, other = simulation(), simulation()
+    newest: dict[str, pl.Reading] = {}
+    for _ in range(TICKS):
+        newest |= one.step()["auv0"]
+    seconds = TICKS * one.dt_ns * 1e-9
+    ran = other.run(seconds).observations["auv0"]
+    assert set(ran) == set(newest)
+    for name, reading in newest.items():
+        assert reading.t_ns == ran[name].t_ns
+        assert reading.data.tobytes() == ran[name].data.tobytes(), name
+        assert reading.truth.tobytes() == ran[name].truth.tobytes(), name
