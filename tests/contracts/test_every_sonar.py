@@ -10,7 +10,7 @@ import pytest
 import pelagos as pl
 from pelagos.config import registry
 from pelagos.errors import LookupFailed
-from pelagos.sensors.sonar.ping.ping_config import PingConfig
+from pelagos.sensors.sonar.keys.ping_keys import PingConfig
 from pelagos.sensors.sonar.ping.sea_surface import SEA_SURFACE_INSTANCE
 
 AHEAD, BELOW, ASIDE = (1.0, 0.0, 0.0), (0.0, 0.0, -1.0), (0.0, np.cos(np.radians(27)), -np.sin(np.radians(27)))

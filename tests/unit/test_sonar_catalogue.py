@@ -10,7 +10,7 @@ from pydantic import ValidationError
 from pelagos.config.registry import BUILT_IN
 from pelagos.sensors.sonar.dvl import DvlConfig
 from pelagos.sensors.sonar.imaging_sonar import ImagingSonarConfig
-from pelagos.sensors.sonar.ping.devices import DEVICES
+from pelagos.sensors.sonar.keys.devices import DEVICES
 
 
 @pytest.mark.parametrize(("kind", "name"), [(k, n) for k, devices in DEVICES.items() for n in devices])

@@ -18,7 +18,7 @@ from pelagos.sensors.example_motion import lanes
 from pelagos.sensors.sonar.adcp import Adcp, AdcpConfig
 from pelagos.sensors.sonar.dvl import Dvl, DvlConfig
 from pelagos.sensors.sonar.ping.beam_echoes import beam_cones
-from pelagos.sensors.sonar.ping.ping_config import noise_power
+from pelagos.sensors.sonar.ping.ping_spec import noise_power
 
 DEEP, C, LAG, F = -200.0, 1500.0, 1e-4, 600e3
 PAIR = {"frequency_hz": F, "sound_speed": C, "lag_s": LAG}

@@ -18,7 +18,7 @@ from pelagos.config.loader import load_scenario
 from pelagos.config.scenario import Scenario
 from pelagos.errors import InputError, LookupFailed
 from pelagos.sensors.sensor import SensorConfig
-from pelagos.sensors.sonar.ping.devices import device
+from pelagos.sensors.sonar.keys.devices import device
 
 PHYSICS: Final = ("pelagos.acoustics.", "pelagos.optics.", "pelagos.hydro.", "pelagos.ocean.", "pelagos.sensors.noise")
 CASTER: Final = "pelagos.raycast.caster"

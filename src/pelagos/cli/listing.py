@@ -10,7 +10,7 @@ from rich.table import Table
 from pelagos.cli.console import out
 from pelagos.config import registry
 from pelagos.errors import InputError
-from pelagos.sensors.sonar.ping.devices import DEVICES
+from pelagos.sensors.sonar.keys.devices import DEVICES
 
 KINDS: Final[dict[str, registry.Kind]] = {"vehicles": "vehicle", "sensors": "sensor", "worlds": "world"}
 

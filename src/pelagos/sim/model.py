@@ -20,9 +20,9 @@ from pelagos.raycast.scene import Scene
 from pelagos.sensors.navigation.collision import Blows
 from pelagos.sensors.schedule import period_ticks
 from pelagos.sensors.sensor import Sensor, SensorConfig, SensorContext
+from pelagos.sensors.sonar.keys.ping_keys import PingConfig
 from pelagos.sensors.sonar.multibeam import MultibeamConfig
 from pelagos.sensors.sonar.ping.interference import Neighbours
-from pelagos.sensors.sonar.ping.ping_config import PingConfig
 from pelagos.sim.bodies import hull_rows
 from pelagos.sim.clock import Clock
 from pelagos.sim.control import first_mode

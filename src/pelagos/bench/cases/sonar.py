@@ -22,7 +22,7 @@ from pelagos.sensors.example_motion import lanes
 from pelagos.sensors.sonar.imaging_sonar import ImagingSonar, ImagingSonarConfig, fan_rays
 from pelagos.sensors.sonar.multibeam import Multibeam, MultibeamConfig
 from pelagos.sensors.sonar.ping.fan import look
-from pelagos.sensors.sonar.ping.sounder import Sounder
+from pelagos.sensors.sonar.ping.sounder import Sounder, Waters
 from pelagos.sensors.sonar.sidescan import Sidescan, SidescanConfig
 from pelagos.sensors.sonar.singlebeam import Singlebeam, SinglebeamConfig
 from pelagos.world.material import MATERIALS
@@ -191,7 +191,7 @@ def _over_cast(rays_per_beam: int) -> Measured:
     sensor = _imaging(512, rays_per_beam, 1024)
     work, detail = _work(sensor)
     place = context()
-    rays = Sounder(sensor.config, place, fan_rays(sensor.config), frequency_hz=750e3, ph=8.1)
+    rays = Sounder(sensor.config, place, fan_rays(sensor.config), Waters(750e3, 8.1))
 
     def fan_alone(caster: Any, lanes: Any, fan: Any, surfaces: Any) -> Any:
         view = look(caster, fan, lanes, surfaces, max_range=67.5)

@@ -20,9 +20,11 @@ from pelagos.sensors.noise import normals64
 from pelagos.sensors.recorded import Program, Results
 from pelagos.sensors.schedule import SLOWEST, farthest_heard
 from pelagos.sensors.sensor import Kinematics, Measurement, SensorConfig, SensorContext
-from pelagos.sensors.sonar.ping.beam_echoes import BeamEchoes, EchoesConfig
+from pelagos.sensors.sonar.keys.echo_keys import EchoesConfig, echo_spec
+from pelagos.sensors.sonar.ping.beam_echoes import BeamEchoes
 from pelagos.sensors.sonar.ping.fan import Fan, Lanes, Trace, look
-from pelagos.sensors.sonar.ping.sounder import Sounder
+from pelagos.sensors.sonar.ping.pulse_pairs import Pairs
+from pelagos.sensors.sonar.ping.sounder import Sounder, Waters
 from pelagos.sensors.sonar.ping.surface_scattering import Surfaces
 
 if TYPE_CHECKING:
@@ -130,17 +132,17 @@ class Adcp:
     def __init__(self, config: AdcpConfig, context: SensorContext) -> None:
         self.config = config
         self._context = context
-        self._sounder = Sounder(config, context, beam_rays(config), frequency_hz=config.frequency_hz, ph=config.ph)
+        self._sounder = Sounder(config, context, beam_rays(config), Waters(config.frequency_hz, config.ph))
         self._program = Program(self._kernel, self._sounder.compile)
         self.tables: dict[str, NDArray[Any]] = {"depth": config.depths, "direction": config.beams}
         self._echoes: BeamEchoes | None = None
         if config.echo_bins > 0:
             slant = 1.0 / math.cos(math.radians(config.beam_tilt_deg))
-            self._echoes = BeamEchoes(
-                config, context, config.beams, width=math.radians(config.beamwidth_deg),
-                nearest=config.blank_m * slant, farthest=(config.depths[-1] + config.cell_m) * slant,
-                lag_s=config.lag_s, noise_mps=config.noise_mps, noise_relative=0.0, layer_m=slant, clear_db=_CLEAR_DB,
-            )  # fmt: skip
+            farthest = float(config.depths[-1] + config.cell_m) * slant
+            spec = echo_spec(config, nearest=config.blank_m * slant, farthest=farthest)
+            pairs = Pairs(config.lag_s, config.noise_mps, 0.0, layer_m=slant, clear_db=_CLEAR_DB)
+            width = math.radians(config.beamwidth_deg)
+            self._echoes = BeamEchoes(spec, context, config.beams, width=width, pairs=pairs)
             self.tables["water_column_range"] = self._echoes.ranges
 
     def sense(self, motion: Kinematics) -> Measurement:

@@ -18,9 +18,10 @@ from pelagos.sensors.noise import normals64
 from pelagos.sensors.recorded import Program, Results
 from pelagos.sensors.schedule import farthest_heard, warn_of_ambiguity
 from pelagos.sensors.sensor import Kinematics, Measurement, SensorConfig, SensorContext
-from pelagos.sensors.sonar.ping.beam_echoes import BeamEchoes, EchoesConfig
+from pelagos.sensors.sonar.keys.echo_keys import EchoesConfig, echo_spec
+from pelagos.sensors.sonar.ping.beam_echoes import BeamEchoes
 from pelagos.sensors.sonar.ping.fan import Fan, Lanes, Trace, look, patches_of
-from pelagos.sensors.sonar.ping.sounder import Sounder
+from pelagos.sensors.sonar.ping.sounder import Sounder, Waters
 from pelagos.sensors.sonar.ping.surface_scattering import Surfaces
 
 _RINGS: Final = ((0.0, 1), (0.25, 6), (0.5, 10), (0.75, 15))  # radius [half-power widths], rays
@@ -99,21 +100,15 @@ class Altimeter:
     def __init__(self, config: AltimeterConfig, context: SensorContext) -> None:
         self.config = config
         warn_of_ambiguity(config, context.path, config.range_max_m)
-        self._sounder = Sounder(
-            config,
-            context,
-            cone_rays(math.radians(config.beamwidth_deg)),
-            frequency_hz=config.frequency_hz,
-            ph=config.ph,
-        )
+        rays = cone_rays(math.radians(config.beamwidth_deg))
+        self._sounder = Sounder(config, context, rays, Waters(config.frequency_hz, config.ph))
         self._program = Program(self._kernel, self._sounder.compile)
         self._echoes: BeamEchoes | None = None
         self.tables: dict[str, NDArray[Any]] = {}
         if config.echo_bins > 0:
-            self._echoes = BeamEchoes(
-                config, context, np.array([[0.0, 0.0, -1.0]]), width=math.radians(config.beamwidth_deg),
-                nearest=config.range_min_m, farthest=config.range_max_m,
-            )  # fmt: skip
+            spec = echo_spec(config, nearest=config.range_min_m, farthest=config.range_max_m)
+            width = math.radians(config.beamwidth_deg)
+            self._echoes = BeamEchoes(spec, context, np.array([[0.0, 0.0, -1.0]]), width=width)
             self.tables["water_column_range"] = self._echoes.ranges
 
     def sense(self, motion: Kinematics) -> Measurement:

@@ -21,10 +21,12 @@ from pelagos.sensors.noise import normals64
 from pelagos.sensors.recorded import Program, Results
 from pelagos.sensors.schedule import farthest_heard, warn_of_ambiguity
 from pelagos.sensors.sensor import Kinematics, Measurement, SensorConfig, SensorContext
-from pelagos.sensors.sonar.ping.beam_echoes import BeamEchoes, EchoesConfig
-from pelagos.sensors.sonar.ping.devices import with_device
+from pelagos.sensors.sonar.keys.devices import with_device
+from pelagos.sensors.sonar.keys.echo_keys import EchoesConfig, echo_spec
+from pelagos.sensors.sonar.ping.beam_echoes import BeamEchoes
 from pelagos.sensors.sonar.ping.fan import Fan, Lanes, Medium, Trace, look
-from pelagos.sensors.sonar.ping.sounder import Sounder
+from pelagos.sensors.sonar.ping.pulse_pairs import Pairs
+from pelagos.sensors.sonar.ping.sounder import Sounder, Waters
 from pelagos.sensors.sonar.ping.surface_scattering import Surfaces, scattering
 
 if TYPE_CHECKING:
@@ -153,17 +155,16 @@ class Dvl:
         self.config = config
         self._context = context
         warn_of_ambiguity(config, context.path, config.range_max_m / math.cos(math.radians(config.beam_tilt_deg)))
-        self._sounder = Sounder(config, context, beam_rays(config), frequency_hz=config.frequency_hz, ph=config.ph)
+        self._sounder = Sounder(config, context, beam_rays(config), Waters(config.frequency_hz, config.ph))
         self._program = Program(self._kernel, self._sounder.compile)
         self.tables: dict[str, NDArray[Any]] = {"direction": config.beams}
         self._echoes: BeamEchoes | None = None
         if config.echo_bins > 0:
             slant = 1.0 / math.cos(math.radians(config.beam_tilt_deg))
-            self._echoes = BeamEchoes(
-                config, context, config.beams, width=math.radians(config.beamwidth_deg),
-                nearest=config.range_min_m * slant, farthest=config.range_max_m * slant, lag_s=config.lag_s,
-                noise_mps=config.noise_mps, noise_relative=config.noise_relative, layer_m=slant, clear_db=None,
-            )  # fmt: skip
+            spec = echo_spec(config, nearest=config.range_min_m * slant, farthest=config.range_max_m * slant)
+            pairs = Pairs(config.lag_s, config.noise_mps, config.noise_relative, layer_m=slant, clear_db=None)
+            width = math.radians(config.beamwidth_deg)
+            self._echoes = BeamEchoes(spec, context, config.beams, width=width, pairs=pairs)
             self.tables["water_column_range"] = self._echoes.ranges
 
     def sense(self, motion: Kinematics) -> Measurement:

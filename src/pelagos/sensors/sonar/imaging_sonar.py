@@ -10,10 +10,12 @@ from numpy.typing import NDArray
 from pydantic import Field
 
 from pelagos.acoustics.beam_pattern import line_length
+from pelagos.sensors.lazy import promised
 from pelagos.sensors.sensor import Kinematics, Measurement, SensorConfig, SensorContext
+from pelagos.sensors.sonar.keys.ping_keys import ping_spec
+from pelagos.sensors.sonar.keys.sector_keys import SectorConfig, layout
 from pelagos.sensors.sonar.ping.elevation_strata import strata
 from pelagos.sensors.sonar.ping.pinger import Pinger
-from pelagos.sensors.sonar.ping.sector_config import SectorConfig, layout
 
 _BLOCK: Final = 16  # beams: the width of a vector
 _STEP: Final = 0.7548776662466927  # additive recurrence of the plastic number: evenly spread in two dimensions
@@ -87,12 +89,13 @@ class ImagingSonar:
 
     def __init__(self, config: ImagingSonarConfig, context: SensorContext) -> None:
         self.config = config
-        self._pinger = Pinger(config, context, fan_rays(config), layout(config))
+        self._pinger = Pinger(ping_spec(config), context, fan_rays(config), layout(config))
         self.tables = {"azimuth": config.azimuths.astype(np.float32), "range": config.ranges}
 
     def sense(self, motion: Kinematics) -> Measurement:
         """Ping on every lane."""
-        return self._pinger.measurement(motion, self.tables)
+        data, truth, extras = self._pinger.ping(motion)
+        return Measurement(data, promised(truth), None, extras, self.tables)
 
     def explain(self, motion: Kinematics) -> list[tuple[str, NDArray[Any], str]]:
         """One ping, not frozen, with its intermediate arrays: (name, values, unit)."""

@@ -16,8 +16,8 @@ from pelagos.jit import Array
 from pelagos.sensors.lazy import promised
 from pelagos.sensors.schedule import period_ticks
 from pelagos.sensors.sensor import Kinematics, Measurement, SensorConfig, SensorContext
+from pelagos.sensors.sonar.keys.ping_keys import PingConfig, ping_spec
 from pelagos.sensors.sonar.ping.elevation_strata import strata
-from pelagos.sensors.sonar.ping.ping_config import PingConfig
 from pelagos.sensors.sonar.ping.pinger import Pinger
 from pelagos.sensors.sonar.ping.receiver import Layout
 
@@ -106,7 +106,7 @@ class MechanicalScanningSonar:
         width = math.radians(config.beamwidth_deg)
         shape = Layout(1, width, width, math.radians(config.vertical_beamwidth_deg), np.zeros(1), single_file=True)
         head = lambda tick: config.angles(tick // self._period)
-        self._pinger = Pinger(config, context, beam_rays(config), shape, head)
+        self._pinger = Pinger(ping_spec(config), context, beam_rays(config), shape, head)
         self.tables = {"range": config.ranges}
 
     def sense(self, motion: Kinematics) -> Measurement:

@@ -20,18 +20,19 @@ from pelagos.acoustics.spreading import from_db, to_db
 from pelagos.jit import Array
 from pelagos.math.so3 import rotate, rotate_back
 from pelagos.raycast.caster import Caster
-from pelagos.sensors.schedule import farthest_heard, period_ticks, warn_of_ambiguity
+from pelagos.sensors.schedule import farthest_heard, period_ticks, slower, warn_of_ambiguity
 from pelagos.sensors.sensor import Kinematics, Measurement, SensorConfig, SensorContext
+from pelagos.sensors.sonar.keys.devices import with_device
+from pelagos.sensors.sonar.keys.ping_keys import ColumnBins, Pulse, check_burst, mounting, with_burst
 from pelagos.sensors.sonar.ping.beam_echoes import part_of
 from pelagos.sensors.sonar.ping.bottom_series import Beams, Window, beam_series
-from pelagos.sensors.sonar.ping.devices import with_device
 from pelagos.sensors.sonar.ping.fan import Fan, Lanes, Trace, arcs_of, look
 from pelagos.sensors.sonar.ping.interference import Apertures, Emitter
-from pelagos.sensors.sonar.ping.multibeam_column import column_config, column_layout, column_rays
-from pelagos.sensors.sonar.ping.ping_config import ColumnBins, Pulse, check_burst, with_burst
+from pelagos.sensors.sonar.ping.multibeam_column import Column, column_layout, column_rays
+from pelagos.sensors.sonar.ping.ping_spec import Display, PingSpec
 from pelagos.sensors.sonar.ping.pinger import Pinger
-from pelagos.sensors.sonar.ping.sounder import Sounder
-from pelagos.sensors.sonar.ping.surface_scattering import Surfaces
+from pelagos.sensors.sonar.ping.sounder import Sounder, Waters
+from pelagos.sensors.sonar.ping.surface_scattering import TEXTURE_DB, Surfaces
 
 _ACROSS: Final = np.array([-0.8, -0.4, 0.0, 0.4, 0.8])  # places of the rays in a beam [half-power widths]
 
@@ -182,6 +183,39 @@ def emitter(config: MultibeamConfig, context: SensorContext, rays: dict[str, NDA
     )
 
 
+def column_of(config: MultibeamConfig) -> Column:
+    """The beams of the water column."""
+    across, along = math.radians(config.beamwidth_across_deg), math.radians(config.beamwidth_along_deg)
+    return Column(config.angles, math.radians(config.swath_deg), across, along)
+
+
+def column_spec(config: MultibeamConfig) -> PingSpec:
+    """The same sonar as one that gives levels by beam and range [dB]."""
+    return PingSpec(
+        mounting=mounting(config),
+        rate_hz=slower(config.rate_hz, config.range_max_m),
+        bins=config.water_column_bins,
+        range_min_m=max(config.range_min_m, 0.1),
+        range_max_m=config.range_max_m,
+        frequency_hz=config.frequency_hz,
+        bandwidth_hz=config.bandwidth_hz,
+        pulse_s=config.pulse_s,
+        pulse=config.pulse,
+        source_level_db=config.source_level_db,
+        self_noise_db=config.self_noise_db,
+        wind_speed_mps=config.wind_speed_mps,
+        ph=config.ph,
+        texture_db=TEXTURE_DB,
+        roughness_seed=config.roughness_seed,
+        refraction=config.refraction,
+        volume_scattering_db=config.volume_scattering_db,
+        doppler=False,
+        display=Display(scale="db"),
+        iq=config.iq,
+        labels=config.labels,
+    )
+
+
 def receiver(config: MultibeamConfig) -> Beams:
     """What a beam's series needs to know; the lattice of roughness is half an aperture wide."""
     length = _length(config.beamwidth_across_deg)
@@ -234,24 +268,24 @@ class Multibeam:
         self.config = config
         warn_of_ambiguity(config, context.path, config.range_max_m)
         rays = fan_rays(config)
-        self._sounder = Sounder(
-            config, context, rays, frequency_hz=config.frequency_hz, ph=config.ph, wind_speed=config.wind_speed_mps,
-            refraction=config.refraction, reach=1.1 * config.range_max_m,
+        waters = Waters(
+            config.frequency_hz, config.ph, config.wind_speed_mps, refraction=config.refraction,
+            reach=1.1 * config.range_max_m,
         )  # fmt: skip
+        self._sounder = Sounder(config, context, rays, waters)
         self._noise = dr.opaque(jit.Float, _noise_power(config))
         self._recorded = self._sounder.compile(self._kernel)
         self._column: Pinger | None = None
         if config.water_column_bins > 0:
-            self._column = Pinger(
-                column_config(config), part_of(context, "column"), column_rays(config), column_layout(config)
-            )
+            column, spec = column_of(config), column_spec(config)
+            self._column = Pinger(spec, part_of(context, "column"), column_rays(column), column_layout(column))
         neighbours = getattr(context, "neighbours", None)
         if neighbours is not None:
             neighbours.add(emitter(config, context, rays))
         axis = rays["direction"][config.rays_per_beam // 2 :: config.rays_per_beam]
         self.tables = {"angle": config.angles.astype(np.float32), "direction": axis.astype(np.float32)}
         if self._column is not None:
-            self.tables["water_column_range"] = column_config(config).ranges
+            self.tables["water_column_range"] = column_spec(config).ranges
 
     def sense(self, motion: Kinematics) -> Measurement:
         """Ping on every lane."""

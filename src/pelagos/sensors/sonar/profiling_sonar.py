@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 from pydantic import Field
 
 from pelagos.sensors.sensor import Kinematics, Measurement, SensorConfig, SensorContext
-from pelagos.sensors.sonar.ping.ping_config import decibels
+from pelagos.sensors.sonar.keys.ping_keys import ping_spec
+from pelagos.sensors.sonar.keys.sector_keys import SectorConfig, layout
 from pelagos.sensors.sonar.ping.pinger import Pinger
-from pelagos.sensors.sonar.ping.sector_config import SectorConfig, layout
 from pelagos.sensors.sonar.ping.thin_fan_rays import slice_rays
 
 
@@ -68,7 +68,8 @@ class ProfilingSonar:
 
     def __init__(self, config: ProfilingSonarConfig, context: SensorContext) -> None:
         self.config = config
-        self._pinger = Pinger(config, context, fan_rays(config), layout(config))
+        self._spec = ping_spec(config)
+        self._pinger = Pinger(self._spec, context, fan_rays(config), layout(config))
         self.tables = {"azimuth": config.azimuths.astype(np.float32), "range": config.ranges}
 
     def sense(self, motion: Kinematics) -> Measurement:
@@ -76,7 +77,7 @@ class ProfilingSonar:
         data, mean, extras = self._pinger.ping(motion)
         truth = mean()
         for name, image in (("profile", data), ("profile_truth", truth)):
-            extras[name] = strongest(decibels(image, self.config), self.config.ranges, self.config.detection_db)
+            extras[name] = strongest(self._spec.display.decibels(image), self.config.ranges, self.config.detection_db)
         return Measurement(data, truth, None, extras, self.tables)
 
     def explain(self, motion: Kinematics) -> list[tuple[str, NDArray[Any], str]]:

@@ -12,7 +12,7 @@ from pydantic import Field
 from pelagos.acoustics.beam_pattern import line_length, line_np, spread_over_beam
 from pelagos.sensors.lazy import promised
 from pelagos.sensors.sensor import Kinematics, Measurement, SensorConfig, SensorContext
-from pelagos.sensors.sonar.ping.ping_config import PingConfig, decibels
+from pelagos.sensors.sonar.keys.ping_keys import PingConfig, ping_spec
 from pelagos.sensors.sonar.ping.pinger import Pinger
 from pelagos.sensors.sonar.ping.receiver import Layout
 
@@ -105,13 +105,14 @@ class Sidescan:
         width = math.radians(config.beamwidth_deg)
         azimuths = np.array([math.pi / 2, -math.pi / 2])
         shape = Layout(2, width, width, math.radians(config.vertical_beamwidth_deg), azimuths, single_file=True)
-        self._pinger = Pinger(config, context, side_rays(config), shape)
+        self._spec = ping_spec(config)
+        self._pinger = Pinger(self._spec, context, side_rays(config), shape)
         self.tables = {"range": config.ranges}
 
     def sense(self, motion: Kinematics) -> Measurement:
         """Ping on every lane."""
         data, truth, extras = self._pinger.ping(motion)
-        altitude = first_return(decibels(data, self.config), self.config.ranges)
+        altitude = first_return(self._spec.display.decibels(data), self.config.ranges)
         squared = self.config.ranges[None, :] ** 2 - altitude[:, None] ** 2
         extras["altitude"] = altitude
         extras["ground_range"] = np.where(squared >= 0, np.sqrt(np.maximum(squared, 0.0)), np.float32(np.nan))

@@ -17,7 +17,7 @@ from pelagos.sensors.lazy import promised
 from pelagos.sensors.mount import sensor_pose, sensor_velocity
 from pelagos.sensors.schedule import SLOWEST
 from pelagos.sensors.sensor import Kinematics, Measurement, SensorConfig, SensorContext
-from pelagos.sensors.sonar.ping.ping_config import PingConfig
+from pelagos.sensors.sonar.keys.ping_keys import PingConfig, ping_spec
 from pelagos.sensors.sonar.ping.pinger import Pinger
 from pelagos.sensors.sonar.ping.receiver import Layout
 
@@ -120,7 +120,7 @@ class SyntheticApertureSonar:
             warnings.warn(message, ValidityWarning, stacklevel=3)
         along, vertical = math.radians(config.beamwidth_deg), math.radians(config.vertical_beamwidth_deg)
         shape = Layout(1, along, along, vertical, np.zeros(1), facet=config.facet_m)
-        self._pinger = Pinger(self.config, context, beam_rays(config), shape)
+        self._pinger = Pinger(ping_spec(self.config), context, beam_rays(config), shape)
         self.tables = {"range": config.ranges}
         self._path, self._sparse = context.path, False
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
 import drjit as dr
 import numpy as np
@@ -20,9 +20,11 @@ from pelagos.jit import Array
 from pelagos.math.so3 import rotate_back
 from pelagos.raycast.caster import Caster
 from pelagos.raycast.rays import Rays
-from pelagos.sensors.mount import sensor_pose
-from pelagos.sensors.sensor import Kinematics, SensorConfig
+from pelagos.sensors.mount import Mounted, sensor_pose
 from pelagos.sensors.sonar.ping.fan import Lanes
+
+if TYPE_CHECKING:
+    from pelagos.sensors.sensor import Kinematics
 
 _LEAK: Final = 1e-4  # of the power on axis, beside all lobes; assumed
 _BEHIND: Final = 1e-3  # of what would be heard in front, behind an array's baffle; assumed
@@ -72,7 +74,7 @@ class Emitter:
 
     Attributes:
         path: "agent.sensor".
-        config: its mount.
+        mounting: where it sits on its vehicle.
         apertures: its beams.
         frequency_hz, bandwidth_hz, pulse_s, source_level_db: of its pulse.
         period_ns: between two pings; the first is at t = 0.
@@ -80,7 +82,7 @@ class Emitter:
     """
 
     path: str
-    config: SensorConfig
+    mounting: Mounted
     apertures: Apertures
     frequency_hz: float
     bandwidth_hz: float
@@ -244,7 +246,7 @@ def _duration(own: Emitter, source: Emitter) -> float:
 
 def _places(emitter: Emitter, motion: Kinematics) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Where a sonar is `(m, 3)` [m], and its attitude `(m, 4)`."""
-    position, attitude = sensor_pose(motion, emitter.config)
+    position, attitude = sensor_pose(motion, emitter.mounting)
     return np.array(position).T, np.array(attitude).T
 
 

@@ -15,14 +15,14 @@ import drjit as dr
 from pelagos import jit
 from pelagos.jit import Array
 from pelagos.math.philox import normal_pair32, uniform32
-from pelagos.sensors.sonar.ping.ping_config import PaintedNoise
+from pelagos.sensors.sonar.ping.ping_spec import Painting
 
 _SQUARE: Final = math.cos(math.radians(8.0))  # sine of the grazing angle within 8 deg of normal incidence
 _SHARE: Final = 0.08  # of a beam's rays
 
 
 def paint(
-    noise: PaintedNoise, intensity: Array, words: tuple[Array, Array, Array, Array], *, bin_: Array, bin_width: float
+    noise: Painting, intensity: Array, words: tuple[Array, Array, Array, Array], *, bin_: Array, bin_width: float
 ) -> Array:
     """Intensity at an exponential error of range, times 1 + N(0, multiplicative), plus Rayleigh noise.
 
@@ -58,7 +58,7 @@ def streaks(sine: Array, heard: Array, row: Array, rows: int) -> Array:
     return square > int(_SHARE * dr.width(row) / rows)
 
 
-def streaked(noise: PaintedNoise, level: Array, streak: Array) -> Array:
+def streaked(noise: Painting, level: Array, streak: Array) -> Array:
     """Levels between 0 and 1, squared (dark) or that of what they lack (bright) where there is a streak."""
     curves: dict[str, Callable[[Array], Array]] = {
         "dark": lambda x: x * x,

@@ -6,7 +6,7 @@ import warnings
 from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
 import drjit as dr
 import numpy as np
@@ -24,19 +24,20 @@ from pelagos.errors import ValidityWarning
 from pelagos.jit import Array
 from pelagos.math.so3 import multiply, rotate
 from pelagos.raycast.caster import Caster
-from pelagos.sensors.lazy import promised
 from pelagos.sensors.mount import sensor_angular_velocity, sensor_velocity
 from pelagos.sensors.schedule import period_ticks
-from pelagos.sensors.sensor import Kinematics, Measurement, SensorContext
 from pelagos.sensors.sonar.ping.fan import Fan, Lanes, Medium, Trace, View, look, patches_of
 from pelagos.sensors.sonar.ping.interference import Apertures, Emitter, Neighbours, unblocked
 from pelagos.sensors.sonar.ping.multipath import Mirrors, bounced
 from pelagos.sensors.sonar.ping.painted_noise import streaks
-from pelagos.sensors.sonar.ping.ping_config import PingConfig, noise_power
-from pelagos.sensors.sonar.ping.receiver import Din, Layout, mean_levels, receive, trace_levels
-from pelagos.sensors.sonar.ping.sounder import Sounder
+from pelagos.sensors.sonar.ping.ping_spec import Bounces, PingSpec, noise_power
+from pelagos.sensors.sonar.ping.receiver import Constants, Din, Layout, Moment, mean_levels, receive, trace_levels
+from pelagos.sensors.sonar.ping.sounder import Sounder, Waters
 from pelagos.sensors.sonar.ping.surface_scattering import Surfaces
 from pelagos.sensors.sonar.ping.volume_echo import TRACER, Haze, Probes, haze, probes
+
+if TYPE_CHECKING:
+    from pelagos.sensors.sensor import Kinematics, SensorContext
 
 _FINEST: Final = 4.0  # bins in one resolution of the pulse beyond which a finer division says nothing
 
@@ -60,7 +61,7 @@ class Pinger:
     """What a sonar of this kind keeps from ping to ping; none of it changes.
 
     Args:
-        config: pulse, bins, levels.
+        spec: pulse, bins, levels.
         context: see `SensorContext`.
         rays: the ray pattern.
         layout: beams.
@@ -69,41 +70,37 @@ class Pinger:
 
     def __init__(
         self,
-        config: PingConfig,
+        spec: PingSpec,
         context: SensorContext,
         rays: dict[str, NDArray[Any]],
         layout: Layout,
         angle: Callable[[NDArray[np.int64]], NDArray[np.float64]] | None = None,
     ) -> None:
-        self._config = config
+        self._spec = spec
         self._layout = layout
-        self._sounder = Sounder(
-            config, context, rays, frequency_hz=config.frequency_hz, ph=config.ph, wind_speed=config.wind_speed_mps,
-            texture_db=config.texture_db, refraction=config.refraction,
-            reach=config.range_max_m + config.longest_strip_m, sea_surface=config.sea_surface,
-        )  # fmt: skip
-        resolution = range_resolution(1500.0, config.bandwidth_hz)
-        if config.bin_width_m < resolution / _FINEST:
-            message = f"{context.path}: bins of {config.bin_width_m:.3g} m are finer than the pulse resolves, " + (
-                f"{resolution:.3g} m at a bandwidth of {config.bandwidth_hz:g} Hz"
+        self._sounder = Sounder(spec.mounting, context, rays, waters(spec))
+        resolution = range_resolution(1500.0, spec.bandwidth_hz)
+        if spec.bin_width_m < resolution / _FINEST:
+            message = f"{context.path}: bins of {spec.bin_width_m:.3g} m are finer than the pulse resolves, " + (
+                f"{resolution:.3g} m at a bandwidth of {spec.bandwidth_hz:g} Hz"
             )
             warnings.warn(message, ValidityWarning, stacklevel=3)
-        pulse = point_spread(config.bin_width_m, resolution, pulse=config.pulse)
+        pulse = point_spread(spec.bin_width_m, resolution, pulse=spec.pulse)
         steering = np.ones((layout.beams, 1), np.float32) if layout.steering is None else layout.steering
         self._walk = walk(rays["beam"], layout.beams)
-        noise = noise_power(config, layout.horizontal_width, layout.vertical_width)
-        self._constants: tuple[Any, ...] = (
+        noise = noise_power(spec, layout.horizontal_width, layout.vertical_width)
+        self._constants = Constants(
             jit.Float(steering.ravel()),
             jit.Float(pulse),
             jit.Float(noise),
-            jit.UInt32(config.roughness_seed),
+            jit.UInt32(spec.roughness_seed),
             jit.UInt32(self._walk.order),
         )
         dr.make_opaque(self._constants)
-        self._own = emitter(config, context, rays, layout, angle)
+        self._own = emitter(spec, context, rays, layout, angle)
         self._neighbours = context.neighbours if hasattr(context, "neighbours") else None
-        self._hears = listening(config, context.path, self._neighbours, self._own)
-        self._hazy = config.volume_scattering_db is not None or TRACER in getattr(context.ocean, "tracers", {})
+        self._hears = listening(spec, context.path, self._neighbours, self._own)
+        self._hazy = spec.volume_scattering_db is not None or TRACER in getattr(context.ocean, "tracers", {})
         self._rays = len(rays["beam"])
         self._water = (probes(rays, layout.beams), context.ocean) if self._hazy else None
         self._recorded = self._sounder.compile(self._kernel)
@@ -116,32 +113,26 @@ class Pinger:
 
         `turn` is a rotation of the sensor frame by lane, `Array4f64`, for heads that turn.
         """
-        config = self._config
-        (data, *rest), traces = self._recorded(motion, *self._constants, self._besides(motion, turn))
-        shape = (dr.width(motion.position), self._layout.beams, config.bins)
+        spec = self._spec
+        (data, *rest), traces = self._recorded(motion, self._constants, self._besides(motion, turn))
+        shape = (dr.width(motion.position), self._layout.beams, spec.bins)
 
         def truth() -> NDArray[np.float32]:
-            steering, pulse, _, _, order = self._constants
-            return np.asarray(self._mean(traces, motion, steering, pulse, order)).reshape(shape)
+            return np.asarray(self._mean(traces, motion, self._constants)).reshape(shape)
 
         extras: dict[str, NDArray[Any]] = {}
-        if config.iq:
+        if spec.iq:
             real, imaginary = np.array(rest.pop(0)), np.array(rest.pop(0))
             extras["iq"] = (real + 1j * imaginary).astype(np.complex64).reshape(shape)
-        if config.labels:
+        if spec.labels:
             extras["label"] = np.array(rest.pop(0)).astype(np.uint8).reshape(shape)
             extras["instance"] = np.array(rest.pop(0)).reshape(shape)
         return np.asarray(data).reshape(shape), truth, extras
 
-    def measurement(self, motion: Kinematics, tables: dict[str, NDArray[Any]]) -> Measurement:
-        """A ping as a measurement."""
-        data, truth, extras = self.ping(motion)
-        return Measurement(data, promised(truth), None, extras, tables)
-
     def explain(self, motion: Kinematics, turn: Array | None = None) -> list[tuple[str, NDArray[Any], str]]:
         """One ping, not frozen, with its intermediate arrays: (name, values, unit)."""
         arguments = self._sounder.arguments(motion)
-        return self._sounder.trace(self._kernel, *arguments, motion, *self._constants, self._besides(motion, turn))
+        return self._sounder.trace(self._kernel, *arguments, motion, self._constants, self._besides(motion, turn))
 
     def _besides(self, motion: Kinematics, turn: Array | None) -> dict[str, Any]:
         """What only some pings are called with."""
@@ -164,50 +155,43 @@ class Pinger:
         surfaces: Surfaces,
         key: Any,
         motion: Kinematics,
-        steering: Array,
-        pulse: Array,
-        noise: Array,
-        seed: Array,
-        order: Array,
+        constants: Constants,
         besides: dict[str, Any],
         *,
         trace: Trace = None,
     ) -> tuple[list[Array], Traces]:
-        config, layout = self._config, self._layout
-        velocity = rotate(lanes.attitude, sensor_velocity(motion, config))
-        spin = sensor_angular_velocity(motion, config)
+        spec, layout = self._spec, self._layout
+        velocity = rotate(lanes.attitude, sensor_velocity(motion, spec.mounting))
+        spin = sensor_angular_velocity(motion, spec.mounting)
         if "turn" in besides:
             lanes = replace(lanes, attitude=multiply(lanes.attitude, besides["turn"]))
-        far = config.range_max_m + config.longest_strip_m
+        far = spec.range_max_m + spec.longest_strip_m
         view = look(caster, fan, lanes, surfaces, max_range=far)
-        patches = [calibrated(config, layout, view, fan, lanes, surfaces, velocity, trace)]
-        if config.multipath != "none":
-            ghosts = bounced(caster, view, fan, lanes, surfaces, mirrors(config))
-            patches += [gained(config, layout, g, view, lanes) for g in ghosts]
-        walkers = self._walkers(order, dr.width(lanes.position))
-        field, tags, strips = echoes(config, layout, patches, walkers, lanes, seed)
+        patches = [calibrated(spec, layout, view, fan, lanes, surfaces, velocity, trace)]
+        if spec.bounces is not None:
+            ghosts = bounced(caster, view, fan, lanes, surfaces, mirrors(spec, spec.bounces))
+            patches += [gained(spec, layout, g, view, lanes) for g in ghosts]
+        walkers = self._walkers(constants.order, dr.width(lanes.position))
+        field, tags, strips = echoes(spec, layout, patches, walkers, lanes, constants.seed)
         seen = self._haze(view, lanes, motion, *besides["water"]) if "water" in besides else None
         others = unblocked(caster, besides["heard"], lanes) if "heard" in besides else None
         din = Din(seen, self._streaks(view, fan, dr.width(lanes.position)), others)
-        out = receive(config, layout, field, tags, lanes, spin, steering, pulse, noise, key, motion.t_ns, din)
+        out = receive(spec, layout, constants, field, tags, Moment(lanes, spin, motion.t_ns, key), din)
         if trace is not None:
-            trace_levels(config, layout, energies(strips, walkers), out[0], lanes, noise, trace)
+            trace_levels(spec, layout, energies(strips, walkers), out[0], lanes, constants.noise, trace)
         return out, Traces(strips, lanes.medium, seen)
 
-    def _truth(self, traces: Traces, motion: Kinematics, steering: Array, pulse: Array, order: Array) -> Array:
-        pings = dr.width(motion.position)
-        spin = sensor_angular_velocity(motion, self._config)
-        total = energies(traces.strips, self._walkers(order, pings))
-        return mean_levels(
-            self._config, self._layout, total, traces.medium, spin, steering, pulse, traces.haze, pings=pings
-        )
+    def _truth(self, traces: Traces, motion: Kinematics, constants: Constants) -> Array:
+        spin = sensor_angular_velocity(motion, self._spec.mounting)
+        total = energies(traces.strips, self._walkers(constants.order, dr.width(motion.position)))
+        return mean_levels(self._spec, self._layout, constants, total, traces.medium, spin, traces.haze)
 
     def _walkers(self, order: Array, pings: int) -> Walkers:
-        config = self._config
-        return Walkers(self._walk, order, pings, Bins(config.bins, config.range_min_m, config.bin_width_m))
+        spec = self._spec
+        return Walkers(self._walk, order, pings, Bins(spec.bins, spec.range_min_m, spec.bin_width_m))
 
     def _streaks(self, view: View, fan: Fan, pings: int) -> Array | None:
-        noise, beams = self._config.painted_noise, self._layout.beams
+        noise, beams = self._spec.display.painting, self._layout.beams
         if noise is None or noise.azimuth_streaks == "none":
             return None
         row = view.lane * beams + dr.gather(jit.UInt32, fan.beam, view.ray)
@@ -216,54 +200,67 @@ class Pinger:
         return found
 
     def _haze(self, view: View, lanes: Lanes, motion: Kinematics, looks: Probes, ocean: Any) -> Haze:
-        config, fixed = self._config, self._config.volume_scattering_db
+        spec, fixed = self._spec, self._spec.volume_scattering_db
         strength = (lambda place, t: jit.Float(fixed)) if fixed is not None else partial(ocean.tracer, TRACER)
         return haze(
             view, lanes, looks, strength, jit.Float64(motion.t_ns) * 1e-9, beams=self._layout.beams, rays=self._rays,
-            nearest=config.range_min_m, farthest=config.range_max_m,
+            nearest=spec.range_min_m, farthest=spec.range_max_m,
         )  # fmt: skip
 
 
 def emitter(
-    config: PingConfig, context: SensorContext, rays: dict[str, NDArray[Any]], layout: Layout,
+    spec: PingSpec, context: SensorContext, rays: dict[str, NDArray[Any]], layout: Layout,
     angle: Callable[[NDArray[np.int64]], NDArray[np.float64]] | None,
 ) -> Emitter:  # fmt: skip
     """A sonar as others hear it."""
     return Emitter(
         context.path,
-        config,
+        spec.mounting,
         Apertures.of_fan(rays, layout.beams, layout.horizontal_width, layout.vertical_width),
-        config.frequency_hz,
-        config.bandwidth_hz,
-        config.pulse_s,
-        config.source_level_db,
-        period_ticks(config.rate_hz, context.dt_ns, where=context.path) * context.dt_ns,
+        spec.frequency_hz,
+        spec.bandwidth_hz,
+        spec.pulse_s,
+        spec.source_level_db,
+        period_ticks(spec.rate_hz, context.dt_ns, where=context.path) * context.dt_ns,
         angle,
     )
 
 
-def listening(config: PingConfig, path: str, neighbours: Neighbours | None, own: Emitter) -> list[str]:
+def waters(spec: PingSpec) -> Waters:
+    """What a ping's rays meet."""
+    return Waters(
+        frequency_hz=spec.frequency_hz,
+        ph=spec.ph,
+        wind_speed=spec.wind_speed_mps,
+        texture_db=spec.texture_db,
+        refraction=spec.refraction,
+        reach=spec.range_max_m + spec.longest_strip_m,
+        sea_surface=spec.sea_surface,
+    )
+
+
+def listening(spec: PingSpec, path: str, neighbours: Neighbours | None, own: Emitter) -> list[str]:
     """The paths of the sonars that disturb this one; and let others hear it."""
     if neighbours is None:
         return []
     neighbours.add(own)
-    return neighbours.chosen(config.hears, path)
+    return neighbours.chosen(spec.hears, path)
 
 
-def mirrors(config: PingConfig) -> Mirrors:
+def mirrors(spec: PingSpec, bounces: Bounces) -> Mirrors:
     """Where sound bounces."""
     return Mirrors(
-        bottom=config.multipath == "surface_and_bottom",
-        order=config.multipath_order,
-        max_range=config.range_max_m + config.longest_strip_m,
-        longest=config.longest_strip_m,
-        surface_loss_db=config.surface_loss_db,
-        bottom_loss_db=config.bottom_loss_db,
+        bottom=bounces.bottom,
+        order=bounces.order,
+        max_range=spec.range_max_m + spec.longest_strip_m,
+        longest=spec.longest_strip_m,
+        surface_loss_db=bounces.surface_loss_db,
+        bottom_loss_db=bounces.bottom_loss_db,
     )
 
 
 def calibrated(
-    config: PingConfig, layout: Layout, view: View, fan: Fan, lanes: Lanes, surfaces: Surfaces, velocity: Array,
+    spec: PingSpec, layout: Layout, view: View, fan: Fan, lanes: Lanes, surfaces: Surfaces, velocity: Array,
     trace: Trace = None,
 ) -> Patches:  # fmt: skip
     """The direct echoes, as backscattering strength of the cell, at the ranges that their times mean.
@@ -271,29 +268,29 @@ def calibrated(
     During the way of the sound the sonar and the target move: the echo of a target that closes at v arrives as from
     r (1 - v/c) (to first order in v/c; r is the range at transmission).
     """
-    cell = layout.sector * config.bin_width_m  # solid angle times depth of a cell [rad m]
+    cell = layout.sector * spec.bin_width_m  # solid angle times depth of a cell [rad m]
 
     def levelled(distance: Array, _: Array) -> Array:
         return distance * (1.0 / cell)  # r^-2 10^(-2 a r/10) under the gain 30 log r + 2 a r
 
-    patches = patches_of(view, fan, lanes, surfaces, longest=config.longest_strip_m, fall=levelled, trace=trace)
-    if config.doppler:
+    patches = patches_of(view, fan, lanes, surfaces, longest=spec.longest_strip_m, fall=levelled, trace=trace)
+    if spec.doppler:
         closing = dr.dot(view.of_lane(jit.Array3f(velocity)) - view.hits.velocity, view.direction)
         factor = 1.0 - closing * view.of_lane(1.0 / lanes.medium.sound_speed)
         patches.near, patches.far = patches.near * factor, patches.far * factor
     return patches
 
 
-def gained(config: PingConfig, layout: Layout, patches: Patches, view: View, lanes: Lanes) -> Patches:
+def gained(spec: PingSpec, layout: Layout, patches: Patches, view: View, lanes: Lanes) -> Patches:
     """Give patches the gain 30 log r + 2 a r, and the unit of a backscattering strength."""
     loss = view.of_lane(lanes.medium.absorption)
-    cell = layout.sector * config.bin_width_m
+    cell = layout.sector * spec.bin_width_m
     patches.energy *= time_varied_gain(patches.distance, loss, spreading=30.0) / cell
     return patches
 
 
 def echoes(
-    config: PingConfig, layout: Layout, patches: list[Patches], walkers: Walkers, lanes: Lanes, seed: Array
+    spec: PingSpec, layout: Layout, patches: list[Patches], walkers: Walkers, lanes: Lanes, seed: Array
 ) -> tuple[Array, Array | None, list[Strips]]:
     """The sum of all echoes by beam and bin, the strongest one's tag, and strips: see `sum_amplitudes`."""
     total: Array | None = None
@@ -301,14 +298,14 @@ def echoes(
     strips = []
     for k, group in enumerate(patches):
         roughness = Roughness(
-            wave_cycles=2.0 * config.frequency_hz / lanes.medium.sound_speed,
+            wave_cycles=2.0 * spec.frequency_hz / lanes.medium.sound_speed,
             origin=lanes.position,
-            facet=facet_size(config, layout),
+            facet=facet_size(spec, layout),
             seed=seed + k,
             scattered=layout.facet is not None,
             single_file=layout.single_file,
         )
-        field, strongest, kept = sum_amplitudes(group, walkers, roughness, tags=config.labels and k == 0)
+        field, strongest, kept = sum_amplitudes(group, walkers, roughness, tags=spec.labels and k == 0)
         total, tags = (field, strongest) if total is None else (total + field, tags)
         strips.append(kept)
     return total, tags, strips
@@ -322,9 +319,9 @@ def energies(strips: list[Strips], walkers: Walkers) -> Array:
     return total
 
 
-def facet_size(config: PingConfig, layout: Layout) -> float:
+def facet_size(spec: PingSpec, layout: Layout) -> float:
     """Edge of the roughness lattice [m]: speckle decorrelates over half an aperture, and from bin to bin."""
     if layout.facet is not None:
         return layout.facet
-    aperture = line_length(layout.horizontal_width) * 1500.0 / config.frequency_hz
-    return min(0.5 * aperture, 0.5 * config.bin_width_m)
+    aperture = line_length(layout.horizontal_width) * 1500.0 / spec.frequency_hz
+    return min(0.5 * aperture, 0.5 * spec.bin_width_m)

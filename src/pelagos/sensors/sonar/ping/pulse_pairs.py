@@ -8,6 +8,7 @@ room for as much of a new echo. Both pulses are taken to be told apart, as by co
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Final
 
 import drjit as dr
@@ -26,65 +27,92 @@ from pelagos.math.so3 import rotate, rotate_back
 from pelagos.raycast.caster import Caster
 from pelagos.sensors.mount import sensor_angular_velocity, sensor_velocity
 from pelagos.sensors.noise import words32
-from pelagos.sensors.sensor import Kinematics, SensorContext
 from pelagos.sensors.sonar.ping.fan import Fan, Lanes, View, look, patches_of
-from pelagos.sensors.sonar.ping.ping_config import PingConfig, noise_power
+from pelagos.sensors.sonar.ping.ping_spec import PingSpec, noise_power
 from pelagos.sensors.sonar.ping.pinger import Pinger
 from pelagos.sensors.sonar.ping.receiver import Layout
-from pelagos.sensors.sonar.ping.sounder import Sounder
+from pelagos.sensors.sonar.ping.sounder import Sounder, Waters
 from pelagos.sensors.sonar.ping.surface_scattering import Surfaces
 from pelagos.sensors.sonar.ping.volume_echo import TRACER
 
 if TYPE_CHECKING:
     from pelagos.ocean.ocean import Ocean
+    from pelagos.sensors.sensor import Kinematics, SensorContext
 
 _SILENT_DB: Final = 1000.0  # source level before which the pinger's noise is nothing: it is added here, to each pulse
 _NO_WATER_DB: Final = -200.0
+
+
+@dataclass(frozen=True)
+class Pairs:
+    """Two pulses, one after the other.
+
+    Attributes:
+        lag_s: time between them [s].
+        noise_mps, noise_relative: standard deviation of a speed from one strong echo, at rest [m/s], and in parts of
+            the speed in quadrature; what the spread of speeds in the beam does not explain is lost to the codes.
+        layer_m: length along the beam of the water whose speed has that deviation [m].
+        clear_db: Sv [dB re 1/m] where neither the ping nor a tracer gives it; None: the water is silent.
+    """
+
+    lag_s: float
+    noise_mps: float
+    noise_relative: float
+    layer_m: float
+    clear_db: float | None
+
+
+@dataclass(frozen=True)
+class NarrowBeams:
+    """A few narrow beams.
+
+    Attributes:
+        layout: see `Layout`.
+        axes: their directions in the sensor frame `(beams, 3)`.
+        rays: their ray pattern.
+        looks: a thinner one of the same beams, in their order, that tells how echoes move on.
+    """
+
+    layout: Layout
+    axes: NDArray[np.float64]
+    rays: dict[str, NDArray[Any]]
+    looks: dict[str, NDArray[Any]]
 
 
 class PulsePairs:
     """The echoes of pairs of pulses in a few narrow beams.
 
     Args:
-        config: the sonar's mount.
         context: the sonar's part's.
         ping: pulse, bins and levels.
-        layout: beams.
-        axes: their directions in the sensor frame `(beams, 3)`.
-        rays: the ray pattern of the first pulse.
-        looks: a thinner one of the same beams, in their order, that tells how echoes move on.
-        lag_s: time between the pulses [s].
-        noise_mps, noise_relative: standard deviation of a speed from one strong echo, at rest [m/s], and in parts of
-            the speed in quadrature; what the spread of speeds in the beam does not explain is lost to the codes.
-        layer_m: length along the beam of the water whose speed has that deviation [m].
-        clear_db: Sv [dB re 1/m] where neither `ping` nor a tracer gives it; None: the water is silent.
+        beams: see `NarrowBeams`.
+        pairs: see `Pairs`.
     """
 
-    def __init__(
-        self, config: Any, context: SensorContext, ping: PingConfig, layout: Layout, axes: NDArray[np.float64],
-        rays: dict[str, NDArray[Any]], looks: dict[str, NDArray[Any]], *, lag_s: float, noise_mps: float,
-        noise_relative: float, layer_m: float, clear_db: float | None,
-    ) -> None:  # fmt: skip
-        self._config, self._ping, self._layout, self._axes, self._lag = config, ping, layout, axes, lag_s
+    def __init__(self, context: SensorContext, ping: PingSpec, beams: NarrowBeams, pairs: Pairs) -> None:
+        layout, looks = beams.layout, beams.looks
+        self._ping, self._layout, self._axes, self._lag = ping, layout, beams.axes, pairs.lag_s
         self._ocean = context.ocean
         self._noise = noise_power(ping, layout.horizontal_width, layout.vertical_width)
-        self._deviation = (noise_mps, noise_relative)
+        self._deviation = (pairs.noise_mps, pairs.noise_relative)
         tracer = TRACER in getattr(context.ocean, "tracers", {})
-        self._strength = ping.volume_scattering_db if ping.volume_scattering_db is not None or tracer else clear_db
+        self._strength = (
+            ping.volume_scattering_db if ping.volume_scattering_db is not None or tracer else pairs.clear_db
+        )
         self._hazy = tracer or self._strength is not None
-        silent = {
-            "source_level_db": _SILENT_DB, "scale": "linear", "iq": True,
-            "volume_scattering_db": _NO_WATER_DB if self._hazy else None,
-        }  # fmt: skip
-        self._pinger = Pinger(ping.model_copy(update=silent), context, rays, layout)
+        silent = replace(
+            ping, source_level_db=_SILENT_DB, display=replace(ping.display, scale="linear"), iq=True,
+            volume_scattering_db=_NO_WATER_DB if self._hazy else None,
+        )  # fmt: skip
+        self._pinger = Pinger(silent, context, beams.rays, layout)
         self._rays = len(looks["beam"]) // layout.beams
         self._psi = float(looks["weight"].sum()) / layout.beams
         self._pulse = point_spread(
             ping.bin_width_m, range_resolution(1500.0, ping.bandwidth_hz), pulse=ping.pulse
         ).tolist()
         self._taps = (pulse_correlation(np.asarray(self._pulse)) ** 2).tolist()
-        self._layer_samples = layer_m / ping.bin_width_m / sum(self._taps)
-        self._sounder = Sounder(config, context, looks, frequency_hz=ping.frequency_hz, ph=ping.ph)
+        self._layer_samples = pairs.layer_m / ping.bin_width_m / sum(self._taps)
+        self._sounder = Sounder(ping.mounting, context, looks, Waters(ping.frequency_hz, ping.ph))
         self._recorded = self._sounder.compile(self._kernel)
 
     def extras(self, motion: Kinematics) -> dict[str, NDArray[Any]]:
@@ -96,7 +124,7 @@ class PulsePairs:
         shape = truth.shape
         data, level, *parts = (np.array(a).reshape(shape) for a in arrays)
         found = {"water_column": data, "water_column_truth": level}
-        if self._config.iq:
+        if self._ping.iq:
             found["iq"] = np.stack([parts[0] + 1j * parts[1], parts[2] + 1j * parts[3]], axis=2).astype(np.complex64)
         return found | {f"water_column_{k}": more[k] for k in ("label", "instance") if k in more}
 
@@ -118,7 +146,7 @@ class PulsePairs:
         view = look(caster, fan, lanes, surfaces, max_range=ping.range_max_m + ping.longest_strip_m)
         patches = patches_of(view, fan, lanes, surfaces, longest=ping.longest_strip_m)
         dr.eval(view, patches)
-        velocity = sensor_velocity(motion, self._config)
+        velocity = sensor_velocity(motion, self._ping.mounting)
         row = dr.arange(jit.UInt32, dr.width(lanes.position) * layout.beams)
         bow = self._along_axes(velocity, row)  # closing speed of what rests on each beam's axis [m/s]
         scale = 1.0 / speed_per_radian(
@@ -271,7 +299,7 @@ class PulsePairs:
 
         flow = rotate_back(attitude, ocean.current(place, t)) - dr.gather(jit.Array3f64, velocity, lane)
         closing = -dr.dot(flow, axis)
-        spin = dr.gather(jit.Array3f64, sensor_angular_velocity(motion, self._config), lane)
+        spin = dr.gather(jit.Array3f64, sensor_angular_velocity(motion, self._ping.mounting), lane)
         aside = flow + closing * axis - dr.cross(spin, axis * jit.Float64(distance))
         factor = dr.gather(jit.Float, scale, lane)
         spread = jit.Float(dr.norm(aside)) * (BEAM_SPREAD * self._layout.horizontal_width) * factor

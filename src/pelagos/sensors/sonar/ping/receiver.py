@@ -25,7 +25,7 @@ from pelagos.sensors.noise import words32
 from pelagos.sensors.sonar.ping.fan import Lanes, Medium
 from pelagos.sensors.sonar.ping.interference import Heard, interference_at
 from pelagos.sensors.sonar.ping.painted_noise import paint, streaked
-from pelagos.sensors.sonar.ping.ping_config import PingConfig
+from pelagos.sensors.sonar.ping.ping_spec import Disturber, PingSpec
 from pelagos.sensors.sonar.ping.volume_echo import Haze, haze_at
 
 _DECIBELS: Final = 3.0102999566398120  # of a factor of two
@@ -85,25 +85,55 @@ class Cells:
     gain: Array
 
 
+@jit.struct
+class Constants:
+    """What a ping is called with, and never changes: a Dr.Jit struct.
+
+    Attributes:
+        steering, pulse: weights, see `amplitude_weights` and `spread_pulse`.
+        noise: power, see `noise_power`.
+        seed: of the roughness.
+        order: see `Walk`.
+    """
+
+    steering: Array
+    pulse: Array
+    noise: Array
+    seed: Array
+    order: Array
+
+
+@dataclass(frozen=True)
+class Moment:
+    """When and where a ping is sent.
+
+    Attributes:
+        lanes: see `Lanes`.
+        spin: `Array3f64`, of the sensor in its own frame by lane [rad/s].
+        t_ns: `UInt64`, time by lane [ns].
+        key: random stream of the noise.
+    """
+
+    lanes: Lanes
+    spin: Array
+    t_ns: Array
+    key: Any
+
+
 def receive(
-    config: PingConfig, layout: Layout, echoes: Array, tags: Array | None, lanes: Lanes, spin: Array, steering: Array,
-    pulse: Array, noise: Array, key: Any, t_ns: Array, din: Din,
-) -> list[Array]:  # fmt: skip
+    spec: PingSpec, layout: Layout, constants: Constants, echoes: Array, tags: Array | None, moment: Moment, din: Din
+) -> list[Array]:
     """Hear echoes: data, with `iq` the complex signal before gain, with `labels` the strongest echo's tag.
 
     Args:
         echoes, tags: see `sum_amplitudes`.
-        spin: `Array3f64`, of the sensor in its own frame by lane [rad/s].
-        steering, pulse: weights, see `amplitude_weights` and `spread_pulse`.
-        noise: power, see `noise_power`.
-        key: random stream of the noise.
-        t_ns: `UInt64`, time by lane [ns].
         din: what is heard besides.
     """
-    beams, bins, pings = layout.beams, config.bins, dr.width(lanes.position)
+    lanes, key = moment.lanes, moment.key
+    beams, bins, pings = layout.beams, spec.bins, dr.width(lanes.position)
     reach = 0 if layout.steering is None else layout.steering.shape[1] // 2
-    hearing = _Hearing(config, layout, lanes.medium, spin, pings)
-    weights = amplitude_weights(steering, hearing.first, count=hearing.count, reach=reach, beams=beams)
+    hearing = _Hearing(spec, layout, lanes.medium, moment.spin, pings)
+    weights = amplitude_weights(constants.steering, hearing.first, count=hearing.count, reach=reach, beams=beams)
     counter = [dr.gather(jit.UInt32, v, hearing.ping) for v in (lanes.environment, lanes.tick)]
     words: tuple[Array, ...] = ()
 
@@ -111,41 +141,43 @@ def receive(
         nonlocal words
         if i % 4 == 0:  # four words of noise serve four beams
             words = words32(key, jit.UInt32(here.beam // 4 * bins + here.bin), *counter)
-        return levels(config, layout, signal, words[i % 4], here, lanes, noise, t_ns, din)
+        power = din_power(spec, layout, here, moment, constants.noise, din)
+        return levels(spec, signal, words[i % 4], here, power)
 
-    out = hearing(echoes, pulse, weights, finish, channels=2, outputs=3 if config.iq else 1)
-    if config.painted_noise is not None:
-        out[0] = painted(config, layout, out[0], lanes, key, din.streaks)
+    out = hearing(echoes, constants.pulse, weights, finish, channels=2, outputs=3 if spec.iq else 1)
+    if spec.display.painting is not None:
+        out[0] = painted(spec, layout, out[0], lanes, key, din.streaks)
     if tags is not None:
         cell = dr.arange(jit.Int32, pings * beams * bins)
         bin_, beam, ping = cell % bins, cell // bins % beams, cell // (beams * bins)
-        sent = beam - beams_turned(config, layout, lanes.medium, spin, ping)(bin_)
+        sent = beam - beams_turned(spec, layout, lanes.medium, moment.spin, ping)(bin_)
         source = jit.UInt32((ping * beams + sent) * pitch(bins) + bin_)
         out += untag(dr.gather(jit.UInt64, tags, source, (sent >= 0) & (sent < beams)))
     return out
 
 
 def mean_levels(
-    config: PingConfig, layout: Layout, energies: Array, medium: Medium, spin: Array, steering: Array, pulse: Array,
-    haze: Haze | None, *, pings: int,
+    spec: PingSpec, layout: Layout, constants: Constants, energies: Array, medium: Medium, spin: Array,
+    haze: Haze | None,
 ) -> Array:  # fmt: skip
     """Truth: the levels of the echoes' energies, as beams hear them without noise and interference.
 
     The water's echo is of so many scatterers that it is noise to a ping; it is part of the truth too. Arguments as of
     `receive`, `energies` see `sum_energies`.
     """
+    pings, pulse = dr.width(medium.sound_speed), constants.pulse
     reach = inner = 0
     if layout.steering is not None:
         reach, inner = layout.steering.shape[1] // 2, energy_reach(layout.steering)
 
-    hearing = _Hearing(config, layout, medium, spin, pings)
-    weights = amplitude_weights(steering, hearing.first, count=hearing.count, reach=reach, beams=layout.beams)
+    hearing = _Hearing(spec, layout, medium, spin, pings)
+    weights = amplitude_weights(constants.steering, hearing.first, count=hearing.count, reach=reach, beams=layout.beams)
 
     def finish(_: int, here: Cells, signal: list[Array]) -> list[Array]:
         energy = signal[0]
         if haze is not None:
-            energy += water_echo(config, layout, haze, here, medium) * here.gain
-        return [scaled(config, tilted(config, energy, here))]
+            energy += water_echo(spec, layout, haze, here, medium) * here.gain
+        return [scaled(spec, tilted(spec, energy, here))]
 
     squares = pulse * pulse
     dr.eval(squares)
@@ -160,15 +192,15 @@ class _Hearing:
         ping, first: `Int32` of each lane, its ping and the first of its beams.
     """
 
-    def __init__(self, config: PingConfig, layout: Layout, medium: Medium, spin: Array, pings: int) -> None:
-        self._config, self._layout, self._medium = config, layout, medium
+    def __init__(self, spec: PingSpec, layout: Layout, medium: Medium, spin: Array, pings: int) -> None:
+        self._spec, self._layout, self._medium = spec, layout, medium
         self.count = 1 if layout.steering is None else _BLOCK
-        blocks, runs = -(-layout.beams // self.count), -(-config.bins // _RUN)
-        self._run, self._size = -(-config.bins // runs), pings * layout.beams * config.bins
+        blocks, runs = -(-layout.beams // self.count), -(-spec.bins // _RUN)
+        self._run, self._size = -(-spec.bins // runs), pings * layout.beams * spec.bins
         lane = dr.arange(jit.Int32, pings * blocks * runs)
         self.ping, self.first = lane // (blocks * runs), lane // runs % blocks * self.count
         self._start = lane % runs * self._run
-        self._turned = beams_turned(config, layout, medium, spin, self.ping)
+        self._turned = beams_turned(spec, layout, medium, spin, self.ping)
 
     def __call__(
         self, echoes: Array, pulse: Array, weights: list[list[Array]],
@@ -183,8 +215,8 @@ class _Hearing:
             finish: (place among a lane's beams, cells, what they hear by channel) -> what is given.
             channels, outputs: of a cell.
         """
-        config, layout, ping, first = self._config, self._layout, self.ping, self.first
-        beams, bins = layout.beams, config.bins
+        spec, layout, ping, first = self._spec, self._layout, self.ping, self.first
+        beams, bins = layout.beams, spec.bins
         taps = dr.width(pulse)
         if taps > _LONGEST:
             echoes, pulse, taps = spread_pulse(echoes, pulse, channels=channels, bins=bins), jit.Float(1), 1
@@ -198,7 +230,7 @@ class _Hearing:
             window = [*before, formed]
             bin_ = ahead - taps // 2
             due = (step >= taps // 2) & (bin_ < bins)
-            place = cells_at(config, layout, self._medium, ping, first, bin_)
+            place = cells_at(spec, layout, self._medium, ping, first, bin_)
             for i in range(self.count):
                 here = replace(place, beam=first + i)
                 signal = [jit.Float(0)] * channels
@@ -217,127 +249,129 @@ class _Hearing:
         return out
 
 
-def painted(config: PingConfig, layout: Layout, intensity: Array, lanes: Lanes, key: Any, rows: Array | None) -> Array:
+def painted(spec: PingSpec, layout: Layout, intensity: Array, lanes: Lanes, key: Any, rows: Array | None) -> Array:
     """Noise painted on intensities, and their scale; `rows` `Bool` of pings by beams that have streaks."""
-    noise = config.painted_noise
+    noise = spec.display.painting
     assert noise is not None
     cell = dr.arange(jit.Int32, dr.width(intensity))
-    row, bin_ = cell // config.bins, cell % config.bins
+    row, bin_ = cell // spec.bins, cell % spec.bins
     ping, beam = row // layout.beams, row % layout.beams
     counter = dr.gather(jit.UInt32, lanes.environment, ping), dr.gather(jit.UInt32, lanes.tick, ping)
-    words = words32(key, jit.UInt32(beam * config.bins + bin_) + 0x40000000, *counter)
+    words = words32(key, jit.UInt32(beam * spec.bins + bin_) + 0x40000000, *counter)
     dr.eval(intensity)
-    result = paint(noise, intensity, words, bin_=bin_, bin_width=config.bin_width_m)
+    result = paint(noise, intensity, words, bin_=bin_, bin_width=spec.bin_width_m)
     if rows is None:
-        return scaled(config, result)
-    level = scaled(config.model_copy(update={"scale": "unit"}), result)
+        return scaled(spec, result)
+    level = scaled(replace(spec, display=replace(spec.display, scale="unit")), result)
     level = streaked(noise, level, dr.gather(jit.Bool, rows, jit.UInt32(row)))
-    if config.scale == "unit":
+    if spec.display.scale == "unit":
         return level
-    level = level * config.dynamic_range_db + config.floor_db
-    return level if config.scale == "db" else from_db(level)
+    level = level * spec.display.dynamic_range_db + spec.display.floor_db
+    return level if spec.display.scale == "db" else from_db(level)
 
 
 def beams_turned(
-    config: PingConfig, layout: Layout, medium: Medium, spin: Array, ping: Array
+    spec: PingSpec, layout: Layout, medium: Medium, spin: Array, ping: Array
 ) -> Callable[[Array], Array]:  # fmt: skip
     """A function bin -> beams, `Int32`, by which the sonar has turned when the echo comes back, for lanes' pings.
 
     A sonar that turns hears an echo in the beam that points at the target when it comes back.
     """
-    if not config.doppler or layout.steering is None:
+    if not spec.doppler or layout.steering is None:
         return lambda bin_: jit.Int32(0)
     delay = 2.0 / medium.sound_speed
     rate = dr.gather(jit.Float, jit.Float(spin.z) * delay * (1.0 / layout.sector), jit.UInt32(ping))
-    return lambda bin_: jit.Int32(dr.round(rate * middle(config, bin_)))
+    return lambda bin_: jit.Int32(dr.round(rate * middle(spec, bin_)))
 
 
-def middle(config: PingConfig, bin_: Array) -> Array:
+def middle(spec: PingSpec, bin_: Array) -> Array:
     """Middle of a range bin [m]."""
-    return config.range_min_m + (jit.Float(bin_) + 0.5) * config.bin_width_m
+    return spec.range_min_m + (jit.Float(bin_) + 0.5) * spec.bin_width_m
 
 
-def cells_at(config: PingConfig, layout: Layout, medium: Medium, ping: Array, beam: Array, bin_: Array) -> Cells:
+def cells_at(spec: PingSpec, layout: Layout, medium: Medium, ping: Array, beam: Array, bin_: Array) -> Cells:
     """Cells with their ranges and gains."""
-    distance = middle(config, bin_)
+    distance = middle(spec, bin_)
     loss = dr.gather(jit.Float, medium.absorption, jit.UInt32(ping))
-    gain = time_varied_gain(distance, loss, spreading=30.0) / (layout.sector * config.bin_width_m)
+    gain = time_varied_gain(distance, loss, spreading=30.0) / (layout.sector * spec.bin_width_m)
     return Cells(ping, beam, bin_, distance, gain)
 
 
-def water_echo(config: PingConfig, layout: Layout, haze: Haze, cells: Cells, medium: Medium) -> Array:
+def water_echo(spec: PingSpec, layout: Layout, haze: Haze, cells: Cells, medium: Medium) -> Array:
     """Intensity of the water's echo re the source level at 1 m."""
     beam = haze_at(haze, cells.ping, cells.beam, cells.distance, layout.beams)
     loss = dr.gather(jit.Float, medium.absorption, jit.UInt32(cells.ping))
-    return volume_intensity(beam, cells.distance, loss, config.bin_width_m)
+    return volume_intensity(beam, cells.distance, loss, spec.bin_width_m)
 
 
-def levels(
-    config: PingConfig, layout: Layout, signal: list[Array], word: Array, cells: Cells, lanes: Lanes, noise: Array,
-    t_ns: Array, din: Din,
-) -> list[Array]:  # fmt: skip
-    """Add noise to amplitudes, set gain and scale: data, with `iq` the complex signal before gain."""
-    power = noise
+def din_power(spec: PingSpec, layout: Layout, cells: Cells, moment: Moment, noise: Array, din: Din) -> Array:
+    """Intensity of all that is no echo of a surface, re the source level at 1 m."""
+    lanes, power = moment.lanes, noise
     if din.haze is not None:
-        power = power + water_echo(config, layout, din.haze, cells, lanes.medium)
+        power = power + water_echo(spec, layout, din.haze, cells, lanes.medium)
     if din.heard is not None:
         power = power + interference_at(
-            din.heard, lanes, cells.ping, cells.beam, cells.distance, beams=layout.beams, bin_width=config.bin_width_m
+            din.heard, lanes, cells.ping, cells.beam, cells.distance, beams=layout.beams, bin_width=spec.bin_width_m
         )
-    if config.interference is not None:
-        power = power + interference(config, layout, cells, lanes, t_ns)
+    if spec.disturber is not None:
+        power = power + disturbance(spec.disturber, spec, layout, cells, moment)
+    return power
+
+
+def levels(spec: PingSpec, signal: list[Array], word: Array, cells: Cells, power: Array) -> list[Array]:
+    """Add noise of a power to amplitudes, set gain and scale: data, with `iq` the complex signal before gain."""
     strength, turn = complex_normal32(word)
     size = dr.sqrt(power * cells.gain * strength)
     cosine, sine = cosine_sine(turn)
     real, imaginary = dr.fma(size, cosine, signal[0]), dr.fma(size, sine, signal[1])
     intensity = real * real + imaginary * imaginary
-    intensity = tilted(config, intensity, cells)
-    out = [intensity if config.painted_noise is not None else scaled(config, intensity)]
-    if config.iq:
+    intensity = tilted(spec, intensity, cells)
+    out = [intensity if spec.display.painting is not None else scaled(spec, intensity)]
+    if spec.iq:
         raw = dr.rsqrt(cells.gain)
         out += [real * raw, imaginary * raw]
     return out
 
 
-def tilted(config: PingConfig, intensity: Array, cells: Cells) -> Array:
+def tilted(spec: PingSpec, intensity: Array, cells: Cells) -> Array:
     """Intensity under another spreading of the gain than 30 log r."""
-    if config.tvg_db == 30.0:
+    if spec.display.tvg_db == 30.0:
         return intensity
-    return intensity * cells.distance ** ((config.tvg_db - 30.0) / 10.0)
+    return intensity * cells.distance ** ((spec.display.tvg_db - 30.0) / 10.0)
 
 
 def trace_levels(
-    config: PingConfig, layout: Layout, energies: Array, data: Array, lanes: Lanes, noise: Array, trace: Any
+    spec: PingSpec, layout: Layout, energies: Array, data: Array, lanes: Lanes, noise: Array, trace: Any
 ) -> None:
     """Tell echoes and signal-to-noise ratio before beams are formed, and the data."""
     cell = dr.arange(jit.Int32, dr.width(data))
-    row, bin_ = cell // config.bins, cell % config.bins
-    energy = dr.gather(jit.Float, energies, jit.UInt32(row * pitch(config.bins) + bin_))
-    here = cells_at(config, layout, lanes.medium, row // layout.beams, row % layout.beams, bin_)
+    row, bin_ = cell // spec.bins, cell % spec.bins
+    energy = dr.gather(jit.Float, energies, jit.UInt32(row * pitch(spec.bins) + bin_))
+    here = cells_at(spec, layout, lanes.medium, row // layout.beams, row % layout.beams, bin_)
     trace("echo intensity by cell, before beams are formed", energy, "1")
     trace("signal-to-noise ratio", to_db(dr.maximum(energy, 1e-20) / (noise * here.gain)), "dB")
-    trace("echo level after gain", data, {"db": "dB", "unit": "1", "linear": "1"}[config.scale])
+    trace("echo level after gain", data, {"db": "dB", "unit": "1", "linear": "1"}[spec.display.scale])
 
 
-def scaled(config: PingConfig, intensity: Array) -> Array:
+def scaled(spec: PingSpec, intensity: Array) -> Array:
     """Intensity as the configuration wants it."""
-    if config.scale == "linear":
+    if spec.display.scale == "linear":
         return intensity
     octaves = log2(larger(intensity, 1e-20))
-    if config.scale == "db":
+    if spec.display.scale == "db":
         return _DECIBELS * octaves
-    unit = dr.fma(octaves, _DECIBELS / config.dynamic_range_db, -config.floor_db / config.dynamic_range_db)
+    span = spec.display.dynamic_range_db
+    unit = dr.fma(octaves, _DECIBELS / span, -spec.display.floor_db / span)
     return larger(smaller(unit, 1.0), 0.0)
 
 
-def interference(config: PingConfig, layout: Layout, cells: Cells, lanes: Lanes, t_ns: Array) -> Array:
+def disturbance(other: Disturber, spec: PingSpec, layout: Layout, cells: Cells, moment: Moment) -> Array:
     """Intensity of another sonar's direct pulse re the source level at 1 m, where it falls into this ping.
 
     The other one's clock starts at t = 0; a pulse that was sent at its k-th period arrives distance/c later, and is
     heard in the bin of its time after this sonar's own transmission, in all beams by their pattern.
     """
-    other = config.interference
-    assert other is not None
+    lanes, t_ns = moment.lanes, moment.t_ns
     lane = jit.UInt32(cells.ping)
     speed = dr.gather(jit.Float, lanes.medium.sound_speed, lane)
     loss = dr.gather(jit.Float, lanes.medium.absorption, lane)
@@ -347,11 +381,11 @@ def interference(config: PingConfig, layout: Layout, cells: Cells, lanes: Lanes,
     period = period_ns * 1e-9
     phase = since / period
     within = (phase - dr.floor(phase)) * period
-    level = other.source_level_db - config.source_level_db - loss * other.distance_m
+    level = other.source_level_db - spec.source_level_db - loss * other.distance_m
     level -= 20.0 * math.log10(other.distance_m)
     table = jit.Float(0)
     length = line_length(layout.horizontal_width)
-    seen = line_np(np.sin(layout.azimuths) - math.sin(math.radians(other.azimuth_deg)), length) ** 2
+    seen = line_np(np.sin(layout.azimuths) - math.sin(other.azimuth), length) ** 2
     for k in np.flatnonzero(seen > 1e-4):
         table = dr.select(cells.beam == int(k), float(seen[k]), table)
     return dr.select(within < other.pulse_s, from_db(level) * table, 0.0)

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any, Final, Literal, TypeAlias
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Final, Literal
 
 import drjit as dr
 import numpy as np
@@ -13,14 +14,15 @@ from pelagos import jit
 from pelagos.acoustics.refraction import displacement
 from pelagos.jit import Array
 from pelagos.raycast.caster import Caster
-from pelagos.sensors.mount import sensor_pose
+from pelagos.sensors.mount import Mounted, sensor_pose
 from pelagos.sensors.noise import opaque_key, stream_key
-from pelagos.sensors.sensor import Kinematics, SensorConfig, SensorContext
 from pelagos.sensors.sonar.ping.fan import Fan, Lanes, Trace, fan_struct, medium_of, profile_of
+from pelagos.sensors.sonar.ping.ping_spec import Refraction
 from pelagos.sensors.sonar.ping.sea_surface import looks_up, sea_around
 from pelagos.sensors.sonar.ping.surface_scattering import TEXTURE_DB, Surfaces, surfaces
 
-Refraction: TypeAlias = 'bool | Literal["auto"]'
+if TYPE_CHECKING:
+    from pelagos.sensors.sensor import Kinematics, SensorContext
 
 FACE_M: Final = 0.05  # a sonar higher than this above the surface is out of the water; assumed half the face of one
 _BENDS: Final = 0.004  # displacement of a level ray, in parts of the range, from which refraction matters
@@ -28,13 +30,11 @@ _NEAR: Final = 60.0  # [m], reach from which on the sea around a sonar is as coa
 _DEPTHS: Final = 129  # places of the water column that are looked at
 
 
-class Sounder:
-    """The parts that a sonar keeps from ping to ping; none of them changes.
+@dataclass(frozen=True)
+class Waters:
+    """What a sonar's rays meet.
 
-    Args:
-        config: mount.
-        context: see `SensorContext`.
-        rays: the ray pattern, see `fan_struct`.
+    Attributes:
         frequency_hz: of the water's absorption and of the surfaces' scattering.
         ph: acidity of the water.
         wind_speed: roughens the sea surface [m/s].
@@ -43,6 +43,25 @@ class Sounder:
             more than `_BENDS` of the reach.
         reach: longest range of a ray [m], by which the sea around is as fine as it matters.
         sea_surface: whether rays that reach it meet the ocean's waves and tide, or a plane at rest.
+    """
+
+    frequency_hz: float
+    ph: float
+    wind_speed: float = 5.0
+    texture_db: float = TEXTURE_DB
+    refraction: Refraction = False
+    reach: float = _NEAR
+    sea_surface: Literal["waves", "flat"] = "waves"
+
+
+class Sounder:
+    """The parts that a sonar keeps from ping to ping; none of them changes.
+
+    Args:
+        mounting: where it sits.
+        context: see `SensorContext`.
+        rays: the ray pattern, see `fan_struct`.
+        waters: what its rays meet.
 
     Attributes:
         fan: rays on the device.
@@ -52,35 +71,26 @@ class Sounder:
     """
 
     def __init__(
-        self,
-        config: SensorConfig,
-        context: SensorContext,
-        rays: dict[str, NDArray[Any]],
-        *,
-        frequency_hz: float,
-        ph: float,
-        wind_speed: float = 5.0,
-        texture_db: float = TEXTURE_DB,
-        refraction: Refraction = False,
-        reach: float = _NEAR,
-        sea_surface: Literal["waves", "flat"] = "waves",
+        self, mounting: Mounted, context: SensorContext, rays: dict[str, NDArray[Any]], waters: Waters
     ) -> None:
-        self._config = config
+        self._mounting = mounting
+        reach = waters.reach
         self._context = context
-        self._medium = medium_of(frequency_hz, ph, context.path)
+        self._medium = medium_of(waters.frequency_hz, waters.ph, context.path)
         self._reach = reach
         moves = any(getattr(context.ocean, name, None) is not None for name in ("waves", "tide"))
         self._moves = moves
-        self._surface = sea_surface == "waves" and moves
-        self._waves = looks_up(in_body(config, rays["direction"]))
+        self._surface = waters.sea_surface == "waves" and moves
+        self._waves = looks_up(in_body(mounting, rays["direction"]))
         self._bottom = lowest_ground(context, reach)
-        self.bent = bends(context, reach, self._bottom) if refraction == "auto" else refraction
+        asked = waters.refraction
+        self.bent = bends(context, reach, self._bottom) if asked == "auto" else asked
         self._own = jit.UInt32(context.own_body)
         jit.settle(self._own)
         self.fan: Fan = fan_struct(rays)
         jit.settle(self.fan)
         self.surfaces: Surfaces = surfaces(
-            context.world.palette, frequency_hz, wind_speed=wind_speed, texture_db=texture_db
+            context.world.palette, waters.frequency_hz, wind_speed=waters.wind_speed, texture_db=waters.texture_db
         )
         self.key = opaque_key(stream_key(context.seed, context.path, "noise"))
 
@@ -117,7 +127,7 @@ class Sounder:
         return ping
 
     def _lanes(self, motion: Kinematics, ocean: Any, own: Array) -> Lanes:
-        position, attitude = sensor_pose(motion, self._config)
+        position, attitude = sensor_pose(motion, self._mounting)
         t = jit.Float64(motion.t_ns) * 1e-9
         water = self._medium(ocean, position, t)
         own_row = dr.gather(jit.UInt32, own, motion.copy)
@@ -138,9 +148,9 @@ class Sounder:
         return found
 
 
-def in_body(config: SensorConfig, directions: NDArray[Any]) -> NDArray[Any]:
+def in_body(mounting: Mounted, directions: NDArray[Any]) -> NDArray[Any]:
     """Unit vectors `(r, 3)` of the sensor frame in the body frame."""
-    w, *v = config.q_body_sensor
+    w, *v = mounting.q_body_sensor
     return directions + 2.0 * np.cross(v, np.cross(v, directions) + w * directions)
 
 

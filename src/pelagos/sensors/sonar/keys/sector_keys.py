@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from pydantic import Field
 
 from pelagos.acoustics.beam_pattern import steering_matrix
-from pelagos.sensors.sonar.ping.ping_config import PingConfig
+from pelagos.sensors.sonar.keys.ping_keys import PingConfig
 from pelagos.sensors.sonar.ping.receiver import Layout
 
 

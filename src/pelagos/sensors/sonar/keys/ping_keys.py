@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
+import math
 from typing import Annotated, Any, Final, Literal, Self, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, model_validator
 
-from pelagos.acoustics.noise import ambient_level, band_level, directivity_index
-from pelagos.acoustics.pulse import processing_gain_db
-from pelagos.acoustics.spreading import from_db, to_db
 from pelagos.sensors.schedule import SLOWEST, farthest_heard
 from pelagos.sensors.sensor import SensorConfig
-from pelagos.sensors.sonar.ping.devices import with_device
+from pelagos.sensors.sonar.keys.devices import with_device
+from pelagos.sensors.sonar.ping.ping_spec import Bounces, Display, Disturber, Mounting, Painting, PingSpec
 from pelagos.sensors.sonar.ping.surface_scattering import TEXTURE_DB
 
 Pulse: TypeAlias = Literal["chirp", "cw"]
@@ -189,25 +188,52 @@ class PingConfig(SensorConfig):
         """Middle of each range bin `(bins,)` [m]."""
         return (self.range_min_m + (np.arange(self.bins) + 0.5) * self.bin_width_m).astype(np.float32)
 
-    @property
-    def longest_strip_m(self) -> float:
-        """How far a ray's patch of surface may reach in range [m]."""
-        return 0.125 * self.range_max_m
+
+def mounting(config: SensorConfig) -> Mounting:
+    """Where a sonar sits."""
+    return Mounting(config.position_m, config.q_body_sensor)
 
 
-def noise_power(config: PingConfig, horizontal_width: float, vertical_width: float) -> float:
-    """Noise intensity behind matched filter and beamformer re the source level at 1 m; widths [rad]."""
-    ambient = ambient_level(config.frequency_hz, config.wind_speed_mps)
-    spectral = float(to_db(from_db(ambient) + from_db(config.self_noise_db)))
-    gain = processing_gain_db(config.bandwidth_hz, config.pulse_s)
-    gain += max(directivity_index(horizontal_width, vertical_width), 0.0)
-    return float(from_db(band_level(spectral, config.bandwidth_hz) - gain - config.source_level_db))
-
-
-def decibels(levels: NDArray[np.float32], config: PingConfig) -> NDArray[np.float32]:
-    """Levels in the unit of `config.scale` as decibels (clipped at both ends where that is "unit")."""
-    if config.scale == "unit":
-        return np.asarray(levels * config.dynamic_range_db + config.floor_db, dtype=np.float32)
-    if config.scale == "db":
-        return levels
-    return np.asarray(10.0 * np.log10(np.maximum(levels, 1e-20)), dtype=np.float32)
+def ping_spec(config: PingConfig) -> PingSpec:
+    """The ping that a configuration asks for."""
+    bounces = None
+    if config.multipath != "none":
+        bottom = config.multipath == "surface_and_bottom"
+        bounces = Bounces(bottom, config.multipath_order, config.surface_loss_db, config.bottom_loss_db)
+    other, noise = config.interference, config.painted_noise
+    disturber = None
+    if other is not None:
+        azimuth = math.radians(other.azimuth_deg)
+        disturber = Disturber(other.rate_hz, azimuth, other.distance_m, other.source_level_db, other.pulse_s)
+    painting = None
+    if noise is not None:
+        painting = Painting(
+            noise.additive, noise.additive_reference_db, noise.multiplicative, noise.range_m, noise.azimuth_streaks
+        )
+    return PingSpec(
+        mounting=mounting(config),
+        rate_hz=config.rate_hz,
+        bins=config.bins,
+        range_min_m=config.range_min_m,
+        range_max_m=config.range_max_m,
+        frequency_hz=config.frequency_hz,
+        bandwidth_hz=config.bandwidth_hz,
+        pulse_s=config.pulse_s,
+        pulse=config.pulse,
+        source_level_db=config.source_level_db,
+        self_noise_db=config.self_noise_db,
+        wind_speed_mps=config.wind_speed_mps,
+        ph=config.ph,
+        texture_db=config.texture_db,
+        roughness_seed=config.roughness_seed,
+        refraction=config.refraction,
+        sea_surface=config.sea_surface,
+        volume_scattering_db=config.volume_scattering_db,
+        doppler=config.doppler,
+        bounces=bounces,
+        disturber=disturber,
+        hears=config.hears,
+        display=Display(config.tvg_db, config.scale, config.floor_db, config.dynamic_range_db, painting),
+        iq=config.iq,
+        labels=config.labels,
+    )

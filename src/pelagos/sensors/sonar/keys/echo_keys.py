@@ -1,0 +1,91 @@
+"""Keys of sonars that find ranges or speeds in a few narrow beams, and can also give the echoes that they evaluate."""
+
+from __future__ import annotations
+
+from typing import Any, ClassVar, Self
+
+from pydantic import Field, model_validator
+
+from pelagos.sensors.schedule import slower
+from pelagos.sensors.sensor import SensorConfig
+from pelagos.sensors.sonar.keys.ping_keys import ColumnBins, Pulse, check_burst, mounting, with_burst
+from pelagos.sensors.sonar.ping.ping_spec import Display, PingSpec
+from pelagos.sensors.sonar.ping.surface_scattering import TEXTURE_DB
+
+_NEAREST = 0.05  # [m], of echoes
+
+
+class EchoesConfig(SensorConfig):
+    """Keys of sonars that can also give the echoes that they evaluate."""
+
+    USUAL_BINS: ClassVar[int] = 512
+
+    frequency_hz: float = Field(default=500e3, gt=0)
+    """Frequency [Hz]."""
+    ph: float = Field(default=8.1, gt=7, lt=9)
+    """Acidity of the water, for absorption."""
+    iq: bool = False
+    """Also give the complex signal of each beam by range, before gain."""
+    labels: bool = False
+    """Also give label and instance of the strongest echo of each beam by range."""
+    water_column_bins: ColumnBins = Field(default=0, ge=0, le=16384)
+    """Range bins of the echoes of each beam, whose levels come with the reading then; 0: none (with `iq` or `labels`
+    512, and 2048 of a DVL)."""
+    pulse: Pulse = "chirp"
+    """A chirp, compressed by the matched filter, or a tone burst (CW), whose bandwidth is 1/`pulse_s`."""
+    bandwidth_hz: float = Field(default=20e3, gt=0)
+    """Bandwidth of the pulse [Hz]."""
+    pulse_s: float = Field(default=0.5e-3, gt=0)
+    """Duration of the pulse [s]."""
+    source_level_db: float = Field(default=200.0)
+    """Source level [dB re 1 uPa at 1 m]."""  # assumed
+    self_noise_db: float = Field(default=50.0)
+    """Spectral level of the receiver's own noise [dB re 1 uPa^2/Hz]."""  # assumed
+    wind_speed_mps: float = Field(default=5.0, ge=0)
+    """Wind for ambient noise and the sea surface [m/s]."""
+    roughness_seed: int = Field(default=0, ge=0, lt=2**32)
+    """Which realisation of the roughness of all surfaces the sonar sees."""
+    volume_scattering_db: float | None = Field(default=None, ge=-200, le=0)
+    """Volume backscattering strength Sv of the water [dB re 1/m] in the echoes; absent: that of the ocean's tracer
+    `volume_scattering_db`, and clear water where it has none."""
+
+    @model_validator(mode="before")
+    @classmethod
+    def _burst(cls, values: Any) -> Any:
+        return with_burst(values, cls)
+
+    @model_validator(mode="after")
+    def _of_burst(self) -> Self:
+        check_burst(self)
+        return self
+
+    @property
+    def echo_bins(self) -> int:
+        """Range bins of the echoes; 0 where none are asked for."""
+        return self.water_column_bins or (self.USUAL_BINS if self.iq or self.labels else 0)
+
+
+def echo_spec(config: EchoesConfig, *, nearest: float, farthest: float) -> PingSpec:
+    """The ping whose echoes are given, between ranges along the beams [m]."""
+    return PingSpec(
+        mounting=mounting(config),
+        rate_hz=slower(config.rate_hz, farthest),
+        bins=config.echo_bins,
+        range_min_m=max(nearest, _NEAREST),
+        range_max_m=farthest,
+        frequency_hz=config.frequency_hz,
+        bandwidth_hz=config.bandwidth_hz,
+        pulse_s=config.pulse_s,
+        pulse=config.pulse,
+        source_level_db=config.source_level_db,
+        self_noise_db=config.self_noise_db,
+        wind_speed_mps=config.wind_speed_mps,
+        ph=config.ph,
+        texture_db=TEXTURE_DB,
+        roughness_seed=config.roughness_seed,
+        volume_scattering_db=config.volume_scattering_db,
+        doppler=False,
+        display=Display(scale="db"),
+        iq=config.iq,
+        labels=config.labels,
+    )
