@@ -26,6 +26,7 @@ from pelagos.vehicles.control.rudder_heading import RudderHeadingConfig
 from pelagos.vehicles.control.sawtooth import SawtoothConfig
 from pelagos.vehicles.control.velocity import VelocityConfig
 from pelagos.vehicles.terms.air import WingConfig
+from pelagos.vehicles.terms.blunt_lift import BluntLiftConfig
 from pelagos.vehicles.terms.crossflow import CrossFlowConfig
 from pelagos.vehicles.terms.damping import LinearDampingConfig, QuadraticDampingConfig, TimeConstantDampingConfig
 from pelagos.vehicles.terms.floating import FloatingDampingConfig, HydrostaticConfig, PayloadConfig, TwinHullConfig
@@ -36,7 +37,8 @@ from pelagos.vehicles.terms.restoring import SubmergedConfig
 from pelagos.vehicles.terms.windage import WindageConfig
 
 TermConfig: TypeAlias = Annotated[
-    CrossFlowConfig
+    BluntLiftConfig
+    | CrossFlowConfig
     | FloatingDampingConfig
     | FunctionConfig
     | GlideConfig

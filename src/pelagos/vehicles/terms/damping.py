@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal
+from typing import Literal, Self
 
 import numpy as np
-from pydantic import Field
+from pydantic import Field, model_validator
 
-from pelagos.hydro import damping
+from pelagos.hydro import damping, frame
 from pelagos.hydro.algebra import Matrix, Vector, is_zero, mul
 from pelagos.jit import Array
 from pelagos.vehicles.flow import Flow
-from pelagos.vehicles.part import Body, NonNegative, PartConfig, Positive, Six, numbers
+from pelagos.vehicles.part import Body, NonNegative, PartConfig, Positive, Six, Three, numbers
 
 
 class LinearDampingConfig(PartConfig):
@@ -85,15 +85,32 @@ class LinearDamping:
 
 
 class QuadraticDampingConfig(PartConfig):
-    """-d |nu_r| nu_r on each axis."""
+    """-d |nu_r| nu_r on each axis, or by the speed of the flow from any side."""
 
     type: Literal["quadratic_damping"]
     diagonal: Six
     """Positive: -X|u|u, -Y|v|v, -Z|w|w [kg/m], -K|p|p, -M|q|q, -N|r|r [kg m^2]."""
+    oblique: Literal["axes", "frame"] = "axes"
+    """In a flow that is along no axis each axis by itself, or as an open frame of small members has it, each by the
+    speed of the flow that it meets. Along one axis, and on turning alone, both are the diagonal."""
+    size_m: tuple[Positive, Positive, Positive] | None = None
+    """Of the frame: length, beam and height [m]; left out: the hull's."""
+    center_m: Three = (0.0, 0.0, 0.0)
+    """Of the frame's drag, FRD from the origin [m]."""
 
-    def build(self, body: Body) -> QuadraticDamping:
+    @model_validator(mode="after")
+    def _used(self) -> Self:
+        if self.oblique == "axes" and (self.size_m is not None or any(self.center_m)):
+            raise ValueError("size_m and center_m are those of a frame: give oblique: frame")
+        return self
+
+    def build(self, body: Body) -> QuadraticDamping | FrameDrag:
         """The term."""
-        return QuadraticDamping(list(self.diagonal))
+        if self.oblique == "axes":
+            return QuadraticDamping(list(self.diagonal))
+        size = self.size_m or (body.length, body.beam, body.height)
+        places, rest = frame.frame_places(self.diagonal[:3], self.diagonal[3:], size)
+        return FrameDrag(list(self.diagonal[:3]), rest, places, list(self.center_m))
 
 
 @dataclass(frozen=True)
@@ -105,3 +122,17 @@ class QuadraticDamping:
     def wrench(self, flow: Flow) -> Vector:
         """-d |nu_r| nu_r (6)."""
         return damping.quadratic_damping(self.diagonal, flow.nu_r)
+
+
+@dataclass(frozen=True)
+class FrameDrag:
+    """quadratic (3) [kg/m], rest (3) [kg m^2], places `(6, 3)`, center (3) [m]: see `hydro.frame.frame_drag`."""
+
+    quadratic: Vector
+    rest: Vector
+    places: Matrix
+    center: Vector
+
+    def wrench(self, flow: Flow) -> Vector:
+        """Drag (6)."""
+        return frame.frame_drag(self.quadratic, self.rest, self.places, self.center, flow.nu_r)
