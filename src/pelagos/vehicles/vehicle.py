@@ -339,7 +339,9 @@ class Vehicle:
 
     def flow(self, rigid: Rigid, ocean: Any, t: Array, tables: Tables | None = None) -> Flow:
         """The water around a vehicle: current, waves, surface and wind above."""
-        return flow_around(self.config, self.model, rigid, ocean, t, self.tables if tables is None else tables)
+        if tables is None and self.model.sea is not None:
+            tables = self.tables
+        return flow_around(self.config, self.model, rigid, ocean, t, tables)
 
     def _begin(self, memory: Sequence[Array], controller: Controller, mode: str, flow: Flow) -> list[Array]:
         """The mode's memory: what it kept, or its start where another mode ran before."""
