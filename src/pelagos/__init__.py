@@ -28,6 +28,8 @@ if TYPE_CHECKING:
     from pelagos.errors import ValidityWarning as ValidityWarning
     from pelagos.errors import WorldError as WorldError
     from pelagos.sensors.sensor import Reading as Reading
+    from pelagos.sim.channel import Channel as Channel
+    from pelagos.sim.channel import channel as channel
     from pelagos.sim.checkpoint import Checkpoint as Checkpoint
     from pelagos.sim.replay import Recording as Recording
     from pelagos.sim.run import RunResult as RunResult
@@ -43,6 +45,8 @@ _HOMES = {
     "Scenario": "pelagos.config.scenario",
     "Reading": "pelagos.sensors.sensor",
     "Checkpoint": "pelagos.sim.checkpoint",
+    "Channel": "pelagos.sim.channel",
+    "channel": "pelagos.sim.channel",
     "Recording": "pelagos.sim.replay",
     "RunResult": "pelagos.sim.run",
     "Simulation": "pelagos.sim.simulation",

@@ -17,12 +17,14 @@ from dataclasses import dataclass, fields
 from functools import cache
 from typing import Any, Final
 
+import drjit as dr
 import numpy as np
 from numpy.typing import NDArray
 
 from pelagos import jit
 from pelagos.acoustics.layered_rays import Floor, Launch, Water, march
 from pelagos.acoustics.section import Section, on_device
+from pelagos.jit import Array
 
 RAYS: Final = 1536
 """Of a fan, by default."""
@@ -155,21 +157,16 @@ class _Hunt:
         """Rays of these paths at these angles; calls of similar size share one kernel."""
         count = len(path)
         width = max(_LEAST_LANES, 1 << (count - 1).bit_length()) if count else _LEAST_LANES
-        more = width - count
-        lane = np.concatenate([path, np.zeros(more, np.int64)])
-        start = np.concatenate([angle, np.zeros(more)])
-        reach = np.where(np.arange(width) < count, self.reach[lane], 0.0)
-        launch = Launch(
-            jit.own(jit.UInt32, lane.astype(np.uint32)), jit.own(jit.Float64, self.source[lane]),
-            jit.own(jit.Float64, start), jit.own(jit.Float64, reach),
-            jit.own(jit.UInt32, np.full(width, self.bounces, np.uint32)),
-        )  # fmt: skip
-        values = [np.array(v)[:count] for v in _traced()(self.water, self.floor, launch)]
-        z, sine, slowness, time, length, loss, spread, real, imaginary = values[:9]
-        caustics, surface, bottom = (v.astype(np.int64) for v in values[9:12])
+        rows = np.zeros((4, width))
+        rows[:, :count] = path, self.source[path], angle, self.reach[path]
+        packed = _traced()(self.water, self.floor, jit.Float64(rows.ravel()), jit.UInt32(self.bounces))
+        z, sine, slowness, time, length, loss, spread, real, imaginary, *counts = packed.numpy().reshape(13, width)[
+            :, :count
+        ]
+        caustics, surface, bottom = (v.astype(np.int64) for v in counts[:3])
         return _Fan(
             path, angle, z, sine, slowness, time, length, loss, spread, real, imaginary, caustics, surface, bottom,
-            values[12].astype(bool),
+            counts[3] > 0.5,
         )  # fmt: skip
 
     def refine(self, fan: _Fan) -> _Fan:
@@ -230,12 +227,16 @@ def least_spread(wavelength: NDArray[np.float64], length: NDArray[np.float64]) -
 def _traced() -> Any:
     """The frozen kernel."""
 
-    def trace(water: Water, floor: Floor, launch: Launch) -> tuple[Any, ...]:
-        r = march(water, floor, launch)
-        return (
+    def trace(water: Water, floor: Floor, rows: Array, bounces: Array) -> Array:
+        width = dr.width(rows) // 4
+        lane = dr.arange(jit.UInt32, width)
+        path, depth, angle, reach = (dr.gather(jit.Float64, rows, lane + k * width) for k in range(4))
+        r = march(water, floor, Launch(jit.UInt32(path), depth, angle, reach, bounces))
+        values = (
             r.z, r.sine, r.slowness, r.time, r.length, r.loss, r.spread, r.real, r.imaginary, r.caustics, r.surface,
-            r.bottom, jit.UInt32(r.alive),
+            r.bottom, dr.select(r.alive, 1.0, 0.0),
         )  # fmt: skip
+        return dr.concat([jit.Float64(v) for v in values])
 
     return jit.freeze(trace)
 

@@ -8,6 +8,7 @@ the tube of rays they stand for), doi 10.1007/978-1-4419-8678-8.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache
 from typing import Any, Final
@@ -75,11 +76,26 @@ def ray_paths(
     bounces: int = _BOUNCES,
 ) -> RayPaths:  # fmt: skip
     """Where the rays of a fan run, from a depth `source` [m], at `angles` [rad], to a distance `reach` [m]."""
-    values = _marched(section, source, angles, reach, stations, bounces)
-    shape = (len(angles), stations)
-    depth, surface, bottom = (np.array(values[k]).reshape(shape) for k in (0, 6, 7))
+    count = len(angles)
+    values = _marched([section], np.zeros(count, np.int64), np.full(count, source), angles, np.full(count, reach),
+                      stations, bounces)  # fmt: skip
+    depth, surface, bottom = (np.array(values[k]).reshape(-1, stations)[:count] for k in (0, 6, 7))
     x = np.arange(1, stations + 1, dtype=np.float64) * np.float64(reach / stations)
     return RayPaths(x, angles, depth, surface, bottom)
+
+
+def ray_depths(
+    sections: Sequence[Section], path: NDArray[np.int64], source: NDArray[np.float64], angle: NDArray[np.float64],
+    reach: NDArray[np.float64], *, stations: int,
+) -> NDArray[np.float64]:  # fmt: skip
+    """`(k, stations)` depths of rays in different sections at equal parts of their reach [m], NaN where none came.
+
+    Args:
+        path: `(k,)` which section.
+        source, angle, reach: `(k,)` depth [m], angle [rad], distance [m].
+    """
+    values = _marched(sections, path, source, angle, reach, stations, _BOUNCES)
+    return np.array(values[0]).reshape(-1, stations)[: len(path)]
 
 
 def field(
@@ -98,7 +114,8 @@ def field(
         beams: of the fan.
     """
     angles = np.linspace(-widest, widest, beams)
-    values = _marched(section, source, angles, reach, columns, _BOUNCES)
+    lanes = np.zeros(beams, np.int64), np.full(beams, source), angles, np.full(beams, reach)
+    values = _marched([section], *lanes, columns, _BOUNCES, rounded=False)
     x = np.arange(1, columns + 1, dtype=np.float64) * np.float64(reach / columns)
     z = np.array(values[0])
     speed = section.speed_at(np.where(np.isfinite(z), z, 0.0))
@@ -117,14 +134,18 @@ def field(
 
 
 def _marched(
-    section: Section, source: float, angles: NDArray[np.float64], reach: float, stations: int, bounces: int
-) -> list[Array]:
-    water, floor = on_device([section])
-    count = len(angles)
+    sections: Sequence[Section], path: NDArray[np.int64], source: NDArray[np.float64], angle: NDArray[np.float64],
+    reach: NDArray[np.float64], stations: int, bounces: int, *, rounded: bool = True,
+) -> list[Array]:  # fmt: skip
+    """See `march_by`; numbers of rays are rounded up, so that calls of similar size share one kernel."""
+    water, floor = on_device(sections)
+    count = len(angle)
+    width = max(64, 1 << (count - 1).bit_length()) if rounded else count
+    rows = np.minimum(np.arange(width), count - 1)
     launch = Launch(
-        jit.own(jit.UInt32, np.zeros(count, np.uint32)), jit.own(jit.Float64, np.full(count, source)),
-        jit.own(jit.Float64, np.asarray(angles, np.float64)), jit.own(jit.Float64, np.full(count, reach)),
-        jit.own(jit.UInt32, np.full(count, bounces, np.uint32)),
+        jit.own(jit.UInt32, path[rows].astype(np.uint32)), jit.own(jit.Float64, source[rows]),
+        jit.own(jit.Float64, np.asarray(angle, np.float64)[rows]), jit.own(jit.Float64, reach[rows]),
+        jit.own(jit.UInt32, np.full(width, bounces, np.uint32)),
     )  # fmt: skip
     values: list[Array] = _station_kernel(stations)(water, floor, launch)
     return values

@@ -143,6 +143,28 @@ def world(
     show_world(scenario, change or [], out or [], samples=samples, at_s=at)
 
 
+@app.command(
+    epilog="Examples:\n\n    pelagos channel examples/harbour_survey.yaml auv0 60,20,-5 --out channel.png\n\n"
+    "    pelagos channel swarm.yaml auv0.modem usv0.modem --frequency 10000 --at 120"
+)
+def channel(
+    scenario: ScenarioFile,
+    a: Annotated[str, typer.Argument(metavar="A", help="Transmitter: an agent, AGENT.SENSOR, or a place x,y,z [m].")],
+    b: Annotated[str, typer.Argument(metavar="B", help="Receiver: likewise.")],
+    frequency: Annotated[float, typer.Option(metavar="HZ", help="Frequency of the sound.")] = 25_000.0,
+    at: Annotated[float, typer.Option(metavar="S", help="Simulated time at which it is asked.")] = 0.0,
+    out: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="A picture, .png: rays, arrivals, loss.", show_default=False)
+    ] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Print the arrivals as JSON.")] = False,
+    change: Changes = None,
+) -> None:
+    """Trace sound between two places of a scenario: rays, arrivals, transmission loss."""
+    from pelagos.cli.channel import show_channel
+
+    show_channel(scenario, change or [], (a, b), frequency_hz=frequency, at_s=at, out=out, as_json=as_json)
+
+
 @app.command("list", epilog="Examples:\n\n    pelagos list sensors\n\n    pelagos list sensors camera")
 def list_(
     what: Annotated[What, typer.Argument(help="Of what.", show_default=False)],

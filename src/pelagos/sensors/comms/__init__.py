@@ -1,0 +1,1 @@
+"""Modems, positioning, hydrophones and radio: one file an instrument."""

@@ -1,0 +1,166 @@
+"""The channel between two places of a world: geometry, Doppler, waveforms, noise; and its command."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+import pelagos as pl
+from pelagos.acoustics.channel import ambient_noise, impulse_response, received, spectral_level
+from pelagos.cli.main import app
+
+
+def scenario(**changes: Any) -> dict[str, Any]:
+    base: dict[str, Any] = {
+        "seed": 5,
+        "tick_rate_hz": 50,
+        "world": {"type": "flat", "depth_m": 30.0},
+        "agents": {
+            "a": {"vehicle": "remus100", "start": {"position_m": [0, 0], "depth_m": 10, "speed_mps": 2.0}},
+            "b": {"vehicle": "remus100", "start": {"position_m": [200, -80], "depth_m": 18, "heading_deg": 90}},
+        },
+    }
+    return base | changes
+
+
+@pytest.fixture(scope="module")
+def sim() -> pl.Simulation:
+    return pl.Simulation.load(scenario())
+
+
+def test_direct_path_runs_straight_between_the_ends(sim: pl.Simulation) -> None:
+    tx, rx = np.array([10.0, 5.0, -8.0]), np.array([90.0, -40.0, -21.0])
+    a = pl.channel(sim, tuple(tx), tuple(rx)).arrivals()
+    way = rx - tx
+    length = np.linalg.norm(way)
+    c = float(np.array(sim.model.ocean.masses.sound_speeds)[28])  # at 14 m
+    assert a.delay[0] == pytest.approx(length / c, rel=1e-4)
+    np.testing.assert_allclose(a.departure[0], way / length, atol=2e-3)  # bent by pressure alone
+    np.testing.assert_allclose(a.arrival[0], way / length, atol=2e-3)
+    assert (a.surface[0], a.bottom[0]) == (0, 0)
+    assert a.loss_db[0] == pytest.approx(20 * np.log10(length) + 4.2e-3 * length, abs=0.5)
+    surface = np.flatnonzero((a.surface == 1) & (a.bottom == 0))[0]
+    mirrored = np.linalg.norm(way * [1, 1, 0] + [0, 0, 8.0 + 21.0])
+    assert a.delay[surface] == pytest.approx(mirrored / c, rel=1e-4)
+    bottom = np.flatnonzero((a.surface == 0) & (a.bottom == 1))[0]
+    assert a.delay[bottom] == pytest.approx(np.linalg.norm(way * [1, 1, 0] + [0, 0, 22.0 + 9.0]) / c, rel=1e-4)
+
+
+def test_doppler_of_moving_vehicles(sim: pl.Simulation) -> None:
+    """(1 - v_r.t/c)/(1 - v_s.t/c) with the ends' own velocities, to 1e-6."""
+    made = pl.channel(sim, "a", "b")
+    a, c = made.arrivals(), float(made.section.speed_at(14.0))
+    v = sim.state["a"].velocity[0, 0] * np.array([1.0, 0.0, 0.0])  # heads north
+    expected = 1.0 / (1.0 - a.departure @ v / c)
+    np.testing.assert_allclose(a.doppler, expected, atol=1e-6)
+    assert a.doppler[0] > 1.001
+
+
+def test_a_hull_between_two_places_blocks_them() -> None:
+    """A ship that moves in between takes the direct path; it goes again, and the path is back."""
+    sim = pl.Simulation.load(scenario())
+    ends = (0.0, 40.0, -6.0), (120.0, 40.0, -7.0)
+    before = pl.channel(sim, *ends)
+    assert not before.arrivals().blocked.any()
+    wall = sim.spawn(pl.Prop("box", position=(60.0, 40.0, -6.0), size=(2.0, 20.0, 14.0), material="steel"))
+    between = pl.channel(sim, *ends)
+    assert between.arrivals().blocked[0]
+    assert between.transmission_loss() > before.transmission_loss() + 6.0
+    wall.move(position=(60.0, 400.0, -6.0))
+    assert not pl.channel(sim, *ends).arrivals().blocked.any()
+
+
+def test_tone_is_shifted_by_doppler() -> None:
+    """10 m/s closing at 50 kHz in 1538.92 m/s: 50 324.90 Hz (validation of arlpy)."""
+    c, f, v, rate = 1538.92, 50_000.0, 10.0, 20_000.0
+    count = 40_000
+    tone = np.ones(count, complex)
+    ratio = np.array([1.0 + v / c])
+    got = received(
+        tone, np.array([0.01]), np.ones(1, complex), ratio, carrier=f, sample_rate=rate, start=0.1, count=30_000
+    )
+    turn = np.unwrap(np.angle(got))
+    measured = f + (turn[-1] - turn[0]) / (2 * np.pi) * rate / (len(turn) - 1)
+    assert measured == pytest.approx(50_324.90, abs=0.01)
+
+
+def test_impulse_response_is_the_transfer_function() -> None:
+    """Fourier transform of the taps against the sum over paths, within the band."""
+    rng = np.random.default_rng(2)
+    delay, amplitude = np.sort(rng.uniform(0.1, 0.11, 5)), rng.normal(size=5) + 1j * rng.normal(size=5)
+    rate, carrier = 20_000.0, 25_000.0
+    start, taps = impulse_response(delay, amplitude, carrier=carrier, sample_rate=rate)
+    for offset in (-7000.0, 0.0, 3123.0, 8000.0):
+        t = start + np.arange(len(taps)) / rate
+        seen = np.sum(taps * np.exp(-2j * np.pi * offset * t))
+        exact = np.sum(amplitude * np.exp(-2j * np.pi * (carrier + offset) * delay))
+        assert abs(seen - exact) < 2e-3 * np.abs(amplitude).sum()
+
+
+def test_waveform_through_the_channel_equals_its_convolution(sim: pl.Simulation) -> None:
+    """Without motion: sent samples times taps."""
+    made = pl.channel(sim, (10.0, 5.0, -8.0), (90.0, -40.0, -21.0), frequency_hz=20_000.0, bounces=3)
+    rng = np.random.default_rng(4)
+    smooth = np.convolve(rng.normal(size=400) + 1j * rng.normal(size=400), np.hanning(9), "same")
+    start, got = made.transmit(smooth, 16_000.0)
+    first, taps = made.impulse_response(16_000.0)
+    whole = np.convolve(smooth, taps)
+    t_got, t_whole = start + np.arange(len(got)) / 16_000.0, first + np.arange(len(whole)) / 16_000.0
+    from pelagos.acoustics.channel import interpolated
+
+    again = interpolated(whole, (t_got - t_whole[0]) * 16_000.0)
+    assert np.abs(again - got).max() < 5e-3 * np.abs(got).max()
+
+
+@pytest.mark.parametrize(
+    ("khz", "wind", "level"),
+    [(0.1, 0, 67.22), (0.1, 5, 67.79), (1, 5, 60.95), (1, 10, 67.88), (10, 5, 46.09), (30, 10, 43.95), (100, 0, 25.13)],
+)
+def test_wenz_levels(khz: float, wind: float, level: float) -> None:
+    assert spectral_level(khz * 1e3, wind_speed=wind, shipping=0.5)[0] == pytest.approx(level, abs=0.01)
+
+
+def test_ambient_noise_has_its_spectrum() -> None:
+    """Mean periodogram of 200 rows in three bands against Wenz: 0.3 dB, four standard errors of 1e4 values."""
+    rng = np.random.Generator(np.random.PCG64(1))
+    rate, count = 96_000.0, 4096
+    x = ambient_noise(count, rate, wind_speed=6.0, shipping=0.5, rng=rng, elements=200)
+    density = (np.abs(np.fft.rfft(x, axis=1)) ** 2).mean(axis=0) * 2 / (rate * count)
+    f = np.fft.rfftfreq(count, 1 / rate)
+    for low, high in ((2e3, 4e3), (10e3, 14e3), (30e3, 40e3)):
+        band = (f >= low) & (f < high)
+        expected = 10 ** (spectral_level(f[band], wind_speed=6.0, shipping=0.5) / 10)
+        assert 10 * np.log10(density[band].mean() / expected.mean()) == pytest.approx(0.0, abs=0.3)
+
+
+def test_wrong_ends_are_refused(sim: pl.Simulation) -> None:
+    with pytest.raises(pl.LookupFailed, match="known: a, b"):
+        pl.channel(sim, "c", "b")
+    with pytest.raises(pl.CommandError, match="above the water"):
+        pl.channel(sim, (0, 0, 3.0), "b")
+    with pytest.raises(pl.CommandError, match="two places"):
+        pl.channel(sim, "a", "a")
+    with pytest.raises(pl.CommandError, match="positive number"):
+        pl.channel(sim, "a", "b", frequency_hz=float("nan"))
+    with pytest.raises(pl.CommandError, match="three finite numbers"):
+        pl.channel(sim, (0.0, 1.0), "b")
+    with pytest.raises(pl.CommandError, match="a world has none"):
+        pl.channel(sim.world, "a", "b")
+
+
+def test_command_prints_and_draws(tmp_path: Path) -> None:
+    file = tmp_path / "two.yaml"
+    file.write_text(json.dumps(scenario()))
+    picture = tmp_path / "channel.png"
+    got = CliRunner().invoke(app, ["channel", str(file), "a", "60,20,-5", "--out", str(picture)])
+    assert got.exit_code == 0, got.output
+    assert "all together" in got.output
+    assert picture.read_bytes()[:4] == b"\x89PNG"
+    got = CliRunner().invoke(app, ["channel", str(file), "a", "b", "--json"])
+    assert got.exit_code == 0
+    assert json.loads(got.output)["arrivals"][0]["surface"] == 0
