@@ -15,10 +15,10 @@ from pelagos.config import registry
 SOURCE = Path(pelagos.__file__).parent
 
 NAMES = {
-    "Channel", "Checkpoint", "CommandError", "DeviceError", "InputError", "LookupFailed", "PelagosError", "PelagosWarning",
-    "Prop", "Reading",
-    "Recording", "RecordingError", "RunResult", "Scenario", "ScenarioError", "Simulation", "SimulationError",
-    "ValidityWarning", "Vehicle", "World", "WorldError", "__version__", "channel", "load_scenario",
+    "Channel", "Checkpoint", "CommandError", "DeviceError", "InputError", "LookupFailed", "PelagosError",
+    "PelagosWarning", "Prop", "Reading", "Recording", "RecordingError", "RunResult", "Scenario", "ScenarioError",
+    "Simulation", "SimulationError", "ValidityWarning", "Vehicle", "World", "WorldError", "__version__", "channel",
+    "load_scenario",
 }  # fmt: skip
 
 
