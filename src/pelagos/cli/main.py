@@ -67,10 +67,15 @@ def _top(
     epilog="Examples:\n\n"
     "    pelagos run examples/harbour_survey.yaml\n\n"
     "    pelagos run survey.yaml --duration 60 --seed 7 --out results/try\n\n"
-    "    pelagos run survey.yaml --set agents.auv0.sensors.imaging.range_max_m=40"
+    "    pelagos run survey.yaml --set agents.auv0.sensors.imaging.range_max_m=40\n\n"
+    "    pelagos run survey.yaml --checkpoint-every 600 --out results/week --max-wall 86400\n\n"
+    "    pelagos run --resume results/week"
 )
 def run(
-    scenario: ScenarioFile,
+    scenario: Annotated[
+        Path | None,
+        typer.Argument(metavar="SCENARIO", help="A scenario file (YAML or JSON).", show_default=False),
+    ] = None,
     duration: Annotated[
         float | None,
         typer.Option(metavar="S", help="Simulated seconds; otherwise until the missions end.", show_default=False),
@@ -91,14 +96,34 @@ def run(
     ] = None,
     realtime: Annotated[bool, typer.Option("--realtime", help="Run no faster than the clock on the wall.")] = False,
     report: Annotated[bool, typer.Option("--report/--no-report", help="Write report.html.")] = True,
+    max_wall: Annotated[
+        float | None,
+        typer.Option(metavar="S", help="End the run in order after this wall-clock time.", show_default=False),
+    ] = None,
+    checkpoint_every: Annotated[
+        float | None,
+        typer.Option(
+            metavar="S", help="Keep a checkpoint every so many simulated seconds, to --resume from.", show_default=False
+        ),
+    ] = None,
+    resume: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="DIR", help="Go on with the run in this folder of results, in one recording.", show_default=False
+        ),
+    ] = None,
     change: Changes = None,
 ) -> None:
-    """Run a scenario; record it and write a report."""
+    """Run a scenario; record it and write a report.
+
+    Ctrl-C, SIGTERM and SIGHUP end it in order, with recording, report and statistics until then.
+    """
     from pelagos.cli.run import Options, run_scenario
 
     options = Options(
-        duration_s=duration, seed=seed, copies=copies, out=out, record=record, realtime=realtime, report=report
-    )
+        duration_s=duration, seed=seed, copies=copies, out=out, record=record, realtime=realtime, report=report,
+        max_wall_s=max_wall, checkpoint_every_s=checkpoint_every, resume=resume,
+    )  # fmt: skip
     raise typer.Exit(run_scenario(scenario, change or [], options))
 
 
@@ -299,8 +324,14 @@ def main(arguments: Sequence[str] | None = None) -> None:
 
         show_error("wrong input" if isinstance(error, InputError) else "error", str(error))
         sys.exit(2 if isinstance(error, InputError) else 1)
-    except OSError as error:
+    except Exception as error:
+        from pelagos.cli.signals import interrupted
+
         if "--debug" in given:
+            raise
+        if interrupted(error):
+            sys.exit(130)
+        if not isinstance(error, OSError):
             raise
         from pelagos.cli.console import show_error
 

@@ -3,20 +3,25 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
 
 from pelagos.cli.console import err, out, shown
 from pelagos.cli.progress import RunProgress
+from pelagos.cli.segments import Plan, run_segments
+from pelagos.cli.signals import Stopping, interrupted
 from pelagos.config.loader import load_scenario, to_yaml
 from pelagos.config.scenario import Scenario
-from pelagos.errors import InputError
+from pelagos.errors import InputError, RecordingError
 
 if TYPE_CHECKING:
     from pelagos.sim.run import RunResult
     from pelagos.sim.simulation import Simulation
+
+LOOK_S: Final = 0.5  # how often a run sees whether its folder of results is still there
 
 
 @dataclass(frozen=True)
@@ -30,31 +35,121 @@ class Options:
     record: Path | None = None
     realtime: bool = False
     report: bool = True
+    max_wall_s: float | None = None
+    checkpoint_every_s: float | None = None
+    resume: Path | None = None
 
 
-def run_scenario(path: Path, changes: Sequence[str], options: Options) -> int:
+def run_scenario(path: Path | None, changes: Sequence[str], options: Options) -> int:
     """Run, record, report.
 
     Returns:
-        The exit code: 0, or 130 where Ctrl-C ended the run.
+        The exit code: 0, or where a signal ended the run 128 and the signal's number: 130 for Ctrl-C, 143 for SIGTERM.
     """
+    _check(path, changes, options)
+    with Stopping(max_wall_s=options.max_wall_s) as stopping:
+        try:
+            if options.resume is not None:
+                return _resume(options.resume, options, stopping)
+            assert path is not None
+            return _run(path, changes, options, stopping)
+        except BaseException as error:
+            if stopping.signal is None or not interrupted(error):
+                raise
+            return stopping.exit_code
+
+
+def _run(path: Path, changes: Sequence[str], options: Options, stopping: Stopping) -> int:
     scenario = load_scenario(path, overrides=_overrides(options), changes=changes)
     folder = results_folder(options.out, path)
     recording = options.record or folder / "mission.mcap"
     if recording.is_dir() or not (options.record is None or recording.parent.is_dir()):
         raise InputError(f"--record {recording}: give a file in a folder that exists")
-    sim = _load(scenario, options)
+    sim = _load(scenario, options.copies)
     folder.mkdir(parents=True, exist_ok=True)
     (folder / "scenario.yaml").write_text(to_yaml(scenario), encoding="utf-8")
-    with RunProgress() as progress:
-        result = sim.run(options.duration_s, record=recording, progress=progress, realtime=options.realtime)
-    _say(result, options)
+    stopping.guard(sim.stop)
+    with RunProgress() as bar:
+        progress = _watched(bar, folder, sim, stopping)
+        if options.checkpoint_every_s is None:
+            result = sim.run(options.duration_s, record=recording, progress=progress, realtime=options.realtime)
+        else:
+            from pelagos.sim.run_log import open_recorder
+
+            plan = Plan(
+                scenario.duration_s, options.duration_s is None, options.checkpoint_every_s,
+                str(recording.resolve()), options.realtime,
+            )  # fmt: skip
+            plan.save(folder)
+            with open_recorder(recording, sim) as recorder:
+                result = run_segments(sim, recorder, folder, plan, stopping, progress)
+    return _finish(folder, recording, sim, result, options, stopping)
+
+
+def _resume(folder: Path, options: Options, stopping: Stopping) -> int:
+    """Go on with the run whose results are in a folder, from its last checkpoint."""
+    from pelagos.sim.resume import last_checkpoint, resumed_recorder
+
+    plan, kept = Plan.load(folder), last_checkpoint(folder)
+    if options.checkpoint_every_s is not None:
+        plan = replace(plan, every_s=options.checkpoint_every_s)
+    sim = _load(load_scenario(folder / "scenario.yaml"), kept.n)
+    sim.restore(kept)
+    recording = Path(plan.recording)
+    stopping.guard(sim.stop)
+    out.print(f"going on from {kept.time_ns * 1e-9:.1f} s", markup=False)
+    with resumed_recorder(recording, sim) as recorder, RunProgress() as bar:
+        result = run_segments(sim, recorder, folder, plan, stopping, _watched(bar, folder, sim, stopping))
+    return _finish(folder, recording, sim, result, options, stopping)
+
+
+def _watched(bar: RunProgress, folder: Path, sim: Simulation, stopping: Stopping) -> Callable[[float, float], None]:
+    """Shows the progress, and ends a run that is to end, or whose folder of results is gone."""
+    looked = time.monotonic()
+
+    def progress(t_s: float, duration_s: float) -> None:
+        nonlocal looked
+        bar(t_s, duration_s)
+        if stopping.asked:
+            sim.stop()
+        if time.monotonic() - looked > LOOK_S:
+            looked = time.monotonic()
+            if not folder.is_dir():
+                raise RecordingError(f"{folder}: the folder of results was removed during the run")
+
+    return progress
+
+
+def _finish(
+    folder: Path, recording: Path, sim: Simulation, result: RunResult, options: Options, stopping: Stopping
+) -> int:
+    if stopping.signal is not None:
+        result = replace(result, ended="interrupt")
+    _say(result, sim.n, overdue=stopping.overdue)
     if options.report:
         _report(folder, recording, sim, result)
     out.print(f"results: {shown(folder)}", markup=False)
-    for file in sorted({*folder.iterdir(), recording}):
+    for file in sorted({file.resolve() for file in (*folder.iterdir(), recording)}):
         out.print(f"  {shown(file)}", markup=False)
-    return 130 if result.ended == "interrupt" else 0
+    return stopping.exit_code if result.ended == "interrupt" else 0
+
+
+def _check(path: Path | None, changes: Sequence[str], options: Options) -> None:
+    """Refuse options that exclude one another, and lengths of time that are none."""
+    for name, value in (("--max-wall", options.max_wall_s), ("--checkpoint-every", options.checkpoint_every_s)):
+        if value is not None and not (math.isfinite(value) and value > 0):
+            raise InputError(f"{name} must be a positive number of seconds, not {value:g}")
+    if options.resume is None:
+        if path is None:
+            raise InputError("give a scenario file, or --resume and a folder of results")
+        return
+    given = {
+        "a scenario": path, "--set": changes or None, "--duration": options.duration_s, "--seed": options.seed,
+        "--out": options.out, "--record": options.record, "--n": None if options.copies == 1 else options.copies,
+    }  # fmt: skip
+    other = [name for name, value in given.items() if value is not None]
+    if other:
+        raise InputError(f"--resume takes these from the folder of results; leave out {', '.join(other)}")
 
 
 def results_folder(asked: Path | None, scenario: Path) -> Path:
@@ -88,21 +183,21 @@ def _overrides(options: Options) -> dict[str, Any]:
     return given
 
 
-def _load(scenario: Scenario, options: Options) -> Simulation:
+def _load(scenario: Scenario, copies: int) -> Simulation:
     with err.status("loading the simulator"):
         from pelagos.sim.simulation import Simulation
     with err.status("building the world, the vehicles and their sensors"):
-        return Simulation.load(scenario, n=options.copies)
+        return Simulation.load(scenario, n=copies)
 
 
-def _say(result: RunResult, options: Options) -> None:
+def _say(result: RunResult, n: int, *, overdue: bool) -> None:
     words = {
         "time": "done",
         "missions": "every mission ended",
         "interrupt": "stopped; everything until here is recorded",
-        "stopped": "stopped by the program",
+        "stopped": "the wall-clock time is over; everything until here is recorded" if overdue else "stopped",
     }
-    copies = f" of {options.copies} copies" if options.copies > 1 else ""
+    copies = f" of {n} copies" if n > 1 else ""
     out.print(
         f"{words[result.ended]}: {result.simulated_s:.1f} s{copies} simulated in {result.wall_s:.1f} s, "
         f"{result.real_time_factor:.1f} x real time"
@@ -112,8 +207,5 @@ def _say(result: RunResult, options: Options) -> None:
 def _report(folder: Path, recording: Path, sim: Simulation, result: RunResult) -> None:
     from pelagos.report.report import write_report
 
-    try:
-        with err.status("writing the report (Ctrl-C to skip)"):
-            write_report(folder, recording, sim, result)
-    except KeyboardInterrupt:
-        out.print("no report was written")
+    with err.status("writing the report"):
+        write_report(folder, recording, sim, result)

@@ -9,6 +9,11 @@ from pelagos.report.mission import Mission
 from pelagos.report.page import Section, table, two_columns
 from pelagos.sim.replay import Recording
 
+_ENDINGS = {
+    "time": "end of the time", "missions": "end of every mission", "interrupt": "the user",
+    "stopped": "the program, or the wall-clock limit",
+}  # fmt: skip
+
 
 def sensors_table(mission: Mission, numbers: Mapping[str, Any]) -> Section:
     """What each sensor was asked for, and what the recording holds."""
@@ -51,8 +56,7 @@ def run_table(numbers: Mapping[str, Any], recording: Recording) -> Section:
         ["real-time factor", _number(numbers.get("real_time_factor"), "")],
         ["tick", f"{float(about.get('dt_ns', 0)) * 1e-6:g} ms"],
         ["copies", str(numbers.get("copies", about.get("copies", "")))],
-        ["ended by", {"time": "end of the time", "missions": "end of every mission", "interrupt": "the user"}.get(
-            str(numbers.get("ended")), "unknown")],
+        ["ended by", _ENDINGS.get(str(numbers.get("ended")), "unknown")],
         ["recording", f"{size:.1f} MB, {numbers['recording']['messages']:,} messages"
             + ("" if numbers["recording"]["complete"] else " (cut off)")],
     ]  # fmt: skip

@@ -127,6 +127,21 @@ class McapWriter:
         self._end_ns = max(self._end_ns, self._pending_ns)
         self._publish()
 
+    def sync(self) -> None:
+        """Flush, and wait until the disk has it all."""
+        self.flush()
+        self._refuse_closed()
+        os.fsync(self._fd)
+
+    def rename(self, path: Path) -> None:
+        """Give the file another name, in place of the file that has it."""
+        self._refuse_closed()
+        try:
+            os.replace(self.path, path)
+        except OSError as error:
+            raise RecordingError(f"{path}: cannot be replaced: {error.strerror}") from None
+        self.path = self._new = path
+
     def close(self) -> None:
         """Flush, and write the index that lets readers seek."""
         if not self._open:

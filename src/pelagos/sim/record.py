@@ -30,6 +30,7 @@ CHUNK_NS: Final = 500_000_000  # [ns] of simulated time in one chunk
 CHUNK_WALL_S: Final = 0.5
 SCENARIO: Final = "scenario.yaml"
 LEGEND: Final = "labels.json"
+STATIC: Final = "/tf_static"
 PACKAGES: Final = ("pelagos", "mitsuba", "drjit", "numpy", "gsw", "pillow")
 
 Pose: TypeAlias = tuple[Sequence[float], Sequence[float]]
@@ -84,6 +85,7 @@ class Recorder:
         if legend is not None:
             self._writer.add_attachment(LEGEND, "application/json", json.dumps(legend).encode())
         self._schemas: dict[str, int] = {}
+        self._channels: dict[str, int] = {}
         self._copies = copies
         self._tracks: dict[tuple[str, str], list[_Track]] = {}
         self._truth: dict[str, list[tuple[TruthEncoder, int]]] = {}
@@ -95,7 +97,7 @@ class Recorder:
         for agent, configs in sensors.items():
             poses: Mapping[str, Pose] = {name: (c.position_m, c.q_body_sensor) for name, c in configs.items()}
             self._add_agent(agent, configs, poses if mounts is None else mounts[agent], origin)
-        latched = self._channel("/tf_static", TF, {"offered_qos_profiles": _LATCHED})
+        latched = self._channel(STATIC, TF, {"offered_qos_profiles": _LATCHED})
         self._writer.add_message(latched, 0, static_message(self._transforms))
         self._writer.flush()
 
@@ -207,9 +209,27 @@ class Recorder:
         self._writer.add_messages(self._tf, t_ns, transform)
         self._end_chunk(int(t_ns[-1]))
 
+    def channel(self, topic: str) -> int | None:
+        """The number of a topic, None where nothing writes it."""
+        return self._channels.get(topic)
+
+    def copy(self, channel: int, t_ns: int, data: bytes) -> None:
+        """Record a message as another recording has it."""
+        self._writer.add_message(channel, t_ns, data)
+        self._end_chunk(t_ns)
+
     def flush(self) -> None:
         """Hand everything recorded until now to the operating system."""
         self._writer.flush()
+
+    def sync(self) -> None:
+        """Have everything recorded until now on the disk."""
+        self._writer.sync()
+
+    def rename(self, path: Path) -> None:
+        """Give the file another name, in place of the file that has it."""
+        self._writer.rename(path)
+        self.path = path
 
     def close(self) -> None:
         """Finish the file with the index that lets readers seek."""
@@ -254,7 +274,8 @@ class Recorder:
     def _channel(self, topic: str, type_name: str, about: Mapping[str, str]) -> int:
         if type_name not in self._schemas:
             self._schemas[type_name] = self._writer.add_schema(type_name, "ros2msg", schema(type_name))
-        return self._writer.add_channel(topic, self._schemas[type_name], "cdr", about)
+        self._channels[topic] = self._writer.add_channel(topic, self._schemas[type_name], "cdr", about)
+        return self._channels[topic]
 
     def _end_chunk(self, t_ns: int) -> None:
         if t_ns - self._chunk_ns >= CHUNK_NS or time.monotonic() - self._chunk_wall >= CHUNK_WALL_S:
