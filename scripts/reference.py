@@ -55,7 +55,7 @@ LEGS = ["Dive", "Waypoints", "Lawnmower", "Surface", "GpsFix", "Hold"]
 def page() -> str:
     schema = schema_data()
     definitions = schema["$defs"]
-    for table in ("sensor", "world"):
+    for table in ("sensor", "world", "bridge"):
         for name, entry in registry.entries(table, plugins=False).items():  # type: ignore[arg-type]
             ANCHORS[entry.config.__name__] = name
     parts = [HEAD, section(2, "The scenario", schema)]
@@ -64,7 +64,7 @@ def page() -> str:
     parts += [section(4, definitions[leg]["properties"]["type"]["const"], definitions[leg]) for leg in LEGS]
     parts.append("## Sensors\n\nEvery sensor also has `rate_hz`, `position_m` and `orientation_deg`.\n")
     shown = {*LEGS, "Origin", "Agent", "Start", "Record"}
-    for kind, title in (("sensor", ""), ("world", "## Worlds\n")):
+    for kind, title in (("sensor", ""), ("world", "## Worlds\n"), ("bridge", "## Bridges\n")):
         parts.append(title)
         for name, entry in registry.entries(kind, plugins=False).items():  # type: ignore[arg-type]
             model = entry.config.__name__

@@ -12,7 +12,12 @@ from pelagos.config import registry
 from pelagos.errors import InputError
 from pelagos.sensors.sonar.keys.devices import DEVICES
 
-KINDS: Final[dict[str, registry.Kind]] = {"vehicles": "vehicle", "sensors": "sensor", "worlds": "world"}
+KINDS: Final[dict[str, registry.Kind]] = {
+    "vehicles": "vehicle",
+    "sensors": "sensor",
+    "worlds": "world",
+    "bridges": "bridge",
+}
 
 
 def print_list(what: str) -> None:
@@ -28,14 +33,16 @@ def print_list(what: str) -> None:
 
 
 def print_keys(what: str, name: str) -> None:
-    """Print the keys of one sensor or world: default, and what it is for.
+    """Print the keys of one sensor, world or bridge: default, and what it is for.
 
     Raises:
         LookupFailed: there is none of that name.
         InputError: `what` has names without keys of their own.
     """
-    if what not in ("sensors", "worlds"):
-        raise InputError(f"`list {what}` takes no name; keys are listed of sensors and worlds: `list sensors camera`")
+    if what not in ("sensors", "worlds", "bridges"):
+        raise InputError(
+            f"`list {what}` takes no name; keys are listed of sensors, worlds and bridges: `list sensors camera`"
+        )
     entry = registry.find(KINDS[what], name)
     out.print(f"[bold]{name}[/bold]: {escape(entry.title)}")
     table = Table("key", "default", "", box=None, pad_edge=False, padding=(0, 2, 0, 0), header_style="bold")

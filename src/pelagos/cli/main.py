@@ -42,6 +42,7 @@ class What(StrEnum):
     vehicles = "vehicles"
     sensors = "sensors"
     worlds = "worlds"
+    bridges = "bridges"
     devices = "devices"
 
 
@@ -112,6 +113,23 @@ def run(
             metavar="DIR", help="Go on with the run in this folder of results, in one recording.", show_default=False
         ),
     ] = None,
+    ros2: Annotated[bool, typer.Option("--ros2", help="Speak ROS 2; the same as --bridge ros2.")] = False,
+    bridge: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="TYPE",
+            help="Open a door to other software (`list bridges`); may be given again.",
+            show_default=False,
+        ),
+    ] = None,
+    repeat: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE",
+            help="Obey the orders that a recorded run got from outside, at the same ticks.",
+            show_default=False,
+        ),
+    ] = None,
     change: Changes = None,
 ) -> None:
     """Run a scenario; record it and write a report.
@@ -123,6 +141,7 @@ def run(
     options = Options(
         duration_s=duration, seed=seed, copies=copies, out=out, record=record, realtime=realtime, report=report,
         max_wall_s=max_wall, checkpoint_every_s=checkpoint_every, resume=resume,
+        bridges=(*(["ros2"] if ros2 else []), *(bridge or [])), repeat=repeat,
     )  # fmt: skip
     raise typer.Exit(run_scenario(scenario, change or [], options))
 

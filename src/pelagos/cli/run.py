@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 from pelagos.cli.console import err, out, shown
+from pelagos.cli.doors import doors_of, run_with_doors
 from pelagos.cli.progress import RunProgress
 from pelagos.cli.segments import Plan, run_segments
 from pelagos.cli.signals import Stopping, interrupted
@@ -38,6 +39,8 @@ class Options:
     max_wall_s: float | None = None
     checkpoint_every_s: float | None = None
     resume: Path | None = None
+    bridges: tuple[str, ...] = ()
+    repeat: Path | None = None
 
 
 def run_scenario(path: Path | None, changes: Sequence[str], options: Options) -> int:
@@ -65,13 +68,16 @@ def _run(path: Path, changes: Sequence[str], options: Options, stopping: Stoppin
     recording = options.record or folder / "mission.mcap"
     if recording.is_dir() or not (options.record is None or recording.parent.is_dir()):
         raise InputError(f"--record {recording}: give a file in a folder that exists")
+    doors = doors_of(scenario, options.bridges)
     sim = _load(scenario, options.copies)
     folder.mkdir(parents=True, exist_ok=True)
     (folder / "scenario.yaml").write_text(to_yaml(scenario), encoding="utf-8")
     stopping.guard(sim.stop)
     with RunProgress() as bar:
         progress = _watched(bar, folder, sim, stopping)
-        if options.checkpoint_every_s is None:
+        if doors or options.repeat is not None:
+            result = run_with_doors(sim, doors, options, recording, progress)
+        elif options.checkpoint_every_s is None:
             result = sim.run(options.duration_s, record=recording, progress=progress, realtime=options.realtime)
         else:
             from pelagos.sim.run_log import open_recorder

@@ -18,7 +18,7 @@ from pydantic import BaseModel
 
 from pelagos.errors import InputError, LookupFailed
 
-Kind: TypeAlias = Literal["sensor", "vehicle", "world", "ocean"]
+Kind: TypeAlias = Literal["sensor", "vehicle", "world", "ocean", "bridge"]
 
 BUILT_IN: Final[Mapping[Kind, Mapping[str, str]]] = {
     "sensor": {
@@ -68,6 +68,9 @@ BUILT_IN: Final[Mapping[Kind, Mapping[str, str]]] = {
         "saved": "pelagos.world.export:SavedConfig",
     },
     "ocean": {"standard": "pelagos.ocean.config:OceanConfig"},
+    "bridge": {
+        "ros2": "pelagos.bridges.ros2:Ros2Config",
+    },
     "vehicle": {"custom": "pelagos.vehicles.config:VehicleConfig"},
 }
 

@@ -71,6 +71,9 @@ class Scenario(Strict):
     """The vehicles, by a name of your choice."""
     record: Record = Record()
     """What goes into a recording."""
+    bridges: dict[str, Annotated[Any, Component("bridge", shorthand=True)]] = Field(default_factory=dict)
+    """Doors to other software that `pelagos run` opens: a name of your choice, and a mapping that begins with its
+    `type` (`pelagos list bridges`)."""
 
     _places: Mapping[tuple[str | int, ...], str] = PrivateAttr(default_factory=dict)
 

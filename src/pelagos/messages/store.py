@@ -8,6 +8,7 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from pelagos.messages import services
 from pelagos.messages.definitions import PACKAGES
 
 Message: TypeAlias = Any  # message classes are generated when the types are loaded
@@ -15,14 +16,14 @@ Message: TypeAlias = Any  # message classes are generated when the types are loa
 
 @cache
 def typestore() -> Any:
-    """The message types of ROS 2 Jazzy, which newer distributions share, and marine_acoustic_msgs."""
+    """The message types of ROS 2 Jazzy, which newer distributions share, and those of `definitions` and `services`."""
     from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
     store = get_typestore(Stores.ROS2_JAZZY)
     found: dict[str, Any] = {}
     for name, text in PACKAGES.items():
         found.update(get_types_from_msg(text, name))
-    store.register(found)
+    store.register(found | services.definitions())
     return store
 
 

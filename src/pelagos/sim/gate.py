@@ -18,11 +18,13 @@ class Gate:
     Attributes:
         paused: the run is to be held at the next boundary.
         stopped: the run is to end at the next boundary.
+        settle: reads the sensors that wait in a run; called before anything that they see changes.
     """
 
     def __init__(self) -> None:
         self.paused = False
         self.stopped = False
+        self.settle: Callable[[], None] = _nothing
         self._posted: deque[Callable[[], object]] = deque()
         self._changed = threading.Condition()
         self._thread: int | None = None
@@ -52,6 +54,7 @@ class Gate:
     def leave(self) -> None:
         """End stepping."""
         self._thread = None
+        self.settle = _nothing
 
     def post(self, action: Callable[[], object]) -> None:
         """Have an action done at the next boundary."""
@@ -82,3 +85,7 @@ class Gate:
                     self._changed.wait(_LOOK_S)
             self.act()
         return held
+
+
+def _nothing() -> None:
+    """No sensor waits."""

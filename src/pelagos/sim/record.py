@@ -60,6 +60,7 @@ class Recorder:
         dt_ns: the tick [ns].
         copies: how many copies of the fleet are recorded. One copy has topics "/auv0/imu", more have "/env0/auv0/imu".
         legend: what labels, instances and materials are called: data for the attachment "labels.json".
+        writer: stands in for the file, with the methods of `McapWriter`.
 
     Raises:
         RecordingError: the file cannot be written (also from every method).
@@ -77,9 +78,10 @@ class Recorder:
         *,
         copies: int = 1,
         legend: Mapping[str, Any] | None = None,
+        writer: Any = None,
     ) -> None:
         self.path = Path(path)
-        self._writer = McapWriter(self.path, library=f"pelagos {installed('pelagos')}")
+        self._writer = writer or McapWriter(self.path, library=f"pelagos {installed('pelagos')}")
         self._writer.add_metadata("pelagos", _metadata(seed, dt_ns, origin, copies))
         self._writer.add_attachment(SCENARIO, "application/yaml", scenario_yaml.encode())
         if legend is not None:

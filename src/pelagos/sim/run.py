@@ -113,6 +113,7 @@ class _Loop:
     def go(self) -> RunResult:
         started = time.perf_counter()
         ended: Ending = "time"
+        self._gate.settle = self._catch_up
         if self._first == 0:
             sampled = self._stepper.read_now()
             self._keep(sampled)

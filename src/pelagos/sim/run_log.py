@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -81,8 +81,8 @@ class RunLog:
                 )
 
 
-def open_recorder(path: Path, sim: Simulation) -> Recorder:
-    """A recorder for every sensor of `sim`.
+def open_recorder(path: Path, sim: Simulation, *, writer: Any = None) -> Recorder:
+    """A recorder for every sensor of `sim`; `writer` stands in for the file, see `Recorder`.
 
     Raises:
         RecordingError: the file cannot be written.
@@ -92,7 +92,9 @@ def open_recorder(path: Path, sim: Simulation) -> Recorder:
     origin = (sim.world.origin.latitude, sim.world.origin.longitude)
     moving = sim.moving
     names = legend(sim.world, moving)
-    made = Recorder(path, to_yaml(scenario), sim.seed, sensors, None, origin, sim.dt_ns, copies=sim.n, legend=names)
+    made = Recorder(
+        path, to_yaml(scenario), sim.seed, sensors, None, origin, sim.dt_ns, copies=sim.n, legend=names, writer=writer
+    )
     for mover in sim.world.movers:
         number, instance = next((g.label, g.instance) for g in moving if g.name == mover.name)
         made.add_mover(

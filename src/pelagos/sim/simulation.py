@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any, Self
 
 import numpy as np
+from numpy.typing import NDArray
 
 from pelagos.config.loader import load_scenario
 from pelagos.config.scenario import Scenario
@@ -350,6 +351,11 @@ class Simulation:
         if self.logs:
             raise CommandError(f"sim.{what} turns time back; leave the recording {self.logs[-1].recorder.path} before")
 
+    def held_command(self, agent: str) -> NDArray[np.float64]:
+        """`(n, k)` the command that an agent holds, in its present control mode; a mission's last set-points."""
+        self._agent(agent)
+        return self._stepper.runs[agent].command_values.copy()
+
     def set_mode(self, agent: str, mode: str) -> None:
         """Change the control mode of an agent; it idles in the new mode until it is commanded.
 
@@ -422,6 +428,7 @@ class Simulation:
         Raises:
             InputError: an unknown shape, material or label, or a name that is taken.
         """
+        self.gate.settle()
         self.bodies.spawned += 1
         name = name or f"{prop.shape}{self.bodies.spawned}"
         geometry: Geometry = prop.geometry(instance=self.bodies.new_instance(), world=self.world)

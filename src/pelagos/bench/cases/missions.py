@@ -19,7 +19,7 @@ RAY_SENSORS: Final = ("multibeam", "imaging_sonar", "camera")
 REAL_TIME: Final = Reference("real time", 1.0)
 
 
-def _harbour() -> dict[str, Any]:
+def harbour() -> dict[str, Any]:
     """The demo's scenario, as data."""
     for folder in (Path("examples"), Path(pelagos.__file__).parents[2] / "examples"):
         path = folder / SCENARIO
@@ -31,7 +31,7 @@ def _harbour() -> dict[str, Any]:
 
 def _navigation() -> dict[str, Any]:
     """The same mission without the sensors that make images of the world."""
-    scenario = _harbour()
+    scenario = harbour()
     for agent in scenario["agents"].values():
         kept = {k: v for k, v in agent.get("sensors", {}).items() if v.get("type", k) not in RAY_SENSORS}
         agent["sensors"] = kept
@@ -40,7 +40,7 @@ def _navigation() -> dict[str, Any]:
 
 @cache
 def _harbour_run() -> dict[str, Any]:
-    return probe(_harbour(), warm_up_s=3.0, seconds=20.0)
+    return probe(harbour(), warm_up_s=3.0, seconds=20.0)
 
 
 def nav_rtf() -> Measured:
@@ -58,7 +58,7 @@ def harbour_rtf() -> Measured:
 def harbour_cold_s() -> Measured:
     """From the start of Python to the first tick, with no compiled kernels on disk."""
     with tempfile.TemporaryDirectory() as home:
-        found = probe(_harbour(), seconds=0.0, home=Path(home))
+        found = probe(harbour(), seconds=0.0, home=Path(home))
         kernels = sum(1 for p in Path(home).rglob("*") if p.is_file())
     return Measured(found["first_tick_s"], detail=f"every sensor read at tick 0; {kernels} files in the new cache")
 
@@ -66,8 +66,8 @@ def harbour_cold_s() -> Measured:
 def harbour_warm_s() -> Measured:
     """From the start of Python to the first tick, with every kernel in the cache on disk."""
     with tempfile.TemporaryDirectory() as home:
-        cold = probe(_harbour(), seconds=0.0, home=Path(home))["first_tick_s"]
-        warm = probe(_harbour(), seconds=0.0, home=Path(home))["first_tick_s"]
+        cold = probe(harbour(), seconds=0.0, home=Path(home))["first_tick_s"]
+        warm = probe(harbour(), seconds=0.0, home=Path(home))["first_tick_s"]
     return Measured(warm, Reference("the same start with an empty cache", cold), "every sensor read at tick 0")
 
 

@@ -1,0 +1,36 @@
+"""What a scenario says under `bridges:`; each kind of door has its own keys in its own file."""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from typing import TYPE_CHECKING
+
+from pydantic import BaseModel, ConfigDict
+
+if TYPE_CHECKING:
+    from pelagos.bridges.exchange import Exchange
+
+
+class BridgeConfig(BaseModel):
+    """What every door has."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", use_attribute_docstrings=True)
+
+    type: str
+    """The kind of door: one of `pelagos list bridges`."""
+
+    @abstractmethod
+    def attach(self, exchange: Exchange) -> str:
+        """Open the door on a run; one line that says where it is.
+
+        Raises:
+            BridgeError: a package is missing, a port is taken, a peer does not answer.
+        """
+
+
+LOOPBACK = "127.0.0.1"
+
+
+def exposed(host: str) -> bool:
+    """Whether a server at this address can be reached from other machines."""
+    return not (host == "localhost" or host.startswith("127.") or host == "::1")

@@ -1,0 +1,126 @@
+"""Orders from outside, on their way to the next boundary of steps; every one that was obeyed is written down."""
+
+from __future__ import annotations
+
+import json
+import threading
+import time
+from collections import Counter, deque
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any, Final
+
+from pelagos.bridges.order import Order, apply
+from pelagos.errors import InputError
+from pelagos.sim.simulation import Simulation
+
+LIMIT: Final = 1000
+"""Orders that may wait; what comes beyond is refused."""
+ANSWER_S: Final = 10.0
+
+
+@dataclass
+class Ticket:
+    """An order whose sender waits for the outcome.
+
+    Attributes:
+        order: what to do.
+        done: set when it was obeyed or refused.
+        refusal: why it was refused; empty where it was obeyed.
+    """
+
+    order: Order
+    done: threading.Event = field(default_factory=threading.Event)
+    refusal: str = ""
+
+    def wait(self, seconds: float = ANSWER_S) -> str:
+        """The refusal, or an empty text."""
+        if not self.done.wait(seconds):
+            return f"the simulation did not reach a boundary of steps within {seconds:g} s"
+        return self.refusal
+
+
+class Inbox:
+    """Takes orders from any thread, and has them done by the thread that steps.
+
+    Of a stream of commands only the newest is kept, so that a fast peer fills nothing.
+
+    Attributes:
+        obeyed: orders by kind.
+        refused: how often each refusal was given.
+    """
+
+    def __init__(
+        self, sim: Simulation, note: Callable[[str], None] | None = None, say: Callable[[str], None] | None = None
+    ) -> None:
+        self._sim, self._note, self._say = sim, note, say
+        self._waiting: deque[Ticket] = deque()
+        self._by_key: dict[tuple[str, ...], Ticket] = {}
+        self._lock = threading.Lock()
+        self._posted = False
+        self.obeyed: Counter[str] = Counter()
+        self.refused: Counter[str] = Counter()
+
+    def put(self, order: Order) -> Ticket:
+        """Have an order done at the next boundary."""
+        ticket = Ticket(order)
+        with self._lock:
+            older = None if order.key is None else self._by_key.get(order.key)
+            if older is not None and older in self._waiting:
+                self._waiting.remove(older)
+                older.done.set()
+            if len(self._waiting) >= LIMIT:
+                self._refuse(ticket, f"more than {LIMIT} orders wait")
+                return ticket
+            self._waiting.append(ticket)
+            if order.key is not None:
+                self._by_key[order.key] = ticket
+            post, self._posted = not self._posted, True
+        if post:
+            self._sim.post(self.drain)
+        return ticket
+
+    def refuse(self, reason: str) -> None:
+        """Count something that could not be understood; said once."""
+        self.refused[reason] += 1
+        if self.refused[reason] == 1 and self._say is not None:
+            self._say(reason)
+
+    def drain(self) -> None:
+        """Do what waits; called at a boundary of steps."""
+        with self._lock:
+            waiting = list(self._waiting)
+            self._waiting.clear()
+            self._by_key.clear()
+            self._posted = False
+        for ticket in waiting:
+            self._do(ticket)
+
+    def _do(self, ticket: Ticket) -> None:
+        try:
+            apply(ticket.order, self._sim)
+        except (InputError, TypeError, ValueError, KeyError) as error:
+            self._refuse(ticket, f"{ticket.order.source}: {error}" if ticket.order.source else str(error))
+            return
+        self.obeyed[ticket.order.kind] += 1
+        if self._note is not None:
+            self._note(order_text(ticket.order, self._sim))
+        ticket.done.set()
+
+    def _refuse(self, ticket: Ticket, reason: str) -> None:
+        self.refuse(reason)
+        ticket.refusal = reason
+        ticket.done.set()
+
+
+def order_text(order: Order, sim: Simulation) -> str:
+    """An order as it is written down: JSON, which keeps every bit of a float."""
+    written: dict[str, Any] = {
+        "tick": sim.time_ns // sim.dt_ns, "t_ns": sim.time_ns, "wall_ns": time.time_ns(), "kind": order.kind,
+        "target": order.target, "data": dict(order.data), "source": order.source,
+    }  # fmt: skip
+    return json.dumps(written, default=_plain)
+
+
+def _plain(value: Any) -> Any:
+    return value.tolist() if hasattr(value, "tolist") else str(value)

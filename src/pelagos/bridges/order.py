@@ -1,0 +1,206 @@
+"""What somebody outside may ask of a running simulation, as plain data: it is written down, and can be repeated.
+
+Numbers are in Pelagos's own frames and units (world NWU, body FLU, SI): doors convert before.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any, Final, Literal, TypeAlias
+
+from pelagos.errors import CommandError, LookupFailed
+from pelagos.sim.simulation import Simulation
+from pelagos.world.body import Prop
+
+Kind: TypeAlias = Literal[
+    "command", "setpoint", "velocity", "wrench", "pose", "waypoint", "mode", "state", "spawn", "remove", "ocean"
+]
+STREAMS: Final = ("command", "setpoint", "velocity", "wrench", "pose", "waypoint")
+"""Kinds of which only the newest counts."""
+CRUISE_MPS: Final = 1.5
+"""Speed towards a waypoint where none was commanded before; that of missions."""
+_BODY_AXES: Final = ("surge", "sway", "heave", "roll", "pitch", "yaw")
+
+
+@dataclass(frozen=True)
+class Order:
+    """One thing to do at a boundary of steps.
+
+    Attributes:
+        kind: "command": `values` in the agent's control mode, or in `mode` where given;
+            "setpoint": some channels of the present command, by name;
+            "velocity": body FLU, three velocities [m/s] and three rates [rad/s]; "wrench": body FLU [N], [N m];
+            "pose": world NWU, position [m], roll, pitch, yaw [rad]; "waypoint": world NWU [m]; "mode": a control mode;
+            "state": position, attitude, velocity, angular_velocity, as in `Simulation.set_state`;
+            "spawn", "remove": a body of the name `target`; "ocean": properties of the water.
+        target: the agent, or the body.
+        data: the numbers, JSON types only.
+        source: who asked, for reports.
+    """
+
+    kind: Kind
+    target: str = ""
+    data: Mapping[str, Any] = field(default_factory=dict)
+    source: str = ""
+
+    @property
+    def key(self) -> tuple[str, ...] | None:
+        """Two orders with the same key: the newer replaces the older. None for what must not be lost."""
+        if self.kind == "setpoint":
+            return (self.kind, self.target, *sorted(self.data))
+        return (self.kind, self.target) if self.kind in STREAMS else None
+
+
+def check_finite(order: Order) -> None:
+    """Refuse an order with a number that is not finite.
+
+    Raises:
+        CommandError: names the number.
+    """
+    for name, value in order.data.items():
+        for number in value if isinstance(value, list | tuple) else [value]:
+            if isinstance(number, float) and not math.isfinite(number):
+                raise CommandError(f"{order.target}: {name} of a {order.kind} order is {number}, not a finite number")
+
+
+def apply(order: Order, sim: Simulation) -> None:
+    """Do it, now.
+
+    Raises:
+        InputError: it cannot be done; nothing has changed.
+    """
+    check_finite(order)
+    _DO[order.kind](order, sim)
+
+
+def _command(order: Order, sim: Simulation) -> None:
+    mode = order.data.get("mode")
+    if mode is not None:
+        _enter(sim, order.target, str(mode))
+    sim.command({order.target: list(order.data["values"])})
+
+
+def _setpoint(order: Order, sim: Simulation) -> None:
+    """Some channels; those of the same name go on, also where they call for another control mode."""
+    agent, vehicle = order.target, _vehicle(sim, order.target)
+    mode = sim.stepper.mode(agent)
+    held = _held(sim, agent)
+    if not set(order.data) <= set(vehicle.command_names(mode)):
+        able = [m for m in vehicle.modes if set(order.data) <= set(vehicle.command_names(m))]
+        if not able:
+            raise CommandError(f"{agent}: no control mode takes {', '.join(order.data)}; modes: {_modes(vehicle)}")
+        mode = able[0]
+        sim.set_mode(agent, mode)
+    held = {**_held(sim, agent), **{name: v for name, v in held.items() if name in vehicle.command_names(mode)}}
+    held |= {name: float(value) for name, value in order.data.items()}
+    sim.command({agent: list(held.values())})
+
+
+def _velocity(order: Order, sim: Simulation) -> None:
+    values = _six(order)
+    given = {
+        f"{axis}_{'speed' if i < 3 else 'rate'}": v for i, (axis, v) in enumerate(zip(_BODY_AXES, values, strict=True))
+    }
+    _by_name(order, sim, "velocity", given)
+
+
+def _wrench(order: Order, sim: Simulation) -> None:
+    flip = (1.0, -1.0, -1.0) * 2  # the mode takes forward-right-down
+    _enter(sim, order.target, "wrench")
+    sim.command({order.target: [s * v for s, v in zip(flip, _six(order), strict=True)]})
+
+
+def _pose(order: Order, sim: Simulation) -> None:
+    modes = _vehicle(sim, order.target).modes
+    mode = next((m for m in ("pose", "position") if m in modes), "pose")
+    given = dict(zip(("x", "y", "z", "roll", "pitch", "yaw"), _six(order), strict=True))
+    _by_name(order, sim, mode, given)
+
+
+def _waypoint(order: Order, sim: Simulation) -> None:
+    """Go there: hold that place where the vehicle can hover, else follow the line from here."""
+    agent, vehicle = order.target, _vehicle(sim, order.target)
+    goal = dict(zip(("x", "y", "z"), (float(v) for v in order.data["values"]), strict=True))
+    state, held = sim.state[agent], _held(sim, agent)
+    here = state.position[0]
+    euler = dict(zip(("roll", "pitch", "yaw"), (0.0, 0.0, float(state.euler[0, 2])), strict=True))
+    line = {"from_x": here[0], "from_y": here[1], "to_x": goal["x"], "to_y": goal["y"], "depth": -goal["z"]}
+    line["speed"] = float(order.data.get("speed", 0.0)) or held.get("speed", 0.0) or CRUISE_MPS
+    for mode in ("pose", "position", "line_of_sight"):
+        if mode in vehicle.modes:
+            _by_name(order, sim, mode, {**goal, **euler, **line})
+            return
+    raise CommandError(f"{agent}: no control mode goes to a waypoint; modes: {_modes(vehicle)}")
+
+
+def _held(sim: Simulation, agent: str) -> dict[str, float]:
+    names = _vehicle(sim, agent).command_names(sim.stepper.mode(agent))
+    return dict(zip(names, sim.held_command(agent)[0].tolist(), strict=True))
+
+
+def _by_name(order: Order, sim: Simulation, mode: str, given: Mapping[str, float]) -> None:
+    """A command of `mode`, of which each channel is found by its name."""
+    _enter(sim, order.target, mode)
+    names = _vehicle(sim, order.target).command_names(mode)
+    sim.command({order.target: [given[name] for name in names]})
+
+
+def _mode(order: Order, sim: Simulation) -> None:
+    sim.set_mode(order.target, str(order.data["mode"]))
+
+
+def _state(order: Order, sim: Simulation) -> None:
+    sim.set_state(order.target, **{str(k): v for k, v in order.data.items()})
+
+
+def _spawn(order: Order, sim: Simulation) -> None:
+    sim.spawn(Prop(**order.data), name=order.target or None)
+
+
+def _remove(order: Order, sim: Simulation) -> None:
+    found = {body.name: body for body in sim.bodies.bodies}
+    if order.target not in found:
+        raise LookupFailed("body", order.target, found)
+    sim.gate.settle()
+    found[order.target].remove()
+
+
+def _ocean(order: Order, sim: Simulation) -> None:
+    setter = getattr(sim.ocean, "set", None) if hasattr(sim, "ocean") else None
+    if setter is None:
+        raise CommandError("the water of this simulation cannot be changed while it runs")
+    sim.gate.settle()
+    setter(**order.data)
+
+
+def _six(order: Order) -> list[float]:
+    values = [float(v) for v in order.data["values"]]
+    if len(values) != 6:
+        raise CommandError(f"{order.target}: a {order.kind} order has six numbers, not {len(values)}")
+    return values
+
+
+def _enter(sim: Simulation, agent: str, mode: str) -> None:
+    vehicle = _vehicle(sim, agent)
+    if mode not in vehicle.modes:
+        raise CommandError(f"{agent}: this vehicle has no control mode {mode!r}; modes: {_modes(vehicle)}")
+    if sim.stepper.mode(agent) != mode:
+        sim.set_mode(agent, mode)
+
+
+def _modes(vehicle: Any) -> str:
+    return "; ".join(f"{m} ({', '.join(vehicle.command_names(m)) or 'no numbers'})" for m in vehicle.modes)
+
+
+def _vehicle(sim: Simulation, agent: str) -> Any:
+    if agent not in sim.model.agents:
+        raise LookupFailed("agent", agent, sim.model.agents)
+    return sim.model.agents[agent].vehicle
+
+
+_DO: Final = {
+    "command": _command, "setpoint": _setpoint, "velocity": _velocity, "wrench": _wrench, "pose": _pose,
+    "waypoint": _waypoint, "mode": _mode, "state": _state, "spawn": _spawn, "remove": _remove, "ocean": _ocean,
+}  # fmt: skip

@@ -1,0 +1,137 @@
+"""`Transport`: what carries messages, as bytes in CDR; it never sees a message object.
+
+A fake in memory stands beside it for tests.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, Final, Protocol, TypeAlias
+
+from pelagos.errors import LookupFailed, PelagosError
+
+Buffer: TypeAlias = bytes | bytearray | memoryview
+Write: TypeAlias = Callable[[Buffer, int], None]
+"""`(cdr, t_ns)`: send one message."""
+Receive: TypeAlias = Callable[[bytes], None]
+"""`(cdr)`: called in the transport's own thread."""
+Answer: TypeAlias = Callable[[bytes], bytes]
+"""Request in CDR to response in CDR; called in the transport's own thread."""
+
+
+class BridgeError(PelagosError):
+    """A door cannot be opened."""
+
+
+class Unsupported(BridgeError):
+    """A transport cannot do what it was asked."""
+
+
+@dataclass(frozen=True)
+class Qos:
+    """Quality of service of one topic; history is always "keep last".
+
+    Attributes:
+        depth: how many messages are kept for a reader that lags.
+        reliable: whether lost ones are sent again.
+        latched: whether late joiners get the last `depth` messages.
+    """
+
+    depth: int = 10
+    reliable: bool = True
+    latched: bool = False
+
+
+STREAM: Final = Qos(depth=10)
+LATCHED: Final = Qos(depth=1, latched=True)
+CLOCK: Final = Qos(depth=1)
+COMMAND: Final = Qos(depth=10, reliable=False)
+"""A best-effort reader matches every writer."""
+
+
+class Transport(Protocol):
+    """One way to other programs.
+
+    Attributes:
+        name: for messages to the user.
+        blocks: whether a write may wait for a peer, so that it needs a thread of its own.
+    """
+
+    name: str
+    blocks: bool
+
+    def advertise(self, topic: str, type_name: str, *, qos: Qos) -> Write:
+        """Announce a topic ("/auv0/imu/data_raw") of a type ("sensor_msgs/msg/Imu")."""
+        ...
+
+    def subscribe(self, topic: str, type_name: str, receive: Receive, *, qos: Qos) -> None:
+        """Have `receive` called with every message on a topic."""
+        ...
+
+    def serve(self, service: str, type_name: str, answer: Answer) -> None:
+        """Answer a service ("/reset") of a type ("std_srvs/srv/Trigger").
+
+        Raises:
+            Unsupported: the transport has no services.
+        """
+        ...
+
+    def close(self) -> None:
+        """Leave; nothing is called or sent any more."""
+        ...
+
+
+class MemoryTransport:
+    """A transport that keeps what was written, and lets a test speak."""
+
+    name = "memory"
+    blocks = False
+
+    def __init__(self) -> None:
+        self.written: dict[str, list[tuple[int, bytes]]] = {}
+        self.types: dict[str, str] = {}
+        self.order: list[tuple[int, str]] = []
+        self.closed = False
+        self._receivers: dict[str, Receive] = {}
+        self._services: dict[str, Answer] = {}
+
+    def advertise(self, topic: str, type_name: str, *, qos: Qos) -> Write:
+        """See `Transport`."""
+        kept = self.written.setdefault(topic, [])
+        self.types[topic] = type_name
+
+        def write(cdr: Buffer, t_ns: int) -> None:
+            kept.append((t_ns, bytes(cdr)))
+            self.order.append((t_ns, topic))
+
+        return write
+
+    def subscribe(self, topic: str, type_name: str, receive: Receive, *, qos: Qos) -> None:
+        """See `Transport`."""
+        self.types[topic] = type_name
+        self._receivers[topic] = receive
+
+    def serve(self, service: str, type_name: str, answer: Answer) -> None:
+        """See `Transport`."""
+        self.types[service] = type_name
+        self._services[service] = answer
+
+    def close(self) -> None:
+        """See `Transport`."""
+        self.closed = True
+
+    def say(self, topic: str, cdr: bytes) -> None:
+        """Send a message as a peer would."""
+        _known(topic, self._receivers)(cdr)
+
+    def call(self, service: str, cdr: bytes) -> bytes:
+        """Call a service as a peer would."""
+        answer: Answer = _known(service, self._services)
+        return answer(cdr)
+
+
+def _known(name: str, table: dict[str, Any]) -> Any:
+    if name not in table:
+        raise LookupFailed("topic or service", name, table)
+    return table[name]
