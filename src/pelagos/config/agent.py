@@ -10,6 +10,7 @@ from pydantic_core import PydanticCustomError
 
 from pelagos.config.component import Component
 from pelagos.config.mission import Leg
+from pelagos.config.navigation import Navigation, TruthNavigation
 from pelagos.config.strict import Strict
 
 
@@ -56,6 +57,9 @@ class Agent(Strict):
     """The command that is held until another is given; without it, the vehicle's idle command."""
     mission: tuple[Leg, ...] = ()
     """What to do, leg after leg; without legs the vehicle obeys commands only."""
+    navigation: Navigation = TruthNavigation()
+    """What its mission knows of its motion: `truth`, `ekf` (an estimator of its sensors), `external` (told from outside),
+    or a mapping that begins with such a `type`."""
     sensors: dict[str, Annotated[Any, Component("sensor")]] = Field(default_factory=dict)
     """What it carries: a name of your choice, and a mapping that begins with its `type` (`pelagos list sensors`)."""
 

@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING
 
 from pelagos.errors import ScenarioError, did_you_mean
+from pelagos.vehicles.family import Family, mission_mode
 
 if TYPE_CHECKING:
     from pelagos.config.scenario import Scenario
     from pelagos.vehicles.vehicle import Vehicle
-
-GUIDANCE_MODE: Final = "depth_heading_speed"
-"""The mode that missions steer by."""
 
 
 def first_mode(scenario: Scenario, name: str, vehicle: Vehicle) -> str:
@@ -23,14 +21,9 @@ def first_mode(scenario: Scenario, name: str, vehicle: Vehicle) -> str:
             channels.
     """
     agent = scenario.agents[name]
-    mode = agent.control or (GUIDANCE_MODE if agent.mission else vehicle.default_mode)
-    if agent.mission and GUIDANCE_MODE not in vehicle.modes:
-        raise ScenarioError(
-            f"{agent.vehicle.type} cannot follow a mission: it has no mode {GUIDANCE_MODE!r}; give a command instead, "
-            f"in one of {', '.join(vehicle.modes)}",
-            where=scenario.where("agents", name, "mission"),
-        )
-    allowed = (GUIDANCE_MODE,) if agent.mission else vehicle.modes
+    mode, allowed = agent.control or vehicle.default_mode, vehicle.modes
+    if agent.mission:
+        mode, allowed = _steered(scenario, name, vehicle), steered_modes(vehicle)
     if mode not in allowed:
         raise ScenarioError(
             f"control mode {mode!r} cannot be used here{did_you_mean(mode, allowed)}; allowed: {', '.join(allowed)}",
@@ -47,3 +40,29 @@ def first_mode(scenario: Scenario, name: str, vehicle: Vehicle) -> str:
             if not math.isfinite(value):
                 raise ScenarioError(f"{channel} is {value}, not a finite number", where=where)
     return mode
+
+
+def steered_modes(vehicle: Vehicle) -> tuple[str, ...]:
+    """The control modes that missions can steer by, the usual one first."""
+    names = {mode: vehicle.command_names(mode) for mode in vehicle.modes}
+    usual = mission_mode(names)
+    rest = [mode for mode in vehicle.modes if mission_mode({mode: names[mode]}) and usual and mode != usual[0]]
+    return () if usual is None else (usual[0], *rest)
+
+
+def family_of(vehicle: Vehicle, mode: str) -> Family:
+    """How a mission steers a vehicle in a mode."""
+    found = mission_mode({mode: vehicle.command_names(mode)})
+    assert found is not None
+    return found[1]
+
+
+def _steered(scenario: Scenario, name: str, vehicle: Vehicle) -> str:
+    agent, modes = scenario.agents[name], steered_modes(vehicle)
+    if not modes:
+        raise ScenarioError(
+            f"{agent.vehicle.type} cannot follow a mission: none of its modes {', '.join(vehicle.modes)} has the "
+            "set-points that missions steer by; give a command instead",
+            where=scenario.where("agents", name, "mission"),
+        )
+    return agent.control or modes[0]

@@ -1,38 +1,55 @@
-"""Missions of all agents: their guidance, and what it knows from sensors."""
+"""Missions of all agents: their guidance, and what it knows from navigation and sensors."""
 
 from __future__ import annotations
 
 import copy
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
 
-from pelagos.sim.guidance import Guidance
+from pelagos.sim.control import family_of
+from pelagos.sim.guidance.aboard import Aboard, Fix
+from pelagos.sim.guidance.follow import FollowAgent, FollowWall
+from pelagos.sim.guidance.guidance import Guidance
+from pelagos.sim.guidance.plan import looks_down
+from pelagos.sim.guidance.steering.choice import steering_of
 from pelagos.sim.model import AgentModel, Model
+from pelagos.sim.navigator import Navigator, navigator_of
 from pelagos.sim.sampled import Sampled
 from pelagos.sim.state import AgentState
 
 GUIDANCE_RATE_HZ: Final = 10.0
-GUIDING: Final = ("altimeter", "gps")  # the sensors that guidance listens to
 
 
 @dataclass
 class Feedback:
-    """What guidance knows from sensors: the last altitude `(n,)` [m], and whether a fix came since it last asked."""
+    """What guidance knows from sensors.
+
+    Attributes:
+        altitude: `(n,)` the last one measured [m]; infinite where none was.
+        gps: `(n,)` whether a fix came since guidance last asked.
+        readings: newest readings by key, see `Aboard.readings`.
+        keys: of the readings that guidance looks at, by sensor.
+        down: sensors that measure the altitude.
+    """
 
     altitude: NDArray[np.float64]
     gps: NDArray[np.bool_]
+    readings: dict[str, NDArray[np.float64]] = field(default_factory=dict)
+    keys: dict[str, list[str]] = field(default_factory=dict)
+    down: frozenset[str] = frozenset()
 
 
 class Missions:
-    """Guidance and feedback by agent.
+    """Guidance, navigation and feedback by agent.
 
     Attributes:
         period: ticks between two calls of guidance.
         guidance: by agent, those on a mission.
+        navigators: by agent, those whose navigation is not the truth.
         feedback: by agent, all.
     """
 
@@ -40,12 +57,14 @@ class Missions:
         self._model = model
         self.period = model.clock.period(GUIDANCE_RATE_HZ)
         self.guidance: dict[str, Guidance] = {}
+        self._made: dict[str, Guidance] = {}
+        self.navigators: dict[str, Navigator] = {}
         self.feedback: dict[str, Feedback] = {}
 
     @property
     def any(self) -> bool:
-        """An agent is on a mission."""
-        return bool(self.guidance)
+        """Something is to be asked at the rate of guidance."""
+        return bool(self.guidance) or bool(self.navigators)
 
     @property
     def done(self) -> bool:
@@ -53,56 +72,143 @@ class Missions:
         return bool(self.guidance) and all(g.done for g in self.guidance.values())
 
     def memory(self) -> dict[str, Any]:
-        """Where all missions stand; a copy."""
-        return copy.deepcopy({"guidance": self.guidance, "feedback": self.feedback})
+        """Where all missions and navigators stand: plain values and arrays, copies."""
+        return copy.deepcopy({
+            "guidance": {name: g.memory() for name, g in self.guidance.items()},
+            "navigators": {name: n.memory() for name, n in self.navigators.items()},
+            "feedback": {
+                name: {"altitude": f.altitude, "gps": f.gps, "readings": f.readings} for name, f in self.feedback.items()
+            },
+        })  # fmt: skip
 
     def recall(self, memory: Mapping[str, Any]) -> None:
         """Go on from there."""
         kept = copy.deepcopy(dict(memory))
-        self.guidance, self.feedback = kept["guidance"], kept["feedback"]
+        self.guidance = {name: self._made[name] for name in kept["guidance"]}
+        for name, guidance in self.guidance.items():
+            guidance.recall(kept["guidance"][name])
+        for name, navigator in self.navigators.items():
+            navigator.recall(kept["navigators"][name])
+        for name, feedback in self.feedback.items():
+            for key, values in kept["feedback"][name].items():
+                setattr(feedback, key, values)
 
     def begin(self, agent: AgentModel, state: AgentState) -> None:
-        """An agent stands at its start; its mission begins, if it has one."""
-        n = self._model.n
-        self.feedback[agent.name] = Feedback(np.full(n, np.inf), np.zeros(n, dtype=bool))
-        self.guidance.pop(agent.name, None)
-        if agent.tasks:
-            dt_s = self.period * self._model.clock.dt_ns * 1e-9
-            self.guidance[agent.name] = Guidance.start(agent.tasks, state, dt_s=dt_s, length_m=_length(agent))
+        """An agent stands at its start; its mission and its navigation begin, if it has any."""
+        n, name = self._model.n, agent.name
+        down = frozenset(s for s, m in agent.sensors.items() if looks_down(m.config))
+        feedback = Feedback(np.full(n, np.inf), np.zeros(n, dtype=bool), down=down)
+        self.feedback[name] = feedback
+        self.guidance.pop(name, None)
+        self.navigators.pop(name, None)
+        navigator = navigator_of(agent, self._model, state)
+        if navigator is not None:
+            self.navigators[name] = navigator
+        if not agent.tasks:
+            return
+        for key in _keys(agent):
+            feedback.keys.setdefault(key.partition(".")[0], []).append(key)
+            feedback.readings[key] = np.full((n, 1), np.nan)
+        family, envelope = family_of(agent.vehicle, agent.mode), agent.vehicle.config.envelope
+        steering = steering_of(family, envelope, _length(agent), n)
+        names = agent.vehicle.command_names(agent.mode)
+        aboard = self._aboard(name, self._known(name, state), 0, {})
+        self.guidance[name] = self._made[name] = Guidance(agent.tasks, steering, names, aboard)
 
     def leave(self, agent: str) -> None:
         """End an agent's mission: it is commanded from outside."""
         self.guidance.pop(agent, None)
 
-    def guided(self, agent: str, kind: str) -> bool:
-        """Whether guidance waits for the readings of an agent's sensor of this type."""
-        return agent in self.guidance and kind in GUIDING
+    def guided(self, agent: str, sensor: str) -> bool:
+        """Whether guidance or navigation waits for the readings of an agent's sensor."""
+        if agent in self.navigators and sensor in self.navigators[agent].listens:
+            return True
+        if agent not in self.guidance:
+            return False
+        feedback = self.feedback[agent]
+        kind = self._model.agents[agent].sensors[sensor].config.type
+        return sensor in feedback.down or sensor in feedback.keys or kind == "gps"
 
     def commands(self, tick: int, rows: Mapping[str, NDArray[np.float64]]) -> Mapping[str, NDArray[np.float64]]:
         """Set-points `(n, k)` of the agents on a mission, of their motions; none between the ticks of guidance."""
         if tick % self.period:
             return {}
         asked = {}
+        true: dict[str, Fix] = {}
         for name, guidance in self.guidance.items():
-            feedback, row = self.feedback[name], rows[name]
-            state = AgentState.of(row, np.empty((len(row), 0)))  # guidance does not ask for actuators
-            t_s = tick * self._model.clock.dt_ns * 1e-9
-            asked[name] = guidance.command(state, feedback.altitude, feedback.gps, t_s)
-            feedback.gps[:] = False
+            followed = [s.task.agent for s in guidance.steps if isinstance(s.task, FollowAgent)]
+            for who in [name, *followed]:
+                if who not in true:
+                    true[who] = fix_of(_state(rows[who]))
+            known = self._known(name, None) or true[name]
+            aboard = self._aboard(name, known, tick, {who: true[who] for who in followed})
+            truth = None if known is true[name] else self._aboard(name, true[name], tick, {})
+            asked[name] = guidance.command(aboard, truth)
+            self.feedback[name].gps[:] = False
         return asked
 
     def hear(self, sampled: Sampled) -> None:
-        """Keep what guidance needs of a sensor's readings."""
-        n, kind, m = self._model.n, sampled.model.config.type, sampled.measurement
-        if kind not in GUIDING:
-            return
-        feedback = self.feedback[sampled.agent]
-        if kind == "altimeter":
-            altitude = np.asarray(m.data, dtype=np.float64).reshape(len(sampled.ticks), n, -1)[-1, :, 0]
-            valid = np.isfinite(altitude) if m.valid is None else m.valid[-n:] & np.isfinite(altitude)
-            feedback.altitude = np.where(valid, altitude, np.inf)
-        elif m.valid is not None:
-            feedback.gps |= m.valid.reshape(-1, n).any(axis=0)
+        """Keep what guidance and navigation need of a sensor's readings."""
+        name = sampled.model.name
+        if sampled.agent in self.navigators and name in self.navigators[sampled.agent].listens:
+            self.navigators[sampled.agent].hear(sampled)
+        feedback, kind = self.feedback[sampled.agent], sampled.model.config.type
+        if name in feedback.down:
+            found = _newest(sampled, "" if kind == "altimeter" else "altitude", self._model.n)[:, 0]
+            feedback.altitude = np.where(np.isfinite(found), found, np.inf)
+        if kind == "gps" and sampled.measurement.valid is not None:
+            feedback.gps |= sampled.measurement.valid.reshape(-1, self._model.n).any(axis=0)
+        for key in feedback.keys.get(name, ()):
+            feedback.readings[key] = _newest(sampled, key.partition(".")[2], self._model.n)
+
+    def _known(self, name: str, state: AgentState | None) -> Any:
+        navigator = self.navigators.get(name)
+        if navigator is not None:
+            return navigator.fix
+        return None if state is None else fix_of(state)
+
+    def _aboard(self, name: str, fix: Fix, tick: int, others: Mapping[str, Fix]) -> Aboard:
+        feedback, dt_s = self.feedback[name], self._model.clock.dt_ns * 1e-9
+        return Aboard(
+            own=fix, t_s=tick * dt_s, dt_s=self.period * dt_s, altitude=feedback.altitude, fixed=feedback.gps,
+            readings=feedback.readings, others=others,
+        )  # fmt: skip
+
+
+def fix_of(state: AgentState) -> Fix:
+    """The true motion as guidance takes it."""
+    w, x, y, z = state.attitude.T
+    u, v, s = state.velocity.T
+    t = 2 * (y * s - z * v), 2 * (z * u - x * s), 2 * (x * v - y * u)
+    velocity = np.stack(
+        [
+            u + w * t[0] + y * t[2] - z * t[1],
+            v + w * t[1] + z * t[0] - x * t[2],
+            s + w * t[2] + x * t[1] - y * t[0],
+        ],
+        axis=-1,
+    )
+    heading = -np.arctan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))
+    return Fix(state.position, heading, velocity)
+
+
+def _state(row: NDArray[np.float64]) -> AgentState:
+    return AgentState.of(row, np.empty((len(row), 0)))  # guidance does not ask for actuators
+
+
+def _keys(agent: AgentModel) -> list[str]:
+    """Readings that the tasks look at."""
+    tasks = [step.task for step in agent.tasks]
+    keys = [t.common.until.key for t in tasks if t.common.until is not None]
+    return sorted({*keys, *(t.key for t in tasks if isinstance(t, FollowWall))})
+
+
+def _newest(sampled: Sampled, array: str, n: int) -> NDArray[np.float64]:
+    """`(n, k)` of the last tick, not a number where there is no reading; array: of the extras, or "" for the data."""
+    m = sampled.measurement
+    values = np.asarray(m.extras[array] if array else m.data, dtype=np.float64)
+    rows = values.reshape(len(sampled.ticks), n, -1)[-1]
+    return rows if m.valid is None else np.where(m.valid[-n:, None], rows, np.nan)
 
 
 def _length(agent: AgentModel) -> float:

@@ -25,10 +25,11 @@ from pelagos.sensors.sonar.multibeam import MultibeamConfig
 from pelagos.sensors.sonar.ping.interference import Neighbours
 from pelagos.sim.bodies import hull_rows
 from pelagos.sim.clock import Clock
-from pelagos.sim.control import first_mode
+from pelagos.sim.control import family_of, first_mode
 from pelagos.sim.driver import Driver
 from pelagos.sim.encounters import Encounters
-from pelagos.sim.guidance import Task, plan
+from pelagos.sim.guidance.guidance import Step
+from pelagos.sim.guidance.plan import Planner
 from pelagos.vehicles.vehicle import Vehicle
 from pelagos.world.build import build_world
 from pelagos.world.world import World
@@ -76,7 +77,7 @@ class AgentModel:
     mode: str
     driver: Driver
     sensors: Mapping[str, SensorModel]
-    tasks: list[Task]
+    tasks: list[Step]
 
 
 @dataclass(frozen=True)
@@ -144,7 +145,7 @@ def compile_model(
             mode=modes[name],
             driver=Driver(vehicle, n=n, dt_ns=clock.dt_ns) if like is None else like.agents[name].driver,
             sensors={s: context.build(s, c) for s, c in config.sensors.items()},
-            tasks=plan(config.mission),
+            tasks=_plan(scenario, name, vehicle, modes[name], world),
         )
     return Model(scenario, clock, n, first_environment, world, scene, ocean, agents)
 
@@ -152,6 +153,25 @@ def compile_model(
 def encounters_of(scenario: Scenario) -> Encounters:
     """For the sensors of a scenario, none of them built yet."""
     return Encounters(Neighbours(audible(scenario)), Blows())
+
+
+def _plan(scenario: Scenario, name: str, vehicle: Vehicle, mode: str, world: World) -> list[Step]:
+    """The mission of an agent."""
+    config = scenario.agents[name]
+    if not config.mission:
+        return []
+    x, y = config.start.position_m[:2]
+    return Planner(
+        name=name,
+        vehicle=vehicle.name,
+        family=family_of(vehicle, mode),
+        envelope=vehicle.config.envelope,
+        sensors=config.sensors,
+        agents=tuple(scenario.agents),
+        world=world,
+        start=(float(x), float(y)),
+        where=lambda number: scenario.where("agents", name, "mission", number),
+    ).plan(config.mission)
 
 
 def audible(scenario: Scenario) -> list[str]:

@@ -44,4 +44,4 @@ class Schedule:
         if not sensor.waits or (agent.name, sensor.name) in self._listeners.sensors:
             return False
         changes = self._bodies.any or self._model.scene.streamed
-        return not self._missions.guided(agent.name, sensor.config.type) and not (sensor.sees and changes)
+        return not self._missions.guided(agent.name, sensor.name) and not (sensor.sees and changes)

@@ -12,6 +12,7 @@ from pydantic import Field, model_validator
 from pelagos.errors import did_you_mean
 from pelagos.hydro import rigid_body
 from pelagos.vehicles.actuators.t200 import BatteryConfig, T200Config
+from pelagos.vehicles.envelope import EnvelopeConfig
 from pelagos.vehicles.flow import CurrentRotation
 from pelagos.vehicles.inertia import AddedMassConfig, CoriolisConfig, MassConfig, added_mass_matrix, mass_and_inertia
 from pelagos.vehicles.kinds import ActuatorConfig, ModeConfig, TermConfig
@@ -63,6 +64,8 @@ class VehicleConfig(PartConfig):
     """Control modes by name."""
     default_mode: str
     """The mode that commands are for when none is chosen."""
+    envelope: EnvelopeConfig = EnvelopeConfig()
+    """What missions may ask of it, and what they ask where a leg says nothing."""
     medium: Literal["water", "air"] = "water"
     """What moves past it: the ocean's current, or its wind."""
     integrator: Literal["conservative", "semi_implicit", "runge_kutta"] = "conservative"

@@ -1,0 +1,161 @@
+"""Flies a mission: every copy of a fleet at its own task, all lanes at one task in one call."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Final
+
+import numpy as np
+
+from pelagos.sim.guidance.aboard import Aboard, Floats, wrapped
+from pelagos.sim.guidance.goal import Goal, Path
+from pelagos.sim.guidance.progress import Progress
+from pelagos.sim.guidance.steering.steering import Channels, Steering
+from pelagos.sim.guidance.task import Level, Task
+
+DEPTH_RATE_PER_S: Final = 0.25  # how fast altitude hold closes an error, up to
+DEPTH_RATE_MPS: Final = 0.35  # steepest set-point ramp in altitude hold
+MIN_DEPTH_M: Final = 0.5  # altitude hold never asks to come nearer to the surface
+
+
+@dataclass(frozen=True)
+class Step:
+    """A task, and the number of the first task behind its leg, where `until` leads."""
+
+    task: Task
+    behind: int
+
+
+class Guidance:
+    """The mission of one agent in every copy; `command` is asked at a fixed rate.
+
+    Attributes:
+        steps: the mission.
+        progress: where each copy stands.
+    """
+
+    def __init__(self, steps: Sequence[Step], steering: Steering, names: Sequence[str], aboard: Aboard) -> None:
+        self.steps = list(steps)
+        self.progress = Progress.begin(aboard)
+        self._steering = steering
+        self._names = tuple(names)
+        self._entered = np.full(len(aboard), -1)
+
+    @property
+    def done(self) -> bool:
+        """Every copy has finished."""
+        return bool((self.progress.task >= len(self.steps)).all())
+
+    def memory(self) -> dict[str, Any]:
+        """Where the mission stands: arrays."""
+        return {"progress": vars(self.progress), "entered": self._entered, "steering": self._steering.memory()}
+
+    def recall(self, memory: Mapping[str, Any]) -> None:
+        """Go on from there."""
+        self.progress = Progress(**memory["progress"])
+        self._entered = memory["entered"]
+        self._steering.recall(memory["steering"])
+
+    def command(self, aboard: Aboard, truth: Aboard | None = None) -> Floats:
+        """`(n, k)` set-points of the control mode.
+
+        Args:
+            aboard: what the vehicle knows.
+            truth: the true motion, where it is another one: control laws work with that, so that set-points are shifted
+                by the error of navigation, as if the laws had worked with the estimate.
+        """
+        self._advance(aboard)
+        goal = self._goal(aboard)
+        entered = self.progress.task != self._entered
+        self._entered = self.progress.task.copy()
+        channels = self._steering.command(goal, aboard, entered)
+        if truth is not None:
+            channels = shifted(channels, aboard, truth)
+        return np.stack([channels[name] for name in self._names], axis=-1)
+
+    def _advance(self, aboard: Aboard) -> None:
+        """Tasks that are over give way to the next ones."""
+        p = self.progress
+        for k in range(int(p.task.min()), len(self.steps)):
+            lanes = np.flatnonzero(p.task == k)
+            if not len(lanes):
+                if (p.task < k).all():
+                    return
+                continue
+            whole = len(lanes) == len(p.task)
+            mine, seen = (p, aboard) if whole else (p.take(lanes), aboard.take(lanes))
+            task = self.steps[k].task
+            to = k + task.moves(seen, mine)
+            p.memory[lanes] = mine.memory
+            if task.common.until is not None:
+                to = np.where(task.common.until.met(seen), self.steps[k].behind, to)
+            moved = to != k
+            if moved.any():
+                p.move(lanes[moved], np.maximum(to, 0)[moved], aboard)
+
+    def _goal(self, aboard: Aboard) -> Goal:
+        """What is wanted of every copy."""
+        p = self.progress
+        present = set(p.task.tolist())
+        if len(present) == 1:  # one copy, or all together
+            return self._wanted(present.pop(), aboard, p)
+        goal = Goal.stay(aboard)
+        for k in sorted(present):
+            lanes = np.flatnonzero(p.task == k)
+            mine = p.take(lanes)
+            goal.put(lanes, self._wanted(k, aboard.take(lanes), mine))
+            p.depth[lanes] = mine.depth
+        return goal
+
+    def _wanted(self, k: int, aboard: Aboard, progress: Progress) -> Goal:
+        """What task k wants of the lanes that are at it; keeps the depth."""
+        if k >= len(self.steps):
+            return _over(aboard, progress)
+        task = self.steps[k].task
+        wanted = task.goal(aboard, progress)
+        follows = np.isnan(wanted.depth)
+        if follows.any():
+            wanted.depth = np.where(follows, level_depth(task.common.level, progress.depth, aboard), wanted.depth)
+        progress.depth = wanted.depth
+        return wanted
+
+
+def level_depth(level: Level, before: Floats, aboard: Aboard) -> Floats:
+    """Depth set-point [m]: the level's, that before, or in altitude hold a ramp towards the depth that gives it."""
+    last = np.where(np.isnan(before), aboard.depth, before)
+    if level.altitude_m is None:
+        return last if level.depth_m is None else np.full(len(aboard), level.depth_m)
+    wanted = aboard.depth + aboard.altitude - level.altitude_m
+    rate = np.clip(DEPTH_RATE_PER_S * (wanted - last), -DEPTH_RATE_MPS, DEPTH_RATE_MPS)
+    return np.maximum(MIN_DEPTH_M, last + rate * aboard.dt_s)
+
+
+def _over(aboard: Aboard, progress: Progress) -> Goal:
+    """Behind the last task: see `Path.OVER`."""
+    goal = Goal.stay(aboard)
+    goal.path[:] = Path.OVER
+    goal.start, goal.end = progress.start[:, :2].copy(), progress.start[:, :2].copy()
+    goal.course, goal.face = progress.heading.copy(), progress.heading.copy()
+    goal.depth = np.where(np.isnan(progress.depth), aboard.depth, progress.depth)
+    return goal
+
+
+def shifted(channels: Channels, aboard: Aboard, truth: Aboard) -> Channels:
+    """Set-points for control laws that work with the true motion, as if they had worked with the estimated one."""
+    error = truth.own.position - aboard.own.position
+    turned = wrapped(truth.own.heading - aboard.own.heading)
+    found = dict(channels)
+    for i, name in enumerate(("x", "y", "z")):
+        if name in found:
+            found[name] = found[name] + error[:, i]
+    for name in ("depth", "upper_depth"):
+        if name in found:
+            found[name] = found[name] - error[:, 2]
+    if "height" in found:
+        found["height"] = found["height"] + error[:, 2]
+    if "heading" in found:
+        found["heading"] = found["heading"] + turned
+    if "yaw" in found:
+        found["yaw"] = found["yaw"] - turned
+    return found

@@ -1,0 +1,51 @@
+"""The task of circling a place."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pelagos.sim.guidance.aboard import Aboard, bearing, wrapped
+from pelagos.sim.guidance.goal import Goal, Path
+from pelagos.sim.guidance.progress import Progress
+from pelagos.sim.guidance.task import Common, blank
+
+
+@dataclass(frozen=True)
+class Orbit:
+    """Around (x, y) [m] at a radius [m], so many turns, 1 clockwise or -1; memory: 1 once the circle is reached, the
+    last bearing from the centre [rad], and the angle turned [rad].
+    """
+
+    center: tuple[float, float]
+    radius_m: float
+    turns: float
+    turn: float
+    inwards: bool = False
+    common: Common = field(default_factory=Common)
+
+    def moves(self, aboard: Aboard, progress: Progress) -> NDArray[np.int64]:
+        """See `Task.moves`."""
+        out = aboard.xy - np.array(self.center)
+        angle = bearing(out)
+        on = progress.memory[:, 0] > 0
+        swept = np.where(on, self.turn * wrapped(angle - progress.memory[:, 1]), 0.0)
+        progress.memory[:, 2] += swept
+        near = np.abs(np.hypot(out[:, 0], out[:, 1]) - self.radius_m) < 0.25 * self.radius_m + 1.0
+        progress.memory[:, 0] = on | near
+        progress.memory[:, 1] = angle
+        return (progress.memory[:, 2] >= 2 * np.pi * self.turns).astype(np.int64)
+
+    def goal(self, aboard: Aboard, progress: Progress) -> Goal:
+        """See `Task.goal`."""
+        goal = blank(self.common, aboard)
+        goal.path[:] = Path.CIRCLE
+        goal.end[:] = self.center
+        goal.radius[:] = self.radius_m
+        goal.turn[:] = self.turn
+        goal.stops[:] = False
+        if self.inwards:
+            goal.face = bearing(np.array(self.center) - aboard.xy)
+        return goal

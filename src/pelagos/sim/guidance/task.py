@@ -1,0 +1,108 @@
+"""A task: the elementary part of a mission, one and the same for all copies."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pelagos.sim.guidance.aboard import Aboard, Floats
+from pelagos.sim.guidance.goal import Goal
+from pelagos.sim.guidance.progress import Progress
+
+
+@dataclass(frozen=True)
+class Level:
+    """The vertical part of a task: a depth (negative: a height), an altitude, or neither: the depth as it is.
+
+    Attributes:
+        depth_m: below the mean sea surface [m].
+        altitude_m: above the seabed [m].
+    """
+
+    depth_m: float | None = None
+    altitude_m: float | None = None
+
+    def reached(self, aboard: Aboard, tolerance_m: float) -> NDArray[np.bool_]:
+        """`(m,)` whether vehicles are there."""
+        if self.altitude_m is not None:
+            return np.abs(aboard.altitude - self.altitude_m) < tolerance_m
+        if self.depth_m is None:
+            return np.ones(len(aboard), dtype=bool)
+        return np.abs(aboard.depth - self.depth_m) < tolerance_m
+
+
+@dataclass(frozen=True)
+class Limit:
+    """A reading that ends a leg, see `config.mission.Until`; key: of `Aboard.readings`."""
+
+    key: str
+    component: int
+    above: float | None
+    below: float | None
+
+    def met(self, aboard: Aboard) -> NDArray[np.bool_]:
+        """`(m,)` whether the reading is beyond the limit."""
+        values = aboard.readings[self.key]
+        value = values[:, self.component] if self.component < values.shape[1] else np.full(len(values), np.nan)
+        over = np.zeros(len(value), dtype=bool)
+        with np.errstate(invalid="ignore"):
+            if self.above is not None:
+                over |= value > self.above
+            if self.below is not None:
+                over |= value < self.below
+        return over
+
+
+@dataclass(frozen=True)
+class Common:
+    """What every task has.
+
+    Attributes:
+        level: depth or altitude.
+        speed_mps: set-point of speed [m/s].
+        face_rad: compass heading of those who turn on the spot [rad]; None: along the way.
+        face_point: (x, y) [m] that they look at instead.
+        until: a reading that ends the leg.
+    """
+
+    level: Level = field(default_factory=Level)
+    speed_mps: float = 1.5
+    face_rad: float | None = None
+    face_point: tuple[float, float] | None = None
+    until: Limit | None = None
+
+    def look(self, aboard: Aboard) -> Floats:
+        """`(m,)` heading to look at [rad]; not a number: along the way."""
+        if self.face_point is not None:
+            to = np.array(self.face_point) - aboard.xy
+            return np.asarray(np.arctan2(-to[:, 1], to[:, 0]))
+        return np.full(len(aboard), np.nan if self.face_rad is None else self.face_rad)
+
+
+class Task(Protocol):
+    """An elementary task; both functions take rows of the lanes that are at it."""
+
+    @property
+    def common(self) -> Common:
+        """Level, speed, where to look, what ends it."""
+        ...
+
+    def moves(self, aboard: Aboard, progress: Progress) -> NDArray[np.int64]:
+        """`(m,)` how many tasks on (1 done, 0 not yet, -1 back); may write `progress.memory`."""
+        ...
+
+    def goal(self, aboard: Aboard, progress: Progress) -> Goal:
+        """What is wanted now; the depth is set by the mission, from the task's level, where the goal's is NaN."""
+        ...
+
+
+def blank(common: Common, aboard: Aboard) -> Goal:
+    """A goal with the common part filled in, whose depth follows the level."""
+    goal = Goal.stay(aboard)
+    goal.speed[:] = common.speed_mps
+    goal.face[:] = common.look(aboard)
+    goal.depth[:] = np.nan
+    return goal

@@ -1,0 +1,87 @@
+"""What a mission knows of its vehicle's motion where that is not the truth."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pelagos.config.navigation import EkfNavigation, ExternalNavigation
+from pelagos.sim.guidance.aboard import Fix
+
+if TYPE_CHECKING:
+    from pelagos.sim.model import AgentModel, Model
+    from pelagos.sim.sampled import Sampled
+    from pelagos.sim.state import AgentState
+
+
+class Navigator(Protocol):
+    """Keeps a solution for every copy.
+
+    Attributes:
+        listens: names of the sensors whose readings it takes.
+    """
+
+    listens: frozenset[str]
+
+    @property
+    def fix(self) -> Fix:
+        """The newest solution."""
+        ...
+
+    def hear(self, sampled: Sampled) -> None:
+        """Take readings of a sensor."""
+        ...
+
+    def memory(self) -> dict[str, Any]:
+        """What it keeps: arrays."""
+        ...
+
+    def recall(self, memory: Mapping[str, Any]) -> None:
+        """Keep that instead."""
+        ...
+
+
+class External:
+    """The solution that somebody outside gave last; the start before the first."""
+
+    listens: frozenset[str] = frozenset()
+
+    def __init__(self, fix: Fix) -> None:
+        self._fix = fix
+
+    @property
+    def fix(self) -> Fix:
+        """The newest solution."""
+        return self._fix
+
+    def tell(self, position: NDArray[np.float64], heading: NDArray[np.float64], velocity: NDArray[np.float64]) -> None:
+        """Take a solution."""
+        self._fix = Fix(position, heading, velocity)
+
+    def hear(self, sampled: Sampled) -> None:
+        """Takes no readings."""
+
+    def memory(self) -> dict[str, Any]:
+        """See `Navigator.memory`."""
+        return dict(vars(self._fix))
+
+    def recall(self, memory: Mapping[str, Any]) -> None:
+        """See `Navigator.recall`."""
+        self._fix = Fix(**memory)
+
+
+def navigator_of(agent: AgentModel, model: Model, state: AgentState) -> Navigator | None:
+    """The navigator of an agent; None where it knows the truth."""
+    from pelagos.sim.missions import fix_of
+
+    config = agent.config.navigation
+    if isinstance(config, ExternalNavigation):
+        return External(fix_of(state))
+    if isinstance(config, EkfNavigation):
+        from pelagos.sim.estimator import Estimator
+
+        return Estimator(config, agent, model, state)
+    return None
