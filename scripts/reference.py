@@ -49,7 +49,10 @@ agents:
 ANCHORS = {
     VEHICLE: "vehicles", "OceanConfig": "the-ocean", "Agent": "agents", "Record": "recording", "GpsFix": "gps_fix",
 }  # fmt: skip
-LEGS = ["Dive", "Waypoints", "Lawnmower", "Surface", "GpsFix", "Hold"]
+LEGS = [
+    "Dive", "Waypoints", "Lawnmower", "Surface", "GpsFix", "Hold", "Goto", "StationKeeping", "Orbit", "Survey",
+    "Follow", "Profile", "Drift", "Dock", "Land", "Repeat",
+]  # fmt: skip
 
 
 def page() -> str:

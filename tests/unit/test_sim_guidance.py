@@ -7,24 +7,50 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from pydantic import TypeAdapter
 
-from pelagos.sim.guidance import DEPTH_RATE_MPS, Guidance, Task, lawnmower, plan
-from pelagos.sim.state import AgentState
+from pelagos.config.mission import Leg
+from pelagos.errors import InputError, LookupFailed, ScenarioError
+from pelagos.math.geodesy import GeoOrigin
+from pelagos.sim.guidance.aboard import Aboard, Fix
+from pelagos.sim.guidance.guidance import DEPTH_RATE_MPS, Guidance, Step
+from pelagos.sim.guidance.line import Line
+from pelagos.sim.guidance.plan import Planner, lawnmower
+from pelagos.sim.guidance.route import middle_line
+from pelagos.sim.guidance.steering.choice import steering_of
+from pelagos.sim.guidance.steering.steering import circle_course, line_course
+from pelagos.sim.guidance.survey import Swath, survey_lines
+from pelagos.sim.guidance.task import Common, Level
+from pelagos.sim.guidance.vertical import Dive
+from pelagos.sim.guidance.wait import GpsFix
+from pelagos.vehicles.envelope import EnvelopeConfig
+from pelagos.vehicles.family import FAMILIES
+
+TORPEDO = next(f for f in FAMILIES if f.name == "torpedo")
+HOVER = next(f for f in FAMILIES if f.name == "hover")
+NAMES = ("depth", "heading", "speed")
 
 
-def state(x=0.0, y=0.0, depth=0.0, heading=0.0) -> AgentState:
-    half = -heading / 2
-    z3 = np.zeros((1, 3))
-    q = np.array([[math.cos(half), 0, 0, math.sin(half)]])
-    return AgentState(np.array([[x, y, -depth]]), q, z3, z3, z3, z3, np.zeros((1, 0)))
+def legs(*given):
+    return [TypeAdapter(Leg).validate_python(leg) for leg in given]
 
 
-NO_FIX, DEEP = np.array([False]), np.array([np.inf])
+def aboard(x=0.0, y=0.0, depth=0.0, heading=0.0, *, altitude=np.inf, fixed=False, t=0.0, velocity=(0, 0, 0), **more):
+    rows = np.broadcast_arrays(np.atleast_1d(np.asarray(x, float)), y, depth, heading)
+    x, y, depth, heading = (np.array(r, dtype=float) for r in rows)
+    n = len(x)
+    fix = Fix(np.stack([x, y, -depth], axis=-1), heading, np.tile(np.array(velocity, float), (n, 1)))
+    return Aboard(fix, t, 0.1, np.full(n, float(altitude)), np.full(n, fixed), **more)
+
+
+def guidance(tasks, now, family=TORPEDO, names=NAMES, length=1.5, envelope=None):
+    steering = steering_of(family, envelope or EnvelopeConfig(), length, len(now))
+    return Guidance([Step(t, i + 1) for i, t in enumerate(tasks)], steering, names, now)
 
 
 def test_lawnmower_lines_alternate_and_grow_to_starboard():
-    leg = SimpleNamespace(corner=(0.0, 0.0), heading_deg=90.0, length_m=100.0, width_m=50.0, spacing_m=25.0)
-    lines = lawnmower(leg)
+    leg = SimpleNamespace(heading_deg=90.0, length_m=100.0, width_m=50.0, spacing_m=25.0)
+    lines = lawnmower(leg, (0.0, 0.0))
     assert len(lines) == 3
     # heading east is y negative in NWU; starboard of east is south, x negative
     assert np.allclose(lines[0], [(0, 0), (0, -100)])
@@ -34,62 +60,253 @@ def test_lawnmower_lines_alternate_and_grow_to_starboard():
 
 @pytest.mark.parametrize(("y", "sign"), [(5.0, 1.0), (-5.0, -1.0)])
 def test_a_vehicle_beside_its_line_steers_towards_it(y, sign):
-    g = Guidance.start(
-        [Task("transit", end=(100.0, 0.0), start=(0.0, 0.0), depth_m=3.0)], state(), dt_s=0.1, length_m=1.5
-    )
-    depth, heading, speed = g.command(state(x=10.0, y=y), DEEP, NO_FIX, 0.0)[0]
+    line = Line((100.0, 0.0), (0.0, 0.0), common=Common(Level(3.0)))
+    depth, heading, speed = guidance([line], aboard()).command(aboard(10.0, y))[0]
     assert heading == pytest.approx(sign * math.atan2(5.0, 18.0))  # west of a northward line: turn to the right
     assert (depth, speed) == (3.0, 1.5)
 
 
+@pytest.mark.parametrize("course_deg", range(-180, 180, 45))
+@pytest.mark.parametrize("across", [3.0, -7.0])
+@pytest.mark.parametrize("origin", [(0.0, 0.0), (-321.0, 654.0)])
+def test_the_way_back_onto_a_line_is_the_same_at_every_course_and_place(course_deg, across, origin):
+    """course - atan(e / lookahead), e positive to starboard, e placed by hand: right = ahead turned clockwise."""
+    course = math.radians(course_deg)
+    ahead = np.array([math.cos(course), -math.sin(course)])
+    right = np.array([-math.sin(course), -math.cos(course)])
+    start = np.array([origin])
+    found = line_course(start, start + 80 * ahead, start + 30 * ahead + across * right, 12.0)
+    assert np.angle(np.exp(1j * (found[0] - course + math.atan2(across, 12.0)))) == pytest.approx(0, abs=1e-12)
+
+
+@pytest.mark.parametrize("turn", [1.0, -1.0])
+@pytest.mark.parametrize("angle", [0.3, 2.0, -2.5])
+def test_the_way_onto_a_circle(turn, angle):
+    """On the circle along the tangent, far outside to the centre, far inside away from it."""
+    center = np.array([[4.0, -3.0]])
+    out = np.array([[math.cos(angle), math.sin(angle)]])
+    tangent = turn * np.array([out[0, 1], -out[0, 0]])  # clockwise from above: north, then east (y negative)
+
+    def ahead(r):
+        course = circle_course(center, np.array([10.0]), np.array([turn]), center + r * out, 5.0)[0]
+        return np.array([math.cos(course), -math.sin(course)])
+
+    assert ahead(10.0) == pytest.approx(tangent, abs=1e-12)
+    assert ahead(1e6) == pytest.approx(-out[0], abs=1e-4)
+    assert ahead(1.0) @ out[0] > 0.5
+
+
+def test_crab_angle_takes_the_drift_off_a_line():
+    """A point that goes where it heads plus 0.3 m/s across: without the crab angle it would stay 3.5 m off."""
+    line = Line((900.0, 0.0), (0.0, 0.0), common=Common(Level(3.0)))
+    position, heading, t = np.array([0.0, 4.0]), 0.0, 0.0
+    g = guidance([line], aboard(0.0, 4.0))
+    for _ in range(3000):
+        way = 1.5 * np.array([math.cos(heading), -math.sin(heading)]) + [0.0, 0.3]
+        heading = g.command(aboard(*position, 3.0, heading, t=t, velocity=(*way, 0)))[0, 1]
+        position, t = position + 0.1 * way, t + 0.1
+    assert abs(position[1]) < 0.05
+
+
 def test_altitude_hold_ramps_the_depth_set_point():
-    g = Guidance.start(
-        [Task("transit", end=(100.0, 0.0), start=(0.0, 0.0), altitude_m=5.0)], state(depth=2.0), dt_s=0.1, length_m=1.5
-    )
-    depths = [g.command(state(depth=2.0), np.array([15.0]), NO_FIX, 0.1 * k)[0][0] for k in range(3)]
+    line = Line((100.0, 0.0), (0.0, 0.0), common=Common(Level(altitude_m=5.0)))
+    g = guidance([line], aboard(depth=2.0))
+    depths = [g.command(aboard(depth=2.0, altitude=15.0))[0, 0] for _ in range(3)]
     assert np.allclose(np.diff([2.0, *depths]), DEPTH_RATE_MPS * 0.1)
-    held = [g.command(state(depth=12.0), np.array([5.0]), NO_FIX, 0.1 * k)[0][0] for k in range(600)]
+    held = [g.command(aboard(depth=12.0, altitude=5.0))[0, 0] for _ in range(600)]
     assert held[-1] == pytest.approx(12.0, abs=1e-3)
     assert max(held) <= 12.0
 
 
 def test_tasks_follow_each_other_and_the_mission_ends():
-    tasks = [Task("dive", depth_m=5.0), Task("transit", end=(10.0, 0.0), depth_m=5.0), Task("surface", depth_m=0.0),
-             Task("fix", depth_m=0.0, seconds=30.0)]  # fmt: skip
-    g = Guidance.start(tasks, state(), dt_s=0.1, length_m=1.5)
-    assert g.command(state(), DEEP, NO_FIX, 0.0)[0][0] == 5.0
-    g.command(state(depth=4.5), DEEP, NO_FIX, 10.0)
-    assert g.progress[0].task == 1
-    g.command(state(x=10.5, depth=5.0), DEEP, NO_FIX, 20.0)
-    assert g.progress[0].task == 2
-    g.command(state(x=12.0, depth=0.1), DEEP, NO_FIX, 30.0)
-    assert g.progress[0].task == 3
+    level = Common(Level(5.0))
+    up = Common(Level(0.0))
+    tasks = [Dive(common=level), Line((10.0, 0.0), common=level), Dive(True, up), GpsFix(30.0, up)]
+    g = guidance(tasks, aboard())
+    assert g.command(aboard())[0, 0] == 5.0
+    g.command(aboard(depth=4.5, t=10.0))
+    assert g.progress.task[0] == 1
+    g.command(aboard(10.5, depth=5.0, t=20.0))
+    assert g.progress.task[0] == 2
+    g.command(aboard(12.0, depth=0.1, t=30.0))
+    assert g.progress.task[0] == 3
     for k in range(3):
-        g.command(state(x=12.0), DEEP, np.array([True]), 31.0 + k)
+        g.command(aboard(12.0, fixed=True, t=31.0 + k))
     assert g.done
+
+
+def test_copies_are_each_at_their_own_task_and_equal_a_mission_alone():
+    tasks = [Line((10.0, 0.0), common=Common(Level(2.0))), Line((10.0, -30.0), common=Common(Level(4.0)))]
+    x, y = np.array([0.0, 9.0, 10.5, 3.0]), np.array([1.0, 0.5, -28.5, -2.0])
+    together = guidance(tasks, aboard(np.zeros(4)))
+    alone = [guidance(tasks, aboard(0.0)) for _ in range(4)]
+    for k in range(3):
+        rows = together.command(aboard(x, y, t=0.1 * k))
+        each = [g.command(aboard(x[i], y[i], t=0.1 * k))[0] for i, g in enumerate(alone)]
+        assert (rows == np.array(each)).all()
+    assert together.progress.task.tolist() == [0, 1, 2, 0]
 
 
 def test_a_fix_that_never_comes_times_out():
-    g = Guidance.start([Task("fix", depth_m=0.0, seconds=30.0)], state(), dt_s=0.1, length_m=1.5)
-    g.command(state(), DEEP, NO_FIX, 29.0)
+    g = guidance([GpsFix(30.0)], aboard())
+    g.command(aboard(t=29.0))
     assert not g.done
-    g.command(state(), DEEP, NO_FIX, 30.0)
+    g.command(aboard(t=30.0))
     assert g.done
 
 
-def test_plan_covers_every_kind_of_leg():
-    legs = [
-        SimpleNamespace(type="dive", depth_m=3.0, altitude_m=None, speed_mps=None),
-        SimpleNamespace(type="waypoints", points=((1, 2), (3, 4)), depth_m=3.0, altitude_m=None, speed_mps=2.0,
-                        acceptance_m=4.0),
-        SimpleNamespace(type="lawnmower", corner=(0, 0), heading_deg=0.0, length_m=9.0, width_m=0.0, spacing_m=5.0,
-                        depth_m=None, altitude_m=5.0, speed_mps=None, acceptance_m=2.0),
-        SimpleNamespace(type="hold", seconds=4.0),
-        SimpleNamespace(type="surface", speed_mps=None),
-        SimpleNamespace(type="gps_fix", timeout_s=20.0),
-    ]  # fmt: skip
-    tasks = plan(legs)
-    assert [t.kind for t in tasks] == ["dive", "transit", "transit", "transit", "transit", "hold", "surface", "fix"]
-    assert tasks[2].start == (1.0, 2.0)
-    assert tasks[2].speed_mps == 2.0
-    assert tasks[4].altitude_m == 5.0
+EVERY = [
+    {"type": "dive", "depth_m": 3},
+    {"type": "waypoints", "points": [[1, 2], [3, 4]], "depth_m": 3, "speed_mps": 2, "acceptance_m": 4},
+    {"type": "lawnmower", "corner": [0, 0], "length_m": 9, "width_m": 0, "spacing_m": 5, "altitude_m": 5},
+    {"type": "hold", "seconds": 4},
+    {"type": "surface"},
+    {"type": "gps_fix", "timeout_s": 20},
+    {"type": "repeat", "times": 2, "last": 2},
+]
+ALTIMETER = {"alt": SimpleNamespace(type="altimeter", q_body_sensor=(1.0, 0.0, 0.0, 0.0))}
+
+
+def planner(family=TORPEDO, **more):
+    where = lambda number: f"a.yaml: mission.{number}"  # noqa: E731
+    return Planner("auv0", "remus100", family, **{"sensors": ALTIMETER, "where": where, **more})
+
+
+def test_plan_gives_the_tasks_of_legs():
+    steps = planner().plan(legs(*EVERY))
+    kinds = [type(s.task).__name__ for s in steps]
+    assert kinds == ["Dive", *["Line"] * 4, "Hold", "Dive", "GpsFix", *["Dive", "GpsFix"] * 2]
+    assert steps[2].task.start == (1.0, 2.0)
+    assert steps[2].task.common.speed_mps == 2.0
+    assert steps[4].task.common.level == Level(None, 5.0)
+    assert [s.behind for s in steps[:5]] == [1, 3, 3, 5, 5]
+    assert steps[-1].behind == len(steps)
+
+
+def test_a_reading_ends_a_leg():
+    until = {"sensor": "alt", "below": 4.0}
+    mission = legs({"type": "waypoints", "points": [[50, 0], [90, 0]], "depth_m": 3, "until": until}, EVERY[3])
+    steps = planner().plan(mission)
+    g = Guidance(steps, steering_of(TORPEDO, EnvelopeConfig(), 1.5, 2), NAMES, aboard(np.zeros(2)))
+    for altitude in (np.array([[9.0], [np.nan]]), np.array([[9.0], [3.5]])):
+        g.command(aboard(np.zeros(2), readings={"alt": altitude}))
+    assert g.progress.task.tolist() == [0, 2]
+
+
+def test_places_on_earth():
+    world = SimpleNamespace(origin=GeoOrigin(45.0, 13.0))
+    mission = legs({"type": "waypoints", "points": [{"latitude_deg": 45.01, "longitude_deg": 13.0}], "depth_m": 2})
+    line = planner(world=world).plan(mission)[0].task
+    assert line.end == pytest.approx((1111.3, 0.0), abs=1.0)  # a hundredth of a degree of latitude at 45 deg: 1111.3 m
+    with pytest.raises(ScenarioError, match=r"mission\.0: a place on Earth needs a world that lies there"):
+        planner(world=SimpleNamespace(origin=GeoOrigin(0.0, 0.0))).plan(mission)
+
+
+REFUSED = [
+    ({"type": "land"}, "remus100 cannot do the leg 'land'; it can do dive"),
+    ({"type": "goto", "points": [[1, 2, -3]], "heading_deg": 3}, "leave out 'heading_deg'"),
+    ({"type": "goto", "points": [[1, 2, 3]]}, "does not fly: z is 3 m above the surface"),
+    ({"type": "orbit", "center": [1, 2], "radius_m": 9, "look": "center"}, "cannot circle sideways"),
+    ({"type": "dive", "depth_m": 300}, "goes at most 100 m deep, not 300"),
+    ({"type": "dive", "height_m": 30}, "does not fly: leave out height_m"),
+    ({"type": "surface", "speed_mps": 9}, "goes at most 2.5 m/s, not 9"),
+    ({"type": "repeat", "times": 2}, "there is no leg before this one"),
+    ({"type": "follow", "agent": "auv1", "seconds": 3}, "unknown agent to follow 'auv1'"),
+    ({"type": "follow", "wall": "alt", "seconds": 3}, "does not look sideways"),
+    ({"type": "hold", "seconds": 3, "until": {"sensor": "at", "above": 3}}, "did you mean 'alt'"),
+]
+
+
+@pytest.mark.parametrize(("leg", "message"), REFUSED)
+def test_legs_that_cannot_be_say_why(leg, message):
+    envelope = EnvelopeConfig(top_mps=2.5, depth_m=100)
+    with pytest.raises((ScenarioError, LookupFailed), match=r"a\.yaml: mission\.0") as caught:
+        planner(envelope=envelope, agents=("auv0",)).plan(legs(leg))
+    assert message in str(caught.value)
+
+
+def test_altitude_needs_a_sensor_that_looks_down():
+    aside = SimpleNamespace(type="altimeter", q_body_sensor=(math.sqrt(0.5), math.sqrt(0.5), 0.0, 0.0))
+    with pytest.raises(ScenarioError, match="carries nothing that measures altitude"):
+        planner(sensors={"aside": aside}).plan(legs(EVERY[2]))
+
+
+UNFIT = [
+    ({"type": "station_keeping"}, "give 'seconds' or 'until'"),
+    ({"type": "profile", "lower_depth_m": 9}, "give 'cycles', 'point' or 'until'"),
+    ({"type": "profile", "lower_depth_m": 2, "cycles": 1}, "upper_depth_m 3.0 must be above lower_depth_m 2.0"),
+    ({"type": "follow", "seconds": 3}, "give one of 'agent', 'wall' and 'pipeline'; none given"),
+    ({"type": "survey", "area": [[0, 0], [1, 0], [1, 1]]}, "give either 'spacing_m' or 'swath_deg'; neither given"),
+    ({"type": "goto", "points": [[1, 2, -3]], "depth_m": 3}, "leave out 'depth_m'"),
+    ({"type": "goto", "points": [[1, 2]], "heading_deg": 3, "face": [1, 2]}, "give either 'heading_deg' or 'face'"),
+    ({"type": "hold", "seconds": 3, "until": {"sensor": "a"}}, "give 'above', 'below' or both"),
+    ({"type": "land", "depth_m": 3}, "lands where the ground is"),
+]
+
+
+@pytest.mark.parametrize(("leg", "message"), UNFIT)
+def test_keys_that_do_not_fit_together(leg, message):
+    with pytest.raises((ValueError, InputError), match=message):
+        legs(leg)
+
+
+# the plan of a survey
+
+
+def slope(x, y):
+    """A seabed from 10 m at x = 0 to 30 m at x = 100."""
+    return -10.0 - 0.2 * np.asarray(x, dtype=float) + 0 * np.asarray(y, dtype=float)
+
+
+AREA = np.array([[0.0, 0.0], [100.0, 0.0], [100.0, -80.0], [0.0, -80.0]])
+
+
+def test_lines_lie_as_far_apart_as_the_swath_at_the_depth_there():
+    """Lines across the slope (heading east): half a swath is altitude times tan(45 deg) = the altitude, less overlap."""
+    swath = Swath(None, math.radians(90), 0.25)
+    lines = survey_lines(AREA, swath, height=slope, depth_m=None, altitude_m=None, heading_rad=math.pi / 2)
+    at = np.sort([a[0] for a, b in lines])
+    assert all(a[0] == pytest.approx(b[0]) for a, b in lines)
+    half = 0.75 * -slope(at, 0)
+    assert (at[:-1] + half[:-1] >= at[1:] - half[1:] - 1e-6).all()  # no gap between two lines
+    assert at[0] - half[0] <= 1e-6
+    assert at[-1] + half[-1] >= 100 - 1e-6
+    assert np.diff(at)[1] > 1.2 * np.diff(at)[0] or len(at) < 4  # deeper: wider
+    along = {round(b[1] - a[1]) for a, b in lines}
+    assert along == {80, -80}  # each against the last
+
+
+def test_lines_stay_inside_an_area_that_is_not_convex():
+    notch = np.array([[0, 0], [60, 0], [60, -60], [40, -60], [40, -20], [20, -20], [20, -60], [0, -60]], dtype=float)
+    lines = survey_lines(
+        notch, Swath(10.0, 0.0, 0.0), height=slope, depth_m=None, altitude_m=3.0, heading_rad=0.0
+    )  # lines along x: beyond y = -20 the notch cuts them in two
+    cut = [(a, b) for a, b in lines if a[1] < -21]
+    assert cut
+    for a, b in cut:
+        assert abs(b[0] - a[0]) == pytest.approx(20.0)
+
+
+def test_a_line_into_the_seabed_is_refused():
+    with pytest.raises(ScenarioError, match=r"at 15 m depth a line from x .* runs into the seabed"):
+        survey_lines(AREA, Swath(20.0, 0.0, 0.0), height=slope, depth_m=15.0, altitude_m=None)
+    with pytest.raises(ScenarioError, match="lie on one line"):
+        survey_lines(AREA[[0, 1, 0]], Swath(20.0, 0.0, 0.0), height=slope, depth_m=1.0, altitude_m=None)
+
+
+def test_the_middle_line_of_a_pipe():
+    s = np.linspace(0, 120, 400)
+    middle = np.stack([10 + 0.8 * s, -5 + 0.6 * s + 3 * np.sin(s / 20)], axis=-1)
+    ring = 0.4 * np.stack([np.cos(np.arange(12) * np.pi / 6), np.sin(np.arange(12) * np.pi / 6)], axis=-1)
+    vertices = np.concatenate([np.c_[middle + r, np.zeros(400)] for r in ring])
+    line = middle_line([SimpleNamespace(name="pipe", vertices=vertices)], "pipe", where="m")
+    ends = [line[0], line[-1]]
+    assert min(np.hypot(*(e - middle[0])) for e in ends) < 1.5
+    assert 3 < len(line) < 30
+    for p in line:
+        assert np.hypot(*(middle - p).T).min() < 0.8
+    with pytest.raises(LookupFailed, match="did you mean 'pipe'"):
+        middle_line([SimpleNamespace(name="pipe", vertices=vertices)], "pip", where="m")
+    cube = SimpleNamespace(name="cube", vertices=np.random.default_rng(1).uniform(-20, 20, (200, 3)))
+    with pytest.raises(ScenarioError, match="no middle line"):
+        middle_line([cube], "cube", where="m")

@@ -12,7 +12,27 @@ from rich.table import Table
 from pelagos.cli.console import out
 from pelagos.config.agent import Agent, Start
 from pelagos.config.loader import load_scenario, to_yaml
-from pelagos.config.mission import Dive, GpsFix, Hold, Lawnmower, Leg, Surface, Waypoints
+from pelagos.config.mission import (
+    Dive,
+    Dock,
+    Drift,
+    Follow,
+    Goto,
+    GpsFix,
+    Hold,
+    Land,
+    Lawnmower,
+    Leg,
+    Levelled,
+    Orbit,
+    Profile,
+    Repeat,
+    StationKeeping,
+    Surface,
+    Survey,
+    Until,
+    Waypoints,
+)
 from pelagos.config.scenario import Scenario
 
 
@@ -94,28 +114,65 @@ def _sensors(agent: Agent, tick_rate_hz: float) -> Table:
 
 def describe(leg: Leg) -> str:
     """One leg of a mission in words."""
+    return _words(leg) + ("" if leg.until is None else f", until {_until(leg.until)}")
+
+
+def _words(leg: Leg) -> str:
     match leg:
         case Dive():
             return f"dive to {_level(leg)}"
-        case Waypoints():
+        case Waypoints() | Goto():
             plural = "s" if len(leg.points) > 1 else ""
-            return f"pass {len(leg.points)} point{plural} at {_level(leg)}{_speed(leg.speed_mps)}"
+            verb = "pass" if leg.type == "waypoints" else "go to"
+            return f"{verb} {len(leg.points)} point{plural}{_at(leg)}{_speed(leg.speed_mps)}"
         case Lawnmower():
             lines = math.floor(leg.width_m / leg.spacing_m + 1e-9) + 1
             return (
                 f"lawn-mower pattern: {lines} lines of {leg.length_m:g} m, {leg.spacing_m:g} m apart, "
-                f"heading {leg.heading_deg:g} deg, at {_level(leg)}{_speed(leg.speed_mps)}"
+                f"heading {leg.heading_deg:g} deg,{_at(leg)}{_speed(leg.speed_mps)}"
             )
-        case Surface():
-            return "surface"
-        case GpsFix():
-            return f"wait for a position fix, at most {leg.timeout_s:g} s"
+        case Survey():
+            apart = f"{leg.spacing_m:g} m" if leg.spacing_m is not None else f"a swath of {leg.swath_deg:g} deg"
+            return f"survey an area of {len(leg.area)} corners, lines {apart} apart{_at(leg)}{_speed(leg.speed_mps)}"
+        case Orbit():
+            return f"circle {leg.turns:g} times at {leg.radius_m:g} m, {leg.direction}{_at(leg)}{_speed(leg.speed_mps)}"
+        case Profile():
+            return f"up and down between {leg.upper_depth_m:g} and {leg.lower_depth_m:g} m depth"
+        case Follow():
+            what = leg.agent or (leg.pipeline if leg.wall is None else f"the wall that {leg.wall} sees")
+            return f"follow {what}{_at(leg)}{_for(leg.seconds)}"
+        case StationKeeping() | Drift():
+            return f"{leg.type.replace('_', ' ')}{_at(leg)}{_for(leg.seconds)}"
         case Hold():
             return f"hold for {leg.seconds:g} s"
+        case GpsFix():
+            return f"wait for a position fix, at most {leg.timeout_s:g} s"
+        case Repeat():
+            last = "all legs before" if leg.last is None else f"the last {leg.last} legs"
+            return f"repeat {last}, {leg.times} times"
+        case Surface() | Dock() | Land():
+            return leg.type
 
 
-def _level(leg: Dive | Waypoints | Lawnmower) -> str:
+def _level(leg: Levelled) -> str:
+    if leg.height_m is not None:
+        return f"{leg.height_m:g} m height"
     return f"{leg.altitude_m:g} m altitude" if leg.depth_m is None else f"{leg.depth_m:g} m depth"
+
+
+def _at(leg: Levelled) -> str:
+    free = leg.depth_m is None and leg.altitude_m is None and leg.height_m is None
+    return "" if free else f" at {_level(leg)}"
+
+
+def _for(seconds: float | None) -> str:
+    return "" if seconds is None else f" for {seconds:g} s"
+
+
+def _until(until: Until) -> str:
+    name = until.sensor if until.value is None else f"{until.sensor}.{until.value}"
+    limits = [f"{word} {v:g}" for word, v in (("above", until.above), ("below", until.below)) if v is not None]
+    return f"{name} is {' or '.join(limits)}"
 
 
 def _speed(speed_mps: float | None) -> str:

@@ -17,7 +17,7 @@ from pelagos.sim.guidance.guidance import Guidance
 from pelagos.sim.guidance.plan import looks_down
 from pelagos.sim.guidance.steering.choice import steering_of
 from pelagos.sim.model import AgentModel, Model
-from pelagos.sim.navigator import Navigator, navigator_of
+from pelagos.sim.navigator import Navigator, fix_of, navigator_of
 from pelagos.sim.sampled import Sampled
 from pelagos.sim.state import AgentState
 
@@ -77,7 +77,8 @@ class Missions:
             "guidance": {name: g.memory() for name, g in self.guidance.items()},
             "navigators": {name: n.memory() for name, n in self.navigators.items()},
             "feedback": {
-                name: {"altitude": f.altitude, "gps": f.gps, "readings": f.readings} for name, f in self.feedback.items()
+                name: {"altitude": f.altitude, "gps": f.gps, "readings": f.readings}
+                for name, f in self.feedback.items()
             },
         })  # fmt: skip
 
@@ -173,23 +174,6 @@ class Missions:
             own=fix, t_s=tick * dt_s, dt_s=self.period * dt_s, altitude=feedback.altitude, fixed=feedback.gps,
             readings=feedback.readings, others=others,
         )  # fmt: skip
-
-
-def fix_of(state: AgentState) -> Fix:
-    """The true motion as guidance takes it."""
-    w, x, y, z = state.attitude.T
-    u, v, s = state.velocity.T
-    t = 2 * (y * s - z * v), 2 * (z * u - x * s), 2 * (x * v - y * u)
-    velocity = np.stack(
-        [
-            u + w * t[0] + y * t[2] - z * t[1],
-            v + w * t[1] + z * t[0] - x * t[2],
-            s + w * t[2] + x * t[1] - y * t[0],
-        ],
-        axis=-1,
-    )
-    heading = -np.arctan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))
-    return Fix(state.position, heading, velocity)
 
 
 def _state(row: NDArray[np.float64]) -> AgentState:

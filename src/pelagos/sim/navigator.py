@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from pelagos.config.navigation import EkfNavigation, ExternalNavigation
+from pelagos.config.navigation import ExternalNavigation
 from pelagos.sim.guidance.aboard import Fix
 
 if TYPE_CHECKING:
@@ -73,15 +73,26 @@ class External:
         self._fix = Fix(**memory)
 
 
+def fix_of(state: AgentState) -> Fix:
+    """The true motion as guidance takes it."""
+    w, x, y, z = state.attitude.T
+    u, v, s = state.velocity.T
+    t = 2 * (y * s - z * v), 2 * (z * u - x * s), 2 * (x * v - y * u)
+    velocity = np.stack(
+        [
+            u + w * t[0] + y * t[2] - z * t[1],
+            v + w * t[1] + z * t[0] - x * t[2],
+            s + w * t[2] + x * t[1] - y * t[0],
+        ],
+        axis=-1,
+    )
+    heading = -np.arctan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))
+    return Fix(state.position, heading, velocity)
+
+
 def navigator_of(agent: AgentModel, model: Model, state: AgentState) -> Navigator | None:
     """The navigator of an agent; None where it knows the truth."""
-    from pelagos.sim.missions import fix_of
-
     config = agent.config.navigation
     if isinstance(config, ExternalNavigation):
         return External(fix_of(state))
-    if isinstance(config, EkfNavigation):
-        from pelagos.sim.estimator import Estimator
-
-        return Estimator(config, agent, model, state)
     return None

@@ -29,6 +29,7 @@ from pelagos.sim.listeners import Listeners, OnReading, OnTick, Subscription
 from pelagos.sim.model import AgentModel, Model, compile_model, encounters_of
 from pelagos.sim.mounts import warn_of_buried
 from pelagos.sim.movers import Movers
+from pelagos.sim.navigator import External
 from pelagos.sim.record import Recorder
 from pelagos.sim.run import RunResult, run
 from pelagos.sim.run_log import RunLog, open_recorder
@@ -417,6 +418,31 @@ class Simulation:
             angular_velocity=now.angular_velocity
             if angular_velocity is None
             else rows(angular_velocity, n, 3, f"{agent}: angular_velocity"),
+        )
+
+    def navigate(
+        self, agent: str, *, position: object, heading_rad: object, velocity: object = (0.0, 0.0, 0.0)
+    ) -> None:
+        """Tell an agent with `navigation: external` where it is; its mission goes by this until it is told again.
+
+        Args:
+            agent: its name.
+            position: world NWU `(3,)` or `(n, 3)` [m].
+            heading_rad: of the compass, one number or `(n,)` [rad].
+            velocity: over ground, world NWU `(3,)` or `(n, 3)` [m/s].
+
+        Raises:
+            CommandError: an unknown agent, one whose navigation is another, a wrong shape, a value that is not finite.
+        """
+        self._agent(agent)
+        navigator = self._stepper.missions.navigators.get(agent)
+        if not isinstance(navigator, External):
+            raise CommandError(f"{agent} is not told where it is: give it `navigation: external` in the scenario")
+        heading: object = [heading_rad] if np.ndim(heading_rad) == 0 else np.reshape(heading_rad, (-1, 1))  # type: ignore[arg-type, call-overload]
+        navigator.tell(
+            rows(position, self.n, 3, f"{agent}: position"),
+            rows(heading, self.n, 1, f"{agent}: heading_rad")[:, 0],
+            rows(velocity, self.n, 3, f"{agent}: velocity"),
         )
 
     def spawn(self, prop: Prop, *, name: str | None = None) -> Body:

@@ -57,7 +57,8 @@ FAMILIES: Final = (
     Family("ship", ("heading",), (), (*_LINES, *_ALL), False, False, "at the surface"),
     Family(
         "glider", ("upper_depth", "depth", "glide_pitch", "heading"), (),
-        ("dive", *_LINES, "goto", "station_keeping", "orbit", "hold", "gps_fix", "repeat", "surface", "profile", "drift"),
+        ("dive", *_LINES, "goto", "station_keeping", "orbit", "hold", "gps_fix", "repeat", "surface", "profile",
+         "drift"),
         False, False, "under water",
     ),
     Family(

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
+from pelagos.vehicles.family import mission_mode
 from pelagos.vehicles.load import catalogue_names
 from pelagos.vehicles.vehicle import Vehicle
 
@@ -15,7 +16,8 @@ from pelagos.vehicles.vehicle import Vehicle
 def page(name: str) -> str:
     """Markdown about one vehicle of the catalogue."""
     vehicle = Vehicle.from_catalogue(name)
-    parts = [f"# {name}\n\n{vehicle.config.title}.\n", _particulars(vehicle), _modes(vehicle), _actuators(vehicle)]
+    parts = [f"# {name}\n\n{vehicle.config.title}.\n", _particulars(vehicle), _modes(vehicle), _missions(vehicle)]
+    parts.append(_actuators(vehicle))
     parts += [_terms(vehicle), _mounts(vehicle), _deviations(vehicle), _variants(vehicle), _sources(vehicle)]
     text = (files("pelagos.vehicles.catalogue") / f"{name}.yaml").read_text(encoding="utf-8")
     use = f"In a scenario: `vehicle: {name}`, or with changes `vehicle: {{type: {name}, density_kg_m3: 1000}}`."
@@ -46,6 +48,34 @@ def _modes(vehicle: Vehicle) -> str:
         commands = ", ".join(vehicle.command_names(mode)) or "none"
         lines.append(f"| `{mode}`{default} | {commands} |")
     return "## Control modes\n\n| mode | set-points, in order |\n|---|---|\n" + "\n".join(lines) + "\n"
+
+
+def _missions(vehicle: Vehicle) -> str:
+    found = mission_mode({mode: vehicle.command_names(mode) for mode in vehicle.modes})
+    if found is None:
+        return ""
+    mode, family = found
+    e = vehicle.config.envelope
+    rows = [
+        ("steered by", f"mode `{mode}`"),
+        ("legs", ", ".join(f"`{leg}`" for leg in family.legs)),
+        ("at a place", "stays" if family.stops else _circles(vehicle)),
+        ("looks where it does not go", "yes" if family.turns else "no"),
+        ("speed where a leg gives none", f"{e.cruise_mps:g} m/s"),
+        ("largest speed", "not stated" if e.top_mps is None else f"{e.top_mps:g} m/s"),
+        ("a place counts as reached within", f"{e.tolerance_m:g} m"),
+    ]
+    if e.slow_mps is not None:
+        rows.append(("least speed that steers", f"{e.slow_mps:g} m/s"))
+    if e.depth_m is not None:
+        rows.append(("largest depth", f"{e.depth_m:g} m"))
+    lines = [f"| {name} | {value} |" for name, value in rows]
+    return "## Missions\n\nSee [missions](../missions.md).\n\n| | |\n|---|---|\n" + "\n".join(lines) + "\n"
+
+
+def _circles(vehicle: Vehicle) -> str:
+    radius = vehicle.config.envelope.turn_radius_m
+    return "circles" if radius is None else f"circles at {radius:g} m"
 
 
 def _actuators(vehicle: Vehicle) -> str:

@@ -35,7 +35,9 @@ class Follow(Levelled):
         given = [name for name in ("agent", "wall", "pipeline") if getattr(self, name) is not None]
         if len(given) != 1:
             found = " and ".join(f"'{name}'" for name in given) or "none"
-            raise PydanticCustomError("follow", "give one of 'agent', 'wall' and 'pipeline'; {found} given", {"found": found})
+            raise PydanticCustomError(
+                "follow", "give one of 'agent', 'wall' and 'pipeline'; {found} given", {"found": found}
+            )
         if self.pipeline is None and self.seconds is None and self.until is None:
             raise PydanticCustomError("end", "give 'seconds' or 'until': nothing else ends this leg")
         return self

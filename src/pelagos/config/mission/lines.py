@@ -19,8 +19,8 @@ class Waypoints(Levelled):
     """World x (north), y (west) of each point [m], or its `latitude_deg` and `longitude_deg`."""
     speed_mps: float | None = Field(default=None, gt=0)
     """Speed through the water [m/s]; the vehicle's cruising speed where not given."""
-    acceptance_m: float = Field(default=5.0, gt=0)
-    """A point counts as passed within this distance [m]."""
+    acceptance_m: float | None = Field(default=None, gt=0)
+    """A point counts as passed within this distance [m]; the vehicle\'s own tolerance where not given."""
 
 
 class Lawnmower(Levelled):
@@ -40,8 +40,8 @@ class Lawnmower(Levelled):
     """Compass heading of the first line [deg]: 0 north, 90 east."""
     speed_mps: float | None = Field(default=None, gt=0)
     """Speed through the water [m/s]; the vehicle's cruising speed where not given."""
-    acceptance_m: float = Field(default=5.0, gt=0)
-    """The end of a line counts as reached within this distance [m]."""
+    acceptance_m: float | None = Field(default=None, gt=0)
+    """The end of a line counts as reached within this distance [m]; the vehicle\'s own tolerance where not given."""
 
 
 class Survey(Levelled):
@@ -61,12 +61,14 @@ class Survey(Levelled):
     """Compass heading of the first line [deg]; along the longest side of the area where not given."""
     speed_mps: float | None = Field(default=None, gt=0)
     """Speed through the water [m/s]; the vehicle's cruising speed where not given."""
-    acceptance_m: float = Field(default=5.0, gt=0)
-    """The end of a line counts as reached within this distance [m]."""
+    acceptance_m: float | None = Field(default=None, gt=0)
+    """The end of a line counts as reached within this distance [m]; the vehicle\'s own tolerance where not given."""
 
     @model_validator(mode="after")
     def _spaced(self) -> Self:
         if (self.spacing_m is None) == (self.swath_deg is None):
             given = "neither" if self.spacing_m is None else "both"
-            raise PydanticCustomError("spacing", "give either 'spacing_m' or 'swath_deg'; {given} given", {"given": given})
+            raise PydanticCustomError(
+                "spacing", "give either 'spacing_m' or 'swath_deg'; {given} given", {"given": given}
+            )
         return self

@@ -16,8 +16,8 @@ class Goto(Levelled):
     type: Literal["goto"] = "goto"
     """The kind of leg."""
     points: tuple[tuple[float, float, float] | Place, ...] = Field(min_length=1)
-    """World x (north), y (west), z (up) of each point [m]; or x, y, or `latitude_deg` and `longitude_deg`, at the depth,
-    altitude or height of the leg."""
+    """World x (north), y (west), z (up) of each point [m]; or x, y, or `latitude_deg` and `longitude_deg`, at the
+    depth, altitude or height of the leg."""
     heading_deg: float | None = Field(default=None, ge=-360, le=360)
     """Compass heading on the way and at the end [deg]; along the way where not given."""
     face: Place | None = None
@@ -37,7 +37,9 @@ class Goto(Levelled):
         deep = any(isinstance(p, tuple) and len(p) == 3 for p in self.points)
         level = next((n for n in ("depth_m", "altitude_m", "height_m") if getattr(self, n) is not None), None)
         if deep and level is not None:
-            raise PydanticCustomError("level", "points of three numbers have their own z; leave out '{level}'", {"level": level})
+            raise PydanticCustomError(
+                "level", "points of three numbers have their own z; leave out '{level}'", {"level": level}
+            )
         return self
 
 
@@ -47,7 +49,7 @@ class StationKeeping(Timed):
     type: Literal["station_keeping"] = "station_keeping"
     """The kind of leg."""
     point: Place | None = None
-    """World x (north), y (west) [m], or latitude and longitude; where the vehicle is when the leg begins if not given."""
+    """World x (north), y (west) [m], or latitude and longitude; where the vehicle is at the beginning if not given."""
     heading_deg: float | None = Field(default=None, ge=-360, le=360)
     """Compass heading [deg]; the one at the leg's beginning where not given."""
     face: Place | None = None
@@ -113,7 +115,9 @@ class Land(Levelled):
     def _no_level(self) -> Self:
         for name in ("depth_m", "altitude_m", "height_m"):
             if getattr(self, name) is not None:
-                raise PydanticCustomError("level", "a vehicle lands where the ground is; leave out '{name}'", {"name": name})
+                raise PydanticCustomError(
+                    "level", "a vehicle lands where the ground is; leave out '{name}'", {"name": name}
+                )
         return self
 
 

@@ -45,8 +45,8 @@ class Profile(BaseLeg):
     """Compass heading [deg]; the one at the leg's beginning where not given."""
     point: Place | None = None
     """A point to go towards, instead of a heading; reaching it ends the leg: x, y [m], or latitude and longitude."""
-    acceptance_m: float = Field(default=10.0, gt=0)
-    """The point counts as reached within this distance [m]."""
+    acceptance_m: float | None = Field(default=None, gt=0)
+    """The point counts as reached within this distance [m]; the vehicle\'s own tolerance where not given."""
     glide_deg: float = Field(default=25.0, gt=5, lt=60)
     """Pitch, down and up; of vehicles with propellers the steepest [deg]."""
     speed_mps: float | None = Field(default=None, gt=0)

@@ -1,1 +1,1 @@
-"""Missions: legs become tasks (`plan`), tasks goals (`guidance`), and goals set-points of a control mode (`steering`)."""
+"""Missions: legs become tasks (`plan`), tasks goals (`guidance`), and goals set-points of a mode (`steering`)."""

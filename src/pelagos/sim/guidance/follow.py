@@ -49,7 +49,9 @@ class FollowAgent:
         goal.path = np.where(moving, Path.LINE, Path.POINT)
         goal.start = np.where(moving[:, None], place - AHEAD_M * along, aboard.xy)
         goal.end = np.where(moving[:, None], place + AHEAD_M * along, place)
-        goal.speed = np.where(moving, np.clip(speed + CATCH_UP_PER_S * behind, 0.05, self.top_mps), self.common.speed_mps)
+        goal.speed = np.where(
+            moving, np.clip(speed + CATCH_UP_PER_S * behind, 0.05, self.top_mps), self.common.speed_mps
+        )
         goal.stops = ~moving
         goal.face = np.where(np.isnan(goal.face), other.heading, goal.face)
         if self.common.level.depth_m is None and self.common.level.altitude_m is None:

@@ -46,7 +46,7 @@ class Line:
             return near.astype(np.int64)
         if self.again:
             return np.where(near, 1, np.where(past, -1, 0)).astype(np.int64)
-        return (near | past).astype(np.int64)
+        return np.asarray(near | past, dtype=np.int64)
 
     def goal(self, aboard: Aboard, progress: Progress) -> Goal:
         """See `Task.goal`."""

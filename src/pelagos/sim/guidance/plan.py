@@ -1,4 +1,4 @@
-"""From the legs of a scenario to the tasks of a mission, checked against the vehicle, the world and the other agents."""
+"""From the legs of a scenario to the tasks of a mission, checked against vehicle, world and other agents."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ class Planner:
     name: str
     vehicle: str
     family: Family
-    envelope: EnvelopeConfig = EnvelopeConfig()
+    envelope: EnvelopeConfig = field(default_factory=EnvelopeConfig)
     sensors: Mapping[str, Any] = field(default_factory=dict)
     agents: Sequence[str] = ()
     world: Any = None
@@ -121,12 +121,14 @@ class Planner:
             raise ScenarioError(f"{self.vehicle} stays at the surface: leave out its depth or altitude", where=where)
         if altitude is not None and not any(looks_down(c) for c in self.sensors.values()):
             raise ScenarioError(
-                f"{self.name} carries nothing that measures altitude: give it an altimeter or a dvl, or the leg a depth_m",
+                f"{self.name} carries nothing that measures altitude: give it an altimeter or a dvl, or use depth_m",
                 where=f"{where}.altitude_m",
             )
         deepest = self.envelope.depth_m
         if deepest is not None and depth is not None and depth > deepest:
-            raise ScenarioError(f"{self.vehicle} goes at most {deepest:g} m deep, not {depth:g}", where=f"{where}.depth_m")
+            raise ScenarioError(
+                f"{self.vehicle} goes at most {deepest:g} m deep, not {depth:g}", where=f"{where}.depth_m"
+            )
 
     # parts of legs
 
@@ -162,15 +164,20 @@ class Planner:
         origin: GeoOrigin | None = None if self.world is None else self.world.origin
         if origin is None or (origin.latitude == 0.0 and origin.longitude == 0.0):
             raise ScenarioError(
-                "a place on Earth needs a world that lies there; give the scenario an 'origin'", where=self.where(number)
+                "a place on Earth needs a world that lies there; give the scenario an 'origin'",
+                where=self.where(number),
             )
         x, y = origin.to_xy(place.latitude_deg, place.longitude_deg)
         return float(x), float(y)
 
     @property
     def tolerance_m(self) -> float:
-        """Distance within which a place counts as reached."""
+        """Distance within which this vehicle counts a place as reached."""
         return self.envelope.tolerance_m
+
+    def near(self, leg: Any) -> float:
+        """The same, on a leg that may say so itself."""
+        return self.tolerance_m if leg.acceptance_m is None else float(leg.acceptance_m)
 
 
 def looks_down(config: Any) -> bool:
@@ -183,7 +190,7 @@ def looks_down(config: Any) -> bool:
 
 def _waypoints(planner: Planner, leg: legs.Waypoints, number: int, at: XY) -> list[Task]:
     points = [planner.xy(p, number) for p in leg.points]
-    return _transits(points, planner.common(leg, number), leg.acceptance_m)
+    return _transits(points, planner.common(leg, number), planner.near(leg))
 
 
 def _transits(points: Sequence[XY], common: Common, acceptance_m: float) -> list[Task]:
@@ -212,7 +219,7 @@ def lawnmower(leg: Any, corner: XY) -> list[tuple[XY, XY]]:
 
 
 def _lawnmower(planner: Planner, leg: legs.Lawnmower, number: int, at: XY) -> list[Task]:
-    return _along(lawnmower(leg, planner.xy(leg.corner, number)), planner.common(leg, number), leg.acceptance_m)
+    return _along(lawnmower(leg, planner.xy(leg.corner, number)), planner.common(leg, number), planner.near(leg))
 
 
 def _survey(planner: Planner, leg: legs.Survey, number: int, at: XY) -> list[Task]:
@@ -225,12 +232,12 @@ def _survey(planner: Planner, leg: legs.Survey, number: int, at: XY) -> list[Tas
         heading_rad=None if leg.heading_deg is None else math.radians(leg.heading_deg),
         where=planner.where(number),
     )
-    return _along(lines, planner.common(leg, number), leg.acceptance_m)
+    return _along(lines, planner.common(leg, number), planner.near(leg))
 
 
 def _goto(planner: Planner, leg: legs.Goto, number: int, at: XY) -> list[Task]:
     common = planner.common(leg, number)
-    acceptance = planner.tolerance_m if leg.acceptance_m is None else leg.acceptance_m
+    acceptance = planner.near(leg)
     tasks: list[Task] = []
     before: XY | None = None
     for k, point in enumerate(leg.points):
@@ -238,7 +245,9 @@ def _goto(planner: Planner, leg: legs.Goto, number: int, at: XY) -> list[Task]:
         if isinstance(point, tuple) and len(point) == 3:
             if planner.family.medium != "in the air" and point[2] > 0:
                 where = f"{planner.where(number)}.points.{k}"
-                raise ScenarioError(f"{planner.vehicle} does not fly: z is {point[2]:g} m above the surface", where=where)
+                raise ScenarioError(
+                    f"{planner.vehicle} does not fly: z is {point[2]:g} m above the surface", where=where
+                )
             level = Level(None if planner.family.medium == "at the surface" else -point[2])
         exact = planner.family.stops and (k == len(leg.points) - 1 or planner.family.turns)
         tasks.append(Line(end, before, acceptance, exact, common=replace(common, level=level)))
@@ -270,9 +279,9 @@ def _dock(planner: Planner, leg: legs.Dock, number: int, at: XY) -> list[Task]:
     common = planner.common(leg, number, level=level)
     common = replace(common, face_rad=heading)
     speed = leg.speed_mps if leg.speed_mps is not None else slow or 0.4 * planner.envelope.cruise_mps
-    way = Line(ready, None, max(planner.tolerance_m, 0.1 * leg.approach_m), planner.family.turns, common=common)
-    stops = planner.family.stops
-    inside = Line(end, ready, leg.tolerance_m, stops, again=not stops, common=replace(common, speed_mps=speed))
+    way = Line(ready, None, max(0.2 * leg.approach_m, leg.tolerance_m), planner.family.stops, common=common)
+    exact = planner.family.turns
+    inside = Line(end, ready, leg.tolerance_m, exact, again=not exact, common=replace(common, speed_mps=speed))
     return [way, inside]
 
 
@@ -305,7 +314,7 @@ def _side(planner: Planner, sensor: str, where: str) -> float:
     left = -2 * (y * z - w * x)  # of the axis -z of the sensor, along which these look
     if abs(left) < 0.5:
         raise ScenarioError(
-            f"{sensor!r} does not look sideways: give it orientation_deg [90, 0, 0] for port, [-90, 0, 0] for starboard",
+            f"{sensor!r} does not look sideways: orientation_deg [90, 0, 0] is to port, [-90, 0, 0] to starboard",
             where=f"{where}.wall",
         )
     return math.copysign(1.0, left)
@@ -324,7 +333,7 @@ def _profile(planner: Planner, leg: legs.Profile, number: int, at: XY) -> list[T
     point = None if leg.point is None else planner.xy(leg.point, number)
     glide, common = math.radians(leg.glide_deg), planner.common(leg, number)
     depths = leg.upper_depth_m, leg.lower_depth_m
-    return [Profile(*depths, leg.cycles, heading, point, leg.acceptance_m, glide, common)]
+    return [Profile(*depths, leg.cycles, heading, point, planner.near(leg), glide, common)]
 
 
 def _land(planner: Planner, leg: legs.Land, number: int, at: XY) -> list[Task]:

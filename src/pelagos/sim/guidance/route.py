@@ -32,7 +32,8 @@ def middle_line(geometries: list[Geometry], name: str, *, where: str) -> NDArray
     length = float(np.ptp(along))
     if length < LONG * SLICE_M or length < LONG * float(np.ptp(across)):
         raise ScenarioError(
-            f"{name!r} is {length:.1f} m long and {np.ptp(across):.1f} m wide: it has no middle line to follow", where=where
+            f"{name!r} is {length:.1f} m long and {np.ptp(across):.1f} m wide: it has no middle line to follow",
+            where=where,
         )
     number = np.clip(((along - along.min()) / length * round(length / SLICE_M)).astype(int), 0, None)
     used = np.unique(number)

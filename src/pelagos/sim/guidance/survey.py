@@ -18,6 +18,7 @@ Points = tuple[tuple[float, float], tuple[float, float]]
 STEP_M: Final = 2.0  # the depth is looked at this often along a line
 NARROWEST_M: Final = 0.5  # lines are never nearer to each other
 MOST_LINES: Final = 2000
+FITS: Final = 6  # steps in which a line is moved up where the seabed rises towards it
 
 
 @dataclass(frozen=True)
@@ -72,16 +73,23 @@ def survey_lines(
     def reach(offset: float) -> float:
         return swath.half_width(_altitude(_cut(area, along, right, offset), height, depth_m, altitude_m, swath, where))
 
+    def beyond(edge: float) -> float:
+        """The next line behind what is covered up to `edge`: as far as its own swath reaches back."""
+        far = high - edge - 1e-6
+        width = min(reach(edge + 1e-6), far)
+        for _ in range(FITS):
+            width = min(width, reach(edge + width))
+        return edge + max(width, 0.0)
+
     lines: list[Points] = []
-    at = low + min(reach(low + 1e-6), (high - low) / 2)
+    at = min(beyond(low), (low + high) / 2)
     while True:
         for a, b in _cut(area, along, right, at):
             lines.append(_points(a, b) if len(lines) % 2 == 0 else _points(b, a))
         half = reach(at)
         if at + half >= high - 1e-9:
             return lines
-        step = max(half + min(half, reach(min(at + 2 * half, high - 1e-6))), NARROWEST_M)
-        at = min(at + step, high - 1e-6)
+        at = min(max(beyond(at + half), at + NARROWEST_M), high - 1e-6)
         if len(lines) > MOST_LINES:
             raise ScenarioError(f"the survey needs more than {MOST_LINES} lines; give a larger spacing", where=where)
 
@@ -122,8 +130,8 @@ def _altitude(
             clear = -(depth_m or 0.0) - float(bottom.max())
             if clear <= 0 and depth_m is not None:
                 raise ScenarioError(
-                    f"at {depth_m:g} m depth a line from x {a[0]:.1f}, y {a[1]:.1f} to x {b[0]:.1f}, y {b[1]:.1f} m runs "
-                    f"into the seabed, {-bottom.max():.1f} m deep; give a smaller depth_m, or altitude_m",
+                    f"at {depth_m:g} m depth a line from x {a[0]:.1f}, y {a[1]:.1f} to x {b[0]:.1f}, y {b[1]:.1f} m "
+                    f"runs into the seabed, {-bottom.max():.1f} m deep; give a smaller depth_m, or altitude_m",
                     where=where,
                 )
             least = min(least, clear)

@@ -75,7 +75,9 @@ class Profile:
         goal = blank(self.common, aboard)
         if self.point is None:
             goal.path[:] = Path.COURSE
-            goal.course = progress.heading.copy() if self.heading_rad is None else np.full(len(aboard), self.heading_rad)
+            goal.course = (
+                progress.heading.copy() if self.heading_rad is None else np.full(len(aboard), self.heading_rad)
+            )
             goal.end = progress.start[:, :2].copy()
         else:
             goal.path[:] = Path.LINE
@@ -105,7 +107,9 @@ class Land:
     def goal(self, aboard: Aboard, progress: Progress) -> Goal:
         """See `Task.goal`."""
         goal = blank(self.common, aboard)
-        goal.end = progress.start[:, :2].copy() if self.point is None else np.tile(np.array(self.point), (len(aboard), 1))
+        goal.end = (
+            progress.start[:, :2].copy() if self.point is None else np.tile(np.array(self.point), (len(aboard), 1))
+        )
         goal.face = progress.heading.copy()
         goal.depth = aboard.depth + 5.0 * self.sink_mps  # always below
         goal.sink[:] = self.sink_mps

@@ -23,9 +23,11 @@ from pelagos.vehicles.part import NonNegative, PartConfig, Positive
 
 
 class MultirotorConfig(PartConfig):
-    """Set-points: x, y, z world NWU [m] and yaw of FLU in NWU [rad]."""
+    """Set-points: x, y, z world NWU [m] and yaw of FLU in NWU [rad]; with `moving` also the velocity of that place."""
 
     type: Literal["multirotor"]
+    moving: bool = False
+    """The place moves: its velocity, world NWU [m/s], is a further set-point, and what missions follow paths with."""
     frequency_rad_s: Positive
     """Of the position loop [rad/s]."""
     turn_frequency_rad_s: Positive
@@ -56,8 +58,12 @@ class Multirotor:
     inertia: Sequence[float]
     gravity: float
     allocation: Allocation
-    commands: tuple[str, ...] = ("x", "y", "z", "yaw")
     memory: int = 3
+
+    @property
+    def commands(self) -> tuple[str, ...]:
+        """Names of the set-points."""
+        return ("x", "y", "z", "yaw", *(("x_speed", "y_speed", "z_speed") if self.config.moving else ()))
 
     def start(self, flow: Flow) -> list[Array]:
         """No integral."""
@@ -68,28 +74,28 @@ class Multirotor:
     ) -> tuple[Demand, list[Array]]:
         """Commands of the rotors."""
         c, rotation = self.config, flow.rotation
-        x, y, z, yaw = command
-        goal = (x, -y, -z)
+        x, y, z, yaw = command[:4]
+        ahead, left, up = command[4:] if c.moving else (0.0, 0.0, 0.0)
+        goal, moving = (x, -y, -z), (ahead, -left, -up)
         wanted: list[Array] = []
         kept: list[Array] = []
         w = c.frequency_rad_s
         for i in range(3):
             error = dr.clip(goal[i] - flow.position[i], -c.reach_m, c.reach_m)
             kept.append(dr.clip(memory[i] + h * w * c.integral * error, -c.reach_m, c.reach_m))
-            velocity = dot(rotation[i], flow.nu[:3])
+            velocity = dot(rotation[i], flow.nu[:3]) - moving[i]
             wanted.append(w * w * (error + kept[i]) - 2 * c.ratio * w * velocity)
-        up = -(wanted[2] - self.gravity)  # of the thrust's acceleration
-        up = dr.maximum(up, 0.3 * self.gravity)
+        lift = -(wanted[2] - self.gravity)  # of the thrust's acceleration
+        lift = dr.maximum(lift, 0.3 * self.gravity)
         tilt = math.tan(math.radians(c.tilt_limit_deg))
         across = dr.sqrt(wanted[0] ** 2 + wanted[1] ** 2 + 1e-12)
-        share = dr.minimum(1.0, tilt * up / across)
-        thrust = [share * wanted[0], share * wanted[1], -up]
+        share = dr.minimum(1.0, tilt * lift / across)
+        thrust = [share * wanted[0], share * wanted[1], -lift]
         down = scaled(-dr.rsqrt(dot(thrust, thrust)), thrust)  # the body's z axis, NED
         sin, cos = dr.sincos(-yaw)
         right = cross(down, [cos, sin, 0.0])
         right = scaled(dr.rsqrt(dot(right, right)), right)
-        ahead = cross(right, down)
-        goal_axes = (ahead, right, down)
+        goal_axes = (cross(right, down), right, down)
         axes = list(zip(*rotation, strict=True))
         moments: list[Array] = []
         f = c.turn_frequency_rad_s

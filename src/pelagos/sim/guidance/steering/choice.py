@@ -13,7 +13,7 @@ from pelagos.sim.guidance.steering.surface import Surface
 from pelagos.vehicles.envelope import EnvelopeConfig
 from pelagos.vehicles.family import Family
 
-LOOKAHEAD_LENGTHS: Final = {"torpedo": 12.0, "glider": 12.0, "surface": 4.0, "ship": 3.0, "airplane": 12.0}
+LOOKAHEAD_LENGTHS: Final = {"torpedo": 12.0, "glider": 12.0, "surface": 4.0, "ship": 6.0, "airplane": 12.0}
 """Hull lengths that a vehicle aims ahead on its line; of a torpedo AUV about its turning radius."""
 SHARE_OF_RADIUS: Final = 0.5  # of the turning circle: nobody aims nearer ahead than that
 LEAD_S: Final = 1.5  # a reference point runs ahead of its vehicle by at most this time at cruising speed,
@@ -28,7 +28,7 @@ def steering_of(family: Family, envelope: EnvelopeConfig, length_m: float, n: in
     lookahead = LOOKAHEAD_LENGTHS[family.name] * length_m
     crab = Crab(np.zeros(n))
     if family.name == "surface":
-        return Surface(lookahead, length_m, crab)
+        return Surface(lookahead, length_m, envelope.cruise_mps, crab)
     radius = envelope.turn_radius_m or lookahead
     if family.name in ("airplane", "ship"):
         lookahead = max(lookahead, SHARE_OF_RADIUS * radius)

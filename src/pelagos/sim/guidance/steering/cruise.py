@@ -55,7 +55,9 @@ class Cruise:
         upper = np.where(np.isnan(goal.upper), np.minimum(UPPER_DEPTH_M, 0.5 * depth), goal.upper)
         return {
             "upper_depth": np.where(afloat, AFLOAT_M - 1, upper),
-            "depth": np.where(afloat, AFLOAT_M, np.where(np.isnan(goal.upper), depth, np.maximum(depth, goal.upper + 1))),
+            "depth": np.where(
+                afloat, AFLOAT_M, np.where(np.isnan(goal.upper), depth, np.maximum(depth, goal.upper + 1))
+            ),
             "glide_pitch": np.where(np.isnan(goal.glide), GLIDE_RAD, goal.glide),
             "heading": heading,
         }

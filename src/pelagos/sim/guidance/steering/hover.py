@@ -1,7 +1,7 @@
 """Steering of vehicles that move any way they like: a reference point runs along the path, and they follow it.
 
-The point gains and loses speed gently, waits for a vehicle that lags, and comes with its velocity, which the control law
-feeds forward; the law's integral takes care of what pushes across (Fossen 2021, Section 12.3: path following by a
+The point gains and loses speed gently, waits for a vehicle that lags, and comes with its velocity, which the control
+law feeds forward; the law's integral takes care of what pushes across (Fossen 2021, Section 12.3: path following by a
 virtual target).
 """
 
@@ -76,7 +76,7 @@ class Hover:
         self.speed = np.minimum(self.speed, room / dt_s)
         velocity = self.speed[:, None] * to
         self.point[:, :2] += dt_s * velocity
-        return velocity
+        return np.asarray(velocity)
 
     def _sink(self, goal: Goal, here: Floats, dt_s: float) -> Floats:
         """Moves the point down; its speed [m/s]."""
@@ -87,7 +87,7 @@ class Hover:
         ahead_m = (self.point[:, 2] - here[:, 2]) * np.sign(rate)
         rate = rate * np.clip(2.0 - ahead_m / self.lead_m, 0.0, 1.0)
         self.point[:, 2] += dt_s * rate
-        return rate
+        return np.asarray(rate)
 
     def _face(self, goal: Goal, velocity: Floats, dt_s: float) -> Floats:
         """Turns the heading's set-point [rad] to the goal's, or along the way."""

@@ -51,7 +51,9 @@ def line_course(start: Floats, end: Floats, position: Floats, lookahead_m: Float
     return course - np.where(point, 0.0, np.arctan2(to_starboard, lookahead_m))
 
 
-def circle_course(center: Floats, radius: Floats, turn: Floats, position: Floats, lookahead_m: float) -> Floats:
+def circle_course(
+    center: Floats, radius: Floats, turn: Floats, position: Floats, lookahead_m: Floats | float
+) -> Floats:
     """Compass course [rad] that leads onto circles, turn 1: clockwise from above."""
     out = position - center
     outside = np.hypot(out[:, 0], out[:, 1]) - radius
@@ -76,8 +78,8 @@ class Crab:
         return self.angle
 
 
-def course_to(goal: Goal, aboard: Aboard, lookahead_m: float, radius_m: float) -> Floats:
-    """Course [rad] of vehicles that steer by heading: lines, circles, and circles around points where they cannot stop."""
+def course_to(goal: Goal, aboard: Aboard, lookahead_m: Floats | float, radius_m: float) -> Floats:
+    """Course [rad] of vehicles that steer by heading: lines, circles, and circles around points to stay at."""
     paths = set(goal.path.tolist())
     course = goal.course
     if Path.LINE in paths:

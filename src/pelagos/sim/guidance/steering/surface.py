@@ -1,4 +1,8 @@
-"""Steering of surface craft that can stop: two thrusters, heading and speed."""
+"""Steering of surface craft that can stop: two thrusters, heading and speed.
+
+At a point, a craft goes through the water as fast as the distance asks for and the current takes away, and so lies with
+its bow against the current.
+"""
 
 from __future__ import annotations
 
@@ -9,49 +13,73 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from pelagos.sim.guidance.aboard import Aboard, Floats, bearing, wrapped
+from pelagos.sim.guidance.aboard import Aboard, Floats, ahead, bearing, wrapped
 from pelagos.sim.guidance.goal import Goal, Path
 from pelagos.sim.guidance.steering.steering import Channels, Crab, course_to
 
-APPROACH_PER_S: Final = 0.25  # speed by distance from the point where a craft is to stop
-NEAR_LENGTHS: Final = 1.5  # a craft this near to its point keeps its heading, and backs where it must
+APPROACH_PER_S: Final = 0.15  # speed by distance from the point where a craft is to stop
+CURRENT_TIME_S: Final = 10.0  # the current is known as the mean over this: waves pass
+STILL_MPS: Final = 0.08  # a craft that is to go slower than this keeps its heading, and backs where it must
+SLOWEST: Final = 0.25  # share of the lookahead that is left at low speed
 
 
 @dataclass
 class Surface:
-    """lookahead_m: see `line_course`; length_m: of the hull; held: heading kept near a point [rad]."""
+    """lookahead_m: see `line_course`, at cruise_mps, shorter at less; length_m: of the hull; held: heading kept near a
+    point [rad]; current: seen, world x, y `(n, 2)` [m/s]; asked: the last speed through the water [m/s].
+    """
 
     lookahead_m: float
     length_m: float
+    cruise_mps: float
     crab: Crab
     held: Floats = field(default_factory=lambda: np.zeros(0))
+    current: Floats = field(default_factory=lambda: np.zeros((0, 2)))
+    asked: Floats = field(default_factory=lambda: np.zeros(0))
 
     def command(self, goal: Goal, aboard: Aboard, entered: NDArray[np.bool_]) -> Channels:
         """See `Steering.command`."""
         if not len(self.held):
-            self.held = aboard.own.heading.copy()
-        stay = (goal.path == Path.POINT) | (goal.path == Path.OVER)
+            n = len(aboard)
+            self.held, self.current, self.asked = aboard.own.heading.copy(), np.zeros((n, 2)), np.zeros(n)
+        self._see(aboard)
         to = goal.end - aboard.xy
-        distance, direction = np.hypot(to[:, 0], to[:, 1]), bearing(to)
-        near = distance < NEAR_LENGTHS * self.length_m
-        self.held = np.where(stay & near, self.held, direction)
-        apart = wrapped(direction - aboard.own.heading)
-        fastest = np.where(goal.speed > 0, goal.speed, 1.0)
-        back = np.where(near, -0.5 * fastest, 0.0)
-        approach = np.clip(APPROACH_PER_S * distance * np.cos(apart), back, fastest)
-        stops = (goal.path == Path.LINE) & goal.stops
-        to_go = np.maximum(APPROACH_PER_S * distance, 0.2)
-        speed = np.where(stops, np.minimum(goal.speed, to_go), goal.speed)
-        speed = np.where(stay, approach, np.where(goal.path == Path.DRIFT, 0.0, speed))
+        past = ((goal.end - goal.start) * to).sum(axis=1) <= 0
+        stay = (goal.path == Path.POINT) | (goal.path == Path.OVER) | ((goal.path == Path.LINE) & goal.stops & past)
+        to_go = np.maximum(APPROACH_PER_S * np.hypot(to[:, 0], to[:, 1]), 0.2)
+        speed = np.where((goal.path == Path.LINE) & goal.stops, np.minimum(goal.speed, to_go), goal.speed)
+        speed = np.where(goal.path == Path.DRIFT, 0.0, speed)
         steered = (goal.path == Path.LINE) | (goal.path == Path.CIRCLE)
         crab = np.where(steered, self.crab.see(aboard, speed), 0.0)
-        heading = course_to(goal, aboard, self.lookahead_m, self.length_m) - crab
-        return {"heading": np.where(stay, self.held, heading), "speed": speed}
+        lookahead = np.clip(goal.speed / self.cruise_mps, SLOWEST, 1.0) * self.lookahead_m
+        heading = course_to(goal, aboard, lookahead, self.length_m) - crab
+        if stay.any():
+            fastest = np.where(goal.speed > 0, goal.speed, self.cruise_mps)
+            toward, slow = self._keep(to, fastest, aboard)
+            heading, speed = np.where(stay, toward, heading), np.where(stay, slow, speed)
+        self.asked = speed
+        return {"heading": heading, "speed": speed}
+
+    def _see(self, aboard: Aboard) -> None:
+        """The current: what is left of the way over ground."""
+        seen = aboard.own.velocity[:, :2] - self.asked[:, None] * ahead(aboard.own.heading)
+        self.current = self.current + (1 - np.exp(-aboard.dt_s / CURRENT_TIME_S)) * (seen - self.current)
+
+    def _keep(self, to: Floats, fastest: Floats, aboard: Aboard) -> tuple[Floats, Floats]:
+        """Heading [rad] and speed through the water [m/s] that lead to a point and keep there."""
+        distance = np.hypot(to[:, 0], to[:, 1])
+        pull = np.minimum(APPROACH_PER_S, fastest / np.maximum(distance, 1e-9))
+        way = pull[:, None] * to - self.current
+        fast = np.hypot(way[:, 0], way[:, 1])
+        self.held = np.where(fast > STILL_MPS, bearing(way), self.held)
+        along = fast * np.cos(wrapped(bearing(way) - aboard.own.heading))
+        return self.held, np.clip(along, np.where(fast > STILL_MPS, 0.0, -fastest), fastest)
 
     def memory(self) -> dict[str, Floats]:
         """See `Steering.memory`."""
-        return {"crab": self.crab.angle, "held": self.held}
+        return {"crab": self.crab.angle, "held": self.held, "current": self.current, "asked": self.asked}
 
     def recall(self, memory: Mapping[str, Floats]) -> None:
         """See `Steering.recall`."""
         self.crab.angle, self.held = memory["crab"], memory["held"]
+        self.current, self.asked = memory["current"], memory["asked"]
