@@ -168,7 +168,7 @@ ALTIMETER = {"alt": SimpleNamespace(type="altimeter", q_body_sensor=(1.0, 0.0, 0
 
 
 def planner(family=TORPEDO, **more):
-    where = lambda number: f"a.yaml: mission.{number}"  # noqa: E731
+    where = lambda number: f"a.yaml: mission.{number}"
     return Planner("auv0", "remus100", family, **{"sensors": ALTIMETER, "where": where, **more})
 
 
@@ -262,7 +262,7 @@ AREA = np.array([[0.0, 0.0], [100.0, 0.0], [100.0, -80.0], [0.0, -80.0]])
 
 
 def test_lines_lie_as_far_apart_as_the_swath_at_the_depth_there():
-    """Lines across the slope (heading east): half a swath is altitude times tan(45 deg) = the altitude, less overlap."""
+    """Lines across the slope (heading east): half a swath is altitude times tan(45 deg), less the overlap."""
     swath = Swath(None, math.radians(90), 0.25)
     lines = survey_lines(AREA, swath, height=slope, depth_m=None, altitude_m=None, heading_rad=math.pi / 2)
     at = np.sort([a[0] for a, b in lines])
