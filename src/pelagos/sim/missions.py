@@ -57,7 +57,6 @@ class Missions:
         self._model = model
         self.period = model.clock.period(GUIDANCE_RATE_HZ)
         self.guidance: dict[str, Guidance] = {}
-        self._made: dict[str, Guidance] = {}
         self.navigators: dict[str, Navigator] = {}
         self.feedback: dict[str, Feedback] = {}
 
@@ -85,7 +84,9 @@ class Missions:
     def recall(self, memory: Mapping[str, Any]) -> None:
         """Go on from there."""
         kept = copy.deepcopy(dict(memory))
-        self.guidance = {name: self._made[name] for name in kept["guidance"]}
+        for agent in self._model.agents.values():  # as at any start: all that is kept is then another
+            self.begin(agent, _nowhere(self._model.n))
+        self.guidance = {name: self.guidance[name] for name in kept["guidance"]}
         for name, guidance in self.guidance.items():
             guidance.recall(kept["guidance"][name])
         for name, navigator in self.navigators.items():
@@ -114,7 +115,7 @@ class Missions:
         steering = steering_of(family, envelope, _length(agent), n)
         names = agent.vehicle.command_names(agent.mode)
         aboard = self._aboard(name, self._known(name, state), 0, {})
-        self.guidance[name] = self._made[name] = Guidance(agent.tasks, steering, names, aboard)
+        self.guidance[name] = Guidance(agent.tasks, steering, names, aboard)
 
     def leave(self, agent: str) -> None:
         """End an agent's mission: it is commanded from outside."""
@@ -178,6 +179,11 @@ class Missions:
 
 def _state(row: NDArray[np.float64]) -> AgentState:
     return AgentState.of(row, np.empty((len(row), 0)))  # guidance does not ask for actuators
+
+
+def _nowhere(n: int) -> AgentState:
+    zero = np.zeros((n, 3))
+    return AgentState(zero, np.tile([1.0, 0.0, 0.0, 0.0], (n, 1)), zero, zero, zero, zero, np.empty((n, 0)))
 
 
 def _keys(agent: AgentModel) -> list[str]:
