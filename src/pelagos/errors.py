@@ -12,7 +12,8 @@ PelagosError
 +-- RecordingError      a recording cannot be written or read
 
 Warnings: PelagosWarning <- ValidityWarning (a model used outside its range of validity), MountWarning (a sensor begins
-inside something solid), RecordingWarning (a recording is damaged, and its rest is read).
+inside something solid), RecordingWarning (a recording is damaged, and its rest is read), EndedWarning (a copy of a
+fleet has ended by itself).
 """
 
 from __future__ import annotations
@@ -89,6 +90,10 @@ class PelagosWarning(UserWarning):
 
 class ValidityWarning(PelagosWarning):
     """A model is used outside its published range of validity."""
+
+
+class EndedWarning(PelagosWarning):
+    """The state of one copy of a fleet is not finite any more; the others go on."""
 
 
 class MountWarning(PelagosWarning):

@@ -139,16 +139,14 @@ def _print_config(config: Any, model: Any) -> None:
 def _print_arrays(scenario: Scenario, agent: str, sensor: str, at_s: float) -> None:
     with err.status("reading the sensor once"):
         from pelagos.sim.simulation import Simulation
-        from pelagos.sim.trajectory import LaneSelector
 
         sim = Simulation.load(scenario)
         if at_s > 0:
             sim.run(at_s)
         trajectory = sim.stepper.trajectories[agent]
         last = trajectory.first_tick + trajectory.ticks - 1
-        select = LaneSelector(n=1, dt_ns=sim.dt_ns, first_environment=0)
         built = sim.model.agents[agent].sensors[sensor].sensor
-        motion = select.lanes(trajectory, range(last, last + 1))
+        motion = sim.stepper.motion_of(range(last, last + 1), agent)
         arrays = built.explain(motion) if hasattr(built, "explain") else _reading(built.sense(motion))
     out.print(f"\n[bold]One reading at {last * sim.dt_ns * 1e-9:g} s[/bold]")
     table = Table(box=None, pad_edge=False, padding=(0, 2, 0, 0))

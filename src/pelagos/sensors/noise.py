@@ -1,6 +1,7 @@
 """Noise that depends on nothing but its name: a stream is a key, and a number is a key and a counter.
 
-The key is a hash of (seed, "agent.sensor", purpose); the counter is (index in the sample, environment, tick, kind).
+The key is a hash of (seed, "agent.sensor", purpose); the counter is (index in the sample, environment, tick, kind),
+where environment names the copy's episode, and ticks count from its beginning.
 So a reading has the same noise whether the run goes tick by tick or in blocks, alone or as one of thousands of
 copies, and a new sensor changes nobody else's noise.
 
@@ -88,7 +89,7 @@ def gauss_markov(key: Key, motion: Kinematics, count: int, *, correlation_time: 
         `Float64` each. The Allan variance at averaging time a is (T/a)(2 - (T/a)(3 - 4 exp(-a/T) + exp(-2a/T))).
     """
     step_ns = max(round(correlation_time * 1e9 / _FINEST), 1)
-    knot, fraction = _knot(motion.t_ns, step_ns)
+    knot, fraction = _knot(_age(motion), step_ns)
     top = knot >> _MARKOV_LEVELS << _MARKOV_LEVELS
     span = 1 << _MARKOV_LEVELS
     low = _normals64(key, motion.environment, top, count, _MARKOV)
@@ -116,7 +117,7 @@ def random_walk(key: Key, motion: Kinematics, count: int) -> list[Array]:
 
     Times a coefficient K [unit/sqrt(s)] the Allan deviation at averaging time a is K sqrt(a/3) (IEEE 952 Annex C).
     """
-    knot, fraction = _knot(motion.t_ns, _WALK_STEP_NS)
+    knot, fraction = _knot(_age(motion), _WALK_STEP_NS)
     span = 1 << _WALK_LEVELS
     whole = knot >> _WALK_LEVELS
     step_s = _WALK_STEP_NS * 1e-9
@@ -145,6 +146,11 @@ def _normals64(key: Key, environment: Array, moment: Array, count: int, kind: in
     for j in range((count + 1) // 2):
         values += normal_pair64(philox((jit.UInt32(j), environment, moment, jit.UInt32(kind)), key))
     return values[:count]
+
+
+def _age(motion: Kinematics) -> Array:
+    """Time since the copy's episode began [ns]."""
+    return motion.t_ns if motion.age_ns is None else motion.age_ns
 
 
 def _knot(t_ns: Array, step_ns: int) -> tuple[Array, Array]:

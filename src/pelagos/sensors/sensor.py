@@ -64,9 +64,11 @@ class Kinematics:
             gravity.
         angular_acceleration: `Array3f64`, body FLU [rad/s^2].
         t_ns: `UInt64`, simulation time [ns].
-        tick: `UInt32`, t_ns / dt_ns.
-        environment: `UInt32`, index of the copy, counted from the run's first environment.
+        tick: `UInt32`, ticks since the copy's episode began; without partial resets t_ns / dt_ns.
+        environment: `UInt32`, names the random streams of the copy's episode; in the first episode the index of the
+            copy, counted from the run's first environment.
         copy: `UInt32`, row of the fleet axis, 0 .. n-1.
+        age_ns: `UInt64`, time since the episode began [ns]; None: as t_ns.
     """
 
     position: Array
@@ -79,6 +81,7 @@ class Kinematics:
     tick: Array
     environment: Array
     copy: Array
+    age_ns: Array | None = None
 
     @property
     def size_key(self) -> int:

@@ -69,6 +69,7 @@ class Body:
         if angular_velocity is not None:
             self.angular_velocity = rows(angular_velocity, n, 3, f"{self.name}: angular_velocity")
         self._bodies.changed = True
+        self._bodies.changes += 1
 
     def remove(self) -> None:
         """Take the body out of the world: the next ray passes where it stood."""
@@ -83,6 +84,7 @@ class Bodies:
         bodies: movers, then what was spawned.
         script: moves what follows a script to where it is at a tick.
         changed: a body was moved since the scene was brought up to date.
+        changes: counts what was spawned, moved and removed.
         spawned: bodies that were spawned since the start, for their names.
     """
 
@@ -101,6 +103,7 @@ class Bodies:
         self.bodies: list[Body] = []
         self.script: Callable[[int], None] | None = None
         self.changed = True
+        self.changes = 0
         self._ground: object = None
         self._rebuild()
 
@@ -260,13 +263,13 @@ class Bodies:
     def near(
         self,
         position: NDArray[np.float64],
-        margin: float,
+        margin: NDArray[np.float64],
         *,
         agent: str,
         agents: Mapping[str, AgentState],
         now: bool = False,
     ) -> bool:
-        """Whether the bounding sphere of anything that moves is within `margin` of `position` `(n, 3)`.
+        """Whether the bounding sphere of anything that moves is within `margin` `(n,)` of `position` `(n, 3)`.
 
         A body on a scripted path counts as near where it may come within `BLOCK_S`. With `now`, boxes about the bodies
         are asked where they stand at present: what passes beside a long ship is not near it.
@@ -311,6 +314,7 @@ class Bodies:
         return [(geometry, k) for geometry in shown for k in range(self._n)]
 
     def _rebuild(self) -> None:
+        self.changes += 1
         self._take_over()
         geometries = self._rows()
         if geometries or self._scene.moving is not None:

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, Protocol, Self, runtime_checkable
 
-from pelagos.config.loader import to_yaml
+import numpy as np
+from numpy.typing import NDArray
+
 from pelagos.errors import CommandError, RecordingError
 from pelagos.sim import plain
 
@@ -31,6 +34,9 @@ class Remembers(Protocol):
 
     def recall(self, memory: Any) -> None:
         """Keep that instead."""
+
+    def forget(self, copies: NDArray[np.bool_]) -> None:
+        """Begin anew in some copies `(n,)`."""
 
 
 @dataclass(frozen=True)
@@ -74,20 +80,50 @@ class Checkpoint:
 
 def take(sim: Simulation) -> Checkpoint:
     """See `Simulation.checkpoint`."""
-    parts = {"stepper": sim.stepper.memory(), "bodies": sim.bodies.memory(), "sensors": {}}
-    for path, sensor in _remembering(sim).items():
-        parts["sensors"][path] = sensor.memory()
-    return Checkpoint(
-        to_yaml(sim.scenario), sim.seed, sim.n, sim.model.first_environment, sim.stepper.tick * sim.dt_ns, parts
-    )
+    environment, t_ns = sim.model.first_environment, sim.stepper.tick * sim.dt_ns
+    return Checkpoint(sim.written, sim.seed, sim.n, environment, t_ns, parts_of(sim))
 
 
-def restore(sim: Simulation, checkpoint: Checkpoint) -> None:
-    """See `Simulation.restore`; the seed is the checkpoint's already."""
-    sim.bodies.recall(checkpoint.parts["bodies"])
-    sim.stepper.recall(checkpoint.parts["stepper"])
+def parts_of(sim: Simulation) -> dict[str, Any]:
+    """What each part of a simulation keeps."""
+    sensors = {path: sensor.memory() for path, sensor in _remembering(sim).items()}
+    return {"stepper": sim.stepper.memory(), "bodies": sim.bodies.memory(), "sensors": sensors}
+
+
+def put_back(sim: Simulation, parts: Mapping[str, Any]) -> None:
+    """Have each part keep that instead; seed and environment are the same already."""
+    sim.bodies.recall(parts["bodies"])
+    sim.stepper.recall(parts["stepper"])
     for path, sensor in _remembering(sim).items():
-        sensor.recall(checkpoint.parts["sensors"][path])
+        sensor.recall(parts["sensors"][path])
+
+
+class Moment:
+    """A moment of a simulation to which one can return for a look."""
+
+    def __init__(self, sim: Simulation) -> None:
+        self._stepper, self._count = sim.stepper, (sim.stepper.changes, sim.bodies.changes)
+        self._parts = parts_of(sim)
+
+    @contextmanager
+    def again(self, sim: Simulation) -> Iterator[None]:
+        """Within it, the simulation stands where it stood then; after it, where it stands now.
+
+        Raises:
+            CommandError: it has gone on, and is stepping at present.
+        """
+        if sim.stepper is not self._stepper:
+            raise CommandError("these readings were not looked at before the simulation got other random streams")
+        if (sim.stepper.changes, sim.bodies.changes) == self._count:
+            yield
+            return
+        sim.gate.refuse("reset's readings, looked at for the first time,")
+        now = parts_of(sim)
+        put_back(sim, self._parts)
+        try:
+            yield
+        finally:
+            put_back(sim, now)
 
 
 def require_same(sim: Simulation, checkpoint: Checkpoint) -> None:
@@ -102,7 +138,7 @@ def require_same(sim: Simulation, checkpoint: Checkpoint) -> None:
     if (checkpoint.n, checkpoint.environment) != (sim.n, first):
         theirs = f"{checkpoint.n} copies from environment {checkpoint.environment} on"
         raise CommandError(f"the checkpoint is of {theirs}, this simulation has {sim.n} from {first} on")
-    given, own = _compared(checkpoint.scenario), _compared(to_yaml(sim.scenario))
+    given, own = _compared(checkpoint.scenario), _compared(sim.written)
     if given != own:
         raise CommandError(f"the checkpoint is of another scenario: {_difference(given, own)}")
 
@@ -122,6 +158,12 @@ def _difference(theirs: list[str], ours: list[str]) -> str:
     pairs = zip([*theirs, *[""] * len(ours)], [*ours, *[""] * len(theirs)], strict=False)
     one, other = next((a, b) for a, b in pairs if a != b)
     return f"it has {one.strip()!r} where this one has {other.strip()!r}"
+
+
+def forget(sim: Simulation, where: NDArray[np.bool_]) -> None:
+    """Sensors that keep something begin anew in some copies."""
+    for sensor in _remembering(sim).values():
+        sensor.forget(where)
 
 
 def _remembering(sim: Simulation) -> dict[str, Remembers]:

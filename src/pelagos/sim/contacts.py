@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any, Final
 
+import drjit as dr
 import numpy as np
 from numpy.typing import NDArray
 
@@ -40,6 +41,16 @@ class Contacts:
         self._now.clear()
         self.remembered.clear()
 
+    def forget(self, where: NDArray[np.bool_]) -> None:
+        """Some copies have touched nothing yet."""
+        for agent, kept in self.remembered.items():
+            self.remembered[agent] = [(tick, np.where(where[:, None], 0.0, wrench)) for tick, wrench in kept]
+        free = jit.Bool(~where)
+        self._now = {
+            name: (dr.select(free, force, 0.0), dr.select(free, moment, 0.0))
+            for name, (force, moment) in self._now.items()
+        }
+
     def memory(self) -> dict[str, Any]:
         """Contacts of the last tick and of the last second; copies."""
         now = {name: [np.array(part) for part in wrench] for name, wrench in self._now.items()}
@@ -54,8 +65,8 @@ class Contacts:
 
     def near(self, agent: str, row: NDArray[np.float64], ticks: int, states: States, *, now: bool = False) -> bool:
         """Whether an agent whose motion is `row` may touch anything within `ticks`, or where bodies stand `now`."""
-        speed = float(np.abs(row[:, 7:10]).sum(axis=1).max()) + MARGIN_MPS
-        way = speed * ticks * self._model.clock.dt_ns * 1e-9
+        speed = np.abs(row[:, 7:10]).sum(axis=1) + MARGIN_MPS  # (n,)
+        way = speed * (ticks * self._model.clock.dt_ns * 1e-9)
         return self._touch[agent].possible(row[:, 0:3], way, states, now=now)
 
     def pass_by(self, agent: str) -> None:
@@ -80,7 +91,7 @@ class Contacts:
         if wrench is None:
             return np.zeros((self._model.n, 6))
         force, moment = (np.broadcast_to(np.array(w), (3, self._model.n)).T for w in wrench)
-        return np.concatenate([flip_yz_np(force), flip_yz_np(moment)], axis=1)
+        return np.concatenate([flip_yz_np(force), flip_yz_np(moment)], axis=1) + 0.0  # never -0.0
 
     def strongest(self, agent: str, after: int) -> NDArray[np.float64]:
         """`(n, 6)` of the contacts after tick `after` the one with the greatest force; see `Blows.latest`."""

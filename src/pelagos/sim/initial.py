@@ -3,26 +3,32 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from pelagos.config.agent import Start
-from pelagos.errors import ScenarioError
+from pelagos.errors import CommandError, LookupFailed, ScenarioError
 from pelagos.math.frames import flip_quaternion_np
 from pelagos.math.so3 import from_euler, rotate_np
+from pelagos.sim.bodies import rows, unit_rows
 from pelagos.sim.model import AgentModel, Model
 from pelagos.world.world import World
+
+_QUANTITIES: Final = {"position": 3, "attitude": 4, "velocity": 3, "angular_velocity": 3}
 
 
 @dataclass(frozen=True)
 class StartState:
-    """`(n, 3)` position NWU, `(n, 4)` attitude, `(n, 3)` velocity FLU."""
+    """`(n, 3)` position NWU, `(n, 4)` attitude, `(n, 3)` velocity and (0 where None) angular velocity FLU."""
 
     position: NDArray[np.float64]
     attitude: NDArray[np.float64]
     velocity: NDArray[np.float64]
+    angular_velocity: NDArray[np.float64] | None = None
 
 
 def start_states(model: Model) -> dict[str, StartState]:
@@ -32,6 +38,39 @@ def start_states(model: Model) -> dict[str, StartState]:
         ScenarioError: an agent starts outside the world, inside the seabed, or inside something that stands there.
     """
     return {name: _start(agent, model) for name, agent in model.agents.items()}
+
+
+def starts(
+    begin: Mapping[str, StartState], state: Mapping[str, Mapping[str, Any]] | None, where: NDArray[np.bool_]
+) -> dict[str, StartState]:
+    """The scenario's starts, changed by agent and quantity in some copies; see `Simulation.reset`.
+
+    Raises:
+        CommandError: an unknown agent or quantity, a wrong shape, a value that is not finite.
+    """
+    changed = dict(begin)
+    for name, parts in (state or {}).items():
+        if name not in begin:
+            raise CommandError(str(LookupFailed("agent", name, begin)))
+        made = {k: _spread(v, where, f"{name}: {k}", k) for k, v in parts.items()}
+        was = {k: v for k, v in vars(begin[name]).items() if v is not None}
+        kept = {k: np.where(where[:, None], v, was.get(k, 0.0)) for k, v in made.items()}
+        changed[name] = replace(begin[name], **kept)
+    return changed
+
+
+def _spread(values: object, where: NDArray[np.bool_], what: str, quantity: str) -> NDArray[np.float64]:
+    """`(k,)`, `(n, k)`, or `(m, k)` for the m copies chosen, as `(n, k)`."""
+    if quantity not in _QUANTITIES:
+        raise CommandError(str(LookupFailed("quantity of a state", quantity, _QUANTITIES)))
+    n, m = len(where), int(where.sum())
+    if m < n and np.shape(np.asarray(values))[:-1] == (m,):
+        full = np.ones((n, _QUANTITIES[quantity]))
+        full[where] = (
+            unit_rows(values, m, what) if quantity == "attitude" else rows(values, m, _QUANTITIES[quantity], what)
+        )
+        return full
+    return unit_rows(values, n, what) if quantity == "attitude" else rows(values, n, _QUANTITIES[quantity], what)
 
 
 def _start(agent: AgentModel, model: Model) -> StartState:

@@ -95,7 +95,7 @@ class Missions:
             for key, values in kept["feedback"][name].items():
                 setattr(feedback, key, values)
 
-    def begin(self, agent: AgentModel, state: AgentState) -> None:
+    def begin(self, agent: AgentModel, state: AgentState, tick: int = 0) -> None:
         """An agent stands at its start; its mission and its navigation begin, if it has any."""
         n, name = self._model.n, agent.name
         down = frozenset(s for s, m in agent.sensors.items() if looks_down(m.config))
@@ -114,8 +114,22 @@ class Missions:
         family, envelope = family_of(agent.vehicle, agent.mode), agent.vehicle.config.envelope
         steering = steering_of(family, envelope, _length(agent), n)
         names = agent.vehicle.command_names(agent.mode)
-        aboard = self._aboard(name, self._known(name, state), 0, {})
+        aboard = self._aboard(name, self._known(name, state), tick, {})
         self.guidance[name] = Guidance(agent.tasks, steering, names, aboard)
+
+    def restart(self, agent: AgentModel, state: AgentState, where: NDArray[np.bool_], tick: int) -> None:
+        """Mission and navigation begin anew in some copies, where the agent is still on its mission."""
+        if not self.any:
+            feedback = self.feedback[agent.name]
+            feedback.altitude = np.where(where, np.inf, feedback.altitude)
+            feedback.gps &= ~where
+            return
+        name, before = agent.name, self.memory()
+        self.begin(agent, state, tick)
+        if name not in before["guidance"]:
+            self.leave(name)
+        fresh = self.memory()
+        self.recall({kind: {**before[kind], **_of(name, before[kind], fresh[kind], where)} for kind in before})
 
     def leave(self, agent: str) -> None:
         """End an agent's mission: it is commanded from outside."""
@@ -175,6 +189,17 @@ class Missions:
             own=fix, t_s=tick * dt_s, dt_s=self.period * dt_s, altitude=feedback.altitude, fixed=feedback.gps,
             readings=feedback.readings, others=others,
         )  # fmt: skip
+
+
+def _of(name: str, before: Any, fresh: Any, where: NDArray[np.bool_]) -> dict[str, Any]:
+    """What is kept of one agent, lane by lane as before or fresh."""
+    return {name: _lanes(before[name], fresh[name], where)} if name in before else {}
+
+
+def _lanes(before: Any, fresh: Any, where: NDArray[np.bool_]) -> Any:
+    if isinstance(before, Mapping):
+        return {key: _lanes(value, fresh[key], where) for key, value in before.items()}
+    return np.where(where.reshape(-1, *[1] * (np.ndim(before) - 1)), fresh, before)
 
 
 def _state(row: NDArray[np.float64]) -> AgentState:

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 
 from pelagos.errors import CommandError, PelagosError, RecordingError
+from pelagos.sensors.sensor import Reading
 from pelagos.sim.not_finite import NotFinite
 from pelagos.sim.record import Recorder
 from pelagos.sim.run_log import RunLog, open_recorder
@@ -106,7 +107,7 @@ class _Loop:
         self._counts = {f"{a.name}.{s}": 0 for a in sim.model.agents.values() for s in a.sensors}
         self._caught_up = self._first
         self._held: dict[tuple[str, str], list[Sampled]] = {}
-        self._latest: Observations = {name: {} for name in sim.model.agents}
+        self._latest: dict[str, dict[str, Reading]] = {name: {} for name in sim.model.agents}
         self._waits = policy is None and not realtime
         self._ahead_of = (self._first, time.perf_counter())  # tick and wall-clock time that realtime counts from
 

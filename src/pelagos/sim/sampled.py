@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from pelagos.sensors.lazy import promised
 from pelagos.sensors.sensor import Measurement, Reading
@@ -43,6 +44,13 @@ class Sampled:
         )
         ticks = range(one.ticks.start, parts[-1].ticks[-1] + 1, one.model.period)
         return Sampled(one.agent, one.model, ticks, joined)
+
+    def without(self, ended: NDArray[np.int64]) -> Sampled:
+        """The same, not valid in each copy from the tick on at which it `ended`."""
+        goes_on = (np.array(self.ticks)[:, None] < ended).reshape(-1)
+        m = self.measurement
+        valid = goes_on if m.valid is None else m.valid & goes_on
+        return replace(self, measurement=replace(m, truth=promised(lambda: m.truth), valid=valid))
 
     def newest(self, n: int, dt_ns: int) -> Reading | None:
         """The reading of the last tick at which a copy has one; None where there is no such tick."""

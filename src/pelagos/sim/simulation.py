@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
-from functools import partial
+from functools import cached_property, partial
 from pathlib import Path
 from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
-from pelagos.config.loader import load_scenario
+from pelagos.config.loader import load_scenario, to_yaml
 from pelagos.config.scenario import Scenario
 from pelagos.errors import CommandError, LookupFailed, ScenarioError
 from pelagos.raycast.geometry import Geometry
@@ -24,26 +22,28 @@ from pelagos.sim.bodies import Bodies, Body, rows, unit_rows
 from pelagos.sim.checkpoint import Checkpoint
 from pelagos.sim.encounters import Encounters
 from pelagos.sim.gate import Gate
-from pelagos.sim.initial import start_states
-from pelagos.sim.listeners import Listeners, OnReading, OnTick, Subscription
+from pelagos.sim.initial import start_states, starts
+from pelagos.sim.later import Later
+from pelagos.sim.listeners import Listeners
 from pelagos.sim.model import AgentModel, Model, compile_model, encounters_of
 from pelagos.sim.mounts import warn_of_buried
 from pelagos.sim.movers import Movers
 from pelagos.sim.navigator import External
+from pelagos.sim.outside import Outside
 from pelagos.sim.record import Recorder
 from pelagos.sim.run import RunResult, run
-from pelagos.sim.run_log import RunLog, open_recorder
+from pelagos.sim.run_log import RunLog
 from pelagos.sim.sampled import Sampled
-from pelagos.sim.state import AgentState, checked_command
+from pelagos.sim.state import AgentState, checked_command, chosen
 from pelagos.sim.step import Stepper
 from pelagos.world.body import Prop
 from pelagos.world.world import World
 
-Observations = dict[str, dict[str, Reading]]
+Observations = Mapping[str, Mapping[str, Reading]]
 Policy = Callable[[Observations], Mapping[str, Any]]
 
 
-class Simulation:
+class Simulation(Outside):
     """A world with vehicles in it, for a fleet of `n` independent copies.
 
     Attributes:
@@ -67,9 +67,10 @@ class Simulation:
         self.listeners = Listeners()
         self.gate = Gate()
         self.logs: list[RunLog] = []
-        self._stepper = Stepper(model, self.bodies, encounters, self.listeners)
+        shared = None if like is None else like.stepper
+        self._stepper = Stepper(model, self.bodies, encounters, self.listeners, like=shared)
         if like is None:
-            self.reset()
+            self._stepper.start(self._begin)
             warn_of_buried(model, self._begin, self.bodies.hulls, self.bodies.bodies)
         model.world.before_cast(self._show_now)
 
@@ -109,6 +110,11 @@ class Simulation:
     def scenario(self) -> Scenario:
         """The scenario, resolved."""
         return self.model.scenario
+
+    @cached_property
+    def written(self) -> str:
+        """The scenario, resolved, as YAML."""
+        return to_yaml(self.scenario)
 
     @property
     def world(self) -> World:
@@ -154,27 +160,86 @@ class Simulation:
         """The step loop, for those who want its timings."""
         return self._stepper
 
-    def reset(self, seed: int | None = None) -> Observations:
-        """Back to the start: time 0, no spawned bodies, missions from their first leg.
+    def reset(
+        self,
+        seed: int | None = None,
+        *,
+        environment: int | None = None,
+        episode: int = 0,
+        where: object = None,
+        state: Mapping[str, Mapping[str, Any]] | None = None,
+    ) -> Observations:
+        """Back to the start: time 0, no spawned bodies, missions from their first leg; or some copies only.
+
+        With `where`, those copies begin their next episode at the present time: their vehicles with actuators and
+        controllers, missions, sensors' memory and contacts; their random streams are those of the new episode. The
+        other copies' bytes, the time, spawned bodies and control modes stay.
+
+        Args:
+            seed: other random streams.
+            environment: another index of the first copy.
+            episode: which episode of theirs all copies begin with, to see one again.
+            where: `(n,)` bool or indices of copies.
+            state: where agents begin instead, by name: `position`, `attitude`, `velocity`, `angular_velocity`, each
+                `(k,)`, `(n, k)`, or `(m, k)` for the m copies of `where`; what is not given is the scenario's.
 
         Returns:
-            The readings of tick 0, at which every sensor is due.
+            The readings of every sensor, computed when looked at.
+
+        Raises:
+            CommandError: wrong shapes or values, or within a step, a run or a recording.
         """
-        self._refuse_within("reset")
-        if seed is not None and seed != self.seed:
-            self._reseed(seed)
+        self._refuse_within("reset", in_recording=where is not None)
+        if where is not None:
+            if seed is not None or environment is not None or episode:
+                raise CommandError("seed, environment and episode are those of all copies; leave out where")
+            mask = chosen(where, self.n)
+            self._stepper.restart(starts(self._begin, state, mask), mask)
+            checkpoint.forget(self, mask)
+            return self._later(self._stepper.read_all)
+        begin = starts(self._begin, state, np.ones(self.n, dtype=bool))
+        if isinstance(episode, bool) or not isinstance(episode, int | np.integer) or episode < 0:
+            raise CommandError(f"an episode is a whole number from 0 on, not {episode!r}")
+        first = self.model.first_environment
+        if (seed is not None and seed != self.seed) or (environment is not None and environment != first):
+            self._rename(self.seed if seed is None else seed, first if environment is None else environment)
         self.bodies.clear()
         self.listeners.restart()
-        return self._stepper.start(self._begin)
+        self._stepper.start(begin, episode=int(episode))
+        return self._later(self._stepper.read_now)
 
-    def _reseed(self, seed: int) -> None:
+    def _later(self, read: Callable[[], list[Sampled]]) -> Observations:
+        """Readings of now, computed when they are looked at, even if the simulation has gone on by then."""
+        then, stepper = checkpoint.Moment(self), self._stepper
+
+        def look() -> Observations:
+            with then.again(self):
+                return stepper.observed(read())
+
+        return Later(look)
+
+    @property
+    def ended(self) -> NDArray[np.bool_]:
+        """`(n,)` copies whose state is not finite any more: they stand where their episode began until it is reset."""
+        return self._stepper.episodes.over
+
+    @property
+    def episode(self) -> NDArray[np.int64]:
+        """`(n,)` number of the episode of each copy."""
+        return self._stepper.episodes.number.copy()
+
+    def _rename(self, seed: int, environment: int) -> None:
         """Other random streams: sensors and ocean anew, the rest as it is."""
-        self.seed = seed
-        old, asked = self.model, encounters_of(self.scenario)
-        first = old.first_environment
-        self.model = compile_model(self.scenario, asked, n=self.n, seed=_seed(seed), first_environment=first, like=old)
-        self._encounters = asked
-        self._stepper = Stepper(self.model, self.bodies, asked, self.listeners)
+        if isinstance(environment, bool) or not isinstance(environment, int | np.integer) or environment < 0:
+            raise CommandError(f"environment is a whole number from 0 on, not {environment!r}")
+        first, asked, old = int(environment), encounters_of(self.scenario), self.model
+        if _seed(seed) == self.seed:
+            self.model = replace(old, first_environment=first)
+        else:
+            self.model = compile_model(self.scenario, asked, n=self.n, seed=seed, first_environment=first, like=old)
+            self._encounters = asked
+        self.seed = int(seed)
+        self._stepper = Stepper(self.model, self.bodies, self._encounters, self.listeners)
 
     def checkpoint(self) -> Checkpoint:
         """Everything that the run depends on from here: actuators, controllers, missions, contacts, bodies, time.
@@ -196,8 +261,8 @@ class Simulation:
         self._refuse_within("restore")
         checkpoint.require_same(self, kept)
         if kept.seed != self.seed:
-            self._reseed(kept.seed)
-        checkpoint.restore(self, kept)
+            self._rename(kept.seed, kept.environment)
+        checkpoint.put_back(self, kept.parts)
         self.listeners.restart(self._stepper.tick)
 
     def fork(self) -> Simulation:
@@ -208,7 +273,7 @@ class Simulation:
         """
         model = replace(self.model, world=self.world.twin())
         made = Simulation(model, self._encounters, seed=self.seed, like=self)
-        checkpoint.restore(made, self.checkpoint())
+        checkpoint.put_back(made, checkpoint.parts_of(self))
         made.listeners.restart(self._stepper.tick)
         return made
 
@@ -270,88 +335,6 @@ class Simulation:
             else:
                 self._stepper.set_command(name, checked)
 
-    def post(self, action: Callable[[], object]) -> None:
-        """Have an action done at the next boundary of steps, by the thread that steps; any thread may call this.
-
-        Boundaries come with every call of `step`, and in a run at least once a simulated second; a paused run acts at
-        once. Actions are done in the order in which they were posted.
-        """
-        self.gate.post(action)
-
-    def on_tick(self, callback: OnTick, *, rate_hz: float | None = None) -> Subscription:
-        """Call `callback(sim)` at every tick, tick 0 included, or at `rate_hz` at most.
-
-        Blocks of ticks end where it is called, so a low rate costs little, and none costs nothing; readings and states
-        are the same bytes. It may set commands, spawn, post actions or end the run, but not step. `Listeners` has the
-        order of calls. What it raises ends the step or the run, and says which callback it was.
-
-        Args:
-            callback: called after the readings of that tick were told.
-            rate_hz: calls in a simulated second; the time between them is rounded up to whole ticks.
-
-        Returns:
-            A handle to `cancel`, also as a context manager.
-        """
-        if rate_hz is not None and not (math.isfinite(rate_hz) and rate_hz > 0):
-            raise CommandError(f"rate_hz is a positive number, not {rate_hz!r}")
-        period = 1 if rate_hz is None else max(1, math.ceil(1e9 / (rate_hz * self.dt_ns) - 1e-9))
-        return self.listeners.add("tick", callback, period=period)
-
-    def subscribe(self, sensor: str, callback: OnReading) -> Subscription:
-        """Call `callback(reading)` for every reading of a sensor, at its own tick, tick 0 included.
-
-        Args:
-            sensor: "auv0.imaging".
-            callback: as for `on_tick`.
-
-        Raises:
-            LookupFailed: there is no such sensor.
-        """
-        known = [f"{a.name}.{s}" for a in self.model.agents.values() for s in a.sensors]
-        if sensor not in known:
-            raise LookupFailed("sensor", sensor, known)
-        return self.listeners.add(sensor, callback)
-
-    @contextmanager
-    def recording(self, path: str | Path) -> Iterator[Recorder]:
-        """Record all steps and runs of a `with` block, as `run(record=...)` records its own.
-
-        Raises:
-            RecordingError: the file cannot be written.
-        """
-        recorder = open_recorder(Path(path), self)
-        log = RunLog(self, recorder)
-        self.logs.append(log)
-        try:
-            log.begin()
-            yield recorder
-        finally:
-            self.logs.remove(log)
-            recorder.close()
-
-    def pause(self) -> None:
-        """Hold a run at its next boundary of steps until `resume`; posted actions are done meanwhile."""
-        self.gate.set(paused=True)
-
-    def resume(self) -> None:
-        """Let a run go on."""
-        self.gate.set(paused=False)
-
-    def stop(self) -> None:
-        """End the present run at its next boundary of steps, in order."""
-        self.gate.set(stopped=True)
-
-    @property
-    def paused(self) -> bool:
-        """Runs are held."""
-        return self.gate.paused
-
-    def _refuse_within(self, what: str) -> None:
-        """Refuse what would turn time back under a step loop or a recording."""
-        self.gate.refuse(what)
-        if self.logs:
-            raise CommandError(f"sim.{what} turns time back; leave the recording {self.logs[-1].recorder.path} before")
-
     def held_command(self, agent: str) -> NDArray[np.float64]:
         """`(n, k)` the command that an agent holds, in its present control mode; a mission's last set-points."""
         self._agent(agent)
@@ -401,17 +384,23 @@ class Simulation:
         attitude: object = None,
         velocity: object = None,
         angular_velocity: object = None,
+        where: object = None,
     ) -> None:
         """Place an agent anew: position NWU [m], attitude (w, x, y, z), velocities body FLU; `(k,)` or `(n, k)`.
+
+        Its actuators, command and mission go on; its controllers begin anew, and accelerations are 0 until the next
+        step. With `where`, `(n,)` bool or indices, only in those copies: the others' bytes stay.
 
         Raises:
             CommandError: an unknown agent, a wrong shape, a value that is not finite.
         """
         self._agent(agent)
+        mask = np.ones(self.n, dtype=bool) if where is None else chosen(where, self.n)
         now = self.state[agent]
         n = self.n
         self._stepper.set_state(
             agent,
+            mask,
             position=now.position if position is None else rows(position, n, 3, f"{agent}: position"),
             attitude=now.attitude if attitude is None else unit_rows(attitude, n, f"{agent}: attitude"),
             velocity=now.velocity if velocity is None else rows(velocity, n, 3, f"{agent}: velocity"),

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import drjit as dr
 import numpy as np
 from numpy.typing import NDArray
 
+from pelagos import jit
 from pelagos.errors import CommandError
 from pelagos.jit import Array
 from pelagos.sim.trajectory import CHANNELS
@@ -65,6 +67,7 @@ class AgentRun:
         command_values: the same, `(n, k)`.
         mode: control mode.
         row: `(n, CHANNELS)` motion at the current tick.
+        begin_vehicle, begin_row: the same two where the copies' episodes began.
     """
 
     vehicle: Array
@@ -72,6 +75,37 @@ class AgentRun:
     command_values: NDArray[np.float64]
     mode: str
     row: NDArray[np.float64]
+    begin_vehicle: Array
+    begin_row: NDArray[np.float64]
+
+
+def mixed(one: Array, other: Array, where: NDArray[np.bool_]) -> Array:
+    """Packed states, of `other` `where` a copy `(n,)` is chosen; the bits of the rest are those of `one`."""
+    n = len(where)
+    lane = dr.arange(jit.UInt32, dr.width(one)) % n
+    chosen = dr.gather(jit.Bool, jit.Bool(where), lane)
+    made = dr.select(chosen, other, one)
+    dr.eval(made)
+    return made
+
+
+def chosen(where: object, n: int) -> NDArray[np.bool_]:
+    """Copies by a mask `(n,)` or by their indices, as a mask.
+
+    Raises:
+        CommandError: another shape, none at all, or an index beyond the fleet.
+    """
+    given = np.asarray(where)
+    if given.dtype == bool and given.shape == (n,):
+        mask = given.copy()
+    elif given.ndim == 1 and given.dtype.kind in "iu" and ((given >= -n) & (given < n)).all():
+        mask = np.zeros(n, dtype=bool)
+        mask[given] = True
+    else:
+        raise CommandError(f"where is bool of shape ({n},), or indices of copies below {n}; given {where!r}")
+    if not mask.any():
+        raise CommandError("where chooses no copy")
+    return mask
 
 
 def checked_command(values: object, *, n: int, names: tuple[str, ...], agent: str) -> NDArray[np.float64]:

@@ -13,18 +13,19 @@ from numpy.typing import NDArray
 
 from pelagos import jit
 from pelagos.jit import Array
-from pelagos.sensors.sensor import Kinematics, Reading
+from pelagos.sensors.sensor import Kinematics, Measurement, Reading
 from pelagos.sim.bodies import Bodies
 from pelagos.sim.contacts import Contacts
 from pelagos.sim.encounters import Encounters
+from pelagos.sim.endings import Endings
+from pelagos.sim.episodes import Episodes
 from pelagos.sim.initial import StartState
 from pelagos.sim.listeners import Listeners
 from pelagos.sim.missions import Missions
 from pelagos.sim.model import AgentModel, Model, SensorModel
-from pelagos.sim.not_finite import NotFinite
 from pelagos.sim.sampled import Sampled
 from pelagos.sim.schedule import Schedule
-from pelagos.sim.state import AgentRun, AgentState
+from pelagos.sim.state import AgentRun, AgentState, mixed
 from pelagos.sim.timings import Timings
 from pelagos.sim.trajectory import LaneSelector, Trajectory, channels
 from pelagos.vehicles.state import VehicleState
@@ -35,16 +36,33 @@ class Stepper:
 
     Attributes:
         tick: ticks since the start.
+        changes: counts steps, and whatever else changes the state.
         timings: where the time went.
         trajectories: by agent, the motion of the last block; after `catch_up`, since the one before.
         runs: by agent, its state, command and mode.
         missions: guidance of all agents.
         contacts: what hulls touch.
+        episodes: of each copy.
+
+    Args:
+        model, bodies, encounters, listeners: what it steps, and for whom.
+        like: a stepper of the same model, whose recorded calls are shared.
     """
 
-    def __init__(self, model: Model, bodies: Bodies, encounters: Encounters, listeners: Listeners) -> None:
+    def __init__(
+        self,
+        model: Model,
+        bodies: Bodies,
+        encounters: Encounters,
+        listeners: Listeners,
+        *,
+        like: Stepper | None = None,
+    ) -> None:
         self._model, self._bodies, self._encounters = model, bodies, encounters
-        self._select = LaneSelector(n=model.n, dt_ns=model.clock.dt_ns, first_environment=model.first_environment)
+        new = LaneSelector(n=model.n, dt_ns=model.clock.dt_ns)
+        self._select: LaneSelector = new if like is None else like._select
+        self.episodes = Episodes(model.n, model.first_environment)
+        self._endings = Endings(model, self.episodes)
         self.missions = Missions(model)
         self.contacts = Contacts(model, bodies)
         self._schedule = Schedule(model, bodies, self.missions, listeners)
@@ -52,18 +70,44 @@ class Stepper:
         self.trajectories: dict[str, Trajectory] = {}
         self._blocks: dict[str, list[Trajectory]] = {}
         self.timings = Timings()
-        self.tick = 0
+        self.tick: int = 0
+        self.changes: int = 0
 
-    def start(self, states: Mapping[str, StartState]) -> dict[str, dict[str, Reading]]:
-        """Tick 0: place the agents, and read every sensor."""
+    def start(self, states: Mapping[str, StartState], *, episode: int = 0) -> None:
+        """Tick 0: place the agents, and read those sensors that missions wait for."""
+        self.changes += 1
         self.tick = 0
         self.timings = Timings()
         self._blocks.clear()
         self.contacts.clear()
         self._bodies.forget()
+        self.episodes.restart(episode)
         for name, agent in self._model.agents.items():
-            self._place(agent, states[name])
-        return self.observed(self.read_now())
+            self.runs[name] = self._begun(agent, states[name], agent.mode)
+            self.trajectories[name] = self._standing(self.runs[name])
+            self.missions.begin(agent, self._state(agent, self.runs[name]))
+        self._sense(lambda agent, sensor: self.missions.guided(agent.name, sensor.name))
+
+    def restart(self, states: Mapping[str, StartState], where: NDArray[np.bool_]) -> None:
+        """Some copies begin their next episode at the present tick; the others' bytes stay."""
+        self.changes += 1
+        self._blocks.clear()
+        self.contacts.forget(where)
+        self.episodes.begin(where, self.tick)
+        for name, agent in self._model.agents.items():
+            run = self.runs[name]
+            fresh = self._begun(agent, states[name], run.mode)
+            run.begin_vehicle = mixed(run.begin_vehicle, fresh.begin_vehicle, where)
+            run.begin_row = np.where(where[:, None], fresh.begin_row, run.begin_row)
+            run.vehicle = mixed(run.vehicle, fresh.vehicle, where)
+            run.row = np.where(where[:, None], fresh.row, run.row)
+            self._hold(run, np.where(where[:, None], fresh.command_values, run.command_values))
+            self.trajectories[name] = self._standing(run)
+            self.missions.restart(agent, self._state(agent, run), where, self.tick)
+
+    def read_all(self) -> list[Sampled]:
+        """Every sensor at the present tick, due or not."""
+        return self._sense(due=range(self.tick, self.tick + 1))
 
     def read_now(self) -> list[Sampled]:
         """Every sensor that is due at the current tick, read again: the same bytes."""
@@ -83,6 +127,7 @@ class Stepper:
             if wait:
                 self._blocks.setdefault(agent.name, []).append(self.trajectories[agent.name])
         self.tick += ticks
+        self.changes += 1
         return self._sense(lambda agent, sensor: not (wait and self._schedule.waits(agent, sensor)))
 
     def catch_up(self) -> list[Sampled]:
@@ -131,12 +176,14 @@ class Stepper:
         run.mode = mode
         self._hold(run, _idle(model, mode, state))
 
-    def set_state(self, agent: str, **parts: NDArray[np.float64]) -> None:
-        """Place an agent anew; its actuators and its mission go on."""
+    def set_state(self, agent: str, where: NDArray[np.bool_], **parts: NDArray[np.float64]) -> None:
+        """Place an agent anew in some copies; its actuators and its mission go on, its controllers begin anew."""
+        self.changes += 1
         run = self.runs[agent]
         model = self._model.agents[agent]
         state = model.vehicle.place(model.driver.unpack(run.vehicle), **parts)
-        run.vehicle, run.row = model.driver.pack(state), _row(state)
+        run.vehicle = mixed(run.vehicle, model.driver.pack(state), where)
+        run.row = np.where(where[:, None], _row(state), run.row)
         self.trajectories[agent] = self._standing(run)
 
     def memory(self) -> dict[str, Any]:
@@ -147,11 +194,14 @@ class Stepper:
                 "command": run.command_values.copy(),
                 "mode": run.mode,
                 "row": run.row.copy(),
+                "begin_vehicle": np.array(run.begin_vehicle),
+                "begin_row": run.begin_row.copy(),
             }
             for name, run in self.runs.items()
         }
         return {
             "tick": self.tick,
+            "episodes": self.episodes.memory(),
             "runs": runs,
             "missions": self.missions.memory(),
             "contacts": self.contacts.memory(),
@@ -160,9 +210,13 @@ class Stepper:
     def recall(self, memory: Mapping[str, Any]) -> None:
         """Go on from there."""
         self.tick = memory["tick"]
+        self.changes += 1
         self._blocks.clear()
+        self.episodes.recall(memory["episodes"])
         for name, kept in memory["runs"].items():
-            run = AgentRun(_exact(kept["vehicle"]), [], np.empty(0), kept["mode"], kept["row"].copy())
+            vehicle, begin = (_exact(kept[key]) for key in ("vehicle", "begin_vehicle"))
+            row, begin_row = (kept[key].copy() for key in ("row", "begin_row"))
+            run = AgentRun(vehicle, [], np.empty(0), kept["mode"], row, begin, begin_row)
             self._hold(run, kept["command"].copy())
             self.runs[name] = run
             self.trajectories[name] = self._standing(run)
@@ -202,63 +256,69 @@ class Stepper:
             run.vehicle, run.command, self._model.ocean, mode=run.mode, tick=self.tick, ticks=ticks, wrench=wrench
         )
         motion = trajectory.numpy()
-        if not np.isfinite(motion).all():
-            self._stop_not_finite(agent, motion)
-        run.row = motion[-1]
-        self.trajectories[agent.name] = trajectory
+        watched = self._endings.watch(agent, run, trajectory, motion)
+        run.row = motion[-1] if watched is trajectory else watched.numpy()[-1]
+        self.trajectories[agent.name] = watched
         self.timings.add(f"{agent.name}.dynamics", start)
 
-    def _sense(self, asked: Callable[[AgentModel, SensorModel], bool] | None = None) -> list[Sampled]:
-        """Ask the sensors that are due in the last block, or those of them that are `asked`."""
+    def _sense(
+        self, asked: Callable[[AgentModel, SensorModel], bool] | None = None, due: range | None = None
+    ) -> list[Sampled]:
+        """Ask the sensors that are due in the last block, or those of them that are `asked`; all of them at `due`."""
         sampled = []
         placed = False
         for agent in self._model.agents.values():
             trajectory = self.trajectories[agent.name]
             lanes = {}
             for sensor in agent.sensors.values():
-                due = trajectory.due(sensor.period)
-                if not due or (asked is not None and not asked(agent, sensor)):
+                ticks = trajectory.due(sensor.period) if due is None else due
+                if not ticks or (asked is not None and not asked(agent, sensor)):
                     continue
                 start = time.perf_counter()
                 if sensor.sees and not placed:
                     self._bodies.follow(self.tick)
                     self._bodies.place(self.states())
                     placed = True
-                if due not in lanes:
-                    lanes[due] = self._select.lanes(trajectory, due)
-                self._answer(due)
-                self._model.scene.reading = True
-                try:
-                    sampled.append(Sampled(agent.name, sensor, due, sensor.sensor.sense(lanes[due])))
-                finally:
-                    self._model.scene.reading = False
-                self.missions.hear(sampled[-1])
+                if ticks not in lanes:
+                    lanes[ticks] = self._select.lanes(trajectory, ticks, self.episodes.names())
+                self._answer(ticks)
+                one = Sampled(agent.name, sensor, ticks, self._ask(sensor, lanes[ticks]))
+                sampled.append(one.without(self.episodes.ended) if self.episodes.over.any() else one)
+                if due is None:
+                    self.missions.hear(sampled[-1])
                 self.timings.add(f"{agent.name}.{sensor.name}", start)
         return sampled
 
+    def _ask(self, sensor: SensorModel, motion: Kinematics) -> Measurement:
+        self._model.scene.reading = True
+        try:
+            return sensor.sensor.sense(motion)
+        finally:
+            self._model.scene.reading = False
+
     def _answer(self, due: range) -> None:
         """Have the sensor that reads next ask this run, about these ticks."""
-        self._encounters.neighbours.motion_of = partial(self._motion_of, due)
+        self._encounters.neighbours.motion_of = partial(self.motion_of, due)
         self._encounters.blows.latest = self._latest_blow
 
-    def _motion_of(self, due: range, agent: str) -> Kinematics:
-        return self._select.lanes(self.trajectories[agent], due)
+    def motion_of(self, due: range, agent: str) -> Kinematics:
+        """The motion of an agent at ticks of the last block, as its sensors see it."""
+        return self._select.lanes(self.trajectories[agent], due, self.episodes.names())
 
     def _latest_blow(self, agent: str, ticks: int) -> NDArray[np.float64]:
         return self.contacts.strongest(agent, self.tick - ticks)
 
     # construction, and the numbers behind a state
 
-    def _place(self, agent: AgentModel, start: StartState) -> None:
-        vehicle = agent.vehicle.initial_state(start.position, start.attitude, start.velocity)
-        run = AgentRun(agent.driver.pack(vehicle), [], np.empty(0), agent.mode, _row(vehicle))
-        self.runs[agent.name] = run
-        self.trajectories[agent.name] = self._standing(run)
-        state = self._state(agent, run)
-        held = agent.config.command
-        n = self._model.n
-        self._hold(run, _idle(agent, agent.mode, state) if held is None else np.tile(np.array(held), (n, 1)))
-        self.missions.begin(agent, state)
+    def _begun(self, agent: AgentModel, start: StartState, mode: str) -> AgentRun:
+        """All copies of an agent at the beginning of an episode, with the command that they hold there."""
+        vehicle = agent.vehicle.initial_state(start.position, start.attitude, start.velocity, start.angular_velocity)
+        packed, row = agent.driver.pack(vehicle), _row(vehicle)
+        run = AgentRun(packed, [], np.empty(0), mode, row, packed, row)
+        held, n = agent.config.command, self._model.n
+        given = held is not None and mode == agent.mode
+        self._hold(run, np.tile(np.array(held), (n, 1)) if given else _idle(agent, mode, self._state(agent, run)))
+        return run
 
     def _hold(self, run: AgentRun, values: NDArray[np.float64]) -> None:
         if run.command_values.shape == values.shape and (run.command_values == values).all():
@@ -273,14 +333,6 @@ class Stepper:
 
     def _state(self, agent: AgentModel, run: AgentRun) -> AgentState:
         return AgentState.of(run.row, agent.driver.actuators(run.vehicle))
-
-    def _stop_not_finite(self, agent: AgentModel, motion: NDArray[np.float64]) -> None:
-        k, copy, _ = (int(i) for i in np.argwhere(~np.isfinite(motion))[0])
-        t_s = (self.tick + 1 + k) * self._model.clock.dt_ns * 1e-9
-        run = self.runs[agent.name]
-        last = motion[k - 1, copy] if k else run.row[copy]
-        lacking = self._model.ocean.uncovered(jit.Array3f64(*(float(v) for v in last[:3])), jit.Float64(t_s))
-        raise NotFinite(agent, copy, t_s, last, run.command_values[copy], lacking)
 
 
 def _exact(values: NDArray[np.float64]) -> Array:

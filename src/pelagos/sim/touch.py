@@ -36,12 +36,12 @@ class Touch:
     def possible(
         self,
         position: NDArray[np.float64],
-        way: float,
+        way: NDArray[np.float64],
         agents: Callable[[], Mapping[str, AgentState]],
         *,
         now: bool = False,
     ) -> bool:
-        """Whether a hull at `position` `(n, 3)` may touch anything before it has gone `way` [m], or `now`."""
+        """Whether a hull at `position` `(n, 3)` may touch anything before it has gone `way` `(n,)` [m], or `now`."""
         margin = self._agent.vehicle.bounding_radius_m + way + GAP_M
         if bool(np.any(self._model.world.near(position, margin))):
             return True

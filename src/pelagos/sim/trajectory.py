@@ -64,27 +64,26 @@ class Trajectory:
 class LaneSelector:
     """Cuts the lanes of due ticks out of a trajectory, one frozen call for each number of lanes."""
 
-    def __init__(self, *, n: int, dt_ns: int, first_environment: int) -> None:
+    def __init__(self, *, n: int, dt_ns: int) -> None:
         self._n = n
         self._frozen: dict[int, Callable[..., Kinematics]] = {}
         self._dt = dr.opaque(jit.UInt64, dt_ns)
-        self._environment = dr.opaque(jit.UInt32, first_environment)
         self._copies = dr.opaque(jit.UInt32, n)
 
-    def lanes(self, trajectory: Trajectory, ticks: range) -> Kinematics:
-        """The motion at `ticks`, tick-major."""
+    def lanes(self, trajectory: Trajectory, ticks: range, names: tuple[Array, Array]) -> Kinematics:
+        """The motion at `ticks`, tick-major; `names` as from `Episodes.names`."""
         count = len(ticks) * self._n
         if count not in self._frozen:
             self._frozen[count] = jit.freeze(_selector(count))
         u32 = jit.UInt32
         start = dr.opaque(u32, ticks.start - trajectory.first_tick)
         step, first = dr.opaque(u32, ticks.step), dr.opaque(u32, trajectory.first_tick)
-        return self._frozen[count](trajectory.packed, start, step, first, self._copies, self._dt, self._environment)
+        return self._frozen[count](trajectory.packed, start, step, first, self._copies, self._dt, *names)
 
 
 def _selector(count: int) -> Callable[..., Kinematics]:
     def select(
-        packed: Array, start: Array, step: Array, first: Array, n: Array, dt: Array, environment: Array
+        packed: Array, start: Array, step: Array, first: Array, n: Array, dt: Array, stream: Array, began: Array
     ) -> Kinematics:
         lane = dr.arange(jit.UInt32, count)
         copy = lane % n
@@ -92,12 +91,22 @@ def _selector(count: int) -> Callable[..., Kinematics]:
         at = (row * n + copy) * CHANNELS
         c = [dr.gather(jit.Float64, packed, at + i) for i in range(CHANNELS)]
         tick = first + row
-        return kinematics(c, tick=tick, t_ns=jit.UInt64(tick) * dt, environment=environment + copy, copy=copy)
+        age = tick - dr.gather(jit.UInt32, began, copy)
+        return kinematics(
+            c,
+            tick=age,
+            t_ns=jit.UInt64(tick) * dt,
+            age_ns=jit.UInt64(age) * dt,
+            environment=dr.gather(jit.UInt32, stream, copy),
+            copy=copy,
+        )
 
     return select
 
 
-def kinematics(c: list[Array], *, tick: Array, t_ns: Array, environment: Array, copy: Array) -> Kinematics:
+def kinematics(
+    c: list[Array], *, tick: Array, t_ns: Array, age_ns: Array, environment: Array, copy: Array
+) -> Kinematics:
     """`CHANNELS` arrays -> `Kinematics`."""
     v3: Any = jit.Array3f64
     return Kinematics(
@@ -111,4 +120,5 @@ def kinematics(c: list[Array], *, tick: Array, t_ns: Array, environment: Array, 
         tick=tick,
         environment=environment,
         copy=copy,
+        age_ns=age_ns,
     )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import Final
 
@@ -12,6 +13,7 @@ from pelagos.raycast.geometry import Geometry, PlacedGeometry
 
 _MAX_CELLS: Final = 1024  # along either side
 _CHUNK: Final = 1 << 18  # faces at a time: memory stays small
+_FEW: Final = 64  # positions that look at each cell
 _SMALL: Final = 3  # cells that a face may span in the vectorised pass
 
 
@@ -33,6 +35,7 @@ class Clearance:
         self.x0, self.y0 = float(low[0]), float(low[1])
         shape = (int((high - low)[0] // self.cell) + 1, int((high - low)[1] // self.cell) + 1)
         self.top: NDArray[np.float64] = np.full(shape, -np.inf)
+        self._levels: dict[int, NDArray[np.float64]] = {}
         for g, extent in zip(solid, corners, strict=False):
             if isinstance(g, PlacedGeometry):  # thousands of small things: the box around each of them is near enough
                 first, last = (((c[:2] - low) // self.cell).astype(np.int32)[None] for c in extent)
@@ -61,26 +64,62 @@ class Clearance:
             block = self.top[i0 : i1 + 1, j0 : j1 + 1]
             np.maximum(block, z, out=block)
 
-    def near(self, position: NDArray[np.float64], margin: float) -> NDArray[np.bool_]:
-        """`(n,)`: whether anything static may be within `margin` [m] of positions `(n, 3)`; False is certain."""
+    def near(self, position: NDArray[np.float64], margin: float | NDArray[np.float64]) -> NDArray[np.bool_]:
+        """`(n,)`: whether anything static may be within `margin` [m] of positions `(n, 3)`; False is certain.
+
+        Of many positions, each looks at the highest thing around it in one of a few maps, whose reach is a power of two
+        of cells: the time does not depend on the margin. Where a few are near by that, they look at each cell. What is
+        not finite counts as near.
+        """
         if len(position) == 1:
             x, y, z = position[0].tolist()
-            return np.array([self._near(x, y, z, margin)])
-        low = np.floor((position[:, :2] - [self.x0, self.y0] - margin) / self.cell)
-        high = np.floor((position[:, :2] - [self.x0, self.y0] + margin) / self.cell)
-        reach = int((high - low).max(initial=0)) + 1
-        limit = position[:, 2] - margin
-        found = np.zeros(len(position), dtype=bool)
-        for dx in range(reach):
-            for dy in range(reach):
-                i = np.minimum(low[:, 0] + dx, high[:, 0])
-                j = np.minimum(low[:, 1] + dy, high[:, 1])
-                on = (i >= 0) & (j >= 0) & (i < self.top.shape[0]) & (j < self.top.shape[1])
-                cell = self.top[np.where(on, i, 0).astype(np.intp), np.where(on, j, 0).astype(np.intp)]
-                found |= on & (cell >= limit)
+            return np.array([self._near(x, y, z, float(np.ravel(margin)[0]))])
+        margins = np.broadcast_to(np.asarray(margin, dtype=np.float64), (len(position),))
+        found = self._may_be_near(position, margins)
+        few = np.flatnonzero(found)
+        if len(few) <= _FEW:
+            for lane, (x, y, z), m in zip(few.tolist(), position[few].tolist(), margins[few].tolist(), strict=True):
+                found[lane] = self._near(x, y, z, m)
         return found
 
+    def _may_be_near(self, position: NDArray[np.float64], margins: NDArray[np.float64]) -> NDArray[np.bool_]:
+        reach = margins / self.cell
+        widest = float(reach.max())
+        if math.isfinite(widest + float(position.sum())) and widest < 2.0 * float(reach.mean()) + 1.0:
+            highest = self._around(position, max(math.ceil(math.log2(max(widest, 1.0))), 0))
+            return np.asarray(highest >= position[:, 2] - margins)
+        level = np.where(reach > 1.0, np.ceil(np.log2(np.maximum(reach, 1.0))), 0.0)
+        finite = np.isfinite(position).all(axis=1) & np.isfinite(level)
+        found = ~finite
+        for k in np.unique(level[finite]):
+            here = finite & (level == k)
+            highest = self._around(position[here], int(min(k, 64)))
+            found[here] = highest >= position[here, 2] - margins[here]
+        return found
+
+    def _around(self, position: NDArray[np.float64], level: int) -> NDArray[np.float64]:
+        """`(m,)` the highest thing within 2^level cells of each position, or of the whole map where that is wider."""
+        reach = 1 << level
+        if reach >= max(self.top.shape):
+            return np.full(len(position), self.top.max())
+        widened = self._widened(level)
+        i, j = np.floor((position[:, :2] - [self.x0, self.y0]) / self.cell).T + reach
+        on = (i >= 0) & (j >= 0) & (i < widened.shape[0]) & (j < widened.shape[1])
+        at = np.where(on, i, 0).astype(np.intp), np.where(on, j, 0).astype(np.intp)
+        return np.where(on, widened[at], -np.inf)
+
+    def _widened(self, level: int) -> NDArray[np.float64]:
+        """The map of the highest thing within 2^level cells, which begins and ends so many cells beyond `top`."""
+        if level not in self._levels:
+            step = 1 if level == 0 else 1 << (level - 1)
+            before = self.top if level == 0 else self._widened(level - 1)
+            across = _highest(before, step, centre=level == 0)
+            self._levels[level] = _highest(across.T, step, centre=level == 0).T
+        return self._levels[level]
+
     def _near(self, x: float, y: float, z: float, margin: float) -> bool:
+        if not math.isfinite(x + y + z + margin):
+            return True
         nx, ny = self.top.shape
         i0, i1 = int((x - margin - self.x0) // self.cell), int((x + margin - self.x0) // self.cell)
         j0, j1 = int((y - margin - self.y0) // self.cell), int((y + margin - self.y0) // self.cell)
@@ -88,3 +127,14 @@ class Clearance:
             return False
         block = self.top[max(i0, 0) : i1 + 1, max(j0, 0) : j1 + 1]
         return bool(block.max() >= z - margin)
+
+
+def _highest(values: NDArray[np.float64], step: int, *, centre: bool) -> NDArray[np.float64]:
+    """The highest of the values `step` rows before and after, and of the row itself where `centre`; `step` rows more
+    at both ends."""
+    made = np.full((len(values) + 2 * step, values.shape[1]), -np.inf)
+    made[: len(values)] = values
+    np.maximum(made[2 * step :], values, out=made[2 * step :])
+    if centre:
+        np.maximum(made[step:-step], values, out=made[step:-step])
+    return made

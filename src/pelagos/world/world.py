@@ -195,8 +195,9 @@ class World:
     def _ground_clearance(self) -> GroundClearance | None:
         return None if self.ground is None else GroundClearance(self.ground)
 
-    def near(self, position: NDArray[np.float64], margin_m: float) -> NDArray[np.bool_]:
-        """`(n,)`: whether anything static may be within `margin_m` of positions `(n, 3)` [m]; False is certain."""
+    def near(self, position: NDArray[np.float64], margin_m: float | NDArray[np.float64]) -> NDArray[np.bool_]:
+        """`(n,)`: whether anything static may be within `margin_m` [m], one or `(n,)`, of positions `(n, 3)` [m]; False
+        is certain."""
         near = self.clearance.near(position, margin_m)
         return near if self._ground_clearance is None else near | self._ground_clearance.near(position, margin_m)
 

@@ -22,9 +22,11 @@ class GroundClearance:
         self._ground = ground
         self._known: OrderedDict[tuple[int, int, int], NDArray[np.float64]] = OrderedDict()
 
-    def near(self, position: NDArray[np.float64], margin: float) -> NDArray[np.bool_]:
+    def near(self, position: NDArray[np.float64], margin: float | NDArray[np.float64]) -> NDArray[np.bool_]:
         """`(n,)`: whether the ground may be within `margin` [m] of positions `(n, 3)`; False is certain."""
-        return np.array([self._near(x, y, z, margin) for x, y, z in position.tolist()], dtype=bool)
+        margins = np.broadcast_to(margin, (len(position),)).tolist()
+        rows = zip(position.tolist(), margins, strict=True)
+        return np.array([self._near(x, y, z, m) for (x, y, z), m in rows], dtype=bool)
 
     def _near(self, x: float, y: float, z: float, margin: float) -> bool:
         g = self._ground

@@ -1,0 +1,80 @@
+"""Ends of episodes: a copy of a fleet whose state is not finite any more ends alone, and the fleet goes on.
+
+Its vehicles return to where its episode began and stand still there, its readings are not valid, and
+`Simulation.ended` says so, until it is reset. A fleet of one, or one in which all copies have ended, stops with
+`NotFinite`.
+"""
+
+from __future__ import annotations
+
+import warnings
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pelagos import jit
+from pelagos.errors import EndedWarning
+from pelagos.sim.episodes import Episodes
+from pelagos.sim.model import AgentModel, Model
+from pelagos.sim.not_finite import NotFinite
+from pelagos.sim.state import AgentRun, mixed
+from pelagos.sim.trajectory import CHANNELS, Trajectory
+
+FASTEST_MPS: Final = 1e4  # no vehicle is as fast; beyond, a state counts as not finite: it soon will be
+FARTHEST_M: Final = 1e9
+_LIMITS: Final = np.full(CHANNELS, np.finfo(np.float64).max)
+_LIMITS[0:3], _LIMITS[7:10] = FARTHEST_M, FASTEST_MPS
+
+
+class Endings:
+    """Watches the motion of all agents, and holds the copies that have ended."""
+
+    def __init__(self, model: Model, episodes: Episodes) -> None:
+        self._model, self._episodes = model, episodes
+
+    def watch(
+        self, agent: AgentModel, run: AgentRun, trajectory: Trajectory, motion: NDArray[np.float64]
+    ) -> Trajectory:
+        """The trajectory of a block, with the copies that have ended held at their beginning, in `run` too.
+
+        Args:
+            agent, run: whose block it is; `run.row` is still that before the block.
+            trajectory: the block.
+            motion: the same as `(ticks, n, CHANNELS)`.
+
+        Raises:
+            NotFinite: of a fleet no copy is left.
+        """
+        sound = bool((np.abs(motion) <= _LIMITS).all())  # of a value that is not finite, false as well
+        if sound and not self._episodes.over.any():
+            return trajectory
+        if not sound:
+            self._end(agent, run, trajectory.first_tick, motion)
+        over = self._episodes.over
+        run.vehicle = mixed(run.vehicle, run.begin_vehicle, over)
+        held = np.where(over[None, :, None], run.begin_row[None], motion)
+        return Trajectory(jit.own(jit.Float64, held), trajectory.n, trajectory.ticks, trajectory.first_tick)
+
+    def _end(self, agent: AgentModel, run: AgentRun, first: int, motion: NDArray[np.float64]) -> None:
+        bad = ~(np.abs(motion) <= _LIMITS).all(axis=2)  # (ticks, n)
+        bad &= ~self._episodes.over
+        copies = np.flatnonzero(bad.any(axis=0))
+        if not len(copies):
+            return
+        ticks = bad[:, copies].argmax(axis=0)
+        self._episodes.end(copies, first + ticks)
+        errors = [self._error(agent, run, int(c), first, int(k), motion) for c, k in zip(copies, ticks, strict=True)]
+        if self._episodes.over.all():
+            raise errors[0]
+        for error in errors[:1]:
+            more = f", as {len(errors) - 1} other copies have" if len(errors) > 1 else ""
+            warnings.warn(f"its episode has ended: {error}{more}", EndedWarning, stacklevel=2)
+
+    def _error(
+        self, agent: AgentModel, run: AgentRun, copy: int, first: int, k: int, motion: NDArray[np.float64]
+    ) -> NotFinite:
+        t_s = (first + k) * self._model.clock.dt_ns * 1e-9
+        last = motion[k - 1, copy] if k else run.row[copy]
+        lacking = self._model.ocean.uncovered(jit.Array3f64(*(float(v) for v in last[:3])), jit.Float64(t_s))
+        return NotFinite(agent, copy, t_s, last, run.command_values[copy], lacking)

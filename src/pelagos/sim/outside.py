@@ -1,0 +1,117 @@
+"""The face of a simulation towards viewers, bridges and loggers: callbacks, recordings, other threads."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, cast
+
+from pelagos.errors import CommandError, LookupFailed
+from pelagos.sim.gate import Gate
+from pelagos.sim.listeners import Listeners, OnReading, OnTick, Subscription
+from pelagos.sim.model import Model
+from pelagos.sim.record import Recorder
+from pelagos.sim.run_log import RunLog, open_recorder
+
+if TYPE_CHECKING:
+    from pelagos.sim.simulation import Simulation
+
+
+class Outside:
+    """What a simulation offers to those who watch it and act on it.
+
+    Attributes:
+        model: the constant part.
+        listeners: callbacks.
+        gate: by which actions enter, and runs are held.
+        logs: of the recordings that are open.
+    """
+
+    model: Model
+    listeners: Listeners
+    gate: Gate
+    logs: list[RunLog]
+
+    def post(self, action: Callable[[], object]) -> None:
+        """Have an action done at the next boundary of steps, by the thread that steps; any thread may call this.
+
+        Boundaries come with every call of `step`, and in a run at least once a simulated second; a paused run acts at
+        once. Actions are done in the order in which they were posted.
+        """
+        self.gate.post(action)
+
+    def on_tick(self, callback: OnTick, *, rate_hz: float | None = None) -> Subscription:
+        """Call `callback(sim)` at every tick, tick 0 included, or at `rate_hz` at most.
+
+        Blocks of ticks end where it is called, so a low rate costs little, and none costs nothing; readings and states
+        are the same bytes. It may set commands, spawn, post actions or end the run, but not step. `Listeners` has the
+        order of calls. What it raises ends the step or the run, and says which callback it was.
+
+        Args:
+            callback: called after the readings of that tick were told.
+            rate_hz: calls in a simulated second; the time between them is rounded up to whole ticks.
+
+        Returns:
+            A handle to `cancel`, also as a context manager.
+        """
+        if rate_hz is not None and not (math.isfinite(rate_hz) and rate_hz > 0):
+            raise CommandError(f"rate_hz is a positive number, not {rate_hz!r}")
+        period = 1 if rate_hz is None else max(1, math.ceil(1e9 / (rate_hz * self.model.clock.dt_ns) - 1e-9))
+        return self.listeners.add("tick", callback, period=period)
+
+    def subscribe(self, sensor: str, callback: OnReading) -> Subscription:
+        """Call `callback(reading)` for every reading of a sensor, at its own tick, tick 0 included.
+
+        Args:
+            sensor: "auv0.imaging".
+            callback: as for `on_tick`.
+
+        Raises:
+            LookupFailed: there is no such sensor.
+        """
+        known = [f"{a.name}.{s}" for a in self.model.agents.values() for s in a.sensors]
+        if sensor not in known:
+            raise LookupFailed("sensor", sensor, known)
+        return self.listeners.add(sensor, callback)
+
+    @contextmanager
+    def recording(self, path: str | Path) -> Iterator[Recorder]:
+        """Record all steps and runs of a `with` block, as `run(record=...)` records its own.
+
+        Raises:
+            RecordingError: the file cannot be written.
+        """
+        recorder = open_recorder(Path(path), cast("Simulation", self))
+        log = RunLog(cast("Simulation", self), recorder)
+        self.logs.append(log)
+        try:
+            log.begin()
+            yield recorder
+        finally:
+            self.logs.remove(log)
+            recorder.close()
+
+    def pause(self) -> None:
+        """Hold a run at its next boundary of steps until `resume`; posted actions are done meanwhile."""
+        self.gate.set(paused=True)
+
+    def resume(self) -> None:
+        """Let a run go on."""
+        self.gate.set(paused=False)
+
+    def stop(self) -> None:
+        """End the present run at its next boundary of steps, in order."""
+        self.gate.set(stopped=True)
+
+    @property
+    def paused(self) -> bool:
+        """Runs are held."""
+        return self.gate.paused
+
+    def _refuse_within(self, what: str, *, in_recording: bool = False) -> None:
+        """Refuse what would turn time back under a step loop or, unless that is allowed, a recording."""
+        self.gate.refuse(what)
+        if self.logs and not in_recording:
+            raise CommandError(f"sim.{what} turns time back; leave the recording {self.logs[-1].recorder.path} before")
