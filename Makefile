@@ -2,7 +2,7 @@
 
 .DEFAULT_GOAL := help
 SHELL := /bin/sh
-.PHONY: help demo venv llvm test test-all check bench docs clean
+.PHONY: help demo venv llvm test test-all check bench docs site checks clean
 
 BIN := .venv/bin
 SCENARIO := examples/harbour_survey.yaml
@@ -40,6 +40,7 @@ check: venv llvm ## Everything that CI runs: format, lint, types, layers, schema
 	$(BIN)/lint-imports
 	$(BIN)/pelagos schema --check schema/scenario.schema.json
 	$(BIN)/python scripts/reference.py --check
+	$(BIN)/python scripts/site --quick
 	$(BIN)/python -m pytest -n 2 -m "not slow"
 
 bench: venv llvm ## Measure speed and refresh bench/RESULTS.md
@@ -49,6 +50,12 @@ docs: venv ## Renew the files that are generated: the schema, the scenario refer
 	$(BIN)/pelagos schema --write schema/scenario.schema.json
 	$(BIN)/python scripts/reference.py
 	$(BIN)/python -m pelagos.vehicles.page docs/vehicles
+
+site: venv llvm ## Build the documentation's site into build/site
+	$(BIN)/python scripts/site
+
+checks: venv llvm ## Renew docs/checks.json: every numeric comparison of the tests, with its deviation
+	PYTHONPATH=scripts/site $(BIN)/python -m pytest -p proof_plugin tests/verification tests/cross_code
 
 clean: ## Remove what was built (results stay)
 	rm -rf .venv .mypy_cache .ruff_cache .pytest_cache .import_linter_cache build dist

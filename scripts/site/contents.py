@@ -1,0 +1,122 @@
+"""Home and the order of the pages."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Final
+
+HOME: Final = """\
+# Pelagos
+
+Pelagos simulates underwater and surface vehicles with their sonars, cameras and navigation sensors on a laptop's CPU.
+Everything is one vectorised program: **vehicles are batches of states, and everything that looks at the world, or
+touches it, is a ray.** Every physical function cites its source and is tested against numbers that somebody else
+published: the list is [Proof](proof.md).
+
+![A survey of a harbour: camera, imaging sonar and multibeam map](images/harbour.png)
+
+::::{{grid}} 1 2 3 3
+:gutter: 2
+
+:::{{grid-item-card}} Start
+:link: getting_started
+:link-type: doc
+Install, first run, first scenario, first loop in Python: from zero to a picture in five minutes.
+:::
+:::{{grid-item-card}} Follow a number
+:link: follow/index
+:link-type: doc
+From a line of YAML to a number: the rooms that a reading of each instrument really passes.
+:::
+:::{{grid-item-card}} Instruments
+:link: cards/instruments
+:link-type: doc
+A card for each: picture, outputs with shapes and units, sources, proof, ROS message.
+:::
+:::{{grid-item-card}} Vehicles
+:link: vehicles
+:link-type: doc
+Every number of every vehicle, with its source.
+:::
+:::{{grid-item-card}} Conventions
+:link: conventions
+:link-type: doc
+Frames, signs and shapes, beside those of Fossen, HoloOcean, ROS and Gazebo.
+:::
+:::{{grid-item-card}} Proof
+:link: proof
+:link-type: doc
+Every numeric check: source, tolerance, measured deviation.
+:::
+::::
+
+## The house
+
+Each layer imports only from those below. A box leads to its package.
+
+```{{raw}} html
+{house}
+```
+"""
+
+PARTS: Final = {
+    "Start": ("From nothing to a first mission.", ["getting_started", "simulation", "command_line", "recording"]),
+    "Use": (
+        "What can be simulated, and how to ask for it.",
+        ["vehicles", "missions", "sensors_navigation", "sonars", "cameras", "communication", "worlds", "worlds_large",
+         "ocean", "swarms"],
+    ),
+    "Connect": (
+        "The stack, the learner, the pilot at a screen.",
+        ["bridges", "holoocean", "environments", "datasets", "viewer"],
+    ),
+    "Instruments": ("Cards, devices, and the way of a number.", ["cards/instruments", "cards/devices", "follow/index"]),
+    "Scenario": ("Every key of a scenario file.", ["scenario/index"]),
+    "Know": (
+        "Conventions, equations, evidence, speed.",
+        ["conventions", "theory/index", "proof", "benchmarks", "benchmarks_results"],
+    ),
+    "Build on it": (
+        "Sensors of your own, the Python interface, the house.",
+        ["write_a_sensor", "api/index", "ARCHITECTURE", "CONTRIBUTING", "CHANGELOG"],
+    ),
+}  # fmt: skip
+_INNER: Final = ("api/", "scenario/", "follow/", "cards/", "vehicles/", "theory/")
+
+
+def write(source: Path) -> None:
+    """Write the home page, and a page for each part with a tree of those that stand in the folder."""
+    pages = {str(p.relative_to(source).with_suffix("")) for p in source.rglob("*.md")} - {"index"}
+    _with_catalogue(source, pages)
+    parts: dict[str, tuple[str, list[str]]] = {}
+    for caption, (words, names) in PARTS.items():
+        parts[caption] = words, [n for stem in names for n in _with_pages(stem, pages)]
+    placed = {n for _, names in parts.values() for n in names}
+    rest = sorted(n for n in pages - placed if not n.startswith(_INNER))
+    if rest:
+        parts["More"] = "Further pages.", rest
+    (source / "parts").mkdir(exist_ok=True)
+    files = []
+    for caption, (words, names) in parts.items():
+        file = f"parts/{caption.lower().replace(' ', '_')}"
+        up = [f"../{n}" for n in names]
+        tree = ["```{toctree}", ":maxdepth: 2", "", *up, "```", ""]
+        (source / f"{file}.md").write_text("\n".join([f"# {caption}", "", words, "", *tree]), encoding="utf-8")
+        files.append(file)
+    home = HOME.format(house=(source / "house.svg").read_text(encoding="utf-8"))
+    tree = ["", "```{toctree}", ":hidden:", ":maxdepth: 2", "", *files, "```", ""]
+    (source / "index.md").write_text(home + "\n".join(tree), encoding="utf-8")
+
+
+def _with_catalogue(source: Path, pages: set[str]) -> None:
+    """Hang the pages of vehicles below the page about them."""
+    names = sorted(n for n in pages if n.startswith("vehicles/"))
+    page = source / "vehicles.md"
+    tree = ["", "```{toctree}", ":hidden:", "", *names, "```", ""]
+    page.write_text(page.read_text(encoding="utf-8") + "\n".join(tree), encoding="utf-8")
+
+
+def _with_pages(stem: str, pages: set[str]) -> list[str]:
+    """A page, and the bridges' pages after theirs."""
+    own = [stem] if stem in pages else []
+    return own + sorted(n for n in pages if stem == "bridges" and n.startswith("bridges_"))
