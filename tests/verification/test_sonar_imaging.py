@@ -226,7 +226,10 @@ def test_signal_to_noise_follows_the_sonar_equation():
     noise = 10 * math.log10(10 ** (ambient_level(config.frequency_hz, 5.0) / 10) + 10**6.0)
     noise = band_level(noise, config.bandwidth_hz) - directivity_index(math.radians(1), math.radians(20))
     noise -= processing_gain_db(config.bandwidth_hz, config.pulse_s)
-    cell = 10 * math.log10(math.radians(130) / 64 * config.bin_width_m * r)
+    noise += 10 * math.log10(1.5)  # what the shading of the chirp loses
+    length = 0.8858929 * 1.1294 / (2 * math.sin(math.radians(0.5)))  # of the array, lightly shaded
+    beam = (1 + 0.5 / 9) / length / math.cos(float(s.tables["azimuth"][32]))
+    cell = 10 * math.log10(beam * 1.5 * 1500 / 2 / config.bandwidth_hz * r)
     echo = float(s.sense(at(0, 0, 0)).truth[0, 32, k])  # strength of the bottom as seen
     expected = config.source_level_db - 40 * math.log10(r) - 2 * a * r + echo + cell - noise
     assert snr[32, k] == pytest.approx(expected, abs=0.05)

@@ -11,6 +11,7 @@ from sonar_scenes import at, box, context, plane
 import pelagos as pl
 from pelagos import jit
 from pelagos.acoustics.absorption import absorption
+from pelagos.acoustics.beam_pattern import HALF_POWER_LINE
 from pelagos.acoustics.interference import band_overlap, is_arriving
 from pelagos.errors import InputError
 from pelagos.math.so3 import from_euler
@@ -88,14 +89,17 @@ def test_the_pulse_arrives_after_its_time_of_flight():
 
 
 def test_level_is_the_one_way_sonar_equation():
-    """SL' - 20 log d - a d, re this sonar's SL: in the reading's unit times 10^(3 log r + 2 a r/10)/(sector bin).
+    """SL' - 20 log d - a d, re this sonar's SL: in the reading's unit times 10^(3 log r + 2 a r/10) over what a
+    sample hears of an even bottom: the integral of the beam's power pattern, 1.056/L of the array's length L with its
+    light shading, times 1.5 c/2B of the shaded chirp.
 
     The same pulse is compressed: 1/B is a third of a bin of 10 cm; exponential, so many pings are averaged.
     """
     receiver, sense = pair(other={"source_level_db": 226.0})
     heard = np.array([sense(k=40 * j).data[0, 32].max() for j in range(400)])
     a = float(absorption(jit.Float64(750e3), 10.0, 35.0, 200.0)[0])
-    cell = math.radians(1.0) * receiver.config.bin_width_m
+    length = HALF_POWER_LINE * 1.1294 / (2 * math.sin(math.radians(0.5)))
+    cell = (1 + 0.5 / 9) / length * 1.5 * 1500 / 60e3
     r = receiver.tables["range"][149]
     gain = r**3 * 10 ** (2 * a * r / 10) / cell
     expected = 10**0.6 / 30.0**2 * 10 ** (-a * 30.0 / 10) * gain

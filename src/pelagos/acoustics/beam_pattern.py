@@ -16,6 +16,7 @@ from pelagos.jit import Array
 
 HALF_POWER_LINE: Final = 0.8858929413789  # width at -3 dB of a uniform line [wavelength / length]
 FIRST_NULL_LINE: Final = 1.0  # sine of the first null of a uniform line [wavelength / length]
+_COSINE_SHARE: Final = {"uniform": 1.0, "light": 0.75, "hamming": 0.54, "hann": 0.5}
 
 
 def line(sine: Array, length: Array) -> Array:
@@ -52,10 +53,20 @@ def weighted_line_np(sine: NDArray[np.float64], length: float, shading: str) -> 
             fast): raised-cosine weights a + (1 - a) cos(2 pi x / L), F. J. Harris, Proc. IEEE 66, 51 (1978),
             doi 10.1109/PROC.1978.10837.
     """
-    alpha = {"uniform": 1.0, "light": 0.75, "hamming": 0.54, "hann": 0.5}[shading]
+    alpha = _COSINE_SHARE[shading]
     u: Any = length * sine
     side = 0.5 * (1.0 - alpha) * (np.sinc(u - 1.0) + np.sinc(u + 1.0))
     return np.asarray((alpha * np.sinc(u) + side) / alpha)
+
+
+def shaded_line(sine: Array, length: Array, shading: str) -> Array:
+    """`weighted_line_np` for Dr.Jit arrays."""
+    share = _COSINE_SHARE[shading]
+    if share == 1.0:
+        return line(sine, length)
+    u = length * sine
+    side = 0.5 * (1.0 - share) * (line(u - 1.0, 1.0) + line(u + 1.0, 1.0))
+    return (share * line(u, 1.0) + side) / share
 
 
 SHADING_WIDTH: Final = {
@@ -64,6 +75,27 @@ SHADING_WIDTH: Final = {
     "hamming": 1.4708,
     "hann": 1.6261,
 }  # half-power width relative to uniform
+
+
+def shaded_length(width_rad: float, shading: str) -> float:
+    """Length [wavelengths] of the line with a shading whose half-power width at broadside is `width_rad`, one way."""
+    return HALF_POWER_LINE * SHADING_WIDTH[shading] / (2.0 * float(np.sin(0.5 * width_rad)))
+
+
+def equivalent_width(azimuths: NDArray[np.float64], width_rad: float, shading: str) -> NDArray[np.float64]:
+    """Integral of each steered beam's power pattern, 1 on axis, over the angle `(beams,)` [rad].
+
+    Over the sine of the angle it is the integral of the squared weights a + (1 - a) cos(2 pi x/L) over the square of
+    their own (Parseval): (1 + ((1 - a)/a)^2/2)/L; steered by t it is wider by 1/cos t.
+
+    Args:
+        azimuths: beam directions `(beams,)` [rad].
+        width_rad: half-power width at broadside, one way [rad].
+        shading: see `weighted_line_np`.
+    """
+    share = _COSINE_SHARE[shading]
+    noise = 1.0 + 0.5 * ((1.0 - share) / share) ** 2
+    return np.asarray(noise / shaded_length(width_rad, shading) / np.maximum(np.cos(azimuths), 0.05))
 
 
 def steering_matrix(azimuths: NDArray[np.float64], width_rad: float, shading: str, reach: int) -> NDArray[np.float32]:
@@ -78,7 +110,7 @@ def steering_matrix(azimuths: NDArray[np.float64], width_rad: float, shading: st
         shading: see `weighted_line_np`.
         reach: neighbours on each side that are answered.
     """
-    length = HALF_POWER_LINE * SHADING_WIDTH[shading] / (2.0 * float(np.sin(0.5 * width_rad)))
+    length = shaded_length(width_rad, shading)
     beams = len(azimuths)
     neighbour = np.arange(beams)[:, None] + np.arange(-reach, reach + 1)[None, :]
     inside = (neighbour >= 0) & (neighbour < beams)

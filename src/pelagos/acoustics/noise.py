@@ -8,11 +8,15 @@ from __future__ import annotations
 
 import dataclasses
 import math
+from typing import Final
 
 import drjit as dr
 
 from pelagos.acoustics.spreading import from_db, log10, to_db
 from pelagos.jit import Array
+
+_LEAST_RAIN: Final = 0.1  # [mm/h]
+_RAIN_FLAT_HZ: Final = 1.0e4
 
 
 @dataclasses.dataclass(frozen=True)
@@ -36,10 +40,26 @@ def ambient(frequency: Array, wind_speed: Array, shipping: Array = 0.5) -> Noise
     )
 
 
-def ambient_level(frequency: Array, wind_speed: Array, shipping: Array = 0.5) -> Array:
-    """Spectral level of all four together [dB re 1 uPa^2/Hz]."""
+def rain_level(frequency: Array, rain_mm_per_h: float) -> float:
+    """Spectral level of rain on the sea [dB re 1 uPa^2/Hz]; none below 0.1 mm/h.
+
+    At 5 kHz 42.4 + 15.4 log10(R): B. B. Ma, J. A. Nystuen and R.-C. Lien, J. Acoust. Soc. Am. 117, 3555 (2005), doi
+    10.1121/1.1910283; as flat from 1 to 10 kHz as their spectra of heavy rain, and beyond falling with the square of
+    the frequency (assumed).
+    """
+    if rain_mm_per_h < _LEAST_RAIN:
+        return -math.inf
+    beyond = max(float(frequency) / _RAIN_FLAT_HZ, 1.0)
+    return 42.4 + 15.4 * math.log10(rain_mm_per_h) - 20.0 * math.log10(beyond)
+
+
+def ambient_level(frequency: Array, wind_speed: Array, shipping: Array = 0.5, *, rain_mm_per_h: float = 0.0) -> Array:
+    """Spectral level of all four sources and of rain together [dB re 1 uPa^2/Hz]."""
     n = ambient(frequency, wind_speed, shipping)
-    return to_db(from_db(n.turbulence) + from_db(n.shipping) + from_db(n.wind) + from_db(n.thermal))
+    power = from_db(n.turbulence) + from_db(n.shipping) + from_db(n.wind) + from_db(n.thermal)
+    if rain_mm_per_h >= _LEAST_RAIN:
+        power += from_db(rain_level(frequency, rain_mm_per_h))
+    return to_db(power)
 
 
 def band_level(spectral_level: float, bandwidth: float) -> float:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +17,14 @@ def range_resolution(sound_speed: float, bandwidth: float) -> float:
 def processing_gain_db(bandwidth: float, duration: float) -> float:
     """Gain [dB] of the matched filter, 10 log10(B T), at least 0."""
     return 10.0 * math.log10(max(bandwidth * duration, 1.0))
+
+
+EQUIVALENT_WIDTH: Final = {"chirp": 1.5, "cw": 2.0 / 3.0}
+"""Integral of a pulse's response, squared and 1 at its peak, over the range, in resolutions c/(2B): by Parseval's
+theorem that of the squared weights 1 + cos(2 pi f/B) over the band; of a triangle 2/3."""
+
+SHADING_LOSS_DB: Final = {"chirp": 10.0 * math.log10(1.5), "cw": 0.0}
+"""What a filter loses against noise by its shading: the mean of the squared weights over the square of their mean."""
 
 
 def point_spread(

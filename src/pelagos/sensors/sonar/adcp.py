@@ -24,6 +24,7 @@ from pelagos.sensors.sonar.keys.echo_keys import EchoesConfig, echo_spec
 from pelagos.sensors.sonar.ping.beam_echoes import BeamEchoes
 from pelagos.sensors.sonar.ping.fan import Fan, Lanes, Trace, look
 from pelagos.sensors.sonar.ping.pulse_pairs import Pairs
+from pelagos.sensors.sonar.ping.sea_state import wind_for
 from pelagos.sensors.sonar.ping.sounder import Sounder, Waters
 from pelagos.sensors.sonar.ping.surface_scattering import Surfaces
 
@@ -132,14 +133,15 @@ class Adcp:
     def __init__(self, config: AdcpConfig, context: SensorContext) -> None:
         self.config = config
         self._context = context
-        self._sounder = Sounder(config, context, beam_rays(config), Waters(config.frequency_hz, config.ph))
+        wind = wind_for(config.wind_speed_mps, context.ocean, context.path)
+        self._sounder = Sounder(config, context, beam_rays(config), Waters(config.frequency_hz, config.ph, wind))
         self._program = Program(self._kernel, self._sounder.compile)
         self.tables: dict[str, NDArray[Any]] = {"depth": config.depths, "direction": config.beams}
         self._echoes: BeamEchoes | None = None
         if config.echo_bins > 0:
             slant = 1.0 / math.cos(math.radians(config.beam_tilt_deg))
             farthest = float(config.depths[-1] + config.cell_m) * slant
-            spec = echo_spec(config, nearest=config.blank_m * slant, farthest=farthest)
+            spec = echo_spec(config, context, nearest=config.blank_m * slant, farthest=farthest)
             pairs = Pairs(config.lag_s, config.noise_mps, 0.0, layer_m=slant, clear_db=_CLEAR_DB)
             width = math.radians(config.beamwidth_deg)
             self._echoes = BeamEchoes(spec, context, config.beams, width=width, pairs=pairs)

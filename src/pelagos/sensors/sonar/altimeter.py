@@ -21,6 +21,7 @@ from pelagos.sensors.sensor import Kinematics, Measurement, SensorConfig, Sensor
 from pelagos.sensors.sonar.keys.echo_keys import EchoesConfig, echo_spec
 from pelagos.sensors.sonar.ping.beam_echoes import BeamEchoes
 from pelagos.sensors.sonar.ping.fan import Fan, Lanes, Trace, look, patches_of
+from pelagos.sensors.sonar.ping.sea_state import wind_for
 from pelagos.sensors.sonar.ping.sounder import Sounder, Waters
 from pelagos.sensors.sonar.ping.surface_scattering import Surfaces
 
@@ -101,12 +102,13 @@ class Altimeter:
         self.config = config
         warn_of_ambiguity(config, context.path, config.range_max_m)
         rays = cone_rays(math.radians(config.beamwidth_deg))
-        self._sounder = Sounder(config, context, rays, Waters(config.frequency_hz, config.ph))
+        wind = wind_for(config.wind_speed_mps, context.ocean, context.path)
+        self._sounder = Sounder(config, context, rays, Waters(config.frequency_hz, config.ph, wind))
         self._program = Program(self._kernel, self._sounder.compile)
         self._echoes: BeamEchoes | None = None
         self.tables: dict[str, NDArray[Any]] = {}
         if config.echo_bins > 0:
-            spec = echo_spec(config, nearest=config.range_min_m, farthest=config.range_max_m)
+            spec = echo_spec(config, context, nearest=config.range_min_m, farthest=config.range_max_m)
             width = math.radians(config.beamwidth_deg)
             self._echoes = BeamEchoes(spec, context, np.array([[0.0, 0.0, -1.0]]), width=width)
             self.tables["water_column_range"] = self._echoes.ranges

@@ -26,6 +26,7 @@ from pelagos.sensors.sonar.keys.echo_keys import EchoesConfig, echo_spec
 from pelagos.sensors.sonar.ping.beam_echoes import BeamEchoes
 from pelagos.sensors.sonar.ping.fan import Fan, Lanes, Medium, Trace, look
 from pelagos.sensors.sonar.ping.pulse_pairs import Pairs
+from pelagos.sensors.sonar.ping.sea_state import wind_for
 from pelagos.sensors.sonar.ping.sounder import Sounder, Waters
 from pelagos.sensors.sonar.ping.surface_scattering import Surfaces, scattering
 
@@ -155,13 +156,14 @@ class Dvl:
         self.config = config
         self._context = context
         warn_of_ambiguity(config, context.path, config.range_max_m / math.cos(math.radians(config.beam_tilt_deg)))
-        self._sounder = Sounder(config, context, beam_rays(config), Waters(config.frequency_hz, config.ph))
+        wind = wind_for(config.wind_speed_mps, context.ocean, context.path)
+        self._sounder = Sounder(config, context, beam_rays(config), Waters(config.frequency_hz, config.ph, wind))
         self._program = Program(self._kernel, self._sounder.compile)
         self.tables: dict[str, NDArray[Any]] = {"direction": config.beams}
         self._echoes: BeamEchoes | None = None
         if config.echo_bins > 0:
             slant = 1.0 / math.cos(math.radians(config.beam_tilt_deg))
-            spec = echo_spec(config, nearest=config.range_min_m * slant, farthest=config.range_max_m * slant)
+            spec = echo_spec(config, context, nearest=config.range_min_m * slant, farthest=config.range_max_m * slant)
             pairs = Pairs(config.lag_s, config.noise_mps, config.noise_relative, layer_m=slant, clear_db=None)
             width = math.radians(config.beamwidth_deg)
             self._echoes = BeamEchoes(spec, context, config.beams, width=width, pairs=pairs)

@@ -89,7 +89,7 @@ class ImagingSonar:
 
     def __init__(self, config: ImagingSonarConfig, context: SensorContext) -> None:
         self.config = config
-        self._pinger = Pinger(ping_spec(config), context, fan_rays(config), layout(config))
+        self._pinger = Pinger(ping_spec(config, context), context, fan_rays(config), layout(config))
         self.tables = {"azimuth": config.azimuths.astype(np.float32), "range": config.ranges}
 
     def sense(self, motion: Kinematics) -> Measurement:

@@ -17,6 +17,7 @@ from pelagos.sensors.lazy import promised
 from pelagos.sensors.schedule import period_ticks
 from pelagos.sensors.sensor import Kinematics, Measurement, SensorConfig, SensorContext
 from pelagos.sensors.sonar.keys.ping_keys import PingConfig, ping_spec
+from pelagos.sensors.sonar.ping.aperture import Aperture, one_beam
 from pelagos.sensors.sonar.ping.elevation_strata import strata
 from pelagos.sensors.sonar.ping.pinger import Pinger
 from pelagos.sensors.sonar.ping.receiver import Layout
@@ -82,6 +83,12 @@ def beam_rays(config: MechanicalScanningSonarConfig) -> dict[str, NDArray[Any]]:
     }
 
 
+def aperture(config: MechanicalScanningSonarConfig) -> Aperture:
+    """One transducer that looks along +x, both ways."""
+    along, across = (line_length(math.radians(a)) for a in (config.beamwidth_deg, config.vertical_beamwidth_deg))
+    return Aperture(*one_beam([1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]), along, across)
+
+
 class MechanicalScanningSonar:
     """A mechanically scanning sonar.
 
@@ -104,9 +111,10 @@ class MechanicalScanningSonar:
         self.config = config
         self._period = period_ticks(config.rate_hz, context.dt_ns, where=context.path)
         width = math.radians(config.beamwidth_deg)
-        shape = Layout(1, width, width, math.radians(config.vertical_beamwidth_deg), np.zeros(1), single_file=True)
+        shape = Layout(1, width, width, math.radians(config.vertical_beamwidth_deg), np.zeros(1), single_file=True,
+                       aperture=aperture(config))  # fmt: skip
         head = lambda tick: config.angles(tick // self._period)
-        self._pinger = Pinger(ping_spec(config), context, beam_rays(config), shape, head)
+        self._pinger = Pinger(ping_spec(config, context), context, beam_rays(config), shape, head)
         self.tables = {"range": config.ranges}
 
     def sense(self, motion: Kinematics) -> Measurement:

@@ -31,6 +31,7 @@ from pelagos.sensors.sonar.ping.interference import Apertures, Emitter
 from pelagos.sensors.sonar.ping.multibeam_column import Column, column_layout, column_rays
 from pelagos.sensors.sonar.ping.ping_spec import Display, PingSpec
 from pelagos.sensors.sonar.ping.pinger import Pinger
+from pelagos.sensors.sonar.ping.sea_state import rain_over, wind_for
 from pelagos.sensors.sonar.ping.sounder import Sounder, Waters
 from pelagos.sensors.sonar.ping.surface_scattering import TEXTURE_DB, Surfaces
 
@@ -76,8 +77,8 @@ class MultibeamConfig(SensorConfig):
     """Signal-to-noise ratio below which a beam finds no bottom [dB]."""  # assumed
     sound_speed_mps: float | None = Field(default=None, gt=1300, lt=1700)
     """Sound speed that turns times into ranges [m/s]; absent: that of the water at the sonar."""
-    wind_speed_mps: float = Field(default=5.0, ge=0)
-    """Wind for ambient noise and the sea surface [m/s]."""
+    wind_speed_mps: float | None = Field(default=None, ge=0, le=60)
+    """Wind for ambient noise and the sea surface [m/s]; absent: the scenario's, or that which would raise its waves."""
     ph: float = Field(default=8.1, gt=7, lt=9)
     """Acidity of the water, for absorption."""
     refraction: bool | Literal["auto"] = "auto"
@@ -189,7 +190,7 @@ def column_of(config: MultibeamConfig) -> Column:
     return Column(config.angles, math.radians(config.swath_deg), across, along)
 
 
-def column_spec(config: MultibeamConfig) -> PingSpec:
+def column_spec(config: MultibeamConfig, context: SensorContext) -> PingSpec:
     """The same sonar as one that gives levels by beam and range [dB]."""
     return PingSpec(
         mounting=mounting(config),
@@ -203,7 +204,8 @@ def column_spec(config: MultibeamConfig) -> PingSpec:
         pulse=config.pulse,
         source_level_db=config.source_level_db,
         self_noise_db=config.self_noise_db,
-        wind_speed_mps=config.wind_speed_mps,
+        wind_speed_mps=wind_for(config.wind_speed_mps, context.ocean, context.path),
+        rain_mm_per_h=rain_over(context.ocean),
         ph=config.ph,
         texture_db=TEXTURE_DB,
         roughness_seed=config.roughness_seed,
@@ -268,16 +270,17 @@ class Multibeam:
         self.config = config
         warn_of_ambiguity(config, context.path, config.range_max_m)
         rays = fan_rays(config)
+        wind = wind_for(config.wind_speed_mps, context.ocean, context.path)
         waters = Waters(
-            config.frequency_hz, config.ph, config.wind_speed_mps, refraction=config.refraction,
+            config.frequency_hz, config.ph, wind, refraction=config.refraction,
             reach=1.1 * config.range_max_m,
         )  # fmt: skip
         self._sounder = Sounder(config, context, rays, waters)
-        self._noise = dr.opaque(jit.Float, _noise_power(config))
+        self._noise = dr.opaque(jit.Float, _noise_power(config, wind, rain_over(context.ocean)))
         self._recorded = self._sounder.compile(self._kernel)
         self._column: Pinger | None = None
         if config.water_column_bins > 0:
-            column, spec = column_of(config), column_spec(config)
+            column, spec = column_of(config), column_spec(config, context)
             self._column = Pinger(spec, part_of(context, "column"), column_rays(column), column_layout(column))
         neighbours = getattr(context, "neighbours", None)
         if neighbours is not None:
@@ -285,7 +288,7 @@ class Multibeam:
         axis = rays["direction"][config.rays_per_beam // 2 :: config.rays_per_beam]
         self.tables = {"angle": config.angles.astype(np.float32), "direction": axis.astype(np.float32)}
         if self._column is not None:
-            self.tables["water_column_range"] = column_spec(config).ranges
+            self.tables["water_column_range"] = column_spec(config, context).ranges
 
     def sense(self, motion: Kinematics) -> Measurement:
         """Ping on every lane."""
@@ -403,9 +406,9 @@ def quality(distance: NDArray[np.float32], error: NDArray[np.float32]) -> NDArra
     return np.where(np.isfinite(distance), good, np.float32(0)).astype(np.float32)
 
 
-def _noise_power(config: MultibeamConfig) -> float:
+def _noise_power(config: MultibeamConfig, wind: float, rain: float) -> float:
     """Noise intensity behind matched filter and beamformer re the source level at 1 m."""
-    ambient = ambient_level(config.frequency_hz, config.wind_speed_mps)
+    ambient = ambient_level(config.frequency_hz, wind, rain_mm_per_h=rain)
     spectral = float(to_db(from_db(ambient) + from_db(config.self_noise_db)))
     gains = processing_gain_db(config.bandwidth_hz, config.pulse_s) + directivity_index(
         math.radians(config.beamwidth_across_deg), math.radians(60.0)

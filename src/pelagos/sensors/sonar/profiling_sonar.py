@@ -68,7 +68,7 @@ class ProfilingSonar:
 
     def __init__(self, config: ProfilingSonarConfig, context: SensorContext) -> None:
         self.config = config
-        self._spec = ping_spec(config)
+        self._spec = ping_spec(config, context)
         self._pinger = Pinger(self._spec, context, fan_rays(config), layout(config))
         self.tables = {"azimuth": config.azimuths.astype(np.float32), "range": config.ranges}
 

@@ -13,6 +13,7 @@ from pelagos.acoustics.beam_pattern import line_length, line_np, spread_over_bea
 from pelagos.sensors.lazy import promised
 from pelagos.sensors.sensor import Kinematics, Measurement, SensorConfig, SensorContext
 from pelagos.sensors.sonar.keys.ping_keys import PingConfig, ping_spec
+from pelagos.sensors.sonar.ping.aperture import Aperture
 from pelagos.sensors.sonar.ping.pinger import Pinger
 from pelagos.sensors.sonar.ping.receiver import Layout
 
@@ -78,6 +79,15 @@ def side_rays(config: SidescanConfig) -> dict[str, NDArray[Any]]:
     }
 
 
+def aperture(config: SidescanConfig) -> Aperture:
+    """One transducer a side, both ways."""
+    sine, cosine = (f(math.radians(config.depression_deg)) for f in (math.sin, math.cos))
+    axis = np.array([[0.0, side * cosine, -sine] for side in (1.0, -1.0)])
+    up = np.array([[0.0, side * sine, cosine] for side in (1.0, -1.0)])
+    along, across = (line_length(math.radians(a)) for a in (config.beamwidth_deg, config.vertical_beamwidth_deg))
+    return Aperture(axis, np.array([1.0, 0.0, 0.0]), up, along, across, floor=10.0 ** (config.vertical_floor_db / 10.0))
+
+
 class Sidescan:
     """A sidescan sonar.
 
@@ -104,8 +114,9 @@ class Sidescan:
         self.config = config
         width = math.radians(config.beamwidth_deg)
         azimuths = np.array([math.pi / 2, -math.pi / 2])
-        shape = Layout(2, width, width, math.radians(config.vertical_beamwidth_deg), azimuths, single_file=True)
-        self._spec = ping_spec(config)
+        shape = Layout(2, width, width, math.radians(config.vertical_beamwidth_deg), azimuths, single_file=True,
+                       aperture=aperture(config))  # fmt: skip
+        self._spec = ping_spec(config, context)
         self._pinger = Pinger(self._spec, context, side_rays(config), shape)
         self.tables = {"range": config.ranges}
 

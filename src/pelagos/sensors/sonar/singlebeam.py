@@ -12,6 +12,7 @@ from pydantic import Field
 from pelagos.sensors.lazy import promised
 from pelagos.sensors.sensor import Kinematics, Measurement, SensorConfig, SensorContext
 from pelagos.sensors.sonar.keys.ping_keys import PingConfig, ping_spec
+from pelagos.sensors.sonar.ping.aperture import round_aperture
 from pelagos.sensors.sonar.ping.cone_rays import cone_rays
 from pelagos.sensors.sonar.ping.pinger import Pinger
 from pelagos.sensors.sonar.ping.receiver import Layout
@@ -55,8 +56,10 @@ class Singlebeam:
     def __init__(self, config: SinglebeamConfig, context: SensorContext) -> None:
         self.config = config
         width = math.radians(config.beamwidth_deg)
-        shape = Layout(1, width, width, width, np.zeros(1))
-        self._pinger = Pinger(ping_spec(config), context, cone_rays(width, config.rays), shape)
+        shape = Layout(
+            1, width, width, width, np.zeros(1), aperture=round_aperture(np.array([[0.0, 0.0, -1.0]]), width)
+        )
+        self._pinger = Pinger(ping_spec(config, context), context, cone_rays(width, config.rays), shape)
         self.tables = {"range": config.ranges}
 
     def sense(self, motion: Kinematics) -> Measurement:

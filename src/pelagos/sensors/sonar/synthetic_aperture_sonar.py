@@ -18,6 +18,7 @@ from pelagos.sensors.mount import sensor_pose, sensor_velocity
 from pelagos.sensors.schedule import SLOWEST
 from pelagos.sensors.sensor import Kinematics, Measurement, SensorConfig, SensorContext
 from pelagos.sensors.sonar.keys.ping_keys import PingConfig, ping_spec
+from pelagos.sensors.sonar.ping.aperture import Aperture, one_beam
 from pelagos.sensors.sonar.ping.pinger import Pinger
 from pelagos.sensors.sonar.ping.receiver import Layout
 
@@ -91,6 +92,13 @@ def beam_rays(config: SyntheticApertureSonarConfig) -> dict[str, NDArray[Any]]:
     }
 
 
+def aperture(config: SyntheticApertureSonarConfig) -> Aperture:
+    """One element that looks along +y, tilted down, both ways."""
+    sine, cosine = (f(math.radians(config.depression_deg)) for f in (math.sin, math.cos))
+    along, across = (line_length(math.radians(a)) for a in (config.beamwidth_deg, config.vertical_beamwidth_deg))
+    return Aperture(*one_beam([0.0, cosine, -sine], [1.0, 0.0, 0.0], [0.0, sine, cosine]), along, across)
+
+
 class SyntheticApertureSonar:
     """A synthetic aperture sonar.
 
@@ -119,8 +127,8 @@ class SyntheticApertureSonar:
             )
             warnings.warn(message, ValidityWarning, stacklevel=3)
         along, vertical = math.radians(config.beamwidth_deg), math.radians(config.vertical_beamwidth_deg)
-        shape = Layout(1, along, along, vertical, np.zeros(1), facet=config.facet_m)
-        self._pinger = Pinger(ping_spec(self.config), context, beam_rays(config), shape)
+        shape = Layout(1, along, along, vertical, np.zeros(1), facet=config.facet_m, aperture=aperture(config))
+        self._pinger = Pinger(ping_spec(self.config, context), context, beam_rays(config), shape)
         self.tables = {"range": config.ranges}
         self._path, self._sparse = context.path, False
 

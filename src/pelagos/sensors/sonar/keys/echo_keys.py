@@ -7,9 +7,10 @@ from typing import Any, ClassVar, Self
 from pydantic import Field, model_validator
 
 from pelagos.sensors.schedule import slower
-from pelagos.sensors.sensor import SensorConfig
+from pelagos.sensors.sensor import SensorConfig, SensorContext
 from pelagos.sensors.sonar.keys.ping_keys import ColumnBins, Pulse, check_burst, mounting, with_burst
 from pelagos.sensors.sonar.ping.ping_spec import Display, PingSpec
+from pelagos.sensors.sonar.ping.sea_state import rain_over, wind_for
 from pelagos.sensors.sonar.ping.surface_scattering import TEXTURE_DB
 
 _NEAREST = 0.05  # [m], of echoes
@@ -41,8 +42,8 @@ class EchoesConfig(SensorConfig):
     """Source level [dB re 1 uPa at 1 m]."""  # assumed
     self_noise_db: float = Field(default=50.0)
     """Spectral level of the receiver's own noise [dB re 1 uPa^2/Hz]."""  # assumed
-    wind_speed_mps: float = Field(default=5.0, ge=0)
-    """Wind for ambient noise and the sea surface [m/s]."""
+    wind_speed_mps: float | None = Field(default=None, ge=0, le=60)
+    """Wind for ambient noise and the sea surface [m/s]; absent: the scenario's, or that which would raise its waves."""
     roughness_seed: int = Field(default=0, ge=0, lt=2**32)
     """Which realisation of the roughness of all surfaces the sonar sees."""
     volume_scattering_db: float | None = Field(default=None, ge=-200, le=0)
@@ -65,7 +66,7 @@ class EchoesConfig(SensorConfig):
         return self.water_column_bins or (self.USUAL_BINS if self.iq or self.labels else 0)
 
 
-def echo_spec(config: EchoesConfig, *, nearest: float, farthest: float) -> PingSpec:
+def echo_spec(config: EchoesConfig, context: SensorContext, *, nearest: float, farthest: float) -> PingSpec:
     """The ping whose echoes are given, between ranges along the beams [m]."""
     return PingSpec(
         mounting=mounting(config),
@@ -79,7 +80,8 @@ def echo_spec(config: EchoesConfig, *, nearest: float, farthest: float) -> PingS
         pulse=config.pulse,
         source_level_db=config.source_level_db,
         self_noise_db=config.self_noise_db,
-        wind_speed_mps=config.wind_speed_mps,
+        wind_speed_mps=wind_for(config.wind_speed_mps, context.ocean, context.path),
+        rain_mm_per_h=rain_over(context.ocean),
         ph=config.ph,
         texture_db=TEXTURE_DB,
         roughness_seed=config.roughness_seed,

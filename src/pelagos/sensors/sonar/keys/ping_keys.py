@@ -10,9 +10,10 @@ from numpy.typing import NDArray
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, model_validator
 
 from pelagos.sensors.schedule import SLOWEST, farthest_heard
-from pelagos.sensors.sensor import SensorConfig
+from pelagos.sensors.sensor import SensorConfig, SensorContext
 from pelagos.sensors.sonar.keys.devices import with_device
 from pelagos.sensors.sonar.ping.ping_spec import Bounces, Display, Disturber, Mounting, Painting, PingSpec
+from pelagos.sensors.sonar.ping.sea_state import rain_over, wind_for
 from pelagos.sensors.sonar.ping.surface_scattering import TEXTURE_DB
 
 Pulse: TypeAlias = Literal["chirp", "cw"]
@@ -113,8 +114,8 @@ class PingConfig(SensorConfig):
     """Source level [dB re 1 uPa at 1 m]."""  # assumed
     self_noise_db: float = Field(default=55.0)
     """Spectral level of the receiver's own noise [dB re 1 uPa^2/Hz]."""  # assumed
-    wind_speed_mps: float = Field(default=5.0, ge=0)
-    """Wind for ambient noise and the sea surface [m/s]."""
+    wind_speed_mps: float | None = Field(default=None, ge=0, le=60)
+    """Wind for ambient noise and the sea surface [m/s]; absent: the scenario's, or that which would raise its waves."""
     ph: float = Field(default=8.1, gt=7, lt=9)
     """Acidity of the water, for absorption."""
     tvg_db: float = Field(default=30.0, ge=0, le=60)
@@ -194,8 +195,8 @@ def mounting(config: SensorConfig) -> Mounting:
     return Mounting(config.position_m, config.q_body_sensor)
 
 
-def ping_spec(config: PingConfig) -> PingSpec:
-    """The ping that a configuration asks for."""
+def ping_spec(config: PingConfig, context: SensorContext) -> PingSpec:
+    """The ping that a configuration asks for, in the weather of its ocean."""
     bounces = None
     if config.multipath != "none":
         bottom = config.multipath == "surface_and_bottom"
@@ -222,7 +223,8 @@ def ping_spec(config: PingConfig) -> PingSpec:
         pulse=config.pulse,
         source_level_db=config.source_level_db,
         self_noise_db=config.self_noise_db,
-        wind_speed_mps=config.wind_speed_mps,
+        wind_speed_mps=wind_for(config.wind_speed_mps, context.ocean, context.path),
+        rain_mm_per_h=rain_over(context.ocean),
         ph=config.ph,
         texture_db=config.texture_db,
         roughness_seed=config.roughness_seed,

@@ -9,8 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field
 
-from pelagos.acoustics.beam_pattern import steering_matrix
+from pelagos.acoustics.beam_pattern import equivalent_width, line_length, shaded_length, steering_matrix
 from pelagos.sensors.sonar.keys.ping_keys import PingConfig
+from pelagos.sensors.sonar.ping.aperture import Aperture
 from pelagos.sensors.sonar.ping.receiver import Layout
 
 
@@ -49,4 +50,18 @@ def layout(config: SectorConfig) -> Layout:
         vertical_width=math.radians(config.vertical_beamwidth_deg),
         azimuths=config.azimuths,
         steering=steering_matrix(config.azimuths, width, config.shading, config.side_lobe_beams),
+        equivalent=equivalent_width(config.azimuths, width, config.shading),
+        aperture=aperture(config),
     )
+
+
+def aperture(config: SectorConfig) -> Aperture:
+    """A line of receivers along y; transmitter and receivers as high as the fan is thin."""
+    azimuth = config.azimuths
+    axis = np.stack([np.cos(azimuth), np.sin(azimuth), 0.0 * azimuth], axis=-1)
+    return Aperture(
+        axis, np.array([0.0, 1.0, 0.0]), np.array([0.0, 0.0, 1.0]),
+        shaded_length(math.radians(config.beamwidth_deg), config.shading),
+        line_length(math.radians(config.vertical_beamwidth_deg)),
+        shading=config.shading, steered=True,
+    )  # fmt: skip

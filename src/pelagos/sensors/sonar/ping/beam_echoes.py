@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
+from pelagos.sensors.sonar.ping.aperture import round_aperture
 from pelagos.sensors.sonar.ping.cone_rays import cone_rays
 from pelagos.sensors.sonar.ping.ping_spec import PingSpec
 from pelagos.sensors.sonar.ping.pinger import Pinger
@@ -37,7 +38,9 @@ class BeamEchoes:
         self, ping: PingSpec, context: SensorContext, axes: NDArray[np.float64], *, width: float,
         pairs: Pairs | None = None,
     ) -> None:  # fmt: skip
-        layout = Layout(len(axes), width, width, width, np.zeros(len(axes)), facet=_FACET)
+        layout = Layout(
+            len(axes), width, width, width, np.zeros(len(axes)), facet=_FACET, aperture=round_aperture(axes, width)
+        )
         self.ranges = ping.ranges
         rays, part = beam_cones(axes, width, _RAYS), part_of(context, "echoes")
         self._pairs: PulsePairs | None = None

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from pelagos import jit
 from pelagos.acoustics.absorption import absorption, check_frequency
 from pelagos.acoustics.echo import Patches, strip_span, widened
-from pelagos.acoustics.refraction import LEVELS, Profile, arc, depart, profile_from, reduced_range, turned
+from pelagos.acoustics.refraction import LEVELS, Profile, arc, depart, excess_at, profile_from, reduced_range, turned
 from pelagos.acoustics.spreading import patch_intensity
 from pelagos.jit import Array
 from pelagos.math.quick import larger, smaller
@@ -33,6 +33,7 @@ _ARCS: Final = (4, 16)  # fewest and most of them
 _STEEPEST: Final = 2.0  # longest strip, relative to one on level ground
 _GROUND: Final = 0.8  # upward part of the normal of ground, which goes on where a strip leaves its triangle
 _SLOPING: Final = 0.01  # [rad], angle that a strip of ground may stretch to, at most four times as far as others
+_LEVEL: Final = 0.2  # [m], rise of a way below which its ends' absorption is averaged
 _LEAST_SINE: Final = 0.01  # grazing angle below which patches are cut off (0.6 deg)
 
 
@@ -71,10 +72,23 @@ class Medium:
     Attributes:
         sound_speed: c [m/s].
         absorption: [dB/m].
+        column: absorption above and below, as a `Profile` of it in place of the sound speed; None: the same everywhere.
     """
 
     sound_speed: Array
     absorption: Array
+    column: Profile | None = None
+
+    def mean_loss(self, row: Array, start: Array, end: Array) -> Array:
+        """Mean absorption [dB/m] along straight ways from a height `start` to `end`, relative to the sonar's [m]."""
+        if self.column is None:
+            return spread(self.absorption, row)
+        here, _, low = excess_at(self.column, row, start)
+        there, _, high = excess_at(self.column, row, end)
+        rise = end - start
+        level = dr.abs(rise) < _LEVEL
+        mean = dr.select(level, 0.5 * (here + there), (high - low) / dr.select(level, 1.0, rise))
+        return dr.gather(jit.Float, self.column.speed, row) + mean
 
 
 @jit.struct
@@ -117,11 +131,31 @@ def medium_of(frequency_hz: float, ph: float, where: str = "") -> Callable[[Ocea
     return medium
 
 
+def losses_of(
+    frequency_hz: float, ph: float, ocean: Ocean, position: Array, t: Array, *, reach: float, bottom: float
+) -> Profile:
+    """Absorption [dB/m] above and below each place, as `profile_of` has the sound speed."""
+    frequency = jit.Float64(frequency_hz)
+
+    def loss(place: Array, when: Array) -> Array:
+        temperature, salinity = ocean.temperature(place, when), ocean.salinity(place, when)
+        return absorption(frequency, temperature, salinity, dr.maximum(-place[2], 0.0), ph)
+
+    return _column_of(loss, position, t, reach=reach, bottom=bottom)
+
+
 def profile_of(ocean: Ocean, position: Array, t: Array, *, reach: float, bottom: float) -> Profile:
     """Sound speed above and below each place, from the surface or `reach` [m] above it down to as far below.
 
     `bottom` is the height of the deepest ground [m]: there is no water below it.
     """
+    return _column_of(ocean.sound_speed, position, t, reach=reach, bottom=bottom)
+
+
+def _column_of(
+    field: Callable[[Array, Array], Array], position: Array, t: Array, *, reach: float, bottom: float
+) -> Profile:
+    """A field of (place, time) above and below each place."""
     top = dr.minimum(jit.Float64(reach), dr.maximum(-position[2], 0.0) + 1.0)
     low = -dr.minimum(jit.Float64(reach), dr.maximum(position[2] - bottom, 0.0) + 1.0)
     step = (top - low) * (1.0 / (LEVELS - 1))
@@ -131,8 +165,8 @@ def profile_of(ocean: Ocean, position: Array, t: Array, *, reach: float, bottom:
     height = dr.gather(jit.Float64, low, row) + dr.gather(jit.Float64, step, row) * jit.Float64(level % LEVELS)
     x, y, z = (dr.gather(jit.Float64, p, row) for p in position)
     when = dr.gather(jit.Float64, t, row) if dr.width(t) > 1 else t
-    here = ocean.sound_speed(position, t)
-    excess = ocean.sound_speed(jit.Array3f64(x, y, z + height), when) - dr.gather(jit.Float64, here, row)
+    here = field(position, t)
+    excess = field(jit.Array3f64(x, y, z + height), when) - dr.gather(jit.Float64, here, row)
     made = jit.Float(excess)
     dr.eval(made)
     return profile_from(made, jit.Float(here), jit.Float(low), jit.Float(step))
@@ -172,6 +206,7 @@ class View:
         direction, along, aside: `Array3f`, world frame, see `Fan`.
         hits: see `Hits`; the sea surface from below counts as a hit of the material row behind the world's last.
         sine: `Float`, of the grazing angle.
+        loss: `Float`, mean absorption along the way [dB/m].
     """
 
     lane: Array
@@ -182,6 +217,7 @@ class View:
     aside: Array
     hits: Hits
     sine: Array
+    loss: Array
 
     def of_lane(self, values: Array) -> Array:
         """Values by lane as values by ray."""
@@ -239,7 +275,8 @@ def look(
         hits = caster.cast(shot, smooth=smooth)
         hits = with_sea_surface(hits, shot, surfaces.sea_row, lanes.sea, lane)
     sine = dr.abs(dr.dot(hits.shading_normal, direction))
-    return View(lane, ray, origin, direction, along, aside, hits, sine)
+    loss = lanes.medium.mean_loss(lane, jit.Float(0), jit.Float(hits.position.z - origin.z))
+    return View(lane, ray, origin, direction, along, aside, hits, sine, loss)
 
 
 def cast_bent(
@@ -291,7 +328,7 @@ def patches_of(
     """
     hits = view.hits
     t = dr.select(hits.valid, hits.t, 1.0)
-    loss = view.of_lane(lanes.medium.absorption)
+    loss = view.loss
     section = scattering(surfaces, hits.material, view.sine) * patch_factor(hits, surfaces)
     normal = hits.normal
     facing = larger(dr.abs(dr.dot(normal, view.direction)), _LEAST_SINE)

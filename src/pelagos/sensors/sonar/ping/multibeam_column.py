@@ -8,7 +8,8 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from pelagos.acoustics.beam_pattern import steering_matrix
+from pelagos.acoustics.beam_pattern import equivalent_width, line_length, shaded_length, steering_matrix
+from pelagos.sensors.sonar.ping.aperture import Aperture
 from pelagos.sensors.sonar.ping.receiver import Layout
 from pelagos.sensors.sonar.ping.thin_fan_rays import slice_rays
 
@@ -49,6 +50,24 @@ def column_layout(column: Column) -> Layout:
         vertical_width=column.along,
         azimuths=column.angles,
         steering=steering_matrix(column.angles, column.across, "hamming", min(_SIDE_LOBES, beams - 1)),
+        equivalent=equivalent_width(column.angles, column.across, "hamming"),
+        aperture=aperture(column),
+    )
+
+
+def aperture(column: Column) -> Aperture:
+    """A line of receivers along y, and one of transmitters along x."""
+    axis = np.stack([0.0 * column.angles, np.sin(column.angles), -np.cos(column.angles)], axis=-1)
+    side, up = np.array([0.0, 1.0, 0.0]), np.array([1.0, 0.0, 0.0])
+    return Aperture(
+        axis,
+        side,
+        up,
+        shaded_length(column.across, "hamming"),
+        line_length(column.along),
+        shading="hamming",
+        steered=True,
+        ways=1,
     )
 
 

@@ -20,8 +20,10 @@ from pelagos import jit
 from pelagos.acoustics.echo import Patches
 from pelagos.acoustics.spreading import from_db
 from pelagos.jit import Array
+from pelagos.math.so3 import rotate_back
 from pelagos.raycast.caster import Caster
 from pelagos.raycast.rays import Hits, Rays
+from pelagos.sensors.sonar.ping.aperture import Aperture, Facing
 from pelagos.sensors.sonar.ping.fan import Fan, Lanes, View, patches_of
 from pelagos.sensors.sonar.ping.sea_surface import SEA_SURFACE_INSTANCE, with_sea_surface
 from pelagos.sensors.sonar.ping.surface_scattering import Surfaces, mirrored
@@ -29,6 +31,7 @@ from pelagos.sensors.sonar.ping.surface_scattering import Surfaces, mirrored
 _OFF: Final = 2e-3  # [m], start of a leg above the mirror
 _SEEN: Final = 0.05  # [m], slack of the test for a free straight way home
 _BEHIND: Final = 1e-3  # of what would be heard in front, behind an array's baffle; assumed
+_MOST: Final = 1e3  # of a pattern over another's: beside nulls
 
 
 @dataclass(frozen=True)
@@ -42,6 +45,7 @@ class Mirrors:
         longest: how far a ray's patch of surface may reach in range [m].
         surface_loss_db: of each bounce at the sea surface; None: by bubbles.
         bottom_loss_db: of each bounce anywhere else, besides what its material takes.
+        aperture, facing: how beams hear any direction.
     """
 
     bottom: bool
@@ -50,6 +54,8 @@ class Mirrors:
     longest: float
     surface_loss_db: float | None
     bottom_loss_db: float
+    aperture: Aperture
+    facing: Facing
 
 
 def bounced(caster: Caster, view: View, fan: Fan, lanes: Lanes, surfaces: Surfaces, mirrors: Mirrors) -> list[Patches]:
@@ -64,7 +70,7 @@ def bounced(caster: Caster, view: View, fan: Fan, lanes: Lanes, surfaces: Surfac
         mirror, part = _reflected(leg.hits, leg.sine, surfaces, mirrors)
         kept = kept * dr.select(mirror, part, 0.0)
         leg = _onward(caster, leg, lanes, surfaces, mirror, mirrors.max_range)
-        found += _echoes(caster, leg, view.direction, fan, lanes, surfaces, kept, mirrors.longest)
+        found += _echoes(caster, leg, view.direction, fan, lanes, surfaces, kept, mirrors)
     return found
 
 
@@ -94,29 +100,51 @@ def _onward(
     after = with_sea_surface(after, shot, surfaces.sea_row, lanes.sea, leg.lane)
     after.valid &= mirror
     after.t = dr.select(after.valid, after.t + travelled, dr.inf)
-    return replace(leg, hits=after, direction=direction, sine=dr.abs(dr.dot(after.shading_normal, direction)))
+    rise = [jit.Float(place.z - leg.origin.z) for place in (start, after.position)]
+    gone = after.t - travelled
+    loss = leg.loss * travelled + lanes.medium.mean_loss(leg.lane, *rise) * gone
+    loss = dr.select(after.valid, loss / dr.maximum(after.t, 1e-3), 0.0)
+    sine = dr.abs(dr.dot(after.shading_normal, direction))
+    return replace(leg, hits=after, direction=direction, sine=sine, loss=loss)
 
 
 def _echoes(
-    caster: Caster, leg: View, departure: Array, fan: Fan, lanes: Lanes, surfaces: Surfaces,
-    kept: Array, longest: float,
+    caster: Caster, leg: View, departure: Array, fan: Fan, lanes: Lanes, surfaces: Surfaces, kept: Array,
+    mirrors: Mirrors,
 ) -> list[Patches]:  # fmt: skip
     """Echoes from the end of a broken path: home by it, and home straight where nothing stands in between.
 
-    What comes straight home from the half space behind the ray's `departure` meets the array's baffle.
+    Home straight it is heard through the pattern in its own direction, which the ray at its `departure` is not: behind
+    the array's baffle next to nothing.
     """
-    whole = patches_of(leg, fan, lanes, surfaces, longest=longest)
+    whole = patches_of(leg, fan, lanes, surfaces, longest=mirrors.longest)
     way = jit.Array3f(leg.hits.position - leg.origin)
     straight = dr.maximum(dr.norm(way), 1e-3)
     copy, own = dr.gather(jit.UInt32, lanes.copy, leg.lane), dr.gather(jit.UInt32, lanes.own, leg.lane)
     reach = dr.select(whole.valid, straight, 0.0)
     home = caster.cast(Rays(leg.origin, way / straight, reach, copy, own), smooth=False)
     free = whole.valid & (~home.valid | (home.t > straight - _SEEN))
-    baffle = dr.select(dr.dot(way, departure) > 0.0, 1.0, _BEHIND)
-    half = replace(whole, valid=free, energy=4.0 * whole.energy * kept * baffle * (whole.distance / straight) ** 2)
+    loss = lanes.medium.mean_loss(leg.lane, jit.Float(0), way.z)
+    saved = from_db(leg.loss * whole.distance - loss * straight)  # of the way home, by its own absorption
+    heard = saved * _other_direction(mirrors, leg, fan, lanes, way / straight, departure)
+    half = replace(whole, valid=free, energy=4.0 * whole.energy * kept * heard * (whole.distance / straight) ** 2)
     _move(half, 0.5 * (straight - whole.distance))
     whole.energy = whole.energy * kept * kept
     return [whole, half]
+
+
+def _other_direction(
+    mirrors: Mirrors, leg: View, fan: Fan, lanes: Lanes, arrival: Array, departure: Array
+) -> Array:  # fmt: skip
+    """One-way power pattern at the direction of arrival over that at the ray's departure (world frame, unit)."""
+    attitude = jit.Array4f(leg.of_lane(lanes.attitude))
+    beam = leg.of_ray(fan.beam)
+    one_way = [
+        mirrors.aperture.one_way_up(mirrors.facing, beam, rotate_back(attitude, direction))
+        for direction in (arrival, departure)
+    ]
+    baffle = dr.select(dr.dot(arrival, departure) > 0.0, 1.0, _BEHIND)
+    return baffle * dr.minimum(one_way[0] / dr.maximum(one_way[1], 1e-6), _MOST)
 
 
 def _move(patches: Patches, by: Array) -> None:

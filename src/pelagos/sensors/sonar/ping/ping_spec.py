@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal, TypeAlias
+from typing import Final, Literal, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
 from pelagos.acoustics.noise import ambient_level, band_level, directivity_index
-from pelagos.acoustics.pulse import processing_gain_db
+from pelagos.acoustics.pulse import EQUIVALENT_WIDTH, SHADING_LOSS_DB, processing_gain_db, range_resolution
 from pelagos.acoustics.spreading import from_db, to_db
 
 Scale: TypeAlias = Literal["unit", "db", "linear"]
 Refraction: TypeAlias = 'bool | Literal["auto"]'
+
+SOUND_SPEED: Final = 1500.0  # [m/s], by which the pulse's length in the water is told
 
 
 @dataclass(frozen=True)
@@ -110,7 +112,7 @@ class PingSpec:
         frequency_hz, bandwidth_hz, pulse_s, pulse: of the pulse; `pulse` is "chirp" or "cw".
         source_level_db: [dB re 1 uPa at 1 m].
         self_noise_db: spectral level of the receiver's own noise [dB re 1 uPa^2/Hz].
-        wind_speed_mps: for ambient noise and the sea surface.
+        wind_speed_mps, rain_mm_per_h: for ambient noise and the sea surface.
         ph: acidity of the water.
         refraction: bend rays; "auto": where it matters.
         sea_surface: its waves, or a plane at rest.
@@ -139,6 +141,7 @@ class PingSpec:
     wind_speed_mps: float
     ph: float
     texture_db: float
+    rain_mm_per_h: float = 0.0
     roughness_seed: int = 0
     refraction: Refraction = "auto"
     sea_surface: Literal["waves", "flat"] = "waves"
@@ -162,6 +165,16 @@ class PingSpec:
         return (self.range_min_m + (np.arange(self.bins) + 0.5) * self.bin_width_m).astype(np.float32)
 
     @property
+    def resolution_m(self) -> float:
+        """Range resolution of the pulse, c/(2B) at 1500 m/s [m]."""
+        return range_resolution(SOUND_SPEED, self.bandwidth_hz)
+
+    @property
+    def equivalent_m(self) -> float:
+        """Depth in range of what a sample hears of an even bottom [m], however wide the bins are."""
+        return EQUIVALENT_WIDTH[self.pulse] * self.resolution_m
+
+    @property
     def longest_strip_m(self) -> float:
         """How far a ray's patch of surface may reach in range [m]."""
         return 0.125 * self.range_max_m
@@ -169,8 +182,8 @@ class PingSpec:
 
 def noise_power(spec: PingSpec, horizontal_width: float, vertical_width: float) -> float:
     """Noise intensity behind matched filter and beamformer re the source level at 1 m; widths [rad]."""
-    ambient = ambient_level(spec.frequency_hz, spec.wind_speed_mps)
+    ambient = ambient_level(spec.frequency_hz, spec.wind_speed_mps, rain_mm_per_h=spec.rain_mm_per_h)
     spectral = float(to_db(from_db(ambient) + from_db(spec.self_noise_db)))
-    gain = processing_gain_db(spec.bandwidth_hz, spec.pulse_s)
+    gain = processing_gain_db(spec.bandwidth_hz, spec.pulse_s) - SHADING_LOSS_DB[spec.pulse]
     gain += max(directivity_index(horizontal_width, vertical_width), 0.0)
     return float(from_db(band_level(spectral, spec.bandwidth_hz) - gain - spec.source_level_db))

@@ -19,13 +19,14 @@ from pelagos.acoustics.echo_strips import Strips
 from pelagos.acoustics.echo_sum import Roughness, sum_amplitudes, sum_energies
 from pelagos.acoustics.echo_walk import Bins, Walkers, walk
 from pelagos.acoustics.pulse import point_spread, range_resolution
-from pelagos.acoustics.spreading import time_varied_gain
+from pelagos.acoustics.spreading import from_db, time_varied_gain
 from pelagos.errors import ValidityWarning
 from pelagos.jit import Array
 from pelagos.math.so3 import multiply, rotate
 from pelagos.raycast.caster import Caster
 from pelagos.sensors.mount import sensor_angular_velocity, sensor_velocity
 from pelagos.sensors.schedule import period_ticks
+from pelagos.sensors.sonar.ping.aperture import Facing
 from pelagos.sensors.sonar.ping.fan import Fan, Lanes, Medium, Trace, View, look, patches_of
 from pelagos.sensors.sonar.ping.interference import Apertures, Emitter, Neighbours, unblocked
 from pelagos.sensors.sonar.ping.multipath import Mirrors, bounced
@@ -95,6 +96,9 @@ class Pinger:
             jit.Float(noise),
             jit.UInt32(spec.roughness_seed),
             jit.UInt32(self._walk.order),
+            jit.Float(layout.sector * spec.bin_width_m),
+            jit.Float(layout.heard_parts * (spec.equivalent_m / spec.bin_width_m)),
+            layout.aperture.facing(),
         )
         dr.make_opaque(self._constants)
         self._own = emitter(spec, context, rays, layout, angle)
@@ -169,7 +173,7 @@ class Pinger:
         view = look(caster, fan, lanes, surfaces, max_range=far)
         patches = [calibrated(spec, layout, view, fan, lanes, surfaces, velocity, trace)]
         if spec.bounces is not None:
-            ghosts = bounced(caster, view, fan, lanes, surfaces, mirrors(spec, spec.bounces))
+            ghosts = bounced(caster, view, fan, lanes, surfaces, mirrors(spec, layout, spec.bounces, constants.facing))
             patches += [gained(spec, layout, g, view, lanes) for g in ghosts]
         walkers = self._walkers(constants.order, dr.width(lanes.position))
         field, tags, strips = echoes(spec, layout, patches, walkers, lanes, constants.seed)
@@ -178,7 +182,7 @@ class Pinger:
         din = Din(seen, self._streaks(view, fan, dr.width(lanes.position)), others)
         out = receive(spec, layout, constants, field, tags, Moment(lanes, spin, motion.t_ns, key), din)
         if trace is not None:
-            trace_levels(spec, layout, energies(strips, walkers), out[0], lanes, constants.noise, trace)
+            trace_levels(spec, layout, constants, energies(strips, walkers), out[0], lanes, trace)
         return out, Traces(strips, lanes.medium, seen)
 
     def _truth(self, traces: Traces, motion: Kinematics, constants: Constants) -> Array:
@@ -247,7 +251,7 @@ def listening(spec: PingSpec, path: str, neighbours: Neighbours | None, own: Emi
     return neighbours.chosen(spec.hears, path)
 
 
-def mirrors(spec: PingSpec, bounces: Bounces) -> Mirrors:
+def mirrors(spec: PingSpec, layout: Layout, bounces: Bounces, facing: Facing) -> Mirrors:
     """Where sound bounces."""
     return Mirrors(
         bottom=bounces.bottom,
@@ -256,6 +260,8 @@ def mirrors(spec: PingSpec, bounces: Bounces) -> Mirrors:
         longest=spec.longest_strip_m,
         surface_loss_db=bounces.surface_loss_db,
         bottom_loss_db=bounces.bottom_loss_db,
+        aperture=layout.aperture,
+        facing=facing,
     )
 
 
@@ -270,8 +276,10 @@ def calibrated(
     """
     cell = layout.sector * spec.bin_width_m  # solid angle times depth of a cell [rad m]
 
-    def levelled(distance: Array, _: Array) -> Array:
-        return distance * (1.0 / cell)  # r^-2 10^(-2 a r/10) under the gain 30 log r + 2 a r
+    here = view.of_lane(lanes.medium.absorption)
+
+    def levelled(distance: Array, loss: Array) -> Array:
+        return distance * from_db(2.0 * distance * (here - loss)) * (1.0 / cell)  # under the gain 30 log r + 2 a r
 
     patches = patches_of(view, fan, lanes, surfaces, longest=spec.longest_strip_m, fall=levelled, trace=trace)
     if spec.doppler:

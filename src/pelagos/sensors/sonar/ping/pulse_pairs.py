@@ -94,6 +94,7 @@ class PulsePairs:
         self._ping, self._layout, self._axes, self._lag = ping, layout, beams.axes, pairs.lag_s
         self._ocean = context.ocean
         self._noise = noise_power(ping, layout.horizontal_width, layout.vertical_width)
+        self._heard = ping.equivalent_m / ping.bin_width_m  # of a cell's energy what a sample hears
         self._deviation = (pairs.noise_mps, pairs.noise_relative)
         tracer = TRACER in getattr(context.ocean, "tracers", {})
         self._strength = (
@@ -187,7 +188,7 @@ class PulsePairs:
             real * gi + imaginary * gr + heard.w + hiss * normals[3],
         )
         loss = dr.gather(jit.Float, lanes.medium.absorption, lane)
-        gain = time_varied_gain(distance, loss, spreading=30.0) / (layout.sector * ping.bin_width_m)
+        gain = time_varied_gain(distance, loss, spreading=30.0) / (layout.sector * ping.equivalent_m)
         data = to_db(dr.maximum((z1[0] * z1[0] + z1[1] * z1[1]) * gain, 1e-20))
         truth = to_db(dr.maximum(energy + water[0] * gain, 1e-20))
         return data, truth, *z1, *z2
@@ -213,7 +214,7 @@ class PulsePairs:
         turn = dr.gather(jit.Float, scale, view.lane) * (closing - dr.gather(jit.Float, bow, index // rays))
         low = (patches.near - ping.range_min_m) * (1.0 / ping.bin_width_m)
         high = dr.maximum((patches.far - ping.range_min_m) * (1.0 / ping.bin_width_m), low + 1e-2)
-        share = dr.select(patches.valid, patches.energy / (high - low), 0.0)
+        share = dr.select(patches.valid, patches.energy / (high - low), 0.0) * self._heard
         weight = dr.gather(jit.Float, fan.weight, view.ray)
         spans = dr.ravel(jit.Array4f(low, high, share, dr.select(patches.valid, view.hits.t, dr.inf)))
         halved = dr.sin(0.5 * turn)
@@ -295,7 +296,7 @@ class PulsePairs:
             jit.Float(self._strength) if self._strength is not None else jit.Float(ocean.tracer(TRACER, place, t))
         )
         loss = dr.gather(jit.Float, lanes.medium.absorption, lane)
-        power = free * volume_intensity(from_db(strength) * self._psi, distance, loss, ping.bin_width_m)
+        power = free * volume_intensity(from_db(strength) * self._psi, distance, loss, ping.equivalent_m)
 
         flow = rotate_back(attitude, ocean.current(place, t)) - dr.gather(jit.Array3f64, velocity, lane)
         closing = -dr.dot(flow, axis)

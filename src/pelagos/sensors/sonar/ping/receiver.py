@@ -22,6 +22,7 @@ from pelagos.jit import Array
 from pelagos.math.philox import complex_normal32
 from pelagos.math.quick import cosine_sine, larger, log2, smaller
 from pelagos.sensors.noise import words32
+from pelagos.sensors.sonar.ping.aperture import Aperture, Facing
 from pelagos.sensors.sonar.ping.fan import Lanes, Medium
 from pelagos.sensors.sonar.ping.interference import Heard, interference_at
 from pelagos.sensors.sonar.ping.painted_noise import paint, streaked
@@ -47,6 +48,9 @@ class Layout:
         azimuths: `(beams,)` [rad], positive to the left.
         facet: edge of the roughness lattice [m]; None: by beam and bin width.
         single_file: whether a beam's rays stand one behind another along their strata, and none beside another.
+        equivalent: `(beams,)`, integral of each receive beam's power pattern over the angle [rad]; None: rays carry it,
+            and a sector is heard as a whole.
+        aperture: how beams hear any direction.
     """
 
     beams: int
@@ -54,9 +58,18 @@ class Layout:
     horizontal_width: float
     vertical_width: float
     azimuths: NDArray[np.float64]
+    aperture: Aperture
     steering: NDArray[np.float32] | None = None
     facet: float | None = None
     single_file: bool = False
+    equivalent: NDArray[np.float64] | None = None
+
+    @property
+    def heard_parts(self) -> NDArray[np.float32]:
+        """`(beams,)`, of a sector's energy how much a beam hears: beams may overlap, or leave something between."""
+        if self.equivalent is None:
+            return np.ones(self.beams, np.float32)
+        return np.asarray(self.equivalent / self.sector, dtype=np.float32)
 
 
 @dataclass(frozen=True)
@@ -75,14 +88,19 @@ class Cells:
     Attributes:
         ping, beam, bin: `Int32`.
         distance: `Float`, middle of the bin [m].
-        gain: `Float`, intensity gain 30 log r + 2 a r, per cell [1].
+        raised: `Float`, intensity gain 30 log r + 2 a r.
+        gain: `Float`, `raised` over the size of what a sample hears: from intensity re the
+            source level at 1 m to the strength of an even bottom.
+        heard: `Float`, see `Constants`.
     """
 
     ping: Array
     beam: Array
     bin: Array
     distance: Array
+    raised: Array
     gain: Array
+    heard: Array | None = None
 
 
 @jit.struct
@@ -94,6 +112,10 @@ class Constants:
         noise: power, see `noise_power`.
         seed: of the roughness.
         order: see `Walk`.
+        facing: see `Facing`.
+        cell: what levels are calibrated to, sector times bin width [rad m].
+        heard: by beam, over the energy of a cell that of an even bottom in what a sample hears: the equivalent width of
+            the beam and of the pulse over those of the cell.
     """
 
     steering: Array
@@ -101,6 +123,9 @@ class Constants:
     noise: Array
     seed: Array
     order: Array
+    cell: Array
+    heard: Array
+    facing: Facing
 
 
 @dataclass(frozen=True)
@@ -132,7 +157,7 @@ def receive(
     lanes, key = moment.lanes, moment.key
     beams, bins, pings = layout.beams, spec.bins, dr.width(lanes.position)
     reach = 0 if layout.steering is None else layout.steering.shape[1] // 2
-    hearing = _Hearing(spec, layout, lanes.medium, moment.spin, pings)
+    hearing = _Hearing(spec, layout, constants, lanes.medium, moment.spin)
     weights = amplitude_weights(constants.steering, hearing.first, count=hearing.count, reach=reach, beams=beams)
     counter = [dr.gather(jit.UInt32, v, hearing.ping) for v in (lanes.environment, lanes.tick)]
     words: tuple[Array, ...] = ()
@@ -165,12 +190,12 @@ def mean_levels(
     The water's echo is of so many scatterers that it is noise to a ping; it is part of the truth too. Arguments as of
     `receive`, `energies` see `sum_energies`.
     """
-    pings, pulse = dr.width(medium.sound_speed), constants.pulse
+    pulse = constants.pulse
     reach = inner = 0
     if layout.steering is not None:
         reach, inner = layout.steering.shape[1] // 2, energy_reach(layout.steering)
 
-    hearing = _Hearing(spec, layout, medium, spin, pings)
+    hearing = _Hearing(spec, layout, constants, medium, spin)
     weights = amplitude_weights(constants.steering, hearing.first, count=hearing.count, reach=reach, beams=layout.beams)
 
     def finish(_: int, here: Cells, signal: list[Array]) -> list[Array]:
@@ -192,8 +217,9 @@ class _Hearing:
         ping, first: `Int32` of each lane, its ping and the first of its beams.
     """
 
-    def __init__(self, spec: PingSpec, layout: Layout, medium: Medium, spin: Array, pings: int) -> None:
-        self._spec, self._layout, self._medium = spec, layout, medium
+    def __init__(self, spec: PingSpec, layout: Layout, constants: Constants, medium: Medium, spin: Array) -> None:
+        self._spec, self._layout, self._medium, self._constants = spec, layout, medium, constants
+        pings = dr.width(medium.sound_speed)
         self.count = 1 if layout.steering is None else _BLOCK
         blocks, runs = -(-layout.beams // self.count), -(-spec.bins // _RUN)
         self._run, self._size = -(-spec.bins // runs), pings * layout.beams * spec.bins
@@ -230,9 +256,9 @@ class _Hearing:
             window = [*before, formed]
             bin_ = ahead - taps // 2
             due = (step >= taps // 2) & (bin_ < bins)
-            place = cells_at(spec, layout, self._medium, ping, first, bin_)
+            place = cells_at(spec, self._medium, self._constants, ping, first, bin_)
             for i in range(self.count):
-                here = replace(place, beam=first + i)
+                here = cells_of_beam(place, self._constants, first + i)
                 signal = [jit.Float(0)] * channels
                 for formed_then, gain in zip(window, gains, strict=True):
                     signal = added(signal, formed_then[i], gain)
@@ -289,19 +315,27 @@ def middle(spec: PingSpec, bin_: Array) -> Array:
     return spec.range_min_m + (jit.Float(bin_) + 0.5) * spec.bin_width_m
 
 
-def cells_at(spec: PingSpec, layout: Layout, medium: Medium, ping: Array, beam: Array, bin_: Array) -> Cells:
+def cells_at(spec: PingSpec, medium: Medium, constants: Constants, ping: Array, beam: Array, bin_: Array) -> Cells:
     """Cells with their ranges and gains."""
     distance = middle(spec, bin_)
     loss = dr.gather(jit.Float, medium.absorption, jit.UInt32(ping))
-    gain = time_varied_gain(distance, loss, spreading=30.0) / (layout.sector * spec.bin_width_m)
-    return Cells(ping, beam, bin_, distance, gain)
+    raised = time_varied_gain(distance, loss, spreading=30.0)
+    return cells_of_beam(Cells(ping, beam, bin_, distance, raised, raised), constants, beam)
+
+
+def cells_of_beam(cells: Cells, constants: Constants, beam: Array) -> Cells:
+    """The same cells of another beam."""
+    row = dr.minimum(jit.UInt32(beam), dr.width(constants.heard) - 1)
+    heard = dr.gather(jit.Float, constants.heard, row)
+    size = heard * constants.cell
+    return replace(cells, beam=beam, heard=heard, gain=cells.raised / size)
 
 
 def water_echo(spec: PingSpec, layout: Layout, haze: Haze, cells: Cells, medium: Medium) -> Array:
     """Intensity of the water's echo re the source level at 1 m."""
     beam = haze_at(haze, cells.ping, cells.beam, cells.distance, layout.beams)
     loss = dr.gather(jit.Float, medium.absorption, jit.UInt32(cells.ping))
-    return volume_intensity(beam, cells.distance, loss, spec.bin_width_m)
+    return volume_intensity(beam, cells.distance, loss, spec.bin_width_m) * cells.heard
 
 
 def din_power(spec: PingSpec, layout: Layout, cells: Cells, moment: Moment, noise: Array, din: Din) -> Array:
@@ -341,15 +375,15 @@ def tilted(spec: PingSpec, intensity: Array, cells: Cells) -> Array:
 
 
 def trace_levels(
-    spec: PingSpec, layout: Layout, energies: Array, data: Array, lanes: Lanes, noise: Array, trace: Any
+    spec: PingSpec, layout: Layout, constants: Constants, energies: Array, data: Array, lanes: Lanes, trace: Any
 ) -> None:
     """Tell echoes and signal-to-noise ratio before beams are formed, and the data."""
     cell = dr.arange(jit.Int32, dr.width(data))
     row, bin_ = cell // spec.bins, cell % spec.bins
     energy = dr.gather(jit.Float, energies, jit.UInt32(row * pitch(spec.bins) + bin_))
-    here = cells_at(spec, layout, lanes.medium, row // layout.beams, row % layout.beams, bin_)
+    here = cells_at(spec, lanes.medium, constants, row // layout.beams, row % layout.beams, bin_)
     trace("echo intensity by cell, before beams are formed", energy, "1")
-    trace("signal-to-noise ratio", to_db(dr.maximum(energy, 1e-20) / (noise * here.gain)), "dB")
+    trace("signal-to-noise ratio", to_db(dr.maximum(energy, 1e-20) / (constants.noise * here.gain)), "dB")
     trace("echo level after gain", data, {"db": "dB", "unit": "1", "linear": "1"}[spec.display.scale])
 
 

@@ -16,7 +16,7 @@ from pelagos.jit import Array
 from pelagos.raycast.caster import Caster
 from pelagos.sensors.mount import Mounted, sensor_pose
 from pelagos.sensors.noise import opaque_key, stream_key
-from pelagos.sensors.sonar.ping.fan import Fan, Lanes, Trace, fan_struct, medium_of, profile_of
+from pelagos.sensors.sonar.ping.fan import Fan, Lanes, Trace, fan_struct, losses_of, medium_of, profile_of
 from pelagos.sensors.sonar.ping.ping_spec import Refraction
 from pelagos.sensors.sonar.ping.sea_surface import looks_up, sea_around
 from pelagos.sensors.sonar.ping.surface_scattering import TEXTURE_DB, Surfaces, surfaces
@@ -73,7 +73,7 @@ class Sounder:
     def __init__(
         self, mounting: Mounted, context: SensorContext, rays: dict[str, NDArray[Any]], waters: Waters
     ) -> None:
-        self._mounting = mounting
+        self._mounting, self._waters = mounting, waters
         reach = waters.reach
         self._context = context
         self._medium = medium_of(waters.frequency_hz, waters.ph, context.path)
@@ -131,6 +131,9 @@ class Sounder:
         t = jit.Float64(motion.t_ns) * 1e-9
         water = self._medium(ocean, position, t)
         own_row = dr.gather(jit.UInt32, own, motion.copy)
+        water.column = losses_of(
+            self._waters.frequency_hz, self._waters.ph, ocean, position, t, reach=self._reach, bottom=self._bottom
+        )
         profile = profile_of(ocean, position, t, reach=self._reach, bottom=self._bottom) if self.bent else None
         sea = sea_around(ocean, position, t, reach=self._reach, waves=self._waves) if self._surface else None
         wet = position.z <= (ocean.elevation(position.x, position.y, t) + FACE_M if self._moves else FACE_M)

@@ -1,0 +1,99 @@
+"""How a sonar's beams look into any direction: for echoes that come from other directions than rays were cast into."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import drjit as dr
+import numpy as np
+from numpy.typing import NDArray
+
+from pelagos import jit
+from pelagos.acoustics.beam_pattern import line, line_length, shaded_line
+from pelagos.jit import Array
+
+
+@jit.struct
+class Facing:
+    """Where beams look, one row a beam, in the sensor frame: a Dr.Jit struct.
+
+    Attributes:
+        axis, side, up: `Array3f`, unit vectors: of the beam, along both edges of its aperture.
+    """
+
+    axis: Array
+    side: Array
+    up: Array
+
+
+@dataclass(frozen=True)
+class Aperture:
+    """The patterns of a sonar's beams.
+
+    Attributes:
+        axis, side, up: `(beams, 3)`, see `Facing`.
+        side_length, up_length: of the edges [wavelengths].
+        shading: of the array along `side`.
+        steered: the receiver alone has the pattern along `side`, an array whose beams are steered; else both ways have.
+        round: beams are cones, as wide any way as along `up`.
+        ways: 2 where transmitter and receiver have the pattern along `up`, 1 where one of them is wide.
+        floor: one-way power where the ideal pattern along `up` has nulls and beyond.
+    """
+
+    axis: NDArray[np.float64]
+    side: NDArray[np.float64]
+    up: NDArray[np.float64]
+    side_length: float
+    up_length: float
+    shading: str = "uniform"
+    steered: bool = False
+    round: bool = False
+    ways: int = 2
+    floor: float = 0.0
+
+    def facing(self) -> Facing:
+        """Directions on the device."""
+        vectors = (np.broadcast_to(v, self.axis.shape).T for v in (self.axis, self.side, self.up))
+        made = Facing(*(jit.Array3f(np.ascontiguousarray(v, dtype=np.float32)) for v in vectors))
+        dr.make_opaque(made)
+        return made
+
+    def one_way_up(self, facing: Facing, beam: Array, direction: Array) -> Array:
+        """One-way power pattern along `up`, all round where beams are cones, at directions in the sensor frame.
+
+        Without a floor it is the same before and behind; the baffle is not in it.
+        """
+        axis, _, up = (dr.gather(jit.Array3f, v, beam) for v in (facing.axis, facing.side, facing.up))
+        ahead = dr.dot(axis, direction)
+        sine = dr.sqrt(dr.maximum(1.0 - ahead * ahead, 0.0)) if self.round else dr.dot(up, direction)
+        power = dr.square(line(sine, self.up_length))
+        if self.floor > 0.0:
+            return dr.select(ahead > 0.0, power + self.floor, self.floor) * (1.0 / (1.0 + self.floor))
+        return power
+
+    def side_amplitude(self, facing: Facing, beam: Array, direction: Array) -> Array:
+        """Amplitude pattern along `side`, both ways together, at directions in the sensor frame."""
+        if self.round:
+            return jit.Float(1)
+        axis, side = (dr.gather(jit.Array3f, v, beam) for v in (facing.axis, facing.side))
+        offset = dr.dot(side, direction - axis)
+        pattern = shaded_line(offset, self.side_length, self.shading)
+        return pattern if self.steered else pattern * dr.abs(pattern)
+
+
+Row = NDArray[np.float64]
+
+
+def one_beam(axis: Sequence[float], side: Sequence[float], up: Sequence[float]) -> tuple[Row, Row, Row]:
+    """The vectors of a single beam as rows."""
+    return np.array([axis], dtype=np.float64), np.array([side], dtype=np.float64), np.array([up], dtype=np.float64)
+
+
+def round_aperture(axes: NDArray[np.float64], width: float) -> Aperture:
+    """Cones of a half-power width [rad] about axes `(beams, 3)`, both ways."""
+    least = np.eye(3)[np.abs(axes).argmin(axis=-1)]
+    side = np.cross(least, axes)
+    side /= np.linalg.norm(side, axis=-1, keepdims=True)
+    length = line_length(width)
+    return Aperture(axes, side, np.cross(axes, side), length, length, round=True)

@@ -1,0 +1,50 @@
+"""Wind and rain over a sonar: one wind for the waves, the noise, the bubbles and the pictures of a scenario."""
+
+from __future__ import annotations
+
+import math
+import warnings
+from types import SimpleNamespace
+from typing import Any, Final
+
+import numpy as np
+
+from pelagos.errors import ValidityWarning
+from pelagos.ocean.whitecaps import wind_behind
+
+_UNSAID: Final = 5.0  # [m/s], where an ocean knows of no wind; assumed
+_ALIKE: Final = 0.05  # [m/s]
+
+
+def wind_over(ocean: Any) -> float | None:
+    """Mean wind 10 m above the sea [m/s]: the scenario's, or the one that would raise its waves; None: none is told."""
+    air, waves = getattr(ocean, "air", None), getattr(ocean, "waves", None)
+    if air is None:
+        return None
+    if air.blows:
+        return float(np.array(air.speed)[0])
+    if waves is None:
+        return 0.0
+    table = np.array(waves.table).reshape(-1, 8)
+    return wind_behind(SimpleNamespace(amplitude=table[:, 4], omega=2.0 * math.pi * table[:, 2]))  # type: ignore[arg-type]
+
+
+def rain_over(ocean: Any) -> float:
+    """Rain on the sea [mm/h]."""
+    return float(getattr(ocean, "rain", 0.0))
+
+
+def wind_for(own: float | None, ocean: Any, path: str) -> float:
+    """Wind of a sonar [m/s]: its own key, where it has one, or the scenario's.
+
+    Warns (`ValidityWarning`) where both are told and differ.
+    """
+    over = wind_over(ocean)
+    if own is None:
+        return _UNSAID if over is None else over
+    if over is not None and getattr(ocean.air, "blows", False) and abs(own - over) > _ALIKE:
+        message = (
+            f"{path}: wind_speed_mps {own:g} overrides the scenario's wind of {over:g} m/s; leave it out to follow"
+        )
+        warnings.warn(message, ValidityWarning, stacklevel=4)
+    return own
