@@ -122,7 +122,7 @@ class Adcp:
     """
 
     TITLE: ClassVar[str] = "acoustic Doppler current profiler: water velocity by depth cell"
-    KERNELS: ClassVar[int] = 7
+    KERNELS: ClassVar[int] = 10
     CASTS: ClassVar[int] = 1
     Config: ClassVar[type[SensorConfig]] = AdcpConfig
     SOURCES: ClassVar[tuple[str, ...]] = (

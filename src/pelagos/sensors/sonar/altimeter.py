@@ -90,7 +90,7 @@ class Altimeter:
     """
 
     TITLE: ClassVar[str] = "single-beam altimeter: range of the first strong echo below"
-    KERNELS: ClassVar[int] = 7
+    KERNELS: ClassVar[int] = 10
     CASTS: ClassVar[int] = 1
     WAITS: ClassVar[bool] = True
     Config: ClassVar[type[SensorConfig]] = AltimeterConfig

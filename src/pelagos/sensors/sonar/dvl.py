@@ -141,7 +141,7 @@ class Dvl:
     """
 
     TITLE: ClassVar[str] = "four-beam Doppler velocity log with bottom lock"
-    KERNELS: ClassVar[int] = 11
+    KERNELS: ClassVar[int] = 14
     CASTS: ClassVar[int] = 1
     WAITS: ClassVar[bool] = True
     Config: ClassVar[type[SensorConfig]] = DvlConfig

@@ -76,7 +76,7 @@ class ImagingSonar:
     """
 
     TITLE: ClassVar[str] = "forward-looking multibeam imaging sonar: polar intensity images with coherent speckle"
-    KERNELS: ClassVar[int] = 19
+    KERNELS: ClassVar[int] = 22
     CASTS: ClassVar[int] = 1
     Config: ClassVar[type[SensorConfig]] = ImagingSonarConfig
     SOURCES: ClassVar[tuple[str, ...]] = (

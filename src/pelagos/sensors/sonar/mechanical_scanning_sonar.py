@@ -99,7 +99,7 @@ class MechanicalScanningSonar:
     """
 
     TITLE: ClassVar[str] = "mechanically scanning sonar: one beam on a head that turns a step a ping"
-    KERNELS: ClassVar[int] = 20
+    KERNELS: ClassVar[int] = 23
     CASTS: ClassVar[int] = 1
     Config: ClassVar[type[SensorConfig]] = MechanicalScanningSonarConfig
     SOURCES: ClassVar[tuple[str, ...]] = (

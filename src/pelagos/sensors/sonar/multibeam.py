@@ -256,7 +256,7 @@ class Multibeam:
     """
 
     TITLE: ClassVar[str] = "multibeam echo sounder: soundings and backscatter across the track"
-    KERNELS: ClassVar[int] = 16
+    KERNELS: ClassVar[int] = 19
     CASTS: ClassVar[int] = 1
     Config: ClassVar[type[SensorConfig]] = MultibeamConfig
     SOURCES: ClassVar[tuple[str, ...]] = (

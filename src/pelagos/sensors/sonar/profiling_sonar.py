@@ -58,7 +58,7 @@ class ProfilingSonar:
     """
 
     TITLE: ClassVar[str] = "profiling sonar: a thin fan of beams with water-column data and ranges"
-    KERNELS: ClassVar[int] = 24
+    KERNELS: ClassVar[int] = 27
     CASTS: ClassVar[int] = 1
     Config: ClassVar[type[SensorConfig]] = ProfilingSonarConfig
     SOURCES: ClassVar[tuple[str, ...]] = (

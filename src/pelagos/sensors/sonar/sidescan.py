@@ -101,7 +101,7 @@ class Sidescan:
     """
 
     TITLE: ClassVar[str] = "sidescan sonar: port and starboard traces"
-    KERNELS: ClassVar[int] = 19
+    KERNELS: ClassVar[int] = 22
     CASTS: ClassVar[int] = 1
     Config: ClassVar[type[SensorConfig]] = SidescanConfig
     SOURCES: ClassVar[tuple[str, ...]] = (

@@ -45,7 +45,7 @@ class Singlebeam:
     """
 
     TITLE: ClassVar[str] = "single-beam echo sounder: one echo trace a ping"
-    KERNELS: ClassVar[int] = 19
+    KERNELS: ClassVar[int] = 22
     CASTS: ClassVar[int] = 1
     Config: ClassVar[type[SensorConfig]] = SinglebeamConfig
     SOURCES: ClassVar[tuple[str, ...]] = (

@@ -110,7 +110,7 @@ class SyntheticApertureSonar:
     """
 
     TITLE: ClassVar[str] = "synthetic aperture sonar: coherent raw data along the track"
-    KERNELS: ClassVar[int] = 21
+    KERNELS: ClassVar[int] = 24
     CASTS: ClassVar[int] = 1
     Config: ClassVar[type[SensorConfig]] = SyntheticApertureSonarConfig
     SOURCES: ClassVar[tuple[str, ...]] = (

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from functools import partial
 from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
 import drjit as dr
@@ -13,7 +14,8 @@ from numpy.typing import NDArray
 from pelagos import jit
 from pelagos.acoustics.absorption import absorption, check_frequency
 from pelagos.acoustics.echo import Patches, strip_span, widened
-from pelagos.acoustics.refraction import LEVELS, Profile, arc, depart, excess_at, profile_from, reduced_range, turned
+from pelagos.acoustics.loss_column import LossColumn, loss_column
+from pelagos.acoustics.refraction import LEVELS, Profile, arc, depart, profile_from, reduced_range, turned
 from pelagos.acoustics.spreading import patch_intensity
 from pelagos.jit import Array
 from pelagos.math.quick import larger, smaller
@@ -33,7 +35,6 @@ _ARCS: Final = (4, 16)  # fewest and most of them
 _STEEPEST: Final = 2.0  # longest strip, relative to one on level ground
 _GROUND: Final = 0.8  # upward part of the normal of ground, which goes on where a strip leaves its triangle
 _SLOPING: Final = 0.01  # [rad], angle that a strip of ground may stretch to, at most four times as far as others
-_LEVEL: Final = 0.2  # [m], rise of a way below which its ends' absorption is averaged
 _LEAST_SINE: Final = 0.01  # grazing angle below which patches are cut off (0.6 deg)
 
 
@@ -72,23 +73,16 @@ class Medium:
     Attributes:
         sound_speed: c [m/s].
         absorption: [dB/m].
-        column: absorption above and below, as a `Profile` of it in place of the sound speed; None: the same everywhere.
+        column: absorption above and below; None: the same everywhere.
     """
 
     sound_speed: Array
     absorption: Array
-    column: Profile | None = None
+    column: LossColumn | None = None
 
     def mean_loss(self, row: Array, start: Array, end: Array) -> Array:
         """Mean absorption [dB/m] along straight ways from a height `start` to `end`, relative to the sonar's [m]."""
-        if self.column is None:
-            return spread(self.absorption, row)
-        here, _, low = excess_at(self.column, row, start)
-        there, _, high = excess_at(self.column, row, end)
-        rise = end - start
-        level = dr.abs(rise) < _LEVEL
-        mean = dr.select(level, 0.5 * (here + there), (high - low) / dr.select(level, 1.0, rise))
-        return dr.gather(jit.Float, self.column.speed, row) + mean
+        return spread(self.absorption, row) if self.column is None else self.column.mean(row, start, end)
 
 
 @jit.struct
@@ -118,30 +112,34 @@ class Lanes:
     wet: Array | None = None
 
 
-def medium_of(frequency_hz: float, ph: float, where: str = "") -> Callable[[Ocean, Array, Array], Medium]:
-    """A function (ocean, position, t) -> `Medium` for a sonar of that frequency, to be frozen; `where` names it."""
+def medium_of(
+    frequency_hz: float, ph: float, where: str = "", *, reach: float = 0.0, bottom: float = 0.0
+) -> Callable[[Ocean, Array, Array], Medium]:
+    """A function (ocean, position, t) -> `Medium` for a sonar of that frequency, to be frozen; `where` names it.
+
+    Args:
+        frequency_hz: [Hz].
+        ph: acidity.
+        where: path of the sonar.
+        reach: how far its rays go [m]; 0: only the water at the sonar counts.
+        bottom: height of the deepest ground [m].
+    """
     check_frequency(frequency_hz, where)
 
     def medium(ocean: Ocean, position: Array, t: Array) -> Medium:
-        depth = dr.maximum(-position[2], 0.0)
-        temperature, salinity = ocean.temperature(position, t), ocean.salinity(position, t)
-        loss = absorption(jit.Float64(frequency_hz), temperature, salinity, depth, ph)
-        return Medium(jit.Float(ocean.sound_speed(position, t)), jit.Float(loss))
+        def loss(place: Array, when: Array) -> Array:
+            temperature, salinity = ocean.temperature(place, when), ocean.salinity(place, when)
+            return absorption(jit.Float64(frequency_hz), temperature, salinity, dr.maximum(-place[2], 0.0), ph)
+
+        speed = jit.Float(ocean.sound_speed(position, t))
+        if reach <= 0.0:
+            return Medium(speed, jit.Float(loss(position, t)))
+        dr.eval(position)
+        ends = (partial(lowest, reach=reach, bottom=bottom), partial(highest, reach=reach))
+        column = loss_column(loss, position, t, *ends)
+        return Medium(speed, column.here, column)
 
     return medium
-
-
-def losses_of(
-    frequency_hz: float, ph: float, ocean: Ocean, position: Array, t: Array, *, reach: float, bottom: float
-) -> Profile:
-    """Absorption [dB/m] above and below each place, as `profile_of` has the sound speed."""
-    frequency = jit.Float64(frequency_hz)
-
-    def loss(place: Array, when: Array) -> Array:
-        temperature, salinity = ocean.temperature(place, when), ocean.salinity(place, when)
-        return absorption(frequency, temperature, salinity, dr.maximum(-place[2], 0.0), ph)
-
-    return _column_of(loss, position, t, reach=reach, bottom=bottom)
 
 
 def profile_of(ocean: Ocean, position: Array, t: Array, *, reach: float, bottom: float) -> Profile:
@@ -149,15 +147,7 @@ def profile_of(ocean: Ocean, position: Array, t: Array, *, reach: float, bottom:
 
     `bottom` is the height of the deepest ground [m]: there is no water below it.
     """
-    return _column_of(ocean.sound_speed, position, t, reach=reach, bottom=bottom)
-
-
-def _column_of(
-    field: Callable[[Array, Array], Array], position: Array, t: Array, *, reach: float, bottom: float
-) -> Profile:
-    """A field of (place, time) above and below each place."""
-    top = dr.minimum(jit.Float64(reach), dr.maximum(-position[2], 0.0) + 1.0)
-    low = -dr.minimum(jit.Float64(reach), dr.maximum(position[2] - bottom, 0.0) + 1.0)
+    top, low = highest(position[2], reach), lowest(position[2], reach, bottom)
     step = (top - low) * (1.0 / (LEVELS - 1))
     dr.eval(low, step)
     level = dr.arange(jit.UInt32, dr.width(position) * LEVELS)
@@ -165,11 +155,21 @@ def _column_of(
     height = dr.gather(jit.Float64, low, row) + dr.gather(jit.Float64, step, row) * jit.Float64(level % LEVELS)
     x, y, z = (dr.gather(jit.Float64, p, row) for p in position)
     when = dr.gather(jit.Float64, t, row) if dr.width(t) > 1 else t
-    here = field(position, t)
-    excess = field(jit.Array3f64(x, y, z + height), when) - dr.gather(jit.Float64, here, row)
+    here = ocean.sound_speed(position, t)
+    excess = ocean.sound_speed(jit.Array3f64(x, y, z + height), when) - dr.gather(jit.Float64, here, row)
     made = jit.Float(excess)
     dr.eval(made)
     return profile_from(made, jit.Float(here), jit.Float(low), jit.Float(step))
+
+
+def highest(z: Array, reach: float) -> Array:
+    """Top of the water over a height, or how far up rays reach [m]."""
+    return dr.minimum(jit.Float64(reach), dr.maximum(-z, 0.0) + 1.0)
+
+
+def lowest(z: Array, reach: float, bottom: float) -> Array:
+    """The deepest ground under a height, or how far down rays reach [m], negative."""
+    return -dr.minimum(jit.Float64(reach), dr.maximum(z - bottom, 0.0) + 1.0)
 
 
 def arcs_of(reach: float) -> int:

@@ -16,7 +16,7 @@ from pelagos.jit import Array
 from pelagos.raycast.caster import Caster
 from pelagos.sensors.mount import Mounted, sensor_pose
 from pelagos.sensors.noise import opaque_key, stream_key
-from pelagos.sensors.sonar.ping.fan import Fan, Lanes, Trace, fan_struct, losses_of, medium_of, profile_of
+from pelagos.sensors.sonar.ping.fan import Fan, Lanes, Trace, fan_struct, medium_of, profile_of
 from pelagos.sensors.sonar.ping.ping_spec import Refraction
 from pelagos.sensors.sonar.ping.sea_surface import looks_up, sea_around
 from pelagos.sensors.sonar.ping.surface_scattering import TEXTURE_DB, Surfaces, surfaces
@@ -76,13 +76,13 @@ class Sounder:
         self._mounting, self._waters = mounting, waters
         reach = waters.reach
         self._context = context
-        self._medium = medium_of(waters.frequency_hz, waters.ph, context.path)
         self._reach = reach
         moves = any(getattr(context.ocean, name, None) is not None for name in ("waves", "tide"))
         self._moves = moves
         self._surface = waters.sea_surface == "waves" and moves
         self._waves = looks_up(in_body(mounting, rays["direction"]))
         self._bottom = lowest_ground(context, reach)
+        self._medium = medium_of(waters.frequency_hz, waters.ph, context.path, reach=reach, bottom=self._bottom)
         asked = waters.refraction
         self.bent = bends(context, reach, self._bottom) if asked == "auto" else asked
         self._own = jit.UInt32(context.own_body)
@@ -131,9 +131,6 @@ class Sounder:
         t = jit.Float64(motion.t_ns) * 1e-9
         water = self._medium(ocean, position, t)
         own_row = dr.gather(jit.UInt32, own, motion.copy)
-        water.column = losses_of(
-            self._waters.frequency_hz, self._waters.ph, ocean, position, t, reach=self._reach, bottom=self._bottom
-        )
         profile = profile_of(ocean, position, t, reach=self._reach, bottom=self._bottom) if self.bent else None
         sea = sea_around(ocean, position, t, reach=self._reach, waves=self._waves) if self._surface else None
         wet = position.z <= (ocean.elevation(position.x, position.y, t) + FACE_M if self._moves else FACE_M)
