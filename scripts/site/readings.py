@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
-from walk import walked
 
+from pelagos.cli.walk import rooms, walked
 from pelagos.config import registry
 
 AHEAD, DOWN = (0, 20, 0), (0, 60, 0)
@@ -68,7 +68,6 @@ def scenario() -> dict[str, Any]:
 def all_read(folder: Path) -> dict[str, Read]:
     """Read every instrument once, by name, and draw what it gave into `folder`."""
     import pelagos as pl
-    from pelagos.sim.trajectory import LaneSelector
 
     folder.mkdir(parents=True, exist_ok=True)
     with warnings.catch_warnings():
@@ -77,14 +76,14 @@ def all_read(folder: Path) -> dict[str, Read]:
         observed = dict(sim.run(1.0).observations["auv0"])
         trajectory = sim.stepper.trajectories["auv0"]
         last = trajectory.first_tick + trajectory.ticks - 1
-        motion = LaneSelector(n=1, dt_ns=sim.dt_ns, first_environment=0).lanes(trajectory, range(last, last + 1))
+        motion = sim.stepper.motion_of(range(last, last + 1), "auv0")
         found = {}
         for name, model in sim.model.agents["auv0"].sensors.items():
             built = model.sensor
             work = built.explain if hasattr(built, "explain") else built.sense
-            rooms, result = walked(lambda work=work: work(motion))
+            passed, result = walked(lambda work=work: work(motion))
             steps = result if isinstance(result, list) else [("truth", result.truth, ""), ("data", result.data, "")]
-            read = Read(rooms, [(n, np.shape(a), *_range(np.asarray(a)), unit) for n, a, unit in steps])
+            read = Read(rooms(passed), [(n, np.shape(a), *_range(np.asarray(a)), unit) for n, a, unit in steps])
             if name in observed:
                 reading = observed[name]
                 arrays = {"data": reading.data, "truth": reading.truth, **reading.extras}

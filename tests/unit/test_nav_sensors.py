@@ -14,6 +14,7 @@ from pelagos.sensors.navigation.imu import Imu
 from pelagos.sensors.navigation.magnetometer import Magnetometer
 from pelagos.sensors.navigation.pose import Pose
 from pelagos.sensors.navigation.velocity import Velocity
+from pelagos.sensors.recorded import Program
 from pelagos.sensors.sensor import SensorContext
 
 DT = 5_000_000
@@ -91,7 +92,7 @@ def test_frozen_equals_plain(name: str, context: SensorContext) -> None:
     sensor.sense(motion(range(5)))
     frozen = fields(sensor.sense(motion(range(70, 75))))
     plain = cls(cls.Config(), context)
-    plain._read = plain._rows
+    plain._program = Program(plain._kernel, record=lambda kernel: kernel)
     assert_same(frozen, fields(plain.sense(motion(range(70, 75)))))
 
 

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import inspect
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from pathlib import Path
-from types import CodeType, ModuleType
+from types import ModuleType
 from typing import Any, Final
 
 import numpy as np
@@ -13,6 +13,7 @@ from rich.markup import escape
 from rich.table import Table
 
 from pelagos.cli.console import err, out, shown
+from pelagos.cli.walk import Passed, rooms, walked
 from pelagos.config import registry
 from pelagos.config.loader import load_scenario
 from pelagos.config.scenario import Scenario
@@ -20,8 +21,7 @@ from pelagos.errors import InputError, LookupFailed
 from pelagos.sensors.sensor import SensorConfig
 from pelagos.sensors.sonar.keys.devices import device
 
-PHYSICS: Final = ("pelagos.acoustics.", "pelagos.optics.", "pelagos.hydro.", "pelagos.ocean.", "pelagos.sensors.noise")
-CASTER: Final = "pelagos.raycast.caster"
+PHYSICS: Final = ("acoustics/", "optics/", "hydro/", "ocean/")
 
 
 def explain_sensor(path: Path, changes: Sequence[str], name: str, *, at_s: float) -> None:
@@ -34,13 +34,14 @@ def explain_sensor(path: Path, changes: Sequence[str], name: str, *, at_s: float
     agent, _, sensor = name.partition(".")
     config = _find(scenario, agent, sensor)
     component = registry.find("sensor", config.type).load()
+    passed, arrays, t_s = _read(scenario, agent, sensor, at_s)
     out.print(f"[bold]{agent}.{sensor}[/bold]: {escape(registry.find('sensor', config.type).title)}\n")
-    _print_stops(scenario, agent, sensor, component)
+    _print_stops(scenario, agent, sensor, component, passed)
     _print_config(config, component.Config)
     out.print("\n[bold]Sources[/bold]")
     for source in (*component.SOURCES, *_of_device(config)):
         out.print(f"  {escape(source)}")
-    _print_arrays(scenario, agent, sensor, at_s)
+    _print_arrays(arrays, t_s)
 
 
 def _of_device(config: SensorConfig) -> list[str]:
@@ -64,19 +65,23 @@ def _find(scenario: Scenario, agent: str, sensor: str) -> Any:
     return sensors[sensor]
 
 
-def _print_stops(scenario: Scenario, agent: str, sensor: str, component: Any) -> None:
+def _print_stops(scenario: Scenario, agent: str, sensor: str, component: Any, passed: list[Passed]) -> None:
+    """The five stops, with every function that one reading really ran, in the order of their first calls."""
     module = inspect.getmodule(component)
     assert module is not None
+    pattern = [address(f) for f in (component.Config, *_pattern(module))]
+    inside = [p.address for p in passed if p.room.startswith("sensors/")]
     stops: list[tuple[str, Sequence[str]]] = [
         ("the scenario", [scenario.where("agents", agent, "sensors", sensor)]),
-        ("its configuration and its rays", [address(f) for f in (component.Config, *_pattern(module))]),
-        ("one reading", [address(component.sense)]),
-        ("rays into the world", [address(f) for f in _used(module, (CASTER,))]),
-        ("physics", [address(f) for f in _used(module, PHYSICS)]),
+        ("its configuration and its rays", pattern),
+        ("one reading", list(dict.fromkeys([address(component.sense), *inside]))),
+        ("rays into the world", [p.address for p in passed if p.room.startswith("raycast/")]),
+        ("physics", [p.address for p in passed if p.room.startswith(PHYSICS)]),
     ]
     for number, (what, addresses) in enumerate(stops, 1):
         for row, text in enumerate(addresses or ["none"]):
             out.print(f"{f'{number}  {what}' if row == 0 else '':36}{text}", markup=False)
+    out.print(f"\n{len(rooms(passed))} files in all, those of mathematics included", markup=False)
 
 
 def _pattern(module: ModuleType) -> list[Any]:
@@ -84,41 +89,6 @@ def _pattern(module: ModuleType) -> list[Any]:
     own = [f for _, f in inspect.getmembers(module, inspect.isfunction) if f.__module__ == module.__name__]
     public = [f for f in own if not f.__name__.startswith("_")]
     return sorted(public, key=lambda f: f.__code__.co_firstlineno)
-
-
-def _used(module: ModuleType, homes: tuple[str, ...]) -> list[Any]:
-    """Functions of other modules, whose names begin with one of `homes`, that a sensor's module calls.
-
-    It may call them through functions that it shares with other sensors.
-    """
-    found: dict[Any, None] = {}
-    modules = [module]
-    for at in modules:
-        for function in _called(at):
-            home = inspect.getmodule(function)
-            if function.__module__.startswith(homes):
-                found[function] = None
-            elif home is not None and home.__name__.startswith("pelagos.sensors.") and home not in modules:
-                modules.append(home)
-    return sorted(found, key=lambda f: (f.__module__, f.__code__.co_firstlineno))
-
-
-def _called(module: ModuleType) -> Iterator[Any]:
-    """Functions of other modules that the code of a module names."""
-    names = set(_names(compile(inspect.getsource(module), "", "exec")))
-    for name, value in vars(module).items():
-        if inspect.isfunction(value) and value.__module__ != module.__name__ and name in names:
-            yield value
-        elif inspect.ismodule(value) and value.__name__.startswith("pelagos.") and name in names:
-            yield from (f for _, f in inspect.getmembers(value, inspect.isfunction) if f.__name__ in names)
-
-
-def _names(code: CodeType) -> Iterator[str]:
-    """What the functions inside some code name; not what its own statements name, which are the imports."""
-    for constant in code.co_consts:
-        if isinstance(constant, CodeType):
-            yield from constant.co_names
-            yield from _names(constant)
 
 
 def address(thing: Any) -> str:
@@ -136,7 +106,8 @@ def _print_config(config: Any, model: Any) -> None:
     out.print(table, soft_wrap=False)
 
 
-def _print_arrays(scenario: Scenario, agent: str, sensor: str, at_s: float) -> None:
+def _read(scenario: Scenario, agent: str, sensor: str, at_s: float) -> tuple[list[Passed], list[Any], float]:
+    """One reading without a recording: the functions that ran, the arrays (name, values, unit), and its time [s]."""
     with err.status("reading the sensor once"):
         from pelagos.sim.simulation import Simulation
 
@@ -145,10 +116,15 @@ def _print_arrays(scenario: Scenario, agent: str, sensor: str, at_s: float) -> N
             sim.run(at_s)
         trajectory = sim.stepper.trajectories[agent]
         last = trajectory.first_tick + trajectory.ticks - 1
-        built = sim.model.agents[agent].sensors[sensor].sensor
+        built: Any = sim.model.agents[agent].sensors[sensor].sensor
         motion = sim.stepper.motion_of(range(last, last + 1), agent)
-        arrays = built.explain(motion) if hasattr(built, "explain") else _reading(built.sense(motion))
-    out.print(f"\n[bold]One reading at {last * sim.dt_ns * 1e-9:g} s[/bold]")
+        explains = hasattr(built, "explain")
+        passed, found = walked(lambda: built.explain(motion) if explains else built.sense(motion))
+        return passed, found if explains else _reading(found), last * sim.dt_ns * 1e-9
+
+
+def _print_arrays(arrays: Sequence[Any], t_s: float) -> None:
+    out.print(f"\n[bold]One reading at {t_s:g} s[/bold]")
     table = Table(box=None, pad_edge=False, padding=(0, 2, 0, 0))
     for column in ("  array", "shape"):
         table.add_column(column)
