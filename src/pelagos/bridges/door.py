@@ -42,6 +42,33 @@ class Door(Protocol):
         ...
 
 
+class Driver(Protocol):
+    """What sets the pace of a run: an autopilot that shares a clock with the simulation.
+
+    Attributes:
+        rate_hz: boundaries in a simulated second at which it meets the simulation; None for every tick.
+    """
+
+    name: str
+    rate_hz: float | None
+
+    def answer(self, sim: Simulation) -> None:
+        """Say what is measured now."""
+        ...
+
+    def wait(self, sim: Simulation) -> None:
+        """Wait for the next outputs, until the run is stopped."""
+        ...
+
+    def report(self) -> Mapping[str, int]:
+        """See `Door`."""
+        ...
+
+    def close(self) -> None:
+        """See `Door`."""
+        ...
+
+
 class TopicDoor:
     """Sends every topic of a run, and the clock, over a `Transport`.
 
@@ -90,7 +117,7 @@ class TopicDoor:
             if write is not None:
                 write(data, t_ns)
                 self.sent += 1
-        if sim.time_ns >= self._next_clock_ns:
+        if messages and sim.time_ns >= self._next_clock_ns:  # without, sensors wait to be read: the clock waits too
             self._tick(sim.time_ns)
 
     def report(self) -> Mapping[str, int]:

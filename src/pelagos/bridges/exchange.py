@@ -5,10 +5,11 @@ from __future__ import annotations
 import threading
 from collections import Counter
 from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Final
 
-from pelagos.bridges.door import Door
+from pelagos.bridges.door import Door, Driver
 from pelagos.bridges.inbox import ANSWER_S, Inbox
 from pelagos.bridges.journal import TOPIC
 from pelagos.bridges.pace import Pace
@@ -51,6 +52,7 @@ class Exchange:
     ) -> None:
         self.sim = sim
         self.doors: list[Door] = []
+        self._drivers: list[Driver] = []
         self.pace = Pace(realtime)
         self.reset_asked = False
         self.inbox = Inbox(sim, self._note, say)
@@ -62,6 +64,14 @@ class Exchange:
     def add(self, door: Door) -> None:
         """Open another door at the next run."""
         self.doors.append(door)
+
+    def at_least(self, rate_hz: float) -> None:
+        """Have boundaries at this rate or faster, for a door that speaks of the present."""
+        self._rate_hz = max(self._rate_hz, rate_hz)
+
+    def drive(self, driver: Driver) -> None:
+        """Let an autopilot set the pace: the simulation waits for it at its boundaries."""
+        self._drivers.append(driver)
 
     def run(
         self,
@@ -78,12 +88,16 @@ class Exchange:
         self._tap, self._orders = tap, tap.declare(TOPIC, STRING)
         for door in self.doors:
             door.open(self.sim, tap)
-        subscription = self.sim.on_tick(self._boundary, rate_hz=self._rate_hz)
+        subscriptions = [self.sim.on_tick(self._boundary, rate_hz=self._rate_hz)]
+        for rate_hz in {driver.rate_hz for driver in self._drivers}:
+            group = [driver for driver in self._drivers if driver.rate_hz == rate_hz]
+            subscriptions.append(self.sim.on_tick(partial(_meet, group), rate_hz=rate_hz))
         self.pace.restart(self.sim.time_ns)
         try:
             return self._go(seconds, recorder, progress)
         finally:
-            subscription.cancel()
+            for subscription in subscriptions:
+                subscription.cancel()
             self._send()
             recorder.close()
             self._tap = None
@@ -119,11 +133,13 @@ class Exchange:
     def close(self) -> Counter[str]:
         """Close every door; what was dropped, refused and failed, by reason."""
         found: Counter[str] = Counter()
-        for door in self.doors:
-            found.update({f"{door.name}: {reason}": count for reason, count in door.report().items()})
+        ends: list[Door | Driver] = [*self.doors, *self._drivers]
+        for door in ends:
+            found.update({f"{door.name}: {reason}": count for reason, count in door.report().items() if count})
             door.close()
         found.update({f"refused: {reason}": count for reason, count in self.inbox.refused.items()})
         self.doors.clear()
+        self._drivers.clear()
         return found
 
     def _go(
@@ -176,3 +192,11 @@ class Exchange:
             self._steps = None
             counter.cancel()
             done.set()
+
+
+def _meet(drivers: Sequence[Driver], sim: Simulation) -> None:
+    """All are answered before any is waited for, so that they think at the same time."""
+    for driver in drivers:
+        driver.answer(sim)
+    for driver in drivers:
+        driver.wait(sim)

@@ -69,6 +69,9 @@ BUILT_IN: Final[Mapping[Kind, Mapping[str, str]]] = {
     },
     "ocean": {"standard": "pelagos.ocean.config:OceanConfig"},
     "bridge": {
+        "ardupilot": "pelagos.bridges.ardupilot:ArdupilotConfig",
+        "mavlink": "pelagos.bridges.mavlink:MavlinkConfig",
+        "px4": "pelagos.bridges.px4:Px4Config",
         "ros2": "pelagos.bridges.ros2:Ros2Config",
     },
     "vehicle": {"custom": "pelagos.vehicles.config:VehicleConfig"},

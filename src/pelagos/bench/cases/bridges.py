@@ -166,7 +166,66 @@ def realtime_jitter_ms() -> Measured:
     return Measured(p99, detail=f"{len(exchange.pace.late)} steps; median {p50:.3f} ms, worst {worst:.2f} ms")
 
 
+SITL: Final = """
+import socket, struct, sys
+port, frames = int(sys.argv[1]), int(sys.argv[2])
+link = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+link.connect(("127.0.0.1", port))
+link.settimeout(1.0)
+for count in range(1, frames + 1):
+    pulses = [1500 + (count + 7 * i) % 50 for i in range(8)] + [0] * 8
+    packet = struct.pack("<HHI16H", 18458, 1200, count, *pulses)
+    while True:
+        try:
+            link.send(packet)
+            link.recv(4096)
+            break
+        except (TimeoutError, ConnectionRefusedError):
+            pass
+"""
+
+
+def ardupilot_lockstep_hz() -> Measured:
+    """Frames in a second of lock-step with a stand-in for SITL in another process, every output changing."""
+    import socket
+
+    from pelagos.bridges.ardupilot import ArdupilotConfig
+    from pelagos.bridges.exchange import Exchange
+    from pelagos.sim.simulation import Simulation
+
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as free:
+        free.bind(("127.0.0.1", 0))
+        port = free.getsockname()[1]
+    agent = {"vehicle": "bluerov2_heavy", "start": {"position_m": [0, 0], "depth_m": 5}, "control": "actuators"}
+    sim = Simulation.load({"tick_rate_hz": 1000, "world": {"type": "flat", "depth_m": 50.0}, "agents": {"rov": agent}})
+    frames = 12_000
+    exchange = Exchange(sim)
+    ArdupilotConfig(type="ardupilot", port=port, patience_s=5.0).attach(exchange)
+    sitl = subprocess.Popen([sys.executable, "-c", SITL, str(port), str(frames)])
+    try:
+        exchange.run(2.0)  # recording of kernels
+        start = time.perf_counter()
+        result = exchange.run((frames - 2500) * 1e-3)
+        took = time.perf_counter() - start
+    finally:
+        sitl.kill()
+        sitl.wait()
+    done = result.simulated_s * 1000
+    must(done >= frames - 2501, "the stand-in was not answered")
+    exchange.close()
+    return Measured(done / took, detail=f"{done:.0f} frames, a step of a BlueROV2 Heavy each")
+
+
 CASES: Final = (
+    Case(
+        name="ardupilot_lockstep_hz",
+        title="Lock-step with ArduPilot's JSON interface",
+        measure=ardupilot_lockstep_hz,
+        unit="frames/s",
+        goal=5000.0,
+        better="higher",
+        reference=Reference("ArduPilot's own rate", 1200.0),
+    ),
     Case(
         name="ros2_harbour_rtf",
         title="Demo mission with every topic published over DDS",

@@ -1,0 +1,172 @@
+"""The door to ArduPilot (ArduSub, Rover, ArduCopter) by its JSON interface, in lock-step.
+
+The autopilot sends its outputs and waits; the simulation takes one step with them and answers with the motion.
+"""
+
+from __future__ import annotations
+
+import socket
+import time
+from collections import Counter
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any, Final, Literal
+
+import numpy as np
+from pydantic import Field
+
+from pelagos.bridges.ardupilot_json import ServoFrame, level, parse_servos, state_text
+from pelagos.bridges.autopilot import Output, motion_of, outputs_of, the_agent
+from pelagos.bridges.config import LOOPBACK, BridgeConfig, exposed
+from pelagos.bridges.order import Order
+from pelagos.bridges.transport import BridgeError
+from pelagos.sim.simulation import Simulation
+
+if TYPE_CHECKING:
+    from pelagos.bridges.exchange import Exchange
+
+_LOOK_S: Final = 0.1
+PACKET: Final = 1024
+
+
+class ArdupilotConfig(BridgeConfig):
+    """ArduPilot: ArduSub, Rover and ArduCopter SITL by JSON, in lock-step."""
+
+    type: Literal["ardupilot"]
+    agent: str = ""
+    """The vehicle that it steers; may be left out where there is one only."""
+    host: str = LOOPBACK
+    """Address to listen at; the protocol has no passwords."""
+    port: int = Field(default=9002, ge=1, le=65535)
+    """UDP port; SITL's instance n uses 9002 + 10 n."""
+    outputs: dict[str, int] = Field(default_factory=dict)
+    """Servo output, counted from 1, by actuator, negative where it turns the other way; known for bluerov2,
+    bluerov2_heavy, wamv, otter and quadrotor."""
+    low_us: float = 1100.0
+    """Pulse at one end of an actuator [us]; of a quadrotor 1000 unless given."""
+    high_us: float = 1900.0
+    """Pulse at the other end [us]; of a quadrotor 2000 unless given."""
+    rangefinder: str = ""
+    """An altimeter of the agent, sent as its first range finder."""
+    patience_s: float = Field(default=30.0, gt=0)
+    """The run ends when the autopilot has said nothing for so long [s]; it may take as long as it likes to begin."""
+
+    def attach(self, exchange: Exchange) -> str:
+        """See `BridgeConfig`."""
+        link = ArdupilotLink(exchange, self)
+        exchange.drive(link)
+        note = "; open to the network, without passwords" if exposed(self.host) else ""
+        return f"ArduPilot steers {link.agent}: waiting for SITL at UDP {self.host}:{link.port}{note}"
+
+
+class ArdupilotLink:
+    """One autopilot; see `Driver` for when its methods are called.
+
+    Attributes:
+        agent: the vehicle.
+        port: where it listens.
+        steps: frames that were answered with a step.
+        troubles: malformed packets, repeated frames and the like, counted.
+    """
+
+    name = "ArduPilot"
+    rate_hz: float | None = None
+
+    def __init__(self, exchange: Exchange, config: ArdupilotConfig) -> None:
+        sim = exchange.sim
+        self.agent = the_agent(sim, config.agent, "ardupilot")
+        self._inbox, self._config = exchange.inbox, config
+        self._outputs: list[Output] = outputs_of(sim, self.agent, config.outputs, "ardupilot")
+        copter = all(o.rests_at for o in self._outputs) and not {"low_us", "high_us"} & config.model_fields_set
+        self._ends = (1000.0, 2000.0) if copter else (config.low_us, config.high_us)
+        self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        try:
+            self._socket.bind((config.host, config.port))
+        except OSError as error:
+            self._socket.close()
+            raise BridgeError(f"ardupilot: UDP {config.host}:{config.port} cannot be used: {error.strerror}") from None
+        self.port = config.port
+        self._socket.settimeout(_LOOK_S)
+        self._peer: Any = None
+        self._last: ServoFrame | None = None
+        self._answer: bytes | None = None
+        self._range_m = float("inf")
+        self._start = motion_of(sim, self.agent)
+        self.steps = 0
+        self.troubles: Counter[str] = Counter()
+        if config.rangefinder:
+            sim.subscribe(f"{self.agent}.{config.rangefinder}", self._hear)
+
+    def answer(self, sim: Simulation) -> None:
+        """Say where the vehicle is, to who asked."""
+        if self._peer is None:
+            return
+        extras = {"rng_1": self._range_m} if self._config.rangefinder else None
+        self._answer = state_text(sim.time_ns * 1e-9, motion_of(sim, self.agent), extras)
+        self._send()
+
+    def wait(self, sim: Simulation) -> None:
+        """The next outputs, into the vehicle's actuators."""
+        began = time.monotonic()
+        while not sim.gate.stopped:
+            try:
+                packet, peer = self._socket.recvfrom(PACKET)
+            except TimeoutError:
+                if self._last is not None and time.monotonic() - began > self._config.patience_s:
+                    self.troubles[f"silent for {self._config.patience_s:g} s: the run was ended"] += 1
+                    sim.stop()
+                    return
+                continue
+            except OSError:  # the peer's port is closed: it will come back, or not
+                continue
+            frame = parse_servos(packet)
+            if frame is None:
+                self.troubles["malformed packets"] += 1
+            elif self._last is not None and frame.count == self._last.count and peer == self._peer:
+                self.troubles["frames sent again"] += 1
+                self._send()
+            else:
+                self._take(frame, peer)
+                return
+
+    def report(self) -> Mapping[str, int]:
+        """See `Door`."""
+        return self.troubles
+
+    def close(self) -> None:
+        """See `Door`."""
+        self._socket.close()
+
+    def _take(self, frame: ServoFrame, peer: Any) -> None:
+        before, self._last, self._peer = self._last, frame, peer
+        if before is not None and frame.count < before.count:
+            self.troubles["restarts of the autopilot"] += 1
+            self._inbox.obey(_back_to(self._start, self.agent))
+        self.steps += 1
+        if before is None or frame.pwm != before.pwm or frame.count < before.count:
+            values = [o.value(level(self._pulse(frame, o), o.rests_at, low_us=self._ends[0], high_us=self._ends[1]))
+                      for o in self._outputs]  # fmt: skip
+            self._inbox.obey(Order("command", self.agent, {"values": values, "mode": "actuators"}, "ardupilot"))
+
+    def _pulse(self, frame: ServoFrame, output: Output) -> int:
+        return frame.pwm[output.channel] if output.channel < len(frame.pwm) else 0
+
+    def _send(self) -> None:
+        if self._answer is None:
+            self.troubles["answers that were not finite"] += self._peer is not None and self.steps > 1
+            return
+        try:
+            self._socket.sendto(self._answer, self._peer)
+        except OSError:
+            self.troubles["answers that could not be sent"] += 1
+
+    def _hear(self, reading: Any) -> None:
+        self._range_m = float(np.asarray(reading.data).ravel()[0])
+
+
+def _back_to(start: Any, agent: str) -> Order:
+    """At the start again, at rest: where a rebooted autopilot believes to be."""
+    x, y, z = start.position.tolist()
+    w, i, j, k = start.attitude.tolist()
+    still = [0.0, 0.0, 0.0]
+    data = {"position": [x, -y, -z], "attitude": [w, i, -j, -k], "velocity": still, "angular_velocity": still}
+    return Order("state", agent, data, "ardupilot")

@@ -1,0 +1,77 @@
+"""The packets of ArduPilot's JSON interface, as pure functions.
+
+Source: ArduPilot, libraries/SITL/examples/JSON/readme.md and SIM_JSON.cpp. Its parser looks for the text of a key and
+reads on with sscanf: there must be no space behind a colon, and what comes first wins, so mandatory keys come first.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import struct
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, Final
+
+from pelagos.bridges.autopilot import Motion
+
+MAGIC: Final = {18458: 16, 29569: 32}
+_HEAD: Final = struct.Struct("<HHI")
+
+
+@dataclass(frozen=True)
+class ServoFrame:
+    """What the autopilot sends each step.
+
+    Attributes:
+        rate_hz: at which it would like to be answered.
+        count: of frames; again the same where it waits for an answer, back to 0 where it began anew.
+        pwm: pulse widths [us], 16 or 32; 0 where an output is off.
+    """
+
+    rate_hz: int
+    count: int
+    pwm: tuple[int, ...]
+
+
+def parse_servos(packet: bytes) -> ServoFrame | None:
+    """The frame in a packet; None where it is none."""
+    if len(packet) < _HEAD.size:
+        return None
+    magic, rate, count = _HEAD.unpack_from(packet)
+    channels = MAGIC.get(magic)
+    if channels is None or len(packet) != _HEAD.size + 2 * channels:
+        return None
+    return ServoFrame(rate, count, struct.unpack_from(f"<{channels}H", packet, _HEAD.size))
+
+
+def level(pulse_us: int, rests_at: float, *, low_us: float = 1100.0, high_us: float = 1900.0) -> float:
+    """-1 .. 1 of a pulse; an output that is off rests."""
+    if pulse_us == 0:
+        return rests_at
+    return (pulse_us - 0.5 * (low_us + high_us)) / (0.5 * (high_us - low_us))
+
+
+def state_text(t_s: float, motion: Motion, extras: Mapping[str, Any] | None = None) -> bytes | None:
+    """The answer to a frame; None where a number is not finite, which the parser would believe.
+
+    Args:
+        t_s: simulation time [s].
+        motion: of the vehicle.
+        extras: optional keys, such as `rng_1` [m].
+    """
+    body: dict[str, Any] = {
+        "timestamp": t_s,
+        "imu": {"gyro": motion.gyro.tolist(), "accel_body": motion.force.tolist()},
+        "position": motion.position.tolist(),
+        "velocity": motion.velocity.tolist(),
+        "quaternion": motion.attitude.tolist(),
+    }
+    for key, value in (extras or {}).items():
+        if isinstance(value, float) and not math.isfinite(value):
+            continue
+        body[key] = value
+    try:
+        return b"\n" + json.dumps(body, separators=(",", ":"), allow_nan=False).encode() + b"\n"
+    except ValueError:
+        return None

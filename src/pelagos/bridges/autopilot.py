@@ -1,0 +1,164 @@
+"""What autopilots share: where a vehicle is in their frames, and which of their outputs moves which actuator.
+
+Autopilots speak north-east-down of the world and forward-right-down of the body.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pelagos.bridges.transport import BridgeError
+from pelagos.errors import LookupFailed
+from pelagos.math.constants import GRAVITY
+from pelagos.sim.simulation import Simulation
+
+SUB_SIX: Final = {
+    "front_starboard": (1, -1), "front_port": (2, -1), "rear_starboard": (3, 1), "rear_port": (4, 1),
+    "vertical_starboard": (5, -1), "vertical_port": (6, -1),
+}  # fmt: skip
+"""ArduSub's frame "vectored" (AP_Motors6DOF.cpp): its motor and the sense in which it turns."""
+SUB_EIGHT: Final = {
+    "front_starboard": (1, -1), "front_port": (2, -1), "rear_starboard": (3, 1), "rear_port": (4, 1),
+    "top_front_starboard": (5, -1), "top_front_port": (6, -1), "top_rear_starboard": (7, -1), "top_rear_port": (8, -1),
+}  # fmt: skip
+"""ArduSub's frame "vectored_6dof" (AP_Motors6DOF.cpp)."""
+COPTER_X: Final = {
+    "front_starboard": (1, 1), "rear_port": (2, 1), "front_port": (3, 1), "rear_starboard": (4, 1),
+}  # fmt: skip
+"""The X of four rotors, the same for ArduCopter and PX4."""
+OUTPUTS: Final[Mapping[str, Mapping[str, tuple[int, int]]]] = {
+    "bluerov2": SUB_SIX,
+    "bluerov2_heavy": SUB_EIGHT,
+    "wamv": {"left_thruster": (1, 1), "right_thruster": (3, 1)},  # Rover, motorboat with skid steering
+    "otter": {"left_propeller": (1, 1), "right_propeller": (3, 1)},
+    "quadrotor": COPTER_X,
+}
+
+
+@dataclass(frozen=True)
+class Output:
+    """One actuator and the output that moves it.
+
+    Attributes:
+        channel: counted from 0.
+        low, high: the actuator's value at the output's ends; in the middle it rests where `low` is below 0.
+    """
+
+    channel: int
+    low: float
+    high: float
+
+    def value(self, level: float) -> float:
+        """The actuator's command at a level -1 .. 1."""
+        level = min(max(level, -1.0), 1.0)
+        if self.low < 0 < self.high or self.high < 0 < self.low:
+            return level * (self.high if level > 0 else -self.low)
+        return self.low + 0.5 * (level + 1.0) * (self.high - self.low)
+
+    @property
+    def rests_at(self) -> float:
+        """The level at which the actuator does nothing."""
+        return 0.0 if self.low * self.high < 0 else -1.0
+
+
+def outputs_of(sim: Simulation, agent: str, given: Mapping[str, int], where: str) -> list[Output]:
+    """One output for each actuator of an agent, in the vehicle's order.
+
+    Args:
+        sim: the simulation.
+        agent: whose actuators.
+        given: output, counted from 1, by actuator; negative where it turns the other way. Empty: by the vehicle's type.
+        where: for messages.
+
+    Raises:
+        BridgeError: there is no table for this vehicle, or an actuator has no output.
+    """
+    vehicle = sim.model.agents[agent].vehicle
+    names = list(vehicle.actuator_names)
+    table = {name: (abs(number), 1 if number > 0 else -1) for name, number in given.items()}
+    if not table:
+        kind = sim.model.agents[agent].config.vehicle.type
+        if kind not in OUTPUTS:
+            raise BridgeError(
+                f"{where}: which output moves which actuator of {kind!r}? give `outputs`, such as "
+                f"{{{names[0]}: 1}}; known vehicles: {', '.join(OUTPUTS)}"
+            )
+        table = dict(OUTPUTS[kind])
+    for name in table:
+        if name not in names:
+            raise BridgeError(str(LookupFailed("actuator", name, names, where=where)))
+    lacking = [name for name in names if name not in table]
+    if lacking:
+        raise BridgeError(f"{where}: no output moves {', '.join(lacking)}")
+    found = []
+    for name in names:
+        number, sense = table[name]
+        lag: Any = vehicle.model.actuators[name].lag
+        ends = (float(lag.low), float(lag.high))
+        found.append(Output(number - 1, *(ends if sense > 0 else (ends[1], ends[0]))))
+    return found
+
+
+@dataclass(frozen=True)
+class Motion:
+    """Where a vehicle is and how it moves, for an autopilot.
+
+    Attributes:
+        position: north, east, down of the world's origin [m].
+        velocity: north, east, down [m/s].
+        attitude: quaternion (w, x, y, z), body to north-east-down.
+        gyro: forward, right, down [rad/s].
+        force: specific force, forward, right, down [m/s^2]; (0, 0, -9.81) at rest.
+    """
+
+    position: NDArray[np.float64]
+    velocity: NDArray[np.float64]
+    attitude: NDArray[np.float64]
+    gyro: NDArray[np.float64]
+    force: NDArray[np.float64]
+
+    @property
+    def euler(self) -> tuple[float, float, float]:
+        """Roll, pitch, yaw [rad]."""
+        w, x, y, z = self.attitude.tolist()
+        roll = math.atan2(2 * (w * x + y * z), 1 - 2 * (x * x + y * y))
+        pitch = math.asin(min(max(2 * (w * y - z * x), -1.0), 1.0))
+        return roll, pitch, math.atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))
+
+
+def motion_of(sim: Simulation, agent: str) -> Motion:
+    """The true motion of the first copy of an agent, now."""
+    row = sim.stepper.runs[agent].row[0].tolist()  # what `sim.state` shows, without a look at the actuators
+    x, y, z, qw, qx, qy, qz, u, v, w, p, q, r, ax, ay, az = row[:16]
+    # plain numbers: this is asked thousands of times a second. Rows of R_world_body:
+    north = (1 - 2 * (qy * qy + qz * qz), 2 * (qx * qy - qw * qz), 2 * (qx * qz + qw * qy))
+    west = (2 * (qx * qy + qw * qz), 1 - 2 * (qx * qx + qz * qz), 2 * (qy * qz - qw * qx))
+    up = (2 * (qx * qz - qw * qy), 2 * (qy * qz + qw * qx), 1 - 2 * (qx * qx + qy * qy))
+    velocity = [a * u + b * v + c * w for a, b, c in (north, west, up)]
+    return Motion(
+        np.array([x, -y, -z]),
+        np.array([velocity[0], -velocity[1], -velocity[2]]),
+        np.array([qw, qx, -qy, -qz]),
+        np.array([p, -q, -r]),
+        np.array([ax + GRAVITY * up[0], -ay - GRAVITY * up[1], -az - GRAVITY * up[2]]),
+    )
+
+
+def the_agent(sim: Simulation, asked: str, where: str) -> str:
+    """The agent that a door is for: the one asked for, or the only one.
+
+    Raises:
+        BridgeError: there is none of that name, or several to choose from.
+    """
+    names: Sequence[str] = list(sim.model.agents)
+    if asked and asked not in names:
+        raise BridgeError(str(LookupFailed("agent", asked, names, where=where)))
+    if not asked and len(names) != 1:
+        raise BridgeError(f"{where}: which agent? give `agent`, one of {', '.join(names)}")
+    return asked or names[0]
