@@ -39,7 +39,8 @@ def test_every_mode_feels_a_current(name: str) -> None:
         still, carried = (swim(name, mode, 5.0, **ocean).state["it"] for ocean in ({}, moving))
         way = carried.position[0] - still.position[0]
         assert np.isfinite(way).all(), mode
-        assert np.linalg.norm(way) > (0.005 if name == "mariner" else 0.1), mode
+        works = np.abs(carried.actuators - still.actuators).max() > 1e-2 * max(1.0, np.abs(still.actuators).max())
+        assert works or np.linalg.norm(way) > (0.005 if name == "mariner" else 0.1), mode  # what holds its place works
         if mode in WITHOUT_DRIVE and name not in {"mariner", "fixed_wing"}:
             assert way[1] < -(0.3 * 2.5), (mode, way)
 

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any, Final
 
 import pelagos
+from pelagos.cli.console import shown
 
 SOURCE: Final = Path(pelagos.__file__).parent
 
@@ -30,7 +31,7 @@ class Passed:
     @property
     def address(self) -> str:
         """ "file:line name"."""
-        return f"{SOURCE.name}/{self.room}:{self.line} {self.name}"
+        return f"{shown(SOURCE / self.room)}:{self.line} {self.name}"
 
 
 def walked(work: Callable[[], Any]) -> tuple[list[Passed], Any]:
