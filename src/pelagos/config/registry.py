@@ -40,6 +40,7 @@ BUILT_IN: Final[Mapping[Kind, Mapping[str, str]]] = {
         "lidar": "pelagos.sensors.lidar.lidar:Lidar",
         "magnetometer": "pelagos.sensors.navigation.magnetometer:Magnetometer",
         "mechanical_scanning_sonar": "pelagos.sensors.sonar.mechanical_scanning_sonar:MechanicalScanningSonar",
+        "modem": "pelagos.sensors.comms.modem:Modem",
         "multibeam": "pelagos.sensors.sonar.multibeam:Multibeam",
         "normal_camera": "pelagos.sensors.camera.normal_camera:NormalCamera",
         "optical_flow_camera": "pelagos.sensors.camera.optical_flow_camera:OpticalFlowCamera",

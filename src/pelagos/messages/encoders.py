@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any, Final
 
-from pelagos.messages import camera, images, lidar, navigation, ranging, sonar_image, soundings, water
+from pelagos.messages import camera, communication, images, lidar, navigation, ranging, sonar_image, soundings, water
 from pelagos.messages.encoding import Encoding, Site
 from pelagos.messages.numbers import numbers
 
@@ -39,6 +39,7 @@ ENCODERS: Final[Mapping[str, Callable[[Any, Site], Encoding]]] = {
     "turbidity": water.water_property,
     "tracer": water.water_property,
     "current_meter": water.current_meter,
+    "modem": communication.modem,
 }
 
 

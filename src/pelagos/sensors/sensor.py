@@ -22,6 +22,7 @@ from pelagos.sensors.lazy import keeps_promises, promised
 if TYPE_CHECKING:
     from pelagos.ocean.ocean import Ocean
     from pelagos.raycast.scene import Scene
+    from pelagos.sensors.comms.link.medium import Medium
     from pelagos.sensors.navigation.collision import Blows
     from pelagos.sensors.sonar.ping.interference import Neighbours
     from pelagos.world.world import Hits, World
@@ -138,6 +139,14 @@ class Reading:
     def __getstate__(self) -> dict[str, Any]:
         return {**self.__dict__, "truth": self.truth}
 
+    @property
+    def packets(self) -> Any:
+        """Of a modem: the packets that it received, `Packet`; a list of them for each copy of a fleet of several."""
+        found = self.extras.get("packets")
+        if found is None:
+            raise AttributeError(f"the reading of {self.frame} has no packets; modems have")
+        return list(found[0]) if len(found) == 1 else [list(packets) for packets in found]
+
 
 @dataclass(frozen=True)
 class SensorContext:
@@ -154,6 +163,7 @@ class SensorContext:
             none there).
         neighbours: the scenario's sonars, which hear one another; None where there is only this sensor.
         blows: what hulls have touched lately; likewise.
+        medium: the water between modems; likewise.
     """
 
     path: str
@@ -165,6 +175,7 @@ class SensorContext:
     own_body: NDArray[np.uint32]
     neighbours: Neighbours | None = None
     blows: Blows | None = None
+    medium: Medium | None = None
 
     @classmethod
     def alone(

@@ -17,6 +17,7 @@ from pelagos.ocean.config import build_ocean
 from pelagos.ocean.ocean import Ocean
 from pelagos.raycast.rays import NO_BODY
 from pelagos.raycast.scene import Scene
+from pelagos.sensors.comms.link.medium import Medium
 from pelagos.sensors.navigation.collision import Blows
 from pelagos.sensors.schedule import period_ticks
 from pelagos.sensors.sensor import Sensor, SensorConfig, SensorContext
@@ -152,7 +153,8 @@ def compile_model(
 
 def encounters_of(scenario: Scenario) -> Encounters:
     """For the sensors of a scenario, none of them built yet."""
-    return Encounters(Neighbours(audible(scenario)), Blows())
+    neighbours = Neighbours(audible(scenario))
+    return Encounters(neighbours, Blows(), Medium(sonars=lambda: neighbours.emitters))
 
 
 def _plan(scenario: Scenario, name: str, vehicle: Vehicle, mode: str, world: World) -> list[Step]:
@@ -232,6 +234,7 @@ class _Context:
             own_body=self.own_body,
             neighbours=self.encounters.neighbours,
             blows=self.encounters.blows,
+            medium=self.encounters.medium,
         )
         try:
             sensor = cls(config, context)

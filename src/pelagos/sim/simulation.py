@@ -16,8 +16,10 @@ from pelagos.config.scenario import Scenario
 from pelagos.errors import CommandError, LookupFailed, ScenarioError
 from pelagos.raycast.geometry import Geometry
 from pelagos.sensors.camera.picture.boxes_3d import Box3d, box_of_body, boxes_3d
+from pelagos.sensors.comms.link.medium import Medium
+from pelagos.sensors.comms.link.packet import Kind
 from pelagos.sensors.sensor import Reading
-from pelagos.sim import checkpoint
+from pelagos.sim import checkpoint, outbox
 from pelagos.sim.bodies import Bodies, Body, rows, unit_rows
 from pelagos.sim.checkpoint import Checkpoint
 from pelagos.sim.encounters import Encounters
@@ -154,6 +156,11 @@ class Simulation(Outside):
         for body in self.bodies.bodies:
             found[body.geometry.instance] = box_of_body(body.geometry, body.position[copy], body.attitude[copy])
         return found
+
+    @property
+    def medium(self) -> Medium:
+        """The water between modems, and who is in it."""
+        return self._encounters.medium
 
     @property
     def stepper(self) -> Stepper:
@@ -339,6 +346,30 @@ class Simulation(Outside):
         """`(n, k)` the command that an agent holds, in its present control mode; a mission's last set-points."""
         self._agent(agent)
         return self._stepper.runs[agent].command_values.copy()
+
+    def send(
+        self, agent: str, modem: str, payload: bytes | str, *, to: str = "*", kind: Kind = "data", tag: str = "",
+        acknowledge: bool | None = None, where: Sequence[int] | None = None,
+    ) -> int:  # fmt: skip
+        """Give a packet to a modem, which sends it as its protocol allows.
+
+        Args:
+            agent, modem: who sends: the vehicle, and its sensor.
+            payload: bytes, or text in UTF-8; at most what the device carries.
+            to: "agent.modem", an agent with one modem, an address, or "*" for all.
+            kind: `data`, or `request` for a response with the range.
+            tag: text that goes along without taking time.
+            acknowledge: whether an acknowledgement is asked for; as the modem is configured where not given.
+            where: copies of the fleet; all where not given.
+
+        Returns:
+            in how many copies there was room in the queue.
+
+        Raises:
+            LookupFailed: no such agent or modem.
+            CommandError: too long a payload, or a modem that is in the air.
+        """
+        return outbox.send(self, agent, modem, payload, to, kind, tag, acknowledge, where)
 
     def set_mode(self, agent: str, mode: str) -> None:
         """Change the control mode of an agent; it idles in the new mode until it is commanded.

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from pelagos import jit
 from pelagos.jit import Array
+from pelagos.sensors.comms.link.traffic import Traffic
 from pelagos.sensors.sensor import Kinematics, Measurement, Reading
 from pelagos.sim.bodies import Bodies
 from pelagos.sim.contacts import Contacts
@@ -43,6 +44,7 @@ class Stepper:
         missions: guidance of all agents.
         contacts: what hulls touch.
         episodes: of each copy.
+        traffic: packets between modems.
 
     Args:
         model, bodies, encounters, listeners: what it steps, and for whom.
@@ -65,6 +67,7 @@ class Stepper:
         self._endings = Endings(model, self.episodes)
         self.missions = Missions(model)
         self.contacts = Contacts(model, bodies)
+        self.traffic = Traffic(encounters.medium, self.episodes)
         self._schedule = Schedule(model, bodies, self.missions, listeners)
         self.runs: dict[str, AgentRun] = {}
         self.trajectories: dict[str, Trajectory] = {}
@@ -80,6 +83,7 @@ class Stepper:
         self.timings = Timings()
         self._blocks.clear()
         self.contacts.clear()
+        self.traffic.clear()
         self._bodies.forget()
         self.episodes.restart(episode)
         for name, agent in self._model.agents.items():
@@ -93,6 +97,7 @@ class Stepper:
         self.changes += 1
         self._blocks.clear()
         self.contacts.forget(where)
+        self.traffic.forget(where, self.tick)
         self.episodes.begin(where, self.tick)
         for name, agent in self._model.agents.items():
             run = self.runs[name]
@@ -205,6 +210,7 @@ class Stepper:
             "runs": runs,
             "missions": self.missions.memory(),
             "contacts": self.contacts.memory(),
+            "traffic": self.traffic.memory(),
         }
 
     def recall(self, memory: Mapping[str, Any]) -> None:
@@ -222,6 +228,7 @@ class Stepper:
             self.trajectories[name] = self._standing(run)
         self.missions.recall(memory["missions"])
         self.contacts.recall(memory["contacts"])
+        self.traffic.recall(memory["traffic"])
 
     # the parts of `advance`
 
@@ -300,6 +307,8 @@ class Stepper:
         """Have the sensor that reads next ask this run, about these ticks."""
         self._encounters.neighbours.motion_of = partial(self.motion_of, due)
         self._encounters.blows.latest = self._latest_blow
+        self._encounters.medium.motion_of = self._encounters.neighbours.motion_of
+        self._encounters.medium.traffic, self._encounters.medium.ticks = self.traffic, due
 
     def motion_of(self, due: range, agent: str) -> Kinematics:
         """The motion of an agent at ticks of the last block, as its sensors see it."""

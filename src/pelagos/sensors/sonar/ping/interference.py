@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Final
 
@@ -135,6 +135,11 @@ class Neighbours:
     paths: Sequence[str] = ()
     motion_of: Callable[[str], Kinematics] | None = None
     _emitters: dict[str, Emitter] = field(default_factory=dict)
+
+    @property
+    def emitters(self) -> Mapping[str, Emitter]:
+        """Those that have been built, by path."""
+        return self._emitters
 
     def add(self, emitter: Emitter) -> None:
         """Let a sonar be heard."""

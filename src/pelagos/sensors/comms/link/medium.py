@@ -1,0 +1,201 @@
+"""The water between modems: who is in it, and the links between them, traced when they are needed."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pelagos.acoustics.channel import spectral_level
+from pelagos.acoustics.interference import band_overlap
+from pelagos.errors import LookupFailed, ScenarioError
+from pelagos.math.so3 import rotate_np
+from pelagos.ocean.surface_wind import surface_wind
+from pelagos.sensors.comms.link.budget import NOTHING, Heard, heard, sum_db
+from pelagos.sensors.comms.link.modem_port import ModemPort
+from pelagos.sensors.comms.link.water_paths import Paths, WaterPaths, doppler, moved
+from pelagos.sensors.mount import sensor_pose, sensor_velocity
+
+_SHIPPING: Final = 0.5  # Wenz's, of 0 to 1
+_MOVED: Final = 0.02  # of the distance that an end moves until a link is traced again
+_MOVED_M: Final = 0.25  # [m], at least
+_FRESH_S: Final = (
+    60.0,
+    2.0,
+)  # how long a link holds: where nothing moves but its ends, and where something may stand in
+_RAYS: Final = 256
+_BOUNCES: Final = 6
+
+
+@dataclass(frozen=True)
+class Pose:
+    """Where a modem is in every copy: `(n, 3)` [m], `(n, 4)`, `(n, 3)` [m/s] in the world."""
+
+    position: NDArray[np.float64]
+    attitude: NDArray[np.float64]
+    velocity: NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class _Link:
+    paths: Paths
+    ends: NDArray[np.float64]  # (1, 2, 3)
+    t: float
+
+
+@dataclass
+class Medium:
+    """All modems of a scenario; the simulation says which run asks.
+
+    Attributes:
+        modems: by path, in the scenario's order.
+        traffic: of the run that asks at present.
+        ticks: at which it asks.
+        motion_of: agent -> its motion at the tick that is asked for; set by the simulation.
+        sonars: emitters whose pulses fall into modems' bands, by path.
+    """
+
+    modems: dict[str, ModemPort] = field(default_factory=dict)
+    traffic: Any = None
+    ticks: range = range(0)
+    motion_of: Callable[[str], Any] | None = None
+    sonars: Callable[[], Mapping[str, Any]] = field(default=dict)
+    seed: int = 0
+    dt_ns: int = 0
+    copies: int = 1
+    _context: Any = None
+    _own_rows: dict[str, NDArray[np.uint32]] = field(default_factory=dict)
+    _tracers: dict[float, WaterPaths] = field(default_factory=dict)
+
+    def add(self, port: ModemPort, context: Any) -> None:
+        """Let a modem take part.
+
+        Raises:
+            ScenarioError: another one has its address.
+        """
+        if port.address < 0:
+            taken = {other.address for other in self.modems.values()}
+            port = replace(port, address=next(a for a in range(65536) if a not in taken))
+        for other in self.modems.values():
+            if other.address == port.address and other.path != port.path:
+                raise ScenarioError(f"address {port.address} is that of {other.path} already; addresses are unique")
+        self.modems[port.path] = port
+        self._context, self._own_rows[port.path] = context, context.own_body
+        self.seed, self.dt_ns, self.copies = context.seed, context.dt_ns, len(context.own_body)
+
+    def find(self, name: str, *, where: str = "") -> str:
+        """The path of a modem: "agent.modem", or an agent that has one only.
+
+        Raises:
+            LookupFailed: there is none.
+        """
+        if name in self.modems:
+            return name
+        own = [p for p in self.modems if p.split(".")[0] == name]
+        if len(own) == 1:
+            return own[0]
+        by_address = [p for p, port in self.modems.items() if str(port.address) == name]
+        if by_address:
+            return by_address[0]
+        raise LookupFailed("modem", name, self.modems, where=where)
+
+    def pose(self, path: str) -> Pose:
+        """Where a modem is now."""
+        assert self.motion_of is not None
+        port = self.modems[path]
+        motion = self.motion_of(port.agent)
+        position, attitude = (np.array(v).T for v in sensor_pose(motion, port.mount))
+        velocity = rotate_np(attitude, np.array(sensor_velocity(motion, port.mount)).T)
+        return Pose(position, attitude, velocity)
+
+    def level(self, t: float) -> float:
+        """Of the sea [m]."""
+        return self._tracer(next(iter(self.modems.values())).frequency_hz).level(t)
+
+    def hear(
+        self, pairs: Sequence[tuple[int, int, int]], poses: Mapping[int, Pose], t: float,
+        cache: dict[tuple[int, int, int], _Link], lag: Sequence[float],
+    ) -> list[Heard]:  # fmt: skip
+        """What receivers get of senders: pairs of (sender, receiver, copy), modems by index.
+
+        Args:
+            pairs: all of senders of one frequency.
+            poses: of all modems in them.
+            t: [s].
+            cache: links of this run.
+            lag: how long ago each was sent [s]; ends stood elsewhere then.
+        """
+        ports = list(self.modems.values())
+        crowded = self._context.scene.moving is not None
+        ends = np.array([[poses[a].position[c], poses[b].position[c]] for a, b, c in pairs])  # (m, 2, 3)
+        ends -= np.array(lag)[:, None, None] * np.array(
+            [[poses[a].velocity[c], poses[b].velocity[c]] for a, b, c in pairs]
+        )
+        stale = [k for k, pair in enumerate(pairs) if not _holds(cache.get(pair), ends[k], t, crowded)]
+        for frequency in sorted({ports[pairs[k][0]].frequency_hz for k in stale}):
+            rows = [k for k in stale if ports[pairs[k][0]].frequency_hz == frequency]
+            copy = np.array([pairs[k][2] for k in rows])
+            own = np.array([self._own_rows[ports[pairs[k][0]].path][pairs[k][2]] for k in rows], np.uint32)
+            found = self._tracer(frequency).trace(ends[rows, 0], ends[rows, 1], t, copy, own)
+            for j, k in enumerate(rows):
+                cache[pairs[k]] = _Link(_one(found, j), ends[k : k + 1], t)
+        made = []
+        for k, (a, b, c) in enumerate(pairs):
+            link = cache[a, b, c]
+            arrivals = moved(link.paths, link.ends, ends[k : k + 1])
+            ratio = doppler(link.paths, poses[a].velocity[c : c + 1], poses[b].velocity[c : c + 1])
+            closing = 1.0 - (link.paths.arrival * poses[b].velocity[c]).sum(axis=1) / link.paths.speed[0, 1]
+            made.append(
+                heard(
+                    ports[b], ports[a].source_level_db, arrivals.delay / closing, arrivals.amplitude, ratio,
+                    link.paths.arrival, link.paths.blocked,
+                )
+            )  # fmt: skip
+        return made
+
+    def noise(self, port: ModemPort) -> float:
+        """Of the sea and of the own vehicle in a modem's band [dB re 1 uPa]."""
+        wind = surface_wind(self._context.ocean)[0]
+        sea = float(spectral_level(port.frequency_hz, wind_speed=wind, shipping=_SHIPPING)[0])
+        return sum_db(sea, port.noise_db) + 10.0 * math.log10(port.bandwidth_hz)
+
+    def sonar_noise(self, port: ModemPort, pose: Pose, copy: int) -> float:
+        """Mean level of sonars' pulses in a modem's band [dB re 1 uPa]: spherical spreading, share of time and band."""
+        total = NOTHING
+        for emitter in self.sonars().values():
+            share = band_overlap(port.frequency_hz, port.bandwidth_hz, emitter.frequency_hz, emitter.bandwidth_hz)
+            if share <= 0.0 or self.motion_of is None:
+                continue
+            position, _ = sensor_pose(self.motion_of(emitter.agent), emitter.config)
+            away = max(float(np.linalg.norm(np.array(position).T[copy] - pose.position[copy])), 1.0)
+            duty = min(emitter.pulse_s * 1e9 / emitter.period_ns, 1.0)
+            total = sum_db(total, emitter.source_level_db - 20.0 * math.log10(away) + 10.0 * math.log10(share * duty))
+        return total
+
+    def _tracer(self, frequency: float) -> WaterPaths:
+        if frequency not in self._tracers:
+            c = self._context
+            self._tracers[frequency] = WaterPaths(
+                c.scene, c.world, c.ocean, frequency=frequency, rays=_RAYS, bounces=_BOUNCES
+            )
+        return self._tracers[frequency]
+
+
+def _holds(link: _Link | None, ends: NDArray[np.float64], t: float, crowded: bool) -> bool:
+    if link is None or not 0.0 <= t - link.t <= _FRESH_S[crowded]:
+        return False
+    way = float(np.linalg.norm(ends[1] - ends[0]))
+    shift = float(np.max(np.linalg.norm(ends - link.ends[0], axis=1)))
+    return shift <= max(_MOVED * way, _MOVED_M)
+
+
+def _one(paths: Paths, k: int) -> Paths:
+    """The paths of one pair, as a set of its own."""
+    rows = paths.arrivals.path == k
+    alone = paths.arrivals.take(rows)
+    alone.path[:] = 0
+    return Paths(alone, paths.departure[rows], paths.arrival[rows], paths.blocked[rows], paths.speed[k : k + 1])

@@ -1,0 +1,72 @@
+"""A modem as the water and its fellows see it: figures of its transducer, its waveform, its protocol and its clock."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pelagos.acoustics.modulation import Modulation
+
+Mac = Literal["none", "aloha", "csma", "tdma", "maca"]
+
+
+@dataclass(frozen=True)
+class ModemPort:
+    """One modem; units as its configuration's, see `ModemConfig`.
+
+    Attributes:
+        path: "agent.sensor".
+        mount: configuration with its place on the vehicle.
+        period: ticks between two looks at its queue.
+        array: elements `(k, 3)` in the sensor frame [m]; None without.
+    """
+
+    path: str
+    mount: Any
+    period: int
+    address: int
+    frequency_hz: float
+    bandwidth_hz: float
+    bit_rate_bps: float
+    modulation: Modulation
+    chirp_order: int
+    source_level_db: float
+    coding_gain_db: float
+    multipath_window_s: float
+    preamble_s: float
+    packet_max_bytes: int
+    detection_db: float
+    noise_db: float
+    queue: int
+    mac: Mac
+    slots: int
+    slot_s: float
+    guard_s: float
+    retries: int
+    acknowledge: bool
+    timeout_s: float
+    turnaround_s: float
+    sound_speed_mps: float
+    clock_offset_std_s: float
+    clock_drift_std_ppm: float
+    beacon_s: float | None
+    beacon_to: str
+    beacon_bytes: int
+    array: NDArray[np.float64] | None = None
+
+    @property
+    def agent(self) -> str:
+        """The vehicle that carries it."""
+        return self.path.split(".")[0]
+
+    def duration_s(self, payload: int, kind: str = "data") -> float:
+        """Of a packet [s]: preamble, header of 4 bytes and payload; parts of protocols have a header only."""
+        return self.preamble_s + 8.0 * (4 + (payload if kind in ("data", "response") else 0)) / self.bit_rate_bps
+
+    def understands(self, other: ModemPort) -> bool:
+        """Whether it can decode what the other sends."""
+        mine = (self.frequency_hz, self.bandwidth_hz, self.bit_rate_bps, self.modulation)
+        return mine == (other.frequency_hz, other.bandwidth_hz, other.bit_rate_bps, other.modulation)

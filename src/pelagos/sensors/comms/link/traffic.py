@@ -1,0 +1,370 @@
+"""The traffic of one run: packets that wait, that are in the water, and what became of them, tick by tick.
+
+Time goes on when the first modem that is due at a tick reads; all that are due act together, so that the order of
+agents does not matter. Each copy of a fleet has its own packets and its own numbers, drawn from streams named by the
+modem, the purpose, the environment and the packet.
+"""
+
+from __future__ import annotations
+
+import copy as copies_of
+import hashlib
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Final, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pelagos.acoustics.modulation import arrival_time_error
+from pelagos.math.so3 import rotate_np
+from pelagos.sensors.comms.link.budget import NOTHING, Heard, measured_direction, same_waveform_db, success, sum_db
+from pelagos.sensors.comms.link.medium import Medium, Pose
+from pelagos.sensors.comms.link.modem_port import ModemPort
+from pelagos.sensors.comms.link.packet import BROADCAST, Fate, Incoming, Kind, Outgoing, Packet, Reception, Transmission
+from pelagos.sensors.comms.link.station import SECOND, Station, next_to_send
+
+_KEPT_NS: Final = 30 * SECOND  # for which packets are kept that may have disturbed others
+
+
+@dataclass
+class Output:
+    """What a modem reads at a tick: `(n, 5)` queued, transmitting, received, sent, noise; packets and fates by copy."""
+
+    status: NDArray[np.float64]
+    packets: list[list[Packet]]
+    fates: list[list[Reception]]
+
+
+class Episodes(Protocol):
+    """What names the random streams of each copy: `(n,)` environment, and number of its episode."""
+
+    environment: NDArray[np.int64]
+    number: NDArray[np.int64]
+
+
+class Traffic:
+    """See the module's docstring.
+
+    Attributes:
+        tick: the last one that was worked through.
+    """
+
+    def __init__(self, medium: Medium, episodes: Episodes) -> None:
+        self._medium, self._episodes = medium, episodes
+        self._ports: list[ModemPort] = list(medium.modems.values())
+        self._index = {p.path: k for k, p in enumerate(self._ports)}
+        self.clear()
+
+    def clear(self) -> None:
+        """Time begins anew."""
+        n = self._medium.copies
+        self.tick = -1
+        self._numbers = [0] * n
+        self._stations = [[Station() for _ in range(n)] for _ in self._ports]
+        self._incoming: list[Incoming] = []
+        self._done: list[Incoming] = []
+        self._cache: dict[tuple[int, int, int], Any] = {}
+        self._outputs: dict[int, Output] = {}
+        self._noise: dict[int, float] = {}
+
+    def forget(self, where: NDArray[np.bool_], tick: int) -> None:
+        """Some copies begin anew at a tick."""
+        for c in np.flatnonzero(where).tolist():
+            self._numbers[c] = 0
+            for stations in self._stations:
+                stations[c] = Station(begin_ns=tick * self._medium.dt_ns)
+            for out in self._outputs.values():
+                out.status[c, :4], out.packets[c], out.fates[c] = 0.0, [], []
+        self._incoming = [i for i in self._incoming if not where[i.transmission.copy]]
+        self._done = [i for i in self._done if not where[i.transmission.copy]]
+        self._cache = {pair: link for pair, link in self._cache.items() if not where[pair[2]]}
+
+    def send(
+        self, sender: str, to: str, payload: bytes, *, kind: Kind = "data", tag: str = "", now_ns: int,
+        acknowledge: bool, where: Sequence[int],
+    ) -> int:  # fmt: skip
+        """Give a packet to a modem in some copies; how many of them had room in their queue."""
+        k, taken = self._index[sender], 0
+        for c in where:
+            station = self._stations[k][c]
+            if len(station.queue) < self._ports[k].queue:
+                station.queue.append(
+                    Outgoing(kind, to, payload.decode("latin-1"), tag, now_ns, acknowledge=acknowledge)
+                )
+                taken += 1
+        return taken
+
+    def read(self, path: str, tick: int) -> Output:
+        """What a modem reads at a tick; the first one that asks takes all others along."""
+        if tick > self.tick:
+            self._work(tick)
+        return self._outputs[self._index[path]]
+
+    # one tick
+
+    def _work(self, tick: int) -> None:
+        now, n = tick * self._medium.dt_ns, self._medium.copies
+        self.tick = tick
+        due = [k for k, port in enumerate(self._ports) if tick % port.period == 0]
+        for k in due:
+            self._outputs[k] = Output(np.zeros((n, 5)), [[] for _ in range(n)], [[] for _ in range(n)])
+        self._finish(now, tick)
+        started: list[tuple[int, int, Outgoing, int]] = []
+        for k in due:
+            for c in range(n):
+                self._beacon(k, c, now)
+                chosen = self._next(k, c, now)
+                if chosen is not None:
+                    started.append((k, c, *chosen))
+        if started:
+            self._transmit(started, now)
+        self._report(due, now)
+
+    def _beacon(self, k: int, c: int, now: int) -> None:
+        """Traffic of the scenario: a packet every so often, the first ones spread over the period by address."""
+        port, station = self._ports[k], self._stations[k][c]
+        if port.beacon_s is None:
+            return
+        period = round(port.beacon_s * SECOND)
+        first = period * (port.address % max(len(self._ports), 1)) // max(len(self._ports), 1)
+        while station.begin_ns + first + station.beacon * period <= now:
+            station.beacon += 1
+            if len(station.queue) < port.queue:
+                to = BROADCAST if port.beacon_to == BROADCAST else self._medium.find(port.beacon_to)
+                content = bytes(port.beacon_bytes).decode("latin-1")
+                station.queue.append(Outgoing("data", to, content, "", now, acknowledge=port.acknowledge))
+
+    def _next(self, k: int, c: int, now: int) -> tuple[Outgoing, int] | None:
+        station = self._stations[k][c]
+        if not (station.queue or station.replies or station.pending):
+            return None
+        port = self._ports[k]
+        draw = self._uniform(port.path, f"wait {station.draws}", c)
+        return next_to_send(station, port, now, channel_busy=self._hears(k, c, now), draw=draw)
+
+    def _hears(self, k: int, c: int, now: int) -> bool:
+        port = self._ports[k]
+        return any(
+            i.receiver == k and i.transmission.copy == c and i.start_ns <= now < i.end_ns
+            and i.level_db > i.noise_db + port.detection_db
+            for i in self._incoming
+        )  # fmt: skip
+
+    # into the water
+
+    def _transmit(self, started: list[tuple[int, int, Outgoing, int]], now: int) -> None:
+        sent: list[Transmission] = []
+        poses: dict[int, Pose] = {}
+        for k, c, outgoing, start in started:
+            port, station = self._ports[k], self._stations[k][c]
+            poses.setdefault(k, self._medium.pose(port.path))
+            outgoing.number = self._numbers[c]
+            self._numbers[c] += 1
+            end = start + round(port.duration_s(len(outgoing.payload), outgoing.kind) * SECOND)
+            station.sending = [s for s in station.sending if s[1] > now - _KEPT_NS] + [[start, end]]
+            station.sent += 1
+            clock = self.clock(k, c, start)
+            if outgoing.kind == "request":
+                station.asked[outgoing.number] = clock
+            depth = -float(poses[k].position[c, 2])
+            sent.append(Transmission(outgoing.number, outgoing, k, c, start, end, clock, depth))
+        pairs, which = [], []
+        for t in sent:
+            for r, port in enumerate(self._ports):
+                if r != t.sender and abs(port.frequency_hz - self._ports[t.sender].frequency_hz) < 0.5 * (
+                    port.bandwidth_hz + self._ports[t.sender].bandwidth_hz
+                ):
+                    poses.setdefault(r, self._medium.pose(port.path))
+                    pairs.append((t.sender, r, t.copy))
+                    which.append(t)
+        if pairs:
+            lag = [(now - t.start_ns) * 1e-9 for t in which]
+            heard = self._medium.hear(pairs, poses, now * 1e-9, self._cache, lag)
+            level = self._medium.level(now * 1e-9)
+            for t, (_, r, c), h in zip(which, pairs, heard, strict=True):
+                self._incoming.append(self._coming(t, r, c, h, poses, level))
+
+    def _coming(self, t: Transmission, r: int, c: int, h: Heard, poses: Mapping[int, Pose], level: float) -> Incoming:
+        port, sender = self._ports[r], self._ports[t.sender]
+        if r not in self._noise:
+            self._noise[r] = self._medium.noise(port)
+        dry = poses[r].position[c, 2] > level or poses[t.sender].position[c, 2] > level
+        lost = "in air" if dry else h.lost
+        if not port.understands(sender):
+            lost = lost or "foreign"
+        azimuth = elevation = math.nan
+        if port.array is not None and h.waves is not None and not lost:
+            snr = h.level_db - self._noise[r]
+            gain = port.bandwidth_hz * port.preamble_s
+            normals = self._normals(port.path, f"bearing {t.number}", c, 2 * len(port.array)).reshape(2, -1)
+            back = poses[r].attitude[c] * [1.0, -1.0, -1.0, -1.0]
+            waves = rotate_np(np.tile(back, (len(h.waves[0]), 1)), h.waves[0]), h.waves[1]
+            azimuth, elevation = measured_direction(port, waves, 10.0 ** (snr / 10.0) * gain, normals)
+        shift = round(h.delay_s * SECOND)
+        stretch = round((t.end_ns - t.start_ns) / h.doppler)
+        absent = lost in ("in air", "no path", "blocked")
+        start = t.start_ns if absent else t.start_ns + shift
+        return Incoming(
+            t, r, start, start if absent else start + stretch, h.delay_s, NOTHING if absent else h.level_db,
+            h.echoes_db, self._noise[r], self._medium.sonar_noise(port, poses[r], c), h.spread_s, h.doppler, lost,
+            azimuth, elevation,
+        )  # fmt: skip
+
+    # out of the water
+
+    def _finish(self, now: int, tick: int) -> None:
+        """Decide on packets that have arrived; those of modems that are not due now wait for their own tick."""
+        ready = [i for i in self._incoming if i.end_ns <= now and tick % self._ports[i.receiver].period == 0]
+        if not ready:
+            return
+        rest = [i for i in self._incoming if not (i.end_ns <= now and tick % self._ports[i.receiver].period == 0)]
+        around = [*self._incoming, *self._done]
+        for i in sorted(ready, key=lambda i: (i.end_ns, i.receiver, i.transmission.copy, i.transmission.number)):
+            if i.lost != "foreign":
+                self._decide(i, around)
+        self._incoming = rest
+        self._done = [i for i in [*self._done, *ready] if i.end_ns > now - _KEPT_NS and math.isfinite(i.level_db)]
+
+    def _decide(self, i: Incoming, around: Sequence[Incoming]) -> None:
+        t, port = i.transmission, self._ports[i.receiver]
+        c = t.copy
+        others = [
+            (o.level_db, self._ports[o.transmission.sender]) for o in around
+            if o is not i and o.receiver == i.receiver and o.transmission.copy == c and math.isfinite(o.level_db)
+            and o.start_ns < i.end_ns and i.start_ns < o.end_ns
+        ]  # fmt: skip
+        fate = self._fate(i, [level + same_waveform_db(port) * port.understands(p) for level, p in others])
+        disturbance = sum_db(i.noise_db, i.echoes_db, i.sonar_db, *(level for level, _ in others))
+        snr = i.level_db - disturbance if math.isfinite(i.level_db) else NOTHING
+        out = self._outputs[i.receiver]
+        names = (self._ports[t.sender].path, t.outgoing.to, port.path)
+        out.fates[c].append(
+            Reception(
+                t.number, t.outgoing.kind, *names, t.start_ns, i.end_ns, len(t.outgoing.payload), fate, i.level_db, snr
+            )
+        )
+        if fate == "received":
+            self._received(i, snr, out)
+
+    def _fate(self, i: Incoming, others: list[float]) -> Fate:
+        if i.lost:
+            lost: Fate = i.lost  # type: ignore[assignment]
+            return lost
+        t, port = i.transmission, self._ports[i.receiver]
+        if self._stations[i.receiver][t.copy].sends_within(i.start_ns, i.end_ns):
+            return "half duplex"
+        if i.level_db < i.noise_db + port.detection_db:
+            return "out of range"
+        bits = 8 * (4 + len(t.outgoing.payload))
+        chance = self._uniform(port.path, f"fate {t.number}", t.copy)
+        noise: list[tuple[Fate, list[float]]] = [
+            ("noise", []), ("multipath", [i.echoes_db]), ("sonar", [i.sonar_db]), ("collision", others)
+        ]  # fmt: skip
+        present: list[float] = []
+        for fate, levels in noise:
+            present += levels
+            if chance >= success(port, bits, i.level_db, i.noise_db, *present):
+                return fate
+        return "received"
+
+    def _received(self, i: Incoming, snr: float, out: Output) -> None:
+        t, port = i.transmission, self._ports[i.receiver]
+        c, station = t.copy, self._stations[i.receiver][t.copy]
+        sender = self._ports[t.sender].path
+        mine = t.outgoing.to in (port.path, BROADCAST)
+        if not mine:
+            if t.outgoing.kind in ("rts", "cts"):
+                hush = 2 * round(port.duration_s(port.packet_max_bytes) * SECOND)
+                station.silent_ns = max(station.silent_ns, i.end_ns + min(hush, round(port.timeout_s * SECOND)))
+            return
+        error = arrival_time_error(10.0 ** (snr / 10.0), port.bandwidth_hz, port.preamble_s)
+        (drawn,) = self._normals(port.path, f"time {t.number}", c, 1)
+        here = self.clock(i.receiver, c, i.start_ns) + float(drawn) * error
+        distance = math.nan
+        if t.outgoing.kind == "response" and t.outgoing.reply_to in station.asked:
+            turned = port.turnaround_s + port.duration_s(0, "request")
+            distance = 0.5 * (here - station.asked.pop(t.outgoing.reply_to) - turned) * port.sound_speed_mps
+        self._answer(i, station, sender)
+        if t.outgoing.kind in ("ack", "rts", "cts"):
+            return
+        station.received += 1
+        out.packets[c].append(
+            Packet(
+                t.number, t.outgoing.kind, sender, t.outgoing.to, t.outgoing.payload.encode("latin-1"), t.start_ns,
+                i.end_ns, here - t.clock_s, i.level_db, snr, i.spread_s, i.doppler, distance, i.azimuth_rad,
+                i.elevation_rad, t.depth_m, t.outgoing.tag,
+            )
+        )  # fmt: skip
+
+    def _answer(self, i: Incoming, station: Station, sender: str) -> None:
+        """What the protocol does with a packet for this modem."""
+        t, port = i.transmission, self._ports[i.receiver]
+        kind, after = t.outgoing.kind, round(port.turnaround_s * SECOND)
+        if kind == "data" and t.outgoing.acknowledge and t.outgoing.to == port.path:
+            station.replies.append(
+                Outgoing("ack", sender, "", "", i.end_ns, reply_to=t.number, not_before_ns=i.end_ns + after)
+            )
+        elif kind == "rts":
+            station.replies.append(Outgoing("cts", sender, "", "", i.end_ns, not_before_ns=i.end_ns + after))
+        elif kind == "request":
+            station.replies.append(
+                Outgoing(
+                    "response", sender, "", t.outgoing.tag, i.end_ns, reply_to=t.number, not_before_ns=i.end_ns + after
+                )
+            )
+        elif kind == "cts" and station.pending is not None and station.awaits == "cts":
+            ready, station.pending = station.pending, None
+            ready.not_before_ns = i.end_ns + after
+            station.replies.append(ready)
+        elif kind == "ack" and station.pending is not None and station.pending.number == t.outgoing.reply_to:
+            station.pending = None
+
+    def _report(self, due: Sequence[int], now: int) -> None:
+        for k in due:
+            if k not in self._noise:
+                self._noise[k] = self._medium.noise(self._ports[k])
+            status = self._outputs[k].status
+            for c, station in enumerate(self._stations[k]):
+                waits = len(station.queue) + (station.pending is not None)
+                status[c] = waits, station.busy(now), station.received, station.sent, self._noise[k]
+                station.received = station.sent = 0
+
+    # clocks and chance
+
+    def clock(self, k: int, c: int, t_ns: int) -> float:
+        """What a modem's clock shows [s]."""
+        port = self._ports[k]
+        offset, drift = self._normals(port.path, "clock", c, 2)
+        t = (t_ns - self._stations[k][c].begin_ns) * 1e-9
+        return (
+            t_ns * 1e-9 + float(offset) * port.clock_offset_std_s + float(drift) * port.clock_drift_std_ppm * 1e-6 * t
+        )
+
+    def _stream(self, path: str, purpose: str, c: int) -> np.random.Generator:
+        text = f"{self._medium.seed}\x1f{path}\x1f{purpose}\x1f{self._episodes.environment[c]}\x1f{self._episodes.number[c]}".encode()
+        key = int.from_bytes(hashlib.blake2b(text, digest_size=16, person=b"pelagos").digest(), "little")
+        return np.random.Generator(np.random.Philox(key=key))
+
+    def _uniform(self, path: str, purpose: str, c: int) -> float:
+        return float(self._stream(path, purpose, c).random())
+
+    def _normals(self, path: str, purpose: str, c: int, count: int) -> NDArray[np.float64]:
+        return self._stream(path, purpose, c).standard_normal(count)
+
+    # checkpoints
+
+    def memory(self) -> dict[str, Any]:
+        """Everything that changes in a run: plain values and copies of arrays."""
+        return copies_of.deepcopy(
+            {"tick": self.tick, "numbers": self._numbers, "stations": self._stations, "incoming": self._incoming,
+             "done": self._done, "cache": [[*pair, link] for pair, link in self._cache.items()]}
+        )  # fmt: skip
+
+    def recall(self, memory: Mapping[str, Any]) -> None:
+        """Go on from there."""
+        kept = copies_of.deepcopy(dict(memory))
+        self.tick, self._numbers, self._stations = kept["tick"], kept["numbers"], kept["stations"]
+        self._incoming, self._done = kept["incoming"], kept["done"]
+        self._cache = {(a, b, c): link for a, b, c, link in kept["cache"]}

@@ -1,0 +1,272 @@
+"""Modems: errors against theory, packets through the water, protocols, ranges, repeatability."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import pelagos as pl
+from pelagos.acoustics.modulation import aloha_throughput, bit_error_rate, packet_success
+
+
+@pytest.mark.parametrize(
+    ("modulation", "expected"),
+    [
+        ("bpsk", [7.865e-2, 1.250e-2, 2.388e-3, 1.909e-4, 3.872e-6]),
+        ("dpsk", [0.1839, 4.056e-2, 9.333e-3, 9.094e-4, 2.270e-5]),
+        ("fsk", [0.3033, 0.1424, 6.831e-2, 2.132e-2, 3.369e-3]),
+    ],
+)
+def test_bit_errors_against_theory(modulation: Any, expected: list[float]) -> None:
+    snr = 10 ** (np.array([0.0, 4.0, 6.0, 8.0, 10.0]) / 10)
+    np.testing.assert_allclose(bit_error_rate(modulation, snr), expected, rtol=5e-4)
+
+
+def test_orthogonal_signals_by_simulation() -> None:
+    """Non-coherent detection of 4 and of 64 signals: within four standard errors, and 10 % for the integral."""
+    rng = np.random.default_rng(1)
+    for order, db in ((4, 6.0), (64, 4.0)):
+        bits = np.log2(order)
+        g = 10 ** (db / 10) * bits
+        count = 40_000
+        z = (rng.normal(size=(count, order)) + 1j * rng.normal(size=(count, order))) / np.sqrt(2)
+        z[:, 0] += np.sqrt(g)
+        wrong = np.mean(np.abs(z).argmax(axis=1) != 0)
+        expected = float(bit_error_rate("mfsk", 10 ** (db / 10), order=order)) * (order - 1) / (order / 2)
+        assert wrong == pytest.approx(expected, abs=4 * np.sqrt(wrong / count) + (0.0 if order <= 16 else 0.1 * wrong))
+
+
+def test_packets_and_aloha() -> None:
+    """(1 - p)^n; the greatest throughput is 1/(2e) at half a packet a packet time, and 1/e at one in slots."""
+    assert packet_success(1e-3, 800) == pytest.approx(0.999**800, rel=1e-9)
+    load = np.linspace(0.05, 2.0, 2000)
+    assert aloha_throughput(load).max() == pytest.approx(1 / (2 * np.e), rel=1e-5)
+    assert aloha_throughput(load, slotted=True).max() == pytest.approx(1 / np.e, rel=1e-5)
+
+
+def scenario(places: dict[str, tuple[float, float, float]], **keys: Any) -> dict[str, Any]:
+    """Vehicles that stand still, each with a modem."""
+    return {
+        "seed": 5,
+        "tick_rate_hz": 20,
+        "world": {"type": "flat", "depth_m": 60.0},
+        "ocean": {"temperature_c": 12.0},
+        "agents": {
+            name: {
+                "vehicle": "remus100",
+                "start": {"position_m": [x, y], "depth_m": depth},
+                "sensors": {"modem": {"type": "modem", "device": "micromodem", **keys}},
+            }
+            for name, (x, y, depth) in places.items()
+        },
+    }
+
+
+TWO = {"a": (0.0, 0.0, 20.0), "b": (300.0, 0.0, 30.0)}
+THREE = {**TWO, "c": (150.0, 260.0, 25.0)}
+
+
+def listen(sim: pl.Simulation, seconds: float) -> tuple[dict[str, list[Any]], dict[str, list[Any]]]:
+    """Packets and fates by agent of the first copy."""
+    packets: dict[str, list[Any]] = {name: [] for name in sim.model.agents}
+    fates: dict[str, list[Any]] = {name: [] for name in sim.model.agents}
+    for _ in range(round(seconds * 1e9 / sim.dt_ns)):
+        for name, readings in sim.step().items():
+            if "modem" in readings:
+                packets[name] += readings["modem"].extras["packets"][0]
+                fates[name] += readings["modem"].extras["fates"][0]
+    return packets, fates
+
+
+def test_a_packet_arrives_after_its_travel_time() -> None:
+    """Twice the distance is twice the delay; level by spreading and absorption."""
+    times = []
+    for distance in (300.0, 600.0):
+        sim = pl.Simulation.load(scenario({"a": (0, 0, 20), "b": (distance, 0, 20)}))
+        assert sim.send("a", "modem", "hello", to="b") == 1
+        packets, fates = listen(sim, 3.0)
+        (packet,) = packets["b"]
+        assert packet.payload == b"hello"
+        assert (packet.sender, packet.to, packet.kind) == ("a.modem", "b.modem", "data")
+        times.append(packet.travel_time_s)
+        c = 1497.0
+        assert packet.travel_time_s == pytest.approx(distance / c, rel=2e-3)
+        duration = 0.2 + 8 * (4 + 5) / 80
+        assert (packet.received_ns - packet.sent_ns) * 1e-9 == pytest.approx(distance / c + duration, rel=2e-3)
+        direct = 190.0 - 20 * np.log10(distance) - 4e-3 * distance
+        assert direct - 1.0 < packet.level_db < direct + 6.0  # surface and bottom come within the window
+        assert [f.fate for f in fates["b"]] == ["received"]
+        assert packets["a"] == []
+    assert times[1] / times[0] == pytest.approx(2.0, abs=0.01)
+
+
+def test_two_way_range() -> None:
+    """Half the time between request and response, less the turn-around, at 1500 m/s; here water has about 1497."""
+    sim = pl.Simulation.load(scenario(TWO))
+    sim.send("a", "modem", b"", to="b", kind="request")
+    packets, _ = listen(sim, 4.0)
+    (response,) = packets["a"]
+    assert response.kind == "response"
+    way = float(np.hypot(300.0, 10.0))
+    assert response.range_m == pytest.approx(way * 1500 / 1497.0, abs=0.6)
+    assert response.depth_m == pytest.approx(30.0, abs=0.5)
+
+
+def test_clocks_drift() -> None:
+    """One-way times have the difference of both clocks: offset 10 ms each, so its scatter is 14 ms."""
+    sim = pl.Simulation.load(scenario(TWO, clock_offset_std_s=0.01), n=60)
+    sim.send("a", "modem", "x", to="b")
+    found: list[float] = []
+    for _ in range(60):
+        readings = sim.step()["b"]
+        if "modem" in readings:
+            found += [p.travel_time_s for packets in readings["modem"].packets for p in packets]
+    assert len(found) >= 55
+    assert np.std(found) == pytest.approx(0.0141, rel=0.35)
+
+
+def test_a_wall_blocks_and_distance_loses() -> None:
+    sim = pl.Simulation.load(scenario({"a": (0, 0, 10), "b": (100, 0, 10)}, device="m64"))
+    wall = sim.spawn(pl.Prop("box", position=(50.0, 0.0, -30.0), size=(4.0, 60.0, 60.0), material="steel"))
+    sim.send("a", "modem", "x", to="b")
+    _, fates = listen(sim, 4.0)
+    assert [f.fate for f in fates["b"]] == ["blocked"]
+    wall.remove()
+    sim.send("a", "modem", "x", to="b")
+    _, fates = listen(sim, 6.0)
+    assert [f.fate for f in fates["b"]] == ["received"]
+    far = pl.Simulation.load(scenario({"a": (0, 0, 10), "b": (2500, 0, 10)}, device="m64"))
+    far.send("a", "modem", "x", to="b")
+    _, fates = listen(far, 6.0)
+    assert [f.fate for f in fates["b"]] == ["out of range"]
+
+
+def test_collisions_and_half_duplex() -> None:
+    """Two that speak at once are lost at the third, and do not hear each other."""
+    sim = pl.Simulation.load(scenario(THREE))
+    sim.send("a", "modem", "from a", to="*")
+    sim.send("b", "modem", "from b", to="*")
+    packets, fates = listen(sim, 3.0)
+    assert [f.fate for f in fates["c"]] == ["collision", "collision"]
+    assert [f.fate for f in fates["a"]] == ["half duplex"]
+    assert not any(packets.values())
+
+
+def test_capture_of_the_near_one() -> None:
+    """A packet 30 dB above another survives."""
+    sim = pl.Simulation.load(scenario({"a": (0, 0, 20), "b": (1500, 0, 20), "c": (20, 0, 20)}))
+    sim.send("a", "modem", "near", to="*")
+    sim.send("b", "modem", "far", to="*")
+    packets, _ = listen(sim, 4.0)
+    assert [p.payload for p in packets["c"]] == [b"near"]
+
+
+@pytest.mark.parametrize("mac", ["tdma", "csma", "maca"])
+def test_protocols_keep_packets_apart(mac: str) -> None:
+    """What collides without a protocol arrives with one."""
+    sim = pl.Simulation.load(
+        scenario(THREE, mac=mac, slots=3, slot_s=3.0, guard_s=0.6, timeout_s=2.5, acknowledge=True, retries=8)
+    )
+    for k in range(2):
+        sim.send("a", "modem", f"a{k}", to="c")
+        sim.send("b", "modem", f"b{k}", to="c")
+    packets, _ = listen(sim, 80.0 if mac == "maca" else 30.0)
+    assert {p.payload for p in packets["c"]} == {b"a0", b"a1", b"b0", b"b1"}
+
+
+def test_acknowledged_packets_are_sent_again() -> None:
+    """A collision, then retries after random times: both get through, each exactly once or more."""
+    sim = pl.Simulation.load(scenario(THREE, mac="aloha", acknowledge=True, retries=8))
+    sim.send("a", "modem", "from a", to="c")
+    sim.send("b", "modem", "from b", to="c")
+    packets, fates = listen(sim, 60.0)
+    assert {p.payload for p in packets["c"]} == {b"from a", b"from b"}
+    assert any(f.kind == "ack" and f.fate == "received" for f in [*fates["a"], *fates["b"]])
+
+
+def test_beacons_run_by_themselves() -> None:
+    sim = pl.Simulation.load(scenario(THREE, beacon_s=6.0, mac="tdma", slots=3, slot_s=2.0, guard_s=0.2))
+    packets, _ = listen(sim, 18.5)
+    assert all(len(found) >= 4 for found in packets.values())
+
+
+def beacons() -> dict[str, Any]:
+    made = scenario(THREE, beacon_s=2.5, mac="csma", clock_offset_std_s=0.01)
+    made["agents"]["a"]["control"] = "depth_heading"
+    made["agents"]["a"]["command"] = [20.0, 0.3, 1200.0]
+    return made
+
+
+def comparable(packets: dict[str, list[Any]]) -> list[str]:
+    return [repr(p) for name in sorted(packets) for p in packets[name]]
+
+
+def test_same_seed_same_packets_in_steps_blocks_fleets_and_from_a_checkpoint() -> None:
+    one, other = (pl.Simulation.load(beacons()) for _ in range(2))
+    packets = comparable(listen(one, 12.0)[0])
+    assert len(packets) > 5
+    assert comparable(listen(other, 12.0)[0]) == packets
+    fleet = pl.Simulation.load(beacons(), n=3)
+    alone = pl.Simulation.load(beacons(), environment=2)
+    third: dict[str, list[Any]] = {name: [] for name in fleet.model.agents}
+    for _ in range(240):
+        for name, readings in fleet.step().items():
+            if "modem" in readings:
+                third[name] += readings["modem"].extras["packets"][2]
+    assert comparable(third) == comparable(listen(alone, 12.0)[0])
+    blocks = pl.Simulation.load(beacons())
+    seen: dict[str, list[Any]] = {name: [] for name in blocks.model.agents}
+    for name in seen:
+        blocks.subscribe(f"{name}.modem", lambda r, name=name: seen[name].extend(r.packets))
+    blocks.run(12.0)
+    assert comparable(seen) == packets
+    first = pl.Simulation.load(beacons())
+    half = listen(first, 5.0)[0]
+    kept = first.checkpoint()
+    second = pl.Simulation.load(beacons())
+    second.restore(kept)
+    rest = listen(second, 7.0)[0]
+    assert comparable({k: half[k] + rest[k] for k in half}) == packets
+
+
+def test_recordings_hold_every_packet_with_its_fate(tmp_path: Path) -> None:
+    import json
+
+    file = tmp_path / "talk.mcap"
+    pl.Simulation.load(beacons()).run(8.0, record=file)
+
+    texts = [json.loads(m.message.data) for m in pl.Recording(file).messages("/b/modem/packets")]
+    lines = [line for text in texts for line in text]
+    assert lines
+    assert {"fate", "sender", "receiver", "sent_ns", "time_ns", "level_db"} <= lines[0].keys()
+
+
+def test_wrong_packets_are_refused() -> None:
+    sim = pl.Simulation.load(scenario(TWO))
+    with pytest.raises(pl.CommandError, match="holds 32 bytes; given 40"):
+        sim.send("a", "modem", b"x" * 40, to="b")
+    with pytest.raises(pl.LookupFailed, match="unknown modem 'd'"):
+        sim.send("a", "modem", "x", to="d")
+    with pytest.raises(pl.LookupFailed, match=r"did you mean 'modem'"):
+        sim.send("a", "moden", "x", to="b")
+    with pytest.raises(pl.CommandError, match="to itself"):
+        sim.send("a", "modem", "x", to="a")
+    with pytest.raises(pl.CommandError, match="bytes or text"):
+        sim.send("a", "modem", 5, to="b")  # type: ignore[arg-type]
+    sim.set_state("a", position=(0.0, 0.0, 3.0))
+    with pytest.raises(pl.CommandError, match="above the water"):
+        sim.send("a", "modem", "x", to="b")
+
+
+def test_wrong_modems_are_refused() -> None:
+    with pytest.raises(pl.ScenarioError, match="address 3 is that of"):
+        pl.Simulation.load(scenario(TWO, address=3))
+    with pytest.raises(pl.InputError, match="bit_rate_bps"):
+        pl.Simulation.load(scenario(TWO, bit_rate_bps=0))
+    with pytest.raises(pl.InputError, match="unknown modem device 'm65'"):
+        pl.Simulation.load(scenario(TWO, device="m65"))
+    with pytest.raises(pl.InputError, match="no room for a header"):
+        pl.Simulation.load(scenario(TWO, mac="tdma", slot_s=0.3))
