@@ -18,6 +18,7 @@ from pelagos.messages.fan import FanPreview
 from pelagos.messages.motion import ODOMETRY, TruthEncoder
 from pelagos.messages.soundings import POINT
 from pelagos.messages.store import deserialize, make, schema, serialize, stamp, typestore
+from pelagos.sensors.comms.link.packet import Reception
 from pelagos.sensors.sensor import Measurement, Reading, SensorConfig
 from pelagos.sim.record import Recorder
 from pelagos.sim.replay import Recording
@@ -74,6 +75,11 @@ def measurement(kind: str, config: Any, lanes: int) -> Measurement:
     elif kind == "collision":
         data = uniform(0, 1, (lanes, 1)) > 0.5
         extras = {"force": uniform(-9, 9, (lanes, 3)), "moment": uniform(-9, 9, (lanes, 3))}
+    elif kind in ("modem", "usbl"):
+        data = uniform(0, 1, (lanes, 5))
+        extras = {"fates": np.empty(lanes, dtype=object)}
+        lost = Reception(7, "data", "b.modem", "*", "a.modem", 5, 9, 8, "collision", 120.5, -math.inf)
+        extras["fates"][:] = [(lost,)] * lanes
     else:
         data = uniform(0, 1, (lanes, 4))
     if kind == "dvl":

@@ -92,11 +92,8 @@ def next_to_send(
     length = round(port.duration_s(len(head.payload), head.kind) * SECOND)
     if port.mac == "tdma":
         slot = _slot(port, now - station.begin_ns)
-        if (
-            slot is None
-            or slot == station.slot
-            or _left(port, now - station.begin_ns) < length + round(port.guard_s * SECOND)
-        ):
+        room = _left(port, now - station.begin_ns) - round(port.guard_s * SECOND)
+        if slot is None or slot == station.slot or room < length:
             return None
         station.slot = slot
     elif port.mac in ("csma", "maca") and channel_busy:

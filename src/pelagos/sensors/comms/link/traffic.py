@@ -112,7 +112,7 @@ class Traffic:
             self._outputs[k] = Output(np.zeros((n, 5)), [[] for _ in range(n)], [[] for _ in range(n)])
         self._finish(now, tick)
         started: list[tuple[int, int, Outgoing, int]] = []
-        for k in due:
+        for k in due if tick > 0 else ():  # tick 0 is not always read
             for c in range(n):
                 self._beacon(k, c, now)
                 chosen = self._next(k, c, now)
@@ -338,12 +338,12 @@ class Traffic:
         port = self._ports[k]
         offset, drift = self._normals(port.path, "clock", c, 2)
         t = (t_ns - self._stations[k][c].begin_ns) * 1e-9
-        return (
-            t_ns * 1e-9 + float(offset) * port.clock_offset_std_s + float(drift) * port.clock_drift_std_ppm * 1e-6 * t
-        )
+        error = float(offset) * port.clock_offset_std_s + float(drift) * port.clock_drift_std_ppm * 1e-6 * t
+        return t_ns * 1e-9 + error
 
     def _stream(self, path: str, purpose: str, c: int) -> np.random.Generator:
-        text = f"{self._medium.seed}\x1f{path}\x1f{purpose}\x1f{self._episodes.environment[c]}\x1f{self._episodes.number[c]}".encode()
+        names = (self._medium.seed, path, purpose, self._episodes.environment[c], self._episodes.number[c])
+        text = "\x1f".join(str(name) for name in names).encode()
         key = int.from_bytes(hashlib.blake2b(text, digest_size=16, person=b"pelagos").digest(), "little")
         return np.random.Generator(np.random.Philox(key=key))
 
