@@ -173,7 +173,7 @@ def test_protocols_keep_packets_apart(mac: str) -> None:
     for k in range(2):
         sim.send("a", "modem", f"a{k}", to="c")
         sim.send("b", "modem", f"b{k}", to="c")
-    packets, _ = listen(sim, {"tdma": 30.0, "csma": 60.0, "maca": 90.0}[mac])
+    packets, _ = listen(sim, {"tdma": 30.0, "csma": 40.0, "maca": 60.0}[mac])
     assert {p.payload for p in packets["c"]} == {b"a0", b"a1", b"b0", b"b1"}
 
 

@@ -82,6 +82,8 @@ def next_to_send(
             if reply.kind == "data":
                 _sent(station, port, reply, now)
             return reply, reply.not_before_ns
+    if station.replies:
+        return None  # an answer is about to be due
     if station.pending is not None:
         if now < station.deadline_ns:
             return None
