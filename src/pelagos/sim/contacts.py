@@ -65,7 +65,7 @@ class Contacts:
 
     def near(self, agent: str, row: NDArray[np.float64], ticks: int, states: States, *, now: bool = False) -> bool:
         """Whether an agent whose motion is `row` may touch anything within `ticks`, or where bodies stand `now`."""
-        speed = np.abs(row[:, 7:10]).sum(axis=1) + MARGIN_MPS  # (n,)
+        speed = np.sqrt(np.einsum("ij,ij->i", row[:, 7:10], row[:, 7:10])) + MARGIN_MPS  # (n,)
         way = speed * (ticks * self._model.clock.dt_ns * 1e-9)
         return self._touch[agent].possible(row[:, 0:3], way, states, now=now)
 

@@ -40,7 +40,7 @@ class Driver:
     def __init__(self, vehicle: Vehicle, *, n: int, dt_ns: int) -> None:
         self.vehicle = vehicle
         self._n = n
-        self._frozen: dict[tuple[int, str, bool], Block] = {}
+        self._frozen: dict[tuple[int, str, bool, bool], Block] = {}
         still = (dr.zeros(jit.Array3f64, n), dr.zeros(jit.Array3f64, n))
         self._constants = jit.slim(
             _Constants(dr.opaque(jit.Float64, dt_ns * 1e-9), dr.opaque(jit.UInt32, n), still, vehicle.tables)
@@ -74,6 +74,7 @@ class Driver:
         tick: int,
         ticks: int,
         wrench: Wrench | None = None,
+        every: bool = True,
     ) -> tuple[Array, Trajectory]:
         """Advance from `tick` by `ticks`, with a constant command and outside wrench (FRD, about the body's origin).
 
@@ -85,21 +86,23 @@ class Driver:
             tick: of the state.
             ticks: how far.
             wrench: two `Array3f64` of n lanes.
+            every: the motion of every tick is asked for, not that of the last alone.
 
         Returns:
-            The new state, packed, and the motion at ticks `tick + 1 .. tick + ticks`.
+            The new state, packed, and the motion at ticks `tick + 1 .. tick + ticks`, or at the last of them.
         """
         if self.vehicle.model.on_host:
             return self._plain(state, command, ocean, mode, tick, ticks, wrench)
-        key = (ticks, mode, wrench is None)
+        rows = ticks if every else 1
+        key = (rows, mode, wrench is None, every)  # with the last tick alone, one recording serves all lengths
         if key not in self._frozen:
-            block = _block(self.vehicle, n=self._n, ticks=ticks, mode=mode)
+            block = _block(self.vehicle, n=self._n, rows=rows, mode=mode, every=every)
             self._frozen[key] = jit.freeze(block if wrench is not None else _alone(block))
         if ticks not in self._counts:
             self._counts[ticks] = dr.opaque(jit.UInt32, ticks)  # the same kernel for all lengths
         at, rest = dr.opaque(jit.UInt32, tick), () if wrench is None else (wrench,)
         new, packed = self._frozen[key](state, command, ocean, at, self._counts[ticks], self._constants, *rest)
-        return new, Trajectory(packed=packed, n=self._n, ticks=ticks, first_tick=tick + 1)
+        return new, Trajectory(packed=packed, n=self._n, ticks=rows, first_tick=tick + ticks + 1 - rows)
 
     def _plain(
         self,
@@ -123,17 +126,23 @@ class Driver:
         return self.pack(state), Trajectory(packed=motion, n=self._n, ticks=ticks, first_tick=tick + 1)
 
 
-def _block(vehicle: Vehicle, *, n: int, ticks: int, mode: str) -> Block:
+def _block(vehicle: Vehicle, *, n: int, rows: int, mode: str, every: bool) -> Block:
     def block(
         start: Array, command: list[Array], ocean: Ocean, tick: Array, count: Array, constants: _Constants,
         wrench: Wrench,
     ) -> tuple[Array, Array]:  # fmt: skip
-        motion, end = dr.zeros(jit.Float64, ticks * n * CHANNELS), dr.zeros(jit.Float64, dr.width(start))
+        motion, end = dr.empty(jit.Float64, rows * n * CHANNELS), dr.zeros(jit.Float64, dr.width(start))
         lane = dr.arange(jit.UInt32, n)
 
         def keep(i: Array, state: VehicleState) -> Array:  # in the loop: behind it, every channel would be a kernel
             pack(state, end, lane, n)
+            if not every:
+                note(state, lane * CHANNELS)
             return i + 0
+
+        def note(state: VehicleState, at: Array) -> None:
+            for c, value in enumerate(channels(state)):
+                dr.scatter(motion, value, at + c)
 
         def unfinished(i: Array, state: VehicleState) -> Any:
             return i < count
@@ -141,9 +150,8 @@ def _block(vehicle: Vehicle, *, n: int, ticks: int, mode: str) -> Block:
         def advance(i: Array, state: VehicleState) -> tuple[Array, VehicleState]:
             t = jit.Float64(tick + i) * constants.h
             state = vehicle.step(state, command, ocean, t, wrench, constants.h, mode, constants.tables)
-            at = (i * constants.copies + lane) * CHANNELS
-            for c, value in enumerate(channels(state)):
-                dr.scatter(motion, value, at + c)
+            if every:
+                note(state, (i * constants.copies + lane) * CHANNELS)
             dr.if_stmt((i, state), i + 1 == count, keep, lambda i, state: i + 0, mode="symbolic")
             return i + 1, state
 

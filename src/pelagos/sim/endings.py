@@ -7,6 +7,7 @@ Its vehicles return to where its episode began and stand still there, its readin
 
 from __future__ import annotations
 
+import math
 import warnings
 from typing import Final
 
@@ -19,12 +20,9 @@ from pelagos.sim.episodes import Episodes
 from pelagos.sim.model import AgentModel, Model
 from pelagos.sim.not_finite import NotFinite
 from pelagos.sim.state import AgentRun, mixed
-from pelagos.sim.trajectory import CHANNELS, Trajectory
+from pelagos.sim.trajectory import Trajectory
 
-FASTEST_MPS: Final = 1e4  # no vehicle is as fast; beyond, a state counts as not finite: it soon will be
-FARTHEST_M: Final = 1e9
-_LIMITS: Final = np.full(CHANNELS, np.finfo(np.float64).max)
-_LIMITS[0:3], _LIMITS[7:10] = FARTHEST_M, FASTEST_MPS
+FARTHEST_M: Final = 1e9  # from there no vehicle comes back: it will not be finite soon
 
 
 class Endings:
@@ -33,31 +31,31 @@ class Endings:
     def __init__(self, model: Model, episodes: Episodes) -> None:
         self._model, self._episodes = model, episodes
 
-    def watch(
-        self, agent: AgentModel, run: AgentRun, trajectory: Trajectory, motion: NDArray[np.float64]
-    ) -> Trajectory:
-        """The trajectory of a block, with the copies that have ended held at their beginning, in `run` too.
+    def watch(self, agent: AgentModel, run: AgentRun, trajectory: Trajectory) -> Trajectory:
+        """The trajectory of a block, with the copies that have ended held at their beginning, and in `run` too, whose
+        row becomes that of the block's end.
 
-        Args:
-            agent, run: whose block it is; `run.row` is still that before the block.
-            trajectory: the block.
-            motion: the same as `(ticks, n, CHANNELS)`.
+        A state that is not finite stays so: the last tick tells of all.
 
         Raises:
             NotFinite: of a fleet no copy is left.
         """
-        sound = bool((np.abs(motion) <= _LIMITS).all())  # of a value that is not finite, false as well
+        last = trajectory.last()
+        sound = math.isfinite(float(last.sum())) and float(np.abs(last[:, 0:3]).max()) <= FARTHEST_M
         if sound and not self._episodes.over.any():
+            run.row = last
             return trajectory
+        motion = trajectory.numpy()
         if not sound:
             self._end(agent, run, trajectory.first_tick, motion)
         over = self._episodes.over
         run.vehicle = mixed(run.vehicle, run.begin_vehicle, over)
         held = np.where(over[None, :, None], run.begin_row[None], motion)
+        run.row = held[-1]
         return Trajectory(jit.own(jit.Float64, held), trajectory.n, trajectory.ticks, trajectory.first_tick)
 
     def _end(self, agent: AgentModel, run: AgentRun, first: int, motion: NDArray[np.float64]) -> None:
-        bad = ~(np.abs(motion) <= _LIMITS).all(axis=2)  # (ticks, n)
+        bad = ~(np.isfinite(motion).all(axis=2) & (np.abs(motion[..., 0:3]) <= FARTHEST_M).all(axis=2))  # (ticks, n)
         bad &= ~self._episodes.over
         copies = np.flatnonzero(bad.any(axis=0))
         if not len(copies):

@@ -14,6 +14,7 @@ from pelagos.sim.listeners import Listeners, OnReading, OnTick, Subscription
 from pelagos.sim.model import Model
 from pelagos.sim.record import Recorder
 from pelagos.sim.run_log import RunLog, open_recorder
+from pelagos.sim.step import Stepper
 
 if TYPE_CHECKING:
     from pelagos.sim.simulation import Simulation
@@ -33,6 +34,7 @@ class Outside:
     listeners: Listeners
     gate: Gate
     logs: list[RunLog]
+    _stepper: Stepper
 
     def post(self, action: Callable[[], object]) -> None:
         """Have an action done at the next boundary of steps, by the thread that steps; any thread may call this.
@@ -86,11 +88,13 @@ class Outside:
         recorder = open_recorder(Path(path), cast("Simulation", self))
         log = RunLog(cast("Simulation", self), recorder)
         self.logs.append(log)
+        self._stepper.logged = True
         try:
             log.begin()
             yield recorder
         finally:
             self.logs.remove(log)
+            self._stepper.logged = bool(self.logs)
             recorder.close()
 
     def pause(self) -> None:

@@ -76,12 +76,14 @@ def run(
         recorder = record if isinstance(record, Recorder) or record is None else open_recorder(Path(record), sim)
         logs = [*sim.logs, *([] if recorder is None else [RunLog(sim, recorder)])]
         sim.gate.set(stopped=False)
+        sim.stepper.logged = bool(logs)
         loop = _Loop(sim, asked, policy, logs, progress, float(realtime), until_missions_end=seconds is None)
         return loop.go()
     except NotFinite as error:
         raise _with_dump(error, recorder) from None
     finally:
         sim.gate.leave()
+        sim.stepper.logged = bool(sim.logs)
         if recorder is not None and recorder is not record:
             recorder.close()
 

@@ -68,6 +68,7 @@ class AgentRun:
         mode: control mode.
         row: `(n, CHANNELS)` motion at the current tick.
         begin_vehicle, begin_row: the same two where the copies' episodes began.
+        source: memory from which the command is read.
     """
 
     vehicle: Array
@@ -77,6 +78,7 @@ class AgentRun:
     row: NDArray[np.float64]
     begin_vehicle: Array
     begin_row: NDArray[np.float64]
+    source: object = None
 
 
 def mixed(one: Array, other: Array, where: NDArray[np.bool_]) -> Array:

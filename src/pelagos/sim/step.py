@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Mapping
-from functools import partial
+from functools import cache, partial
 from typing import Any
 
 import drjit as dr
@@ -37,6 +37,7 @@ class Stepper:
 
     Attributes:
         tick: ticks since the start.
+        logged: the motion of every tick is written down.
         changes: counts steps, and whatever else changes the state.
         timings: where the time went.
         trajectories: by agent, the motion of the last block; after `catch_up`, since the one before.
@@ -73,6 +74,8 @@ class Stepper:
         self.trajectories: dict[str, Trajectory] = {}
         self._blocks: dict[str, list[Trajectory]] = {}
         self.timings = Timings()
+        self.logged = False
+        self._close: set[str] = set()  # agents that may touch something in the present block
         self.tick: int = 0
         self.changes: int = 0
 
@@ -139,7 +142,11 @@ class Stepper:
         """Read the sensors that waited."""
         if not self._blocks:
             return []
-        self.trajectories = {name: Trajectory.join(blocks) for name, blocks in self._blocks.items()}
+        self.trajectories |= {
+            name: Trajectory.join(blocks)
+            for name, blocks in self._blocks.items()
+            if self.logged or self._model.agents[name].sensors
+        }
         self._blocks.clear()
         return self._sense(self._schedule.waits)
 
@@ -245,14 +252,15 @@ class Stepper:
     def _block_length(self, last: int, wait: bool) -> int:
         """Ticks until the outside may act; one at a time where a hull may touch."""
         ticks = self._schedule.end(self.tick, last, wait=wait) - self.tick
-        near = (self.contacts.near(name, run.row, ticks, self.states) for name, run in self.runs.items())
-        return 1 if any(near) else ticks
+        rows = {name: run.row for name, run in self.runs.items()}
+        self._close = {name for name, row in rows.items() if self.contacts.near(name, row, ticks, self.states)}
+        return 1 if self._close else ticks
 
     def _move(self, agent: AgentModel, ticks: int) -> None:
         """The dynamics of one agent, and what it touches."""
         start = time.perf_counter()
         run, wrench = self.runs[agent.name], None
-        if ticks == 1 and self.contacts.near(agent.name, run.row, 1, self.states, now=True):
+        if agent.name in self._close and self.contacts.near(agent.name, run.row, 1, self.states, now=True):
             remember = agent.name in self._encounters.blows.asked
             wrench = self.contacts.touch(agent.name, run.vehicle, self.states, self.tick, remember=remember)
             self.timings.add(f"{agent.name}.contact", start)
@@ -260,12 +268,10 @@ class Stepper:
         else:
             self.contacts.pass_by(agent.name)
         run.vehicle, trajectory = agent.driver.advance(
-            run.vehicle, run.command, self._model.ocean, mode=run.mode, tick=self.tick, ticks=ticks, wrench=wrench
-        )
-        motion = trajectory.numpy()
-        watched = self._endings.watch(agent, run, trajectory, motion)
-        run.row = motion[-1] if watched is trajectory else watched.numpy()[-1]
-        self.trajectories[agent.name] = watched
+            run.vehicle, run.command, self._model.ocean, mode=run.mode, tick=self.tick, ticks=ticks, wrench=wrench,
+            every=bool(agent.sensors) or self.logged or self._model.n == 1,
+        )  # fmt: skip
+        self.trajectories[agent.name] = self._endings.watch(agent, run, trajectory)
         self.timings.add(f"{agent.name}.dynamics", start)
 
     def _sense(
@@ -333,7 +339,7 @@ class Stepper:
         if run.command_values.shape == values.shape and (run.command_values == values).all():
             return
         run.command_values = values
-        run.command = _columns(values)
+        run.command, run.source = _columns(values)
 
     def _standing(self, run: AgentRun) -> Trajectory:
         """A block of the current tick alone."""
@@ -356,13 +362,26 @@ def _row(state: VehicleState) -> NDArray[np.float64]:
     return np.stack([np.array(c) for c in channels(state)], axis=-1)
 
 
-def _columns(values: NDArray[np.float64]) -> list[jit.Array]:
-    """Each column of `(n, k)` set-points on the device."""
-    if len(values) == 1:
-        return [dr.opaque(jit.Float64, float(v)) for v in values[0]]  # faster than the way over NumPy
-    columns = [jit.Float64(np.ascontiguousarray(column)) for column in values.T]
-    jit.settle(columns)
-    return columns
+def _columns(values: NDArray[np.float64]) -> tuple[list[Array], object]:
+    """Each column of `(n, k)` set-points on the device; and the memory that it is read from, to be held until then."""
+    n, count = values.shape
+    if n == 1:
+        return [dr.opaque(jit.Float64, float(v)) for v in values[0]], None  # faster than the way over NumPy
+    if not count:
+        return [], None
+    packed = jit.Float64(np.ascontiguousarray(values).reshape(-1))
+    return _split(count)(packed), (values, packed)
+
+
+@cache
+def _split(count: int) -> Callable[[Array], list[Array]]:
+    """The columns of a table of so many, given in one row; one kernel."""
+
+    def split(packed: Array) -> list[Array]:
+        lane = dr.arange(jit.UInt32, dr.width(packed) // count) * count
+        return [dr.gather(jit.Float64, packed, lane + i) for i in range(count)]
+
+    return jit.freeze(split)
 
 
 def _idle(agent: AgentModel, mode: str, state: AgentState) -> NDArray[np.float64]:

@@ -47,6 +47,17 @@ class Trajectory:
         """`(ticks, n, CHANNELS)`."""
         return np.array(self.packed).reshape(self.ticks, self.n, CHANNELS)
 
+    def last(self) -> NDArray[np.float64]:
+        """`(n, CHANNELS)` at the last tick."""
+        if self.ticks == 1:
+            row: NDArray[np.float64] = self.numpy()[0]
+            return row
+        size = self.n * CHANNELS
+        first = dr.opaque(jit.UInt32, (self.ticks - 1) * size)
+        last = dr.gather(jit.Float64, self.packed, dr.arange(jit.UInt32, size) + first)
+        found: NDArray[np.float64] = np.array(last).reshape(self.n, CHANNELS)
+        return found
+
     @staticmethod
     def join(blocks: Sequence[Trajectory]) -> Trajectory:
         """Blocks that follow one another as one."""

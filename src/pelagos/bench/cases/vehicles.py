@@ -25,7 +25,7 @@ FOSSEN: Final = Reference("Fossen's Python Vehicle Simulator, one vehicle, same 
 OCEANSCALE: Final = Reference("OceanScale's kernel on an RTX 5090, as published", 88.0)
 
 
-class _Fleet:
+class Fleet:
     """A fleet with constant commands to its actuators in a uniform current; `block` advances it by some steps."""
 
     def __init__(self, name: str, *, n: int, steps: int, command: list[float]) -> None:
@@ -75,20 +75,20 @@ def _block(vehicle: Vehicle, steps: int) -> Callable[..., VehicleState]:
 
 def remus_16384_msteps() -> Measured:
     """16384 REMUS 100."""
-    fleet = _Fleet("remus100", n=16384, steps=SUBSTEPS, command=[0.05, -0.02, 1300.0])
+    fleet = Fleet("remus100", n=16384, steps=SUBSTEPS, command=[0.05, -0.02, 1300.0])
     return Measured(fleet.n * SUBSTEPS / fleet.timed() * 1e-6, detail=f"{SUBSTEPS} steps a call, uniform current")
 
 
 def bluerov2_4096_msteps() -> Measured:
     """4096 BlueROV2 Heavy."""
     command = [0.3, 0.2, 0.25, 0.3, 0.1, -0.1, 0.2, 0.1]
-    fleet = _Fleet("bluerov2_heavy", n=4096, steps=SUBSTEPS, command=command)
+    fleet = Fleet("bluerov2_heavy", n=4096, steps=SUBSTEPS, command=command)
     return Measured(fleet.n * SUBSTEPS / fleet.timed() * 1e-6, detail=f"{SUBSTEPS} steps a call, uniform current")
 
 
 def _one_s(ticks: int) -> float:
     """Time of a call of the simulator's own step loop with one REMUS 100, the motion of every tick kept [s]."""
-    fleet = _Fleet("remus100", n=1, steps=1, command=[0.05, -0.02, 1300.0])
+    fleet = Fleet("remus100", n=1, steps=1, command=[0.05, -0.02, 1300.0])
     driver = Driver(fleet.vehicle, n=1, dt_ns=round(H_S * 1e9))
     state, tick = driver.pack(fleet.state), 0
 
