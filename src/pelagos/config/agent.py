@@ -58,7 +58,8 @@ class Agent(Strict):
     mission: tuple[Leg, ...] = ()
     """What to do, leg after leg; without legs the vehicle obeys commands only."""
     navigation: Navigation = TruthNavigation()
-    """What its mission knows of its motion: `truth` or `external` (told from outside by `Simulation.navigate`)."""
+    """What its mission knows of its motion: `truth`, `ekf` (an estimator of its sensors), `external` (told from outside
+    by `Simulation.navigate`), or a mapping that begins with such a `type`."""
     sensors: dict[str, Annotated[Any, Component("sensor")]] = Field(default_factory=dict)
     """What it carries: a name of your choice, and a mapping that begins with its `type` (`pelagos list sensors`)."""
 

@@ -23,11 +23,33 @@ class ExternalNavigation(Strict):
     """The kind of navigation."""
 
 
+class EkfNavigation(Strict):
+    """An error-state extended Kalman filter of the sensors aboard; its figures are those of their configurations.
+
+    It needs an `imu`; it uses every `dvl`, `depth`, `gps` and `magnetometer` that the agent carries.
+    """
+
+    type: Literal["ekf"] = "ekf"
+    """The kind of navigation."""
+    start_position_std_m: float = Field(default=0.5, ge=0)
+    """Standard deviation of the known start position, in each axis [m]."""
+    start_velocity_std_mps: float = Field(default=0.05, ge=0)
+    """Standard deviation of the known start velocity, in each axis [m/s]."""
+    start_level_std_deg: float = Field(default=0.2, ge=0)
+    """Standard deviation of roll and pitch at the start [deg]."""
+    start_heading_std_deg: float = Field(default=1.0, ge=0)
+    """Standard deviation of the heading at the start [deg]."""
+    surface_std_m: float = Field(default=0.02, ge=0)
+    """Standard deviation of what waves and tide add to measured depths [m]."""
+    gate: float = Field(default=25.0, gt=0)
+    """Measurements are refused whose normalised innovation squared is beyond this many times its dimension."""
+
+
 def _named(value: Any) -> Any:
     return {"type": value} if isinstance(value, str) else value
 
 
 Navigation = Annotated[
-    Annotated[TruthNavigation | ExternalNavigation, Field(discriminator="type")],
+    Annotated[TruthNavigation | ExternalNavigation | EkfNavigation, Field(discriminator="type")],
     BeforeValidator(_named),
 ]

@@ -68,7 +68,11 @@ class Mission:
     @cached_property
     def motion(self) -> Motion:
         """The true motion."""
-        t, v = self.recording.table(f"/{self.agent}/truth", ODOMETRY_FIELDS)
+        return self.odometry(f"/{self.agent}/truth")
+
+    def odometry(self, topic: str) -> Motion:
+        """The motion that a topic of odometry tells."""
+        t, v = self.recording.table(topic, ODOMETRY_FIELDS)
         quaternion = v[:, [8, 5, 6, 7]]
         return Motion(t, enu_to_nwu_np(v[:, 2:5]), quaternion_enu_to_nwu_np(quaternion), v[:, 9:12])
 

@@ -70,6 +70,26 @@ def origin(mission: Mission) -> GeoOrigin:
     return GeoOrigin(float(about.get("latitude_deg", 0.0)), float(about.get("longitude_deg", 0.0)))
 
 
+@dataclass(frozen=True)
+class Known:
+    """What a mission went by: kind ("ekf", "external"), motion over time, horizontal error `(k,)` [m]."""
+
+    kind: str
+    motion: Motion
+    error: NDArray[np.float64]
+
+
+def known(mission: Mission) -> Known | None:
+    """The solution of the vehicle's own navigation; None where it knew the truth."""
+    topic = f"/{mission.agent}/navigation"
+    channel = next((c for c in mission.recording.channels.values() if c.topic == topic), None)
+    if channel is None or mission.recording.count(topic) < 2:
+        return None
+    motion = mission.odometry(topic)
+    off = (motion.position - mission.motion.at(motion.t).position)[:, :2]
+    return Known(str(channel.about.get("kind", "")), motion, np.hypot(*off.T))
+
+
 def dead_reckoning(mission: Mission) -> DeadReckoning | None:
     """The navigator's track; None without an IMU or a DVL."""
     imu = mission.table("imu", IMU, IMU_FIELDS)

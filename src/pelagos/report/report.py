@@ -14,7 +14,7 @@ from pelagos.messages.sonar_image import PROJECTED_IMAGE
 from pelagos.report import charts, pictures, sonar, soundings, survey, theme, track, water
 from pelagos.report.mission import Mission, missions
 from pelagos.report.movers import mover_tracks, movers_section
-from pelagos.report.navigation import dead_reckoning
+from pelagos.report.navigation import dead_reckoning, known
 from pelagos.report.page import Section, Tile, image, page, photographs
 from pelagos.report.statistics import recording_statistics, run_statistics
 from pelagos.report.tables import parts_table, run_table, sensors_table
@@ -83,7 +83,13 @@ def _sections(mission: Mission, world: Any, ocean: Ocean | None, numbers: dict[s
             "way_m": float(reckoned.distance[-1]), "final_error_m": float(reckoned.error[-1]),
             "drift_m": float(reckoned.drift[-1]),
         }  # fmt: skip
-    drawn, caption = track.track_map(mission, world, reckoned)
+    solved = known(mission)
+    if solved is not None:
+        numbers.setdefault("navigation", {})[mission.name] = {
+            "kind": solved.kind, "rms_error_m": float(np.sqrt((solved.error**2).mean())),
+            "final_error_m": float(solved.error[-1]),
+        }  # fmt: skip
+    drawn, caption = track.track_map(mission, world, reckoned, solved)
     sections = [Section(f"Track of {mission.name}", caption, _figure(drawn, "true and dead-reckoned track"))]
     sections += movers_section(mission, mover_tracks(mission.recording))
     sections += _survey(mission, world, numbers)

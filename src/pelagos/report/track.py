@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -13,13 +13,22 @@ from pelagos.report import theme
 from pelagos.report.ground import depth_bar, depth_norm, draw_ground, relief
 from pelagos.report.mission import Mission
 from pelagos.report.movers import draw_movers, mover_tracks, near_parts
-from pelagos.report.navigation import DeadReckoning, fixes
+from pelagos.report.navigation import DeadReckoning, Known, fixes
+
+SOLVED: Final = "#7b2cbf"
+NAVIGATION: Final = {"ekf": "navigation (EKF)", "external": "navigation from outside"}
 
 
-def track_map(mission: Mission, world: Any, reckoned: DeadReckoning | None) -> tuple[Figure, str]:
-    """True and dead-reckoned track on the ground, with profile and error beside; the figure and its caption."""
+def track_map(
+    mission: Mission, world: Any, reckoned: DeadReckoning | None, solved: Known | None = None
+) -> tuple[Figure, str]:
+    """True and dead-reckoned track on the ground, with profile and error beside; the figure and its caption.
+
+    solved: what the mission itself went by, where that was not the truth.
+    """
     motion = mission.motion
     points = [motion.position[:, :2]] + ([reckoned.motion.position[:, :2]] if reckoned is not None else [])
+    points += [] if solved is None else [solved.motion.position[:, :2]]
     movers = mover_tracks(mission.recording)
     points += near_parts(movers, motion.position[:, :2])
     low, high = around(np.concatenate(points), np.asarray(world.bounds)[:, :2], margin=0.12)
@@ -31,18 +40,23 @@ def track_map(mission: Mission, world: Any, reckoned: DeadReckoning | None) -> t
             draw_ground(axes, ground, norm)
             depth_bar(drawn, axes, norm)
         draw_movers(axes, movers, low, high)
-        _draw_tracks(axes, mission, reckoned)
+        _draw_tracks(axes, mission, reckoned, solved)
         axes.set_xlim(ground.extent[:2])
         axes.set_ylim(ground.extent[2:])
         drawn.legend(*axes.get_legend_handles_labels(), loc="outside lower left", ncols=5, handlelength=2.2)
         _profile(profile, mission, world)
-        _reckoning_error(error, reckoned)
+        _errors(error, reckoned, solved)
     caption = "Depth below the mean sea surface; what stands on the seabed is dark grey."
     if reckoned is not None and reckoned.distance[-1] > 1.0:
         drift, way = float(reckoned.drift[-1]), float(reckoned.distance[-1])
         caption += (
             f" Dead reckoning (DVL, gyroscopes, magnetometer, depth) starts from {_source(reckoned)} and drifts by "
             f"{drift:.1f} m on a way of {way:.0f} m ({100 * drift / way:.2g} %)."
+        )
+    if solved is not None:
+        caption += (
+            f" The mission went by its own navigation ({NAVIGATION[solved.kind]}), whose horizontal error was "
+            f"{np.sqrt((solved.error**2).mean()):.2f} m (root mean square) and {solved.error[-1]:.2f} m at the end."
         )
     return drawn, caption
 
@@ -82,8 +96,22 @@ def _profile(axes: Axes, mission: Mission, world: Any) -> None:
     axes.legend(loc="lower right", bbox_to_anchor=(1.0, 0.99), ncols=2, borderaxespad=0.1)
 
 
-def _reckoning_error(axes: Axes, reckoned: DeadReckoning | None) -> None:
-    """Horizontal error of dead reckoning over time."""
+def _errors(axes: Axes, reckoned: DeadReckoning | None, solved: Known | None) -> None:
+    """Horizontal error of navigation and of dead reckoning over time."""
+    if solved is not None:
+        axes.set_title("error of navigation")
+        scale, label = theme.time_axis(float(solved.motion.t[-1]))
+        axes.plot(solved.motion.t / scale, solved.error, color=SOLVED, linewidth=1.5, label=NAVIGATION[solved.kind])
+        most = float(solved.error.max())
+        if reckoned is not None:
+            axes.plot(reckoned.motion.t / scale, reckoned.error, color="#f2542d", linewidth=1.2, label="dead reckoning")
+            most = max(most, float(reckoned.error.max()))
+        axes.set_ylim(0, 1.35 * max(most, 0.1))
+        axes.set_xlim(0, solved.motion.t[-1] / scale)
+        axes.set_xlabel(label)
+        axes.set_ylabel("[m]")
+        axes.legend(loc="upper left", ncols=2)
+        return
     axes.set_title("error of dead reckoning")
     if reckoned is None:
         axes.set_axis_off()
@@ -106,13 +134,16 @@ def _source(reckoned: DeadReckoning) -> str:
     return f"the first GPS fix, {reckoned.error[0]:.1f} m off," if reckoned.start == "gps" else "the true position"
 
 
-def _draw_tracks(axes: Axes, mission: Mission, reckoned: DeadReckoning | None) -> None:
+def _draw_tracks(axes: Axes, mission: Mission, reckoned: DeadReckoning | None, solved: Known | None) -> None:
     east, north = -mission.motion.position[:, 1], mission.motion.position[:, 0]
     axes.plot(east, north, color="white", linewidth=3.2, solid_capstyle="round")
     axes.plot(east, north, color=theme.TRUTH, linewidth=1.7, label="true track", solid_capstyle="round")
     if reckoned is not None:
         p = reckoned.motion.position
         axes.plot(-p[:, 1], p[:, 0], color="#f2542d", linewidth=1.3, linestyle=(0, (4, 2)), label="dead reckoning")
+    if solved is not None:
+        p = solved.motion.position
+        axes.plot(-p[:, 1], p[:, 0], color=SOLVED, linewidth=1.3, linestyle=(0, (2, 1)), label=NAVIGATION[solved.kind])
     _, fixed = fixes(mission)
     if len(fixed):
         axes.plot(

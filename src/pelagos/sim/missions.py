@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+from collections import deque
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, Final
@@ -22,6 +23,20 @@ from pelagos.sim.sampled import Sampled
 from pelagos.sim.state import AgentState
 
 GUIDANCE_RATE_HZ: Final = 10.0
+KEPT: Final = 32  # solutions, of three seconds: a log writes them down at least every second
+
+
+@dataclass(frozen=True)
+class Solution:
+    """A solution of navigation at a tick: position `(n, 3)` NWU [m], attitude `(n, 4)`, velocity `(n, 3)` NWU [m/s],
+    rate `(n, 3)` body FLU [rad/s].
+    """
+
+    tick: int
+    position: NDArray[np.float64]
+    attitude: NDArray[np.float64]
+    velocity: NDArray[np.float64]
+    rate: NDArray[np.float64]
 
 
 @dataclass
@@ -51,6 +66,7 @@ class Missions:
         guidance: by agent, those on a mission.
         navigators: by agent, those whose navigation is not the truth.
         feedback: by agent, all.
+        solutions: by agent with a navigator, its last solutions, for the log of a run.
     """
 
     def __init__(self, model: Model) -> None:
@@ -59,6 +75,7 @@ class Missions:
         self.guidance: dict[str, Guidance] = {}
         self.navigators: dict[str, Navigator] = {}
         self.feedback: dict[str, Feedback] = {}
+        self.solutions: dict[str, deque[Solution]] = {}
 
     @property
     def any(self) -> bool:
@@ -106,6 +123,7 @@ class Missions:
         navigator = navigator_of(agent, self._model, state)
         if navigator is not None:
             self.navigators[name] = navigator
+            self.solutions[name] = deque(maxlen=KEPT)
         if not agent.tasks:
             return
         for key in _keys(agent):
@@ -149,6 +167,9 @@ class Missions:
         """Set-points `(n, k)` of the agents on a mission, of their motions; none between the ticks of guidance."""
         if tick % self.period:
             return {}
+        for name, navigator in self.navigators.items():
+            navigator.advance(tick)
+            self.solutions[name].append(Solution(tick, *navigator.motion, navigator.rate))
         asked = {}
         true: dict[str, Fix] = {}
         for name, guidance in self.guidance.items():

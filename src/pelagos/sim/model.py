@@ -89,6 +89,7 @@ class Model:
         scenario: resolved.
         clock: tick.
         n: copies.
+        seed: of every random stream.
         first_environment: index of the first copy among all environments of a study.
         world, scene, ocean: where.
         agents: by name.
@@ -97,6 +98,7 @@ class Model:
     scenario: Scenario
     clock: Clock
     n: int
+    seed: int
     first_environment: int
     world: World
     scene: Scene
@@ -148,7 +150,7 @@ def compile_model(
             sensors={s: context.build(s, c) for s, c in config.sensors.items()},
             tasks=_plan(scenario, name, vehicle, modes[name], world),
         )
-    return Model(scenario, clock, n, first_environment, world, scene, ocean, agents)
+    return Model(scenario, clock, n, seed, first_environment, world, scene, ocean, agents)
 
 
 def encounters_of(scenario: Scenario) -> Encounters:

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from pelagos.config.navigation import ExternalNavigation
-from pelagos.sim.guidance.aboard import Fix
+from pelagos.config.navigation import EkfNavigation, ExternalNavigation
+from pelagos.sim.guidance.aboard import Fix, Floats
 
 if TYPE_CHECKING:
     from pelagos.sim.model import AgentModel, Model
@@ -31,8 +31,22 @@ class Navigator(Protocol):
         """The newest solution."""
         ...
 
+    @property
+    def motion(self) -> tuple[Floats, Floats, Floats]:
+        """Position `(n, 3)` NWU [m], attitude `(n, 4)`, velocity `(n, 3)` NWU [m/s] of the newest solution."""
+        ...
+
+    @property
+    def rate(self) -> Floats:
+        """Angular velocity `(n, 3)` body FLU [rad/s]."""
+        ...
+
     def hear(self, sampled: Sampled) -> None:
         """Take readings of a sensor."""
+        ...
+
+    def advance(self, tick: int) -> None:
+        """Bring the solution to a tick."""
         ...
 
     def memory(self) -> dict[str, Any]:
@@ -63,6 +77,22 @@ class External:
 
     def hear(self, sampled: Sampled) -> None:
         """Takes no readings."""
+
+    def advance(self, tick: int) -> None:
+        """The solution is as old as it is."""
+
+    @property
+    def rate(self) -> Floats:
+        """Not told."""
+        return np.zeros_like(self._fix.position)
+
+    @property
+    def motion(self) -> tuple[Floats, Floats, Floats]:
+        """See `Navigator.motion`; level."""
+        half = -0.5 * self._fix.heading
+        zero = np.zeros_like(half)
+        attitude = np.stack([np.cos(half), zero, zero, np.sin(half)], axis=-1)
+        return self._fix.position, attitude, self._fix.velocity
 
     def memory(self) -> dict[str, Any]:
         """See `Navigator.memory`."""
@@ -95,4 +125,8 @@ def navigator_of(agent: AgentModel, model: Model, state: AgentState) -> Navigato
     config = agent.config.navigation
     if isinstance(config, ExternalNavigation):
         return External(fix_of(state))
+    if isinstance(config, EkfNavigation):
+        from pelagos.sim.estimator import Estimator
+
+        return Estimator(config, agent, model, state)
     return None

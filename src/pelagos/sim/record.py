@@ -91,6 +91,7 @@ class Recorder:
         self._copies = copies
         self._tracks: dict[tuple[str, str], list[_Track]] = {}
         self._truth: dict[str, list[tuple[TruthEncoder, int]]] = {}
+        self._navigation: dict[str, list[tuple[TruthEncoder, int]]] = {}
         self._movers: dict[str, tuple[TruthEncoder, int]] = {}
         self._tf = self._channel("/tf", TF, {})
         self._chunk_ns = 0
@@ -183,6 +184,32 @@ class Recorder:
             odometry, transform = encode.rows(t_ns, *(values[:, i] for values in motion))
             self._writer.add_messages(channel, t_ns, odometry)
             self._writer.add_messages(self._tf, t_ns, transform)
+        self._end_chunk(int(t_ns[-1]))
+
+    def add_navigation(self, agent: str, kind: str) -> None:
+        """Declare what an agent's navigation knows: topic "/AGENT/navigation" beside "/AGENT/truth"."""
+        self._navigation[agent] = [
+            (
+                TruthEncoder(f"{place}/base_link"),
+                self._channel(f"/{place}/navigation", ODOMETRY, {"agent": agent, "kind": kind}),
+            )
+            for place in self._places(agent)
+        ]
+
+    def write_navigation_block(
+        self,
+        agent: str,
+        t_ns: NDArray[np.int64],
+        position: NDArray[np.float64],
+        attitude: NDArray[np.float64],
+        velocity: NDArray[np.float64],
+        angular_velocity: NDArray[np.float64],
+    ) -> None:
+        """Record solutions of navigation at k times [ns], arrays as of `write_truth_block`; no transforms."""
+        motion = (position, attitude, velocity, angular_velocity)
+        for i, (encode, channel) in enumerate(self._navigation[agent]):
+            odometry, _ = encode.rows(t_ns, *(values[:, i] for values in motion))
+            self._writer.add_messages(channel, t_ns, odometry)
         self._end_chunk(int(t_ns[-1]))
 
     def add_mover(self, name: str, about: Mapping[str, str]) -> None:

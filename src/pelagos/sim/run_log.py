@@ -31,6 +31,7 @@ class RunLog:
         tick = sim.stepper.tick
         self._moved = tick if tick == 0 else tick + 1  # movers are written down from this tick on
         self._begins = tick == 0
+        self._navigated = tick - 1
 
     def begin(self, sampled: Sequence[Sampled] | None = None) -> None:
         """Write down tick 0 with its readings, where the log begins there; the second time nothing."""
@@ -60,7 +61,24 @@ class RunLog:
                 motion = trajectory.numpy()[due - trajectory.first_tick]
                 parts = (motion[..., 0:3], motion[..., 3:7], motion[..., 7:10], motion[..., 10:13])
                 self.recorder.write_truth_block(name, due * clock.dt_ns, *parts)
+        self._navigation()
         stepper.timings.add("record", start)
+
+    def _navigation(self) -> None:
+        """Write down what the navigation of agents has known since."""
+        since, dt_ns = self._navigated, self._sim.dt_ns
+        for name, solutions in self._sim.stepper.missions.solutions.items():
+            new = [s for s in solutions if s.tick > since]
+            if not new:
+                continue
+            self._navigated = max(self._navigated, new[-1].tick)
+            t_ns = np.array([s.tick for s in new], dtype=np.int64) * dt_ns
+            position, attitude, world, rate = (
+                np.stack([getattr(s, k) for s in new]) for k in ("position", "attitude", "velocity", "rate")
+            )
+            back = (attitude * [1.0, -1.0, -1.0, -1.0]).reshape(-1, 4)
+            velocity = rotate_np(back, world.reshape(-1, 3)).reshape(world.shape)
+            self.recorder.write_navigation_block(name, t_ns, position, attitude, velocity, rate)
 
     def _movers(self, period: int) -> None:
         """Write down where movers were at the same ticks: where they are depends on the tick alone."""
@@ -95,6 +113,9 @@ def open_recorder(path: Path, sim: Simulation, *, writer: Any = None) -> Recorde
     made = Recorder(
         path, to_yaml(scenario), sim.seed, sensors, None, origin, sim.dt_ns, copies=sim.n, legend=names, writer=writer
     )
+    for name, agent in sim.model.agents.items():
+        if agent.config.navigation.type != "truth":
+            made.add_navigation(name, agent.config.navigation.type)
     for mover in sim.world.movers:
         number, instance = next((g.label, g.instance) for g in moving if g.name == mover.name)
         made.add_mover(

@@ -13,6 +13,7 @@ from pydantic import Field, model_validator
 from pelagos import jit
 from pelagos.errors import ScenarioError
 from pelagos.jit import Array
+from pelagos.math.geodesy import GeoOrigin
 from pelagos.math.geomagnetism import earth_field
 from pelagos.math.so3 import rotate_back
 from pelagos.sensors import noise
@@ -81,7 +82,7 @@ class Magnetometer:
     def __init__(self, config: MagnetometerConfig, context: SensorContext) -> None:
         self._config = config
         self._key = noise.opaque_key(noise.stream_key(context.seed, context.path, "noise"))
-        self._field = dr.opaque(jit.Array3f64, [float(b) for b in _earth_field(config, context)])
+        self._field = dr.opaque(jit.Array3f64, [float(b) for b in earth_field_of(config, context.world.origin)])
         self._program = Program(self._kernel)
 
     def sense(self, motion: Kinematics) -> Measurement:
@@ -104,11 +105,15 @@ class Magnetometer:
         return {"data": data, "truth": earth}
 
 
-def _earth_field(config: MagnetometerConfig, context: SensorContext) -> NDArray[np.float64]:
+def earth_field_of(config: MagnetometerConfig, origin: GeoOrigin | None) -> NDArray[np.float64]:
+    """The Earth's field `(3,)` NWU [T] that a magnetometer is in: its configuration's, or IGRF-14's at an origin.
+
+    Raises:
+        ScenarioError: there is neither.
+    """
     if config.intensity_t is not None and config.declination_deg is not None and config.inclination_deg is not None:
         d, i = math.radians(config.declination_deg), math.radians(config.inclination_deg)
         return config.intensity_t * np.array([math.cos(i) * math.cos(d), -math.cos(i) * math.sin(d), -math.sin(i)])
-    origin = context.world.origin
     if origin is None:
         raise ScenarioError(
             "a magnetometer needs a world with a geographic origin, or the field: intensity_t and angles"

@@ -1,0 +1,230 @@
+"""The error-state filter: Jacobians against differences, an ideal inertial unit, and consistency over many seeds."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.stats import chi2
+
+import pelagos as pl
+from pelagos.errors import ScenarioError
+from pelagos.navigation import measurement
+from pelagos.navigation.error_state import SIZE, InertialNoise, Lanes, SlowNoise
+from pelagos.navigation.rotation import apply, conjugate, from_vector, matrix, product, skew, to_vector
+
+QUIET = InertialNoise(0, 0, 0, 0, 0, 0, 0, 0)
+SLOW = SlowNoise((0.0,) * 7, (300.0,) * 3 + (1e9,) * 4)
+LEVER = np.array([0.4, -0.2, 0.15])
+TURN = matrix(from_vector(np.array([[0.3, -0.5, 1.1]])))[0]
+FIELD = np.array([22e-6, -1.5e-6, -42e-6])
+BEACON = np.array([40.0, -25.0, -18.0])
+
+
+def lanes() -> Lanes:
+    """Three lanes with nothing zero and nothing equal."""
+    rng = np.random.default_rng(5)
+    q = from_vector(rng.normal(size=(3, 3)))
+    made = Lanes.at(rng.normal(size=(3, 3)) * 9, rng.normal(size=(3, 3)), q, np.full(SIZE, 1e-3))
+    made.gyroscope, made.accelerometer = 1e-3 * rng.normal(size=(3, 3)), 1e-2 * rng.normal(size=(3, 3))
+    made.slow = rng.normal(size=(3, 7)) * [2, 2, 3, 0.02, 1e-7, 1e-7, 1e-7]
+    made.rate = rng.normal(size=(3, 3)) * 0.2
+    return made
+
+
+def moved(start: Lanes, column: int, by: float) -> Lanes:
+    """The same with one error added to the truth that the lanes stand for."""
+    error = np.zeros((3, SIZE))
+    error[:, column] = by
+    made = Lanes(**{k: v.copy() for k, v in vars(start).items()})
+    made.position += error[:, 0:3]
+    made.velocity += error[:, 3:6]
+    made.attitude = product(made.attitude, from_vector(error[:, 6:9]))
+    made.rate = made.rate - error[:, 9:12]
+    made.gyroscope, made.accelerometer = made.gyroscope + error[:, 9:12], made.accelerometer + error[:, 12:15]
+    made.slow = made.slow + error[:, 15:]
+    return made
+
+
+MODELS = {
+    "dvl": lambda x: measurement.bottom_velocity(x, np.zeros((3, 3)), LEVER, TURN),
+    "gps": lambda x: measurement.satellite_position(x, np.zeros((3, 3)), LEVER),
+    "depth": lambda x: measurement.depth(x, np.zeros(3), LEVER),
+    "magnetometer": lambda x: measurement.magnetic_field(x, np.zeros((3, 3)), FIELD, TURN),
+    "range": lambda x: measurement.beacon_range(x, np.zeros(3), LEVER, BEACON),
+}
+
+
+@pytest.mark.parametrize("name", MODELS)
+def test_jacobians_of_measurements(name):
+    """Central differences of what is expected (minus the innovation of a reading of 0), each error in turn."""
+    start = lanes()
+    jacobian, _ = MODELS[name](start)
+    unit = 1e-6 if name == "magnetometer" else 1.0
+    for column in range(SIZE):
+        h = 1e-9 if column >= 19 else 1e-5
+        up, down = (MODELS[name](moved(start, column, s * h))[1] for s in (1, -1))
+        assert jacobian[:, :, column] == pytest.approx(-(up - down) / (2 * h), abs=2e-6 * unit, rel=2e-5)
+
+
+def test_transition_of_errors():
+    """F against differences of two predicted nominal states; the covariance of one error shows F's columns."""
+    rng = np.random.default_rng(6)
+    force, rate, h = rng.normal(size=(3, 3)) + np.array([0, 0, 9.8]), 0.3 * rng.normal(size=(3, 3)), 0.01
+    for column in range(SIZE):
+        tiny = 1e-9 if column >= 19 else 1e-6
+        first, second = lanes(), moved(lanes(), column, tiny)
+        first.covariance = np.zeros((3, SIZE, SIZE))
+        first.covariance[:, column, column] = 1.0
+        for one in (first, second):
+            one.predict(force, rate, h, QUIET, SLOW)
+        turned = to_vector(product(conjugate(first.attitude), second.attitude))
+        parts = [second.position - first.position, second.velocity - first.velocity, turned]
+        parts += [second.gyroscope - first.gyroscope, second.accelerometer - first.accelerometer]
+        found = np.concatenate([*parts, second.slow - first.slow], axis=1) / tiny
+        expected = np.sqrt(np.diagonal(first.covariance, axis1=1, axis2=2))
+        assert np.abs(found) == pytest.approx(expected, abs=2e-3, rel=5e-3)
+
+
+def test_rotations():
+    v = np.array([[0.3, -0.4, 0.5], [-2.0, 1.0, 0.7]])
+    assert to_vector(from_vector(v)) == pytest.approx(v, abs=1e-12)
+    u = np.array([[1.0, 2.0, -3.0], [0.5, -1.0, 4.0]])
+    assert apply(skew(v), u) == pytest.approx(np.cross(v, u))
+    q, p = from_vector(v), from_vector(u[::-1])
+    assert matrix(product(q, p)) == pytest.approx(matrix(q) @ matrix(p))
+
+
+def test_a_measurement_beyond_the_gate_is_refused():
+    start = lanes()
+    h, y = measurement.depth(start, start.slow[:, 3] - start.position[:, 2], np.zeros(3))
+    noise = np.full((3, 1, 1), 1e-4)
+    before = start.position.copy()
+    start.update(h, y + np.array([[0.5], [0.01], [0.01]]), noise, np.array([True, True, False]), gate=25.0)
+    assert (start.position[0] == before[0]).all()  # 50 standard deviations
+    assert start.position[1, 2] < before[1, 2] - 1e-5  # deeper than thought
+    assert (start.position[2] == before[2]).all()  # no reading
+
+
+# in the simulator
+
+SENSORS = {
+    "imu": {"type": "imu", "rate_hz": 100, "position_m": [0.1, 0.05, -0.02]},
+    "dvl": {"type": "dvl", "rate_hz": 5, "position_m": [-0.2, 0, -0.1], "orientation_deg": [0, 0, 45]},
+    "depth": {"type": "depth", "rate_hz": 10},
+    "gps": {"type": "gps", "rate_hz": 1, "position_m": [-0.4, 0, 0.2]},
+    "magnetometer": {"type": "magnetometer", "rate_hz": 10},
+}
+PERFECT = {
+    f"{which}_{what}": 0
+    for which in ("accelerometer", "gyroscope")
+    for what in ("noise_density", "bias_instability", "bias_std", "scale_std", "resolution")
+} | {"misalignment_std": 0}
+
+
+def scenario(mission, sensors=SENSORS, navigation="ekf", **start):
+    start = {"position_m": [0, 0], "depth_m": 0, "speed_mps": 1.0, **start}
+    return {
+        "tick_rate_hz": 100, "duration_s": 900, "origin": {"latitude_deg": 45, "longitude_deg": 13},
+        "world": {"type": "flat", "depth_m": 20},
+        "ocean": {"currents": [{"type": "uniform", "speed_mps": 0.2, "towards_deg": 60}]},
+        "agents": {"a": {"vehicle": "remus100", "start": start,
+                         "navigation": navigation, "mission": mission, "sensors": sensors}},
+    }  # fmt: skip
+
+
+def lap(depth):
+    return [{"type": "gps_fix", "timeout_s": 5},
+            {"type": "waypoints", "points": [[40, 0], [40, -40], [0, -40], [0, 0]], "depth_m": depth},
+            {"type": "repeat", "times": 20, "last": 1}]  # fmt: skip
+
+
+def errors(sim):
+    """True less estimated position, velocity and attitude of the inertial unit `(n, 9)`, and its covariance."""
+    sim.stepper.missions.commands(sim.stepper.tick, {n: r.row for n, r in sim.stepper.runs.items()})
+    state, found = sim.state["a"], sim.stepper.missions.navigators["a"].lanes
+    arm = np.broadcast_to(SENSORS["imu"]["position_m"], (sim.n, 3))
+    r = matrix(state.attitude)
+    velocity = apply(r, state.velocity + np.cross(state.angular_velocity, arm))
+    turn = to_vector(product(conjugate(found.attitude), state.attitude))
+    position = state.position + apply(r, arm)
+    error = np.concatenate([position - found.position, velocity - found.velocity, turn], axis=1)
+    return error, found.covariance[:, :9, :9]
+
+
+def test_an_ideal_inertial_unit_alone_knows_the_way():
+    """Dives and turns for 30 s without any aid; what is left is the step's own error (2 cm measured)."""
+    exact = {f"start_{k}": 0 for k in ("position_std_m", "velocity_std_mps", "level_std_deg", "heading_std_deg")}
+    sensors = {"imu": {**SENSORS["imu"], **PERFECT}}
+    sim = pl.Simulation.load(scenario(lap(5), sensors, {"type": "ekf", **exact}))
+    sim.run(seconds=30)
+    error, _ = errors(sim)
+    assert np.abs(error[0, :3]).max() < 0.05
+    assert np.abs(error[0, 6:]).max() < 1e-4
+
+
+def consistency(n, seconds, every, seed):
+    """Mean normalised errors squared `(times,)` of n copies, and the share within three standard deviations."""
+    sim = pl.Simulation.load(scenario(lap(5)), n=n, seed=seed)
+    found, within = [], []
+    for _ in range(round(seconds / every)):
+        sim.run(seconds=every)
+        error, p = errors(sim)
+        found.append((error[:, None] @ np.linalg.inv(p) @ error[..., None])[:, 0, 0].mean())
+        within.append(np.abs(error) < 3 * np.sqrt(np.diagonal(p, axis1=1, axis2=2)))
+    return np.array(found), np.mean(within)
+
+
+def test_the_estimator_is_as_wrong_as_it_says():
+    """NEES of 9 errors over 20 copies: chi-square of 180 degrees of freedom over 20, 99.9 % bounds."""
+    found, within = consistency(20, 30.0, 15.0, seed=11)
+    low, high = chi2.ppf([0.0005, 0.9995], 9 * 20) / 20
+    assert ((low < found) & (found < high)).all(), found
+    assert within > 0.985
+
+
+@pytest.mark.slow
+def test_the_estimator_is_consistent_over_a_hundred_seeds():
+    found, within = consistency(100, 180.0, 20.0, seed=12)
+    low, high = chi2.ppf([0.0005, 0.9995], 9 * 100) / 100
+    assert ((low < found) & (found < high)).all(), found
+    assert within > 0.99
+
+
+def test_a_copy_of_a_fleet_navigates_as_alone_and_from_a_checkpoint():
+    """The same bytes; the checkpoint is taken between two calls of guidance."""
+    fleet = pl.Simulation.load(scenario(lap(4)), n=3, seed=3)
+    alone = pl.Simulation.load(scenario(lap(4)), n=1, seed=3, environment=2)
+    for sim in (fleet, alone):
+        sim.run(seconds=4.03)
+    kept = fleet.checkpoint()
+    for sim in (fleet, alone):
+        sim.run(seconds=3.0)
+    assert (fleet.state["a"].position[2] == alone.state["a"].position[0]).all()
+    assert (errors(fleet)[0][2] == errors(alone)[0][0]).all()
+    again = pl.Simulation.load(scenario(lap(4)), n=3, seed=3)
+    again.restore(kept)
+    again.run(seconds=3.0)
+    assert (again.state["a"].position == fleet.state["a"].position).all()
+    assert (errors(again)[0] == errors(fleet)[0]).all()
+
+
+def test_a_mission_goes_by_what_is_known():
+    """Three metres of uncertainty at the start lead every copy to another place, by as much as it is wrong."""
+    sensors = {k: v for k, v in SENSORS.items() if k != "gps"}
+    mission = [{"type": "waypoints", "points": [[60, 0]], "depth_m": 4, "acceptance_m": 1}]
+    navigation = {"type": "ekf", "start_position_std_m": 3.0}
+    sim = pl.Simulation.load(scenario(mission, sensors, navigation), n=4, seed=2)
+    while not sim.stepper.missions_done():
+        assert sim.time_ns < 90e9
+        sim.run(seconds=2.0)
+    error, _ = errors(sim)
+    assert np.abs(error[:, 1]).max() > 2.5
+    known = sim.state["a"].position[:, 1] - error[:, 1]
+    assert np.abs(known).max() < 1.0  # all believe that they are on the line y = 0
+
+
+def test_an_estimator_needs_an_inertial_unit():
+    with pytest.raises(ScenarioError, match="needs an imu, which a does not carry"):
+        pl.Simulation.load(scenario(lap(3), {"depth": SENSORS["depth"]}))
+    with pytest.raises(ScenarioError, match="navigation"):
+        pl.Simulation.load(scenario(lap(3), navigation="ekv"))
