@@ -39,7 +39,10 @@ _WATER = ("sound_velocity", "fluorometer", "oxygen", "turbidity", "tracer")
 
 
 def config_of(kind: str) -> Any:
-    needed = {"tracer": {"tracer": "dye"}}  # what has no default
+    needed = {
+        "tracer": {"tracer": "dye"},
+        "lbl": {"transponders": {"a": {"position_m": (1.0, 2.0, -3.0)}}},
+    }  # what has no default
     return registry.find("sensor", kind).config.model_validate({"type": kind, **needed.get(kind, {})})
 
 

@@ -40,6 +40,7 @@ ENCODERS: Final[Mapping[str, Callable[[Any, Site], Encoding]]] = {
     "tracer": water.water_property,
     "current_meter": water.current_meter,
     "modem": communication.modem,
+    "usbl": communication.modem,
 }
 
 

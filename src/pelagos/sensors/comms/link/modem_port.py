@@ -56,6 +56,8 @@ class ModemPort:
     beacon_to: str
     beacon_bytes: int
     array: NDArray[np.float64] | None = None
+    interrogate: tuple[str, ...] = ()
+    interrogate_s: float = 1.0
 
     @property
     def agent(self) -> str:

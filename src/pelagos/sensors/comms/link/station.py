@@ -34,7 +34,7 @@ class Station:
         deadline_ns: until when [ns].
         slot: last slot in which it has sent.
         draws: random numbers drawn for waiting times.
-        beacon: number of beacons asked for.
+        beacon, round: number of beacons, and of requests for ranges, so far.
         received, sent: since its last reading.
         asked: clock at which requests were sent, by number of the packet [s].
     """
@@ -51,6 +51,7 @@ class Station:
     slot: int = -1
     draws: int = 0
     beacon: int = 0
+    round: int = 0
     received: int = 0
     sent: int = 0
     asked: dict[int, float] = field(default_factory=dict)

@@ -125,6 +125,13 @@ class Traffic:
     def _beacon(self, k: int, c: int, now: int) -> None:
         """Traffic of the scenario: a packet every so often, the first ones spread over the period by address."""
         port, station = self._ports[k], self._stations[k][c]
+        if port.interrogate:
+            period = round(port.interrogate_s * SECOND)
+            while station.begin_ns + station.round * period <= now:
+                to = self._medium.find(port.interrogate[station.round % len(port.interrogate)])
+                station.round += 1
+                if len(station.queue) < port.queue:
+                    station.queue.append(Outgoing("request", to, "", "", now))
         if port.beacon_s is None:
             return
         period = round(port.beacon_s * SECOND)

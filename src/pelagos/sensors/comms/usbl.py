@@ -1,0 +1,89 @@
+"""An ultra-short baseline: a modem with an array, which finds where packets come from and how far away."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from typing import Annotated, ClassVar, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import Field, model_validator
+
+from pelagos.acoustics.bearing import array_rank
+from pelagos.sensors.comms.link.modem_port import ModemPort
+from pelagos.sensors.comms.link.packet import Packet
+from pelagos.sensors.comms.modem import Modem, ModemConfig
+from pelagos.sensors.sensor import Kinematics, Measurement, SensorConfig
+
+Place = tuple[float, float, float]
+
+
+class UsblConfig(ModemConfig):
+    """A transceiver with an array; figures where not given are those of its `device`."""
+
+    type: Literal["usbl"] = "usbl"  # type: ignore[assignment]
+    """The sensor's kind."""
+    device: str = "x150"
+    """See `modem`."""
+    elements_m: Annotated[tuple[Place, ...], Field(min_length=3)] = (
+        (0.02, 0.0, 0.0),
+        (-0.02, 0.0, 0.0),
+        (0.0, 0.02, 0.0),
+        (0.0, -0.02, 0.0),
+        (0.0, 0.0, 0.025),
+    )  # fmt: skip
+    """Elements of the array in the sensor frame [m]: three or more, not on one line."""
+    interrogate: tuple[str, ...] = ()
+    """Modems that it asks for their range in turn: "agent.modem", or an agent with one modem."""
+    interrogate_s: float = Field(default=2.0, gt=0)
+    """Time between two such requests [s]."""
+
+    @model_validator(mode="after")
+    def _spread(self) -> UsblConfig:
+        if array_rank(np.array(self.elements_m)) < 2:
+            raise ValueError("elements_m lie on one line: their phases leave the bearing around it open; spread them")
+        return self
+
+
+class Usbl(Modem):
+    """Ranges and bearings of modems that answer, and bearings of all packets.
+
+    Reading: as of a modem; packets have `azimuth_rad` and `elevation_rad` in the sensor frame, responses `range_m`.
+    Extras: `fix` `(n, 3)`, place of the last responder in the sensor frame [m], NaN without a response since the
+    reading before; `fix_of` `(n,)` objects, its name.
+    """
+
+    Config: ClassVar[type[SensorConfig]] = UsblConfig
+    TITLE: ClassVar[str] = "Ultra-short baseline: range and bearing of modems that answer"
+    SOURCES: ClassVar[tuple[str, ...]] = (
+        *Modem.SOURCES,
+        "P. H. Milne, Underwater Acoustic Positioning Systems, 1983, Chapter 5 (ultra-short baselines)",
+        "H. L. Van Trees, Optimum Array Processing, 2002, Section 8.4 (bound of a bearing)",
+    )
+
+    _config: UsblConfig
+
+    def sense(self, motion: Kinematics) -> Measurement:
+        """Read the transceiver on every lane of `motion`."""
+        found = super().sense(motion)
+        fixes, names = np.full((len(found.data), 3), np.nan), np.full(len(found.data), "", dtype=object)
+        for lane, packets in enumerate(found.extras["packets"]):
+            for packet in packets:
+                if packet.kind == "response" and math.isfinite(packet.range_m):
+                    fixes[lane], names[lane] = place_of(packet), packet.sender
+        return replace(found, extras={**found.extras, "fix": fixes, "fix_of": names})
+
+    def _array(self) -> NDArray[np.float64] | None:
+        return np.array(self._config.elements_m)
+
+    def _port(self) -> ModemPort:
+        return replace(super()._port(), interrogate=self._config.interrogate, interrogate_s=self._config.interrogate_s)
+
+
+def place_of(packet: Packet) -> NDArray[np.float64]:
+    """Where a responder is in the sensor frame [m], from range and bearing."""
+    azimuth, elevation = packet.azimuth_rad, packet.elevation_rad
+    level = math.cos(elevation)
+    direction = np.array([level * math.cos(azimuth), level * math.sin(azimuth), math.sin(elevation)])
+    return packet.range_m * direction

@@ -1,0 +1,193 @@
+"""Positioning by sound: ultra-short and long baselines, hydrophones."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+import pelagos as pl
+from pelagos.acoustics.bearing import bearing_bound, direction_from_phases, element_phases
+
+ARRAY = np.array([(0.02, 0, 0), (-0.02, 0, 0), (0, 0.02, 0), (0, -0.02, 0), (0, 0, 0.025)])
+WAVELENGTH = 1500 / 28_000
+
+
+def unit(azimuth: float, elevation: float) -> np.ndarray:
+    c = np.cos(elevation)
+    return np.array([c * np.cos(azimuth), c * np.sin(azimuth), np.sin(elevation)])
+
+
+@pytest.mark.parametrize("direction", [(0.4, -0.3), (-2.5, 0.9), (1.7, -1.2)])
+def test_phases_give_the_direction(direction: tuple[float, float]) -> None:
+    u = unit(*direction)
+    pressure = element_phases(ARRAY, u[None], np.array([0.3 - 0.2j]), WAVELENGTH)
+    np.testing.assert_allclose(direction_from_phases(ARRAY, pressure, WAVELENGTH, u), u, atol=1e-12)
+    flat = ARRAY[:4]
+    pressure = element_phases(flat, u[None], np.ones(1, complex), WAVELENGTH)
+    np.testing.assert_allclose(direction_from_phases(flat, pressure, WAVELENGTH, u), u, atol=1e-9)
+
+
+def test_error_of_a_bearing_meets_its_bound() -> None:
+    """Planar array, 4000 draws: standard deviations of both direction cosines within 6 % of Cramer and Rao's bound."""
+    rng = np.random.default_rng(7)
+    flat, u, snr = ARRAY[:4], unit(0.7, -0.5), 200.0
+    clean = element_phases(flat, u[None], np.ones(1, complex), WAVELENGTH)
+    found = np.array(
+        [
+            direction_from_phases(
+                flat, clean + (rng.normal(size=4) + 1j * rng.normal(size=4)) / np.sqrt(2 * snr), WAVELENGTH, u
+            )
+            for _ in range(4000)
+        ]
+    )
+    bound = bearing_bound(flat, WAVELENGTH, snr)
+    np.testing.assert_allclose(found[:, :2].std(axis=0), bound, rtol=0.06)
+
+
+def scenario(sensors: dict[str, Any], others: dict[str, Any] | None = None, **changes: Any) -> dict[str, Any]:
+    return {
+        "seed": 3,
+        "tick_rate_hz": 20,
+        "world": {"type": "flat", "depth_m": 80.0},
+        "agents": {
+            "usv": {
+                "vehicle": "remus100",
+                "start": {"position_m": [0, 0], "depth_m": 10, "heading_deg": 30},
+                "sensors": sensors,
+            },
+            **(others or {}),
+        },
+    } | changes
+
+
+def target(x: float, y: float, depth: float) -> dict[str, Any]:
+    return {
+        "vehicle": "remus100",
+        "start": {"position_m": [x, y], "depth_m": depth},
+        "sensors": {"modem": {"type": "modem", "device": "x150"}},
+    }
+
+
+def fixes(sim: pl.Simulation, seconds: float) -> np.ndarray:
+    found = []
+    for _ in range(round(seconds * 20)):
+        reading = sim.step()["usv"].get("usbl")
+        if reading is not None and np.isfinite(reading.extras["fix"]).all():
+            found.append(reading.extras["fix"][0])
+    return np.array(found)
+
+
+def test_usbl_finds_a_vehicle_in_its_own_frame() -> None:
+    """Within 2 % of the range; the frame turns with the vessel (heading 30 deg is -30 deg about z up)."""
+    usbl = {"type": "usbl", "interrogate": ["auv"], "interrogate_s": 2.0, "sound_speed_mps": 1497.0}
+    sim = pl.Simulation.load(scenario({"usbl": usbl}, {"auv": target(60.0, -80.0, 35.0)}))
+    found = fixes(sim, 13.0)
+    assert len(found) >= 3
+    way = sim.state["auv"].position[0] - sim.state["usv"].position[0]
+    yaw = sim.state["usv"].euler[0, 2]
+    local = np.array([np.cos(yaw) * way[0] + np.sin(yaw) * way[1], np.cos(yaw) * way[1] - np.sin(yaw) * way[0], way[2]])
+    error = np.linalg.norm(found - local, axis=1)
+    assert error.max() < 0.03 * np.linalg.norm(local)
+    assert np.linalg.norm(found, axis=1).mean() == pytest.approx(np.linalg.norm(local), abs=0.5)
+
+
+def test_usbl_error_grows_with_range_and_falls_with_level() -> None:
+    """Scatter of the bearing in a fleet of 40: louder is better, farther is worse; 20 dB are a factor of ten."""
+    scatter = {}
+    for name, distance, level in (("near", 60.0, 130.0), ("far", 240.0, 130.0), ("loud", 240.0, 150.0)):
+        usbl = {"type": "usbl", "source_level_db": level, "bandwidth_hz": 8000.0, "multipath_window_s": 0.0002}
+        made = scenario({"usbl": usbl}, {"auv": target(distance, 0.0, 12.0)}, world={"type": "flat", "depth_m": 900.0})
+        made["agents"]["auv"]["sensors"]["modem"] |= {"source_level_db": level, "multipath_window_s": 0.0002}
+        made["agents"]["auv"]["start"]["depth_m"] = 400.0
+        made["agents"]["usv"]["start"]["depth_m"] = 400.0
+        sim = pl.Simulation.load(made, n=40)
+        sim.send("auv", "modem", "x", to="usv")
+        bearings: list[float] = []
+        for _ in range(40):
+            reading = sim.step()["usv"].get("usbl")
+            if reading is not None:
+                bearings += [p.azimuth_rad for packets in reading.packets for p in packets]
+        assert len(bearings) > 30, name
+        scatter[name] = np.std(bearings)
+    assert scatter["far"] > 2.5 * scatter["near"]
+    assert scatter["far"] / scatter["loud"] == pytest.approx(10.0, rel=0.35)
+
+
+def test_an_array_on_a_line_is_refused() -> None:
+    line = {"type": "usbl", "elements_m": [[0.0, 0, 0], [0.1, 0, 0], [0.2, 0, 0]]}
+    with pytest.raises(pl.InputError, match="on one line"):
+        pl.Simulation.load(scenario({"usbl": line}))
+
+
+def test_lbl_ranges_fix_a_place() -> None:
+    """Four transponders: ranges within centimetres of the way that sound takes, and a place from them within 0.3 m."""
+    places = {"n": [300, 0, -75], "s": [-250, 60, -70], "e": [20, -320, -78], "w": [0, 280, -72]}
+    lbl = {"type": "lbl", "rate_hz": 1.0, "transponders": {k: {"position_m": v} for k, v in places.items()}}
+    sim = pl.Simulation.load(scenario({"lbl": lbl}))
+    errors = []
+    for _ in range(80):
+        reading = sim.step()["usv"].get("lbl")
+        if reading is not None:
+            errors.append(reading.data - reading.truth)
+            ranges, time = reading.data[0], reading.extras["travel_time"][0]
+    errors_m = np.array(errors)
+    assert np.abs(errors_m).max() < 0.4
+    assert errors_m.std(axis=0).mean() < 0.1
+    assert np.ptp(errors_m[:, 0, 0]) > 0.0
+    anchors, guess = np.array(list(places.values()), float), np.array([5.0, 5.0, -12.0])
+    for _ in range(20):
+        way = guess - anchors
+        distance = np.linalg.norm(way, axis=1)
+        guess = guess - np.linalg.lstsq(way / distance[:, None], distance - ranges, rcond=None)[0]
+    assert np.linalg.norm(guess - sim.state["usv"].position[0]) < 1.0
+    assert (time > 0).all()
+
+
+def test_lbl_is_deaf_behind_a_wall_and_beyond_its_range() -> None:
+    lbl = {"type": "lbl", "transponders": {"a": {"position_m": [100, 0, -12]}, "b": {"position_m": [0, 200, -12]}},
+           "range_max_m": 150.0}  # fmt: skip
+    sim = pl.Simulation.load(scenario({"lbl": lbl}))
+    sim.spawn(pl.Prop("box", position=(50.0, 0.0, -40.0), size=(4.0, 80.0, 84.0), material="steel"))
+    found = [o["usv"]["lbl"] for o in (sim.step() for _ in range(40)) if "lbl" in o["usv"]]
+    assert all(np.isnan(r.data).all() for r in found)
+
+
+def test_hydrophones_hear_a_pinger_when_and_where_it_is() -> None:
+    """Onset after the travel time; phases between elements give its direction; level by spreading."""
+    elements = [[0.0, 0, 0], [0.01, 0, 0], [0, 0.01, 0], [0, 0, 0.01]]
+    pinger = {"position_m": [60, 40, -30], "frequency_hz": 27_000.0, "source_level_db": 170.0, "first_s": 0.51}
+    hydrophone = {"type": "hydrophone", "elements_m": elements, "pingers": {"p": pinger}, "rate_hz": 1.0}
+    made = scenario({"hydrophone": hydrophone}, world={"type": "flat", "depth_m": 700.0})
+    made["agents"]["usv"]["start"]["depth_m"] = 300.0
+    made["agents"]["usv"]["sensors"]["hydrophone"]["pingers"]["p"]["position_m"] = [60, 40, -320]
+    sim = pl.Simulation.load(made)
+    reading = None
+    for _ in range(25):
+        got = sim.step()["usv"].get("hydrophone")
+        reading = got if got is not None and got.t_ns == 1_000_000_000 else reading
+    assert reading is not None
+    x, t = reading.data[0], 1.0 + reading.extras["time"]
+    assert x.shape == (4, 96_000)
+    way = np.array([60.0, 40.0, -320.0]) - sim.state["usv"].position[0]
+    distance = float(np.linalg.norm(way))
+    loud = np.flatnonzero(np.abs(reading.truth[0, 0]) > 0.2 * np.abs(reading.truth[0, 0]).max())
+    assert t[loud[0]] == pytest.approx(0.51 + distance / 1497.0, abs=2e-3)
+    window = (t > t[loud[0]] + 1e-3) & (t < t[loud[0]] + 3e-3)
+    tone = np.exp(-2j * np.pi * 27_000.0 * t[window])
+    pressure = (x[:, window] * tone).mean(axis=1) * 2
+    expected = 10 ** (170 / 20) * 1e-6 * np.sqrt(2) / distance
+    assert abs(pressure[0]) == pytest.approx(expected, rel=0.15)
+    u = direction_from_phases(np.array(elements), pressure, 1497.0 / 27_000.0, way / distance)
+    yaw = sim.state["usv"].euler[0, 2]
+    local = np.array([np.cos(yaw) * way[0] + np.sin(yaw) * way[1], np.cos(yaw) * way[1] - np.sin(yaw) * way[0], way[2]])
+    assert u @ local / distance > np.cos(0.05)
+
+
+def test_wrong_hydrophones_are_refused() -> None:
+    with pytest.raises(pl.InputError, match="no multiple of rate_hz"):
+        pl.Simulation.load(scenario({"h": {"type": "hydrophone", "sample_rate_hz": 96_001.0}}))
+    wrong = {"type": "hydrophone", "pingers": {"p": {"position_m": [0, 0, 0], "frequency_hz": 60_000.0}}}
+    with pytest.raises(pl.InputError, match="above half the sample rate"):
+        pl.Simulation.load(scenario({"h": wrong}))
