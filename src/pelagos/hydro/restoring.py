@@ -2,10 +2,17 @@
 
 from __future__ import annotations
 
+import math
+from typing import Final
+
 import drjit as dr
 
 from pelagos.hydro.algebra import Matrix, Vector, add, cross, dot, matvec, minus, mul, neg, scaled, total
 from pelagos.jit import Array
+
+_LINEAR: Final = math.radians(15)
+_BEND: Final = math.radians(20)
+_VANISHING: Final = _LINEAR + _BEND * (math.pi + math.asin(_LINEAR / _BEND))
 
 
 def submerged(
@@ -54,6 +61,19 @@ def hydrostatic(stiffness: Matrix, heave: Array, roll: Array, pitch: Array) -> l
     `stiffness`: G `(6, 6)` about CO [N/m, N, N m]; heave: how far CO is below its equilibrium [m]; angles [rad].
     """
     return minus(matvec(stiffness, [0.0, 0.0, heave, roll, pitch, 0.0]))
+
+
+def righting_angle(angle: Array) -> Array:
+    """The angle that a linear righting moment is taken at [rad]: itself up to 15 degrees, so that beyond the moment is
+    largest at 47 and gone at 96 degrees, and negative up to 180, where a capsized hull lies still.
+
+    A usual shape of the righting lever's curve, for hulls whose geometry is not given (assumed).
+    """
+    size = dr.abs(angle)
+    rising = _LINEAR + _BEND * dr.sin((size - _LINEAR) * (1 / _BEND))
+    capsized = -_LINEAR * dr.sin((size - _VANISHING) * (math.pi / (math.pi - _VANISHING)))
+    bent = dr.select(size < _VANISHING, rising, capsized)
+    return dr.select(size < _LINEAR, angle, dr.mulsign(bent, angle))
 
 
 def weight_at(weight: Array, point: Vector, down: Vector) -> list[Array]:

@@ -56,6 +56,7 @@ class HullWaves:
 
     Attributes:
         powers: coefficients of the elevation, and of the pressure over rho g, by power down, across and along.
+        twin: whether the hulls are at the sides.
         velocity, acceleration: of the water as a rigid sheet (6): surge, sway, heave [m/s], [m/s^2], roll, pitch and
             yaw [rad/s], [rad/s^2].
         scale: 1 / (half the length, the sides, the draught) [1/m].
@@ -65,6 +66,22 @@ class HullWaves:
     velocity: list[Array]
     acceleration: list[Array]
     scale: tuple[float, float, float]
+    twin: bool
+
+    def plane(self) -> tuple[Array, Array, Array]:
+        """Mean elevation under the waterplane [m], and how it rises ahead and to starboard, by least squares [-]."""
+        rows = self.powers[0]
+        along = [1 / (p + 1) if p % 2 == 0 else 3 / (p + 2) for p in range(len(rows[0]))]
+        across = [1.0 if self.twin else 1 / (q + 1) if q % 2 == 0 else 3 / (q + 2) for q in range(len(rows))]
+
+        def part(odd_p: int, odd_q: int) -> Array:
+            return sum(
+                along[p] * across[q] * rows[q][p]
+                for q in range(odd_q, len(rows), 2)
+                for p in range(odd_p, len(rows[0]), 2)
+            )
+
+        return part(0, 0), self.scale[0] * part(1, 0), self.scale[1] * part(0, 1)
 
     def at(self, forward: Array, starboard: Array, depth: Array) -> tuple[Array, Array]:
         """(elevation [m], dynamic pressure over rho g [m]) at places from the hull's origin, `depth` below z = 0."""
@@ -112,7 +129,7 @@ def hull_waves(
     found = list(waves._loop(add, *([nothing] * (count + 12))))
     grid, motion = _along(found[:count], len(_ALONG[0])), found[count:]
     powers = _powers(grid, _ALONG[0], plane.across[0] / plane.sides, np.array([0.0, 0.5, 1.0]))
-    return HullWaves(powers, motion[:6], motion[6:], (1 / half, 1 / plane.sides, 1 / plane.draught))
+    return HullWaves(powers, motion[:6], motion[6:], (1 / half, 1 / plane.sides, 1 / plane.draught), plane.twin)
 
 
 @dataclass(frozen=True)

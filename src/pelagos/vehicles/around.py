@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+import drjit as dr
+
 from pelagos import jit
-from pelagos.hydro.algebra import Matrix, Vector, add, matvec, minus, transpose
+from pelagos.hydro.algebra import Matrix, Vector, add, matvec, minus, scaled, transpose
 from pelagos.jit import Array
 from pelagos.math.frames import flip_yz
 from pelagos.vehicles.flow import Flow, Seaway, make_flow, rotation_from_quaternion
@@ -13,6 +15,7 @@ from pelagos.vehicles.integrate import Rigid
 from pelagos.vehicles.stream import Stream, current_at, stream_at
 from pelagos.vehicles.tables import Tables
 from pelagos.vehicles.wave_flow import WaveFlow, along_hull, surface_under
+from pelagos.vehicles.wetness import Floating
 
 if TYPE_CHECKING:
     from pelagos.vehicles.config import VehicleConfig
@@ -32,6 +35,19 @@ def flow_around(config: VehicleConfig, model: Model, rigid: Rigid, ocean: Any, t
         tables: what the model reads on the device.
     """
     flow = _water(config, model, rigid, ocean, t, tables)
+    if ocean is not None and model.wetting is not None:
+        flow.wet = model.wetting.of(flow)
+        if isinstance(model.wetting, Floating):
+            flow.far = model.wetting.far(flow)
+            if model.sea is not None and flow.seaway is None and tables is not None and tables.hull is not None:
+                far = flow.far > 0
+                flow.calm = model.sea.still_load(ocean, rigid.position, flow.rotation, t, tables.hull, far)
+        if model.sea is not None:  # what balances the hull as it lies is not there in the air
+            balance = scaled(1 - flow.wet.share, model.sea.rest)
+            if flow.calm is not None:
+                flow.calm = add(flow.calm, balance)
+            if flow.seaway is not None:
+                flow.seaway.load = add(flow.seaway.load, balance)
     if config.medium == "water" and getattr(ocean, "ballast", None) is not None:
         flow.heaviness = ocean.heaviness(flip_yz(jit.Array3f64(*rigid.position)), t)
     air = getattr(ocean, "air", None)
@@ -88,12 +104,12 @@ def _seaway(
     assert tables.hull is not None
     waves = sea.waves(ocean, rigid.position, rotation, t)
     velocity = sea.to_body(rotation, waves.velocity)
-    surface = waves.powers[0][0][0]
+    surface, ahead, starboard = waves.plane()
     flow = make_flow(
         rigid.position, rotation, rigid.nu, add(stream.velocity, matvec(rotation, velocity[:3])),
         current_rotation=config.current_rotation,
         elevation=surface if ocean.tide is None else surface + ocean.tide.level(t),
-        acceleration=stream.acceleration, turning=stream.turning,
+        acceleration=stream.acceleration, turning=stream.turning, surface=(-dr.atan(starboard), dr.atan(ahead)),
     )  # fmt: skip
     water = sea.to_body(rotation, waves.acceleration)
     load = sea.load(ocean, waves, rigid.position, rotation, water, t, tables.hull)

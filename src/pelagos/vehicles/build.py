@@ -11,8 +11,11 @@ from pelagos.vehicles.config import VehicleConfig
 from pelagos.vehicles.control.controller import Controller
 from pelagos.vehicles.control.plant import Plant
 from pelagos.vehicles.model import Model, inertia_of
-from pelagos.vehicles.seakeeping import compile_seakeeping
-from pelagos.vehicles.terms.floating import HydrostaticConfig, TwinHullConfig
+from pelagos.vehicles.part import numbers
+from pelagos.vehicles.seakeeping import Seakeeping, compile_seakeeping
+from pelagos.vehicles.terms.floating import Hydrostatic, HydrostaticConfig, TwinHullConfig
+from pelagos.vehicles.terms.restoring import SubmergedConfig
+from pelagos.vehicles.wetness import Floating, Submersible, Wetting
 
 
 def build_model(config: VehicleConfig) -> Model:
@@ -22,16 +25,47 @@ def build_model(config: VehicleConfig) -> Model:
     if config.afloat is not None and config.seakeeping == "pressure":
         sea = compile_seakeeping(config.afloat, body)
     return Model(
+        trim=None if sea is None else _trim(config, sea),
         inertia=inertia_of(body, config.coriolis),
         terms={name: term.build(body) for name, term in config.terms.items() if term is not None},
         actuators={name: part.build(body) for name, part in config.actuators.items() if part is not None},
         battery=None if config.battery is None else battery(config.battery),
         sea=sea,
         sea_inertia=None if sea is None else inertia_of(replace(body, added=np.array(sea.added)), config.coriolis),
+        wetting=_wetting(config),
+        in_air=config.medium == "air",
         still=frozenset(
             name for name, term in config.terms.items() if isinstance(term, (HydrostaticConfig, TwinHullConfig))
         ),
     )
+
+
+def _trim(config: VehicleConfig, sea: Seakeeping) -> Hydrostatic | None:
+    """What the hydrostatic term restores beyond the hull's own pressure."""
+    assert config.afloat is not None
+    if config.afloat.restoring == "hull":
+        return None
+    body = config.body
+    found = [t.build(body) for t in config.terms.values() if isinstance(t, (HydrostaticConfig, TwinHullConfig))]
+    if not found:
+        return None
+    given = np.sum([np.array(t.matrix, dtype=np.float64) for t in found], axis=0)
+    return Hydrostatic(numbers(given - sea.stiffness), found[0].vertical)
+
+
+def _wetting(config: VehicleConfig) -> Wetting | None:
+    """How wet the hull is, by the shape that its buoyancy has too."""
+    body = config.body
+    half = [body.length / 2, body.beam / 2, body.height / 2]
+    if body.stiffness.any():
+        draught = body.weight / float(body.stiffness[2])
+        above = max([h.freeboard_m for h in config.afloat.hulls] or [draught]) if config.afloat else draught
+        half[2] = (draught + above) / 2
+        return Floating(half, [0.0, 0.0, (draught - above) / 2], draught / 2, min(draught, above))
+    for term in config.terms.values():
+        if isinstance(term, SubmergedConfig) and term.free_surface:
+            return Submersible(half, [float(x) for x in body.center_of_buoyancy])
+    return Submersible(half, [0.0, 0.0, 0.0]) if body.in_air else None
 
 
 def battery(config: BatteryConfig) -> Battery:

@@ -152,6 +152,7 @@ class VehicleConfig(PartConfig):
             center_of_gravity=np.array(self.mass.center_of_gravity_m, dtype=np.float64),
             center_of_buoyancy=np.array(self.mass.center_of_buoyancy_m, dtype=np.float64),
             stiffness=np.zeros(6),
+            in_air=self.medium == "air",
         )
         for term in self.terms.values():
             if isinstance(term, (HydrostaticConfig, TwinHullConfig)):

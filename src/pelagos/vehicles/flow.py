@@ -10,6 +10,7 @@ import drjit as dr
 
 from pelagos.hydro.algebra import Matrix, Vector, add, cross, matvec, minus, total, transpose
 from pelagos.jit import Array
+from pelagos.vehicles.wetness import Wetness
 
 CurrentRotation: TypeAlias = Literal["attitude", "heading"]
 
@@ -49,6 +50,10 @@ class Flow:
         seaway: waves at a hull that floats, where pressure stands for its linear hydrostatics.
         air: velocity of the air over ground in body axes (3) [m/s] at a height above the surface [m]; None in a calm.
         heaviness: density of the water over that which the vehicle is ballasted for; None: the same.
+        calm: load (6) of still water's pressure and weight on a hull that floats and is far from rest.
+        far: how far a hull that floats is from rest, 0 to 1, see `wetness.Floating`.
+        wet: how much of the hull is in the water; None: all coefficients hold everywhere.
+        step: of the integration [s]; None where there is none.
         water_acceleration: of the water that goes along, and of the line of it along the hull, body axes (6) [m/s^2],
             [rad/s^2]; None where it is steady.
     """
@@ -66,6 +71,10 @@ class Flow:
     air: Callable[[float], Vector] | None = None
     heaviness: Array | None = None
     water_acceleration: Vector | None = None
+    calm: Vector | None = None
+    far: Array = 0.0
+    wet: Wetness | None = None
+    step: Array | None = None
 
     @property
     def nu_c(self) -> list[Array]:

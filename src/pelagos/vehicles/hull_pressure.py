@@ -48,7 +48,18 @@ def hull_table(vertices: NDArray[np.float64], faces: NDArray[np.int64], drift: A
     return table
 
 
-def hull_pressure(waves: HullWaves, table: HullTable, level: Matrix, depth: Array) -> tuple[list[Array], list[Array]]:
+class StillWater:
+    """The surface and the pressure where there are no waves; stands for `HullWaves`."""
+
+    def at(self, forward: Array, starboard: Array, depth: Array) -> tuple[Array, Array]:
+        """See `HullWaves.at`."""
+        nothing = 0 * (forward + starboard + depth)
+        return nothing, nothing
+
+
+def hull_pressure(
+    waves: HullWaves | StillWater, table: HullTable, level: Matrix, depth: Array, active: Array | None = None
+) -> tuple[list[Array], list[Array]]:
     """Force and moment about the origin (3) per rho g, body axes [m^3], [m^4].
 
     Args:
@@ -56,7 +67,11 @@ def hull_pressure(waves: HullWaves, table: HullTable, level: Matrix, depth: Arra
         table: of the hull.
         level: `(3, 3)`, body axes to axes along the heading.
         depth: of the origin below the level of still water [m].
+        active: lanes to compute, the others give nothing; None: all.
     """
+    vertices, triangles = (
+        n if active is None else dr.select(active, n, jit.UInt32(0)) for n in (table.vertices, table.triangles)
+    )
     count = dr.width(table.places) // 3
 
     def meet(i: Array, immersion: Array, head: Array) -> tuple[Array, ...]:
@@ -68,7 +83,7 @@ def hull_pressure(waves: HullWaves, table: HullTable, level: Matrix, depth: Arra
         return i + 1, immersion, head
 
     start = (jit.UInt32(0), *(dr.alloc_local(jit.Float64, count) for _ in range(2)))
-    _, immersion, head = dr.while_loop(start, lambda i, *_: i < table.vertices, meet, mode="symbolic")
+    _, immersion, head = dr.while_loop(start, lambda i, *_: i < vertices, meet, mode="symbolic")
 
     def push(i: Array, immersion: Array, head: Array, *sums: Array) -> tuple[Array, ...]:
         at = dr.gather(jit.Array3u, table.corners, i)
@@ -78,5 +93,5 @@ def hull_pressure(waves: HullWaves, table: HullTable, level: Matrix, depth: Arra
 
     nothing = 0 * depth
     state = (jit.UInt32(0), immersion, head, *([nothing] * 6))
-    found = dr.while_loop(state, lambda i, *_: i < table.triangles, push, mode="symbolic")[3:]
+    found = dr.while_loop(state, lambda i, *_: i < triangles, push, mode="symbolic")[3:]
     return list(found[:3]), list(found[3:])

@@ -29,6 +29,7 @@ from pelagos.vehicles.terms.air import WingConfig
 from pelagos.vehicles.terms.blunt_lift import BluntLiftConfig
 from pelagos.vehicles.terms.crossflow import CrossFlowConfig
 from pelagos.vehicles.terms.damping import LinearDampingConfig, QuadraticDampingConfig, TimeConstantDampingConfig
+from pelagos.vehicles.terms.ditching import DitchingConfig
 from pelagos.vehicles.terms.floating import FloatingDampingConfig, HydrostaticConfig, PayloadConfig, TwinHullConfig
 from pelagos.vehicles.terms.function import FunctionConfig
 from pelagos.vehicles.terms.glide import GlideConfig
@@ -39,6 +40,7 @@ from pelagos.vehicles.terms.windage import WindageConfig
 TermConfig: TypeAlias = Annotated[
     BluntLiftConfig
     | CrossFlowConfig
+    | DitchingConfig
     | FloatingDampingConfig
     | FunctionConfig
     | GlideConfig

@@ -10,11 +10,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Final, Protocol
+from typing import Any, Final, Protocol
 
+import drjit as dr
 import numpy as np
 
-from pelagos.hydro.algebra import Matrix, Vector, add, matvec, minus, mul, solve_blocks, solve_symmetric
+from pelagos import jit
+from pelagos.hydro.algebra import Matrix, Vector, add, matvec, minus, mul, scaled, solve_blocks, solve_symmetric
 from pelagos.hydro.coriolis import coriolis_force, coriolis_force_angular, coriolis_matrix, coriolis_matrix_angular
 from pelagos.hydro.rigid_body import transport
 from pelagos.jit import Array
@@ -25,6 +27,12 @@ from pelagos.vehicles.inertia import CoriolisConfig
 from pelagos.vehicles.part import Body, numbers
 from pelagos.vehicles.seakeeping import Seakeeping
 from pelagos.vehicles.tables import Tables
+from pelagos.vehicles.wetness import Keeps, Place, Wetness, Wetting, shares_of
+
+
+def _left(load: Vector, share: Array) -> Vector:
+    return load if isinstance(share, float) else [mul(share, x) for x in load]
+
 
 _NEUTRAL: Final = 1e-12  # of the mass: rounding
 
@@ -48,6 +56,7 @@ class Inertia:
         angular: (mass, inertia `(3, 3)`, H(r_g)) where the rigid body's part is formed without linear velocity.
         none: no Coriolis forces; the terms contain them.
         excess: M_RB less that of the water displaced `(6, 6)`: what accelerating water does not push; None: nothing.
+        displaced: of the water displaced `(6, 6)`; None where that is not what accelerating water pushes.
     """
 
     rigid: Matrix
@@ -57,6 +66,7 @@ class Inertia:
     angular: tuple[Array, Matrix, Matrix] | None = None
     none: bool = False
     excess: Matrix | None = None
+    displaced: Matrix | None = None
 
     @property
     def whole(self) -> Matrix:
@@ -92,6 +102,24 @@ class Inertia:
             return matvec(self.inverse, wrench)
         return solve_symmetric(self.whole, wrench)
 
+    def accelerate_partly(self, wrench: Vector, flow: Flow, wet: Wetness, h: Array | None) -> list[Array]:
+        """Acceleration (6) of a body that is partly out of the water, `wrench` as of one that is wet everywhere.
+
+        The added mass is that of the wet part; where it grows, its new part takes its momentum from the body, in one
+        step of h [s] exactly: (M + s1 M_A) (nu + h a) = (M + s0 M_A) nu without other forces (`hydro.immersion`).
+        """
+        entering = dr.maximum(wet.rate, 0.0)
+        share = wet.share if h is None else dr.minimum(wet.share + h * entering, 1.0)
+        gain = entering if h is None else (share - wet.share) / h
+        dry = 1 - wet.share
+        load = add(wrench, scaled(-gain, matvec(self.added, flow.nu_r)))
+        if not self.none:
+            load = add(load, scaled(dry, coriolis_force(self.added, flow.nu_c, self.without)))
+        if self.displaced is not None and flow.water_acceleration is not None:
+            load = add(load, scaled(-dry, matvec(self.displaced, flow.water_acceleration)))
+        mass = [add(a, scaled(share, b)) for a, b in zip(self.rigid, self.added, strict=True)]
+        return solve_blocks(mass, load)
+
     def accelerate_over(self, wrench: Vector, flow: Flow, h: Array) -> Vector:
         """(M + h/2 C)^-1 wrench (6): the mean acceleration in a step of h [s] in which Coriolis forces do no work.
 
@@ -115,6 +143,9 @@ class Model:
         actuators: by name; each has one state and one command. Behind all states stands what some keep beside theirs.
         battery: what feeds T200 thrusters.
         sea: the hull in waves; None where nothing floats, or only follows the surface.
+        trim: what the hydrostatic terms restore beyond the hull's pressure near rest; None: nothing.
+        wetting: how wet the hull is; None: everywhere.
+        in_air: whether the terms are those of a body in air.
         sea_inertia: mass and added mass in waves.
         still: names of terms that pressure stands for in waves.
     """
@@ -126,6 +157,9 @@ class Model:
     sea: Seakeeping | None = None
     sea_inertia: Inertia | None = None
     still: frozenset[str] = frozenset()
+    trim: Term | None = None
+    wetting: Wetting | None = None
+    in_air: bool = False
 
     @property
     def on_host(self) -> bool:
@@ -147,13 +181,22 @@ class Model:
         found: dict[str, Vector] = {"coriolis": self.inertia_in(flow).coriolis(flow)}
         if flow.seaway is not None:
             found["sea"] = flow.seaway.load
+            if self.trim is not None:
+                found["trim"] = [mul(1 - flow.far, x) for x in self.trim.wrench(flow)]
         elif flow.water_acceleration is not None and self.inertia.excess is not None:
             found["excess_mass"] = minus(matvec(self.inertia.excess, flow.water_acceleration))
         for name, term in self.terms.items():
             if flow.seaway is None or name not in self.still:
-                found[name] = term.wrench(flow)
-        for (name, actuator), state in zip(self.actuators.items(), actuators, strict=True):
-            found[name] = actuator.wrench(state, flow)
+                keeps: Keeps = getattr(term, "keeps", "dry" if self.in_air else "hull")
+                found[name] = _left(term.wrench(flow), Place(keeps).share(flow))
+                if name in self.still and flow.calm is not None:
+                    found[name] = [
+                        dr.select(flow.far > 0, a + flow.far * (b - a), a)
+                        for a, b in zip(found[name], flow.calm, strict=True)
+                    ]
+        shares = shares_of([actuator.site for actuator in self.actuators.values()], flow)
+        for (name, actuator), state, share in zip(self.actuators.items(), actuators, shares, strict=True):
+            found[name] = _left(actuator.wrench(state, flow), share)
         return found
 
     def nu_dot(
@@ -170,8 +213,33 @@ class Model:
         """
         wrench = add(outside, *self.wrenches(flow, actuators, tables).values())
         inertia = self.inertia_in(flow)
-        relative = inertia.accelerate(wrench) if h is None else inertia.accelerate_over(wrench, flow, h)
+        if flow.wet is None or self.in_air:
+            relative = inertia.accelerate(wrench) if h is None else inertia.accelerate_over(wrench, flow, h)
+        else:
+            relative = self._where_wet(inertia, wrench, flow, h)
         return add(flow.current_rate, relative)
+
+    def _where_wet(self, inertia: Inertia, wrench: Vector, flow: Flow, h: Array | None) -> list[Array]:
+        """Acceleration (6), with the whole added mass where the hull is wet and less where it is not."""
+        wet = flow.wet
+        assert wet is not None
+        step, f64 = flow.step, jit.Float64
+
+        def whole(load: list[Array], nu_r: list[Array], nu: list[Array], *_: Any) -> list[Array]:
+            if h is None:
+                return [f64(a) for a in inertia.accelerate(load)]
+            return [f64(a) for a in inertia.accelerate_over(load, replace(flow, nu_r=nu_r, nu=nu), h)]
+
+        def partly(
+            load: list[Array], nu_r: list[Array], nu: list[Array], water: list[Array], share: Array, rate: Array
+        ) -> list[Array]:
+            here = replace(flow, nu_r=nu_r, nu=nu, water_acceleration=water if flow.water_acceleration else None)
+            return [f64(a) for a in inertia.accelerate_partly(load, here, Wetness(share, rate), step)]
+
+        given = [[f64(x) for x in part] for part in (wrench, flow.nu_r, flow.nu, flow.water_acceleration or [0.0] * 6)]
+        share, rate = f64(wet.share), f64(wet.rate)
+        found: list[Array] = dr.if_stmt((*given, share, rate), share < 1, partly, whole)
+        return found
 
     def inertia_in(self, flow: Flow) -> Inertia:
         """Mass and added mass, which in waves may be a panel method's."""
@@ -231,5 +299,8 @@ def inertia_of(body: Body, coriolis: CoriolisConfig) -> Inertia:
         without=tuple((row - 1, column - 1) for row, column in coriolis.without),
         angular=parts,
         none=coriolis.rigid == "none",
-        excess=numbers(excess) if np.abs(excess).max() > _NEUTRAL * np.abs(body.rigid).max() else None,
+        displaced=None if body.stiffness.any() else numbers(body.displaced),
+        excess=numbers(excess)
+        if not body.stiffness.any() and np.abs(excess).max() > _NEUTRAL * np.abs(body.rigid).max()
+        else None,
     )

@@ -36,6 +36,7 @@ class Body:
         added: M_A `(6, 6)`.
         weight, buoyancy: W, B [N].
         center_of_gravity, center_of_buoyancy: r_g, r_b `(3,)` [m].
+        in_air: whether the density is that of air.
         stiffness: diagonal `(6,)` of a floating hull's G about its centre of flotation; 0 for one that does not float.
     """
 
@@ -52,6 +53,7 @@ class Body:
     center_of_gravity: NDArray[np.float64]
     center_of_buoyancy: NDArray[np.float64]
     stiffness: NDArray[np.float64]
+    in_air: bool = False
 
     @property
     def mass_matrix(self) -> NDArray[np.float64]:

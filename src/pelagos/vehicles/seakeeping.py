@@ -18,7 +18,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache
 from importlib.resources import files
-from typing import Any, Final, Self
+from typing import Any, Final, Literal, Self
 
 import drjit as dr
 import numpy as np
@@ -33,9 +33,9 @@ from pelagos.hydro.radiation import fit_memory, retardation
 from pelagos.jit import Array
 from pelagos.ocean.hull_waves import HullWaves, Waterplane, hull_waves
 from pelagos.vehicles.drift import Drift, DriftConfig, compile_drift
-from pelagos.vehicles.hull_pressure import HullTable, hull_pressure, hull_table
+from pelagos.vehicles.hull_pressure import HullTable, StillWater, hull_pressure, hull_table
 from pelagos.vehicles.part import Body, PartConfig, Positive, numbers
-from pelagos.vehicles.shape.floating_mesh import float_mesh
+from pelagos.vehicles.shape.floating_mesh import float_mesh, wet_part
 from pelagos.vehicles.shape.pontoon import PontoonConfig, displaced, pontoon_mesh
 
 Values = NDArray[np.float64]
@@ -83,6 +83,9 @@ class AfloatConfig(PartConfig):
     drift: str | DriftConfig | None = None
     """Mean and slowly varying forces of second order: coefficients, or the catalogue's file that has them; without,
     none."""
+    restoring: Literal["term", "hull"] = "term"
+    """What holds near rest where the hydrostatic term and the hull's pressure differ: the term (a measured or published
+    stiffness) up to heaves of half the draught and tilts of 15 degrees, or the hull throughout."""
 
     @model_validator(mode="after")
     def _one_form(self) -> Self:
@@ -147,6 +150,7 @@ class Seakeeping:
         rest: what weight and pressure leave unbalanced at rest (6) [N], [N m].
         weight, center_of_gravity: [N], (3) [m].
         added: M_A `(6, 6)`, at infinite frequency where there are kernels.
+        stiffness: what pressure and weight restore near rest, about the origin `(6, 6)`: heave, roll and pitch.
         kernels: of the memory.
         drift: of second order; None: none.
     """
@@ -160,6 +164,7 @@ class Seakeeping:
     weight: float
     center_of_gravity: Sequence[float]
     added: Matrix
+    stiffness: NDArray[np.float64]
     kernels: tuple[Kernel, ...]
     drift: Drift | None
 
@@ -204,10 +209,23 @@ class Seakeeping:
             per, back = 1 / self.gravity, transpose(turn)
             force = add(force, matvec(back, [per * x, per * y, 0.0]))
             moment = add(moment, matvec(back, [0.0, 0.0, per * n]))
+        return add(self._with_weight(weight, force, moment, rotation), matvec(self.added, water))
+
+    def still_load(
+        self, ocean: Any, position: Vector, rotation: Matrix, t: Array, table: HullTable, active: Array
+    ) -> list[Array]:
+        """Pressure of still water and weight (6) in `active` lanes."""
+        place = jit.Array3f64(position[0], -position[1], dr.minimum(-position[2], 0.0))
+        weight = ocean.density(place, t) * self.gravity
+        depth = position[2] if ocean.tide is None else position[2] + ocean.tide.level(t)
+        force, moment = hull_pressure(StillWater(), table, upright(rotation), depth, active)
+        return self._with_weight(weight, force, moment, rotation)
+
+    def _with_weight(self, weight: Array, force: Vector, moment: Vector, rotation: Matrix) -> list[Array]:
         wet = [weight * f for f in [*force, *moment]]
         down = [self.weight * r for r in rotation[2]]
         heavy = [*down, *_cross(self.center_of_gravity, down)]
-        return add(wet, heavy, minus(self.rest), matvec(self.added, water))
+        return add(wet, heavy, minus(self.rest))
 
     def remember(self, memory: Sequence[Array], velocity: Vector, h: Array) -> tuple[list[Array], list[Array]]:
         """The memory after h [s] at a velocity (6) relative to the water, and the wrench (6) in that step's middle."""
@@ -284,9 +302,33 @@ def _compiled(
         weight=body.weight,
         center_of_gravity=[float(x) for x in body.center_of_gravity],
         added=numbers(added),
+        stiffness=mesh_stiffness(vertices, faces, body),
         kernels=kernels,
         drift=None if config.drift_coefficients is None else compile_drift(config.drift_coefficients),
     )
+
+
+def mesh_stiffness(vertices: Values, faces: NDArray[np.int64], body: Body) -> Values:
+    """G `(6, 6)` about the origin of a mesh, FRD, that floats there: -d load / d (heave, roll, pitch), still water."""
+    flip, step = np.array([1.0, -1.0, -1.0]), 1e-3
+    stiffness = np.zeros((6, 6))
+    half = float(np.abs(vertices[:, :2]).max())
+
+    def load(heave: float, roll: float, pitch: float) -> Values:
+        (sr, cr), (sp, cp) = ((math.sin(a), math.cos(a)) for a in (roll, pitch))
+        turn = np.array([[cp, sp * sr, sp * cr], [0.0, cr, -sr], [-sp, cp * sr, cp * cr]])  # body to level
+        volume, center = wet_part((vertices @ turn.T + [0.0, 0.0, heave]) * flip, faces, 0.0)
+        push = np.array([0.0, 0.0, -body.density * body.gravity * volume])
+        down = np.array([0.0, 0.0, body.weight])
+        arm = center * flip - [0.0, 0.0, heave]
+        moment = np.cross(arm, push) + np.cross(turn @ body.center_of_gravity, down)
+        return np.concatenate([turn.T @ (push + down), turn.T @ moment])
+
+    for axis, move in ((2, np.array([1.0, 0, 0])), (3, np.array([0, 1.0, 0])), (4, np.array([0, 0, 1.0]))):
+        size = step * (body.weight / body.gravity / body.density) ** (1 / 3) / (1.0 if axis == 2 else half)
+        stiffness[:, axis] = (load(*(-size * move)) - load(*(size * move))) / (2 * size)
+    stiffness[np.abs(stiffness) < 1e-7 * np.abs(stiffness).max()] = 0.0
+    return stiffness
 
 
 def _to_waterline(hull: PontoonConfig, draught: float) -> tuple[Values, NDArray[np.int64]]:

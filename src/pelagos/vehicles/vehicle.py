@@ -264,6 +264,7 @@ class Vehicle:
         tables = self._needed(tables, ocean)
         rigid = Rigid([*state.position], state.attitude, [*state.velocity, *state.angular_velocity])
         flow = self.flow(rigid, ocean, t, tables)
+        flow.step = h
         controller = self._controller(mode)
         memory = self._begin(state.controller, controller, mode, flow)
         demand, kept = controller.act(memory, flow, list(command), h)
@@ -274,6 +275,7 @@ class Vehicle:
             if demand.acceleration is not None:
                 return demand.acceleration
             here = flow if fraction == 0.0 else self.flow(at, ocean, t + fraction * h, tables)
+            here.step = None if self.config.integrator == "runge_kutta" else h
             states = state.actuators
             if fraction > 0.0:
                 states = self.model.advanced(states, commands, fraction * h)

@@ -7,6 +7,7 @@ from typing import Protocol
 from pelagos.hydro.algebra import Vector
 from pelagos.jit import Array
 from pelagos.vehicles.flow import Flow
+from pelagos.vehicles.wetness import Place
 
 
 class Follower(Protocol):
@@ -51,6 +52,11 @@ class Actuator(Protocol):
     @property
     def lag(self) -> Follower:
         """How the state follows the command."""
+        ...
+
+    @property
+    def site(self) -> Place:
+        """Where it acts, and what is left of its force near the surface."""
         ...
 
     @property

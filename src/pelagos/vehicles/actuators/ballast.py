@@ -11,6 +11,7 @@ from pelagos.jit import Array
 from pelagos.vehicles.actuators.lag import Lag
 from pelagos.vehicles.flow import Flow
 from pelagos.vehicles.part import Body, NonNegative, Number, PartConfig, Positive, Three
+from pelagos.vehicles.wetness import ALWAYS, HULL, Place
 
 
 class MovingMassConfig(PartConfig):
@@ -41,6 +42,7 @@ class MovingMass:
     weight: Array
     lag: Lag
     unit: str = "m"
+    site: Place = ALWAYS
 
     def wrench(self, state: Array, flow: Flow) -> Vector:
         """The moment of the weight's displacement (6)."""
@@ -79,6 +81,7 @@ class BuoyancyEngine:
     position: Vector
     lag: Lag
     unit: str = "m^3"
+    site: Place = HULL
 
     def wrench(self, state: Array, flow: Flow) -> Vector:
         """Buoyancy of the volume (6)."""

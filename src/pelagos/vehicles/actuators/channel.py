@@ -12,6 +12,7 @@ from pelagos.jit import Array
 from pelagos.vehicles.actuators.lag import Lag
 from pelagos.vehicles.flow import Flow
 from pelagos.vehicles.part import Body, NonNegative, Number, PartConfig
+from pelagos.vehicles.wetness import ALWAYS, Place
 
 
 class ChannelConfig(PartConfig):
@@ -44,6 +45,7 @@ class Channel:
 
     lag: Lag
     unit: str
+    site: Place = ALWAYS
 
     def wrench(self, state: Array, flow: Flow) -> Vector:
         """None (6)."""

@@ -12,6 +12,7 @@ from pelagos.jit import Array
 from pelagos.vehicles.actuators.lag import Lag
 from pelagos.vehicles.flow import Flow
 from pelagos.vehicles.part import Body, NonNegative, Number, PartConfig, Positive
+from pelagos.vehicles.wetness import HULL, Place
 
 
 class FinConfig(PartConfig):
@@ -44,14 +45,16 @@ class FinConfig(PartConfig):
         angle = math.radians(self.angle_deg)
         cos, sin = (round(x, 15) for x in (math.cos(angle), math.sin(angle)))
         limit = math.radians(self.limit_deg)
+        place = [self.x_m, self.radius_m * cos, self.radius_m * sin]
         pressure_area = 0.5 * body.density * self.area_m2
         return Fin(
             gain=pressure_area * self.lift_coefficient,
             drag_gain=pressure_area * self.drag_coefficient,
             direction=(cos, sin),
-            place=[self.x_m, self.radius_m * cos, self.radius_m * sin],
+            place=place,
             incidence=self.incidence,
             lag=Lag(self.time_constant_s, -limit, limit, self.clip),
+            site=Place("fin", place, 0.5 * math.sqrt(self.area_m2)),
         )
 
 
@@ -66,6 +69,7 @@ class Fin:
     incidence: bool
     lag: Lag
     unit: str = "rad"
+    site: Place = HULL
 
     def wrench(self, state: Array, flow: Flow) -> Vector:
         """Force and moment (6) at a deflection [rad]."""

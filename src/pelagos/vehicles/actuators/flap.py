@@ -11,6 +11,7 @@ from pelagos.jit import Array
 from pelagos.vehicles.actuators.lag import Lag
 from pelagos.vehicles.flow import Flow
 from pelagos.vehicles.part import Body, NonNegative, Number, PartConfig, Positive
+from pelagos.vehicles.wetness import DRY, Place
 
 
 class FlapConfig(PartConfig):
@@ -56,6 +57,7 @@ class Flap:
     effect: Vector
     lag: Lag
     unit: str = "rad"
+    site: Place = DRY
 
     def wrench(self, state: Array, flow: Flow) -> Vector:
         """Force and moment (6)."""

@@ -11,6 +11,7 @@ from pelagos.jit import Array
 from pelagos.vehicles.actuators.lag import Lag
 from pelagos.vehicles.flow import Flow
 from pelagos.vehicles.part import Body, Fraction, NonNegative, PartConfig, Positive
+from pelagos.vehicles.wetness import HULL, Place
 
 
 class PropellerConfig(PartConfig):
@@ -55,6 +56,7 @@ class PropellerConfig(PartConfig):
             advance_factor=1.0 - self.wake_fraction,
             over_ground=self.advance_from == "ground",
             lag=Lag(self.time_constant_s, -self.limit_rpm, self.limit_rpm, self.clip),
+            site=Place("dry") if body.in_air else Place("propeller", (-body.length / 2, 0.0, 0.0), d / 2),
         )
 
 
@@ -70,6 +72,7 @@ class Propeller:
     over_ground: bool
     lag: Lag
     unit: str = "rpm"
+    site: Place = HULL
 
     def wrench(self, state: Array, flow: Flow) -> Vector:
         """Thrust along x and reaction torque about it (6) at a shaft speed [rpm]."""

@@ -14,6 +14,7 @@ from pelagos.jit import Array
 from pelagos.vehicles.actuators.lag import Lag
 from pelagos.vehicles.flow import Flow
 from pelagos.vehicles.part import Body, NonNegative, PartConfig, Positive
+from pelagos.vehicles.wetness import HULL, Place
 
 _NAME: Final = re.compile(r"([XYN])(0?)([uvrd]*)")
 
@@ -72,6 +73,7 @@ class ShipRudder:
     lag: Lag
     scale: Literal["service_speed", "speed"] = "service_speed"
     unit: str = "rad"
+    site: Place = HULL
 
     def wrench(self, state: Array, flow: Flow) -> Vector:
         """Force and moment (6)."""

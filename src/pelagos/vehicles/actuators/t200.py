@@ -23,6 +23,7 @@ from pelagos.vehicles.actuators.third_order import VON_BENZON, Modes, ThirdOrder
 from pelagos.vehicles.actuators.thruster import thrust_effect
 from pelagos.vehicles.flow import Flow
 from pelagos.vehicles.part import Body, NonNegative, Number, PartConfig, Positive, Three
+from pelagos.vehicles.wetness import HULL, Place
 
 NEWTON_PER_KGF: Final = 9.80665
 VOLTAGES: Final = (10.0, 12.0, 14.0, 16.0, 18.0, 20.0)
@@ -74,6 +75,7 @@ class T200Config(PartConfig):
             effect=thrust_effect(self.position_m, self.direction, self.torque_m),
             lag=self._follower,
             inverse=inverse_fit(self.nominal_v),
+            site=Place("propeller", self.position_m, _RADIUS),
         )
 
     @property
@@ -91,6 +93,9 @@ class Side:
     root: float
     linear: float
     limit: float
+
+
+_RADIUS: Final = 0.038  # of the propeller [m]: 3 inch
 
 
 @cache
@@ -189,6 +194,7 @@ class T200:
     lag: Lag | ThirdOrder
     inverse: tuple[Side, Side]
     unit: str = "throttle"
+    site: Place = HULL
 
     def wrench(self, state: Array, flow: Flow) -> Vector:
         """Force and moment (6) at a throttle and the battery's voltage."""

@@ -15,6 +15,7 @@ from pelagos.jit import Array
 from pelagos.vehicles.actuators.lag import Lag
 from pelagos.vehicles.flow import Flow
 from pelagos.vehicles.part import Body, NonNegative, Number, PartConfig, Positive, Three
+from pelagos.vehicles.wetness import HULL, Place
 
 
 class ThrusterConfig(PartConfig):
@@ -39,6 +40,8 @@ class ThrusterConfig(PartConfig):
     """Reaction torque about `direction` by thrust [m]; its sign is that of the propeller's hand."""
     time_constant_s: NonNegative
     """[s]"""
+    diameter_m: Positive = 0.1
+    """Of the propeller, for what it loses near the surface and above it [m]."""
 
     @model_validator(mode="after")
     def _possible(self) -> Self:
@@ -55,6 +58,7 @@ class ThrusterConfig(PartConfig):
             curve=QuadraticCurve(self.forward, self.reverse),
             lag=Lag(self.time_constant_s, self.low, self.high),
             unit=self.unit,
+            site=thruster_site(body, self.position_m, self.diameter_m),
         )
 
 
@@ -74,6 +78,8 @@ class ForceThrusterConfig(PartConfig):
     """Reaction torque about `direction` by thrust [m]; its sign is that of the propeller's hand."""
     time_constant_s: NonNegative
     """[s]"""
+    diameter_m: Positive = 0.1
+    """Of the propeller, for what it loses near the surface and above it [m]."""
 
     def build(self, body: Body) -> Thruster:
         """The actuator."""
@@ -82,6 +88,7 @@ class ForceThrusterConfig(PartConfig):
             curve=LinearCurve(),
             lag=Lag(self.time_constant_s, self.low_n, self.high_n),
             unit="N",
+            site=thruster_site(body, self.position_m, self.diameter_m),
         )
 
 
@@ -130,6 +137,7 @@ class Thruster:
     curve: QuadraticCurve | LinearCurve
     lag: Lag
     unit: str
+    site: Place = HULL
 
     def wrench(self, state: Array, flow: Flow) -> Vector:
         """Force and moment (6)."""
@@ -144,6 +152,18 @@ class Thruster:
     def command(self, thrust: Array) -> Array:
         """The command that gives a thrust [N] when it has settled."""
         return self.curve.speed(thrust)
+
+
+def thruster_site(body: Body, position: Three, diameter: float) -> Place:
+    """Of a thruster; under a hull that floats at least as deep as its keel, whatever the line of its force.
+
+    Published models of surface craft put the force at the waterline.
+    """
+    if body.in_air:
+        return Place("dry")
+    heave = float(body.stiffness[2])
+    keel = body.weight / heave if heave > 0 else -np.inf
+    return Place("propeller", (position[0], position[1], max(position[2], keel)), diameter / 2)
 
 
 def thrust_effect(position: Three, direction: Three, torque: float) -> list[float]:

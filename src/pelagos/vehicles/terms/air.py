@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Literal
+from typing import ClassVar, Literal
 
 import drjit as dr
 
@@ -12,6 +12,7 @@ from pelagos.hydro.algebra import Vector, dot
 from pelagos.jit import Array
 from pelagos.vehicles.flow import Flow
 from pelagos.vehicles.part import Body, NonNegative, Number, PartConfig, Positive
+from pelagos.vehicles.wetness import Keeps
 
 
 class WingConfig(PartConfig):
@@ -72,6 +73,7 @@ class WingConfig(PartConfig):
 class Wing:
     """config: coefficients; density: of the air [kg/m^3]."""
 
+    keeps: ClassVar[Keeps] = "dry"
     config: WingConfig
     density: float
 

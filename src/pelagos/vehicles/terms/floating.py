@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Annotated, Literal
+from typing import Annotated, ClassVar, Literal
 
+import drjit as dr
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field
@@ -16,6 +17,7 @@ from pelagos.hydro.rigid_body import moved
 from pelagos.jit import Array
 from pelagos.vehicles.flow import Flow
 from pelagos.vehicles.part import Body, NonNegative, Number, PartConfig, Positive, Three, numbers
+from pelagos.vehicles.wetness import Keeps
 
 
 class HydrostaticConfig(PartConfig):
@@ -39,7 +41,8 @@ class HydrostaticConfig(PartConfig):
 
     def build(self, body: Body) -> Hydrostatic:
         """The term."""
-        return Hydrostatic(numbers(moved(np.diag(body.stiffness), self.center_of_flotation_m)), self.vertical)
+        matrix = numbers(moved(np.diag(body.stiffness), self.center_of_flotation_m))
+        return Hydrostatic(matrix, self.vertical, _bounds(body))
 
 
 class TwinHullConfig(PartConfig):
@@ -78,21 +81,38 @@ class TwinHullConfig(PartConfig):
     def build(self, body: Body) -> Hydrostatic:
         """The term."""
         point = (self.center_of_flotation_x_m, 0.0, 0.0)
-        return Hydrostatic(numbers(moved(np.diag(body.stiffness), point)), self.vertical)
+        return Hydrostatic(numbers(moved(np.diag(body.stiffness), point)), self.vertical, _bounds(body))
+
+
+def _bounds(body: Body) -> tuple[float, float]:
+    """The draught, at which nothing is left but the weight, and the rest of the height."""
+    draught = body.weight / float(body.stiffness[2])
+    return draught, max(body.height - draught, draught)
 
 
 @dataclass(frozen=True)
 class Hydrostatic:
-    """matrix: G `(6, 6)` about the origin, whose equilibrium is at the surface; vertical: see the configuration."""
+    """Restoring forces near the surface.
 
+    Attributes:
+        matrix: G `(6, 6)` about the origin, whose equilibrium is at the surface.
+        vertical: see the configuration.
+        bounds: highest rise and deepest sinking that still change the force [m]; None: without end.
+    """
+
+    keeps: ClassVar[Keeps] = "always"
     matrix: Matrix
     vertical: bool
+    bounds: tuple[float, float] | None = None
 
     def wrench(self, flow: Flow) -> Vector:
         """-G eta (6)."""
-        load = restoring.hydrostatic(
-            self.matrix, flow.immersion, flow.roll - flow.surface[0], flow.pitch - flow.surface[1]
-        )
+        heave, roll, pitch = flow.immersion, flow.roll - flow.surface[0], flow.pitch - flow.surface[1]
+        if self.bounds is not None and flow.wet is not None:
+            share = flow.wet.share
+            heave = dr.clip(heave, -self.bounds[0], self.bounds[1])
+            roll, pitch = share * restoring.righting_angle(roll), share * restoring.righting_angle(pitch)
+        load = restoring.hydrostatic(self.matrix, heave, roll, pitch)
         if self.vertical:
             load[:3] = scaled(load[2], flow.down)
         return load

@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from importlib import import_module
 from importlib.metadata import entry_points
-from typing import Any, Final, Literal
+from typing import Any, ClassVar, Final, Literal
 
 import drjit as dr
 import numpy as np
@@ -19,6 +19,7 @@ from pelagos.hydro.algebra import Matrix, Vector, matvec
 from pelagos.jit import Array
 from pelagos.vehicles.flow import Flow
 from pelagos.vehicles.part import Body, PartConfig, numbers
+from pelagos.vehicles.wetness import Keeps
 
 GROUP: Final = "pelagos.dynamics"
 """The group of entry points in which packages name their functions."""
@@ -103,6 +104,8 @@ class FunctionConfig(PartConfig):
 class Function:
     """function: the user's; parameters: handed to it; mass: M `(6, 6)` where it gives an acceleration."""
 
+    keeps: ClassVar[Keeps] = "always"
+
     function: UserTerm
     parameters: Mapping[str, Any]
     mass: Matrix | None = None
@@ -122,6 +125,8 @@ class Function:
 @dataclass(frozen=True)
 class NumpyFunction:
     """function: the user's, on the host; parameters, mass: as for `Function`."""
+
+    keeps: ClassVar[Keeps] = "always"
 
     function: NumpyTerm
     parameters: Mapping[str, Any]

@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal
+from typing import Final, Literal
 
 import drjit as dr
 
 from pelagos.hydro.algebra import Vector, dot
 from pelagos.vehicles.flow import Flow
 from pelagos.vehicles.part import Body, NonNegative, Number, PartConfig
+
+_STALL: Final = 0.35  # rad; the coefficients are for less, beyond the lift falls with the cosine; assumed
+_BROADSIDE: Final = 1.0  # rad: drag grows no more; assumed
+_FASTEST: Final = 3.0  # m/s: moments grow no more
 
 
 class GlideConfig(PartConfig):
@@ -58,18 +62,21 @@ class Glide:
         c = self.config
         u, v, w = flow.nu_r[:3]
         square = dot(flow.nu_r[:3], flow.nu_r[:3])
-        alpha = dr.atan2(w, u)
+        angle = dr.atan2(w, u)
+        alpha = dr.clip(angle, -_STALL, _STALL) * dr.select(dr.abs(angle) > _STALL, dr.maximum(dr.cos(angle), 0.0), 1.0)
         speed = dr.sqrt(square + 1e-12)
         beta = dr.asin(dr.clip(v / speed, -1.0, 1.0))
         lift = (c.lift_0 + c.lift * alpha) * square
-        drag = (c.drag_0 + c.drag * alpha * alpha) * square
-        sin, cos = dr.sincos(alpha)
+        bent = dr.clip(angle, -_BROADSIDE, _BROADSIDE)
+        drag = (c.drag_0 + c.drag * bent * bent) * square
+        sin, cos = dr.sincos(angle)
         p, q, r = flow.nu_r[3:]
+        fast = dr.minimum(square, _FASTEST**2)  # what turns it is known at its own speeds
         return [
             lift * sin - drag * cos,
             -c.side * beta * square,
             -lift * cos - drag * sin,
-            -c.roll_rate * p * square,
-            (c.pitch_0 + c.pitch * alpha - c.pitch_rate * q) * square,
-            (c.yaw * beta - c.yaw_rate * r) * square,
+            -c.roll_rate * p * fast,
+            (c.pitch_0 + c.pitch * alpha - c.pitch_rate * q) * fast,
+            (c.yaw * beta - c.yaw_rate * r) * fast,
         ]

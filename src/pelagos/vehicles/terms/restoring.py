@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal
+from typing import ClassVar, Literal
 
 from pelagos.hydro import restoring
 from pelagos.hydro.algebra import Vector, mul
 from pelagos.jit import Array
 from pelagos.vehicles.flow import Flow
 from pelagos.vehicles.part import Body, PartConfig
+from pelagos.vehicles.wetness import Keeps
 
 
 class SubmergedConfig(PartConfig):
@@ -35,6 +36,7 @@ class SubmergedConfig(PartConfig):
 class Submerged:
     """weight, buoyancy [N]; their centres (3) [m]; semi_axes (3) [m], or None without a surface."""
 
+    keeps: ClassVar[Keeps] = "always"
     weight: Array
     buoyancy: Array
     center_of_gravity: Vector

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Final, Literal
+from typing import ClassVar, Final, Literal
 
 from pelagos.hydro.algebra import Vector
 from pelagos.hydro.wave_load import wind_wrench
 from pelagos.jit import Array
 from pelagos.vehicles.flow import Flow
 from pelagos.vehicles.part import Body, Fraction, NonNegative, PartConfig
+from pelagos.vehicles.wetness import Keeps
 
 _AIR: Final = 1.225  # kg/m^3
 
@@ -36,6 +37,7 @@ class WindageConfig(PartConfig):
 class Windage:
     """Areas [m^2], height of their middle and length [m], coefficients."""
 
+    keeps: ClassVar[Keeps] = "always"
     frontal: Array
     lateral: Array
     height: float

@@ -1,0 +1,167 @@
+"""Vehicles at the surface and above it: falls, water entry and exit, thrust near the surface, capsizing."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+
+import pelagos as pl
+from pelagos import jit
+from pelagos.hydro import immersion, restoring
+
+
+def load(vehicle: Any, height: float = 0.0, control: str = "actuators", **given: Any) -> pl.Simulation:
+    """One vehicle with its origin `height` [m] above the water."""
+    ocean = {"waves": [given.pop("wave")]} if "wave" in given else {}
+    sim = pl.Simulation.load(
+        {
+            "tick_rate_hz": 100,
+            "world": {"type": "flat", "depth_m": 100.0},
+            "ocean": ocean,
+            "agents": {"it": {"vehicle": vehicle, "control": control,
+                              "start": {"position_m": [0, 0], "depth_m": max(0.0, -height), **given}}},
+        }
+    )  # fmt: skip
+    if height > 0:
+        sim.set_state("it", position=(0.0, 0.0, height))
+    return sim
+
+
+def ball(mass_ratio: float) -> dict[str, Any]:
+    """A smooth ball of 0.2 m, weightless, that knows where the surface is."""
+    radius, rho = 0.2, 1000.0
+    volume = 4 / 3 * math.pi * radius**3
+    mass, half = mass_ratio * rho * volume, 0.5 * rho * volume
+    return {
+        "type": "custom", "gravity_m_s2": 0.0, "density_kg_m3": rho, "length_m": 2 * radius, "diameter_m": 2 * radius,
+        "mass": {"type": "explicit", "mass_kg": mass, "inertia_kg_m2": [0.4 * mass * radius**2] * 3,
+                 "volume_m3": volume},
+        "added_mass": {"type": "diagonal", "diagonal": [half, half, half, 0, 0, 0]},
+        "terms": {"restoring": {"type": "submerged"}},
+        "modes": {"wrench": {"type": "wrench"}}, "default_mode": "wrench",
+    }  # fmt: skip
+
+
+@pytest.mark.parametrize("ratio", [0.4, 1.7])
+def test_entering_water_takes_the_momentum_of_the_added_mass_and_leaving_gives_none_back(ratio: float) -> None:
+    """(m + m_a) v stays (von Karman 1929), in every component.
+
+    Each step keeps it to rounding; shares that steps of an eighth of the ball add up to are whole to 2 %.
+    """
+    sim = load(ball(ratio), 0.4, "wrench")
+    start = np.array([3.0, -1.0, -5.0])
+    sim.set_state("it", velocity=start)
+    sim.run(0.4)
+    after = sim.state["it"].velocity[0]
+    assert sim.state["it"].position[0, 2] < -0.2
+    assert after == pytest.approx(start * ratio / (ratio + 0.5), rel=0.02)
+    sim.set_state("it", velocity=(1.0, 2.0, 4.0))
+    sim.run(0.6)
+    assert sim.state["it"].position[0, 2] > 0.2
+    assert sim.state["it"].velocity[0] == pytest.approx([1.0, 2.0, 4.0], rel=0.02)
+
+
+@pytest.mark.parametrize("name", ["otter", "wamv", "surface_vessel", "remus100", "bluerov2", "glider", "lrauv"])
+def test_in_the_air_everything_falls_and_the_water_stops_it(name: str) -> None:
+    """v = g t in the air whatever the thrusters do; at rest after it where it floats or was neutral, from 10 m."""
+    sim = load(name, 10.0)
+    g = pl.Vehicle.from_catalogue(name).config.gravity_m_s2
+    assert sim.state["it"].position[0, 2] == 10.0
+    limits = [a.lag.high for a in pl.Vehicle.from_catalogue(name).model.actuators.values()]
+    sim.step({"it": np.array(limits, dtype=float)}, ticks=50)
+    assert sim.state["it"].velocity[0] == pytest.approx([0, 0, -0.5 * g], abs=0.01)
+    sim.step({"it": np.zeros(len(limits))}, ticks=1)
+    lowest = 0.0
+    for _ in range(150):
+        sim.run(0.2)
+        lowest = min(lowest, sim.state["it"].position[0, 2])
+    assert lowest > -9.0
+    assert np.abs(sim.state["it"].velocity[0]).max() < 0.15
+
+
+@pytest.mark.parametrize("seakeeping", ["pressure", "slope"])
+def test_a_dropped_boat_comes_back_to_its_draught(seakeeping: str) -> None:
+    rest, drop = load({"type": "otter", "seakeeping": seakeeping}), load({"type": "otter", "seakeeping": seakeeping}, 6)
+    for sim in (rest, drop):
+        sim.run(30.0)
+    here, there = rest.state["it"], drop.state["it"]
+    assert there.position[0, 2] == pytest.approx(here.position[0, 2], abs=1e-3)
+    assert there.euler[0, :2] == pytest.approx(here.euler[0, :2], abs=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("name", "seconds"), [("otter", 12.0), ("wamv", 8.0), ("surface_vessel", 8.0), ("mariner", 60)]
+)
+def test_a_wave_of_a_tenth_of_a_millimetre_changes_nothing(name: str, seconds: float) -> None:
+    """Linear hydrostatics and pressure on the mesh: trim within 0.1 degree, the period of roll within 2 %."""
+    found = []
+    for wave in ({}, {"wave": {"type": "regular", "height_m": 1e-4, "period_s": 6.0}}):
+        sim = load(name, **wave)
+        sim.run(60.0)
+        trim = math.degrees(sim.state["it"].euler[0, 1])
+        place = tuple(sim.state["it"].position[0])
+        sim.set_state("it", attitude=(math.cos(0.008), math.sin(0.008), 0.0, 0.0), position=place)
+        step = seconds / 400
+        roll = []
+        for _ in range(400):
+            sim.run(max(0.01, round(step, 2)))
+            roll.append(sim.state["it"].euler[0, 0])
+        found.append((trim, _first_swing(np.array(roll))))
+    (trim, swing), (trim_waves, swing_waves) = found
+    assert trim_waves == pytest.approx(trim, abs=0.1)
+    assert swing_waves == pytest.approx(swing, rel=0.02)
+
+
+def _first_swing(roll: np.ndarray) -> float:
+    """Samples from the first to the second passage through zero, linear between samples."""
+    at = np.flatnonzero(np.diff(np.sign(roll)) != 0)[:2]
+    places = at + roll[at] / (roll[at] - roll[at + 1])
+    return float(places[1] - places[0])
+
+
+@pytest.mark.parametrize(("angle", "upright"), [(45.0, True), (75.0, False), (-120.0, False)])
+def test_a_catamaran_rights_itself_until_its_weight_passes_over_the_lower_pontoon(angle: float, upright: bool) -> None:
+    """Otter: pontoons 0.395 m from the middle, weight 0.247 m above the water: atan(0.395 / 0.247) = 58 degrees."""
+    sim = load("otter", roll_deg=angle)
+    sim.run(40.0)
+    roll = abs(math.degrees(sim.state["it"].euler[0, 0]))
+    assert roll == pytest.approx(0.0 if upright else 180.0, abs=3.0)
+
+
+def test_propellers_lose_thrust_as_minsaas_measured() -> None:
+    """1 - 0.675 (1 - 0.769 h/R)^1.258 (Minsaas, Faltinsen and Persson 1983) to 1.3 radii; nothing in the air."""
+    depth = np.array([-3.0, -0.6, 0.0, 0.5, 1.0, 1.29, 1.31, 9.0])
+    found = np.array(immersion.propeller_share(jit.Float64(0.3 * depth), 0.3))
+    whole = 1 - 0.675 * (1 - 0.769 * depth[2:6]) ** 1.258
+    assert found[2:6] == pytest.approx(whole, abs=1e-9)
+    assert found[2] == pytest.approx(0.325)
+    assert list(found[:2]) == [0.0, 0.0]
+    assert list(found[6:]) == [1.0, 1.0]
+
+
+def test_righting_moments_without_geometry_are_linear_first_and_gone_when_capsized() -> None:
+    a = np.radians(np.linspace(-180, 180, 7201))
+    g = np.array(restoring.righting_angle(jit.Float64(a)))
+    small = np.abs(a) < math.radians(14.9)
+    assert (g[small] == a[small]).all()
+    assert np.abs(np.diff(g)).max() < 1.5 * (a[1] - a[0])
+    assert np.abs(g).max() == pytest.approx(math.radians(35), rel=1e-6)
+    assert g[-1] == pytest.approx(0, abs=1e-9)
+    assert (g[(a > math.radians(97)) & (a < 3.14)] < 0).all()  # towards 180
+
+
+@pytest.mark.parametrize("name", ["quadrotor", "fixed_wing"])
+def test_what_flies_ditches(name: str) -> None:
+    """From 10 m with everything off: into the water and slowly on; under water no rotor lifts it out."""
+    sim = load(name, 10.0)
+    sim.run(6.0)
+    assert np.abs(sim.state["it"].velocity[0]).max() < 0.7
+    assert sim.state["it"].position[0, 2] < 0.05
+    count = len(pl.Vehicle.from_catalogue(name).model.actuators)
+    if name == "quadrotor":
+        sim.set_state("it", position=(0.0, 0.0, -3.0), velocity=(0, 0, 0))
+        sim.step({"it": np.full(count, 900.0)}, ticks=300)
+        assert sim.state["it"].position[0, 2] < -3.0
