@@ -41,7 +41,7 @@ def flow_around(config: VehicleConfig, model: Model, rigid: Rigid, ocean: Any, t
             flow.far = model.wetting.far(flow)
             if model.sea is not None and flow.seaway is None and tables is not None and tables.hull is not None:
                 far = flow.far > 0
-                flow.calm = model.sea.still_load(ocean, rigid.position, flow.rotation, t, tables.hull, far)
+                flow.calm = model.sea.still_load(flow.immersion, flow.rotation, tables.hull, far)
         if model.sea is not None:  # what balances the hull as it lies is not there in the air
             balance = scaled(1 - flow.wet.share, model.sea.rest)
             if flow.calm is not None:

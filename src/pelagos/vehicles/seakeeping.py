@@ -211,15 +211,13 @@ class Seakeeping:
             moment = add(moment, matvec(back, [0.0, 0.0, per * n]))
         return add(self._with_weight(weight, force, moment, rotation), matvec(self.added, water))
 
-    def still_load(
-        self, ocean: Any, position: Vector, rotation: Matrix, t: Array, table: HullTable, active: Array
-    ) -> list[Array]:
-        """Pressure of still water and weight (6) in `active` lanes."""
-        place = jit.Array3f64(position[0], -position[1], dr.minimum(-position[2], 0.0))
-        weight = ocean.density(place, t) * self.gravity
-        depth = position[2] if ocean.tide is None else position[2] + ocean.tide.level(t)
+    def still_load(self, depth: Array, rotation: Matrix, table: HullTable, active: Array) -> list[Array]:
+        """Pressure and weight (6) in `active` lanes, in still water of the density that the hull is made for.
+
+        `depth`: of the origin [m]; rotation FRD -> NED.
+        """
         force, moment = hull_pressure(StillWater(), table, upright(rotation), depth, active)
-        return self._with_weight(weight, force, moment, rotation)
+        return self._with_weight(self.density * self.gravity, force, moment, rotation)
 
     def _with_weight(self, weight: Array, force: Vector, moment: Vector, rotation: Matrix) -> list[Array]:
         wet = [weight * f for f in [*force, *moment]]
