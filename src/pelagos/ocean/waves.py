@@ -1,10 +1,11 @@
 """Surface waves: one table of components, evaluated wherever somebody asks. Linear (Airy) theory.
 
 Elevation sum a cos(k . x - omega t + phase), and below it the velocity, acceleration and pressure of the same
-components, e.g. L. H. Holthuijsen, Waves in Oceanic and Coastal Waters (2007), Chapter 5. Between the mean surface
-and the actual one the motion is stretched after J. D. Wheeler, J. Pet. Technol. 22:359 (1970), doi 10.2118/2712-PA:
-what linear theory has at z = 0 stands at the surface. Pictures, buoyancy, forces, sensors and sound all read this
-table, so they see the same sea.
+components, e.g. L. H. Holthuijsen, Waves in Oceanic and Coastal Waters (2007), Chapter 5. Near the surface the motion
+is stretched after J. D. Wheeler, J. Pet. Technol. 22:359 (1970), doi 10.2118/2712-PA: what linear theory has at z = 0
+stands at the surface. Stretching at all depths would give the water at a place a mean velocity against the waves, which
+takes the Stokes drift from whatever goes along; so it fades, and is gone a significant height below the mean surface.
+Pictures, buoyancy, forces, sensors and sound all read this table, so they see the same sea.
 """
 
 from __future__ import annotations
@@ -61,6 +62,7 @@ class Waves:
             1 / (1 + exp(-2 k h)). Padded with components of no amplitude.
         depth: `Float64` (1), of the water [m]; 1e9 where deep.
         limit: `Float64` (1), downward acceleration over gravity at which the surface breaks.
+        height: `Float64` (1), significant [m].
         deep: whether it is.
         breaks: whether it breaks anywhere.
     """
@@ -68,6 +70,7 @@ class Waves:
     table: Array
     depth: Array
     limit: Array
+    height: Array
     deep: bool
     breaks: bool
 
@@ -123,7 +126,7 @@ class Waves:
         Args:
             position: place.
             t: time [s].
-            stretch: after Wheeler; otherwise linear theory as it is, held at z = 0 above.
+            stretch: after Wheeler near the surface; otherwise linear theory as it is, held at z = 0 above.
         """
         x, y, z = position
         nothing = 0 * (x + y + z + t)
@@ -215,10 +218,12 @@ class Waves:
         return tuple(state[1:])
 
     def _stretched(self, z: Array, surface: Array) -> Array:
+        fade = dr.clip(1 + z / self.height, 0.0, 1.0)
         if self.deep:
-            return dr.minimum(z - surface, 0.0)
+            return dr.minimum(z - fade * surface, 0.0)
         depth = self.depth
-        return dr.clip((z - surface) * depth / dr.maximum(depth + surface, 0.05 * depth), -depth, 0.0)
+        full = (z - surface) * depth / dr.maximum(depth + surface, 0.05 * depth)
+        return dr.clip(z + fade * (full - z), -depth, 0.0)
 
     def _decay(self, k: Array, level: Array, second: Array) -> tuple[Array, Array, Array]:
         """cosh(k (z + h)) / sinh(k h), sinh(k (z + h)) / sinh(k h), cosh(k (z + h)) / cosh(k h)."""
@@ -261,9 +266,14 @@ def waves_of(components: Components, *, depth: float | None, wind: float | None 
     limit = breaking_limit(components, wind)
     table = component_table(components, depth=depth)
     waves = Waves(
-        jit.Float64(table.ravel()), jit.Float64(depth or 1e9), jit.Float64(limit), depth is None, limit < NEVER
+        jit.Float64(table.ravel()),
+        jit.Float64(depth or 1e9),
+        jit.Float64(limit),
+        jit.Float64(2.0 * math.sqrt(2.0) * float(np.linalg.norm(components.amplitude))),
+        depth is None,
+        limit < NEVER,
     )
-    jit.settle(waves.table, waves.depth, waves.limit)
+    jit.settle(waves.table, waves.depth, waves.limit, waves.height)
     return waves
 
 

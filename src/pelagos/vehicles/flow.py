@@ -53,6 +53,7 @@ class Flow:
         calm: load (6) of still water's pressure and weight on a hull that floats and is far from rest.
         far: how far a hull that floats is from rest, 0 to 1, see `wetness.Floating`.
         wet: how much of the hull is in the water; None: all coefficients hold everywhere.
+        midway: what Coriolis forces are made of in the middle of the step (6), foreseen; None: as now.
         step: of the integration [s]; None where there is none.
         water_acceleration: of the water that goes along, and of the line of it along the hull, body axes (6) [m/s^2],
             [rad/s^2]; None where it is steady.
@@ -74,6 +75,7 @@ class Flow:
     calm: Vector | None = None
     far: Array = 0.0
     wet: Wetness | None = None
+    midway: Vector | None = None
     step: Array | None = None
 
     @property

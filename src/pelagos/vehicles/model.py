@@ -77,6 +77,8 @@ class Inertia:
         """-(C_RB + C_A) nu_c (6)."""
         if self.none:
             return [0.0] * 6
+        if flow.midway is not None:
+            return minus(matvec(self.coriolis_matrix(flow), flow.nu_c))
         if not self.without and self.angular is None:
             return minus(coriolis_force(self.whole, flow.nu_c))
         if self.angular is None:
@@ -86,14 +88,15 @@ class Inertia:
         return minus(add(rigid, coriolis_force(self.added, flow.nu_c, self.without)))
 
     def coriolis_matrix(self, flow: Flow) -> Matrix:
-        """C_RB + C_A `(6, 6)`."""
+        """C_RB + C_A `(6, 6)`, of the velocity now or in the middle of the step."""
+        nu_c = flow.nu_c if flow.midway is None else flow.midway
         if not self.without and self.angular is None:
-            return coriolis_matrix(self.whole, flow.nu_c)
+            return coriolis_matrix(self.whole, nu_c)
         if self.angular is None:
-            rigid = coriolis_matrix(self.rigid, flow.nu_c)
+            rigid = coriolis_matrix(self.rigid, nu_c)
         else:
-            rigid = coriolis_matrix_angular(*self.angular, flow.nu_c)
-        added = coriolis_matrix(self.added, flow.nu_c, self.without)
+            rigid = coriolis_matrix_angular(*self.angular, nu_c)
+        added = coriolis_matrix(self.added, nu_c, self.without)
         return [add(a, b) for a, b in zip(rigid, added, strict=True)]
 
     def accelerate(self, wrench: Vector) -> Vector:
@@ -123,8 +126,9 @@ class Inertia:
     def accelerate_over(self, wrench: Vector, flow: Flow, h: Array) -> Vector:
         """(M + h/2 C)^-1 wrench (6): the mean acceleration in a step of h [s] in which Coriolis forces do no work.
 
-        `wrench` has them as they are at the step's beginning; they are to act at the mean of the velocities before and
-        after it, M a = f - C (nu_r + h/2 a), and C is skew. Linearly implicit midpoint rule: E. Hairer, C. Lubich,
+        `wrench` has them on the velocity at the step's beginning; they are to act on the mean of those before and after
+        it, M a = f - C (nu_r + h/2 a), and C is skew: energy stays. C is that of the step's middle (`Flow.midway`),
+        which keeps the angular momentum too, to second order. Linearly implicit midpoint rule: E. Hairer, C. Lubich,
         G. Wanner, "Geometric Numerical Integration", 2nd ed., Springer 2006, Section IV.2.
         """
         if self.none:

@@ -16,7 +16,7 @@ from pydantic import ValidationError
 
 from pelagos import jit
 from pelagos.errors import CommandError, LookupFailed, ScenarioError
-from pelagos.hydro.algebra import Vector, add
+from pelagos.hydro.algebra import Vector, add, minus, scaled
 from pelagos.jit import Array
 from pelagos.math.frames import flip_quaternion_np, flip_yz_np
 from pelagos.raycast.geometry import Geometry
@@ -265,6 +265,10 @@ class Vehicle:
         rigid = Rigid([*state.position], state.attitude, [*state.velocity, *state.angular_velocity])
         flow = self.flow(rigid, ocean, t, tables)
         flow.step = h
+        if self.config.integrator == "conservative":
+            gone = [*state.acceleration, *state.angular_acceleration]  # as the last step had it, the next will nearly
+            gone = add(gone[:3], minus(flow.current_rate[:3])) + gone[3:]
+            flow.midway = add(flow.nu_c, scaled(0.5 * h, gone))
         controller = self._controller(mode)
         memory = self._begin(state.controller, controller, mode, flow)
         demand, kept = controller.act(memory, flow, list(command), h)
