@@ -61,7 +61,7 @@ SCENARIO = {
 
 def main(seconds: float = 40.0) -> np.ndarray:
     """Depths (2) [m] before the winch pays out, and at the end."""
-    sim = pl.Simulation.load(SCENARIO)
+    sim = pl.Simulation.load(SCENARIO, trust=True)
     depths = []
     for winch in (3.0, 6.0):
         sim.command({"drifter": [winch]})

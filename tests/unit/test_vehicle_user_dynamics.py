@@ -47,7 +47,7 @@ def term(function, **more):
 def flown(vehicle: dict, n: int = 3) -> tuple[np.ndarray, np.ndarray]:
     start = {"position_m": [3.0, 1.0], "depth_m": 5.0, "heading_deg": 30.0}
     agent = {"vehicle": vehicle, "start": start, "control": "actuators", "command": [0.1, -0.05, 1200.0]}
-    sim = pl.Simulation.load({"world": {"type": "flat", "depth_m": 50.0}, "agents": {"a": agent}}, n=n)
+    sim = pl.Simulation.load({"world": {"type": "flat", "depth_m": 50.0}, "agents": {"a": agent}}, n=n, trust=True)
     sim.run(2.0)
     return sim.state["a"].position, sim.state["a"].velocity
 

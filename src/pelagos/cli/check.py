@@ -10,8 +10,9 @@ from rich.markup import escape
 from rich.table import Table
 
 from pelagos.cli.console import out
+from pelagos.cli.trusted import load
 from pelagos.config.agent import Agent, Start
-from pelagos.config.loader import load_scenario, to_yaml
+from pelagos.config.loader import to_yaml
 from pelagos.config.mission import (
     Dive,
     Dock,
@@ -36,13 +37,13 @@ from pelagos.config.mission import (
 from pelagos.config.scenario import Scenario
 
 
-def check_scenario(path: Path, changes: Sequence[str], *, resolved: bool) -> None:
+def check_scenario(path: Path, changes: Sequence[str], *, resolved: bool, trust: bool = False) -> None:
     """Print a summary, or the scenario with every default written out."""
     from pelagos.sim.control import first_mode
     from pelagos.sim.model import check_hearing
     from pelagos.vehicles.vehicle import Vehicle
 
-    scenario = load_scenario(path, changes=changes)
+    scenario = load(path, changes, trust=trust)
     _check_ocean(scenario)
     check_hearing(scenario)
     modes = {n: first_mode(scenario, n, Vehicle.from_config(a.vehicle)) for n, a in scenario.agents.items()}

@@ -13,9 +13,9 @@ from rich.markup import escape
 from rich.table import Table
 
 from pelagos.cli.console import err, out, shown
+from pelagos.cli.trusted import load
 from pelagos.cli.walk import Passed, rooms, walked
 from pelagos.config import registry
-from pelagos.config.loader import load_scenario
 from pelagos.config.scenario import Scenario
 from pelagos.errors import InputError, LookupFailed
 from pelagos.sensors.sensor import SensorConfig
@@ -24,13 +24,13 @@ from pelagos.sensors.sonar.keys.devices import device
 PHYSICS: Final = ("acoustics/", "optics/", "hydro/", "ocean/")
 
 
-def explain_sensor(path: Path, changes: Sequence[str], name: str, *, at_s: float) -> None:
+def explain_sensor(path: Path, changes: Sequence[str], name: str, *, at_s: float, trust: bool = False) -> None:
     """Print stops, configuration, sources and one reading's intermediate arrays.
 
     Raises:
         InputError: the scenario has no such sensor.
     """
-    scenario = load_scenario(path, changes=changes)
+    scenario = load(path, changes, trust=trust)
     agent, _, sensor = name.partition(".")
     config = _find(scenario, agent, sensor)
     component = registry.find("sensor", config.type).load()

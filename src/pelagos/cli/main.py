@@ -36,6 +36,12 @@ Changes = Annotated[
 ]
 
 
+Trust = Annotated[
+    bool,
+    typer.Option("--trust", help="Let the scenario run code (module:function) and read meshes from anywhere."),
+]
+
+
 class What(StrEnum):
     """What there are lists of."""
 
@@ -131,6 +137,7 @@ def run(
         ),
     ] = None,
     change: Changes = None,
+    trust: Trust = False,
 ) -> None:
     """Run a scenario; record it and write a report.
 
@@ -140,7 +147,7 @@ def run(
 
     options = Options(
         duration_s=duration, seed=seed, copies=copies, out=out, record=record, realtime=realtime, report=report,
-        max_wall_s=max_wall, checkpoint_every_s=checkpoint_every, resume=resume,
+        max_wall_s=max_wall, checkpoint_every_s=checkpoint_every, resume=resume, trust=trust,
         bridges=(*(["ros2"] if ros2 else []), *(bridge or [])), repeat=repeat,
     )  # fmt: skip
     raise typer.Exit(run_scenario(scenario, change or [], options))
@@ -153,11 +160,12 @@ def check(
         bool, typer.Option("--resolved", help="Print the scenario with every default written out.")
     ] = False,
     change: Changes = None,
+    trust: Trust = False,
 ) -> None:
     """Check a scenario and say what it would simulate; needs no device."""
     from pelagos.cli.check import check_scenario
 
-    check_scenario(scenario, change or [], resolved=resolved)
+    check_scenario(scenario, change or [], resolved=resolved, trust=trust)
 
 
 @app.command(
@@ -180,11 +188,12 @@ def world(
     samples: Annotated[int, typer.Option(min=1, max=1024, help="Rays for each pixel of the views.")] = 24,
     at: Annotated[float, typer.Option(metavar="S", help="Simulated time at which movers are shown.")] = 0.0,
     change: Changes = None,
+    trust: Trust = False,
 ) -> None:
     """Build the world of a scenario: statistics, pictures, files for other programs."""
     from pelagos.cli.world import show_world
 
-    show_world(scenario, change or [], out or [], samples=samples, at_s=at)
+    show_world(scenario, change or [], out or [], samples=samples, at_s=at, trust=trust)
 
 
 @app.command(
@@ -232,11 +241,12 @@ def explain(
     sensor: Annotated[str, typer.Argument(metavar="AGENT.SENSOR", help="Such as auv0.multibeam.", show_default=False)],
     at: Annotated[float, typer.Option(metavar="S", help="Simulated time at which to read the sensor.")] = 0.0,
     change: Changes = None,
+    trust: Trust = False,
 ) -> None:
     """Follow one sensor from its line in the scenario to its numbers, in five stops."""
     from pelagos.cli.explain import explain_sensor
 
-    explain_sensor(scenario, change or [], sensor, at_s=at)
+    explain_sensor(scenario, change or [], sensor, at_s=at, trust=trust)
 
 
 @app.command(

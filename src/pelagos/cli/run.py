@@ -14,7 +14,8 @@ from pelagos.cli.doors import doors_of, run_with_doors
 from pelagos.cli.progress import RunProgress
 from pelagos.cli.segments import Plan, run_segments
 from pelagos.cli.signals import Stopping, interrupted
-from pelagos.config.loader import load_scenario, to_yaml
+from pelagos.cli.trusted import load
+from pelagos.config.loader import to_yaml
 from pelagos.config.scenario import Scenario
 from pelagos.errors import InputError, RecordingError
 
@@ -41,6 +42,7 @@ class Options:
     resume: Path | None = None
     bridges: tuple[str, ...] = ()
     repeat: Path | None = None
+    trust: bool = False
 
 
 def run_scenario(path: Path | None, changes: Sequence[str], options: Options) -> int:
@@ -63,7 +65,7 @@ def run_scenario(path: Path | None, changes: Sequence[str], options: Options) ->
 
 
 def _run(path: Path, changes: Sequence[str], options: Options, stopping: Stopping) -> int:
-    scenario = load_scenario(path, overrides=_overrides(options), changes=changes)
+    scenario = load(path, changes, overrides=_overrides(options), trust=options.trust)
     folder = results_folder(options.out, path)
     recording = options.record or folder / "mission.mcap"
     if recording.is_dir() or not (options.record is None or recording.parent.is_dir()):
@@ -99,7 +101,7 @@ def _resume(folder: Path, options: Options, stopping: Stopping) -> int:
     plan, kept = Plan.load(folder), last_checkpoint(folder)
     if options.checkpoint_every_s is not None:
         plan = replace(plan, every_s=options.checkpoint_every_s)
-    sim = _load(load_scenario(folder / "scenario.yaml"), kept.n)
+    sim = _load(load(folder / "scenario.yaml", trust=options.trust), kept.n)
     sim.restore(kept)
     recording = Path(plan.recording)
     stopping.guard(sim.stop)

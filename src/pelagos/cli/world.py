@@ -14,7 +14,7 @@ from rich.table import Table
 
 from pelagos.cli.console import err, out, shown
 from pelagos.cli.stages import Stages
-from pelagos.config.loader import load_scenario
+from pelagos.cli.trusted import load
 from pelagos.config.scenario import Scenario
 from pelagos.errors import InputError, LookupFailed, WorldError
 from pelagos.sim.memory import peak_memory_mb
@@ -26,7 +26,9 @@ SUFFIXES: Final = (".png", ".html", ".glb", ".npz", ".json")
 """What `--out` may end in; without a suffix it is a folder."""
 
 
-def show_world(path: Path, changes: Sequence[str], outs: Sequence[Path], *, samples: int, at_s: float = 0.0) -> None:
+def show_world(
+    path: Path, changes: Sequence[str], outs: Sequence[Path], *, samples: int, at_s: float = 0.0, trust: bool = False
+) -> None:
     """Build the world, print its statistics, and write what was asked for, movers where they are at `at_s` [s].
 
     Raises:
@@ -34,7 +36,7 @@ def show_world(path: Path, changes: Sequence[str], outs: Sequence[Path], *, samp
         WorldError: the world cannot be built.
     """
     _check(outs)
-    scenario = load_scenario(path, changes=changes)
+    scenario = load(path, changes, trust=trust)
     pictures = any(o.suffix.lower() in (".png", ".html") for o in outs)
     steps = 1 + len(outs) + (5 + bool(scenario.world.movers) if pictures else 0)
     with Stages(steps) as stage, tempfile.TemporaryDirectory() as folder:

@@ -18,7 +18,11 @@ from pelagos.errors import ScenarioError, did_you_mean
 
 Key: TypeAlias = tuple[str | int, ...]
 MAX_DEPTH: Final = 50
-MAX_VALUES: Final = 200_000
+MAX_VALUES: Final = 500_000  # those that anchors and merge keys repeat included
+MAX_BYTES: Final = 32 << 20
+_COLLECTIONS: Final = ("tag:yaml.org,2002:map", "tag:yaml.org,2002:seq")
+_MAX_DIGITS: Final = 30  # of a number: longer ones are no measurement
+_NESTED: Final = re.compile(r"^[-?: ]{200,}", re.MULTILINE)  # "- - - -": lists in lists on one line
 
 
 @dataclass(frozen=True)
@@ -61,6 +65,10 @@ def read_document(path: Path) -> Document:
         raise ScenarioError(f"there is no such file{did_you_mean(path.name, others)}", where=str(path))
     if path.is_dir():
         raise ScenarioError("this is a folder; give a scenario file", where=str(path))
+    if not path.is_file():
+        raise ScenarioError("this is a device or a pipe; give a scenario file", where=str(path))
+    if path.stat().st_size > MAX_BYTES:
+        raise ScenarioError(f"too large for a scenario: more than {MAX_BYTES >> 20} MiB", where=str(path))
     try:
         text = path.read_text(encoding="utf-8-sig")
     except UnicodeDecodeError as error:
@@ -77,7 +85,7 @@ def parse_document(text: str, name: str, folder: Path) -> Document:
         ScenarioError: not YAML, or a key is written twice.
     """
     try:
-        node = yaml.compose(text, Loader=_Loader)
+        node = _composed(text)
         reader = _Reader(name)
         document = Document(reader.value(node, ()) if node is not None else None, reader.places, folder)
     except yaml.MarkedYAMLError as error:
@@ -91,8 +99,30 @@ def parse_document(text: str, name: str, folder: Path) -> Document:
         raise ScenarioError(what, where=f"{name}:{mark.line + 1}" if mark else name) from None
     except yaml.YAMLError as error:
         raise ScenarioError(f"not valid YAML: {error}", where=name) from None
+    except RecursionError:
+        raise ScenarioError("nested too deeply for a scenario", where=name) from None
     document.places[()] = name
     return document
+
+
+def _composed(text: str) -> yaml.Node | None:
+    """The tree of a text. Where it is wrong or deeply nested, PyYAML's own parser has the words and the guard."""
+    flow = text.count("[") + text.count("{")
+    if _FastLoader is not None and (flow <= MAX_DEPTH or _flow_depth(text) <= MAX_DEPTH) and not _NESTED.search(text):
+        try:
+            return yaml.compose(text, Loader=_FastLoader)
+        except yaml.YAMLError:
+            pass
+    return yaml.compose(text, Loader=_Loader)
+
+
+def _flow_depth(text: str) -> int:
+    """The deepest nesting of brackets, at least: those in texts and comments count too."""
+    depth = deepest = 0
+    for bracket in re.findall(r"[][{}]", text):
+        depth = max(depth + (1 if bracket in "[{" else -1), 0)
+        deepest = max(deepest, depth)
+    return deepest
 
 
 class _Loader(yaml.SafeLoader):
@@ -115,6 +145,9 @@ def _core_schema() -> dict[str, list[tuple[str, re.Pattern[str]]]]:
 
 
 _Loader.yaml_implicit_resolvers = _core_schema()
+_FastLoader: Any = None
+if hasattr(yaml, "CSafeLoader"):  # the same by libyaml, ten times as fast
+    _FastLoader = type("_FastLoader", (yaml.CSafeLoader,), {"yaml_implicit_resolvers": _core_schema()})
 
 
 class _Reader:
@@ -123,11 +156,16 @@ class _Reader:
     def __init__(self, name: str) -> None:
         self.name = name
         self.places: dict[Key, str] = {}
+        self._read = 0
+        self._merging: list[yaml.Node] = []
 
     def value(self, node: yaml.Node, path: Key) -> Any:
         self.places.setdefault(path, self.place(node))
-        if len(path) > MAX_DEPTH or len(self.places) > MAX_VALUES:
+        self._read += 1
+        if len(path) > MAX_DEPTH or self._read > MAX_VALUES:
             raise ScenarioError("nested too deeply, or too large for a scenario", where=self.place(node))
+        if not isinstance(node, yaml.ScalarNode) and node.tag not in _COLLECTIONS:
+            raise ScenarioError(f"the tag {node.tag!r} is not understood here", where=self.place(node))
         if isinstance(node, yaml.MappingNode):
             return self.mapping(node, path)
         if isinstance(node, yaml.SequenceNode):
@@ -146,6 +184,7 @@ class _Reader:
             if not isinstance(key_node, yaml.ScalarNode):
                 raise ScenarioError("a key must be a single word", where=self.place(key_node))
             key = self.scalar(key_node)
+            self._read += 1
             if key in first:
                 raise ScenarioError(
                     f"the key {key!r} is written twice; first on {first[key]}", where=self.place(key_node)
@@ -158,7 +197,15 @@ class _Reader:
     def merge(self, node: yaml.Node, path: Key) -> dict[Any, Any]:
         if not isinstance(node, yaml.MappingNode):
             raise ScenarioError("'<<' takes a mapping, or a list of mappings", where=self.place(node))
-        return self.mapping(node, path)
+        if any(node is other for other in self._merging):
+            raise ScenarioError("'<<' merges a mapping into itself", where=self.place(node))
+        if len(self._merging) >= MAX_DEPTH:
+            raise ScenarioError("'<<' is nested too deeply", where=self.place(node))
+        self._merging.append(node)
+        try:
+            return self.mapping(node, path)
+        finally:
+            self._merging.pop()
 
     def scalar(self, node: yaml.Node) -> Any:
         kind = node.tag.rpartition(":")[2]
@@ -167,6 +214,8 @@ class _Reader:
             return None
         if kind == "bool":
             return text.lower() == "true"
+        if kind in ("int", "float") and len(text) > _MAX_DIGITS:
+            raise ScenarioError(f"a number of {len(text)} characters", where=self.place(node))
         if kind == "int":
             return int(text, 0) if text[:2] in ("0x", "0o") else int(text)
         if kind == "float":

@@ -21,6 +21,7 @@ def load_scenario(
     *,
     overrides: Mapping[str, Any] | None = None,
     changes: Sequence[str] = (),
+    trust: bool = False,
 ) -> Scenario:
     """Read and check a scenario; needs no device.
 
@@ -28,6 +29,7 @@ def load_scenario(
         source: a YAML or JSON file, a mapping, or a scenario.
         overrides: values to change, by dotted path of keys.
         changes: values to change, as the command line gives them: "key.path=value".
+        trust: let it name functions of Python to call ("module:function"): such a scenario is a program.
 
     Raises:
         ScenarioError: something is wrong; says where, what was given and what is allowed.
@@ -35,7 +37,7 @@ def load_scenario(
     if isinstance(source, Scenario):
         if not changes and not overrides:
             return source
-        document = Document(source.model_dump(mode="json", exclude_unset=True), dict(source.places))
+        document, trust = Document(source.model_dump(mode="json", exclude_unset=True), dict(source.places)), True
     elif isinstance(source, Mapping):
         document = Document(plain(source), {}, Path.cwd())
     else:
@@ -44,10 +46,10 @@ def load_scenario(
         document = with_value(document, dotted, plain(value), place=f"override {dotted}")
     for text in changes:
         document = change(document, text)
-    return check(document)
+    return check(document, trust=trust)
 
 
-def check(document: Document) -> Scenario:
+def check(document: Document, *, trust: bool = False) -> Scenario:
     """The scenario that a document describes.
 
     Raises:
@@ -62,13 +64,19 @@ def check(document: Document) -> Scenario:
             f"a scenario is a mapping of keys, not {type(document.data).__name__}", where=document.where(())
         )
     try:
-        scenario = Scenario.model_validate(document.data, context={"folder": document.folder})
+        scenario = Scenario.model_validate(document.data, context=_context(document, trust))
     except ValidationError as error:
         raise scenario_error(error, document, Scenario) from None
     problems = [(document.where(path), text) for path, text in coerced(document.data, scenario)]
     if problems:
         raise as_error(problems)
     return scenario.placed(document.places)
+
+
+def _context(document: Document, trust: bool) -> dict[str, Any]:
+    """What validators know: the folder of relative paths, that in which a file's meshes must lie, and trust."""
+    of_file = () in document.places
+    return {"folder": document.folder, "bounds": document.folder if of_file else None, "trust": trust}
 
 
 def to_yaml(scenario: Scenario) -> str:

@@ -15,6 +15,7 @@ import drjit as dr
 
 from pelagos import jit
 from pelagos.config.strict import Strict
+from pelagos.config.trust import CodeTarget
 from pelagos.errors import ScenarioError
 from pelagos.jit import Array
 from pelagos.ocean.current import Current
@@ -26,7 +27,7 @@ class PythonCurrentConfig(Strict):
 
     type: Literal["python"] = "python"
     """The kind of current."""
-    function: str
+    function: CodeTarget
     """ "module:function"; takes `Array3f64` NWU [m] and `Float64` [s], gives `Array3f64` NWU [m/s]."""
 
     def build(self, site: Site) -> Current:

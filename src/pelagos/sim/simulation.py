@@ -85,6 +85,7 @@ class Simulation(Outside):
         *,
         environment: int = 0,
         overrides: Mapping[str, Any] | None = None,
+        trust: bool = False,
     ) -> Self:
         """Build a simulation.
 
@@ -95,6 +96,7 @@ class Simulation(Outside):
             environment: index of the first copy: copy i of a fleet is the same, byte for byte, as a fleet of one with
                 `environment=i`.
             overrides: values to change, by dotted key ("agents.auv0.sensors.imaging.range_max_m").
+            trust: let the scenario name functions of Python to call ("module:function"): it is a program then.
 
         Raises:
             InputError: with file, line and key of what is wrong.
@@ -102,7 +104,7 @@ class Simulation(Outside):
         """
         if isinstance(n, bool) or not isinstance(n, int) or n < 1:
             raise CommandError(f"n is the number of copies, a whole number from 1 on; given {n!r}")
-        checked = load_scenario(scenario, overrides=overrides)
+        checked = load_scenario(scenario, overrides=overrides, trust=trust)
         chosen = checked.seed if seed is None else seed
         encounters = encounters_of(checked)
         model = compile_model(checked, encounters, n=n, seed=_seed(chosen), first_environment=environment)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from copy import deepcopy
 from functools import cache
 from importlib.resources import files
 from typing import Any
@@ -27,13 +28,14 @@ def catalogue_data(name: str) -> dict[str, Any]:
     """
     if name not in catalogue_names():
         raise LookupFailed("vehicle", name, catalogue_names())
-    data: dict[str, Any] = yaml.safe_load(_text(name))
-    return data
+    return deepcopy(_data(name))
 
 
 @cache
-def _text(name: str) -> str:
-    return (files("pelagos.vehicles.catalogue") / f"{name}.yaml").read_text(encoding="utf-8")
+def _data(name: str) -> dict[str, Any]:
+    text = (files("pelagos.vehicles.catalogue") / f"{name}.yaml").read_text(encoding="utf-8")
+    data: dict[str, Any] = yaml.safe_load(text)
+    return data
 
 
 def merged(base: Mapping[str, Any], changes: Mapping[str, Any]) -> dict[str, Any]:

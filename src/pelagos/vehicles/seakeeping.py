@@ -26,7 +26,7 @@ from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
 from pelagos import jit
-from pelagos.config.path import ScenarioPath
+from pelagos.config.path import MeshPath
 from pelagos.errors import did_you_mean
 from pelagos.hydro.algebra import Matrix, Vector, add, matmul, matvec, minus, transpose
 from pelagos.hydro.radiation import fit_memory, retardation
@@ -75,7 +75,7 @@ class AfloatConfig(PartConfig):
 
     hulls: tuple[PontoonConfig, ...] = ()
     """All hulls; they carry the vehicle's weight at one draught, and lie level where the origin is at the surface."""
-    mesh: ScenarioPath | None = None
+    mesh: MeshPath | None = None
     """Instead of `hulls`, a file with a closed mesh of at most 5000 triangles, forward-left-up [m]; it is moved up or
     down until its wet part carries the weight with the origin at the surface."""
     radiation: str | RadiationConfig | None = None

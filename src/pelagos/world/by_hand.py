@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
-from pelagos.config.path import ScenarioPath
+from pelagos.config.path import MeshPath
 from pelagos.math.geodesy import GeoOrigin
 from pelagos.world import shapes
 from pelagos.world.doubt import doubts, missing_files
@@ -34,7 +34,7 @@ class ThingConfig(BaseModel):
     shape: Literal["box", "sphere", "cylinder", "cone", "plane", "corner_reflector", "file"] = "box"
     """What it is; `file` reads `path`. Cylinders and cones stand upright; a corner reflector of steel is open towards
     its own x, and sends sound back as three plates at right angles do."""
-    path: ScenarioPath | None = None
+    path: MeshPath | None = None
     """Mesh (OBJ, STL, PLY, glTF) or description (URDF, SDF, MJCF), relative to the scenario."""
     part: Literal["visual", "collision"] = "visual"
     """Which shapes of a description file."""

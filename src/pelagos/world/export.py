@@ -9,6 +9,7 @@ and materials.
 from __future__ import annotations
 
 import json
+import zlib
 from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any, ClassVar, Final, Literal
@@ -29,6 +30,7 @@ from pelagos.world.large.picture import pictured
 from pelagos.world.legend import legend
 from pelagos.world.material import Material
 from pelagos.world.mover import MoverConfig
+from pelagos.world.size import refuse_large
 from pelagos.world.terrain import HeightField
 from pelagos.world.world import World
 
@@ -129,14 +131,15 @@ def load(path: Path) -> World:
     if not path.is_file():
         raise WorldError(f"saved world {path} does not exist")
     try:
-        with path.open("rb") as file, np.load(file) as data:
+        refuse_large(path, "saved world")
+        with path.open("rb") as file, np.load(file, allow_pickle=False) as data:
             about = json.loads(bytes(data["about"]).decode())
             if about["format"] != FORMAT:
                 raise WorldError(f"saved world {path} has format {about['format']}; this version reads {FORMAT}")
             geometries = _geometries(data, about["geometries"])
             grid = about["terrain"]
             terrain = None if grid is None else _terrain(data, about)
-    except (OSError, ValueError, KeyError, EOFError, BadZipFile) as error:
+    except (OSError, ValueError, KeyError, EOFError, TypeError, zlib.error, BadZipFile) as error:
         raise WorldError(f"saved world {path} cannot be read; it may be damaged or cut short ({error})") from error
     materials = tuple(Material(**{**m, "albedo": tuple(m["albedo"])}) for m in about["materials"])
     return World(

@@ -9,6 +9,7 @@ import numpy as np
 
 from pelagos.errors import WorldError, did_you_mean
 from pelagos.world.mesh import Mesh, join
+from pelagos.world.size import refuse_large
 
 _SUFFIXES = (".obj", ".stl", ".ply", ".glb", ".gltf", ".off")
 
@@ -26,6 +27,7 @@ def read_mesh(path: Path) -> Mesh:
         raise WorldError(f"mesh file {path}: the format {path.suffix!r} is not read; known: {', '.join(_SUFFIXES)}")
     import trimesh
 
+    refuse_large(path, "mesh file")
     try:
         mesh = _whole(trimesh.load_scene(path, process=False))
     except Exception as error:  # trimesh's readers raise whatever their parsers meet
@@ -35,7 +37,16 @@ def read_mesh(path: Path) -> Mesh:
         raise WorldError(f"mesh file {path} holds no triangles")
     if not np.isfinite(mesh.vertices).all():
         raise WorldError(f"mesh file {path} holds coordinates that are not finite")
+    if not mesh_areas(mesh) > 0:
+        raise WorldError(f"mesh file {path} holds no triangle with an area")
     return mesh
+
+
+def mesh_areas(mesh: Mesh) -> float:
+    """The area of all triangles [file's unit squared]."""
+    a, b, c = np.moveaxis(mesh.vertices[mesh.faces], 1, 0)
+    with np.errstate(over="ignore", invalid="ignore"):
+        return float(np.linalg.norm(np.cross(b - a, c - a), axis=1).sum() / 2)
 
 
 def _whole(scene: Any) -> Mesh:

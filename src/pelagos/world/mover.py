@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, field_validator
 
-from pelagos.config.path import ScenarioPath
+from pelagos.config.path import MeshPath
 from pelagos.errors import LookupFailed
 from pelagos.math.so3 import rotate_np
 from pelagos.raycast.geometry import Geometry
@@ -46,7 +46,7 @@ class MoverConfig(BaseModel):
     """Material, where the body has none of its own."""
     label: str | int | None = None
     """Semantic label by name or number; the body's own where not given."""
-    file: ScenarioPath | None = None
+    file: MeshPath | None = None
     """Mesh for the body `file` (OBJ, STL, PLY, glTF), relative to the scenario."""
     seed: int = Field(default=0, ge=0)
     """Seed of its shape, where that is random."""

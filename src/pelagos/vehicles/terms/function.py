@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 from pydantic import Field, field_validator
 
 from pelagos import jit
+from pelagos.config.trust import CodeTarget
 from pelagos.errors import InputError, LookupFailed
 from pelagos.hydro.algebra import Matrix, Vector, matvec
 from pelagos.jit import Array
@@ -69,7 +70,7 @@ class FunctionConfig(PartConfig):
     """Your own force, or your own dynamics."""
 
     type: Literal["function"]
-    target: str
+    target: CodeTarget
     """"module:function" that can be imported, or the name of an entry point in the group "pelagos.dynamics"."""
     arrays: Literal["drjit", "numpy"] = "drjit"
     """What the function computes with: Dr.Jit, traced once and fast, or NumPy, called in every step and far slower."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import struct
 import zlib
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -28,7 +29,7 @@ Reader: TypeAlias = Callable[..., Grid | Soundings]
 
 _READERS: Final[dict[str, Reader]] = {
     ".nc": read_netcdf, ".nc4": read_netcdf, ".cdf": read_netcdf, ".grd": read_netcdf,
-    ".tif": read_raster, ".tiff": read_raster, ".asc": read_raster, ".bag": read_raster, ".vrt": read_raster,
+    ".tif": read_raster, ".tiff": read_raster, ".asc": read_raster, ".bag": read_raster,
     ".npz": read_npz,
     ".las": read_las, ".laz": read_las,
     ".csv": read_soundings, ".xyz": read_soundings, ".txt": read_soundings, ".dat": read_soundings,
@@ -132,7 +133,19 @@ def _guarded(reader: Reader, path: Path, how: Any) -> Grid | Soundings:
         return reader(path, how)
     except WorldError:
         raise
-    except (OSError, EOFError, ValueError, RuntimeError, KeyError, BadZipFile, zlib.error) as error:
+    except (
+        OSError,
+        EOFError,
+        ArithmeticError,
+        LookupError,
+        MemoryError,
+        RuntimeError,
+        TypeError,
+        ValueError,
+        BadZipFile,
+        struct.error,
+        zlib.error,
+    ) as error:
         text = str(error).strip() or type(error).__name__
         raise WorldError(f"bathymetry file {path} cannot be read; it may be damaged or cut short ({text})") from error
 

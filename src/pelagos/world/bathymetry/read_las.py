@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import struct
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
@@ -16,6 +17,7 @@ if TYPE_CHECKING:
 
 _NOISE: Final = (7, 18)  # ASPRS classes of low and high noise
 _WATER: Final = (9, 41, 42, 45)  # water: ASPRS 9, and those of the topo-bathymetric domain that are not the bed
+_PACKED: Final = 100  # LAZ packs points to a tenth; to a hundredth is beyond it
 _BED: Final = 40  # ASPRS topo-bathymetric domain profile: bathymetric point
 
 
@@ -29,8 +31,11 @@ def read_las(path: Path, how: Reading) -> Soundings:
     except ImportError as error:
         raise WorldError(f"bathymetry file {path} needs the package laspy; {HOW_TO_INSTALL}") from error
     try:
+        _refuse_lying(path)
         cloud = laspy.read(path)
-    except laspy.errors.LaspyException as error:
+    except WorldError:
+        raise
+    except Exception as error:  # laspy and lazrs raise whatever damaged files lead to
         raise WorldError(f"bathymetry file {path} cannot be read: {error}") from error
     if len(cloud.points) < cloud.header.point_count:
         has = f"{len(cloud.points)} of {cloud.header.point_count} points"
@@ -39,6 +44,33 @@ def read_las(path: Path, how: Reading) -> Soundings:
     u, v, z = (np.asarray(a, dtype=np.float64)[keep] for a in (cloud.y, cloud.x, cloud.z))
     crs, unit, words = _crs(cloud.header)
     return Soundings(u, v, z, how.crs or crs, "z", None, unit, words)
+
+
+def _refuse_lying(path: Path) -> None:
+    """Refuse a header that promises more than the file can hold, before memory and time are given to it.
+
+    Fields: ASPRS, LAS Specification 1.4 R15, Table 3.
+    """
+    size = path.stat().st_size
+    with path.open("rb") as file:
+        header = file.read(375).ljust(375, b"\0")
+    minor, header_size, points_at, records = header[25], *struct.unpack_from("<HII", header, 94)
+    kind, width, count = struct.unpack_from("<BHI", header, 104)
+    extended = 0
+    if minor >= 4:
+        extended, count = struct.unpack_from("<IQ", header, 243)
+    packed = bool(kind & 0xC0)  # as LAZ marks it
+    if header[24] != 1 or not 227 <= header_size <= points_at <= size:
+        raise WorldError(f"bathymetry file {path} cannot be read; its header is no LAS header: it is damaged")
+    if (
+        records * 54 > points_at - header_size
+        or extended * 60 > size
+        or count * width > size * (_PACKED if packed else 1)
+    ):
+        raise WorldError(
+            f"bathymetry file {path} cannot be read; its header says {count} points and {records + extended} records, "
+            f"which {size} bytes cannot hold: it is cut short or damaged"
+        )
 
 
 def _bed(classes: Any) -> Any:

@@ -10,6 +10,7 @@ import numpy as np
 from pelagos.errors import WorldError
 from pelagos.world.bathymetry.axes import EASTING, LATITUDE, LONGITUDE, NORTHING, check_axes, choose, named, plain
 from pelagos.world.bathymetry.survey import Grid, rising
+from pelagos.world.size import refuse_large
 
 if TYPE_CHECKING:
     from pelagos.world.bathymetry.read import Reading
@@ -17,7 +18,8 @@ if TYPE_CHECKING:
 
 def read_npz(path: Path, how: Reading) -> Grid:
     """A NumPy archive with two axes and one array on them."""
-    with path.open("rb") as file, np.load(file) as data:
+    refuse_large(path, "bathymetry file")
+    with path.open("rb") as file, np.load(file, allow_pickle=False) as data:
         arrays = {k: data[k] for k in data.files}
     axes = {k: a for k, a in arrays.items() if a.ndim == 1}
     latlon = named(axes, LATITUDE) is not None and named(axes, LONGITUDE) is not None

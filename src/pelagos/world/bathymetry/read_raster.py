@@ -17,6 +17,16 @@ from pelagos.world.bathymetry.survey import Grid, rising
 if TYPE_CHECKING:
     from pelagos.world.bathymetry.read import Reading
 
+DRIVERS: Final = {
+    b"II*\0": "GTiff", b"MM\0*": "GTiff", b"II+\0": "GTiff", b"MM\0+": "GTiff", b"\x89HDF": "BAG", b"DSAA": "GSAG",
+    b"DSBB": "GSBG", b"DSRB": "GS7BG",
+}  # fmt: skip
+"""The drivers of GDAL that may read a file, by how it begins, and AAIGrid for text: none follows references to other
+files or to the network."""
+_NO_NETWORK: Final = {
+    "GDAL_DISABLE_READDIR_ON_OPEN": "EMPTY_DIR",  # no side files either
+    "GDAL_HTTP_MAX_RETRY": 0, "GDAL_HTTP_TIMEOUT": 1, "CPL_VSIL_CURL_ALLOWED_EXTENSIONS": ".none", "GDAL_CACHEMAX": 256,
+}  # fmt: skip
 _STRIP: Final = 2048  # rows that are read at a time where only some of them are kept
 
 
@@ -28,8 +38,9 @@ def read_raster(path: Path, how: Reading) -> Grid:
         raise WorldError(f"bathymetry file {path} needs the package rasterio; {HOW_TO_INSTALL}") from error
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", rasterio.errors.NotGeoreferencedWarning)  # said below, in words
-        raster = rasterio.open(path)
-    with raster:
+        with rasterio.Env(**_NO_NETWORK):
+            raster = rasterio.open(path, driver=_driver(path))
+    with rasterio.Env(**_NO_NETWORK), raster:
         t = raster.transform
         _refuse(path, raster, how)
         crs = how.crs or (_crs_text(raster.crs) if raster.crs else "")
@@ -44,6 +55,11 @@ def read_raster(path: Path, how: Reading) -> Grid:
         name = raster.descriptions[band - 1] or f"band {band}"
         grid = rising(u[rows], v[columns], z)
         return Grid(*grid, crs, name, None, whole(u, v), unit, words, thinned(rows))
+
+
+def _driver(path: Path) -> str:
+    with path.open("rb") as file:
+        return DRIVERS.get(file.read(4), "AAIGrid")
 
 
 def _refuse(path: Path, raster: Any, how: Reading) -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import gzip
 import io
 import re
 from dataclasses import dataclass
@@ -15,6 +14,7 @@ from numpy.typing import NDArray
 from pelagos.errors import WorldError
 from pelagos.world.bathymetry.survey import Soundings
 from pelagos.world.bathymetry.values import known_unit
+from pelagos.world.size import unpacked
 
 if TYPE_CHECKING:
     from pelagos.world.bathymetry.read import Reading
@@ -60,8 +60,7 @@ def read_soundings(path: Path, how: Reading) -> Soundings:
 
     Columns that are not asked for may hold anything; decimal commas are understood where commas do not separate.
     """
-    raw = path.read_bytes()
-    text = (gzip.decompress(raw) if raw[:2] == b"\x1f\x8b" else raw).decode("utf-8", errors="replace")
+    text = unpacked(path, "bathymetry file").decode("utf-8", errors="replace")
     lines = text.lstrip("\ufeff").splitlines()
     layout = _layout(path, lines, how.columns)
     u, v, z = _table(path, lines, layout).T

@@ -14,6 +14,7 @@ from pelagos.world.mesh import Mesh, join
 from pelagos.world.robots.mjcf import read_mjcf
 from pelagos.world.robots.sdf import read_sdf
 from pelagos.world.robots.urdf import read_urdf
+from pelagos.world.size import refuse_large
 
 SUFFIXES: Final = (".urdf", ".sdf", ".world", ".xml", ".mjcf")
 """Endings of description files."""
@@ -31,6 +32,7 @@ def read_description(path: Path, which: str = "visual") -> Mesh:
     """
     if not path.is_file():
         raise WorldError(f"description file {path} does not exist")
+    refuse_large(path, "description file")
     try:
         root = Xml.parse(path).getroot()
     except Xml.ParseError as error:
@@ -40,7 +42,9 @@ def read_description(path: Path, which: str = "visual") -> Mesh:
         raise WorldError(f"description file {path} begins with <{root.tag}>; known: <robot> (URDF), <sdf>, <mujoco>")
     try:
         found = [mesh.rotated(turn).moved(place) for mesh, (turn, place) in readers[root.tag](root, path.parent, which)]
-    except (ValueError, KeyError, TypeError, IndexError, Xml.ParseError) as error:
+    except RecursionError:
+        raise WorldError(f"description file {path} is nested too deeply") from None
+    except (ValueError, KeyError, TypeError, IndexError, OSError, Xml.ParseError) as error:
         raise WorldError(f"description file {path}: a number or an attribute is missing or wrong ({error})") from error
     if not found:
         raise WorldError(f"description file {path} holds no {which} shapes that are read")

@@ -11,7 +11,7 @@ import numpy as np
 from pelagos.errors import WorldError
 from pelagos.world.mesh import Mesh, rotation
 from pelagos.world.robots.pose import Pose, compose, from_quaternion, identity, numbers
-from pelagos.world.robots.shape import tagged
+from pelagos.world.robots.shape import is_below, tagged
 
 _DEEPEST = 8  # files that include files
 
@@ -40,7 +40,7 @@ def _included(include: Xml.Element, pose: Pose, folder: Path, which: str, depth:
     uri = (include.findtext("uri") or "").strip()
     name = uri.split("://", 1)[-1]
     places = [parent / name / "model.sdf" for parent in (folder, *folder.parents[:3])] + [folder / name]
-    path = next((p for p in places if p.is_file()), None)
+    path = next((p for p in places if p.is_file()), None) if is_below(name.removeprefix("../")) else None
     if path is None or depth >= _DEEPEST:
         raise WorldError(f"the model {uri!r} that is included was not found about the description file in {folder}")
     other = Xml.parse(path).getroot()

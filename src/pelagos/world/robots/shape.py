@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import xml.etree.ElementTree as Xml
-from pathlib import Path
+from pathlib import Path, PurePosixPath
 
 import numpy as np
 
@@ -49,6 +49,12 @@ def tagged(element: Xml.Element, folder: Path) -> Mesh | None:
     return None
 
 
+def is_below(name: str) -> bool:
+    """Whether a relative name stays below the folder that it starts from."""
+    parts = PurePosixPath(name.replace("\\", "/"))
+    return not parts.is_absolute() and ".." not in parts.parts and ":" not in name
+
+
 def rod(radius: float, length: float, *, round_ends: bool) -> Mesh:
     """A cylinder, or a capsule whose straight part has this length."""
     if not round_ends:
@@ -63,8 +69,11 @@ def _found(name: str, folder: Path) -> Path:
     """A mesh file: where it says, beside the description, or in the package that the folder is a part of."""
     plain = name.split("://", 1)[-1]
     inside = plain.split("/", 1)[-1]
-    above = [parent / part for parent in folder.parents[:3] for part in (plain, inside)]
-    for candidate in (folder / plain, folder / inside, folder / Path(plain).name, *above):
+    above = [parent / part for parent in folder.parents[:3] for part in (plain, inside) if is_below(part)]
+    beside = [folder / part for part in (plain, inside, Path(plain).name) if is_below(part.removeprefix("../"))]
+    for candidate in (*beside, *above):
         if candidate.is_file():
             return candidate
+    if not is_below(plain.removeprefix("../")):
+        raise WorldError(f"the mesh {name!r} lies outside of the package of the description file in {folder}; copy it")
     raise WorldError(f"the mesh {name!r} was not found beside the description file in {folder}")
