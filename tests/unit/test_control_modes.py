@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import sys
 from pathlib import Path
 
@@ -11,7 +12,10 @@ import pytest
 sys.path.append(str(Path(__file__).parents[1] / "verification"))
 from vehicle_flight import Still, fly, quaternion
 
+from pelagos import jit
 from pelagos.errors import ScenarioError
+from pelagos.vehicles.control.line_of_sight import line_heading
+from pelagos.vehicles.flow import make_flow, rotation_from_euler
 from pelagos.vehicles.vehicle import Vehicle
 
 CURRENT = Still((0.25, 0.2, 0.0))
@@ -163,3 +167,61 @@ def test_a_pose_that_moves_is_followed_without_lag(name):
     )  # fmt: skip
     assert adrift.nu[-1, 0] == pytest.approx(0.3, abs=0.03)
     assert adrift.position[-1, 2] == pytest.approx(50.0, abs=0.05)
+
+
+# what single numbers of a control law stand for
+
+
+@pytest.mark.parametrize("course_deg", range(-180, 180, 45))
+@pytest.mark.parametrize("across", [4.0, -6.0])
+def test_the_heading_onto_a_line_does_not_depend_on_where_it_lies(course_deg, across):
+    """NWU line, NED position: moved by (dx, dy) together, the heading and the integral stay (both signs of y0)."""
+    course = np.deg2rad(course_deg)
+    ahead = np.array([np.cos(course), -np.sin(course)])
+    right = np.array([-np.sin(course), -np.cos(course)])
+    expected = course - np.arctan((across + 0.1 * 2.0) / 10.0)
+    for dx, dy in ((0.0, 0.0), (-70.0, 130.0), (25.0, -310.0)):
+        start = np.array([dx, dy])
+        end, here = start + 50 * ahead, start + 20 * ahead + across * right
+        line = [jit.Float64(float(v)) for v in (*start, *end)]
+        position = [jit.Float64(float(here[0])), jit.Float64(float(-here[1])), jit.Float64(3.0)]
+        heading, integral = line_heading(10.0, 0.1, jit.Float64(2.0), line, position, 0.1)
+        assert wrapped(float(heading[0]) - expected) == pytest.approx(0, abs=1e-12)
+        assert float(integral[0]) == pytest.approx(2.0 + 0.1 * 10 * across / ((across + 0.2) ** 2 + 100), rel=1e-12)
+
+
+def test_an_aeroplane_banks_and_coordinates_its_turn():
+    """Beard and McLain (2012), Section 5.3: course rate g tan(bank) / V; the rudder acts on the rate that lacks."""
+    vehicle = Vehicle.from_catalogue("fixed_wing")
+    law, c = vehicle.controllers["height_heading_speed"], vehicle.controllers["height_heading_speed"].config
+    still = make_flow(
+        [0.0, 0.0, -50.0], rotation_from_euler(0.1, 0.05, 0.3), [25.0, 0.5, 0.8, 0.02, -0.03, 0.07], [0.0] * 3
+    )
+    flow = dataclasses.replace(
+        still,
+        position=[jit.Float64(v) for v in (0.0, 0.0, -50.0)],
+        rotation=[[jit.Float64(float(v)) for v in row] for row in still.rotation],
+        nu=[jit.Float64(v) for v in still.nu],
+        nu_r=[jit.Float64(v) for v in still.nu_r],
+    )
+    command = [jit.Float64(v) for v in (52.0, 0.5, 26.0)]
+    demand, kept = law.act([jit.Float64(1.0), jit.Float64(0.5)], flow, command, jit.Float64(0.01))
+    bank = np.clip(c.kp_heading * (0.5 - 0.3), -np.deg2rad(c.bank_limit_deg), np.deg2rad(c.bank_limit_deg))
+    pitch = c.kp_height * 2.0 + c.ki_height * 1.0
+    speed = np.linalg.norm([25.0, 0.5, 0.8])
+    given = {name: float(jit.Float64(v)[0]) for name, v in demand.actuators.items()}
+    assert given[c.rudder] == pytest.approx(c.k_yaw_s * (0.07 - 9.81 * np.tan(bank) / 26.0), rel=1e-9)
+    assert given[c.aileron] == pytest.approx(c.kp_roll * (bank - 0.1) - c.kd_roll_s * 0.02, rel=1e-9)
+    assert given[c.elevator] == pytest.approx(-c.kp_pitch * (pitch - 0.05) + c.kd_pitch_s * -0.03, rel=1e-9)
+    integral = 0.5 + 0.01 * (26.0 - speed)
+    drive = c.trim_drive + c.kp_speed * (26.0 - speed) + c.ki_speed * integral
+    assert given[c.propeller] == pytest.approx(drive, rel=1e-9)
+    assert [float(k[0]) for k in kept] == pytest.approx([1.0 + 0.01 * 2.0, integral], rel=1e-9)
+
+
+def test_pose_control_is_damped():
+    """A step of half its reach overshoots by 6 % at most; undamped it would by 100 %."""
+    flight = fly(Vehicle.from_catalogue("bluerov2_heavy"), 25.0, h=0.02, mode="pose", command=(0.4, 0, -50, 0, 0, 0.5))
+    assert flight.position[:, 0].max() < 0.4 * 1.12
+    assert flight.position[-1, 0] == pytest.approx(0.4, abs=0.01)
+    assert -flight.euler[:, 2].min() < 0.5 * 1.12

@@ -143,3 +143,19 @@ def test_current_carries_a_drifting_vehicle():
     sim.run(60.0)
     after = sim.state["auv0"].position[0, 0]
     assert (after - before) / 60.0 == pytest.approx(0.5, rel=0.35)
+
+
+@pytest.mark.parametrize(
+    ("roll", "pitch", "heading"), [(10.0, 20.0, 30.0), (-25.0, 15.0, -120.0), (5.0, -35.0, 170.0), (0.0, 12.0, 0.0)]
+)
+def test_the_start_attitude_comes_back_as_it_was_written(roll, pitch, heading):
+    """Scenario: starboard down, nose up, clockwise. FLU in NWU: pitch positive looks down, yaw counter-clockwise."""
+    start = {"position_m": [0, 0, -8], "roll_deg": roll, "pitch_deg": pitch, "heading_deg": heading}
+    data = {"world": {"type": "flat", "depth_m": 30}, "agents": {"a": {"vehicle": "remus100", "start": start}}}
+    state = pl.Simulation.load(data).state["a"]
+    assert np.degrees(state.euler[0]) == pytest.approx([roll, -pitch, -heading], abs=1e-9)
+    w, x, y, z = state.attitude[0]
+    nose_up = 2 * (x * z - w * y)  # world z of the body's forward axis, by the rotation matrix
+    port_up = 2 * (y * z + w * x)  # of its left axis
+    assert nose_up == pytest.approx(np.sin(np.radians(pitch)), abs=1e-12)
+    assert port_up == pytest.approx(np.sin(np.radians(roll)) * np.cos(np.radians(pitch)), abs=1e-12)

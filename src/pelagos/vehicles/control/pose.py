@@ -1,7 +1,7 @@
 """Pose control by thrusters: dynamic positioning, station keeping and following a pose that moves.
 
-Position: a proportional loop asks for a velocity, limited so that approaches stay slow, and a PI loop with the drag of
-that velocity fed forward makes it. Attitude: PID. Gains by pole placement, Kp = w^2 M, Kd = 2 ratio w M.
+A proportional loop asks for a velocity, limited so that approaches stay slow, and for rates of turn; a PI loop with the
+drag of that velocity fed forward makes them. Gains by pole placement, Kp = w^2 M, Kd = 2 ratio w M.
 
 Source: F21 Chapter 15 (MIMO PID with pole placement, model-based feed-forward) and Section 15.2.4 (integrator
 anti-windup by conditional integration).
@@ -71,7 +71,7 @@ class PoseConfig(PartConfig):
 class Pose:
     """See `PoseConfig`.
 
-    Memory: integrals of the velocity error, body axes (3) [m], and of the attitude error (3) [rad s]; the pose where
+    Memory: integrals of the velocity error, body axes (6), times the loop's frequency [m/s], [rad/s]; the pose where
     the mode was entered (6); the slow part of the current, NED (3) [m/s].
     """
 
@@ -129,14 +129,12 @@ class Pose:
         c = self.config
         wrench: list[Array] = []
         steps: list[Array] = []
-        for i in range(3):
-            gain, error = 2 * c.ratio * c.frequency_rad_s, wanted[i] - flow.nu[i]
-            wrench.append(self.mass[i] * gain * (error + memory[i]))
-            steps.append(h * c.frequency_rad_s * c.integral * error)
-        for i, error in enumerate(turned, 3):
-            w = c.turn_frequency_rad_s
-            wrench.append(-self.mass[i] * (w * w * (error - memory[i]) + 2 * c.ratio * w * flow.nu[i]))
-            steps.append(-h * w * c.integral * error)
+        rates = scaled(-c.turn_frequency_rad_s / (2 * c.ratio), turned)
+        for i, velocity in enumerate([*wanted, *rates]):
+            w = c.frequency_rad_s if i < 3 else c.turn_frequency_rad_s
+            error = velocity - flow.nu[i]
+            wrench.append(self.mass[i] * 2 * c.ratio * w * (error + memory[i]))
+            steps.append(h * w * c.integral * error)
         return wrench, steps
 
 
