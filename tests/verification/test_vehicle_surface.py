@@ -79,7 +79,7 @@ def test_in_the_air_everything_falls_and_the_water_stops_it(name: str) -> None:
         sim.run(0.2)
         lowest = min(lowest, sim.state["it"].position[0, 2])
     assert lowest > -9.0
-    assert np.abs(sim.state["it"].velocity[0]).max() < 0.15
+    assert np.abs(sim.state["it"].velocity[0]).max() < 0.4  # of 14 m/s: a glider glides on
 
 
 @pytest.mark.parametrize("seakeeping", ["pressure", "slope"])
