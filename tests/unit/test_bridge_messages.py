@@ -78,7 +78,7 @@ def measurement(kind: str, config: Any, lanes: int) -> Measurement:
     elif kind == "collision":
         data = uniform(0, 1, (lanes, 1)) > 0.5
         extras = {"force": uniform(-9, 9, (lanes, 3)), "moment": uniform(-9, 9, (lanes, 3))}
-    elif kind in ("modem", "usbl"):
+    elif kind in ("modem", "usbl", "ais", "optical_modem", "radio"):
         data = uniform(0, 1, (lanes, 5))
         extras = {"fates": np.empty(lanes, dtype=object)}
         lost = Reception(7, "data", "b.modem", "*", "a.modem", 5, 9, 8, "collision", 120.5, -math.inf)

@@ -41,6 +41,9 @@ ENCODERS: Final[Mapping[str, Callable[[Any, Site], Encoding]]] = {
     "current_meter": water.current_meter,
     "modem": communication.modem,
     "usbl": communication.modem,
+    "ais": communication.modem,
+    "optical_modem": communication.modem,
+    "radio": communication.modem,
 }
 
 

@@ -10,7 +10,7 @@ import numpy as np
 from pelagos.errors import CommandError, LookupFailed, ScenarioError
 from pelagos.math.so3 import rotate_np
 from pelagos.sensors.comms.link.packet import BROADCAST, Kind
-from pelagos.sensors.comms.modem import check_payload
+from pelagos.sensors.comms.link.reading import check_payload
 
 if TYPE_CHECKING:
     from pelagos.sim.simulation import Simulation
@@ -45,7 +45,9 @@ def send(
     state = sim.state[agent]
     arm = np.tile(np.array(port.mount.position_m), (sim.n, 1))
     height = state.position[:, 2] + rotate_np(state.attitude, arm)[:, 2] - medium.level(sim.time_ns * 1e-9)
-    if all(height[c] > 0.0 for c in copies):
+    if port.kind == "radio" and all(height[c] < 0.0 for c in copies):
+        raise CommandError(f"{path} is {-height[copies[0]]:.2g} m under water; radio sends above it")
+    if port.kind != "radio" and all(height[c] > 0.0 for c in copies):
         raise CommandError(f"{path} is {height[copies[0]]:.2g} m above the water; a modem sends under it")
     asked = port.acknowledge if acknowledge is None else acknowledge
     return sim.stepper.traffic.send(

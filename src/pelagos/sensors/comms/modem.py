@@ -10,12 +10,12 @@ from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
 from pelagos.acoustics.modulation import Modulation
-from pelagos.errors import LookupFailed, ScenarioError
+from pelagos.errors import LookupFailed
 from pelagos.sensors.comms.link.budget import success
 from pelagos.sensors.comms.link.devices import DEVICES
 from pelagos.sensors.comms.link.medium import Medium
 from pelagos.sensors.comms.link.modem_port import Mac, ModemPort
-from pelagos.sensors.comms.link.traffic import Output
+from pelagos.sensors.comms.link.reading import read_port
 from pelagos.sensors.schedule import period_ticks
 from pelagos.sensors.sensor import Kinematics, Measurement, SensorConfig, SensorContext
 
@@ -137,17 +137,12 @@ class Modem:
     def __init__(self, config: ModemConfig, context: SensorContext) -> None:
         self._config, self._context = config, context
         self._medium: Medium | None = context.medium
-        self._copies = len(context.own_body)
         if self._medium is not None:
             self._medium.add(self._port(), context)
 
     def sense(self, motion: Kinematics) -> Measurement:
         """Read the modem on every lane of `motion`."""
-        lanes = len(motion.tick) // self._copies
-        if self._medium is None or self._medium.traffic is None:
-            return _measured([_silent(self._copies) for _ in range(lanes)])
-        traffic = self._medium.traffic
-        return _measured([traffic.read(self._context.path, tick) for tick in self._medium.ticks])
+        return read_port(self._context, len(motion.tick))
 
     def explain(self, motion: Kinematics) -> list[tuple[str, NDArray[Any], str]]:
         """The link budget of a packet of full length: (name, values, unit)."""
@@ -168,30 +163,3 @@ class Modem:
     def _array(self) -> NDArray[np.float64] | None:
         """Elements in the sensor frame [m]; a plain modem has one."""
         return None
-
-
-def check_payload(port: ModemPort, payload: object) -> bytes:
-    """A payload as bytes.
-
-    Raises:
-        ScenarioError: it is neither bytes nor text, or longer than the device sends.
-    """
-    if isinstance(payload, str):
-        payload = payload.encode()
-    if not isinstance(payload, bytes | bytearray):
-        raise ScenarioError(f"{port.path}: a payload is bytes or text, not {type(payload).__name__}")
-    if len(payload) > port.packet_max_bytes:
-        raise ScenarioError(f"{port.path}: a packet holds {port.packet_max_bytes} bytes; given {len(payload)}")
-    return bytes(payload)
-
-
-def _silent(copies: int) -> Output:
-    return Output(np.zeros((copies, 5)), [[] for _ in range(copies)], [[] for _ in range(copies)])
-
-
-def _measured(outputs: list[Output]) -> Measurement:
-    status = np.concatenate([o.status for o in outputs])
-    packets, fates = (np.empty(len(status), dtype=object) for _ in range(2))
-    packets[:] = [tuple(p) for o in outputs for p in o.packets]
-    fates[:] = [tuple(f) for o in outputs for f in o.fates]
-    return Measurement(status, status, extras={"packets": packets, "fates": fates})

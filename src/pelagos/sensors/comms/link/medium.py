@@ -28,6 +28,7 @@ _FRESH_S: Final = (
     2.0,
 )  # how long a link holds: where nothing moves but its ends, and where something may stand in
 _RAYS: Final = 256
+_REFERENCE_HZ: Final = 25_000.0  # of the tracer that is asked for the sea's level
 _BOUNCES: Final = 6
 
 
@@ -114,7 +115,7 @@ class Medium:
 
     def level(self, t: float) -> float:
         """Of the sea [m]."""
-        return self._tracer(next(iter(self.modems.values())).frequency_hz).level(t)
+        return self._tracer(_REFERENCE_HZ).level(t)
 
     def hear(
         self, pairs: Sequence[tuple[int, int, int]], poses: Mapping[int, Pose], t: float,

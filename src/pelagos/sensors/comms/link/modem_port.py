@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from pelagos.acoustics.modulation import Modulation
+
+if TYPE_CHECKING:
+    from pelagos.sensors.comms.link.carrier import Carrier
 
 Mac = Literal["none", "aloha", "csma", "tdma", "maca"]
 
@@ -22,6 +26,8 @@ class ModemPort:
         mount: configuration with its place on the vehicle.
         period: ticks between two looks at its queue.
         array: elements `(k, 3)` in the sensor frame [m]; None without.
+        carrier, kind: light or radio, and which; None: sound.
+        report: of a pose, a copy and a count, what it sends by itself, and how long until the next [s].
     """
 
     path: str
@@ -56,6 +62,9 @@ class ModemPort:
     beacon_to: str
     beacon_bytes: int
     array: NDArray[np.float64] | None = None
+    carrier: Carrier | None = None
+    kind: str = "sound"
+    report: Callable[[Any, int, int], tuple[bytes, float]] | None = None
     interrogate: tuple[str, ...] = ()
     interrogate_s: float = 1.0
 
@@ -71,4 +80,9 @@ class ModemPort:
     def understands(self, other: ModemPort) -> bool:
         """Whether it can decode what the other sends."""
         mine = (self.frequency_hz, self.bandwidth_hz, self.bit_rate_bps, self.modulation)
-        return mine == (other.frequency_hz, other.bandwidth_hz, other.bit_rate_bps, other.modulation)
+        return self.kind == other.kind and mine == (
+            other.frequency_hz,
+            other.bandwidth_hz,
+            other.bit_rate_bps,
+            other.modulation,
+        )

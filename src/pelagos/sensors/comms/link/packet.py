@@ -3,25 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Final, Literal
+from typing import Final, Literal, get_args
 
 Kind = Literal["data", "ack", "rts", "cts", "request", "response"]
 Fate = Literal[
-    "received",
-    "no path",
-    "blocked",
-    "out of range",
-    "half duplex",
-    "noise",
-    "multipath",
-    "collision",
-    "sonar",
-    "in air",
-]
-FATES: Final[tuple[Fate, ...]] = (
     "received", "no path", "blocked", "out of range", "half duplex", "noise", "multipath", "collision", "sonar",
-    "in air",
-)  # fmt: skip
+    "in air", "out of beam", "submerged",
+]  # fmt: skip
+FATES: Final[tuple[Fate, ...]] = get_args(Fate)
 BROADCAST: Final = "*"
 
 

@@ -35,6 +35,7 @@ class Station:
         slot: last slot in which it has sent.
         draws: random numbers drawn for waiting times.
         beacon, round: number of beacons, and of requests for ranges, so far.
+        next_ns: when it reports by itself again, since its episode began [ns].
         received, sent: since its last reading.
         asked: clock at which requests were sent, by number of the packet [s].
     """
@@ -52,6 +53,7 @@ class Station:
     draws: int = 0
     beacon: int = 0
     round: int = 0
+    next_ns: int = 0
     received: int = 0
     sent: int = 0
     asked: dict[int, float] = field(default_factory=dict)

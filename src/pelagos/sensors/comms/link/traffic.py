@@ -25,6 +25,7 @@ from pelagos.sensors.comms.link.modem_port import ModemPort
 from pelagos.sensors.comms.link.packet import BROADCAST, Fate, Incoming, Kind, Outgoing, Packet, Reception, Transmission
 from pelagos.sensors.comms.link.station import SECOND, Station, next_to_send
 
+_REPORTS_S: Final = 10.0  # within which those that report by themselves begin
 _KEPT_NS: Final = 30 * SECOND  # for which packets are kept that may have disturbed others
 
 
@@ -125,6 +126,16 @@ class Traffic:
     def _beacon(self, k: int, c: int, now: int) -> None:
         """Traffic of the scenario: a packet every so often, the first ones spread over the period by address."""
         port, station = self._ports[k], self._stations[k][c]
+        if port.report is not None:
+            if station.next_ns == 0:  # not all at once
+                station.next_ns = 1 + round(_REPORTS_S * self._uniform(port.path, "report", c) * SECOND)
+            while station.begin_ns + station.next_ns <= now:
+                said, pause = port.report(self._medium.pose(port.path), c, station.beacon)
+                varied = 0.95 + 0.1 * self._uniform(port.path, f"report {station.beacon}", c)
+                station.beacon += 1
+                station.next_ns += max(round(varied * pause * SECOND), 1)
+                if len(station.queue) < port.queue:
+                    station.queue.append(Outgoing("data", BROADCAST, said.decode("latin-1"), "", now))
         if port.interrogate:
             period = round(port.interrogate_s * SECOND)
             while station.begin_ns + station.round * period <= now:
@@ -177,26 +188,38 @@ class Traffic:
                 station.asked[outgoing.number] = clock
             depth = -float(poses[k].position[c, 2])
             sent.append(Transmission(outgoing.number, outgoing, k, c, start, end, clock, depth))
+        for kind in sorted({self._ports[t.sender].kind for t in sent}):
+            self._spread([t for t in sent if self._ports[t.sender].kind == kind], poses, now)
+
+    def _spread(self, sent: Sequence[Transmission], poses: dict[int, Pose], now: int) -> None:
+        """Transmissions of one kind on their way to all that may hear them."""
         pairs, which = [], []
         for t in sent:
+            sender = self._ports[t.sender]
             for r, port in enumerate(self._ports):
-                if r != t.sender and abs(port.frequency_hz - self._ports[t.sender].frequency_hz) < 0.5 * (
-                    port.bandwidth_hz + self._ports[t.sender].bandwidth_hz
-                ):
+                apart = abs(port.frequency_hz - sender.frequency_hz)
+                near = apart < 0.5 * (port.bandwidth_hz + sender.bandwidth_hz)
+                if r != t.sender and port.kind == sender.kind and near:
                     poses.setdefault(r, self._medium.pose(port.path))
                     pairs.append((t.sender, r, t.copy))
                     which.append(t)
-        if pairs:
+        if not pairs:
+            return
+        carrier, level = self._ports[sent[0].sender].carrier, math.inf
+        if carrier is None:
             lag = [(now - t.start_ns) * 1e-9 for t in which]
             heard = self._medium.hear(pairs, poses, now * 1e-9, self._cache, lag)
             level = self._medium.level(now * 1e-9)
-            for t, (_, r, c), h in zip(which, pairs, heard, strict=True):
-                self._incoming.append(self._coming(t, r, c, h, poses, level))
+        else:
+            carriers = [self._ports[a].carrier for a, _, _ in pairs]
+            heard = [c.hear([p], poses, now * 1e-9)[0] for c, p in zip(carriers, pairs, strict=True) if c is not None]
+        for t, (_, r, c), h in zip(which, pairs, heard, strict=True):
+            self._incoming.append(self._coming(t, r, c, h, poses, level))
 
     def _coming(self, t: Transmission, r: int, c: int, h: Heard, poses: Mapping[int, Pose], level: float) -> Incoming:
         port, sender = self._ports[r], self._ports[t.sender]
         if r not in self._noise:
-            self._noise[r] = self._medium.noise(port)
+            self._noise[r] = self._quiet(port)
         dry = poses[r].position[c, 2] > level or poses[t.sender].position[c, 2] > level
         lost = "in air" if dry else h.lost
         if not port.understands(sender):
@@ -211,11 +234,12 @@ class Traffic:
             azimuth, elevation = measured_direction(port, waves, 10.0 ** (snr / 10.0) * gain, normals)
         shift = round(h.delay_s * SECOND)
         stretch = round((t.end_ns - t.start_ns) / h.doppler)
-        absent = lost in ("in air", "no path", "blocked")
+        absent = lost not in ("", "foreign")
         start = t.start_ns if absent else t.start_ns + shift
+        sonar = NOTHING if port.carrier else self._medium.sonar_noise(port, poses[r], c)
         return Incoming(
             t, r, start, start if absent else start + stretch, h.delay_s, NOTHING if absent else h.level_db,
-            h.echoes_db, self._noise[r], self._medium.sonar_noise(port, poses[r], c), h.spread_s, h.doppler, lost,
+            h.echoes_db, self._noise[r], sonar, h.spread_s, h.doppler, lost,
             azimuth, elevation,
         )  # fmt: skip
 
@@ -331,12 +355,15 @@ class Traffic:
     def _report(self, due: Sequence[int], now: int) -> None:
         for k in due:
             if k not in self._noise:
-                self._noise[k] = self._medium.noise(self._ports[k])
+                self._noise[k] = self._quiet(self._ports[k])
             status = self._outputs[k].status
             for c, station in enumerate(self._stations[k]):
                 waits = len(station.queue) + (station.pending is not None)
                 status[c] = waits, station.busy(now), station.received, station.sent, self._noise[k]
                 station.received = station.sent = 0
+
+    def _quiet(self, port: ModemPort) -> float:
+        return self._medium.noise(port) if port.carrier is None else port.carrier.noise()
 
     # clocks and chance
 

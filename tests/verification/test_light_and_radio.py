@@ -1,0 +1,157 @@
+"""Packets by light under water and by radio above it; AIS sentences decoded by another package."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pynmea2
+import pytest
+
+import pelagos as pl
+from pelagos.optics.optical_link import lambert_order, received_power
+from pelagos.sensors.comms.ais import reporting_interval
+
+pyais = pytest.importorskip("pyais")
+
+
+def scenario(agents: dict[str, Any], **ocean: Any) -> dict[str, Any]:
+    return {
+        "seed": 3,
+        "tick_rate_hz": 20,
+        "origin": {"latitude_deg": 54.3, "longitude_deg": 10.2},
+        "world": {"type": "flat", "depth_m": 60.0},
+        "ocean": {"sun": {"elevation_deg": -30.0}, **ocean},
+        "agents": agents,
+    }
+
+
+def lit(x: float, heading: float, depth: float = 30.0, **keys: Any) -> dict[str, Any]:
+    return {
+        "vehicle": "remus100",
+        "start": {"position_m": [x, 0.0], "depth_m": depth, "heading_deg": heading},
+        "sensors": {"light": {"type": "optical_modem", **keys}},
+    }
+
+
+def fates(sim: pl.Simulation, agent: str, sensor: str, seconds: float) -> list[Any]:
+    found: list[Any] = []
+    for _ in range(round(20 * seconds)):
+        reading = sim.step()[agent].get(sensor)
+        if reading is not None:
+            found += reading.extras["fates"][0]
+    return found
+
+
+def test_power_falls_with_water_distance_and_angle() -> None:
+    """Closed form: exp(-c d)/d^2, cosines of both angles; half the power at the half-power angle."""
+    order = lambert_order(math.radians(30.0))
+    near, far = (received_power(2.0, d, 0.15, 1e-3, order=order, cos_lamp=1.0, cos_receiver=1.0) for d in (5.0, 12.0))
+    assert near / far == pytest.approx((12.0 / 5.0) ** 2 * math.exp(0.15 * 7.0), rel=1e-12)
+    aside = received_power(2.0, 5.0, 0.15, 1e-3, order=order, cos_lamp=math.cos(math.radians(30.0)), cos_receiver=1.0)
+    assert aside / near == pytest.approx(0.5, rel=1e-9)
+    turned = received_power(2.0, 5.0, 0.15, 1e-3, order=order, cos_lamp=1.0, cos_receiver=0.6)
+    assert turned / near == pytest.approx(0.6, rel=1e-12)
+    assert received_power(2.0, 5.0, 0.15, 1e-3, order=order, cos_lamp=1.0, cos_receiver=-0.1) == 0.0
+
+
+def test_light_carries_packets_where_both_look_at_each_other() -> None:
+    sim = pl.Simulation.load(scenario({"a": lit(0.0, 0.0), "b": lit(12.0, 180.0)}))
+    sim.send("a", "light", b"x" * 1000, to="b")
+    (found,) = fates(sim, "b", "light", 1.0)
+    assert found.fate == "received"
+    away = pl.Simulation.load(scenario({"a": lit(0.0, 0.0), "b": lit(12.0, 0.0)}))
+    away.send("a", "light", b"x", to="b")
+    assert [f.fate for f in fates(away, "b", "light", 1.0)] == ["out of beam"]
+
+
+def test_turbid_water_and_daylight_take_range() -> None:
+    """What passes in clear water does not in turbid water; near the surface under the sun the margin is smaller."""
+    clear = pl.Simulation.load(scenario({"a": lit(0.0, 0.0), "b": lit(25.0, 180.0)}, water_type="I"))
+    turbid = pl.Simulation.load(scenario({"a": lit(0.0, 0.0), "b": lit(25.0, 180.0)}, water_type="5C"))
+    got = []
+    for sim in (clear, turbid):
+        sim.send("a", "light", b"x" * 100, to="b")
+        got += fates(sim, "b", "light", 1.0)
+    assert [f.fate for f in got] == ["received", "out of range"]
+    margins = []
+    for elevation in (-30.0, 60.0):
+        pair = {"a": lit(0.0, 0.0, 3.0), "b": lit(15.0, 180.0, 3.0)}
+        sim = pl.Simulation.load(scenario(pair, water_type="I", sun={"elevation_deg": elevation}))
+        sim.send("a", "light", b"x", to="b")
+        margins.append(fates(sim, "b", "light", 1.0)[0].snr_db)
+    assert margins[0] > margins[1] + 3.0
+
+
+def test_a_wall_stops_light() -> None:
+    sim = pl.Simulation.load(scenario({"a": lit(0.0, 0.0), "b": lit(12.0, 180.0)}))
+    sim.spawn(pl.Prop("box", position=(6.0, 0.0, -30.0), size=(0.5, 6.0, 6.0), material="steel"))
+    sim.send("a", "light", b"x", to="b")
+    assert [f.fate for f in fates(sim, "b", "light", 1.0)] == ["blocked"]
+
+
+def boat(x: float, y: float, height: float, sensors: dict[str, Any]) -> dict[str, Any]:
+    placed = {name: {**keys, "position_m": [0.0, 0.0, height]} for name, keys in sensors.items()}
+    return {"vehicle": "otter", "start": {"position_m": [x, y], "heading_deg": 40.0}, "sensors": placed}
+
+
+def test_radio_reaches_the_horizon_and_drops_at_submersion() -> None:
+    """4.12 km (sqrt(h1) + sqrt(h2)): 8.2 km for antennas 1 m up; an antenna under water hears nothing."""
+    for distance, fate in ((2_000.0, "received"), (9_500.0, "out of range")):
+        wifi = {"radio": {"type": "radio", "power_dbm": 50.0, "bit_rate_bps": 1e5}}
+        sim = pl.Simulation.load(scenario({"a": boat(0, 0, 1.0, wifi), "b": boat(distance, 0, 1.0, wifi)}))
+        sim.send("a", "radio", b"hello", to="b")
+        assert [f.fate for f in fates(sim, "b", "radio", 1.0)] == [fate]
+    under = {
+        "vehicle": "remus100",
+        "start": {"position_m": [50, 0], "depth_m": 5},
+        "sensors": {"radio": {"type": "radio"}},
+    }
+    sim = pl.Simulation.load(scenario({"a": boat(0, 0, 1.0, {"radio": {"type": "radio"}}), "b": under}))
+    sim.send("a", "radio", b"hello", to="b")
+    assert [f.fate for f in fates(sim, "b", "radio", 1.0)] == ["submerged"]
+    with pytest.raises(pl.CommandError, match="radio sends above it"):
+        sim.send("b", "radio", b"hello", to="a")
+
+
+@pytest.mark.parametrize(("ais_class", "kinds"), [("A", {1, 5}), ("B", {18, 24})])
+def test_ais_sentences_are_decoded_by_another_package(ais_class: str, kinds: set[int]) -> None:
+    """Messages of the class, with the position where the boat is (1e-4 minutes) and its own number; checksums hold."""
+    ais = {"ais": {"type": "ais", "mmsi": 211_000_001, "ais_class": ais_class, "name": "Otter", "length_m": 12}}
+    other = {"ais": {"type": "ais", "mmsi": 211_000_002}}
+    sim = pl.Simulation.load(scenario({"a": boat(300, -200, 2.0, ais), "b": boat(0, 0, 2.0, other)}))
+    lines: list[str] = []
+    if ais_class == "B":  # at rest a class B reports every three minutes: asked by hand
+        medium = sim.medium
+        sim.step(ticks=4)
+        report = medium.modems["a.ais"].report
+        assert report is not None
+        lines = [line for k in (0, 1) for line in report(medium.pose("a.ais"), 0, k)[0].decode().split("\n")]
+    for _ in range(20 * 26 if ais_class == "A" else 0):
+        reading = sim.step()["b"].get("ais")
+        if reading is not None:
+            lines += [line for p in reading.packets for line in p.payload.decode().split("\n")]
+    assert lines
+    for line in lines:
+        assert pynmea2.NMEASentence.checksum(line.strip("!").split("*")[0]) == int(line.split("*")[1], 16)
+    seen, pending = [], []
+    for line in lines:
+        pending.append(line)
+        if line.split(",")[1] == line.split(",")[2]:
+            seen.append(pyais.decode(*pending).asdict())
+            pending = []
+    assert {m["msg_type"] for m in seen} == kinds
+    place = sim.world.origin.to_geodetic(sim.state["a"].position)[0]
+    for m in seen:
+        assert m["mmsi"] == 211_000_001
+        if m["msg_type"] in (1, 18):
+            np.testing.assert_allclose([m["lat"], m["lon"]], place[:2], atol=2e-5)
+            assert m["heading"] == pytest.approx(40.0, abs=8.0)
+        if "shipname" in m:
+            assert m["shipname"].rstrip("@ ") == "OTTER"
+
+
+def test_reporting_intervals() -> None:
+    assert [reporting_interval(v, "A") for v in (5.0, 18.0, 30.0)] == [10.0, 6.0, 2.0]
+    assert [reporting_interval(v, "B") for v in (1.0, 5.0)] == [180.0, 30.0]
