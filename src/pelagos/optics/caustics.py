@@ -190,7 +190,7 @@ def focusing(waves: Waves, x: Array, y: Array, depth: Array, towards_sun_below: 
     qx, qy = x + back * towards_sun_below.x, y + back * towards_sun_below.y
     if waves.swell is not None:  # a tilted surface sends the light elsewhere: by about (1 - 1 / n) of its slope
         tilt = swell_slope(waves.swell, qx, qy, lane) * (depth * (1 - 1 / REFRACTIVE_INDEX))
-        qx, qy = qx + tilt.x, qy + tilt.y
+        qx, qy = qx - tilt.x, qy - tilt.y
     u, v = qx * (CELLS / TILE), qy * (CELLS / TILE)
     step = dr.log2(dr.maximum(depth, 1e-3) / PLANES[0]) * (1 / math.log2(PLANES[1] / PLANES[0]))
     step = dr.clip(step, 0, len(PLANES) - 1.001)

@@ -418,8 +418,11 @@ def aureole(field: LightField, water: WaterArrays, depth: Array, direction: Arra
     rise = dr.select(dr.abs(1 - rise) < _LEVEL_WITH_SUN, 1 - _LEVEL_WITH_SUN, rise)  # along is divided by
     along = field.fading * (1 - rise)
     to_sea = dr.select(direction.z > 1e-4, depth / dr.maximum(direction.z, 1e-4), 1e4)
-    beyond = dr.minimum((field.fading - field.loss) * distance - along * to_sea, 60)
-    seen = 1 - dr.exp(-along * to_sea) - dr.exp(-(field.loss - field.fading * rise) * distance) + dr.exp(beyond)
+    # beyond e^60 the beam itself is none: a product of the two must not become 0 times infinity
+    beyond, whole = (
+        dr.minimum(e, 60) for e in ((field.fading - field.loss) * distance - along * to_sea, -along * to_sea)
+    )
+    seen = 1 - dr.exp(whole) - dr.exp(-(field.loss - field.fading * rise) * distance) + dr.exp(beyond)
     column = _taken(field.fading, None if field.local is None else field.local.fading, depth)
     beam = field.beam * dr.exp(-column / field.below.z)
     cosine = dr.dot(direction, field.below)

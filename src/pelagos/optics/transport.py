@@ -36,6 +36,11 @@ def near_transmission(water: WaterArrays, distance: Array) -> Array:
     return dr.exp(-(water.absorption + (1 - WITHIN_FIVE_DEGREES) * water.scattering) * distance)
 
 
+_MOST: Final = (
+    60.0  # e-folds that a light is let grow along its way: where it starts as 0, infinity times it is no number
+)
+
+
 def path_length(rate: Array, distance: Array) -> Array:
     """(1 - e^{-rate s}) / rate [m]: how many metres' worth of a light that falls along the way arrives.
 
@@ -45,7 +50,7 @@ def path_length(rate: Array, distance: Array) -> Array:
     """
     x = rate * distance
     small = dr.abs(x) < 1e-3
-    return dr.select(small, distance * (1 - 0.5 * x), (1 - dr.exp(-x)) / dr.select(small, 1, rate))
+    return dr.select(small, distance * (1 - 0.5 * x), (1 - dr.exp(dr.minimum(-x, _MOST))) / dr.select(small, 1, rate))
 
 
 def fitted_rate(whole: Array, source: Array, distance: Array) -> Array:
