@@ -77,6 +77,8 @@ BUILT_IN: Final[Mapping[Kind, Mapping[str, str]]] = {
     "ocean": {"standard": "pelagos.ocean.config:OceanConfig"},
     "bridge": {
         "ardupilot": "pelagos.bridges.ardupilot:ArdupilotConfig",
+        "foxglove": "pelagos.bridges.foxglove_transport:FoxgloveConfig",
+        "instrument": "pelagos.bridges.instrument:InstrumentConfig",
         "mavlink": "pelagos.bridges.mavlink:MavlinkConfig",
         "px4": "pelagos.bridges.px4:Px4Config",
         "ros2": "pelagos.bridges.ros2:Ros2Config",

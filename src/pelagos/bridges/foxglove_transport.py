@@ -1,0 +1,162 @@
+"""Topics and services over Foxglove's WebSocket, for its viewer and Lichtblick: the recording's messages, live.
+
+Protocol: https://github.com/foxglove/ws-protocol, subprotocol foxglove.sdk.v1; made by `foxglove-sdk`.
+"""
+
+from __future__ import annotations
+
+import threading
+from typing import TYPE_CHECKING, Any, Final, Literal
+
+from pydantic import Field
+
+from pelagos.bridges.config import LOOPBACK, BridgeConfig, exposed
+from pelagos.bridges.extras import require
+from pelagos.bridges.transport import Answer, BridgeError, Buffer, Qos, Receive, Write
+from pelagos.messages.store import schema
+
+if TYPE_CHECKING:
+    from pelagos.bridges.exchange import Exchange
+
+BACKLOG: Final = 1024
+"""Messages that wait for a client that reads slowly; then its oldest are dropped, by the library."""
+
+
+class FoxgloveConfig(BridgeConfig):
+    """Foxglove: the recording's messages live, for Foxglove and Lichtblick."""
+
+    type: Literal["foxglove"]
+    host: str = LOOPBACK
+    """Address to listen at; the protocol has no passwords."""
+    port: int = Field(default=8765, ge=0, le=65535)
+    """TCP port of the WebSocket; 0 takes a free one."""
+    topics: tuple[str, ...] = ()
+    """Beginnings of the topics that are shown; all where empty."""
+    commands: bool = True
+    """Obey commands that a panel publishes, on the topics of the ROS 2 door."""
+    services: bool = True
+    """Offer services (pause, reset, step ...)."""
+
+    def attach(self, exchange: Exchange) -> str:
+        """See `BridgeConfig`."""
+        from pelagos.bridges.door import TopicDoor
+        from pelagos.bridges.ros_commands import listen
+        from pelagos.bridges.services import Services
+
+        transport = FoxgloveTransport(host=self.host, port=self.port)
+        exchange.add(TopicDoor(transport, clock=False, only=self.topics))
+        services = Services(exchange)
+        if self.commands:
+            listen(transport, exchange.sim, exchange.inbox)
+            services.listen(transport)
+        if self.services:
+            services.offer(transport)
+        note = ", open to the network, without passwords" if exposed(self.host) else ""
+        return f"Foxglove at ws://{self.host}:{transport.port}{note}"
+
+
+class FoxgloveTransport:
+    """A WebSocket server.
+
+    Attributes:
+        port: where it listens.
+    """
+
+    name = "Foxglove"
+    blocks = False
+
+    def __init__(self, *, host: str = LOOPBACK, port: int = 8765) -> None:
+        self._sdk = require("foxglove", extra="foxglove", purpose="Foxglove")
+        self._ws = require("foxglove.websocket", extra="foxglove", purpose="Foxglove")
+        self._context = self._sdk.Context()
+        self._receivers: dict[str, tuple[str, Receive]] = {}
+        self._latched: dict[int, tuple[Any, bytes, int]] = {}
+        self._lock = threading.Lock()
+        capability = self._ws.Capability
+        try:
+            self._server = self._sdk.start_server(
+                name="Pelagos", host=host, port=port, context=self._context, server_listener=_listener(self, self._ws),
+                capabilities=[capability.ClientPublish, capability.Services, capability.Time],
+                supported_encodings=["cdr"], message_backlog_size=BACKLOG,
+            )  # fmt: skip
+        except RuntimeError as error:
+            raise BridgeError(f"foxglove: {host}:{port} cannot be used: {error}") from None
+        self.port = int(self._server.port)
+
+    def advertise(self, topic: str, type_name: str, *, qos: Qos) -> Write:
+        """See `Transport`."""
+        channel = self._sdk.Channel(
+            topic, schema=self._sdk.Schema(name=type_name, encoding="ros2msg", data=schema(type_name)),
+            message_encoding="cdr", context=self._context,
+        )  # fmt: skip
+
+        def write(cdr: Buffer, t_ns: int) -> None:
+            raw = bytes(cdr)
+            if qos.latched:
+                with self._lock:
+                    self._latched[channel.id()] = (channel, raw, t_ns)
+            channel.log(raw, log_time=t_ns)
+
+        return write
+
+    def subscribe(self, topic: str, type_name: str, receive: Receive, *, qos: Qos) -> None:
+        """See `Transport`."""
+        self._receivers[topic] = (type_name, receive)
+
+    def serve(self, service: str, type_name: str, answer: Answer) -> None:
+        """See `Transport`."""
+        halves = [
+            self._ws.MessageSchema(
+                encoding="cdr",
+                schema=self._sdk.Schema(
+                    name=f"{type_name}_{half}", encoding="ros2msg", data=schema(f"{type_name}_{half}")
+                ),
+            )
+            for half in ("Request", "Response")
+        ]
+        kind = self._ws.ServiceSchema(name=type_name, request=halves[0], response=halves[1])
+        made = self._ws.Service(name=service, schema=kind, handler=lambda request: answer(bytes(request.payload)))
+        self._server.add_services([made])
+
+    def close(self) -> None:
+        """See `Transport`."""
+        self._server.stop()
+
+    def heard(self, topic: str, encoding: str, data: bytes) -> None:
+        """A client published; what is not in CDR or on no topic of ours is left."""
+        found = self._receivers.get(topic)
+        if found is not None and encoding == "cdr":
+            found[1](data)
+
+    def joined(self, channel_id: int) -> None:
+        """Somebody subscribed: what is latched is said again, to all."""
+        with self._lock:
+            found = self._latched.get(channel_id)
+        if found is not None:
+            channel, raw, t_ns = found
+            channel.log(raw, log_time=t_ns)
+
+
+def _listener(transport: FoxgloveTransport, ws: Any) -> Any:
+    """The library's callbacks, bound to a transport."""
+
+    class Listener(ws.ServerListener):  # type: ignore[misc]
+        def __init__(self) -> None:
+            self.channels: dict[tuple[int, int], tuple[str, str]] = {}
+
+        def on_subscribe(self, client: Any, channel: Any) -> None:
+            transport.joined(channel.id)
+
+        def on_client_advertise(self, client: Any, channel: Any) -> None:
+            self.channels[client.id, channel.id] = (channel.topic, channel.encoding)
+
+        def on_client_unadvertise(self, client: Any, client_channel_id: int) -> None:
+            self.channels.pop((client.id, client_channel_id), None)
+
+        def on_message_data(self, client: Any, client_channel_id: int, data: bytes) -> None:
+            known = self.channels.get((client.id, client_channel_id))
+            if known is not None:
+                topic, encoding = known
+                transport.heard(topic, encoding, bytes(data))
+
+    return Listener()

@@ -1,0 +1,121 @@
+"""The door for hardware in the loop: a sensor speaks its instrument's own language on a serial port, TCP or UDP."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from datetime import UTC, datetime
+from functools import partial
+from typing import TYPE_CHECKING, Any, Literal
+
+from pydantic import Field
+
+from pelagos.bridges.autopilot import the_agent
+from pelagos.bridges.config import BridgeConfig
+from pelagos.bridges.instruments.ports import Port, open_port
+from pelagos.bridges.instruments.speakers import SPEAKERS, Place, Speaker
+from pelagos.bridges.tap import Message, Tap
+from pelagos.bridges.transport import BridgeError
+from pelagos.errors import LookupFailed
+from pelagos.sim.simulation import Simulation
+
+if TYPE_CHECKING:
+    from pelagos.bridges.exchange import Exchange
+
+Protocol = Literal[
+    "nmea", "pd0", "pd6", "nortek", "waterlinked", "waterlinked_serial", "ping1d", "ping360", "vectornav",
+    "vectornav_binary",
+]  # fmt: skip
+ANSWER_HZ = 50.0
+
+
+class InstrumentConfig(BridgeConfig):
+    """Instrument: a sensor speaks its maker's language on a serial port (pty), TCP or UDP, for hardware in the loop."""
+
+    type: Literal["instrument"]
+    protocol: Protocol
+    """The language: `nmea` (gps: GGA, RMC, VTG, HDT; altimeter: DBT; depth: XDR), `pd0`, `pd6`, `nortek`,
+    `waterlinked`, `waterlinked_serial` (dvl), `ping1d` (altimeter, singlebeam), `ping360`
+    (mechanical_scanning_sonar), `vectornav`, `vectornav_binary` (imu)."""
+    agent: str = ""
+    """The vehicle; may be left out where there is one only."""
+    sensors: tuple[str, ...] = Field(min_length=1)
+    """The sensors that speak on this port, by their names in the scenario."""
+    port: str
+    """`pty:PATH` (a serial port under that name), `tcp:[HOST:]PORT` (a server), `udp:[HOST:]PORT` (sends there),
+    `udp-server:[HOST:]PORT` (answers who asks); hosts are 127.0.0.1 unless given. No protocol has passwords."""
+    start_utc: datetime = datetime(2026, 6, 1, 12, 0, 0, tzinfo=UTC)
+    """Date and time at the beginning of the simulation, for clocks in messages."""
+
+    def attach(self, exchange: Exchange) -> str:
+        """See `BridgeConfig`."""
+        door = InstrumentDoor(exchange, self)
+        exchange.add(door)
+        return f"{self.protocol} of {', '.join(self.sensors)}: {door.port.where}"
+
+
+class InstrumentDoor:
+    """See `Door`.
+
+    Attributes:
+        port: where it speaks.
+        spoken: messages that were written.
+    """
+
+    def __init__(self, exchange: Exchange, config: InstrumentConfig) -> None:
+        sim = exchange.sim
+        self.name = f"{config.protocol} {'+'.join(config.sensors)}"
+        agent = the_agent(sim, config.agent, "instrument")
+        epoch = config.start_utc if config.start_utc.tzinfo is not None else config.start_utc.replace(tzinfo=UTC)
+        by_type = SPEAKERS[config.protocol]
+        sensors = sim.model.agents[agent].sensors
+        self._speakers: list[Speaker] = []
+        for name in config.sensors:
+            if name not in sensors:
+                raise BridgeError(str(LookupFailed("sensor", name, sensors, where=f"instrument of {agent}")))
+            found = sensors[name].config
+            if found.type not in by_type:
+                raise BridgeError(
+                    f"instrument: {config.protocol!r} is spoken by {', '.join(by_type)}, not by {name!r} ({found.type})"
+                )
+            self._speakers.append(by_type[found.type](Place(sim, agent, found, epoch)))
+        self.port: Port = open_port(config.port)
+        self._waiting: list[bytes] = []
+        self.spoken = 0
+        for name, speaker in zip(config.sensors, self._speakers, strict=True):
+            sim.subscribe(f"{agent}.{name}", partial(self._hear, speaker))
+            exchange.at_least(min(ANSWER_HZ, 1e9 / sim.dt_ns))
+
+    def open(self, sim: Simulation, tap: Tap) -> None:
+        """See `Door`."""
+        self._waiting.clear()
+
+    def send(self, sim: Simulation, messages: Sequence[Message]) -> None:
+        """See `Door`."""
+        for peer, raw in self.port.read():
+            for speaker in self._speakers:
+                out = speaker.answer(raw)
+                if out:
+                    self.port.reply(peer, out)
+        waiting, self._waiting = self._waiting, []
+        for raw in waiting:
+            self.port.write(raw)
+            self.spoken += 1
+
+    def report(self) -> Mapping[str, int]:
+        """See `Door`."""
+        found = Counter(self.port.troubles)
+        for speaker in self._speakers:
+            frames: Any = getattr(speaker, "_frames", None)
+            if frames is not None and frames.bad:
+                found["bytes that were no request"] += frames.bad
+        return found
+
+    def close(self) -> None:
+        """See `Door`."""
+        self.port.close()
+
+    def _hear(self, speaker: Speaker, reading: Any) -> None:
+        raw = speaker.hear(reading)
+        if raw:
+            self._waiting.append(raw)

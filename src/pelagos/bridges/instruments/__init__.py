@@ -1,0 +1,1 @@
+"""Instruments' own languages as pure functions, and the ports on which they are spoken."""

@@ -1,0 +1,122 @@
+"""Teledyne RD Instruments: the text format PD6 and the binary ensemble PD0 of a bottom-tracking DVL, as pure functions.
+
+Source: Teledyne RDI, Workhorse Navigator manual, "Output data format". Ship coordinates: starboard, forward, up.
+PD6 gives the ship's movement; PD0 gives the bottom's, as the instrument sees it: the same with the opposite sign.
+"""
+
+from __future__ import annotations
+
+import math
+import struct
+from dataclasses import dataclass
+from datetime import datetime
+from typing import Final
+
+from pelagos.bridges.instruments.dvl_velocity import DvlVelocity
+from pelagos.bridges.instruments.nmea import clock
+
+BAD: Final = -32768
+SHIP_COORDINATES: Final = 0b00010111
+_SYSTEM: Final = 0b0100_0001_0000_1011  # 600 kHz, convex, four beams at 30 degrees, looking down
+
+
+@dataclass(frozen=True)
+class Attitude:
+    """How the instrument hangs: heading, pitch (nose up), roll (starboard down) [deg], and depth [m]."""
+
+    heading_deg: float
+    pitch_deg: float
+    roll_deg: float
+    depth_m: float
+
+
+def pd6(dvl: DvlVelocity, epoch: datetime, attitude: Attitude, sound_speed_mps: float) -> bytes:
+    """Attitude, timing, bottom track in instrument, ship and earth coordinates, and distance."""
+    at = clock(dvl.t_ns, epoch)
+    x, y, z = dvl.velocity or (math.nan,) * 3
+    flag = "A" if dvl.velocity is not None else "V"
+    heading = math.radians(attitude.heading_deg)  # the earth's velocities are those of a level instrument
+    east, north = x * math.sin(heading) + y * math.cos(heading), x * math.cos(heading) - y * math.sin(heading)
+    height = 0.0 if dvl.altitude_m is None else dvl.altitude_m
+    lines = [
+        f":SA,{attitude.pitch_deg:+06.2f},{attitude.roll_deg:+06.2f},{attitude.heading_deg % 360:06.2f}",
+        f":TS,{at:%y%m%d%H%M%S}{at.microsecond // 10000:02d},35.0,+15.0,{attitude.depth_m:06.1f},"
+        f"{sound_speed_mps:06.1f},  0",
+        f":BI,{_mm(y)},{_mm(x)},{_mm(-z)},{_mm(0.0 if dvl.velocity else math.nan)},{flag}",
+        f":BS,{_mm(y)},{_mm(x)},{_mm(-z)},{flag}",
+        f":BE,{_mm(east)},{_mm(north)},{_mm(-z)},{flag}",
+        f":BD,{0.0:+012.2f},{0.0:+012.2f},{0.0:+012.2f},{height:07.2f},{0.0:05.2f}",
+    ]
+    return "".join(line + "\r\n" for line in lines).encode("ascii")
+
+
+def _mm(mps: float) -> str:
+    """[mm/s], signed, five digits; -32768 where unknown."""
+    return f"{round(mps * 1000):+06d}" if math.isfinite(mps) else f"{BAD:+06d}"
+
+
+def pd0(dvl: DvlVelocity, epoch: datetime, attitude: Attitude, sound_speed_mps: float, number: int) -> bytes:
+    """An ensemble of fixed leader, variable leader and bottom track."""
+    parts = [
+        _fixed_leader(), _variable_leader(dvl, epoch, attitude, sound_speed_mps, number), _bottom_track(dvl),
+    ]  # fmt: skip
+    head = 6 + 2 * len(parts)
+    offsets, at = [], head
+    for part in parts:
+        offsets.append(at)
+        at += len(part)
+    body = b"".join(parts) + b"\0\0"
+    raw = struct.pack(f"<BBHBB{len(parts)}H", 0x7F, 0x7F, head + len(body), 0, len(parts), *offsets) + body
+    return raw + struct.pack("<H", sum(raw) & 0xFFFF)
+
+
+def _fixed_leader() -> bytes:
+    raw = bytearray(59)
+    struct.pack_into("<HBBHBBBBH", raw, 0, 0x0000, 51, 40, _SYSTEM, 1, 0, 4, 1, 1)
+    struct.pack_into("<HHB", raw, 12, 100, 100, 1)
+    raw[25] = SHIP_COORDINATES
+    raw[30:32] = bytes([0b01111101, 0b01111101])
+    raw[58] = 30
+    return bytes(raw)
+
+
+def _variable_leader(
+    dvl: DvlVelocity, epoch: datetime, attitude: Attitude, sound_speed_mps: float, number: int
+) -> bytes:
+    at = clock(dvl.t_ns, epoch)
+    time = (at.month, at.day, at.hour, at.minute, at.second, at.microsecond // 10000)
+    raw = bytearray(65)
+    struct.pack_into("<HH7BB", raw, 0, 0x0080, number & 0xFFFF, at.year % 100, *time, (number >> 16) & 0xFF)
+    struct.pack_into(
+        "<HHHhhHh", raw, 14, round(sound_speed_mps), max(0, round(10 * attitude.depth_m)),
+        round(100 * (attitude.heading_deg % 360)) % 36000, round(100 * attitude.pitch_deg),
+        round(100 * attitude.roll_deg), 35, 1500,
+    )  # fmt: skip
+    struct.pack_into("<8B", raw, 57, at.year // 100, at.year % 100, *time)
+    return bytes(raw)
+
+
+def _bottom_track(dvl: DvlVelocity) -> bytes:
+    raw = bytearray(81)
+    struct.pack_into("<HHHBBBBH", raw, 0, 0x0600, 1, 0, 220, 30, 0, 7, 1000)
+    centimetres = [
+        min(round(100 * r), 0xFFFFFF) if good and math.isfinite(r) else 0
+        for r, good in zip(dvl.ranges_m, dvl.beam_valid, strict=True)
+    ]
+    struct.pack_into("<4H", raw, 16, *(c & 0xFFFF for c in centimetres))
+    if dvl.velocity is None:
+        velocities = [BAD] * 4
+    else:
+        x, y, z = dvl.velocity
+        velocities = [_clipped(-y), _clipped(-x), _clipped(z), 0]
+    struct.pack_into("<4h", raw, 24, *velocities)
+    good = [255 if g else 0 for g in dvl.beam_valid]
+    struct.pack_into(
+        "<12B", raw, 32, *good, *(120 if g else 20 for g in dvl.beam_valid), *(100 if g else 0 for g in good)
+    )
+    struct.pack_into("<4B", raw, 77, *(c >> 16 for c in centimetres))
+    return bytes(raw)
+
+
+def _clipped(mps: float) -> int:
+    return min(max(round(1000 * mps), -32767), 32767)

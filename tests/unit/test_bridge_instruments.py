@@ -1,0 +1,366 @@
+"""Instruments' languages, read by public parsers or compared with makers' own examples; ports; whole runs."""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import socket
+import struct
+import threading
+import time
+from collections.abc import Callable
+from datetime import UTC, datetime
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+import pelagos as pl
+from pelagos.bridges.exchange import Exchange
+from pelagos.bridges.instrument import InstrumentConfig
+from pelagos.bridges.instruments import nmea, nortek, ping, teledyne, vectornav, waterlinked
+from pelagos.bridges.instruments.dvl_velocity import DvlVelocity
+from pelagos.bridges.instruments.ports import PtyPort, TcpPort, UdpServerPort, open_port
+from pelagos.bridges.instruments.speakers import Ping1d
+from pelagos.bridges.transport import BridgeError
+
+EPOCH = datetime(2026, 6, 1, 23, 59, 58, tzinfo=UTC)
+DVL = DvlVelocity(
+    3_250_000_000, (1.234, -0.567, 0.089),
+    ((1e-4, 0.0, 2e-5), (0.0, 2e-4, 0.0), (2e-5, 0.0, 4e-4)),
+    12.34, (13.1, 13.2, 13.3, 700.45), (0.4, -0.3, 0.2, -0.1), (True, True, False, True),
+)  # fmt: skip
+LOST = DvlVelocity(DVL.t_ns, None, DVL.covariance, None, DVL.ranges_m, DVL.beam_velocity_mps, (False,) * 4)
+ATTITUDE = teledyne.Attitude(271.5, -3.25, 4.75, 21.5)
+
+
+def test_nmea_is_read_by_pynmea2() -> None:
+    pynmea2 = pytest.importorskip("pynmea2")
+    at = nmea.clock(3_250_000_000, EPOCH)  # past midnight
+
+    def parsed(raw: bytes) -> Any:
+        assert raw.endswith(b"\r\n")
+        return pynmea2.parse(raw.decode().strip(), check=True)
+
+    found = parsed(nmea.gga(at, -33.8567, 151.2153, 12.5))
+    assert (found.latitude, found.longitude) == (pytest.approx(-33.8567, abs=2e-7), pytest.approx(151.2153, abs=2e-7))
+    assert (found.altitude, found.gps_qual) == (12.5, 1)
+    assert (found.timestamp.hour, found.timestamp.second, found.timestamp.microsecond) == (0, 1, 250_000)
+    found = parsed(nmea.rmc(at, 45.5, -12.25, 2.5, 271.5))
+    assert (found.latitude, found.longitude) == (pytest.approx(45.5), pytest.approx(-12.25))
+    assert found.spd_over_grnd == pytest.approx(2.5 * 3600 / 1852, abs=1e-3)
+    assert (found.true_course, str(found.datestamp), found.status) == (271.5, "2026-06-02", "A")
+    found = parsed(nmea.vtg(2.5, -10.0))
+    assert (float(found.true_track), float(found.spd_over_grnd_kmph)) == (350.0, 9.0)
+    assert float(parsed(nmea.hdt(-1.0)).heading) == 359.0
+    found = parsed(nmea.dbt(10.0))
+    assert (float(found.depth_meters), float(found.depth_feet)) == (10.0, pytest.approx(32.81))
+    assert parsed(nmea.dbt(float("nan"))).depth_meters in (None, "")
+    assert float(parsed(nmea.xdr_pressure(151_230.0)).get_transducer(0).value) == pytest.approx(1.5123)
+
+
+def test_nmea_minutes_never_read_sixty() -> None:
+    at = nmea.clock(0, EPOCH)
+    raw = nmea.gga(at, 45.0 - 1e-10, -180.0, 0.0).decode()
+    assert "4500.00000,N" in raw
+    assert "18000.00000,W" in raw
+
+
+def test_checksums_are_those_of_published_sentences() -> None:
+    """From Water Linked's protocol page, Nortek's integrator's guide, and an NMEA receiver's manual."""
+    wrz = "wrz,0.120,-0.400,2.000,y,1.30,1.855,1e-07;0;1.4;0;1.2;0;0.2;0;1e+09,7,14,123.00,1"
+    assert waterlinked.serial_sentence(wrz) == f"{wrz}*50\r\n".encode()
+    body = "PNORBT7,1452244916.7508,1.234,-1.234,0.1234,0.1234,0.1234,12.34,23.45,23.45,23.45,23.45"
+    assert nmea.sentence(body) == f"${body}*39\r\n".encode()
+    gga = "GPGGA,123519,4807.038,N,01131.000,E,1,08,0.9,545.4,M,46.9,M,,"
+    assert nmea.sentence(gga).endswith(b"*47\r\n")
+
+
+def test_the_a50_speaks_json_and_serial() -> None:
+    said = json.loads(waterlinked.report(DVL, DVL.t_ns - 100_000_000))
+    assert (said["vx"], said["vy"], said["vz"], said["altitude"]) == (1.234, -0.567, 0.089, 12.34)
+    assert (said["type"], said["format"], said["velocity_valid"]) == ("velocity", "json_v3.1", True)
+    assert said["time"] == pytest.approx(100.0)  # ms since the report before
+    assert [b["beam_valid"] for b in said["transducers"]] == [True, True, False, True]
+    assert said["transducers"][1] == {
+        "id": 1, "velocity": -0.3, "distance": 13.2, "rssi": -40, "nsd": -95, "beam_valid": True
+    }  # fmt: skip
+    assert said["fom"] == pytest.approx(0.02)
+    lost = json.loads(waterlinked.report(LOST, 0))
+    assert (lost["velocity_valid"], lost["altitude"]) == (False, -1.0)
+    fields = waterlinked.serial_report(DVL, 0).decode().strip().partition("*")[0].split(",")
+    assert fields[:7] == ["wrz", "1.234", "-0.567", "0.089", "y", "12.34", "0.020"]
+    assert [float(v) for v in fields[7].split(";")] == [1e-4, 0, 2e-5, 0, 2e-4, 0, 2e-5, 0, 4e-4]
+    assert fields[8] == "3250000"
+
+
+def test_pd6_gives_the_ships_movement() -> None:
+    """Transverse to starboard, longitudinal ahead, normal up; a heading of 271.5 degrees looks to the west."""
+    lines = dict(line.split(",", 1) for line in teledyne.pd6(DVL, EPOCH, ATTITUDE, 1500.0).decode().splitlines())
+    assert lines[":SA"] == "-03.25,+04.75,271.50"
+    assert lines[":TS"].split(",")[0] == "26060200000125"
+    assert lines[":BS"] == "-00567,+01234,-00089,A"
+    assert lines[":BI"].split(",")[:3] == ["-00567", "+01234", "-00089"]
+    east, north, up, _ = lines[":BE"].split(",")
+    heading = np.radians(271.5)
+    assert int(east) == round(1000 * (1.234 * np.sin(heading) - 0.567 * np.cos(heading)))
+    assert int(north) == round(1000 * (1.234 * np.cos(heading) + 0.567 * np.sin(heading)))
+    assert int(east) < -1200  # it goes west
+    assert up == "-00089"
+    assert float(lines[":BD"].split(",")[3]) == 12.34
+    lost = teledyne.pd6(LOST, EPOCH, ATTITUDE, 1500.0).decode()
+    assert ":BS,-32768,-32768,-32768,V" in lost
+
+
+def test_pd0_has_the_layout_of_the_manual() -> None:
+    """Offsets of Teledyne's tables; the bottom moves opposite to the ship."""
+    raw = teledyne.pd0(DVL, EPOCH, ATTITUDE, 1502.0, 0x12345)
+    assert raw[:2] == b"\x7f\x7f"
+    size = struct.unpack_from("<H", raw, 2)[0]
+    assert len(raw) == size + 2
+    assert struct.unpack_from("<H", raw, size)[0] == sum(raw[:size]) & 0xFFFF
+    offsets = struct.unpack_from(f"<{raw[5]}H", raw, 6)
+    parts = {struct.unpack_from("<H", raw, o)[0]: raw[o:] for o in offsets}
+    assert set(parts) == {0x0000, 0x0080, 0x0600}
+    fixed, variable, bottom = parts[0x0000], parts[0x0080], parts[0x0600]
+    assert fixed[8] == 4  # beams
+    assert fixed[25] >> 3 & 3 == 2  # ship coordinates
+    assert struct.unpack_from("<H", variable, 2)[0] + (variable[11] << 16) == 0x12345
+    assert tuple(variable[4:11]) == (26, 6, 2, 0, 0, 1, 25)
+    speed, depth, heading, pitch, roll = struct.unpack_from("<HHHhh", variable, 14)
+    assert (speed, depth, heading, pitch, roll) == (1502, 215, 27150, -325, 475)
+    starboard, ahead, up, _ = struct.unpack_from("<4h", bottom, 24)
+    assert (starboard, ahead, up) == (567, -1234, 89)
+    ranges = [lo + (hi << 16) for lo, hi in zip(struct.unpack_from("<4H", bottom, 16), bottom[77:81], strict=True)]
+    assert ranges == [1310, 1320, 0, 70045]
+    lost = teledyne.pd0(LOST, EPOCH, ATTITUDE, 1502.0, 1)
+    at = struct.unpack_from(f"<{lost[5]}H", lost, 6)[2]
+    assert struct.unpack_from("<4h", lost, at + 24) == (-32768,) * 4
+
+
+def test_nortek_gives_vertical_distances() -> None:
+    raw = nortek.bottom_track(DVL, EPOCH, (0.9, 0.9, 0.9, 0.5)).decode()
+    fields = raw.partition("*")[0].split(",")
+    assert fields[0] == "$PNORBT7"
+    assert float(fields[1]) == pytest.approx(EPOCH.timestamp() + 3.25)
+    assert [float(v) for v in fields[4:7]] == [1.234, -0.567, 0.089]
+    assert [float(v) for v in fields[8:12]] == [11.79, 11.88, 0.0, pytest.approx(350.225, abs=0.01)]
+    assert "-32.7680,-32.7680,-32.7680" in nortek.bottom_track(LOST, EPOCH, (1.0,) * 4).decode()
+
+
+def test_vectornav_messages() -> None:
+    """The CRC of a message with its CRC is 0 (VectorNav's manual); CRC-16 XMODEM of "123456789" is 0x31C3."""
+    assert vectornav.crc16(b"123456789") == 0x31C3
+    raw = vectornav.binary(5_000_000_001, (1.5, -2.5, -9.81), (0.1, -0.2, 0.3))
+    assert raw[:2] == b"\xfa\x01"
+    assert vectornav.crc16(raw[1:]) == 0
+    fields, t_ns, *values = struct.unpack_from("<HQ6f", raw, 2)
+    assert (fields, t_ns) == (0x0121, 5_000_000_001)
+    np.testing.assert_allclose(values, [0.1, -0.2, 0.3, 1.5, -2.5, -9.81], rtol=1e-6)
+    text = vectornav.text((1.5, -2.5, -9.81), (0.1, -0.2, 0.3)).decode().strip()
+    assert re.fullmatch(r"\$VNIMU(,[+-]\d+\.\d+){11}\*[0-9A-F]{2}", text)
+    assert [float(v) for v in text[7:-3].split(",")][3:9] == [1.5, -2.5, -9.81, 0.1, -0.2, 0.3]
+
+
+def test_ping_frames_survive_noise() -> None:
+    rng = np.random.Generator(np.random.PCG64(3))
+    frames, got = ping.Frames(), []
+    good = ping.frame(ping.GENERAL_REQUEST, struct.pack("<H", ping.DISTANCE))
+    stream = b"".join(rng.bytes(int(rng.integers(0, 30))) + good for _ in range(300)) + b"BR" + rng.bytes(40)
+    at = 0
+    while at < len(stream):
+        step = int(rng.integers(1, 50))
+        got += list(frames.feed(stream[at : at + step]))
+        at += step
+    assert sum(message == (ping.GENERAL_REQUEST, struct.pack("<H", ping.DISTANCE)) for message in got) > 290
+    assert frames.bad > 100
+    for _ in range(20_000):
+        list(frames.feed(rng.bytes(7)))
+    assert len(frames._waiting) < ping.LONGEST + 100
+
+
+def test_a_ping1d_keeps_its_settings_and_refuses_what_it_does_not_know() -> None:
+    device = Ping1d(SimpleNamespace(config=SimpleNamespace(range_min_m=0.3, range_max_m=50.0)))  # type: ignore[arg-type]
+    frames = ping.Frames()
+
+    def ask(number: int, payload: bytes = b"") -> tuple[int, bytes]:
+        (found,) = frames.feed(device.answer(ping.frame(number, payload)))
+        return found
+
+    assert ask(ping.SET_RANGE, struct.pack("<II", 500, 20_000)) == (ping.ACK, struct.pack("<H", ping.SET_RANGE))
+    assert ask(ping.RANGE) == (ping.RANGE, struct.pack("<II", 500, 20_000))
+    assert ask(ping.GENERAL_REQUEST, struct.pack("<H", ping.GAIN)) == (ping.GAIN, struct.pack("<I", 3))
+    assert ask(ping.SET_RANGE, b"\1")[0] == ping.NACK
+    assert ask(999, b"xx")[0] == ping.NACK
+    assert ask(ping.CONTINUOUS_START, struct.pack("<H", ping.DISTANCE)) == (
+        ping.ACK, struct.pack("<H", ping.CONTINUOUS_START),
+    )  # fmt: skip
+    reading = SimpleNamespace(data=np.array([7.25]))
+    ((number, payload),) = frames.feed(device.hear(reading))
+    assert (number, struct.unpack_from("<IH", payload)) == (ping.DISTANCE, (7250, 100))
+    assert device.answer(b"rubbish") == b""
+
+
+SCENARIO: dict[str, Any] = {
+    "tick_rate_hz": 100, "seed": 4, "world": {"type": "flat", "depth_m": 20.0},
+    "agents": {"a": {
+        "vehicle": "bluerov2_heavy", "start": {"position_m": [3, -2], "depth_m": 5.0, "heading_deg": 40},
+        "control": "velocity", "command": [0.4, 0, 0, 0],
+        "sensors": {
+            "dvl": {"type": "dvl", "rate_hz": 10}, "altimeter": {"type": "altimeter", "rate_hz": 10},
+            "depth": {"type": "depth", "rate_hz": 10}, "imu": {"type": "imu", "rate_hz": 50},
+            "scanner": {"type": "mechanical_scanning_sonar", "rate_hz": 10, "bins": 64, "range_max_m": 25.0},
+        },
+    }},
+}  # fmt: skip
+
+
+def serve(script: Callable[[Any], None], seconds: float = 60.0, *, realtime: float = 1.0, **config: Any) -> Any:
+    """Run a simulation with one instrument while a driver talks to it."""
+    sim = pl.Simulation.load(SCENARIO)
+    exchange = Exchange(sim, realtime=realtime)
+    InstrumentConfig(type="instrument", **config).attach(exchange)
+    door: Any = exchange.doors[0]
+    failure: list[BaseException] = []
+
+    def run() -> None:
+        try:
+            script(door.port)
+        except BaseException as error:
+            failure.append(error)
+        finally:
+            sim.stop()
+
+    thread = threading.Thread(target=run)
+    thread.start()
+    exchange.run(seconds)
+    thread.join()
+    report = exchange.close()
+    if failure:
+        raise failure[0]
+    return sim, report
+
+
+def test_a_driver_reads_a_dvl_over_tcp() -> None:
+    lines: list[dict[str, Any]] = []
+
+    def script(port: Any) -> None:
+        with socket.create_connection(("127.0.0.1", port.port), timeout=20) as s, s.makefile("r") as file:
+            for _ in range(15):
+                lines.append(json.loads(file.readline()))
+
+    serve(script, protocol="waterlinked", sensors=("dvl",), port="tcp:0")
+    assert lines[-1]["velocity_valid"]
+    assert lines[-1]["altitude"] == pytest.approx(15.0, abs=0.5)
+    assert lines[-1]["vx"] == pytest.approx(0.4, abs=0.15)
+    times = np.array([line["time_of_validity"] for line in lines])
+    assert set(np.diff(times).tolist()) == {100_000}
+
+
+def test_a_driver_reads_a_serial_port(tmp_path: Path) -> None:
+    link, got = tmp_path / "sounder", bytearray()
+
+    def script(port: Any) -> None:
+        fd = os.open(link, os.O_RDWR | os.O_NOCTTY)
+        end = time.monotonic() + 20
+        while got.count(b"\n") < 6 and time.monotonic() < end:
+            got.extend(os.read(fd, 1000))
+        os.close(fd)
+
+    serve(script, protocol="nmea", sensors=("altimeter", "depth"), port=f"pty:{link}")
+    text = got.decode()
+    assert "$SDDBT," in text
+    pressure = re.search(r"\$YXXDR,P,([\d.]+),B,DEPTH", text)
+    assert pressure is not None
+    assert float(pressure[1]) == pytest.approx(1.01325 + 1025 * 9.81 * 5 / 1e5, abs=0.02)
+    assert not link.exists()  # taken away at the end
+
+
+def test_blue_robotics_own_library_reads_a_ping1d() -> None:
+    brping = pytest.importorskip("brping")
+    seen: dict[str, Any] = {}
+
+    def script(port: Any) -> None:
+        device = brping.Ping1D()
+        device.connect_udp("127.0.0.1", port.port)
+        assert any(device.initialize() for _ in range(20))  # the first steps of a simulation take long
+        time.sleep(0.3)
+        seen["distance"] = device.get_distance()
+        seen["simple"] = device.get_distance_simple()
+        seen["profile"] = device.get_profile()
+        device.iodev.close()
+
+    serve(script, protocol="ping1d", sensors=("altimeter",), port="udp-server:0")
+    assert seen["distance"]["distance"] == pytest.approx(15_000, abs=300)
+    assert seen["distance"]["confidence"] == 100
+    assert seen["simple"]["distance"] == pytest.approx(15_000, abs=300)
+    assert len(seen["profile"]["profile_data"]) == 200
+
+
+def test_blue_robotics_own_library_reads_a_ping360() -> None:
+    brping = pytest.importorskip("brping")
+    seen: list[Any] = []
+
+    def script(port: Any) -> None:
+        device = brping.Ping360()
+        device.connect_udp("127.0.0.1", port.port)
+        assert any(device.initialize() for _ in range(20))
+        time.sleep(1.5)
+        device.set_number_of_samples(200)
+        device.set_sample_period(8000)  # 25 ns each: 30 m in 200 samples
+        seen.extend(device.transmitAngle(g) for g in range(0, 400, 4))
+        device.iodev.close()
+
+    serve(script, protocol="ping360", sensors=("scanner",), port="udp-server:0")
+    assert all(len(m.data) == 200 for m in seen)
+    assert any(max(m.data) > 0 for m in seen)
+
+
+def test_a_driver_that_does_not_read_slows_nobody() -> None:
+    sim = pl.Simulation.load(SCENARIO)
+    exchange = Exchange(sim)
+    InstrumentConfig(type="instrument", protocol="pd0", sensors=("dvl",), port="tcp:0").attach(exchange)
+    InstrumentConfig(type="instrument", protocol="vectornav", sensors=("imu",), port="pty:").attach(exchange)
+    door: Any = exchange.doors[0]
+    with socket.create_connection(("127.0.0.1", door.port.port)):
+        assert exchange.run(20.0).simulated_s == pytest.approx(20.0)
+    report = exchange.close()
+    assert sum(k for reason, k in report.items() if "nobody read" in reason) > 0
+
+
+def test_the_same_bytes_with_an_instrument_as_without() -> None:
+    sim = pl.Simulation.load(SCENARIO)
+    sim.run(3.0)
+    alone = sim.state["a"].position
+    sim.reset()
+    exchange = Exchange(sim)
+    InstrumentConfig(type="instrument", protocol="pd6", sensors=("dvl",), port="udp:1").attach(exchange)
+    exchange.run(3.0)
+    exchange.close()
+    assert (sim.state["a"].position == alone).all()
+
+
+@pytest.mark.parametrize(
+    ("config", "message"),
+    [({"sensors": ("dvll",), "port": "tcp:0"}, "did you mean 'dvl'"), 
+     ({"sensors": ("imu",), "port": "tcp:0"}, "spoken by dvl"),
+     ({"sensors": ("dvl",), "port": "tcp:x"}, "give a number"),
+     ({"sensors": ("dvl",), "port": "usb:1"}, "use pty:PATH")],
+)  # fmt: skip
+def test_what_cannot_be_is_said(config: dict[str, Any], message: str) -> None:
+    sim = pl.Simulation.load(SCENARIO)
+    with pytest.raises(BridgeError, match=message):
+        InstrumentConfig(type="instrument", protocol="pd0", **config).attach(Exchange(sim))
+
+
+def test_ports_drop_what_nobody_takes() -> None:
+    for port in (PtyPort(), TcpPort(("127.0.0.1", 0)), UdpServerPort(("127.0.0.1", 0)), open_port("udp:9")):
+        start = time.perf_counter()
+        for _ in range(2000):
+            port.write(b"x" * 100)
+            port.read()
+        assert time.perf_counter() - start < 5.0
+        port.close()
