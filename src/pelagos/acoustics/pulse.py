@@ -5,8 +5,12 @@ from __future__ import annotations
 import math
 from typing import Final
 
+import drjit as dr
 import numpy as np
 from numpy.typing import NDArray
+
+from pelagos.acoustics.beam_pattern import line
+from pelagos.jit import Array
 
 
 def range_resolution(sound_speed: float, bandwidth: float) -> float:
@@ -53,3 +57,18 @@ def point_spread(
     half = int(np.max(np.abs(keep - reach)))
     response = response[reach - half : reach + half + 1]
     return np.asarray(response / np.sqrt((response**2).sum()), dtype=np.float32)
+
+
+def response(offset: Array, pulse: str) -> Array:
+    """Amplitude of `point_spread`'s pulse, 1 at its peak, at an offset in resolutions c/(2B); a Dr.Jit array."""
+    if pulse == "cw":
+        return dr.maximum(1.0 - dr.abs(offset), 0.0)
+    return line(offset, 1.0) + 0.5 * (line(offset - 1.0, 1.0) + line(offset + 1.0, 1.0))
+
+
+def range_coupling(frequency_hz: float, bandwidth_hz: float, duration_s: float, pulse: str) -> float:
+    """Range by which a chirp that sweeps upwards takes a closing target of 1 m/s for nearer, f T/B [s]; a burst: 0.
+
+    Source: A. W. Rihaczek, Principles of High-Resolution Radar (1969), Section 6.2: ridge of the ambiguity function.
+    """
+    return frequency_hz * duration_s / bandwidth_hz if pulse == "chirp" else 0.0

@@ -118,6 +118,16 @@ class Scene:
         return joined(self._static_faces, things)
 
     @property
+    def standing(self) -> Sequence[Geometry]:
+        """What stands still, each in a mesh of its own; without copies of models and streamed ground."""
+        return self._standing
+
+    @property
+    def bodies(self) -> Sequence[tuple[Geometry, int]]:
+        """What moves, by row: geometry in its own frame, and copy."""
+        return [(g, int(c)) for g, c in zip(self._bodies, self._body_copy, strict=True)]
+
+    @property
     def streamed(self) -> bool:
         """Part of the ground is exchanged as vehicles go on."""
         return self._ground is not None

@@ -18,7 +18,7 @@ from pelagos.acoustics.echo import Patches
 from pelagos.acoustics.echo_strips import Strips
 from pelagos.acoustics.echo_sum import Roughness, sum_amplitudes, sum_energies
 from pelagos.acoustics.echo_walk import Bins, Walkers, walk
-from pelagos.acoustics.pulse import point_spread, range_resolution
+from pelagos.acoustics.pulse import point_spread, range_coupling, range_resolution
 from pelagos.acoustics.spreading import from_db, time_varied_gain
 from pelagos.errors import ValidityWarning
 from pelagos.jit import Array
@@ -31,10 +31,21 @@ from pelagos.sensors.sonar.ping.fan import Fan, Lanes, Medium, Trace, View, look
 from pelagos.sensors.sonar.ping.interference import Apertures, Emitter, Neighbours, unblocked
 from pelagos.sensors.sonar.ping.multipath import Mirrors, bounced
 from pelagos.sensors.sonar.ping.painted_noise import streaks
-from pelagos.sensors.sonar.ping.ping_spec import Bounces, PingSpec, noise_power
+from pelagos.sensors.sonar.ping.ping_spec import SOUND_SPEED, Bounces, PingSpec, noise_power
 from pelagos.sensors.sonar.ping.receiver import Constants, Din, Layout, Moment, mean_levels, receive, trace_levels
 from pelagos.sensors.sonar.ping.sounder import Sounder, Waters
 from pelagos.sensors.sonar.ping.surface_scattering import Surfaces
+from pelagos.sensors.sonar.ping.target_echoes import (
+    Grid,
+    Hearing,
+    Sighting,
+    coherent_echoes,
+    excluded,
+    sighted,
+    with_small_energies,
+    with_small_things,
+)
+from pelagos.sensors.sonar.ping.targets import Band, Targets, is_smooth, targets
 from pelagos.sensors.sonar.ping.volume_echo import TRACER, Haze, Probes, haze, probes
 
 if TYPE_CHECKING:
@@ -51,11 +62,15 @@ class Traces:
         strips: of the direct echoes, and of those by other ways.
         medium: see `Lanes`.
         haze: what the water sends back; None: nothing.
+        sighting: of things that rays may miss; None: there are none.
+        smooth: whether any of them has a coherent echo.
     """
 
     strips: list[Strips]
     medium: Medium
     haze: Haze | None
+    sighting: Sighting | None = None
+    smooth: bool = False
 
 
 class Pinger:
@@ -99,8 +114,17 @@ class Pinger:
             jit.Float(layout.sector * spec.bin_width_m),
             jit.Float(layout.heard_parts * (spec.equivalent_m / spec.bin_width_m)),
             layout.aperture.facing(),
+            jit.Float(boost(spec, layout, pulse)),
         )
         dr.make_opaque(self._constants)
+        self._scene, self._materials = context.scene, context.world.palette
+        self._generation, self._smooth = -1, False
+        self._things: Targets | None = None
+        self._grid = Grid(
+            layout.beams, Bins(spec.bins, spec.range_min_m, spec.bin_width_m), resolution, spec.pulse,
+            layout.sector * spec.bin_width_m,
+        )  # fmt: skip
+        self._hearing = hearing(spec, layout, rays)
         self._own = emitter(spec, context, rays, layout, angle)
         self._neighbours = context.neighbours if hasattr(context, "neighbours") else None
         self._hears = listening(spec, context.path, self._neighbours, self._own)
@@ -143,6 +167,9 @@ class Pinger:
         found: dict[str, Any] = {}
         if turn is not None:
             found["turn"] = turn
+        things = self._targets()
+        if things is not None:
+            found["targets"] = things
         if self._water is not None:
             found["water"] = self._water
         if self._hears and self._neighbours is not None:
@@ -150,6 +177,17 @@ class Pinger:
             if heard is not None:
                 found["heard"] = heard
         return found
+
+    def _targets(self) -> Targets | None:
+        """What rays may miss; looked for anew when other things move."""
+        scene = self._scene
+        if self._generation != scene.generation:
+            self._generation = scene.generation
+            spec, hearing = self._spec, self._hearing
+            band = Band(spec.frequency_hz, spec.bandwidth_hz, hearing.rays_per_sr, spec.range_max_m)
+            self._things = targets(scene, self._materials, band)
+            self._smooth = self._things is not None and is_smooth(self._things)
+        return self._things
 
     def _kernel(
         self,
@@ -175,20 +213,46 @@ class Pinger:
         if spec.bounces is not None:
             ghosts = bounced(caster, view, fan, lanes, surfaces, mirrors(spec, layout, spec.bounces, constants.facing))
             patches += [gained(spec, layout, g, view, lanes) for g in ghosts]
-        walkers = self._walkers(constants.order, dr.width(lanes.position))
+        pings = dr.width(lanes.position)
+        walkers = self._walkers(constants.order, pings)
+        sighting = None
+        if "targets" in besides:
+            things = besides["targets"]
+            sighting = sighted(caster, things, lanes, surfaces, constants.facing, self._hearing, velocity)
+            small, dulled = excluded(things, sighting, view.hits.instance, view.lane)
+            patches[0].valid &= ~small
+            patches[0].energy *= dulled
         field, tags, strips = echoes(spec, layout, patches, walkers, lanes, constants.seed)
+        coherent = None
+        if sighting is not None:
+            dr.eval(field, tags)
+            with_small_things(sighting, self._grid, lanes, constants.boost, field, tags, besides["targets"].instance)
+            if self._smooth:
+                coherent = coherent_echoes(
+                    sighting, self._grid, layout.aperture, constants.facing, pings, energies=False
+                )
         seen = self._haze(view, lanes, motion, *besides["water"]) if "water" in besides else None
         others = unblocked(caster, besides["heard"], lanes) if "heard" in besides else None
-        din = Din(seen, self._streaks(view, fan, dr.width(lanes.position)), others)
+        din = Din(coherent, seen, self._streaks(view, fan, pings), others)
         out = receive(spec, layout, constants, field, tags, Moment(lanes, spin, motion.t_ns, key), din)
         if trace is not None:
             trace_levels(spec, layout, constants, energies(strips, walkers), out[0], lanes, trace)
-        return out, Traces(strips, lanes.medium, seen)
+        return out, Traces(strips, lanes.medium, seen, sighting, self._smooth)
 
     def _truth(self, traces: Traces, motion: Kinematics, constants: Constants) -> Array:
         spin = sensor_angular_velocity(motion, self._spec.mounting)
         total = energies(traces.strips, self._walkers(constants.order, dr.width(motion.position)))
-        return mean_levels(self._spec, self._layout, constants, total, traces.medium, spin, traces.haze)
+        coherent = None
+        if traces.sighting is not None:
+            dr.eval(total)
+            with_small_energies(traces.sighting, self._grid, traces.medium.absorption, constants.boost, total)
+            if traces.smooth:
+                coherent = coherent_echoes(
+                    traces.sighting, self._grid, self._layout.aperture, constants.facing, dr.width(motion.position),
+                    energies=True,
+                )  # fmt: skip
+        din = Din(coherent=coherent, haze=traces.haze)
+        return mean_levels(self._spec, self._layout, constants, total, traces.medium, spin, din)
 
     def _walkers(self, order: Array, pings: int) -> Walkers:
         spec = self._spec
@@ -210,6 +274,30 @@ class Pinger:
             view, lanes, looks, strength, jit.Float64(motion.t_ns) * 1e-9, beams=self._layout.beams, rays=self._rays,
             nearest=spec.range_min_m, farthest=spec.range_max_m,
         )  # fmt: skip
+
+
+def hearing(spec: PingSpec, layout: Layout, rays: dict[str, NDArray[Any]]) -> Hearing:
+    """How targets are heard."""
+    solid_angle = float(np.mean((rays["upper"] - rays["lower"]) * rays["across"]))
+    return Hearing(
+        aperture=layout.aperture,
+        beams=layout.beams,
+        rays_per_sr=1.0 / solid_angle,
+        wave_cycles=2.0 * spec.frequency_hz,
+        wavelength=SOUND_SPEED / spec.frequency_hz,
+        reach=spec.range_max_m,
+        coupling_s=range_coupling(spec.frequency_hz, spec.bandwidth_hz, spec.pulse_s, spec.pulse),
+        doppler=spec.doppler,
+    )
+
+
+def boost(spec: PingSpec, layout: Layout, pulse: NDArray[np.float32]) -> NDArray[np.float32]:
+    """See `Constants`: one where sectors and bins are finer than what beams and pulse resolve."""
+    middle = (
+        np.ones(layout.beams) if layout.steering is None else layout.steering[:, layout.steering.shape[1] // 2] ** 2
+    )
+    peak = float(pulse[len(pulse) // 2]) ** 2 * spec.equivalent_m / spec.bin_width_m
+    return np.asarray(1.0 / (middle * layout.heard_parts * peak), dtype=np.float32)
 
 
 def emitter(
@@ -285,7 +373,8 @@ def calibrated(
     if spec.doppler:
         closing = dr.dot(view.of_lane(jit.Array3f(velocity)) - view.hits.velocity, view.direction)
         factor = 1.0 - closing * view.of_lane(1.0 / lanes.medium.sound_speed)
-        patches.near, patches.far = patches.near * factor, patches.far * factor
+        shift = range_coupling(spec.frequency_hz, spec.bandwidth_hz, spec.pulse_s, spec.pulse) * closing
+        patches.near, patches.far = patches.near * factor - shift, patches.far * factor - shift
     return patches
 
 

@@ -74,8 +74,12 @@ class Layout:
 
 @dataclass(frozen=True)
 class Din:
-    """What is heard besides echoes and noise: the water, other sonars; and beams with painted streaks."""
+    """What is heard besides echoes and noise: the water, other sonars, coherent echoes; and beams with painted streaks.
 
+    `coherent` see `coherent_echoes`.
+    """
+
+    coherent: Array | None = None
     haze: Haze | None = None
     streaks: Array | None = None
     heard: Heard | None = None
@@ -113,6 +117,7 @@ class Constants:
         seed: of the roughness.
         order: see `Walk`.
         facing: see `Facing`.
+        boost: by beam, over a point's energy in the field that which a sample and a beam hear of it as a whole.
         cell: what levels are calibrated to, sector times bin width [rad m].
         heard: by beam, over the energy of a cell that of an even bottom in what a sample hears: the equivalent width of
             the beam and of the pulse over those of the cell.
@@ -126,6 +131,7 @@ class Constants:
     cell: Array
     heard: Array
     facing: Facing
+    boost: Array
 
 
 @dataclass(frozen=True)
@@ -167,6 +173,9 @@ def receive(
         if i % 4 == 0:  # four words of noise serve four beams
             words = words32(key, jit.UInt32(here.beam // 4 * bins + here.bin), *counter)
         power = din_power(spec, layout, here, moment, constants.noise, din)
+        if din.coherent is not None:
+            extra = dr.gather(jit.Array2f, din.coherent, cell_of(layout, spec, here), here.beam < beams)
+            signal = [dr.fma(part, dr.sqrt(here.gain), value) for part, value in zip(extra, signal, strict=True)]
         return levels(spec, signal, words[i % 4], here, power)
 
     out = hearing(echoes, constants.pulse, weights, finish, channels=2, outputs=3 if spec.iq else 1)
@@ -183,7 +192,7 @@ def receive(
 
 def mean_levels(
     spec: PingSpec, layout: Layout, constants: Constants, energies: Array, medium: Medium, spin: Array,
-    haze: Haze | None,
+    din: Din,
 ) -> Array:  # fmt: skip
     """Truth: the levels of the echoes' energies, as beams hear them without noise and interference.
 
@@ -200,8 +209,11 @@ def mean_levels(
 
     def finish(_: int, here: Cells, signal: list[Array]) -> list[Array]:
         energy = signal[0]
-        if haze is not None:
-            energy += water_echo(spec, layout, haze, here, medium) * here.gain
+        if din.haze is not None:
+            energy += water_echo(spec, layout, din.haze, here, medium) * here.gain
+        if din.coherent is not None:
+            known = here.beam < layout.beams
+            energy += dr.gather(jit.Float, din.coherent, cell_of(layout, spec, here), known) * here.gain
         return [scaled(spec, tilted(spec, energy, here))]
 
     squares = pulse * pulse
@@ -313,6 +325,12 @@ def beams_turned(
 def middle(spec: PingSpec, bin_: Array) -> Array:
     """Middle of a range bin [m]."""
     return spec.range_min_m + (jit.Float(bin_) + 0.5) * spec.bin_width_m
+
+
+def cell_of(layout: Layout, spec: PingSpec, cells: Cells) -> Array:
+    """Row of cells in a table of pings by beams by bins."""
+    bin_ = dr.clip(cells.bin, 0, spec.bins - 1)
+    return jit.UInt32((cells.ping * layout.beams + cells.beam) * spec.bins + bin_)
 
 
 def cells_at(spec: PingSpec, medium: Medium, constants: Constants, ping: Array, beam: Array, bin_: Array) -> Cells:
