@@ -39,6 +39,7 @@ _RAYS: Final = (64, 16)  # of a thing, where there are few things, and many
 _MANY_THINGS: Final = 64
 _INSIDE: Final = 0.985  # of a thing's disc: the limb of a polyhedron lies within that of its sphere
 _NEAREST: Final = 0.2  # [m]
+_SAMPLED: Final = 0.3  # of a resolution between samples, of which a wide bin keeps the strongest
 _COHERENT: Final = 1e-3  # part of the intensity below which nothing is coherent
 
 
@@ -84,6 +85,7 @@ class Sighting:
         cosine, sine: `Float`, of its phase.
         direction: `Array3f`, where it comes from, in the sensor frame; of steered arrays, without its height.
         nearest: `UInt32`, the beam that looks there.
+        point: `Bool`, its rays' echoes come from one range, as a whole: a sphere's.
     """
 
     small: Array
@@ -100,6 +102,7 @@ class Sighting:
     sine: Array
     direction: Array
     nearest: Array
+    point: Array
 
 
 def rays_of(things: int) -> int:
@@ -339,7 +342,7 @@ def _merged(
         small=place.small, dulled=1.0 - coherent, energy=energy, distance=rays.distance, real=amplitude * rc,
         imaginary=amplitude * rs, beam=rays.beam, label=rays.label, size=size, cosine=c, sine=s,
         reach=_shifted(at, _closing(velocity, lane, place.velocity, way), lanes, lane, hearing), direction=in_sensor,
-        nearest=beam,
+        nearest=beam, point=place.kind == SPHERE,
     )  # fmt: skip
     dr.eval(made)
     return made
@@ -472,7 +475,7 @@ def _each_ray(
 ) -> None:  # fmt: skip
     """Call `put` with (row of the ray, cell, whether it is heard, level re the source level to that of the field)."""
     ping = dr.arange(jit.UInt32, dr.width(absorption))
-    loss = jit.Float(absorption)
+    loss, k = jit.Float(absorption), dr.width(sighting.energy) // dr.width(sighting.size)
 
     def take(j: Array) -> tuple[Array]:
         index = ping * rays + j
@@ -481,7 +484,8 @@ def _each_ray(
         heard = (dr.gather(jit.Float, sighting.energy, index) > 0.0) & (beam < grid.beams)
         heard &= (bin_ >= 0) & (bin_ < grid.bins.count)
         row = dr.minimum(beam, grid.beams - 1)
-        level = time_varied_gain(distance, loss, spreading=30.0) * (1.0 / grid.cell) * dr.gather(jit.Float, boost, row)
+        whole = dr.select(dr.gather(jit.Bool, sighting.point, index // k), dr.gather(jit.Float, boost, row), 1.0)
+        level = time_varied_gain(distance, loss, spreading=30.0) * (1.0 / grid.cell) * whole
         put(index, (ping * grid.beams + row) * pitch(grid.bins.count) + jit.UInt32(bin_), heard, level)
         return (j + 1,)
 
@@ -500,7 +504,7 @@ def coherent_echoes(
     ping, beam = lane // beams, lane % beams
     things = dr.width(sighting.size) // pings
     taps = math.ceil(2.5 * grid.resolution / bins.width)
-    slack = max(0.5 * (bins.width - grid.resolution), 0.0)  # a wide bin keeps the strongest of its samples
+    slack = max(0.5 * (bins.width - _SAMPLED * grid.resolution), 0.0)  # a wide bin keeps the strongest of its samples
 
     def take(m: Array) -> tuple[Array]:
         index = ping * things + m
