@@ -154,6 +154,43 @@ def test_python_function() -> None:
         ocean(currents={"type": "python", "function": f"{__name__}:infinite"})
 
 
+SPEEDS = [0.5]
+factor = 2.0
+
+
+def test_functions_that_read_from_outside_of_themselves_are_refused() -> None:
+    """Recorded once, they would go on with the first value."""
+    for name, reads in (("indirect", "SPEEDS, factor"), ("listed", "SPEEDS"), ("closed", "held")):
+        with pytest.raises(ScenarioError, match=f"reads {reads} from outside"):
+            ocean(currents={"type": "python", "function": f"{__name__}:{name}"})
+    with pytest.raises(ScenarioError, match="reads factor from outside"):
+        ocean(tracers={"oxygen": [{"type": "python", "function": f"{__name__}:scaled"}]})
+    assert current(ocean(currents={"type": "python", "function": f"{__name__}:pure"}), (1, 2, -3))[0, 0] == 2.5
+
+
+def listed(position, t):
+    return jit.Array3f64(sum(s for s in SPEEDS), 0.0, 0.0)
+
+
+def scaled(position, t):
+    return factor * t
+
+
+def indirect(position, t):
+    return listed(position, t) * scaled(position, jit.Float64(1.0))
+
+
+def pure(position, t, speed=2.5):
+    return jit.Array3f64(max(speed, np.float64(0.0)), 0.0, 0.0)
+
+
+def _closed(held):
+    return lambda position, t: jit.Array3f64(held, 0.0, 0.0)
+
+
+closed = _closed(0.3)
+
+
 def swirl(position, t):
     return jit.Array3f64(-position[1] * t, position[0] * t, 0.0)
 

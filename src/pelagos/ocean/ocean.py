@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import field
+from dataclasses import field, fields
 from functools import cache
 from itertools import count
 from typing import Any
@@ -51,6 +51,8 @@ class Ocean:
         cloud, visibility, rain: see `Weather`.
         ballast: density that vehicles are ballasted for, by depth as in `WaterColumn` [kg/m^3]; None where the water is
             the same everywhere.
+        own: `Array3f64`, by copy of a fleet NWU [m/s], the current in place of `currents`; None: that is the same for
+            all copies.
         serial: which ocean of this process it is; stands for the sizes of all its arrays.
     """
 
@@ -68,6 +70,7 @@ class Ocean:
     visibility: float = math.inf
     rain: float = 0.0
     ballast: Array | None = None
+    own: Array | None = None
     serial: int = field(default_factory=count().__next__)
 
     @property
@@ -80,8 +83,18 @@ class Ocean:
         """Clouds, fog and rain."""
         return Weather(self.cloud, self.visibility, self.rain)
 
-    def current(self, position: Array, t: Array) -> Array:
-        """Velocity of the water, without the waves' orbital motion, `Array3f64` NWU [m/s]."""
+    def with_(self, **changes: Any) -> Ocean:
+        """The same ocean with other values; sizes of arrays may be others."""
+        kept = {f.name: getattr(self, f.name) for f in fields(Ocean) if f.name != "serial"}
+        return jit.slim(Ocean(**{**kept, **changes}))
+
+    def current(self, position: Array, t: Array, copy: Array | None = None) -> Array:
+        """Velocity of the water, without the waves' orbital motion, `Array3f64` NWU [m/s].
+
+        `copy` says which copy of the fleet each position is in; without it they are those of all copies in turn.
+        """
+        if self.own is not None:
+            return jit.Array3f64(self.own if copy is None else dr.gather(jit.Array3f64, self.own, copy))
         return total_current(self.currents, position, t)
 
     def temperature(self, position: Array, t: Array) -> Array:
@@ -149,10 +162,10 @@ class Ocean:
         motion.elevation = motion.elevation + level
         return motion
 
-    def flow(self, position: Array, t: Array) -> Array:
+    def flow(self, position: Array, t: Array, copy: Array | None = None) -> Array:
         """Velocity of the water, current and orbital motion together, `Array3f64` NWU [m/s]."""
         motion = self.wave_motion(position, t)
-        current = self.current(position, t)
+        current = self.current(position, t, copy)
         return current if motion is None else current + motion.velocity
 
     def pressure(self, position: Array, t: Array) -> Array:

@@ -221,6 +221,14 @@ class Scene:
         self._parameters = jit.mi.traverse(self.moving) if bodies else None
         self._refresh_tables(moving_first=first, moving=faces)
 
+    def rename(self, first_environment: int) -> None:
+        """The copies are other environments from now on."""
+        self._offsets = copy_offsets(self.copies, first_environment)
+        self.tables.copy_offset = _array3f(self._offsets)
+        dr.make_opaque(self.tables.copy_offset)
+        if self._poses is not None:
+            self.move(*self._poses)
+
     def holds(self, bodies: Sequence[tuple[Geometry, int]]) -> bool:
         """Whether these, in this order, are what moves now."""
         return len(bodies) == len(self._bodies) and all(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -107,7 +107,14 @@ class Model:
 
 
 def compile_model(
-    scenario: Scenario, encounters: Encounters, *, n: int, seed: int, first_environment: int, like: Model | None = None
+    scenario: Scenario,
+    encounters: Encounters,
+    *,
+    n: int,
+    seed: int,
+    first_environment: int,
+    like: Model | None = None,
+    new_world: bool = False,
 ) -> Model:
     """Build the world, the vehicles and the sensors of a scenario.
 
@@ -118,6 +125,7 @@ def compile_model(
         seed: of every random stream.
         first_environment: index of the first copy.
         like: a model of the same scenario and size, whose world and vehicles are taken over.
+        new_world: the world is built all the same.
 
     Raises:
         InputError: the scenario asks for something that cannot be.
@@ -129,8 +137,8 @@ def compile_model(
         for name, config in scenario.agents.items()
     }
     modes = {name: first_mode(scenario, name, vehicle) for name, vehicle in vehicles.items()}
-    world = _world(scenario) if like is None else like.world
-    scene = world.scene(n, first_environment=first_environment) if like is None else like.scene
+    world = _world(scenario) if like is None or new_world else like.world
+    scene = world.scene(n, first_environment=first_environment) if like is None or new_world else like.scene
     ocean = build_ocean(scenario.ocean, world, seed=seed, duration_s=scenario.duration_s)
     agents = {}
     crowded = len(scenario.agents) > 1
@@ -151,6 +159,30 @@ def compile_model(
             tasks=_plan(scenario, name, vehicle, modes[name], world),
         )
     return Model(scenario, clock, n, seed, first_environment, world, scene, ocean, agents)
+
+
+def with_changes(
+    old: Model, scenario: Scenario, encounters: Encounters, *, seed: int, ocean: Ocean | None = None
+) -> Model:
+    """The same model with other configurations of some sensors, or another ocean; only what changes is built anew.
+
+    Raises:
+        InputError: a sensor cannot be built so.
+    """
+    agents, crowded = {}, len(scenario.agents) > 1
+    for index, (name, agent) in enumerate(old.agents.items()):
+        own = hull_rows(index, old.n) if crowded else np.full(old.n, NO_BODY, dtype=np.uint32)
+        context = _Context(
+            seed=seed, clock=old.clock, scene=old.scene, world=old.world, ocean=old.ocean if ocean is None else ocean,
+            own_body=own, agent=name, encounters=encounters,
+        )  # fmt: skip
+        config = scenario.agents[name]
+        sensors = {
+            s: agent.sensors[s] if ocean is None and agent.sensors[s].config == c else context.build(s, c)
+            for s, c in config.sensors.items()
+        }
+        agents[name] = replace(agent, config=config, sensors=sensors)
+    return replace(old, scenario=scenario, ocean=old.ocean if ocean is None else ocean, agents=agents)
 
 
 def encounters_of(scenario: Scenario) -> Encounters:

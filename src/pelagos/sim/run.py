@@ -19,7 +19,8 @@ from pelagos.sim.run_log import RunLog, open_recorder
 from pelagos.sim.sampled import Sampled
 
 if TYPE_CHECKING:
-    from pelagos.sim.simulation import Observations, Policy, Simulation
+    from pelagos.sim.lives import Observations
+    from pelagos.sim.simulation import Policy, Simulation
 
 WAIT_S = 0.5  # sensors for which nothing waits are read together for at most this long; a killed run loses as much
 Ending = Literal["time", "missions", "interrupt", "stopped"]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
-from functools import cached_property, partial
+from functools import partial
 from pathlib import Path
 from typing import Any, Self
 
@@ -13,39 +13,37 @@ from numpy.typing import NDArray
 
 from pelagos.config.loader import load_scenario, to_yaml
 from pelagos.config.scenario import Scenario
-from pelagos.errors import CommandError, LookupFailed, ScenarioError
+from pelagos.errors import CommandError, LookupFailed
 from pelagos.raycast.geometry import Geometry
 from pelagos.sensors.camera.picture.boxes_3d import Box3d, box_of_body, boxes_3d
 from pelagos.sensors.comms.link.medium import Medium
 from pelagos.sensors.comms.link.packet import Kind
-from pelagos.sensors.sensor import Reading
-from pelagos.sim import checkpoint, outbox
+from pelagos.sim import outbox
 from pelagos.sim.bodies import Bodies, Body, rows, unit_rows
-from pelagos.sim.checkpoint import Checkpoint
+from pelagos.sim.changes import Changes
 from pelagos.sim.encounters import Encounters
 from pelagos.sim.gate import Gate
-from pelagos.sim.initial import start_states, starts
-from pelagos.sim.later import Later
+from pelagos.sim.initial import start_states
 from pelagos.sim.listeners import Listeners
+from pelagos.sim.lives import Observations
 from pelagos.sim.model import AgentModel, Model, compile_model, encounters_of
 from pelagos.sim.mounts import warn_of_buried
 from pelagos.sim.movers import Movers
 from pelagos.sim.navigator import External
-from pelagos.sim.outside import Outside
 from pelagos.sim.record import Recorder
 from pelagos.sim.run import RunResult, run
 from pelagos.sim.run_log import RunLog
 from pelagos.sim.sampled import Sampled
+from pelagos.sim.seed import seed_of
 from pelagos.sim.state import AgentState, checked_command, chosen
 from pelagos.sim.step import Stepper
 from pelagos.world.body import Prop
 from pelagos.world.world import World
 
-Observations = Mapping[str, Mapping[str, Reading]]
 Policy = Callable[[Observations], Mapping[str, Any]]
 
 
-class Simulation(Outside):
+class Simulation(Changes):
     """A world with vehicles in it, for a fleet of `n` independent copies.
 
     Attributes:
@@ -54,9 +52,18 @@ class Simulation(Outside):
     """
 
     def __init__(self, model: Model, encounters: Encounters, *, seed: int, like: Simulation | None = None) -> None:
-        self.model = model
         self.n = model.n
         self.seed = seed
+        self.listeners = Listeners()
+        self.gate = Gate()
+        self.logs: list[RunLog] = []
+        self._lamps = {}
+        self._written: tuple[Scenario, str] | None = None
+        self.stand(model, encounters, like)
+
+    def stand(self, model: Model, encounters: Encounters, like: Simulation | None = None) -> None:
+        """Begin with a model, or where a simulation of the same model stands."""
+        self.model, self._encounters = model, encounters
         if like is None:
             self._begin = start_states(model)  # before any body stands in the scene that it asks
             hulls = {name: _hull(agent, model.world) for name, agent in model.agents.items()}
@@ -65,10 +72,6 @@ class Simulation(Outside):
             self._begin, self.bodies = like._begin, like.bodies.twin()
         if model.world.movers:
             self.bodies.script = Movers(model.world, self.bodies, dt_ns=model.clock.dt_ns).place
-        self._encounters = encounters
-        self.listeners = Listeners()
-        self.gate = Gate()
-        self.logs: list[RunLog] = []
         shared = None if like is None else like.stepper
         self._stepper = Stepper(model, self.bodies, encounters, self.listeners, like=shared)
         if like is None:
@@ -107,7 +110,7 @@ class Simulation(Outside):
         checked = load_scenario(scenario, overrides=overrides, trust=trust)
         chosen = checked.seed if seed is None else seed
         encounters = encounters_of(checked)
-        model = compile_model(checked, encounters, n=n, seed=_seed(chosen), first_environment=environment)
+        model = compile_model(checked, encounters, n=n, seed=seed_of(chosen), first_environment=environment)
         return cls(model, encounters, seed=chosen)
 
     @property
@@ -115,10 +118,12 @@ class Simulation(Outside):
         """The scenario, resolved."""
         return self.model.scenario
 
-    @cached_property
+    @property
     def written(self) -> str:
         """The scenario, resolved, as YAML."""
-        return to_yaml(self.scenario)
+        if self._written is None or self._written[0] is not self.scenario:
+            self._written = (self.scenario, to_yaml(self.scenario))
+        return self._written[1]
 
     @property
     def world(self) -> World:
@@ -168,123 +173,6 @@ class Simulation(Outside):
     def stepper(self) -> Stepper:
         """The step loop, for those who want its timings."""
         return self._stepper
-
-    def reset(
-        self,
-        seed: int | None = None,
-        *,
-        environment: int | None = None,
-        episode: int = 0,
-        where: object = None,
-        state: Mapping[str, Mapping[str, Any]] | None = None,
-    ) -> Observations:
-        """Back to the start: time 0, no spawned bodies, missions from their first leg; or some copies only.
-
-        With `where`, those copies begin their next episode at the present time: their vehicles with actuators and
-        controllers, missions, sensors' memory and contacts; their random streams are those of the new episode. The
-        other copies' bytes, the time, spawned bodies and control modes stay.
-
-        Args:
-            seed: other random streams.
-            environment: another index of the first copy.
-            episode: which episode of theirs all copies begin with, to see one again.
-            where: `(n,)` bool or indices of copies.
-            state: where agents begin instead, by name: `position`, `attitude`, `velocity`, `angular_velocity`, each
-                `(k,)`, `(n, k)`, or `(m, k)` for the m copies of `where`; what is not given is the scenario's.
-
-        Returns:
-            The readings of every sensor, computed when looked at.
-
-        Raises:
-            CommandError: wrong shapes or values, or within a step, a run or a recording.
-        """
-        self._refuse_within("reset", in_recording=where is not None)
-        if where is not None:
-            if seed is not None or environment is not None or episode:
-                raise CommandError("seed, environment and episode are those of all copies; leave out where")
-            mask = chosen(where, self.n)
-            self._stepper.restart(starts(self._begin, state, mask), mask)
-            checkpoint.forget(self, mask)
-            return self._later(self._stepper.read_all)
-        begin = starts(self._begin, state, np.ones(self.n, dtype=bool))
-        if isinstance(episode, bool) or not isinstance(episode, int | np.integer) or episode < 0:
-            raise CommandError(f"an episode is a whole number from 0 on, not {episode!r}")
-        first = self.model.first_environment
-        if (seed is not None and seed != self.seed) or (environment is not None and environment != first):
-            self._rename(self.seed if seed is None else seed, first if environment is None else environment)
-        self.bodies.clear()
-        self.listeners.restart()
-        self._stepper.start(begin, episode=int(episode))
-        return self._later(self._stepper.read_now)
-
-    def _later(self, read: Callable[[], list[Sampled]]) -> Observations:
-        """Readings of now, computed when they are looked at, even if the simulation has gone on by then."""
-        then, stepper = checkpoint.Moment(self), self._stepper
-
-        def look() -> Observations:
-            with then.again(self):
-                return stepper.observed(read())
-
-        return Later(look)
-
-    @property
-    def ended(self) -> NDArray[np.bool_]:
-        """`(n,)` copies whose state is not finite any more: they stand where their episode began until it is reset."""
-        return self._stepper.episodes.over
-
-    @property
-    def episode(self) -> NDArray[np.int64]:
-        """`(n,)` number of the episode of each copy."""
-        return self._stepper.episodes.number.copy()
-
-    def _rename(self, seed: int, environment: int) -> None:
-        """Other random streams: sensors and ocean anew, the rest as it is."""
-        if isinstance(environment, bool) or not isinstance(environment, int | np.integer) or environment < 0:
-            raise CommandError(f"environment is a whole number from 0 on, not {environment!r}")
-        first, asked, old = int(environment), encounters_of(self.scenario), self.model
-        if _seed(seed) == self.seed:
-            self.model = replace(old, first_environment=first)
-        else:
-            self.model = compile_model(self.scenario, asked, n=self.n, seed=seed, first_environment=first, like=old)
-            self._encounters = asked
-        self.seed = int(seed)
-        self._stepper = Stepper(self.model, self.bodies, self._encounters, self.listeners)
-
-    def checkpoint(self) -> Checkpoint:
-        """Everything that the run depends on from here: actuators, controllers, missions, contacts, bodies, time.
-
-        It can be pickled, and saved to a file (`Checkpoint.save`, `Checkpoint.load`). What it does not hold: callbacks,
-        recordings, and what comes with the scenario.
-        """
-        return checkpoint.take(self)
-
-    def restore(self, kept: Checkpoint) -> None:
-        """Go back, or on, to a checkpoint of this scenario: from there, bytes are those of the run that went on.
-
-        The checkpoint may come from another simulation or process, and be restored more than once. Its seed becomes
-        this simulation's. Callbacks stay; handles of spawned bodies stay good where the checkpoint has them.
-
-        Raises:
-            CommandError: it is of another scenario, number of copies or environment.
-        """
-        self._refuse_within("restore")
-        checkpoint.require_same(self, kept)
-        if kept.seed != self.seed:
-            self._rename(kept.seed, kept.environment)
-        checkpoint.put_back(self, kept.parts)
-        self.listeners.restart(self._stepper.tick)
-
-    def fork(self) -> Simulation:
-        """A second simulation that stands where this one stands, and goes its own way: for predictions.
-
-        It costs milliseconds, because both share what is constant: world, vehicles, sensors, recorded kernels. So they
-        must run in one thread; for another process, pickle a checkpoint. It has no callbacks and no recordings.
-        """
-        model = replace(self.model, world=self.world.twin())
-        made = Simulation(model, self._encounters, seed=self.seed, like=self)
-        checkpoint.put_back(made, checkpoint.parts_of(self))
-        made.listeners.restart(self._stepper.tick)
-        return made
 
     def step(self, commands: Mapping[str, Any] | None = None, ticks: int = 1) -> Observations:
         """Advance by one tick or several.
@@ -488,6 +376,11 @@ class Simulation(Outside):
             self.bodies.follow(self._stepper.tick)
             self.bodies.show(self._stepper.states())
 
+    def show_now(self, places: NDArray[np.float64]) -> None:
+        """The same, and a streamed ground around places `(m, 3)` [m]."""
+        self._show_now()
+        self.model.scene.look(places)
+
     def _agent(self, name: str) -> AgentModel:
         if name not in self.model.agents:
             raise CommandError(str(LookupFailed("agent", name, self.model.agents)))
@@ -499,9 +392,3 @@ def _hull(agent: AgentModel, world: World) -> Geometry:
     hull = agent.vehicle.hull
     rows_of = np.array([world.material_row(name) for name in agent.vehicle.materials], dtype=np.uint32)
     return replace(hull, material=rows_of[hull.face_materials])
-
-
-def _seed(value: object) -> int:
-    if isinstance(value, bool) or not isinstance(value, int | np.integer) or value < 0:
-        raise ScenarioError(f"a seed is a whole number from 0 on, not {value!r}", where="seed")
-    return int(value)

@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Mapping
-from functools import cache, partial
-from typing import Any
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from functools import partial
+from typing import Any, Final
 
 import drjit as dr
 import numpy as np
 from numpy.typing import NDArray
 
-from pelagos import jit
 from pelagos.jit import Array
 from pelagos.sensors.comms.link.traffic import Traffic
 from pelagos.sensors.sensor import Kinematics, Measurement, Reading
@@ -26,10 +25,13 @@ from pelagos.sim.missions import Missions
 from pelagos.sim.model import AgentModel, Model, SensorModel
 from pelagos.sim.sampled import Sampled
 from pelagos.sim.schedule import Schedule
+from pelagos.sim.set_points import columns, exact, idle, vectors
 from pelagos.sim.state import AgentRun, AgentState, mixed
 from pelagos.sim.timings import Timings
 from pelagos.sim.trajectory import LaneSelector, Trajectory, channels
 from pelagos.vehicles.state import VehicleState
+
+EVENTS: Final = ("modem",)  # sensors that tell what has happened since they were asked last, when they are due alone
 
 
 class Stepper:
@@ -37,6 +39,7 @@ class Stepper:
 
     Attributes:
         tick: ticks since the start.
+        own_current: see `Ocean.own`; None where that is not set.
         logged: the motion of every tick is written down.
         changes: counts steps, and whatever else changes the state.
         timings: where the time went.
@@ -74,6 +77,7 @@ class Stepper:
         self.trajectories: dict[str, Trajectory] = {}
         self._blocks: dict[str, list[Trajectory]] = {}
         self.timings = Timings()
+        self.own_current: Array | None = None
         self.logged = False
         self._close: set[str] = set()  # agents that may touch something in the present block
         self.tick: int = 0
@@ -128,6 +132,7 @@ class Stepper:
         little more than one for those of a single block (a DVL 0.2 ms, an IMU 0.03 ms).
         """
         self._guide()
+        self._in_own_current()
         self._bodies.follow(self.tick)
         ticks = self._block_length(last, wait)
         for agent in self._model.agents.values():
@@ -186,7 +191,7 @@ class Stepper:
         model, run, state = self._model.agents[agent], self.runs[agent], self.states()[agent]
         model.vehicle.check_mode(mode)
         run.mode = mode
-        self._hold(run, _idle(model, mode, state))
+        self._hold(run, idle(model, mode, state))
 
     def set_state(self, agent: str, where: NDArray[np.bool_], **parts: NDArray[np.float64]) -> None:
         """Place an agent anew in some copies; its actuators and its mission go on, its controllers begin anew."""
@@ -213,6 +218,7 @@ class Stepper:
         }
         return {
             "tick": self.tick,
+            "own_current": None if self.own_current is None else np.array(self.own_current),
             "episodes": self.episodes.memory(),
             "runs": runs,
             "missions": self.missions.memory(),
@@ -223,11 +229,13 @@ class Stepper:
     def recall(self, memory: Mapping[str, Any]) -> None:
         """Go on from there."""
         self.tick = memory["tick"]
+        own = memory["own_current"]
+        self.own_current = None if own is None else vectors(own.T)
         self.changes += 1
         self._blocks.clear()
         self.episodes.recall(memory["episodes"])
         for name, kept in memory["runs"].items():
-            vehicle, begin = (_exact(kept[key]) for key in ("vehicle", "begin_vehicle"))
+            vehicle, begin = (exact(kept[key]) for key in ("vehicle", "begin_vehicle"))
             row, begin_row = (kept[key].copy() for key in ("row", "begin_row"))
             run = AgentRun(vehicle, [], np.empty(0), kept["mode"], row, begin, begin_row)
             self._hold(run, kept["command"].copy())
@@ -284,7 +292,8 @@ class Stepper:
             trajectory = self.trajectories[agent.name]
             lanes = {}
             for sensor in agent.sensors.values():
-                ticks = trajectory.due(sensor.period) if due is None else due
+                regular = due is None or sensor.config.type in EVENTS
+                ticks = trajectory.due(sensor.period) if regular or due is None else due
                 if not ticks or (asked is not None and not asked(agent, sensor)):
                     continue
                 start = time.perf_counter()
@@ -302,6 +311,19 @@ class Stepper:
                 self.timings.add(f"{agent.name}.{sensor.name}", start)
         return sampled
 
+    def read_at(self, sensors: Sequence[SensorModel], agent: str, lanes: Kinematics) -> Iterator[tuple[str, Reading]]:
+        """Readings of some sensors of an agent on lanes of any motion at the present time; other agents are where they
+        are in the copy of each lane."""
+        count, dt_ns = dr.width(lanes.tick), self._model.clock.dt_ns
+        now = range(self.tick, self.tick + 1)
+        self._answer(now)
+        others = lambda other: dr.gather(Kinematics, self.motion_of(now, other), lanes.copy)
+        self._encounters.neighbours.motion_of = others
+        for sensor in sensors:
+            m = self._ask(sensor, lanes)
+            valid = np.ones(count, dtype=bool) if m.valid is None else m.valid
+            yield sensor.name, m.reading(slice(0, count), valid, self.tick * dt_ns, f"{agent}/{sensor.name}")
+
     def _ask(self, sensor: SensorModel, motion: Kinematics) -> Measurement:
         self._model.scene.reading = True
         try:
@@ -309,8 +331,14 @@ class Stepper:
         finally:
             self._model.scene.reading = False
 
+    def _in_own_current(self) -> None:
+        """Have the ocean's current by copy be this run's, where simulations share the ocean."""
+        if self.own_current is not None:
+            self._model.ocean.own = self.own_current
+
     def _answer(self, due: range) -> None:
         """Have the sensor that reads next ask this run, about these ticks."""
+        self._in_own_current()
         self._encounters.neighbours.motion_of = partial(self.motion_of, due)
         self._encounters.blows.latest = self._latest_blow
         self._encounters.medium.motion_of = self._encounters.neighbours.motion_of
@@ -332,62 +360,23 @@ class Stepper:
         run = AgentRun(packed, [], np.empty(0), mode, row, packed, row)
         held, n = agent.config.command, self._model.n
         given = held is not None and mode == agent.mode
-        self._hold(run, np.tile(np.array(held), (n, 1)) if given else _idle(agent, mode, self._state(agent, run)))
+        self._hold(run, np.tile(np.array(held), (n, 1)) if given else idle(agent, mode, self._state(agent, run)))
         return run
 
     def _hold(self, run: AgentRun, values: NDArray[np.float64]) -> None:
         if run.command_values.shape == values.shape and (run.command_values == values).all():
             return
         run.command_values = values
-        run.command, run.source = _columns(values)
+        run.command, run.source = columns(values)
 
     def _standing(self, run: AgentRun) -> Trajectory:
         """A block of the current tick alone."""
-        packed = _exact(run.row)
+        packed = exact(run.row)
         return Trajectory(packed=packed, n=self._model.n, ticks=1, first_tick=self.tick)
 
     def _state(self, agent: AgentModel, run: AgentRun) -> AgentState:
         return AgentState.of(run.row, agent.driver.actuators(run.vehicle))
 
 
-def _exact(values: NDArray[np.float64]) -> Array:
-    """The same bits in memory of Dr.Jit's own; `jit.own` makes 0.0 of -0.0."""
-    made = jit.Float64(np.ascontiguousarray(values).reshape(-1)) * dr.opaque(jit.Float64, 1.0)
-    dr.eval(made)
-    dr.sync_thread()  # the NumPy array may go
-    return made
-
-
 def _row(state: VehicleState) -> NDArray[np.float64]:
     return np.stack([np.array(c) for c in channels(state)], axis=-1)
-
-
-def _columns(values: NDArray[np.float64]) -> tuple[list[Array], object]:
-    """Each column of `(n, k)` set-points on the device; and the memory that it is read from, to be held until then."""
-    n, count = values.shape
-    if n == 1:
-        return [dr.opaque(jit.Float64, float(v)) for v in values[0]], None  # faster than the way over NumPy
-    if not count:
-        return [], None
-    packed = jit.Float64(np.ascontiguousarray(values).reshape(-1))
-    return _split(count)(packed), (values, packed)
-
-
-@cache
-def _split(count: int) -> Callable[[Array], list[Array]]:
-    """The columns of a table of so many, given in one row; one kernel."""
-
-    def split(packed: Array) -> list[Array]:
-        lane = dr.arange(jit.UInt32, dr.width(packed) // count) * count
-        return [dr.gather(jit.Float64, packed, lane + i) for i in range(count)]
-
-    return jit.freeze(split)
-
-
-def _idle(agent: AgentModel, mode: str, state: AgentState) -> NDArray[np.float64]:
-    """A command that changes nothing much: stay at this place, depth and heading, actuators at rest."""
-    idle = {"depth": state.depth, "heading": -state.euler[:, 2], "yaw": state.euler[:, 2]}
-    idle |= {axis: state.position[:, i] for i, axis in enumerate("xyz")}
-    n = len(state.position)
-    columns = [idle.get(name, np.zeros(n)) for name in agent.vehicle.command_names(mode)]
-    return np.stack(columns, axis=-1) if columns else np.empty((n, 0))

@@ -217,11 +217,11 @@ def profile(
         reach = jit.Float((depth + 0.5 * config.cell_m) / tilt)
         for b, axis in enumerate(config.beams.tolist()):
             place = lanes.position + rotate(lanes.attitude, jit.Array3f64(*axis)) * (depth / tilt)
-            water = rotate_back(lanes.attitude, ocean.current(place, t)) - velocity
+            water = rotate_back(lanes.attitude, ocean.current(place, t, motion.copy)) - velocity
             speeds.append(water.x * axis[0] + water.y * axis[1] + water.z * axis[2] + sigma * noise[4 * k + b])
             valid.append((ranges[b] > reach) & (nearest * tilt > reach) & wet)
         data, solved = velocity_from_beams(speeds, valid, config.beams)
         middle = lanes.position + rotate(lanes.attitude, jit.Array3f64(0.0, 0.0, -depth))
-        truth = rotate_back(lanes.attitude, ocean.current(middle, t)) - velocity
+        truth = rotate_back(lanes.attitude, ocean.current(middle, t, motion.copy)) - velocity
         cells.append((data, truth, solved))
     return cells

@@ -293,7 +293,7 @@ def water_track(config: DvlConfig, lanes: Lanes, velocity: Array, motion: Kinema
     speeds = []
     for b, (x, y, z) in enumerate(config.beams.tolist()):
         place = lanes.position + rotate(lanes.attitude, jit.Array3f64(x, y, z)) * (config.water_layer_m / vertical)
-        through = velocity - rotate_back(lanes.attitude, ocean.current(place, t))
+        through = velocity - rotate_back(lanes.attitude, ocean.current(place, t, motion.copy))
         speed = through.x * x + through.y * y + through.z * z
         sigma = dr.sqrt(config.noise_mps**2 + (config.noise_relative * speed) ** 2)
         speeds.append((speed + sigma * noise[12 + b]) * (1.0 + config.scale_error))

@@ -54,7 +54,7 @@ class CurrentMeter:
 
 def _sampler(config: CurrentMeterConfig) -> Sample:
     def sample(ocean: Ocean, motion: Kinematics, position: Array, t: Array) -> list[Array]:
-        water = to_sensor(rotate_back(motion.attitude, ocean.flow(position, t)), config)
+        water = to_sensor(rotate_back(motion.attitude, ocean.flow(position, t, motion.copy)), config)
         return [*(water - sensor_velocity(motion, config))]
 
     return sample

@@ -72,7 +72,7 @@ class Traffic:
 
     def forget(self, where: NDArray[np.bool_], tick: int) -> None:
         """Some copies begin anew at a tick."""
-        for c in np.flatnonzero(where).tolist():
+        for c in np.flatnonzero(where).tolist() if self._ports else ():
             self._numbers[c] = 0
             for stations in self._stations:
                 stations[c] = Station(begin_ns=tick * self._medium.dt_ns)

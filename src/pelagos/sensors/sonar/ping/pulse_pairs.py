@@ -298,7 +298,8 @@ class PulsePairs:
         loss = dr.gather(jit.Float, lanes.medium.absorption, lane)
         power = free * volume_intensity(from_db(strength) * self._psi, distance, loss, ping.equivalent_m)
 
-        flow = rotate_back(attitude, ocean.current(place, t)) - dr.gather(jit.Array3f64, velocity, lane)
+        copy = dr.gather(jit.UInt32, motion.copy, lane)
+        flow = rotate_back(attitude, ocean.current(place, t, copy)) - dr.gather(jit.Array3f64, velocity, lane)
         closing = -dr.dot(flow, axis)
         spin = dr.gather(jit.Array3f64, sensor_angular_velocity(motion, self._ping.mounting), lane)
         aside = flow + closing * axis - dr.cross(spin, axis * jit.Float64(distance))

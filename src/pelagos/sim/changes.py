@@ -1,0 +1,167 @@
+"""The face of a simulation that changes what is constant in a run: sensors, the ocean, the world; and looks about."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from typing import TYPE_CHECKING, Any, cast
+
+from pelagos.config.loader import load_scenario
+from pelagos.config.scenario import Scenario
+from pelagos.errors import CommandError, LookupFailed
+from pelagos.sensors.sensor import Reading
+from pelagos.sim import checkpoint
+from pelagos.sim.encounters import Encounters
+from pelagos.sim.lives import Lives, Observations
+from pelagos.sim.model import Model, compile_model, encounters_of, with_changes
+from pelagos.sim.observe import observe
+from pelagos.sim.sea import Sea
+from pelagos.sim.step import Stepper
+
+if TYPE_CHECKING:
+    from pelagos.sim.simulation import Simulation
+
+LAMP = "lamp"
+
+
+class Changes(Lives):
+    """What can be changed without building everything anew."""
+
+    _lamps: dict[str, Mapping[str, Any]]
+
+    @property
+    def ocean(self) -> Sea:
+        """The ocean, and what can be set of it: `sim.ocean.set(current=...)`."""
+        return Sea(cast("Simulation", self))
+
+    def observe(
+        self,
+        agent: str,
+        position: object,
+        attitude: object = (1.0, 0.0, 0.0, 0.0),
+        *,
+        velocity: object = (0.0, 0.0, 0.0),
+        angular_velocity: object = (0.0, 0.0, 0.0),
+        sensors: Iterable[str] | None = None,
+        copy: int = 0,
+        episode: int = 0,
+    ) -> dict[str, Reading]:
+        """Readings of an agent's sensors at given poses, at the present time, without a step.
+
+        All poses go in one call; the next call with as many poses is the fastest. Other vehicles, movers and props are
+        where they are. Nothing of the run changes. Every pose has noise of its own, named by its number, the time and
+        `episode`.
+
+        Args:
+            agent: whose sensors.
+            position: of the body, world NWU `(m, 3)` or `(3,)` [m].
+            attitude: (w, x, y, z) body to world, `(m, 4)` or one for all.
+            velocity, angular_velocity: body FLU, `(m, 3)` or one for all [m/s], [rad/s].
+            sensors: their names; all where not given, but for those that need a run (modems, contact).
+            copy: of the fleet, whose bodies are seen.
+            episode: another draw of the noise.
+
+        Returns:
+            Readings by sensor, `(m, ...)`.
+
+        Raises:
+            CommandError: an unknown agent or sensor, a wrong shape, a value that is not finite, or within a step.
+        """
+        self.gate.refuse("observe")
+        if agent not in self.model.agents:
+            raise CommandError(str(LookupFailed("agent", agent, self.model.agents)))
+        motion = (position, attitude, velocity, angular_velocity)
+        sim = cast("Simulation", self)
+        return observe(sim, agent, motion, sensors=sensors, copy=copy, episode=episode)
+
+    def set(self, path: str, **keys: Any) -> None:
+        """Change the configuration of a sensor while the run stands: `sim.set("auv0.camera", exposure_ev=1.0)`.
+
+        `sim.set("auv0.lamp", on=False)` switches all lamps of an agent's cameras, and on again. The sensor is built
+        anew, which takes as long as at load; all else goes on. `sim.scenario` has the change.
+
+        Args:
+            path: "agent.sensor", or "agent.lamp".
+            keys: of the sensor's configuration; `on` of lamps.
+
+        Raises:
+            InputError: an unknown sensor or key, a value that is not allowed, or within a step.
+        """
+        self._refuse_within("set", in_recording=True)
+        agent, _, name = path.partition(".")
+        if agent not in self.model.agents:
+            raise CommandError(str(LookupFailed("agent", agent, self.model.agents)))
+        known = self.model.agents[agent].sensors
+        if name == LAMP and name not in known:
+            self._change(self._switched(agent, **keys))
+            return
+        if name not in known:
+            raise LookupFailed("sensor", path, [f"{agent}.{s}" for s in known])
+        if not keys:
+            raise CommandError(f"what is to be set of {path}? Give keys of its configuration")
+        self._change({f"agents.{agent}.sensors.{name}.{key}": value for key, value in keys.items()})
+
+    def _switched(self, agent: str, **keys: Any) -> dict[str, Any]:
+        """Changes that switch the lamps of an agent's cameras."""
+        if set(keys) != {"on"} or not isinstance(keys["on"], bool):
+            raise CommandError(f"of {agent}.lamp, on=True or on=False can be set; given {keys}")
+        lit = {s: m.config for s, m in self.model.agents[agent].sensors.items() if hasattr(m.config, "lamps")}
+        for name, config in lit.items():
+            if config.lamps:
+                self._lamps[f"agents.{agent}.sensors.{name}.lamps"] = config.model_dump(mode="json")["lamps"]
+        own = {k: v for k, v in self._lamps.items() if k.startswith(f"agents.{agent}.")}
+        if not own:
+            raise CommandError(f"{agent} has no camera with lamps")
+        return {key: lamps if keys["on"] else [] for key, lamps in own.items()}
+
+    def _change(self, overrides: Mapping[str, Any]) -> None:
+        checked = load_scenario(self.model.scenario, overrides=overrides).agents
+        agents = dict(self.model.scenario.agents)
+        for _, agent, _, sensor, _ in (key.split(".", 4) for key in overrides):
+            sensors = {**agents[agent].sensors, sensor: checked[agent].sensors[sensor]}
+            agents[agent] = agents[agent].model_copy(update={"sensors": sensors})
+        scenario = self.model.scenario.model_copy(update={"agents": agents})
+        self.exchange(with_changes(self.model, scenario, self._encounters, seed=self.seed))
+
+    @property
+    def encounters(self) -> Encounters:
+        """What sensors ask while they read."""
+        return self._encounters
+
+    def exchange(self, model: Model) -> None:
+        """Go on with a model whose sensors or ocean are others."""
+        parts = checkpoint.parts_of(cast("Simulation", self))
+        before = self._stepper
+        self.model = model
+        self._stepper = Stepper(model, self.bodies, self._encounters, self.listeners, like=before)
+        self._stepper.logged, self._stepper.timings = before.logged, before.timings
+        checkpoint.put_back(cast("Simulation", self), parts)
+
+    def load_world(self, seed: int | None = None, **keys: Any) -> Observations:
+        """Another world of the same kind, and the run from its start in it; vehicles and their kernels stay.
+
+        Args:
+            seed: of the world.
+            keys: other keys of the world.
+
+        Returns:
+            As `reset`.
+
+        Raises:
+            InputError: a key that the world does not have, a value that is not allowed, a start that is not free there.
+        """
+        self._refuse_within("load_world")
+        overrides = {f"world.{key}": value for key, value in keys.items()}
+        if seed is not None:
+            overrides["world.seed"] = seed
+        if not overrides:
+            raise CommandError("which other world? Give a seed, or keys of the world")
+        world = load_scenario(self.model.scenario, overrides=overrides).world
+        changed: Scenario = self.model.scenario.model_copy(update={"world": world})
+        asked: Encounters = encounters_of(changed)
+        old = self.model
+        model = compile_model(
+            changed, asked, n=self.n, seed=self.seed, first_environment=old.first_environment, like=old, new_world=True
+        )
+        self.listeners.restart()
+        cast("Simulation", self).stand(model, asked)
+        return self._later(self._stepper.read_now)

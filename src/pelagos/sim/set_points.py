@@ -1,0 +1,59 @@
+"""Set-points of commands, and other tables of NumPy, on the device."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import cache
+
+import drjit as dr
+import numpy as np
+from numpy.typing import NDArray
+
+from pelagos import jit
+from pelagos.jit import Array
+from pelagos.sim.model import AgentModel
+from pelagos.sim.state import AgentState
+
+
+def vectors(values: NDArray[np.float64]) -> Array:
+    """`(m, 3)` as `Array3f64` in memory of Dr.Jit's own."""
+    return jit.Array3f64(*(exact(column) for column in values.T))
+
+
+def exact(values: NDArray[np.float64]) -> Array:
+    """The same bits in memory of Dr.Jit's own; `jit.own` makes 0.0 of -0.0."""
+    made = jit.Float64(np.ascontiguousarray(values).reshape(-1)) * dr.opaque(jit.Float64, 1.0)
+    dr.eval(made)
+    dr.sync_thread()  # the NumPy array may go
+    return made
+
+
+def columns(values: NDArray[np.float64]) -> tuple[list[Array], object]:
+    """Each column of `(n, k)` set-points on the device; and the memory that it is read from, to be held until then."""
+    n, count = values.shape
+    if n == 1:
+        return [dr.opaque(jit.Float64, float(v)) for v in values[0]], None  # faster than the way over NumPy
+    if not count:
+        return [], None
+    packed = jit.Float64(np.ascontiguousarray(values).reshape(-1))
+    return _split(count)(packed), (values, packed)
+
+
+@cache
+def _split(count: int) -> Callable[[Array], list[Array]]:
+    """The columns of a table of so many, given in one row; one kernel."""
+
+    def split(packed: Array) -> list[Array]:
+        lane = dr.arange(jit.UInt32, dr.width(packed) // count) * count
+        return [dr.gather(jit.Float64, packed, lane + i) for i in range(count)]
+
+    return jit.freeze(split)
+
+
+def idle(agent: AgentModel, mode: str, state: AgentState) -> NDArray[np.float64]:
+    """A command that changes nothing much: stay at this place, depth and heading, actuators at rest."""
+    idle = {"depth": state.depth, "heading": -state.euler[:, 2], "yaw": state.euler[:, 2]}
+    idle |= {axis: state.position[:, i] for i, axis in enumerate("xyz")}
+    n = len(state.position)
+    columns = [idle.get(name, np.zeros(n)) for name in agent.vehicle.command_names(mode)]
+    return np.stack(columns, axis=-1) if columns else np.empty((n, 0))
