@@ -142,6 +142,7 @@ def test_the_current_of_each_copy_carries_it_and_its_sensors_feel_it(loaded):
         loaded.ocean.set(turbidity=-1.0)
 
 
+@pytest.mark.slow  # cameras are built four times
 def test_lamps_turbidity_and_keys_of_sensors_are_set_while_the_run_goes_on():
     scenario = copy.deepcopy(SCENARIO)
     scenario["agents"]["auv0"]["start"] |= {"depth_m": 17.0}
