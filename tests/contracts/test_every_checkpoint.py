@@ -8,25 +8,14 @@ from typing import Any
 
 import numpy as np
 import pytest
+from test_every_sensor import SMALL as USUAL
 
 import pelagos as pl
 from pelagos.config import registry
 from pelagos.vehicles.load import catalogue_names
 
-PICTURE = {"width_px": 16, "height_px": 16}
 SMALL: dict[str, dict[str, Any]] = {
-    "camera": PICTURE,
-    "depth_camera": PICTURE,
-    "semantic_camera": PICTURE,
-    "instance_camera": PICTURE,
-    "normal_camera": PICTURE,
-    "optical_flow_camera": PICTURE,
-    "event_camera": PICTURE,
-    "thermal_camera": PICTURE,
-    "multibeam": {"beams": 16},
-    "imaging_sonar": {"beams": 16, "bins": 32},
-    "profiling_sonar": {"range_max_m": 20.0},
-    "tracer": {"tracer": "oxygen"},
+    name: {**keys, **({"width_px": 16, "height_px": 16} if "width_px" in keys else {})} for name, keys in USUAL.items()
 }
 AFLOAT = {"otter", "wamv", "surface_vessel", "mariner"}
 IN_AIR = {"quadrotor", "fixed_wing"}
