@@ -2,7 +2,7 @@
 
 .DEFAULT_GOAL := help
 SHELL := /bin/sh
-.PHONY: help demo venv llvm test test-all check bench docs site checks clean
+.PHONY: help demo venv llvm test test-all check fuzz bench docs site checks clean
 
 BIN := .venv/bin
 SCENARIO := examples/harbour_survey.yaml
@@ -42,6 +42,9 @@ check: venv llvm ## Everything that CI runs: format, lint, types, layers, schema
 	$(BIN)/python scripts/reference.py --check
 	$(BIN)/python scripts/site --quick
 	$(BIN)/python -m pytest -n 2 -m "not slow"
+
+fuzz: venv llvm ## Fuzz the readers for SECONDS=300 each: scenarios, texts, recordings
+	PELAGOS_FUZZ_SECONDS=$(or $(SECONDS),300) $(BIN)/python -m pytest -s tests/fuzz
 
 bench: venv llvm ## Measure speed and refresh bench/RESULTS.md
 	$(BIN)/pelagos bench --write bench/RESULTS.md

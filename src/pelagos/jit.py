@@ -29,6 +29,7 @@ from pelagos.errors import DeviceError
 from pelagos.kernel_check import explained, watched
 
 MIN_LLVM: Final = 16  # 14 is refused by Dr.Jit, 15 aborts the process on AVX-512 machines
+MAX_THREADS: Final = 1024
 Device: TypeAlias = Literal["cpu", "cuda"]
 
 # Dr.Jit's arrays overload every operator; naming them Any keeps physics readable, and the checks on shapes are tests.
@@ -243,6 +244,12 @@ class _Sizes:
 
 
 _FLUSHING: Final[set[int]] = set()  # threads
+_FORKED: Final[list[int]] = []  # the process, where it was forked from one that had chosen its device
+
+
+def _after_fork() -> None:
+    _FLUSHING.clear()  # so that the next call looks
+    _FORKED.append(os.getpid())
 
 
 def flush_subnormals() -> None:
@@ -253,6 +260,11 @@ def flush_subnormals() -> None:
     """
     import ctypes
 
+    if _FORKED:
+        raise DeviceError(
+            "this process was forked from one that had used Pelagos, whose threads it lacks; start workers with "
+            "multiprocessing.get_context('spawn'), or fork before the first simulation is made"
+        )
     _FLUSHING.add(threading.get_ident())
     x86, system = platform.machine().lower() in ("x86_64", "amd64", "i686"), platform.system()
     if system == "Windows":
@@ -301,10 +313,12 @@ def _start() -> None:
     mitsuba.set_variant("cuda_ad_rgb" if chosen == "cuda" else "llvm_ad_rgb")
     threads = os.environ.get("PELAGOS_THREADS")
     if threads is not None:
-        if not threads.isdigit() or int(threads) < 1:
-            raise DeviceError(f"PELAGOS_THREADS must be a whole number from 1 on, not {threads!r}")
+        if not threads.isdecimal() or not 1 <= int(threads) <= MAX_THREADS:
+            raise DeviceError(f"PELAGOS_THREADS must be a whole number from 1 to {MAX_THREADS}, not {threads!r}")
         dr.set_thread_count(int(threads))
     flush_subnormals()
+    if hasattr(os, "register_at_fork"):
+        os.register_at_fork(after_in_child=_after_fork)
     backend = dr.cuda.ad if chosen == "cuda" else dr.llvm.ad
     found = {ours: getattr(backend, theirs) for ours, theirs in _NAMES.items()}
     globals().update(found, mi=mitsuba, device=chosen)
@@ -337,6 +351,7 @@ def find_llvm() -> Path:
             raise DeviceError(
                 f"DRJIT_LIBLLVM_PATH={named} is missing or older than LLVM {MIN_LLVM}. {_how_to_install()}"
             )
+        _refuse_unusable(Path(named))
         return Path(named)
     found = [(v, p) for p in _llvm_candidates() if (v := llvm_version(p)) is not None]
     usable = [(v, p) for v, p in found if v >= MIN_LLVM]
@@ -346,6 +361,16 @@ def find_llvm() -> Path:
             f"Pelagos needs LLVM {MIN_LLVM} or newer on the CPU, and none was found{old}. {_how_to_install()}"
         )
     return max(usable, key=lambda pair: pair[0])[1]
+
+
+def _refuse_unusable(path: Path) -> None:
+    """Raises DeviceError where a file is no library that this process can load."""
+    import ctypes
+
+    try:
+        ctypes.CDLL(str(path))
+    except OSError as error:
+        raise DeviceError(f"DRJIT_LIBLLVM_PATH={path} cannot be loaded: {error}. {_how_to_install()}") from None
 
 
 def llvm_version(path: Path) -> int | None:

@@ -94,7 +94,7 @@ def parse_document(text: str, name: str, folder: Path) -> Document:
         begun = error.context_mark
         if error.problem and error.context and begun is not None:
             what += f", {error.context} that begins on line {begun.line + 1}"
-        if mark is not None and "\t" in [*text.split("\n"), ""][mark.line]:
+        if mark is not None and "\t" in _line(text, mark.line):
             what += " (the line holds a tab; indent with spaces)"
         raise ScenarioError(what, where=f"{name}:{mark.line + 1}" if mark else name) from None
     except yaml.YAMLError as error:
@@ -103,6 +103,12 @@ def parse_document(text: str, name: str, folder: Path) -> Document:
         raise ScenarioError("nested too deeply for a scenario", where=name) from None
     document.places[()] = name
     return document
+
+
+def _line(text: str, number: int) -> str:
+    """A line as YAML counts them, from 0; empty behind the last."""
+    lines = re.split("\r\n|[\n\r\x85\u2028\u2029]", text)
+    return lines[number] if number < len(lines) else ""
 
 
 def _composed(text: str) -> yaml.Node | None:

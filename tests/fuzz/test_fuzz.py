@@ -1,0 +1,160 @@
+"""Fuzzing: mutated scenarios and damaged recordings end well or in one error of ours; `make fuzz` goes on by time."""
+
+from __future__ import annotations
+
+import os
+import time
+import warnings
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+import yaml
+from hypothesis import HealthCheck, given, seed, settings
+from hypothesis import strategies as st
+
+from pelagos.config.loader import load_scenario, to_yaml
+from pelagos.errors import PelagosError
+from pelagos.sim.record import Recorder
+from pelagos.sim.replay import Recording
+
+ROOT = Path(__file__).parents[2]
+CORPUS = sorted((Path(__file__).parent / "corpus").glob("*.yaml"))
+SECONDS = float(os.environ.get("PELAGOS_FUZZ_SECONDS", "0"))  # 0: the few cases of every test run
+CASES = 40 if not SECONDS else 200
+COUNTS = {"scenarios": 0, "texts": 0, "recordings": 0}
+LONGEST_S = 10.0
+EXAMPLES = [yaml.safe_load(path.read_text()) for path in sorted((ROOT / "examples").glob("*.yaml"))]
+
+NUMBERS = st.one_of(
+    st.integers(-10, 10), st.integers(), st.floats(), st.sampled_from([1e300, -1e300, 1e-300, 2**63, -(2**31), 0.0])
+)
+TEXTS = st.one_of(st.text(max_size=20), st.sampled_from(["", "null", "imu", "remus100", "../../x", "module:function"]))
+SCALARS = st.one_of(st.none(), st.booleans(), NUMBERS, TEXTS)
+VALUES = st.recursive(
+    SCALARS, lambda v: st.lists(v, max_size=4) | st.dictionaries(st.text(max_size=8), v, max_size=4), max_leaves=8
+)
+
+
+def places(data: Any, path: tuple[Any, ...] = ()) -> list[tuple[Any, ...]]:
+    """Every place of a tree of plain values."""
+    found = [path] if path else []
+    items = data.items() if isinstance(data, dict) else enumerate(data) if isinstance(data, list) else ()
+    for key, value in items:
+        found += places(value, (*path, key))
+    return found
+
+
+def changed(data: Any, path: tuple[Any, ...], change: Callable[[Any, Any], None]) -> Any:
+    """A copy of a tree with one place changed."""
+    copy = {**data} if isinstance(data, dict) else [*data]
+    if len(path) == 1:
+        change(copy, path[0])
+    else:
+        copy[path[0]] = changed(copy[path[0]], path[1:], change)
+    return copy
+
+
+@st.composite
+def mutants(draw: st.DrawFn) -> Any:
+    """An example's scenario with one to three places replaced, removed, or with a key too many."""
+    data = draw(st.sampled_from(EXAMPLES))
+    for _ in range(draw(st.integers(1, 3))):
+        found = places(data)
+        if not found:
+            break
+        path, value, kind = (
+            draw(st.sampled_from(found)),
+            draw(VALUES),
+            draw(st.sampled_from(["set", "set", "del", "add"])),
+        )
+
+        def change(holder: Any, key: Any, value: Any = value, kind: str = kind) -> None:
+            if kind == "del":
+                del holder[key]
+            elif kind == "add" and isinstance(holder, dict):
+                holder[f"{key}x"] = value
+            else:
+                holder[key] = value
+
+        data = changed(data, path, change)
+    return data
+
+
+def end_well(work: Callable[[], object]) -> None:
+    """It works, or it ends in one error of ours, soon."""
+    started = time.monotonic()
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        try:
+            work()
+        except PelagosError as error:
+            assert str(error).strip()
+    assert time.monotonic() - started < LONGEST_S
+
+
+def run_cases(strategy: st.SearchStrategy[Any], check: Callable[[Any], None], kind: str) -> None:
+    """The same few cases in every run; where `PELAGOS_FUZZ_SECONDS` is set, new ones until the time is over."""
+    ends, batch = time.monotonic() + SECONDS, 0
+    while True:
+
+        def case(value: Any) -> None:
+            COUNTS[kind] += 1
+            end_well(lambda: check(value))
+
+        settled = settings(
+            max_examples=CASES, deadline=None, suppress_health_check=list(HealthCheck), derandomize=not SECONDS,
+            database=None,
+        )(given(strategy)(case))  # fmt: skip
+        (seed(int(time.time()) + batch)(settled) if SECONDS else settled)()
+        batch += 1
+        if time.monotonic() >= ends:
+            return
+
+
+def repeated(data: Any) -> None:
+    scenario = load_scenario(data)
+    assert load_scenario(yaml.safe_load(to_yaml(scenario))) == scenario
+
+
+def test_mutated_examples() -> None:
+    run_cases(mutants(), repeated, "scenarios")
+
+
+def test_texts(tmp_path: Path) -> None:
+    path = tmp_path / "s.yaml"
+
+    def read(text: str) -> None:
+        path.write_text(text, encoding="utf-8")
+        load_scenario(path)
+
+    letters = st.sampled_from("abc: -[]{}&*<>|\n\t#!'0123456789.eE\x00\u2028")
+    run_cases(st.text(alphabet=letters, max_size=200), read, "texts")
+
+
+@pytest.mark.parametrize("path", CORPUS, ids=lambda p: p.stem)
+def test_past_failures(path: Path) -> None:
+    end_well(lambda: load_scenario(path))
+
+
+def test_damaged_recordings(tmp_path: Path) -> None:
+    path = tmp_path / "a.mcap"
+    with Recorder(path, "name: a\n", 1, {}, None, (0.0, 0.0), 1_000_000) as recorder:
+        recorder.flush()
+    whole = path.read_bytes()
+    flips = st.lists(st.tuples(st.integers(0, len(whole) - 1), st.integers(0, 255)), max_size=6)
+
+    def read(damage: tuple[int, list[tuple[int, int]]]) -> None:
+        raw = bytearray(whole)
+        for at, value in damage[1]:
+            raw[at] = value
+        path.write_bytes(raw[: damage[0]])
+        Recording(path)
+
+    run_cases(st.tuples(st.integers(0, len(whole)), flips), read, "recordings")
+
+
+def test_figures() -> None:
+    """How many cases there were (`make fuzz` shows it)."""
+    print(COUNTS)
