@@ -90,7 +90,7 @@ def end_well(work: Callable[[], object]) -> None:
         try:
             work()
         except PelagosError as error:
-            assert str(error).strip()
+            assert str(error).strip()  # noqa: PT017
     assert time.monotonic() - started < LONGEST_S
 
 

@@ -6,7 +6,6 @@ import os
 import pickle
 import subprocess
 import sys
-from pathlib import Path
 
 import pytest
 
@@ -38,7 +37,7 @@ def test_errors_pickle(error: PelagosError) -> None:
     ],
 )
 def test_what_cannot_be_used_is_a_sentence(variables: dict[str, str], message: str) -> None:
-    code = "from pelagos import jit\nfrom pelagos.errors import DeviceError\ntry: jit.Float\nexcept DeviceError as e: print(e)"
+    code = "import pelagos.jit as j, pelagos.errors as p\ntry: j.Float\nexcept p.DeviceError as e: print(e)"
     environment = {**os.environ, "PELAGOS_DEVICE": "cpu", **variables}
     done = subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, text=True, check=True)
     assert message in done.stdout
