@@ -1,4 +1,4 @@
-"""How many rays a sonar image needs: mean level, level of each range bin, and of each cell, against a converged image.
+"""Rays that a sonar image needs: mean level, level of each range bin and of each cell against a converged image.
 
 python examples/sonar_ray_count.py
 """

@@ -1,4 +1,4 @@
-"""How an aperture looks into directions: lines, pistons, weighted arrays.
+"""Beam patterns of apertures: lines, pistons, weighted arrays.
 
 All patterns are amplitudes, 1 on axis, for one way; `sine` is the sine of the angle off axis.
 Source: H. L. Van Trees, Optimum Array Processing (2002), Chapters 2 and 3, doi 10.1002/0471221104.

@@ -1,4 +1,4 @@
-"""How a narrow beam finds the bottom in its time series: by amplitude, and by the phase between its two halves.
+"""Bottom detection in the time series of a narrow beam: by amplitude, and by the phase between its two halves.
 
 Near nadir the bottom fills a beam at once, and its echo is a short pulse, whose centre of gravity is the range
 (weighted mean time). Obliquely the echo sweeps through the beam; the phase between the left and the right half of the

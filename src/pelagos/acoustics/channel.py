@@ -1,4 +1,4 @@
-"""What a channel of several paths does to a waveform, and the noise that comes with it. NumPy; times in double.
+"""Effect of a multipath channel on a waveform, and the noise that comes with it. NumPy; times in double.
 
 A path of delay tau whose length changes brings x(D t - tau), D the ratio of received to sent frequency: a waveform is
 resampled, not just shifted. At complex baseband about a carrier f the same path turns by

@@ -1,4 +1,4 @@
-"""Who sums which strips of a ping into which bins, and in which order.
+"""Order of summation: the lanes that add the strips of a ping to its bins, and their sequence.
 
 Each beam is summed by lanes of its own (`Walk`), ray after ray and bin after bin. Nothing is added by two threads at
 once: sums need no atomic operations, and do not depend on the number of threads or of pings in a call. Lanes that run

@@ -1,4 +1,4 @@
-"""What the sea surface does to sound from below: scatters it back from its facets and from bubbles, and loses some.
+"""The sea surface from below: scattering by its facets and by bubbles, and the loss of a bounce.
 
 Source: Applied Physics Laboratory, University of Washington, "High-Frequency Ocean Environmental Acoustic Models
 Handbook", APL-UW TR 9407 (1994), Section II. 10 to 100 kHz; bubbles after S. T. McDaniel, J. Acoust. Soc. Am. 94, 1905

@@ -1,4 +1,4 @@
-"""How strongly a sea bed scatters sound back: the model of APL-UW TR 9407.
+"""Backscattering strength of a sea bed: the model of APL-UW TR 9407.
 
 Source: Applied Physics Laboratory, University of Washington, "High-Frequency Ocean Environmental Acoustic Models
 Handbook", APL-UW TR 9407 (1994), Section IV. 10 to 100 kHz. Its near-vertical (Kirchhoff) level as printed is 3.3 to

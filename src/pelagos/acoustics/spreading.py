@@ -1,4 +1,4 @@
-"""What a wave loses on its way, and the gain that gives it back.
+"""Transmission loss of a wave, and the gain that undoes it.
 
 Sources: X. Lurton, An Introduction to Underwater Acoustics (2nd ed., 2010), Sections 2.2, 2.3 and 8.2; R. J. Urick,
 Principles of Underwater Sound (3rd ed., 1983), Chapters 5, 8 and 9.

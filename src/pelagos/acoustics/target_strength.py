@@ -1,4 +1,4 @@
-"""How strongly things send sound back.
+"""Target strengths of simple bodies.
 
 `target strength` is of a whole object, 10 log10 of its backscattering cross section [m^2]; `cross section` per unit
 area is of a surface patch, per solid angle [1].

@@ -1,4 +1,4 @@
-"""Which thing echoed strongest in a cell: level, label and instance in one 64-bit word, and the largest word wins."""
+"""Tag of the strongest echo in a cell: level, label and instance in one 64-bit word; the largest word wins."""
 
 from __future__ import annotations
 

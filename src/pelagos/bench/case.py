@@ -1,4 +1,4 @@
-"""What a benchmark is, and what running it gives."""
+"""A benchmark case, and the result of running it."""
 
 from __future__ import annotations
 

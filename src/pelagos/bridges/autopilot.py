@@ -1,4 +1,4 @@
-"""What autopilots share: where a vehicle is in their frames, and which of their outputs moves which actuator.
+"""Common parts of autopilots: a vehicle's state in their frames, and the actuator that each of their outputs moves.
 
 Autopilots speak north-east-down of the world and forward-right-down of the body.
 """

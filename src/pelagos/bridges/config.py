@@ -1,4 +1,4 @@
-"""What a scenario says under `bridges:`; each kind of door has its own keys in its own file."""
+"""Configuration under `bridges:`; each kind of door has its own keys in its own file."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a DDS participant tells ROS 2's graph: its node, and which writers and readers are that node's."""
+"""A DDS participant's entry in ROS 2's graph: its node, and the writers and readers of that node."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a run was told from outside, read back from its recording and told again: the same bytes."""
+"""Outside commands of a run, read back from its recording and given again: the same bytes."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What somebody outside may ask of a running simulation, as plain data: it is written down, and can be repeated.
+"""Requests from outside to a running simulation, as plain data: they are written down, and can be repeated.
 
 Numbers are in Pelagos's own frames and units (world NWU, body FLU, SI): doors convert before.
 """

@@ -1,4 +1,4 @@
-"""What the command line prints to: results to the standard output, progress and errors to the standard error."""
+"""Consoles of the command line: results to the standard output, progress and errors to the standard error."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How far a run is: a bar with simulated time and real-time factor on a terminal, a line now and then elsewhere."""
+"""Progress of a run: a bar with simulated time and real-time factor on a terminal, a line now and then elsewhere."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How far a command is that does one thing after the other: a bar on a terminal, a line for each stage elsewhere."""
+"""Progress of a command in stages: a bar on a terminal, a line for each stage elsewhere."""
 
 from __future__ import annotations
 

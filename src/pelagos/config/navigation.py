@@ -1,4 +1,4 @@
-"""What a mission knows of its vehicle's motion: the truth, an estimator's solution, or what somebody outside says."""
+"""Source of a mission's navigation: the truth, an estimator's solution, or somebody outside."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What is wrong with a scenario, in words: where, what was given, what is allowed, what was probably meant."""
+"""Problems of a scenario, in words: the place, the value given, the values allowed, the nearest match."""
 
 from __future__ import annotations
 

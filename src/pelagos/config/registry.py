@@ -1,4 +1,4 @@
-"""Which component a `type:` in a scenario stands for.
+"""Registry of components: the class for each `type:` in a scenario.
 
 A table names each class as a string, "module:Class", imported at first use: the registry stands at the bottom of the
 layers and knows the others by name only. Other packages add to a table through entry points of the groups

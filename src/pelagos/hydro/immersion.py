@@ -1,4 +1,4 @@
-"""How much of a body is in the water, and what it loses where it is not. FRD.
+"""Immersed share of a body, and the forces that fade with it. FRD.
 
 Entry: the momentum that a wet part gave to the water, its share of the added mass times the velocity, is taken from
 the body as the share grows (T. von Karman, "The impact on seaplane floats during landing", NACA TN 321, 1929), so that

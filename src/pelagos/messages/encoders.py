@@ -1,4 +1,4 @@
-"""Which encoding a sensor's readings get: by the sensor's type."""
+"""Encoders by sensor type."""
 
 from __future__ import annotations
 

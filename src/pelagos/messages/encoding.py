@@ -1,4 +1,4 @@
-"""How one sensor's readings become messages: its topics, and a function from a reading to their bytes."""
+"""Encoding of one sensor's readings as messages: its topics, and a function from a reading to their bytes."""
 
 from __future__ import annotations
 

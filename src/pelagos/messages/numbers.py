@@ -1,4 +1,4 @@
-"""What any sensor can say: its numbers as std_msgs/Float64MultiArray with labelled dimensions."""
+"""Plain numbers of any sensor, as std_msgs/Float64MultiArray with labelled dimensions."""
 
 from __future__ import annotations
 

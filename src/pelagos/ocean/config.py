@@ -1,4 +1,4 @@
-"""What a scenario says about the ocean, and how the ocean is made of it."""
+"""Configuration of the ocean, and the ocean that is built from it."""
 
 from __future__ import annotations
 

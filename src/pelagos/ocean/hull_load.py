@@ -1,4 +1,4 @@
-"""What a sea does to a hull: the pressure of still water and of the undisturbed waves (Froude and Krylov) on its wet
+"""Load of a sea on a hull: the pressure of still water and of the undisturbed waves (Froude and Krylov) on its wet
 part.
 
 The hull is clipped at the actual surface of the waves. The pressure is that of linear theory: below the mean surface

@@ -1,4 +1,4 @@
-"""What the parts of an ocean are built with: where on Earth, how far the world reaches, and the seed."""
+"""Site of an ocean: its place on Earth, the extent of the world, and the seed."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a scenario says about the sun and the weather."""
+"""Configuration of the sun and the weather."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Where waves break: water that falls too fast is foam, as much of it as the wind makes.
+"""Whitecaps: water that falls too fast is foam, as much of it as the wind makes.
 
 Crests break where the surface's downward acceleration comes near half of gravity's (M. S. Longuet-Higgins, J. Fluid
 Mech. 151:457, 1985). In a sea of components, whose short end is cut off, the limit is set so that the share of the

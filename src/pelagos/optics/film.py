@@ -1,4 +1,4 @@
-"""How a picture's numbers are made from a sensor's: white balance, and curves from linear light to display values."""
+"""Development of a picture's numbers from a sensor's: white balance, and curves from linear light to display values."""
 
 from __future__ import annotations
 

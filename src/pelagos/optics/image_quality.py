@@ -1,4 +1,4 @@
-"""How near one picture is to another: PSNR, SSIM, and the bias of the mean colour. NumPy, `(height, width, 3)`.
+"""Measures of the difference of two pictures: PSNR, SSIM, bias of the mean colour. NumPy, `(height, width, 3)`.
 
 SSIM: Z. Wang, A. C. Bovik, H. R. Sheikh and E. P. Simoncelli, IEEE Trans. Image Process. 13:600 (2004), doi
 10.1109/TIP.2003.819861, with the constants of its Section III: a Gaussian window of 1.5 px, K1 = 0.01, K2 = 0.03.

@@ -1,4 +1,4 @@
-"""How rough the sea is by the wind, and what waves that are too short or too far off to be drawn do to its mirror.
+"""Roughness of the sea by the wind, and the effect of waves too short or too far off to be drawn on its reflection.
 
 C. Cox and W. Munk, J. Opt. Soc. Am. 44:838 (1954), doi 10.1364/JOSA.44.000838, photographed the sun's glitter: slopes
 are nearly normal with a mean square, up- and crosswind together, of 0.003 + 0.00512 U, and of 0.008 + 0.00156 U under

@@ -1,4 +1,4 @@
-"""Where the sun stands at a moment and place on Earth.
+"""Position of the sun at a moment and place on Earth.
 
 The Astronomical Almanac's approximation (J. J. Michalsky, Solar Energy 40:227, 1988, doi
 10.1016/0038-092X(88)90045-X): within 0.01 deg from 1950 to 2050, with refraction by the air.

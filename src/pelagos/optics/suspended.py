@@ -1,4 +1,4 @@
-"""What plankton and sediment in the water add to its optics, by camera channel, on top of the water type's own.
+"""Optical properties that plankton and sediment add, by camera channel, to those of the water type.
 
 * Phytoplankton absorbs 0.06 A(lambda) C^0.65 at C mg/m^3 of chlorophyll (A: L. Prieur and S. Sathyendranath, Limnol.
   Oceanogr. 26:671, 1981) and scatters 0.30 C^0.62 550/lambda (H. R. Gordon and A. Morel 1983).

@@ -1,4 +1,4 @@
-"""What materials look like close up: colour and bumps as pure functions of the place in the world; no pictures are
+"""Texture of materials close up: colour and bumps as pure functions of the place in the world; no pictures are
 stored.
 
 Built from value noise (K. Perlin's lattice noise with values instead of gradients) and its exact derivative. Detail

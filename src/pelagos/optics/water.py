@@ -1,4 +1,4 @@
-"""What ten kinds of sea water do to light, per camera channel: absorption, scattering, backscatter, attenuation.
+"""Optical properties of ten kinds of sea water, per camera channel: absorption, scattering, backscatter, attenuation.
 
 How the inherent properties of each Jerlov type are made, wavelength by wavelength:
 

@@ -1,4 +1,4 @@
-"""Where a line of sight meets the sea surface: the ocean's waves on grids around each camera, met by marching.
+"""Intersection of a line of sight with the sea surface: the ocean's waves on grids around each camera, met by marching.
 
 The surface is that of the forces and of every other sensor, `Ocean.elevation`, linear between the nodes of the grids (a
 few centimetres off near the camera). Beyond the grids it is the mean level.

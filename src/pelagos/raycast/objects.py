@@ -1,4 +1,4 @@
-"""What a face belongs to: one row for each label, instance and material that stand together."""
+"""Objects of faces: one row for each label, instance and material that stand together."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What every sensor and every hull casts, and what comes back. Both are Dr.Jit structs: lanes are rays."""
+"""Rays of sensors and hulls, and their hits. Both are Dr.Jit structs: lanes are rays."""
 
 from __future__ import annotations
 

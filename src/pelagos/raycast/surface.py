@@ -1,4 +1,4 @@
-"""What a triangle that was hit is: its normals and its object, gathered from tables of our own.
+"""Surface properties of a triangle that was hit: its normals and its object, gathered from tables of our own.
 
 The ray tracer is asked for no more than the distance, the triangle and the place on it. To let it complete the hit
 would call every shape of every scene in the process in turn, and a world may hold thousands of instances.

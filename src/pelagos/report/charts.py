@@ -1,4 +1,4 @@
-"""What the navigation sensors said against the truth, over time."""
+"""Charts of the navigation sensors against the truth, over time."""
 
 from __future__ import annotations
 

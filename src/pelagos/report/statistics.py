@@ -1,4 +1,4 @@
-"""What a run was and what it cost: the numbers of `stats.json`."""
+"""Statistics of a run and its cost: the numbers of `stats.json`."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How the figures of a report look, and how they get into a page."""
+"""Style of a report's figures, and their way into a page."""
 
 from __future__ import annotations
 

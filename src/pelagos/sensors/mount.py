@@ -1,4 +1,4 @@
-"""Where a sensor is and how it moves, from the motion of the body that carries it.
+"""Pose and motion of a sensor, from the motion of the body that carries it.
 
 Rigid-body kinematics, e.g. T. I. Fossen, Handbook of Marine Craft Hydrodynamics and Motion Control, 2nd ed. (2021),
 Chapters 2 and 14. The sensor frame is forward-left-up of the mount: p_world = p_body + R(q) r, q_sensor = q

@@ -1,4 +1,4 @@
-"""When a sensor is due: on ticks that are multiples of its period, 0 included; and how far it hears until then."""
+"""Schedule of a sensor: due on ticks that are multiples of its period, 0 included; and its unambiguous range."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a sensor is: a frozen configuration, and a function from where it was to what it read.
+"""The contract of a sensor: a frozen configuration, and a function from its motion to its readings.
 
 A sensor sees lanes. One lane is one copy of the fleet at one tick: a fleet of n over a block of k ticks is n * k lanes,
 ordered tick-major (lane = tick_in_block * n + copy). `sense` never loops over lanes and keeps no state of its own.

@@ -1,4 +1,4 @@
-"""Which control mode an agent begins in, and whether the scenario's command fits it; needs no device."""
+"""Control mode of an agent at the start, and a check of the scenario's command against it; needs no device."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Where every agent begins, checked against the world."""
+"""Start states of all agents, checked against the world."""
 
 from __future__ import annotations
 

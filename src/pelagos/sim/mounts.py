@@ -1,4 +1,4 @@
-"""Whether sensors begin where they see nothing: inside something solid, or sonars in the air."""
+"""Checks of sensor mounts: inside something solid, or sonars in the air."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a mission knows of its vehicle's motion where that is not the truth."""
+"""Navigation of a mission where it is not the truth."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a user sees of an agent, and what changes as time passes. Everything else is constant (`sim/model.py`)."""
+"""State of an agent, as users see it and as the run keeps it. Everything else is constant (`sim/model.py`)."""
 
 from __future__ import annotations
 

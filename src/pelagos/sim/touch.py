@@ -1,4 +1,4 @@
-"""What an agent touches: hull-ray contact, cast only where a coarse test says that something may be near."""
+"""Contact of an agent by hull rays, cast only where a coarse test says that something may be near."""
 
 from __future__ import annotations
 

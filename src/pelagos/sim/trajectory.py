@@ -1,4 +1,4 @@
-"""What a block of ticks leaves behind: the motion of one agent at every tick, and the lanes that sensors ask for."""
+"""Trajectory of a block of ticks: the motion of one agent at every tick, and the lanes that sensors ask for."""
 
 from __future__ import annotations
 

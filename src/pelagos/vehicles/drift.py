@@ -1,4 +1,4 @@
-"""What waves do to a floating hull in the mean: forces of second order that push it along, slowly varying with groups.
+"""Mean wave drift of a floating hull: forces of second order that push it along, slowly varying with groups.
 
 A regular wave of amplitude a pushes with a^2 D, D from a panel method's far field; waves of several frequencies push
 with D at each pair's mean, J. N. Newman, "Second-order, slowly-varying forces on vessels in irregular waves", Proc.

@@ -1,4 +1,4 @@
-"""What a vehicle can be asked for: speeds, turning circle, depth. Missions keep within it."""
+"""Envelope of a vehicle: speeds, turning circle, depth. Missions keep within it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the terms of a vehicle's model see: attitude, velocity, and velocity relative to the water."""
+"""Flow past a vehicle, as the terms of its model see it: attitude, velocity, and velocity relative to the water."""
 
 from __future__ import annotations
 

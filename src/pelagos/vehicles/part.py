@@ -1,4 +1,4 @@
-"""What the parts of a vehicle have in common: strict configurations, and the constants of the body they belong to."""
+"""Common base of a vehicle's parts: strict configurations, and the constants of the body they belong to."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What floats, in waves: pressure on its wet hull, and the forces of motion relative to the water, with their memory.
+"""Seakeeping of floating hulls: pressure on the wet hull, and forces of motion through the water, with their memory.
 
 In still water a vehicle's own linear hydrostatics hold. In waves they make place for the pressure of the water, at rest
 and in undisturbed waves, on the hull's mesh as it is cut by the actual surface (buoyancy, Froude and Krylov), for added

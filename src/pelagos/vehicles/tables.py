@@ -1,4 +1,4 @@
-"""What a vehicle's step reads on the device."""
+"""Device tables of a vehicle's step."""
 
 from __future__ import annotations
 

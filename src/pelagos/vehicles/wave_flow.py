@@ -1,4 +1,4 @@
-"""What waves do to the flow past a vehicle.
+"""Flow of waves past a vehicle.
 
 The acceleration of the water that goes along, Dw/Dt = dw/dt + w . grad w with w of current and waves together, becomes
 in the equation of motion the Froude-Krylov force and the added mass's part of a body as heavy as the water that it

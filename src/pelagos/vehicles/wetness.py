@@ -1,4 +1,4 @@
-"""How much of a vehicle is in the water: one immersion for buoyancy, added mass, damping and actuators."""
+"""Wetness of a vehicle: one immersion for buoyancy, added mass, damping and actuators."""
 
 from __future__ import annotations
 

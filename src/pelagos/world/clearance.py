@@ -1,4 +1,4 @@
-"""Where nothing can be near: a coarse map of the highest thing in each cell, asked before any ray is cast."""
+"""Clearance map: the highest thing in each coarse cell, asked before any ray is cast."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What every kind of world has in its configuration."""
+"""Configuration that every kind of world shares."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What is odd about a mesh from a file, in words: its units, its holes, faces through each other, missing textures."""
+"""Doubts about a mesh from a file, in words: its units, its holes, faces through each other, missing textures."""
 
 from __future__ import annotations
 

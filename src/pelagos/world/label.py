@@ -1,4 +1,4 @@
-"""What things are: the semantic labels 0 .. 255 of HoloOcean, with their colours, and labels of the user's own.
+"""Labels of things: the semantic labels 0 .. 255 of HoloOcean, with their colours, and labels of the user's own.
 
 Numbers, names and colours: HoloOcean documentation, "Semantic labels" (BYU FRoSt Lab, MIT licence).
 """

@@ -1,4 +1,4 @@
-"""What the numbers in readings mean: labels, instance ids and materials of a world, for people and other programs."""
+"""Legend of the numbers in readings: labels, instance ids and materials of a world, for people and other programs."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What surfaces are made of: one value carries the optical, the acoustic and the contact properties together.
+"""Materials of surfaces: one value carries the optical, the acoustic and the contact properties together.
 
 Sediments take their acoustics from APL-UW TR 9407 (see `sediment.py`). Solids take densities and sound speeds of
 handbooks, relative to sea water of 1025 kg/m^3 and 1500 m/s. Everything marked `assumed` is a plausible value without a

@@ -1,4 +1,4 @@
-"""Whether something may stand at a place: used for start positions and spawned bodies."""
+"""Test of free places, for start positions and spawned bodies."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Where to stand to look at a world: the whole of it, and what is worth a closer look."""
+"""Viewpoints over a world: the whole of it, and the parts worth a closer look."""
 
 from __future__ import annotations
 

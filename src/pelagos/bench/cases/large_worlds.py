@@ -1,4 +1,4 @@
-"""Whether rays are slower in a large world, and what a transit of 100 km through a streamed one costs."""
+"""Large worlds: rays beside those of a small one, and the cost of a transit of 100 km through a streamed one."""
 
 from __future__ import annotations
 

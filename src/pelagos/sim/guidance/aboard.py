@@ -1,4 +1,4 @@
-"""What a vehicle knows while it is on a mission, lane by lane."""
+"""Knowledge of a vehicle on a mission, lane by lane."""
 
 from __future__ import annotations
 

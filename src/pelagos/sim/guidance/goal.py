@@ -1,4 +1,4 @@
-"""What a task wants of a vehicle now, lane by lane; a steering turns it into set-points of a control mode."""
+"""Goal of a task at this moment, lane by lane; a steering turns it into set-points of a control mode."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Where every copy stands in its mission: arrays, one row a lane."""
+"""Progress of every copy in its mission: arrays, one row a lane."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What every actuator offers."""
+"""The contract of an actuator."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What every control mode offers: set-points and a memory in, a demand and the next memory out."""
+"""The contract of a control mode: set-points and a memory in, a demand and the next memory out."""
 
 from __future__ import annotations
 

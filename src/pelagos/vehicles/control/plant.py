@@ -1,4 +1,4 @@
-"""What control laws are built for."""
+"""The plant that control laws are built for."""
 
 from __future__ import annotations
 

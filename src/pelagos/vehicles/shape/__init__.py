@@ -1,1 +1,1 @@
-"""How vehicles look: meshes in the body frame FLU from a few dimensions, and probes that feel contact."""
+"""Shapes of vehicles: meshes in the body frame FLU from a few dimensions, and probes that feel contact."""

@@ -1,4 +1,4 @@
-"""What water does to a vehicle that is made for the air."""
+"""Ditching: the forces of water on a vehicle that is made for the air."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a survey file holds, once read: a grid or scattered soundings, in the file's own coordinates."""
+"""Content of a survey file, once read: a grid or scattered soundings, in the file's own coordinates."""
 
 from __future__ import annotations
 

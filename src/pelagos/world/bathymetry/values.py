@@ -1,4 +1,4 @@
-"""What the values of a survey mean: their unit, their sign, and which of them only say that there is none."""
+"""Meaning of a survey's values: their unit, their sign, and which of them only say that there is none."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What stands on a harbour's quay: containers in stacks, a shed, portal cranes, lamp posts. All of it above water."""
+"""A harbour's quay: containers in stacks, a shed, portal cranes, lamp posts. All of it above water."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Where which sediment lies: random patches that follow the ground, fine ones in hollows, coarse ones on rises."""
+"""Distribution of sediments: random patches that follow the ground, fine ones in hollows, coarse ones on rises."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Where nothing can be near, over a ground too large for one map: blocks of cells, filled when they are asked for."""
+"""Clearance over a ground too large for one map: blocks of cells, filled when they are asked for."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Which tiles of which level stand in a scene: fine ones near the places that are looked from, coarse ones elsewhere.
+"""Choice of tiles in a scene: fine ones near the places that are looked from, coarse ones elsewhere.
 
 A tile of level l has `CELLS` x `CELLS` cells of the ground's spacing times 2^l. It is split in four where a place is
 nearer than `reach[l]` times its edge (the larger of the distances along x and along y). Two tiles that touch differ by

@@ -1,4 +1,4 @@
-"""Where the heights of a large ground come from: asked at nodes of its grid, never held as a whole."""
+"""Source of a large ground's heights: asked at nodes of its grid, never held as a whole."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What all cameras share: a lens, its rays, and what they hit.
+"""Common parts of all cameras: a lens, its rays, and their hits.
 
 A lens is two tables, one entry a pixel: where its ray starts and where it points, both in the sensor frame (x
     forward, y left, z up).

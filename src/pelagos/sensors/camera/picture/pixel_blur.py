@@ -1,5 +1,5 @@
-"""What differs from pixel to pixel in how a picture blurs: how far the motion of what it shows may smear, which moving
-bodies pass it while the shutter is open, and how much the haze of the distance softens it.
+"""Blur that differs from pixel to pixel: the longest streak of each, the moving bodies that pass it while the shutter
+is open, and the softening by the haze of the distance.
 
 Found from the middle ray of each pixel, before the samples are taken.
 """

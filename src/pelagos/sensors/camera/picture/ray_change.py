@@ -1,4 +1,4 @@
-"""How the rays of a lens change from pixel to pixel: what makes motion in space motion in the picture, and how much of
+"""Change of a lens's rays from pixel to pixel: it makes motion in space motion in the picture, and tells how much of
 the scene one pixel covers.
 """
 

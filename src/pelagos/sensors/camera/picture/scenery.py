@@ -1,4 +1,4 @@
-"""What a camera's view is made of besides its rays: materials, water, sun and sky, air with its fog and rain, waves."""
+"""Scenery of a camera's view: materials, water, sun and sky, air with its fog and rain, waves."""
 
 from __future__ import annotations
 

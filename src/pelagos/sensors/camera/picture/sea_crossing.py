@@ -1,4 +1,4 @@
-"""Where rays of label cameras and laser scanners come through the sea's surface: that of the ocean's waves and tide."""
+"""Crossing of the sea's surface by rays of label cameras and laser scanners: that of the ocean's waves and tide."""
 
 from __future__ import annotations
 

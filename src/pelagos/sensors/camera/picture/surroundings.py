@@ -1,4 +1,4 @@
-"""What lights a camera's view: sun, sky and water of the ocean, materials of the world, waves, the vehicle's lamps."""
+"""Surroundings that light a view: sun, sky and water of the ocean, materials of the world, waves, own lamps."""
 
 from __future__ import annotations
 

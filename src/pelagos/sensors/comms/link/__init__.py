@@ -1,1 +1,1 @@
-"""How signals get from one place to another; instruments stand in the room above."""
+"""Links: the way of signals from one place to another; instruments stand in the room above."""

@@ -1,4 +1,4 @@
-"""What both LiDARs share: the pattern of their beams, and what a pulse meets in air and water.
+"""Common parts of both LiDARs: the pattern of their beams, and the way of a pulse through air and water.
 
 Channels are spread evenly from the upper to the lower limit, channel 0 uppermost. A rotating scanner turns clockwise
 seen from above, starting at the left edge of its horizontal field; where it points depends on time alone. A

@@ -1,4 +1,4 @@
-"""What both LiDARs do with every sample: fire the pulses of a scan, find their echoes, list the points.
+"""A scan of both LiDARs: fire the pulses, find their echoes, list the points.
 
 The values of a point are what differs: functions of the echoes.
 """

@@ -1,4 +1,4 @@
-"""What sonars that give intensities by range have in common: their pulse, bins, levels, gain and output."""
+"""Keys of sonars that give intensities by range: their pulse, bins, levels, gain and output."""
 
 from __future__ import annotations
 

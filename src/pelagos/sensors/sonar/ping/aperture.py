@@ -1,4 +1,4 @@
-"""How a sonar's beams look into any direction: for echoes that come from other directions than rays were cast into."""
+"""Apertures of a sonar's beams in any direction: for echoes from other directions than rays were cast into."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the two halves of a multibeam's array hear in each beam: time series about the bottom's echo."""
+"""Time series of the two halves of a multibeam's array in each beam, about the bottom's echo."""
 
 from __future__ import annotations
 

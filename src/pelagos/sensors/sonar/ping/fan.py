@@ -1,4 +1,4 @@
-"""What every sonar shares: its water, its fan of rays, what surfaces scatter, and the way from hits to patches."""
+"""The fan of a sonar: its water, its rays, the surfaces that scatter, and the way from hits to patches."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What every sonar is built of: its water, the surfaces at its frequency, its random stream, its frozen ping."""
+"""Constants of a sonar: its water, the surfaces at its frequency, its random stream, its recorded ping."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What surfaces scatter back, as a table by material and grazing angle that is made once for a sonar's frequency."""
+"""Backscatter of surfaces, as a table by material and grazing angle that is made once for a sonar's frequency."""
 
 from __future__ import annotations
 

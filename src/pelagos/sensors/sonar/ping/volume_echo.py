@@ -1,4 +1,4 @@
-"""What the water between a sonar and its targets sends back: volume reverberation by beam and range."""
+"""Echo of the water between a sonar and its targets: volume reverberation by beam and range."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What instruments that sample the water share: errors of a reading, and that they only work under water."""
+"""Common parts of instruments that sample the water: errors of a reading, and none in the air."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a steering is, and the way back onto lines and circles.
+"""The contract of a steering, and the way back onto lines and circles.
 
 Lines and circles are followed by lookahead-based line of sight (Fossen 2021, Section 12.4: course = path angle minus
 atan(cross-track error / lookahead)). The heading is the course less the crab angle that the vehicle sees itself have,

@@ -1,4 +1,4 @@
-"""What people lose or leave on the seabed: tyres, drums, traps, anchors, mines, wrecks."""
+"""Things that people lose or leave on the seabed: tyres, drums, traps, anchors, mines, wrecks."""
 
 from __future__ import annotations
 

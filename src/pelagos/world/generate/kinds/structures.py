@@ -1,4 +1,4 @@
-"""What people build in the sea: piles, piers, walls, dams, platforms, turbines, manifolds, pens, docks."""
+"""Structures in the sea: piles, piers, walls, dams, platforms, turbines, manifolds, pens, docks."""
 
 from __future__ import annotations
 

@@ -1,0 +1,31 @@
+"""House rules about words that a linter does not know."""
+
+from __future__ import annotations
+
+import ast
+import re
+from pathlib import Path
+
+ROOT = Path(__file__).parents[2]
+QUESTION = re.compile(r"\s*(What|Which|Where|How|Whether|Who|When|Why)\b")
+
+
+def test_module_docstrings_open_with_a_noun_phrase() -> None:
+    """A definition opens with a noun that a stranger understands alone, not with a relative clause."""
+    files = [p for folder in ("src", "scripts", "examples") for p in (ROOT / folder).rglob("*.py")]
+    assert len(files) > 400
+    words = {p: ast.get_docstring(ast.parse(p.read_text(encoding="utf-8"))) or "" for p in files}
+    assert not [str(p.relative_to(ROOT)) for p, text in words.items() if QUESTION.match(text)]
+
+
+def test_every_page_of_the_documentation_can_be_reached_from_its_index() -> None:
+    docs = ROOT / "docs"
+    found, waiting = set(), [docs / "index.md"]
+    while waiting:
+        page = waiting.pop()
+        found.add(page)
+        for link in re.findall(r"\]\(([^)#\s]+\.md)", page.read_text(encoding="utf-8")):
+            target = (page.parent / link).resolve()
+            if target.exists() and target.is_relative_to(docs) and target not in found:
+                waiting.append(target)
+    assert not sorted(str(p.relative_to(docs)) for p in docs.rglob("*.md") if p not in found)
