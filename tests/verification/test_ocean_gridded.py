@@ -157,6 +157,55 @@ def test_land_is_still_and_scalars_are_filled_from_the_nearest(tmp_path: Path) -
     assert np.array(sea.temperature(place, jit.Float64(0.0))) == pytest.approx([19.5, 18.0], abs=1e-6)
 
 
+@pytest.mark.parametrize("longitude", [0.02, -0.3, 179.9, -179.95])
+def test_a_global_grid_has_no_edge_at_greenwich_nor_at_the_date_line(tmp_path: Path, longitude: float) -> None:
+    """Columns from 0 to 360, the last of them the first again; v of sin(longitude) is linear over half a degree to
+    (pi / 360)^2 / 8 = 1e-5.
+    """
+    lat, lon = np.linspace(50.0, 52.0, 5), np.linspace(0.0, 360.0, 721)
+    v = np.broadcast_to(np.sin(np.radians(lon)), (1, 1, 5, 721))
+    dims = ("time", "depth", "latitude", "longitude")
+    data = xarray.Dataset(
+        {
+            "uo": (dims, 0 * v, {"units": "m s-1", "standard_name": "eastward_sea_water_velocity"}),
+            "vo": (dims, v, {"units": "m s-1", "standard_name": "northward_sea_water_velocity"}),
+        },
+        coords={
+            "time": ("time", HOURS[:1], {"units": "hours since 2024-05-01", "calendar": "standard"}),
+            "depth": ("depth", DEPTH[:1], {"units": "m", "positive": "down"}),
+            "latitude": ("latitude", lat, {"units": "degrees_north"}),
+            "longitude": ("longitude", lon, {"units": "degrees_east"}),
+        },
+    )
+    origin = GeoOrigin(51.0, longitude)
+    config = OceanConfig.model_validate({"currents": {"type": "gridded", "file": str(write(tmp_path / "g.nc", data))}})
+    bounds = np.array([(-1000.0, -40_000.0, -30.0), (1000.0, 40_000.0, 0.0)])
+    sea = build_ocean(config, SimpleNamespace(origin=origin, bounds=bounds))
+    for apart in (-0.4, 0.0, 0.35):
+        x, y = origin.to_xy(np.array([51.0]), np.array([longitude + apart]))
+        found = np.array(sea.current(jit.Array3f64(jit.Float64(x), jit.Float64(y), -0.5), jit.Float64(0.0)))
+        assert found[0, 0] == pytest.approx(np.sin(np.radians(longitude + apart)), abs=2e-5)
+
+
+def test_potential_temperature_becomes_that_of_the_water_at_its_depth(tmp_path: Path) -> None:
+    """CMEMS' `thetao`. TEOS-10's third cast-1 level: SA 34.705, CT 4.841880 at 909 dbar is 4.9176 degC in situ."""
+    gsw = pytest.importorskip("gsw")
+    data = dataset().assign_coords(depth=("depth", [0.5, 5.0, 20.0, 901.8572643], {"units": "m", "positive": "down"}))
+    potential = gsw.pt_from_CT(34.70523685, 4.841880415)
+    data["thetao"] = (0 * data.thetao + potential).assign_attrs(
+        units="degrees_C", standard_name="sea_water_potential_temperature"
+    )
+    path = write(tmp_path / "a.nc", data)
+    config = OceanConfig.model_validate(
+        {"temperature_c": [{"type": "gridded", "file": str(path), "quantity": "temperature"}]}
+    )
+    sea = build_ocean(config, SimpleNamespace(origin=ORIGIN))
+    place = jit.Array3f64(0.0, 0.0, jit.Float64([-0.5, -901.8572643]))
+    found = np.array(sea.temperature(place, jit.Float64(0.0)))
+    assert found == pytest.approx([potential, 4.9176], abs=1e-3)
+    assert found[1] - found[0] > 0.05
+
+
 @pytest.mark.parametrize(
     "change",
     ["descending", "hycom", "no_time", "surface_only", "360", "cm/s", "kelvin", "metres"],

@@ -209,9 +209,17 @@ def _windows(site: Site) -> Windows:
         return Windows(site.origin.longitude, None, None)
     x = np.array([low[0] - _MARGIN_M, high[0] + _MARGIN_M])
     y = np.array([low[1] - _MARGIN_M, high[1] + _MARGIN_M])
-    lat, lon = site.origin.to_latlon(*np.meshgrid(x, y))
+    lat, lon = _unwrapped(site, *np.meshgrid(x, y))
     degrees = (float(lat.min()), float(lat.max()), float(lon.min()), float(lon.max()))
     return Windows(site.origin.longitude, degrees, (float(x[0]), float(x[1]), float(-y[1]), float(-y[0])))
+
+
+def _unwrapped(
+    site: Site, x: NDArray[np.float64], y: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Latitude and longitude [deg] of places; longitudes do not jump at the date line."""
+    lat, lon = site.origin.to_latlon(x, y)
+    return lat, site.origin.longitude + (lon - site.origin.longitude + 180) % 360 - 180
 
 
 def _lacking(data: GriddedData, site: Site, where: str) -> str:
@@ -223,7 +231,7 @@ def _lacking(data: GriddedData, site: Site, where: str) -> str:
         )
     low, high = site.corners
     x, y = np.meshgrid([low[0], high[0]], [low[1], high[1]])
-    row, column = (x, -y) if data.metric else site.origin.to_latlon(x, y)
+    row, column = (x, -y) if data.metric else _unwrapped(site, x, y)
     for name, values, (first, last) in (("latitude", row, data.covers[:2]), ("longitude", column, data.covers[2:])):
         if values.min() < first - 1e-9 or values.max() > last + 1e-9:
             covered, needed = f"{first:.4f} to {last:.4f}", f"{values.min():.4f} to {values.max():.4f}"
