@@ -118,6 +118,7 @@ def fly(
         return i + 1, vehicle.step(s, setpoint, ocean, t, wrench, jit.Float64(h), mode)
 
     i, state = dr.while_loop((dr.zeros(jit.UInt32, 1), state), lambda i, s: i < steps, body, mode="symbolic")
+    dr.eval(i, state)  # once: every scatter below would be a kernel of its own that repeats the loop
     keep(i, state)
     rows = np.array(out).reshape(-1, width)
     return Flight(np.arange(steps + 1) * h, rows[:, :3], rows[:, 3:7], rows[:, 7:13], rows[:, 13:])
