@@ -35,12 +35,22 @@ def filtered_current(memory: Sequence[Array], flow: Flow, h: Array) -> list[Arra
 def holding_wrench(model: Model, flow: Flow, nu: Vector, current: Vector) -> list[Array]:
     """What actuators must add (6), FRD [N], [N m], for no acceleration at velocity `nu` (6).
 
+    Forces are those at the wanted velocity: at the actual one they would undo drag faster than thrusters follow.
+    Moments are those at the actual way through the water, which is another where the thrust does not suffice: what a
+    current would do to a vehicle that holds must not tilt one that is carried along.
+
     Args:
         model: the vehicle's equation of motion.
         flow: where it is, and how it lies.
         nu: wanted velocity over ground, body axes [m/s], [rad/s].
         current: velocity of the water, NED (3) [m/s].
     """
+    wanted = _balance(model, flow, nu, current)
+    actual = _balance(model, flow, [*flow.nu[:3], *nu[3:]], current)
+    return [*wanted[:3], *actual[3:]]
+
+
+def _balance(model: Model, flow: Flow, nu: Vector, current: Vector) -> list[Array]:
     water = matvec(transpose(flow.rotation), current)
     there = replace(flow, nu=list(nu), nu_r=[*add(nu[:3], minus(water)), *nu[3:]], seaway=None)
     none = [0 * v for v in flow.nu]
