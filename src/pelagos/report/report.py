@@ -12,6 +12,7 @@ import numpy as np
 
 from pelagos.messages.sonar_image import PROJECTED_IMAGE
 from pelagos.report import charts, pictures, sonar, soundings, survey, theme, track, water
+from pelagos.report.communication import communication_section
 from pelagos.report.mission import Mission, missions
 from pelagos.report.movers import mover_tracks, movers_section
 from pelagos.report.navigation import dead_reckoning, known
@@ -57,6 +58,7 @@ def render_report(
     agents = missions(found)
     numbers: dict[str, Any] = {**run, **recording_statistics(found, agents)}
     sections = [s for mission in agents for s in _sections(mission, world, ocean, numbers)]
+    sections += communication_section(found, numbers)
     sections += [parts_table(numbers), run_table(numbers, found)]
     first = agents[0] if agents else None
     scenario = first.scenario if first is not None else {}

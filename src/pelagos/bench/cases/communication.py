@@ -99,6 +99,71 @@ def channel_cached_link_us() -> Measured:
     )
 
 
+def swarm(vehicles: int) -> dict[str, Any]:
+    """Vehicles on a grid with navigation sensors and modems in TDMA; each tells the others once a frame."""
+    side = int(np.ceil(np.sqrt(vehicles)))
+    modem = {"type": "modem", "device": "s2cr_18_34", "rate_hz": 2.0, "mac": "tdma", "slots": vehicles, "slot_s": 1.0,
+             "guard_s": 0.4, "beacon_s": float(vehicles)}  # fmt: skip
+    sensors = {"modem": modem, "imu": {"type": "imu", "rate_hz": 50}, "depth": {"type": "depth", "rate_hz": 10}}
+    return {
+        "tick_rate_hz": 50,
+        "world": {"type": "flat", "depth_m": 60.0, "size_m": [4000.0, 4000.0]},
+        "agents": {
+            f"auv{k}": {
+                "vehicle": "remus100",
+                "start": {
+                    "position_m": [80.0 * (k % side), 80.0 * (k // side)],
+                    "depth_m": 15 + k % 7,
+                    "speed_mps": 1.0,
+                },
+                "control": "depth_heading",
+                "command": [15.0 + k % 7, 0.0, 800.0],
+                "sensors": sensors,
+            }
+            for k in range(vehicles)
+        },
+    }
+
+
+def _swarm_rtf(vehicles: int, seconds_simulated: float) -> Measured:
+    sim = Simulation.load(swarm(vehicles))
+    sim.run(3.0)
+    heard: list[Any] = []
+    for name in sim.model.agents:
+        sim.subscribe(f"{name}.modem", lambda reading: heard.extend(reading.packets))
+    result = sim.run(seconds_simulated)
+    must(len(heard) >= 0.5 * seconds_simulated * (vehicles - 1), f"packets heard by most, not {len(heard)}")
+    return Measured(result.real_time_factor, detail=f"{len(heard)} packets received in {seconds_simulated:g} s")
+
+
+def modem_swarm_20_rtf() -> Measured:
+    """Twenty vehicles."""
+    return _swarm_rtf(20, 20.0)
+
+
+def modem_swarm_100_rtf() -> Measured:
+    """A hundred vehicles."""
+    return _swarm_rtf(100, 8.0)
+
+
+def hydrophone_4ch_96khz_rtf() -> Measured:
+    """Four elements at 96 kHz with one pinger."""
+    elements = [[0.0, 0, 0], [0.02, 0, 0], [0, 0.02, 0], [0, 0, 0.02]]
+    hydrophone = {"type": "hydrophone", "elements_m": elements, "pingers": {"p": {"position_m": [60.0, 20.0, -20.0]}}}
+    sim = Simulation.load(
+        {"tick_rate_hz": 50, "world": {"type": "flat", "depth_m": 40.0},
+         "agents": {"a": {"vehicle": "remus100", "start": {"position_m": [0, 0], "depth_m": 10},
+                          "sensors": {"hydrophone": hydrophone}}}}
+    )  # fmt: skip
+    sim.run(1.0)
+    result = sim.run(5.0)
+    reading = result.observations["a"]["hydrophone"]
+    must(
+        reading.data.shape == (1, 4, 9600) and float(np.abs(reading.data).max()) > 0, "4 x 9600 samples that are not 0"
+    )
+    return Measured(result.real_time_factor, detail="4 x 480 000 samples")
+
+
 CASES: Final = (
     Case("channel_munk_100km_ms", "all eigenrays of one pair over 100 km of Munk's profile",
          channel_munk_100km_ms, "ms", 50.0, "lower", NONE),
@@ -106,4 +171,10 @@ CASES: Final = (
          channel_new_link_ms, "ms", 20.0, "lower", NONE),
     Case("channel_cached_link_us", "the same link again, its ends a little moved",
          channel_cached_link_us, "us", 50.0, "lower", NONE),
+    Case("modem_swarm_20_rtf", "20 vehicles with modems in TDMA, IMU and depth; simulated over wall-clock time",
+         modem_swarm_20_rtf, "x real time", 20.0, "higher", NONE),
+    Case("modem_swarm_100_rtf", "100 vehicles with modems in TDMA, IMU and depth; simulated over wall-clock time",
+         modem_swarm_100_rtf, "x real time", 1.0, "higher", NONE),
+    Case("hydrophone_4ch_96khz_rtf", "four hydrophones at 96 kHz with a pinger; simulated over wall-clock time",
+         hydrophone_4ch_96khz_rtf, "x real time", 5.0, "higher", NONE),
 )  # fmt: skip
