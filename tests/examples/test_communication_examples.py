@@ -16,8 +16,6 @@ def main_of(name: str) -> object:
 
 def test_the_shadow_takes_the_direct_ray() -> None:
     found = main_of("shadow_zone.py")()  # type: ignore[operator]
-    losses = [loss for _, loss, _ in found]
-    assert max(losses) > min(losses) + 6.0
     assert {direct > 0 for _, _, direct in found} == {True, False}
 
 
