@@ -159,3 +159,28 @@ def test_the_start_attitude_comes_back_as_it_was_written(roll, pitch, heading):
     port_up = 2 * (y * z + w * x)  # of its left axis
     assert nose_up == pytest.approx(np.sin(np.radians(pitch)), abs=1e-12)
     assert port_up == pytest.approx(np.sin(np.radians(roll)) * np.cos(np.radians(pitch)), abs=1e-12)
+
+
+class OnlyDlpack:
+    """An array of some other library: nothing but DLPack."""
+
+    def __init__(self, values: np.ndarray) -> None:
+        self._values = values
+
+    def __dlpack__(self, **keys: object) -> object:
+        return self._values.__dlpack__(**keys)
+
+    def __dlpack_device__(self) -> tuple[int, int]:
+        return self._values.__dlpack_device__()
+
+
+def test_commands_come_by_dlpack_too():
+    sim = pl.Simulation.load(SCENARIO, n=2)
+    sim.set_mode("auv0", "actuators")
+    values = np.array([[0.1, -0.05, 900.0], [0.2, 0.05, 700.0]])
+    sim.step({"auv0": OnlyDlpack(values)})
+    assert np.array_equal(sim.held_command("auv0"), values)
+    values[:] = 0.0  # the buffer is the caller's again
+    assert sim.held_command("auv0")[1, 2] == 700.0
+    with pytest.raises(pl.InputError, match="shape"):
+        sim.step({"auv0": OnlyDlpack(values.T)})

@@ -111,14 +111,15 @@ def chosen(where: object, n: int) -> NDArray[np.bool_]:
 
 
 def checked_command(values: object, *, n: int, names: tuple[str, ...], agent: str) -> NDArray[np.float64]:
-    """A command as `(n, k)`; `(k,)` goes to every copy.
+    """A command as `(n, k)`; `(k,)` goes to every copy. NumPy, or whatever speaks DLPack from the CPU's memory.
 
     Raises:
         CommandError: another shape, or a value that is not finite.
     """
     try:
-        array = np.asarray(values, dtype=np.float64)
-    except (TypeError, ValueError) as error:
+        given = np.from_dlpack(values) if hasattr(values, "__dlpack__") and not hasattr(values, "__array__") else values
+        array = np.asarray(given, dtype=np.float64)
+    except (TypeError, ValueError, RuntimeError, BufferError) as error:
         raise CommandError(
             f"{agent}: a command is numbers of shape ({len(names)},) or ({n}, {len(names)}): {error}"
         ) from None

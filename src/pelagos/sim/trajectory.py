@@ -19,6 +19,9 @@ from pelagos.vehicles.state import VehicleState
 CHANNELS: Final = 19  # position 3, attitude 4, velocity 3, angular velocity 3, acceleration 3, angular acceleration 3
 
 
+_SMALL: Final = 50_000  # numbers
+
+
 def channels(state: VehicleState) -> list[Array]:
     """The motion in NWU and FLU, `CHANNELS` arrays `Float64` in the order of `Kinematics`."""
     velocity, spin = flip_yz(state.velocity), flip_yz(state.angular_velocity)
@@ -49,10 +52,10 @@ class Trajectory:
 
     def last(self) -> NDArray[np.float64]:
         """`(n, CHANNELS)` at the last tick."""
-        if self.ticks == 1:
-            row: NDArray[np.float64] = self.numpy()[0]
-            return row
         size = self.n * CHANNELS
+        if self.ticks == 1 or self.ticks * size < _SMALL:  # cheaper whole than by a kernel of its own
+            row: NDArray[np.float64] = self.numpy()[-1]
+            return row
         first = dr.opaque(jit.UInt32, (self.ticks - 1) * size)
         last = dr.gather(jit.Float64, self.packed, dr.arange(jit.UInt32, size) + first)
         found: NDArray[np.float64] = np.array(last).reshape(self.n, CHANNELS)
