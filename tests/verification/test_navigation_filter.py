@@ -228,3 +228,18 @@ def test_an_estimator_needs_an_inertial_unit():
         pl.Simulation.load(scenario(lap(3), {"depth": SENSORS["depth"]}))
     with pytest.raises(ScenarioError, match="navigation"):
         pl.Simulation.load(scenario(lap(3), navigation="ekv"))
+
+
+def test_ranges_by_sound_find_a_vehicle_that_hardly_knows_where_it_is():
+    """Three transponders, 10 m of uncertainty at the start: within its own three deviations, and these below 1 m."""
+    places = {"a": [60, 40, -18], "b": [-50, 45, -18], "c": [10, -70, -18]}
+    lbl = {"type": "lbl", "rate_hz": 1, "transponders": {k: {"position_m": v} for k, v in places.items()}}
+    sensors = {k: v for k, v in SENSORS.items() if k != "gps"} | {"lbl": lbl}
+    mission = [{"type": "waypoints", "points": [[60, 0]], "depth_m": 6}]
+    navigation = {"type": "ekf", "start_position_std_m": 10.0}
+    sim = pl.Simulation.load(scenario(mission, sensors, navigation, depth_m=6), n=2, seed=4)
+    sim.run(seconds=12.0)
+    error, p = errors(sim)
+    std = np.sqrt(np.diagonal(p, axis1=1, axis2=2))
+    assert (np.abs(error[:, :2]) < 3 * std[:, :2]).all()
+    assert std[:, :2].max() < 1.0

@@ -26,7 +26,7 @@ class ExternalNavigation(Strict):
 class EkfNavigation(Strict):
     """An error-state extended Kalman filter of the sensors aboard; its figures are those of their configurations.
 
-    It needs an `imu`; it uses every `dvl`, `depth`, `gps` and `magnetometer` that the agent carries.
+    It needs an `imu`; it uses every `dvl`, `depth`, `gps`, `magnetometer` and `lbl` that the agent carries.
     """
 
     type: Literal["ekf"] = "ekf"
@@ -41,6 +41,8 @@ class EkfNavigation(Strict):
     """Standard deviation of the heading at the start [deg]."""
     surface_std_m: float = Field(default=0.02, ge=0)
     """Standard deviation of what waves and tide add to measured depths [m]."""
+    range_std_m: float = Field(default=0.2, gt=0)
+    """Standard deviation of ranges by sound beside the turn-around's: bent rays, the speed of sound [m]."""
     gate: float = Field(default=25.0, gt=0)
     """Measurements are refused whose normalised innovation squared is beyond this many times its dimension."""
 

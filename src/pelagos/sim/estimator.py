@@ -27,7 +27,8 @@ from pelagos.sim.sampled import Sampled
 from pelagos.sim.state import AgentState
 
 STEP_S: Final = 0.05  # the filter goes on by at most this
-AIDS: Final = ("dvl", "gps", "depth", "magnetometer")
+AIDS: Final = ("dvl", "gps", "depth", "magnetometer", "lbl")
+SOUND_MPS: Final = 1500.0  # by which an error of time is one of range
 MARKOV_SHARE: Final = 1.0757  # standard deviation of a Gauss-Markov process by bias instability (sensors/noise.py)
 CONSTANT_S: Final = 1e9  # correlation time of an error that does not change [s]
 
@@ -148,7 +149,7 @@ class Estimator:
 
     def _due(self, one: _Heard) -> list[tuple[int, _Heard, int]]:
         """The readings to fuse: each of a DVL and of satellites, of gauges the newest."""
-        slow = self._sensors[one["name"]].type in ("dvl", "gps")
+        slow = self._sensors[one["name"]].type in ("dvl", "gps", "lbl")
         last = len(one["ticks"]) - 1
         return [(one["ticks"][k], one, k) for k in (range(last + 1) if slow else [last])]
 
@@ -169,6 +170,9 @@ class Estimator:
     def _fuse(self, one: _Heard, k: int) -> None:
         """One reading, with the noise that its sensor states."""
         c, row = self._sensors[one["name"]], slice(k * self._n, (k + 1) * self._n)
+        if c.type == "lbl":
+            self._fuse_ranges(one, c, row)
+            return
         data = one["data"][row]
         valid = np.isfinite(data).all(axis=1) & one["valid"][row]
         data = np.where(valid[:, None], data, 0.0)
@@ -191,6 +195,17 @@ class Estimator:
             bent = measurement.curvature(self.lanes, self._fields[one["name"]])
             noise = (max(white, 1e-18) + bent)[:, None, None] * np.eye(3)
         self.lanes.update(*found, noise, valid, self._config.gate)
+
+    def _fuse_ranges(self, one: _Heard, c: Any, row: slice) -> None:
+        """Ranges to transponders, one after the other."""
+        lever, ways = np.array(c.position_m) - self._lever, 1.0 if c.one_way else 2.0
+        std = math.hypot(c.turnaround_error_s * SOUND_MPS / ways, self._config.range_std_m)
+        for j, transponder in enumerate(c.transponders.values()):
+            measured = one["data"][row, j]
+            valid = np.isfinite(measured)
+            ranges, place = np.where(valid, measured, 0.0), np.array(transponder.position_m)
+            found = measurement.beacon_range(self.lanes, ranges, lever, place)
+            self.lanes.update(*found, np.full((self._n, 1, 1), std**2), valid, self._config.gate)
 
 
 _Heard = dict[str, Any]
