@@ -184,3 +184,11 @@ def test_commands_come_by_dlpack_too():
     assert sim.held_command("auv0")[1, 2] == 700.0
     with pytest.raises(pl.InputError, match="shape"):
         sim.step({"auv0": OnlyDlpack(values.T)})
+
+
+def test_readings_are_tensors_on_request():
+    sim = pl.Simulation.load(SCENARIO, n=3)
+    reading = sim.reset()["auv0"]["imu"]
+    assert reading.array.shape == (3, 6)
+    assert np.array_equal(np.array(reading.array), reading.data)
+    assert np.array_equal(np.from_dlpack(reading.array), reading.data)

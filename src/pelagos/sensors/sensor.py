@@ -136,6 +136,15 @@ class Reading:
     valid: NDArray[np.bool_]
     extras: Mapping[str, NDArray[Any]]
 
+    @property
+    def array(self) -> Array:
+        """`data` as a tensor of Dr.Jit, `(n, ...)`: for its arithmetic, and for others by DLPack.
+
+        Numbers of single precision stay so; all others come in double precision.
+        """
+        kind = jit.TensorXf if self.data.dtype == np.float32 else jit.TensorXf64
+        return kind(np.ascontiguousarray(self.data, dtype=np.float32 if kind is jit.TensorXf else np.float64))
+
     def __getstate__(self) -> dict[str, Any]:
         return {**self.__dict__, "truth": self.truth}
 
