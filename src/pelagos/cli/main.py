@@ -128,6 +128,9 @@ def run(
             show_default=False,
         ),
     ] = None,
+    rosbag: Annotated[
+        bool, typer.Option("--rosbag", help="Also write the recording as a rosbag2 folder, for `ros2 bag`.")
+    ] = False,
     repeat: Annotated[
         Path | None,
         typer.Option(
@@ -148,7 +151,7 @@ def run(
     options = Options(
         duration_s=duration, seed=seed, copies=copies, out=out, record=record, realtime=realtime, report=report,
         max_wall_s=max_wall, checkpoint_every_s=checkpoint_every, resume=resume, trust=trust,
-        bridges=(*(["ros2"] if ros2 else []), *(bridge or [])), repeat=repeat,
+        bridges=(*(["ros2"] if ros2 else []), *(bridge or [])), repeat=repeat, rosbag=rosbag,
     )  # fmt: skip
     raise typer.Exit(run_scenario(scenario, change or [], options))
 
@@ -316,6 +319,40 @@ def recover(
     from pelagos.cli.recover import recover_file
 
     raise typer.Exit(recover_file(file, out, in_place=in_place))
+
+
+@app.command(
+    epilog="Examples:\n\n    pelagos replay mission.mcap --ros2 --rate 2\n\n"
+    "    pelagos replay mission.mcap --rosbag bag"
+)
+def replay(
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="A recording.", show_default=False)],
+    ros2: Annotated[bool, typer.Option("--ros2", help="Play it to ROS 2.")] = False,
+    foxglove: Annotated[bool, typer.Option("--foxglove", help="Play it to Foxglove.")] = False,
+    rosbag: Annotated[
+        Path | None,
+        typer.Option(metavar="DIR", help="Write it as a rosbag2 folder, for `ros2 bag`.", show_default=False),
+    ] = None,
+    rate: Annotated[float, typer.Option(help="Times as fast as the clock; 0 as fast as it goes.")] = 1.0,
+    start: Annotated[float, typer.Option("--from", metavar="S", help="Begin at this simulation time.")] = 0.0,
+    end: Annotated[
+        float | None, typer.Option("--to", metavar="S", help="End at this simulation time.", show_default=False)
+    ] = None,
+    topic: Annotated[
+        list[str] | None,
+        typer.Option(metavar="TOPIC", help="Only topics that begin so; may be given again.", show_default=False),
+    ] = None,
+    loop: Annotated[bool, typer.Option("--loop", help="Begin again at the end.")] = False,
+) -> None:
+    """Play a recording out again, or write it as a rosbag2 folder."""
+    from pelagos.cli.replay import ReplayOptions
+    from pelagos.cli.replay import replay as play
+
+    options = ReplayOptions(
+        ros2=ros2, foxglove=foxglove, rosbag=rosbag, rate=rate, start_s=start,
+        end_s=float("inf") if end is None else end, topics=tuple(topic or ()), loop=loop,
+    )  # fmt: skip
+    play(file, options)
 
 
 @app.command(epilog="Example:\n\n    pelagos cite examples/harbour_survey.yaml")

@@ -42,6 +42,7 @@ class Options:
     resume: Path | None = None
     bridges: tuple[str, ...] = ()
     repeat: Path | None = None
+    rosbag: bool = False
     trust: bool = False
 
 
@@ -133,6 +134,10 @@ def _finish(
 ) -> int:
     if stopping.signal is not None:
         result = replace(result, ended="interrupt")
+    if options.rosbag:
+        from pelagos.bridges.playback import write_rosbag
+
+        write_rosbag(recording, folder / "rosbag2")
     _say(result, sim.n, overdue=stopping.overdue)
     if options.report:
         _report(folder, recording, sim, result)

@@ -79,6 +79,7 @@ BUILT_IN: Final[Mapping[Kind, Mapping[str, str]]] = {
         "ardupilot": "pelagos.bridges.ardupilot:ArdupilotConfig",
         "foxglove": "pelagos.bridges.foxglove_transport:FoxgloveConfig",
         "instrument": "pelagos.bridges.instrument:InstrumentConfig",
+        "lcm": "pelagos.bridges.lcm_transport:LcmConfig",
         "mavlink": "pelagos.bridges.mavlink:MavlinkConfig",
         "px4": "pelagos.bridges.px4:Px4Config",
         "ros2": "pelagos.bridges.ros2:Ros2Config",
