@@ -100,10 +100,22 @@ def ambient_noise(
         rng: draws them.
         elements: independent rows: elements half a wavelength and more apart.
     """
+    density = ambient_density(count, sample_rate, wind_speed=wind_speed, shipping=shipping)
+    return noise_of(density, count, sample_rate, rng=rng, elements=elements)
+
+
+def ambient_density(count: int, sample_rate: float, *, wind_speed: float, shipping: float) -> NDArray[np.float64]:
+    """Wenz's one-sided density [uPa^2/Hz] at the frequencies of a transform of `count` samples."""
     frequency = np.fft.rfftfreq(count, 1.0 / sample_rate)
     level = spectral_level(np.maximum(frequency, _LOWEST_HZ), wind_speed=wind_speed, shipping=shipping)
-    density = 10.0 ** (level / 10.0)  # one-sided [uPa^2/Hz]
-    drawn = rng.standard_normal((elements, len(frequency))) + 1j * rng.standard_normal((elements, len(frequency)))
+    return np.asarray(10.0 ** (level / 10.0))
+
+
+def noise_of(
+    density: NDArray[np.float64], count: int, sample_rate: float, *, rng: np.random.Generator, elements: int = 1
+) -> NDArray[np.float64]:
+    """Gaussian noise `(elements, count)` of a one-sided density, see `ambient_density`."""
+    drawn = rng.standard_normal((elements, len(density))) + 1j * rng.standard_normal((elements, len(density)))
     spectrum = drawn * np.sqrt(density * sample_rate * count / 4.0)
     spectrum[:, 0] = 0.0
     return np.asarray(np.fft.irfft(spectrum, n=count, axis=1))

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
-from pelagos.acoustics.channel import ambient_noise
+from pelagos.acoustics.channel import ambient_density, noise_of
 from pelagos.config.strict import Strict
 from pelagos.math.so3 import rotate_np
 from pelagos.ocean.surface_wind import surface_wind
@@ -92,7 +92,10 @@ class Hydrophone:
         self._count = round(config.sample_rate_hz / config.rate_hz)
         self._elements = np.array(config.elements_m)
         self._pingers = list(config.pingers.values())
-        self._wind = surface_wind(context.ocean)[0]
+        sea = ambient_density(
+            self._count, config.sample_rate_hz, wind_speed=surface_wind(context.ocean)[0], shipping=config.shipping
+        )
+        self._density = sea + 10.0 ** (config.self_noise_db / 10.0)  # [uPa^2/Hz]
         self._time = (np.arange(self._count) - self._count) / config.sample_rate_hz
         self._paths = {
             f: WaterPaths(context.scene, context.world, context.ocean, frequency=f, rays=256, bounces=6)
@@ -154,9 +157,4 @@ class Hydrophone:
         text = "\x1f".join(str(n) for n in names).encode()
         key = int.from_bytes(hashlib.blake2b(text, digest_size=16, person=b"pelagos").digest(), "little")
         rng = np.random.Generator(np.random.Philox(key=key))
-        sea = ambient_noise(
-            self._count, c.sample_rate_hz, wind_speed=self._wind, shipping=c.shipping, rng=rng,
-            elements=len(self._elements),
-        )  # fmt: skip
-        own = math.sqrt(10.0 ** (c.self_noise_db / 10.0) * c.sample_rate_hz / 2.0)
-        return (sea + own * rng.standard_normal(sea.shape)) * _PASCAL
+        return _PASCAL * noise_of(self._density, self._count, c.sample_rate_hz, rng=rng, elements=len(self._elements))
