@@ -115,8 +115,7 @@ class Missions:
     def begin(self, agent: AgentModel, state: AgentState, tick: int = 0) -> None:
         """An agent stands at its start; its mission and its navigation begin, if it has any."""
         n, name = self._model.n, agent.name
-        down = frozenset(s for s, m in agent.sensors.items() if looks_down(m.config))
-        feedback = Feedback(np.full(n, np.inf), np.zeros(n, dtype=bool), down=down)
+        feedback = Feedback(np.full(n, np.inf), np.zeros(n, dtype=bool), down=_down(agent))
         self.feedback[name] = feedback
         self.guidance.pop(name, None)
         self.navigators.pop(name, None)
@@ -225,6 +224,14 @@ def _lanes(before: Any, fresh: Any, where: NDArray[np.bool_]) -> Any:
 
 def _state(row: NDArray[np.float64]) -> AgentState:
     return AgentState.of(row, np.empty((len(row), 0)))  # guidance does not ask for actuators
+
+
+def _down(agent: AgentModel) -> frozenset[str]:
+    """Sensors that measure the altitude, where a task asks for one: altimeters, or DVLs where there are none."""
+    if all(step.task.common.level.altitude_m is None for step in agent.tasks):
+        return frozenset()
+    found = {s: m.config.type for s, m in agent.sensors.items() if looks_down(m.config)}
+    return frozenset([s for s, kind in found.items() if kind == "altimeter"] or found)
 
 
 def _nowhere(n: int) -> AgentState:
