@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Final
+from typing import Any, Final
 
 import drjit as dr
 
@@ -10,6 +10,8 @@ from pelagos import jit
 from pelagos.acoustics.echo_walk import pitch
 from pelagos.jit import Array
 
+_LONG: Final = 200  # samples of a pulse beyond which fewer are taken
+_TAPS: Final = 100  # of them, then
 _PACKETS: Final = {1: "Float", 2: "Array2f"}  # a cell of as many channels
 
 
@@ -33,6 +35,8 @@ def spread_pulse(echoes: Array, pulse: Array, *, channels: int, bins: int) -> Ar
         the same of the convolved echoes, in memory: else every beam that hears a neighbour would compute its pulse.
     """
     count = dr.width(pulse)
+    if count > _LONG:
+        return _spread_coarsely(echoes, pulse, channels=channels, bins=bins, step=-(-count // _TAPS))
     cell = dr.arange(jit.Int32, dr.width(echoes) // channels)
     bin_ = cell % pitch(bins)
     total = [jit.Float(0)] * channels
@@ -41,6 +45,49 @@ def spread_pulse(echoes: Array, pulse: Array, *, channels: int, bins: int) -> Ar
         values = cell_at(echoes, jit.UInt32(cell + (k - count // 2)), (at >= 0) & (at < bins), channels)
         total = added(total, values, dr.gather(jit.Float, pulse, jit.UInt32(k)))
     spread = total[0] if channels == 1 else dr.ravel(getattr(jit, _PACKETS[channels])(*total))
+    dr.eval(spread)
+    return spread
+
+
+def _spread_coarsely(echoes: Array, pulse: Array, *, channels: int, bins: int, step: int) -> Array:
+    """The same for long pulses: echoes summed over `step` bins, pulses sampled as coarsely, lines between the results.
+
+    Of c/(2B) some twenty samples are left: what is heard is within a percent of the peak.
+    """
+    kind = getattr(jit, _PACKETS[channels])
+    count, row = dr.width(pulse), pitch(bins)
+    rows = dr.width(echoes) // channels // row
+    coarse = -(-bins // step) + 2  # one more on either side, to draw lines to
+    node = dr.arange(jit.Int32, rows * coarse)
+    first = (node % coarse - 1) * step
+
+    def gathered(k: Array, total: Any) -> tuple[Array, Any]:
+        at = first + k
+        cell = jit.UInt32(node // coarse * row + at)
+        return k + 1, total + dr.gather(kind, echoes, cell, (at >= 0) & (at < bins))
+
+    start = (dr.zeros(jit.Int32, dr.width(node)), dr.zeros(kind, dr.width(node)))
+    _, blocks = dr.while_loop(start, lambda k, _: k < step, gathered, mode="symbolic")
+    blocks = blocks if channels == 1 else dr.ravel(blocks)
+    dr.eval(blocks)
+    half = count // 2 // step
+
+    def heard(k: Array, total: Any) -> tuple[Array, Any]:
+        at = node % coarse + k
+        values = dr.gather(kind, blocks, jit.UInt32(node + k), (at >= 0) & (at < coarse))
+        return k + 1, total + dr.gather(jit.Float, pulse, jit.UInt32(count // 2 + k * step)) * values
+
+    start = (dr.full(jit.Int32, -half, dr.width(node)), dr.zeros(kind, dr.width(node)))
+    _, formed = dr.while_loop(start, lambda k, _: k <= half, heard, mode="symbolic")
+    formed = formed if channels == 1 else dr.ravel(formed)
+    dr.eval(formed)
+
+    cell = dr.arange(jit.Int32, rows * row)
+    place = (jit.Float(cell % row) + 0.5) / step + 0.5  # in nodes: the middle of block 0 is node 1
+    low = dr.minimum(jit.Int32(place), coarse - 2)
+    below, above = (dr.gather(kind, formed, jit.UInt32(cell // row * coarse + low + i)) for i in (0, 1))
+    spread = dr.lerp(below, above, place - jit.Float(low))
+    spread = spread if channels == 1 else dr.ravel(spread)
     dr.eval(spread)
     return spread
 

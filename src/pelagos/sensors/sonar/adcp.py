@@ -53,15 +53,17 @@ class AdcpConfig(EchoesConfig):
     """Directions of the four beams about the vertical, from forward to the left [deg]."""
     beamwidth_deg: float = Field(default=1.5, gt=0, le=20)
     """Half-power width of a beam in the echoes [deg]."""
-    frequency_hz: float = Field(default=600e3, gt=0)
+    frequency_hz: float = Field(default=600e3, ge=200)
     """Frequency [Hz]."""
     noise_mps: float = Field(default=0.03, ge=0)
     """Standard deviation of the speed along one beam in a cell of 1 m [m/s]; it falls with the root of the cell."""
+    sound_speed_mps: float | None = Field(default=None, gt=1300, lt=1700)
+    """Sound speed that turns shifts into speeds and times into ranges [m/s]; absent: that of the water at the sonar."""
     ph: float = Field(default=8.1, gt=7, lt=9)
     """Acidity of the water, for absorption."""
     lag_s: float = Field(default=1e-4, gt=0)
     """Time between the two pulses of a ping, for `iq` [s]: speeds beyond c/(4 f lag) along a beam are ambiguous."""
-    source_level_db: float = Field(default=217.0)
+    source_level_db: float = Field(default=217.0, ge=0, le=300)
     """Source level [dB re 1 uPa at 1 m]."""  # assumed: of the 600 kHz class
     volume_scattering_db: float | None = Field(default=None, ge=-200, le=0)
     """Volume backscattering strength Sv of the water [dB re 1/m] in the echoes; absent: that of the ocean's tracer
@@ -182,6 +184,7 @@ class Adcp:
         dr.eval(hits.t, hits.label, hits.instance)
         ranges = [dr.gather(jit.Float, hits.t, first + b) for b in range(4)]
         label, instance = ([dr.gather(jit.UInt32, v, first + b) for b in range(4)] for v in (hits.label, hits.instance))
+        c = lanes.medium.sound_speed
         cells = profile(config, ranges, lanes, velocity, motion, ocean, key)
         if trace is not None:
             for b, r in enumerate(ranges):
@@ -192,7 +195,7 @@ class Adcp:
             "velocity": [component for cell in cells for component in cell[0]],
             "truth": [component for cell in cells for component in cell[1]],
             "cell_valid": [cell[2] for cell in cells],
-            "ranges": ranges,
+            "ranges": ranges if config.sound_speed_mps is None else [r * (config.sound_speed_mps / c) for r in ranges],
             "label": label,
             "instance": instance,
         }
@@ -209,6 +212,9 @@ def profile(
     t = jit.Float64(motion.t_ns) * 1e-9
     sigma = config.noise_mps / math.sqrt(config.cell_m)
     noise = normals64(key, motion, 4 * config.cells)
+    assumed = jit.Float64(1.0)
+    if config.sound_speed_mps is not None:
+        assumed = config.sound_speed_mps / jit.Float64(lanes.medium.sound_speed)
     nearest = dr.minimum(dr.minimum(ranges[0], ranges[1]), dr.minimum(ranges[2], ranges[3]))
     wet = jit.Bool(True) if lanes.wet is None else lanes.wet
     cells = []
@@ -220,7 +226,7 @@ def profile(
             water = rotate_back(lanes.attitude, ocean.current(place, t, motion.copy)) - velocity
             speeds.append(water.x * axis[0] + water.y * axis[1] + water.z * axis[2] + sigma * noise[4 * k + b])
             valid.append((ranges[b] > reach) & (nearest * tilt > reach) & wet)
-        data, solved = velocity_from_beams(speeds, valid, config.beams)
+        data, solved = velocity_from_beams([speed * assumed for speed in speeds], valid, config.beams)
         middle = lanes.position + rotate(lanes.attitude, jit.Array3f64(0.0, 0.0, -depth))
         truth = rotate_back(lanes.attitude, ocean.current(middle, t, motion.copy)) - velocity
         cells.append((data, truth, solved))

@@ -41,7 +41,7 @@ class AltimeterConfig(EchoesConfig):
     """Blanking distance [m]."""
     range_max_m: float = Field(default=100.0, gt=0, le=12000)
     """Farthest echo [m]; one that comes after the next ping, from beyond 750 m/`rate_hz`, is lost."""
-    frequency_hz: float = Field(default=500e3, gt=0)
+    frequency_hz: float = Field(default=500e3, ge=200)
     """Frequency [Hz]."""
     noise_m: float = Field(default=0.01, ge=0)
     """Standard deviation of a range at short distance [m]."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from itertools import combinations
 from typing import TYPE_CHECKING, Any, ClassVar, Final, Literal
 
 import drjit as dr
@@ -59,7 +60,7 @@ class DvlConfig(EchoesConfig):
     range_max_m: float = Field(default=90.0, gt=0, le=2000)
     """Altitude at which half of the beams are lost, level and over sand [m]; echoes that come after the next ping, from
     beyond c/(2 `rate_hz`) along a beam, are lost too."""
-    frequency_hz: float = Field(default=600e3, gt=0)
+    frequency_hz: float = Field(default=600e3, ge=200)
     """Frequency [Hz]."""
     noise_mps: float = Field(default=0.003, ge=0)
     """Standard deviation of the speed along one beam in one ping, strong echo, at rest [m/s]."""
@@ -70,14 +71,15 @@ class DvlConfig(EchoesConfig):
     range_noise_relative: float = Field(default=0.002, ge=0)
     """Standard deviation of beam ranges in parts of the range."""
     sound_speed_mps: float | None = Field(default=None, gt=1300, lt=1700)
-    """Sound speed that turns shifts into speeds [m/s]; absent: that of the water at the sonar."""
+    """Sound speed that turns shifts into speeds, of ground and water, and times into ranges [m/s]; absent: that of the
+    water at the sonar."""
     water_layer_m: float | None = Field(default=None, gt=0)
     """Distance below the sensor of the layer that water track measures [m]; absent: no water track."""
     ph: float = Field(default=8.1, gt=7, lt=9)
     """Acidity of the water, for absorption."""
     lag_s: float = Field(default=1e-4, gt=0)
     """Time between the two pulses of a ping, for `iq` [s]: speeds beyond c/(4 f lag) along a beam are ambiguous."""
-    source_level_db: float = Field(default=217.0)
+    source_level_db: float = Field(default=217.0, ge=0, le=300)
     """Source level of the echoes [dB re 1 uPa at 1 m]."""  # assumed: that of 600 kHz current profilers
 
     @model_validator(mode="before")
@@ -90,6 +92,12 @@ class DvlConfig(EchoesConfig):
         azimuths = sorted(a % 360 for a in self.beam_azimuth_deg)
         if len(set(azimuths)) < 4:
             raise ValueError("beam_azimuth_deg needs four different directions")
+        closest = min(math.degrees(math.acos(min(float(a @ b), 1.0))) for a, b in combinations(self.beams, 2))
+        if closest < self.beamwidth_deg:
+            raise ValueError(
+                f"beam_tilt_deg {self.beam_tilt_deg:g} and beam_azimuth_deg leave {closest:.2g} deg between two beams, "
+                f"which are beamwidth_deg {self.beamwidth_deg:g} wide: they would measure the same"
+            )
         if self.range_min_m >= self.range_max_m:
             raise ValueError(f"range_min_m {self.range_min_m:g} must be below range_max_m {self.range_max_m:g}")
         return self
@@ -245,9 +253,8 @@ def bottom_track(
     vertical = math.cos(math.radians(config.beam_tilt_deg))
     reach = config.range_max_m / vertical
     noise = normals64(key, motion, 12)
-    correction = 1.0 + config.scale_error
-    if config.sound_speed_mps is not None:
-        correction = correction * config.sound_speed_mps / jit.Float64(medium.sound_speed)
+    assumed = assumed_over_true(config, medium)
+    correction = (1.0 + config.scale_error) * assumed
     ranges, speeds, valid, sigmas, levels = [], [], [], [], []
     heard = farthest_heard(config.rate_hz, medium.sound_speed)
     for b, (seen, distance, section, ground) in enumerate(beams):
@@ -261,7 +268,7 @@ def bottom_track(
         tracked = seen & (jit.Float64(margin) + 1.5 * noise[4 + b] > 0.0) & (distance * vertical >= config.range_min_m)
         tracked &= distance <= heard
         speeds.append((speed + sigma * noise[b]) * correction)
-        measured = jit.Float64(distance) * (1.0 + config.range_noise_relative * noise[8 + b])
+        measured = jit.Float64(distance) * assumed * (1.0 + config.range_noise_relative * noise[8 + b])
         ranges.append(dr.select(tracked, measured, dr.nan))
         valid.append(tracked)
         sigmas.append(sigma)
@@ -281,6 +288,13 @@ def bottom_track(
     }  # fmt: skip
 
 
+def assumed_over_true(config: DvlConfig, medium: Medium) -> Array:
+    """The sound speed that turns shifts into speeds and times into ranges over that of the water; `Float64` by lane."""
+    if config.sound_speed_mps is None:
+        return jit.Float64(1.0)
+    return config.sound_speed_mps / jit.Float64(medium.sound_speed)
+
+
 def water_track(config: DvlConfig, lanes: Lanes, velocity: Array, motion: Kinematics, ocean: Ocean, key: Any) -> Array:
     """Velocity of the sensor through the water of a layer, `Array3f64` in the sensor frame [m/s].
 
@@ -289,6 +303,7 @@ def water_track(config: DvlConfig, lanes: Lanes, velocity: Array, motion: Kinema
     assert config.water_layer_m is not None
     vertical = math.cos(math.radians(config.beam_tilt_deg))
     noise = normals64(key, motion, 16)
+    assumed = assumed_over_true(config, lanes.medium)
     t = jit.Float64(motion.t_ns) * 1e-9
     speeds = []
     for b, (x, y, z) in enumerate(config.beams.tolist()):
@@ -296,6 +311,6 @@ def water_track(config: DvlConfig, lanes: Lanes, velocity: Array, motion: Kinema
         through = velocity - rotate_back(lanes.attitude, ocean.current(place, t, motion.copy))
         speed = through.x * x + through.y * y + through.z * z
         sigma = dr.sqrt(config.noise_mps**2 + (config.noise_relative * speed) ** 2)
-        speeds.append((speed + sigma * noise[12 + b]) * (1.0 + config.scale_error))
+        speeds.append((speed + sigma * noise[12 + b]) * (1.0 + config.scale_error) * assumed)
     data, wet = velocity_from_beams(speeds, [jit.Bool(True) if lanes.wet is None else lanes.wet] * 4, config.beams)
     return dr.select(wet, data, dr.nan)

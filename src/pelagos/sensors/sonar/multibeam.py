@@ -23,7 +23,7 @@ from pelagos.raycast.caster import Caster
 from pelagos.sensors.schedule import farthest_heard, period_ticks, slower, warn_of_ambiguity
 from pelagos.sensors.sensor import Kinematics, Measurement, SensorConfig, SensorContext
 from pelagos.sensors.sonar.keys.devices import with_device
-from pelagos.sensors.sonar.keys.ping_keys import ColumnBins, Pulse, check_burst, mounting, with_burst
+from pelagos.sensors.sonar.keys.ping_keys import ColumnBins, Pulse, check_burst, check_pulse, mounting, with_burst
 from pelagos.sensors.sonar.ping.beam_echoes import part_of
 from pelagos.sensors.sonar.ping.bottom_series import Beams, Window, beam_series
 from pelagos.sensors.sonar.ping.fan import Fan, Lanes, Trace, arcs_of, look
@@ -61,7 +61,7 @@ class MultibeamConfig(SensorConfig):
     range_max_m: float = Field(default=120.0, gt=0, le=12000)
     """Farthest bottom that is detected [m]; echoes that come after the next ping, from beyond c/(2 `rate_hz`), are
     lost."""
-    frequency_hz: float = Field(default=400e3, gt=0)
+    frequency_hz: float = Field(default=400e3, ge=200)
     """Centre frequency [Hz]."""
     pulse: Pulse = "chirp"
     """A chirp, compressed by the matched filter, or a tone burst (CW), whose bandwidth is 1/`pulse_s`."""
@@ -69,7 +69,7 @@ class MultibeamConfig(SensorConfig):
     """Bandwidth of the pulse [Hz]."""
     pulse_s: float = Field(default=0.5e-3, gt=0)
     """Duration of the pulse [s]."""
-    source_level_db: float = Field(default=210.0)
+    source_level_db: float = Field(default=210.0, ge=0, le=300)
     """Source level [dB re 1 uPa at 1 m]."""  # assumed
     self_noise_db: float = Field(default=45.0)
     """Spectral level of the receiver's own noise [dB re 1 uPa^2/Hz]."""  # assumed
@@ -117,6 +117,7 @@ class MultibeamConfig(SensorConfig):
     @model_validator(mode="after")
     def _ordered(self) -> MultibeamConfig:
         check_burst(self)
+        check_pulse(self)
         if self.range_min_m >= self.range_max_m:
             raise ValueError(f"range_min_m {self.range_min_m:g} must be below range_max_m {self.range_max_m:g}")
         return self
@@ -210,6 +211,7 @@ def column_spec(config: MultibeamConfig, context: SensorContext) -> PingSpec:
         texture_db=TEXTURE_DB,
         roughness_seed=config.roughness_seed,
         refraction=config.refraction,
+        sound_speed_mps=config.sound_speed_mps,
         volume_scattering_db=config.volume_scattering_db,
         doppler=False,
         display=Display(scale="db"),
@@ -330,7 +332,9 @@ class Multibeam:
         trace: Trace = None,
     ) -> tuple[Any, ...]:
         config, beams = self.config, receiver(self.config)
-        view = look(caster, fan, lanes, surfaces, max_range=1.1 * config.range_max_m)
+        view = look(
+            caster, fan, lanes, surfaces, max_range=1.1 * config.range_max_m, assumed_speed=config.sound_speed_mps
+        )
         window, series = beam_series(beams, view, fan, lanes, surfaces, noise, key, trace)
         found = detect(config, window, series, lanes, noise, trace)
         return *found, placed(config, found[0], fan, lanes), series if config.iq else None

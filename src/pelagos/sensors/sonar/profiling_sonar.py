@@ -32,7 +32,7 @@ class ProfilingSonarConfig(SectorConfig):
     """Sector [deg], from the first beam's outer edge to the last one's."""
     vertical_beamwidth_deg: float = Field(default=1.0, gt=0, le=90)
     """Half-power width of the fan across it [deg], one way."""
-    frequency_hz: float = Field(default=675e3, gt=0)
+    frequency_hz: float = Field(default=675e3, ge=200)
     """Centre frequency [Hz]."""
     rays_per_beam: int = Field(default=64, ge=4, le=4096)
     """Rays a beam, stratified across the beam both ways."""

@@ -20,6 +20,8 @@ from pelagos.sensors.sonar.ping.receiver import Layout
 _STEP: Final = 0.6180339887498949  # additive recurrence of the golden ratio: evenly spread along the track
 _BELOW: Final = math.radians(5.0)  # how far each side's rays reach beyond straight down
 _HORIZON: Final = math.radians(95.0)  # and up to above the horizon
+_OVERHEAD: Final = math.radians(185.0)  # and, fewer of them, beyond straight up: the surface's own line in the picture
+_THINNED: Final = 8  # times fewer a degree up there, about
 
 
 class SidescanConfig(PingConfig):
@@ -38,7 +40,7 @@ class SidescanConfig(PingConfig):
     """Half-power width across the track [deg], one way."""
     depression_deg: float = Field(default=30.0, ge=0, le=90)
     """Angle of the transducers' axes below the horizon [deg]."""
-    frequency_hz: float = Field(default=450e3, gt=0)
+    frequency_hz: float = Field(default=450e3, ge=200)
     """Centre frequency [Hz]."""
     vertical_floor_db: float = Field(default=-15.0, le=0)
     """Response across the track where the ideal pattern has nulls and beyond, one way [dB]: real transducers fill them,
@@ -54,7 +56,10 @@ def side_rays(config: SidescanConfig) -> dict[str, NDArray[Any]]:
     the rays are spread by the two-way pattern, so that all have the same weight.
     """
     count = config.rays_per_side
+    above = max(count // _THINNED, 8)
     edges = np.linspace(-_BELOW, _HORIZON, count + 1)  # angle from straight down
+    edges = np.concatenate([edges, np.linspace(_HORIZON, _OVERHEAD, above + 1)[1:]])
+    count += above
     low, high = np.tile(edges[:-1], 2), np.tile(edges[1:], 2)
     angle = 0.5 * (low + high)
     side = np.repeat([1.0, -1.0], count)

@@ -26,7 +26,7 @@ class SinglebeamConfig(PingConfig):
     """Pings per second [Hz]."""
     beamwidth_deg: float = Field(default=9.0, gt=0, le=60)
     """Half-power width of the cone [deg], one way."""
-    frequency_hz: float = Field(default=200e3, gt=0)
+    frequency_hz: float = Field(default=200e3, ge=200)
     """Frequency [Hz]."""
     bandwidth_hz: float = Field(default=10e3, gt=0)
     """Bandwidth of the pulse [Hz]."""

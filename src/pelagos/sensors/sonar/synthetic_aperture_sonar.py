@@ -38,7 +38,7 @@ class SyntheticApertureSonarConfig(PingConfig):
     """Near edge of the first bin [m]."""
     range_max_m: float = Field(default=40.0, gt=0, le=12000)
     """Far edge of the last bin [m]."""
-    frequency_hz: float = Field(default=120e3, gt=0)
+    frequency_hz: float = Field(default=120e3, ge=200)
     """Centre frequency [Hz]."""
     bandwidth_hz: float = Field(default=30e3, gt=0)
     """Bandwidth of the pulse [Hz]."""

@@ -184,4 +184,7 @@ def with_device(values: Any, kind: str) -> Any:
         found = device(kind, values["device"])
     except LookupFailed as problem:
         raise ValueError(str(problem)) from problem
-    return {**found.keys, **values}
+    keys = dict(found.keys)
+    if values.get("pulse") == "cw" and "bandwidth_hz" not in values:
+        keys.pop("bandwidth_hz", None)  # a tone burst has its own
+    return {**keys, **values}

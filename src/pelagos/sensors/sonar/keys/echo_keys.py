@@ -8,7 +8,7 @@ from pydantic import Field, model_validator
 
 from pelagos.sensors.schedule import slower
 from pelagos.sensors.sensor import SensorConfig, SensorContext
-from pelagos.sensors.sonar.keys.ping_keys import ColumnBins, Pulse, check_burst, mounting, with_burst
+from pelagos.sensors.sonar.keys.ping_keys import ColumnBins, Pulse, check_burst, check_pulse, mounting, with_burst
 from pelagos.sensors.sonar.ping.ping_spec import Display, PingSpec
 from pelagos.sensors.sonar.ping.sea_state import rain_over, wind_for
 from pelagos.sensors.sonar.ping.surface_scattering import TEXTURE_DB
@@ -21,7 +21,7 @@ class EchoesConfig(SensorConfig):
 
     USUAL_BINS: ClassVar[int] = 512
 
-    frequency_hz: float = Field(default=500e3, gt=0)
+    frequency_hz: float = Field(default=500e3, ge=200)
     """Frequency [Hz]."""
     ph: float = Field(default=8.1, gt=7, lt=9)
     """Acidity of the water, for absorption."""
@@ -38,7 +38,7 @@ class EchoesConfig(SensorConfig):
     """Bandwidth of the pulse [Hz]."""
     pulse_s: float = Field(default=0.5e-3, gt=0)
     """Duration of the pulse [s]."""
-    source_level_db: float = Field(default=200.0)
+    source_level_db: float = Field(default=200.0, ge=0, le=300)
     """Source level [dB re 1 uPa at 1 m]."""  # assumed
     self_noise_db: float = Field(default=50.0)
     """Spectral level of the receiver's own noise [dB re 1 uPa^2/Hz]."""  # assumed
@@ -58,6 +58,7 @@ class EchoesConfig(SensorConfig):
     @model_validator(mode="after")
     def _of_burst(self) -> Self:
         check_burst(self)
+        check_pulse(self)
         return self
 
     @property

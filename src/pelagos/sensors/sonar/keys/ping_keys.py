@@ -11,7 +11,7 @@ from pydantic import AfterValidator, BaseModel, ConfigDict, Field, model_validat
 
 from pelagos.sensors.schedule import SLOWEST, farthest_heard
 from pelagos.sensors.sensor import SensorConfig, SensorContext
-from pelagos.sensors.sonar.keys.devices import with_device
+from pelagos.sensors.sonar.keys.devices import device, with_device
 from pelagos.sensors.sonar.ping.ping_spec import Bounces, Display, Disturber, Mounting, Painting, PingSpec
 from pelagos.sensors.sonar.ping.sea_state import rain_over, wind_for
 from pelagos.sensors.sonar.ping.surface_scattering import TEXTURE_DB
@@ -50,6 +50,25 @@ def check_burst(config: Any) -> None:
             f"bandwidth_hz {config.bandwidth_hz:g} is not that of a tone burst (pulse: cw) of {config.pulse_s:g} s, "
             f"{1.0 / config.pulse_s:g} Hz; leave it out"
         )
+
+
+def check_pulse(config: Any) -> None:
+    """Raises ValueError where `pulse_s` lasts longer than the time between two pings."""
+    if config.pulse_s * config.rate_hz >= 1.0:
+        raise ValueError(
+            f"pulse_s {config.pulse_s:g} is longer than the {1 / config.rate_hz:.3g} s between two pings at rate_hz "
+            f"{config.rate_hz:g}"
+        )
+
+
+def whose(config: Any, *keys: str) -> str:
+    """Which of the keys come from the device that a configuration names, for messages; empty where none does."""
+    name = getattr(config, "device", None)
+    if name is None:
+        return ""
+    given = device(config.type, name).keys
+    its = [key for key in keys if key in given and given[key] == getattr(config, key)]
+    return f" ({' and '.join(its)} of the device {name}: give your own)" if its else ""
 
 
 class PaintedNoise(BaseModel):
@@ -102,7 +121,7 @@ class PingConfig(SensorConfig):
     """Near edge of the first bin [m]."""
     range_max_m: float = Field(default=60.0, gt=0, le=12000)
     """Far edge of the last bin [m]."""
-    frequency_hz: float = Field(default=750e3, gt=0)
+    frequency_hz: float = Field(default=750e3, ge=200)
     """Centre frequency [Hz]."""
     pulse: Pulse = "chirp"
     """A chirp, compressed by the matched filter, or a tone burst (CW), whose bandwidth is 1/`pulse_s`."""
@@ -110,7 +129,7 @@ class PingConfig(SensorConfig):
     """Bandwidth of the pulse [Hz]; the range resolution is c/2B. Of `pulse: cw` it follows from `pulse_s`."""
     pulse_s: float = Field(default=0.5e-3, gt=0)
     """Duration of the pulse [s]; with the bandwidth it gives the gain of the matched filter."""
-    source_level_db: float = Field(default=205.0)
+    source_level_db: float = Field(default=205.0, ge=0, le=300)
     """Source level [dB re 1 uPa at 1 m]."""  # assumed
     self_noise_db: float = Field(default=55.0)
     """Spectral level of the receiver's own noise [dB re 1 uPa^2/Hz]."""  # assumed
@@ -118,6 +137,9 @@ class PingConfig(SensorConfig):
     """Wind for ambient noise and the sea surface [m/s]; absent: the scenario's, or that which would raise its waves."""
     ph: float = Field(default=8.1, gt=7, lt=9)
     """Acidity of the water, for absorption."""
+    sound_speed_mps: float | None = Field(default=None, gt=1300, lt=1700)
+    """Sound speed that turns times into ranges, and phases across the array into angles [m/s]; absent: that of the
+    water at the sonar."""
     tvg_db: float = Field(default=30.0, ge=0, le=60)
     """Spreading k of the gain k log10(r) + 2 a r: 30 keeps a bottom level, 40 point targets."""
     scale: Literal["unit", "db", "linear"] = "unit"
@@ -130,6 +152,14 @@ class PingConfig(SensorConfig):
     """Variation of surfaces' backscatter over decimetres to metres, rms [dB]."""
     roughness_seed: int = Field(default=0, ge=0, lt=2**32)
     """Which realisation of the roughness of all surfaces the sonar sees."""
+    ringing_db: float | None = Field(default=None, le=260)
+    """Level at which the transducer still rings when its pulse ends [dB re 1 uPa]; absent: not at all."""
+    ringing_db_per_ms: float = Field(default=30.0, gt=0)
+    """How fast the ringing fades [dB/ms]."""  # assumed
+    adc_bits: int | None = Field(default=None, ge=2, le=32)
+    """Bits of the converter, for each part of the complex signal; absent: as fine as single precision."""
+    adc_full_scale_db: float = Field(default=180.0)
+    """Level of the converter's largest number [dB re 1 uPa]; louder echoes are cut off at it."""  # assumed
     iq: bool = False
     """Also give the complex signal, before gain."""
     labels: bool = False
@@ -170,12 +200,13 @@ class PingConfig(SensorConfig):
         if self.range_min_m >= self.range_max_m:
             raise ValueError(f"range_min_m {self.range_min_m:g} must be below range_max_m {self.range_max_m:g}")
         check_burst(self)
+        check_pulse(self)
         turn_around = 2 * self.range_max_m / SLOWEST
         if turn_around * self.rate_hz > 1.0:
             raise ValueError(
                 f"range_max_m {self.range_max_m:g} is ambiguous at {self.rate_hz:g} pings a second: the echo needs "
                 f"{turn_around:.3g} s; at most {farthest_heard(self.rate_hz, SLOWEST):.4g} m, "
-                f"or {1 / turn_around:.3g} Hz"
+                f"or {1 / turn_around:.3g} Hz{whose(self, 'range_max_m', 'rate_hz')}"
             )
         return self
 
@@ -223,6 +254,9 @@ def ping_spec(config: PingConfig, context: SensorContext) -> PingSpec:
         pulse=config.pulse,
         source_level_db=config.source_level_db,
         self_noise_db=config.self_noise_db,
+        sound_speed_mps=config.sound_speed_mps,
+        ringing=None if config.ringing_db is None else (config.ringing_db, config.ringing_db_per_ms),
+        converter=None if config.adc_bits is None else (config.adc_bits, config.adc_full_scale_db),
         wind_speed_mps=wind_for(config.wind_speed_mps, context.ocean, context.path),
         rain_mm_per_h=rain_over(context.ocean),
         ph=config.ph,

@@ -242,6 +242,7 @@ def look(
     *,
     max_range: float,
     smooth: bool = True,
+    assumed_speed: float | None = None,
 ) -> View:
     """Cast a sonar's fan on every lane.
 
@@ -252,6 +253,7 @@ def look(
         surfaces: names the row of the sea surface.
         max_range: [m].
         smooth: interpolate normals.
+        assumed_speed: sound speed that an array along y steers its beams by [m/s]; None: that of the water.
 
     Where the lanes have a profile, rays follow it: `hits.t` is then the range that the echo's time means at the sonar's
     sound speed, and `direction` that of arrival. A sonar in the air sees nothing: next to no sound leaves its face.
@@ -264,6 +266,8 @@ def look(
     ways = [fan.direction, fan.along, fan.aside]
     if dr.width(lanes.position) > 1:
         ways = [dr.gather(jit.Array3f, way, ray) for way in ways]
+    if assumed_speed is not None:
+        ways[0] = steered(ways[0], spread(lanes.medium.sound_speed, lane) * (1.0 / assumed_speed))
     direction, along, aside = (rotate(q, way) for way in ways)
     far = jit.Float(max_range)
     if lanes.wet is not None:
@@ -277,6 +281,16 @@ def look(
     sine = dr.abs(dr.dot(hits.shading_normal, direction))
     loss = lanes.medium.mean_loss(lane, jit.Float(0), jit.Float(hits.position.z - origin.z))
     return View(lane, ray, origin, direction, along, aside, hits, sine, loss)
+
+
+def steered(direction: Array, factor: Array) -> Array:
+    """Where beams of an array along y look whose phases are for another sound speed: sin a c/c' in place of sin a.
+
+    `direction` in the sensor frame; `factor` c/c', water over assumed.
+    """
+    left = dr.clip(direction.y * factor, -1.0, 1.0)
+    ahead = dr.sqrt(dr.maximum(1.0 - left * left, 0.0) / dr.maximum(1.0 - dr.square(direction.y), 1e-9))
+    return jit.Array3f(direction.x * ahead, left, direction.z * ahead)
 
 
 def cast_bent(

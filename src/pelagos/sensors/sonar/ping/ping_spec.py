@@ -114,9 +114,12 @@ class PingSpec:
         self_noise_db: spectral level of the receiver's own noise [dB re 1 uPa^2/Hz].
         wind_speed_mps, rain_mm_per_h: for ambient noise and the sea surface.
         ph: acidity of the water.
+        sound_speed_mps: that turns times into ranges and phases into angles; None: that of the water.
         refraction: bend rays; "auto": where it matters.
         sea_surface: its waves, or a plane at rest.
         texture_db: rms variation of surfaces' cross sections.
+        ringing: level at the end of the pulse [dB re 1 uPa], and its fall [dB/ms]; None: none.
+        converter: bits, and level of its full scale [dB re 1 uPa]; None: none.
         roughness_seed: realisation of all surfaces' roughness.
         volume_scattering_db: Sv of the water; None: of the ocean's tracer.
         doppler: motion while the sound is under way.
@@ -142,6 +145,9 @@ class PingSpec:
     ph: float
     texture_db: float
     rain_mm_per_h: float = 0.0
+    sound_speed_mps: float | None = None
+    ringing: tuple[float, float] | None = None
+    converter: tuple[int, float] | None = None
     roughness_seed: int = 0
     refraction: Refraction = "auto"
     sea_surface: Literal["waves", "flat"] = "waves"

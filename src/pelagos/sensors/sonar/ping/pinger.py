@@ -208,7 +208,9 @@ class Pinger:
         if "turn" in besides:
             lanes = replace(lanes, attitude=multiply(lanes.attitude, besides["turn"]))
         far = spec.range_max_m + spec.longest_strip_m
-        view = look(caster, fan, lanes, surfaces, max_range=far)
+        assumed = spec.sound_speed_mps
+        array = assumed if layout.aperture.steered else None
+        view = look(caster, fan, lanes, surfaces, max_range=far, assumed_speed=array)
         patches = [calibrated(spec, layout, view, fan, lanes, surfaces, velocity, trace)]
         if spec.bounces is not None:
             ghosts = bounced(caster, view, fan, lanes, surfaces, mirrors(spec, layout, spec.bounces, constants.facing))
@@ -288,6 +290,7 @@ def hearing(spec: PingSpec, layout: Layout, rays: dict[str, NDArray[Any]]) -> He
         reach=spec.range_max_m,
         coupling_s=range_coupling(spec.frequency_hz, spec.bandwidth_hz, spec.pulse_s, spec.pulse),
         doppler=spec.doppler,
+        assumed_speed=spec.sound_speed_mps,
     )
 
 
@@ -370,6 +373,9 @@ def calibrated(
         return distance * from_db(2.0 * distance * (here - loss)) * (1.0 / cell)  # under the gain 30 log r + 2 a r
 
     patches = patches_of(view, fan, lanes, surfaces, longest=spec.longest_strip_m, fall=levelled, trace=trace)
+    if spec.sound_speed_mps is not None:
+        scale = view.of_lane(spec.sound_speed_mps / lanes.medium.sound_speed)
+        patches.near, patches.far = patches.near * scale, patches.far * scale
     if spec.doppler:
         closing = dr.dot(view.of_lane(jit.Array3f(velocity)) - view.hits.velocity, view.direction)
         factor = 1.0 - closing * view.of_lane(1.0 / lanes.medium.sound_speed)

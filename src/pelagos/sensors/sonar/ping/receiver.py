@@ -365,6 +365,8 @@ def din_power(spec: PingSpec, layout: Layout, cells: Cells, moment: Moment, nois
         power = power + interference_at(
             din.heard, lanes, cells.ping, cells.beam, cells.distance, beams=layout.beams, bin_width=spec.bin_width_m
         )
+    if spec.ringing is not None:
+        power = power + ringing(spec, cells, lanes.medium)
     if spec.disturber is not None:
         power = power + disturbance(spec.disturber, spec, layout, cells, moment)
     return power
@@ -376,6 +378,8 @@ def levels(spec: PingSpec, signal: list[Array], word: Array, cells: Cells, power
     size = dr.sqrt(power * cells.gain * strength)
     cosine, sine = cosine_sine(turn)
     real, imaginary = dr.fma(size, cosine, signal[0]), dr.fma(size, sine, signal[1])
+    if spec.converter is not None:
+        real, imaginary = (converted(spec, part, cells.gain) for part in (real, imaginary))
     intensity = real * real + imaginary * imaginary
     intensity = tilted(spec, intensity, cells)
     out = [intensity if spec.display.painting is not None else scaled(spec, intensity)]
@@ -383,6 +387,25 @@ def levels(spec: PingSpec, signal: list[Array], word: Array, cells: Cells, power
         raw = dr.rsqrt(cells.gain)
         out += [real * raw, imaginary * raw]
     return out
+
+
+def converted(spec: PingSpec, part: Array, gain: Array) -> Array:
+    """A part of the signal with a gain, as a converter before that gain gives it: in steps, and cut off."""
+    assert spec.converter is not None
+    bits, full_scale_db = spec.converter
+    largest = 2.0 ** (bits - 1) - 1.0
+    step = 10.0 ** ((full_scale_db - spec.source_level_db) / 20.0) / largest
+    root = dr.sqrt(gain)
+    return dr.clip(dr.round(part / (root * step)), -largest - 1.0, largest) * (step * root)
+
+
+def ringing(spec: PingSpec, cells: Cells, medium: Medium) -> Array:
+    """Intensity of the transducer's own ringing re the source level at 1 m, from the end of the pulse on."""
+    assert spec.ringing is not None
+    level, fall = spec.ringing
+    speed = dr.gather(jit.Float, medium.sound_speed, jit.UInt32(cells.ping))
+    since_ms = 1e3 * dr.maximum(2.0 * cells.distance / speed, 0.0)
+    return from_db(level - spec.source_level_db - fall * since_ms)
 
 
 def tilted(spec: PingSpec, intensity: Array, cells: Cells) -> Array:

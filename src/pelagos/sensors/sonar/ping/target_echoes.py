@@ -30,7 +30,7 @@ from pelagos.math.so3 import multiply, rotate, rotate_back
 from pelagos.raycast.caster import Caster
 from pelagos.raycast.rays import NO_BODY, Rays
 from pelagos.sensors.sonar.ping.aperture import Aperture, Facing
-from pelagos.sensors.sonar.ping.fan import Lanes
+from pelagos.sensors.sonar.ping.fan import Lanes, steered
 from pelagos.sensors.sonar.ping.surface_scattering import Surfaces, scattering
 from pelagos.sensors.sonar.ping.targets import BOX, CYLINDER, FEW, SPHERE, Targets
 
@@ -56,6 +56,7 @@ class Hearing:
         reach: farthest range [m].
         coupling_s: range that a chirp mistakes for a closing speed of 1 m/s, see `range_coupling` [s].
         doppler: whether motion shifts ranges.
+        assumed_speed: sound speed that turns times into ranges, and phases into angles [m/s]; None: the water's.
     """
 
     aperture: Aperture
@@ -66,6 +67,7 @@ class Hearing:
     reach: float
     coupling_s: float
     doppler: bool
+    assumed_speed: float | None = None
 
 
 @jit.struct
@@ -288,6 +290,7 @@ def _own_rays(
     loss = lanes.medium.mean_loss(lane, jit.Float(0), jit.Float(hits.position.z - origin.z))
     solid_angle = (math.pi / k) * dr.square(disc / distance)
     in_sensor = rotate_back(dr.gather(jit.Array4f, jit.Array4f(lanes.attitude), lane), direction)
+    in_sensor = _apparent(in_sensor, lanes, lane, hearing)
     beam, pattern = _sector(facing, hearing, in_sensor)
     energy = section / facing_sine * solid_angle * from_db(-2.0 * loss * t) / dr.square(t) * pattern
     closing = _closing(velocity, lane, hits.velocity, direction)
@@ -315,7 +318,7 @@ def _merged(
     at = dr.maximum(echo.reach, 1e-2)
     way = dr.normalize(echo.way)
     q = dr.gather(jit.Array4f, jit.Array4f(lanes.attitude), lane)
-    in_sensor = rotate_back(q, way)
+    in_sensor = _apparent(rotate_back(q, way), lanes, lane, hearing)
     loss = lanes.medium.mean_loss(lane, jit.Float(0), echo.way.z)
     heard = from_db(-loss * at)  # amplitude there and back
     beam, pattern = _sector(facing, hearing, in_sensor)
@@ -354,6 +357,13 @@ def _sphere_energy(place: _Place, coherent: Array) -> Array:
     return (1.0 - coherent) * rough
 
 
+def _apparent(direction: Array, lanes: Lanes, lane: Array, hearing: Hearing) -> Array:
+    """A direction as an array takes it that steers by another sound speed."""
+    if hearing.assumed_speed is None or not hearing.aperture.steered:
+        return direction
+    return steered(direction, hearing.assumed_speed / dr.gather(jit.Float, lanes.medium.sound_speed, lane))
+
+
 def _closing(velocity: Array, lane: Array, other: Array, direction: Array) -> Array:
     return dr.dot(jit.Array3f(dr.gather(jit.Array3f64, velocity, lane)) - other, direction)
 
@@ -365,9 +375,11 @@ def _level(facing: Facing, direction: Array) -> Array:
 
 
 def _shifted(distance: Array, closing: Array, lanes: Lanes, lane: Array, hearing: Hearing) -> Array:
+    speed = dr.gather(jit.Float, lanes.medium.sound_speed, lane)
+    if hearing.assumed_speed is not None:
+        distance = distance * (hearing.assumed_speed / speed)
     if not hearing.doppler:
         return distance
-    speed = dr.gather(jit.Float, lanes.medium.sound_speed, lane)
     return distance * (1.0 - closing / speed) - hearing.coupling_s * closing
 
 

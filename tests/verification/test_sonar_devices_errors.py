@@ -1,0 +1,160 @@
+"""Errors of real devices: assumed sound speeds, converters, ringing, the surface's line; and keys that are refused."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from pydantic import ValidationError
+from sonar_scenes import at, context, plane, sphere, still_water
+
+from pelagos import jit
+from pelagos.acoustics import beamforming
+from pelagos.acoustics.echo_walk import pitch
+from pelagos.acoustics.pulse import point_spread
+from pelagos.sensors.sonar.adcp import Adcp, AdcpConfig
+from pelagos.sensors.sonar.dvl import Dvl, DvlConfig
+from pelagos.sensors.sonar.imaging_sonar import ImagingSonar, ImagingSonarConfig
+from pelagos.sensors.sonar.multibeam import Multibeam, MultibeamConfig
+from pelagos.sensors.sonar.sidescan import Sidescan, SidescanConfig
+from pelagos.sensors.sonar.singlebeam import Singlebeam, SinglebeamConfig
+from pelagos.world.material import MATERIALS
+
+pytestmark = pytest.mark.filterwarnings("ignore:.*finer than the pulse resolves")
+WATER, ASSUMED = 1450.0, 1530.0
+
+
+class TestAssumedSoundSpeed:
+    def test_ranges_and_angles_of_an_array(self):
+        """r c'/c, and sin a c'/c: a ball at 30 deg and 20 m in water of 1450 m/s, taken for 1530 m/s."""
+        bearing = math.radians(30.0)
+        ball = sphere((20 * math.cos(bearing), 20 * math.sin(bearing), 0.0), 0.1)
+        found = []
+        for assumed in (None, ASSUMED):
+            config = ImagingSonarConfig(range_max_m=30.0, bins=3000, sound_speed_mps=assumed, scale="linear")
+            scene = context([plane(-1000.0), ball], materials=(MATERIALS["steel"],), ocean=still_water(WATER))
+            s = ImagingSonar(config, scene)
+            truth = s.sense(at(0, 0, 0)).truth[0]
+            beam, k = np.unravel_index(truth.argmax(), truth.shape)
+            found.append((float(s.tables["azimuth"][beam]), float(s.tables["range"][k])))
+        assert found[0] == pytest.approx((bearing, 19.9), abs=0.02)
+        apparent = math.asin(math.sin(bearing) * ASSUMED / WATER)  # 31.8 deg
+        assert found[1] == pytest.approx((apparent, 19.9 * ASSUMED / WATER), abs=0.02)
+
+    def test_surfaces_move_as_targets_do(self):
+        config = SinglebeamConfig(range_max_m=30.0, bins=600, sound_speed_mps=ASSUMED, scale="linear")
+        s = Singlebeam(config, context([plane(-20.0)], ocean=still_water(WATER)))
+        truth, r = s.sense(at(0, 0, 0)).truth[0], s.tables["range"]
+        first = r[(truth > 0.3 * truth.max()).argmax()]
+        assert first == pytest.approx(20.0 * ASSUMED / WATER, abs=0.1)
+
+    def test_beams_of_a_multibeam_look_elsewhere(self):
+        """A beam of the nominal angle a looks to asin(sin a c/c'): its range over a flat bottom is h/cos of that."""
+        config = MultibeamConfig(beams=3, swath_deg=100.0, sound_speed_mps=ASSUMED, range_max_m=60.0)
+        s = Multibeam(config, context([plane(-20.0)], ocean=still_water(WATER)))
+        truth = s.sense(at(0, 0, 0)).truth[0]
+        looks = math.asin(math.sin(math.radians(50.0)) * WATER / ASSUMED)
+        assert truth[0] == pytest.approx(20.0 / math.cos(looks), rel=1e-3)
+        assert truth[1] == pytest.approx(20.0, rel=1e-3)
+
+    def test_dvl_and_adcp_scale_all_that_they_tell(self):
+        """Ground and water track, ranges and altitude by c'/c."""
+        motion = {"velocity": (1.0, 0.4, 0.0)}
+        exact = {"noise_mps": 0.0, "noise_relative": 0.0, "range_noise_relative": 0.0, "water_layer_m": 5.0}
+        readings = []
+        for assumed in (None, ASSUMED):
+            s = Dvl(DvlConfig(sound_speed_mps=assumed, **exact), context([plane(-20.0)], ocean=still_water(WATER)))
+            readings.append(s.sense(at(0, 0, 0, **motion)))
+        for name in ("ranges", "altitude", "water_velocity"):
+            expected = readings[0].extras[name] * ASSUMED / WATER
+            assert readings[1].extras[name] == pytest.approx(expected, rel=1e-5), name
+        assert readings[1].data == pytest.approx(readings[0].data * ASSUMED / WATER, rel=1e-5)
+        cells = [
+            Adcp(
+                AdcpConfig(cells=4, noise_mps=0.0, sound_speed_mps=a), context([plane(-30.0)], ocean=still_water(WATER))
+            )
+            .sense(at(0, 0, 0, **motion))
+            .data
+            for a in (None, ASSUMED)
+        ]
+        assert cells[1] == pytest.approx(cells[0] * ASSUMED / WATER, rel=1e-5)
+
+
+def test_a_converter_has_steps_and_a_top():
+    """6 bits: steps of 1/31 of the top, and nothing louder than it."""
+    config = SinglebeamConfig(
+        range_max_m=30.0, bins=400, iq=True, adc_bits=6, adc_full_scale_db=115.0, source_level_db=205.0
+    )
+    iq = Singlebeam(config, context([plane(-12.0)])).sense(at(0, 0, 0)).extras["iq"][0]
+    top = 10 ** ((115.0 - 205.0) / 20)
+    parts = np.concatenate([iq.real, iq.imag]) / (top / 31)
+    assert np.abs(parts - np.round(parts)).max() < 0.01
+    assert np.abs(parts).max() <= 32.01
+    assert np.abs(parts).max() >= 31.0  # the bottom is louder than the top
+
+
+def test_the_transducer_rings_until_it_does_not():
+    """150 dB at the end of the pulse, 20 dB/ms less from then on: level at 1 m (1.33 ms) and 2 m, before gain."""
+    config = SinglebeamConfig(
+        range_max_m=10.0, bins=400, iq=True, ringing_db=150.0, ringing_db_per_ms=20.0, self_noise_db=-100.0,
+    )  # fmt: skip
+    s = Singlebeam(config, context([plane(-500.0)], n=1))
+    power = np.mean([np.abs(s.sense(at(0, 0, 0, tick=k)).extras["iq"][0]) ** 2 for k in range(40)], axis=0)
+    r = s.tables["range"]
+    for reach in (1.0, 2.0):
+        near = np.abs(r - reach) < 0.15
+        level = 10 * math.log10(np.mean(power[near] * 10 ** (2.0 * (2 * r[near] / 1.5))))
+        assert level == pytest.approx(150.0 - config.source_level_db, abs=0.8)
+
+
+def test_a_sidescan_hears_the_surface_above_it():
+    """5 m below a flat surface and 15 m above the bottom: a line at 5 m, before the bottom's at 15 m."""
+    s = Sidescan(SidescanConfig(range_max_m=40.0, bins=800, scale="db"), context([plane(-20.0)]))
+    truth, r = s.sense(at(0, 0, -5.0)).truth[0], s.tables["range"]
+    line = truth[:, np.abs(r - 5.0) < 0.3].max()
+    assert line > truth[:, (r > 1.0) & (r < 4.5)].max() + 20.0
+    deep = Sidescan(SidescanConfig(range_max_m=40.0, bins=800, scale="db"), context([plane(-120.0)]))
+    assert deep.sense(at(0, 0, -60.0)).truth[0][:, r < 35.0].max() < line - 20.0
+
+
+@pytest.mark.parametrize("resolution", [60.0, 150.0])
+def test_long_pulses_are_spread_as_short_ones(resolution):
+    """Against the plain sum: within 2.5 % of the peak, for a strong echo in noise."""
+    rng = np.random.Generator(np.random.PCG64(1))
+    bins, pulse = 1000, point_spread(1.0, resolution)
+    row = pitch(bins)
+    field = rng.normal(size=(2, row, 2)).astype(np.float32)
+    field[:, bins:] = 0.0
+    field[:, 403] += 30.0
+    assert len(pulse) > beamforming._LONG
+    found = beamforming.spread_pulse(jit.Float(field.ravel()), jit.Float(pulse), channels=2, bins=bins)
+    found = np.array(found).reshape(2, row, 2)[:, :bins]
+    expected = np.stack(
+        [[np.convolve(field[i, :bins, c], pulse, mode="same") for c in range(2)] for i in range(2)]
+    ).transpose(0, 2, 1)
+    assert np.abs(found - expected).max() < 0.025 * np.abs(expected).max()
+
+
+class TestRefused:
+    @pytest.mark.parametrize(
+        ("config", "keys", "match"),
+        [
+            (ImagingSonarConfig, {"pulse_s": 0.3}, "pulse_s 0.3 is longer than the 0.2 s between two pings"),
+            (MultibeamConfig, {"pulse_s": 0.3}, "longer than"),
+            (ImagingSonarConfig, {"source_level_db": 400.0}, "less than or equal to 300"),
+            (MultibeamConfig, {"frequency_hz": 10.0}, "greater than or equal to 200"),
+            (DvlConfig, {"beam_tilt_deg": 1.5}, "deg between two beams"),
+            (DvlConfig, {"beam_azimuth_deg": (0.0, 1.0, 2.0, 3.0)}, "they would measure the same"),
+        ],
+    )
+    def test_nonsense(self, config, keys, match):
+        with pytest.raises(ValidationError, match=match):
+            config(**keys)
+
+    def test_a_devices_keys_do_not_stand_in_the_way(self):
+        """A tone burst has its own bandwidth, whatever the device's chirp had; a conflict says whose key it is."""
+        config = ImagingSonarConfig(device="oculus_m750d_high", pulse="cw", pulse_s=1e-4)
+        assert config.bandwidth_hz == pytest.approx(1e4)
+        with pytest.raises(ValidationError, match=r"range_max_m of the device oculus_m750d: give your own"):
+            ImagingSonarConfig(device="oculus_m750d", rate_hz=20.0)
