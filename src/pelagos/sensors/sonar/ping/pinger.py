@@ -179,7 +179,12 @@ class Pinger:
         return found
 
     def _targets(self) -> Targets | None:
-        """What rays may miss; looked for anew when other things move."""
+        """What rays may miss; looked for anew when other things move.
+
+        Sonars that resolve the lattice of roughness have rays enough, whose phases must go on from ping to ping.
+        """
+        if self._layout.facet is not None:
+            return None
         scene = self._scene
         if self._generation != scene.generation:
             self._generation = scene.generation
