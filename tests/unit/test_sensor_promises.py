@@ -50,7 +50,7 @@ def test_a_promise_is_kept_once_and_only_when_somebody_looks() -> None:
 def test_blocks_are_joined_without_looking() -> None:
     parts = [Counted([1.0]), Counted([2.0])]
     model: Any = dataclasses.make_dataclass("Model", [("period", int)])(1)
-    sampled = [Sampled("auv0", model, range(k, k + 1), measured(part)) for k, part in enumerate(parts)]
+    sampled = [Sampled(("auv0",), model, range(k, k + 1), measured(part)) for k, part in enumerate(parts)]
     joined = Sampled.join(sampled).measurement
     assert [part.calls for part in parts] == [0, 0]
     assert joined.truth.tolist() == [1.0, 2.0]

@@ -134,7 +134,7 @@ class Motion:
 
 def motion_of(sim: Simulation, agent: str) -> Motion:
     """The true motion of the first copy of an agent, now."""
-    row = sim.stepper.runs[agent].row[0].tolist()  # what `sim.state` shows, without a look at the actuators
+    row = sim.stepper.row(agent)[0].tolist()  # what `sim.state` shows, without a look at the actuators
     x, y, z, qw, qx, qy, qz, u, v, w, p, q, r, ax, ay, az = row[:16]
     # plain numbers: this is asked thousands of times a second. Rows of R_world_body:
     north = (1 - 2 * (qy * qy + qz * qz), 2 * (qx * qy - qw * qz), 2 * (qx * qz + qw * qy))

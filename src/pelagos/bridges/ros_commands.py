@@ -16,6 +16,7 @@ import numpy as np
 from pelagos.bridges.inbox import Inbox
 from pelagos.bridges.order import Order
 from pelagos.bridges.transport import COMMAND, Qos, Receive, Transport
+from pelagos.config.swarm import topic_name
 from pelagos.math.frames import enu_to_nwu_np, quaternion_enu_to_nwu_np
 from pelagos.messages.store import deserialize
 from pelagos.sim.simulation import Simulation
@@ -48,7 +49,7 @@ def listen(transport: Transport, sim: Simulation, inbox: Inbox) -> None:
     """Subscribe to the commands of every agent."""
     for agent in sim.model.agents:
         for suffix, (type_name, order) in command_topics(sim, agent).items():
-            topic = f"/{agent}/{suffix}"
+            topic = f"/{topic_name(agent)}/{suffix}"
             qos = ONE_SHOT if suffix == "cmd_mode" else COMMAND
             transport.subscribe(topic, type_name, received(topic, type_name, order, inbox), qos=qos)
 

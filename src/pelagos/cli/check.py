@@ -35,26 +35,27 @@ from pelagos.config.mission import (
     Waypoints,
 )
 from pelagos.config.scenario import Scenario
+from pelagos.config.swarm import member_names
 
 
 def check_scenario(path: Path, changes: Sequence[str], *, resolved: bool, trust: bool = False) -> None:
     """Print a summary, or the scenario with every default written out."""
     from pelagos.sim.control import first_mode
-    from pelagos.sim.model import check_hearing
-    from pelagos.vehicles.vehicle import Vehicle
+    from pelagos.sim.model import check_hearing, vehicles_of
 
     scenario = load(path, changes, trust=trust)
     _check_ocean(scenario)
     check_hearing(scenario)
-    modes = {n: first_mode(scenario, n, Vehicle.from_config(a.vehicle)) for n, a in scenario.agents.items()}
+    modes = {name: first_mode(scenario, name, vehicle) for name, vehicle in vehicles_of(scenario).items()}
     if resolved:
         out.print(to_yaml(scenario), end="", markup=False)
         return
     out.print(f"{escape(str(path))}: [green]a valid scenario[/green]")
     out.print(_summary(scenario))
     for name, agent in scenario.agents.items():
-        out.print(f"\n[bold]{name}[/bold]")
-        out.print(_agent(agent, modes[name]))
+        many = "" if agent.count is None else f", {agent.count} of them: {name}\\[0] to {name}\\[{agent.count - 1}]"
+        out.print(f"\n[bold]{name}[/bold]{many}")
+        out.print(_agent(agent, modes[member_names(name, agent.count)[0]]))
         if agent.sensors:
             out.print(_sensors(agent, scenario.tick_rate_hz))
 

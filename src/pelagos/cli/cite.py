@@ -26,7 +26,7 @@ def print_sources(path: Path | None) -> None:
 
 
 def _used(path: Path, kind: registry.Kind) -> Iterable[str]:
-    agents = load_scenario(path).agents.values()
+    agents = load_scenario(path).members.values()
     if kind == "vehicle":
         return sorted({agent.vehicle.type for agent in agents})
     return sorted({config.type for agent in agents for config in agent.sensors.values()})

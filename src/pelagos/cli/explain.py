@@ -55,9 +55,9 @@ def _of_device(config: SensorConfig) -> list[str]:
 
 
 def _find(scenario: Scenario, agent: str, sensor: str) -> Any:
-    if agent not in scenario.agents:
-        raise LookupFailed("agent", agent, scenario.agents)
-    sensors = scenario.agents[agent].sensors
+    if agent not in scenario.members:
+        raise LookupFailed("agent", agent, scenario.members)
+    sensors = scenario.members[agent].sensors
     if not sensor:
         raise InputError(f"name a sensor as AGENT.SENSOR: {', '.join(f'{agent}.{known}' for known in sensors)}")
     if sensor not in sensors:
@@ -114,8 +114,7 @@ def _read(scenario: Scenario, agent: str, sensor: str, at_s: float) -> tuple[lis
         sim = Simulation.load(scenario)
         if at_s > 0:
             sim.run(at_s)
-        trajectory = sim.stepper.trajectories[agent]
-        last = trajectory.first_tick + trajectory.ticks - 1
+        last = sim.stepper.tick
         built: Any = sim.model.agents[agent].sensors[sensor].sensor
         motion = sim.stepper.motion_of(range(last, last + 1), agent)
         explains = hasattr(built, "explain")

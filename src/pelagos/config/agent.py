@@ -1,9 +1,9 @@
-"""An agent: a vehicle, where it starts, what it is to do, and what it carries."""
+"""An agent, or a group of agents: a vehicle, where it starts, what it is to do, and what it carries."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Annotated, Any, Self
+from typing import Annotated, Any, Literal, Self
 
 from pydantic import Field, field_validator, model_validator
 from pydantic_core import PydanticCustomError
@@ -12,6 +12,7 @@ from pelagos.config.component import Component
 from pelagos.config.mission import Leg
 from pelagos.config.navigation import Navigation, TruthNavigation
 from pelagos.config.strict import Strict
+from pelagos.config.swarm import MAX_MEMBERS, Draw
 
 
 class Start(Strict):
@@ -31,6 +32,11 @@ class Start(Strict):
     """Pitch, nose up positive [deg]."""
     speed_mps: float = 0.0
     """Speed forward through the water [m/s]."""
+    grid: tuple[int, int] | None = None
+    """Of a group: its rows, one after another northwards, and how many stand in a row, westwards; the first member
+    stands at `position_m`. Not given: a square that grows from the first member."""
+    spacing_m: float | tuple[float, float] | None = None
+    """Of a group: distance between its members, or northwards and westwards [m]."""
 
     @model_validator(mode="after")
     def _one_height(self) -> Self:
@@ -43,9 +49,16 @@ class Start(Strict):
             )
         return self
 
+    @field_validator("grid")
+    @classmethod
+    def _some_rows(cls, value: tuple[int, int] | None) -> tuple[int, int] | None:
+        if value is not None and min(value) < 1:
+            raise PydanticCustomError("grid", "a grid has at least one row and one column, not {g}", {"g": list(value)})
+        return value
+
 
 class Agent(Strict):
-    """One vehicle with its sensors and its mission."""
+    """One vehicle with its sensors and its mission, or a group of such vehicles."""
 
     vehicle: Annotated[Any, Component("vehicle", shorthand=True)]
     """A vehicle by name (`pelagos list vehicles`), or a mapping of `type` and of parameters to change."""
@@ -62,6 +75,14 @@ class Agent(Strict):
     by `Simulation.navigate`), or a mapping that begins with such a `type`."""
     sensors: dict[str, Annotated[Any, Component("sensor")]] = Field(default_factory=dict)
     """What it carries: a name of your choice, and a mapping that begins with its `type` (`pelagos list sensors`)."""
+    count: int | None = Field(default=None, ge=1, le=MAX_MEMBERS)
+    """How many such vehicles there are: `auv` stands for `auv[0]`, `auv[1]` and so on then."""
+    mission_from: Literal["world", "start"] = "world"
+    """Of a group: whether the places of the mission are the world's, or count from where each member starts."""
+    distributions: dict[str, Draw] = Field(default_factory=dict)
+    """Of a group: numbers that are drawn for every member, by dotted key, such as `start.heading_deg`."""
+    overrides: dict[int, dict[str, Any]] = Field(default_factory=dict)
+    """Of a group: what is different for some members, by their number from 0: any keys of an agent."""
 
     @field_validator("sensors", mode="before")
     @classmethod
@@ -75,6 +96,38 @@ class Agent(Strict):
         if self.mission and self.command is not None:
             raise PydanticCustomError("both", "give either 'mission' or 'command', not both")
         return self
+
+    @model_validator(mode="after")
+    def _group(self) -> Self:
+        """What only groups have, and what every group needs."""
+        if self.count is None:
+            given = [f"'{key}'" for key in ("mission_from", "distributions", "overrides") if key in self._written]
+            given += [f"'start.{key}'" for key in ("grid", "spacing_m") if getattr(self.start, key) is not None]
+            if given:
+                text = "{what} is for groups of agents; give 'count' too, or leave it out"
+                raise PydanticCustomError("group", text, {"what": " and ".join(given)})
+            return self
+        placed = any(key.startswith("start.position_m") for key in self.distributions)
+        if self.count > 1 and self.start.spacing_m is None and not placed:
+            text = "a group needs room: give 'start.spacing_m', or a distribution of 'start.position_m.0'"
+            raise PydanticCustomError("spacing", "{text}", {"text": text})
+        wide = self.start.grid
+        if wide is not None and wide[0] * wide[1] < self.count:
+            text = "a grid of {rows} x {columns} has no room for {count} members"
+            raise PydanticCustomError("grid", text, {"rows": wide[0], "columns": wide[1], "count": self.count})
+        beyond = [i for i in self.overrides if not 0 <= i < self.count]
+        if beyond:
+            text = "there is no member {i}; members of this group are 0 to {last}"
+            raise PydanticCustomError("member", text, {"i": beyond[0], "last": self.count - 1})
+        return self
+
+    @property
+    def _written(self) -> set[str]:
+        """Keys that were given, and are not what they would be anyway."""
+        fields = type(self).model_fields
+        return {
+            k for k in self.model_fields_set if getattr(self, k) != fields[k].get_default(call_default_factory=True)
+        }
 
 
 def refuse_bad_names(value: Mapping[Any, Any], kind: str) -> None:

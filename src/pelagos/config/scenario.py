@@ -13,6 +13,7 @@ from pelagos.config.agent import Agent, refuse_bad_names
 from pelagos.config.component import Component
 from pelagos.config.document import join_place
 from pelagos.config.strict import Strict
+from pelagos.config.swarm import group_of, members, topic_name
 
 
 class Origin(Strict):
@@ -68,7 +69,7 @@ class Scenario(Strict):
     ocean: Annotated[Any, Component("ocean", default="standard")] = Field(default_factory=dict, validate_default=True)
     """Currents, waves, water masses and light."""
     agents: dict[str, Agent] = Field(default_factory=dict)
-    """The vehicles, by a name of your choice."""
+    """The vehicles, by a name of your choice; one entry may be a group of them."""
     record: Record = Record()
     """What goes into a recording."""
     bridges: dict[str, Annotated[Any, Component("bridge", shorthand=True)]] = Field(default_factory=dict)
@@ -76,14 +77,26 @@ class Scenario(Strict):
     `type` (`pelagos list bridges`)."""
 
     _places: Mapping[tuple[str | int, ...], str] = PrivateAttr(default_factory=dict)
+    _members: Mapping[str, Agent] = PrivateAttr(default_factory=dict)
 
     def __eq__(self, other: object) -> bool:
         return isinstance(other, Scenario) and self.__dict__ == other.__dict__  # not where it was written
 
     @property
+    def members(self) -> Mapping[str, Agent]:
+        """Every single agent by name: those of a group `auv` are `auv[0]`, `auv[1]` and so on."""
+        return self._members
+
+    @property
     def dt_ns(self) -> int:
         """The tick, a whole number of nanoseconds [ns]."""
         return round(1e9 / self.tick_rate_hz)
+
+    def with_agents(self, agents: Mapping[str, Agent]) -> Self:
+        """The same scenario with other agents, checked each for itself."""
+        scenario = self.model_copy(update={"agents": dict(agents)})
+        scenario._members = {k: v for name, agent in agents.items() for k, v in members(name, agent, self.seed).items()}
+        return scenario
 
     @property
     def places(self) -> Mapping[tuple[str | int, ...], str]:
@@ -99,6 +112,7 @@ class Scenario(Strict):
     def where(self, *path: str | int) -> str:
         """Where a value was written, "file:line: key.path", as in `where("agents", "auv0", "start")`."""
         dotted = ".".join(str(part) for part in path)
+        path = tuple(group_of(part) if i == 1 and isinstance(part, str) else part for i, part in enumerate(path))
         for length in range(len(path), -1, -1):
             if path[:length] in self._places:
                 return join_place(self._places[path[:length]], dotted, exact=length == len(path))
@@ -145,6 +159,33 @@ class Scenario(Strict):
         return {**data, "record": {**record, "state_rate_hz": tick_rate / max(1, math.ceil(tick_rate / 50.0 - 1e-6))}}
 
     @model_validator(mode="after")
+    def _expanded(self) -> Self:
+        """The single agents, so that members that cannot be are told at once."""
+        found: dict[str, Agent] = {}
+        for name, agent in self.agents.items():
+            try:
+                found |= members(name, agent, self.seed)
+            except PydanticCustomError as error:
+                line = InitErrorDetails(type=error, loc=("agents", name, "distributions"), input=agent.distributions)
+                raise ValidationError.from_exception_data("Scenario", [line]) from None
+            except ValidationError as error:
+                what = PydanticCustomError("member", "{text}", {"text": _member_text(error)})
+                raise ValidationError.from_exception_data(
+                    "Scenario", [InitErrorDetails(type=what, loc=("agents", name), input=name)]
+                ) from None
+        topics: dict[str, str] = {}
+        for name in found:
+            other = topics.setdefault(topic_name(name), name)
+            if other != name:
+                text = f"{other} and {name} would have the same topics, /{topic_name(name)}/...; give one another name"
+                what = PydanticCustomError("topics", "{text}", {"text": text})
+                raise ValidationError.from_exception_data(
+                    "Scenario", [InitErrorDetails(type=what, loc=("agents",), input=name)]
+                )
+        self._members = found
+        return self
+
+    @model_validator(mode="after")
     def _rates_divide(self) -> Self:
         wrong = [
             InitErrorDetails(
@@ -159,11 +200,23 @@ class Scenario(Strict):
             raise ValidationError.from_exception_data("Scenario", wrong)
         return self
 
-    def _rates(self) -> Iterator[tuple[tuple[str, ...], float]]:
+    def _rates(self) -> Iterator[tuple[tuple[str | int, ...], float]]:
         for name, agent in self.agents.items():
             for sensor, config in agent.sensors.items():
                 yield ("agents", name, "sensors", sensor, "rate_hz"), config.rate_hz
+            for i in agent.overrides:
+                for sensor, config in self._members[f"{name}[{i}]"].sensors.items():
+                    if config.rate_hz != getattr(agent.sensors.get(sensor), "rate_hz", None):
+                        yield ("agents", name, "overrides", i, "sensors", sensor, "rate_hz"), config.rate_hz
         yield ("record", "state_rate_hz"), self.record.state_rate_hz
+
+
+def _member_text(error: ValidationError) -> str:
+    """What is wrong with a member of a group, whose overrides or drawn values do not make an agent."""
+    first = error.errors()[0]
+    key = ".".join(str(part) for part in first["loc"])
+    why = "there is no such key" if first["type"] == "extra_forbidden" else first["msg"]
+    return f"{error.title}: {key}: {why}"
 
 
 def divides(rate_hz: float, tick_rate_hz: float) -> bool:

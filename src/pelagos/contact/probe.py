@@ -8,12 +8,17 @@ Euler; D. Baraff and A. Witkin, "Large steps in cloth simulation", SIGGRAPH 1998
 applied to a rigid body). It is stable for any stiffness, mass and step; of a spring k on a mass m it leaves
 k / (1 + h^2 k / m).
 
+Friction is Coulomb's at the end of the step: a contact sticks, at a speed that nobody sees, where that takes no more
+than the coefficient times the normal force, and slides against that force where it takes more. Handed the velocity
+that the vehicle would have after the step without contact, a hull at rest on a slope stays where it is.
+
 Rays look ahead by the way of one step and a half, so that contact begins before the surface is passed. What is thinner
 than the gaps between probes (a wire, a rail) can come between them.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Final
 
 import drjit as dr
@@ -30,7 +35,8 @@ from pelagos.raycast.rays import Rays
 if TYPE_CHECKING:
     from pelagos.world.material import MaterialTables
 
-_STICK: Final = 0.005  # [m/s], slip below which friction grows linearly with slip
+_HOLD: Final = 1e5  # a sticking contact damps so many times as much as would stop the vehicle's mass within a step
+_LEAST_SLIP: Final = 1e-9  # [m/s]
 _SOFT: Final = 0.002  # [m], depth over which the damper sets in
 _AHEAD: Final = 0.002  # [m], look-ahead of a hull at rest
 
@@ -124,9 +130,11 @@ def probe_wrench(
     touches = _touch(caster, materials, probes, position, attitude, velocity, angular_velocity, own, copy, h)
     dr.eval(touches)  # one kernel: each array that is gathered below would else repeat the cast
     listed = _list_active(touches.active, dr.width(probes.length))
-    rest = [jit.Float64(0) for _ in range(6)]
-    pushed = _solve(touches, probes, listed, rest, h, friction=False)
-    acceleration = _solve(touches, probes, listed, pushed, h, friction=True)
+    contacts = (touches, probes, listed)
+    pushed = _solve(*contacts, h)
+    held = _solve(*contacts, h, pushed, _held)
+    slid = _solve(*contacts, h, held, _first_slide)
+    acceleration = _solve(*contacts, h, slid, _slide)
     row = [sum((_mass(probes, i, j) * acceleration[j] for j in range(6)), jit.Float64(0)) for i in range(6)]
     return jit.Array3f64(*row[:3]), jit.Array3f64(*row[3:])
 
@@ -204,15 +212,53 @@ def _list_active(active: Array, block: int) -> _Listed:
     return _Listed(out, first, dr.gather(jit.UInt32, rank, last) + dr.gather(jit.UInt32, here, last))
 
 
+@jit.struct
+class _Sideways:
+    """Friction of one contact, as a solution before tells it."""
+
+    limit: Array  # [N], of Coulomb
+    before: Array  # [m/s], slip without contact
+    after: Array  # [m/s], slip after the step by the solution before
+    hold: Array  # [N s/m], damping of a contact that sticks
+
+
+def _held(s: _Sideways) -> Array:
+    """Damping across of a contact that sticks, whatever it takes [N s/m]."""
+    return s.hold
+
+
+def _first_slide(s: _Sideways) -> Array:
+    """Damping across, where all contacts stick in the solution before.
+
+    One contact, of mass m sideways, took the force f = m before / h to hold. Where that is beyond the limit it goes on
+    at before (1 - limit / f), against the limit.
+    """
+    taken = s.hold * s.after
+    slip = s.before * (1.0 - s.limit / dr.maximum(taken, s.limit + 1e-30))
+    return dr.select(taken <= s.limit, s.hold, dr.minimum(s.limit / dr.maximum(slip, _LEAST_SLIP), s.hold))
+
+
+def _slide(s: _Sideways) -> Array:
+    """Damping across that gives the limit at the slip of the solution before, and no more than holds."""
+    return dr.minimum(s.limit / dr.maximum(s.after, _LEAST_SLIP), s.hold)
+
+
 def _solve(
-    touches: _Touches, probes: HullProbes, listed: _Listed, guess: list[Array], h: Array, *, friction: bool
+    touches: _Touches,
+    probes: HullProbes,
+    listed: _Listed,
+    h: Array,
+    guess: list[Array] | None = None,
+    friction: Callable[[_Sideways], Array] | None = None,
 ) -> list[Array]:
     """Acceleration (6) that the contacts give: (M + h S) a = b.
 
     With G = [1, -r x], which takes body velocities to that of the contact point at r, S sums G^T D G over the contacts
-    and b sums G^T (n k depth - D slip), where D = (h k + c) n n^T + (mu N / |slip|) (1 - n n^T). The normal force N
-    comes from `guess`, the solution without friction.
+    and b sums G^T (n k depth - D slip), where D = (h k + c) n n^T + d (1 - n n^T). The damping across d is what
+    `friction` makes of `guess`, a solution before; without it there is none.
     """
+    surge_mass = dr.gather(jit.Float64, probes.mass, jit.UInt32(0))
+    hold = _HOLD * surge_mass / h
 
     def body(k: Array, *sums: Array) -> tuple[Array, ...]:
         s, b = list(sums[:21]), list(sums[21:])
@@ -225,12 +271,15 @@ def _solve(
         along = h * spring + dr.gather(jit.Float64, touches.damping, at)
         approach = dr.dot(n, slip)
         push = (spring * depth - along * approach) * n
-        if friction:
-            gained = jit.Array3f64(*guess[:3]) + dr.cross(jit.Array3f64(*guess[3:]), r)
-            normal_force = dr.maximum(spring * depth - along * (approach + h * dr.dot(gained, n)), 0.0)
+        if guess is not None and friction is not None:
+            gained = h * (jit.Array3f64(*guess[:3]) + dr.cross(jit.Array3f64(*guess[3:]), r))
+            rise = dr.dot(n, gained)
+            normal_force = dr.maximum(spring * depth - along * (approach + rise), 0.0)
             sideways = slip - approach * n
-            across = dr.gather(jit.Float64, touches.friction, at) * normal_force
-            across /= dr.maximum(dr.norm(sideways), _STICK)
+            limit = dr.gather(jit.Float64, touches.friction, at) * normal_force
+            across = friction(
+                _Sideways(limit, dr.norm(sideways), dr.norm(sideways + gained - rise * n), jit.Float64(hold))
+            )
             push -= across * sideways
             along -= across
             for place, value in _gram(r):

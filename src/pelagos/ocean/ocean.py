@@ -94,7 +94,13 @@ class Ocean:
         `copy` says which copy of the fleet each position is in; without it they are those of all copies in turn.
         """
         if self.own is not None:
-            return jit.Array3f64(self.own if copy is None else dr.gather(jit.Array3f64, self.own, copy))
+            copies = dr.width(self.own)
+            if copy is None and dr.width(position) == copies:
+                return jit.Array3f64(self.own)
+            row = (
+                dr.arange(jit.UInt32, dr.width(position)) if copy is None else copy
+            )  # of several vehicles, each by copy
+            return dr.gather(jit.Array3f64, self.own, row % copies)
         return total_current(self.currents, position, t)
 
     def temperature(self, position: Array, t: Array) -> Array:

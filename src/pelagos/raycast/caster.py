@@ -61,7 +61,8 @@ class Caster:
             t = dr.select(nearer, found.t + travelled, t)
             normal = dr.select(nearer, rotate(attitude, sides[0]), normal)
             shading = dr.select(nearer, rotate(attitude, sides[1]), shading) if smooth else normal
-            thing = dr.select(nearer, dr.gather(jit.UInt32, tables.moving.thing, face, nearer), thing)
+            part = dr.gather(jit.UInt32, tables.moving.thing, face, nearer)
+            thing = dr.select(nearer, part + dr.gather(jit.UInt32, tables.moving_thing, body, nearer), thing)
             row, on_body = dr.select(nearer, body, row), nearer
         return _hits(tables, rays, t, normal, shading, thing, row, on_body)
 
@@ -121,8 +122,14 @@ def first_static(
 
 def _among_bodies(local: Array, tables: HitTables, rays: Rays) -> Array:
     """Starts of rays in the moving scene: beside their own copy, and as seen from bodies that have drifted."""
-    start = local + dr.gather(jit.Array3f, tables.copy_offset, rays.copy)
+    start = local + dr.gather(jit.Array3f, tables.copy_offset, _copy(tables, rays))
     return start if rays.drift is None else start - rays.drift
+
+
+def _copy(tables: HitTables, rays: Rays) -> Array:
+    """The copy that each ray belongs to: rows of a batch go vehicle by vehicle, and copy by copy within."""
+    copies = dr.width(tables.copy_offset)
+    return rays.copy % copies if copies > 1 else jit.UInt32(0)
 
 
 def _first_foreign(
@@ -142,7 +149,7 @@ def _first_foreign(
         return found, travelled, _row(tables, found)
 
     def passed(found: Any, travelled: Array, body: Array, own: Array) -> Array:
-        elsewhere = body % copies != rays.copy  # rows are bodies by copies
+        elsewhere = body % copies != rays.copy % copies  # rows are bodies by copies
         return found.is_valid() & (elsewhere | ((body == rays.own) & (own < _OWN_SURFACES)))
 
     def on(found: Any, travelled: Array, body: Array, own: Array) -> tuple[Any, Array, Array, Array]:
@@ -180,7 +187,7 @@ def _hits(
     reach = dr.select(valid, t, 0)
     position = dr.select(valid, rays.origin + jit.Array3f64(rays.direction) * jit.Float64(reach), 0)
     moves = on_body & valid
-    arm = jit.Array3f(position - tables.origin) + dr.gather(jit.Array3f, tables.copy_offset, rays.copy, moves)
+    arm = jit.Array3f(position - tables.origin) + dr.gather(jit.Array3f, tables.copy_offset, _copy(tables, rays), moves)
     arm -= dr.gather(jit.Array3f, tables.body_position, row, moves)
     if rays.drift is not None:
         arm -= rays.drift

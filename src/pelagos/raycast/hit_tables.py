@@ -21,6 +21,7 @@ class HitTables:
         static_turn: `Array4f`, by static row, model to world, w first.
         static_thing: `UInt32`, by static row, what the copy adds to the object rows of its model.
         label, instance, material: `UInt32`, by object.
+        moving_thing: `UInt32`, by moving row, what the body adds to the object rows of its mesh.
         copy_offset: `Array3f`, by copy [m].
         body_position: `Array3f`, by moving row, relative to `origin`, offset of the copy included [m].
         body_attitude: `Array4f`, by moving row, body to world, w first.
@@ -34,6 +35,7 @@ class HitTables:
     moving_row: Array
     static_first: Array
     moving_first: Array
+    moving_thing: Array
     static: Faces
     models: Faces
     moving: Faces

@@ -41,3 +41,8 @@ class Objects:
         self.instance += [instance] * len(materials)
         self.material += list(materials)
         return np.arange(start, len(self.label), dtype=np.uint32)
+
+    def cut(self, count: int) -> None:
+        """Forget all but the first `count` rows."""
+        for rows in (self.label, self.instance, self.material):
+            del rows[count:]

@@ -14,7 +14,8 @@ class Rays:
         origin: `Array3f64`, world [m] (double, so that a large world keeps millimetres).
         direction: `Array3f`, unit vectors.
         max_range: `Float` [m].
-        copy: `UInt32`, the row of the fleet axis that each ray belongs to.
+        copy: `UInt32`, the row of the fleet axis that each ray belongs to; of several vehicles, the copy is
+            this row modulo the copies.
         own: `UInt32`, row of the moving-body table that a ray passes through (its own hull), `NO_BODY` for none.
         drift: `Array3f`, how far bodies have moved since the moving scene was brought up to date, when the ray meets
             them [m]: for rays within one exposure. None where they stand where the scene has them.

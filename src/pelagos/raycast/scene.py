@@ -82,13 +82,14 @@ class Scene:
         if len(static) or ground is not None:
             self._load_static()
         self._objects = objects
+        self._fixed_objects = len(objects.label)
         self._bodies: list[Geometry] = []
         self._body_copy = np.zeros(0, dtype=np.int64)
         self.holder: object = None
         self.reading = False
         self.moving: Any = None
         self._parameters: Any = None
-        self._refresh_tables(moving_first=[], moving=[])
+        self._refresh_tables(moving_first=[], moving=[], moving_thing=[])
         if ground is not None:
             self._exchange_ground()  # from now on all its arrays are our own: frozen functions see exchanges
 
@@ -200,26 +201,35 @@ class Scene:
         self._body_copy = np.array([c for _, c in bodies], dtype=np.int64)
         groups: dict[str, Any] = {}
         instances: dict[str, Any] = {}
-        starts: dict[int, int] = {}
+        meshes: dict[tuple[int, int], tuple[str, int, list[int]]] = {}
+        things: dict[int, int] = {}
         faces: list[Faces] = []
         first: list[int] = []
+        thing: list[int] = []
         total = 0
+        self._objects.cut(self._fixed_objects)
         for row, (geometry, _) in enumerate(bodies):
-            key = id(geometry)
-            if key not in starts:
-                mesh, made = mesh_of(f"group{key}", [geometry], np.zeros(3))
-                groups[f"group{key}"] = {"type": "shapegroup", "mesh": mesh}
-                starts[key] = total
-                made.thing = jit.own(jit.UInt32, self._objects.rows(geometry))
+            key = id(geometry.vertices), id(geometry.material)  # hulls of one kind share these
+            if key not in meshes:
+                name = f"group{len(meshes)}"
+                mesh, made = mesh_of(name, [geometry], np.zeros(3))
+                groups[name] = {"type": "shapegroup", "mesh": mesh}
+                materials, part = np.unique(geometry.face_materials, return_inverse=True)
+                made.thing = jit.own(jit.UInt32, part.astype(np.uint32))
                 faces.append(made)
+                meshes[key] = name, total, materials.tolist()
                 total += len(geometry.faces)
-            first.append(starts[key])
-            instances[f"body{row}"] = {"type": "instance", "group": {"type": "ref", "id": f"group{key}"}}
+            name, start, rows = meshes[key]
+            if id(geometry) not in things:
+                things[id(geometry)] = int(self._objects.add(geometry.label, geometry.instance, rows)[0])
+            first.append(start)
+            thing.append(things[id(geometry)])
+            instances[f"body{row}"] = {"type": "instance", "group": {"type": "ref", "id": name}}
         # in this order, so that shapes follow rows
         description = {"type": "scene", **watertight(), **groups, **instances}
         self.moving = jit.mi.load_dict(description, parallel=False, optimize=False) if bodies else None
         self._parameters = jit.mi.traverse(self.moving) if bodies else None
-        self._refresh_tables(moving_first=first, moving=faces)
+        self._refresh_tables(moving_first=first, moving=faces, moving_thing=thing)
 
     def rename(self, first_environment: int) -> None:
         """The copies are other environments from now on."""
@@ -292,7 +302,7 @@ class Scene:
 
         return call
 
-    def _refresh_tables(self, *, moving_first: list[int], moving: list[Faces]) -> None:
+    def _refresh_tables(self, *, moving_first: list[int], moving: list[Faces], moving_thing: list[int]) -> None:
         u32 = jit.UInt32
         rows = max(len(moving_first), 1)
         zero = _array3f(np.zeros((rows, 3)))
@@ -307,6 +317,7 @@ class Scene:
             moving_row=jit.own(u32, moving_row),
             static_first=jit.own(u32, _table([*self._first_faces(), *self._copies.first])),
             moving_first=jit.own(u32, _table(moving_first)),
+            moving_thing=jit.own(u32, _table(moving_thing)),
             static=self._static_tables(),
             models=self._copies.faces,
             moving=joined(moving),

@@ -85,7 +85,8 @@ class Mission:
     def config(self, sensor: str) -> dict[str, Any]:
         """The resolved configuration of a sensor."""
         agents = self.scenario.get("agents", {})
-        found: dict[str, Any] = agents.get(self.name, {}).get("sensors", {}).get(sensor, {})
+        entry = agents.get(self.name, agents.get(self.name.rpartition("_")[0], {}))  # a member of a group: auv_3
+        found: dict[str, Any] = entry.get("sensors", {}).get(sensor, {})
         return found
 
     def channels(self, sensor_type: str, message_type: str) -> list[Channel]:

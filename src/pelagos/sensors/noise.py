@@ -3,7 +3,8 @@
 The key is a hash of (seed, "agent.sensor", purpose); the counter is (index in the sample, environment, tick, kind),
 where environment names the copy's episode, and ticks count from its beginning.
 So a reading has the same noise whether the run goes tick by tick or in blocks, alone or as one of thousands of
-copies, and a new sensor changes nobody else's noise.
+copies, and a new sensor changes nobody else's noise. Sensors of many vehicles that read in one call keep the streams
+of their own names: there the key is a table, and the lane's `environment` the row of it.
 
 White noise of density N [unit/sqrt(Hz)] has the standard deviation N sqrt(rate) in each sample. Slow noise (bias
 instability, random walk) depends on time, not on the tick, and is built without history: the midpoint of a Gaussian
@@ -21,9 +22,10 @@ from __future__ import annotations
 import hashlib
 import math
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Final, TypeAlias
+from typing import TYPE_CHECKING, Any, Final, Self, TypeAlias
 
 import drjit as dr
+import numpy as np
 
 from pelagos import jit
 from pelagos.jit import Array
@@ -32,7 +34,7 @@ from pelagos.math.philox import normal_pair64, philox
 if TYPE_CHECKING:
     from pelagos.sensors.sensor import Kinematics
 
-Key: TypeAlias = "tuple[int, int] | tuple[Array, Array]"
+Key: TypeAlias = "tuple[int, int] | tuple[Array, Array] | KeyTable"
 
 _SAMPLE: Final = 0  # last word of the counter: what kind of number it is
 _ELEMENT: Final = 1
@@ -49,31 +51,94 @@ _WALK_STEP_NS: Final = 4_000_000_000  # finest values of a random walk
 _WALK_LEVELS: Final = 14  # from spans of 2^14 * 4 s = 18 h
 
 
-def stream_key(seed: int, path: str, purpose: str) -> tuple[int, int]:
-    """Two 32-bit words that name a random stream: seed of the run, "agent.sensor", and what the numbers are for."""
+class BatchPath(str):
+    """The path of a sensor that many vehicles carry alike and that reads for all of them: the first one's.
+
+    Attributes:
+        members: "agent.sensor" of each vehicle.
+        environments: index of each copy of the fleet; rows go vehicle by vehicle, and copy by copy within.
+        tables: those that were made of it; where copies begin new episodes, their environments are exchanged.
+    """
+
+    members: tuple[str, ...]
+    environments: range
+    tables: list[KeyTable]
+
+    @classmethod
+    def of(cls, members: tuple[str, ...], environments: range, tables: list[KeyTable] | None = None) -> Self:
+        """That of these sensors in these copies."""
+        path = cls(members[0])
+        path.members, path.environments, path.tables = members, environments, [] if tables is None else tables
+        return path
+
+
+@jit.struct
+class KeyTable:
+    """Keys of many streams, by row: a Dr.Jit struct.
+
+    Attributes:
+        first, second: `UInt32`, the words of each row's key.
+        environment: `UInt32`, index of the copy that each row belongs to.
+    """
+
+    first: Array
+    second: Array
+    environment: Array
+
+
+def part_path(path: str, name: str) -> str:
+    """The path of a part of a sensor, which draws noise of its own."""
+    if isinstance(path, BatchPath):
+        return BatchPath.of(tuple(f"{member}.{name}" for member in path.members), path.environments, path.tables)
+    return f"{path}.{name}"
+
+
+def stream_key(seed: int, path: str, purpose: str) -> Any:
+    """Two 32-bit words that name a random stream: seed of the run, "agent.sensor", and what the numbers are for.
+
+    Of a `BatchPath`, a `KeyTable`.
+    """
+    if isinstance(path, BatchPath):
+        words = np.array([stream_key(seed, str(member), purpose) for member in path.members], dtype=np.uint32)
+        first, second = np.repeat(words, len(path.environments), axis=0).T
+        copies = np.tile(np.array(path.environments, dtype=np.uint32), len(path.members))
+        made = KeyTable(*(jit.own(jit.UInt32, np.ascontiguousarray(words)) for words in (first, second, copies)))
+        path.tables.append(made)
+        return made
     text = f"{int(seed)}\x1f{path}\x1f{purpose}".encode()
     digest = hashlib.blake2b(text, digest_size=8, person=b"pelagos").digest()
     return int.from_bytes(digest[:4], "little"), int.from_bytes(digest[4:], "little")
 
 
-def opaque_key(key: tuple[int, int]) -> tuple[Array, Array]:
-    """The key as `UInt32` arguments of a frozen function, so that another seed is not another kernel."""
+def opaque_key(key: Any) -> Any:
+    """The key as arguments of a frozen function (two `UInt32`, or a `KeyTable`): another seed is no other kernel."""
+    if isinstance(key, KeyTable):
+        return key
     return dr.opaque(jit.UInt32, key[0]), dr.opaque(jit.UInt32, key[1])
+
+
+def lane_stream(key: Key, environment: Array) -> tuple[tuple[Array, Array], Array]:
+    """Key and environment of lanes, looked up where the key is a table and `environment` its row."""
+    if not isinstance(key, KeyTable):
+        return key, environment
+    first, second = (dr.gather(jit.UInt32, words, environment) for words in (key.first, key.second))
+    return (first, second), dr.gather(jit.UInt32, key.environment, environment)
 
 
 def normals64(key: Key, motion: Kinematics, count: int) -> list[Array]:
     """`count` independent standard normal `Float64` for every lane of `motion`, new ones each tick."""
-    return _normals64(key, motion.environment, motion.tick, count, _SAMPLE)
+    return _normals64(*lane_stream(key, motion.environment), motion.tick, count, _SAMPLE)
 
 
 def constants64(key: Key, motion: Kinematics, count: int) -> list[Array]:
     """`count` independent standard normal `Float64` for every lane of `motion`, the same at all times of one copy."""
-    return _normals64(key, motion.environment, jit.UInt32(0), count, _CONSTANT)
+    return _normals64(*lane_stream(key, motion.environment), jit.UInt32(0), count, _CONSTANT)
 
 
 def words32(key: Key, index: Array, environment: Array, tick: Array) -> tuple[Array, Array, Array, Array]:
     """Four random `UInt32` for element `index` (pixel, bin, ray) of the sample of `environment` at `tick`."""
-    return philox((index, environment, tick, jit.UInt32(_ELEMENT)), key)
+    words, environment = lane_stream(key, environment)
+    return philox((index, environment, tick, jit.UInt32(_ELEMENT)), words)
 
 
 def gauss_markov(key: Key, motion: Kinematics, count: int, *, correlation_time: float) -> list[Array]:
@@ -92,14 +157,15 @@ def gauss_markov(key: Key, motion: Kinematics, count: int, *, correlation_time: 
     knot, fraction = _knot(_age(motion), step_ns)
     top = knot >> _MARKOV_LEVELS << _MARKOV_LEVELS
     span = 1 << _MARKOV_LEVELS
-    low = _normals64(key, motion.environment, top, count, _MARKOV)
-    high = _normals64(key, motion.environment, top + span, count, _MARKOV)
+    words, environment = lane_stream(key, motion.environment)
+    low = _normals64(words, environment, top, count, _MARKOV)
+    high = _normals64(words, environment, top + span, count, _MARKOV)
 
     def midpoint(width: Array) -> tuple[Array, Array]:
         rho = dr.exp(width * (-0.5 / _FINEST))
         return rho / (1 + rho * rho), dr.sqrt((1 - rho * rho) / (1 + rho * rho))
 
-    low, high = _bisect(key, motion.environment, knot, top, span, low, high, midpoint, _MARKOV)
+    low, high = _bisect(words, environment, knot, top, span, low, high, midpoint, _MARKOV)
     return [a + fraction * (b - a) for a, b in zip(low, high, strict=True)]
 
 
@@ -122,9 +188,10 @@ def random_walk(key: Key, motion: Kinematics, count: int) -> list[Array]:
     whole = knot >> _WALK_LEVELS
     step_s = _WALK_STEP_NS * 1e-9
     long_step = math.sqrt(span * step_s)
+    words, environment = lane_stream(key, motion.environment)
 
     def advance(i: Array, *sums: Array) -> tuple[Array, ...]:
-        steps = _normals64(key, motion.environment, (i + 1) << _WALK_LEVELS, count, _WALK)
+        steps = _normals64(words, environment, (i + 1) << _WALK_LEVELS, count, _WALK)
         return i + 1, *(a + long_step * n for a, n in zip(sums, steps, strict=True))
 
     width = dr.width(motion.t_ns)
@@ -137,11 +204,11 @@ def random_walk(key: Key, motion: Kinematics, count: int) -> list[Array]:
         return jit.Float64(0.5), dr.sqrt(cells * (0.25 * step_s))
 
     top = whole << _WALK_LEVELS
-    low, high = _bisect(key, motion.environment, knot, top, span, low, high, midpoint, _WALK)
+    low, high = _bisect(words, environment, knot, top, span, low, high, midpoint, _WALK)
     return [a + fraction * (b - a) for a, b in zip(low, high, strict=True)]
 
 
-def _normals64(key: Key, environment: Array, moment: Array, count: int, kind: int) -> list[Array]:
+def _normals64(key: tuple[Array, Array], environment: Array, moment: Array, count: int, kind: int) -> list[Array]:
     values: list[Array] = []
     for j in range((count + 1) // 2):
         values += normal_pair64(philox((jit.UInt32(j), environment, moment, jit.UInt32(kind)), key))
@@ -160,7 +227,7 @@ def _knot(t_ns: Array, step_ns: int) -> tuple[Array, Array]:
 
 
 def _bisect(
-    key: Key,
+    key: tuple[Array, Array],
     environment: Array,
     knot: Array,
     first: Array,

@@ -67,8 +67,9 @@ class Kinematics:
         t_ns: `UInt64`, simulation time [ns].
         tick: `UInt32`, ticks since the copy's episode began; without partial resets t_ns / dt_ns.
         environment: `UInt32`, names the random streams of the copy's episode; in the first episode the index of the
-            copy, counted from the run's first environment.
-        copy: `UInt32`, row of the fleet axis, 0 .. n-1.
+            copy, counted from the run's first environment. Where one sensor reads for several vehicles, the row of its
+            key tables (see `noise.KeyTable`), which is `copy`.
+        copy: `UInt32`, row of the fleet axis, 0 .. n-1; of several vehicles vehicle * n + copy.
         age_ns: `UInt64`, time since the episode began [ns]; None: as t_ns.
     """
 
@@ -245,6 +246,7 @@ class Sensor(Protocol):
 
     `SEES_SCENE = False`: the sensor casts no rays, so up to one second of motion is passed in one call. `WAITS = True`:
     the sensor casts rays but may also be batched, if nothing in the scene moves and no mission uses it.
+    `ASKS_SCENE = False`: it is asked at its own tick, but nothing has to be moved in the scene for it.
     """
 
     Config: ClassVar[type[SensorConfig]]

@@ -14,7 +14,8 @@ from pelagos.errors import CommandError
 from pelagos.math.so3 import rotate_np
 from pelagos.raycast.geometry import Geometry
 from pelagos.raycast.scene import Scene
-from pelagos.sim.state import AgentState
+from pelagos.sim.state import States
+from pelagos.sim.trajectory import CHANNELS
 
 BLOCK_S = 1.0  # the step loop asks at least this often whether anything is near
 _LEVEL = (1.0, 0.0, 0.0, 0.0)
@@ -91,8 +92,7 @@ class Bodies:
     def __init__(self, scene: Scene, hulls: Mapping[str, Geometry], *, n: int, first_instance: int) -> None:
         self._scene = scene
         self._n = n
-        self._radii: dict[int, float] = {}
-        self._boxes: dict[int, tuple[NDArray[np.float64], NDArray[np.float64]]] = {}
+        self._all_hulls = dict(hulls)
         self._first_instance = self._next_instance = first_instance
         self.spawned = 0
         shown = len(hulls) > 1
@@ -112,7 +112,6 @@ class Bodies:
         made = copy.copy(self)
         made.bodies = [replace(b, _bodies=made) for b in self.bodies]
         made.script, made._ground = None, self._of_ground()
-        made._radii, made._boxes = {}, {}
         return made
 
     def memory(self) -> dict[str, Any]:
@@ -236,77 +235,31 @@ class Bodies:
         if self.script is not None:
             self.script(tick)
 
-    def place(self, agents: Mapping[str, AgentState]) -> None:
+    def place(self, agents: States) -> None:
         """Bring the moving scene up to date, where anything changed, and a streamed ground to where the agents are."""
         self._hold()
-        if agents:
-            self._scene.follow(np.concatenate([s.position for s in agents.values()]))
+        if len(agents) and self._scene.streamed:
+            self._scene.follow(agents.motion[:, 0:3])
         self.show(agents)
 
-    def show(self, agents: Mapping[str, AgentState]) -> None:
+    def show(self, agents: States) -> None:
         """Bring the moving scene alone up to date."""
         self._hold()
         if not self.any or not (self.changed or self.hulls):
             return
-        states = [agents[name] for name in self.hulls]
-        spins = [rotate_np(s.attitude, s.angular_velocity) for s in states]
-        speeds = [rotate_np(s.attitude, s.velocity) for s in states]
-        b = self.bodies
+        motion, b = agents.motion if self.hulls else np.zeros((0, CHANNELS)), self.bodies
+        q = motion[:, 3:7]
         self._scene.move(
-            np.concatenate([s.position for s in states] + [x.position for x in b]),
-            np.concatenate([s.attitude for s in states] + [x.attitude for x in b]),
-            np.concatenate(speeds + [x.velocity for x in b]),
-            np.concatenate(spins + [x.angular_velocity for x in b]),
+            np.concatenate([motion[:, 0:3], *(x.position for x in b)]),
+            np.concatenate([q, *(x.attitude for x in b)]),
+            np.concatenate([rotate_np(q, motion[:, 7:10]), *(x.velocity for x in b)]),
+            np.concatenate([rotate_np(q, motion[:, 10:13]), *(x.angular_velocity for x in b)]),
         )
         self.changed = False
 
-    def near(
-        self,
-        position: NDArray[np.float64],
-        margin: NDArray[np.float64],
-        *,
-        agent: str,
-        agents: Mapping[str, AgentState],
-        now: bool = False,
-    ) -> bool:
-        """Whether the bounding sphere of anything that moves is within `margin` `(n,)` of `position` `(n, 3)`.
-
-        A body on a scripted path counts as near where it may come within `BLOCK_S`. With `now`, boxes about the bodies
-        are asked where they stand at present: what passes beside a long ship is not near it.
-        """
-        if now:
-            hulls = [(agents[o].position, g) for o, g in self.hulls.items() if o != agent]
-            near = [self._away(position, b.position, b.attitude, b.geometry) < margin for b in self.bodies]
-            near += [np.linalg.norm(position - at, axis=1) < margin + self._radius(g) for at, g in hulls]
-            return any(bool(n.any()) for n in near)
-        others = [(agents[o].position, g, 0.0) for o, g in self.hulls.items() if o != agent]
-        others += [(b.position, b.geometry, BLOCK_S * (b.fastest_mps or 0.0)) for b in self.bodies]
-        for centre, geometry, way in others:
-            if (np.linalg.norm(position - centre, axis=1) < margin + way + self._radius(geometry)).any():
-                return True
-        return False
-
-    def _away(
-        self, p: NDArray[np.float64], at: NDArray[np.float64], q: NDArray[np.float64], geometry: Geometry
-    ) -> NDArray[np.float64]:
-        """`(n,)` distance of places from the box that holds a geometry [m]."""
-        if id(geometry) not in self._boxes:
-            self._boxes[id(geometry)] = geometry.vertices.min(axis=0), geometry.vertices.max(axis=0)
-        low, high = self._boxes[id(geometry)]
-        local = rotate_np(q * [1.0, -1.0, -1.0, -1.0], p - at)
-        return np.asarray(np.linalg.norm(np.maximum(np.maximum(low - local, local - high), 0.0), axis=1))
-
-    def _radius(self, geometry: Geometry) -> float:
-        """Radius about its own origin that holds a geometry [m]."""
-        if id(geometry) not in self._radii:
-            self._radii[id(geometry)] = float(np.linalg.norm(geometry.vertices, axis=1).max())
-        return self._radii[id(geometry)]
-
-    def own_rows(self, agent: str) -> NDArray[np.uint32] | None:
-        """`(n,)` rows of the agent's own hull, None where it is not in the moving scene."""
-        if agent not in self.hulls:
-            return None
-        return hull_rows(list(self.hulls).index(agent), self._n)
+    def hull_of(self, agent: str) -> Geometry:
+        """The hull of an agent, in its own frame, whether or not it stands in the moving scene."""
+        return self._all_hulls[agent]
 
     def _rows(self) -> list[tuple[Geometry, int]]:
         """What stands in the moving scene, and in which copy."""
@@ -319,8 +272,6 @@ class Bodies:
         geometries = self._rows()
         if geometries or self._scene.moving is not None:
             self._scene.set_moving(geometries)
-        self._radii.clear()
-        self._boxes.clear()  # an identity may be given to another geometry
         self.changed = True
 
 

@@ -90,6 +90,8 @@ class Changes(Lives):
         agent, _, name = path.partition(".")
         if agent not in self.model.agents:
             raise CommandError(str(LookupFailed("agent", agent, self.model.agents)))
+        if agent not in self.model.scenario.agents:
+            raise CommandError(f"{agent} is a member of a group; what it carries is set in the scenario's 'overrides'")
         known = self.model.agents[agent].sensors
         if name == LAMP and name not in known:
             self._change(self._switched(agent, **keys))
@@ -119,7 +121,7 @@ class Changes(Lives):
         for _, agent, _, sensor, _ in (key.split(".", 4) for key in overrides):
             sensors = {**agents[agent].sensors, sensor: checked[agent].sensors[sensor]}
             agents[agent] = agents[agent].model_copy(update={"sensors": sensors})
-        scenario = self.model.scenario.model_copy(update={"agents": agents})
+        scenario = self.model.scenario.with_agents(agents)
         self.exchange(with_changes(self.model, scenario, self._encounters, seed=self.seed))
 
     @property

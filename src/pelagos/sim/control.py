@@ -20,7 +20,7 @@ def first_mode(scenario: Scenario, name: str, vehicle: Vehicle) -> str:
         ScenarioError: the vehicle has no such mode, a mission cannot steer by it, or the scenario's command has other
             channels.
     """
-    agent = scenario.agents[name]
+    agent = scenario.members[name]
     mode, allowed = agent.control or vehicle.default_mode, vehicle.modes
     if agent.mission:
         mode, allowed = _steered(scenario, name, vehicle), steered_modes(vehicle)
@@ -58,7 +58,7 @@ def family_of(vehicle: Vehicle, mode: str) -> Family:
 
 
 def _steered(scenario: Scenario, name: str, vehicle: Vehicle) -> str:
-    agent, modes = scenario.agents[name], steered_modes(vehicle)
+    agent, modes = scenario.members[name], steered_modes(vehicle)
     if not modes:
         raise ScenarioError(
             f"{agent.vehicle.type} cannot follow a mission: none of its modes {', '.join(vehicle.modes)} has the "

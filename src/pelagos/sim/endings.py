@@ -16,10 +16,12 @@ from numpy.typing import NDArray
 
 from pelagos import jit
 from pelagos.errors import EndedWarning
+from pelagos.sim.batch import Batch
+from pelagos.sim.batch_run import BatchRun
 from pelagos.sim.episodes import Episodes
-from pelagos.sim.model import AgentModel, Model
+from pelagos.sim.model import Model
 from pelagos.sim.not_finite import NotFinite
-from pelagos.sim.state import AgentRun, mixed
+from pelagos.sim.state import mixed
 from pelagos.sim.trajectory import Trajectory
 
 FARTHEST_M: Final = 1e9  # from there no vehicle comes back: it will not be finite soon
@@ -31,7 +33,7 @@ class Endings:
     def __init__(self, model: Model, episodes: Episodes) -> None:
         self._model, self._episodes = model, episodes
 
-    def watch(self, agent: AgentModel, run: AgentRun, trajectory: Trajectory) -> Trajectory:
+    def watch(self, batch: Batch, run: BatchRun, trajectory: Trajectory) -> Trajectory:
         """The trajectory of a block, with the copies that have ended held at their beginning, and in `run` too, whose
         row becomes that of the block's end.
 
@@ -47,22 +49,23 @@ class Endings:
             return trajectory
         motion = trajectory.numpy()
         if not sound:
-            self._end(agent, run, trajectory.first_tick, motion)
-        over = self._episodes.over
+            self._end(batch, run, trajectory.first_tick, motion)
+        over = np.tile(self._episodes.over, len(batch.members))
         run.vehicle = mixed(run.vehicle, run.begin_vehicle, over)
         held = np.where(over[None, :, None], run.begin_row[None], motion)
         run.row = held[-1]
         return Trajectory(jit.own(jit.Float64, held), trajectory.n, trajectory.ticks, trajectory.first_tick)
 
-    def _end(self, agent: AgentModel, run: AgentRun, first: int, motion: NDArray[np.float64]) -> None:
-        bad = ~(np.isfinite(motion).all(axis=2) & (np.abs(motion[..., 0:3]) <= FARTHEST_M).all(axis=2))  # (ticks, n)
-        bad &= ~self._episodes.over
-        copies = np.flatnonzero(bad.any(axis=0))
-        if not len(copies):
+    def _end(self, batch: Batch, run: BatchRun, first: int, motion: NDArray[np.float64]) -> None:
+        bad = ~(np.isfinite(motion).all(axis=2) & (np.abs(motion[..., 0:3]) <= FARTHEST_M).all(axis=2))  # (ticks, rows)
+        bad &= ~np.tile(self._episodes.over, len(batch.members))
+        rows = np.flatnonzero(bad.any(axis=0))
+        if not len(rows):
             return
-        ticks = bad[:, copies].argmax(axis=0)
-        self._episodes.end(copies, first + ticks)
-        errors = [self._error(agent, run, int(c), first, int(k), motion) for c, k in zip(copies, ticks, strict=True)]
+        ticks = bad[:, rows].argmax(axis=0)
+        for row, tick in zip(rows.tolist(), ticks.tolist(), strict=True):
+            self._episodes.end(np.array([row % batch.n]), np.array([first + tick]))
+        errors = [self._error(batch, run, int(r), first, int(k), motion) for r, k in zip(rows, ticks, strict=True)]
         if self._episodes.over.all():
             raise errors[0]
         for error in errors[:1]:
@@ -70,9 +73,10 @@ class Endings:
             warnings.warn(f"its episode has ended: {error}{more}", EndedWarning, stacklevel=2)
 
     def _error(
-        self, agent: AgentModel, run: AgentRun, copy: int, first: int, k: int, motion: NDArray[np.float64]
+        self, batch: Batch, run: BatchRun, row: int, first: int, k: int, motion: NDArray[np.float64]
     ) -> NotFinite:
         t_s = (first + k) * self._model.clock.dt_ns * 1e-9
-        last = motion[k - 1, copy] if k else run.row[copy]
+        last = motion[k - 1, row] if k else run.row[row]
         lacking = self._model.ocean.uncovered(jit.Array3f64(*(float(v) for v in last[:3])), jit.Float64(t_s))
-        return NotFinite(agent, copy, t_s, last, run.command_values[copy], lacking)
+        agent = self._model.agents[batch.members[row // batch.n]]
+        return NotFinite(agent, row % batch.n, t_s, last, run.command_of(row), lacking)

@@ -37,7 +37,16 @@ def start_states(model: Model) -> dict[str, StartState]:
     Raises:
         ScenarioError: an agent starts outside the world, inside the seabed, or inside something that stands there.
     """
-    return {name: _start(agent, model) for name, agent in model.agents.items()}
+    places = {
+        name: _position(agent.config.start, model.world, model.scenario.where("agents", name, "start"))
+        for name, agent in model.agents.items()
+    }
+    found = {}
+    for batch in model.batches.values():
+        near = model.world.near(np.array([places[name] for name in batch.members]), batch.vehicle.bounding_radius_m)
+        for name, close in zip(batch.members, near.tolist(), strict=True):
+            found[name] = _start(model.agents[name], model, places[name], close=close)
+    return {name: found[name] for name in model.agents}
 
 
 def starts(
@@ -73,13 +82,13 @@ def _spread(values: object, where: NDArray[np.bool_], what: str, quantity: str) 
     return unit_rows(values, n, what) if quantity == "attitude" else rows(values, n, _QUANTITIES[quantity], what)
 
 
-def _start(agent: AgentModel, model: Model) -> StartState:
+def _start(agent: AgentModel, model: Model, position: NDArray[np.float64], *, close: bool) -> StartState:
+    """`close` says that something may be within reach."""
     start = agent.config.start
     where = model.scenario.where("agents", agent.name, "start")
-    position = _position(start, model.world, where)
     angles = (math.radians(a) for a in (start.roll_deg, start.pitch_deg, start.heading_deg))
     attitude = flip_quaternion_np(np.array([float(c) for c in from_euler(*angles)]))
-    why = model.world.inside(position[None]) or _touched(agent, model.world, position, attitude)
+    why = (model.world.inside(position[None]) or _touched(agent, model.world, position, attitude)) if close else None
     if why is not None:
         raise ScenarioError(f"{agent.name} cannot start here: {why}", where=where)
     n = model.n

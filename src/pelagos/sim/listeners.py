@@ -95,14 +95,27 @@ class Listeners:
         if self._told >= tick:
             return
         self._told = tick
-        for one in sampled:
-            if (one.agent, one.model.name) in self.sensors:
-                for reading in one.readings(sim.n, sim.dt_ns):
-                    for listener in self._of(f"{one.agent}.{one.model.name}"):
-                        _call(listener, reading, tick * sim.dt_ns)
+        for name, one in self._heard(sim, sampled):
+            for reading in one.readings(sim.n, sim.dt_ns):
+                for listener in self._of(name):
+                    _call(listener, reading, tick * sim.dt_ns)
         for listener in self._of("tick"):
             if tick % listener.period == 0:
                 _call(listener, sim, tick * sim.dt_ns)
+
+    def _heard(self, sim: Simulation, sampled: Sequence[Sampled]) -> list[tuple[str, Sampled]]:
+        """What is listened to, "agent.sensor" and its readings, in the scenario's order."""
+        if not self.sensors:
+            return []
+        found = {
+            (agent, one.model.name): one.of(member, sim.n)
+            for one in sampled
+            for member, agent in enumerate(one.members)
+            if (agent, one.model.name) in self.sensors
+        }
+        agents = {name: place for place, name in enumerate(sim.model.agents)}
+        order = sorted(found, key=lambda key: agents[key[0]])
+        return [(f"{agent}.{sensor}", found[agent, sensor]) for agent, sensor in order]
 
     def _of(self, what: str) -> list[Subscription]:
         return [s for s in self._all if s.what == what]

@@ -11,6 +11,7 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
+from pelagos.sim.batch import SensorModel
 from pelagos.sim.control import family_of
 from pelagos.sim.guidance.aboard import Aboard, Fix
 from pelagos.sim.guidance.follow import FollowAgent, FollowWall
@@ -185,10 +186,15 @@ class Missions:
 
     def hear(self, sampled: Sampled) -> None:
         """Keep what guidance and navigation need of a sensor's readings."""
-        name = sampled.model.name
-        if sampled.agent in self.navigators and name in self.navigators[sampled.agent].listens:
-            self.navigators[sampled.agent].hear(sampled)
-        feedback, kind = self.feedback[sampled.agent], sampled.model.config.type
+        if len(sampled.members) > 1:
+            for member, agent in enumerate(sampled.members):
+                if self._listens(agent, sampled.model):
+                    self.hear(sampled.of(member, self._model.n))
+            return
+        name, agent = sampled.model.name, sampled.members[0]
+        if agent in self.navigators and name in self.navigators[agent].listens:
+            self.navigators[agent].hear(sampled)
+        feedback, kind = self.feedback[agent], sampled.model.config.type
         if name in feedback.down:
             found = _newest(sampled, "" if kind == "altimeter" else "altitude", self._model.n)[:, 0]
             feedback.altitude = np.where(np.isfinite(found), found, np.inf)
@@ -196,6 +202,13 @@ class Missions:
             feedback.gps |= sampled.measurement.valid.reshape(-1, self._model.n).any(axis=0)
         for key in feedback.keys.get(name, ()):
             feedback.readings[key] = _newest(sampled, key.partition(".")[2], self._model.n)
+
+    def _listens(self, agent: str, sensor: SensorModel) -> bool:
+        """Whether readings of an agent's sensor are kept."""
+        feedback, name = self.feedback[agent], sensor.name
+        if name in feedback.down or name in feedback.keys or sensor.config.type == "gps":
+            return True
+        return agent in self.navigators and name in self.navigators[agent].listens
 
     def _known(self, name: str, state: AgentState | None) -> Any:
         navigator = self.navigators.get(name)

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from pelagos.config import registry
 from pelagos.config.agent import Agent
 from pelagos.config.scenario import Scenario
+from pelagos.config.swarm import member_names
 from pelagos.errors import LookupFailed, ScenarioError, WorldError
 from pelagos.ocean.config import build_ocean
 from pelagos.ocean.ocean import Ocean
@@ -19,11 +20,13 @@ from pelagos.raycast.rays import NO_BODY
 from pelagos.raycast.scene import Scene
 from pelagos.sensors.comms.link.medium import Medium
 from pelagos.sensors.navigation.collision import Blows
+from pelagos.sensors.noise import BatchPath, KeyTable
 from pelagos.sensors.schedule import period_ticks
-from pelagos.sensors.sensor import Sensor, SensorConfig, SensorContext
+from pelagos.sensors.sensor import SensorContext
 from pelagos.sensors.sonar.keys.ping_keys import PingConfig
 from pelagos.sensors.sonar.multibeam import MultibeamConfig
 from pelagos.sensors.sonar.ping.interference import Neighbours
+from pelagos.sim.batch import Batch, SensorModel, alike
 from pelagos.sim.bodies import hull_rows
 from pelagos.sim.clock import Clock
 from pelagos.sim.control import family_of, first_mode
@@ -37,48 +40,42 @@ from pelagos.world.world import World
 
 
 @dataclass(frozen=True)
-class SensorModel:
-    """A built sensor and its place in the schedule.
-
-    Attributes:
-        name: as in the scenario.
-        config: its configuration.
-        sensor: what reads.
-        period: ticks between two readings.
-        sees: it casts rays, so it is asked at its own tick, with every body where it is then.
-        waits: its readings are small enough for those of several blocks to be read in one call, where nothing asks for
-            them before and nothing that it sees moves.
-    """
-
-    name: str
-    config: SensorConfig
-    sensor: Sensor
-    period: int
-    sees: bool
-    waits: bool
-
-
-@dataclass(frozen=True)
 class AgentModel:
     """One agent of a scenario.
 
     Attributes:
         name: as in the scenario.
         config: its configuration.
-        vehicle: what moves.
-        mode: control mode at the start.
-        driver: moves it through blocks of ticks.
-        sensors: by name, in the scenario's order.
         tasks: its mission; empty without one.
+        batch: the agents that move with it.
+        member: its place among them.
     """
 
     name: str
     config: Agent
-    vehicle: Vehicle
-    mode: str
-    driver: Driver
-    sensors: Mapping[str, SensorModel]
     tasks: list[Step]
+    batch: Batch
+    member: int
+
+    @property
+    def vehicle(self) -> Vehicle:
+        """What moves."""
+        return self.batch.vehicle
+
+    @property
+    def mode(self) -> str:
+        """Control mode at the start."""
+        return self.batch.mode
+
+    @property
+    def sensors(self) -> Mapping[str, SensorModel]:
+        """By name, in the scenario's order; they read for all rows of its batch."""
+        return self.batch.sensors
+
+    @property
+    def rows(self) -> slice:
+        """Its rows among those of its batch."""
+        return self.batch.rows_of(self.member)
 
 
 @dataclass(frozen=True)
@@ -93,6 +90,7 @@ class Model:
         first_environment: index of the first copy among all environments of a study.
         world, scene, ocean: where.
         agents: by name.
+        batches: those that move and read together, by the name of their first.
     """
 
     scenario: Scenario
@@ -104,6 +102,17 @@ class Model:
     scene: Scene
     ocean: Ocean
     agents: Mapping[str, AgentModel]
+    batches: Mapping[str, Batch]
+
+    @property
+    def groups(self) -> Mapping[str, int]:
+        """The scenario's groups of agents, and how many members each has."""
+        return {name: agent.count for name, agent in self.scenario.agents.items() if agent.count is not None}
+
+    def group(self, name: str) -> list[str] | None:
+        """Names of a group's members; None where there is no such group."""
+        count = self.groups.get(name)
+        return None if count is None else member_names(name, count)
 
 
 def compile_model(
@@ -132,33 +141,70 @@ def compile_model(
     """
     clock = Clock(scenario.tick_rate_hz)
     check_hearing(scenario)
-    vehicles = {
-        name: Vehicle.from_config(config.vehicle) if like is None else like.agents[name].vehicle
-        for name, config in scenario.agents.items()
-    }
+    members = scenario.members
+    vehicles = vehicles_of(scenario) if like is None else {name: a.vehicle for name, a in like.agents.items()}
     modes = {name: first_mode(scenario, name, vehicle) for name, vehicle in vehicles.items()}
+    groups = alike(members, modes)
     world = _world(scenario) if like is None or new_world else like.world
     scene = world.scene(n, first_environment=first_environment) if like is None or new_world else like.scene
     ocean = build_ocean(scenario.ocean, world, seed=seed, duration_s=scenario.duration_s)
-    agents = {}
-    crowded = len(scenario.agents) > 1
-    for index, (name, config) in enumerate(scenario.agents.items()):
-        vehicle = vehicles[name]
-        own = hull_rows(index, n) if crowded else np.full(n, NO_BODY, dtype=np.uint32)
-        context = _Context(
-            seed=seed, clock=clock, scene=scene, world=world, ocean=ocean, own_body=own, agent=name,
-            encounters=encounters,
-        )  # fmt: skip
-        agents[name] = AgentModel(
-            name=name,
-            config=config,
-            vehicle=vehicle,
-            mode=modes[name],
-            driver=Driver(vehicle, n=n, dt_ns=clock.dt_ns) if like is None else like.agents[name].driver,
-            sensors={s: context.build(s, c) for s, c in config.sensors.items()},
-            tasks=_plan(scenario, name, vehicle, modes[name], world),
-        )
-    return Model(scenario, clock, n, seed, first_environment, world, scene, ocean, agents)
+    model = Model(scenario, clock, n, seed, first_environment, world, scene, ocean, {}, {})
+    batches = {}
+    for names in groups:
+        first, vehicle = names[0], vehicles[names[0]]
+        context = _context_of(model, scenario, names, encounters, seed=seed)
+        driver = Driver(vehicle, n=n * len(names), dt_ns=clock.dt_ns) if like is None else _driver(like, names)
+        sensors = {s: context.build(s, c) for s, c in members[first].sensors.items()}
+        batches[first] = Batch(first, tuple(names), n, vehicle, modes[first], driver, sensors, context.streams)
+    place = _places(batches)
+    agents = {
+        name: AgentModel(name, config, _plan(scenario, name, vehicles[name], modes[name], world), *place[name])
+        for name, config in members.items()
+    }
+    return replace(model, agents=agents, batches=batches)
+
+
+def _context_of(
+    model: Model, scenario: Scenario, names: list[str], encounters: Encounters, *, seed: int, ocean: Ocean | None = None
+) -> _Context:
+    """What the sensors of a batch are built with."""
+    order = {name: index for index, name in enumerate(scenario.members)}
+    alone = np.full(model.n, NO_BODY, dtype=np.uint32)
+    own = [hull_rows(order[name], model.n) if len(order) > 1 else alone for name in names]
+    first = model.first_environment
+    return _Context(
+        seed=seed, clock=model.clock, scene=model.scene, world=model.world,
+        ocean=model.ocean if ocean is None else ocean, own_body=np.concatenate(own), agents=tuple(names),
+        environments=range(first, first + model.n), encounters=encounters, streams=[],
+    )  # fmt: skip
+
+
+def _driver(like: Model, names: list[str]) -> Driver:
+    """That of the same agents, recorded already; another where they are others."""
+    before = like.agents[names[0]].batch
+    if before.members == tuple(names):
+        return before.driver
+    return Driver(before.vehicle, n=like.n * len(names), dt_ns=like.clock.dt_ns)
+
+
+def _places(batches: Mapping[str, Batch]) -> dict[str, tuple[Batch, int]]:
+    """Batch and number in it, by agent."""
+    return {name: (batch, i) for batch in batches.values() for i, name in enumerate(batch.members)}
+
+
+def vehicles_of(scenario: Scenario) -> dict[str, Vehicle]:
+    """By agent; those that are configured alike share one."""
+    made: dict[int, Vehicle] = {}
+    known: list[tuple[Any, Vehicle]] = []
+    found = {}
+    for name, agent in scenario.members.items():
+        key = id(agent.vehicle)
+        if key not in made:
+            same = next((vehicle for config, vehicle in known if config == agent.vehicle), None)
+            made[key] = Vehicle.from_config(agent.vehicle) if same is None else same
+            known.append((agent.vehicle, made[key]))
+        found[name] = made[key]
+    return found
 
 
 def with_changes(
@@ -169,20 +215,26 @@ def with_changes(
     Raises:
         InputError: a sensor cannot be built so.
     """
-    agents, crowded = {}, len(scenario.agents) > 1
-    for index, (name, agent) in enumerate(old.agents.items()):
-        own = hull_rows(index, old.n) if crowded else np.full(old.n, NO_BODY, dtype=np.uint32)
-        context = _Context(
-            seed=seed, clock=old.clock, scene=old.scene, world=old.world, ocean=old.ocean if ocean is None else ocean,
-            own_body=own, agent=name, encounters=encounters,
-        )  # fmt: skip
-        config = scenario.agents[name]
+    batches = {}
+    for names in alike(scenario.members, {name: agent.mode for name, agent in old.agents.items()}):
+        before = old.agents[names[0]].batch
+        context = _context_of(old, scenario, names, encounters, seed=seed, ocean=ocean)
+        same, config = ocean is None and before.members == tuple(names), scenario.members[names[0]]
+        context.streams.extend(before.streams if same else ())
         sensors = {
-            s: agent.sensors[s] if ocean is None and agent.sensors[s].config == c else context.build(s, c)
+            s: before.sensors[s] if same and before.sensors[s].config == c else context.build(s, c)
             for s, c in config.sensors.items()
         }
-        agents[name] = replace(agent, config=config, sensors=sensors)
-    return replace(old, scenario=scenario, ocean=old.ocean if ocean is None else ocean, agents=agents)
+        driver = _driver(old, names)
+        batches[names[0]] = replace(
+            before, name=names[0], members=tuple(names), driver=driver, sensors=sensors, streams=context.streams
+        )
+    place = _places(batches)
+    agents = {
+        name: AgentModel(name, scenario.members[name], agent.tasks, *place[name]) for name, agent in old.agents.items()
+    }
+    ocean = old.ocean if ocean is None else ocean
+    return replace(old, scenario=scenario, ocean=ocean, agents=agents, batches=batches)
 
 
 def encounters_of(scenario: Scenario) -> Encounters:
@@ -193,7 +245,7 @@ def encounters_of(scenario: Scenario) -> Encounters:
 
 def _plan(scenario: Scenario, name: str, vehicle: Vehicle, mode: str, world: World) -> list[Step]:
     """The mission of an agent."""
-    config = scenario.agents[name]
+    config = scenario.members[name]
     if not config.mission:
         return []
     x, y = config.start.position_m[:2]
@@ -203,7 +255,7 @@ def _plan(scenario: Scenario, name: str, vehicle: Vehicle, mode: str, world: Wor
         family=family_of(vehicle, mode),
         envelope=vehicle.config.envelope,
         sensors=config.sensors,
-        agents=tuple(scenario.agents),
+        agents=tuple(scenario.members),
         world=world,
         start=(float(x), float(y)),
         where=lambda number: scenario.where("agents", name, "mission", number),
@@ -214,7 +266,7 @@ def audible(scenario: Scenario) -> list[str]:
     """ "agent.sensor" of every sensor whose pings others can hear."""
     return [
         f"{agent}.{name}"
-        for agent, config in scenario.agents.items()
+        for agent, config in scenario.members.items()
         for name, sensor in config.sensors.items()
         if isinstance(sensor, PingConfig | MultibeamConfig)
     ]
@@ -227,7 +279,7 @@ def check_hearing(scenario: Scenario) -> None:
         LookupFailed: a sonar's `hears` names one that is not in the scenario, or that cannot be heard.
     """
     known = audible(scenario)
-    for agent, config in scenario.agents.items():
+    for agent, config in scenario.members.items():
         for name, sensor in config.sensors.items():
             for path in sensor.hears if isinstance(sensor, PingConfig) and not isinstance(sensor.hears, str) else ():
                 if path not in known:
@@ -251,15 +303,17 @@ class _Context:
     world: World
     ocean: Ocean
     own_body: NDArray[np.uint32]
-    agent: str
+    agents: tuple[str, ...]
+    environments: range
+    streams: list[KeyTable]
     encounters: Encounters
 
     def build(self, name: str, config: Any) -> SensorModel:
         cls = registry.find("sensor", config.type).load()
-        where = f"agents.{self.agent}.sensors.{name}"
+        where = f"agents.{self.agents[0]}.sensors.{name}"
         period = period_ticks(config.rate_hz, self.clock.dt_ns, where=where)
         context = SensorContext(
-            path=f"{self.agent}.{name}",
+            path=self._path(name),
             seed=self.seed,
             dt_ns=self.clock.dt_ns,
             scene=self.scene,
@@ -275,4 +329,9 @@ class _Context:
         except ScenarioError as error:
             raise error if error.where else ScenarioError(error.message, where=where) from None
         sees = getattr(cls, "SEES_SCENE", True)
-        return SensorModel(name, config, sensor, period, sees, waits=getattr(cls, "WAITS", not sees))
+        casts = sees and getattr(cls, "ASKS_SCENE", True)
+        return SensorModel(name, config, sensor, period, sees, casts, waits=getattr(cls, "WAITS", not sees))
+
+    def _path(self, name: str) -> str:
+        paths = tuple(f"{agent}.{name}" for agent in self.agents)
+        return paths[0] if len(paths) == 1 else BatchPath.of(paths, self.environments, self.streams)

@@ -36,6 +36,10 @@ def warn_of_buried(
         hulls: those that stand in the moving scene, by agent, in the body frame.
         bodies: what else moves, where it begins.
     """
+    sizes = {id(g.vertices): float(np.linalg.norm(g.vertices, axis=1).max()) for g in hulls.values()}
+    radius = np.array([sizes[id(g.vertices)] for g in hulls.values()])
+    centres = np.array([starts[o].position[0] for o in hulls]).reshape(-1, 3)
+    names = list(hulls)
     for name, agent in model.agents.items():
         seeing = [s for s in agent.sensors.values() if s.sees]
         if not seeing:
@@ -44,7 +48,11 @@ def warn_of_buried(
         arms = np.array([s.config.position_m for s in seeing], dtype=np.float64)
         places = position + rotate_np(np.tile(attitude, (len(arms), 1)), arms)
         near = model.world.near(places, _NEAR)
-        others = [(hulls[o], starts[o].position[0], starts[o].attitude[0], o) for o in hulls if o != name]
+        arm = float(np.linalg.norm(arms, axis=1).max())
+        around = np.flatnonzero(np.linalg.norm(centres - position, axis=1) < radius + arm)
+        others = [
+            (hulls[o], starts[o].position[0], starts[o].attitude[0], o) for i in around if (o := names[i]) != name
+        ]
         others += [(b.geometry, b.position[0], b.attitude[0], b.name) for b in bodies]
         for sensor, place, close in zip(seeing, places, near, strict=True):
             why = model.world.inside(place) if close else None

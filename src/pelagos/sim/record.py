@@ -19,6 +19,7 @@ from typing import Any, Final, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from pelagos.config.swarm import topic_name
 from pelagos.messages.encoders import encoder
 from pelagos.messages.encoding import Encoding, Site
 from pelagos.messages.motion import ODOMETRY, TF, TruthEncoder, static_message, static_transform
@@ -273,7 +274,8 @@ class Recorder:
         self.close()
 
     def _places(self, agent: str) -> list[str]:
-        return [agent] if self._copies == 1 else [f"env{i}/{agent}" for i in range(self._copies)]
+        name = topic_name(agent)
+        return [name] if self._copies == 1 else [f"env{i}/{name}" for i in range(self._copies)]
 
     def _add_agent(
         self, agent: str, configs: Mapping[str, SensorConfig], poses: Mapping[str, Pose], origin: tuple[float, float]

@@ -12,11 +12,10 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 
 from pelagos.errors import CommandError, PelagosError, RecordingError
-from pelagos.sensors.sensor import Reading
 from pelagos.sim.not_finite import NotFinite
 from pelagos.sim.record import Recorder
 from pelagos.sim.run_log import RunLog, open_recorder
-from pelagos.sim.sampled import Sampled
+from pelagos.sim.sampled import Sampled, newest
 
 if TYPE_CHECKING:
     from pelagos.sim.lives import Observations
@@ -110,7 +109,7 @@ class _Loop:
         self._counts = {f"{a.name}.{s}": 0 for a in sim.model.agents.values() for s in a.sensors}
         self._caught_up = self._first
         self._held: dict[tuple[str, str], list[Sampled]] = {}
-        self._latest: dict[str, dict[str, Reading]] = {name: {} for name in sim.model.agents}
+        self._newest: dict[tuple[str, str], list[Sampled]] = {}
         self._waits = policy is None and not realtime
         self._ahead_of = (self._first, time.perf_counter())  # tick and wall-clock time that realtime counts from
 
@@ -154,7 +153,7 @@ class _Loop:
         tick = self._stepper.tick
         if self._policy is not None:
             self._sim.command(self._policy(self._latest) or {})
-            self._latest = {name: {} for name in self._sim.model.agents}
+            self._newest.clear()
         last = tick + 1 if self._policy is not None else self._last
         if self._waits:
             last = min(last, self._caught_up + self._sim.model.clock.ticks(WAIT_S))
@@ -166,7 +165,7 @@ class _Loop:
             self._take([one for one in sampled if not one.model.waits])
             for one in sampled:
                 if one.model.waits:  # others could not wait, the recording can: a call for five takes the time of one
-                    self._held.setdefault((one.agent, one.model.name), []).append(one)
+                    self._held.setdefault((one.members[0], one.model.name), []).append(one)
             if self._stepper.tick >= last:
                 self._catch_up()
         if self._listeners.any:
@@ -188,10 +187,15 @@ class _Loop:
 
     def _keep(self, sampled: list[Sampled]) -> None:
         for one in sampled:
-            self._counts[f"{one.agent}.{one.model.name}"] += one.count(self._sim.n)
-            newest = one.newest(self._sim.n, self._sim.dt_ns)
-            if newest is not None:
-                self._latest[one.agent][one.model.name] = newest
+            for agent, count in zip(one.members, one.counts(self._sim.n), strict=True):
+                self._counts[f"{agent}.{one.model.name}"] += count
+            key = one.members[0], one.model.name
+            self._newest[key] = newest([*self._newest.get(key, ()), one], self._sim.n)
+
+    @property
+    def _latest(self) -> Observations:
+        """The newest reading of every sensor."""
+        return self._stepper.observed([one for parts in self._newest.values() for one in parts])
 
     def _record_motion(self) -> None:
         for log in self._logs:

@@ -45,7 +45,8 @@ class RunLog:
         start = time.perf_counter()
         for one in sampled:
             t_ns = np.array(one.ticks, dtype=np.int64) * self._sim.dt_ns
-            self.recorder.write_block(one.agent, one.model.name, t_ns, one.measurement, n=self._sim.n)
+            for part in one.each(self._sim.n):
+                self.recorder.write_block(part.members[0], part.model.name, t_ns, part.measurement, n=self._sim.n)
         if sampled:
             self._sim.stepper.timings.add("record", start)
 
@@ -55,10 +56,14 @@ class RunLog:
         stepper, clock = self._sim.stepper, self._sim.model.clock
         period = clock.period(self._sim.scenario.record.state_rate_hz)
         self._movers(period)
-        for name, trajectory in stepper.trajectories.items():
+        for batch in self._sim.model.batches.values():
+            trajectory = stepper.trajectories[batch.name]
             due = np.array(trajectory.due(period), dtype=np.int64)
-            if len(due):
-                motion = trajectory.numpy()[due - trajectory.first_tick]
+            if not len(due):
+                continue
+            whole = trajectory.numpy()[due - trajectory.first_tick]
+            for member, name in enumerate(batch.members):
+                motion = whole[:, batch.rows_of(member)]
                 parts = (motion[..., 0:3], motion[..., 3:7], motion[..., 7:10], motion[..., 10:13])
                 self.recorder.write_truth_block(name, due * clock.dt_ns, *parts)
         self._navigation()

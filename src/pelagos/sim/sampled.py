@@ -10,22 +10,57 @@ from numpy.typing import NDArray
 
 from pelagos.sensors.lazy import promised
 from pelagos.sensors.sensor import Measurement, Reading
-from pelagos.sim.model import SensorModel
+from pelagos.sim.batch import SensorModel
 
 
 @dataclass(frozen=True)
 class Sampled:
-    """Readings of one sensor at the due ticks of a block: a measurement of ticks times copies lanes, tick-major."""
+    """Readings of one sensor at the due ticks of a block: a measurement of ticks times rows lanes, tick-major.
 
-    agent: str
+    Attributes:
+        members: the agents that it reads for; rows go agent by agent, and copy by copy within.
+        model: the sensor.
+        ticks: at which it read.
+        measurement: what it read.
+    """
+
+    members: tuple[str, ...]
     model: SensorModel
     ticks: range
     measurement: Measurement
 
-    def count(self, n: int) -> int:
-        """Ticks at which at least one copy has a reading."""
+    def each(self, n: int) -> Iterator[Sampled]:
+        """The same by agent, of `n` copies."""
+        if len(self.members) == 1:
+            yield self
+            return
+        for member in range(len(self.members)):
+            yield self.of(member, n)
+
+    def of(self, member: int, n: int) -> Sampled:
+        """That of one agent, of `n` copies."""
+        if len(self.members) == 1:
+            return self
+        m, k = self.measurement, len(self.ticks)
+        own: slice | NDArray[np.intp] = slice(member * n, (member + 1) * n)
+        if k > 1:
+            own = np.arange(k * n * len(self.members)).reshape(k, -1)[:, own].ravel()
+        part = Measurement(
+            data=m.data[own],
+            truth=promised(lambda: m.truth[own]),
+            valid=None if m.valid is None else m.valid[own],
+            extras={name: values[own] for name, values in m.extras.items()},
+            tables=m.tables,
+        )
+        return Sampled((self.members[member],), self.model, self.ticks, part)
+
+    def counts(self, n: int) -> list[int]:
+        """By agent, ticks at which at least one copy has a reading."""
         valid = self.measurement.valid
-        return len(self.ticks) if valid is None else int(valid.reshape(-1, n).any(axis=1).sum())
+        if valid is None:
+            return [len(self.ticks)] * len(self.members)
+        read = valid.reshape(len(self.ticks), len(self.members), n).any(axis=2)
+        return [int(count) for count in read.sum(axis=0)]
 
     @staticmethod
     def join(parts: Sequence[Sampled]) -> Sampled:
@@ -43,22 +78,22 @@ class Sampled:
             tables=one.measurement.tables,
         )
         ticks = range(one.ticks.start, parts[-1].ticks[-1] + 1, one.model.period)
-        return Sampled(one.agent, one.model, ticks, joined)
+        return Sampled(one.members, one.model, ticks, joined)
 
     def without(self, ended: NDArray[np.int64]) -> Sampled:
         """The same, not valid in each copy from the tick on at which it `ended`."""
-        goes_on = (np.array(self.ticks)[:, None] < ended).reshape(-1)
+        goes_on = (np.array(self.ticks)[:, None] < np.tile(ended, len(self.members))).reshape(-1)
         m = self.measurement
         valid = goes_on if m.valid is None else m.valid & goes_on
         return replace(self, measurement=replace(m, truth=promised(lambda: m.truth), valid=valid))
 
     def newest(self, n: int, dt_ns: int) -> Reading | None:
-        """The reading of the last tick at which a copy has one; None where there is no such tick."""
+        """An agent's reading of the last tick at which a copy has one; None where there is no such tick."""
         found = (self._at(k, n, dt_ns) for k in reversed(range(len(self.ticks))))
         return next((reading for reading in found if reading is not None), None)
 
     def readings(self, n: int, dt_ns: int) -> Iterator[Reading]:
-        """Those of every tick at which a copy has one, in order."""
+        """An agent's readings of every tick at which a copy has one, in order."""
         for k in range(len(self.ticks)):
             reading = self._at(k, n, dt_ns)
             if reading is not None:
@@ -69,4 +104,16 @@ class Sampled:
         valid = np.ones(n, dtype=bool) if m.valid is None else m.valid[row]
         if not valid.any():
             return None
-        return m.reading(row, valid, self.ticks[k] * dt_ns, f"{self.agent}/{self.model.name}")
+        return m.reading(row, valid, self.ticks[k] * dt_ns, f"{self.members[0]}/{self.model.name}")
+
+
+def newest(parts: Sequence[Sampled], n: int) -> list[Sampled]:
+    """Those of what one sensor read, in order of time, that hold the newest reading of an agent."""
+    kept: list[Sampled] = []
+    have = np.zeros(len(parts[-1].members), dtype=bool)
+    for one in reversed(parts):
+        reads = np.array(one.counts(n)) > 0
+        if (reads & ~have).any():
+            kept.append(one)
+            have |= reads
+    return kept[::-1]

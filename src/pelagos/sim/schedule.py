@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from typing import Final
 
+from pelagos.sim.batch import Batch, SensorModel
 from pelagos.sim.bodies import Bodies
 from pelagos.sim.clock import next_multiple
 from pelagos.sim.listeners import Listeners
 from pelagos.sim.missions import Missions
-from pelagos.sim.model import AgentModel, Model, SensorModel
+from pelagos.sim.model import Model
 
 MAX_BLOCK_S: Final = 1.0
 
@@ -29,19 +30,21 @@ class Schedule:
         heard = self._listeners.sensors
         periods = [
             sensor.period
-            for agent in self._model.agents.values()
-            for sensor in agent.sensors.values()
-            if (sensor.sees and not (wait and self.waits(agent, sensor)))
-            or (heard and (agent.name, sensor.name) in heard)
+            for batch in self._model.batches.values()
+            for sensor in batch.sensors.values()
+            if (sensor.sees and not (wait and self.waits(batch, sensor)))
+            or (heard and any((name, sensor.name) in heard for name in batch.members))
         ]
         periods += self._listeners.periods
         if self._missions.any:
             periods.append(self._missions.period)
         return next_multiple(tick, periods, min(last, tick + self._longest))
 
-    def waits(self, agent: AgentModel, sensor: SensorModel) -> bool:
+    def waits(self, batch: Batch, sensor: SensorModel) -> bool:
         """Whether a sensor's readings may be read some blocks later."""
-        if not sensor.waits or (agent.name, sensor.name) in self._listeners.sensors:
+        heard = self._listeners.sensors
+        if not sensor.waits or (sensor.sees and (self._bodies.any or self._model.scene.streamed)):
             return False
-        changes = self._bodies.any or self._model.scene.streamed
-        return not self._missions.guided(agent.name, sensor.name) and not (sensor.sees and changes)
+        if heard and any((name, sensor.name) in heard for name in batch.members):
+            return False
+        return not self._missions.any or not any(self._missions.guided(name, sensor.name) for name in batch.members)

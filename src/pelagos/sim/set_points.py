@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import cache
+from typing import TYPE_CHECKING
 
 import drjit as dr
 import numpy as np
@@ -11,8 +12,10 @@ from numpy.typing import NDArray
 
 from pelagos import jit
 from pelagos.jit import Array
-from pelagos.sim.model import AgentModel
-from pelagos.sim.state import AgentState
+from pelagos.vehicles.vehicle import Vehicle
+
+if TYPE_CHECKING:
+    from pelagos.sim.state import AgentState
 
 
 def vectors(values: NDArray[np.float64]) -> Array:
@@ -50,10 +53,10 @@ def _split(count: int) -> Callable[[Array], list[Array]]:
     return jit.freeze(split)
 
 
-def idle(agent: AgentModel, mode: str, state: AgentState) -> NDArray[np.float64]:
+def idle(vehicle: Vehicle, mode: str, state: AgentState) -> NDArray[np.float64]:
     """A command that changes nothing much: stay at this place, depth and heading, actuators at rest."""
-    idle = {"depth": state.depth, "heading": -state.euler[:, 2], "yaw": state.euler[:, 2]}
-    idle |= {axis: state.position[:, i] for i, axis in enumerate("xyz")}
+    known = {"depth": state.depth, "heading": -state.euler[:, 2], "yaw": state.euler[:, 2]}
+    known |= {axis: state.position[:, i] for i, axis in enumerate("xyz")}
     n = len(state.position)
-    columns = [idle.get(name, np.zeros(n)) for name in agent.vehicle.command_names(mode)]
+    columns = [known.get(name, np.zeros(n)) for name in vehicle.command_names(mode)]
     return np.stack(columns, axis=-1) if columns else np.empty((n, 0))

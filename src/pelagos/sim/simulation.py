@@ -37,6 +37,7 @@ from pelagos.sim.sampled import Sampled
 from pelagos.sim.seed import seed_of
 from pelagos.sim.state import AgentState, checked_command, chosen
 from pelagos.sim.step import Stepper
+from pelagos.vehicles.vehicle import Vehicle
 from pelagos.world.body import Prop
 from pelagos.world.world import World
 
@@ -66,7 +67,8 @@ class Simulation(Changes):
         self.model, self._encounters = model, encounters
         if like is None:
             self._begin = start_states(model)  # before any body stands in the scene that it asks
-            hulls = {name: _hull(agent, model.world) for name, agent in model.agents.items()}
+            kinds = {name: _hull(batch.vehicle, model.world) for name, batch in model.batches.items()}
+            hulls = {name: kinds[agent.batch.name] for name, agent in model.agents.items()}
             self.bodies = Bodies(model.scene, hulls, n=model.n, first_instance=model.world.next_instance)
         else:
             self._begin, self.bodies = like._begin, like.bodies.twin()
@@ -178,8 +180,8 @@ class Simulation(Changes):
         """Advance by one tick or several.
 
         Args:
-            commands: by agent, `(k,)` or `(n, k)` in the agent's control mode; an agent that is left out keeps its last
-                command, or goes on with its mission.
+            commands: by agent, `(k,)` or `(n, k)` in the agent's control mode, or by group, also `(members, k)` and
+                `(n, members, k)`; an agent that is left out keeps its last command, or goes on with its mission.
             ticks: how many, with the same commands.
 
         Returns:
@@ -223,7 +225,7 @@ class Simulation(Changes):
         While another thread steps or runs the simulation, they are checked at once, and enter at the next boundary of
         steps.
         """
-        for name, values in commands.items():
+        for name, values in self._single(commands).items():
             agent = self._agent(name)
             names = tuple(agent.vehicle.command_names(self._stepper.mode(name)))
             checked = checked_command(values, n=self.n, names=names, agent=name)
@@ -232,10 +234,28 @@ class Simulation(Changes):
             else:
                 self._stepper.set_command(name, checked)
 
+    def _single(self, commands: Mapping[str, Any]) -> dict[str, Any]:
+        """Commands by single agent: those of a group, `(k,)`, `(members, k)` or `(n, members, k)`, are its members'."""
+        found: dict[str, Any] = {}
+        for name, values in commands.items():
+            members = self.model.group(name)
+            if members is None:
+                found[name] = values
+                continue
+            array = np.asarray(values, dtype=np.float64)
+            fits = array.ndim == 1 or (array.ndim in (2, 3) and array.shape[-2] == len(members))
+            if not fits or (array.ndim == 3 and array.shape[0] != self.n):
+                raise CommandError(
+                    f"{name}: a command of a group has shape (k,), ({len(members)}, k) or "
+                    f"({self.n}, {len(members)}, k); given {array.shape}"
+                )
+            found |= {m: array if array.ndim == 1 else array[..., i, :] for i, m in enumerate(members)}
+        return found
+
     def held_command(self, agent: str) -> NDArray[np.float64]:
         """`(n, k)` the command that an agent holds, in its present control mode; a mission's last set-points."""
         self._agent(agent)
-        return self._stepper.runs[agent].command_values.copy()
+        return self._stepper.command_values(agent)
 
     def send(
         self, agent: str, modem: str, payload: bytes | str, *, to: str = "*", kind: Kind = "data", tag: str = "",
@@ -267,10 +287,11 @@ class Simulation(Changes):
         Raises:
             LookupFailed: the vehicle has no such mode.
         """
-        vehicle = self._agent(agent).vehicle
-        if mode not in vehicle.modes:
-            raise LookupFailed("control mode", mode, vehicle.modes, where=agent)
-        self._stepper.set_mode(agent, mode)
+        for name in self.model.group(agent) or [agent]:
+            vehicle = self._agent(name).vehicle
+            if mode not in vehicle.modes:
+                raise LookupFailed("control mode", mode, vehicle.modes, where=name)
+            self._stepper.set_mode(name, mode)
 
     def run(
         self,
@@ -383,12 +404,12 @@ class Simulation(Changes):
 
     def _agent(self, name: str) -> AgentModel:
         if name not in self.model.agents:
-            raise CommandError(str(LookupFailed("agent", name, self.model.agents)))
+            raise CommandError(str(LookupFailed("agent", name, [*self.model.agents, *self.model.groups])))
         return self.model.agents[name]
 
 
-def _hull(agent: AgentModel, world: World) -> Geometry:
+def _hull(vehicle: Vehicle, world: World) -> Geometry:
     """The hull with its materials as rows of the world's table."""
-    hull = agent.vehicle.hull
-    rows_of = np.array([world.material_row(name) for name in agent.vehicle.materials], dtype=np.uint32)
+    hull = vehicle.hull
+    rows_of = np.array([world.material_row(name) for name in vehicle.materials], dtype=np.uint32)
     return replace(hull, material=rows_of[hull.face_materials])

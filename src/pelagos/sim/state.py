@@ -2,16 +2,23 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, fields
+from functools import cached_property
+from typing import TYPE_CHECKING
 
 import drjit as dr
 import numpy as np
 from numpy.typing import NDArray
 
 from pelagos import jit
-from pelagos.errors import CommandError
+from pelagos.errors import CommandError, LookupFailed
 from pelagos.jit import Array
 from pelagos.sim.trajectory import CHANNELS
+
+if TYPE_CHECKING:
+    from pelagos.sim.batch_run import BatchRun
+    from pelagos.sim.model import Model
 
 
 @dataclass(frozen=True)
@@ -42,43 +49,74 @@ class AgentState:
         assert row.shape[-1] == CHANNELS
         return cls(row[:, 0:3], row[:, 3:7], row[:, 7:10], row[:, 10:13], row[:, 13:16], row[:, 16:19], actuators)
 
+    def part(self, rows: slice) -> AgentState:
+        """That of some rows."""
+        return AgentState(*(getattr(self, f.name)[rows] for f in fields(self)))
+
+    @classmethod
+    def together(cls, states: Sequence[AgentState]) -> AgentState:
+        """Several as one, `(n, members, ...)`."""
+        return cls(*(np.stack([getattr(s, f.name) for s in states], axis=1) for f in fields(cls)))
+
     @property
     def depth(self) -> NDArray[np.float64]:
         """`(n,)` depth of the body's origin below the mean surface [m]."""
-        return np.asarray(-self.position[:, 2])
+        return np.asarray(-self.position[..., 2])
 
     @property
     def euler(self) -> NDArray[np.float64]:
         """`(n, 3)` roll, pitch, yaw [rad] of FLU in NWU (yaw counter-clockwise from north, pitch positive down)."""
-        w, x, y, z = self.attitude.T
+        w, x, y, z = np.moveaxis(self.attitude, -1, 0)
         roll = np.arctan2(2 * (w * x + y * z), 1 - 2 * (x * x + y * y))
         pitch = np.arcsin(np.clip(2 * (w * y - z * x), -1.0, 1.0))
         yaw = np.arctan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))
         return np.stack([roll, pitch, yaw], axis=-1)
 
 
-@dataclass
-class AgentRun:
-    """The changing part of one agent: what a step reads and replaces.
+class States(Mapping[str, AgentState]):
+    """The true state of every agent by name; a group's name gives its members' together, `(n, members, ...)`.
 
-    Attributes:
-        vehicle: Dr.Jit state of `n` copies, packed (`Driver.pack`).
-        command: the last command, one `Float64` of `n` lanes a channel.
-        command_values: the same, `(n, k)`.
-        mode: control mode.
-        row: `(n, CHANNELS)` motion at the current tick.
-        begin_vehicle, begin_row: the same two where the copies' episodes began.
-        source: memory from which the command is read.
+    Iteration goes over single agents.
     """
 
-    vehicle: Array
-    command: list[Array]
-    command_values: NDArray[np.float64]
-    mode: str
-    row: NDArray[np.float64]
-    begin_vehicle: Array
-    begin_row: NDArray[np.float64]
-    source: object = None
+    def __init__(self, model: Model, runs: Mapping[str, BatchRun]) -> None:
+        self._model, self._rows = model, {name: (run.row, run.vehicle) for name, run in runs.items()}
+        self._found: dict[str, AgentState] = {}
+
+    @cached_property
+    def motion(self) -> NDArray[np.float64]:
+        """`(agents * n, CHANNELS)` motion of all, agent by agent in the scenario's order, and copy by copy within."""
+        n, agents = self._model.n, self._model.agents
+        if len(self._rows) == 1:
+            return next(iter(self._rows.values()))[0]
+        found = np.empty((len(agents) * n, CHANNELS))
+        places = {name: i for i, name in enumerate(agents)}
+        for name, (row, _) in self._rows.items():
+            first = np.array([places[member] for member in self._model.batches[name].members]) * n
+            found[(first[:, None] + np.arange(n)).ravel()] = row
+        return found
+
+    def batch(self, name: str) -> AgentState:
+        """That of all rows of a batch."""
+        if name not in self._found:
+            row, vehicle = self._rows[name]
+            self._found[name] = AgentState.of(row, self._model.batches[name].driver.actuators(vehicle))
+        return self._found[name]
+
+    def __getitem__(self, name: str) -> AgentState:
+        agent = self._model.agents.get(name)
+        if agent is not None:
+            return self.batch(agent.batch.name).part(agent.rows)
+        members = self._model.group(name)
+        if members is None:
+            raise LookupFailed("agent", name, [*self, *self._model.groups])
+        return AgentState.together([self[member] for member in members])
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._model.agents)
+
+    def __len__(self) -> int:
+        return len(self._model.agents)
 
 
 def mixed(one: Array, other: Array, where: NDArray[np.bool_]) -> Array:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from functools import partial
 from typing import Any, Final
 
@@ -14,21 +14,25 @@ from numpy.typing import NDArray
 from pelagos.jit import Array
 from pelagos.sensors.comms.link.traffic import Traffic
 from pelagos.sensors.sensor import Kinematics, Measurement, Reading
+from pelagos.sim.batch import Batch, SensorModel
+from pelagos.sim.batch_run import BatchRun
 from pelagos.sim.bodies import Bodies
 from pelagos.sim.contacts import Contacts
+from pelagos.sim.driver import Wrench
 from pelagos.sim.encounters import Encounters
 from pelagos.sim.endings import Endings
 from pelagos.sim.episodes import Episodes
 from pelagos.sim.initial import StartState
 from pelagos.sim.listeners import Listeners
 from pelagos.sim.missions import Missions
-from pelagos.sim.model import AgentModel, Model, SensorModel
+from pelagos.sim.model import AgentModel, Model
+from pelagos.sim.observed import Observed
 from pelagos.sim.sampled import Sampled
 from pelagos.sim.schedule import Schedule
-from pelagos.sim.set_points import columns, exact, idle, vectors
-from pelagos.sim.state import AgentRun, AgentState, mixed
+from pelagos.sim.set_points import exact, idle, vectors
+from pelagos.sim.state import AgentState, States, mixed
 from pelagos.sim.timings import Timings
-from pelagos.sim.trajectory import LaneSelector, Trajectory, channels
+from pelagos.sim.trajectory import LaneSelector, RowNames, Trajectory, channels, of_rows
 from pelagos.vehicles.state import VehicleState
 
 EVENTS: Final = ("modem",)  # sensors that tell what has happened since they were asked last, when they are due alone
@@ -43,8 +47,8 @@ class Stepper:
         logged: the motion of every tick is written down.
         changes: counts steps, and whatever else changes the state.
         timings: where the time went.
-        trajectories: by agent, the motion of the last block; after `catch_up`, since the one before.
-        runs: by agent, its state, command and mode.
+        trajectories: by batch, the motion of the last block; after `catch_up`, since the one before.
+        runs: by batch, its state, commands and modes.
         missions: guidance of all agents.
         contacts: what hulls touch.
         episodes: of each copy.
@@ -65,21 +69,23 @@ class Stepper:
         like: Stepper | None = None,
     ) -> None:
         self._model, self._bodies, self._encounters = model, bodies, encounters
-        new = LaneSelector(n=model.n, dt_ns=model.clock.dt_ns)
-        self._select: LaneSelector = new if like is None else like._select
+        new = {name: LaneSelector(n=batch.rows, dt_ns=model.clock.dt_ns) for name, batch in model.batches.items()}
+        shared = {} if like is None else {k: v for k, v in like._select.items() if k in new and v.rows == new[k].rows}
+        self._select: dict[str, LaneSelector] = new | shared
+        self._names = {name: RowNames(batch) for name, batch in model.batches.items()}
         self.episodes = Episodes(model.n, model.first_environment)
         self._endings = Endings(model, self.episodes)
         self.missions = Missions(model)
         self.contacts = Contacts(model, bodies)
         self.traffic = Traffic(encounters.medium, self.episodes)
         self._schedule = Schedule(model, bodies, self.missions, listeners)
-        self.runs: dict[str, AgentRun] = {}
+        self.runs: dict[str, BatchRun] = {}
         self.trajectories: dict[str, Trajectory] = {}
         self._blocks: dict[str, list[Trajectory]] = {}
         self.timings = Timings()
         self.own_current: Array | None = None
         self.logged = False
-        self._close: set[str] = set()  # agents that may touch something in the present block
+        self._close = False  # something may touch in the present block
         self.tick: int = 0
         self.changes: int = 0
 
@@ -93,11 +99,13 @@ class Stepper:
         self.traffic.clear()
         self._bodies.forget()
         self.episodes.restart(episode)
+        for name, batch in self._model.batches.items():
+            self.runs[name] = self._begun(batch, states)
+            self.trajectories[name] = self._standing(batch, self.runs[name])
+        now = self.states()
         for name, agent in self._model.agents.items():
-            self.runs[name] = self._begun(agent, states[name], agent.mode)
-            self.trajectories[name] = self._standing(self.runs[name])
-            self.missions.begin(agent, self._state(agent, self.runs[name]))
-        self._sense(lambda agent, sensor: self.missions.guided(agent.name, sensor.name))
+            self.missions.begin(agent, now[name])
+        self._sense(lambda batch, sensor: any(self.missions.guided(name, sensor.name) for name in batch.members))
 
     def restart(self, states: Mapping[str, StartState], where: NDArray[np.bool_]) -> None:
         """Some copies begin their next episode at the present tick; the others' bytes stay."""
@@ -106,16 +114,20 @@ class Stepper:
         self.contacts.forget(where)
         self.traffic.forget(where, self.tick)
         self.episodes.begin(where, self.tick)
+        for name, batch in self._model.batches.items():
+            run, fresh = self.runs[name], self._begun(batch, states)
+            begun = AgentState.of(fresh.row, batch.driver.actuators(fresh.vehicle))
+            rows = np.tile(where, len(batch.members))
+            run.restart(fresh, rows, partial(self._first_command, batch, begun))
+            self.trajectories[name] = self._standing(batch, run)
+        now = self.states()
         for name, agent in self._model.agents.items():
-            run = self.runs[name]
-            fresh = self._begun(agent, states[name], run.mode)
-            run.begin_vehicle = mixed(run.begin_vehicle, fresh.begin_vehicle, where)
-            run.begin_row = np.where(where[:, None], fresh.begin_row, run.begin_row)
-            run.vehicle = mixed(run.vehicle, fresh.vehicle, where)
-            run.row = np.where(where[:, None], fresh.row, run.row)
-            self._hold(run, np.where(where[:, None], fresh.command_values, run.command_values))
-            self.trajectories[name] = self._standing(run)
-            self.missions.restart(agent, self._state(agent, run), where, self.tick)
+            self.missions.restart(agent, now[name], where, self.tick)
+
+    @property
+    def agents(self) -> Collection[str]:
+        """Names of all."""
+        return self._model.agents.keys()
 
     def read_all(self) -> list[Sampled]:
         """Every sensor at the present tick, due or not."""
@@ -135,13 +147,13 @@ class Stepper:
         self._in_own_current()
         self._bodies.follow(self.tick)
         ticks = self._block_length(last, wait)
-        for agent in self._model.agents.values():
-            self._move(agent, ticks)
-            if wait:
-                self._blocks.setdefault(agent.name, []).append(self.trajectories[agent.name])
+        self._move(ticks)
+        if wait:
+            for name, trajectory in self.trajectories.items():
+                self._blocks.setdefault(name, []).append(trajectory)
         self.tick += ticks
         self.changes += 1
-        return self._sense(lambda agent, sensor: not (wait and self._schedule.waits(agent, sensor)))
+        return self._sense(lambda batch, sensor: not (wait and self._schedule.waits(batch, sensor)))
 
     def catch_up(self) -> list[Sampled]:
         """Read the sensors that waited."""
@@ -150,31 +162,28 @@ class Stepper:
         self.trajectories |= {
             name: Trajectory.join(blocks)
             for name, blocks in self._blocks.items()
-            if self.logged or self._model.agents[name].sensors
+            if self.logged or self._model.batches[name].sensors
         }
         self._blocks.clear()
         return self._sense(self._schedule.waits)
 
-    def states(self) -> dict[str, AgentState]:
+    def states(self) -> States:
         """The true state of every agent."""
-        return {name: self._state(self._model.agents[name], run) for name, run in self.runs.items()}
+        return States(self._model, self.runs)
 
-    def observed(self, sampled: list[Sampled]) -> dict[str, dict[str, Reading]]:
+    def observed(self, sampled: list[Sampled]) -> Observed:
         """The newest reading of each sensor, by agent and name; absent where there is none."""
-        observed: dict[str, dict[str, Reading]] = {name: {} for name in self._model.agents}
-        for one in sampled:
-            newest = one.newest(self._model.n, self._model.clock.dt_ns)
-            if newest is not None:
-                observed[one.agent][one.model.name] = newest
-        return observed
+        return Observed(self._model, sampled)
 
     def contact(self, agent: str) -> NDArray[np.float64]:
         """`(n, 6)` force [N] and moment about the body's origin [N m], FLU, by contact over the last tick."""
-        return self.contacts.wrench(agent)
+        model = self._model.agents[agent]
+        return self.contacts.wrench(model.batch.name)[model.rows]
 
     def mode(self, agent: str) -> str:
         """The control mode of an agent."""
-        return self.runs[agent].mode
+        model = self._model.agents[agent]
+        return self.runs[model.batch.name].mode_of(model.rows)
 
     def missions_done(self) -> bool:
         """There are missions, and all have ended."""
@@ -183,44 +192,39 @@ class Stepper:
     def set_command(self, agent: str, values: NDArray[np.float64]) -> None:
         """Hold another command `(n, k)`; ends the agent's mission."""
         self.missions.leave(agent)
-        self._hold(self.runs[agent], values)
+        model = self._model.agents[agent]
+        self.runs[model.batch.name].hold(model.rows, values)
 
     def set_mode(self, agent: str, mode: str) -> None:
         """Another control mode, idling; ends the agent's mission."""
         self.missions.leave(agent)
-        model, run, state = self._model.agents[agent], self.runs[agent], self.states()[agent]
+        model, state = self._model.agents[agent], self.states()[agent]
         model.vehicle.check_mode(mode)
-        run.mode = mode
-        self._hold(run, idle(model, mode, state))
+        self.runs[model.batch.name].change_mode(model.rows, mode, idle(model.vehicle, mode, state))
 
     def set_state(self, agent: str, where: NDArray[np.bool_], **parts: NDArray[np.float64]) -> None:
         """Place an agent anew in some copies; its actuators and its mission go on, its controllers begin anew."""
         self.changes += 1
-        run = self.runs[agent]
         model = self._model.agents[agent]
-        state = model.vehicle.place(model.driver.unpack(run.vehicle), **parts)
-        run.vehicle = mixed(run.vehicle, model.driver.pack(state), where)
-        run.row = np.where(where[:, None], _row(state), run.row)
-        self.trajectories[agent] = self._standing(run)
+        batch, run = model.batch, self.runs[model.batch.name]
+        rows = np.zeros(batch.rows, dtype=bool)
+        rows[model.rows] = where
+        now, whole = AgentState.of(run.row, np.empty((batch.rows, 0))), {}
+        for name, values in parts.items():
+            whole[name] = getattr(now, name).copy()
+            whole[name][model.rows] = values
+        state = batch.vehicle.place(batch.driver.unpack(run.vehicle), **whole)
+        run.vehicle = mixed(run.vehicle, batch.driver.pack(state), rows)
+        run.row = np.where(rows[:, None], _row(state), run.row)
+        self.trajectories[batch.name] = self._standing(batch, run)
 
     def memory(self) -> dict[str, Any]:
         """Everything that changes in a run: plain values and copies of arrays."""
-        runs = {
-            name: {
-                "vehicle": np.array(run.vehicle),
-                "command": run.command_values.copy(),
-                "mode": run.mode,
-                "row": run.row.copy(),
-                "begin_vehicle": np.array(run.begin_vehicle),
-                "begin_row": run.begin_row.copy(),
-            }
-            for name, run in self.runs.items()
-        }
         return {
             "tick": self.tick,
             "own_current": None if self.own_current is None else np.array(self.own_current),
             "episodes": self.episodes.memory(),
-            "runs": runs,
+            "runs": {name: self._run_of(agent).part(agent.rows) for name, agent in self._model.agents.items()},
             "missions": self.missions.memory(),
             "contacts": self.contacts.memory(),
             "traffic": self.traffic.memory(),
@@ -234,16 +238,25 @@ class Stepper:
         self.changes += 1
         self._blocks.clear()
         self.episodes.recall(memory["episodes"])
-        for name, kept in memory["runs"].items():
-            vehicle, begin = (exact(kept[key]) for key in ("vehicle", "begin_vehicle"))
-            row, begin_row = (kept[key].copy() for key in ("row", "begin_row"))
-            run = AgentRun(vehicle, [], np.empty(0), kept["mode"], row, begin, begin_row)
-            self._hold(run, kept["command"].copy())
-            self.runs[name] = run
-            self.trajectories[name] = self._standing(run)
+        for name, batch in self._model.batches.items():
+            run = self.runs[name] = BatchRun.joined([memory["runs"][member] for member in batch.members])
+            self.trajectories[name] = self._standing(batch, run)
         self.missions.recall(memory["missions"])
         self.contacts.recall(memory["contacts"])
         self.traffic.recall(memory["traffic"])
+
+    def _run_of(self, agent: AgentModel) -> BatchRun:
+        return self.runs[agent.batch.name]
+
+    def row(self, agent: str) -> NDArray[np.float64]:
+        """`(n, CHANNELS)` motion of an agent now."""
+        model = self._model.agents[agent]
+        return self.runs[model.batch.name].row[model.rows]
+
+    def command_values(self, agent: str) -> NDArray[np.float64]:
+        """`(n, k)` the command that an agent holds."""
+        model = self._model.agents[agent]
+        return self.runs[model.batch.name].values_of(model.rows)
 
     # the parts of `advance`
 
@@ -252,63 +265,78 @@ class Stepper:
         if not self.missions.any:
             return
         start = time.perf_counter()
-        asked = self.missions.commands(self.tick, {name: run.row for name, run in self.runs.items()})
-        for name, values in asked.items():
-            self._hold(self.runs[name], values)
+        for name, values in self.missions.commands(self.tick, AgentRows(self)).items():
+            model = self._model.agents[name]
+            self.runs[model.batch.name].hold(model.rows, values)
             self.timings.add(f"{name}.guidance", start)
 
     def _block_length(self, last: int, wait: bool) -> int:
         """Ticks until the outside may act; one at a time where a hull may touch."""
         ticks = self._schedule.end(self.tick, last, wait=wait) - self.tick
-        rows = {name: run.row for name, run in self.runs.items()}
-        self._close = {name for name, row in rows.items() if self.contacts.near(name, row, ticks, self.states)}
+        self._close = self.contacts.possible(self._motions(), ticks)
         return 1 if self._close else ticks
 
-    def _move(self, agent: AgentModel, ticks: int) -> None:
-        """The dynamics of one agent, and what it touches."""
+    def _motions(self) -> dict[str, NDArray[np.float64]]:
+        return {name: run.row for name, run in self.runs.items()}
+
+    def _move(self, ticks: int) -> None:
+        """The dynamics of all batches, and what they touch."""
+        near = self.contacts.near(self._motions()) if self._close else frozenset()
+        moved = {name: self._advance(name, ticks) for name in self.runs if name not in near}
+        self.contacts.pass_by()
+        if near:
+            moved |= self._touch(near)
+        for name, (state, trajectory) in moved.items():
+            run = self.runs[name]
+            run.vehicle = state
+            self.trajectories[name] = self._endings.watch(self._model.batches[name], run, trajectory)
+
+    def _advance(self, name: str, ticks: int, wrench: Wrench | None = None) -> tuple[Array, Trajectory]:
+        start, batch = time.perf_counter(), self._model.batches[name]
+        every = bool(batch.sensors) or self.logged or batch.rows == 1
+        made = self.runs[name].advance(batch.driver, self._model.ocean, self.tick, ticks, wrench, every=every)
+        self.timings.add(f"{name}.dynamics", start)
+        return made
+
+    def _touch(self, near: frozenset[str]) -> dict[str, tuple[Array, Trajectory]]:
+        """One tick of the batches that may touch something: first without contact, then with that which it brings."""
+        free = {name: self._advance(name, 1) for name in self.runs if name in near}
         start = time.perf_counter()
-        run, wrench = self.runs[agent.name], None
-        if agent.name in self._close and self.contacts.near(agent.name, run.row, 1, self.states, now=True):
-            remember = agent.name in self._encounters.blows.asked
-            wrench = self.contacts.touch(agent.name, run.vehicle, self.states, self.tick, remember=remember)
-            self.timings.add(f"{agent.name}.contact", start)
-            start = time.perf_counter()
-        else:
-            self.contacts.pass_by(agent.name)
-        run.vehicle, trajectory = agent.driver.advance(
-            run.vehicle, run.command, self._model.ocean, mode=run.mode, tick=self.tick, ticks=ticks, wrench=wrench,
-            every=bool(agent.sensors) or self.logged or self._model.n == 1,
-        )  # fmt: skip
-        self.trajectories[agent.name] = self._endings.watch(agent, run, trajectory)
-        self.timings.add(f"{agent.name}.dynamics", start)
+        states = {name: (self.runs[name].vehicle, state) for name, (state, _) in free.items()}
+        touched = self.contacts.act(self._motions(), states)
+        for name in self._encounters.blows.asked & self.runs.keys():
+            self.contacts.remember(name, self.tick)
+        self.timings.add("contact", start)
+        return free | {name: self._advance(name, 1, wrench) for name, wrench in touched.items()}
 
     def _sense(
-        self, asked: Callable[[AgentModel, SensorModel], bool] | None = None, due: range | None = None
+        self, asked: Callable[[Batch, SensorModel], bool] | None = None, due: range | None = None
     ) -> list[Sampled]:
         """Ask the sensors that are due in the last block, or those of them that are `asked`; all of them at `due`."""
         sampled = []
         placed = False
-        for agent in self._model.agents.values():
-            trajectory = self.trajectories[agent.name]
+        for batch in self._model.batches.values():
+            trajectory = self.trajectories[batch.name]
             lanes = {}
-            for sensor in agent.sensors.values():
+            for sensor in batch.sensors.values():
                 regular = due is None or sensor.config.type in EVENTS
                 ticks = trajectory.due(sensor.period) if regular or due is None else due
-                if not ticks or (asked is not None and not asked(agent, sensor)):
+                if not ticks or (asked is not None and not asked(batch, sensor)):
                     continue
                 start = time.perf_counter()
-                if sensor.sees and not placed:
+                if sensor.casts and not placed:
                     self._bodies.follow(self.tick)
                     self._bodies.place(self.states())
                     placed = True
                 if ticks not in lanes:
-                    lanes[ticks] = self._select.lanes(trajectory, ticks, self.episodes.names())
+                    names = self._names[batch.name].of(self.episodes.names())
+                    lanes[ticks] = self._select[batch.name].lanes(trajectory, ticks, names)
                 self._answer(ticks)
-                one = Sampled(agent.name, sensor, ticks, self._ask(sensor, lanes[ticks]))
+                one = Sampled(batch.members, sensor, ticks, self._ask(sensor, lanes[ticks]))
                 sampled.append(one.without(self.episodes.ended) if self.episodes.over.any() else one)
                 if due is None:
                     self.missions.hear(sampled[-1])
-                self.timings.add(f"{agent.name}.{sensor.name}", start)
+                self.timings.add(f"{batch.name}.{sensor.name}", start)
         return sampled
 
     def read_at(self, sensors: Sequence[SensorModel], agent: str, lanes: Kinematics) -> Iterator[tuple[str, Reading]]:
@@ -317,8 +345,10 @@ class Stepper:
         count, dt_ns = dr.width(lanes.tick), self._model.clock.dt_ns
         now = range(self.tick, self.tick + 1)
         self._answer(now)
-        others = lambda other: dr.gather(Kinematics, self.motion_of(now, other), lanes.copy)
+        copy, here = lanes.copy % self._model.n, self._model.agents[agent]
+        others = lambda other: dr.gather(Kinematics, self.motion_of(now, other), copy)
         self._encounters.neighbours.motion_of = others
+        self._names[here.batch.name].at_poses(lanes, here.member)
         for sensor in sensors:
             m = self._ask(sensor, lanes)
             valid = np.ones(count, dtype=bool) if m.valid is None else m.valid
@@ -346,36 +376,58 @@ class Stepper:
 
     def motion_of(self, due: range, agent: str) -> Kinematics:
         """The motion of an agent at ticks of the last block, as its sensors see it."""
-        return self._select.lanes(self.trajectories[agent], due, self.episodes.names())
+        model = self._model.agents[agent]
+        batch = model.batch
+        names = self._names[batch.name].of(self.episodes.names())
+        whole = self._select[batch.name].lanes(self.trajectories[batch.name], due, names)
+        return whole if len(batch.members) == 1 else of_rows(whole, model.rows, batch.rows)
 
     def _latest_blow(self, agent: str, ticks: int) -> NDArray[np.float64]:
         return self.contacts.strongest(agent, self.tick - ticks)
 
     # construction, and the numbers behind a state
 
-    def _begun(self, agent: AgentModel, start: StartState, mode: str) -> AgentRun:
-        """All copies of an agent at the beginning of an episode, with the command that they hold there."""
-        vehicle = agent.vehicle.initial_state(start.position, start.attitude, start.velocity, start.angular_velocity)
-        packed, row = agent.driver.pack(vehicle), _row(vehicle)
-        run = AgentRun(packed, [], np.empty(0), mode, row, packed, row)
-        held, n = agent.config.command, self._model.n
-        given = held is not None and mode == agent.mode
-        self._hold(run, np.tile(np.array(held), (n, 1)) if given else idle(agent, mode, self._state(agent, run)))
+    def _begun(self, batch: Batch, states: Mapping[str, StartState]) -> BatchRun:
+        """All rows of a batch at the beginning of an episode, with the command that they hold there."""
+        starts = [states[name] for name in batch.members]
+        place, attitude, velocity = (
+            np.concatenate([getattr(s, part) for s in starts]) for part in ("position", "attitude", "velocity")
+        )
+        spins = [np.zeros_like(s.position) if s.angular_velocity is None else s.angular_velocity for s in starts]
+        vehicle = batch.vehicle.initial_state(place, attitude, velocity, np.concatenate(spins))
+        run = BatchRun(batch.driver.pack(vehicle), batch.mode, _row(vehicle))
+        state = AgentState.of(run.row, batch.driver.actuators(run.vehicle))
+        run.hold(slice(None), self._first_command(batch, state, batch.mode))
         return run
 
-    def _hold(self, run: AgentRun, values: NDArray[np.float64]) -> None:
-        if run.command_values.shape == values.shape and (run.command_values == values).all():
-            return
-        run.command_values = values
-        run.command, run.source = columns(values)
+    def _first_command(self, batch: Batch, state: AgentState, mode: str) -> NDArray[np.float64]:
+        """`(rows, k)` the command that is held at the beginning of an episode."""
+        held = idle(batch.vehicle, mode, state)
+        for member, name in enumerate(batch.members):
+            given = self._model.agents[name].config.command
+            if given is not None and mode == batch.mode:
+                held[batch.rows_of(member)] = np.array(given)
+        return held
 
-    def _standing(self, run: AgentRun) -> Trajectory:
+    def _standing(self, batch: Batch, run: BatchRun) -> Trajectory:
         """A block of the current tick alone."""
-        packed = exact(run.row)
-        return Trajectory(packed=packed, n=self._model.n, ticks=1, first_tick=self.tick)
+        return Trajectory(packed=exact(run.row), n=batch.rows, ticks=1, first_tick=self.tick)
 
-    def _state(self, agent: AgentModel, run: AgentRun) -> AgentState:
-        return AgentState.of(run.row, agent.driver.actuators(run.vehicle))
+
+class AgentRows(Mapping[str, NDArray[np.float64]]):
+    """`(n, CHANNELS)` motion of each agent now."""
+
+    def __init__(self, stepper: Stepper) -> None:
+        self._stepper = stepper
+
+    def __getitem__(self, agent: str) -> NDArray[np.float64]:
+        return self._stepper.row(agent)
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._stepper.agents)
+
+    def __len__(self) -> int:
+        return len(self._stepper.agents)
 
 
 def _row(state: VehicleState) -> NDArray[np.float64]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
 import drjit as dr
 import numpy as np
@@ -14,6 +14,9 @@ from pelagos import jit
 from pelagos.jit import Array
 from pelagos.math.frames import flip_quaternion, flip_yz
 from pelagos.sensors.sensor import Kinematics
+
+if TYPE_CHECKING:
+    from pelagos.sim.batch import Batch
 from pelagos.vehicles.state import VehicleState
 
 CHANNELS: Final = 19  # position 3, attitude 4, velocity 3, angular velocity 3, acceleration 3, angular acceleration 3
@@ -36,7 +39,7 @@ class Trajectory:
 
     Attributes:
         packed: `Float64`, `(ticks, n, CHANNELS)` in one row.
-        n: copies.
+        n: rows: copies, of each vehicle of a batch.
         ticks: length of the block.
         first_tick: the tick of the first row.
     """
@@ -79,7 +82,7 @@ class LaneSelector:
     """Cuts the lanes of due ticks out of a trajectory, one frozen call for each number of lanes."""
 
     def __init__(self, *, n: int, dt_ns: int) -> None:
-        self._n = n
+        self._n = self.rows = n
         self._frozen: dict[int, Callable[..., Kinematics]] = {}
         self._dt = dr.opaque(jit.UInt64, dt_ns)
         self._copies = dr.opaque(jit.UInt32, n)
@@ -93,6 +96,63 @@ class LaneSelector:
         start = dr.opaque(u32, ticks.start - trajectory.first_tick)
         step, first = dr.opaque(u32, ticks.step), dr.opaque(u32, trajectory.first_tick)
         return self._frozen[count](trajectory.packed, start, step, first, self._copies, self._dt, *names)
+
+
+class RowNames:
+    """What the random streams of a batch's rows are named by.
+
+    Those of one vehicle are named by its copies' episodes. Sensors that read for several look these up in tables, by
+    row: the names that lanes carry are the rows, and the tables follow the episodes.
+    """
+
+    def __init__(self, batch: Batch) -> None:
+        self._batch = batch
+        self._before: tuple[Array, Array] | None = None
+        self._found: tuple[Array, Array] | None = None
+        self._streams: Array = None
+        self._keys: dict[int, tuple[Array, Array]] = {}  # of tables that stand for poses now
+
+    def of(self, names: tuple[Array, Array]) -> tuple[Array, Array]:
+        """By row, as `Episodes.names` by copy."""
+        batch = self._batch
+        if len(batch.members) == 1:
+            return names
+        if self._found is None or self._before is not names:
+            streams, began = (np.tile(np.array(values), len(batch.members)) for values in names)
+            rows = np.arange(batch.rows, dtype=np.uint32)
+            self._found = jit.own(jit.UInt32, rows), jit.own(jit.UInt32, began)
+            self._streams = jit.own(jit.UInt32, streams)
+            self._before = names
+        for table in batch.streams:
+            table.environment = self._streams
+            table.first, table.second = self._keys.pop(id(table), (table.first, table.second))
+        return self._found
+
+    def at_poses(self, lanes: Kinematics, member: int) -> None:
+        """Have the tables be those of poses of one member, whose streams `lanes` name; until `of` is asked again."""
+        if len(self._batch.members) == 1:
+            return
+        count = len(lanes.tick)
+        for table in self._batch.streams:
+            self._keys.setdefault(id(table), (table.first, table.second))
+            first, second = self._keys[id(table)]
+            table.first, table.second = (
+                dr.full(jit.UInt32, int(words[member * self._batch.n]), count) for words in (first, second)
+            )
+            table.environment = lanes.environment
+            dr.make_opaque(table.first, table.second)
+        lanes.environment = dr.arange(jit.UInt32, count)
+        lanes.copy = lanes.copy + member * self._batch.n
+        dr.make_opaque(lanes.environment, lanes.copy)
+
+
+def of_rows(motion: Kinematics, rows: slice, of: int) -> Kinematics:
+    """The lanes of some rows among `of` of a motion, tick-major as before."""
+    wide = len(motion.tick)
+    chosen = np.arange(wide, dtype=np.uint32).reshape(-1, of)[:, rows].ravel()
+    made: Kinematics = dr.gather(Kinematics, motion, jit.UInt32(chosen))
+    dr.eval(made)
+    return made
 
 
 def _selector(count: int) -> Callable[..., Kinematics]:

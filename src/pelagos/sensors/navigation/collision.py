@@ -49,11 +49,12 @@ class Collision:
     TITLE: ClassVar[str] = "Contact of the hull with anything, and its force"
     KERNELS: ClassVar[int] = 0
     CASTS: ClassVar[int] = 0
+    ASKS_SCENE: ClassVar[bool] = False
     SOURCES: ClassVar[tuple[str, ...]] = ()
 
     def __init__(self, config: CollisionConfig, context: SensorContext) -> None:
         self._least = config.least_force_n
-        self._agent = context.path.split(".")[0]
+        self._agent = context.path.split(".")[0]  # of several, the first
         self._ticks = max(round(1e9 / (config.rate_hz * context.dt_ns)), 1)
         self._blows = context.blows
         if self._blows is not None:

@@ -32,6 +32,7 @@ from pelagos.optics.water import MEAN_COSINE, REFRACTIVE_INDEX
 from pelagos.raycast.caster import Caster
 from pelagos.raycast.rays import Hits, Rays
 from pelagos.sensors.camera.picture.scenery import Scenery, behind_air, by_ray, depth_at, sky_in_air
+from pelagos.sensors.noise import lane_stream
 
 BOUNCES: Final = 48
 _START: Final = 2e-3  # [m] off surfaces
@@ -98,7 +99,8 @@ def path_traced(
 
 def _draws(counter: tuple[Array, Array, Array, Array], bounce: Array, key: Any) -> list[Array]:
     pixel, environment, tick, number = counter
-    words = [philox((pixel, environment, tick, (number * BOUNCES + bounce) * 4 + k), key) for k in (1, 2)]
+    stream, environment = lane_stream(key, environment)
+    words = [philox((pixel, environment, tick, (number * BOUNCES + bounce) * 4 + k), stream) for k in (1, 2)]
     return [uniform32(w) for four in words for w in four]
 
 

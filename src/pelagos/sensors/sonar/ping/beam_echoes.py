@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
+from pelagos.sensors.noise import part_path
 from pelagos.sensors.sonar.ping.aperture import round_aperture
 from pelagos.sensors.sonar.ping.cone_rays import cone_rays
 from pelagos.sensors.sonar.ping.ping_spec import PingSpec
@@ -81,5 +82,5 @@ def beam_cones(axes: NDArray[np.float64], width: float, count: int) -> dict[str,
 
 def part_of(context: SensorContext, name: str) -> Any:
     """The context of a part of a sonar: a random stream of its own, and nobody hears it a second time."""
-    changed: dict[str, Any] = {"path": f"{context.path}.{name}", "neighbours": None}
+    changed: dict[str, Any] = {"path": part_path(context.path, name), "neighbours": None}
     return SimpleNamespace(**{**vars(context), **changed})

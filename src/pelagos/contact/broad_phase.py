@@ -1,0 +1,86 @@
+"""The broad phase of contact: which bodies are so near one another that they may touch.
+
+Bounding spheres first, by k-d trees of places, one for each class of sizes, so that a ship among a thousand small
+vehicles costs what it should; then the boxes about the bodies. Nearly linear in bodies at fixed density. Source:
+C. Ericson, Real-Time Collision Detection (2005), Chapters 4 and 7, doi 10.1201/b14581.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pelagos.math.so3 import rotate_np
+
+_CLASS: Final = 2.0  # sizes within one class differ by less than this factor
+
+
+@dataclass(frozen=True)
+class BoundedBodies:
+    """Bodies as the broad phase sees them.
+
+    Attributes:
+        position: `(b, 3)` of their origins [m].
+        attitude: `(b, 4)`, body to world, w first.
+        radius: `(b,)` of the sphere about the origin that holds the body [m].
+        low, high: `(b, 3)` corners of the box that holds it, in its own frame [m].
+        copy: `(b,)` bodies of different copies do not meet.
+    """
+
+    position: NDArray[np.float64]
+    attitude: NDArray[np.float64]
+    radius: NDArray[np.float64]
+    low: NDArray[np.float64]
+    high: NDArray[np.float64]
+    copy: NDArray[np.int64]
+
+
+def close_pairs(
+    position: NDArray[np.float64], reach: NDArray[np.float64], copy: NDArray[np.int64]
+) -> NDArray[np.int64]:
+    """Pairs whose distance is less than the sum of their reaches, `(k, 2)` rows i < j, in ascending order.
+
+    Args:
+        position: `(b, 3)` [m].
+        reach: `(b,)` [m].
+        copy: `(b,)`.
+    """
+    from scipy.spatial import cKDTree  # a tenth of the time that all imports take
+
+    if len(position) < 2:
+        return np.zeros((0, 2), dtype=np.int64)
+    apart = 4.0 * float(reach.max())
+    places = np.concatenate([position, copy[:, None] * apart], axis=1)
+    size = np.floor(np.log(np.maximum(reach, 1e-9)) / np.log(_CLASS)).astype(np.int64)
+    classes = [np.flatnonzero(size == s) for s in np.unique(size)]
+    trees = [cKDTree(places[rows]) for rows in classes]
+    largest = [float(reach[rows].max()) for rows in classes]
+    parts = []
+    for a, (rows, tree) in enumerate(zip(classes, trees, strict=True)):
+        parts.append(rows[tree.query_pairs(2 * largest[a], output_type="ndarray")])
+        for b in range(a + 1, len(classes)):
+            found = trees[b].sparse_distance_matrix(tree, largest[a] + largest[b], output_type="ndarray")
+            parts.append(np.stack([classes[b][found["i"]], rows[found["j"]]], axis=1))
+    pairs = np.sort(np.concatenate(parts).astype(np.int64), axis=1)
+    i, j = pairs.T
+    near = np.linalg.norm(position[i] - position[j], axis=1) < reach[i] + reach[j]
+    pairs = pairs[near & (copy[i] == copy[j])]
+    return np.asarray(pairs[np.lexsort((pairs[:, 1], pairs[:, 0]))])
+
+
+def touching_boxes(bodies: BoundedBodies, pairs: NDArray[np.int64], margin: float) -> NDArray[np.bool_]:
+    """`(k,)`: whether each of two bodies' spheres comes within `margin` [m] of the other's box; False is certain."""
+    i, j = pairs.T
+    return _near_box(bodies, i, j, margin) & _near_box(bodies, j, i, margin)
+
+
+def _near_box(
+    bodies: BoundedBodies, sphere: NDArray[np.int64], box: NDArray[np.int64], margin: float
+) -> NDArray[np.bool_]:
+    back = bodies.attitude[box] * [1.0, -1.0, -1.0, -1.0]
+    local = rotate_np(back, bodies.position[sphere] - bodies.position[box])
+    outside = np.maximum(np.maximum(bodies.low[box] - local, local - bodies.high[box]), 0.0)
+    return np.asarray(np.linalg.norm(outside, axis=1) < bodies.radius[sphere] + margin)

@@ -1,0 +1,67 @@
+"""Meshes of bodies, each once, side by side in a scene that never changes.
+
+Rays are brought into the frame of the body that they may meet. So nothing is rebuilt when bodies move, however many
+they are, and a hit depends on where ray and body are to one another, not on where in the world.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any, Final
+
+import drjit as dr
+import numpy as np
+from numpy.typing import NDArray
+
+from pelagos import jit
+from pelagos.jit import Array
+from pelagos.raycast.geometry import Geometry
+from pelagos.raycast.meshes import mesh_of, watertight
+from pelagos.raycast.surface import Faces
+
+_GAP: Final = 1.0  # [m] between the spheres that hold two meshes; rays look for one of them within its own
+
+
+@jit.struct
+class ShapeTables:
+    """What the faces of all meshes are: a Dr.Jit struct.
+
+    Attributes:
+        faces: see `Faces`.
+        material: `UInt32`, row of the world's material table of each face.
+    """
+
+    faces: Faces
+    material: Array
+
+
+class Shapes:
+    """The distinct meshes of some bodies.
+
+    Attributes:
+        scene: the `mi.Scene` that holds them, the smallest first.
+        tables: see `ShapeTables`.
+        offset: `(b, 3)` where the origin of each body's mesh stands in it [m].
+    """
+
+    def __init__(self, bodies: Sequence[Geometry]) -> None:
+        keys = [(id(g.vertices), g.face_materials.tobytes()) for g in bodies]
+        distinct = dict(zip(reversed(keys), reversed(bodies), strict=True))
+        radius = {key: float(np.linalg.norm(g.vertices, axis=1).max()) for key, g in distinct.items()}
+        place: dict[tuple[int, bytes], NDArray[np.float64]] = {}
+        x = 0.0
+        standing = []
+        for key in sorted(distinct, key=lambda k: radius[k]):
+            x += radius[key]
+            place[key] = np.array([x, 0.0, 0.0])
+            x += radius[key] + _GAP
+            standing.append(replace(distinct[key], vertices=distinct[key].vertices + place[key]))
+        mesh, faces = mesh_of("shapes", standing, np.zeros(3))
+        self.scene: Any = jit.mi.load_dict({"type": "scene", **watertight(), "shapes": mesh}, optimize=False)
+        self.tables = ShapeTables(
+            faces, jit.own(jit.UInt32, np.concatenate([g.face_materials for g in standing]).astype(np.uint32))
+        )
+        self.tables.faces.thing = dr.zeros(jit.UInt32, 1)
+        dr.make_opaque(self.tables)
+        self.offset: NDArray[np.float64] = np.array([place[key] for key in keys]).reshape(-1, 3)

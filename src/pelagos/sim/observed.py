@@ -1,0 +1,115 @@
+"""What a step returns: the newest readings, by agent and sensor, and of a group's members together.
+
+Readings of many vehicles come in one piece from one call. They are cut up for those agents that somebody asks about.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pelagos.errors import LookupFailed
+from pelagos.sensors.lazy import promised
+from pelagos.sensors.sensor import Reading
+from pelagos.sim.sampled import Sampled
+
+if TYPE_CHECKING:
+    from pelagos.sim.model import Model
+
+
+class Readings(Mapping[str, Reading]):
+    """The newest reading of each sensor of one agent; absent where there is none."""
+
+    def __init__(self, sampled: Sequence[Sampled], member: int, n: int, dt_ns: int) -> None:
+        self._parts = sampled, member, n, dt_ns
+        self._found: dict[str, Reading] | None = None
+
+    @property
+    def _all(self) -> dict[str, Reading]:
+        if self._found is None:
+            sampled, member, n, dt_ns = self._parts
+            self._found = {}
+            for one in sampled:
+                reading = one.of(member, n).newest(n, dt_ns)
+                if reading is not None:
+                    self._found[one.model.name] = reading
+        return self._found
+
+    def __getitem__(self, sensor: str) -> Reading:
+        return self._all[sensor]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._all)
+
+    def __len__(self) -> int:
+        return len(self._all)
+
+    def __repr__(self) -> str:
+        return repr(self._all)
+
+
+class Observed(dict[str, Mapping[str, Reading]]):
+    """Readings by agent; the name of a group gives those of its members together, `(n, members, ...)`.
+
+    Iteration goes over single agents.
+    """
+
+    def __init__(self, model: Model, sampled: Sequence[Sampled] = ()) -> None:
+        self._model = model
+        by_batch: dict[str, list[Sampled]] = {name: [] for name in model.batches}
+        for one in sampled:
+            by_batch[one.members[0]].append(one)
+        n, dt_ns = model.n, model.clock.dt_ns
+        read = {}
+        for name, agent in model.agents.items():
+            parts = by_batch[agent.batch.name]
+            cut = Readings(parts, agent.member, n, dt_ns)
+            read[name] = cut if len(agent.batch.members) > 1 else dict(cut)
+        super().__init__(read)
+
+    def __missing__(self, name: str) -> Mapping[str, Reading]:
+        members = self._model.group(name)
+        if members is None:
+            raise LookupFailed("agent", name, [*self, *self._model.groups])
+        sensors = dict.fromkeys(sensor for member in members for sensor in self[member])
+        found = {sensor: _together(sensor, [self[m].get(sensor) for m in members], name) for sensor in sensors}
+        return {sensor: reading for sensor, reading in found.items() if reading is not None}
+
+
+def _together(sensor: str, readings: Sequence[Reading | None], group: str) -> Reading | None:
+    """Readings of a group's members, of the latest time that one of them has, as one.
+
+    Data of members without a reading are zero, and not valid; None where members' readings have different shapes.
+    """
+    there = [r for r in readings if r is not None]
+    t_ns = max(r.t_ns for r in there)
+    first = next(r for r in there if r.t_ns == t_ns)
+    chosen = [r if r is not None and r.t_ns == t_ns else None for r in readings]
+    if any(r is not None and r.data.shape != first.data.shape for r in chosen):
+        return None
+
+    def stacked(part: str) -> NDArray[np.generic]:
+        values = [None if r is None else getattr(r, part) for r in chosen]
+        return _stacked(values, getattr(first, part))
+
+    extras = {}
+    for name, values in first.extras.items():
+        if np.ndim(values) and len(values) == len(first.valid) and not _same_for_all(name, chosen):
+            extras[name] = _stacked([None if r is None else r.extras[name] for r in chosen], values)
+        else:
+            extras[name] = values
+    valid = np.stack([np.zeros_like(first.valid) if r is None else r.valid for r in chosen], axis=1)
+    return Reading(stacked("data"), promised(lambda: stacked("truth")), t_ns, f"{group}/{sensor}", valid, extras)
+
+
+def _stacked(values: Sequence[NDArray[np.generic] | None], like: NDArray[np.generic]) -> NDArray[np.generic]:
+    return np.stack([np.zeros_like(like) if v is None else v for v in values], axis=1)
+
+
+def _same_for_all(name: str, readings: Sequence[Reading | None]) -> bool:
+    """Whether an extra is one table that all readings share."""
+    tables = {id(r.extras[name]) for r in readings if r is not None}
+    return len(tables) == 1 and sum(r is not None for r in readings) > 1

@@ -1,0 +1,69 @@
+"""Agents that are moved and asked in one call give the bytes of agents alone: every sensor and vehicle there is."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+from tests.contracts.test_every_checkpoint import AFLOAT, IN_AIR, digest, sensors
+
+import pelagos as pl
+from pelagos.config import registry
+from pelagos.sim import model as sim_model
+from pelagos.vehicles.load import catalogue_names
+
+SENSORS = sorted(registry.entries("sensor", plugins=False))
+
+
+def _fleet(vehicle: str, carried: dict[str, Any], count: int = 3) -> dict[str, Any]:
+    depth = -6.0 if vehicle in IN_AIR else 0.0 if vehicle in AFLOAT else 3.0
+    agents = {
+        f"a{i}": {
+            "vehicle": vehicle,
+            "start": {"position_m": [4.0 * i, -9.0 * i, -depth - 0.3 * i], "heading_deg": 25.0 * i, "speed_mps": 0.4},
+            "sensors": carried,
+        }
+        for i in range(count)
+    }
+    ocean = {"tracers": {"chlorophyll": 2.0, "oxygen": 240.0, "turbidity": 1.5}}
+    return {
+        "seed": 5,
+        "tick_rate_hz": 100,
+        "world": {"type": "flat", "depth_m": 12.0},
+        "ocean": ocean,
+        "agents": agents,
+    }
+
+
+def _trace(scenario: dict[str, Any], ticks: int, n: int) -> list[Any]:
+    sim = pl.Simulation.load(scenario, n=n)
+    found: list[Any] = []
+    for _ in range(ticks):
+        obs = sim.step()
+        found.append({name: digest(dict(readings)) for name, readings in obs.items()})
+    for name, state in sim.state.items():
+        found.append((name, *(values.tobytes() for values in vars(state).values())))
+    return found
+
+
+def _equal(scenario: dict[str, Any], monkeypatch: pytest.MonkeyPatch, *, ticks: int, n: int) -> None:
+    together = _trace(scenario, ticks, n)
+    monkeypatch.setattr(sim_model, "alike", lambda members, modes: [[name] for name in members])
+    alone = _trace(scenario, ticks, n)
+    for one, other in zip(together, alone, strict=True):
+        assert one == other
+
+
+@pytest.mark.filterwarnings("ignore::pelagos.errors.ValidityWarning")
+@pytest.mark.filterwarnings("ignore::pelagos.errors.MountWarning")
+def test_every_sensor_reads_for_many_as_for_one(monkeypatch):
+    """Every sensor of the registry, three vehicles in two copies that see one another."""
+    carried = sensors()
+    assert set(carried) == set(SENSORS)
+    _equal(_fleet("remus100", carried), monkeypatch, ticks=10, n=2)
+
+
+@pytest.mark.filterwarnings("ignore::pelagos.errors.ValidityWarning")
+@pytest.mark.parametrize("vehicle", catalogue_names())
+def test_every_vehicle_moves_among_many_as_alone(vehicle, monkeypatch):
+    _equal(_fleet(vehicle, {"imu": {"type": "imu", "rate_hz": 50}}), monkeypatch, ticks=20, n=2)

@@ -1,0 +1,148 @@
+"""Groups of agents: members, their readings and commands together, noise that nobody else changes, collisions."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+import pelagos as pl
+from pelagos.errors import CommandError, LookupFailed, ScenarioError
+
+SENSORS = {"imu": {"type": "imu", "rate_hz": 50}, "dvl": {"type": "dvl", "rate_hz": 5}}
+
+
+def swarm(count: int | None, **keys: Any) -> dict[str, Any]:
+    auv = {
+        "count": count,
+        "vehicle": "remus100",
+        "start": {"position_m": [0.0, 0.0], "depth_m": 5.0, "speed_mps": 1.2, "spacing_m": [30.0, 25.0]},
+        "control": "depth_heading",
+        "command": [6.0, 0.4, 900.0],
+        "sensors": SENSORS,
+        "distributions": {"start.heading_deg": {"uniform": [-90.0, 90.0]}},
+        **keys,
+    }
+    return {"seed": 9, "tick_rate_hz": 50, "world": {"type": "flat", "depth_m": 20.0}, "agents": {"auv": auv}}
+
+
+def test_a_group_is_read_by_member_and_together():
+    sim = pl.Simulation.load(swarm(5), n=3)
+    assert list(sim.state) == [f"auv[{i}]" for i in range(5)]
+    obs = sim.step(ticks=10)
+    together = obs["auv"]["imu"]
+    assert together.data.shape == (3, 5, 6)
+    assert together.valid.all()
+    assert together.frame == "auv/imu"
+    for i in range(5):
+        assert (together.data[:, i] == obs[f"auv[{i}]"]["imu"].data).all()
+        assert (together.truth[:, i] == obs[f"auv[{i}]"]["imu"].truth).all()
+        assert (sim.state["auv"].position[:, i] == sim.state[f"auv[{i}]"].position).all()
+    assert sim.state["auv"].euler.shape == (3, 5, 3)
+    assert obs["auv"]["dvl"].extras["ranges"].shape == (3, 5, 4)
+    assert list(obs) == list(sim.state)
+    with pytest.raises(LookupFailed, match="auv"):
+        obs["auw"]
+
+
+def test_members_begin_on_the_grid_and_as_drawn():
+    sim = pl.Simulation.load(swarm(5, overrides={3: {"start": {"depth_m": 9.0}}}))
+    position = sim.state["auv"].position[0]
+    assert position[:, :2].tolist() == [[0, 0], [0, 25], [30, 25], [30, 0], [0, 50]]
+    assert position[:, 2].tolist() == [-5, -5, -5, -9, -5]
+    heading = sim.state["auv"].euler[0, :, 2]
+    assert len(np.unique(heading)) == 5
+    assert np.abs(heading).max() < np.pi / 2
+
+
+def test_a_member_does_not_depend_on_how_many_follow_it():
+    few, many = pl.Simulation.load(swarm(2), n=2), pl.Simulation.load(swarm(7), n=2)
+    for _ in range(30):
+        one, other = few.step(), many.step()
+        for name in ("auv[0]", "auv[1]"):
+            for sensor, reading in one[name].items():
+                assert (reading.data == other[name][sensor].data).all()
+                assert (reading.truth == other[name][sensor].truth).all()
+    for name in ("auv[0]", "auv[1]"):
+        assert (few.state[name].position == many.state[name].position).all()
+    noise = other["auv"]["imu"].data - other["auv"]["imu"].truth
+    assert len(np.unique(noise[..., 0])) == 14
+
+
+def test_commands_of_a_group_and_of_its_members():
+    sim, n, members = pl.Simulation.load(swarm(4), n=2), 2, 4
+    everyone = np.arange(n * members * 3, dtype=float).reshape(n, members, 3)
+    sim.step({"auv": everyone})
+    for i in range(members):
+        held = sim.stepper.runs["auv[0]"].command_values[i * n : (i + 1) * n]
+        assert (held == everyone[:, i]).all()
+    sim.step({"auv": everyone[1], "auv[2]": [7.0, 0.1, 300.0]})
+    held = sim.stepper.runs["auv[0]"].command_values.reshape(members, n, 3)
+    assert (held[[0, 1, 3]] == everyone[1, [0, 1, 3], None]).all()
+    assert (held[2] == [7.0, 0.1, 300.0]).all()
+    with pytest.raises(CommandError, match=r"\(4, k\)"):
+        sim.step({"auv": np.zeros((3, 3))})
+
+
+def test_members_in_different_control_modes_go_as_alone(monkeypatch):
+    from pelagos.sim import model as sim_model
+
+    def run() -> tuple[np.ndarray, str]:
+        sim = pl.Simulation.load(swarm(3), n=2)
+        sim.step(ticks=5)
+        sim.set_mode("auv[1]", "actuators")
+        sim.step({"auv[1]": [0.1, -0.1, 700.0]}, ticks=20)
+        kept = sim.checkpoint()
+        sim.step(ticks=5)
+        after = sim.state["auv"].velocity
+        sim.restore(kept)
+        sim.step(ticks=5)
+        assert (sim.state["auv"].velocity == after).all()
+        return after, sim.stepper.mode("auv[1]") + sim.stepper.mode("auv[2]")
+
+    names = pl.Vehicle.from_catalogue("remus100").command_names("actuators")
+    assert len(names) == 3
+    together, modes = run()
+    assert modes == "actuatorsdepth_heading"
+    monkeypatch.setattr(sim_model, "alike", lambda members, modes: [[name] for name in members])
+    alone, _ = run()
+    assert (together == alone).all()
+
+
+def test_recordings_of_a_group_have_topics_by_member(tmp_path):
+    path = tmp_path / "swarm.mcap"
+    pl.Simulation.load(swarm(3)).run(0.5, record=path)
+    found = pl.Recording(path)
+    assert found.topics("/auv_1/truth")
+    assert {t.split("/")[1] for t in found.topics() if "/imu" in t} == {"auv_0", "auv_1", "auv_2"}
+
+
+@pytest.mark.parametrize(
+    ("keys", "text"),
+    [
+        ({"start": {"position_m": [0, 0], "depth_m": 5.0}}, "spacing_m"),
+        ({"overrides": {9: {}}}, "no member 9"),
+        ({"overrides": {1: {"starts": {}}}}, r"auv\[1\]: starts: there is no such key"),
+        ({"distributions": {"start.headin": {"uniform": [0, 1]}}}, "start.headin"),
+        ({"distributions": {"vehicle.type": {"uniform": [0, 1]}}}, "names no number"),
+        ({"distributions": {"start.heading_deg": {"uniform": [1, 0]}}}, "lowest to the highest"),
+        ({"start": {"position_m": [0, 0], "spacing_m": 5.0, "grid": [1, 2]}}, "no room for 4"),
+        ({"overrides": {1: {"sensors": {"imu": {"rate_hz": 30}}}}}, "does not divide"),
+    ],
+)
+def test_what_no_group_can_be_is_refused(keys, text):
+    with pytest.raises(ScenarioError, match=text):
+        pl.Simulation.load(swarm(4, **keys))
+
+
+def test_keys_of_groups_are_refused_for_single_agents():
+    with pytest.raises(ScenarioError, match="give 'count' too"):
+        pl.Simulation.load(swarm(None))
+
+
+def test_a_name_whose_topics_another_has_is_refused():
+    scenario = swarm(2)
+    scenario["agents"]["auv_1"] = {"vehicle": "remus100"}
+    with pytest.raises(ScenarioError, match="auv_1"):
+        pl.Simulation.load(scenario)
