@@ -1,0 +1,110 @@
+"""Levels of sonars against theory: the table of docs/sonars.md. Prints it; takes ten seconds."""
+
+from __future__ import annotations
+
+import math
+import warnings
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+
+from pelagos import jit
+from pelagos.acoustics.absorption import absorption
+from pelagos.acoustics.noise import ambient_level, directivity_index, rain_level
+from pelagos.acoustics.sphere_scattering import Filling, sphere_strength
+from pelagos.errors import ValidityWarning
+from pelagos.ocean.config import OceanConfig, build_ocean
+from pelagos.raycast.geometry import Geometry
+from pelagos.raycast.rays import NO_BODY
+from pelagos.raycast.scene import Scene
+from pelagos.sensors.example_motion import lanes
+from pelagos.sensors.sonar.imaging_sonar import ImagingSonar, ImagingSonarConfig
+from pelagos.world.material import MATERIALS
+from pelagos.world.shapes import box, sphere
+
+Row = tuple[str, str, float, float]
+LOUD: dict[str, Any] = {"range_max_m": 60.0, "iq": True, "scale": "linear", "source_level_db": 260.0, "beams": 257}
+STEEL_DB = 20 * math.log10((7.6585 * 3.9333 - 1) / (7.6585 * 3.9333 + 1))
+
+
+def sonar(geometries: list[Geometry], **options: Any) -> ImagingSonar:
+    """An imaging sonar at -300 m among things of steel."""
+    steel = (MATERIALS["steel"],)
+    context: Any = SimpleNamespace(
+        path="auv0.sonar", seed=0, dt_ns=5_000_000, scene=Scene(geometries), ocean=build_ocean(OceanConfig()),
+        world=SimpleNamespace(materials=steel, palette=steel), own_body=np.full(1, NO_BODY, np.uint32),
+    )  # fmt: skip
+    return ImagingSonar(ImagingSonarConfig(**(LOUD | options)), context)
+
+
+def placed(mesh: Any, x: float, instance: int = 1) -> Geometry:
+    """A mesh whose middle is x metres ahead."""
+    return Geometry(np.asarray(mesh.vertices) + np.array([x, 0.0, -300.0]), mesh.faces, 0, 1, instance)
+
+
+def power(s: ImagingSonar, tick: int = 0, **motion: Any) -> Any:
+    """Intensity of a ping re the source level at 1 m `(beams, bins)`."""
+    heard = s.sense(lanes([tick], dt_ns=5_000_000, position=(0.0, 0.0, -300.0), **motion))
+    return np.abs(heard.extras["iq"][0]) ** 2
+
+
+def strength(s: ImagingSonar, distance: float) -> float:
+    """Apparent target strength of the loudest cell [dB]."""
+    water = build_ocean(OceanConfig())
+    place, t = jit.Array3f64(0.0, 0.0, -300.0), jit.Float64(0.0)
+    loss = absorption(
+        jit.Float64(s.config.frequency_hz), water.temperature(place, t), water.salinity(place, t), 300.0, 8.1
+    )[0]
+    return 10 * math.log10(power(s).max()) + 40 * math.log10(distance) + 2 * float(loss) * distance
+
+
+def rows() -> list[Row]:
+    """(quantity, source, theory, measured), in dB but for the last."""
+    found: list[Row] = []
+    ts = lambda a, f, filling, c: float(sphere_strength(a, f, filling, sound_speed=c))
+    found.append(
+        ("rigid sphere, 10 mm, 12 kHz: target strength", "Jech et al. 2015", -54.44, ts(0.01, 12e3, None, 1477.4))
+    )
+    gas = Filling(1.24 / 1026.8, 345.0 / 1477.4)
+    found.append(("gas sphere, 10 mm, 12 kHz", "Jech et al. 2015", -42.34, ts(0.01, 12e3, gas, 1477.4)))
+    carbide = Filling(14.9 / 1.026, 6853 / 1490, 4171 / 1490)
+    found.append(("tungsten carbide, 38.1 mm, 120 kHz", "ICES Report 144", -39.5, ts(0.01905, 120e3, carbide, 1490.0)))
+    copper = Filling(8.947 / 1.026, 4760 / 1490, 2288.5 / 1490)
+    found.append(("copper, 60 mm, 38 kHz", "Foote 1982", -33.6, ts(0.03, 38e3, copper, 1490.0)))
+    ball = sphere(0.1, sides=192, rings=96)
+    for distance in (15.0, 40.0):
+        theory = 20 * math.log10(0.05 * (distance - 0.1) / distance) + STEEL_DB
+        heard = strength(sonar([placed(ball, distance)]), distance - 0.1)
+        found.append((f"steel sphere, 0.1 m, {distance:g} m away, loudest cell", "20 log a/2", theory, heard))
+    theory = 20 * math.log10(0.15**2 / 0.015) + STEEL_DB
+    heard = strength(sonar([placed(box((1.0, 0.15, 0.15)), 20.5)], frequency_hz=100e3), 20.0)
+    found.append(("steel plate, 0.15 m square, 100 kHz, 20 m", "20 log A/lambda", theory, heard))
+    density = 10 * math.log10(10 ** (ambient_level(750e3, 0.0) / 10) + 10**5.5)
+    index = directivity_index(math.radians(1.0), math.radians(20.0))
+    theory = density - 10 * math.log10(0.5e-3) + 10 * math.log10(1.5) - index - 260.0
+    quiet = placed(ball, 5000.0)
+    for options in ({}, {"beams": 514}, {"bins": 2048}):
+        name = ", ".join(f"{k} {v}" for k, v in options.items()) or "defaults"
+        heard = 10 * math.log10(power(sonar([quiet], **options)).mean())
+        found.append((f"noise re the source level, {name}", "NL - 10 log T - DI + 1.8", theory, heard))
+    found.append(("rain of 10 mm/h at 5 kHz", "Ma et al. 2005", 57.8, rain_level(5e3, 10.0)))
+    fast = sonar([placed(ball, 15.1)], bins=8192, range_max_m=20.0)
+    still, moving = (
+        float(fast.tables["range"][power(fast, velocity=(v, 0.0, 0.0)).max(axis=0).argmax()]) for v in (0.0, 2.0)
+    )
+    found.append(("range taken for nearer at 2 m/s, 15 m [mm]", "f T v/B + r v/c", 25.0 + 20.0, 1e3 * (still - moving)))
+    return found
+
+
+def table() -> list[str]:
+    """The table's lines."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", ValidityWarning)
+        made = rows()
+    lines = ["| quantity | theory or source | expected | measured | deviation |", "|---|---|---|---|---|"]
+    return lines + [f"| {name} | {source} | {t:.1f} | {m:.1f} | {m - t:+.1f} |" for name, source, t, m in made]
+
+
+if __name__ == "__main__":
+    print("\n".join(table()))
