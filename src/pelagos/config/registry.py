@@ -81,6 +81,7 @@ BUILT_IN: Final[Mapping[Kind, Mapping[str, str]]] = {
         "instrument": "pelagos.bridges.instrument:InstrumentConfig",
         "lcm": "pelagos.bridges.lcm_transport:LcmConfig",
         "mavlink": "pelagos.bridges.mavlink:MavlinkConfig",
+        "moos": "pelagos.bridges.moos:MoosConfig",
         "px4": "pelagos.bridges.px4:Px4Config",
         "ros2": "pelagos.bridges.ros2:Ros2Config",
     },
