@@ -1,4 +1,4 @@
-"""What a Doppler velocity log says, apart from how it is written."""
+"""Readings of a Doppler velocity log, apart from how they are written."""
 
 from __future__ import annotations
 
