@@ -13,6 +13,7 @@ from sonar_scenes import LAMBERT_DB, StillWater, at, context, plane, still_water
 import pelagos as pl
 from pelagos import jit
 from pelagos.acoustics.absorption import absorption
+from pelagos.acoustics.beam_pattern import shaded_length, weighted_line_np
 from pelagos.acoustics.noise import ambient_level, directivity_index, rain_level
 from pelagos.errors import ValidityWarning
 from pelagos.sensors.sonar.imaging_sonar import ImagingSonar, ImagingSonarConfig
@@ -198,3 +199,31 @@ def test_rain_has_the_levels_of_its_source():
     assert rain_level(5e3, 10.0) == pytest.approx(57.8, abs=0.01)
     assert rain_level(5e3, 50.0) == pytest.approx(68.56, abs=0.01)
     assert rain_level(5e3, 0.0) == -math.inf
+
+
+@pytest.mark.parametrize("beams", [128, 192])
+def test_the_water_column_has_the_nadirs_ring_of_side_lobes(beams):
+    """At the range of the nadir's echo a beam at 40 deg hears it by the side lobes of its Hamming array: their mean
+    power there, over the beam's at nadir; in the truth and, averaged over beams, in the data."""
+    config = MultibeamConfig(
+        beams=beams,
+        swath_deg=120.0,
+        water_column_bins=400,
+        range_max_m=40.0,
+        source_level_db=260.0,
+        beamwidth_across_deg=1.0,
+    )
+    s = Multibeam(config, context([plane(-20.0)]))
+    reading = s.sense(at(0, 0, 0))
+    r, angle = s.tables["water_column_range"], np.degrees(s.tables["angle"])
+    ring = np.abs(r - 20.0) < 0.35
+    near, far = np.abs(angle) < 1.5, np.abs(np.abs(angle) - 40.0) < 6.0
+    lobes = (
+        weighted_line_np(np.sin(np.radians(angle[far])), shaded_length(math.radians(1.0), "hamming"), "hamming") ** 2
+    )
+    for name, slack in (("water_column_truth", 3.0), ("water_column", 6.0)):
+        power = 10 ** (reading.extras[name][0] / 10)
+        ratio = 10 * math.log10(power[far][:, ring].max(axis=1).mean() / power[near][:, ring].max())
+        # the echo of some beams about the nadir adds up: 10 log of the widths it fills
+        assert 10 * math.log10(lobes.mean()) - slack < ratio < 10 * math.log10(lobes.mean()) + slack + 6.0, name
+        assert ratio < -35.0

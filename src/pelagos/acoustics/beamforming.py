@@ -12,6 +12,7 @@ from pelagos.jit import Array
 
 _LONG: Final = 200  # samples of a pulse beyond which fewer are taken
 _TAPS: Final = 100  # of them, then
+_WIDE_BLOCK: Final = 8  # beams that read a sector once
 _PACKETS: Final = {1: "Float", 2: "Array2f"}  # a cell of as many channels
 
 
@@ -115,6 +116,38 @@ def energy_weights(amplitudes: list[list[Array]], reach: int) -> list[list[Array
         captured = 1.0 / sum(squares)
         rows.append([s * captured for s in squares])
     return rows
+
+
+def steer_widely(
+    echoes: Array, steering: Array, *, channels: int, beams: int, bins: int, squared: bool = False
+) -> Array:
+    """What every beam hears of all sectors, however far away: as `form_beams` over a whole array, in memory.
+
+    Args:
+        echoes: `channels` `Float` a cell, one beam a sector, whose rows are `pitch(bins)` apart.
+        steering: `(beams, 2 beams - 1)`, see `steering_matrix`.
+        channels: of a cell.
+        beams, bins: size of an image.
+        squared: echoes are energies: weights count by their squares.
+    """
+    kind, row = getattr(jit, _PACKETS[channels]), pitch(bins)
+    pings, blocks = dr.width(echoes) // (channels * beams * row), -(-beams // _WIDE_BLOCK)
+    lane = dr.arange(jit.UInt32, pings * blocks * bins)
+    bin_, first, ping = lane % bins, lane // bins % blocks * _WIDE_BLOCK, lane // (bins * blocks)
+    own = [dr.minimum(first + i, beams - 1) for i in range(_WIDE_BLOCK)]
+
+    def hear(k: Array, sums: list[Any]) -> tuple[Array, list[Any]]:
+        heard = dr.gather(kind, echoes, (ping * beams + k) * row + bin_)
+        weights = [dr.gather(jit.Float, steering, beam * (2 * beams - 1) + (beams - 1) + k - beam) for beam in own]
+        return k + 1, [dr.fma(w * w if squared else w, heard, total) for w, total in zip(weights, sums, strict=True)]
+
+    start = (dr.zeros(jit.UInt32, dr.width(lane)), [dr.zeros(kind, dr.width(lane)) for _ in own])
+    _, sums = dr.while_loop(start, lambda k, _: k < beams, hear, mode="symbolic")
+    formed = dr.zeros(jit.Float, dr.width(echoes))
+    for i, total in enumerate(sums):
+        dr.scatter(formed, total, (ping * beams + first + i) * row + bin_, first + i < beams)
+    dr.eval(formed)
+    return formed
 
 
 def form_beams(

@@ -14,7 +14,6 @@ from pelagos.sensors.sonar.ping.receiver import Layout
 from pelagos.sensors.sonar.ping.thin_fan_rays import slice_rays
 
 _RAYS: Final = 24  # of a beam: strata across its sector
-_SIDE_LOBES: Final = 16  # neighbours on each side whose echoes leak into a beam
 
 
 @dataclass(frozen=True)
@@ -49,7 +48,8 @@ def column_layout(column: Column) -> Layout:
         horizontal_width=column.across,
         vertical_width=column.along,
         azimuths=column.angles,
-        steering=steering_matrix(column.angles, column.across, "hamming", min(_SIDE_LOBES, beams - 1)),
+        steering=steering_matrix(column.angles, column.across, "hamming", beams - 1),
+        hears_all=True,
         equivalent=equivalent_width(column.angles, column.across, "hamming"),
         aperture=aperture(column),
     )

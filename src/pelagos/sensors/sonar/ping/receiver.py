@@ -13,7 +13,14 @@ from numpy.typing import NDArray
 
 from pelagos import jit
 from pelagos.acoustics.beam_pattern import energy_reach, line_length, line_np
-from pelagos.acoustics.beamforming import added, amplitude_weights, energy_weights, form_beams, spread_pulse
+from pelagos.acoustics.beamforming import (
+    added,
+    amplitude_weights,
+    energy_weights,
+    form_beams,
+    spread_pulse,
+    steer_widely,
+)
 from pelagos.acoustics.echo_walk import pitch
 from pelagos.acoustics.reverberation import volume_intensity
 from pelagos.acoustics.spreading import from_db, time_varied_gain, to_db
@@ -51,6 +58,7 @@ class Layout:
         equivalent: `(beams,)`, integral of each receive beam's power pattern over the angle [rad]; None: rays carry it,
             and a sector is heard as a whole.
         aperture: how beams hear any direction.
+        hears_all: every beam hears every sector, by its side lobes; `steering` is of the whole array.
     """
 
     beams: int
@@ -63,6 +71,7 @@ class Layout:
     facet: float | None = None
     single_file: bool = False
     equivalent: NDArray[np.float64] | None = None
+    hears_all: bool = False
 
     @property
     def heard_parts(self) -> NDArray[np.float32]:
@@ -164,7 +173,11 @@ def receive(
     beams, bins, pings = layout.beams, spec.bins, dr.width(lanes.position)
     reach = 0 if layout.steering is None else layout.steering.shape[1] // 2
     hearing = _Hearing(spec, layout, constants, lanes.medium, moment.spin)
-    weights = amplitude_weights(constants.steering, hearing.first, count=hearing.count, reach=reach, beams=beams)
+    if layout.hears_all:
+        echoes = steer_widely(echoes, constants.steering, channels=2, beams=beams, bins=bins)
+        weights = [[jit.Float(1)] for _ in range(hearing.count)]
+    else:
+        weights = amplitude_weights(constants.steering, hearing.first, count=hearing.count, reach=reach, beams=beams)
     counter = [dr.gather(jit.UInt32, v, hearing.ping) for v in (lanes.environment, lanes.tick)]
     words: tuple[Array, ...] = ()
 
@@ -205,7 +218,16 @@ def mean_levels(
         reach, inner = layout.steering.shape[1] // 2, energy_reach(layout.steering)
 
     hearing = _Hearing(spec, layout, constants, medium, spin)
-    weights = amplitude_weights(constants.steering, hearing.first, count=hearing.count, reach=reach, beams=layout.beams)
+    if layout.hears_all:
+        energies = steer_widely(
+            energies, constants.steering, channels=1, beams=layout.beams, bins=spec.bins, squared=True
+        )
+        heard = [[jit.Float(1)] for _ in range(hearing.count)]
+    else:
+        amplitudes = amplitude_weights(
+            constants.steering, hearing.first, count=hearing.count, reach=reach, beams=layout.beams
+        )
+        heard = energy_weights(amplitudes, inner)
 
     def finish(_: int, here: Cells, signal: list[Array]) -> list[Array]:
         energy = signal[0]
@@ -218,7 +240,7 @@ def mean_levels(
 
     squares = pulse * pulse
     dr.eval(squares)
-    return hearing(energies, squares, energy_weights(weights, inner), finish, channels=1, outputs=1)[0]
+    return hearing(energies, squares, heard, finish, channels=1, outputs=1)[0]
 
 
 class _Hearing:
