@@ -227,3 +227,20 @@ def test_the_water_column_has_the_nadirs_ring_of_side_lobes(beams):
         # the echo of some beams about the nadir adds up: 10 log of the widths it fills
         assert 10 * math.log10(lobes.mean()) - slack < ratio < 10 * math.log10(lobes.mean()) + slack + 6.0, name
         assert ratio < -35.0
+
+
+@dataclass
+class Front(StillWater):
+    """Layered water beyond x = 500 m, and even water before; a Dr.Jit struct."""
+
+    def sound_speed(self, position, t):
+        return self.speed + dr.select(position[0] > 500.0, 0.8 * (position[2] + 20.0), 0.0)
+
+
+@pytest.mark.parametrize(("far", "bent"), [(800.0, True), (300.0, False)])
+def test_refraction_is_switched_on_by_water_anywhere_in_the_world(far, bent):
+    """A front 500 m off the origin, in a world that reaches 800 m, or only 300 m."""
+    scene = context([plane(-40.0)], ocean=Front(dr.opaque(jit.Float64, 1500.0)))
+    scene.world.bounds = np.array([[-far, -far, -40.0], [far, far, 0.0]])
+    config = ImagingSonarConfig(**(SMALL | {"range_max_m": 120.0}))
+    assert ImagingSonar(config, scene)._pinger._sounder.bent is bent

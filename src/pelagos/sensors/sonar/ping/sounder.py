@@ -27,6 +27,7 @@ if TYPE_CHECKING:
 FACE_M: Final = 0.05  # a sonar higher than this above the surface is out of the water; assumed half the face of one
 _BENDS: Final = 0.004  # displacement of a level ray, in parts of the range, from which refraction matters
 _NEAR: Final = 60.0  # [m], reach from which on the sea around a sonar is as coarse as it gets
+_GRID: Final = 3  # places each way over the world at which the water column is looked at
 _DEPTHS: Final = 129  # places of the water column that are looked at
 
 
@@ -161,9 +162,28 @@ def lowest_ground(context: SensorContext, reach: float) -> float:
 
 
 def bends(context: SensorContext, reach: float, bottom: float) -> bool:
-    """Whether refraction matters over `reach` [m] anywhere between the surface and `bottom`, at the world's origin."""
+    """Whether refraction matters over `reach` [m] above `bottom`, in any part of the world at the beginning."""
     depth = np.linspace(0.0, max(-bottom, 1.0), _DEPTHS)
+    return any(
+        displacement(depth.tolist(), _speeds(context, x, y, depth).tolist(), reach) > _BENDS
+        for x, y in _places(context)
+    )
+
+
+def _places(context: SensorContext) -> list[tuple[float, float]]:
+    """Places of the world that are looked at: its origin, and a grid over its bounds."""
+    bounds = getattr(context.world, "bounds", None)
+    if bounds is None:
+        return [(0.0, 0.0)]
+    low, high = np.asarray(bounds, dtype=np.float64)[:, :2]
+    if not (np.isfinite(low).all() and np.isfinite(high).all()):
+        return [(0.0, 0.0)]
+    grid = [low + (high - low) * part for part in np.linspace(0.02, 0.98, _GRID)]
+    return [(0.0, 0.0), *((float(a[0]), float(b[1])) for a in grid for b in grid)]
+
+
+def _speeds(context: SensorContext, x: float, y: float, depth: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Sound speed down a column of water."""
     zero = dr.zeros(jit.Float64, _DEPTHS)
-    place = jit.Array3f64(zero, zero, jit.Float64(-depth))
-    speed = np.broadcast_to(np.array(context.ocean.sound_speed(place, jit.Float64(0.0))), depth.shape)
-    return displacement(depth.tolist(), speed.tolist(), reach) > _BENDS
+    place = jit.Array3f64(zero + x, zero + y, jit.Float64(-depth))
+    return np.broadcast_to(np.array(context.ocean.sound_speed(place, jit.Float64(0.0))), depth.shape)
