@@ -36,10 +36,17 @@ from pelagos.config.mission import (
 )
 from pelagos.config.scenario import Scenario
 from pelagos.config.swarm import member_names
+from pelagos.errors import DeviceError
 
 
-def check_scenario(path: Path, changes: Sequence[str], *, resolved: bool, trust: bool = False) -> None:
-    """Print a summary, or the scenario with every default written out."""
+def check_scenario(
+    path: Path, changes: Sequence[str], *, resolved: bool, trust: bool = False, build: bool = True
+) -> None:
+    """Print a summary, or the scenario with every default written out.
+
+    With `build`, everything is built once as `pelagos run` builds it; the parts that need a device only where there is
+    one.
+    """
     from pelagos.sim.control import first_mode
     from pelagos.sim.model import check_hearing, vehicles_of
 
@@ -50,7 +57,9 @@ def check_scenario(path: Path, changes: Sequence[str], *, resolved: bool, trust:
     if resolved:
         out.print(to_yaml(scenario), end="", markup=False)
         return
-    out.print(f"{escape(str(path))}: [green]a valid scenario[/green]")
+    built = _built(scenario) if build else False
+    note = "" if built else " (sensors and starts are not built: " + ("no device)" if build else "--no-build)")
+    out.print(f"{escape(str(path))}: [green]a valid scenario[/green]{note}")
     out.print(_summary(scenario))
     for name, agent in scenario.agents.items():
         many = "" if agent.count is None else f", {agent.count} of them: {name}\\[0] to {name}\\[{agent.count - 1}]"
@@ -58,6 +67,19 @@ def check_scenario(path: Path, changes: Sequence[str], *, resolved: bool, trust:
         out.print(_agent(agent, modes[member_names(name, agent.count)[0]]))
         if agent.sensors:
             out.print(_sensors(agent, scenario.tick_rate_hz))
+
+
+def _built(scenario: Scenario) -> bool:
+    """Build what a run would build, and refuse what it would refuse; False where a device was missing for that."""
+    from pelagos.sim.simulation import Simulation
+    from pelagos.world.build import build_world
+
+    try:
+        Simulation.load(scenario)
+    except DeviceError:
+        build_world(scenario.located_world)
+        return False
+    return True
 
 
 def _check_ocean(scenario: Scenario) -> None:

@@ -162,13 +162,16 @@ def check(
     resolved: Annotated[
         bool, typer.Option("--resolved", help="Print the scenario with every default written out.")
     ] = False,
+    build: Annotated[
+        bool, typer.Option("--build/--no-build", help="Build world, sensors and starts once, as a run would.")
+    ] = True,
     change: Changes = None,
     trust: Trust = False,
 ) -> None:
-    """Check a scenario and say what it would simulate; needs no device."""
+    """Check a scenario and say what it would simulate; refuses what `run` refuses, as far as there is a device."""
     from pelagos.cli.check import check_scenario
 
-    check_scenario(scenario, change or [], resolved=resolved, trust=trust)
+    check_scenario(scenario, change or [], resolved=resolved, trust=trust, build=build)
 
 
 @app.command(

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from pelagos.cli.console import show_error
+from pelagos.config.limits import bound
 
 VEHICLE = "VehicleConfig"
 
@@ -26,6 +27,7 @@ def schema_data() -> dict[str, Any]:
     for name in _reachable(definitions, VEHICLE):
         _loosen(definitions[name])
     definitions[VEHICLE]["required"] = ["type"]
+    bound(schema)
     return schema | {"$defs": dict(sorted(definitions.items()))}
 
 

@@ -12,6 +12,7 @@ from pydantic_core import InitErrorDetails, PydanticCustomError
 from pelagos.config.agent import Agent, refuse_bad_names
 from pelagos.config.component import Component
 from pelagos.config.document import join_place
+from pelagos.config.limits import beyond, outside_text
 from pelagos.config.strict import Strict
 from pelagos.config.swarm import group_of, members, topic_name
 
@@ -195,6 +196,20 @@ class Scenario(Strict):
             )
             for path, rate in self._rates()
             if not divides(rate, self.tick_rate_hz)
+        ]
+        if wrong:
+            raise ValidationError.from_exception_data("Scenario", wrong)
+        return self
+
+    @model_validator(mode="after")
+    def _within_ranges(self) -> Self:
+        wrong = [
+            InitErrorDetails(
+                type=PydanticCustomError("range", "{text}", {"text": outside_text(path, value, within)}),
+                loc=path,
+                input=value,
+            )
+            for path, value, within in beyond(self)
         ]
         if wrong:
             raise ValidationError.from_exception_data("Scenario", wrong)
