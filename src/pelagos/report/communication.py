@@ -1,4 +1,4 @@
-"""Who heard whom in a report: a matrix of packets between modems, and every packet on a time line with its fate."""
+"""Packets between modems in a report: a matrix of who heard whom, and every packet on a time line with its fate."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a step returns: the newest readings, by agent and sensor, and of a group's members together.
+"""Observations that a step returns: the newest readings, by agent and sensor, and of a group together.
 
 Readings of many vehicles come in one piece from one call. They are cut up for those agents that somebody asks about.
 """
