@@ -6,8 +6,10 @@ seen. `EXPECTED` names every leaf of every message: a field that nobody expects 
 
 from __future__ import annotations
 
+import json
 import math
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -26,7 +28,7 @@ T_NS = 12_345_678_901
 SITE = Site("auv0/here", 45.0, 12.5)
 DISTORTION = (0.01, -0.02, 0.003, -0.004, 0.005)
 CONFIG: dict[str, dict[str, Any]] = {
-    "tracer": {"tracer": "dye"},
+    "tracer": {"tracer": "dye"}, "ais": {"mmsi": 211234560},
     "multibeam": {"beams": 5, "frequency_hz": 321e3},
     "imaging_sonar": {"beams": 4, "bins": 8, "range_min_m": 1.5, "range_max_m": 25.5, "iq": True},
     "profiling_sonar": {"beams": 4, "bins": 8, "range_min_m": 1.5, "range_max_m": 25.5},
@@ -73,6 +75,8 @@ def reading_of(kind: str, config: Any) -> Reading:
     elif kind == "multibeam":
         data = np.array([[5.5, 6.25, np.nan, 8.75, 9.5]], dtype=np.float32)
         extras = {"backscatter": -numbers(1, 5, seed=4, lowest=10, highest=40).astype(np.float32)}
+    elif kind in MODEMS:
+        data, extras = numbers(1, 3), {"fates": ((Fate("usv0", 1.25, math.inf),),)}
     elif kind in ("imaging_sonar", "profiling_sonar"):
         data = (np.arange(32, dtype=np.float32).reshape(1, 4, 8) + 1) / 40
         extras = {"iq": (numbers(1, 4, 8, seed=5) + 1j * numbers(1, 4, 8, seed=6)).astype(np.complex64)}
@@ -357,6 +361,27 @@ def current_meter(c: Any, r: Reading) -> list[dict[str, Any]]:
     }]  # fmt: skip
 
 
+@dataclass(frozen=True)
+class Fate:
+    """A packet as a modem's reading tells of it."""
+
+    source: str
+    delay_s: float
+    range_m: float
+
+
+MODEMS = ("modem", "usbl", "optical_modem", "radio", "ais")
+
+
+def modem(c: Any, r: Reading) -> list[dict[str, Any]]:
+    said = json.dumps([{"source": "usv0", "delay_s": 1.25, "range_m": None}])
+    return [
+        {"layout.dim[0].label": "axis0", "layout.dim[0].size": 3, "layout.dim[0].stride": 3, "layout.data_offset": 0,
+         "data": r.data[0]},
+        {"data": said},
+    ]  # fmt: skip
+
+
 ANY = object()
 EXPECTED: dict[str, Callable[[Any, Reading], list[dict[str, Any]]]] = {
     "imu": imu, "magnetometer": magnetometer, "gps": gps, "depth": depth, "pose": pose, "velocity": velocity,
@@ -367,6 +392,7 @@ EXPECTED: dict[str, Callable[[Any, Reading], list[dict[str, Any]]]] = {
     "profiling_sonar": imaging, "ctd": ctd, "current_meter": current_meter,
     "sound_velocity": water("sound_speed", "m/s"), "fluorometer": water("chlorophyll", "mg/m^3"),
     "oxygen": water("oxygen", "umol/kg"), "turbidity": water("turbidity", "NTU"), "tracer": water("dye", ""),
+    **dict.fromkeys(MODEMS, modem),
 }  # fmt: skip
 
 
