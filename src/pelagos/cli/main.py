@@ -139,6 +139,14 @@ def run(
             show_default=False,
         ),
     ] = None,
+    memory_limit: Annotated[
+        str | None,
+        typer.Option(
+            metavar="SIZE",
+            help="Refuse what needs more, such as 8G; otherwise 4/5 of what is free.",
+            show_default=False,
+        ),
+    ] = None,
     change: Changes = None,
     trust: Trust = False,
 ) -> None:
@@ -150,7 +158,7 @@ def run(
 
     options = Options(
         duration_s=duration, seed=seed, copies=copies, out=out, record=record, realtime=realtime, report=report,
-        max_wall_s=max_wall, checkpoint_every_s=checkpoint_every, resume=resume, trust=trust,
+        max_wall_s=max_wall, checkpoint_every_s=checkpoint_every, resume=resume, trust=trust, memory_limit=memory_limit,
         bridges=(*(["ros2"] if ros2 else []), *(bridge or [])), repeat=repeat, rosbag=rosbag,
     )  # fmt: skip
     raise typer.Exit(run_scenario(scenario, change or [], options))
@@ -165,12 +173,18 @@ def check(
     build: Annotated[
         bool, typer.Option("--build/--no-build", help="Build world, sensors and starts once, as a run would.")
     ] = True,
+    cost: Annotated[bool, typer.Option("--cost", help="Estimate memory and work by part; builds nothing.")] = False,
+    copies: Annotated[int, typer.Option("--n", min=1, help="With --cost: copies of the scenario.")] = 1,
     change: Changes = None,
     trust: Trust = False,
 ) -> None:
     """Check a scenario and say what it would simulate; refuses what `run` refuses, as far as there is a device."""
     from pelagos.cli.check import check_scenario
+    from pelagos.cli.cost import show_cost
 
+    if cost:
+        show_cost(scenario, change or [], copies=copies, trust=trust)
+        return
     check_scenario(scenario, change or [], resolved=resolved, trust=trust, build=build)
 
 

@@ -44,6 +44,7 @@ class Options:
     repeat: Path | None = None
     rosbag: bool = False
     trust: bool = False
+    memory_limit: str | None = None
 
 
 def run_scenario(path: Path | None, changes: Sequence[str], options: Options) -> int:
@@ -72,7 +73,7 @@ def _run(path: Path, changes: Sequence[str], options: Options, stopping: Stoppin
     if recording.is_dir() or not (options.record is None or recording.parent.is_dir()):
         raise InputError(f"--record {recording}: give a file in a folder that exists")
     doors = doors_of(scenario, options.bridges)
-    sim = _load(scenario, options.copies)
+    sim = _load(scenario, options.copies, options.memory_limit)
     folder.mkdir(parents=True, exist_ok=True)
     (folder / "scenario.yaml").write_text(to_yaml(scenario), encoding="utf-8")
     stopping.guard(sim.stop)
@@ -102,7 +103,7 @@ def _resume(folder: Path, options: Options, stopping: Stopping) -> int:
     plan, kept = Plan.load(folder), last_checkpoint(folder)
     if options.checkpoint_every_s is not None:
         plan = replace(plan, every_s=options.checkpoint_every_s)
-    sim = _load(load(folder / "scenario.yaml", trust=options.trust), kept.n)
+    sim = _load(load(folder / "scenario.yaml", trust=options.trust), kept.n, options.memory_limit)
     sim.restore(kept)
     recording = Path(plan.recording)
     stopping.guard(sim.stop)
@@ -196,11 +197,15 @@ def _overrides(options: Options) -> dict[str, Any]:
     return given
 
 
-def _load(scenario: Scenario, copies: int) -> Simulation:
+def _load(scenario: Scenario, copies: int, memory_limit: str | None) -> Simulation:
+    from pelagos.sim.cost import BLOCK_S, check_memory, parsed_size
+
+    limit = None if memory_limit is None else parsed_size(memory_limit)
+    check_memory(scenario, copies, limit, block_s=BLOCK_S)
     with err.status("loading the simulator"):
         from pelagos.sim.simulation import Simulation
     with err.status("building the world, the vehicles and their sensors"):
-        return Simulation.load(scenario, n=copies)
+        return Simulation.load(scenario, n=copies, memory_limit=limit)
 
 
 def _say(result: RunResult, n: int, *, overdue: bool) -> None:

@@ -21,6 +21,7 @@ from pelagos.sensors.comms.link.packet import Kind
 from pelagos.sim import outbox
 from pelagos.sim.bodies import Bodies, Body, rows, unit_rows
 from pelagos.sim.changes import Changes
+from pelagos.sim.cost import check_memory
 from pelagos.sim.encounters import Encounters
 from pelagos.sim.gate import Gate
 from pelagos.sim.initial import start_states
@@ -91,6 +92,7 @@ class Simulation(Changes):
         environment: int = 0,
         overrides: Mapping[str, Any] | None = None,
         trust: bool = False,
+        memory_limit: float | None = None,
     ) -> Self:
         """Build a simulation.
 
@@ -102,6 +104,7 @@ class Simulation(Changes):
                 `environment=i`.
             overrides: values to change, by dotted key ("agents.auv0.sensors.imaging.range_max_m").
             trust: let the scenario name functions of Python to call ("module:function"): it is a program then.
+            memory_limit: refuse what would take more than this [B]; four fifths of what is free where not given.
 
         Raises:
             InputError: with file, line and key of what is wrong.
@@ -110,6 +113,7 @@ class Simulation(Changes):
         if isinstance(n, bool) or not isinstance(n, int) or n < 1:
             raise CommandError(f"n is the number of copies, a whole number from 1 on; given {n!r}")
         checked = load_scenario(scenario, overrides=overrides, trust=trust)
+        check_memory(checked, n, memory_limit)
         chosen = checked.seed if seed is None else seed
         encounters = encounters_of(checked)
         model = compile_model(checked, encounters, n=n, seed=seed_of(chosen), first_environment=environment)
