@@ -263,6 +263,33 @@ def test_drifting_plume_follows_the_current_and_conserves_its_content() -> None:
     assert np.array(sea.tracer("drifting", points((250, 0, -20)), jit.Float64(300.0)))[0] < 1e-6
 
 
+@pytest.mark.parametrize("depth", [None, 12.0])
+def test_drifting_plume_goes_with_the_stokes_drift_of_waves(depth: float | None) -> None:
+    """Its middle moves at the current and sum a^2 omega k cosh 2k(z + h)/(2 sinh^2 kh) together (Stokes 1847).
+
+    A cloud released at once moves as its source's depth does; the sheared spread of 0.1 m moves the mean by 1 %.
+    """
+    waves = [{"type": "regular", "height_m": 1.2, "period_s": 5.0, "towards_deg": 30},
+             {"type": "regular", "height_m": 0.8, "period_s": 7.0, "towards_deg": -70}]  # fmt: skip
+    stream = {"type": "uniform", "speed_mps": 0.02, "towards_deg": 200}
+    source = {"source_m": [3, -2, -3], "rate": 3.0, "spread_m2ps": 0.01, "spread_up_m2ps": 1e-6, "initial_m": 0.5}
+    plume = {"type": "drifting_plume", "duration_s": 400, "puffs": 4000, **source}
+    sea = ocean(currents=[stream], waves=waves, waves_depth_m=depth, tracers={"dye": [plume]})
+    expected = np.array([0.02 * np.cos(np.deg2rad(200)), -0.02 * np.sin(np.deg2rad(200))])
+    for wave in waves:
+        a, omega, towards = wave["height_m"] / 2, 2 * np.pi / wave["period_s"], np.deg2rad(wave["towards_deg"])
+        k = omega**2 / 9.80665
+        for _ in range(200 if depth else 0):
+            k = 0.5 * (k + omega**2 / 9.80665 / np.tanh(k * depth))
+        profile = np.exp(-6 * k) if depth is None else np.cosh(2 * k * (depth - 3)) / (2 * np.sinh(k * depth) ** 2)
+        expected += a * a * omega * k * profile * np.array([np.cos(towards), -np.sin(towards)])
+    x = np.linspace(-20, 60, 161)
+    grid = np.stack([g.ravel() for g in np.meshgrid(x, x, [-3.0], indexing="ij")], -1)
+    c = np.array(sea.tracer("dye", points(*grid), jit.Float64(400.0)))
+    middle = (c[:, None] * grid[:, :2]).sum(axis=0) / c.sum()  # of puffs of all ages, evenly
+    assert (middle - (3, -2)) / 200 == pytest.approx(expected, rel=0.02, abs=2e-4)
+
+
 @pytest.mark.parametrize("form", ["column", "mass"])
 def test_water_is_that_of_teos10(form: str) -> None:
     """gsw itself at the same place (its pressure from depth is that of the standard ocean: 1e-6 of density)."""

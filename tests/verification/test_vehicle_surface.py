@@ -10,7 +10,7 @@ import pytest
 
 import pelagos as pl
 from pelagos import jit
-from pelagos.hydro import immersion, restoring
+from pelagos.hydro import immersion, lift, restoring
 
 
 def load(vehicle: Any, height: float = 0.0, control: str = "actuators", **given: Any) -> pl.Simulation:
@@ -165,3 +165,47 @@ def test_what_flies_ditches(name: str) -> None:
         sim.set_state("it", position=(0.0, 0.0, -3.0), velocity=(0, 0, 0))
         sim.step({"it": np.full(count, 900.0)}, ticks=300)
         assert sim.state["it"].position[0, 2] < -3.0
+
+
+@pytest.mark.parametrize("name", ["bluerov2_heavy", "otter"])
+def test_the_seabed_stops_what_commanded_accelerations_drive_into_it(name: str) -> None:
+    """A hull that is told to accelerate downwards at 0.3 m/s2 lies on the ground at 4 m, and does not sink into it."""
+    sim = pl.Simulation.load(
+        {
+            "tick_rate_hz": 100,
+            "world": {"type": "flat", "depth_m": 4.0},
+            "agents": {"it": {"vehicle": name, "control": "acceleration", "start": {"position_m": [0, 0]}}},
+        }
+    )
+    sim.step({"it": np.array([0.0, 0.0, 0.3, 0.0, 0.0, 0.0])}, ticks=1500)
+    z = sim.state["it"].position[0, 2]
+    assert -4.0 < z < -3.2
+    assert sim.state["it"].velocity[0] == pytest.approx([0, 0, 0], abs=0.05)
+
+
+def test_what_drifts_above_the_water_does_not_feel_its_drag() -> None:
+    """`acceleration` counts forces as far as they are wet: in the air no water carries the hull along."""
+    stream = {"type": "uniform", "speed_mps": 0.8, "towards_deg": 40}
+    found = {}
+    for height in (-6.0, 3.0):
+        sim = pl.Simulation.load(
+            {
+                "tick_rate_hz": 50,
+                "world": {"type": "flat", "depth_m": 50.0},
+                "ocean": {"currents": [stream]},
+                "agents": {"it": {"vehicle": "remus100", "control": "acceleration", "start": {"position_m": [0, 0]}}},
+            }
+        )
+        sim.set_state("it", position=(0.0, 0.0, height))
+        sim.run(10.0)
+        found[height] = np.linalg.norm(sim.state["it"].velocity[0])
+    assert found[-6.0] > 0.3
+    assert found[3.0] < 0.02
+
+
+@pytest.mark.parametrize("u", [1.3, -1.3])
+def test_a_fin_opposes_the_flow_across_it_from_ahead_and_from_astern(u: float) -> None:
+    """The power of its lift by incidence is never positive: force along w has the sign of -w."""
+    for w in (0.2, -0.3):
+        load = lift.fin(50.0, 0.0, (1.0, 0.0), [-1.0, 0.0, 0.0], 0.0, [u, 0.0, w, 0.0, 0.0, 0.0], incidence=True)
+        assert float(load[2]) == pytest.approx(-50.0 * abs(u) * w)

@@ -95,7 +95,7 @@ def fin(
     if incidence:
         spin = cross(nu_r[3:], place)
         across = total(mul(sin, total(v, spin[1])), neg(mul(cos, total(w, spin[2]))))
-        f = f - gain * nu_r[0] * across
+        f = f - gain * dr.abs(nu_r[0]) * across  # from astern too it opposes the flow across it
     x = 0.0 if isinstance(drag_gain, float) and drag_gain == 0 else -drag_gain * square * deflection * deflection
     force = [x, mul(sin, f), neg(mul(cos, f))]
     return [*force, *cross(place, [0.0, *force[1:]])]

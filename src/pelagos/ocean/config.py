@@ -157,10 +157,11 @@ def build_ocean(config: OceanConfig, world: World | None = None, *, seed: int = 
     for number, current in enumerate(config.currents):
         with _said_at(f"ocean.currents[{number}]"):
             currents.append(current.build(site))
+    waves = make_waves(config.waves, site, depth=config.waves_depth_m, wind=config.wind.speed_mps or None)
     tracers = {}
     for name, f in config.tracers.items():
         with _said_at(f"ocean.tracers.{name}"):
-            tracers[name] = [_build(c, currents, site) for c in components_of(f)]
+            tracers[name] = [_build(c, currents, site, waves) for c in components_of(f)]
     with _said_at("ocean, temperature_c or salinity"):
         masses = make_water(config.temperature_c, config.salinity, site)
     elevation, azimuth = config.sun.angles(site.origin)
@@ -170,7 +171,7 @@ def build_ocean(config: OceanConfig, world: World | None = None, *, seed: int = 
         masses=masses,
         ballast=_ballast(config, masses, site),
         tracers=tracers,
-        waves=make_waves(config.waves, site, depth=config.waves_depth_m, wind=config.wind.speed_mps or None),
+        waves=waves,
         tide=make_tide(config.tide),
         air=config.wind.build(site),
         sun_elevation=dr.opaque(jit.Float, elevation),
@@ -208,9 +209,9 @@ def _said_at(where: str) -> Iterator[None]:
         raise error if error.where else ScenarioError(error.message, where=where) from error
 
 
-def _build(component: FieldConfig, currents: list[Current], site: Site) -> ScalarField:
+def _build(component: FieldConfig, currents: list[Current], site: Site, waves: Waves | None) -> ScalarField:
     if isinstance(component, DriftingPlumeConfig):
-        return component.carried(currents, site)
+        return component.carried(currents, site, waves)
     return component.build(site)
 
 

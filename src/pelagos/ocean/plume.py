@@ -23,6 +23,7 @@ from pelagos.ocean.site import Site
 
 if TYPE_CHECKING:
     from pelagos.ocean.tracer import ScalarField
+    from pelagos.ocean.waves import Waves
 
 _STEPS: Final = 400  # of a puff's path
 
@@ -88,7 +89,7 @@ class Plume:
 
 
 class DriftingPlumeConfig(_Source):
-    """A plume that the scenario's currents carry away, from t = 0 on."""
+    """A plume that the scenario's currents carry away, and its waves by their Stokes drift, from t = 0 on."""
 
     type: Literal["drifting_plume"] = "drifting_plume"
     """The kind of field."""
@@ -101,8 +102,12 @@ class DriftingPlumeConfig(_Source):
         """The component on the device."""
         return self.carried([], site)
 
-    def carried(self, currents: list[Current], site: Site) -> ScalarField:
-        """The component on the device: each puff's path through `currents` (Runge-Kutta, fourth order)."""
+    def carried(self, currents: list[Current], site: Site, waves: Waves | None = None) -> ScalarField:
+        """The component on the device: each puff's path with the mean motion of the water (Runge-Kutta, fourth order).
+
+        Waves move water to and fro, by less than their height, and carry it along by their Stokes drift: the path is
+        the mean over a period.
+        """
         step = self.duration_s / _STEPS
         interval = self.duration_s / self.puffs
         born = dr.arange(jit.Float64, self.puffs) * interval
@@ -111,7 +116,7 @@ class DriftingPlumeConfig(_Source):
         advance, h = jit.freeze(_advance), dr.opaque(jit.Float64, step)  # times as arrays: one kernel for all steps
         dr.make_opaque(place, born)
         for number in range(_STEPS):
-            place = advance(currents, place, born, dr.opaque(jit.Float64, number * step), h)
+            place = advance(currents, waves, place, born, dr.opaque(jit.Float64, number * step), h)
             paths.append(np.array(place).T)
         table = jit.Float64(np.ascontiguousarray(paths, dtype=np.float64).ravel())  # (steps + 1, puffs, 3)
         values = (self.rate * interval, self.spread_m2ps, self.spread_up_m2ps, self.initial_m**2, interval, 1 / step)
@@ -159,11 +164,14 @@ class DriftingPlume:
         return dr.while_loop(start, lambda i, _: i < self.puffs, add, mode="symbolic")[1]
 
 
-def _advance(currents: list[Current], place: Array, born: Array, t: Array, h: Array) -> Array:
+def _advance(
+    currents: list[Current], waves: Waves | None, place: Array, born: Array, t: Array, h: Array
+) -> Array:
     """One step of Runge and Kutta's fourth order, for the puffs that have left the source."""
 
     def velocity(p: Array, time: Array) -> Array:
-        return dr.select(time >= born, total_current(currents, p, time), 0.0)
+        flow = total_current(currents, p, time)
+        return dr.select(time >= born, flow if waves is None else flow + waves.drift(p[2]), 0.0)
 
     k1 = velocity(place, t)
     k2 = velocity(place + 0.5 * h * k1, t + 0.5 * h)

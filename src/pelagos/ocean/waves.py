@@ -167,6 +167,24 @@ class Waves:
         height, pressure = self._loop(add, nothing, nothing)
         return height, pressure
 
+    def drift(self, z: Array) -> Array:
+        """Mean velocity of water at a height z [m] that goes along with the waves, `Array3f64` NWU [m/s].
+
+        Stokes drift, sum a^2 omega k cosh 2k(z + h) / (2 sinh^2 kh); G. G. Stokes, Trans. Camb. Phil. Soc. 8:441, 1847.
+        """
+        level = dr.minimum(z, 0.0)
+
+        def add(i: Array, north: Array, west: Array) -> tuple[Array, ...]:
+            first, second = self._rows(i)
+            a, k = second[0], second[1]
+            along, up, _ = self._decay(k, level, second)
+            speed = 0.5 * a * a * first[2] * (2 * math.pi) * (along * along + up * up)  # over k: times (kx, ky) below
+            return i + 1, north + speed * 2 * math.pi * first[0], west + speed * 2 * math.pi * first[1]
+
+        nothing = 0 * z
+        north, west = self._loop(add, nothing, nothing)
+        return jit.Array3f64(north, west, nothing)
+
     def surface_point(self, x: Array, y: Array, t: Array, *, choppiness: float = 1.0) -> SurfacePoint:
         """Where the water that rests at (x, y) is, on a surface with sharp crests (F. J. Gerstner, 1802).
 

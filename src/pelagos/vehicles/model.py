@@ -191,8 +191,7 @@ class Model:
             found["excess_mass"] = minus(matvec(self.inertia.excess, flow.water_acceleration))
         for name, term in self.terms.items():
             if flow.seaway is None or name not in self.still:
-                keeps: Keeps = getattr(term, "keeps", "dry" if self.in_air else "hull")
-                found[name] = _left(term.wrench(flow), Place(keeps).share(flow))
+                found[name] = self.left(term, term.wrench(flow), flow)
                 if name in self.still and flow.calm is not None:
                     found[name] = [
                         dr.select(flow.far > 0, a + flow.far * (b - a), a)
@@ -202,6 +201,11 @@ class Model:
         for (name, actuator), state, share in zip(self.actuators.items(), actuators, shares, strict=True):
             found[name] = _left(actuator.wrench(state, flow), share)
         return found
+
+    def left(self, term: Term, load: Vector, flow: Flow) -> Vector:
+        """What is left of a term's load (6) where the hull is partly out of the water."""
+        keeps: Keeps = getattr(term, "keeps", "dry" if self.in_air else "hull")
+        return _left(load, Place(keeps).share(flow))
 
     def nu_dot(
         self,

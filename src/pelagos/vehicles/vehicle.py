@@ -276,8 +276,8 @@ class Vehicle:
         outside, waves = self._outside(state, flow, demand, wrench, h)
 
         def accelerate(at: Rigid, fraction: float) -> Vector:
-            if demand.acceleration is not None:
-                return demand.acceleration
+            if demand.acceleration is not None:  # contact, and what pushes from outside, besides
+                return add(demand.acceleration, self.model.inertia_in(flow).accelerate([*wrench[0], *wrench[1]]))
             here = flow if fraction == 0.0 else self.flow(at, ocean, t + fraction * h, tables)
             here.step = None if self.config.integrator == "runge_kutta" else h
             states = state.actuators

@@ -45,13 +45,20 @@ class Lag:
         return state if self.clip == "after" else self._clipped(state)
 
     def rate(self, state: Array, command: Array) -> Array:
-        """Time derivative as one explicit Euler step of 1 s has it: clipping of the state is inside."""
-        start = self._clipped(state) if self.clip == "before" else state
+        """Time derivative; a time constant of 0 counts as 1 s.
+
+        `before`: that of the published loop, whose limits act at a step's beginning: a state beyond them is back after
+        1 s, one between them follows the command, within the limits or not. `after`: at a limit it does not go on.
+        """
+        start = self._clipped(state) if self.clip != "force" else state
         change = command - start
         if not (isinstance(self.time_constant, (int, float)) and self.time_constant == 0):
             change = change / self.time_constant
         change = self._slowed(change, 1.0)
-        return self._clipped(state + change) - state if self.clip == "after" else (start - state) + change
+        if self.clip == "after":
+            stuck = ((state >= self.high) & (change > 0)) | ((state <= self.low) & (change < 0))
+            change = dr.select(stuck, 0.0, change)
+        return (start - state) + change
 
     def advanced(self, state: Array, command: Array, h: Array) -> Array:
         """The state after h [s] of a constant command, exactly, and between its limits."""

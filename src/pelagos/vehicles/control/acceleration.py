@@ -8,7 +8,7 @@ from typing import Literal
 
 import drjit as dr
 
-from pelagos.hydro.algebra import Vector, add, cross, dot, matvec, minus, scaled, transpose
+from pelagos.hydro.algebra import Vector, add, cross, dot, matvec, minus, mul, scaled, transpose
 from pelagos.jit import Array
 from pelagos.vehicles.actuators.t200 import T200
 from pelagos.vehicles.control.controller import Demand
@@ -16,12 +16,14 @@ from pelagos.vehicles.control.plant import Plant
 from pelagos.vehicles.flow import Flow
 from pelagos.vehicles.model import Model
 from pelagos.vehicles.part import PartConfig
+from pelagos.vehicles.wetness import shares_of
 
 
 class AccelerationConfig(PartConfig):
     """Accelerations in still water, forward-right-down [m/s^2], [rad/s^2], instead of the equation of motion.
 
-    A current, waves and wind carry the vehicle along besides, as they would the same hull without drive.
+    A current, waves and wind carry the vehicle along besides, as they would the same hull without drive. What it
+    touches stops it.
     """
 
     type: Literal["acceleration"]
@@ -75,9 +77,13 @@ class Carried:
         return list(self.model.inertia.accelerate(wrench)[:3])
 
     def _wrench(self, flow: Flow, nothing: Array) -> list[Array]:
-        """All terms, and actuators at rest: a ship's hull forces come with its rudder."""
-        idle = [a.wrench(nothing, flow) for a in self.model.actuators.values() if not isinstance(a, T200)]
-        return add([nothing] * 6, *(term.wrench(flow) for term in self.model.terms.values()), *idle)
+        """All terms, as far as they are wet, and actuators at rest: a ship's hull forces come with its rudder."""
+        loads = [self.model.left(term, term.wrench(flow), flow) for term in self.model.terms.values()]
+        idle = [actuator for actuator in self.model.actuators.values() if not isinstance(actuator, T200)]
+        shares = shares_of([actuator.site for actuator in idle], flow)
+        for actuator, share in zip(idle, shares, strict=True):
+            loads.append([mul(share, x) for x in actuator.wrench(nothing, flow)])
+        return add([nothing] * 6, *loads)
 
 
 def _water(flow: Flow) -> list[Array]:
