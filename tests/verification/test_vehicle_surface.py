@@ -209,3 +209,40 @@ def test_a_fin_opposes_the_flow_across_it_from_ahead_and_from_astern(u: float) -
     for w in (0.2, -0.3):
         load = lift.fin(50.0, 0.0, (1.0, 0.0), [-1.0, 0.0, 0.0], 0.0, [u, 0.0, w, 0.0, 0.0, 0.0], incidence=True)
         assert float(load[2]) == pytest.approx(-50.0 * abs(u) * w)
+
+
+@pytest.mark.parametrize(("name", "share"), [("otter", 1.0), ("mariner", None)])
+def test_what_floats_starts_on_the_surface_and_moves_with_it(name: str, share: float | None) -> None:
+    """z = a cos(k x + phase) under its middle, and the water's velocity a w; a ship of many wavelengths lies level."""
+    wave = {"type": "regular", "height_m": 1.6, "period_s": 5.0, "towards_deg": 0, "phase_deg": 50}
+    found = pl.Simulation.load(
+        {
+            "world": {"type": "flat", "depth_m": 500.0},
+            "ocean": {"waves": [wave], "tide": {"period_h": 12.0, "amplitude_m": 0.7}},
+            "agents": {"it": {"vehicle": name, "start": {"position_m": [7.0, -3.0], "heading_deg": 25}}},
+        }
+    ).state["it"]
+    omega = 2 * math.pi / 5.0
+    phase = omega**2 / 9.80665 * 7.0 + math.radians(50)
+    z = found.position[0, 2] - 0.7
+    if share is None:
+        assert abs(z) < 0.15 * 0.8
+        return
+    assert z == pytest.approx(0.8 * math.cos(phase), abs=0.03)
+    assert np.linalg.norm(found.velocity[0]) == pytest.approx(0.8 * omega, rel=0.15)
+
+
+def test_an_otter_rides_sea_state_7() -> None:
+    """It starts on the wave, not under it: for 30 s it leans less than 30 degrees (it was turned over at the start)."""
+    sim = pl.Simulation.load(
+        {
+            "tick_rate_hz": 50,
+            "world": {"type": "flat", "depth_m": 200.0},
+            "ocean": {"waves": [{"type": "sea_state", "state": 7}]},
+            "agents": {"it": {"vehicle": "otter"}},
+        }
+    )
+    for _ in range(60):
+        sim.run(0.5)
+        _, x, y, _ = sim.state["it"].attitude[0]
+        assert 1 - 2 * (x * x + y * y) > math.cos(math.radians(30))

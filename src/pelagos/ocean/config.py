@@ -37,7 +37,7 @@ from pelagos.ocean.turbulence import TurbulentCurrentConfig
 from pelagos.ocean.water_column import ProfileConfig, WaterColumn, tabulate
 from pelagos.ocean.water_mass import WaterMass, make_water
 from pelagos.ocean.wave_system import WavesConfig
-from pelagos.ocean.waves import make_waves
+from pelagos.ocean.waves import Waves, make_waves
 from pelagos.ocean.wind import WindConfig
 from pelagos.optics.water import JERLOV_TYPES
 

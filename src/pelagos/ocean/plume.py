@@ -164,9 +164,7 @@ class DriftingPlume:
         return dr.while_loop(start, lambda i, _: i < self.puffs, add, mode="symbolic")[1]
 
 
-def _advance(
-    currents: list[Current], waves: Waves | None, place: Array, born: Array, t: Array, h: Array
-) -> Array:
+def _advance(currents: list[Current], waves: Waves | None, place: Array, born: Array, t: Array, h: Array) -> Array:
     """One step of Runge and Kutta's fourth order, for the puffs that have left the source."""
 
     def velocity(p: Array, time: Array) -> Array:

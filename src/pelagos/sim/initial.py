@@ -10,12 +10,15 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
+from pelagos import jit
 from pelagos.config.agent import Start
 from pelagos.errors import CommandError, LookupFailed, ScenarioError
 from pelagos.math.frames import flip_quaternion_np
 from pelagos.math.so3 import from_euler, rotate_np
+from pelagos.ocean.ocean import Ocean
 from pelagos.sim.bodies import rows, unit_rows
 from pelagos.sim.model import AgentModel, Model
+from pelagos.vehicles.wetness import Floating
 from pelagos.world.world import World
 
 _QUANTITIES: Final = {"position": 3, "attitude": 4, "velocity": 3, "angular_velocity": 3}
@@ -41,11 +44,15 @@ def start_states(model: Model) -> dict[str, StartState]:
         name: _position(agent.config.start, model.world, model.scenario.where("agents", name, "start"))
         for name, agent in model.agents.items()
     }
+    motions = {}
+    for name, agent in model.agents.items():
+        if _rides(agent, model.ocean):
+            places[name][2], motions[name] = _surface(agent, model.ocean, places[name])
     found = {}
     for batch in model.batches.values():
         near = model.world.near(np.array([places[name] for name in batch.members]), batch.vehicle.bounding_radius_m)
         for name, close in zip(batch.members, near.tolist(), strict=True):
-            found[name] = _start(model.agents[name], model, places[name], close=close)
+            found[name] = _start(model.agents[name], model, places[name], motions.get(name), close=close)
     return {name: found[name] for name in model.agents}
 
 
@@ -82,8 +89,10 @@ def _spread(values: object, where: NDArray[np.bool_], what: str, quantity: str) 
     return unit_rows(values, n, what) if quantity == "attitude" else rows(values, n, _QUANTITIES[quantity], what)
 
 
-def _start(agent: AgentModel, model: Model, position: NDArray[np.float64], *, close: bool) -> StartState:
-    """`close` says that something may be within reach."""
+def _start(
+    agent: AgentModel, model: Model, position: NDArray[np.float64], motion: NDArray[np.float64] | None, *, close: bool
+) -> StartState:
+    """`motion`: of the water that it goes with (3) NWU [m/s]; `close` says that something may be within reach."""
     start = agent.config.start
     where = model.scenario.where("agents", agent.name, "start")
     angles = (math.radians(a) for a in (start.roll_deg, start.pitch_deg, start.heading_deg))
@@ -91,10 +100,35 @@ def _start(agent: AgentModel, model: Model, position: NDArray[np.float64], *, cl
     why = (model.world.inside(position[None]) or _touched(agent, model.world, position, attitude)) if close else None
     if why is not None:
         raise ScenarioError(f"{agent.name} cannot start here: {why}", where=where)
-    n = model.n
-    return StartState(
-        np.tile(position, (n, 1)), np.tile(attitude, (n, 1)), np.tile(np.array([start.speed_mps, 0.0, 0.0]), (n, 1))
-    )
+    n, velocity = model.n, np.array([start.speed_mps, 0.0, 0.0])
+    if motion is not None:
+        velocity = velocity + rotate_np((attitude * (1, -1, -1, -1))[None], motion[None])[0]
+    return StartState(np.tile(position, (n, 1)), np.tile(attitude, (n, 1)), np.tile(velocity, (n, 1)))
+
+
+def _rides(agent: AgentModel, ocean: Ocean) -> bool:
+    """Whether it floats, and starts at whatever height the surface has, which is not the mean."""
+    if (ocean.waves is None and ocean.tide is None) or not isinstance(agent.vehicle.model.wetting, Floating):
+        return False
+    start = agent.config.start
+    return len(start.position_m) == 2 and start.depth_m is None and start.altitude_m is None
+
+
+def _surface(agent: AgentModel, ocean: Ocean, position: NDArray[np.float64]) -> tuple[float, NDArray[np.float64]]:
+    """Height of the surface under a hull at t = 0 [m], and the velocity of its water under the waves (3) NWU [m/s].
+
+    Means over the waterplane, as a hull longer than the waves follows them.
+    """
+    size, heading = agent.vehicle.config, math.radians(agent.config.start.heading_deg)
+    ahead, aside = np.meshgrid(np.linspace(-0.4, 0.4, 9) * size.length_m, np.linspace(-0.4, 0.4, 3) * size.beam)
+    sin, cos = math.sin(heading), math.cos(heading)
+    x = jit.Float64((position[0] + cos * ahead - sin * aside).ravel())
+    y = jit.Float64((position[1] - sin * ahead - cos * aside).ravel())
+    now = jit.Float64(0.0)
+    height = ocean.elevation(x, y, now)
+    motion = ocean.wave_motion(jit.Array3f64(x, y, height), now)
+    velocity = np.zeros(3) if motion is None else np.array(motion.velocity).reshape(3, -1).mean(axis=1)
+    return float(np.mean(np.array(height))), velocity
 
 
 def _touched(

@@ -171,8 +171,8 @@ class Vehicle:
             current: `(3,)` or `(n, 3)` velocity of the water, NED [m/s].
 
         Returns:
-            nu_dot `(n, 6)`, and the rate of the actuators' states `(n, k)`, as the difference over one explicit Euler
-            step of 1 s.
+            nu_dot `(n, 6)`, and the rate of the actuators' states `(n, k)`; one that is beyond its limits comes back
+            to them in 1 s.
 
         Raises:
             CommandError: a wrong shape, or a value that is not finite.
