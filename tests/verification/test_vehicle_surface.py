@@ -246,3 +246,18 @@ def test_an_otter_rides_sea_state_7() -> None:
         sim.run(0.5)
         _, x, y, _ = sim.state["it"].attitude[0]
         assert 1 - 2 * (x * x + y * y) > math.cos(math.radians(30))
+
+
+def test_a_quadrotor_hovers_at_20_ticks_a_second() -> None:
+    """The attitude loop keeps to what its step resolves: it comes to a place 6 m off and rests (it swung at 1 rad/s)."""
+    sim = pl.Simulation.load(
+        {
+            "tick_rate_hz": 20,
+            "world": {"type": "flat", "depth_m": 50.0},
+            "agents": {"it": {"vehicle": "quadrotor", "start": {"position_m": [0, 0, 10]}}},
+        }
+    )
+    sim.step({"it": np.array([5.0, 3.0, 12.0, 1.0])})
+    sim.run(30.0)
+    assert sim.state["it"].position[0] == pytest.approx([5, 3, 12], abs=0.1)
+    assert sim.state["it"].angular_velocity[0] == pytest.approx([0, 0, 0], abs=0.02)

@@ -19,8 +19,8 @@ class Start(Strict):
     """Where an agent is when the run begins, and how it moves."""
 
     position_m: tuple[float, ...] = Field(default=(0.0, 0.0), min_length=2, max_length=3)
-    """World x (north), y (west) [m], or x, y, z with z up from the mean sea surface. Without a height, what floats starts
-    on the surface, waves and tide included, and moves with its water; all else at the mean sea surface."""
+    """World x (north), y (west) [m], or x, y, z with z up from the mean sea surface. Without a height, what floats
+    starts on the surface, waves and tide included, and moves with its water; all else at the mean sea surface."""
     depth_m: float | None = Field(default=None, ge=0)
     """Depth of the origin of the body below the mean sea surface [m]; with a position of two numbers."""
     altitude_m: float | None = Field(default=None, gt=0)

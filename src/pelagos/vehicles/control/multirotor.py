@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Literal
+from typing import Final, Literal
 
 import drjit as dr
 
@@ -21,6 +21,9 @@ from pelagos.vehicles.control.plant import Plant
 from pelagos.vehicles.flow import Flow
 from pelagos.vehicles.part import NonNegative, PartConfig, Positive
 
+_TURN: Final = 0.2  # rad of the attitude loop in a step: beyond it the step's delay makes it swing
+_APART: Final = 5.0  # of the attitude loop's frequency to the position loop's, where the step slows them
+
 
 class MultirotorConfig(PartConfig):
     """Set-points: x, y, z world NWU [m] and yaw of FLU in NWU [rad]; with `moving` also the velocity of that place."""
@@ -31,7 +34,7 @@ class MultirotorConfig(PartConfig):
     frequency_rad_s: Positive
     """Of the position loop [rad/s]."""
     turn_frequency_rad_s: Positive
-    """Of the attitude loop [rad/s]."""
+    """Of the attitude loop [rad/s]; no more than 0.2 rad a step, and the position loop's a fifth of that."""
     ratio: Positive = 0.9
     """Damping ratio [-]."""
     integral: NonNegative = 0.2
@@ -79,7 +82,8 @@ class Multirotor:
         goal, moving = (x, -y, -z), (ahead, -left, -up)
         wanted: list[Array] = []
         kept: list[Array] = []
-        w = c.frequency_rad_s
+        f = dr.minimum(c.turn_frequency_rad_s, _TURN / h)
+        w = dr.minimum(c.frequency_rad_s, f / _APART)
         for i in range(3):
             error = dr.clip(goal[i] - flow.position[i], -c.reach_m, c.reach_m)
             kept.append(dr.clip(memory[i] + h * w * c.integral * error, -c.reach_m, c.reach_m))
@@ -98,7 +102,6 @@ class Multirotor:
         goal_axes = (cross(right, down), right, down)
         axes = list(zip(*rotation, strict=True))
         moments: list[Array] = []
-        f = c.turn_frequency_rad_s
         for i, (j, k) in enumerate(((1, 2), (2, 0), (0, 1))):
             error = 0.5 * (dot(goal_axes[k], axes[j]) - dot(goal_axes[j], axes[k]))
             moments.append(-self.inertia[i] * (f * f * error + 2 * c.ratio * f * flow.nu[3 + i]))
