@@ -249,7 +249,7 @@ def test_an_otter_rides_sea_state_7() -> None:
 
 
 def test_a_quadrotor_hovers_at_20_ticks_a_second() -> None:
-    """The attitude loop keeps to what its step resolves: it comes to a place 6 m off and rests (it swung at 1 rad/s)."""
+    """The attitude loop keeps to what its step resolves: it comes to a place 6 m off and rests (it swung)."""
     sim = pl.Simulation.load(
         {
             "tick_rate_hz": 20,
