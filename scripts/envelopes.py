@@ -78,7 +78,7 @@ def head(seconds: float, rate: float) -> list[str]:
     """The page down to the table."""
     return [
         "# Envelopes of vehicles\n",
-        f"Every vehicle and control mode, {seconds:g} s at {rate:g} ticks a second over a flat bottom at {BOTTOM_M:g} m, "
+        f"Every vehicle and control mode, {seconds:g} s at {rate:g} ticks a second over a bottom at {BOTTOM_M:g} m, "
         "with the idle command held: largest tilt [deg], largest speed [m/s]. Vehicles under water begin at 8 m, those "
         "of the air 10 m up, boats at the mean surface; `surface` is with the origin at it, `air` from 5 m up, without "
         "speed, `near bottom` 0.5 m clear of it (boats shoot up from there and aeroplanes lie in the water). Without "
