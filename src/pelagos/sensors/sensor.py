@@ -247,6 +247,8 @@ class Sensor(Protocol):
     `SEES_SCENE = False`: the sensor casts no rays, so up to one second of motion is passed in one call. `WAITS = True`:
     the sensor casts rays but may also be batched, if nothing in the scene moves and no mission uses it.
     `ASKS_SCENE = False`: it is asked at its own tick, but nothing has to be moved in the scene for it.
+    `MAY_LACK = True`: data of valid lanes may be NaN or infinite (no echo, nothing in sight); where a class does not
+    say so, that stops the run.
     """
 
     Config: ClassVar[type[SensorConfig]]

@@ -22,6 +22,7 @@ from pelagos.sim.driver import Wrench
 from pelagos.sim.encounters import Encounters
 from pelagos.sim.endings import Endings
 from pelagos.sim.episodes import Episodes
+from pelagos.sim.finite_readings import require_finite
 from pelagos.sim.initial import StartState
 from pelagos.sim.listeners import Listeners
 from pelagos.sim.missions import Missions
@@ -334,6 +335,7 @@ class Stepper:
                 self._answer(ticks)
                 one = Sampled(batch.members, sensor, ticks, self._ask(sensor, lanes[ticks]))
                 sampled.append(one.without(self.episodes.ended) if self.episodes.over.any() else one)
+                require_finite(sampled[-1], self._model.n, self._model.clock.dt_ns)
                 if due is None:
                     self.missions.hear(sampled[-1])
                 self.timings.add(f"{batch.name}.{sensor.name}", start)

@@ -54,6 +54,7 @@ class DepthCamera:
     TITLE: ClassVar[str] = "depth camera: distance along the axis, with range or stereo noise; a picture on request"
     KERNELS: ClassVar[int] = 12
     CASTS: ClassVar[int] = 1
+    MAY_LACK: ClassVar[bool] = True
     Config: ClassVar[type[SensorConfig]] = DepthCameraConfig
     SOURCES: ClassVar[tuple[str, ...]] = (
         "Stereo error z^2 sigma_d / (f B): R. Szeliski, Computer Vision, 2nd ed. (2022), Section 12.1",

@@ -34,6 +34,7 @@ class OpticalFlowCamera:
     TITLE: ClassVar[str] = "optical flow camera: motion of what each pixel shows"
     KERNELS: ClassVar[int] = 18
     CASTS: ClassVar[int] = 1
+    MAY_LACK: ClassVar[bool] = True
     Config: ClassVar[type[SensorConfig]] = OpticalFlowCameraConfig
     SOURCES: ClassVar[tuple[str, ...]] = (
         "H. C. Longuet-Higgins and K. Prazdny, Proc. R. Soc. Lond. B 208:385 (1980), doi 10.1098/rspb.1980.0057",

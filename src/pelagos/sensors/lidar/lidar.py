@@ -58,6 +58,7 @@ class Lidar:
     TITLE: ClassVar[str] = "LiDAR: points with intensity, in air and water, as CARLA defines it"
     KERNELS: ClassVar[int] = 12
     CASTS: ClassVar[int] = 1
+    MAY_LACK: ClassVar[bool] = True
     Config: ClassVar[type[SensorConfig]] = LidarConfig
     SOURCES: ClassVar[tuple[str, ...]] = (
         "Parameters and dropout: CARLA documentation, Sensors reference, LIDAR sensor (release 0.9)",

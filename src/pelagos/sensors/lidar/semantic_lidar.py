@@ -34,6 +34,7 @@ class SemanticLidar:
     TITLE: ClassVar[str] = "semantic LiDAR: points with label, object and incidence, as CARLA defines it"
     KERNELS: ClassVar[int] = 10
     CASTS: ClassVar[int] = 1
+    MAY_LACK: ClassVar[bool] = True
     Config: ClassVar[type[SensorConfig]] = SemanticLidarConfig
     SOURCES: ClassVar[tuple[str, ...]] = (
         "CARLA documentation, Sensors reference, Semantic LIDAR sensor (release 0.9)",

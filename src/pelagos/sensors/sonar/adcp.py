@@ -126,6 +126,7 @@ class Adcp:
     TITLE: ClassVar[str] = "acoustic Doppler current profiler: water velocity by depth cell"
     KERNELS: ClassVar[int] = 10
     CASTS: ClassVar[int] = 1
+    MAY_LACK: ClassVar[bool] = True
     Config: ClassVar[type[SensorConfig]] = AdcpConfig
     SOURCES: ClassVar[tuple[str, ...]] = (
         "Teledyne RD Instruments, Acoustic Doppler Current Profiler: Principles of Operation (2011)",

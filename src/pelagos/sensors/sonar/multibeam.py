@@ -260,6 +260,7 @@ class Multibeam:
     TITLE: ClassVar[str] = "multibeam echo sounder: soundings and backscatter across the track"
     KERNELS: ClassVar[int] = 19
     CASTS: ClassVar[int] = 1
+    MAY_LACK: ClassVar[bool] = True
     Config: ClassVar[type[SensorConfig]] = MultibeamConfig
     SOURCES: ClassVar[tuple[str, ...]] = (
         "X. Lurton, An Introduction to Underwater Acoustics, 2nd ed. (2010), Sections 8.2 and 8.3: bottom detection",

@@ -60,6 +60,7 @@ class ProfilingSonar:
     TITLE: ClassVar[str] = "profiling sonar: a thin fan of beams with water-column data and ranges"
     KERNELS: ClassVar[int] = 27
     CASTS: ClassVar[int] = 1
+    MAY_LACK: ClassVar[bool] = True
     Config: ClassVar[type[SensorConfig]] = ProfilingSonarConfig
     SOURCES: ClassVar[tuple[str, ...]] = (
         "X. Lurton, An Introduction to Underwater Acoustics, 2nd ed. (2010), Chapters 5 and 8",
