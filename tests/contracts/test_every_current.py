@@ -22,6 +22,8 @@ def swim(vehicle: Any, mode: str, seconds: float, *, rate_hz: float = 50.0, **oc
     agents = {"it": {"vehicle": vehicle, "control": mode, "start": start}}
     world = {"type": "flat", "depth_m": 60.0}
     sim = pl.Simulation.load({"tick_rate_hz": rate_hz, "world": world, "ocean": ocean, "agents": agents})
+    if vehicle in IN_AIR:
+        sim.set_state("it", position=(0.0, 0.0, 200.0))  # without thrust it falls for 120 m
     sim.run(seconds)
     return sim
 

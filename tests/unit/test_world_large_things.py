@@ -67,11 +67,13 @@ def test_rays_hit_things_at_any_distance_from_the_origin(world, name):
 def test_hulls_come_to_rest_on_things():
     sim = pl.Simulation.load(
         {"world": {**WORLD, "fields": []},
-         "agents": {"rov": {"vehicle": "bluerov2_heavy", "start": {"position_m": [5.0, 7.0], "depth_m": 20.0}}}}
+         "agents": {"rov": {"vehicle": "bluerov2_heavy", "start": {"position_m": [5.0, 7.0], "depth_m": 20.0},
+                            "control": "pose"}}}
     )  # fmt: skip
     box = next(g for g in sim.world.geometries if g.name == "box")
     top = float(box.vertices[:, 2].max())
     sim.set_state("rov", position=(5, 7, top + 0.5), velocity=(0, 0, -0.4))
+    sim.command({"rov": [5.0, 7.0, top - 2.0, 0.0, 0.0, 0.0]})  # it wants to be in the box
     depths = []
     for _ in range(600):
         sim.step()

@@ -29,6 +29,7 @@ def read_mesh(path: Path) -> Mesh:
 
     refuse_large(path, "mesh file")
     try:
+        _check_stl(path)
         mesh = _whole(trimesh.load_scene(path, process=False))
     except Exception as error:  # trimesh's readers raise whatever their parsers meet
         why = "" if isinstance(error, ImportError) else f" ({error})"
@@ -40,6 +41,19 @@ def read_mesh(path: Path) -> Mesh:
     if not mesh_areas(mesh) > 0:
         raise WorldError(f"mesh file {path} holds no triangle with an area")
     return mesh
+
+
+def _check_stl(path: Path) -> None:
+    """Raises ValueError for a binary STL that is shorter than its header says: trimesh reads it as an empty text."""
+    if path.suffix.lower() != ".stl":
+        return
+    with path.open("rb") as file:
+        header = file.read(84)
+    if header[:5].lower() == b"solid" or len(header) < 84:
+        return
+    triangles, size = int.from_bytes(header[80:84], "little"), path.stat().st_size
+    if size < 84 + 50 * triangles:
+        raise ValueError(f"{triangles} triangles take {84 + 50 * triangles} bytes, and there are {size}")
 
 
 def mesh_areas(mesh: Mesh) -> float:
