@@ -18,12 +18,13 @@ from pelagos.config.loader import load_scenario, to_yaml
 from pelagos.errors import PelagosError
 from pelagos.sim.record import Recorder
 from pelagos.sim.replay import Recording
+from pelagos.sim.simulation import Simulation
 
 ROOT = Path(__file__).parents[2]
 CORPUS = sorted((Path(__file__).parent / "corpus").glob("*.yaml"))
 SECONDS = float(os.environ.get("PELAGOS_FUZZ_SECONDS", "0"))  # 0: the few cases of every test run
 CASES = 40 if not SECONDS else 200
-COUNTS = {"scenarios": 0, "texts": 0, "recordings": 0}
+COUNTS = {"scenarios": 0, "texts": 0, "recordings": 0, "runs": 0}
 LONGEST_S = 10.0
 EXAMPLES = [yaml.safe_load(path.read_text()) for path in sorted((ROOT / "examples").glob("*.yaml"))]
 
@@ -82,7 +83,7 @@ def mutants(draw: st.DrawFn) -> Any:
     return data
 
 
-def end_well(work: Callable[[], object]) -> None:
+def end_well(work: Callable[[], object], longest_s: float = LONGEST_S) -> None:
     """It works, or it ends in one error of ours, soon."""
     started = time.monotonic()
     with warnings.catch_warnings():
@@ -91,20 +92,23 @@ def end_well(work: Callable[[], object]) -> None:
             work()
         except PelagosError as error:
             assert str(error).strip()  # noqa: PT017
-    assert time.monotonic() - started < LONGEST_S
+    assert time.monotonic() - started < longest_s
 
 
-def run_cases(strategy: st.SearchStrategy[Any], check: Callable[[Any], None], kind: str) -> None:
+def run_cases(
+    strategy: st.SearchStrategy[Any], check: Callable[[Any], None], kind: str, longest_s: float = LONGEST_S
+) -> None:
     """The same few cases in every run; where `PELAGOS_FUZZ_SECONDS` is set, new ones until the time is over."""
     ends, batch = time.monotonic() + SECONDS, 0
+    cases = 20 if kind == "runs" else CASES
     while True:
 
         def case(value: Any) -> None:
             COUNTS[kind] += 1
-            end_well(lambda: check(value))
+            end_well(lambda: check(value), longest_s)
 
         settled = settings(
-            max_examples=CASES, deadline=None, suppress_health_check=list(HealthCheck), derandomize=not SECONDS,
+            max_examples=cases, deadline=None, suppress_health_check=list(HealthCheck), derandomize=not SECONDS,
             database=None,
         )(given(strategy)(case))  # fmt: skip
         (seed(int(time.time()) + batch)(settled) if SECONDS else settled)()
@@ -120,6 +124,18 @@ def repeated(data: Any) -> None:
 
 def test_mutated_examples() -> None:
     run_cases(mutants(), repeated, "scenarios")
+
+
+@pytest.mark.skipif(not SECONDS, reason="builds simulations; `make fuzz` runs it by time")
+def test_short_runs() -> None:
+    """What passes the check runs five ticks, or ends in one error of ours; memory of two gigabytes at most."""
+
+    def run(data: Any) -> None:
+        sim = Simulation.load(load_scenario(data), memory_limit=2e9)
+        for _ in range(5):
+            sim.step()
+
+    run_cases(mutants(), run, "runs", longest_s=120.0)
 
 
 def test_texts(tmp_path: Path) -> None:
