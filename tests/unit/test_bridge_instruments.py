@@ -34,6 +34,7 @@ DVL = DvlVelocity(
     12.34, (13.1, 13.2, 13.3, 700.45), (0.4, -0.3, 0.2, -0.1), (True, True, False, True),
 )  # fmt: skip
 LOST = DvlVelocity(DVL.t_ns, None, DVL.covariance, None, DVL.ranges_m, DVL.beam_velocity_mps, (False,) * 4)
+DOWN = (0.9, 0.8, 0.9, 0.5)
 ATTITUDE = teledyne.Attitude(271.5, -3.25, 4.75, 21.5)
 
 
@@ -117,7 +118,7 @@ def test_pd6_gives_the_ships_movement() -> None:
 
 def test_pd0_has_the_layout_of_the_manual() -> None:
     """Offsets of Teledyne's tables; the bottom moves opposite to the ship."""
-    raw = teledyne.pd0(DVL, EPOCH, ATTITUDE, 1502.0, 0x12345)
+    raw = teledyne.pd0(DVL, EPOCH, ATTITUDE, 1502.0, 0x12345, DOWN)
     assert raw[:2] == b"\x7f\x7f"
     size = struct.unpack_from("<H", raw, 2)[0]
     assert len(raw) == size + 2
@@ -135,10 +136,20 @@ def test_pd0_has_the_layout_of_the_manual() -> None:
     starboard, ahead, up, _ = struct.unpack_from("<4h", bottom, 24)
     assert (starboard, ahead, up) == (567, -1234, 89)
     ranges = [lo + (hi << 16) for lo, hi in zip(struct.unpack_from("<4H", bottom, 16), bottom[77:81], strict=True)]
-    assert ranges == [1310, 1320, 0, 70045]
-    lost = teledyne.pd0(LOST, EPOCH, ATTITUDE, 1502.0, 1)
+    # "Vertical range ... as determined by each beam": 100 * 13.1 * 0.9, 100 * 13.2 * 0.8, none, 100 * 700.45 * 0.5
+    assert ranges == [1179, 1056, 0, 35022]
+    lost = teledyne.pd0(LOST, EPOCH, ATTITUDE, 1502.0, 1, DOWN)
     at = struct.unpack_from(f"<{lost[5]}H", lost, 6)[2]
     assert struct.unpack_from("<4h", lost, at + 24) == (-32768,) * 4
+
+
+@pytest.mark.parametrize(("angle_deg", "code"), [(15, 0), (20, 1), (25, 3), (30, 2)])
+def test_pd0_states_the_angle_of_the_beams(angle_deg: int, code: int) -> None:
+    """Table "system configuration", second byte, bits 1 and 0: 15, 20, 30 degrees or another one; byte 59 the angle."""
+    raw = teledyne.pd0(DVL, EPOCH, ATTITUDE, 1502.0, 1, (np.cos(np.radians(angle_deg)),) * 4)
+    fixed = raw[struct.unpack_from("<H", raw, 6)[0] :]
+    assert fixed[5] == 0b0100_0000 | code
+    assert fixed[58] == angle_deg
 
 
 def test_nortek_gives_vertical_distances() -> None:
@@ -364,3 +375,28 @@ def test_ports_drop_what_nobody_takes() -> None:
             port.read()
         assert time.perf_counter() - start < 5.0
         port.close()
+
+
+def test_a_port_in_use_names_the_door_and_leaves_no_folder(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """The same command is taken once the port is free."""
+    from pelagos.cli.main import main
+
+    scenario, folder = tmp_path / "s.yaml", tmp_path / "results"
+    with socket.create_server(("127.0.0.1", 0)) as taken:
+        scenario.write_text(
+            "world: {type: flat, depth_m: 20}\n"
+            "agents: {a: {vehicle: bluerov2, start: {position_m: [0, 0], depth_m: 3},\n"
+            "  sensors: {dvl: {type: dvl, rate_hz: 5}}}}\n"
+            "bridges: {log: {type: instrument, protocol: pd6, sensors: [dvl],\n"
+            f"  port: 'tcp:{taken.getsockname()[1]}'}}}}\n"
+        )
+        words = ["run", str(scenario), "--duration", "0.1", "--out", str(folder), "--no-report"]
+        with pytest.raises(SystemExit) as end:
+            main(words)
+        assert end.value.code == 1
+        assert "bridges.log: port" in " ".join(capsys.readouterr().err.split())
+        assert not folder.exists()
+    with pytest.raises(SystemExit) as end:
+        main(words)
+    assert end.value.code == 0
+    assert (folder / "mission.mcap").exists()

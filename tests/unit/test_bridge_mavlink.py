@@ -17,6 +17,7 @@ from pelagos.bridges.mavlink import MavlinkConfig
 from pelagos.bridges.px4 import ALL_FIELDS, Px4Config, pressure_hpa
 
 mavlink = pytest.importorskip("pymavlink.dialects.v20.common")
+mavutil = pytest.importorskip("pymavlink.mavutil")
 
 
 def scenario(vehicle: str, z: float, **more: Any) -> dict[str, Any]:
@@ -207,6 +208,7 @@ def test_a_ground_station_sees_and_drives_a_vehicle(station: Any) -> None:
     assert not failure
     assert {"HEARTBEAT", "SYS_STATUS", "ATTITUDE", "LOCAL_POSITION_NED", "GLOBAL_POSITION_INT", "VFR_HUD"} <= set(seen)
     assert seen["HEARTBEAT"].type == 12
+    assert mavutil.mavfile.probably_vehicle_heartbeat(None, seen["HEARTBEAT"])  # else wait_heartbeat finds no target
     velocity = sim.state["a"].velocity[0]
     np.testing.assert_allclose(velocity, [0.5, -0.2, -0.2], atol=0.08)  # ahead, to the right, down
     assert sim.state["a"].angular_velocity[0, 2] < -0.05  # and turns to the right

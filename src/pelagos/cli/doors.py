@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -11,6 +12,7 @@ from pelagos.config import registry
 from pelagos.errors import InputError
 
 if TYPE_CHECKING:
+    from pelagos.bridges.exchange import Exchange
     from pelagos.cli.run import Options
     from pelagos.config.scenario import Scenario
     from pelagos.sim.run import RunResult
@@ -28,6 +30,31 @@ def doors_of(scenario: Scenario, asked: Sequence[str]) -> dict[str, Any]:
         if not any(config.type == kind for config in found.values()):
             found[kind] = registry.find("bridge", kind).config.model_validate({"type": kind})
     return found
+
+
+def _opened(name: str, config: Any, exchange: Exchange) -> str:
+    """Open a door, and say what it is; an error names it."""
+    from pelagos.bridges.transport import BridgeError
+
+    try:
+        return str(config.attach(exchange))
+    except BridgeError as error:
+        raise BridgeError(f"bridges.{name}: {error}") from error
+
+
+@contextmanager
+def nothing_left(folder: Path, recording: Path) -> Iterator[None]:
+    """Take a fresh folder of results away where no door opened, so that the same command may be given again."""
+    from pelagos.bridges.transport import BridgeError
+
+    try:
+        yield
+    except BridgeError:
+        if not recording.exists():
+            (folder / "scenario.yaml").unlink(missing_ok=True)
+            with suppress(OSError):
+                folder.rmdir()
+        raise
 
 
 def run_with_doors(
@@ -55,7 +82,7 @@ def run_with_doors(
     exchange = Exchange(sim, realtime=realtime, say=lambda text: err.print(f"refused: {text}", markup=False))
     try:
         for name, config in doors.items():
-            out.print(f"{name}: {config.attach(exchange)}", markup=False)
+            out.print(f"{name}: {_opened(name, config, exchange)}", markup=False)
         if repeat is not None:
             Repeat(sim, repeat)
         result = exchange.run(seconds, record=recording, progress=progress)

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 from pelagos.cli.console import err, out, shown
-from pelagos.cli.doors import doors_of, run_with_doors
+from pelagos.cli.doors import doors_of, nothing_left, run_with_doors
 from pelagos.cli.progress import RunProgress
 from pelagos.cli.segments import Plan, run_segments
 from pelagos.cli.signals import Stopping, interrupted
@@ -80,7 +80,8 @@ def _run(path: Path, changes: Sequence[str], options: Options, stopping: Stoppin
     with RunProgress() as bar:
         progress = _watched(bar, folder, sim, stopping)
         if doors or options.repeat is not None:
-            result = run_with_doors(sim, doors, options, recording, progress)
+            with nothing_left(folder, recording):
+                result = run_with_doors(sim, doors, options, recording, progress)
         elif options.checkpoint_every_s is None:
             result = sim.run(options.duration_s, record=recording, progress=progress, realtime=options.realtime)
         else:

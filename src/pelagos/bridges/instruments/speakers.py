@@ -115,6 +115,10 @@ class _Dvl(_Silent):
         roll, pitch, yaw = (math.degrees(a) for a in motion.euler)
         return teledyne.Attitude(yaw, pitch, roll, float(motion.position[2]))
 
+    def down(self) -> tuple[float, ...]:
+        """The downward part of each beam's direction."""
+        return tuple(-float(b[2]) for b in self.place.config.beams)
+
 
 class WaterLinkedJson(_Dvl):
     """See `waterlinked.report`."""
@@ -148,7 +152,7 @@ class Pd0(_Dvl):
 
     def say(self, dvl: DvlVelocity) -> bytes:
         """See `_Dvl`."""
-        return teledyne.pd0(dvl, self.place.epoch, self.attitude(), SOUND_MPS, self.number)
+        return teledyne.pd0(dvl, self.place.epoch, self.attitude(), SOUND_MPS, self.number, self.down())
 
 
 class Pd6(_Dvl):
@@ -164,8 +168,7 @@ class Nortek(_Dvl):
 
     def say(self, dvl: DvlVelocity) -> bytes:
         """See `_Dvl`."""
-        down = tuple(-float(b[2]) for b in self.place.config.beams)
-        return nortek.bottom_track(dvl, self.place.epoch, down)
+        return nortek.bottom_track(dvl, self.place.epoch, self.down())
 
 
 class VectorNavText(_Silent):

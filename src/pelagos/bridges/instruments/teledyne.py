@@ -17,7 +17,9 @@ from pelagos.bridges.instruments.nmea import clock
 
 BAD: Final = -32768
 SHIP_COORDINATES: Final = 0b00010111
-_SYSTEM: Final = 0b0100_0001_0000_1011  # 600 kHz, convex, four beams at 30 degrees, looking down
+_SYSTEM: Final = 0b0100_0000_0000_1011  # 600 kHz, convex, four beams, looking down
+_BEAM_ANGLES: Final = {15: 0, 20: 1, 30: 2}
+_OTHER_ANGLE: Final = 3
 
 
 @dataclass(frozen=True)
@@ -55,10 +57,17 @@ def _mm(mps: float) -> str:
     return f"{round(mps * 1000):+06d}" if math.isfinite(mps) else f"{BAD:+06d}"
 
 
-def pd0(dvl: DvlVelocity, epoch: datetime, attitude: Attitude, sound_speed_mps: float, number: int) -> bytes:
-    """An ensemble of fixed leader, variable leader and bottom track."""
+def pd0(
+    dvl: DvlVelocity, epoch: datetime, attitude: Attitude, sound_speed_mps: float, number: int,
+    down: tuple[float, ...],
+) -> bytes:  # fmt: skip
+    """An ensemble of fixed leader, variable leader and bottom track.
+
+    `down` is the downward part of each beam's direction. The ranges are the vertical ones of a level instrument:
+    along the beam, times the cosine of the beam's angle.
+    """
     parts = [
-        _fixed_leader(), _variable_leader(dvl, epoch, attitude, sound_speed_mps, number), _bottom_track(dvl),
+        _fixed_leader(down), _variable_leader(dvl, epoch, attitude, sound_speed_mps, number), _bottom_track(dvl, down),
     ]  # fmt: skip
     head = 6 + 2 * len(parts)
     offsets, at = [], head
@@ -70,13 +79,15 @@ def pd0(dvl: DvlVelocity, epoch: datetime, attitude: Attitude, sound_speed_mps: 
     return raw + struct.pack("<H", sum(raw) & 0xFFFF)
 
 
-def _fixed_leader() -> bytes:
+def _fixed_leader(down: tuple[float, ...]) -> bytes:
     raw = bytearray(59)
-    struct.pack_into("<HBBHBBBBH", raw, 0, 0x0000, 51, 40, _SYSTEM, 1, 0, 4, 1, 1)
+    angle = round(math.degrees(math.acos(sum(down) / len(down))))
+    system = _SYSTEM | _BEAM_ANGLES.get(angle, _OTHER_ANGLE) << 8
+    struct.pack_into("<HBBHBBBBH", raw, 0, 0x0000, 51, 40, system, 1, 0, 4, 1, 1)
     struct.pack_into("<HHB", raw, 12, 100, 100, 1)
     raw[25] = SHIP_COORDINATES
     raw[30:32] = bytes([0b01111101, 0b01111101])
-    raw[58] = 30
+    raw[58] = angle
     return bytes(raw)
 
 
@@ -96,12 +107,12 @@ def _variable_leader(
     return bytes(raw)
 
 
-def _bottom_track(dvl: DvlVelocity) -> bytes:
+def _bottom_track(dvl: DvlVelocity, down: tuple[float, ...]) -> bytes:
     raw = bytearray(81)
     struct.pack_into("<HHHBBBBH", raw, 0, 0x0600, 1, 0, 220, 30, 0, 7, 1000)
     centimetres = [
-        min(round(100 * r), 0xFFFFFF) if good and math.isfinite(r) else 0
-        for r, good in zip(dvl.ranges_m, dvl.beam_valid, strict=True)
+        min(round(100 * r * d), 0xFFFFFF) if good and math.isfinite(r) else 0
+        for r, d, good in zip(dvl.ranges_m, down, dvl.beam_valid, strict=True)
     ]
     struct.pack_into("<4H", raw, 16, *(c & 0xFFFF for c in centimetres))
     if dvl.velocity is None:
