@@ -124,6 +124,8 @@ def test_a_run_speaks_lcm(classes: Any) -> None:
     assert imu.acceleration[2] == pytest.approx(9.81, abs=0.5)
     pose = classes.PoseSensor.decode(got["rov/pose"][0])
     np.testing.assert_allclose(np.array(pose.matrix)[:3, 3], [3, -2, -5], atol=1e-5)
+    depth = classes.DepthSensor.decode(got["rov/depth"][0]).depth
+    assert depth == pytest.approx(-5.0, abs=1.5)  # HoloOcean: the height z, negative below the surface
     whole = classes.message_t.decode(got["/rov/imu/data_raw"][0])
     assert deserialize(whole.type, whole.cdr).header.frame_id == "rov/imu"
     assert sim.state["rov"].velocity[0, 0] > 0.2

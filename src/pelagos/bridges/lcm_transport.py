@@ -198,7 +198,7 @@ def _altimeter(r: Any, config: Any, sim: Any) -> tuple[str, dict[str, Any]]:
 STRUCTURES: Final[Mapping[str, Any]] = {
     "dvl": _dvl, "imu": _imu, "gps": _gps, "pose": _pose, "imaging_sonar": _sonar, "profiling_sonar": _sonar,
     "camera": _camera, "altimeter": _altimeter,
-    "depth": lambda r, config, sim: ("DepthSensor", {"depth": float(r.data[0])}),
+    "depth": lambda r, config, sim: ("DepthSensor", {"depth": -float(r.data[0])}),  # z: negative below the surface
     "velocity": lambda r, config, sim: ("VelocitySensor", {"velocity": r.data[0]}),
 }  # fmt: skip
 """By type of sensor: the structure and its fields. World NWU, body FLU, as HoloOcean has them."""
