@@ -41,7 +41,7 @@ class StillWater:
     def salinity(self, position: Any, t: Any) -> Any:
         return 35.0 + 0.0 * position[0]
 
-    def current(self, position: Any, t: Any) -> Any:
+    def current(self, position: Any, t: Any, copy: Any = None) -> Any:
         return jit.Array3f64(0.0 * position[0], 0.0 * position[0], 0.0 * position[0])
 
 

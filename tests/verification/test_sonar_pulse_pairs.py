@@ -36,7 +36,7 @@ def scatter(count: int) -> float:
 class Sheared(StillWater):
     """A current that grows by 0.05 m/s a metre upwards and turns with depth; a Dr.Jit struct."""
 
-    def current(self, position, t):
+    def current(self, position, t, copy=None):
         north, west, _ = flow(position[2])
         return jit.Array3f64(north, west, 0.0 * position[0])
 

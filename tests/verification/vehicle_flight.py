@@ -21,7 +21,7 @@ class Still:
     def wind(self, position, t):
         return jit.Array3f64(*self.breeze)
 
-    def current(self, position, t):
+    def current(self, position, t, copy=None):
         return jit.Array3f64(*self.velocity)
 
     def elevation(self, x, y, t):
@@ -34,7 +34,7 @@ class Shear:
 
     rate: float = 0.0
 
-    def current(self, position, t):
+    def current(self, position, t, copy=None):
         return jit.Array3f64(0.0, self.rate * position[0], 0.0)
 
     def elevation(self, x, y, t):
