@@ -130,8 +130,9 @@ def sighted(
     place.small = here & (solid_angle * hearing.rays_per_sr < FEW)
     coherent = roughness_loss(place.smooth, jit.Float(1.0))
     echo = _coherent(place, hearing)
-    dr.eval(place.small, here, coherent, echo)
-    rays = _own_rays(caster, place, here, echo, lanes, surfaces, facing, hearing, velocity, k=k, count=count)
+    asked = here & (place.small | (coherent > _COHERENT) & (echo.size > 0.0))  # rays to all others tell nothing
+    dr.eval(place.small, here, coherent, echo, asked)
+    rays = _own_rays(caster, place, asked, echo, lanes, surfaces, facing, hearing, velocity, k=k, count=count)
     return _merged(place, here, coherent, echo, rays, lanes, facing, hearing, velocity, k=k, count=count)
 
 
@@ -253,7 +254,7 @@ def _coherent(place: _Place, hearing: Hearing) -> _Echo:
 
 
 def _own_rays(
-    caster: Caster, place: _Place, here: Array, echo: _Echo, lanes: Lanes, surfaces: Surfaces, facing: Facing,
+    caster: Caster, place: _Place, asked: Array, echo: _Echo, lanes: Lanes, surfaces: Surfaces, facing: Facing,
     hearing: Hearing, velocity: Array, *, k: int, count: int,
 ) -> _OwnRays:  # fmt: skip
     """Rays over the disc of small things; those of others go to the place that their coherent echo comes from."""
@@ -276,7 +277,7 @@ def _own_rays(
     )
     above = dr.cross(towards, aside)
     direction = dr.normalize(target + aside * (part * c) + above * (part * s))
-    active = gather(jit.Bool, here)
+    active = gather(jit.Bool, asked)
     origin = dr.gather(jit.Array3f64, lanes.position, lane)
     copy, own = dr.gather(jit.UInt32, lanes.copy, lane), dr.gather(jit.UInt32, lanes.own, lane)
     hits = caster.cast(Rays(origin, direction, dr.select(active, distance + radius, 0.0), copy, own), smooth=True)
