@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from functools import partial
-from typing import Final
+from typing import Final, TypeAlias
 
 import numpy as np
 
@@ -12,10 +13,17 @@ from pelagos.sim.sampled import Sampled
 
 _all: Final = partial(np.logical_and.reduce, axis=None)
 _NUMBERS: Final = "fc"  # kinds of arrays that can hold what is not finite
+Uncovered: TypeAlias = Callable[[str, int, float], Sequence[str]]
 
 
-def require_finite(one: Sampled, n: int, dt_ns: int) -> None:
+def require_finite(one: Sampled, n: int, dt_ns: int, uncovered: Uncovered) -> None:
     """Check the data of valid lanes; sensors that may lack values (`MAY_LACK`) are not asked.
+
+    Args:
+        one: the readings.
+        n: copies.
+        dt_ns: the tick [ns].
+        uncovered: names the fields of the ocean that end before the place of an agent's copy at a time [s].
 
     Raises:
         SimulationError: a value is NaN or infinite.
@@ -30,8 +38,12 @@ def require_finite(one: Sampled, n: int, dt_ns: int) -> None:
         return
     lane = int(np.argmax(bad))
     tick, row = divmod(lane, n * len(one.members))  # rows go agent by agent, and copy by copy within
-    name = f"{one.members[row // n]}.{one.model.name}"
+    agent, copy, t_s = one.members[row // n], row % n, one.ticks[tick] * dt_ns * 1e-9
+    lacking = uncovered(agent, copy, t_s)
+    why = f"{' and '.join(lacking)} ends before that place or moment (outside: error)" if lacking else (
+        "a sensor whose data may lack values says MAY_LACK"
+    )  # fmt: skip
     raise SimulationError(
-        f"{name} (type {one.model.config.type}, copy {row % n}) reads a number that is "
-        f"not finite at t = {one.ticks[tick] * dt_ns * 1e-9:.3f} s; a sensor whose data may lack values says MAY_LACK"
+        f"{agent}.{one.model.name} (type {one.model.config.type}, copy {copy}) reads a number that is "
+        f"not finite at t = {t_s:.3f} s; {why}"
     )

@@ -11,6 +11,7 @@ import drjit as dr
 import numpy as np
 from numpy.typing import NDArray
 
+from pelagos import jit
 from pelagos.jit import Array
 from pelagos.sensors.comms.link.traffic import Traffic
 from pelagos.sensors.sensor import Kinematics, Measurement, Reading
@@ -335,7 +336,7 @@ class Stepper:
                 self._answer(ticks)
                 one = Sampled(batch.members, sensor, ticks, self._ask(sensor, lanes[ticks]))
                 sampled.append(one.without(self.episodes.ended) if self.episodes.over.any() else one)
-                require_finite(sampled[-1], self._model.n, self._model.clock.dt_ns)
+                require_finite(sampled[-1], self._model.n, self._model.clock.dt_ns, self._uncovered)
                 if due is None:
                     self.missions.hear(sampled[-1])
                 self.timings.add(f"{batch.name}.{sensor.name}", start)
@@ -355,6 +356,11 @@ class Stepper:
             m = self._ask(sensor, lanes)
             valid = np.ones(count, dtype=bool) if m.valid is None else m.valid
             yield sensor.name, m.reading(slice(0, count), valid, self.tick * dt_ns, f"{agent}/{sensor.name}")
+
+    def _uncovered(self, agent: str, copy: int, t_s: float) -> Sequence[str]:
+        """Fields of the ocean that end before the place of an agent's copy."""
+        place = self.row(agent)[copy, :3]
+        return self._model.ocean.uncovered(jit.Array3f64(*(float(v) for v in place)), jit.Float64(t_s))
 
     def _ask(self, sensor: SensorModel, motion: Kinematics) -> Measurement:
         self._model.scene.reading = True
