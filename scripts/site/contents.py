@@ -78,7 +78,7 @@ PARTS: Final = {
     ),
     "Build on it": (
         "Sensors of your own, the Python interface, the house.",
-        ["write_a_sensor", "api/index", "ARCHITECTURE", "CONTRIBUTING", "CHANGELOG"],
+        ["write_a_sensor", "api/index", "ARCHITECTURE", "CONTRIBUTING", "SECURITY", "CHANGELOG"],
     ),
 }  # fmt: skip
 _INNER: Final = ("api/", "scenario/", "follow/", "cards/", "vehicles/", "theory/")
