@@ -2,7 +2,7 @@
 
 .DEFAULT_GOAL := help
 SHELL := /bin/sh
-.PHONY: help demo venv llvm test test-all check fuzz bench docs site checks clean
+.PHONY: help demo venv llvm test test-all check fuzz mutants mutants-changed bench docs site checks clean
 
 BIN := .venv/bin
 SCENARIO := examples/harbour_survey.yaml
@@ -10,7 +10,7 @@ READY := .venv/ready
 DEVICE := .venv/device
 
 help: ## Show this list
-	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-10s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
+	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-16s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
 
 demo: venv llvm ## Survey a harbour; ends by saying where the results lie
 	$(BIN)/pelagos run $(SCENARIO)
@@ -28,7 +28,7 @@ $(DEVICE): $(READY) scripts/llvm.sh
 	@touch $@
 
 test: venv llvm ## Run the tests
-	$(BIN)/python -m pytest -n 2 -m "not slow"
+	$(BIN)/python -m pytest -n 2 -m "not slow" --durations=10
 
 test-all: venv llvm ## Run the tests, the slow ones too
 	$(BIN)/python -m pytest -n 2
@@ -41,10 +41,16 @@ check: venv llvm ## Everything that CI runs: format, lint, types, layers, schema
 	$(BIN)/pelagos schema --check schema/scenario.schema.json
 	$(BIN)/python scripts/reference.py --check
 	$(BIN)/python scripts/site --quick
-	$(BIN)/python -m pytest -n 2 -m "not slow"
+	$(BIN)/python -m pytest -n 2 -m "not slow" --durations=10
 
 fuzz: venv llvm ## Fuzz the readers for SECONDS=300 each: scenarios, texts, recordings
 	PELAGOS_FUZZ_SECONDS=$(or $(SECONDS),300) $(BIN)/python -m pytest -s tests/fuzz
+
+mutants: venv llvm ## Put some 370 mistakes into copies of the source and see that a test notices each
+	$(BIN)/python scripts/mutants $(LAYERS)
+
+mutants-changed: venv llvm ## The same for the files that differ from REF=origin/main
+	$(BIN)/python scripts/mutants --changed $(or $(REF),origin/main)
 
 bench: venv llvm ## Measure speed and refresh bench/RESULTS.md
 	$(BIN)/pelagos bench --write bench/RESULTS.md

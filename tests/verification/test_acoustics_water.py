@@ -64,6 +64,13 @@ def test_mackenzie():
     assert mackenzie(25.0, 35.0, 1000.0) == pytest.approx(1550.744, abs=5e-4)
 
 
+@pytest.mark.parametrize(("t", "salinity", "depth"), [(4.0, 39.0, 0.0), (22.0, 31.0, 500.0), (12.0, 37.5, 1800.0)])
+def test_mackenzie_agrees_with_del_grosso_away_from_salinity_35(t, salinity, depth):
+    # Mackenzie gives his fit to Del Grosso's data a standard error of 0.07 m/s; three of these, 0.05 for pressure
+    kg_per_cm2 = 0.101971621 * (1.00525 * depth + 2.3e-6 * depth**2)  # Leroy and Parthiot 1998 at 40 deg, to 1 dbar
+    assert mackenzie(t, salinity, depth) == pytest.approx(del_grosso(t, salinity, kg_per_cm2), abs=0.26)
+
+
 def test_chen_millero_in_its_90s_temperatures():
     given = [(0.0, 35.0), (10.0, 35.0), (25.0, 35.0), (25.0, 0.0)]
     expected = [1449.1388, 1489.8321, 1534.4108, 1496.7045]

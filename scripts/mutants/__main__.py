@@ -1,0 +1,124 @@
+"""Put plausible mistakes into the source, one at a time, and see that a test notices each.
+
+usage: python scripts/mutants [LAYER ...] [--changed REF] [--jobs 2] [--check]
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import subprocess
+import sys
+import tempfile
+import time
+from collections import Counter, deque
+from pathlib import Path
+
+from mutant import LISTS, ROOT, BadMutant, Mutant, read_mutants
+from trial import Outcome, finish, preload, start
+
+NOTICED = LISTS.parent / "noticed.json"
+"""The test that noticed each mutant last time: it is tried first."""
+
+
+def main() -> int:
+    """Run the trials, print a line each and a table by layer; 1 if one survived or does not fit its file."""
+    parser = argparse.ArgumentParser(prog="mutants", description=__doc__.splitlines()[0])
+    parser.add_argument("layers", nargs="*", help="lists to run, all by default")
+    parser.add_argument("--changed", metavar="REF", help="only files that differ from this commit")
+    parser.add_argument("--jobs", type=int, default=os.cpu_count() or 1, help="trials at a time")
+    parser.add_argument("--only", metavar="KEY", help="the mutant of this key alone")
+    parser.add_argument("--check", action="store_true", help="only check that each list fits the source")
+    options = parser.parse_args()
+    mutants = list(read_mutants(tuple(options.layers)))
+    if options.changed:
+        touched = changed_files(options.changed)
+        mutants = [m for m in mutants if f"src/pelagos/{m.file}" in touched]
+    if options.only:
+        mutants = [m for m in mutants if m.key == options.only]
+    misfits = [text for m in mutants if (text := misfit(m))]
+    for text in misfits:
+        print(text)
+    if options.check or misfits:
+        print(f"{len(mutants)} mutants, {len(misfits)} do not fit the source")
+        return bool(misfits)
+    preload()
+    outcomes = run(mutants, options.jobs)
+    return report(outcomes)
+
+
+def changed_files(ref: str) -> set[str]:
+    """Paths that differ between the working tree and the commit."""
+    answer = subprocess.run(["git", "diff", "--name-only", ref], cwd=ROOT, capture_output=True, text=True, check=True)
+    return set(answer.stdout.split())
+
+
+def misfit(mutant: Mutant) -> str:
+    """Why the mutant cannot be put in; empty if it can."""
+    try:
+        mutant.mutated()
+    except (BadMutant, OSError, SyntaxError) as error:
+        return str(error)
+    missing = [test for test in mutant.tests if not (ROOT / test.split("::")[0]).exists()]
+    return f"{mutant.layer}: {mutant.file}: no tests {missing}" if missing else ""
+
+
+def run(mutants: list[Mutant], jobs: int) -> list[Outcome]:
+    """All trials, `jobs` at a time: the test that noticed last time, then, if it is silent, all."""
+    known = json.loads(NOTICED.read_text()) if NOTICED.exists() else {}
+    waiting = deque((m, (known[m.key],) if m.key in known else m.tests) for m in mutants)
+    running: dict[int, tuple[Mutant, tuple[str, ...], float, Path]] = {}
+    outcomes: list[Outcome] = []
+    began = time.monotonic()
+    with tempfile.TemporaryDirectory() as folder:
+        while waiting or running:
+            while waiting and len(running) < jobs:
+                mutant, tests = waiting.popleft()
+                log = Path(folder) / f"{mutant.key}.log"
+                running[start(mutant, tests, log)] = (mutant, tests, time.monotonic(), log)
+            pid, status = os.wait()
+            mutant, tests, started, log = running.pop(pid)
+            outcome = finish(pid, status, mutant, started, log)
+            if outcome.verdict != "noticed" and tests != mutant.tests:
+                waiting.appendleft((mutant, mutant.tests))
+                continue
+            outcomes.append(outcome)
+            remember(outcome)
+            elapsed = time.monotonic() - began
+            print(f"{len(outcomes):4d}/{len(mutants)} {elapsed:6.0f} s  {line(outcome)}", flush=True)
+    return outcomes
+
+
+def line(outcome: Outcome) -> str:
+    """One trial in one line, survivors in full."""
+    m = outcome.mutant
+    change = f"{m.text.strip()!r} -> {m.mutation.strip()!r}"
+    head = f"{outcome.verdict:8s} {outcome.seconds:5.1f} s  {m.key}  {m.file}: {change}"
+    return head if outcome.verdict == "noticed" else f"{head}\n{outcome.by}"
+
+
+def remember(outcome: Outcome) -> None:
+    """Write down which test noticed the mutant."""
+    if outcome.verdict == "noticed" and "::" in outcome.by:
+        known = json.loads(NOTICED.read_text()) if NOTICED.exists() else {}
+        known[outcome.mutant.key] = outcome.by
+        NOTICED.write_text(json.dumps(dict(sorted(known.items())), indent=0) + "\n")
+
+
+def report(outcomes: list[Outcome]) -> int:
+    """A table by layer and the survivors; 1 if there are any."""
+    every = Counter(o.mutant.layer for o in outcomes)
+    seen = Counter(o.mutant.layer for o in outcomes if o.verdict == "noticed")
+    print(f"\n{'layer':14s} noticed")
+    for layer, count in every.items():
+        print(f"{layer:14s} {seen[layer]:4d} of {count}")
+    print(f"{'all':14s} {seen.total():4d} of {every.total()}")
+    missed = [o for o in outcomes if o.verdict != "noticed"]
+    for outcome in missed:
+        print(line(outcome))
+    return bool(missed)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,68 @@
+"""One mistake that a test must notice, and the lists of them."""
+
+from __future__ import annotations
+
+import hashlib
+import tomllib
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[2]
+SOURCES = ROOT / "src" / "pelagos"
+LISTS = Path(__file__).parent / "lists"
+
+
+class BadMutant(ValueError):
+    """An entry of a list that does not fit the source: its text is not there once, or changes nothing."""
+
+
+@dataclass(frozen=True)
+class Mutant:
+    """A text of one source file, what replaces it, and the tests that are likely to see it."""
+
+    layer: str
+    """The list it stands in: `acoustics`, `vehicles`, ..."""
+
+    file: str
+    """Path below `src/pelagos`."""
+
+    text: str
+    """What stands there; exactly once in the file."""
+
+    mutation: str
+    """What replaces it."""
+
+    tests: tuple[str, ...]
+    """Files or node ids for pytest, in the order to try them."""
+
+    @property
+    def key(self) -> str:
+        """A name that survives changes elsewhere in the list."""
+        return hashlib.sha256(f"{self.file}\0{self.text}\0{self.mutation}".encode()).hexdigest()[:10]
+
+    def mutated(self) -> str:
+        """The whole source with the mistake in it; raises `BadMutant`."""
+        source = (SOURCES / self.file).read_text()
+        count = source.count(self.text)
+        if count != 1:
+            raise BadMutant(f"{self.layer}: {self.file}: {self.text!r} stands there {count} times, not once")
+        if self.text == self.mutation:
+            raise BadMutant(f"{self.layer}: {self.file}: {self.text!r} is replaced by itself")
+        changed = source.replace(self.text, self.mutation)
+        compile(changed, self.file, "exec")
+        return changed
+
+
+def read_mutants(layers: tuple[str, ...] = ()) -> Iterator[Mutant]:
+    """All mutants of `lists/*.toml`, or of those lists that are named.
+
+    A list is TOML: an array `module` of tables with `file`, `tests`, and `mutants`, pairs of text and replacement; a
+    third member of a pair names tests of its own.
+    """
+    for path in sorted(LISTS.glob("*.toml")):
+        if layers and path.stem not in layers:
+            continue
+        for module in tomllib.loads(path.read_text())["module"]:
+            for text, mutation, *own in module["mutants"]:
+                yield Mutant(path.stem, module["file"], text, mutation, tuple(own) or tuple(module["tests"]))

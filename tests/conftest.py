@@ -1,0 +1,44 @@
+"""No test drops out unseen: a skip that nobody expected fails the run."""
+
+from __future__ import annotations
+
+import os
+import re
+
+import pytest
+
+EXPECTED_SKIPS = (
+    "the real surveys are not on this machine",
+    "builds simulations; `make fuzz` runs it by time",
+    "this GDAL is built without BAG",
+    "kernels are counted by their LLVM code",
+    "POSIX",
+    "only Linux inherits the peak",
+    "forks",
+)
+"""Parts of the reasons that a complete installation may give. PELAGOS_ALLOW_SKIPS=1 allows every other reason too."""
+
+
+def unexpected_skips(config: pytest.Config) -> list[str]:
+    """The reasons, with their places, of skips that no entry of `EXPECTED_SKIPS` explains."""
+    reporter = config.pluginmanager.get_plugin("terminalreporter")
+    if reporter is None or os.environ.get("PELAGOS_ALLOW_SKIPS"):
+        return []
+    expected = re.compile("|".join(map(re.escape, EXPECTED_SKIPS)))
+    reasons = [r.longrepr for r in reporter.stats.get("skipped", ()) if isinstance(r.longrepr, tuple)]
+    return [f"{path}:{line}: {reason}" for path, line, reason in reasons if not expected.search(reason)]
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_sessionfinish(session: pytest.Session, exitstatus: int) -> None:
+    if exitstatus == pytest.ExitCode.OK and unexpected_skips(session.config):
+        session.exitstatus = pytest.ExitCode.TESTS_FAILED
+
+
+def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter, config: pytest.Config) -> None:
+    reasons = unexpected_skips(config)
+    if reasons:
+        terminalreporter.section("unexpected skips fail the run", red=True)
+        for reason in reasons:
+            terminalreporter.line(reason)
+        terminalreporter.line("install the missing package with `make venv`, or set PELAGOS_ALLOW_SKIPS=1")
