@@ -10,6 +10,7 @@ from dataclasses import replace
 from typing import Any, ClassVar, Final, Literal
 
 from pelagos.world.built import BuiltConfig
+from pelagos.world.campus import business_campus
 from pelagos.world.config import WorldConfig
 from pelagos.world.generate.generated import GeneratedConfig
 from pelagos.world.world import World
@@ -142,10 +143,10 @@ def flat_underwater(seed: int) -> BuiltConfig | GeneratedConfig:
 
 
 def rooms(seed: int) -> BuiltConfig | GeneratedConfig:
-    """Four dry rooms of 8 m x 8 m about a corridor, floor at z = 0, with furniture."""
+    """Four dry rooms of 8 m x 8 m about a corridor, floor at z = 0.05 m, with furniture."""
     del seed
     things = [
-        _box((0, 0, -0.1), (24, 20, 0.2), "wood", "floor", "floor"),
+        _box((0, 0, -0.05), (24, 20, 0.2), "wood", "floor", "floor"),  # its top, 5 cm up, covers the sea surface
         _box((0, 0, 3.1), (24, 20, 0.2), "white", "ceiling", "ceiling"),
     ]
     for y in (-10.0, 10.0):
@@ -183,19 +184,43 @@ def test_world(seed: int) -> BuiltConfig | GeneratedConfig:
     """Ground at z = 0 beside water, a wall at x = 2.77 m, blockers: a stand-in for HoloOcean's test level."""
     del seed
     things = [
-        _box((-10, 0, -0.25), (60, 30, 0.5), "grass", "landscape", "ground"),
-        _box((3.77, 0.7, 1.0), (2.0, 1.6, 2.0), "concrete", "wall", "wall"),
+        _box((-17.5, 0, -0.235), (45, 30, 0.53), "grass", "landscape", "ground"),
+        _box((3.77, 0.7, 1.0), (2.0, 0.4, 2.0), "concrete", "wall", "wall"),
         _box((1.75, -30, -1.0), (2.0, 4.0, 6.0), "concrete", "wall", "blocker"),
-        _box((-10, 5.5, 0.5), (1.0, 1.0, 1.0), "wood", "cube", "blocker"),
-        _box((47, -58, -3.0), (20, 20, 2.0), "sand", "landscape", "layer"),
-        _box((47, -30, -3.0), (20, 20, 2.0), "gravel", "landscape", "layer"),
-    ]
+        _box((-10, 5.5, 0.53), (1.0, 1.0, 1.0), "wood", "cube", "blocker"),
+        _box((0, -50, -3.5), (12, 12, 1.0), "sand", "landscape", "shoal"),
+        *(_box((47, -58 + 8 * k, -3.0), (8, 8, 2.0), m, "landscape", "layer")
+          for k, m in enumerate(("sand", "gravel", "rock"), -1)),
+    ]  # fmt: skip
     return _built(12.0, (160.0, 160.0), things)
+
+
+def example_level(seed: int) -> BuiltConfig | GeneratedConfig:
+    """A small level: a raft of 10 m x 10 m above water of 5 m, with a box, a ball and a cone on it."""
+    del seed
+    things = [
+        _box((0, 0, -0.45), (10, 10, 1.0), "concrete", "floor", "raft"),
+        _box((3, 2, 0.55), (1.0, 1.0, 1.0), "wood", "cube", "box"),
+        {"shape": "sphere", "at_m": [3, -2, 0.55], "size_m": [1, 1, 1], "material": "gold", "label": "sphere"},
+        {"shape": "cone", "at_m": [-3, 0, 0.55], "size_m": [1, 1, 1], "material": "yellow", "label": "cone"},
+    ]
+    return _built(5.0, (40.0, 40.0), things)
 
 
 CLASSICS: Final[dict[str, Callable[[int], BuiltConfig | GeneratedConfig]]] = {
     made.__name__: made
-    for made in (dam, flat_underwater, open_water, pier_harbor, rooms, simple_underwater, tank, test_world)
+    for made in (
+        business_campus,
+        dam,
+        example_level,
+        flat_underwater,
+        open_water,
+        pier_harbor,
+        rooms,
+        simple_underwater,
+        tank,
+        test_world,
+    )
 }
 """The classics by name: each gives the configuration of a built or generated world."""
 
@@ -208,7 +233,16 @@ class ClassicConfig(WorldConfig):
     type: Literal["classic"] = "classic"
     """The kind of world."""
     name: Literal[
-        "dam", "flat_underwater", "open_water", "pier_harbor", "rooms", "simple_underwater", "tank", "test_world"
+        "business_campus",
+        "dam",
+        "example_level",
+        "flat_underwater",
+        "open_water",
+        "pier_harbor",
+        "rooms",
+        "simple_underwater",
+        "tank",
+        "test_world",
     ]
     """Which one."""
     seed: int = 1

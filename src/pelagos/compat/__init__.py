@@ -1,0 +1,1 @@
+"""Other simulators' interfaces, on Pelagos."""
