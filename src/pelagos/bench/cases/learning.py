@@ -1,0 +1,81 @@
+"""Environments for reinforcement learning: steps a second of all copies, and the time of one."""
+
+from __future__ import annotations
+
+from typing import Any, Final
+
+import numpy as np
+
+from pelagos.bench.case import Case, Measured, Reference
+from pelagos.bench.cases.vehicles import Fleet
+from pelagos.bench.check import must
+from pelagos.bench.timing import seconds, seconds_in_turns
+
+COPIES: Final = 4096
+OCEANSCALE: Final = Reference("OceanScale on an RTX 5090, as published", 4.59)
+_COMMAND: Final = [0.3, 0.2, 0.25, 0.3, 0.1, -0.1, 0.2, 0.1]
+
+
+def _hover(n: int) -> tuple[Any, Any]:
+    """Copies that have begun, and actions for them."""
+    from pelagos import envs
+
+    env = envs.make("pelagos/Hover-v0", n)
+    env.reset(seed=1)
+    actions = np.random.default_rng(2).uniform(-1, 1, (16, n, 8)).astype(np.float32)
+    for given in actions:
+        env.step(given)
+    return env, actions
+
+
+def env_hover_4096_msteps() -> Measured:
+    """Vehicle, current, reward and resets in one call; what comes back is NumPy."""
+    env, actions = _hover(COPIES)
+    bare, count, ended = Fleet("bluerov2_heavy", n=COPIES, steps=env.program.ticks, command=_COMMAND), 0, 0
+
+    def step() -> None:
+        nonlocal count, ended
+        _, _, terminated, truncated, _ = env.step(actions[count % len(actions)])
+        ended += int((terminated | truncated).sum())
+        count += 1
+
+    took, peer = seconds_in_turns(step, bare.block, at_least_s=3.0)
+    must(ended >= COPIES or count < 200, "no episode has ended")
+    must(env.not_finite == 0, "a copy is not finite")
+    limit = Reference("the physics alone in the bare kernel", COPIES / peer * 1e-6)
+    return Measured(COPIES / took * 1e-6, limit, f"{env.program.ticks} ticks a step; {ended} episodes ended")
+
+
+def env_hover_1_us() -> Measured:
+    """One copy, as a `FleetEnv` of one."""
+    env, actions = _hover(1)
+    count = 0
+
+    def step() -> None:
+        nonlocal count
+        env.step(actions[count % len(actions)])
+        count += 1
+
+    return Measured(1e6 * seconds(step, at_least_s=2.0), detail=f"{env.program.ticks} ticks a step, NumPy out")
+
+
+CASES: Final = (
+    Case(
+        name="env_hover_4096_msteps",
+        title="4096 environments: BlueROV2 Heavy hovers, five ticks a step, resets inside",
+        measure=env_hover_4096_msteps,
+        unit="M env-steps/s",
+        goal=6.0,
+        better="higher",
+        reference=OCEANSCALE,
+    ),
+    Case(
+        name="env_hover_1_us",
+        title="One environment: BlueROV2 Heavy hovers, five ticks a step",
+        measure=env_hover_1_us,
+        unit="us",
+        goal=40.0,
+        better="lower",
+        reference=Reference("one vehicle, 100 steps a second of the physics"),
+    ),
+)

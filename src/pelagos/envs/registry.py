@@ -1,0 +1,112 @@
+"""Tasks by name, for Pelagos itself and for `gymnasium.make` and `gymnasium.make_vec`."""
+
+from __future__ import annotations
+
+import inspect
+from importlib import import_module
+from typing import TYPE_CHECKING, Any, Final
+
+from pelagos.envs.task import Task
+from pelagos.errors import CommandError, LookupFailed
+
+if TYPE_CHECKING:
+    from pelagos.envs.fleet import FleetEnv
+    from pelagos.envs.single import SingleEnv
+
+PREFIX: Final = "pelagos/"
+TASKS: Final = {
+    "Hover-v0": ("hover", "Hover"),
+}
+_OF_THE_FLEET: Final = ("seed", "environment", "autoreset", "arrays", "out_of_range")
+
+
+def task_names() -> tuple[str, ...]:
+    """Every task, as `make` takes it."""
+    return tuple(PREFIX + name for name in TASKS)
+
+
+def task_class(name: str) -> type[Any]:
+    """The class of a task.
+
+    Raises:
+        LookupFailed: no such task.
+    """
+    short = name.removeprefix(PREFIX)
+    if short not in TASKS:
+        known = {f"{PREFIX}{k}" for k in TASKS}
+        raise LookupFailed("task", name if name.startswith(PREFIX) else PREFIX + name, known)
+    module, cls = TASKS[short]
+    found: type[Any] = getattr(import_module(f"pelagos.envs.tasks.{module}"), cls)
+    return found
+
+
+def make_task(name: str, **options: Any) -> Task:
+    """A task by name, with its own options (`Hover(reach_m=...)`).
+
+    Raises:
+        LookupFailed: no such task, or option.
+    """
+    cls = task_class(name)
+    known = [p for p in inspect.signature(cls).parameters if cls.__init__ is not object.__init__]
+    for option in options:
+        if option not in known:
+            raise LookupFailed(f"option of {PREFIX}{name.removeprefix(PREFIX)}", option, [*known, *_OF_THE_FLEET])
+    made: Task = cls(**options)
+    return made
+
+
+def make(name: str, n: int = 1, **options: Any) -> FleetEnv:
+    """`n` copies of a task as a `gymnasium.vector.VectorEnv`.
+
+    Args:
+        name: "pelagos/Hover-v0", see `task_names`.
+        n: copies.
+        options: of `FleetEnv` (seed, environment, autoreset, arrays, out_of_range), the others of the task.
+
+    Raises:
+        LookupFailed: no such task, or option.
+        CommandError: Gymnasium is not installed, or an option cannot be.
+    """
+    _gymnasium()
+    from pelagos.envs.fleet import FleetEnv
+
+    mine = {k: options.pop(k) for k in _OF_THE_FLEET if k in options}
+    return FleetEnv(make_task(name, **options), n, **mine)
+
+
+def make_vec(task: str, num_envs: int = 1, **options: Any) -> FleetEnv:
+    """What `gymnasium.make_vec` calls."""
+    return make(task, num_envs, **options)
+
+
+def make_single(task: str, render_mode: str | None = None, **options: Any) -> SingleEnv:
+    """What `gymnasium.make` calls."""
+    _gymnasium()
+    from pelagos.envs.single import SingleEnv
+
+    mine = {k: options.pop(k) for k in ("seed", "environment", "out_of_range") if k in options}
+    return SingleEnv(make_task(task, **options), render_mode=render_mode, **mine)
+
+
+def register() -> None:
+    """Tell Gymnasium about all tasks; its plug-in mechanism does so where Pelagos is installed."""
+    from gymnasium.envs.registration import register as enter
+    from gymnasium.envs.registration import registry
+
+    here = "pelagos.envs.registry"
+    for name in task_names():
+        if name not in registry:
+            enter(
+                name,
+                entry_point=f"{here}:make_single",
+                vector_entry_point=f"{here}:make_vec",
+                kwargs={"task": name},
+                order_enforce=True,
+            )
+
+
+def _gymnasium() -> None:
+    try:
+        import gymnasium  # noqa: F401
+    except ImportError:
+        raise CommandError("environments need Gymnasium: pip install 'pelagos[envs]'") from None

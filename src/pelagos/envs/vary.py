@@ -1,0 +1,108 @@
+"""Vehicles whose parameters differ from copy to copy."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, replace
+from typing import Any, cast
+
+from pelagos.errors import LookupFailed
+from pelagos.hydro.algebra import Matrix, Vector, add, minus, mul
+from pelagos.jit import Array
+from pelagos.vehicles.actuators.lag import Lag
+from pelagos.vehicles.flow import Flow
+from pelagos.vehicles.model import Inertia, Model
+from pelagos.vehicles.vehicle import Vehicle
+from pelagos.vehicles.wetness import Keeps
+
+GENERAL = ("mass", "added_mass", "thrust", "lag")
+
+
+def check_names(vehicle: Vehicle, names: Iterable[str], where: str) -> None:
+    """Refuse what the vehicle does not have.
+
+    Raises:
+        LookupFailed: names the key and the nearest that there is.
+    """
+    general = [*GENERAL]
+    actuators = vehicle.model.actuators.values()
+    if not all(hasattr(a, "effect") for a in actuators):
+        general.remove("thrust")
+    if not any(_lags(a) for a in actuators):
+        general.remove("lag")
+    known = [*general, *vehicle.model.terms]
+    for name in names:
+        if name not in known:
+            raise LookupFailed("parameter of the vehicle", name, known, where=where)
+
+
+def varied(vehicle: Vehicle, factors: Mapping[str, Array]) -> Vehicle:
+    """A vehicle with parameters times `factors`, arrays of one lane a copy.
+
+    `mass`: of the body, its inertia and its weight, at the same volume; `added_mass`: of the water that goes along;
+    `thrust`: of every actuator; `lag`: time constants of actuators; a term's name: its force and moment.
+    """
+    if not factors:
+        return vehicle
+    model = vehicle.model
+    terms: dict[str, Any] = dict(model.terms)
+    mass = factors.get("mass")
+    for name, term in model.terms.items():
+        if mass is not None and hasattr(term, "weight"):
+            terms[name] = replace(cast(Any, term), weight=mul(mass, cast(Any, term).weight))
+        if name in factors:
+            terms[name] = Scaled(terms[name], factors[name])
+    actuators = dict(model.actuators)
+    for name, actuator in model.actuators.items():
+        lag: Any = actuator.lag
+        if "lag" in factors and _lags(actuator):
+            actuators[name] = replace(actuator, lag=replace(lag, time_constant=mul(factors["lag"], lag.time_constant)))  # type: ignore[type-var]
+        if "thrust" in factors:
+            effect = [mul(factors["thrust"], c) for c in actuators[name].effect]  # type: ignore[attr-defined]
+            actuators[name] = replace(actuators[name], effect=effect)  # type: ignore[type-var]
+    made = replace(model, terms=terms, actuators=actuators, inertia=_inertia(model, factors))
+    return vehicle.with_model(made)
+
+
+def _lags(actuator: Any) -> bool:
+    """Whether it follows with a time constant of the first order."""
+    return isinstance(actuator.lag, Lag) and actuator.lag.time_constant != 0
+
+
+def _inertia(model: Model, factors: Mapping[str, Array]) -> Inertia:
+    inertia = model.inertia
+    if "mass" not in factors and "added_mass" not in factors:
+        return inertia
+    rigid, added = inertia.rigid, inertia.added
+    if "mass" in factors:
+        rigid = _times(factors["mass"], rigid)
+    if "added_mass" in factors:
+        added = _times(factors["added_mass"], added)
+    angular, excess = inertia.angular, inertia.excess
+    if "mass" in factors and angular is not None:
+        angular = (mul(factors["mass"], angular[0]), _times(factors["mass"], angular[1]), angular[2])
+    if "mass" in factors and inertia.displaced is not None:
+        excess = [add(row, minus(other)) for row, other in zip(rigid, inertia.displaced, strict=True)]
+    return replace(inertia, rigid=rigid, added=added, inverse=None, angular=angular, excess=excess)
+
+
+def _times(factor: Array, matrix: Matrix) -> Matrix:
+    return [[mul(factor, c) for c in row] for row in matrix]
+
+
+@dataclass(frozen=True)
+class Scaled:
+    """A term, times a factor."""
+
+    term: Any
+    factor: Array
+
+    @property
+    def keeps(self) -> Keeps:
+        """What is left of it out of the water, as of the term."""
+        kept: Keeps = getattr(self.term, "keeps", "hull")
+        return kept
+
+    def wrench(self, flow: Flow) -> Vector:
+        """Force and moment (6)."""
+        return [mul(self.factor, c) for c in self.term.wrench(flow)]
