@@ -15,6 +15,7 @@ EXPECTED_SKIPS = (
     "POSIX",
     "only Linux inherits the peak",
     "forks",
+    "regressions of tank trials, about one speed",
 )
 """Parts of the reasons that a complete installation may give. PELAGOS_ALLOW_SKIPS=1 allows every other reason too."""
 

@@ -25,6 +25,18 @@ def test_mass_matrix_is_symmetric_and_positive_definite(vehicle):
     assert np.linalg.eigvalsh((m + m.T) / 2).min() > 0
 
 
+def test_still_water_takes_energy_from_every_motion(vehicle):
+    # nu^T M (a(nu) - a(0)) is the power of all that depends on speed; Coriolis forces do no work, the rest must take it
+    if vehicle.name == "mariner":
+        pytest.skip("regressions of tank trials, about one speed: no balance of energy")
+    nu = np.random.default_rng(3).normal(size=(200, 6)) * [1.0, 0.3, 0.3, 0.2, 0.2, 0.2]
+    depth = -20.0 if vehicle.name in IN_AIR else 0.0 if vehicle.name in AFLOAT else 10.0
+    eta = np.tile([0.0, 0.0, depth, 0.0, 0.0, 0.0], (200, 1))
+    still = np.zeros((200, len(vehicle.actuator_names)))
+    gained = vehicle.accelerations(eta, nu, still, still)[0] - vehicle.accelerations(eta, 0 * nu, still, still)[0]
+    assert (np.einsum("ni,ij,nj->n", nu, vehicle.config.body.mass_matrix, gained) < 0).all()
+
+
 def test_hull_is_sound(vehicle):
     hull = vehicle.hull
     assert hull.faces.max() < len(hull.vertices)
