@@ -11,9 +11,11 @@ from pelagos import jit
 from pelagos.acoustics.beam_pattern import (
     SHADING_WIDTH,
     elements,
+    equivalent_width,
     line,
     line_length,
     line_np,
+    shaded_length,
     steering_matrix,
     weighted_line_np,
 )
@@ -69,6 +71,17 @@ def test_shaded_lines(shading, lobe):
 def test_line_length_gives_the_width_back(width_deg):
     half = math.sin(math.radians(width_deg) / 2)
     assert line_np(np.array(half), line_length(math.radians(width_deg))) ** 2 == pytest.approx(0.5, abs=1e-6)
+
+
+@pytest.mark.parametrize("shading", ["uniform", "light", "hamming", "hann"])
+@pytest.mark.parametrize("azimuth", [0.0, -0.6, 0.9])
+def test_equivalent_width_is_the_integral_of_the_power_pattern(shading, azimuth):
+    # the pattern's tails fall as the square of the sine at least: what lies beyond 200 lobes is less than 1/(100 pi^2)
+    length = shaded_length(math.radians(1.2), shading)
+    sine, step = np.linspace(-200.0 / length, 200.0 / length, 400_001, retstep=True)
+    power = weighted_line_np(sine, length, shading) ** 2
+    width = power.sum() * step / math.cos(azimuth)  # of the angle, by its sine
+    assert equivalent_width(np.array([azimuth]), math.radians(1.2), shading)[0] == pytest.approx(width, rel=2e-3)
 
 
 def test_steering_keeps_the_power_of_independent_scatterers():
