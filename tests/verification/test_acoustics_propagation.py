@@ -8,64 +8,18 @@ import numpy as np
 import pytest
 
 from pelagos import jit
+from pelagos.acoustics.eigenrays import eigenrays
 from pelagos.acoustics.image_sources import paths
 from pelagos.acoustics.refraction import (
     LEVELS,
     arc,
-    arc_radius,
     depart,
     displacement,
     path_end,
     profile_from,
     reduced_range,
-    trace_layers,
 )
-
-
-def munk(depth):
-    z = 2 * (depth - 1300) / 1300
-    return 1500 * (1 + 0.00737 * (z - 1 + np.exp(-z)))
-
-
-def test_linear_gradient_is_a_circle():
-    """c = 1500 at the source, 0.05 1/s: a ray launched 10 deg down is back at its depth after 10 579.619 m."""
-    ray = trace_layers([0, 2000], [1450, 1550], source_depth=1000, angle=math.radians(10), distance=10579.619)
-    assert ray.depth == pytest.approx(1000.0, abs=1e-3)
-    assert ray.time == pytest.approx(7.017033, abs=1e-6)
-    assert ray.angle == pytest.approx(-math.radians(10), abs=1e-6)
-    turn = trace_layers([0, 2000], [1450, 1550], source_depth=1000, angle=math.radians(10), distance=10579.619 / 2)
-    assert turn.depth - 1000 == pytest.approx(462.798, abs=1e-3)
-
-
-def test_layers_do_not_change_the_circle():
-    depth = np.linspace(0, 2000, 41)
-    one = trace_layers([0, 2000], [1450, 1550], source_depth=1010, angle=0.1, distance=7000.0)
-    many = trace_layers(depth.tolist(), (1450 + 0.05 * depth).tolist(), source_depth=1010, angle=0.1, distance=7000.0)
-    assert (many.depth, many.time, many.length) == pytest.approx((one.depth, one.time, one.length), rel=1e-9)
-
-
-@pytest.mark.parametrize(("degrees", "radius"), [(0, 88235.29), (5, 88572.34), (10, 89596.47)])
-def test_radius_of_the_arc(degrees, radius):
-    assert arc_radius(1500.0, 0.017, math.radians(degrees)) == pytest.approx(radius, abs=0.005)
-
-
-@pytest.mark.parametrize(
-    ("degrees", "cycle", "seconds"),
-    [(5, 50185.52, 33.45288), (10, 56696.66, 37.74834), (13, 62670.48, 41.64608)],
-)
-def test_munk_profile_cycles(degrees, cycle, seconds):
-    depth = np.linspace(0, 5000, 5001)
-    ray = trace_layers(
-        depth.tolist(), munk(depth).tolist(), source_depth=1000, angle=math.radians(degrees), distance=cycle
-    )
-    assert ray.depth == pytest.approx(1000.0, abs=0.5)  # cycle ranges are given to 1 cm at angles around 0.1
-    assert ray.time == pytest.approx(seconds, abs=1e-4)
-
-
-def test_straight_water_keeps_rays_straight():
-    ray = trace_layers([0, 100], [1500, 1500], source_depth=50, angle=0.2, distance=100)
-    assert ray.depth == pytest.approx(50 + 100 * math.tan(0.2))
-    assert ray.time == pytest.approx(100 / math.cos(0.2) / 1500)
+from pelagos.acoustics.section import Section
 
 
 def profile(speed, *, lowest=-100.0, highest=100.0):
@@ -147,6 +101,25 @@ def test_arcs_follow_the_ray_that_is_integrated_numerically(degrees):
     direction = jit.Array3f(math.cos(math.radians(degrees)), 0, math.sin(math.radians(degrees)))
     end = np.array(path_end(profile(thermocline), jit.UInt32(0), direction, jit.Float(reach), arcs=16)).ravel()
     assert end == pytest.approx([state[0], 0.0, state[1]], abs=0.004)
+
+
+@pytest.mark.parametrize("degrees", [-8.0, 5.0, -30.0, -80.0])
+def test_arcs_of_sonars_are_the_rays_of_the_channel(degrees):
+    """The ray that the channel finds to where an arc's path ends leaves at its angle and takes its time.
+
+    Sixteen arcs over 80 m: 4 mm, which is 3 us, and over the least distance across the ray 3e-4 rad.
+    """
+    height = np.linspace(-100, 100, LEVELS)
+    depth, speed = 100.0 - height[::-1], thermocline(height)[::-1]
+    section = Section(depth[:-1], speed[:-1], np.zeros(1), np.array([500.0]))
+    here, reach = float(np.interp(0.0, height, thermocline(height))), 80.0
+    direction = jit.Array3f(math.cos(math.radians(degrees)), 0, math.sin(math.radians(degrees)))
+    end = np.array(path_end(profile(thermocline), jit.UInt32(0), direction, jit.Float(reach), arcs=16)).ravel()
+    found = eigenrays([section], np.array([100.0]), 100.0 - end[2:], end[:1])
+    direct = found.take((found.surface == 0) & (found.bottom == 0))
+    k = int(np.argmin(np.abs(direct.departure + math.radians(degrees))))
+    assert direct.departure[k] == pytest.approx(-math.radians(degrees), abs=3e-4)
+    assert direct.delay[k] == pytest.approx(reach / here, abs=3e-6)
 
 
 def test_time_within_an_arc():

@@ -193,6 +193,31 @@ def test_beacons_run_by_themselves() -> None:
     assert all(len(found) >= 4 for found in packets.values())
 
 
+def test_sonars_in_the_band_disturb() -> None:
+    """A sonar of 220 dB in the modem's band drowns what arrives at its own vehicle; its twin's too (moved together)."""
+    made = scenario(THREE)
+    ping = {"type": "singlebeam", "frequency_hz": 25_500.0, "source_level_db": 220.0, "pulse_s": 0.01, "rate_hz": 10}
+    for name in ("a", "b"):
+        made["agents"][name]["sensors"]["sonar"] = ping
+    sim = pl.Simulation.load(made)
+    sim.send("c", "modem", "x", to="*")
+    _, fates = listen(sim, 3.0)
+    assert [f.fate for name in ("a", "b") for f in fates[name]] == ["sonar", "sonar"]
+
+
+def test_addresses_follow_the_scenario() -> None:
+    """Those that are given stay, others are the next free ones in order; changed keys of a modem leave them alone."""
+    made = scenario({"a": (0, 0, 20), "b": (300, 0, 30), "c": (150, 260, 25), "d": (90, 60, 20)})
+    made["agents"]["b"] = {**made["agents"]["b"], "vehicle": "bluerov2"}
+    made["agents"]["c"]["sensors"]["modem"]["address"] = 0
+    sim = pl.Simulation.load(made)
+    expected = {"a.modem": 1, "b.modem": 2, "c.modem": 0, "d.modem": 3}
+    assert {path: port.address for path, port in sim.medium.modems.items()} == expected
+    sim.set("a.modem", source_level_db=170.0)
+    assert {path: port.address for path, port in sim.medium.modems.items()} == expected
+    assert sim.medium.modems["a.modem"].source_level_db == 170.0
+
+
 def beacons() -> dict[str, Any]:
     made = scenario(THREE, beacon_s=2.5, mac="csma", clock_offset_std_s=0.01)
     made["agents"]["a"]["control"] = "depth_heading"

@@ -206,3 +206,24 @@ def test_vehicles_of_a_scenario_hear_one_another_and_the_same_in_every_copy():
 def test_a_sonar_that_is_not_there_is_named():
     with pytest.raises(InputError, match=r"auv0.*hears.*auv1\.imaging"):
         pl.Simulation.load(scenario(["auv1.imagine"]))
+
+
+def test_sonars_that_are_moved_together_are_heard_each():
+    """Two vehicles alike share their sonar; a third one hears both."""
+    sonar = {"type": "singlebeam", "frequency_hz": 125_500.0, "rate_hz": 10}
+    place = {"a": (0, 0, 20), "b": (30, 0, 30), "c": (15, 10, 25)}
+    agents = {
+        name: {
+            "vehicle": "remus100",
+            "start": {"position_m": [x, y], "depth_m": depth},
+            "sensors": {"sonar": {**sonar, **({"hears": "others"} if name == "c" else {})}},
+        }
+        for name, (x, y, depth) in place.items()
+    }
+    sim = pl.Simulation.load(
+        {"seed": 5, "tick_rate_hz": 20, "world": {"type": "flat", "depth_m": 60.0}, "agents": agents}
+    )
+    assert len(sim.model.batches) == 2
+    assert {"a.sonar", "b.sonar", "c.sonar"} == set(sim.encounters.neighbours.emitters)
+    sim.step(ticks=2)
+    assert np.isfinite(sim.observe("c", (15, 10, -25))["sonar"].data).all()

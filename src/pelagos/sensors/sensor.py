@@ -247,6 +247,7 @@ class Sensor(Protocol):
     `SEES_SCENE = False`: the sensor casts no rays, so up to one second of motion is passed in one call. `WAITS = True`:
     the sensor casts rays but may also be batched, if nothing in the scene moves and no mission uses it.
     `ASKS_SCENE = False`: it is asked at its own tick, but nothing has to be moved in the scene for it.
+    `ONE_VEHICLE = True`: it reads for one vehicle and its copies only; vehicles that carry it are not moved together.
     `MAY_LACK = True`: data of valid lanes may be NaN or infinite (no echo, nothing in sight); where a class does not
     say so, that stops the run.
     """

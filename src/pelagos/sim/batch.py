@@ -109,12 +109,10 @@ def _same(one: tuple[Agent, str], other: tuple[Agent, str]) -> bool:
 
 
 def _shareable(agent: Agent) -> bool:
-    """Whether every sensor can read for many vehicles: all that ship with Pelagos, but for modems, and sonars that
-    hear others.
+    """Whether every sensor can read for many vehicles: all that ship with Pelagos, but for those that say otherwise,
+    and sonars that hear others.
     """
-    return all(
-        getattr(config, "hears", "none") == "none"
-        and registry.find("sensor", config.type).load().__module__.startswith("pelagos.sensors.")
-        and not registry.find("sensor", config.type).load().__module__.startswith("pelagos.sensors.comms.")
-        for config in agent.sensors.values()
+    kinds = [registry.find("sensor", config.type).load() for config in agent.sensors.values()]
+    return all(getattr(config, "hears", "none") == "none" for config in agent.sensors.values()) and all(
+        kind.__module__.startswith("pelagos.sensors.") and not getattr(kind, "ONE_VEHICLE", False) for kind in kinds
     )

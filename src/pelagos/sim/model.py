@@ -240,7 +240,7 @@ def with_changes(
 def encounters_of(scenario: Scenario) -> Encounters:
     """For the sensors of a scenario, none of them built yet."""
     neighbours = Neighbours(audible(scenario))
-    return Encounters(neighbours, Blows(), Medium(sonars=lambda: neighbours.emitters))
+    return Encounters(neighbours, Blows(), Medium(tuple(scenario.members), sonars=lambda: neighbours.emitters))
 
 
 def _plan(scenario: Scenario, name: str, vehicle: Vehicle, mode: str, world: World) -> list[Step]:

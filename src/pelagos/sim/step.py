@@ -34,7 +34,7 @@ from pelagos.sim.schedule import Schedule
 from pelagos.sim.set_points import exact, idle, vectors
 from pelagos.sim.state import AgentState, States, mixed
 from pelagos.sim.timings import Timings
-from pelagos.sim.trajectory import LaneSelector, RowNames, Trajectory, channels, of_rows
+from pelagos.sim.trajectory import LaneSelector, RowNames, Trajectory, at_lanes, channels, of_rows
 from pelagos.vehicles.state import VehicleState
 
 EVENTS: Final = ("modem",)  # sensors that tell what has happened since they were asked last, when they are due alone
@@ -88,6 +88,8 @@ class Stepper:
         self.own_current: Array | None = None
         self.logged = False
         self._close = False  # something may touch in the present block
+        self._placed = False  # the moving scene, in this round of readings
+        self._lanes: dict[tuple[str, range], tuple[Trajectory, Any, Kinematics]] = {}
         self.tick: int = 0
         self.changes: int = 0
 
@@ -316,31 +318,43 @@ class Stepper:
     ) -> list[Sampled]:
         """Ask the sensors that are due in the last block, or those of them that are `asked`; all of them at `due`."""
         sampled = []
-        placed = False
+        self._placed = False
+        self._lanes.clear()
         for batch in self._model.batches.values():
             trajectory = self.trajectories[batch.name]
-            lanes = {}
             for sensor in batch.sensors.values():
                 regular = due is None or sensor.config.type in EVENTS
                 ticks = trajectory.due(sensor.period) if regular or due is None else due
                 if not ticks or (asked is not None and not asked(batch, sensor)):
                     continue
                 start = time.perf_counter()
-                if sensor.casts and not placed:
-                    self._bodies.follow(self.tick)
-                    self._bodies.place(self.states())
-                    placed = True
-                if ticks not in lanes:
-                    names = self._names[batch.name].of(self.episodes.names())
-                    lanes[ticks] = self._select[batch.name].lanes(trajectory, ticks, names)
+                if sensor.casts:
+                    self._place()
                 self._answer(ticks)
-                one = Sampled(batch.members, sensor, ticks, self._ask(sensor, lanes[ticks]))
+                one = Sampled(batch.members, sensor, ticks, self._ask(sensor, self._lanes_of(batch, ticks)))
                 sampled.append(one.without(self.episodes.ended) if self.episodes.over.any() else one)
                 require_finite(sampled[-1], self._model.n, self._model.clock.dt_ns, self._uncovered)
                 if due is None:
                     self.missions.hear(sampled[-1])
                 self.timings.add(f"{batch.name}.{sensor.name}", start)
         return sampled
+
+    def _place(self) -> None:
+        """Bring the moving scene up to date, once a round of readings."""
+        if not self._placed:
+            self._bodies.follow(self.tick)
+            self._bodies.place(self.states())
+            self._placed = True
+
+    def _lanes_of(self, batch: Batch, due: range) -> Kinematics:
+        """The motion of all rows of a batch at ticks of the last block, selected once a round of readings."""
+        trajectory = self.trajectories[batch.name]
+        names = self._names[batch.name].of(self.episodes.names())
+        known = self._lanes.get((batch.name, due))
+        if known is None or known[0] is not trajectory or known[1] is not names:
+            lanes = self._select[batch.name].lanes(trajectory, due, names)
+            known = self._lanes[batch.name, due] = (trajectory, names, lanes)
+        return known[2]
 
     def read_at(self, sensors: Sequence[SensorModel], agent: str, lanes: Kinematics) -> Iterator[tuple[str, Reading]]:
         """Readings of some sensors of an agent on lanes of any motion at the present time; other agents are where they
@@ -349,7 +363,7 @@ class Stepper:
         now = range(self.tick, self.tick + 1)
         self._answer(now)
         copy, here = lanes.copy % self._model.n, self._model.agents[agent]
-        others = lambda other: dr.gather(Kinematics, self.motion_of(now, other), copy)
+        others = lambda other: at_lanes(self.motion_of(now, other), copy)
         self._encounters.neighbours.motion_of = others
         self._names[here.batch.name].at_poses(lanes, here.member)
         for sensor in sensors:
@@ -379,16 +393,19 @@ class Stepper:
         self._in_own_current()
         self._encounters.neighbours.motion_of = partial(self.motion_of, due)
         self._encounters.blows.latest = self._latest_blow
-        self._encounters.medium.motion_of = self._encounters.neighbours.motion_of
+        self._encounters.medium.motions_of, self._encounters.medium.place = partial(self.motions_of, due), self._place
         self._encounters.medium.traffic, self._encounters.medium.ticks = self.traffic, due
 
     def motion_of(self, due: range, agent: str) -> Kinematics:
         """The motion of an agent at ticks of the last block, as its sensors see it."""
+        whole, rows = self.motions_of(due, agent)
+        size = self._model.agents[agent].batch.rows
+        return whole if rows == slice(0, size) else of_rows(whole, rows, size)
+
+    def motions_of(self, due: range, agent: str) -> tuple[Kinematics, slice]:
+        """The motion of all agents that are moved together with one, and which rows of each tick are its own."""
         model = self._model.agents[agent]
-        batch = model.batch
-        names = self._names[batch.name].of(self.episodes.names())
-        whole = self._select[batch.name].lanes(self.trajectories[batch.name], due, names)
-        return whole if len(batch.members) == 1 else of_rows(whole, model.rows, batch.rows)
+        return self._lanes_of(model.batch, due), model.rows
 
     def _latest_blow(self, agent: str, ticks: int) -> NDArray[np.float64]:
         return self.contacts.strongest(agent, self.tick - ticks)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import TYPE_CHECKING, Any, Final
 
 import drjit as dr
@@ -150,9 +150,15 @@ def of_rows(motion: Kinematics, rows: slice, of: int) -> Kinematics:
     """The lanes of some rows among `of` of a motion, tick-major as before."""
     wide = len(motion.tick)
     chosen = np.arange(wide, dtype=np.uint32).reshape(-1, of)[:, rows].ravel()
-    made: Kinematics = dr.gather(Kinematics, motion, jit.UInt32(chosen))
+    made = at_lanes(motion, jit.UInt32(chosen))
     dr.eval(made)
     return made
+
+
+def at_lanes(motion: Kinematics, lanes: Array) -> Kinematics:
+    """A motion at some of its lanes, which may repeat: `UInt32` indices."""
+    parts = {field.name: getattr(motion, field.name) for field in fields(Kinematics)}
+    return Kinematics(**{name: v if v is None else dr.gather(type(v), v, lanes) for name, v in parts.items()})
 
 
 def _selector(count: int) -> Callable[..., Kinematics]:

@@ -82,6 +82,7 @@ class Hydrophone:
     TITLE: ClassVar[str] = "Hydrophones: time series of pressure, pingers and the sea's noise"
     KERNELS: ClassVar[int] = 120
     CASTS: ClassVar[int] = 10
+    ONE_VEHICLE: ClassVar[bool] = True
     SOURCES: ClassVar[tuple[str, ...]] = (
         "R. Coates, Underwater Acoustic Systems, 1990, Section 6.3, after G. M. Wenz, doi 10.1121/1.1909155 (noise)",
         "F. B. Jensen et al., Computational Ocean Acoustics, 2nd ed., 2011, doi 10.1007/978-1-4419-8678-8 (paths)",

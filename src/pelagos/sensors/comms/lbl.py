@@ -80,6 +80,7 @@ class Lbl:
     TITLE: ClassVar[str] = "Long baseline: ranges to transponders at known places"
     KERNELS: ClassVar[int] = 120
     CASTS: ClassVar[int] = 10
+    ONE_VEHICLE: ClassVar[bool] = True
     MAY_LACK: ClassVar[bool] = True
     SOURCES: ClassVar[tuple[str, ...]] = (
         "P. H. Milne, Underwater Acoustic Positioning Systems, 1983, Chapter 4 (long baselines)",

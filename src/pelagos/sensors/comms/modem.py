@@ -13,7 +13,6 @@ from pelagos.acoustics.modulation import Modulation
 from pelagos.errors import LookupFailed
 from pelagos.sensors.comms.link.budget import success
 from pelagos.sensors.comms.link.devices import DEVICES
-from pelagos.sensors.comms.link.medium import Medium
 from pelagos.sensors.comms.link.modem_port import Mac, ModemPort
 from pelagos.sensors.comms.link.reading import read_port
 from pelagos.sensors.schedule import period_ticks
@@ -128,6 +127,7 @@ class Modem:
     KERNELS: ClassVar[int] = 6
     """Without packets on their way; a link that is traced takes about forty."""
     CASTS: ClassVar[int] = 0
+    ASKS_SCENE: ClassVar[bool] = False
     SOURCES: ClassVar[tuple[str, ...]] = (
         "J. G. Proakis and M. Salehi, Digital Communications, 5th ed., 2008, Sections 4.3 to 4.5 (bit errors)",
         "M. Stojanovic and J. Preisig, IEEE Commun. Mag. 47(1), 84 (2009), doi 10.1109/MCOM.2009.4752682 (channels)",
@@ -136,9 +136,8 @@ class Modem:
 
     def __init__(self, config: ModemConfig, context: SensorContext) -> None:
         self._config, self._context = config, context
-        self._medium: Medium | None = context.medium
-        if self._medium is not None:
-            self._medium.add(self._port(), context)
+        if context.medium is not None:
+            context.medium.add(self._port(), context)
 
     def sense(self, motion: Kinematics) -> Measurement:
         """Read the modem on every lane of `motion`."""

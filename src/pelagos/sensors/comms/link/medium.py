@@ -19,6 +19,7 @@ from pelagos.sensors.comms.link.budget import NOTHING, Heard, heard, sum_db
 from pelagos.sensors.comms.link.modem_port import ModemPort
 from pelagos.sensors.comms.link.water_paths import Paths, WaterPaths, doppler, moved
 from pelagos.sensors.mount import sensor_pose, sensor_velocity
+from pelagos.sensors.noise import BatchPath
 
 _SHIPPING: Final = 0.5  # Wenz's, of 0 to 1
 _MOVED: Final = 0.02  # of the distance that an end moves until a link is traced again
@@ -30,6 +31,7 @@ _FRESH_S: Final = (
 _RAYS: Final = 256
 _REFERENCE_HZ: Final = 25_000.0  # of the tracer that is asked for the sea's level
 _BOUNCES: Final = 6
+_ADDRESSES: Final = 65_536
 
 
 @dataclass(frozen=True)
@@ -53,40 +55,61 @@ class Medium:
     """All modems of a scenario; the simulation says which run asks.
 
     Attributes:
-        modems: by path, in the scenario's order.
+        agents: names of all vehicles, in the scenario's order.
+        modems: by path, in that order.
         traffic: of the run that asks at present.
         ticks: at which it asks.
-        motion_of: agent -> its motion at the tick that is asked for; set by the simulation.
+        motions_of: agent -> the motion at the tick that is asked for of all rows that are moved with it, and which of
+            them are its own; set by the simulation.
+        place: bring the moving scene up to date; likewise.
         sonars: emitters whose pulses fall into modems' bands, by path.
     """
 
+    agents: Sequence[str] = ()
     modems: dict[str, ModemPort] = field(default_factory=dict)
     traffic: Any = None
     ticks: range = range(0)
-    motion_of: Callable[[str], Any] | None = None
+    motions_of: Callable[[str], tuple[Any, slice]] | None = None
+    place: Callable[[], None] = lambda: None
     sonars: Callable[[], Mapping[str, Any]] = field(default=dict)
     seed: int = 0
     dt_ns: int = 0
     copies: int = 1
     _context: Any = None
+    _given: dict[str, ModemPort] = field(default_factory=dict)  # with the addresses of the scenario
+    _posed: dict[Any, tuple[Any, Pose]] = field(default_factory=dict)
     _own_rows: dict[str, NDArray[np.uint32]] = field(default_factory=dict)
     _tracers: dict[float, WaterPaths] = field(default_factory=dict)
 
     def add(self, port: ModemPort, context: Any) -> None:
-        """Let a modem take part.
+        """Let a modem take part: one of each vehicle that carries it alike.
 
         Raises:
             ScenarioError: another one has its address.
         """
-        if port.address < 0:
-            taken = {other.address for other in self.modems.values()}
-            port = replace(port, address=next(a for a in range(65536) if a not in taken))
-        for other in self.modems.values():
-            if other.address == port.address and other.path != port.path:
-                raise ScenarioError(f"address {port.address} is that of {other.path} already; addresses are unique")
-        self.modems[port.path] = port
-        self._context, self._own_rows[port.path] = context, context.own_body
-        self.seed, self.dt_ns, self.copies = context.seed, context.dt_ns, len(context.own_body)
+        paths = port.path.members if isinstance(port.path, BatchPath) else (port.path,)
+        rows = context.own_body.reshape(len(paths), -1)
+        self._context, self.seed, self.dt_ns, self.copies = context, context.seed, context.dt_ns, rows.shape[1]
+        for path, own in zip(paths, rows, strict=True):
+            self._given[path] = replace(port, path=str(path))
+            self._own_rows[path] = own
+        self._number()
+
+    def _number(self) -> None:
+        """Order the modems as the scenario does, and give addresses to those that have none."""
+        place = {name: k for k, name in enumerate(self.agents)}
+        ports = sorted(self._given.values(), key=lambda port: place.get(port.agent, 0))
+        taken: dict[int, str] = {}
+        for port in (p for p in ports if p.address >= 0):
+            if port.address in taken:
+                raise ScenarioError(
+                    f"address {port.address} is that of {taken[port.address]} already; addresses are unique"
+                )
+            taken[port.address] = port.path
+        free = (a for a in range(_ADDRESSES) if a not in taken)
+        numbered = [port if port.address >= 0 else replace(port, address=next(free)) for port in ports]
+        self.modems.clear()
+        self.modems |= {port.path: port for port in numbered}
 
     def find(self, name: str, *, where: str = "") -> str:
         """The path of a modem: "agent.modem", or an agent that has one only.
@@ -106,12 +129,20 @@ class Medium:
 
     def pose(self, path: str) -> Pose:
         """Where a modem is now."""
-        assert self.motion_of is not None
         port = self.modems[path]
-        motion = self.motion_of(port.agent)
-        position, attitude = (np.array(v).T for v in sensor_pose(motion, port.mount))
-        velocity = rotate_np(attitude, np.array(sensor_velocity(motion, port.mount)).T)
-        return Pose(position, attitude, velocity)
+        return self._pose_of(port.agent, port.mount)
+
+    def _pose_of(self, agent: str, mount: Any) -> Pose:
+        assert self.motions_of is not None
+        motion, rows = self.motions_of(agent)
+        key = (id(motion), mount.position_m, mount.q_body_sensor)
+        known = self._posed.get(key)
+        if known is None or known[0] is not motion:
+            if len(self._posed) > len(self.modems):
+                self._posed.clear()
+            known = self._posed[key] = (motion, _posed(motion, mount))
+        whole = known[1]
+        return Pose(whole.position[rows], whole.attitude[rows], whole.velocity[rows])
 
     def level(self, t: float) -> float:
         """Of the sea [m]."""
@@ -169,10 +200,10 @@ class Medium:
         total = NOTHING
         for emitter in self.sonars().values():
             share = band_overlap(port.frequency_hz, port.bandwidth_hz, emitter.frequency_hz, emitter.bandwidth_hz)
-            if share <= 0.0 or self.motion_of is None:
+            if share <= 0.0 or self.motions_of is None:
                 continue
-            position, _ = sensor_pose(self.motion_of(emitter.agent), emitter.config)
-            away = max(float(np.linalg.norm(np.array(position).T[copy] - pose.position[copy])), 1.0)
+            there = self._pose_of(emitter.agent, emitter.mounting).position[copy]
+            away = max(float(np.linalg.norm(there - pose.position[copy])), 1.0)
             duty = min(emitter.pulse_s * 1e9 / emitter.period_ns, 1.0)
             total = sum_db(total, emitter.source_level_db - 20.0 * math.log10(away) + 10.0 * math.log10(share * duty))
         return total
@@ -184,6 +215,12 @@ class Medium:
                 c.scene, c.world, c.ocean, frequency=frequency, rays=_RAYS, bounces=_BOUNCES
             )
         return self._tracers[frequency]
+
+
+def _posed(motion: Any, mount: Any) -> Pose:
+    """Of a mount on every row of a motion."""
+    position, attitude = (np.array(v).T for v in sensor_pose(motion, mount))
+    return Pose(position, attitude, rotate_np(attitude, np.array(sensor_velocity(motion, mount)).T))
 
 
 def _holds(link: _Link | None, ends: NDArray[np.float64], t: float, crowded: bool) -> bool:

@@ -7,15 +7,17 @@ import numpy as np
 from pelagos.errors import ScenarioError
 from pelagos.sensors.comms.link.modem_port import ModemPort
 from pelagos.sensors.comms.link.traffic import Output
+from pelagos.sensors.noise import BatchPath
 from pelagos.sensors.sensor import Measurement, SensorContext
 
 
 def read_port(context: SensorContext, lanes: int) -> Measurement:
     """What the modem of this context reads at the ticks that are asked for; without a simulation it is silent."""
-    copies, medium = len(context.own_body), context.medium
+    rows, medium = len(context.own_body), context.medium
     if medium is None or medium.traffic is None:
-        return _measured([_silent(copies) for _ in range(lanes // copies)])
-    return _measured([medium.traffic.read(context.path, tick) for tick in medium.ticks])
+        return _measured([_silent(rows) for _ in range(lanes // rows)])
+    paths = context.path.members if isinstance(context.path, BatchPath) else (context.path,)
+    return _measured([medium.traffic.read(path, tick) for tick in medium.ticks for path in paths])
 
 
 def check_payload(port: ModemPort, payload: object) -> bytes:

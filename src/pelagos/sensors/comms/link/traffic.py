@@ -205,6 +205,7 @@ class Traffic:
                     which.append(t)
         if not pairs:
             return
+        self._medium.place()
         carrier, level = self._ports[sent[0].sender].carrier, math.inf
         if carrier is None:
             lag = [(now - t.start_ns) * 1e-9 for t in which]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, Final
 
 import drjit as dr
@@ -21,6 +21,7 @@ from pelagos.math.so3 import rotate_back
 from pelagos.raycast.caster import Caster
 from pelagos.raycast.rays import Rays
 from pelagos.sensors.mount import Mounted, sensor_pose
+from pelagos.sensors.noise import BatchPath
 from pelagos.sensors.sonar.ping.fan import Lanes
 
 if TYPE_CHECKING:
@@ -142,8 +143,9 @@ class Neighbours:
         return self._emitters
 
     def add(self, emitter: Emitter) -> None:
-        """Let a sonar be heard."""
-        self._emitters[emitter.path] = emitter
+        """Let a sonar be heard: one of each vehicle that carries it alike."""
+        paths = emitter.path.members if isinstance(emitter.path, BatchPath) else (emitter.path,)
+        self._emitters |= {path: replace(emitter, path=str(path)) for path in paths}
 
     def chosen(self, names: str | Iterable[str], own: str) -> list[str]:
         """The paths that a sonar `own` hears: those of other vehicles for "others", or those that are named.
