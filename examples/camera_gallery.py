@@ -156,11 +156,11 @@ def underwater(studio: Studio) -> None:
         lamps=lamps(2.0, 15000), shutter_s=0.04, marine_snow_per_m3=0.4, horizontal_fov_deg=92, compensation_ev=-0.5,
     )  # fmt: skip
     face = studio.shoot(
-        DAM, sea("IB", 65, turbidity=0.5), (276, 8.5, -16), (285.6, -3, -19.5), ("bluerov2", (279.6, 4.2, -17.6), -50),
+        DAM, sea("IB", 65, turbidity=0.5), (-16, -8.5, -16), (-25.6, 3, -19.5), ("bluerov2", (-19.6, -4.2, -17.6), 130),
         white_balance="grey_world",
     )  # fmt: skip
     gate = studio.shoot(
-        DAM, sea("IB", -10), (281.2, -5.2, -22.7), (285.6, -1.9, -24.0), ("bluerov2", (283.9, -2.9, -23.0), -25),
+        DAM, sea("IB", -10), (-21.2, 5.2, -22.7), (-25.6, 1.9, -24.0), ("bluerov2", (-23.9, 2.9, -23.0), 155),
         lamps=lamps(1.2, 6000), shutter_s=0.04, horizontal_fov_deg=90, compensation_ev=-0.5,
     )  # fmt: skip
     studio.save("camera_underwater", [reef, wreck], [face, gate])

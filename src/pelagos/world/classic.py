@@ -17,42 +17,58 @@ from pelagos.world.world import World
 
 
 def dam(seed: int) -> BuiltConfig | GeneratedConfig:
-    """650 m x 650 m of reservoir before a dam with gates and a road, outlet pipes with covers, and vents on the bed."""
+    """650 m x 650 m of reservoir about a dam with gates and roads, outlet pipes with covers, and vents on the bed."""
+    wet = (4, 60)  # no boulders on the banks
     things = [
-        {"kind": "dam", "at_m": [[290, 0]], "count": 1, "size_m": 560, "heading_deg": -90},
-        {"kind": "pipeline", "count": 3, "size_m": [0.6, 1.4]},
-        {"kind": "boulder", "density_per_ha": 6, "size_m": [0.5, 3], "cluster": 0.6},
-        {"kind": "debris", "density_per_ha": 1.5, "cluster": 0.5},
+        {"kind": "dam", "at_m": [[_DAM_X, 0]], "count": 1, "size_m": 560, "heading_deg": 90},
+        {"kind": "boulder", "density_per_ha": 6, "size_m": [0.5, 3], "cluster": 0.6, "depth_m": wet},
+        {"kind": "debris", "density_per_ha": 1.5, "cluster": 0.5, "depth_m": wet},
+    ]
+    banks = [
+        {"at_m": (-187, 0), "size_m": (280, 660), "depth_m": -2.0, "relief": 0.2, "blend_m": 6},  # below the dam
+        {"at_m": (0, 310), "size_m": (660, 40), "depth_m": -5.0, "relief": 0.3, "blend_m": 25},
+        {"at_m": (0, -308), "size_m": (660, 50), "depth_m": -4.8, "relief": 0, "blend_m": 25},
+        {"at_m": (200, -225), "size_m": (260, 210), "depth_m": -4.8, "relief": 0, "blend_m": 30},
     ]
     return GeneratedConfig(
         seed=seed, size_m=(650, 650), grid_m=2.0, depth_m=24, material="silt", patches=("mud", "gravel"),
-        objects=_objects(things), things=_on_the_dam() + _before_the_dam(),
-        terrain={"kind": "canyon", "relief_m": 8, "wavelength_m": 500, "roughness_m": 0.3},
+        grades=tuple(banks), objects=_objects(things), things=_on_the_dam() + _before_the_dam(),
+        exclude=({"at_m": (0, 0), "radius_m": 12},),
+        terrain={"kind": "canyon", "relief_m": 8, "wavelength_m": 500, "roughness_m": 0.3, "heading_deg": 90},
     )  # fmt: skip
 
 
+_DAM_X: Final = -30.0  # [m], where its face meets the crest; it looks towards x
+
+
 def _on_the_dam() -> Any:
-    """The road on the crest, 5 m above the water, its walls and the towers of its lifting gear."""
-    road = [_box((296.6, 0, 5.15), (9.0, 560, 0.3), "black", "asphalt", "road")]
-    road += [_box((x, 0, 5.6), (0.4, 560, 1.2), "concrete", "railing", "parapet") for x in (291.9, 301.3)]
+    """The road on the crest, 5 m above the water, and on along the banks; its walls, and towers of its lifting gear."""
+    crest = _DAM_X - 6.6
+    road = [_box((crest, -7.5, 5.15), (9.0, 575, 0.3), "black", "asphalt", "road")]
+    road.append(_box((36.7, -290, 5.15), (155.6, 8.0, 0.3), "black", "asphalt", "road"))
+    road.append(_box((110, -210, 5.15), (9.0, 152, 0.3), "black", "asphalt", "road"))
+    road.append(_box((110, -150, 5.14), (60, 50, 0.3), "black", "asphalt", "yard"))
+    road += [_box((x, 0, 5.6), (0.4, 560, 1.2), "concrete", "railing", "parapet") for x in (crest - 4.7, crest + 4.7)]
     towers = [
-        _box((293.6, y, 8.0), (4.5, 7.0, 6.0), "concrete", "building", "gate house") for y in range(-240, 241, 80)
+        _box((crest + 3, y, 8.0), (4.5, 7.0, 6.0), "concrete", "building", "gate house") for y in range(-240, 241, 80)
     ]
     return (*road, *towers)
 
 
 def _before_the_dam() -> Any:
     """Pipes from the foot of the dam with covers at their ends, and vents with covers, in rows along it."""
-    ends = [-252 + 63 * k for k in range(9)]
+    ends = [-220.5 + 63 * k for k in range(8)]
     pipes: list[dict[str, Any]] = []
     for y in ends:
         pipes += [
-            {"shape": "cylinder", "at_m": [268, y, 1.0], "size_m": [2.4, 2.4, 30], "orientation_deg": [0, 90, 0],
-             "on_ground": True, "material": "rusted_steel", "label": "pipe", "name": "outlet pipe"},
-            {"shape": "cylinder", "at_m": [252.8, y, 1.0], "size_m": [3.4, 3.4, 0.5], "orientation_deg": [0, 90, 0],
-             "on_ground": True, "material": "steel", "label": "pipe_cover", "name": "pipe cover"},
+            {"shape": "cylinder", "at_m": [_DAM_X + 22, y, 1.0], "size_m": [2.4, 2.4, 30],
+             "orientation_deg": [0, 90, 0], "on_ground": True, "material": "rusted_steel", "label": "pipe",
+             "name": "outlet pipe"},
+            {"shape": "cylinder", "at_m": [_DAM_X + 37.2, y, 1.0], "size_m": [3.4, 3.4, 0.5],
+             "orientation_deg": [0, 90, 0], "on_ground": True, "material": "steel", "label": "pipe_cover",
+             "name": "pipe cover"},
         ]  # fmt: skip
-    for x, y in [(200, y) for y in range(-225, 226, 75)] + [(120, y) for y in range(-200, 201, 100)]:
+    for x, y in [(60, y) for y in range(-75, 226, 75)] + [(140, y) for y in range(0, 201, 100)]:
         pipes += [
             {"shape": "cylinder", "at_m": [x, y, 1.0], "size_m": [3, 3, 3.4], "on_ground": True,
              "material": "concrete", "label": "concrete", "name": "vent"},
@@ -63,50 +79,83 @@ def _before_the_dam() -> Any:
 
 
 def pier_harbor(seed: int) -> BuiltConfig | GeneratedConfig:
-    """2 km x 2 km of harbour: quays with piers of three sizes and ships, a marina, moles, a buoyed channel, wrecks."""
+    """2 km x 2 km of harbour: quays with piers of three sizes, ships, boats and houses, a marina, moles, a channel."""
     quay = [[x, 420.0] for x in range(-300, 301, 120)]
     marina = [[520.0, 300.0], [640.0, 300.0]]
     moles = [[s * x, -500.0] for x in range(120, 601, 120) for s in (-1, 1)]
     berths = [[x + s * 10.5, 352.0] for x in (-240, 0, 240) for s in (-1, 1)]
     channel = [[x, y] for y in range(-940, -540, 80) for x in (-55, 55)]
+    fingers = [475 + 30 * k for k in range(8)]
+    wet = (5, 60)  # nothing is strewn over the land behind the quay
     things = [
         {"kind": "quay_wall", "count": len(quay) + 2, "at_m": quay + marina, "size_m": 120, "heading_deg": 0},
         {"kind": "quay_wall", "count": len(moles), "at_m": moles, "size_m": 120, "heading_deg": 180},
         {"kind": "pier", "count": 3, "at_m": [[x, 357] for x in (-240, 0, 240)], "size_m": 120, "heading_deg": 90},
         {"kind": "moored_ship", "count": 5, "at_m": berths[:5], "size_m": 80, "heading_deg": 90},
-        {"kind": "pier", "count": 8, "at_m": [[475 + 30 * k, 279] for k in range(8)], "size_m": 36, "heading_deg": 90},
-        {"kind": "pier", "count": 1, "at_m": [[40, 30]], "size_m": 60, "heading_deg": 20},
-        {"kind": "mooring", "count": len(channel), "at_m": channel, "size_m": 18},
-        {"kind": "moored_ship", "count": 3, "size_m": [60, 110], "min_distance_m": 60},
-        {"kind": "wreck_boat", "count": 4},
-        {"kind": "piling", "count": 80, "cluster": 0.8, "cluster_radius_m": 15},
-        {"kind": "mooring", "count": 12},
-        {"kind": "boulder", "density_per_ha": 0.8, "size_m": [0.5, 3], "cluster": 0.6},
-        {"kind": "kelp", "density_per_ha": 0.6, "cluster": 0.9},
-        {"kind": "tyre", "density_per_ha": 0.3},
-        {"kind": "debris", "density_per_ha": 0.4, "cluster": 0.5},
+        {"kind": "pier", "count": 8, "at_m": [[x, 279] for x in fingers], "size_m": 36, "heading_deg": 90},
+        {
+            "kind": "moored_ship",
+            "count": 8,
+            "at_m": [[x + 5.5, 279] for x in fingers],
+            "size_m": 16,
+            "heading_deg": 90,
+            "label": "yacht",
+        },
+        {
+            "kind": "moored_ship",
+            "count": 2,
+            "at_m": [[36, 10], [18, 28]],
+            "size_m": 12,
+            "heading_deg": 20,
+            "label": "boat",
+        },
+        {"kind": "pier", "count": 1, "at_m": [[23, 17]], "size_m": 60, "heading_deg": 20},
+        {"kind": "mooring", "count": len(channel), "at_m": channel, "size_m": 18, "label": "buoy"},
+        {"kind": "moored_ship", "count": 3, "size_m": [60, 110], "min_distance_m": 60, "depth_m": wet},
+        {"kind": "wreck_boat", "count": 4, "depth_m": wet},
+        {"kind": "piling", "count": 80, "cluster": 0.8, "cluster_radius_m": 15, "depth_m": wet},
+        {"kind": "mooring", "count": 12, "depth_m": wet, "label": "buoy"},
+        {"kind": "boulder", "density_per_ha": 0.8, "size_m": [0.5, 3], "cluster": 0.6, "depth_m": wet},
+        {"kind": "kelp", "density_per_ha": 0.6, "cluster": 0.9, "depth_m": wet},
+        {"kind": "tyre", "density_per_ha": 0.3, "depth_m": wet, "label": "trash"},
+        {"kind": "debris", "density_per_ha": 0.4, "cluster": 0.5, "depth_m": wet, "label": "trash"},
     ]
+    land = {"at_m": (0, 480), "size_m": (716, 108), "depth_m": -2.4, "relief": 0, "blend_m": 5}
+    houses = [_box((x, 456, 7.4), (70, 36, 10), "brick", "building", "warehouse") for x in range(-300, 301, 120)]
+    houses += [_box((x, 456, 12.9), (72, 38, 1), "concrete", "building", "roof") for x in range(-300, 301, 120)]
     return GeneratedConfig(
         seed=seed, size_m=(2000, 2000), grid_m=4.0, depth_m=20, material="silt", patches=("sand", "mud"), patch_m=150,
-        objects=_objects(things), exclude=({"at_m": (0, -600), "radius_m": 60}, {"at_m": (-20, 10), "radius_m": 20}),
+        grades=(land,), objects=_objects(things), things=tuple(houses),
+        exclude=({"at_m": (0, -600), "radius_m": 60}, {"at_m": (-20, 10), "radius_m": 20}),
         terrain={"kind": "flat", "relief_m": 4, "wavelength_m": 300, "roughness_m": 0.2},
     )  # fmt: skip
 
 
 def open_water(seed: int) -> BuiltConfig | GeneratedConfig:
-    """2 km x 2 km of rolling hills about 290 m deep, with sunken submarines and aircraft, rock, plants and coral."""
+    """2 km x 2 km of rolling hills about 295 m deep, with sunken submarines and aircraft, rock, plants and coral."""
     things = [
-        {"kind": "wreck_submarine", "count": 4, "at_m": [[35, -60], [555, 236]]},
-        {"kind": "wreck_aircraft", "count": 5, "at_m": [[40, 20], [205, 457]]},
+        {
+            "kind": "wreck_submarine",
+            "count": 4,
+            "at_m": [[650, 176], [556, 252], [52, -58]],
+            "size_m": 55,
+            "heading_deg": 8,
+        },
+        {"kind": "wreck_aircraft", "count": 5, "at_m": [[208, 460], [44, 24]], "label": "plane"},
         {"kind": "outcrop", "density_per_ha": 0.4, "cluster": 0.5, "cluster_radius_m": 40},
         {"kind": "boulder", "density_per_ha": 3, "size_m": [0.5, 4], "cluster": 0.5},
         {"kind": "coral", "density_per_ha": 1.5, "cluster": 0.8},
         {"kind": "sponge", "density_per_ha": 1, "cluster": 0.8},
         {"kind": "seagrass", "density_per_ha": 2, "size_m": [0.5, 1.5], "cluster": 0.8},
     ]
+    hills = [  # under the places that HoloOcean's documentation starts vehicles at: low enough, and within their sonars
+        ((620, 170), 297.0), ((556, 246), 301.0), ((35, -40), 299.0), ((205, 457), 297.0), ((0, 20), 293.0),
+        ((170, 10), 291.0), ((175, -92), 284.0),
+    ]  # fmt: skip
     return GeneratedConfig(
-        seed=seed, size_m=(2000, 2000), grid_m=4.0, depth_m=290, material="sand", patches=("silt", "gravel"),
-        patch_m=200,
+        seed=seed, size_m=(2000, 2000), grid_m=4.0, depth_m=295, material="sand", patches=("silt", "gravel"),
+        patch_m=200, grades=tuple({"at_m": at, "radius_m": 15, "depth_m": d, "blend_m": 100} for at, d in hills),
+        exclude=tuple({"at_m": at, "radius_m": 4} for at, _ in hills),
         objects=_objects(things), terrain={"kind": "flat", "relief_m": 30, "wavelength_m": 500, "roughness_m": 0.3,
                                            "spectrum_slope": 5.0},  # slopes of small relief would show the grid
     )  # fmt: skip

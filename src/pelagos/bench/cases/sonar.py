@@ -42,7 +42,7 @@ DAM: Final[dict[str, Any]] = {
     "agents": {
         "auv0": {
             "vehicle": "remus100",
-            "start": {"position_m": [200, 0, -12], "speed_mps": 1.0},
+            "start": {"position_m": [60, 0, -12], "heading_deg": 180, "speed_mps": 1.0},
             "sensors": {
                 "echo": {"type": "singlebeam", "rate_hz": 30, "range_max_m": 23.0, "bins": 200, "beamwidth_deg": 30.0}
             },

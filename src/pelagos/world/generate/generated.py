@@ -12,6 +12,7 @@ from pelagos.math.geodesy import GeoOrigin
 from pelagos.world.by_hand import add, footprint
 from pelagos.world.config import Positive, WorldConfig
 from pelagos.world.generate.draw import Drawn, bounded, draw
+from pelagos.world.generate.grade import GradeConfig, graded
 from pelagos.world.generate.landform import LANDFORMS, Ground
 from pelagos.world.generate.objects import ExclusionConfig, ObjectConfig, Placer
 from pelagos.world.generate.relief import fractal, ripples
@@ -67,6 +68,8 @@ class GeneratedConfig(WorldConfig):
     """Depth of the mean bed below the mean sea surface [m]."""
     terrain: TerrainConfig = TerrainConfig()
     """The ground."""
+    grades: tuple[GradeConfig, ...] = ()
+    """Places where the ground is raised or dug to a depth of their own, in this order."""
     material: str = "sand"
     """Sediment of the bed."""
     patches: tuple[str, ...] = ()
@@ -157,4 +160,4 @@ class _Generated:
             shortest = min(max(6 * c.grid_m, 5 * length), 40.0)  # crests bend over several ripples, and do not break
             wander = 2.0 * fractal(place.shape, c.grid_m, rng, slope=3.5, longest=60, shortest=shortest)
             z += ripple * ripples(x, y, wavelength=length, heading=place.heading, wander=wander)
-        return HeightField(float(x[0]), float(y[0]), c.grid_m, z)
+        return graded(HeightField(float(x[0]), float(y[0]), c.grid_m, z), c.grades)
