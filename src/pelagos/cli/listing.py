@@ -25,6 +25,9 @@ def print_list(what: str) -> None:
     if what == "devices":
         _print_devices()
         return
+    if what == "tasks":
+        _print_tasks()
+        return
     entries = registry.entries(KINDS[what])
     width = max(len(name) for name in entries)
     for name, entry in entries.items():
@@ -58,3 +61,13 @@ def _print_devices() -> None:
     for kind, devices in DEVICES.items():
         for name, device in devices.items():
             out.print(f"[bold]{name:{width}}[/bold]  {kind}: {escape(device.title)} ({escape(device.source)})")
+
+
+def _print_tasks() -> None:
+    """Print what `pelagos train` and `pelagos.envs.make` take, with the first line of each task's account."""
+    from pelagos.envs.registry import task_class, task_names
+
+    width = max(len(name) for name in task_names())
+    for name in task_names():
+        line = (task_class(name).__doc__ or "").strip().splitlines()[0]
+        out.print(f"[bold]{name:{width}}[/bold]  {escape(line)}")

@@ -11,6 +11,8 @@ from typing import Annotated
 
 import typer
 
+from pelagos.cli import learn_options
+
 app = typer.Typer(
     name="pelagos",
     help="Simulate underwater and surface vehicles with their sonars, cameras and navigation sensors.",
@@ -50,6 +52,7 @@ class What(StrEnum):
     worlds = "worlds"
     bridges = "bridges"
     devices = "devices"
+    tasks = "tasks"
 
 
 def _version(asked: bool) -> None:
@@ -243,7 +246,7 @@ def list_(
     what: Annotated[What, typer.Argument(help="Of what.", show_default=False)],
     name: Annotated[str, typer.Argument(help="One sensor or world, to list its keys.", show_default=False)] = "",
 ) -> None:
-    """List the vehicles, sensors, worlds, or devices (sonars by data sheet) that a scenario can name."""
+    """List the vehicles, sensors, worlds and devices (sonars by data sheet) of scenarios, or tasks to learn."""
     from pelagos.cli.listing import print_keys, print_list
 
     if name:
@@ -382,6 +385,9 @@ def cite(
     from pelagos.cli.cite import print_sources
 
     print_sources(scenario)
+
+
+learn_options.enter(app)
 
 
 def main(arguments: Sequence[str] | None = None) -> None:

@@ -38,6 +38,7 @@ class FleetEnv(VectorEnv[Any, Any, Any]):
 
     Attributes:
         task: what is to be done.
+        arrays: what it gives, `numpy` or `torch`.
         names: of an observation's numbers.
         clipped: how many actions have been out of range so far.
         not_finite: how many episodes ended because a state was not finite.
@@ -81,7 +82,7 @@ class FleetEnv(VectorEnv[Any, Any, Any]):
             _torch()
         self.task, self.num_envs, self.names = task, int(n), tuple(task.observations)
         self._seed = seed_of(seed)
-        self._first, self._arrays, self._out_of_range = seed_of(environment), arrays, out_of_range
+        self._first, self.arrays, self._out_of_range = seed_of(environment), arrays, out_of_range
         self.program = Program(task, self.num_envs, seed=self._seed, environment=self._first, autoreset=autoreset)
         self.autoreset_mode = MODES[autoreset]
         self.metadata = {"autoreset_mode": self.autoreset_mode, "render_modes": []}
@@ -226,11 +227,11 @@ class FleetEnv(VectorEnv[Any, Any, Any]):
 
     def _flag(self, code: NDArray[np.uint8], bit: int) -> Any:
         mask = (code & bit) != 0
-        return mask if self._arrays == "numpy" else _torch().from_numpy(mask)
+        return mask if self.arrays == "numpy" else _torch().from_numpy(mask)
 
     def _out(self, values: Array, shape: tuple[int, ...] | None) -> Any:
         """An array of the caller's kind; one of NumPy is its own."""
-        if self._arrays == "torch":
+        if self.arrays == "torch":
             tensor = _torch().from_dlpack(values)
             return tensor if shape is None else tensor.view(*shape)
         found = np.array(values)

@@ -16,6 +16,13 @@ if TYPE_CHECKING:
 PREFIX: Final = "pelagos/"
 TASKS: Final = {
     "Hover-v0": ("hover", "Hover"),
+    "MarineGymHover-v0": ("marinegym_hover", "MarineGymHover"),
+    "Waypoint-v0": ("waypoint", "Waypoint"),
+    "PathInCurrent-v0": ("path", "PathInCurrent"),
+    "DepthHeading-v0": ("depth_heading", "DepthHeading"),
+    "Docking-v0": ("docking", "Docking"),
+    "StationKeeping-v0": ("station_keeping", "StationKeeping"),
+    "GyreTransect-v0": ("gyre", "GyreTransect"),
 }
 _OF_THE_FLEET: Final = ("seed", "environment", "autoreset", "arrays", "out_of_range")
 

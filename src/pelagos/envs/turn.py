@@ -1,4 +1,4 @@
-"""What a step does around the physics: the command before it; outcome, reset and observation in its last tick."""
+"""The parts of a step around the physics: the command before it; outcome, reset and observation in its last tick."""
 
 from __future__ import annotations
 

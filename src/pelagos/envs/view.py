@@ -1,4 +1,4 @@
-"""What a task sees of a vehicle: its state in world NWU and body FLU, as arrays with one lane a copy."""
+"""The vehicle as its task sees it: its state in world NWU and body FLU, as arrays with one lane a copy."""
 
 from __future__ import annotations
 

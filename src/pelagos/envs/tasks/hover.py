@@ -7,8 +7,11 @@ from collections.abc import Mapping
 from typing import Any
 
 import drjit as dr
+import numpy as np
+from numpy.typing import NDArray
 
 from pelagos.envs.draws import Draws
+from pelagos.envs.scripted import throttles
 from pelagos.envs.task import Outcome, Start, Task
 from pelagos.envs.view import View, minus, norm, wrapped
 from pelagos.jit import Array
@@ -59,6 +62,14 @@ class Hover(Task):
         pose = dr.exp(-distance) * (0.6 + 0.25 * dr.exp(-4.0 * distance) + 0.15 * dr.exp(-2.0 * turn))
         reward = pose - 0.05 * still - 0.05 * effort
         return Outcome(reward, distance > 6.0, metrics={"distance_m": distance, "heading_error_rad": turn})
+
+    def script(self, seen: NDArray[np.float32]) -> NDArray[np.float32]:
+        """The baseline: a spring and a damper to the pose."""
+        s = seen.astype(np.float64)
+        force = 40.0 * np.clip(s[:, 0:3], -1.5, 1.5) - 60.0 * s[:, 8:11]
+        turn = np.arctan2(s[:, 3], s[:, 4])
+        moment = np.stack([-6.0 * s[:, 6], 6.0 * s[:, 5], -4.0 * turn], axis=1) - 3.0 * s[:, 11:14]
+        return throttles("bluerov2_heavy", force, moment)
 
     def _away(self, now: View) -> list[Array]:
         return minus([*self.goal], now.position)

@@ -1,0 +1,67 @@
+"""Scores of a policy: whole episodes, each copy's first ones, by seed."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pelagos.envs.fleet import FleetEnv
+from pelagos.envs.policy import Policy
+from pelagos.errors import CommandError
+
+
+@dataclass(frozen=True)
+class Scores:
+    """One row an episode.
+
+    Attributes:
+        returns: sum of rewards `(episodes,)`.
+        lengths: decisions `(episodes,)`.
+        terminated: whether it ended before the limit of time `(episodes,)`.
+        metrics: the task's, at the end `(episodes,)`, by name.
+    """
+
+    returns: NDArray[np.float64]
+    lengths: NDArray[np.int64]
+    terminated: NDArray[np.bool_]
+    metrics: dict[str, NDArray[np.float64]]
+
+    def summary(self) -> dict[str, float]:
+        """Means, and the standard error of the return."""
+        count = len(self.returns)
+        found = {"episodes": float(count), "return": float(self.returns.mean())}
+        found["return_standard_error"] = float(self.returns.std(ddof=1) / np.sqrt(count)) if count > 1 else 0.0
+        found |= {"length": float(self.lengths.mean()), "terminated": float(self.terminated.mean())}
+        return found | {name: float(values.mean()) for name, values in self.metrics.items()}
+
+
+def evaluate(env: FleetEnv, policy: Policy, *, seed: int = 0, episodes: int | None = None) -> Scores:
+    """The same number of first episodes of every copy, so that short ones do not count more often.
+
+    Args:
+        env: with `autoreset="same_step"` and NumPy arrays.
+        policy: what acts.
+        seed: of the episodes.
+        episodes: at least so many; one of each copy where not given.
+    """
+    if env.program.autoreset != "same_step":
+        raise CommandError("scores need an environment with autoreset='same_step'")
+    n, rows = env.num_envs, []
+    each = 1 if episodes is None else -(-episodes // n)
+    total, length, left = np.zeros(n), np.zeros(n, dtype=np.int64), np.full(n, each)
+    seen, _ = env.reset(seed=seed)
+    while left.any():
+        seen, reward, terminated, truncated, info = env.step(policy(seen))
+        total += reward
+        length += 1
+        for i in np.flatnonzero((terminated | truncated) & (left > 0)):
+            last = [float(info[name][i]) for name in env.program.metrics]
+            rows.append((total[i], length[i], terminated[i], *last))
+        done = terminated | truncated
+        left[done] = np.maximum(left[done] - 1, 0)
+        total[done], length[done] = 0.0, 0
+    table = np.array([[float(v) for v in row] for row in rows])
+    metrics = {name: table[:, 3 + i] for i, name in enumerate(env.program.metrics)}
+    return Scores(table[:, 0], table[:, 1].astype(np.int64), table[:, 2] > 0, metrics)

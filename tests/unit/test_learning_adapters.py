@@ -1,0 +1,117 @@
+"""Other libraries' environments, by their own checkers. Each needs its library, and is skipped where it is missing.
+
+None of them is among what `make test` installs: torch alone is larger than everything else together. Install
+`stable-baselines3 rsl-rl-lib torchrl skrl` beside Pelagos to run these.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from pelagos import envs
+from pelagos.envs.tasks.hover import Hover
+from pelagos.errors import CommandError
+
+pytestmark = [pytest.mark.slow, pytest.mark.filterwarnings("ignore")]
+
+
+class Short(Hover):
+    seconds = 0.5
+
+
+def test_stable_baselines3_learns_and_sees_ends() -> None:
+    sb3 = pytest.importorskip("stable_baselines3")
+    from stable_baselines3.common.vec_env import VecMonitor
+
+    from pelagos.envs.sb3 import SB3Env
+
+    env = SB3Env(envs.FleetEnv(Short(), 4))
+    env.seed(3)
+    first = env.reset()
+    for _ in range(10):
+        seen, _, done, infos = env.step(np.full((4, 8), 0.3, dtype=np.float32))
+    assert done.all()
+    assert infos[2]["TimeLimit.truncated"]
+    assert (infos[2]["terminal_observation"] != seen[2]).any()
+    env.seed(3)
+    np.testing.assert_array_equal(env.reset(), first)
+    model = sb3.PPO("MlpPolicy", VecMonitor(env), n_steps=20, batch_size=40, n_epochs=1, device="cpu")
+    model.learn(160)
+    assert model.ep_info_buffer[-1]["l"] == 10
+    with pytest.raises(CommandError, match="arrays='numpy'"):
+        SB3Env(envs.FleetEnv(Short(), 4, autoreset="disabled"))
+
+
+def test_rsl_rl_learns() -> None:
+    pytest.importorskip("rsl_rl")
+    from pelagos.envs.rsl_rl import RslRlEnv
+
+    env = RslRlEnv(envs.FleetEnv(Short(), 4, arrays="torch"))
+    import torch
+
+    for k in range(10):
+        seen, reward, done, extras = env.step(torch.full((4, 8), 0.3))
+        assert bool(done.all()) == (k == 9)
+    assert extras["time_outs"].all()
+    assert float(extras["log"]["distance_m"]) > 0
+    assert seen["policy"].shape == (4, 14)
+    assert reward.shape == (4,)
+
+
+def test_torchrl_checks_its_specs() -> None:
+    pytest.importorskip("torchrl")
+    from torchrl.envs import GymWrapper
+    from torchrl.envs.utils import check_env_specs
+
+    env = GymWrapper(envs.FleetEnv(Short(), 4))
+    check_env_specs(env)
+    assert env.rollout(25, break_when_any_done=False).shape == (4, 25)
+
+
+def test_skrl_wraps_it() -> None:
+    pytest.importorskip("skrl")
+    import torch
+    from skrl.envs.wrappers.torch import wrap_env
+
+    env: Any = wrap_env(envs.FleetEnv(Short(), 4))
+    seen, _ = env.reset()
+    assert seen.shape == (4, 14)
+    seen, reward, *_ = env.step(torch.zeros(4, 8))
+    assert reward.shape == (4, 1)
+
+
+def test_tensors_share_the_kernels_memory_and_equal_numpy() -> None:
+    torch = pytest.importorskip("torch")
+    one, other = envs.FleetEnv(Short(), 4, seed=1), envs.FleetEnv(Short(), 4, seed=1, arrays="torch")
+    np.testing.assert_array_equal(one.reset()[0], other.reset()[0].numpy())
+    for k in range(12):
+        a = np.random.default_rng(k).uniform(-1, 1, (4, 8)).astype(np.float32)
+        mine, theirs = one.step(a), other.step(torch.from_numpy(a))
+        for p, q in zip(mine[:4], theirs[:4], strict=True):
+            np.testing.assert_array_equal(p, q.numpy())
+
+
+def test_ppo_is_repeatable_and_improves(tmp_path: Path) -> None:
+    """From the same seed the same policy, byte for byte; after 60 updates hover is better than at random."""
+    pytest.importorskip("torch")
+    from pelagos.envs.evaluate import evaluate
+    from pelagos.envs.policy import Network, policy_of
+    from pelagos.envs.ppo import Recipe, train
+
+    def learned(steps: int) -> Network:
+        return train(envs.FleetEnv(Hover(), 256, arrays="torch"), Recipe(steps=steps), seed=4).policy
+
+    twice = [learned(30_000) for _ in range(2)]
+    for p, q in zip(twice[0].weights, twice[1].weights, strict=True):
+        assert p.tobytes() == q.tobytes()
+    policy = learned(500_000)
+    policy.save(tmp_path / "policy.npz")
+    env = envs.FleetEnv(Hover(), 64)
+    loaded = policy_of(str(tmp_path / "policy.npz"), env)
+    scores = [evaluate(env, p, seed=9).returns.mean() for p in (policy_of("random", env), policy, loaded)]
+    assert scores[1] == scores[2]
+    assert scores[1] > scores[0] + 20
