@@ -12,8 +12,10 @@ import pytest
 sys.path.append(str(Path(__file__).parents[1] / "verification"))
 from vehicle_flight import Still, fly, quaternion
 
+import pelagos as pl
 from pelagos import jit
 from pelagos.errors import ScenarioError
+from pelagos.vehicles.control.feed_forward import holding_wrench
 from pelagos.vehicles.control.line_of_sight import line_heading
 from pelagos.vehicles.flow import make_flow, rotation_from_euler
 from pelagos.vehicles.vehicle import Vehicle
@@ -134,6 +136,17 @@ def test_station_keeping_knows_the_current_from_the_start(toward):
     assert np.linalg.norm(flight.position - [0, 0, 50], axis=1).max() < 0.1
 
 
+@pytest.mark.parametrize("toward", [(-0.8, 0.0, 0.0), (0.3, 0.742, 0.0)])
+def test_the_heavy_holds_what_its_thrust_suffices_for(toward):
+    """0.8 m/s from ahead with either published drag (0.13 m measured); from elsewhere with that of `wu_2018` alone
+    (0.04 m): von Benzon's 217 V^2 abeam is 139 N, and the thrusters have 95 N."""
+    ahead = toward[1] == 0
+    vehicle = Vehicle.from_catalogue("bluerov2_heavy", **({} if ahead else {"variant": "wu_2018"}))
+    flight = fly(vehicle, 25.0, h=0.02, mode="station_keeping", ocean=Still(toward))
+    assert np.linalg.norm(flight.position - [0, 0, 50], axis=1).max() < (0.3 if ahead else 0.1)
+    assert np.abs(flight.euler[:, :2]).max() < np.deg2rad(5)
+
+
 def test_a_velocity_beyond_the_thrusters_keeps_the_vehicle_upright():
     """Yaw of 3 rad/s and 3 m/s ahead: what the thrusters give, level, and heading before way."""
     vehicle = Vehicle.from_catalogue("bluerov2_heavy")
@@ -151,6 +164,45 @@ def test_no_integral_winds_up_at_saturation():
     assert fast.nu[-1, 0] > 0.75
     assert far.position[:, 0].max() < 12.05
     assert far.position[-1, 0] == pytest.approx(12.0, abs=0.03)
+
+
+@pytest.mark.parametrize(("name", "mode"), [("bluerov2_heavy", "pose"), ("hovering_auv", "velocity")])
+def test_thrusters_keep_a_vehicle_upright_in_waves(name, mode):
+    """H 2 m, T 8 s, at 8 m: 0.4 m/s of water to and fro and up and down, whose Munk moment of up to 1 N m leans on an
+    attitude loop of 3.3 N m/rad: 12 and 11 degrees measured; 97 and 37 while the feed-forward mixed two flows.
+    """
+    waves = [{"type": "regular", "height_m": 2.0, "period_s": 8.0, "towards_deg": 35}]
+    agent = {"vehicle": name, "control": mode, "start": {"position_m": [0, 0, -8]}}
+    sim = pl.Simulation.load({
+        "tick_rate_hz": 25, "world": {"type": "flat", "depth_m": 60}, "ocean": {"waves": waves}, "agents": {"a": agent},
+    })  # fmt: skip
+    if mode == "pose":
+        sim.command({"a": [0, 0, -8, 0, 0, 0.3]})
+    for _ in range(24):
+        sim.run(0.5)
+        down = 1 - 2 * (sim.state["a"].attitude[0, 1:3] ** 2).sum()
+        assert down > np.cos(np.deg2rad(15))
+
+
+def test_feed_forward_is_of_the_flow_that_is_asked_about():
+    """What holds a vehicle in a current that leans at rest: neither the way that the water really goes nor what an
+    integrator foresees of the step has a part in it."""
+    model = Vehicle.from_catalogue("bluerov2_heavy").model
+    f64 = jit.Float64
+    still, place = [f64(0.0)] * 3, [f64(0.0), f64(0.0), f64(9.0)]
+    known = [f64(c) for c in (0.35, -0.2, 0.15)]
+    lean = rotation_from_euler(f64(0.5), f64(-0.3), f64(0.4))
+
+    def held(waves, midway=None):
+        flow = make_flow(place, lean, [*still, *still], [k + f64(w) for k, w in zip(known, waves, strict=True)])
+        flow.midway = midway
+        return np.array([float(w[0]) for w in holding_wrench(model, flow, [*still, *still], known)])
+
+    calm = held((0.0, 0.0, 0.0))
+    assert np.abs(calm).min() > 1e-2
+    assert held((0.4, -0.3, 0.5)) == pytest.approx(calm, rel=1e-12)
+    foreseen = [f64(v) for v in (0.5, -0.4, 0.3, 0.2, -0.1, 0.3)]
+    assert held((0.4, -0.3, 0.5), foreseen) == pytest.approx(calm, rel=1e-12)
 
 
 @pytest.mark.parametrize("name", ["bluerov2", "bluerov2_heavy", "hovering_auv"])

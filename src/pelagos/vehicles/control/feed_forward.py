@@ -52,7 +52,8 @@ def holding_wrench(model: Model, flow: Flow, nu: Vector, current: Vector) -> lis
 
 def _balance(model: Model, flow: Flow, nu: Vector, current: Vector) -> list[Array]:
     water = matvec(transpose(flow.rotation), current)
-    there = replace(flow, nu=list(nu), nu_r=[*add(nu[:3], minus(water)), *nu[3:]], seaway=None)
+    nu_r = [*add(nu[:3], minus(water)), *nu[3:]]
+    there = replace(flow, nu=list(nu), nu_r=nu_r, seaway=None, midway=None)  # no step of the integrator's is foreseen
     none = [0 * v for v in flow.nu]
     wrenches = [term.wrench(there) for term in model.terms.values()]
     return minus(add(none, model.inertia.coriolis(there), *wrenches))
