@@ -62,7 +62,7 @@ def test_doppler_of_moving_vehicles(sim: pl.Simulation) -> None:
 
 
 def test_a_hull_between_two_places_blocks_them() -> None:
-    """A ship that moves in between takes the direct path; it goes again, and the path is back."""
+    """A wall 13 m deep takes the direct and the surface's path, not those by the bottom; it goes, and they are back."""
     sim = pl.Simulation.load(scenario())
     ends = (0.0, 40.0, -6.0), (120.0, 40.0, -7.0)
     before = pl.channel(sim, *ends)
@@ -70,9 +70,31 @@ def test_a_hull_between_two_places_blocks_them() -> None:
     wall = sim.spawn(pl.Prop("box", position=(60.0, 40.0, -6.0), size=(2.0, 20.0, 14.0), material="steel"))
     between = pl.channel(sim, *ends)
     assert between.arrivals().blocked[0]
-    assert between.transmission_loss() > before.transmission_loss() + 6.0
+    a = between.arrivals()
+    assert a.blocked[(a.bottom == 0)].all()
+    assert not a.blocked[(a.surface == 0) & (a.bottom == 1)].any()
+    assert between.transmission_loss() > before.transmission_loss() + 2.0
     wall.move(position=(60.0, 400.0, -6.0))
     assert not pl.channel(sim, *ends).arrivals().blocked.any()
+
+
+def test_hulls_of_the_ends_are_neither_ground_nor_in_the_way(sim: pl.Simulation) -> None:
+    """Between two vehicles: nothing is blocked, the bottom is flat, and both ways have the same paths.
+
+    Level of the direct path: spherical spreading and 4.2 dB/km; image method for times, in almost uniform water.
+    """
+    there, back = pl.channel(sim, "a", "b"), pl.channel(sim, "b", "a")
+    np.testing.assert_allclose(there.section.bottom_depth, 30.0, atol=1e-3)
+    a, b = there.arrivals(), back.arrivals()
+    assert not a.blocked.any()
+    first = slice(0, 8)
+    np.testing.assert_allclose(a.delay[first], b.delay[first], rtol=1e-9)
+    np.testing.assert_allclose(a.loss_db[first], b.loss_db[first], atol=1e-6)
+    way = there.receiver - there.source
+    length = float(np.linalg.norm(way))
+    assert a.loss_db[0] == pytest.approx(20 * np.log10(length) + 4.2e-3 * length, abs=0.2)
+    images = [np.hypot(np.linalg.norm(way[:2]), z) for z in (8.0, 28.0, 32.0, 52.0, 68.0, 88.0, 92.0, 112.0)]
+    np.testing.assert_allclose(a.length[first], images, rtol=1e-3)
 
 
 def test_tone_is_shifted_by_doppler() -> None:

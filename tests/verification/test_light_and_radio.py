@@ -155,3 +155,13 @@ def test_ais_sentences_are_decoded_by_another_package(ais_class: str, kinds: set
 def test_reporting_intervals() -> None:
     assert [reporting_interval(v, "A") for v in (5.0, 18.0, 30.0)] == [10.0, 6.0, 2.0]
     assert [reporting_interval(v, "B") for v in (1.0, 5.0)] == [180.0, 30.0]
+
+
+def test_ships_have_numbers_and_names_of_their_own() -> None:
+    ais = {"ais": {"type": "ais", "mmsi": 211_000_001}}
+    twice = scenario({"u": boat(0, 0, 2.0, ais), "v": boat(90, 0, 2.0, ais)})
+    with pytest.raises(pl.ScenarioError, match=r"v\.sensors\.ais: MMSI 211000001 is that of u\.ais already"):
+        pl.Simulation.load(twice)
+    named = scenario({"u": boat(0, 0, 2.0, {"ais": {**ais["ais"], "name": "Müritz"}})})
+    with pytest.raises(pl.InputError, match="AIS has no character Ü"):
+        pl.Simulation.load(named)

@@ -18,7 +18,9 @@ from pelagos.math.so3 import rotate_np
 from pelagos.ocean.config import OceanConfig, build_ocean
 from pelagos.ocean.ocean import Ocean
 from pelagos.ocean.surface_wind import surface_wind
+from pelagos.raycast.rays import NO_BODY
 from pelagos.sensors.comms.link.water_paths import Paths, WaterPaths, doppler
+from pelagos.sim.bodies import hull_rows
 from pelagos.sim.simulation import Simulation
 from pelagos.world.world import World
 
@@ -208,7 +210,7 @@ def channel(
     if np.linalg.norm(places[1] - places[0]) < 1e-3:
         raise CommandError(f"the ends of a channel are two places, not twice {places[0].tolist()}")
     rows = np.array([copy])
-    paths = tracer.trace(places[None, 0], places[None, 1], time, rows)
+    paths = tracer.trace(places[None, 0], places[None, 1], time, rows, _own_hull(sim, tx, copy))
     section = tracer.sections(places[None, 0], places[None, 1], time, rows)[0]
     velocities = np.stack([v for _, v in ends])
     wind = surface_wind(water)[0]
@@ -238,6 +240,14 @@ def _place(
     if place.shape != (3,) or not np.isfinite(place).all():
         raise CommandError(f"a place is three finite numbers, x north, y west, z up [m]; given {end!r}")
     return place, np.zeros(3)
+
+
+def _own_hull(sim: Simulation | None, tx: str | Sequence[float], copy: int) -> NDArray[np.uint32]:
+    """Row of the moving scene that is the transmitter's own hull, which does not stand in its way."""
+    if sim is None or not isinstance(tx, str) or len(sim.model.agents) < 2:
+        return np.array([NO_BODY], np.uint32)
+    index = list(sim.model.scenario.members).index(tx.partition(".")[0])
+    return hull_rows(index, sim.n)[copy : copy + 1]
 
 
 def _positive(value: float, name: str) -> None:

@@ -161,6 +161,7 @@ def compile_model(
         name: AgentModel(name, config, _plan(scenario, name, vehicles[name], modes[name], world), *place[name])
         for name, config in members.items()
     }
+    encounters.medium.check_names()
     return replace(model, agents=agents, batches=batches)
 
 
@@ -233,6 +234,7 @@ def with_changes(
     agents = {
         name: AgentModel(name, scenario.members[name], agent.tasks, *place[name]) for name, agent in old.agents.items()
     }
+    encounters.medium.check_names()
     ocean = old.ocean if ocean is None else ocean
     return replace(old, scenario=scenario, ocean=ocean, agents=agents, batches=batches)
 

@@ -8,7 +8,7 @@ from typing import Any, ClassVar, Final, Literal
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import Field
+from pydantic import Field, field_validator
 
 from pelagos.errors import ScenarioError
 from pelagos.math.so3 import rotate_np
@@ -37,7 +37,7 @@ class AisConfig(SensorConfig):
     ais_class: Literal["A", "B"] = "A"
     """A: messages 1 and 5 with 12.5 W, B: messages 18 and 24 with 2 W."""
     name: str = Field(default="PELAGOS", min_length=1, max_length=20)
-    """Of the ship, upper case."""
+    """Of the ship; sent in upper case, in the 64 characters of AIS."""
     ship_type: int = Field(default=0, ge=0, le=99)
     """By ITU-R M.1371, Table 53."""
     length_m: int = Field(default=0, ge=0, le=511)
@@ -48,6 +48,15 @@ class AisConfig(SensorConfig):
     """[Hz]."""
     bit_rate_bps: float = Field(default=9600.0, gt=0)
     """[bit/s]."""
+
+    @field_validator("name")
+    @classmethod
+    def _six_bits(cls, name: str) -> str:
+        """Only what six bits can say."""
+        strange = sorted({c for c in name.upper() if not " " <= c <= "_"})
+        if strange:
+            raise ValueError(f"AIS has no character {' '.join(strange)}; it has A-Z, 0-9 and most of ASCII's signs")
+        return name
 
 
 class Ais:
@@ -79,7 +88,7 @@ class Ais:
         self._noise = radio.noise()
         if context.medium is not None:
             port = radio_port(context, config, radio, 1024, 16)
-            context.medium.add(replace(port, report=self._report), context)
+            context.medium.add(replace(port, report=self._report, identity=f"MMSI {config.mmsi}"), context)
 
     def sense(self, motion: Kinematics) -> Measurement:
         """Read the transponder on every lane of `motion`."""

@@ -14,6 +14,7 @@ from pelagos.acoustics.channel import ambient_density, noise_of
 from pelagos.config.strict import Strict
 from pelagos.math.so3 import rotate_np
 from pelagos.ocean.surface_wind import surface_wind
+from pelagos.sensors.comms.link.place import check_in_water
 from pelagos.sensors.comms.link.water_paths import WaterPaths, doppler
 from pelagos.sensors.mount import sensor_pose, sensor_velocity
 from pelagos.sensors.sensor import Kinematics, Measurement, SensorConfig, SensorContext
@@ -68,6 +69,10 @@ class HydrophoneConfig(SensorConfig):
         for name, pinger in self.pingers.items():
             if pinger.frequency_hz >= 0.5 * self.sample_rate_hz:
                 raise ValueError(f"pinger {name!r}: {pinger.frequency_hz:g} Hz is above half the sample rate")
+            if pinger.pulse_s > pinger.period_s:
+                raise ValueError(
+                    f"pinger {name!r}: pulse_s {pinger.pulse_s:g} is longer than period_s {pinger.period_s:g}"
+                )
         return self
 
 
@@ -92,6 +97,8 @@ class Hydrophone:
         self._config, self._context = config, context
         self._count = round(config.sample_rate_hz / config.rate_hz)
         self._elements = np.array(config.elements_m)
+        for name, pinger in config.pingers.items():
+            check_in_water(context, name, pinger.position_m)
         self._pingers = list(config.pingers.values())
         sea = ambient_density(
             self._count, config.sample_rate_hz, wind_speed=surface_wind(context.ocean)[0], shipping=config.shipping

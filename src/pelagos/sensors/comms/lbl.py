@@ -14,6 +14,7 @@ from pelagos.acoustics.modulation import arrival_time_error
 from pelagos.config.strict import Strict
 from pelagos.ocean.surface_wind import surface_wind
 from pelagos.sensors import noise
+from pelagos.sensors.comms.link.place import check_in_water
 from pelagos.sensors.comms.link.water_paths import Paths, WaterPaths
 from pelagos.sensors.mount import sensor_pose
 from pelagos.sensors.sensor import Kinematics, Measurement, SensorConfig, SensorContext
@@ -92,6 +93,8 @@ class Lbl:
         self._paths = WaterPaths(
             context.scene, context.world, context.ocean, frequency=config.frequency_hz, rays=256, bounces=4
         )
+        for name, transponder in config.transponders.items():
+            check_in_water(context, name, transponder.position_m)
         self._places = np.array([t.position_m for t in config.transponders.values()])
         wind = surface_wind(context.ocean)[0]
         sea = float(spectral_level(config.frequency_hz, wind_speed=wind, shipping=_SHIPPING)[0])

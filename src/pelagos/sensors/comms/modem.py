@@ -103,6 +103,8 @@ class ModemConfig(SensorConfig):
 
     @model_validator(mode="after")
     def _fits(self) -> ModemConfig:
+        if self.chirp_order & (self.chirp_order - 1):
+            raise ValueError(f"chirp_order {self.chirp_order} is no power of two: a signal stands for whole bits")
         if self.beacon_bytes > self.packet_max_bytes:
             raise ValueError(f"beacon_bytes {self.beacon_bytes} is more than packet_max_bytes {self.packet_max_bytes}")
         if self.bandwidth_hz >= 2.0 * self.frequency_hz:
@@ -111,6 +113,12 @@ class ModemConfig(SensorConfig):
             )
         if self.mac == "tdma" and self.slot_s <= self.guard_s + self.preamble_s + 32.0 / self.bit_rate_bps:
             raise ValueError(f"slot_s {self.slot_s:g} has no room for a header and guard_s {self.guard_s:g}")
+        longest = self.preamble_s + (32.0 + 8.0 * self.beacon_bytes) / self.bit_rate_bps
+        if self.mac == "tdma" and self.beacon_s is not None and longest > self.slot_s - self.guard_s:
+            raise ValueError(
+                f"a beacon of {self.beacon_bytes} bytes takes {longest:.3g} s; slot_s {self.slot_s:g} less guard_s "
+                f"{self.guard_s:g} does not hold it"
+            )
         return self
 
 

@@ -17,6 +17,7 @@ from pelagos.math.so3 import rotate_np
 from pelagos.ocean.surface_wind import surface_wind
 from pelagos.sensors.comms.link.budget import NOTHING, Heard, heard, sum_db
 from pelagos.sensors.comms.link.modem_port import ModemPort
+from pelagos.sensors.comms.link.packet import BROADCAST
 from pelagos.sensors.comms.link.water_paths import Paths, WaterPaths, doppler, moved
 from pelagos.sensors.mount import sensor_pose, sensor_velocity
 from pelagos.sensors.noise import BatchPath
@@ -106,10 +107,28 @@ class Medium:
                     f"address {port.address} is that of {taken[port.address]} already; addresses are unique"
                 )
             taken[port.address] = port.path
+        named: dict[str, str] = {}
+        for port in (p for p in ports if p.identity):
+            if port.identity in named:
+                raise ScenarioError(f"{port.identity} is that of {named[port.identity]} already")
+            named[port.identity] = port.path
         free = (a for a in range(_ADDRESSES) if a not in taken)
         numbered = [port if port.address >= 0 else replace(port, address=next(free)) for port in ports]
         self.modems.clear()
         self.modems |= {port.path: port for port in numbered}
+
+    def check_names(self) -> None:
+        """Check that there is whom modems send to by themselves.
+
+        Raises:
+            LookupFailed: there is not.
+        """
+        for path, port in self.modems.items():
+            where = "agents.{}.sensors.{}".format(*path.split(".", 1))
+            if port.beacon_s is not None and port.beacon_to != BROADCAST:
+                self.find(port.beacon_to, where=f"{where}.beacon_to")
+            for name in port.interrogate:
+                self.find(name, where=f"{where}.interrogate")
 
     def find(self, name: str, *, where: str = "") -> str:
         """The path of a modem: "agent.modem", or an agent that has one only.

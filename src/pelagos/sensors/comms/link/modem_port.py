@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Literal
@@ -27,6 +28,7 @@ class ModemPort:
         period: ticks between two looks at its queue.
         array: elements `(k, 3)` in the sensor frame [m]; None without.
         carrier, kind: light or radio, and which; None: sound.
+        identity: a number of its own that no other has, as a ship's MMSI; empty: only the address.
         report: of a pose, a copy and a count, what it sends by itself, and how long until the next [s].
     """
 
@@ -67,6 +69,8 @@ class ModemPort:
     report: Callable[[Any, int, int], tuple[bytes, float]] | None = None
     interrogate: tuple[str, ...] = ()
     interrogate_s: float = 1.0
+    depth_max_m: float = math.inf
+    identity: str = ""
 
     @property
     def agent(self) -> str:
@@ -76,6 +80,10 @@ class ModemPort:
     def duration_s(self, payload: int, kind: str = "data") -> float:
         """Of a packet [s]: preamble, header of 4 bytes and payload; parts of protocols have a header only."""
         return self.preamble_s + 8.0 * (4 + (payload if kind in ("data", "response") else 0)) / self.bit_rate_bps
+
+    def holds(self, payload: int, kind: str = "data") -> bool:
+        """Whether a slot of its protocol is long enough for a packet."""
+        return self.mac != "tdma" or self.duration_s(payload, kind) <= self.slot_s - self.guard_s
 
     def understands(self, other: ModemPort) -> bool:
         """Whether it can decode what the other sends."""

@@ -8,7 +8,7 @@ from typing import Final, Literal, get_args
 Kind = Literal["data", "ack", "rts", "cts", "request", "response"]
 Fate = Literal[
     "received", "no path", "blocked", "out of range", "half duplex", "noise", "multipath", "collision", "sonar",
-    "in air", "out of beam", "submerged",
+    "in air", "too deep", "out of beam", "submerged",
 ]  # fmt: skip
 FATES: Final[tuple[Fate, ...]] = get_args(Fate)
 BROADCAST: Final = "*"

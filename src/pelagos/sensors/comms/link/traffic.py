@@ -222,7 +222,8 @@ class Traffic:
         if r not in self._noise:
             self._noise[r] = self._quiet(port)
         dry = poses[r].position[c, 2] > level or poses[t.sender].position[c, 2] > level
-        lost = "in air" if dry else h.lost
+        crushed = any(-poses[k].position[c, 2] > p.depth_max_m for k, p in ((r, port), (t.sender, sender)))
+        lost = "in air" if dry else "too deep" if crushed else h.lost
         if not port.understands(sender):
             lost = lost or "foreign"
         azimuth = elevation = math.nan

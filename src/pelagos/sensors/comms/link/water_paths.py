@@ -73,7 +73,7 @@ class WaterPaths:
     ) -> None:
         self._scene, self._world, self._ocean = scene, world, ocean
         self.frequency, self._rays, self._bounces = frequency, rays, bounces
-        self._cast = Program(_cast, scene.compile)
+        self._cast, self._cast_down = Program(_cast, scene.compile), Program(_cast_ground, scene.compile)
         self._wind = surface_wind(ocean)[0]
         self._palette: Sequence[Material] = world.palette
         self._column = self._column_levels() if isinstance(ocean.masses, WaterColumn) else None
@@ -181,13 +181,13 @@ class WaterPaths:
         shape = place.shape[:2]
         down = np.tile([0.0, 0.0, -1.0], (place[..., 0].size, 1))
         copies, own = np.repeat(copy, NODES), np.full(place[..., 0].size, NO_BODY, np.uint32)
-        hits = self._ask(place.reshape(-1, 3), down, np.full(len(down), _DEEP), copies, own)
+        hits = self._ask(place.reshape(-1, 3), down, np.full(len(down), _DEEP), copies, own, ground=True)
         t, material = hits["t"].astype(np.float64), hits["material"].astype(np.int64)
         lost = ~np.isfinite(t)
         if lost.any():  # below a hill, or over nothing
             above = place.reshape(-1, 3)[lost].copy()
             above[:, 2] = level + 500.0
-            again = self._ask(above, down[lost], np.full(int(lost.sum()), _DEEP), copies[lost], own[lost])
+            again = self._ask(above, down[lost], np.full(int(lost.sum()), _DEEP), copies[lost], own[lost], ground=True)
             t[lost] = again["t"].astype(np.float64) - 500.0 - (level - place.reshape(-1, 3)[lost, 2])
             material[lost] = again["material"]
         depth = level - place[..., 2] + np.where(np.isfinite(t), t, _DEEP).reshape(shape)
@@ -198,16 +198,16 @@ class WaterPaths:
 
     def _ask(
         self, origin: NDArray[np.float64], direction: NDArray[np.float64], reach: NDArray[np.float64],
-        copy: NDArray[np.int64], own: NDArray[np.uint32],
+        copy: NDArray[np.int64], own: NDArray[np.uint32], *, ground: bool = False,
     ) -> dict[str, NDArray[Any]]:  # fmt: skip
-        """Cast; numbers of rays are rounded up, so that few kernels do for all."""
+        """Cast at all, or at what stands still; numbers of rays are rounded up, so that few kernels do for all."""
         count = len(origin)
-        if self._scene.static is None and self._scene.moving is None:
+        if self._scene.static is None and (ground or self._scene.moving is None):
             return {"t": np.full(count, np.inf), "label": np.zeros(count, int), "material": np.zeros(count, int)}
         width = max(64, 1 << (count - 1).bit_length())
         rows = np.minimum(np.arange(width), count - 1)
         start, along = (np.ascontiguousarray(v[rows].T) for v in (origin, direction.astype(np.float32)))
-        found = self._cast(
+        found = (self._cast_down if ground else self._cast)(
             jit.Array3f64(start), jit.Array3f(along), jit.own(jit.Float, reach[rows].astype(np.float32)),
             jit.own(jit.UInt32, copy[rows].astype(np.uint32)), jit.own(jit.UInt32, own[rows]),
         )  # fmt: skip
@@ -285,3 +285,8 @@ def _cast(caster: Caster, origin: Array, direction: Array, reach: Array, copy: A
     hits = caster.cast(Rays(origin, direction, reach, copy, own), coherent=False)
     dr.eval(hits.t, hits.label, hits.material)
     return {"t": hits.t, "label": hits.label, "material": hits.material}
+
+
+def _cast_ground(caster: Caster, origin: Array, direction: Array, reach: Array, copy: Array, own: Array) -> Results:
+    """Hulls are no ground: a vehicle stands above its own place."""
+    return _cast(Caster(caster.static, None, caster.tables), origin, direction, reach, copy, own)
