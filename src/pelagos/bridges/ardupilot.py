@@ -6,9 +6,11 @@ The autopilot sends its outputs and waits; the simulation takes one step with th
 from __future__ import annotations
 
 import socket
+import struct
+import sys
 import time
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any, Final, Literal
 
 import numpy as np
@@ -18,7 +20,8 @@ from pelagos.bridges.ardupilot_json import ServoFrame, level, parse_servos, stat
 from pelagos.bridges.autopilot import Output, motion_of, outputs_of, the_agent
 from pelagos.bridges.config import LOOPBACK, BridgeConfig, exposed
 from pelagos.bridges.order import Order
-from pelagos.bridges.transport import BridgeError
+from pelagos.bridges.transport import BridgeError, BridgeMismatch
+from pelagos.errors import LookupFailed
 from pelagos.sim.simulation import Simulation
 
 if TYPE_CHECKING:
@@ -49,6 +52,14 @@ class ArdupilotConfig(BridgeConfig):
     """An altimeter of the agent, sent as its first range finder."""
     patience_s: float = Field(default=30.0, gt=0)
     """The run ends when the autopilot has said nothing for so long [s]; it may take as long as it likes to begin."""
+
+    def check(self, sim: Simulation) -> None:
+        """See `BridgeConfig`."""
+        agent = the_agent(sim, self.agent, "ardupilot")
+        outputs_of(sim, agent, self.outputs, "ardupilot")
+        sensors = sim.model.agents[agent].sensors
+        if self.rangefinder and self.rangefinder not in sensors:
+            raise BridgeMismatch(str(LookupFailed("sensor", self.rangefinder, sensors, where="ardupilot: rangefinder")))
 
     def attach(self, exchange: Exchange) -> str:
         """See `BridgeConfig`."""
@@ -85,7 +96,8 @@ class ArdupilotLink:
             self._socket.close()
             raise BridgeError(f"ardupilot: UDP {config.host}:{config.port} cannot be used: {error.strerror}") from None
         self.port = config.port
-        self._socket.settimeout(_LOOK_S)
+        _wait_at_most(self._socket, _LOOK_S)
+        self._known: dict[tuple[int, int], float] = {}
         self._peer: Any = None
         self._last: ServoFrame | None = None
         self._answer: bytes | None = None
@@ -106,11 +118,12 @@ class ArdupilotLink:
 
     def wait(self, sim: Simulation) -> None:
         """The next outputs, into the vehicle's actuators."""
+        self._inbox.write_down()  # now, while the autopilot thinks
         began = time.monotonic()
         while not sim.gate.stopped:
             try:
                 packet, peer = self._socket.recvfrom(PACKET)
-            except TimeoutError:
+            except (TimeoutError, BlockingIOError):
                 if self._last is not None and time.monotonic() - began > self._config.patience_s:
                     self.troubles[f"silent for {self._config.patience_s:g} s: the run was ended"] += 1
                     sim.stop()
@@ -143,12 +156,17 @@ class ArdupilotLink:
             self._inbox.obey(_back_to(self._start, self.agent))
         self.steps += 1
         if before is None or frame.pwm != before.pwm or frame.count < before.count:
-            values = [o.value(level(self._pulse(frame, o), o.rests_at, low_us=self._ends[0], high_us=self._ends[1]))
-                      for o in self._outputs]  # fmt: skip
-            self._inbox.obey(Order("command", self.agent, {"values": values, "mode": "actuators"}, "ardupilot"))
+            self._inbox.steer(self.agent, [self._value(o, frame.pwm) for o in self._outputs], "ardupilot")
 
-    def _pulse(self, frame: ServoFrame, output: Output) -> int:
-        return frame.pwm[output.channel] if output.channel < len(frame.pwm) else 0
+    def _value(self, output: Output, pwm: Sequence[int]) -> float:
+        """The actuator's command; of each pulse it is worked out once."""
+        pulse = pwm[output.channel] if output.channel < len(pwm) else 0
+        known = self._known.get((output.channel, pulse))
+        if known is None:
+            low_us, high_us = self._ends
+            known = output.value(level(pulse, output.rests_at, low_us=low_us, high_us=high_us))
+            self._known[output.channel, pulse] = known
+        return known
 
     def _send(self) -> None:
         if self._answer is None:
@@ -161,6 +179,14 @@ class ArdupilotLink:
 
     def _hear(self, reading: Any) -> None:
         self._range_m = float(np.asarray(reading.data).ravel()[0])
+
+
+def _wait_at_most(link: socket.socket, seconds: float) -> None:
+    """Let `recvfrom` give up after so long; by the system, where `settimeout` would poll before every receipt."""
+    if sys.platform == "win32":
+        link.settimeout(seconds)
+    else:
+        link.setsockopt(socket.SOL_SOCKET, socket.SO_RCVTIMEO, struct.pack("ll", 0, round(1e6 * seconds)))
 
 
 def _back_to(start: Any, agent: str) -> Order:

@@ -98,6 +98,7 @@ class Exchange:
         finally:
             for subscription in subscriptions:
                 subscription.cancel()
+            self.inbox.write_down()
             self._send()
             recorder.close()
             self._tap = None
@@ -161,9 +162,9 @@ class Exchange:
         for door in self.doors:
             door.send(self.sim, messages)
 
-    def _note(self, text: str) -> None:
+    def _note(self, text: str, t_ns: int) -> None:
         if self._tap is not None:
-            self._tap.add_message(self._orders, self.sim.time_ns, text_message(text))
+            self._tap.add_message(self._orders, t_ns, text_message(text))
 
     def _resume(self) -> None:
         self._end_steps()

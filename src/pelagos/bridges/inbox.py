@@ -6,9 +6,11 @@ import json
 import threading
 import time
 from collections import Counter, deque
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Final
+
+import numpy as np
 
 from pelagos.bridges.order import Order, apply
 from pelagos.errors import InputError
@@ -51,9 +53,10 @@ class Inbox:
     """
 
     def __init__(
-        self, sim: Simulation, note: Callable[[str], None] | None = None, say: Callable[[str], None] | None = None
+        self, sim: Simulation, note: Callable[[str, int], None] | None = None, say: Callable[[str], None] | None = None
     ) -> None:
         self._sim, self._note, self._say = sim, note, say
+        self._unwritten: list[tuple[Order, int, int]] = []
         self._waiting: deque[Ticket] = deque()
         self._by_key: dict[tuple[str, ...], Ticket] = {}
         self._lock = threading.Lock()
@@ -84,6 +87,27 @@ class Inbox:
         """Do an order at once; for who is at a boundary already, in the thread that steps."""
         self._do(Ticket(order))
 
+    def steer(self, agent: str, values: Sequence[float], source: str) -> None:
+        """Obey an order to an agent's actuators at once, by a short way; for autopilots, thousands of times a second.
+
+        The numbers are finite, one for each actuator. The order is written down when `write_down` is called next.
+        """
+        order = Order("command", agent, {"values": values, "mode": "actuators"}, source)
+        stepper = self._sim.stepper
+        if stepper.mode(agent) != "actuators":
+            self.obey(order)
+            return
+        stepper.set_command(agent, np.array([values], dtype=np.float64))
+        self.obeyed["command"] += 1
+        self._unwritten.append((order, self._sim.time_ns, time.time_ns()))
+
+    def write_down(self) -> None:
+        """Write down what was steered."""
+        for order, t_ns, wall_ns in self._unwritten:
+            if self._note is not None:
+                self._note(order_text(order, t_ns, self._sim.dt_ns, wall_ns), t_ns)
+        self._unwritten.clear()
+
     def refuse(self, reason: str) -> None:
         """Count something that could not be understood; said once."""
         self.refused[reason] += 1
@@ -107,8 +131,8 @@ class Inbox:
             self._refuse(ticket, f"{ticket.order.source}: {error}" if ticket.order.source else str(error))
             return
         self.obeyed[ticket.order.kind] += 1
-        if self._note is not None:
-            self._note(order_text(ticket.order, self._sim))
+        self._unwritten.append((ticket.order, self._sim.time_ns, time.time_ns()))
+        self.write_down()
         ticket.done.set()
 
     def _refuse(self, ticket: Ticket, reason: str) -> None:
@@ -117,10 +141,10 @@ class Inbox:
         ticket.done.set()
 
 
-def order_text(order: Order, sim: Simulation) -> str:
+def order_text(order: Order, t_ns: int, dt_ns: int, wall_ns: int) -> str:
     """An order as it is written down: JSON, which keeps every bit of a float."""
     written: dict[str, Any] = {
-        "tick": sim.time_ns // sim.dt_ns, "t_ns": sim.time_ns, "wall_ns": time.time_ns(), "kind": order.kind,
+        "tick": t_ns // dt_ns, "t_ns": t_ns, "wall_ns": wall_ns, "kind": order.kind,
         "target": order.target, "data": dict(order.data), "source": order.source,
     }  # fmt: skip
     return json.dumps(written, default=_plain)

@@ -160,6 +160,8 @@ class BatchRun:
         return exact(states), replace(trajectory, packed=exact(motion))
 
     def _order(self, rows: slice) -> Order:
+        if len(self.orders) == 1:  # it holds all rows
+            return self.orders[0]
         return next(order for order in self.orders if order.rows[rows].all())
 
 

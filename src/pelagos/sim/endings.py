@@ -43,7 +43,7 @@ class Endings:
             NotFinite: of a fleet no copy is left.
         """
         last = trajectory.last()
-        sound = math.isfinite(float(last.sum())) and float(np.abs(last[:, 0:3]).max()) <= FARTHEST_M
+        sound = _sound(last)
         if sound and not self._episodes.over.any():
             run.row = last
             return trajectory
@@ -80,3 +80,11 @@ class Endings:
         lacking = self._model.ocean.uncovered(jit.Array3f64(*(float(v) for v in last[:3])), jit.Float64(t_s))
         agent = self._model.agents[batch.members[row // batch.n]]
         return NotFinite(agent, row % batch.n, t_s, last, run.command_of(row), lacking)
+
+
+def _sound(rows: NDArray[np.float64]) -> bool:
+    """Whether all of `(n, CHANNELS)` is finite, and nothing is too far to come back."""
+    if len(rows) == 1:  # NumPy's calls take longer than the sums
+        row = rows[0].tolist()
+        return math.isfinite(sum(row)) and max(map(abs, row[:3])) <= FARTHEST_M
+    return math.isfinite(float(rows.sum())) and float(np.abs(rows[:, 0:3]).max()) <= FARTHEST_M
