@@ -87,7 +87,7 @@ def test_every_type_is_accepted_by_its_own_class(pair: tuple[DdsTransport, DdsTr
     for i, name in enumerate(names):
         write = a.advertise(f"/every/t{i}", name, qos=STREAM)
         write(serialize(name, default(name)), 1)
-    assert a.failed_writes == 0
+    assert a.troubles == {}
 
 
 @pytest.mark.parametrize(
@@ -104,6 +104,42 @@ def test_messages_cross_unchanged(pair: tuple[DdsTransport, DdsTransport], name:
     sent = serialize(name, default(name))
     assert until(lambda: write(sent, 0) or got)
     assert repr(deserialize(name, got[0])) == repr(deserialize(name, sent))
+
+
+def test_samples_carry_the_clock_on_the_wall(pair: tuple[DdsTransport, DdsTransport]) -> None:
+    """As those of every ROS node do: simulation time is in the messages' own stamps."""
+    a, b = pair
+    got: list[bytes] = []
+    write = a.advertise("/stamped", STRING, qos=STREAM)
+    b.subscribe("/stamped", STRING, got.append, qos=STREAM)
+    reader = b._readers[-1][0]
+    b._readers = []  # the test takes the samples itself
+    samples: list[Any] = []
+
+    def arrived() -> bool:
+        write(text("now"), 5_000_000_000)
+        found = b._c.ddspy_take(reader._ref, 0x3 | 0xC | 0x70, 8)
+        samples.extend(found if isinstance(found, list) else [])
+        return bool(samples)
+
+    before = time.time_ns()
+    assert until(arrived)
+    assert before <= samples[0][1].source_timestamp <= time.time_ns()
+
+
+def test_a_request_that_is_no_message_is_counted(pair: tuple[DdsTransport, DdsTransport]) -> None:
+    """The thread that receives for all topics goes on."""
+    a, b = pair
+    got: list[bytes] = []
+
+    def spoilt(raw: bytes) -> None:
+        got.append(raw)
+        raise ValueError("no message")
+
+    b.subscribe("/spoilt", STRING, spoilt, qos=STREAM)
+    write = a.advertise("/spoilt", STRING, qos=STREAM)
+    assert until(lambda: write(text("x"), 0) or len(got) > 2)
+    assert until(lambda: b.troubles["requests without an answer (ValueError)"] == len(got))
 
 
 def test_a_latched_message_reaches_who_comes_late(pair: tuple[DdsTransport, DdsTransport]) -> None:
@@ -234,14 +270,10 @@ def test_a_stopped_or_dead_subscriber_slows_nobody(how: signal.Signals) -> None:
 
         assert until(first, 20.0)
         peer.send_signal(how)
-        slowest = 0.0
         for _ in range(60):
-            start = time.perf_counter()
             write(raw, 0)
-            slowest = max(slowest, time.perf_counter() - start)
             time.sleep(0.002)
-        assert slowest < 0.09  # a write that waited would have taken its whole limit of 0.1 s
-        assert transport.failed_writes == 0
+        assert not transport.troubles  # a write that waited would have come back with "timeout"
         if how == signal.SIGSTOP:
             peer.send_signal(signal.SIGCONT)
             before = _count(peer)

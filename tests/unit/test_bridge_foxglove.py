@@ -70,10 +70,10 @@ class Viewer:
         text = channel["schema"]
         return generate_dynamic(channel["schemaName"], text)[channel["schemaName"]](raw)
 
-    def publish(self, topic: str, type_name: str, payload: bytes) -> None:
-        channel = {"id": 9, "topic": topic, "encoding": "cdr", "schemaName": type_name}
+    def publish(self, topic: str, type_name: str, payload: bytes, *, number: int = 9) -> None:
+        channel = {"id": number, "topic": topic, "encoding": "cdr", "schemaName": type_name}
         self.socket.send(json.dumps({"op": "advertise", "channels": [channel]}))
-        self.socket.send(b"\x01" + struct.pack("<I", 9) + payload)
+        self.socket.send(b"\x01" + struct.pack("<I", number) + payload)
 
     def call(self, service: str, payload: bytes) -> None:
         number = self.services[service]["id"]
@@ -97,6 +97,8 @@ def test_a_viewer_sees_commands_and_calls() -> None:
             viewer.subscribe(_1="/rov/imu/data_raw", _2="/tf_static", _3="/rov/truth")
             twist = make("geometry_msgs/msg/Twist", linear=vector3(0.4, 0, 0), angular=vector3(0, 0, 0))
             viewer.publish("/rov/cmd_vel", "geometry_msgs/msg/Twist", serialize("geometry_msgs/msg/Twist", twist))
+            viewer.publish("/rov/cmd_vell", "geometry_msgs/msg/Twist", b"", number=11)
+            viewer.publish("/rov/cmd_vel", "geometry_msgs/msg/Twist", b"rubbish", number=10)
             viewer.call("/pelagos/set_paused", b"\0\1\0\0\0")
             viewer.read(1.5)
             seen["imu"] = [(t, viewer.decode("/rov/imu/data_raw", raw)) for t, raw in viewer.got[1]]
@@ -114,9 +116,12 @@ def test_a_viewer_sees_commands_and_calls() -> None:
     thread.start()
     exchange.run(60.0)
     thread.join()
-    exchange.close()
+    report = exchange.close()
     if failure:
         raise failure[0]
+    nobody = "Foxglove: /rov/cmd_vell: nobody takes messages on this topic (did you mean '/rov/cmd_vel'?)"
+    assert report[nobody] == 1
+    assert sum(count for reason, count in report.items() if "/rov/cmd_vel: malformed" in reason) == 1
     times = np.array([t for t, _ in seen["imu"]])
     assert len(times) > 40
     assert set(np.diff(times).tolist()) == {20_000_000}  # none missing, at the sensor's rate

@@ -10,22 +10,25 @@ import struct
 import threading
 import time
 from collections.abc import Callable
+from dataclasses import replace
 from datetime import UTC, datetime
+from functools import cache
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 import pelagos as pl
 from pelagos.bridges.exchange import Exchange
 from pelagos.bridges.instrument import InstrumentConfig
-from pelagos.bridges.instruments import nmea, nortek, ping, teledyne, vectornav, waterlinked
+from pelagos.bridges.instruments import mip, nmea, nortek, ping, teledyne, vectornav, waterlinked
 from pelagos.bridges.instruments.dvl_velocity import DvlVelocity
+from pelagos.bridges.instruments.ping_devices import Ping1d
 from pelagos.bridges.instruments.ports import PtyPort, TcpPort, UdpServerPort, open_port
-from pelagos.bridges.instruments.speakers import Ping1d
-from pelagos.bridges.transport import BridgeError
+from pelagos.bridges.transport import BridgeMismatch
 
 EPOCH = datetime(2026, 6, 1, 23, 59, 58, tzinfo=UTC)
 DVL = DvlVelocity(
@@ -100,20 +103,31 @@ def test_the_a50_speaks_json_and_serial() -> None:
 
 def test_pd6_gives_the_ships_movement() -> None:
     """Transverse to starboard, longitudinal ahead, normal up; a heading of 271.5 degrees looks to the west."""
-    lines = dict(line.split(",", 1) for line in teledyne.pd6(DVL, EPOCH, ATTITUDE, 1500.0).decode().splitlines())
+    made_good = teledyne.MadeGood((1.25, -2.5, 0.75), 0, 2.5)
+    raw = teledyne.pd6(DVL, EPOCH, ATTITUDE, 1500.0, made_good)
+    lines = dict(line.split(",", 1) for line in raw.decode().splitlines())
     assert lines[":SA"] == "-03.25,+04.75,271.50"
     assert lines[":TS"].split(",")[0] == "26060200000125"
     assert lines[":BS"] == "-00567,+01234,-00089,A"
     assert lines[":BI"].split(",")[:3] == ["-00567", "+01234", "-00089"]
-    east, north, up, _ = lines[":BE"].split(",")
-    heading = np.radians(271.5)
-    assert int(east) == round(1000 * (1.234 * np.sin(heading) - 0.567 * np.cos(heading)))
-    assert int(north) == round(1000 * (1.234 * np.cos(heading) + 0.567 * np.sin(heading)))
-    assert int(east) < -1200  # it goes west
-    assert up == "-00089"
-    assert float(lines[":BD"].split(",")[3]) == 12.34
-    lost = teledyne.pd6(LOST, EPOCH, ATTITUDE, 1500.0).decode()
+    turn = Rotation.from_euler("ZYX", [271.5, -3.25, 4.75], degrees=True)
+    north, east, down = turn.apply([1.234, -0.567, 0.089])
+    assert [int(v) for v in lines[":BE"].split(",")[:3]] == [round(1000 * v) for v in (east, north, -down)]
+    assert int(lines[":BE"].split(",")[0]) < -1200  # it goes west
+    # Pathfinder DVL guide, table 50: +EEEEEEEE.EE, +NNNNNNNN.NN, +UUUUUUUU.UU, DDDD.DD, TTT.TT
+    assert lines[":BD"] == "+00000001.25,-00000002.50,+00000000.75,0012.34,002.50"
+    lost = teledyne.pd6(LOST, EPOCH, ATTITUDE, 1500.0, made_good).decode()
     assert ":BS,-32768,-32768,-32768,V" in lost
+    assert ":BE,-32768,-32768,-32768,V" in lost
+
+
+def test_pd6_adds_up_the_way_and_counts_the_time_without_lock() -> None:
+    """Ahead at 2 m/s with the nose 30 degrees up and north: sqrt(3) north and 1 up a second; two seconds are lost."""
+    attitude, way = teledyne.Attitude(0.0, 30.0, 0.0, 5.0), teledyne.MadeGood()
+    for t_s, velocity in ((7, (2.0, 0.0, 0.0)), (8, (2.0, 0.0, 0.0)), (9, None), (10, None), (11, (2.0, 0.0, 0.0))):
+        way = way.after(replace(DVL, t_ns=t_s * 1_000_000_000, velocity=velocity), attitude)
+        assert way.since_s == {9: 1.0, 10: 2.0}.get(t_s, 0.0)
+    np.testing.assert_allclose(way.distance_m, [0.0, 4 * np.sqrt(3), 4.0], atol=1e-12)
 
 
 def test_pd0_has_the_layout_of_the_manual() -> None:
@@ -193,7 +207,8 @@ def test_ping_frames_survive_noise() -> None:
     assert len(frames._waiting) < ping.LONGEST + 100
 
 
-def test_a_ping1d_keeps_its_settings_and_refuses_what_it_does_not_know() -> None:
+def ping1d() -> tuple[Ping1d, Callable[..., tuple[int, bytes]]]:
+    """A device over 0.3 .. 50 m, and a way to ask it."""
     device = Ping1d(SimpleNamespace(config=SimpleNamespace(range_min_m=0.3, range_max_m=50.0)))  # type: ignore[arg-type]
     frames = ping.Frames()
 
@@ -201,18 +216,126 @@ def test_a_ping1d_keeps_its_settings_and_refuses_what_it_does_not_know() -> None
         (found,) = frames.feed(device.answer(ping.frame(number, payload)))
         return found
 
+    return device, ask
+
+
+def heard(*data: float, t_s: float = 0.0) -> Any:
+    return SimpleNamespace(data=np.array([data]), t_ns=round(t_s * 1e9))
+
+
+def test_a_ping1d_keeps_its_settings_and_refuses_what_it_does_not_know() -> None:
+    device, ask = ping1d()
     assert ask(ping.SET_RANGE, struct.pack("<II", 500, 20_000)) == (ping.ACK, struct.pack("<H", ping.SET_RANGE))
     assert ask(ping.RANGE) == (ping.RANGE, struct.pack("<II", 500, 20_000))
     assert ask(ping.GENERAL_REQUEST, struct.pack("<H", ping.GAIN)) == (ping.GAIN, struct.pack("<I", 3))
-    assert ask(ping.SET_RANGE, b"\1")[0] == ping.NACK
-    assert ask(999, b"xx")[0] == ping.NACK
+    assert ask(ping.SET_GAIN, b"\5")[0] == ping.ACK  # set by 8 bits, told in 32
+    assert ask(ping.GAIN)[1] == struct.pack("<I", 5)
+    for number, payload in (
+        (ping.SET_RANGE, b"\1"), (ping.SET_GAIN, b"\7"), (ping.SET_MODE_AUTO, b"\2"), (999, b"xx"),
+        (ping.SET_SPEED_OF_SOUND, struct.pack("<I", 1500)), (ping.SET_RANGE, struct.pack("<II", 500, 0)),
+        (ping.CONTINUOUS_START, struct.pack("<H", 77)),
+    ):  # fmt: skip
+        assert ask(number, payload)[0] == ping.NACK
+    assert ask(ping.GAIN)[1] == struct.pack("<I", 5)
     assert ask(ping.CONTINUOUS_START, struct.pack("<H", ping.DISTANCE)) == (
         ping.ACK, struct.pack("<H", ping.CONTINUOUS_START),
     )  # fmt: skip
-    reading = SimpleNamespace(data=np.array([7.25]))
-    ((number, payload),) = frames.feed(device.hear(reading))
+    ((number, payload),) = ping.Frames().feed(device.hear(heard(7.25)))
     assert (number, struct.unpack_from("<IH", payload)) == (ping.DISTANCE, (7250, 100))
     assert device.answer(b"rubbish") == b""
+
+
+def test_the_settings_of_a_ping1d_change_what_it_reads() -> None:
+    device, ask = ping1d()
+
+    def distance() -> tuple[int, int]:
+        return struct.unpack_from("<IH", ask(ping.DISTANCE)[1])  # type: ignore[return-value]
+
+    device.hear(heard(7.25))
+    ask(ping.SET_SPEED_OF_SOUND, struct.pack("<I", 1_450_000))
+    assert distance() == (round(7250 * 1450 / 1500), 100)
+    ask(ping.SET_RANGE, struct.pack("<II", 500, 5_000))
+    assert distance()[0] == round(7250 * 1450 / 1500)  # auto: the device looks where it likes
+    ask(ping.SET_MODE_AUTO, b"\0")
+    assert distance() == (0, 0)  # beyond the range that was set
+    ask(ping.SET_RANGE, struct.pack("<II", 500, 8_000))
+    ask(ping.SET_PING_INTERVAL, struct.pack("<H", 300))
+    device.hear(heard(3.0, t_s=0.2))  # too soon
+    assert distance()[0] == round(7250 * 1450 / 1500)
+    device.hear(heard(3.0, t_s=0.35))
+    assert distance()[0] == 2900
+    ask(ping.SET_PING_ENABLE, b"\0")
+    device.hear(heard(4.0, t_s=9.0))
+    assert distance()[0] == 2900
+    ask(ping.SET_PING_ENABLE, b"\1")
+    device.hear(heard(float("nan"), t_s=10.0))
+    assert distance() == (0, 0)
+
+
+def test_a_ping1ds_profile_lies_over_the_range_that_was_set() -> None:
+    """One echo, in the bin at 10 m of a trace of 497 bins of 0.1 m."""
+    device, ask = ping1d()
+    trace = np.zeros(497)
+    trace[97] = 0.8
+    device.hear(heard(*trace))
+    ask(ping.SET_MODE_AUTO, b"\0")
+    ask(ping.SET_RANGE, struct.pack("<II", 5_000, 20_000))
+    payload = ask(ping.PROFILE)[1]
+    start, length = struct.unpack_from("<II", payload, 12)
+    levels = np.frombuffer(payload[26:], dtype=np.uint8)
+    assert (start, length, len(levels)) == (5_000, 20_000, 200)
+    assert np.argmax(levels) == pytest.approx((10.05 - 5.0) / 20.0 * 200 - 0.5, abs=0.6)
+    assert struct.unpack_from("<IH", payload) == (10_050, 80)
+
+
+def test_mip_packets_have_fletchers_checksum() -> None:
+    """The ping command and its checksum are the example of MicroStrain's manuals."""
+    assert mip.packet(0x01, mip.field(0x01, b"")) == bytes.fromhex("75650102 0201 E0C6".replace(" ", ""))
+    raw = mip.inertial(5_000_000_001, (1.5, -2.5, -9.80665), (0.1, -0.2, 0.3))
+    assert raw[:4] == bytes([0x75, 0x65, 0x80, 14 + 14 + 10])
+    fields, at = {}, 4
+    while at < len(raw) - 2:
+        fields[raw[at + 1]] = raw[at + 2 : at + raw[at]]
+        at += raw[at]
+    np.testing.assert_allclose(
+        struct.unpack(">3f", fields[0x04]), [1.5 / 9.80665, -2.5 / 9.80665, -1.0], rtol=1e-6
+    )  # in g
+    np.testing.assert_allclose(struct.unpack(">3f", fields[0x05]), [0.1, -0.2, 0.3], rtol=1e-6)
+    assert struct.unpack(">Q", fields[0xD5]) == (5_000_000_001,)
+
+
+@pytest.mark.parametrize(
+    ("protocol", "lost"),
+    [("waterlinked", b'"velocity_valid": false'), ("waterlinked_serial", b",n,-1.00,"),
+     ("pd6", b":BS,-32768,-32768,-32768,V"), ("nortek", b"-32.7680,-32.7680,-32.7680")],
+)  # fmt: skip
+def test_a_dvl_without_bottom_lock_says_so(protocol: str, lost: bytes, far: pl.Simulation) -> None:
+    """400 m over the bottom, beyond the reach of its beams."""
+    far.reset()
+    exchange = Exchange(far)
+    InstrumentConfig(type="instrument", protocol=protocol, sensors=("a.dvl",), port="tcp:0").attach(exchange)  # type: ignore[arg-type]
+    door: Any = exchange.doors[0]
+    with socket.create_connection(("127.0.0.1", door.port.port), timeout=10) as s:
+        exchange.run(1.0)
+        said = s.recv(65536)
+    exchange.close()
+    assert door.spoken == 6  # 0 to 1 s at 5 Hz
+    assert said.count(lost) == 6
+
+
+def test_a_receiver_without_a_fix_and_a_sounder_without_an_echo() -> None:
+    pynmea2 = pytest.importorskip("pynmea2")
+    lines = nmea.no_fix(nmea.clock(0, EPOCH)).decode().split()
+    fix, minimum = (pynmea2.parse(line, check=True) for line in lines)
+    assert (fix.gps_qual, fix.lat, fix.num_sats) == (0, "", "00")
+    assert (minimum.status, str(minimum.datestamp)) == ("V", "2026-06-01")
+
+
+@pytest.fixture(scope="module")
+def far() -> pl.Simulation:
+    agent = {"vehicle": "bluerov2_heavy", "start": {"position_m": [3, -2], "depth_m": 5.0},
+             "sensors": {"dvl": {"type": "dvl", "device": "waterlinked_a50", "rate_hz": 5}}}  # fmt: skip
+    return pl.Simulation.load({"tick_rate_hz": 50, "world": {"type": "flat", "depth_m": 405.0}, "agents": {"a": agent}})
 
 
 SCENARIO: dict[str, Any] = {
@@ -229,9 +352,18 @@ SCENARIO: dict[str, Any] = {
 }  # fmt: skip
 
 
+@cache
+def simulation() -> pl.Simulation:
+    """One for all tests of this file, which begin with a reset; what is recorded at first takes long."""
+    sim = pl.Simulation.load(SCENARIO)
+    sim.run(0.2)
+    return sim
+
+
 def serve(script: Callable[[Any], None], seconds: float = 60.0, *, realtime: float = 1.0, **config: Any) -> Any:
     """Run a simulation with one instrument while a driver talks to it."""
-    sim = pl.Simulation.load(SCENARIO)
+    sim = simulation()
+    sim.reset()
     exchange = Exchange(sim, realtime=realtime)
     InstrumentConfig(type="instrument", **config).attach(exchange)
     door: Any = exchange.doors[0]
@@ -259,7 +391,7 @@ def test_a_driver_reads_a_dvl_over_tcp() -> None:
     lines: list[dict[str, Any]] = []
 
     def script(port: Any) -> None:
-        with socket.create_connection(("127.0.0.1", port.port), timeout=20) as s, s.makefile("r") as file:
+        with socket.create_connection(("127.0.0.1", port.port), timeout=120) as s, s.makefile("r") as file:
             for _ in range(15):
                 lines.append(json.loads(file.readline()))
 
@@ -276,7 +408,7 @@ def test_a_driver_reads_a_serial_port(tmp_path: Path) -> None:
 
     def script(port: Any) -> None:
         fd = os.open(link, os.O_RDWR | os.O_NOCTTY)
-        end = time.monotonic() + 20
+        end = time.monotonic() + 120
         while got.count(b"\n") < 6 and time.monotonic() < end:
             got.extend(os.read(fd, 1000))
         os.close(fd)
@@ -331,7 +463,8 @@ def test_blue_robotics_own_library_reads_a_ping360() -> None:
 
 
 def test_a_driver_that_does_not_read_slows_nobody() -> None:
-    sim = pl.Simulation.load(SCENARIO)
+    sim = simulation()
+    sim.reset()
     exchange = Exchange(sim)
     InstrumentConfig(type="instrument", protocol="pd0", sensors=("dvl",), port="tcp:0").attach(exchange)
     InstrumentConfig(type="instrument", protocol="vectornav", sensors=("imu",), port="pty:").attach(exchange)
@@ -343,7 +476,8 @@ def test_a_driver_that_does_not_read_slows_nobody() -> None:
 
 
 def test_the_same_bytes_with_an_instrument_as_without() -> None:
-    sim = pl.Simulation.load(SCENARIO)
+    sim = simulation()
+    sim.reset()
     sim.run(3.0)
     alone = sim.state["a"].position
     sim.reset()
@@ -356,15 +490,20 @@ def test_the_same_bytes_with_an_instrument_as_without() -> None:
 
 @pytest.mark.parametrize(
     ("config", "message"),
-    [({"sensors": ("dvll",), "port": "tcp:0"}, "did you mean 'dvl'"), 
+    [({"sensors": ("dvll",), "port": "tcp:0"}, "did you mean 'dvl'"),
+     ({"sensors": ("a.dvll",), "port": "tcp:0"}, "did you mean 'dvl'"),
+     ({"sensors": ("dvl",), "port": "tpc:1"}, "did you mean 'tcp'"),
+     ({"sensors": ("dvl",), "port": "tcp:70000"}, "up to 65535"),
      ({"sensors": ("imu",), "port": "tcp:0"}, "spoken by dvl"),
      ({"sensors": ("dvl",), "port": "tcp:x"}, "give a number"),
      ({"sensors": ("dvl",), "port": "usb:1"}, "use pty:PATH")],
 )  # fmt: skip
 def test_what_cannot_be_is_said(config: dict[str, Any], message: str) -> None:
-    sim = pl.Simulation.load(SCENARIO)
-    with pytest.raises(BridgeError, match=message):
-        InstrumentConfig(type="instrument", protocol="pd0", **config).attach(Exchange(sim))
+    found = InstrumentConfig(type="instrument", protocol="pd0", **config)
+    with pytest.raises(BridgeMismatch, match=message):
+        found.check(simulation())
+    with pytest.raises(BridgeMismatch, match=message):
+        found.attach(Exchange(simulation()))
 
 
 def test_ports_drop_what_nobody_takes() -> None:
@@ -400,3 +539,24 @@ def test_a_port_in_use_names_the_door_and_leaves_no_folder(tmp_path: Path, capsy
         main(words)
     assert end.value.code == 0
     assert (folder / "mission.mcap").exists()
+
+
+def test_check_and_run_refuse_the_same_bridge_in_the_same_words(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    from pelagos.cli.main import main
+
+    scenario, said = tmp_path / "s.yaml", []
+    scenario.write_text(
+        "world: {type: flat, depth_m: 20}\n"
+        "agents: {a: {vehicle: bluerov2, start: {position_m: [0, 0], depth_m: 3}, sensors: {dvl: {type: dvl}}}}\n"
+        "bridges: {log: {type: instrument, protocol: pd6, sensors: [a.dvvl], port: 'tcp:1'}}\n"
+    )
+    for words in (["check", str(scenario)], ["run", str(scenario), "--out", str(tmp_path / "out")]):
+        with pytest.raises(SystemExit) as end:
+            main(words)
+        assert end.value.code == 2
+        said.append(" ".join(capsys.readouterr().err.split()))
+    assert "bridges.log: instrument of a: unknown sensor 'a.dvvl' (did you mean 'dvl'?); known: dvl" in said[0]
+    assert said[0] == said[1]
+    assert not (tmp_path / "out").exists()

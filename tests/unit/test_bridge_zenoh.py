@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 import logging
+import signal
 import socket
+import subprocess
+import sys
 import time
 from collections.abc import Callable, Iterator
 from typing import Any
 
 import pytest
 
+from pelagos.bridges.outbox import Outbox
 from pelagos.bridges.transport import LATCHED, STREAM, Qos
 from pelagos.messages.store import deserialize, make, serialize
 
@@ -107,3 +111,50 @@ def test_keys_and_attachments_are_those_of_rmw_zenoh(transport: ZenohTransport) 
     raw = attachment(7, 9, b"g" * 16)
     assert raw == (7).to_bytes(8, "little") + (9).to_bytes(8, "little") + b"\x10" + b"g" * 16
     assert len(raw) == 33
+
+
+PEER = """
+import sys, time
+from pelagos.bridges.transport import Qos
+from pelagos.bridges.zenoh_transport import ZenohTransport
+t = ZenohTransport(domain=11, node="peer", router=f"tcp/127.0.0.1:{sys.argv[1]}")
+count = 0
+def receive(raw):
+    global count
+    count += 1
+t.subscribe("/big", "std_msgs/msg/String", receive, qos=Qos(depth=5))
+while True:
+    time.sleep(0.1)
+    print(count, flush=True)
+"""
+
+
+@pytest.mark.parametrize("how", [signal.SIGSTOP, signal.SIGKILL])
+def test_a_stopped_or_dead_subscriber_slows_nobody(transport: ZenohTransport, port: int, how: signal.Signals) -> None:
+    """A subscriber in another process stops reading: writes still return, and what is lost is counted."""
+    peer = subprocess.Popen([sys.executable, "-c", PEER, str(port)], stdout=subprocess.PIPE, text=True)
+    assert peer.stdout is not None
+    outbox = Outbox("zenoh")
+    raw = serialize(STRING, make(STRING, data="x" * 1_000_000))
+    write = outbox.lane("/big", transport.advertise("/big", STRING, qos=Qos(depth=5)), 5)
+
+    def received() -> int:
+        write(raw, 0)
+        return int(peer.stdout.readline() or 0)  # type: ignore[union-attr]
+
+    try:
+        assert until(lambda: received() > 0, 60.0)
+        peer.send_signal(how)
+        for _ in range(400):  # 400 MB: far more than any buffer on the way holds
+            write(raw, 0)
+        assert outbox.dropped["/big"] > 0
+        if how == signal.SIGSTOP:
+            peer.send_signal(signal.SIGCONT)
+            before = received()
+            assert until(lambda: received() > before + 3, 60.0)
+    finally:
+        peer.kill()
+        peer.wait()
+        peer.stdout.close()
+        outbox.close()
+    assert not outbox.failed

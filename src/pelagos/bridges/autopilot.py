@@ -13,7 +13,7 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from pelagos.bridges.transport import BridgeError
+from pelagos.bridges.transport import BridgeMismatch
 from pelagos.errors import LookupFailed
 from pelagos.math.constants import GRAVITY
 from pelagos.sim.simulation import Simulation
@@ -77,7 +77,7 @@ def outputs_of(sim: Simulation, agent: str, given: Mapping[str, int], where: str
         where: for messages.
 
     Raises:
-        BridgeError: there is no table for this vehicle, or an actuator has no output.
+        BridgeMismatch: there is no table for this vehicle, or an actuator has no output.
     """
     vehicle = sim.model.agents[agent].vehicle
     names = list(vehicle.actuator_names)
@@ -85,17 +85,17 @@ def outputs_of(sim: Simulation, agent: str, given: Mapping[str, int], where: str
     if not table:
         kind = sim.model.agents[agent].config.vehicle.type
         if kind not in OUTPUTS:
-            raise BridgeError(
+            raise BridgeMismatch(
                 f"{where}: which output moves which actuator of {kind!r}? give `outputs`, such as "
                 f"{{{names[0]}: 1}}; known vehicles: {', '.join(OUTPUTS)}"
             )
         table = dict(OUTPUTS[kind])
     for name in table:
         if name not in names:
-            raise BridgeError(str(LookupFailed("actuator", name, names, where=where)))
+            raise BridgeMismatch(str(LookupFailed("actuator", name, names, where=where)))
     lacking = [name for name in names if name not in table]
     if lacking:
-        raise BridgeError(f"{where}: no output moves {', '.join(lacking)}")
+        raise BridgeMismatch(f"{where}: no output moves {', '.join(lacking)}")
     found = []
     for name in names:
         number, sense = table[name]
@@ -154,11 +154,11 @@ def the_agent(sim: Simulation, asked: str, where: str) -> str:
     """The agent that a door is for: the one asked for, or the only one.
 
     Raises:
-        BridgeError: there is none of that name, or several to choose from.
+        BridgeMismatch: there is none of that name, or several to choose from.
     """
     names: Sequence[str] = list(sim.model.agents)
     if asked and asked not in names:
-        raise BridgeError(str(LookupFailed("agent", asked, names, where=where)))
+        raise BridgeMismatch(str(LookupFailed("agent", asked, names, where=where)))
     if not asked and len(names) != 1:
-        raise BridgeError(f"{where}: which agent? give `agent`, one of {', '.join(names)}")
+        raise BridgeMismatch(f"{where}: which agent? give `agent`, one of {', '.join(names)}")
     return asked or names[0]

@@ -9,6 +9,7 @@ from pydantic import BaseModel, ConfigDict
 
 if TYPE_CHECKING:
     from pelagos.bridges.exchange import Exchange
+    from pelagos.sim.simulation import Simulation
 
 
 class BridgeConfig(BaseModel):
@@ -18,6 +19,13 @@ class BridgeConfig(BaseModel):
 
     type: str
     """The kind of door: one of `pelagos list bridges`."""
+
+    def check(self, sim: Simulation) -> None:
+        """Refuse what does not fit the scenario, without opening anything.
+
+        Raises:
+            BridgeMismatch: an agent, a sensor or an address that cannot be.
+        """
 
     @abstractmethod
     def attach(self, exchange: Exchange) -> str:

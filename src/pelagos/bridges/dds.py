@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import os
 import threading
+from collections import Counter
 from functools import cache
 from typing import Any, Final
 
@@ -79,7 +80,7 @@ class DdsTransport:
         self._wake = core.GuardCondition(self._participant)
         self._waits.attach(self._wake)
         self._open = True
-        self.failed_writes = 0
+        self.troubles: Counter[str] = Counter()
         self._graph: Graph | None = None
         if announce:
             latched = Qos(depth=1, latched=True)
@@ -127,14 +128,13 @@ class DdsTransport:
         self._readers.clear()
 
     def _sender(self, writer: Any) -> Write:
-        write, write_at, ref = self._c.ddspy_write, self._c.ddspy_write_ts, writer._ref
+        """Writes with the wall clock as the source timestamp, as every node of ROS does: lifespans, deadlines and the
+        ages that tools print count from it. Simulation time is in the messages' own stamps."""
+        write, ref = self._c.ddspy_write, writer._ref
 
         def send(cdr: Buffer, t_ns: int) -> None:
-            if not self._open:
-                return
-            code = write_at(ref, cdr, t_ns) if t_ns else write(ref, cdr)
-            if code < 0:
-                self.failed_writes += 1
+            if self._open and write(ref, cdr) < 0:
+                self.troubles["messages that the transport refused"] += 1
 
         return send
 
@@ -184,7 +184,13 @@ class DdsTransport:
                     continue
                 for raw, info in samples:
                     if info.valid_data:
-                        receive(bytes(raw))
+                        self._take(receive, bytes(raw))
+
+    def _take(self, receive: Receive, raw: bytes) -> None:
+        try:
+            receive(raw)
+        except Exception as error:  # bytes from a network; the thread serves all topics, and must not end
+            self.troubles[f"requests without an answer ({type(error).__name__})"] += 1
 
 
 @cache

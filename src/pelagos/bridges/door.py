@@ -16,6 +16,8 @@ from pelagos.sim.simulation import Simulation
 
 CLOCK_TYPE: Final = "rosgraph_msgs/msg/Clock"
 CLOCK_HZ: Final = 100.0
+BLOCK_S: Final = 1.0
+"""A queue takes what a topic says in so much simulated time: without `realtime` half of it leaves in one go [s]."""
 LABELS: Final = "/labels"
 _LARGE: Final = ("sensor_msgs/msg/Image", "sensor_msgs/msg/PointCloud2", "marine_acoustic_msgs/msg/")
 
@@ -126,9 +128,7 @@ class TopicDoor:
         if self._outbox is not None:
             found.update({f"{topic}: dropped": k for topic, k in self._outbox.dropped.items()})
             found.update(self._outbox.failed)
-        failed = getattr(self.transport, "failed_writes", 0)
-        if failed:
-            found["messages that the transport refused"] = failed
+        found.update(self.transport.troubles)
         return found
 
     def close(self) -> None:
@@ -142,13 +142,14 @@ class TopicDoor:
 
     def _add(self, channel: Channel) -> None:
         if self._wanted(channel.topic):
-            self._writes[channel.number] = self._write(channel.topic, channel.type, qos_of(channel))
+            rate_hz = float(channel.about.get("rate_hz", CLOCK_HZ))
+            self._writes[channel.number] = self._write(channel.topic, channel.type, qos_of(channel), rate_hz)
 
-    def _write(self, topic: str, type_name: str, qos: Qos) -> Write:
+    def _write(self, topic: str, type_name: str, qos: Qos, rate_hz: float = CLOCK_HZ) -> Write:
         if topic not in self._by_topic:
             write = self.transport.advertise(topic, type_name, qos=qos)
             if self._outbox is not None:
-                write = self._outbox.lane(topic, write, max(qos.depth, 2))
+                write = self._outbox.lane(topic, write, max(qos.depth, round(rate_hz * BLOCK_S)))
             self._by_topic[topic] = write
         return self._by_topic[topic]
 

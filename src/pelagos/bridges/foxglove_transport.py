@@ -6,6 +6,7 @@ Protocol: https://github.com/foxglove/ws-protocol, subprotocol foxglove.sdk.v1; 
 from __future__ import annotations
 
 import threading
+from collections import Counter
 from typing import TYPE_CHECKING, Any, Final, Literal
 
 from pydantic import Field
@@ -13,6 +14,7 @@ from pydantic import Field
 from pelagos.bridges.config import LOOPBACK, BridgeConfig, exposed
 from pelagos.bridges.extras import require
 from pelagos.bridges.transport import Answer, BridgeError, Buffer, Qos, Receive, Write
+from pelagos.errors import did_you_mean
 from pelagos.messages.store import schema
 
 if TYPE_CHECKING:
@@ -72,6 +74,7 @@ class FoxgloveTransport:
         self._receivers: dict[str, tuple[str, Receive]] = {}
         self._latched: dict[int, tuple[Any, bytes, int]] = {}
         self._lock = threading.Lock()
+        self.troubles: Counter[str] = Counter()
         capability = self._ws.Capability
         try:
             self._server = self._sdk.start_server(
@@ -115,7 +118,15 @@ class FoxgloveTransport:
             for half in ("Request", "Response")
         ]
         kind = self._ws.ServiceSchema(name=type_name, request=halves[0], response=halves[1])
-        made = self._ws.Service(name=service, schema=kind, handler=lambda request: answer(bytes(request.payload)))
+
+        def handle(request: Any) -> bytes:
+            try:
+                return answer(bytes(request.payload))
+            except Exception as error:
+                self.troubles[f"{service}: requests without an answer ({type(error).__name__})"] += 1
+                raise
+
+        made = self._ws.Service(name=service, schema=kind, handler=handle)
         self._server.add_services([made])
 
     def close(self) -> None:
@@ -123,9 +134,13 @@ class FoxgloveTransport:
         self._server.stop()
 
     def heard(self, topic: str, encoding: str, data: bytes) -> None:
-        """A client published; what is not in CDR or on no topic of ours is left."""
+        """A client published; what is not in CDR or on no topic of ours is counted and dropped."""
         found = self._receivers.get(topic)
-        if found is not None and encoding == "cdr":
+        if found is None:
+            self.troubles[f"{topic}: nobody takes messages on this topic{did_you_mean(topic, self._receivers)}"] += 1
+        elif encoding != "cdr":
+            self.troubles[f"{topic}: messages in {encoding!r}, not in 'cdr'"] += 1
+        else:
             found[1](data)
 
     def joined(self, channel_id: int) -> None:
@@ -155,8 +170,9 @@ def _listener(transport: FoxgloveTransport, ws: Any) -> Any:
 
         def on_message_data(self, client: Any, client_channel_id: int, data: bytes) -> None:
             known = self.channels.get((client.id, client_channel_id))
-            if known is not None:
-                topic, encoding = known
-                transport.heard(topic, encoding, bytes(data))
+            if known is None:
+                transport.troubles["messages on a channel that was never announced"] += 1
+            else:
+                transport.heard(*known, bytes(data))
 
     return Listener()

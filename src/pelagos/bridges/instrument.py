@@ -12,10 +12,11 @@ from pydantic import Field
 
 from pelagos.bridges.autopilot import the_agent
 from pelagos.bridges.config import BridgeConfig
-from pelagos.bridges.instruments.ports import Port, open_port
-from pelagos.bridges.instruments.speakers import SPEAKERS, Place, Speaker
+from pelagos.bridges.instruments.ports import Port, open_port, parsed_port
+from pelagos.bridges.instruments.speaker import Place, Speaker
+from pelagos.bridges.instruments.speakers import SPEAKERS
 from pelagos.bridges.tap import Message, Tap
-from pelagos.bridges.transport import BridgeError
+from pelagos.bridges.transport import BridgeMismatch
 from pelagos.errors import LookupFailed
 from pelagos.sim.simulation import Simulation
 
@@ -24,9 +25,10 @@ if TYPE_CHECKING:
 
 Protocol = Literal[
     "nmea", "pd0", "pd6", "nortek", "waterlinked", "waterlinked_serial", "ping1d", "ping360", "vectornav",
-    "vectornav_binary",
+    "vectornav_binary", "mip",
 ]  # fmt: skip
 ANSWER_HZ = 50.0
+A50_TILT_DEG = 22.5  # Water Linked, DVL A50 documentation
 
 
 class InstrumentConfig(BridgeConfig):
@@ -36,22 +38,53 @@ class InstrumentConfig(BridgeConfig):
     protocol: Protocol
     """The language: `nmea` (gps: GGA, RMC, VTG, HDT; altimeter: DBT; depth: XDR), `pd0`, `pd6`, `nortek`,
     `waterlinked`, `waterlinked_serial` (dvl), `ping1d` (altimeter, singlebeam), `ping360`
-    (mechanical_scanning_sonar), `vectornav`, `vectornav_binary` (imu)."""
+    (mechanical_scanning_sonar), `vectornav`, `vectornav_binary`, `mip` (imu)."""
     agent: str = ""
     """The vehicle; may be left out where there is one only."""
     sensors: tuple[str, ...] = Field(min_length=1)
-    """The sensors that speak on this port, by their names in the scenario."""
+    """The sensors that speak on this port, by their names in the scenario (`dvl`, or `rov.dvl`)."""
     port: str
     """`pty:PATH` (a serial port under that name), `tcp:[HOST:]PORT` (a server), `udp:[HOST:]PORT` (sends there),
     `udp-server:[HOST:]PORT` (answers who asks); hosts are 127.0.0.1 unless given. No protocol has passwords."""
     start_utc: datetime = datetime(2026, 6, 1, 12, 0, 0, tzinfo=UTC)
     """Date and time at the beginning of the simulation, for clocks in messages."""
 
+    def speaking(self, sim: Simulation) -> tuple[str, dict[str, Any]]:
+        """The agent, and its sensors' configurations by the names that were asked for.
+
+        Raises:
+            BridgeMismatch: there is no such agent or sensor, or the sensor does not speak this protocol.
+        """
+        agent = the_agent(sim, self.agent, "instrument")
+        sensors, by_type = sim.model.agents[agent].sensors, SPEAKERS[self.protocol]
+        found = {}
+        for given in self.sensors:
+            name = given.removeprefix(f"{agent}.")
+            if name not in sensors:
+                raise BridgeMismatch(str(LookupFailed("sensor", given, sensors, where=f"instrument of {agent}")))
+            config = sensors[name].config
+            if config.type not in by_type:
+                raise BridgeMismatch(
+                    f"instrument: {self.protocol!r} is spoken by {', '.join(by_type)}, not by {name!r} ({config.type})"
+                )
+            found[name] = config
+        return agent, found
+
+    def check(self, sim: Simulation) -> None:
+        """See `BridgeConfig`."""
+        self.speaking(sim)
+        parsed_port(self.port)
+
     def attach(self, exchange: Exchange) -> str:
         """See `BridgeConfig`."""
         door = InstrumentDoor(exchange, self)
         exchange.add(door)
-        return f"{self.protocol} of {', '.join(self.sensors)}: {door.port.where}"
+        other = "".join(
+            f"; {name} has beams at {c.beam_tilt_deg:g} degrees, an A50 at {A50_TILT_DEG:g} (device: waterlinked_a50)"
+            for name, c in self.speaking(exchange.sim)[1].items()
+            if self.protocol.startswith("waterlinked") and c.beam_tilt_deg != A50_TILT_DEG
+        )
+        return f"{self.protocol} of {', '.join(self.sensors)}: {door.port.where}{other}"
 
 
 class InstrumentDoor:
@@ -65,25 +98,15 @@ class InstrumentDoor:
     def __init__(self, exchange: Exchange, config: InstrumentConfig) -> None:
         sim = exchange.sim
         self.name = f"{config.protocol} {'+'.join(config.sensors)}"
-        agent = the_agent(sim, config.agent, "instrument")
+        agent, sensors = config.speaking(sim)
         epoch = config.start_utc if config.start_utc.tzinfo is not None else config.start_utc.replace(tzinfo=UTC)
         by_type = SPEAKERS[config.protocol]
-        sensors = sim.model.agents[agent].sensors
-        self._speakers: list[Speaker] = []
-        for name in config.sensors:
-            if name not in sensors:
-                raise BridgeError(str(LookupFailed("sensor", name, sensors, where=f"instrument of {agent}")))
-            found = sensors[name].config
-            if found.type not in by_type:
-                raise BridgeError(
-                    f"instrument: {config.protocol!r} is spoken by {', '.join(by_type)}, not by {name!r} ({found.type})"
-                )
-            self._speakers.append(by_type[found.type](Place(sim, agent, found, epoch)))
+        self._speakers: list[Speaker] = [by_type[c.type](Place(sim, agent, c, epoch)) for c in sensors.values()]
         self.port: Port = open_port(config.port)
         self._waiting: list[bytes] = []
         self.spoken = 0
-        for name, speaker in zip(config.sensors, self._speakers, strict=True):
-            sim.subscribe(f"{agent}.{name}", partial(self._hear, speaker))
+        for name, speaker in zip(sensors, self._speakers, strict=True):
+            sim.subscribe(f"{agent}.{name}", partial(self._hear, speaker), invalid=speaker.tells_loss)
             exchange.at_least(min(ANSWER_HZ, 1e9 / sim.dt_ns))
 
     def open(self, sim: Simulation, tap: Tap) -> None:
@@ -106,9 +129,7 @@ class InstrumentDoor:
         """See `Door`."""
         found = Counter(self.port.troubles)
         for speaker in self._speakers:
-            frames: Any = getattr(speaker, "_frames", None)
-            if frames is not None and frames.bad:
-                found["bytes that were no request"] += frames.bad
+            found["bytes that were no request"] += getattr(speaker, "bad", 0)
         return found
 
     def close(self) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import struct
 import threading
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from functools import partial
 from typing import TYPE_CHECKING, Any, Final, Literal
@@ -66,6 +67,7 @@ class LcmTransport:
         except (OSError, RuntimeError) as error:
             raise BridgeError(f"lcm: {url} cannot be used: {error}") from None
         self._open = True
+        self.troubles: Counter[str] = Counter()
         self._thread = threading.Thread(target=self._receive, name="pelagos-lcm", daemon=True)
         self._thread.start()
 
@@ -82,7 +84,11 @@ class LcmTransport:
         """See `Transport`."""
 
         def take(channel: str, raw: bytes) -> None:
-            receive(payload(raw, type_name) or b"")
+            cdr = payload(raw, type_name)
+            if cdr is None:
+                self.troubles[f"{topic}: messages that are no pelagos.message_t of {type_name}"] += 1
+            else:
+                receive(cdr)
 
         self.lcm.subscribe(topic, take)
 

@@ -52,6 +52,10 @@ class MavlinkConfig(BridgeConfig):
     turn_deg_s: float = Field(default=30.0, gt=0)
     """Rate of turn that a full stick asks for [deg/s]."""
 
+    def check(self, sim: Simulation) -> None:
+        """See `BridgeConfig`."""
+        the_agent(sim, self.agent, "mavlink")
+
     def attach(self, exchange: Exchange) -> str:
         """See `BridgeConfig`."""
         door = MavlinkDoor(exchange, self)
@@ -131,14 +135,21 @@ class MavlinkDoor:
 
     def _say(self, raw: bytes) -> None:
         try:
-            self._socket.send(raw)
-        except OSError:  # nobody listens, or nobody reads
+            try:
+                self._socket.send(raw)
+            except ConnectionRefusedError:  # told about the one before, which found nobody; this one has not been sent
+                self.troubles["messages that nobody took"] += 1
+                self._socket.send(raw)
+        except OSError:
             self.troubles["messages that nobody took"] += 1
 
     def _hear(self) -> None:
         for _ in range(100):
             try:
                 raw = self._socket.recv(2048)
+            except ConnectionRefusedError:
+                self.troubles["messages that nobody took"] += 1
+                continue
             except OSError:
                 return
             for message in self._mav.parse_buffer(raw) or ():

@@ -17,7 +17,7 @@ from pelagos.bridges.config import LOOPBACK, BridgeConfig, exposed
 from pelagos.bridges.moos_wire import DATA, HELLO, LONGEST, NOTIFY, NULL, POISON, REGISTER, MoosMessage, pack, unpack
 from pelagos.bridges.order import Order
 from pelagos.bridges.tap import Message, Tap
-from pelagos.bridges.transport import BridgeError
+from pelagos.bridges.transport import BridgeError, BridgeMismatch
 from pelagos.sim.simulation import Simulation
 
 if TYPE_CHECKING:
@@ -42,6 +42,10 @@ class MoosConfig(BridgeConfig):
     """Name of the client."""
     rate_hz: float = Field(default=10.0, gt=0)
     """NAV_* messages in a simulated second [Hz]."""
+
+    def check(self, sim: Simulation) -> None:
+        """See `BridgeConfig`."""
+        mixer_of(sim, the_agent(sim, self.agent, "moos"))
 
     def attach(self, exchange: Exchange) -> str:
         """See `BridgeConfig`."""
@@ -163,7 +167,7 @@ def mixer_of(sim: Simulation, agent: str) -> Any:
     elevator dives.
 
     Raises:
-        BridgeError: the vehicle has neither a rudder and a propeller nor two thrusters.
+        BridgeMismatch: the vehicle has neither a rudder and a propeller nor two thrusters.
     """
     vehicle = sim.model.agents[agent].vehicle
     lags: dict[str, Any] = {name: vehicle.model.actuators[name].lag for name in vehicle.actuator_names}
@@ -185,8 +189,8 @@ def mixer_of(sim: Simulation, agent: str) -> Any:
             share(n, thrust) if n == "propeller" else angle(n, _SENSE[n] * (rudder if n == "rudder" else elevator))
             for n in names
         ]
-    raise BridgeError(f"moos: {agent} has {', '.join(names)}; a helm needs a rudder, a stern_plane and a propeller, or "
-                      "two thrusters left_ and right_")  # fmt: skip
+    raise BridgeMismatch(f"moos: {agent} has {', '.join(names)}; a helm needs a rudder, a stern_plane and a "
+                         "propeller, or two thrusters left_ and right_")  # fmt: skip
 
 
 _SENSE: Final = {"rudder": 1.0, "stern_plane": 1.0}

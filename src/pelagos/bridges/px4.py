@@ -58,6 +58,10 @@ class Px4Config(BridgeConfig):
     answer_s: float = Field(default=1.0, gt=0)
     """How long an answer is waited for once outputs have begun [s]; without one the simulation goes on."""
 
+    def check(self, sim: Simulation) -> None:
+        """See `BridgeConfig`."""
+        outputs_of(sim, the_agent(sim, self.agent, "px4"), self.outputs, "px4")
+
     def attach(self, exchange: Exchange) -> str:
         """See `BridgeConfig`."""
         link = Px4Link(exchange, self)

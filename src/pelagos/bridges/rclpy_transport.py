@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import threading
 import warnings
+from collections import Counter
 from collections.abc import Callable
 from importlib import import_module
 from typing import Any
@@ -33,6 +34,7 @@ class RclpyTransport:
         self._thread = threading.Thread(target=self._executor.spin, name="pelagos-rclpy", daemon=True)
         self._thread.start()
         self._skipped: set[str] = set()
+        self.troubles: Counter[str] = Counter()
 
     def advertise(self, topic: str, type_name: str, *, qos: Qos) -> Write:
         """See `Transport`."""

@@ -10,10 +10,11 @@ from typing import TYPE_CHECKING, Final, Literal
 from pydantic import Field
 
 from pelagos.bridges.config import BridgeConfig
-from pelagos.bridges.transport import BridgeError, Transport
+from pelagos.bridges.transport import BridgeError, BridgeMismatch, Transport
 
 if TYPE_CHECKING:
     from pelagos.bridges.exchange import Exchange
+    from pelagos.sim.simulation import Simulation
 
 GID_BYTES: Final = {"humble": 24}
 Distro = Literal["humble", "iron", "jazzy", "kilted", "lyrical"]
@@ -51,6 +52,10 @@ class Ros2Config(BridgeConfig):
     announce: bool = True
     """Tell ROS's graph about the node."""
 
+    def check(self, sim: Simulation) -> None:
+        """See `BridgeConfig`."""
+        assert self.domain >= 0
+
     def attach(self, exchange: Exchange) -> str:
         """See `BridgeConfig`."""
         from pelagos.bridges.door import TopicDoor
@@ -78,13 +83,13 @@ class Ros2Config(BridgeConfig):
         """The domain in use.
 
         Raises:
-            BridgeError: ROS_DOMAIN_ID is no number.
+            BridgeMismatch: ROS_DOMAIN_ID is no number.
         """
         if self.domain_id is not None:
             return self.domain_id
         given = os.environ.get("ROS_DOMAIN_ID", "0")
         if not given.isdigit():
-            raise BridgeError(f"ROS_DOMAIN_ID is {given!r}, not a whole number")
+            raise BridgeMismatch(f"ROS_DOMAIN_ID is {given!r}, not a whole number")
         return int(given)
 
 

@@ -5,11 +5,12 @@ A fake in memory stands beside it for tests.
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, Final, Protocol, TypeAlias
 
-from pelagos.errors import LookupFailed, PelagosError
+from pelagos.errors import InputError, LookupFailed, PelagosError
 
 Buffer: TypeAlias = bytes | bytearray | memoryview
 Write: TypeAlias = Callable[[Buffer, int], None]
@@ -22,6 +23,10 @@ Answer: TypeAlias = Callable[[bytes], bytes]
 
 class BridgeError(PelagosError):
     """A door cannot be opened."""
+
+
+class BridgeMismatch(BridgeError, InputError):
+    """A door's configuration does not fit the scenario: `pelagos check` finds it too."""
 
 
 class Unsupported(BridgeError):
@@ -56,10 +61,12 @@ class Transport(Protocol):
     Attributes:
         name: for messages to the user.
         blocks: whether a write may wait for a peer, so that it needs a thread of its own.
+        troubles: what the transport itself dropped or refused, counted, by reason.
     """
 
     name: str
     blocks: bool
+    troubles: Counter[str]
 
     def advertise(self, topic: str, type_name: str, *, qos: Qos) -> Write:
         """Announce a topic ("/auv0/imu/data_raw") of a type ("sensor_msgs/msg/Imu")."""
@@ -93,6 +100,7 @@ class MemoryTransport:
         self.types: dict[str, str] = {}
         self.order: list[tuple[int, str]] = []
         self.closed = False
+        self.troubles: Counter[str] = Counter()
         self._receivers: dict[str, Receive] = {}
         self._services: dict[str, Answer] = {}
 

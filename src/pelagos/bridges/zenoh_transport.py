@@ -11,6 +11,7 @@ import os
 import struct
 import threading
 import time
+from collections import Counter
 from typing import Any, Final
 
 from pelagos.bridges.dds_types import wire_type
@@ -47,6 +48,7 @@ class ZenohTransport:
             raise BridgeError(f"no zenoh session: {error}") from None
         self._id = str(self._session.zid())
         self._entities = 0
+        self.troubles: Counter[str] = Counter()
         self._kept: list[Any] = []
         self._token(f"{self._domain}/{self._id}/0/0/NN/%/%/{node}")
 
@@ -70,7 +72,7 @@ class ZenohTransport:
             with lock:
                 count += 1
                 number = count
-            publisher.put(bytes(cdr), attachment=attachment(number, t_ns or time.time_ns(), gid))
+            publisher.put(bytes(cdr), attachment=attachment(number, time.time_ns(), gid))
 
         return write
 
@@ -99,7 +101,12 @@ class ZenohTransport:
             if request is None:
                 return
             attached = None if query.attachment is None else query.attachment.to_bytes()
-            query.reply(query.key_expr, answer(request.to_bytes()), attachment=attached)
+            try:
+                told = answer(request.to_bytes())
+            except Exception as error:  # bytes from a network: anything may be wrong with them
+                self.troubles[f"requests without an answer ({type(error).__name__})"] += 1
+                return
+            query.reply(query.key_expr, told, attachment=attached)
 
         self._kept.append(self._session.declare_queryable(key, respond, complete=True))
         self._announce("SS", service, type_name, type_name, Qos(depth=10))
@@ -129,7 +136,7 @@ class ZenohTransport:
 
 
 def attachment(number: int, t_ns: int, gid: bytes) -> bytes:
-    """What goes with every sample: sequence number, source time [ns], the publisher's id behind its length."""
+    """What goes with every sample: number, wall-clock time of writing [ns], the publisher's id behind its length."""
     return struct.pack("<qqB", number, t_ns, len(gid)) + gid
 
 

@@ -10,6 +10,7 @@ from rich.markup import escape
 from rich.table import Table
 
 from pelagos.cli.console import out
+from pelagos.cli.doors import check_doors
 from pelagos.cli.trusted import load
 from pelagos.config.agent import Agent, Start
 from pelagos.config.loader import to_yaml
@@ -75,7 +76,7 @@ def _built(scenario: Scenario) -> bool:
     from pelagos.world.build import build_world
 
     try:
-        Simulation.load(scenario)
+        check_doors(Simulation.load(scenario), scenario.bridges)
     except DeviceError:
         build_world(scenario.located_world)
         return False

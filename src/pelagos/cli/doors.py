@@ -32,14 +32,32 @@ def doors_of(scenario: Scenario, asked: Sequence[str]) -> dict[str, Any]:
     return found
 
 
-def _opened(name: str, config: Any, exchange: Exchange) -> str:
-    """Open a door, and say what it is; an error names it."""
+def check_doors(sim: Simulation, doors: Mapping[str, Any]) -> None:
+    """Refuse bridges that do not fit a scenario, without opening any.
+
+    Raises:
+        BridgeMismatch: names the bridge.
+    """
+    for name, config in doors.items():
+        with _naming(name):
+            config.check(sim)
+
+
+@contextmanager
+def _naming(name: str) -> Iterator[None]:
+    """Errors name the bridge."""
     from pelagos.bridges.transport import BridgeError
 
     try:
-        return str(config.attach(exchange))
+        yield
     except BridgeError as error:
-        raise BridgeError(f"bridges.{name}: {error}") from error
+        raise type(error)(f"bridges.{name}: {error}") from error
+
+
+def _opened(name: str, config: Any, exchange: Exchange) -> str:
+    """Open a door, and say what it is; an error names it."""
+    with _naming(name):
+        return str(config.attach(exchange))
 
 
 @contextmanager

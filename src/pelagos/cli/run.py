@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 from pelagos.cli.console import err, out, shown
-from pelagos.cli.doors import doors_of, nothing_left, run_with_doors
+from pelagos.cli.doors import check_doors, doors_of, nothing_left, run_with_doors
 from pelagos.cli.progress import RunProgress
 from pelagos.cli.segments import Plan, run_segments
 from pelagos.cli.signals import Stopping, interrupted
@@ -74,6 +74,7 @@ def _run(path: Path, changes: Sequence[str], options: Options, stopping: Stoppin
         raise InputError(f"--record {recording}: give a file in a folder that exists")
     doors = doors_of(scenario, options.bridges)
     sim = _load(scenario, options.copies, options.memory_limit)
+    check_doors(sim, doors)
     folder.mkdir(parents=True, exist_ok=True)
     (folder / "scenario.yaml").write_text(to_yaml(scenario), encoding="utf-8")
     stopping.guard(sim.stop)

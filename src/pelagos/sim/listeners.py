@@ -25,11 +25,13 @@ class Subscription:
         what: "auv0.imaging", or "tick".
         callback: what is called.
         period: of a callback at ticks, how many of them lie between two calls; 0 otherwise.
+        invalid: it hears also readings that are valid in no copy.
     """
 
     what: str
     callback: Callable[[Any], object]
     period: int = 0
+    invalid: bool = False
     _kept: list[Subscription] = field(default_factory=list, repr=False)
     _changed: Callable[[], None] = field(default=lambda: None, repr=False)
 
@@ -75,9 +77,11 @@ class Listeners:
         """Somebody listens."""
         return bool(self._all)
 
-    def add(self, what: str, callback: Callable[[Any], object], *, period: int = 0) -> Subscription:
+    def add(
+        self, what: str, callback: Callable[[Any], object], *, period: int = 0, invalid: bool = False
+    ) -> Subscription:
         """Listen from the next boundary on."""
-        made = Subscription(what, callback, period, self._all, self._index)
+        made = Subscription(what, callback, period, invalid, self._all, self._index)
         self._all.append(made)
         self._index()
         return made
@@ -96,9 +100,12 @@ class Listeners:
             return
         self._told = tick
         for name, one in self._heard(sim, sampled):
-            for reading in one.readings(sim.n, sim.dt_ns):
-                for listener in self._of(name):
-                    _call(listener, reading, tick * sim.dt_ns)
+            listeners = self._of(name)
+            for reading in one.readings(sim.n, sim.dt_ns, invalid=any(each.invalid for each in listeners)):
+                found = bool(reading.valid.any())
+                for listener in listeners:
+                    if found or listener.invalid:
+                        _call(listener, reading, tick * sim.dt_ns)
         for listener in self._of("tick"):
             if tick % listener.period == 0:
                 _call(listener, sim, tick * sim.dt_ns)

@@ -63,12 +63,13 @@ class Outside:
         period = 1 if rate_hz is None else max(1, math.ceil(1e9 / (rate_hz * self.model.clock.dt_ns) - 1e-9))
         return self.listeners.add("tick", callback, period=period)
 
-    def subscribe(self, sensor: str, callback: OnReading) -> Subscription:
+    def subscribe(self, sensor: str, callback: OnReading, *, invalid: bool = False) -> Subscription:
         """Call `callback(reading)` for every reading of a sensor, at its own tick, tick 0 included.
 
         Args:
             sensor: "auv0.imaging".
             callback: as for `on_tick`.
+            invalid: call also for readings that are valid in no copy, such as those of a DVL without bottom lock.
 
         Raises:
             LookupFailed: there is no such sensor.
@@ -76,7 +77,7 @@ class Outside:
         known = [f"{a.name}.{s}" for a in self.model.agents.values() for s in a.sensors]
         if sensor not in known:
             raise LookupFailed("sensor", sensor, known)
-        return self.listeners.add(sensor, callback)
+        return self.listeners.add(sensor, callback, invalid=invalid)
 
     @contextmanager
     def recording(self, path: str | Path) -> Iterator[Recorder]:

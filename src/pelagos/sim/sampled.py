@@ -92,17 +92,17 @@ class Sampled:
         found = (self._at(k, n, dt_ns) for k in reversed(range(len(self.ticks))))
         return next((reading for reading in found if reading is not None), None)
 
-    def readings(self, n: int, dt_ns: int) -> Iterator[Reading]:
-        """An agent's readings of every tick at which a copy has one, in order."""
+    def readings(self, n: int, dt_ns: int, *, invalid: bool = False) -> Iterator[Reading]:
+        """An agent's readings of every tick at which a copy has one, in order; with `invalid` of every tick."""
         for k in range(len(self.ticks)):
-            reading = self._at(k, n, dt_ns)
+            reading = self._at(k, n, dt_ns, invalid=invalid)
             if reading is not None:
                 yield reading
 
-    def _at(self, k: int, n: int, dt_ns: int) -> Reading | None:
+    def _at(self, k: int, n: int, dt_ns: int, *, invalid: bool = False) -> Reading | None:
         m, row = self.measurement, slice(k * n, (k + 1) * n)
         valid = np.ones(n, dtype=bool) if m.valid is None else m.valid[row]
-        if not valid.any():
+        if not (invalid or valid.any()):
             return None
         return m.reading(row, valid, self.ticks[k] * dt_ns, f"{self.members[0]}/{self.model.name}")
 

@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
+
+NO_MERIT_MPS: Final = 10.0
+"""Figure of merit of a velocity that is not known, as Nortek's DVL gives it [m/s]."""
 
 
 @dataclass(frozen=True)
@@ -16,7 +19,7 @@ class DvlVelocity:
     Attributes:
         t_ns: simulation time [ns].
         velocity: of the instrument over ground [m/s]; None without bottom lock.
-        covariance: `(3, 3)` of the velocity [(m/s)^2].
+        covariance: `(3, 3)` of the velocity [(m/s)^2]; zeros without bottom lock.
         altitude_m: above the bottom; None where unknown.
         ranges_m: along each of four beams.
         beam_velocity_mps: along each beam.
@@ -33,7 +36,9 @@ class DvlVelocity:
 
     @property
     def merit_mps(self) -> float:
-        """Standard deviation of the velocity, its greatest axis [m/s]."""
+        """Standard deviation of the velocity, its greatest axis [m/s]; `NO_MERIT_MPS` without bottom lock."""
+        if self.velocity is None:
+            return NO_MERIT_MPS
         return math.sqrt(max(self.covariance[i][i] for i in range(3)))
 
     @classmethod
@@ -46,6 +51,7 @@ class DvlVelocity:
         spread = np.linalg.inv(b.T @ b) * float((np.asarray(e["sigma"][0]) ** 2).mean()) * np.outer(flip, flip)
         x, y, z = (v * flip).tolist()
         locked = bool(reading.valid[0]) and bool(np.isfinite(v).all())
+        spread = spread if locked and np.isfinite(spread).all() else np.zeros((3, 3))
         altitude = float(e["altitude"][0])
         return cls(
             reading.t_ns, (x, y, z) if locked else None, tuple(tuple(row) for row in spread.tolist()),

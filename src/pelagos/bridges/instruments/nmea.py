@@ -44,6 +44,13 @@ def gga(
     )
 
 
+def no_fix(at: datetime, *, talker: str = "GP") -> bytes:
+    """GGA and RMC of a receiver without a fix: quality 0, status V, no position."""
+    return sentence(f"{talker}GGA,{_time(at)},,,,,0,00,,,M,,M,,") + sentence(
+        f"{talker}RMC,{_time(at)},V,,,,,,,{at:%d%m%y},,,N"
+    )
+
+
 def rmc(
     at: datetime, latitude_deg: float, longitude_deg: float, speed_mps: float, course_deg: float, *, talker: str = "GP"
 ) -> bytes:

@@ -18,9 +18,8 @@ INVALID_MPS = -32.768
 def bottom_track(dvl: DvlVelocity, epoch: datetime, down: tuple[float, ...]) -> bytes:
     """$PNORBT7; `down` is the downward part of each beam's direction."""
     x, y, z = dvl.velocity or (INVALID_MPS,) * 3
-    merit = dvl.merit_mps if dvl.velocity is not None else 10.0
     distances = ",".join(
         f"{r * d:.2f}" if good else "0.00" for r, d, good in zip(dvl.ranges_m, down, dvl.beam_valid, strict=True)
     )
     seconds = clock(dvl.t_ns, epoch).timestamp()
-    return sentence(f"PNORBT7,{seconds:.4f},0.000,0.000,{x:.4f},{y:.4f},{z:.4f},{merit:.5f},{distances}")
+    return sentence(f"PNORBT7,{seconds:.4f},0.000,0.000,{x:.4f},{y:.4f},{z:.4f},{dvl.merit_mps:.5f},{distances}")

@@ -16,11 +16,13 @@ SET_SPEED_OF_SOUND, SET_RANGE, SET_MODE_AUTO, SET_PING_INTERVAL, SET_GAIN, SET_P
 )  # fmt: skip
 SPEED_OF_SOUND, RANGE, MODE_AUTO, PING_INTERVAL, GAIN, GENERAL_INFO = 1203, 1204, 1205, 1206, 1207, 1210
 DISTANCE_SIMPLE, DISTANCE, PING_ENABLE, PROFILE = 1211, 1212, 1215, 1300
+SET_DEVICE_ID, FIRMWARE_VERSION, DEVICE_ID, VOLTAGE_5, TRANSMIT_DURATION = 1000, 1200, 1201, 1202, 1208
 CONTINUOUS_START, CONTINUOUS_STOP = 1400, 1401
-DEVICE_DATA, TRANSDUCER = 2300, 2601
+DEVICE_DATA, TRANSDUCER, MOTOR_OFF = 2300, 2601, 2903
 PING1D, PING360 = 1, 2
 _HEAD: Final = struct.Struct("<2sHHBB")
 LONGEST: Final = 4096
+PULSE_US: Final = 50
 
 
 def frame(message: int, payload: bytes, *, source: int = 1, destination: int = 0) -> bytes:
@@ -88,7 +90,14 @@ def distance_simple(distance_mm: int, confidence: int) -> bytes:
 
 
 def distance(
-    distance_mm: int, confidence: int, number: int, start_mm: int, length_mm: int, *, pulse_us: int = 50, gain: int = 3
+    distance_mm: int,
+    confidence: int,
+    number: int,
+    start_mm: int,
+    length_mm: int,
+    *,
+    pulse_us: int = PULSE_US,
+    gain: int = 3,
 ) -> bytes:
     """Distance with the scan that it was found in."""
     return frame(
@@ -97,8 +106,8 @@ def distance(
 
 
 def profile(
-    distance_mm: int, confidence: int, number: int, start_mm: int, length_mm: int, data: bytes, *, pulse_us: int = 50,
-    gain: int = 3,
+    distance_mm: int, confidence: int, number: int, start_mm: int, length_mm: int, data: bytes, *,
+    pulse_us: int = PULSE_US, gain: int = 3,
 ) -> bytes:  # fmt: skip
     """The echo trace, 8 bits a point."""
     head = struct.pack("<IHHIIIIH", distance_mm, confidence, pulse_us, number, start_mm, length_mm, gain, len(data))

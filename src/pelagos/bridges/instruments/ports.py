@@ -9,10 +9,13 @@ import tty
 from collections import Counter
 from collections.abc import Callable
 from pathlib import Path
-from typing import Protocol
+from typing import Final, Protocol
 
 from pelagos.bridges.config import LOOPBACK, exposed
-from pelagos.bridges.transport import BridgeError
+from pelagos.bridges.transport import BridgeError, BridgeMismatch
+from pelagos.errors import did_you_mean
+
+HIGHEST_PORT: Final = 65535
 
 
 class Port(Protocol):
@@ -47,24 +50,37 @@ def open_port(text: str) -> Port:
     """ "pty:/tmp/gps", "tcp:16171", "tcp:HOST:PORT", "udp:14551" (send there), "udp-server:9092" (answer who asks).
 
     Raises:
-        BridgeError: it is none of these, or cannot be used.
+        BridgeMismatch: it is none of these.
+        BridgeError: it cannot be used.
     """
-    kind, _, rest = text.partition(":")
+    kind, host, number = parsed_port(text)
+    kinds: dict[str, Callable[[tuple[str, int]], Port]] = {
+        "tcp": TcpPort, "udp": UdpPort, "udp-server": UdpServerPort,
+    }  # fmt: skip
     try:
-        if kind == "pty":
-            return PtyPort(rest)
-        if kind in ("tcp", "udp", "udp-server"):
-            host, _, number = rest.rpartition(":")
-            if not number.isdigit():
-                raise BridgeError(f"port {text!r}: give a number, such as {kind}:16171")
-            address = (host or LOOPBACK, int(number))
-            kinds: dict[str, Callable[[tuple[str, int]], Port]] = {
-                "tcp": TcpPort, "udp": UdpPort, "udp-server": UdpServerPort,
-            }  # fmt: skip
-            return kinds[kind](address)
+        return PtyPort(host) if kind == "pty" else kinds[kind]((host, number))
     except OSError as error:
         raise BridgeError(f"port {text!r} cannot be used: {error.strerror or error}") from None
-    raise BridgeError(f"port {text!r}: use pty:PATH, tcp:[HOST:]PORT, udp:[HOST:]PORT or udp-server:[HOST:]PORT")
+
+
+def parsed_port(text: str) -> tuple[str, str, int]:
+    """Kind, host (of a pty its path) and number of a port.
+
+    Raises:
+        BridgeMismatch: it is no port.
+    """
+    kind, _, rest = text.partition(":")
+    if kind == "pty":
+        return kind, rest, 0
+    if kind not in ("tcp", "udp", "udp-server"):
+        near = did_you_mean(kind, ("pty", "tcp", "udp", "udp-server"))
+        raise BridgeMismatch(
+            f"port {text!r}{near}: use pty:PATH, tcp:[HOST:]PORT, udp:[HOST:]PORT or udp-server:[HOST:]PORT"
+        )
+    host, _, number = rest.rpartition(":")
+    if not (number.isascii() and number.isdigit() and int(number) <= HIGHEST_PORT):
+        raise BridgeMismatch(f"port {text!r}: give a number up to {HIGHEST_PORT}, such as {kind}:16171")
+    return kind, host or LOOPBACK, int(number)
 
 
 class PtyPort:

@@ -3,48 +3,23 @@
 from __future__ import annotations
 
 import math
-import struct
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
-from datetime import datetime
-from typing import Any, Final, Protocol
+from typing import Any, Final
 
 import numpy as np
 
 from pelagos.bridges.autopilot import motion_of
-from pelagos.bridges.instruments import nmea, nortek, ping, teledyne, vectornav, waterlinked
+from pelagos.bridges.instruments import mip, nmea, nortek, teledyne, vectornav, waterlinked
 from pelagos.bridges.instruments.dvl_velocity import DvlVelocity
+from pelagos.bridges.instruments.ping_devices import Ping1d, Ping360
+from pelagos.bridges.instruments.speaker import SOUND_MPS, WATER_KG_M3, Place, Speaker
 from pelagos.math.constants import ATMOSPHERE_PA, GRAVITY
-from pelagos.sim.simulation import Simulation
-
-SOUND_MPS: Final = 1500.0
-WATER_KG_M3: Final = 1025.0
-
-
-@dataclass(frozen=True)
-class Place:
-    """Where an instrument is: the simulation, its agent, its configuration, and the date at simulation time 0."""
-
-    sim: Simulation
-    agent: str
-    config: Any
-    epoch: datetime
-
-
-class Speaker(Protocol):
-    """One instrument."""
-
-    def hear(self, reading: Any) -> bytes:
-        """What it says when its sensor has read."""
-        ...
-
-    def answer(self, raw: bytes) -> bytes:
-        """What it says to a request."""
-        ...
 
 
 class _Silent:
     """An instrument that takes no requests."""
+
+    tells_loss = False
 
     def __init__(self, place: Place) -> None:
         self.place = place
@@ -57,9 +32,13 @@ class _Silent:
 class NmeaGps(_Silent):
     """GGA, RMC, VTG and HDT of a satellite compass: its heading, course and speed are the true ones."""
 
+    tells_loss = True
+
     def hear(self, reading: Any) -> bytes:
-        """See `Speaker`."""
+        """See `Speaker`; without a fix GGA and RMC say so, and are all there is."""
         at = nmea.clock(reading.t_ns, self.place.epoch)
+        if not reading.valid[0]:
+            return nmea.no_fix(at)
         motion = motion_of(self.place.sim, self.place.agent)
         latitude, longitude, height = (float(v) for v in reading.data[0])
         north, east, _ = motion.velocity.tolist()
@@ -73,11 +52,13 @@ class NmeaGps(_Silent):
 
 
 class NmeaSounder(_Silent):
-    """DBT of an altimeter."""
+    """DBT of an altimeter; its fields are empty without an echo."""
+
+    tells_loss = True
 
     def hear(self, reading: Any) -> bytes:
         """See `Speaker`."""
-        return nmea.dbt(float(np.asarray(reading.data).ravel()[0]))
+        return nmea.dbt(float(np.asarray(reading.data).ravel()[0]) if reading.valid[0] else None)
 
 
 class NmeaPressure(_Silent):
@@ -90,7 +71,9 @@ class NmeaPressure(_Silent):
 
 
 class _Dvl(_Silent):
-    """What all Doppler logs share."""
+    """What all Doppler logs share; they go on without bottom lock, and say that they have none."""
+
+    tells_loss = True
 
     def __init__(self, place: Place) -> None:
         super().__init__(place)
@@ -156,11 +139,17 @@ class Pd0(_Dvl):
 
 
 class Pd6(_Dvl):
-    """See `teledyne.pd6`."""
+    """See `teledyne.pd6`; it adds up the distance made good over ground."""
+
+    def __init__(self, place: Place) -> None:
+        super().__init__(place)
+        self._made_good = teledyne.MadeGood()
 
     def say(self, dvl: DvlVelocity) -> bytes:
         """See `_Dvl`."""
-        return teledyne.pd6(dvl, self.place.epoch, self.attitude(), SOUND_MPS)
+        attitude = self.attitude()
+        self._made_good = self._made_good.after(dvl, attitude)
+        return teledyne.pd6(dvl, self.place.epoch, attitude, SOUND_MPS, self._made_good)
 
 
 class Nortek(_Dvl):
@@ -169,6 +158,14 @@ class Nortek(_Dvl):
     def say(self, dvl: DvlVelocity) -> bytes:
         """See `_Dvl`."""
         return nortek.bottom_track(dvl, self.place.epoch, self.down())
+
+
+class Mip(_Silent):
+    """See `mip.inertial`."""
+
+    def hear(self, reading: Any) -> bytes:
+        """See `Speaker`."""
+        return mip.inertial(reading.t_ns, *_force_and_rate(reading))
 
 
 class VectorNavText(_Silent):
@@ -193,137 +190,6 @@ def _force_and_rate(reading: Any) -> tuple[list[float], list[float]]:
     return [x, -y, -z], [p, -q, -r]
 
 
-class Ping1d:
-    """Blue Robotics Ping: answers requests, and speaks of itself when it was asked to (continuous)."""
-
-    def __init__(self, place: Place) -> None:
-        self.place = place
-        self._frames = ping.Frames()
-        self._number = 0
-        self._distance_mm, self._confidence = 0, 0
-        self._trace = np.zeros(200, dtype=np.uint8)
-        self._span_mm = (300, 50_000)
-        self._streams: set[int] = set()
-        self._kept: dict[int, bytes] = {
-            ping.SPEED_OF_SOUND: struct.pack("<I", round(1000 * SOUND_MPS)),
-            ping.RANGE: struct.pack("<II", 300, 49_700),
-            ping.MODE_AUTO: b"\1", ping.PING_INTERVAL: struct.pack("<H", 100), ping.GAIN: struct.pack("<I", 3),
-            ping.PING_ENABLE: b"\1",
-        }  # fmt: skip
-
-    def hear(self, reading: Any) -> bytes:
-        """See `Speaker`; of an altimeter the distance, of a single-beam sounder the trace too."""
-        data = np.asarray(reading.data[0], dtype=np.float64).ravel()
-        c = self.place.config
-        self._span_mm = (round(1000 * c.range_min_m), round(1000 * (c.range_max_m - c.range_min_m)))
-        self._number += 1
-        if len(data) > 1:
-            level = np.clip(data, 0.0, 1.0)
-            at = np.linspace(0, len(level) - 1, len(self._trace))
-            self._trace = np.round(255 * np.interp(at, np.arange(len(level)), level)).astype(np.uint8)
-            peak = int(np.argmax(level))
-            distance = c.range_min_m + (peak + 0.5) * (c.range_max_m - c.range_min_m) / len(level)
-            self._confidence = round(100 * float(level[peak]))
-        else:
-            distance = float(data[0])
-            self._confidence = 100 if math.isfinite(distance) else 0
-        self._distance_mm = round(1000 * distance) if math.isfinite(distance) else 0
-        return b"".join(self._message(number) for number in sorted(self._streams))
-
-    def answer(self, raw: bytes) -> bytes:
-        """See `Speaker`."""
-        return b"".join(self._reply(number, payload) for number, payload in self._frames.feed(raw))
-
-    def _reply(self, number: int, payload: bytes) -> bytes:
-        known = {ping.DISTANCE_SIMPLE, ping.DISTANCE, ping.PROFILE}
-        if number == ping.GENERAL_REQUEST and len(payload) >= 2:
-            return self._message(int.from_bytes(payload[:2], "little"))
-        if number in (ping.CONTINUOUS_START, ping.CONTINUOUS_STOP) and len(payload) >= 2:
-            wanted = int.from_bytes(payload[:2], "little")
-            if wanted not in known:
-                return ping.refuse(number, "no such stream")
-            (self._streams.add if number == ping.CONTINUOUS_START else self._streams.discard)(wanted)
-            return ping.acknowledge(number)
-        kept = _SETTINGS.get(number)
-        if kept is not None and len(payload) == len(self._kept[kept]):
-            self._kept[kept] = payload
-            return ping.acknowledge(number)
-        return self._message(number) if not payload else ping.refuse(number, "unknown message")
-
-    def _message(self, number: int) -> bytes:
-        start, length = self._span_mm
-        what = (self._distance_mm, self._confidence, self._number, start, length)
-        if number == ping.GENERAL_INFO:
-            return ping.frame(number, struct.pack("<HHHHBB", 3, 29, 5000, 100, 3, 1))
-        if number in self._kept:
-            return ping.frame(number, self._kept[number])
-        answers: dict[int, Callable[[], bytes]] = {
-            ping.DEVICE_INFORMATION: lambda: ping.device_information(ping.PING1D),
-            ping.PROTOCOL_VERSION: ping.protocol_version,
-            ping.DISTANCE_SIMPLE: lambda: ping.distance_simple(self._distance_mm, self._confidence),
-            ping.DISTANCE: lambda: ping.distance(*what),
-            ping.PROFILE: lambda: ping.profile(*what, self._trace.tobytes()),
-        }
-        found = answers.get(number)
-        return ping.refuse(number, "unknown message") if found is None else found()
-
-
-_SETTINGS: Final[Mapping[int, int]] = {
-    ping.SET_SPEED_OF_SOUND: ping.SPEED_OF_SOUND, ping.SET_RANGE: ping.RANGE, ping.SET_MODE_AUTO: ping.MODE_AUTO,
-    ping.SET_PING_INTERVAL: ping.PING_INTERVAL, ping.SET_GAIN: ping.GAIN, ping.SET_PING_ENABLE: ping.PING_ENABLE,
-}  # fmt: skip
-
-
-class Ping360:
-    """Blue Robotics Ping360: the newest trace of the direction that is asked for, over the range that is asked for.
-
-    The head of the sensor turns by its own configuration; a direction that it has not reached yet answers silence.
-    """
-
-    def __init__(self, place: Place) -> None:
-        self.place = place
-        self._frames = ping.Frames()
-        self._traces: dict[int, np.ndarray] = {}
-        self._last: tuple[int, ...] = (1, 0, 0, 11, 700, 750, 200, 1, 0)
-
-    def hear(self, reading: Any) -> bytes:
-        """See `Speaker`."""
-        angle = float(np.asarray(reading.extras["angle"]).ravel()[0])
-        gradian = round(200 - math.degrees(angle) / 0.9) % 400  # clockwise from above; 200 is ahead
-        self._traces[gradian] = np.clip(np.asarray(reading.data[0], dtype=np.float64), 0.0, 1.0)
-        return b""
-
-    def answer(self, raw: bytes) -> bytes:
-        """See `Speaker`."""
-        return b"".join(self._reply(number, payload) for number, payload in self._frames.feed(raw))
-
-    def _reply(self, number: int, payload: bytes) -> bytes:
-        if number == ping.GENERAL_REQUEST and len(payload) >= 2:
-            number, payload = int.from_bytes(payload[:2], "little"), b""
-        if number == ping.DEVICE_INFORMATION:
-            return ping.device_information(ping.PING360)
-        if number == ping.PROTOCOL_VERSION:
-            return ping.protocol_version()
-        request = ping.transducer_request(payload) if number == ping.TRANSDUCER else None
-        if number == ping.DEVICE_DATA:
-            request = self._last
-        if request is None or request[2] >= 400 or request[6] > 1200:
-            return ping.refuse(number, "unknown message")
-        self._last = request
-        return ping.device_data(request, self._trace(request[2], request[4], request[6]))
-
-    def _trace(self, gradian: int, period: int, samples: int) -> bytes:
-        """Levels 0 .. 255 at the samples' distances; each direction shows the nearest one within two gradians."""
-        near = [g for step in (0, 1, -1, 2, -2) if (g := (gradian + step) % 400) in self._traces]
-        if not near:
-            return bytes(samples)
-        c, trace = self.place.config, self._traces[near[0]]
-        distance = (np.arange(samples) + 0.5) * period * 25e-9 * SOUND_MPS / 2
-        middles = c.range_min_m + (np.arange(len(trace)) + 0.5) * (c.range_max_m - c.range_min_m) / len(trace)
-        level = np.interp(distance, middles, trace, left=0.0, right=0.0)
-        return bytes(np.round(255 * level).astype(np.uint8).tobytes())
-
-
 SPEAKERS: Final[Mapping[str, Mapping[str, Callable[[Place], Speaker]]]] = {
     "nmea": {"gps": NmeaGps, "altimeter": NmeaSounder, "depth": NmeaPressure},
     "waterlinked": {"dvl": WaterLinkedJson},
@@ -331,6 +197,7 @@ SPEAKERS: Final[Mapping[str, Mapping[str, Callable[[Place], Speaker]]]] = {
     "nortek": {"dvl": Nortek},
     "pd0": {"dvl": Pd0},
     "pd6": {"dvl": Pd6},
+    "mip": {"imu": Mip},
     "vectornav": {"imu": VectorNavText},
     "vectornav_binary": {"imu": VectorNavBinary},
     "ping1d": {"altimeter": Ping1d, "singlebeam": Ping1d},

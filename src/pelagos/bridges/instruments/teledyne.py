@@ -20,6 +20,7 @@ SHIP_COORDINATES: Final = 0b00010111
 _SYSTEM: Final = 0b0100_0000_0000_1011  # 600 kHz, convex, four beams, looking down
 _BEAM_ANGLES: Final = {15: 0, 20: 1, 30: 2}
 _OTHER_ANGLE: Final = 3
+_LONGEST_S: Final = 999.99  # what the field holds
 
 
 @dataclass(frozen=True)
@@ -32,13 +33,49 @@ class Attitude:
     depth_m: float
 
 
-def pd6(dvl: DvlVelocity, epoch: datetime, attitude: Attitude, sound_speed_mps: float) -> bytes:
+@dataclass(frozen=True)
+class MadeGood:
+    """The way over ground of an instrument, added up from its own velocities.
+
+    Attributes:
+        distance_m: east, north, up [m].
+        before_ns: time of the last velocity that was good [ns]; None before the first.
+        since_s: time since then [s].
+    """
+
+    distance_m: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    before_ns: int | None = None
+    since_s: float = 0.0
+
+    def after(self, dvl: DvlVelocity, attitude: Attitude) -> MadeGood:
+        """With another ping; one that is not good adds no way, and the next good one stands for the gap."""
+        elapsed = 0.0 if self.before_ns is None else (dvl.t_ns - self.before_ns) * 1e-9
+        if dvl.velocity is None:
+            return MadeGood(self.distance_m, self.before_ns, elapsed)
+        east, north, up = (
+            d + v * elapsed for d, v in zip(self.distance_m, east_north_up(dvl.velocity, attitude), strict=True)
+        )
+        return MadeGood((east, north, up), dvl.t_ns, 0.0)
+
+
+def east_north_up(velocity: tuple[float, float, float], attitude: Attitude) -> tuple[float, float, float]:
+    """Of a velocity forward, right, down of the instrument: R = Rz(heading) Ry(pitch) Rx(roll)."""
+    u, v, w = velocity
+    angles = (attitude.heading_deg, attitude.pitch_deg, attitude.roll_deg)
+    (sy, sp, sr), (cy, cp, cr) = ([f(math.radians(a)) for a in angles] for f in (math.sin, math.cos))
+    north = cy * cp * u + (cy * sp * sr - sy * cr) * v + (cy * sp * cr + sy * sr) * w
+    east = sy * cp * u + (sy * sp * sr + cy * cr) * v + (sy * sp * cr - cy * sr) * w
+    return east, north, sp * u - cp * sr * v - cp * cr * w
+
+
+def pd6(dvl: DvlVelocity, epoch: datetime, attitude: Attitude, sound_speed_mps: float, made_good: MadeGood) -> bytes:
     """Attitude, timing, bottom track in instrument, ship and earth coordinates, and distance."""
     at = clock(dvl.t_ns, epoch)
     x, y, z = dvl.velocity or (math.nan,) * 3
     flag = "A" if dvl.velocity is not None else "V"
-    heading = math.radians(attitude.heading_deg)  # the earth's velocities are those of a level instrument
-    east, north = x * math.sin(heading) + y * math.cos(heading), x * math.cos(heading) - y * math.sin(heading)
+    lost = (math.nan,) * 3
+    east, north, up = lost if dvl.velocity is None else east_north_up(dvl.velocity, attitude)
+    way = ",".join(f"{d:+012.2f}" for d in made_good.distance_m)
     height = 0.0 if dvl.altitude_m is None else dvl.altitude_m
     lines = [
         f":SA,{attitude.pitch_deg:+06.2f},{attitude.roll_deg:+06.2f},{attitude.heading_deg % 360:06.2f}",
@@ -46,8 +83,8 @@ def pd6(dvl: DvlVelocity, epoch: datetime, attitude: Attitude, sound_speed_mps: 
         f"{sound_speed_mps:06.1f},  0",
         f":BI,{_mm(y)},{_mm(x)},{_mm(-z)},{_mm(0.0 if dvl.velocity else math.nan)},{flag}",
         f":BS,{_mm(y)},{_mm(x)},{_mm(-z)},{flag}",
-        f":BE,{_mm(east)},{_mm(north)},{_mm(-z)},{flag}",
-        f":BD,{0.0:+012.2f},{0.0:+012.2f},{0.0:+012.2f},{height:07.2f},{0.0:05.2f}",
+        f":BE,{_mm(east)},{_mm(north)},{_mm(up)},{flag}",
+        f":BD,{way},{min(height, 9999.99):07.2f},{min(made_good.since_s, _LONGEST_S):06.2f}",
     ]
     return "".join(line + "\r\n" for line in lines).encode("ascii")
 

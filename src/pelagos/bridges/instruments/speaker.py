@@ -1,0 +1,40 @@
+"""`Speaker`: one instrument on a port, and `Place`, where it is."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from datetime import datetime
+from typing import Any, Final, Protocol
+
+from pelagos.sim.simulation import Simulation
+
+SOUND_MPS: Final = 1500.0
+WATER_KG_M3: Final = 1025.0
+
+
+@dataclass(frozen=True)
+class Place:
+    """Where an instrument is: the simulation, its agent, its configuration, and the date at simulation time 0."""
+
+    sim: Simulation
+    agent: str
+    config: Any
+    epoch: datetime
+
+
+class Speaker(Protocol):
+    """One instrument.
+
+    Attributes:
+        tells_loss: it speaks also when its sensor has measured nothing, as a DVL without bottom lock does.
+    """
+
+    tells_loss: bool
+
+    def hear(self, reading: Any) -> bytes:
+        """What it says when its sensor has read."""
+        ...
+
+    def answer(self, raw: bytes) -> bytes:
+        """What it says to a request."""
+        ...
