@@ -337,6 +337,39 @@ def test_services_pause_step_and_reset(sim: pl.Simulation, tmp_path: Path) -> No
     exchange.close()
 
 
+def test_the_water_is_set_while_a_run_goes_on(tmp_path: Path) -> None:
+    """`values` are east, north, up; the run repeats bit for bit."""
+    agents = {"a": {"vehicle": "bluerov2", "start": {"position_m": [1, -2], "depth_m": 5.0}}}
+    scenario = {"tick_rate_hz": 50, "world": {"type": "flat", "depth_m": 20.0}, "agents": agents}
+    sim = pl.Simulation.load(scenario)
+    told: list[Any] = []
+
+    def script(peer: Peer) -> None:
+        peer.reach(0.1)
+        for name, values in (("current", [0.3, 0.5, 0.1]), ("curent", [1.0]), ("current", [1.0, 2.0]),
+                             ("turbidity", [2.5]), ("current", [0.25, -0.5, 0.0])):  # fmt: skip
+            told.append(
+                peer.call("/pelagos/set_ocean", "pelagos_msgs/srv/SetOcean", name=name, values=np.array(values))
+            )
+            if len(told) == 1:
+                told.append(np.array(sim.stepper.own_current).ravel().tolist())
+        peer.reach(sim.time_ns * 1e-9 + 1.0)
+
+    exchange, transport = exchange_of(sim, realtime=1.0)
+    talk(exchange, transport, script, seconds=60.0, record=tmp_path / "one.mcap")
+    exchange.close()
+    first, current, unknown, short, turbid, second = told
+    assert (first.success, turbid.success, second.success) == (True, True, True)
+    assert current == [0.5, -0.3, 0.1]
+    assert "did you mean 'current'" in unknown.message
+    assert "given (2,)" in short.message
+    end, ticks = sim.state["a"].position, sim.time_ns // sim.dt_ns
+    again = pl.Simulation.load(scenario)
+    Repeat(again, tmp_path / "one.mcap")
+    again.run(ticks / 50)
+    assert (again.state["a"].position == end).all()
+
+
 def test_holooceans_nodes_drive_a_torpedo() -> None:
     """HoloOcean's heading is in degrees, counter-clockwise from north."""
     scenario = {"world": {"type": "flat", "depth_m": 50.0}, "agents": {"auv0": {

@@ -21,6 +21,8 @@ STREAMS: Final = ("command", "setpoint", "velocity", "wrench", "pose", "waypoint
 """Kinds of which only the newest counts."""
 CRUISE_MPS: Final = 1.5
 """Speed towards a waypoint where none was commanded before; that of missions."""
+WATER: Final = ("current", "turbidity")
+"""What an order may set of the ocean; see `Sea.set`."""
 _BODY_AXES: Final = ("surge", "sway", "heave", "roll", "pitch", "yaw")
 
 
@@ -168,11 +170,11 @@ def _remove(order: Order, sim: Simulation) -> None:
 
 
 def _ocean(order: Order, sim: Simulation) -> None:
-    setter = getattr(sim.ocean, "set", None) if hasattr(sim, "ocean") else None
-    if setter is None:
-        raise CommandError("the water of this simulation cannot be changed while it runs")
-    sim.gate.settle()
-    setter(**order.data)
+    for name in order.data:
+        if name not in WATER:
+            raise LookupFailed("property of the water", name, WATER)
+    with sim.gate.between_steps():
+        sim.ocean.set(**order.data)
 
 
 def _six(order: Order) -> list[float]:

@@ -10,10 +10,12 @@ import threading
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, Final
 
+import numpy as np
+
 from pelagos.bridges.order import Order
 from pelagos.bridges.ros_commands import ONE_SHOT, pose_nwu, received
 from pelagos.bridges.transport import Answer, Transport, Unsupported
-from pelagos.math.frames import nwu_to_enu_np, quaternion_nwu_to_enu_np
+from pelagos.math.frames import enu_to_nwu_np, nwu_to_enu_np, quaternion_nwu_to_enu_np
 from pelagos.messages.store import deserialize, header, make, quaternion, serialize, vector3
 
 if TYPE_CHECKING:
@@ -102,6 +104,8 @@ class Services:
 
     def _set_ocean(self, request: Any) -> dict[str, Any]:
         values = [float(v) for v in request.values]
+        if request.name == "current" and len(values) == 3:
+            values = enu_to_nwu_np(np.array(values)).tolist()
         value = values[0] if len(values) == 1 else values
         return self._told(Order("ocean", "", {request.name: value}, "set_ocean"))
 
@@ -247,8 +251,6 @@ def result(code: int, message: str = "") -> Any:
 def entity_state(found: Any, t_ns: int) -> Any:
     """simulation_interfaces/EntityState in `map`; the twist is in the entity's own axes."""
     position, attitude, velocity, spin = found or ((0, 0, 0), (1, 0, 0, 0), (0, 0, 0), (0, 0, 0))
-    import numpy as np
-
     enu = nwu_to_enu_np(np.asarray(position, dtype=np.float64)).tolist()
     q = quaternion_nwu_to_enu_np(np.asarray(attitude, dtype=np.float64)).tolist()
     point = make("geometry_msgs/msg/Point", x=enu[0], y=enu[1], z=enu[2])
@@ -262,8 +264,6 @@ def entity_state(found: Any, t_ns: int) -> Any:
 
 
 def _array(values: Any) -> Any:
-    import numpy as np
-
     return np.array(values, dtype=np.uint16)
 
 

@@ -62,7 +62,7 @@ SERVICES: Final = {
     ),
     "pelagos_msgs/srv/SetControlMode": ("string agent\nstring mode\n", "bool success\nstring message\n"),
     "pelagos_msgs/srv/SetOcean": (
-        "# `name` is a property of the water (current, turbidity ...), `values` its numbers; world NWU\n"
+        "# `name` is a property of the water (current [m/s] in `map`, ENU; turbidity, a factor)\n"
         "string name\nfloat64[] values\n",
         "bool success\nstring message\n",
     ),

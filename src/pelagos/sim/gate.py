@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import threading
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from typing import Final
 
 from pelagos.errors import CommandError
@@ -68,6 +69,17 @@ class Gate:
             self.paused = self.paused if paused is None else paused
             self.stopped = self.stopped if stopped is None else stopped
             self._changed.notify_all()
+
+    @contextmanager
+    def between_steps(self) -> Iterator[None]:
+        """At a boundary of steps, in the thread that steps: what else must wait for the end of a run may be done."""
+        self.settle()
+        thread, settle = self._thread, self.settle
+        self._thread = None
+        try:
+            yield
+        finally:
+            self._thread, self.settle = thread, settle
 
     def act(self) -> None:
         """Do what was posted, in order."""

@@ -20,6 +20,7 @@ from pelagos.sim.sampled import Sampled, newest
 if TYPE_CHECKING:
     from pelagos.sim.lives import Observations
     from pelagos.sim.simulation import Policy, Simulation
+    from pelagos.sim.step import Stepper
 
 WAIT_S = 0.5  # sensors for which nothing waits are read together for at most this long; a killed run loses as much
 Ending = Literal["time", "missions", "interrupt", "stopped"]
@@ -103,7 +104,7 @@ class _Loop:
         self._sim, self._asked, self._policy = sim, asked, policy
         self._logs, self._progress, self._realtime = logs, progress, realtime
         self._until_missions_end = until_missions_end
-        self._stepper, self._gate, self._listeners = sim.stepper, sim.gate, sim.listeners
+        self._gate, self._listeners = sim.gate, sim.listeners
         self._first = self._stepper.tick
         self._last = self._first + sim.model.clock.ticks(asked)
         self._counts = {f"{a.name}.{s}": 0 for a in sim.model.agents.values() for s in a.sensors}
@@ -112,6 +113,11 @@ class _Loop:
         self._newest: dict[tuple[str, str], list[Sampled]] = {}
         self._waits = policy is None and not realtime
         self._ahead_of = (self._first, time.perf_counter())  # tick and wall-clock time that realtime counts from
+
+    @property
+    def _stepper(self) -> Stepper:
+        """The present one: another ocean brings another stepper."""
+        return self._sim.stepper
 
     def go(self) -> RunResult:
         started = time.perf_counter()

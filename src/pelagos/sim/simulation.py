@@ -221,6 +221,7 @@ class Simulation(Changes):
             if self.listeners.any:
                 self.listeners.tell(self, stepper.tick, block)
                 self.gate.act()
+                stepper = self._stepper  # another one, where the ocean was changed
         return sampled
 
     def command(self, commands: Mapping[str, Any]) -> None:
