@@ -18,7 +18,7 @@ PAGE = Path(__file__).parents[2] / "docs" / "learning.md"
 
 def test_the_task_of_the_page_works_and_its_vehicles_differ() -> None:
     namespace: dict[str, Any] = {"__name__": "page"}
-    exec(blocks(PAGE, "python")[1].replace("1024", "16"), namespace)
+    exec(blocks(PAGE, "python")[-1].replace("1024", "16"), namespace)
     env = namespace["env"]
     seen, _ = env.reset(seed=1)
     np.testing.assert_allclose(seen[:, 0], env.state["task.goal"] - env.state["position"][:, 2], atol=0.05)

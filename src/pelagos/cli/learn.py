@@ -41,7 +41,7 @@ def learn(task: str, lesson: Lesson, options: Sequence[str]) -> None:
     if lesson.steps < 1:
         raise CommandError(f"steps is a number from 1 on, not {lesson.steps}")
     recipe = Recipe(steps=lesson.steps, until=_until(lesson.until), max_s=lesson.max_s)
-    env = make(task, lesson.copies, seed=lesson.seed, arrays="torch", **_pairs(options))
+    env: Any = make(task, lesson.copies, seed=lesson.seed, arrays="torch", **_pairs(options))
     folder.mkdir(parents=True, exist_ok=True)
     rows: list[dict[str, float]] = []
 

@@ -20,6 +20,9 @@ if TYPE_CHECKING:
     from pelagos.envs.registry import make_task as make_task
     from pelagos.envs.registry import register as register
     from pelagos.envs.registry import task_names as task_names
+    from pelagos.envs.sensing import Judgement as Judgement
+    from pelagos.envs.sensing import SensingEnv as SensingEnv
+    from pelagos.envs.sensing import SensingTask as SensingTask
     from pelagos.envs.single import SingleEnv as SingleEnv
     from pelagos.envs.task import Outcome as Outcome
     from pelagos.envs.task import Start as Start
@@ -27,8 +30,9 @@ if TYPE_CHECKING:
     from pelagos.envs.view import View as View
 
 _HOMES = {
-    "Draws": "draws", "FleetEnv": "fleet", "SingleEnv": "single", "Outcome": "task", "Start": "task", "Task": "task",
-    "View": "view", "make": "registry", "make_task": "registry", "register": "registry", "task_names": "registry",
+    "Draws": "draws", "FleetEnv": "fleet", "Judgement": "sensing", "Outcome": "task", "SensingEnv": "sensing",
+    "SensingTask": "sensing", "SingleEnv": "single", "Start": "task", "Task": "task", "View": "view",
+    "make": "registry", "make_task": "registry", "register": "registry", "task_names": "registry",
 }  # fmt: skip
 
 __all__ = sorted(_HOMES)

@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from pelagos.envs.fleet import FleetEnv
 from pelagos.envs.policy import Policy
+from pelagos.envs.sensing import SensingEnv
 from pelagos.errors import CommandError
+
+_FLAGS: Final = ("not_finite", "clipped")
 
 
 @dataclass(frozen=True)
@@ -37,7 +41,7 @@ class Scores:
         return found | {name: float(values.mean()) for name, values in self.metrics.items()}
 
 
-def evaluate(env: FleetEnv, policy: Policy, *, seed: int = 0, episodes: int | None = None) -> Scores:
+def evaluate(env: FleetEnv | SensingEnv, policy: Policy, *, seed: int = 0, episodes: int | None = None) -> Scores:
     """The same number of first episodes of every copy, so that short ones do not count more often.
 
     Args:
@@ -46,9 +50,9 @@ def evaluate(env: FleetEnv, policy: Policy, *, seed: int = 0, episodes: int | No
         seed: of the episodes.
         episodes: at least so many; one of each copy where not given.
     """
-    if env.program.autoreset != "same_step":
+    if env.autoreset != "same_step":
         raise CommandError("scores need an environment with autoreset='same_step'")
-    n, rows = env.num_envs, []
+    n, rows, names = env.num_envs, [], list[str]()
     each = 1 if episodes is None else -(-episodes // n)
     total, length, left = np.zeros(n), np.zeros(n, dtype=np.int64), np.full(n, each)
     seen, _ = env.reset(seed=seed)
@@ -57,11 +61,11 @@ def evaluate(env: FleetEnv, policy: Policy, *, seed: int = 0, episodes: int | No
         total += reward
         length += 1
         for i in np.flatnonzero((terminated | truncated) & (left > 0)):
-            last = [float(info[name][i]) for name in env.program.metrics]
-            rows.append((total[i], length[i], terminated[i], *last))
+            names = [name for name, value in info["final_info"].items() if name[0] != "_" and name not in _FLAGS]
+            rows.append((total[i], length[i], terminated[i], *(float(info["final_info"][name][i]) for name in names)))
         done = terminated | truncated
         left[done] = np.maximum(left[done] - 1, 0)
         total[done], length[done] = 0.0, 0
     table = np.array([[float(v) for v in row] for row in rows])
-    metrics = {name: table[:, 3 + i] for i, name in enumerate(env.program.metrics)}
+    metrics = {name: table[:, 3 + i] for i, name in enumerate(names)}
     return Scores(table[:, 0], table[:, 1].astype(np.int64), table[:, 2] > 0, metrics)

@@ -84,7 +84,7 @@ class FleetEnv(VectorEnv[Any, Any, Any]):
         self._seed = seed_of(seed)
         self._first, self.arrays, self._out_of_range = seed_of(environment), arrays, out_of_range
         self.program = Program(task, self.num_envs, seed=self._seed, environment=self._first, autoreset=autoreset)
-        self.autoreset_mode = MODES[autoreset]
+        self.autoreset, self.autoreset_mode = autoreset, MODES[autoreset]
         self.metadata = {"autoreset_mode": self.autoreset_mode, "render_modes": []}
         self._space()
         self._inbox = Inbox(self.num_envs * self.program.actions)

@@ -14,9 +14,10 @@ from pelagos.errors import CommandError, InputError, LookupFailed
 
 if TYPE_CHECKING:
     from pelagos.envs.fleet import FleetEnv
+    from pelagos.envs.sensing import SensingEnv
 
-Policy = Callable[[NDArray[np.float32]], NDArray[np.float32]]
-"""Observations `(n, k)` -> actions `(n, m)`."""
+Policy = Callable[[Any], NDArray[np.float32]]
+"""Observations, `(n, k)` or arrays `(n, ...)` by name -> actions `(n, m)`."""
 
 
 @dataclass(frozen=True)
@@ -68,19 +69,20 @@ class Network:
             raise InputError(f"{path} is no policy that `pelagos train` wrote: {error}") from None
 
 
-def policy_of(given: str, env: FleetEnv, *, seed: int = 0) -> Policy:
+def policy_of(given: str, env: FleetEnv | SensingEnv, *, seed: int = 0) -> Policy:
     """`random`, `zero`, `script`, or a file.
 
     Raises:
         CommandError: the task has no script, or the file's policy is for other observations or actions.
         LookupFailed: neither a name nor a file.
     """
-    count = env.program.actions
+    shape = env.action_space.shape
+    assert shape is not None
     if given == "random":
         numbers = np.random.default_rng(seed)
-        return lambda seen: numbers.uniform(-1, 1, (len(seen), count)).astype(np.float32)
+        return lambda seen: numbers.uniform(-1, 1, shape).astype(np.float32)
     if given == "zero":
-        return lambda seen: np.zeros((len(seen), count), dtype=np.float32)
+        return lambda seen: np.zeros(shape, dtype=np.float32)
     if given == "script":
         script: Policy | None = getattr(env.task, "script", None)
         if script is None:
@@ -90,9 +92,10 @@ def policy_of(given: str, env: FleetEnv, *, seed: int = 0) -> Policy:
     if not path.is_file():
         raise LookupFailed("policy, and no file either,", given, ["random", "zero", "script"])
     network = Network.load(path)
-    if (network.weights[0].shape[1], network.weights[-1].shape[0]) != (env.program.size, count):
+    seen, takes = env.single_observation_space.shape, (network.weights[0].shape[1],)
+    if takes != seen or network.weights[-1].shape[0] != shape[1]:
         raise CommandError(
-            f"{path} takes {network.weights[0].shape[1]} numbers and gives {network.weights[-1].shape[0]}; it was "
-            f"trained for {network.task}, and this task has {env.program.size} and {count}"
+            f"{path} takes {takes[0]} numbers and gives {network.weights[-1].shape[0]}; it was trained for "
+            f"{network.task}, and this task has observations {seen} and {shape[1]} actions"
         )
     return network

@@ -11,6 +11,7 @@ from pelagos.errors import CommandError, LookupFailed
 
 if TYPE_CHECKING:
     from pelagos.envs.fleet import FleetEnv
+    from pelagos.envs.sensing import SensingEnv
     from pelagos.envs.single import SingleEnv
 
 PREFIX: Final = "pelagos/"
@@ -23,6 +24,7 @@ TASKS: Final = {
     "Docking-v0": ("docking", "Docking"),
     "StationKeeping-v0": ("station_keeping", "StationKeeping"),
     "GyreTransect-v0": ("gyre", "GyreTransect"),
+    "WallInspection-v0": ("wall_inspection", "WallInspection"),
 }
 _OF_THE_FLEET: Final = ("seed", "environment", "autoreset", "arrays", "out_of_range")
 
@@ -62,13 +64,14 @@ def make_task(name: str, **options: Any) -> Task:
     return made
 
 
-def make(name: str, n: int = 1, **options: Any) -> FleetEnv:
+def make(name: str, n: int = 1, **options: Any) -> FleetEnv | SensingEnv:
     """`n` copies of a task as a `gymnasium.vector.VectorEnv`.
 
     Args:
         name: "pelagos/Hover-v0", see `task_names`.
         n: copies.
-        options: of `FleetEnv` (seed, environment, autoreset, arrays, out_of_range), the others of the task.
+        options: of `FleetEnv` (seed, environment, autoreset, arrays, out_of_range) or `SensingEnv` (the first three),
+            the others of the task.
 
     Raises:
         LookupFailed: no such task, or option.
@@ -76,12 +79,19 @@ def make(name: str, n: int = 1, **options: Any) -> FleetEnv:
     """
     _gymnasium()
     from pelagos.envs.fleet import FleetEnv
+    from pelagos.envs.sensing import SensingEnv, SensingTask
 
     mine = {k: options.pop(k) for k in _OF_THE_FLEET if k in options}
-    return FleetEnv(make_task(name, **options), n, **mine)
+    if SensingTask not in task_class(name).__mro__:
+        return FleetEnv(make_task(name, **options), n, **mine)
+    for option in ("arrays", "out_of_range"):
+        if option in mine:
+            raise LookupFailed(f"option of {name}, a task with sensors,", option, ["seed", "environment", "autoreset"])
+    made: Any = make_task(name, **options)
+    return SensingEnv(made, n, **mine)
 
 
-def make_vec(task: str, num_envs: int = 1, **options: Any) -> FleetEnv:
+def make_vec(task: str, num_envs: int = 1, **options: Any) -> FleetEnv | SensingEnv:
     """What `gymnasium.make_vec` calls."""
     return make(task, num_envs, **options)
 
@@ -91,8 +101,7 @@ def make_single(task: str, render_mode: str | None = None, **options: Any) -> Si
     _gymnasium()
     from pelagos.envs.single import SingleEnv
 
-    mine = {k: options.pop(k) for k in ("seed", "environment", "out_of_range") if k in options}
-    return SingleEnv(make_task(task, **options), render_mode=render_mode, **mine)
+    return SingleEnv(make(task, 1, autoreset="disabled", **options), render_mode=render_mode)
 
 
 def register() -> None:

@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from pelagos.envs.fleet import FleetEnv
 from pelagos.envs.picture import Track
-from pelagos.envs.task import Task
-from pelagos.errors import LookupFailed
+from pelagos.envs.sensing import SensingEnv
+from pelagos.errors import CommandError, LookupFailed
 
 _RENDER: Final = ("rgb_array",)
 
@@ -25,11 +25,13 @@ class SingleEnv(gymnasium.Env[Any, Any]):
 
     metadata: dict[str, Any] = {"render_modes": list(_RENDER), "render_fps": 20}  # noqa: RUF012
 
-    def __init__(self, task: Task, *, render_mode: str | None = None, **options: Any) -> None:
-        """A task; options are `seed`, `environment` and `out_of_range` of `FleetEnv`."""
+    def __init__(self, fleet: FleetEnv | SensingEnv, *, render_mode: str | None = None) -> None:
+        """A fleet of one with `autoreset="disabled"`."""
         if render_mode is not None and render_mode not in _RENDER:
             raise LookupFailed("render mode", render_mode, _RENDER)
-        self.fleet = FleetEnv(task, 1, autoreset="disabled", **options)
+        if fleet.num_envs != 1 or fleet.autoreset != "disabled":
+            raise CommandError("a single environment is a fleet of one with autoreset='disabled'")
+        self.fleet, task = fleet, fleet.task
         self.render_mode = render_mode
         self.metadata = {**type(self).metadata, "render_fps": task.rate_hz}
         self.observation_space = self.fleet.single_observation_space
@@ -44,7 +46,7 @@ class SingleEnv(gymnasium.Env[Any, Any]):
         observations, _ = self.fleet.reset(seed=seed)
         self._track.clear()
         self._note()
-        return observations[0], {}
+        return _first(observations), {}
 
     def step(self, action: Any) -> tuple[Any, float, bool, bool, dict[str, Any]]:
         """One decision."""
@@ -52,7 +54,7 @@ class SingleEnv(gymnasium.Env[Any, Any]):
         seen, reward, terminated, truncated, info = self.fleet.step(given[None])
         self._note()
         told = {name: value[0].item() for name, value in info.items()}
-        return seen[0], float(reward[0]), bool(terminated[0]), bool(truncated[0]), told
+        return _first(seen), float(reward[0]), bool(terminated[0]), bool(truncated[0]), told
 
     def render(self) -> NDArray[np.uint8] | None:
         """`(480, 640, 3)` uint8, or None without a render mode."""
@@ -61,3 +63,7 @@ class SingleEnv(gymnasium.Env[Any, Any]):
     def _note(self) -> None:
         if self.render_mode is not None:
             self._track.note(self.fleet.state)
+
+
+def _first(seen: Any) -> Any:
+    return {k: v[0] for k, v in seen.items()} if isinstance(seen, dict) else seen[0]

@@ -59,7 +59,57 @@ def env_hover_1_us() -> Measured:
     return Measured(1e6 * seconds(step, at_least_s=2.0), detail=f"{env.program.ticks} ticks a step, NumPy out")
 
 
+def env_sonar_256_ksteps() -> Measured:
+    """Wall inspection: vehicle, contact, DVL and an imaging sonar of 64 beams x 16 rays every step."""
+    from pelagos import envs
+
+    env: Any = envs.make("pelagos/WallInspection-v0", 256)
+    env.reset(seed=1)
+    actions = np.random.default_rng(2).uniform(-1, 1, (16, 256, 4))
+    seen: dict[str, Any] = {}
+    count = 0
+
+    def step() -> None:
+        nonlocal seen, count
+        seen, *_ = env.step(actions[count % len(actions)])
+        count += 1
+
+    took = seconds(step, at_least_s=5.0)
+    must(float(seen["sonar"].std(axis=(1, 2)).min()) > 0, "a sonar's picture is empty")
+    return Measured(0.256 / took, detail="10 ticks of 20 ms a step")
+
+
+def ppo_hover_s() -> Measured:
+    """PPO from nothing until hover's episodes end within 0.3 m of the pose, on average."""
+    from pelagos import envs
+    from pelagos.envs.ppo import Recipe, train
+
+    env: Any = envs.make("pelagos/Hover-v0", 512, arrays="torch")
+    made = train(env, Recipe(until=("distance_m", 0.3)))
+    must(made.reached, "hover was not learned in 2 million steps")
+    last = made.curve[-1]
+    return Measured(last["seconds"], detail=f"{last['steps'] * 1e-6:.2f} M steps; {last['distance_m']:.2f} m")
+
+
 CASES: Final = (
+    Case(
+        name="env_sonar_256_ksteps",
+        title="256 environments: BlueROV2 Heavy before a wall, sonar 64 x 16 and DVL every step",
+        measure=env_sonar_256_ksteps,
+        unit="k env-steps/s",
+        goal=8.0,
+        better="higher",
+        reference=Reference("nobody publishes one"),
+    ),
+    Case(
+        name="ppo_hover_s",
+        title="PPO learns to hover to 0.3 m (needs torch)",
+        measure=ppo_hover_s,
+        unit="s",
+        goal=60.0,
+        better="lower",
+        reference=Reference("a first trial, to 0.22 m on two busy cores", 47.0),
+    ),
     Case(
         name="env_hover_4096_msteps",
         title="4096 environments: BlueROV2 Heavy hovers, five ticks a step, resets inside",
