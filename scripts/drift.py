@@ -80,9 +80,11 @@ def main(name: str) -> None:
     drift = data["drift"]
     body = pl.Vehicle.from_catalogue(name).config.body
     mass, inertia = float(body.mass_matrix[0, 0]), float(body.mass_matrix[5, 5])
+    whole = np.array(drift["force"])
+    pushes = whole - np.array(drift["own"]) if drift.get("own") else whole  # what the vehicle's table adds as it is run
     own = []
-    for omega in drift["omega_radps"]:
-        own.append(own_force(name, mass, inertia, omega, drift["heading_deg"], 50.0))
+    for omega, push in zip(drift["omega_radps"], pushes, strict=True):
+        own.append(own_force(name, mass, inertia, omega, drift["heading_deg"], 50.0) - push)
         own[-1][[0, -1], 1:] = 0.0  # from ahead and astern, by symmetry
         print(f"{omega:.2f} rad/s", own[-1][[0, 6, 12]].round(3).tolist(), flush=True)
     drift["own"] = np.char.mod("%.5g", np.array(own)).astype(float).tolist()

@@ -151,6 +151,18 @@ def test_bad_coefficients(change: dict[str, Any], message: str) -> None:
         DriftConfig.model_validate({**DRIFT, **change})
 
 
+@pytest.mark.parametrize("name", ["wamv", "otter"])
+def test_pressure_does_not_push_a_hull_of_the_catalogue_twice(name: str) -> None:
+    """What the pressure on the moving hull pushes by itself is measured and taken off: abeam, where a wave is long for
+    the hull, it is several times the whole."""
+    file = Path(pl.__file__).parent / f"vehicles/catalogue/{name}.bem.json"
+    drift = DriftConfig.model_validate(json.loads(file.read_text())["drift"])
+    own, whole = np.array(drift.own), np.array(drift.force)
+    assert own.shape == whole.shape
+    long = np.array(drift.omega_radps) < 4.0
+    assert own[long, 6, 1].max() > 2 * whole[long, 6, 1].max() > 0
+
+
 def test_catalogue_says_what_it_has() -> None:
     with pytest.raises(pl.PelagosError, match=r"surface_vessel.*no drift coefficients.*wamv"):
         pl.Vehicle.from_dict({"type": "surface_vessel", "afloat": {"drift": "surface_vessel"}})
