@@ -107,6 +107,7 @@ def pair_contacts(scene: Any) -> Callable[..., Array]:
             jit.Float64(dr.gather(jit.Float, table, material, hit))
             for table in (materials.stiffness, materials.damping, materials.friction)
         ]
+        touch[2] *= dr.gather(jit.Float64, probes.grip, jit.UInt32(0))
         columns = [dr.select(hit, 1.0, 0.0), (length - t) * facing, *point, *normal, *touch]
         return dr.ravel(jit.ArrayXf64([jit.Float64(c) for c in columns]))
 

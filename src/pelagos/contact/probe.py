@@ -50,12 +50,14 @@ class HullProbes:
         direction: `Array3f64` (p), unit vectors, body FLU.
         length: `Float64` (p), from start to the surface [m].
         mass: `Float64` (36), mass matrix with added mass, about the body's origin, FLU, row by row [kg, kg m, kg m^2].
+        grip: `Float64` (1), factor on a surface's friction: 1 for a bare hull, near 0 on wheels that roll freely.
     """
 
     start: Array
     direction: Array
     length: Array
     mass: Array
+    grip: Array
 
 
 @jit.struct
@@ -81,13 +83,16 @@ class _Touches:
     friction: Array
 
 
-def hull_probes(starts: NDArray[np.float64], vectors: NDArray[np.float64], mass: NDArray[np.float64]) -> HullProbes:
+def hull_probes(
+    starts: NDArray[np.float64], vectors: NDArray[np.float64], mass: NDArray[np.float64], grip: float = 1.0
+) -> HullProbes:
     """Probes for the device.
 
     Args:
         starts: `(p, 3)` points inside the hull, body FLU [m].
         vectors: `(p, 3)` from there to the hull's surface [m].
         mass: `(6, 6)` symmetric mass matrix, added mass included, about the body's origin, FLU.
+        grip: factor on a surface's friction.
     """
     length = np.linalg.norm(vectors, axis=1)
     return HullProbes(
@@ -95,6 +100,7 @@ def hull_probes(starts: NDArray[np.float64], vectors: NDArray[np.float64], mass:
         direction=jit.Array3f64(np.ascontiguousarray((vectors / length[:, None]).T)),
         length=jit.Float64(length),
         mass=jit.Float64(np.ascontiguousarray((mass + mass.T) / 2).ravel()),
+        grip=jit.Float64(grip),
     )
 
 
@@ -182,6 +188,7 @@ def _touch(
         jit.Float64(dr.gather(jit.Float, table, hits.material, hits.valid))
         for table in (materials.stiffness, materials.damping, materials.friction)
     )
+    friction *= dr.gather(jit.Float64, probes.grip, jit.UInt32(0))
     # soft ground hardens before it reaches the probe's start: what comes fast must not come through
     squeeze = dr.clip(depth / length, 0.0, 1.0)
     surge_mass = dr.gather(jit.Float64, probes.mass, jit.UInt32(0))

@@ -65,7 +65,8 @@ def probes_of(vehicle: Vehicle) -> HullProbes:
     """A vehicle's contact probes, with its mass and added mass."""
     starts, vectors = vehicle.probes
     turn = np.diag([1.0, -1.0, -1.0, 1.0, -1.0, -1.0])  # FRD -> FLU
-    return hull_probes(starts, vectors, turn @ vehicle.config.body.mass_matrix @ turn)
+    mass = turn @ vehicle.config.body.mass_matrix @ turn
+    return hull_probes(starts, vectors, mass, vehicle.config.hull_grip)
 
 
 def _touch(n: int, actuators: int) -> Callable[..., tuple[Array, Array]]:

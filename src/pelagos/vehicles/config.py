@@ -85,6 +85,10 @@ class VehicleConfig(PartConfig):
     """What it looks like."""
     materials: tuple[str, ...] = ("hull_paint",)
     """What the hull is made of."""
+    hull_grip: float = Field(default=1.0, ge=0, le=1)
+    """Share of the friction of whatever it touches that the hull feels: near 0 for a body on wheels or runners, whose
+    resistance to rolling and to sliding sideways is then damping.
+    """
     mounts: dict[str, Three] = Field(default_factory=dict)
     """Places for sensors, forward-left-up from the origin [m]."""
     variants: dict[str, dict[str, Any]] = Field(default_factory=dict)

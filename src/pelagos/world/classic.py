@@ -234,7 +234,8 @@ def test_world(seed: int) -> BuiltConfig | GeneratedConfig:
     del seed
     things = [
         _box((-17.5, 0, -0.235), (45, 30, 0.53), "grass", "landscape", "ground"),
-        _box((3.77, 0.7, 1.0), (2.0, 0.4, 2.0), "concrete", "wall", "wall"),
+        {"shape": "plane", "at_m": [2.77, 0.7, 1.0], "size_m": [2.0, 1.0, 1.0], "orientation_deg": [0, -90, 0],
+         "material": "concrete", "label": "wall", "name": "wall"},  # nothing is inside a sheet
         _box((1.75, -30, -1.0), (2.0, 4.0, 6.0), "concrete", "wall", "blocker"),
         _box((-10, 5.5, 0.53), (1.0, 1.0, 1.0), "wood", "cube", "blocker"),
         _box((0, -50, -3.5), (12, 12, 1.0), "sand", "landscape", "shoal"),
