@@ -33,6 +33,8 @@ class Start(Strict):
     """Pitch, nose up positive [deg]."""
     speed_mps: float = 0.0
     """Speed forward through the water [m/s]."""
+    anywhere: bool = False
+    """Start even inside the seabed or where the hull touches something; contact then pushes it out."""
     grid: tuple[int, int] | None = None
     """Of a group: its rows, one after another northwards, and how many stand in a row, westwards; the first member
     stands at `position_m`. Not given: a square that grows from the first member."""

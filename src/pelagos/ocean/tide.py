@@ -50,11 +50,12 @@ class Tide:
         return level
 
 
-def make_tide(constituents: tuple[TideConfig, ...]) -> Tide | None:
-    """The tide on the device; None without constituents."""
-    if not constituents:
+def make_tide(constituents: tuple[TideConfig, ...], level_m: float | None = None) -> Tide | None:
+    """The tide on the device, about a mean level [m]; None without constituents and level."""
+    if not constituents and level_m is None:
         return None
-    rows = [(c.amplitude_m, tide_omega(c.constituent, c.period_h), math.radians(c.phase_deg)) for c in constituents]
+    rows = [] if level_m is None else [(level_m, 0.0, 0.0)]
+    rows += [(c.amplitude_m, tide_omega(c.constituent, c.period_h), math.radians(c.phase_deg)) for c in constituents]
     tide = Tide(*(jit.Float64(np.ascontiguousarray(column)) for column in np.array(rows, dtype=np.float64).T))
     jit.settle(tide)
     return tide

@@ -73,6 +73,27 @@ class Changes(Lives):
         sim = cast("Simulation", self)
         return observe(sim, agent, motion, sensors=sensors, copy=copy, episode=episode)
 
+    def read(self, agent: str, sensors: Iterable[str] | None = None) -> Mapping[str, Reading]:
+        """Readings of an agent's sensors now, due or not; the next step is as it would be without.
+
+        Args:
+            agent: whose sensors.
+            sensors: their names; all where not given.
+
+        Raises:
+            CommandError: an unknown agent or sensor, or within a step.
+        """
+        self.gate.refuse("read")
+        if agent not in self.model.agents:
+            raise CommandError(str(LookupFailed("agent", agent, self.model.agents)))
+        built = self.model.agents[agent].sensors
+        chosen = list(built) if sensors is None else list(sensors)
+        for name in chosen:
+            if name not in built:
+                raise CommandError(str(LookupFailed("sensor", name, built, where=agent)))
+        stepper = cast("Simulation", self).stepper
+        return stepper.observed(stepper.read_some(agent, chosen))[agent]
+
     def set(self, path: str, **keys: Any) -> None:
         """Change the configuration of a sensor while the run stands: `sim.set("auv0.camera", exposure_ev=1.0)`.
 

@@ -97,6 +97,7 @@ def _start(
     where = model.scenario.where("agents", agent.name, "start")
     angles = (math.radians(a) for a in (start.roll_deg, start.pitch_deg, start.heading_deg))
     attitude = flip_quaternion_np(np.array([float(c) for c in from_euler(*angles)]))
+    close = close and not start.anywhere
     why = (model.world.inside(position[None]) or _touched(agent, model.world, position, attitude)) if close else None
     if why is not None:
         raise ScenarioError(f"{agent.name} cannot start here: {why}", where=where)

@@ -53,6 +53,7 @@ class Lives(Outside):
         episode: int = 0,
         where: object = None,
         state: Mapping[str, Mapping[str, Any]] | None = None,
+        tick: int = 0,
     ) -> Observations:
         """Back to the start: time 0, no spawned bodies, missions from their first leg; or some copies only.
 
@@ -67,6 +68,8 @@ class Lives(Outside):
             where: `(n,)` bool or indices of copies.
             state: where agents begin instead, by name: `position`, `attitude`, `velocity`, `angular_velocity`, each
                 `(k,)`, `(n, k)`, or `(m, k)` for the m copies of `where`; what is not given is the scenario's.
+            tick: number of the tick at which all copies begin, instead of 0: sensors are due at whole multiples of
+                their periods from tick 0 on.
 
         Returns:
             The readings of every sensor, computed when looked at.
@@ -76,8 +79,8 @@ class Lives(Outside):
         """
         self._refuse_within("reset", in_recording=where is not None)
         if where is not None:
-            if seed is not None or environment is not None or episode:
-                raise CommandError("seed, environment and episode are those of all copies; leave out where")
+            if seed is not None or environment is not None or episode or tick:
+                raise CommandError("seed, environment, episode and tick are those of all copies; leave out where")
             mask = chosen(where, self.n)
             self._stepper.restart(starts(self._begin, state, mask), mask)
             checkpoint.forget(cast("Simulation", self), mask)
@@ -85,12 +88,14 @@ class Lives(Outside):
         begin = starts(self._begin, state, np.ones(self.n, dtype=bool))
         if isinstance(episode, bool) or not isinstance(episode, int | np.integer) or episode < 0:
             raise CommandError(f"an episode is a whole number from 0 on, not {episode!r}")
+        if isinstance(tick, bool) or not isinstance(tick, int | np.integer) or tick < 0:
+            raise CommandError(f"tick is a whole number from 0 on, not {tick!r}")
         first = self.model.first_environment
         if (seed is not None and seed != self.seed) or (environment is not None and environment != first):
             self._rename(self.seed if seed is None else seed_of(seed), first if environment is None else environment)
         self.bodies.clear()
-        self.listeners.restart()
-        self._stepper.start(begin, episode=int(episode))
+        self.listeners.restart(int(tick))
+        self._stepper.start(begin, episode=int(episode), tick=int(tick))
         return self._later(self._stepper.read_now)
 
     def _later(self, read: Callable[[], list[Sampled]]) -> Observations:

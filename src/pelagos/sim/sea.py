@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any, Final
 
+import drjit as dr
 import numpy as np
 
+from pelagos import jit
 from pelagos.config.loader import load_scenario
-from pelagos.errors import CommandError
+from pelagos.errors import CommandError, LookupFailed
+from pelagos.ocean.tide import make_tide
 from pelagos.sim.bodies import rows
 from pelagos.sim.model import with_changes
 from pelagos.sim.set_points import vectors
@@ -17,6 +21,7 @@ if TYPE_CHECKING:
     from pelagos.sim.simulation import Simulation
 
 _SCENARIO = object()
+_LIGHT: Final = ("sun", "weather", "water_type")
 
 
 class Sea:
@@ -30,8 +35,16 @@ class Sea:
         """Currents, waves, water masses, tracers and light as functions of place and time, on the device."""
         return self._sim.model.ocean
 
-    def set(self, *, current: Any = _SCENARIO, turbidity: float | None = None) -> None:
-        """Set the current of each copy, or the turbidity of all.
+    def set(
+        self,
+        *,
+        current: Any = _SCENARIO,
+        turbidity: float | None = None,
+        level_m: float | None = None,
+        keys: Mapping[str, Any] | None = None,
+        agent: str | None = None,
+    ) -> None:
+        """Set the current of each copy, or the turbidity, the level and the light of all.
 
         Args:
             current: velocity of the water NWU [m/s], `(3,)` or `(n, 3)`, everywhere in a copy and until it is set
@@ -39,14 +52,23 @@ class Sea:
                 current meters feel it; the scenario's plumes drift with the scenario's currents. The first time, all
                 sensors are built anew; after that it takes no time.
             turbidity: factor on the particles of the water type, the same in all copies; sensors are built anew.
+            level_m: mean height of the sea surface over z = 0 [m], about which tides go on; the first time, sensors are
+                built anew.
+            keys: of the scenario's `sun`, `weather` and `water_type`, by dotted key ("weather.cloud"); sensors are
+                built anew.
+            agent: whose current it is, where it is not that of all: vehicles in one sea may be told currents of their
+                own.
 
         Raises:
             CommandError: a wrong shape, a value that is not finite or not allowed, or within a step or a run.
         """
         sim = self._sim
         sim.gate.refuse("ocean.set")
-        if current is _SCENARIO and turbidity is None:
-            raise CommandError("what is to be set of the ocean? Give current or turbidity")
+        if current is _SCENARIO and turbidity is None and level_m is None and not keys:
+            raise CommandError("what is to be set of the ocean? Give current, turbidity, level_m or keys")
+        if agent is not None:
+            self._set_agent(agent, current)
+            return
         ocean, scenario = sim.model.ocean, sim.scenario
         if turbidity is not None:
             if np.ndim(turbidity) or not (np.isfinite(turbidity) and 0 <= turbidity <= 1000):
@@ -54,6 +76,10 @@ class Sea:
             checked = load_scenario(scenario, overrides={"ocean.turbidity": float(turbidity)})
             scenario = scenario.model_copy(update={"ocean": checked.ocean})
             ocean = ocean.with_(turbidity=float(turbidity))
+        if keys:
+            scenario, ocean = self._relit(scenario, ocean, keys)
+        if level_m is not None:
+            ocean = self._levelled(ocean, level_m)
         own = sim.stepper.own_current
         if current is None:
             own = None
@@ -64,3 +90,42 @@ class Sea:
         if ocean is not sim.model.ocean:
             sim.exchange(with_changes(sim.model, scenario, sim.encounters, seed=sim.seed, ocean=ocean))
         sim.stepper.own_current = own
+        sim.stepper.agent_currents.clear()
+
+    def _set_agent(self, agent: str, current: Any) -> None:
+        """A current of one vehicle."""
+        sim = self._sim
+        if agent not in sim.model.agents:
+            raise CommandError(str(LookupFailed("agent", agent, sim.model.agents)))
+        if current is _SCENARIO or current is None:
+            raise CommandError("with an agent, give its current")
+        kept = dict(sim.stepper.agent_currents)
+        if sim.stepper.own_current is None:
+            self.set(current=(0.0, 0.0, 0.0))
+        sim.stepper.agent_currents = {**kept, agent: rows(current, sim.n, 3, "current")}
+
+    def _relit(self, scenario: Any, ocean: Ocean, keys: Mapping[str, Any]) -> tuple[Any, Ocean]:
+        """Scenario and ocean with other light and weather."""
+        for key in keys:
+            if key.split(".")[0] not in _LIGHT:
+                raise CommandError(str(LookupFailed("key of the ocean's light", key, _LIGHT)))
+        checked = load_scenario(scenario, overrides={f"ocean.{key}": value for key, value in keys.items()})
+        config = checked.ocean
+        elevation, azimuth = config.sun.angles(self._sim.world.origin)
+        weather = config.weather.weather()
+        changed = ocean.with_(
+            sun_elevation=dr.opaque(jit.Float, elevation), sun_azimuth=dr.opaque(jit.Float, azimuth),
+            water_type=config.water_type, cloud=weather.cloud, visibility=weather.visibility, rain=weather.rain,
+        )  # fmt: skip
+        return scenario.model_copy(update={"ocean": config}), changed
+
+    def _levelled(self, ocean: Ocean, level_m: float) -> Ocean:
+        """The ocean with its surface at another mean level; the same object where it has such a level already."""
+        if not np.isfinite(level_m):
+            raise CommandError(f"level_m is a finite number, not {level_m!r}")
+        tide = make_tide(self._sim.scenario.ocean.tide, float(level_m))
+        assert tide is not None
+        if ocean.tide is not None and dr.width(ocean.tide.amplitude) == dr.width(tide.amplitude):
+            ocean.tide = tide
+            return ocean
+        return ocean.with_(tide=tide)

@@ -46,6 +46,7 @@ class Stepper:
     Attributes:
         tick: ticks since the start.
         own_current: see `Ocean.own`; None where that is not set.
+        agent_currents: by agent `(n, 3)` NWU [m/s], of those that have another.
         logged: the motion of every tick is written down.
         changes: counts steps, and whatever else changes the state.
         timings: where the time went.
@@ -86,6 +87,7 @@ class Stepper:
         self._blocks: dict[str, list[Trajectory]] = {}
         self.timings = Timings()
         self.own_current: Array | None = None
+        self.agent_currents: dict[str, NDArray[np.float64]] = {}
         self.logged = False
         self._close = False  # something may touch in the present block
         self._placed = False  # the moving scene, in this round of readings
@@ -93,10 +95,10 @@ class Stepper:
         self.tick: int = 0
         self.changes: int = 0
 
-    def start(self, states: Mapping[str, StartState], *, episode: int = 0) -> None:
-        """Tick 0: place the agents, and read those sensors that missions wait for."""
+    def start(self, states: Mapping[str, StartState], *, episode: int = 0, tick: int = 0) -> None:
+        """The first tick: place the agents, and read those sensors that missions wait for."""
         self.changes += 1
-        self.tick = 0
+        self.tick = tick
         self.timings = Timings()
         self._blocks.clear()
         self.contacts.clear()
@@ -136,6 +138,12 @@ class Stepper:
     def read_all(self) -> list[Sampled]:
         """Every sensor at the present tick, due or not."""
         return self._sense(due=range(self.tick, self.tick + 1))
+
+    def read_some(self, agent: str, names: Collection[str]) -> list[Sampled]:
+        """Some sensors of an agent, and of those that move with it, at the present tick, due or not."""
+        batch = self._model.agents[agent].batch
+        now = range(self.tick, self.tick + 1)
+        return self._sense(lambda b, sensor: b is batch and sensor.name in names, due=now)
 
     def read_now(self) -> list[Sampled]:
         """Every sensor that is due at the current tick, read again: the same bytes."""
@@ -227,6 +235,7 @@ class Stepper:
         return {
             "tick": self.tick,
             "own_current": None if self.own_current is None else np.array(self.own_current),
+            "agent_currents": {name: v.copy() for name, v in self.agent_currents.items()},
             "episodes": self.episodes.memory(),
             "runs": {name: self._run_of(agent).part(agent.rows) for name, agent in self._model.agents.items()},
             "missions": self.missions.memory(),
@@ -239,6 +248,7 @@ class Stepper:
         self.tick = memory["tick"]
         own = memory["own_current"]
         self.own_current = None if own is None else vectors(own.T)
+        self.agent_currents = {name: v.copy() for name, v in memory["agent_currents"].items()}
         self.changes += 1
         self._blocks.clear()
         self.episodes.recall(memory["episodes"])
@@ -298,6 +308,7 @@ class Stepper:
     def _advance(self, name: str, ticks: int, wrench: Wrench | None = None) -> tuple[Array, Trajectory]:
         start, batch = time.perf_counter(), self._model.batches[name]
         every = bool(batch.sensors) or self.logged or batch.rows == 1
+        self._in_own_current(batch)
         made = self.runs[name].advance(batch.driver, self._model.ocean, self.tick, ticks, wrench, every=every)
         self.timings.add(f"{name}.dynamics", start)
         return made
@@ -331,6 +342,7 @@ class Stepper:
                 if sensor.casts:
                     self._place()
                 self._answer(ticks)
+                self._in_own_current(batch)
                 one = Sampled(batch.members, sensor, ticks, self._ask(sensor, self._lanes_of(batch, ticks)))
                 sampled.append(one.without(self.episodes.ended) if self.episodes.over.any() else one)
                 require_finite(sampled[-1], self._model.n, self._model.clock.dt_ns, self._uncovered)
@@ -383,10 +395,16 @@ class Stepper:
         finally:
             self._model.scene.reading = False
 
-    def _in_own_current(self) -> None:
-        """Have the ocean's current by copy be this run's, where simulations share the ocean."""
-        if self.own_current is not None:
-            self._model.ocean.own = self.own_current
+    def _in_own_current(self, batch: Batch | None = None) -> None:
+        """Have the ocean's current by copy be this run's, where simulations share the ocean; or by row of a batch."""
+        if self.own_current is None:
+            return
+        self._model.ocean.own = self.own_current
+        if batch is not None and not self.agent_currents.keys().isdisjoint(batch.members):
+            common = np.array(self.own_current).T
+            self._model.ocean.own = vectors(
+                np.concatenate([self.agent_currents.get(name, common) for name in batch.members])
+            )
 
     def _answer(self, due: range) -> None:
         """Have the sensor that reads next ask this run, about these ticks."""

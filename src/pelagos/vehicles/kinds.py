@@ -18,13 +18,16 @@ from pelagos.vehicles.control.acceleration import AccelerationConfig
 from pelagos.vehicles.control.airplane import AirplaneConfig
 from pelagos.vehicles.control.depth_heading import DepthHeadingConfig
 from pelagos.vehicles.control.direct import ActuatorsConfig, WrenchConfig
+from pelagos.vehicles.control.engine_forces import EngineForcesConfig
 from pelagos.vehicles.control.heading_thrust import HeadingThrustConfig
 from pelagos.vehicles.control.line_of_sight import LineOfSightConfig
 from pelagos.vehicles.control.multirotor import MultirotorConfig
+from pelagos.vehicles.control.place import PlaceConfig
 from pelagos.vehicles.control.pose import PoseConfig
 from pelagos.vehicles.control.rudder_heading import RudderHeadingConfig
 from pelagos.vehicles.control.sawtooth import SawtoothConfig
 from pelagos.vehicles.control.velocity import VelocityConfig
+from pelagos.vehicles.control.world_acceleration import WorldAccelerationConfig
 from pelagos.vehicles.terms.air import WingConfig
 from pelagos.vehicles.terms.blunt_lift import BluntLiftConfig
 from pelagos.vehicles.terms.crossflow import CrossFlowConfig
@@ -76,13 +79,16 @@ ModeConfig: TypeAlias = Annotated[
     | ActuatorsConfig
     | AirplaneConfig
     | DepthHeadingConfig
+    | EngineForcesConfig
     | HeadingThrustConfig
     | LineOfSightConfig
     | MultirotorConfig
+    | PlaceConfig
     | PoseConfig
     | RudderHeadingConfig
     | SawtoothConfig
     | VelocityConfig
+    | WorldAccelerationConfig
     | WrenchConfig,
     Field(discriminator="type"),
 ]
