@@ -14,7 +14,7 @@ import pytest
 
 import pelagos as pl
 from pelagos.bridges.exchange import Exchange
-from pelagos.bridges.lcm_types import HOLOOCEAN, OWN, definition, encode
+from pelagos.messages.lcm import HOLOOCEAN, OWN, definition, encode
 from pelagos.messages.store import deserialize, make, serialize, vector3
 
 pytest.importorskip("lcm")

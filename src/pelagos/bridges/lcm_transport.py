@@ -13,9 +13,9 @@ import numpy as np
 
 from pelagos.bridges.config import BridgeConfig
 from pelagos.bridges.extras import require
-from pelagos.bridges.lcm_types import encode, fingerprint
 from pelagos.bridges.transport import Answer, BridgeError, Buffer, Qos, Receive, Unsupported, Write
 from pelagos.math.so3 import rotate_np
+from pelagos.messages.lcm import encode, fingerprint
 
 if TYPE_CHECKING:
     from pelagos.bridges.exchange import Exchange

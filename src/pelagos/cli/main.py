@@ -388,6 +388,40 @@ def cite(
 
 
 learn_options.enter(app)
+@app.command(
+    epilog="Examples:\n\n"
+    "    pelagos holoocean survey.py --my-own-option\n\n"
+    "    pelagos holoocean --legacy-dynamics -m pytest tests/\n\n"
+    "    pelagos holoocean --convert Dam-Hovering.json dam.yaml"
+)
+def holoocean(
+    program: Annotated[
+        list[str] | None,
+        typer.Argument(metavar="SCRIPT.py [ARGS]...", help="A script, and what it is given.", show_default=False),
+    ] = None,
+    module: Annotated[
+        str | None,
+        typer.Option("-m", metavar="MODULE", help="Run a module instead, such as pytest.", show_default=False),
+    ] = None,
+    legacy_dynamics: Annotated[
+        bool, typer.Option("--legacy-dynamics", help="Move HoloOcean's agents by HoloOcean's own force model.")
+    ] = False,
+    seed: Annotated[int | None, typer.Option(help="Seed of every environment.", show_default=False)] = None,
+    strict: Annotated[bool, typer.Option("--strict", help="Refuse keys that HoloOcean would ignore.")] = False,
+    convert: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="SCENARIO.json", help="Write a HoloOcean scenario as a native one to OUT.yaml.", show_default=False
+        ),
+    ] = None,
+) -> None:
+    """Run a program in which `import holoocean` is Pelagos."""
+    from pelagos.cli import holoocean as command
+
+    if convert is not None:
+        command.convert(convert, program or [])
+        return
+    command.run_program(program or [], module=module, legacy_dynamics=legacy_dynamics, seed=seed, strict=strict)
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
@@ -400,7 +434,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
         with warnings.catch_warnings():
             if "--debug" not in given:
                 warnings.showwarning = show_warning
-            app(given, prog_name="pelagos")
+            app(_program_apart(given), prog_name="pelagos")
     except KeyboardInterrupt:
         sys.exit(130)
     except BrokenPipeError:
@@ -426,3 +460,15 @@ def main(arguments: Sequence[str] | None = None) -> None:
 
         show_error("error", f"{error.filename or ''}: {error.strerror or error}".removeprefix(": "))
         sys.exit(1)
+
+
+def _program_apart(given: list[str]) -> list[str]:
+    """Arguments with `--` before what belongs to a program that `pelagos holoocean` runs."""
+    if not given or given[0] != "holoocean" or "--" in given:
+        return given
+    at = 1
+    while at < len(given) and given[at].startswith("-"):
+        at += 2 if given[at] in ("-m", "--seed", "--convert") else 1
+        if given[at - 2] == "-m":
+            break
+    return [*given[:at], "--", *given[at:]]

@@ -46,6 +46,10 @@ HOLOOCEAN: Final[Mapping[str, tuple[Member, ...]]] = {
     "OrientationSensor": (Member("int64_t", "timestamp"), Member("float", "matrix", (3, 3))),
     "PoseSensor": (Member("int64_t", "timestamp"), Member("float", "matrix", (4, 4))),
     "DepthSensor": (Member("int64_t", "timestamp"), Member("float", "depth")),
+    "AcousticBeaconSensor": (
+        Member("int64_t", "timestamp"), Member("string", "msg_type"), Member("int32_t", "from_beacon"),
+        Member("float", "azimuth"), Member("float", "elevation"), Member("float", "range"), Member("float", "z"),
+    ),
     "ImagingSonar": (
         Member("int64_t", "timestamp"), Member("int32_t", "bins_azimuth"), Member("int32_t", "bins_range"),
         Member("float", "image", ("bins_range", "bins_azimuth")),

@@ -1,0 +1,301 @@
+"""HoloOcean's cameras and lidars."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any, ClassVar, Final
+
+import numpy as np
+
+from pelagos.compat.holoocean.exceptions import HoloOceanConfigurationException
+from pelagos.compat.holoocean.sensors import HoloOceanSensor
+from pelagos.sensors.sensor import Reading
+
+if TYPE_CHECKING:
+    from pelagos.compat.holoocean.motion import Motion
+
+_SIZE: Final = frozenset({"CaptureWidth", "CaptureHeight"})
+FAR_M: Final = 1000.0  # HoloOcean's depth ends here
+_UNUSED: Final = frozenset(
+    {
+        "DepthOfFieldMinFstop", "ExposureSpeedDown", "ExposureSpeedUp", "MotionBlurMaxDistortion",
+        "MotionBlurIntensity",
+        "MotionBlurMinObjectScreenSize", "MaxViewDistanceOverride", "FocalDistance", "DepthBlurAmount",
+        "DepthBlurRadius", "BladeCount",
+    }
+)  # fmt: skip
+_CAMERA: Final = _SIZE | _UNUSED | frozenset(
+    {
+        "FovAngle", "TargetGamma", "ExposureMethod", "ExposureCompensation", "ShutterSpeed", "ISO", "Aperture",
+        "Aperature", "FilmSlope", "FilmToe", "FilmShoulder", "FilmBlackClip", "FilmWhiteClip", "ExposureMinBrightness",
+        "ExposureMaxBrightness", "LensFlareIntensity", "BloomIntensity", "WhiteTemp", "WhiteTint",
+        "ChromAberrIntensity", "ChromAberrOffset",
+    }
+)  # fmt: skip
+_FILM: Final = {
+    "FilmSlope": "film_slope", "FilmToe": "film_toe", "FilmShoulder": "film_shoulder",
+    "FilmBlackClip": "film_black_clip", "FilmWhiteClip": "film_white_clip",
+}  # fmt: skip
+_PLAIN: Final = {
+    "BloomIntensity": "bloom", "LensFlareIntensity": "lens_flare", "WhiteTemp": "white_temperature_k",
+    "WhiteTint": "white_tint", "ChromAberrOffset": "chromatic_aberration_start",
+}  # fmt: skip
+
+
+class _View(HoloOceanSensor):
+    """A picture of `CaptureWidth` x `CaptureHeight`."""
+
+    keys = _SIZE
+    usual: ClassVar[tuple[int, int]] = (256, 256)
+
+    @property
+    def width(self) -> int:
+        """[px]"""
+        return int(self.config.get("CaptureWidth", self.usual[0]))
+
+    @property
+    def height(self) -> int:
+        """[px]"""
+        return int(self.config.get("CaptureHeight", self.usual[1]))
+
+    @property
+    def fov(self) -> float:
+        """Across the width [deg]."""
+        return float(self.config.get("FovAngle", 90.0))
+
+    @property
+    def data_shape(self) -> Sequence[int]:
+        return [self.height, self.width, 4]
+
+    @property
+    def dtype(self) -> Any:
+        return np.uint8
+
+    def view(self, kind: str) -> dict[str, Any]:
+        """Keys of the native view."""
+        lens = {} if self.fov < 170 else {"lens": "fisheye"}
+        return {
+            "type": kind, "width_px": self.width, "height_px": self.height, "horizontal_fov_deg": self.fov, **lens,
+        }  # fmt: skip
+
+    def picture(self, rgb: Any) -> Any:
+        """`(H, W, 3)` red green blue as HoloOcean's blue green red alpha."""
+        made = np.empty((*rgb.shape[:2], 4), dtype=np.uint8)
+        made[..., :3], made[..., 3] = rgb[..., ::-1], 255
+        return made
+
+
+class RGBCamera(_View):
+    """A colour picture, blue green red alpha, 90 deg wide."""
+
+    sensor_type = "RGBCamera"
+    keys = _SIZE | {"FovAngle"}
+
+    def native(self) -> dict[str, Any] | None:
+        return self.view("camera") | self.env.lamps_of(self.agent_name)
+
+    def value(self, motion: Motion, reading: Reading | None) -> Any:
+        assert reading is not None
+        return self.picture(reading.data[0])
+
+
+class CameraSensor(RGBCamera):
+    """The same with a lens, a shutter and a film."""
+
+    sensor_type = "CameraSensor"
+    keys = _CAMERA
+
+    def setup(self) -> None:
+        idle = sorted(k for k in self.config if k in _UNUSED)
+        if idle:
+            self.env.advice.once(
+                f"{self.agent_name}.{self.name}: {', '.join(idle)} have no effect here; set the native camera's own "
+                "keys through env.pelagos.set"
+            )
+        if "Aperature" in self.config:
+            self.env.advice.once("Aperature, as one of HoloOcean's pages spells it, is taken as Aperture")
+
+    def native(self) -> dict[str, Any] | None:
+        c = self.config
+        made = super().native() or {}
+        made |= {native: c[key] for key, native in _PLAIN.items() if key in c}
+        if "ChromAberrIntensity" in c:
+            made["chromatic_aberration"] = float(c["ChromAberrIntensity"]) / 100
+        film = {native: c[key] for key, native in _FILM.items() if key in c}
+        if film:
+            made |= {"tone": "film", **film}
+        elif "TargetGamma" in c:
+            made |= {"tone": "gamma", "gamma": float(c["TargetGamma"])}
+        if c.get("ExposureMethod") == "AEM_Manual":
+            f_stop = c.get("Aperture", c.get("Aperature", 4.0))
+            made |= {"exposure": "manual", "iso": float(c.get("ISO", 100)), "aperture": float(f_stop)}
+            made["shutter_s"] = 1 / float(c.get("ShutterSpeed", 60)) / 2.0 ** -float(c.get("ExposureCompensation", 0))
+        elif "ExposureCompensation" in c:
+            made["compensation_ev"] = float(c["ExposureCompensation"]) - 4.0  # 4 is HoloOcean's normal
+        return made
+
+
+class ViewportCapture(RGBCamera):
+    """What the spectator sees: a camera where `move_viewport` put it, behind and above the agent until then."""
+
+    sensor_type = "ViewportCapture"
+    keys = _SIZE | {"Width", "Height"}
+    usual = (1280, 720)
+
+    def value(self, motion: Motion, reading: Reading | None) -> Any:
+        return self.env.viewport_picture(self) if self.env.viewport is not None else super().value(motion, reading)
+
+
+class DepthCamera(_View):
+    """Distance along the optical axis, as metres and as HoloOcean's 24-bit colours; there at every tick."""
+
+    sensor_type = "DepthCamera"
+    keys = _CAMERA
+    always = True
+
+    @property
+    def data_shape(self) -> Sequence[int]:
+        return [self.height, self.width, 4]
+
+    def zero(self) -> Any:
+        return {"image": np.zeros(self.data_shape, np.uint8), "depth": np.zeros((self.height, self.width))}
+
+    def native(self) -> dict[str, Any] | None:
+        return self.view("depth_camera") | {"max_range_m": FAR_M}
+
+    def value(self, motion: Motion, reading: Reading | None) -> Any:
+        assert reading is not None
+        depth = np.minimum(np.where(np.isfinite(reading.data[0]), reading.data[0], FAR_M), FAR_M).astype(np.float64)
+        code = np.round(depth / FAR_M * (2**24 - 1)).astype(np.uint32)
+        image = np.empty((*depth.shape, 4), dtype=np.uint8)
+        image[..., 2], image[..., 1], image[..., 0] = code & 255, (code >> 8) & 255, code >> 16
+        image[..., 3] = 255
+        return {"image": image, "depth": depth}
+
+
+class SemanticSegmentationCamera(_View):
+    """Colours of labels, red green blue in channels 2, 1, 0."""
+
+    sensor_type = "SemanticSegmentationCamera"
+    keys = _CAMERA
+
+    def native(self) -> dict[str, Any] | None:
+        return self.view("semantic_camera")
+
+    def value(self, motion: Motion, reading: Reading | None) -> Any:
+        assert reading is not None
+        return self.picture(reading.extras["palette"][reading.data[0]])
+
+
+_LIDAR: Final = frozenset(
+    {
+        "Channels", "Range", "PointsPerSecond", "RotationFrequency", "UpperFovLimit", "LowerFovLimit", "HorizontalFov",
+        "RandomSeed", "ShowDebugPoints", "SaveWaterPoints",
+    }
+)  # fmt: skip
+
+
+class _Lidar(HoloOceanSensor):
+    """Points in the sensor's frame; an empty list at ticks at which it is not due."""
+
+    keys = _LIDAR
+    always = True
+    columns: ClassVar[int] = 5
+
+    @property
+    def data_shape(self) -> Sequence[int]:
+        return [0, self.columns]
+
+    def idle(self) -> Any:
+        return np.zeros((0, self.columns), dtype=np.float32)
+
+    def scanner(self, kind: str) -> dict[str, Any]:
+        """Keys of the native scanner."""
+        c, rate = self.config, self.env._ticks_per_sec / self.tick_every
+        channels = int(c.get("Channels", 32))
+        if c.get("ShowDebugPoints"):
+            self.env.advice.once("ShowDebugPoints draws nothing here")
+        return {
+            "type": kind,
+            "channels": channels,
+            "range_m": float(c.get("Range", 500)),
+            "points_per_second": max(int(c.get("PointsPerSecond", 56000)), int(np.ceil(channels * rate))),
+            "rotation_hz": float(c.get("RotationFrequency", 10)),
+            "upper_fov_deg": float(c.get("UpperFovLimit", 10)),
+            "lower_fov_deg": float(c.get("LowerFovLimit", -30)),
+            "horizontal_fov_deg": float(c.get("HorizontalFov", 360)),
+            "water_points": bool(c.get("SaveWaterPoints", False)),
+        }
+
+
+class RaycastLidar(_Lidar):
+    """Points x, y, z [m], intensity, ring."""
+
+    sensor_type = "RaycastLidar"
+    keys = _LIDAR | {
+        "AtmospAttenRate", "DropOffGenRate", "DropOffIntensityLimit", "DropOffAtZeroIntensity", "NoiseStdDev",
+    }  # fmt: skip
+
+    def native(self) -> dict[str, Any] | None:
+        c = self.config
+        rate = float(c.get("AtmospAttenRate", 0.4))
+        limit = float(c.get("DropOffIntensityLimit", 0.8))
+        return self.scanner("lidar") | {
+            "atmosphere_attenuation_rate": rate,
+            "water_attenuation_rate": rate,
+            "dropoff_general_rate": float(c.get("DropOffGenRate", 0.45)),
+            "dropoff_intensity_limit": max(limit, 1e-9),
+            "dropoff_zero_intensity": 1.0 - float(c.get("DropOffAtZeroIntensity", 0.4)),
+            "noise_stddev_m": float(c.get("NoiseStdDev", 0)),
+        }
+
+    def value(self, motion: Motion, reading: Reading | None) -> Any:
+        from pelagos.sensors.lidar.lidar import points
+
+        assert reading is not None
+        return points(reading.data[0]).astype(np.float32)
+
+
+class RaycastSemanticLidar(_Lidar):
+    """Points x, y, z [m], cosine of incidence, ring, object and label."""
+
+    sensor_type = "RaycastSemanticLidar"
+    columns = 7
+
+    def native(self) -> dict[str, Any] | None:
+        return self.scanner("semantic_lidar")
+
+    def value(self, motion: Motion, reading: Reading | None) -> Any:
+        from pelagos.sensors.lidar.semantic_lidar import points
+
+        assert reading is not None
+        cloud = points(reading.data[0], reading.extras["instance"][0], reading.extras["label"][0])
+        columns = ("x", "y", "z", "CosAngle", "ring", "ObjIdx", "ObjTag")
+        return np.stack([cloud[name].astype(np.float32) for name in columns], axis=-1)
+
+
+class _OfHands(HoloOceanSensor):
+    """Sensors of agents that Pelagos does not have."""
+
+    def setup(self) -> None:
+        raise HoloOceanConfigurationException(
+            f"{self.sensor_type} is for AndroidAgent and HandAgent, which have no joints to read in Pelagos"
+        )
+
+
+class JointRotationSensor(_OfHands):
+    """Of AndroidAgent and HandAgent."""
+
+    sensor_type = "JointRotationSensor"
+
+
+class PressureSensor(_OfHands):
+    """Of AndroidAgent and HandAgent."""
+
+    sensor_type = "PressureSensor"
+
+
+class RelativeSkeletalPositionSensor(_OfHands):
+    """Of AndroidAgent and HandAgent."""
+
+    sensor_type = "RelativeSkeletalPositionSensor"

@@ -1,0 +1,5 @@
+"""Waves: `env.fftwaves` is the environment itself, which has the three calls."""
+
+from pelagos.compat.holoocean.appearance import Appearance as FFTWaves
+
+__all__ = ["FFTWaves"]

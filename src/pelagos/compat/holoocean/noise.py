@@ -1,0 +1,71 @@
+"""HoloOcean's keys for noise: `XSigma` (a number or one for each element) and `XCov` (a number, a diagonal, a matrix).
+
+Streams are named by seed, agent and sensor, so that a run with the same seed repeats.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pelagos.compat.holoocean.advice import Advice
+
+Array = NDArray[np.float64]
+
+
+def stream(seed: int, *names: str) -> np.random.Generator:
+    """The random stream of these names."""
+    text = "\x1f".join((str(int(seed)), *names)).encode()
+    return np.random.Generator(
+        np.random.Philox(int.from_bytes(hashlib.blake2b(text, digest_size=8).digest(), "little"))
+    )
+
+
+class Normal:
+    """Gaussian noise of `size` elements.
+
+    Attributes:
+        root: `(size, size)`, a square root of the covariance; None without noise.
+    """
+
+    def __init__(
+        self, config: Mapping[str, Any], name: str, size: int, *, advice: Advice | None = None, exclusive: bool = True
+    ) -> None:
+        sigma, cov = config.get(f"{name}Sigma"), config.get(f"{name}Cov")
+        if sigma is not None and cov is not None and exclusive:
+            raise ValueError(f"give either {name}Sigma or {name}Cov, not both")
+        self.size = size
+        self.root = _root(sigma, cov, size, advice, name)
+
+    def draw(self, stream: np.random.Generator) -> Array | float:
+        """`(size,)` numbers; 0 without noise."""
+        if self.root is None:
+            return 0.0
+        return np.asarray(self.root @ stream.standard_normal(self.size))
+
+
+def _root(sigma: Any, cov: Any, size: int, advice: Advice | None, name: str) -> Array | None:
+    if sigma is not None:
+        values = np.asarray(sigma, dtype=np.float64)
+        if values.ndim < 2:
+            diagonal = np.broadcast_to(values.reshape(-1) if values.size > 1 else values.reshape(()), (size,))
+            return np.diag(diagonal) if np.any(diagonal) else None
+        raise ValueError(f"{name}Sigma is a number or {size} of them; give a matrix as {name}Cov")
+    if cov is None:
+        return None
+    values = np.asarray(cov, dtype=np.float64)
+    if values.ndim < 2:
+        diagonal = np.broadcast_to(values.reshape(-1) if values.size > 1 else values.reshape(()), (size,))
+        return np.diag(np.sqrt(diagonal)) if np.any(diagonal) else None
+    if values.shape != (size, size):
+        raise ValueError(f"{name}Cov is a number, {size} of them, or a matrix of {size} x {size}; given {values.shape}")
+    try:
+        return np.asarray(np.linalg.cholesky(values), dtype=np.float64)
+    except np.linalg.LinAlgError:
+        if advice is not None:
+            advice.once(f"{name}Cov is not positive definite; there is no such noise")
+        return None
