@@ -300,7 +300,8 @@ _SURFACE: Final = AgentType(
     "SurfaceVessel", "SurfaceVessel",
     {
         "type": "surface_vessel",
-        "terms": {"linear_damping": {"diagonal": [60, 120, 5000, 700, 2600, 600]}},  # heaves no farther than HoloOcean's
+        # heave: no leap when it comes up from below, as in HoloOcean
+        "terms": {"linear_damping": {"diagonal": [60, 120, 5000, 700, 2600, 600]}},
         "actuators": {f"{s}_thruster": {"low_n": -1500, "high_n": 1500} for s in ("left", "right")},
         "modes": {
             "ho_acceleration": _world_acceleration(_SV_LIMITS),
