@@ -388,6 +388,8 @@ def cite(
 
 
 learn_options.enter(app)
+
+
 @app.command(
     epilog="Examples:\n\n"
     "    pelagos holoocean survey.py --my-own-option\n\n"

@@ -1,5 +1,8 @@
 """HoloOcean's agents as data: limits, sockets, and the native vehicle and modes that stand for their control schemes.
 
+Inertias of the force model are fitted to the angular accelerations that HoloOcean's own tests expect; its own follow
+from meshes that are not published.
+
 Facts: HoloOcean 2.3 and its documentation (BYU FRoSt Lab, MIT licence); metres, forward-left-up from the agent's
 origin.
 """
@@ -179,7 +182,7 @@ def _hovering(name: str, engine: str, *, mass: float, limit: float, **more: Any)
         name, engine, changes, (_thrusters(8, limit), _POSE, _accel(_HOVER_ACCEL)), (0, 2, 1),
         accel_limit=400.0,
         legacy=_engine(
-            _COMMANDS, mass_kg=mass, volume_m3=mass / 997, inertia_kg_m2=(1.0, 1.0, 1.0),
+            _COMMANDS, mass_kg=mass, volume_m3=mass / 997, inertia_kg_m2=(1.3845, 1.9346, 2.5572),
             center_of_buoyancy_m=(0, 0, -0.05), drag_area_m2=0.4, damping_1_s=1.0, turn_damping_1_s=0.75,
             half_height_m=0.2, thrusters=thrusters,
         ),
@@ -223,7 +226,7 @@ _BLUEROV2: Final = AgentType(
     ((0.22, 0.19, 0.11), (0.22, -0.19, 0.11), (0.22, 0.19, -0.06), (0.22, -0.19, -0.06)),
     400.0,
     _engine(
-        _COMMANDS, mass_kg=11.5, volume_m3=11.5 / 997, inertia_kg_m2=(0.3, 0.3, 0.3),
+        _COMMANDS, mass_kg=11.5, volume_m3=11.5 / 997, inertia_kg_m2=(0.2966, 0.2356, 0.4245),
         center_of_buoyancy_m=(0, 0, -0.05),
         drag_area_m2=0.36, damping_1_s=1.0, turn_damping_1_s=0.75, half_height_m=0.13,
         thrusters=_eight((0.12, 0.2181, 0.0809), (0.1562, 0.0988, 0.0), _BLUE_LIMIT),
@@ -250,7 +253,14 @@ def _fins_and_thrust(action: Array) -> Array:
 
 
 def _torpedo(
-    name: str, engine: str, native: str, *, drag_area: float, limits: tuple[float, float] | None, **more: Any
+    name: str,
+    engine: str,
+    native: str,
+    *,
+    drag_area: float,
+    inertia: tuple[float, float, float],
+    limits: tuple[float, float] | None,
+    **more: Any,
 ) -> AgentType:
     full = np.array([45.0, 45.0, 45.0, 45.0, 100.0])
     thrust = {
@@ -281,7 +291,7 @@ def _torpedo(
         ),
         accel_limit=200.0,
         legacy=_engine(
-            {"engine_thrusters": "thrusters"}, mass_kg=36, volume_m3=36 / 997, inertia_kg_m2=(2.0, 12.0, 12.0),
+            {"engine_thrusters": "thrusters"}, mass_kg=36, volume_m3=36 / 997, inertia_kg_m2=inertia,
             center_of_buoyancy_m=(0, 0, -0.01), drag_area_m2=drag_area, damping_1_s=0.75, turn_damping_1_s=0.5,
             half_height_m=0.1, fins=made,
             thrusters=[{"position_m": (-1.2, 0, 0), "direction": (1.0, 0.0, 0.0), "limit_n": 100.0}],
@@ -322,7 +332,7 @@ _SURFACE: Final = AgentType(
     400.0,
     _engine(
         {"engine_thrusters": "thrusters", "engine_place": "place"}, mass_kg=200, volume_m3=6 * 200 / 997,
-        inertia_kg_m2=(110, 420, 480), center_of_buoyancy_m=(0, 0, -0.10), drag_area_m2=0.8, damping_1_s=3.0,
+        inertia_kg_m2=(110, 420, 1435), center_of_buoyancy_m=(0, 0, -0.10), drag_area_m2=0.8, damping_1_s=3.0,
         turn_damping_1_s=0.75, half_height_m=0.25,
         thrusters=[{"position_m": (-2.5, y, 0), "direction": (1.0, 0.0, 0.0), "limit_n": 1500.0} for y in (-1.0, 1.0)],
     ),
@@ -361,14 +371,14 @@ AGENT_TYPES: Final[dict[str, AgentType]] = {
         _hovering("ScubaDiver", "ScubaDiver", mass=100.0, limit=250.0),
         _BLUEROV2,
         _torpedo(
-            "TorpedoAUV", "TorpedoAUV", "torpedo", drag_area=0.025, limits=None, lamps=((1.05, 0.0, 0.0),),
+            "TorpedoAUV", "TorpedoAUV", "torpedo", drag_area=0.025, inertia=(25.0, 25.0, 11.3), limits=None, lamps=((1.05, 0.0, 0.0),),
             sockets=_sockets(
                 SonarSocket=(0, 0, -7, DOWN), DVLSocket=(-30, 0, -7), IMUSocket=(86, -3, -3), DepthSocket=(95, 3, 3),
                 CameraSocket=(30, 0, -7, DOWN), Viewport=(-400, 0, 300),
             ),
         ),
         _torpedo(
-            "CougUV", "CougUV", "couguv", drag_area=0.15, limits=_HOVER_ACCEL, lamps=((0.62, -0.002, 0.085),),
+            "CougUV", "CougUV", "couguv", drag_area=0.15, inertia=(7.0, 7.1, 3.05), limits=_HOVER_ACCEL, lamps=((0.62, -0.002, 0.085),),
             sockets=_sockets(
                 COM=(0, 0, 0), DVLSocket=(50.4, 0, -5.3, FLIPPED), IMUSocket=(50.4, 0, -5.3, FLIPPED),
                 DepthSocket=(16.2, 0, 0), AcousticModemSocket=(37.85, 0, -9.85), CameraSocket=(10, 0, 0),

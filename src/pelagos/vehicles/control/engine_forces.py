@@ -32,7 +32,7 @@ FIN_AREA: Final = 0.01  # [m^2]
 FIN_SLOPE: Final = 0.1  # lift coefficient by angle
 FIN_ASPECT: Final = 3.14 * 1.2 * 0.8  # pi, aspect ratio 1.2, Oswald factor 0.8
 FIN_DRAG: Final = 0.01  # at no lift
-FIN_SHARE: Final = 0.12  # of the force that is let through
+FIN_SHARE: Final = 12.0  # of the force: 0.12, with speeds in cm/s and forces in 0.01 N
 FIN_LIMIT_N: Final = 300.0
 
 
