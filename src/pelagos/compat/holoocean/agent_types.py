@@ -371,14 +371,16 @@ AGENT_TYPES: Final[dict[str, AgentType]] = {
         _hovering("ScubaDiver", "ScubaDiver", mass=100.0, limit=250.0),
         _BLUEROV2,
         _torpedo(
-            "TorpedoAUV", "TorpedoAUV", "torpedo", drag_area=0.025, inertia=(25.0, 25.0, 11.3), limits=None, lamps=((1.05, 0.0, 0.0),),
+            "TorpedoAUV", "TorpedoAUV", "torpedo", drag_area=0.025, inertia=(25.0, 25.0, 11.3), limits=None,
+            lamps=((1.05, 0.0, 0.0),),
             sockets=_sockets(
                 SonarSocket=(0, 0, -7, DOWN), DVLSocket=(-30, 0, -7), IMUSocket=(86, -3, -3), DepthSocket=(95, 3, 3),
                 CameraSocket=(30, 0, -7, DOWN), Viewport=(-400, 0, 300),
             ),
         ),
         _torpedo(
-            "CougUV", "CougUV", "couguv", drag_area=0.15, inertia=(7.0, 7.1, 3.05), limits=_HOVER_ACCEL, lamps=((0.62, -0.002, 0.085),),
+            "CougUV", "CougUV", "couguv", drag_area=0.15, inertia=(7.0, 7.1, 3.05), limits=_HOVER_ACCEL,
+            lamps=((0.62, -0.002, 0.085),),
             sockets=_sockets(
                 COM=(0, 0, 0), DVLSocket=(50.4, 0, -5.3, FLIPPED), IMUSocket=(50.4, 0, -5.3, FLIPPED),
                 DepthSocket=(16.2, 0, 0), AcousticModemSocket=(37.85, 0, -9.85), CameraSocket=(10, 0, 0),
