@@ -20,9 +20,9 @@ from pelagos.bridges.instruments import ping
 from pelagos.bridges.instruments.ping_devices import Ping1d, Ping360
 from pelagos.bridges.instruments.speakers import WaterLinkedSerial
 from pelagos.bridges.lcm_transport import payload
-from pelagos.bridges.lcm_types import encode
 from pelagos.bridges.moos_wire import NOTIFY, MoosMessage, pack, unpack
 from pelagos.bridges.ros_commands import command_topics, received
+from pelagos.messages.lcm import encode
 from pelagos.messages.store import make, serialize, vector3
 
 PACKETS = 3000

@@ -1,0 +1,196 @@
+"""HoloOcean's interface: what a script gets, after the descriptions of HoloOcean's own tests."""
+
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+import pelagos.compat.holoocean as holoocean
+from pelagos.compat.holoocean.advice import HoloOceanWarning
+from pelagos.compat.holoocean.exceptions import HoloOceanConfigurationException, HoloOceanException
+from pelagos.compat.holoocean.frames import degrees_of, matrix_of
+
+NAVIGATION = [
+    {"sensor_type": "IMUSensor", "socket": "IMUSocket", "Hz": 15, "configuration": {"ReturnBias": True}},
+    {"sensor_type": "DVLSensor", "socket": "DVLSocket"},
+    {"sensor_type": "LocationSensor"},
+    {"sensor_type": "RotationSensor"},
+    {"sensor_type": "PoseSensor"},
+    {"sensor_type": "DepthSensor"},
+    {"sensor_type": "MagnetometerSensor", "configuration": {"MagneticVector": [0.3, -0.2, 0.5]}},
+    {"sensor_type": "DynamicsSensor", "configuration": {"UseCOM": True, "UseRPY": True}},
+]
+
+
+def agent(kind="HoveringAUV", sensors=(), *, name="auv0", scheme=0, location=(0, 0, -10), **more):
+    sensors = [{**s, "configuration": dict(s.get("configuration") or {})} for s in sensors]
+    return {
+        "agent_name": name, "agent_type": kind, "sensors": sensors, "control_scheme": scheme,
+        "location": list(location), **more,
+    }  # fmt: skip
+
+
+def make(*agents, tps=30, **more):
+    scenario = {"name": "t", "world": "TestWorld", "package_name": "TestWorlds", "ticks_per_sec": tps, "agents": agents}
+    keys = {k: more.pop(k) for k in ("seed", "legacy_dynamics", "strict") if k in more}
+    return holoocean.make(scenario_cfg={**scenario, "agents": list(agents), **more}, **keys)
+
+
+def test_one_agent_gives_a_flat_state_with_every_sensor_at_the_first_tick_and_then_at_its_rate():
+    env = make(agent(sensors=NAVIGATION, rotation=[20.0, -30.0, 70.0]))
+    states = [env.tick() for _ in range(4)]
+    assert [s["t"] for s in states] == [k / 30 for k in range(4)]
+    assert ["IMUSensor" in s for s in states] == [True, False, True, False]
+    first = states[0]
+    shapes = {
+        "IMUSensor": (4, 3),
+        "DVLSensor": (7,),
+        "PoseSensor": (4, 4),
+        "DepthSensor": (1,),
+        "DynamicsSensor": (18,),
+    }
+    assert {k: first[k].shape for k in shapes} == shapes
+    np.testing.assert_allclose(first["PoseSensor"][:3, :3], matrix_of(first["RotationSensor"]), atol=1e-6)
+    np.testing.assert_allclose(degrees_of(matrix_of([20.0, -30.0, 70.0])), [20.0, -30.0, 70.0])
+    np.testing.assert_allclose(first["DepthSensor"], first["LocationSensor"][2:])
+    field = first["PoseSensor"][:3, :3].T @ [0.3, -0.2, 0.5]
+    np.testing.assert_allclose(first["MagnetometerSensor"], field, atol=1e-6)
+
+
+def test_an_acceleration_scheme_gives_what_was_asked_in_the_world_frame():
+    env = make(agent(sensors=NAVIGATION, scheme=2))
+    state = [env.step([1, 2, 3, 0.1, 0.2, 0.3]) for _ in range(20)][-1]
+    dynamics = state["DynamicsSensor"]
+    np.testing.assert_allclose(dynamics[:3], [1, 2, 3], rtol=1e-5)
+    np.testing.assert_allclose(dynamics[9:12], [0.1, 0.2, 0.3], rtol=1e-4)  # in single precision, over differences
+
+
+def test_a_pose_is_reached():
+    env = make(agent(sensors=NAVIGATION, scheme=1))
+    state = env.step([2, 2, -12, 0, 20, 45], ticks=200)
+    np.testing.assert_allclose(state["LocationSensor"], [2, 2, -12], rtol=0.1)
+    assert abs(state["RotationSensor"][2] - 45) < 5
+
+
+def test_several_agents_are_nested_and_teleport_keeps_the_motion_in_the_world():
+    env = make(
+        agent(sensors=NAVIGATION[2:5], scheme=2), agent(sensors=NAVIGATION[2:3], name="auv1", location=(9, 4, -8))
+    )
+    env.act("auv0", [1.0, 0, 0, 0, 0, 0])
+    env.tick(30)
+    env.act("auv0", np.zeros(6))
+    env.agents["auv0"].teleport([3.0, -4.0, -7.0], [0, 0, 90])
+    here = env.tick()["auv0"]
+    there = env.tick()["auv0"]
+    np.testing.assert_allclose(here["RotationSensor"], [0, 0, 90], atol=1e-4)
+    speed = 30 * (there["LocationSensor"] - here["LocationSensor"])
+    assert speed[0] > 0.9
+    assert abs(speed[1]) < 1e-4
+    assert set(env.tick()) == {"auv0", "auv1", "t"}
+
+
+def test_beacons_answer_after_the_time_of_sound():
+    def beacon(number):
+        return {"sensor_type": "AcousticBeaconSensor", "configuration": {"id": number}}
+
+    env = make(agent(sensors=[beacon(0)]), agent(sensors=[beacon(1)], name="auv1", location=(100, 0, -10)))
+    env.send_acoustic_message(0, 1, "MSG_REQX", {"any": "thing"})
+    heard = [
+        (k, n, s[n]["AcousticBeaconSensor"]) for k in range(8) if (s := env.tick()) for n in ("auv0", "auv1") if s[n]
+    ]
+    ticks = round(100 * 30 / 1500)
+    assert [(k, n) for k, n, _ in heard] == [(ticks, "auv1"), (2 * ticks + 1, "auv0")]
+    assert heard[0][2][:3] == ["MSG_REQX", 0, {"any": "thing"}]
+    np.testing.assert_allclose(heard[1][2][3:], [0.0, 0.0, 100.0, -10.0], atol=1e-6)
+    assert env.beacons_status == ["Idle", "Idle"]
+
+
+def test_biology_is_that_of_the_reference_numbers():
+    clusters = [{"position": [10, 10, -10], "strength": 2, "falloff": 10}]
+    config = {f"{name}_clusters": clusters for name in ("biomass", "salinity", "temperature")}
+    env = make(
+        agent(sensors=[{"sensor_type": "BSTSensor", "socket": "COM", "configuration": config}], location=(5, 10, -10))
+    )
+    np.testing.assert_allclose(env.tick()["BSTSensor"], [2.365897, 34.238064, 24.01283], rtol=2e-6)
+
+
+def test_the_force_model_of_holoocean_by_its_published_numbers():
+    dynamics = [{"sensor_type": "DynamicsSensor"}]
+    env = make(agent(sensors=dynamics, location=(18.5, -25.5, -10)), tps=60, legacy_dynamics=True)
+    env.tick()
+    env.set_ocean_currents("auv0", [0, 1, 0])
+    np.testing.assert_allclose(env.tick()["DynamicsSensor"][:3], [0, 0.06320982, 0], rtol=1e-5, atol=1e-9)
+    env = make(agent(sensors=dynamics), legacy_dynamics=True)
+    state = [env.step([-5, 5, -10, -10, -5, 5, -10, -10]) for _ in range(20)][-1]["DynamicsSensor"]
+    np.testing.assert_allclose(state[9:12], [-0.64573175, 0.779148, -0.6961151], rtol=5e-3)  # inertia is fitted to it
+    np.testing.assert_allclose(state[:3], [-0.0476728, 0.03966415, -0.42882535], atol=4e-3)  # and this is the check
+
+
+def test_the_same_seed_gives_the_same_numbers():
+    def run(seed):
+        noisy = [{"sensor_type": "LocationSensor", "configuration": {"Sigma": 0.1}}]
+        env = make(agent(sensors=noisy, location_randomization=[1, 2, 3]), seed=seed)
+        return np.stack([env.tick()["LocationSensor"] for _ in range(3)])
+
+    assert (run(7) == run(7)).all()
+    assert (run(7) != run(8)).all()
+
+
+def test_what_is_wrong_is_refused_by_holooceans_names():
+    with pytest.raises(HoloOceanException, match="IMUSensor"):
+        make(agent(sensors=[{"sensor_type": "ImuSensor"}]))
+    with pytest.raises(ValueError, match="above ticks_per_sec"):
+        make(agent(sensors=[{"sensor_type": "IMUSensor", "Hz": 60}]))
+    with pytest.raises(KeyError, match="UavAgent"):
+        make(agent("UAV"))
+    both = {"Sigma": 1, "Cov": 1}
+    with pytest.raises(ValueError, match="not both"):
+        make(agent(sensors=[{"sensor_type": "LocationSensor", "configuration": both}]))
+    typo = [{"sensor_type": "IMUSensor", "configuration": {"AccelSigm": 1}}]
+    with pytest.raises(HoloOceanConfigurationException, match="AccelSigma"):
+        make(agent(sensors=typo), strict=True)
+    with pytest.warns(HoloOceanWarning, match="AccelSigma"):
+        env = make(agent(sensors=typo))
+    with pytest.raises(HoloOceanException, match="at most 8"):
+        env.act("auv0", np.ones(9))
+    with pytest.raises(TypeError):
+        env.draw_line((0, 0, 0), [1, 1, 1])
+    with pytest.raises(HoloOceanException, match="sphere"):
+        env.spawn_prop("spere")
+
+
+def test_a_script_imports_holoocean_and_nothing_is_shadowed_without_being_asked(tmp_path):
+    script = tmp_path / "script.py"
+    script.write_text(
+        "import sys, holoocean\n"
+        "from holoocean.environments import HoloOceanEnvironment\n"
+        "from holoocean.fossen_dynamics import FossenInterface\n"
+        "import holoocean.sensors, holoocean.command, holoocean.lcm, holoocean.spaces, holoocean.packagemanager\n"
+        "assert holoocean.sensors.SensorDefinition._sonar_sensors\n"
+        "print(holoocean.__version__, 'TestWorlds' in holoocean.installed_packages(), sys.argv[1:])\n"
+    )
+    run = [sys.executable, "-m", "pelagos", "holoocean", str(script), "-x", "--seed"]
+    done = subprocess.run(run, capture_output=True, text=True, check=False)
+    assert done.stdout.strip() == "2.3.0 True ['-x', '--seed']", done.stderr
+    plain = subprocess.run(
+        [sys.executable, "-c", "import pelagos, holoocean"], capture_output=True, text=True, check=False
+    )
+    assert "No module named 'holoocean'" in plain.stderr or "pelagos" not in plain.stderr
+
+
+def test_a_scenario_becomes_a_native_one(tmp_path):
+    import json
+
+    from pelagos.cli.main import main
+    from pelagos.config.loader import load_scenario
+
+    scenario = holoocean.get_scenario("Dam-Hovering")
+    path, out = tmp_path / "Dam-Hovering.json", tmp_path / "out.yaml"
+    path.write_text(json.dumps(scenario))
+    with pytest.raises(SystemExit) as ended:
+        main(["holoocean", "--convert", str(path), str(out)])
+    assert ended.value.code in (0, None)
+    native = load_scenario(out)
+    assert native.agents["auv0"].sensors["DVLSensor"].type == "dvl"
+    assert out.read_text().startswith("# From HoloOcean's Dam-Hovering.json")

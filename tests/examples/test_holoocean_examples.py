@@ -1,0 +1,35 @@
+"""HoloOcean's documented examples, written anew, as their users run them."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+FOLDER = Path(__file__).parents[2] / "examples" / "holoocean"
+
+
+def said(name: str, *arguments: str) -> str:
+    """What a script prints under `pelagos holoocean`."""
+    command = [sys.executable, "-m", "pelagos", "holoocean", str(FOLDER / name), *arguments]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    return done.stdout
+
+
+@pytest.mark.slow
+def test_a_sonar_sees_the_pier(tmp_path):
+    assert said("sonar_imaging.py", str(tmp_path / "sonar.png")).startswith("(256, 256) from")
+    assert (tmp_path / "sonar.png").stat().st_size > 10_000
+
+
+@pytest.mark.slow
+def test_a_torpedo_comes_to_its_depth_and_heading():
+    words = said("fossen.py").split()
+    assert abs(float(words[1]) - 15) < 1
+    assert abs(float(words[4]) - 50) < 10
+
+
+@pytest.mark.slow
+def test_a_camera_sees_the_dam(tmp_path):
+    assert said("camera.py", str(tmp_path / "left.png")).startswith("(512, 512, 4)")
