@@ -36,6 +36,7 @@ BUILT_IN: Final[Mapping[Kind, Mapping[str, str]]] = {
         "gps": "pelagos.sensors.navigation.gps:Gps",
         "imaging_sonar": "pelagos.sensors.sonar.imaging_sonar:ImagingSonar",
         "imu": "pelagos.sensors.navigation.imu:Imu",
+        "incidence_sonar": "pelagos.sensors.sonar.incidence_sonar:IncidenceSonar",
         "instance_camera": "pelagos.sensors.camera.instance_camera:InstanceCamera",
         "lidar": "pelagos.sensors.lidar.lidar:Lidar",
         "magnetometer": "pelagos.sensors.navigation.magnetometer:Magnetometer",

@@ -81,6 +81,8 @@ class _Sonar(HoloOceanSensor):
         if physics not in ("pelagos", "holoocean"):
             raise HoloOceanConfigurationException(f"physics is 'pelagos' or 'holoocean', not {physics!r}")
         self.simple = physics == "holoocean"
+        if self.simple:
+            self.extra = (0.0, 0.0, 0.0)  # type: ignore[misc]
         for one, other in (("AddSigma", "AddCov"), ("MultSigma", "MultCov")):
             if one in c and other in c:
                 raise ValueError(f"give either {one} or {other}, not both")
@@ -111,7 +113,9 @@ class _Sonar(HoloOceanSensor):
             made["sound_speed_mps"] = self.speed
         return made
 
-    def simply(self, azimuth: float, elevation: float, columns: int, *, cone: bool = False) -> dict[str, Any]:
+    def simply(
+        self, azimuth: float, elevation: float, columns: int, *, cone: bool = False, gain: float = 1.0
+    ) -> dict[str, Any]:
         """Keys of the native sonar with HoloOcean's simple intensity."""
         c = self.config
         return {
@@ -119,7 +123,7 @@ class _Sonar(HoloOceanSensor):
             "horizontal_aperture_deg": azimuth, "vertical_aperture_deg": elevation, "beams": columns, "cone": cone,
             "density_kg_m3": float(c.get("WaterDensity", 997)), "sound_speed_mps": self.speed or 1480.0,
             "additive": self._sigma("Add"), "multiplicative": self._sigma("Mult"),
-            "range_error_m": float(c.get("RangeSigma", 0.0)), "gain": 0.5 if self.extra == (0.0, 0.0, 0.0) else 1.0,
+            "range_error_m": float(c.get("RangeSigma", 0.0)), "gain": gain,
             "scale_noise": bool(c.get("ScaleNoise", False)),
         }  # fmt: skip
 
@@ -158,7 +162,7 @@ class ImagingSonar(_Sonar):
 
     def native(self) -> dict[str, Any] | None:
         if self.simple:
-            return self.simply(self.sector, self.height, self.columns)
+            return self.simply(self.sector, self.height, self.columns, gain=0.5)
         width = max(self.sector / self.columns, 0.2)
         return self.pinged(
             self.kind, beams=self.columns, horizontal_aperture_deg=self.sector, vertical_beamwidth_deg=self.height,
@@ -201,7 +205,7 @@ class SidescanSonar(_Sonar):
     def native(self) -> dict[str, Any] | None:
         width = float(self.config.get("Elevation", 0.25))
         if self.simple:
-            return self.simply(self.sector, width, self.sides)
+            return self.simply(self.sector, width, self.sides) | {"bins": max(-(-self.bins // self.sides), 8)}
         side = self.sector / self.sides
         made = self.pinged(
             "sidescan", beamwidth_deg=width, vertical_beamwidth_deg=min(side, 90.0), depression_deg=90 - side / 2
@@ -211,8 +215,6 @@ class SidescanSonar(_Sonar):
     def value(self, motion: Motion, reading: Reading | None) -> Any:
         assert reading is not None
         left, right = reading.data[0]
-        if self.simple:
-            left, right = right, left
         half = self.bins // 2
         return np.concatenate([left[: self.bins - half][::-1], right[:half]]).astype(np.float32)
 
@@ -272,13 +274,8 @@ class RaycastSidescanSonar(SidescanSonar):
 
     def setup(self) -> None:
         super().setup()
-        self.extra = (0.0, -90.0, -self.sector / 2)  # type: ignore[misc]
-
-    def native(self) -> dict[str, Any] | None:
-        made = super().native()
-        if self.simple and made is not None:
-            return made | {"gain": 1.0}
-        return made
+        if not self.simple:
+            self.extra = (0.0, -90.0, -self.sector / 2)  # type: ignore[misc]
 
     def value(self, motion: Motion, reading: Reading | None) -> Any:
         assert reading is not None

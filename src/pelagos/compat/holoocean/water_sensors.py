@@ -14,7 +14,7 @@ from pelagos.sensors.sensor import Reading
 if TYPE_CHECKING:
     from pelagos.compat.holoocean.motion import Motion
 
-Field = Callable[[Any], Any]
+Field = Callable[..., Any]
 _LEAST_M: Final = 0.001  # depth at which biomass begins
 _PLANKTON: Final = {
     "surface_biomass": "surface", "max_biomass": "peak", "peak_depth": "peak_m", "width_factor": "width_m",
