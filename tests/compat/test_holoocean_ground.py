@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import pelagos as pl
+import pelagos.compat.holoocean as holoocean
 from pelagos.compat.holoocean.ground_agents import (
     SPHERE_MOVES,
     SPHERE_RADIUS_M,
@@ -109,3 +110,38 @@ def test_a_sphere_stays_steps_turns_and_stops_before_the_wall(sim):
     assert far["position"] == pytest.approx((2.77 - SPHERE_RADIUS_M, 0.9, 0.5), abs=1e-4)  # the wall's face
     left = sphere_moved(sim.world, (0, 0, 1), (1, 0, 0, 0), forward_m=-1.0, turn_deg=90.0)
     assert left["position"] == pytest.approx((0, -1, 1), abs=1e-12)
+
+
+def test_they_act_as_holooceans_agents():
+    def agent(name, kind, at, *sensors):
+        return {"agent_name": name, "agent_type": kind, "sensors": list(sensors), "control_scheme": 0, "location": at}
+
+    place, abuse = {"sensor_type": "LocationSensor"}, {"sensor_type": "AbuseSensor"}
+    eye = {"sensor_type": "RangeFinderSensor", "configuration": {"LaserMaxDistance": 1}}
+    agents = [
+        agent("turtle", "TurtleAgent", [-1.5, -1.5, 0.4], place, abuse),
+        agent("ball", "SphereAgent", [0.77, 0.9, 0.5], place, eye),
+        agent("husky", "HuskyVehicle", [-20, 5, 0.5], place),
+    ]
+    scenario = {
+        "name": "land",
+        "world": "TestWorld",
+        "package_name": "TestWorlds",
+        "ticks_per_sec": 30,
+        "agents": agents,
+    }
+    with holoocean.make(scenario_cfg=scenario, show_viewport=False) as env:
+        still = env.tick()["ball"]["LocationSensor"]  # nobody has told it to go anywhere
+        env.act("turtle", [100.0, 0.0])
+        env.act("husky", [750.0, 750.0, 0.0])
+        env.act("ball", 0)
+        state = env.tick(5)
+        assert state["ball"]["LocationSensor"] - still == pytest.approx([5 * 0.185, 0, 0], abs=1e-6)
+        assert state["turtle"]["LocationSensor"][0] > -1.5
+        assert state["husky"]["LocationSensor"][0] > -20
+        assert state["turtle"]["AbuseSensor"] == [0]
+        env.agents["ball"].clear_action()
+        env.agents["ball"].teleport([2.78, 0.7, 0.5], [0, 0, 0])  # behind the wall's face
+        env.agents["turtle"].teleport(None, [180, 0, 0])
+        assert env.tick(2)["ball"]["RangeFinderSensor"] == [-1]
+        assert env.tick(8)["turtle"]["AbuseSensor"] == [1]

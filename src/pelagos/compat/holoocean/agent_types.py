@@ -17,6 +17,19 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
+from pelagos.compat.holoocean.ground_agents import (
+    SPHERE_LIMITS,
+    SPHERE_MOVES,
+    TURTLE_LIMITS,
+    husky_vehicle,
+    husky_wrench,
+    righted,
+    sphere_moved,
+    sphere_vehicle,
+    turtle_vehicle,
+    turtle_wrench,
+)
+
 Array = NDArray[np.float64]
 FLIPPED: Final = (180.0, 0.0, 0.0)
 """A socket whose frame is turned by half a turn about x: y right, z down."""
@@ -64,6 +77,8 @@ class AgentType:
         accel_limit: of AbuseSensor [m/s^2].
         legacy: native modes of HoloOcean's own force model.
         constants: class attributes that scripts read.
+        steps: (world, state, scheme, action) -> arguments of `Simulation.set_state` by which an action moves it in a
+            tick; empty for nothing.
     """
 
     name: str
@@ -76,6 +91,7 @@ class AgentType:
     accel_limit: float = -1.0
     legacy: Mapping[str, Any] = field(default_factory=dict)
     constants: Mapping[str, Any] = field(default_factory=dict)
+    steps: Callable[[Any, Any, int, Array], dict[str, Any]] | None = None
 
 
 def _sockets(**centimetres: Any) -> dict[str, Socket]:
@@ -362,6 +378,38 @@ _UAV: Final = AgentType(
     accel_limit=300.0,
 )  # fmt: skip
 
+
+def _sphere_steps(world: Any, state: Any, scheme: int, action: Array) -> dict[str, Any]:
+    forward, turn = SPHERE_MOVES[int(action[0])] if scheme == 0 else action
+    return sphere_moved(world, state.position[0], state.attitude[0], forward_m=float(forward), turn_deg=float(turn))
+
+
+def _husky_steps(world: Any, state: Any, scheme: int, action: Array) -> dict[str, Any]:
+    return righted(state.position[0], state.attitude[0]) if action[2] > 0.5 else {}
+
+
+_SPHERE: Final = AgentType(
+    "SphereAgent", "SphereRobot", sphere_vehicle(),
+    (
+        Scheme("0: forward, 1: back, 2: left, 3: right", 1, "wrench", np.zeros(1), np.full(1, 3.0),
+               lambda a: np.zeros(6), discrete=4),
+        Scheme("[forward_movement, rotation]", 2, "wrench", -SPHERE_LIMITS, SPHERE_LIMITS, lambda a: np.zeros(6)),
+    ),
+    sockets=_sockets(CameraSocket=(0, 0, 0), Viewport=(-130, 0, 120)), steps=_sphere_steps,
+)  # fmt: skip
+
+_TURTLE: Final = AgentType(
+    "TurtleAgent", "TurtleAgent", turtle_vehicle(),
+    (Scheme("[forward_force, rot_force]", 2, "wrench", -TURTLE_LIMITS, TURTLE_LIMITS, turtle_wrench),),
+    sockets=_sockets(CameraSocket=(30, 0, 5), Viewport=(-130, 0, 120)), accel_limit=250.0,
+)  # fmt: skip
+
+_HUSKY: Final = AgentType(
+    "HuskyVehicle", "HuskyVehicle", husky_vehicle(),
+    (Scheme("[left_force, right_force, flip_reset]", 3, "wrench", command=husky_wrench),),
+    sockets=_sockets(CameraSocket=(-37, 0, 122.5), Viewport=(-147, 0, 71)), steps=_husky_steps,
+)  # fmt: skip
+
 AGENT_TYPES: Final[dict[str, AgentType]] = {
     a.name: a
     for a in (
@@ -389,5 +437,8 @@ AGENT_TYPES: Final[dict[str, AgentType]] = {
         ),
         _SURFACE,
         _UAV,
+        _SPHERE,
+        _TURTLE,
+        _HUSKY,
     )
 }  # fmt: skip

@@ -108,6 +108,7 @@ class HoloOceanAgent:
         self.current: tuple[float, float, float] | None = None
         self.place: dict[str, Any] = {}
         self.changed = True
+        self.told = False
 
     # what a script tells it
 
@@ -125,6 +126,7 @@ class HoloOceanAgent:
             )
         if not np.isfinite(given).all():
             raise HoloOceanException(f"{self.name}: an action must be finite; given {given.tolist()}")
+        self.told = True
         if len(given) == len(self.action) and (self.action == given).all():
             return
         self.action[:] = 0.0
@@ -134,6 +136,7 @@ class HoloOceanAgent:
     def clear_action(self) -> None:
         """All zeros."""
         self.act(np.zeros(len(self.action)))
+        self.told = False
 
     def set_control_scheme(self, index: int) -> None:
         """Another scheme, by its number (modulo their count)."""
@@ -205,6 +208,16 @@ class HoloOceanAgent:
         if not (self.legacy and scheme.legacy):
             return scheme.command(action)
         return np.concatenate([action, self.current or (0.0, 0.0, 0.0)])
+
+    def step_of_tick(self) -> dict[str, Any]:
+        """Arguments of `Simulation.set_state` by which its action moves it in a tick; empty for nothing."""
+        if self.kind.steps is None or not self.told:
+            return {}
+        scheme, sim = self.kind.schemes[self.scheme], self.env.pelagos
+        action = self.action[: scheme.size]
+        if scheme.low is not None:
+            action = np.fmin(np.fmax(action, scheme.low), scheme.high)
+        return self.kind.steps(sim.world, sim.state[self.env.native_name(self.name)], self.scheme, action)
 
     def native_place(self) -> dict[str, Any]:
         """Arguments of `Simulation.set_state` for what was asked since the last tick; empty for nothing."""

@@ -148,7 +148,8 @@ class HoloOceanEnvironment(Appearance, Drawing, Messaging):
     def _skip(self, ticks: int) -> int:
         """Pass so many ticks in one native call, where nothing can happen in between; how many were passed."""
         eventful = self.media.flights or self.media.beams or self._cycles_run or self._lcm is not None or self._falling
-        if ticks < 2 or eventful or self._fences:
+        stepping = any(agent.kind.steps is not None for agent in self.agents.values())
+        if ticks < 2 or eventful or stepping or self._fences:
             return 0
         passed = ticks - 1  # the last before a look is taken alone: differences need it
         self._flush()
@@ -404,6 +405,9 @@ class HoloOceanEnvironment(Appearance, Drawing, Messaging):
             if agent.place:
                 sim.set_state(self.native_name(agent.name), **agent.native_place())
                 self.motions.pop(agent.name, None)
+            step = agent.step_of_tick()
+            if step:
+                sim.set_state(self.native_name(agent.name), **step)
             if agent.changed:
                 native, mode = self.native_name(agent.name), agent.mode
                 if sim.stepper.mode(native) != mode:

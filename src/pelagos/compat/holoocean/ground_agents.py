@@ -23,7 +23,8 @@ SPHERE_MOVES: Final = ((0.185, 0.0), (-0.185, 0.0), (0.0, 10.0), (0.0, -10.0))
 """The discrete actions 0 .. 3: step forward [m] and turn [deg] of a tick."""
 SPHERE_RADIUS_M: Final = 0.25
 """How near it comes to walls; assumed."""
-_SKIN_M: Final = 1e-3
+_PEA_M: Final = 0.02
+"""Diameter of what others see of it: no contact is to push it about."""
 HUSKY_TRACK_M: Final = 0.555
 """Between the wheels of both sides: Clearpath A200."""
 
@@ -91,10 +92,12 @@ def righted(position: ArrayLike, attitude: ArrayLike) -> dict[str, Any]:
 
 def sphere_vehicle() -> dict[str, Any]:
     """SphereAgent: it has no dynamics, and stays where it is put; walls stop it in `sphere_moved`."""
+    mass = {"type": "explicit", "mass_kg": 10.0, "inertia_kg_m2": [0.25] * 3, "volume_m3": 0}
     return {
-        "type": "custom", "medium": "air", "density_kg_m3": 1.225, "gravity_m_s2": 0.0, "length_m": 0.5,
-        "diameter_m": 0.5, "mass": {"type": "explicit", "mass_kg": 10.0, "inertia_kg_m2": [0.25] * 3, "volume_m3": 0},
-        "added_mass": {"type": "none"}, "modes": {"wrench": {"type": "wrench"}}, "default_mode": "wrench",
+        "type": "custom", "medium": "air", "density_kg_m3": 1.225, "gravity_m_s2": 0.0, "length_m": _PEA_M,
+        "diameter_m": _PEA_M, "mass": mass, "added_mass": {"type": "none"},
+        "hull": {"type": "parts", "parts": [{"type": "ellipsoid", "size_m": [_PEA_M] * 3}]},
+        "modes": {"wrench": {"type": "wrench"}}, "default_mode": "wrench",
     }  # fmt: skip
 
 
@@ -120,9 +123,9 @@ def sphere_moved(
     place = np.asarray(position, dtype=np.float64).reshape(3)
     step = abs(forward_m)
     if step > 0:
-        hit = world.cast(place + (SPHERE_RADIUS_M + _SKIN_M) * ahead, ahead, step)  # from outside of its own hull
+        hit = world.cast(place + _PEA_M * ahead, ahead, step + SPHERE_RADIUS_M - _PEA_M)  # from outside its own hull
         if hit.valid[0]:
-            step = min(float(hit.t[0]) + _SKIN_M, step)
+            step = min(max(float(hit.t[0]) + _PEA_M - SPHERE_RADIUS_M, 0.0), step)
     return {
         "position": place + step * ahead,
         "attitude": turned,

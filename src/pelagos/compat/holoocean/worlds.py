@@ -14,18 +14,18 @@ PACKAGES: Final = Path(__file__).parent / "packages"
 """One folder a package: `config.json` names its worlds; the other files are its scenarios."""
 
 _DRY: Final[dict[str, Any]] = {"wind": {"speed_mps": 0.0}}
-_CLEAR: Final[dict[str, Any]] = {"temperature_c": 12.0, "salinity": 35.0, "water_type": "I"}
-_COASTAL: Final[dict[str, Any]] = {"temperature_c": 12.0, "salinity": 35.0, "water_type": "II"}
+_CLEAR: Final[dict[str, Any]] = {"temperature_c": 12.0, "salinity": 35.0, "water_type": "I", "turbidity": 0.3}
+"""As clear as HoloOcean's water, in which a dam shows from 25 m away."""
 
 _NATIVE: Final[dict[str, dict[str, Any]]] = {
-    "Dam": {"world": {"type": "classic", "name": "dam"}, "ocean": _COASTAL},
+    "Dam": {"world": {"type": "classic", "name": "dam"}, "ocean": _CLEAR},
     "OpenWater": {"world": {"type": "classic", "name": "open_water"}, "ocean": _CLEAR},
-    "PierHarbor": {"world": {"type": "classic", "name": "pier_harbor"}, "ocean": _COASTAL},
+    "PierHarbor": {"world": {"type": "classic", "name": "pier_harbor"}, "ocean": _CLEAR},
     "Rooms": {"world": {"type": "classic", "name": "rooms"}, "ocean": _DRY},
-    "SimpleUnderwater": {"world": {"type": "classic", "name": "simple_underwater"}, "ocean": _COASTAL},
-    "FlatUnderwater": {"world": {"type": "classic", "name": "flat_underwater"}, "ocean": _COASTAL},
+    "SimpleUnderwater": {"world": {"type": "classic", "name": "simple_underwater"}, "ocean": _CLEAR},
+    "FlatUnderwater": {"world": {"type": "classic", "name": "flat_underwater"}, "ocean": _CLEAR},
     "BusinessCampus": {"world": {"type": "classic", "name": "business_campus"}, "ocean": _DRY},
-    "ExampleLevel": {"world": {"type": "classic", "name": "example_level"}, "ocean": _COASTAL},
+    "ExampleLevel": {"world": {"type": "classic", "name": "example_level"}, "ocean": _CLEAR},
     "TestWorld": {"world": {"type": "classic", "name": "test_world"}, "ocean": _CLEAR},
 }
 
