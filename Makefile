@@ -2,7 +2,7 @@
 
 .DEFAULT_GOAL := help
 SHELL := /bin/sh
-.PHONY: help demo venv llvm test test-all check fuzz mutants mutants-changed bench docs site checks clean
+.PHONY: help demo venv llvm test test-all check fuzz soak mutants mutants-changed bench docs site checks clean
 
 BIN := .venv/bin
 SCENARIO := examples/harbour_survey.yaml
@@ -45,6 +45,9 @@ check: venv llvm ## Everything that CI runs: format, lint, types, layers, schema
 
 fuzz: venv llvm ## Fuzz the readers for SECONDS=300 each: scenarios, texts, recordings
 	PELAGOS_FUZZ_SECONDS=$(or $(SECONDS),300) $(BIN)/python -m pytest -s tests/fuzz
+
+soak: venv llvm ## Long runs, to see that memory stays flat: SHARE=1 is a week of simulated time
+	$(BIN)/python scripts/soak.py --share $(or $(SHARE),0.01)
 
 mutants: venv llvm ## Put some 370 mistakes into copies of the source and see that a test notices each
 	$(BIN)/python scripts/mutants $(LAYERS)

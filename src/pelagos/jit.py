@@ -289,6 +289,23 @@ def stage() -> None:
     dr.detail.new_scope(dr.backend_v(globals()["Float"]))
 
 
+def sizes(value: Any) -> Any:
+    """Widths of all arrays of a struct, with the structs' own classes, as one value to compare: a `size_key`.
+
+    It walks the whole struct (10 us an array): a struct that is made once and passed often keeps what it gets.
+    """
+    import drjit as dr
+
+    kind = type(value)
+    if dr.is_array_v(kind):
+        return dr.width(value)
+    if hasattr(kind, "DRJIT_STRUCT"):
+        return kind, tuple(sizes(getattr(value, name)) for name in kind.DRJIT_STRUCT)
+    if isinstance(value, dict):
+        return tuple((name, sizes(part)) for name, part in value.items())
+    return tuple(map(sizes, value)) if isinstance(value, (list, tuple)) else None
+
+
 def _size(argument: Any) -> Any:
     """The width of an argument, or of each of its parts where they differ; what it says itself as its `size_key`."""
     import drjit as dr

@@ -5,6 +5,7 @@ from __future__ import annotations
 import copy
 from typing import Any
 
+import drjit as dr
 import numpy as np
 import pytest
 
@@ -199,3 +200,24 @@ def test_another_world_of_the_same_kind():
         sim.load_world(sed=3)
     with pytest.raises(pl.CommandError, match="which other world"):
         sim.load_world()
+
+
+def test_other_seeds_and_currents_record_no_vehicle_again(monkeypatch):
+    """Oceans of the same shape are the same to a recording; one that is made at every reset would fill the memory."""
+    made, freeze = [], dr.freeze
+
+    def noted(function: Any, **options: Any) -> Any:
+        made.append(freeze(function, **options))
+        return made[-1]
+
+    monkeypatch.setattr(dr, "freeze", noted)
+    scenario = copy.deepcopy(SCENARIO)
+    scenario["agents"]["auv0"]["sensors"] = {}
+    sim = pl.Simulation.load(scenario, n=2)
+    for seed in (4, 5, 6):
+        sim.reset(seed=seed)
+        sim.step(ticks=3)
+    for speed in (0.2, -0.1, 0.3):
+        sim.ocean.set(current=np.full((2, 3), speed))
+        sim.step(ticks=3)
+    assert max(frozen.n_recordings for frozen in made) <= 2  # without and with a current of each copy's own

@@ -8,9 +8,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import field, fields
-from functools import cache
-from itertools import count
+from dataclasses import fields
+from functools import cache, cached_property
 from typing import Any
 
 import drjit as dr
@@ -53,7 +52,6 @@ class Ocean:
             the same everywhere.
         own: `Array3f64`, by copy of a fleet NWU [m/s], the current in place of `currents`; None: that is the same for
             all copies.
-        serial: which ocean of this process it is; stands for the sizes of all its arrays.
     """
 
     currents: list[Current]
@@ -71,12 +69,11 @@ class Ocean:
     rain: float = 0.0
     ballast: Array | None = None
     own: Array | None = None
-    serial: int = field(default_factory=count().__next__)
 
-    @property
-    def size_key(self) -> int:
+    @cached_property
+    def size_key(self) -> Any:
         """See `jit.struct`."""
-        return self.serial
+        return jit.sizes(self)
 
     @property
     def weather(self) -> Weather:
@@ -85,7 +82,7 @@ class Ocean:
 
     def with_(self, **changes: Any) -> Ocean:
         """The same ocean with other values; sizes of arrays may be others."""
-        kept = {f.name: getattr(self, f.name) for f in fields(Ocean) if f.name != "serial"}
+        kept = {f.name: getattr(self, f.name) for f in fields(Ocean)}
         return jit.slim(Ocean(**{**kept, **changes}))
 
     def current(self, position: Array, t: Array, copy: Array | None = None) -> Array:
