@@ -15,6 +15,7 @@ from pelagos.world.build import build_world, world_config
 from pelagos.world.classic import CLASSICS, ClassicConfig
 from pelagos.world.export import export, load
 from pelagos.world.generate.generated import GeneratedConfig
+from pelagos.world.label import LABELS
 from pelagos.world.preview import draw_map, render, statistics
 from pelagos.world.robots.read import read_description
 from pelagos.world.viewpoint import unroofed, viewpoints
@@ -126,8 +127,10 @@ def test_the_harbour_has_a_way_in_and_ships_at_its_piers():
     for start in ((0, -500, -1), (0, -700, -3), (-20, 10, -10)):
         assert world.inside(start, 2.0) is None
     assert world.cast((0, -950, -3), (0, 1, 0), 900).t[0] > 850  # up the channel and between the moles
-    ships = [g for g in world.geometries if g.name == "moored ship"]
+    ships = [g for g in world.geometries if g.name == "moored ship" and g.label == LABELS["container_boat"].number]
     assert len({g.instance for g in ships}) == 8
+    yachts = [g for g in world.geometries if g.label == LABELS["yacht"].number]
+    assert len({g.instance for g in yachts}) == 8  # one at each finger of the marina
     assert max(g.vertices[:, 2].max() for g in ships) > 8
 
 
