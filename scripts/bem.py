@@ -3,7 +3,8 @@
 Writes `src/pelagos/vehicles/catalogue/<vehicle>.bem.json`, FRD, about the origin at the waterline, zero speed, deep
 water, per kg/m^3 of the water's density: added mass and damping `(frequencies, 6, 6)`, and the mean drift force in
 surge and sway and the moment in yaw `(frequencies, headings, 3)` of a regular wave of amplitude 1 m that travels
-towards each heading. Reads the hulls under the vehicle's `afloat`, its mass and its linear damping.
+towards each heading. Reads the hulls under the vehicle's `afloat`, its mass and its linear damping. What
+`scripts/drift.py` wrote there (`own`) stays.
 """
 
 from __future__ import annotations
@@ -190,8 +191,24 @@ def main(name: str) -> None:
     found = coefficients(body, omega, free_floating(body, vehicle, volume))
     if name in WITHOUT_DRIFT:
         del found["drift"]
+    file = CATALOGUE / f"{name}.bem.json"
+    kept = json.loads(file.read_text()).get("drift", {}) if file.exists() else {}
+    carry_own(kept, found.get("drift", {}))
     text = f"scripts/bem.py with Capytaine {capytaine.__version__}, {len(faces)} panels, draught {draught:.4f} m"
-    (CATALOGUE / f"{name}.bem.json").write_text(json.dumps({"source": text, **rounded(found)}) + "\n")
+    file.write_text(json.dumps({"source": text, **rounded(found)}) + "\n")
+
+
+def carry_own(before: dict[str, Any], drift: dict[str, Any]) -> None:
+    """Keep what `scripts/drift.py` measured, at this table's frequencies: without it waves would push a hull twice."""
+    if not drift or not before.get("own"):
+        return
+    if list(before["heading_deg"]) != list(HEADINGS):
+        raise SystemExit("the drift's `own` has other headings than HEADINGS: run scripts/drift.py again")
+    own = np.array(before["own"])
+    shape = (len(drift["omega_radps"]), *own.shape[1:])
+    table = own.reshape(len(own), -1).T
+    drift["own"] = np.stack([np.interp(drift["omega_radps"], before["omega_radps"], c) for c in table]).T.reshape(shape)
+    print("`own` is that of the table before: run scripts/drift.py again where hull, mass or damping changed")
 
 
 def rounded(found: Any) -> Any:

@@ -109,3 +109,48 @@ def test_bluerov2_goes_ahead_at_the_makers_speed_without_pitch_control() -> None
     roll, pitch, yaw = np.degrees(sim.state["it"].euler[0])
     assert sim.state["it"].velocity[0, 0] == pytest.approx(1.5, abs=0.02)
     assert max(abs(roll), abs(pitch), abs(yaw)) < 3.0
+
+
+def test_bluerov2_holds_its_pose_against_a_fast_current_level() -> None:
+    """0.8 m/s from ahead, abeam, astern and a bow, beyond the speed at which flow tilts it more than weight rights it.
+
+    Where the flow along it is near that speed (fourth copy) depth is nearly beyond control: it only stays upright.
+    Held in depth alone it leans by 68 degrees from ahead, and by 44 from the bow.
+    """
+    sim = pl.Simulation.load(
+        {
+            "tick_rate_hz": 50,
+            "world": {"type": "flat", "depth_m": 60.0},
+            "ocean": {"currents": [{"type": "uniform", "speed_mps": 0.8, "towards_deg": 180}]},
+            "agents": {"it": {"vehicle": "bluerov2", "control": "pose",
+                              "start": {"position_m": [0, 0], "depth_m": 20, "pitch_deg": 3}}},
+        },
+        n=4,
+    )  # fmt: skip
+    yaw = np.array([0.0, math.pi / 2, math.pi, -math.pi / 4])
+    sim.set_state("it", attitude=np.stack([np.cos(yaw / 2), 0 * yaw, 0 * yaw, np.sin(yaw / 2)], axis=-1))
+    goal = np.stack([0 * yaw, 0 * yaw, 0 * yaw - 19.7, 0 * yaw, yaw], axis=-1)
+    far, tilt = [], []
+    for _ in range(40):
+        sim.step({"it": goal}, ticks=50)
+        far.append(np.linalg.norm(sim.state["it"].position - goal[:, :3], axis=1))
+        tilt.append(np.degrees(np.abs(sim.state["it"].euler[:, :2]).max(axis=1)))
+    assert np.max(tilt) < 25
+    assert (np.max(far[-10:], axis=0) < [0.1, 0.1, 0.1, 1.0]).all()
+    assert (np.max(tilt[-10:], axis=0)[:3] < 2).all()
+
+
+def test_the_neutral_speed_of_the_bluerov2_is_that_of_its_righting_moment() -> None:
+    """B BG = (A33 - A11)/2 V^2, half of Munk's moment; the same for both published sets within a tenth."""
+    for variant in (None, "von_benzon_2022"):
+        config = pl.Vehicle.from_catalogue("bluerov2", variant=variant).config
+        body = config.body
+        apart = float(body.center_of_gravity[2] - body.center_of_buoyancy[2])
+        destabilising = 0.5 * float(body.added[2, 2] - body.added[0, 0])
+        neutral = math.sqrt(float(body.buoyancy) * apart / destabilising)
+        assert config.modes["pose"].neutral_speed_mps == pytest.approx(neutral, rel=0.1)
+
+
+def test_a_neutral_speed_is_refused_where_thrusters_pitch() -> None:
+    with pytest.raises(pl.errors.PelagosError, match="neutral_speed_mps is for axes with z and without pitch"):
+        pl.Vehicle.from_dict({"type": "bluerov2_heavy", "modes": {"pose": {"neutral_speed_mps": 0.5}}})

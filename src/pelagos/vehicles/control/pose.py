@@ -11,10 +11,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, Final, Literal
+from typing import Any, Final, Literal, Self
 
 import drjit as dr
 import numpy as np
+from pydantic import model_validator
 
 from pelagos.hydro.algebra import Matrix, Vector, add, dot, matmul, matvec, scaled, transpose
 from pelagos.jit import Array
@@ -28,6 +29,7 @@ from pelagos.vehicles.part import NonNegative, PartConfig, Positive
 
 Axis = Literal["x", "y", "z", "roll", "pitch", "yaw"]
 AXES: Final[tuple[Axis, ...]] = ("x", "y", "z", "roll", "pitch", "yaw")
+LEAN_RAD: Final = 0.2  # that a vehicle without pitch control takes to change its depth at speed
 MOVING: Final = ("x_speed", "y_speed", "z_speed", "drive")
 
 
@@ -55,6 +57,17 @@ class PoseConfig(PartConfig):
     """Integral action: rate of the integrator over the loop's frequency [-]."""
     reach_m: Positive = 1.0
     """Position errors count no more than this, which limits the speed of approach [m]."""
+    neutral_speed_mps: Positive | None = None
+    """For vehicles without `pitch` among their axes: the way through the water from which on the flow tilts them more
+    than weight and buoyancy right them [m/s]. Faster than this depth is held by the angle of the flow, see `_heave`."""
+
+    @model_validator(mode="after")
+    def _free_to_pitch(self) -> Self:
+        if self.neutral_speed_mps is not None and ("pitch" in self.axes or "z" not in self.axes):
+            raise ValueError(
+                "neutral_speed_mps is for axes with z and without pitch: thrusters that pitch keep it level"
+            )
+        return self
 
     def build(self, plant: Plant) -> Pose:
         """The control law."""
@@ -104,6 +117,8 @@ class Pose:
         drive = given.get("drive", 1.0)
         current = filtered_current(memory[12:15], flow, h)
         wanted = self._approach(flow, goal, [moving[0], -moving[1], -moving[2]])
+        if self.config.neutral_speed_mps is not None:
+            wanted[2] = self._heave(flow, wanted, current, self.config.neutral_speed_mps)
         held = holding_wrench(self.model, flow, [*wanted, 0.0, 0.0, 0.0], current)
         wrench, steps = self._pull(memory, flow, wanted, attitude_error(flow, goal), h)
         wrench = [a + b if axis in self.config.axes else 0.0 for axis, a, b in zip(AXES, wrench, held, strict=True)]
@@ -121,6 +136,23 @@ class Pose:
         c = self.config
         apart = _limited(position_error(flow, goal), c.reach_m)
         return add(scaled(-c.frequency_rad_s / (2 * c.ratio), apart), matvec(transpose(flow.rotation), velocity))
+
+    def _heave(self, flow: Flow, wanted: Vector, current: Vector, neutral: float) -> Array:
+        """Velocity along the body's z [m/s] of a vehicle that flow and righting moment alone tilt.
+
+        Held level in depth, one that noses up by a meets the flow at w = V sin a, whose moment tilts it further; moved
+        along its own x it meets no such flow. So the velocity wanted is one through the water, across the body's own
+        axes. A steady w tilts it by (V / V0)^2 w / V, V0 the neutral speed: of w it goes down with 1 - (V / V0)^2,
+        beyond V0 upwards. Small angles; where that factor is beyond 1 it is undone, so that the loop stays as slow, and
+        w is limited to what tilts it by `LEAN_RAD`.
+        """
+        rotation = flow.rotation
+        water = matvec(transpose(rotation), current)
+        way = flow.nu[0] - water[0]
+        down = dot(rotation[2], wanted) - current[2]
+        factor = 1 - way * way / neutral**2
+        most = LEAN_RAD * neutral**2 * dr.rcp(dr.maximum(dr.abs(way), 1e-3 * neutral))
+        return water[2] + dr.clip(down * factor / dr.maximum(factor * factor, 1.0), -most, most)
 
     def _pull(
         self, memory: Sequence[Array], flow: Flow, wanted: Vector, turned: Vector, h: Array
