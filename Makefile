@@ -30,7 +30,8 @@ $(DEVICE): $(READY) scripts/llvm.sh
 test: venv llvm ## Run the tests
 	$(BIN)/python -m pytest -n 2 -m "not slow" --durations=10
 
-test-all: venv llvm ## Run the tests, the slow ones too
+test-all: venv llvm ## Run the tests, the slow ones too; those of the page in Chromium
+	@sh scripts/chromium.sh
 	$(BIN)/python -m pytest -n 2
 
 check: venv llvm ## Everything that CI runs: format, lint, types, layers, schema, tests

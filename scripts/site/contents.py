@@ -60,7 +60,9 @@ Each layer imports only from those below. A box leads to its package.
 """
 
 PARTS: Final = {
-    "Start": ("From nothing to a first mission.", ["getting_started", "simulation", "command_line", "recording"]),
+    "Start": (
+        "From nothing to a first mission.", ["getting_started", "simulation", "view", "command_line", "recording"]
+    ),
     "Use": (
         "What can be simulated, and how to ask for it.",
         ["vehicles", "missions", "sensors_navigation", "sonars", "cameras", "communication", "worlds", "worlds_large",

@@ -19,7 +19,6 @@ from pelagos.bridges.exchange import Exchange
 from pelagos.bridges.holoocean import listen_holoocean
 from pelagos.bridges.inbox import LIMIT, Inbox
 from pelagos.bridges.journal import TOPIC, Repeat, recorded_orders
-from pelagos.bridges.order import Order
 from pelagos.bridges.outbox import Outbox
 from pelagos.bridges.pace import Pace
 from pelagos.bridges.ros2 import Ros2Config
@@ -27,6 +26,7 @@ from pelagos.bridges.ros_commands import command_topics, listen
 from pelagos.bridges.services import Services
 from pelagos.bridges.transport import MemoryTransport
 from pelagos.messages.store import deserialize, header, make, quaternion, serialize, vector3
+from pelagos.sim.order import Order
 
 SCENARIO: dict[str, Any] = {
     "seed": 3,

@@ -19,9 +19,9 @@ from pydantic import Field
 from pelagos.bridges.ardupilot_json import ServoFrame, level, parse_servos, state_text
 from pelagos.bridges.autopilot import Output, motion_of, outputs_of, the_agent
 from pelagos.bridges.config import LOOPBACK, BridgeConfig, exposed
-from pelagos.bridges.order import Order
 from pelagos.bridges.transport import BridgeError, BridgeMismatch
 from pelagos.errors import LookupFailed
+from pelagos.sim.order import Order
 from pelagos.sim.simulation import Simulation
 
 if TYPE_CHECKING:

@@ -11,9 +11,9 @@ import math
 from typing import Any
 
 from pelagos.bridges.inbox import Inbox
-from pelagos.bridges.order import Order
 from pelagos.bridges.ros_commands import received
 from pelagos.bridges.transport import COMMAND, Transport
+from pelagos.sim.order import Order
 from pelagos.sim.simulation import Simulation
 
 AGENT_COMMAND = "holoocean_interfaces/msg/AgentCommand"

@@ -12,8 +12,8 @@ from typing import Any, Final
 
 import numpy as np
 
-from pelagos.bridges.order import Order, apply
 from pelagos.errors import InputError
+from pelagos.sim.order import Order, apply
 from pelagos.sim.simulation import Simulation
 
 LIMIT: Final = 1000

@@ -6,7 +6,7 @@ import json
 from pathlib import Path
 from typing import Final
 
-from pelagos.bridges.order import Order, apply
+from pelagos.sim.order import Order, apply
 from pelagos.sim.replay import Recording
 from pelagos.sim.simulation import Simulation
 

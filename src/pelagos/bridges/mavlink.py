@@ -17,9 +17,9 @@ from pydantic import Field
 from pelagos.bridges.autopilot import motion_of, the_agent
 from pelagos.bridges.config import LOOPBACK, BridgeConfig, exposed
 from pelagos.bridges.extras import require
-from pelagos.bridges.order import Order
 from pelagos.bridges.tap import Message, Tap
 from pelagos.bridges.transport import BridgeError
+from pelagos.sim.order import Order
 from pelagos.sim.simulation import Simulation
 
 if TYPE_CHECKING:

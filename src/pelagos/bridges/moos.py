@@ -15,9 +15,9 @@ from pydantic import Field
 from pelagos.bridges.autopilot import motion_of, the_agent
 from pelagos.bridges.config import LOOPBACK, BridgeConfig, exposed
 from pelagos.bridges.moos_wire import DATA, HELLO, LONGEST, NOTIFY, NULL, POISON, REGISTER, MoosMessage, pack, unpack
-from pelagos.bridges.order import Order
 from pelagos.bridges.tap import Message, Tap
 from pelagos.bridges.transport import BridgeError, BridgeMismatch
+from pelagos.sim.order import Order
 from pelagos.sim.simulation import Simulation
 
 if TYPE_CHECKING:

@@ -19,12 +19,12 @@ from pydantic import Field
 from pelagos.bridges.autopilot import Motion, motion_of, outputs_of, the_agent
 from pelagos.bridges.config import LOOPBACK, BridgeConfig, exposed
 from pelagos.bridges.extras import require
-from pelagos.bridges.order import Order
 from pelagos.bridges.transport import BridgeError
 from pelagos.math.constants import ATMOSPHERE_PA, GRAVITY
 from pelagos.math.frames import flip_yz_np
 from pelagos.math.geomagnetism import earth_field
 from pelagos.math.so3 import rotate_np
+from pelagos.sim.order import Order
 from pelagos.sim.simulation import Simulation
 
 if TYPE_CHECKING:

@@ -14,11 +14,11 @@ from typing import Any, Final
 import numpy as np
 
 from pelagos.bridges.inbox import Inbox
-from pelagos.bridges.order import Order
 from pelagos.bridges.transport import COMMAND, Qos, Receive, Transport
 from pelagos.config.swarm import topic_name
 from pelagos.math.frames import enu_to_nwu_np, quaternion_enu_to_nwu_np
 from pelagos.messages.store import deserialize
+from pelagos.sim.order import Order
 from pelagos.sim.simulation import Simulation
 
 DIRECT: Final = ("actuators", "wrench", "acceleration")

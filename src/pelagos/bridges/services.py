@@ -12,11 +12,11 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from pelagos.bridges.order import Order
 from pelagos.bridges.ros_commands import ONE_SHOT, pose_nwu, received
 from pelagos.bridges.transport import Answer, Transport, Unsupported
 from pelagos.math.frames import enu_to_nwu_np, nwu_to_enu_np, quaternion_nwu_to_enu_np
 from pelagos.messages.store import deserialize, header, make, quaternion, serialize, vector3
+from pelagos.sim.order import Order
 
 if TYPE_CHECKING:
     from pelagos.bridges.exchange import Exchange

@@ -142,6 +142,7 @@ def run(
             show_default=False,
         ),
     ] = None,
+    view: Annotated[bool, typer.Option("--view", help="Show the run in a page of the browser (see `view`).")] = False,
     memory_limit: Annotated[
         str | None,
         typer.Option(
@@ -163,6 +164,7 @@ def run(
         duration_s=duration, seed=seed, copies=copies, out=out, record=record, realtime=realtime, report=report,
         max_wall_s=max_wall, checkpoint_every_s=checkpoint_every, resume=resume, trust=trust, memory_limit=memory_limit,
         bridges=(*(["ros2"] if ros2 else []), *(bridge or [])), repeat=repeat, rosbag=rosbag,
+        view=view,
     )  # fmt: skip
     raise typer.Exit(run_scenario(scenario, change or [], options))
 
@@ -217,6 +219,73 @@ def world(
     from pelagos.cli.world import show_world
 
     show_world(scenario, change or [], out or [], samples=samples, at_s=at, trust=trust)
+
+
+@app.command(
+    epilog="Examples:\n\n    pelagos view examples/harbour_survey.yaml\n\n"
+    "    pelagos view results/harbour_survey-1/mission.mcap\n\n    pelagos view --world examples/harbour_survey.yaml"
+)
+def view(
+    file: Annotated[
+        Path, typer.Argument(metavar="SCENARIO|RECORDING", help="A scenario, or a recording.", show_default=False)
+    ],
+    world: Annotated[bool, typer.Option("--world", help="The world of the scenario alone, with its labels.")] = False,
+    host: Annotated[
+        str, typer.Option(metavar="ADDRESS", help="Listen at another address than this machine's own.")
+    ] = "127.0.0.1",
+    port: Annotated[
+        int | None,
+        typer.Option(metavar="N", help="8080, or a free one where that is taken; 0: a free one.", show_default=False),
+    ] = None,
+    browser: Annotated[bool, typer.Option("--browser/--no-browser", help="Open the page in a browser.")] = True,
+    seed: Annotated[
+        int | None, typer.Option(help="Seed of the noise; otherwise the scenario's.", show_default=False)
+    ] = None,
+    speed: Annotated[float, typer.Option(help="Times the clock; 0 as fast as it goes.")] = 1.0,
+    paused: Annotated[bool, typer.Option("--paused", help="Wait for `Run` on the page.")] = False,
+    seconds: Annotated[
+        float | None, typer.Option("--for", metavar="S", help="End after this wall-clock time.", show_default=False)
+    ] = None,
+    change: Changes = None,
+    trust: Trust = False,
+) -> None:
+    """See a scenario run, a recording play, or a world, in a page of the browser; Ctrl-C ends it.
+
+    The page is served from this machine alone, and needs nothing from the network.
+    """
+    from pelagos.cli.view import ViewOptions, show
+
+    options = ViewOptions(
+        world=world, host=host, port=port, browser=browser, seed=seed, speed=speed, paused=paused, for_s=seconds,
+        trust=trust,
+    )  # fmt: skip
+    show(file, change or [], options)
+
+
+@app.command(
+    epilog="Examples:\n\n    pelagos video mission.mcap out.mp4\n\n"
+    "    pelagos video mission.mcap chase.mp4 --chase --speed 4\n\n"
+    "    pelagos video mission.mcap sonar.mp4 --sonar imaging"
+)
+def video(
+    recording: Annotated[Path, typer.Argument(metavar="RECORDING", help="A recording.", show_default=False)],
+    out: Annotated[Path, typer.Argument(metavar="OUT", help="The film: .mp4, .mkv or .mov.", show_default=False)],
+    chase: Annotated[bool, typer.Option("--chase", help="From behind the vehicle.")] = False,
+    camera: Annotated[
+        str | None, typer.Option(metavar="NAME", help="One camera alone, such as auv0.camera.", show_default=False)
+    ] = None,
+    sonar: Annotated[
+        str | None, typer.Option(metavar="NAME", help="One sonar alone, such as imaging.", show_default=False)
+    ] = None,
+    panels: Annotated[bool, typer.Option("--panels", help="Map, depth and sensors side by side; the default.")] = False,
+    speed: Annotated[float, typer.Option(help="Times the clock.")] = 1.0,
+    rate: Annotated[int, typer.Option(metavar="HZ", help="Pictures in a second of the film.")] = 20,
+) -> None:
+    """Make a film of a recording."""
+    from pelagos.cli.video import VideoOptions
+    from pelagos.cli.video import video as make
+
+    make(recording, out, VideoOptions(chase, camera, sonar, panels, speed, rate))
 
 
 @app.command(

@@ -15,6 +15,7 @@ from pelagos.cli.progress import RunProgress
 from pelagos.cli.segments import Plan, run_segments
 from pelagos.cli.signals import Stopping, interrupted
 from pelagos.cli.trusted import load
+from pelagos.cli.view import looked_at
 from pelagos.config.loader import to_yaml
 from pelagos.config.scenario import Scenario
 from pelagos.errors import InputError, RecordingError
@@ -45,6 +46,7 @@ class Options:
     rosbag: bool = False
     trust: bool = False
     memory_limit: str | None = None
+    view: bool = False
 
 
 def run_scenario(path: Path | None, changes: Sequence[str], options: Options) -> int:
@@ -78,7 +80,7 @@ def _run(path: Path, changes: Sequence[str], options: Options, stopping: Stoppin
     folder.mkdir(parents=True, exist_ok=True)
     (folder / "scenario.yaml").write_text(to_yaml(scenario), encoding="utf-8")
     stopping.guard(sim.stop)
-    with RunProgress() as bar:
+    with looked_at(sim, view=options.view), RunProgress() as bar:
         progress = _watched(bar, folder, sim, stopping)
         if doors or options.repeat is not None:
             with nothing_left(folder, recording):

@@ -9,8 +9,14 @@ from contextlib import contextmanager
 from typing import Any, Final
 
 import matplotlib as mpl
-from matplotlib.colors import LinearSegmentedColormap
 from matplotlib.figure import Figure
+
+from pelagos.drawing.colours import DEPTHS, DIFFERENCE
+
+__all__ = [
+    "ALARM", "DEPTHS", "DIFFERENCE", "EMPTY", "GRID", "INK", "MUTED", "NIGHT", "SECOND", "SENSOR", "THIRD", "TRUTH",
+    "as_png", "data_uri", "figure", "style", "time_axis",
+]  # fmt: skip
 
 INK: Final = "#0c2238"
 MUTED: Final = "#6b7c8f"
@@ -22,14 +28,6 @@ THIRD: Final = "#7b5ea7"
 ALARM: Final = "#c1443c"
 EMPTY: Final = "#eef1f4"
 NIGHT: Final = "#080d12"
-
-DEPTHS: Final = LinearSegmentedColormap.from_list(
-    "depths", ["#0b1f4b", "#11467f", "#1f78a8", "#45a5b5", "#8ccbb5", "#cfe6bd", "#f6f3cf"]
-)
-"""Deep to shallow."""
-DIFFERENCE: Final = LinearSegmentedColormap.from_list(
-    "difference", ["#2166ac", "#92c5de", "#f7f7f7", "#f4a582", "#b2182b"]
-)
 
 _STYLE: Final[dict[str, Any]] = {
     "font.family": "DejaVu Sans",

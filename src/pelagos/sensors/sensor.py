@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from importlib import import_module
 from typing import TYPE_CHECKING, Any, ClassVar, Protocol, Self
 
 import numpy as np
@@ -145,6 +146,9 @@ class Reading:
         """
         kind = jit.TensorXf if self.data.dtype == np.float32 else jit.TensorXf64
         return kind(np.ascontiguousarray(self.data, dtype=np.float32 if kind is jit.TensorXf else np.float64))
+
+    def _repr_html_(self) -> str:
+        return str(import_module("pelagos.drawing.notebook").reading_html(self))
 
     def __getstate__(self) -> dict[str, Any]:
         return {**self.__dict__, "truth": self.truth}

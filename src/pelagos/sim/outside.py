@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, cast
@@ -14,7 +14,9 @@ from pelagos.sim.listeners import Listeners, OnReading, OnTick, Subscription
 from pelagos.sim.model import Model
 from pelagos.sim.record import Recorder
 from pelagos.sim.run_log import RunLog, open_recorder
+from pelagos.sim.sampled import Sampled
 from pelagos.sim.step import Stepper
+from pelagos.sim.watch import Heard, Watcher
 
 if TYPE_CHECKING:
     from pelagos.sim.simulation import Simulation
@@ -28,12 +30,14 @@ class Outside:
         listeners: callbacks.
         gate: by which actions enter, and runs are held.
         logs: of the recordings that are open.
+        watchers: callbacks of `watch`.
     """
 
     model: Model
     listeners: Listeners
     gate: Gate
     logs: list[RunLog]
+    watchers: list[Watcher]
     _stepper: Stepper
 
     def post(self, action: Callable[[], object]) -> None:
@@ -78,6 +82,31 @@ class Outside:
         if sensor not in known:
             raise LookupFailed("sensor", sensor, known)
         return self.listeners.add(sensor, callback, invalid=invalid)
+
+    @contextmanager
+    def watch(self, callback: Callable[[Heard], object]) -> Iterator[None]:
+        """Call `callback(heard)` after every block of ticks within a `with` block, with what was read in it.
+
+        Unlike `on_tick` and `subscribe` it asks for no boundaries: blocks are as long as without it, so it costs what
+        the callback does. Sensors that a run reads together afterwards are heard then. The callback may look at
+        `sim.state` and post actions, but not step.
+
+        Args:
+            callback: takes a `Heard`, readings by "agent.sensor".
+        """
+        watcher = Watcher(callback)
+        self.watchers.append(watcher)
+        try:
+            yield
+        finally:
+            self.watchers.remove(watcher)
+
+    def tell_watchers(self, sampled: Sequence[Sampled]) -> None:
+        """Tell everybody who watches what was read in a block."""
+        if self.watchers:
+            heard = Heard(sampled, n=self.model.n, dt_ns=self.model.clock.dt_ns)
+            for watcher in tuple(self.watchers):
+                watcher.callback(heard)
 
     @contextmanager
     def recording(self, path: str | Path) -> Iterator[Recorder]:

@@ -6,6 +6,7 @@ import os
 import warnings
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from importlib import import_module
 from pathlib import Path
 from typing import Any, Final, NamedTuple
 
@@ -150,6 +151,9 @@ class Recording:
         raw = np.frombuffer(b"".join(rows), dtype=np.uint8).reshape(len(rows), size)
         values = np.stack([_column(raw, at, _NUMPY[code]) for at, code in places], axis=-1)
         return self.times(topic).astype(np.float64) * 1e-9, values
+
+    def _repr_html_(self) -> str:
+        return str(import_module("pelagos.drawing.notebook").recording_html(self))
 
     def _channel(self, topic: str) -> Channel:
         if topic not in self.channels:

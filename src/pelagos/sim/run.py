@@ -128,6 +128,7 @@ class _Loop:
             self._keep(sampled)
             for log in self._logs:
                 log.begin(sampled)
+            self._sim.tell_watchers(sampled)
             if self._listeners.any:
                 self._listeners.tell(self._sim, 0, sampled)
         try:
@@ -190,6 +191,7 @@ class _Loop:
         self._keep(sampled)
         for log in self._logs:
             log.readings(sampled)
+        self._sim.tell_watchers(sampled)
 
     def _keep(self, sampled: list[Sampled]) -> None:
         for one in sampled:

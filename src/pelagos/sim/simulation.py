@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
+from importlib import import_module
 from pathlib import Path
 from typing import Any, Self
 
@@ -38,6 +39,7 @@ from pelagos.sim.sampled import Sampled
 from pelagos.sim.seed import seed_of
 from pelagos.sim.state import AgentState, checked_command, chosen
 from pelagos.sim.step import Stepper
+from pelagos.sim.watch import Watcher
 from pelagos.vehicles.vehicle import Vehicle
 from pelagos.world.body import Prop
 from pelagos.world.world import World
@@ -59,6 +61,7 @@ class Simulation(Changes):
         self.listeners = Listeners()
         self.gate = Gate()
         self.logs: list[RunLog] = []
+        self.watchers: list[Watcher] = []
         self._lamps = {}
         self._written: tuple[Scenario, str] | None = None
         self.stand(model, encounters, like)
@@ -218,6 +221,7 @@ class Simulation(Changes):
             for log in self.logs:
                 log.readings(block)
                 log.motion()
+            self.tell_watchers(block)
             if self.listeners.any:
                 self.listeners.tell(self, stepper.tick, block)
                 self.gate.act()
@@ -323,6 +327,22 @@ class Simulation(Changes):
         """
         return run(self, seconds, policy=policy, record=record, progress=progress, realtime=realtime)
 
+    def view(self, *, drive: bool = False, host: str = "127.0.0.1", port: int | None = None) -> Any:
+        """Open a page on which this simulation is seen; its address is the `url` of what is given back.
+
+        In a notebook the last line of a cell shows the page itself. Close it, or use it as a context manager.
+
+        Args:
+            drive: a thread of the view steps the simulation from its start, and the page has all controls; otherwise
+                the page shows what `step` and `run` do here.
+            host: address to listen at; the page has a token either way.
+            port: 8080, or a free one where that is taken, where not given; 0: a free one.
+
+        Raises:
+            InputError: the port is taken, or the extra `viewer` is not installed.
+        """
+        return import_module("pelagos.viewer.session").view_of(self, drive=drive, host=host, port=port)
+
     def set_state(
         self,
         agent: str,
@@ -395,6 +415,9 @@ class Simulation(Changes):
         name = name or f"{prop.shape}{self.bodies.spawned}"
         geometry: Geometry = prop.geometry(instance=self.bodies.new_instance(), world=self.world)
         return self.bodies.add(name, geometry, prop.position, prop.attitude)
+
+    def _repr_html_(self) -> str:
+        return str(import_module("pelagos.drawing.notebook").simulation_html(self))
 
     def _show_now(self) -> None:
         """Put everything that moves where it is at the current time, for rays that somebody casts by hand."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from copy import copy
 from functools import cached_property
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -108,6 +109,9 @@ class Vehicle:
         other = copy(self)
         other.model = model
         return other
+
+    def _repr_html_(self) -> str:
+        return str(import_module("pelagos.drawing.notebook").vehicle_html(self))
 
     # names
 

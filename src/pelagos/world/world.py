@@ -6,6 +6,7 @@ import copy
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from importlib import import_module
 from typing import Any
 from weakref import WeakMethod
 
@@ -250,6 +251,9 @@ class World:
         from pelagos.world.placement import why_not_free
 
         return why_not_free(self, np.atleast_2d(np.asarray(position, dtype=np.float64)), radius)
+
+    def _repr_html_(self) -> str:
+        return str(import_module("pelagos.drawing.notebook").world_html(self))
 
     def _scene(self) -> Scene:
         if "scene" not in self._live:

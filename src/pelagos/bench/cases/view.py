@@ -1,0 +1,156 @@
+"""The view: what it costs a mission, how long a picture of four panels takes, how soon the page is there."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+import time
+from typing import Any, Final
+
+from pelagos.bench.case import Case, Measured, Reference
+from pelagos.bench.cases.missions import harbour
+from pelagos.bench.check import must
+
+_SECONDS: Final = 20.0
+_CLIENT: Final = """
+import asyncio, sys, websockets
+async def main():
+    async with websockets.connect(sys.argv[1], max_size=None) as connection:
+        print("ready", flush=True)
+        count = size = 0
+        try:
+            async for message in connection:
+                count, size = count + 1, size + len(message)
+        except websockets.exceptions.ConnectionClosed:
+            pass
+        print(count, size, flush=True)
+asyncio.run(main())
+"""
+
+
+def _client(url: str) -> Any:
+    address = url.replace("http://", "ws://").replace("/?", "/live?")
+    made = subprocess.Popen([sys.executable, "-c", _CLIENT, address], stdout=subprocess.PIPE, text=True)
+    assert made.stdout is not None
+    must(made.stdout.readline().strip() == "ready", "the client did not connect")
+    return made
+
+
+def view_slowdown_ratio() -> Measured:
+    """The demo mission with the view and a client that takes everything, over the same alone; in turns."""
+    from pelagos.sim.simulation import Simulation
+    from pelagos.viewer.session import Watch
+
+    sim = Simulation.load(harbour())
+    sim.run(5.0)
+    took: dict[bool, list[float]] = {False: [], True: []}
+    messages = size = 0
+    pictures = 0
+    for seen in (False, True) * 3:
+        sim.reset()
+        if not seen:
+            took[False].append(sim.run(_SECONDS).wall_s)
+            continue
+        with Watch(sim, port=0) as watch:
+            client = _client(watch.url)
+            try:
+                took[True].append(sim.run(_SECONDS).wall_s)
+                pictures += watch.view.pictures
+            finally:
+                watch.close()
+                account = client.communicate(timeout=30)[0].split()
+        messages, size = messages + int(account[0]), size + int(account[1])
+    must(messages > 3 * pictures > 0, f"the client got {messages} messages of {pictures} pictures")
+    rate = pictures / sum(took[True])
+    return Measured(
+        min(took[True]) / min(took[False]),
+        reference=Reference("the run alone", 1.0),
+        detail=f"{rate:.1f} pictures a second, {size * 1e-6 / sum(took[True]):.2f} MB/s to another process",
+    )
+
+
+def view_panel_ms() -> Measured:
+    """Four panels of the demo's sensors, from readings to JPEG, in one thread."""
+    from pelagos.drawing.sample import sample_of
+    from pelagos.sim.simulation import Simulation
+    from pelagos.viewer.panels import Panels
+
+    sim = Simulation.load(harbour())
+    found = sim.observe("auv0", (-60.0, 40.0, -6.0))
+    configs = {f"auv0.{n}": m.config for n, m in sim.model.agents["auv0"].sensors.items()}
+    names = [n for n in ("imaging", "multibeam", "camera", "dvl") if n in found]
+    panels = Panels({f"auv0.{n}": configs[f"auv0.{n}"] for n in names})
+    pictures = [0]
+
+    def once() -> None:
+        for name in names:
+            panels.take(sample_of(configs[f"auv0.{name}"], found[name]))
+            pictures[0] += panels.panels[f"auv0.{name}"].jpeg() is not None
+
+    once()
+    start, count = time.perf_counter(), 50
+    for _ in range(count):
+        once()
+    took = 1e3 * (time.perf_counter() - start) / count
+    must(pictures[0] >= 3 * count, "panels have no pictures")
+    return Measured(took, detail=f"{', '.join(names)}: {pictures[0] // (count + 1)} pictures")
+
+
+def view_open_s() -> Measured:
+    """From the command to the first picture at a client, in processes of their own; the faster of two."""
+    import tempfile
+    from pathlib import Path
+
+    import yaml
+
+    times = []
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "harbour.yaml"
+        path.write_text(yaml.safe_dump(harbour()), encoding="utf-8")
+        for _ in range(2):
+            start = time.perf_counter()
+            command = [sys.executable, "-m", "pelagos", "view", str(path), "--no-browser", "--port", "0"]
+            view = subprocess.Popen(command, stdout=subprocess.PIPE, text=True, cwd=folder)
+            try:
+                assert view.stdout is not None
+                line = view.stdout.readline()
+                must(line.startswith("the view: "), f"the command said {line!r}")
+                client = _client(line.split()[-1])
+                times.append(time.perf_counter() - start)
+                client.kill()
+                client.wait()
+            finally:
+                view.terminate()
+                view.communicate(timeout=60)
+    return Measured(min(times), detail="command to the first message of the scene, kernels cached")
+
+
+CASES: Final = (
+    Case(
+        name="view_slowdown_ratio",
+        title="Demo mission looked at, four panels, a client that takes everything",
+        measure=view_slowdown_ratio,
+        unit="of the time alone",
+        goal=1.1,
+        better="lower",
+        reference=Reference("the run alone", 1.0),
+    ),
+    Case(
+        name="view_panel_ms",
+        title="Four panels from readings to pictures",
+        measure=view_panel_ms,
+        unit="ms",
+        goal=20.0,
+        better="lower",
+        reference=Reference("a tenth of a second between pictures", 100.0),
+    ),
+    Case(
+        name="view_open_s",
+        title="From the command to the first picture",
+        measure=view_open_s,
+        unit="s",
+        goal=6.0,
+        better="lower",
+        reference=Reference("what people wait for", 6.0),
+    ),
+)

@@ -1,0 +1,144 @@
+"""`pelagos view`: a page in the browser on which a scenario runs, a recording plays, or a world stands."""
+
+from __future__ import annotations
+
+import threading
+import time
+import webbrowser
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final
+
+from pelagos.cli.console import err, out
+from pelagos.cli.trusted import load
+from pelagos.errors import InputError
+
+if TYPE_CHECKING:
+    from pelagos.sim.simulation import Simulation
+    from pelagos.viewer.view import View
+
+_IDLE_S: Final = 0.2
+
+
+@dataclass(frozen=True)
+class ViewOptions:
+    """What the command line says; see `pelagos view --help`."""
+
+    world: bool = False
+    host: str = "127.0.0.1"
+    port: int | None = None
+    browser: bool = True
+    seed: int | None = None
+    speed: float = 1.0
+    paused: bool = False
+    for_s: float | None = None
+    trust: bool = False
+
+
+def show(path: Path, changes: Sequence[str], options: ViewOptions) -> None:
+    """Serve the page until Ctrl-C.
+
+    Raises:
+        InputError: the scenario or recording cannot be shown, or the port is taken.
+    """
+    if not path.exists():
+        raise InputError(f"{path}: there is no such file")
+    if not 0 <= options.speed <= 100:
+        raise InputError(f"--speed is 0.1 to 100 times the clock, or 0 for as fast as it goes; not {options.speed:g}")
+    if path.suffix.lower() == ".mcap":
+        if changes or options.world or options.seed is not None:
+            raise InputError("a recording is shown as it is: leave out --set, --seed and --world")
+        _replay(path, options)
+    elif options.world:
+        _world(path, changes, options)
+    else:
+        _scenario(path, changes, options)
+
+
+def _scenario(path: Path, changes: Sequence[str], options: ViewOptions) -> None:
+    overrides = {} if options.seed is None else {"seed": options.seed}
+    scenario = load(path, changes, overrides=overrides, trust=options.trust)
+    with err.status("loading the simulator"):
+        from pelagos.sim.simulation import Simulation
+        from pelagos.viewer.session import Session
+    with err.status("building the world, the vehicles and their sensors"):
+        sim = Simulation.load(scenario)
+        session = Session(
+            sim, results=Path("results") / path.stem, speed=options.speed, paused=options.paused, host=options.host,
+            port=options.port,
+        )  # fmt: skip
+    say_where(session.url, options)
+    _end_after(options.for_s, session.pilot.close)
+    try:
+        session.run()
+    except KeyboardInterrupt:
+        session.close()
+    out.print("the view has ended", markup=False)
+
+
+def _replay(path: Path, options: ViewOptions) -> None:
+    with err.status("reading the recording"):
+        from pelagos.viewer.replay import replay_view
+
+        view = replay_view(path, host=options.host, port=options.port, paused=options.paused, speed=options.speed)
+    _serve(view, options)
+
+
+def _world(path: Path, changes: Sequence[str], options: ViewOptions) -> None:
+    scenario = load(path, changes, trust=options.trust)
+    with err.status("building the world"):
+        from pelagos.viewer.still import world_view
+
+        view = world_view(scenario, host=options.host, port=options.port)
+    _serve(view, options)
+
+
+def _serve(view: View, options: ViewOptions) -> None:
+    ended = threading.Event()
+    say_where(view.url, options)
+    _end_after(options.for_s, ended.set)
+    try:
+        with view.start():
+            while not ended.is_set():
+                time.sleep(_IDLE_S)
+    except KeyboardInterrupt:
+        pass
+    out.print("the view has ended", markup=False)
+
+
+@contextmanager
+def looked_at(sim: Simulation, *, view: bool) -> Iterator[None]:
+    """Have a page open beside a run, if it is asked for."""
+    if not view:
+        yield
+        return
+    from pelagos.viewer.session import Watch
+
+    with Watch(sim) as watch:
+        say_where(watch.url, ViewOptions())
+        yield
+
+
+def say_where(url: str, options: ViewOptions) -> None:
+    """Print the address, and open it in a browser if there is one."""
+    out.print(f"the view: {url}", markup=False, soft_wrap=True)
+    if options.host not in ("127.0.0.1", "localhost", "::1"):
+        out.print("anybody who has this address can steer the vehicles; its token is printed only here", markup=False)
+    opened = False
+    if options.browser:
+        try:
+            opened = webbrowser.open(url)
+        except (webbrowser.Error, OSError):
+            opened = False
+        if not opened:
+            out.print("no browser was found here: open the address in one, or forward the port", markup=False)
+    out.print("Ctrl-C ends it", markup=False)
+
+
+def _end_after(seconds: float | None, end: Any) -> None:
+    if seconds is not None:
+        timer = threading.Timer(seconds, end)
+        timer.daemon = True
+        timer.start()

@@ -1,0 +1,1 @@
+"""See a simulation or a recording live, in a browser."""

@@ -1,0 +1,107 @@
+"""Frames: poses, readings and the state of a run at one moment. The view draws frames, wherever they come from."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pelagos.drawing.sample import Sample
+
+
+@dataclass(frozen=True)
+class Pose:
+    """Of a body.
+
+    Attributes:
+        position: `(3,)` world NWU [m].
+        attitude: `(4,)` (w, x, y, z), body FLU to world.
+        velocity: `(3,)` body FLU [m/s].
+        actuators: `(k,)` states, in the vehicle's own units.
+    """
+
+    position: NDArray[np.float64]
+    attitude: NDArray[np.float64]
+    velocity: NDArray[np.float64] = field(default_factory=lambda: np.zeros(3))
+    actuators: NDArray[np.float64] = field(default_factory=lambda: np.zeros(0))
+
+    def to_world(self, points: NDArray[np.floating]) -> NDArray[np.float64]:
+        """Points `(m, 3)` of the body's frame in the world [m]."""
+        return np.asarray(points, dtype=np.float64) @ matrix(self.attitude).T + self.position
+
+    @property
+    def euler(self) -> tuple[float, float, float]:
+        """Roll, pitch and heading of the compass [deg]; pitch positive up."""
+        w, x, y, z = self.attitude
+        roll = np.arctan2(2 * (w * x + y * z), 1 - 2 * (x * x + y * y))
+        pitch = np.arcsin(np.clip(2 * (w * y - z * x), -1.0, 1.0))
+        yaw = np.arctan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))
+        return float(np.degrees(roll)), float(-np.degrees(pitch)), float(-np.degrees(yaw) % 360)
+
+
+@dataclass(frozen=True)
+class Placed:
+    """A sample, and the pose of its vehicle when it was taken."""
+
+    sample: Sample
+    pose: Pose
+
+
+@dataclass(frozen=True)
+class Frame:
+    """A moment.
+
+    Attributes:
+        t_ns: simulation time [ns].
+        agents: true poses by agent.
+        navigation: what vehicles think of where they are, by agent, where that is not the truth.
+        movers: poses of bodies on scripted paths and of spawned props, by name.
+        samples: readings since the last frame.
+        status: of the run: JSON types, see `Pilot.status`.
+        jump: time did not go on from the last frame: a reset, or a step back in a recording.
+    """
+
+    t_ns: int
+    agents: Mapping[str, Pose]
+    navigation: Mapping[str, Pose] = field(default_factory=dict)
+    movers: Mapping[str, Pose] = field(default_factory=dict)
+    samples: Sequence[Placed] = ()
+    status: Mapping[str, Any] = field(default_factory=dict)
+    jump: bool = False
+
+
+def matrix(attitude: NDArray[np.float64]) -> NDArray[np.float64]:
+    """`(3, 3)` rotation matrix of a unit quaternion (w, x, y, z)."""
+    w, x, y, z = attitude
+    return np.array([
+        [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+        [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+        [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+    ])  # fmt: skip
+
+
+def times(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.float64]:
+    """The product of two quaternions: first b, then a."""
+    aw, ax, ay, az = a
+    bw, bx, by, bz = b
+    return np.array([
+        aw * bw - ax * bx - ay * by - az * bz, aw * bx + ax * bw + ay * bz - az * by,
+        aw * by - ax * bz + ay * bw + az * bx, aw * bz + ax * by - ay * bx + az * bw,
+    ])  # fmt: skip
+
+
+def between(before: tuple[int, Pose], after: tuple[int, Pose], t_ns: int) -> Pose:
+    """The pose at a time between two others; attitude by normalised linear interpolation."""
+    (t0, a), (t1, b) = before, after
+    if t1 <= t0:
+        return b
+    part = min(max((t_ns - t0) / (t1 - t0), 0.0), 1.0)
+    q = b.attitude if float(a.attitude @ b.attitude) >= 0 else -b.attitude
+    turned = (1 - part) * a.attitude + part * q
+    return Pose(
+        (1 - part) * a.position + part * b.position, turned / np.linalg.norm(turned),
+        (1 - part) * a.velocity + part * b.velocity, b.actuators,
+    )  # fmt: skip

@@ -1,0 +1,146 @@
+"""A simulation that somebody looks at: what its blocks gave, as frames, handed on without waiting for who draws them.
+
+The step thread only keeps references and copies poses; everything else happens in the view's own thread. A frame that
+nobody took yet when the next is due grows: nothing waits, and nothing that a waterfall needs is lost.
+"""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections import deque
+from collections.abc import Callable, Mapping
+from typing import Any, Final
+
+import numpy as np
+
+from pelagos.drawing.sample import CLOUDS, WATERFALLS, sample_of
+from pelagos.sensors.sensor import Reading, SensorConfig
+from pelagos.sim.simulation import Simulation
+from pelagos.sim.watch import Heard
+from pelagos.viewer.frame import Frame, Placed, Pose, between
+
+EVERY_S: Final = 0.1
+"""Wall-clock time between two frames, at least."""
+_EVERY_ONE: Final = (*WATERFALLS, *CLOUDS, "mechanical_scanning_sonar")
+_MOST: Final = 60  # readings of one sensor that wait
+_POSES: Final = 400
+_MANY: Final = 20  # agents: of more, poses are kept only when a frame is due
+
+
+class Live:
+    """Frames of a simulation; use `heard` as the callback of `Simulation.watch`.
+
+    Attributes:
+        sensors: configurations by "agent.sensor".
+        status: gives the run's status, called by the step thread with every frame.
+    """
+
+    def __init__(self, sim: Simulation, *, copy: int = 0) -> None:
+        self._sim, self._copy = sim, copy
+        agents = sim.model.agents
+        self.sensors: Mapping[str, SensorConfig] = {
+            f"{a}.{s}": m.config for a, agent in agents.items() for s, m in agent.sensors.items()
+        }
+        self.status: Callable[[], Mapping[str, Any]] = dict
+        self._poses: dict[str, deque[tuple[int, Pose]]] = {name: deque(maxlen=_POSES) for name in agents}
+        self._readings: dict[str, deque[Reading]] = {}
+        self._waiting: Frame | None = None
+        self._raw: dict[str, list[Reading]] = {}
+        self._some = threading.Condition()
+        self._at = 0.0
+        self._last_ns = -1
+        self._jump = False
+
+    def heard(self, heard: Heard) -> None:
+        """Keep what a block gave, and make a frame if one is due."""
+        for name in heard:
+            config = self.sensors.get(name)
+            if config is None:
+                continue
+            kept = self._readings.setdefault(name, deque(maxlen=_MOST if config.type in _EVERY_ONE else 1))
+            if config.type in _EVERY_ONE:
+                kept.extend(heard[name])
+            else:
+                newest = heard.newest(name)
+                if newest is not None:
+                    kept.append(newest)
+        due = time.monotonic() - self._at >= EVERY_S
+        if due or len(self._poses) <= _MANY:
+            self._keep_poses()
+        if due:
+            self.show()
+
+    def show(self) -> None:
+        """Make a frame of now: at the end of a block, or where the simulation stands still."""
+        self._at = time.monotonic()
+        sim = self._sim
+        t_ns = sim.time_ns
+        if not any(poses and poses[-1][0] == t_ns for poses in self._poses.values()):
+            self._keep_poses()
+        jump, self._jump = self._jump or t_ns < self._last_ns, False
+        self._last_ns = t_ns
+        known = {}
+        for name, solutions in sim.stepper.missions.solutions.items():
+            if solutions:
+                last = solutions[-1]
+                known[name] = Pose(last.position[self._copy].copy(), last.attitude[self._copy].copy())
+        movers = {b.name: Pose(b.position[self._copy].copy(), b.attitude[self._copy].copy()) for b in sim.bodies.bodies}
+        agents = {name: poses[-1][1] for name, poses in self._poses.items() if poses}
+        frame = Frame(t_ns, agents, known, movers, (), self.status(), jump)
+        with self._some:
+            if jump:
+                self._raw.clear()
+            if self._waiting is not None:
+                frame = Frame(t_ns, agents, known, movers, (), frame.status, jump or self._waiting.jump)
+            for name, readings in self._readings.items():
+                found = [*self._raw.get(name, ()), *readings]
+                self._raw[name] = found[-_MOST:] if self.sensors[name].type in _EVERY_ONE else found[-1:]
+                readings.clear()
+            self._waiting = frame
+            self._some.notify_all()
+
+    def restart(self) -> None:
+        """Time went back: what was kept is of another run."""
+        self._jump = True
+        self._readings.clear()
+        for poses in self._poses.values():
+            poses.clear()
+
+    def take(self, wait_s: float = 0.5) -> Frame | None:
+        """The newest frame, its samples made by the thread that asks; None where there was none in time."""
+        with self._some:
+            if self._waiting is None:
+                self._some.wait(wait_s)
+            frame, self._waiting = self._waiting, None
+            raw, self._raw = self._raw, {}
+        if frame is None:
+            return None
+        samples = [
+            Placed(sample_of(self.sensors[name], reading, copy=self._copy), self._pose(name, reading.t_ns, frame))
+            for name, readings in raw.items()
+            for reading in readings
+            if reading.valid[self._copy]
+        ]
+        return Frame(frame.t_ns, frame.agents, frame.navigation, frame.movers, samples, frame.status, frame.jump)
+
+    def _keep_poses(self) -> None:
+        t_ns, states, row = self._sim.time_ns, self._sim.state, self._copy
+        for name, poses in self._poses.items():
+            if poses and poses[-1][0] > t_ns:
+                poses.clear()
+                self._jump = True
+            if not poses or poses[-1][0] < t_ns:
+                s = states[name]
+                poses.append(
+                    (t_ns, Pose(*(np.array(v[row]) for v in (s.position, s.attitude, s.velocity, s.actuators))))
+                )
+
+    def _pose(self, name: str, t_ns: int, frame: Frame) -> Pose:
+        """Of a sensor's vehicle at a time, between two poses that were kept."""
+        agent = name.partition(".")[0]
+        poses = list(self._poses[agent])
+        for before, after in zip(reversed(poses[:-1]), reversed(poses[1:]), strict=True):
+            if before[0] <= t_ns:
+                return between(before, after, t_ns)
+        return poses[0][1] if poses else frame.agents[agent]

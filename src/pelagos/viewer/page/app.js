@@ -1,0 +1,132 @@
+import { ChartMap } from "./map.js";
+import { Plots } from "./plots.js";
+import { Hands } from "./drive.js";
+import { Stage } from "./stage.js";
+
+const $ = (id) => document.getElementById(id);
+const map = new ChartMap($("map")), plots = new Plots($("plots"));
+let hello = null, state = null, socket = null, agent = "", tries = 0, before = null, scrubbing = false;
+const cards = {}, urls = {}, kinds = {};
+const send = (message) => { if (socket?.readyState === WebSocket.OPEN) socket.send(JSON.stringify(message)); };
+const hands = new Hands(send, () => hello?.can.includes("drive") ? agent : "");
+
+function connect() {
+  socket = new WebSocket(`${location.protocol === "https:" ? "wss" : "ws"}://${location.host}/live`);
+  socket.binaryType = "arraybuffer";
+  socket.onopen = () => { tries = 0; stage?.reset(); $("lost").hidden = true; };
+  socket.onmessage = (e) => {
+    const length = new DataView(e.data).getUint32(0, true), header = JSON.parse(new TextDecoder().decode(new Uint8Array(e.data, 4, length)));
+    ({ hello: onHello, state: onState, panel: onPanel, jump: onJump, say: onSay, node: (x, b) => stage?.node(x, b), part: (x, b) => stage?.part(x, b), gone: (x) => stage?.gone(x), seen: (x) => stage?.seen(x), poses: (x) => stage?.move(x) })[header.type]?.(header, new Uint8Array(e.data, 4 + length));
+  };
+  socket.onclose = () => { lost(tries++ ? "The simulation has ended, or the connection is lost. This page tries again by itself." : ""); setTimeout(connect, Math.min(500 * 2 ** tries, 8000)); };
+}
+function lost(text) { if (!text) return; $("lost-text").textContent = text; $("lost").hidden = false; }
+
+function onHello(h) {
+  hello = h; document.title = `${h.name} · Pelagos`; $("title").textContent = h.name; $("title").title = h.description; $("kind").textContent = h.kind; document.body.className = h.kind;
+  const names = Object.keys(h.agents); $("agent").replaceChildren(...names.map((n) => option(n, n))); choose(names.includes(agent) ? agent : names[0] || "");
+  map.load(h.bounds, h.plans); if (stage) { stage.sea(h.waves); stage.water = h.water; if (!names.length) { stage.overview(h.bounds, h.floor); look("free"); stage.clarity = .1; } } $("map-hint").textContent = h.can.includes("goal") ? "click: way-point" : "";
+  $("panels").replaceChildren(); for (const s of [...h.sensors].sort((a, b) => b.pictured - a.pictured)) addCard(s);
+  $("sights").replaceChildren(...h.sensors.filter((s) => ["imaging_sonar", "profiling_sonar", "dvl", "camera"].includes(s.kind)).map((s) => tickbox(s.name)));
+  for (const note of h.notes) onSay({ text: note });
+  if (h.kind === "replay") timeline(h); watched();
+}
+function option(value, text) { const o = document.createElement("option"); o.value = value; o.textContent = text; return o; }
+function tickbox(name) { const l = document.createElement("label"), i = document.createElement("input"); l.className = "tickbox"; i.type = "checkbox"; i.checked = true; i.dataset.show = name; l.append(i, ` ${name}`); return l; }
+
+function choose(name) {
+  agent = name; $("agent").value = name; if (!name) return;
+  const modes = Object.keys(hello.agents[name].modes); $("mode").replaceChildren(...modes.map((m) => option(m, m.replaceAll("_", " ")))); plots.clear(); before = null; if (stage) { stage.agent = name; stage.length = hello.agents[name].length; stage.offset = null; } send({ do: "follow", agent: name });
+}
+
+function onState(s) {
+  state = s; $("time").textContent = `${s.t.toFixed(1)} s`; const run = s.run;
+  $("rate").textContent = run.paused ? "paused" : run.rate ? `${run.rate.toFixed(run.rate < 10 ? 1 : 0)} × real time` : "";
+  $("pause").textContent = run.paused ? "Run" : "Pause"; $("pause").setAttribute("aria-pressed", String(!!run.paused));
+  if (run.speed !== undefined && document.activeElement !== $("speed")) $("speed").value = String(run.speed);
+  $("record").setAttribute("aria-pressed", String(!!run.recording));
+  const a = s.agents[agent], r = run.agents?.[agent];
+  if (a) {
+    $("hud-depth").textContent = `${a.depth.toFixed(2)} m`; $("hud-altitude").textContent = a.altitude === null ? "–" : `${a.altitude.toFixed(2)} m`;
+    $("hud-heading").textContent = `${a.heading.toFixed(1).padStart(5, "0")}°`; $("hud-speed").textContent = `${a.speed.toFixed(2)} m/s`;
+    plots.add(s.t, a, before); before = { t: s.t, heading: a.heading };
+  }
+  if (r) { $("leg").textContent = r.goals.length ? `${r.goals.length} way-point${r.goals.length > 1 ? "s" : ""} ahead` : r.leg ? `mission ${r.leg}` : "by command"; if (document.activeElement !== $("mode")) $("mode").value = r.mode; }
+  if (run.event) $("leg").textContent = run.event;
+  map.state(s.agents, s.props, run);
+  if (hello?.kind === "replay" && !scrubbing) $("scrub").value = s.t;
+}
+let drawn = 0;
+function paint(now) { if (now - drawn > 150) { drawn = now; plots.draw(); } requestAnimationFrame(paint); }
+
+function addCard(s) {
+  const card = document.createElement("div"), head = document.createElement("h2"), fold = document.createElement("button"), about = document.createElement("span"), more = document.createElement("button");
+  card.className = s.pictured ? "card" : "card folded"; card.dataset.sensor = s.name; fold.className = "fold"; fold.textContent = s.name; about.textContent = `${s.kind.replaceAll("_", " ")} · ${s.rate_hz} Hz`;
+  more.className = "fold"; more.style.flex = "none"; more.textContent = "ⓘ"; more.title = "Configuration"; head.append(fold, about, more); card.append(head);
+  const image = document.createElement("img"); image.alt = `${s.name}: ${s.kind}`; image.className = ["sidescan", "multibeam", "singlebeam", "synthetic_aperture_sonar"].includes(s.kind) ? "wide" : "photo"; image.hidden = true;
+  const numbers = document.createElement("div"); numbers.className = "numbers"; card.append(image, numbers); $("panels").append(card);
+  const config = document.createElement("div"); config.className = "config"; config.hidden = true; config.textContent = Object.entries(s.config).map(([k, v]) => `${k}: ${JSON.stringify(v)}`).join("\n"); card.append(config);
+  fold.onclick = () => { card.classList.toggle("folded"); watched(); }; fold.setAttribute("aria-label", `${s.name}: fold or unfold`);
+  more.onclick = () => { config.hidden = !config.hidden; }; more.setAttribute("aria-label", `${s.name}: configuration`);
+  cards[s.name] = { card, image, numbers }; kinds[s.name] = s.kind;
+}
+function watched() { send({ do: "panels", names: Object.entries(cards).filter(([, c]) => !c.card.classList.contains("folded")).map(([n]) => n) }); }
+function onPanel(p, blob) {
+  const c = cards[p.name]; if (!c) return;
+  if (p.name.startsWith(`${agent}.`)) plots.measured(p.t, kinds[p.name], p.numbers);
+  if (p.pictured) { const old = urls[p.name]; c.image.src = urls[p.name] = URL.createObjectURL(new Blob([blob], { type: "image/jpeg" })); c.image.hidden = false; if (old) c.image.onload = () => URL.revokeObjectURL(old); }
+  if (c.card.classList.contains("folded")) return;
+  const rows = Object.entries(p.numbers); if (c.numbers.childElementCount !== 2 * rows.length) { c.numbers.replaceChildren(...rows.flatMap(() => [document.createElement("span"), document.createElement("b")])); }
+  rows.forEach(([name, value], i) => { c.numbers.children[2 * i].textContent = name; c.numbers.children[2 * i + 1].textContent = value === null ? "–" : value.toPrecision(5); });
+}
+function onJump() { plots.clear(); map.clear(); before = null; }
+function onSay(s) { const p = document.createElement("p"); p.textContent = s.text; p.className = s.kind || "note"; $("says").append(p); setTimeout(() => p.remove(), s.kind === "error" ? 9000 : 6000); }
+
+function timeline(h) {
+  $("timeline").hidden = false; const s = $("scrub"); s.min = h.first_s; s.max = h.last_s;
+  s.oninput = () => { scrubbing = true; send({ do: "seek", t: Number(s.value) }); }; s.onchange = () => { scrubbing = false; };
+  $("marks").replaceChildren(...h.events.map((e) => { const b = document.createElement("button"); b.textContent = e.text; b.title = `${e.t.toFixed(1)} s: ${e.text}`; b.style.left = `${100 * (e.t - h.first_s) / Math.max(h.last_s - h.first_s, 1e-9)}%`; b.onclick = () => send({ do: "seek", t: e.t }); return b; }));
+}
+
+$("pause").onclick = () => send({ do: "pause", paused: !state?.run.paused });
+$("tick").onclick = () => send({ do: "tick" });
+$("speed").onchange = (e) => { send({ do: "speed", speed: Number(e.target.value) }); e.target.blur(); };
+$("reset").onclick = () => { const seed = $("seed").value.trim(); if (seed && !/^\d+$/.test(seed)) { onSay({ text: `A seed is a whole number from 0 on, not ${seed}.`, kind: "error" }); return; } send(seed ? { do: "reset", seed: Number(seed) } : { do: "reset" }); };
+$("record").onclick = () => send({ do: "record", on: !state?.run.recording });
+$("agent").onchange = (e) => { choose(e.target.value); e.target.blur(); };
+$("mode").onchange = (e) => { send({ do: "mode", agent, mode: e.target.value }); e.target.blur(); };
+$("clear").onclick = () => send({ do: "clear_goals", agent });
+for (const [button, tool] of [["map-way", "way"], ["map-prop", "prop"]]) $(button).onclick = () => { map.tool = tool; $("map-way").setAttribute("aria-pressed", String(tool === "way")); $("map-prop").setAttribute("aria-pressed", String(tool === "prop")); $("map-hint").textContent = tool === "way" ? "click: way-point" : "click: put · drag: move · double click: remove"; };
+map.onGoal = (x, y) => { if (hello?.can.includes("goal")) send({ do: "goal", agent, x, y }); };
+map.onProp = (x, y) => send({ do: "spawn", shape: $("shape").value, x, y });
+map.onMove = (name, x, y) => send({ do: "move", name, x, y });
+map.onRemove = (name) => send({ do: "remove", name });
+for (const b of document.querySelectorAll("[data-look]")) b.onclick = () => look(b.dataset.look);
+function look(name) { stage?.choose(name); for (const b of document.querySelectorAll("[data-look]")) b.setAttribute("aria-pressed", String(b.dataset.look === name)); }
+document.addEventListener("change", (e) => { const what = e.target.dataset?.show; if (what === "sea" && stage) { stage.showSea = e.target.checked; stage.again = true; } else if (what) send({ do: "show", what: e.target.dataset.show, visible: e.target.checked }); });
+$("clarity").oninput = (e) => { if (stage) { stage.clarity = Number(e.target.value); stage.again = true; } };
+$("ground").onchange = (e) => send({ do: "ground", by: e.target.value });
+for (const [id, text] of [["current-speed", (v) => `${Number(v).toFixed(2)} m/s`], ["current-towards", (v) => `${v}°`], ["turbidity", (v) => `${Number(v).toFixed(1)} ×`]]) $(id).oninput = (e) => { $(`${id}-out`).textContent = text(e.target.value); };
+$("current-set").onclick = () => send({ do: "current", speed: Number($("current-speed").value), towards_deg: Number($("current-towards").value) });
+$("turbidity-set").onclick = () => send({ do: "turbidity", turbidity: Number($("turbidity").value) });
+for (const id of ["water", "things", "help"]) $(`${id}-button`).onclick = () => open_(id);
+function open_(id) { for (const other of ["water", "things", "help"]) { const shown = other === id && $(other).hidden; $(other).hidden = !shown; $(`${other}-button`).setAttribute("aria-expanded", String(shown)); } }
+
+document.addEventListener("click", (e) => { if (e.detail) e.target.closest?.("button")?.blur(); }); // after a click with the mouse, space runs and pauses again
+function typing(e) { return ["INPUT", "SELECT", "TEXTAREA"].includes(e.target.tagName); }
+function keydown(e) {
+  if (e.key === "Escape") { for (const id of ["water", "things", "help"]) { $(id).hidden = true; $(`${id}-button`).setAttribute("aria-expanded", "false"); } return; }
+  if (typing(e) && e.target.type !== "range" && e.target.type !== "checkbox") return;
+  if (e.key === " " && e.target.tagName !== "BUTTON") { e.preventDefault(); $("pause").click(); }
+  else if (e.key === ".") $("tick").click();
+  else if (e.key === "?") open_("help");
+  else if ("1234".includes(e.key) && !e.ctrlKey) look(["follow", "free", "aboard", "top"][Number(e.key) - 1]);
+  else if (hello?.kind === "replay" && (e.key === "ArrowLeft" || e.key === "ArrowRight") && state) { e.preventDefault(); send({ do: "seek", t: state.t + (e.key === "ArrowLeft" ? -1 : 1) }); }
+  else if (hands.key(e, true)) e.preventDefault();
+}
+addEventListener("keydown", keydown); addEventListener("keyup", (e) => hands.key(e, false));
+function noGl(error) { const p = document.createElement("p"); p.className = "no-gl"; p.textContent = "This browser has no WebGL 2, so the 3-D scene cannot be drawn; map, sensors, plots and controls work without it."; if (error && !/WebGL/.test(error.message)) throw error; $("scene").replaceWith(p); }
+let stage = null;
+try { stage = new Stage($("scene"), $("labels")); stage.onLook = ([x, y]) => { if (stage.look === "free") send({ do: "look_at", x, y }); }; } catch (error) { noGl(error); }
+window.pelagos = { stage, map }; // for the tests and for the curious
+connect(); requestAnimationFrame(paint);

@@ -1,0 +1,62 @@
+// The map: shaded ground, tracks, plans, way-points and props. North is up.
+const MOST = 4000;
+export class ChartMap {
+  constructor(canvas) {
+    this.canvas = canvas; this.picture = new Image(); this.picture.onload = () => this.draw(); this.tracks = {}; this.known = {}; this.agents = {}; this.goals = {};
+    this.plans = {}; this.props = {}; this.bounds = null; this.tool = "way"; this.held = null; this.onGoal = this.onProp = this.onMove = this.onRemove = () => {};
+    canvas.addEventListener("pointerdown", (e) => this.down(e)); canvas.addEventListener("pointermove", (e) => this.drag(e));
+    canvas.addEventListener("pointerup", (e) => this.up(e)); canvas.addEventListener("dblclick", (e) => this.twice(e));
+    canvas.addEventListener("keydown", (e) => { if (e.key === "Enter" && this.cursor) this.onGoal(...this.cursor); });
+    new ResizeObserver(() => this.draw()).observe(canvas);
+  }
+  load(bounds, plans) { this.bounds = bounds; this.plans = plans; this.picture.src = "data/map.png"; this.shape(); }
+  shape() { const [x0, y0, x1, y1] = this.bounds, w = this.canvas.clientWidth || 350; this.canvas.style.height = `${Math.min(Math.max((x1 - x0) / (y1 - y0) * w, 120), 260)}px`; }
+  clear() { this.tracks = {}; this.known = {}; }
+  frame() { // the part of the canvas that the world fills
+    const w = this.canvas.clientWidth, h = this.canvas.clientHeight, [x0, y0, x1, y1] = this.bounds, scale = Math.min(w / (y1 - y0), h / (x1 - x0));
+    return { w, h, scale, left: (w - scale * (y1 - y0)) / 2, top: (h - scale * (x1 - x0)) / 2 };
+  }
+  place(x, y) { const f = this.frame(), [, , x1, y1] = this.bounds; return [f.left + (y1 - y) * f.scale, f.top + (x1 - x) * f.scale]; }
+  world(e) { const r = this.canvas.getBoundingClientRect(), f = this.frame(), [, , x1, y1] = this.bounds; return [x1 - (e.clientY - r.top - f.top) / f.scale, y1 - (e.clientX - r.left - f.left) / f.scale]; }
+  inside([x, y]) { const [x0, y0, x1, y1] = this.bounds; return x >= x0 && x <= x1 && y >= y0 && y <= y1; }
+  prop(e) { const [x, y] = this.world(e), near = 9 / this.frame().scale; return Object.entries(this.props).find(([, p]) => Math.hypot(p[0] - x, p[1] - y) < near)?.[0]; }
+  down(e) { if (!this.bounds) return; this.held = this.tool === "prop" ? this.prop(e) : undefined; this.moved = false; this.canvas.setPointerCapture(e.pointerId); }
+  drag(e) { if (!this.bounds) return; this.cursor = this.world(e); if (this.held) { this.props[this.held] = this.world(e); this.moved = true; this.draw(); } }
+  up(e) {
+    if (!this.bounds || this.held === null) return;
+    const at = this.world(e), held = this.held; this.held = null;
+    if (held) { if (this.moved) this.onMove(held, ...at); return; }
+    if (this.inside(at)) (this.tool === "prop" ? this.onProp : this.onGoal)(...at);
+  }
+  twice(e) { if (this.tool === "prop") { const found = this.prop(e); if (found) this.onRemove(found); } }
+  state(agents, props, run) {
+    this.agents = agents; if (!this.held) this.props = props;
+    for (const [name, a] of Object.entries(agents)) {
+      add(this.tracks[name] ||= [], a.x, a.y); if (a.known) add(this.known[name] ||= [], a.known[0], a.known[1]);
+      this.goals[name] = run.agents?.[name]?.goals || [];
+    }
+    this.draw();
+  }
+  draw() {
+    const canvas = this.canvas, w = canvas.clientWidth, h = canvas.clientHeight, ratio = devicePixelRatio || 1;
+    if (!this.bounds || !w) return;
+    if (canvas.width !== Math.round(w * ratio) || canvas.height !== Math.round(h * ratio)) { canvas.width = Math.round(w * ratio); canvas.height = Math.round(h * ratio); }
+    const c = canvas.getContext("2d"), f = this.frame(), [x0, y0, x1, y1] = this.bounds; c.setTransform(ratio, 0, 0, ratio, 0, 0); c.fillStyle = "#061421"; c.fillRect(0, 0, w, h);
+    if (this.picture.complete && this.picture.naturalWidth) c.drawImage(this.picture, f.left, f.top, f.scale * (y1 - y0), f.scale * (x1 - x0));
+    c.setLineDash([5, 4]); for (const plan of Object.values(this.plans)) this.line(c, plan, "rgba(11, 31, 75, .75)", 1.3); c.setLineDash([]);
+    for (const track of Object.values(this.known)) this.line(c, track, "#b14be0", 1.3);
+    for (const track of Object.values(this.tracks)) { this.line(c, track, "#0c2238", 3); this.line(c, track, "#ffd166", 1.7); }
+    for (const [name, goals] of Object.entries(this.goals)) {
+      if (!goals.length) continue;
+      const a = this.agents[name]; c.setLineDash([3, 3]); this.line(c, [[a.x, a.y], ...goals], "#ffffff", 1.4); c.setLineDash([]);
+      goals.forEach((g, i) => { const [px, py] = this.place(...g); c.beginPath(); c.arc(px, py, 6, 0, 7); c.fillStyle = "#0c2238"; c.fill(); c.strokeStyle = "#ffd166"; c.stroke(); c.fillStyle = "#fff"; c.font = "9px system-ui"; c.textAlign = "center"; c.fillText(i + 1, px, py + 3); });
+    }
+    for (const p of Object.values(this.props)) { const [px, py] = this.place(...p); c.fillStyle = "#e07b39"; c.strokeStyle = "#fff"; c.lineWidth = 1; c.fillRect(px - 4, py - 4, 8, 8); c.strokeRect(px - 4, py - 4, 8, 8); }
+    for (const a of Object.values(this.agents)) this.arrow(c, a);
+    this.scale(c, f, h);
+  }
+  line(c, points, colour, width) { if (points.length < 2) return; c.strokeStyle = colour; c.lineWidth = width; c.lineJoin = "round"; c.beginPath(); points.forEach((p, i) => i ? c.lineTo(...this.place(...p)) : c.moveTo(...this.place(...p))); c.stroke(); }
+  arrow(c, a) { const [px, py] = this.place(a.x, a.y); c.save(); c.translate(px, py); c.rotate(a.heading * Math.PI / 180); c.beginPath(); c.moveTo(0, -9); c.lineTo(5.5, 7); c.lineTo(0, 4); c.lineTo(-5.5, 7); c.closePath(); c.fillStyle = "#ffd166"; c.fill(); c.strokeStyle = "#0c2238"; c.lineWidth = 1.3; c.stroke(); c.restore(); }
+  scale(c, f, h) { const metres = [1, 2, 5, 10, 20, 50, 100, 200, 500, 1000, 2000, 5000].find((m) => m * f.scale > 44) || 10000, long = metres * f.scale; c.fillStyle = "rgba(6,20,33,.7)"; c.fillRect(6, h - 21, long + 12, 16); c.strokeStyle = c.fillStyle = "#e8f1f7"; c.lineWidth = 1.5; c.beginPath(); c.moveTo(12, h - 9); c.lineTo(12 + long, h - 9); c.stroke(); c.font = "9.5px system-ui"; c.textAlign = "left"; c.fillText(`${metres} m`, 12, h - 11.5); }
+}
+function add(list, x, y) { const p = list.at(-1); if (!p || Math.hypot(p[0] - x, p[1] - y) > 0.3) list.push([x, y]); if (list.length > MOST) list.splice(0, list.length - MOST); }

@@ -1,0 +1,60 @@
+// Plots over time: what is measured, and beside it what is true.
+const SPAN_S = 60, MOST = 1200;
+export const SERIES = [
+  { key: "depth", title: "depth", unit: "m", down: true, sensor: ["depth", "depth [m]"] },
+  { key: "altitude", title: "altitude", unit: "m", sensor: ["altimeter", "range [m]"] },
+  { key: "speed", title: "speed", unit: "m/s", sensor: ["dvl", "velocity x [m/s]"] },
+  { key: "turn", title: "turn rate", unit: "°/s", sensor: ["imu", "rate z [rad/s]"], factor: -180 / Math.PI },
+];
+
+export class Plots {
+  constructor(place) {
+    this.plots = SERIES.map((series) => {
+      const figure = document.createElement("figure"), caption = document.createElement("figcaption");
+      const name = document.createElement("span"), value = document.createElement("span"), canvas = document.createElement("canvas");
+      name.textContent = series.title; value.style.color = "#ffd166"; caption.append(name, value); figure.append(caption, canvas); place.append(figure);
+      canvas.setAttribute("role", "img"); canvas.setAttribute("aria-label", `${series.title} over time`);
+      return { series, canvas, value, truth: [], measured: [] };
+    });
+  }
+  clear() { for (const p of this.plots) { p.truth = []; p.measured = []; } }
+  add(t, agent, before) {
+    for (const p of this.plots) {
+      let v = agent[p.series.key];
+      if (p.series.key === "turn") {
+        if (!before || t <= before.t) continue;
+        v = ((agent.heading - before.heading + 540) % 360 - 180) / (t - before.t);
+      }
+      if (v !== null && v !== undefined) push(p.truth, t, v);
+    }
+  }
+  measured(t, kind, numbers) {
+    for (const p of this.plots) {
+      const [wanted, name] = p.series.sensor, v = numbers[name];
+      if (kind === wanted && v !== null && v !== undefined) push(p.measured, t, v * (p.series.factor || 1));
+    }
+  }
+  draw() { for (const p of this.plots) drawOne(p); }
+}
+
+function push(list, t, v) { if (list.length && list.at(-1)[0] >= t) return; list.push([t, v]); if (list.length > MOST) list.shift(); }
+
+function drawOne({ series, canvas, value, truth, measured }) {
+  const w = canvas.clientWidth, h = canvas.clientHeight, ratio = devicePixelRatio || 1;
+  if (!w || !h) return;
+  if (canvas.width !== Math.round(w * ratio)) { canvas.width = Math.round(w * ratio); canvas.height = Math.round(h * ratio); }
+  const c = canvas.getContext("2d"); c.setTransform(ratio, 0, 0, ratio, 0, 0); c.clearRect(0, 0, w, h);
+  const last = Math.max(truth.length ? truth.at(-1)[0] : 0, measured.length ? measured.at(-1)[0] : 0), first = last - SPAN_S;
+  const shown = [truth, measured].map((list) => list.filter(([t]) => t >= first));
+  const values = shown.flat().map((p) => p[1]);
+  if (!values.length) { value.textContent = ""; return; }
+  let low = Math.min(...values), high = Math.max(...values);
+  const room = Math.max((high - low) * 0.15, 0.05); low -= room; high += room;
+  const left = 34, x = (t) => left + ((t - first) / SPAN_S) * (w - left - 2), y = (v) => series.down ? 5 + ((v - low) / (high - low)) * (h - 12) : h - 7 - ((v - low) / (high - low)) * (h - 12);
+  c.font = "9.5px system-ui, sans-serif"; c.fillStyle = "#8fa9bd"; c.strokeStyle = "#1b3a54"; c.lineWidth = 1;
+  for (const part of [0.1, 0.5, 0.9]) { const v = low + part * (high - low), at = y(v); c.beginPath(); c.moveTo(left, at); c.lineTo(w, at); c.stroke(); c.fillText(Math.abs(v) < 10 ? v.toFixed(1) : v.toFixed(0), 2, at + 3); }
+  c.fillStyle = "#e07b39"; for (const [t, v] of shown[1]) c.fillRect(x(t) - 1, y(v) - 1, 2, 2);
+  c.strokeStyle = "#f6f3cf"; c.lineWidth = 1.4; c.beginPath(); shown[0].forEach(([t, v], i) => i ? c.lineTo(x(t), y(v)) : c.moveTo(x(t), y(v))); c.stroke();
+  const now = shown[0].length ? shown[0].at(-1)[1] : shown[1].at(-1)[1];
+  value.textContent = `${now.toFixed(2)} ${series.unit}`;
+}

@@ -1,0 +1,148 @@
+"""Samples as panels of the page: a picture each, and the numbers below it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pelagos.drawing.sample import Sample, fan
+from pelagos.messages.pictures import jpeg
+from pelagos.sensors.sensor import SensorConfig
+from pelagos.viewer.hub import Hub
+
+LINES: Final = 240
+"""Of a waterfall."""
+QUALITY: Final = 80
+_ROUND: Final = 320  # pixels of a scanning sonar's picture
+_PICTURED: Final = (
+    "imaging_sonar", "profiling_sonar", "mechanical_scanning_sonar", "sidescan", "singlebeam", "multibeam", "camera",
+    "depth_camera", "semantic_camera", "instance_camera", "normal_camera", "optical_flow_camera", "thermal_camera",
+    "event_camera", "synthetic_aperture_sonar",
+)  # fmt: skip
+
+
+class Panel:
+    """One sensor's picture, made when it is asked for.
+
+    Args:
+        config: of the sensor.
+    """
+
+    def __init__(self, config: SensorConfig) -> None:
+        self._config = config
+        self._sample: Sample | None = None
+        self._waterfall: NDArray[np.uint8] | None = None
+        self._round: NDArray[np.uint8] | None = None
+        self.fresh = False
+
+    @property
+    def sample(self) -> Sample | None:
+        """The newest."""
+        return self._sample
+
+    def take(self, sample: Sample) -> None:
+        """Keep a sample; lines of a waterfall pile up."""
+        self._sample, self.fresh = sample, True
+        if sample.line is not None:
+            self._pile(sample.line)
+        if sample.sector is not None:
+            self._sweep(*sample.sector)
+
+    def clear(self) -> None:
+        """Begin anew."""
+        self._sample = self._waterfall = self._round = None
+        self.fresh = False
+
+    def picture(self) -> NDArray[np.uint8] | bytes | None:
+        """`(h, w, 3)`, or a JPEG as it was recorded; None where there is nothing to see."""
+        s = self._sample
+        if s is None:
+            return None
+        if s.polar is not None:
+            return fan(self._config, s.polar)
+        if s.picture is not None:
+            return s.picture
+        return self._waterfall if self._waterfall is not None else self._round
+
+    def jpeg(self) -> bytes | None:
+        """The picture as it is sent."""
+        found = self.picture()
+        return jpeg(found, quality=QUALITY) if isinstance(found, np.ndarray) else found
+
+    def _pile(self, line: NDArray[np.uint8]) -> None:
+        if self._waterfall is None or self._waterfall.shape[1] != len(line):
+            self._waterfall = np.zeros((LINES, len(line), 3), dtype=np.uint8)
+        self._waterfall[1:] = self._waterfall[:-1].copy()
+        self._waterfall[0] = line
+
+    def _sweep(self, colours: NDArray[np.uint8], angle: float) -> None:
+        """Paint one direction of a scanning sonar's round picture; ahead is up, left is left."""
+        if self._round is None:
+            self._round = np.zeros((_ROUND, _ROUND, 3), dtype=np.uint8)
+        half = _ROUND / 2
+        width = math.radians(float(getattr(self._config, "step_deg", 2.0)))
+        radius = np.arange(0.5, half)
+        bins = np.minimum((radius / half * len(colours)).astype(int), len(colours) - 1)
+        for turn in np.linspace(angle - width / 2, angle + width / 2, max(3, math.ceil(half * width))):
+            row = np.clip((half - radius * math.cos(turn)).astype(int), 0, _ROUND - 1)
+            column = np.clip((half - radius * math.sin(turn)).astype(int), 0, _ROUND - 1)
+            self._round[row, column] = colours[bins]
+
+
+class Panels:
+    """All sensors' panels, and what of them goes to the browsers.
+
+    Args:
+        sensors: configurations by "agent.sensor".
+    """
+
+    def __init__(self, sensors: Mapping[str, SensorConfig]) -> None:
+        self.sensors = dict(sensors)
+        self.panels = {name: Panel(config) for name, config in sensors.items()}
+
+    def listing(self) -> list[dict[str, Any]]:
+        """What the page needs to know of every sensor: JSON types."""
+        return [
+            {
+                "name": name, "kind": c.type, "rate_hz": c.rate_hz, "pictured": c.type in _PICTURED,
+                "config": {k: v for k, v in c.model_dump(mode="json").items() if v is not None and k != "type"},
+            }
+            for name, c in self.sensors.items()
+        ]  # fmt: skip
+
+    def take(self, sample: Sample) -> None:
+        """Keep a sample."""
+        if sample.name in self.panels:
+            self.panels[sample.name].take(sample)
+
+    def clear(self) -> None:
+        """Begin anew."""
+        for panel in self.panels.values():
+            panel.clear()
+
+    def publish(self, hub: Hub, wanted: set[str] | None = None) -> None:
+        """Send the panels that changed; pictures only of those that somebody looks at."""
+        for name, panel in self.panels.items():
+            sample = panel.sample
+            if not panel.fresh or sample is None:
+                continue
+            panel.fresh = False
+            pictured = sample.kind in _PICTURED and (wanted is None or name in wanted)
+            picture = panel.jpeg() if pictured and hub.count else None
+            numbers = {k: _rounded(v) for k, v in sample.numbers.items()}
+            header = {
+                "type": "panel",
+                "name": name,
+                "t": sample.t_ns * 1e-9,
+                "numbers": numbers,
+                "pictured": picture is not None,
+            }
+            hub.publish(f"panel/{name}", header, picture or b"")
+
+
+def _rounded(value: float) -> float | None:
+    return None if not math.isfinite(value) else float(f"{value:.6g}")

@@ -1,0 +1,120 @@
+"""Messages of a recording as samples: the reverse of what the recorder's encoders do, as far as eyes need it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pelagos.drawing.sample import CAMERAS, Sample, cloud, numbers_of, photograph, range_line, waterfall_line
+from pelagos.messages.sonar_image import eight_bits
+from pelagos.sensors.sensor import SensorConfig
+from pelagos.sim.replay import Recorded
+
+_PIXELS: Final = {"32F": np.float32, "8U": np.uint8, "16U": np.uint16, "16S": np.int16, "32S": np.int32}
+_NAMED: Final = {"mono8": (np.uint8, 1), "mono16": (np.uint16, 1), "rgb8": (np.uint8, 3), "rgb16": (np.uint16, 3)}
+
+WANTED: Final[Mapping[str, tuple[str, ...]]] = {
+    "imaging_sonar": ("/image",), "profiling_sonar": ("/image",), "camera": ("/compressed", "/image_color"),
+    "depth_camera": ("/depth/image",), "semantic_camera": ("/labels",), "instance_camera": ("/instances",),
+    "normal_camera": ("/normals",), "optical_flow_camera": ("/flow",), "thermal_camera": ("/temperature",),
+    "event_camera": ("/events",), "multibeam": ("/points",), "lidar": ("/points",), "semantic_lidar": ("/points",),
+    "dvl": ("/dvl",), "imu": ("/data_raw",), "altimeter": ("/range",),
+}  # fmt: skip
+"""Ends of the topics that are looked at, by sensor type; of others the first topic."""
+
+
+def sample_from(config: SensorConfig, name: str, recorded: Recorded) -> Sample | None:
+    """A message as people see it; None where there is nothing to see in it."""
+    read = _READERS.get(recorded.type.rsplit("/", 1)[-1])
+    if read is None:
+        return None
+    found = read(config, recorded.message)
+    return None if found is None else Sample(name, config.type, recorded.t_ns, **found)
+
+
+def _projected(config: Any, m: Any) -> dict[str, Any]:
+    return {"polar": np.asarray(m.image.data, dtype=np.uint8).reshape(-1, m.image.beam_count).T}
+
+
+def _compressed(config: Any, m: Any) -> dict[str, Any]:
+    return {"picture": np.asarray(m.data, dtype=np.uint8).tobytes()}
+
+
+def _image(config: Any, m: Any) -> dict[str, Any] | None:
+    kind: Any
+    kind, channels = _NAMED.get(m.encoding, (None, 1))
+    if kind is None:
+        stem, _, count = m.encoding.partition("C")
+        kind, channels = _PIXELS.get(stem), int(count or 1)
+    if kind is None or config.type not in CAMERAS:
+        return None
+    pixels = np.asarray(m.data, dtype=np.uint8).view(kind).reshape(m.height, m.width, -1)
+    return {"picture": photograph(config.type, pixels if channels > 1 else pixels[..., 0])}
+
+
+def _points(config: Any, m: Any) -> dict[str, Any]:
+    kinds = {2: "u1", 4: "<u2", 6: "<u4", 7: "<f4", 8: "<f8"}
+    layout = np.dtype({
+        "names": [f.name for f in m.fields], "formats": [kinds[f.datatype] for f in m.fields],
+        "offsets": [f.offset for f in m.fields], "itemsize": m.point_step,
+    })  # fmt: skip
+    points = np.asarray(m.data, dtype=np.uint8).view(layout)
+    places = np.stack([points["x"], points["y"], points["z"]], axis=-1)
+    if config.type == "multibeam":
+        ranges = np.linalg.norm(places, axis=-1)
+        return {"points": places[np.isfinite(ranges)], "line": range_line(config, ranges)}
+    fourth = points[m.fields[3].name]
+    labels = points["label"] if "label" in (layout.names or ()) else None
+    return cloud(np.concatenate([places, fourth[:, None]], axis=-1), labels)
+
+
+def _dvl(config: Any, m: Any) -> dict[str, Any]:
+    velocity = np.array([m.velocity.x, -m.velocity.y, -m.velocity.z])  # the message's z is down
+    found = {"numbers": {**numbers_of("dvl", velocity, {}), "altitude [m]": float(m.altitude)}}
+    ranges = np.asarray(m.range, dtype=np.float64)
+    return {**found, "beams": np.asarray(config.beams) * ranges[:, None]}
+
+
+def _imu(config: Any, m: Any) -> dict[str, Any]:
+    w, a = m.angular_velocity, m.linear_acceleration
+    return {"numbers": numbers_of("imu", np.array([a.x, a.y, a.z, w.x, w.y, w.z]), {})}
+
+
+def _range(config: Any, m: Any) -> dict[str, Any]:
+    return {"numbers": numbers_of("altimeter", np.array([m.range]), {})}
+
+
+def _pressure(config: Any, m: Any) -> dict[str, Any]:
+    return {"numbers": {"pressure [Pa]": float(m.fluid_pressure)}}
+
+
+def _pose(config: Any, m: Any) -> dict[str, Any]:
+    if config.type == "depth":
+        return {"numbers": {"depth [m]": -float(m.pose.pose.position.z)}}
+    p = m.pose.pose.position
+    return {"numbers": {"east [m]": float(p.x), "north [m]": float(p.y), "up [m]": float(p.z)}}
+
+
+def _fix(config: Any, m: Any) -> dict[str, Any]:
+    return {"numbers": numbers_of("gps", np.array([m.latitude, m.longitude, m.altitude]), {})}
+
+
+def _numbers(config: Any, m: Any) -> dict[str, Any]:
+    """Sensors without a message of their own: what they are is in the configuration."""
+    shape = [d.size for d in m.layout.dim]
+    values: NDArray[np.float64] = np.asarray(m.data, dtype=np.float64).reshape(shape)
+    if hasattr(config, "floor_db") and hasattr(config, "bins"):
+        if config.type in ("sidescan", "singlebeam", "synthetic_aperture_sonar"):
+            return {"line": waterfall_line(eight_bits(config, np.atleast_2d(values)))}
+        return {}
+    return {"numbers": numbers_of(config.type, values, {})}
+
+
+_READERS: Final[Mapping[str, Callable[[Any, Any], dict[str, Any] | None]]] = {
+    "ProjectedSonarImage": _projected, "CompressedImage": _compressed, "Image": _image, "PointCloud2": _points,
+    "Dvl": _dvl, "Imu": _imu, "Range": _range, "FluidPressure": _pressure, "PoseWithCovarianceStamped": _pose,
+    "NavSatFix": _fix, "Float64MultiArray": _numbers,
+}  # fmt: skip

@@ -1,0 +1,269 @@
+"""A recording as a source of frames: played, held, and sought in, with the marks of what happened."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+import yaml
+from numpy.typing import NDArray
+
+from pelagos.config.loader import load_scenario
+from pelagos.config.scenario import Scenario
+from pelagos.config.swarm import topic_name
+from pelagos.drawing.sample import CLOUDS, WATERFALLS
+from pelagos.errors import PelagosError, RecordingError
+from pelagos.math.frames import enu_to_nwu_np, quaternion_enu_to_nwu_np
+from pelagos.messages.motion import ODOMETRY_FIELDS
+from pelagos.sensors.sensor import SensorConfig
+from pelagos.sim.replay import Recording
+from pelagos.viewer.frame import Frame, Placed, Pose, between
+from pelagos.viewer.panels import LINES
+from pelagos.viewer.recorded import WANTED, sample_from
+from pelagos.viewer.view import Subject, View
+from pelagos.world.build import build_world
+
+EVERY_S: Final = 0.1
+_LOST_S: Final = 1.0  # a DVL that says nothing for longer than this, and than three of its intervals, is lost
+_MARKS: Final = 40
+_BACK: Final = 12  # readings of a picture sensor that a jump looks back for
+
+
+@dataclass(frozen=True)
+class Course:
+    """Motion over time: `t_ns` `(k,)`, position `(k, 3)` NWU [m], attitude `(k, 4)`, velocity `(k, 3)` FLU [m/s]."""
+
+    t_ns: NDArray[np.int64]
+    position: NDArray[np.float64]
+    attitude: NDArray[np.float64]
+    velocity: NDArray[np.float64]
+
+    def at(self, t_ns: int) -> Pose:
+        """The pose at a time; the first before it, the last behind it."""
+        k = int(np.clip(np.searchsorted(self.t_ns, t_ns), 1, max(len(self.t_ns) - 1, 1)))
+        if len(self.t_ns) == 1:
+            return self._pose(0)
+        return between((int(self.t_ns[k - 1]), self._pose(k - 1)), (int(self.t_ns[k]), self._pose(k)), t_ns)
+
+    def _pose(self, k: int) -> Pose:
+        return Pose(self.position[k], self.attitude[k], self.velocity[k])
+
+
+def course(recording: Recording, topic: str) -> Course:
+    """The motion that a topic of odometry tells."""
+    _, v = recording.table(topic, ODOMETRY_FIELDS)
+    attitude = quaternion_enu_to_nwu_np(v[:, [8, 5, 6, 7]])
+    return Course(recording.times(topic), enu_to_nwu_np(v[:, 2:5]), attitude, v[:, 9:12])
+
+
+class Replay:
+    """Plays a recording; it is the view's source and its control.
+
+    Args:
+        recording: what is played; of a fleet the first copy.
+
+    Raises:
+        RecordingError: it has no poses.
+    """
+
+    def __init__(self, recording: Recording, sensors: Mapping[str, SensorConfig], *, speed: float = 1.0) -> None:
+        self._recording, self._sensors = recording, sensors
+        topics = [t for t in recording.topics("/truth") if not t.startswith("/env") or t.startswith("/env0/")]
+        if not topics:
+            raise RecordingError(f"{recording.path}: this recording has no poses (no topic ends in /truth)")
+        self.courses = {t.split("/")[-2]: course(recording, t) for t in topics}
+        known = [t for t in recording.topics("/navigation") if not t.startswith("/env") or t.startswith("/env0/")]
+        self._known = {t.split("/")[-2]: course(recording, t) for t in known}
+        self._movers = {
+            t.split("/")[2]: course(recording, t) for t in recording.topics("/odometry") if t.startswith("/movers/")
+        }
+        self.first_ns = min(int(c.t_ns[0]) for c in self.courses.values())
+        self.last_ns = max(int(c.t_ns[-1]) for c in self.courses.values())
+        self._topics = self._chosen()
+        self._times = {topic: recording.times(topic) for topic in self._topics.values()}
+        self._now, self._shown, self._jump = float(self.first_ns), self.first_ns - 1, True
+        self.paused, self.speed = False, speed
+        self._clock = time.monotonic()
+        self._lock = threading.Lock()
+        self._wake = threading.Event()
+        self.marks = marks(recording, self._topics, self._times, (self.first_ns, self.last_ns))
+
+    @property
+    def known(self) -> tuple[str, ...]:
+        """See `View`."""
+        return ("pause", "speed", "seek")
+
+    def obey(self, message: Mapping[str, Any]) -> bool:
+        """See `View`."""
+        value = message.get("t", message.get("speed", 0))
+        number = float(value) if isinstance(value, int | float) and np.isfinite(value) else None
+        with self._lock:
+            match message.get("do"):
+                case "pause":
+                    self.paused = bool(message.get("paused", not self.paused))
+                    if not self.paused and self._now >= self.last_ns:
+                        self._now, self._jump = float(self.first_ns), True
+                case "speed" if number is not None and 0 <= number <= 100:
+                    self.speed = number or 20.0  # as fast as eyes can follow
+                case "seek" if number is not None:
+                    to = float(np.clip(number * 1e9, self.first_ns, self.last_ns))
+                    self._jump |= to < self._now or to - self._now > 2e9
+                    self._now = to
+                case _:
+                    return False
+            self._clock = time.monotonic()
+        self._wake.set()
+        return True
+
+    def take(self, wait_s: float = 0.5) -> Frame | None:
+        """The frame of now."""
+        self._wake.wait(min(wait_s, EVERY_S))
+        self._wake.clear()
+        with self._lock:
+            clock, self._clock = self._clock, time.monotonic()
+            if not self.paused:
+                self._now = min(self._now + (self._clock - clock) * 1e9 * self.speed, float(self.last_ns))
+                self.paused = self._now >= self.last_ns
+            t_ns, jump, self._jump = int(self._now), self._jump, False
+            status = {"paused": self.paused, "speed": self.speed, "rate": 0.0 if self.paused else self.speed}
+        if t_ns == self._shown and not jump:
+            return None
+        return self.frame(t_ns, since_ns=None if jump else self._shown, status=status)
+
+    def frame(self, t_ns: int, *, since_ns: int | None, status: Mapping[str, Any] | None = None) -> Frame:
+        """The frame of a time, with the readings since another; None: with those that a jump needs."""
+        self._shown = t_ns
+        samples = []
+        for name, topic in self._topics.items():
+            for index in self._due(name, topic, t_ns, since_ns):
+                recorded = self._recording.message(topic, index)
+                sample = sample_from(self._sensors[name], name, recorded)
+                if sample is not None:
+                    agent = name.partition(".")[0]
+                    samples.append(Placed(sample, self.courses[agent].at(recorded.t_ns)))
+        event = next((m["text"] for m in reversed(self.marks) if 0 <= t_ns * 1e-9 - m["t"] < 3.0), "")
+        poses = {name: c.at(t_ns) for name, c in self.courses.items()}
+        return Frame(
+            t_ns, poses, {n: c.at(t_ns) for n, c in self._known.items()},
+            {n: c.at(t_ns) for n, c in self._movers.items()}, samples,
+            {**(status or {}), "event": event, "agents": {}}, since_ns is None,
+        )  # fmt: skip
+
+    def _due(self, name: str, topic: str, t_ns: int, since_ns: int | None) -> range:
+        times, kind = self._times[topic], self._sensors[name].type
+        last = int(np.searchsorted(times, t_ns, side="right"))
+        every = kind in WATERFALLS or kind in CLOUDS
+        if since_ns is None:
+            return range(max(0, last - (LINES if every else 1)), last)
+        first = int(np.searchsorted(times, since_ns, side="right"))
+        return range(max(first, last - (LINES if every else 1)), last)
+
+    def _chosen(self) -> dict[str, str]:
+        """The topic that is looked at, by sensor."""
+        found: dict[str, str] = {}
+        for topic, channel in self._recording.channels.items():
+            name = f"{topic_name(channel.about.get('agent', ''))}.{channel.about.get('sensor', '')}"
+            if name not in self._sensors or (topic.startswith("/env") and not topic.startswith("/env0/")):
+                continue
+            ends = WANTED.get(self._sensors[name].type)
+            if self._recording.count(topic) and (name not in found if ends is None else topic.endswith(ends)):
+                found.setdefault(name, topic)
+        return {name: topic for name, topic in found.items() if name.partition(".")[0] in self.courses}
+
+
+def marks(
+    recording: Recording, topics: Mapping[str, str], times: Mapping[str, NDArray[np.int64]], span: tuple[int, int]
+) -> list[dict[str, Any]]:
+    """What happened, `t` [s] and `text`: contacts, lost DVLs, GPS fixes."""
+    found: list[dict[str, Any]] = []
+    for name, topic in topics.items():
+        at = times[topic]
+        kind = recording.channels[topic].about.get("type")
+        if kind == "dvl" and len(at) > 3:
+            gap = max(3 * float(np.median(np.diff(at))), _LOST_S * 1e9)
+            found += [{"t": float(at[i]) * 1e-9, "text": f"{name} lost"} for i in np.flatnonzero(np.diff(at) > gap)]
+        elif kind == "collision":
+            found += _contacts(recording, name, topic)
+        elif kind == "gps" and len(at):
+            first = np.flatnonzero(np.diff(at, prepend=at[0] - 10**10) > 5 * 10**9)
+            found += [{"t": float(at[i]) * 1e-9, "text": "GPS fix"} for i in first]
+    inside = [m for m in found if span[0] <= m["t"] * 1e9 <= span[1]]
+    return sorted(inside, key=lambda m: float(m["t"]))[:_MARKS]
+
+
+def _contacts(recording: Recording, name: str, topic: str) -> list[dict[str, Any]]:
+    """When the vehicle began to touch something."""
+    found, touching = [], False
+    for recorded in recording.messages(topic):
+        now = bool(np.any(np.asarray(getattr(recorded.message, "data", 0)))) or bool(
+            getattr(recorded.message, "states", ())
+        )
+        if now and not touching:
+            found.append({"t": recorded.t_ns * 1e-9, "text": f"{name.partition('.')[0]} touches"})
+        touching = now
+    return found
+
+
+def scenario_of(recording: Recording) -> Scenario:
+    """The scenario that a recording carries.
+
+    Raises:
+        RecordingError: it carries none, or one that this version cannot read.
+    """
+    text = recording.attachments.get("scenario.yaml")
+    if not text:
+        raise RecordingError(f"{recording.path}: this recording carries no scenario, so there is no world to show")
+    try:
+        return load_scenario(yaml.safe_load(text))
+    except PelagosError as error:
+        raise RecordingError(f"{recording.path}: its scenario cannot be read: {error}") from None
+
+
+def subject_of(recording: Recording) -> tuple[Subject, dict[str, SensorConfig]]:
+    """What there is to see in a recording: the world is built anew from its scenario."""
+    from pelagos.ocean.config import build_ocean
+    from pelagos.vehicles.vehicle import Vehicle
+    from pelagos.viewer.sea_surface import SeaSurface
+
+    scenario = scenario_of(recording)
+    world = build_world(scenario.located_world)
+    vehicles: dict[str, Vehicle] = {}
+    sensors: dict[str, SensorConfig] = {}
+    for member, agent in scenario.members.items():
+        name = topic_name(member)
+        vehicles[name] = Vehicle.from_config(agent.vehicle)
+        sensors |= {f"{name}.{s}": config for s, config in agent.sensors.items()}
+    seed = int(recording.metadata.get("seed", scenario.seed))
+    ocean = build_ocean(scenario.ocean, world, seed=seed)
+    bodies = {
+        m.name: m.geometry(instance=world.next_instance + i, world=world) for i, m in enumerate(world.movers)
+    }  # fmt: skip
+    subject = Subject(
+        scenario.name, world, vehicles, sensors, SeaSurface.of(ocean), description=scenario.description, kind="replay",
+        water=tuple(float(v) for v in np.array(ocean.water.attenuation)), bodies=bodies,
+    )  # fmt: skip
+    return subject, sensors
+
+
+def replay_view(
+    path: Path, *, host: str = "127.0.0.1", port: int | None = None, paused: bool = False, speed: float = 1.0
+) -> View:
+    """The view of a recording.
+
+    Raises:
+        RecordingError: no poses, no scenario, or no recording at all.
+        InputError: the port is taken.
+    """
+    recording = Recording(path)
+    if not recording.topics("/truth"):
+        raise RecordingError(f"{path}: this recording has no poses (no topic ends in /truth)")
+    subject, sensors = subject_of(recording)
+    source = Replay(recording, sensors, speed=speed or 1.0)
+    source.paused = paused
+    more = {"first_s": source.first_ns * 1e-9, "last_s": source.last_ns * 1e-9, "events": source.marks}
+    return View(replace(subject, more=more), source, source, host=host, port=port)

@@ -1,0 +1,339 @@
+"""The 3-D scene: what stands, swims and is seen, as nodes of the stage. Called by the view's thread alone."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pelagos.drawing.colours import DEPTHS, display, painted
+from pelagos.drawing.sample import CAMERAS, FANS
+from pelagos.messages.fan import copper
+from pelagos.sensors.sensor import SensorConfig
+from pelagos.vehicles.vehicle import Vehicle
+from pelagos.viewer.cloud import Cloud
+from pelagos.viewer.frame import Frame, Placed, Pose, matrix
+from pelagos.viewer.ground import NestedGrids, Patch
+from pelagos.viewer.hub import Hub
+from pelagos.viewer.hull import Model3d, model_3d
+from pelagos.viewer.stage import Stage
+from pelagos.viewer.structures import ground_of, parts, parts_of
+from pelagos.viewer.track import Track
+from pelagos.world.world import World
+
+GROUND_COLOURS: Final = ("depth", "material")
+_FINEST_M: Final = 0.5
+_FAN_BEAMS: Final = 64
+_FAN_BINS: Final = 96
+_TRUE: Final = (255, 209, 102)
+_KNOWN: Final = (214, 122, 255)
+_PLAN: Final = (120, 200, 255)
+_BEAM: Final = (255, 120, 90)
+_SIGHT: Final = (225, 235, 240)
+
+
+@dataclass
+class _Vehicle:
+    """Nodes of one agent."""
+
+    node: Any
+    model: Model3d
+    parts: list[Any]
+    turned: NDArray[np.float64]
+    track: Track
+    known: Any = None
+    known_track: Track | None = None
+
+
+class Scene:
+    """Draws a world and frames of what happens in it.
+
+    Attributes:
+        world: what stands.
+        notes: what users should know about the drawing.
+
+    Args:
+        hub: where nodes go.
+        world: what stands.
+        vehicles: by agent.
+        sensors: configurations by "agent.sensor".
+    """
+
+    def __init__(
+        self, hub: Hub, world: World, vehicles: Mapping[str, Vehicle], sensors: Mapping[str, SensorConfig]
+    ) -> None:  # fmt: skip
+        self._stage = Stage(hub)
+        self.world, self._sensors = world, sensors
+        self.notes: list[str] = []
+        self._colour = "depth"
+        self._known: dict[int, tuple[object, ...]] = {}
+        self._patches: dict[int, Any] = {}
+        self._movers: dict[str, Any] = {}
+        self._things: dict[str, Any] = {}
+        self._sights: dict[str, Any] = {}
+        self._last_ns = 0
+        self._hidden: set[str] = set()
+        self._grids = self._ground()
+        self._structures()
+        self._clouds = {n: Cloud(self._stage, n) for n, c in sensors.items() if c.type in Cloud.KINDS}
+        self._vehicles = {name: self._add_vehicle(name, vehicle) for name, vehicle in vehicles.items()}
+
+    # what stands
+
+    def _ground(self) -> NestedGrids | None:
+        if self.world.terrain is None:
+            return None
+        low, high = self.world.bounds[:, :2]
+        field = self.world.terrain
+        spacing = float(max(field.x[1] - field.x[0], field.y[1] - field.y[0]))
+        grids = NestedGrids(self.world.height, np.stack([low, high]), max(spacing, _FINEST_M))
+        heights = field.z[np.isfinite(field.z)]
+        self._span = tuple(float(v) for v in np.percentile(heights, [0.5, 99.5])) if heights.size else (-1.0, 0.0)
+        self._material = self._albedos()
+        return grids
+
+    def _albedos(self) -> NDArray[np.float64]:
+        """`(nx - 1, ny - 1, 3)` reflectances of the ground's cells."""
+        assert self.world.terrain is not None
+        shape = tuple(n - 1 for n in self.world.terrain.z.shape)
+        table = np.array([m.albedo for m in self.world.palette])
+        ground = ground_of(self.world)
+        rows = np.zeros(shape, dtype=np.int64) if ground is None else ground.face_materials[::2]
+        return np.asarray(table[np.resize(rows, shape)])
+
+    def look_at_ground(self, x: float, y: float) -> None:
+        """Have the ground's finest grids about a place."""
+        if self._grids is None:
+            return
+        for patch in self._grids.patches(x, y, self._known):
+            self._draw(patch)
+
+    def colour_ground(self, by: str) -> None:
+        """By "depth" or "material"."""
+        if by in GROUND_COLOURS and by != self._colour:
+            self._colour = by
+            self._known.clear()
+
+    def _draw(self, patch: Patch) -> None:
+        old = self._patches.pop(patch.level, None)
+        if len(patch.faces):
+            self._patches[patch.level] = self._stage.add(
+                "mesh", f"/ground/{patch.level}", vertices=patch.vertices, faces=patch.faces,
+                colours=self._ground_colours(patch.vertices), about={"smooth": True, "ground": True},
+            )  # fmt: skip
+        elif old is not None:
+            old.remove()
+
+    def _ground_colours(self, vertices: NDArray[np.float32]) -> NDArray[np.uint8]:
+        """sRGB."""
+        if self._colour == "depth":
+            return painted(vertices[:, 2], self._span[0], self._span[1], DEPTHS)
+        field = self.world.terrain
+        assert field is not None
+        i = np.clip(np.searchsorted(field.x, vertices[:, 0]) - 1, 0, self._material.shape[0] - 1)
+        j = np.clip(np.searchsorted(field.y, vertices[:, 1]) - 1, 0, self._material.shape[1] - 1)
+        return np.round(255 * display(np.minimum(1.6 * self._material[i, j], 1.0))).astype(np.uint8)
+
+    def _structures(self) -> None:
+        made, left = parts_of(self.world)
+        if left:
+            self.notes.append(f"{left} of the smallest things are not drawn")
+        for part in made:
+            self._stage.add(
+                "mesh", f"/world/{_plain(part.name)}", colour=part.colour, vertices=part.vertices, faces=part.faces
+            )
+
+    def label_world(self) -> None:
+        """Write names at the things that stand, one for each name and place."""
+        seen: set[tuple[str, int, int]] = set()
+        ground = ground_of(self.world)
+        for g in self.world.still:
+            if g is ground or not len(g.faces) or not g.name:
+                continue
+            middle = g.extent.mean(axis=0)
+            key = (g.name, round(middle[0] / 25), round(middle[1] / 25))
+            if key not in seen and len(seen) < 120:
+                seen.add(key)
+                place = (float(middle[0]), float(middle[1]), float(g.extent[1, 2]) + 0.5)
+                self._stage.add("label", f"/labels/{len(seen)}", position=place, about={"text": g.name, "small": True})
+
+    # what moves
+
+    def _add_vehicle(self, name: str, vehicle: Vehicle) -> _Vehicle:
+        model, at = model_3d(vehicle), f"/agents/{_plain(name)}"
+        node = self._stage.add("frame", at)
+        for i, part in enumerate(model.still):
+            self._stage.add(
+                "mesh", f"{at}/hull{i}", colour=part.colour, vertices=part.vertices, faces=part.faces,
+                about={"smooth": True},
+            )  # fmt: skip
+        turning = [
+            self._stage.add(
+                "mesh", f"{at}/turning{i}", colour=moved.colour, position=moved.foot, vertices=moved.vertices,
+                faces=moved.faces,
+            )
+            for i, moved in enumerate(model.turning)
+        ]  # fmt: skip
+        above = (0.0, 0.0, 0.3 + 0.2 * model.length)
+        self._stage.add("label", f"{at}/name", position=above, about={"text": name})
+        self._add_sights(name, at)
+        track = Track(self._stage, f"/tracks/{_plain(name)}", _TRUE)
+        return _Vehicle(node, model, turning, np.zeros(len(model.turning)), track)
+
+    def _add_sights(self, agent: str, at: str) -> None:
+        """Where sensors look: fans, beams and frustums that go with the vehicle."""
+        for name, config in self._sensors.items():
+            if name.partition(".")[0] != agent:
+                continue
+            place = f"{at}/{_plain(name.partition('.')[2])}"
+            pose: dict[str, Any] = {"position": config.position_m, "attitude": config.q_body_sensor}
+            if config.type in FANS:
+                vertices, faces = fan_mesh(config)
+                dark = np.zeros((len(vertices), 3), dtype=np.uint8)
+                self._sights[name] = self._stage.add("fan", place, vertices=vertices, faces=faces, colours=dark, **pose)
+            elif config.type == "dvl":
+                nothing = np.zeros((4, 2, 3), dtype=np.float32)
+                self._sights[name] = self._stage.add("lines", place, colour=_BEAM, points=nothing, **pose)
+            elif config.type in CAMERAS:
+                lines = frustum(config, 0.9)
+                self._sights[name] = self._stage.add("lines", place, colour=_SIGHT, points=lines, **pose)
+
+    def draw(self, frame: Frame, *, looked_on: bool = True) -> None:
+        """Show a frame; without anybody who looks on, only what late comers need."""
+        if frame.jump:
+            self._start_anew()
+        dt_s = max((frame.t_ns - self._last_ns) * 1e-9, 0.0)
+        self._last_ns = frame.t_ns
+        for name, pose in frame.agents.items():
+            if name in self._vehicles:
+                self._move(self._vehicles[name], pose, frame.navigation.get(name), name, dt_s)
+        for name, pose in frame.movers.items():
+            if name in self._movers:
+                self._movers[name].place(pose.position, pose.attitude)
+        for placed in frame.samples:
+            self._show(placed)
+        self._stage.send_poses(frame.t_ns * 1e-9)
+        for cloud in self._clouds.values():
+            cloud.flush(looked_on=looked_on)
+
+    def _start_anew(self) -> None:
+        for vehicle in self._vehicles.values():
+            vehicle.track.clear()
+            if vehicle.known_track is not None:
+                vehicle.known_track.clear()
+        for cloud in self._clouds.values():
+            cloud.clear()
+
+    def _move(self, vehicle: _Vehicle, pose: Pose, known: Pose | None, name: str, dt_s: float) -> None:
+        vehicle.node.place(pose.position, pose.attitude)
+        vehicle.turned = vehicle.model.turned(pose.actuators, vehicle.turned, dt_s)
+        for part, node, angle in zip(vehicle.model.turning, vehicle.parts, vehicle.turned, strict=True):
+            node.place(part.foot, part.attitude(float(angle)))
+        vehicle.track.add(pose.position)
+        if known is not None:
+            self._show_known(vehicle, known, name)
+
+    def _show_known(self, vehicle: _Vehicle, known: Pose, name: str) -> None:
+        """Where the vehicle thinks that it is: a see-through hull with a track of its own."""
+        if vehicle.known is None:
+            at = f"/known/{_plain(name)}"
+            vehicle.known = self._stage.add("frame", at)
+            for i, part in enumerate(vehicle.model.still):
+                self._stage.add(
+                    "mesh", f"{at}/hull{i}", colour=_KNOWN, vertices=part.vertices, faces=part.faces,
+                    about={"smooth": True, "opacity": 0.45},
+                )  # fmt: skip
+            vehicle.known_track = Track(self._stage, f"/tracks/{_plain(name)}_known", _KNOWN)
+        vehicle.known.place(known.position, known.attitude)
+        assert vehicle.known_track is not None
+        vehicle.known_track.add(known.position)
+
+    def _show(self, placed: Placed) -> None:
+        sample, sight = placed.sample, self._sights.get(placed.sample.name)
+        config = self._sensors.get(sample.name)
+        if sample.points is not None and sample.name in self._clouds and config is not None:
+            body = sample.points @ matrix(np.asarray(config.q_body_sensor)).T + np.asarray(config.position_m)
+            self._clouds[sample.name].add(placed.pose.to_world(body), sample.colours)
+        if sight is None or sample.name in self._hidden:
+            return
+        if sample.polar is not None:
+            sight.update(colours=fan_colours(sample.polar))
+        elif sample.kind == "dvl" and sample.beams is not None:
+            ends = np.nan_to_num(sample.beams).astype(np.float32)
+            sight.update(points=np.stack([np.zeros_like(ends), ends], axis=1))
+
+    # what the user changes
+
+    def show(self, what: str, *, visible: bool) -> None:
+        """Show or hide "points", or a sensor's sight by its name."""
+        if what == "points":
+            for cloud in self._clouds.values():
+                cloud.visible = visible
+        elif what in self._sights:
+            self._sights[what].show(visible=visible)
+            (self._hidden.discard if visible else self._hidden.add)(what)
+
+    def plan(self, agent: str, points: NDArray[np.float64]) -> None:
+        """Show the planned path of an agent, `(m, 3)` [m]; fewer than two points: none."""
+        at = f"/plans/{_plain(agent)}"
+        old = self._things.pop(at, None)
+        if old is not None:
+            old.remove()
+        if len(points) >= 2:
+            lines = np.stack([points[:-1], points[1:]], axis=1).astype(np.float32)
+            self._things[at] = self._stage.add("lines", at, colour=_PLAN, points=lines)
+
+    def add_body(self, name: str, geometry: Any) -> None:
+        """A mover or a prop, which `draw` moves."""
+        at = f"/bodies/{_plain(name)}"
+        self._movers[name] = self._stage.add("frame", at)
+        for i, part in enumerate(parts([geometry], self.world.palette)):
+            self._stage.add("mesh", f"{at}/{i}", colour=part.colour, vertices=part.vertices, faces=part.faces)
+
+    def remove_body(self, name: str) -> None:
+        """Take it out."""
+        node = self._movers.pop(name, None)
+        if node is not None:
+            node.remove()
+
+    @property
+    def bodies(self) -> set[str]:
+        """Names of movers and props that are drawn."""
+        return set(self._movers)
+
+
+def fan_mesh(config: Any) -> tuple[NDArray[np.float32], NDArray[np.uint32]]:
+    """The sector of a sonar in its own plane, x ahead and y left [m]: vertices beam by beam, and faces."""
+    azimuth = np.linspace(float(config.azimuths[0]), float(config.azimuths[-1]), _FAN_BEAMS)
+    a, r = np.meshgrid(azimuth, np.linspace(config.range_min_m, config.range_max_m, _FAN_BINS), indexing="ij")
+    vertices = np.stack([r * np.cos(a), r * np.sin(a), 0 * r], axis=-1).reshape(-1, 3).astype(np.float32)
+    n = np.arange(_FAN_BEAMS * _FAN_BINS, dtype=np.uint32).reshape(_FAN_BEAMS, _FAN_BINS)
+    p, q, u, v = (c.ravel() for c in (n[:-1, :-1], n[1:, :-1], n[1:, 1:], n[:-1, 1:]))
+    return vertices, np.concatenate([np.stack([p, q, u], -1), np.stack([p, u, v], -1)])
+
+
+def frustum(config: Any, far_m: float) -> NDArray[np.float32]:
+    """`(8, 2, 3)` edges of what a camera sees, in its frame FLU [m]."""
+    half = 0.5 * math.radians(float(getattr(config, "fov_deg", 0.0) or 60.0))
+    wide = far_m * math.tan(half)
+    high = wide * config.height_px / config.width_px
+    corners = np.array([[far_m, wide, high], [far_m, -wide, high], [far_m, -wide, -high], [far_m, wide, -high]])
+    rays = np.stack([np.zeros((4, 3)), corners], axis=1)
+    return np.concatenate([rays, np.stack([corners, np.roll(corners, -1, axis=0)], axis=1)]).astype(np.float32)
+
+
+def fan_colours(polar: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    """Colours of `fan_points` of levels `(beams, bins)`."""
+    beams, bins = polar.shape
+    i = np.linspace(0, beams - 1, _FAN_BEAMS).round().astype(int)
+    j = np.linspace(0, bins - 1, _FAN_BINS).round().astype(int)
+    return np.asarray(copper()[polar[np.ix_(i, j)]].reshape(-1, 3), dtype=np.uint8)
+
+
+def _plain(name: str) -> str:
+    """A name as a part of a node's path: letters, digits, a few signs."""
+    return "".join(c if c.isalnum() or c in "_-" else "_" for c in name) or "_"

@@ -1,0 +1,170 @@
+"""A simulation, its view and its pilot together: what `pelagos view SCENARIO` and `Simulation.view()` are."""
+
+from __future__ import annotations
+
+import contextlib
+import threading
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+
+from pelagos.errors import InputError
+from pelagos.sim.simulation import Simulation
+from pelagos.viewer.live import Live
+from pelagos.viewer.orders import Orders, plain_name
+from pelagos.viewer.pilot import Pilot
+from pelagos.viewer.sea_surface import SeaSurface
+from pelagos.viewer.view import Subject, View, planned
+
+WATCHING: Final = ("pause",)
+"""What browsers may ask for of a run that somebody else steps."""
+
+
+def subject_of(sim: Simulation) -> Subject:
+    """What there is to see of a simulation."""
+    agents = sim.model.agents
+    sensors = {f"{a}.{s}": m.config for a, agent in agents.items() for s, m in agent.sensors.items()}
+    starts = sim.state
+    plans = {n: planned(a.tasks, starts[n].position[0], sim.world) for n, a in agents.items() if a.tasks}
+    ocean = sim.ocean.fields
+    return Subject(
+        sim.scenario.name, sim.world, {n: a.vehicle for n, a in agents.items()}, sensors, SeaSurface.of(ocean),
+        {n: p for n, p in plans.items() if len(p) > 1}, sim.scenario.description,
+        water=tuple(float(v) for v in np.array(ocean.water.attenuation)),
+    )  # fmt: skip
+
+
+class Session:
+    """A simulation that is stepped for its view; `run` it in the thread that may use the device.
+
+    Args:
+        sim: what to step.
+        results: the folder that recordings go to; results/NAME where not given.
+        speed, paused: how the run begins.
+        host, port: where to listen.
+    """
+
+    def __init__(
+        self, sim: Simulation, *, results: Path | None = None, speed: float = 1.0, paused: bool = False,
+        host: str = "127.0.0.1", port: int | None = None,
+    ) -> None:  # fmt: skip
+        self.live = Live(sim)
+        self.pilot = Pilot(sim, self.live, speed=speed, paused=paused)
+        self.live.status = self.pilot.status
+        folder = Path("results") / plain_name(sim.scenario.name) if results is None else results
+        self.view = View(subject_of(sim), self.live, Orders(self.pilot, folder), host=host, port=port)
+        self.view.show_bodies_of(sim.bodies)
+        self.pilot.say = lambda text, kind: self.view.hub.say(text, kind=kind)
+        self._thread: threading.Thread | None = None
+
+    @property
+    def url(self) -> str:
+        """Where to open the page."""
+        return self.view.url
+
+    def run(self) -> None:
+        """Step and serve until `close`, or Ctrl-C."""
+        self.view.start()
+        try:
+            self.pilot.run()
+        finally:
+            self.pilot.end_recording()
+            self.view.close()
+
+    def start(self) -> Session:
+        """The same in a thread of its own."""
+        self._thread = threading.Thread(target=self.run, name="pelagos pilot", daemon=True)
+        self._thread.start()
+        return self
+
+    def close(self) -> None:
+        """End it."""
+        self.pilot.close()
+        if self._thread is not None:
+            self._thread.join(timeout=30.0)
+        self.view.close()
+
+    def __enter__(self) -> Session:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def _repr_html_(self) -> str:
+        return self.view._repr_html_()
+
+
+class Watching:
+    """What browsers may ask for of a run that somebody else steps: to hold it, and to let it go on."""
+
+    def __init__(self, sim: Simulation) -> None:
+        self._sim = sim
+
+    @property
+    def known(self) -> tuple[str, ...]:
+        """See `View`."""
+        return WATCHING
+
+    def obey(self, message: Mapping[str, Any]) -> bool:
+        """See `View`."""
+        if message.get("do") != "pause":
+            return False
+        if message.get("paused", not self._sim.paused):
+            self._sim.pause()
+        else:
+            self._sim.resume()
+        return True
+
+
+class Watch:
+    """The view of a simulation that somebody else steps or runs: `with Watch(sim): sim.run(...)`.
+
+    Args:
+        sim: what is looked at.
+        host, port: where to listen.
+    """
+
+    def __init__(self, sim: Simulation, *, host: str = "127.0.0.1", port: int | None = None) -> None:
+        self._sim, self.live = sim, Live(sim)
+        self.live.status = self._status
+        self.view = View(subject_of(sim), self.live, Watching(sim), host=host, port=port)
+        self.view.show_bodies_of(sim.bodies)
+        self._watching = contextlib.ExitStack()
+        self._watching.enter_context(sim.watch(self.live.heard))
+        self.live.show()
+        self.view.start()
+
+    @property
+    def url(self) -> str:
+        """Where to open the page."""
+        return self.view.url
+
+    def close(self) -> None:
+        """Look away."""
+        self._watching.close()
+        self.view.close()
+
+    def __enter__(self) -> Watch:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def _repr_html_(self) -> str:
+        return self.view._repr_html_()
+
+    def _status(self) -> Mapping[str, Any]:
+        return {"paused": self._sim.paused, "seed": self._sim.seed}
+
+
+def view_of(sim: Simulation, *, drive: bool = False, host: str = "127.0.0.1", port: int | None = None) -> Any:
+    """See `Simulation.view`.
+
+    Raises:
+        InputError: the port is taken.
+    """
+    if not isinstance(sim, Simulation):
+        raise InputError(f"a simulation is what can be viewed, not a {type(sim).__name__}")
+    return Session(sim, host=host, port=port).start() if drive else Watch(sim, host=host, port=port)

@@ -1,0 +1,45 @@
+"""A world alone, with names at what stands in it."""
+
+from __future__ import annotations
+
+import threading
+
+from pelagos.config.scenario import Scenario
+from pelagos.viewer.frame import Frame, Pose
+from pelagos.viewer.view import Subject, View
+from pelagos.world.build import build_world
+
+
+class Still:
+    """One frame, in which movers stand where they begin."""
+
+    def __init__(self, frame: Frame) -> None:
+        self._frame: Frame | None = frame
+        self._wait = threading.Event()
+
+    def take(self, wait_s: float = 0.5) -> Frame | None:
+        """The frame, once."""
+        frame, self._frame = self._frame, None
+        if frame is None:
+            self._wait.wait(wait_s)
+        return frame
+
+
+def world_view(scenario: Scenario, *, host: str = "127.0.0.1", port: int | None = None) -> View:
+    """The view of a scenario's world.
+
+    Raises:
+        InputError: the world cannot be built, or the port is taken.
+    """
+    world = build_world(scenario.located_world)
+    bodies, poses = {}, {}
+    for number, mover in enumerate(world.movers):
+        bodies[mover.name] = mover.geometry(instance=world.next_instance + number, world=world)
+        pose = mover.pose(0.0)
+        poses[mover.name] = Pose(pose.position, pose.attitude)
+    subject = Subject(
+        scenario.name, world, kind="world", description=world.description or world.name, bodies=bodies
+    )  # fmt: skip
+    view = View(subject, Still(Frame(0, {}, movers=poses)), host=host, port=port)
+    view.scene.label_world()
+    return view

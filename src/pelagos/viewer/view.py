@@ -1,0 +1,314 @@
+"""The view: one thread that takes frames and sends them to the browsers, at most ten a second."""
+
+from __future__ import annotations
+
+import html
+import io
+import math
+import threading
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any, Final, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+from PIL import Image
+
+from pelagos.drawing.relief import depth_norm, relief, shaded
+from pelagos.sensors.sensor import SensorConfig
+from pelagos.vehicles.vehicle import Vehicle
+from pelagos.viewer.frame import Frame, Pose
+from pelagos.viewer.panels import Panels
+from pelagos.viewer.scene import Scene
+from pelagos.viewer.sea_surface import SeaSurface
+from pelagos.viewer.server import Server
+from pelagos.world.world import World
+
+_MAP_PIXELS: Final = 520
+_LOOK_M: Final = 8.0  # the ground's finest grid follows when the vehicle has moved so far
+_ROOM: Final = 0.04
+
+
+class Source(Protocol):
+    """Where frames come from."""
+
+    def take(self, wait_s: float = 0.5) -> Frame | None:
+        """The newest frame; None where there was none in time."""
+        ...
+
+
+class Control(Protocol):
+    """Who obeys the browsers."""
+
+    @property
+    def known(self) -> tuple[str, ...]:
+        """What can be asked for."""
+        ...
+
+    def obey(self, message: Mapping[str, Any]) -> bool:
+        """Do it, or have it done; False where it is something else."""
+        ...
+
+
+@dataclass(frozen=True)
+class Subject:
+    """What is looked at.
+
+    Attributes:
+        name, description: of the scenario.
+        world: what stands.
+        vehicles: by agent.
+        sensors: configurations by "agent.sensor".
+        sea: the waves.
+        plans: planned paths by agent, `(m, 3)` [m].
+        kind: "live", "replay" or "world".
+        water: attenuation of light in red, green and blue [1/m].
+        more: for the page, JSON types: the time line of a replay.
+        bodies: geometries of movers, by name, where no simulation has them.
+    """
+
+    name: str
+    world: World
+    vehicles: Mapping[str, Vehicle] = field(default_factory=dict)
+    sensors: Mapping[str, SensorConfig] = field(default_factory=dict)
+    sea: SeaSurface = field(default_factory=lambda: SeaSurface(np.zeros((0, 5))))
+    plans: Mapping[str, NDArray[np.float64]] = field(default_factory=dict)
+    description: str = ""
+    kind: str = "live"
+    water: Sequence[float] = (0.28, 0.09, 0.075)
+    more: Mapping[str, Any] = field(default_factory=dict)
+    bodies: Mapping[str, Any] = field(default_factory=dict)
+
+
+class View:
+    """Shows a subject in the browsers; close it, or use it as a context manager.
+
+    Attributes:
+        url: where to open it, with its token.
+        pictures: how many frames were drawn.
+
+    Args:
+        subject: what.
+        source: of frames.
+        control: obeys; None: nothing can be changed.
+        host, port: where to listen, see `Server`.
+    """
+
+    def __init__(
+        self, subject: Subject, source: Source, control: Control | None = None, *, host: str = "127.0.0.1",
+        port: int | None = None,
+    ) -> None:  # fmt: skip
+        self.subject, self.pictures = subject, 0
+        self._source, self.control = source, control
+        self.server = Server(host=host, port=port)
+        self.hub = self.server.hub
+        self.scene = Scene(self.hub, subject.world, subject.vehicles, subject.sensors)
+        self.panels = Panels(subject.sensors)
+        self._wanted: set[str] = set()
+        self._asked: list[Mapping[str, Any]] = []
+        self._followed = next(iter(subject.vehicles), "")
+        self._looked_at = np.full(2, np.inf)
+        self._geometries: dict[str, Any] = dict(subject.bodies)
+        self._bodies_of: Any = None
+        self._closed = threading.Event()
+        self._begin()
+        self.hub.heard = self._heard
+        self._thread = threading.Thread(target=self._publish, name="pelagos view", daemon=True)
+
+    @property
+    def url(self) -> str:
+        """Where to open the page."""
+        return self.server.url
+
+    def start(self) -> View:
+        """Begin to draw."""
+        self._thread.start()
+        return self
+
+    def show_bodies_of(self, bodies: Any) -> None:
+        """Draw what is spawned in a simulation: `Simulation.bodies`."""
+        self._bodies_of = bodies
+
+    def close(self) -> None:
+        """Stop drawing and serving."""
+        if not self._closed.is_set():
+            self._closed.set()
+            if self._thread.is_alive():
+                self._thread.join(timeout=5.0)
+            self.server.close()
+
+    def __enter__(self) -> View:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def _repr_html_(self) -> str:
+        address = html.escape(self.url, quote=True)
+        return (
+            f'<iframe src="{address}" width="100%" height="620" style="border:0;border-radius:8px"></iframe>'
+            f'<p><a href="{address}" target="_blank">open in a window of its own</a></p>'
+        )
+
+    # the thread
+
+    def _publish(self) -> None:
+        while not self._closed.is_set():
+            frame = self._source.take(0.25)
+            self._do_asked()
+            if frame is None:
+                continue
+            try:
+                self._draw(frame)
+            except Exception as error:  # a drawing that fails must not end the view, nor the mission
+                self.hub.say(f"the picture failed: {type(error).__name__}: {error}", kind="error")
+            self.pictures += 1
+
+    def _draw(self, frame: Frame) -> None:
+        looked_on = self.hub.count > 0
+        if frame.jump:
+            self.panels.clear()
+            self.hub.forget("panel/")
+            self.hub.publish("jump", {"type": "jump", "t": frame.t_ns * 1e-9}, keep=False)
+        for placed in frame.samples:
+            self.panels.take(placed.sample)
+        self._bodies(frame)
+        followed = frame.agents.get(self._followed) or next(iter(frame.agents.values()), None)
+        if followed is not None:
+            self._ground_follows(followed)
+        self.scene.draw(frame, looked_on=looked_on)
+        self.hub.publish("state", self._state(frame))
+        self.panels.publish(self.hub, self._wanted or None)
+
+    def _ground_follows(self, pose: Pose) -> None:
+        at = pose.position[:2]
+        if float(np.abs(at - self._looked_at).max()) > _LOOK_M:
+            self._looked_at = np.array(at)
+            self.scene.look_at_ground(float(at[0]), float(at[1]))
+
+    def _bodies(self, frame: Frame) -> None:
+        """Draw movers and props that are new, and take out those that are gone."""
+        if self._bodies_of is not None:
+            self._geometries = {b.name: b.geometry for b in list(self._bodies_of.bodies)}
+        for name in frame.movers:
+            if name not in self.scene.bodies and name in self._geometries:
+                self.scene.add_body(name, self._geometries[name])
+        for name in self.scene.bodies - set(frame.movers):
+            self.scene.remove_body(name)
+
+    def _state(self, frame: Frame) -> dict[str, Any]:
+        agents: dict[str, dict[str, Any]] = {}
+        for name, pose in list(frame.agents.items())[:60]:
+            roll, pitch, heading = pose.euler
+            x, y, z = (float(v) for v in pose.position)
+            ground = float(self.subject.world.height(x, y))
+            agents[name] = {
+                "x": round(x, 3), "y": round(y, 3), "depth": round(-z, 3), "roll": round(roll, 2),
+                "pitch": round(pitch, 2), "heading": round(heading, 2),
+                "speed": round(float(np.linalg.norm(pose.velocity)), 3),
+                "altitude": round(z - ground, 3) if math.isfinite(ground) else None,
+            }  # fmt: skip
+            known = frame.navigation.get(name)
+            if known is not None:
+                agents[name]["known"] = [round(float(v), 3) for v in known.position]
+        props = {n: [round(float(v), 2) for v in p.position[:2]] for n, p in frame.movers.items()}
+        return {"type": "state", "t": frame.t_ns * 1e-9, "agents": agents, "props": props, "run": dict(frame.status)}
+
+    # what the browsers ask for
+
+    def _heard(self, message: Mapping[str, Any]) -> None:
+        """In the server's thread."""
+        if self.control is not None and self.control.obey(message):
+            return
+        self._asked.append(message)
+
+    def _do_asked(self) -> None:
+        while self._asked:
+            message = self._asked.pop(0)
+            match message.get("do"):
+                case "follow" if message.get("agent") in self.subject.vehicles:
+                    self._followed = str(message["agent"])
+                case "look_at":
+                    self._look_at(message)
+                case "panels":
+                    names = message.get("names")
+                    self._wanted = {str(n) for n in names} if isinstance(names, list) else set()
+                    for name in self._wanted & set(self.panels.panels):
+                        self.panels.panels[name].fresh = True
+                case "show":
+                    self.scene.show(str(message.get("what")), visible=bool(message.get("visible")))
+                case "ground":
+                    self.scene.colour_ground(str(message.get("by")))
+                    if np.isfinite(self._looked_at).all():
+                        self.scene.look_at_ground(*(float(v) for v in self._looked_at))
+                case other:
+                    self.hub.say(f"this view cannot do {str(other)[:40]!r}", kind="error")
+
+    def _begin(self) -> None:
+        """What does not change: the map, the sensors, the vehicles."""
+        world = self.subject.world
+        low, high = world.bounds[:, :2]
+        if not (high > low).all():
+            low, high = np.array([-100.0, -100.0]), np.array([100.0, 100.0])
+        picture = map_picture(world, low, high)
+        self.server.offer("map.png", "image/png", picture)
+        self.hub.publish("hello", {
+            "type": "hello", "name": self.subject.name, "description": self.subject.description,
+            "kind": self.subject.kind, "bounds": [float(low[0]), float(low[1]), float(high[0]), float(high[1])],
+            "agents": {n: _about(v) for n, v in self.subject.vehicles.items()}, "sensors": self.panels.listing(),
+            "floor": float(world.bounds[0, 2]), 
+            "can": [] if self.control is None else list(self.control.known),
+            "notes": self.scene.notes,
+            "waves": np.round(self.subject.sea.rows, 6).tolist(), "water": list(self.subject.water),
+            "plans": {n: np.round(p[:, :2], 2).tolist() for n, p in self.subject.plans.items()}, **self.subject.more,
+        })  # fmt: skip
+        for name, points in self.subject.plans.items():
+            self.scene.plan(name, points)
+        self.scene.look_at_ground(*(float(v) for v in 0.5 * (low + high)))
+
+    def _look_at(self, message: Mapping[str, Any]) -> None:
+        """The ground in full detail where a browser's free camera looks."""
+        x, y = message.get("x"), message.get("y")
+        if isinstance(x, int | float) and isinstance(y, int | float) and math.isfinite(x) and math.isfinite(y):
+            self._looked_at = np.array([x, y], dtype=np.float64)
+            self.scene.look_at_ground(float(x), float(y))
+
+
+def map_picture(world: World, low: NDArray[np.float64], high: NDArray[np.float64]) -> bytes:
+    """PNG of the ground from above, north up, of the corners given: the report's own map, without its axes."""
+    ground = relief(world, low, high, pixels=_MAP_PIXELS)
+    if np.isfinite(ground.height).any():
+        picture = shaded(ground, depth_norm(ground.height))
+    else:
+        picture = np.full((*ground.height.shape, 3), (0.09, 0.24, 0.36))
+    out = io.BytesIO()
+    Image.fromarray((255 * picture[::-1]).astype(np.uint8)).save(out, format="PNG")
+    return out.getvalue()
+
+
+def _about(vehicle: Vehicle) -> dict[str, Any]:
+    return {
+        "type": vehicle.name, "modes": {m: list(vehicle.command_names(m)) for m in vehicle.modes},
+        "length": round(float(np.ptp(vehicle.hull.vertices[:, 0])), 2),
+    }  # fmt: skip
+
+
+def planned(tasks: Sequence[Any], start: NDArray[np.float64], world: World) -> NDArray[np.float64]:
+    """The path that a mission's lines make, `(m, 3)` world NWU [m]."""
+    points = [np.asarray(start, dtype=np.float64)]
+    for step in tasks:
+        task = step.task
+        end = getattr(task, "end", None)
+        if end is None or len(end) != 2:
+            continue
+        level = task.common.level
+        z = points[-1][2]
+        ground = float(world.height(*end))
+        if level.depth_m is not None:
+            z = -float(level.depth_m)
+        elif level.altitude_m is not None and math.isfinite(ground):
+            z = ground + float(level.altitude_m)
+        for place in (getattr(task, "start", None), end):
+            if place is not None:
+                points.append(np.array([*place, z]))
+    return np.array(points)

@@ -1,0 +1,182 @@
+"""The page in a real browser: headless Chromium with WebGL by software; skipped where there is none."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import pelagos as pl
+from pelagos.viewer.replay import replay_view
+from pelagos.viewer.session import Session
+
+CHROMIUM = next(
+    (found for name in ("chromium", "chromium-browser", "google-chrome") if (found := shutil.which(name))), None
+)
+playwright = pytest.importorskip("playwright.sync_api", reason="the test needs playwright")
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.skipif(CHROMIUM is None, reason="the test needs Chromium: sh scripts/chromium.sh"),
+]
+FLAGS = ["--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--ignore-gpu-blocklist"]
+PATIENCE_S = 90.0
+SCENARIO: dict[str, Any] = {
+    "name": "<b>bold</b> & small",
+    "seed": 3,
+    "world": {"type": "flat", "depth_m": 12.0},
+    "agents": {
+        "auv0": {
+            "vehicle": "remus100",
+            "start": {"position_m": [0, 0], "depth_m": 4.0, "heading_deg": 30, "speed_mps": 1.5},
+            "control": "depth_heading_speed",
+            "command": [5.0, 0.5, 1.5],
+            "sensors": {
+                "depth": {"type": "depth", "rate_hz": 10},
+                "imaging": {"type": "imaging_sonar", "rate_hz": 2, "beams": 32, "bins": 64, "range_max_m": 15},
+            },
+        }
+    },
+}
+
+
+def until(true: Callable[[], Any]) -> Any:
+    """Wait for something that the page or the simulation will come to."""
+    end = time.monotonic() + PATIENCE_S
+    while time.monotonic() < end:
+        found = true()
+        if found:
+            return found
+        time.sleep(0.1)
+    raise AssertionError("it did not come to that")
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator[Any]:
+    root = ["--no-sandbox"] if os.geteuid() == 0 else []
+    with playwright.sync_playwright() as p:
+        made = p.chromium.launch(executable_path=CHROMIUM, headless=True, args=[*root, *FLAGS])
+        yield made
+        made.close()
+
+
+@pytest.fixture(scope="module")
+def session(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Session]:
+    sim = pl.Simulation.load(SCENARIO)
+    with Session(sim, results=tmp_path_factory.mktemp("view"), port=0).start() as made:
+        yield made
+
+
+class Watched:
+    """A page, and what went wrong on it."""
+
+    def __init__(self, browser: Any, url: str, **options: Any) -> None:
+        self.context = browser.new_context(viewport={"width": 1280, "height": 720}, **options)
+        self.page = self.context.new_page()
+        self.page.set_default_timeout(1000 * PATIENCE_S)
+        self.troubles: list[str] = []
+        self.page.on("console", lambda m: self.troubles.append(m.text) if m.type in ("error", "warning") else None)
+        self.page.on("pageerror", lambda e: self.troubles.append(str(e)))
+        self.page.on("request", lambda r: self._asked(r.url))
+        self.page.goto(url, wait_until="commit")
+
+    def _asked(self, url: str) -> None:
+        if not url.startswith(("http://127.0.0.1:", "blob:", "data:")):
+            self.troubles.append(f"asked for {url}")
+
+    def time(self) -> float:
+        return float(self.page.evaluate("document.getElementById('time').textContent").split()[0])
+
+    def pictures(self) -> int:
+        return int(self.page.evaluate("window.pelagos?.stage?.pictures || 0"))
+
+
+def test_mission_is_seen_held_and_driven(browser: Any, session: Session) -> None:
+    watched = Watched(browser, session.url)
+    page, sim = watched.page, session.pilot.sim
+    until(lambda: watched.pictures() >= 2)
+    assert "token" not in page.url  # the cookie has it
+    assert page.title() == "<b>bold</b> & small · Pelagos"
+    assert page.evaluate("document.querySelectorAll('#title b').length") == 0  # a name is text
+
+    def seen() -> np.ndarray[Any, Any]:  # what the scene's canvas shows, small
+        numbers = page.evaluate("""() => { const s = pelagos.stage; s.draw(); 
+            const c = document.createElement("canvas");
+            c.width = 90; c.height = 60; const d = c.getContext("2d"); d.drawImage(s.canvas, 0, 0, 90, 60);
+            return [...d.getImageData(0, 0, 90, 60).data]; }""")
+        return np.array(numbers, dtype=float).reshape(60, 90, 4)[..., :3]
+
+    page.click("[data-look='free']")
+    where = page.evaluate("pelagos.stage.poses['/agents/auv0'][0]")
+    first = seen()
+    assert first.std() > 4.0  # something is drawn
+    until(lambda: np.linalg.norm(np.subtract(page.evaluate("pelagos.stage.poses['/agents/auv0'][0]"), where)) > 1.0)
+    assert np.abs(seen() - first).max() > 25.0  # a camera that stands still sees the vehicle move
+    until(lambda: page.evaluate("document.querySelector('[data-sensor=\"auv0.imaging\"] img').naturalWidth") > 200)
+
+    page.click("#pause")
+    until(lambda: session.pilot.paused)
+    until(lambda: page.inner_text("#pause") == "Run")
+    held = sim.time_ns
+    page.click("#tick")
+    until(lambda: sim.time_ns == held + sim.dt_ns)
+    page.keyboard.press("Space")
+    until(lambda: sim.time_ns > held + 100 * sim.dt_ns)
+
+    heading = sim.held_command("auv0")[0][1]
+    page.click("#scene")
+    page.keyboard.down("d")
+    until(lambda: sim.held_command("auv0")[0][1] > heading + 0.1)  # to starboard: the compass grows
+    page.keyboard.up("d")
+
+    box = page.locator("#map").bounding_box()
+    page.mouse.click(box["x"] + 0.6 * box["width"], box["y"] + 0.3 * box["height"])
+    goal = until(lambda: session.pilot.goals.get("auv0"))[0]
+    asked = page.evaluate(
+        "([x, y]) => pelagos.map.world({ clientX: x, clientY: y })",
+        [box["x"] + 0.6 * box["width"], box["y"] + 0.3 * box["height"]],
+    )
+    assert goal[:2] == pytest.approx(asked, abs=0.5)
+    until(lambda: sim.stepper.mode("auv0") == "line_of_sight")
+    watched.context.close()
+    assert watched.troubles == []
+    moved = sim.time_ns
+    until(lambda: sim.time_ns > moved)  # a browser that goes changes nothing
+
+
+def test_recording_is_scrubbed(browser: Any, tmp_path: Path) -> None:
+    sim = pl.Simulation.load(SCENARIO)
+    sim.run(6.0, record=tmp_path / "mission.mcap")
+    true = sim.state["auv0"].position[0]
+    with replay_view(tmp_path / "mission.mcap", port=0, paused=True).start() as view:
+        watched = Watched(browser, view.url)
+        until(lambda: watched.pictures() >= 1)
+        assert watched.time() == 0.0
+        watched.page.evaluate("""() => { const s = document.getElementById("scrub"); s.value = 6;
+            s.dispatchEvent(new Event("input")); s.dispatchEvent(new Event("change")); }""")
+        until(lambda: watched.time() == 6.0)
+        until(lambda: abs(watched.page.evaluate("pelagos.map.agents.auv0.x") - true[0]) < 0.02)
+        watched.page.keyboard.press("ArrowLeft")
+        until(lambda: watched.time() == 5.0)
+        watched.page.click("#pause")
+        until(lambda: watched.time() > 5.0)
+        watched.context.close()
+        assert watched.troubles == []
+
+
+def test_browser_without_webgl_is_told_so_in_one_sentence(browser: Any, session: Session) -> None:
+    context = browser.new_context()
+    context.add_init_script("HTMLCanvasElement.prototype.getContext = ((own) => function (kind, ...more) {"
+                            "return kind.startsWith('webgl') ? null : own.call(this, kind, ...more); })"
+                            "(HTMLCanvasElement.prototype.getContext);")  # fmt: skip
+    page = context.new_page()
+    page.goto(session.url, wait_until="commit")
+    page.wait_for_selector(".no-gl", timeout=1000 * PATIENCE_S)
+    assert "This browser has no WebGL 2" in page.inner_text(".no-gl")
+    until(lambda: page.inner_text("#time") != "0.0 s")  # the rest works
+    context.close()

@@ -1,0 +1,127 @@
+"""What the view draws: nested grids of the ground, waves, hulls that turn, samples."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+
+import pelagos as pl
+from pelagos.drawing.sample import sample_of, waterfall_line
+from pelagos.viewer.frame import Pose, between, times
+from pelagos.viewer.ground import CELLS, NestedGrids
+from pelagos.viewer.hull import model_3d
+from pelagos.viewer.sea_surface import SeaSurface
+
+
+def sloped(x: np.ndarray[Any, Any], y: np.ndarray[Any, Any]) -> np.ndarray[Any, Any]:
+    return -10.0 + 0.02 * x - 0.03 * y
+
+
+@pytest.mark.parametrize("at", [(0.0, 0.0), (413.7, -288.1), (-951.0, 940.0)])
+def test_nested_grids_cover_two_kilometres_once_and_without_steps(at: tuple[float, float]) -> None:
+    """Seen from above, patches add up to the world's area, however near the edge the place is."""
+    grids = NestedGrids(sloped, np.array([[-1000.0, -1000.0], [1000.0, 1000.0]]), 1.0)
+    patches = list(grids.patches(*at))
+    area, faces = 0.0, 0
+    for patch in patches:
+        v = patch.vertices[patch.faces].astype(np.float64)
+        p, q = v[:, 1] - v[:, 0], v[:, 2] - v[:, 0]
+        area += 0.5 * float(np.abs(p[:, 0] * q[:, 1] - p[:, 1] * q[:, 0]).sum())
+        faces += len(patch.faces)
+        inside = v.reshape(-1, 3)
+        assert inside[:, 2] == pytest.approx(sloped(inside[:, 0], inside[:, 1]), abs=1e-3)
+    assert area == pytest.approx(4.0e6, rel=1e-6)
+    assert faces <= grids.levels * 2 * CELLS**2
+    assert faces < 60_000  # of 8 million at 1 m
+    finest = patches[0].vertices
+    assert np.abs(finest[:, :2] - np.clip(at, -1000, 1000)).min(axis=0).max() < 1.0
+
+
+def test_only_what_changed_is_sent_again() -> None:
+    grids = NestedGrids(sloped, np.array([[-1000.0, -1000.0], [1000.0, 1000.0]]), 1.0)
+    known: dict[int, tuple[object, ...]] = {}
+    assert len(list(grids.patches(3.0, 5.0, known))) == grids.levels
+    assert not list(grids.patches(3.5, 5.5, known))
+    again = [p.level for p in grids.patches(14.0, 5.0, known)]
+    assert again[0] == 0
+    assert len(again) < grids.levels
+
+
+def test_waves_of_the_view_are_those_of_the_ocean() -> None:
+    """All of a regular sea; NumPy's cosine and the ocean's polynomial agree to 1e-4 of the height."""
+    from pelagos import jit
+    from pelagos.ocean.config import OceanConfig, build_ocean
+    from pelagos.world.material import MATERIALS
+    from pelagos.world.world import World
+
+    waves = {"type": "regular", "height_m": 1.2, "period_s": 5.5, "towards_deg": 35}
+    ocean = build_ocean(OceanConfig.model_validate({"waves": waves}), World((), tuple(MATERIALS.values())), seed=4)
+    surface = SeaSurface.of(ocean)
+    x, y, t = np.array([3.0, -41.0, 17.5]), np.array([-8.0, 12.0, 60.0]), 7.3
+    true = np.array(ocean.elevation(jit.Float64(x), jit.Float64(y), jit.Float64(t)))
+    assert np.abs(true).max() > 0.1
+    assert surface.elevation(x, y, t) == pytest.approx(true, abs=2e-4)
+
+
+def test_hull_is_whole_and_its_fins_follow_the_actuators() -> None:
+    vehicle = pl.Vehicle.from_catalogue("remus100")
+    model = model_3d(vehicle)
+    faces = sum(len(p.faces) for p in model.still) + sum(len(p.faces) for p in model.turning)
+    assert faces == len(vehicle.hull.faces)
+    names = list(vehicle.actuator_names)
+    moved = {names[p.actuator] for p in model.turning}
+    assert moved == set(names)
+    states = np.array([0.2, -0.1, 900.0])
+    angles = model.turned(states, np.zeros(len(model.turning)), 0.1)
+    for part, angle in zip(model.turning, angles, strict=True):
+        if not part.spins:
+            assert angle == states[part.actuator]
+    assert model.length == pytest.approx(1.6, abs=0.05)
+    rov = model_3d(pl.Vehicle.from_catalogue("bluerov2_heavy"))
+    assert len(rov.turning) == len(pl.Vehicle.from_catalogue("bluerov2_heavy").actuator_names)
+
+
+def test_pose_between_two_others() -> None:
+    half = math.radians(20)
+    a = Pose(np.array([1.0, -2.0, -5.0]), np.array([1.0, 0.0, 0.0, 0.0]))
+    b = Pose(np.array([3.0, 2.0, -6.0]), -np.array([math.cos(half), 0.0, 0.0, math.sin(half)]))  # the same, other sign
+    middle = between((100, a), (300, b), 200)
+    assert middle.position == pytest.approx([2.0, 0.0, -5.5])
+    assert abs(middle.euler[2] - (360 - 20)) < 0.01
+    turned = times(b.attitude, b.attitude)
+    assert Pose(a.position, turned).euler[2] == pytest.approx(360 - 80, abs=1e-9)
+
+
+def test_waterfall_has_port_on_the_left_and_keeps_echoes() -> None:
+    levels = np.zeros((2, 1000), dtype=np.uint8)
+    levels[0, 900], levels[1, 100] = 255, 255
+    line = waterfall_line(levels)
+    bright = np.flatnonzero(line.sum(axis=1))
+    assert len(bright) == 2
+    assert bright[0] == pytest.approx(99 / 2000 * len(line), abs=1)
+    assert bright[1] == pytest.approx(1100 / 2000 * len(line), abs=1)
+
+
+def test_samples_of_readings() -> None:
+    """Pictures have the sensors' shapes; points lie where the soundings are; numbers carry names and units."""
+    sim = pl.Simulation.load({
+        "seed": 2, "world": {"type": "flat", "depth_m": 9.0},
+        "agents": {"a": {"vehicle": "remus100", "start": {"position_m": [1, -2], "depth_m": 3.0}, "sensors": {
+            "depth": {"type": "depth", "rate_hz": 10}, "dvl": {"type": "dvl", "rate_hz": 5},
+            "mbes": {"type": "multibeam", "rate_hz": 5, "beams": 32},
+        }}},
+    })  # fmt: skip
+    found = sim.observe("a", (1.0, -2.0, -3.0))
+    configs = {name: m.config for name, m in sim.model.agents["a"].sensors.items()}
+    samples = {name: sample_of(configs[name], reading) for name, reading in found.items()}
+    assert samples["depth"].numbers["depth [m]"] == pytest.approx(3.0, abs=0.2)
+    assert samples["dvl"].beams is not None
+    assert samples["dvl"].beams[:, 2] == pytest.approx([-6.0] * 4, abs=0.2)
+    points = samples["mbes"].points
+    assert points is not None
+    assert points[:, 2].mean() == pytest.approx(-6.0, abs=0.2)
+    assert samples["mbes"].line is not None
+    assert samples["mbes"].line.shape == (32, 3)

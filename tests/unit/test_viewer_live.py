@@ -1,0 +1,207 @@
+"""A simulation that is looked at: the same bytes, orders between steps, nothing that waits for a browser."""
+
+from __future__ import annotations
+
+import hashlib
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import pelagos as pl
+from pelagos.errors import CommandError
+from pelagos.sim.replay import Recording
+from pelagos.viewer.drive import Axes, drive
+from pelagos.viewer.live import Live
+from pelagos.viewer.orders import Orders
+from pelagos.viewer.pilot import Pilot
+from pelagos.viewer.session import Watch
+
+SCENARIO: dict[str, Any] = {
+    "seed": 7,
+    "world": {"type": "flat", "depth_m": 15.0},
+    "agents": {
+        "auv0": {
+            "vehicle": "remus100",
+            "start": {"position_m": [2.0, -3.0], "depth_m": 5.0, "speed_mps": 1.0, "heading_deg": 40},
+            "control": "depth_heading_speed",
+            "command": [6.0, 0.4, 1.5],
+            "sensors": {
+                "imu": {"type": "imu", "rate_hz": 50},
+                "depth": {"type": "depth", "rate_hz": 10},
+                "mbes": {"type": "multibeam", "rate_hz": 5, "beams": 16},
+                "sonar": {"type": "imaging_sonar", "rate_hz": 5, "beams": 16, "bins": 32},
+            },
+        }
+    },
+}
+
+
+@pytest.fixture(scope="module")
+def loaded() -> pl.Simulation:
+    return pl.Simulation.load(SCENARIO)
+
+
+@pytest.fixture
+def sim(loaded: pl.Simulation) -> pl.Simulation:
+    loaded.reset(seed=7)
+    return loaded
+
+
+def digest(path: Path) -> str:
+    found = hashlib.sha256()
+    for message in Recording(path).messages():
+        found.update(f"{message.topic} {message.t_ns} ".encode() + message.raw)
+    return found.hexdigest()
+
+
+def test_same_seed_same_bytes_with_and_without_a_view(sim, tmp_path):
+    sim.run(1.5, record=tmp_path / "alone.mcap")
+    sim.reset()
+    with Watch(sim, port=0) as watch:
+        sim.run(1.5, record=tmp_path / "seen.mcap")
+        watch.view.hub.publish("x", {"type": "note"})  # nobody takes it
+        for _ in range(200):
+            if watch.view.pictures:
+                break
+            watch.view._closed.wait(0.05)
+        assert watch.view.pictures > 0
+    assert digest(tmp_path / "alone.mcap") == digest(tmp_path / "seen.mcap")
+    assert not sim.watchers
+
+
+def test_every_ping_is_heard_once_at_the_pose_of_its_time(sim):
+    """Also of a sensor that a run reads together afterwards; the pose is that of the recording at that time."""
+    heard: list[int] = []
+    with sim.watch(lambda block: heard.extend(r.t_ns for r in block.get("auv0.mbes", ()))):
+        sim.run(1.0)
+    assert heard == [200_000_000 * i for i in range(6)]
+    sim.reset()
+    live = Live(sim)
+    places = {}
+    with sim.watch(live.heard), sim.on_tick(lambda s: places.update({s.time_ns: s.state["auv0"].position[0].copy()})):
+        sim.run(1.0)
+        live.show()
+    frame = live.take()
+    assert frame is not None
+    pings = [p for p in frame.samples if p.sample.name == "auv0.mbes"]
+    assert [p.sample.t_ns for p in pings] == heard
+    for ping in pings:
+        assert ping.pose.position == pytest.approx(places[ping.sample.t_ns], abs=1e-3)
+    assert len([p for p in frame.samples if p.sample.name == "auv0.sonar"]) == 1  # of pictures the newest
+
+
+@pytest.fixture
+def pilot(sim, tmp_path) -> tuple[Pilot, Orders, list[tuple[str, str]]]:
+    live = Live(sim)
+    made = Pilot(sim, live, paused=True)
+    live.status = made.status
+    said: list[tuple[str, str]] = []
+    made.say = lambda text, kind: said.append((kind, text))
+    return made, Orders(made, tmp_path / "results"), said
+
+
+def obey(pilot: Pilot, orders: Orders, **message: Any) -> None:
+    assert orders.obey(message)
+    pilot._obey()
+
+
+def test_pause_tick_speed_and_reset(pilot):
+    made, orders, said = pilot
+    obey(made, orders, do="tick")
+    due = made._advance(0.0)
+    assert made.sim.time_ns == made.sim.dt_ns
+    assert made.paused
+    obey(made, orders, do="pause", paused=False)
+    obey(made, orders, do="speed", speed=0)
+    made._advance(due)
+    assert made.sim.time_ns >= 11 * made.sim.dt_ns
+    obey(made, orders, do="speed", speed=-1)
+    obey(made, orders, do="speed", speed="fast")
+    obey(made, orders, do="reset", seed=-4)
+    assert [kind for kind, _ in said] == ["error"] * 3
+    assert "as fast as it goes" in said[0][1]
+    assert made.speed == 0
+    obey(made, orders, do="reset", seed=11)
+    assert (made.sim.time_ns, made.sim.seed) == (0, 11)
+    assert not orders.obey({"do": "format the disk"})
+
+
+def test_way_point_is_gone_to_over_the_ground_and_left_behind(pilot):
+    made, orders, said = pilot
+    start = made.sim.state["auv0"].position[0].copy()
+    obey(made, orders, do="goal", agent="auv0", x=float(start[0] + 12.0), y=float(start[1] - 9.0), depth=40)
+    obey(made, orders, do="goal", agent="auv0", x=60.0, y=-20.0)
+    assert not said
+    assert made.goals["auv0"][0][2] == pytest.approx(-13.0)  # two metres over the ground at 15 m
+    assert made.sim.stepper.mode("auv0") == "line_of_sight"
+    first = made.goals["auv0"][0].copy()
+    for _ in range(200):
+        made.sim.step(ticks=20)
+        made._follow_goals()
+        if len(made.goals["auv0"]) == 1:
+            break
+    assert float(np.linalg.norm(made.sim.state["auv0"].position[0][:2] - first[:2])) < 3.2
+    obey(made, orders, do="goal", agent="auv9", x=1.0, y=1.0)
+    assert said[-1][0] == "error"
+    assert "auv0" in said[-1][1]  # the nearest name
+
+
+def test_props_are_put_moved_and_removed_between_steps(pilot):
+    made, orders, said = pilot
+    obey(made, orders, do="spawn", shape="box", x=5.0, y=-6.0, size=2)
+    body = made.sim.bodies.bodies[0]
+    assert body.position[0] == pytest.approx([5.0, -6.0, -14.0])  # on the ground
+    obey(made, orders, do="move", name=body.name, x=7.5, y=1.0)
+    assert body.position[0] == pytest.approx([7.5, 1.0, -14.0])
+    obey(made, orders, do="remove", name=body.name)
+    assert not made.sim.bodies.bodies
+    obey(made, orders, do="spawn", shape="pyramid", x=0.0, y=0.0)
+    obey(made, orders, do="spawn", shape="box", x=float("nan"), y=0.0)
+    assert [kind for kind, _ in said] == ["error", "error"]
+
+
+def test_record_from_the_page(pilot):
+    made, orders, said = pilot
+    obey(made, orders, do="record", on=True)
+    made.sim.step(ticks=40)
+    obey(made, orders, do="reset")
+    assert "end the recording" in said[-1][1]
+    obey(made, orders, do="record", on=False)
+    path = Path(said[-1][1].removeprefix("recorded: "))
+    recording = Recording(path)
+    assert recording.complete
+    assert recording.count("/auv0/truth") > 0
+
+
+def test_sticks_become_set_points(sim):
+    """A torpedo's heading turns to port with the stick, so the compass falls; its depth grows downwards."""
+    sim.step(ticks=20)
+    before = sim.held_command("auv0")[0].copy()
+    drive(sim, "auv0", Axes(surge=-1.0, heave=-0.5, yaw=1.0), 0.2)
+    depth, heading, speed = sim.held_command("auv0")[0]
+    assert depth == pytest.approx(before[0] + 0.4 * 0.5 * 0.2)
+    assert heading == pytest.approx(before[1] - np.radians(25) * 0.2)
+    assert speed == pytest.approx(before[2] - 0.4 * 0.2)
+    drive(sim, "auv0", Axes(yaw=1.0), 600.0)  # a pause between two messages is no long push
+    assert sim.held_command("auv0")[0][1] == pytest.approx(heading - np.radians(25) * 0.5)
+    with pytest.raises(CommandError, match="a number from -1 to 1"):
+        Axes.of({"surge": "full"})
+    assert Axes.of({"surge": 7, "yaw": -3}) == Axes(surge=1.0, yaw=-1.0)
+    with pytest.raises(CommandError, match="no agent 'auv1'"):
+        drive(sim, "auv1", Axes(), 0.1)
+
+
+def test_a_browser_that_is_slow_drops_pictures_and_nothing_waits(sim):
+    """Frames that nobody takes are one frame; a waterfall's lines are all in it, and no more than are kept."""
+    live = Live(sim)
+    with sim.watch(live.heard):
+        for _ in range(8):
+            sim.step(ticks=100)
+            live.show()
+    frame = live.take()
+    assert frame is not None
+    assert frame.t_ns == sim.time_ns
+    assert len([p for p in frame.samples if p.sample.name == "auv0.mbes"]) == 20
+    assert live.take(0.0) is None

@@ -1,0 +1,122 @@
+"""Recordings as frames and as films."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import pelagos as pl
+from pelagos.errors import InputError, LookupFailed, RecordingError
+from pelagos.sim.replay import Recording
+from pelagos.viewer.film import FilmOptions, make_film
+from pelagos.viewer.replay import Replay, replay_view, subject_of
+
+SCENARIO: dict[str, Any] = {
+    "seed": 4, "world": {"type": "flat", "depth_m": 11.0},
+    "agents": {"auv0": {
+        "vehicle": "remus100", "start": {"position_m": [5, -8], "depth_m": 4.0, "heading_deg": 20, "speed_mps": 1.2},
+        "control": "depth_heading_speed", "command": [5.0, 0.6, 1.5],
+        "sensors": {
+            "imu": {"type": "imu", "rate_hz": 20}, "depth": {"type": "depth", "rate_hz": 10},
+            "dvl": {"type": "dvl", "rate_hz": 5}, "mbes": {"type": "multibeam", "rate_hz": 5, "beams": 16},
+            "sonar": {"type": "imaging_sonar", "rate_hz": 5, "beams": 16, "bins": 32},
+        },
+    }},
+}  # fmt: skip
+
+
+def pose(sim: pl.Simulation) -> tuple[Any, Any]:
+    state = sim.state["auv0"]
+    return state.position[0].copy(), state.attitude[0].copy()
+
+
+@pytest.fixture(scope="module")
+def recorded(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, dict[int, Any], Any]:
+    path = tmp_path_factory.mktemp("replay") / "mission.mcap"
+    sim = pl.Simulation.load(SCENARIO)
+    true, heard = {}, {}
+    with (
+        sim.on_tick(lambda s: true.update({s.time_ns: pose(s)})),
+        sim.watch(lambda block: heard.update({(n, r.t_ns): r for n in block for r in block[n]})),
+    ):  # fmt: skip
+        sim.run(2.0, record=path)
+    return path, true, heard
+
+
+def test_poses_and_readings_of_a_recording_are_those_of_the_run(recorded):
+    path, true, heard = recorded
+    _, sensors = subject_of(Recording(path))
+    replay = Replay(Recording(path), sensors)
+    assert (replay.first_ns, replay.last_ns) == (0, 2_000_000_000)
+    frame = replay.frame(1_500_000_000, since_ns=1_000_000_000)
+    position, attitude = true[1_500_000_000]
+    assert frame.agents["auv0"].position == pytest.approx(position, abs=1e-6)
+    assert abs(frame.agents["auv0"].attitude @ attitude) == pytest.approx(1.0, abs=1e-9)
+    by_name: dict[str, list[Any]] = {}
+    for placed in frame.samples:
+        by_name.setdefault(placed.sample.name, []).append(placed.sample)
+    assert [s.t_ns for s in by_name["auv0.mbes"]] == [1_200_000_000, 1_400_000_000]  # waterfalls: every ping
+    assert [s.t_ns for s in by_name["auv0.sonar"]] == [1_400_000_000]  # pictures: the newest
+    depth = heard["auv0.depth", 1_500_000_000].data[0]
+    assert by_name["auv0.depth"][0].numbers["depth [m]"] == pytest.approx(float(np.ravel(depth)[0]), abs=1e-6)
+    dvl = heard["auv0.dvl", 1_400_000_000]
+    numbers = by_name["auv0.dvl"][0].numbers
+    found = [numbers[f"velocity {axis} [m/s]"] for axis in "xyz"]
+    assert found == pytest.approx(dvl.data[0], abs=1e-9)
+    assert by_name["auv0.dvl"][0].beams[:, 2].mean() == pytest.approx(-float(dvl.extras["altitude"][0]), abs=0.3)
+    imu = heard["auv0.imu", 1_500_000_000].data[0]
+    assert list(by_name["auv0.imu"][0].numbers.values()) == pytest.approx(imu, abs=1e-9)
+
+
+def test_seeking_holds_and_jumps(recorded):
+    path, _, _ = recorded
+    _, sensors = subject_of(Recording(path))
+    replay = Replay(Recording(path), sensors)
+    replay.paused = True
+    assert replay.take(0.0).t_ns == 0
+    assert replay.take(0.0) is None
+    assert replay.obey({"do": "seek", "t": 1.25})
+    assert replay.take(0.0).t_ns == 1_250_000_000
+    assert replay.obey({"do": "seek", "t": 0.5})
+    back = replay.take(0.0)
+    assert back.jump
+    assert len([s for s in back.samples if s.sample.name == "auv0.mbes"]) == 3  # all that a waterfall had by then
+    assert replay.obey({"do": "seek", "t": 99.0})
+    assert replay.take(0.0).t_ns == replay.last_ns
+    assert not replay.obey({"do": "spawn"})
+    assert not replay.obey({"do": "seek", "t": float("nan")})
+
+
+def test_films_have_their_pictures(recorded, tmp_path):
+    import av
+
+    path, _, _ = recorded
+    done: list[tuple[int, int]] = []
+    options = FilmOptions(kind="chase", rate_hz=2, size=(320, 180))
+    count = make_film(path, tmp_path / "chase.mp4", options, progress=lambda n, of: done.append((n, of)))
+    assert count == 5
+    assert done[-1] == (5, 5)
+    with av.open(str(tmp_path / "chase.mp4")) as film:
+        frames = [f.to_ndarray(format="rgb24") for f in film.decode(video=0)]
+    assert len(frames) == 5
+    assert frames[0].shape == (180, 320, 3)
+    assert np.abs(frames[0].astype(float) - frames[-1]).max() > 40  # it moves
+    make_film(path, tmp_path / "sonar.mp4", FilmOptions(kind="sonar", sensor="sonar", rate_hz=1, size=(320, 180)))
+    with pytest.raises(LookupFailed, match="mbes"):
+        make_film(path, tmp_path / "x.mp4", FilmOptions(kind="sonar", sensor="sonnar"))
+    with pytest.raises(InputError, match=r"ends in \.mp4"):
+        make_film(path, tmp_path / "x.avi", FilmOptions())
+
+
+def test_what_cannot_be_shown_is_told_in_one_sentence(tmp_path):
+    from pelagos.sim.mcap_writer import McapWriter
+
+    empty = tmp_path / "empty.mcap"
+    McapWriter(empty, library="test").close()
+    with pytest.raises(RecordingError, match="this recording has no poses"):
+        replay_view(empty, port=0)
+    with pytest.raises(InputError, match="this recording has no poses"):
+        make_film(empty, tmp_path / "x.mp4", FilmOptions())
