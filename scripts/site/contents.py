@@ -66,7 +66,7 @@ PARTS: Final = {
     "Use": (
         "What can be simulated, and how to ask for it.",
         ["vehicles", "missions", "sensors_navigation", "sonars", "cameras", "communication", "worlds", "worlds_large",
-         "ocean", "swarms"],
+         "ocean", "swarms", "fit", "manoeuvres"],
     ),
     "Connect": (
         "The stack, the learner, the pilot at a screen.",

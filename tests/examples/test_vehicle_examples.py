@@ -24,6 +24,16 @@ def test_identify_damping_descends(capsys):
     assert np.diff(errors)[0] < 0
 
 
+@pytest.mark.slow
+def test_fit_usv():
+    """Four standard deviations: the made-up run is another program's (`Simulation`) than the fit's."""
+    found = runpy.run_path(str(EXAMPLES / "fit_usv.py"))
+    made = found["main"]()
+    for name, key in (("surge", "surge_kg_s"), ("yaw", "yaw_s")):
+        estimate = next(e for e in made.estimates if e.parameter.name == name)
+        assert abs(estimate.value - found["TRUE"][key]) < 4 * (estimate.high - estimate.low) / 3.92
+
+
 def test_numpy_dynamics(monkeypatch):
     """At rest the line is longer than paid out by buoyancy over stiffness, 0.5 m, above an anchor at 10 m."""
     monkeypatch.syspath_prepend(str(EXAMPLES))

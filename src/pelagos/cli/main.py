@@ -444,6 +444,66 @@ def replay(
     play(file, options)
 
 
+@app.command(
+    epilog="Examples:\n\n    pelagos fit examples/fit_usv.yaml run.csv --plan examples/fit_usv_plan.yaml\n\n"
+    "    pelagos fit usv.yaml mission.mcap --plan plan.yaml --out results/usv"
+)
+def fit(
+    scenario: ScenarioFile,
+    data: Annotated[Path, typer.Argument(metavar="DATA", help="A record: .csv, .csv.gz or .mcap.", show_default=False)],
+    plan: Annotated[
+        Path, typer.Option(metavar="FILE", help="Columns and parameters (YAML), see docs/fit.md.", show_default=False)
+    ],
+    agent: Annotated[str, typer.Option(help="Whose vehicle, where there are several.", show_default=False)] = "",
+    out: Annotated[
+        Path | None,
+        typer.Option(metavar="DIR", help="Folder of results; otherwise results/fit-DATA.", show_default=False),
+    ] = None,
+    change: Changes = None,
+    trust: Trust = False,
+) -> None:
+    """Identify a vehicle's parameters from a record of its motion, and say how sure they are."""
+    from pelagos.cli.fit import fit_vehicle
+
+    fit_vehicle(scenario, data, change or [], plan=plan, agent=agent, folder=out, trust=trust)
+
+
+class Manoeuvre(StrEnum):
+    """Standard manoeuvres."""
+
+    turning = "turning"
+    zigzag = "zigzag"
+    stop = "stop"
+    spiral = "spiral"
+    decay = "decay"
+    bollard = "bollard"
+
+
+@app.command(
+    epilog="Examples:\n\n    pelagos manoeuvre mariner turning --out turning.png\n\n"
+    "    pelagos manoeuvre mariner zigzag --rudder 20 --angle 20\n\n    pelagos manoeuvre otter bollard"
+)
+def manoeuvre(
+    vehicle: Annotated[
+        str, typer.Argument(metavar="VEHICLE", help="Of the catalogue, or a file of a vehicle.", show_default=False)
+    ],
+    which: Annotated[Manoeuvre, typer.Argument(metavar="MANOEUVRE", help="Which.", show_default=False)],
+    rudder: Annotated[float | None, typer.Option(metavar="DEG", help="Helm.", show_default=False)] = None,
+    angle: Annotated[
+        float | None, typer.Option(metavar="DEG", help="Of zig-zag or first heel.", show_default=False)
+    ] = None,
+    speed: Annotated[float | None, typer.Option(metavar="M/S", help="Before.", show_default=False)] = None,
+    seconds: Annotated[float | None, typer.Option(metavar="S", help="Longest run.", show_default=False)] = None,
+    out: Annotated[Path | None, typer.Option(metavar="FILE", help="A picture, .png.", show_default=False)] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Print the numbers as JSON.")] = False,
+) -> None:
+    """Run a standard manoeuvre in calm water: its numbers beside the limits of IMO MSC.137(76), and a picture."""
+    from pelagos.cli.manoeuvre import show_manoeuvre
+    from pelagos.manoeuvres.trial import Orders
+
+    show_manoeuvre(vehicle, which.value, Orders(rudder, angle, speed, seconds), out=out, as_json=as_json)
+
+
 @app.command(epilog="Example:\n\n    pelagos cite examples/harbour_survey.yaml")
 def cite(
     scenario: Annotated[

@@ -8,6 +8,7 @@ from pydantic import Field
 
 from pelagos.vehicles.actuators.ballast import BuoyancyEngineConfig, MovingMassConfig
 from pelagos.vehicles.actuators.channel import ChannelConfig
+from pelagos.vehicles.actuators.curve import CurveThrusterConfig
 from pelagos.vehicles.actuators.fin import FinConfig
 from pelagos.vehicles.actuators.flap import FlapConfig
 from pelagos.vehicles.actuators.propeller import PropellerConfig
@@ -31,7 +32,12 @@ from pelagos.vehicles.control.world_acceleration import WorldAccelerationConfig
 from pelagos.vehicles.terms.air import WingConfig
 from pelagos.vehicles.terms.blunt_lift import BluntLiftConfig
 from pelagos.vehicles.terms.crossflow import CrossFlowConfig
-from pelagos.vehicles.terms.damping import LinearDampingConfig, QuadraticDampingConfig, TimeConstantDampingConfig
+from pelagos.vehicles.terms.damping import (
+    CubicDampingConfig,
+    LinearDampingConfig,
+    QuadraticDampingConfig,
+    TimeConstantDampingConfig,
+)
 from pelagos.vehicles.terms.ditching import DitchingConfig
 from pelagos.vehicles.terms.floating import FloatingDampingConfig, HydrostaticConfig, PayloadConfig, TwinHullConfig
 from pelagos.vehicles.terms.function import FunctionConfig
@@ -43,6 +49,7 @@ from pelagos.vehicles.terms.windage import WindageConfig
 TermConfig: TypeAlias = Annotated[
     BluntLiftConfig
     | CrossFlowConfig
+    | CubicDampingConfig
     | DitchingConfig
     | FloatingDampingConfig
     | FunctionConfig
@@ -63,6 +70,7 @@ TermConfig: TypeAlias = Annotated[
 ActuatorConfig: TypeAlias = Annotated[
     BuoyancyEngineConfig
     | ChannelConfig
+    | CurveThrusterConfig
     | FinConfig
     | FlapConfig
     | ForceThrusterConfig

@@ -124,6 +124,29 @@ class QuadraticDamping:
         return damping.quadratic_damping(self.diagonal, flow.nu_r)
 
 
+class CubicDampingConfig(PartConfig):
+    """-d nu^3 on each axis, as series of towing tests have it beside linear and quadratic damping."""
+
+    type: Literal["cubic_damping"]
+    diagonal: Six
+    """Positive: -Xuuu, -Yvvv, -Zwww [kg s/m^2], -Kppp, -Mqqq, -Nrrr [kg m^2 s]."""
+
+    def build(self, body: Body) -> CubicDamping:
+        """The term."""
+        return CubicDamping(list(self.diagonal))
+
+
+@dataclass(frozen=True)
+class CubicDamping:
+    """diagonal: (6)."""
+
+    diagonal: Vector
+
+    def wrench(self, flow: Flow) -> Vector:
+        """-d nu_r^3 (6)."""
+        return [mul(-1.0, mul(d, v * v * v)) for d, v in zip(self.diagonal, flow.nu_r, strict=True)]
+
+
 @dataclass(frozen=True)
 class FrameDrag:
     """quadratic (3) [kg/m], rest (3) [kg m^2], places `(6, 3)`, center (3) [m]: see `hydro.frame.frame_drag`."""

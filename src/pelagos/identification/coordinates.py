@@ -1,0 +1,22 @@
+"""The coordinates of a rigid body that a record may hold, by name."""
+
+from __future__ import annotations
+
+from typing import Final
+
+COORDINATES: Final = ("north", "east", "depth", "roll", "pitch", "heading", "u", "v", "w", "p", "q", "r")
+"""Position NED [m], Euler angles zyx [rad], velocity over ground in body axes FRD [m/s], [rad/s]."""
+UNITS: Final = ("m", "m", "m", "rad", "rad", "rad", "m/s", "m/s", "m/s", "rad/s", "rad/s", "rad/s")
+ANGLES: Final = ("roll", "pitch", "heading")
+RATES: Final = dict(zip(COORDINATES[:6], COORDINATES[6:], strict=True))
+"""The velocity that belongs to a coordinate of the pose."""
+PLAUSIBLE: Final = dict(
+    zip(COORDINATES, (1e7, 1e7, 12000.0, 6.5, 6.5, 700.0, 60.0, 60.0, 60.0, 20.0, 20.0, 20.0), strict=True)
+)
+"""Largest size of a value in SI units that a marine vehicle may have; more is another unit or a fault. A heading may
+count on through many turns."""
+
+
+def number(name: str) -> int:
+    """Place of a coordinate among the twelve."""
+    return COORDINATES.index(name)

@@ -1,0 +1,248 @@
+"""Identification of a vehicle from a record of its motion."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pelagos.errors import InputError
+from pelagos.identification.certainty import NORMAL_95, UNTOLD, Certainty, certainty
+from pelagos.identification.coordinates import COORDINATES
+from pelagos.identification.parameters import OUTSIDE, Family, Parameter, changed, listed, parameters_of
+from pelagos.identification.plan import Plan
+from pelagos.identification.problem import Problem, cut_shots, free_coordinates, shots_at, target
+from pelagos.identification.record import Record
+from pelagos.identification.search import Found, search
+from pelagos.identification.shots import Shooter, Shots
+from pelagos.vehicles.config import VehicleConfig
+from pelagos.vehicles.vehicle import Vehicle
+
+_RESEMBLANCE: Final = 0.4
+"""Correlation that a motion has with itself a smoothing length later, and noise has not."""
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """One parameter after the fit.
+
+    Attributes:
+        parameter: with its prior; value: found; low, high: 95 % interval by Fisher's information.
+        resampled: 95 % interval by resampled shots, or None; identified: whether the data say more than the prior.
+        told: share of the prior's spread that the data took away.
+        bounded: whether it stands at a bound.
+    """
+
+    parameter: Parameter
+    value: float
+    low: float
+    high: float
+    resampled: tuple[float, float] | None
+    identified: bool
+    told: float
+    bounded: bool
+
+
+@dataclass(frozen=True)
+class Score:
+    """Open loop against a record, by coordinate: R2 = 1 - sum of squares / variance about the mean, and rms."""
+
+    r2: Mapping[str, float]
+    rms: Mapping[str, float]
+    shots: int
+    seconds: float
+
+
+@dataclass(frozen=True)
+class Fit:
+    """A fitted vehicle.
+
+    Attributes:
+        estimates: by parameter; certainty: joint; found: the search's end.
+        vehicle: keys of the fitted vehicle, as a scenario has them.
+        train, test: open loop from measured states; test is None where nothing was left for it.
+        before: the same as `test` (or `train`) with the priors.
+        record, plan: what it was made from.
+        simulated: coordinates `(steps + 1, 12, s)` of all shots in open loop, and the shots.
+        seconds: of the fit, on the wall.
+    """
+
+    estimates: tuple[Estimate, ...]
+    certainty: Certainty
+    found: Found
+    vehicle: dict[str, Any]
+    train: Score
+    test: Score | None
+    before: Score
+    record: Record
+    plan: Plan
+    simulated: tuple[NDArray[np.float64], Shots]
+    seconds: float
+
+    def value(self, name: str) -> float:
+        """Of a parameter."""
+        return next(e.value for e in self.estimates if e.parameter.name == name)
+
+
+def vehicle_with_plan(vehicle: VehicleConfig | Mapping[str, Any], plan: Plan) -> dict[str, Any]:
+    """Keys of a vehicle with the plan's changes and a mode for its actuators; in calm water."""
+    from pelagos.vehicles.load import merged
+
+    given = vehicle if isinstance(vehicle, VehicleConfig) else Vehicle.from_dict(vehicle).config
+    data = merged(given.model_dump(mode="python"), plan.vehicle)
+    config = Vehicle.from_dict(data, where="plan: vehicle").config
+    found: dict[str, Any] = listed(config.model_dump(mode="python"))
+    return found
+
+
+def _calm(data: Mapping[str, Any]) -> dict[str, Any]:
+    return {**data, "modes": {"actuators": {"type": "actuators"}}, "default_mode": "actuators", "seakeeping": "slope"}
+
+
+def fit(
+    vehicle: VehicleConfig | Mapping[str, Any],
+    record: Record,
+    plan: Plan,
+    *,
+    tell: Callable[[str], None] = lambda _: None,
+) -> Fit:
+    """Identify `plan.parameters` of a vehicle.
+
+    Args:
+        vehicle: as a scenario has it; its numbers are the priors.
+        record: from `read_record` with the same plan.
+        plan: parameters and the way of fitting.
+        tell: hears of progress.
+
+    Raises:
+        InputError: a parameter does not exist, or the record excites too little to identify anything.
+        SimulationError: the motion with the priors is not finite.
+    """
+    began = time.perf_counter()
+    if not plan.parameters:
+        raise InputError("plan: parameters: name at least one, such as terms.damping.diagonal.0: {}")
+    data = vehicle_with_plan(vehicle, plan)
+    parameters = parameters_of(plan.parameters, data)
+    family = Family(_calm(data), parameters)
+    shooter = shooter_of(family, record)
+    all_shots, joined = cut_shots(record, plan)
+    count = max(1, round(plan.train * len(all_shots)))
+    names = plan.fit_to or tuple(n for n in COORDINATES if n in plan.columns)
+    free = free_coordinates([*names, *plan.continuity])
+    shots = _some(all_shots, slice(0, count))
+    _excited(record, plan, all_shots)
+    problem = Problem(family, shooter, target(record, shots, names), joined[:count], plan, free)
+    found = search(problem, shots, iterations=plan.iterations, tell=tell)
+    sure = certainty(problem, found, resamplings=plan.bootstrap)
+    estimates = tuple(_estimate(p, k, found, sure) for k, p in enumerate(parameters))
+    if not any(e.identified for e in estimates):
+        told = ", ".join(f"{e.parameter.name} {100 * e.told:.0f} %" for e in estimates)
+        raise InputError(
+            "too little excitation: the record narrows no parameter's prior to half of its spread "
+            f"({told}); record a motion in which these matter, or give narrower questions"
+        )
+    train = score(shooter, family, found.at, record, shots)
+    rest = _some(all_shots, slice(count, None))
+    test = score(shooter, family, found.at, record, rest) if len(rest) else None
+    before = score(shooter, family, problem.prior, record, rest if len(rest) else shots)
+    seen, _ = shooter.play(all_shots, family.compiled_values(found.at), [], tangents=False)
+    return Fit(
+        estimates, sure, found, changed(data, parameters, family.values(found.at)), train, test, before, record, plan,
+        (seen, all_shots), time.perf_counter() - began,
+    )  # fmt: skip
+
+
+def open_loop(
+    vehicle: VehicleConfig | Mapping[str, Any], record: Record, plan: Plan, outside: Mapping[str, float] | None = None
+) -> tuple[Score, NDArray[np.float64], Shots]:
+    """A vehicle as it is, against a record: every shot from its measured state, with the recorded commands only.
+
+    Args:
+        vehicle: such as `Fit.vehicle`.
+        record: another run.
+        plan: its columns and the length of shots.
+        outside: current and offsets by name, as in a plan's paths.
+    """
+    data = vehicle_with_plan(vehicle, plan)
+    given = [Parameter(n, (n,), (1.0,), v, 1.0, -np.inf, np.inf, False) for n, v in (outside or {}).items()]
+    for parameter in given:
+        if parameter.name not in OUTSIDE:
+            raise InputError(f"outside: {parameter.name} is none of {', '.join(OUTSIDE)}")
+    family = Family(_calm(data), given)
+    shooter = shooter_of(family, record)
+    shots, _ = cut_shots(record, plan)
+    at = np.array([p.prior for p in given])
+    seen, _ = shooter.play(shots, family.compiled_values(at), [], tangents=False)
+    return score(shooter, family, at, record, shots), seen, shots
+
+
+def shooter_of(family: Family, record: Record) -> Shooter:
+    """Plays a family's shots with a record's commands."""
+    start = [p.coordinate(p.prior) for p in family.parameters]
+    vehicle = Vehicle(family.config_at(start))
+    return Shooter(vehicle, family.model, family.places, record.commands, record.step_s)
+
+
+def score(shooter: Shooter, family: Family, at: NDArray[np.float64], record: Record, shots: Shots) -> Score:
+    """Open loop from measured states."""
+    fresh = shots_at(record, shots.starts, shots.steps, 0.0)
+    fresh = replace(fresh, preroll=shots.preroll)
+    seen, _ = shooter.play(fresh, family.compiled_values(at), [], tangents=False)
+    names = tuple(n for n in COORDINATES if record.values(n) is not None)
+    wanted = target(record, fresh, names)
+    off = wanted.differences(seen)
+    r2, rms = {}, {}
+    for k, name in enumerate(names):
+        known = np.isfinite(off[:, k])
+        spread = float(((wanted.wanted[:, k] - wanted.wanted[:, k][known].mean())[known] ** 2).sum())
+        r2[name] = 1 - float((off[:, k][known] ** 2).sum()) / max(spread, 1e-300)
+        rms[name] = float(np.sqrt((off[:, k][known] ** 2).mean()))
+    return Score(r2, rms, len(shots), len(shots) * shots.steps * record.step_s)
+
+
+def _some(shots: Shots, which: slice) -> Shots:
+    return replace(
+        shots, starts=shots.starts[which], preroll=shots.preroll[which], position=shots.position[which],
+        attitude=shots.attitude[which], nu=shots.nu[which],
+    )  # fmt: skip
+
+
+def _excited(record: Record, plan: Plan, shots: Shots) -> None:
+    """Refuse a record in which nothing happens."""
+    rows = (shots.starts[:, None] + np.arange(shots.steps)).ravel()
+    commanded = any(np.ptp(c[rows]) > 0 for c in record.commands.values())
+    moves = [n for n in COORDINATES[6:] if (x := record.values(n)) is not None and np.nanstd(x[rows]) > 0]
+    if not moves or (record.commands and not commanded and not _swings(record, plan)):
+        raise InputError(
+            "too little excitation: no command changes and no velocity differs from its mean in the rows that are used"
+        )
+
+
+def _swings(record: Record, plan: Plan) -> bool:
+    """Whether a motion without commands is more than noise: it resembles itself beyond the smoothing of slopes."""
+    lag = max(2, round(1.5 * plan.smooth_s / record.step_s))
+    for name in COORDINATES[6:]:
+        x = record.values(name)
+        for a, b in record.runs if x is not None else ():
+            y = x[a:b] - np.nanmean(x[a:b]) if x is not None else np.zeros(0)
+            power = float(np.nanmean(y * y)) if len(y) > 10 * lag else 0.0
+            if power > 0 and abs(float(np.nanmean(y[lag:] * y[:-lag]))) > _RESEMBLANCE * power:
+                return True
+    return False
+
+
+def _estimate(parameter: Parameter, k: int, found: Found, sure: Certainty) -> Estimate:
+    at, spread = float(found.at[k]), NORMAL_95 * float(sure.fisher[k])
+    value = parameter.value(at)
+    ends = sorted((parameter.value(at - spread), parameter.value(at + spread)))
+    resampled = None
+    if sure.bootstrap is not None:
+        a, b = sorted(parameter.value(at + float(x)) for x in sure.bootstrap[k])
+        resampled = (a, b)
+    bounded = value in (parameter.low, parameter.high)
+    identified = float(sure.told[k]) > UNTOLD and not bounded
+    return Estimate(parameter, value, ends[0], ends[1], resampled, identified, float(sure.told[k]), bounded)

@@ -1,0 +1,191 @@
+"""The plan of a fit, as data: parameters, columns, and the way of fitting."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Annotated, Any, Final, Literal, Self
+
+import yaml
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator, model_validator
+
+from pelagos.errors import LookupFailed, ScenarioError
+from pelagos.identification.coordinates import COORDINATES
+
+Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
+Number = Annotated[float, Field(allow_inf_nan=False)]
+
+UNIT_SCALES: Final[dict[str, float]] = {
+    "": 1.0, "m": 1.0, "cm": 0.01, "mm": 0.001, "rad": 1.0, "deg": 3.141592653589793 / 180, "m/s": 1.0, "cm/s": 0.01,
+    "mm/s": 0.001, "km/h": 1 / 3.6, "kn": 1852 / 3600, "rad/s": 1.0, "deg/s": 3.141592653589793 / 180, "s": 1.0,
+    "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "rpm": 3.141592653589793 / 30, "Hz": 2 * 3.141592653589793, "N": 1.0,
+}  # fmt: skip
+"""Factors to SI units."""
+
+
+class _Strict(BaseModel):
+    model_config = ConfigDict(frozen=True, extra="forbid", use_attribute_docstrings=True)
+
+
+class ColumnConfig(_Strict):
+    """One column of the data: value = scale x unit x (column - zero)."""
+
+    column: str
+    """Its name in the file's first line; of a recording: topic and field, as `/auv0/pose.x`."""
+    unit: str = ""
+    """Of the column: m, cm, mm, rad, deg, m/s, cm/s, mm/s, km/h, kn, rad/s, deg/s, rpm, Hz, s, ms, us, ns, N."""
+    scale: Number = 1.0
+    """A further factor, such as -1 for another direction."""
+    zero: Number = 0.0
+    """What the column shows where the quantity is 0, in the column's unit."""
+    delay_s: Number = 0.0
+    """How long after the event the row was written [s]."""
+
+    @field_validator("unit")
+    @classmethod
+    def _known(cls, value: str) -> str:
+        if value not in UNIT_SCALES:
+            raise ValueError(str(LookupFailed("unit", value, UNIT_SCALES)))
+        return value
+
+    @property
+    def factor(self) -> float:
+        """From the column to SI."""
+        return self.scale * UNIT_SCALES[self.unit]
+
+
+Column = ColumnConfig | str
+
+
+class DropOut(_Strict):
+    """Rows in which a device saw nothing: all these columns have the value."""
+
+    columns: tuple[str, ...]
+    """Names in the file."""
+    value: Number = 0.0
+    """What the device writes then."""
+
+
+class ParameterConfig(_Strict):
+    """A number of the vehicle that is identified."""
+
+    path: str | tuple[str, ...] = ""
+    """Keys of the vehicle from the top, such as `terms.damping.diagonal.0`; several are kept equal (up to `factors`);
+    or `current.north`, `current.east` [m/s], `offset.heading` and the like. Left out: the parameter's name."""
+    factors: tuple[Number, ...] | None = None
+    """Of the paths, where they are not all 1."""
+    prior: Number | None = None
+    """What is believed before; left out: the vehicle's own value."""
+    spread: Positive | None = None
+    """Standard deviation of the prior: of the logarithm where the parameter is positive and `scale` is log, else in its
+    unit. Left out: ln 3, or the prior's own size."""
+    low: Number | None = None
+    """Least value."""
+    high: Number | None = None
+    """Largest value."""
+    scale: Literal["log", "linear"] = "log"
+    """Log: the sign of the prior is kept. A prior of 0 needs linear."""
+
+    @model_validator(mode="after")
+    def _ordered(self) -> Self:
+        if self.low is not None and self.high is not None and self.low >= self.high:
+            raise ValueError(f"low {self.low:g} must be below high {self.high:g}")
+        if self.factors is not None and (isinstance(self.path, str) or len(self.factors) != len(self.path)):
+            raise ValueError("factors: give one for each of the paths")
+        return self
+
+    def paths(self, name: str) -> tuple[str, ...]:
+        """Where it goes."""
+        return (self.path or name,) if isinstance(self.path, str) else self.path
+
+
+class Plan(_Strict):
+    """Columns, parameters and the way of fitting."""
+
+    time: Column = "t"
+    """[s]"""
+    columns: dict[str, Column]
+    """By coordinate: north, east, depth [m], roll, pitch, heading [rad], u, v, w [m/s], p, q, r [rad/s]."""
+    commands: dict[str, Column]
+    """By actuator; one that is left out is commanded 0."""
+    dropouts: tuple[DropOut, ...] = ()
+    """Rows to leave out."""
+    gaps: Literal["refuse", "split"] = "refuse"
+    """What to do where rows are missing for longer than `gap_s`."""
+    gap_s: Positive | None = None
+    """Longest hole that is bridged [s]; left out: five steps."""
+    windows_s: tuple[tuple[float, float], ...] = ()
+    """Parts of the record that are used, from and to [s]; left out: all of it."""
+    step_s: Positive | None = None
+    """Of the simulation [s]; left out: the record's own, divided until it is at most 0.1 s."""
+    smooth_s: Positive = 0.6
+    """Length of the parabolas through poses whose slope stands for a velocity that is not measured [s]."""
+    segment_s: Positive = 15.0
+    """Length of a shot [s]: each begins anew, at a state that is found with the parameters."""
+    preroll_s: Positive = 3.0
+    """How long before a shot its actuators begin to follow their commands [s]."""
+    train: Annotated[float, Field(gt=0, le=1)] = 0.7
+    """Share of the shots that are fitted; the last ones are for the test."""
+    fit_to: tuple[str, ...] = ()
+    """Coordinates whose differences count; left out: all that have a column. Velocities without a column are slopes."""
+    continuity: dict[str, Positive] = Field(default_factory=dict)
+    """Coordinates at which a shot's end must meet the next shot's beginning, with the tolerance [SI]."""
+    loss: Literal["huber", "squares"] = "huber"
+    """Huber's: what is further off than 1.345 standard deviations counts linearly."""
+    sigma: dict[str, Positive] = Field(default_factory=dict)
+    """Standard deviation of what is fitted [SI]; left out: that of the residuals."""
+    parameters: dict[str, ParameterConfig] = Field(default_factory=dict)
+    """What is identified."""
+    bootstrap: Annotated[int, Field(ge=0, le=100_000)] = 1000
+    """Number of resamplings of the shots."""
+    iterations: Annotated[int, Field(ge=1, le=500)] = 40
+    """Most steps of the search."""
+    vehicle: dict[str, Any] = Field(default_factory=dict)
+    """Changes to the scenario's vehicle before the fit, such as the rotor speed of this run."""
+
+    @field_validator("columns", "sigma", "continuity")
+    @classmethod
+    def _coordinates(cls, value: dict[str, Any]) -> dict[str, Any]:
+        for name in value:
+            if name not in COORDINATES:
+                raise ValueError(str(LookupFailed("coordinate", name, COORDINATES)))
+        return value
+
+    @model_validator(mode="after")
+    def _possible(self) -> Self:
+        if not self.columns:
+            raise ValueError("columns: name at least one that was measured, such as heading: psi")
+        for name in self.fit_to:
+            if name not in COORDINATES:
+                raise ValueError(str(LookupFailed("coordinate", name, COORDINATES)))
+        for start, end in self.windows_s:
+            if not start < end:
+                raise ValueError(f"windows_s: {start:g} is not before {end:g}")
+        return self
+
+
+def column(given: Column) -> ColumnConfig:
+    """A name alone is a column in SI units."""
+    return ColumnConfig(column=given) if isinstance(given, str) else given
+
+
+def load_plan(source: str | Path | Mapping[str, Any]) -> Plan:
+    """Read and check a plan.
+
+    Raises:
+        ScenarioError: names the file, the key, what was given and what is allowed.
+    """
+    where = "plan" if isinstance(source, Mapping) else str(source)
+    data: Any = source
+    if not isinstance(source, Mapping):
+        try:
+            data = yaml.safe_load(Path(source).read_text(encoding="utf-8"))
+        except (OSError, yaml.YAMLError) as error:
+            raise ScenarioError(f"cannot be read: {error}", where=where) from error
+        if not isinstance(data, Mapping):
+            raise ScenarioError("must be a mapping of keys", where=where)
+    try:
+        return Plan.model_validate(dict(data))
+    except ValidationError as error:
+        lines = [f"{'.'.join(str(p) for p in e['loc'])}: {e['msg']}" for e in error.errors()]
+        raise ScenarioError("; ".join(lines), where=where) from None

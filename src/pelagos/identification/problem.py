@@ -1,0 +1,228 @@
+"""The differences between record and simulation, weighted, and their normal equations."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pelagos.errors import InputError
+from pelagos.identification.coordinates import ANGLES, COORDINATES, number
+from pelagos.identification.parameters import Family
+from pelagos.identification.plan import Plan
+from pelagos.identification.record import Record
+from pelagos.identification.shots import Shooter, Shots, turned
+
+HUBER: Final = 1.345
+"""Residuals beyond so many standard deviations count linearly: 95 % as efficient as squares where the noise is normal
+(P. J. Huber, E. M. Ronchetti, "Robust Statistics", 2nd ed., Wiley 2009, Section 4.5)."""
+_NAMES: Final = list(COORDINATES)
+
+
+@dataclass(frozen=True)
+class Target:
+    """What the shots are compared with.
+
+    Attributes:
+        names: coordinates that count.
+        wanted: `(steps + 1, len(names), s)`; NaN where nothing is known.
+    """
+
+    names: tuple[str, ...]
+    wanted: NDArray[np.float64]
+
+    def differences(self, seen: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Simulated less recorded, angles the short way, of coordinates `(steps + 1, 12, s)`."""
+        found = seen[:, [number(n) for n in self.names]] - self.wanted
+        for k, name in enumerate(self.names):
+            if name in ANGLES:
+                found[:, k] = (found[:, k] + np.pi) % (2 * np.pi) - np.pi
+        return found
+
+
+@dataclass
+class Normal:
+    """Normal equations of the parameters (first) and every shot's initial state.
+
+    Attributes:
+        matrix: `(m, m)`; gradient: `(m,)`; by_shot: gradient of each shot's own part `(s, m)`; loss: half the sum.
+    """
+
+    matrix: NDArray[np.float64]
+    gradient: NDArray[np.float64]
+    by_shot: NDArray[np.float64]
+    loss: float
+
+
+def free_coordinates(names: Sequence[str]) -> list[int]:
+    """Coordinates of initial states that are found: poses that are fitted or must meet, velocities of them or that are
+    fitted themselves.
+    """
+    return [k for k in range(12) if _NAMES[k] in names or (k >= 6 and _NAMES[k - 6] in names)]
+
+
+def cut_shots(record: Record, plan: Plan) -> tuple[Shots, list[bool]]:
+    """Shots one after the other through every stretch, and whether each goes on where the one before it ends.
+
+    Raises:
+        InputError: no stretch is as long as a shot.
+    """
+    steps = max(2, round(plan.segment_s / record.step_s))
+    starts: list[int] = []
+    joined: list[bool] = []
+    for a, b in record.runs:
+        for k, at in enumerate(range(a, b - steps, steps)):
+            starts.append(at)
+            joined.append(k > 0)
+    if not starts:
+        longest = max(b - a for a, b in record.runs) * record.step_s
+        raise InputError(
+            f"the longest stretch without a hole is {longest:.3g} s, shorter than segment_s {plan.segment_s:g}"
+        )
+    return shots_at(record, np.array(starts), steps, plan.preroll_s), joined
+
+
+def shots_at(record: Record, starts: NDArray[np.int64], steps: int, preroll_s: float) -> Shots:
+    """Shots that begin at these rows with what was measured there."""
+    there = {}
+    for name in COORDINATES:
+        values = record.values(name)
+        there[name] = np.zeros(len(starts)) if values is None else np.nan_to_num(values[starts])
+    attitude = np.tile([1.0, 0.0, 0.0, 0.0], (len(starts), 1))
+    for axis, name in ((2, "heading"), (1, "pitch"), (0, "roll")):
+        turn = np.zeros((len(starts), 3))
+        turn[:, axis] = there[name]
+        attitude = turned(attitude, turn)
+    return Shots(
+        starts=starts, steps=steps, preroll=np.minimum(starts, round(preroll_s / record.step_s)),
+        position=np.stack([there[n] for n in COORDINATES[:3]], -1), attitude=attitude,
+        nu=np.stack([there[n] for n in COORDINATES[6:]], -1),
+    )  # fmt: skip
+
+
+def target(record: Record, shots: Shots, names: tuple[str, ...]) -> Target:
+    """What the record has along the shots.
+
+    Raises:
+        InputError: a name was neither measured nor is the slope of something that was.
+    """
+    rows = shots.starts[None, :] + np.arange(shots.steps + 1)[:, None]
+    parts = []
+    for name in names:
+        values = record.values(name)
+        if values is None:
+            raise InputError(f"plan: {name} is to be fitted, but it has no column and no pose whose slope it is")
+        parts.append(values[rows])
+    return Target(names, np.stack(parts, axis=1))
+
+
+def moved(shots: Shots, free: list[int], by: NDArray[np.floating[Any]]) -> Shots:
+    """Shots whose initial states are changed by `(s, f)` in their free coordinates."""
+    full = np.zeros((len(shots), 12))
+    full[:, free] = by
+    return replace(
+        shots, position=shots.position + full[:, :3], attitude=turned(shots.attitude, full[:, 3:6]),
+        nu=shots.nu + full[:, 6:],
+    )  # fmt: skip
+
+
+class Problem:
+    """A fit's loss at parameters and initial states.
+
+    Args:
+        family: models by parameters.
+        shooter: plays shots.
+        shots, wanted: training shots and what they are compared with.
+        joined: whether a shot goes on from the one before.
+        plan: loss, tolerances of continuity.
+        free: see `free_coordinates`.
+    """
+
+    def __init__(
+        self, family: Family, shooter: Shooter, wanted: Target, joined: list[bool], plan: Plan, free: list[int]
+    ) -> None:
+        self.family, self.shooter, self.wanted, self.plan, self.free = family, shooter, wanted, plan, free
+        self.joined = [k for k in range(1, len(joined)) if joined[k] and plan.continuity]
+        self.meet = [(number(n), s) for n, s in plan.continuity.items()]
+        self.sigma = np.ones(len(wanted.names))
+        self.prior = np.array([p.coordinate(p.prior) for p in family.parameters])
+        self.precision = np.array([p.spread**-2 for p in family.parameters])
+
+    def sized(self, differences: NDArray[np.float64]) -> None:
+        """Set standard deviations: the plan's, or what the differences have (1.4826 times their median size)."""
+        for k, name in enumerate(self.wanted.names):
+            given = self.plan.sigma.get(name)
+            seen = np.abs(differences[:, k][np.isfinite(differences[:, k])])
+            self.sigma[k] = given or max(1.4826 * float(np.median(seen)), 1e-6)
+
+    def loss(self, at: NDArray[np.float64], shots: Shots) -> tuple[float, NDArray[np.float64]]:
+        """Half the weighted sum, and the differences `(steps + 1, c, s)`."""
+        seen, _ = self.shooter.play(shots, self.family.compiled_values(at), self.free, tangents=False)
+        off = self.wanted.differences(seen)
+        if not np.isfinite(seen).all():
+            return np.inf, off
+        total = self._rho(off / self.sigma[None, :, None]) + 0.5 * float(
+            (self.precision * (at - self.prior) ** 2).sum()
+        )
+        for k in self.joined:
+            total += 0.5 * sum(float(x) ** 2 for x in self._mismatch(seen, k))
+        return total, off
+
+    def normal(self, at: NDArray[np.float64], shots: Shots) -> Normal:
+        """Normal equations of Gauss and Newton, reweighted for Huber's loss."""
+        seen, slopes = self.shooter.play(shots, self.family.compiled(at), self.free, tangents=True)
+        assert slopes is not None
+        p, f, s = len(at), len(self.free), len(shots)
+        off = self.wanted.differences(seen) / self.sigma[None, :, None]
+        chosen = [number(n) for n in self.wanted.names]
+        known = np.isfinite(off)
+        size = np.abs(np.where(known, off, 0.0))
+        weight = np.where(known, 1.0, 0.0)
+        if self.plan.loss == "huber":
+            weight *= np.where(size > HUBER, HUBER / np.maximum(size, HUBER), 1.0)
+        off = np.where(known, off, 0.0)
+        matrix, by_shot = np.zeros((p + s * f, p + s * f)), np.zeros((s, p + s * f))
+        for k in range(s):
+            j = (slopes[:, chosen, k] / self.sigma[None, :, None]).reshape(-1, p + f)
+            w, r = weight[..., k].ravel(), off[..., k].ravel()
+            own = [*range(p), *range(p + k * f, p + (k + 1) * f)]
+            matrix[np.ix_(own, own)] += (j * w[:, None]).T @ j
+            by_shot[k, own] += j.T @ (w * r)
+        for k in self.joined:
+            self._meet(seen, slopes, k, matrix, by_shot)
+        gradient = by_shot.sum(axis=0)
+        matrix[range(p), range(p)] += self.precision
+        gradient[:p] += self.precision * (at - self.prior)
+        return Normal(matrix, gradient, by_shot, self._rho(off))
+
+    def _rho(self, off: NDArray[np.float64]) -> float:
+        size = np.abs(off[np.isfinite(off)])
+        if self.plan.loss == "squares":
+            return 0.5 * float((size**2).sum())
+        return float(np.where(size <= HUBER, 0.5 * size**2, HUBER * (size - 0.5 * HUBER)).sum())
+
+    def _mismatch(self, seen: NDArray[np.float64], k: int) -> list[float]:
+        found = []
+        for c, tolerance in self.meet:
+            gap = seen[-1, c, k - 1] - seen[0, c, k]
+            if COORDINATES[c] in ANGLES:
+                gap = (gap + np.pi) % (2 * np.pi) - np.pi
+            found.append(gap / tolerance)
+        return found
+
+    def _meet(
+        self, seen: NDArray[np.float64], slopes: NDArray[np.float64], k: int, matrix: NDArray[np.float64],
+        by_shot: NDArray[np.float64],
+    ) -> None:  # fmt: skip
+        p, f = slopes.shape[3] - len(self.free), len(self.free)
+        for (c, tolerance), gap in zip(self.meet, self._mismatch(seen, k), strict=True):
+            row = np.zeros(len(matrix))
+            row[:p] = slopes[-1, c, k - 1, :p] - slopes[0, c, k, :p]
+            row[p + (k - 1) * f : p + k * f] = slopes[-1, c, k - 1, p:]
+            row[p + k * f : p + (k + 1) * f] -= slopes[0, c, k, p:]
+            row /= tolerance
+            matrix += np.outer(row, row)
+            by_shot[k - 1] += row * gap

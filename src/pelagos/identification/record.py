@@ -1,0 +1,279 @@
+"""A record of a vehicle's motion: read, checked and put on an even grid of time."""
+
+from __future__ import annotations
+
+import csv
+import gzip
+import io
+from collections.abc import Mapping
+from dataclasses import dataclass
+from itertools import pairwise
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.signal import savgol_filter
+
+from pelagos.errors import InputError, LookupFailed
+from pelagos.identification.coordinates import ANGLES, COORDINATES, PLAUSIBLE, RATES, UNITS
+from pelagos.identification.plan import Plan, column
+
+Table = Mapping[str, NDArray[np.float64]]
+_TAU: Final = 2 * np.pi
+_LONGEST_STEP_S: Final = 0.1
+_SHOWN: Final = 3  # places of a fault that a message names
+
+
+@dataclass(frozen=True)
+class Record:
+    """Motion and commands on an even grid.
+
+    Attributes:
+        start_s: time of the first row [s].
+        step_s: of the grid [s].
+        measured: by coordinate `(n,)`, SI, angles unwrapped; NaN where nothing was measured.
+        slopes: velocities from poses `(n,)`, for those coordinates that were not measured.
+        commands: by actuator `(n,)`, held from one row to the next.
+        runs: first and last row + 1 of stretches without a hole.
+    """
+
+    start_s: float
+    step_s: float
+    measured: Mapping[str, NDArray[np.float64]]
+    slopes: Mapping[str, NDArray[np.float64]]
+    commands: Mapping[str, NDArray[np.float64]]
+    runs: tuple[tuple[int, int], ...]
+
+    def values(self, name: str) -> NDArray[np.float64] | None:
+        """A coordinate, measured or from slopes; None where there is neither."""
+        found = self.measured.get(name)
+        return self.slopes.get(name) if found is None else found
+
+
+def read_table(path: str | Path) -> dict[str, NDArray[np.float64]]:
+    """Columns of a CSV file by the names in its first line; `.csv.gz` too.
+
+    Raises:
+        InputError: no such file, no names, a row of another length, or a cell that is no number (names the line).
+    """
+    path = Path(path)
+    try:
+        raw = gzip.decompress(path.read_bytes()) if path.suffix == ".gz" else path.read_bytes()
+        rows = csv.reader(io.StringIO(raw.decode("utf-8-sig"), newline=""))
+        lines = [(n, row) for n, row in enumerate(rows, 1) if row and not row[0].startswith("#")]
+    except (OSError, EOFError, UnicodeDecodeError, csv.Error) as error:
+        raise InputError(f"{path}: cannot be read: {error}") from error
+    if len(lines) < 2:
+        raise InputError(f"{path}: needs a first line with names of columns and rows of numbers below it")
+    names = [name.strip() for name in lines[0][1]]
+    if len(set(names)) < len(names):
+        twice = sorted({n for n in names if names.count(n) > 1})
+        raise InputError(f"{path}: columns with the same name: {', '.join(twice)}")
+    table = np.empty((len(lines) - 1, len(names)))
+    for k, (n, row) in enumerate(lines[1:]):
+        if len(row) != len(names):
+            raise InputError(f"{path}:{n}: {len(row)} cells, but the first line names {len(names)} columns")
+        try:
+            table[k] = [float(cell) if cell.strip() else np.nan for cell in row]
+        except ValueError as error:
+            raise InputError(f"{path}:{n}: {error}") from None
+    return dict(zip(names, table.T, strict=True))
+
+
+def read_record(source: str | Path | Table, plan: Plan, actuators: tuple[str, ...] = ()) -> Record:
+    """A record as `plan` describes it.
+
+    Args:
+        source: a CSV file (first line: names), a recording (`.mcap`), or columns by name.
+        plan: which column is what.
+        actuators: names that commands may have; empty: any.
+
+    Raises:
+        InputError: a column is missing; times are not in order or occur twice; a cell is not finite; rows are missing;
+            a quantity is too large for its unit. Says where, and what to do.
+    """
+    if isinstance(source, Mapping):
+        table, where = dict(source), "data"
+    elif Path(source).suffix == ".mcap":
+        from pelagos.identification.recording import read_recording
+
+        wanted = [plan.time, *plan.columns.values(), *plan.commands.values()]
+        table, where = read_recording(Path(source), [column(w).column for w in wanted]), str(source)
+    else:
+        table, where = read_table(source), str(source)
+    for name in plan.commands:
+        if actuators and name not in actuators:
+            raise LookupFailed("actuator", name, actuators, where="plan: commands")
+    time = _times(_column(table, column(plan.time).column, where) * column(plan.time).factor, where)
+    seen = _seen(table, plan, len(time), where)
+    measured = {}
+    for name, given in plan.columns.items():
+        c = column(given)
+        raw = (_column(table, c.column, where) - c.zero) * c.factor
+        _finite(raw, seen, time, c.column, where)
+        _plausible(name, raw[seen], c.column, c.unit, where)
+        measured[name] = (time[seen] - c.delay_s, _unwrapped(name, raw[seen]))
+    commands = {}
+    for name, given in plan.commands.items():
+        c = column(given)
+        raw = (_column(table, c.column, where) - c.zero) * c.factor
+        _finite(raw, np.ones(len(time), bool), time, c.column, where)
+        commands[name] = (time - c.delay_s, raw)
+    return _gridded(time, time[seen], measured, commands, plan, where)
+
+
+def _column(table: Table, name: str, where: str) -> NDArray[np.float64]:
+    if name not in table:
+        raise LookupFailed("column", name, table, where=where)
+    values = np.asarray(table[name], dtype=np.float64)
+    size = max(len(x) for x in table.values())
+    if values.shape != (size,):
+        raise InputError(f"{where}: column {name!r} has the shape {values.shape}, others have {size} rows")
+    return values
+
+
+def _times(time: NDArray[np.float64], where: str) -> NDArray[np.float64]:
+    if not np.isfinite(time).all():
+        raise InputError(f"{where}: the time of row {int(np.argmin(np.isfinite(time))) + 1} is not a number")
+    if len(time) < 10:
+        raise InputError(f"{where}: {len(time)} rows are too few to identify anything from")
+    steps = np.diff(time)
+    if (steps < 0).any():
+        k = int(np.argmax(steps < 0))
+        raise InputError(
+            f"{where}: times are not in order: row {k + 2} has {time[k + 1]:.6g} s after {time[k]:.6g} s "
+            f"({int((steps < 0).sum())} such places); sort the rows, or split the file where a clock was set"
+        )
+    if (steps == 0).any():
+        k = int(np.argmax(steps == 0))
+        raise InputError(
+            f"{where}: {time[k]:.6g} s occurs twice, in rows {k + 1} and {k + 2} ({int((steps == 0).sum())} such "
+            "places); keep one row a time"
+        )
+    step = float(np.median(steps))
+    if step > 60:
+        raise InputError(f"{where}: rows are {step:.4g} s apart; is the time in ms, us or ns? Give time: {{unit: ms}}")
+    return time
+
+
+def _seen(table: Table, plan: Plan, rows: int, where: str) -> NDArray[np.bool_]:
+    seen = np.ones(rows, bool)
+    for out in plan.dropouts:
+        lost = np.ones(rows, bool)
+        for name in out.columns:
+            lost &= _column(table, name, where) == out.value
+        seen &= ~lost
+    if seen.sum() < 10:
+        raise InputError(f"{where}: only {int(seen.sum())} rows are left outside the drop-outs of the plan")
+    return seen
+
+
+def _finite(
+    values: NDArray[np.float64], used: NDArray[np.bool_], time: NDArray[np.float64], name: str, where: str
+) -> None:
+    bad = np.flatnonzero(~np.isfinite(values) & used)
+    if len(bad):
+        places = ", ".join(f"row {k + 1} ({time[k]:.4g} s)" for k in bad[:_SHOWN])
+        raise InputError(
+            f"{where}: column {name!r} has {len(bad)} cells that are empty or not a number, the first in {places}; "
+            "leave these rows out of the file, or name them in the plan (dropouts: [{columns: [...], value: 0}])"
+        )
+
+
+def _plausible(name: str, values: NDArray[np.float64], label: str, unit: str, where: str) -> None:
+    most, limit = float(np.abs(values).max()), PLAUSIBLE[name]
+    si = UNITS[COORDINATES.index(name)]
+    hint = ""
+    if name in ANGLES and not unit and most > _TAU + 0.1:
+        turns = np.abs(np.diff(values)).max()
+        if turns > 6.6 or name != "heading":
+            hint = f"{most:.4g} {si} is more than a turn, and jumps by {turns:.4g}: degrees? Give unit: deg"
+    elif most > limit:
+        hint = f"{most:.4g} {si} is more than any vehicle has ({limit:g}); wrong unit? Give unit: mm/s, deg/s, ..."
+    if hint:
+        raise InputError(f"{where}: column {label!r} as {name}: {hint}")
+
+
+def _unwrapped(name: str, values: NDArray[np.float64]) -> NDArray[np.float64]:
+    return np.unwrap(values) if name in ANGLES else values
+
+
+def _gridded(
+    time: NDArray[np.float64],
+    seen: NDArray[np.float64],
+    measured: Mapping[str, tuple[NDArray[np.float64], NDArray[np.float64]]],
+    commands: Mapping[str, tuple[NDArray[np.float64], NDArray[np.float64]]],
+    plan: Plan,
+    where: str,
+) -> Record:
+    step = float(np.median(np.diff(time)))
+    longest = plan.gap_s or 5 * step
+    holes = np.flatnonzero(np.diff(seen) > longest)
+    windows = plan.windows_s or ((float(time[0]), float(time[-1])),)
+    if plan.gaps == "refuse":
+        inside = [k for k in holes if any(a <= seen[k] < b for a, b in windows)]
+        if inside:
+            k = inside[0]
+            raise InputError(
+                f"{where}: nothing is measured between {seen[k]:.4g} and {seen[k + 1]:.4g} s, longer than "
+                f"{longest:.3g} s ({len(inside)} such holes); give gaps: split, or a larger gap_s"
+            )
+    h = plan.step_s or step / np.ceil(step / _LONGEST_STEP_S - 1e-9)
+    n = int(np.floor((time[-1] - time[0]) / h + 1e-6)) + 1
+    grid = time[0] + h * np.arange(n)
+    there = np.zeros(n, bool)
+    parts = [0, *(int(k) + 1 for k in holes), len(seen)]
+    for first, after in pairwise(parts):
+        there |= (grid >= seen[first] - 1e-6 * h) & (grid <= seen[after - 1] + 1e-6 * h)
+    used = np.zeros(n, bool)
+    for a, b in windows:
+        used |= (grid >= a - 1e-6 * h) & (grid <= b + 1e-6 * h)
+    found = {name: np.where(there, np.interp(grid, t, x), np.nan) for name, (t, x) in measured.items()}
+    held = {
+        name: x[np.clip(np.searchsorted(t, grid + 1e-6 * h, side="right") - 1, 0, len(x) - 1)]
+        for name, (t, x) in commands.items()
+    }
+    runs = _runs(there & used, max(10, round(plan.smooth_s / h)))
+    if not runs:
+        raise InputError(f"{where}: no stretch of the windows {windows} is long enough; time goes from {time[0]:.4g} "
+                         f"to {time[-1]:.4g} s")  # fmt: skip
+    return Record(float(time[0]), float(h), found, _slopes(found, runs, h, plan.smooth_s), held, runs)
+
+
+def _runs(there: NDArray[np.bool_], least: int) -> tuple[tuple[int, int], ...]:
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], there, [False]]).astype(np.int8)))
+    return tuple((int(a), int(b)) for a, b in zip(edges[::2], edges[1::2], strict=True) if b - a > least)
+
+
+def _slopes(
+    measured: Mapping[str, NDArray[np.float64]], runs: tuple[tuple[int, int], ...], h: float, smooth_s: float
+) -> dict[str, NDArray[np.float64]]:
+    """Velocities in body axes from slopes of the pose: parabolas through `smooth_s` of it (Savitzky and Golay 1964)."""
+    window = max(5, 2 * round(smooth_s / h / 2) + 1)
+    size = len(next(iter(measured.values())))
+    rate: dict[str, NDArray[np.float64]] = {}
+    for name in COORDINATES[:6]:
+        if name in measured:
+            rate[name] = np.full(size, np.nan)
+            for a, b in runs:
+                rate[name][a:b] = savgol_filter(measured[name][a:b], window, 2, deriv=1, delta=h)
+    found: dict[str, NDArray[np.float64]] = {}
+    zero = np.zeros(size)
+    roll, pitch = measured.get("roll", zero), measured.get("pitch", zero)
+    if "heading" in measured and "north" in rate and "east" in rate:
+        psi, down = measured["heading"], rate.get("depth", zero)
+        level = rate["north"] * np.cos(psi) + rate["east"] * np.sin(psi)
+        across = -rate["north"] * np.sin(psi) + rate["east"] * np.cos(psi)
+        found["u"] = level * np.cos(pitch) - down * np.sin(pitch)
+        below = level * np.sin(pitch) + down * np.cos(pitch)
+        found["v"] = across * np.cos(roll) + below * np.sin(roll)
+        found["w"] = below * np.cos(roll) - across * np.sin(roll)
+    elif "depth" in rate:
+        found["w"] = rate["depth"]
+    turn, lift, lean = (rate.get(k, zero) for k in ("heading", "pitch", "roll"))
+    found["p"] = lean - turn * np.sin(pitch)
+    found["q"] = lift * np.cos(roll) + turn * np.cos(pitch) * np.sin(roll)
+    found["r"] = turn * np.cos(pitch) * np.cos(roll) - lift * np.sin(roll)
+    kept = {RATES[name] for name in rate}
+    return {name: values for name, values in found.items() if name in kept and name not in measured}

@@ -1,0 +1,278 @@
+"""Many short motions at once, with their tangents: one recorded step, played for every lane.
+
+A lane is one shot (a stretch of the record with an initial state of its own) and one direction, a parameter or a
+coordinate of the initial state. Forward mode through the step gives every lane's derivative exactly. Sources:
+A. Griewank, A. Walther, "Evaluating Derivatives", 2nd ed., SIAM 2008, Section 3.1; multiple shooting: H. G. Bock,
+"Recent advances in parameter identification techniques for O.D.E.", Birkhaeuser 1983.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Final
+
+import drjit as dr
+import numpy as np
+from numpy.typing import NDArray
+
+from pelagos import jit
+from pelagos.identification.constants import Place, with_numbers
+from pelagos.identification.coordinates import COORDINATES
+from pelagos.identification.parameters import Compiled
+from pelagos.jit import Array
+from pelagos.vehicles.model import Model
+from pelagos.vehicles.state import VehicleState
+from pelagos.vehicles.vehicle import Vehicle
+
+_MODE: Final = "actuators"
+_MOTION: Final = 19  # position, quaternion, nu, nu_dot
+
+
+@dataclass(frozen=True)
+class Shots:
+    """Where shots begin.
+
+    Attributes:
+        starts: row of the record `(s,)`.
+        steps: how many steps each has.
+        preroll: steps before it in which actuators follow their commands `(s,)`, at most so many rows as there are.
+        position: NED `(s, 3)`; attitude: quaternion `(s, 4)`; nu: over ground `(s, 6)`.
+    """
+
+    starts: NDArray[np.int64]
+    steps: int
+    preroll: NDArray[np.int64]
+    position: NDArray[np.float64]
+    attitude: NDArray[np.float64]
+    nu: NDArray[np.float64]
+
+    def __len__(self) -> int:
+        return len(self.starts)
+
+
+class Shooter:
+    """Plays shots of one vehicle with one record's commands.
+
+    Args:
+        vehicle: with a mode "actuators".
+        model: whose numbers at `places` are replaced.
+        places: see `parameters.Compiled`.
+        commands: by actuator `(n,)`.
+        h: step of the record's grid [s].
+    """
+
+    def __init__(
+        self,
+        vehicle: Vehicle,
+        model: Model,
+        places: Sequence[Place],
+        commands: Mapping[str, NDArray[np.float64]],
+        h: float,
+    ) -> None:
+        size = max((len(c) for c in commands.values()), default=1)
+        self._tables = [jit.Float64(commands.get(name, np.zeros(size))) for name in vehicle.actuator_names]
+        dr.make_opaque(self._tables)
+        self._size = size
+        self._kept = vehicle.kept_actuators
+        self._actuators = len(vehicle.actuator_names)
+        self._needed = vehicle.tables
+
+        def numbered(constants: Sequence[Array]) -> Model:
+            found: Model = with_numbers(model, dict(zip(places, constants, strict=True)))
+            return found
+
+        def advance(x: list[Array], constants: list[Array], commands: list[Array], tables: Any) -> list[Array]:
+            c = len(places)
+            return _step(vehicle.with_model(numbered(constants[:c])), x, constants[c:], commands, h, tables)
+
+        def follow(x: list[Array], constants: list[Array], commands: list[Array], tables: Any) -> list[Array]:
+            return [jit.Float64(a) for a in numbered(constants[: len(places)]).advanced(x, commands, h)]
+
+        self._advance, self._follow = _recorded(advance), _recorded(follow)
+        self._see, self._see_tangent = _recorded(_seen_step)
+
+    def play(
+        self, shots: Shots, compiled: Compiled, free: Sequence[int], *, tangents: bool
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64] | None]:
+        """The motion of every shot, and its derivatives.
+
+        Args:
+            shots: where they begin.
+            compiled: numbers, and their slopes by the parameters.
+            free: coordinates (0 to 11) of the initial state that are free: NED, a small turn about body axes, nu.
+            tangents: whether derivatives are wanted.
+
+        Returns:
+            coordinates `(steps + 1, 12, s)`, and by parameters and then free coordinates
+            `(steps + 1, 12, s, p + f)` or None.
+        """
+        p = compiled.slopes.shape[1]
+        directions = max(1, p + len(free)) if tangents else 1
+        s = len(shots)
+        numbers = [jit.Float64(float(v)) for v in (*compiled.values, *compiled.outside)]
+        x = [jit.Float64(column) for column in np.repeat(self._start(shots, compiled), directions, axis=1)]
+        at = jit.Int32(np.repeat(shots.starts, directions))
+        dx: list[Array] = []
+        slopes: list[Array] = []
+        if tangents:
+            dx = [jit.Float64(c.ravel()) for c in _directions(shots, self._kept, free, compiled, directions)]
+            padded = np.zeros((len(numbers), directions))
+            padded[:, :p] = compiled.slopes
+            slopes = [jit.Float64(np.tile(row, s)) for row in padded]
+        dr.make_opaque(numbers, x, dx, slopes, at)
+        x, dx = self._roll_actuators(shots, x, dx, numbers, slopes, at, directions)
+        rows: list[list[Array]] = []
+        row = at
+        for k in range(shots.steps + 1):  # nothing waits for a result before the end
+            if tangents:
+                seen, dseen = self._see_tangent(x, dx, numbers, slopes, [], None)
+                rows.append([*seen, *dseen])
+            else:
+                rows.append(self._see(x, numbers, [], None))
+            dr.eval(rows[-1])
+            if k < shots.steps:
+                x, dx = self._one(self._advance, x, dx, numbers, slopes, self._given(row))
+                row = row + 1  # the same program in every step: k itself would make a new one
+                dr.eval(row)
+        values = np.array([[np.array(c) for c in step] for step in rows]).reshape(shots.steps + 1, -1, s, directions)
+        out = values[:, : len(COORDINATES), :, 0]
+        return out, values[:, len(COORDINATES) :, :, : p + len(free)] if tangents else None
+
+    def _one(self, step: Any, x: Any, dx: Any, numbers: Any, slopes: Any, commands: Any) -> tuple[Any, Any]:
+        if dx:
+            x, dx = step[1](x, dx, numbers, slopes, commands, self._needed)
+        else:
+            x = step[0](x, numbers, commands, self._needed)
+        dr.eval(x, dx)
+        return x, dx
+
+    def _given(self, row: Array) -> list[Array]:
+        row = dr.clip(row, 0, self._size - 1)
+        found = [dr.gather(jit.Float64, table, jit.UInt32(row)) for table in self._tables]
+        dr.eval(found)
+        return found
+
+    def _start(self, shots: Shots, compiled: Compiled) -> NDArray[np.float64]:
+        """Channels of the initial states `(19 + kept, s)`; velocities relative to the water."""
+        nu = shots.nu.copy()
+        rotation = _rotation(shots.attitude)
+        nu[:, :3] -= np.einsum("sji,j->si", rotation, np.array([*compiled.outside[:2], 0.0]))
+        still = np.zeros((6 + self._kept, len(shots)))
+        return np.concatenate([shots.position.T, shots.attitude.T, nu.T, still])
+
+    def _roll_actuators(
+        self, shots: Shots, x: Any, dx: Any, numbers: Any, slopes: Any, at: Array, directions: int
+    ) -> tuple[Any, Any]:
+        if not self._kept:
+            return x, dx
+        before = jit.Int32(np.repeat(shots.preroll, directions))
+        lanes = dr.width(at)
+        own = [*self._given(at - before), *(dr.zeros(jit.Float64, lanes) for _ in range(self._kept - self._actuators))]
+        down = [dr.zeros(jit.Float64, lanes) for _ in own] if dx else []
+        dr.make_opaque(own, down)
+        for _ in range(int(shots.preroll.max())):
+            own, down = self._one(self._follow, own, down, numbers, slopes, self._given(at - before))
+            before = dr.maximum(before - 1, 0)
+            dr.eval(before)
+        return [*x[:_MOTION], *own], [*dx[:_MOTION], *down] if dx else dx
+
+
+def _recorded(step: Callable[[list[Array], list[Array], list[Array], Any], list[Array]]) -> tuple[Any, Any]:
+    """`step(x, constants, commands, tables)` recorded, plain and with tangents."""
+
+    def pushed(
+        x: list[Array], dx: list[Array], constants: list[Array], slopes: list[Array], commands: list[Array], tables: Any
+    ) -> tuple[list[Array], list[Array]]:
+        lane = dr.zeros(jit.Float64, dr.width(dx))
+        free = [jit.Float64(dr.detach(v)) + lane for v in (*x, *constants)]
+        dr.enable_grad(free)
+        for v, d in zip(free, (*dx, *slopes), strict=True):
+            dr.set_grad(v, d)
+        after = step(free[: len(x)], free[len(x) :], commands, tables)
+        dr.enqueue(dr.ADMode.Forward, free)
+        dr.traverse(dr.ADMode.Forward, flags=dr.ADFlag.ClearEdges)  # keep what outputs have that others depend on
+        return [dr.detach(v) + lane for v in after], [
+            dr.detach(dr.grad(v)) + lane if dr.grad_enabled(v) else lane * 1.0 for v in after
+        ]
+
+    return jit.freeze(step), jit.freeze(pushed)
+
+
+def _step(
+    vehicle: Vehicle, x: list[Array], outside: list[Array], commands: list[Array], h: float, tables: Any
+) -> list[Array]:
+    """One step in the frame of the water, which a steady current carries along with it."""
+    still = jit.Array3f64(0.0)
+    state = VehicleState(
+        position=jit.Array3f64(*x[0:3]), attitude=jit.Array4f64(*x[3:7]), velocity=jit.Array3f64(*x[7:10]),
+        angular_velocity=jit.Array3f64(*x[10:13]), acceleration=jit.Array3f64(*x[13:16]),
+        angular_acceleration=jit.Array3f64(*x[16:19]), actuators=list(x[_MOTION:]), controller=[jit.Float64(0.0)] * 64,
+    )  # fmt: skip
+    new = vehicle.step(state, commands, None, jit.Float64(0.0), (still, still), h, _MODE, tables)
+    moved = [new.position[0] + h * outside[0], new.position[1] + h * outside[1], new.position[2]]
+    return [
+        *moved, *new.attitude, *new.velocity, *new.angular_velocity, *new.acceleration, *new.angular_acceleration,
+        *new.actuators,
+    ]  # fmt: skip
+
+
+def _seen_step(x: list[Array], constants: list[Array], commands: list[Array], tables: Any) -> list[Array]:
+    """The twelve coordinates with their offsets; velocities over ground."""
+    north, east, *offsets = constants[len(constants) - 14 :]
+    w, i, j, k = x[3:7]
+    roll = dr.atan2(2 * (w * i + j * k), 1 - 2 * (i * i + j * j))
+    pitch = dr.asin(dr.clip(2 * (w * j - k * i), -1, 1))
+    heading = dr.atan2(2 * (w * k + i * j), 1 - 2 * (j * j + k * k))
+    first = [1 - 2 * (j * j + k * k), 2 * (i * j - w * k), 2 * (i * k + w * j)]
+    second = [2 * (i * j + w * k), 1 - 2 * (i * i + k * k), 2 * (j * k - w * i)]
+    over = [x[7 + a] + first[a] * north + second[a] * east for a in range(3)]
+    seen = [*x[0:3], roll, pitch, heading, *over, *x[10:13]]
+    return [a + b for a, b in zip(seen, offsets, strict=True)]
+
+
+def _rotation(q: NDArray[np.float64]) -> NDArray[np.float64]:
+    """FRD -> NED `(s, 3, 3)`."""
+    w, i, j, k = q.T
+    return np.stack([
+        np.stack([1 - 2 * (j * j + k * k), 2 * (i * j - w * k), 2 * (i * k + w * j)], -1),
+        np.stack([2 * (i * j + w * k), 1 - 2 * (i * i + k * k), 2 * (j * k - w * i)], -1),
+        np.stack([2 * (i * k - w * j), 2 * (j * k + w * i), 1 - 2 * (i * i + j * j)], -1),
+    ], -2)  # fmt: skip
+
+
+def _directions(
+    shots: Shots, kept: int, free: Sequence[int], compiled: Compiled, directions: int
+) -> NDArray[np.float64]:
+    """Tangents of the initial states `(19 + kept, s, directions)`; velocities are relative to the water."""
+    p = compiled.slopes.shape[1]
+    found = np.zeros((_MOTION + kept, len(shots), directions))
+    w, i, j, k = shots.attitude.T
+    spin = 0.5 * np.array([[-i, w, k, -j], [-j, -k, w, i], [-k, j, -i, w]])
+    back = _rotation(shots.attitude).transpose(0, 2, 1)
+    current = np.array([*compiled.outside[:2], 0.0])
+    by_current = compiled.slopes[len(compiled.values) : len(compiled.values) + 2]  # (2, p)
+    found[7:10, :, :p] = -np.einsum("sij,jp->isp", back[:, :, :2], by_current)
+    for n, c in enumerate(free):
+        if c < 3:
+            found[c, :, p + n] = 1.0
+        elif c < 6:
+            found[3:7, :, p + n] = spin[c - 3]
+            found[7:10, :, p + n] = np.cross(np.eye(3)[c - 3], back @ current).T
+        else:
+            found[c + 1, :, p + n] = 1.0
+    return found
+
+
+def turned(q: NDArray[np.float64], by: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Attitudes `(s, 4)` after a turn `(s, 3)` about body axes [rad]."""
+    half = 0.5 * np.linalg.norm(by, axis=1)
+    scale = 0.5 * np.sinc(half / np.pi)
+    w, (i, j, k) = np.cos(half), (by * scale[:, None]).T
+    a, b, c, d = q.T
+    new = np.stack([
+        a * w - b * i - c * j - d * k, a * i + b * w + c * k - d * j, a * j - b * k + c * w + d * i,
+        a * k + b * j - c * i + d * w,
+    ], -1)  # fmt: skip
+    unit: NDArray[np.float64] = new / np.linalg.norm(new, axis=1, keepdims=True)
+    return unit

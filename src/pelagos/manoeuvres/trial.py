@@ -1,0 +1,282 @@
+"""Runs of a vehicle through a standard manoeuvre in calm, deep water."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pelagos.errors import InputError, LookupFailed
+from pelagos.manoeuvres.measures import Measure, decay_measures, turning_measures, zigzag_measures
+from pelagos.sim.simulation import Simulation
+from pelagos.vehicles.actuators.curve import CurveThruster
+from pelagos.vehicles.actuators.ship import ShipRudder
+from pelagos.vehicles.actuators.thruster import Thruster
+from pelagos.vehicles.vehicle import Vehicle
+
+_RATE_HZ: Final = 10
+_STEADY_S: Final = 10.0  # straight ahead before the helm is laid
+_WAY: Final = 20.0  # lengths of depth below
+
+
+@dataclass(frozen=True)
+class Track:
+    """What was recorded: time [s], position NED `(n, 3)` [m], attitude roll, pitch, heading (unwrapped) `(n, 3)` [rad],
+    velocity in body axes FRD `(n, 3)` [m/s], rates FRD `(n, 3)` [rad/s], commands `(n, k)`.
+    """
+
+    time: NDArray[np.float64]
+    position: NDArray[np.float64]
+    attitude: NDArray[np.float64]
+    velocity: NDArray[np.float64]
+    rates: NDArray[np.float64]
+    commands: NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Trial:
+    """A manoeuvre that was run: its name, what was ordered, the track, its numbers, when the helm was ordered [s]."""
+
+    name: str
+    ordered: str
+    vehicle: str
+    length_m: float
+    track: Track
+    measures: list[Measure]
+    switched_s: NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Orders:
+    """What may be chosen: helm, heading at which a zig-zag turns [deg], speed before [m/s], longest run [s]."""
+
+    rudder_deg: float | None = None
+    angle_deg: float | None = None
+    speed_m_s: float | None = None
+    seconds: float | None = None
+
+
+class _Run:
+    """One vehicle in calm water, commanded actuator by actuator."""
+
+    def __init__(self, vehicle: Mapping[str, Any], speed: float) -> None:
+        self.vehicle = Vehicle.from_dict(vehicle)
+        self.length = self.vehicle.config.length_m
+        agent = {"vehicle": dict(vehicle), "control": "actuators", "start": {"position_m": [0, 0]}}
+        world = {"type": "flat", "depth_m": max(20.0, _WAY * self.length)}
+        self.sim = Simulation.load({"tick_rate_hz": _RATE_HZ, "world": world, "agents": {"it": agent}})
+        self.sim.reset(seed=0)
+        self.command = np.zeros(len(self.vehicle.actuator_names))
+        if speed:
+            self.sim.set_state("it", velocity=np.array([[speed, 0.0, 0.0]]))
+        self.rows: list[NDArray[np.float64]] = []
+        self._keep()
+
+    def _keep(self) -> None:
+        state = self.sim.state["it"]
+        w, x, y, z = state.attitude[0]
+        roll = math.atan2(2 * (w * x + y * z), 1 - 2 * (x * x + y * y))
+        pitch = math.asin(max(-1.0, min(1.0, 2 * (w * y - z * x))))
+        yaw = math.atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))
+        down = np.array([1.0, -1.0, -1.0])
+        self.rows.append(
+            np.concatenate([
+                [self.sim.time_ns * 1e-9], state.position[0] * down, [roll, -pitch, -yaw], state.velocity[0] * down,
+                state.angular_velocity[0] * down, self.command,
+            ])
+        )  # fmt: skip
+
+    @property
+    def heading_deg(self) -> float:
+        """Unwrapped, from the first course."""
+        return float(np.degrees(np.unwrap([row[6] for row in self.rows])[-1]))
+
+    @property
+    def seconds(self) -> float:
+        """Since the start."""
+        return float(self.rows[-1][0])
+
+    def go(self, seconds: float, *, until: Callable[[], bool] = lambda: False) -> bool:
+        """Run, and whether `until` came true."""
+        for _ in range(round(seconds * _RATE_HZ)):
+            self.sim.step({"it": self.command})
+            self._keep()
+            if until():
+                return True
+        return False
+
+    def track(self) -> Track:
+        """Everything so far."""
+        table = np.array(self.rows)
+        attitude = table[:, 4:7].copy()
+        attitude[:, 2] = np.unwrap(attitude[:, 2])
+        return Track(table[:, 0], table[:, 1:4], attitude, table[:, 7:10], table[:, 10:13], table[:, 13:])
+
+    def helm(self) -> int:
+        """Number of the rudder among the actuators.
+
+        Raises:
+            InputError: it has no rudder of the kind that ships' trials are about.
+        """
+        for k, actuator in enumerate(self.vehicle.model.actuators.values()):
+            if isinstance(actuator, ShipRudder):
+                return k
+        kinds = ", ".join(self.vehicle.actuator_names) or "none"
+        raise InputError(
+            f"{self.vehicle.name} has no ship's rudder (actuators: {kinds}); "
+            "what it can do is decay, and with thrusters bollard"
+        )
+
+    def done(self, name: str, ordered: str, measures: list[Measure], switched: list[float]) -> Trial:
+        """The trial."""
+        return Trial(name, ordered, self.vehicle.name, self.length, self.track(), measures, np.array(switched))
+
+
+def _speed(vehicle: Mapping[str, Any], orders: Orders) -> float:
+    config = Vehicle.from_dict(vehicle).config
+    return orders.speed_m_s or config.envelope.top_mps or config.envelope.cruise_mps
+
+
+def turning(vehicle: Mapping[str, Any], orders: Orders) -> Trial:
+    """A turning circle at full helm (35 deg), through 540 deg."""
+    speed, rudder = _speed(vehicle, orders), orders.rudder_deg or 35.0
+    run = _Run(vehicle, speed)
+    helm = run.helm()
+    run.go(_STEADY_S)
+    ordered = run.seconds
+    run.command[helm] = math.radians(rudder)
+    limit = orders.seconds or 60 * run.length / speed
+    run.go(limit, until=lambda: abs(run.heading_deg) > 540)
+    t = run.track()
+    found = turning_measures(
+        t.time, t.position[:, 0], t.position[:, 1], np.degrees(t.attitude[:, 2]), ordered_s=ordered, length_m=run.length
+    )
+    return run.done("turning", f"helm {rudder:g} deg at {speed:.4g} m/s", found, [ordered])
+
+
+def zigzag(vehicle: Mapping[str, Any], orders: Orders) -> Trial:
+    """A zig-zag: the helm is reversed whenever the heading has reached the angle; five times."""
+    speed, rudder = _speed(vehicle, orders), abs(orders.rudder_deg or 10.0)
+    angle = orders.angle_deg or rudder
+    first = math.copysign(1.0, orders.rudder_deg or 1.0)
+    run = _Run(vehicle, speed)
+    helm = run.helm()
+    run.go(_STEADY_S)
+    ordered, began, side = run.seconds, run.rows[-1].copy(), first
+    switched: list[float] = []
+    limit = orders.seconds or 60 * run.length / speed
+    for _ in range(5):
+        run.command[helm] = math.radians(side * rudder)
+        here = side
+        if not run.go(limit, until=lambda here=here: here * run.heading_deg >= angle):  # type: ignore[misc]
+            raise InputError(
+                f"the heading never reached {side * angle:g} deg with {rudder:g} deg of helm in {limit:g} s"
+            )
+        switched.append(run.seconds)
+        side = -side
+    t = run.track()
+    k = int(np.searchsorted(t.time, switched[0]))
+    way = float(np.hypot(*(t.position[k, :2] - began[1:3]))) / run.length
+    found = zigzag_measures(
+        t.time, np.degrees(t.attitude[:, 2]), np.array(switched), rudder_deg=rudder, angle_deg=angle,
+        length_m=run.length, speed_m_s=speed, run_lengths=way,
+    )  # fmt: skip
+    return run.done("zigzag", f"{rudder:g}/{angle:g} at {speed:.4g} m/s", found, [ordered, *switched])
+
+
+def spiral(vehicle: Mapping[str, Any], orders: Orders) -> Trial:
+    """Dieudonne's spiral: steady turns from helm to starboard over 0 to port and back; a loop shows instability."""
+    speed, most = _speed(vehicle, orders), abs(orders.rudder_deg or 20.0)
+    run = _Run(vehicle, speed)
+    helm = run.helm()
+    down = [most * s for s in (1, 0.5, 0.25, 0.1, 0, -0.1, -0.25, -0.5, -1)]
+    settle = orders.seconds or 12 * run.length / speed
+    rates: list[tuple[float, float]] = []
+    for angle in (*down, *down[::-1]):
+        run.command[helm] = math.radians(angle)
+        run.go(settle)
+        last = run.track().rates[-round(0.1 * settle * _RATE_HZ) :, 2]
+        rates.append((angle, float(np.degrees(last.mean()))))
+    way_down, way_up = dict(rates[: len(down)]), dict(rates[len(down) :])
+    found = [Measure(f"yaw rate at {a:+g} deg", way_down[a], "deg/s") for a in down]
+    found.append(Measure("height of the loop at 0 deg", abs(way_down[0.0] - way_up[0.0]), "deg/s"))
+    return run.done("spiral", f"helm {most:g} to -{most:g} deg and back at {speed:.4g} m/s", found, [])
+
+
+def stop(vehicle: Mapping[str, Any], orders: Orders) -> Trial:
+    """From full speed, thrusters that push along the hull full astern until the speed is gone."""
+    run = _Run(vehicle, _speed(vehicle, orders))
+    low, ahead = {}, []
+    for k, actuator in enumerate(run.vehicle.model.actuators.values()):
+        if isinstance(actuator, (Thruster, CurveThruster)) and abs(float(actuator.effect[0])) > 0.5:
+            low[k] = actuator.lag.low if actuator.effect[0] > 0 else actuator.lag.high
+            ahead.append((k, actuator.lag.high if actuator.effect[0] > 0 else actuator.lag.low))
+    if not low:
+        raise InputError(f"{run.vehicle.name} has no thruster along its hull that can be set astern")
+    for k, command in ahead:
+        run.command[k] = command
+    run.go(orders.seconds or 60.0)
+    began = run.rows[-1].copy()
+    for k, command in low.items():
+        run.command[k] = command
+    if not run.go(orders.seconds or 600.0, until=lambda: bool(run.rows[-1][7] <= 0)):
+        raise InputError("it did not come to a stop: run it longer (--seconds)")
+    end = run.rows[-1]
+    steps = np.diff(np.array([r[1:3] for r in run.rows if r[0] >= began[0]]), axis=0)
+    found = [
+        Measure("stopping track", float(np.hypot(*steps.T).sum()) / run.length, "L", 15.0),
+        Measure("stopping time", float(end[0] - began[0]), "s"),
+        Measure("speed before", float(began[7]), "m/s"),
+    ]
+    return run.done("stop", "full astern", found, [float(began[0])])
+
+
+def decay(vehicle: Mapping[str, Any], orders: Orders) -> Trial:
+    """Free roll from a heel of 10 deg, at rest."""
+    run = _Run(vehicle, 0.0)
+    angle = math.radians(orders.angle_deg or 10.0)
+    run.sim.set_state("it", attitude=np.array([[math.cos(angle / 2), math.sin(angle / 2), 0.0, 0.0]]))
+    run.rows.clear()
+    run._keep()
+    run.go(orders.seconds or 60.0 * math.sqrt(max(1.0, run.length / 20)))
+    t = run.track()
+    return run.done("decay", f"from {math.degrees(angle):g} deg of heel", decay_measures(t.time, t.attitude[:, 0]), [])
+
+
+def bollard(vehicle: Mapping[str, Any], orders: Orders) -> Trial:
+    """The pull of each thruster at its limits, the vehicle held; no run."""
+    run = _Run(vehicle, 0.0)
+    found = []
+    for name, actuator in run.vehicle.model.actuators.items():
+        if hasattr(actuator, "thrust_limits"):
+            astern, ahead = actuator.thrust_limits
+            found += [Measure(f"{name}, ahead", float(ahead), "N"), Measure(f"{name}, astern", float(astern), "N")]
+    if not found:
+        raise InputError(f"{run.vehicle.name} has no thruster")
+    return run.done("bollard", "still water", found, [])
+
+
+MANOEUVRES: Final[dict[str, Callable[[Mapping[str, Any], Orders], Trial]]] = {
+    "turning": turning, "zigzag": zigzag, "stop": stop, "spiral": spiral, "decay": decay, "bollard": bollard,
+}  # fmt: skip
+
+
+def run_manoeuvre(vehicle: Mapping[str, Any], name: str, orders: Orders | None = None) -> Trial:
+    """Run a manoeuvre with a vehicle.
+
+    Args:
+        vehicle: as a scenario has it, such as {"type": "mariner"}.
+        name: of `MANOEUVRES`.
+        orders: helm, angle, speed, time.
+
+    Raises:
+        LookupFailed: no such manoeuvre.
+        InputError: the vehicle cannot do it, or did not get far enough.
+    """
+    if name not in MANOEUVRES:
+        raise LookupFailed("manoeuvre", name, MANOEUVRES)
+    return MANOEUVRES[name](vehicle, orders or Orders())

@@ -1,0 +1,122 @@
+"""Records that cannot be used are refused with the place, the reason and the cure."""
+
+from __future__ import annotations
+
+import gzip
+
+import numpy as np
+import pytest
+
+from pelagos.errors import InputError, LookupFailed, ScenarioError
+from pelagos.identification import load_plan, read_record
+
+PLAN = {"columns": {"north": "x", "heading": "psi"}, "commands": {"left_propeller": "n1"}}
+
+
+def table(n: int = 200, h: float = 0.05) -> dict:
+    t = 3.0 + h * np.arange(n)
+    return {"t": t, "x": 0.3 * t**1.5, "psi": 0.4 * np.sin(t), "n1": np.floor(t), "gone": np.zeros(n)}
+
+
+def refused(change, plan=None, match=""):
+    data = table()
+    change(data)
+    with pytest.raises(InputError, match=match):
+        read_record(data, load_plan({**PLAN, **(plan or {})}), ("left_propeller",))
+
+
+def test_times_out_of_order_are_named():
+    def swap(d):
+        d["t"][[50, 51]] = d["t"][[51, 50]]
+
+    refused(swap, match=r"times are not in order: row 52 has 5\.5 s after 5\.55 s \(1 such")
+
+
+def test_duplicate_times_are_named():
+    def double(d):
+        d["t"][21] = d["t"][20]
+
+    refused(double, match="4 s occurs twice, in rows 21 and 22")
+
+
+def test_nan_is_named_with_its_row():
+    def hole(d):
+        d["psi"][[7, 9]] = np.nan
+
+    refused(hole, match=r"column 'psi' has 2 cells .* row 8 \(3\.35 s\), row 10")
+
+
+def test_a_gap_is_refused_or_split():
+    data = {k: np.delete(v, slice(80, 120)) for k, v in table().items()}
+    with pytest.raises(InputError, match=r"nothing is measured between 6\.95 and 9 s, longer than 0\.25 s \(1 such"):
+        read_record(data, load_plan(PLAN))
+    record = read_record(data, load_plan({**PLAN, "gaps": "split"}))
+    assert record.runs == ((0, 80), (120, 200))
+    assert np.isnan(record.measured["north"][80:120]).all()
+
+
+def test_degrees_and_millimetres_are_noticed():
+    def degrees(d):
+        d["psi"] = (np.degrees(d["psi"]) * 20) % 360
+
+    refused(degrees, match="more than a turn.*degrees\\? Give unit: deg")
+    refused(lambda d: d.update(x=d["x"] * 1e8), match=r"more than any vehicle has .*wrong unit\?")
+
+
+def test_unknown_names_say_the_nearest():
+    with pytest.raises(LookupFailed, match=r"unknown column 'pssi'.*psi"):
+        read_record(table(), load_plan({**PLAN, "columns": {"heading": "pssi"}}))
+    with pytest.raises(LookupFailed, match=r"unknown actuator 'left'.*left_propeller"):
+        read_record(table(), load_plan({**PLAN, "commands": {"left": "n1"}}), ("left_propeller",))
+    with pytest.raises(ScenarioError, match=r"unknown coordinate 'nord'.*north"):
+        load_plan({**PLAN, "columns": {"nord": "x"}})
+    with pytest.raises(ScenarioError, match=r"unknown unit 'degree'.*deg"):
+        load_plan({**PLAN, "columns": {"heading": {"column": "psi", "unit": "degree"}}})
+
+
+def test_units_zero_scale_and_delay():
+    plan = load_plan({
+        **PLAN, "columns": {"heading": {"column": "deg", "unit": "deg", "scale": -1, "zero": 10, "delay_s": 0.1}},
+    })  # fmt: skip
+    data = {**table(), "deg": 10 - np.degrees(0.4 * np.sin(table()["t"] - 0.1))}
+    record = read_record(data, plan)
+    t = record.start_s + record.step_s * np.arange(len(record.measured["heading"]))
+    known = np.isfinite(record.measured["heading"])
+    np.testing.assert_allclose(record.measured["heading"][known][:-2], 0.4 * np.sin(t[known][:-2]), atol=1e-12)
+
+
+def test_dropouts_are_left_out_and_commands_are_held():
+    data = table()
+    data["psi"][60:63], data["x"][60:63] = 0, 0
+    plan = load_plan({**PLAN, "dropouts": [{"columns": ["psi", "x"], "value": 0}]})
+    record = read_record(data, plan)
+    np.testing.assert_allclose(record.measured["heading"][60:63], 0.4 * np.sin(data["t"][60:63]), atol=2e-3)
+    np.testing.assert_array_equal(record.commands["left_propeller"], np.floor(data["t"] + 1e-9))
+
+
+def test_slopes_are_body_velocities():
+    """A circle at 0.8 m/s with 0.25 rad/s and a drift of 0.1 rad: u, v, r known in closed form."""
+    t = 0.05 * np.arange(400)
+    psi = 0.25 * t + 0.4
+    over = psi + 0.1
+    data = {"t": t, "x": 3.2 * np.sin(over), "y": -3.2 * np.cos(over), "psi": psi, "n1": t}
+    record = read_record(data, load_plan({**PLAN, "columns": {"north": "x", "east": "y", "heading": "psi"}}))
+    inside = slice(20, -20)
+    # a parabola over 0.65 s misses a sine's slope by (w T / 2)^2 / 10 of it at most
+    np.testing.assert_allclose(record.slopes["u"][inside], 0.8 * np.cos(0.1), rtol=1e-3)
+    np.testing.assert_allclose(record.slopes["v"][inside], 0.8 * np.sin(0.1), atol=1e-3)
+    np.testing.assert_allclose(record.slopes["r"][inside], 0.25, rtol=1e-9)
+
+
+def test_csv_names_the_line(tmp_path):
+    good = "t,x,psi,n1\n" + "".join(f"{k / 20},{k},{0.01 * k},1\n" for k in range(40))
+    path = tmp_path / "run.csv.gz"
+    path.write_bytes(gzip.compress(good.encode()))
+    assert len(read_record(path, load_plan(PLAN)).measured["north"]) == 40
+    bad = tmp_path / "bad.csv"
+    bad.write_text(good.replace("7,0.07,1", "seven,0.07,1"))
+    with pytest.raises(InputError, match=r"bad\.csv:9: could not convert string to float: 'seven'"):
+        read_record(bad, load_plan(PLAN))
+    bad.write_text(good.replace("7,0.07,1", "7,1"))
+    with pytest.raises(InputError, match=r"bad\.csv:9: 3 cells, but the first line names 4"):
+        read_record(bad, load_plan(PLAN))

@@ -1,0 +1,103 @@
+"""Numbers of manoeuvres from tracks that are known in closed form, and from the mariner's own runs."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from pelagos.errors import InputError, LookupFailed
+from pelagos.manoeuvres import run_manoeuvre, turning_measures, zigzag_measures
+from pelagos.manoeuvres.measures import decay_measures, first_overshoot_limit, second_overshoot_limit
+from pelagos.manoeuvres.picture import draw
+from pelagos.manoeuvres.trial import Orders
+
+
+def by_name(measures):
+    return {m.name: m for m in measures}
+
+
+@pytest.mark.parametrize("side", [1, -1])
+@pytest.mark.parametrize("course", [0.0, 2.1])
+def test_a_circle_has_the_numbers_of_a_circle(side, course):
+    """10 s ahead at 5 m/s, then a circle of 120 m: advance and transfer one radius, tactical diameter two."""
+    t = np.arange(0, 400, 0.1)
+    turned = np.maximum(t - 10, 0) * 5 / 120
+    along = np.where(t < 10, 5 * (t - 10), 120 * np.sin(turned))
+    across = side * 120 * (1 - np.cos(turned))
+    north = 7 + along * np.cos(course) - across * np.sin(course)
+    east = -3 + along * np.sin(course) + across * np.cos(course)
+    heading = np.degrees(course + side * turned)
+    found = by_name(turning_measures(t, north, east, heading, ordered_s=10.0, length_m=40.0))
+    expected = {"advance": 3, "transfer": 3, "tactical diameter": 6, "steady diameter": 6,
+                "speed in the turn / before": 1, "time to 90 deg": 12 * np.pi,
+                "time to 180 deg": 24 * np.pi}  # fmt: skip
+    for name, value in expected.items():
+        assert found[name].value == pytest.approx(value, rel=2e-4), name  # linear between points of 0.1 s
+    assert found["advance"].kept is True
+    assert found["tactical diameter"].kept is False
+
+
+def test_a_turn_that_was_cut_off_is_refused():
+    t = np.arange(0, 100, 0.5)
+    with pytest.raises(InputError, match=r"the heading reaches 99\.5 deg of the 180 deg"):
+        turning_measures(t, t, t, t, ordered_s=0.0, length_m=10.0)
+
+
+def test_overshoots_of_a_made_up_zigzag():
+    """Triangles of heading with peaks at 13, -16.5 and 14 deg, reversed at 10 deg."""
+    corners_t = np.array([0, 26, 85, 146.0])
+    corners = np.array([0, 13, -16.5, 14.0])
+    t = np.arange(0, 146.01, 0.1)
+    heading = np.interp(t, corners_t, corners)
+    switched = np.array([20.0, 79.0, 138.0])
+    switched[1] = np.interp(10, -corners[1:3], corners_t[1:3])
+    found = by_name(zigzag_measures(t, heading, switched, rudder_deg=10, angle_deg=10, length_m=160, speed_m_s=8,
+                                    run_lengths=1.2))  # fmt: skip
+    assert found["first overshoot"].value == pytest.approx(3.0, abs=1e-9)
+    assert found["second overshoot"].value == pytest.approx(6.5, abs=1e-9)
+    assert found["first overshoot"].limit == 15.0  # 5 + 20 s / 2
+    assert found["second overshoot"].limit == 32.5  # 17.5 + 0.75 x 20 s
+
+
+def test_limits_of_overshoots():
+    """MSC.137(76), 5.3.3: 10 deg below 10 s of L/V, 20 deg from 30 s on; 25 and 40 deg for the second."""
+    assert [first_overshoot_limit(s) for s in (4, 10, 21, 30, 60)] == [10, 10, 15.5, 20, 20]
+    assert [second_overshoot_limit(s) for s in (4, 10, 20, 30, 60)] == [25, 25, 32.5, 40, 40]
+
+
+def test_a_decay_gives_its_damping_back():
+    """A damped swing, zeta 0.05 and 6 s: the logarithmic decrement of half a cycle is pi zeta / sqrt(1 - zeta^2)."""
+    t = np.arange(0, 60, 0.01)
+    zeta, w = 0.05, 2 * np.pi / 6
+    roll = -0.2 * np.exp(-zeta * w * t) * np.cos(w * np.sqrt(1 - zeta**2) * t)
+    found = by_name(decay_measures(t, roll))
+    assert found["period"].value == pytest.approx(6 / np.sqrt(1 - zeta**2), rel=2e-3)
+    assert found["damping ratio, mean"].value == pytest.approx(zeta / np.sqrt(1 - zeta**2), rel=0.02)
+    with pytest.raises(InputError, match="too few for its damping"):
+        decay_measures(t, 0.2 * np.exp(-t))
+
+
+def test_vehicles_refuse_what_they_cannot():
+    with pytest.raises(InputError, match=r"otter has no ship's rudder .*left_propeller"):
+        run_manoeuvre({"type": "otter"}, "turning")
+    with pytest.raises(InputError, match="mariner has no thruster along its hull"):
+        run_manoeuvre({"type": "mariner"}, "stop")
+    with pytest.raises(LookupFailed, match=r"unknown manoeuvre 'zig-zag' .did you mean 'zigzag'"):
+        run_manoeuvre({"type": "otter"}, "zig-zag")
+
+
+def test_bollard_of_an_otter():
+    """Table of the Otter's own data: 24.4 and 13.6 kgf of both propellers."""
+    found = by_name(run_manoeuvre({"type": "otter"}, "bollard").measures)
+    assert found["left_propeller, ahead"].value == pytest.approx(24.4 * 9.81 / 2, rel=1e-3)
+    assert found["right_propeller, astern"].value == pytest.approx(-13.6 * 9.81 / 2, rel=1e-3)
+
+
+@pytest.mark.slow
+def test_mariner_keeps_the_limits():
+    """35 deg to starboard (to port its own asymmetry makes it wider), 10/10 from 15 knots."""
+    turn = run_manoeuvre({"type": "mariner"}, "turning")
+    assert {m.name for m in turn.measures if m.kept} == {"advance", "tactical diameter"}
+    assert draw(turn).startswith(b"\x89PNG")
+    zigzag = run_manoeuvre({"type": "mariner"}, "zigzag", Orders())
+    assert all(m.kept is not False for m in zigzag.measures)
