@@ -11,7 +11,7 @@ from typing import Annotated
 
 import typer
 
-from pelagos.cli import learn_options
+from pelagos.cli import dataset_options, learn_options
 
 app = typer.Typer(
     name="pelagos",
@@ -517,6 +517,7 @@ def cite(
 
 
 learn_options.enter(app)
+dataset_options.enter(app)
 
 
 @app.command(

@@ -6,7 +6,6 @@ from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, Any, cast
 
 from pelagos.config.loader import load_scenario
-from pelagos.config.scenario import Scenario
 from pelagos.errors import CommandError, LookupFailed
 from pelagos.sensors.sensor import Reading
 from pelagos.sim import checkpoint
@@ -159,11 +158,14 @@ class Changes(Lives):
         self._stepper.logged, self._stepper.timings = before.logged, before.timings
         checkpoint.put_back(cast("Simulation", self), parts)
 
-    def load_world(self, seed: int | None = None, **keys: Any) -> Observations:
+    def load_world(
+        self, seed: int | None = None, *, overrides: Mapping[str, Any] | None = None, **keys: Any
+    ) -> Observations:
         """Another world of the same kind, and the run from its start in it; vehicles and their kernels stay.
 
         Args:
             seed: of the world.
+            overrides: keys of the scenario to change with it, by dotted path: of the world, the ocean and sensors.
             keys: other keys of the world.
 
         Returns:
@@ -173,13 +175,14 @@ class Changes(Lives):
             InputError: a key that the world does not have, a value that is not allowed, a start that is not free there.
         """
         self._refuse_within("load_world")
-        overrides = {f"world.{key}": value for key, value in keys.items()}
+        changes = {f"world.{key}": value for key, value in keys.items()} | _with_world(overrides or {})
         if seed is not None:
-            overrides["world.seed"] = seed
-        if not overrides:
+            changes["world.seed"] = seed
+        if not changes:
             raise CommandError("which other world? Give a seed, or keys of the world")
-        world = load_scenario(self.model.scenario, overrides=overrides).world
-        changed: Scenario = self.model.scenario.model_copy(update={"world": world})
+        changed = load_scenario(self.model.scenario, overrides=changes)
+        if not overrides:
+            changed = self.model.scenario.model_copy(update={"world": changed.world})
         asked: Encounters = encounters_of(changed)
         old = self.model
         model = compile_model(
@@ -188,3 +191,16 @@ class Changes(Lives):
         self.listeners.restart()
         cast("Simulation", self).stand(model, asked)
         return self._later(self._stepper.read_now)
+
+
+def _with_world(overrides: Mapping[str, Any]) -> dict[str, Any]:
+    """Overrides that may come with another world.
+
+    Raises:
+        CommandError: a key of something that stays.
+    """
+    for key in overrides:
+        first, *more = key.split(".")
+        if first not in ("world", "ocean") and not (first == "agents" and more[1:2] == ["sensors"]):
+            raise CommandError(f"{key} stays when the world changes; keys of world, ocean and sensors may change")
+    return dict(overrides)
