@@ -87,9 +87,10 @@ class Waves:
     """The sea surface around the cameras at the moments of the lanes, a Dr.Jit struct.
 
     Attributes:
-        slope_x, slope_y: `Float`, slopes of the short waves, `(lanes, CELLS, CELLS)` flattened, x first.
-        focus: `Float`, `(lanes, planes, CELLS, CELLS)` flattened: irradiance over its mean.
+        slope_x, slope_y: `Float`, slopes of the short waves, `(moments, CELLS, CELLS)` flattened, x first.
+        focus: `Float`, `(moments, planes, CELLS, CELLS)` flattened: irradiance over its mean.
         swell: the ocean's own waves, None where it is flat.
+        moment: `UInt32`, the row of these maps for each lane: lanes at one time share them.
         finer, short, long: `Float` (1), mean square slopes of waves that are not drawn, of the short ones, and of the
             ocean's own.
     """
@@ -98,16 +99,28 @@ class Waves:
     slope_y: Array
     focus: Array
     swell: Swell | None
+    moment: Array
     finer: Array
     short: Array
     long: Array
 
 
-def waves_at(sea: Ripple, t: Array, towards_sun: Array, lanes: int, swell: Swell | None = None) -> Waves:
-    """Slopes and light maps at times `t` `(lanes,)` [s] for the sun in direction `towards_sun` (above water)."""
-    slope_x, slope_y = _slopes(sea, t, lanes)
+def waves_at(
+    sea: Ripple, t: Array, towards_sun: Array, moments: int, swell: Swell | None = None, moment: Array | None = None
+) -> Waves:
+    """Slopes and light maps at times `t` `(moments,)` [s] for the sun in direction `towards_sun` (above water).
+
+    `moment` says for each lane which of the times is its own; None: they are those of the lanes.
+    """
+    slope_x, slope_y = _slopes(sea, t, moments)
     rough = (jit.Float(v) for v in (sea.finer, sea.mean_square_slope, sea.longer))
-    return Waves(slope_x, slope_y, _focus(slope_x, slope_y, towards_sun, lanes), swell, *rough)
+    moment = dr.arange(jit.UInt32, moments) if moment is None else moment
+    return Waves(slope_x, slope_y, _focus(slope_x, slope_y, towards_sun, moments), swell, moment, *rough)
+
+
+def map_of(waves: Waves, lane: Array) -> Array:
+    """`UInt32`, the row of the maps of lane `lane`."""
+    return dr.gather(jit.UInt32, waves.moment, lane)
 
 
 def sea_level(waves: Waves, lanes: int) -> Array:
@@ -184,7 +197,7 @@ def focusing(waves: Waves, x: Array, y: Array, depth: Array, towards_sun_below: 
         x, y: world position [m], `Float`.
         depth: [m]; above the surface the result is 1.
         towards_sun_below: unit vector in the water.
-        lane: `UInt32`, row of `waves`.
+        lane: `UInt32`, of `waves`.
     """
     back = depth / towards_sun_below.z
     qx, qy = x + back * towards_sun_below.x, y + back * towards_sun_below.y
@@ -196,7 +209,7 @@ def focusing(waves: Waves, x: Array, y: Array, depth: Array, towards_sun_below: 
     step = dr.clip(step, 0, len(PLANES) - 1.001)
     plane = jit.UInt32(step)
     fade = step - jit.Float(plane)
-    base = lane * len(PLANES) + plane
+    base = map_of(waves, lane) * len(PLANES) + plane
     near, far = _bilinear(waves.focus, u, v, base), _bilinear(waves.focus, u, v, base + 1)
     shallow = dr.clip(depth / PLANES[0], 0, 1)
     return dr.lerp(1, dr.lerp(near, far, fade), shallow)
@@ -204,7 +217,9 @@ def focusing(waves: Waves, x: Array, y: Array, depth: Array, towards_sun_below: 
 
 def slope(waves: Waves, x: Array, y: Array, lane: Array, distance: Array) -> Array:
     """Slope of the sea surface at a place seen from `distance` [m], `Array2f`; it averages out within a far pixel."""
-    short = _bilinear2(waves.slope_x, waves.slope_y, x, y, lane) * dr.rcp(1 + dr.square(_FAINT * distance))
+    short = _bilinear2(waves.slope_x, waves.slope_y, x, y, map_of(waves, lane)) * dr.rcp(
+        1 + dr.square(_FAINT * distance)
+    )
     if waves.swell is None:
         return short
     return short + swell_slope(waves.swell, x, y, lane) * dr.rcp(1 + dr.square(_SWELL_FAINT * distance))

@@ -13,7 +13,7 @@ import drjit as dr
 
 from pelagos import jit
 from pelagos.jit import Array
-from pelagos.optics.caustics import CELLS, PLANES, TILE, Waves
+from pelagos.optics.caustics import CELLS, PLANES, TILE, Waves, map_of
 from pelagos.optics.light_field import LightField, pattern_left
 
 _STEPS: Final = 32
@@ -73,4 +73,4 @@ def _nearest(waves: Waves, x: Array, y: Array, depth: Array, lane: Array) -> Arr
     step = dr.log2(dr.maximum(depth, 1e-3) / PLANES[0]) * (1 / math.log2(PLANES[1] / PLANES[0]))
     plane = jit.UInt32(dr.clip(step + 0.5, 0, len(PLANES) - 1))
     i, j = (jit.UInt32(jit.Int32(dr.floor(v * (CELLS / TILE) + 0.5)) & (CELLS - 1)) for v in (x, y))
-    return dr.gather(jit.Float, waves.focus, ((lane * len(PLANES) + plane) * CELLS + i) * CELLS + j)
+    return dr.gather(jit.Float, waves.focus, ((map_of(waves, lane) * len(PLANES) + plane) * CELLS + i) * CELLS + j)

@@ -26,7 +26,7 @@ from pelagos.raycast.caster import Caster
 from pelagos.sensors.camera.picture.ambient_light import ambience, ambience_at
 from pelagos.sensors.camera.picture.camera_config import CameraConfig, idle_keys
 from pelagos.sensors.camera.picture.camera_rays import Lens, Trace, View, pixel_angle, pixel_rays
-from pelagos.sensors.camera.picture.develop import balanced, developed, exposed, gathered, through_lens, unpacked
+from pelagos.sensors.camera.picture.develop import balance, developed, exposed, gathered, through_lens, unpacked
 from pelagos.sensors.camera.picture.exposure_lag import exposure_lag
 from pelagos.sensors.camera.picture.lamp_shadow import shaded
 from pelagos.sensors.camera.picture.light_shafts import shaft_squares, shafts_at, smoothed
@@ -84,7 +84,13 @@ class Camera:
         return self._view.explain(self._kernel, self._arguments(motion))
 
     def _arguments(self, motion: Kinematics) -> tuple[Any, ...]:
-        return *self._view.arguments(motion), self._surroundings.arguments(), self._vignette, self._change, self._keys
+        return (
+            *self._view.arguments(motion),
+            self._surroundings.arguments(motion),
+            self._vignette,
+            self._change,
+            self._keys,
+        )
 
     def _kernel(
         self,
@@ -128,7 +134,7 @@ class Camera:
         if trace is not None:
             dr.eval(seen, hits)
             trace_light(trace, hits, seen)
-        picture = gathered(seen, where, tiling, images)
+        picture = gathered(seen, where, tiling, angle)
         if config.samples > 1 or config.renderer == "reference":  # the middle meters for the others' motion blur
             dr.eval(picture)
             shutter, _ = exposed(picture, where, tiling, config, images)
@@ -136,7 +142,7 @@ class Camera:
                 blur = pixel_blur(hits, centre, where, tiling, motion, config, shutter)
                 dr.eval(blur)
             seen = mean_light(light_of, shutter, where, tiling, motion, keys[0], config)
-            picture = gathered(seen, where, tiling, images)
+            picture = gathered(seen, where, tiling, angle)
         if scenery.air is not None and scenery.air.drops is not None:
             dr.eval(picture, hits)
             shutter, _ = exposed(picture, where, tiling, config, images)
@@ -144,12 +150,12 @@ class Camera:
             picture = in_rain(scenery, picture, centre, hits, where.image, exposure, angle)
         picture = through_lens(picture, where, tiling, config, vignette, images)
         dr.eval(picture)
-        picture = balanced(picture, where, tiling, config)
+        gains = balance(picture, where, tiling, config)
         lag = None
         if config.adapts:
             lag = exposure_lag(caster, light, sea, lens, motion, own, config, tiling)
-        shutter, iso = exposed(picture, where, tiling, config, images, lag)
-        data, truth = developed(picture, shutter, iso, where, tiling, config, motion, keys[0], trace)
+        shutter, iso = exposed(picture * gains, where, tiling, config, images, lag)
+        data, truth = developed(picture, gains, shutter, iso, where, tiling, config, motion, keys[0], trace)
         return data, truth, shutter, iso
 
     def _water_around(

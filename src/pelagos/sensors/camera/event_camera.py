@@ -92,7 +92,7 @@ class EventCamera:
         return self._view.explain(self._kernel, self._arguments(motion))
 
     def _arguments(self, motion: Kinematics) -> tuple[Any, ...]:
-        return *self._view.arguments(motion), self._surroundings.arguments(), self._keys
+        return *self._view.arguments(motion), self._surroundings.arguments(motion), self._keys
 
     def _kernel(
         self,
@@ -118,7 +118,7 @@ class EventCamera:
             lamps = light_sources(config, moment, where.image)
             lines = sight_lines(scenery, lens, moment, own, config, tiling, where)
             seen, hits = look(caster, scenery, rays, where.image, lamps, pixel_angle(config), lines=lines)
-            bright = luminance(gathered(seen, where, tiling, images))
+            bright = luminance(gathered(seen, where, tiling, pixel_angle(config)))
             logs.append(dr.log(bright + config.darkest_cd_m2))
             if caster.moving is not None and delay == 0:  # where bodies were, for the earlier picture
                 moves = hits.valid & (dr.squared_norm(hits.velocity) > 0) & where.active

@@ -87,7 +87,8 @@ class CameraConfig(LitViewConfig):
     chromatic_aberration_start: float = Field(default=0.0, ge=0, le=1)
     """Distance from the picture's middle where that begins; 1 is the corner."""
     white_balance: Literal["daylight", "grey_world"] = "daylight"
-    """`daylight` keeps the water's tint; `grey_world` scales red and blue to the mean green, at most 4 times."""
+    """`daylight` keeps the water's tint; `grey_world` scales red and blue to the mean green, at most 4 times.
+    As in a camera it multiplies the sensor's noise too; raw pictures (`mosaic`) have none."""
     white_temperature_k: float = Field(default=6500.0, ge=1500, le=15000)
     """Colour temperature of light that looks white [K]; lower makes the picture bluer."""
     white_tint: float = Field(default=0.0, ge=-1, le=1)
@@ -171,6 +172,7 @@ NEEDS: Final = (
     Need(_FILM, "tone", ("film",)),
     Need(("gamma",), "tone", ("gamma",)),
     Need(("highlight_knee",), "tone", ("srgb", "gamma")),
+    Need(("white_balance", "white_temperature_k", "white_tint"), "mosaic", ("none",)),
     Need(("marine_snow_per_m3",), "renderer", ("realtime",)),
 )
 

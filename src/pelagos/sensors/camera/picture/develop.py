@@ -1,6 +1,7 @@
-"""From light at the pixels to a picture: glow, lens faults, white balance, exposure, noise, tone, bits.
+"""From light at the pixels to a picture: glow, lens faults, exposure, noise, white balance, tone, bits.
 
-Everything works on linear light until the very last step.
+Everything works on linear light until the very last step. White balance is a gain on what the sensor gave, and so on
+its noise; the meter looks at the balanced picture.
 """
 
 from __future__ import annotations
@@ -19,6 +20,7 @@ from pelagos.math.philox import normal_pair32
 from pelagos.optics.exposure import GREY, encode_srgb, luminance, metered, saturation_luminance, shoulder, to_bits
 from pelagos.optics.film import FilmCurve, balance_gains, film
 from pelagos.optics.image_noise import noisy_signal
+from pelagos.sensors.camera.picture.glow import glow
 from pelagos.sensors.camera.picture.pixel_order import (
     TILE,
     Pixels,
@@ -49,14 +51,11 @@ _CENTRE: Final = 0.35  # of half the width: where centre-weighted metering falls
 _CELLS: Final = {"rggb": (0, 1, 1, 2), "bggr": (2, 1, 1, 0), "grbg": (1, 0, 2, 1), "gbrg": (1, 2, 0, 1)}
 
 
-def gathered(light: Radiance, where: Pixels, tiling: Tiling, images: int) -> Array:
+def gathered(light: Radiance, where: Pixels, tiling: Tiling, pixel_angle: float) -> Array:
     """Light at the pixels, `Array3f`: the sharp image, what the water scattered into it from around, the veil."""
     direct = light.sharp + light.veil
-    dr.eval(direct, light.near, light.far)  # once: sums over tiles follow, and would cast the rays again
-    near, far = tile_means([light.near, light.far], where.active)
-    glow = smooth_tiles(near + smooth_tiles(far, tiling, images), tiling, images)
-    dr.eval(glow)
-    return direct + between_tiles(glow, tiling, where)
+    dr.eval(direct, light.near, light.far)  # once: sums over blocks follow, and would cast the rays again
+    return direct + glow(light.near, light.far, where, tiling, pixel_angle)
 
 
 def through_lens(
@@ -98,15 +97,18 @@ def _ghosts(coarse: Array, where: Pixels, tiling: Tiling) -> Array:
     return total
 
 
-def balanced(light: Array, where: Pixels, tiling: Tiling, config: CameraConfig) -> Array:
-    """Channel gains of the white balance."""
+def balance(light: Array, where: Pixels, tiling: Tiling, config: CameraConfig) -> Array:
+    """Channel gains of the white balance, `Array3f` by lane; 1 for raw pictures."""
+    gains = jit.Array3f(1)
+    if config.mosaic != "none":
+        return gains
     if config.white_balance == "grey_world":
         means = [dr.maximum(image_means(light[i], where.active, tiling), 1e-12) for i in range(3)]
-        gains = jit.Array3f(*(dr.clip(means[1] / m, 1 / _MOST_BALANCE, _MOST_BALANCE) for m in means))
-        light *= dr.gather(jit.Array3f, gains, where.image)
+        found = jit.Array3f(*(dr.clip(means[1] / m, 1 / _MOST_BALANCE, _MOST_BALANCE) for m in means))
+        gains = dr.gather(jit.Array3f, found, where.image)
     if config.white_temperature_k != 6500 or config.white_tint != 0:
-        light *= jit.Array3f(*balance_gains(config.white_temperature_k, config.white_tint))
-    return light
+        gains *= jit.Array3f(*balance_gains(config.white_temperature_k, config.white_tint))
+    return gains
 
 
 def meter_weight(where: Pixels, tiling: Tiling, config: CameraConfig) -> Array:
@@ -162,10 +164,10 @@ def exposed(
 
 
 def developed(
-    light: Array, shutter: Array, iso: Array, where: Pixels, tiling: Tiling, config: CameraConfig, motion: Kinematics,
-    key: Any, trace: Callable[[str, Array, str], None] | None,
+    light: Array, gains: Array, shutter: Array, iso: Array, where: Pixels, tiling: Tiling, config: CameraConfig,
+    motion: Kinematics, key: Any, trace: Callable[[str, Array, str], None] | None,
 ) -> tuple[Array, Array]:  # fmt: skip
-    """Pictures with and without noise, in the order of rows: see `unpacked`."""
+    """Pictures with and without noise, in the order of rows: see `unpacked`; `gains`, see `balance`."""
     images = dr.width(motion.tick)
     signal = light / dr.gather(jit.Float, saturation_luminance(config.aperture, shutter, iso), where.image)
     index = where.row * tiling.width + where.column
@@ -181,7 +183,7 @@ def developed(
         trace("light at the sensor", light, "cd/m^2")
         trace("signal", signal, "1 = full pixel")
         trace("signal with noise", noisy, "1 = full pixel")
-    data, truth = (image_rows(_packed(s, where, config), tiling, where, images) for s in (noisy, signal))
+    data, truth = (image_rows(_packed(s * gains, where, config), tiling, where, images) for s in (noisy, signal))
     if config.mosaic == "none" and config.bits <= 8:
         dr.eval(data, truth)
         data, truth = _three_words(data), _three_words(truth)

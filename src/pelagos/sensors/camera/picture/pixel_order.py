@@ -1,8 +1,8 @@
 """The order of an image's rays: square tiles, so that neighbouring lanes look at neighbouring places.
 
-Rays of one tile hit the same triangles, which the ray caster likes, and their sums are the coarse image that glow and
-metering need. A lane is (image, tile, square of 4 x 4 in the tile, row, column); images whose size is no multiple of
-a tile have idle lanes at their edge.
+Rays of one tile hit the same triangles, which the ray caster likes, and their sums are the coarse image that glow
+and metering need. A lane is (image, tile, square of 4 x 4 in the tile, row, column); images whose size is no multiple
+of a tile have idle lanes at their edge.
 """
 
 from __future__ import annotations
@@ -87,7 +87,11 @@ class Pixels:
 
 def pixels(tiling: Tiling, images: int) -> Pixels:
     """The lanes of `images` images."""
-    lane = dr.arange(jit.UInt32, images * tiling.lanes)
+    return pixels_at(tiling, dr.arange(jit.UInt32, images * tiling.lanes))
+
+
+def pixels_at(tiling: Tiling, lane: Array) -> Pixels:
+    """Some of the lanes of images."""
     image = lane // tiling.lanes
     ray = lane - image * tiling.lanes
     tile, inner = ray // (TILE * TILE), ray % (TILE * TILE)

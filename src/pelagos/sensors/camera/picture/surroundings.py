@@ -7,6 +7,7 @@ from collections.abc import Callable
 from typing import Annotated, Any, Final, TypeAlias
 
 import drjit as dr
+import numpy as np
 from pydantic import Field
 
 from pelagos import jit
@@ -122,17 +123,19 @@ class Surroundings:
         towards = _RIPPLES_TOWARDS if heading is None else heading
         return ripple(left, heading=towards, finer=whole - long, longer=own)
 
-    def arguments(self) -> tuple[Any, ...]:
+    def arguments(self, motion: Kinematics) -> tuple[Any, ...]:
         """For `scenery_of`, inside a frozen function."""
-        return self.looks, self._water, self.light, self._field, self._air, self._ocean
+        times, moment = np.unique(np.array(motion.t_ns), return_inverse=True)
+        moments = jit.UInt64(times), jit.UInt32(moment.ravel().astype(np.uint32))
+        return self.looks, self._water, self.light, self._field, self._air, self._ocean, moments
 
 
 def scenery_of(
     tables: Any, light: tuple[Any, ...], sea: Ripple, motion: Kinematics, config: SensorConfig, delay: float = 0.0
 ) -> Scenery:
     """Everything that light depends on, at the moments of `motion` plus `delay` [s]."""
-    materials, water, daylit, field, air, ocean = light
-    waves = waves_of(sea, ocean, daylit.towards_sun, motion, config, delay)
+    materials, water, daylit, field, air, ocean, moments = light
+    waves = waves_of(sea, ocean, daylit.towards_sun, motion, moments, config, delay)
     position, _ = sensor_pose(motion, config)
     level = sea_level(waves, dr.width(motion.tick))
     t = jit.Float64(motion.t_ns) * 1e-9 + delay
@@ -172,15 +175,17 @@ def _suspension(
 
 
 def waves_of(
-    sea: Ripple, ocean: Any, towards_sun: Array, motion: Kinematics, config: SensorConfig, delay: float = 0.0
-) -> Waves:
-    """The sea surface around the cameras."""
+    sea: Ripple, ocean: Any, towards_sun: Array, motion: Kinematics, moments: tuple[Array, Array],
+    config: SensorConfig, delay: float = 0.0,
+) -> Waves:  # fmt: skip
+    """The sea surface around the cameras; `moments`: the times of `motion`, each once, and which is each lane's."""
     t = jit.Float64(motion.t_ns) * 1e-9 + delay
     position, _ = sensor_pose(motion, config)
     images = dr.width(motion.tick)
     foam = ocean.waves.foam if ocean is not None and ocean.waves is not None and ocean.waves.breaks else None
     swell = swell_around(ocean.elevation, position, t, images, foam) if _moves(ocean) else None
-    return waves_at(sea, t, towards_sun, images, swell)
+    times, moment = moments
+    return waves_at(sea, jit.Float64(times) * 1e-9 + delay, towards_sun, dr.width(times), swell, moment)
 
 
 def light_sources(config: LitViewConfig, motion: Kinematics, image: Array) -> list[LightSource]:
