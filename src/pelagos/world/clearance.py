@@ -13,7 +13,6 @@ from pelagos.raycast.geometry import Geometry, PlacedGeometry
 
 _MAX_CELLS: Final = 1024  # along either side
 _CHUNK: Final = 1 << 18  # faces at a time: memory stays small
-_FEW: Final = 64  # positions that look at each cell
 _SMALL: Final = 3  # cells that a face may span in the vectorised pass
 
 
@@ -36,6 +35,7 @@ class Clearance:
         shape = (int((high - low)[0] // self.cell) + 1, int((high - low)[1] // self.cell) + 1)
         self.top: NDArray[np.float64] = np.full(shape, -np.inf)
         self._levels: dict[int, NDArray[np.float64]] = {}
+        self._windows: list[NDArray[np.float64]] = [self.top]
         for g, extent in zip(solid, corners, strict=False):
             if isinstance(g, PlacedGeometry):  # thousands of small things: the box around each of them is near enough
                 first, last = (((c[:2] - low) // self.cell).astype(np.int32)[None] for c in extent)
@@ -68,19 +68,47 @@ class Clearance:
         """`(n,)`: whether anything static may be within `margin` [m] of positions `(n, 3)`; False is certain.
 
         Of many positions, each looks at the highest thing around it in one of a few maps, whose reach is a power of two
-        of cells: the time does not depend on the margin. Where a few are near by that, they look at each cell. What is
-        not finite counts as near.
+        of cells: the time does not depend on the margin. Those that are near by that look again, at the cells that they
+        reach and no others. What is not finite counts as near.
         """
         if len(position) == 1:
             x, y, z = position[0].tolist()
             return np.array([self._near(x, y, z, float(np.ravel(margin)[0]))])
         margins = np.broadcast_to(np.asarray(margin, dtype=np.float64), (len(position),))
         found = self._may_be_near(position, margins)
-        few = np.flatnonzero(found)
-        if len(few) <= _FEW:
-            for lane, (x, y, z), m in zip(few.tolist(), position[few].tolist(), margins[few].tolist(), strict=True):
-                found[lane] = self._near(x, y, z, m)
+        again = np.flatnonzero(found)
+        if len(again):
+            again = again[np.isfinite(position[again]).all(axis=1) & np.isfinite(margins[again])]
+            found[again] = self._highest_in(position[again], margins[again]) >= position[again, 2] - margins[again]
         return found
+
+    def _highest_in(self, position: NDArray[np.float64], margins: NDArray[np.float64]) -> NDArray[np.float64]:
+        """`(m,)` the highest thing in the cells within a margin of each position, by its coordinates; of the whole map,
+        where that is wider.
+
+        A rectangle that is at most one cell longer than wide is covered by four squares whose edge is a power of two.
+        """
+        at = (position[:, :2] - [self.x0, self.y0])[:, None] + margins[:, None, None] * np.array([[-1.0], [1.0]])
+        first, last = np.floor(at / self.cell).transpose(1, 0, 2)  # (m, 2) cells
+        span = (last - first).min(axis=1) + 1.0
+        level = np.floor(np.log2(span)).astype(np.int64)
+        highest = np.full(len(position), self.top.max())
+        for k in np.unique(level):
+            if 1 << int(k) > max(self.top.shape):
+                continue
+            edge, here = 1 << int(k), level == k
+            windows = self._window(int(k))
+            low, high = first[here], last[here] - (edge - 1)
+            corners = [(a[:, 0], b[:, 1]) for a in (low, high) for b in (low, high)]
+            highest[here] = np.max([_at(windows, i + (edge - 1), j + (edge - 1)) for i, j in corners], axis=0)
+        return highest
+
+    def _window(self, level: int) -> NDArray[np.float64]:
+        """The highest thing in each square of 2^level cells that has a cell of `top`."""
+        while len(self._windows) <= level:
+            step = 1 << (len(self._windows) - 1)
+            self._windows.append(_joined(_joined(self._windows[-1], step).T, step).T)
+        return self._windows[level]
 
     def _may_be_near(self, position: NDArray[np.float64], margins: NDArray[np.float64]) -> NDArray[np.bool_]:
         reach = margins / self.cell
@@ -104,9 +132,7 @@ class Clearance:
             return np.full(len(position), self.top.max())
         widened = self._widened(level)
         i, j = np.floor((position[:, :2] - [self.x0, self.y0]) / self.cell).T + reach
-        on = (i >= 0) & (j >= 0) & (i < widened.shape[0]) & (j < widened.shape[1])
-        at = np.where(on, i, 0).astype(np.intp), np.where(on, j, 0).astype(np.intp)
-        return np.where(on, widened[at], -np.inf)
+        return _at(widened, i, j)
 
     def _widened(self, level: int) -> NDArray[np.float64]:
         """The map of the highest thing within 2^level cells, which begins and ends so many cells beyond `top`."""
@@ -127,6 +153,21 @@ class Clearance:
             return False
         block = self.top[max(i0, 0) : i1 + 1, max(j0, 0) : j1 + 1]
         return bool(block.max() >= z - margin)
+
+
+def _at(values: NDArray[np.float64], i: NDArray[np.float64], j: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Values of a map at whole numbers; -inf beyond its edge."""
+    on = (i >= 0) & (j >= 0) & (i < values.shape[0]) & (j < values.shape[1])
+    at = np.where(on, i, 0).astype(np.intp), np.where(on, j, 0).astype(np.intp)
+    return np.where(on, values[at], -np.inf)
+
+
+def _joined(values: NDArray[np.float64], step: int) -> NDArray[np.float64]:
+    """The higher of each row and that `step` further on; rows that begin before the first are `step` more."""
+    made = np.full((len(values) + step, values.shape[1]), -np.inf)
+    made[step:] = values
+    np.maximum(made[: len(values)], values, out=made[: len(values)])
+    return made
 
 
 def _highest(values: NDArray[np.float64], step: int, *, centre: bool) -> NDArray[np.float64]:
