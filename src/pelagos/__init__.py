@@ -14,6 +14,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from pelagos import envs as envs
     from pelagos.config.loader import load_scenario as load_scenario
     from pelagos.config.scenario import Scenario as Scenario
     from pelagos.errors import CommandError as CommandError
@@ -61,7 +62,7 @@ _HOMES = {
     "pelagos.errors",
 )  # fmt: skip
 
-__all__ = ["__version__", *sorted(_HOMES)]
+__all__ = ["__version__", "envs", *sorted(_HOMES)]
 
 
 def __getattr__(name: str) -> Any:
@@ -69,6 +70,8 @@ def __getattr__(name: str) -> Any:
         from importlib.metadata import version
 
         return version("pelagos")
+    if name == "envs":
+        return import_module("pelagos.envs")
     if name in _HOMES:
         value = getattr(import_module(_HOMES[name]), name)
         globals()[name] = value

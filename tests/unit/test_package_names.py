@@ -18,7 +18,7 @@ NAMES = {
     "Channel", "Checkpoint", "CommandError", "DeviceError", "InputError", "LookupFailed", "PelagosError",
     "PelagosWarning", "Prop", "Reading", "Recording", "RecordingError", "RunResult", "Scenario", "ScenarioError",
     "Simulation", "SimulationError", "ValidityWarning", "Vehicle", "World", "WorldError", "__version__", "channel",
-    "load_scenario",
+    "envs", "load_scenario",
 }  # fmt: skip
 
 
