@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from vehicle_flight import Shear, Still, fly, quaternion
 
+import pelagos as pl
 from pelagos.vehicles.vehicle import Vehicle
 
 BALL = {
@@ -297,6 +298,29 @@ def test_mariner_accelerations_equal_its_derivatives():
     nu_dot, _ = vehicle.accelerations([[0] * 6], [[7.0, -0.5, 0, 0, 0, 0.01]], [[0.3]], [[0.3]])
     scale = total**2 / length
     assert nu_dot[0, [0, 1, 5]] == pytest.approx([x / 840 * scale, sway * scale, yaw * scale / length], rel=1e-6)
+
+
+def test_the_mariners_engine_works_from_rest_to_the_service_speed_and_stays_there():
+    """Constant power: from rest, helm against the wheel's sway (Y0), to the service speed of 7.7175 m/s within 2 %.
+
+    By hand: m u' = rho/2 L^2 U0^2 (Xu u' + Xuu u'^2 + Xuuu u'^3) has its only root at u' = 0, where its slope Xu < 0.
+    """
+    roots = np.roots([-0.00215, -0.0011, -0.00184, 0.0])
+    assert np.isreal(roots).sum() == 1
+    sim = pl.Simulation.load(
+        {
+            "tick_rate_hz": 10,
+            "world": {"type": "flat", "depth_m": 200, "size_m": [40000, 40000]},
+            "agents": {"it": {"vehicle": "mariner", "start": {"position_m": [0, 0]}}},
+        }
+    )
+    speeds = []
+    for _ in range(6):
+        sim.step({"it": np.array([0.0])}, ticks=1500)
+        speeds.append(float(sim.state["it"].velocity[0, 0]))
+    assert (np.diff(speeds) > -0.02).all()
+    assert speeds[0] > 3
+    assert speeds[-1] == pytest.approx(7.7175, rel=0.02)
 
 
 def test_mariner_turning_circle_within_imo():

@@ -211,6 +211,38 @@ def test_a_fin_opposes_the_flow_across_it_from_ahead_and_from_astern(u: float) -
         assert float(load[2]) == pytest.approx(-50.0 * abs(u) * w)
 
 
+@pytest.mark.parametrize(("u", "deflection"), [(1.3, 0.2), (1.3, -0.15), (-1.1, 0.2), (-1.1, -0.15)])
+def test_a_deflected_fin_pushes_the_other_way_astern_and_always_drags(u: float, deflection: float) -> None:
+    """A plate turned by d in a flow along x: force across it rho/2 A CL u |u| d, drag against the way."""
+    load = lift.fin(50.0, 9.0, (0.0, 1.0), [-1.0, 0.0, 0.0], deflection, [u, 0.0, 0.0, 0.0, 0.0, 0.0])
+    assert float(load[1]) == pytest.approx(50.0 * u * abs(u) * deflection)
+    assert float(load[5]) == pytest.approx(-50.0 * u * abs(u) * deflection)
+    assert float(load[0]) == pytest.approx(-9.0 * u * abs(u) * deflection**2)
+    same = lift.fin(50.0, 9.0, (0.0, 1.0), [-1.0, 0.0, 0.0], deflection, [u, 0, 0, 0, 0, 0], mirrored=False)
+    assert float(same[1]) == pytest.approx(50.0 * u * u * deflection)  # as Fossen's programs have it
+
+
+def test_a_torpedo_that_goes_astern_turns_with_its_rudder_the_other_way() -> None:
+    """The moment about z of the same helm, ahead and astern; published, it keeps its sign."""
+    turned = {}
+    for astern in ("mirrored", "as_ahead"):
+        it = {"type": "remus100", "actuators": {"rudder": {"astern": astern}}}
+        for u in (1.0, -1.0):
+            sim = pl.Simulation.load(
+                {
+                    "tick_rate_hz": 50,
+                    "world": {"type": "flat", "depth_m": 50.0},
+                    "agents": {"it": {"vehicle": it, "control": "actuators", "start": {"depth_m": 20}}},
+                }
+            )
+            sim.set_state("it", velocity=(u, 0.0, 0.0))
+            sim.step({"it": np.array([0.2, 0.0, 0.0])}, ticks=25)
+            turned[astern, u] = float(sim.state["it"].angular_velocity[0, 2])
+    assert turned["mirrored", 1.0] == pytest.approx(turned["as_ahead", 1.0], rel=1e-12)
+    assert turned["mirrored", 1.0] * turned["mirrored", -1.0] < 0
+    assert turned["as_ahead", 1.0] * turned["as_ahead", -1.0] > 0
+
+
 @pytest.mark.parametrize(("name", "share"), [("otter", 1.0), ("mariner", None)])
 def test_what_floats_starts_on_the_surface_and_moves_with_it(name: str, share: float | None) -> None:
     """z = a cos(k x + phase) under its middle, and the water's velocity a w; a ship of many wavelengths lies level."""

@@ -26,7 +26,8 @@ class ExternalNavigation(Strict):
 class EkfNavigation(Strict):
     """An error-state extended Kalman filter of the sensors aboard; its figures are those of their configurations.
 
-    It needs an `imu`; it uses every `dvl`, `depth`, `gps`, `magnetometer` and `lbl` that the agent carries.
+    It needs an `imu`; it uses every `dvl`, `depth`, `gps`, `magnetometer` and `lbl` that the agent carries, and a
+    `usbl` for the `beacons` whose places are known.
     """
 
     type: Literal["ekf"] = "ekf"
@@ -43,6 +44,10 @@ class EkfNavigation(Strict):
     """Standard deviation of what waves and tide add to measured depths [m]."""
     range_std_m: float = Field(default=0.2, gt=0)
     """Standard deviation of ranges by sound beside the turn-around's: bent rays, the speed of sound [m]."""
+    beacons: dict[str, tuple[float, float, float]] = Field(default_factory=dict)
+    """Known places of modems that answer the `usbl` aboard, world NWU [m], by "agent.modem" or by an agent with one."""
+    bearing_std_deg: float = Field(default=1.0, gt=0)
+    """Standard deviation of a `usbl`'s bearing across the way to a beacon, in each of both directions [deg]."""
     gate: float = Field(default=25.0, gt=0)
     """Measurements are refused whose normalised innovation squared is beyond this many times its dimension."""
 

@@ -17,7 +17,7 @@ from pelagos.jit import Array
 
 # K. Minsaas, O. Faltinsen, B. Persson, "On the importance of added resistance, propeller immersion and propeller
 # ventilation for large ships in a seaway", PRADS 1983: thrust by shaft depth over radius
-_LOSS: Final = (0.675, 0.769, 1.258)
+_LOSS: Final = (0.675, 0.769, 1.258)  # assumed: as later works quote the paper, which could not be consulted itself
 _DEEP: Final = 1.3
 
 

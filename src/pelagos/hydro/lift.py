@@ -76,6 +76,7 @@ def fin(
     nu_r: Vector,
     *,
     incidence: bool = False,
+    mirrored: bool = True,
 ) -> list[Array]:
     """Wrench (6) of an all-moving fin, linear in its deflection: F21 Chapter 9.
 
@@ -87,10 +88,12 @@ def fin(
         deflection: [rad], right-handed about the fin's outward axis.
         nu_r: relative velocity (6); the speed in the plane normal to the fin's axis counts.
         incidence: the flow's own angle at the fin lifts too (small angles: its sine over its cosine is the angle).
+        mirrored: flow from astern meets the fin from behind, so that the same deflection pushes it the other way.
     """
     cos, sin = direction
     v, w = nu_r[1], nu_r[2]
     square = total(nu_r[0] * nu_r[0], mul(sin * sin, v * v), mul(cos * cos, w * w))
+    square = dr.mulsign(square, nu_r[0]) if mirrored else square
     f = gain * square * deflection
     if incidence:
         spin = cross(nu_r[3:], place)

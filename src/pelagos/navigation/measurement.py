@@ -91,3 +91,17 @@ def beacon_range(lanes: Lanes, measured: Floats, lever: Floats, beacon: Floats) 
     h[:, 0, POSITION] = unit
     h[:, :, ATTITUDE] = -unit[:, None, :] @ world @ skew(arm)
     return h, (measured - distance)[:, None]
+
+
+def beacon_place(lanes: Lanes, measured: Floats, lever: Floats, turn: Floats, beacon: Floats, age: Floats) -> Expected:
+    """Place `(n, 3)` [m] of a beacon in the sensor's own frame, as an array finds it.
+
+    beacon: `(n, 3)` NWU [m]; age: `(n,)` since the answer was sent, in which the vehicle went on [s].
+    """
+    back = np.swapaxes(matrix(lanes.attitude), 1, 2)
+    own = apply(back, beacon - lanes.position + age[:, None] * lanes.velocity)
+    h = np.zeros((len(own), 3, SIZE))
+    h[:, :, POSITION] = -turn.T @ back
+    h[:, :, VELOCITY] = age[:, None, None] * (turn.T @ back)
+    h[:, :, ATTITUDE] = turn.T @ skew(own)
+    return h, measured - apply(turn.T, own - lever)

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pelagos.config.navigation import EkfNavigation
-from pelagos.errors import ScenarioError
+from pelagos.errors import LookupFailed, ScenarioError
 from pelagos.math.constants import GRAVITY
 from pelagos.navigation import measurement
 from pelagos.navigation.error_state import ATTITUDE, InertialNoise, Lanes, SlowNoise
@@ -27,7 +27,9 @@ from pelagos.sim.sampled import Sampled
 from pelagos.sim.state import AgentState
 
 STEP_S: Final = 0.05  # the filter goes on by at most this
-AIDS: Final = ("dvl", "gps", "depth", "magnetometer", "lbl")
+AIDS: Final = ("dvl", "gps", "depth", "magnetometer", "lbl", "usbl")
+EACH: Final = ("dvl", "gps", "lbl", "usbl")  # whose readings are all fused; of gauges the newest
+AGE_SHARE: Final = 0.3  # of the way since a beacon's answer, by which the request's part of the round trip differs
 SOUND_MPS: Final = 1500.0  # by which an error of time is one of range
 MARKOV_SHARE: Final = 1.0757  # standard deviation of a Gauss-Markov process by bias instability (sensors/noise.py)
 CONSTANT_S: Final = 1e9  # correlation time of an error that does not change [s]
@@ -57,6 +59,7 @@ class Estimator:
         self._noise, self._slow = _inertial_noise(imu), _slow_noise(sensors)
         fields = {name: c for name, c in sensors.items() if c.type == "magnetometer"}
         self._fields = {name: earth_field_of(c, model.world.origin) for name, c in fields.items()}
+        self._beacons = _beacons(config, agent, model)
         self._heard: list[_Heard] = []
         self._latest: dict[str, int] = {}
         self._samples = np.zeros((0, self._n, 6))
@@ -109,7 +112,10 @@ class Estimator:
         if last <= self._latest.get(name, -1):
             return
         self._latest[name] = last
-        self._heard.append(_heard(sampled, self._sensors[sampled.model.name].type))
+        heard = _heard(sampled, self._sensors[name].type)
+        if self._sensors[name].type == "usbl":
+            heard["extra"] = self._answers(sampled)
+        self._heard.append(heard)
 
     def advance(self, tick: int) -> None:
         """Go on to a tick with everything that was heard."""
@@ -139,6 +145,17 @@ class Estimator:
 
     # between two calls
 
+    def _answers(self, sampled: Sampled) -> Floats:
+        """`(lanes, 2)`: number of the beacon that answered last, -1 for none that is known; age of its answer [s]."""
+        found = np.full((len(sampled.measurement.data), 2), [-1.0, 0.0])
+        names = list(self._beacons)
+        for lane, packets in enumerate(sampled.measurement.extras["packets"]):
+            now_s = sampled.ticks[lane // self._n] * self._dt_s
+            for packet in packets:
+                if packet.kind == "response" and math.isfinite(packet.range_m) and packet.sender in names:
+                    found[lane] = names.index(packet.sender), now_s - 1e-9 * packet.sent_ns
+        return found
+
     def _keep(self, one: _Heard) -> None:
         """Samples of the inertial unit, in body axes."""
         values = one["data"].reshape(len(one["ticks"]), self._n, 2, 3)
@@ -149,7 +166,7 @@ class Estimator:
 
     def _due(self, one: _Heard) -> list[tuple[int, _Heard, int]]:
         """The readings to fuse: each of a DVL and of satellites, of gauges the newest."""
-        slow = self._sensors[one["name"]].type in ("dvl", "gps", "lbl")
+        slow = self._sensors[one["name"]].type in EACH
         last = len(one["ticks"]) - 1
         return [(one["ticks"][k], one, k) for k in (range(last + 1) if slow else [last])]
 
@@ -170,8 +187,9 @@ class Estimator:
     def _fuse(self, one: _Heard, k: int) -> None:
         """One reading, with the noise that its sensor states."""
         c, row = self._sensors[one["name"]], slice(k * self._n, (k + 1) * self._n)
-        if c.type == "lbl":
-            self._fuse_ranges(one, c, row)
+        if c.type in ("lbl", "usbl"):
+            fuse = self._fuse_ranges if c.type == "lbl" else self._fuse_place
+            fuse(one, c, row)
             return
         data = one["data"][row]
         valid = np.isfinite(data).all(axis=1) & one["valid"][row]
@@ -207,15 +225,36 @@ class Estimator:
             found = measurement.beacon_range(self.lanes, ranges, lever, place)
             self.lanes.update(*found, np.full((self._n, 1, 1), std**2), valid, self._config.gate)
 
+    def _fuse_place(self, one: _Heard, c: Any, row: slice) -> None:
+        """Place of a beacon in the sensor's frame: range and bearing, and the way gone since the request."""
+        which, age = one["extra"][row, 0].astype(int), one["extra"][row, 1]
+        valid = np.isfinite(one["data"][row]).all(axis=1) & (which >= 0)
+        if not valid.any():
+            return
+        data = np.where(valid[:, None], one["data"][row], 1.0)
+        places = np.array(list(self._beacons.values()))[np.maximum(which, 0)]
+        lever, turn = np.array(c.position_m) - self._lever, _turn(c)
+        found = measurement.beacon_place(self.lanes, data, lever, turn, places, age)
+        away = np.sqrt((data**2).sum(axis=1))
+        along = data[:, :, None] * data[:, None, :] / away[:, None, None] ** 2
+        turned = np.sqrt((self.lanes.rate**2).sum(axis=1)) * age
+        across = (math.radians(self._config.bearing_std_deg) ** 2 + turned**2) * away**2
+        gone = (AGE_SHARE * age) ** 2 * (self.lanes.velocity**2).sum(axis=1)
+        noise = self._config.range_std_m**2 * along + across[:, None, None] * (np.eye(3) - along)
+        noise = noise + gone[:, None, None] * np.eye(3)
+        self.lanes.update(*found, noise, valid, self._config.gate)
+
 
 _Heard = dict[str, Any]
 """Readings of one sensor, plain: its name, their ticks, `data` and `extra` `(lanes, k)`, `valid` `(lanes,)`."""
 
 
 def _heard(sampled: Sampled, kind: str) -> _Heard:
-    """What the filter takes of readings: of a GPS the position NWU [m], of a DVL also its beams' deviations."""
+    """What the filter takes of readings: of a GPS the position NWU [m], of a DVL also its beams' deviations, of a USBL
+    the place of a beacon.
+    """
     m, lanes = sampled.measurement, len(sampled.measurement.data)
-    data = m.extras["position"] if kind == "gps" else m.data
+    data = m.extras["position"] if kind == "gps" else m.extras["fix"] if kind == "usbl" else m.data
     return {
         "name": sampled.model.name,
         "ticks": list(sampled.ticks),
@@ -223,6 +262,23 @@ def _heard(sampled: Sampled, kind: str) -> _Heard:
         "valid": np.ones(lanes, dtype=bool) if m.valid is None else np.array(m.valid),
         "extra": np.array(m.extras["sigma"], dtype=np.float64) if kind == "dvl" else None,
     }
+
+
+def _beacons(config: EkfNavigation, agent: AgentModel, model: Model) -> dict[str, tuple[float, float, float]]:
+    """Known places by "agent.modem"."""
+    where = model.scenario.where("agents", agent.name, "navigation", "beacons")
+    if config.beacons and all(m.config.type != "usbl" for m in agent.sensors.values()):
+        raise ScenarioError(f"beacons are found by a usbl, which {agent.name} does not carry", where=where)
+    modems = {
+        other.name: [name for name, m in other.sensors.items() if m.config.type in ("modem", "usbl")]
+        for other in model.agents.values()
+    }
+    known = {f"{who}.{name}": f"{who}.{name}" for who, names in modems.items() for name in names}
+    known |= {who: f"{who}.{names[0]}" for who, names in modems.items() if len(names) == 1}
+    for name in config.beacons:
+        if name not in known:
+            raise ScenarioError(str(LookupFailed("modem", name, known)), where=where)
+    return {known[name]: place for name, place in config.beacons.items()}
 
 
 def _turn(config: Any) -> Floats:

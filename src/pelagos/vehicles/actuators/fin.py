@@ -33,6 +33,8 @@ class FinConfig(PartConfig):
     """CD by deflection squared [1/rad^2]."""
     incidence: bool = False
     """The flow's own angle at the fin lifts too, which steadies the vehicle (Fossen's programs leave it out)."""
+    astern: Literal["mirrored", "as_ahead"] = "mirrored"
+    """Where the vehicle goes astern, a deflection pushes the other way; or as it does ahead (Fossen's programs)."""
     limit_deg: Positive
     """[deg]"""
     time_constant_s: NonNegative
@@ -53,6 +55,7 @@ class FinConfig(PartConfig):
             direction=(cos, sin),
             place=place,
             incidence=self.incidence,
+            mirrored=self.astern == "mirrored",
             lag=Lag(self.time_constant_s, -limit, limit, self.clip),
             site=Place("fin", place, 0.5 * math.sqrt(self.area_m2)),
         )
@@ -67,6 +70,7 @@ class Fin:
     direction: tuple[float, float]
     place: Vector
     incidence: bool
+    mirrored: bool
     lag: Lag
     unit: str = "rad"
     site: Place = HULL
@@ -74,5 +78,6 @@ class Fin:
     def wrench(self, state: Array, flow: Flow) -> Vector:
         """Force and moment (6) at a deflection [rad]."""
         return lift.fin(
-            self.gain, self.drag_gain, self.direction, self.place, state, flow.nu_r, incidence=self.incidence
-        )
+            self.gain, self.drag_gain, self.direction, self.place, state, flow.nu_r,
+            incidence=self.incidence, mirrored=self.mirrored,
+        )  # fmt: skip
