@@ -71,6 +71,43 @@ def test_oblique_impact_slides_or_rolls(mu, sticks):
     assert (abs(slip) < 1e-9) == sticks
 
 
+@pytest.mark.parametrize("spin", [5.0, -5.0])
+def test_a_turning_body_strikes_across_a_gap_only_what_it_turns_towards(spin):
+    """Its point at the contact moves by w x r: towards the other at 1.5 m/s it closes a gap of 2 mm within a step."""
+    bodies = balls((4.0, 1.0), 0.3, [[0, 0, 0], [0, 0, 0]])
+    bodies.position[0] = [0.0, 0.3, 0.0]  # beside the contact: w x r = (0, 0, w) x (0, -0.3, 0) = (0.3 w, 0, 0)
+    bodies.spin[0, 2] = spin
+    found = contacts([0, 0, 0], [1, 0, 0])
+    found.depth[:] = -0.002
+    impulses = collide(found, bodies, H)
+    if spin > 0:
+        assert not impulses.any()  # away along +x
+    else:
+        assert impulses[0, 0] > 0.1
+        assert impulses[0, 5] == pytest.approx(0.3 * impulses[0, 0])  # r x J: against its turn
+        assert impulses[0, :3] == pytest.approx(-impulses[1, :3])
+
+
+def test_bodies_that_overlap_go_no_deeper():
+    rov = {"vehicle": "bluerov2", "control": "actuators"}
+    sim = pl.Simulation.load(
+        {
+            "tick_rate_hz": 100,
+            "world": {"type": "flat", "depth_m": 30.0},
+            "agents": {
+                "a": rov | {"start": {"position_m": [0.0, 0.0, -10.0]}},
+                "b": rov | {"start": {"position_m": [2.0, 0.1, -10.02], "heading_deg": 30.0}},
+            },
+        }
+    )
+    sim.reset()
+    turn = math.radians(30.0)
+    sim.set_state("b", position=(0.4, 0.1, -10.02), velocity=(-0.3 * math.cos(turn), -0.3 * math.sin(turn), 0.0))
+    sim.step(ticks=50)  # towards the other at 0.3 m/s, 5 cm inside it already: unhindered it would be 0.15 m deeper
+    apart = sim.state["b"].position[0] - sim.state["a"].position[0]
+    assert np.linalg.norm(apart) > np.linalg.norm([0.4, 0.1, 0.02]) - 0.005
+
+
 def _random(rng: np.random.Generator) -> tuple[PairContacts, Colliding, np.ndarray]:
     """Two bodies of any mass matrix, and contacts that more or less face one way."""
     count = int(rng.integers(1, 7))

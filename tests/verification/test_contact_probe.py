@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 from pelagos import jit
-from pelagos.contact.probe import hull_probes, probe_wrench
+from pelagos.contact.probe import _gram, hull_probes, probe_wrench
+from pelagos.hydro.rigid_body import skew
 from pelagos.raycast.geometry import Geometry
 from pelagos.raycast.rays import NO_BODY
 from pelagos.raycast.scene import Scene
@@ -85,6 +86,36 @@ def test_nothing_passes_at_three_metres_per_second():
     ball = Ball(floor(), "mud", position=(0, 0, RADIUS + 0.2), velocity=(1.0, 0, -3.0))
     lowest = min(ball.step()[2] * 0 + ball.x[2] for _ in range(600))
     assert lowest > 0.0
+
+
+@pytest.mark.parametrize("gap", [0.003, 0.05, 0.11])
+def test_a_step_that_is_longer_than_a_hulls_probes_passes_through_nothing(gap):
+    ball = Ball(floor(), "mud", position=(0, 0, RADIUS + gap), velocity=(0, 0, -60.0))  # 0.3 m a step, probes of 0.1 m
+    lowest = min(ball.step()[2] * 0 + ball.x[2] for _ in range(100))
+    assert lowest > 0.0
+
+
+def test_a_push_beside_the_centre_turns_a_ball_that_grips():
+    """A ball that is set down sliding ends up rolling, 5/7 of its speed: the moment of friction, every sign of it."""
+    for heading in (0.4, 2.6):
+        way = np.array([np.cos(heading), np.sin(heading), 0.0])
+        ball = Ball(floor(), "concrete", position=(0, 0, RADIUS), velocity=0.5 * way)
+        for _ in range(400):
+            ball.step()
+        assert ball.v @ way == pytest.approx(0.5 * 5 / 7, rel=0.05)  # the floor gives way by millimetres
+        assert ball.w == pytest.approx(np.cross([0, 0, 1.0], ball.v) / RADIUS, abs=0.1 * 0.5 / RADIUS)
+
+
+def test_a_damper_beside_the_centre_acts_on_six_axes_as_its_jacobian_says():
+    """J^T J of J = (1, -[r]x): what the velocity at r does to force and moment; the lower triangle."""
+    r = np.array([0.3, -0.7, 0.45])
+    jacobian = np.hstack([np.eye(3), -skew(r)])
+    found = np.zeros(21)
+    for place, value in _gram(jit.Array3f64(*r.tolist())):
+        found[place] += np.array(jit.Float64(value))[0]
+    expected = jacobian.T @ jacobian
+    pairs = [(i, j) for i in range(6) for j in range(i + 1)]
+    assert found == pytest.approx(np.array([expected[i, j] for i, j in pairs]), abs=1e-12)
 
 
 @pytest.mark.parametrize(("tilt", "grip", "slides"), [(0.2, 1.0, False), (0.9, 1.0, True), (0.2, 0.2, True)])
