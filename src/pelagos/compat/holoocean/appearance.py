@@ -1,4 +1,4 @@
-"""What HoloOcean's environment does to water, air, light and the spectator's view."""
+"""Effects of HoloOcean's environment on water, air, light and the spectator's view."""
 
 from __future__ import annotations
 

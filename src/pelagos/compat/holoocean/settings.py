@@ -1,4 +1,4 @@
-"""What the command line chose for every environment of a program (`pelagos holoocean --legacy-dynamics ...`)."""
+"""Choices of the command line for every environment of a program (`pelagos holoocean --legacy-dynamics ...`)."""
 
 from __future__ import annotations
 
