@@ -32,6 +32,9 @@ CONFIG: dict[str, dict[str, Any]] = {
     "multibeam": {"beams": 5, "frequency_hz": 321e3},
     "imaging_sonar": {"beams": 4, "bins": 8, "range_min_m": 1.5, "range_max_m": 25.5, "iq": True},
     "profiling_sonar": {"beams": 4, "bins": 8, "range_min_m": 1.5, "range_max_m": 25.5},
+    "sidescan": {"bins": 8, "range_min_m": 1.5, "range_max_m": 25.5, "iq": True, "depression_deg": 25},
+    "singlebeam": {"bins": 8, "range_min_m": 1.5, "range_max_m": 25.5, "iq": True},
+    "mechanical_scanning_sonar": {"bins": 8, "range_min_m": 1.5, "range_max_m": 25.5, "iq": True},
     **{
         kind: {"width_px": 22, "height_px": 16, "distortion": DISTORTION}
         for kind in ("camera", "depth_camera", "semantic_camera", "instance_camera", "normal_camera",
@@ -80,6 +83,13 @@ def reading_of(kind: str, config: Any) -> Reading:
     elif kind in ("imaging_sonar", "profiling_sonar"):
         data = (np.arange(32, dtype=np.float32).reshape(1, 4, 8) + 1) / 40
         extras = {"iq": (numbers(1, 4, 8, seed=5) + 1j * numbers(1, 4, 8, seed=6)).astype(np.complex64)}
+    elif kind in TRACES:
+        beams = TRACES[kind]
+        data = (np.arange(16, dtype=np.float32).reshape(1, 2, 8)[:, :beams] + 1) / 20
+        iq = (numbers(1, beams, 8, seed=5) + 1j * numbers(1, beams, 8, seed=6)).astype(np.complex64)
+        extras = {"altitude": np.array([7.25]), "angle": np.array([-0.75]), "iq": iq}
+        if beams == 1:
+            data, extras["iq"] = data[:, 0], iq[:, 0]
     elif kind in ("lidar", "semantic_lidar"):
         data = numbers(1, 2, 3, 4).astype(np.float32)
         if kind == "semantic_lidar":
@@ -93,6 +103,8 @@ def reading_of(kind: str, config: Any) -> Reading:
     return Reading(data, data, T_NS, "auv0/here", np.ones(1, bool), extras)
 
 
+TRACES = {"sidescan": 2, "singlebeam": 1, "mechanical_scanning_sonar": 1}
+"""Beams."""
 PIXELS: dict[str, tuple[tuple[int, ...], str]] = {
     "camera": ((3,), "u1"), "depth_camera": ((), "f4"), "semantic_camera": ((), "u1"),
     "instance_camera": ((), "u4"), "normal_camera": ((3,), "f4"), "optical_flow_camera": ((2,), "f4"),
@@ -326,6 +338,51 @@ def imaging(c: Any, r: Reading) -> list[dict[str, Any]]:
     return found
 
 
+def trace(frame: str, beam: list[list[float]], starboard: list[float], widths: tuple[str, str]) -> Any:
+    """A ping: directions of its beams in `frame`, angles to starboard, keys of the widths across and in their plane."""
+
+    def expected(c: Any, r: Reading) -> list[dict[str, Any]]:
+        count = len(beam)
+        level = np.floor(r.data[0].reshape(count, 8) * 255 + 0.5).astype(np.uint8)
+        ping = {
+            **stamped(f"auv0/here_{frame}"), "ping_info.frequency": c.frequency_hz, "ping_info.sound_speed": 0,
+            "ping_info.tx_beamwidths": [math.radians(getattr(c, widths[0]))],
+            "ping_info.rx_beamwidths": [math.radians(getattr(c, widths[1]))],
+            "image.is_bigendian": False, "image.beam_count": count,
+        }  # fmt: skip
+        image: dict[str, Any] = {
+            **ping, "ranges": 1.5 + 3.0 * (np.arange(8) + 0.5), "image.dtype": 0,
+            "image.data": bytes(level[b, k] for k in range(8) for b in range(count)),
+        }  # fmt: skip
+        for i, direction in enumerate(beam):
+            image |= xyz(f"beam_directions[{i}]", direction)
+        raw = {
+            **ping, "sample_rate": 1500 / (2 * 3.0), "samples_per_beam": 8, "sample0": round(1.5 / 3),
+            "tx_delays": [0] * count, "tx_angles": [0] * count, "rx_angles": starboard, "image.dtype": 8,
+            "image.data": r.extras["iq"][0].tobytes(),
+        }  # fmt: skip
+        found = [image, raw]
+        if count == 2:
+            found.append({
+                **stamped("auv0/here"), "radiation_type": 0, "field_of_view": math.radians(c.vertical_beamwidth_deg),
+                "min_range": 1.5, "max_range": 25.5, "range": 7.25, "variance": 3.0**2 / 12,
+            })  # fmt: skip
+        return found
+
+    return expected
+
+
+_DOWN, _OUT = math.sin(math.radians(25)), math.cos(math.radians(25))  # 25 degrees below the horizon
+sidescan = trace(
+    "frd", [[0, -_OUT, _DOWN], [0, _OUT, _DOWN]], [-math.radians(65), math.radians(65)],
+    ("beamwidth_deg", "vertical_beamwidth_deg"),
+)  # fmt: skip
+singlebeam = trace("frd", [[0, 0, 1]], [0], ("beamwidth_deg", "beamwidth_deg"))
+scanning = trace(  # the head looks 0.75 rad to starboard: y of the frame
+    "projected", [[0, math.sin(0.75), math.cos(0.75)]], [0.75], ("vertical_beamwidth_deg", "beamwidth_deg")
+)
+
+
 def variance_of(c: Any, density: str, bias: str) -> float:
     return float(getattr(c, density) ** 2 * c.rate_hz + getattr(c, bias) ** 2)
 
@@ -389,7 +446,8 @@ EXPECTED: dict[str, Callable[[Any, Reading], list[dict[str, Any]]]] = {
     "semantic_camera": image("mono8"), "instance_camera": image("32SC1"), "normal_camera": image("32FC3"),
     "optical_flow_camera": image("32FC2"), "thermal_camera": image("32FC1"), "event_camera": image("16SC1"),
     "lidar": lidar, "semantic_lidar": lidar, "multibeam": multibeam, "imaging_sonar": imaging,
-    "profiling_sonar": imaging, "ctd": ctd, "current_meter": current_meter,
+    "profiling_sonar": imaging, "sidescan": sidescan, "singlebeam": singlebeam, "mechanical_scanning_sonar": scanning,
+    "ctd": ctd, "current_meter": current_meter,
     "sound_velocity": water("sound_speed", "m/s"), "fluorometer": water("chlorophyll", "mg/m^3"),
     "oxygen": water("oxygen", "umol/kg"), "turbidity": water("turbidity", "NTU"), "tracer": water("dye", ""),
     **dict.fromkeys(MODEMS, modem),

@@ -64,6 +64,9 @@ def measurement(kind: str, config: Any, lanes: int) -> Measurement:
         extras["backscatter"] = uniform(-40, -10, data.shape).astype(np.float32)
     elif kind in ("imaging_sonar", "profiling_sonar"):
         data = uniform(0, 1, (lanes, config.beams, config.bins)).astype(np.float32)
+    elif kind in ("sidescan", "singlebeam", "mechanical_scanning_sonar"):
+        data = uniform(-60, 0, (lanes, *([2] if kind == "sidescan" else []), config.bins)).astype(np.float32)
+        extras = {"altitude": uniform(5, 20, lanes), "angle": uniform(-3, 3, lanes)}
     elif kind == "camera":
         data = np.zeros((lanes, config.height_px, config.width_px, 3), dtype=np.uint8)
         data[:, :, : config.width_px // 2, 0] = 200
@@ -234,6 +237,14 @@ def test_multibeam_points_lie_along_its_beams() -> None:
     assert (ranges.flags[3].flag, ranges.flags[4].flag) == (1, 0)
     assert ranges.beam_unit_vec[0].y < 0 < ranges.beam_unit_vec[0].z  # y is starboard, z down
     np.testing.assert_array_equal(ranges.ranges, found.data[0])
+
+
+def test_a_sidescan_without_a_bottom_says_that_it_is_out_of_range() -> None:
+    config = config_of("sidescan")
+    data = np.full((1, 2, config.bins), -200.0, dtype=np.float32)
+    found = Measurement(data, data, None, {"altitude": np.array([np.nan])})
+    raw = encoder(config, SITE).encode(reading(found), 0)
+    assert deserialize("sensor_msgs/msg/Range", bytes(raw[-1] or b"")).range == math.inf
 
 
 def test_a_target_to_port_has_positive_azimuth_and_negative_y() -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import heapq
 import time
 from collections import Counter
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
@@ -14,7 +14,7 @@ from pelagos.bridges.door import TopicDoor
 from pelagos.bridges.tap import Channel, Message, Tap
 from pelagos.bridges.transport import Transport
 from pelagos.errors import InputError
-from pelagos.sim.record import LEGEND
+from pelagos.sim.record import LATCHED_KEY, LEGEND
 from pelagos.sim.replay import Recorded, Recording
 
 SLICE_NS: Final = 10_000_000
@@ -71,7 +71,7 @@ class Playback:
         for number, topic in enumerate(self.topics, start=1):
             found = self._recording.channels[topic]
             self._numbers[topic] = number
-            self._tap.channels[number] = Channel(number, topic, found.type, found.about, topic == "/tf_static")
+            self._tap.channels[number] = Channel(number, topic, found.type, found.about, _latched(found.about))
         if LEGEND in self._recording.attachments:
             self._tap.attachments[LEGEND] = self._recording.attachments[LEGEND]
 
@@ -122,6 +122,11 @@ class Playback:
             door.send(present, messages)
 
 
+def _latched(about: Mapping[str, str]) -> bool:
+    """Whether late joiners want a topic's last message."""
+    return "transient_local" in about.get(LATCHED_KEY, "")
+
+
 def in_time(recording: Recording, topics: Sequence[str]) -> Iterator[Recorded]:
     """Messages of several topics in order of time."""
     return heapq.merge(*(recording.messages(topic) for topic in topics), key=lambda recorded: recorded.t_ns)
@@ -134,6 +139,7 @@ def write_rosbag(recording: str | Path, folder: str | Path) -> int:
         InputError: the folder exists.
         RecordingError: there is no such recording.
     """
+    from rosbags.interfaces import Qos, QosDurability, QosHistory, QosLiveliness, QosReliability, QosTime
     from rosbags.rosbag2 import StoragePlugin, Writer
 
     from pelagos.messages.store import typestore
@@ -141,10 +147,20 @@ def write_rosbag(recording: str | Path, folder: str | Path) -> int:
     if Path(folder).exists():
         raise InputError(f"{folder}: exists already; give another folder")
     source, count = Recording(recording), 0
+    never = QosTime(0, 0)
+    latched = Qos(
+        QosHistory.KEEP_LAST, 1, QosReliability.RELIABLE, QosDurability.TRANSIENT_LOCAL, never, never,
+        QosLiveliness.SYSTEM_DEFAULT, never, False,
+    )  # fmt: skip
     with Writer(Path(folder), version=9, storage_plugin=StoragePlugin.MCAP) as bag:
         connections = {
-            topic: bag.add_connection(topic, source.channels[topic].type, typestore=typestore())
-            for topic in source.topics()
+            topic: bag.add_connection(
+                topic,
+                found.type,
+                typestore=typestore(),
+                offered_qos_profiles=[latched] if _latched(found.about) else [],
+            )
+            for topic, found in ((t, source.channels[t]) for t in source.topics())
         }
         for recorded in in_time(source, source.topics()):
             bag.write(connections[recorded.topic], recorded.t_ns, recorded.raw)

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from pelagos.bridges.transport import Buffer
 from pelagos.messages.store import make, schema, serialize
 from pelagos.sim.mcap_writer import McapWriter
+from pelagos.sim.record import LATCHED_KEY
 
 STRING = "std_msgs/msg/String"
 
@@ -76,7 +77,7 @@ class Tap:
             number = len(self.channels) + 1
         else:
             number = self._file.add_channel(topic, schema_id, encoding, metadata)
-        latched = "transient_local" in metadata.get("offered_qos_profiles", "")
+        latched = "transient_local" in metadata.get(LATCHED_KEY, "")
         self.channels[number] = Channel(number, topic, self._types[schema_id], dict(metadata), latched)
         return number
 

@@ -5,7 +5,18 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any, Final
 
-from pelagos.messages import camera, communication, images, lidar, navigation, ranging, sonar_image, soundings, water
+from pelagos.messages import (
+    camera,
+    communication,
+    images,
+    lidar,
+    navigation,
+    ranging,
+    sonar_image,
+    soundings,
+    trace,
+    water,
+)
 from pelagos.messages.encoding import Encoding, Site
 from pelagos.messages.numbers import numbers
 
@@ -31,6 +42,9 @@ ENCODERS: Final[Mapping[str, Callable[[Any, Site], Encoding]]] = {
     "semantic_lidar": lidar.lidar,
     "imaging_sonar": sonar_image.imaging_sonar,
     "profiling_sonar": sonar_image.imaging_sonar,
+    "sidescan": trace.sidescan,
+    "singlebeam": trace.singlebeam,
+    "mechanical_scanning_sonar": trace.mechanical_scanning_sonar,
     "multibeam": soundings.multibeam,
     "ctd": water.ctd,
     "sound_velocity": water.water_property,

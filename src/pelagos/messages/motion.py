@@ -1,4 +1,4 @@
-"""The vehicle's true motion and its frames: nav_msgs/Odometry, /tf and /tf_static (world ENU, body FLU)."""
+"""The vehicle's true motion, its frames and its plan: Odometry, /tf, /tf_static, Path (world ENU, body FLU)."""
 
 from __future__ import annotations
 
@@ -13,6 +13,7 @@ from pelagos.messages.store import Message, header, make, quaternion, serialize,
 from pelagos.messages.template import STAMP, Buffer, Template, fields, joined
 
 ODOMETRY: Final = "nav_msgs/msg/Odometry"
+PATH: Final = "nav_msgs/msg/Path"
 TF: Final = "tf2_msgs/msg/TFMessage"
 WORLD_FRAME: Final = "map"
 
@@ -73,6 +74,27 @@ def _poses(position: NDArray[np.float64], attitude: NDArray[np.float64]) -> NDAr
     """`(..., 7)` position ENU and quaternion xyzw, of position NWU and quaternion wxyz."""
     q = quaternion_nwu_to_enu_np(attitude)
     return np.concatenate([nwu_to_enu_np(position), q[..., 1:], q[..., :1]], axis=-1)
+
+
+def path_message(corners: NDArray[np.float64]) -> bytes:
+    """nav_msgs/Path in `map` through corners `(k, 3)` NWU [m]; each pose looks along the way that leads to it."""
+    step = np.diff(corners, axis=0, prepend=corners[:1])
+    if len(step) > 1:
+        step[0] = step[1]
+    poses = []
+    yaw = 0.0
+    for corner, ahead in zip(corners, step, strict=True):
+        if np.hypot(ahead[0], ahead[1]) > 0:
+            yaw = float(np.arctan2(ahead[1], ahead[0]))
+        q = quaternion_nwu_to_enu_np(np.array([np.cos(yaw / 2), 0.0, 0.0, np.sin(yaw / 2)]))
+        east, north, up = nwu_to_enu_np(corner).tolist()
+        pose = make(
+            "geometry_msgs/msg/Pose",
+            position=make("geometry_msgs/msg/Point", x=east, y=north, z=up),
+            orientation=quaternion(*q.tolist()),
+        )
+        poses.append(make("geometry_msgs/msg/PoseStamped", header=header(WORLD_FRAME), pose=pose))
+    return serialize(PATH, make(PATH, header=header(WORLD_FRAME), poses=poses))
 
 
 def static_transform(

@@ -26,12 +26,13 @@ def imaging_sonar(config: Any, site: Site) -> Encoding:
     """Data `(n, beams, bins)` as 8 bits over the configured dynamic range, with range-major rows."""
     azimuth = np.asarray(config.azimuths, dtype=np.float64)
     frame = site.frame + PROJECTED.suffix
-    image = Template(PROJECTED_IMAGE, _projected(config, azimuth, frame), [*STAMP, "image.data:bytes"])
+    widths = (config.vertical_beamwidth_deg, config.beamwidth_deg)
+    image = Template(PROJECTED_IMAGE, projected_image(config, azimuth, frame, widths), [*STAMP, "image.data:bytes"])
     preview = FanPreview(azimuth, config.range_min_m, config.range_max_m, config.bins)
     topics = [Topic("image", PROJECTED_IMAGE), Topic("preview/compressed", COMPRESSED_IMAGE)]
     raw: Template | None = None
     if config.iq:
-        raw = Template(RAW_IMAGE, _raw(config, azimuth, frame), [*STAMP, "image.data:bytes"])
+        raw = Template(RAW_IMAGE, raw_image(config, azimuth, frame, widths), [*STAMP, "image.data:bytes"])
         topics.append(Topic("raw", RAW_IMAGE))
 
     def encode(reading: Reading, copy: int) -> tuple[Buffer, ...]:
@@ -65,44 +66,53 @@ def ranges_of(config: Any) -> NDArray[np.float32]:
     return np.asarray(0.5 * (edges[1:] + edges[:-1]), dtype=np.float32)
 
 
-def _projected(config: Any, azimuth: NDArray[np.float64], frame: str) -> Any:
-    """Beams lie in the y-z plane of a frame with z forward and y to starboard."""
+def projected_image(config: Any, azimuth: NDArray[np.float64], frame: str, widths: tuple[float, float]) -> Any:
+    """Beams lie in the y-z plane of a frame with y to starboard; azimuth `(beams,)` [rad] from z, positive to port.
+
+    Args:
+        config: of the sonar.
+        azimuth: direction of each beam.
+        frame: its id.
+        widths: half-power widths across the plane of the beams, and in it [deg].
+    """
     directions = [vector3(0.0, -math.sin(a), math.cos(a)) for a in azimuth]
     return make(
         PROJECTED_IMAGE,
         header=header(frame),
-        ping_info=_ping_info(config),
+        ping_info=_ping_info(config, widths),
         beam_directions=directions,
         ranges=ranges_of(config),
-        image=_data(config.beams, _UINT8, config.beams * config.bins),
+        image=_data(len(azimuth), _UINT8, len(azimuth) * config.bins),
     )
 
 
-def _raw(config: Any, azimuth: NDArray[np.float64], frame: str) -> Any:
-    """In-phase and quadrature as pairs of float32, beam after beam."""
-    zeros = np.zeros(config.beams, dtype=np.float32)
+def raw_image(config: Any, azimuth: NDArray[np.float64], frame: str, widths: tuple[float, float]) -> Any:
+    """In-phase and quadrature as pairs of float32, beam after beam; arguments as of `projected_image`."""
+    beams = len(azimuth)
+    zeros = np.zeros(beams, dtype=np.float32)
     bin_width = (config.range_max_m - config.range_min_m) / config.bins
     return make(
         RAW_IMAGE,
         header=header(frame),
-        ping_info=_ping_info(config),
+        ping_info=_ping_info(config, widths),
         sample_rate=_NOMINAL_SOUND_SPEED / (2 * bin_width),
         samples_per_beam=config.bins,
         sample0=round(config.range_min_m / bin_width),
         tx_delays=zeros,
         tx_angles=zeros,
         rx_angles=np.asarray(-azimuth, dtype=np.float32),
-        image=_data(config.beams, _FLOAT32, config.beams * config.bins * 8),
+        image=_data(beams, _FLOAT32, beams * config.bins * 8),
     )
 
 
-def _ping_info(config: Any) -> Any:
+def _ping_info(config: Any, widths: tuple[float, float]) -> Any:
+    across, within = (np.array([math.radians(w)], dtype=np.float32) for w in widths)
     return make(
         "marine_acoustic_msgs/msg/PingInfo",
         frequency=float(config.frequency_hz),
         sound_speed=0.0,  # not reported
-        tx_beamwidths=np.array([math.radians(config.vertical_beamwidth_deg)], dtype=np.float32),
-        rx_beamwidths=np.array([math.radians(config.beamwidth_deg)], dtype=np.float32),
+        tx_beamwidths=across,
+        rx_beamwidths=within,
     )
 
 

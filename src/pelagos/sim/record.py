@@ -22,7 +22,15 @@ from numpy.typing import NDArray
 from pelagos.config.swarm import topic_name
 from pelagos.messages.encoders import encoder
 from pelagos.messages.encoding import Encoding, Site
-from pelagos.messages.motion import ODOMETRY, TF, TruthEncoder, static_message, static_transform
+from pelagos.messages.motion import (
+    ODOMETRY,
+    PATH,
+    TF,
+    TruthEncoder,
+    path_message,
+    static_message,
+    static_transform,
+)
 from pelagos.messages.store import Message, schema
 from pelagos.sensors.sensor import Measurement, Reading, SensorConfig
 from pelagos.sim.mcap_writer import McapWriter
@@ -32,6 +40,7 @@ CHUNK_WALL_S: Final = 0.5
 SCENARIO: Final = "scenario.yaml"
 LEGEND: Final = "labels.json"
 STATIC: Final = "/tf_static"
+LATCHED_KEY: Final = "offered_qos_profiles"  # of a channel's metadata, as rosbag2 has it
 PACKAGES: Final = ("pelagos", "mitsuba", "drjit", "numpy", "gsw", "pillow")
 
 Pose: TypeAlias = tuple[Sequence[float], Sequence[float]]
@@ -50,6 +59,7 @@ class Recorder:
 
     Attributes:
         path: the file.
+        latched: topics that were said once, at the beginning.
 
     Args:
         path: the file; its folder exists.
@@ -94,6 +104,7 @@ class Recorder:
         self._truth: dict[str, list[tuple[TruthEncoder, int]]] = {}
         self._navigation: dict[str, list[tuple[TruthEncoder, int]]] = {}
         self._movers: dict[str, tuple[TruthEncoder, int]] = {}
+        self.latched: set[str] = set()
         self._tf = self._channel("/tf", TF, {})
         self._chunk_ns = 0
         self._chunk_wall = time.monotonic()
@@ -101,8 +112,7 @@ class Recorder:
         for agent, configs in sensors.items():
             poses: Mapping[str, Pose] = {name: (c.position_m, c.q_body_sensor) for name, c in configs.items()}
             self._add_agent(agent, configs, poses if mounts is None else mounts[agent], origin)
-        latched = self._channel(STATIC, TF, {"offered_qos_profiles": _LATCHED})
-        self._writer.add_message(latched, 0, static_message(self._transforms))
+        self._latch(STATIC, TF, static_message(self._transforms), {})
         self._writer.flush()
 
     def write(self, agent: str, sensor: str, reading: Reading) -> None:
@@ -196,6 +206,11 @@ class Recorder:
             )
             for place in self._places(agent)
         ]
+
+    def add_plan(self, agent: str, corners: NDArray[np.float64]) -> None:
+        """Say once which way an agent's mission means to go: corners `(k, 3)` NWU [m], topic "/AGENT/plan"."""
+        for place in self._places(agent):
+            self._latch(f"/{place}/plan", PATH, path_message(corners), {"agent": agent})
 
     def write_navigation_block(
         self,
@@ -307,6 +322,11 @@ class Recorder:
             self._schemas[type_name] = self._writer.add_schema(type_name, "ros2msg", schema(type_name))
         self._channels[topic] = self._writer.add_channel(topic, self._schemas[type_name], "cdr", about)
         return self._channels[topic]
+
+    def _latch(self, topic: str, type_name: str, data: bytes, about: Mapping[str, str]) -> None:
+        channel = self._channel(topic, type_name, {**about, LATCHED_KEY: _LATCHED})
+        self._writer.add_message(channel, 0, data)
+        self.latched.add(topic)
 
     def _end_chunk(self, t_ns: int) -> None:
         if t_ns - self._chunk_ns >= CHUNK_NS or time.monotonic() - self._chunk_wall >= CHUNK_WALL_S:

@@ -13,7 +13,7 @@ from pelagos.errors import RecordingError, RecordingWarning
 from pelagos.sim.checkpoint import Checkpoint
 from pelagos.sim.mcap_reader import RawRecord, Walk, parse, scan_chunk
 from pelagos.sim.mcap_writer import CHANNELS, listed_channels
-from pelagos.sim.record import STATIC, Recorder
+from pelagos.sim.record import Recorder
 from pelagos.sim.run_log import open_recorder
 
 if TYPE_CHECKING:
@@ -84,7 +84,7 @@ def _take_over(path: Path, recorder: Recorder, until_ns: int) -> None:
 
     def declare(number: int, topic: str) -> None:
         found = recorder.channel(topic)
-        if found is not None and topic != STATIC:  # mounts stand at the beginning of the new file
+        if found is not None and topic not in recorder.latched:  # those stand at the beginning of the new file
             channels[number] = found
 
     def on_record(record: RawRecord) -> None:

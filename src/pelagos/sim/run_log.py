@@ -11,6 +11,7 @@ import numpy as np
 
 from pelagos.config.loader import to_yaml
 from pelagos.math.so3 import rotate_np
+from pelagos.sim.guidance.outline import outline, start_of
 from pelagos.sim.record import Recorder
 from pelagos.sim.sampled import Sampled
 from pelagos.world.legend import legend
@@ -121,6 +122,8 @@ def open_recorder(path: Path, sim: Simulation, *, writer: Any = None) -> Recorde
     for name, agent in sim.model.agents.items():
         if agent.config.navigation.type != "truth":
             made.add_navigation(name, agent.config.navigation.type)
+        if agent.tasks:
+            made.add_plan(name, outline(agent.tasks, start_of(agent.config.start, sim.world.height), sim.world.height))
     for mover in sim.world.movers:
         number, instance = next((g.label, g.instance) for g in moving if g.name == mover.name)
         made.add_mover(
