@@ -19,6 +19,7 @@ from pelagos.messages.store import deserialize, make, serialize, typestore
 cyclonedds = pytest.importorskip("cyclonedds")
 
 from pelagos.bridges.dds import DdsTransport  # noqa: E402
+from pelagos.bridges.dds_flow import RETRY_S, Flow  # noqa: E402
 from pelagos.bridges.dds_graph import INFO, Graph  # noqa: E402
 from pelagos.bridges.dds_types import idl_class, wire_type  # noqa: E402
 from pelagos.bridges.rihs import type_hash  # noqa: E402
@@ -249,8 +250,8 @@ while True:
 """
 
 
-@pytest.mark.parametrize("how", [signal.SIGSTOP, signal.SIGKILL])
-def test_a_stopped_or_dead_subscriber_slows_nobody(how: signal.Signals) -> None:
+@pytest.mark.parametrize(("how", "large"), [(signal.SIGSTOP, True), (signal.SIGKILL, False)])
+def test_a_stopped_or_dead_subscriber_slows_nobody(how: signal.Signals, large: bool) -> None:
     """A reliable subscriber in another process stops reading: every write of 1 MB still returns at once."""
     peer = subprocess.Popen([sys.executable, "-c", PEER, str(DOMAIN)], stdout=subprocess.PIPE, text=True)
     transport = DdsTransport(domain=DOMAIN, node="sim")
@@ -260,7 +261,7 @@ def test_a_stopped_or_dead_subscriber_slows_nobody(how: signal.Signals) -> None:
         image = make("sensor_msgs/msg/Image", header=default("std_msgs/msg/Header"), height=512, width=2048,
                      encoding="mono8", is_bigendian=0, step=2048, data=np.ones(1 << 20, np.uint8))  # fmt: skip
         raw = serialize("sensor_msgs/msg/Image", image)
-        write = transport.advertise("/big", "sensor_msgs/msg/Image", qos=Qos(depth=5))
+        write = transport.advertise("/big", "sensor_msgs/msg/Image", qos=Qos(depth=5, large=large))
         got = [False]
 
         def first() -> bool:
@@ -273,7 +274,8 @@ def test_a_stopped_or_dead_subscriber_slows_nobody(how: signal.Signals) -> None:
         for _ in range(60):
             write(raw, 0)
             time.sleep(0.002)
-        assert not transport.troubles  # a write that waited would have come back with "timeout"
+        # a write that waited would have come back with "timeout"; what waits in the queue is dropped and counted
+        assert set(transport.troubles) <= {"/big: dropped"}
         if how == signal.SIGSTOP:
             peer.send_signal(signal.SIGCONT)
             before = _count(peer)
@@ -296,3 +298,51 @@ def _said(peer: Any, word: str, got: list[bool]) -> bool:
 
 def _count(peer: Any) -> int:
     return int(peer.stdout.readline() or 0)
+
+
+def test_a_burst_of_large_messages_arrives_whole(pair: tuple[DdsTransport, DdsTransport]) -> None:
+    """Six times as many as the writer keeps, written at once: a writer alone would replace most of them unread."""
+    a, b = pair
+    kind = "std_msgs/msg/UInt8MultiArray"
+    layout = make("std_msgs/msg/MultiArrayLayout", dim=[], data_offset=0)
+    raws = [serialize(kind, make(kind, layout=layout, data=np.full(1 << 20, i + 1, dtype=np.uint8))) for i in range(30)]
+    got: list[int] = []
+    b.subscribe("/burst", kind, lambda raw: got.append(raw[-1]), qos=Qos(depth=40))
+    write = a.advertise("/burst", kind, qos=Qos(depth=5, large=True))
+    assert until(lambda: write(raws[0], 0) or time.sleep(0.05) or got)  # they have met
+    until(lambda: not a.waiting)
+    got.clear()
+    for raw in raws[1:]:
+        write(raw, 0)
+    assert until(lambda: 30 in got)
+    assert [i for i in got if i > 1] == list(range(2, 31))
+
+
+class _Readers:
+    """A writer's readers, as cyclonedds tells of them."""
+
+    def __init__(self, *answers: bool) -> None:
+        self.answers = list(answers)
+        self.asked = 0
+
+    def wait_for_acks(self, timeout_ns: int) -> bool:
+        self.asked += 1
+        return self.answers.pop(0)
+
+
+def test_a_reader_that_does_not_answer_is_waited_for_once() -> None:
+    """Twelve messages at a depth of two: six times to wait, if all is well; after a refusal nobody is asked for 1 s."""
+    sent: list[int] = []
+    now = [5.0]
+    slow, quick = _Readers(True, False, True), _Readers(*[True] * 6)
+    for readers in (slow, quick):
+        flow = Flow(readers, lambda raw, t: sent.append(t), 2, clock=lambda: now[0])
+        for i in range(12):
+            flow.write(b"x", i)
+    assert sent == [*range(12), *range(12)]
+    assert (slow.asked, quick.asked) == (2, 6)
+    flow = Flow(_Readers(False), lambda raw, t: None, 1, clock=lambda: now[0])
+    flow.write(b"x", 0)
+    now[0] += RETRY_S
+    with pytest.raises(IndexError):  # asks again, and the list of answers is empty
+        flow.write(b"x", 1)

@@ -20,7 +20,7 @@ from pelagos.bridges.holoocean import listen_holoocean
 from pelagos.bridges.inbox import LIMIT, Inbox
 from pelagos.bridges.journal import TOPIC, Repeat, recorded_orders
 from pelagos.bridges.outbox import Outbox
-from pelagos.bridges.pace import Pace
+from pelagos.bridges.pace import SPIN_S, Pace
 from pelagos.bridges.ros2 import Ros2Config
 from pelagos.bridges.ros_commands import command_topics, listen
 from pelagos.bridges.services import Services
@@ -402,14 +402,13 @@ def test_a_queue_that_nobody_empties_drops_its_oldest() -> None:
     outbox, gate, written = Outbox("test"), threading.Event(), []
 
     def slow(raw: Any, t_ns: int) -> None:
-        gate.wait(10)
+        gate.wait()
         written.append(t_ns)
 
     put = outbox.lane("/a", slow, 3)
-    start = time.perf_counter()
-    for i in range(100):
+    for i in range(100):  # every one returns, though nothing is written before the gate opens
         put(b"x", i)
-    assert time.perf_counter() - start < 1.0
+    assert not written
     gate.set()
     outbox.close(5.0)
     assert written[-3:] == [97, 98, 99]
@@ -427,18 +426,30 @@ def test_a_transport_that_fails_is_counted() -> None:
     assert list(outbox.failed) == ["/a: OSError: no route"]
 
 
-def test_the_pace_waits_and_gives_up_what_is_lost() -> None:
+def test_the_pace_waits_and_gives_up_what_is_lost(monkeypatch: pytest.MonkeyPatch) -> None:
+    """By a clock of the test's own, of which every look takes a millisecond."""
+    now, slept = [50.0], []
+
+    def look() -> float:
+        now[0] += 0.001
+        return now[0]
+
+    def sleep(seconds: float) -> None:
+        slept.append(seconds)
+        now[0] += seconds
+
+    monkeypatch.setattr("pelagos.bridges.pace.time.perf_counter", look)
+    monkeypatch.setattr("pelagos.bridges.pace.time.sleep", sleep)
     pace = Pace(2.0)
     pace.restart(0)
-    start = time.perf_counter()
     pace.keep(200_000_000)
-    assert 0.1 <= time.perf_counter() - start < 0.2
-    time.sleep(0.4)
-    pace.keep(210_000_000)  # 0.39 s late: counted, not made up for
-    assert pace.lost_s > 0.25
-    start = time.perf_counter()
+    assert slept == pytest.approx([0.1 - 0.001 - SPIN_S])
+    assert pace.late[-1] < 0.01
+    now[0] += 0.4
+    pace.keep(210_000_000)  # 0.4 s late, less the 5 ms that 10 ms take at twice the speed: counted, not made up for
+    assert pace.lost_s == pytest.approx(0.395, abs=0.01)
     pace.keep(310_000_000)
-    assert 0.04 <= time.perf_counter() - start < 0.2
+    assert sum(slept[1:]) == pytest.approx(0.05, abs=0.005)
 
 
 @pytest.mark.parametrize("bad", [{"node": "no spaces"}, {"domain_id": 500}, {"transport": "tcp"}, {"tf": True}])

@@ -508,11 +508,9 @@ def test_what_cannot_be_is_said(config: dict[str, Any], message: str) -> None:
 
 def test_ports_drop_what_nobody_takes() -> None:
     for port in (PtyPort(), TcpPort(("127.0.0.1", 0)), UdpServerPort(("127.0.0.1", 0)), open_port("udp:9")):
-        start = time.perf_counter()
-        for _ in range(2000):
+        for _ in range(2000):  # a write that waited for somebody would never return
             port.write(b"x" * 100)
-            port.read()
-        assert time.perf_counter() - start < 5.0
+            assert not port.read()
         port.close()
 
 

@@ -14,9 +14,11 @@ from collections import Counter
 from functools import cache
 from typing import Any, Final
 
+from pelagos.bridges.dds_flow import WAITING, Flow
 from pelagos.bridges.dds_graph import Graph
 from pelagos.bridges.dds_types import idl_class
 from pelagos.bridges.extras import require
+from pelagos.bridges.outbox import Outbox
 from pelagos.bridges.rihs import type_hash
 from pelagos.bridges.transport import Answer, BridgeError, Buffer, Qos, Receive, Write
 
@@ -82,6 +84,7 @@ class DdsTransport:
         self._open = True
         self.troubles: Counter[str] = Counter()
         self._graph: Graph | None = None
+        self._large: Outbox | None = None
         if announce:
             latched = Qos(depth=1, latched=True)
             writer = self._writer("ros_discovery_info", "rmw_dds_common/msg/ParticipantEntitiesInfo", latched)
@@ -94,7 +97,17 @@ class DdsTransport:
         writer = self._writer(f"rt{topic}", type_name, qos)
         if self._graph is not None:
             self._graph.add_writer(writer.guid.bytes)
-        return self._sender(writer)
+        send = self._sender(writer)
+        if not qos.large:
+            return send
+        if self._large is None:
+            self._large = Outbox("dds-large", troubles=self.troubles)
+        return self._large.lane(topic, Flow(writer, send, qos.depth).write, WAITING)
+
+    @property
+    def waiting(self) -> int:
+        """Large messages that wait until readers have the last ones."""
+        return 0 if self._large is None else self._large.waiting
 
     def subscribe(self, topic: str, type_name: str, receive: Receive, *, qos: Qos) -> None:
         """See `Transport`."""
@@ -119,6 +132,8 @@ class DdsTransport:
         """See `Transport`."""
         if not self._open:
             return
+        if self._large is not None:
+            self._large.close()
         self._open = False
         self._wake.set(True)
         self._thread.join(timeout=2.0)

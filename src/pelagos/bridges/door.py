@@ -176,6 +176,6 @@ def qos_of(channel: Channel) -> Qos:
     if channel.topic == "/tf":
         return Qos(depth=100)
     if channel.type.startswith(_LARGE):
-        return Qos(depth=5)
+        return Qos(depth=5, large=True)
     rate = float(channel.about.get("rate_hz", 50.0))
     return Qos(depth=max(10, round(rate)))

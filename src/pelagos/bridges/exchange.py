@@ -12,6 +12,7 @@ from typing import Final
 from pelagos.bridges.door import Door, Driver
 from pelagos.bridges.inbox import ANSWER_S, Inbox
 from pelagos.bridges.journal import TOPIC
+from pelagos.bridges.machinery import Machinery
 from pelagos.bridges.pace import Pace
 from pelagos.bridges.tap import STRING, Message, Tap, text_message
 from pelagos.sim.listeners import Subscription
@@ -59,6 +60,7 @@ class Exchange:
         self._rate_hz = rate_hz or (REALTIME_HZ if realtime else FREE_HZ)
         self._tap: Tap | None = None
         self._orders = 0
+        self._machinery: Machinery | None = None
         self._steps: tuple[Subscription, threading.Event] | None = None
 
     def add(self, door: Door) -> None:
@@ -86,6 +88,7 @@ class Exchange:
         tap = Tap(file)
         recorder = open_recorder(Path() if record is None else Path(record), self.sim, writer=tap)
         self._tap, self._orders = tap, tap.declare(TOPIC, STRING)
+        self._machinery = Machinery(self.sim, tap) if self.doors else None
         for door in self.doors:
             door.open(self.sim, tap)
         subscriptions = [self.sim.on_tick(self._boundary, rate_hz=self._rate_hz)]
@@ -152,6 +155,8 @@ class Exchange:
 
     def _boundary(self, sim: Simulation) -> None:
         self.pace.keep(sim.time_ns)
+        if self._machinery is not None:
+            self._machinery.say(sim)
         self._send()
         self.inbox.drain()
 

@@ -7,7 +7,7 @@ import threading
 import time
 from collections import Counter, deque
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, Final
 
 import numpy as np
@@ -19,6 +19,8 @@ from pelagos.sim.simulation import Simulation
 LIMIT: Final = 1000
 """Orders that may wait; what comes beyond is refused."""
 ANSWER_S: Final = 10.0
+STREAM_S: Final = 1.0
+"""Velocities that are farther apart are no stream [s]."""
 
 
 @dataclass
@@ -61,6 +63,7 @@ class Inbox:
         self._by_key: dict[tuple[str, ...], Ticket] = {}
         self._lock = threading.Lock()
         self._posted = False
+        self._velocity_ns: dict[str, int] = {}
         self.obeyed: Counter[str] = Counter()
         self.refused: Counter[str] = Counter()
 
@@ -124,7 +127,17 @@ class Inbox:
         for ticket in waiting:
             self._do(ticket)
 
+    def _timed(self, order: Order) -> Order:
+        """A velocity with the time since the last one, which moves a heading on; 0 where the stream had ended."""
+        if order.kind != "velocity" or "since_s" in order.data:
+            return order
+        now = self._sim.time_ns
+        since_s = (now - self._velocity_ns.get(order.target, now)) * 1e-9
+        self._velocity_ns[order.target] = now
+        return replace(order, data={**order.data, "since_s": since_s if 0 <= since_s <= STREAM_S else 0.0})
+
     def _do(self, ticket: Ticket) -> None:
+        ticket.order = self._timed(ticket.order)
         try:
             apply(ticket.order, self._sim)
         except (InputError, TypeError, ValueError, KeyError) as error:

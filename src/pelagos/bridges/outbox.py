@@ -14,9 +14,14 @@ class Outbox:
     Attributes:
         dropped: lost messages by topic.
         failed: messages that the transport refused, by reason.
+
+    Args:
+        name: of the thread.
+        troubles: also counts what is dropped, where given.
     """
 
-    def __init__(self, name: str) -> None:
+    def __init__(self, name: str, *, troubles: Counter[str] | None = None) -> None:
+        self._troubles = Counter[str]() if troubles is None else troubles
         self.dropped: Counter[str] = Counter()
         self.failed: Counter[str] = Counter()
         self._queues: dict[str, deque[tuple[Buffer, int]]] = {}
@@ -34,13 +39,18 @@ class Outbox:
             with self._change:
                 if len(queue) >= depth:
                     queue.popleft()
-                    self.dropped[topic] += 1
+                    self._drop(topic, 1)
                 else:
                     self._order.append((topic, write))
                 queue.append((cdr, t_ns))
                 self._change.notify()
 
         return put
+
+    @property
+    def waiting(self) -> int:
+        """How many messages wait."""
+        return len(self._order)
 
     def close(self, wait_s: float = 1.0) -> None:
         """Write what waits, for at most `wait_s`; then leave it."""
@@ -50,9 +60,14 @@ class Outbox:
         self._thread.join(timeout=wait_s)
         with self._change:
             for topic, queue in self._queues.items():
-                self.dropped[topic] += len(queue)
+                if queue:
+                    self._drop(topic, len(queue))
                 queue.clear()
             self._order.clear()
+
+    def _drop(self, topic: str, count: int) -> None:
+        self.dropped[topic] += count
+        self._troubles[f"{topic}: dropped"] += count
 
     def _work(self) -> None:
         while True:

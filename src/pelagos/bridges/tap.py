@@ -121,6 +121,16 @@ class Tap:
             number = self.add_schema(type_name, "ros2msg", schema(type_name))
         return self.add_channel(topic, number, "cdr", about or {})
 
+    def declare_live(self, topic: str, type_name: str, about: Mapping[str, str] | None = None) -> int:
+        """A further topic that doors alone say: no recording has it."""
+        number = -1 - len(self.channels)
+        self.channels[number] = Channel(number, topic, type_name, dict(about or {}), latched=False)
+        return number
+
+    def say(self, channel: int, t_ns: int, data: Buffer) -> None:
+        """A message of a topic that doors alone say."""
+        self._waiting.append(Message(t_ns, channel, data))
+
     def take(self) -> list[Message]:
         """What came since the last time, in order of time."""
         waiting, self._waiting = self._waiting, []

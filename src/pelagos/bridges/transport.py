@@ -41,11 +41,14 @@ class Qos:
         depth: how many messages are kept for a reader that lags.
         reliable: whether lost ones are sent again.
         latched: whether late joiners get the last `depth` messages.
+        large: messages may have megabytes; a transport that would lose those of a burst holds them back while its
+            readers take the last ones.
     """
 
     depth: int = 10
     reliable: bool = True
     latched: bool = False
+    large: bool = False
 
 
 STREAM: Final = Qos(depth=10)

@@ -21,6 +21,8 @@ STREAMS: Final = ("command", "setpoint", "velocity", "wrench", "pose", "waypoint
 """Kinds of which only the newest counts."""
 CRUISE_MPS: Final = 1.5
 """Speed towards a waypoint where none was commanded before; that of missions."""
+LEAD_RAD: Final = math.radians(60)
+"""A heading that moves on at a commanded rate of yaw is at most so far ahead of the vehicle's own."""
 WATER: Final = ("current", "turbidity")
 """What an order may set of the ocean; see `Sea.set`."""
 _BODY_AXES: Final = ("surge", "sway", "heave", "roll", "pitch", "yaw")
@@ -33,7 +35,8 @@ class Order:
     Attributes:
         kind: "command": `values` in the agent's control mode, or in `mode` where given;
             "setpoint": some channels of the present command, by name;
-            "velocity": body FLU, three velocities [m/s] and three rates [rad/s]; "wrench": body FLU [N], [N m];
+            "velocity": body FLU, three velocities [m/s] and three rates [rad/s] (`since_s`: time since the last one);
+            "wrench": body FLU [N], [N m];
             "pose": world NWU, position [m], roll, pitch, yaw [rad]; "waypoint": world NWU [m]; "mode": a control mode;
             "state": position, attitude, velocity, angular_velocity, as in `Simulation.set_state`;
             "spawn", "remove": a body of the name `target`; "ocean": properties of the water.
@@ -101,11 +104,39 @@ def _setpoint(order: Order, sim: Simulation) -> None:
 
 
 def _velocity(order: Order, sim: Simulation) -> None:
+    vehicle = _vehicle(sim, order.target)
+    steered = next((m for m in vehicle.modes if {"heading", "speed"} <= set(vehicle.command_names(m))), None)
+    if "velocity" not in vehicle.modes and steered is not None:
+        _steer(order, sim, steered)
+        return
     values = _six(order)
     given = {
         f"{axis}_{'speed' if i < 3 else 'rate'}": v for i, (axis, v) in enumerate(zip(_BODY_AXES, values, strict=True))
     }
     _by_name(order, sim, "velocity", given)
+
+
+def _steer(order: Order, sim: Simulation, mode: str) -> None:
+    """A velocity for what steers by heading and speed: surge, and a heading that moves on at the rate of yaw.
+
+    Raises:
+        CommandError: another velocity or rate is asked for.
+    """
+    agent, (surge, *others, yaw_rate) = order.target, _six(order)
+    if any(others):
+        asked = ", ".join(name for name, value in zip(_BODY_AXES[1:5], others, strict=True) if value)
+        raise CommandError(f"{agent}: this vehicle obeys linear.x and angular.z of a velocity alone, not {asked}")
+    state, held, since_s = sim.state[agent], _held(sim, agent), float(order.data.get("since_s", 0.0))
+    heading = -float(state.euler[0, 2])  # of the compass
+    goes_on = sim.stepper.mode(agent) == mode and since_s > 0
+    wanted = (held["heading"] if goes_on else heading) - yaw_rate * since_s
+    ahead = min(max(_wrapped(wanted - heading), -LEAD_RAD), LEAD_RAD)
+    kept = {"depth": held.get("depth", -float(state.position[0, 2])), "heading": _wrapped(heading + ahead)}
+    _by_name(order, sim, mode, {**held, **kept, "speed": surge})
+
+
+def _wrapped(angle: float) -> float:
+    return math.remainder(angle, 2 * math.pi)
 
 
 def _wrench(order: Order, sim: Simulation) -> None:

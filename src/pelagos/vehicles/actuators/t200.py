@@ -159,6 +159,29 @@ class Battery:
         return (self.open_circuit - (1 - self.exponent) * drop) / (1 + self.exponent * drop / self.open_circuit)
 
 
+def load(battery: Battery, throttles: NDArray[np.float64]) -> tuple[float, float]:
+    """Voltage [V] and drawn current I(E) (V/E)^exponent [A] at throttles `(k,)`; see `Battery.voltage`."""
+    whole = float(battery.open_circuit)
+    table = np.array([np.interp(whole, VOLTAGES, column) for column in measured()[:, :, 2].T])
+    drawn = float(np.interp(np.clip(throttles, -1.0, 1.0), _steps(), table).sum())
+    voltage = battery.voltage([jit.Float64(float(throttle)) for throttle in throttles], t200_tables(whole))
+    terminal = float(np.array(voltage).ravel()[0]) if len(throttles) else whole
+    return terminal, drawn * (terminal / whole) ** battery.exponent
+
+
+def shaft_speed(throttle: float, voltage: float) -> float:
+    """Speed of the shaft [rad/s] at a throttle and a voltage [V], linear between the table's points, held beyond them.
+
+    The table has no sign: the propeller turns the way of the throttle.
+    """
+    rpm = [np.interp(np.clip(throttle, -1.0, 1.0), _steps(), row) for row in measured()[:, :, 1]]
+    return float(np.copysign(np.interp(voltage, VOLTAGES, rpm) * 2 * np.pi / 60, throttle))
+
+
+def _steps() -> NDArray[np.float64]:
+    return (measured()[0, :, 0] - _NEUTRAL_US) / _SPAN_US
+
+
 @cache
 def current_exponent() -> float:
     """Exponent of current against voltage at constant pulse width, fitted to the table where more than 1 A flows."""
