@@ -44,7 +44,7 @@ def sidescan(config: Any, site: Site) -> Encoding:
     )
     altitude = Template(RANGE, message, [*STAMP, "range:float32"])
 
-    def encode(reading: Reading, copy: int) -> tuple[Buffer, ...]:
+    def encode(reading: Reading, copy: int) -> tuple[Buffer | None, ...]:
         found = float(reading.extras[ALTITUDE][copy])
         time = seconds_nanoseconds(reading.t_ns)
         return (*pings.encode(reading, copy), altitude.encode(*time, found if math.isfinite(found) else math.inf))
