@@ -1,4 +1,4 @@
-"""What a vehicle's machinery does, for software outside: sensor_msgs/JointState, and BatteryState where there is one.
+"""Machinery of vehicles for software outside: JointState of actuators, BatteryState where there is a battery.
 
 Doors alone say it, at boundaries of steps: a recording has commands and motion, from which it can be repeated.
 """
