@@ -102,7 +102,7 @@ _RADIUS: Final = 0.038  # of the propeller [m]: 3 inch
 def inverse_fit(voltage: float) -> tuple[Side, Side]:
     """Least-squares inverse of the table at a voltage, astern and ahead, for control laws."""
     table = np.array([np.interp(voltage, VOLTAGES, column) for column in measured()[:, :, 5].T]) * NEWTON_PER_KGF
-    throttle = (measured()[0, :, 0] - _NEUTRAL_US) / _SPAN_US
+    throttle = _steps()
     sides = []
     for sign in (-1, 1):
         chosen = (sign * throttle > 0) & (table != 0)
@@ -179,6 +179,7 @@ def shaft_speed(throttle: float, voltage: float) -> float:
 
 
 def _steps() -> NDArray[np.float64]:
+    """`(201,)` throttles of the table's pulse widths."""
     return (measured()[0, :, 0] - _NEUTRAL_US) / _SPAN_US
 
 
