@@ -9,7 +9,7 @@ import pytest
 
 import pelagos as pl
 from pelagos.bridges.inbox import Inbox
-from pelagos.bridges.order import LEAD_RAD, Order
+from pelagos.sim.order import LEAD_RAD, Order
 
 
 def loaded(vehicle: str, depth_m: float, **keys: Any) -> pl.Simulation:
