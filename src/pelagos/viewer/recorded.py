@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
 from typing import Any, Final
 
@@ -9,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pelagos.drawing.sample import CAMERAS, Sample, cloud, numbers_of, photograph, range_line, waterfall_line
+from pelagos.messages.fan import copper
 from pelagos.messages.sonar_image import eight_bits
 from pelagos.sensors.sensor import SensorConfig
 from pelagos.sim.replay import Recorded
@@ -17,7 +19,8 @@ _PIXELS: Final = {"32F": np.float32, "8U": np.uint8, "16U": np.uint16, "16S": np
 _NAMED: Final = {"mono8": (np.uint8, 1), "mono16": (np.uint16, 1), "rgb8": (np.uint8, 3), "rgb16": (np.uint16, 3)}
 
 WANTED: Final[Mapping[str, tuple[str, ...]]] = {
-    "imaging_sonar": ("/image",), "profiling_sonar": ("/image",), "camera": ("/compressed", "/image_color"),
+    "imaging_sonar": ("/image",), "profiling_sonar": ("/image",), "sidescan": ("/image",), "singlebeam": ("/image",),
+    "mechanical_scanning_sonar": ("/image",), "camera": ("/compressed", "/image_color"),
     "depth_camera": ("/depth/image",), "semantic_camera": ("/labels",), "instance_camera": ("/instances",),
     "normal_camera": ("/normals",), "optical_flow_camera": ("/flow",), "thermal_camera": ("/temperature",),
     "event_camera": ("/events",), "multibeam": ("/points",), "lidar": ("/points",), "semantic_lidar": ("/points",),
@@ -36,7 +39,13 @@ def sample_from(config: SensorConfig, name: str, recorded: Recorded) -> Sample |
 
 
 def _projected(config: Any, m: Any) -> dict[str, Any]:
-    return {"polar": np.asarray(m.image.data, dtype=np.uint8).reshape(-1, m.image.beam_count).T}
+    levels = np.asarray(m.image.data, dtype=np.uint8).reshape(-1, m.image.beam_count).T
+    if config.type in ("sidescan", "singlebeam"):
+        return {"line": waterfall_line(levels)}
+    if config.type == "mechanical_scanning_sonar":
+        (ahead,) = m.beam_directions  # its y is to starboard, angles are positive to port
+        return {"sector": (copper()[levels[0]], math.atan2(-ahead.y, ahead.z))}
+    return {"polar": levels}
 
 
 def _compressed(config: Any, m: Any) -> dict[str, Any]:
@@ -107,7 +116,7 @@ def _numbers(config: Any, m: Any) -> dict[str, Any]:
     shape = [d.size for d in m.layout.dim]
     values: NDArray[np.float64] = np.asarray(m.data, dtype=np.float64).reshape(shape)
     if hasattr(config, "floor_db") and hasattr(config, "bins"):
-        if config.type in ("sidescan", "singlebeam", "synthetic_aperture_sonar"):
+        if config.type == "synthetic_aperture_sonar":
             return {"line": waterfall_line(eight_bits(config, np.atleast_2d(values)))}
         return {}
     return {"numbers": numbers_of(config.type, values, {})}
