@@ -242,7 +242,7 @@ def test_world(seed: int) -> BuiltConfig | GeneratedConfig:
         *(_box((47, -58 + 8 * k, -3.0), (8, 8, 2.0), m, "landscape", "layer")
           for k, m in enumerate(("sand", "gravel", "rock"), -1)),
     ]  # fmt: skip
-    return _built(12.0, (160.0, 160.0), things)
+    return _built(24.0, (160.0, 160.0), things)
 
 
 def example_level(seed: int) -> BuiltConfig | GeneratedConfig:

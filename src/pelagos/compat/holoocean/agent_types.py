@@ -375,7 +375,7 @@ _UAV: Final = AgentType(
         Scheme("[pitch_torque, roll_torque, yaw_torque, thrust]", 4, "wrench", -_UAV_HIGH, _UAV_HIGH, _uav_wrench),
     ),
     sockets=_sockets(CameraSocket=(0, 0, 0), Viewport=(-130, 0, 120)),
-    accel_limit=300.0,
+    accel_limit=100.0,  # assumed: a fall from 10 m is beyond it
 )  # fmt: skip
 
 

@@ -30,6 +30,8 @@ class Appearance:
     """See the module."""
 
     viewport: tuple[Any, Any] | None
+    viewport_on: bool
+    viewport_shown: Any
     sea_level: float
 
     def _begin_appearance(self) -> None:
@@ -38,7 +40,7 @@ class Appearance:
             self._ocean_keys: dict[str, Any] = {}
             self._turbidity: float | None = None
             self.sea_level, self._level_asked = 0.0, False
-            self.viewport, self._viewport_on, self._viewport_last = None, True, None
+            self.viewport, self.viewport_on, self.viewport_shown = None, True, None
             self._currents: dict[str, Any] = {}
             self._waves: Any = None
         self._currents = {}
@@ -184,7 +186,7 @@ class Appearance:
 
     def should_render_viewport(self, render_viewport: bool) -> None:
         """Whether the spectator's picture is taken anew; off, the last stays."""
-        self._viewport_on = bool(render_viewport)
+        self.viewport_on = bool(render_viewport)
 
     def set_render_quality(self, render_quality: int, should_keep_fps: bool = False) -> None:
         """Accepted: pictures have one quality; the native camera's `samples` smooths edges."""

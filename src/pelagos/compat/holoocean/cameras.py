@@ -143,7 +143,10 @@ class ViewportCapture(RGBCamera):
     usual = (1280, 720)
 
     def value(self, motion: Motion, reading: Reading | None) -> Any:
-        return self.env.viewport_picture(self) if self.env.viewport is not None else super().value(motion, reading)
+        if self.env.viewport_shown is None or self.env.viewport_on:
+            moved = self.env.viewport is not None
+            self.env.viewport_shown = self.env.viewport_picture(self) if moved else super().value(motion, reading)
+        return self.env.viewport_shown.copy()
 
 
 class DepthCamera(_View):

@@ -22,6 +22,7 @@ from pelagos.compat.holoocean.native_scenario import (
     native_scenario,
     native_sensor,
 )
+from pelagos.compat.holoocean.octrees import leave_folder
 from pelagos.compat.holoocean.sensors import HoloOceanSensor, SensorDefinition
 from pelagos.compat.holoocean.settings import settings
 from pelagos.config.loader import load_scenario
@@ -353,6 +354,10 @@ class HoloOceanEnvironment(Appearance, Drawing, Messaging):
             agent = self._enter(one)
             if one.name == main or one.is_main_agent:
                 self._agent = agent
+        if any(
+            s.sensor_type in SensorDefinition._sonar_sensors for a in self.agents.values() for s in a.sensors.values()
+        ):
+            leave_folder(self._scenario)
         self._flat = len(self.agents) == 1
         self._begin_appearance()
         ticks = self._pre_start_steps + 1
@@ -378,7 +383,7 @@ class HoloOceanEnvironment(Appearance, Drawing, Messaging):
         same = {**native, "agents": {n: {**a, "start": None} for n, a in native["agents"].items()}}
         if self._sim is None or same != self._native:
             try:
-                self._sim = Simulation.load(load_scenario(native), seed=self.seed)
+                self._sim = Simulation.load(load_scenario(native), seed=native["seed"])
             except ScenarioError as error:
                 raise HoloOceanException(f"this scenario cannot be: {error}") from error
             self._native = same

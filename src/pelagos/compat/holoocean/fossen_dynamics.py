@@ -46,6 +46,7 @@ _FIN: Final = {
 _DEPTH: Final = {
     "wn_d_z": "reference_rad_s", "Kp_z": "kp_depth", "T_z": "integral_s", "Kp_theta": "kp_pitch",
     "Kd_theta": "kd_pitch", "Ki_theta": "ki_pitch", "K_w": "k_heave", "theta_max_deg": "pitch_limit_deg",
+    "outer_loop_threshold": "dive_beyond_m",
 }  # fmt: skip
 _HEADING: Final = {
     "wn_d": "reference_rad_s", "zeta_d": "reference_damping", "lam": "bandwidth", "phi_b": "boundary",
@@ -53,7 +54,7 @@ _HEADING: Final = {
 }  # fmt: skip
 _IDLE: Final = (
     "mass", "x_fin", "fin_speed_max", "fin_count", "fin_offset_deg", "wn_d_theta",
-    "outer_loop_threshold", "surge_threshold",
+    "surge_threshold",
 )  # fmt: skip
 _FINS: Final = ("starboard_plane", "bottom_rudder", "port_plane", "top_rudder")
 _SIGNS: Final = {"starboard_plane": -1.0, "bottom_rudder": 1.0, "port_plane": -1.0, "top_rudder": 1.0}
@@ -63,7 +64,7 @@ _DEFAULTS: Final[dict[str, Any]] = {
     "autopilot": {
         "depth": {
             "wn_d_z": 0.12, "Kp_z": 0.153, "T_z": 100, "Kp_theta": 39.78, "Kd_theta": 17.1, "Ki_theta": 0.5, "K_w": 0,
-            "theta_max_deg": 15,
+            "theta_max_deg": 15, "outer_loop_threshold": 2.91,
         },
         "heading": {"wn_d": 0.4, "zeta_d": 1, "r_max": 0.87, "lam": 0.1, "phi_b": 0.1, "K_d": 0.5, "K_sigma": 0.05},
     },

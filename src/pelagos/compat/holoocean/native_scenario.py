@@ -7,6 +7,8 @@ import re
 from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, Any, Final
 
+import numpy as np
+
 from pelagos.compat.holoocean.exceptions import HoloOceanException
 from pelagos.compat.holoocean.frames import degrees_of, matrix_of, start_of
 from pelagos.vehicles.load import merged
@@ -63,14 +65,21 @@ def world_of(scenario: Mapping[str, Any]) -> dict[str, Any]:
     return native_world(str(scenario.get("package_name", "")), str(scenario["world"]))
 
 
+def seed_of(env: HoloOceanEnvironment, agents: Iterable[HoloOceanAgent]) -> int:
+    """The seed of the native streams: the environment's, mixed with every `RandomSeed` above 0 of a lidar."""
+    given = (int(s.config.get("RandomSeed", 0)) for a in agents for s in a.sensors.values())
+    chosen = [seed for seed in given if seed > 0]
+    return int(np.random.SeedSequence([env.seed, *chosen]).generate_state(1)[0]) if chosen else env.seed
+
+
 def native_scenario(env: HoloOceanEnvironment, agents: Iterable[HoloOceanAgent]) -> dict[str, Any]:
     """What the native simulation is loaded from."""
-    scenario = env._scenario
+    scenario, agents = env._scenario, list(agents)
     found = world_of(scenario)
     ocean = merged(found.get("ocean", {}), _ocean(scenario, env._ticks_per_sec))
     return {
         "name": identifier(str(scenario.get("name", "holoocean"))),
-        "seed": env.seed,
+        "seed": seed_of(env, agents),
         "tick_rate_hz": float(env._ticks_per_sec),
         "world": found["world"],
         "ocean": ocean,

@@ -6,6 +6,7 @@ from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
+from numpy.typing import NDArray
 
 from pelagos.compat.holoocean.sensors import HoloOceanSensor
 from pelagos.ocean.biology import patches, plankton_column, step_column
@@ -65,7 +66,7 @@ class BSTSensor(HoloOceanSensor):
         def field(location: Any) -> Any:
             at = np.asarray(location, dtype=np.float64)
             depth = np.maximum(-at[..., 2], _LEAST_M)
-            return np.where(at[..., 2] > 0, 0.0, plankton_column(depth, **column) + patches(at, clusters))
+            return np.where(at[..., 2] > 0, 0.0, _single(plankton_column(depth, **column)) + patches(at, clusters))
 
         return field
 
@@ -92,9 +93,14 @@ def _stepped(name: str, keys: Any) -> Field:
     def field(location: Any) -> Any:
         at = np.asarray(location, dtype=np.float64)
         depth = np.maximum(-at[..., 2], 0.0)
-        return np.where(at[..., 2] > 0, 0.0, step_column(depth, **column) + patches(at, clusters))
+        return np.where(at[..., 2] > 0, 0.0, _single(step_column(depth, **column)) + patches(at, clusters))
 
     return field
+
+
+def _single(column: NDArray[np.float64]) -> NDArray[np.float32]:
+    """A column in single precision, which HoloOcean's numbers show to the last bit."""
+    return column.astype(np.float32)
 
 
 def _finite(field: Field, location: Any) -> float:

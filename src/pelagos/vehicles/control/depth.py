@@ -34,6 +34,8 @@ class DepthGains(PartConfig):
     """Deflection by heave velocity [rad s/m]."""
     pitch_limit_deg: Positive | None = None
     """Largest pitch that is asked for [deg]; None: no limit."""
+    dive_beyond_m: Positive | None = None
+    """Distance from the set-point beyond which the largest pitch is asked for [m]; None: no such distance."""
     plane_limit_deg: Positive | None = None
     """Integrators stand still while more than this is asked of the plane [deg]; None: they never do."""
 
@@ -68,6 +70,9 @@ def stern_plane(
     if gains.pitch_limit_deg is not None:
         limit = math.radians(gains.pitch_limit_deg)
         pitch_wanted = dr.clip(asked, -limit, limit)
+        if gains.dive_beyond_m is not None:
+            left = depth - setpoint
+            pitch_wanted = dr.select(dr.abs(left) > gains.dive_beyond_m, dr.copysign(limit, left), pitch_wanted)
     pitch_error = smallest_angle(pitch - pitch_wanted)
     inner = (
         -gains.kp_pitch * pitch_error - gains.kd_pitch * q - gains.ki_pitch * memory.pitch_integral - gains.k_heave * w
