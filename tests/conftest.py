@@ -15,6 +15,7 @@ EXPECTED_SKIPS = (
     "POSIX",
     "only Linux inherits the peak",
     "forks",
+    "Ray is not installed",
     "regressions of tank trials, about one speed",
     "zenoh-ros2-sdk 0.1.8 takes a fixed array of messages for something else",
 )
