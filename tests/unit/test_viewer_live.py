@@ -10,13 +10,14 @@ import numpy as np
 import pytest
 
 import pelagos as pl
+from pelagos.cli.view import ViewOptions, say_where
 from pelagos.errors import CommandError
 from pelagos.sim.replay import Recording
 from pelagos.viewer.drive import Axes, drive
 from pelagos.viewer.live import Live
 from pelagos.viewer.orders import Orders
 from pelagos.viewer.pilot import Pilot
-from pelagos.viewer.session import Watch
+from pelagos.viewer.session import Watch, currents_of
 
 SCENARIO: dict[str, Any] = {
     "seed": 7,
@@ -205,3 +206,41 @@ def test_a_browser_that_is_slow_drops_pictures_and_nothing_waits(sim):
     assert frame.t_ns == sim.time_ns
     assert len([p for p in frame.samples if p.sample.name == "auv0.mbes"]) == 20
     assert live.take(0.0) is None
+
+
+def test_current_is_drawn_where_it_sets(sim):
+    assert currents_of(sim).shape == (0, 2, 3)  # still water
+    sim.ocean.set(current=(0.3, -0.4, 0.0))
+    lines = currents_of(sim)
+    shafts = lines[: len(lines) // 3]
+    ways = shafts[:, 1] - shafts[:, 0]
+    assert len(shafts) >= 9
+    assert ways[:, 2] == pytest.approx(0.0, abs=1e-6)
+    assert ways[:, 1] / ways[:, 0] == pytest.approx(np.full(len(ways), -4 / 3), rel=1e-4)
+    assert (ways[:, 0] > 0).all()
+    assert shafts[:, :, 2] == pytest.approx(-float(sim.state["auv0"].depth[0]), abs=1e-4)
+    barbs = lines[len(shafts) :]
+    assert ((barbs[:, 1] - barbs[:, 0]) @ ways[0] < 0).all()  # they point back from the tip
+
+
+def test_way_point_by_a_ray_of_the_scene_and_the_sun(pilot):
+    made, orders, said = pilot
+    obey(made, orders, do="goal_seen", agent="auv0", eye=[10.0, -4.0, -5.0], way=[2.0, 1.0, -4.0])
+    assert said == []
+    assert made.goals["auv0"][0][:2] == pytest.approx([15.0, -1.5], abs=0.01)  # the ground is 10 m below the eye
+    obey(made, orders, do="goal_seen", agent="auv0", eye=[10.0, -4.0, -5.0], way=[0.0, 0.3, 1.0])
+    assert "nothing under the pointer" in said[-1][1]
+    obey(made, orders, do="goal_seen", agent="auv0", eye=[10.0, None, -5.0], way=[0.0, 0.3, 1.0])
+    assert "eye is a number" in said[-1][1]
+    obey(made, orders, do="sun", elevation_deg=12.0)
+    assert float(made.sim.ocean.fields.sun_elevation[0]) == pytest.approx(np.deg2rad(12.0))
+    obey(made, orders, do="sun", elevation_deg=120.0)
+    assert "elevation" in said[-1][1]
+
+
+def test_no_browser_is_said_in_one_sentence(monkeypatch, capsys):
+    monkeypatch.setattr("webbrowser.open", lambda url: False)
+    say_where("http://127.0.0.1:1/?token=x", ViewOptions())
+    assert "no browser was found here: open the address in one" in " ".join(capsys.readouterr().out.split())
+    say_where("http://127.0.0.1:1/?token=x", ViewOptions(browser=False))
+    assert "no browser" not in capsys.readouterr().out

@@ -128,7 +128,7 @@ def range_line(config: Any, ranges: NDArray[np.floating]) -> NDArray[np.uint8]:
     depth = ranges * np.cos(np.asarray(config.angles))
     far = float(getattr(config, "range_max_m", 0.0)) or float(np.nanmax(depth, initial=1.0))
     finite = depth[np.isfinite(depth)]
-    low, high = (float(finite.min()), float(finite.max())) if len(finite) else (0.0, far)
+    low, high = (float(v) for v in np.percentile(finite, [3, 97])) if len(finite) else (0.0, far)
     middle, half = (low + high) / 2, max((high - low) / 2, 1.0)
     line = painted(-depth, -(middle + half), -(middle - half), INTENSITY)
     step = -(-len(line) // WATERFALL_PIXELS)

@@ -20,10 +20,14 @@ from pelagos.world.body import Prop
 SHAPES: Final = ("box", "sphere", "cylinder", "cone")
 _CLEAR_M: Final = 2.0  # over the ground, of a way-point that was clicked
 _FASTEST: Final = 100.0
+_SIGHT_M: Final = 4000.0
 
 
 class Orders:
     """Obeys the browsers' messages.
+
+    Attributes:
+        water_changed: called when the current has been set.
 
     Args:
         pilot: what they are for.
@@ -32,11 +36,13 @@ class Orders:
 
     def __init__(self, pilot: Pilot, results: Path) -> None:
         self._pilot, self._results = pilot, results
+        self.water_changed: Callable[[], None] = lambda: None
         self._driven: dict[str, float] = {}
         self._do: Mapping[str, Callable[[Mapping[str, Any]], object]] = {
             "pause": self._pause, "tick": lambda m: pilot.single(), "speed": self._speed, "reset": self._reset,
             "mode": self._mode, "drive": self._drive, "command": self._command, "goal": self._goal,
-            "clear_goals": self._clear_goals, "current": self._current, "turbidity": self._turbidity,
+            "clear_goals": self._clear_goals, "goal_seen": self._goal_seen, "current": self._current,
+            "sun": self._sun, "turbidity": self._turbidity,
             "spawn": self._spawn, "move": self._move, "remove": self._remove, "record": self._record,
         }  # fmt: skip
 
@@ -99,6 +105,18 @@ class Orders:
             z = min(ground + _CLEAR_M, 0.0) if z <= 0 else z
         self._pilot.go_to(agent, np.array([x, y, z]))
 
+    def _goal_seen(self, m: Mapping[str, Any]) -> None:
+        """A way-point over what a ray of the scene meets: `eye` NWU [m] and `way`."""
+        eye, way = _vector(m, "eye"), _vector(m, "way")
+        long = float(np.linalg.norm(way))
+        if long == 0:
+            raise CommandError("the way of a ray has a length")
+        hits = self._sim.world.cast(eye[None], way[None] / long, _SIGHT_M)
+        if not hits.valid[0]:
+            raise CommandError("there is nothing under the pointer to go to; click on the ground or a structure")
+        x, y = (float(v) for v in hits.position[0, :2])
+        self._goal({"agent": m.get("agent"), "x": x, "y": y})
+
     def _clear_goals(self, m: Mapping[str, Any]) -> None:
         self._pilot.goals.pop(self._agent(m), None)
 
@@ -108,6 +126,12 @@ class Orders:
         if not 0 <= speed <= 10:
             raise CommandError(f"the speed of the current is 0 to 10 m/s, not {speed:g}")
         self._sim.ocean.set(current=(speed * math.cos(towards), -speed * math.sin(towards), 0.0))
+
+        self.water_changed()
+
+    def _sun(self, m: Mapping[str, Any]) -> None:
+        """Elevation over the horizon [deg]."""
+        self._sim.ocean.set(keys={"sun.elevation_deg": _number(m, "elevation_deg")})
 
     def _turbidity(self, m: Mapping[str, Any]) -> None:
         self._sim.ocean.set(turbidity=_number(m, "turbidity"))
@@ -173,6 +197,13 @@ def _number(m: Mapping[str, Any], key: str) -> float:
     if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
         raise CommandError(f"{key} is a number, not {value!r}")
     return float(value)
+
+
+def _vector(m: Mapping[str, Any], key: str) -> np.ndarray[Any, Any]:
+    value = m.get(key)
+    if not isinstance(value, list) or len(value) != 3:
+        raise CommandError(f"{key} is three numbers, not {value!r}")
+    return np.array([_number({key: v}, key) for v in value])
 
 
 def plain_name(name: str) -> str:

@@ -25,7 +25,7 @@ FASTEST: Final = 0.0
 _NEAR_M: Final = 3.0
 _IDLE_S: Final = 0.05
 _BEHIND_S: Final = 0.3  # a run that is later than this does not try to catch up
-_SHARE: Final = 0.7  # weight of the past in the speed that is shown
+_MEMORY_S: Final = 1.0  # wall-clock time over which the speed that is shown is taken
 
 
 class Pilot:
@@ -54,7 +54,7 @@ class Pilot:
         self._wake = threading.Event()
         self._closed = False
         self._single = 0
-        self._rate = 0.0
+        self._rate, self._spent = 0.0, (0.0, 0.0)
         self._recording: tuple[AbstractContextManager[Any], Path] | None = None
         self._ended = False
         self._from: dict[str, np.ndarray[Any, Any]] = {}  # where the way to the present way-point begins
@@ -167,7 +167,7 @@ class Pilot:
                 self.say(str(error), "error")
 
     def _rest(self) -> None:
-        self._rate = 0.0
+        self._rate, self._spent = 0.0, (0.0, 0.0)
         self.live.show()
         self._wake.wait(_IDLE_S * 4)
         self._wake.clear()
@@ -196,7 +196,9 @@ class Pilot:
                 self._wake.wait(ahead)
                 self._wake.clear()
         took = max(time.perf_counter() - start, 1e-6)
-        self._rate = _SHARE * self._rate + (1 - _SHARE) * ticks * dt_s / took
+        past = math.exp(-took / _MEMORY_S)  # sums of both times, not a mean of ratios: blocks that catch up are short
+        self._spent = (past * self._spent[0] + ticks * dt_s, past * self._spent[1] + took)
+        self._rate = self._spent[0] / self._spent[1]
         return due
 
     def _follow_goals(self) -> None:

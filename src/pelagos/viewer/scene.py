@@ -32,6 +32,7 @@ _FAN_BINS: Final = 96
 _TRUE: Final = (255, 209, 102)
 _KNOWN: Final = (214, 122, 255)
 _PLAN: Final = (120, 200, 255)
+_FLOW: Final = (150, 235, 190)
 _BEAM: Final = (255, 120, 90)
 _SIGHT: Final = (225, 235, 240)
 
@@ -273,6 +274,8 @@ class Scene:
         if what == "points":
             for cloud in self._clouds.values():
                 cloud.visible = visible
+        elif what == "currents" and "/currents" in self._things:
+            self._things["/currents"].show(visible=visible)
         elif what in self._sights:
             self._sights[what].show(visible=visible)
             (self._hidden.discard if visible else self._hidden.add)(what)
@@ -286,6 +289,14 @@ class Scene:
         if len(points) >= 2:
             lines = np.stack([points[:-1], points[1:]], axis=1).astype(np.float32)
             self._things[at] = self._stage.add("lines", at, colour=_PLAN, points=lines)
+
+    def show_currents(self, segments: NDArray[np.float32]) -> None:
+        """Arrows `(m, 2, 3)` [m]; none takes them away."""
+        old = self._things.pop("/currents", None)
+        if old is not None:
+            old.remove()
+        if len(segments):
+            self._things["/currents"] = self._stage.add("lines", "/currents", colour=_FLOW, points=segments)
 
     def add_body(self, name: str, geometry: Any) -> None:
         """A mover or a prop, which `draw` moves."""

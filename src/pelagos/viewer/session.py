@@ -9,9 +9,11 @@ from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
+from numpy.typing import NDArray
 
 from pelagos.errors import InputError
 from pelagos.sim.simulation import Simulation
+from pelagos.viewer.currents import arrows
 from pelagos.viewer.live import Live
 from pelagos.viewer.orders import Orders, plain_name
 from pelagos.viewer.pilot import Pilot
@@ -32,8 +34,15 @@ def subject_of(sim: Simulation) -> Subject:
     return Subject(
         sim.scenario.name, sim.world, {n: a.vehicle for n, a in agents.items()}, sensors, SeaSurface.of(ocean),
         {n: p for n, p in plans.items() if len(p) > 1}, sim.scenario.description,
-        water=tuple(float(v) for v in np.array(ocean.water.attenuation)),
+        water=tuple(float(v) for v in np.array(ocean.water.attenuation)), currents=currents_of(sim),
     )  # fmt: skip
+
+
+def currents_of(sim: Simulation) -> NDArray[np.float32]:
+    """Arrows of the current of now, at the depth of the first vehicle, or of 2 m."""
+    first = next(iter(sim.state), None) if sim.model.agents else None
+    depth_m = 2.0 if first is None else max(0.5, float(sim.state[first].depth[0]))
+    return arrows(sim.ocean.fields, sim.world, sim.time_ns * 1e-9, depth_m)
 
 
 class Session:
@@ -54,7 +63,9 @@ class Session:
         self.pilot = Pilot(sim, self.live, speed=speed, paused=paused)
         self.live.status = self.pilot.status
         folder = Path("results") / plain_name(sim.scenario.name) if results is None else results
-        self.view = View(subject_of(sim), self.live, Orders(self.pilot, folder), host=host, port=port)
+        orders = Orders(self.pilot, folder)
+        self.view = View(subject_of(sim), self.live, orders, host=host, port=port)
+        orders.water_changed = lambda: self.view.show_currents(currents_of(sim))
         self.view.show_bodies_of(sim.bodies)
         self.pilot.say = lambda text, kind: self.view.hub.say(text, kind=kind)
         self._thread: threading.Thread | None = None

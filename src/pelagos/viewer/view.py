@@ -65,6 +65,7 @@ class Subject:
         water: attenuation of light in red, green and blue [1/m].
         more: for the page, JSON types: the time line of a replay.
         bodies: geometries of movers, by name, where no simulation has them.
+        currents: arrows `(m, 2, 3)` [m].
     """
 
     name: str
@@ -78,6 +79,7 @@ class Subject:
     water: Sequence[float] = (0.28, 0.09, 0.075)
     more: Mapping[str, Any] = field(default_factory=dict)
     bodies: Mapping[str, Any] = field(default_factory=dict)
+    currents: NDArray[np.float32] = field(default_factory=lambda: np.zeros((0, 2, 3), dtype=np.float32))
 
 
 class View:
@@ -110,6 +112,7 @@ class View:
         self._looked_at = np.full(2, np.inf)
         self._geometries: dict[str, Any] = dict(subject.bodies)
         self._bodies_of: Any = None
+        self._currents: NDArray[np.float32] | None = subject.currents
         self._closed = threading.Event()
         self._begin()
         self.hub.heard = self._heard
@@ -128,6 +131,10 @@ class View:
     def show_bodies_of(self, bodies: Any) -> None:
         """Draw what is spawned in a simulation: `Simulation.bodies`."""
         self._bodies_of = bodies
+
+    def show_currents(self, segments: NDArray[np.float32]) -> None:
+        """Draw other arrows with the next frame; any thread may call this."""
+        self._currents = segments
 
     def close(self) -> None:
         """Stop drawing and serving."""
@@ -170,6 +177,9 @@ class View:
             self.panels.clear()
             self.hub.forget("panel/")
             self.hub.publish("jump", {"type": "jump", "t": frame.t_ns * 1e-9}, keep=False)
+        currents, self._currents = self._currents, None
+        if currents is not None:
+            self.scene.show_currents(currents)
         for placed in frame.samples:
             self.panels.take(placed.sample)
         self._bodies(frame)

@@ -25,7 +25,7 @@ function lost(text) { if (!text) return; $("lost-text").textContent = text; $("l
 function onHello(h) {
   hello = h; document.title = `${h.name} · Pelagos`; $("title").textContent = h.name; $("title").title = h.description; $("kind").textContent = h.kind; document.body.className = h.kind;
   const names = Object.keys(h.agents); $("agent").replaceChildren(...names.map((n) => option(n, n))); choose(names.includes(agent) ? agent : names[0] || "");
-  map.load(h.bounds, h.plans); if (stage) { stage.sea(h.waves); stage.water = h.water; if (!names.length) { stage.overview(h.bounds, h.floor); look("free"); stage.clarity = .1; } } $("map-hint").textContent = h.can.includes("goal") ? "click: way-point" : "";
+  map.load(h.bounds, h.plans); if (stage) { stage.sea(h.waves); stage.water = h.water; if (!names.length) { stage.overview(h.bounds, h.floor); look("free"); stage.clarity = .1; stage.showSea = document.querySelector("[data-show=sea]").checked = false; } } $("map-hint").textContent = h.can.includes("goal") ? "click: way-point" : "";
   $("panels").replaceChildren(); for (const s of [...h.sensors].sort((a, b) => b.pictured - a.pictured)) addCard(s);
   $("sights").replaceChildren(...h.sensors.filter((s) => ["imaging_sonar", "profiling_sonar", "dvl", "camera"].includes(s.kind)).map((s) => tickbox(s.name)));
   for (const note of h.notes) onSay({ text: note });
@@ -62,7 +62,7 @@ function paint(now) { if (now - drawn > 150) { drawn = now; plots.draw(); } requ
 function addCard(s) {
   const card = document.createElement("div"), head = document.createElement("h2"), fold = document.createElement("button"), about = document.createElement("span"), more = document.createElement("button");
   card.className = s.pictured ? "card" : "card folded"; card.dataset.sensor = s.name; fold.className = "fold"; fold.textContent = s.name; about.textContent = `${s.kind.replaceAll("_", " ")} · ${s.rate_hz} Hz`;
-  more.className = "fold"; more.style.flex = "none"; more.textContent = "ⓘ"; more.title = "Configuration"; head.append(fold, about, more); card.append(head);
+  more.className = "about"; more.textContent = "i"; more.title = "Configuration"; head.append(fold, about, more); card.append(head);
   const image = document.createElement("img"); image.alt = `${s.name}: ${s.kind}`; image.className = ["sidescan", "multibeam", "singlebeam", "synthetic_aperture_sonar"].includes(s.kind) ? "wide" : "photo"; image.hidden = true;
   const numbers = document.createElement("div"); numbers.className = "numbers"; card.append(image, numbers); $("panels").append(card);
   const config = document.createElement("div"); config.className = "config"; config.hidden = true; config.textContent = Object.entries(s.config).map(([k, v]) => `${k}: ${JSON.stringify(v)}`).join("\n"); card.append(config);
@@ -106,8 +106,9 @@ function look(name) { stage?.choose(name); for (const b of document.querySelecto
 document.addEventListener("change", (e) => { const what = e.target.dataset?.show; if (what === "sea" && stage) { stage.showSea = e.target.checked; stage.again = true; } else if (what) send({ do: "show", what: e.target.dataset.show, visible: e.target.checked }); });
 $("clarity").oninput = (e) => { if (stage) { stage.clarity = Number(e.target.value); stage.again = true; } };
 $("ground").onchange = (e) => send({ do: "ground", by: e.target.value });
-for (const [id, text] of [["current-speed", (v) => `${Number(v).toFixed(2)} m/s`], ["current-towards", (v) => `${v}°`], ["turbidity", (v) => `${Number(v).toFixed(1)} ×`]]) $(id).oninput = (e) => { $(`${id}-out`).textContent = text(e.target.value); };
+for (const [id, text] of [["current-speed", (v) => `${Number(v).toFixed(2)} m/s`], ["current-towards", (v) => `${v}°`], ["turbidity", (v) => `${Number(v).toFixed(1)} ×`], ["sun", (v) => `${v}°`]]) $(id).oninput = (e) => { $(`${id}-out`).textContent = text(e.target.value); };
 $("current-set").onclick = () => send({ do: "current", speed: Number($("current-speed").value), towards_deg: Number($("current-towards").value) });
+$("sun-set").onclick = () => send({ do: "sun", elevation_deg: Number($("sun").value) });
 $("turbidity-set").onclick = () => send({ do: "turbidity", turbidity: Number($("turbidity").value) });
 for (const id of ["water", "things", "help"]) $(`${id}-button`).onclick = () => open_(id);
 function open_(id) { for (const other of ["water", "things", "help"]) { const shown = other === id && $(other).hidden; $(other).hidden = !shown; $(`${other}-button`).setAttribute("aria-expanded", String(shown)); } }
@@ -128,5 +129,6 @@ addEventListener("keydown", keydown); addEventListener("keyup", (e) => hands.key
 function noGl(error) { const p = document.createElement("p"); p.className = "no-gl"; p.textContent = "This browser has no WebGL 2, so the 3-D scene cannot be drawn; map, sensors, plots and controls work without it."; if (error && !/WebGL/.test(error.message)) throw error; $("scene").replaceWith(p); }
 let stage = null;
 try { stage = new Stage($("scene"), $("labels")); stage.onLook = ([x, y]) => { if (stage.look === "free") send({ do: "look_at", x, y }); }; } catch (error) { noGl(error); }
+if (stage) stage.onPick = (eye, way) => { if (agent && hello?.can.includes("goal_seen")) send({ do: "goal_seen", agent, eye, way }); };
 window.pelagos = { stage, map }; // for the tests and for the curious
 connect(); requestAnimationFrame(paint);

@@ -96,7 +96,7 @@ export class Stage {
     this.programs = { mesh: this.program(MESH_V, MESH_F), fan: this.program(MESH_V, FAN_F), lines: this.program(LINE_V, LINE_F), points: this.program(POINT_V, POINT_F), sea: this.program(SEA_V, SEA_F), back: this.program(BACK_V, BACK_F) };
     this.nodes = new Map(); this.hidden = new Set(); this.goal = {}; this.poses = {}; this.look = "follow"; this.agent = ""; this.length = 1.6;
     this.eye = [-40, 30, 20]; this.target = [0, 0, -5]; this.offset = null; this.time = 0; this.simTime = 0; this.clock = 0; this.sharp = 1; this.spent = 12; this.showSea = true; this.water = [.28, .09, .075]; this.clarity = .55;
-    this.corner = this.buffer(new Float32Array([0, -1, 0, 1, 1, -1, 1, 1])); this.seaMesh = this.grid(72); this.waves = new Float32Array(96); this.heights = new Float32Array(24); this.pictures = 0; this.onLook = () => {};
+    this.corner = this.buffer(new Float32Array([0, -1, 0, 1, 1, -1, 1, 1])); this.seaMesh = this.grid(72); this.waves = new Float32Array(96); this.heights = new Float32Array(24); this.pictures = 0; this.onLook = () => {}; this.onPick = () => {};
     this.empty = gl.createVertexArray(); this.hands(); this.again = true; new ResizeObserver(() => { this.again = true; }).observe(canvas);
     requestAnimationFrame((t) => this.frame(t));
   }
@@ -181,7 +181,12 @@ export class Stage {
       if (e.buttons & 2 || e.shiftKey) this.pan(dx, dy); else this.orbit(-dx * .006, -dy * .006);
     });
     for (const end of ["pointerup", "pointercancel"]) c.addEventListener(end, (e) => { held.delete(e.pointerId); gap = 0; this.onLook(this.target); });
+    c.addEventListener("dblclick", (e) => { const r = c.getBoundingClientRect(); this.onPick(this.eye, this.ray(2 * (e.clientX - r.left) / r.width - 1, 1 - 2 * (e.clientY - r.top) / r.height)); });
     c.addEventListener("wheel", (e) => { e.preventDefault(); this.zoom(Math.exp(e.deltaY * .0012)); }, { passive: false }); c.addEventListener("contextmenu", (e) => e.preventDefault());
+  }
+  ray(x, y) { // the way from the eye through a place of the picture, -1 to 1 rightwards and upwards
+    const back = norm(sub(this.eye, this.target)), right = norm(cross([0, 0, 1], back)), t = Math.tan(FOV / 2), aspect = this.canvas.clientWidth / this.canvas.clientHeight;
+    return norm(add(add(sub([0, 0, 0], back), right, x * t * aspect), cross(back, right), y * t));
   }
   arm(change) { let o = change(sub(this.eye, this.target)); this.eye = add(this.target, o); if (this.look !== "free") this.offset = o; this.again = true; }
   orbit(turn, tilt) { this.arm((o) => { const r = Math.hypot(...o), a = Math.atan2(o[1], o[0]) + turn, e = Math.max(-1.5, Math.min(1.5, Math.asin(o[2] / r) - tilt)); return [r * Math.cos(e) * Math.cos(a), r * Math.cos(e) * Math.sin(a), r * Math.sin(e)]; }); }
@@ -218,10 +223,12 @@ export class Stage {
   }
   mesh(n, at) { const gl = this.gl; gl.uniformMatrix4fv(at.model, false, matrix(this.world(n))); if (at.paint) gl.uniform3fv(at.paint, (n.colour || [255, 255, 255]).map((x) => x / 255)); gl.uniform1f(at.own ?? null, n.buffers.colours ? 1 : 0); gl.uniform1f(at.flat_ ?? null, n.smooth ? 0 : 1); gl.uniform1f(at.glow ?? null, n.path[0] === "/agents" ? .10 : 0); gl.bindVertexArray(n.vao); gl.drawElements(gl.TRIANGLES, n.count, gl.UNSIGNED_INT, 0); }
   labels(w, h) {
-    const m = this.view; for (const n of this.nodes.values()) {
+    const m = this.view, taken = []; for (const n of this.nodes.values()) {
       if (!n.element) continue; let [p] = this.world(n); const parent = this.poses[n.path.at(-2)]; if (parent && this.poses[n.name]) p = add(parent[0], [0, 0, this.poses[n.name][0][2]]); // upright over its vehicle
       const x = m[0] * p[0] + m[4] * p[1] + m[8] * p[2] + m[12], y = m[1] * p[0] + m[5] * p[1] + m[9] * p[2] + m[13], d = m[3] * p[0] + m[7] * p[1] + m[11] * p[2] + m[15];
-      const out = d < .2 || d > (n.small ? 160 : 900) || Math.abs(x) > d || Math.abs(y) > d || !this.visible(n); n.element.style.display = out ? "none" : ""; if (!out) n.element.style.transform = `translate(-50%, -100%) translate(${(.5 + .5 * x / d) * w}px, ${(.5 - .5 * y / d) * h}px)`;
+      let out = d < .2 || d > (n.small ? 160 : 900) || Math.abs(x) > d || Math.abs(y) > d || !this.visible(n); const sx = (.5 + .5 * x / d) * w, sy = (.5 - .5 * y / d) * h, half = 3.2 * n.text.length; // names that would lie on another wait until one comes nearer
+      if (!out && n.small) { out = taken.some(([ox, oy, oh]) => Math.abs(ox - sx) < oh + half && Math.abs(oy - sy) < 14); if (!out) taken.push([sx, sy, half]); }
+      n.element.style.display = out ? "none" : ""; if (!out) n.element.style.transform = `translate(-50%, -100%) translate(${sx}px, ${sy}px)`;
     }
   }
 }
