@@ -28,7 +28,7 @@ T_NS = 12_345_678_901
 SITE = Site("auv0/here", 45.0, 12.5)
 DISTORTION = (0.01, -0.02, 0.003, -0.004, 0.005)
 CONFIG: dict[str, dict[str, Any]] = {
-    "tracer": {"tracer": "dye"}, "ais": {"mmsi": 211234560},
+    "tracer": {"tracer": "dye"},
     "multibeam": {"beams": 5, "frequency_hz": 321e3},
     "imaging_sonar": {"beams": 4, "bins": 8, "range_min_m": 1.5, "range_max_m": 25.5, "iq": True},
     "profiling_sonar": {"beams": 4, "bins": 8, "range_min_m": 1.5, "range_max_m": 25.5},

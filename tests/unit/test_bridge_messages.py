@@ -42,7 +42,6 @@ def config_of(kind: str) -> Any:
     needed = {
         "tracer": {"tracer": "dye"},
         "lbl": {"transponders": {"a": {"position_m": (1.0, 2.0, -3.0)}}},
-        "ais": {"mmsi": 211_000_001},
     }  # what has no default
     return registry.find("sensor", kind).config.model_validate({"type": kind, **needed.get(kind, {})})
 

@@ -127,7 +127,11 @@ def test_ais_sentences_are_decoded_by_another_package(ais_class: str, kinds: set
         sim.step(ticks=4)
         report = medium.modems["a.ais"].report
         assert report is not None
-        lines = [line for k in (0, 1) for line in report(medium.pose("a.ais"), 0, k)[0].decode().split("\n")]
+        lines = [
+            line
+            for k in (0, 1)
+            for line in report(medium.modems["a.ais"], medium.pose("a.ais"), 0, k)[0].decode().split("\n")
+        ]
     for _ in range(20 * 26 if ais_class == "A" else 0):
         reading = sim.step()["b"].get("ais")
         if reading is not None:
@@ -162,6 +166,10 @@ def test_ships_have_numbers_and_names_of_their_own() -> None:
     twice = scenario({"u": boat(0, 0, 2.0, ais), "v": boat(90, 0, 2.0, ais)})
     with pytest.raises(pl.ScenarioError, match=r"v\.sensors\.ais: MMSI 211000001 is that of u\.ais already"):
         pl.Simulation.load(twice)
+    unnumbered = scenario({name: boat(0, 40 * k, 2.0, {"ais": {"type": "ais"}}) for k, name in enumerate("uvw")})
+    unnumbered["agents"]["t"] = boat(0, 200, 2.0, {"ais": {"type": "ais", "mmsi": 200_000_001}})
+    modems = pl.Simulation.load(unnumbered).medium.modems
+    assert [modems[f"{name}.ais"].mmsi for name in "uvw"] == [200_000_000, 200_000_002, 200_000_003]
     named = scenario({"u": boat(0, 0, 2.0, {"ais": {**ais["ais"], "name": "Müritz"}})})
     with pytest.raises(pl.InputError, match="AIS has no character Ü"):
         pl.Simulation.load(named)

@@ -14,6 +14,7 @@ from pelagos.errors import ScenarioError
 from pelagos.math.so3 import rotate_np
 from pelagos.sensors.comms.link.carrier import Radio
 from pelagos.sensors.comms.link.medium import Pose
+from pelagos.sensors.comms.link.modem_port import ModemPort
 from pelagos.sensors.comms.link.reading import read_port
 from pelagos.sensors.comms.radio import radio_port
 from pelagos.sensors.sensor import Kinematics, Measurement, SensorConfig, SensorContext
@@ -32,8 +33,8 @@ class AisConfig(SensorConfig):
     """Looks at the clock, and readings, per second [Hz]; must divide the tick rate."""
     address: int | None = Field(default=None, ge=0, le=65535)
     """Its address among all modems; the next free one where not given."""
-    mmsi: int = Field(ge=100_000_000, le=999_999_999)
-    """Its number of nine digits."""
+    mmsi: int | None = Field(default=None, ge=100_000_000, le=999_999_999)
+    """Its number of nine digits; the next free one from 200000000 on, which no country has, where not given."""
     ais_class: Literal["A", "B"] = "A"
     """A: messages 1 and 5 with 12.5 W, B: messages 18 and 24 with 2 W."""
     name: str = Field(default="PELAGOS", min_length=1, max_length=20)
@@ -88,7 +89,7 @@ class Ais:
         self._noise = radio.noise()
         if context.medium is not None:
             port = radio_port(context, config, radio, 1024, 16)
-            context.medium.add(replace(port, report=self._report, identity=f"MMSI {config.mmsi}"), context)
+            context.medium.add(replace(port, report=self._report, mmsi=config.mmsi or 0), context)
 
     def sense(self, motion: Kinematics) -> Measurement:
         """Read the transponder on every lane of `motion`."""
@@ -98,12 +99,13 @@ class Ais:
         """Noise of the receiver: (name, values, unit)."""
         return [("noise", np.array([self._noise]), "dB re 1 mW")]
 
-    def _report(self, pose: Pose, copy: int, count: int) -> tuple[bytes, float]:
+    def _report(self, port: ModemPort, pose: Pose, copy: int, count: int) -> tuple[bytes, float]:
         """What is sent next, and the time until the one after [s]; static data first, and every six minutes."""
         speed = float(np.hypot(*pose.velocity[copy, :2])) / _KNOT
         pause = reporting_interval(speed, self._config.ais_class)
         every = max(round(_STATIC_S / pause), 1)
         data = self._static() if count % every == 0 else [self._position(pose, copy, speed)]
+        data = [{"mmsi": port.mmsi, **message} for message in data]
         lines = [line for message in data for line in self._encode(message, talker_id="AI", radio_channel="A")]
         return "\n".join(lines).encode(), pause
 
@@ -113,7 +115,6 @@ class Ais:
         velocity, ahead = pose.velocity[copy], rotate_np(pose.attitude[copy : copy + 1], np.array([[1.0, 0, 0]]))[0]
         return {
             "msg_type": 1 if self._config.ais_class == "A" else 18,
-            "mmsi": self._config.mmsi,
             "lat": float(place[0]),
             "lon": float(place[1]),
             "speed": min(speed, 102.2),
@@ -128,10 +129,10 @@ class Ais:
         bow, port = c.length_m // 2, c.beam_m // 2
         size = {"to_bow": bow, "to_stern": c.length_m - bow, "to_port": port, "to_starboard": c.beam_m - port}
         if c.ais_class == "A":
-            return [{"msg_type": 5, "mmsi": c.mmsi, "shipname": c.name.upper(), "ship_type": c.ship_type, **size}]
+            return [{"msg_type": 5, "shipname": c.name.upper(), "ship_type": c.ship_type, **size}]
         return [
-            {"msg_type": 24, "mmsi": c.mmsi, "partno": 0, "shipname": c.name.upper()},
-            {"msg_type": 24, "mmsi": c.mmsi, "partno": 1, "ship_type": c.ship_type, **size},
+            {"msg_type": 24, "partno": 0, "shipname": c.name.upper()},
+            {"msg_type": 24, "partno": 1, "ship_type": c.ship_type, **size},
         ]
 
 

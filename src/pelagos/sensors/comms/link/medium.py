@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from itertools import count
 from typing import Any, Final
 
 import numpy as np
@@ -16,7 +17,7 @@ from pelagos.errors import LookupFailed, ScenarioError
 from pelagos.math.so3 import rotate_np
 from pelagos.ocean.surface_wind import surface_wind
 from pelagos.sensors.comms.link.budget import NOTHING, Heard, heard, sum_db
-from pelagos.sensors.comms.link.modem_port import ModemPort
+from pelagos.sensors.comms.link.modem_port import FIRST_MMSI, ModemPort
 from pelagos.sensors.comms.link.packet import BROADCAST
 from pelagos.sensors.comms.link.water_paths import Paths, WaterPaths, doppler, moved
 from pelagos.sensors.mount import sensor_pose, sensor_velocity
@@ -104,16 +105,22 @@ class Medium:
         for port in (p for p in ports if p.address >= 0):
             if port.address in taken:
                 raise ScenarioError(
-                    f"address {port.address} is that of {taken[port.address]} already; addresses are unique"
+                    f"address {port.address} is that of {taken[port.address]} already; addresses are unique; "
+                    "without `address` each modem has its own"
                 )
             taken[port.address] = port.path
-        named: dict[str, str] = {}
-        for port in (p for p in ports if p.identity):
-            if port.identity in named:
-                raise ScenarioError(f"{port.identity} is that of {named[port.identity]} already")
-            named[port.identity] = port.path
         free = (a for a in range(_ADDRESSES) if a not in taken)
         numbered = [port if port.address >= 0 else replace(port, address=next(free)) for port in ports]
+        ships: dict[int, str] = {}
+        for port in (p for p in ports if p.mmsi):
+            assert port.mmsi is not None
+            if port.mmsi in ships:
+                raise ScenarioError(
+                    f"MMSI {port.mmsi} is that of {ships[port.mmsi]} already; without `mmsi` each ship has its own"
+                )
+            ships[port.mmsi] = port.path
+        unused = (number for number in count(FIRST_MMSI) if number not in ships)
+        numbered = [replace(port, mmsi=next(unused)) if port.mmsi == 0 else port for port in numbered]
         self.modems.clear()
         self.modems |= {port.path: port for port in numbered}
 

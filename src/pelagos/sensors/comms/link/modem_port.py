@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, Final, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +16,9 @@ if TYPE_CHECKING:
     from pelagos.sensors.comms.link.carrier import Carrier
 
 Mac = Literal["none", "aloha", "csma", "tdma", "maca"]
+
+FIRST_MMSI: Final = 200_000_000
+"""Of ships that are given none. ITU-R M.585: the first three digits are a country's; none has 200."""
 
 
 @dataclass(frozen=True)
@@ -28,8 +31,8 @@ class ModemPort:
         period: ticks between two looks at its queue.
         array: elements `(k, 3)` in the sensor frame [m]; None without.
         carrier, kind: light or radio, and which; None: sound.
-        identity: a number of its own that no other has, as a ship's MMSI; empty: only the address.
-        report: of a pose, a copy and a count, what it sends by itself, and how long until the next [s].
+        mmsi: number of a ship's transponder; None: it is none, 0: the next free one from `FIRST_MMSI`.
+        report: of itself, a pose, a copy and a count, what it sends by itself, and how long until the next [s].
     """
 
     path: str
@@ -66,11 +69,11 @@ class ModemPort:
     array: NDArray[np.float64] | None = None
     carrier: Carrier | None = None
     kind: str = "sound"
-    report: Callable[[Any, int, int], tuple[bytes, float]] | None = None
+    report: Callable[[ModemPort, Any, int, int], tuple[bytes, float]] | None = None
     interrogate: tuple[str, ...] = ()
     interrogate_s: float = 1.0
     depth_max_m: float = math.inf
-    identity: str = ""
+    mmsi: int | None = None
 
     @property
     def agent(self) -> str:

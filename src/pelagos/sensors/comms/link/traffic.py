@@ -130,7 +130,7 @@ class Traffic:
             if station.next_ns == 0:  # not all at once
                 station.next_ns = 1 + round(_REPORTS_S * self._uniform(port.path, "report", c) * SECOND)
             while station.begin_ns + station.next_ns <= now:
-                said, pause = port.report(self._medium.pose(port.path), c, station.beacon)
+                said, pause = port.report(port, self._medium.pose(port.path), c, station.beacon)
                 varied = 0.95 + 0.1 * self._uniform(port.path, f"report {station.beacon}", c)
                 station.beacon += 1
                 station.next_ns += max(round(varied * pause * SECOND), 1)
