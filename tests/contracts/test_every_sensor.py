@@ -18,7 +18,9 @@ from pelagos.sensors.sensor import SensorConfig
 
 _CAST = re.compile(r"call void %rd\d+\(ptr %u\d+_in_0")  # a call into Embree
 NAMES = sorted(registry.entries("sensor", plugins=False))
-NOTHING_TO_CITE = {"pose", "velocity", "tracer", "instance_camera", "normal_camera", "collision"}  # no model
+NOTHING_TO_CITE = {  # no model
+    "pose", "velocity", "tracer", "instance_camera", "normal_camera", "collision", "range_finder",
+}  # fmt: skip
 SMALL = {  # images as small as they may be: these tests are about rules, not about pictures
     "camera": {"width_px": 32, "height_px": 24},
     "depth_camera": {"width_px": 32, "height_px": 24},

@@ -100,23 +100,30 @@ class RaySensor:
     def _kernel(
         self, caster: Caster, motion: Kinematics, ocean: Any, directions: Array, own: Array, key: noise.Key
     ) -> Results:
+        position, _ = sensor_pose(motion, self.config)
+        _, hits = self._shot(caster, motion, directions, own)
+        t = jit.Float64(motion.t_ns) * 1e-9
+        temperature, salinity = ocean.temperature(position, t), ocean.salinity(position, t)
+        medium = Medium(ocean.sound_speed(position, t), temperature, salinity, -position[2])
+        return self.read(hits, medium, lambda count: noise.normals64(key, motion, count), dr.width(directions))
+
+    def _shot(self, caster: Caster, motion: Kinematics, directions: Array, own: Array) -> tuple[Rays, Hits]:
+        """All rays of all lanes, those of a lane side by side, and what they hit; evaluated."""
         position, attitude = sensor_pose(motion, self.config)
+        attitude = jit.Array4f(attitude)
+        dr.eval(position, attitude)  # in one kernel: each component that is gathered from would be one
         rays, lanes = dr.width(directions), dr.width(motion.tick)
         index = dr.arange(jit.UInt32, rays * lanes)
         lane, ray = index // rays, index % rays
         copy = dr.gather(jit.UInt32, motion.copy, lane)
-        turn = dr.gather(jit.Array4f, jit.Array4f(attitude), lane)
-        hits = caster.cast(
-            Rays(
-                origin=dr.gather(jit.Array3f64, position, lane),
-                direction=rotate(turn, dr.gather(jit.Array3f, directions, ray)),
-                max_range=dr.full(jit.Float, self.reach(self.config), rays * lanes),
-                copy=copy,
-                own=dr.gather(jit.UInt32, own, copy),
-            )
+        turn = dr.gather(jit.Array4f, attitude, lane)
+        shot = Rays(
+            origin=dr.gather(jit.Array3f64, position, lane),
+            direction=rotate(turn, dr.gather(jit.Array3f, directions, ray)),
+            max_range=dr.full(jit.Float, self.reach(self.config), rays * lanes),
+            copy=copy,
+            own=dr.gather(jit.UInt32, own, copy),
         )
+        hits = caster.cast(shot)
         dr.eval(hits)
-        t = jit.Float64(motion.t_ns) * 1e-9
-        temperature, salinity = ocean.temperature(position, t), ocean.salinity(position, t)
-        medium = Medium(ocean.sound_speed(position, t), temperature, salinity, -position[2])
-        return self.read(hits, medium, lambda count: noise.normals64(key, motion, count), rays)
+        return shot, hits

@@ -6,13 +6,19 @@ patches. No spreading, absorption, beam pattern or interference. Noise as HoloOc
 
 from __future__ import annotations
 
-from typing import ClassVar, Final, Literal
+from typing import Any, ClassVar, Final, Literal
 
+import drjit as dr
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
-from pelagos.math.so3 import rotate_np
+from pelagos import jit
+from pelagos.jit import Array
+from pelagos.raycast.caster import Caster
+from pelagos.sensors.noise import Key, lane_stream
+from pelagos.sensors.ray_sensor import RaySensor
+from pelagos.sensors.recorded import Program, Results
 from pelagos.sensors.sensor import Kinematics, Measurement, SensorConfig, SensorContext
 
 _SOLID: Final = 10_000.0 * 10_000.0  # impedance of everything in HoloOcean 2.3: density times sound speed
@@ -63,7 +69,7 @@ class IncidenceSonarConfig(SensorConfig):
         return self
 
 
-class IncidenceSonar:
+class IncidenceSonar(RaySensor):
     """See `IncidenceSonarConfig`.
 
     data, truth: `(m, beams, bins)` float32, from the left-most beam; truth without noise.
@@ -71,48 +77,57 @@ class IncidenceSonar:
 
     TITLE: ClassVar[str] = "Sonar by incidence and impedance alone, as HoloOcean's"
     Config: ClassVar[type[SensorConfig]] = IncidenceSonarConfig
-    KERNELS: ClassVar[int] = 8
-    CASTS: ClassVar[int] = 0
     SOURCES: ClassVar[tuple[str, ...]] = ("HoloOcean documentation, Sonar sensors (BYU FRoSt Lab, MIT licence)",)
 
     def __init__(self, config: IncidenceSonarConfig, context: SensorContext) -> None:
-        self.config, self._context = config, context
-        self._directions, self._beam = _rays(config)
+        self._rays, self._beam = _rays(config)
+        super().__init__(config, context)
+        self._streams = Program(_streams)
         water = config.density_kg_m3 * config.sound_speed_mps
         self._strength = ((_SOLID - water) / (_SOLID + water)) ** 2
-        self._mount = np.array(config.q_body_sensor), np.array(config.position_m)
+
+    def pattern(self, config: Any) -> NDArray[np.float64]:
+        """Directions of the rays in the sensor frame, `(r, 3)`."""
+        return self._rays
+
+    def explain(self, motion: Kinematics) -> list[tuple[str, NDArray[Any], str]]:
+        """What the rays of one ping met: (name, values, unit)."""
+        distance, cosine = self._met(motion)
+        return [("distance", distance, "m"), ("cosine of the incidence", cosine, "1")]
 
     def sense(self, motion: Kinematics) -> Measurement:
         """Ping on every lane."""
         c, rays = self.config, len(self._beam)
-        q = np.array(motion.attitude).T
-        place = np.array(motion.position).T + rotate_np(q, np.broadcast_to(self._mount[1], (len(q), 3)))
-        body = rotate_np(np.broadcast_to(self._mount[0], (rays, 4)), self._directions)
-        along = np.stack([rotate_np(np.broadcast_to(one, (rays, 4)), body) for one in q])
-        hits = self._context.cast(motion, np.repeat(place[:, None], rays, axis=1), along, c.range_max_m)
-        cosine = np.abs((hits.normal * along.reshape(-1, 3)).sum(axis=1))
-        environment, tick = np.array(motion.environment), np.array(motion.tick)
+        distances, cosines = self._met(motion)
         clean, noisy = [], []
-        for lane in range(len(q)):
-            part = slice(lane * rays, (lane + 1) * rays)
-            name = f"{self._context.seed}.{self._context.path}.{environment[lane]}.{tick[lane]}"
-            stream = np.random.default_rng(np.frombuffer(name.encode(), dtype=np.uint8))
-            echo = np.asarray(self._strength * cosine[part], dtype=np.float64)
-            distance = np.asarray(hits.t[part], dtype=np.float64)
-            clean.append(self._image(distance, echo, hits.valid[part]) * c.gain)
+        words = self._streams(motion, self._key)["words"]
+        for distance, cosine, seed in zip(distances, cosines, words, strict=True):
+            stream = np.random.default_rng(seed)
+            echo = self._strength * cosine
+            clean.append(self._image(distance, echo) * c.gain)
             if c.range_error_m:
                 late = stream.exponential(c.range_error_m, rays)
                 distance, echo = distance + late, echo * np.exp(-late / c.range_error_m)
-            noisy.append(self._noise(self._image(distance, echo, hits.valid[part]), stream))
+            noisy.append(self._noise(self._image(distance, echo), stream))
         return Measurement(np.stack(noisy).astype(np.float32), np.stack(clean).astype(np.float32))
 
-    def _image(
-        self, distance: NDArray[np.float64], echo: NDArray[np.float64], valid: NDArray[np.bool_]
-    ) -> NDArray[np.float64]:
+    def _kernel(
+        self, caster: Caster, motion: Kinematics, ocean: Any, directions: Array, own: Array, key: Key
+    ) -> Results:
+        shot, hits = self._shot(caster, motion, directions, own)
+        cosine = dr.abs(dr.dot(hits.normal, shot.direction))
+        return {"distance": dr.select(hits.valid, hits.t, dr.inf), "cosine": dr.select(hits.valid, cosine, 0.0)}
+
+    def _met(self, motion: Kinematics) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """`(m, rays)` distance [m] and cosine of incidence of what the rays met."""
+        found = self._program(motion, self._ocean, self._directions, self._own, self._key)
+        shape = (-1, len(self._beam))
+        return found["distance"].reshape(shape).astype(np.float64), found["cosine"].reshape(shape).astype(np.float64)
+
+    def _image(self, distance: NDArray[np.float64], echo: NDArray[np.float64]) -> NDArray[np.float64]:
         """`(beams, bins)` mean of the echoes of each cell."""
         c = self.config
-        at = np.full(len(distance), -1.0)
-        at[valid] = (distance[valid] - c.range_min_m) / (c.range_max_m - c.range_min_m) * c.bins
+        at = (distance - c.range_min_m) / (c.range_max_m - c.range_min_m) * c.bins
         there = (at >= 0) & (at < c.bins)
         cell = self._beam[there] * c.bins + at[there].astype(np.int64)
         size = c.beams * c.bins
@@ -132,6 +147,13 @@ class IncidenceSonar:
                 rain *= share[None, :] ** 2 * bell[:, None]
             found += rain
         return found
+
+
+def _streams(motion: Kinematics, key: Key) -> Results:
+    """Four words for each lane's random stream: of the sensor, of its copy of the fleet, of the tick."""
+    (first, second), environment = lane_stream(key, motion.environment)
+    lanes = dr.width(motion.tick)
+    return {"words": [w + dr.zeros(jit.UInt32, lanes) for w in (first, second, environment, jit.UInt32(motion.tick))]}
 
 
 def _rays(config: IncidenceSonarConfig) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
