@@ -146,15 +146,53 @@ class TestRefused:
             (MultibeamConfig, {"frequency_hz": 10.0}, "greater than or equal to 200"),
             (DvlConfig, {"beam_tilt_deg": 1.5}, "deg between two beams"),
             (DvlConfig, {"beam_azimuth_deg": (0.0, 1.0, 2.0, 3.0)}, "they would measure the same"),
+            (ImagingSonarConfig, {"bandwidth_hz": 100.0}, "by its shortness alone, 2000 Hz: give a pulse_s of 0.01 or"),
+            (
+                AdcpConfig,
+                {"pulse_s": 2e-5},
+                r"bandwidth_hz 20000 \(by default\) is less than a pulse with pulse_s 2e-05",
+            ),
+            (ImagingSonarConfig, {"self_noise_db": 400.0}, "less than or equal to 200"),
+            (ImagingSonarConfig, {"floor_db": math.nan}, "finite number"),
+            (DvlConfig, {"frequency_hz": math.inf}, "finite number"),
+            (
+                ImagingSonarConfig,
+                {"beamwidth_deg": 0.05},
+                r"0.508 deg between beams, .* give at least 0.1, or 2600 beams",
+            ),
         ],
     )
     def test_nonsense(self, config, keys, match):
         with pytest.raises(ValidationError, match=match):
             config(**keys)
 
+    @pytest.mark.parametrize(
+        ("config", "keys", "match"),
+        [
+            (ImagingSonarConfig, {"device": "oculus_m750d", "rate_hz": 20.0},
+             r"range_max_m 120 \(of the device oculus_m750d\) is ambiguous at rate_hz 20 pings a second: .* give a "
+             r"range_max_m of at most 35, or a rate_hz of at most 5.83"),
+            (ImagingSonarConfig, {"device": "oculus_m750d", "range_min_m": 150.0},
+             r"range_min_m 150 must be below range_max_m 120 \(of the device oculus_m750d\): give both"),
+            (ImagingSonarConfig, {"device": "oculus_m750d_high", "pulse": "cw", "bandwidth_hz": 60e3},
+             r"is not that of a tone burst .* with pulse_s 0.0005 \(by default\), 2000 Hz; leave it out"),
+            (ImagingSonarConfig, {"device": "gemini_720is", "frequency_hz": 30e3},
+             r"bandwidth_hz 90000 \(of the device gemini_720is\) must be below twice frequency_hz 30000: give a band"),
+            (ImagingSonarConfig, {"device": "gemini_720is", "beams": 20},
+             r"beamwidth_deg 1 \(of the device gemini_720is\) is much narrower than the 6 deg between beams"),
+            (MultibeamConfig, {"device": "seabat_7160", "rate_hz": 250.0},
+             r"pulse_s 0.005 \(of the device seabat_7160\) is longer than the 0.004 s between two pings"),
+            (DvlConfig, {"device": "pathfinder_600", "range_min_m": 100.0},
+             r"must be below range_max_m 89 \(of the device pathfinder_600\)"),
+            (DvlConfig, {"device": "pathfinder_600", "beamwidth_deg": 18.0, "beam_tilt_deg": 10.0},
+             "of beamwidth_deg 18: they would measure the same"),
+        ],
+    )  # fmt: skip
+    def test_conflicts_tell_whose_keys_they_are_and_what_to_do(self, config, keys, match):
+        with pytest.raises(ValidationError, match=match):
+            config(**keys)
+
     def test_a_devices_keys_do_not_stand_in_the_way(self):
-        """A tone burst has its own bandwidth, whatever the device's chirp had; a conflict says whose key it is."""
+        """A tone burst has its own bandwidth, whatever the device's chirp had."""
         config = ImagingSonarConfig(device="oculus_m750d_high", pulse="cw", pulse_s=1e-4)
         assert config.bandwidth_hz == pytest.approx(1e4)
-        with pytest.raises(ValidationError, match=r"range_max_m of the device oculus_m750d: give your own"):
-            ImagingSonarConfig(device="oculus_m750d", rate_hz=20.0)

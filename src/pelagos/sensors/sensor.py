@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 class SensorConfig(BaseModel):
     """What every sensor has: a rate and a place on the vehicle. Its own keys stand in its own file."""
 
-    model_config = ConfigDict(frozen=True, extra="forbid", use_attribute_docstrings=True)
+    model_config = ConfigDict(frozen=True, extra="forbid", use_attribute_docstrings=True, allow_inf_nan=False)
 
     type: str
     """The sensor's kind: one of `pelagos list sensors`."""

@@ -18,6 +18,7 @@ from pelagos.sensors.noise import normals64
 from pelagos.sensors.recorded import Program, Results
 from pelagos.sensors.schedule import farthest_heard, warn_of_ambiguity
 from pelagos.sensors.sensor import Kinematics, Measurement, SensorConfig, SensorContext
+from pelagos.sensors.sonar.keys.conflicts import check_order
 from pelagos.sensors.sonar.keys.echo_keys import EchoesConfig, echo_spec
 from pelagos.sensors.sonar.ping.beam_echoes import BeamEchoes
 from pelagos.sensors.sonar.ping.fan import Fan, Lanes, Trace, look, patches_of
@@ -54,8 +55,7 @@ class AltimeterConfig(EchoesConfig):
 
     @model_validator(mode="after")
     def _ordered(self) -> AltimeterConfig:
-        if self.range_min_m >= self.range_max_m:
-            raise ValueError(f"range_min_m {self.range_min_m:g} must be below range_max_m {self.range_max_m:g}")
+        check_order(self)
         return self
 
 

@@ -22,6 +22,7 @@ from pelagos.sensors.noise import normals64
 from pelagos.sensors.recorded import Program, Results
 from pelagos.sensors.schedule import farthest_heard, warn_of_ambiguity
 from pelagos.sensors.sensor import Kinematics, Measurement, SensorConfig, SensorContext
+from pelagos.sensors.sonar.keys.conflicts import check_order, told
 from pelagos.sensors.sonar.keys.devices import with_device
 from pelagos.sensors.sonar.keys.echo_keys import EchoesConfig, echo_spec
 from pelagos.sensors.sonar.ping.beam_echoes import BeamEchoes
@@ -95,11 +96,10 @@ class DvlConfig(EchoesConfig):
         closest = min(math.degrees(math.acos(min(float(a @ b), 1.0))) for a, b in combinations(self.beams, 2))
         if closest < self.beamwidth_deg:
             raise ValueError(
-                f"beam_tilt_deg {self.beam_tilt_deg:g} and beam_azimuth_deg leave {closest:.2g} deg between two beams, "
-                f"which are beamwidth_deg {self.beamwidth_deg:g} wide: they would measure the same"
+                f"{told(self, 'beam_tilt_deg')} and beam_azimuth_deg leave {closest:.2g} deg between two beams, of "
+                f"{told(self, 'beamwidth_deg')}: they would measure the same"
             )
-        if self.range_min_m >= self.range_max_m:
-            raise ValueError(f"range_min_m {self.range_min_m:g} must be below range_max_m {self.range_max_m:g}")
+        check_order(self)
         return self
 
     @property

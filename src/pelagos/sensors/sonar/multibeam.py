@@ -22,8 +22,9 @@ from pelagos.math.so3 import rotate, rotate_back
 from pelagos.raycast.caster import Caster
 from pelagos.sensors.schedule import farthest_heard, period_ticks, slower, warn_of_ambiguity
 from pelagos.sensors.sensor import Kinematics, Measurement, SensorConfig, SensorContext
+from pelagos.sensors.sonar.keys.conflicts import check_burst, check_order, check_pulse
 from pelagos.sensors.sonar.keys.devices import with_device
-from pelagos.sensors.sonar.keys.ping_keys import ColumnBins, Pulse, check_burst, check_pulse, mounting, with_burst
+from pelagos.sensors.sonar.keys.ping_keys import ColumnBins, Pulse, mounting, with_burst
 from pelagos.sensors.sonar.ping.beam_echoes import part_of
 from pelagos.sensors.sonar.ping.bottom_series import Beams, Window, beam_series
 from pelagos.sensors.sonar.ping.fan import Fan, Lanes, Trace, arcs_of, look
@@ -52,9 +53,9 @@ class MultibeamConfig(SensorConfig):
     """Angle between the outermost beams [deg]."""
     spacing: Literal["equiangular", "equidistant"] = "equiangular"
     """Whether beams are spread evenly in angle or over a flat bottom."""
-    beamwidth_across_deg: float = Field(default=1.0, gt=0, le=20)
+    beamwidth_across_deg: float = Field(default=1.0, ge=0.01, le=20)
     """Half-power width across the track at nadir [deg]."""
-    beamwidth_along_deg: float = Field(default=1.0, gt=0, le=20)
+    beamwidth_along_deg: float = Field(default=1.0, ge=0.01, le=20)
     """Half-power width along the track [deg]."""
     range_min_m: float = Field(default=0.5, ge=0)
     """Nearest bottom that is detected [m]."""
@@ -71,9 +72,9 @@ class MultibeamConfig(SensorConfig):
     """Duration of the pulse [s]."""
     source_level_db: float = Field(default=210.0, ge=0, le=300)
     """Source level [dB re 1 uPa at 1 m]."""  # assumed
-    self_noise_db: float = Field(default=45.0)
+    self_noise_db: float = Field(default=45.0, ge=-300, le=200)
     """Spectral level of the receiver's own noise [dB re 1 uPa^2/Hz]."""  # assumed
-    detection_snr_db: float = Field(default=10.0)
+    detection_snr_db: float = Field(default=10.0, ge=-20, le=60)
     """Signal-to-noise ratio below which a beam finds no bottom [dB]."""  # assumed
     sound_speed_mps: float | None = Field(default=None, gt=1300, lt=1700)
     """Sound speed that turns times into ranges [m/s]; absent: that of the water at the sonar."""
@@ -118,8 +119,7 @@ class MultibeamConfig(SensorConfig):
     def _ordered(self) -> MultibeamConfig:
         check_burst(self)
         check_pulse(self)
-        if self.range_min_m >= self.range_max_m:
-            raise ValueError(f"range_min_m {self.range_min_m:g} must be below range_max_m {self.range_max_m:g}")
+        check_order(self)
         return self
 
     @property

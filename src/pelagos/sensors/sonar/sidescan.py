@@ -34,7 +34,7 @@ class SidescanConfig(PingConfig):
     """Range bins of each side."""
     range_min_m: float = Field(default=0.2, gt=0)
     """Near edge of the first bin [m]."""
-    beamwidth_deg: float = Field(default=0.5, gt=0, le=20)
+    beamwidth_deg: float = Field(default=0.5, ge=0.01, le=20)
     """Half-power width along the track [deg], one way."""
     vertical_beamwidth_deg: float = Field(default=50.0, gt=0, le=90)
     """Half-power width across the track [deg], one way."""

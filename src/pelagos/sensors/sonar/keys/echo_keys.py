@@ -8,7 +8,8 @@ from pydantic import Field, model_validator
 
 from pelagos.sensors.schedule import slower
 from pelagos.sensors.sensor import SensorConfig, SensorContext
-from pelagos.sensors.sonar.keys.ping_keys import ColumnBins, Pulse, check_burst, check_pulse, mounting, with_burst
+from pelagos.sensors.sonar.keys.conflicts import check_burst, check_pulse
+from pelagos.sensors.sonar.keys.ping_keys import ColumnBins, Pulse, mounting, with_burst
 from pelagos.sensors.sonar.ping.ping_spec import Display, PingSpec
 from pelagos.sensors.sonar.ping.sea_state import rain_over, wind_for
 from pelagos.sensors.sonar.ping.surface_scattering import TEXTURE_DB
@@ -40,7 +41,7 @@ class EchoesConfig(SensorConfig):
     """Duration of the pulse [s]."""
     source_level_db: float = Field(default=200.0, ge=0, le=300)
     """Source level [dB re 1 uPa at 1 m]."""  # assumed
-    self_noise_db: float = Field(default=50.0)
+    self_noise_db: float = Field(default=50.0, ge=-300, le=200)
     """Spectral level of the receiver's own noise [dB re 1 uPa^2/Hz]."""  # assumed
     wind_speed_mps: float | None = Field(default=None, ge=0, le=60)
     """Wind for ambient noise and the sea surface [m/s]; absent: the scenario's, or that which would raise its waves."""

@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, model_validator
 
-from pelagos.sensors.schedule import SLOWEST, farthest_heard
 from pelagos.sensors.sensor import SensorConfig, SensorContext
-from pelagos.sensors.sonar.keys.devices import device, with_device
+from pelagos.sensors.sonar.keys.conflicts import check_ambiguity, check_burst, check_order, check_pulse
+from pelagos.sensors.sonar.keys.devices import with_device
 from pelagos.sensors.sonar.ping.ping_spec import Bounces, Display, Disturber, Mounting, Painting, PingSpec
 from pelagos.sensors.sonar.ping.sea_state import rain_over, wind_for
 from pelagos.sensors.sonar.ping.surface_scattering import TEXTURE_DB
@@ -36,39 +36,6 @@ def with_burst(values: Any, model: type[BaseModel]) -> Any:
     duration = values.get("pulse_s", model.model_fields["pulse_s"].default)
     usable = isinstance(duration, int | float) and duration > 0
     return values | {"bandwidth_hz": 1.0 / duration} if usable else values
-
-
-def check_burst(config: Any) -> None:
-    """Raises ValueError where `bandwidth_hz` is more than `frequency_hz` allows, or not that of the tone burst that
-    `pulse` asks for."""
-    if config.bandwidth_hz >= 2 * config.frequency_hz:
-        raise ValueError(
-            f"bandwidth_hz {config.bandwidth_hz:g} must be below twice frequency_hz {config.frequency_hz:g}"
-        )
-    if config.pulse == "cw" and abs(config.bandwidth_hz * config.pulse_s - 1.0) > 1e-3:
-        raise ValueError(
-            f"bandwidth_hz {config.bandwidth_hz:g} is not that of a tone burst (pulse: cw) of {config.pulse_s:g} s, "
-            f"{1.0 / config.pulse_s:g} Hz; leave it out"
-        )
-
-
-def check_pulse(config: Any) -> None:
-    """Raises ValueError where `pulse_s` lasts longer than the time between two pings."""
-    if config.pulse_s * config.rate_hz >= 1.0:
-        raise ValueError(
-            f"pulse_s {config.pulse_s:g} is longer than the {1 / config.rate_hz:.3g} s between two pings at rate_hz "
-            f"{config.rate_hz:g}"
-        )
-
-
-def whose(config: Any, *keys: str) -> str:
-    """Which of the keys come from the device that a configuration names, for messages; empty where none does."""
-    name = getattr(config, "device", None)
-    if name is None:
-        return ""
-    given = device(config.type, name).keys
-    its = [key for key in keys if key in given and given[key] == getattr(config, key)]
-    return f" ({' and '.join(its)} of the device {name}: give your own)" if its else ""
 
 
 class PaintedNoise(BaseModel):
@@ -131,7 +98,7 @@ class PingConfig(SensorConfig):
     """Duration of the pulse [s]; with the bandwidth it gives the gain of the matched filter."""
     source_level_db: float = Field(default=205.0, ge=0, le=300)
     """Source level [dB re 1 uPa at 1 m]."""  # assumed
-    self_noise_db: float = Field(default=55.0)
+    self_noise_db: float = Field(default=55.0, ge=-300, le=200)
     """Spectral level of the receiver's own noise [dB re 1 uPa^2/Hz]."""  # assumed
     wind_speed_mps: float | None = Field(default=None, ge=0, le=60)
     """Wind for ambient noise and the sea surface [m/s]; absent: the scenario's, or that which would raise its waves."""
@@ -144,21 +111,21 @@ class PingConfig(SensorConfig):
     """Spreading k of the gain k log10(r) + 2 a r: 30 keeps a bottom level, 40 point targets."""
     scale: Literal["unit", "db", "linear"] = "unit"
     """What `data` and `truth` are: decibels mapped to 0 .. 1, decibels, or linear intensity."""
-    floor_db: float = Field(default=-50.0)
+    floor_db: float = Field(default=-50.0, ge=-300, le=300)
     """Level that `scale: unit` maps to 0 [dB]."""
-    dynamic_range_db: float = Field(default=45.0, gt=0)
+    dynamic_range_db: float = Field(default=45.0, gt=0, le=300)
     """Decibels that `scale: unit` maps to 0 .. 1."""
     texture_db: float = Field(default=TEXTURE_DB, ge=0, le=10)
     """Variation of surfaces' backscatter over decimetres to metres, rms [dB]."""
     roughness_seed: int = Field(default=0, ge=0, lt=2**32)
     """Which realisation of the roughness of all surfaces the sonar sees."""
-    ringing_db: float | None = Field(default=None, le=260)
+    ringing_db: float | None = Field(default=None, ge=0, le=260)
     """Level at which the transducer still rings when its pulse ends [dB re 1 uPa]; absent: not at all."""
     ringing_db_per_ms: float = Field(default=30.0, gt=0)
     """How fast the ringing fades [dB/ms]."""  # assumed
     adc_bits: int | None = Field(default=None, ge=2, le=32)
     """Bits of the converter, for each part of the complex signal; absent: as fine as single precision."""
-    adc_full_scale_db: float = Field(default=180.0)
+    adc_full_scale_db: float = Field(default=180.0, ge=0, le=300)
     """Level of the converter's largest number [dB re 1 uPa]; louder echoes are cut off at it."""  # assumed
     iq: bool = False
     """Also give the complex signal, before gain."""
@@ -197,17 +164,10 @@ class PingConfig(SensorConfig):
 
     @model_validator(mode="after")
     def _consistent(self) -> Self:
-        if self.range_min_m >= self.range_max_m:
-            raise ValueError(f"range_min_m {self.range_min_m:g} must be below range_max_m {self.range_max_m:g}")
+        check_order(self)
         check_burst(self)
         check_pulse(self)
-        turn_around = 2 * self.range_max_m / SLOWEST
-        if turn_around * self.rate_hz > 1.0:
-            raise ValueError(
-                f"range_max_m {self.range_max_m:g} is ambiguous at {self.rate_hz:g} pings a second: the echo needs "
-                f"{turn_around:.3g} s; at most {farthest_heard(self.rate_hz, SLOWEST):.4g} m, "
-                f"or {1 / turn_around:.3g} Hz{whose(self, 'range_max_m', 'rate_hz')}"
-            )
+        check_ambiguity(self)
         return self
 
     @property

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
-from typing import Literal
+from typing import Literal, Self
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from pelagos.acoustics.beam_pattern import equivalent_width, line_length, shaded_length, steering_matrix
+from pelagos.sensors.sonar.keys.conflicts import check_spacing
 from pelagos.sensors.sonar.keys.ping_keys import PingConfig
 from pelagos.sensors.sonar.ping.aperture import Aperture
 from pelagos.sensors.sonar.ping.receiver import Layout
@@ -24,7 +25,7 @@ class SectorConfig(PingConfig):
     """Sector [deg], from the first beam's outer edge to the last one's."""
     vertical_beamwidth_deg: float = Field(default=20.0, gt=0, le=90)
     """Half-power width of the fan in elevation [deg], one way."""
-    beamwidth_deg: float = Field(default=1.0, gt=0, le=20)
+    beamwidth_deg: float = Field(default=1.0, ge=0.01, le=20)
     """Half-power width of a receive beam at broadside [deg]."""
     shading: Literal["uniform", "light", "hamming", "hann"] = "light"
     """Weights of the receive array: side lobes at -13, -21, -43 and -31 dB."""
@@ -32,6 +33,11 @@ class SectorConfig(PingConfig):
     """Neighbours on each side whose echoes leak into a beam."""
     rays_per_beam: int = Field(default=96, ge=4, le=4096)
     """Rays a beam, stratified in elevation."""
+
+    @model_validator(mode="after")
+    def _dense(self) -> Self:
+        check_spacing(self)
+        return self
 
     @property
     def azimuths(self) -> NDArray[np.float64]:
