@@ -223,7 +223,7 @@ def test_current_is_drawn_where_it_sets(sim):
     assert ((barbs[:, 1] - barbs[:, 0]) @ ways[0] < 0).all()  # they point back from the tip
 
 
-def test_way_point_by_a_ray_of_the_scene_and_the_sun(pilot):
+def test_way_point_by_a_ray_of_the_scene(pilot):
     made, orders, said = pilot
     obey(made, orders, do="goal_seen", agent="auv0", eye=[10.0, -4.0, -5.0], way=[2.0, 1.0, -4.0])
     assert said == []
@@ -232,10 +232,22 @@ def test_way_point_by_a_ray_of_the_scene_and_the_sun(pilot):
     assert "nothing under the pointer" in said[-1][1]
     obey(made, orders, do="goal_seen", agent="auv0", eye=[10.0, None, -5.0], way=[0.0, 0.3, 1.0])
     assert "eye is a number" in said[-1][1]
-    obey(made, orders, do="sun", elevation_deg=12.0)
-    assert float(made.sim.ocean.fields.sun_elevation[0]) == pytest.approx(np.deg2rad(12.0))
-    obey(made, orders, do="sun", elevation_deg=120.0)
-    assert "elevation" in said[-1][1]
+
+
+def test_props_are_put_and_dragged_by_rays_of_the_scene(pilot):
+    """They stand on what the ray meets: the ground at 15 m."""
+    made, orders, said = pilot
+    obey(made, orders, do="spawn_seen", shape="cylinder", size=1.6, eye=[10.0, -4.0, -5.0], way=[2.0, 1.0, -4.0])
+    (body,) = made.sim.bodies.bodies
+    assert body.position[0] == pytest.approx([15.0, -1.5, -14.2], abs=0.01)
+    assert made.status()["props"] == [body.name]
+    obey(made, orders, do="move_seen", name=body.name, eye=[10.0, -4.0, -5.0], way=[-1.0, -3.0, -4.0])
+    assert body.position[0] == pytest.approx([7.5, -11.5, -14.2], abs=0.01)
+    obey(made, orders, do="move_seen", name=body.name, eye=[10.0, -4.0, -5.0], way=[0.0, 0.0, 0.0])
+    assert said[-1][1] == "the way of a ray has a length"
+    obey(made, orders, do="move_seen", name="nothing", eye=[10.0, -4.0, -5.0], way=[0.0, 0.0, -1.0])
+    assert "unknown prop 'nothing'" in said[-1][1]
+    assert body.position[0] == pytest.approx([7.5, -11.5, -14.2], abs=0.01)
 
 
 def test_no_browser_is_said_in_one_sentence(monkeypatch, capsys):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 from pathlib import Path
 from typing import Any
 
@@ -11,7 +12,9 @@ import pytest
 import pelagos as pl
 from pelagos.errors import InputError, LookupFailed, RecordingError
 from pelagos.sim.replay import Recording
+from pelagos.viewer.course import Course
 from pelagos.viewer.film import FilmOptions, make_film
+from pelagos.viewer.marks import legs
 from pelagos.viewer.replay import Replay, replay_view, subject_of
 
 SCENARIO: dict[str, Any] = {
@@ -88,6 +91,31 @@ def test_seeking_holds_and_jumps(recorded):
     assert replay.take(0.0).t_ns == replay.last_ns
     assert not replay.obey({"do": "spawn"})
     assert not replay.obey({"do": "seek", "t": float("nan")})
+
+
+def test_legs_are_marked_where_the_vehicle_rounds_the_corners():
+    """A track that runs its plan at 2 m/s with a bulge of 3 m; a corner that nobody came near has no mark."""
+    plan = np.array([[0.0, 0.0, -5.0], [60.0, 0.0, -5.0], [60.0, -40.0, -5.0], [60.0, 40.0, -9.0], [0.0, 90.0, -9.0]])
+    t = np.arange(0.0, 95.0, 0.5)
+    x, y = np.clip(2 * t, 0, 60), np.where(t < 30, 3.0, np.where(t < 50, -2 * (t - 30), -40 + 2 * (t - 50)))
+    attitude = np.tile([1.0, 0.0, 0.0, 0.0], (len(t), 1))
+    way = Course((t * 1e9).astype(np.int64), np.stack([x, y, 0 * t - 5], axis=1), attitude, np.zeros((len(t), 3)))
+    found = legs({"auv0": plan, "auv1": plan}, {"auv0": way})
+    assert [m["text"] for m in found] == ["auv0: leg 2 of 4", "auv0: leg 3 of 4", "auv0: leg 4 of 4"]
+    assert [m["t"] for m in found] == pytest.approx([30.0, 50.0, 90.0], abs=0.51)
+
+
+def test_plan_of_a_recording_is_that_of_the_mission(tmp_path):
+    scenario = copy.deepcopy(SCENARIO)
+    auv = scenario["agents"]["auv0"]
+    auv["sensors"] = {"depth": auv["sensors"]["depth"]}
+    del auv["control"], auv["command"]
+    auv["mission"] = [{"type": "waypoints", "points": [[40, -8], [40, -60]], "depth_m": 6.0, "speed_mps": 1.5}]
+    sim = pl.Simulation.load(scenario)
+    sim.run(1.0, record=tmp_path / "mission.mcap")
+    subject, _ = subject_of(Recording(tmp_path / "mission.mcap"))
+    assert subject.plans["auv0"][-1] == pytest.approx([40.0, -60.0, -6.0], abs=1e-6)
+    assert subject.kind == "replay"
 
 
 def test_films_have_their_pictures(recorded, tmp_path):

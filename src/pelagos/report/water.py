@@ -12,11 +12,12 @@ from typing import Any, Final, Literal
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
-from matplotlib.colors import Colormap, LinearSegmentedColormap, Normalize
+from matplotlib.colors import Colormap, Normalize
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from pelagos import jit
+from pelagos.drawing.water import MATTER, SALT, SPEEDS, WARMTH, sampled
 from pelagos.report import theme
 from pelagos.report.ground import Relief, relief
 from pelagos.report.mission import Mission
@@ -29,13 +30,6 @@ _COLOURS: Final = 160  # of a map's or section's longer side
 _DOWN: Final = 90  # rows of a section
 _STILL_M: Final = 20.0  # who goes less far has a section over time
 _SLOW: Final = 0.02  # of the speed: a current that changes less in the mission is drawn once
-
-SPEEDS: Final = LinearSegmentedColormap.from_list("speeds", ["#f4f8f7", "#bfe0d6", "#5fb3b3", "#2a6f97", "#1b2a5c"])
-WARMTH: Final = LinearSegmentedColormap.from_list(
-    "warmth", ["#1d2a6b", "#3a5fa8", "#7ba7c4", "#e8e3c9", "#f2b066", "#d8603b", "#8e1c2c"]
-)
-SALT: Final = LinearSegmentedColormap.from_list("salt", ["#f7f3d3", "#b6d7a0", "#5aae8a", "#22788a", "#243b6b"])
-MATTER: Final = LinearSegmentedColormap.from_list("matter", ["#f6f7f3", "#cfe0a8", "#8fb85a", "#4a8a3f", "#1d4a2c"])
 
 
 @dataclass(frozen=True)
@@ -65,13 +59,6 @@ class Section:
         found = sampled(field, position.reshape(-1, 3), np.tile(self.time, rows)).reshape(rows, columns, -1)
         found[self.depth[:, None] > self.bed + 2 * self.depth[1]] = np.nan  # the bed is drawn over the edge
         return found[..., 0] if found.shape[-1] == 1 else found
-
-
-def sampled(field: Callable[[Any, Any], Any], position: Values, t: Values) -> Values:
-    """A field of the ocean at positions `(k, 3)` NWU [m] and times `(k,)` [s]: `(k, 1)` or `(k, 3)`."""
-    value = field(jit.Array3f64(np.ascontiguousarray(position.T)), jit.Float64(np.ascontiguousarray(t)))
-    found = np.atleast_2d(np.array(value)).T
-    return np.array(np.broadcast_to(found, (len(position), found.shape[1])))
 
 
 def current_figure(mission: Mission, world: Any, ocean: Any) -> tuple[Figure, str] | None:

@@ -11,6 +11,7 @@ import numpy as np
 from pelagos import jit
 from pelagos.config.loader import load_scenario
 from pelagos.errors import CommandError, LookupFailed
+from pelagos.ocean.config import build_ocean
 from pelagos.ocean.tide import make_tide
 from pelagos.sim.bodies import rows
 from pelagos.sim.model import with_changes
@@ -21,7 +22,7 @@ if TYPE_CHECKING:
     from pelagos.sim.simulation import Simulation
 
 _SCENARIO = object()
-_LIGHT: Final = ("sun", "weather", "water_type")
+_KEYS: Final = ("sun", "weather", "water_type", "waves")
 
 
 class Sea:
@@ -33,7 +34,8 @@ class Sea:
     @property
     def fields(self) -> Ocean:
         """Currents, waves, water masses, tracers and light as functions of place and time, on the device."""
-        return self._sim.model.ocean
+        ocean, own = self._sim.model.ocean, self._sim.stepper.own_current
+        return ocean if own is None or ocean.own is None else ocean.with_(own=own)
 
     def set(
         self,
@@ -44,7 +46,7 @@ class Sea:
         keys: Mapping[str, Any] | None = None,
         agent: str | None = None,
     ) -> None:
-        """Set the current of each copy, or the turbidity, the level and the light of all.
+        """Set the current of each copy, or the turbidity, the level, the light and the waves of all.
 
         Args:
             current: velocity of the water NWU [m/s], `(3,)` or `(n, 3)`, everywhere in a copy and until it is set
@@ -54,8 +56,9 @@ class Sea:
             turbidity: factor on the particles of the water type, the same in all copies; sensors are built anew.
             level_m: mean height of the sea surface over z = 0 [m], about which tides go on; the first time, sensors are
                 built anew.
-            keys: of the scenario's `sun`, `weather` and `water_type`, by dotted key ("weather.cloud"); sensors are
-                built anew.
+            keys: of the scenario's `sun`, `weather`, `water_type` and `waves`, by dotted key ("weather.cloud"); sensors
+                are built anew. Waves are the whole list of systems, `{"waves": [{"type": "sea_state", "state": 4}]}`: a
+                system that stays in its place keeps its phases, so that crests stand where they stood.
             agent: whose current it is, where it is not that of all: vehicles in one sea may be told currents of their
                 own.
 
@@ -105,10 +108,10 @@ class Sea:
         sim.stepper.agent_currents = {**kept, agent: rows(current, sim.n, 3, "current")}
 
     def _relit(self, scenario: Any, ocean: Ocean, keys: Mapping[str, Any]) -> tuple[Any, Ocean]:
-        """Scenario and ocean with other light and weather."""
+        """Scenario and ocean with other light, weather and waves."""
         for key in keys:
-            if key.split(".")[0] not in _LIGHT:
-                raise CommandError(str(LookupFailed("key of the ocean's light", key, _LIGHT)))
+            if key.split(".")[0] not in _KEYS:
+                raise CommandError(str(LookupFailed("key of the ocean that can be set", key, _KEYS)))
         checked = load_scenario(scenario, overrides={f"ocean.{key}": value for key, value in keys.items()})
         config = checked.ocean
         elevation, azimuth = config.sun.angles(self._sim.world.origin)
@@ -117,6 +120,10 @@ class Sea:
             sun_elevation=dr.opaque(jit.Float, elevation), sun_azimuth=dr.opaque(jit.Float, azimuth),
             water_type=config.water_type, cloud=weather.cloud, visibility=weather.visibility, rain=weather.rain,
         )  # fmt: skip
+        if any(key.split(".")[0] == "waves" for key in keys):
+            sim = self._sim
+            made = build_ocean(config, sim.world, seed=sim.seed, duration_s=scenario.duration_s)
+            changed = changed.with_(waves=made.waves, tracers=made.tracers)  # plumes drift in the waves
         return scenario.model_copy(update={"ocean": config}), changed
 
     def _levelled(self, ocean: Ocean, level_m: float) -> Ocean:

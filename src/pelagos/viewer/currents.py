@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from typing import Any, Final
 
+import drjit as dr
 import numpy as np
 from numpy.typing import NDArray
 
 from pelagos import jit
+from pelagos.drawing.water import sampled
 from pelagos.world.world import World
 
 _ACROSS: Final = 12  # arrows along the longer side
@@ -26,9 +29,7 @@ def arrows(ocean: Any, world: World, t_s: float, depth_m: float) -> NDArray[np.f
         world: its bounds are covered; where the ground is higher than the level, there are none.
         t_s, depth_m: of the level that is sampled.
     """
-    low, high = world.bounds[:, :2]
-    if not (np.isfinite(world.bounds[:, :2]).all() and (high > low).all()):
-        low, high = np.full(2, -_WIDEST_M), np.full(2, _WIDEST_M)
+    low, high = extent(world)
     step = float((high - low).max()) / _ACROSS
     x, y = (np.arange(a + step / 2, b, step) for a, b in zip(low, high, strict=True))
     places = np.stack([*(v.ravel() for v in np.meshgrid(x, y, indexing="ij")), np.zeros(len(x) * len(y))], axis=-1)
@@ -37,11 +38,7 @@ def arrows(ocean: Any, world: World, t_s: float, depth_m: float) -> NDArray[np.f
     places = places[~(ground >= -depth_m)]
     if ocean is None or not len(places):
         return np.zeros((0, 2, 3), dtype=np.float32)
-    found = ocean.current(
-        jit.Array3f64(*(jit.Float64(np.ascontiguousarray(v)) for v in places.T)), jit.Float64(t_s),
-        jit.UInt32(np.zeros(len(places), dtype=np.uint32)),
-    )  # fmt: skip
-    flow = np.array(found).T.reshape(-1, 3) * np.ones((len(places), 1))
+    flow = sampled(first_current(ocean), places, np.full(len(places), t_s))
     speed = np.linalg.norm(flow[:, :2], axis=1)
     moves = speed > _STILL_MPS
     if not moves.any():
@@ -55,3 +52,16 @@ def arrows(ocean: Any, world: World, t_s: float, depth_m: float) -> NDArray[np.f
         barb = 0.28 * np.stack([c * flow[:, 0] - s * flow[:, 1], s * flow[:, 0] + c * flow[:, 1], flow[:, 2]], axis=-1)
         lines.append(np.stack([tips, tips + barb], axis=1))
     return np.concatenate(lines).astype(np.float32)
+
+
+def extent(world: World) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Corners (x, y) of the part of a world that is drawn, NWU [m]: its bounds, or 100 m about the origin."""
+    low, high = world.bounds[:, :2]
+    if np.isfinite(world.bounds[:, :2]).all() and (high > low).all():
+        return low, high
+    return np.full(2, -_WIDEST_M), np.full(2, _WIDEST_M)
+
+
+def first_current(ocean: Any) -> Callable[[Any, Any], Any]:
+    """The current of the first copy of a fleet, as a function of place and time."""
+    return lambda place, t: ocean.current(place, t, dr.zeros(jit.UInt32, dr.width(place)))

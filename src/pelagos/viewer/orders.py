@@ -12,22 +12,27 @@ from typing import Any, Final
 import numpy as np
 
 from pelagos.errors import CommandError, LookupFailed
+from pelagos.math.constants import GRAVITY
 from pelagos.sim.simulation import Simulation
 from pelagos.viewer.drive import Axes, drive
 from pelagos.viewer.pilot import Pilot
+from pelagos.viewer.soundings import Soundings
 from pelagos.world.body import Prop
 
 SHAPES: Final = ("box", "sphere", "cylinder", "cone")
 _CLEAR_M: Final = 2.0  # over the ground, of a way-point that was clicked
 _FASTEST: Final = 100.0
 _SIGHT_M: Final = 4000.0
+_HIGHEST_M: Final = 15.0
+_LONGEST_S: Final = 25.0
+_STEEPEST: Final = 1 / 15  # significant height over the peak's wavelength (DNV-RP-C205, 3.5.5: up to 8 s)
 
 
 class Orders:
     """Obeys the browsers' messages.
 
     Attributes:
-        water_changed: called when the current has been set.
+        soundings: told when something of the water has been set; None: nobody looks.
 
     Args:
         pilot: what they are for.
@@ -36,14 +41,15 @@ class Orders:
 
     def __init__(self, pilot: Pilot, results: Path) -> None:
         self._pilot, self._results = pilot, results
-        self.water_changed: Callable[[], None] = lambda: None
+        self.soundings: Soundings | None = None
         self._driven: dict[str, float] = {}
         self._do: Mapping[str, Callable[[Mapping[str, Any]], object]] = {
             "pause": self._pause, "tick": lambda m: pilot.single(), "speed": self._speed, "reset": self._reset,
             "mode": self._mode, "drive": self._drive, "command": self._command, "goal": self._goal,
             "clear_goals": self._clear_goals, "goal_seen": self._goal_seen, "current": self._current,
-            "sun": self._sun, "turbidity": self._turbidity,
-            "spawn": self._spawn, "move": self._move, "remove": self._remove, "record": self._record,
+            "waves": self._waves, "sun": self._sun, "turbidity": self._turbidity, "section": self._section,
+            "spawn": self._spawn, "spawn_seen": self._spawn_seen, "move": self._move, "move_seen": self._move_seen,
+            "remove": self._remove, "record": self._record,
         }  # fmt: skip
 
     @property
@@ -107,14 +113,7 @@ class Orders:
 
     def _goal_seen(self, m: Mapping[str, Any]) -> None:
         """A way-point over what a ray of the scene meets: `eye` NWU [m] and `way`."""
-        eye, way = _vector(m, "eye"), _vector(m, "way")
-        long = float(np.linalg.norm(way))
-        if long == 0:
-            raise CommandError("the way of a ray has a length")
-        hits = self._sim.world.cast(eye[None], way[None] / long, _SIGHT_M)
-        if not hits.valid[0]:
-            raise CommandError("there is nothing under the pointer to go to; click on the ground or a structure")
-        x, y = (float(v) for v in hits.position[0, :2])
+        x, y, _ = self._seen(m)
         self._goal({"agent": m.get("agent"), "x": x, "y": y})
 
     def _clear_goals(self, m: Mapping[str, Any]) -> None:
@@ -126,15 +125,41 @@ class Orders:
         if not 0 <= speed <= 10:
             raise CommandError(f"the speed of the current is 0 to 10 m/s, not {speed:g}")
         self._sim.ocean.set(current=(speed * math.cos(towards), -speed * math.sin(towards), 0.0))
+        self._water_changed()
 
-        self.water_changed()
+    def _waves(self, m: Mapping[str, Any]) -> None:
+        """One wind sea in place of all waves: significant height and period [m], [s], compass direction; 0: flat."""
+        height, period, towards = _number(m, "height"), _number(m, "period"), _number(m, "towards_deg")
+        if not 0 <= height <= _HIGHEST_M:
+            raise CommandError(f"the height of waves is 0 to {_HIGHEST_M:g} m, not {height:g}")
+        if height > 0:
+            least = math.sqrt(2 * math.pi * height / (_STEEPEST * GRAVITY))
+            if not least <= period <= _LONGEST_S:
+                raise CommandError(
+                    f"waves of {height:g} m have a peak period of {least:.1f} to {_LONGEST_S:g} s, not {period:g} s: "
+                    "shorter ones break"
+                )
+        sea = {"type": "jonswap", "significant_height_m": height, "peak_period_s": period, "towards_deg": towards}
+        self._sim.ocean.set(keys={"waves": [sea] if height > 0 else []})
+        self._water_changed()
 
     def _sun(self, m: Mapping[str, Any]) -> None:
-        """Elevation over the horizon [deg]."""
-        self._sim.ocean.set(keys={"sun.elevation_deg": _number(m, "elevation_deg")})
+        """Elevation over the horizon and compass direction [deg]."""
+        sun = {f"{name}_deg": _number(m, f"{name}_deg") for name in ("elevation", "azimuth")}
+        self._sim.ocean.set(keys={"sun": sun})
+        self._water_changed()
 
     def _turbidity(self, m: Mapping[str, Any]) -> None:
         self._sim.ocean.set(turbidity=_number(m, "turbidity"))
+        self._water_changed()
+
+    def _water_changed(self) -> None:
+        if self.soundings is not None:
+            self.soundings.changed()
+
+    def _section(self, m: Mapping[str, Any]) -> None:
+        if self.soundings is not None:
+            self.soundings.ask(m.get("what"), m.get("along", "north"))
 
     def _spawn(self, m: Mapping[str, Any]) -> None:
         shape = str(m.get("shape", "box"))
@@ -143,6 +168,12 @@ class Orders:
         size = _number(m, "size") if m.get("size") is not None else 1.0
         x, y = _number(m, "x"), _number(m, "y")
         self._sim.spawn(Prop(shape, position=(x, y, self._level(m, x, y, size)), size=(size,) * 3, label="debris"))
+
+    def _spawn_seen(self, m: Mapping[str, Any]) -> None:
+        """A prop on what a ray of the scene meets."""
+        x, y, z = self._seen(m)
+        size = _number(m, "size") if m.get("size") is not None else 1.0
+        self._spawn({**m, "x": x, "y": y, "depth": -(z + size / 2)})
 
     def _move(self, m: Mapping[str, Any]) -> None:
         body = self._body(m)
@@ -154,6 +185,14 @@ class Orders:
             z += ground - old  # what lies on the ground stays on it
         self._sim.gate.settle()
         body.move(position=(x, y, z))
+
+    def _move_seen(self, m: Mapping[str, Any]) -> None:
+        """A prop to what a ray of the scene meets."""
+        x, y, z = self._seen(m)
+        body = self._body(m)
+        above = -float(body.geometry.extent[0, 2])
+        self._sim.gate.settle()
+        body.move(position=(x, y, z + above))
 
     def _remove(self, m: Mapping[str, Any]) -> None:
         body = self._body(m)
@@ -171,6 +210,18 @@ class Orders:
             path = self._pilot.end_recording()
             if path is not None:
                 self._pilot.say(f"recorded: {path}", "note")
+
+    def _seen(self, m: Mapping[str, Any]) -> tuple[float, float, float]:
+        """Where a ray of the scene meets the ground or a structure: `eye` NWU [m] and `way`."""
+        eye, way = _vector(m, "eye"), _vector(m, "way")
+        long = float(np.linalg.norm(way))
+        if long == 0:
+            raise CommandError("the way of a ray has a length")
+        hits = self._sim.world.cast(eye[None], way[None] / long, _SIGHT_M)
+        if not hits.valid[0]:
+            raise CommandError("there is nothing under the pointer; click on the ground or a structure")
+        x, y, z = (float(v) for v in hits.position[0])
+        return x, y, z
 
     def _level(self, m: Mapping[str, Any], x: float, y: float, size: float) -> float:
         if m.get("depth") is not None:

@@ -153,6 +153,7 @@ class Pilot:
         return {
             "paused": self.paused or self._ended, "speed": self.speed, "rate": round(self._rate, 3), "agents": agents,
             "recording": "" if self._recording is None else str(self._recording[1]), "seed": self.sim.seed,
+            "props": [b.name for b in self.sim.bodies.bodies if b.fastest_mps is None],
         }  # fmt: skip
 
     def _obey(self) -> None:

@@ -5,60 +5,31 @@ from __future__ import annotations
 import threading
 import time
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
 import yaml
-from numpy.typing import NDArray
 
 from pelagos.config.loader import load_scenario
 from pelagos.config.scenario import Scenario
 from pelagos.config.swarm import topic_name
 from pelagos.drawing.sample import CLOUDS, WATERFALLS
 from pelagos.errors import PelagosError, RecordingError
-from pelagos.math.frames import enu_to_nwu_np, quaternion_enu_to_nwu_np
-from pelagos.messages.motion import ODOMETRY_FIELDS
 from pelagos.sensors.sensor import SensorConfig
 from pelagos.sim.replay import Recording
-from pelagos.viewer.frame import Frame, Placed, Pose, between
+from pelagos.viewer.course import course
+from pelagos.viewer.currents import arrows
+from pelagos.viewer.frame import Frame, Placed
+from pelagos.viewer.marks import legs, marks, planned
 from pelagos.viewer.panels import LINES
 from pelagos.viewer.recorded import WANTED, sample_from
 from pelagos.viewer.view import Subject, View
 from pelagos.world.build import build_world
 
 EVERY_S: Final = 0.1
-_LOST_S: Final = 1.0  # a DVL that says nothing for longer than this, and than three of its intervals, is lost
-_MARKS: Final = 40
 _BACK: Final = 12  # readings of a picture sensor that a jump looks back for
-
-
-@dataclass(frozen=True)
-class Course:
-    """Motion over time: `t_ns` `(k,)`, position `(k, 3)` NWU [m], attitude `(k, 4)`, velocity `(k, 3)` FLU [m/s]."""
-
-    t_ns: NDArray[np.int64]
-    position: NDArray[np.float64]
-    attitude: NDArray[np.float64]
-    velocity: NDArray[np.float64]
-
-    def at(self, t_ns: int) -> Pose:
-        """The pose at a time; the first before it, the last behind it."""
-        k = int(np.clip(np.searchsorted(self.t_ns, t_ns), 1, max(len(self.t_ns) - 1, 1)))
-        if len(self.t_ns) == 1:
-            return self._pose(0)
-        return between((int(self.t_ns[k - 1]), self._pose(k - 1)), (int(self.t_ns[k]), self._pose(k)), t_ns)
-
-    def _pose(self, k: int) -> Pose:
-        return Pose(self.position[k], self.attitude[k], self.velocity[k])
-
-
-def course(recording: Recording, topic: str) -> Course:
-    """The motion that a topic of odometry tells."""
-    _, v = recording.table(topic, ODOMETRY_FIELDS)
-    attitude = quaternion_enu_to_nwu_np(v[:, [8, 5, 6, 7]])
-    return Course(recording.times(topic), enu_to_nwu_np(v[:, 2:5]), attitude, v[:, 9:12])
 
 
 class Replay:
@@ -91,7 +62,8 @@ class Replay:
         self._clock = time.monotonic()
         self._lock = threading.Lock()
         self._wake = threading.Event()
-        self.marks = marks(recording, self._topics, self._times, (self.first_ns, self.last_ns))
+        span = self.first_ns, self.last_ns
+        self.marks = marks(recording, self._topics, self._times, span, legs(planned(recording), self.courses))
 
     @property
     def known(self) -> tuple[str, ...]:
@@ -176,39 +148,6 @@ class Replay:
         return {name: topic for name, topic in found.items() if name.partition(".")[0] in self.courses}
 
 
-def marks(
-    recording: Recording, topics: Mapping[str, str], times: Mapping[str, NDArray[np.int64]], span: tuple[int, int]
-) -> list[dict[str, Any]]:
-    """What happened, `t` [s] and `text`: contacts, lost DVLs, GPS fixes."""
-    found: list[dict[str, Any]] = []
-    for name, topic in topics.items():
-        at = times[topic]
-        kind = recording.channels[topic].about.get("type")
-        if kind == "dvl" and len(at) > 3:
-            gap = max(3 * float(np.median(np.diff(at))), _LOST_S * 1e9)
-            found += [{"t": float(at[i]) * 1e-9, "text": f"{name} lost"} for i in np.flatnonzero(np.diff(at) > gap)]
-        elif kind == "collision":
-            found += _contacts(recording, name, topic)
-        elif kind == "gps" and len(at):
-            first = np.flatnonzero(np.diff(at, prepend=at[0] - 10**10) > 5 * 10**9)
-            found += [{"t": float(at[i]) * 1e-9, "text": "GPS fix"} for i in first]
-    inside = [m for m in found if span[0] <= m["t"] * 1e9 <= span[1]]
-    return sorted(inside, key=lambda m: float(m["t"]))[:_MARKS]
-
-
-def _contacts(recording: Recording, name: str, topic: str) -> list[dict[str, Any]]:
-    """When the vehicle began to touch something."""
-    found, touching = [], False
-    for recorded in recording.messages(topic):
-        now = bool(np.any(np.asarray(getattr(recorded.message, "data", 0)))) or bool(
-            getattr(recorded.message, "states", ())
-        )
-        if now and not touching:
-            found.append({"t": recorded.t_ns * 1e-9, "text": f"{name.partition('.')[0]} touches"})
-        touching = now
-    return found
-
-
 def scenario_of(recording: Recording) -> Scenario:
     """The scenario that a recording carries.
 
@@ -228,7 +167,7 @@ def subject_of(recording: Recording) -> tuple[Subject, dict[str, SensorConfig]]:
     """What there is to see in a recording: the world is built anew from its scenario."""
     from pelagos.ocean.config import build_ocean
     from pelagos.vehicles.vehicle import Vehicle
-    from pelagos.viewer.sea_surface import SeaSurface
+    from pelagos.viewer.water import Water
 
     scenario = scenario_of(recording)
     world = build_world(scenario.located_world)
@@ -243,9 +182,12 @@ def subject_of(recording: Recording) -> tuple[Subject, dict[str, SensorConfig]]:
     bodies = {
         m.name: m.geometry(instance=world.next_instance + i, world=world) for i, m in enumerate(world.movers)
     }  # fmt: skip
+    first = next((course(recording, t) for t in recording.topics("/truth")), None)
+    t_s, place = (0.0, np.array([0.0, 0.0, -2.0])) if first is None else (first.t_ns[0] * 1e-9, first.position[0])
+    water, plans = Water.of(ocean, place, t_s), planned(recording)
     subject = Subject(
-        scenario.name, world, vehicles, sensors, SeaSurface.of(ocean), description=scenario.description, kind="replay",
-        water=tuple(float(v) for v in np.array(ocean.water.attenuation)), bodies=bodies,
+        scenario.name, world, vehicles, sensors, plans, scenario.description, "replay", water, bodies=bodies,
+        currents=arrows(ocean, world, t_s, -float(place[2])),
     )  # fmt: skip
     return subject, sensors
 

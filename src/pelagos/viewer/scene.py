@@ -20,6 +20,7 @@ from pelagos.viewer.frame import Frame, Placed, Pose, matrix
 from pelagos.viewer.ground import NestedGrids, Patch
 from pelagos.viewer.hub import Hub
 from pelagos.viewer.hull import Model3d, model_3d
+from pelagos.viewer.section import Curtain
 from pelagos.viewer.stage import Stage
 from pelagos.viewer.structures import ground_of, parts, parts_of
 from pelagos.viewer.track import Track
@@ -270,12 +271,14 @@ class Scene:
     # what the user changes
 
     def show(self, what: str, *, visible: bool) -> None:
-        """Show or hide "points", or a sensor's sight by its name."""
+        """Show or hide "points", "currents", or a sensor's sight by its name."""
         if what == "points":
             for cloud in self._clouds.values():
                 cloud.visible = visible
-        elif what == "currents" and "/currents" in self._things:
-            self._things["/currents"].show(visible=visible)
+        elif what == "currents":
+            (self._hidden.discard if visible else self._hidden.add)(what)
+            if "/currents" in self._things:
+                self._things["/currents"].show(visible=visible)
         elif what in self._sights:
             self._sights[what].show(visible=visible)
             (self._hidden.discard if visible else self._hidden.add)(what)
@@ -297,6 +300,18 @@ class Scene:
             old.remove()
         if len(segments):
             self._things["/currents"] = self._stage.add("lines", "/currents", colour=_FLOW, points=segments)
+            self._things["/currents"].show(visible="currents" not in self._hidden)
+
+    def show_section(self, found: Curtain | None) -> None:
+        """A curtain through the water; None takes it away."""
+        old = self._things.pop("/section", None)
+        if found is not None and len(found.faces):
+            self._things["/section"] = self._stage.add(
+                "mesh", "/section", vertices=found.vertices, faces=found.faces, colours=found.colours,
+                about={"smooth": True, "opacity": 0.72, "plain": True},
+            )  # fmt: skip
+        elif old is not None:
+            old.remove()
 
     def add_body(self, name: str, geometry: Any) -> None:
         """A mover or a prop, which `draw` moves."""

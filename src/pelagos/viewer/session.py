@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import threading
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any, Final
 
@@ -12,15 +12,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pelagos.errors import InputError
+from pelagos.sim.guidance.outline import outline
 from pelagos.sim.simulation import Simulation
 from pelagos.viewer.currents import arrows
 from pelagos.viewer.live import Live
 from pelagos.viewer.orders import Orders, plain_name
 from pelagos.viewer.pilot import Pilot
-from pelagos.viewer.sea_surface import SeaSurface
-from pelagos.viewer.view import Subject, View, planned
+from pelagos.viewer.section import sections
+from pelagos.viewer.soundings import Soundings, vehicle_place, water_of
+from pelagos.viewer.view import Subject, View
 
-WATCHING: Final = ("pause",)
+WATCHING: Final = ("pause", "section")
 """What browsers may ask for of a run that somebody else steps."""
 
 
@@ -28,21 +30,19 @@ def subject_of(sim: Simulation) -> Subject:
     """What there is to see of a simulation."""
     agents = sim.model.agents
     sensors = {f"{a}.{s}": m.config for a, agent in agents.items() for s, m in agent.sensors.items()}
-    starts = sim.state
-    plans = {n: planned(a.tasks, starts[n].position[0], sim.world) for n, a in agents.items() if a.tasks}
+    starts, height = sim.state, sim.world.height
+    plans = {n: outline(a.tasks, starts[n].position[0], height) for n, a in agents.items() if a.tasks}
     ocean = sim.ocean.fields
     return Subject(
-        sim.scenario.name, sim.world, {n: a.vehicle for n, a in agents.items()}, sensors, SeaSurface.of(ocean),
-        {n: p for n, p in plans.items() if len(p) > 1}, sim.scenario.description,
-        water=tuple(float(v) for v in np.array(ocean.water.attenuation)), currents=currents_of(sim),
+        sim.scenario.name, sim.world, {n: a.vehicle for n, a in agents.items()}, sensors,
+        {n: p for n, p in plans.items() if len(p) > 1}, sim.scenario.description, water=water_of(sim),
+        currents=currents_of(sim), sections=sections(ocean),
     )  # fmt: skip
 
 
 def currents_of(sim: Simulation) -> NDArray[np.float32]:
     """Arrows of the current of now, at the depth of the first vehicle, or of 2 m."""
-    first = next(iter(sim.state), None) if sim.model.agents else None
-    depth_m = 2.0 if first is None else max(0.5, float(sim.state[first].depth[0]))
-    return arrows(sim.ocean.fields, sim.world, sim.time_ns * 1e-9, depth_m)
+    return arrows(sim.ocean.fields, sim.world, sim.time_ns * 1e-9, -float(vehicle_place(sim)[2]))
 
 
 class Session:
@@ -61,11 +61,11 @@ class Session:
     ) -> None:  # fmt: skip
         self.live = Live(sim)
         self.pilot = Pilot(sim, self.live, speed=speed, paused=paused)
-        self.live.status = self.pilot.status
+        self.live.status = self._status
         folder = Path("results") / plain_name(sim.scenario.name) if results is None else results
         orders = Orders(self.pilot, folder)
         self.view = View(subject_of(sim), self.live, orders, host=host, port=port)
-        orders.water_changed = lambda: self.view.show_currents(currents_of(sim))
+        self.soundings = orders.soundings = Soundings(sim, self.view)
         self.view.show_bodies_of(sim.bodies)
         self.pilot.say = lambda text, kind: self.view.hub.say(text, kind=kind)
         self._thread: threading.Thread | None = None
@@ -106,12 +106,19 @@ class Session:
     def _repr_html_(self) -> str:
         return self.view._repr_html_()
 
+    def _status(self) -> Mapping[str, Any]:
+        """With every frame, in the thread that steps."""
+        self.soundings.look()
+        return self.pilot.status()
+
 
 class Watching:
-    """What browsers may ask for of a run that somebody else steps: to hold it, and to let it go on."""
+    """What browsers may ask for of a run that somebody else steps: to hold it, to let it go on, a section."""
 
     def __init__(self, sim: Simulation) -> None:
         self._sim = sim
+        self.soundings: Soundings | None = None
+        self.say: Callable[[str], None] = lambda text: None
 
     @property
     def known(self) -> tuple[str, ...]:
@@ -120,6 +127,12 @@ class Watching:
 
     def obey(self, message: Mapping[str, Any]) -> bool:
         """See `View`."""
+        if message.get("do") == "section" and self.soundings is not None:
+            try:
+                self.soundings.ask(message.get("what"), message.get("along", "north"))
+            except InputError as error:
+                self.say(str(error))
+            return True
         if message.get("do") != "pause":
             return False
         if message.get("paused", not self._sim.paused):
@@ -140,7 +153,10 @@ class Watch:
     def __init__(self, sim: Simulation, *, host: str = "127.0.0.1", port: int | None = None) -> None:
         self._sim, self.live = sim, Live(sim)
         self.live.status = self._status
-        self.view = View(subject_of(sim), self.live, Watching(sim), host=host, port=port)
+        watching = Watching(sim)
+        self.view = View(subject_of(sim), self.live, watching, host=host, port=port)
+        self.soundings = watching.soundings = Soundings(sim, self.view)
+        watching.say = lambda text: self.view.hub.say(text, kind="error")
         self.view.show_bodies_of(sim.bodies)
         self._watching = contextlib.ExitStack()
         self._watching.enter_context(sim.watch(self.live.heard))
@@ -167,6 +183,7 @@ class Watch:
         return self.view._repr_html_()
 
     def _status(self) -> Mapping[str, Any]:
+        self.soundings.look()
         return {"paused": self._sim.paused, "seed": self._sim.seed}
 
 

@@ -6,7 +6,8 @@ import html
 import io
 import math
 import threading
-from collections.abc import Mapping, Sequence
+from collections import deque
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any, Final, Protocol
 
@@ -20,8 +21,9 @@ from pelagos.vehicles.vehicle import Vehicle
 from pelagos.viewer.frame import Frame, Pose
 from pelagos.viewer.panels import Panels
 from pelagos.viewer.scene import Scene
-from pelagos.viewer.sea_surface import SeaSurface
+from pelagos.viewer.section import Curtain
 from pelagos.viewer.server import Server
+from pelagos.viewer.water import Water
 from pelagos.world.world import World
 
 _MAP_PIXELS: Final = 520
@@ -59,27 +61,27 @@ class Subject:
         world: what stands.
         vehicles: by agent.
         sensors: configurations by "agent.sensor".
-        sea: the waves.
         plans: planned paths by agent, `(m, 3)` [m].
         kind: "live", "replay" or "world".
-        water: attenuation of light in red, green and blue [1/m].
+        water: waves and light.
         more: for the page, JSON types: the time line of a replay.
         bodies: geometries of movers, by name, where no simulation has them.
         currents: arrows `(m, 2, 3)` [m].
+        sections: titles of the fields that a section can show, by name.
     """
 
     name: str
     world: World
     vehicles: Mapping[str, Vehicle] = field(default_factory=dict)
     sensors: Mapping[str, SensorConfig] = field(default_factory=dict)
-    sea: SeaSurface = field(default_factory=lambda: SeaSurface(np.zeros((0, 5))))
     plans: Mapping[str, NDArray[np.float64]] = field(default_factory=dict)
     description: str = ""
     kind: str = "live"
-    water: Sequence[float] = (0.28, 0.09, 0.075)
+    water: Water = field(default_factory=Water)
     more: Mapping[str, Any] = field(default_factory=dict)
     bodies: Mapping[str, Any] = field(default_factory=dict)
     currents: NDArray[np.float32] = field(default_factory=lambda: np.zeros((0, 2, 3), dtype=np.float32))
+    sections: Mapping[str, str] = field(default_factory=dict)
 
 
 class View:
@@ -112,7 +114,8 @@ class View:
         self._looked_at = np.full(2, np.inf)
         self._geometries: dict[str, Any] = dict(subject.bodies)
         self._bodies_of: Any = None
-        self._currents: NDArray[np.float32] | None = subject.currents
+        self._other: deque[Callable[[], None]] = deque()  # to draw with the next frame
+        self.show_currents(subject.currents)
         self._closed = threading.Event()
         self._begin()
         self.hub.heard = self._heard
@@ -134,7 +137,15 @@ class View:
 
     def show_currents(self, segments: NDArray[np.float32]) -> None:
         """Draw other arrows with the next frame; any thread may call this."""
-        self._currents = segments
+        self._other.append(lambda: self.scene.show_currents(segments))
+
+    def show_section(self, found: Curtain | None) -> None:
+        """Draw another section with the next frame, or none; any thread may call this."""
+        self._other.append(lambda: self._section(found))
+
+    def show_water(self, water: Water) -> None:
+        """Waves and light are others from now on; any thread may call this."""
+        self._other.append(lambda: self.hub.publish("water", water.message()))
 
     def close(self) -> None:
         """Stop drawing and serving."""
@@ -177,9 +188,8 @@ class View:
             self.panels.clear()
             self.hub.forget("panel/")
             self.hub.publish("jump", {"type": "jump", "t": frame.t_ns * 1e-9}, keep=False)
-        currents, self._currents = self._currents, None
-        if currents is not None:
-            self.scene.show_currents(currents)
+        while self._other:
+            self._other.popleft()()
         for placed in frame.samples:
             self.panels.take(placed.sample)
         self._bodies(frame)
@@ -189,6 +199,14 @@ class View:
         self.scene.draw(frame, looked_on=looked_on)
         self.hub.publish("state", self._state(frame))
         self.panels.publish(self.hub, self._wanted or None)
+
+    def _section(self, found: Curtain | None) -> None:
+        self.scene.show_section(found)
+        legend: dict[str, Any] = {"type": "section", "title": ""}
+        if found is not None:
+            low, high = (round(v, 4) if math.isfinite(v) else None for v in (found.low, found.high))
+            legend |= {"title": found.title, "unit": found.unit, "low": low, "high": high, "shades": found.shades}
+        self.hub.publish("section", legend)
 
     def _ground_follows(self, pose: Pose) -> None:
         at = pose.position[:2]
@@ -214,14 +232,14 @@ class View:
             ground = float(self.subject.world.height(x, y))
             agents[name] = {
                 "x": round(x, 3), "y": round(y, 3), "depth": round(-z, 3), "roll": round(roll, 2),
-                "pitch": round(pitch, 2), "heading": round(heading, 2),
+                "pitch": round(pitch, 2), "heading": round(heading, 4),
                 "speed": round(float(np.linalg.norm(pose.velocity)), 3),
                 "altitude": round(z - ground, 3) if math.isfinite(ground) else None,
             }  # fmt: skip
             known = frame.navigation.get(name)
             if known is not None:
                 agents[name]["known"] = [round(float(v), 3) for v in known.position]
-        props = {n: [round(float(v), 2) for v in p.position[:2]] for n, p in frame.movers.items()}
+        props = {n: [round(float(v), 2) for v in p.position] for n, p in frame.movers.items()}
         return {"type": "state", "t": frame.t_ns * 1e-9, "agents": agents, "props": props, "run": dict(frame.status)}
 
     # what the browsers ask for
@@ -266,12 +284,13 @@ class View:
             "type": "hello", "name": self.subject.name, "description": self.subject.description,
             "kind": self.subject.kind, "bounds": [float(low[0]), float(low[1]), float(high[0]), float(high[1])],
             "agents": {n: _about(v) for n, v in self.subject.vehicles.items()}, "sensors": self.panels.listing(),
-            "floor": float(world.bounds[0, 2]), 
+            "floor": float(world.bounds[0, 2]),
             "can": [] if self.control is None else list(self.control.known),
             "notes": self.scene.notes,
-            "waves": np.round(self.subject.sea.rows, 6).tolist(), "water": list(self.subject.water),
+            "sections": dict(self.subject.sections),
             "plans": {n: np.round(p[:, :2], 2).tolist() for n, p in self.subject.plans.items()}, **self.subject.more,
         })  # fmt: skip
+        self.hub.publish("water", self.subject.water.message())
         for name, points in self.subject.plans.items():
             self.scene.plan(name, points)
         self.scene.look_at_ground(*(float(v) for v in 0.5 * (low + high)))
@@ -301,24 +320,3 @@ def _about(vehicle: Vehicle) -> dict[str, Any]:
         "type": vehicle.name, "modes": {m: list(vehicle.command_names(m)) for m in vehicle.modes},
         "length": round(float(np.ptp(vehicle.hull.vertices[:, 0])), 2),
     }  # fmt: skip
-
-
-def planned(tasks: Sequence[Any], start: NDArray[np.float64], world: World) -> NDArray[np.float64]:
-    """The path that a mission's lines make, `(m, 3)` world NWU [m]."""
-    points = [np.asarray(start, dtype=np.float64)]
-    for step in tasks:
-        task = step.task
-        end = getattr(task, "end", None)
-        if end is None or len(end) != 2:
-            continue
-        level = task.common.level
-        z = points[-1][2]
-        ground = float(world.height(*end))
-        if level.depth_m is not None:
-            z = -float(level.depth_m)
-        elif level.altitude_m is not None and math.isfinite(ground):
-            z = ground + float(level.altitude_m)
-        for place in (getattr(task, "start", None), end):
-            if place is not None:
-                points.append(np.array([*place, z]))
-    return np.array(points)

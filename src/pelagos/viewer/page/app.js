@@ -5,6 +5,7 @@ import { Stage } from "./stage.js";
 
 const $ = (id) => document.getElementById(id);
 const map = new ChartMap($("map")), plots = new Plots($("plots"));
+let props = []; // that can be moved
 let hello = null, state = null, socket = null, agent = "", tries = 0, before = null, scrubbing = false;
 const cards = {}, urls = {}, kinds = {};
 const send = (message) => { if (socket?.readyState === WebSocket.OPEN) socket.send(JSON.stringify(message)); };
@@ -16,7 +17,7 @@ function connect() {
   socket.onopen = () => { tries = 0; stage?.reset(); $("lost").hidden = true; };
   socket.onmessage = (e) => {
     const length = new DataView(e.data).getUint32(0, true), header = JSON.parse(new TextDecoder().decode(new Uint8Array(e.data, 4, length)));
-    ({ hello: onHello, state: onState, panel: onPanel, jump: onJump, say: onSay, node: (x, b) => stage?.node(x, b), part: (x, b) => stage?.part(x, b), gone: (x) => stage?.gone(x), seen: (x) => stage?.seen(x), poses: (x) => stage?.move(x) })[header.type]?.(header, new Uint8Array(e.data, 4 + length));
+    ({ hello: onHello, water: onWater, section: onSection, state: onState, panel: onPanel, jump: onJump, say: onSay, node: (x, b) => stage?.node(x, b), part: (x, b) => stage?.part(x, b), gone: (x) => stage?.gone(x), seen: (x) => stage?.seen(x), poses: (x) => stage?.move(x) })[header.type]?.(header, new Uint8Array(e.data, 4 + length));
   };
   socket.onclose = () => { lost(tries++ ? "The simulation has ended, or the connection is lost. This page tries again by itself." : ""); setTimeout(connect, Math.min(500 * 2 ** tries, 8000)); };
 }
@@ -25,11 +26,25 @@ function lost(text) { if (!text) return; $("lost-text").textContent = text; $("l
 function onHello(h) {
   hello = h; document.title = `${h.name} · Pelagos`; $("title").textContent = h.name; $("title").title = h.description; $("kind").textContent = h.kind; document.body.className = h.kind;
   const names = Object.keys(h.agents); $("agent").replaceChildren(...names.map((n) => option(n, n))); choose(names.includes(agent) ? agent : names[0] || "");
-  map.load(h.bounds, h.plans); if (stage) { stage.sea(h.waves); stage.water = h.water; if (!names.length) { stage.overview(h.bounds, h.floor); look("free"); stage.clarity = .1; stage.showSea = document.querySelector("[data-show=sea]").checked = false; } } $("map-hint").textContent = h.can.includes("goal") ? "click: way-point" : "";
+  map.load(h.bounds, h.plans); if (stage) { if (!names.length) { stage.overview(h.bounds, h.floor); look("free"); stage.clarity = .1; stage.showSea = document.querySelector("[data-show=sea]").checked = false; } }
+  $("section").replaceChildren(option("off", "none"), ...Object.entries(h.sections).map(([name, title]) => option(name, title))); $("section-row").hidden = !h.can.includes("section"); $("map-hint").textContent = h.can.includes("goal") ? "click: way-point" : "";
   $("panels").replaceChildren(); for (const s of [...h.sensors].sort((a, b) => b.pictured - a.pictured)) addCard(s);
   $("sights").replaceChildren(...h.sensors.filter((s) => ["imaging_sonar", "profiling_sonar", "dvl", "camera"].includes(s.kind)).map((s) => tickbox(s.name)));
   for (const note of h.notes) onSay({ text: note });
   if (h.kind === "replay") timeline(h); watched();
+}
+function onWater(w) {
+  if (stage) { stage.sea(w.waves); stage.water = w.attenuation; stage.sunward = w.sunward; stage.again = true; }
+  const s = w.settings, set = (id, value) => { if (value !== undefined) { $(id).value = value; $(id).oninput?.({ target: $(id) }); } };
+  if (s.current) { set("current-speed", s.current[0]); set("current-towards", s.current[1]); }
+  if (s.waves) { set("waves-height", s.waves[0]); if (s.waves[0]) { set("waves-period", s.waves[1]); set("waves-towards", s.waves[2]); } }
+  if (s.sun) { set("sun", s.sun[0]); set("sun-from", s.sun[1]); } set("turbidity", s.turbidity);
+}
+function onSection(s) {
+  $("legend").hidden = !s.title; if (!s.title) return;
+  $("legend-title").textContent = s.unit ? `${s.title} [${s.unit}]` : s.title; $("legend-bar").style.background = `linear-gradient(90deg, ${s.shades.join(", ")})`;
+  const digits = s.low === null ? 0 : Math.max(0, Math.min(4, 2 - Math.floor(Math.log10(Math.max(s.high - s.low, 1e-4))))), text = (v) => v === null ? "–" : v.toFixed(digits);
+  $("legend-low").textContent = s.low === s.high ? "" : text(s.low); $("legend-high").textContent = s.low === s.high ? `${text(s.high)} everywhere` : text(s.high);
 }
 function option(value, text) { const o = document.createElement("option"); o.value = value; o.textContent = text; return o; }
 function tickbox(name) { const l = document.createElement("label"), i = document.createElement("input"); l.className = "tickbox"; i.type = "checkbox"; i.checked = true; i.dataset.show = name; l.append(i, ` ${name}`); return l; }
@@ -48,12 +63,12 @@ function onState(s) {
   const a = s.agents[agent], r = run.agents?.[agent];
   if (a) {
     $("hud-depth").textContent = `${a.depth.toFixed(2)} m`; $("hud-altitude").textContent = a.altitude === null ? "–" : `${a.altitude.toFixed(2)} m`;
-    $("hud-heading").textContent = `${a.heading.toFixed(1).padStart(5, "0")}°`; $("hud-speed").textContent = `${a.speed.toFixed(2)} m/s`;
+    $("hud-heading").textContent = `${((Math.round(10 * a.heading) % 3600) / 10).toFixed(1).padStart(5, "0")}°`; $("hud-speed").textContent = `${a.speed.toFixed(2)} m/s`;
     plots.add(s.t, a, before); before = { t: s.t, heading: a.heading };
   }
   if (r) { $("leg").textContent = r.goals.length ? `${r.goals.length} way-point${r.goals.length > 1 ? "s" : ""} ahead` : r.leg ? `mission ${r.leg}` : "by command"; if (document.activeElement !== $("mode")) $("mode").value = r.mode; }
   if (run.event) $("leg").textContent = run.event;
-  map.state(s.agents, s.props, run);
+  map.state(s.agents, s.props, run); props = run.props || [];
   if (hello?.kind === "replay" && !scrubbing) $("scrub").value = s.t;
 }
 let drawn = 0;
@@ -85,7 +100,11 @@ function onSay(s) { const p = document.createElement("p"); p.textContent = s.tex
 function timeline(h) {
   $("timeline").hidden = false; const s = $("scrub"); s.min = h.first_s; s.max = h.last_s;
   s.oninput = () => { scrubbing = true; send({ do: "seek", t: Number(s.value) }); }; s.onchange = () => { scrubbing = false; };
-  $("marks").replaceChildren(...h.events.map((e) => { const b = document.createElement("button"); b.textContent = e.text; b.title = `${e.t.toFixed(1)} s: ${e.text}`; b.style.left = `${100 * (e.t - h.first_s) / Math.max(h.last_s - h.first_s, 1e-9)}%`; b.onclick = () => send({ do: "seek", t: e.t }); return b; }));
+  let free = -1; // where the last text ends, in per cent
+  $("marks").replaceChildren(...h.events.map((e) => {
+    const b = document.createElement("button"), at = 100 * (e.t - h.first_s) / Math.max(h.last_s - h.first_s, 1e-9); b.title = `${e.t.toFixed(1)} s: ${e.text}`; b.setAttribute("aria-label", b.title); b.style.left = `${at}%`; b.onclick = () => send({ do: "seek", t: e.t });
+    if (at >= free) { b.textContent = e.text; free = at + 9; } else b.className = "bare"; return b;
+  }));
 }
 
 $("pause").onclick = () => send({ do: "pause", paused: !state?.run.paused });
@@ -96,7 +115,7 @@ $("record").onclick = () => send({ do: "record", on: !state?.run.recording });
 $("agent").onchange = (e) => { choose(e.target.value); e.target.blur(); };
 $("mode").onchange = (e) => { send({ do: "mode", agent, mode: e.target.value }); e.target.blur(); };
 $("clear").onclick = () => send({ do: "clear_goals", agent });
-for (const [button, tool] of [["map-way", "way"], ["map-prop", "prop"]]) $(button).onclick = () => { map.tool = tool; $("map-way").setAttribute("aria-pressed", String(tool === "way")); $("map-prop").setAttribute("aria-pressed", String(tool === "prop")); $("map-hint").textContent = tool === "way" ? "click: way-point" : "click: put · drag: move · double click: remove"; };
+for (const [button, tool] of [["map-way", "way"], ["map-prop", "prop"]]) $(button).onclick = () => { map.tool = tool; if (stage) { stage.tool = tool; $("scene").style.cursor = tool === "prop" ? "crosshair" : ""; } $("map-way").setAttribute("aria-pressed", String(tool === "way")); $("map-prop").setAttribute("aria-pressed", String(tool === "prop")); $("map-hint").textContent = tool === "way" ? "click: way-point" : "click: put · drag: move · double click: remove"; };
 map.onGoal = (x, y) => { if (hello?.can.includes("goal")) send({ do: "goal", agent, x, y }); };
 map.onProp = (x, y) => send({ do: "spawn", shape: $("shape").value, x, y });
 map.onMove = (name, x, y) => send({ do: "move", name, x, y });
@@ -106,9 +125,11 @@ function look(name) { stage?.choose(name); for (const b of document.querySelecto
 document.addEventListener("change", (e) => { const what = e.target.dataset?.show; if (what === "sea" && stage) { stage.showSea = e.target.checked; stage.again = true; } else if (what) send({ do: "show", what: e.target.dataset.show, visible: e.target.checked }); });
 $("clarity").oninput = (e) => { if (stage) { stage.clarity = Number(e.target.value); stage.again = true; } };
 $("ground").onchange = (e) => send({ do: "ground", by: e.target.value });
-for (const [id, text] of [["current-speed", (v) => `${Number(v).toFixed(2)} m/s`], ["current-towards", (v) => `${v}°`], ["turbidity", (v) => `${Number(v).toFixed(1)} ×`], ["sun", (v) => `${v}°`]]) $(id).oninput = (e) => { $(`${id}-out`).textContent = text(e.target.value); };
+for (const [id, text] of [["current-speed", (v) => `${Number(v).toFixed(2)} m/s`], ["current-towards", (v) => `${v}°`], ["turbidity", (v) => `${Number(v).toFixed(1)} ×`], ["waves-height", (v) => `${Number(v).toFixed(1)} m`], ["waves-period", (v) => `${Number(v).toFixed(1)} s`], ["waves-towards", (v) => `${v}°`], ["sun", (v) => `${Number(v).toFixed(0)}°`], ["sun-from", (v) => `${Number(v).toFixed(0)}°`]]) $(id).oninput = (e) => { $(`${id}-out`).textContent = text(e.target.value); };
 $("current-set").onclick = () => send({ do: "current", speed: Number($("current-speed").value), towards_deg: Number($("current-towards").value) });
-$("sun-set").onclick = () => send({ do: "sun", elevation_deg: Number($("sun").value) });
+$("sun-set").onclick = () => send({ do: "sun", elevation_deg: Number($("sun").value), azimuth_deg: Number($("sun-from").value) });
+$("waves-set").onclick = () => send({ do: "waves", height: Number($("waves-height").value), period: Number($("waves-period").value), towards_deg: Number($("waves-towards").value) });
+for (const id of ["section", "section-along"]) $(id).onchange = (e) => { send({ do: "section", what: $("section").value, along: $("section-along").value }); e.target.blur(); };
 $("turbidity-set").onclick = () => send({ do: "turbidity", turbidity: Number($("turbidity").value) });
 for (const id of ["water", "things", "help"]) $(`${id}-button`).onclick = () => open_(id);
 function open_(id) { for (const other of ["water", "things", "help"]) { const shown = other === id && $(other).hidden; $(other).hidden = !shown; $(`${other}-button`).setAttribute("aria-expanded", String(shown)); } }
@@ -130,5 +151,9 @@ function noGl(error) { const p = document.createElement("p"); p.className = "no-
 let stage = null;
 try { stage = new Stage($("scene"), $("labels")); stage.onLook = ([x, y]) => { if (stage.look === "free") send({ do: "look_at", x, y }); }; } catch (error) { noGl(error); }
 if (stage) stage.onPick = (eye, way) => { if (agent && hello?.can.includes("goal_seen")) send({ do: "goal_seen", agent, eye, way }); };
+if (stage) {
+  stage.props = () => props; stage.onPut = (eye, way) => send({ do: "spawn_seen", shape: $("shape").value, eye, way });
+  stage.onDrag = (name, eye, way) => send({ do: "move_seen", name, eye, way }); stage.onRemove = (name) => send({ do: "remove", name });
+}
 window.pelagos = { stage, map }; // for the tests and for the curious
 connect(); requestAnimationFrame(paint);

@@ -6,7 +6,7 @@ export class ChartMap {
     this.plans = {}; this.props = {}; this.bounds = null; this.tool = "way"; this.held = null; this.onGoal = this.onProp = this.onMove = this.onRemove = () => {};
     canvas.addEventListener("pointerdown", (e) => this.down(e)); canvas.addEventListener("pointermove", (e) => this.drag(e));
     canvas.addEventListener("pointerup", (e) => this.up(e)); canvas.addEventListener("dblclick", (e) => this.twice(e));
-    canvas.addEventListener("keydown", (e) => { if (e.key === "Enter" && this.cursor) this.onGoal(...this.cursor); });
+    canvas.addEventListener("keydown", (e) => this.key(e)); canvas.addEventListener("blur", () => { this.cross = false; this.draw(); });
     new ResizeObserver(() => this.draw()).observe(canvas);
   }
   load(bounds, plans) { this.bounds = bounds; this.plans = plans; this.picture.src = "data/map.png"; this.shape(); }
@@ -19,7 +19,14 @@ export class ChartMap {
   place(x, y) { const f = this.frame(), [, , x1, y1] = this.bounds; return [f.left + (y1 - y) * f.scale, f.top + (x1 - x) * f.scale]; }
   world(e) { const r = this.canvas.getBoundingClientRect(), f = this.frame(), [, , x1, y1] = this.bounds; return [x1 - (e.clientY - r.top - f.top) / f.scale, y1 - (e.clientX - r.left - f.left) / f.scale]; }
   inside([x, y]) { const [x0, y0, x1, y1] = this.bounds; return x >= x0 && x <= x1 && y >= y0 && y <= y1; }
-  prop(e) { const [x, y] = this.world(e), near = 9 / this.frame().scale; return Object.entries(this.props).find(([, p]) => Math.hypot(p[0] - x, p[1] - y) < near)?.[0]; }
+  prop(e) { const [x, y] = this.world(e), near = 9 / this.frame().scale; return (this.free || []).find((name) => { const p = this.props[name]; return p && Math.hypot(p[0] - x, p[1] - y) < near; }); }
+  key(e) { // arrows move a cross, Enter sets what a click would
+    const steps = { ArrowUp: [1, 0], ArrowDown: [-1, 0], ArrowLeft: [0, 1], ArrowRight: [0, -1] }, step = steps[e.key]; if (!this.bounds) return;
+    const [x0, y0, x1, y1] = this.bounds, far = Math.max(x1 - x0, y1 - y0) / (e.shiftKey ? 200 : 40);
+    if (step) { const [x, y] = this.cross && this.cursor || Object.values(this.agents).map((a) => [a.x, a.y])[0] || [(x0 + x1) / 2, (y0 + y1) / 2]; this.cursor = [Math.max(x0, Math.min(x1, x + far * step[0])), Math.max(y0, Math.min(y1, y + far * step[1]))]; this.cross = true; this.draw(); }
+    else if (e.key === "Enter" && this.cursor) (this.tool === "prop" ? this.onProp : this.onGoal)(...this.cursor); else return;
+    e.preventDefault(); e.stopPropagation();
+  }
   down(e) { if (!this.bounds) return; this.held = this.tool === "prop" ? this.prop(e) : undefined; this.moved = false; this.canvas.setPointerCapture(e.pointerId); }
   drag(e) { if (!this.bounds) return; this.cursor = this.world(e); if (this.held) { this.props[this.held] = this.world(e); this.moved = true; this.draw(); } }
   up(e) {
@@ -30,7 +37,7 @@ export class ChartMap {
   }
   twice(e) { if (this.tool === "prop") { const found = this.prop(e); if (found) this.onRemove(found); } }
   state(agents, props, run) {
-    this.agents = agents; if (!this.held) this.props = props;
+    this.agents = agents; this.free = run.props; if (!this.held) this.props = props;
     for (const [name, a] of Object.entries(agents)) {
       add(this.tracks[name] ||= [], a.x, a.y); if (a.known) add(this.known[name] ||= [], a.known[0], a.known[1]);
       this.goals[name] = run.agents?.[name]?.goals || [];
@@ -53,6 +60,7 @@ export class ChartMap {
     }
     for (const p of Object.values(this.props)) { const [px, py] = this.place(...p); c.fillStyle = "#e07b39"; c.strokeStyle = "#fff"; c.lineWidth = 1; c.fillRect(px - 4, py - 4, 8, 8); c.strokeRect(px - 4, py - 4, 8, 8); }
     for (const a of Object.values(this.agents)) this.arrow(c, a);
+    if (this.cross) { const [px, py] = this.place(...this.cursor); c.strokeStyle = "#fff"; c.lineWidth = 1.5; c.beginPath(); c.moveTo(px - 10, py); c.lineTo(px + 10, py); c.moveTo(px, py - 10); c.lineTo(px, py + 10); c.stroke(); }
     this.scale(c, f, h);
   }
   line(c, points, colour, width) { if (points.length < 2) return; c.strokeStyle = colour; c.lineWidth = width; c.lineJoin = "round"; c.beginPath(); points.forEach((p, i) => i ? c.lineTo(...this.place(...p)) : c.moveTo(...this.place(...p))); c.stroke(); }

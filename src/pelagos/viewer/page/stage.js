@@ -6,8 +6,8 @@ uniform mat4 model, view; uniform vec3 paint; uniform float own;
 out vec3 at, up; out vec4 tint;
 void main() { vec4 w = model * vec4(position, 1.0); at = w.xyz; up = mat3(model) * normal; tint = mix(vec4(paint, 1.0), vec4(colour.rgb, 1.0), own); gl_Position = view * w; }`;
 const LIGHT = `
-uniform vec3 eye, water; uniform float clarity, time, opacity, glow, flat_, ground;
-vec3 behind(float z) { return mix(vec3(.010, .040, .085), mix(vec3(.045, .19, .29), vec3(.24, .52, .60), smoothstep(.15, .95, z)), smoothstep(-.55, .35, z)); }
+uniform vec3 eye, water, sunward; uniform float clarity, time, opacity, glow, flat_, plain, day;
+vec3 behind(float z) { return mix(.16, 1., day) * mix(vec3(.010, .040, .085), mix(vec3(.045, .19, .29), vec3(.24, .52, .60), smoothstep(.15, .95, z)), smoothstep(-.55, .35, z)); }
 vec3 seen(vec3 lit, vec3 at) { vec3 way = at - eye; float d = length(way); vec3 left = exp(-water * d * clarity); return lit * left + behind(way.z / max(d, .001)) * (1. - left); }
 vec3 screen(vec3 c) { return pow(clamp(c, 0., 1.), vec3(1. / 2.2)); }`;
 const MESH_F = `#version 300 es
@@ -20,12 +20,12 @@ void main() {
   if (dot(n, eye - at) < 0.) n = -n;
   vec3 base = pow(tint.rgb, vec3(2.2));
   float depth = max(-at.z, 0.);
-  float caustic = 1. + .55 * exp(-depth * .13) * max(n.z, 0.) * pow(1. - ripple(at.xy * .9), 3.) * exp(-length(at - eye) * .03);
-  float sun = max(dot(n, normalize(vec3(-.45, .35, .82))), 0.), sky = .5 + .5 * n.z;
-  vec3 light = exp(-water * depth * .22 * clarity) * (vec3(1.05, 1.02, .95) * sun * caustic + vec3(.46, .56, .62) * sky + .10);
+  float caustic = 1. + .55 * day * exp(-depth * .13) * max(n.z, 0.) * pow(1. - ripple(at.xy * .9), 3.) * exp(-length(at - eye) * .03);
+  float sun = day * max(dot(n, sunward), 0.), sky = mix(.22, 1., day) * (.5 + .5 * n.z);
+  vec3 light = exp(-water * depth * .22 * clarity) * (mix(vec3(1.15, .72, .45), vec3(1.05, 1.02, .95), smoothstep(.02, .4, sunward.z)) * sun * caustic + vec3(.46, .56, .62) * sky + .10);
   float head = pow(max(dot(n, normalize(eye - at)), 0.), 2.) * exp(-length(at - eye) * .12);
   vec3 lit = base * (light + .22 * head) + glow * base;
-  pixel = vec4(screen(seen(lit, at)), opacity);
+  pixel = vec4(screen(mix(seen(lit, at), mix(base, seen(base, at), .4), plain)), opacity);
 }`;
 const FAN_F = `#version 300 es
 precision highp float;
@@ -56,10 +56,10 @@ ${LIGHT}
 void main() { vec2 p = gl_PointCoord - .5; if (dot(p, p) > .25) discard; vec3 c = pow(tint.rgb, vec3(2.2)); pixel = vec4(screen(mix(c, seen(c, at), .5)), 1.); }`;
 const SEA_V = `#version 300 es
 precision highp float;
-layout(location=0) in vec3 position; uniform mat4 view; uniform vec3 centre; uniform float spread, time; uniform vec4 wave[24]; uniform float height[24]; out vec3 at, up;
+layout(location=0) in vec3 position; uniform mat4 view; uniform vec3 centre; uniform float spread, time; uniform vec4 wave[96]; uniform float height[96]; uniform int count; out vec3 at, up;
 void main() {
   vec2 p = centre.xy + position.xy * spread * (.12 + .88 * length(position.xy)); float z = 0.; vec2 slope = vec2(0.);
-  for (int i = 0; i < 24; i++) { float turn = 6.2831853 * fract(wave[i].x * p.x + wave[i].y * p.y - wave[i].z * time + wave[i].w); z += height[i] * cos(turn); slope -= 6.2831853 * height[i] * sin(turn) * wave[i].xy; }
+  for (int i = 0; i < count; i++) { float turn = 6.2831853 * fract(wave[i].x * p.x + wave[i].y * p.y - wave[i].z * time + wave[i].w); z += height[i] * cos(turn); slope -= 6.2831853 * height[i] * sin(turn) * wave[i].xy; }
   at = vec3(p, z); up = normalize(vec3(-slope, 1.)); gl_Position = view * vec4(at, 1.); }`;
 const SEA_F = `#version 300 es
 precision highp float;
@@ -68,9 +68,9 @@ ${LIGHT}
 void main() {
   vec3 way = normalize(eye - at), n = normalize(up + vec3(.05 * sin(at.x * 2.1 + time * 1.3) + .03 * sin(at.y * 3.7 - time), .05 * sin(at.y * 1.9 - time * 1.1) + .03 * sin(at.x * 3.3 + time), 0.));
   float facing = abs(dot(n, way)), edge = pow(1. - facing, 4.), under = step(eye.z, at.z);
-  float glint = pow(max(dot(reflect(-normalize(vec3(-.45, .35, .82)), n), way), 0.), 60.);
+  float glint = day * pow(max(dot(reflect(-sunward, n), way), 0.), 60.);
   vec3 above = mix(vec3(.02, .12, .17), vec3(.42, .60, .70), edge) + glint, below = mix(vec3(.40, .66, .70), vec3(.05, .20, .29), smoothstep(.85, .55, facing));
-  vec3 c = mix(above, below, under); float veil = mix(.30 + .6 * edge, .36, under);
+  vec3 c = mix(.16, 1., day) * mix(above, below, under); float veil = mix(.30 + .6 * edge, .36, under);
   pixel = vec4(screen(mix(c, seen(c, at), .75 * under + .15)), veil * opacity); }`;
 const BACK_V = `#version 300 es
 out vec2 p; void main() { p = vec2((gl_VertexID << 1) & 2, gl_VertexID & 2) * 2. - 1.; gl_Position = vec4(p, 1., 1.); }`;
@@ -78,7 +78,7 @@ const BACK_F = `#version 300 es
 precision highp float;
 in vec2 p; out vec4 pixel; uniform mat3 turn; uniform vec2 lens;
 ${LIGHT}
-void main() { vec3 way = normalize(turn * vec3(p * lens, -1.)); vec3 air = mix(vec3(.55, .70, .78), vec3(.20, .42, .62), smoothstep(.0, .7, way.z)); pixel = vec4(screen(eye.z > .3 && way.z > -.02 ? air : behind(way.z)), 1.); }`;
+void main() { vec3 way = normalize(turn * vec3(p * lens, -1.)); vec3 air = mix(.12, 1., day) * mix(mix(vec3(.80, .62, .50), vec3(.55, .70, .78), smoothstep(.02, .3, sunward.z)), vec3(.20, .42, .62), smoothstep(.0, .7, way.z)); pixel = vec4(screen(eye.z > .3 && way.z > -.02 ? air : behind(way.z)), 1.); }`;
 
 const sub = (a, b) => [a[0] - b[0], a[1] - b[1], a[2] - b[2]], add = (a, b, s = 1) => [a[0] + s * b[0], a[1] + s * b[1], a[2] + s * b[2]];
 const dot = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2], cross = (a, b) => [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
@@ -86,7 +86,8 @@ const norm = (a) => { const n = Math.hypot(...a) || 1; return [a[0] / n, a[1] / 
 const turned = (q, v) => { const [w, x, y, z] = q, t = [2 * (y * v[2] - z * v[1]), 2 * (z * v[0] - x * v[2]), 2 * (x * v[1] - y * v[0])]; return add(add(v, t, w), cross([x, y, z], t)); };
 const times = (a, b) => [a[0] * b[0] - a[1] * b[1] - a[2] * b[2] - a[3] * b[3], a[0] * b[1] + a[1] * b[0] + a[2] * b[3] - a[3] * b[2], a[0] * b[2] - a[1] * b[3] + a[2] * b[0] + a[3] * b[1], a[0] * b[3] + a[1] * b[2] - a[2] * b[1] + a[3] * b[0]];
 const matrix = ([p, q]) => { const c = [[1, 0, 0], [0, 1, 0], [0, 0, 1]].map((e) => turned(q, e)); return new Float32Array([...c[0], 0, ...c[1], 0, ...c[2], 0, ...p, 1]); };
-const UNIT = [[0, 0, 0], [1, 0, 0, 0]], FOV = 55 * Math.PI / 180;
+const UNIT = [[0, 0, 0], [1, 0, 0, 0]], FOV = 55 * Math.PI / 180, WAVES = 96, CLICK_PX = 5, NEAR_PX = 22, DRAG_MS = 100;
+export const plain = (name) => name.replace(/[^\p{L}\p{N}_-]/gu, "_");
 
 export class Stage {
   constructor(canvas, labels) {
@@ -95,8 +96,8 @@ export class Stage {
     if (!gl) throw new Error("no WebGL 2");
     this.programs = { mesh: this.program(MESH_V, MESH_F), fan: this.program(MESH_V, FAN_F), lines: this.program(LINE_V, LINE_F), points: this.program(POINT_V, POINT_F), sea: this.program(SEA_V, SEA_F), back: this.program(BACK_V, BACK_F) };
     this.nodes = new Map(); this.hidden = new Set(); this.goal = {}; this.poses = {}; this.look = "follow"; this.agent = ""; this.length = 1.6;
-    this.eye = [-40, 30, 20]; this.target = [0, 0, -5]; this.offset = null; this.time = 0; this.simTime = 0; this.clock = 0; this.sharp = 1; this.spent = 12; this.showSea = true; this.water = [.28, .09, .075]; this.clarity = .55;
-    this.corner = this.buffer(new Float32Array([0, -1, 0, 1, 1, -1, 1, 1])); this.seaMesh = this.grid(72); this.waves = new Float32Array(96); this.heights = new Float32Array(24); this.pictures = 0; this.onLook = () => {}; this.onPick = () => {};
+    this.eye = [-40, 30, 20]; this.target = [0, 0, -5]; this.offset = null; this.time = 0; this.simTime = 0; this.clock = 0; this.sharp = 1; this.spent = 12; this.showSea = true; this.water = [.28, .09, .075]; this.sunward = [-.5, 0, .866]; this.clarity = .55; this.tool = "way";
+    this.corner = this.buffer(new Float32Array([0, -1, 0, 1, 1, -1, 1, 1])); this.seaMesh = this.grid(72); this.waves = new Float32Array(4 * WAVES); this.heights = new Float32Array(WAVES); this.waveCount = 0; this.pictures = 0; this.onLook = this.onPick = this.onPut = this.onDrag = this.onRemove = () => {}; this.props = () => [];
     this.empty = gl.createVertexArray(); this.hands(); this.again = true; new ResizeObserver(() => { this.again = true; }).observe(canvas);
     requestAnimationFrame((t) => this.frame(t));
   }
@@ -114,7 +115,7 @@ export class Stage {
     const gl = this.gl, place = this.buffer(new Float32Array(v)), index = this.buffer(new Uint32Array(f), gl.ELEMENT_ARRAY_BUFFER), vao = gl.createVertexArray(); gl.bindVertexArray(vao); gl.bindBuffer(gl.ARRAY_BUFFER, place); gl.enableVertexAttribArray(0); gl.vertexAttribPointer(0, 3, gl.FLOAT, false, 0, 0); gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, index); gl.bindVertexArray(null);
     return { vao, count: f.length };
   }
-  sea(rows) { rows.forEach(([kx, ky, f, phase, a], i) => { this.waves.set([kx, ky, f, phase], 4 * i); this.heights[i] = a; }); }
+  sea(rows) { this.waveCount = Math.min(rows.length, WAVES); this.again = true; rows.slice(0, WAVES).forEach(([kx, ky, f, phase, a], i) => { this.waves.set([kx, ky, f, phase], 4 * i); this.heights[i] = a; }); }
   arrays(header, blob) { const kinds = { f4: Float32Array, u4: Uint32Array, u1: Uint8Array }, out = {}; for (const a of header.arrays) out[a.name] = new kinds[a.type](blob.buffer, blob.byteOffset + a.at, a.count); return out; }
   reset() { for (const name of [...this.nodes.keys()]) this.gone({ name }); this.poses = {}; this.goal = {}; }
   node(h, blob) {
@@ -159,8 +160,10 @@ export class Stage {
   world(n) { let p = [0, 0, 0], q = [1, 0, 0, 0]; for (const at of n.path) { const own = this.poses[at]; if (own) { p = add(p, turned(q, own[0])); q = times(q, own[1]); } } return [p, q]; }
   visible(n) { return !n.path.some((at) => this.hidden.has(at)); }
 
+  day() { const t = Math.max(0, Math.min(1, (this.sunward[2] + .1) / .35)); return t * t * (3 - 2 * t); } // 0 at night, 1 by day
+
   // the eye
-  followed() { return this.poses[`/agents/${this.agent.replace(/[^\p{L}\p{N}_-]/gu, "_")}`]; }
+  followed() { return this.poses[`/agents/${plain(this.agent)}`]; }
   choose(look) { this.look = look; this.offset = null; this.again = true; }
   overview([x0, y0, x1, y1], z) { const s = Math.hypot(x1 - x0, y1 - y0); this.target = [(x0 + x1) / 2, (y0 + y1) / 2, z]; this.eye = add(this.target, [-.42 * s, .30 * s, .36 * s]); this.look = "free"; this.again = true; }
   aim(dt) {
@@ -173,16 +176,35 @@ export class Stage {
     else if (this.look === "aboard") { this.eye = add(p, turned(q, [.52 * L, 0, .12 + .1 * L])); this.target = add(this.eye, turned(q, [4, 0, -.7])); }
   }
   hands() {
-    const c = this.canvas, held = new Map(); let gap = 0;
-    c.addEventListener("pointerdown", (e) => { c.setPointerCapture(e.pointerId); held.set(e.pointerId, [e.clientX, e.clientY]); c.focus(); });
+    const c = this.canvas, held = new Map(); let gap = 0, prop = null, first = null, from = [0, 0], moved = false, told = 0;
+    const way = (e) => { const r = c.getBoundingClientRect(); return this.ray(2 * (e.clientX - r.left) / r.width - 1, 1 - 2 * (e.clientY - r.top) / r.height); };
+    c.addEventListener("pointerdown", (e) => {
+      c.setPointerCapture(e.pointerId); held.set(e.pointerId, [e.clientX, e.clientY]); c.focus();
+      if (held.size === 1) { from = [e.clientX, e.clientY]; moved = false; prop = this.tool === "prop" ? this.near(e) : null; }
+    });
     c.addEventListener("pointermove", (e) => {
       const was = held.get(e.pointerId); if (!was) return; const dx = e.clientX - was[0], dy = e.clientY - was[1]; held.set(e.pointerId, [e.clientX, e.clientY]);
+      moved ||= Math.hypot(e.clientX - from[0], e.clientY - from[1]) > CLICK_PX;
+      if (prop) { if (moved && performance.now() - told > DRAG_MS) { told = performance.now(); this.onDrag(prop, this.eye, way(e)); } return; }
       if (held.size > 1) { const [a, b] = [...held.values()], now = Math.hypot(a[0] - b[0], a[1] - b[1]); if (gap) this.zoom(gap / now); gap = now; return; }
       if (e.buttons & 2 || e.shiftKey) this.pan(dx, dy); else this.orbit(-dx * .006, -dy * .006);
     });
-    for (const end of ["pointerup", "pointercancel"]) c.addEventListener(end, (e) => { held.delete(e.pointerId); gap = 0; this.onLook(this.target); });
-    c.addEventListener("dblclick", (e) => { const r = c.getBoundingClientRect(); this.onPick(this.eye, this.ray(2 * (e.clientX - r.left) / r.width - 1, 1 - 2 * (e.clientY - r.top) / r.height)); });
+    for (const end of ["pointerup", "pointercancel"]) c.addEventListener(end, (e) => { held.delete(e.pointerId); gap = 0; if (prop && moved) this.onDrag(prop, this.eye, way(e)); this.onLook(this.target); });
+    c.addEventListener("click", (e) => { if (e.detail === 1) { first = prop; if (this.tool === "prop" && !prop && !moved) this.onPut(this.eye, way(e)); } });
+    c.addEventListener("dblclick", (e) => { if (this.tool !== "prop") this.onPick(this.eye, way(e)); else if (first) this.onRemove(first); });
     c.addEventListener("wheel", (e) => { e.preventDefault(); this.zoom(Math.exp(e.deltaY * .0012)); }, { passive: false }); c.addEventListener("contextmenu", (e) => e.preventDefault());
+  }
+  near(e) { // the prop under the pointer
+    const r = this.canvas.getBoundingClientRect(); let best = null, least = NEAR_PX;
+    for (const name of this.props()) {
+      const pose = this.poses[`/bodies/${plain(name)}`], at = pose && this.project(pose[0]); if (!at) continue;
+      const far = Math.hypot(at[0] - (e.clientX - r.left), at[1] - (e.clientY - r.top)); if (far < least) { least = far; best = name; }
+    }
+    return best;
+  }
+  project([x, y, z]) { // a place in the picture [px]; null behind the eye
+    const m = this.view, w = this.canvas.clientWidth, h = this.canvas.clientHeight; if (!m) return null; const d = m[3] * x + m[7] * y + m[11] * z + m[15]; if (d < .1) return null;
+    return [(.5 + .5 * (m[0] * x + m[4] * y + m[8] * z + m[12]) / d) * w, (.5 - .5 * (m[1] * x + m[5] * y + m[9] * z + m[13]) / d) * h, d];
   }
   ray(x, y) { // the way from the eye through a place of the picture, -1 to 1 rightwards and upwards
     const back = norm(sub(this.eye, this.target)), right = norm(cross([0, 0, 1], back)), t = Math.tan(FOV / 2), aspect = this.canvas.clientWidth / this.canvas.clientHeight;
@@ -209,7 +231,7 @@ export class Stage {
     const e = this.eye, v = [right[0], up[0], back[0], right[1], up[1], back[1], right[2], up[2], back[2]], t = [-dot(right, e), -dot(up, e), -dot(back, e)], view = new Float32Array(16), zz = (far + near) / (near - far), zw = 2 * far * near / (near - far);
     for (let i = 0; i < 4; i++) { const [a, b, d] = i < 3 ? v.slice(3 * i, 3 * i + 3) : t; view[4 * i] = a * f / aspect; view[4 * i + 1] = b * f; view[4 * i + 2] = d * zz + (i === 3 ? zw : 0); view[4 * i + 3] = -d; }
     this.view = view; gl.clearColor(.02, .09, .15, 1); gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
-    const use = (name) => { const { p, at } = this.programs[name]; gl.useProgram(p); if (at.view) gl.uniformMatrix4fv(at.view, false, view); if (at.eye) gl.uniform3fv(at.eye, e); if (at.water) gl.uniform3fv(at.water, this.water); gl.uniform1f(at.clarity ?? null, this.clarity); gl.uniform1f(at.time ?? null, this.time); gl.uniform1f(at.opacity ?? null, 1); if (at.size) gl.uniform2f(at.size, w, h); return at; };
+    const use = (name) => { const { p, at } = this.programs[name]; gl.useProgram(p); if (at.view) gl.uniformMatrix4fv(at.view, false, view); if (at.eye) gl.uniform3fv(at.eye, e); if (at.water) gl.uniform3fv(at.water, this.water); if (at.sunward) gl.uniform3fv(at.sunward, this.sunward); gl.uniform1f(at.day ?? null, this.day()); gl.uniform1f(at.clarity ?? null, this.clarity); gl.uniform1f(at.time ?? null, this.time); gl.uniform1f(at.opacity ?? null, 1); if (at.size) gl.uniform2f(at.size, w, h); return at; };
     let at = use("back"); gl.disable(gl.DEPTH_TEST); gl.uniformMatrix3fv(at.turn, false, new Float32Array([...right, ...up, ...back])); gl.uniform2f(at.lens, aspect / f, 1 / f); gl.bindVertexArray(this.empty); gl.drawArrays(gl.TRIANGLES, 0, 3); gl.enable(gl.DEPTH_TEST);
     const shown = [...this.nodes.values()].filter((n) => n.count && this.visible(n)), of = (kind) => shown.filter((n) => n.kind === kind);
     gl.disable(gl.BLEND); at = use("mesh"); const meshes = of("mesh"); for (const n of meshes.filter((m) => !m.opacity)) this.mesh(n, at);
@@ -217,11 +239,11 @@ export class Stage {
     at = use("points"); for (const n of of("points")) { gl.uniformMatrix4fv(at.model, false, matrix(UNIT)); gl.bindVertexArray(n.vao); gl.drawArrays(gl.POINTS, 0, n.count); }
     at = use("lines"); gl.uniform1f(at.thick, 2.2 * ratio); for (const n of of("lines")) { gl.uniformMatrix4fv(at.model, false, matrix(this.world(n))); gl.uniform3fv(at.paint, n.colour.map((x) => x / 255)); gl.bindVertexArray(n.vao); gl.drawArraysInstanced(gl.TRIANGLE_STRIP, 0, 4, n.count); }
     gl.depthMask(false); at = use("fan"); for (const n of of("fan")) { gl.uniform1f(at.opacity, .8); this.mesh(n, at); }
-    if (this.showSea) { at = use("sea"); gl.uniform3f(at.centre, e[0], e[1], 0); gl.uniform1f(at.spread, 500); gl.uniform4fv(at.wave, this.waves); gl.uniform1fv(at.height, this.heights); gl.bindVertexArray(this.seaMesh.vao); gl.drawElements(gl.TRIANGLES, this.seaMesh.count, gl.UNSIGNED_INT, 0); }
+    if (this.showSea) { at = use("sea"); gl.uniform3f(at.centre, e[0], e[1], 0); gl.uniform1f(at.spread, 500); gl.uniform4fv(at.wave, this.waves); gl.uniform1fv(at.height, this.heights); gl.uniform1i(at.count, this.waveCount); gl.bindVertexArray(this.seaMesh.vao); gl.drawElements(gl.TRIANGLES, this.seaMesh.count, gl.UNSIGNED_INT, 0); }
     at = use("mesh"); for (const n of meshes.filter((m) => m.opacity)) { gl.uniform1f(at.opacity, n.opacity); this.mesh(n, at); } gl.depthMask(true); gl.bindVertexArray(null);
     this.labels(c.clientWidth, c.clientHeight);
   }
-  mesh(n, at) { const gl = this.gl; gl.uniformMatrix4fv(at.model, false, matrix(this.world(n))); if (at.paint) gl.uniform3fv(at.paint, (n.colour || [255, 255, 255]).map((x) => x / 255)); gl.uniform1f(at.own ?? null, n.buffers.colours ? 1 : 0); gl.uniform1f(at.flat_ ?? null, n.smooth ? 0 : 1); gl.uniform1f(at.glow ?? null, n.path[0] === "/agents" ? .10 : 0); gl.bindVertexArray(n.vao); gl.drawElements(gl.TRIANGLES, n.count, gl.UNSIGNED_INT, 0); }
+  mesh(n, at) { const gl = this.gl; gl.uniformMatrix4fv(at.model, false, matrix(this.world(n))); if (at.paint) gl.uniform3fv(at.paint, (n.colour || [255, 255, 255]).map((x) => x / 255)); gl.uniform1f(at.own ?? null, n.buffers.colours ? 1 : 0); gl.uniform1f(at.flat_ ?? null, n.smooth ? 0 : 1); gl.uniform1f(at.plain ?? null, n.plain ? 1 : 0); gl.uniform1f(at.glow ?? null, n.path[0] === "/agents" ? .10 : 0); gl.bindVertexArray(n.vao); gl.drawElements(gl.TRIANGLES, n.count, gl.UNSIGNED_INT, 0); }
   labels(w, h) {
     const m = this.view, taken = []; for (const n of this.nodes.values()) {
       if (!n.element) continue; let [p] = this.world(n); const parent = this.poses[n.path.at(-2)]; if (parent && this.poses[n.name]) p = add(parent[0], [0, 0, this.poses[n.name][0][2]]); // upright over its vehicle

@@ -1,0 +1,100 @@
+"""Marks of a recording's time line: contacts, lost bottom track, GPS fixes, legs of the mission."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Mapping, Sequence
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pelagos.math.frames import enu_to_nwu_np
+from pelagos.messages.motion import PATH
+from pelagos.sim.replay import Recording
+from pelagos.viewer.course import Course
+
+_LOST_S: Final = 1.0  # a DVL that says nothing for longer than this, and than three of its intervals, is lost
+_MARKS: Final = 60
+_REACHED_M: Final = 5.0  # from a corner of the plan, or this share of the leg that leads to it
+_SHARE: Final = 0.2
+
+
+def marks(
+    recording: Recording, topics: Mapping[str, str], times: Mapping[str, NDArray[np.int64]], span: tuple[int, int],
+    others: Sequence[Mapping[str, Any]] = (),
+) -> list[dict[str, Any]]:  # fmt: skip
+    """What happened, `t` [s] and `text`: contacts, lost DVLs, GPS fixes, and `others`."""
+    found = [dict(m) for m in others]
+    for name, topic in topics.items():
+        at = times[topic]
+        kind = recording.channels[topic].about.get("type")
+        if kind == "dvl" and len(at) > 3:
+            gap = max(3 * float(np.median(np.diff(at))), _LOST_S * 1e9)
+            found += [{"t": float(at[i]) * 1e-9, "text": f"{name} lost"} for i in np.flatnonzero(np.diff(at) > gap)]
+        elif kind == "collision":
+            found += _contacts(recording, name, topic)
+        elif kind == "gps" and len(at):
+            first = np.flatnonzero(np.diff(at, prepend=at[0] - 10**10) > 5 * 10**9)
+            found += [{"t": float(at[i]) * 1e-9, "text": "GPS fix"} for i in first]
+    inside = [m for m in found if span[0] <= m["t"] * 1e9 <= span[1]]
+    return sorted(inside, key=lambda m: float(m["t"]))[:_MARKS]
+
+
+def _contacts(recording: Recording, name: str, topic: str) -> list[dict[str, Any]]:
+    """When the vehicle began to touch something."""
+    found, touching = [], False
+    for recorded in recording.messages(topic):
+        now = bool(np.any(np.asarray(getattr(recorded.message, "data", 0)))) or bool(
+            getattr(recorded.message, "states", ())
+        )
+        if now and not touching:
+            found.append({"t": recorded.t_ns * 1e-9, "text": f"{name.partition('.')[0]} touches"})
+        touching = now
+    return found
+
+
+def planned(recording: Recording) -> dict[str, NDArray[np.float64]]:
+    """Corners of the planned ways `(k, 3)` NWU [m] by agent, the start first, as the recording says them."""
+    found = {}
+    for topic in recording.topics("/plan", type=PATH):
+        if topic.startswith("/env") and not topic.startswith("/env0/"):
+            continue
+        places = [p.pose.position for p in recording.message(topic, 0).message.poses]
+        if len(places) > 1:
+            found[topic.split("/")[-2]] = enu_to_nwu_np(np.array([[p.x, p.y, p.z] for p in places]))
+    return found
+
+
+def legs(plans: Mapping[str, NDArray[np.float64]], courses: Mapping[str, Course]) -> list[dict[str, Any]]:
+    """When vehicles passed the corners of their plans: `t` [s] and `text`; none for those that nobody came near."""
+    found = []
+    for agent, corners in plans.items():
+        track = courses.get(agent)
+        if track is None:
+            continue
+        last = len(corners) - 1
+        for k, i in enumerate(_passed(corners[:, :2], track.position[:, :2]), start=1):
+            if i is not None:
+                text = f"{agent}: end of the plan" if k == last else f"{agent}: leg {k + 1} of {last}"
+                found.append({"t": float(track.t_ns[i]) * 1e-9, "text": text})
+    return found
+
+
+def _passed(corners: NDArray[np.float64], track: NDArray[np.float64]) -> list[int | None]:
+    """Rows of a track `(m, 2)` at which it is nearest to each corner `(k, 2)` but the first, in their order."""
+    rows: list[int | None] = []
+    begin = 0
+    for before, corner in itertools.pairwise(corners):
+        near = max(_REACHED_M, _SHARE * float(np.linalg.norm(corner - before)))
+        away = np.linalg.norm(track[begin:] - corner, axis=1)
+        inside = away < near
+        if not inside.any():
+            rows.append(None)
+            continue
+        first = int(np.argmax(inside))
+        left = np.flatnonzero(~inside[first:])
+        end = first + int(left[0]) if len(left) else len(away)
+        begin += first + int(np.argmin(away[first:end]))
+        rows.append(begin)
+    return rows
