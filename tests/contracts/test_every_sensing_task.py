@@ -74,8 +74,8 @@ def test_bad_input_is_told() -> None:
     with pytest.raises(LookupFailed, match="a task with sensors, 'arrays'"):
         envs.make("pelagos/WallInspection-v0", 2, arrays="torch")
     register()
-    single = gymnasium.make("pelagos/WallInspection-v0")
-    assert single.observation_space["sonar"].shape == (64, 64)
+    single = gymnasium.make("pelagos/WallInspection-v0", beams=8, rays=4, bins=24)
+    assert single.observation_space["sonar"].shape == (8, 24)
 
 
 @pytest.mark.slow
@@ -86,3 +86,15 @@ def test_the_script_follows_the_wall_by_its_sonar() -> None:
     scores = evaluate(env, policy_of("script", env), seed=2)
     assert scores.returns.min() > chance.returns.max()
     assert scores.metrics["stand_off_error_m"].mean() < 0.6
+
+
+@pytest.mark.slow
+@pytest.mark.filterwarnings("ignore")
+def test_the_script_follows_the_pipe_by_its_camera() -> None:
+    env = envs.make("pelagos/PipelineFollowing-v0", 4)
+    chance = evaluate(env, policy_of("random", env, seed=1), seed=2)
+    scores = evaluate(env, policy_of("script", env), seed=2)
+    assert scores.returns.min() > chance.returns.max()
+    assert scores.metrics["off_line_m"].mean() < 0.3
+    assert scores.metrics["height_error_m"].mean() < 0.2
+    assert scores.metrics["speed_mps"].mean() > 0.35

@@ -10,7 +10,7 @@ from pelagos import envs
 from pelagos.envs.evaluate import evaluate
 from pelagos.envs.policy import policy_of
 
-SENSING = ("pelagos/WallInspection-v0",)  # see test_every_sensing_task
+SENSING = ("pelagos/WallInspection-v0", "pelagos/PipelineFollowing-v0")  # see test_every_sensing_task
 QUICK = ("pelagos/DepthHeading-v0",)
 NAMES = [name for name in envs.task_names() if name not in SENSING]
 REACHED = {  # what the scripted baseline comes to at the end of its episodes, on average, at most

@@ -25,6 +25,7 @@ TASKS: Final = {
     "StationKeeping-v0": ("station_keeping", "StationKeeping"),
     "GyreTransect-v0": ("gyre", "GyreTransect"),
     "WallInspection-v0": ("wall_inspection", "WallInspection"),
+    "PipelineFollowing-v0": ("pipeline", "PipelineFollowing"),
 }
 _OF_THE_FLEET: Final = ("seed", "environment", "autoreset", "arrays", "out_of_range")
 
