@@ -46,6 +46,55 @@ def test_stable_baselines3_learns_and_sees_ends() -> None:
         SB3Env(envs.FleetEnv(Short(), 4, autoreset="disabled"))
 
 
+def test_stable_baselines3_learns_from_pictures() -> None:
+    sb3 = pytest.importorskip("stable_baselines3")
+    from stable_baselines3.common.vec_env import VecMonitor
+
+    from pelagos.envs.sb3 import SB3Env
+    from pelagos.envs.tasks.pipeline import PipelineFollowing
+
+    class Brief(PipelineFollowing):
+        seconds = 0.8
+
+    env = SB3Env(envs.SensingEnv(Brief(), 2))
+    env.seed(3)
+    first = env.reset()
+    for _ in range(4):
+        seen, _, done, infos = env.step(np.full((2, 4), 0.3, dtype=np.float32))
+    assert done.all()
+    assert (infos[1]["terminal_observation"]["camera"] != seen["camera"][1]).any()
+    assert infos[0]["off_line_m"] > 0
+    env.seed(3)
+    for name, value in env.reset().items():
+        np.testing.assert_array_equal(value, first[name])
+    model = sb3.PPO("MultiInputPolicy", VecMonitor(env), n_steps=8, batch_size=8, n_epochs=1, device="cpu")
+    model.learn(16)
+    assert model.ep_info_buffer[-1]["l"] == 4
+
+
+def test_ppo_takes_sensors_that_give_numbers_and_refuses_pictures(tmp_path: Path) -> None:
+    pytest.importorskip("torch")
+    from pelagos.envs.policy import policy_of
+    from pelagos.envs.ppo import Recipe, train
+    from pelagos.envs.tasks.terrain import TerrainFollowing
+
+    class Brief(TerrainFollowing):
+        seconds = 4.0
+
+    env = envs.SensingEnv(Brief(), 4)
+    twice = [train(env, Recipe(steps=256, horizon=32), seed=4) for _ in range(2)]
+    for p, q in zip(twice[0].policy.weights, twice[1].policy.weights, strict=True):
+        assert p.tobytes() == q.tobytes()
+    assert twice[0].curve[-1]["height_error_m"] > 0
+    twice[0].policy.save(tmp_path / "policy.npz")
+    seen, _ = env.reset(seed=2)
+    actions = policy_of(str(tmp_path / "policy.npz"), env)(seen)
+    np.testing.assert_array_equal(actions, twice[0].policy(seen))
+    assert actions.shape == (4, 2)
+    with pytest.raises(CommandError, match=r"'sonar' has shape \(48, 50\)"):
+        train(envs.make("pelagos/ObstacleAvoidance-v0", 2), Recipe(steps=64))
+
+
 def test_rsl_rl_learns() -> None:
     pytest.importorskip("rsl_rl")
     from pelagos.envs.rsl_rl import RslRlEnv

@@ -34,14 +34,15 @@ def learn(task: str, lesson: Lesson, options: Sequence[str]) -> None:
         InputError: no such task, option or metric, or a folder that holds something else.
     """
     from pelagos.envs.ppo import Recipe, train
-    from pelagos.envs.registry import PREFIX, make
+    from pelagos.envs.registry import PREFIX, has_sensors, make
 
     short = task.removeprefix(PREFIX)
     folder = lesson.out or Path("runs") / short
     if lesson.steps < 1:
         raise CommandError(f"steps is a number from 1 on, not {lesson.steps}")
     recipe = Recipe(steps=lesson.steps, until=_until(lesson.until), max_s=lesson.max_s)
-    env: Any = make(task, lesson.copies, seed=lesson.seed, arrays="torch", **_pairs(options))
+    arrays = {} if has_sensors(task) else {"arrays": "torch"}
+    env: Any = make(task, lesson.copies, seed=lesson.seed, **arrays, **_pairs(options))
     folder.mkdir(parents=True, exist_ok=True)
     rows: list[dict[str, float]] = []
 
@@ -106,7 +107,8 @@ def _draw_way(path: Path, task: str, policy: str, seed: int, options: dict[str, 
     seen, _ = env.reset(seed=seed)
     over = False
     while not over:
-        seen, _, terminated, truncated, _ = env.step(acts(seen[None])[0])
+        rows = {k: v[None] for k, v in seen.items()} if isinstance(seen, dict) else seen[None]
+        seen, _, terminated, truncated, _ = env.step(acts(rows)[0])
         over = terminated or truncated
     picture = env.render()
     assert picture is not None

@@ -40,6 +40,9 @@ class FleetEnv(VectorEnv[Any, Any, Any]):
         task: what is to be done.
         arrays: what it gives, `numpy` or `torch`.
         names: of an observation's numbers.
+        size: how many they are.
+        actions: numbers of an action.
+        metrics: names of the task's.
         clipped: how many actions have been out of range so far.
         not_finite: how many episodes ended because a state was not finite.
     """
@@ -84,6 +87,7 @@ class FleetEnv(VectorEnv[Any, Any, Any]):
         self._seed = seed_of(seed)
         self._first, self.arrays, self._out_of_range = seed_of(environment), arrays, out_of_range
         self.program = Program(task, self.num_envs, seed=self._seed, environment=self._first, autoreset=autoreset)
+        self.size, self.actions, self.metrics = self.program.size, self.program.actions, self.program.metrics
         self.autoreset, self.autoreset_mode = autoreset, MODES[autoreset]
         self.metadata = {"autoreset_mode": self.autoreset_mode, "render_modes": []}
         self._space()

@@ -37,9 +37,11 @@ class Network:
     biases: list[NDArray[np.float32]]
     task: str
 
-    def __call__(self, seen: NDArray[np.float32]) -> NDArray[np.float32]:
-        """The mean action, between -1 and 1."""
-        x = np.clip((seen - self.mean) / self.deviation, -10.0, 10.0)
+    def __call__(self, seen: Any) -> NDArray[np.float32]:
+        """The mean action, between -1 and 1, for rows `(n, k)` or arrays `(n, ...)` by name."""
+        from pelagos.envs.flat import as_rows
+
+        x = np.clip((as_rows(seen) - self.mean) / self.deviation, -10.0, 10.0)
         for weight, bias in zip(self.weights[:-1], self.biases[:-1], strict=True):
             x = np.tanh(x @ weight.T + bias)
         return np.asarray(np.clip(x @ self.weights[-1].T + self.biases[-1], -1.0, 1.0), dtype=np.float32)
@@ -88,14 +90,16 @@ def policy_of(given: str, env: FleetEnv | SensingEnv, *, seed: int = 0) -> Polic
         if script is None:
             raise CommandError(f"{type(env.task).__name__} has no scripted baseline; choose random, zero or a file")
         return script
+    from pelagos.envs.flat import row_size
+
     path = Path(given)
     if not path.is_file():
         raise LookupFailed("policy, and no file either,", given, ["random", "zero", "script"])
     network = Network.load(path)
-    seen, takes = env.single_observation_space.shape, (network.weights[0].shape[1],)
+    seen, takes = row_size(env.single_observation_space), network.weights[0].shape[1]
     if takes != seen or network.weights[-1].shape[0] != shape[1]:
         raise CommandError(
-            f"{path} takes {takes[0]} numbers and gives {network.weights[-1].shape[0]}; it was trained for "
-            f"{network.task}, and this task has observations {seen} and {shape[1]} actions"
+            f"{path} takes {takes} numbers and gives {network.weights[-1].shape[0]}; it was trained for "
+            f"{network.task}, and this task has {seen} numbers and {shape[1]} actions"
         )
     return network

@@ -17,8 +17,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from pelagos.envs.flat import FlatSensing
 from pelagos.envs.fleet import FleetEnv
 from pelagos.envs.policy import Network
+from pelagos.envs.sensing import SensingEnv
 from pelagos.errors import CommandError, LookupFailed
 
 
@@ -67,14 +69,14 @@ class Trained:
 
 
 def train(
-    env: FleetEnv,
+    env: FleetEnv | SensingEnv,
     recipe: Recipe,
     *,
     seed: int = 0,
     name: str = "",
     each: Callable[[dict[str, float]], None] | None = None,
 ) -> Trained:
-    """Learn a policy for an environment with `arrays="torch"` and `autoreset="same_step"`.
+    """Learn a policy for an environment with `autoreset="same_step"`, and with `arrays="torch"` or sensors.
 
     Torch computes in one thread here: its threads and Dr.Jit's would wait for each other. From the same seed, numbers
     are the same on the same machine.
@@ -87,17 +89,19 @@ def train(
         each: told every row of the curve.
 
     Raises:
-        CommandError: an environment of another kind, or `until` names no metric of the task.
+        CommandError: an environment of another kind, or observations that hold pictures.
+        LookupFailed: `until` names no metric of the task.
     """
     torch = _torch()
-    if env.program.autoreset != "same_step" or env.arrays != "torch":
+    rows: FleetEnv | FlatSensing = FlatSensing(env) if isinstance(env, SensingEnv) else env
+    if isinstance(rows, FleetEnv) and (rows.autoreset != "same_step" or rows.arrays != "torch"):
         raise CommandError("train needs an environment with arrays='torch' and autoreset='same_step'")
-    if recipe.until is not None and recipe.until[0] not in env.program.metrics:
-        raise LookupFailed("metric", recipe.until[0], env.program.metrics, where="until")
+    if recipe.until is not None and recipe.until[0] not in rows.metrics:
+        raise LookupFailed("metric", recipe.until[0], rows.metrics, where="until")
     threads = torch.get_num_threads()
     torch.set_num_threads(1)
     try:
-        return _Learner(env, recipe, seed).learn(name, each)
+        return _Learner(rows, recipe, seed).learn(name, each)
     finally:
         torch.set_num_threads(threads)
 
@@ -111,18 +115,18 @@ def _torch() -> Any:
 
 
 class _Learner:
-    def __init__(self, env: FleetEnv, recipe: Recipe, seed: int) -> None:
+    def __init__(self, env: FleetEnv | FlatSensing, recipe: Recipe, seed: int) -> None:
         torch = self._torch = _torch()
         self._env, self._recipe, self._seed = env, recipe, seed
         torch.manual_seed(seed)
-        size, count = env.program.size, env.program.actions
+        size, count = env.size, env.actions
         self._actor, self._critic = self._layers(size, count, 0.01), self._layers(size, 1, 1.0)
         self._spread = torch.nn.Parameter(torch.full((count,), -0.5))
         parameters = [*self._actor.parameters(), *self._critic.parameters(), self._spread]
         self._parameters, self._adam = parameters, torch.optim.Adam(parameters, lr=recipe.rate, eps=1e-5)
         self._seen = _Moments(size)
         self._rewards = _Moments(1)
-        self._ends = dict.fromkeys(env.program.metrics, float("nan"))
+        self._ends = dict.fromkeys(env.metrics, float("nan"))
 
     def _layers(self, inputs: int, outputs: int, gain: float) -> Any:
         torch, found = self._torch, []
@@ -163,7 +167,7 @@ class _Learner:
         """Experience of a horizon, the observations after it, and what to tell of it."""
         torch, env, recipe = self._torch, self._env, self._recipe
         kept: dict[str, list[Any]] = {k: [] for k in ("seen", "action", "log", "value", "reward", "over", "told")}
-        ends: dict[str, list[Any]] = {name: [] for name in env.program.metrics}
+        ends: dict[str, list[Any]] = {name: [] for name in env.metrics}
         raw = []
         with torch.no_grad():
             for _ in range(recipe.horizon):

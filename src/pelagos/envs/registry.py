@@ -26,6 +26,8 @@ TASKS: Final = {
     "GyreTransect-v0": ("gyre", "GyreTransect"),
     "WallInspection-v0": ("wall_inspection", "WallInspection"),
     "PipelineFollowing-v0": ("pipeline", "PipelineFollowing"),
+    "TerrainFollowing-v0": ("terrain", "TerrainFollowing"),
+    "ObstacleAvoidance-v0": ("obstacles", "ObstacleAvoidance"),
 }
 _OF_THE_FLEET: Final = ("seed", "environment", "autoreset", "arrays", "out_of_range")
 
@@ -48,6 +50,17 @@ def task_class(name: str) -> type[Any]:
     module, cls = TASKS[short]
     found: type[Any] = getattr(import_module(f"pelagos.envs.tasks.{module}"), cls)
     return found
+
+
+def has_sensors(name: str) -> bool:
+    """Whether a task has sensors in the loop: `make` gives a `SensingEnv` then.
+
+    Raises:
+        LookupFailed: no such task.
+    """
+    from pelagos.envs.sensing import SensingTask
+
+    return SensingTask in task_class(name).__mro__
 
 
 def make_task(name: str, **options: Any) -> Task:
@@ -80,10 +93,10 @@ def make(name: str, n: int = 1, **options: Any) -> FleetEnv | SensingEnv:
     """
     _gymnasium()
     from pelagos.envs.fleet import FleetEnv
-    from pelagos.envs.sensing import SensingEnv, SensingTask
+    from pelagos.envs.sensing import SensingEnv
 
     mine = {k: options.pop(k) for k in _OF_THE_FLEET if k in options}
-    if SensingTask not in task_class(name).__mro__:
+    if not has_sensors(name):
         return FleetEnv(make_task(name, **options), n, **mine)
     for option in ("arrays", "out_of_range"):
         if option in mine:

@@ -3,37 +3,40 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
 from stable_baselines3.common.vec_env import VecEnv
 
 from pelagos.envs.fleet import FleetEnv
+from pelagos.envs.sensing import SensingEnv
 from pelagos.errors import CommandError
+
+_OF_THE_STEP: Final = ("final_obs", "final_info", "not_finite", "clipped")
 
 
 class SB3Env(VecEnv):  # type: ignore[misc]
-    """A `FleetEnv` as a `VecEnv`; for NumPy, `autoreset="same_step"`.
+    """A `FleetEnv` or a `SensingEnv` as a `VecEnv`; for NumPy, `autoreset="same_step"`.
 
     `infos[i]` has the task's metrics, and where an episode ends `terminal_observation` and `TimeLimit.truncated`.
     """
 
-    def __init__(self, fleet: FleetEnv) -> None:
+    def __init__(self, fleet: FleetEnv | SensingEnv) -> None:
         """Raises: CommandError: a fleet of another kind."""
-        if fleet.arrays != "numpy" or fleet.program.autoreset != "same_step":
+        if getattr(fleet, "arrays", "numpy") != "numpy" or fleet.autoreset != "same_step":
             raise CommandError("Stable-Baselines3 takes a fleet with arrays='numpy' and autoreset='same_step'")
         self.fleet = fleet
         self._actions: Any = None
         self._seed_given: int | None = None
         super().__init__(fleet.num_envs, fleet.single_observation_space, fleet.single_action_space)
 
-    def reset(self) -> NDArray[np.float32]:
-        """Observations `(n, k)` of the next episodes, or of those of the seed given before."""
+    def reset(self) -> Any:
+        """Observations `(n, k)`, or `(n, ...)` by name, of the next episodes, or of those of the seed given before."""
         seen, _ = self.fleet.reset(seed=self._seed_given)
         self._seed_given = None
         self.reset_infos: list[dict[str, Any]] = [{} for _ in range(self.num_envs)]
-        return np.asarray(seen)
+        return seen
 
     def seed(self, seed: int | None = None) -> Sequence[int | None]:
         """The seed of the next reset; one for all copies."""
@@ -48,12 +51,14 @@ class SB3Env(VecEnv):  # type: ignore[misc]
         """The step with them."""
         seen, reward, terminated, truncated, info = self.fleet.step(self._actions)
         done = terminated | truncated
-        names = self.fleet.program.metrics
+        names = [name for name in info if name[0] != "_" and name not in _OF_THE_STEP]
         infos: list[dict[str, Any]] = [
             dict(zip(names, row, strict=True)) for row in zip(*(info[m].tolist() for m in names), strict=True)
         ] or [{} for _ in range(self.num_envs)]
         for i in np.flatnonzero(done):
-            infos[i]["terminal_observation"] = info["final_obs"][i]
+            last = info["final_obs"]
+            one = {k: v[i] for k, v in last.items()} if isinstance(last, dict) else last[i]
+            infos[i]["terminal_observation"] = one
             infos[i]["TimeLimit.truncated"] = bool(truncated[i] and not terminated[i])
         return seen, reward, done, infos
 

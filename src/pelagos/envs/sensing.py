@@ -54,8 +54,11 @@ class SensingTask(Protocol):
         """What is simulated."""
         ...
 
-    def start(self, random: np.random.Generator) -> dict[str, Any]:
-        """Where one copy's episode begins: `position` (3), `attitude` (4) ..., as `Simulation.reset` has them."""
+    def start(self, random: np.random.Generator, sim: Simulation) -> dict[str, Any]:
+        """Where one copy's episode begins: `position` (3), `attitude` (4) ..., as `Simulation.reset` has them.
+
+        `sim` is there to be asked about the world, not to be changed.
+        """
         ...
 
     def command(self, actions: NDArray[np.float64], sim: Simulation) -> NDArray[np.float64]:
@@ -143,10 +146,11 @@ class SensingEnv(VectorEnv[Any, Any, Any]):
         if (self._episode < 0).any():
             raise CommandError("the first call is reset()")
         given = np.asarray(actions, dtype=np.float64)
-        if given.shape != (self.num_envs, self.task.actions) or not np.isfinite(given).all():
-            raise CommandError(
-                f"actions are finite numbers of shape ({self.num_envs}, {self.task.actions}); given {given.shape}"
-            )
+        if given.shape != (self.num_envs, self.task.actions):
+            raise CommandError(f"actions have shape ({self.num_envs}, {self.task.actions}); given {given.shape}")
+        if not np.isfinite(given).all():
+            bad = np.flatnonzero(~np.isfinite(given).all(axis=1))
+            raise CommandError(f"actions are finite numbers; those of copy {bad[0]} are {given[bad[0]].tolist()}")
         given = np.clip(given, -1.0, 1.0)
         anew = self._over & (self.autoreset == "next_step")
         readings = self.sim.step({self.task.agent: self.task.command(given, self.sim)}, ticks=self._ticks)
@@ -154,6 +158,9 @@ class SensingEnv(VectorEnv[Any, Any, Any]):
         self._step += 1
         broken = self.sim.ended
         reward = np.where(broken, 0.0, judged.reward).astype(np.float32)
+        if not np.isfinite(reward).all():
+            first = int(np.flatnonzero(~np.isfinite(reward))[0])
+            raise CommandError(f"{type(self.task).__name__}.judge gives copy {first} a reward of {reward[first]}")
         terminated = judged.terminated | broken
         truncated = ~terminated & (self._step >= self._limit)
         seen = self.task.observe(self.sim, readings[self.task.agent])
@@ -177,7 +184,7 @@ class SensingEnv(VectorEnv[Any, Any, Any]):
         self._step[where] = 0
         self._over = self._over & ~where
         starts = [
-            self.task.start(np.random.default_rng([self._seed, self._first + int(i), int(self._episode[i])]))
+            self.task.start(np.random.default_rng([self._seed, self._first + int(i), int(self._episode[i])]), self.sim)
             for i in np.flatnonzero(where)
         ]
         state = {key: np.array([start[key] for start in starts]) for key in starts[0]}

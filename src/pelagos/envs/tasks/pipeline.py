@@ -81,7 +81,7 @@ class PipelineFollowing(SensingTask):
             },
         }
 
-    def start(self, random: np.random.Generator) -> dict[str, Any]:
+    def start(self, random: np.random.Generator, sim: Simulation) -> dict[str, Any]:
         """Within a metre of the first piece, 1.5 to 2.5 m above it, the bow along it within 25 degrees."""
         yaw = random.uniform(-0.44, 0.44)
         place = [random.uniform(-3.0, 5.0), random.uniform(-0.8, 0.8), random.uniform(1.5, 2.5) + _TOP_M]

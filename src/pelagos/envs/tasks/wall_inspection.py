@@ -72,7 +72,7 @@ class WallInspection(SensingTask):
             },
         }
 
-    def start(self, random: np.random.Generator) -> dict[str, Any]:
+    def start(self, random: np.random.Generator, sim: Simulation) -> dict[str, Any]:
         """2 to 5 m off the eastern half of the wall, the bow on it within 30 degrees."""
         yaw = random.uniform(-math.pi / 6, math.pi / 6)
         place = [10.0 - random.uniform(2.5, 5.0), random.uniform(-20.0, 0.0), -random.uniform(4.0, 8.0)]
