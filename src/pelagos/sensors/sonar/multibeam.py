@@ -12,29 +12,40 @@ from pydantic import Field, field_validator, model_validator
 
 from pelagos import jit
 from pelagos.acoustics.beam_pattern import line_length, line_np
-from pelagos.acoustics.bottom_detection import NOT_FOUND, Series, find_bottom
-from pelagos.acoustics.noise import ambient_level, band_level, directivity_index
-from pelagos.acoustics.pulse import processing_gain_db
-from pelagos.acoustics.refraction import path_end
-from pelagos.acoustics.spreading import from_db, to_db
 from pelagos.jit import Array
-from pelagos.math.so3 import rotate, rotate_back
 from pelagos.raycast.caster import Caster
-from pelagos.sensors.schedule import farthest_heard, period_ticks, slower, warn_of_ambiguity
+from pelagos.sensors.mount import sensor_angular_velocity, sensor_velocity
+from pelagos.sensors.schedule import warn_of_ambiguity
 from pelagos.sensors.sensor import Kinematics, Measurement, SensorConfig, SensorContext
 from pelagos.sensors.sonar.keys.conflicts import check_burst, check_order, check_pulse
 from pelagos.sensors.sonar.keys.devices import with_device
-from pelagos.sensors.sonar.keys.ping_keys import ColumnBins, Pulse, mounting, with_burst
+from pelagos.sensors.sonar.keys.multibeam_parts import (
+    column_of,
+    column_spec,
+    emitter,
+    noise_power,
+    sector_losses,
+    swath_of,
+)
+from pelagos.sensors.sonar.keys.ping_keys import ColumnBins, Pulse, with_burst
 from pelagos.sensors.sonar.ping.beam_echoes import part_of
-from pelagos.sensors.sonar.ping.bottom_series import Beams, Window, beam_series
-from pelagos.sensors.sonar.ping.fan import Fan, Lanes, Trace, arcs_of, look
-from pelagos.sensors.sonar.ping.interference import Apertures, Emitter
-from pelagos.sensors.sonar.ping.multibeam_column import Column, column_layout, column_rays
-from pelagos.sensors.sonar.ping.ping_spec import Display, PingSpec
+from pelagos.sensors.sonar.ping.bottom_series import Beams, beam_series
+from pelagos.sensors.sonar.ping.fan import Fan, Lanes, Trace, look, patches_of
+from pelagos.sensors.sonar.ping.multibeam_column import column_layout, column_rays
 from pelagos.sensors.sonar.ping.pinger import Pinger
 from pelagos.sensors.sonar.ping.sea_state import rain_over, wind_for
 from pelagos.sensors.sonar.ping.sounder import Sounder, Waters
-from pelagos.sensors.sonar.ping.surface_scattering import TEXTURE_DB, Surfaces
+from pelagos.sensors.sonar.ping.soundings import detect, placed, quality, snippets
+from pelagos.sensors.sonar.ping.surface_scattering import Surfaces
+from pelagos.sensors.sonar.ping.swath import (
+    Sectors,
+    attitudes_heard,
+    axes_heard,
+    delayed,
+    look_from,
+    motion_of,
+    sectors_of,
+)
 
 _ACROSS: Final = np.array([-0.8, -0.4, 0.0, 0.4, 0.8])  # places of the rays in a beam [half-power widths]
 
@@ -85,6 +96,22 @@ class MultibeamConfig(SensorConfig):
     refraction: bool | Literal["auto"] = "auto"
     """Bend rays by the sound speed's profile above and below the sonar; `auto`: where that displaces a level ray by
     more than 0.4 % of the range. Soundings are placed along the bent rays unless `sound_speed_mps` is given."""
+    doppler: bool = True
+    """Motion while the sound is under way: echoes are heard in the attitude, and from the place, of their arrival, and
+    ranges are r (1 - v/c). Soundings are placed by both attitudes, as sounders do."""
+    stabilised: tuple[Literal["roll", "pitch", "yaw"], ...] = ()
+    """Axes that the beams are held about: the receiver's angles count from the vertical (roll), and the transmitter
+    steers, up to 10 deg, to the plane through the vertical (pitch) square to the course over ground (yaw)."""
+    sectors: int = Field(default=1, ge=1, le=16)
+    """Sectors of the swath that are sent one beside another, each steered by itself where the swath is held."""
+    sector_spacing_hz: float = Field(default=0.0, ge=0)
+    """Difference of frequency from sector to sector, port to starboard, about `frequency_hz` [Hz]; each loses what its
+    own frequency does."""
+    dual_swath_deg: float | None = Field(default=None, gt=0, le=20)
+    """Two swaths a ping, this angle apart along the track [deg]: the fore one's beams, then the aft one's; absent: one
+    swath."""
+    attitudes: bool = False
+    """Also give the attitudes at which each beam was sent and heard."""
     samples: int = Field(default=64, ge=16, le=1024)
     """Samples of a beam's echo, half a range resolution apart; where the echo is longer than they are, they lie farther
     apart and the pulse is as much longer, as sounders choose it in deep water."""
@@ -120,11 +147,41 @@ class MultibeamConfig(SensorConfig):
         check_burst(self)
         check_pulse(self)
         check_order(self)
+        if self.stabilised and any(abs(a) > 1e-9 for a in self.orientation_deg[:2]):
+            raise ValueError(
+                f"stabilised {list(self.stabilised)} needs a sonar that looks straight down: orientation_deg (0, 0, "
+                f"yaw), not {self.orientation_deg}"
+            )
+        if self.dual_swath_deg is not None and self.water_column_bins:
+            raise ValueError("water_column_bins are of one swath: leave out dual_swath_deg, or the water column")
+        if self.sector_spacing_hz and self.sectors == 1:
+            raise ValueError("sector_spacing_hz needs more than one of sectors")
+        lowest = self.frequency_hz - 0.5 * (self.sectors - 1) * self.sector_spacing_hz - 0.5 * self.bandwidth_hz
+        if self.sector_spacing_hz and lowest <= 0.0:
+            raise ValueError(
+                f"{self.sectors} sectors {self.sector_spacing_hz:g} Hz apart about {self.frequency_hz:g} Hz begin at "
+                f"{lowest:g} Hz: give a smaller sector_spacing_hz"
+            )
         return self
 
     @property
+    def swaths(self) -> int:
+        """Of a ping: one or two."""
+        return 1 if self.dual_swath_deg is None else 2
+
+    @property
+    def soundings(self) -> int:
+        """Beams of a ping, those of both swaths."""
+        return self.beams * self.swaths
+
+    @property
     def angles(self) -> NDArray[np.float64]:
-        """Beam angles from straight down `(beams,)` [rad], positive to port, from port to starboard."""
+        """Beam angles from straight down `(soundings,)` [rad], positive to port, from port to starboard."""
+        return np.tile(self.swath_angles, self.swaths)
+
+    @property
+    def swath_angles(self) -> NDArray[np.float64]:
+        """Those of one swath `(beams,)` [rad]."""
         half = math.radians(self.swath_deg) / 2
         if self.beams == 1:
             return np.zeros(1)
@@ -144,14 +201,17 @@ def fan_rays(config: MultibeamConfig) -> dict[str, NDArray[Any]]:
     The middle ray of a beam lies on its axis. Steered beams are wider by 1/cos of the steering angle.
     """
     places = np.linspace(-0.8, 0.8, config.rays_along) if config.rays_along > 1 else np.zeros(1)
-    beam, across, along = (a.ravel() for a in np.meshgrid(np.arange(config.beams), _ACROSS, places, indexing="ij"))
+    beams = np.arange(config.soundings)
+    beam, across, along = (a.ravel() for a in np.meshgrid(beams, _ACROSS, places, indexing="ij"))
     axis = config.angles[beam]
     width = math.radians(config.beamwidth_across_deg) / np.cos(axis)
     angle = axis + across * width
-    tilt = along * math.radians(config.beamwidth_along_deg)
+    aside = along * math.radians(config.beamwidth_along_deg)
+    swath = np.where(beam < config.beams, 0.5, -0.5) * math.radians(config.dual_swath_deg or 0.0)
+    tilt = aside + swath
     ca, sa, ct, st = np.cos(angle), np.sin(angle), np.cos(tilt), np.sin(tilt)
     receive = across_pattern(config, across)
-    transmit = line_np(st, _length(config.beamwidth_along_deg)) ** 2
+    transmit = line_np(np.sin(aside), _length(config.beamwidth_along_deg)) ** 2
     step_along = math.radians(config.beamwidth_along_deg) * (places[1] - places[0] if len(places) > 1 else 1.0)
     step = 0.4 * width
     return {
@@ -170,61 +230,11 @@ def across_pattern(config: MultibeamConfig, across: NDArray[np.float64]) -> NDAr
     return line_np(across * math.radians(config.beamwidth_across_deg), _length(config.beamwidth_across_deg)) ** 2
 
 
-def emitter(config: MultibeamConfig, context: SensorContext, rays: dict[str, NDArray[Any]]) -> Emitter:
-    """This sonar as others hear it."""
-    across, along = math.radians(config.beamwidth_across_deg), math.radians(config.beamwidth_along_deg)
-    return Emitter(
-        context.path,
-        config,
-        Apertures.of_fan(rays, config.beams, along, across),
-        config.frequency_hz,
-        config.bandwidth_hz,
-        config.pulse_s,
-        config.source_level_db,
-        period_ticks(config.rate_hz, context.dt_ns, where=context.path) * context.dt_ns,
-    )
-
-
-def column_of(config: MultibeamConfig) -> Column:
-    """The beams of the water column."""
-    across, along = math.radians(config.beamwidth_across_deg), math.radians(config.beamwidth_along_deg)
-    return Column(config.angles, math.radians(config.swath_deg), across, along)
-
-
-def column_spec(config: MultibeamConfig, context: SensorContext) -> PingSpec:
-    """The same sonar as one that gives levels by beam and range [dB]."""
-    return PingSpec(
-        mounting=mounting(config),
-        rate_hz=slower(config.rate_hz, config.range_max_m),
-        bins=config.water_column_bins,
-        range_min_m=max(config.range_min_m, 0.1),
-        range_max_m=config.range_max_m,
-        frequency_hz=config.frequency_hz,
-        bandwidth_hz=config.bandwidth_hz,
-        pulse_s=config.pulse_s,
-        pulse=config.pulse,
-        source_level_db=config.source_level_db,
-        self_noise_db=config.self_noise_db,
-        wind_speed_mps=wind_for(config.wind_speed_mps, context.ocean, context.path),
-        rain_mm_per_h=rain_over(context.ocean),
-        ph=config.ph,
-        texture_db=TEXTURE_DB,
-        roughness_seed=config.roughness_seed,
-        refraction=config.refraction,
-        sound_speed_mps=config.sound_speed_mps,
-        volume_scattering_db=config.volume_scattering_db,
-        doppler=False,
-        display=Display(scale="db"),
-        iq=config.iq,
-        labels=config.labels,
-    )
-
-
 def receiver(config: MultibeamConfig) -> Beams:
     """What a beam's series needs to know; the lattice of roughness is half an aperture wide."""
     length = _length(config.beamwidth_across_deg)
     return Beams(
-        count=config.beams,
+        count=config.soundings,
         samples=config.samples,
         finest=0.5 / config.bandwidth_hz,
         length=length,
@@ -244,22 +254,25 @@ class Multibeam:
 
     data: `(m, beams)` float32, detected slant ranges [m]; NaN where no bottom was found.
     truth: `(m, beams)` float32, ranges along the beam axes [m]; NaN where nothing is in range.
-    extras: `soundings` `(m, beams, 3)` in the sensor frame [m]; `backscatter` `(m, beams)`, of the bottom [dB];
-        `detection` `(m, beams)` uint8: 0 none, 1 by amplitude, 2 by phase; `uncertainty` `(m, beams)`, standard
-        deviation of the range as the sounder estimates it from the echo [m]; `quality` `(m, beams)`, 0 (none) to 1,
-        half at an uncertainty of 0.2 % of the range and 1 mm; `snr` `(m, beams)` of the echo's samples [dB]; `label`
-        and `instance` `(m, beams)` on the axis. With `water_column_bins`, `water_column` `(m, beams, bins)`, level by
-        range as `ImagingSonar` gives it [dB], and `water_column_truth`, its mean, with `labels` `water_column_label`
-        and `water_column_instance`, with `iq` complex64 `water_column_iq`, before gain. With `iq`, `iq` complex64
-        `(m, beams, 2, samples)`, what the left and the right half of the array heard, before gain, re the source level
-        at 1 m, and `iq_range` `(m, beams, samples)` [m].
+    extras: `soundings` `(m, beams, 3)` in the sensor frame at transmission [m]; `backscatter` `(m, beams)`, of the
+        bottom [dB]; `detection` `(m, beams)` uint8: 0 none, 1 by amplitude, 2 by phase; `uncertainty` `(m, beams)`,
+        standard deviation of the range as the sounder estimates it from the echo [m]; `quality` `(m, beams)`, 0
+        (none) to 1, half at an uncertainty of 0.2 % of the range and 1 mm; `snr` `(m, beams)` of the echo's samples
+        [dB]; `label` and `instance` `(m, beams)` on the axis. With `water_column_bins`, `water_column` `(m, beams,
+        bins)`, level by range as `ImagingSonar` gives it [dB], and `water_column_truth`, its mean, with `labels`
+        `water_column_label` and `water_column_instance`, with `iq` complex64 `water_column_iq`, before gain. With
+        `iq`, `iq` complex64 `(m, beams, 2, samples)`, what the left and the right half of the array heard, before
+        gain, re the source level at 1 m, and `iq_range` `(m, beams, samples)` [m]. With `attitudes`,
+        `transmit_attitude` `(m, 4)` and `receive_attitude` `(m, beams, 4)`, sensor frame to world, and
+        `transmit_tilt` `(m, beams)`, by which the transmitter was steered ahead [rad]. With two swaths `beams` are
+        those of the fore swath and then of the aft one, and the table `swath` `(beams,)` is 0 and 1.
     tables: `angle` `(beams,)` [rad] from straight down, positive to port; `direction` `(beams, 3)`;
         `water_column_range` `(bins,)` [m].
     """
 
     TITLE: ClassVar[str] = "multibeam echo sounder: soundings and backscatter across the track"
-    KERNELS: ClassVar[int] = 19
-    CASTS: ClassVar[int] = 1
+    KERNELS: ClassVar[int] = 23  # four look along the axes first: when each beam hears, and so where
+    CASTS: ClassVar[int] = 2
     MAY_LACK: ClassVar[bool] = True
     Config: ClassVar[type[SensorConfig]] = MultibeamConfig
     SOURCES: ClassVar[tuple[str, ...]] = (
@@ -279,7 +292,9 @@ class Multibeam:
             reach=1.1 * config.range_max_m,
         )  # fmt: skip
         self._sounder = Sounder(config, context, rays, waters)
-        self._noise = dr.opaque(jit.Float, _noise_power(config, wind, rain_over(context.ocean)))
+        self._noise = dr.opaque(jit.Float, noise_power(config, wind, rain_over(context.ocean)))
+        self._swath = swath_of(config)
+        self._sectors = sectors_of(config.angles, config.sectors, sector_losses(config, context))
         self._recorded = self._sounder.compile(self._kernel)
         self._column: Pinger | None = None
         if config.water_column_bins > 0:
@@ -290,13 +305,15 @@ class Multibeam:
             neighbours.add(emitter(config, context, rays))
         axis = rays["direction"][config.rays_per_beam // 2 :: config.rays_per_beam]
         self.tables = {"angle": config.angles.astype(np.float32), "direction": axis.astype(np.float32)}
+        if config.swaths > 1:
+            self.tables["swath"] = np.repeat(np.arange(config.swaths, dtype=np.uint8), config.beams)
         if self._column is not None:
             self.tables["water_column_range"] = column_spec(config, context).ranges
 
     def sense(self, motion: Kinematics) -> Measurement:
         """Ping on every lane."""
-        shape = (dr.width(motion.position), self.config.beams)
-        *found, places, series = self._recorded(motion, self._noise)
+        shape = (dr.width(motion.position), self.config.soundings)
+        *found, places, aims, series = self._recorded(motion, self._noise, self._sectors)
         data, truth, backscatter, error, snr, kind, label, instance = (np.array(v).reshape(shape) for v in found)
         extras = {
             "soundings": np.ascontiguousarray(np.array(places).T).reshape(*shape, 3),
@@ -308,6 +325,11 @@ class Multibeam:
             "label": label,
             "instance": instance,
         }
+        if aims is not None:
+            sent, received, tilt = aims
+            extras["transmit_attitude"] = np.ascontiguousarray(np.array(sent).T)
+            extras["receive_attitude"] = np.ascontiguousarray(np.array(received).T).reshape(*shape, 4)
+            extras["transmit_tilt"] = np.array(tilt).reshape(shape)
         if series is not None:
             extras |= snippets(series, shape, self.config.samples)
         if self._column is not None:
@@ -318,7 +340,7 @@ class Multibeam:
 
     def explain(self, motion: Kinematics) -> list[tuple[str, NDArray[Any], str]]:
         """One ping, not frozen, with its intermediate arrays: (name, values, unit)."""
-        return self._sounder.trace(self._kernel, *self._sounder.arguments(motion), motion, self._noise)
+        return self._sounder.trace(self._kernel, *self._sounder.arguments(motion), motion, self._noise, self._sectors)
 
     def _kernel(
         self,
@@ -329,93 +351,26 @@ class Multibeam:
         key: Any,
         motion: Kinematics,
         noise: Array,
+        sectors: Sectors,
         *,
         trace: Trace = None,
     ) -> tuple[Any, ...]:
-        config, beams = self.config, receiver(self.config)
-        view = look(
-            caster, fan, lanes, surfaces, max_range=1.1 * config.range_max_m, assumed_speed=config.sound_speed_mps
-        )
-        window, series = beam_series(beams, view, fan, lanes, surfaces, noise, key, trace)
+        config, beams, swath = self.config, receiver(self.config), self._swath
+        far = 1.1 * config.range_max_m
+        spin = sensor_angular_velocity(motion, config)
+        moving = motion_of(lanes, sensor_velocity(motion, config), spin)
+        if swath.plain:
+            view = look(caster, fan, lanes, surfaces, max_range=far, assumed_speed=config.sound_speed_mps)
+            view.loss *= dr.gather(jit.Float, sectors.loss, dr.gather(jit.UInt32, fan.beam, view.ray))
+        else:
+            view = look_from(caster, swath, sectors, fan, lanes, surfaces, moving, max_range=far)
+        patches = patches_of(view, fan, lanes, surfaces, longest=beams.longest, trace=trace)
+        delayed(patches, view, lanes, moving, swath)
+        window, series = beam_series(beams, view, patches, fan, lanes, noise, key)
         found = detect(config, window, series, lanes, noise, trace)
-        return *found, placed(config, found[0], fan, lanes), series if config.iq else None
-
-
-def detect(
-    config: MultibeamConfig, window: Window, series: Series, lanes: Lanes, noise: Array, trace: Trace = None
-) -> tuple[Array, ...]:
-    """Range, true range, backscatter, error, signal-to-noise ratio, kind of detection, label, instance of each beam."""
-    found = find_bottom(series, config.samples, noise=noise)
-    lane = dr.arange(jit.UInt32, dr.width(window.where)) // config.beams
-    speed = dr.gather(jit.Float, lanes.medium.sound_speed, lane)
-    scale = 1.0 if config.sound_speed_mps is None else config.sound_speed_mps / speed
-    measured, error = found.distance * scale, found.error * scale
-    snr_db = to_db(dr.maximum(found.level / noise, 1e-12))
-    heard = window.found & (found.kind != NOT_FOUND) & (snr_db > config.detection_snr_db)
-    heard &= (measured >= config.range_min_m) & (measured <= config.range_max_m)
-    heard &= found.distance <= farthest_heard(config.rate_hz, speed)
-    echoes = dr.maximum(found.power - config.samples * noise, 0.1 * noise)
-    strength = to_db(dr.maximum(window.section * echoes / dr.maximum(window.power, 1e-37), 1e-12))
-    true = dr.select(window.axis <= config.range_max_m, window.axis, dr.nan)
-    if trace is not None:
-        for name, value, unit in (
-            ("spacing of a beam's samples", series.spacing, "m"),
-            ("intensity of a beam's samples", dr.norm(dr.unravel(jit.Array4f, series.halves)), "1"),
-            ("signal-to-noise ratio", snr_db, "dB"),
-            ("range by amplitude", found.by_amplitude, "m"),
-            ("range by phase", found.by_phase, "m"),
-            ("estimated error by amplitude", found.amplitude_error, "m"),
-            ("estimated error by phase", found.phase_error, "m"),
-            ("detected range", measured, "m"),
-        ):
-            trace(name, value, unit)
-    return (
-        dr.select(heard, measured, dr.nan),
-        true,
-        dr.select(heard, strength, dr.nan),
-        dr.select(heard, error, dr.nan),
-        snr_db,
-        dr.select(heard, found.kind, NOT_FOUND),
-        window.label,
-        window.instance,
-    )
-
-
-def placed(config: MultibeamConfig, distance: Array, fan: Fan, lanes: Lanes) -> Array:
-    """Where the soundings are, `Array3f` in the sensor frame [m]: along the beams' axes, as rays bend."""
-    index = dr.arange(jit.UInt32, dr.width(distance))
-    lane = index // config.beams
-    rays = config.rays_per_beam
-    axis = dr.gather(jit.Array3f, fan.direction, index % config.beams * rays + rays // 2)
-    if lanes.profile is None or config.sound_speed_mps is not None:
-        return axis * distance
-    q = dr.gather(jit.Array4f, jit.Array4f(lanes.attitude), lane)
-    end = path_end(lanes.profile, lane, rotate(q, axis), distance, arcs=arcs_of(config.range_max_m))
-    return rotate_back(q, end)
-
-
-def snippets(series: Series, shape: tuple[int, int], samples: int) -> dict[str, NDArray[Any]]:
-    """`iq` complex64 `(m, beams, 2, samples)`, of both halves of the array, and `iq_range` `(m, beams, samples)`."""
-    parts = np.array(series.halves).reshape(*shape, samples, 2, 2)
-    start, spacing = (np.array(v).reshape(*shape, 1) for v in (series.start, series.spacing))
-    return {
-        "iq": np.ascontiguousarray((parts[..., 0] + 1j * parts[..., 1]).swapaxes(-1, -2).astype(np.complex64)),
-        "iq_range": (start + (np.arange(samples) + 0.5) * spacing).astype(np.float32),
-    }
-
-
-def quality(distance: NDArray[np.float32], error: NDArray[np.float32]) -> NDArray[np.float32]:
-    """1/(1 + (error/(0.002 distance + 1 mm))^2), 0 where there is no sounding; all arrays of one shape, [m]."""
-    with np.errstate(invalid="ignore"):
-        good = 1.0 / (1.0 + (error / (0.002 * distance + 1e-3)) ** 2)
-    return np.where(np.isfinite(distance), good, np.float32(0)).astype(np.float32)
-
-
-def _noise_power(config: MultibeamConfig, wind: float, rain: float) -> float:
-    """Noise intensity behind matched filter and beamformer re the source level at 1 m."""
-    ambient = ambient_level(config.frequency_hz, wind, rain_mm_per_h=rain)
-    spectral = float(to_db(from_db(ambient) + from_db(config.self_noise_db)))
-    gains = processing_gain_db(config.bandwidth_hz, config.pulse_s) + directivity_index(
-        math.radians(config.beamwidth_across_deg), math.radians(60.0)
-    )
-    return float(from_db(band_level(spectral, config.bandwidth_hz) - gains - config.source_level_db))
+        direction, distance, tilt = axes_heard(swath, sectors, fan, lanes, moving, found[0])
+        aims = None
+        if config.attitudes:
+            aims = lanes.attitude, attitudes_heard(swath, lanes, spin, found[0]), dr.asin(tilt)
+        places = placed(config, direction, distance, lanes)
+        return *found, places, aims, series if config.iq else None

@@ -16,8 +16,7 @@ from pelagos.acoustics.spreading import patch_intensity, time_varied_gain
 from pelagos.jit import Array
 from pelagos.math.philox import complex_normal32, normal_pair32, uniform32
 from pelagos.sensors.noise import words32
-from pelagos.sensors.sonar.ping.fan import Fan, Lanes, Trace, View, patches_of
-from pelagos.sensors.sonar.ping.surface_scattering import Surfaces
+from pelagos.sensors.sonar.ping.fan import Fan, Lanes, View
 
 _GATE: Final = 0.06  # detection window about the strongest echo [of the range]
 _FAINT: Final = 0.01  # of the strongest ray's level: rays that the window need not hold
@@ -78,19 +77,19 @@ class Window:
 
 
 def beam_series(
-    beams: Beams, view: View, fan: Fan, lanes: Lanes, surfaces: Surfaces, noise: Array, key: Any,
-    trace: Trace = None,
-) -> tuple[Window, Series]:  # fmt: skip
+    beams: Beams, view: View, patches: Patches, fan: Fan, lanes: Lanes, noise: Array, key: Any
+) -> tuple[Window, Series]:
     """Window and time series of every beam; see `Window` and `Series`.
 
     A ray's strip of surface sweeps through directions as it does through ranges. Each sample of it is one facet with an
     amplitude of its own, heard by both halves of the array from the direction that the sample's range has in the strip.
 
     Args:
+        beams, view, fan, lanes: of the ping.
+        patches: what the rays met, at the ranges that their times mean.
         noise: mean intensity in a sample of the whole beam.
         key: random stream of the noise.
     """
-    patches = patches_of(view, fan, lanes, surfaces, longest=beams.longest, trace=trace)
     dr.eval(patches, view)  # one cast: block reductions and gathers would each begin with their own
     window = _window(beams, view, patches, fan, lanes)
     dr.eval(window)

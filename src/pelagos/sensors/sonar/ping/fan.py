@@ -258,17 +258,41 @@ def look(
     Where the lanes have a profile, rays follow it: `hits.t` is then the range that the echo's time means at the sonar's
     sound speed, and `direction` that of arrival. A sonar in the air sees nothing: next to no sound leaves its face.
     """
+    sight = pointed(fan, lanes, assumed_speed)
+    return see(caster, sight, lanes, surfaces, max_range=max_range, smooth=smooth)
+
+
+@jit.struct
+class Sight:
+    """Where rays look, one lane a ray: a Dr.Jit struct; fields as of `View`."""
+
+    lane: Array
+    ray: Array
+    direction: Array
+    along: Array
+    aside: Array
+
+
+def pointed(fan: Fan, lanes: Lanes, assumed_speed: float | None = None) -> Sight:
+    """The fan as it stands on every lane; `assumed_speed` see `look`."""
     rays = dr.width(fan.beam)
     index = dr.arange(jit.UInt32, rays * dr.width(lanes.position))
     lane, ray = index // rays, index % rays
     q = spread(jit.Array4f(lanes.attitude), lane)
-    origin = spread(lanes.position, lane)
     ways = [fan.direction, fan.along, fan.aside]
     if dr.width(lanes.position) > 1:
         ways = [dr.gather(jit.Array3f, way, ray) for way in ways]
     if assumed_speed is not None:
         ways[0] = steered(ways[0], spread(lanes.medium.sound_speed, lane) * (1.0 / assumed_speed))
-    direction, along, aside = (rotate(q, way) for way in ways)
+    return Sight(lane, ray, *(rotate(q, way) for way in ways))
+
+
+def see(
+    caster: Caster, sight: Sight, lanes: Lanes, surfaces: Surfaces, *, max_range: float, smooth: bool = True
+) -> View:
+    """Cast rays that look where `sight` says; the rest as of `look`."""
+    lane, direction = sight.lane, sight.direction
+    origin = spread(lanes.position, lane)
     far = jit.Float(max_range)
     if lanes.wet is not None:
         far = dr.select(spread(lanes.wet, lane), far, 0.0)
@@ -280,7 +304,7 @@ def look(
         hits = with_sea_surface(hits, shot, surfaces.sea_row, lanes.sea, lane)
     sine = dr.abs(dr.dot(hits.shading_normal, direction))
     loss = lanes.medium.mean_loss(lane, jit.Float(0), jit.Float(hits.position.z - origin.z))
-    return View(lane, ray, origin, direction, along, aside, hits, sine, loss)
+    return View(lane, sight.ray, origin, direction, sight.along, sight.aside, hits, sine, loss)
 
 
 def steered(direction: Array, factor: Array) -> Array:

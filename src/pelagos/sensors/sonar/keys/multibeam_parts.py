@@ -1,0 +1,112 @@
+"""Parts of a multibeam that follow from its keys: how it points, what others hear, its water column, its noise."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import drjit as dr
+import numpy as np
+from numpy.typing import NDArray
+
+from pelagos import jit
+from pelagos.acoustics.absorption import absorption
+from pelagos.acoustics.noise import ambient_level, band_level, directivity_index
+from pelagos.acoustics.pulse import processing_gain_db, range_coupling
+from pelagos.acoustics.spreading import from_db, to_db
+from pelagos.sensors.schedule import period_ticks, slower
+from pelagos.sensors.sensor import SensorContext
+from pelagos.sensors.sonar.keys.ping_keys import mounting
+from pelagos.sensors.sonar.ping.interference import Apertures, Emitter
+from pelagos.sensors.sonar.ping.multibeam_column import Column
+from pelagos.sensors.sonar.ping.ping_spec import Display, PingSpec
+from pelagos.sensors.sonar.ping.sea_state import rain_over, wind_for
+from pelagos.sensors.sonar.ping.surface_scattering import TEXTURE_DB
+from pelagos.sensors.sonar.ping.swath import Swath
+
+
+def emitter(config: Any, context: SensorContext, rays: dict[str, NDArray[Any]]) -> Emitter:
+    """This sonar as others hear it."""
+    across, along = math.radians(config.beamwidth_across_deg), math.radians(config.beamwidth_along_deg)
+    return Emitter(
+        context.path,
+        config,
+        Apertures.of_fan(rays, config.soundings, along, across),
+        config.frequency_hz,
+        config.bandwidth_hz,
+        config.pulse_s,
+        config.source_level_db,
+        period_ticks(config.rate_hz, context.dt_ns, where=context.path) * context.dt_ns,
+    )
+
+
+def column_of(config: Any) -> Column:
+    """The beams of the water column."""
+    across, along = math.radians(config.beamwidth_across_deg), math.radians(config.beamwidth_along_deg)
+    return Column(config.angles, math.radians(config.swath_deg), across, along)
+
+
+def column_spec(config: Any, context: SensorContext) -> PingSpec:
+    """The same sonar as one that gives levels by beam and range [dB]."""
+    return PingSpec(
+        mounting=mounting(config),
+        rate_hz=slower(config.rate_hz, config.range_max_m),
+        bins=config.water_column_bins,
+        range_min_m=max(config.range_min_m, 0.1),
+        range_max_m=config.range_max_m,
+        frequency_hz=config.frequency_hz,
+        bandwidth_hz=config.bandwidth_hz,
+        pulse_s=config.pulse_s,
+        pulse=config.pulse,
+        source_level_db=config.source_level_db,
+        self_noise_db=config.self_noise_db,
+        wind_speed_mps=wind_for(config.wind_speed_mps, context.ocean, context.path),
+        rain_mm_per_h=rain_over(context.ocean),
+        ph=config.ph,
+        texture_db=TEXTURE_DB,
+        roughness_seed=config.roughness_seed,
+        refraction=config.refraction,
+        sound_speed_mps=config.sound_speed_mps,
+        volume_scattering_db=config.volume_scattering_db,
+        doppler=False,
+        display=Display(scale="db"),
+        iq=config.iq,
+        labels=config.labels,
+    )
+
+
+def swath_of(config: Any) -> Swath:
+    """How it points its beams."""
+    return Swath(
+        beams=config.soundings,
+        rays=config.rays_per_beam,
+        moves=config.doppler,
+        held=config.stabilised,
+        assumed_speed=config.sound_speed_mps,
+        coupling_s=range_coupling(config.frequency_hz, config.bandwidth_hz, config.pulse_s, config.pulse),
+    )
+
+
+def noise_power(config: Any, wind: float, rain: float) -> float:
+    """Noise intensity behind matched filter and beamformer re the source level at 1 m."""
+    ambient = ambient_level(config.frequency_hz, wind, rain_mm_per_h=rain)
+    spectral = float(to_db(from_db(ambient) + from_db(config.self_noise_db)))
+    gains = processing_gain_db(config.bandwidth_hz, config.pulse_s) + directivity_index(
+        math.radians(config.beamwidth_across_deg), math.radians(60.0)
+    )
+    return float(from_db(band_level(spectral, config.bandwidth_hz) - gains - config.source_level_db))
+
+
+def sector_losses(config: Any, context: SensorContext) -> NDArray[np.float64]:
+    """Absorption at each sector's frequency over that at `frequency_hz`, `(sectors,)`, in the water at the world's
+    origin, at the surface."""
+    steps = (np.arange(config.sectors) - 0.5 * (config.sectors - 1)) * config.sector_spacing_hz
+    if not steps.any():
+        return np.ones(config.sectors)
+    place, t = dr.zeros(jit.Array3f64, 1), jit.Float64(0.0)
+    water = context.ocean.temperature(place, t), context.ocean.salinity(place, t), jit.Float64(0.0), config.ph
+
+    def loss(frequency: float) -> float:
+        return float(np.array(absorption(jit.Float64(frequency), *water))[0])
+
+    return np.array([loss(config.frequency_hz + step) for step in steps]) / loss(config.frequency_hz)
