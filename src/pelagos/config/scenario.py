@@ -14,7 +14,8 @@ from pelagos.config.component import Component
 from pelagos.config.document import join_place
 from pelagos.config.limits import beyond, outside_text
 from pelagos.config.strict import Strict
-from pelagos.config.swarm import group_of, members, topic_name
+from pelagos.config.swarm import Draw, group_of, members, topic_name
+from pelagos.config.vary import check as check_varied
 
 
 class Origin(Strict):
@@ -71,6 +72,10 @@ class Scenario(Strict):
     """Currents, waves, water masses and light."""
     agents: dict[str, Agent] = Field(default_factory=dict)
     """The vehicles, by a name of your choice; one entry may be a group of them."""
+    vary: dict[str, Draw] = Field(default_factory=dict)
+    """Numbers that are drawn anew for every copy of a fleet and every episode, by dotted key: where and how agents
+    start (`agents.auv0.start.heading_deg`), factors on their parameters (`agents.auv0.factors.mass`), and the water's
+    velocity (`ocean.current_mps.0` north, `.1` west, `.2` up) in place of the scenario's currents."""
     record: Record = Record()
     """What goes into a recording."""
     bridges: dict[str, Annotated[Any, Component("bridge", shorthand=True)]] = Field(default_factory=dict)
@@ -184,6 +189,16 @@ class Scenario(Strict):
                     "Scenario", [InitErrorDetails(type=what, loc=("agents",), input=name)]
                 )
         self._members = found
+        return self
+
+    @model_validator(mode="after")
+    def _variable(self) -> Self:
+        for key, draw in self.vary.items():
+            try:
+                check_varied([key], self.agents)
+            except PydanticCustomError as error:
+                line = InitErrorDetails(type=error, loc=("vary", key), input=draw)
+                raise ValidationError.from_exception_data("Scenario", [line]) from None
         return self
 
     @model_validator(mode="after")

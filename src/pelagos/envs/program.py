@@ -12,7 +12,6 @@ import numpy as np
 from pelagos import jit
 from pelagos.envs.draws import Draws
 from pelagos.envs.task import Start, Task
-from pelagos.envs.vary import check_names, varied
 from pelagos.envs.view import View
 from pelagos.errors import CommandError, ScenarioError
 from pelagos.jit import Array
@@ -20,6 +19,7 @@ from pelagos.math.frames import flip_quaternion, flip_yz
 from pelagos.ocean.config import OceanConfig, build_ocean
 from pelagos.vehicles.state import VehicleState, channels_of, pack, unpack
 from pelagos.vehicles.tables import Tables
+from pelagos.vehicles.varied import check_names, varied
 from pelagos.vehicles.vehicle import Vehicle
 
 Autoreset = Literal["same_step", "next_step", "disabled"]

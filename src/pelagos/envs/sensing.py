@@ -192,6 +192,20 @@ class SensingEnv(VectorEnv[Any, Any, Any]):
         return self.task.observe(self.sim, readings[self.task.agent])
 
 
+def measured(
+    readings: Mapping[str, Any], sensor: str, n: int, count: int, *, otherwise: float = 0.0
+) -> NDArray[np.float64]:
+    """`(n, count)` the first numbers of a sensor's reading; `otherwise` in copies that it does not reach.
+
+    A sensor that has nothing to say in any copy is absent from the readings.
+    """
+    if sensor not in readings:
+        return np.full((n, count), otherwise)
+    reading = readings[sensor]
+    rows = np.asarray(reading.data, dtype=np.float64).reshape(n, -1)[:, :count]
+    return np.where(np.reshape(reading.valid, (n, -1))[:, :1], rows, otherwise)
+
+
 def _mixed(where: NDArray[np.bool_], new: dict[str, Any], old: dict[str, Any]) -> dict[str, Any]:
     """`new` in some copies, `old` in the others."""
     return {k: np.where(where.reshape((-1,) + (1,) * (old[k].ndim - 1)), new[k], old[k]) for k in old}

@@ -129,9 +129,10 @@ class BatchRun:
             order.command = []
 
     def advance(
-        self, driver: Driver, ocean: Ocean, tick: int, ticks: int, wrench: Wrench | None, *, every: bool
-    ) -> tuple[Array, Trajectory]:
-        """The packed state after a block of ticks, and the motion in it.
+        self, driver: Driver, ocean: Ocean, tick: int, ticks: int, wrench: Wrench | None, *, every: bool,
+        factors: list[Array],
+    ) -> tuple[Array, Trajectory]:  # fmt: skip
+        """The packed state after a block of ticks, and the motion in it; `factors` are those that the driver names.
 
         Where members are in several modes, all rows go through each, and every row keeps what its own mode made.
         """
@@ -141,7 +142,7 @@ class BatchRun:
                 order.command, order.source = columns(order.values)
             step = driver.advance(
                 self.vehicle,
-                order.command,
+                [*order.command, *factors] if factors else order.command,
                 ocean,
                 mode=order.mode,
                 tick=tick,

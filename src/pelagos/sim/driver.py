@@ -15,6 +15,7 @@ from pelagos.ocean.ocean import Ocean
 from pelagos.sim.trajectory import CHANNELS, Trajectory, channels
 from pelagos.vehicles.state import VehicleState, channels_of, pack, unpack
 from pelagos.vehicles.tables import Tables
+from pelagos.vehicles.varied import varied
 from pelagos.vehicles.vehicle import Vehicle
 
 Wrench = tuple[Array, Array]
@@ -35,10 +36,14 @@ class Driver:
     """The step loop of one agent for `n` copies; a block of 20 ticks and 20 blocks of one give the same bytes.
 
     It keeps states packed (`pack`): a frozen call pays for every array that goes in or out.
+
+    Attributes:
+        vehicle: what moves.
+        vary: its parameters on which every lane has factors of its own; see `varied`.
     """
 
-    def __init__(self, vehicle: Vehicle, *, n: int, dt_ns: int) -> None:
-        self.vehicle = vehicle
+    def __init__(self, vehicle: Vehicle, *, n: int, dt_ns: int, vary: tuple[str, ...] = ()) -> None:
+        self.vehicle, self.vary = vehicle, vary
         self._n = n
         self._frozen: dict[tuple[int, str, bool, bool], Block] = {}
         still = (dr.zeros(jit.Array3f64, n), dr.zeros(jit.Array3f64, n))
@@ -80,7 +85,7 @@ class Driver:
 
         Args:
             state: packed.
-            command: set-points of the mode.
+            command: set-points of the mode, and a factor on each parameter that `vary` names.
             ocean: what moves the vehicle.
             mode: of `Vehicle.modes`.
             tick: of the state.
@@ -96,13 +101,20 @@ class Driver:
         rows = ticks if every else 1
         key = (rows, mode, wrench is None, every)  # with the last tick alone, one recording serves all lengths
         if key not in self._frozen:
-            block = _block(self.vehicle, n=self._n, rows=rows, mode=mode, every=every)
+            block = _block(self, n=self._n, rows=rows, mode=mode, every=every)
             self._frozen[key] = jit.freeze(block if wrench is not None else _alone(block))
         if ticks not in self._counts:
             self._counts[ticks] = dr.opaque(jit.UInt32, ticks)  # the same kernel for all lengths
         at, rest = dr.opaque(jit.UInt32, tick), () if wrench is None else (wrench,)
         new, packed = self._frozen[key](state, command, ocean, at, self._counts[ticks], self._constants, *rest)
         return new, Trajectory(packed=packed, n=self._n, ticks=rows, first_tick=tick + ticks + 1 - rows)
+
+    def lanes(self, command: list[Array]) -> tuple[Vehicle, list[Array]]:
+        """The vehicle with the factors of every lane, which follow the set-points; and the set-points."""
+        if not self.vary:
+            return self.vehicle, command
+        count = len(command) - len(self.vary)
+        return varied(self.vehicle, dict(zip(self.vary, command[count:], strict=True))), command[:count]
 
     def _plain(
         self,
@@ -117,22 +129,24 @@ class Driver:
         """The same tick by tick, unrecorded, for a vehicle with a term in NumPy."""
         c, state = self._constants, self.unpack(packed)
         force, rows = c.no_wrench if wrench is None else wrench, []
+        vehicle, command = self.lanes(command)
         for i in range(tick, tick + ticks):
             t = jit.Float64(dr.opaque(jit.UInt32, i)) * c.h
-            state = self.vehicle.step(state, command, ocean, t, force, c.h, mode, c.tables)
+            state = vehicle.step(state, command, ocean, t, force, c.h, mode, c.tables)
             dr.eval(state)
             rows.append(np.stack([np.broadcast_to(np.array(v), self._n) for v in channels(state)], axis=-1))
         motion = jit.Float64(np.concatenate(rows).ravel())
         return self.pack(state), Trajectory(packed=motion, n=self._n, ticks=ticks, first_tick=tick + 1)
 
 
-def _block(vehicle: Vehicle, *, n: int, rows: int, mode: str, every: bool) -> Block:
+def _block(driver: Driver, *, n: int, rows: int, mode: str, every: bool) -> Block:
     def block(
         start: Array, command: list[Array], ocean: Ocean, tick: Array, count: Array, constants: _Constants,
         wrench: Wrench,
     ) -> tuple[Array, Array]:  # fmt: skip
         motion, end = dr.empty(jit.Float64, rows * n * CHANNELS), dr.zeros(jit.Float64, dr.width(start))
         lane = dr.arange(jit.UInt32, n)
+        vehicle, set_points = driver.lanes(command)
 
         def keep(i: Array, state: VehicleState) -> Array:  # in the loop: behind it, every channel would be a kernel
             pack(state, end, lane, n)
@@ -149,7 +163,7 @@ def _block(vehicle: Vehicle, *, n: int, rows: int, mode: str, every: bool) -> Bl
 
         def advance(i: Array, state: VehicleState) -> tuple[Array, VehicleState]:
             t = jit.Float64(tick + i) * constants.h
-            state = vehicle.step(state, command, ocean, t, wrench, constants.h, mode, constants.tables)
+            state = vehicle.step(state, set_points, ocean, t, wrench, constants.h, mode, constants.tables)
             if every:
                 note(state, (i * constants.copies + lane) * CHANNELS)
             dr.if_stmt((i, state), i + 1 == count, keep, lambda i, state: i + 0, mode="symbolic")

@@ -82,10 +82,10 @@ class Lives(Outside):
             if seed is not None or environment is not None or episode or tick:
                 raise CommandError("seed, environment, episode and tick are those of all copies; leave out where")
             mask = chosen(where, self.n)
-            self._stepper.restart(starts(self._begin, state, mask), mask)
+            drawn = self._stepper.variety.starts(self._begin, mask, self._stepper.episodes.number + 1)
+            self._stepper.restart(starts(drawn, state, mask), mask)
             checkpoint.forget(cast("Simulation", self), mask)
             return self._later(self._stepper.read_all)
-        begin = starts(self._begin, state, np.ones(self.n, dtype=bool))
         if isinstance(episode, bool) or not isinstance(episode, int | np.integer) or episode < 0:
             raise CommandError(f"an episode is a whole number from 0 on, not {episode!r}")
         if isinstance(tick, bool) or not isinstance(tick, int | np.integer) or tick < 0:
@@ -93,6 +93,8 @@ class Lives(Outside):
         first = self.model.first_environment
         if (seed is not None and seed != self.seed) or (environment is not None and environment != first):
             self._rename(self.seed if seed is None else seed_of(seed), first if environment is None else environment)
+        whole, number = np.ones(self.n, dtype=bool), np.full(self.n, int(episode))
+        begin = starts(self._stepper.variety.starts(self._begin, whole, number), state, whole)
         self.bodies.clear()
         self.listeners.restart(int(tick))
         self._stepper.start(begin, episode=int(episode), tick=int(tick))
@@ -117,6 +119,12 @@ class Lives(Outside):
     def episode(self) -> NDArray[np.int64]:
         """`(n,)` number of the episode of each copy."""
         return self._stepper.episodes.number.copy()
+
+    @property
+    def drawn(self) -> dict[str, NDArray[np.float64]]:
+        """By key of the scenario's `vary`, `(n,)` what was drawn for the present episode of each copy."""
+        now = self._stepper.variety.drawn(self._stepper.episodes)
+        return {key: values.copy() for key, values in now.items()}
 
     def _rename(self, seed: int, environment: int) -> None:
         """Other random streams: sensors and ocean anew, the rest as it is."""
@@ -164,7 +172,7 @@ class Lives(Outside):
         own = kept.parts["stepper"]["own_current"]
         if own is not None and self.model.ocean.own is None:
             cast("Simulation", self).ocean.set(current=own.T)
-        elif own is None and self.model.ocean.own is not None:
+        elif own is None and self.model.ocean.own is not None and not self._stepper.variety.has_current:
             cast("Simulation", self).ocean.set(current=None)
         checkpoint.put_back(cast("Simulation", self), kept.parts)
         self.listeners.restart(self._stepper.tick)

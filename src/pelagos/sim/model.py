@@ -13,6 +13,7 @@ from pelagos.config import registry
 from pelagos.config.agent import Agent
 from pelagos.config.scenario import Scenario
 from pelagos.config.swarm import member_names
+from pelagos.config.vary import CURRENTS, parse
 from pelagos.errors import LookupFailed, ScenarioError, WorldError
 from pelagos.ocean.config import build_ocean
 from pelagos.ocean.ocean import Ocean
@@ -34,6 +35,8 @@ from pelagos.sim.driver import Driver
 from pelagos.sim.encounters import Encounters
 from pelagos.sim.guidance.guidance import Step
 from pelagos.sim.guidance.plan import Planner
+from pelagos.sim.set_points import vectors
+from pelagos.vehicles.varied import check_names
 from pelagos.vehicles.vehicle import Vehicle
 from pelagos.world.build import build_world
 from pelagos.world.world import World
@@ -144,16 +147,18 @@ def compile_model(
     members = scenario.members
     vehicles = vehicles_of(scenario) if like is None else {name: a.vehicle for name, a in like.agents.items()}
     modes = {name: first_mode(scenario, name, vehicle) for name, vehicle in vehicles.items()}
-    groups = alike(members, modes)
+    groups = alike(members, _apart(scenario, modes))
     world = _world(scenario) if like is None or new_world else like.world
     scene = world.scene(n, first_environment=first_environment) if like is None or new_world else like.scene
     ocean = build_ocean(scenario.ocean, world, seed=seed, duration_s=scenario.duration_s)
+    if any(key in scenario.vary for key in CURRENTS):
+        ocean = ocean.with_(own=vectors(np.zeros((n, 3))))  # the step loop sets what is drawn
     model = Model(scenario, clock, n, seed, first_environment, world, scene, ocean, {}, {})
     batches = {}
     for names in groups:
         first, vehicle = names[0], vehicles[names[0]]
         context = _context_of(model, scenario, names, encounters, seed=seed)
-        driver = Driver(vehicle, n=n * len(names), dt_ns=clock.dt_ns) if like is None else _driver(like, names)
+        driver = _driver(like, names) if like is not None else _first_driver(model, vehicle, names)
         sensors = {s: context.build(s, c) for s, c in members[first].sensors.items()}
         batches[first] = Batch(first, tuple(names), n, vehicle, modes[first], driver, sensors, context.streams)
     place = _places(batches)
@@ -178,6 +183,24 @@ def _context_of(
         ocean=model.ocean if ocean is None else ocean, own_body=np.concatenate(own), agents=tuple(names),
         environments=range(first, first + model.n), encounters=encounters, streams=[],
     )  # fmt: skip
+
+
+def _apart(scenario: Scenario, modes: Mapping[str, str]) -> dict[str, str]:
+    """What agents must share to be moved together: the mode, and that none of them has factors of its own."""
+    own = {k.agent for k in map(parse, scenario.vary) if k.group == "factors"}
+    return {name: f"{mode} of {name}" if name in own else mode for name, mode in modes.items()}
+
+
+def _first_driver(model: Model, vehicle: Vehicle, names: list[str]) -> Driver:
+    """A driver, whose lanes differ where the scenario says so.
+
+    Raises:
+        LookupFailed: a factor on what the vehicle does not have.
+    """
+    keys = [parse(key) for key in model.scenario.vary]
+    factors = tuple(k.number for k in keys if k.agent in names and k.group == "factors")
+    check_names(vehicle, factors, model.scenario.where("vary"))
+    return Driver(vehicle, n=model.n * len(names), dt_ns=model.clock.dt_ns, vary=factors)
 
 
 def _driver(like: Model, names: list[str]) -> Driver:
@@ -217,7 +240,7 @@ def with_changes(
         InputError: a sensor cannot be built so.
     """
     batches = {}
-    for names in alike(scenario.members, {name: agent.mode for name, agent in old.agents.items()}):
+    for names in alike(scenario.members, _apart(scenario, {name: agent.mode for name, agent in old.agents.items()})):
         before = old.agents[names[0]].batch
         context = _context_of(old, scenario, names, encounters, seed=seed, ocean=ocean)
         same, config = ocean is None and before.members == tuple(names), scenario.members[names[0]]

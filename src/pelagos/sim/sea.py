@@ -50,9 +50,9 @@ class Sea:
 
         Args:
             current: velocity of the water NWU [m/s], `(3,)` or `(n, 3)`, everywhere in a copy and until it is set
-                again, in place of the scenario's currents; None: the scenario's again. Vehicles, DVLs, ADCPs and
-                current meters feel it; the scenario's plumes drift with the scenario's currents. The first time, all
-                sensors are built anew; after that it takes no time.
+                again, in place of the scenario's currents; None: the scenario's again, or what its `vary` draws.
+                Vehicles, DVLs, ADCPs and current meters feel it; the scenario's plumes drift with the scenario's
+                currents. The first time, all sensors are built anew; after that it takes no time.
             turbidity: factor on the particles of the water type, the same in all copies; sensors are built anew.
             level_m: mean height of the sea surface over z = 0 [m], about which tides go on; the first time, sensors are
                 built anew.
@@ -88,7 +88,7 @@ class Sea:
             own = None
         elif current is not _SCENARIO:
             own = vectors(rows(current, sim.n, 3, "current"))
-        if (own is None) != (ocean.own is None):
+        if (own is None) != (ocean.own is None) and not sim.stepper.variety.has_current:
             ocean = ocean.with_(own=own)
         if ocean is not sim.model.ocean:
             sim.exchange(with_changes(sim.model, scenario, sim.encounters, seed=sim.seed, ocean=ocean))

@@ -81,7 +81,8 @@ class Simulation(Changes):
         shared = None if like is None else like.stepper
         self._stepper = Stepper(model, self.bodies, encounters, self.listeners, like=shared)
         if like is None:
-            self._stepper.start(self._begin)
+            first = np.zeros(model.n, dtype=np.int64)
+            self._stepper.start(self._stepper.variety.starts(self._begin, first == 0, first))
             warn_of_buried(model, self._begin, self.bodies.hulls, self.bodies.bodies)
         model.world.before_cast(self._show_now)
 

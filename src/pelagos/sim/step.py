@@ -35,6 +35,7 @@ from pelagos.sim.set_points import exact, idle, vectors
 from pelagos.sim.state import AgentState, States, mixed
 from pelagos.sim.timings import Timings
 from pelagos.sim.trajectory import LaneSelector, RowNames, Trajectory, at_lanes, channels, of_rows
+from pelagos.sim.variety import Variety
 from pelagos.vehicles.state import VehicleState
 
 EVENTS: Final = ("modem",)  # sensors that tell what has happened since they were asked last, when they are due alone
@@ -55,6 +56,7 @@ class Stepper:
         missions: guidance of all agents.
         contacts: what hulls touch.
         episodes: of each copy.
+        variety: what differs among them.
         traffic: packets between modems.
 
     Args:
@@ -78,6 +80,7 @@ class Stepper:
         self._names = {name: RowNames(batch) for name, batch in model.batches.items()}
         self.episodes = Episodes(model.n, model.first_environment)
         self._endings = Endings(model, self.episodes)
+        self.variety = Variety(model)
         self.missions = Missions(model)
         self.contacts = Contacts(model, bodies)
         self.traffic = Traffic(encounters.medium, self.episodes)
@@ -309,7 +312,10 @@ class Stepper:
         start, batch = time.perf_counter(), self._model.batches[name]
         every = bool(batch.sensors) or self.logged or batch.rows == 1
         self._in_own_current(batch)
-        made = self.runs[name].advance(batch.driver, self._model.ocean, self.tick, ticks, wrench, every=every)
+        factors = self.variety.factors(batch, self.episodes)
+        made = self.runs[name].advance(
+            batch.driver, self._model.ocean, self.tick, ticks, wrench, every=every, factors=factors
+        )
         self.timings.add(f"{name}.dynamics", start)
         return made
 
@@ -397,11 +403,12 @@ class Stepper:
 
     def _in_own_current(self, batch: Batch | None = None) -> None:
         """Have the ocean's current by copy be this run's, where simulations share the ocean; or by row of a batch."""
-        if self.own_current is None:
+        own = self.variety.current(self.episodes) if self.own_current is None else self.own_current
+        if own is None:
             return
-        self._model.ocean.own = self.own_current
+        self._model.ocean.own = own
         if batch is not None and not self.agent_currents.keys().isdisjoint(batch.members):
-            common = np.array(self.own_current).T
+            common = np.array(own).T
             self._model.ocean.own = vectors(
                 np.concatenate([self.agent_currents.get(name, common) for name in batch.members])
             )

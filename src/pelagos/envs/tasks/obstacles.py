@@ -9,7 +9,7 @@ import gymnasium
 import numpy as np
 from numpy.typing import NDArray
 
-from pelagos.envs.sensing import Judgement, SensingTask
+from pelagos.envs.sensing import Judgement, SensingTask, measured
 from pelagos.math.so3 import from_euler, rotate_np
 from pelagos.sensors.sonar.imaging_sonar import ImagingSonarConfig
 from pelagos.sim.simulation import Simulation
@@ -93,8 +93,7 @@ class ObstacleAvoidance(SensingTask):
 
     def observe(self, sim: Simulation, readings: Mapping[str, Any]) -> dict[str, NDArray[Any]]:
         """See the class."""
-        state, dvl = sim.state[self.agent], readings["dvl"]
-        way = np.where(dvl.valid[:, None], dvl.data[:, :2], 0.0)
+        state, way = sim.state[self.agent], measured(readings, "dvl", sim.n, 2)
         yaw = state.euler[:, 2]
         numbers = [np.sin(yaw), np.cos(yaw), *way.T, state.angular_velocity[:, 2]]
         return {

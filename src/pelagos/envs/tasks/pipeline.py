@@ -11,7 +11,7 @@ import gymnasium
 import numpy as np
 from numpy.typing import NDArray
 
-from pelagos.envs.sensing import Judgement, SensingTask
+from pelagos.envs.sensing import Judgement, SensingTask, measured
 from pelagos.math.so3 import rotate_np
 from pelagos.sim.simulation import Simulation
 
@@ -93,10 +93,8 @@ class PipelineFollowing(SensingTask):
 
     def observe(self, sim: Simulation, readings: Mapping[str, Any]) -> dict[str, NDArray[Any]]:
         """See the class."""
-        dvl, altimeter = readings["dvl"], readings["altimeter"]
-        over_ground = np.where(dvl.valid[:, None], dvl.data[:, :3], 0.0)
-        height = np.where(altimeter.valid, altimeter.data.reshape(len(dvl.data), -1)[:, 0], 0.0)
-        numbers = [height, *over_ground.T, sim.state[self.agent].angular_velocity[:, 2]]
+        over_ground, height = (measured(readings, name, sim.n, k) for name, k in (("dvl", 3), ("altimeter", 1)))
+        numbers = [*height.T, *over_ground.T, sim.state[self.agent].angular_velocity[:, 2]]
         return {"camera": readings["camera"].data, "state": np.stack(numbers, axis=1, dtype=np.float32)}
 
     def judge(self, sim: Simulation, actions: NDArray[np.float64], began: NDArray[np.bool_]) -> Judgement:

@@ -10,7 +10,7 @@ import gymnasium
 import numpy as np
 from numpy.typing import NDArray
 
-from pelagos.envs.sensing import Judgement, SensingTask
+from pelagos.envs.sensing import Judgement, SensingTask, measured
 from pelagos.math.so3 import from_euler
 from pelagos.sim.simulation import Simulation
 
@@ -79,13 +79,9 @@ class TerrainFollowing(SensingTask):
 
     def observe(self, sim: Simulation, readings: Mapping[str, Any]) -> dict[str, NDArray[Any]]:
         """See the class."""
-        state, dvl = sim.state[self.agent], readings["dvl"]
-        n = len(dvl.data)
-        ranges = [
-            np.where(np.reshape(r.valid, n), r.data.reshape(n, -1)[:, 0], _RANGE_M)
-            for r in (readings["down"], readings["ahead"])
-        ]
-        way = np.where(dvl.valid[:, None], dvl.data[:, :3], 0.0)
+        state = sim.state[self.agent]
+        ranges = [measured(readings, name, sim.n, 1, otherwise=_RANGE_M)[:, 0] for name in ("down", "ahead")]
+        way = measured(readings, "dvl", sim.n, 3)
         _, pitch, yaw = state.euler.T
         numbers = [*ranges, yaw, pitch, *state.angular_velocity[:, 1:].T, way[:, 0], way[:, 2]]
         return {"state": np.stack(numbers, axis=1, dtype=np.float32)}

@@ -10,7 +10,7 @@ import gymnasium
 import numpy as np
 from numpy.typing import NDArray
 
-from pelagos.envs.sensing import Judgement, SensingTask
+from pelagos.envs.sensing import Judgement, SensingTask, measured
 from pelagos.math.so3 import rotate_np
 from pelagos.sensors.sonar.imaging_sonar import ImagingSonarConfig
 from pelagos.sim.simulation import Simulation
@@ -84,8 +84,8 @@ class WallInspection(SensingTask):
 
     def observe(self, sim: Simulation, readings: Mapping[str, Any]) -> dict[str, NDArray[Any]]:
         """The picture as the sonar gives it; depth, velocities by DVL, rate of turn, heading against north."""
-        state, dvl = sim.state[self.agent], readings["dvl"]
-        seen = np.where(dvl.valid[:, None], dvl.data[:, :3], 0.0)
+        state = sim.state[self.agent]
+        seen = measured(readings, "dvl", sim.n, 3)
         yaw = state.euler[:, 2]
         numbers = [state.depth / 10.0, *seen.T, state.angular_velocity[:, 2], np.sin(yaw)]
         return {

@@ -1,0 +1,73 @@
+"""Numbers of a scenario that are drawn anew for every copy of a fleet and every episode."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final
+
+from pydantic_core import PydanticCustomError
+
+from pelagos.errors import did_you_mean
+
+if TYPE_CHECKING:
+    from pelagos.config.agent import Agent
+
+ANGLES: Final = ("roll_deg", "pitch_deg", "heading_deg")
+AXES: Final = 3
+STARTS: Final = (*(f"position_m.{i}" for i in range(AXES)), *ANGLES, "speed_mps")
+CURRENTS: Final = tuple(f"ocean.current_mps.{i}" for i in range(AXES))
+_FORMS: Final = "'agents.NAME.start.heading_deg', 'agents.NAME.factors.mass' or 'ocean.current_mps.0'"
+
+
+@dataclass(frozen=True)
+class Varied:
+    """What a key of `vary` names: agent, `start` or `factors`, and the number in it; of the ocean, no agent."""
+
+    agent: str
+    group: str
+    number: str
+
+
+def parse(key: str) -> Varied:
+    """A key of `vary`.
+
+    Raises:
+        PydanticCustomError: no such key.
+    """
+    if key in CURRENTS:
+        return Varied("", "current", key.rpartition(".")[2])
+    first, _, rest = key.partition(".")
+    agent, _, rest = rest.partition(".")
+    group, _, number = rest.partition(".")
+    if first != "agents" or not agent or group not in ("start", "factors") or not number:
+        text = (
+            "'{key}' cannot differ from copy to copy; {forms} can. Whole runs differ by `pelagos sweep` and `dataset`"
+        )
+        raise PydanticCustomError("vary", text, {"key": key, "forms": _FORMS})
+    if group == "start" and number not in STARTS:
+        raise _unknown(key, f"agents.{agent}.start.", STARTS)
+    return Varied(agent, group, number)
+
+
+def check(keys: Collection[str], agents: Mapping[str, Agent]) -> None:
+    """Whether the agents of a scenario have what is to vary.
+
+    Raises:
+        PydanticCustomError: they have not.
+    """
+    for key in keys:
+        varied = parse(key)
+        if not varied.agent:
+            continue
+        if varied.agent not in agents:
+            text = "there is no 'agents.{agent}'; known: {known}"
+            raise PydanticCustomError("vary", text, {"agent": varied.agent, "known": ", ".join(agents)})
+        if agents[varied.agent].count is not None:
+            text = "{agent} is a group of agents, whose members differ by 'distributions'"
+            raise PydanticCustomError("vary", text, {"agent": varied.agent})
+
+
+def _unknown(key: str, before: str, known: Collection[str]) -> PydanticCustomError:
+    meant = did_you_mean(key, [before + name for name in known])
+    return PydanticCustomError("vary", "there is no '{key}'{meant}", {"key": key, "meant": meant})

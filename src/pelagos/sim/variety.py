@@ -1,0 +1,134 @@
+"""What differs from copy to copy and episode to episode: the draws of a scenario's `vary`."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import replace
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pelagos.config.vary import ANGLES, CURRENTS, Varied, parse
+from pelagos.errors import ScenarioError
+from pelagos.jit import Array
+from pelagos.math.frames import flip_quaternion_np
+from pelagos.math.so3 import from_euler
+from pelagos.sim.episodes import Episodes
+from pelagos.sim.initial import StartState
+from pelagos.sim.set_points import exact, vectors
+
+if TYPE_CHECKING:
+    from pelagos.sim.batch import Batch
+    from pelagos.sim.model import Model
+
+
+class Variety:
+    """The draws of a model's fleet, each named by (seed, environment, episode, key): no copy changes another's.
+
+    They follow from these names alone, so that neither a checkpoint nor a fork has to hold them.
+    """
+
+    def __init__(self, model: Model) -> None:
+        self._model = model
+        self._keys: dict[str, Varied] = {key: parse(key) for key in model.scenario.vary}
+        self._known: tuple[bytes, dict[str, NDArray[np.float64]]] = (b"", {})
+        self._device: dict[str, list[Array]] = {}
+
+    @cached_property
+    def has_current(self) -> bool:
+        """The current is drawn."""
+        return any(key in self._keys for key in CURRENTS)
+
+    def drawn(self, episodes: Episodes) -> dict[str, NDArray[np.float64]]:
+        """By key `(n,)` the values of the present episodes, in the scenario's units."""
+        if not self._keys:
+            return {}
+        now = episodes.environment.tobytes() + episodes.number.tobytes()
+        if self._known[0] != now:
+            where = np.ones(self._model.n, dtype=bool)
+            self._known, self._device = (now, self._values(episodes.number, where)), {}
+        return self._known[1]
+
+    def factors(self, batch: Batch, episodes: Episodes) -> list[Array]:
+        """On the parameters that `batch.driver.vary` names, of all rows."""
+        if not batch.driver.vary:
+            return []
+        values = self.drawn(episodes)
+        if batch.name not in self._device:
+            made = [exact(values[f"agents.{batch.name}.factors.{name}"]) for name in batch.driver.vary]
+            self._device[batch.name] = made
+        return self._device[batch.name]
+
+    def current(self, episodes: Episodes) -> Array | None:
+        """Of the water in each copy, NWU [m/s]; None where it is not drawn."""
+        if not self.has_current:
+            return None
+        values, still = self.drawn(episodes), np.zeros(self._model.n)
+        if "" not in self._device:
+            self._device[""] = [vectors(np.stack([values.get(key, still) for key in CURRENTS], axis=1))]
+        return self._device[""][0]
+
+    def starts(
+        self, begin: Mapping[str, StartState], where: NDArray[np.bool_], number: NDArray[np.int64]
+    ) -> dict[str, StartState]:
+        """The scenario's starts, drawn for the episodes `number` `(n,)` of the copies `where` `(n,)`.
+
+        Raises:
+            ScenarioError: a place that was drawn is not free.
+        """
+        found = dict(begin)
+        agents = {v.agent for v in self._keys.values() if v.group == "start"}
+        if not agents:
+            return found
+        values = self._values(number, where)
+        for name in agents:
+            mine = {v.number: values[key] for key, v in self._keys.items() if (v.agent, v.group) == (name, "start")}
+            found[name] = self._start(name, begin[name], mine, where)
+        return found
+
+    def _values(self, number: NDArray[np.int64], where: NDArray[np.bool_]) -> dict[str, NDArray[np.float64]]:
+        model, found = self._model, {}
+        for key, draw in model.scenario.vary.items():
+            values = np.zeros(model.n)
+            for i in np.flatnonzero(where).tolist():
+                name = f"{model.first_environment + i}/{int(number[i])}/{key}"
+                values[i] = draw.draw(model.seed, name)
+            found[key] = values
+        return found
+
+    def _start(
+        self, name: str, begin: StartState, mine: Mapping[str, NDArray[np.float64]], where: NDArray[np.bool_]
+    ) -> StartState:
+        config = self._model.agents[name].config.start
+        position, velocity = begin.position.copy(), begin.velocity.copy()
+        for key, values in mine.items():
+            first, _, axis = key.partition(".")
+            if first == "position_m":
+                position[where, int(axis)] = values[where]
+        if "speed_mps" in mine:
+            velocity[where, 0] += mine["speed_mps"][where] - config.speed_mps
+        attitude = begin.attitude.copy()
+        if any(angle in mine for angle in ANGLES):
+            for i in np.flatnonzero(where):
+                angles = (mine[a][i] if a in mine else getattr(config, a) for a in ANGLES)
+                q = from_euler(*(math.radians(a) for a in angles))
+                attitude[i] = flip_quaternion_np(np.array([float(c) for c in q]))
+        self._require_free(name, position, where)
+        return replace(begin, position=position, velocity=velocity, attitude=attitude)
+
+    def _require_free(self, name: str, position: NDArray[np.float64], where: NDArray[np.bool_]) -> None:
+        model = self._model
+        if model.agents[name].config.start.anywhere:
+            return
+        close = where & model.world.near(position, model.agents[name].vehicle.bounding_radius_m)
+        for i in np.flatnonzero(close):
+            why = model.world.inside(position[i][None])
+            if why is not None:
+                raise ScenarioError(
+                    f"what was drawn for {name} in environment {model.first_environment + int(i)}: it cannot start "
+                    f"there: {why}",
+                    where=model.scenario.where("vary"),
+                )

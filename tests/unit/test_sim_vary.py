@@ -1,0 +1,117 @@
+"""Numbers that are drawn for every copy and episode: named by (seed, environment, episode), and felt."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+import pelagos as pl
+from pelagos.errors import InputError
+
+COMMAND = np.array([0.5, 0.4, 0.3, -0.2, 0.1, 0.2, -0.3, 0.4])
+MASS, HEADING, NORTH = "agents.rov.factors.mass", "agents.rov.start.heading_deg", "ocean.current_mps.0"
+VARY: dict[str, Any] = {
+    HEADING: {"uniform": [-90, 90]},
+    "agents.rov.start.position_m.1": {"normal": [3, 1]},
+    "agents.rov.start.speed_mps": {"uniform": [0.1, 0.5]},
+    MASS: {"uniform": [0.9, 1.1]},
+    "agents.rov.factors.thrust": {"choice": [0.8, 1.2]},
+    "agents.rov.factors.quadratic_damping": {"uniform": [0.5, 1.5]},
+    NORTH: {"uniform": [-0.3, 0.3]},
+}
+
+
+def scenario(vary: dict[str, Any]) -> dict[str, Any]:
+    rov = {"vehicle": "bluerov2_heavy", "control": "actuators", "start": {"position_m": [0, 0, -10], "pitch_deg": 5}}
+    other = rov | {"start": {"position_m": [10, 8, -10]}}
+    dvl = {"dvl": {"type": "dvl", "rate_hz": 5}}
+    return {
+        "world": {"type": "flat", "depth_m": 25}, "tick_rate_hz": 50,
+        "agents": {"rov": rov | {"sensors": dvl}, "other": other}, "vary": vary,
+    }  # fmt: skip
+
+
+def load(n: int, vary: dict[str, Any] = VARY, **options: Any) -> pl.Simulation:
+    return pl.Simulation.load(scenario(vary), n=n, seed=3, **options)
+
+
+def moved(sim: pl.Simulation, steps: int = 4) -> list[np.ndarray]:
+    for _ in range(steps):
+        obs = sim.step({"rov": COMMAND, "other": COMMAND}, ticks=10)
+    return [sim.state["rov"].position, sim.state["other"].position, obs["rov"]["dvl"].data]
+
+
+def same(mine: list[np.ndarray], theirs: list[np.ndarray], rows: Any = slice(None)) -> None:
+    for a, b in zip(mine, theirs, strict=True):
+        np.testing.assert_array_equal(a[rows], b)
+
+
+def test_a_copy_is_a_fleet_of_one_and_what_was_drawn_is_told() -> None:
+    sim = load(3)
+    drawn = sim.drawn
+    assert sim.scenario.vary.keys() == drawn.keys()
+    assert all(len(set(drawn[key])) == 3 for key in (HEADING, MASS, NORTH))
+    np.testing.assert_allclose(np.degrees(-sim.state["rov"].euler[:, 2]), drawn[HEADING], atol=1e-9)
+    np.testing.assert_allclose(np.degrees(-sim.state["rov"].euler[:, 1]), 5.0, atol=1e-9)
+    np.testing.assert_array_equal(sim.state["rov"].position[:, 1], drawn["agents.rov.start.position_m.1"])
+    np.testing.assert_allclose(sim.state["rov"].velocity[:, 0], drawn["agents.rov.start.speed_mps"], rtol=1e-12)
+    whole = moved(sim)
+    alone = load(1, environment=2)
+    assert alone.drawn[MASS] == drawn[MASS][2]
+    same(whole, moved(alone), [2])
+    sim.reset()
+    same(moved(sim), whole)
+
+
+def test_partial_resets_forks_and_checkpoints() -> None:
+    sim = load(3)
+    moved(sim)
+    kept, fork, before, first = sim.checkpoint(), sim.fork(), sim.state["rov"].position, sim.drawn
+    sim.reset(where=[1])
+    np.testing.assert_array_equal(sim.state["rov"].position[[0, 2]], before[[0, 2]])
+    for key, values in sim.drawn.items():
+        np.testing.assert_array_equal(values[[0, 2]], first[key][[0, 2]])
+    second = sim.drawn[MASS][1]
+    assert second != first[MASS][1]
+    ahead, other = moved(sim), moved(fork)
+    same(ahead[:2], [v[[0, 2]] for v in other[:2]], [0, 2])
+    sim.restore(kept)
+    same(moved(sim), other)
+    again = load(1, environment=1)
+    again.reset(episode=1)
+    assert again.drawn[MASS] == second
+
+
+def test_factors_and_currents_act_as_they_do_alone() -> None:
+    """A factor of 1 and no current change no byte; a current by `vary` is the one that `ocean.set` gives."""
+    plain = moved(load(2, {}))
+    same(moved(load(2, {"agents.rov.factors.thrust": {"choice": [1.0]}})), plain)
+    strong = moved(load(2, {"agents.rov.factors.thrust": {"choice": [1.3]}}))
+    assert (np.abs(strong[0] - plain[0]).max(axis=1) > 0.005).all()
+    np.testing.assert_array_equal(strong[1], plain[1])  # the other has none
+    drifting = load(2, {"ocean.current_mps.1": {"choice": [-0.2]}})
+    told = load(2, {})
+    told.ocean.set(current=(0.0, -0.2, 0.0))
+    ahead = moved(drifting)
+    same(ahead, moved(told))
+    assert (ahead[0] != plain[0]).any()
+    for sim in (drifting, told):
+        sim.ocean.set(current=(0.1, 0.0, 0.0))
+    same(moved(drifting), moved(told))
+
+
+@pytest.mark.parametrize(
+    ("vary", "message"),
+    [
+        ({"agents.rov.start.heding_deg": {"uniform": [0, 1]}}, "did you mean 'agents.rov.start.heading_deg'"),
+        ({"agents.rof.start.heading_deg": {"uniform": [0, 1]}}, "no 'agents.rof'; known: rov, other"),
+        ({"agents.rov.factors.mas": {"uniform": [0, 1]}}, "did you mean 'mass'"),
+        ({"ocean.turbidity": {"uniform": [0, 1]}}, "'ocean.turbidity' cannot differ from copy to copy"),
+        ({"agents.rov.start.position_m.2": {"uniform": [-25.9, -25.5]}}, "environment 0: it cannot start there"),
+    ],
+)
+def test_what_cannot_vary_is_told(vary: dict[str, Any], message: str) -> None:
+    with pytest.raises(InputError, match=message):
+        load(1, vary)
