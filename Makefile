@@ -2,7 +2,7 @@
 
 .DEFAULT_GOAL := help
 SHELL := /bin/sh
-.PHONY: help demo venv llvm test test-all check fuzz soak mutants mutants-changed bench docs site checks clean
+.PHONY: help demo venv llvm test test-all check fuzz soak mutants mutants-changed bench docs site checks proof clean
 
 BIN := .venv/bin
 SCENARIO := examples/harbour_survey.yaml
@@ -69,6 +69,9 @@ site: venv llvm ## Build the documentation's site into build/site
 
 checks: venv llvm ## Renew docs/checks.json: every numeric comparison of the tests, with its deviation
 	PYTHONPATH=scripts/site $(BIN)/python -m pytest -p proof_plugin tests/verification tests/cross_code
+
+proof: venv llvm ## Compare with recordings of real vehicles and seas in the folder DATA: docs/proof.md
+	$(BIN)/python scripts/proof $(if $(DATA),--data $(DATA))
 
 clean: ## Remove what was built (results stay)
 	rm -rf .venv .mypy_cache .ruff_cache .pytest_cache .import_linter_cache build dist

@@ -18,7 +18,7 @@ sys.path.insert(0, str(Path(__file__).parent))
 from page import Chapter, written
 
 ROOT = Path(__file__).parents[2]
-CHAPTERS = ("cybership", "kvlcc2", "roll", "gliders", "thrusters", "pool", "devices", "sea", "water")
+CHAPTERS = ("cybership", "gliders", "sea", "water")
 
 
 def main() -> int:

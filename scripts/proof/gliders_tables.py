@@ -44,15 +44,23 @@ def _slocum(folder: Path) -> None:
         time = flight["t_s"]
         engine = flight["m_ballast_pumped"]
         values = {
-            "dive": np.full(len(time), float(dive)), "time_s": time, "depth_m": np.interp(time, grid, depth),
-            "rise_m_s": np.interp(time, grid, up), "pitch_rad": flight["m_pitch"],
-            "density": np.interp(time, ctd["t_s"][order], density[order]), "engine_m3": engine * 1e-6,
+            "dive": np.full(len(time), float(dive)),
+            "time_s": time,
+            "depth_m": np.interp(time, grid, depth),
+            "rise_m_s": np.interp(time, grid, up),
+            "pitch_rad": flight["m_pitch"],
+            "density": np.interp(time, ctd["t_s"][order], density[order]),
+            "engine_m3": engine * 1e-6,
             "battery_in": flight["m_battpos"],
-        }  # fmt: skip
+        }
         calm = _calm(time, engine) & (values["depth_m"] > SHALLOW) & (time > grid[0]) & (time < grid[-1])
         parts.append({k: v[calm] for k, v in values.items()})
-    keep("slocum.csv", "Slocum comet, Baltic Sea, 2016-06-23: smerckel/gliderflight, MIT. Calm parts of three files.",
-         {k: np.concatenate([p[k] for p in parts])[::2] for k in parts[0]}, 6)  # fmt: skip
+    keep(
+        "slocum.csv",
+        "Slocum comet, Baltic Sea, 2016-06-23: smerckel/gliderflight, MIT. Calm parts of three files.",
+        {k: np.concatenate([p[k] for p in parts])[::2] for k in parts[0]},
+        6,
+    )
 
 
 def _calm(time: np.ndarray, engine: np.ndarray) -> np.ndarray:
@@ -73,7 +81,9 @@ def _seaglider(folder: Path) -> None:
         start = float(d["time"][0]) if "time" in d.variables else 0.0
         time = np.array(d["time"][:]) - start
         depth, engine = np.array(d["depth"][:]), np.array(d["eng_vbdCC"][:])
-        clock, sa, ct, dbar = (np.array(d[n][:]) for n in ("ctd_time", "absolute_salinity", "conservative_temperature", "ctd_pressure"))
+        clock, sa, ct, dbar = (
+            np.array(d[n][:]) for n in ("ctd_time", "absolute_salinity", "conservative_temperature", "ctd_pressure")
+        )
         clock = clock - start
         good = np.isfinite(sa) & np.isfinite(ct)
         there = {n: np.interp(time, clock[good], v[good]) for n, v in (("sa", sa), ("ct", ct), ("p", dbar))}
@@ -81,11 +91,22 @@ def _seaglider(folder: Path) -> None:
         up = -savgol_filter(even, 11, 2, deriv=1, delta=5.0)
         angle, own = (np.interp(time, clock, np.array(d[n][:], float)) for n in ("glide_angle", "vert_speed"))
         values = {
-            "dive": np.full(len(time), float(dive)), "time_s": time, "depth_m": depth, "rise_m_s": np.interp(time, grid, up),
-            "pitch_rad": np.radians(d["eng_pitchAng"][:]), "density": gsw.rho(there["sa"], there["ct"], 0.0),
-            "engine_m3": engine * 1e-6, "temperature_c": there["ct"], "glide_rad": np.radians(angle), "operators_m_s": own / 100,
-        }  # fmt: skip
+            "dive": np.full(len(time), float(dive)),
+            "time_s": time,
+            "depth_m": depth,
+            "rise_m_s": np.interp(time, grid, up),
+            "pitch_rad": np.radians(d["eng_pitchAng"][:]),
+            "density": gsw.rho(there["sa"], there["ct"], 0.0),
+            "engine_m3": engine * 1e-6,
+            "temperature_c": there["ct"],
+            "glide_rad": np.radians(angle),
+            "operators_m_s": own / 100,
+        }
         calm = _calm(time, engine) & (depth > SHALLOW)
         parts.append({k: v[calm] for k, v in values.items()})
-    keep("seaglider.csv", "Seaglider SG249, Washington shelf, April 2024: iop-apl-uw/basestation3, BSD 3-clause. Calm parts of dives 10 and 12.",
-         {k: np.concatenate([p[k] for p in parts])[::3] for k in parts[0]}, 6)  # fmt: skip
+    keep(
+        "seaglider.csv",
+        "Seaglider SG249, Washington shelf, 2024: iop-apl-uw/basestation3, BSD 3-clause. Calm parts, dives 10 and 12.",
+        {k: np.concatenate([p[k] for p in parts])[::3] for k in parts[0]},
+        6,
+    )

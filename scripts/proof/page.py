@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
@@ -14,10 +14,10 @@ HEAD: Final = """\
 # Predicted, and measured
 
 Vehicles, devices and seas of Pelagos beside recordings of real ones. `make proof DATA=FOLDER` writes this page from the
-recordings; nothing in the tables is typed by hand. Small tables are kept in `scripts/proof/tables`; the rest is read from
-the folder named, and a chapter without its recordings says so. No number of a model was tuned on a record that it is tested on:
-each chapter says what was calibrated, and on which part. *Bar* is what we ask of ourselves. Where it is missed, the
-chapter says by how much and the most likely cause.
+recordings; nothing in the tables is typed by hand. Small tables are kept in `scripts/proof/tables`; the rest is read
+from the folder named, and a chapter without its recordings says so. No number of a model was tuned on a record that it
+is tested on: each chapter says what was calibrated, and on which part. *Bar* is what we ask of ourselves. Where it is
+missed, the chapter says by how much and the most likely cause.
 
 {kept} of {judged} comparisons keep their bar.
 """
@@ -61,10 +61,11 @@ class Chapter:
     missed: str = ""
     picture: bytes | None = None
     name: str = ""
-    extra: dict[str, object] = field(default_factory=dict)
 
 
-def relative(quantity: str, unit: str, measured: float, simulated: float, percent: float | None, others: str = "") -> Row:
+def relative(
+    quantity: str, unit: str, measured: float, simulated: float, percent: float | None, others: str = ""
+) -> Row:
     """A row whose deviation is in per cent of the measured value."""
     off = 100 * (simulated - measured) / measured
     return Row(quantity, _text(measured, unit), _text(simulated, unit), off, "%", percent, others=others)
@@ -111,12 +112,16 @@ def written(chapters: Sequence[Chapter], absent: Sequence[str], pictures: Path) 
     parts = [HEAD.format(kept=sum(bool(r.kept) for r in judged), judged=len(judged))]
     for c in chapters:
         parts += [f"## {c.title}\n", c.about.strip() + "\n"]
-        parts.append("| quantity | measured | simulated | deviation | bar | | published by others |\n|---|---|---|---|---|---|---|")
+        parts.append(
+            "| quantity | measured | simulated | deviation | bar | | published by others |\n" + 7 * "|---" + "|"
+        )
         for r in c.rows:
             bar = "" if r.bar is None else f"{'>=' if r.at_least else '<='} {r.bar:g} {r.unit}".strip()
             verdict = {True: "kept", False: "**missed**", None: ""}[r.kept]
             off = f"{r.deviation:.3g} {r.unit}" if r.at_least or not r.measured else f"{r.deviation:+.2g} {r.unit}"
-            parts.append(f"| {r.quantity} | {r.measured} | {r.simulated} | {off.strip()} | {bar} | {verdict} | {r.others} |")
+            parts.append(
+                f"| {r.quantity} | {r.measured} | {r.simulated} | {off.strip()} | {bar} | {verdict} | {r.others} |"
+            )
         parts.append("")
         if c.missed:
             parts.append(c.missed.strip() + "\n")

@@ -11,7 +11,7 @@ HOME: Final = """\
 Pelagos simulates underwater and surface vehicles with their sonars, cameras and navigation sensors on a laptop's CPU.
 Everything is one vectorised program: **vehicles are batches of states, and everything that looks at the world, or
 touches it, is a ray.** Every physical function cites its source and is tested against numbers that somebody else
-published: the list is [Proof](proof.md).
+published: the list is [Checks](checks.md); beside recordings of real vehicles and seas it stands in [Proof](proof.md).
 
 ![A survey of a harbour: camera, imaging sonar and multibeam map](images/harbour.png)
 
@@ -46,7 +46,7 @@ Frames, signs and shapes, beside those of Fossen, HoloOcean, ROS and Gazebo.
 :::{{grid-item-card}} Proof
 :link: proof
 :link-type: doc
-Every numeric check: source, tolerance, measured deviation.
+Simulated beside recorded vehicles, devices and seas; and [every numeric check](checks.md).
 :::
 ::::
 
@@ -76,7 +76,7 @@ PARTS: Final = {
     "Scenario": ("Every key of a scenario file.", ["scenario/index"]),
     "Know": (
         "Conventions, equations, evidence, speed.",
-        ["conventions", "theory/index", "proof", "benchmarks", "benchmarks_results"],
+        ["conventions", "theory/index", "proof", "checks", "benchmarks", "benchmarks_results"],
     ),
     "Build on it": (
         "Sensors of your own, the Python interface, the house.",

@@ -1,4 +1,4 @@
-"""The page of proof: every numeric comparison of the tests, with its source, tolerance and measured deviation."""
+"""The page of checks: every numeric comparison of the tests, with its source, tolerance and measured deviation."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ FOLDERS: Final = {
     "cross_code": "Other codes' numbers",
 }
 HEAD: Final = """\
-# Proof
+# Checks
 
 Every numeric comparison of Pelagos with something that nobody here wrote: closed forms, published tables, other
 programs' results. `make checks` runs the tests and writes this list; nothing on it is typed by hand. Deviation is the
@@ -24,7 +24,7 @@ largest that any comparison of the test found, in parts of what was allowed ther
 
 
 def write(source: Path) -> None:
-    """Write `proof.md` from the table that the tests made."""
+    """Write `checks.md` from the table that the tests made."""
     rows = json.loads(TABLE.read_text(encoding="utf-8"))["checks"] if TABLE.exists() else []
     worst = sorted(r["worst"] for r in rows) or [0.0]
     lines = [
@@ -53,7 +53,7 @@ def write(source: Path) -> None:
                 for r in members
             ]
             lines.append("")
-    (source / "proof.md").write_text("\n".join(lines), encoding="utf-8")
+    (source / "checks.md").write_text("\n".join(lines), encoding="utf-8")
 
 
 def _topic(file: str) -> str:

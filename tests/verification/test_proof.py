@@ -1,0 +1,108 @@
+"""Recorded vehicles, devices and seas beside simulated ones: figures of `docs/proof.md` that follow from small tables.
+
+Each bar is the page's own; where the page says that it is missed, the figure that stands there is held, with a tenth of
+it in hand, so that a change which moves it is noticed.
+"""
+
+from __future__ import annotations
+
+import importlib
+import re
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+ROOT = Path(__file__).parents[2]
+SCRIPT = ROOT / "scripts/proof"
+
+
+@pytest.fixture(scope="module")
+def chapter():
+    """Chapters by name, made once from the small tables."""
+    made = {}
+    sys.path.insert(0, str(SCRIPT))
+
+    def make(name):
+        if name not in made:
+            made[name] = importlib.import_module(name).chapter(None)
+        return made[name]
+
+    yield make
+    sys.path.remove(str(SCRIPT))
+
+
+def row(chapter, words):
+    found = [r for r in chapter.rows if words in r.quantity]
+    assert len(found) == 1, (words, [r.quantity for r in chapter.rows])
+    return found[0]
+
+
+def test_slocum_rises_and_sinks_as_fast_as_recorded(chapter):
+    gliders = chapter("gliders")
+    for words in ("Slocum, vertical speed by measured pitch", "by commands alone", "Slocum, pitch"):
+        assert row(gliders, words).kept, words
+
+
+def test_seaglider_dives_as_well_as_its_operators_model(chapter):
+    gliders = chapter("gliders")
+    speed = row(gliders, "Seaglider, vertical speed")
+    own = float(re.match(r"([\d.]+) cm/s", speed.others).group(1))
+    assert speed.deviation < 1.15 * own
+    assert row(gliders, "glide angle").kept
+
+
+def test_a_buoy_in_the_simulated_sea_records_what_the_real_one_did(chapter):
+    sea = chapter("sea")
+    assert [r.kept for r in sea.rows if r.bar is not None] == [True] * 4
+
+
+def test_tide_and_cast(chapter):
+    water = chapter("water")
+    assert all(r.kept for r in water.rows if r.bar is not None)
+    assert row(water, "mean level").deviation == pytest.approx(-6.8, abs=0.2)  # weather and season, which no tide has
+
+
+def test_towed_and_held_model_ship(chapter):
+    cybership = chapter("cybership")
+    assert row(cybership, "towed ahead").kept
+    assert row(cybership, "bollard pull").kept
+    assert row(cybership, "towed sideways").deviation < 8.5
+
+
+def test_unseen_run_of_the_model_ship(chapter):
+    figures = {
+        c: row(chapter("cybership"), f"{c} velocity, open loop 15 s, kept").deviation for c in ("surge", "sway", "yaw")
+    }
+    assert figures == pytest.approx({"surge": 0.944, "sway": 0.463, "yaw": 0.706}, abs=0.03)
+
+
+def test_the_page_says_what_the_tables_say(chapter):
+    page = (ROOT / "docs/proof.md").read_text(encoding="utf-8")
+    for name in ("gliders", "sea", "water"):
+        made = chapter(name)
+        assert f"## {made.title}" in page
+        for r in made.rows:
+            line = next(x for x in page.splitlines() if x.startswith(f"| {r.quantity} |"))
+            shown = float(re.match(r"[+-]?[\d.]+(e[+-]?\d+)?", line.split("|")[4].strip()).group(0))
+            assert shown == pytest.approx(r.deviation, rel=0.06, abs=0.01), r.quantity
+
+
+def test_a_score_a_deviation_and_an_unjudged_row():
+    sys.path.insert(0, str(SCRIPT))
+    page = importlib.import_module("page")
+    sys.path.remove(str(SCRIPT))
+    assert page.at_least("R2", 0.86, 0.85).kept is True
+    assert page.at_least("R2", 0.84, 0.85).kept is False
+    assert page.relative("x", "m", -2.0, -2.2, 9.0).deviation == pytest.approx(10.0)
+    assert page.relative("x", "m", -2.0, -2.2, 9.0).kept is False
+    assert page.absolute("x", "m", 2.0, 1.4, 0.7).kept is True
+    assert page.absolute("x", "m", 2.0, 1.4, 0.5).kept is False
+    text = page.written(
+        [page.Chapter("T", "about", "from", [page.at_most("y", 3.0, "m", 2.0)], "why")], ["z: absent"], Path()
+    )
+    assert "| y |  |  | 3 m | <= 2 m | **missed** |" in text
+    assert "0 of 1 comparisons" in text
+    assert "* z: absent" in text
+    assert np.isnan(page.Row("n", "", "", float("nan"), "", None).deviation)
