@@ -75,8 +75,12 @@ def session(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Session]:
 class Watched:
     """A page, and what went wrong on it."""
 
-    def __init__(self, browser: Any, url: str, **options: Any) -> None:
-        self.context = browser.new_context(viewport={"width": 1280, "height": 720}, **options)
+    def __init__(
+        self, browser: Any, url: str, *, size: tuple[int, int] = (1280, 720), script: str = "", **options: Any
+    ) -> None:
+        self.context = browser.new_context(viewport={"width": size[0], "height": size[1]}, **options)
+        if script:
+            self.context.add_init_script(script)
         self.page = self.context.new_page()
         self.page.set_default_timeout(1000 * PATIENCE_S)
         self.troubles: list[str] = []
@@ -147,6 +151,61 @@ def test_mission_is_seen_held_and_driven(browser: Any, session: Session) -> None
     assert watched.troubles == []
     moved = sim.time_ns
     until(lambda: sim.time_ns > moved)  # a browser that goes changes nothing
+
+
+PAD = """window.pad = { connected: true, axes: [0, 0, 0, 0] }; navigator.getGamepads = () => [window.pad];"""
+
+
+def test_tablet_props_by_mouse_section_and_gamepad(browser: Any, session: Session) -> None:
+    """Way-points and props in the scene by the pointer, a gamepad's stick, and everything within a tablet's screen."""
+    watched = Watched(browser, session.url, size=(1024, 768), script=PAD, has_touch=True)
+    page, sim = watched.page, session.pilot.sim
+    until(lambda: watched.pictures() >= 2)
+    outside = """() => [...document.querySelectorAll("header *, .looks *, .sticks *, #map-tools *")].filter((e) => {
+        const { left, right, bottom, width } = e.getBoundingClientRect();
+        return width && (left < -1 || right > innerWidth + 1 || bottom > innerHeight + 1); }).map((e) => e.id)"""
+    assert page.evaluate(outside) == []
+    assert page.evaluate("document.getElementById('pause').getBoundingClientRect().height") >= 38  # for fingers
+    page.evaluate("window.pad.axes = [0.8, 0, 0, 0]")  # the left stick to the right
+    heading = sim.held_command("auv0")[0][1]
+    until(lambda: sim.held_command("auv0")[0][1] > heading + 0.1)
+    page.evaluate("window.pad.axes = [0, 0, 0, 0]")
+    page.evaluate("pelagos.stage.choose('free'); pelagos.stage.orbit(0, -0.4)")
+    page.click("#pause")
+    until(lambda: session.pilot.paused)
+    page.click("#map-prop")
+    box = page.locator("#scene").bounding_box()
+    x, y = box["x"] + 0.55 * box["width"], box["y"] + 0.70 * box["height"]
+    page.mouse.click(x, y)
+    (body,) = until(lambda: sim.bodies.bodies)
+    assert body.position[0, 2] == pytest.approx(-11.5, abs=0.02)  # half a metre over the ground at 12 m
+    place = f"pelagos.stage.project(pelagos.stage.poses['/bodies/{body.name}'][0])"
+    until(lambda: page.evaluate(f"pelagos.stage.props().includes('{body.name}') && !!{place}"))
+    at = page.evaluate(place)
+    assert (at[0] + box["x"], at[1] + box["y"]) == pytest.approx((x, y), abs=40)  # the ray met it there
+    before = body.position[0].copy()
+    page.mouse.move(box["x"] + at[0], box["y"] + at[1])
+    page.mouse.down()
+    page.mouse.move(box["x"] + at[0] - 120, box["y"] + at[1] + 30, steps=4)
+    page.mouse.up()
+    until(lambda: np.linalg.norm(body.position[0] - before) > 0.5)
+    assert body.position[0, 2] == pytest.approx(before[2], abs=0.02)
+    held = body.position[0].copy()
+    until(lambda: np.abs(np.array(page.evaluate(f"pelagos.stage.poses['/bodies/{body.name}'][0]")) - held).max() < 0.02)
+    at = page.evaluate(place)
+    page.mouse.dblclick(box["x"] + at[0], box["y"] + at[1])
+    until(lambda: not sim.bodies.bodies)
+    page.click("#map-way")
+    page.mouse.dblclick(x, y)
+    goal = until(lambda: session.pilot.goals.get("auv0"))[-1]
+    assert goal[:2] == pytest.approx(before[:2], abs=0.1)  # the same ray
+    page.click("#things-button")
+    page.select_option("#section", "sound_speed")
+    until(lambda: "speed of sound [m/s]" in page.inner_text("#legend"))
+    page.select_option("#section", "off")
+    until(lambda: not page.is_visible("#legend"))
+    watched.context.close()
+    assert watched.troubles == []
 
 
 def test_recording_is_scrubbed(browser: Any, tmp_path: Path) -> None:

@@ -125,3 +125,20 @@ def test_samples_of_readings() -> None:
     assert points[:, 2].mean() == pytest.approx(-6.0, abs=0.2)
     assert samples["mbes"].line is not None
     assert samples["mbes"].line.shape == (32, 3)
+
+
+def test_ground_of_a_harbour_is_drawn_once() -> None:
+    """Its mesh is finer than the height field in places; drawn as a structure too, the two would flicker."""
+    from pelagos.config.loader import load_scenario
+    from pelagos.viewer.structures import ground_of, parts_of
+    from pelagos.world.build import build_world
+
+    harbour = {"type": "harbour", "seed": 4, "grid_m": 1.0, "boulders": 3, "debris": 3}
+    world = build_world(load_scenario({"world": harbour, "agents": {"a": {"vehicle": "bluerov2_heavy"}}}).located_world)
+    assert world.terrain is not None
+    ground = ground_of(world)
+    assert ground is not None
+    assert ground.name == "seabed"
+    assert len(ground.vertices) > world.terrain.z.size  # else this tests nothing
+    faces = sum(len(part.faces) for part in parts_of(world)[0])
+    assert faces == sum(len(g.faces) for g in world.still) - len(ground.faces)

@@ -101,11 +101,13 @@ class Scene:
     def _albedos(self) -> NDArray[np.float64]:
         """`(nx - 1, ny - 1, 3)` reflectances of the ground's cells."""
         assert self.world.terrain is not None
-        shape = tuple(n - 1 for n in self.world.terrain.z.shape)
-        table = np.array([m.albedo for m in self.world.palette])
+        field = self.world.terrain
+        rows = np.zeros((len(field.x) - 1, len(field.y) - 1), dtype=np.int64)
         ground = ground_of(self.world)
-        rows = np.zeros(shape, dtype=np.int64) if ground is None else ground.face_materials[::2]
-        return np.asarray(table[np.resize(rows, shape)])
+        if ground is not None:
+            middle = np.asarray(ground.vertices)[ground.faces].mean(axis=1)
+            rows[_cells(field, middle)] = ground.face_materials
+        return np.asarray(np.array([m.albedo for m in self.world.palette])[rows])
 
     def look_at_ground(self, x: float, y: float) -> None:
         """Have the ground's finest grids about a place."""
@@ -136,9 +138,7 @@ class Scene:
             return painted(vertices[:, 2], self._span[0], self._span[1], DEPTHS)
         field = self.world.terrain
         assert field is not None
-        i = np.clip(np.searchsorted(field.x, vertices[:, 0]) - 1, 0, self._material.shape[0] - 1)
-        j = np.clip(np.searchsorted(field.y, vertices[:, 1]) - 1, 0, self._material.shape[1] - 1)
-        return np.round(255 * display(np.minimum(1.6 * self._material[i, j], 1.0))).astype(np.uint8)
+        return np.round(255 * display(np.minimum(1.6 * self._material[_cells(field, vertices)], 1.0))).astype(np.uint8)
 
     def _structures(self) -> None:
         made, left = parts_of(self.world)
@@ -319,6 +319,8 @@ class Scene:
         self._movers[name] = self._stage.add("frame", at)
         for i, part in enumerate(parts([geometry], self.world.palette)):
             self._stage.add("mesh", f"{at}/{i}", colour=part.colour, vertices=part.vertices, faces=part.faces)
+        above = (0.0, 0.0, float(geometry.extent[1, 2]) + 0.4)
+        self._stage.add("label", f"{at}/name", position=above, about={"text": name, "small": True})
 
     def remove_body(self, name: str) -> None:
         """Take it out."""
@@ -330,6 +332,14 @@ class Scene:
     def bodies(self) -> set[str]:
         """Names of movers and props that are drawn."""
         return set(self._movers)
+
+
+def _cells(field: Any, places: NDArray[np.floating]) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    """Rows and columns of the cells of a height field that places `(k, 2)` or `(k, 3)` [m] are in."""
+    return (
+        np.clip(np.searchsorted(field.x, places[:, 0]) - 1, 0, len(field.x) - 2),
+        np.clip(np.searchsorted(field.y, places[:, 1]) - 1, 0, len(field.y) - 2),
+    )
 
 
 def fan_mesh(config: Any) -> tuple[NDArray[np.float32], NDArray[np.uint32]]:

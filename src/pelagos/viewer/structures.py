@@ -13,8 +13,12 @@ from pelagos.drawing.colours import display
 from pelagos.raycast.geometry import Geometry
 from pelagos.world.world import World
 
-MOST_FACES: Final = 350_000
+MOST_FACES: Final = 400_000
 """Of all structures together; what does not fit is left out, the smallest things first, and is said."""
+
+_WIDE: Final = 0.98
+_LOOKS: Final = 2000  # vertices of a geometry that are compared with the height field
+_OFF_M: Final = 0.2
 
 
 @dataclass(frozen=True)
@@ -33,8 +37,17 @@ def ground_of(world: World) -> Geometry | None:
         return next((g for g in world.geometries if g.instance == world.ground.instance), None)
     if world.terrain is None:
         return None
-    nodes = world.terrain.z.size
-    return next((g for g in world.geometries if len(g.vertices) == nodes), None)
+    return next((g for g in world.geometries if _lies_on(g, world.terrain)), None)
+
+
+def _lies_on(g: Geometry, terrain: Any) -> bool:
+    """Whether a geometry is the height field's own surface, finer in places: as wide, and nowhere off it."""
+    low, high = (np.array([v[end] for v in (terrain.x, terrain.y)]) for end in (0, -1))
+    if not len(g.faces) or (np.ptp(g.extent[:, :2], axis=0) < _WIDE * (high - low)).any():
+        return False
+    some = np.asarray(g.vertices)[:: max(len(g.vertices) // _LOOKS, 1)]
+    off = np.abs(some[:, 2] - terrain.height(some[:, 0], some[:, 1]))
+    return bool(np.nanmean(off < _OFF_M) > _WIDE)
 
 
 def parts_of(world: World) -> tuple[list[Part], int]:

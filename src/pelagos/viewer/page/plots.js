@@ -57,5 +57,5 @@ function drawOne({ series, canvas, value, truth, measured }) {
   c.fillStyle = "#e07b39"; for (const [t, v] of shown[1]) c.fillRect(x(t) - 1, y(v) - 1, 2, 2);
   c.strokeStyle = "#f6f3cf"; c.lineWidth = 1.4; c.beginPath(); shown[0].forEach(([t, v], i) => i ? c.lineTo(x(t), y(v)) : c.moveTo(x(t), y(v))); c.stroke();
   const now = shown[0].length ? shown[0].at(-1)[1] : shown[1].at(-1)[1];
-  value.textContent = `${now.toFixed(2)} ${series.unit}`;
+  value.textContent = `${now.toFixed(2).replace(/^-(0\.00)$/, "$1")} ${series.unit}`;
 }

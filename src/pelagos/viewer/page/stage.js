@@ -8,7 +8,8 @@ void main() { vec4 w = model * vec4(position, 1.0); at = w.xyz; up = mat3(model)
 const LIGHT = `
 uniform vec3 eye, water, sunward; uniform float clarity, time, opacity, glow, flat_, plain, day;
 vec3 behind(float z) { return mix(.16, 1., day) * mix(vec3(.010, .040, .085), mix(vec3(.045, .19, .29), vec3(.24, .52, .60), smoothstep(.15, .95, z)), smoothstep(-.55, .35, z)); }
-vec3 seen(vec3 lit, vec3 at) { vec3 way = at - eye; float d = length(way); vec3 left = exp(-water * d * clarity); return lit * left + behind(way.z / max(d, .001)) * (1. - left); }
+float wet(float z) { float low = min(z, eye.z), high = max(z, eye.z); return clamp(-low / max(high - low, 1e-3), low < 0. && high <= 0. ? 1. : 0., 1.); } // of the way to a height z, the part under water
+vec3 seen(vec3 lit, vec3 at) { vec3 way = at - eye; float d = length(way); vec3 left = exp(-water * d * wet(at.z) * clarity); return lit * left + behind(way.z / max(d, .001)) * (1. - left); }
 vec3 screen(vec3 c) { return pow(clamp(c, 0., 1.), vec3(1. / 2.2)); }`;
 const MESH_F = `#version 300 es
 precision highp float;
@@ -65,13 +66,17 @@ const SEA_F = `#version 300 es
 precision highp float;
 in vec3 at, up; out vec4 pixel;
 ${LIGHT}
+float hash(vec2 p) { return fract(sin(dot(p, vec2(127.1, 311.7))) * 43758.5453); }
+float bumps(vec2 p) { vec2 i = floor(p), f = fract(p); f = f * f * (3. - 2. * f); return mix(mix(hash(i), hash(i + vec2(1, 0)), f.x), mix(hash(i + vec2(0, 1)), hash(i + 1.), f.x), f.y); }
+vec2 ripples(vec2 p) { vec2 s = vec2(0.); mat2 turn = mat2(.8, .6, -.6, .8); for (int i = 0; i < 3; i++) { float h = bumps(p + time * .8); s += vec2(bumps(p + vec2(.35, 0.) + time * .8) - h, bumps(p + vec2(0., .35) + time * .8) - h); p = turn * p * 2.1 - time * .5; } return s; }
 void main() {
-  vec3 way = normalize(eye - at), n = normalize(up + vec3(.05 * sin(at.x * 2.1 + time * 1.3) + .03 * sin(at.y * 3.7 - time), .05 * sin(at.y * 1.9 - time * 1.1) + .03 * sin(at.x * 3.3 + time), 0.));
-  float facing = abs(dot(n, way)), edge = pow(1. - facing, 4.), under = step(eye.z, at.z);
-  float glint = day * pow(max(dot(reflect(-sunward, n), way), 0.), 60.);
-  vec3 above = mix(vec3(.02, .12, .17), vec3(.42, .60, .70), edge) + glint, below = mix(vec3(.40, .66, .70), vec3(.05, .20, .29), smoothstep(.85, .55, facing));
-  vec3 c = mix(.16, 1., day) * mix(above, below, under); float veil = mix(.30 + .6 * edge, .36, under);
-  pixel = vec4(screen(mix(c, seen(c, at), .75 * under + .15)), veil * opacity); }`;
+  float far = length(eye - at); vec3 way = (eye - at) / far, n = normalize(up + vec3(.22 * ripples(at.xy * .9) * exp(-far * .025), 0.));
+  float facing = abs(dot(n, way)), under = step(eye.z, at.z), fresnel = .02 + .98 * pow(1. - facing, 5.);
+  vec3 r = reflect(-way, n), sky = mix(vec3(.62, .74, .80), vec3(.16, .36, .56), smoothstep(0., .75, abs(r.z)));
+  float glint = day * pow(max(dot(r, sunward), 0.), 90.), slope = dot(n.xy, sunward.xy);
+  vec3 above = mix(vec3(.015, .10, .15) * (1. + 2.2 * slope), sky, fresnel) + .8 * glint, below = mix(vec3(.40, .66, .70), vec3(.05, .20, .29), smoothstep(.85, .55, facing));
+  vec3 c = mix(.16, 1., day) * mix(above, below, under); float veil = mix(.42 + .5 * fresnel, .36, under);
+  pixel = vec4(screen(mix(c, seen(c, at), .75 * under + .1)), veil * opacity); }`;
 const BACK_V = `#version 300 es
 out vec2 p; void main() { p = vec2((gl_VertexID << 1) & 2, gl_VertexID & 2) * 2. - 1.; gl_Position = vec4(p, 1., 1.); }`;
 const BACK_F = `#version 300 es
