@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
+import drjit as dr
 import numpy as np
 import pytest
 
@@ -328,3 +329,73 @@ def test_transponders_and_pingers_are_in_the_water(sensor: str, place: list[floa
     made["agents"]["a"]["sensors"]["other"] = {"type": sensor, **devices}
     with pytest.raises(pl.ScenarioError, match=said):
         pl.Simulation.load(made)
+
+
+def test_a_ship_that_moves_between_two_modems_blocks_them() -> None:
+    """The same packet before, while and after a long hull lies across the way; it is seen within two seconds."""
+    made = scenario({"a": (0, 0, 2), "b": (80, 0, 2)}, device="m64")
+    made["world"] = {"type": "flat", "depth_m": 4.0}
+    sim = pl.Simulation.load(made)
+    hull = sim.spawn(pl.Prop("box", position=(40.0, 300.0, -1.0), size=(6.0, 60.0, 6.4), material="steel"))
+    fates = []
+    for y in (300.0, 0.0, -300.0):
+        hull.move(position=(40.0, y, -1.0))
+        sim.send("a", "modem", "x", to="b")
+        fates.append([f.fate for f in listen(sim, 4.0)[1]["b"]])
+    assert fates == [["received"], ["blocked"], ["received"]]
+
+
+def test_a_vehicle_that_passes_between_two_modems_blocks_them() -> None:
+    """A third vehicle's own hull, driven: where it stands across the straight way nothing comes by that way.
+
+    Water so deep and a window so short that echoes are out: without the direct path a packet of 64 bit/s is lost.
+    """
+    made = scenario({"a": (0, 0, 200), "b": (40, 0, 200), "c": (20, 60, 200)}, device="m64")
+    made["world"] = {"type": "flat", "depth_m": 900.0}
+    sim = pl.Simulation.load(made)
+    levels = []
+    for y, heading in ((60.0, 0.0), (0.0, np.pi / 2), (-60.0, 0.0)):
+        attitude = (np.cos(heading / 2), 0.0, 0.0, np.sin(heading / 2))
+        sim.set_state("c", position=(20.0, y, -200.0), attitude=attitude, velocity=(0.0, 0.0, 0.0))
+        levels.append(pl.channel(sim, "a", "b", frequency_hz=140_500.0).transmission_loss())
+    assert levels[1] > levels[0] + 20.0
+    assert levels[2] == pytest.approx(levels[0], abs=0.01)
+
+
+def sinking(position: Any, t: Any) -> Any:
+    """Warm water over cold [degC]: 18 above, 8 below a layer of 5 m that sinks from 8 to 60 m within a minute."""
+    top = 8.0 + 52.0 * dr.clip(t / 60.0, 0.0, 1.0)
+    return 18.0 - 10.0 * dr.clip((-position[2] - top) / 5.0, 0.0, 1.0)
+
+
+def test_a_deeper_thermocline_moves_the_shadow_zone() -> None:
+    """Sound between modems 10 and 12 m deep, 1.5 km apart: a thermocline over them bends the direct ray down and away,
+    one below them leaves it; the second packet, sent in the same run, is louder by what the direct ray is.
+
+    In the warm layer only the pressure bends: 0.016 1/s, 3 m in 1.5 km, so that a ray between them stays above 60 m.
+    """
+    made = scenario({"a": (0, 0, 10), "b": (1500, 0, 12)}, device="micromodem", rate_hz=1.0, multipath_window_s=0.001)
+    made["world"] = {"type": "flat", "depth_m": 400.0, "size_m": [6000.0, 6000.0]}
+    made["ocean"] = {"temperature_c": [{"type": "python", "function": f"{__name__}:sinking"}]}
+    sim = pl.Simulation.load(made)
+    direct, levels = [], []
+    for wait in (0.0, 62.0):
+        listen(sim, wait)
+        found = pl.channel(sim, "a", "b", frequency_hz=25e3).arrivals()
+        direct.append(int(((found.bottom == 0) & (found.surface == 0)).sum()))
+        sim.send("a", "modem", "x", to="b")
+        levels += [f.level_db for f in listen(sim, 4.0)[1]["b"]]
+    assert direct == [0, 1]
+    assert levels[1] > levels[0] + 3.0
+
+
+def test_another_level_of_the_sea_is_that_of_modems_too() -> None:
+    """A modem 2 m under the surface is in the air when the sea has fallen by 3 m, and under water when it is back."""
+    sim = pl.Simulation.load(scenario({"a": (0, 0, 20), "b": (100, 0, 2)}))
+    fates = []
+    for level in (0.0, -3.0, 0.0):
+        sim.ocean.set(level_m=level)
+        sim.set_state("b", position=(100.0, 0.0, -2.0), velocity=(0.0, 0.0, 0.0))
+        sim.send("a", "modem", "x", to="b")
+        fates.append([f.fate for f in listen(sim, 1.5)[1]["b"]])
+    assert fates == [["received"], ["in air"], ["received"]]

@@ -191,3 +191,94 @@ def test_wrong_hydrophones_are_refused() -> None:
     wrong = {"type": "hydrophone", "pingers": {"p": {"position_m": [0, 0, 0], "frequency_hz": 60_000.0}}}
     with pytest.raises(pl.InputError, match="above half the sample rate"):
         pl.Simulation.load(scenario({"h": wrong}))
+
+
+def trilaterated(anchors: np.ndarray, ranges: np.ndarray, guess: np.ndarray) -> np.ndarray:
+    """Least squares by Gauss and Newton."""
+    for _ in range(30):
+        way = guess - anchors
+        distance = np.linalg.norm(way, axis=1)
+        guess = guess - np.linalg.lstsq(way / distance[:, None], distance - ranges, rcond=None)[0]
+    return guess
+
+
+def test_short_baseline_on_a_ship_under_way() -> None:
+    """Four transponders on a ship that sails on: places follow it, and ranges to them give the vehicle's place in the
+    ship's own frame. The error is that of the ranges over the angle that the baseline fills: cond of the geometry.
+    """
+    corners = {"bow": (1.5, 0.7, -0.6), "stern": (-1.6, 0.1, -1.4), "port": (0.3, 1.1, -2.6), "keel": (0.2, -1.0, -4.1)}
+    carried = {name: {"position_m": place, "agent": "ship"} for name, place in corners.items()}
+    made = scenario(
+        {"lbl": {"type": "lbl", "rate_hz": 2.0, "transponders": carried, "turnaround_error_s": 0.0,
+                 "source_level_db": 205.0}},
+        {"ship": {"vehicle": "wamv", "start": {"position_m": [25.0, -18.0], "speed_mps": 2.0, "heading_deg": 200.0}}},
+    )  # fmt: skip
+    sim = pl.Simulation.load(made)
+    start = sim.state["ship"].position[0].copy()
+    seen = 0
+    for _ in range(80):
+        reading = sim.step()["usv"].get("lbl")
+        if reading is None:
+            continue
+        seen += 1
+        ship = sim.state["ship"]
+        w, x, y, z = ship.attitude[0]
+        turn = np.array([
+            [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+            [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+            [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+        ])  # fmt: skip
+        anchors = np.array(list(corners.values()))
+        np.testing.assert_allclose(
+            reading.extras["transponder_position"][0], ship.position[0] + anchors @ turn.T, atol=1e-6
+        )
+        assert np.isnan(reading.extras["transponders"]).all()
+        np.testing.assert_allclose(reading.data, reading.truth, rtol=2e-4, atol=0.02)
+        local = turn.T @ (sim.state["usv"].position[0] - ship.position[0])
+        found = trilaterated(anchors, reading.data[0], np.array([-10.0, 5.0, -15.0]))
+        way = local - anchors
+        spread = np.linalg.svd(way / np.linalg.norm(way, axis=1)[:, None], compute_uv=False).min()
+        assert np.linalg.norm(found - local) < 0.03 / spread
+    assert seen == 8
+    assert np.linalg.norm(sim.state["ship"].position[0] - start) > 0.5
+
+
+def test_carried_transponders_are_on_other_vehicles_of_the_scenario() -> None:
+    def lbl(agent: str) -> dict[str, Any]:
+        return {"lbl": {"type": "lbl", "transponders": {"t": {"position_m": [0, 0, 0.1], "agent": agent}}}}
+
+    auv = {"auv": target(60.0, -80.0, 35.0)}
+    with pytest.raises(pl.LookupFailed, match=r"usv\.sensors\.lbl\.transponders\.t\.agent: unknown agent 'auw'.*'auv'"):
+        pl.Simulation.load(scenario(lbl("auw"), auv))
+    with pytest.raises(pl.ScenarioError, match="carried by 'usv' itself"):
+        pl.Simulation.load(scenario(lbl("usv"), auv))
+    sim = pl.Simulation.load(scenario(lbl("auv"), auv), n=2)
+    sim.set_state("auv", position=[[60.0, -80.0, -35.0], [20.0, 30.0, -15.0]])
+    (truth,) = [o["usv"]["lbl"].truth for o in (sim.step() for _ in range(20)) if "lbl" in o["usv"]]
+    np.testing.assert_allclose(truth[:, 0], [np.hypot(100.0, 25.0), np.hypot(np.hypot(20, 30), 5)], rtol=0.02)
+
+
+def test_inverted_usbl_places_the_vehicle_by_a_ship() -> None:
+    """The array is on the vehicle, the modem on a ship: turned into the world and taken from the ship's place, the fix
+    is where the vehicle is, within 3 % of the range; it goes on with the ship.
+    """
+    ship = {
+        "vehicle": "wamv",
+        "start": {"position_m": [-70.0, 55.0], "speed_mps": 2.0, "heading_deg": 100.0},
+        "sensors": {"modem": {"type": "modem", "device": "x150", "position_m": [0.4, 0.2, -1.0]}},
+    }
+    usbl = {"type": "usbl", "interrogate": ["ship"], "interrogate_s": 2.0, "sound_speed_mps": 1497.0}
+    sim = pl.Simulation.load(scenario({"usbl": usbl}, {"ship": ship}))
+    found = []
+    for _ in range(220):
+        reading = sim.step()["usv"].get("usbl")
+        if reading is not None and np.isfinite(reading.extras["fix"]).all():
+            roll, pitch, yaw = sim.state["usv"].euler[0]
+            assert abs(roll) + abs(pitch) < 0.05
+            x, y, z = reading.extras["fix"][0]
+            way = np.array([np.cos(yaw) * x - np.sin(yaw) * y, np.sin(yaw) * x + np.cos(yaw) * y, z])
+            here = sim.state["ship"].position[0] - way
+            found.append(np.linalg.norm(here - sim.state["usv"].position[0]) / np.linalg.norm(way))
+    assert len(found) >= 4
+    assert max(found) < 0.05
+    assert float(np.mean(found)) < 0.03

@@ -62,11 +62,14 @@ def on_device(sections: Sequence[Section], *, nodes: int | None = None) -> tuple
     profiles = [_levels(s) for s in sections]
     count = max(len(s.bottom_x) for s in sections) if nodes is None else nodes
     bubbles = [float(bubble_loss_db(1.0, s.frequency, s.wind_speed)) if s.wind_speed > 0 else 0.0 for s in sections]
-    depth, speed, absorption = (jit.own(jit.Float64, np.concatenate(p)) for p in zip(*profiles, strict=True))
-    water = Water(depth, speed, absorption, jit.own(jit.Float64, np.array(bubbles)))
     floors = [_floor(s, count) for s in sections]
-    x, bottom, density, ratio, loss = (jit.own(jit.Float64, np.concatenate(p)) for p in zip(*floors, strict=True))
-    return water, Floor(x, bottom, density, ratio, loss, jit.own(jit.UInt32, np.full(len(sections), count, np.uint32)))
+    tables = [np.concatenate(p) for part in (profiles, floors) for p in zip(*part, strict=True)]
+    depth, speed, absorption, bubble, x, bottom, density, ratio, loss = arrays = [
+        jit.Float64(table) for table in (*tables[:3], np.array(bubbles), *tables[3:])
+    ]
+    per_row = jit.UInt32(np.full(len(sections), count, np.uint32))
+    jit.settle(*arrays, per_row)  # together: to wait for each takes as long as to copy it
+    return Water(depth, speed, absorption, bubble), Floor(x, bottom, density, ratio, loss, per_row)
 
 
 def thinned(
@@ -109,6 +112,8 @@ def _floor(section: Section, count: int) -> list[NDArray[np.float64]]:
 
     def filled(values: ArrayLike) -> NDArray[np.float64]:
         row = np.broadcast_to(np.asarray(values, float), x.shape)
+        if not more:
+            return row
         return np.concatenate([row, np.full(more, row[-1])])
 
     far = np.concatenate([x, x[-1] + 1e9 * (1 + np.arange(more))])

@@ -23,6 +23,7 @@ from pelagos.raycast.geometry import Geometry
 from pelagos.raycast.hit_tables import HitTables
 from pelagos.raycast.meshes import give_back, joined, large, mesh_of, watertight
 from pelagos.raycast.objects import Objects
+from pelagos.raycast.spheres import Spheres
 from pelagos.raycast.streamed import StreamedGround
 from pelagos.raycast.surface import Faces
 
@@ -85,6 +86,7 @@ class Scene:
         self._fixed_objects = len(objects.label)
         self._bodies: list[Geometry] = []
         self._body_copy = np.zeros(0, dtype=np.int64)
+        self._body_radius = np.zeros(0)
         self.holder: object = None
         self.reading = False
         self.moving: Any = None
@@ -199,6 +201,7 @@ class Scene:
         self._poses = None
         self._bodies = [g for g, _ in bodies]
         self._body_copy = np.array([c for _, c in bodies], dtype=np.int64)
+        self._body_radius = np.array([float(np.linalg.norm(g.vertices, axis=1).max()) for g, _ in bodies])
         groups: dict[str, Any] = {}
         instances: dict[str, Any] = {}
         meshes: dict[tuple[int, int], tuple[str, int, list[int]]] = {}
@@ -273,6 +276,11 @@ class Scene:
         t.body_velocity = _array3f(velocity)
         t.body_angular_velocity = _array3f(angular_velocity)
         dr.make_opaque(t.body_position, t.body_attitude, t.body_velocity, t.body_angular_velocity)
+
+    @property
+    def spheres(self) -> Spheres | None:
+        """Around what moves, where it is now; None before it was placed."""
+        return None if self._poses is None else Spheres(self._poses[0], self._body_radius, self._body_copy)
 
     @property
     def caster(self) -> Caster:

@@ -219,6 +219,8 @@ class Estimator:
         lever, ways = np.array(c.position_m) - self._lever, 1.0 if c.one_way else 2.0
         std = math.hypot(c.turnaround_error_s * SOUND_MPS / ways, self._config.range_std_m)
         for j, transponder in enumerate(c.transponders.values()):
+            if transponder.agent is not None:
+                continue  # the filter knows places of the world, not those of other vehicles
             measured = one["data"][row, j]
             valid = np.isfinite(measured)
             ranges, place = np.where(valid, measured, 0.0), np.array(transponder.position_m)

@@ -50,6 +50,7 @@ class _Link:
     paths: Paths
     ends: NDArray[np.float64]  # (1, 2, 3)
     t: float
+    waters: int  # of the medium, when it was traced
 
 
 @dataclass
@@ -65,6 +66,7 @@ class Medium:
             them are its own; set by the simulation.
         place: bring the moving scene up to date; likewise.
         sonars: emitters whose pulses fall into modems' bands, by path.
+        waters: counts oceans: links through another one hold no longer.
     """
 
     agents: Sequence[str] = ()
@@ -77,6 +79,7 @@ class Medium:
     seed: int = 0
     dt_ns: int = 0
     copies: int = 1
+    waters: int = 0
     _context: Any = None
     _given: dict[str, ModemPort] = field(default_factory=dict)  # with the addresses of the scenario
     _posed: dict[Any, tuple[Any, Pose]] = field(default_factory=dict)
@@ -91,6 +94,9 @@ class Medium:
         """
         paths = port.path.members if isinstance(port.path, BatchPath) else (port.path,)
         rows = context.own_body.reshape(len(paths), -1)
+        if self._context is not None and context.ocean is not self._context.ocean:
+            self._tracers.clear()
+            self.waters += 1
         self._context, self.seed, self.dt_ns, self.copies = context, context.seed, context.dt_ns, rows.shape[1]
         for path, own in zip(paths, rows, strict=True):
             self._given[path] = replace(port, path=str(path))
@@ -156,9 +162,10 @@ class Medium:
     def pose(self, path: str) -> Pose:
         """Where a modem is now."""
         port = self.modems[path]
-        return self._pose_of(port.agent, port.mount)
+        return self.pose_of(port.agent, port.mount)
 
-    def _pose_of(self, agent: str, mount: Any) -> Pose:
+    def pose_of(self, agent: str, mount: Any) -> Pose:
+        """Where something with `position_m` and `q_body_sensor` on a vehicle is now."""
         assert self.motions_of is not None
         motion, rows = self.motions_of(agent)
         key = (id(motion), mount.position_m, mount.q_body_sensor)
@@ -193,14 +200,15 @@ class Medium:
         ends -= np.array(lag)[:, None, None] * np.array(
             [[poses[a].velocity[c], poses[b].velocity[c]] for a, b, c in pairs]
         )
-        stale = [k for k, pair in enumerate(pairs) if not _holds(cache.get(pair), ends[k], t, crowded)]
+        known = [link if link and link.waters == self.waters else None for link in map(cache.get, pairs)]
+        stale = [k for k, link in enumerate(known) if not _holds(link, ends[k], t, crowded)]
         for frequency in sorted({ports[pairs[k][0]].frequency_hz for k in stale}):
             rows = [k for k in stale if ports[pairs[k][0]].frequency_hz == frequency]
             copy = np.array([pairs[k][2] for k in rows])
             own = np.array([self._own_rows[ports[pairs[k][0]].path][pairs[k][2]] for k in rows], np.uint32)
             found = self._tracer(frequency).trace(ends[rows, 0], ends[rows, 1], t, copy, own)
             for j, k in enumerate(rows):
-                cache[pairs[k]] = _Link(_one(found, j), ends[k : k + 1], t)
+                cache[pairs[k]] = _Link(_one(found, j), ends[k : k + 1], t, self.waters)
         made = []
         for k, (a, b, c) in enumerate(pairs):
             link = cache[a, b, c]
@@ -228,7 +236,7 @@ class Medium:
             share = band_overlap(port.frequency_hz, port.bandwidth_hz, emitter.frequency_hz, emitter.bandwidth_hz)
             if share <= 0.0 or self.motions_of is None:
                 continue
-            there = self._pose_of(emitter.agent, emitter.mounting).position[copy]
+            there = self.pose_of(emitter.agent, emitter.mounting).position[copy]
             away = max(float(np.linalg.norm(there - pose.position[copy])), 1.0)
             duty = min(emitter.pulse_s * 1e9 / emitter.period_ns, 1.0)
             total = sum_db(total, emitter.source_level_db - 20.0 * math.log10(away) + 10.0 * math.log10(share * duty))

@@ -253,10 +253,12 @@ class Traffic:
         if not ready:
             return
         rest = [i for i in self._incoming if not (i.end_ns <= now and tick % self._ports[i.receiver].period == 0)]
-        around = [*self._incoming, *self._done]
+        around: dict[tuple[int, int], list[Incoming]] = {}
+        for i in (*self._incoming, *self._done):
+            around.setdefault((i.receiver, i.transmission.copy), []).append(i)
         for i in sorted(ready, key=lambda i: (i.end_ns, i.receiver, i.transmission.copy, i.transmission.number)):
             if i.lost != "foreign":
-                self._decide(i, around)
+                self._decide(i, around[i.receiver, i.transmission.copy])
         self._incoming = rest
         self._done = [i for i in [*self._done, *ready] if i.end_ns > now - _KEPT_NS and math.isfinite(i.level_db)]
 
@@ -265,8 +267,7 @@ class Traffic:
         c = t.copy
         others = [
             (o.level_db, self._ports[o.transmission.sender]) for o in around
-            if o is not i and o.receiver == i.receiver and o.transmission.copy == c and math.isfinite(o.level_db)
-            and o.start_ns < i.end_ns and i.start_ns < o.end_ns
+            if o is not i and math.isfinite(o.level_db) and o.start_ns < i.end_ns and i.start_ns < o.end_ns
         ]  # fmt: skip
         fate = self._fate(i, [level + same_waveform_db(port) * port.understands(p) for level, p in others])
         disturbance = sum_db(i.noise_db, i.echoes_db, i.sonar_db, *(level for level, _ in others))
@@ -297,7 +298,10 @@ class Traffic:
         ]  # fmt: skip
         present: list[float] = []
         for fate, levels in noise:
-            present += levels
+            heard = [level for level in levels if math.isfinite(level)]
+            present += heard
+            if fate != "noise" and not heard:
+                continue
             if chance >= success(port, bits, i.level_db, i.noise_db, *present):
                 return fate
         return "received"

@@ -36,7 +36,8 @@ _SKIN: Final = 0.05  # [m] that a cast begins beside surfaces
 _HULL: Final = 1.5  # [m] before a receiver, within which what stands in the way is its own vehicle; assumed
 _GROUND: Final = frozenset({4, 5, 6, 7, 8})  # labels of ground: the rays have met it already
 _LEGS: Final = 24  # into which a ray is divided to see what stands in its way
-_SLOPE: Final = 1e-9
+_ENDS: Final = [0, NODES - 1]
+_STRAIGHT: Final = 1e-3  # [m] by which a bottom may depart from a straight line that stands for it
 
 
 @dataclass(frozen=True)
@@ -76,6 +77,7 @@ class WaterPaths:
         self._cast, self._cast_down = Program(_cast, scene.compile), Program(_cast_ground, scene.compile)
         self._wind = surface_wind(ocean)[0]
         self._palette: Sequence[Material] = world.palette
+        self._only_ground = all(g.label in _GROUND for g in world.geometries)
         self._column = self._column_levels() if isinstance(ocean.masses, WaterColumn) else None
 
     def sections(
@@ -85,15 +87,17 @@ class WaterPaths:
         level = self.level(t)
         x, bottom, material = self._bottoms(source, receiver, level, copy)
         made = []
+        straight = _straight(bottom, material)
         for k in range(len(source)):
             depth, speed, absorption = self._levels(source[k], receiver[k], t, float(np.max(bottom[k])))
+            nodes = _ENDS if straight[k] else slice(None)
             density, ratio, loss = (
-                np.array([getattr(self._palette[m], name) for m in material[k]])
+                np.array([getattr(self._palette[m], name) for m in material[k][nodes]])
                 for name in ("density_ratio", "sound_speed_ratio", "loss")
             )
             made.append(
                 Section(
-                    depth, speed, x[k], bottom[k], absorption=absorption, density_ratio=density,
+                    depth, speed, x[k][nodes], bottom[k][nodes], absorption=absorption, density_ratio=density,
                     sound_speed_ratio=ratio, loss=loss, frequency=self.frequency, wind_speed=self._wind,
                 )
             )  # fmt: skip
@@ -129,9 +133,26 @@ class WaterPaths:
             np.stack([np.cos(a) * np.cos(heading), np.cos(a) * np.sin(heading), -np.sin(a)], axis=-1)
             for a in (found.departure, found.arrival)
         ]
-        blocked = self._blocked(found, sections, source, zs, distance, level, heading, copy, own)
+        at_risk = self._in_the_way(source, receiver, distance, copy, own)[found.path]
+        blocked = np.zeros(len(found), dtype=bool)
+        blocked[at_risk] = self._blocked(
+            found.take(at_risk), sections, source, zs, distance, level, heading[at_risk], copy, own
+        )
         ends = [np.array([float(s.speed_at(z)) for s, z in zip(sections, d, strict=True)]) for d in (zs, zr)]
         return Paths(found, towards[0], towards[1], blocked, np.stack(ends, axis=-1))
+
+    def _in_the_way(
+        self, source: NDArray[np.float64], receiver: NDArray[np.float64], distance: NDArray[np.float64],
+        copy: NDArray[np.int64], own: NDArray[np.uint32] | None,
+    ) -> NDArray[np.bool_]:  # fmt: skip
+        """`(m,)`: structures, or a hull on the way, which `_blocked` has to look at."""
+        spheres = self._scene.spheres
+        if not self._only_ground or (self._scene.moving is not None and spheres is None):
+            return np.ones(len(source), dtype=bool)
+        if self._scene.moving is None or spheres is None:
+            return np.zeros(len(source), dtype=bool)
+        rows = np.full(len(source), NO_BODY, np.uint32) if own is None else own
+        return spheres.between(source, receiver, copy, own=rows, spared=np.minimum(_HULL, distance / _LEGS))
 
     def _blocked(
         self, found: Arrivals, sections: Sequence[Section], source: NDArray[np.float64], zs: NDArray[np.float64],
@@ -139,7 +160,7 @@ class WaterPaths:
         own: NDArray[np.uint32] | None,
     ) -> NDArray[np.bool_]:  # fmt: skip
         """`(k,)`: a structure or a hull stands in the way of a ray."""
-        if len(found) == 0 or (self._scene.moving is None and self._only_ground):
+        if len(found) == 0:
             return np.zeros(len(found), dtype=bool)
         x = np.linspace(0.0, 1.0, _LEGS + 1) * distance[found.path][:, None]  # (k, legs + 1)
         start = zs[found.path]
@@ -166,10 +187,6 @@ class WaterPaths:
         )  # fmt: skip
         stands = np.isfinite(hits["t"]) & ~np.isin(hits["label"], list(_GROUND))
         return np.asarray(stands.reshape(shape).any(axis=1))
-
-    @property
-    def _only_ground(self) -> bool:
-        return all(g.label in _GROUND for g in self._world.geometries)
 
     def _bottoms(
         self, source: NDArray[np.float64], receiver: NDArray[np.float64], level: float, copy: NDArray[np.int64]
@@ -255,6 +272,13 @@ class WaterPaths:
         temperature, salinity = np.array(masses.temperatures), np.array(masses.salinities)
         rows = thinned(depth, speed, levels=400, error=1e-3)
         return depth[rows], speed[rows], self._absorption(temperature[rows], salinity[rows], depth[rows])
+
+
+def _straight(bottom: NDArray[np.float64], material: NDArray[np.int64]) -> NDArray[np.bool_]:
+    """`(m,)`: a straight line stands for a bottom of `(m, NODES)` equally spaced depths [m]: rays run on to its end."""
+    line = bottom[:, :1] + np.linspace(0.0, 1.0, NODES) * (bottom[:, -1:] - bottom[:, :1])
+    same = (material == material[:, :1]).all(axis=1)
+    return np.asarray(same & (np.abs(bottom - line) < _STRAIGHT).all(axis=1))
 
 
 def moved(paths: Paths, before: NDArray[np.float64], now: NDArray[np.float64]) -> Arrivals:
