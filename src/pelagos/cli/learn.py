@@ -96,6 +96,24 @@ def score(
         err.print(f"written: {shown(film)}", markup=False)
 
 
+def keep(
+    task: str, policy: str, dataset_id: str, *, episodes: int, seed: int, options: Sequence[str]
+) -> None:
+    """Run whole episodes and keep them for Minari.
+
+    Raises:
+        InputError: no such task, option or policy, an id that is taken, or Minari is not installed.
+    """
+    from pelagos.envs.policy import policy_of
+    from pelagos.envs.registry import make
+    from pelagos.envs.trajectories import collect, save_minari
+
+    env = make(task, min(episodes, 64), seed=seed, **_pairs(options))
+    found = collect(env, policy_of(policy, env, seed=seed), seed=seed, episodes=episodes)
+    folder = save_minari(found, env, dataset_id, policy=policy, what=f"{task}, policy {policy}, seed {seed}")
+    err.print(f"{len(found)} episodes, {sum(map(len, found))} decisions: {shown(folder)}", markup=False)
+
+
 def _draw_way(path: Path, task: str, policy: str, seed: int, options: dict[str, Any]) -> None:
     from PIL import Image
 

@@ -30,7 +30,8 @@ def enter(app: typer.Typer) -> None:
     )(train)
     app.command(
         epilog="Examples:\n\n    pelagos evaluate Hover-v0 --policy script\n\n"
-        "    pelagos evaluate Hover-v0 --policy runs/Hover-v0/policy.npz --film hover.png"
+        "    pelagos evaluate Hover-v0 --policy runs/Hover-v0/policy.npz --film hover.png\n\n"
+        "    pelagos evaluate Docking-v0 --episodes 128 --minari pelagos/docking/script-v0"
     )(evaluate)
 
 
@@ -68,10 +69,20 @@ def evaluate(
     film: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Draw the first copy's way (PNG).", show_default=False)
     ] = None,
+    minari: Annotated[
+        str | None,
+        typer.Option(
+            metavar="ID",
+            help="Keep the episodes as a Minari data set, such as pelagos/hover/script-v0 (extra `minari`).",
+            show_default=False,
+        ),
+    ] = None,
     json: Annotated[bool, typer.Option("--json", help="Print one JSON document.")] = False,
     options: Options = None,
 ) -> None:
     """Score a policy: the mean return and the task's metrics at the ends of episodes."""
-    from pelagos.cli.learn import score
+    from pelagos.cli.learn import keep, score
 
+    if minari is not None:
+        keep(task, policy, minari, episodes=episodes, seed=seed, options=options or [])
     score(task, policy, episodes=episodes, seed=seed, film=film, as_json=json, options=options or [])

@@ -162,6 +162,11 @@ class FleetEnv(VectorEnv[Any, Any, Any]):
         return found | dict(zip(self.program.names, kept, strict=True))
 
     @property
+    def first_environment(self) -> int:
+        """Index of the first copy."""
+        return self._first
+
+    @property
     def episode(self) -> NDArray[np.uint32]:
         """`(n,)` number of the episode of each copy."""
         if self._keeps is None:

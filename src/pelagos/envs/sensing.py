@@ -114,6 +114,11 @@ class SensingEnv(VectorEnv[Any, Any, Any]):
         self.not_finite = 0
 
     @property
+    def first_environment(self) -> int:
+        """Index of the first copy."""
+        return self._first
+
+    @property
     def state(self) -> dict[str, NDArray[np.float64]]:
         """The agent's true states, as `FleetEnv.state` has them."""
         now = self.sim.state[self.task.agent]
