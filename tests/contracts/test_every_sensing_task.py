@@ -13,8 +13,9 @@ from pelagos.envs.evaluate import evaluate
 from pelagos.envs.policy import policy_of
 from pelagos.envs.registry import has_sensors, register
 from pelagos.envs.sensing import Judgement
+from pelagos.envs.tasks.obstacles import ObstacleAvoidance
 from pelagos.envs.tasks.wall_inspection import WallInspection
-from pelagos.errors import CommandError, LookupFailed
+from pelagos.errors import CommandError, InputError, LookupFailed
 
 REACHED = {  # means of the scripts' metrics at the ends of episodes: least and most
     "WallInspection-v0": {"stand_off_error_m": (0.0, 0.6)},
@@ -86,6 +87,10 @@ def test_bad_input_is_told() -> None:
     env.task.judge = lambda *_: Judgement(np.array([0.0, np.inf, 0.0]), np.zeros(3, dtype=bool))  # type: ignore[method-assign]
     with pytest.raises(CommandError, match=r"Brief.judge gives copy 1 a reward of inf"):
         env.step(np.zeros((3, 4)))
+    for options, message in (({"beams": 0}, "at least 1"), ({"bins": -4}, "bins is a number from 0 on, not -4")):
+        with pytest.raises(InputError, match=message):
+            envs.make("pelagos/WallInspection-v0", 2, **options)
+    assert not np.array_equal(*(ObstacleAvoidance(world_seed=k).pillars for k in (1, 2)))
     register()
     single = gymnasium.make("pelagos/WallInspection-v0", beams=8, rays=4, bins=24)
     assert single.observation_space["sonar"].shape == (8, 24)

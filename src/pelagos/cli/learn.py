@@ -96,9 +96,7 @@ def score(
         err.print(f"written: {shown(film)}", markup=False)
 
 
-def keep(
-    task: str, policy: str, dataset_id: str, *, episodes: int, seed: int, options: Sequence[str]
-) -> None:
+def keep(task: str, policy: str, dataset_id: str, *, episodes: int, seed: int, options: Sequence[str]) -> None:
     """Run whole episodes and keep them for Minari.
 
     Raises:

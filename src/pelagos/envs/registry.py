@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import inspect
+import math
 from importlib import import_module
 from typing import TYPE_CHECKING, Any, Final
 
@@ -68,12 +69,16 @@ def make_task(name: str, **options: Any) -> Task:
 
     Raises:
         LookupFailed: no such task, or option.
+        CommandError: an option is no number, or below 0.
     """
     cls = task_class(name)
     known = [p for p in inspect.signature(cls).parameters if cls.__init__ is not object.__init__]
-    for option in options:
+    for option, value in options.items():
         if option not in known:
             raise LookupFailed(f"option of {PREFIX}{name.removeprefix(PREFIX)}", option, [*known, *_OF_THE_FLEET])
+        number = isinstance(value, int | float) and not isinstance(value, bool)
+        if not number or not 0 <= value < math.inf:
+            raise CommandError(f"{PREFIX}{name.removeprefix(PREFIX)}: {option} is a number from 0 on, not {value!r}")
     made: Task = cls(**options)
     return made
 

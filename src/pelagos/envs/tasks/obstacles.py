@@ -39,11 +39,11 @@ class ObstacleAvoidance(SensingTask):
     rate_hz = 5.0
     seconds = 120.0
 
-    def __init__(self, *, beams: int = 48, rays: int = 12, bins: int = 50, seed: int = 5) -> None:
+    def __init__(self, *, beams: int = 48, rays: int = 12, bins: int = 50, world_seed: int = 5) -> None:
         self.beams, self.rays, self.bins = beams, rays, bins
         row, column = (a.ravel() for a in np.mgrid[:_ROWS, :_COLUMNS])
         west = (column - (_COLUMNS - 1) / 2 + 0.5 * (row % 2)) * _APART_M
-        shift = np.random.default_rng(seed).uniform(-_JITTER_M, _JITTER_M, (len(row), 2))
+        shift = np.random.default_rng(world_seed).uniform(-_JITTER_M, _JITTER_M, (len(row), 2))
         self.pillars = np.stack([_FIRST_M + row * _APART_M, west], axis=1) + shift
         box = gymnasium.spaces.Box
         self.space = gymnasium.spaces.Dict(

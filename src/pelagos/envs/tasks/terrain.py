@@ -37,8 +37,8 @@ class TerrainFollowing(SensingTask):
     rate_hz = 5.0
     seconds = 100.0
 
-    def __init__(self, *, relief_m: float = 6.0, wavelength_m: float = 150.0, seed: int = 3) -> None:
-        self.relief_m, self.wavelength_m, self.seed = relief_m, wavelength_m, seed
+    def __init__(self, *, relief_m: float = 6.0, wavelength_m: float = 150.0, world_seed: int = 3) -> None:
+        self.relief_m, self.wavelength_m, self.world_seed = relief_m, wavelength_m, world_seed
         self.space = gymnasium.spaces.Dict(
             {"state": gymnasium.spaces.Box(np.float32(-1e3), np.float32(1e3), (8,), np.float32)}
         )
@@ -50,7 +50,7 @@ class TerrainFollowing(SensingTask):
         return {
             "tick_rate_hz": 50,
             "world": {
-                "type": "generated", "seed": self.seed, "size_m": [_LENGTH_M, 240], "depth_m": 40, "grid_m": 2,
+                "type": "generated", "seed": self.world_seed, "size_m": [_LENGTH_M, 240], "depth_m": 40, "grid_m": 2,
                 "terrain": {
                     "kind": "dunes", "relief_m": self.relief_m, "wavelength_m": self.wavelength_m, "heading_deg": 20,
                 },
