@@ -137,6 +137,7 @@ def test_ais_sentences_are_decoded_by_another_package(ais_class: str, kinds: set
         if reading is not None:
             lines += [line for p in reading.packets for line in p.payload.decode().split("\n")]
     assert lines
+    assert {line.split(",")[0] for line in lines} == {"!AIVDM"}  # of others; VDO would be the own ship
     for line in lines:
         assert pynmea2.NMEASentence.checksum(line.strip("!").split("*")[0]) == int(line.split("*")[1], 16)
     seen, pending = [], []

@@ -199,12 +199,13 @@ class _Hunt:
         """What eigenrays bring."""
         path = found.path
         here = np.array([s.speed_at(z) for s, z in zip(sections, self.source, strict=True)])[path]
-        there = np.array([s.speed_at(z) for s, z in zip(sections, self.receiver, strict=True)])[path]
+        ends = list(zip(sections, self.receiver, self.reach, strict=True))
+        there = np.array([s.speed_at(z, x) for s, z, x in ends])[path]
         wavelength = there / np.array([s.frequency for s in sections])[path]
         spread = np.maximum(np.abs(found.spread), least_spread(wavelength, found.length))
         size = np.sqrt(np.cos(found.angle) * there / (here * self.reach[path] * spread)) * 10.0 ** (-found.loss / 20.0)
         phase = (found.real + 1j * found.imaginary) * 1j**found.caustics
-        surface_speed = np.array([s.speed_at(0.0) for s in sections])[path]
+        surface_speed = np.array([s.speed_at(0.0, x) for s, _, x in ends])[path]
         level = np.minimum(found.slowness * surface_speed, 1.0)
         sine = np.where(found.surface > 0, np.sqrt(1.0 - level**2), 0.0)
         made = Arrivals(

@@ -29,24 +29,29 @@ _MOST_BUBBLE_LOSS: Final = 15.0  # [dB] a bounce, see `sea_surface.bubble_loss_d
 
 @jit.struct
 class Water:
-    """Profiles, one row a path, linear between `LEVELS` levels: a Dr.Jit struct of `Float64`.
+    """Water by path, one row each: columns one after the other along it, linear between `LEVELS` levels that all of
+    them share; a Dr.Jit struct of `Float64`.
 
     Attributes:
         depth: of the levels, increasing from 0, the surface [m]; the last one lies below every bottom.
-        speed: of sound [m/s].
-        absorption: [dB/m].
+        speed: of sound, by row, column and level [m/s].
+        absorption: likewise [dB/m].
         bubble_loss: of a bounce at the surface at normal incidence [dB], one value a row.
+        begins: where each column begins, by row and column; 0 for the first one [m].
+        columns: `UInt32`, of a row.
     """
 
     depth: Array
     speed: Array
     absorption: Array
     bubble_loss: Array
+    begins: Array
+    columns: Array
 
     @property
-    def size_key(self) -> tuple[int, int]:
+    def size_key(self) -> tuple[int, int, int]:
         """Sizes of all arrays."""
-        return dr.width(self.depth), dr.width(self.bubble_loss)
+        return dr.width(self.depth), dr.width(self.speed), dr.width(self.bubble_loss)
 
 
 @jit.struct
@@ -113,7 +118,7 @@ class Ray:
         growth: `Float64`, p in dq/ds = c p [s/m/rad].
         real, imaginary: `Float64`, product of the reflection coefficients, time as exp(+i omega t).
         caustics, surface, bottom: `UInt32`, caustics touched and bounces.
-        layer, node: `UInt32`, where it is in its profile and its bottom.
+        layer, column, node: `UInt32`, where it is in its water and on its bottom.
         alive: `Bool`.
     """
 
@@ -132,6 +137,7 @@ class Ray:
     surface: Array
     bottom: Array
     layer: Array
+    column: Array
     node: Array
     alive: Array
 
@@ -139,8 +145,8 @@ class Ray:
 def depart(water: Water, launch: Launch) -> Ray:
     """Rays at their source."""
     width = dr.width(launch.row)
-    layer = _layer_at(water, launch.row, launch.depth)
-    c, _, _ = _here(water, launch.row, layer, launch.depth)
+    layer, column = _layer_at(water, launch.row, launch.depth), dr.zeros(jit.UInt32, width)
+    c, _, _ = _here(water, launch.row, column, layer, launch.depth)
     sine, cosine = dr.sincos(launch.angle)
     return Ray(
         x=dr.zeros(jit.Float64, width), z=jit.Float64(launch.depth), sine=sine, slowness=cosine / c,
@@ -148,7 +154,7 @@ def depart(water: Water, launch: Launch) -> Ray:
         spread=dr.zeros(jit.Float64, width), growth=1.0 / c, real=dr.full(jit.Float64, 1.0, width),
         imaginary=dr.zeros(jit.Float64, width), caustics=dr.zeros(jit.UInt32, width),
         surface=dr.zeros(jit.UInt32, width), bottom=dr.zeros(jit.UInt32, width), layer=layer,
-        node=dr.zeros(jit.UInt32, width), alive=dr.full(jit.Bool, True, width),
+        column=column, node=dr.zeros(jit.UInt32, width), alive=dr.full(jit.Bool, True, width),
     )  # fmt: skip
 
 
@@ -196,13 +202,15 @@ def march_by(water: Water, floor: Floor, launch: Launch, *, stations: int) -> li
 
 
 def step(water: Water, floor: Floor, launch: Launch, end: Array, ray: Ray) -> Ray:
-    """One arc: to the edge of the layer, to the next node of the bottom, to the bottom, or to x = `end`."""
-    c, g, top = _here(water, launch.row, ray.layer, ray.z)
+    """One arc: to the edge of the layer or the column, to the next node of the bottom, to the bottom, or to `end`."""
+    c, g, top = _here(water, launch.row, ray.column, ray.layer, ray.z)
     cosine = ray.slowness * c
     edge = _to_edge(water, launch.row, ray, g, cosine, top)
     slope, bottom, next_node = _bottom_at(floor, launch.row, ray)
+    next_column = _next_column(water, launch.row, ray.column)
     to_bottom = _to_bottom(ray, g * ray.slowness, cosine, slope, bottom)
     way = dr.minimum(dr.minimum(edge.way, to_bottom), dr.minimum(next_node - ray.x, end - ray.x))
+    way = dr.minimum(way, next_column - ray.x)
     way = dr.maximum(way, 0.0)
     at_bottom = (to_bottom <= way) & (to_bottom < edge.way)
     at_edge = ~at_bottom & (edge.way <= way)
@@ -212,9 +220,12 @@ def step(water: Water, floor: Floor, launch: Launch, end: Array, ray: Ray) -> Ra
     z = dr.select(at_edge, edge.depth, dr.select(at_bottom, bottom + slope * way, ray.z + rise))
     after = _along(water, launch, ray, way, z, sine, cosine, g)
     after.x = dr.select(end - ray.x <= way, end, ray.x + way)
+    at_column = ~at_bottom & ~at_edge & (next_column - ray.x <= way)
     last = dr.gather(jit.UInt32, floor.nodes, launch.row) - 1
     after.node = dr.minimum(dr.select(next_node - ray.x <= way, ray.node + 1, ray.node), last)
-    return _bounced(water, floor, launch, _crossed(water, launch, after, g, at_edge, top), g, slope, at_edge, at_bottom)
+    after = _crossed(water, launch, after, g, at_edge, top)
+    after = _bounced(water, floor, launch, after, g, slope, at_edge, at_bottom)
+    return _into_column(water, launch.row, after, at_column)
 
 
 @jit.struct
@@ -227,9 +238,8 @@ class _Edge:
 
 
 def _to_edge(water: Water, row: Array, ray: Ray, g: Array, cosine: Array, top: Array) -> _Edge:
-    first = row * LEVELS + ray.layer
-    z1, c1 = dr.gather(jit.Float64, water.depth, first + 1), dr.gather(jit.Float64, water.speed, first + 1)
-    c0 = dr.gather(jit.Float64, water.speed, first)
+    z1 = dr.gather(jit.Float64, water.depth, row * LEVELS + ray.layer + 1)
+    c0, c1 = (dr.gather(jit.Float64, water.speed, _first(water, row, ray.column, ray.layer) + k) for k in (0, 1))
     down = (ray.sine > 0.0) | ((ray.sine == 0.0) & (g < 0.0))
     turns = ray.slowness * dr.select(down, c1, c0) >= 1.0  # before it comes there
     below = down != turns
@@ -274,14 +284,15 @@ def _along(water: Water, launch: Launch, ray: Ray, way: Array, z: Array, sine: A
     length = chord * _asin_ratio(0.5 * chord * dr.abs(bend))
     first = launch.row * LEVELS + ray.layer
     depth0, depth1 = (dr.gather(jit.Float64, water.depth, first + k) for k in (0, 1))
-    low, high = (dr.gather(jit.Float64, water.absorption, first + k) for k in (0, 1))
+    here = _first(water, launch.row, ray.column, ray.layer)
+    low, high = (dr.gather(jit.Float64, water.absorption, here + k) for k in (0, 1))
     middle = dr.clip((0.5 * (ray.z + z) - depth0) / (depth1 - depth0), 0.0, 1.0)
     spread = ray.spread + ray.growth * dr.select(ray.slowness > 0.0, way / dr.maximum(ray.slowness, 1e-300), 0.0)
     return Ray(
         x=ray.x, z=z, sine=sine, slowness=ray.slowness, time=ray.time + time, length=ray.length + length,
         loss=ray.loss + length * (low + (high - low) * middle), spread=spread, growth=ray.growth, real=ray.real,
         imaginary=ray.imaginary, caustics=ray.caustics + dr.select(ray.spread * spread < 0.0, jit.UInt32(1), 0),
-        surface=ray.surface, bottom=ray.bottom, layer=ray.layer, node=ray.node, alive=ray.alive,
+        surface=ray.surface, bottom=ray.bottom, layer=ray.layer, column=ray.column, node=ray.node, alive=ray.alive,
     )  # fmt: skip
 
 
@@ -290,7 +301,7 @@ def _crossed(water: Water, launch: Launch, ray: Ray, g: Array, at_edge: Array, t
     up = at_edge & (ray.sine < 0.0) & (ray.layer > 0)
     down = at_edge & (ray.sine > 0.0) & (ray.layer + 2 < LEVELS)
     layer = dr.select(up, ray.layer - 1, dr.select(down, ray.layer + 1, ray.layer))
-    _, after, _ = _here(water, launch.row, layer, ray.z)
+    _, after, _ = _here(water, launch.row, ray.column, layer, ray.z)
     ray.growth -= dr.select(up | down, (after - g) * ray.spread * ray.slowness * ray.slowness / _signed(ray.sine), 0.0)
     ray.layer = layer
     ray.alive &= ~(at_edge & (ray.sine > 0.0) & ~down)
@@ -303,7 +314,7 @@ def _bounced(
     """Reflected at the surface, at whose mirror image the gradient turns, or at the bottom."""
     at_surface = at_edge & (ray.sine < 0.0) & (ray.z <= 0.0) & (ray.layer == 0)
     steep = 1.0 / dr.sqrt(1.0 + slope * slope)
-    c, _, _ = _here(water, launch.row, ray.layer, ray.z)
+    c, _, _ = _here(water, launch.row, ray.column, ray.layer, ray.z)
     cosine = ray.slowness * c
     nx, nz = dr.select(at_bottom, -slope * steep, 0.0), dr.select(at_bottom, steep, 1.0)
     into = cosine * nx + ray.sine * nz  # of the ray along the normal; negative at the surface
@@ -343,10 +354,41 @@ def _bottom_at(floor: Floor, row: Array, ray: Ray) -> tuple[Array, Array, Array]
     return slope, z0 + slope * (ray.x - x0), dr.select(last, dr.inf, x1)
 
 
-def _here(water: Water, row: Array, layer: Array, z: Array) -> tuple[Array, Array, Array]:
+def _into_column(water: Water, row: Array, ray: Ray, crossed: Array) -> Ray:
+    """Into the next column, as through a vertical face: sin(angle)/c stays, the height q/cos(angle) of a tube of rays
+    stays, and the vertical gradient's jump bends neighbours by 2 sin(angle) (g' - g) q/c^2.
+    """
+    column = dr.select(crossed, ray.column + 1, ray.column)
+    c0, g0, _ = _here(water, row, ray.column, ray.layer, ray.z)
+    c1, g1, _ = _here(water, row, column, ray.layer, ray.z)
+    sine = dr.clip(ray.sine * c1 / c0, -1.0, 1.0)
+    cosine0, cosine1 = (dr.sqrt(dr.maximum((1.0 - s) * (1.0 + s), 1e-12)) for s in (ray.sine, sine))
+    narrowed = cosine1 / cosine0
+    growth = ray.growth / narrowed + 2.0 * sine * (g1 - g0) * ray.spread / (c1 * c1)
+    ray.growth = dr.select(crossed, growth, ray.growth)
+    ray.spread = dr.select(crossed, ray.spread * narrowed, ray.spread)
+    ray.slowness = dr.select(crossed, cosine1 / c1, ray.slowness)
+    ray.sine, ray.column = dr.select(crossed, sine, ray.sine), column
+    return ray
+
+
+def _next_column(water: Water, row: Array, column: Array) -> Array:
+    """Where the water's next column begins [m]; infinitely far behind the last one."""
+    count = dr.gather(jit.UInt32, water.columns, row)
+    last = column + 1 >= count
+    begins = dr.gather(jit.Float64, water.begins, row * count + dr.select(last, column, column + 1))
+    return dr.select(last, dr.inf, begins)
+
+
+def _first(water: Water, row: Array, column: Array, layer: Array) -> Array:
+    """Index of a layer's upper level in tables by row, column and level."""
+    return (row * dr.gather(jit.UInt32, water.columns, row) + column) * LEVELS + layer
+
+
+def _here(water: Water, row: Array, column: Array, layer: Array, z: Array) -> tuple[Array, Array, Array]:
     """Sound speed at a depth in a layer [m/s], the layer's gradient [1/s], and its upper edge [m]."""
-    first = row * LEVELS + layer
-    z0, z1 = dr.gather(jit.Float64, water.depth, first), dr.gather(jit.Float64, water.depth, first + 1)
+    level, first = row * LEVELS + layer, _first(water, row, column, layer)
+    z0, z1 = dr.gather(jit.Float64, water.depth, level), dr.gather(jit.Float64, water.depth, level + 1)
     c0, c1 = dr.gather(jit.Float64, water.speed, first), dr.gather(jit.Float64, water.speed, first + 1)
     g = (c1 - c0) / (z1 - z0)
     return dr.select(z == z1, c1, c0 + g * (z - z0)), g, z0

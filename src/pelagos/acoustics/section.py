@@ -23,14 +23,15 @@ class Section:
 
     Attributes:
         depth: `(k,)` of the profile's levels, increasing [m]; the water is uniform beyond them.
-        speed: `(k,)` of sound [m/s].
+        speed: `(k,)` of sound [m/s]; where water changes along the way `(columns, k)`.
         bottom_x: `(m,)` distance of the bottom's nodes from the source, increasing from 0 [m].
         bottom_depth: `(m,)`; straight between nodes and level behind the last [m].
-        absorption: `(k,)` or one number [dB/m].
+        absorption: as `speed`, or one number [dB/m].
         density_ratio, sound_speed_ratio, loss: of the bottom behind each node, `(m,)` or one number; see
             `fluid_reflection`.
         frequency: of the sound [Hz].
         wind_speed: 10 m above the surface [m/s], for the loss by bubbles.
+        begins: `(columns,)` distances at which columns of the water begin, increasing from 0 [m].
     """
 
     depth: NDArray[np.float64]
@@ -43,10 +44,17 @@ class Section:
     loss: ArrayLike = 0.0
     frequency: float = 1e4
     wind_speed: float = 0.0
+    begins: NDArray[np.float64] = field(default_factory=lambda: np.zeros(1))
 
-    def speed_at(self, depth: ArrayLike) -> NDArray[np.float64]:
-        """Of sound [m/s]."""
-        return np.asarray(np.interp(np.asarray(depth, np.float64), self.depth, self.speed))
+    def speed_at(self, depth: ArrayLike, x: ArrayLike = 0.0) -> NDArray[np.float64]:
+        """Of sound [m/s] at a depth and a distance from the source [m]."""
+        z, speeds = np.asarray(depth, np.float64), np.atleast_2d(self.speed)
+        if len(speeds) == 1:
+            return np.asarray(np.interp(z, self.depth, speeds[0]))
+        z, place = np.broadcast_arrays(z, np.asarray(x, np.float64))
+        column = np.searchsorted(self.begins, place, side="right") - 1
+        by_column = np.stack([np.interp(z, self.depth, c) for c in speeds])
+        return np.asarray(np.take_along_axis(by_column, column[None], axis=0)[0])
 
     def bottom_at(self, x: ArrayLike) -> NDArray[np.float64]:
         """Depth of the bottom [m]."""
@@ -59,50 +67,54 @@ def on_device(sections: Sequence[Section], *, nodes: int | None = None) -> tuple
     Args:
         nodes: of each bottom; the most that one has where not given.
     """
-    profiles = [_levels(s) for s in sections]
+    columns = max(len(s.begins) for s in sections)
+    profiles = [_levels(s, columns) for s in sections]
     count = max(len(s.bottom_x) for s in sections) if nodes is None else nodes
     bubbles = [float(bubble_loss_db(1.0, s.frequency, s.wind_speed)) if s.wind_speed > 0 else 0.0 for s in sections]
     floors = [_floor(s, count) for s in sections]
     tables = [np.concatenate(p) for part in (profiles, floors) for p in zip(*part, strict=True)]
-    depth, speed, absorption, bubble, x, bottom, density, ratio, loss = arrays = [
-        jit.Float64(table) for table in (*tables[:3], np.array(bubbles), *tables[3:])
+    depth, speed, absorption, begins, bubble, x, bottom, density, ratio, loss = arrays = [
+        jit.Float64(table) for table in (*tables[:4], np.array(bubbles), *tables[4:])
     ]
-    per_row = jit.UInt32(np.full(len(sections), count, np.uint32))
-    jit.settle(*arrays, per_row)  # together: to wait for each takes as long as to copy it
-    return Water(depth, speed, absorption, bubble), Floor(x, bottom, density, ratio, loss, per_row)
+    of_water, of_floor = (jit.UInt32(np.full(len(sections), k, np.uint32)) for k in (columns, count))
+    jit.settle(*arrays, of_water, of_floor)  # together: to wait for each takes as long as to copy it
+    water = Water(depth, speed, absorption, bubble, begins, of_water)
+    return water, Floor(x, bottom, density, ratio, loss, of_floor)
 
 
 def thinned(
     depth: NDArray[np.float64], speed: NDArray[np.float64], *, levels: int, error: float = _FAITHFUL
 ) -> NDArray[np.intp]:
-    """Rows of a profile that stand for it within `error` [m/s], or the best `levels` of them, by repeated splitting."""
-    kept = [0, len(depth) - 1]
+    """Rows of profiles `(k,)` or `(columns, k)` that stand for them within `error` [m/s], or the best `levels` of them,
+    by repeated splitting.
+    """
+    profiles, kept = np.atleast_2d(speed), [0, len(depth) - 1]
     while len(kept) < levels:
-        line = np.interp(depth, depth[kept], speed[kept])
-        worst = int(np.argmax(np.abs(line - speed)))
-        if abs(line[worst] - speed[worst]) <= error:
+        missed = np.max([np.abs(np.interp(depth, depth[kept], c[kept]) - c) for c in profiles], axis=0)
+        worst = int(np.argmax(missed))
+        if missed[worst] <= error:
             break
         kept = sorted({*kept, worst})
     return np.array(kept)
 
 
-def _levels(section: Section) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
-    """`LEVELS` levels from the surface to below the bottom."""
-    depth, speed = np.asarray(section.depth, float), np.asarray(section.speed, float)
-    absorption = np.broadcast_to(np.asarray(section.absorption, float), depth.shape)
+def _levels(section: Section, columns: int) -> list[NDArray[np.float64]]:
+    """`LEVELS` levels from the surface to below the bottom: depths, speeds and absorption of all columns, and where
+    these begin; those that only fill the table begin behind every path.
+    """
+    depth, speed = np.asarray(section.depth, float), np.atleast_2d(np.asarray(section.speed, float))
+    absorption = np.broadcast_to(np.asarray(section.absorption, float), speed.shape)
     if len(depth) > LEVELS - 4:
         rows = thinned(depth, speed, levels=LEVELS - 4)
-        depth, speed, absorption = depth[rows], speed[rows], absorption[rows]
+        depth, speed, absorption = depth[rows], speed[:, rows], absorption[:, rows]
     if depth[0] > 0.0:
-        depth, speed, absorption = (np.concatenate([[f], a]) for f, a in
-                                    ((0.0, depth), (speed[0], speed), (absorption[0], absorption)))  # fmt: skip
-    left = LEVELS - len(depth)
+        depth = np.concatenate([[0.0], depth])
+        speed, absorption = (np.concatenate([a[:, :1], a], axis=1) for a in (speed, absorption))
+    left, more = LEVELS - len(depth), columns - len(section.begins)
     lowest = max(float(depth[-1]), float(np.max(section.bottom_depth)))
-    return (
-        np.concatenate([depth, lowest + _BELOW * (1 + np.arange(left))]),
-        np.concatenate([speed, np.full(left, speed[-1])]),
-        np.concatenate([absorption, np.full(left, absorption[-1])]),
-    )
+    whole = [np.pad(a, ((0, more), (0, left)), mode="edge").ravel() for a in (speed, absorption)]
+    begins = np.concatenate([section.begins, 1e9 * (1 + np.arange(more))])
+    return [np.concatenate([depth, lowest + _BELOW * (1 + np.arange(left))]), *whole, begins]
 
 
 def _floor(section: Section, count: int) -> list[NDArray[np.float64]]:

@@ -118,7 +118,7 @@ def field(
     values = _marched([section], *lanes, columns, _BOUNCES, rounded=False)
     x = np.arange(1, columns + 1, dtype=np.float64) * np.float64(reach / columns)
     z = np.array(values[0])
-    speed = section.speed_at(np.where(np.isfinite(z), z, 0.0))
+    speed = section.speed_at(np.where(np.isfinite(z), z, 0.0), np.tile(x, beams))
     grid = (jit.own(jit.Float64, np.repeat(x, len(depths))), jit.own(jit.Float64, np.tile(depths, columns)))
     sizes = [jit.own(jit.UInt32, np.array([v], np.uint32)) for v in (beams, columns, len(depths))]
     constants = [

@@ -21,6 +21,8 @@ from pelagos.sensors.sensor import Kinematics, Measurement, SensorConfig, Sensor
 
 _KNOT: Final = 1852.0 / 3600.0  # [m/s]
 _STATIC_S: Final = 360.0  # between two messages of static data
+_NO_SECOND: Final = 60  # of the minute: a simulation has no calendar
+_NO_TURN: Final = -128  # no turn indicator
 _NOISE_DBM: Final = -119.0  # 25 kHz, noise figure 11 dB
 
 
@@ -106,7 +108,13 @@ class Ais:
         every = max(round(_STATIC_S / pause), 1)
         data = self._static() if count % every == 0 else [self._position(pose, copy, speed)]
         data = [{"mmsi": port.mmsi, **message} for message in data]
-        lines = [line for message in data for line in self._encode(message, talker_id="AI", radio_channel="A")]
+        channel, number = "AB"[count % 2], count % 10
+        lines = [
+            line for message in data
+            for line in self._encode(
+                message, talker_id="AI", sentence_type="VDM", radio_channel=channel, seq_id=number
+            )
+        ]  # fmt: skip
         return "\n".join(lines).encode(), pause
 
     def _position(self, pose: Pose, copy: int, speed: float) -> dict[str, Any]:
@@ -121,6 +129,8 @@ class Ais:
             "course": math.degrees(math.atan2(-velocity[1], velocity[0])) % 360.0,
             "heading": round(math.degrees(math.atan2(-ahead[1], ahead[0])) % 360.0) % 360,
             "accuracy": 1,
+            "second": _NO_SECOND,
+            **({"turn": _NO_TURN} if self._config.ais_class == "A" else {}),
         }
 
     def _static(self) -> list[dict[str, Any]]:

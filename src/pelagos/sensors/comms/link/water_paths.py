@@ -29,7 +29,8 @@ from pelagos.world.world import World
 NODES: Final = 33
 """Of the bottom along a path."""
 _SAMPLES: Final = 65  # depths at which water that varies in place is asked
-_ALONG: Final = (0.1, 0.5, 0.9)  # of the way, where it is asked
+_COLUMNS: Final = 25  # of the way, from end to end, each with the water of its middle
+_ALIKE: Final = 0.02  # [m/s] by which columns may differ that count as one
 _LEVELS: Final = 48
 _DEEP: Final = 12_000.0  # [m], where nothing lies below
 _SKIN: Final = 0.05  # [m] that a cast begins beside surfaces
@@ -89,7 +90,7 @@ class WaterPaths:
         made = []
         straight = _straight(bottom, material)
         for k in range(len(source)):
-            depth, speed, absorption = self._levels(source[k], receiver[k], t, float(np.max(bottom[k])))
+            depth, speed, absorption, begins = self._levels(source[k], receiver[k], t, float(np.max(bottom[k])))
             nodes = _ENDS if straight[k] else slice(None)
             density, ratio, loss = (
                 np.array([getattr(self._palette[m], name) for m in material[k][nodes]])
@@ -99,6 +100,7 @@ class WaterPaths:
                 Section(
                     depth, speed, x[k][nodes], bottom[k][nodes], absorption=absorption, density_ratio=density,
                     sound_speed_ratio=ratio, loss=loss, frequency=self.frequency, wind_speed=self._wind,
+                    begins=begins,
                 )
             )  # fmt: skip
         return made
@@ -138,7 +140,10 @@ class WaterPaths:
         blocked[at_risk] = self._blocked(
             found.take(at_risk), sections, source, zs, distance, level, heading[at_risk], copy, own
         )
-        ends = [np.array([float(s.speed_at(z)) for s, z in zip(sections, d, strict=True)]) for d in (zs, zr)]
+        ends = [
+            np.array([float(s.speed_at(z, x)) for s, z, x in zip(sections, d, way, strict=True)])
+            for d, way in ((zs, 0.0 * distance), (zr, distance))
+        ]
         return Paths(found, towards[0], towards[1], blocked, np.stack(ends, axis=-1))
 
     def _in_the_way(
@@ -232,30 +237,37 @@ class WaterPaths:
 
     def _levels(
         self, source: NDArray[np.float64], receiver: NDArray[np.float64], t: float, bottom: float
-    ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
-        """Depth [m], sound speed [m/s] and absorption [dB/m] down to the bottom."""
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+        """Depths down to the bottom [m], sound speed [m/s] and absorption [dB/m] by column, where columns begin [m]."""
         if self._column is not None:
             depth, speed, absorption = self._column
             last = min(int(np.searchsorted(depth, bottom)) + 1, len(depth))
             rows = thinned(depth[:last], speed[:last], levels=_LEVELS) if last > _LEVELS else np.arange(last)
-            return depth[rows], speed[rows], absorption[rows]
+            return depth[rows], speed[rows], absorption[rows], np.zeros(1)
         depth = np.concatenate([[0.0], np.geomspace(0.5, max(bottom, 2.0), _SAMPLES - 1)])
-        place = [source + share * (receiver - source) for share in _ALONG]
-        columns = [self._asked(p, depth, t) for p in place]
-        speed, absorption = (np.nanmean([c[k] for c in columns], axis=0) for k in (0, 1))
+        share = np.linspace(0.0, 1.0, _COLUMNS)
+        speed, absorption = self._asked(source + share[:, None] * (receiver - source), depth, t)
+        begins = np.concatenate([[0.0], 0.5 * (share[1:] + share[:-1])])
+        begins *= max(float(np.hypot(*(receiver - source)[:2])), 1e-3)
+        if np.ptp(speed, axis=0).max() < _ALIKE:
+            speed, absorption, begins = speed.mean(axis=0, keepdims=True), absorption[:1], begins[:1]
         rows = thinned(depth, speed, levels=_LEVELS)
-        return depth[rows], speed[rows], absorption[rows]
+        return depth[rows], speed[:, rows], absorption[:, rows], begins
 
     def _asked(
-        self, place: NDArray[np.float64], depth: NDArray[np.float64], t: float
+        self, places: NDArray[np.float64], depth: NDArray[np.float64], t: float
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        at = jit.Array3f64(float(place[0]), float(place[1]), jit.Float64(self.level(t) - depth))
-        time = jit.Float64(t)
-        speed = np.broadcast_to(np.array(self._ocean.sound_speed(at, time)), depth.shape)
-        temperature, salinity = (
-            np.broadcast_to(np.array(f(at, time)), depth.shape) for f in (self._ocean.temperature, self._ocean.salinity)
+        """Sound speed [m/s] and absorption [dB/m] below places, `(places, depths)`."""
+        shape = len(places), len(depth)
+        x, y = (np.repeat(places[:, k], len(depth)) for k in (0, 1))
+        z = np.tile(self.level(t) - depth, len(places))
+        at, time = jit.Array3f64(*(jit.Float64(v) for v in (x, y, z))), jit.Float64(t)
+        speed, temperature, salinity = (
+            np.broadcast_to(np.array(f(at, time)), z.shape).astype(np.float64)
+            for f in (self._ocean.sound_speed, self._ocean.temperature, self._ocean.salinity)
         )
-        return np.array(speed), self._absorption(temperature, salinity, depth)
+        absorption = self._absorption(temperature, salinity, np.tile(depth, len(places)))
+        return speed.reshape(shape), absorption.reshape(shape)
 
     def _absorption(
         self, temperature: NDArray[np.float64], salinity: NDArray[np.float64], depth: NDArray[np.float64]
