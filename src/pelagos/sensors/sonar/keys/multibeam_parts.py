@@ -37,6 +37,7 @@ def emitter(config: Any, context: SensorContext, rays: dict[str, NDArray[Any]]) 
         config.pulse_s,
         config.source_level_db,
         period_ticks(config.rate_hz, context.dt_ns, where=context.path) * context.dt_ns,
+        pulse=config.pulse,
     )
 
 

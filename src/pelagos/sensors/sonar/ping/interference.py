@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property, lru_cache
 from typing import TYPE_CHECKING, Any, Final
 
 import drjit as dr
@@ -11,17 +13,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pelagos import jit
-from pelagos.acoustics.beam_pattern import line_length, line_np
-from pelagos.acoustics.interference import band_overlap, is_arriving
-from pelagos.acoustics.pulse import processing_gain_db
-from pelagos.acoustics.spreading import from_db
+from pelagos.acoustics.absorption import absorption
+from pelagos.acoustics.beam_pattern import line_length, line_np, weighted_line_np
+from pelagos.acoustics.interference import Sent, band_overlap, through_filter
 from pelagos.errors import LookupFailed
 from pelagos.jit import Array
-from pelagos.math.so3 import rotate_back
+from pelagos.math.so3 import rotate_np
 from pelagos.raycast.caster import Caster
 from pelagos.raycast.rays import Rays
-from pelagos.sensors.mount import Mounted, sensor_pose
+from pelagos.sensors.mount import Mounted
 from pelagos.sensors.noise import BatchPath
+from pelagos.sensors.sonar.ping.aperture import Aperture
 from pelagos.sensors.sonar.ping.fan import Lanes
 
 if TYPE_CHECKING:
@@ -29,6 +31,8 @@ if TYPE_CHECKING:
 
 _LEAK: Final = 1e-4  # of the power on axis, beside all lobes; assumed
 _BEHIND: Final = 1e-3  # of what would be heard in front, behind an array's baffle; assumed
+_FEW_BEAMS: Final = 8
+_ABOARD: Final = 10.0  # [m], how far from its vehicle's origin a sonar may sit
 _NEAREST: Final = 0.3  # [m], distance at which spreading begins
 _HULL: Final = 2.0  # [m] before the other sonar, within which what stands in the way is its own vehicle; assumed
 
@@ -41,6 +45,8 @@ class Apertures:
         axis: where each beam looks.
         side, up: along the edges of its aperture.
         side_length, up_length: of the edges [wavelengths].
+        shading: of the array along `side`.
+        steered: one array along `side` makes all beams: they differ by the sine of their angle to it.
     """
 
     axis: NDArray[np.float64]
@@ -48,6 +54,15 @@ class Apertures:
     up: NDArray[np.float64]
     side_length: float
     up_length: float
+    shading: str = "uniform"
+    steered: bool = False
+
+    @classmethod
+    def of_array(cls, aperture: Aperture) -> Apertures:
+        """The beams of a steered array."""
+        side, up = (np.broadcast_to(v, aperture.axis.shape) for v in (aperture.side, aperture.up))
+        lengths = aperture.side_length, aperture.up_length
+        return cls(aperture.axis, side, up, *lengths, aperture.shading, aperture.steered)
 
     @classmethod
     def of_fan(cls, rays: dict[str, NDArray[Any]], beams: int, across: float, along: float) -> Apertures:
@@ -65,8 +80,26 @@ class Apertures:
     def power(self, direction: NDArray[np.float64]) -> NDArray[np.float64]:
         """One-way power pattern `(..., beams)` in directions `(..., 3)`, 1 on axis."""
         side, up, ahead = (direction @ v.T for v in (self.side, self.up, self.axis))
-        pattern = (line_np(side, self.side_length) * line_np(up, self.up_length)) ** 2
+        if self.steered:
+            side = side - self._sines
+        across = weighted_line_np(side, self.side_length, self.shading)
+        pattern = (across * line_np(up, self.up_length)) ** 2
         return np.asarray(np.maximum(pattern, _LEAK) * np.where(ahead > 0.0, 1.0, _BEHIND))
+
+    def loudest(self, direction: NDArray[np.float64]) -> NDArray[np.float64]:
+        """`power` of whichever beam hears best in directions `(m, 3)`: `(m,)`."""
+        if not self.steered or len(self.axis) < _FEW_BEAMS:
+            return np.asarray(self.power(direction).max(axis=-1))
+        towards = direction @ self.side[0]
+        nearest = np.abs(self._sines[None, :] - towards[:, None]).argmin(axis=-1)
+        across = weighted_line_np(towards - self._sines[nearest], self.side_length, self.shading)
+        pattern = (across * line_np(direction @ self.up[0], self.up_length)) ** 2
+        ahead = (direction * self.axis[nearest]).sum(axis=-1)
+        return np.asarray(np.maximum(pattern, _LEAK) * np.where(ahead > 0.0, 1.0, _BEHIND))
+
+    @cached_property
+    def _sines(self) -> NDArray[np.float64]:
+        return np.asarray((self.axis * self.side).sum(axis=-1))
 
 
 @dataclass(frozen=True)
@@ -80,6 +113,8 @@ class Emitter:
         frequency_hz, bandwidth_hz, pulse_s, source_level_db: of its pulse.
         period_ns: between two pings; the first is at t = 0.
         angle: for heads that turn, their direction about z [rad] at ticks `(m,)`.
+        pulse: "chirp" or "cw".
+        faintest_db: level of a pulse that nobody would notice in its own noise [dB re 1 uPa].
     """
 
     path: str
@@ -91,6 +126,13 @@ class Emitter:
     source_level_db: float
     period_ns: int
     angle: Callable[[NDArray[np.int64]], NDArray[np.float64]] | None = None
+    pulse: str = "chirp"
+    faintest_db: float = -math.inf
+
+    @property
+    def sent(self) -> Sent:
+        """Its pulse."""
+        return Sent(self.frequency_hz, self.bandwidth_hz, self.pulse_s, self.pulse)
 
     @property
     def agent(self) -> str:
@@ -107,8 +149,11 @@ class Heard:
         direction: `Array3f`, the same, world frame, from the receiver to the source.
         since: `Float`, the same: how long ago it has pinged when the receiver does [s].
         level: `Float`, sources by lanes by beams: intensity at the receiver without absorption, through both patterns,
-            re the receiver's source level at 1 m.
-        period, duration: `Float`, by source [s].
+            re the receiver's source level at 1 m, of a pulse that its filter compresses.
+        period, frequency: `Float`, by source [s], [Hz].
+        signal: `Float`, two a sample: the pulses behind the receiver's filter, one after another.
+        first, taps: `UInt32`, by source: where its pulse begins in `signal`, and its samples.
+        lead, step: `Float`, by source, see `Filtered` [s].
     """
 
     distance: Array
@@ -116,7 +161,12 @@ class Heard:
     since: Array
     level: Array
     period: Array
-    duration: Array
+    frequency: Array
+    signal: Array
+    first: Array
+    taps: Array
+    lead: Array
+    step: Array
 
     @property
     def size_key(self) -> tuple[int, int, int]:
@@ -136,6 +186,7 @@ class Neighbours:
     paths: Sequence[str] = ()
     motion_of: Callable[[str], Kinematics] | None = None
     _emitters: dict[str, Emitter] = field(default_factory=dict)
+    _pulses: dict[tuple[Any, ...], Pulses] = field(default_factory=dict)
 
     @property
     def emitters(self) -> Mapping[str, Emitter]:
@@ -165,34 +216,104 @@ class Neighbours:
     def heard(self, own: Emitter, paths: Sequence[str], motion: Kinematics) -> Heard | None:
         """What arrives at a receiver; None where nothing of it lies in its band."""
         sources = [self._emitters[p] for p in paths if p != own.path]
-        shares = [band_overlap(own.frequency_hz, own.bandwidth_hz, s.frequency_hz, s.bandwidth_hz) for s in sources]
-        sources = [s for s, share in zip(sources, shares, strict=True) if share > 0.0]
+        sources = [s for s in sources if _shares(own, s)]
         if not sources or self.motion_of is None:
             return None
+        pulses = self._pulses_of(own, sources)
+        motions = [self.motion_of(source.agent) for source in sources]
+        dr.eval(motion.position, motion.attitude, [(m.position, m.attitude) for m in motions])
         here, frame = _places(own, motion)
         tick, now = np.array(motion.tick).astype(np.int64), np.array(motion.t_ns).astype(np.int64)
         parts = []
-        for source, share in zip(sources, (s for s in shares if s > 0.0), strict=True):
-            there, their_frame = _places(source, self.motion_of(source.agent))
+        for source, theirs in zip(sources, motions, strict=True):
+            away = float(np.min(np.linalg.norm(_rows(theirs.position) - here, axis=-1)))
+            if _loudest(source, max(away - _ABOARD, 0.0)) < own.faintest_db:
+                continue
+            there, their_frame = _places(source, theirs)
             way = there - here
             distance = np.maximum(np.linalg.norm(way, axis=-1), 1e-6)
             direction = way / distance[:, None]
-            sent = source.apertures.power(_turned(their_frame, -direction, source, tick)).max(axis=-1)
-            received = own.apertures.power(_turned(frame, direction, own, tick))  # (m, beams)
-            level = share * _filtered(own, source) * 10.0 ** ((source.source_level_db - own.source_level_db) / 10.0)
-            level = level * (sent / np.maximum(distance, _NEAREST) ** 2)[:, None] * received
-            parts.append((distance, direction, (now % source.period_ns) * 1e-9, level))
-        distance, direction, since, level = (np.stack(p) for p in zip(*parts, strict=True))
-        made = Heard(
-            jit.Float(distance.astype(np.float32).ravel()),
-            jit.Array3f(np.ascontiguousarray(direction.reshape(-1, 3).T, dtype=np.float32)),
-            jit.Float(since.astype(np.float32).ravel()),
-            jit.Float(level.astype(np.float32).ravel()),
-            jit.Float(np.array([s.period_ns * 1e-9 for s in sources], np.float32)),
-            jit.Float(np.array([_duration(own, s) for s in sources], np.float32)),
-        )
-        dr.make_opaque(made)
-        return made
+            sent = source.apertures.loudest(_turned(their_frame, -direction, source, tick))
+            level = 10.0 ** ((source.source_level_db - own.source_level_db) / 10.0) * sent
+            level = level / np.maximum(distance, _NEAREST) ** 2
+            parts.append((source, distance, direction, (now % source.period_ns) * 1e-9, level))
+        return _heard(own, parts, pulses, frame, tick) if parts else None
+
+    def _pulses_of(self, own: Emitter, sources: Sequence[Emitter]) -> Pulses:
+        """All pulses that may be heard behind the filter of `own`: made once."""
+        key = (own.sent, *(s.sent for s in sources))
+        if key not in self._pulses:
+            self._pulses[key] = Pulses.of(own.sent, [s.sent for s in sources])
+        return self._pulses[key]
+
+
+@dataclass(frozen=True)
+class Pulses:
+    """Pulses behind a filter: all samples on the device, and where each pulse's are (first, taps, lead, step)."""
+
+    signal: Array
+    rows: Mapping[Sent, tuple[int, int, float, float]]
+
+    @classmethod
+    def of(cls, own: Sent, others: Iterable[Sent]) -> Pulses:
+        """Each different one once."""
+        rows: dict[Sent, tuple[int, int, float, float]] = {}
+        samples: list[NDArray[np.complex64]] = []
+        for sent in dict.fromkeys(others):
+            found = through_filter(own, sent)
+            rows[sent] = (sum(map(len, samples)), len(found.signal), found.lead_s, found.step_s)
+            samples.append(found.signal)
+        return cls(jit.own(jit.Float, np.concatenate(samples).view(np.float32)), rows)
+
+
+def _heard(own: Emitter, parts: list[Any], pulses: Pulses, frame: Any, tick: Any) -> Heard:
+    """Sources side by side, and silent ones up to a power of two: a ping is recorded for few different numbers."""
+    sources = [part[0] for part in parts]
+    distance, direction, since, level = (np.stack(p) for p in zip(*(part[1:] for part in parts), strict=True))
+    lanes = direction.shape[1]
+    received = own.apertures.power(_turned(np.tile(frame, (len(sources), 1)), direction.reshape(-1, 3), own,
+                                           np.tile(tick, len(sources))))  # fmt: skip
+    received = received.reshape(len(sources), lanes, -1) * level[..., None]
+    silent = (1 << (len(sources) - 1).bit_length()) - len(sources)
+
+    def padded(values: NDArray[Any], filler: float = 0.0) -> NDArray[np.float32]:
+        width = ((0, silent), *((0, 0) for _ in values.shape[1:]))
+        return np.pad(values.astype(np.float32), width, constant_values=filler)
+
+    rows = np.array([pulses.rows[s.sent] for s in sources])
+    way = padded(direction)
+    way[len(sources) :, :, 0] = 1.0
+    made = Heard(
+        jit.Float(padded(distance, np.inf).ravel()),
+        jit.Array3f(np.ascontiguousarray(way.reshape(-1, 3).T)),
+        jit.Float(padded(since).ravel()),
+        jit.Float(padded(received).ravel()),
+        jit.Float(padded(np.array([s.period_ns * 1e-9 for s in sources]), 1.0)),
+        jit.Float(padded(np.array([s.frequency_hz for s in sources]))),
+        pulses.signal,
+        jit.UInt32(padded(rows[:, 0]).astype(np.uint32)),
+        jit.UInt32(padded(rows[:, 1]).astype(np.uint32)),
+        jit.Float(padded(rows[:, 2])),
+        jit.Float(padded(rows[:, 3], 1.0)),
+    )
+    dr.make_opaque(made)
+    return made
+
+
+def _shares(own: Emitter, source: Emitter) -> bool:
+    return band_overlap(own.frequency_hz, own.bandwidth_hz, source.frequency_hz, source.bandwidth_hz) > 0.0
+
+
+def _loudest(source: Emitter, distance: float) -> float:
+    """Level at a distance [dB re 1 uPa], at the most: on axis, in fresh and warm water."""
+    least = 0.5 * _absorption(source.frequency_hz)
+    return source.source_level_db - 20.0 * math.log10(max(distance, _NEAREST)) - least * distance
+
+
+@lru_cache(maxsize=64)
+def _absorption(frequency_hz: float) -> float:
+    water = jit.Float64(20.0), jit.Float64(5.0), jit.Float64(0.0)
+    return float(np.array(absorption(jit.Float64(frequency_hz), *water))[0])
 
 
 def unblocked(caster: Caster, heard: Heard, lanes: Lanes) -> Heard:
@@ -200,7 +321,7 @@ def unblocked(caster: Caster, heard: Heard, lanes: Lanes) -> Heard:
     count = dr.width(lanes.position)
     lane = dr.arange(jit.UInt32, dr.width(heard.distance)) % count
     copy, own = dr.gather(jit.UInt32, lanes.copy, lane), dr.gather(jit.UInt32, lanes.own, lane)
-    reach = dr.maximum(heard.distance - _HULL, 0.0)
+    reach = dr.select(heard.distance < dr.inf, dr.maximum(heard.distance - _HULL, 0.0), 0.0)
     hits = caster.cast(Rays(dr.gather(jit.Array3f64, lanes.position, lane), heard.direction, reach,
                                              copy, own))  # fmt: skip
     heard.distance = dr.select(hits.valid, dr.inf, heard.distance)
@@ -208,61 +329,23 @@ def unblocked(caster: Caster, heard: Heard, lanes: Lanes) -> Heard:
     return heard
 
 
-def interference_at(
-    heard: Heard, lanes: Lanes, ping: Array, beam: Array, distance: Array, *, beams: int, bin_width: float
-) -> Array:
-    """Intensity of all other sonars' pulses in a cell, re the receiver's source level at 1 m.
-
-    Args:
-        ping, beam: `Int32`.
-        distance: middle of the cell in range [m].
-        beams: of a ping.
-        bin_width: of the cell [m]: a shorter pulse falls into one cell.
-    """
-    lane, count = jit.UInt32(ping), dr.width(lanes.position)
-    speed = dr.gather(jit.Float, lanes.medium.sound_speed, lane)
-    loss = dr.gather(jit.Float, lanes.medium.absorption, lane)
-    time, shortest = (2.0 * distance + bin_width) / speed, 2.0 * bin_width / speed
-    column = dr.minimum(jit.UInt32(beam), beams - 1)
-    total = jit.Float(0)
-    for k in range(dr.width(heard.period)):
-        row = k * count + lane
-        way = dr.gather(jit.Float, heard.distance, row)
-        since, source = dr.gather(jit.Float, heard.since, row), jit.UInt32(k)
-        period, duration = dr.gather(jit.Float, heard.period, source), dr.gather(jit.Float, heard.duration, source)
-        level = dr.gather(jit.Float, heard.level, row * beams + column) * from_db(-loss * way)
-        heard_now = (way < dr.inf) & is_arriving(time, way / speed, since, period, dr.maximum(duration, shortest))
-        total += dr.select(heard_now, level, 0.0)
-    return total
-
-
-def _same(own: Emitter, source: Emitter) -> bool:
-    keys = ("frequency_hz", "bandwidth_hz", "pulse_s")
-    return all(getattr(own, k) == getattr(source, k) for k in keys)
-
-
-def _filtered(own: Emitter, source: Emitter) -> float:
-    """Part of a pulse's intensity behind the receiver's matched filter: all of its own kind, else as of noise."""
-    return 1.0 if _same(own, source) else 10.0 ** (-processing_gain_db(own.bandwidth_hz, own.pulse_s) / 10.0)
-
-
-def _duration(own: Emitter, source: Emitter) -> float:
-    """Duration [s] of a pulse behind the receiver's matched filter."""
-    return 1.0 / own.bandwidth_hz if _same(own, source) else max(source.pulse_s, 1.0 / own.bandwidth_hz)
-
-
 def _places(emitter: Emitter, motion: Kinematics) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Where a sonar is `(m, 3)` [m], and its attitude `(m, 4)`."""
-    position, attitude = sensor_pose(motion, emitter.mounting)
-    return np.array(position).T, np.array(attitude).T
+    q = _rows(motion.attitude)
+    arm, turn = (np.asarray(v, dtype=np.float64) for v in (emitter.mounting.position_m, emitter.mounting.q_body_sensor))
+    return _rows(motion.position) + rotate_np(q, np.tile(arm, (len(q), 1))), _product(q, turn)
+
+
+def _rows(vectors: Array) -> NDArray[np.float64]:
+    """Evaluated vectors as rows: component by component no kernel is needed for it."""
+    return np.stack([np.array(part) for part in vectors], axis=-1)
 
 
 def _turned(
     attitude: NDArray[np.float64], direction: NDArray[np.float64], emitter: Emitter, tick: NDArray[np.int64]
 ) -> NDArray[np.float64]:
     """World directions `(m, 3)` in the sensor frame, of the head where that turns."""
-    q, d = (jit.Array4f64 if v.shape[-1] == 4 else jit.Array3f64 for v in (attitude, direction))
-    local = np.array(rotate_back(q(np.ascontiguousarray(attitude.T)), d(np.ascontiguousarray(direction.T)))).T
+    local = rotate_np(attitude * np.array([1.0, -1.0, -1.0, -1.0]), direction)
     if emitter.angle is None:
         return local
     angle = emitter.angle(tick)
@@ -273,3 +356,9 @@ def _turned(
 
 def _unit(vectors: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.asarray(vectors / np.linalg.norm(vectors, axis=-1, keepdims=True))
+
+
+def _product(p: NDArray[np.float64], q: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Quaternions `(m, 4)` times one."""
+    w, v, u = p[:, :1], p[:, 1:], q[1:]
+    return np.concatenate([w * q[0] - v @ u[:, None], w * u + q[0] * v + np.cross(v, u)], axis=-1)

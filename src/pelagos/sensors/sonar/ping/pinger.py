@@ -19,7 +19,7 @@ from pelagos.acoustics.echo_strips import Strips
 from pelagos.acoustics.echo_sum import Roughness, sum_amplitudes, sum_energies
 from pelagos.acoustics.echo_walk import Bins, Walkers, walk
 from pelagos.acoustics.pulse import point_spread, range_coupling, range_resolution
-from pelagos.acoustics.spreading import from_db, time_varied_gain
+from pelagos.acoustics.spreading import from_db, time_varied_gain, to_db
 from pelagos.errors import ValidityWarning
 from pelagos.jit import Array
 from pelagos.math.so3 import multiply, rotate
@@ -27,6 +27,7 @@ from pelagos.raycast.caster import Caster
 from pelagos.sensors.mount import sensor_angular_velocity, sensor_velocity
 from pelagos.sensors.schedule import period_ticks
 from pelagos.sensors.sonar.ping.aperture import Facing
+from pelagos.sensors.sonar.ping.arrivals import arrivals
 from pelagos.sensors.sonar.ping.fan import Fan, Lanes, Medium, Trace, View, look, patches_of
 from pelagos.sensors.sonar.ping.interference import Apertures, Emitter, Neighbours, unblocked
 from pelagos.sensors.sonar.ping.multipath import Mirrors, bounced
@@ -51,6 +52,7 @@ from pelagos.sensors.sonar.ping.volume_echo import TRACER, Haze, Probes, haze, p
 if TYPE_CHECKING:
     from pelagos.sensors.sensor import Kinematics, SensorContext
 
+_UNNOTICED_DB: Final = 20.0  # below the noise: what arrives as faint is not computed
 _FINEST: Final = 4.0  # bins in one resolution of the pulse beyond which a finer division says nothing
 
 
@@ -239,8 +241,11 @@ class Pinger:
                     sighting, self._grid, layout.aperture, constants.facing, pings, energies=False
                 )
         seen = self._haze(view, lanes, motion, *besides["water"]) if "water" in besides else None
-        others = unblocked(caster, besides["heard"], lanes) if "heard" in besides else None
-        din = Din(coherent, seen, self._streaks(view, fan, pings), others)
+        if "heard" in besides:
+            coming = unblocked(caster, besides["heard"], lanes)
+            others = arrivals(coming, lanes, self._grid.bins, beams=layout.beams, bandwidth_hz=spec.bandwidth_hz)
+            coherent = others if coherent is None else coherent + others
+        din = Din(coherent, seen, self._streaks(view, fan, pings))
         out = receive(spec, layout, constants, field, tags, Moment(lanes, spin, motion.t_ns, key), din)
         if trace is not None:
             trace_levels(spec, layout, constants, energies(strips, walkers), out[0], lanes, trace)
@@ -313,16 +318,22 @@ def emitter(
     angle: Callable[[NDArray[np.int64]], NDArray[np.float64]] | None,
 ) -> Emitter:  # fmt: skip
     """A sonar as others hear it."""
+    noise = noise_power(spec, layout.horizontal_width, layout.vertical_width)
+    apertures = Apertures.of_fan(rays, layout.beams, layout.horizontal_width, layout.vertical_width)
+    if layout.aperture.steered:
+        apertures = Apertures.of_array(layout.aperture)
     return Emitter(
         context.path,
         spec.mounting,
-        Apertures.of_fan(rays, layout.beams, layout.horizontal_width, layout.vertical_width),
+        apertures,
         spec.frequency_hz,
         spec.bandwidth_hz,
         spec.pulse_s,
         spec.source_level_db,
         period_ticks(spec.rate_hz, context.dt_ns, where=context.path) * context.dt_ns,
         angle,
+        spec.pulse,
+        spec.source_level_db + float(to_db(noise)) - _UNNOTICED_DB,
     )
 
 

@@ -31,7 +31,6 @@ from pelagos.math.quick import cosine_sine, larger, log2, smaller
 from pelagos.sensors.noise import words32
 from pelagos.sensors.sonar.ping.aperture import Aperture, Facing
 from pelagos.sensors.sonar.ping.fan import Lanes, Medium
-from pelagos.sensors.sonar.ping.interference import Heard, interference_at
 from pelagos.sensors.sonar.ping.painted_noise import paint, streaked
 from pelagos.sensors.sonar.ping.ping_spec import Disturber, PingSpec
 from pelagos.sensors.sonar.ping.volume_echo import Haze, haze_at
@@ -83,15 +82,14 @@ class Layout:
 
 @dataclass(frozen=True)
 class Din:
-    """What is heard besides echoes and noise: the water, other sonars, coherent echoes; and beams with painted streaks.
+    """What is heard besides echoes and noise: the water, what is coherent; and beams with painted streaks.
 
-    `coherent` see `coherent_echoes`.
+    `coherent` see `coherent_echoes`; other sonars' pulses too, see `arrivals`.
     """
 
     coherent: Array | None = None
     haze: Haze | None = None
     streaks: Array | None = None
-    heard: Heard | None = None
 
 
 @jit.struct
@@ -383,10 +381,6 @@ def din_power(spec: PingSpec, layout: Layout, cells: Cells, moment: Moment, nois
     lanes, power = moment.lanes, noise
     if din.haze is not None:
         power = power + water_echo(spec, layout, din.haze, cells, lanes.medium)
-    if din.heard is not None:
-        power = power + interference_at(
-            din.heard, lanes, cells.ping, cells.beam, cells.distance, beams=layout.beams, bin_width=spec.bin_width_m
-        )
     if spec.ringing is not None:
         power = power + ringing(spec, cells, lanes.medium)
     if spec.disturber is not None:
