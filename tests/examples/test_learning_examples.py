@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import json
+import runpy
+import sys
+import warnings
 from pathlib import Path
 from typing import Any
 
@@ -28,6 +31,14 @@ def test_the_task_of_the_page_works_and_its_vehicles_differ() -> None:
     assert (np.sort(env.state["vary.mass"])[[0, -1]] - 1.0 != 0).all()
     assert (np.abs(env.state["vary.mass"] - 1.0) < 0.02).all()
     assert (env.state["velocity"][:, 2] > 0.1).all()  # throttle up drives up
+
+
+def test_the_gallery_draws_ways_and_what_is_seen(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(sys, "argv", ["learning_gallery.py", str(tmp_path / "g.png"), "--seconds", "1"])
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        runpy.run_path(str(PAGE.parents[1] / "examples" / "learning_gallery.py"), run_name="__main__")
+    assert (tmp_path / "g.png").stat().st_size > 30_000
 
 
 def test_commands_score_and_refuse(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
