@@ -6,9 +6,11 @@ import math
 from typing import Any
 
 import numpy as np
+import pytest
 from numpy.typing import NDArray
 
 from pelagos.optics.water import MEAN_COSINE, water_optics
+from pelagos.sensors.camera.picture import glow
 from pelagos.sensors.camera.picture.camera_config import CameraConfig
 from pelagos.sensors.camera.picture.camera_rays import pixel_rays
 from pelagos.sim.simulation import Simulation
@@ -66,8 +68,11 @@ def share_lit(direction: NDArray[np.float64]) -> float:
     return float(light[~dark].sum() / light.sum())
 
 
-def test_the_cone_is_dark_behind_a_plate() -> None:
-    """Shares of four parts, smoothed over squares: within 0.05 where the plate's own light no longer reaches."""
+def test_the_cone_is_dark_behind_a_plate(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Shares of four parts of the ray, interpolated and smoothed over squares: the border of a shadow may be half a
+    part off, and a part sends up to a fifth of the light. The glow, which is no single scattering, is left out.
+    """
+    monkeypatch.setattr(glow, "spread", lambda light, *_: light)
     bright, shaded = picture(plate=False), picture(plate=True)
     _, directions = pixel_rays(CameraConfig(**SIZE))
     places = [(row, column) for row in (44, 52, 60) for column in (74, 80, 86, 92, 98, 110)]  # right of the plate
@@ -75,4 +80,5 @@ def test_the_cone_is_dark_behind_a_plate() -> None:
     expected = np.array([share_lit(directions[p]) for p in places])
     assert expected.min() < 0.75
     assert expected.max() > 0.99
-    assert np.abs(found - expected).max() < 0.05, np.round([found, expected], 3)
+    assert np.abs(found - expected).max() < 0.5 / 5, np.round([found, expected], 3)
+    assert np.abs(found - expected).mean() < 0.04, np.round([found, expected], 3)

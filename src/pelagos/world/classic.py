@@ -137,7 +137,7 @@ def open_water(seed: int) -> BuiltConfig | GeneratedConfig:
         {
             "kind": "wreck_submarine",
             "count": 4,
-            "at_m": [[650, 176], [556, 252], [52, -58]],
+            "at_m": [[650, 176], [556, 252], [52, -48]],
             "size_m": 55,
             "heading_deg": 8,
         },
