@@ -29,8 +29,8 @@ LOOPBACK: Final = """<CycloneDDS><Domain>
 <Peers><Peer address="127.0.0.1"/></Peers><SPDPInterval>1 s</SPDPInterval>
 <InitialLocatorPruneDelay>inf</InitialLocatorPruneDelay></Discovery>
 </Domain></CycloneDDS>"""
-"""This machine alone, by unicast, which needs no multicast route. Other middleware announces itself by multicast only: it
-finds us by our announcements, which therefore go on, every second, for as long as the node lives."""
+"""This machine alone, by unicast, which needs no multicast route. Other middleware announces itself by multicast only:
+it finds us by our announcements, which therefore go on, every second, for as long as the node lives."""
 _FRAME: Final = 16  # bytes of a service's header behind the four of the encapsulation
 _HEAD: Final = 4
 _TAKE: Final = 64  # samples in one call
