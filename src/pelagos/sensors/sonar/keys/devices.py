@@ -63,6 +63,15 @@ DEVICES: Final[Mapping[str, Mapping[str, Device]]] = {
             assumed=("bandwidth_hz",),  # from the range resolution of 8 mm
         ),
     },
+    "singlebeam": {
+        "ping2": Device(
+            "Blue Robotics Ping2",
+            "Blue Robotics, Ping Sonar Technical Guide: 115 kHz, 25 deg, 100 m",
+            {"frequency_hz": 115e3, "beamwidth_deg": 25.0, "range_min_m": 0.3, "range_max_m": 100.0, "pulse": "cw",
+             "pulse_s": 0.2e-3},
+            assumed=("range_min_m", "pulse", "pulse_s"),
+        ),
+    },
     "profiling_sonar": {
         "imagenex_837": Device(
             "Imagenex 837 Delta T",
@@ -88,6 +97,15 @@ DEVICES: Final[Mapping[str, Mapping[str, Device]]] = {
         ),
     },
     "multibeam": {
+        "r2sonic_2024": Device(
+            "R2Sonic 2024, 400 kHz",
+            "R2Sonic LLC, Sonic 2024/2022 Operation Manual 96000001, Section 1.1: 200 to 400 kHz, 10 to 160 deg, 256 "
+            "beams; its head commands: ranges of 2 to 500 m",
+            {"frequency_hz": 400e3, "swath_deg": 120.0, "beams": 256, "beamwidth_across_deg": 0.5,
+             "beamwidth_along_deg": 1.0, "range_min_m": 2.0, "range_max_m": 500.0, "bandwidth_hz": 60e3,
+             "pulse_s": 0.1e-3, "rate_hz": 1.0},
+            assumed=("swath_deg", "beamwidth_across_deg", "beamwidth_along_deg", "bandwidth_hz", "pulse_s", "rate_hz"),
+        ),
         "norbit_wbms": Device(
             "NORBIT WBMS, 400 kHz",
             "NORBIT Subsea, WBMS bathymetry data sheet; user manual, Section 5.1 (bandwidth, sweep)",
@@ -116,6 +134,13 @@ DEVICES: Final[Mapping[str, Mapping[str, Device]]] = {
         ),
     },
     "sidescan": {
+        "edgetech_2205": Device(
+            "EdgeTech 2205, 540 kHz of 230/540/850 kHz",
+            "EdgeTech, 2205 System Technical and User's Guide 0022175, Section 9: the frequencies",
+            {"frequency_hz": 540e3, "beamwidth_deg": 0.26, "vertical_beamwidth_deg": 50.0, "depression_deg": 20.0,
+             "range_max_m": 80.0, "bandwidth_hz": 60e3},
+            assumed=("beamwidth_deg", "vertical_beamwidth_deg", "depression_deg", "range_max_m", "bandwidth_hz"),
+        ),
         "edgetech_4125": Device(
             "EdgeTech 4125, 400 kHz",
             "EdgeTech, 4125 side scan sonar data sheet",
@@ -139,6 +164,13 @@ DEVICES: Final[Mapping[str, Mapping[str, Device]]] = {
         ),
     },
     "dvl": {
+        "waterlinked_a125": Device(
+            "Water Linked DVL A125",
+            "Water Linked AS, DVL documentation, range modes: from 0.05 m, 2 to 4 readings a second at long range",
+            {"frequency_hz": 1.0e6, "beam_tilt_deg": 22.5, "range_min_m": 0.05, "range_max_m": 125.0, "rate_hz": 4.0,
+             "noise_mps": 0.004, "noise_relative": 0.0101},
+            assumed=("frequency_hz", "beam_tilt_deg", "range_max_m", "noise_mps", "noise_relative"),
+        ),
         "pathfinder_600": Device(
             "Teledyne RD Instruments Pathfinder, 600 kHz",
             "Teledyne RD Instruments, Pathfinder DVL data sheet and guide (2018)",
