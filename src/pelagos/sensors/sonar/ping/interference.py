@@ -18,7 +18,6 @@ from pelagos.acoustics.beam_pattern import line_length, line_np, weighted_line_n
 from pelagos.acoustics.interference import Sent, band_overlap, through_filter
 from pelagos.errors import LookupFailed
 from pelagos.jit import Array
-from pelagos.math.so3 import rotate_np
 from pelagos.raycast.caster import Caster
 from pelagos.raycast.rays import Rays
 from pelagos.sensors.mount import Mounted
@@ -32,12 +31,11 @@ if TYPE_CHECKING:
 _LEAK: Final = 1e-4  # of the power on axis, beside all lobes; assumed
 _BEHIND: Final = 1e-3  # of what would be heard in front, behind an array's baffle; assumed
 _FEW_BEAMS: Final = 8
-_ABOARD: Final = 10.0  # [m], how far from its vehicle's origin a sonar may sit
 _NEAREST: Final = 0.3  # [m], distance at which spreading begins
 _HULL: Final = 2.0  # [m] before the other sonar, within which what stands in the way is its own vehicle; assumed
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Apertures:
     """How beams hear or send, as rectangular apertures: arrays `(beams, 3)` of unit vectors in the sensor frame.
 
@@ -96,6 +94,13 @@ class Apertures:
         pattern = (across * line_np(direction @ self.up[0], self.up_length)) ** 2
         ahead = (direction * self.axis[nearest]).sum(axis=-1)
         return np.asarray(np.maximum(pattern, _LEAK) * np.where(ahead > 0.0, 1.0, _BEHIND))
+
+    def same(self, other: Apertures) -> bool:
+        """Whether both have the same patterns."""
+        numbers = ("side_length", "up_length", "shading", "steered")
+        return all(getattr(self, name) == getattr(other, name) for name in numbers) and all(
+            np.array_equal(getattr(self, name), getattr(other, name)) for name in ("axis", "side", "up")
+        )
 
     @cached_property
     def _sines(self) -> NDArray[np.float64]:
@@ -196,6 +201,9 @@ class Neighbours:
     def add(self, emitter: Emitter) -> None:
         """Let a sonar be heard: one of each vehicle that carries it alike."""
         paths = emitter.path.members if isinstance(emitter.path, BatchPath) else (emitter.path,)
+        shared = next((e.apertures for e in self._emitters.values() if e.apertures.same(emitter.apertures)), None)
+        if shared is not None:
+            emitter = replace(emitter, apertures=shared)
         self._emitters |= {path: replace(emitter, path=str(path)) for path in paths}
 
     def chosen(self, names: str | Iterable[str], own: str) -> list[str]:
@@ -222,22 +230,25 @@ class Neighbours:
         pulses = self._pulses_of(own, sources)
         motions = [self.motion_of(source.agent) for source in sources]
         dr.eval(motion.position, motion.attitude, [(m.position, m.attitude) for m in motions])
-        here, frame = _places(own, motion)
-        tick, now = np.array(motion.tick).astype(np.int64), np.array(motion.t_ns).astype(np.int64)
-        parts = []
-        for source, theirs in zip(sources, motions, strict=True):
-            away = float(np.min(np.linalg.norm(_rows(theirs.position) - here, axis=-1)))
-            if _loudest(source, max(away - _ABOARD, 0.0)) < own.faintest_db:
-                continue
-            there, their_frame = _places(source, theirs)
-            way = there - here
-            distance = np.maximum(np.linalg.norm(way, axis=-1), 1e-6)
-            direction = way / distance[:, None]
-            sent = source.apertures.loudest(_turned(their_frame, -direction, source, tick))
-            level = 10.0 ** ((source.source_level_db - own.source_level_db) / 10.0) * sent
-            level = level / np.maximum(distance, _NEAREST) ** 2
-            parts.append((source, distance, direction, (now % source.period_ns) * 1e-9, level))
-        return _heard(own, parts, pulses, frame, tick) if parts else None
+        ours, near = _Placed.of([own], [motion]), _Placed.of(sources, motions)
+        tick, now = (np.array(v).astype(np.int64) for v in (motion.tick, motion.t_ns))
+        way = near.position - ours.position
+        distance = np.maximum(np.linalg.norm(way, axis=-1), 1e-6)  # (sources, m)
+        heard = [k for k, s in enumerate(sources) if _loudest(s, float(distance[k].min())) >= own.faintest_db]
+        if not heard:
+            return None
+        sources, distance = [sources[k] for k in heard], distance[heard]
+        direction = way[heard] / distance[..., None]
+        towards_us = _turned(near.attitude[heard], -direction, sources, tick)
+        sent = np.empty(distance.shape)
+        for apertures, rows in _alike(sources).items():
+            sent[rows] = apertures.loudest(towards_us[rows].reshape(-1, 3)).reshape(len(rows), -1)
+        gain = 10.0 ** ((np.array([s.source_level_db for s in sources]) - own.source_level_db) / 10.0)
+        level = gain[:, None] * sent / np.maximum(distance, _NEAREST) ** 2
+        since = (now % np.array([[s.period_ns] for s in sources])) * 1e-9
+        from_them = _turned(np.broadcast_to(ours.attitude, (*distance.shape, 4)), direction, [own] * len(sources), tick)
+        received = own.apertures.power(from_them) * level[..., None]  # (sources, m, beams)
+        return _heard(sources, Arriving(distance, direction, since, received), pulses)
 
     def _pulses_of(self, own: Emitter, sources: Sequence[Emitter]) -> Pulses:
         """All pulses that may be heard behind the filter of `own`: made once."""
@@ -266,14 +277,18 @@ class Pulses:
         return cls(jit.own(jit.Float, np.concatenate(samples).view(np.float32)), rows)
 
 
-def _heard(own: Emitter, parts: list[Any], pulses: Pulses, frame: Any, tick: Any) -> Heard:
+@dataclass(frozen=True)
+class Arriving:
+    """Arrays `(sources, m, ...)`, see `Heard`."""
+
+    distance: NDArray[np.float64]
+    direction: NDArray[np.float64]
+    since: NDArray[np.float64]
+    level: NDArray[np.float64]
+
+
+def _heard(sources: Sequence[Emitter], coming: Arriving, pulses: Pulses) -> Heard:
     """Sources side by side, and silent ones up to a power of two: a ping is recorded for few different numbers."""
-    sources = [part[0] for part in parts]
-    distance, direction, since, level = (np.stack(p) for p in zip(*(part[1:] for part in parts), strict=True))
-    lanes = direction.shape[1]
-    received = own.apertures.power(_turned(np.tile(frame, (len(sources), 1)), direction.reshape(-1, 3), own,
-                                           np.tile(tick, len(sources))))  # fmt: skip
-    received = received.reshape(len(sources), lanes, -1) * level[..., None]
     silent = (1 << (len(sources) - 1).bit_length()) - len(sources)
 
     def padded(values: NDArray[Any], filler: float = 0.0) -> NDArray[np.float32]:
@@ -281,13 +296,13 @@ def _heard(own: Emitter, parts: list[Any], pulses: Pulses, frame: Any, tick: Any
         return np.pad(values.astype(np.float32), width, constant_values=filler)
 
     rows = np.array([pulses.rows[s.sent] for s in sources])
-    way = padded(direction)
+    way = padded(coming.direction)
     way[len(sources) :, :, 0] = 1.0
     made = Heard(
-        jit.Float(padded(distance, np.inf).ravel()),
+        jit.Float(padded(coming.distance, np.inf).ravel()),
         jit.Array3f(np.ascontiguousarray(way.reshape(-1, 3).T)),
-        jit.Float(padded(since).ravel()),
-        jit.Float(padded(received).ravel()),
+        jit.Float(padded(coming.since).ravel()),
+        jit.Float(padded(coming.level).ravel()),
         jit.Float(padded(np.array([s.period_ns * 1e-9 for s in sources]), 1.0)),
         jit.Float(padded(np.array([s.frequency_hz for s in sources]))),
         pulses.signal,
@@ -298,6 +313,14 @@ def _heard(own: Emitter, parts: list[Any], pulses: Pulses, frame: Any, tick: Any
     )
     dr.make_opaque(made)
     return made
+
+
+def _alike(sources: Sequence[Emitter]) -> dict[Apertures, list[int]]:
+    """Rows of the sources that share their apertures."""
+    rows: dict[Apertures, list[int]] = {}
+    for k, source in enumerate(sources):
+        rows.setdefault(source.apertures, []).append(k)
+    return rows
 
 
 def _shares(own: Emitter, source: Emitter) -> bool:
@@ -329,11 +352,24 @@ def unblocked(caster: Caster, heard: Heard, lanes: Lanes) -> Heard:
     return heard
 
 
-def _places(emitter: Emitter, motion: Kinematics) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Where a sonar is `(m, 3)` [m], and its attitude `(m, 4)`."""
-    q = _rows(motion.attitude)
-    arm, turn = (np.asarray(v, dtype=np.float64) for v in (emitter.mounting.position_m, emitter.mounting.q_body_sensor))
-    return _rows(motion.position) + rotate_np(q, np.tile(arm, (len(q), 1))), _product(q, turn)
+@dataclass(frozen=True)
+class _Placed:
+    """Where sonars are `(sources, m, 3)` [m], and their attitudes `(sources, m, 4)`."""
+
+    position: NDArray[np.float64]
+    attitude: NDArray[np.float64]
+
+    @classmethod
+    def of(cls, emitters: Sequence[Emitter], motions: Sequence[Kinematics]) -> _Placed:
+        """Of evaluated motions."""
+        arm, turn = (
+            np.array([getattr(e.mounting, name) for e in emitters], dtype=np.float64)[:, None]
+            for name in ("position_m", "q_body_sensor")
+        )
+        body, q = (np.stack([_rows(getattr(m, name)) for m in motions]) for name in ("position", "attitude"))
+        w, v, w2, v2 = q[..., :1], q[..., 1:], turn[..., :1], turn[..., 1:]
+        real = w * w2 - (v * v2).sum(axis=-1, keepdims=True)
+        return cls(body + _rotated(q, arm), np.concatenate([real, w * v2 + w2 * v + np.cross(v, v2)], axis=-1))
 
 
 def _rows(vectors: Array) -> NDArray[np.float64]:
@@ -341,24 +377,25 @@ def _rows(vectors: Array) -> NDArray[np.float64]:
     return np.stack([np.array(part) for part in vectors], axis=-1)
 
 
+def _rotated(q: NDArray[np.float64], vector: NDArray[np.float64]) -> NDArray[np.float64]:
+    """R(q) v for `(..., 4)` and `(..., 3)`."""
+    t = 2.0 * np.cross(q[..., 1:], vector)
+    return np.asarray(vector + q[..., :1] * t + np.cross(q[..., 1:], t))
+
+
 def _turned(
-    attitude: NDArray[np.float64], direction: NDArray[np.float64], emitter: Emitter, tick: NDArray[np.int64]
+    attitude: NDArray[np.float64], direction: NDArray[np.float64], emitters: Sequence[Emitter], tick: NDArray[np.int64]
 ) -> NDArray[np.float64]:
-    """World directions `(m, 3)` in the sensor frame, of the head where that turns."""
-    local = rotate_np(attitude * np.array([1.0, -1.0, -1.0, -1.0]), direction)
-    if emitter.angle is None:
-        return local
-    angle = emitter.angle(tick)
-    c, s = np.cos(angle), np.sin(angle)
-    x, y = local[:, 0].copy(), local[:, 1].copy()
-    return np.stack([c * x + s * y, c * y - s * x, local[:, 2]], axis=-1)
+    """World directions `(sources, m, 3)` in the sensor frames, of the heads where those turn."""
+    local = _rotated(attitude * np.array([1.0, -1.0, -1.0, -1.0]), direction)
+    for k, emitter in enumerate(emitters):
+        if emitter.angle is not None:
+            angle = emitter.angle(tick)
+            c, s = np.cos(angle), np.sin(angle)
+            x, y = local[k, :, 0].copy(), local[k, :, 1].copy()
+            local[k, :, 0], local[k, :, 1] = c * x + s * y, c * y - s * x
+    return local
 
 
 def _unit(vectors: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.asarray(vectors / np.linalg.norm(vectors, axis=-1, keepdims=True))
-
-
-def _product(p: NDArray[np.float64], q: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Quaternions `(m, 4)` times one."""
-    w, v, u = p[:, :1], p[:, 1:], q[1:]
-    return np.concatenate([w * q[0] - v @ u[:, None], w * u + q[0] * v + np.cross(v, u)], axis=-1)
