@@ -182,6 +182,7 @@ def test_command_prints_and_draws(tmp_path: Path) -> None:
     got = CliRunner().invoke(app, ["channel", str(file), "a", "60,20,-5", "--out", str(picture)])
     assert got.exit_code == 0, got.output
     assert "all together" in got.output
+    assert {"[ms]", "[dB]", "[deg]"} <= set(got.output.replace("│", " ").replace("┃", " ").split())
     assert picture.read_bytes()[:4] == b"\x89PNG"
     got = CliRunner().invoke(app, ["channel", str(file), "a", "b", "--json"])
     assert got.exit_code == 0

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from rich.markup import escape
 from rich.table import Table
 
 from pelagos.cli.console import out as console
@@ -89,14 +90,16 @@ def _print(made: Any, ends: tuple[str, str]) -> None:
     )
     if not len(a):
         return
-    table = Table(
-        "delay [ms]", "loss [dB]", "phase [deg]", "leaves [deg]", "arrives [deg]", "surface", "bottom", "Doppler", ""
-    )
+    table = Table()
+    angles = "phase\n[deg]", "leaves\n[deg]", "arrives\n[deg]"
+    for head in ("delay\n[ms]", "loss\n[dB]", *angles, "surface", "bottom", "Doppler"):
+        table.add_column(escape(head), no_wrap=True, justify="right")
     for k in np.argsort(a.delay)[:_ROWS]:
         table.add_row(
-            f"{1e3 * a.delay[k]:.4f}", "-" if a.blocked[k] else f"{a.loss_db[k]:.1f}", f"{np.degrees(a.phase[k]):.0f}",
+            f"{1e3 * a.delay[k]:.4f}", "blocked" if a.blocked[k] else f"{a.loss_db[k]:.1f}",
+            f"{np.degrees(a.phase[k]):.0f}",
             f"{np.degrees(a.departure_angle[k]):.2f}", f"{np.degrees(a.arrival_angle[k]):.2f}", str(a.surface[k]),
-            str(a.bottom[k]), f"{a.doppler[k]:.6f}", "blocked" if a.blocked[k] else "",
+            str(a.bottom[k]), f"{a.doppler[k]:.6f}",
         )  # fmt: skip
     console.print(table)
     if len(a) > _ROWS:
