@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import tempfile
 import time
+from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
 
 from pelagos.bench.case import Case, Measured, Reference
 from pelagos.bench.check import must
 
+TASKS: Final = 200  # of Ray
 WORLDS: Final = 4
 PAIRS: Final = 16
 _CONFIG: Final[dict[str, Any]] = {
@@ -56,7 +59,64 @@ def dataset_pairs_per_s() -> Measured:
     )
 
 
+def world_change_s() -> Measured:
+    """`load_world` with another seed in the same water, until the first readings of all sensors."""
+    from pelagos.sim.simulation import Simulation
+
+    sim, took = Simulation.load(_CONFIG["scenario"]), []
+    for seed in range(1, 2 + WORLDS):
+        start, before = time.perf_counter(), sim.world
+        readings = sim.load_world(seed=seed)["rov"]
+        must(readings["camera"].data.std() > 0 and readings["sonar"].data.std() > 0, "a sensor sees nothing")
+        must(sim.world is not before, "the world is the same")
+        took.append(time.perf_counter() - start)
+    return Measured(sorted(took[1:])[len(took[1:]) // 2], detail=f"the median of {WORLDS}; 75 things on 80 m x 80 m")
+
+
+@dataclass(frozen=True)
+class Nothing:
+    """Work that is none: what is left is the engine's."""
+
+    def open(self) -> Callable[[int], dict[str, Any]]:
+        """What does nothing."""
+        return self.work
+
+    def work(self, index: int) -> dict[str, Any]:
+        """A record."""
+        return {"index": index}
+
+
+def ray_overhead_ms() -> Measured:
+    """Pieces of work that do nothing, by two actors of a cluster on this machine, after the first two."""
+    from pelagos.datasets.engine import Engine
+
+    marks, seen = [], set()
+    for record in Engine(workers=2, ray="local").run(Nothing(), range(TASKS)):
+        marks.append(time.perf_counter())
+        seen.add(record["index"])
+    must(seen == set(range(TASKS)), "a piece of work is missing")
+    return Measured(1e3 * (marks[-1] - marks[1]) / (TASKS - 2), detail=f"{TASKS} pieces, two actors, warm")
+
+
 CASES: Final = (
+    Case(
+        name="world_change_s",
+        title="Another world under a running simulation, to the first readings of camera and sonar",
+        measure=world_change_s,
+        unit="s",
+        goal=0.5,
+        better="lower",
+        reference=Reference("Simulation.load of a harbour in the first spike", 2.4),
+    ),
+    Case(
+        name="ray_overhead_ms",
+        title="A piece of work by Ray, beyond the work (needs Ray)",
+        measure=ray_overhead_ms,
+        unit="ms",
+        goal=20.0,
+        better="lower",
+        reference=Reference("an empty task of Ray alone, warm, in the first spike", 0.5),
+    ),
     Case(
         name="dataset_pairs_per_s",
         title="Data set: sonar 512 x 256 and camera 640 x 480 with labels, random poses in random worlds",
