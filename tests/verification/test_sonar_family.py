@@ -341,6 +341,19 @@ class TestEffects:
         centre = lambda e: (e * r).sum() / e.sum()
         assert centre(late) - centre(plain) == pytest.approx(0.3, abs=0.06)
 
+    def test_another_sonar_has_one_phase_in_all_beams_and_the_right_bearing(self):
+        """Levels of beams are the pattern's, in every bin of every ping: none fades by itself."""
+        other = {"rate_hz": 5.0, "source_level_db": 330.0, "distance_m": 30.0, "pulse_s": 2e-4, "azimuth_deg": -11.3}
+        s = self.imaging([below(300.0)], beams=65, interference=other, iq=True)
+        azimuth = np.degrees(s.tables["azimuth"])
+        for tick in (0, 40):
+            reading = s.sense(at(0, 0, DEEP, tick=tick))
+            beam, bin_ = np.unravel_index(reading.data[0].argmax(), reading.data[0].shape)
+            assert abs(azimuth[beam] + 11.3) <= 1.0
+            heard = reading.extras["iq"][0, :, bin_]
+            loud = np.abs(heard) > 0.2 * np.abs(heard).max()
+            assert np.angle(heard[loud] / heard[beam]) == pytest.approx(np.zeros(loud.sum()), abs=0.01)
+
     @pytest.mark.parametrize(
         ("kind", "curve"), [("dark", lambda x: x**2), ("bright", lambda x: 1 - (1 - x) ** 2), ("none", lambda x: x)]
     )

@@ -36,6 +36,7 @@ from pelagos.sensors.sonar.ping.ping_spec import Disturber, PingSpec
 from pelagos.sensors.sonar.ping.volume_echo import Haze, haze_at
 
 _DECIBELS: Final = 3.0102999566398120  # of a factor of two
+_DISTURBED: Final = 0x20000000  # counts of the random phases of another sonar's pulse begin here
 _BLOCK: Final = 16  # beams that a lane forms: they hear mostly the same neighbours, which are read once
 _RUN: Final = 54  # bins, at most, that a lane forms one after the other: their weights are read once
 _LONGEST: Final = 5  # samples of a pulse beyond which it is spread before beams are formed
@@ -187,6 +188,8 @@ def receive(
         if din.coherent is not None:
             extra = dr.gather(jit.Array2f, din.coherent, cell_of(layout, spec, here), here.beam < beams)
             signal = [dr.fma(part, dr.sqrt(here.gain), value) for part, value in zip(extra, signal, strict=True)]
+        if spec.disturber is not None:
+            signal = with_disturber(signal, spec, layout, here, moment, counter)
         return levels(spec, signal, words[i % 4], here, power)
 
     out = hearing(echoes, constants.pulse, weights, finish, channels=2, outputs=3 if spec.iq else 1)
@@ -383,9 +386,19 @@ def din_power(spec: PingSpec, layout: Layout, cells: Cells, moment: Moment, nois
         power = power + water_echo(spec, layout, din.haze, cells, lanes.medium)
     if spec.ringing is not None:
         power = power + ringing(spec, cells, lanes.medium)
-    if spec.disturber is not None:
-        power = power + disturbance(spec.disturber, spec, layout, cells, moment)
     return power
+
+
+def with_disturber(
+    signal: list[Array], spec: PingSpec, layout: Layout, cells: Cells, moment: Moment, counter: list[Array]
+) -> list[Array]:
+    """Amplitudes with another sonar's pulse, which has one phase in all beams, and another one in each bin: behind a
+    filter that does not match, a pulse goes on and on."""
+    assert spec.disturber is not None
+    size = dr.sqrt(disturbance(spec.disturber, spec, layout, cells, moment) * cells.gain)
+    word = words32(moment.key, jit.UInt32(cells.bin) + _DISTURBED, *counter)[0]
+    cosine, sine = cosine_sine(jit.Float(word) * 2.0**-32)
+    return [dr.fma(size, part, value) for part, value in zip((cosine, sine), signal, strict=True)]
 
 
 def levels(spec: PingSpec, signal: list[Array], word: Array, cells: Cells, power: Array) -> list[Array]:
