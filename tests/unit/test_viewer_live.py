@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import hashlib
 from pathlib import Path
 from typing import Any
@@ -14,6 +15,7 @@ from pelagos.cli.view import ViewOptions, say_where
 from pelagos.errors import CommandError
 from pelagos.sim.replay import Recording
 from pelagos.viewer.drive import Axes, drive
+from pelagos.viewer.hub import Hub
 from pelagos.viewer.live import Live
 from pelagos.viewer.orders import Orders
 from pelagos.viewer.pilot import Pilot
@@ -70,6 +72,42 @@ def test_same_seed_same_bytes_with_and_without_a_view(sim, tmp_path):
         assert watch.view.pictures > 0
     assert digest(tmp_path / "alone.mcap") == digest(tmp_path / "seen.mcap")
     assert not sim.watchers
+
+
+def test_what_is_handed_on_owns_its_memory_and_only_the_stepping_thread_collects(sim):
+    """The view's thread must not be the last to let go of an array of the device: it would wait for ever."""
+    live = Live(sim)
+    assert gc.isenabled()
+    with Watch(sim, port=0), sim.watch(live.heard):
+        assert not gc.isenabled()
+        sim.run(1.0)
+        live.show()
+    assert gc.isenabled()
+    readings = [r for found in live._raw.values() for r in found]
+    assert {r.frame.split("/")[-1] for r in readings} >= {"imu", "mbes", "sonar"}
+    for reading in readings:
+        arrays = [reading.data, reading.valid, *reading.extras.values()]
+        assert all(a.base is None and a.flags.owndata for a in arrays)
+        assert len(reading.data) == 1
+
+
+def test_water_that_is_looked_up_while_it_runs_changes_no_byte(sim, tmp_path, monkeypatch):
+    """Somebody looks on, with a section and arrows that are renewed with every frame by the thread that steps."""
+    sim.ocean.set(current=(0.2, -0.3, 0.0))
+    sim.reset()
+    sim.run(1.5, record=tmp_path / "alone.mcap")
+    sim.reset()
+    monkeypatch.setattr("pelagos.viewer.soundings._OLD_S", 0.0)
+    monkeypatch.setattr("pelagos.viewer.live.EVERY_S", 0.0)
+    monkeypatch.setattr(Hub, "count", property(lambda self: 1))
+    with Watch(sim, port=0) as watch:
+        drawn: list[object] = []
+        watch.view.show_section = drawn.append
+        watch.view._heard({"do": "section", "what": "sound_speed", "along": "east"})
+        sim.run(1.5, record=tmp_path / "seen.mcap")
+    assert len(drawn) >= 2
+    assert digest(tmp_path / "alone.mcap") == digest(tmp_path / "seen.mcap")
+    sim.ocean.set(current=None)
 
 
 def test_every_ping_is_heard_once_at_the_pose_of_its_time(sim):

@@ -149,6 +149,7 @@ def test_watcher_gets_the_section_that_it_asks_for(sim):
         watch.view._heard({"do": "section", "what": "temperature", "along": "north"})
         watch.view._heard({"do": "section", "what": "temprature"})
         watch.view._heard({"do": "section", "what": "salinity", "along": "up"})
+        sim.ocean.set(turbidity=2.25)  # by the program that steps: the page hears of it too
         sim.step(ticks=10)
         watch.live.show()
         for _ in range(100):
@@ -157,6 +158,7 @@ def test_watcher_gets_the_section_that_it_asks_for(sim):
                 break
             watch.view._closed.wait(0.1)
         assert b'"title":"temperature","unit":"\\u00b0C"' in found
+        assert b'"turbidity":2.25' in watch.view.hub._kept["water"]
         assert b"node/section" in watch.view.hub._kept["node/section"]
     assert len(said) == 2
     assert "did you mean 'temperature'" in said[0]

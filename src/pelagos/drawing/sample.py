@@ -34,6 +34,10 @@ _MOST_PIXELS: Final = 480  # of a picture's longer side in a panel
 _HUE: Final = 6.0
 
 
+DRAWN: Final = ("angle", "soundings", "label", "ranges", "altitude")
+"""Extras of readings that are drawn."""
+
+
 @dataclass(frozen=True)
 class Sample:
     """A reading as people see it; what a sensor does not have is None.

@@ -1,11 +1,16 @@
 """A simulation that somebody looks at: what its blocks gave, as frames, handed on without waiting for who draws them.
 
-The step thread only keeps references and copies poses; everything else happens in the view's own thread. A frame that
-nobody took yet when the next is due grows: nothing waits, and nothing that a waterfall needs is lost.
+The step thread copies poses and readings; everything else happens in the view's own thread. A frame that nobody took
+yet when the next is due grows: nothing waits, and nothing that a waterfall needs is lost.
+
+Readings may hold arrays of the device. The view's thread must never be the last to let go of one: the thread that steps
+may be in a recorded call, which has the device's lock and waits for the interpreter's, and both would wait for ever. So
+what is handed on owns its memory, and while somebody may look, the thread that steps alone collects cyclic garbage.
 """
 
 from __future__ import annotations
 
+import gc
 import threading
 import time
 from collections import deque
@@ -14,7 +19,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from pelagos.drawing.sample import CLOUDS, WATERFALLS, sample_of
+from pelagos.drawing.sample import CLOUDS, DRAWN, WATERFALLS, sample_of
 from pelagos.sensors.sensor import Reading, SensorConfig
 from pelagos.sim.simulation import Simulation
 from pelagos.sim.watch import Heard
@@ -25,6 +30,8 @@ EVERY_S: Final = 0.1
 _EVERY_ONE: Final = (*WATERFALLS, *CLOUDS, "mechanical_scanning_sonar")
 _MOST: Final = 60  # readings of one sensor that wait
 _POSES: Final = 400
+_SOME: Final = 10  # frames between two collections of the middle generation
+_FULL: Final = 600  # and of all
 _MANY: Final = 20  # agents: of more, poses are kept only when a frame is due
 
 
@@ -49,6 +56,7 @@ class Live:
         self._raw: dict[str, list[Reading]] = {}
         self._some = threading.Condition()
         self._at = 0.0
+        self._shown = 0
         self._last_ns = -1
         self._jump = False
 
@@ -74,6 +82,9 @@ class Live:
     def show(self) -> None:
         """Make a frame of now: at the end of a block, or where the simulation stands still."""
         self._at = time.monotonic()
+        self._shown += 1
+        if not gc.isenabled():
+            gc.collect(2 if self._shown % _FULL == 0 else self._shown % _SOME == 0)
         sim = self._sim
         t_ns = sim.time_ns
         if not any(poses and poses[-1][0] == t_ns for poses in self._poses.values()):
@@ -94,7 +105,7 @@ class Live:
             if self._waiting is not None:
                 frame = Frame(t_ns, agents, known, movers, (), frame.status, jump or self._waiting.jump)
             for name, readings in self._readings.items():
-                found = [*self._raw.get(name, ()), *readings]
+                found = [*self._raw.get(name, ()), *(own(r, self._copy) for r in readings)]
                 self._raw[name] = found[-_MOST:] if self.sensors[name].type in _EVERY_ONE else found[-1:]
                 readings.clear()
             self._waiting = frame
@@ -117,10 +128,10 @@ class Live:
         if frame is None:
             return None
         samples = [
-            Placed(sample_of(self.sensors[name], reading, copy=self._copy), self._pose(name, reading.t_ns, frame))
+            Placed(sample_of(self.sensors[name], reading), self._pose(name, reading.t_ns, frame))
             for name, readings in raw.items()
             for reading in readings
-            if reading.valid[self._copy]
+            if reading.valid[0]
         ]
         return Frame(frame.t_ns, frame.agents, frame.navigation, frame.movers, samples, frame.status, frame.jump)
 
@@ -144,3 +155,23 @@ class Live:
             if before[0] <= t_ns:
                 return between(before, after, t_ns)
         return poses[0][1] if poses else frame.agents[agent]
+
+
+def own(reading: Reading, row: int) -> Reading:
+    """One copy's part of a reading, `(1, ...)`, in memory of its own and without its truth."""
+    data, valid = (np.array(v[row : row + 1]) for v in (reading.data, reading.valid))
+    extras = {name: np.array(reading.extras[name][row : row + 1]) for name in DRAWN if name in reading.extras}
+    return Reading(data, data, reading.t_ns, reading.frame, valid, extras)
+
+
+class StepperCollects:
+    """While it is open, cyclic garbage is collected by `Live.show` alone; see the module's docstring."""
+
+    def __init__(self) -> None:
+        self._was = gc.isenabled()
+        gc.disable()
+
+    def close(self) -> None:
+        """As it was before."""
+        if self._was:
+            gc.enable()

@@ -15,7 +15,7 @@ from pelagos.errors import InputError
 from pelagos.sim.guidance.outline import outline
 from pelagos.sim.simulation import Simulation
 from pelagos.viewer.currents import arrows
-from pelagos.viewer.live import Live
+from pelagos.viewer.live import Live, StepperCollects
 from pelagos.viewer.orders import Orders, plain_name
 from pelagos.viewer.pilot import Pilot
 from pelagos.viewer.section import sections
@@ -77,12 +77,14 @@ class Session:
 
     def run(self) -> None:
         """Step and serve until `close`, or Ctrl-C."""
+        collects = StepperCollects()
         self.view.start()
         try:
             self.pilot.run()
         finally:
             self.pilot.end_recording()
             self.view.close()
+            collects.close()
 
     def start(self) -> Session:
         """The same in a thread of its own."""
@@ -159,6 +161,7 @@ class Watch:
         watching.say = lambda text: self.view.hub.say(text, kind="error")
         self.view.show_bodies_of(sim.bodies)
         self._watching = contextlib.ExitStack()
+        self._watching.callback(StepperCollects().close)
         self._watching.enter_context(sim.watch(self.live.heard))
         self.live.show()
         self.view.start()
@@ -170,8 +173,8 @@ class Watch:
 
     def close(self) -> None:
         """Look away."""
-        self._watching.close()
         self.view.close()
+        self._watching.close()
 
     def __enter__(self) -> Watch:
         return self

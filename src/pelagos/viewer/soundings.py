@@ -39,6 +39,7 @@ class Soundings:
         self._arrows = view.subject.currents
         self._at = time.monotonic()
         self._stale = False
+        self._ocean = sim.model.ocean
 
     def ask(self, what: object, along: object = "north") -> None:
         """Show a section of a field from now on, or none ("off"); any thread may call this.
@@ -58,13 +59,16 @@ class Soundings:
         self._stale = True
 
     def changed(self) -> None:
-        """Somebody has set something of the ocean."""
+        """Somebody has set something of the ocean; called by the thread that steps."""
+        self._ocean = self._sim.model.ocean
         self._view.show_water(water_of(self._sim))
         self._stale = True
 
     def look(self) -> None:
         """Renew what is shown, if it is time; in the thread that steps."""
         now = time.monotonic()
+        if self._sim.model.ocean is not self._ocean:  # somebody set something of it
+            self.changed()
         if not self._stale and (now - self._at < _OLD_S or not self._view.hub.count):
             return
         self._at, renew, self._stale = now, self._stale, False
