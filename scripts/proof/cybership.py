@@ -20,6 +20,7 @@ from pelagos.vehicles.vehicle import Vehicle
 
 ROOT: Final = Path(__file__).parents[2]
 FOLDER: Final = "03_usv_cse1_tank"
+TITLE: Final = "A model ship in a tank"
 SOURCE: Final = (
     "CyberShip Enterprise I in the MC-Lab of NTNU, Trondheim (NTNU-MCS/CS_EnterpriseI_archive, MIT). "
     "Kept: tables/cybership_towing.csv, tables/cybership_run1.csv (60 s), tables/cybership_fitted.yaml."
@@ -65,7 +66,7 @@ def chapter(data: Path | None) -> Chapter:
     rows += [_score(f"{WORDS[c]} velocity, open loop 15 s, kept 60 s of run1, R2", scored.r2[c], c) for c in BARS]
     if made is not None and data is not None:
         rows += _unseen(data / FOLDER, made)
-    return Chapter("A model ship in a tank", _ABOUT, SOURCE, rows, _MISSED, _drawn(kept_run, seen, shots), "cybership")
+    return Chapter(TITLE, _ABOUT, SOURCE, rows, _MISSED, _drawn(kept_run, seen, shots), "cybership")
 
 
 def _score(words: str, value: float, c: str) -> Row:

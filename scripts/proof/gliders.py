@@ -16,6 +16,8 @@ from pelagos.report import theme
 from pelagos.vehicles.terms.glide import Glide, GlideConfig
 from pelagos.vehicles.vehicle import Vehicle
 
+FOLDER: Final = "06_glider_slocum_comet"
+TITLE: Final = "Gliders in the sea"
 SOURCE: Final = (
     "Slocum *comet*, Baltic Sea, 2016 (smerckel/gliderflight, MIT); Seaglider SG249, Washington shelf, 2024 "
     "(iop-apl-uw/basestation3, BSD 3-clause). Kept: tables/slocum.csv, tables/seaglider.csv."
@@ -181,7 +183,7 @@ def seaglider_bias(g: Glides, temperature: np.ndarray) -> float:
 
 def chapter(data: Path | None) -> Chapter:
     """Rows and picture."""
-    if data is not None:
+    if data is not None and all((data / f).is_dir() for f in (FOLDER, "07_glider_seaglider")):
         from gliders_tables import keep_tables
 
         keep_tables(data)
@@ -234,7 +236,7 @@ def chapter(data: Path | None) -> Chapter:
         ),
     ]
     return Chapter(
-        "Gliders in the sea",
+        TITLE,
         _ABOUT.format(drag=drag, litres=litres, bias=bias),
         SOURCE,
         rows,

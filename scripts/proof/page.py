@@ -106,29 +106,38 @@ def keep(name: str, source: str, columns: dict[str, np.ndarray], digits: int = 5
     (TABLES / name).write_text("\n".join(lines) + "\n", encoding="utf-8")
 
 
-def written(chapters: Sequence[Chapter], absent: Sequence[str], pictures: Path) -> str:
-    """The page; pictures are written beside it."""
-    judged = [r for c in chapters for r in c.rows if r.kept is not None]
-    parts = [HEAD.format(kept=sum(bool(r.kept) for r in judged), judged=len(judged))]
-    for c in chapters:
-        parts += [f"## {c.title}\n", c.about.strip() + "\n"]
+def section(c: Chapter, pictures: Path) -> str:
+    """A chapter in Markdown; its picture is written."""
+    parts = [f"## {c.title}\n", c.about.strip() + "\n"]
+    parts.append("| quantity | measured | simulated | deviation | bar | | published by others |\n" + 7 * "|---" + "|")
+    for r in c.rows:
+        bar = "" if r.bar is None else f"{'>=' if r.at_least else '<='} {r.bar:g} {r.unit}".strip()
+        verdict = {True: "kept", False: "**missed**", None: ""}[r.kept]
+        off = f"{r.deviation:.3g} {r.unit}" if r.at_least or not r.measured else f"{r.deviation:+.2g} {r.unit}"
         parts.append(
-            "| quantity | measured | simulated | deviation | bar | | published by others |\n" + 7 * "|---" + "|"
+            f"| {r.quantity} | {r.measured} | {r.simulated} | {off.strip()} | {bar} | {verdict} | {r.others} |"
         )
-        for r in c.rows:
-            bar = "" if r.bar is None else f"{'>=' if r.at_least else '<='} {r.bar:g} {r.unit}".strip()
-            verdict = {True: "kept", False: "**missed**", None: ""}[r.kept]
-            off = f"{r.deviation:.3g} {r.unit}" if r.at_least or not r.measured else f"{r.deviation:+.2g} {r.unit}"
-            parts.append(
-                f"| {r.quantity} | {r.measured} | {r.simulated} | {off.strip()} | {bar} | {verdict} | {r.others} |"
-            )
-        parts.append("")
-        if c.missed:
-            parts.append(c.missed.strip() + "\n")
-        if c.picture is not None:
-            (pictures / f"proof_{c.name}.png").write_bytes(c.picture)
-            parts.append(f"![{c.title}](images/proof_{c.name}.png)\n")
-        parts.append(f"Recordings: {c.source.strip()}\n")
-    if absent:
-        parts += ["## Not made\n", *[f"* {line}" for line in absent], ""]
+    parts.append("")
+    if c.missed:
+        parts.append(c.missed.strip() + "\n")
+    if c.picture is not None:
+        (pictures / f"proof_{c.name}.png").write_bytes(c.picture)
+        parts.append(f"![{c.title}](images/proof_{c.name}.png)\n")
+    parts.append(f"Recordings: {c.source.strip()}\n")
     return "\n".join(parts)
+
+
+def sections(page: str) -> dict[str, str]:
+    """Chapters of a page by title, as they stand there."""
+    parts = ["## " + part for part in page.split("\n## ")[1:]]
+    return {part.splitlines()[0].removeprefix("## "): part.rstrip("\n") + "\n" for part in parts}
+
+
+def joined(parts: Sequence[str], absent: Sequence[str]) -> str:
+    """The page of these chapters."""
+    text = "\n".join(parts)
+    kept, missed = text.count("| kept |"), text.count("| **missed** |")
+    found = [HEAD.format(kept=kept, judged=kept + missed), *parts]
+    if absent:
+        found += ["## Not made\n", *[f"* {line}" for line in absent], ""]
+    return "\n".join(found)

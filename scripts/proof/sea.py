@@ -21,6 +21,7 @@ from pelagos.ocean.waves import Waves, make_waves
 from pelagos.report import theme
 
 FOLDER: Final = "11_waves_buoys"
+TITLE: Final = "Seas of wave buoys"
 SOURCE: Final = (
     "NDBC 46042 (1996) and 41010 (2019), U.S. public domain; Spotter off Monterey, 2021 (wavespectra, MIT). "
     "Kept: nine spectra in tables/buoys.csv."
@@ -74,7 +75,7 @@ def chapter(data: Path | None) -> Chapter:
                 None,
             )
         )
-    return Chapter("Seas of wave buoys", _ABOUT, SOURCE, rows, "", _drawn(shown[::4]), "sea")
+    return Chapter(TITLE, _ABOUT, SOURCE, rows, "", _drawn(shown[::4]), "sea")
 
 
 class Seen:

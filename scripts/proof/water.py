@@ -18,6 +18,7 @@ from pelagos.ocean.tide import TideConfig, make_tide
 from pelagos.report import theme
 
 FOLDER: Final = "13_ctd_tide_bathy"
+TITLE: Final = "Tide, sound speed and density"
 SOURCE: Final = (
     "sea level of Honolulu, 2010 (wesleybowman/UTide, MIT); CastAway CTD, 2017 (pyoceans/python-ctd, BSD 3-clause). "
     "Kept: every third hour in tables/honolulu.csv, tables/castaway.csv."
@@ -30,7 +31,7 @@ def chapter(data: Path | None) -> Chapter:
     if data is not None and (data / FOLDER).is_dir():
         _keep(data / FOLDER)
     rows, picture = tide()
-    return Chapter("Tide, sound speed and density", _ABOUT, SOURCE, [*rows, *cast()], _MISSED, picture, "water")
+    return Chapter(TITLE, _ABOUT, SOURCE, [*rows, *cast()], _MISSED, picture, "water")
 
 
 def tide() -> tuple[list[Row], bytes]:

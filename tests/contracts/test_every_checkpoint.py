@@ -17,7 +17,7 @@ from pelagos.vehicles.load import catalogue_names
 SMALL: dict[str, dict[str, Any]] = {
     name: {**keys, **({"width_px": 16, "height_px": 16} if "width_px" in keys else {})} for name, keys in USUAL.items()
 }
-AFLOAT = {"otter", "wamv", "surface_vessel", "mariner"}
+AFLOAT = {"otter", "wamv", "surface_vessel", "mariner", "kvlcc2"}
 IN_AIR = {"quadrotor", "fixed_wing"}
 
 
@@ -114,7 +114,9 @@ def test_every_sensor_goes_on_from_a_checkpoint():
 
 @pytest.mark.parametrize(
     "name",
-    [pytest.param(n, marks=pytest.mark.slow) if n == "mariner" else n for n in sorted(catalogue_names())],  # 30 s
+    [
+        pytest.param(n, marks=pytest.mark.slow) if n in ("mariner", "kvlcc2") else n for n in sorted(catalogue_names())
+    ],  # 30 s
 )
 def test_every_vehicle_goes_on_from_a_checkpoint(name, tmp_path):
     """In each of its control modes, with actuators, integrators and radiated waves that are not at rest."""

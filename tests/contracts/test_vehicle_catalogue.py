@@ -23,9 +23,13 @@ from pelagos.vehicles.vehicle import Vehicle
 NAMES = catalogue_names()
 WANTED = {
     "remus100", "torpedo", "couguv", "bluerov2_heavy", "bluerov2", "hovering_auv", "lrauv", "glider", "otter", "wamv",
-    "surface_vessel", "mariner", "quadrotor", "fixed_wing",
+    "surface_vessel", "mariner", "kvlcc2", "quadrotor", "fixed_wing",
 }  # fmt: skip
-START = {"fixed_wing": {"nu": (25.0, 0, 1, 0, 0, 0), "position": (0, 0, -100)}, "mariner": {"nu": (7.7, 0, 0, 0, 0, 0)}}
+START = {
+    "fixed_wing": {"nu": (25.0, 0, 1, 0, 0, 0), "position": (0, 0, -100)},
+    "mariner": {"nu": (7.7, 0, 0, 0, 0, 0)},
+    "kvlcc2": {"nu": (7.9, 0, 0, 0, 0, 0)},
+}
 
 
 def start(name):

@@ -11,7 +11,7 @@ from typing import Annotated
 
 import typer
 
-from pelagos.cli import dataset_options, learn_options, recording_options
+from pelagos.cli import dataset_options, fit_noise, learn_options, recording_options
 
 app = typer.Typer(
     name="pelagos",
@@ -384,6 +384,7 @@ def bench(
 
 
 recording_options.enter(app)
+fit_noise.enter(app)
 
 
 @app.command(

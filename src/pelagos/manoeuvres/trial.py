@@ -14,6 +14,7 @@ from pelagos.errors import InputError, LookupFailed
 from pelagos.manoeuvres.measures import Measure, decay_measures, turning_measures, zigzag_measures
 from pelagos.sim.simulation import Simulation
 from pelagos.vehicles.actuators.curve import CurveThruster
+from pelagos.vehicles.actuators.mmg import MmgShip
 from pelagos.vehicles.actuators.ship import ShipRudder
 from pelagos.vehicles.actuators.thruster import Thruster
 from pelagos.vehicles.vehicle import Vehicle
@@ -123,7 +124,7 @@ class _Run:
             InputError: it has no rudder of the kind that ships' trials are about.
         """
         for k, actuator in enumerate(self.vehicle.model.actuators.values()):
-            if isinstance(actuator, ShipRudder):
+            if isinstance(actuator, (ShipRudder, MmgShip)):
                 return k
         kinds = ", ".join(self.vehicle.actuator_names) or "none"
         raise InputError(

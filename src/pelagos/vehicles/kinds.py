@@ -11,6 +11,7 @@ from pelagos.vehicles.actuators.channel import ChannelConfig
 from pelagos.vehicles.actuators.curve import CurveThrusterConfig
 from pelagos.vehicles.actuators.fin import FinConfig
 from pelagos.vehicles.actuators.flap import FlapConfig
+from pelagos.vehicles.actuators.mmg import MmgShipConfig
 from pelagos.vehicles.actuators.propeller import PropellerConfig
 from pelagos.vehicles.actuators.ship import ShipRudderConfig
 from pelagos.vehicles.actuators.t200 import T200Config
@@ -76,6 +77,7 @@ ActuatorConfig: TypeAlias = Annotated[
     | ForceThrusterConfig
     | MovingMassConfig
     | PropellerConfig
+    | MmgShipConfig
     | ShipRudderConfig
     | T200Config
     | ThrusterConfig,

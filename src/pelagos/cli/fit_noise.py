@@ -1,0 +1,103 @@
+"""`pelagos fit-noise`: noise of a sensor from its record."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Annotated, Any, Final
+
+import numpy as np
+import typer
+from rich.table import Table
+
+from pelagos.cli.console import out as console
+from pelagos.errors import InputError, LookupFailed
+
+_TERMS: Final = ("white", "bias_instability", "random_walk")
+
+
+def enter(app: typer.Typer) -> None:
+    """Add the command."""
+    app.command(
+        name="fit-noise",
+        epilog="Examples:\n\n    pelagos fit-noise imu.csv --columns gyro_x,gyro_y,gyro_z --prefix gyroscope_\n\n"
+        "    pelagos fit-noise dvl.csv --beams b1,b2,b3,b4",
+    )(fit_noise)
+
+
+def fit_noise(
+    data: Annotated[Path, typer.Argument(metavar="DATA", help="A record: .csv or .csv.gz.", show_default=False)],
+    columns: Annotated[str, typer.Option(metavar="A,B", help="Of a sensor at rest.", show_default=False)] = "",
+    beams: Annotated[
+        str, typer.Option(metavar="A,B,C,D", help="Of a velocity log, in order around.", show_default=False)
+    ] = "",
+    time: Annotated[str, typer.Option(metavar="NAME", help="Column of the time [s].")] = "t",
+    prefix: Annotated[str, typer.Option(metavar="TEXT", help="Of the keys, such as gyroscope_.")] = "",
+    as_json: Annotated[bool, typer.Option("--json", help="Print one JSON document.")] = False,
+) -> None:
+    """Identify a sensor's noise: Allan deviation at rest, or beams of a velocity log on its way; as keys."""
+    from pelagos.identification.noise import even_rate, keys_of
+    from pelagos.identification.noise import fit_noise as fitted
+    from pelagos.identification.record import read_table
+
+    if bool(columns) == bool(beams):
+        raise InputError("give --columns of a sensor at rest, or --beams of a velocity log")
+    table = read_table(data)
+    if beams:
+        _show_beams(table, _names(beams), data, as_json)
+        return
+    names = _names(columns)
+    series = _chosen(table, [time, *names], data)
+    rate = even_rate(series[0])
+    found = {name: fitted(x, rate) for name, x in zip(names, series[1:], strict=True)}
+    keys = keys_of(found, prefix)
+    if as_json:
+        axes = {n: {k: getattr(v, k).value for k in _TERMS} for n, v in found.items()}
+        console.print_json(json.dumps({"rate_hz": rate, "axes": axes, "keys": keys}))
+        return
+    shown = Table(box=None)
+    for head in ("axis", "white [x/sqrt(Hz)]", "bias instability [x]", "random walk [x/sqrt(s)]", "mean [x]"):
+        shown.add_column(head, justify="left" if head == "axis" else "right")
+    for name, n in found.items():
+        told = []
+        for k, term in enumerate(getattr(n, t) for t in _TERMS):
+            told.append(f"{term.value:.4g}" if term.visible else f"not seen, < {_bound(n, k):.2g}")
+        shown.add_row(name, *told, f"{n.mean:.4g}")
+    console.print(shown)
+    _print_keys(keys)
+
+
+def _bound(noise: Any, term: int) -> float:
+    """The largest that a term could be without standing above the measured curve."""
+    from pelagos.sensors.noise import FLOOR
+
+    shape = (1 / noise.tau, np.full(len(noise.tau), FLOOR**2), noise.tau / 3)[term]
+    return float((noise.allan / np.sqrt(shape)).min())
+
+
+def _show_beams(table: Any, names: list[str], data: Path, as_json: bool) -> None:
+    from pelagos.identification.noise import fit_beams
+
+    found = fit_beams(_chosen(table, names, data))
+    keys = {"noise_mps": found.noise_mps, "noise_relative": found.noise_relative}
+    if as_json:
+        console.print_json(json.dumps({"keys": keys, "lost": found.lost, "pings": found.pings}))
+        return
+    lost = ", ".join(f"{n} {100 * x:.2g} %" for n, x in zip(names, found.lost, strict=True))
+    console.print(f"{found.pings} pings with four beams; lost: {lost}", markup=False)
+    _print_keys(keys)
+
+
+def _print_keys(keys: dict[str, float]) -> None:
+    console.print("\n".join(f"{k}: {v:.4g}" for k, v in keys.items()), markup=False)
+
+
+def _names(text: str) -> list[str]:
+    return [name.strip() for name in text.split(",") if name.strip()]
+
+
+def _chosen(table: Any, names: list[str], data: Path) -> list[Any]:
+    for name in names:
+        if name not in table:
+            raise LookupFailed("column", name, table, where=str(data))
+    return [table[name] for name in names]

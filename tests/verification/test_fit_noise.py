@@ -1,0 +1,121 @@
+"""Noise that is known, found again in records of it; and records that do not tell."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+import pelagos as pl
+from pelagos.cli.main import app
+from pelagos.errors import InputError
+from pelagos.identification.noise import allan_deviation, even_rate, fit_beams, fit_noise, keys_of
+
+
+def test_the_measure_itself_on_the_nbs_set():
+    """W. J. Riley, NIST Special Publication 1065 (2008), page 108."""
+    x, values = 1234567890, []
+    for _ in range(1000):
+        values.append(x / 2147483647)
+        x = 16807 * x % 2147483647
+    assert allan_deviation(np.array(values), 10) == pytest.approx(9.159953e-2, rel=1e-6)
+
+
+def test_white_noise_and_random_walk_are_told_apart():
+    """N = 0.02 and K = 0.004 at 20 Hz cross at tau = sqrt(3) N/K = 8.7 s; 4 000 s leave K some 10 %, N 1 %."""
+    random = np.random.default_rng(4)
+    n, white, walk, rate = 80_000, 0.02, 0.004, 20.0
+    values = 5 + white * np.sqrt(rate) * random.normal(size=n) + walk / np.sqrt(rate) * np.cumsum(random.normal(size=n))
+    found = fit_noise(values, rate)
+    assert found.white.visible
+    assert found.white.value == pytest.approx(white, rel=0.04)
+    assert found.random_walk.visible
+    assert found.random_walk.value == pytest.approx(walk, rel=0.3)
+
+
+def test_a_short_record_shows_no_walk():
+    found = fit_noise(np.random.default_rng(2).normal(size=2000), 50.0)
+    assert found.white.value == pytest.approx(1 / np.sqrt(50), rel=0.08)
+    assert not found.random_walk.visible
+    assert keys_of({"x": found}, "gyroscope_")["gyroscope_random_walk"] == 0.0
+
+
+def test_a_simulated_imu_is_found_again():
+    """White noise of a gyroscope at rest, 50 Hz, three axes of 40 s: N to 2 %, the step of the output exactly."""
+    imu = {
+        "type": "imu", "rate_hz": 50, "gyroscope_noise_density": 0.003, "gyroscope_resolution": 0.0,
+        "gyroscope_bias_instability": 0.0, "accelerometer_noise_density": 0.05, "accelerometer_resolution": 0.05,
+    }  # fmt: skip
+    agent = {"vehicle": "bluerov2", "control": "acceleration", "start": {"position_m": [0, 0], "depth_m": 5}}
+    sim = pl.Simulation.load(
+        {"tick_rate_hz": 50, "world": {"type": "flat"}, "agents": {"it": {**agent, "sensors": {"imu": imu}}}}
+    )
+    readings = np.array([sim.step({"it": np.zeros(6)})["it"]["imu"].data[0] for _ in range(2000)])
+    gyroscope = {k: fit_noise(readings[:, k], 50.0) for k in range(6) if readings[:, k].std() < 0.1}
+    keys = keys_of({str(k): n for k, n in gyroscope.items()}, "gyroscope_")
+    assert len(gyroscope) == 3
+    assert keys["gyroscope_noise_density"] == pytest.approx(0.003, rel=0.06)
+
+
+def test_beams_of_a_log_that_moves():
+    """Four beams at 30 deg, azimuths 45 to -45: noise 4 mm/s and 1 % of the speed, from 5 000 pings to 5 %."""
+    random = np.random.default_rng(8)
+    azimuth = np.radians([45, 135, -135, -45])
+    axes = np.stack([np.sin(0.52) * np.cos(azimuth), np.sin(0.52) * np.sin(azimuth), -np.cos(0.52) * np.ones(4)], -1)
+    velocity = np.cumsum(random.normal(size=(5000, 3)) * [0.05, 0.03, 0.01], axis=0) % 3.0
+    velocity[::2] *= 0.02  # nearly at rest
+    beams = velocity @ axes.T
+    beams += np.sqrt(0.004**2 + (0.01 * beams) ** 2) * random.normal(size=beams.shape)
+    beams[random.random(5000) < 0.1, 2] = np.nan
+    found = fit_beams(list(beams.T))
+    assert found.noise_mps == pytest.approx(0.004, rel=0.08)
+    assert found.noise_relative == pytest.approx(0.01, rel=0.08)
+    assert found.lost == pytest.approx((0, 0, 0.1, 0), abs=0.015)
+    with pytest.raises(InputError, match="not in order around"):
+        fit_beams([beams[:, k] for k in (0, 2, 1, 3)])
+
+
+@pytest.mark.parametrize(
+    ("change", "match"),
+    [
+        (lambda t: t[::-1], "not in order: row 2"),
+        (lambda t: np.where(np.arange(len(t)) == 7, t[6], t), "occur twice: row 8"),
+        (lambda t: np.delete(t, slice(40, 60)), r"steps are 0.1 s, but 2.1 s at 3.9 s \(1 such\)"),
+        (lambda t: np.where(np.arange(len(t)) == 7, np.nan, t), "are not numbers: row 8"),
+    ],
+)
+def test_times_that_cannot_be_used_are_named(change, match):
+    with pytest.raises(InputError, match=match):
+        even_rate(change(0.1 * np.arange(300)))
+
+
+@pytest.mark.parametrize(
+    ("values", "match"),
+    [
+        (np.ones(500), "all samples are the same"),
+        (np.arange(50.0), "50 samples are too few"),
+        (np.where(np.arange(500) == 3, np.inf, np.arange(500.0)), r"no numbers: 4 \(1 such\)"),
+    ],
+)
+def test_samples_that_do_not_tell(values, match):
+    with pytest.raises(InputError, match=match):
+        fit_noise(values, 10.0)
+
+
+def test_the_command_prints_keys_that_the_imu_knows(tmp_path):
+    random = np.random.default_rng(1)
+    rows = np.column_stack([0.02 * np.arange(3000), random.normal(size=(3000, 2)) * [0.01, 0.03]])
+    file = tmp_path / "imu.csv"
+    file.write_text("t,gx,gy\n" + "\n".join(",".join(f"{x:.6f}" for x in row) for row in rows), encoding="utf-8")
+    done = CliRunner().invoke(app, ["fit-noise", str(file), "--columns", "gx,gy", "--prefix", "gyroscope_", "--json"])
+    assert done.exit_code == 0, done.output
+    keys = json.loads(done.output)["keys"]
+    assert keys["gyroscope_noise_density"] == pytest.approx(np.sqrt((0.01**2 + 0.03**2) / 2 / 50), rel=0.05)
+    from pelagos.sensors.navigation.imu import ImuConfig
+
+    ImuConfig(**keys)
+    assert CliRunner().invoke(app, ["fit-noise", str(file)]).exit_code != 0
+    wrong = CliRunner().invoke(app, ["fit-noise", str(file), "--columns", "gz"])
+    assert wrong.exit_code != 0
