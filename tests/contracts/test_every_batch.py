@@ -29,7 +29,7 @@ def _fleet(vehicle: str, carried: dict[str, Any], count: int = 3) -> dict[str, A
     return {
         "seed": 5,
         "tick_rate_hz": 100,
-        "world": {"type": "flat", "depth_m": 12.0},
+        "world": {"type": "flat", "depth_m": 30.0 if vehicle == "kvlcc2" else 12.0},  # it draws 21 m
         "ocean": ocean,
         "agents": agents,
     }
