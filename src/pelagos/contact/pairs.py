@@ -14,6 +14,7 @@ from pelagos import jit
 from pelagos.contact.probe import HullProbes
 from pelagos.jit import Array
 from pelagos.math.so3 import rotate, rotate_back
+from pelagos.raycast.body_tree import through_sphere
 from pelagos.raycast.shapes import ShapeTables
 from pelagos.raycast.surface import normals
 
@@ -87,7 +88,7 @@ def pair_contacts(scene: Any) -> Callable[..., Array]:
         apart = here.position - there.position + rotate(here.attitude, start)
         speed = dr.norm(here.velocity - there.velocity) + dr.norm(here.spin) * (dr.norm(start) + length)
         speed += dr.norm(there.spin) * (dr.norm(apart) + length)
-        near, far = _through_sphere(apart, way, there.radius)
+        near, far = through_sphere(apart, way, there.radius)
         far = dr.minimum(far, length + _AHEAD + 1.5 * h * speed)
         origin = rotate_back(there.attitude, apart + near * way) + there.offset
         active = (a != b) & (far > near)
@@ -122,17 +123,6 @@ def read_contacts(packed: Array, first: NDArray[np.int64], second: NDArray[np.in
     return PairContacts(
         first[pair], second[pair], found[:, 2:5], found[:, 5:8], found[:, 1], found[:, 8], found[:, 9], found[:, 10]
     )
-
-
-def _through_sphere(start: Array, way: Array, radius: Array) -> tuple[Array, Array]:
-    """Where a ray enters and leaves a sphere about the origin [m]; it leaves first where it does not meet it.
-
-    Beyond the sphere of the body that is asked for stand the meshes of others.
-    """
-    middle = -dr.dot(start, way)
-    square = radius * radius - dr.squared_norm(start) + middle * middle
-    half = dr.sqrt(dr.maximum(square, 0.0))
-    return dr.maximum(middle - half, 0.0), dr.select(square > 0.0, middle + half, -1.0)
 
 
 @jit.struct

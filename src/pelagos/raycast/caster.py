@@ -10,12 +10,10 @@ import drjit as dr
 from pelagos import jit
 from pelagos.jit import Array
 from pelagos.math.so3 import rotate, rotate_back
+from pelagos.raycast.body_tree import any_body, nearest_body
 from pelagos.raycast.hit_tables import HitTables
 from pelagos.raycast.rays import NO_BODY, Hits, Rays
 from pelagos.raycast.surface import normals
-
-_OWN_SURFACES = 4  # surfaces of the own hull that a ray may pass: two walls, in and out of two convex parts
-_SKIP = 1e-4  # [m], step behind a surface of the own hull
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,20 +48,16 @@ class Caster:
                 static, tables, local, rays.direction, rays.max_range, smooth=smooth, coherent=coherent
             )
         if moving is not None:
-            start = _among_bodies(local, tables, rays)
-            found, travelled, body = _first_foreign(
-                moving, tables, start, rays, dr.minimum(t, rays.max_range), coherent
-            )
-            nearer = found.is_valid() & (found.t + travelled < t)
-            face = dr.gather(jit.UInt32, tables.moving_first, body, nearer) + found.prim_index
-            attitude = dr.gather(jit.Array4f, tables.body_attitude, body, nearer)
-            sides = normals(tables.moving, face, found.prim_uv, nearer, smooth=smooth)
-            t = dr.select(nearer, found.t + travelled, t)
+            found = nearest_body(moving, tables, rays, dr.minimum(t, rays.max_range), coherent=coherent)
+            nearer = found.t < t
+            row, on_body = dr.select(nearer, found.row, 0), nearer
+            attitude = dr.gather(jit.Array4f, tables.body_attitude, row, nearer)
+            sides = normals(tables.moving, found.face, found.place, nearer, smooth=smooth)
+            t = dr.select(nearer, found.t, t)
             normal = dr.select(nearer, rotate(attitude, sides[0]), normal)
             shading = dr.select(nearer, rotate(attitude, sides[1]), shading) if smooth else normal
-            part = dr.gather(jit.UInt32, tables.moving.thing, face, nearer)
-            thing = dr.select(nearer, part + dr.gather(jit.UInt32, tables.moving_thing, body, nearer), thing)
-            row, on_body = dr.select(nearer, body, row), nearer
+            part = dr.gather(jit.UInt32, tables.moving.thing, found.face, nearer)
+            thing = dr.select(nearer, part + dr.gather(jit.UInt32, tables.moving_thing, row, nearer), thing)
         return _hits(tables, rays, t, normal, shading, thing, row, on_body)
 
     def occluded(self, rays: Rays, *, coherent: bool = False, past_own: bool = False) -> Array:
@@ -75,17 +69,14 @@ class Caster:
             past_own: pass through the own hull, as rays to lamps that are mounted on it do.
         """
         static, moving, tables = self.static, self.moving, self.tables
-        local = jit.Array3f(rays.origin - tables.origin)
         blocked = jit.Bool(False)
         if static is not None:
+            local = jit.Array3f(rays.origin - tables.origin)
             blocked = static.ray_test(jit.mi.Ray3f(local, rays.direction, rays.max_range, 0.0, []), coherent, True)
         if moving is not None:
-            start = _among_bodies(local, tables, rays)
-            if past_own or dr.width(tables.copy_offset) > 1:
-                rays = rays if past_own else _past_nobody(rays)
-                found = _first_foreign(moving, tables, start, rays, rays.max_range, coherent)[0]
-                return blocked | (found.is_valid() & (found.t < dr.inf))
-            blocked |= moving.ray_test(jit.mi.Ray3f(start, rays.direction, rays.max_range, 0.0, []), coherent, ~blocked)
+            passed, left = rays.own if past_own else jit.UInt32(NO_BODY), dr.select(blocked, 0.0, rays.max_range)
+            open_ = Rays(rays.origin, rays.direction, left, rays.copy, passed, rays.drift)
+            blocked |= any_body(moving, tables, open_, coherent=coherent)
         return blocked
 
 
@@ -120,63 +111,6 @@ def first_static(
     return found.t, first, second, thing
 
 
-def _among_bodies(local: Array, tables: HitTables, rays: Rays) -> Array:
-    """Starts of rays in the moving scene: beside their own copy, and as seen from bodies that have drifted."""
-    start = local + dr.gather(jit.Array3f, tables.copy_offset, _copy(tables, rays))
-    return start if rays.drift is None else start - rays.drift
-
-
-def _copy(tables: HitTables, rays: Rays) -> Array:
-    """The copy that each ray belongs to: rows of a batch go vehicle by vehicle, and copy by copy within."""
-    copies = dr.width(tables.copy_offset)
-    return rays.copy % copies if copies > 1 else jit.UInt32(0)
-
-
-def _first_foreign(
-    moving: Any, tables: HitTables, start: Array, rays: Rays, reach: Array, coherent: bool
-) -> tuple[Any, Array, Array]:
-    """The first hit that is not on the own hull: intersection, way already travelled [m], moving row.
-
-    Bodies of another copy, which stand in the same scene, are passed as the own hull is.
-    """
-    copies = dr.width(tables.copy_offset)
-    found = moving.ray_intersect_preliminary(jit.mi.Ray3f(start, rays.direction, reach, 0.0, []), coherent, True)
-
-    def onward(found: Any, travelled: Array, passed: Array) -> tuple[Any, Array, Array]:
-        travelled = travelled + dr.select(passed, found.t + _SKIP, 0)
-        ray = jit.mi.Ray3f(start + travelled * rays.direction, rays.direction, reach - travelled, 0.0, [])
-        found = dr.select(passed, moving.ray_intersect_preliminary(ray, coherent, passed), found)
-        return found, travelled, _row(tables, found)
-
-    def passed(found: Any, travelled: Array, body: Array, own: Array) -> Array:
-        elsewhere = body % copies != rays.copy % copies  # rows are bodies by copies
-        return found.is_valid() & (elsewhere | ((body == rays.own) & (own < _OWN_SURFACES)))
-
-    def on(found: Any, travelled: Array, body: Array, own: Array) -> tuple[Any, Array, Array, Array]:
-        own = own + dr.select(body == rays.own, jit.UInt32(1), jit.UInt32(0))
-        return *onward(found, travelled, jit.Bool(True)), own
-
-    state = (found, jit.Float(0), _row(tables, found))
-    if copies > 1:
-        *state, _ = dr.while_loop((*state, jit.UInt32(0)), passed, on, mode="symbolic")
-    else:
-        for _ in range(_OWN_SURFACES):
-            state = onward(state[0], state[1], state[0].is_valid() & (state[2] == rays.own))
-    found, travelled, body = state
-    found.t = dr.select(found.is_valid() & (body == rays.own), dr.inf, found.t)
-    return found, travelled, body
-
-
-def _past_nobody(rays: Rays) -> Rays:
-    """The same rays, stopped by their own hull too."""
-    return Rays(rays.origin, rays.direction, rays.max_range, rays.copy, jit.UInt32(NO_BODY), rays.drift)
-
-
-def _row(tables: HitTables, found: Any) -> Array:
-    identifier = dr.reinterpret_array(jit.UInt32, found.instance)
-    return dr.gather(jit.UInt32, tables.moving_row, identifier - tables.moving_base, found.is_valid())
-
-
 def _hits(
     tables: HitTables, rays: Rays, t: Array, normal: Array, shading: Array, thing: Array, row: Array, on_body: Array
 ) -> Hits:
@@ -187,8 +121,7 @@ def _hits(
     reach = dr.select(valid, t, 0)
     position = dr.select(valid, rays.origin + jit.Array3f64(rays.direction) * jit.Float64(reach), 0)
     moves = on_body & valid
-    arm = jit.Array3f(position - tables.origin) + dr.gather(jit.Array3f, tables.copy_offset, _copy(tables, rays), moves)
-    arm -= dr.gather(jit.Array3f, tables.body_position, row, moves)
+    arm = jit.Array3f(position - dr.gather(jit.Array3f64, tables.body_position, row, moves))
     if rays.drift is not None:
         arm -= rays.drift
     attitude = dr.gather(jit.Array4f, tables.body_attitude, row, moves)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pelagos import jit
 from pelagos.jit import Array
+from pelagos.raycast.body_tree import BodyTree
 from pelagos.raycast.surface import Faces
 
 
@@ -13,28 +14,27 @@ class HitTables:
 
     Attributes:
         origin: `Array3f64` (1), world position of the scenes' own origin [m].
-        static_base, moving_base: `UInt32` (1), lowest identifier of a shape or instance.
-        static_row, moving_row: `UInt32`, row of each shape or instance, by its identifier from the lowest on.
-        static_first, moving_first: `UInt32`, by row, the first face in the tables of faces.
+        static_base: `UInt32` (1), lowest identifier of a static shape or instance.
+        static_row: `UInt32`, row of each static shape or instance, by its identifier from the lowest on.
+        static_first: `UInt32`, by static row, the first face in the tables of faces.
         static, models, moving: `Faces` of static meshes, of models whose copies are static, of bodies, the latter two
             in their own frames. Without models, `models` has one face, which nothing hits.
         static_turn: `Array4f`, by static row, model to world, w first.
         static_thing: `UInt32`, by static row, what the copy adds to the object rows of its model.
         label, instance, material: `UInt32`, by object.
         moving_thing: `UInt32`, by moving row, what the body adds to the object rows of its mesh.
-        copy_offset: `Array3f`, by copy [m].
-        body_position: `Array3f`, by moving row, relative to `origin`, offset of the copy included [m].
+        tree: boxes about the bodies, see `BodyTree`.
+        body_offset, body_radius: `Array3f` and `Float`, by moving row, where its mesh stands among those of all bodies,
+            and the sphere about the body's origin that holds it [m].
+        body_position: `Array3f64`, by moving row, world [m].
         body_attitude: `Array4f`, by moving row, body to world, w first.
         body_velocity, body_angular_velocity: `Array3f`, by moving row, world frame [m/s], [rad/s].
     """
 
     origin: Array
     static_base: Array
-    moving_base: Array
     static_row: Array
-    moving_row: Array
     static_first: Array
-    moving_first: Array
     moving_thing: Array
     static: Faces
     models: Faces
@@ -44,7 +44,9 @@ class HitTables:
     label: Array
     instance: Array
     material: Array
-    copy_offset: Array
+    tree: BodyTree
+    body_offset: Array
+    body_radius: Array
     body_position: Array
     body_attitude: Array
     body_velocity: Array

@@ -1,9 +1,8 @@
 """The two ray-tracing scenes, and the tables that say what was hit.
 
-Static geometry stands in a Mitsuba scene that never changes; everything that moves stands in a second, small one,
-because moving one instance rebuilds every acceleration structure of its scene. Single precision is kept exact to a
-millimetre by working relative to `origin`. Copies of a fleet share the static scene; their moving bodies
-stand `COPY_SPACING` apart.
+Static geometry stands in a Mitsuba scene that never changes; the meshes of everything that moves stand side by side in
+a second one, which does not change either: rays find bodies by a tree of boxes (`body_tree.py`). Single precision is
+kept exact to a millimetre by working relative to `origin`, and to each body. Copies of a fleet share both scenes.
 """
 
 from __future__ import annotations
@@ -17,27 +16,27 @@ from numpy.typing import NDArray
 
 from pelagos import jit
 from pelagos.jit import Array
+from pelagos.raycast.body_tree import tree_of
 from pelagos.raycast.caster import Caster
 from pelagos.raycast.copies import Copies, models, upright
 from pelagos.raycast.geometry import Geometry
 from pelagos.raycast.hit_tables import HitTables
-from pelagos.raycast.meshes import give_back, joined, large, mesh_of, watertight
+from pelagos.raycast.meshes import give_back, joined, large, mesh_of, no_faces, watertight
 from pelagos.raycast.objects import Objects
+from pelagos.raycast.shapes import Shapes
 from pelagos.raycast.spheres import Spheres
 from pelagos.raycast.streamed import StreamedGround
 from pelagos.raycast.surface import Faces
 
-COPY_SPACING: Final = 500.0  # [m], between the bodies of two copies of a fleet
+_SKIN_M: Final = 0.01  # about the sphere that holds a mesh: rays begin outside of it
 _MANY_COPIES: Final = 500  # instances beside which nothing is frozen
-_LATTICE: Final = 16  # copies along one edge of the lattice: 4096 copies within 8 km
-_LARGEST: Final = 128  # the same for more copies: two million, in 64 km
 
 
 class Scene:
     """Static and moving geometry of one world, for a fleet of `copies`.
 
     Attributes:
-        static, moving: the two `mi.Scene`; `moving` is None while nothing moves.
+        static, moving: the two `mi.Scene`; `moving` holds the meshes of bodies and is None while there are none.
         tables: see `HitTables`.
         generation: counts replacements of `moving` (not its motions).
         holder: whose bodies these are, where several simulations share a scene.
@@ -49,11 +48,9 @@ class Scene:
         static: Sequence[Geometry],
         *,
         copies: int = 1,
-        first_environment: int = 0,
         ground: StreamedGround | None = None,
     ) -> None:
         self.copies = copies
-        self._offsets = copy_offsets(copies, first_environment)
         self._ground = ground
         self.generation = 0
         self._static_geometry = list(static)
@@ -90,8 +87,8 @@ class Scene:
         self.holder: object = None
         self.reading = False
         self.moving: Any = None
-        self._parameters: Any = None
-        self._refresh_tables(moving_first=[], moving=[], moving_thing=[])
+        self._boxes: NDArray[np.float64] = np.zeros((0, 2, 3))
+        self._refresh_tables(None, [])
         if ground is not None:
             self._exchange_ground()  # from now on all its arrays are our own: frozen functions see exchanges
 
@@ -196,51 +193,25 @@ class Scene:
             self.move(*self._poses)
 
     def set_moving(self, bodies: Sequence[tuple[Geometry, int]]) -> None:
-        """Replace everything that moves: `(geometry in its body frame, copy)` by row. Poses follow with `move`."""
+        """Replace everything that moves: `(geometry in its body frame, copy)` by row, bodies by copies. Poses follow
+        with `move`."""
         self.generation += 1
         self._poses = None
         self._bodies = [g for g, _ in bodies]
         self._body_copy = np.array([c for _, c in bodies], dtype=np.int64)
-        self._body_radius = np.array([float(np.linalg.norm(g.vertices, axis=1).max()) for g, _ in bodies])
-        groups: dict[str, Any] = {}
-        instances: dict[str, Any] = {}
-        meshes: dict[tuple[int, int], tuple[str, int, list[int]]] = {}
-        things: dict[int, int] = {}
-        faces: list[Faces] = []
-        first: list[int] = []
-        thing: list[int] = []
-        total = 0
+        assert np.array_equal(self._body_copy, np.arange(len(bodies)) % self.copies)
+        shapes = Shapes(self._bodies) if bodies else None
+        self.moving = None if shapes is None else shapes.scene
+        self._boxes = np.array([g.extent for g in self._bodies]).reshape(-1, 2, 3)
+        self._body_radius = np.zeros(0) if shapes is None else shapes.radius
         self._objects.cut(self._fixed_objects)
-        for row, (geometry, _) in enumerate(bodies):
-            key = id(geometry.vertices), id(geometry.material)  # hulls of one kind share these
-            if key not in meshes:
-                name = f"group{len(meshes)}"
-                mesh, made = mesh_of(name, [geometry], np.zeros(3))
-                groups[name] = {"type": "shapegroup", "mesh": mesh}
-                materials, part = np.unique(geometry.face_materials, return_inverse=True)
-                made.thing = jit.own(jit.UInt32, part.astype(np.uint32))
-                faces.append(made)
-                meshes[key] = name, total, materials.tolist()
-                total += len(geometry.faces)
-            name, start, rows = meshes[key]
+        things: dict[int, int] = {}
+        for row, geometry in enumerate(self._bodies):
             if id(geometry) not in things:
-                things[id(geometry)] = int(self._objects.add(geometry.label, geometry.instance, rows)[0])
-            first.append(start)
-            thing.append(things[id(geometry)])
-            instances[f"body{row}"] = {"type": "instance", "group": {"type": "ref", "id": name}}
-        # in this order, so that shapes follow rows
-        description = {"type": "scene", **watertight(), **groups, **instances}
-        self.moving = jit.mi.load_dict(description, parallel=False, optimize=False) if bodies else None
-        self._parameters = jit.mi.traverse(self.moving) if bodies else None
-        self._refresh_tables(moving_first=first, moving=faces, moving_thing=thing)
-
-    def rename(self, first_environment: int) -> None:
-        """The copies are other environments from now on."""
-        self._offsets = copy_offsets(self.copies, first_environment)
-        self.tables.copy_offset = _array3f(self._offsets)
-        dr.make_opaque(self.tables.copy_offset)
-        if self._poses is not None:
-            self.move(*self._poses)
+                assert shapes is not None
+                rows = self._objects.add(geometry.label, geometry.instance, shapes.materials[row])
+                things[id(geometry)] = int(rows[0])
+        self._refresh_tables(shapes, [things[id(g)] for g in self._bodies])
 
     def holds(self, bodies: Sequence[tuple[Geometry, int]]) -> bool:
         """Whether these, in this order, are what moves now."""
@@ -260,22 +231,23 @@ class Scene:
         if self.moving is None:
             return
         self._poses = (position, attitude, velocity, angular_velocity)
-        offset = self._offsets[self._body_copy]
-        local = position - self.origin + offset
-        matrices = np.tile(np.eye(4), (len(local), 1, 1))
-        matrices[:, :3, :3] = _rotation_matrices(attitude)
-        matrices[:, :3, 3] = local
-        for row, matrix in enumerate(matrices):
-            transform = jit.mi.Transform4f(jit.mi.Matrix4f(matrix.astype(np.float32)))
-            dr.make_opaque(transform)
-            self._parameters[f"body{row}.to_world"] = transform
-        self._parameters.update()
         t = self.tables
-        t.body_position = _array3f(local)
+        t.body_position = _array3(position, jit.Array3f64)
         t.body_attitude = _array4f(attitude)
-        t.body_velocity = _array3f(velocity)
-        t.body_angular_velocity = _array3f(angular_velocity)
+        t.body_velocity = _array3(velocity, jit.Array3f)
+        t.body_angular_velocity = _array3(angular_velocity, jit.Array3f)
         dr.make_opaque(t.body_position, t.body_attitude, t.body_velocity, t.body_angular_velocity)
+        t.tree = tree_of(*self._boxes_about(position - self.origin, attitude), self.copies)
+
+    def _boxes_about(
+        self, place: NDArray[np.float64], attitude: NDArray[np.float64]
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Corners `(b, 3)`, `(b, 3)` of the boxes, along the world's axes, about the boxes of all bodies."""
+        turn = _rotation_matrices(attitude)
+        low, high = self._boxes[:, 0], self._boxes[:, 1]
+        middle = place + np.einsum("bij,bj->bi", turn, (low + high) / 2)
+        half = np.einsum("bij,bj->bi", np.abs(turn), (high - low) / 2)
+        return middle - half, middle + half
 
     @property
     def spheres(self) -> Spheres | None:
@@ -310,54 +282,37 @@ class Scene:
 
         return call
 
-    def _refresh_tables(self, *, moving_first: list[int], moving: list[Faces], moving_thing: list[int]) -> None:
+    def _refresh_tables(self, shapes: Shapes | None, moving_thing: list[int]) -> None:
         u32 = jit.UInt32
-        rows = max(len(moving_first), 1)
-        zero = _array3f(np.zeros((rows, 3)))
+        rows = max(len(moving_thing), 1)
+        zero = np.zeros((rows, 3))
+        offset, radius = (zero, zero[:, 0]) if shapes is None else (shapes.offset, shapes.radius + _SKIN_M)
         o = self._objects
         static_base, static_row = _rows_by_identifier(self.static)
-        moving_base, moving_row = _rows_by_identifier(self.moving)
+        boxes = np.zeros((max(len(moving_thing), self.copies), 3))  # of the size that they will keep
         self.tables = HitTables(
             origin=_single(self.origin),
             static_base=u32(static_base),
-            moving_base=u32(moving_base),
             static_row=jit.own(u32, static_row),
-            moving_row=jit.own(u32, moving_row),
             static_first=jit.own(u32, _table([*self._first_faces(), *self._copies.first])),
-            moving_first=jit.own(u32, _table(moving_first)),
             moving_thing=jit.own(u32, _table(moving_thing)),
             static=self._static_tables(),
             models=self._copies.faces,
-            moving=joined(moving),
+            moving=no_faces() if shapes is None else shapes.tables.faces,
             static_turn=_array4f(np.concatenate([upright(max(len(self._static_faces), 1)), self._copies.attitude])),
             static_thing=jit.own(u32, _table([0] * len(self._static_faces) + self._copies.thing)),
             label=jit.own(u32, _table(o.label)),
             instance=jit.own(u32, _table(o.instance)),
             material=jit.own(u32, _table(o.material)),
-            copy_offset=_array3f(self._offsets),
-            body_position=zero,
+            tree=tree_of(boxes, boxes, self.copies),
+            body_offset=_array3(offset, jit.Array3f),
+            body_radius=jit.Float(radius.astype(np.float32)),
+            body_position=_array3(zero, jit.Array3f64),
             body_attitude=_array4f(upright(rows)),
-            body_velocity=jit.Array3f(zero),
-            body_angular_velocity=jit.Array3f(zero),
+            body_velocity=_array3(zero, jit.Array3f),
+            body_angular_velocity=_array3(zero, jit.Array3f),
         )
         dr.make_opaque(self.tables)
-
-
-def copy_offsets(copies: int, first_environment: int = 0) -> NDArray[np.float64]:
-    """`(copies, 3)` where the moving bodies of each copy stand [m]; those of environment 0 stand where they are.
-
-    The place is that of the environment, not of the row in a fleet: single precision rounds differently in each, and a
-    copy is the same bytes as its environment alone.
-    """
-    rest = (first_environment + np.arange(copies)) % _LARGEST**3
-    cell, edge = np.zeros((copies, 3)), 1
-    for base in (_LATTICE, *[2] * (_LARGEST // _LATTICE).bit_length()):
-        if edge < _LARGEST:  # first a cube of 16 copies along an edge, then its doubles
-            for axis in range(3):
-                cell[:, axis] += rest % base * edge
-                rest //= base
-            edge *= base
-    return np.asarray(cell * COPY_SPACING, dtype=np.float64)
 
 
 def _single(place: NDArray[np.float64]) -> Array:
@@ -379,8 +334,8 @@ def _table(values: Sequence[int]) -> NDArray[np.uint32]:
     return np.array(values if len(values) else [0], dtype=np.uint32)
 
 
-def _array3f(values: NDArray[np.float64]) -> Array:
-    return jit.Array3f(np.ascontiguousarray(values.T, dtype=np.float32))
+def _array3(values: NDArray[np.float64], kind: Any) -> Array:
+    return kind(np.ascontiguousarray(values.T, dtype=np.float64 if kind is jit.Array3f64 else np.float32))
 
 
 def _array4f(values: NDArray[np.float64]) -> Array:

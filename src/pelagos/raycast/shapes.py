@@ -28,7 +28,7 @@ class ShapeTables:
     """What the faces of all meshes are: a Dr.Jit struct.
 
     Attributes:
-        faces: see `Faces`.
+        faces: see `Faces`; `thing` is the number of the face's material among those of its mesh.
         material: `UInt32`, row of the world's material table of each face.
     """
 
@@ -43,16 +43,20 @@ class Shapes:
         scene: the `mi.Scene` that holds them, the smallest first.
         tables: see `ShapeTables`.
         offset: `(b, 3)` where the origin of each body's mesh stands in it [m].
+        radius: `(b,)` of the sphere about the origin of each body that holds its mesh [m].
+        materials: by body, rows of the world's material table that its mesh uses, ascending.
     """
 
     def __init__(self, bodies: Sequence[Geometry]) -> None:
-        keys = [(id(g.vertices), g.face_materials.tobytes()) for g in bodies]
+        keys = [(id(g.vertices), id(g.material)) for g in bodies]  # bodies of one kind share these
         distinct = dict(zip(reversed(keys), reversed(bodies), strict=True))
         radius = {key: float(np.linalg.norm(g.vertices, axis=1).max()) for key, g in distinct.items()}
-        place: dict[tuple[int, bytes], NDArray[np.float64]] = {}
+        used = {key: np.unique(g.face_materials, return_inverse=True) for key, g in distinct.items()}
+        place: dict[tuple[int, int], NDArray[np.float64]] = {}
         x = 0.0
+        order = sorted(distinct, key=lambda k: radius[k])
         standing = []
-        for key in sorted(distinct, key=lambda k: radius[k]):
+        for key in order:
             x += radius[key]
             place[key] = np.array([x, 0.0, 0.0])
             x += radius[key] + _GAP
@@ -62,6 +66,9 @@ class Shapes:
         self.tables = ShapeTables(
             faces, jit.own(jit.UInt32, np.concatenate([g.face_materials for g in standing]).astype(np.uint32))
         )
-        self.tables.faces.thing = dr.zeros(jit.UInt32, 1)
+        parts = np.concatenate([used[key][1] for key in order]).astype(np.uint32)
+        self.tables.faces.thing = jit.own(jit.UInt32, parts)
         dr.make_opaque(self.tables)
         self.offset: NDArray[np.float64] = np.array([place[key] for key in keys]).reshape(-1, 3)
+        self.radius: NDArray[np.float64] = np.array([radius[key] for key in keys])
+        self.materials: list[list[int]] = [used[key][0].tolist() for key in keys]

@@ -139,8 +139,6 @@ class Lives(Outside):
             )
             self._encounters = asked
         self.seed = int(seed)
-        if first != old.first_environment:
-            self.model.scene.rename(first)
         own = self._stepper.own_current
         if own is not None and self.model.ocean.own is None:
             ocean = self.model.ocean.with_(own=own)

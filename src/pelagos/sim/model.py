@@ -149,7 +149,7 @@ def compile_model(
     modes = {name: first_mode(scenario, name, vehicle) for name, vehicle in vehicles.items()}
     groups = alike(members, _apart(scenario, modes))
     world = _world(scenario) if like is None or new_world else like.world
-    scene = world.scene(n, first_environment=first_environment) if like is None or new_world else like.scene
+    scene = world.scene(n) if like is None or new_world else like.scene
     ocean = build_ocean(scenario.ocean, world, seed=seed, duration_s=scenario.duration_s)
     if any(key in scenario.vary for key in CURRENTS):
         ocean = ocean.with_(own=vectors(np.zeros((n, 3))))  # the step loop sets what is drawn

@@ -89,11 +89,11 @@ class World:
     ground: LargeGround | None = None
     _live: dict[str, Any] = field(default_factory=dict, repr=False, compare=False)
 
-    def scene(self, copies: int = 1, *, first_environment: int = 0) -> Scene:
+    def scene(self, copies: int = 1) -> Scene:
         """A new ray-tracing scene for a fleet of `copies`; from now on `cast` asks this one, bodies included."""
         standing = self.geometries if self.ground is None else self._standing
         ground = None if self.ground is None else Stream(self.ground)
-        made = Scene(standing, copies=copies, first_environment=first_environment, ground=ground)
+        made = Scene(standing, copies=copies, ground=ground)
         self._live.clear()
         self._live["scene"] = made
         return made

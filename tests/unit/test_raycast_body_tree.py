@@ -1,0 +1,125 @@
+"""Bodies that move, found by a tree of boxes: the same hits as if each stood still in a mesh of its own."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from pelagos import jit
+from pelagos.math.so3 import rotate_np
+from pelagos.raycast.body_tree import nodes_of
+from pelagos.raycast.geometry import Geometry
+from pelagos.raycast.rays import NO_BODY, Rays
+from pelagos.raycast.scene import Scene
+from pelagos.world.shapes import box, sphere
+
+MIDDLE = (300.0, -200.0, -40.0)
+KINDS = [
+    sphere(0.7).geometry(material=2, label=3, instance=0, crease_deg=60.0),
+    box((1.2, 0.5, 0.3)).geometry(material=1, label=4, instance=0),
+]
+
+
+def body(kind: int, instance: int) -> Geometry:
+    """Shares its mesh with all others of its kind."""
+    g = KINDS[kind]
+    return Geometry(g.vertices, g.faces, g.material, g.label, instance, g.vertex_normals)
+
+
+def poses(count: int, seed: int) -> tuple[np.ndarray, np.ndarray]:
+    rng = np.random.default_rng(seed)
+    q = rng.normal(size=(count, 4))
+    return np.array(MIDDLE) + rng.uniform(-12, 12, (count, 3)), q / np.linalg.norm(q, axis=1, keepdims=True)
+
+
+def fan(count: int, at: np.ndarray, *, copy: int = 0, own: int = NO_BODY, reach: float = 60.0) -> Rays:
+    """From anywhere among the bodies past some of them; the first six along the axes, with components of 0."""
+    rng = np.random.default_rng(4)
+    aim = at[rng.integers(0, len(at), count)] + rng.normal(0.0, 0.6, (count, 3))
+    start = np.array(MIDDLE) + rng.uniform(-14, 14, (count, 3))
+    d = aim - start
+    d[:6] = np.concatenate([np.eye(3), -np.eye(3)])
+    start[:6] = aim[:6] - 5.0 * d[:6]
+    d /= np.linalg.norm(d, axis=1, keepdims=True)
+    return Rays(
+        jit.Array3f64(np.ascontiguousarray(start.T)),
+        jit.Array3f(np.ascontiguousarray(d.T, dtype=np.float32)),
+        jit.Float(np.full(count, reach, np.float32)),
+        jit.UInt32(np.full(count, copy, np.uint32)),
+        jit.UInt32(np.full(count, own, np.uint32)),
+    )
+
+
+def still(bodies: list[Geometry], place: np.ndarray, q: np.ndarray) -> Scene:
+    """The same bodies as static meshes."""
+    made = []
+    for g, p, turn in zip(bodies, place, q, strict=True):
+        vertices = rotate_np(np.tile(turn, (len(g.vertices), 1)), g.vertices.astype(float)) + p
+        made.append(Geometry(vertices, g.faces, g.material, g.label, g.instance))
+    return Scene(made)
+
+
+@pytest.mark.parametrize("count", [1, 2, 37])
+@pytest.mark.parametrize("own", [NO_BODY, 0])
+def test_hits_are_those_of_the_same_meshes_standing_still(count, own):
+    bodies = [body(k % 2, 10 + k) for k in range(count)]
+    place, q = poses(count, seed=count)
+    scene = Scene([])
+    scene.set_moving([(g, 0) for g in bodies])
+    zero = np.zeros((count, 3))
+    scene.move(place, q, zero, zero)
+    rest = slice(0, None) if own == NO_BODY else slice(1, None)
+    shot = fan(4000, place, own=own)
+    found = scene.compile(lambda caster, r: caster.cast(r))(shot)
+    blocked = np.array(scene.compile(lambda caster, r: caster.occluded(r, past_own=True))(shot))
+    assert (blocked == np.array(found.valid)).all()
+    if not bodies[rest]:
+        assert not blocked.any()
+        return
+    other = still(bodies[rest], place[rest], q[rest]).caster.cast(fan(4000, place))
+    same = np.array(found.instance) == np.array(other.instance)
+    assert same.mean() > 0.999  # all but those that graze an edge
+    hit = same & np.array(other.valid)
+    assert hit.sum() > 200
+    assert np.array(found.t)[hit] == pytest.approx(np.array(other.t)[hit], abs=3e-4)
+    turned = np.abs(np.array(found.normal) - np.array(other.normal))[:, hit].max(axis=0)
+    assert (turned < 1e-4).mean() > 0.999
+    assert (np.array(found.material)[hit] == np.array(other.material)[hit]).all()
+
+
+def test_hits_depend_neither_on_other_bodies_nor_on_the_copy():
+    """The bytes of all rays that meet the first three bodies, whichever others stand further on, in each copy."""
+    place, q = poses(40, seed=7)
+    place[3:] += [500.0, 0, 0]
+    known = None
+    for count, copies in ((3, 1), (40, 1), (40, 3)):
+        scene = Scene([], copies=copies)
+        scene.set_moving([(body(k % 2, 10 + k), c) for k in range(count) for c in range(copies)])
+        zero = np.zeros((count * copies, 3))
+        where, turn = np.repeat(place[:count], copies, axis=0), np.repeat(q[:count], copies, axis=0)
+        scene.move(where, turn, zero, zero)
+        for copy in range(copies):
+            r = fan(2000, place[:3], copy=copy)
+            hits = scene.compile(lambda caster, r: caster.cast(r))(r)
+            now = [np.array(getattr(hits, name)).tobytes() for name in ("t", "position", "normal", "instance", "place")]
+            known = known or now
+            assert now == known
+            assert np.array(hits.valid).sum() > 200
+
+
+@pytest.mark.parametrize("count", [1, 2, 3, 8, 37])
+def test_every_body_is_in_one_leaf_and_every_box_holds_those_below(count):
+    rng = np.random.default_rng(count)
+    low = rng.uniform(-1e4, 1e4, (2 * count, 3))
+    high = low + rng.uniform(0, 9, (2 * count, 3))
+    boxes, rows = nodes_of(low, high, copies=2)
+    leaves = rows.shape[1]
+    for copy in range(2):
+        used = rows[copy] != NO_BODY
+        assert sorted(rows[copy][used]) == list(range(copy, 2 * count, 2))
+        assert (boxes[copy, leaves:][used, 0:3] < low[rows[copy][used]]).all()
+        assert (boxes[copy, leaves:][used, 4:7] > high[rows[copy][used]]).all()
+        for node in range(2, leaves + int(used.sum())):
+            assert (boxes[copy, node // 2, 0:3] <= boxes[copy, node, 0:3]).all()
+            if boxes[copy, node, 4] < 1e30:
+                assert (boxes[copy, node // 2, 4:7] >= boxes[copy, node, 4:7]).all()
