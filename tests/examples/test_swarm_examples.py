@@ -14,7 +14,11 @@ EXAMPLES = Path(__file__).parents[2] / "examples"
 
 @pytest.mark.parametrize(
     ("name", "group", "count"),
-    [("swarm_200", "auv", 200), pytest.param("race_100_wamv", "boat", 100, marks=pytest.mark.slow)],
+    [
+        ("swarm_200", "auv", 200),
+        pytest.param("race_100_wamv", "boat", 100, marks=pytest.mark.slow),
+        pytest.param("harbour_traffic", "line", 16, marks=pytest.mark.slow),
+    ],
 )
 def test_examples_of_swarms_run(name, group, count):
     sim = pl.Simulation.load(EXAMPLES / f"{name}.yaml")

@@ -18,6 +18,7 @@ from pelagos.report.movers import mover_tracks, movers_section
 from pelagos.report.navigation import dead_reckoning, known
 from pelagos.report.page import Section, Tile, image, page, photographs
 from pelagos.report.statistics import recording_statistics, run_statistics
+from pelagos.report.swarm import swarm_section, swarms
 from pelagos.report.tables import parts_table, run_table, sensors_table
 from pelagos.sim.replay import Recording
 
@@ -57,7 +58,10 @@ def render_report(
     found = Recording(recording)
     agents = missions(found)
     numbers: dict[str, Any] = {**run, **recording_statistics(found, agents)}
-    sections = [s for mission in agents for s in _sections(mission, world, ocean, numbers)]
+    groups = swarms(agents)
+    together = {member.agent for group in groups for member in group.members}
+    sections = [swarm_section(group, world, numbers) for group in groups]
+    sections += [s for m in agents if m.agent not in together for s in _sections(m, world, ocean, numbers)]
     sections += communication_section(found, numbers)
     sections += [parts_table(numbers), run_table(numbers, found)]
     first = agents[0] if agents else None
@@ -169,7 +173,9 @@ def _tiles(agents: list[Mission], numbers: Mapping[str, Any]) -> list[Tile]:
     if numbers.get("simulated_s"):
         tiles.append(Tile(f"{numbers['simulated_s']:.0f}", "s", "simulated"))
         tiles.append(Tile(f"{numbers['real_time_factor']:.2f}", "×", "real time"))
-    if agents and len(agents[0].motion.t) > 1:
+    if len(agents) > 1:
+        tiles.append(Tile(str(len(agents)), "", "vehicles"))
+    elif agents and len(agents[0].motion.t) > 1:
         position = agents[0].motion.position
         way = float(np.linalg.norm(np.diff(position, axis=0), axis=1).sum())
         tiles.append(Tile(f"{way:.0f}", "m", "travelled"))

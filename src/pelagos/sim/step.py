@@ -282,10 +282,12 @@ class Stepper:
         if not self.missions.any:
             return
         start = time.perf_counter()
-        for name, values in self.missions.commands(self.tick, AgentRows(self)).items():
+        asked = self.missions.commands(self.tick, AgentRows(self))
+        for name, values in asked.items():
             model = self._model.agents[name]
             self.runs[model.batch.name].hold(model.rows, values)
-            self.timings.add(f"{name}.guidance", start)
+        if asked:
+            self.timings.add(f"{next(iter(asked))}.guidance" if len(asked) == 1 else "guidance", start)
 
     def _block_length(self, last: int, wait: bool) -> int:
         """Ticks until the outside may act; one at a time where a hull may touch."""
