@@ -23,6 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pelagos.contact.pairs import PairContacts
+from pelagos.math.so3 import cross_np
 
 _BOUNCE: Final = 0.02  # [m/s], approach below which nothing bounces
 _OVERLAP: Final = 0.002  # [m] that bodies may overlap for good
@@ -90,7 +91,7 @@ def _slip(contacts: PairContacts, bodies: Colliding) -> NDArray[np.float64]:
     parts = []
     for rows in (contacts.first, contacts.second):
         arm = contacts.point - bodies.position[rows]
-        parts.append(bodies.velocity[rows] + np.cross(bodies.spin[rows], arm))
+        parts.append(bodies.velocity[rows] + cross_np(bodies.spin[rows], arm))
     return np.asarray(parts[0] - parts[1])
 
 
@@ -142,7 +143,7 @@ def _collide_island(
         impulse[held] += _rub(space, contacts, held, now, contacts.friction[held] * pressed[held])
     for side, sign in ((contacts.first, 1.0), (contacts.second, -1.0)):
         arm = contacts.point - bodies.position[side]
-        np.add.at(impulses, side, sign * np.concatenate([impulse, np.cross(arm, impulse)], axis=1))
+        np.add.at(impulses, side, sign * np.concatenate([impulse, cross_np(arm, impulse)], axis=1))
 
 
 class _Space:
@@ -158,7 +159,7 @@ class _Space:
         if len(fixed):
             frame, turn = bodies.velocity[fixed[0]], bodies.spin[fixed[0]]
             arm = bodies.position[self._dynamic] - bodies.position[fixed[0]]
-            linear, spin = linear - frame - np.cross(turn, arm), spin - turn
+            linear, spin = linear - frame - cross_np(turn, arm), spin - turn
         twist = np.concatenate([linear, spin], axis=1)
         return np.asarray(np.linalg.solve(self._root, twist[..., None])[..., 0].ravel())
 
@@ -166,20 +167,16 @@ class _Space:
         """`(6 b, c)` what unit impulses along directions `(c, 3)` at contacts do."""
         c = self._contacts
         chosen = np.arange(len(c.depth)) if of is None else of
-        place = {row: i for i, row in enumerate(self._dynamic.tolist())}
-        found = np.zeros((6 * len(self._dynamic), len(chosen)))
-        for side, sign in ((c.first, 1.0), (c.second, -1.0)):
-            for column, contact in enumerate(chosen.tolist()):
-                at = place.get(int(side[contact]))
-                if at is not None:
-                    arm = c.point[contact] - self._bodies.position[side[contact]]
-                    wrench = sign * np.concatenate([direction[column], _cross(arm, direction[column])])
-                    found[6 * at : 6 * at + 6, column] += self._root[at].T @ wrench
-        return found
-
-
-def _cross(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.float64]:
-    return np.array([a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]])
+        place = np.full(len(self._bodies.position), -1)
+        place[self._dynamic] = np.arange(len(self._dynamic))
+        found = np.zeros((len(self._dynamic), 6, len(chosen)))
+        for side, sign in ((c.first[chosen], 1.0), (c.second[chosen], -1.0)):
+            column = np.flatnonzero(place[side] >= 0)
+            at, along = place[side[column]], direction[column]
+            arm = c.point[chosen[column]] - self._bodies.position[side[column]]
+            wrench = sign * np.concatenate([along, cross_np(arm, along)], axis=1)
+            found[at, :, column] += np.einsum("cji,cj->ci", self._root[at], wrench)
+        return found.reshape(6 * len(self._dynamic), len(chosen))
 
 
 def _stop(along: NDArray[np.float64], velocity: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -219,9 +216,9 @@ def _rub(
     """`(held, 3)` tangential impulses, no longer than `limit` [N s], that leave the least kinetic energy."""
     normal = contacts.normal[held]
     aside = np.where(np.abs(normal[:, :1]) < 0.6, [[1.0, 0.0, 0.0]], [[0.0, 1.0, 0.0]])
-    one = np.cross(normal, aside)
+    one = cross_np(normal, aside)
     one /= np.linalg.norm(one, axis=1, keepdims=True)
-    two = np.cross(normal, one)
+    two = cross_np(normal, one)
     across = np.stack([space.response(one, held), space.response(two, held)], axis=-1)  # (6 b, held, 2)
     flat = across.reshape(len(across), -1)
     impulse = np.linalg.lstsq(flat, -velocity, rcond=None)[0].reshape(-1, 2)

@@ -68,5 +68,11 @@ def from_euler(roll: Array, pitch: Array, yaw: Array) -> tuple[Array, Array, Arr
 
 def rotate_np(q: NDArray[np.float64], v: NDArray[np.float64]) -> NDArray[np.float64]:
     """R(q) v for NumPy rows: `(n, 4)`, `(n, 3)` -> `(n, 3)`."""
-    t = 2 * np.cross(q[:, 1:], v)
-    return np.asarray(v + q[:, :1] * t + np.cross(q[:, 1:], t))
+    t = 2 * cross_np(q[:, 1:], v)
+    return np.asarray(v + q[:, :1] * t + cross_np(q[:, 1:], t))
+
+
+def cross_np(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.float64]:
+    """a x b for NumPy rows `(..., 3)`: the bytes of `np.cross`, which takes six times as long for a few rows."""
+    ax, ay, az, bx, by, bz = (c[..., i] for c in (a, b) for i in range(3))
+    return np.stack([ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx], axis=-1)

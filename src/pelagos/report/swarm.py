@@ -178,7 +178,7 @@ def _density(drawn: Figure, axes: Axes, swarm: Swarm, low: NDArray[np.float64], 
     picture = axes.pcolormesh(-edges[1], edges[0], masked, cmap="viridis", rasterized=True)
     bar = drawn.colorbar(picture, ax=axes, shrink=0.85, aspect=28, pad=0.015)
     bar.set_label("vehicle seconds on a hectare")
-    bar.outline.set_visible(False)  # type: ignore[operator]
+    bar.outline.set_visible(False)
     axes.grid(visible=False)
     axes.set_xlabel("east [m]")
 
