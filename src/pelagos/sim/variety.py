@@ -1,4 +1,4 @@
-"""What differs from copy to copy and episode to episode: the draws of a scenario's `vary`."""
+"""Differences between copies and episodes: the draws of a scenario's `vary`."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the scene knows of the water, looked up by the thread that steps: arrows, a section, waves and light.
+"""The water around the scene, looked up by the thread that steps: arrows, a section, waves and light.
 
 Fields are on the device, so only the stepping thread asks them: `look` is called by it with every frame, and does
 nothing until something was asked for or has grown old.

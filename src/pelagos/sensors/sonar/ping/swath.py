@@ -1,4 +1,4 @@
-"""Where the beams of a moving multibeam look: transmit and receive attitudes beam by beam, sectors, stabilisation.
+"""Directions of the beams of a moving multibeam: transmit and receive attitudes beam by beam, sectors, stabilisation.
 
 A pulse goes out in the attitude of the ping; each echo is heard in that of its arrival. The fan that was designed for a
 sounder at rest keeps its steering angles, and each ray goes to where both arrays' cones cross (`mills_cross`).
