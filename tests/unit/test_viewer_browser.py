@@ -105,7 +105,7 @@ def test_mission_is_seen_held_and_driven(browser: Any, session: Session) -> None
     page, sim = watched.page, session.pilot.sim
     until(lambda: watched.pictures() >= 2)
     assert "token" not in page.url  # the cookie has it
-    assert page.title() == "<b>bold</b> & small · Pelagos"
+    until(lambda: page.title() == "<b>bold</b> & small · Pelagos")
     assert page.evaluate("document.querySelectorAll('#title b').length") == 0  # a name is text
 
     def seen() -> np.ndarray[Any, Any]:  # what the scene's canvas shows, small
@@ -160,7 +160,7 @@ def test_tablet_props_by_mouse_section_and_gamepad(browser: Any, session: Sessio
     """Way-points and props in the scene by the pointer, a gamepad's stick, and everything within a tablet's screen."""
     watched = Watched(browser, session.url, size=(1024, 768), script=PAD, has_touch=True)
     page, sim = watched.page, session.pilot.sim
-    until(lambda: watched.pictures() >= 2)
+    until(lambda: watched.pictures() >= 2 and page.evaluate("pelagos.stage.agent") == "auv0")
     outside = """() => [...document.querySelectorAll("header *, .looks *, .sticks *, #map-tools *")].filter((e) => {
         const { left, right, bottom, width } = e.getBoundingClientRect();
         return width && (left < -1 || right > innerWidth + 1 || bottom > innerHeight + 1); }).map((e) => e.id)"""
