@@ -214,7 +214,7 @@ def test_recording_is_scrubbed(browser: Any, tmp_path: Path) -> None:
     true = sim.state["auv0"].position[0]
     with replay_view(tmp_path / "mission.mcap", port=0, paused=True).start() as view:
         watched = Watched(browser, view.url)
-        until(lambda: watched.pictures() >= 1)
+        until(lambda: watched.pictures() >= 1 and watched.page.is_visible("#timeline"))
         assert watched.time() == 0.0
         watched.page.evaluate("""() => { const s = document.getElementById("scrub"); s.value = 6;
             s.dispatchEvent(new Event("input")); s.dispatchEvent(new Event("change")); }""")
