@@ -29,7 +29,7 @@ def swim(vehicle: Any, mode: str, seconds: float, *, rate_hz: float = 50.0, **oc
     return sim
 
 
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("name", [pytest.param(n, marks=pytest.mark.slow) if n in SHIPS else n for n in NAMES])
 def test_every_mode_feels_a_current(name: str) -> None:
     """Half a metre a second eastwards (wind for what flies): without drive it is soon carried, with one it has to work.
 

@@ -105,7 +105,7 @@ def test_copies_are_environments_of_their_own(alone: Digests) -> None:
     assert differing(fleet[1], stepped(simulation(environment=5))) == []
 
 
-@pytest.mark.parametrize("threads", ["1", "2", pytest.param("4", marks=pytest.mark.slow)])
+@pytest.mark.parametrize("threads", ["1", *(pytest.param(n, marks=pytest.mark.slow) for n in ("2", "4"))])
 def test_threads_and_processes(alone: Digests, threads: str) -> None:
     assert differing(elsewhere(PELAGOS_THREADS=threads), alone) == []
 

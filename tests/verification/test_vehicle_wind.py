@@ -11,8 +11,6 @@ from scipy.optimize import brentq
 import pelagos as pl
 from pelagos.ocean.wind import WindConfig
 
-AFLOAT = ["wamv", "otter", "surface_vessel", "mariner"]
-
 
 def drift(vehicle: Any, seconds: float = 90.0, **ocean: Any) -> pl.Simulation:
     agents = {"it": {"vehicle": vehicle, "control": "actuators", "start": {"position_m": [0.0, 0.0], "depth_m": 0.0}}}
@@ -40,7 +38,9 @@ def test_before_the_wind_air_and_water_balance(waves: float | None, seakeeping: 
     assert abs(state.velocity[0, 1]) < 0.02 * u
 
 
-@pytest.mark.parametrize("vehicle", AFLOAT)
+@pytest.mark.parametrize(
+    "vehicle", ["wamv", "otter", "surface_vessel", pytest.param("mariner", marks=pytest.mark.slow)]
+)
 def test_every_surface_craft_goes_down_wind_in_still_water(vehicle: str) -> None:
     """West wind (from 270 deg): eastwards, which is -y. Without wind what has no engine running stays where it is."""
     blown = drift(vehicle, 60.0, wind={"speed_mps": 12.0, "from_deg": 270.0}).state["it"]

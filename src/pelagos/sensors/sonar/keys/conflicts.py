@@ -85,9 +85,13 @@ def check_ambiguity(config: Any) -> None:
 
 
 def check_spacing(config: Any) -> None:
-    """Raises ValueError where `beamwidth_deg` is given, and much narrower than the beams' spacing."""
+    """Raises ValueError where `beamwidth_deg` is much narrower than the beams' spacing, and not the default.
+
+    A resolved scenario gives every key, so that having been given says nothing.
+    """
     spacing = config.horizontal_aperture_deg / config.beams
-    if "beamwidth_deg" in config.model_fields_set and config.beamwidth_deg < _SPARSE * spacing:
+    chosen = config.beamwidth_deg != type(config).model_fields["beamwidth_deg"].default
+    if chosen and config.beamwidth_deg < _SPARSE * spacing:
         raise ValueError(
             f"{told(config, 'beamwidth_deg')} is much narrower than the {spacing:.3g} deg between beams, of "
             f"{told(config, 'horizontal_aperture_deg', 'beams')}: most directions would not be heard; give at least "
