@@ -68,12 +68,14 @@ class EchoesConfig(SensorConfig):
         return self.water_column_bins or (self.USUAL_BINS if self.iq or self.labels else 0)
 
 
-def echo_spec(config: EchoesConfig, context: SensorContext, *, nearest: float, farthest: float) -> PingSpec:
-    """The ping whose echoes are given, between ranges along the beams [m]."""
+def echo_spec(
+    config: Any, context: SensorContext, *, nearest: float, farthest: float, bins: int | None = None
+) -> PingSpec:
+    """The ping whose echoes are given, between ranges along the beams [m]; in its `echo_bins` unless told otherwise."""
     return PingSpec(
         mounting=mounting(config),
         rate_hz=slower(config.rate_hz, farthest),
-        bins=config.echo_bins,
+        bins=config.echo_bins if bins is None else bins,
         range_min_m=max(nearest, _NEAREST),
         range_max_m=farthest,
         frequency_hz=config.frequency_hz,

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from typing import Any
+from dataclasses import replace
+from typing import Any, Final
 
 import drjit as dr
 import numpy as np
@@ -14,15 +15,15 @@ from pelagos.acoustics.absorption import absorption
 from pelagos.acoustics.noise import ambient_level, band_level, directivity_index
 from pelagos.acoustics.pulse import processing_gain_db, range_coupling
 from pelagos.acoustics.spreading import from_db, to_db
-from pelagos.sensors.schedule import period_ticks, slower
+from pelagos.sensors.schedule import period_ticks
 from pelagos.sensors.sensor import SensorContext
-from pelagos.sensors.sonar.keys.ping_keys import mounting
+from pelagos.sensors.sonar.keys.echo_keys import echo_spec
 from pelagos.sensors.sonar.ping.interference import Apertures, Emitter
 from pelagos.sensors.sonar.ping.multibeam_column import Column
-from pelagos.sensors.sonar.ping.ping_spec import Display, PingSpec
-from pelagos.sensors.sonar.ping.sea_state import rain_over, wind_for
-from pelagos.sensors.sonar.ping.surface_scattering import TEXTURE_DB
+from pelagos.sensors.sonar.ping.ping_spec import PingSpec
 from pelagos.sensors.sonar.ping.swath import Swath
+
+_COLUMN_FROM_M: Final = 0.1  # where a water column begins: nearer is the near field of any array, assumed
 
 
 def emitter(config: Any, context: SensorContext, rays: dict[str, NDArray[Any]]) -> Emitter:
@@ -49,31 +50,9 @@ def column_of(config: Any) -> Column:
 
 def column_spec(config: Any, context: SensorContext) -> PingSpec:
     """The same sonar as one that gives levels by beam and range [dB]."""
-    return PingSpec(
-        mounting=mounting(config),
-        rate_hz=slower(config.rate_hz, config.range_max_m),
-        bins=config.water_column_bins,
-        range_min_m=max(config.range_min_m, 0.1),
-        range_max_m=config.range_max_m,
-        frequency_hz=config.frequency_hz,
-        bandwidth_hz=config.bandwidth_hz,
-        pulse_s=config.pulse_s,
-        pulse=config.pulse,
-        source_level_db=config.source_level_db,
-        self_noise_db=config.self_noise_db,
-        wind_speed_mps=wind_for(config.wind_speed_mps, context.ocean, context.path),
-        rain_mm_per_h=rain_over(context.ocean),
-        ph=config.ph,
-        texture_db=TEXTURE_DB,
-        roughness_seed=config.roughness_seed,
-        refraction=config.refraction,
-        sound_speed_mps=config.sound_speed_mps,
-        volume_scattering_db=config.volume_scattering_db,
-        doppler=False,
-        display=Display(scale="db"),
-        iq=config.iq,
-        labels=config.labels,
-    )
+    nearest = max(config.range_min_m, _COLUMN_FROM_M)
+    spec = echo_spec(config, context, nearest=nearest, farthest=config.range_max_m, bins=config.water_column_bins)
+    return replace(spec, refraction=config.refraction, sound_speed_mps=config.sound_speed_mps)
 
 
 def swath_of(config: Any) -> Swath:
