@@ -14,16 +14,22 @@ from pelagos.sim import model as sim_model
 from pelagos.vehicles.load import catalogue_names
 
 SENSORS = sorted(registry.entries("sensor", plugins=False))
+SHIPS = {"mariner", "kvlcc2"}
 CASTING = {name for name in SENSORS if getattr(registry.find("sensor", name).load(), "CASTS", 0)}
 """Sensors that cast rays: in batches their readings may differ in the last bits of single precision."""
 
 
 def _fleet(vehicle: str, carried: dict[str, Any], count: int = 3) -> dict[str, Any]:
+    apart = 100.0 if vehicle in SHIPS else 1.0  # ships that overlap push one another, as rays of their hulls find them
     depth = -6.0 if vehicle in IN_AIR else 0.0 if vehicle in AFLOAT else 3.0
     agents = {
         f"a{i}": {
             "vehicle": vehicle,
-            "start": {"position_m": [4.0 * i, -9.0 * i, -depth - 0.3 * i], "heading_deg": 25.0 * i, "speed_mps": 0.4},
+            "start": {
+                "position_m": [4.0 * apart * i, -9.0 * apart * i, -depth - 0.3 * i],
+                "heading_deg": 25.0 * i,
+                "speed_mps": 0.4,
+            },
             "sensors": carried,
         }
         for i in range(count)

@@ -50,6 +50,7 @@ def test_a_run_that_leaves_the_file_is_refused_before_it_starts(scenario: dict) 
         pl.Simulation.load(far)
 
 
+@pytest.mark.slow
 def test_wave_gallery(tmp_path: Path) -> None:
     subprocess.run([sys.executable, str(ROOT / "examples/wave_gallery.py"), str(tmp_path)], check=True)
     assert {p.name for p in tmp_path.iterdir()} == {"wave_usv.jpg", "wave_auv.jpg"}

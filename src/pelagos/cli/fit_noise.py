@@ -6,7 +6,6 @@ import json
 from pathlib import Path
 from typing import Annotated, Any, Final
 
-import numpy as np
 import typer
 from rich.table import Table
 
@@ -69,6 +68,8 @@ def fit_noise(
 
 def _bound(noise: Any, term: int) -> float:
     """The largest that a term could be without standing above the measured curve."""
+    import numpy as np
+
     from pelagos.sensors.noise import FLOOR
 
     shape = (1 / noise.tau, np.full(len(noise.tau), FLOOR**2), noise.tau / 3)[term]
