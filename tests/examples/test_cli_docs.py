@@ -48,6 +48,7 @@ def test_commands_of_the_documentation_are_understood(
 ) -> None:
     """Commands that run for long are only checked: their scenario and changes, by `pelagos check`."""
     monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("MINARI_DATASETS_PATH", str(tmp_path / "minari"))
     first = next(text for page, text in scenarios() if page == "getting_started.md")
     for name in ("first.yaml", "survey.yaml"):
         (tmp_path / name).write_text(
