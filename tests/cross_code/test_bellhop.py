@@ -83,7 +83,8 @@ def test_arrivals_in_a_munk_profile(tmp_path: Path) -> None:
 def test_fields_over_uneven_bottoms(case: str, tmp_path: Path) -> None:
     """Incoherent loss within 1 dB rms of BELLHOP wherever less than 110 dB is lost, below the surface.
 
-    BELLHOP follows rays that a slope turns back; here they end, so that the front of the ellipse is left out.
+    The ellipse's ends turn rays back, which both follow. Its fan is as wide as may be: beyond a fan's edge both have
+    only the tails of its last beams, which they cut off at other places.
     """
     if case == "dickins":
         x = np.linspace(0.0, 1e5, 401)
@@ -98,7 +99,8 @@ def test_fields_over_uneven_bottoms(case: str, tmp_path: Path) -> None:
         else:
             x = np.linspace(0.0, 10e3, 200)
             z, reach, columns, source = 1000 + 500 * np.sqrt(1 - (x / 5e3 - 1) ** 2), 10e3, 200, 500.0
-        depth, angle, rows = np.array([0.0, 1.02 * z.max()]), 60.0, np.arange(0.0, z.max(), 20.0)
+        angle = 60.0 if case == "parabola" else 88.0
+        depth, rows = np.array([0.0, 1.02 * z.max()]), np.arange(0.0, z.max(), 20.0)
     section = section_over(depth, speed, x, z, frequency, sediment)
     made = field(section, source, reach=reach, columns=columns, depths=rows, widest=math.radians(angle), beams=2000)
     ranges = np.linspace(0.0, reach, columns + 1)
@@ -107,9 +109,7 @@ def test_fields_over_uneven_bottoms(case: str, tmp_path: Path) -> None:
     mine = made.incoherent_loss_db[:, 1:]
     wet = rows[1:][None, :] < np.interp(made.x, x, z)[:, None] - 1.0
     compared = wet & (other < 110) & (mine < 110)
-    if case == "ellipse":
-        compared &= (made.x > 500.0)[:, None]
     error = (mine - other)[compared]
     assert compared.mean() > 0.5
     assert abs(np.median(error)) < 0.1
-    assert np.sqrt(np.mean(error**2)) < 1.0
+    assert np.sqrt(np.mean(error**2)) < (0.1 if case == "ellipse" else 1.0)

@@ -11,7 +11,7 @@ import pytest
 
 from pelagos.acoustics.eigenrays import Arrivals, eigenrays
 from pelagos.acoustics.image_sources import paths
-from pelagos.acoustics.section import Section
+from pelagos.acoustics.section import Section, mirrored
 from pelagos.acoustics.transmission_loss import field, ray_paths
 
 MUNK_DEPTH = np.arange(0, 5001, 200.0)
@@ -255,6 +255,38 @@ def test_munk_field() -> None:
     mean = -10 * np.log10(np.mean(10 ** (-incoherent / 20)))
     assert mean == pytest.approx(43.8, abs=0.1)
     assert -10 * np.log10(np.mean(10 ** (-coherent / 20))) == pytest.approx(44.5, abs=0.2)
+
+
+def test_a_slope_turns_sound_back() -> None:
+    """A rigid slope of 80 deg sends a level beam back at 20 deg: 1/(x s) on its axis after a way s, x from the source.
+
+    It is bent by no gradient, and spread over the ring of radius x.
+    """
+    x, z = np.array([0.0, 990.0, 1025.0]), np.array([200.0, 200.0, 1.5])
+    section = Section(np.array([0.0, 210.0]), np.full(2, 1500.0), x, z, density_ratio=1e9, frequency=30e3)
+    made = field(section, 100.0, reach=1025.0, columns=41, depths=np.arange(4.0, 160.0, 0.5), widest=0.03, beams=2000)
+    met = 990.0 + 35.0 * 100.0 / 198.5
+    rise = 2.0 * math.atan2(198.5, 35.0)
+    for place in (850.0, 900.0):
+        back = met - place
+        depth, way = 100.0 - back * math.tan(math.pi - rise), met - back / math.cos(rise)
+        column = made.incoherent_loss_db[round(place / 25.0) - 1]
+        here = int(np.argmin(np.abs(made.depth - depth)))
+        assert column[here] == pytest.approx(10.0 * math.log10(place * way), abs=0.1)
+
+
+def test_a_mirrored_section_is_the_same_from_the_other_end() -> None:
+    section = Section(
+        np.array([0.0, 40.0]), np.array([[1500.0, 1510.0], [1520.0, 1490.0], [1505.0, 1506.0]]),
+        np.array([0.0, 300.0, 700.0, 1200.0]), np.array([90.0, 120.0, 60.0, 80.0]), density_ratio=[1.1, 1.2, 1.3, 1.4],
+        begins=np.array([0.0, 400.0, 950.0]),
+    )  # fmt: skip
+    x, reach = np.array([10.0, 299.0, 420.0, 880.0]), 900.0
+    seen = mirrored(section, reach)
+    assert seen.bottom_at(reach - x) == pytest.approx(section.bottom_at(x), rel=1e-12)
+    assert seen.speed_at(20.0, reach - x) == pytest.approx(section.speed_at(20.0, x), rel=1e-12)
+    behind = np.searchsorted(seen.bottom_x, reach - x, side="right") - 1
+    assert np.asarray(seen.density_ratio)[behind].tolist() == [1.1, 1.1, 1.2, 1.3]
 
 
 def test_the_limit_of_rays() -> None:

@@ -1,12 +1,10 @@
 """Rays of sound in layers of linear sound speed between a flat surface and a bottom of straight pieces.
 
-In a layer the ray is an arc of a circle, and its end, duration, length and spreading have closed forms; nothing is
-integrated by steps. Everything is written with differences that stay exact where the gradient vanishes. Depth z is
-positive down, angles are positive down, x is horizontal from the source on.
+In a layer the ray is an arc of a circle (`ray_arc`), and its end, duration, length and spreading have closed forms;
+nothing is integrated by steps. Depth z is positive down, angles are positive down, x is horizontal from the source on.
 
 Sources: F. B. Jensen, W. A. Kuperman, M. B. Porter, H. Schmidt, Computational Ocean Acoustics (2nd ed., 2011), Sections
-3.3.2 (arcs), 3.3.5 (dynamic ray tracing, with its jumps at interfaces) and 3.6.2 (caustics),
-doi 10.1007/978-1-4419-8678-8.
+3.3.5 (dynamic ray tracing, with its jumps at interfaces) and 3.6.2 (caustics), doi 10.1007/978-1-4419-8678-8.
 """
 
 from __future__ import annotations
@@ -17,6 +15,7 @@ import drjit as dr
 
 from pelagos import jit
 from pelagos.acoustics.complex_pair import times
+from pelagos.acoustics.ray_arc import curvature, duration, length_of, rise_over, sine_after, snell_invariant
 from pelagos.acoustics.reflection import fluid_reflection
 from pelagos.jit import Array
 
@@ -141,6 +140,11 @@ class Ray:
     node: Array
     alive: Array
 
+    @property
+    def size_key(self) -> int:
+        """Number of rays."""
+        return int(dr.width(self.x))
+
 
 def depart(water: Water, launch: Launch) -> Ray:
     """Rays at their source."""
@@ -149,7 +153,7 @@ def depart(water: Water, launch: Launch) -> Ray:
     c, _, _ = _here(water, launch.row, column, layer, launch.depth)
     sine, cosine = dr.sincos(launch.angle)
     return Ray(
-        x=dr.zeros(jit.Float64, width), z=jit.Float64(launch.depth), sine=sine, slowness=cosine / c,
+        x=dr.zeros(jit.Float64, width), z=jit.Float64(launch.depth), sine=sine, slowness=snell_invariant(cosine, c),
         time=dr.zeros(jit.Float64, width), length=dr.zeros(jit.Float64, width), loss=dr.zeros(jit.Float64, width),
         spread=dr.zeros(jit.Float64, width), growth=1.0 / c, real=dr.full(jit.Float64, 1.0, width),
         imaginary=dr.zeros(jit.Float64, width), caustics=dr.zeros(jit.UInt32, width),
@@ -169,10 +173,17 @@ def march(water: Water, floor: Floor, launch: Launch) -> Ray:
     return found
 
 
-def march_by(water: Water, floor: Floor, launch: Launch, *, stations: int) -> list[Array]:
+def march_by(
+    water: Water, floor: Floor, launch: Launch, ray: Ray, station: Array, *, stations: int
+) -> tuple[list[Array], Ray]:
     """Follow rays past equally spaced stations, the last of which is the end of their reach.
 
+    Args:
+        ray: where they are; see `depart`.
+        station: `UInt32`, the first one before each of them.
+
     Returns:
+        the rays where they ended; those that a slope turned back have a negative slowness. And before that
         by lane and station: depth [m] (NaN where the ray never came), sine of its angle, time [s], loss [dB] with
         bounces, spread [m/rad], caustics, bounces at surface and bottom, phase of all bounces [rad]; `Float64` each.
     """
@@ -196,29 +207,28 @@ def march_by(water: Water, floor: Floor, launch: Launch, *, stations: int) -> li
         ray.alive &= station < stations
         return ray, station
 
-    start = (depart(water, launch), dr.zeros(jit.UInt32, width))
-    dr.while_loop(start, lambda r, _: r.alive, onward, mode="symbolic")
-    return kept
+    ended: Ray = dr.while_loop((ray, station), lambda r, _: r.alive, onward, mode="symbolic")[0]
+    return kept, ended
 
 
 def step(water: Water, floor: Floor, launch: Launch, end: Array, ray: Ray) -> Ray:
     """One arc: to the edge of the layer or the column, to the next node of the bottom, to the bottom, or to `end`."""
     c, g, top = _here(water, launch.row, ray.column, ray.layer, ray.z)
-    cosine = ray.slowness * c
+    cosine, curve = ray.slowness * c, curvature(g, ray.slowness)
     edge = _to_edge(water, launch.row, ray, g, cosine, top)
     slope, bottom, next_node = _bottom_at(floor, launch.row, ray)
     next_column = _next_column(water, launch.row, ray.column)
-    to_bottom = _to_bottom(ray, g * ray.slowness, cosine, slope, bottom)
+    to_bottom = _to_bottom(ray, -curve, cosine, slope, bottom)
     way = dr.minimum(dr.minimum(edge.way, to_bottom), dr.minimum(next_node - ray.x, end - ray.x))
     way = dr.minimum(way, next_column - ray.x)
     way = dr.maximum(way, 0.0)
     at_bottom = (to_bottom <= way) & (to_bottom < edge.way)
     at_edge = ~at_bottom & (edge.way <= way)
-    sine = dr.select(at_edge, edge.sine, dr.clip(ray.sine - g * ray.slowness * way, -1.0, 1.0))
+    sine = dr.select(at_edge, edge.sine, sine_after(ray.sine, curve, way))
     cosine1 = dr.sqrt(dr.maximum((1.0 - sine) * (1.0 + sine), 0.0))
-    rise = way * (ray.sine + sine) / dr.maximum(cosine + cosine1, 1e-300)
+    rise = rise_over(way, (ray.sine, sine), (cosine, cosine1))
     z = dr.select(at_edge, edge.depth, dr.select(at_bottom, bottom + slope * way, ray.z + rise))
-    after = _along(water, launch, ray, way, z, sine, cosine, g)
+    after = _along(water, launch, ray, way, z, sine, curve)
     after.x = dr.select(end - ray.x <= way, end, ray.x + way)
     at_column = ~at_bottom & ~at_edge & (next_column - ray.x <= way)
     last = dr.gather(jit.UInt32, floor.nodes, launch.row) - 1
@@ -249,9 +259,9 @@ def _to_edge(water: Water, row: Array, ray: Ray, g: Array, cosine: Array, top: A
     both = ray.sine + sine
     straight = (depth - ray.z) * (cosine + cosine_there) / dr.select(dr.abs(both) < _FLAT, dr.inf, both)
     straight = dr.select(dr.abs(both) < _FLAT, dr.inf, straight)
-    bend = g * ray.slowness
-    turned = (ray.sine - sine) / dr.select(bend == 0.0, 1.0, bend)
-    way = dr.select(turns, dr.select(bend == 0.0, dr.inf, turned), straight)
+    curve = curvature(g, ray.slowness)
+    turned = (sine - ray.sine) / dr.select(curve == 0.0, 1.0, curve)
+    way = dr.select(turns, dr.select(curve == 0.0, dr.inf, turned), straight)
     return _Edge(way, depth, sine)
 
 
@@ -274,14 +284,10 @@ def _to_bottom(ray: Ray, bend: Array, cosine: Array, slope: Array, bottom: Array
     return dr.select(root < 0.0, dr.inf, dr.minimum(first, second))
 
 
-def _along(water: Water, launch: Launch, ray: Ray, way: Array, z: Array, sine: Array, cosine: Array, g: Array) -> Ray:
+def _along(water: Water, launch: Launch, ray: Ray, way: Array, z: Array, sine: Array, curve: Array) -> Ray:
     """The ray at the end of an arc, with what it took."""
-    bend = g * ray.slowness
-    across = dr.maximum(1.0 - ray.sine * sine, 1e-300)
-    u = bend * way / across
-    time = ray.slowness * way / across * _atanh_ratio(u)
-    chord = dr.sqrt(way * way + (z - ray.z) * (z - ray.z))
-    length = chord * _asin_ratio(0.5 * chord * dr.abs(bend))
+    time = duration(way, (ray.sine, sine), curve, ray.slowness)
+    length = length_of(dr.sqrt(way * way + (z - ray.z) * (z - ray.z)), curve)
     first = launch.row * LEVELS + ray.layer
     depth0, depth1 = (dr.gather(jit.Float64, water.depth, first + k) for k in (0, 1))
     here = _first(water, launch.row, ray.column, ray.layer)
@@ -408,22 +414,6 @@ def _layer_at(water: Water, row: Array, z: Array) -> Array:
 def _signed(x: Array) -> Array:
     """x, kept away from 0."""
     return dr.select(dr.abs(x) < 1e-9, dr.copysign(jit.Float64(1e-9), x), x)
-
-
-def _atanh_ratio(u: Array) -> Array:
-    """atanh(u)/u, also at 0."""
-    u2 = u * u
-    series = 1.0 + u2 * (1.0 / 3 + u2 * (1.0 / 5 + u2 * (1.0 / 7 + u2 / 9.0)))
-    safe = dr.clip(dr.select(u2 < 1e-4, 0.5, u), -1.0 + 1e-16, 1.0 - 1e-16)
-    return dr.select(u2 < 1e-4, series, 0.5 * dr.log((1.0 + safe) / (1.0 - safe)) / safe)
-
-
-def _asin_ratio(y: Array) -> Array:
-    """asin(y)/y, also at 0."""
-    y2 = y * y
-    series = 1.0 + y2 * (1.0 / 6 + y2 * (3.0 / 40 + y2 * (15.0 / 336 + y2 * 105.0 / 3456)))
-    safe = dr.clip(dr.select(y2 < 1e-4, 0.5, y), 0.0, 1.0)
-    return dr.select(y2 < 1e-4, series, dr.asin(safe) / safe)
 
 
 def _log10(x: Array) -> Array:

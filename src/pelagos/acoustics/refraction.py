@@ -1,10 +1,8 @@
 """Rays of sonars in water whose sound speed changes with depth: a few arcs of equal travel time, in single precision.
 
 Echoes need places at given times, between casts into the world; `layered_rays` follows the same rays to given places,
-exactly and in double precision, and is what these arcs are held against.
-
-Sources: F. B. Jensen, W. A. Kuperman, M. B. Porter, H. Schmidt, Computational Ocean Acoustics (2nd ed., 2011),
-Section 3.3.2, doi 10.1007/978-1-4419-8678-8; Snell's law cos(theta)/c = const.
+layer by layer and in double precision. Both take their arcs from `ray_arc`; here one arc stands for all layers that it
+passes through, and the exact rays are what it is held against.
 """
 
 from __future__ import annotations
@@ -15,6 +13,7 @@ from typing import Final
 import drjit as dr
 
 from pelagos import jit
+from pelagos.acoustics.ray_arc import chord_of, curvature, rotated, snell_invariant, turn_between
 from pelagos.jit import Array
 
 LEVELS: Final = 64  # of a profile on the device
@@ -115,13 +114,13 @@ def depart(profile: Profile, row: Array, height: Array, sine: Array) -> Bend:
     """A ray at `height` [m] whose angle above the horizontal has this `sine`."""
     cosine = dr.sqrt(dr.maximum(1.0 - sine * sine, 0.0))
     speed = dr.gather(jit.Float, profile.speed, row) + excess_at(profile, row, height)[0]
-    return Bend(row, height, sine, cosine, cosine / speed)
+    return Bend(row, height, sine, cosine, snell_invariant(cosine, speed))
 
 
 def arc(profile: Profile, ray: Bend, reach: Array) -> tuple[Bend, Chord]:
     """Follow a ray along one arc.
 
-    In a linear gradient g the arc is the circle that the ray is: its angle changes by -g p per metre, p = cos(theta)/c.
+    In a linear gradient the arc is the circle that the ray is.
     In layers, the angle at its end is what Snell's law gives there, exactly; direction and duration follow from the
     mean sound speed of the layers that it passes through, to first order in how that departs from the mean of both
     ends. What is left is of second order in the turn over the arc: a tenth of the arc's length times its square.
@@ -134,25 +133,25 @@ def arc(profile: Profile, ray: Bend, reach: Array) -> tuple[Bend, Chord]:
     """
     speed = dr.gather(jit.Float, profile.speed, ray.row)
     here, slope, column = excess_at(profile, ray.row, ray.height)
-    length, turn, shift = jit.Float(reach), -slope * ray.slowness * reach, jit.Float(0)
+    length, turn, shift = jit.Float(reach), curvature(slope, ray.slowness) * reach, jit.Float(0)
     there = here
     for _ in range(_ROUNDS):
-        middle = _sine_after(ray, 0.5 * turn)
-        rise = length * _sinc(0.5 * turn) * _sine_after(ray, 0.5 * turn + shift)
+        middle = _ahead(ray, 0.5 * turn)[0]
+        rise = chord_of(length, turn) * _ahead(ray, 0.5 * turn + shift)[0]
         there, slope, above = excess_at(profile, ray.row, ray.height + rise)
         ends = 0.5 * (here + there)
         flat = (dr.abs(rise) < _LEVEL) | (dr.abs(middle) < 1e-3)
         mean = dr.select(flat, ends, (above - column) / dr.select(flat, 1.0, rise))
         steep = dr.select(flat, 1.0, middle)
-        half = -0.5 * ray.slowness * (there - here) / steep
-        turn = dr.select(flat, -slope * ray.slowness * length, 2.0 * half * (1.0 + half * half * (1.0 / 6.0)))
+        by_snell = turn_between(ray.slowness, there - here, steep)
+        turn = dr.select(flat, curvature(slope, ray.slowness) * length, by_snell)
         shift = dr.select(flat, 0.0, ray.slowness * (ends - mean) / steep)
         shift = dr.clip(shift, -0.5 * dr.abs(turn), 0.5 * dr.abs(turn))
         varied = (there - here) / (speed + mean)
         length = reach / (1.0 - mean / (speed + mean) + varied * varied * (speed / (speed + mean) / 12.0))
-    chord = length * _sinc(0.5 * turn)
-    sine, cosine = _sine_after(ray, 0.5 * turn + shift), _cosine_after(ray, 0.5 * turn + shift)
-    after = Bend(ray.row, ray.height + chord * sine, _sine_after(ray, turn), _cosine_after(ray, turn), ray.slowness)
+    chord = chord_of(length, turn)
+    sine, cosine = _ahead(ray, 0.5 * turn + shift)
+    after = Bend(ray.row, ray.height + chord * sine, *_ahead(ray, turn), ray.slowness)
     return after, Chord(chord, sine, cosine, turn, (there - here) / (2.0 * speed + here + there))
 
 
@@ -180,20 +179,9 @@ def path_end(profile: Profile, row: Array, direction: Array, reach: Array, *, ar
     return place
 
 
-def _sinc(x: Array) -> Array:
-    """sin(x)/x of the small turns of arcs."""
-    x2 = x * x
-    return 1.0 - x2 * (1.0 / 6.0) * (1.0 - x2 * 0.05)
-
-
-def _sine_after(ray: Bend, turn: Array) -> Array:
-    s, c = dr.sincos(turn)
-    return dr.fma(ray.sine, c, ray.cosine * s)
-
-
-def _cosine_after(ray: Bend, turn: Array) -> Array:
-    s, c = dr.sincos(turn)
-    return dr.fma(ray.cosine, c, -ray.sine * s)
+def _ahead(ray: Bend, turn: Array) -> tuple[Array, Array]:
+    """Sine and cosine of the ray's angle after a turn [rad]."""
+    return rotated(ray.sine, ray.cosine, turn)
 
 
 def displacement(depths: Sequence[float], speeds: Sequence[float], reach: float) -> float:

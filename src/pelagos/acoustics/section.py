@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Final
 
 import numpy as np
@@ -59,6 +59,31 @@ class Section:
     def bottom_at(self, x: ArrayLike) -> NDArray[np.float64]:
         """Depth of the bottom [m]."""
         return np.asarray(np.interp(np.asarray(x, np.float64), self.bottom_x, self.bottom_depth))
+
+
+def mirrored(section: Section, reach: float) -> Section:
+    """The same between source and `reach` [m], seen from there: distances are counted backwards from it."""
+    inside = section.bottom_x < reach
+    x = np.append(section.bottom_x[inside], reach)
+    depth = np.append(section.bottom_depth[inside], section.bottom_at(reach))
+
+    def behind(values: ArrayLike) -> NDArray[np.float64]:
+        """A piece's material, by its far node."""
+        pieces = np.broadcast_to(np.asarray(values, np.float64), section.bottom_x.shape)[inside]
+        return np.append(pieces[::-1], pieces[0])
+
+    columns = section.begins < reach
+    begins = np.append(0.0, reach - section.begins[columns][:0:-1])
+
+    def along(values: ArrayLike) -> NDArray[np.float64]:
+        table = np.asarray(values, np.float64)
+        return table[columns][::-1] if table.ndim == 2 else table
+
+    return replace(
+        section, speed=along(section.speed), absorption=along(section.absorption), bottom_x=reach - x[::-1],
+        bottom_depth=depth[::-1], density_ratio=behind(section.density_ratio), begins=begins,
+        sound_speed_ratio=behind(section.sound_speed_ratio), loss=behind(section.loss),
+    )  # fmt: skip
 
 
 def on_device(sections: Sequence[Section], *, nodes: int | None = None) -> tuple[Water, Floor]:

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from functools import cache
 from typing import Any, Final
 
@@ -18,12 +18,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pelagos import jit
-from pelagos.acoustics.layered_rays import Floor, Launch, Water, march_by
-from pelagos.acoustics.section import Section, on_device
+from pelagos.acoustics.layered_rays import QUIET, Floor, Launch, Ray, Water, depart, march_by
+from pelagos.acoustics.section import Section, mirrored, on_device
 from pelagos.jit import Array
 
 _REACH: Final = 4.0  # standard deviations of a beam beyond which nothing is left of it
 _BOUNCES: Final = 200
+_LEGS: Final = 8  # times that slopes may turn a ray back or forth
+_TYPES: Final = {
+    **dict.fromkeys(("caustics", "surface", "bottom", "layer", "column", "node"), "UInt32"),
+    "alive": "Bool",
+}
 
 
 @dataclass(frozen=True)
@@ -77,7 +82,7 @@ def ray_paths(
 ) -> RayPaths:  # fmt: skip
     """Where the rays of a fan run, from a depth `source` [m], at `angles` [rad], to a distance `reach` [m]."""
     count = len(angles)
-    values = _marched([section], np.zeros(count, np.int64), np.full(count, source), angles, np.full(count, reach),
+    values, _ = _marched([section], np.zeros(count, np.int64), np.full(count, source), angles, np.full(count, reach),
                       stations, bounces)  # fmt: skip
     depth, surface, bottom = (np.array(values[k]).reshape(-1, stations)[:count] for k in (0, 6, 7))
     x = np.arange(1, stations + 1, dtype=np.float64) * np.float64(reach / stations)
@@ -94,7 +99,7 @@ def ray_depths(
         path: `(k,)` which section.
         source, angle, reach: `(k,)` depth [m], angle [rad], distance [m].
     """
-    values = _marched(sections, path, source, angle, reach, stations, _BOUNCES)
+    values, _ = _marched(sections, path, source, angle, reach, stations, _BOUNCES)
     return np.array(values[0]).reshape(-1, stations)[: len(path)]
 
 
@@ -114,16 +119,15 @@ def field(
         beams: of the fan.
     """
     angles = np.linspace(-widest, widest, beams)
-    lanes = np.zeros(beams, np.int64), np.full(beams, source), angles, np.full(beams, reach)
-    values = _marched([section], *lanes, columns, _BOUNCES, rounded=False)
+    values, angles, spacing = *_there_and_back(section, source, angles, reach, columns), angles[1] - angles[0]
+    beams = len(angles)
     x = np.arange(1, columns + 1, dtype=np.float64) * np.float64(reach / columns)
     z = np.array(values[0])
     speed = section.speed_at(np.where(np.isfinite(z), z, 0.0), np.tile(x, beams))
     grid = (jit.own(jit.Float64, np.repeat(x, len(depths))), jit.own(jit.Float64, np.tile(depths, columns)))
     sizes = [jit.own(jit.UInt32, np.array([v], np.uint32)) for v in (beams, columns, len(depths))]
     constants = [
-        dr.opaque(jit.Float64, float(v))
-        for v in (section.frequency, angles[1] - angles[0], float(section.speed_at(source)))
+        dr.opaque(jit.Float64, float(v)) for v in (section.frequency, spacing, float(section.speed_at(source)))
     ]
     profile = jit.own(jit.Float64, speed), jit.own(jit.Float64, np.cos(angles)), jit.own(jit.Float64, x)
     beam = _beams()(values[:6], values[8], *profile, sizes, constants)
@@ -136,7 +140,7 @@ def field(
 def _marched(
     sections: Sequence[Section], path: NDArray[np.int64], source: NDArray[np.float64], angle: NDArray[np.float64],
     reach: NDArray[np.float64], stations: int, bounces: int, *, rounded: bool = True,
-) -> list[Array]:  # fmt: skip
+) -> tuple[list[Array], Ray]:  # fmt: skip
     """See `march_by`; numbers of rays are rounded up, so that calls of similar size share one kernel."""
     water, floor = on_device(sections)
     count = len(angle)
@@ -147,16 +151,90 @@ def _marched(
         jit.own(jit.Float64, np.asarray(angle, np.float64)[rows]), jit.own(jit.Float64, reach[rows]),
         jit.own(jit.UInt32, np.full(width, bounces, np.uint32)),
     )  # fmt: skip
-    values: list[Array] = _station_kernel(stations)(water, floor, launch)
-    return values
+    found: tuple[list[Array], Ray] = _station_kernel(stations)(water, floor, launch)
+    return found
 
 
 @cache
 def _station_kernel(stations: int) -> Any:
-    def trace(water: Water, floor: Floor, launch: Launch) -> list[Array]:
-        return march_by(water, floor, launch, stations=stations)
+    def trace(water: Water, floor: Floor, launch: Launch) -> tuple[list[Array], Ray]:
+        start = dr.zeros(jit.UInt32, dr.width(launch.row))
+        return march_by(water, floor, launch, depart(water, launch), start, stations=stations)
 
     return jit.freeze(trace)
+
+
+def _there_and_back(
+    section: Section, source: float, angles: NDArray[np.float64], reach: float, stations: int
+) -> tuple[list[Array], NDArray[np.float64]]:
+    """Values of `march_by`, and angles at the source, of the rays of a fan, and again of those that slopes turn back
+    and forth, which pass stations once more as rays of their own."""
+    count = len(angles)
+    lanes = np.zeros(count, np.int64), np.full(count, source), angles, np.full(count, reach)
+    values, ray = _marched([section], *lanes, stations, _BOUNCES, rounded=False)
+    legs, taken, order = [values], [angles], slice(None)
+    sides = (section, mirrored(section, reach))
+    for leg in range(1, _LEGS + 1):
+        rows = _turned(ray)
+        if not len(rows):
+            break
+        angles = angles[rows]
+        values, ray = _resumed(sides[leg % 2], ray, rows, reach, stations)
+        order = np.arange(stations - 2, -1, -1) if leg % 2 else np.arange(stations)
+        legs.append([_ordered(v, len(rows), stations, order) for v in values])
+        taken.append(angles)
+    if len(legs) == 1:
+        return values, angles
+    joined = [np.concatenate([np.array(leg[k]) for leg in legs]) for k in range(len(values))]
+    return [jit.own(jit.Float64, v) for v in joined], np.concatenate(taken)
+
+
+def _turned(ray: Ray) -> NDArray[np.intp]:
+    """Rows of the rays that a slope has turned back, and that are still to be heard."""
+    bounces = np.array(ray.surface) + np.array(ray.bottom)
+    left = (np.array(ray.real) ** 2 + np.array(ray.imaginary) ** 2) * 10.0 ** (-0.1 * np.array(ray.loss))
+    return np.flatnonzero((np.array(ray.slowness) < 0.0) & (bounces <= _BOUNCES) & (left > QUIET))
+
+
+def _resumed(side: Section, ray: Ray, rows: NDArray[np.intp], reach: float, stations: int) -> tuple[list[Array], Ray]:
+    """`march_by` of rays that were turned, in the section as they see it now."""
+    water, floor = on_device([side])
+    width = max(64, 1 << (len(rows) - 1).bit_length())
+    own = {f.name: np.zeros(width, np.array(getattr(ray, f.name)).dtype) for f in fields(Ray)}
+    for name, values in own.items():
+        values[: len(rows)] = np.array(getattr(ray, name))[rows]
+    here = reach - own["x"][: len(rows)]
+    own["x"][: len(rows)], own["slowness"] = here, np.abs(own["slowness"])
+    own["alive"][: len(rows)] = True
+    for name, edges in (("node", side.bottom_x), ("column", side.begins)):
+        own[name][: len(rows)] = np.clip(np.searchsorted(edges, here, side="right") - 1, 0, len(edges) - 1)
+    station = np.zeros(width, np.uint32)
+    station[: len(rows)] = np.maximum(np.ceil(here * stations / reach) - 1.0, 0.0)
+    start = Ray(*(jit.own(getattr(jit, _TYPES.get(f.name, "Float64")), own[f.name]) for f in fields(Ray)))
+    launch = Launch(
+        dr.zeros(jit.UInt32, width), dr.zeros(jit.Float64, width), dr.zeros(jit.Float64, width),
+        dr.full(jit.Float64, reach, width), dr.full(jit.UInt32, _BOUNCES, width),
+    )  # fmt: skip
+    dr.eval(launch)
+    found: tuple[list[Array], Ray] = _resumed_kernel(stations)(
+        water, floor, launch, start, jit.own(jit.UInt32, station)
+    )
+    return found
+
+
+@cache
+def _resumed_kernel(stations: int) -> Any:
+    def trace(water: Water, floor: Floor, launch: Launch, ray: Ray, station: Array) -> tuple[list[Array], Ray]:
+        return march_by(water, floor, launch, ray, station, stations=stations)
+
+    return jit.freeze(trace)
+
+
+def _ordered(values: Array, count: int, stations: int, order: NDArray[np.intp]) -> NDArray[np.float64]:
+    """Values of `count` rays by station from the source on; not a number at those that these rays do not pass."""
+    found = np.full((count, stations), np.nan)
+    found[:, : len(order)] = np.array(values).reshape(-1, stations)[:count, order]
+    return found.ravel()
 
 
 @cache
