@@ -14,8 +14,8 @@ from pelagos.errors import SimulationError
 from pelagos.sensors.sensor import Measurement
 
 MAY_LACK = {  # without an echo, a hit or an answer
-    "adcp", "depth_camera", "lbl", "lidar", "multibeam", "optical_flow_camera", "profiling_sonar", "range_finder",
-    "semantic_lidar",
+    "adcp", "depth_camera", "lbl", "lidar", "multibeam", "optical_flow_camera", "profiling_sonar", "range_bearing",
+    "range_finder", "semantic_lidar",
 }  # fmt: skip
 SCENARIO = {
     "world": {"type": "flat", "depth_m": 30},

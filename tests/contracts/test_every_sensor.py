@@ -35,6 +35,7 @@ SMALL = {  # images as small as they may be: these tests are about rules, not ab
     "imaging_sonar": {"beams": 32, "bins": 64},
     "tracer": {"tracer": "oxygen"},
     "lbl": {"transponders": {"a": {"position_m": [40.0, 20.0, -6.0]}, "b": {"position_m": [-30.0, 50.0, -7.0]}}},
+    "range_bearing": {"targets": {"a": {"position_m": [40.0, 20.0, -6.0]}, "b": {"position_m": [-30.0, 50.0, -7.0]}}},
     "hydrophone": {
         "sample_rate_hz": 2000.0,
         "pingers": {"p": {"position_m": [40.0, 20.0, -6.0], "frequency_hz": 900.0}},

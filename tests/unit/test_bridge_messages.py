@@ -42,6 +42,7 @@ def config_of(kind: str) -> Any:
     needed = {
         "tracer": {"tracer": "dye"},
         "lbl": {"transponders": {"a": {"position_m": (1.0, 2.0, -3.0)}}},
+        "range_bearing": {"targets": {"a": {"position_m": (1.0, 2.0, -3.0)}}},
     }  # what has no default
     return registry.find("sensor", kind).config.model_validate({"type": kind, **needed.get(kind, {})})
 
@@ -86,6 +87,8 @@ def measurement(kind: str, config: Any, lanes: int) -> Measurement:
         extras = {"fates": np.empty(lanes, dtype=object)}
         lost = Reception(7, "data", "b.modem", "*", "a.modem", 5, 9, 8, "collision", 120.5, -math.inf)
         extras["fates"][:] = [(lost,)] * lanes
+    elif kind == "range_bearing":
+        data = uniform(0, 1, (lanes, 2, 3))
     else:
         data = uniform(0, 1, (lanes, 4))
     if kind == "dvl":

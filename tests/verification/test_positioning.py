@@ -282,3 +282,68 @@ def test_inverted_usbl_places_the_vehicle_by_a_ship() -> None:
     assert len(found) >= 4
     assert max(found) < 0.05
     assert float(np.mean(found)) < 0.03
+
+
+def range_bearing(targets: dict[str, Any], **keys: Any) -> dict[str, Any]:
+    return {
+        "it": {"type": "range_bearing", "rate_hz": 2.0, "targets": targets, "orientation_deg": [0.0, 0.0, 25.0], **keys}
+    }
+
+
+def one_reading(sim: pl.Simulation) -> pl.Reading | None:
+    found = [o["usv"]["it"] for o in (sim.step() for _ in range(10)) if "it" in o["usv"]]
+    return found[-1] if found else None
+
+
+def test_range_and_bearing_of_a_vehicle_and_a_pinger() -> None:
+    """Without noise: range, azimuth and elevation of the straight line from the mount, turned by heading and mount.
+
+    Water of one sound speed but for pressure, 0.017 1/s: over 150 m a ray bends by g R/(2 c), 1e-3 rad.
+    """
+    silent = {"range_noise_m": 0.0, "azimuth_noise_rad": 0.0, "elevation_noise_rad": 0.0}
+    targets = {"auv": {"position_m": [0.4, -0.1, 0.2], "agent": "auv"}, "pinger": {"position_m": [-70.0, -40.0, -62.0]}}
+    sim = pl.Simulation.load(scenario(range_bearing(targets, **silent), {"auv": target(60.0, -80.0, 35.0)}))
+    reading = one_reading(sim)
+    assert reading is not None
+    assert reading.data.shape == (1, 2, 3)
+    place = reading.extras["target_position"][0]
+    assert place[1].tolist() == [-70.0, -40.0, -62.0]
+    assert np.linalg.norm(place[0] - sim.state["auv"].position[0]) < 1.0
+    way = place - sim.state["usv"].position[0]
+    yaw = sim.state["usv"].euler[0, 2] + np.radians(25.0)
+    azimuth = np.arctan2(way[:, 1], way[:, 0]) - yaw
+    expected = np.stack([np.linalg.norm(way, axis=1), np.angle(np.exp(1j * azimuth)),
+                         np.arctan2(way[:, 2], np.hypot(way[:, 0], way[:, 1]))], axis=-1)  # fmt: skip
+    np.testing.assert_allclose(reading.truth[0], expected, atol=0.02)
+    np.testing.assert_allclose(reading.data[0, :, 0], expected[:, 0], rtol=2e-3)
+    np.testing.assert_allclose(reading.data[0, :, 1:], reading.truth[0, :, 1:], atol=1.5e-3)
+    assert not np.array_equal(reading.data, reading.truth)  # the ray is bent
+
+
+def test_errors_of_range_and_bearing_are_those_asked_for() -> None:
+    """400 copies: standard deviations within 4 of their own, 14 %; copies and values are independent."""
+    asked = np.array([0.7, 0.03, 0.011])
+    keys = dict(zip(("range_noise_m", "azimuth_noise_rad", "elevation_noise_rad"), asked, strict=True))
+    targets = {"a": {"position_m": [50.0, 30.0, -30.0]}, "b": {"position_m": [-20.0, 45.0, -4.0]}}
+    reading = one_reading(pl.Simulation.load(scenario(range_bearing(targets, **keys)), n=400))
+    assert reading is not None
+    error = (reading.data - reading.truth).reshape(400, 6)
+    np.testing.assert_allclose(error.std(axis=0), np.tile(asked, 2), rtol=4 / np.sqrt(2 * 400))
+    together = np.corrcoef(error.T) - np.eye(6)
+    assert np.abs(together).max() < 4.5 / np.sqrt(400)
+
+
+def test_range_and_bearing_end_at_a_wall_at_the_noise_and_at_the_longest_range() -> None:
+    targets = {"a": {"position_m": [100.0, 0.0, -12.0]}, "b": {"position_m": [0.0, 60.0, -12.0]}}
+    sim = pl.Simulation.load(scenario(range_bearing(targets)))
+    sim.spawn(pl.Prop("box", position=(50.0, 0.0, -40.0), size=(4.0, 80.0, 84.0), material="steel"))
+    reading = one_reading(sim)
+    assert reading is not None
+    assert np.isnan(reading.data[0]).all(axis=1).tolist() == [True, False]
+    assert np.isfinite(reading.truth).all()
+    for keys in ({"source_level_db": 60.0}, {"range_max_m": 50.0}):
+        assert one_reading(pl.Simulation.load(scenario(range_bearing(targets, **keys)))) is None
+    with pytest.raises(pl.LookupFailed, match=r"usv\.sensors\.it\.targets\.a\.agent: unknown agent 'auw'"):
+        pl.Simulation.load(scenario(range_bearing({"a": {"position_m": [0, 0, 0], "agent": "auw"}})))
+    with pytest.raises(pl.ScenarioError, match="above the water"):
+        pl.Simulation.load(scenario(range_bearing({"a": {"position_m": [0, 0, 3.0]}})))

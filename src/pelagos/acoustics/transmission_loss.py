@@ -172,7 +172,8 @@ def _there_and_back(
     count = len(angles)
     lanes = np.zeros(count, np.int64), np.full(count, source), angles, np.full(count, reach)
     values, ray = _marched([section], *lanes, stations, _BOUNCES, rounded=False)
-    legs, taken, order = [values], [angles], slice(None)
+    legs: list[Any] = [values]
+    taken = [angles]
     sides = (section, mirrored(section, reach))
     for leg in range(1, _LEGS + 1):
         rows = _turned(ray)

@@ -47,6 +47,7 @@ BUILT_IN: Final[Mapping[Kind, Mapping[str, str]]] = {
         "ais": "pelagos.sensors.comms.ais:Ais",
         "optical_modem": "pelagos.sensors.comms.optical_modem:OpticalModem",
         "radio": "pelagos.sensors.comms.radio:RadioLink",
+        "range_bearing": "pelagos.sensors.comms.range_bearing:RangeBearing",
         "range_finder": "pelagos.sensors.lidar.range_finder:RangeFinder",
         "modem": "pelagos.sensors.comms.modem:Modem",
         "multibeam": "pelagos.sensors.sonar.multibeam:Multibeam",
