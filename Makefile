@@ -44,7 +44,7 @@ check: venv llvm ## Everything that CI runs: format, lint, types, layers, schema
 	$(BIN)/python scripts/site --quick
 	$(BIN)/python -m pytest -n 2 -m "not slow" --durations=10
 
-fuzz: venv llvm ## Fuzz the readers for SECONDS=300 each: scenarios, texts, recordings
+fuzz: venv llvm ## Fuzz the readers for SECONDS=300 each: scenarios, texts, recordings, world files, packets
 	PELAGOS_FUZZ_SECONDS=$(or $(SECONDS),300) $(BIN)/python -m pytest -s tests/fuzz
 
 soak: venv llvm ## Long runs, to see that memory stays flat: SHARE=1 is a week of simulated time

@@ -1,32 +1,30 @@
-"""Fuzzing: mutated scenarios and damaged recordings end well or in one error of ours; `make fuzz` goes on by time."""
+"""Fuzzing: scenarios mutated or drawn from the schema, and damaged recordings end well or in one error of ours.
+
+`make fuzz` goes on by time.
+"""
 
 from __future__ import annotations
 
-import os
-import time
-import warnings
+import json
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import pytest
 import yaml
-from hypothesis import HealthCheck, given, seed, settings
+from from_schema import FromSchema
+from harness import COUNTS, SECONDS, end_well, run_cases
 from hypothesis import strategies as st
 
 from pelagos.config.loader import load_scenario, to_yaml
-from pelagos.errors import PelagosError
 from pelagos.sim.record import Recorder
 from pelagos.sim.replay import Recording
 from pelagos.sim.simulation import Simulation
 
 ROOT = Path(__file__).parents[2]
 CORPUS = sorted((Path(__file__).parent / "corpus").glob("*.yaml"))
-SECONDS = float(os.environ.get("PELAGOS_FUZZ_SECONDS", "0"))  # 0: the few cases of every test run
-CASES = 40 if not SECONDS else 200
-COUNTS = {"scenarios": 0, "texts": 0, "recordings": 0, "runs": 0}
-LONGEST_S = 10.0
 EXAMPLES = [yaml.safe_load(path.read_text()) for path in sorted((ROOT / "examples").glob("*.yaml"))]
+SCHEMA = json.loads((ROOT / "schema/scenario.schema.json").read_text())
 
 NUMBERS = st.one_of(
     st.integers(-10, 10),
@@ -86,38 +84,21 @@ def mutants(draw: st.DrawFn) -> Any:
     return data
 
 
-def end_well(work: Callable[[], object], longest_s: float = LONGEST_S) -> None:
-    """It works, or it ends in one error of ours, soon."""
-    started = time.monotonic()
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")
-        try:
-            work()
-        except PelagosError as error:
-            assert str(error).strip()  # noqa: PT017
-    assert time.monotonic() - started < longest_s
-
-
-def run_cases(
-    strategy: st.SearchStrategy[Any], check: Callable[[Any], None], kind: str, longest_s: float = LONGEST_S
-) -> None:
-    """The same few cases in every run; where `PELAGOS_FUZZ_SECONDS` is set, new ones until the time is over."""
-    ends, batch = time.monotonic() + SECONDS, 0
-    cases = 20 if kind == "runs" else CASES
-    while True:
-
-        def case(value: Any) -> None:
-            COUNTS[kind] += 1
-            end_well(lambda: check(value), longest_s)
-
-        settled = settings(
-            max_examples=cases, deadline=None, suppress_health_check=list(HealthCheck), derandomize=not SECONDS,
-            database=None,
-        )(given(strategy)(case))  # fmt: skip
-        (seed(int(time.time()) + batch)(settled) if SECONDS else settled)()
-        batch += 1
-        if time.monotonic() >= ends:
-            return
+@st.composite
+def allowed(draw: st.DrawFn) -> Any:
+    """What the schema allows: a world, an ocean, and one agent with up to three sensors; half of each left out."""
+    value = FromSchema(SCHEMA, draw).value
+    top, agent = SCHEMA["properties"], SCHEMA["$defs"]["Agent"]["properties"]
+    auv = {"vehicle": "remus100", "start": {"depth_m": 3.0}}
+    keys = draw(st.lists(st.sampled_from(sorted(agent)), max_size=2, unique=True))
+    auv |= {key: value(agent[key], 1) for key in keys}
+    sensors = agent["sensors"]["additionalProperties"]
+    auv["sensors"] = {
+        name: value(sensors, 1) for name in draw(st.sampled_from([(), ("a",), ("a", "b"), ("a", "b", "c")]))
+    }
+    data = {"world": {"type": "flat", "depth_m": 20.0}, "agents": {"auv": auv}}
+    more = draw(st.lists(st.sampled_from(sorted(set(top) - {"agents", "name"})), max_size=2, unique=True))
+    return data | {key: value(top[key], 1) for key in more}
 
 
 def repeated(data: Any) -> None:
@@ -129,6 +110,10 @@ def test_mutated_examples() -> None:
     run_cases(mutants(), repeated, "scenarios")
 
 
+def test_what_the_schema_allows() -> None:
+    run_cases(allowed(), repeated, "schema")
+
+
 @pytest.mark.skipif(not SECONDS, reason="builds simulations; `make fuzz` runs it by time")
 def test_short_runs() -> None:
     """What passes the check runs five ticks, or ends in one error of ours; memory of two gigabytes at most."""
@@ -138,7 +123,7 @@ def test_short_runs() -> None:
         for _ in range(5):
             sim.step()
 
-    run_cases(mutants(), run, "runs", longest_s=120.0)
+    run_cases(mutants() | allowed(), run, "runs", cases=4, longest_s=120.0)
 
 
 def test_texts(tmp_path: Path) -> None:

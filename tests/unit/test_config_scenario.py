@@ -17,7 +17,8 @@ from pelagos.config import registry
 from pelagos.config.document import parse_document
 from pelagos.config.loader import check, load_scenario, to_yaml
 from pelagos.config.path import ScenarioPath
-from pelagos.config.scenario import Scenario, divides, rate_text
+from pelagos.config.rate import divides, rate_text
+from pelagos.config.scenario import Scenario
 from pelagos.config.strict import Strict
 from pelagos.errors import InputError, ScenarioError
 from pelagos.sensors.sensor import SensorConfig

@@ -13,6 +13,7 @@ from pelagos.config.agent import Agent, refuse_bad_names
 from pelagos.config.component import Component
 from pelagos.config.document import join_place
 from pelagos.config.limits import beyond, outside_text
+from pelagos.config.rate import Rate, divides, rate_text
 from pelagos.config.strict import Strict
 from pelagos.config.swarm import Draw, group_of, members, topic_name
 from pelagos.config.vary import check as check_varied
@@ -47,7 +48,7 @@ class Origin(Strict):
 class Record(Strict):
     """What goes into a recording beside the readings of the sensors."""
 
-    state_rate_hz: float = Field(default=50.0, gt=0)
+    state_rate_hz: Rate = 50.0
     """Rate of the true motion of every vehicle [Hz]; divides the tick rate. Not given: 50 Hz or the nearest below."""
 
 
@@ -60,7 +61,7 @@ class Scenario(Strict):
     """What the scenario is for."""
     seed: int = Field(default=0, ge=0, lt=2**63)
     """Seed of every random stream."""
-    tick_rate_hz: float = Field(default=200.0, gt=0, le=100_000)
+    tick_rate_hz: Rate = Field(default=200.0, le=100_000)
     """Ticks per second [Hz]; every sensor's rate must divide it."""
     duration_s: float = Field(default=60.0, gt=0)
     """How long a run lasts unless told otherwise [s]."""
@@ -247,27 +248,3 @@ def _member_text(error: ValidationError) -> str:
     key = ".".join(str(part) for part in first["loc"])
     why = "there is no such key" if first["type"] == "extra_forbidden" else first["msg"]
     return f"{error.title}: {key}: {why}"
-
-
-def divides(rate_hz: float, tick_rate_hz: float) -> bool:
-    """Whether a sample falls due every whole number of ticks."""
-    ticks = tick_rate_hz / rate_hz
-    return ticks > 1 - 1e-9 and abs(ticks - round(ticks)) < 1e-6 * ticks
-
-
-def rate_text(rate_hz: float, tick_rate_hz: float) -> str:
-    """What is wrong with a rate, and the nearest rates that are possible."""
-    if rate_hz > tick_rate_hz:
-        return f"{rate_hz:g} Hz is faster than the tick rate of {tick_rate_hz:g} Hz; at most {tick_rate_hz:g} Hz"
-    ticks = tick_rate_hz / rate_hz
-    above = next((tick_rate_hz / k for k in range(int(ticks), 0, -1) if _short(tick_rate_hz / k)), tick_rate_hz)
-    below = next(
-        (tick_rate_hz / k for k in range(int(ticks) + 1, int(ticks) * 10 + 10) if _short(tick_rate_hz / k)), None
-    )
-    near = f"{below:g} or {above:g} Hz" if below else f"{above:g} Hz"
-    return f"{rate_hz:g} Hz does not divide the tick rate of {tick_rate_hz:g} Hz; the nearest that do are {near}"
-
-
-def _short(rate_hz: float) -> bool:
-    """Whether a rate can be written with three decimals."""
-    return abs(rate_hz * 1000 - round(rate_hz * 1000)) < 1e-9

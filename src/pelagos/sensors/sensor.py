@@ -14,9 +14,10 @@ from typing import TYPE_CHECKING, Any, ClassVar, Protocol, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, ConfigDict
 
 from pelagos import jit
+from pelagos.config.rate import Rate
 from pelagos.jit import Array
 from pelagos.sensors.lazy import keeps_promises, promised
 
@@ -36,7 +37,7 @@ class SensorConfig(BaseModel):
 
     type: str
     """The sensor's kind: one of `pelagos list sensors`."""
-    rate_hz: float = Field(gt=0)
+    rate_hz: Rate
     """Samples per second [Hz]; must divide the tick rate."""
     position_m: tuple[float, float, float] = (0.0, 0.0, 0.0)
     """Place of the sensor in the body frame, forward-left-up of the vehicle's origin [m]."""

@@ -36,6 +36,10 @@ def read_mesh(path: Path) -> Mesh:
         raise WorldError(f"mesh file {path} cannot be read; it may be damaged or cut short{why}") from error
     if len(mesh.faces) == 0:
         raise WorldError(f"mesh file {path} holds no triangles")
+    if {mesh.vertices.shape[1:], mesh.faces.shape[1:]} != {(3,)}:
+        raise WorldError(f"mesh file {path} holds corners of other than three coordinates")
+    if mesh.faces.min() < 0 or mesh.faces.max() >= len(mesh.vertices):
+        raise WorldError(f"mesh file {path} names corners that it does not have; there are {len(mesh.vertices)}")
     if not np.isfinite(mesh.vertices).all():
         raise WorldError(f"mesh file {path} holds coordinates that are not finite")
     if not mesh_areas(mesh) > 0:

@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from pydantic import Field
 
 from pelagos import jit
+from pelagos.config.rate import Rate
 from pelagos.jit import Array
 from pelagos.math.philox import normal_pair32, uniform32
 from pelagos.optics.exposure import luminance
@@ -41,7 +42,7 @@ class EventCameraConfig(LitViewConfig):
 
     type: Literal["event_camera"] = "event_camera"
     """The sensor's kind."""
-    rate_hz: float = Field(default=30.0, gt=0)
+    rate_hz: Rate = 30.0
     """Samples per second [Hz]: each reports the events since the last."""
     width_px: int = Field(default=346, ge=16, le=8192)
     """Width [px]."""

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field, field_validator
 
+from pelagos.config.rate import Rate
 from pelagos.errors import ScenarioError
 from pelagos.math.so3 import rotate_np
 from pelagos.sensors.comms.link.carrier import Radio
@@ -31,7 +32,7 @@ class AisConfig(SensorConfig):
 
     type: Literal["ais"] = "ais"
     """The sensor's kind."""
-    rate_hz: float = Field(default=10.0, gt=0)
+    rate_hz: Rate = 10.0
     """Looks at the clock, and readings, per second [Hz]; must divide the tick rate."""
     address: int | None = Field(default=None, ge=0, le=65535)
     """Its address among all modems; the next free one where not given."""

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
 from pelagos.acoustics.channel import ambient_density, noise_of
+from pelagos.config.rate import Rate
 from pelagos.config.strict import Strict
 from pelagos.math.so3 import rotate_np
 from pelagos.ocean.surface_wind import surface_wind
@@ -48,7 +49,7 @@ class HydrophoneConfig(SensorConfig):
 
     type: Literal["hydrophone"] = "hydrophone"
     """The sensor's kind."""
-    rate_hz: float = Field(default=10.0, gt=0)
+    rate_hz: Rate = 10.0
     """Readings per second [Hz], each with the samples since the one before; must divide the tick rate."""
     sample_rate_hz: float = Field(default=96_000.0, gt=0)
     """Samples per second [Hz]; a multiple of rate_hz."""
@@ -64,7 +65,7 @@ class HydrophoneConfig(SensorConfig):
     @model_validator(mode="after")
     def _samples(self) -> HydrophoneConfig:
         samples = self.sample_rate_hz / self.rate_hz
-        if abs(samples - round(samples)) > 1e-6:
+        if samples < 1 - 1e-9 or abs(samples - round(samples)) > 1e-6:
             raise ValueError(f"sample_rate_hz {self.sample_rate_hz:g} is no multiple of rate_hz {self.rate_hz:g}")
         for name, pinger in self.pingers.items():
             if pinger.frequency_hz >= 0.5 * self.sample_rate_hz:

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
 from pelagos.acoustics.modulation import arrival_time_error
+from pelagos.config.rate import Rate
 from pelagos.sensors import noise
 from pelagos.sensors.comms.link.transponders import TransponderConfig, Transponders, pulse_noise_db
 from pelagos.sensors.comms.link.water_paths import WaterPaths
@@ -22,7 +23,7 @@ class LblConfig(SensorConfig):
 
     type: Literal["lbl"] = "lbl"
     """The sensor's kind."""
-    rate_hz: float = Field(default=1.0, gt=0)
+    rate_hz: Rate = 1.0
     """Rounds of ranges per second [Hz]; must divide the tick rate."""
     transponders: dict[str, TransponderConfig] = Field(min_length=1)
     """Transponders by name."""

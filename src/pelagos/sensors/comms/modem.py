@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
 from pelagos.acoustics.modulation import Modulation
+from pelagos.config.rate import Rate
 from pelagos.errors import LookupFailed
 from pelagos.sensors.comms.link.budget import success
 from pelagos.sensors.comms.link.devices import DEVICES
@@ -26,7 +27,7 @@ class ModemConfig(SensorConfig):
 
     type: Literal["modem"] = "modem"
     """The sensor's kind."""
-    rate_hz: float = Field(default=10.0, gt=0)
+    rate_hz: Rate = 10.0
     """Looks at the queue, and readings, per second [Hz]; must divide the tick rate."""
     device: str = _DEFAULT
     """A modem by its data sheet: micromodem, micromodem_psk, s2cr_18_34, m64, popoto, atm_900, nanomodem, x150; keys

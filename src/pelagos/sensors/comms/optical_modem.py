@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field
 
+from pelagos.config.rate import Rate
 from pelagos.sensors.comms.link.carrier import Light
 from pelagos.sensors.comms.link.modem_port import ModemPort
 from pelagos.sensors.comms.link.reading import read_port
@@ -24,7 +25,7 @@ class OpticalModemConfig(SensorConfig):
 
     type: Literal["optical_modem"] = "optical_modem"
     """The sensor's kind."""
-    rate_hz: float = Field(default=10.0, gt=0)
+    rate_hz: Rate = 10.0
     """Looks at the queue, and readings, per second [Hz]; must divide the tick rate."""
     address: int | None = Field(default=None, ge=0, le=65535)
     """Its address among all modems; the next free one where not given."""

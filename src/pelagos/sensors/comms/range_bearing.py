@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field
 
+from pelagos.config.rate import Rate
 from pelagos.math.so3 import rotate_np
 from pelagos.sensors import noise
 from pelagos.sensors.comms.link.transponders import TransponderConfig, Transponders, pulse_noise_db
@@ -22,7 +23,7 @@ class RangeBearingConfig(SensorConfig):
 
     type: Literal["range_bearing"] = "range_bearing"
     """The sensor's kind."""
-    rate_hz: float = Field(default=1.0, gt=0)
+    rate_hz: Rate = 1.0
     """Pings per second [Hz]; must divide the tick rate."""
     targets: dict[str, TransponderConfig] = Field(min_length=1)
     """Pingers by name."""

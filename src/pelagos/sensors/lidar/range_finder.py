@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 from pydantic import Field, model_validator
 
 from pelagos import jit
+from pelagos.config.rate import Rate
 from pelagos.jit import Array
 from pelagos.raycast.rays import Hits
 from pelagos.sensors.ray_sensor import Medium, RaySensor
@@ -23,7 +24,7 @@ class RangeFinderConfig(SensorConfig):
 
     type: Literal["range_finder"] = "range_finder"
     """The sensor's kind."""
-    rate_hz: float = Field(default=10.0, gt=0)
+    rate_hz: Rate = 10.0
     """Readings per second [Hz]; must divide the tick rate."""
     range_max_m: float = Field(default=50.0, gt=0)
     """Greatest distance [m]."""

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field
 
+from pelagos.config.rate import Rate
 from pelagos.sensors.sensor import Kinematics, Measurement, SensorConfig, SensorContext
 
 
@@ -32,7 +33,7 @@ class CollisionConfig(SensorConfig):
 
     type: Literal["collision"] = "collision"
     """The sensor's kind."""
-    rate_hz: float = Field(default=50.0, gt=0)
+    rate_hz: Rate = 50.0
     """Readings per second [Hz]; must divide the tick rate."""
     least_force_n: float = Field(default=0.0, ge=0)
     """Contact forces up to this do not count [N]."""

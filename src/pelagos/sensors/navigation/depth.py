@@ -10,6 +10,7 @@ import numpy as np
 from pydantic import Field
 
 from pelagos import jit
+from pelagos.config.rate import Rate
 from pelagos.jit import Array
 from pelagos.math.constants import ATMOSPHERE_PA
 from pelagos.math.lookup import sample
@@ -29,7 +30,7 @@ class DepthConfig(SensorConfig):
 
     type: Literal["depth"] = "depth"
     """The sensor's kind."""
-    rate_hz: float = Field(default=50.0, gt=0)
+    rate_hz: Rate = 50.0
     """Samples per second [Hz]; must divide the tick rate."""
     conversion: Literal["column", "teos10"] = "column"
     """From pressure to depth: by the water column as it is, or by TEOS-10's standard ocean (what most instruments

@@ -9,6 +9,7 @@ import numpy as np
 from pydantic import Field
 
 from pelagos import jit
+from pelagos.config.rate import Rate
 from pelagos.errors import ScenarioError
 from pelagos.ocean.ocean import Ocean
 from pelagos.sensors import noise
@@ -25,7 +26,7 @@ class GpsConfig(SensorConfig):
 
     type: Literal["gps"] = "gps"
     """The sensor's kind."""
-    rate_hz: float = Field(default=5.0, gt=0)
+    rate_hz: Rate = 5.0
     """Samples per second [Hz]; must divide the tick rate."""
     horizontal_std_m: float = Field(default=2.1, ge=0)
     """Standard deviation of the slow error in north and in west (orbits, ionosphere, multipath) [m]."""

@@ -7,6 +7,7 @@ from typing import ClassVar, Final, Literal
 
 from pydantic import Field
 
+from pelagos.config.rate import Rate
 from pelagos.jit import Array
 from pelagos.math.constants import GRAVITY
 from pelagos.sensors import noise
@@ -27,7 +28,7 @@ class ImuConfig(SensorConfig):
 
     type: Literal["imu"] = "imu"
     """The sensor's kind."""
-    rate_hz: float = Field(default=200.0, gt=0)
+    rate_hz: Rate = 200.0
     """Samples per second [Hz]; must divide the tick rate."""
     accelerometer_noise_density: float = Field(default=0.06 / 60, ge=0)
     """White noise (velocity random walk) [m/s^2/sqrt(Hz)]; 0.06 m/s/sqrt(h)."""

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
 from pelagos import jit
+from pelagos.config.rate import Rate
 from pelagos.errors import ScenarioError
 from pelagos.jit import Array
 from pelagos.math.geodesy import GeoOrigin
@@ -31,7 +32,7 @@ class MagnetometerConfig(SensorConfig):
 
     type: Literal["magnetometer"] = "magnetometer"
     """The sensor's kind."""
-    rate_hz: float = Field(default=20.0, gt=0)
+    rate_hz: Rate = 20.0
     """Samples per second [Hz]; must divide the tick rate."""
     intensity_t: float | None = Field(default=None, gt=0)
     """Strength of the Earth's field [T]; with declination and inclination in place of IGRF-14."""

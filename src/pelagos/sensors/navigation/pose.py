@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from typing import ClassVar, Literal
 
-from pydantic import Field
-
+from pelagos.config.rate import Rate
 from pelagos.sensors.mount import sensor_pose
 from pelagos.sensors.recorded import Program, Results
 from pelagos.sensors.sensor import Kinematics, Measurement, SensorConfig, SensorContext
@@ -16,7 +15,7 @@ class PoseConfig(SensorConfig):
 
     type: Literal["pose"] = "pose"
     """The sensor's kind."""
-    rate_hz: float = Field(default=50.0, gt=0)
+    rate_hz: Rate = 50.0
     """Samples per second [Hz]; must divide the tick rate."""
 
 

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from typing import ClassVar, Literal
 
-from pydantic import Field
-
+from pelagos.config.rate import Rate
 from pelagos.math.so3 import rotate
 from pelagos.sensors.mount import sensor_pose, sensor_velocity
 from pelagos.sensors.recorded import Program, Results
@@ -17,7 +16,7 @@ class VelocityConfig(SensorConfig):
 
     type: Literal["velocity"] = "velocity"
     """The sensor's kind."""
-    rate_hz: float = Field(default=50.0, gt=0)
+    rate_hz: Rate = 50.0
     """Samples per second [Hz]; must divide the tick rate."""
 
 

@@ -12,6 +12,7 @@ from pydantic import Field, model_validator
 
 from pelagos import jit
 from pelagos.acoustics.doppler import janus_beams, velocity_from_beams
+from pelagos.config.rate import Rate
 from pelagos.jit import Array
 from pelagos.math.so3 import rotate, rotate_back
 from pelagos.raycast.caster import Caster
@@ -39,7 +40,7 @@ class AdcpConfig(EchoesConfig):
     """A four-beam current profiler that looks along -z of its frame (roll 180 deg to look up). 600 kHz class."""
 
     type: Literal["adcp"] = "adcp"
-    rate_hz: float = Field(default=1.0, gt=0)
+    rate_hz: Rate = 1.0
     """Profiles per second [Hz]."""
     cells: int = Field(default=30, ge=1, le=512)
     """Depth cells."""

@@ -12,6 +12,7 @@ from pydantic import Field, model_validator
 
 from pelagos import jit
 from pelagos.acoustics.beam_pattern import line_length, line_np
+from pelagos.config.rate import Rate
 from pelagos.jit import Array
 from pelagos.raycast.caster import Caster
 from pelagos.sensors.noise import normals64
@@ -34,7 +35,7 @@ class AltimeterConfig(EchoesConfig):
     """A single-beam altimeter that looks along -z of its frame."""
 
     type: Literal["altimeter"] = "altimeter"
-    rate_hz: float = Field(default=5.0, gt=0)
+    rate_hz: Rate = 5.0
     """Pings per second [Hz]."""
     beamwidth_deg: float = Field(default=8.0, gt=0, le=60)
     """Half-power width of the cone [deg]."""

@@ -14,6 +14,7 @@ from pydantic import Field, model_validator
 from pelagos import jit
 from pelagos.acoustics.doppler import echo_margin_db, janus_beams, velocity_from_beams
 from pelagos.acoustics.spreading import to_db
+from pelagos.config.rate import Rate
 from pelagos.jit import Array
 from pelagos.math.so3 import rotate, rotate_back
 from pelagos.raycast.caster import Caster
@@ -46,7 +47,7 @@ class DvlConfig(EchoesConfig):
     USUAL_BINS: ClassVar[int] = 2048  # a speed's error falls with the root of the number of samples
 
     type: Literal["dvl"] = "dvl"
-    rate_hz: float = Field(default=5.0, gt=0)
+    rate_hz: Rate = 5.0
     """Pings per second [Hz]."""
     device: str | None = None
     """A device of the catalogue, whose keys count where the scenario gives none."""

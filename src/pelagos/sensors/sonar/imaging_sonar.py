@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from pydantic import Field
 
 from pelagos.acoustics.beam_pattern import line_length
+from pelagos.config.rate import Rate
 from pelagos.sensors.lazy import promised
 from pelagos.sensors.sensor import Kinematics, Measurement, SensorConfig, SensorContext
 from pelagos.sensors.sonar.keys.ping_keys import ping_spec
@@ -26,7 +27,7 @@ class ImagingSonarConfig(SectorConfig):
     """A multibeam forward-looking sonar. Defaults are of the 750 kHz class with 130 x 20 deg."""
 
     type: Literal["imaging_sonar"] = "imaging_sonar"
-    rate_hz: float = Field(default=5.0, gt=0)
+    rate_hz: Rate = 5.0
     """Pings per second [Hz]."""
     vertical_side_lobes: int = Field(default=1, ge=0, le=8)
     """Side lobes of the fan above and below its main lobe that rays are cast into (-26.5 dB there and back)."""

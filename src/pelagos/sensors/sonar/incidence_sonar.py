@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
 from pelagos import jit
+from pelagos.config.rate import Rate
 from pelagos.jit import Array
 from pelagos.raycast.caster import Caster
 from pelagos.sensors.noise import Key, lane_stream
@@ -31,7 +32,7 @@ class IncidenceSonarConfig(SensorConfig):
 
     type: Literal["incidence_sonar"] = "incidence_sonar"
     """The sensor's kind."""
-    rate_hz: float = Field(default=5.0, gt=0)
+    rate_hz: Rate = 5.0
     """Pings per second [Hz]."""
     beams: int = Field(default=256, ge=1, le=4096)
     """Beams across the sector."""

@@ -12,6 +12,7 @@ from pydantic import Field, model_validator
 
 from pelagos import jit
 from pelagos.acoustics.beam_pattern import line_length, spread_over_beam
+from pelagos.config.rate import Rate
 from pelagos.jit import Array
 from pelagos.sensors.lazy import promised
 from pelagos.sensors.schedule import period_ticks
@@ -27,7 +28,7 @@ class MechanicalScanningSonarConfig(PingConfig):
     """A mechanically scanning sonar. Defaults are of the Ping360 class."""
 
     type: Literal["mechanical_scanning_sonar"] = "mechanical_scanning_sonar"
-    rate_hz: float = Field(default=10.0, gt=0)
+    rate_hz: Rate = 10.0
     """Pings per second [Hz]."""
     range_max_m: float = Field(default=50.0, gt=0, le=12000)
     """Far edge of the last bin [m]."""

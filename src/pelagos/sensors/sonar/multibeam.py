@@ -12,6 +12,7 @@ from pydantic import Field, field_validator, model_validator
 
 from pelagos import jit
 from pelagos.acoustics.beam_pattern import line_length, line_np
+from pelagos.config.rate import Rate
 from pelagos.jit import Array
 from pelagos.raycast.caster import Caster
 from pelagos.sensors.mount import sensor_angular_velocity, sensor_velocity
@@ -54,7 +55,7 @@ class MultibeamConfig(SensorConfig):
     """A multibeam echo sounder that looks down (along -z of its frame). Defaults are of the 400 kHz shallow class."""
 
     type: Literal["multibeam"] = "multibeam"
-    rate_hz: float = Field(default=5.0, gt=0)
+    rate_hz: Rate = 5.0
     """Pings per second [Hz]."""
     device: str | None = None
     """A device of the catalogue, whose keys count where the scenario gives none."""

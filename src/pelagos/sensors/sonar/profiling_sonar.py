@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field
 
+from pelagos.config.rate import Rate
 from pelagos.sensors.sensor import Kinematics, Measurement, SensorConfig, SensorContext
 from pelagos.sensors.sonar.keys.ping_keys import ping_spec
 from pelagos.sensors.sonar.keys.sector_keys import SectorConfig, layout
@@ -20,7 +21,7 @@ class ProfilingSonarConfig(SectorConfig):
     """A multibeam profiler: 120 x 1 deg. Pitch it by 90 deg to look down."""
 
     type: Literal["profiling_sonar"] = "profiling_sonar"
-    rate_hz: float = Field(default=5.0, gt=0)
+    rate_hz: Rate = 5.0
     """Pings per second [Hz]."""
     beams: int = Field(default=240, ge=1, le=4096)
     """Beams across the sector."""

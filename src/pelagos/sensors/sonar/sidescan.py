@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from pydantic import Field
 
 from pelagos.acoustics.beam_pattern import line_length, line_np, spread_over_beam
+from pelagos.config.rate import Rate
 from pelagos.sensors.lazy import promised
 from pelagos.sensors.sensor import Kinematics, Measurement, SensorConfig, SensorContext
 from pelagos.sensors.sonar.keys.ping_keys import PingConfig, ping_spec
@@ -28,7 +29,7 @@ class SidescanConfig(PingConfig):
     """A sidescan sonar with one transducer a side. Defaults are of the 450 kHz class on an AUV."""
 
     type: Literal["sidescan"] = "sidescan"
-    rate_hz: float = Field(default=8.0, gt=0)
+    rate_hz: Rate = 8.0
     """Pings per second [Hz]."""
     bins: int = Field(default=1024, ge=8, le=65536)
     """Range bins of each side."""

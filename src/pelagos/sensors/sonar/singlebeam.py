@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field
 
+from pelagos.config.rate import Rate
 from pelagos.sensors.lazy import promised
 from pelagos.sensors.sensor import Kinematics, Measurement, SensorConfig, SensorContext
 from pelagos.sensors.sonar.keys.ping_keys import PingConfig, ping_spec
@@ -22,7 +23,7 @@ class SinglebeamConfig(PingConfig):
     """A single-beam echo sounder that looks along -z of its frame. Defaults are of the 200 kHz class."""
 
     type: Literal["singlebeam"] = "singlebeam"
-    rate_hz: float = Field(default=5.0, gt=0)
+    rate_hz: Rate = 5.0
     """Pings per second [Hz]."""
     beamwidth_deg: float = Field(default=9.0, gt=0, le=60)
     """Half-power width of the cone [deg], one way."""

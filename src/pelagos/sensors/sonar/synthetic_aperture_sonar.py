@@ -12,6 +12,7 @@ from pydantic import Field
 
 from pelagos.acoustics.beam_pattern import line_length, line_np
 from pelagos.acoustics.pulse import range_resolution
+from pelagos.config.rate import Rate
 from pelagos.errors import ValidityWarning
 from pelagos.sensors.lazy import promised
 from pelagos.sensors.mount import sensor_pose, sensor_velocity
@@ -30,7 +31,7 @@ class SyntheticApertureSonarConfig(PingConfig):
     """A one-sided synthetic aperture sonar that looks along +y of its frame (roll 180 deg to look to starboard)."""
 
     type: Literal["synthetic_aperture_sonar"] = "synthetic_aperture_sonar"
-    rate_hz: float = Field(default=10.0, gt=0)
+    rate_hz: Rate = 10.0
     """Pings per second [Hz]; two successive pings should lie at most half an element apart (see `step_m`)."""
     bins: int = Field(default=1400, ge=8, le=65536)
     """Range bins; they should be no wider than c/2B, or the pulse is undersampled."""

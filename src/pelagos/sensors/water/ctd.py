@@ -9,6 +9,7 @@ import numpy as np
 from pydantic import Field
 
 from pelagos import jit
+from pelagos.config.rate import Rate
 from pelagos.ocean.ocean import Ocean
 from pelagos.sensors import noise
 from pelagos.sensors.mount import sensor_pose
@@ -21,7 +22,7 @@ class CtdConfig(SensorConfig):
 
     type: Literal["ctd"] = "ctd"
     """The sensor's kind."""
-    rate_hz: float = Field(default=10.0, gt=0)
+    rate_hz: Rate = 10.0
     """Samples per second [Hz]; must divide the tick rate."""
     conductivity_noise_density: float = Field(default=1e-5, ge=0)
     """White noise [S/m/sqrt(Hz)]."""

@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
 from pelagos import jit
+from pelagos.config.rate import Rate
 from pelagos.config.strict import Strict, refusal
 from pelagos.errors import ValidityWarning
 from pelagos.jit import Array
@@ -78,7 +79,7 @@ PortConfig: TypeAlias = Annotated[FlatPortConfig | DomePortConfig, Field(discrim
 class ViewConfig(SensorConfig):
     """Size of the picture, and the lens."""
 
-    rate_hz: float = Field(default=2.0, gt=0)
+    rate_hz: Rate = 2.0
     """Frames per second [Hz]; must divide the tick rate."""
     width_px: int = Field(default=640, ge=16, le=8192)
     """Width of the picture [px]."""

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
 from pelagos import jit
+from pelagos.config.rate import Rate
 from pelagos.config.strict import refusal
 from pelagos.jit import Array
 from pelagos.math.so3 import integrate, rotate
@@ -33,7 +34,7 @@ _NEAR: Final = 1e-3  # [m], step past the sea surface
 class LaserConfig(SensorConfig):
     """A scanning laser; names and defaults follow CARLA's LiDAR sensors."""
 
-    rate_hz: float = Field(default=10.0, gt=0)
+    rate_hz: Rate = 10.0
     """Samples per second [Hz]; at the rotation frequency each sample is a full turn."""
     channels: int = Field(default=32, ge=1, le=512)
     """Lasers above one another."""

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, model_validator
 
+from pelagos.config.rate import Rate
 from pelagos.sensors.sensor import SensorConfig, SensorContext
 from pelagos.sensors.sonar.keys.conflicts import check_ambiguity, check_burst, check_order, check_pulse
 from pelagos.sensors.sonar.keys.devices import with_device
@@ -65,7 +66,7 @@ class Interference(BaseModel):
 
     model_config = ConfigDict(frozen=True, extra="forbid", use_attribute_docstrings=True)
 
-    rate_hz: float = Field(gt=0)
+    rate_hz: Rate
     """Its pings per second [Hz]."""
     azimuth_deg: float = 0.0
     """Where it is, in the sensor frame, positive to the left [deg]."""

@@ -10,6 +10,7 @@ import numpy as np
 from pydantic import Field
 
 from pelagos import jit
+from pelagos.config.rate import Rate
 from pelagos.errors import LookupFailed
 from pelagos.jit import Array
 from pelagos.ocean.ocean import Ocean
@@ -26,7 +27,7 @@ Sample: TypeAlias = Callable[[Ocean, Kinematics, Array, Array], Sequence[Array]]
 class ProbeConfig(SensorConfig):
     """Errors of an instrument that samples the water; each in the unit of its reading."""
 
-    rate_hz: float = Field(default=1.0, gt=0)
+    rate_hz: Rate = 1.0
     """Samples per second [Hz]; must divide the tick rate."""
     noise_density: float = Field(default=0.0, ge=0)
     """White noise [unit/sqrt(Hz)]."""
