@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
 
@@ -64,9 +65,14 @@ def ahead(velocity: tuple[float, float, float] = (0.0, 0.0, 0.0)) -> Kinematics:
     return motion
 
 
-def row(velocity: tuple[float, float, float], own: tuple[float, float, float] = (0.0, 0.0, 0.0), **keys: Any) -> Any:
-    """Mean green of the middle rows."""
-    picture = Camera(CameraConfig(**(KEYS | keys)), context(velocity)).sense(ahead(own)).truth[0]
+def row(
+    velocity: tuple[float, float, float], own: tuple[float, float, float] = (0.0, 0.0, 0.0), turn: float = 0.0,
+    **keys: Any,
+) -> Any:  # fmt: skip
+    """Mean green of the middle rows; `turn` to the left [rad/s]."""
+    zero = dr.zeros(jit.Float64, 1)
+    motion = replace(ahead(own), angular_velocity=jit.Array3f64(zero, zero, zero + turn))
+    picture = Camera(CameraConfig(**(KEYS | keys)), context(velocity)).sense(motion).truth[0]
     return picture[40:56, :, 1].astype(float).mean(axis=0)
 
 
@@ -95,6 +101,11 @@ def test_a_body_that_passes_leaves_a_streak_as_long_as_its_way():
 
 def test_a_camera_that_moves_along_with_a_body_sees_it_sharp():
     assert spread(row((0, 1.2, 0), own=(0, 1.2, 0))) < 0.6
+
+
+def test_the_limit_of_a_streak_counts_the_cameras_turn_against_a_bodys_way():
+    got = spread(row((0, 1.2, 0), turn=-1.2 / DISTANCE, motion_blur_max=1.5 / 160))
+    assert got == pytest.approx(box(1.5), rel=0.2)
 
 
 def test_streaks_are_no_longer_than_the_limit():

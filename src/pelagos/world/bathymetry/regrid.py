@@ -129,7 +129,8 @@ def _near(survey: Soundings, origin: GeoOrigin, ground: HeightField) -> Any:
     low, high = ground.bounds[0, :2], ground.bounds[1, :2]
     margin = _MARGIN * float((high - low).max())
     points = np.stack([x, y], axis=1)
-    return KDTree(points[((points > low - margin) & (points < high + margin)).all(axis=1)])
+    near = ((points > low - margin) & (points < high + margin)).all(axis=1)
+    return KDTree(points[near], balanced_tree=False)  # a balanced one of many zeros may never end, see `close_pairs`
 
 
 def _usual(tree: Any) -> float:

@@ -1,0 +1,49 @@
+"""Rotations against SciPy's, by unequal angles of both signs."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from pelagos import jit
+from pelagos.math import so3
+
+ANGLES = [(0.3, -0.5, 1.1), (-1.2, 0.7, -2.4)]
+
+
+def quaternion(rotation: Rotation) -> np.ndarray:
+    """w first."""
+    return np.roll(rotation.as_quat(), 1, axis=-1)
+
+
+def numbers(values) -> np.ndarray:
+    return np.array([np.array(v)[0] for v in values])
+
+
+@pytest.mark.parametrize("angles", ANGLES)
+def test_euler_angles_are_turns_about_z_then_y_then_x(angles) -> None:
+    found = numbers(so3.from_euler(*(jit.Float64(a) for a in angles)))
+    expected = quaternion(Rotation.from_euler("ZYX", angles[::-1]))
+    assert found * np.sign(found[0]) == pytest.approx(expected * np.sign(expected[0]), abs=1e-12)
+
+
+@pytest.mark.parametrize("angles", ANGLES)
+def test_vectors_are_turned_there_and_back(angles) -> None:
+    rotation, vector = Rotation.from_euler("ZYX", angles), np.array([1.3, -0.4, 2.2])
+    q = quaternion(rotation)
+    there, back = rotation.apply(vector), rotation.inv().apply(vector)
+    on_device = jit.Array4f64(*q.tolist()), jit.Array3f64(*vector.tolist())
+    assert numbers(so3.rotate(*on_device)) == pytest.approx(there, abs=1e-12)
+    assert numbers(so3.rotate_back(*on_device)) == pytest.approx(back, abs=1e-12)
+    assert so3.rotate_np(np.tile(q, (2, 1)), np.stack([vector, -vector])) == pytest.approx(np.stack([there, -there]))
+
+
+@pytest.mark.parametrize("h", [0.7, 1e-7, -0.4])
+def test_a_body_that_turns_at_a_constant_rate(h: float) -> None:
+    start, rate = Rotation.from_euler("ZYX", ANGLES[0]), np.array([0.8, -1.7, 0.5])
+    found = numbers(
+        so3.integrate(jit.Array4f64(*quaternion(start).tolist()), jit.Array3f64(*rate.tolist()), jit.Float64(h))
+    )
+    expected = quaternion(start * Rotation.from_rotvec(h * rate))
+    assert found * np.sign(found[0]) == pytest.approx(expected * np.sign(expected[0]), abs=1e-12)
