@@ -159,6 +159,37 @@ def test_a_quadrotor_climbs_and_yaws_as_arducopter_means_it() -> None:
     assert last[-1]["gyro"][2] > 0.01
 
 
+def test_an_autopilot_that_answers_late_is_waited_for_asleep() -> None:
+    """One that answers soon is looked for first, which takes the time of being woken up off every frame."""
+    sim = pl.Simulation.load(scenario("bluerov2_heavy"))
+    exchange = Exchange(sim)
+    ArdupilotConfig(type="ardupilot", port=free_port()).attach(exchange)
+    link: Any = exchange._drivers[0]
+    link._socket.close()
+    looks: list[int] = []
+
+    class Late:
+        """Nothing is there at a look; it comes to who sleeps."""
+
+        def recvfrom(self, size: int, flags: int = 0) -> tuple[bytes, str]:
+            looks.append(flags)
+            if flags:
+                raise BlockingIOError
+            return b"late", "peer"
+
+        def close(self) -> None:
+            looks.append(-1)
+
+    link._socket, link._soon, link._spins = Late(), True, True
+    sim.step()
+    exchange.inbox.steer("a", [0.0] * 8, "ardupilot")
+    assert link._receive() == (b"late", "peer")
+    assert looks.count(0) == 1
+    assert len(looks) > 1
+    assert not exchange.inbox._unwritten  # meanwhile
+    exchange.close()
+
+
 def test_outputs_that_are_off_rest() -> None:
     """A pulse of 0 means off; read as a number it would be full astern."""
     assert level(0, 0.0) == 0.0
@@ -234,8 +265,8 @@ def test_malformed_packets_are_counted_and_dropped() -> None:
 
 
 def test_the_text_suits_the_parser_and_carries_no_nan() -> None:
-    one = np.array([1.5, -2.5, 1e-7])
-    motion = Motion(one, -one, np.array([0.5, -0.5, 0.5, -0.5]), 2 * one, 3 * one)
+    one, nan = (1.5, -2.5, 1e-7), float("nan")
+    motion = Motion(one, (-1.5, 2.5, -1e-7), (0.5, -0.5, 0.5, -0.5), (3.0, -5.0, 2e-7), (4.5, -7.5, 3e-7))
     text = state_text(12.25, motion, {"rng_1": 7.5, "velocity_wind": [9, 9, 9]})
     assert text is not None
     assert json.loads(text)["quaternion"] == [0.5, -0.5, 0.5, -0.5]
@@ -243,7 +274,7 @@ def test_the_text_suits_the_parser_and_carries_no_nan() -> None:
     assert found["velocity"] == [-1.5, 2.5, -1e-7]  # not what stands in velocity_wind
     assert found["rng_1"] == [7.5]
     assert parse(state_text(1.0, motion, {"rng_1": float("inf")}) or b"").get("rng_1") is None
-    assert state_text(1.0, Motion(one, one * np.nan, one, one, one)) is None
+    assert state_text(1.0, motion._replace(velocity=(1.0, nan, 2.0))) is None
 
 
 def test_a_silent_autopilot_ends_the_run_in_order() -> None:

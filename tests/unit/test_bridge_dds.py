@@ -6,6 +6,7 @@ import os
 import signal
 import subprocess
 import sys
+import threading
 import time
 from collections.abc import Callable, Iterator
 from typing import Any
@@ -172,6 +173,24 @@ def test_a_service_answers_who_asked(pair: tuple[DdsTransport, DdsTransport]) ->
     assert got[0][4:20] == head
     response = deserialize(f"{kind}_Response", got[0][:4] + got[0][20:])
     assert (response.success, response.message) == (True, "yes")
+
+
+def test_a_long_answer_holds_up_no_command(pair: tuple[DdsTransport, DdsTransport]) -> None:
+    a, b = pair
+    kind, begun, gate, got = "std_srvs/srv/Trigger", threading.Event(), threading.Event(), threading.Event()
+
+    def answer(raw: bytes) -> bytes:
+        begun.set()
+        gate.wait(30)
+        return serialize(f"{kind}_Response", make(f"{kind}_Response", success=True, message=""))
+
+    a.serve("/sim/long", kind, answer)
+    a.subscribe("/held_up", STRING, lambda raw: got.set(), qos=STREAM)
+    ask = b._sender(b._writer("rq/sim/longRequest", f"{kind}_Request", Qos(), framed=True))
+    say = b.advertise("/held_up", STRING, qos=STREAM)
+    assert until(lambda: ask(b"\0\1\0\0" + bytes(range(16)) + b"\0", 0) or begun.wait(0.05))
+    assert until(lambda: say(text("stop"), 0) or got.wait(0.05))
+    gate.set()
 
 
 def test_names_and_hashes_on_the_wire(pair: tuple[DdsTransport, DdsTransport]) -> None:

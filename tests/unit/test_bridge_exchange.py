@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import gc
 import hashlib
 import threading
 import time
+import weakref
+from collections import Counter
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -14,6 +17,7 @@ import pytest
 from mcap.reader import make_reader
 
 import pelagos as pl
+from pelagos.bridges.clerk import MOST, Clerk
 from pelagos.bridges.door import TopicDoor
 from pelagos.bridges.exchange import Exchange
 from pelagos.bridges.holoocean import listen_holoocean
@@ -301,6 +305,8 @@ def test_services_pause_step_and_reset(sim: pl.Simulation, tmp_path: Path) -> No
         time.sleep(0.2)
         before = peer.exchange.sim.time_ns
         assert peer.call("/pelagos/step_simulation", SI + "StepSimulation", steps=7).result.result == 1
+        many = peer.call("/pelagos/step_simulation", SI + "StepSimulation", steps=1 << 40).result
+        assert (many.result, "1 to 1e9" in many.error_message) == (4, True)
         time.sleep(0.1)
         assert peer.exchange.sim.time_ns - before == 7 * peer.exchange.sim.dt_ns
         found = peer.call("/pelagos/get_entity_state", SI + "GetEntityState", entity="rov")
@@ -396,6 +402,67 @@ def test_holooceans_nodes_drive_a_torpedo() -> None:
              command=np.array([0.1, 0.1, -0.1, -0.1, 500.0]))  # fmt: skip
     exchange.inbox.drain()
     np.testing.assert_allclose(sim.held_command("auv0")[0], [0.1, 0.1, -0.1, -0.1, 500.0])
+
+
+class Ring:
+    """Garbage that only a collection finds."""
+
+    def __init__(self, gone: Callable[[], None]) -> None:
+        self.me = self
+        weakref.finalize(self, gone)
+
+
+def test_the_thread_that_steps_alone_collects_garbage(sim: pl.Simulation, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A peer's thread that let go of an array of the device would wait for ever for its lock."""
+    monkeypatch.setattr("pelagos.sim.garbage.EVERY_S", 0.0)
+    where: list[int] = []
+    sim.reset()
+    exchange, _ = exchange_of(sim, rate_hz=100.0)
+
+    def chatter() -> None:
+        for _ in range(3000):  # four times as many objects as Python's own threshold
+            Ring(lambda: where.append(threading.get_ident()))
+
+    def chat(sim: pl.Simulation) -> None:
+        assert not gc.isenabled()
+        if sim.time_ns == 10 * sim.dt_ns:
+            thread = threading.Thread(target=chatter)
+            thread.start()
+            thread.join()
+            assert not where
+
+    with sim.on_tick(chat):
+        exchange.run(0.2)
+    assert len(where) == 3000
+    assert set(where) == {threading.get_ident()}
+    exchange.close()
+    assert gc.isenabled()
+
+
+def test_a_long_answer_holds_up_no_other() -> None:
+    """Each service has a clerk of its own, which the first request starts."""
+    troubles: Counter[str] = Counter()
+    slow, quick = Clerk("/slow", troubles), Clerk("/quick", troubles)
+    gate, done = threading.Event(), threading.Event()
+
+    def spoilt() -> None:
+        raise ValueError("no message")
+
+    slow.ask(gate.wait)
+    slow.ask(spoilt)
+    quick.ask(done.set)
+    assert done.wait(30)
+    for _ in range(MOST + 5):
+        slow.ask(gate.wait)
+    assert troubles["/slow: more than 100 requests wait"] >= 5
+    again = threading.Event()
+    gate.set()
+    while not again.is_set():
+        slow.ask(again.set)
+        again.wait(0.05)
+    assert troubles["requests without an answer (ValueError)"] == 1
+    for clerk in (slow, quick):
+        clerk.close()
 
 
 def test_a_queue_that_nobody_empties_drops_its_oldest() -> None:

@@ -22,13 +22,15 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import pelagos as pl
+from pelagos.bridges.door import TopicDoor
 from pelagos.bridges.exchange import Exchange
 from pelagos.bridges.instrument import InstrumentConfig
 from pelagos.bridges.instruments import mip, nmea, nortek, ping, teledyne, vectornav, waterlinked
 from pelagos.bridges.instruments.dvl_velocity import DvlVelocity
 from pelagos.bridges.instruments.ping_devices import Ping1d
 from pelagos.bridges.instruments.ports import PtyPort, TcpPort, UdpServerPort, open_port
-from pelagos.bridges.transport import BridgeMismatch
+from pelagos.bridges.instruments.speakers import WaterLinkedSerial
+from pelagos.bridges.transport import BridgeMismatch, MemoryTransport
 
 EPOCH = datetime(2026, 6, 1, 23, 59, 58, tzinfo=UTC)
 DVL = DvlVelocity(
@@ -99,6 +101,16 @@ def test_the_a50_speaks_json_and_serial() -> None:
     assert fields[:7] == ["wrz", "1.234", "-0.567", "0.089", "y", "12.34", "0.020"]
     assert [float(v) for v in fields[7].split(";")] == [1e-4, 0, 2e-5, 0, 2e-4, 0, 2e-5, 0, 4e-4]
     assert fields[8] == "3250000"
+
+
+def test_an_a50_answers_a_command_that_comes_in_parts() -> None:
+    place: Any = SimpleNamespace()
+    a50 = WaterLinkedSerial(place)
+    assert a50.answer(b"wc") == b""
+    assert a50.answer(b"v\r\nwc").startswith(b"wrv,2.5.0*")
+    assert a50.answer(b"s\r") == waterlinked.serial_sentence("wr?")
+    assert a50.answer(b"x" * 100_000) == b""
+    assert len(a50._begun) < 1000
 
 
 def test_pd6_gives_the_ships_movement() -> None:
@@ -486,6 +498,35 @@ def test_the_same_bytes_with_an_instrument_as_without() -> None:
     exchange.run(3.0)
     exchange.close()
     assert (sim.state["a"].position == alone).all()
+    assert not sim.listeners.any  # a closed door listens no more
+
+
+def test_messages_own_their_memory() -> None:
+    """Other threads let go of them, and must never be the last to hold an array of the device: they would wait for the
+    device's lock with the interpreter's, for which the thread that steps may wait with the device's."""
+    kept: dict[str, list[Any]] = {}
+
+    class Keeping(MemoryTransport):
+        def advertise(self, topic: str, type_name: str, *, qos: Any) -> Any:
+            return lambda cdr, t_ns: kept.setdefault(topic, []).append(cdr)
+
+    sim = simulation()
+    sim.reset()
+    exchange = Exchange(sim)
+    exchange.add(TopicDoor(Keeping()))
+    exchange.run(0.5)
+    exchange.close()
+    assert {"/clock", "/tf", "/a/imu/data_raw", "/a/dvl/dvl"} <= set(kept)
+    assert any(topic.startswith("/a/scanner/") for topic in kept)
+    for topic, messages in kept.items():
+        for message in messages:
+            owner = message
+            while isinstance(owner, memoryview | np.ndarray):
+                below = owner.obj if isinstance(owner, memoryview) else owner.base
+                if below is None:
+                    break
+                owner = below
+            assert type(owner) in (bytes, bytearray, np.ndarray), (topic, type(owner))
 
 
 @pytest.mark.parametrize(
@@ -512,6 +553,15 @@ def test_ports_drop_what_nobody_takes() -> None:
             port.write(b"x" * 100)
             assert not port.read()
         port.close()
+
+
+def test_a_name_that_another_run_has_taken_is_left_to_it(tmp_path: Path) -> None:
+    first = PtyPort(f"{tmp_path}/gps")
+    second = PtyPort(f"{tmp_path}/gps")
+    first.close()
+    assert os.readlink(tmp_path / "gps") == os.ttyname(second._theirs)
+    second.close()
+    assert not (tmp_path / "gps").is_symlink()
 
 
 def test_a_port_in_use_names_the_door_and_leaves_no_folder(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -55,6 +56,26 @@ def test_it_is_silent_until_the_hull_touches_the_ground_and_says_how_hard():
     assert (force[:begin] == 0).all()
     assert force[touched][:, 2].max() > 1.0  # upwards, body FLU
     assert (np.linalg.norm(force[touched], axis=1) > 0).all()
+
+
+def test_where_a_vehicle_was_free_is_remembered_and_nothing_else():
+    """The step loop looks at the world's map once for many ticks; it must find what a look at every tick finds."""
+    sim = sinking(50.0)
+    contacts, looks, near = sim.stepper.contacts, [], sim.world.near
+    counted: Any = SimpleNamespace(near=lambda *asked: looks.append(asked) or near(*asked))
+    contacts._model = SimpleNamespace(world=counted)
+    rng = np.random.Generator(np.random.PCG64(7))
+    place, found = np.array([[1.0, -2.0, -5.0]]), []
+    for k in range(3000):
+        place = place + rng.normal(0.0, 0.02, (1, 3))
+        if k % 500 == 499:  # set anew, from outside
+            place = rng.uniform([-30.0, -30.0, -10.5], [30.0, 30.0, -1.0], (1, 3))
+        reach = np.array([rng.uniform(0.4, 0.7)])
+        found.append(contacts._grounds("rov", place, reach))
+        assert found[-1] == bool(near(place, reach)[0])
+    assert {True, False} == set(found)
+    assert len(looks) < sum(found) + 0.2 * len(found)
+    assert contacts._grounds("rov", np.full((1, 3), np.nan), np.ones(1))
 
 
 def test_a_slow_sensor_misses_no_blow():

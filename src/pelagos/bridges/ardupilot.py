@@ -5,6 +5,7 @@ The autopilot sends its outputs and waits; the simulation takes one step with th
 
 from __future__ import annotations
 
+import os
 import socket
 import struct
 import sys
@@ -17,10 +18,11 @@ import numpy as np
 from pydantic import Field
 
 from pelagos.bridges.ardupilot_json import ServoFrame, level, parse_servos, state_text
-from pelagos.bridges.autopilot import Output, motion_of, outputs_of, the_agent
+from pelagos.bridges.autopilot import Motion, Output, motion_of, outputs_of, the_agent
 from pelagos.bridges.config import LOOPBACK, BridgeConfig, exposed
 from pelagos.bridges.transport import BridgeError, BridgeMismatch
 from pelagos.errors import LookupFailed
+from pelagos.sim.listeners import Subscription
 from pelagos.sim.order import Order
 from pelagos.sim.simulation import Simulation
 
@@ -28,7 +30,11 @@ if TYPE_CHECKING:
     from pelagos.bridges.exchange import Exchange
 
 _LOOK_S: Final = 0.1
+SPIN_S: Final = 0.0003
+"""An autopilot that answered within this is first looked for without sleeping: to be woken up takes as long as a step
+of the simulation [s]."""
 PACKET: Final = 1024
+_AT_ONCE: Final = getattr(socket, "MSG_DONTWAIT", None)
 
 
 class ArdupilotConfig(BridgeConfig):
@@ -97,16 +103,18 @@ class ArdupilotLink:
             raise BridgeError(f"ardupilot: UDP {config.host}:{config.port} cannot be used: {error.strerror}") from None
         self.port = config.port
         _wait_at_most(self._socket, _LOOK_S)
-        self._known: dict[tuple[int, int], float] = {}
+        self._known: list[dict[int, float]] = [{} for _ in self._outputs]
         self._peer: Any = None
         self._last: ServoFrame | None = None
         self._answer: bytes | None = None
+        self._soon = self._spins = _AT_ONCE is not None and _processors() > 1
         self._range_m = float("inf")
+        self._heard: Subscription | None = None
         self._start = motion_of(sim, self.agent)
         self.steps = 0
         self.troubles: Counter[str] = Counter()
         if config.rangefinder:
-            sim.subscribe(f"{self.agent}.{config.rangefinder}", self._hear)
+            self._heard = sim.subscribe(f"{self.agent}.{config.rangefinder}", self._hear)
 
     def answer(self, sim: Simulation) -> None:
         """Say where the vehicle is, to who asked."""
@@ -118,11 +126,10 @@ class ArdupilotLink:
 
     def wait(self, sim: Simulation) -> None:
         """The next outputs, into the vehicle's actuators."""
-        self._inbox.write_down()  # now, while the autopilot thinks
         began = time.monotonic()
         while not sim.gate.stopped:
             try:
-                packet, peer = self._socket.recvfrom(PACKET)
+                packet, peer = self._receive()
             except (TimeoutError, BlockingIOError):
                 if self._last is not None and time.monotonic() - began > self._config.patience_s:
                     self.troubles[f"silent for {self._config.patience_s:g} s: the run was ended"] += 1
@@ -147,7 +154,25 @@ class ArdupilotLink:
 
     def close(self) -> None:
         """See `Door`."""
+        if self._heard is not None:
+            self._heard.cancel()
         self._socket.close()
+
+    def _receive(self) -> tuple[bytes, Any]:
+        """The next packet; what was steered is written down while the autopilot thinks."""
+        began = time.perf_counter()
+        while self._soon and time.perf_counter() - began < SPIN_S:
+            try:
+                found: tuple[bytes, Any] = self._socket.recvfrom(PACKET, _AT_ONCE or 0)
+            except BlockingIOError:
+                self._inbox.write_down()
+            else:
+                return found
+        self._inbox.write_down()
+        self._soon = False
+        found = self._socket.recvfrom(PACKET)
+        self._soon = self._spins and time.perf_counter() - began < SPIN_S
+        return found
 
     def _take(self, frame: ServoFrame, peer: Any) -> None:
         before, self._last, self._peer = self._last, frame, peer
@@ -156,17 +181,19 @@ class ArdupilotLink:
             self._inbox.obey(_back_to(self._start, self.agent))
         self.steps += 1
         if before is None or frame.pwm != before.pwm or frame.count < before.count:
-            self._inbox.steer(self.agent, [self._value(o, frame.pwm) for o in self._outputs], "ardupilot")
+            self._inbox.steer(self.agent, self._values(frame.pwm), "ardupilot")
 
-    def _value(self, output: Output, pwm: Sequence[int]) -> float:
-        """The actuator's command; of each pulse it is worked out once."""
-        pulse = pwm[output.channel] if output.channel < len(pwm) else 0
-        known = self._known.get((output.channel, pulse))
-        if known is None:
-            low_us, high_us = self._ends
-            known = output.value(level(pulse, output.rests_at, low_us=low_us, high_us=high_us))
-            self._known[output.channel, pulse] = known
-        return known
+    def _values(self, pwm: Sequence[int]) -> list[float]:
+        """The actuators' commands; of each pulse it is worked out once."""
+        found = []
+        for output, known in zip(self._outputs, self._known, strict=True):
+            pulse = pwm[output.channel] if output.channel < len(pwm) else 0
+            value = known.get(pulse)
+            if value is None:
+                low_us, high_us = self._ends
+                value = known[pulse] = output.value(level(pulse, output.rests_at, low_us=low_us, high_us=high_us))
+            found.append(value)
+        return found
 
     def _send(self) -> None:
         if self._answer is None:
@@ -181,6 +208,11 @@ class ArdupilotLink:
         self._range_m = float(np.asarray(reading.data).ravel()[0])
 
 
+def _processors() -> int:
+    """Processors that this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
 def _wait_at_most(link: socket.socket, seconds: float) -> None:
     """Let `recvfrom` give up after so long; by the system, where `settimeout` would poll before every receipt."""
     if sys.platform == "win32":
@@ -189,10 +221,10 @@ def _wait_at_most(link: socket.socket, seconds: float) -> None:
         link.setsockopt(socket.SOL_SOCKET, socket.SO_RCVTIMEO, struct.pack("ll", 0, round(1e6 * seconds)))
 
 
-def _back_to(start: Any, agent: str) -> Order:
+def _back_to(start: Motion, agent: str) -> Order:
     """At the start again, at rest: where a rebooted autopilot believes to be."""
-    x, y, z = start.position.tolist()
-    w, i, j, k = start.attitude.tolist()
+    x, y, z = start.position
+    w, i, j, k = start.attitude
     still = [0.0, 0.0, 0.0]
     data = {"position": [x, -y, -z], "attitude": [w, i, -j, -k], "velocity": still, "angular_velocity": still}
     return Order("state", agent, data, "ardupilot")

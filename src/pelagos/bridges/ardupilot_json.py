@@ -66,8 +66,7 @@ def state_text(t_s: float, motion: Motion, extras: Mapping[str, Any] | None = No
         motion: of the vehicle.
         extras: optional keys, such as `rng_1` [m].
     """
-    parts = (motion.gyro, motion.force, motion.position, motion.velocity, motion.attitude)
-    numbers = (t_s, *(value for part in parts for value in part.tolist()))
+    numbers = (t_s, *motion.gyro, *motion.force, *motion.position, *motion.velocity, *motion.attitude)
     if not math.isfinite(sum(numbers)):  # a sum of finite numbers of this size is finite
         return None
     said = {k: v for k, v in (extras or {}).items() if not (isinstance(v, float) and not math.isfinite(v))}

@@ -8,15 +8,14 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, Final
-
-import numpy as np
-from numpy.typing import NDArray
+from typing import Any, Final, NamedTuple, TypeAlias
 
 from pelagos.bridges.transport import BridgeMismatch
 from pelagos.errors import LookupFailed
 from pelagos.math.constants import GRAVITY
 from pelagos.sim.simulation import Simulation
+
+Three: TypeAlias = tuple[float, float, float]
 
 SUB_SIX: Final = {
     "front_starboard": (1, -1), "front_port": (2, -1), "rear_starboard": (3, 1), "rear_port": (4, 1),
@@ -105,9 +104,8 @@ def outputs_of(sim: Simulation, agent: str, given: Mapping[str, int], where: str
     return found
 
 
-@dataclass(frozen=True)
-class Motion:
-    """Where a vehicle is and how it moves, for an autopilot.
+class Motion(NamedTuple):
+    """Where a vehicle is and how it moves, for an autopilot; plain numbers, for they are asked for every tick.
 
     Attributes:
         position: north, east, down of the world's origin [m].
@@ -117,16 +115,16 @@ class Motion:
         force: specific force, forward, right, down [m/s^2]; (0, 0, -9.81) at rest.
     """
 
-    position: NDArray[np.float64]
-    velocity: NDArray[np.float64]
-    attitude: NDArray[np.float64]
-    gyro: NDArray[np.float64]
-    force: NDArray[np.float64]
+    position: Three
+    velocity: Three
+    attitude: tuple[float, float, float, float]
+    gyro: Three
+    force: Three
 
     @property
     def euler(self) -> tuple[float, float, float]:
         """Roll, pitch, yaw [rad]."""
-        w, x, y, z = self.attitude.tolist()
+        w, x, y, z = self.attitude
         roll = math.atan2(2 * (w * x + y * z), 1 - 2 * (x * x + y * y))
         pitch = math.asin(min(max(2 * (w * y - z * x), -1.0), 1.0))
         return roll, pitch, math.atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))
@@ -136,17 +134,17 @@ def motion_of(sim: Simulation, agent: str) -> Motion:
     """The true motion of the first copy of an agent, now."""
     row = sim.stepper.row(agent)[0].tolist()  # what `sim.state` shows, without a look at the actuators
     x, y, z, qw, qx, qy, qz, u, v, w, p, q, r, ax, ay, az = row[:16]
-    # plain numbers: this is asked thousands of times a second. Rows of R_world_body:
-    north = (1 - 2 * (qy * qy + qz * qz), 2 * (qx * qy - qw * qz), 2 * (qx * qz + qw * qy))
-    west = (2 * (qx * qy + qw * qz), 1 - 2 * (qx * qx + qz * qz), 2 * (qy * qz - qw * qx))
-    up = (2 * (qx * qz - qw * qy), 2 * (qy * qz + qw * qx), 1 - 2 * (qx * qx + qy * qy))
-    velocity = [a * u + b * v + c * w for a, b, c in (north, west, up)]
+    # the third row of R_world_body, and with the other two the velocity
+    up_x, up_y, up_z = 2 * (qx * qz - qw * qy), 2 * (qy * qz + qw * qx), 1 - 2 * (qx * qx + qy * qy)
+    north = (1 - 2 * (qy * qy + qz * qz)) * u + 2 * (qx * qy - qw * qz) * v + 2 * (qx * qz + qw * qy) * w
+    west = 2 * (qx * qy + qw * qz) * u + (1 - 2 * (qx * qx + qz * qz)) * v + 2 * (qy * qz - qw * qx) * w
+    up = up_x * u + up_y * v + up_z * w
     return Motion(
-        np.array([x, -y, -z]),
-        np.array([velocity[0], -velocity[1], -velocity[2]]),
-        np.array([qw, qx, -qy, -qz]),
-        np.array([p, -q, -r]),
-        np.array([ax + GRAVITY * up[0], -ay - GRAVITY * up[1], -az - GRAVITY * up[2]]),
+        (x, -y, -z),
+        (north, -west, -up),
+        (qw, qx, -qy, -qz),
+        (p, -q, -r),
+        (ax + GRAVITY * up_x, -ay - GRAVITY * up_y, -az - GRAVITY * up_z),
     )
 
 

@@ -11,9 +11,10 @@ from __future__ import annotations
 import os
 import threading
 from collections import Counter
-from functools import cache
+from functools import cache, partial
 from typing import Any, Final
 
+from pelagos.bridges.clerk import Clerk
 from pelagos.bridges.dds_flow import WAITING, Flow
 from pelagos.bridges.dds_graph import Graph
 from pelagos.bridges.dds_types import idl_class
@@ -87,6 +88,7 @@ class DdsTransport:
         self.troubles: Counter[str] = Counter()
         self._graph: Graph | None = None
         self._large: Outbox | None = None
+        self._clerks: list[Clerk] = []
         if announce:
             latched = Qos(depth=1, latched=True)
             writer = self._writer("ros_discovery_info", "rmw_dds_common/msg/ParticipantEntitiesInfo", latched)
@@ -121,14 +123,20 @@ class DdsTransport:
         writer = self._writer(f"rr{service}Reply", f"{type_name}_Response", qos, framed=True)
         send = self._sender(writer)
 
+        clerk = Clerk(service, self.troubles)
+        self._clerks.append(clerk)
+
         def serve_one(framed: bytes) -> None:
             request = framed[:_HEAD] + framed[_HEAD + _FRAME :]
             response = answer(request)
             send(response[:_HEAD] + framed[_HEAD : _HEAD + _FRAME] + response[_HEAD:], 0)
 
+        def take(framed: bytes) -> None:
+            clerk.ask(partial(serve_one, framed))
+
         if self._graph is not None:
             self._graph.add_writer(writer.guid.bytes)
-        self._listen(f"rq{service}Request", f"{type_name}_Request", serve_one, qos, framed=True)
+        self._listen(f"rq{service}Request", f"{type_name}_Request", take, qos, framed=True)
 
     def close(self) -> None:
         """See `Transport`."""
@@ -136,6 +144,8 @@ class DdsTransport:
             return
         if self._large is not None:
             self._large.close()
+        for clerk in self._clerks:
+            clerk.close()
         self._open = False
         self._wake.set(True)
         self._thread.join(timeout=2.0)

@@ -15,6 +15,7 @@ from pelagos.bridges.journal import TOPIC
 from pelagos.bridges.machinery import Machinery
 from pelagos.bridges.pace import Pace
 from pelagos.bridges.tap import STRING, Message, Tap, text_message
+from pelagos.sim.garbage import StepperCollects
 from pelagos.sim.listeners import Subscription
 from pelagos.sim.mcap_writer import McapWriter
 from pelagos.sim.record import Recorder, installed
@@ -62,6 +63,7 @@ class Exchange:
         self._orders = 0
         self._machinery: Machinery | None = None
         self._steps: tuple[Subscription, threading.Event] | None = None
+        self._garbage = StepperCollects()
 
     def add(self, door: Door) -> None:
         """Open another door at the next run."""
@@ -96,6 +98,7 @@ class Exchange:
             group = [driver for driver in self._drivers if driver.rate_hz == rate_hz]
             subscriptions.append(self.sim.on_tick(partial(_meet, group), rate_hz=rate_hz))
         self.pace.restart(self.sim.time_ns)
+        self._garbage.open()
         try:
             return self._go(seconds, recorder, progress)
         finally:
@@ -105,6 +108,7 @@ class Exchange:
             self._send()
             recorder.close()
             self._tap = None
+            self._garbage.close()
 
     def reset(self) -> None:
         """Ask for a new beginning: the run ends in order, and whoever called `run` resets and runs again."""
@@ -154,7 +158,9 @@ class Exchange:
         return self.sim.run(seconds, record=recorder, progress=progress, realtime=realtime)
 
     def _boundary(self, sim: Simulation) -> None:
+        self._garbage.collect()
         self.pace.keep(sim.time_ns)
+        self.inbox.write_down()
         if self._machinery is not None:
             self._machinery.say(sim)
         self._send()

@@ -18,6 +18,7 @@ from pelagos.bridges.instruments.speakers import SPEAKERS
 from pelagos.bridges.tap import Message, Tap
 from pelagos.bridges.transport import BridgeMismatch
 from pelagos.errors import LookupFailed
+from pelagos.sim.listeners import Subscription
 from pelagos.sim.simulation import Simulation
 
 if TYPE_CHECKING:
@@ -105,8 +106,10 @@ class InstrumentDoor:
         self.port: Port = open_port(config.port)
         self._waiting: list[bytes] = []
         self.spoken = 0
+        self._heard: list[Subscription] = []
         for name, speaker in zip(sensors, self._speakers, strict=True):
-            sim.subscribe(f"{agent}.{name}", partial(self._hear, speaker), invalid=speaker.tells_loss)
+            hear = partial(self._hear, speaker)
+            self._heard.append(sim.subscribe(f"{agent}.{name}", hear, invalid=speaker.tells_loss))
             exchange.at_least(min(ANSWER_HZ, 1e9 / sim.dt_ns))
 
     def open(self, sim: Simulation, tap: Tap) -> None:
@@ -134,6 +137,8 @@ class InstrumentDoor:
 
     def close(self) -> None:
         """See `Door`."""
+        for subscription in self._heard:
+            subscription.cancel()
         self.port.close()
 
     def _hear(self, speaker: Speaker, reading: Any) -> None:

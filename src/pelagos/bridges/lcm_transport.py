@@ -16,6 +16,7 @@ from pelagos.bridges.extras import require
 from pelagos.bridges.transport import Answer, BridgeError, Buffer, Qos, Receive, Unsupported, Write
 from pelagos.math.so3 import rotate_np
 from pelagos.messages.lcm import encode, fingerprint
+from pelagos.sim.listeners import Subscription
 
 if TYPE_CHECKING:
     from pelagos.bridges.exchange import Exchange
@@ -131,12 +132,12 @@ class HoloOceanDoor:
     def __init__(self, sim: Simulation, transport: LcmTransport) -> None:
         self._transport = transport
         self._waiting: list[tuple[str, bytes]] = []
+        self._heard: list[Subscription] = []
         for agent in sim.model.agents.values():
             for name, sensor in agent.sensors.items():
                 if sensor.config.type in STRUCTURES:
-                    sim.subscribe(
-                        f"{agent.name}.{name}", partial(self._hear, sim, f"{agent.name}/{name}", sensor.config)
-                    )
+                    hear = partial(self._hear, sim, f"{agent.name}/{name}", sensor.config)
+                    self._heard.append(sim.subscribe(f"{agent.name}.{name}", hear))
 
     def open(self, sim: Simulation, tap: Tap) -> None:
         """See `Door`."""
@@ -153,7 +154,9 @@ class HoloOceanDoor:
         return {}
 
     def close(self) -> None:
-        """See `Door`: the transport's own door closes it."""
+        """See `Door`: the transport's own door closes that."""
+        for subscription in self._heard:
+            subscription.cancel()
 
     def _hear(self, sim: Simulation, channel: str, config: Any, reading: Any) -> None:
         name, fields = STRUCTURES[config.type](reading, config, sim)

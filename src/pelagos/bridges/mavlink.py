@@ -115,14 +115,14 @@ class MavlinkDoor:
 
     def _state(self, sim: Simulation) -> list[Any]:
         motion, t_ms = motion_of(sim, self.agent), sim.time_ns // 1_000_000
-        north, east, down = motion.position.tolist()
-        velocity = motion.velocity.tolist()
+        north, east, down = motion.position
+        velocity = motion.velocity
         latitude, longitude = (float(v) for v in sim.world.origin.to_latlon(north, -east))
         roll, pitch, yaw = motion.euler
         heading = math.degrees(yaw) % 360
         d = self._dialect
         return [
-            d.MAVLink_attitude_message(t_ms, roll, pitch, yaw, *motion.gyro.tolist()),
+            d.MAVLink_attitude_message(t_ms, roll, pitch, yaw, *motion.gyro),
             d.MAVLink_local_position_ned_message(t_ms, north, east, down, *velocity),
             d.MAVLink_global_position_int_message(
                 t_ms, round(latitude * 1e7), round(longitude * 1e7), round(-down * 1000), round(-down * 1000),

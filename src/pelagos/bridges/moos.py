@@ -84,7 +84,7 @@ class MoosDoor:
             return
         self._next_ns = sim.time_ns + round(1e9 / self._config.rate_hz)
         motion, now = motion_of(sim, self.agent), time.time()
-        north, east, down = motion.position.tolist()
+        north, east, down = motion.position
         latitude, longitude = (float(v) for v in sim.world.origin.to_latlon(north, -east))
         yaw = motion.euler[2]
         values = {

@@ -11,6 +11,7 @@ import socket
 import time
 from collections import Counter
 from collections.abc import Mapping
+from itertools import chain
 from typing import TYPE_CHECKING, Any, Final, Literal
 
 import numpy as np
@@ -118,7 +119,7 @@ class Px4Link:
                 return
             self._accept()
         motion, t_us = motion_of(sim, self.agent), sim.time_ns // 1000
-        if not all(np.isfinite(v).all() for v in (motion.position, motion.velocity, motion.gyro, motion.force)):
+        if not all(map(math.isfinite, chain(*motion))):
             self.troubles["states that were not finite"] += 1
             return
         messages = [self._sensor(motion, t_us)]
@@ -219,21 +220,21 @@ class Px4Link:
     # the messages
 
     def _sensor(self, motion: Motion, t_us: int) -> Any:
-        down = float(motion.position[2])
-        to_body = np.array([[1.0, -1.0, -1.0, -1.0]]) * motion.attitude[None]
+        down = motion.position[2]
+        to_body = np.array([[1.0, -1.0, -1.0, -1.0]]) * np.array([motion.attitude])
         field = rotate_np(to_body, flip_yz_np(self._field)[None])[0] * 1e4  # [gauss]
-        a, g = motion.force.tolist(), motion.gyro.tolist()
+        a, g = motion.force, motion.gyro
         return self._dialect.MAVLink_hil_sensor_message(
             t_us, *a, *g, *field.tolist(), pressure_hpa(down), 0.0, -down, 15.0, ALL_FIELDS, 0
         )
 
     def _gps(self, motion: Motion, t_us: int) -> Any:
-        north, east, down = motion.position.tolist()
+        north, east, down = motion.position
         latitude, longitude = (float(v) for v in self._origin.to_latlon(north, -east))
         v = motion.velocity
         speed = math.hypot(v[0], v[1])
         course = _UNKNOWN_COURSE if speed < 0.1 else round(math.degrees(math.atan2(v[1], v[0])) % 360 * 100) % 36000
-        centimetres = [_short(100 * c) for c in v.tolist()]
+        centimetres = [_short(100 * c) for c in v]
         fix, satellites = (3, 12) if down < 1.0 else (0, 0)  # a metre of water is the end of it
         return self._dialect.MAVLink_hil_gps_message(
             t_us, fix, round(latitude * 1e7), round(longitude * 1e7), round(-down * 1000), 100, 150,
@@ -241,13 +242,13 @@ class Px4Link:
         )  # fmt: skip
 
     def _truth(self, motion: Motion, t_us: int) -> Any:
-        north, east, down = motion.position.tolist()
+        north, east, down = motion.position
         latitude, longitude = (float(v) for v in self._origin.to_latlon(north, -east))
-        v = [_short(100 * c) for c in motion.velocity.tolist()]
-        a = [_short(1000 * c / GRAVITY) for c in motion.force.tolist()]
-        speed = min(round(100 * float(np.linalg.norm(motion.velocity))), 65535)
+        v = [_short(100 * c) for c in motion.velocity]
+        a = [_short(1000 * c / GRAVITY) for c in motion.force]
+        speed = min(round(100 * math.hypot(*motion.velocity)), 65535)
         return self._dialect.MAVLink_hil_state_quaternion_message(
-            t_us, motion.attitude.tolist(), *motion.gyro.tolist(), round(latitude * 1e7), round(longitude * 1e7),
+            t_us, motion.attitude, *motion.gyro, round(latitude * 1e7), round(longitude * 1e7),
             round(-down * 1000), *v, speed, speed, *a,
         )  # fmt: skip
 

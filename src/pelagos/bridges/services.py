@@ -133,7 +133,10 @@ class Services:
     def _step(self, request: Any) -> dict[str, Any]:
         if not self._sim.paused:
             return {"result": result(WRONG_STATE, "pause the simulation before stepping it")}
-        done = self._steps(int(request.steps) or 1).wait(STEPS_S)
+        try:
+            done = self._steps(int(request.steps) or 1).wait(STEPS_S)
+        except ValueError as error:
+            return {"result": result(FAILED, str(error))}
         return {"result": result(OK) if done else result(FAILED, f"not done within {STEPS_S:g} s")}
 
     def _get_state(self, request: Any) -> dict[str, Any]:

@@ -99,7 +99,7 @@ class BatchRun:
         order = self._order(rows)
         if order.values.shape[1] != values.shape[1]:
             order.values = np.zeros((len(self.row), values.shape[1]))
-        elif (order.values[rows] == values).all() and order.command:
+        elif order.command and not np.count_nonzero(order.values[rows] != values):
             return
         else:
             order.values = order.values.copy()

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable
 from dataclasses import dataclass
+from functools import cached_property
 
 
 @dataclass(frozen=True)
@@ -18,7 +19,7 @@ class Clock:
 
     tick_rate_hz: float
 
-    @property
+    @cached_property
     def dt_ns(self) -> int:
         """One tick [ns], rounded to a whole nanosecond (a rate such as 30 Hz has no exact one)."""
         return round(1e9 / self.tick_rate_hz)

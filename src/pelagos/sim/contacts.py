@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import Any, Final
 
 import numpy as np
@@ -24,8 +25,19 @@ from pelagos.sim.touch import Touch
 from pelagos.sim.trajectory import CHANNELS
 
 MARGIN_MPS: Final = 2.0  # a hull is taken to gain at most this much speed within a block, when its way is bounded
+AHEAD_M: Final = 1.0  # a single vehicle is asked for with so much more room, and not again until it has gone so far
+ASKS: Final = 50  # without that room, before it is asked for again
 GAP_M: Final = 0.05  # bodies nearer than this to the swept sphere are asked for by rays
 Rows = Mapping[str, NDArray[np.float64]]
+
+
+@dataclass
+class _Free:
+    """A sphere without anything static in it, around where a single vehicle was [m]."""
+
+    centre: list[float]
+    radius_m: float = 0.0
+    wait: int = 0
 
 
 class Contacts:
@@ -40,6 +52,7 @@ class Contacts:
         self._model, self._bodies = model, bodies
         self._touch = {name: Touch(batch, model) for name, batch in model.batches.items()}
         self._collisions = Collisions(model, bodies)
+        self._free: dict[str, _Free] = {}
         self._now: dict[str, Wrench] = {}
         self.remembered: dict[str, list[tuple[int, NDArray[np.float64]]]] = {}
 
@@ -147,7 +160,22 @@ class Contacts:
         return np.asarray(batch.vehicle.bounding_radius_m + way + GAP_M)
 
     def _grounds(self, name: str, position: NDArray[np.float64], reach: NDArray[np.float64]) -> bool:
-        return bool(np.any(self._model.world.near(position, reach)))
+        near = self._model.world.near
+        if len(position) > 1:
+            return bool(np.any(near(position, reach)))
+        place, margin = position[0].tolist(), float(reach[0])
+        free = self._free.setdefault(name, _Free(place))
+        if math.dist(place, free.centre) + margin <= free.radius_m:
+            return False
+        if near(position, reach)[0]:
+            return True
+        if free.wait:  # a larger one was not free a while ago
+            free.wait -= 1
+        elif near(position, margin + AHEAD_M)[0]:
+            free.wait = ASKS
+        else:
+            free.centre, free.radius_m = place, margin + AHEAD_M
+        return False
 
 
 def _numbers(wrench: Wrench, rows: int) -> NDArray[np.float64]:

@@ -44,7 +44,7 @@ class Endings:
         """
         last = trajectory.last()
         sound = _sound(last)
-        if sound and not self._episodes.over.any():
+        if sound and not self._episodes.any_over:
             run.row = last
             return trajectory
         motion = trajectory.numpy()

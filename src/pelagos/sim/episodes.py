@@ -25,6 +25,7 @@ class Episodes:
         number: `(n,)`, 0 after a reset of the whole fleet.
         began: `(n,)` tick of its first state.
         ended: `(n,)` first tick at which its state was not finite any more; far away while it goes on.
+        any_over: an episode has ended by itself; asked for in every tick.
     """
 
     def __init__(self, n: int, first_environment: int) -> None:
@@ -32,6 +33,7 @@ class Episodes:
         self.number = np.zeros(n, dtype=np.int64)
         self.began = np.zeros(n, dtype=np.int64)
         self.ended = np.full(n, _NEVER)
+        self.any_over = False
         self._names: tuple[Array, Array] | None = None
 
     @property
@@ -42,17 +44,20 @@ class Episodes:
     def restart(self, number: int = 0) -> None:
         """All copies begin this episode at tick 0."""
         self.number[:], self.began[:], self.ended[:] = number, 0, _NEVER
+        self.any_over = False
         self._names = None
 
     def begin(self, where: NDArray[np.bool_], tick: int) -> None:
         """Some copies begin their next episode at a tick."""
         self.number[where] += 1
         self.began[where], self.ended[where] = tick, _NEVER
+        self.any_over = bool(self.over.any())
         self._names = None
 
     def end(self, copies: NDArray[np.intp], ticks: NDArray[np.int64]) -> None:
         """The episodes of some copies have ended at these ticks."""
         self.ended[copies] = np.minimum(self.ended[copies], ticks)
+        self.any_over = bool(self.over.any())
 
     def names(self) -> tuple[Array, Array]:
         """By copy, what its random streams are named by, and the tick from which their moments count, `UInt32`."""
@@ -68,6 +73,7 @@ class Episodes:
     def recall(self, memory: Mapping[str, Any]) -> None:
         """Go on from there."""
         self.number, self.began, self.ended = (memory[k].copy() for k in ("number", "began", "ended"))
+        self.any_over = bool(self.over.any())
         self._names = None
 
 

@@ -352,7 +352,7 @@ class Stepper:
                 self._answer(ticks)
                 self._in_own_current(batch)
                 one = Sampled(batch.members, sensor, ticks, self._ask(sensor, self._lanes_of(batch, ticks)))
-                sampled.append(one.without(self.episodes.ended) if self.episodes.over.any() else one)
+                sampled.append(one.without(self.episodes.ended) if self.episodes.any_over else one)
                 require_finite(sampled[-1], self._model.n, self._model.clock.dt_ns, self._uncovered)
                 if due is None:
                     self.missions.hear(sampled[-1])

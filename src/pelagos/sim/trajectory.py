@@ -51,7 +51,7 @@ class Trajectory:
 
     def numpy(self) -> NDArray[np.float64]:
         """`(ticks, n, CHANNELS)`."""
-        return np.array(self.packed).reshape(self.ticks, self.n, CHANNELS)
+        return np.asarray(self.packed.numpy().copy().reshape(self.ticks, self.n, CHANNELS))
 
     def last(self) -> NDArray[np.float64]:
         """`(n, CHANNELS)` at the last tick."""

@@ -21,6 +21,7 @@ import numpy as np
 
 from pelagos.drawing.sample import CLOUDS, DRAWN, WATERFALLS, sample_of
 from pelagos.sensors.sensor import Reading, SensorConfig
+from pelagos.sim.garbage import StepperCollects
 from pelagos.sim.simulation import Simulation
 from pelagos.sim.watch import Heard
 from pelagos.viewer.frame import Frame, Placed, Pose, between
@@ -30,8 +31,6 @@ EVERY_S: Final = 0.1
 _EVERY_ONE: Final = (*WATERFALLS, *CLOUDS, "mechanical_scanning_sonar")
 _MOST: Final = 60  # readings of one sensor that wait
 _POSES: Final = 400
-_SOME: Final = 10  # frames between two collections of the middle generation
-_FULL: Final = 600  # and of all
 _MANY: Final = 20  # agents: of more, poses are kept only when a frame is due
 
 
@@ -41,6 +40,7 @@ class Live:
     Attributes:
         sensors: configurations by "agent.sensor".
         status: gives the run's status, called by the step thread with every frame.
+        garbage: collected with frames, while it is open.
     """
 
     def __init__(self, sim: Simulation, *, copy: int = 0) -> None:
@@ -50,13 +50,13 @@ class Live:
             f"{a}.{s}": m.config for a, agent in agents.items() for s, m in agent.sensors.items()
         }
         self.status: Callable[[], Mapping[str, Any]] = dict
+        self.garbage = StepperCollects()
         self._poses: dict[str, deque[tuple[int, Pose]]] = {name: deque(maxlen=_POSES) for name in agents}
         self._readings: dict[str, deque[Reading]] = {}
         self._waiting: Frame | None = None
         self._raw: dict[str, list[Reading]] = {}
         self._some = threading.Condition()
         self._at = 0.0
-        self._shown = 0
         self._last_ns = -1
         self._jump = False
 
@@ -82,9 +82,8 @@ class Live:
     def show(self) -> None:
         """Make a frame of now: at the end of a block, or where the simulation stands still."""
         self._at = time.monotonic()
-        self._shown += 1
         if not gc.isenabled():
-            gc.collect(2 if self._shown % _FULL == 0 else self._shown % _SOME == 0)
+            self.garbage.collect()
         sim = self._sim
         t_ns = sim.time_ns
         if not any(poses and poses[-1][0] == t_ns for poses in self._poses.values()):
@@ -162,16 +161,3 @@ def own(reading: Reading, row: int) -> Reading:
     data, valid = (np.array(v[row : row + 1]) for v in (reading.data, reading.valid))
     extras = {name: np.array(reading.extras[name][row : row + 1]) for name in DRAWN if name in reading.extras}
     return Reading(data, data, reading.t_ns, reading.frame, valid, extras)
-
-
-class StepperCollects:
-    """While it is open, cyclic garbage is collected by `Live.show` alone; see the module's docstring."""
-
-    def __init__(self) -> None:
-        self._was = gc.isenabled()
-        gc.disable()
-
-    def close(self) -> None:
-        """As it was before."""
-        if self._was:
-            gc.enable()

@@ -15,7 +15,7 @@ from pelagos.errors import InputError
 from pelagos.sim.guidance.outline import outline
 from pelagos.sim.simulation import Simulation
 from pelagos.viewer.currents import arrows
-from pelagos.viewer.live import Live, StepperCollects
+from pelagos.viewer.live import Live
 from pelagos.viewer.orders import Orders, plain_name
 from pelagos.viewer.pilot import Pilot
 from pelagos.viewer.section import sections
@@ -77,14 +77,14 @@ class Session:
 
     def run(self) -> None:
         """Step and serve until `close`, or Ctrl-C."""
-        collects = StepperCollects()
+        self.live.garbage.open()
         self.view.start()
         try:
             self.pilot.run()
         finally:
             self.pilot.end_recording()
             self.view.close()
-            collects.close()
+            self.live.garbage.close()
 
     def start(self) -> Session:
         """The same in a thread of its own."""
@@ -161,7 +161,8 @@ class Watch:
         watching.say = lambda text: self.view.hub.say(text, kind="error")
         self.view.show_bodies_of(sim.bodies)
         self._watching = contextlib.ExitStack()
-        self._watching.callback(StepperCollects().close)
+        self.live.garbage.open()
+        self._watching.callback(self.live.garbage.close)
         self._watching.enter_context(sim.watch(self.live.heard))
         self.live.show()
         self.view.start()

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import select
 import socket
 import tty
 from collections import Counter
@@ -123,8 +122,8 @@ class PtyPort:
 
     def close(self) -> None:
         """See `Port`."""
-        if self._link is not None and self._link.is_symlink():
-            self._link.unlink()
+        if self._link is not None and self._link.is_symlink() and os.readlink(self._link) == os.ttyname(self._theirs):
+            self._link.unlink()  # not another run's, which has taken the name
         os.close(self._ours)
         os.close(self._theirs)
 
@@ -151,10 +150,11 @@ class TcpPort:
         """See `Port`."""
         self._accept()
         found: list[tuple[object, bytes]] = []
-        ready = select.select(self._peers, [], [], 0)[0] if self._peers else []
-        for peer in ready:
+        for peer in list(self._peers):
             try:
                 raw = peer.recv(65536)
+            except BlockingIOError:
+                continue
             except OSError:
                 raw = b""
             if raw:

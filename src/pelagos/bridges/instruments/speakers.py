@@ -41,7 +41,7 @@ class NmeaGps(_Silent):
             return nmea.no_fix(at)
         motion = motion_of(self.place.sim, self.place.agent)
         latitude, longitude, height = (float(v) for v in reading.data[0])
-        north, east, _ = motion.velocity.tolist()
+        north, east, _ = motion.velocity
         speed, course = math.hypot(north, east), math.degrees(math.atan2(east, north))
         return (
             nmea.gga(at, latitude, longitude, height)
@@ -96,7 +96,7 @@ class _Dvl(_Silent):
         """By the log's own compass and inclinometers."""
         motion = motion_of(self.place.sim, self.place.agent)
         roll, pitch, yaw = (math.degrees(a) for a in motion.euler)
-        return teledyne.Attitude(yaw, pitch, roll, float(motion.position[2]))
+        return teledyne.Attitude(yaw, pitch, roll, motion.position[2])
 
     def down(self) -> tuple[float, ...]:
         """The downward part of each beam's direction."""
@@ -111,8 +111,15 @@ class WaterLinkedJson(_Dvl):
         return waterlinked.report(dvl, self.before_ns)
 
 
+_LONGEST_COMMAND: Final = 256
+
+
 class WaterLinkedSerial(_Dvl):
     """See `waterlinked.serial_report`."""
+
+    def __init__(self, place: Place) -> None:
+        super().__init__(place)
+        self._begun = b""  # a command whose end has not come yet
 
     def say(self, dvl: DvlVelocity) -> bytes:
         """See `_Dvl`."""
@@ -121,7 +128,9 @@ class WaterLinkedSerial(_Dvl):
     def answer(self, raw: bytes) -> bytes:
         """The protocol's version, to `wcv`; anything else is an unknown command."""
         out = b""
-        for line in raw.split(b"\n"):
+        *lines, begun = (self._begun + raw).replace(b"\r", b"\n").split(b"\n")
+        self._begun = begun[-_LONGEST_COMMAND:]
+        for line in lines:
             command = line.strip().partition(b"*")[0]
             if command == b"wcv":
                 out += waterlinked.serial_sentence("wrv,2.5.0")
