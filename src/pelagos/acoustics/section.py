@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import Final
 
 import numpy as np
@@ -61,6 +62,15 @@ class Section:
         return np.asarray(np.interp(np.asarray(x, np.float64), self.bottom_x, self.bottom_depth))
 
 
+class Sections(tuple[Section, ...]):
+    """Sections that are traced more than once, with the tables that the first one makes."""
+
+    @cached_property
+    def tables(self) -> tuple[Water, Floor]:
+        """See `on_device`."""
+        return _tables(self)
+
+
 def mirrored(section: Section, reach: float) -> Section:
     """The same between source and `reach` [m], seen from there: distances are counted backwards from it."""
     inside = section.bottom_x < reach
@@ -86,15 +96,15 @@ def mirrored(section: Section, reach: float) -> Section:
     )  # fmt: skip
 
 
-def on_device(sections: Sequence[Section], *, nodes: int | None = None) -> tuple[Water, Floor]:
-    """Sections as rows of tables.
+def on_device(sections: Sequence[Section]) -> tuple[Water, Floor]:
+    """Sections as rows of tables, with as many nodes and columns as the longest one has."""
+    return sections.tables if isinstance(sections, Sections) else _tables(sections)
 
-    Args:
-        nodes: of each bottom; the most that one has where not given.
-    """
+
+def _tables(sections: Sequence[Section]) -> tuple[Water, Floor]:
     columns = max(len(s.begins) for s in sections)
-    profiles = [_levels(s, columns) for s in sections]
-    count = max(len(s.bottom_x) for s in sections) if nodes is None else nodes
+    profiles = _profiles(sections, columns)
+    count = max(len(s.bottom_x) for s in sections)
     bubbles = [float(bubble_loss_db(1.0, s.frequency, s.wind_speed)) if s.wind_speed > 0 else 0.0 for s in sections]
     floors = [_floor(s, count) for s in sections]
     tables = [np.concatenate(p) for part in (profiles, floors) for p in zip(*part, strict=True)]
@@ -121,6 +131,18 @@ def thinned(
             break
         kept = sorted({*kept, worst})
     return np.array(kept)
+
+
+def _profiles(sections: Sequence[Section], columns: int) -> list[list[NDArray[np.float64]]]:
+    """See `_levels`; those that share their arrays are made once."""
+    known: dict[tuple[float, ...], list[NDArray[np.float64]]] = {}
+    made = []
+    for s in sections:
+        key = (*(id(a) for a in (s.depth, s.speed, s.absorption, s.begins)), float(np.max(s.bottom_depth)))
+        if key not in known:
+            known[key] = _levels(s, columns)
+        made.append(known[key])
+    return made
 
 
 def _levels(section: Section, columns: int) -> list[NDArray[np.float64]]:

@@ -22,6 +22,7 @@ from pelagos.sensors.sensor import Kinematics, Measurement, SensorConfig, Sensor
 
 _PASCAL = 1e-6  # [Pa/uPa]
 _TAPER = 0.1  # of a pulse, at each end
+_MARGIN_S = 1e-6  # far above the rounding of times, far below a pulse
 _QUIET_DB = 60.0  # below the loudest, from which paths are left out
 
 Place = tuple[float, float, float]
@@ -149,6 +150,9 @@ class Hydrophone:
             back = attitude[row : row + 1] * [1.0, -1.0, -1.0, -1.0]
             ahead = rotate_np(back, found.arrival[k : k + 1])[0]
             late = self._elements @ ahead / found.speed[a.path[k], 1]  # (elements,)
+            began = t - a.delay[k] - pinger.first_s
+            if _silent(pinger, ratio[k] * self._time[[0, -1]] + began - [late.max(), late.min()]):
+                continue
             # at time t + s the path takes delay - (D - 1) s
             local = ratio[k] * self._time[None] + t - a.delay[k] - late[:, None] - pinger.first_s
             number = np.floor(local / pinger.period_s)
@@ -167,3 +171,9 @@ class Hydrophone:
         key = int.from_bytes(hashlib.blake2b(text, digest_size=16, person=b"pelagos").digest(), "little")
         rng = np.random.Generator(np.random.Philox(key=key))
         return _PASCAL * noise_of(self._density, self._count, c.sample_rate_hz, rng=rng, elements=len(self._elements))
+
+
+def _silent(pinger: PingerConfig, span: NDArray[np.float64]) -> bool:
+    """No pulse lies between two times since the first one began [s]."""
+    latest = math.floor((span[1] + _MARGIN_S) / pinger.period_s)
+    return latest < 0 or latest * pinger.period_s + pinger.pulse_s < span[0] - _MARGIN_S

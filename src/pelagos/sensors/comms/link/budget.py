@@ -29,7 +29,8 @@ class Heard:
         doppler: of the loudest path.
         lost: why nothing comes.
         direction: unit vector NWU towards where the loudest path comes from.
-        waves: directions NWU from which paths come, `(a, 3)`, and their complex amplitudes, within 1/bandwidth.
+        waves: directions NWU from which paths come, `(a, 3)`, and their complex amplitudes, within 1/bandwidth; None
+            where the receiver has no array.
     """
 
     delay_s: float
@@ -54,8 +55,10 @@ def heard(
     loudest = int(np.argmax(level))
     first = float(delay[level >= level[loudest] - _FIRST_DB].min())
     within = (delay >= first - 1e-9) & (delay <= first + port.multipath_window_s)
-    early = (delay >= first - 1e-9) & (delay <= first + 1.0 / port.bandwidth_hz)
-    waves = (-arrival[early], amplitude[early] * np.exp(-2j * math.pi * port.frequency_hz * (delay[early] - first)))
+    waves = None
+    if port.array is not None:
+        early = (delay >= first - 1e-9) & (delay <= first + 1.0 / port.bandwidth_hz)
+        waves = -arrival[early], amplitude[early] * np.exp(-2j * math.pi * port.frequency_hz * (delay[early] - first))
     return Heard(
         first, _sum_db(level[within]), _sum_db(level[~within]), delay_spread(delay, amplitude),
         float(doppler[loudest]), "", waves,

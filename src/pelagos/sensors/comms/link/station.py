@@ -10,6 +10,7 @@ Networking Conf. 9, 134 (1990) (MACA).
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 
 from pelagos.sensors.comms.link.modem_port import ModemPort
@@ -68,13 +69,13 @@ class Station:
 
 
 def next_to_send(
-    station: Station, port: ModemPort, now: int, *, channel_busy: bool, draw: float
+    station: Station, port: ModemPort, now: int, *, channel_busy: Callable[[], bool], draw: Callable[[], float]
 ) -> tuple[Outgoing, int] | None:
     """What a station sends now, and from when [ns]; changes the station.
 
     Args:
         now: [ns].
-        channel_busy: it hears another packet.
+        channel_busy: whether it hears another packet.
         draw: a random number 0 .. 1, for a waiting time.
     """
     if station.busy(now):
@@ -90,7 +91,7 @@ def next_to_send(
     if station.pending is not None:
         if now < station.deadline_ns:
             return None
-        _give_up_or_again(station, port, now, draw)
+        _give_up_or_again(station, port, now, draw())
     if not station.queue or now < station.wait_ns or now < station.silent_ns:
         return None
     head = station.queue[0]
@@ -101,8 +102,8 @@ def next_to_send(
         if slot is None or slot == station.slot or room < length:
             return None
         station.slot = slot
-    elif port.mac in ("csma", "maca") and channel_busy:
-        station.wait_ns = now + round((0.5 + draw) * length)
+    elif port.mac in ("csma", "maca") and channel_busy():
+        station.wait_ns = now + round((0.5 + draw()) * length)
         station.draws += 1
         return None
     station.queue.pop(0)

@@ -159,8 +159,11 @@ class Traffic:
         if not (station.queue or station.replies or station.pending):
             return None
         port = self._ports[k]
-        draw = self._uniform(port.path, f"wait {station.draws}", c)
-        return next_to_send(station, port, now, channel_busy=self._hears(k, c, now), draw=draw)
+        purpose = f"wait {station.draws}"
+        return next_to_send(
+            station, port, now, channel_busy=lambda: self._hears(k, c, now),
+            draw=lambda: self._uniform(port.path, purpose, c),
+        )  # fmt: skip
 
     def _hears(self, k: int, c: int, now: int) -> bool:
         port = self._ports[k]
@@ -376,6 +379,8 @@ class Traffic:
     def clock(self, k: int, c: int, t_ns: int) -> float:
         """What a modem's clock shows [s]."""
         port = self._ports[k]
+        if port.clock_offset_std_s == 0.0 and port.clock_drift_std_ppm == 0.0:
+            return t_ns * 1e-9
         offset, drift = self._normals(port.path, "clock", c, 2)
         t = (t_ns - self._stations[k][c].begin_ns) * 1e-9
         error = float(offset) * port.clock_offset_std_s + float(drift) * port.clock_drift_std_ppm * 1e-6 * t

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any, Final
+from typing import Any, Final, TypeAlias
 
 import drjit as dr
 import numpy as np
@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from pelagos import jit
 from pelagos.acoustics.absorption import francois_garrison
 from pelagos.acoustics.eigenrays import Arrivals, eigenrays
-from pelagos.acoustics.section import Section, thinned
+from pelagos.acoustics.section import Section, Sections, thinned
 from pelagos.acoustics.transmission_loss import ray_depths
 from pelagos.jit import Array
 from pelagos.ocean.ocean import Ocean
@@ -39,6 +39,8 @@ _GROUND: Final = frozenset({4, 5, 6, 7, 8})  # labels of ground: the rays have m
 _LEGS: Final = 24  # into which a ray is divided to see what stands in its way
 _ENDS: Final = [0, NODES - 1]
 _STRAIGHT: Final = 1e-3  # [m] by which a bottom may depart from a straight line that stands for it
+
+_Levels: TypeAlias = "tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]"
 
 
 @dataclass(frozen=True)
@@ -79,11 +81,12 @@ class WaterPaths:
         self._wind = surface_wind(ocean)[0]
         self._palette: Sequence[Material] = world.palette
         self._only_ground = all(g.label in _GROUND for g in world.geometries)
+        self._cuts: dict[int, _Levels] = {}  # of the column, by the number of levels above the bottom
         self._column = self._column_levels() if isinstance(ocean.masses, WaterColumn) else None
 
     def sections(
         self, source: NDArray[np.float64], receiver: NDArray[np.float64], t: float, copy: NDArray[np.int64]
-    ) -> list[Section]:
+    ) -> Sections:
         """Vertical sections between pairs of places `(m, 3)` [m] at time `t` [s]."""
         level = self.level(t)
         x, bottom, material = self._bottoms(source, receiver, level, copy)
@@ -103,7 +106,7 @@ class WaterPaths:
                     begins=begins,
                 )
             )  # fmt: skip
-        return made
+        return Sections(made)
 
     def level(self, t: float) -> float:
         """Of the sea at a time [m]; waves left out."""
@@ -235,15 +238,15 @@ class WaterPaths:
         )  # fmt: skip
         return {name: values[:count] for name, values in found.items()}
 
-    def _levels(
-        self, source: NDArray[np.float64], receiver: NDArray[np.float64], t: float, bottom: float
-    ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+    def _levels(self, source: NDArray[np.float64], receiver: NDArray[np.float64], t: float, bottom: float) -> _Levels:
         """Depths down to the bottom [m], sound speed [m/s] and absorption [dB/m] by column, where columns begin [m]."""
         if self._column is not None:
             depth, speed, absorption = self._column
             last = min(int(np.searchsorted(depth, bottom)) + 1, len(depth))
-            rows = thinned(depth[:last], speed[:last], levels=_LEVELS) if last > _LEVELS else np.arange(last)
-            return depth[rows], speed[rows], absorption[rows], np.zeros(1)
+            if last not in self._cuts:
+                rows = thinned(depth[:last], speed[:last], levels=_LEVELS) if last > _LEVELS else np.arange(last)
+                self._cuts[last] = depth[rows], speed[rows], absorption[rows], np.zeros(1)
+            return self._cuts[last]
         depth = np.concatenate([[0.0], np.geomspace(0.5, max(bottom, 2.0), _SAMPLES - 1)])
         share = np.linspace(0.0, 1.0, _COLUMNS)
         speed, absorption = self._asked(source + share[:, None] * (receiver - source), depth, t)
