@@ -120,6 +120,19 @@ def test_two_way_range() -> None:
     assert response.depth_m == pytest.approx(30.0, abs=0.5)
 
 
+def test_a_request_to_all_gives_the_range_of_each_that_answers() -> None:
+    """Three at 300, 800 and 1300 m: headers of 0.6 s that come back 0.67 s one after the other do not meet."""
+    others = {"b": (300.0, 0.0, 30.0), "c": (-800.0, 0.0, 30.0), "d": (0.0, 1300.0, 30.0)}
+    sim = pl.Simulation.load(scenario({"a": (0.0, 0.0, 20.0), **others}))
+    sim.send("a", "modem", b"", to="*", kind="request")
+    packets, _ = listen(sim, 6.0)
+    ranges = {p.sender: p.range_m for p in packets["a"]}
+    assert sorted(ranges) == ["b.modem", "c.modem", "d.modem"]
+    for name, (x, y, _) in others.items():
+        way = float(np.hypot(np.hypot(x, y), 10.0))
+        assert ranges[f"{name}.modem"] == pytest.approx(way * 1500 / 1497.0, rel=3e-3)
+
+
 def test_clocks_drift() -> None:
     """One-way times have the difference of both clocks: offset 10 ms each, so its scatter is 14 ms."""
     sim = pl.Simulation.load(scenario(TWO, clock_offset_std_s=0.01), n=60)

@@ -176,4 +176,4 @@ class Hydrophone:
 def _silent(pinger: PingerConfig, span: NDArray[np.float64]) -> bool:
     """No pulse lies between two times since the first one began [s]."""
     latest = math.floor((span[1] + _MARGIN_S) / pinger.period_s)
-    return latest < 0 or latest * pinger.period_s + pinger.pulse_s < span[0] - _MARGIN_S
+    return bool(latest < 0 or latest * pinger.period_s + pinger.pulse_s < span[0] - _MARGIN_S)

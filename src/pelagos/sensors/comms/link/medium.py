@@ -111,8 +111,8 @@ class Medium:
         for port in (p for p in ports if p.address >= 0):
             if port.address in taken:
                 raise ScenarioError(
-                    f"address {port.address} is that of {taken[port.address]} already; addresses are unique; "
-                    "without `address` each modem has its own"
+                    f"{port.path}: address {port.address} is that of {taken[port.address]} already; addresses are "
+                    "unique; without `address` each modem has its own"
                 )
             taken[port.address] = port.path
         free = (a for a in range(_ADDRESSES) if a not in taken)
@@ -122,7 +122,8 @@ class Medium:
             assert port.mmsi is not None
             if port.mmsi in ships:
                 raise ScenarioError(
-                    f"MMSI {port.mmsi} is that of {ships[port.mmsi]} already; without `mmsi` each ship has its own"
+                    f"{port.path}: MMSI {port.mmsi} is that of {ships[port.mmsi]} already; without `mmsi` each ship "
+                    "has its own"
                 )
             ships[port.mmsi] = port.path
         unused = (number for number in count(FIRST_MMSI) if number not in ships)

@@ -26,6 +26,7 @@ from pelagos.sensors.comms.link.packet import BROADCAST, Fate, Incoming, Kind, O
 from pelagos.sensors.comms.link.station import SECOND, Station, next_to_send
 
 _REPORTS_S: Final = 10.0  # within which those that report by themselves begin
+_ASKED: Final = 64  # requests whose answers are still turned into ranges
 _KEPT_NS: Final = 30 * SECOND  # for which packets are kept that may have disturbed others
 
 
@@ -188,7 +189,7 @@ class Traffic:
             station.sent += 1
             clock = self.clock(k, c, start)
             if outgoing.kind == "request":
-                station.asked[outgoing.number] = clock
+                station.asked = {**dict(list(station.asked.items())[1 - _ASKED :]), outgoing.number: clock}
             depth = -float(poses[k].position[c, 2])
             sent.append(Transmission(outgoing.number, outgoing, k, c, start, end, clock, depth))
         for kind in sorted({self._ports[t.sender].kind for t in sent}):
@@ -325,7 +326,7 @@ class Traffic:
         distance = math.nan
         if t.outgoing.kind == "response" and t.outgoing.reply_to in station.asked:
             turned = port.turnaround_s + port.duration_s(0, "request")
-            distance = 0.5 * (here - station.asked.pop(t.outgoing.reply_to) - turned) * port.sound_speed_mps
+            distance = 0.5 * (here - station.asked[t.outgoing.reply_to] - turned) * port.sound_speed_mps
         self._answer(i, station, sender)
         if t.outgoing.kind in ("ack", "rts", "cts"):
             return
