@@ -127,7 +127,7 @@ def resident_mb() -> float:
 
 
 def child(name: str, count: int) -> None:
-    """Run one soak; a line of JSON for each sample: units done, MB, ms of the processor a unit since the last sample."""
+    """Run one soak; a line of JSON for each sample: units done, MB, CPU ms a unit since the last sample."""
     before, began = 0, time.process_time()  # of the processor: what else runs on the machine is no matter
     for done in SOAKS[name].work(count):
         now = time.process_time()

@@ -69,8 +69,15 @@ def test_yaml_files(tmp_path):
     path.write_text("- 1\n")
     with pytest.raises(ScenarioError, match="mapping"):
         Vehicle.from_yaml(path)
-    with pytest.raises(ScenarioError, match="cannot be read"):
+    with pytest.raises(ScenarioError, match="no such file"):
         Vehicle.from_yaml(tmp_path / "none.yaml")
+
+
+def test_a_strangers_vehicle_runs_no_code_unless_told(tmp_path):
+    path = tmp_path / "mine.yaml"
+    path.write_text("type: remus100\nterms: {drag: {type: function, target: 'os:getcwd'}}\n")
+    with pytest.raises(ScenarioError, match="code that the scenario wants to run"):
+        Vehicle.from_yaml(path)
 
 
 @pytest.mark.parametrize(

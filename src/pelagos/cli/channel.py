@@ -13,7 +13,7 @@ from rich.table import Table
 
 from pelagos.cli.console import out as console
 from pelagos.cli.console import shown
-from pelagos.config.loader import load_scenario
+from pelagos.cli.trusted import load
 from pelagos.errors import InputError
 
 _ROWS = 20
@@ -21,7 +21,7 @@ _ROWS = 20
 
 def show_channel(
     path: Path, changes: Sequence[str], ends: tuple[str, str], *, frequency_hz: float, at_s: float, out: Path | None,
-    as_json: bool,
+    as_json: bool, trust: bool = False,
 ) -> None:  # fmt: skip
     """Print arrivals, and draw them where `out` names a file.
 
@@ -32,7 +32,7 @@ def show_channel(
         raise InputError(f"--out {out}: give a file that ends in .png, in a folder that exists")
     if not at_s >= 0:
         raise InputError(f"--at {at_s}: a time from 0 on [s]")
-    scenario = load_scenario(path, changes=changes)
+    scenario = load(path, changes, trust=trust)
     from pelagos.sim.channel import channel
     from pelagos.sim.simulation import Simulation
 

@@ -8,14 +8,14 @@ from pathlib import Path
 from rich.markup import escape
 
 from pelagos.cli.console import out
+from pelagos.cli.trusted import load
 from pelagos.config import registry
-from pelagos.config.loader import load_scenario
 
 
-def print_sources(path: Path | None) -> None:
+def print_sources(path: Path | None, *, trust: bool = False) -> None:
     """Print the sources of every component, or of those that a scenario uses."""
     for kind in ("vehicle", "sensor"):
-        names = registry.entries(kind) if path is None else _used(path, kind)
+        names = registry.entries(kind) if path is None else _used(path, kind, trust)
         for name in names:
             component = registry.find(kind, name).load()
             sources = tuple(getattr(component, "SOURCES", ()))
@@ -25,8 +25,8 @@ def print_sources(path: Path | None) -> None:
                 out.print(f"  {escape(source)}")
 
 
-def _used(path: Path, kind: registry.Kind) -> Iterable[str]:
-    agents = load_scenario(path).members.values()
+def _used(path: Path, kind: registry.Kind, trust: bool) -> Iterable[str]:
+    agents = load(path, trust=trust).members.values()
     if kind == "vehicle":
         return sorted({agent.vehicle.type for agent in agents})
     return sorted({config.type for agent in agents for config in agent.sensors.values()})

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import contextlib
+import os
+import signal
 import sys
 import warnings
 from collections.abc import Sequence
@@ -12,6 +15,7 @@ from typing import Annotated
 import typer
 
 from pelagos.cli import dataset_options, fit_noise, learn_options, recording_options
+from pelagos.cli.signals import SIGNAL_CODE, leave_at_once
 
 app = typer.Typer(
     name="pelagos",
@@ -303,11 +307,12 @@ def channel(
     ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print the arrivals as JSON.")] = False,
     change: Changes = None,
+    trust: Trust = False,
 ) -> None:
     """Trace sound between two places of a scenario: rays, arrivals, transmission loss."""
     from pelagos.cli.channel import show_channel
 
-    show_channel(scenario, change or [], (a, b), frequency_hz=frequency, at_s=at, out=out, as_json=as_json)
+    show_channel(scenario, change or [], (a, b), frequency_hz=frequency, at_s=at, out=out, as_json=as_json, trust=trust)
 
 
 @app.command("list", epilog="Examples:\n\n    pelagos list sensors\n\n    pelagos list sensors camera")
@@ -452,11 +457,12 @@ def cite(
     scenario: Annotated[
         Path | None, typer.Argument(metavar="[SCENARIO]", help="Only what this scenario uses.", show_default=False)
     ] = None,
+    trust: Trust = False,
 ) -> None:
     """Print the sources of the models, to cite them."""
     from pelagos.cli.cite import print_sources
 
-    print_sources(scenario)
+    print_sources(scenario, trust=trust)
 
 
 learn_options.enter(app)
@@ -500,7 +506,25 @@ def holoocean(
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
-    """Run the command and leave the program: 0 done, 2 wrong input, 1 anything else, 130 stopped by Ctrl-C."""
+    """Run the command and leave the program: 0 done, 2 wrong input, 1 anything else, 130 stopped by Ctrl-C.
+
+    Without `arguments` the process is the command's own, and a signal ends it without the interpreter's own tidying up:
+    an import or a compilation that was cut short can make that crash.
+    """
+    if arguments is None and sys.argv[1:2] == ["run"]:
+        leave_at_once()
+    try:
+        _main(arguments)
+    except SystemExit as end:
+        if arguments is None and isinstance(end.code, int) and end.code > SIGNAL_CODE:
+            with contextlib.suppress(OSError, ValueError):  # whoever reads may be gone
+                sys.stdout.flush()
+                sys.stderr.flush()
+            os._exit(end.code)
+        raise
+
+
+def _main(arguments: Sequence[str] | None) -> None:
     given = list(sys.argv[1:] if arguments is None else arguments)
     from pelagos.cli.console import show_warning
     from pelagos.errors import InputError, PelagosError
@@ -511,7 +535,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
                 warnings.showwarning = show_warning
             app(_program_apart(given), prog_name="pelagos")
     except KeyboardInterrupt:
-        sys.exit(130)
+        sys.exit(SIGNAL_CODE + signal.SIGINT)
     except BrokenPipeError:
         sys.stderr.close()
         sys.exit(1)
@@ -528,7 +552,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
         if "--debug" in given:
             raise
         if interrupted(error):
-            sys.exit(130)
+            sys.exit(SIGNAL_CODE + signal.SIGINT)
         if not isinstance(error, OSError):
             raise
         from pelagos.cli.console import show_error

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import signal
 import sys
 import threading
@@ -15,11 +16,31 @@ PATIENCE: Final = 5  # signals that are answered in words; the next one ends the
 SIGNAL_CODE: Final = 128  # exit code of a process that a signal ended, less the signal's number
 
 
+def leave_at_once() -> None:
+    """From now on a signal ends this process on the spot: nothing has been written yet that could be lost.
+
+    A KeyboardInterrupt would be raised within whatever runs: where native code has called back, as imports and the
+    recording of kernels do, that can end in `std::terminate`.
+    """
+    for number in _numbers():
+        if signal.getsignal(number) is not signal.SIG_IGN:  # as nohup asks
+            signal.signal(number, _leave)
+
+
+def _leave(number: int, frame: FrameType | None) -> None:
+    os._exit(SIGNAL_CODE + number)
+
+
+def _numbers() -> set[int]:
+    return {getattr(signal, name) for name in NAMES if hasattr(signal, name)}
+
+
 class Stopping:
     """Takes signals within a `with` block of the main thread.
 
-    While nothing runs, the first signal raises KeyboardInterrupt. From `guard` on it calls what `guard` was given, and
-    all that follow say that the end is on its way: index, report and statistics are written.
+    While nothing runs, the first signal raises KeyboardInterrupt, or ends the process after `leave_at_once`. From
+    `guard` on it calls what `guard` was given, and all that follow say that the end is on its way: index, report and
+    statistics are written.
 
     Attributes:
         signal: the first that came, None so far.
@@ -61,6 +82,8 @@ class Stopping:
     def _take(self, number: int, frame: FrameType | None) -> None:
         self._count += 1
         first, self.signal = self.signal is None, number if self.signal is None else self.signal
+        if self._stop is None and self._before.get(number) is _leave:
+            _leave(number, frame)
         if self._stop is None or self._count > PATIENCE:
             raise KeyboardInterrupt
         self._stop()
@@ -72,7 +95,7 @@ class Stopping:
 
     def __enter__(self) -> Self:
         if threading.current_thread() is threading.main_thread():
-            for number in {getattr(signal, name) for name in NAMES if hasattr(signal, name)}:
+            for number in _numbers():
                 if signal.getsignal(number) is not signal.SIG_IGN:  # as nohup asks
                     self._before[number] = signal.signal(number, self._take)
         return self

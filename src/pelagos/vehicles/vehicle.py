@@ -11,11 +11,11 @@ from typing import Any
 
 import drjit as dr
 import numpy as np
-import yaml
 from numpy.typing import ArrayLike, NDArray
 from pydantic import ValidationError
 
 from pelagos import jit
+from pelagos.config.document import read_document
 from pelagos.errors import CommandError, LookupFailed, ScenarioError
 from pelagos.hydro.algebra import Vector, add, minus, scaled
 from pelagos.jit import Array
@@ -85,19 +85,24 @@ class Vehicle:
             raise ScenarioError(_explain(error), where=where or f"vehicle {data.get('type', '?')}") from None
 
     @classmethod
-    def from_yaml(cls, path: str | Path) -> Vehicle:
+    def from_yaml(cls, path: str | Path, *, trust: bool = False) -> Vehicle:
         """From a YAML file with the keys of `VehicleConfig`.
 
+        Args:
+            path: of the file.
+            trust: let it name functions of Python to call ("module:function"): such a file is a program.
+
         Raises:
-            ScenarioError: the file cannot be read, or a key cannot be.
+            ScenarioError: the file cannot be read, a key cannot be, or it names a function and is not trusted.
         """
-        try:
-            data = yaml.safe_load(Path(path).read_text(encoding="utf-8"))
-        except (OSError, yaml.YAMLError) as error:
-            raise ScenarioError(f"cannot be read: {error}", where=str(path)) from error
-        if not isinstance(data, Mapping):
+        document = read_document(Path(path))
+        if not isinstance(document.data, Mapping):
             raise ScenarioError("must be a mapping of keys", where=str(path))
-        return cls.from_dict(data, where=str(path))
+        context = {"folder": document.folder, "bounds": document.folder, "trust": trust}
+        try:
+            return cls(VehicleConfig.model_validate(document.data, context=context))
+        except ValidationError as error:
+            raise ScenarioError(_explain(error), where=str(path)) from None
 
     @classmethod
     def from_config(cls, config: VehicleConfig) -> Vehicle:
