@@ -282,6 +282,37 @@ def test_bad_commands_are_refused_counted_and_said_once(sim: pl.Simulation) -> N
     assert len(said) == len(set(said)) == len(counts)
 
 
+@pytest.mark.parametrize(
+    ("order", "told"),
+    [(Order("spawn", "crate", {"shape": "box", "position": [1e300, 0.0, 0.0]}), "position of a spawn order is 1e+300"),
+     (Order("spawn", "crate", {"shape": "box", "position": [0, -(10**400), 0]}), "at most 2.1e"),
+     (Order("spawn", "crate", {"shape": "box", "sise": [1, 1, 1]}), "did you mean 'size'"),
+     (Order("spawn", "crate", {"size": 1.0}), "a prop needs a shape: box"),
+     (Order("state", "rov", {"position": [0.0, 3e7, -5.0]}), "at most 2.1e"),
+     (Order("velocity", "rov", {"values": [0.0, 0.0, -2e9, 0.0, 0.0, 0.0]}), "at most 1e")],
+)  # fmt: skip
+def test_what_cannot_be_reckoned_with_is_refused(sim: pl.Simulation, order: Order, told: str) -> None:
+    """A place as far as 1e300 m would have ended the run."""
+    inbox = Inbox(sim)
+    ticket = inbox.put(order)
+    inbox.drain()
+    assert told in ticket.wait()
+    assert not sim.bodies.bodies
+
+
+def test_an_order_that_is_not_reached_in_time_is_withdrawn(sim: pl.Simulation) -> None:
+    """Its sender has been told that it failed: it must not be done later."""
+    inbox = Inbox(sim)
+    ticket = inbox.put(Order("mode", "rov", {"mode": "pose"}))
+    assert "withdrawn" in ticket.wait(0.01)
+    inbox.drain()
+    assert inbox.obeyed["mode"] == 0
+    done = inbox.put(Order("mode", "rov", {"mode": "pose"}))
+    inbox.drain()
+    assert done.wait(0.01) == ""
+    assert inbox.obeyed["mode"] == 1
+
+
 def test_a_flood_of_commands_leaves_the_newest(sim: pl.Simulation) -> None:
     sim.reset()
     inbox = Inbox(sim)

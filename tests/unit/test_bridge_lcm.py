@@ -7,10 +7,12 @@ import math
 import subprocess
 import sys
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
+from test_bridge_messages import config_of, measurement, reading
 
 import pelagos as pl
 from pelagos.bridges.exchange import Exchange
@@ -19,7 +21,7 @@ from pelagos.messages.store import deserialize, make, serialize, vector3
 
 pytest.importorskip("lcm")
 
-from pelagos.bridges.lcm_transport import LcmConfig, payload
+from pelagos.bridges.lcm_transport import STRUCTURES, LcmConfig, payload
 
 
 @pytest.fixture(scope="module")
@@ -73,6 +75,25 @@ def test_lcm_gens_own_classes_decode_every_field(classes: Any, name: str) -> Non
             assert got == values[member.name]
         else:
             np.testing.assert_allclose(np.array(got, dtype=float), values[member.name], rtol=1e-6, err_msg=member.name)
+
+
+@pytest.mark.parametrize("kind", sorted(STRUCTURES))
+def test_every_sensor_with_a_structure_fills_it(classes: Any, kind: str) -> None:
+    """Among them pictures of 8 bits, whose numbers are smaller than the structure's."""
+    config = config_of(kind)
+    found = reading(measurement(kind, config, 1))
+    sim: Any = SimpleNamespace(world=SimpleNamespace(origin=SimpleNamespace(to_nwu=lambda place: 2.0 * place)))
+    name, fields = STRUCTURES[kind](found, config, sim)
+    got = getattr(classes, name).decode(encode(name, {"timestamp": 12, **fields}))
+    assert got.timestamp == 12
+    if kind == "camera":
+        np.testing.assert_array_equal(np.array(got.image).reshape(found.data[0].shape), found.data[0])
+
+
+def test_pictures_of_16_bits_are_cut_off_where_the_structure_ends(classes: Any) -> None:
+    picture = np.array([[[3, 32_767], [32_768, 65_535]]], dtype=np.uint16)
+    fields = STRUCTURES["camera"](SimpleNamespace(data=picture[None]), None, None)[1]
+    assert fields["image"].ravel().tolist() == [3, 32_767, 32_767, 32_767]
 
 
 def test_what_is_no_message_of_ours_is_left() -> None:

@@ -36,11 +36,17 @@ class Ticket:
     order: Order
     done: threading.Event = field(default_factory=threading.Event)
     refusal: str = ""
+    _claimed: threading.Lock = field(default_factory=threading.Lock)
+
+    def claim(self) -> bool:
+        """Take it, to do or to withdraw it; False where somebody has."""
+        return self._claimed.acquire(blocking=False)
 
     def wait(self, seconds: float = ANSWER_S) -> str:
-        """The refusal, or an empty text."""
-        if not self.done.wait(seconds):
-            return f"the simulation did not reach a boundary of steps within {seconds:g} s"
+        """The refusal, or an empty text; an order that is not reached in time is withdrawn."""
+        if not self.done.wait(seconds) and self.claim():
+            return f"the simulation did not reach a boundary of steps within {seconds:g} s; the order was withdrawn"
+        self.done.wait()
         return self.refusal
 
 
@@ -125,7 +131,8 @@ class Inbox:
             self._by_key.clear()
             self._posted = False
         for ticket in waiting:
-            self._do(ticket)
+            if ticket.claim():
+                self._do(ticket)
 
     def _timed(self, order: Order) -> Order:
         """A velocity with the time since the last one, which moves a heading on; 0 where the stream had ended."""

@@ -196,7 +196,7 @@ def _camera(r: Any, config: Any, sim: Any) -> tuple[str, dict[str, Any]]:
     picture = np.asarray(r.data[0])
     height, width = picture.shape[:2]
     channels = 1 if picture.ndim == 2 else picture.shape[2]
-    clipped = np.minimum(picture, 32767).astype(np.int16)
+    clipped = np.minimum(picture.astype(np.float64), np.iinfo(np.int16).max).astype(np.int16)
     return "RGBCamera", {"width": width, "height": height, "channels": channels, "image": clipped}
 
 

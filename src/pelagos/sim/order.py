@@ -7,18 +7,22 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from typing import Any, Final, Literal, TypeAlias
 
 from pelagos.errors import CommandError, LookupFailed
 from pelagos.sim.simulation import Simulation
-from pelagos.world.body import Prop
+from pelagos.world.body import SHAPES, Prop
 
 Kind: TypeAlias = Literal[
     "command", "setpoint", "velocity", "wrench", "pose", "waypoint", "mode", "state", "spawn", "remove", "ocean"
 ]
 STREAMS: Final = ("command", "setpoint", "velocity", "wrench", "pose", "waypoint")
 """Kinds of which only the newest counts."""
+LARGEST: Final = 1e9
+"""What numbers of orders may be at most: the squares of larger ones are beyond single precision, soon."""
+FARTHEST_M: Final = 2.1e7
+"""No place on Earth is farther from a world's origin, along the ground [m]."""
 CRUISE_MPS: Final = 1.5
 """Speed towards a waypoint where none was commanded before; that of missions."""
 LEAD_RAD: Final = math.radians(60)
@@ -59,15 +63,18 @@ class Order:
 
 
 def check_finite(order: Order) -> None:
-    """Refuse an order with a number that is not finite.
+    """Refuse an order with a number that is not finite, or so large that nothing could be reckoned with it.
 
     Raises:
         CommandError: names the number.
     """
     for name, value in order.data.items():
+        limit = FARTHEST_M if name == "position" else LARGEST
         for number in value if isinstance(value, list | tuple) else [value]:
             if isinstance(number, float) and not math.isfinite(number):
                 raise CommandError(f"{order.target}: {name} of a {order.kind} order is {number}, not a finite number")
+            if isinstance(number, float | int) and abs(number) > limit:
+                raise CommandError(f"{order.target}: {name} of a {order.kind} order is {number}; at most {limit:g}")
 
 
 def apply(order: Order, sim: Simulation) -> None:
@@ -189,6 +196,12 @@ def _state(order: Order, sim: Simulation) -> None:
 
 
 def _spawn(order: Order, sim: Simulation) -> None:
+    known = [f.name for f in fields(Prop)]
+    for key in order.data:
+        if key not in known:
+            raise LookupFailed("key of a prop", key, known)
+    if "shape" not in order.data:
+        raise CommandError(f"a prop needs a shape: {', '.join(SHAPES)}")
     sim.spawn(Prop(**order.data), name=order.target or None)
 
 
