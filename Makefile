@@ -50,7 +50,7 @@ fuzz: venv llvm ## Fuzz the readers for SECONDS=300 each: scenarios, texts, reco
 soak: venv llvm ## Long runs, to see that memory stays flat: SHARE=1 is a week of simulated time
 	$(BIN)/python scripts/soak.py --share $(or $(SHARE),0.01)
 
-mutants: venv llvm ## Put some 370 mistakes into copies of the source and see that a test notices each
+mutants: venv llvm ## Put some 460 mistakes into copies of the source and see that a test notices each
 	$(BIN)/python scripts/mutants $(LAYERS)
 
 mutants-changed: venv llvm ## The same for the files that differ from REF=origin/main

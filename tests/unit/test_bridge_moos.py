@@ -101,6 +101,7 @@ def test_a_helm_drives_a_vehicle() -> None:
     assert db.heard["NAV_DEPTH"] == pytest.approx(-state.position[0, 2], abs=0.5)
     assert db.heard["NAV_X"] == pytest.approx(-state.position[0, 1], abs=1.5)
     assert db.heard["NAV_Y"] == pytest.approx(state.position[0, 0], abs=1.5)
+    assert db.heard["NAV_YAW"] == pytest.approx(math.pi / 2 + state.euler[0, 2], abs=0.3)  # from east, to the left
     heading = math.degrees(-state.euler[0, 2])
     assert (heading - 30) % 360 < 180  # it turned to starboard
     assert (heading - 30) % 360 > 5
