@@ -10,6 +10,7 @@ PelagosError
 +-- DeviceError         no usable LLVM or GPU, with what to install
 +-- SimulationError     a run went wrong (non-finite state); names vehicle, term and time
 +-- RecordingError      a recording cannot be written or read
+|   +-- NoRecording     a file that was given is no recording, or has not what is asked of it (an InputError too)
 
 Warnings: PelagosWarning <- ValidityWarning (a model used outside its range of validity), MountWarning (a sensor begins
 inside something solid), RecordingWarning (a recording is damaged, and its rest is read), EndedWarning (a copy of a
@@ -66,6 +67,10 @@ class SimulationError(PelagosError):
 
 class RecordingError(PelagosError):
     """A recording cannot be written or read."""
+
+
+class NoRecording(RecordingError, InputError):
+    """A file that was given is no recording, or one without what is to be shown."""
 
 
 class LookupFailed(InputError):

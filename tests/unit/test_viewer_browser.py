@@ -138,7 +138,28 @@ def test_mission_is_seen_held_and_driven(browser: Any, session: Session) -> None
     until(lambda: sim.held_command("auv0")[0][1] > heading + 0.1)  # to starboard: the compass grows
     page.keyboard.up("d")
 
+    eye = np.array(page.evaluate("pelagos.stage.eye"))
+    page.keyboard.press("Shift+ArrowLeft")
+    assert np.linalg.norm(np.array(page.evaluate("pelagos.stage.eye")) - eye) > 0.1
+    far = "Math.hypot(...pelagos.stage.eye.map((v, i) => v - pelagos.stage.target[i]))"
+    before = page.evaluate(far)
+    page.keyboard.press("+")
+    assert page.evaluate(far) == pytest.approx(0.85 * before, rel=1e-6)
+    assert page.evaluate("pelagos.plots.plots[0].own") == "depth"  # its line is the sensor's own truth
+
     box = page.locator("#map").bounding_box()
+    under = "([x, y]) => pelagos.map.world({ clientX: x, clientY: y })"
+    place = [box["x"] + 0.55 * box["width"], box["y"] + 0.4 * box["height"]]
+    held = page.evaluate(under, place)
+    page.mouse.move(*place)
+    page.mouse.wheel(0, -600)
+    until(lambda: page.evaluate("pelagos.map.near") > 2)
+    assert page.evaluate(under, place) == pytest.approx(held, abs=0.5)  # nearer, about the pointer
+    page.mouse.down()
+    page.mouse.move(place[0] + 40, place[1] - 25, steps=3)
+    page.mouse.up()  # a drag shifts the map, and adds no way-point
+    assert page.evaluate(under, [place[0] + 40, place[1] - 25]) == pytest.approx(held, abs=0.5)
+    assert not session.pilot.goals.get("auv0")
     page.mouse.click(box["x"] + 0.6 * box["width"], box["y"] + 0.3 * box["height"])
     goal = until(lambda: session.pilot.goals.get("auv0"))[0]
     asked = page.evaluate(

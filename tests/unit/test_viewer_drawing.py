@@ -9,10 +9,12 @@ import numpy as np
 import pytest
 
 import pelagos as pl
-from pelagos.drawing.sample import sample_of, waterfall_line
+from pelagos.config import registry
+from pelagos.drawing.sample import Sample, sample_of, waterfall_line
 from pelagos.viewer.frame import Pose, between, times
 from pelagos.viewer.ground import CELLS, NestedGrids
 from pelagos.viewer.hull import model_3d
+from pelagos.viewer.panels import Panel
 from pelagos.viewer.sea_surface import SeaSurface
 
 
@@ -123,8 +125,10 @@ def test_samples_of_readings() -> None:
     points = samples["mbes"].points
     assert points is not None
     assert points[:, 2].mean() == pytest.approx(-6.0, abs=0.2)
-    assert samples["mbes"].line is not None
-    assert samples["mbes"].line.shape == (32, 3)
+    swath = samples["mbes"].swath
+    assert swath is not None
+    assert swath.shape == (32,)
+    assert swath == pytest.approx(6.0, abs=0.3)  # below the sonar, not along the beam
 
 
 def test_ground_of_a_harbour_is_drawn_once() -> None:
@@ -142,3 +146,24 @@ def test_ground_of_a_harbour_is_drawn_once() -> None:
     assert len(ground.vertices) > world.terrain.z.size  # else this tests nothing
     faces = sum(len(part.faces) for part in parts_of(world)[0])
     assert faces == sum(len(g.faces) for g in world.still) - len(ground.faces)
+
+
+def test_colours_of_a_multibeam_mean_the_same_depth_in_all_lines() -> None:
+    """The bar holds all lines; two lines at one depth are of one colour; noise on a plain is not relief."""
+    config = registry.find("sensor", "multibeam").config.model_validate({"type": "multibeam", "beams": 16})
+    panel = Panel(config)
+    flat = np.full(16, 7.3, dtype=np.float32) + np.linspace(-0.02, 0.02, 16, dtype=np.float32)
+    panel.take(Sample("a.m", "multibeam", 0, swath=flat))
+    assert panel.scale == pytest.approx((6.3, 8.3), abs=0.01)
+    deep = np.linspace(5.0, 31.0, 16, dtype=np.float32)
+    panel.take(Sample("a.m", "multibeam", 1, swath=deep))
+    panel.take(Sample("a.m", "multibeam", 2, swath=flat))
+    assert panel.scale == pytest.approx(tuple(np.percentile(deep, [3, 97])), abs=1e-4)
+    picture = panel.picture()
+    assert isinstance(picture, np.ndarray)
+    np.testing.assert_array_equal(picture[0], picture[2])
+    assert picture[1, 0].sum() > picture[1, -1].sum() + 200  # deep is dark
+    assert not picture[3:].any()  # no pings yet
+    panel.clear()
+    assert panel.scale is None
+    assert panel.picture() is None

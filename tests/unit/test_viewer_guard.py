@@ -94,6 +94,17 @@ def test_page_is_served_with_the_token_alone(server: Any) -> None:
         assert fetch(f"{base}{path}?token={server.guard.token}")[0] in (403, 404)
 
 
+def test_pages_are_only_got_and_the_server_keeps_its_name_to_itself(server: Any) -> None:
+    with urllib.request.build_opener(urllib.request.HTTPCookieProcessor()).open(server.url, timeout=10) as answer:
+        assert answer.headers["Server"] is None
+    for method in ("POST", "PUT", "DELETE", "OPTIONS"):
+        asked = urllib.request.Request(server.url, method=method)
+        with pytest.raises(urllib.error.HTTPError) as refused, urllib.request.urlopen(asked, timeout=10):
+            pass
+        with refused.value as answer:
+            assert (answer.code, answer.headers["Allow"]) == (405, "GET")
+
+
 def test_websocket_takes_no_strangers_and_late_comers_get_what_is_kept(server: Any) -> None:
     import websockets
 

@@ -10,12 +10,17 @@ import numpy as np
 import pytest
 
 import pelagos as pl
-from pelagos.errors import InputError, LookupFailed, RecordingError
+from pelagos.config import registry
+from pelagos.config.loader import load_scenario
+from pelagos.errors import InputError, LookupFailed, NoRecording
 from pelagos.sim.replay import Recording
 from pelagos.viewer.course import Course
 from pelagos.viewer.film import FilmOptions, make_film
+from pelagos.viewer.frame import Pose, times
 from pelagos.viewer.marks import legs
+from pelagos.viewer.recorded import truth_at
 from pelagos.viewer.replay import Replay, replay_view, subject_of
+from pelagos.world.build import build_world
 
 SCENARIO: dict[str, Any] = {
     "seed": 4, "world": {"type": "flat", "depth_m": 11.0},
@@ -144,7 +149,28 @@ def test_what_cannot_be_shown_is_told_in_one_sentence(tmp_path):
 
     empty = tmp_path / "empty.mcap"
     McapWriter(empty, library="test").close()
-    with pytest.raises(RecordingError, match="this recording has no poses"):
+    with pytest.raises(NoRecording, match="this recording has no poses"):
         replay_view(empty, port=0)
-    with pytest.raises(InputError, match="this recording has no poses"):
+    with pytest.raises(NoRecording, match="this recording has no poses"):
         make_film(empty, tmp_path / "x.mp4", FilmOptions())
+
+
+def test_truth_in_a_recording_is_that_at_the_sensor():
+    """A vehicle on its nose by 30 degrees, rolled: sensors half a metre from its origin see what they see there."""
+    roll, pitch = np.radians([10.0, 30.0])
+    rolled, pitched = (
+        np.array([np.cos(roll / 2), np.sin(roll / 2), 0, 0]), np.array([np.cos(pitch / 2), 0, np.sin(pitch / 2), 0])
+    )  # fmt: skip
+    pose = Pose(np.array([3.0, -4.0, -5.0]), times(pitched, rolled))
+    scenario = load_scenario({"world": {"type": "flat", "depth_m": 12.0}, "agents": {"a": {"vehicle": "remus100"}}})
+    world = build_world(scenario.located_world)
+    at = [0.5, -0.2, -0.1]
+
+    def config(kind: str) -> Any:
+        return registry.find("sensor", kind).config.model_validate({"type": kind, "position_m": at})
+
+    z = -5.0 - 0.5 * np.sin(pitch) + np.cos(pitch) * (-0.2 * np.sin(roll) - 0.1 * np.cos(roll))
+    assert truth_at(config("depth"), pose, world)["depth [m]"] == pytest.approx(-z, abs=1e-12)
+    slant = (12.0 + z) / (np.cos(pitch) * np.cos(roll))
+    assert truth_at(config("altimeter"), pose, world)["range [m]"] == pytest.approx(slant, abs=1e-4)
+    assert truth_at(config("imu"), pose, world) == {}

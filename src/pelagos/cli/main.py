@@ -263,7 +263,7 @@ def view(
         world=world, host=host, port=port, browser=browser, seed=seed, speed=speed, paused=paused, for_s=seconds,
         trust=trust,
     )  # fmt: skip
-    show(file, change or [], options)
+    raise typer.Exit(show(file, change or [], options))
 
 
 @app.command(
@@ -511,7 +511,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     Without `arguments` the process is the command's own, and a signal ends it without the interpreter's own tidying up:
     an import or a compilation that was cut short can make that crash.
     """
-    if arguments is None and sys.argv[1:2] == ["run"]:
+    if arguments is None and sys.argv[1:2] in (["run"], ["view"]):
         leave_at_once()
     try:
         _main(arguments)

@@ -15,6 +15,8 @@ NAMES: Final = ("SIGINT", "SIGTERM", "SIGHUP", "SIGBREAK")  # those that the sys
 PATIENCE: Final = 5  # signals that are answered in words; the next one ends the process
 SIGNAL_CODE: Final = 128  # exit code of a process that a signal ended, less the signal's number
 
+_OF_A_RUN: Final = "ending the run", "the run is being ended: index, report and statistics are on their way"
+
 
 def leave_at_once() -> None:
     """From now on a signal ends this process on the spot: nothing has been written yet that could be lost.
@@ -42,14 +44,19 @@ class Stopping:
     `guard` on it calls what `guard` was given, and all that follow say that the end is on its way: index, report and
     statistics are written.
 
+    Args:
+        max_wall_s: the command may take this long.
+        words: what Ctrl-C is answered with, the first time and after it.
+
     Attributes:
         signal: the first that came, None so far.
         overdue: the wall-clock time that the command may take is over.
     """
 
-    def __init__(self, *, max_wall_s: float | None = None) -> None:
+    def __init__(self, *, max_wall_s: float | None = None, words: tuple[str, str] = _OF_A_RUN) -> None:
         self.signal: int | None = None
         self.overdue = False
+        self._words = words
         self._stop: Callable[[], object] | None = None
         self._count = 0
         self._ends = None if max_wall_s is None else time.monotonic() + max_wall_s
@@ -88,10 +95,7 @@ class Stopping:
             raise KeyboardInterrupt
         self._stop()
         if number == signal.SIGINT:  # others come from programs
-            text = (
-                "ending the run" if first else "the run is being ended: index, report and statistics are on their way"
-            )
-            sys.stderr.write(f"\n{text}\n")
+            sys.stderr.write(f"\n{self._words[not first]}\n")
 
     def __enter__(self) -> Self:
         if threading.current_thread() is threading.main_thread():

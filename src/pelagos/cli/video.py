@@ -8,6 +8,7 @@ from pathlib import Path
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
 from pelagos.cli.console import err, out, shown
+from pelagos.cli.view import must_be_file
 from pelagos.errors import InputError
 
 
@@ -33,6 +34,7 @@ def video(recording: Path, target: Path, options: VideoOptions) -> None:
     asked = [name for name, value in kinds.items() if value not in (None, False)]
     if len(asked) > 1:
         raise InputError(f"one kind of film at a time, not {' and '.join(f'--{name}' for name in asked)}")
+    must_be_file(recording)
     from pelagos.viewer.film import FilmOptions, make_film
 
     kind = asked[0] if asked else "panels"

@@ -2,16 +2,21 @@
 
 from __future__ import annotations
 
+import contextlib
+import os
+import sys
 import threading
 import time
 import webbrowser
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 from pelagos.cli.console import err, out
+from pelagos.cli.signals import Stopping
 from pelagos.cli.trusted import load
 from pelagos.errors import InputError
 
@@ -37,27 +42,44 @@ class ViewOptions:
     trust: bool = False
 
 
-def show(path: Path, changes: Sequence[str], options: ViewOptions) -> None:
-    """Serve the page until Ctrl-C.
+def show(path: Path, changes: Sequence[str], options: ViewOptions) -> int:
+    """Serve the page until Ctrl-C; the exit code.
 
     Raises:
         InputError: the scenario or recording cannot be shown, or the port is taken.
     """
-    if not path.exists():
-        raise InputError(f"{path}: there is no such file")
+    must_be_file(path)
     if not 0 <= options.speed <= 100:
         raise InputError(f"--speed is 0.1 to 100 times the clock, or 0 for as fast as it goes; not {options.speed:g}")
     if path.suffix.lower() == ".mcap":
         if changes or options.world or options.seed is not None:
             raise InputError("a recording is shown as it is: leave out --set, --seed and --world")
-        _replay(path, options)
+        serve: Callable[[Stopping], None] = partial(_replay, path, options)
     elif options.world:
-        _world(path, changes, options)
+        serve = partial(_world, path, changes, options)
     else:
-        _scenario(path, changes, options)
+        serve = partial(_scenario, path, changes, options)
+    with Stopping(words=("ending the view", "the view is being ended: its recording is on its way")) as stopping:
+        serve(stopping)
+    out.print("the view has ended", markup=False)
+    return stopping.exit_code
 
 
-def _scenario(path: Path, changes: Sequence[str], options: ViewOptions) -> None:
+def must_be_file(path: Path) -> None:
+    """See that a scenario or a recording is there.
+
+    Raises:
+        InputError: there is none, or it is a folder; the message names the recording that lies in it.
+    """
+    if path.is_dir():
+        inside = sorted(path.glob("*.mcap"), key=lambda p: (p.name != "mission.mcap", p.name))
+        hint = f"its recording is {inside[0]}" if inside else "give a scenario, or a recording (.mcap)"
+        raise InputError(f"{path}: this is a folder; {hint}")
+    if not path.exists():
+        raise InputError(f"{path}: there is no such file")
+
+
+def _scenario(path: Path, changes: Sequence[str], options: ViewOptions, stopping: Stopping) -> None:
     overrides = {} if options.seed is None else {"seed": options.seed}
     scenario = load(path, changes, overrides=overrides, trust=options.trust)
     with err.status("loading the simulator"):
@@ -69,43 +91,37 @@ def _scenario(path: Path, changes: Sequence[str], options: ViewOptions) -> None:
             sim, results=Path("results") / path.stem, speed=options.speed, paused=options.paused, host=options.host,
             port=options.port,
         )  # fmt: skip
+    stopping.guard(session.pilot.stop_soon)
     say_where(session.url, options)
     _end_after(options.for_s, session.pilot.close)
-    try:
-        session.run()
-    except KeyboardInterrupt:
-        session.close()
-    out.print("the view has ended", markup=False)
+    session.run()
 
 
-def _replay(path: Path, options: ViewOptions) -> None:
+def _replay(path: Path, options: ViewOptions, stopping: Stopping) -> None:
     with err.status("reading the recording"):
         from pelagos.viewer.replay import replay_view
 
         view = replay_view(path, host=options.host, port=options.port, paused=options.paused, speed=options.speed)
-    _serve(view, options)
+    _serve(view, options, stopping)
 
 
-def _world(path: Path, changes: Sequence[str], options: ViewOptions) -> None:
+def _world(path: Path, changes: Sequence[str], options: ViewOptions, stopping: Stopping) -> None:
     scenario = load(path, changes, trust=options.trust)
     with err.status("building the world"):
         from pelagos.viewer.still import world_view
 
         view = world_view(scenario, host=options.host, port=options.port)
-    _serve(view, options)
+    _serve(view, options, stopping)
 
 
-def _serve(view: View, options: ViewOptions) -> None:
+def _serve(view: View, options: ViewOptions, stopping: Stopping) -> None:
     ended = threading.Event()
+    stopping.guard(lambda: None)
     say_where(view.url, options)
     _end_after(options.for_s, ended.set)
-    try:
-        with view.start():
-            while not ended.is_set():
-                time.sleep(_IDLE_S)
-    except KeyboardInterrupt:
-        pass
-    out.print("the view has ended", markup=False)
+    with view.start():
+        while not (ended.is_set() or stopping.asked):
+            time.sleep(_IDLE_S)
 
 
 @contextmanager
@@ -128,13 +144,18 @@ def say_where(url: str, options: ViewOptions) -> None:
         out.print("anybody who has this address can steer the vehicles; its token is printed only here", markup=False)
     opened = False
     if options.browser:
-        try:
-            opened = webbrowser.open(url)
-        except (webbrowser.Error, OSError):
-            opened = False
+        if _has_display():
+            with contextlib.suppress(webbrowser.Error, OSError):
+                opened = webbrowser.open(url)
         if not opened:
             out.print("no browser was found here: open the address in one, or forward the port", markup=False)
     out.print("Ctrl-C ends it", markup=False)
+
+
+def _has_display() -> bool:
+    """Whether a browser would have a screen: one of the terminal cannot show the page, and would take the terminal."""
+    known = ("DISPLAY", "WAYLAND_DISPLAY", "BROWSER")
+    return not sys.platform.startswith("linux") or any(os.environ.get(name) for name in known)
 
 
 def _end_after(seconds: float | None, end: Any) -> None:

@@ -49,6 +49,7 @@ class Sample:
         picture: `(h, w, 3)` uint8, or a JPEG as it was recorded.
         polar: `(beams, bins)` uint8, levels of an imaging sonar.
         line: `(w, 3)` uint8, the newest line of a waterfall.
+        swath: `(w,)` how deep below a multibeam each beam met the bottom [m], port first; NaN where it did not.
         sector: colours of one direction `(bins, 3)` uint8 and that direction [rad], of a scanning sonar.
         points: `(m, 3)` in the sensor's frame FLU [m].
         colours: `(m, 3)` uint8, of the points; None: by depth.
@@ -63,6 +64,7 @@ class Sample:
     picture: NDArray[np.uint8] | bytes | None = None
     polar: NDArray[np.uint8] | None = None
     line: NDArray[np.uint8] | None = None
+    swath: NDArray[np.float32] | None = None
     sector: tuple[NDArray[np.uint8], float] | None = None
     points: NDArray[np.float32] | None = None
     colours: NDArray[np.uint8] | None = None
@@ -93,7 +95,7 @@ def sample_of(config: SensorConfig, reading: Reading, *, copy: int = 0, truth: b
         found["picture"] = photograph(kind, data)
     elif kind == "multibeam":
         found["points"] = kept(np.asarray(reading.extras["soundings"][copy], dtype=np.float32))
-        found["line"] = range_line(config, data)
+        found["swath"] = swath_of(config, data)
     elif kind in CLOUDS:
         labels = reading.extras["label"][copy] if kind == "semantic_lidar" else None
         found |= cloud(data, labels)
@@ -127,16 +129,10 @@ def waterfall_line(levels: NDArray[np.uint8]) -> NDArray[np.uint8]:
     return np.asarray(copper()[line[:whole].reshape(-1, step).max(axis=1)], dtype=np.uint8)
 
 
-def range_line(config: Any, ranges: NDArray[np.floating]) -> NDArray[np.uint8]:
-    """A line of a multibeam's waterfall: how deep below the sonar each beam met the bottom, port on the left."""
-    depth = ranges * np.cos(np.asarray(config.angles))
-    far = float(getattr(config, "range_max_m", 0.0)) or float(np.nanmax(depth, initial=1.0))
-    finite = depth[np.isfinite(depth)]
-    low, high = (float(v) for v in np.percentile(finite, [3, 97])) if len(finite) else (0.0, far)
-    middle, half = (low + high) / 2, max((high - low) / 2, 1.0)
-    line = painted(-depth, -(middle + half), -(middle - half), INTENSITY)
-    step = -(-len(line) // WATERFALL_PIXELS)
-    return line[::step]
+def swath_of(config: Any, ranges: NDArray[np.floating]) -> NDArray[np.float32]:
+    """`(w,)` how deep below a multibeam `(beams,)` ranges [m] met the bottom [m]; some beams where they are many."""
+    depth = np.asarray(ranges * np.cos(np.asarray(config.angles)), dtype=np.float32)
+    return depth[:: -(-len(depth) // WATERFALL_PIXELS)]
 
 
 def photograph(kind: str, data: NDArray[Any]) -> NDArray[np.uint8]:

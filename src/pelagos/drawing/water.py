@@ -6,18 +6,17 @@ from collections.abc import Callable
 from typing import Any, Final
 
 import numpy as np
-from matplotlib import colormaps
-from matplotlib.colors import LinearSegmentedColormap
 from numpy.typing import NDArray
 
 from pelagos import jit
+from pelagos.drawing.colours import cmocean
 
 Values = NDArray[np.float64]
 
-SPEEDS: Final = LinearSegmentedColormap.from_list("speeds", ["#f4f8f7", "#bfe0d6", "#5fb3b3", "#2a6f97", "#1b2a5c"])
-WARMTH: Final = colormaps["plasma"]
-SALT: Final = LinearSegmentedColormap.from_list("salt", ["#f7f3d3", "#b6d7a0", "#5aae8a", "#22788a", "#243b6b"])
-MATTER: Final = LinearSegmentedColormap.from_list("matter", ["#f6f7f3", "#cfe0a8", "#8fb85a", "#4a8a3f", "#1d4a2c"])
+SPEEDS: Final = cmocean("speed")
+WARMTH: Final = cmocean("thermal")
+SALT: Final = cmocean("haline")
+MATTER: Final = cmocean("matter")
 
 
 def sampled(field: Callable[[Any, Any], Any], position: Values, t: Values) -> Values:

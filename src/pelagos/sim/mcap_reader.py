@@ -23,7 +23,7 @@ from mcap.exceptions import McapError
 from mcap.opcode import Opcode
 from mcap.reader import SeekingReader
 
-from pelagos.errors import RecordingError
+from pelagos.errors import NoRecording, RecordingError
 
 MAGIC: Final = b"\x89MCAP0\r\n"
 RECORD: Final = struct.Struct("<BQ")
@@ -146,7 +146,7 @@ class Walk:
         first = self.file.read(len(MAGIC))
         wrong = sum(a != b for a, b in zip(first, MAGIC, strict=False)) + len(MAGIC) - len(first)
         if wrong > 1:
-            raise RecordingError(f"{self.file.name}: is not an MCAP recording")
+            raise NoRecording(f"{self.file.name}: is not an MCAP recording")
         if wrong:
             self._note(Damage(0, len(MAGIC), "the mark of MCAP files", 0))
         self._crc = zlib.crc32(first)

@@ -14,7 +14,7 @@ import numpy as np
 from mcap.opcode import Opcode
 from numpy.typing import NDArray
 
-from pelagos.errors import LookupFailed, RecordingError, RecordingWarning
+from pelagos.errors import LookupFailed, NoRecording, RecordingError, RecordingWarning
 from pelagos.messages.store import Message, deserialize
 from pelagos.messages.template import Template
 from pelagos.sim.mcap_reader import Damage, RawRecord, Walk, parse, read_chunk, scan_chunk, summary
@@ -179,7 +179,7 @@ class Recording:
                         declare(record)
                 self.complete = walk.complete
         except OSError as error:
-            raise RecordingError(f"{self.path}: cannot be read: {error.strerror}") from None
+            raise NoRecording(f"{self.path}: cannot be read: {error.strerror}") from None
         if self.damage:
             places = "".join(f"\n  {place}" for place in self.damage[:10])
             more = f"\n  and {len(self.damage) - 10} more" if len(self.damage) > 10 else ""

@@ -15,7 +15,7 @@ from PIL import Image, ImageDraw, ImageFont
 
 from pelagos.drawing.relief import depth_norm, relief, shaded
 from pelagos.drawing.sample import CAMERAS, FANS
-from pelagos.errors import InputError, LookupFailed
+from pelagos.errors import InputError, LookupFailed, NoRecording
 from pelagos.sim.replay import Recording
 from pelagos.viewer.frame import Frame
 from pelagos.viewer.panels import Panels
@@ -96,7 +96,7 @@ class _Artist:
     def __init__(self, path: Path, options: FilmOptions) -> None:
         recording = Recording(path)
         if not recording.topics("/truth"):
-            raise InputError(f"{path}: this recording has no poses (no topic ends in /truth)")
+            raise NoRecording(f"{path}: this recording has no poses (no topic ends in /truth)")
         self.options = options
         self.subject, sensors = subject_of(recording)
         self.replay = Replay(recording, sensors)
@@ -177,7 +177,9 @@ class _Artist:
             part = min((x1 - x0) / picture.width, (y1 - y0 - 26) / picture.height)
             small = picture.resize((max(1, int(picture.width * part)), max(1, int(picture.height * part))))
             sheet.paste(small, (x0 + (x1 - x0 - small.width) // 2, y0 + 26 + (y1 - y0 - 26 - small.height) // 2))
-        draw.text((x0 + 6, y0 + 6), name, fill=_INK, font=_font(15))
+        scale = self.panels.panels[name].scale
+        range_ = "" if scale is None else f"   {scale[0]:.1f} m (light) to {scale[1]:.1f} m (dark) below it"
+        draw.text((x0 + 6, y0 + 6), name + range_, fill=_INK, font=_font(15))
 
     def _chart(self, sheet: Image.Image, frame: Frame, box: tuple[int, int, int, int]) -> None:
         x0, y0, x1, y1 = box

@@ -31,6 +31,7 @@ EVERY_S: Final = 0.1
 _EVERY_ONE: Final = (*WATERFALLS, *CLOUDS, "mechanical_scanning_sonar")
 _MOST: Final = 60  # readings of one sensor that wait
 _POSES: Final = 400
+_FEW: Final = 8  # numbers of a reading
 _MANY: Final = 20  # agents: of more, poses are kept only when a frame is due
 
 
@@ -127,7 +128,7 @@ class Live:
         if frame is None:
             return None
         samples = [
-            Placed(sample_of(self.sensors[name], reading), self._pose(name, reading.t_ns, frame))
+            Placed(sample_of(self.sensors[name], reading, truth=True), self._pose(name, reading.t_ns, frame))
             for name, readings in raw.items()
             for reading in readings
             if reading.valid[0]
@@ -157,7 +158,8 @@ class Live:
 
 
 def own(reading: Reading, row: int) -> Reading:
-    """One copy's part of a reading, `(1, ...)`, in memory of its own and without its truth."""
+    """One copy's part of a reading, `(1, ...)`, in memory of its own; with its truth where that is a few numbers."""
     data, valid = (np.array(v[row : row + 1]) for v in (reading.data, reading.valid))
+    truth = np.array(reading.truth[row : row + 1]) if data.size <= _FEW else data
     extras = {name: np.array(reading.extras[name][row : row + 1]) for name in DRAWN if name in reading.extras}
-    return Reading(data, data, reading.t_ns, reading.frame, valid, extras)
+    return Reading(data, truth, reading.t_ns, reading.frame, valid, extras)

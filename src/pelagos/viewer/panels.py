@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import math
+from collections import deque
 from collections.abc import Mapping
 from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
 
+from pelagos.drawing.colours import DEPTHS, painted, shades
 from pelagos.drawing.sample import Sample, fan
 from pelagos.messages.pictures import jpeg
 from pelagos.sensors.sensor import SensorConfig
@@ -17,6 +19,8 @@ from pelagos.viewer.hub import Hub
 LINES: Final = 240
 """Of a waterfall."""
 QUALITY: Final = 80
+_INNER: Final = (3, 97)  # percentiles of a swath's depths: the rest are outliers
+_LEAST_M: Final = 2.0  # between the ends of a multibeam's colours: noise is not relief
 _ROUND: Final = 320  # pixels of a scanning sonar's picture
 _PICTURED: Final = (
     "imaging_sonar", "profiling_sonar", "mechanical_scanning_sonar", "sidescan", "singlebeam", "multibeam", "camera",
@@ -37,6 +41,8 @@ class Panel:
         self._sample: Sample | None = None
         self._waterfall: NDArray[np.uint8] | None = None
         self._round: NDArray[np.uint8] | None = None
+        self._swaths: NDArray[np.float32] | None = None
+        self._spans: deque[tuple[float, float]] = deque(maxlen=LINES)
         self.fresh = False
 
     @property
@@ -48,13 +54,20 @@ class Panel:
         """Keep a sample; lines of a waterfall pile up."""
         self._sample, self.fresh = sample, True
         if sample.line is not None:
-            self._pile(sample.line)
+            self._waterfall = _piled(self._waterfall, sample.line)
+        if sample.swath is not None:
+            self._swaths = _piled(self._swaths, sample.swath)
+            finite = sample.swath[np.isfinite(sample.swath)]
+            if len(finite):
+                low, high = np.percentile(finite, _INNER)
+                self._spans.append((float(low), float(high)))
         if sample.sector is not None:
             self._sweep(*sample.sector)
 
     def clear(self) -> None:
         """Begin anew."""
-        self._sample = self._waterfall = self._round = None
+        self._sample = self._waterfall = self._round = self._swaths = None
+        self._spans.clear()
         self.fresh = False
 
     def picture(self) -> NDArray[np.uint8] | bytes | None:
@@ -66,18 +79,24 @@ class Panel:
             return fan(self._config, s.polar)
         if s.picture is not None:
             return s.picture
+        if self._swaths is not None and self.scale is not None:
+            low, high = self.scale
+            return painted(-self._swaths, -high, -low, DEPTHS)
         return self._waterfall if self._waterfall is not None else self._round
+
+    @property
+    def scale(self) -> tuple[float, float] | None:
+        """Depths below a multibeam [m] that the first and the last colour of its waterfall stand for."""
+        if not self._spans:
+            return None
+        low, high = min(s[0] for s in self._spans), max(s[1] for s in self._spans)
+        middle, half = (low + high) / 2, max((high - low) / 2, _LEAST_M / 2)
+        return middle - half, middle + half
 
     def jpeg(self) -> bytes | None:
         """The picture as it is sent."""
         found = self.picture()
         return jpeg(found, quality=QUALITY) if isinstance(found, np.ndarray) else found
-
-    def _pile(self, line: NDArray[np.uint8]) -> None:
-        if self._waterfall is None or self._waterfall.shape[1] != len(line):
-            self._waterfall = np.zeros((LINES, len(line), 3), dtype=np.uint8)
-        self._waterfall[1:] = self._waterfall[:-1].copy()
-        self._waterfall[0] = line
 
     def _sweep(self, colours: NDArray[np.uint8], angle: float) -> None:
         """Paint one direction of a scanning sonar's round picture; ahead is up, left is left."""
@@ -91,6 +110,16 @@ class Panel:
             row = np.clip((half - radius * math.cos(turn)).astype(int), 0, _ROUND - 1)
             column = np.clip((half - radius * math.sin(turn)).astype(int), 0, _ROUND - 1)
             self._round[row, column] = colours[bins]
+
+
+def _piled(waterfall: NDArray[Any] | None, line: NDArray[Any]) -> NDArray[Any]:
+    """A waterfall with a line more on top."""
+    if waterfall is None or waterfall.shape[1] != len(line):
+        nothing = np.nan if line.dtype.kind == "f" else 0
+        waterfall = np.full((LINES, *line.shape), nothing, dtype=line.dtype)
+    waterfall[1:] = waterfall[:-1].copy()
+    waterfall[0] = line
+    return waterfall
 
 
 class Panels:
@@ -110,6 +139,7 @@ class Panels:
             {
                 "name": name, "kind": c.type, "rate_hz": c.rate_hz, "pictured": c.type in _PICTURED,
                 "config": {k: v for k, v in c.model_dump(mode="json").items() if v is not None and k != "type"},
+                **({"shades": shades(DEPTHS)} if c.type == "multibeam" else {}),
             }
             for name, c in self.sensors.items()
         ]  # fmt: skip
@@ -134,13 +164,17 @@ class Panels:
             pictured = sample.kind in _PICTURED and (wanted is None or name in wanted)
             picture = panel.jpeg() if pictured and hub.count else None
             numbers = {k: _rounded(v) for k, v in sample.numbers.items()}
-            header = {
+            header: dict[str, Any] = {
                 "type": "panel",
                 "name": name,
                 "t": sample.t_ns * 1e-9,
                 "numbers": numbers,
                 "pictured": picture is not None,
             }
+            if sample.truth:
+                header["truth"] = {k: _rounded(v) for k, v in sample.truth.items()}
+            if picture is not None and panel.scale is not None:
+                header["bar"] = [round(v, 2) for v in panel.scale]
             hub.publish(f"panel/{name}", header, picture or b"")
 
 

@@ -69,6 +69,10 @@ class Pilot:
         self._closed = True
         self._wake.set()
 
+    def stop_soon(self) -> None:
+        """End `run` after the step that it is in; takes no lock, so a handler of signals may call it."""
+        self._closed = True
+
     def run(self) -> None:
         """Step, until `close`."""
         with self.sim.watch(self.live.heard):

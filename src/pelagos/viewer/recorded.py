@@ -9,11 +9,13 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from pelagos.drawing.sample import CAMERAS, Sample, cloud, numbers_of, photograph, range_line, waterfall_line
+from pelagos.drawing.sample import CAMERAS, Sample, cloud, numbers_of, photograph, swath_of, waterfall_line
 from pelagos.messages.fan import copper
 from pelagos.messages.sonar_image import eight_bits
 from pelagos.sensors.sensor import SensorConfig
 from pelagos.sim.replay import Recorded
+from pelagos.viewer.frame import Pose, matrix
+from pelagos.world.world import World
 
 _PIXELS: Final = {"32F": np.float32, "8U": np.uint8, "16U": np.uint16, "16S": np.int16, "32S": np.int32}
 _NAMED: Final = {"mono8": (np.uint8, 1), "mono16": (np.uint16, 1), "rgb8": (np.uint8, 3), "rgb16": (np.uint16, 3)}
@@ -36,6 +38,20 @@ def sample_from(config: SensorConfig, name: str, recorded: Recorded) -> Sample |
         return None
     found = read(config, recorded.message)
     return None if found is None else Sample(name, config.type, recorded.t_ns, **found)
+
+
+def truth_at(config: Any, pose: Pose, world: World) -> dict[str, float]:
+    """What a depth sensor or an altimeter says at a pose without noise, with the names of `Sample.numbers`.
+
+    The range is along the altimeter's axis, not that of the first echo in its cone; movers are not met.
+    """
+    if config.type == "depth":
+        return {"depth [m]": -float(pose.to_world(np.asarray(config.position_m))[2])}
+    if config.type != "altimeter":
+        return {}
+    eye, axis = pose.to_world(np.stack([config.position_m, config.position_m - matrix(config.q_body_sensor)[:, 2]]))
+    hits = world.cast(eye[None], (axis - eye)[None], config.range_max_m)
+    return {"range [m]": float(hits.t[0])} if hits.valid[0] else {}
 
 
 def _projected(config: Any, m: Any) -> dict[str, Any]:
@@ -74,7 +90,7 @@ def _points(config: Any, m: Any) -> dict[str, Any]:
     places = np.stack([points["x"], points["y"], points["z"]], axis=-1)
     if config.type == "multibeam":
         ranges = np.linalg.norm(places, axis=-1)
-        return {"points": places[np.isfinite(ranges)], "line": range_line(config, ranges)}
+        return {"points": places[np.isfinite(ranges)], "swath": swath_of(config, ranges)}
     fourth = points[m.fields[3].name]
     labels = points["label"] if "label" in (layout.names or ()) else None
     return cloud(np.concatenate([places, fourth[:, None]], axis=-1), labels)

@@ -16,7 +16,7 @@ from pelagos.config.loader import load_scenario
 from pelagos.config.scenario import Scenario
 from pelagos.config.swarm import topic_name
 from pelagos.drawing.sample import CLOUDS, WATERFALLS
-from pelagos.errors import PelagosError, RecordingError
+from pelagos.errors import NoRecording, PelagosError
 from pelagos.sensors.sensor import SensorConfig
 from pelagos.sim.replay import Recording
 from pelagos.viewer.course import course
@@ -24,9 +24,10 @@ from pelagos.viewer.currents import arrows
 from pelagos.viewer.frame import Frame, Placed
 from pelagos.viewer.marks import legs, marks, planned
 from pelagos.viewer.panels import LINES
-from pelagos.viewer.recorded import WANTED, sample_from
+from pelagos.viewer.recorded import WANTED, sample_from, truth_at
 from pelagos.viewer.view import Subject, View
 from pelagos.world.build import build_world
+from pelagos.world.world import World
 
 EVERY_S: Final = 0.1
 _BACK: Final = 12  # readings of a picture sensor that a jump looks back for
@@ -37,16 +38,22 @@ class Replay:
 
     Args:
         recording: what is played; of a fleet the first copy.
+        sensors: configurations by "agent.sensor".
+        world: in which what sensors should have said is found; None: only what they said is known.
+        speed: times the clock.
 
     Raises:
-        RecordingError: it has no poses.
+        NoRecording: it has no poses.
     """
 
-    def __init__(self, recording: Recording, sensors: Mapping[str, SensorConfig], *, speed: float = 1.0) -> None:
-        self._recording, self._sensors = recording, sensors
+    def __init__(
+        self, recording: Recording, sensors: Mapping[str, SensorConfig], *, world: World | None = None,
+        speed: float = 1.0,
+    ) -> None:  # fmt: skip
+        self._recording, self._sensors, self._world = recording, sensors, world
         topics = [t for t in recording.topics("/truth") if not t.startswith("/env") or t.startswith("/env0/")]
         if not topics:
-            raise RecordingError(f"{recording.path}: this recording has no poses (no topic ends in /truth)")
+            raise NoRecording(f"{recording.path}: this recording has no poses (no topic ends in /truth)")
         self.courses = {t.split("/")[-2]: course(recording, t) for t in topics}
         known = [t for t in recording.topics("/navigation") if not t.startswith("/env") or t.startswith("/env0/")]
         self._known = {t.split("/")[-2]: course(recording, t) for t in known}
@@ -116,8 +123,10 @@ class Replay:
                 recorded = self._recording.message(topic, index)
                 sample = sample_from(self._sensors[name], name, recorded)
                 if sample is not None:
-                    agent = name.partition(".")[0]
-                    samples.append(Placed(sample, self.courses[agent].at(recorded.t_ns)))
+                    pose = self.courses[name.partition(".")[0]].at(recorded.t_ns)
+                    if self._world is not None:
+                        sample = replace(sample, truth=truth_at(self._sensors[name], pose, self._world))
+                    samples.append(Placed(sample, pose))
         event = next((m["text"] for m in reversed(self.marks) if 0 <= t_ns * 1e-9 - m["t"] < 3.0), "")
         poses = {name: c.at(t_ns) for name, c in self.courses.items()}
         return Frame(
@@ -152,15 +161,15 @@ def scenario_of(recording: Recording) -> Scenario:
     """The scenario that a recording carries.
 
     Raises:
-        RecordingError: it carries none, or one that this version cannot read.
+        NoRecording: it carries none, or one that this version cannot read.
     """
     text = recording.attachments.get("scenario.yaml")
     if not text:
-        raise RecordingError(f"{recording.path}: this recording carries no scenario, so there is no world to show")
+        raise NoRecording(f"{recording.path}: this recording carries no scenario, so there is no world to show")
     try:
         return load_scenario(yaml.safe_load(text))
     except PelagosError as error:
-        raise RecordingError(f"{recording.path}: its scenario cannot be read: {error}") from None
+        raise NoRecording(f"{recording.path}: its scenario cannot be read: {error}") from None
 
 
 def subject_of(recording: Recording) -> tuple[Subject, dict[str, SensorConfig]]:
@@ -198,14 +207,14 @@ def replay_view(
     """The view of a recording.
 
     Raises:
-        RecordingError: no poses, no scenario, or no recording at all.
+        NoRecording: no poses, no scenario, or no recording at all.
         InputError: the port is taken.
     """
     recording = Recording(path)
     if not recording.topics("/truth"):
-        raise RecordingError(f"{path}: this recording has no poses (no topic ends in /truth)")
+        raise NoRecording(f"{path}: this recording has no poses (no topic ends in /truth)")
     subject, sensors = subject_of(recording)
-    source = Replay(recording, sensors, speed=speed or 1.0)
+    source = Replay(recording, sensors, world=subject.world, speed=speed or 1.0)
     source.paused = paused
     more = {"first_s": source.first_ns * 1e-9, "last_s": source.last_ns * 1e-9, "events": source.marks}
     return View(replace(subject, more=more), source, source, host=host, port=port)

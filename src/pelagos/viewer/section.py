@@ -9,10 +9,9 @@ from functools import partial
 from typing import Any, Final, Literal
 
 import numpy as np
-from matplotlib.colors import to_hex
 from numpy.typing import NDArray
 
-from pelagos.drawing.colours import DEPTHS, painted
+from pelagos.drawing.colours import DEPTHS, painted, shades
 from pelagos.drawing.water import MATTER, SALT, SPEEDS, WARMTH, sampled
 from pelagos.errors import LookupFailed
 from pelagos.viewer.currents import extent, first_current
@@ -22,7 +21,6 @@ WAYS: Final = ("north", "east")
 _ACROSS: Final = 81
 _DOWN: Final = 33
 _DEEPEST_M: Final = 50.0  # where there is no ground
-_SHADES: Final = 9  # of the legend
 
 _FIELDS: Final[dict[str, tuple[str, str, object]]] = {
     "sound_speed": ("speed of sound", "m/s", DEPTHS), "temperature": ("temperature", "°C", WARMTH),
@@ -88,7 +86,7 @@ def curtain(ocean: Any, world: World, asked: Asked, place: NDArray[np.float64], 
     return Curtain(
         points.reshape(-1, 3).astype(np.float32), _faces(wet.reshape(_ACROSS, _DOWN)),
         painted(value, least, most, colours), title, unit, least, most,
-        [to_hex(c) for c in colours(np.linspace(0.0, 1.0, _SHADES))],
+        shades(colours),
     )  # fmt: skip
 
 

@@ -34,6 +34,7 @@ _POLICY: Final = (
     f"base-uri 'none'; form-action 'none'; {_ANCESTORS}"
 )
 _MOST: Final = 65536  # of a message from a browser [B]
+_GOODBYE_S: Final = 0.5  # that a browser has to answer when the view ends; one that is busy drawing does not
 
 
 class Server:
@@ -96,7 +97,7 @@ class Server:
         try:
             async with serve(
                 self.hub.serve, self.guard.host or None, self.port, process_request=self._answer, compression=None,
-                max_size=_MOST, origins=None,
+                max_size=_MOST, origins=None, server_header=None, close_timeout=_GOODBYE_S,
             ):  # fmt: skip
                 ready.set()
                 await self._end.wait()
@@ -108,6 +109,8 @@ class Server:
         """What a request gets; None lets a WebSocket in."""
         verdict = self.guard.judge(request.path, request.headers, port=self.port)
         path = urlsplit(request.path).path
+        if getattr(request, "method", "GET") != "GET":  # websockets before 16 refuses these itself
+            return _response(HTTPStatus.METHOD_NOT_ALLOWED, "text/plain", b"405: GET is all\n", {"Allow": "GET"})
         if verdict.answer == "refuse":
             return _response(HTTPStatus.FORBIDDEN, "text/plain", f"403: {verdict.reason}\n".encode())
         if verdict.answer == "enter":

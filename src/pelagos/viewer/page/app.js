@@ -83,13 +83,15 @@ function addCard(s) {
   const config = document.createElement("div"); config.className = "config"; config.hidden = true; config.textContent = Object.entries(s.config).map(([k, v]) => `${k}: ${JSON.stringify(v)}`).join("\n"); card.append(config);
   fold.onclick = () => { card.classList.toggle("folded"); watched(); }; fold.setAttribute("aria-label", `${s.name}: fold or unfold`);
   more.onclick = () => { config.hidden = !config.hidden; }; more.setAttribute("aria-label", `${s.name}: configuration`);
-  cards[s.name] = { card, image, numbers }; kinds[s.name] = s.kind;
+  const bar = document.createElement("div"); if (s.shades) { const low = document.createElement("span"), shown = document.createElement("i"), high = document.createElement("span"); shown.style.background = `linear-gradient(270deg, ${s.shades.join(", ")})`; bar.className = "bar"; bar.hidden = true; bar.title = "depth below the sonar"; bar.append(low, shown, high); image.after(bar); }
+  cards[s.name] = { card, image, numbers, bar }; kinds[s.name] = s.kind;
 }
 function watched() { send({ do: "panels", names: Object.entries(cards).filter(([, c]) => !c.card.classList.contains("folded")).map(([n]) => n) }); }
 function onPanel(p, blob) {
   const c = cards[p.name]; if (!c) return;
-  if (p.name.startsWith(`${agent}.`)) plots.measured(p.t, kinds[p.name], p.numbers);
+  if (p.name.startsWith(`${agent}.`)) plots.measured(p.t, p.name.slice(agent.length + 1), kinds[p.name], p.numbers, p.truth);
   if (p.pictured) { const old = urls[p.name]; c.image.src = urls[p.name] = URL.createObjectURL(new Blob([blob], { type: "image/jpeg" })); c.image.hidden = false; if (old) c.image.onload = () => URL.revokeObjectURL(old); }
+  if (p.bar) { c.bar.hidden = false; c.bar.firstChild.textContent = `${p.bar[0].toFixed(1)} m`; c.bar.lastChild.textContent = `${p.bar[1].toFixed(1)} m below`; }
   if (c.card.classList.contains("folded")) return;
   const rows = Object.entries(p.numbers); if (c.numbers.childElementCount !== 2 * rows.length) { c.numbers.replaceChildren(...rows.flatMap(() => [document.createElement("span"), document.createElement("b")])); }
   rows.forEach(([name, value], i) => { c.numbers.children[2 * i].textContent = name; c.numbers.children[2 * i + 1].textContent = value === null ? "–" : value.toPrecision(5); });
@@ -114,6 +116,7 @@ $("reset").onclick = () => { const seed = $("seed").value.trim(); if (seed && !/
 $("record").onclick = () => send({ do: "record", on: !state?.run.recording });
 $("agent").onchange = (e) => { choose(e.target.value); e.target.blur(); };
 $("mode").onchange = (e) => { send({ do: "mode", agent, mode: e.target.value }); e.target.blur(); };
+$("map-in").onclick = () => map.zoom(1.6); $("map-out").onclick = () => map.zoom(1 / 1.6);
 $("clear").onclick = () => send({ do: "clear_goals", agent });
 for (const [button, tool] of [["map-way", "way"], ["map-prop", "prop"]]) $(button).onclick = () => { map.tool = tool; if (stage) { stage.tool = tool; $("scene").style.cursor = tool === "prop" ? "crosshair" : ""; } $("map-way").setAttribute("aria-pressed", String(tool === "way")); $("map-prop").setAttribute("aria-pressed", String(tool === "prop")); $("map-hint").textContent = tool === "way" ? "click: way-point" : "click: put · drag: move · double click: remove"; };
 map.onGoal = (x, y) => { if (hello?.can.includes("goal")) send({ do: "goal", agent, x, y }); };
@@ -135,6 +138,7 @@ for (const id of ["water", "things", "help"]) $(`${id}-button`).onclick = () => 
 function open_(id) { for (const other of ["water", "things", "help"]) { const shown = other === id && $(other).hidden; $(other).hidden = !shown; $(`${other}-button`).setAttribute("aria-expanded", String(shown)); } }
 
 document.addEventListener("click", (e) => { if (e.detail) e.target.closest?.("button")?.blur(); }); // after a click with the mouse, space runs and pauses again
+const ARROWS = { ArrowLeft: [.09, 0], ArrowRight: [-.09, 0], ArrowUp: [0, -.09], ArrowDown: [0, .09] };
 function typing(e) { return ["INPUT", "SELECT", "TEXTAREA"].includes(e.target.tagName); }
 function keydown(e) {
   if (e.key === "Escape") { for (const id of ["water", "things", "help"]) { $(id).hidden = true; $(`${id}-button`).setAttribute("aria-expanded", "false"); } return; }
@@ -143,7 +147,9 @@ function keydown(e) {
   else if (e.key === ".") $("tick").click();
   else if (e.key === "?") open_("help");
   else if ("1234".includes(e.key) && !e.ctrlKey) look(["follow", "free", "aboard", "top"][Number(e.key) - 1]);
-  else if (hello?.kind === "replay" && (e.key === "ArrowLeft" || e.key === "ArrowRight") && state) { e.preventDefault(); send({ do: "seek", t: state.t + (e.key === "ArrowLeft" ? -1 : 1) }); }
+  else if (hello?.kind === "replay" && !e.shiftKey && (e.key === "ArrowLeft" || e.key === "ArrowRight") && state) { e.preventDefault(); send({ do: "seek", t: state.t + (e.key === "ArrowLeft" ? -1 : 1) }); }
+  else if ((e.key === "+" || e.key === "-") && !e.ctrlKey && !e.metaKey) stage?.zoom(e.key === "+" ? .85 : 1 / .85);
+  else if (e.shiftKey && ARROWS[e.key]) { e.preventDefault(); stage?.orbit(...ARROWS[e.key]); }
   else if (hands.key(e, true)) e.preventDefault();
 }
 addEventListener("keydown", keydown); addEventListener("keyup", (e) => hands.key(e, false));
@@ -155,5 +161,5 @@ if (stage) {
   stage.props = () => props; stage.onPut = (eye, way) => send({ do: "spawn_seen", shape: $("shape").value, eye, way });
   stage.onDrag = (name, eye, way) => send({ do: "move_seen", name, eye, way }); stage.onRemove = (name) => send({ do: "remove", name });
 }
-window.pelagos = { stage, map }; // for the tests and for the curious
+window.pelagos = { stage, map, plots }; // for the tests and for the curious
 connect(); requestAnimationFrame(paint);

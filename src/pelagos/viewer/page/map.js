@@ -3,37 +3,62 @@ const MOST = 4000;
 export class ChartMap {
   constructor(canvas) {
     this.canvas = canvas; this.picture = new Image(); this.picture.onload = () => this.draw(); this.tracks = {}; this.known = {}; this.agents = {}; this.goals = {};
-    this.plans = {}; this.props = {}; this.bounds = null; this.tool = "way"; this.held = null; this.onGoal = this.onProp = this.onMove = this.onRemove = () => {};
+    this.near = 1; this.middle = null; this.touches = new Map(); this.plans = {}; this.props = {}; this.bounds = null; this.tool = "way"; this.held = null; this.onGoal = this.onProp = this.onMove = this.onRemove = () => {};
     canvas.addEventListener("pointerdown", (e) => this.down(e)); canvas.addEventListener("pointermove", (e) => this.drag(e));
     canvas.addEventListener("pointerup", (e) => this.up(e)); canvas.addEventListener("dblclick", (e) => this.twice(e));
     canvas.addEventListener("keydown", (e) => this.key(e)); canvas.addEventListener("blur", () => { this.cross = false; this.draw(); });
+    canvas.addEventListener("wheel", (e) => { e.preventDefault(); this.zoom(Math.exp(-e.deltaY * .0015), e); }, { passive: false });
+    canvas.addEventListener("pointercancel", (e) => { this.touches.delete(e.pointerId); this.held = null; });
     new ResizeObserver(() => this.draw()).observe(canvas);
   }
-  load(bounds, plans) { this.bounds = bounds; this.plans = plans; this.picture.src = "data/map.png"; this.shape(); }
+  load(bounds, plans) { this.bounds = bounds; this.plans = plans; this.near = 1; this.middle = null; this.fit(); this.picture.src = "data/map.png"; this.shape(); }
+  fit() { // a plan that is small in its world is shown near
+    const points = Object.values(this.plans).flat(); if (!points.length) return; const [x0, y0, x1, y1] = this.bounds, of = (i) => points.map((p) => p[i]), low = [0, 1].map((i) => Math.min(...of(i))), high = [0, 1].map((i) => Math.max(...of(i)));
+    const near = Math.min((x1 - x0) / (1.5 * (high[0] - low[0]) + 10), (y1 - y0) / (1.5 * (high[1] - low[1]) + 10)); if (near > 1.5) { this.near = near; this.middle = [(low[0] + high[0]) / 2, (low[1] + high[1]) / 2]; }
+  }
   shape() { const [x0, y0, x1, y1] = this.bounds, w = this.canvas.clientWidth || 350; this.canvas.style.height = `${Math.min(Math.max((x1 - x0) / (y1 - y0) * w, 120), 260)}px`; }
   clear() { this.tracks = {}; this.known = {}; }
   frame() { // the part of the canvas that the world fills
-    const w = this.canvas.clientWidth, h = this.canvas.clientHeight, [x0, y0, x1, y1] = this.bounds, scale = Math.min(w / (y1 - y0), h / (x1 - x0));
-    return { w, h, scale, left: (w - scale * (y1 - y0)) / 2, top: (h - scale * (x1 - x0)) / 2 };
+    const w = this.canvas.clientWidth, h = this.canvas.clientHeight, [x0, y0, x1, y1] = this.bounds, scale = this.near * Math.min(w / (y1 - y0), h / (x1 - x0)), [mx, my] = this.middle || [(x0 + x1) / 2, (y0 + y1) / 2];
+    return { w, h, scale, left: w / 2 - (y1 - my) * scale, top: h / 2 - (x1 - mx) * scale };
   }
   place(x, y) { const f = this.frame(), [, , x1, y1] = this.bounds; return [f.left + (y1 - y) * f.scale, f.top + (x1 - x) * f.scale]; }
-  world(e) { const r = this.canvas.getBoundingClientRect(), f = this.frame(), [, , x1, y1] = this.bounds; return [x1 - (e.clientY - r.top - f.top) / f.scale, y1 - (e.clientX - r.left - f.left) / f.scale]; }
+  world(e, near = this.near) { const now = this.near; this.near = near; const f = this.frame(); this.near = now; const r = this.canvas.getBoundingClientRect(), [, , x1, y1] = this.bounds; return [x1 - (e.clientY - r.top - f.top) / f.scale, y1 - (e.clientX - r.left - f.left) / f.scale]; }
+  zoom(k, e) { // about the pointer, else about the vehicle or the middle
+    if (!this.bounds) return; const [x0, y0, x1, y1] = this.bounds, old = this.near; this.near = Math.max(1, Math.min(Math.max(x1 - x0, y1 - y0) / 8, this.near * k));
+    const first = Object.values(this.agents)[0], at = e ? this.world(e, old) : first ? [first.x, first.y] : this.middle || [(x0 + x1) / 2, (y0 + y1) / 2], m = this.middle || [(x0 + x1) / 2, (y0 + y1) / 2], part = e ? 1 - old / this.near : 1;
+    this.shift([m[0] + part * (at[0] - m[0]), m[1] + part * (at[1] - m[1])]);
+  }
+  shift([x, y]) { const [x0, y0, x1, y1] = this.bounds; this.middle = this.near > 1 ? [Math.max(x0, Math.min(x1, x)), Math.max(y0, Math.min(y1, y))] : null; this.draw(); }
   inside([x, y]) { const [x0, y0, x1, y1] = this.bounds; return x >= x0 && x <= x1 && y >= y0 && y <= y1; }
-  prop(e) { const [x, y] = this.world(e), near = 9 / this.frame().scale; return (this.free || []).find((name) => { const p = this.props[name]; return p && Math.hypot(p[0] - x, p[1] - y) < near; }); }
+  prop(e) { return this.nearest(this.world(e)); }
+  nearest([x, y]) { const near = 9 / this.frame().scale; return (this.free || []).find((name) => { const p = this.props[name]; return p && Math.hypot(p[0] - x, p[1] - y) < near; }); }
   key(e) { // arrows move a cross, Enter sets what a click would
     const steps = { ArrowUp: [1, 0], ArrowDown: [-1, 0], ArrowLeft: [0, 1], ArrowRight: [0, -1] }, step = steps[e.key]; if (!this.bounds) return;
-    const [x0, y0, x1, y1] = this.bounds, far = Math.max(x1 - x0, y1 - y0) / (e.shiftKey ? 200 : 40);
+    const [x0, y0, x1, y1] = this.bounds, far = Math.max(x1 - x0, y1 - y0) / this.near / (e.shiftKey ? 200 : 40);
     if (step) { const [x, y] = this.cross && this.cursor || Object.values(this.agents).map((a) => [a.x, a.y])[0] || [(x0 + x1) / 2, (y0 + y1) / 2]; this.cursor = [Math.max(x0, Math.min(x1, x + far * step[0])), Math.max(y0, Math.min(y1, y + far * step[1]))]; this.cross = true; this.draw(); }
-    else if (e.key === "Enter" && this.cursor) (this.tool === "prop" ? this.onProp : this.onGoal)(...this.cursor); else return;
+    else if (e.key === "+" || e.key === "-") this.zoom(e.key === "+" ? 1.3 : 1 / 1.3);
+    else if (e.key === "Delete" && this.cursor && this.tool === "prop") { const found = this.nearest(this.cursor); if (found) this.onRemove(found); }
+    else if (e.key === "Enter" && this.cursor) { this.cross = true; (this.tool === "prop" ? this.onProp : this.onGoal)(...this.cursor); } else return;
     e.preventDefault(); e.stopPropagation();
   }
-  down(e) { if (!this.bounds) return; this.held = this.tool === "prop" ? this.prop(e) : undefined; this.moved = false; this.canvas.setPointerCapture(e.pointerId); }
-  drag(e) { if (!this.bounds) return; this.cursor = this.world(e); if (this.held) { this.props[this.held] = this.world(e); this.moved = true; this.draw(); } }
+  down(e) {
+    if (!this.bounds) return; this.touches.set(e.pointerId, [e.clientX, e.clientY]); this.canvas.setPointerCapture(e.pointerId);
+    if (this.touches.size > 1) { this.held = null; this.gap = 0; return; } // two fingers come nearer
+    this.held = this.tool === "prop" ? this.prop(e) : undefined; this.moved = false; this.from = [e.clientX, e.clientY];
+  }
+  drag(e) {
+    if (!this.bounds) return; this.cursor = this.world(e); const was = this.touches.get(e.pointerId); if (!was) return; this.touches.set(e.pointerId, [e.clientX, e.clientY]);
+    if (this.touches.size > 1) { const [a, b] = [...this.touches.values()], gap = Math.hypot(a[0] - b[0], a[1] - b[1]); if (this.gap) this.zoom(gap / this.gap, { clientX: (a[0] + b[0]) / 2, clientY: (a[1] + b[1]) / 2 }); this.gap = gap; return; }
+    this.moved ||= Math.hypot(e.clientX - this.from[0], e.clientY - this.from[1]) > 4; if (!this.moved || this.held === null) return;
+    if (this.held) { this.props[this.held] = this.world(e); this.draw(); }
+    else if (this.near > 1) { const s = this.frame().scale, [x, y] = this.middle; this.shift([x + (e.clientY - was[1]) / s, y + (e.clientX - was[0]) / s]); }
+  }
   up(e) {
-    if (!this.bounds || this.held === null) return;
+    this.touches.delete(e.pointerId); if (!this.bounds || this.held === null) return;
     const at = this.world(e), held = this.held; this.held = null;
     if (held) { if (this.moved) this.onMove(held, ...at); return; }
-    if (this.inside(at)) (this.tool === "prop" ? this.onProp : this.onGoal)(...at);
+    if (!this.moved && this.inside(at)) (this.tool === "prop" ? this.onProp : this.onGoal)(...at);
   }
   twice(e) { if (this.tool === "prop") { const found = this.prop(e); if (found) this.onRemove(found); } }
   state(agents, props, run) {

@@ -1,10 +1,10 @@
 // Plots over time: what is measured, and beside it what is true.
 const SPAN_S = 60, MOST = 1200;
 export const SERIES = [
-  { key: "depth", title: "depth", unit: "m", down: true, sensor: ["depth", "depth [m]"] },
-  { key: "altitude", title: "altitude", unit: "m", sensor: ["altimeter", "range [m]"] },
-  { key: "speed", title: "speed", unit: "m/s", sensor: ["dvl", "velocity x [m/s]"] },
-  { key: "turn", title: "turn rate", unit: "°/s", sensor: ["imu", "rate z [rad/s]"], factor: -180 / Math.PI },
+  { key: "depth", title: "depth", unit: "m", least: 1, down: true, sensor: ["depth", "depth [m]"] },
+  { key: "altitude", title: "altitude", unit: "m", least: 1, sensor: ["altimeter", "range [m]"] },
+  { key: "speed", title: "speed", unit: "m/s", least: .5, sensor: ["dvl", "velocity x [m/s]"] },
+  { key: "turn", title: "turn rate", unit: "°/s", least: 4, sensor: ["imu", "rate z [rad/s]"], factor: -180 / Math.PI },
 ];
 
 export class Plots {
@@ -14,12 +14,13 @@ export class Plots {
       const name = document.createElement("span"), value = document.createElement("span"), canvas = document.createElement("canvas");
       name.textContent = series.title; value.style.color = "#ffd166"; caption.append(name, value); figure.append(caption, canvas); place.append(figure);
       canvas.setAttribute("role", "img"); canvas.setAttribute("aria-label", `${series.title} over time`);
-      return { series, canvas, value, truth: [], measured: [] };
+      return { series, canvas, value, name, truth: [], measured: [], own: "" };
     });
   }
-  clear() { for (const p of this.plots) { p.truth = []; p.measured = []; } }
+  clear() { for (const p of this.plots) { p.truth = []; p.measured = []; p.own = ""; p.name.textContent = p.series.title; } }
   add(t, agent, before) {
     for (const p of this.plots) {
+      if (p.own) continue;
       let v = agent[p.series.key];
       if (p.series.key === "turn") {
         if (!before || t <= before.t) continue;
@@ -28,10 +29,14 @@ export class Plots {
       if (v !== null && v !== undefined) push(p.truth, t, v);
     }
   }
-  measured(t, kind, numbers) {
+  measured(t, sensor, kind, numbers, truth) { // the line is what the sensor would have said without noise, where it stands and looks
     for (const p of this.plots) {
-      const [wanted, name] = p.series.sensor, v = numbers[name];
-      if (kind === wanted && v !== null && v !== undefined) push(p.measured, t, v * (p.series.factor || 1));
+      const [wanted, name] = p.series.sensor, v = numbers[name], true_ = truth?.[name], factor = p.series.factor || 1;
+      if (kind !== wanted || (p.own && p.own !== sensor)) continue; // of two of a kind the first
+      if (v !== null && v !== undefined) push(p.measured, t, v * factor);
+      if (true_ === null || true_ === undefined) continue;
+      if (!p.own) { p.own = sensor; p.truth = []; p.name.textContent = sensor === p.series.title ? sensor : `${p.series.title} · ${sensor}`; }
+      push(p.truth, t, true_ * factor);
     }
   }
   draw() { for (const p of this.plots) drawOne(p); }
@@ -49,7 +54,7 @@ function drawOne({ series, canvas, value, truth, measured }) {
   const values = shown.flat().map((p) => p[1]);
   if (!values.length) { value.textContent = ""; return; }
   let low = Math.min(...values), high = Math.max(...values);
-  const room = Math.max((high - low) * 0.15, 0.05); low -= room; high += room;
+  const room = Math.max((high - low) * 0.15, (series.least - (high - low)) / 2); low -= room; high += room; // noise of a constant signal stays small
   const left = 34, x = (t) => left + ((t - first) / SPAN_S) * (w - left - 2), y = (v) => series.down ? 5 + ((v - low) / (high - low)) * (h - 12) : h - 7 - ((v - low) / (high - low)) * (h - 12);
   c.font = "9.5px system-ui, sans-serif"; c.fillStyle = "#8fa9bd"; c.strokeStyle = "#1b3a54"; c.lineWidth = 1;
   const digits = Math.max(0, Math.min(3, Math.ceil(-Math.log10(.4 * (high - low))))), plain = (v) => v.toFixed(digits).replace(/^-(0(\.0*)?)$/, "$1");

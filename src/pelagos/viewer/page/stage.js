@@ -30,8 +30,8 @@ void main() {
 }`;
 const FAN_F = `#version 300 es
 precision highp float;
-in vec3 at, up; in vec4 tint; out vec4 pixel; uniform float opacity;
-void main() { float level = max(tint.r, max(tint.g, tint.b)); pixel = vec4(tint.rgb, (.10 + .9 * level) * opacity); }`;
+in vec3 at, up; in vec4 tint; out vec4 pixel; uniform float opacity; uniform vec3 eye;
+void main() { float level = max(tint.r, max(tint.g, tint.b)), facing = abs(dot(normalize(cross(dFdx(at), dFdy(at))), normalize(eye - at))); pixel = vec4(tint.rgb, (.10 + .9 * level) * opacity * smoothstep(.0, .09, facing)); }`;
 const LINE_V = `#version 300 es
 precision highp float;
 layout(location=0) in vec2 corner; layout(location=1) in vec3 from; layout(location=2) in vec3 to;
@@ -43,9 +43,10 @@ void main() {
   vec4 p = corner.x < .5 ? a : b; at = mix(wa, wb, corner.x).xyz; p.xy += vec2(-along.y, along.x) * corner.y * thick / size * p.w; p.z -= .0006 * p.w; gl_Position = p; }`;
 const LINE_F = `#version 300 es
 precision highp float;
-in vec3 at; out vec4 pixel; uniform vec3 paint;
+in vec3 at; out vec4 pixel; uniform vec3 paint; uniform float many;
 ${LIGHT}
-void main() { pixel = vec4(screen(mix(pow(paint, vec3(2.2)), seen(pow(paint, vec3(2.2)), at), .55)), opacity); }`;
+void main() { float d = length(at - eye), level = smoothstep(.01, .1, abs(at.z - eye.z) / d), near = exp(-d * .03); // many lines in one plane lie on one another at its horizon
+  pixel = vec4(screen(mix(pow(paint, vec3(2.2)), seen(pow(paint, vec3(2.2)), at), .55)), opacity * mix(1., max(level, near), many)); }`;
 const POINT_V = `#version 300 es
 precision highp float;
 layout(location=0) in vec3 position; layout(location=2) in vec4 colour; uniform mat4 model, view; uniform vec2 size; out vec3 at; out vec4 tint;
@@ -173,12 +174,12 @@ export class Stage {
   overview([x0, y0, x1, y1], z) { const s = Math.hypot(x1 - x0, y1 - y0); this.target = [(x0 + x1) / 2, (y0 + y1) / 2, z]; this.eye = add(this.target, [-.42 * s, .30 * s, .36 * s]); this.look = "free"; this.again = true; }
   aim(dt) {
     const pose = this.followed(); if (!pose) return;
-    const [p, q] = pose, ahead = turned(q, [1, 0, 0]), level = norm([ahead[0], ahead[1], 0]), left = cross([0, 0, 1], level), L = Math.max(this.length, 1);
+    const [p, q] = pose, ahead = turned(q, [1, 0, 0]), level = norm([ahead[0], ahead[1], 0]), left = cross([0, 0, 1], level), L = Math.max(this.length, .3);
     if (this.look === "follow") {
-      if (!this.offset) { const back = 3 * L + 2.2; this.offset = add(add(add([0, 0, 0], level, -back), left, .5 * back), [0, 0, 1], .36 * back); }
+      if (!this.offset) { const back = 2.4 * L + .9; this.offset = add(add(add([0, 0, 0], level, -back), left, .5 * back), [0, 0, 1], .36 * back); }
       this.target = p.slice(); this.eye = add(p, this.offset);
-    } else if (this.look === "top") { if (!this.offset) this.offset = [-.01, 0, 14 * L + 22]; this.target = p.slice(); this.eye = add(p, this.offset); }
-    else if (this.look === "aboard") { this.eye = add(p, turned(q, [.52 * L, 0, .12 + .1 * L])); this.target = add(this.eye, turned(q, [4, 0, -.7])); }
+    } else if (this.look === "top") { if (!this.offset) this.offset = [-.01, 0, 14 * L + 14]; this.target = p.slice(); this.eye = add(p, this.offset); }
+    else if (this.look === "aboard") { this.eye = add(p, turned(q, [.52 * L, 0, .04 + .15 * L])); this.target = add(this.eye, turned(q, [4, 0, -.7])); }
   }
   hands() {
     const c = this.canvas, held = new Map(); let gap = 0, prop = null, first = null, from = [0, 0], moved = false, told = 0;
@@ -242,7 +243,7 @@ export class Stage {
     gl.disable(gl.BLEND); at = use("mesh"); const meshes = of("mesh"); for (const n of meshes.filter((m) => !m.opacity)) this.mesh(n, at);
     gl.enable(gl.BLEND); gl.blendFunc(gl.SRC_ALPHA, gl.ONE_MINUS_SRC_ALPHA);
     at = use("points"); for (const n of of("points")) { gl.uniformMatrix4fv(at.model, false, matrix(UNIT)); gl.bindVertexArray(n.vao); gl.drawArrays(gl.POINTS, 0, n.count); }
-    at = use("lines"); gl.uniform1f(at.thick, 2.2 * ratio); for (const n of of("lines")) { gl.uniformMatrix4fv(at.model, false, matrix(this.world(n))); gl.uniform3fv(at.paint, n.colour.map((x) => x / 255)); gl.bindVertexArray(n.vao); gl.drawArraysInstanced(gl.TRIANGLE_STRIP, 0, 4, n.count); }
+    at = use("lines"); gl.uniform1f(at.thick, 2.2 * ratio); for (const n of of("lines")) { gl.uniform1f(at.many, n.name === "/currents" ? 1 : 0); gl.uniformMatrix4fv(at.model, false, matrix(this.world(n))); gl.uniform3fv(at.paint, n.colour.map((x) => x / 255)); gl.bindVertexArray(n.vao); gl.drawArraysInstanced(gl.TRIANGLE_STRIP, 0, 4, n.count); }
     gl.depthMask(false); at = use("fan"); for (const n of of("fan")) { gl.uniform1f(at.opacity, .8); this.mesh(n, at); }
     if (this.showSea) { at = use("sea"); gl.uniform3f(at.centre, e[0], e[1], 0); gl.uniform1f(at.spread, 500); gl.uniform4fv(at.wave, this.waves); gl.uniform1fv(at.height, this.heights); gl.uniform1i(at.count, this.waveCount); gl.bindVertexArray(this.seaMesh.vao); gl.drawElements(gl.TRIANGLES, this.seaMesh.count, gl.UNSIGNED_INT, 0); }
     at = use("mesh"); for (const n of meshes.filter((m) => m.opacity)) { gl.uniform1f(at.opacity, n.opacity); this.mesh(n, at); } gl.depthMask(true); gl.bindVertexArray(null);

@@ -1,0 +1,121 @@
+"""`pelagos view` and `pelagos video` from the command line: how they end, and what they refuse."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import threading
+import time
+from pathlib import Path
+from typing import Any
+
+import pytest
+import yaml
+
+from pelagos.cli import view as command
+from pelagos.cli.video import VideoOptions, video
+from pelagos.cli.view import ViewOptions, show
+from pelagos.errors import InputError
+from pelagos.sim.replay import Recording
+
+SCENARIO: dict[str, Any] = {
+    "seed": 5, "world": {"type": "flat", "depth_m": 14.0},
+    "agents": {"rov": {
+        "vehicle": "bluerov2_heavy", "start": {"position_m": [2, -3], "depth_m": 6.0, "heading_deg": 50},
+        "sensors": {"depth": {"type": "depth", "rate_hz": 10}},
+    }},
+}  # fmt: skip
+SILENT = ViewOptions(port=0, browser=False)
+
+
+def test_ctrl_c_ends_a_view_whose_browser_does_not_answer(tmp_path, monkeypatch, capsys):
+    """The browser has the run recorded, and then neither reads nor says good-bye: 130, and the recording is whole."""
+    from websockets.sync.client import connect
+
+    path = tmp_path / "dive.yaml"
+    path.write_text(yaml.safe_dump(SCENARIO), encoding="utf-8")
+    monkeypatch.chdir(tmp_path)
+    recording = tmp_path / "results" / "dive" / "view-1.mcap"
+    failed: list[BaseException] = []
+    ended, looking = threading.Event(), list[threading.Thread]()
+
+    def look(url: str) -> None:
+        try:
+            with connect(url.replace("http://", "ws://").replace("/?", "/live?"), close_timeout=0.1) as connection:
+                connection.send(json.dumps({"do": "record", "on": True}))
+                while not (recording.exists() and recording.stat().st_size > 0):
+                    time.sleep(0.02)
+                os.kill(os.getpid(), signal.SIGINT)
+                ended.wait()
+        except BaseException as error:
+            failed.append(error)
+            os.kill(os.getpid(), signal.SIGINT)
+
+    def say(url: str, options: ViewOptions) -> None:
+        looking.append(threading.Thread(target=look, args=(url,)))
+        looking[0].start()
+
+    monkeypatch.setattr(command, "say_where", say)
+    assert show(path, [], SILENT) == 130
+    ended.set()
+    looking[0].join()
+    assert not failed
+    assert Recording(recording).complete
+    told = capsys.readouterr()
+    assert "the view has ended" in told.out
+    assert "ending the view" in told.err
+
+
+def test_ctrl_c_ends_a_replay_and_a_world(tmp_path, monkeypatch):
+    path = tmp_path / "dive.yaml"
+    path.write_text(yaml.safe_dump(SCENARIO), encoding="utf-8")
+
+    def say(url: str, options: ViewOptions) -> None:
+        os.kill(os.getpid(), signal.SIGINT)
+
+    monkeypatch.setattr(command, "say_where", say)
+    assert show(path, [], ViewOptions(port=0, world=True)) == 130
+    monkeypatch.setattr(command, "say_where", lambda url, options: None)
+    assert show(path, [], ViewOptions(port=0, world=True, for_s=0.05)) == 0
+
+
+@pytest.mark.parametrize("make", [show, video], ids=["view", "video"])
+@pytest.mark.parametrize(
+    ("name", "content", "message"),
+    [
+        ("missing.mcap", None, "missing.mcap: there is no such file"),
+        ("empty.mcap", b"", "empty.mcap: is not an MCAP recording"),
+        ("junk.mcap", bytes(range(256)) * 9, "junk.mcap: is not an MCAP recording"),
+        ("folder", "mission.mcap", "folder: this is a folder; its recording is .*mission.mcap"),
+        ("folder", "notes.txt", "folder: this is a folder; give a scenario, or a recording"),
+    ],
+)
+def test_what_is_no_recording_is_wrong_input(make, name, content, message, tmp_path):
+    """Exit code 2 of both commands: it is the user's file that is wrong."""
+    path = tmp_path / name
+    if isinstance(content, str):
+        path.mkdir()
+        (path / content).write_bytes(b"")
+    elif content is not None:
+        path.write_bytes(content)
+    more: Any = ([], SILENT) if make is show else (tmp_path / "film.mp4", VideoOptions())
+    with pytest.raises(InputError, match=message):
+        make(path, *more)
+    assert not list(Path(tmp_path).glob("*.mp4"))
+
+
+def test_no_browser_is_told_in_a_sentence(monkeypatch, capsys):
+    """A machine without a screen: no browser of the terminal is begun."""
+    opened: list[str] = []
+    monkeypatch.setattr(command.webbrowser, "open", lambda url: bool(opened.append(url)))
+    monkeypatch.setattr(command.sys, "platform", "linux")
+    for name in ("DISPLAY", "WAYLAND_DISPLAY", "BROWSER"):
+        monkeypatch.delenv(name, raising=False)
+    command.say_where("http://127.0.0.1:1/?token=x", ViewOptions())
+    assert "no browser was found here: open the address in one" in capsys.readouterr().out
+    assert not opened
+    monkeypatch.setenv("DISPLAY", ":0")
+    command.say_where("http://127.0.0.1:1/?token=x", ViewOptions())
+    assert opened == ["http://127.0.0.1:1/?token=x"]
+    assert "no browser was found here" in capsys.readouterr().out  # `open` gave False
