@@ -152,7 +152,7 @@ export class Stage {
     }
     gl.bindVertexArray(null);
   }
-  move(h) { this.simTime = h.t; this.goal = h.poses; for (const [name, v] of Object.entries(h.poses)) if (!this.poses[name]) this.poses[name] = [v.slice(0, 3), v.slice(3)]; for (const name of Object.keys(this.poses)) if (!h.poses[name]) delete this.poses[name]; this.again = true; }
+  move(h) { this.simTime = h.t; this.goal = h.poses; for (const [name, v] of Object.entries(h.poses)) if (!this.poses[name]) { this.poses[name] = [v.slice(0, 3), v.slice(3)]; this.again = true; } for (const name of Object.keys(this.poses)) if (!h.poses[name]) { delete this.poses[name]; this.again = true; } } // what only moves is drawn by `glide`; what stands still is not drawn again
   glide(dt) { // shown poses run after the newest ones
     const part = 1 - Math.exp(-dt * 14); let moves = false;
     for (const [name, v] of Object.entries(this.goal)) {
@@ -224,7 +224,7 @@ export class Stage {
   // pictures
   frame(now) {
     requestAnimationFrame((t) => this.frame(t)); const dt = Math.min((now - this.clock) / 1000, .25);
-    if (now - this.clock < Math.max(15, 1.6 * this.spent) || document.hidden) return; // software rendering leaves time for the rest of the page
+    if (now - this.clock < Math.max(15, (this.spent > 60 ? 2.5 : 1.6) * this.spent) || document.hidden) return; // software rendering leaves time for the rest of the page
     const moves = this.glide(dt); this.clock = now; this.time += (this.simTime - this.time) * (Math.abs(this.simTime - this.time) > 2 ? 1 : 1 - Math.exp(-dt * 8));
     if (!moves && !this.again && Math.abs(this.simTime - this.time) < .004) return;
     this.again = false; const start = performance.now(); this.aim(dt); this.draw(); this.gl.finish(); if (this.spent > 30) this.gl.readPixels(0, 0, 1, 1, this.gl.RGBA, this.gl.UNSIGNED_BYTE, new Uint8Array(4));
