@@ -15,7 +15,7 @@ import pytest
 
 import pelagos as pl
 from pelagos.bridges.exchange import Exchange
-from pelagos.bridges.moos import MoosConfig, mixer_of
+from pelagos.bridges.moos import MoosConfig, mixer_of, nav_of
 from pelagos.bridges.moos_wire import NOTIFY, MoosMessage, pack, unpack
 from pelagos.bridges.transport import BridgeError
 
@@ -106,6 +106,16 @@ def test_a_helm_drives_a_vehicle() -> None:
     assert (heading - 30) % 360 < 180  # it turned to starboard
     assert (heading - 30) % 360 > 5
     assert db.heard["NAV_SPEED"] > 0.8
+
+
+@pytest.mark.parametrize(("heading_deg", "yaw_deg"), [(0, 90), (70, 20), (135, -45), (190, -100), (300, 150)])
+def test_nav_yaw_counts_from_east_against_the_clock(heading_deg: float, yaw_deg: float) -> None:
+    """As MOOS-IvP's headingToRadians has it: -180 to 180 degrees."""
+    yaw = math.radians(heading_deg)
+    sim = pl.Simulation.load(scenario("remus100", -10.0))
+    sim.set_state("a", attitude=[math.cos(yaw / 2), 0.0, 0.0, -math.sin(yaw / 2)])
+    assert math.degrees(nav_of(sim, "a")["NAV_YAW"]) == pytest.approx(yaw_deg)
+    assert nav_of(sim, "a")["NAV_HEADING"] == pytest.approx(heading_deg)
 
 
 def test_a_positive_elevator_dives_and_boats_turn_by_two_thrusters() -> None:

@@ -83,15 +83,7 @@ class MoosDoor:
         if sim.time_ns < self._next_ns:
             return
         self._next_ns = sim.time_ns + round(1e9 / self._config.rate_hz)
-        motion, now = motion_of(sim, self.agent), time.time()
-        north, east, down = motion.position
-        latitude, longitude = (float(v) for v in sim.world.origin.to_latlon(north, -east))
-        yaw = motion.euler[2]
-        values = {
-            "NAV_X": east, "NAV_Y": north, "NAV_HEADING": math.degrees(yaw) % 360, "NAV_DEPTH": down,
-            "NAV_SPEED": math.hypot(motion.velocity[0], motion.velocity[1]), "NAV_YAW": math.pi / 2 - yaw,
-            "NAV_LAT": latitude, "NAV_LONG": longitude, "NAV_PITCH": motion.euler[1],
-        }  # fmt: skip
+        values, now = nav_of(sim, self.agent), time.time()
         with self._lock:
             for key, value in values.items():
                 self._nav[key] = MoosMessage(NOTIFY, key, value, source=self._config.name, time_s=now)
@@ -142,6 +134,21 @@ class MoosDoor:
         self._desired[key] = value
         values = self._mix(*(self._desired[k] for k in DESIRED))
         self._inbox.put(Order("command", self.agent, {"values": values, "mode": "actuators"}, key))
+
+
+def nav_of(sim: Simulation, agent: str) -> dict[str, float]:
+    """NAV_* of an agent: local grid [m], geographic position [deg], compass heading [deg], yaw counter-clockwise from
+    east and pitch [rad], speed over ground [m/s], depth [m]."""
+    motion = motion_of(sim, agent)
+    north, east, down = motion.position
+    latitude, longitude = (float(v) for v in sim.world.origin.to_latlon(north, -east))
+    _, pitch, yaw = motion.euler
+    return {
+        "NAV_X": east, "NAV_Y": north, "NAV_HEADING": math.degrees(yaw) % 360, "NAV_DEPTH": down,
+        "NAV_SPEED": math.hypot(motion.velocity[0], motion.velocity[1]),
+        "NAV_YAW": math.remainder(math.pi / 2 - yaw, math.tau),
+        "NAV_LAT": latitude, "NAV_LONG": longitude, "NAV_PITCH": pitch,
+    }  # fmt: skip
 
 
 def _read(link: socket.socket) -> list[MoosMessage]:
