@@ -17,7 +17,7 @@ SCENARIO = {
             "vehicle": "remus100",
             "start": {"position_m": [0, 0], "depth_m": 12, "heading_deg": 70, "speed_mps": 1.2},
             "control": "depth_heading",
-            "sensors": {"usbl": {"type": "usbl", "interrogate": ["dock"], "interrogate_s": 3.0}},
+            "sensors": {"usbl": {"type": "usbl", "interrogate": ["dock"], "interrogate_s": 1.5}},
         },
         "dock": {
             "vehicle": "hovering_auv",
@@ -28,20 +28,21 @@ SCENARIO = {
 }
 
 
-def main(seconds: float = 130.0) -> float:
+def main(seconds: float = 150.0) -> float:
     """Nearest approach [m]."""
     sim = pl.Simulation.load(SCENARIO)
     names = sim.model.agents["auv"].vehicle.command_names("depth_heading")
     heading, nearest = math.radians(70.0), math.inf
     for _ in range(round(seconds * 20)):
-        command = {"depth": 13.0, "heading": heading}
+        command = {"depth": 14.0, "heading": heading}
         reading = sim.step({"auv": [command.get(name, 900.0) for name in names]})["auv"].get("usbl")
         if reading is not None and np.isfinite(reading.extras["fix"]).all():
             ahead, left, _ = reading.extras["fix"][0]
-            heading = -float(sim.state["auv"].euler[0, 2]) - math.atan2(left, ahead)
+            lead = 2.5 * math.atan2(left, ahead)  # more than the bearing: the autopilot turns slowly
+            heading = -float(sim.state["auv"].euler[0, 2]) - max(-1.0, min(1.0, lead))
             print(f"{sim.time_ns * 1e-9:6.1f} s: dock {math.hypot(ahead, left):6.1f} m away")
         nearest = min(nearest, float(np.linalg.norm(sim.state["auv"].position[0] - sim.state["dock"].position[0])))
-        if nearest < 4.0:
+        if nearest < 2.0:
             break
     print(f"nearest approach {nearest:.1f} m")
     return nearest

@@ -26,7 +26,7 @@ def test_ranges_by_the_waters_own_speed_are_right() -> None:
 
 @pytest.mark.slow
 def test_homing_by_usbl() -> None:
-    assert main_of("usbl_homing.py")() < 15.0  # type: ignore[operator]
+    assert main_of("usbl_homing.py")() < 4.0  # type: ignore[operator]
 
 
 @pytest.mark.slow

@@ -61,6 +61,23 @@ def test_doppler_of_moving_vehicles(sim: pl.Simulation) -> None:
     assert a.doppler[0] > 1.001
 
 
+@pytest.mark.parametrize("x", [100.0, 180.0])
+def test_the_ground_goes_on_behind_the_edge_of_the_world(x: float) -> None:
+    """A receiver at the edge or behind it hears what it would in a larger world; casts are in single precision."""
+
+    def arrivals(size: float) -> Any:
+        world = {"type": "flat", "depth_m": 60.0, "size_m": [size, size]}
+        vehicle = {"vehicle": "remus100", "start": {"position_m": [-30.0, 5.0], "depth_m": 10.0}}
+        sim = pl.Simulation.load({"world": world, "agents": {"a": vehicle}})
+        return pl.channel(sim, "a", (x, 7.0, -25.0), frequency_hz=20_000.0).arrivals()
+
+    small, large = arrivals(200.0), arrivals(2000.0)
+    assert len(small) > 10
+    np.testing.assert_allclose(small.delay, large.delay, atol=1e-7)
+    np.testing.assert_array_equal(small.bottom, large.bottom)
+    np.testing.assert_allclose(small.loss_db, large.loss_db, atol=0.01)
+
+
 def test_a_hull_between_two_places_blocks_them() -> None:
     """A wall 13 m deep takes the direct and the surface's path, not those by the bottom; it goes, and they are back."""
     sim = pl.Simulation.load(scenario())

@@ -216,10 +216,13 @@ class WaterPaths:
             t[lost] = again["t"].astype(np.float64) - 500.0 - (level - place.reshape(-1, 3)[lost, 2])
             material[lost] = again["material"]
         depth = level - place[..., 2] + np.where(np.isfinite(t), t, _DEEP).reshape(shape)
+        material = material.reshape(shape)
+        if not np.isfinite(t).all():
+            depth, material = _continued(depth, material, np.isfinite(t).reshape(shape))
         depth = np.maximum(depth, _SKIN)
         way = np.hypot(*(receiver - source)[:, :2].T)
         x = np.maximum(way, 1e-3)[:, None] * share[:, 0]
-        return x, depth, material.reshape(shape)
+        return x, depth, material
 
     def _ask(
         self, origin: NDArray[np.float64], direction: NDArray[np.float64], reach: NDArray[np.float64],
@@ -287,6 +290,18 @@ class WaterPaths:
         temperature, salinity = np.array(masses.temperatures), np.array(masses.salinities)
         rows = thinned(depth, speed, levels=400, error=1e-3)
         return depth[rows], speed[rows], self._absorption(temperature[rows], salinity[rows], depth[rows])
+
+
+def _continued(
+    depth: NDArray[np.float64], material: NDArray[np.int64], met: NDArray[np.bool_]
+) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+    """Bottoms `(m, NODES)` that go on level behind the edge of the world: as the nearest node that has `met` ground;
+    where a path has none, it stays as deep as it is.
+    """
+    node = np.arange(met.shape[1])
+    apart = np.where(met[:, None, :], np.abs(node[:, None] - node), len(node))  # (m, node, nearest)
+    nearest = np.where(met.any(axis=1, keepdims=True), np.argmin(apart, axis=2), node)
+    return np.take_along_axis(depth, nearest, axis=1), np.take_along_axis(material, nearest, axis=1)
 
 
 def _straight(bottom: NDArray[np.float64], material: NDArray[np.int64]) -> NDArray[np.bool_]:
