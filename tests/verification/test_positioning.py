@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -9,6 +10,7 @@ import pytest
 
 import pelagos as pl
 from pelagos.acoustics.bearing import bearing_bound, direction_from_phases, element_phases
+from pelagos.sensors.comms.link.budget import measured_direction
 
 ARRAY = np.array([(0.02, 0, 0), (-0.02, 0, 0), (0, 0.02, 0), (0, -0.02, 0), (0, 0, 0.025)])
 WAVELENGTH = 1500 / 28_000
@@ -44,6 +46,16 @@ def test_error_of_a_bearing_meets_its_bound() -> None:
     )
     bound = bearing_bound(flat, WAVELENGTH, snr)
     np.testing.assert_allclose(found[:, :2].std(axis=0), bound, rtol=0.06)
+
+
+def test_a_ports_bearing_has_that_error_too() -> None:
+    """2000 draws at 23 dB behind the correlator: the bound of the same array, within 4 standard errors."""
+    flat, u, snr = ARRAY[:4], unit(0.7, -0.5), 200.0
+    port: Any = SimpleNamespace(array=flat, sound_speed_mps=1500.0, frequency_hz=28_000.0)
+    rng, waves = np.random.default_rng(8), (u[None], np.array([0.3 - 0.2j]))
+    found = np.array([measured_direction(port, waves, snr, rng.normal(size=(2, 4))) for _ in range(2000)])
+    cosines = np.array([unit(*angles) for angles in found])[:, :2]
+    np.testing.assert_allclose(cosines.std(axis=0), bearing_bound(flat, WAVELENGTH, snr), rtol=4 / np.sqrt(4000))
 
 
 def scenario(sensors: dict[str, Any], others: dict[str, Any] | None = None, **changes: Any) -> dict[str, Any]:
