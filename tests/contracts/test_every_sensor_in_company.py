@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import hashlib
+import itertools
 import json
 import os
 import subprocess
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, TypeAlias
 
@@ -62,18 +64,26 @@ def simulation(**options: Any) -> pl.Simulation:
     return sim
 
 
-def stepped(sim: pl.Simulation, copy: int = 0) -> Digests:
-    """A digest of everything that each sensor said of one copy, tick by tick."""
-    digests = {name: hashlib.blake2b(digest_size=8) for name in NAMES}
+def followed(sim: pl.Simulation, copies: Sequence[int] = (0,)) -> tuple[list[Digests], dict[str, pl.Reading]]:
+    """A digest of everything that each sensor said of each of some copies, tick by tick; and the last readings."""
+    digests = [{name: hashlib.blake2b(digest_size=8) for name in NAMES} for _ in copies]
+    newest: dict[str, pl.Reading] = {}
     for _ in range(TICKS):
-        for name, reading in sim.step()["auv0"].items():
+        readings = sim.step()["auv0"]
+        newest |= readings
+        for (name, reading), (copy, kept) in itertools.product(readings.items(), zip(copies, digests, strict=True)):
             if reading.valid[copy]:
-                digests[name].update(reading.t_ns.to_bytes(8, "little"))
+                kept[name].update(reading.t_ns.to_bytes(8, "little"))
                 fixed = [v for v in reading.extras.values() if len(v) != sim.n]  # the same for every copy
                 own = [v[copy] for v in reading.extras.values() if len(v) == sim.n]
                 for values in (reading.data[copy], reading.truth[copy], *own, *fixed):
-                    digests[name].update(np.ascontiguousarray(values).tobytes())
-    return {name: d.hexdigest() for name, d in digests.items()}
+                    kept[name].update(np.ascontiguousarray(values).tobytes())
+    return [{name: d.hexdigest() for name, d in kept.items()} for kept in digests], newest
+
+
+def stepped(sim: pl.Simulation) -> Digests:
+    """Of the first copy alone."""
+    return followed(sim)[0][0]
 
 
 def elsewhere(**environment: str) -> Digests:
@@ -95,12 +105,18 @@ def differing(one: Digests, other: Digests) -> list[str]:
 
 
 @pytest.fixture(scope="module")
-def alone() -> Digests:
-    return stepped(simulation())
+def single() -> tuple[Digests, dict[str, pl.Reading]]:
+    digests, newest = followed(simulation())
+    return digests[0], newest
+
+
+@pytest.fixture(scope="module")
+def alone(single: tuple[Digests, dict[str, pl.Reading]]) -> Digests:
+    return single[0]
 
 
 def test_copies_are_environments_of_their_own(alone: Digests) -> None:
-    fleet = [stepped(simulation(n=8), copy) for copy in (0, 5)]
+    fleet, _ = followed(simulation(n=6), (0, 5))
     assert differing(fleet[0], alone) == []
     assert differing(fleet[1], stepped(simulation(environment=5))) == []
 
@@ -117,13 +133,9 @@ def test_cold_caches_change_nothing(alone: Digests, tmp_path: Path) -> None:
     assert any(tmp_path.rglob("*.bin")) or any((tmp_path / ".drjit").iterdir())
 
 
-def test_blocks_are_ticks() -> None:
-    one, other = simulation(), simulation()
-    newest: dict[str, pl.Reading] = {}
-    for _ in range(TICKS):
-        newest |= one.step()["auv0"]
-    seconds = TICKS * one.dt_ns * 1e-9
-    ran = other.run(seconds).observations["auv0"]
+def test_blocks_are_ticks(single: tuple[Digests, dict[str, pl.Reading]]) -> None:
+    other, newest = simulation(), single[1]
+    ran = other.run(TICKS * other.dt_ns * 1e-9).observations["auv0"]
     assert set(ran) == set(newest)
     for name, reading in newest.items():
         assert reading.t_ns == ran[name].t_ns
