@@ -2,7 +2,7 @@
 
 .DEFAULT_GOAL := help
 SHELL := /bin/sh
-.PHONY: help demo venv llvm test test-all check fuzz soak mutants mutants-changed bench docs site checks proof clean
+.PHONY: help demo venv llvm test test-all test-lowest sbom check fuzz soak mutants mutants-changed bench docs site checks proof clean
 
 BIN := .venv/bin
 SCENARIO := examples/harbour_survey.yaml
@@ -43,6 +43,14 @@ check: venv llvm ## Everything that CI runs: format, lint, types, layers, schema
 	$(BIN)/python scripts/reference.py --check
 	$(BIN)/python scripts/site --quick
 	$(BIN)/python -m pytest -n 2 -m "not slow" --durations=10
+
+test-lowest: llvm ## Run the unit tests with the lowest versions of all dependencies, in .venv-lowest
+	@sh scripts/lowest.sh .venv-lowest
+
+sbom: venv ## Write the bill of materials of what is installed: build/sbom.json (CycloneDX)
+	@mkdir -p build
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check cyclonedx-bom
+	$(BIN)/cyclonedx-py environment .venv --output-file build/sbom.json
 
 fuzz: venv llvm ## Fuzz the readers for SECONDS=300 each: scenarios, texts, recordings, world files, packets
 	PELAGOS_FUZZ_SECONDS=$(or $(SECONDS),300) $(BIN)/python -m pytest -s tests/fuzz

@@ -180,7 +180,7 @@ def ply(said: int) -> bytes:
 
 
 MESHES = {
-    "nan.stl": (stl(2, value=float("nan")), "not finite"),
+    "nan.stl": (stl(2, value=float("nan")), "not finite|no triangle with an area"),
     "flat.stl": (stl(2, value=0.0), "no triangle with an area"),
     "lying.stl": (stl(2, said=2**32 - 1), "mesh file"),
     "lying.ply": (ply(4_000_000_000), "cannot be read"),
