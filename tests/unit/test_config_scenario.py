@@ -373,3 +373,9 @@ def test_mapping_without_a_file_names_keys_alone() -> None:
     with pytest.raises(ScenarioError) as caught:
         load_scenario({"world": {"type": "pond", "dpth_m": 3}})
     assert str(caught.value).startswith("world.dpth_m: unknown key")
+
+
+def test_a_number_too_small_to_be_meant_is_refused():
+    agents = {"a": {"vehicle": {"type": "remus100", "beam_m": 5e-324}}}
+    with pytest.raises(ScenarioError, match="agents.a.vehicle.beam_m: .*e-324 is too small to be meant; at least 1e-60"):
+        load_scenario({"world": {"type": "flat"}, "agents": agents})

@@ -116,7 +116,7 @@ def test_configuration_refuses_what_it_does_not_know(name: str) -> None:
     assert config.model_validate_json(config().model_dump_json()) == config()
     with pytest.raises(ValueError, match="rate"):
         config(rate=5)
-    with pytest.raises(ValueError, match="greater than or equal to 0.000001"):
+    with pytest.raises(ValueError, match=r"greater than or equal to 0\.000001"):
         config(rate_hz=0)
 
 

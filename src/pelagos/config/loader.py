@@ -11,7 +11,7 @@ from pydantic import BaseModel, ValidationError
 
 from pelagos.config.document import Document, plain, read_document
 from pelagos.config.override import change, with_value
-from pelagos.config.problem import as_error, coerced, scenario_error
+from pelagos.config.problem import as_error, coerced, scenario_error, vanishing
 from pelagos.config.scenario import Scenario
 from pelagos.errors import ScenarioError
 
@@ -63,6 +63,8 @@ def check(document: Document, *, trust: bool = False) -> Scenario:
         raise ScenarioError(
             f"a scenario is a mapping of keys, not {type(document.data).__name__}", where=document.where(())
         )
+    if too_small := [(document.where(path), text) for path, text in vanishing(document.data)]:
+        raise as_error(too_small)
     try:
         scenario = Scenario.model_validate(document.data, context=_context(document, trust))
     except ValidationError as error:

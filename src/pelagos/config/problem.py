@@ -19,6 +19,7 @@ _LIMITS: Final = {
     "less_than": ("less than", "lt"),
     "less_than_equal": ("at most", "le"),
 }
+_LEAST: Final = 1e-60
 _SHAPES: Final = ("float_type", "int_type", "string_type", "model_type", "model_attributes_type", "dict_type")
 _NUMBERS: Final = ("float_type", "float_parsing", "int_type", "int_parsing", "int_from_float", "finite_number")
 
@@ -47,6 +48,18 @@ def as_error(problems: list[tuple[str, str]]) -> ScenarioError:
         return ScenarioError(text, where=where)
     lines = "".join(f"\n  {place}: {words}" for place, words in problems)
     return ScenarioError(f"{len(problems)} things are wrong:{lines}")
+
+
+def vanishing(data: Any, path: Key = ()) -> Iterator[tuple[Key, str]]:
+    """Places of numbers that are not 0 but no measurement either: what divides by them is infinite."""
+    if isinstance(data, Mapping):
+        for key, value in data.items():
+            yield from vanishing(value, (*path, key))
+    elif isinstance(data, list | tuple):
+        for index, value in enumerate(data):
+            yield from vanishing(value, (*path, index))
+    elif isinstance(data, float) and 0 < abs(data) < _LEAST:
+        yield path, f"{data:g} is too small to be meant; at least {_LEAST:g}, or 0"
 
 
 def coerced(data: Any, built: Any, path: Key = ()) -> Iterator[tuple[Key, str]]:
