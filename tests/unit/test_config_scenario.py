@@ -377,5 +377,7 @@ def test_mapping_without_a_file_names_keys_alone() -> None:
 
 def test_a_number_too_small_to_be_meant_is_refused():
     agents = {"a": {"vehicle": {"type": "remus100", "beam_m": 5e-324}}}
-    with pytest.raises(ScenarioError, match="agents.a.vehicle.beam_m: .*e-324 is too small to be meant; at least 1e-60"):
+    with pytest.raises(
+        ScenarioError, match=r"agents\.a\.vehicle\.beam_m: .*e-324 is too small to be meant; at least 1e-60"
+    ):
         load_scenario({"world": {"type": "flat"}, "agents": agents})
