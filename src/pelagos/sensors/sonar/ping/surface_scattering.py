@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from functools import cache
 from typing import TYPE_CHECKING, Final
 
 import drjit as dr
@@ -97,14 +98,18 @@ def _solids(materials: Sequence[Material]) -> NDArray[np.float64]:
 
 
 def _corners(materials: Sequence[Material], frequency_hz: float) -> NDArray[np.float64]:
-    grazing = np.linspace(0.0, math.pi / 2, _ANGLES)
     lobes = []
     for m in materials:
         inside = 1.5 * m.corner_m**2  # all of which is seen from wherever the corner answers
         strength = corner(m.corner_m, _SOUND_SPEED / frequency_hz)
-        lobes.append(corner_lobe(0.5 * math.pi - grazing) * (10.0 ** (strength / 10.0) / inside))
+        lobes.append(_corner_lobe() * (10.0 ** (strength / 10.0) / inside))
     diffuse = lambert(dr.sin(_angles(len(materials))), _by_row(materials, "lambert_db"))
     return np.array(lobes) + _table(diffuse)
+
+
+@cache
+def _corner_lobe() -> NDArray[np.float64]:
+    return corner_lobe(0.5 * math.pi - np.linspace(0.0, math.pi / 2, _ANGLES))
 
 
 def _reflection(sine: Array, materials: Sequence[Material]) -> Pair:
