@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import gc
 import hashlib
+import json
+import time
 from pathlib import Path
 from typing import Any
 
@@ -19,7 +21,8 @@ from pelagos.viewer.hub import Hub
 from pelagos.viewer.live import Live
 from pelagos.viewer.orders import Orders
 from pelagos.viewer.pilot import Pilot
-from pelagos.viewer.session import Watch, currents_of
+from pelagos.viewer.session import Watch, currents_of, subject_of
+from pelagos.viewer.view import View
 
 SCENARIO: dict[str, Any] = {
     "seed": 7,
@@ -244,6 +247,28 @@ def test_a_browser_that_is_slow_drops_pictures_and_nothing_waits(sim):
     assert frame.t_ns == sim.time_ns
     assert len([p for p in frame.samples if p.sample.name == "auv0.mbes"]) == 20
     assert live.take(0.0) is None
+
+
+def test_who_comes_while_nothing_moves_sees_the_sensors_pictures(sim):
+    """A paused run, or a recording at its end: what is asked for is drawn, though no frame comes any more."""
+    websockets = pytest.importorskip("websockets.sync.client", reason="websockets is not installed")
+    live = Live(sim)
+    with sim.watch(live.heard):
+        sim.step(ticks=100)
+        live.show()
+    with View(subject_of(sim), live).start() as view:
+        while not view.pictures:
+            time.sleep(0.01)
+        address = f"ws://127.0.0.1:{view.server.port}/live?token={view.server.guard.token}"
+        with websockets.connect(address, max_size=None) as browser:
+            browser.send(json.dumps({"do": "panels", "names": ["auv0.sonar"]}))
+            for _ in range(50):
+                raw = browser.recv(timeout=60)
+                header = json.loads(raw[4 : 4 + int.from_bytes(raw[:4], "little")])
+                if header.get("name") == "auv0.sonar" and header.get("pictured"):
+                    break
+    assert header["pictured"]
+    assert b"\xff\xd9" in raw[-8:]  # the end of a JPEG
 
 
 def test_current_is_drawn_where_it_sets(sim):

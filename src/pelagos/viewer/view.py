@@ -173,10 +173,14 @@ class View:
     def _publish(self) -> None:
         while not self._closed.is_set():
             frame = self._source.take(0.25)
+            asked = bool(self._asked)
             self._do_asked()
-            if frame is None:
+            if frame is None and not asked:
                 continue
             try:
+                if frame is None:  # paused, or at a recording's end: whoever asks sees what there is
+                    self.panels.publish(self.hub, self._wanted or None)
+                    continue
                 self._draw(frame)
             except Exception as error:  # a drawing that fails must not end the view, nor the mission
                 self.hub.say(f"the picture failed: {type(error).__name__}: {error}", kind="error")
