@@ -115,8 +115,8 @@ def loads(count: int) -> Iterator[int]:
 SOAKS = {
     "navigation": Soak("A week with navigation sensors", "ticks", 7 * 86_400 * 50, ticks(NAVIGATION)),
     "seeing": Soak("A day with a sonar and a camera in a harbour", "ticks", 86_400 * 20, ticks(SEEING)),
-    "resets": Soak("Resets", "resets", 100_000, resets),
-    "loads": Soak("Loads", "loads", 10_000, loads),
+    "resets": Soak("100 000 resets", "resets", 100_000, resets),
+    "loads": Soak("10 000 loads", "loads", 10_000, loads),
 }
 
 
@@ -171,15 +171,19 @@ def draw(found: dict[str, list[list[float]]], path: Path) -> None:
     import matplotlib
 
     matplotlib.use("Agg")
-    from matplotlib import pyplot
+    from matplotlib import pyplot, ticker
 
     figure, rows = pyplot.subplots(len(found), 2, figsize=(9, 2.2 * len(found)), squeeze=False, layout="constrained")
     for (name, samples), (memory, pace) in zip(found.items(), rows, strict=True):
-        done, mb, ms = zip(*samples, strict=True)
+        soak, (done, mb, ms) = SOAKS[name], zip(*samples, strict=True)
         memory.plot(done, mb, color="#0072b2")
         pace.plot(done, ms, color="#d55e00")
-        memory.set(title=SOAKS[name].title, ylabel="memory [MB]", xlabel=SOAKS[name].unit, ylim=(0, 1.2 * max(mb)))
-        pace.set(ylabel=f"ms a {SOAKS[name].unit[:-1]}", xlabel=SOAKS[name].unit, ylim=(0, None))
+        share = f"{done[-1] / soak.whole:.0%} of {soak.title[0].lower()}{soak.title[1:]}"
+        memory.set(title=share, ylabel="memory [MB]", ylim=(0, 1.2 * max(mb)))
+        pace.set(ylabel=f"CPU time [ms a {soak.unit[:-1]}]", ylim=(0, 2.0 * sorted(ms)[len(ms) // 2]))
+        for axes in (memory, pace):
+            axes.xaxis.set_major_formatter(ticker.EngFormatter(sep=""))
+            axes.set_xlabel(soak.unit)
     figure.savefig(path)
 
 
