@@ -29,6 +29,15 @@ SCENARIO: dict[str, Any] = {
 SILENT = ViewOptions(port=0, browser=False)
 
 
+@pytest.fixture
+def heeded():
+    """Ctrl-C as a terminal has it: processes in the background of a shell begin with it ignored."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
+
+
+@pytest.mark.usefixtures("heeded")
 def test_ctrl_c_ends_a_view_whose_browser_does_not_answer(tmp_path, monkeypatch, capsys):
     """The browser has the run recorded, and then neither reads nor says good-bye: 130, and the recording is whole."""
     from websockets.sync.client import connect
@@ -47,7 +56,7 @@ def test_ctrl_c_ends_a_view_whose_browser_does_not_answer(tmp_path, monkeypatch,
                 while not (recording.exists() and recording.stat().st_size > 0):
                     time.sleep(0.02)
                 os.kill(os.getpid(), signal.SIGINT)
-                ended.wait()
+                ended.wait(120)
         except BaseException as error:
             failed.append(error)
             os.kill(os.getpid(), signal.SIGINT)
@@ -67,6 +76,7 @@ def test_ctrl_c_ends_a_view_whose_browser_does_not_answer(tmp_path, monkeypatch,
     assert "ending the view" in told.err
 
 
+@pytest.mark.usefixtures("heeded")
 def test_ctrl_c_ends_a_replay_and_a_world(tmp_path, monkeypatch):
     path = tmp_path / "dive.yaml"
     path.write_text(yaml.safe_dump(SCENARIO), encoding="utf-8")
