@@ -251,10 +251,10 @@ def test_wrong_input_is_one_clear_error_with_exit_code_2(
     assert [p.name for p in small.parent.iterdir()] == ["small.yaml"], "something was written"
 
 
-def test_recovering_what_is_no_recording_fails_with_1(small: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert outcome("recover", str(small)) == 1
+def test_recovering_what_is_no_recording_is_wrong_input(small: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert outcome("recover", str(small)) == 2
     assert str(small) in capsys.readouterr().err
-    assert outcome("recover", "no_such.mcap") == 1
+    assert outcome("recover", "no_such.mcap") == 2
     assert small.read_text() == SMALL
 
 

@@ -9,10 +9,12 @@ from pathlib import Path
 from types import ModuleType
 from typing import Annotated, Literal
 
+import drjit as dr
 import pytest
 import yaml
 from pydantic import Field, ValidationError
 
+from pelagos import jit
 from pelagos.config import registry
 from pelagos.config.document import parse_document
 from pelagos.config.loader import check, load_scenario, to_yaml
@@ -375,9 +377,10 @@ def test_mapping_without_a_file_names_keys_alone() -> None:
     assert str(caught.value).startswith("world.dpth_m: unknown key")
 
 
-def test_a_number_too_small_to_be_meant_is_refused():
-    agents = {"a": {"vehicle": {"type": "remus100", "beam_m": 5e-324}}}
-    with pytest.raises(
-        ScenarioError, match=r"agents\.a\.vehicle\.beam_m: .*e-324 is too small to be meant; at least 1e-60"
-    ):
-        load_scenario({"world": {"type": "flat"}, "agents": agents})
+@pytest.mark.parametrize("flushed", [False, True], ids=["as Python", "after a kernel of Dr.Jit"])
+def test_a_number_too_small_to_be_meant_is_refused(flushed):
+    if flushed:
+        dr.eval(jit.Float(1.0) + jit.Float(2.0))  # from now on 5e-324 == 0 in this thread
+    agents = {"a": {"vehicle": {"type": "boat", "beam_m": -5e-324}}}
+    with pytest.raises(ScenarioError, match=r"agents\.a\.vehicle\.beam_m: .* is too small to be meant; at least 1e-60"):
+        load_scenario({"world": {"type": "pond"}, "agents": agents})

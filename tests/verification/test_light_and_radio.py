@@ -165,7 +165,9 @@ def test_reporting_intervals() -> None:
 def test_ships_have_numbers_and_names_of_their_own() -> None:
     ais = {"ais": {"type": "ais", "mmsi": 211_000_001}}
     twice = scenario({"u": boat(0, 0, 2.0, ais), "v": boat(90, 0, 2.0, ais)})
-    with pytest.raises(pl.ScenarioError, match=r"v\.sensors\.ais: MMSI 211000001 is that of u\.ais already"):
+    with pytest.raises(
+        pl.ScenarioError, match=r"agents\.v\.sensors\.ais: v\.ais: MMSI 211000001 is that of u\.ais already"
+    ):
         pl.Simulation.load(twice)
     unnumbered = scenario({name: boat(0, 40 * k, 2.0, {"ais": {"type": "ais"}}) for k, name in enumerate("uvw")})
     unnumbered["agents"]["t"] = boat(0, 200, 2.0, {"ais": {"type": "ais", "mmsi": 200_000_001}})

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from pelagos.cli.console import err, out, shown
-from pelagos.errors import RecordingError
+from pelagos.errors import NoRecording
 
 
 def recover_file(path: Path, target: Path | None, *, in_place: bool) -> int:
@@ -20,7 +20,7 @@ def recover_file(path: Path, target: Path | None, *, in_place: bool) -> int:
     from pelagos.sim.replay import recover
 
     if not path.is_file():
-        raise RecordingError(f"{path}: there is no such file")
+        raise NoRecording(f"{path}: there is no such file")
     found = recover(path, target, in_place=in_place)
     what = f"{found.messages} messages of {found.topics} topics, up to {found.end_ns * 1e-9:.2f} s"
     if found.whole:

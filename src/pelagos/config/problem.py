@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import struct
 from collections.abc import Iterator, Mapping
 from typing import Any, Final, get_args
 
@@ -58,8 +59,8 @@ def vanishing(data: Any, path: Key = ()) -> Iterator[tuple[Key, str]]:
     elif isinstance(data, list | tuple):
         for index, value in enumerate(data):
             yield from vanishing(value, (*path, index))
-    elif isinstance(data, float) and 0 < abs(data) < _LEAST:
-        yield path, f"{data:g} is too small to be meant; at least {_LEAST:g}, or 0"
+    elif isinstance(data, float) and abs(data) < _LEAST and any(struct.pack("d", abs(data))):  # to Dr.Jit 5e-324 == 0
+        yield path, f"{data!r} is too small to be meant; at least {_LEAST:g}, or 0"
 
 
 def coerced(data: Any, built: Any, path: Key = ()) -> Iterator[tuple[Key, str]]:
