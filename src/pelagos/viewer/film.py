@@ -177,9 +177,12 @@ class _Artist:
             part = min((x1 - x0) / picture.width, (y1 - y0 - 26) / picture.height)
             small = picture.resize((max(1, int(picture.width * part)), max(1, int(picture.height * part))))
             sheet.paste(small, (x0 + (x1 - x0 - small.width) // 2, y0 + 26 + (y1 - y0 - 26 - small.height) // 2))
-        scale = self.panels.panels[name].scale
-        range_ = "" if scale is None else f"   {scale[0]:.1f} m (light) to {scale[1]:.1f} m (dark) below it"
-        draw.text((x0 + 6, y0 + 6), name + range_, fill=_INK, font=_font(15))
+        titles, scale = [name], self.panels.panels[name].scale
+        if scale is not None:
+            titles = [f"{name}   {scale[0]:.1f} m (light) to {scale[1]:.1f} m (dark) below it",
+                      f"{name}   {scale[0]:.1f} to {scale[1]:.1f} m", name]  # fmt: skip
+        fits = [title for title in titles if draw.textlength(title, font=_font(15)) <= x1 - x0 - 12]
+        draw.text((x0 + 6, y0 + 6), fits[0] if fits else name, fill=_INK, font=_font(15))
 
     def _chart(self, sheet: Image.Image, frame: Frame, box: tuple[int, int, int, int]) -> None:
         x0, y0, x1, y1 = box
