@@ -25,10 +25,6 @@ from pelagos.jit import Array
 _REACH: Final = 4.0  # standard deviations of a beam beyond which nothing is left of it
 _BOUNCES: Final = 200
 _LEGS: Final = 8  # times that slopes may turn a ray back or forth
-_TYPES: Final = {
-    **dict.fromkeys(("caustics", "surface", "bottom", "layer", "column", "node"), "UInt32"),
-    "alive": "Bool",
-}
 
 
 @dataclass(frozen=True)
@@ -211,7 +207,7 @@ def _resumed(side: Section, ray: Ray, rows: NDArray[np.intp], reach: float, stat
         own[name][: len(rows)] = np.clip(np.searchsorted(edges, here, side="right") - 1, 0, len(edges) - 1)
     station = np.zeros(width, np.uint32)
     station[: len(rows)] = np.maximum(np.ceil(here * stations / reach) - 1.0, 0.0)
-    start = Ray(*(jit.own(getattr(jit, _TYPES.get(f.name, "Float64")), own[f.name]) for f in fields(Ray)))
+    start = Ray(*(jit.own(type(getattr(ray, f.name)), own[f.name]) for f in fields(Ray)))
     launch = Launch(
         dr.zeros(jit.UInt32, width), dr.zeros(jit.Float64, width), dr.zeros(jit.Float64, width),
         dr.full(jit.Float64, reach, width), dr.full(jit.UInt32, _BOUNCES, width),

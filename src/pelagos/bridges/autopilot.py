@@ -105,7 +105,7 @@ def outputs_of(sim: Simulation, agent: str, given: Mapping[str, int], where: str
 
 
 class Motion(NamedTuple):
-    """Where a vehicle is and how it moves, for an autopilot; plain numbers, for they are asked for every tick.
+    """Pose and motion of a vehicle, for an autopilot; plain numbers, for they are asked for every tick.
 
     Attributes:
         position: north, east, down of the world's origin [m].

@@ -444,12 +444,13 @@ def manoeuvre(
     seconds: Annotated[float | None, typer.Option(metavar="S", help="Longest run.", show_default=False)] = None,
     out: Annotated[Path | None, typer.Option(metavar="FILE", help="A picture, .png.", show_default=False)] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print the numbers as JSON.")] = False,
+    trust: Trust = False,
 ) -> None:
     """Run a standard manoeuvre in calm water: its numbers beside the limits of IMO MSC.137(76), and a picture."""
     from pelagos.cli.manoeuvre import show_manoeuvre
     from pelagos.manoeuvres.trial import Orders
 
-    show_manoeuvre(vehicle, which.value, Orders(rudder, angle, speed, seconds), out=out, as_json=as_json)
+    show_manoeuvre(vehicle, which.value, Orders(rudder, angle, speed, seconds), out=out, as_json=as_json, trust=trust)
 
 
 @app.command(epilog="Example:\n\n    pelagos cite examples/harbour_survey.yaml")
@@ -511,7 +512,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
     Without `arguments` the process is the command's own, and a signal ends it without the interpreter's own tidying up:
     an import or a compilation that was cut short can make that crash.
     """
-    if arguments is None and sys.argv[1:2] in (["run"], ["view"]):
+    command = next((word for word in sys.argv[1:] if not word.startswith("-")), "")
+    if arguments is None and command in ("run", "view"):
         leave_at_once()
     try:
         _main(arguments)

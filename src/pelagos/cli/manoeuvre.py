@@ -13,7 +13,9 @@ from pelagos.errors import InputError, LookupFailed
 from pelagos.manoeuvres.trial import Orders, run_manoeuvre
 
 
-def show_manoeuvre(vehicle: str, name: str, orders: Orders, *, out: Path | None, as_json: bool) -> None:
+def show_manoeuvre(
+    vehicle: str, name: str, orders: Orders, *, out: Path | None, as_json: bool, trust: bool = False
+) -> None:
     """Run it, print its numbers, draw it where `out` names a file.
 
     Raises:
@@ -21,7 +23,7 @@ def show_manoeuvre(vehicle: str, name: str, orders: Orders, *, out: Path | None,
     """
     if out is not None and (out.suffix.lower() != ".png" or not out.parent.is_dir()):
         raise InputError(f"--out {out}: give a file that ends in .png, in a folder that exists")
-    trial = run_manoeuvre(_vehicle(vehicle), name, orders)
+    trial = run_manoeuvre(_vehicle(vehicle, trust), name, orders)
     if as_json:
         rows = [{"name": m.name, "value": m.value, "unit": m.unit, "limit": m.limit} for m in trial.measures]
         console.print_json(json.dumps({"vehicle": trial.vehicle, "manoeuvre": name, "measures": rows}))
@@ -39,11 +41,11 @@ def show_manoeuvre(vehicle: str, name: str, orders: Orders, *, out: Path | None,
         out.write_bytes(draw(trial))
 
 
-def _vehicle(given: str) -> dict[str, Any]:
+def _vehicle(given: str, trust: bool) -> dict[str, Any]:
     if given.endswith((".yaml", ".yml")):
         from pelagos.vehicles.vehicle import Vehicle
 
-        return Vehicle.from_yaml(given).config.model_dump(mode="json")
+        return Vehicle.from_yaml(given, trust=trust).config.model_dump(mode="json")
     from pelagos.vehicles.load import catalogue_names
 
     if given not in catalogue_names():

@@ -153,7 +153,7 @@ def say_where(url: str, options: ViewOptions) -> None:
 
 
 def _has_display() -> bool:
-    """Whether a browser would have a screen: one of the terminal cannot show the page, and would take the terminal."""
+    """True where a browser would have a screen: one of the terminal cannot show the page, and would take that."""
     known = ("DISPLAY", "WAYLAND_DISPLAY", "BROWSER")
     return not sys.platform.startswith("linux") or any(os.environ.get(name) for name in known)
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from typing import Annotated, TypeAlias
 
 from pydantic import Field
@@ -12,9 +11,9 @@ Rate: TypeAlias = Annotated[float, Field(ge=1e-6)]
 
 
 def divides(rate_hz: float, tick_rate_hz: float) -> bool:
-    """Whether a sample falls due every whole number of ticks."""
+    """True where a sample falls due every whole number of ticks."""
     ticks = tick_rate_hz / rate_hz
-    return math.isfinite(ticks) and ticks > 1 - 1e-9 and abs(ticks - round(ticks)) < 1e-6 * ticks
+    return ticks > 1 - 1e-9 and abs(ticks - round(ticks)) < 1e-6 * ticks
 
 
 _MOST_TRIED = 100_000
@@ -22,7 +21,7 @@ _MOST_TRIED = 100_000
 
 
 def rate_text(rate_hz: float, tick_rate_hz: float) -> str:
-    """What is wrong with a rate, and the nearest rates that are possible."""
+    """The fault of a rate in words, and the nearest rates that are possible."""
     if rate_hz > tick_rate_hz:
         return f"{rate_hz:g} Hz is faster than the tick rate of {tick_rate_hz:g} Hz; at most {tick_rate_hz:g} Hz"
     ticks = tick_rate_hz / rate_hz
@@ -39,5 +38,5 @@ def rate_text(rate_hz: float, tick_rate_hz: float) -> str:
 
 
 def _short(rate_hz: float) -> bool:
-    """Whether a rate can be written with three decimals."""
+    """True for a rate that three decimals write."""
     return abs(rate_hz * 1000 - round(rate_hz * 1000)) < 1e-9

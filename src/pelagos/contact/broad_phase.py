@@ -15,7 +15,6 @@ from numpy.typing import NDArray
 
 from pelagos.math.so3 import rotate_np
 
-_SLACK: Final = 1e-6  # of rounding, before distances are compared [m]
 _CLASS: Final = 2.0  # sizes within one class differ by less than this factor
 
 
@@ -55,16 +54,16 @@ def close_pairs(
         return np.zeros((0, 2), dtype=np.int64)
     apart = 4.0 * float(reach.max())
     places = np.concatenate([position, copy[:, None] * apart], axis=1)
-    places += 1.0 - places.min(axis=0)  # where subnormal numbers count as 0, a balanced tree of many zeros never ends
     size = np.floor(np.log(np.maximum(reach, 1e-9)) / np.log(_CLASS)).astype(np.int64)
     classes = [np.flatnonzero(size == s) for s in np.unique(size)]
-    trees = [cKDTree(places[rows]) for rows in classes]
+    # a balanced tree of many equal zeros never ends where subnormal numbers count as 0, as Dr.Jit has them
+    trees = [cKDTree(places[rows], balanced_tree=False) for rows in classes]
     largest = [float(reach[rows].max()) for rows in classes]
     parts = []
     for a, (rows, tree) in enumerate(zip(classes, trees, strict=True)):
-        parts.append(rows[tree.query_pairs(2 * largest[a] + _SLACK, output_type="ndarray")])
+        parts.append(rows[tree.query_pairs(2 * largest[a], output_type="ndarray")])
         for b in range(a + 1, len(classes)):
-            found = trees[b].sparse_distance_matrix(tree, largest[a] + largest[b] + _SLACK, output_type="ndarray")
+            found = trees[b].sparse_distance_matrix(tree, largest[a] + largest[b], output_type="ndarray")
             parts.append(np.stack([classes[b][found["i"]], rows[found["j"]]], axis=1))
     pairs = np.sort(np.concatenate(parts).astype(np.int64), axis=1)
     i, j = pairs.T

@@ -48,7 +48,7 @@ class Swarm:
         """Distance of each member to its nearest neighbour `(k, members)` [m], and which that is; between origins."""
         from scipy.spatial import cKDTree  # a tenth of the time that all imports take
 
-        # balanced trees of many zeros may never end, see `contact.broad_phase.close_pairs`
+        # not balanced: see `contact.broad_phase.close_pairs`
         found = [cKDTree(places, balanced_tree=False).query(places, k=2) for places in self.position]
         return np.stack([d[:, 1] for d, _ in found]), np.stack([i[:, 1] for _, i in found])
 

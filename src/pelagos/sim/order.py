@@ -20,7 +20,7 @@ Kind: TypeAlias = Literal[
 STREAMS: Final = ("command", "setpoint", "velocity", "wrench", "pose", "waypoint")
 """Kinds of which only the newest counts."""
 LARGEST: Final = 1e9
-"""What numbers of orders may be at most: the squares of larger ones are beyond single precision, soon."""
+"""Largest number of an order: the squares of larger ones are soon beyond single precision."""
 FARTHEST_M: Final = 2.1e7
 """No place on Earth is farther from a world's origin, along the ground [m]."""
 CRUISE_MPS: Final = 1.5

@@ -41,7 +41,7 @@ def sample_from(config: SensorConfig, name: str, recorded: Recorded) -> Sample |
 
 
 def truth_at(config: Any, pose: Pose, world: World) -> dict[str, float]:
-    """What a depth sensor or an altimeter says at a pose without noise, with the names of `Sample.numbers`.
+    """Noiseless numbers of a depth sensor or an altimeter at a pose, with the names of `Sample.numbers`.
 
     The range is along the altimeter's axis, not that of the first echo in its cone; movers are not met.
     """

@@ -130,7 +130,7 @@ def _near(survey: Soundings, origin: GeoOrigin, ground: HeightField) -> Any:
     margin = _MARGIN * float((high - low).max())
     points = np.stack([x, y], axis=1)
     near = ((points > low - margin) & (points < high + margin)).all(axis=1)
-    return KDTree(points[near], balanced_tree=False)  # a balanced one of many zeros may never end, see `close_pairs`
+    return KDTree(points[near], balanced_tree=False)  # see `contact.broad_phase.close_pairs`
 
 
 def _usual(tree: Any) -> float:
