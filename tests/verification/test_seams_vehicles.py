@@ -166,7 +166,8 @@ def test_a_multirotor_brakes_with_its_damping_ratio(v: tuple[float, float, float
 def test_shared_thrust_makes_the_wrench_that_is_asked_for() -> None:
     """Thrusters ahead of equal coefficient: surge force and yaw moment of all together, of both signs."""
     vehicle = pl.Vehicle.from_catalogue("otter", modes={"heading": {"allocation": "forward_coefficient"}})
-    law = next(c for c in vehicle.controllers.values() if isinstance(c, HeadingThrust))
+    law = vehicle.controllers["heading"]
+    assert isinstance(law, HeadingThrust)
     for surge, yaw in ((90.0, 12.0), (90.0, -12.0)):
         wrench = [jit.Float64(v) for v in (surge, 0.0, 0.0, 0.0, 0.0, yaw)]
         total = np.zeros(6)

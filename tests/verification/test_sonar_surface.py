@@ -140,6 +140,24 @@ def test_the_tide_moves_the_images():
         assert r[late & (more > 0.05 * more[late].max())].min() == pytest.approx(broken, abs=0.1)
 
 
+def test_the_mixed_way_is_heard_in_both_directions_at_once():
+    """Over the mirror out and straight home, and the other way round, in phase: four times the power of either.
+
+    Against the echo over the mirror both ways, L long: 4 (L/S)^2 by spreading, one loss of the mirror less, and one
+    way by the axis instead of the line's pattern in the mirror's direction: X. Lurton, An Introduction to Underwater
+    Acoustics (2nd ed., 2010), Section 2.4.
+    """
+    loss, width = 1.5, 60.0
+    more, r = of_the_ball([sphere((20.0, 0, -4.0), 0.3)], multipath="surface", surface_loss_db=loss,
+                          frequency_hz=200e3, tvg_db=0.0, vertical_beamwidth_deg=width)  # fmt: skip
+    straight, broken = 20.0 - 0.3, math.hypot(20.0, 8.0) - 0.3
+    mixed, both = (more[(r > d - 0.1) & (r < d + 0.5)].sum() for d in (0.5 * (straight + broken), broken))
+    sine, half = 8.0 / math.hypot(20.0, 8.0), math.sin(math.radians(width / 2))
+    pattern = np.sinc(0.442946 * sine / half) ** 2  # half power at half of the width
+    expected = 4.0 * (broken / straight) ** 2 * 10 ** (0.1 * loss) / pattern
+    assert mixed / both == pytest.approx(expected, rel=0.05)  # 1 % with 1 000 rays a beam and with 3 000
+
+
 def test_second_order_arrives_by_the_images_images():
     """Surface and bottom one after the other: images of images, Jensen et al. (2011), Section 2.4.4.
 
