@@ -2,7 +2,7 @@
 
 .DEFAULT_GOAL := help
 SHELL := /bin/sh
-.PHONY: help demo venv llvm test test-all test-lowest sbom check fuzz soak mutants mutants-changed bench docs site checks proof clean
+.PHONY: help demo venv llvm test test-all test-lowest sbom check fuzz soak mutants mutants-fresh mutants-changed bench docs site checks proof clean
 
 BIN := .venv/bin
 SCENARIO := examples/harbour_survey.yaml
@@ -60,6 +60,9 @@ soak: venv llvm ## Long runs, to see that memory stays flat: SHARE=1 is a week o
 
 mutants: venv llvm ## Put some 460 mistakes into copies of the source and see that a test notices each
 	$(BIN)/python scripts/mutants $(LAYERS)
+
+mutants-fresh: venv llvm ## Some that are in no list, drawn at random: COUNT=50 SEED=1
+	$(BIN)/python scripts/mutants --fresh $(or $(COUNT),50) --seed $(or $(SEED),1)
 
 mutants-changed: venv llvm ## The same for the files that differ from REF=origin/main
 	$(BIN)/python scripts/mutants --changed $(or $(REF),origin/main)

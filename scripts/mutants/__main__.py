@@ -1,6 +1,6 @@
 """Put plausible mistakes into the source, one at a time, and see that a test notices each.
 
-usage: python scripts/mutants [LAYER ...] [--changed REF] [--jobs 2] [--check]
+usage: python scripts/mutants [LAYER ...] [--changed REF] [--fresh COUNT --seed N] [--jobs 2] [--check]
 """
 
 from __future__ import annotations
@@ -15,6 +15,7 @@ import time
 from collections import Counter, deque
 from pathlib import Path
 
+from fresh import draw
 from mutant import LISTS, ROOT, BadMutant, Mutant, read_mutants
 from trial import Outcome, finish, preload, start
 
@@ -28,10 +29,12 @@ def main() -> int:
     parser.add_argument("layers", nargs="*", help="lists to run, all by default")
     parser.add_argument("--changed", metavar="REF", help="only files that differ from this commit")
     parser.add_argument("--jobs", type=int, default=os.cpu_count() or 1, help="trials at a time")
+    parser.add_argument("--fresh", metavar="COUNT", type=int, help="about so many that are in no list, drawn at random")
+    parser.add_argument("--seed", type=int, default=0, help="of --fresh")
     parser.add_argument("--only", metavar="KEY", help="the mutant of this key alone")
     parser.add_argument("--check", action="store_true", help="only check that each list fits the source")
     options = parser.parse_args()
-    mutants = list(read_mutants(tuple(options.layers)))
+    mutants = draw(options.seed, options.fresh) if options.fresh else list(read_mutants(tuple(options.layers)))
     if options.changed:
         touched = changed_files(options.changed)
         mutants = [m for m in mutants if f"src/pelagos/{m.file}" in touched]

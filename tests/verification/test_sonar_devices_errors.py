@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import warnings
 
 import numpy as np
 import pytest
@@ -13,7 +14,9 @@ from pelagos import jit
 from pelagos.acoustics import beamforming
 from pelagos.acoustics.echo_walk import pitch
 from pelagos.acoustics.pulse import point_spread
+from pelagos.errors import ValidityWarning
 from pelagos.sensors.sonar.adcp import Adcp, AdcpConfig
+from pelagos.sensors.sonar.altimeter import Altimeter
 from pelagos.sensors.sonar.dvl import Dvl, DvlConfig
 from pelagos.sensors.sonar.imaging_sonar import ImagingSonar, ImagingSonarConfig
 from pelagos.sensors.sonar.multibeam import Multibeam, MultibeamConfig
@@ -196,3 +199,20 @@ class TestRefused:
         """A tone burst has its own bandwidth, whatever the device's chirp had."""
         config = ImagingSonarConfig(device="oculus_m750d_high", pulse="cw", pulse_s=1e-4)
         assert config.bandwidth_hz == pytest.approx(1e4)
+
+
+@pytest.mark.parametrize(
+    ("sensor", "keys", "idle"),
+    [
+        (Altimeter, {"source_level_db": 190.0}, "'source_level_db'"),
+        (Adcp, {"lag_s": 2e-4, "self_noise_db": 40.0}, "'self_noise_db', 'lag_s'"),
+        (Dvl, {"device": "waterlinked_a50", "pulse_s": 2e-3}, "'pulse_s'"),
+    ],
+)
+def test_keys_of_echoes_that_nobody_asks_for_are_told(sensor, keys, idle):
+    build = lambda **more: sensor(sensor.Config(**keys, **more), context([plane(-9.0)]))
+    with pytest.warns(ValidityWarning, match=f"{idle} changes nothing without 'water_column_bins', 'iq' or 'labels'"):
+        build()
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", ValidityWarning)
+        build(water_column_bins=64)

@@ -21,9 +21,10 @@ from pelagos.errors import ValidityWarning
 from pelagos.jit import Array
 from pelagos.math.philox import normal_pair32, uniform32
 from pelagos.sensors.camera.camera import Camera
-from pelagos.sensors.camera.picture.camera_config import CameraConfig, changed, named
+from pelagos.sensors.camera.picture.camera_config import CameraConfig
 from pelagos.sensors.camera.picture.camera_rays import Trace, ViewConfig, view_intrinsics
 from pelagos.sensors.camera.picture.hit_camera import HitView, Seen
+from pelagos.sensors.idle_keys import changed, named
 from pelagos.sensors.noise import opaque_key, stream_key, words32
 from pelagos.sensors.sensor import Kinematics, Measurement, SensorConfig, SensorContext
 

@@ -21,7 +21,7 @@ from pelagos.sensors.noise import normals64
 from pelagos.sensors.recorded import Program, Results
 from pelagos.sensors.schedule import SLOWEST, farthest_heard
 from pelagos.sensors.sensor import Kinematics, Measurement, SensorConfig, SensorContext
-from pelagos.sensors.sonar.keys.echo_keys import EchoesConfig, echo_spec
+from pelagos.sensors.sonar.keys.echo_keys import EchoesConfig, echo_spec, warn_of_idle
 from pelagos.sensors.sonar.ping.beam_echoes import BeamEchoes
 from pelagos.sensors.sonar.ping.fan import Fan, Lanes, Trace, look
 from pelagos.sensors.sonar.ping.pulse_pairs import Pairs
@@ -137,6 +137,7 @@ class Adcp:
     def __init__(self, config: AdcpConfig, context: SensorContext) -> None:
         self.config = config
         self._context = context
+        warn_of_idle(config, context.path)
         wind = wind_for(config.wind_speed_mps, context.ocean, context.path)
         self._sounder = Sounder(config, context, beam_rays(config), Waters(config.frequency_hz, config.ph, wind))
         self._program = Program(self._kernel, self._sounder.compile)

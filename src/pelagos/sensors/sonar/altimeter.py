@@ -20,7 +20,7 @@ from pelagos.sensors.recorded import Program, Results
 from pelagos.sensors.schedule import farthest_heard, warn_of_ambiguity
 from pelagos.sensors.sensor import Kinematics, Measurement, SensorConfig, SensorContext
 from pelagos.sensors.sonar.keys.conflicts import check_order
-from pelagos.sensors.sonar.keys.echo_keys import EchoesConfig, echo_spec
+from pelagos.sensors.sonar.keys.echo_keys import EchoesConfig, echo_spec, warn_of_idle
 from pelagos.sensors.sonar.ping.beam_echoes import BeamEchoes
 from pelagos.sensors.sonar.ping.fan import Fan, Lanes, Trace, look, patches_of
 from pelagos.sensors.sonar.ping.sea_state import wind_for
@@ -103,6 +103,7 @@ class Altimeter:
         self.config = config
         warn_of_ambiguity(config, context.path, config.range_max_m)
         rays = cone_rays(math.radians(config.beamwidth_deg))
+        warn_of_idle(config, context.path)
         wind = wind_for(config.wind_speed_mps, context.ocean, context.path)
         self._sounder = Sounder(config, context, rays, Waters(config.frequency_hz, config.ph, wind))
         self._program = Program(self._kernel, self._sounder.compile)

@@ -25,7 +25,7 @@ from pelagos.sensors.schedule import farthest_heard, warn_of_ambiguity
 from pelagos.sensors.sensor import Kinematics, Measurement, SensorConfig, SensorContext
 from pelagos.sensors.sonar.keys.conflicts import check_order, told
 from pelagos.sensors.sonar.keys.devices import with_device
-from pelagos.sensors.sonar.keys.echo_keys import EchoesConfig, echo_spec
+from pelagos.sensors.sonar.keys.echo_keys import EchoesConfig, echo_spec, warn_of_idle
 from pelagos.sensors.sonar.ping.beam_echoes import BeamEchoes
 from pelagos.sensors.sonar.ping.fan import Fan, Lanes, Medium, Trace, look
 from pelagos.sensors.sonar.ping.pulse_pairs import Pairs
@@ -165,6 +165,7 @@ class Dvl:
         self.config = config
         self._context = context
         warn_of_ambiguity(config, context.path, config.range_max_m / math.cos(math.radians(config.beam_tilt_deg)))
+        warn_of_idle(config, context.path)
         wind = wind_for(config.wind_speed_mps, context.ocean, context.path)
         self._sounder = Sounder(config, context, beam_rays(config), Waters(config.frequency_hz, config.ph, wind))
         self._program = Program(self._kernel, self._sounder.compile)

@@ -6,7 +6,6 @@ A key that is given and cannot show is most likely a mistake of whoever gave it:
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any, Final, Literal, Self
 
@@ -14,6 +13,7 @@ from pydantic import Field, model_validator
 
 from pelagos.config.strict import refusal
 from pelagos.sensors.camera.picture.surroundings import LitViewConfig
+from pelagos.sensors.idle_keys import changed, named
 
 
 class CameraConfig(LitViewConfig):
@@ -202,13 +202,3 @@ def contradiction(config: CameraConfig) -> str | None:
     if config.aperture_widest is not None and config.aperture < config.aperture_widest:
         return f"'aperture' of {config.aperture:g} is wider than 'aperture_widest', f/{config.aperture_widest:g}"
     return None
-
-
-def changed(config: CameraConfig, keys: Iterable[str]) -> list[str]:
-    """Those that do not have their default."""
-    return [k for k in keys if getattr(config, k) != type(config).model_fields[k].default]
-
-
-def named(keys: list[str]) -> str:
-    """Keys as messages name them."""
-    return ", ".join(f"'{k}'" for k in keys)

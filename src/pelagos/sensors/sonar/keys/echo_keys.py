@@ -2,19 +2,26 @@
 
 from __future__ import annotations
 
-from typing import Any, ClassVar, Self
+import warnings
+from typing import Any, ClassVar, Final, Self
 
 from pydantic import Field, model_validator
 
+from pelagos.errors import ValidityWarning
+from pelagos.sensors.idle_keys import changed, named
 from pelagos.sensors.schedule import slower
 from pelagos.sensors.sensor import SensorConfig, SensorContext
 from pelagos.sensors.sonar.keys.conflicts import check_burst, check_pulse
+from pelagos.sensors.sonar.keys.devices import device
 from pelagos.sensors.sonar.keys.ping_keys import ColumnBins, Pulse, mounting, with_burst
 from pelagos.sensors.sonar.ping.ping_spec import Display, PingSpec
 from pelagos.sensors.sonar.ping.sea_state import rain_over, wind_for
 from pelagos.sensors.sonar.ping.surface_scattering import TEXTURE_DB
 
-_NEAREST = 0.05  # [m], of echoes
+_NEAREST: Final = 0.05  # [m], of echoes
+_OF_ECHOES: Final = (
+    "pulse", "bandwidth_hz", "pulse_s", "source_level_db", "self_noise_db", "volume_scattering_db", "lag_s",
+)  # fmt: skip
 
 
 class EchoesConfig(SensorConfig):
@@ -95,3 +102,13 @@ def echo_spec(
         iq=config.iq,
         labels=config.labels,
     )
+
+
+def warn_of_idle(config: EchoesConfig, path: str) -> None:
+    """Warn where a scenario changes keys of the echoes and does not ask for echoes."""
+    name = getattr(config, "device", None)
+    of_device = device(config.type, name).keys if name is not None else {}
+    own = (k for k in _OF_ECHOES if k in type(config).model_fields and k not in of_device)
+    if config.echo_bins == 0 and (idle := changed(config, own)):
+        message = f"{path}: {named(idle)} changes nothing without 'water_column_bins', 'iq' or 'labels'"
+        warnings.warn(message, ValidityWarning, stacklevel=4)
