@@ -22,7 +22,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pelagos import jit
-from pelagos.acoustics.layered_rays import Floor, Launch, Water, march
+from pelagos.acoustics.layered_rays import Launch, march
+from pelagos.acoustics.layered_water import Floor, Water
 from pelagos.acoustics.section import Section, on_device
 from pelagos.jit import Array
 

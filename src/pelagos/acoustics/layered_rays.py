@@ -15,66 +15,14 @@ import drjit as dr
 
 from pelagos import jit
 from pelagos.acoustics.complex_pair import times
+from pelagos.acoustics.layered_water import LEVELS, Floor, Water, first_level, layer_at, next_column, speed_at
 from pelagos.acoustics.ray_arc import curvature, duration, length_of, rise_over, sine_after, snell_invariant
 from pelagos.acoustics.reflection import fluid_reflection
 from pelagos.jit import Array
 
-LEVELS: Final = 64
-"""Levels of a profile on the device."""
 QUIET: Final = 1e-16  # of the intensity at 1 m without spreading, below which a ray is given up
 _FLAT: Final = 1e-12  # sine of a ray that counts as level
 _MOST_BUBBLE_LOSS: Final = 15.0  # [dB] a bounce, see `sea_surface.bubble_loss_db`
-
-
-@jit.struct
-class Water:
-    """Water by path, one row each: columns one after the other along it, linear between `LEVELS` levels that all of
-    them share; a Dr.Jit struct of `Float64`.
-
-    Attributes:
-        depth: of the levels, increasing from 0, the surface [m]; the last one lies below every bottom.
-        speed: of sound, by row, column and level [m/s].
-        absorption: likewise [dB/m].
-        bubble_loss: of a bounce at the surface at normal incidence [dB], one value a row.
-        begins: where each column begins, by row and column; 0 for the first one [m].
-        columns: `UInt32`, of a row.
-    """
-
-    depth: Array
-    speed: Array
-    absorption: Array
-    bubble_loss: Array
-    begins: Array
-    columns: Array
-
-    @property
-    def size_key(self) -> tuple[int, int, int]:
-        """Sizes of all arrays."""
-        return dr.width(self.depth), dr.width(self.speed), dr.width(self.bubble_loss)
-
-
-@jit.struct
-class Floor:
-    """Bottoms, one row a path, straight between their nodes and level beyond the last: a Dr.Jit struct of `Float64`.
-
-    Attributes:
-        x: of the nodes, increasing from 0 [m].
-        depth: [m].
-        density_ratio, sound_speed_ratio, loss: of the bottom behind each node, see `fluid_reflection`.
-        nodes: `UInt32`, of a row.
-    """
-
-    x: Array
-    depth: Array
-    density_ratio: Array
-    sound_speed_ratio: Array
-    loss: Array
-    nodes: Array
-
-    @property
-    def size_key(self) -> tuple[int, int]:
-        """Sizes of all arrays."""
-        return dr.width(self.x), dr.width(self.nodes)
 
 
 @jit.struct
@@ -149,8 +97,8 @@ class Ray:
 def depart(water: Water, launch: Launch) -> Ray:
     """Rays at their source."""
     width = dr.width(launch.row)
-    layer, column = _layer_at(water, launch.row, launch.depth), dr.zeros(jit.UInt32, width)
-    c, _, _ = _here(water, launch.row, column, layer, launch.depth)
+    layer, column = layer_at(water, launch.row, launch.depth), dr.zeros(jit.UInt32, width)
+    c, _, _ = speed_at(water, launch.row, column, layer, launch.depth)
     sine, cosine = dr.sincos(launch.angle)
     return Ray(
         x=dr.zeros(jit.Float64, width), z=jit.Float64(launch.depth), sine=sine, slowness=snell_invariant(cosine, c),
@@ -213,14 +161,14 @@ def march_by(
 
 def step(water: Water, floor: Floor, launch: Launch, end: Array, ray: Ray) -> Ray:
     """One arc: to the edge of the layer or the column, to the next node of the bottom, to the bottom, or to `end`."""
-    c, g, top = _here(water, launch.row, ray.column, ray.layer, ray.z)
+    c, g, top = speed_at(water, launch.row, ray.column, ray.layer, ray.z)
     cosine, curve = ray.slowness * c, curvature(g, ray.slowness)
     edge = _to_edge(water, launch.row, ray, g, cosine, top)
     slope, bottom, next_node = _bottom_at(floor, launch.row, ray)
-    next_column = _next_column(water, launch.row, ray.column)
+    next_begins = next_column(water, launch.row, ray.column)
     to_bottom = _to_bottom(ray, -curve, cosine, slope, bottom)
     way = dr.minimum(dr.minimum(edge.way, to_bottom), dr.minimum(next_node - ray.x, end - ray.x))
-    way = dr.minimum(way, next_column - ray.x)
+    way = dr.minimum(way, next_begins - ray.x)
     way = dr.maximum(way, 0.0)
     at_bottom = (to_bottom <= way) & (to_bottom < edge.way)
     at_edge = ~at_bottom & (edge.way <= way)
@@ -230,7 +178,7 @@ def step(water: Water, floor: Floor, launch: Launch, end: Array, ray: Ray) -> Ra
     z = dr.select(at_edge, edge.depth, dr.select(at_bottom, bottom + slope * way, ray.z + rise))
     after = _along(water, launch, ray, way, z, sine, curve)
     after.x = dr.select(end - ray.x <= way, end, ray.x + way)
-    at_column = ~at_bottom & ~at_edge & (next_column - ray.x <= way)
+    at_column = ~at_bottom & ~at_edge & (next_begins - ray.x <= way)
     last = dr.gather(jit.UInt32, floor.nodes, launch.row) - 1
     after.node = dr.minimum(dr.select(next_node - ray.x <= way, ray.node + 1, ray.node), last)
     after = _crossed(water, launch, after, g, at_edge, top)
@@ -249,7 +197,7 @@ class _Edge:
 
 def _to_edge(water: Water, row: Array, ray: Ray, g: Array, cosine: Array, top: Array) -> _Edge:
     z1 = dr.gather(jit.Float64, water.depth, row * LEVELS + ray.layer + 1)
-    c0, c1 = (dr.gather(jit.Float64, water.speed, _first(water, row, ray.column, ray.layer) + k) for k in (0, 1))
+    c0, c1 = (dr.gather(jit.Float64, water.speed, first_level(water, row, ray.column, ray.layer) + k) for k in (0, 1))
     down = (ray.sine > 0.0) | ((ray.sine == 0.0) & (g < 0.0))
     turns = ray.slowness * dr.select(down, c1, c0) >= 1.0  # before it comes there
     below = down != turns
@@ -290,7 +238,7 @@ def _along(water: Water, launch: Launch, ray: Ray, way: Array, z: Array, sine: A
     length = length_of(dr.sqrt(way * way + (z - ray.z) * (z - ray.z)), curve)
     first = launch.row * LEVELS + ray.layer
     depth0, depth1 = (dr.gather(jit.Float64, water.depth, first + k) for k in (0, 1))
-    here = _first(water, launch.row, ray.column, ray.layer)
+    here = first_level(water, launch.row, ray.column, ray.layer)
     low, high = (dr.gather(jit.Float64, water.absorption, here + k) for k in (0, 1))
     middle = dr.clip((0.5 * (ray.z + z) - depth0) / (depth1 - depth0), 0.0, 1.0)
     spread = ray.spread + ray.growth * dr.select(ray.slowness > 0.0, way / dr.maximum(ray.slowness, 1e-300), 0.0)
@@ -307,7 +255,7 @@ def _crossed(water: Water, launch: Launch, ray: Ray, g: Array, at_edge: Array, t
     up = at_edge & (ray.sine < 0.0) & (ray.layer > 0)
     down = at_edge & (ray.sine > 0.0) & (ray.layer + 2 < LEVELS)
     layer = dr.select(up, ray.layer - 1, dr.select(down, ray.layer + 1, ray.layer))
-    _, after, _ = _here(water, launch.row, ray.column, layer, ray.z)
+    _, after, _ = speed_at(water, launch.row, ray.column, layer, ray.z)
     ray.growth -= dr.select(up | down, (after - g) * ray.spread * ray.slowness * ray.slowness / _signed(ray.sine), 0.0)
     ray.layer = layer
     ray.alive &= ~(at_edge & (ray.sine > 0.0) & ~down)
@@ -320,7 +268,7 @@ def _bounced(
     """Reflected at the surface, at whose mirror image the gradient turns, or at the bottom."""
     at_surface = at_edge & (ray.sine < 0.0) & (ray.z <= 0.0) & (ray.layer == 0)
     steep = 1.0 / dr.sqrt(1.0 + slope * slope)
-    c, _, _ = _here(water, launch.row, ray.column, ray.layer, ray.z)
+    c, _, _ = speed_at(water, launch.row, ray.column, ray.layer, ray.z)
     cosine = ray.slowness * c
     nx, nz = dr.select(at_bottom, -slope * steep, 0.0), dr.select(at_bottom, steep, 1.0)
     into = cosine * nx + ray.sine * nz  # of the ray along the normal; negative at the surface
@@ -365,8 +313,8 @@ def _into_column(water: Water, row: Array, ray: Ray, crossed: Array) -> Ray:
     stays, and the vertical gradient's jump bends neighbours by 2 sin(angle) (g' - g) q/c^2.
     """
     column = dr.select(crossed, ray.column + 1, ray.column)
-    c0, g0, _ = _here(water, row, ray.column, ray.layer, ray.z)
-    c1, g1, _ = _here(water, row, column, ray.layer, ray.z)
+    c0, g0, _ = speed_at(water, row, ray.column, ray.layer, ray.z)
+    c1, g1, _ = speed_at(water, row, column, ray.layer, ray.z)
     sine = dr.clip(ray.sine * c1 / c0, -1.0, 1.0)
     cosine0, cosine1 = (dr.sqrt(dr.maximum((1.0 - s) * (1.0 + s), 1e-12)) for s in (ray.sine, sine))
     narrowed = cosine1 / cosine0
@@ -376,39 +324,6 @@ def _into_column(water: Water, row: Array, ray: Ray, crossed: Array) -> Ray:
     ray.slowness = dr.select(crossed, cosine1 / c1, ray.slowness)
     ray.sine, ray.column = dr.select(crossed, sine, ray.sine), column
     return ray
-
-
-def _next_column(water: Water, row: Array, column: Array) -> Array:
-    """Where the water's next column begins [m]; infinitely far behind the last one."""
-    count = dr.gather(jit.UInt32, water.columns, row)
-    last = column + 1 >= count
-    begins = dr.gather(jit.Float64, water.begins, row * count + dr.select(last, column, column + 1))
-    return dr.select(last, dr.inf, begins)
-
-
-def _first(water: Water, row: Array, column: Array, layer: Array) -> Array:
-    """Index of a layer's upper level in tables by row, column and level."""
-    return (row * dr.gather(jit.UInt32, water.columns, row) + column) * LEVELS + layer
-
-
-def _here(water: Water, row: Array, column: Array, layer: Array, z: Array) -> tuple[Array, Array, Array]:
-    """Sound speed at a depth in a layer [m/s], the layer's gradient [1/s], and its upper edge [m]."""
-    level, first = row * LEVELS + layer, _first(water, row, column, layer)
-    z0, z1 = dr.gather(jit.Float64, water.depth, level), dr.gather(jit.Float64, water.depth, level + 1)
-    c0, c1 = dr.gather(jit.Float64, water.speed, first), dr.gather(jit.Float64, water.speed, first + 1)
-    g = (c1 - c0) / (z1 - z0)
-    return dr.select(z == z1, c1, c0 + g * (z - z0)), g, z0
-
-
-def _layer_at(water: Water, row: Array, z: Array) -> Array:
-    """The layer that holds a depth, by bisection."""
-    found = dr.zeros(jit.UInt32, dr.width(row))
-    part = LEVELS // 2
-    while part:
-        probe = dr.minimum(found + part, LEVELS - 2)
-        found = dr.select(dr.gather(jit.Float64, water.depth, row * LEVELS + probe) <= z, probe, found)
-        part //= 2
-    return found
 
 
 def _signed(x: Array) -> Array:

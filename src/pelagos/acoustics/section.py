@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from pelagos import jit
-from pelagos.acoustics.layered_rays import LEVELS, Floor, Water
+from pelagos.acoustics.layered_water import LEVELS, Floor, Water
 from pelagos.acoustics.sea_surface import bubble_loss_db
 
 _BELOW: Final = 100.0  # [m] between levels that only fill the table, below every bottom

@@ -18,7 +18,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pelagos import jit
-from pelagos.acoustics.layered_rays import QUIET, Floor, Launch, Ray, Water, depart, march_by
+from pelagos.acoustics.layered_rays import QUIET, Launch, Ray, depart, march_by
+from pelagos.acoustics.layered_water import Floor, Water
 from pelagos.acoustics.section import Section, mirrored, on_device
 from pelagos.jit import Array
 
