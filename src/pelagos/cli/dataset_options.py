@@ -7,6 +7,8 @@ from typing import Annotated
 
 import typer
 
+from pelagos.cli.options import Trust
+
 Ray = Annotated[
     str | None,
     typer.Option(
@@ -17,10 +19,6 @@ Ray = Annotated[
     ),
 ]
 Workers = Annotated[int, typer.Option(metavar="N", help="Processes (with --ray: workers of the cluster).")]
-Trust = Annotated[
-    bool,
-    typer.Option("--trust", help="Let the scenario run code (module:function) and read meshes from anywhere."),
-]
 
 
 def enter(app: typer.Typer) -> None:
