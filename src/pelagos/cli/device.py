@@ -5,6 +5,7 @@ from __future__ import annotations
 import sys
 
 from pelagos.errors import DeviceError
+from pelagos.llvm import find_llvm
 
 
 def describe_device() -> str:
@@ -21,7 +22,7 @@ def describe_device() -> str:
     dr.eval(total)
     if jit.device == "cuda":
         return "NVIDIA GPU"
-    return f"CPU through {jit.find_llvm()}, {dr.thread_count()} threads"
+    return f"CPU through {find_llvm()}, {dr.thread_count()} threads"
 
 
 if __name__ == "__main__":
