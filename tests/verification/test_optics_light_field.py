@@ -9,15 +9,8 @@ import numpy as np
 import pytest
 
 from pelagos import jit
-from pelagos.optics.light_field import (
-    CRITICAL_COSINE,
-    beam_at,
-    diffuse_irradiance,
-    diffuse_radiance,
-    entering,
-    light_field,
-    window_radiance,
-)
+from pelagos.optics.light_field import beam_at, diffuse_irradiance, diffuse_radiance, light_field, window_radiance
+from pelagos.optics.light_tables import CRITICAL_COSINE, entering
 from pelagos.optics.radiative_transfer import MODES, Above, Field, Medium, gauss, media, solve
 from pelagos.optics.sunlight import Daylight, daylight
 from pelagos.optics.water import (

@@ -21,7 +21,6 @@ from pelagos.jit import Array
 from pelagos.math.philox import philox, uniform32
 from pelagos.optics.directions import about, off_matt
 from pelagos.optics.light_field import (
-    CRITICAL_COSINE,
     beam_at,
     beam_veil,
     calm_radiance,
@@ -31,6 +30,7 @@ from pelagos.optics.light_field import (
     turned_phase,
     window_radiance,
 )
+from pelagos.optics.light_tables import CRITICAL_COSINE
 from pelagos.optics.phase import sample_turning
 from pelagos.optics.texture import mean_albedo, mean_facing
 from pelagos.optics.transport import fitted_rate, path_length

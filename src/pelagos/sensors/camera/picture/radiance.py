@@ -19,7 +19,6 @@ from pelagos.optics.caustics import focusing, slope, unseen_slope
 from pelagos.optics.foam import foam_cover, foam_radiance
 from pelagos.optics.interface import fresnel, reflect, refract, surface_normal
 from pelagos.optics.light_field import (
-    CRITICAL_COSINE,
     aureole,
     beam_at,
     beam_veil,
@@ -32,6 +31,7 @@ from pelagos.optics.light_field import (
 )
 from pelagos.optics.light_shafts import shaft_gain
 from pelagos.optics.light_source import LightSource, light_at, loss_of
+from pelagos.optics.light_tables import CRITICAL_COSINE
 from pelagos.optics.roughness import glitter, leaning
 from pelagos.optics.sight_line import Sight, SightLines, sight_at
 from pelagos.optics.snow import ALBEDO, flakes
