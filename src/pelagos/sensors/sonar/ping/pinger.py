@@ -30,6 +30,7 @@ from pelagos.sensors.sonar.ping.aperture import Facing
 from pelagos.sensors.sonar.ping.arrivals import arrivals
 from pelagos.sensors.sonar.ping.fan import Fan, Lanes, Medium, Trace, View, look, patches_of
 from pelagos.sensors.sonar.ping.interference import Apertures, Emitter, Neighbours, unblocked
+from pelagos.sensors.sonar.ping.listener import Hearing, Listener
 from pelagos.sensors.sonar.ping.multipath import Mirrors, bounced
 from pelagos.sensors.sonar.ping.painted_noise import streaks
 from pelagos.sensors.sonar.ping.ping_spec import SOUND_SPEED, Bounces, PingSpec, noise_power
@@ -38,14 +39,12 @@ from pelagos.sensors.sonar.ping.sounder import Sounder, Waters
 from pelagos.sensors.sonar.ping.surface_scattering import Surfaces
 from pelagos.sensors.sonar.ping.target_echoes import (
     Grid,
-    Hearing,
-    Sighting,
     coherent_echoes,
     excluded,
-    sighted,
     with_small_energies,
     with_small_things,
 )
+from pelagos.sensors.sonar.ping.target_sighting import Sighting, sighted
 from pelagos.sensors.sonar.ping.targets import Band, Targets, is_smooth, targets
 from pelagos.sensors.sonar.ping.volume_echo import TRACER, Haze, Probes, haze, probes
 
@@ -227,7 +226,7 @@ class Pinger:
         sighting = None
         if "targets" in besides:
             things = besides["targets"]
-            sighting = sighted(caster, things, lanes, surfaces, constants.facing, self._hearing, velocity)
+            sighting = sighted(caster, things, Listener(lanes, constants.facing, self._hearing, velocity), surfaces)
             small, dulled = excluded(things, sighting, view.hits.instance, view.lane)
             patches[0].valid &= ~small
             patches[0].energy *= dulled
