@@ -19,7 +19,8 @@ from pelagos.sensors.sonar.imaging_sonar import ImagingSonar, ImagingSonarConfig
 from pelagos.sensors.sonar.keys.sector_keys import layout
 from pelagos.sensors.sonar.mechanical_scanning_sonar import MechanicalScanningSonar, MechanicalScanningSonarConfig
 from pelagos.sensors.sonar.multibeam import Multibeam, MultibeamConfig
-from pelagos.sensors.sonar.ping.interference import Apertures, Neighbours
+from pelagos.sensors.sonar.ping.emitter import Apertures
+from pelagos.sensors.sonar.ping.interference import Neighbours
 from pelagos.sensors.sonar.singlebeam import cone_rays
 
 DEEP = -200.0

@@ -22,7 +22,8 @@ from pelagos.sensors.sensor import Kinematics, Measurement, SensorConfig, Sensor
 from pelagos.sensors.sonar.keys.conflicts import check_order
 from pelagos.sensors.sonar.keys.echo_keys import EchoesConfig, echo_spec, warn_of_idle
 from pelagos.sensors.sonar.ping.beam_echoes import BeamEchoes
-from pelagos.sensors.sonar.ping.fan import Fan, Lanes, Trace, look, patches_of
+from pelagos.sensors.sonar.ping.fan import Fan, Lanes, Trace, look
+from pelagos.sensors.sonar.ping.patches import patches_of
 from pelagos.sensors.sonar.ping.sea_state import wind_for
 from pelagos.sensors.sonar.ping.sounder import Sounder, Waters
 from pelagos.sensors.sonar.ping.surface_scattering import Surfaces

@@ -27,7 +27,8 @@ from pelagos.sensors.sonar.keys.conflicts import check_order, told
 from pelagos.sensors.sonar.keys.devices import with_device
 from pelagos.sensors.sonar.keys.echo_keys import EchoesConfig, echo_spec, warn_of_idle
 from pelagos.sensors.sonar.ping.beam_echoes import BeamEchoes
-from pelagos.sensors.sonar.ping.fan import Fan, Lanes, Medium, Trace, look
+from pelagos.sensors.sonar.ping.fan import Fan, Lanes, Trace, look
+from pelagos.sensors.sonar.ping.medium import Medium
 from pelagos.sensors.sonar.ping.pulse_pairs import Pairs
 from pelagos.sensors.sonar.ping.sea_state import wind_for
 from pelagos.sensors.sonar.ping.sounder import Sounder, Waters

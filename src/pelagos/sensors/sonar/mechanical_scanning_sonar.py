@@ -20,8 +20,8 @@ from pelagos.sensors.sensor import Kinematics, Measurement, SensorConfig, Sensor
 from pelagos.sensors.sonar.keys.ping_keys import PingConfig, ping_spec
 from pelagos.sensors.sonar.ping.aperture import Aperture, one_beam
 from pelagos.sensors.sonar.ping.elevation_strata import strata
+from pelagos.sensors.sonar.ping.layout import Layout
 from pelagos.sensors.sonar.ping.pinger import Pinger
-from pelagos.sensors.sonar.ping.receiver import Layout
 
 
 class MechanicalScanningSonarConfig(PingConfig):

@@ -31,8 +31,9 @@ from pelagos.sensors.sonar.keys.multibeam_parts import (
 from pelagos.sensors.sonar.keys.ping_keys import ColumnBins, Pulse, with_burst
 from pelagos.sensors.sonar.ping.beam_echoes import part_of
 from pelagos.sensors.sonar.ping.bottom_series import Beams, beam_series
-from pelagos.sensors.sonar.ping.fan import Fan, Lanes, Trace, look, patches_of
+from pelagos.sensors.sonar.ping.fan import Fan, Lanes, Trace, look
 from pelagos.sensors.sonar.ping.multibeam_column import column_layout, column_rays
+from pelagos.sensors.sonar.ping.patches import patches_of
 from pelagos.sensors.sonar.ping.pinger import Pinger
 from pelagos.sensors.sonar.ping.sea_state import rain_over, wind_for
 from pelagos.sensors.sonar.ping.sounder import Sounder, Waters

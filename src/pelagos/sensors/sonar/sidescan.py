@@ -15,8 +15,8 @@ from pelagos.sensors.lazy import promised
 from pelagos.sensors.sensor import Kinematics, Measurement, SensorConfig, SensorContext
 from pelagos.sensors.sonar.keys.ping_keys import PingConfig, ping_spec
 from pelagos.sensors.sonar.ping.aperture import Aperture
+from pelagos.sensors.sonar.ping.layout import Layout
 from pelagos.sensors.sonar.ping.pinger import Pinger
-from pelagos.sensors.sonar.ping.receiver import Layout
 
 _STEP: Final = 0.6180339887498949  # additive recurrence of the golden ratio: evenly spread along the track
 _BELOW: Final = math.radians(5.0)  # how far each side's rays reach beyond straight down

@@ -15,8 +15,8 @@ from pelagos.sensors.sensor import Kinematics, Measurement, SensorConfig, Sensor
 from pelagos.sensors.sonar.keys.ping_keys import PingConfig, ping_spec
 from pelagos.sensors.sonar.ping.aperture import round_aperture
 from pelagos.sensors.sonar.ping.cone_rays import cone_rays
+from pelagos.sensors.sonar.ping.layout import Layout
 from pelagos.sensors.sonar.ping.pinger import Pinger
-from pelagos.sensors.sonar.ping.receiver import Layout
 
 
 class SinglebeamConfig(PingConfig):

@@ -20,8 +20,8 @@ from pelagos.sensors.schedule import SLOWEST
 from pelagos.sensors.sensor import Kinematics, Measurement, SensorConfig, SensorContext
 from pelagos.sensors.sonar.keys.ping_keys import PingConfig, ping_spec
 from pelagos.sensors.sonar.ping.aperture import Aperture, one_beam
+from pelagos.sensors.sonar.ping.layout import Layout
 from pelagos.sensors.sonar.ping.pinger import Pinger
-from pelagos.sensors.sonar.ping.receiver import Layout
 
 _STEP: Final = 0.7548776662466927  # additive recurrences of the plastic number: evenly spread in two dimensions
 _STEP2: Final = 0.5698402909980532

@@ -18,7 +18,7 @@ from pelagos.acoustics.spreading import from_db, to_db
 from pelagos.sensors.schedule import period_ticks
 from pelagos.sensors.sensor import SensorContext
 from pelagos.sensors.sonar.keys.echo_keys import echo_spec
-from pelagos.sensors.sonar.ping.interference import Apertures, Emitter
+from pelagos.sensors.sonar.ping.emitter import Apertures, Emitter
 from pelagos.sensors.sonar.ping.multibeam_column import Column
 from pelagos.sensors.sonar.ping.ping_spec import PingSpec
 from pelagos.sensors.sonar.ping.swath import Swath

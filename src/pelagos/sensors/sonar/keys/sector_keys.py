@@ -13,7 +13,7 @@ from pelagos.acoustics.beam_pattern import equivalent_width, line_length, shaded
 from pelagos.sensors.sonar.keys.conflicts import check_spacing
 from pelagos.sensors.sonar.keys.ping_keys import PingConfig
 from pelagos.sensors.sonar.ping.aperture import Aperture
-from pelagos.sensors.sonar.ping.receiver import Layout
+from pelagos.sensors.sonar.ping.layout import Layout
 
 
 class SectorConfig(PingConfig):

@@ -11,10 +11,10 @@ from numpy.typing import NDArray
 from pelagos.sensors.noise import part_path
 from pelagos.sensors.sonar.ping.aperture import round_aperture
 from pelagos.sensors.sonar.ping.cone_rays import cone_rays
+from pelagos.sensors.sonar.ping.layout import Layout
 from pelagos.sensors.sonar.ping.ping_spec import PingSpec
 from pelagos.sensors.sonar.ping.pinger import Pinger
 from pelagos.sensors.sonar.ping.pulse_pairs import NarrowBeams, Pairs, PulsePairs
-from pelagos.sensors.sonar.ping.receiver import Layout
 
 if TYPE_CHECKING:
     from pelagos.sensors.sensor import Kinematics, SensorContext

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from functools import partial
 from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
 import drjit as dr
@@ -12,30 +11,22 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pelagos import jit
-from pelagos.acoustics.absorption import absorption, check_frequency
-from pelagos.acoustics.echo import Patches, strip_span, widened
-from pelagos.acoustics.loss_column import LossColumn, loss_column
-from pelagos.acoustics.refraction import LEVELS, Profile, arc, depart, profile_from, reduced_range, turned
-from pelagos.acoustics.spreading import patch_intensity
+from pelagos.acoustics.refraction import Profile, arc, depart, reduced_range, turned
 from pelagos.jit import Array
-from pelagos.math.quick import larger, smaller
 from pelagos.math.so3 import rotate
 from pelagos.raycast.caster import Caster
 from pelagos.raycast.rays import Hits, Rays
+from pelagos.sensors.sonar.ping.medium import Medium, spread
 from pelagos.sensors.sonar.ping.sea_surface import Sea, with_sea_surface
-from pelagos.sensors.sonar.ping.surface_scattering import Surfaces, patch_factor, scattering
+from pelagos.sensors.sonar.ping.surface_scattering import Surfaces
 
 if TYPE_CHECKING:
-    from pelagos.ocean.ocean import Ocean
+    pass
 
 Trace: TypeAlias = "Callable[[str, Array, str], None] | None"
 
 _ARC: Final = 60.0  # [m], longest arc of a bent ray where it needs few
 _ARCS: Final = (4, 16)  # fewest and most of them
-_STEEPEST: Final = 2.0  # longest strip, relative to one on level ground
-_GROUND: Final = 0.8  # upward part of the normal of ground, which goes on where a strip leaves its triangle
-_SLOPING: Final = 0.01  # [rad], angle that a strip of ground may stretch to, at most four times as far as others
-_LEAST_SINE: Final = 0.01  # grazing angle below which patches are cut off (0.6 deg)
 
 
 @jit.struct
@@ -67,25 +58,6 @@ class Fan:
 
 
 @jit.struct
-class Medium:
-    """Water at the sonar, one lane a copy and tick, `Float` each: a Dr.Jit struct.
-
-    Attributes:
-        sound_speed: c [m/s].
-        absorption: [dB/m].
-        column: absorption above and below; None: the same everywhere.
-    """
-
-    sound_speed: Array
-    absorption: Array
-    column: LossColumn | None = None
-
-    def mean_loss(self, row: Array, start: Array, end: Array) -> Array:
-        """Mean absorption [dB/m] along straight ways from a height `start` to `end`, relative to the sonar's [m]."""
-        return spread(self.absorption, row) if self.column is None else self.column.mean(row, start, end)
-
-
-@jit.struct
 class Lanes:
     """A sonar on every lane (copy and tick): a Dr.Jit struct.
 
@@ -110,66 +82,6 @@ class Lanes:
     profile: Profile | None = None
     sea: Sea | None = None
     wet: Array | None = None
-
-
-def medium_of(
-    frequency_hz: float, ph: float, where: str = "", *, reach: float = 0.0, bottom: float = 0.0
-) -> Callable[[Ocean, Array, Array], Medium]:
-    """A function (ocean, position, t) -> `Medium` for a sonar of that frequency, to be frozen; `where` names it.
-
-    Args:
-        frequency_hz: [Hz].
-        ph: acidity.
-        where: path of the sonar.
-        reach: how far its rays go [m]; 0: only the water at the sonar counts.
-        bottom: height of the deepest ground [m].
-    """
-    check_frequency(frequency_hz, where)
-
-    def medium(ocean: Ocean, position: Array, t: Array) -> Medium:
-        def loss(place: Array, when: Array) -> Array:
-            temperature, salinity = ocean.temperature(place, when), ocean.salinity(place, when)
-            return absorption(jit.Float64(frequency_hz), temperature, salinity, dr.maximum(-place[2], 0.0), ph)
-
-        speed = jit.Float(ocean.sound_speed(position, t))
-        if reach <= 0.0:
-            return Medium(speed, jit.Float(loss(position, t)))
-        dr.eval(position)
-        ends = (partial(lowest, reach=reach, bottom=bottom), partial(highest, reach=reach))
-        column = loss_column(loss, position, t, *ends)
-        return Medium(speed, column.here, column)
-
-    return medium
-
-
-def profile_of(ocean: Ocean, position: Array, t: Array, *, reach: float, bottom: float) -> Profile:
-    """Sound speed above and below each place, from the surface or `reach` [m] above it down to as far below.
-
-    `bottom` is the height of the deepest ground [m]: there is no water below it.
-    """
-    top, low = highest(position[2], reach), lowest(position[2], reach, bottom)
-    step = (top - low) * (1.0 / (LEVELS - 1))
-    dr.eval(low, step)
-    level = dr.arange(jit.UInt32, dr.width(position) * LEVELS)
-    row = level // LEVELS
-    height = dr.gather(jit.Float64, low, row) + dr.gather(jit.Float64, step, row) * jit.Float64(level % LEVELS)
-    x, y, z = (dr.gather(jit.Float64, p, row) for p in position)
-    when = dr.gather(jit.Float64, t, row) if dr.width(t) > 1 else t
-    here = ocean.sound_speed(position, t)
-    excess = ocean.sound_speed(jit.Array3f64(x, y, z + height), when) - dr.gather(jit.Float64, here, row)
-    made = jit.Float(excess)
-    dr.eval(made)
-    return profile_from(made, jit.Float(here), jit.Float(low), jit.Float(step))
-
-
-def highest(z: Array, reach: float) -> Array:
-    """Top of the water over a height, or how far up rays reach [m]."""
-    return dr.minimum(jit.Float64(reach), dr.maximum(-z, 0.0) + 1.0)
-
-
-def lowest(z: Array, reach: float, bottom: float) -> Array:
-    """The deepest ground under a height, or how far down rays reach [m], negative."""
-    return -dr.minimum(jit.Float64(reach), dr.maximum(z - bottom, 0.0) + 1.0)
 
 
 def arcs_of(reach: float) -> int:
@@ -226,12 +138,6 @@ class View:
     def of_ray(self, values: Array) -> Array:
         """Values by ray of the fan as values by ray of all fans."""
         return values if dr.width(values) == dr.width(self.ray) else dr.gather(type(values), values, self.ray)
-
-
-def spread(values: Array, row: Array) -> Array:
-    """Values of rows; of the only one without looking it up, which is what a single sonar's rays would spend their
-    time on."""
-    return values if dr.width(values) == 1 else dr.gather(type(values), values, row)
 
 
 def look(
@@ -345,67 +251,3 @@ def cast_bent(
         ray = after
     assert found is not None
     return found, final
-
-
-def patches_of(
-    view: View,
-    fan: Fan,
-    lanes: Lanes,
-    surfaces: Surfaces,
-    *,
-    longest: float,
-    fall: Callable[[Array, Array], Array] = patch_intensity,
-    trace: Trace = None,
-) -> Patches:
-    """The echo of every ray as a strip of surface: its intensity re the source level at 1 m, or, with another `fall`
-    of distance [m] and absorption [dB/m] than the water's, what a gain makes of it.
-
-    The patch of a stratum with solid angle w has the area w t^2/sin(grazing); its echo is sigma w/(t^2 sin) times the
-    two-way absorption (Lurton 2010, Eq. 3.38). Area and strip are those of the triangle that was hit, so that patches
-    tile the mesh as it is; what it scatters follows the interpolated normal.
-    """
-    hits = view.hits
-    t = dr.select(hits.valid, hits.t, 1.0)
-    loss = view.loss
-    section = scattering(surfaces, hits.material, view.sine) * patch_factor(hits, surfaces)
-    normal = hits.normal
-    facing = larger(dr.abs(dr.dot(normal, view.direction)), _LEAST_SINE)
-    scattered = section / facing * view.of_ray(fan.weight)
-    lower, upper = view.of_ray(fan.lower), view.of_ray(fan.upper)
-    # a strip much longer than on level ground leaves the thing that was hit: the side of a boulder, the rim of a hull
-    level = _STEEPEST * (upper - lower)
-    angle = dr.select(normal.z > _GROUND, larger(smaller(4.0 * level, _SLOPING), level), level)
-    slant = t / larger(dr.abs(view.direction.z), 0.02)
-    limit = smaller(angle * slant, longest)
-    near, far, slide = strip_span(t, view.direction, normal, view.along, view.aside, lower, upper, limit)
-    length, width = None, None
-    if fan.across is not None:  # their product is the strip's area
-        length = larger((far - near) * dr.norm(slide), t * (upper - lower))
-        width = t * view.of_ray(fan.across) * dr.rsqrt(dr.square(facing) + dr.square(dr.dot(normal, view.along)))
-    if fan.half is not None:
-        half = view.of_ray(fan.half)
-        limit = smaller(_STEEPEST * half * slant, longest)
-        near, far = widened(near, far, t, view.direction, normal, view.along, half, limit)
-    if trace is not None:
-        for name, value, unit in (
-            ("ray direction, up component", view.direction.z, "1"),
-            ("slant range", hits.t, "m"),
-            ("sine of the grazing angle", view.sine, "1"),
-            ("cross section per unit area", section, "1"),
-            ("echo intensity of a ray re 1 m", scattered * patch_intensity(t, loss), "1"),
-            ("range span of a ray's patch", far - near, "m"),
-        ):
-            trace(name, value, unit)
-    return Patches(
-        valid=hits.valid,
-        distance=t,
-        near=near,
-        far=far,
-        energy=dr.select(hits.valid, scattered * fall(t, loss), 0.0),
-        slide=slide,
-        direction=view.direction,
-        label=hits.label,
-        instance=hits.instance,
-        length=length,
-        width=width,
-    )

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from pelagos.acoustics.beam_pattern import equivalent_width, line_length, shaded_length, steering_matrix
 from pelagos.sensors.sonar.ping.aperture import Aperture
-from pelagos.sensors.sonar.ping.receiver import Layout
+from pelagos.sensors.sonar.ping.layout import Layout
 from pelagos.sensors.sonar.ping.thin_fan_rays import slice_rays
 
 _RAYS: Final = 24  # of a beam: strata across its sector

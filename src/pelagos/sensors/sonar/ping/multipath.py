@@ -24,7 +24,8 @@ from pelagos.math.so3 import rotate_back
 from pelagos.raycast.caster import Caster
 from pelagos.raycast.rays import Hits, Rays
 from pelagos.sensors.sonar.ping.aperture import Aperture, Facing
-from pelagos.sensors.sonar.ping.fan import Fan, Lanes, View, patches_of
+from pelagos.sensors.sonar.ping.fan import Fan, Lanes, View
+from pelagos.sensors.sonar.ping.patches import patches_of
 from pelagos.sensors.sonar.ping.sea_surface import SEA_SURFACE_INSTANCE, with_sea_surface
 from pelagos.sensors.sonar.ping.surface_scattering import Surfaces, mirrored
 

@@ -27,10 +27,11 @@ from pelagos.math.so3 import rotate, rotate_back
 from pelagos.raycast.caster import Caster
 from pelagos.sensors.mount import sensor_angular_velocity, sensor_velocity
 from pelagos.sensors.noise import words32
-from pelagos.sensors.sonar.ping.fan import Fan, Lanes, View, look, patches_of
+from pelagos.sensors.sonar.ping.fan import Fan, Lanes, View, look
+from pelagos.sensors.sonar.ping.layout import Layout
+from pelagos.sensors.sonar.ping.patches import patches_of
 from pelagos.sensors.sonar.ping.ping_spec import PingSpec, noise_power
 from pelagos.sensors.sonar.ping.pinger import Pinger
-from pelagos.sensors.sonar.ping.receiver import Layout
 from pelagos.sensors.sonar.ping.sounder import Sounder, Waters
 from pelagos.sensors.sonar.ping.surface_scattering import Surfaces
 from pelagos.sensors.sonar.ping.volume_echo import TRACER

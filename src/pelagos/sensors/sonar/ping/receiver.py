@@ -2,17 +2,14 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any, Final
 
 import drjit as dr
-import numpy as np
-from numpy.typing import NDArray
 
 from pelagos import jit
-from pelagos.acoustics.beam_pattern import energy_reach, line_length, line_np
+from pelagos.acoustics.beam_pattern import energy_reach
 from pelagos.acoustics.beamforming import (
     added,
     amplitude_weights,
@@ -22,141 +19,21 @@ from pelagos.acoustics.beamforming import (
     steer_widely,
 )
 from pelagos.acoustics.echo_walk import pitch
-from pelagos.acoustics.reverberation import volume_intensity
-from pelagos.acoustics.spreading import from_db, time_varied_gain, to_db
+from pelagos.acoustics.spreading import from_db, to_db
 from pelagos.acoustics.target_tag import untag
 from pelagos.jit import Array
-from pelagos.math.philox import complex_normal32
-from pelagos.math.quick import cosine_sine, larger, log2, smaller
 from pelagos.sensors.noise import words32
-from pelagos.sensors.sonar.ping.aperture import Aperture, Facing
-from pelagos.sensors.sonar.ping.fan import Lanes, Medium
+from pelagos.sensors.sonar.ping.cells import Cells, Constants, cell_of, cells_at, cells_of_beam, middle
+from pelagos.sensors.sonar.ping.fan import Lanes
+from pelagos.sensors.sonar.ping.layout import Layout
+from pelagos.sensors.sonar.ping.levels import Din, Moment, din_power, levels, scaled, tilted, water_echo, with_disturber
+from pelagos.sensors.sonar.ping.medium import Medium
 from pelagos.sensors.sonar.ping.painted_noise import paint, streaked
-from pelagos.sensors.sonar.ping.ping_spec import Disturber, PingSpec
-from pelagos.sensors.sonar.ping.volume_echo import Haze, haze_at
+from pelagos.sensors.sonar.ping.ping_spec import PingSpec
 
-_DECIBELS: Final = 3.0102999566398120  # of a factor of two
-_DISTURBED: Final = 0x20000000  # counts of the random phases of another sonar's pulse begin here
 _BLOCK: Final = 16  # beams that a lane forms: they hear mostly the same neighbours, which are read once
 _RUN: Final = 54  # bins, at most, that a lane forms one after the other: their weights are read once
 _LONGEST: Final = 5  # samples of a pulse beyond which it is spread before beams are formed
-
-
-@dataclass(frozen=True)
-class Layout:
-    """How a sonar divides directions.
-
-    Attributes:
-        beams: number of beams.
-        sector: angle between neighbouring beams, or of the only one [rad]: with the bin width it is the cell that
-            levels are calibrated to.
-        horizontal_width, vertical_width: half-power widths of a receive beam [rad].
-        steering: `(beams, 2 reach + 1)`, how beams hear their neighbours; None: not at all.
-        azimuths: `(beams,)` [rad], positive to the left.
-        facet: edge of the roughness lattice [m]; None: by beam and bin width.
-        single_file: whether a beam's rays stand one behind another along their strata, and none beside another.
-        equivalent: `(beams,)`, integral of each receive beam's power pattern over the angle [rad]; None: rays carry it,
-            and a sector is heard as a whole.
-        aperture: how beams hear any direction.
-        hears_all: every beam hears every sector, by its side lobes; `steering` is of the whole array.
-    """
-
-    beams: int
-    sector: float
-    horizontal_width: float
-    vertical_width: float
-    azimuths: NDArray[np.float64]
-    aperture: Aperture
-    steering: NDArray[np.float32] | None = None
-    facet: float | None = None
-    single_file: bool = False
-    equivalent: NDArray[np.float64] | None = None
-    hears_all: bool = False
-
-    @property
-    def heard_parts(self) -> NDArray[np.float32]:
-        """`(beams,)`, of a sector's energy how much a beam hears: beams may overlap, or leave something between."""
-        if self.equivalent is None:
-            return np.ones(self.beams, np.float32)
-        return np.asarray(self.equivalent / self.sector, dtype=np.float32)
-
-
-@dataclass(frozen=True)
-class Din:
-    """What is heard besides echoes and noise: the water, what is coherent; and beams with painted streaks.
-
-    `coherent` see `coherent_echoes`; other sonars' pulses too, see `arrivals`.
-    """
-
-    coherent: Array | None = None
-    haze: Haze | None = None
-    streaks: Array | None = None
-
-
-@jit.struct
-class Cells:
-    """Cells of an image, one lane each: a Dr.Jit struct.
-
-    Attributes:
-        ping, beam, bin: `Int32`.
-        distance: `Float`, middle of the bin [m].
-        raised: `Float`, intensity gain 30 log r + 2 a r.
-        gain: `Float`, `raised` over the size of what a sample hears: from intensity re the
-            source level at 1 m to the strength of an even bottom.
-        heard: `Float`, see `Constants`.
-    """
-
-    ping: Array
-    beam: Array
-    bin: Array
-    distance: Array
-    raised: Array
-    gain: Array
-    heard: Array | None = None
-
-
-@jit.struct
-class Constants:
-    """What a ping is called with, and never changes: a Dr.Jit struct.
-
-    Attributes:
-        steering, pulse: weights, see `amplitude_weights` and `spread_pulse`.
-        noise: power, see `noise_power`.
-        seed: of the roughness.
-        order: see `Walk`.
-        facing: see `Facing`.
-        boost: by beam, over a point's energy in the field that which a sample and a beam hear of it as a whole.
-        cell: what levels are calibrated to, sector times bin width [rad m].
-        heard: by beam, over the energy of a cell that of an even bottom in what a sample hears: the equivalent width of
-            the beam and of the pulse over those of the cell.
-    """
-
-    steering: Array
-    pulse: Array
-    noise: Array
-    seed: Array
-    order: Array
-    cell: Array
-    heard: Array
-    facing: Facing
-    boost: Array
-
-
-@dataclass(frozen=True)
-class Moment:
-    """When and where a ping is sent.
-
-    Attributes:
-        lanes: see `Lanes`.
-        spin: `Array3f64`, of the sensor in its own frame by lane [rad/s].
-        t_ns: `UInt64`, time by lane [ns].
-        key: random stream of the noise.
-    """
-
-    lanes: Lanes
-    spin: Array
-    t_ns: Array
-    key: Any
 
 
 def receive(
@@ -345,105 +222,6 @@ def beams_turned(
     return lambda bin_: jit.Int32(dr.round(rate * middle(spec, bin_)))
 
 
-def middle(spec: PingSpec, bin_: Array) -> Array:
-    """Middle of a range bin [m]."""
-    return spec.range_min_m + (jit.Float(bin_) + 0.5) * spec.bin_width_m
-
-
-def cell_of(layout: Layout, spec: PingSpec, cells: Cells) -> Array:
-    """Row of cells in a table of pings by beams by bins."""
-    bin_ = dr.clip(cells.bin, 0, spec.bins - 1)
-    return jit.UInt32((cells.ping * layout.beams + cells.beam) * spec.bins + bin_)
-
-
-def cells_at(spec: PingSpec, medium: Medium, constants: Constants, ping: Array, beam: Array, bin_: Array) -> Cells:
-    """Cells with their ranges and gains."""
-    distance = middle(spec, bin_)
-    loss = dr.gather(jit.Float, medium.absorption, jit.UInt32(ping))
-    raised = time_varied_gain(distance, loss, spreading=30.0)
-    return cells_of_beam(Cells(ping, beam, bin_, distance, raised, raised), constants, beam)
-
-
-def cells_of_beam(cells: Cells, constants: Constants, beam: Array) -> Cells:
-    """The same cells of another beam."""
-    row = dr.minimum(jit.UInt32(beam), dr.width(constants.heard) - 1)
-    heard = dr.gather(jit.Float, constants.heard, row)
-    size = heard * constants.cell
-    return replace(cells, beam=beam, heard=heard, gain=cells.raised / size)
-
-
-def water_echo(spec: PingSpec, layout: Layout, haze: Haze, cells: Cells, medium: Medium) -> Array:
-    """Intensity of the water's echo re the source level at 1 m."""
-    beam = haze_at(haze, cells.ping, cells.beam, cells.distance, layout.beams)
-    loss = dr.gather(jit.Float, medium.absorption, jit.UInt32(cells.ping))
-    return volume_intensity(beam, cells.distance, loss, spec.bin_width_m) * cells.heard
-
-
-def din_power(spec: PingSpec, layout: Layout, cells: Cells, moment: Moment, noise: Array, din: Din) -> Array:
-    """Intensity of all that is no echo of a surface, re the source level at 1 m."""
-    lanes, power = moment.lanes, noise
-    if din.haze is not None:
-        power = power + water_echo(spec, layout, din.haze, cells, lanes.medium)
-    if spec.ringing is not None:
-        power = power + ringing(spec, cells, lanes.medium)
-    return power
-
-
-def with_disturber(
-    signal: list[Array], spec: PingSpec, layout: Layout, cells: Cells, moment: Moment, counter: list[Array]
-) -> list[Array]:
-    """Amplitudes with another sonar's pulse, which has one phase in all beams, and another one in each bin: behind a
-    filter that does not match, a pulse goes on and on."""
-    assert spec.disturber is not None
-    size = dr.sqrt(disturbance(spec.disturber, spec, layout, cells, moment) * cells.gain)
-    word = words32(moment.key, jit.UInt32(cells.bin) + _DISTURBED, *counter)[0]
-    cosine, sine = cosine_sine(jit.Float(word) * 2.0**-32)
-    return [dr.fma(size, part, value) for part, value in zip((cosine, sine), signal, strict=True)]
-
-
-def levels(spec: PingSpec, signal: list[Array], word: Array, cells: Cells, power: Array) -> list[Array]:
-    """Add noise of a power to amplitudes, set gain and scale: data, with `iq` the complex signal before gain."""
-    strength, turn = complex_normal32(word)
-    size = dr.sqrt(power * cells.gain * strength)
-    cosine, sine = cosine_sine(turn)
-    real, imaginary = dr.fma(size, cosine, signal[0]), dr.fma(size, sine, signal[1])
-    if spec.converter is not None:
-        real, imaginary = (converted(spec, part, cells.gain) for part in (real, imaginary))
-    intensity = real * real + imaginary * imaginary
-    intensity = tilted(spec, intensity, cells)
-    out = [intensity if spec.display.painting is not None else scaled(spec, intensity)]
-    if spec.iq:
-        raw = dr.rsqrt(cells.gain)
-        out += [real * raw, imaginary * raw]
-    return out
-
-
-def converted(spec: PingSpec, part: Array, gain: Array) -> Array:
-    """A part of the signal with a gain, as a converter before that gain gives it: in steps, and cut off."""
-    assert spec.converter is not None
-    bits, full_scale_db = spec.converter
-    largest = 2.0 ** (bits - 1) - 1.0
-    step = 10.0 ** ((full_scale_db - spec.source_level_db) / 20.0) / largest
-    root = dr.sqrt(gain)
-    return dr.clip(dr.round(part / (root * step)), -largest - 1.0, largest) * (step * root)
-
-
-def ringing(spec: PingSpec, cells: Cells, medium: Medium) -> Array:
-    """Intensity of the transducer's own ringing re the source level at 1 m, from the end of the pulse on."""
-    assert spec.ringing is not None
-    level, fall = spec.ringing
-    speed = dr.gather(jit.Float, medium.sound_speed, jit.UInt32(cells.ping))
-    since_ms = 1e3 * dr.maximum(2.0 * cells.distance / speed, 0.0)
-    return from_db(level - spec.source_level_db - fall * since_ms)
-
-
-def tilted(spec: PingSpec, intensity: Array, cells: Cells) -> Array:
-    """Intensity under another spreading of the gain than 30 log r."""
-    if spec.display.tvg_db == 30.0:
-        return intensity
-    return intensity * cells.distance ** ((spec.display.tvg_db - 30.0) / 10.0)
-
-
 def trace_levels(
     spec: PingSpec, layout: Layout, constants: Constants, energies: Array, data: Array, lanes: Lanes, trace: Any
 ) -> None:
@@ -455,41 +233,3 @@ def trace_levels(
     trace("echo intensity by cell, before beams are formed", energy, "1")
     trace("signal-to-noise ratio", to_db(dr.maximum(energy, 1e-20) / (constants.noise * here.gain)), "dB")
     trace("echo level after gain", data, {"db": "dB", "unit": "1", "linear": "1"}[spec.display.scale])
-
-
-def scaled(spec: PingSpec, intensity: Array) -> Array:
-    """Intensity as the configuration wants it."""
-    if spec.display.scale == "linear":
-        return intensity
-    octaves = log2(larger(intensity, 1e-20))
-    if spec.display.scale == "db":
-        return _DECIBELS * octaves
-    span = spec.display.dynamic_range_db
-    unit = dr.fma(octaves, _DECIBELS / span, -spec.display.floor_db / span)
-    return larger(smaller(unit, 1.0), 0.0)
-
-
-def disturbance(other: Disturber, spec: PingSpec, layout: Layout, cells: Cells, moment: Moment) -> Array:
-    """Intensity of another sonar's direct pulse re the source level at 1 m, where it falls into this ping.
-
-    The other one's clock starts at t = 0; a pulse that was sent at its k-th period arrives distance/c later, and is
-    heard in the bin of its time after this sonar's own transmission, in all beams by their pattern.
-    """
-    lanes, t_ns = moment.lanes, moment.t_ns
-    lane = jit.UInt32(cells.ping)
-    speed = dr.gather(jit.Float, lanes.medium.sound_speed, lane)
-    loss = dr.gather(jit.Float, lanes.medium.absorption, lane)
-    period_ns = round(1e9 / other.rate_hz)
-    start_ns = dr.gather(jit.UInt64, t_ns, lane) % jit.UInt64(period_ns)
-    since = 2.0 * cells.distance / speed - (other.distance_m / speed - jit.Float(start_ns) * 1e-9)
-    period = period_ns * 1e-9
-    phase = since / period
-    within = (phase - dr.floor(phase)) * period
-    level = other.source_level_db - spec.source_level_db - loss * other.distance_m
-    level -= 20.0 * math.log10(other.distance_m)
-    table = jit.Float(0)
-    length = line_length(layout.horizontal_width)
-    seen = line_np(np.sin(layout.azimuths) - math.sin(other.azimuth), length) ** 2
-    for k in np.flatnonzero(seen > 1e-4):
-        table = dr.select(cells.beam == int(k), float(seen[k]), table)
-    return dr.select(within < other.pulse_s, from_db(level) * table, 0.0)

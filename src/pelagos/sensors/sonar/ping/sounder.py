@@ -16,7 +16,8 @@ from pelagos.jit import Array
 from pelagos.raycast.caster import Caster
 from pelagos.sensors.mount import Mounted, sensor_pose
 from pelagos.sensors.noise import opaque_key, stream_key
-from pelagos.sensors.sonar.ping.fan import Fan, Lanes, Trace, fan_struct, medium_of, profile_of
+from pelagos.sensors.sonar.ping.fan import Fan, Lanes, Trace, fan_struct
+from pelagos.sensors.sonar.ping.medium import medium_of, profile_of
 from pelagos.sensors.sonar.ping.ping_spec import Refraction
 from pelagos.sensors.sonar.ping.sea_surface import looks_up, sea_around
 from pelagos.sensors.sonar.ping.surface_scattering import TEXTURE_DB, Surfaces, surfaces
