@@ -28,6 +28,8 @@ from pelagos.bridges.rihs import type_hash
 
 DOMAIN = 100 + os.getpid() % 60
 IMU = "sensor_msgs/msg/Imu"
+IMAGE = "sensor_msgs/msg/Image"
+PIXELS = (np.arange(300 * 1001) * 7919 % 251).astype(np.uint8)
 COUNT = 50
 PEER = Path(ros2_peer.__file__)
 
@@ -52,6 +54,15 @@ module sensor_msgs { module msg { module dds_ {
     geometry_msgs::msg::dds_::Vector3_ linear_acceleration;
     double linear_acceleration_covariance[9];
   };
+  struct Image_ {
+    std_msgs::msg::dds_::Header_ header;
+    unsigned long height;
+    unsigned long width;
+    string encoding;
+    octet is_bigendian;
+    unsigned long step;
+    sequence<octet> data;
+  };
 }; }; };
 """
 
@@ -67,18 +78,23 @@ SUBSCRIBER = """
 #include <fastdds/dds/topic/Topic.hpp>
 #include "ImuPubSubTypes.h"
 using namespace eprosima::fastdds::dds;
-int main(int, char** argv) {
-  auto participant = DomainParticipantFactory::get_instance()->create_participant(
-      std::atoi(argv[1]), PARTICIPANT_QOS_DEFAULT);
-  TypeSupport type(new sensor_msgs::msg::dds_::Imu_PubSubType());
+DataReader* read(DomainParticipant* participant, Subscriber* subscriber, const char* name, TypeSupport type) {
   type.register_type(participant);
-  auto topic = participant->create_topic("rt/rov/imu", type.get_type_name(), TOPIC_QOS_DEFAULT);
-  auto subscriber = participant->create_subscriber(SUBSCRIBER_QOS_DEFAULT);
+  auto topic = participant->create_topic(name, type.get_type_name(), TOPIC_QOS_DEFAULT);
   DataReaderQos qos = DATAREADER_QOS_DEFAULT;
   qos.reliability().kind = RELIABLE_RELIABILITY_QOS;
   qos.history().kind = KEEP_LAST_HISTORY_QOS;
   qos.history().depth = 100;
-  auto reader = subscriber->create_datareader(topic, qos);
+  return subscriber->create_datareader(topic, qos);
+}
+int main(int, char** argv) {
+  auto participant = DomainParticipantFactory::get_instance()->create_participant(
+      std::atoi(argv[1]), PARTICIPANT_QOS_DEFAULT);
+  TypeSupport type(new sensor_msgs::msg::dds_::Imu_PubSubType());
+  TypeSupport picture(new sensor_msgs::msg::dds_::Image_PubSubType());
+  auto subscriber = participant->create_subscriber(SUBSCRIBER_QOS_DEFAULT);
+  auto reader = read(participant, subscriber, "rt/rov/imu", type);
+  auto pictures = read(participant, subscriber, "rt/rov/image", picture);
   std::printf("ready %s\\n", type.get_type_name().c_str());
   std::fflush(stdout);
   sensor_msgs::msg::dds_::Imu_ m;
@@ -94,6 +110,17 @@ int main(int, char** argv) {
                   m.linear_acceleration().y(), m.linear_acceleration().z(), m.orientation().w(),
                   m.linear_acceleration_covariance()[8]);
       std::fflush(stdout);
+    }
+  }
+  sensor_msgs::msg::dds_::Image_ image;
+  for (bool got = false; !got;) {
+    if (!pictures->wait_for_unread_message({30, 0})) return 2;
+    while (pictures->take_next_sample(&image, &info) == ReturnCode_t::RETCODE_OK) {
+      if (!info.valid_data) continue;
+      unsigned long sum = 0;
+      for (unsigned char byte : image.data()) sum = (sum * 31 + byte) % 1000003;
+      std::printf("image %u %u %zu %lu\\n", image.height(), image.width(), image.data().size(), sum);
+      got = true;
     }
   }
   return 0;
@@ -122,7 +149,13 @@ def imu(number: int) -> bytes:
     return bytes(serialize(IMU, message))
 
 
-def test_a_subscriber_in_cpp_reads_every_number(tmp_path: Path) -> None:
+def image() -> bytes:
+    """A picture of five datagrams of the loopback."""
+    about = {"height": 300, "width": 1001, "encoding": "mono8", "is_bigendian": 0, "step": 1001}
+    return bytes(serialize(IMAGE, make(IMAGE, header=header("rov/camera"), data=PIXELS, **about)))
+
+
+def test_a_subscriber_in_cpp_reads_every_number_and_pixel(tmp_path: Path) -> None:
     needs("g++", "fastddsgen", "java")
     (tmp_path / "Imu.idl").write_text(IDL)
     (tmp_path / "main.cpp").write_text(SUBSCRIBER)
@@ -138,6 +171,8 @@ def test_a_subscriber_in_cpp_reads_every_number(tmp_path: Path) -> None:
     assert built.returncode == 0, built.stderr
     transport = DdsTransport(domain=DOMAIN, node="sim")
     write = transport.advertise("/rov/imu", IMU, qos=Qos(depth=100))
+    show = transport.advertise("/rov/image", IMAGE, qos=Qos(depth=5, large=True))
+    picture = image()
     peer = subprocess.Popen([tmp_path / "peer", str(DOMAIN), str(COUNT)], stdout=subprocess.PIPE, text=True)
     try:
         assert peer.stdout is not None
@@ -146,6 +181,8 @@ def test_a_subscriber_in_cpp_reads_every_number(tmp_path: Path) -> None:
         while peer.poll() is None and time.monotonic() < end:
             write(imu(number), 0)
             number += 1
+            if number % 50 == 0:
+                show(picture, 0)
             time.sleep(0.01)
         lines = [line.split() for line in peer.stdout.read().splitlines()]
         assert peer.poll() == 0
@@ -155,6 +192,8 @@ def test_a_subscriber_in_cpp_reads_every_number(tmp_path: Path) -> None:
         assert peer.stdout is not None
         peer.stdout.close()
         transport.close()
+    shown = [line for line in lines if line[0] == "image"]
+    lines = [line for line in lines if line[0] != "image"]
     assert len(lines) == COUNT
     first = round(float(lines[0][3]) / 0.1)
     for at, (frame, *words) in enumerate(lines):
@@ -163,6 +202,10 @@ def test_a_subscriber_in_cpp_reads_every_number(tmp_path: Path) -> None:
         values = [0.1 * k, -0.25, 1.0 / 3.0, -2.5, 0.5 * k, 9.81, 1.0, 8.125]
         assert (frame, int(words[0]), int(words[1])) == ("rov/imu", sec, nanosec)
         assert [float(w) for w in words[2:]] == values
+    total = 0
+    for byte in PIXELS.tolist():
+        total = (total * 31 + byte) % 1000003
+    assert shown[0] == ["image", "300", "1001", str(len(PIXELS)), str(total)]
 
 
 def test_tshark_names_topic_type_and_encoding(tmp_path: Path) -> None:

@@ -103,7 +103,7 @@ class ArdupilotLink:
             raise BridgeError(f"ardupilot: UDP {config.host}:{config.port} cannot be used: {error.strerror}") from None
         self.port = config.port
         _wait_at_most(self._socket, _LOOK_S)
-        self._known: list[dict[int, float]] = [{} for _ in self._outputs]
+        self._commands = [(output.channel, _Commands(output, self._ends)) for output in self._outputs]
         self._peer: Any = None
         self._last: ServoFrame | None = None
         self._answer: bytes | None = None
@@ -184,16 +184,9 @@ class ArdupilotLink:
             self._inbox.steer(self.agent, self._values(frame.pwm), "ardupilot")
 
     def _values(self, pwm: Sequence[int]) -> list[float]:
-        """The actuators' commands; of each pulse it is worked out once."""
-        found = []
-        for output, known in zip(self._outputs, self._known, strict=True):
-            pulse = pwm[output.channel] if output.channel < len(pwm) else 0
-            value = known.get(pulse)
-            if value is None:
-                low_us, high_us = self._ends
-                value = known[pulse] = output.value(level(pulse, output.rests_at, low_us=low_us, high_us=high_us))
-            found.append(value)
-        return found
+        """The actuators' commands."""
+        count = len(pwm)
+        return [known[pwm[channel] if channel < count else 0] for channel, known in self._commands]
 
     def _send(self) -> None:
         if self._answer is None:
@@ -206,6 +199,20 @@ class ArdupilotLink:
 
     def _hear(self, reading: Any) -> None:
         self._range_m = float(np.asarray(reading.data).ravel()[0])
+
+
+class _Commands(dict[int, float]):
+    """Commands of one actuator by pulse [us], worked out once each; `ends_us` are the pulses at its ends."""
+
+    def __init__(self, output: Output, ends_us: tuple[float, float]) -> None:
+        self._output, self._ends_us = output, ends_us
+
+    def __missing__(self, pulse_us: int) -> float:
+        low_us, high_us = self._ends_us
+        value = self[pulse_us] = self._output.value(
+            level(pulse_us, self._output.rests_at, low_us=low_us, high_us=high_us)
+        )
+        return value
 
 
 def _processors() -> int:

@@ -25,13 +25,14 @@ from pelagos.bridges.transport import Answer, BridgeError, Buffer, Qos, Receive,
 
 LOOPBACK: Final = """<CycloneDDS><Domain>
 <General><Interfaces><NetworkInterface name="lo" multicast="false"/></Interfaces>
-<AllowMulticast>false</AllowMulticast></General>
+<AllowMulticast>false</AllowMulticast><FragmentSize>60000B</FragmentSize><MaxMessageSize>65000B</MaxMessageSize></General>
 <Discovery><ParticipantIndex>auto</ParticipantIndex><MaxAutoParticipantIndex>32</MaxAutoParticipantIndex>
 <Peers><Peer address="127.0.0.1"/></Peers><SPDPInterval>1 s</SPDPInterval>
 <InitialLocatorPruneDelay>inf</InitialLocatorPruneDelay></Discovery>
 </Domain></CycloneDDS>"""
 """This machine alone, by unicast, which needs no multicast route. Other middleware announces itself by multicast only:
-it finds us by our announcements, which therefore go on, every second, for as long as the node lives."""
+it finds us by our announcements, which therefore go on, every second, for as long as the node lives. A datagram of the
+loopback may have 64 kB: large messages go in pieces of that size, not in the library's of 1344 bytes."""
 _FRAME: Final = 16  # bytes of a service's header behind the four of the encapsulation
 _HEAD: Final = 4
 _TAKE: Final = 64  # samples in one call
