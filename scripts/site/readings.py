@@ -76,7 +76,7 @@ def all_read(folder: Path) -> dict[str, Read]:
         observed = dict(sim.run(1.0).observations["auv0"])
         trajectory = sim.stepper.trajectories["auv0"]
         last = trajectory.first_tick + trajectory.ticks - 1
-        motion = sim.stepper.motion_of(range(last, last + 1), "auv0")
+        motion = sim.stepper.sensing.motion_of(range(last, last + 1), "auv0")
         found = {}
         for name, model in sim.model.agents["auv0"].sensors.items():
             built = model.sensor

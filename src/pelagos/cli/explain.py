@@ -116,7 +116,7 @@ def _read(scenario: Scenario, agent: str, sensor: str, at_s: float) -> tuple[lis
             sim.run(at_s)
         last = sim.stepper.tick
         built: Any = sim.model.agents[agent].sensors[sensor].sensor
-        motion = sim.stepper.motion_of(range(last, last + 1), agent)
+        motion = sim.stepper.sensing.motion_of(range(last, last + 1), agent)
         explains = hasattr(built, "explain")
         passed, found = walked(lambda: built.explain(motion) if explains else built.sense(motion))
         return passed, found if explains else _reading(found), last * sim.dt_ns * 1e-9

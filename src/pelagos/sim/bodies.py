@@ -16,6 +16,8 @@ from pelagos.raycast.geometry import Geometry
 from pelagos.raycast.scene import Scene
 from pelagos.sim.state import States
 from pelagos.sim.trajectory import CHANNELS
+from pelagos.vehicles.vehicle import Vehicle
+from pelagos.world.world import World
 
 BLOCK_S = 1.0  # the step loop asks at least this often whether anything is near
 _LEVEL = (1.0, 0.0, 0.0, 0.0)
@@ -308,3 +310,10 @@ def unit_rows(values: object, n: int, what: str) -> NDArray[np.float64]:
     if (length < 1e-9).any():
         raise CommandError(f"{what} is a quaternion (w, x, y, z), and must not be 0")
     return np.asarray(q / length)
+
+
+def hull_of(vehicle: Vehicle, world: World) -> Geometry:
+    """The hull with its materials as rows of the world's table."""
+    hull = vehicle.hull
+    rows_of = np.array([world.material_row(name) for name in vehicle.materials], dtype=np.uint32)
+    return replace(hull, material=rows_of[hull.face_materials])

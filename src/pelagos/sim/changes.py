@@ -7,14 +7,18 @@ from typing import TYPE_CHECKING, Any, cast
 
 from pelagos.config.loader import load_scenario
 from pelagos.errors import CommandError, LookupFailed
+from pelagos.raycast.geometry import Geometry
+from pelagos.sensors.camera.picture.boxes_3d import Box3d, box_of_body, boxes_3d
 from pelagos.sensors.sensor import Reading
 from pelagos.sim import checkpoint
+from pelagos.sim.bodies import Body
 from pelagos.sim.encounters import Encounters
 from pelagos.sim.lives import Lives, Observations
 from pelagos.sim.model import Model, compile_model, encounters_of, with_changes
 from pelagos.sim.observe import observe
 from pelagos.sim.sea import Sea
 from pelagos.sim.step import Stepper
+from pelagos.world.body import Prop
 
 if TYPE_CHECKING:
     from pelagos.sim.simulation import Simulation
@@ -191,6 +195,35 @@ class Changes(Lives):
         self.listeners.restart()
         cast("Simulation", self).stand(model, asked)
         return self._later(self._stepper.read_now)
+
+    def spawn(self, prop: Prop, *, name: str | None = None) -> Body:
+        """Put a body into the world; the next reading of every sensor sees it.
+
+        Returns:
+            A handle with `move` and `remove`.
+
+        Raises:
+            InputError: an unknown shape, material or label, or a name that is taken.
+        """
+        self.gate.settle()
+        self.bodies.spawned += 1
+        name = name or f"{prop.shape}{self.bodies.spawned}"
+        geometry: Geometry = prop.geometry(instance=self.bodies.new_instance(), world=self.model.world)
+        return self.bodies.add(name, geometry, prop.position, prop.attitude)
+
+    def boxes_3d(self, copy: int = 0) -> dict[int, Box3d]:
+        """Boxes in space around everything that stands in a copy of the world now, by instance id.
+
+        Things of the world, movers, what was spawned, and the vehicles where there are several.
+        """
+        found = boxes_3d(self.model.world.geometries)
+        self.bodies.follow(self._stepper.tick)
+        states = self._stepper.states()
+        for name, hull in self.bodies.hulls.items():
+            found[hull.instance] = box_of_body(hull, states[name].position[copy], states[name].attitude[copy])
+        for body in self.bodies.bodies:
+            found[body.geometry.instance] = box_of_body(body.geometry, body.position[copy], body.attitude[copy])
+        return found
 
 
 def _with_world(overrides: Mapping[str, Any]) -> dict[str, Any]:

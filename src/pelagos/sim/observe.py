@@ -46,7 +46,7 @@ def observe(
     table = _table(*motion)
     lanes = _lanes(sim, table, copy, episode)
     sim.show_now(table[:, 0:3])
-    return dict(sim.stepper.read_at([built[name] for name in chosen], agent, lanes))
+    return dict(sim.stepper.sensing.read_at([built[name] for name in chosen], agent, lanes))
 
 
 def _table(position: object, attitude: object, velocity: object, angular_velocity: object) -> NDArray[np.float64]:

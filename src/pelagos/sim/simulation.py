@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
 from functools import partial
 from importlib import import_module
 from pathlib import Path
@@ -16,11 +15,10 @@ from pelagos.config.loader import load_scenario, to_yaml
 from pelagos.config.scenario import Scenario
 from pelagos.errors import CommandError, LookupFailed
 from pelagos.raycast.geometry import Geometry
-from pelagos.sensors.camera.picture.boxes_3d import Box3d, box_of_body, boxes_3d
 from pelagos.sensors.comms.link.medium import Medium
 from pelagos.sensors.comms.link.packet import Kind
 from pelagos.sim import outbox
-from pelagos.sim.bodies import Bodies, Body, rows, unit_rows
+from pelagos.sim.bodies import Bodies, hull_of, rows, unit_rows
 from pelagos.sim.changes import Changes
 from pelagos.sim.cost import check_memory
 from pelagos.sim.encounters import Encounters
@@ -37,11 +35,9 @@ from pelagos.sim.run import RunResult, run
 from pelagos.sim.run_log import RunLog
 from pelagos.sim.sampled import Sampled
 from pelagos.sim.seed import seed_of
-from pelagos.sim.state import AgentState, checked_command, chosen
+from pelagos.sim.state import AgentState, by_agent, checked_command, chosen
 from pelagos.sim.step import Stepper
 from pelagos.sim.watch import Watcher
-from pelagos.vehicles.vehicle import Vehicle
-from pelagos.world.body import Prop
 from pelagos.world.world import World
 
 Policy = Callable[[Observations], Mapping[str, Any]]
@@ -71,7 +67,7 @@ class Simulation(Changes):
         self.model, self._encounters = model, encounters
         if like is None:
             self._begin = start_states(model)  # before any body stands in the scene that it asks
-            kinds = {name: _hull(batch.vehicle, model.world) for name, batch in model.batches.items()}
+            kinds = {name: hull_of(batch.vehicle, model.world) for name, batch in model.batches.items()}
             hulls = {name: kinds[agent.batch.name] for name, agent in model.agents.items()}
             self.bodies = Bodies(model.scene, hulls, n=model.n, first_instance=model.world.next_instance)
         else:
@@ -160,20 +156,6 @@ class Simulation(Changes):
         """What stands in the moving scene now, each in its own frame: hulls that others can see, movers, props."""
         return (*self.bodies.hulls.values(), *(b.geometry for b in self.bodies.bodies))
 
-    def boxes_3d(self, copy: int = 0) -> dict[int, Box3d]:
-        """Boxes in space around everything that stands in a copy of the world now, by instance id.
-
-        Things of the world, movers, what was spawned, and the vehicles where there are several.
-        """
-        found = boxes_3d(self.world.geometries)
-        self.bodies.follow(self._stepper.tick)
-        states = self.state
-        for name, hull in self.bodies.hulls.items():
-            found[hull.instance] = box_of_body(hull, states[name].position[copy], states[name].attitude[copy])
-        for body in self.bodies.bodies:
-            found[body.geometry.instance] = box_of_body(body.geometry, body.position[copy], body.attitude[copy])
-        return found
-
     @property
     def medium(self) -> Medium:
         """The water between modems, and who is in it."""
@@ -235,7 +217,7 @@ class Simulation(Changes):
         While another thread steps or runs the simulation, they are checked at once, and enter at the next boundary of
         steps.
         """
-        for name, values in self._single(commands).items():
+        for name, values in by_agent(commands, self.model, self.n).items():
             agent = self._agent(name)
             names = tuple(agent.vehicle.command_names(self._stepper.mode(name)))
             checked = checked_command(values, n=self.n, names=names, agent=name)
@@ -243,24 +225,6 @@ class Simulation(Changes):
                 self.gate.post(partial(self._stepper.set_command, name, checked))
             else:
                 self._stepper.set_command(name, checked)
-
-    def _single(self, commands: Mapping[str, Any]) -> dict[str, Any]:
-        """Commands by single agent: those of a group, `(k,)`, `(members, k)` or `(n, members, k)`, are its members'."""
-        found: dict[str, Any] = {}
-        for name, values in commands.items():
-            members = self.model.group(name)
-            if members is None:
-                found[name] = values
-                continue
-            array = np.asarray(values, dtype=np.float64)
-            fits = array.ndim == 1 or (array.ndim in (2, 3) and array.shape[-2] == len(members))
-            if not fits or (array.ndim == 3 and array.shape[0] != self.n):
-                raise CommandError(
-                    f"{name}: a command of a group has shape (k,), ({len(members)}, k) or "
-                    f"({self.n}, {len(members)}, k); given {array.shape}"
-                )
-            found |= {m: array if array.ndim == 1 else array[..., i, :] for i, m in enumerate(members)}
-        return found
 
     def held_command(self, agent: str) -> NDArray[np.float64]:
         """`(n, k)` the command that an agent holds, in its present control mode; a mission's last set-points."""
@@ -402,21 +366,6 @@ class Simulation(Changes):
             rows(velocity, self.n, 3, f"{agent}: velocity"),
         )
 
-    def spawn(self, prop: Prop, *, name: str | None = None) -> Body:
-        """Put a body into the world; the next reading of every sensor sees it.
-
-        Returns:
-            A handle with `move` and `remove`.
-
-        Raises:
-            InputError: an unknown shape, material or label, or a name that is taken.
-        """
-        self.gate.settle()
-        self.bodies.spawned += 1
-        name = name or f"{prop.shape}{self.bodies.spawned}"
-        geometry: Geometry = prop.geometry(instance=self.bodies.new_instance(), world=self.world)
-        return self.bodies.add(name, geometry, prop.position, prop.attitude)
-
     def _repr_html_(self) -> str:
         return str(import_module("pelagos.drawing.notebook").simulation_html(self))
 
@@ -435,10 +384,3 @@ class Simulation(Changes):
         if name not in self.model.agents:
             raise CommandError(str(LookupFailed("agent", name, [*self.model.agents, *self.model.groups])))
         return self.model.agents[name]
-
-
-def _hull(vehicle: Vehicle, world: World) -> Geometry:
-    """The hull with its materials as rows of the world's table."""
-    hull = vehicle.hull
-    rows_of = np.array([world.material_row(name) for name in vehicle.materials], dtype=np.uint32)
-    return replace(hull, material=rows_of[hull.face_materials])

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import drjit as dr
 import numpy as np
@@ -173,3 +173,22 @@ def checked_command(values: object, *, n: int, names: tuple[str, ...], agent: st
             f"{agent}: command {names[channel]!r} of copy {copy} is {full[copy, channel]}, not a finite number"
         )
     return full
+
+
+def by_agent(commands: Mapping[str, Any], model: Model, n: int) -> dict[str, Any]:
+    """Commands by single agent: those of a group, `(k,)`, `(members, k)` or `(n, members, k)`, are its members'."""
+    found: dict[str, Any] = {}
+    for name, values in commands.items():
+        members = model.group(name)
+        if members is None:
+            found[name] = values
+            continue
+        array = np.asarray(values, dtype=np.float64)
+        fits = array.ndim == 1 or (array.ndim in (2, 3) and array.shape[-2] == len(members))
+        if not fits or (array.ndim == 3 and array.shape[0] != n):
+            raise CommandError(
+                f"{name}: a command of a group has shape (k,), ({len(members)}, k) or "
+                f"({n}, {len(members)}, k); given {array.shape}"
+            )
+        found |= {m: array if array.ndim == 1 else array[..., i, :] for i, m in enumerate(members)}
+    return found

@@ -3,19 +3,16 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping
 from functools import partial
-from typing import Any, Final
+from typing import Any
 
-import drjit as dr
 import numpy as np
 from numpy.typing import NDArray
 
-from pelagos import jit
 from pelagos.jit import Array
 from pelagos.sensors.comms.link.traffic import Traffic
-from pelagos.sensors.sensor import Kinematics, Measurement, Reading
-from pelagos.sim.batch import Batch, SensorModel
+from pelagos.sim.batch import Batch
 from pelagos.sim.batch_run import BatchRun
 from pelagos.sim.bodies import Bodies
 from pelagos.sim.contacts import Contacts
@@ -23,7 +20,6 @@ from pelagos.sim.driver import Wrench
 from pelagos.sim.encounters import Encounters
 from pelagos.sim.endings import Endings
 from pelagos.sim.episodes import Episodes
-from pelagos.sim.finite_readings import require_finite
 from pelagos.sim.initial import StartState
 from pelagos.sim.listeners import Listeners
 from pelagos.sim.missions import Missions
@@ -31,14 +27,13 @@ from pelagos.sim.model import AgentModel, Model
 from pelagos.sim.observed import Observed
 from pelagos.sim.sampled import Sampled
 from pelagos.sim.schedule import Schedule
+from pelagos.sim.sensing import Sensing
 from pelagos.sim.set_points import exact, idle, vectors
 from pelagos.sim.state import AgentState, States, mixed
 from pelagos.sim.timings import Timings
-from pelagos.sim.trajectory import LaneSelector, RowNames, Trajectory, at_lanes, channels, of_rows
+from pelagos.sim.trajectory import Trajectory, channels
 from pelagos.sim.variety import Variety
 from pelagos.vehicles.state import VehicleState
-
-EVENTS: Final = ("modem",)  # sensors that tell what has happened since they were asked last, when they are due alone
 
 
 class Stepper:
@@ -58,6 +53,7 @@ class Stepper:
         episodes: of each copy.
         variety: what differs among them.
         traffic: packets between modems.
+        sensing: asks the sensors.
 
     Args:
         model, bodies, encounters, listeners: what it steps, and for whom.
@@ -74,10 +70,7 @@ class Stepper:
         like: Stepper | None = None,
     ) -> None:
         self._model, self._bodies, self._encounters = model, bodies, encounters
-        new = {name: LaneSelector(n=batch.rows, dt_ns=model.clock.dt_ns) for name, batch in model.batches.items()}
-        shared = {} if like is None else {k: v for k, v in like._select.items() if k in new and v.rows == new[k].rows}
-        self._select: dict[str, LaneSelector] = new | shared
-        self._names = {name: RowNames(batch) for name, batch in model.batches.items()}
+        self.sensing: Sensing = Sensing(self, model, bodies, encounters, like=None if like is None else like.sensing)
         self.episodes = Episodes(model.n, model.first_environment)
         self._endings = Endings(model, self.episodes)
         self.variety = Variety(model)
@@ -93,8 +86,6 @@ class Stepper:
         self.agent_currents: dict[str, NDArray[np.float64]] = {}
         self.logged = False
         self._close = False  # something may touch in the present block
-        self._placed = False  # the moving scene, in this round of readings
-        self._lanes: dict[tuple[str, range], tuple[Trajectory, Any, Kinematics]] = {}
         self.tick: int = 0
         self.changes: int = 0
 
@@ -114,7 +105,7 @@ class Stepper:
         now = self.states()
         for name, agent in self._model.agents.items():
             self.missions.begin(agent, now[name])
-        self._sense(lambda batch, sensor: any(self.missions.guided(name, sensor.name) for name in batch.members))
+        self.sensing.sense(lambda batch, sensor: any(self.missions.guided(name, sensor.name) for name in batch.members))
 
     def restart(self, states: Mapping[str, StartState], where: NDArray[np.bool_]) -> None:
         """Some copies begin their next episode at the present tick; the others' bytes stay."""
@@ -140,17 +131,17 @@ class Stepper:
 
     def read_all(self) -> list[Sampled]:
         """Every sensor at the present tick, due or not."""
-        return self._sense(due=range(self.tick, self.tick + 1))
+        return self.sensing.sense(due=range(self.tick, self.tick + 1))
 
     def read_some(self, agent: str, names: Collection[str]) -> list[Sampled]:
         """Some sensors of an agent, and of those that move with it, at the present tick, due or not."""
         batch = self._model.agents[agent].batch
         now = range(self.tick, self.tick + 1)
-        return self._sense(lambda b, sensor: b is batch and sensor.name in names, due=now)
+        return self.sensing.sense(lambda b, sensor: b is batch and sensor.name in names, due=now)
 
     def read_now(self) -> list[Sampled]:
         """Every sensor that is due at the current tick, read again: the same bytes."""
-        return self._sense()
+        return self.sensing.sense()
 
     def advance(self, last: int, *, wait: bool = False) -> list[Sampled]:
         """Go on by one block, which ends at tick `last` or where the outside may act before.
@@ -159,7 +150,7 @@ class Stepper:
         little more than one for those of a single block (a DVL 0.2 ms, an IMU 0.03 ms).
         """
         self._guide()
-        self._in_own_current()
+        self.in_own_current()
         self._bodies.follow(self.tick)
         ticks = self._block_length(last, wait)
         self._move(ticks)
@@ -168,7 +159,7 @@ class Stepper:
                 self._blocks.setdefault(name, []).append(trajectory)
         self.tick += ticks
         self.changes += 1
-        return self._sense(lambda batch, sensor: not (wait and self._schedule.waits(batch, sensor)))
+        return self.sensing.sense(lambda batch, sensor: not (wait and self._schedule.waits(batch, sensor)))
 
     def catch_up(self) -> list[Sampled]:
         """Read the sensors that waited."""
@@ -180,7 +171,7 @@ class Stepper:
             if self.logged or self._model.batches[name].sensors
         }
         self._blocks.clear()
-        return self._sense(self._schedule.waits)
+        return self.sensing.sense(self._schedule.waits)
 
     def states(self) -> States:
         """The true state of every agent."""
@@ -313,7 +304,7 @@ class Stepper:
     def _advance(self, name: str, ticks: int, wrench: Wrench | None = None) -> tuple[Array, Trajectory]:
         start, batch = time.perf_counter(), self._model.batches[name]
         every = bool(batch.sensors) or self.logged or batch.rows == 1
-        self._in_own_current(batch)
+        self.in_own_current(batch)
         factors = self.variety.factors(batch, self.episodes)
         made = self.runs[name].advance(
             batch.driver, self._model.ocean, self.tick, ticks, wrench, every=every, factors=factors
@@ -332,78 +323,7 @@ class Stepper:
         self.timings.add("contact", start)
         return free | {name: self._advance(name, 1, wrench) for name, wrench in touched.items()}
 
-    def _sense(
-        self, asked: Callable[[Batch, SensorModel], bool] | None = None, due: range | None = None
-    ) -> list[Sampled]:
-        """Ask the sensors that are due in the last block, or those of them that are `asked`; all of them at `due`."""
-        sampled = []
-        self._placed = False
-        self._lanes.clear()
-        for batch in self._model.batches.values():
-            trajectory = self.trajectories[batch.name]
-            for sensor in batch.sensors.values():
-                regular = due is None or sensor.config.type in EVENTS
-                ticks = trajectory.due(sensor.period) if regular or due is None else due
-                if not ticks or (asked is not None and not asked(batch, sensor)):
-                    continue
-                start = time.perf_counter()
-                if sensor.casts:
-                    self._place()
-                self._answer(ticks)
-                self._in_own_current(batch)
-                one = Sampled(batch.members, sensor, ticks, self._ask(sensor, self._lanes_of(batch, ticks)))
-                sampled.append(one.without(self.episodes.ended) if self.episodes.any_over else one)
-                require_finite(sampled[-1], self._model.n, self._model.clock.dt_ns, self._uncovered)
-                if due is None:
-                    self.missions.hear(sampled[-1])
-                self.timings.add(f"{batch.name}.{sensor.name}", start)
-        return sampled
-
-    def _place(self) -> None:
-        """Bring the moving scene up to date, once a round of readings."""
-        if not self._placed:
-            self._bodies.follow(self.tick)
-            self._bodies.place(self.states())
-            self._placed = True
-
-    def _lanes_of(self, batch: Batch, due: range) -> Kinematics:
-        """The motion of all rows of a batch at ticks of the last block, selected once a round of readings."""
-        trajectory = self.trajectories[batch.name]
-        names = self._names[batch.name].of(self.episodes.names())
-        known = self._lanes.get((batch.name, due))
-        if known is None or known[0] is not trajectory or known[1] is not names:
-            lanes = self._select[batch.name].lanes(trajectory, due, names)
-            known = self._lanes[batch.name, due] = (trajectory, names, lanes)
-        return known[2]
-
-    def read_at(self, sensors: Sequence[SensorModel], agent: str, lanes: Kinematics) -> Iterator[tuple[str, Reading]]:
-        """Readings of some sensors of an agent on lanes of any motion at the present time; other agents are where they
-        are in the copy of each lane."""
-        count, dt_ns = dr.width(lanes.tick), self._model.clock.dt_ns
-        now = range(self.tick, self.tick + 1)
-        self._answer(now)
-        copy, here = lanes.copy % self._model.n, self._model.agents[agent]
-        others = lambda other: at_lanes(self.motion_of(now, other), copy)
-        self._encounters.neighbours.motion_of = others
-        self._names[here.batch.name].at_poses(lanes, here.member)
-        for sensor in sensors:
-            m = self._ask(sensor, lanes)
-            valid = np.ones(count, dtype=bool) if m.valid is None else m.valid
-            yield sensor.name, m.reading(slice(0, count), valid, self.tick * dt_ns, f"{agent}/{sensor.name}")
-
-    def _uncovered(self, agent: str, copy: int, t_s: float) -> Sequence[str]:
-        """Fields of the ocean that end before the place of an agent's copy."""
-        place = self.row(agent)[copy, :3]
-        return self._model.ocean.uncovered(jit.Array3f64(*(float(v) for v in place)), jit.Float64(t_s))
-
-    def _ask(self, sensor: SensorModel, motion: Kinematics) -> Measurement:
-        self._model.scene.reading = True
-        try:
-            return sensor.sensor.sense(motion)
-        finally:
-            self._model.scene.reading = False
-
-    def _in_own_current(self, batch: Batch | None = None) -> None:
+    def in_own_current(self, batch: Batch | None = None) -> None:
         """Have the ocean's current by copy be this run's, where simulations share the ocean; or by row of a batch."""
         own = self.variety.current(self.episodes) if self.own_current is None else self.own_current
         if own is None:
@@ -414,28 +334,6 @@ class Stepper:
             self._model.ocean.own = vectors(
                 np.concatenate([self.agent_currents.get(name, common) for name in batch.members])
             )
-
-    def _answer(self, due: range) -> None:
-        """Have the sensor that reads next ask this run, about these ticks."""
-        self._in_own_current()
-        self._encounters.neighbours.motion_of = partial(self.motion_of, due)
-        self._encounters.blows.latest = self._latest_blow
-        self._encounters.medium.motions_of, self._encounters.medium.place = partial(self.motions_of, due), self._place
-        self._encounters.medium.traffic, self._encounters.medium.ticks = self.traffic, due
-
-    def motion_of(self, due: range, agent: str) -> Kinematics:
-        """The motion of an agent at ticks of the last block, as its sensors see it."""
-        whole, rows = self.motions_of(due, agent)
-        size = self._model.agents[agent].batch.rows
-        return whole if rows == slice(0, size) else of_rows(whole, rows, size)
-
-    def motions_of(self, due: range, agent: str) -> tuple[Kinematics, slice]:
-        """The motion of all agents that are moved together with one, and which rows of each tick are its own."""
-        model = self._model.agents[agent]
-        return self._lanes_of(model.batch, due), model.rows
-
-    def _latest_blow(self, agent: str, ticks: int) -> NDArray[np.float64]:
-        return self.contacts.strongest(agent, self.tick - ticks)
 
     # construction, and the numbers behind a state
 
