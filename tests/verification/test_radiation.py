@@ -8,7 +8,8 @@ import pytest
 
 from pelagos import jit
 from pelagos.hydro.radiation import fit_memory, radiate, retardation
-from pelagos.vehicles.seakeeping import RadiationConfig, radiation_kernels
+from pelagos.vehicles.afloat_config import RadiationConfig
+from pelagos.vehicles.radiation_kernels import radiation_kernels
 
 # K(t) = k e^{-a t} cos(b t) has the transform B(w) = k a (w^2 + a^2 + b^2) / ((a^2 + (w - b)^2)(a^2 + (w + b)^2)).
 # It does not vanish at w = 0 as real damping does; the mathematics is the same.

@@ -12,13 +12,13 @@ from pydantic import Field, model_validator
 from pelagos.errors import did_you_mean
 from pelagos.hydro import rigid_body
 from pelagos.vehicles.actuators.t200 import BatteryConfig, T200Config
+from pelagos.vehicles.afloat_config import AfloatConfig
 from pelagos.vehicles.envelope import EnvelopeConfig
 from pelagos.vehicles.flow import CurrentRotation
 from pelagos.vehicles.inertia import AddedMassConfig, CoriolisConfig, MassConfig, added_mass_matrix, mass_and_inertia
 from pelagos.vehicles.kinds import ActuatorConfig, ModeConfig, TermConfig
 from pelagos.vehicles.load import catalogue_data, catalogue_names, merged
 from pelagos.vehicles.part import Body, NonNegative, PartConfig, Positive, Three
-from pelagos.vehicles.seakeeping import AfloatConfig
 from pelagos.vehicles.shape.hull import HullConfig
 from pelagos.vehicles.terms.floating import HydrostaticConfig, TwinHullConfig
 
