@@ -44,6 +44,9 @@ def step(x: list, coefficients: list, wrench: list) -> list:
         acceleration=still,
         angular_acceleration=still,
         actuators=[],
+        actuator_memory=[],
+        radiation=[],
+        mode=jit.Float64(0.0),
         controller=[jit.Float64(0.0)] * 20,
     )
     new = vehicle.step(state, wrench, None, jit.Float64(0.0), (still, still), H, "wrench")

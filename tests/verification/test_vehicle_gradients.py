@@ -27,6 +27,9 @@ def flat_step(vehicle, x, command, mode):
         acceleration=zero,
         angular_acceleration=zero,
         actuators=list(x[13 : 13 + k]),
+        actuator_memory=[],
+        radiation=[],
+        mode=jit.Float64(0.0),
         controller=[jit.Float64(0.0)] * 20,
     )
     new = vehicle.step(state, command, None, jit.Float64(0.0), (zero, zero), H, mode)

@@ -167,7 +167,8 @@ class Program:
             angular_velocity=flip_yz(jit.Array3f64(*(f64(c) for c in start.angular_velocity))),
             acceleration=jit.Array3f64(zero),
             angular_acceleration=jit.Array3f64(zero),
-            actuators=[f64(0.0) for _ in range(self.vehicle.kept_actuators)],
+            **self.vehicle.sizes.lists([f64(0.0) for _ in range(self.vehicle.sizes.kept)]),
+            mode=f64(0.0),
             controller=[f64(0.0) for _ in range(self._controller)],
         )
         values = [*start.memory.values(), *(start.current or []), *factors]
@@ -194,7 +195,7 @@ class Program:
         return [*channels_of(life.state), *life.memory.values()]
 
     def _read(self, packed: Array) -> _Life:
-        state = unpack(packed, self.n, actuators=self.vehicle.kept_actuators)
+        state = unpack(packed, self.n, self.vehicle.sizes)
         memory = state.controller[self._controller :]
         state.controller = state.controller[: self._controller]
         return _Life(state, dict(zip(self.names, memory, strict=True)))

@@ -74,7 +74,7 @@ class Shooter:
         self._tables = [jit.Float64(commands.get(name, np.zeros(size))) for name in vehicle.actuator_names]
         dr.make_opaque(self._tables)
         self._size = size
-        self._kept = vehicle.kept_actuators
+        self._kept = vehicle.sizes.kept
         self._actuators = len(vehicle.actuator_names)
         self._needed = vehicle.tables
 
@@ -207,13 +207,14 @@ def _step(
     state = VehicleState(
         position=jit.Array3f64(*x[0:3]), attitude=jit.Array4f64(*x[3:7]), velocity=jit.Array3f64(*x[7:10]),
         angular_velocity=jit.Array3f64(*x[10:13]), acceleration=jit.Array3f64(*x[13:16]),
-        angular_acceleration=jit.Array3f64(*x[16:19]), actuators=list(x[_MOTION:]), controller=[jit.Float64(0.0)] * 64,
+        angular_acceleration=jit.Array3f64(*x[16:19]), **vehicle.sizes.lists(list(x[_MOTION:])), mode=jit.Float64(0.0),
+        controller=[jit.Float64(0.0)] * 64,
     )  # fmt: skip
     new = vehicle.step(state, commands, None, jit.Float64(0.0), (still, still), h, _MODE, tables)
     moved = [new.position[0] + h * outside[0], new.position[1] + h * outside[1], new.position[2]]
     return [
         *moved, *new.attitude, *new.velocity, *new.angular_velocity, *new.acceleration, *new.angular_acceleration,
-        *new.actuators,
+        *new.actuators, *new.actuator_memory, *new.radiation,
     ]  # fmt: skip
 
 

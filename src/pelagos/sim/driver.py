@@ -60,7 +60,7 @@ class Driver:
 
     def unpack(self, packed: Array) -> VehicleState:
         """The state that `advance` gave back."""
-        state = unpack(packed, self._n, actuators=self.vehicle.kept_actuators)
+        state = unpack(packed, self._n, self.vehicle.sizes)
         dr.eval(state)
         return state
 
@@ -169,7 +169,7 @@ def _block(driver: Driver, *, n: int, rows: int, mode: str, every: bool) -> Bloc
             dr.if_stmt((i, state), i + 1 == count, keep, lambda i, state: i + 0, mode="symbolic")
             return i + 1, state
 
-        state = unpack(start, n, actuators=vehicle.kept_actuators)
+        state = unpack(start, n, vehicle.sizes)
         dr.while_loop((dr.zeros(jit.UInt32, n), state), unfinished, advance, mode="symbolic")
         return end, motion
 

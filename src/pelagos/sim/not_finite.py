@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from pelagos.errors import SimulationError
 from pelagos.sim.model import AgentModel
+from pelagos.vehicles.blame import blame
 
 
 class NotFinite(SimulationError):
@@ -33,7 +34,7 @@ class NotFinite(SimulationError):
         if lacking:
             term = f"{' and '.join(lacking)} ends before that place or moment (outside: error)"
         else:
-            term = agent.vehicle.blame(state[0:3], state[3:7], state[7:10], state[10:13])
+            term = blame(agent.vehicle, state[0:3], state[3:7], state[7:10], state[10:13])
         position, velocity = np.array2string(state[0:3], precision=3), np.array2string(state[7:10], precision=3)
         super().__init__(
             f"{agent.name} (copy {copy}) has no finite state at t = {t_s:.3f} s; {term}; just before it was "

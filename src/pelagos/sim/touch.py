@@ -15,7 +15,7 @@ from pelagos.math.frames import flip_quaternion, flip_yz
 from pelagos.raycast.caster import Caster
 from pelagos.raycast.rays import NO_BODY
 from pelagos.sim.driver import Wrench
-from pelagos.vehicles.state import unpack
+from pelagos.vehicles.state import StateSizes, unpack
 from pelagos.vehicles.vehicle import Vehicle
 
 if TYPE_CHECKING:
@@ -58,7 +58,7 @@ class Touch:
             dr.opaque(jit.Float64, self._model.clock.dt_ns * 1e-9),
         )
         dr.make_opaque(arguments)
-        return self._model.scene.compile(_touch(rows, vehicle.kept_actuators)), arguments
+        return self._model.scene.compile(_touch(rows, vehicle.sizes)), arguments
 
 
 def probes_of(vehicle: Vehicle) -> HullProbes:
@@ -69,11 +69,11 @@ def probes_of(vehicle: Vehicle) -> HullProbes:
     return hull_probes(starts, vectors, mass, vehicle.config.hull_grip)
 
 
-def _touch(n: int, actuators: int) -> Callable[..., tuple[Array, Array]]:
+def _touch(n: int, sizes: StateSizes) -> Callable[..., tuple[Array, Array]]:
     def touch(
         caster: Caster, now: Array, after: Array, materials: Any, probes: HullProbes, own: Array, copy: Array, h: Array
     ) -> tuple[Array, Array]:
-        state, free = (unpack(packed, n, actuators=actuators) for packed in (now, after))
+        state, free = (unpack(packed, n, sizes) for packed in (now, after))
         force, moment = probe_wrench(
             Caster(caster.static, None, caster.tables),
             materials,

@@ -20,6 +20,8 @@ from pelagos.vehicles.kinds import ActuatorConfig, ModeConfig, TermConfig
 from pelagos.vehicles.load import catalogue_data, catalogue_names, merged
 from pelagos.vehicles.part import Body, NonNegative, PartConfig, Positive, Three
 from pelagos.vehicles.shape.hull import HullConfig
+from pelagos.vehicles.shape.parts import PartsHull, ShapePart
+from pelagos.vehicles.shape.torpedo import TorpedoHull
 from pelagos.vehicles.terms.floating import HydrostaticConfig, TwinHullConfig
 
 
@@ -136,6 +138,14 @@ class VehicleConfig(PartConfig):
     def height(self) -> float:
         """[m]"""
         return float(self.height_m or self.diameter_m or 0.0)
+
+    @property
+    def shape(self) -> TorpedoHull | PartsHull:
+        """The hull's shape: as configured, or an ellipsoid of length, beam and height."""
+        if self.hull is not None:
+            return self.hull
+        body = ShapePart(type="ellipsoid", size_m=(self.length_m, self.beam, self.height))
+        return PartsHull(type="parts", parts=(body,))
 
     @property
     def body(self) -> Body:

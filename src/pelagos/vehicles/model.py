@@ -262,11 +262,6 @@ class Model:
         """How many numbers actuators keep beside their states."""
         return sum(a.lag.memory for a in self.actuators.values())
 
-    @property
-    def behind(self) -> int:
-        """How many numbers stand behind the actuators' states: what they keep, and the waves that the hull radiated."""
-        return self.kept + (0 if self.sea is None else self.sea.memory)
-
     def rates(self, actuators: Sequence[Array], command: Sequence[Array]) -> list[Array]:
         """Time derivative of the actuator states, see `Lag.rate`."""
         return self._each(actuators, lambda lag, i, state, kept: lag.rates(state, kept, command[i]))

@@ -12,18 +12,16 @@ from typing import Any
 import drjit as dr
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from pydantic import ValidationError
 
 from pelagos import jit
-from pelagos.config.document import read_document
-from pelagos.errors import CommandError, LookupFailed, ScenarioError
+from pelagos.errors import CommandError, LookupFailed
 from pelagos.hydro.algebra import Vector, add, minus, scaled
 from pelagos.jit import Array
 from pelagos.math.frames import flip_quaternion_np, flip_yz_np
 from pelagos.raycast.geometry import Geometry
 from pelagos.vehicles.actuators.t200 import t200_tables
 from pelagos.vehicles.around import flow_around
-from pelagos.vehicles.books import Accelerations, columns
+from pelagos.vehicles.books import Accelerations
 from pelagos.vehicles.build import build_model, build_modes
 from pelagos.vehicles.config import VehicleConfig
 from pelagos.vehicles.control.controller import Controller, Demand
@@ -31,10 +29,9 @@ from pelagos.vehicles.flow import Flow, rotation_from_quaternion
 from pelagos.vehicles.integrate import Rigid, runge_kutta, semi_implicit
 from pelagos.vehicles.load import merged
 from pelagos.vehicles.model import Model
+from pelagos.vehicles.read_config import checked_config, read_config
 from pelagos.vehicles.shape.hull import build_hull, hull_materials
-from pelagos.vehicles.shape.parts import PartsHull, ShapePart
-from pelagos.vehicles.shape.torpedo import TorpedoHull
-from pelagos.vehicles.state import VehicleState
+from pelagos.vehicles.state import StateSizes, VehicleState
 from pelagos.vehicles.tables import Tables
 
 __all__ = ["Vehicle", "VehicleConfig"]
@@ -79,10 +76,7 @@ class Vehicle:
         Raises:
             ScenarioError: names the key, what was given and why it cannot be.
         """
-        try:
-            return cls(VehicleConfig.model_validate(dict(data)))
-        except ValidationError as error:
-            raise ScenarioError(_explain(error), where=where or f"vehicle {data.get('type', '?')}") from None
+        return cls(checked_config(dict(data), where=where or f"vehicle {data.get('type', '?')}"))
 
     @classmethod
     def from_yaml(cls, path: str | Path, *, trust: bool = False) -> Vehicle:
@@ -95,14 +89,7 @@ class Vehicle:
         Raises:
             ScenarioError: the file cannot be read, a key cannot be, or it names a function and is not trusted.
         """
-        document = read_document(Path(path))
-        if not isinstance(document.data, Mapping):
-            raise ScenarioError("must be a mapping of keys", where=str(path))
-        context = {"folder": document.folder, "bounds": document.folder, "trust": trust}
-        try:
-            return cls(VehicleConfig.model_validate(document.data, context=context))
-        except ValidationError as error:
-            raise ScenarioError(_explain(error), where=str(path)) from None
+        return cls(read_config(path, trust=trust))
 
     @classmethod
     def from_config(cls, config: VehicleConfig) -> Vehicle:
@@ -208,8 +195,9 @@ class Vehicle:
             angular_velocity=zero[2],
             acceleration=zero[3],
             angular_acceleration=zero[4],
-            actuators=[dr.zeros(jit.Float64, n) for _ in range(self.kept_actuators)],
-            controller=[dr.zeros(jit.Float64, n) for _ in range(1 + self._memory)],
+            **self.sizes.lists([dr.zeros(jit.Float64, n) for _ in range(self.sizes.kept)]),
+            mode=dr.zeros(jit.Float64, n),
+            controller=[dr.zeros(jit.Float64, n) for _ in range(self._memory)],
         )
         return self.place(
             state,
@@ -224,7 +212,7 @@ class Vehicle:
 
         Controllers start anew, from the new place; accelerations are 0 until the next step.
         """
-        n = dr.width(state.controller[0])
+        n = dr.width(state.mode)
         new = dict(vars(state))
         for name, values in parts.items():
             if name == "attitude":
@@ -233,7 +221,7 @@ class Vehicle:
             else:
                 new[name] = jit.Array3f64(np.ascontiguousarray(flip_yz_np(values).T))
         new["acceleration"], new["angular_acceleration"] = dr.zeros(jit.Array3f64, n), dr.zeros(jit.Array3f64, n)
-        new["controller"] = [dr.zeros(jit.Float64, n) for _ in state.controller]
+        new["mode"], new["controller"] = dr.zeros(jit.Float64, n), [dr.zeros(jit.Float64, n) for _ in state.controller]
         placed = VehicleState(**new)
         dr.make_opaque(placed)
         return placed
@@ -272,26 +260,20 @@ class Vehicle:
         f64 = jit.Float64
         tables = self._needed(tables, ocean)
         rigid = Rigid([*state.position], state.attitude, [*state.velocity, *state.angular_velocity])
-        flow = self.flow(rigid, ocean, t, tables)
-        flow.step = h
-        if self.config.integrator == "conservative":
-            gone = [*state.acceleration, *state.angular_acceleration]  # as the last step had it, the next will nearly
-            gone = add(gone[:3], minus(flow.current_rate[:3])) + gone[3:]
-            flow.midway = add(flow.nu_c, scaled(0.5 * h, gone))
+        flow = self._flow_of_step(rigid, state, ocean, t, h, tables)
         controller = self._controller(mode)
-        memory = self._begin(state.controller, controller, mode, flow)
+        memory = self._begin(state, controller, mode, flow)
         demand, kept = controller.act(memory, flow, list(command), h)
         commands = [f64(demand.actuators.get(name, 0.0)) for name in self.model.actuators]
-        outside, waves = self._outside(state, flow, demand, wrench, h)
+        outside, radiation = self._outside(state, flow, demand, wrench, h)
+        moved = [*state.actuators, *state.actuator_memory]
 
         def accelerate(at: Rigid, fraction: float) -> Vector:
             if demand.acceleration is not None:  # contact, and what pushes from outside, besides
                 return add(demand.acceleration, self.model.inertia_in(flow).accelerate([*wrench[0], *wrench[1]]))
             here = flow if fraction == 0.0 else self.flow(at, ocean, t + fraction * h, tables)
             here.step = None if self.config.integrator == "runge_kutta" else h
-            states = state.actuators
-            if fraction > 0.0:
-                states = self.model.advanced(states, commands, fraction * h)
+            states = moved if fraction == 0.0 else self.model.advanced(moved, commands, fraction * h)
             over = h if self.config.integrator == "conservative" else None
             return self.model.nu_dot(here, self.model.limited(states), outside, tables, over)
 
@@ -299,7 +281,7 @@ class Vehicle:
             new, nu_dot = runge_kutta(rigid, accelerate, h, rotation_from_quaternion)
         else:
             new, nu_dot = semi_implicit(rigid, accelerate, flow.rotation, h)
-        kept = [f64(self._mode_number[mode]), *(f64(m) for m in kept)]
+        moved = [f64(a) for a in [*self.model.advanced(moved, commands, h), *radiation]]
         return VehicleState(
             position=jit.Array3f64(*new.position),
             attitude=new.attitude,
@@ -307,9 +289,22 @@ class Vehicle:
             angular_velocity=jit.Array3f64(*new.nu[3:]),
             acceleration=jit.Array3f64(*nu_dot[:3]),
             angular_acceleration=jit.Array3f64(*nu_dot[3:]),
-            actuators=[f64(a) for a in [*self.model.advanced(state.actuators, commands, h), *waves]],
-            controller=[*kept, *state.controller[len(kept) :]],
+            **self.sizes.lists(moved),
+            mode=f64(self._mode_number[mode]),
+            controller=[*(f64(m) for m in kept), *state.controller[len(kept) :]],
         )
+
+    def _flow_of_step(
+        self, rigid: Rigid, state: VehicleState, ocean: Any, t: Array, h: Array, tables: Tables | None
+    ) -> Flow:
+        """The water around a vehicle at the beginning of a step, and the velocity in its middle where that counts."""
+        flow = self.flow(rigid, ocean, t, tables)
+        flow.step = h
+        if self.config.integrator == "conservative":
+            gone = [*state.acceleration, *state.angular_acceleration]  # as the last step had it, the next will nearly
+            gone = add(gone[:3], minus(flow.current_rate[:3])) + gone[3:]
+            flow.midway = add(flow.nu_c, scaled(0.5 * h, gone))
+        return flow
 
     def _needed(self, tables: Tables | None, ocean: Any) -> Tables | None:
         """The tables of a step, if it takes any."""
@@ -332,16 +327,16 @@ class Vehicle:
         sea = self.model.sea
         if sea is None:
             return outside, []
-        waves = state.actuators[len(state.actuators) - sea.memory :]
         if flow.seaway is None:
-            return outside, waves
-        waves, radiation = sea.remember(waves, flow.seaway.velocity, h)
-        return add(outside, radiation), waves
+            return outside, state.radiation
+        memory, radiation = sea.remember(state.radiation, flow.seaway.velocity, h)
+        return add(outside, radiation), memory
 
     @property
-    def kept_actuators(self) -> int:
-        """Length of `VehicleState.actuators`."""
-        return len(self.model.actuators) + self.model.behind
+    def sizes(self) -> StateSizes:
+        """Lengths of the lists of a state."""
+        sea = self.model.sea
+        return StateSizes(len(self.model.actuators), self.model.kept, 0 if sea is None else sea.memory)
 
     @cached_property
     def tables(self) -> Tables | None:
@@ -358,56 +353,27 @@ class Vehicle:
             tables = self.tables
         return flow_around(self.config, self.model, rigid, ocean, t, tables)
 
-    def _begin(self, memory: Sequence[Array], controller: Controller, mode: str, flow: Flow) -> list[Array]:
+    def _begin(self, state: VehicleState, controller: Controller, mode: str, flow: Flow) -> list[Array]:
         """The mode's memory: what it kept, or its start where another mode ran before."""
-        same = memory[0] == self._mode_number[mode]
-        return [dr.select(same, old, new) for old, new in zip(memory[1:], controller.start(flow), strict=False)]
+        same = state.mode == self._mode_number[mode]
+        return [dr.select(same, old, new) for old, new in zip(state.controller, controller.start(flow), strict=False)]
 
     def _controller(self, mode: str) -> Controller:
         if mode not in self.controllers:
             raise LookupFailed("control mode", mode, self.controllers, where=f"vehicle {self.name}")
         return self.controllers[mode]
 
-    def blame(
-        self,
-        position: NDArray[np.float64],
-        attitude: NDArray[np.float64],
-        velocity: NDArray[np.float64],
-        angular_velocity: NDArray[np.float64],
-    ) -> str:
-        """Which term is largest, or not finite, at one vehicle's state `(3,)`, `(4,)`, `(3,)`, `(3,)`, NWU and FLU."""
-        frd = np.concatenate([flip_yz_np(velocity), flip_yz_np(angular_velocity)])
-        at = flip_yz_np(position)
-        q = jit.Array4f64(*(float(c) for c in flip_quaternion_np(attitude)))
-        rigid = Rigid(columns(at[None]), q, columns(frd[None]))
-        zero = [jit.Float64(0.0) for _ in self.model.actuators]
-        found = self.model.wrenches(self.flow(rigid, None, jit.Float64(0.0)), zero, self.tables)
-        sizes = {name: max(abs(float(jit.Float64(c)[0])) for c in load) for name, load in found.items()}
-        broken = [name for name, size in sizes.items() if not np.isfinite(size)]
-        if broken:
-            return f"not finite: {', '.join(broken)}"
-        name = max(sizes, key=lambda k: sizes[k])
-        return f"largest term: {name}, {sizes[name]:.3g} N or N m"
-
     # shape
-
-    @property
-    def _shape(self) -> TorpedoHull | PartsHull:
-        c = self.config
-        if c.hull is not None:
-            return c.hull
-        body = ShapePart(type="ellipsoid", size_m=(c.length_m, c.beam, c.height))
-        return PartsHull(type="parts", parts=(body,))
 
     @cached_property
     def hull(self) -> Geometry:
         """The mesh, body FLU; its materials are rows of `materials`."""
-        return build_hull(self._shape, self.name, self.materials)
+        return build_hull(self.config.shape, self.name, self.materials)
 
     @cached_property
     def probes(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Contact probes: starts `(p, 3)` inside the hull and vectors `(p, 3)` to its surface, body FLU [m]."""
-        return self._shape.probes()
+        return self.config.shape.probes()
 
     @cached_property
     def bounding_radius_m(self) -> float:
@@ -417,18 +383,9 @@ class Vehicle:
     @cached_property
     def materials(self) -> tuple[str, ...]:
         """What the hull is made of, by name."""
-        return hull_materials(self._shape, self.config.materials)
+        return hull_materials(self.config.shape, self.config.materials)
 
     @property
     def effective_mass_kg(self) -> float:
         """Mass plus the smallest added mass [kg]: how hard the lightest direction is to stop."""
         return float(np.diag(self.config.body.mass_matrix)[:3].min())
-
-
-def _explain(error: ValidationError) -> str:
-    lines: list[str] = []
-    for problem in error.errors():
-        place = ".".join(str(part) for part in problem["loc"])
-        given = "" if isinstance(problem["input"], (dict, Mapping)) else f", not {problem['input']!r}"
-        lines.append(f"{place + ': ' if place else ''}{problem['msg'].removeprefix('Value error, ')}{given}")
-    return "; ".join(lines)

@@ -1,0 +1,43 @@
+"""A vehicle's configuration from a file or its keys, with errors that name the key."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from pydantic import ValidationError
+
+from pelagos.config.document import read_document
+from pelagos.errors import ScenarioError
+from pelagos.vehicles.config import VehicleConfig
+
+
+def read_config(path: str | Path, *, trust: bool) -> VehicleConfig:
+    """A vehicle's configuration from a YAML file; errors and `trust` as of `Vehicle.from_yaml`."""
+    document = read_document(Path(path))
+    if not isinstance(document.data, Mapping):
+        raise ScenarioError("must be a mapping of keys", where=str(path))
+    context = {"folder": document.folder, "bounds": document.folder, "trust": trust}
+    return checked_config(document.data, where=str(path), context=context)
+
+
+def checked_config(data: Any, *, where: str, context: Mapping[str, Any] | None = None) -> VehicleConfig:
+    """A vehicle's configuration from its keys.
+
+    Raises:
+        ScenarioError: names the key, what was given and why it cannot be.
+    """
+    try:
+        return VehicleConfig.model_validate(data, context=dict(context) if context else None)
+    except ValidationError as error:
+        raise ScenarioError(_explain(error), where=where) from None
+
+
+def _explain(error: ValidationError) -> str:
+    lines: list[str] = []
+    for problem in error.errors():
+        place = ".".join(str(part) for part in problem["loc"])
+        given = "" if isinstance(problem["input"], (dict, Mapping)) else f", not {problem['input']!r}"
+        lines.append(f"{place + ': ' if place else ''}{problem['msg'].removeprefix('Value error, ')}{given}")
+    return "; ".join(lines)
