@@ -14,7 +14,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 
 from pelagos.sensors.comms.link.modem_port import ModemPort
-from pelagos.sensors.comms.link.packet import BROADCAST, Outgoing
+from pelagos.sensors.comms.link.packet import BROADCAST, Incoming, Outgoing
 
 SECOND = 1_000_000_000  # [ns]
 
@@ -148,3 +148,27 @@ def _slot(port: ModemPort, now: int) -> int | None:
 def _left(port: ModemPort, now: int) -> int:
     length = round(port.slot_s * SECOND)
     return length - now % length
+
+
+def answer(station: Station, port: ModemPort, i: Incoming, sender: str) -> None:
+    """What the protocol of a modem does with a packet for it."""
+    t = i.transmission
+    kind, after = t.outgoing.kind, round(port.turnaround_s * SECOND)
+    if kind == "data" and t.outgoing.acknowledge and t.outgoing.to == port.path:
+        station.replies.append(
+            Outgoing("ack", sender, "", "", i.end_ns, reply_to=t.number, not_before_ns=i.end_ns + after)
+        )
+    elif kind == "rts":
+        station.replies.append(Outgoing("cts", sender, "", "", i.end_ns, not_before_ns=i.end_ns + after))
+    elif kind == "request":
+        station.replies.append(
+            Outgoing(
+                "response", sender, "", t.outgoing.tag, i.end_ns, reply_to=t.number, not_before_ns=i.end_ns + after
+            )
+        )
+    elif kind == "cts" and station.pending is not None and station.awaits == "cts":
+        ready, station.pending = station.pending, None
+        ready.not_before_ns = i.end_ns + after
+        station.replies.append(ready)
+    elif kind == "ack" and station.pending is not None and station.pending.number == t.outgoing.reply_to:
+        station.pending = None

@@ -8,11 +8,10 @@ modem, the purpose, the environment and the packet.
 from __future__ import annotations
 
 import copy as copies_of
-import hashlib
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, Final, Protocol
+from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,10 +19,11 @@ from numpy.typing import NDArray
 from pelagos.acoustics.modulation import arrival_time_error
 from pelagos.math.so3 import rotate_np
 from pelagos.sensors.comms.link.budget import NOTHING, Heard, measured_direction, same_waveform_db, success, sum_db
+from pelagos.sensors.comms.link.chance import Chance, Episodes
 from pelagos.sensors.comms.link.medium import Medium, Pose
 from pelagos.sensors.comms.link.modem_port import ModemPort
 from pelagos.sensors.comms.link.packet import BROADCAST, Fate, Incoming, Kind, Outgoing, Packet, Reception, Transmission
-from pelagos.sensors.comms.link.station import SECOND, Station, next_to_send
+from pelagos.sensors.comms.link.station import SECOND, Station, answer, next_to_send
 
 _REPORTS_S: Final = 10.0  # within which those that report by themselves begin
 _ASKED: Final = 64  # requests whose answers are still turned into ranges
@@ -39,13 +39,6 @@ class Output:
     fates: list[list[Reception]]
 
 
-class Episodes(Protocol):
-    """What names the random streams of each copy: `(n,)` environment, and number of its episode."""
-
-    environment: NDArray[np.int64]
-    number: NDArray[np.int64]
-
-
 class Traffic:
     """See the module's docstring.
 
@@ -54,7 +47,7 @@ class Traffic:
     """
 
     def __init__(self, medium: Medium, episodes: Episodes) -> None:
-        self._medium, self._episodes = medium, episodes
+        self._medium, self._chance = medium, Chance(lambda: medium.seed, episodes)
         self._ports: list[ModemPort] = list(medium.modems.values())
         self._index = {p.path: k for k, p in enumerate(self._ports)}
         self.clear()
@@ -129,10 +122,10 @@ class Traffic:
         port, station = self._ports[k], self._stations[k][c]
         if port.report is not None:
             if station.next_ns == 0:  # not all at once
-                station.next_ns = 1 + round(_REPORTS_S * self._uniform(port.path, "report", c) * SECOND)
+                station.next_ns = 1 + round(_REPORTS_S * self._chance.uniform(port.path, "report", c) * SECOND)
             while station.begin_ns + station.next_ns <= now:
                 said, pause = port.report(port, self._medium.pose(port.path), c, station.beacon)
-                varied = 0.95 + 0.1 * self._uniform(port.path, f"report {station.beacon}", c)
+                varied = 0.95 + 0.1 * self._chance.uniform(port.path, f"report {station.beacon}", c)
                 station.beacon += 1
                 station.next_ns += max(round(varied * pause * SECOND), 1)
                 if len(station.queue) < port.queue:
@@ -163,7 +156,7 @@ class Traffic:
         purpose = f"wait {station.draws}"
         return next_to_send(
             station, port, now, channel_busy=lambda: self._hears(k, c, now),
-            draw=lambda: self._uniform(port.path, purpose, c),
+            draw=lambda: self._chance.uniform(port.path, purpose, c),
         )  # fmt: skip
 
     def _hears(self, k: int, c: int, now: int) -> bool:
@@ -234,7 +227,7 @@ class Traffic:
         if port.array is not None and h.waves is not None and not lost:
             snr = h.level_db - self._noise[r]
             gain = port.bandwidth_hz * port.preamble_s
-            normals = self._normals(port.path, f"bearing {t.number}", c, 2 * len(port.array)).reshape(2, -1)
+            normals = self._chance.normals(port.path, f"bearing {t.number}", c, 2 * len(port.array)).reshape(2, -1)
             back = poses[r].attitude[c] * [1.0, -1.0, -1.0, -1.0]
             waves = rotate_np(np.tile(back, (len(h.waves[0]), 1)), h.waves[0]), h.waves[1]
             azimuth, elevation = measured_direction(port, waves, 10.0 ** (snr / 10.0) * gain, normals)
@@ -296,7 +289,7 @@ class Traffic:
         if i.level_db < i.noise_db + port.detection_db:
             return "out of range"
         bits = 8 * (4 + len(t.outgoing.payload))
-        chance = self._uniform(port.path, f"fate {t.number}", t.copy)
+        chance = self._chance.uniform(port.path, f"fate {t.number}", t.copy)
         noise: list[tuple[Fate, list[float]]] = [
             ("noise", []), ("multipath", [i.echoes_db]), ("sonar", [i.sonar_db]), ("collision", others)
         ]  # fmt: skip
@@ -321,13 +314,13 @@ class Traffic:
                 station.silent_ns = max(station.silent_ns, i.end_ns + min(hush, round(port.timeout_s * SECOND)))
             return
         error = arrival_time_error(10.0 ** (snr / 10.0), port.bandwidth_hz, port.preamble_s)
-        (drawn,) = self._normals(port.path, f"time {t.number}", c, 1)
+        (drawn,) = self._chance.normals(port.path, f"time {t.number}", c, 1)
         here = self.clock(i.receiver, c, i.start_ns) + float(drawn) * error
         distance = math.nan
         if t.outgoing.kind == "response" and t.outgoing.reply_to in station.asked:
             turned = port.turnaround_s + port.duration_s(0, "request")
             distance = 0.5 * (here - station.asked[t.outgoing.reply_to] - turned) * port.sound_speed_mps
-        self._answer(i, station, sender)
+        answer(station, port, i, sender)
         if t.outgoing.kind in ("ack", "rts", "cts"):
             return
         station.received += 1
@@ -338,29 +331,6 @@ class Traffic:
                 i.elevation_rad, t.depth_m, t.outgoing.tag,
             )
         )  # fmt: skip
-
-    def _answer(self, i: Incoming, station: Station, sender: str) -> None:
-        """What the protocol does with a packet for this modem."""
-        t, port = i.transmission, self._ports[i.receiver]
-        kind, after = t.outgoing.kind, round(port.turnaround_s * SECOND)
-        if kind == "data" and t.outgoing.acknowledge and t.outgoing.to == port.path:
-            station.replies.append(
-                Outgoing("ack", sender, "", "", i.end_ns, reply_to=t.number, not_before_ns=i.end_ns + after)
-            )
-        elif kind == "rts":
-            station.replies.append(Outgoing("cts", sender, "", "", i.end_ns, not_before_ns=i.end_ns + after))
-        elif kind == "request":
-            station.replies.append(
-                Outgoing(
-                    "response", sender, "", t.outgoing.tag, i.end_ns, reply_to=t.number, not_before_ns=i.end_ns + after
-                )
-            )
-        elif kind == "cts" and station.pending is not None and station.awaits == "cts":
-            ready, station.pending = station.pending, None
-            ready.not_before_ns = i.end_ns + after
-            station.replies.append(ready)
-        elif kind == "ack" and station.pending is not None and station.pending.number == t.outgoing.reply_to:
-            station.pending = None
 
     def _report(self, due: Sequence[int], now: int) -> None:
         for k in due:
@@ -382,22 +352,10 @@ class Traffic:
         port = self._ports[k]
         if port.clock_offset_std_s == 0.0 and port.clock_drift_std_ppm == 0.0:
             return t_ns * 1e-9
-        offset, drift = self._normals(port.path, "clock", c, 2)
+        offset, drift = self._chance.normals(port.path, "clock", c, 2)
         t = (t_ns - self._stations[k][c].begin_ns) * 1e-9
         error = float(offset) * port.clock_offset_std_s + float(drift) * port.clock_drift_std_ppm * 1e-6 * t
         return t_ns * 1e-9 + error
-
-    def _stream(self, path: str, purpose: str, c: int) -> np.random.Generator:
-        names = (self._medium.seed, path, purpose, self._episodes.environment[c], self._episodes.number[c])
-        text = "\x1f".join(str(name) for name in names).encode()
-        key = int.from_bytes(hashlib.blake2b(text, digest_size=16, person=b"pelagos").digest(), "little")
-        return np.random.Generator(np.random.Philox(key=key))
-
-    def _uniform(self, path: str, purpose: str, c: int) -> float:
-        return float(self._stream(path, purpose, c).random())
-
-    def _normals(self, path: str, purpose: str, c: int, count: int) -> NDArray[np.float64]:
-        return self._stream(path, purpose, c).standard_normal(count)
 
     # checkpoints
 
