@@ -156,6 +156,8 @@ def test_mission_is_seen_held_and_driven(browser: Any, session: Session) -> None
     until(lambda: page.evaluate("pelagos.map.near") > 2)
     until(lambda: np.allclose(page.evaluate(under, place), held, atol=4.0))  # nearer, about the pointer
     assert not session.pilot.goals.get("auv0")
+    page.evaluate("pelagos.map.near = 10; pelagos.map.refine()")
+    until(lambda: page.evaluate("pelagos.map.parts.some((p) => p.sharp > 3 * 520 / 1000)"))
     page.mouse.click(box["x"] + 0.6 * box["width"], box["y"] + 0.3 * box["height"])
     goal = until(lambda: session.pilot.goals.get("auv0"))[0]
     asked = page.evaluate(

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from pelagos.drawing.colours import INTENSITY, display, painted
-from pelagos.drawing.relief import depth_norm, relief, shaded
+from pelagos.drawing.relief import depth_norm, relief, shaded, tone_of
 from pelagos.math.frames import enu_to_nwu_np
 from pelagos.messages.fan import FanPreview, copper
 from pelagos.world.material import material
@@ -83,7 +83,11 @@ def map_of(world: Any, track: NDArray[np.float64] | None = None) -> NDArray[np.u
         low, high = np.maximum(track.min(axis=0) - room, low), np.minimum(track.max(axis=0) + room, high)
     ground = relief(world, low, high, pixels=_WIDE)
     finite = bool(np.isfinite(ground.height).any())
-    picture = shaded(ground, depth_norm(ground.height)) if finite else np.full((*ground.height.shape, 3), 0.25)
+    picture = (
+        shaded(ground, tone_of(ground, depth_norm(ground.height)))
+        if finite
+        else np.full((*ground.height.shape, 3), 0.25)
+    )
     out = np.ascontiguousarray((255 * picture[::-1]).astype(np.uint8))
     if track is not None and len(track):
         row = np.interp(track[:, 0], [low[0], high[0]], [out.shape[0] - 1, 0]).astype(int)

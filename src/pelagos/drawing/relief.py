@@ -15,6 +15,9 @@ PIXELS: Final = 520
 """Of a map's longer side."""
 _STRUCTURE_M: Final = 0.4  # what stands this far above the ground is drawn as a structure
 _STRUCTURE: Final = (0.30, 0.33, 0.36)
+_STEEPNESS: Final = 0.12  # of the whole relief over the width of a map, as it is lit
+_FLAT: Final = 1e-6  # a ground whose cosines differ by less has no relief to show
+_SUN: Final = LightSource(azdeg=315, altdeg=45)
 
 
 @dataclass(frozen=True)
@@ -65,17 +68,51 @@ def depth_norm(height: NDArray[np.float64]) -> Normalize:
     return Normalize(low, min(max(high, low + 0.5), max(0.0, low + 0.5)))
 
 
-def shaded(ground: Relief, norm: Normalize) -> NDArray[np.float64]:
+@dataclass(frozen=True)
+class Tone:
+    """Colours and light of a ground; maps of one tone fit on one another, however near each is.
+
+    Attributes:
+        norm: heights [m] to colours.
+        exaggeration: of heights, in the light.
+        dark, bright: cosines between ground and light that are black and white.
+    """
+
+    norm: Normalize
+    exaggeration: float
+    dark: float
+    bright: float
+
+
+def tone_of(ground: Relief, norm: Normalize) -> Tone:
+    """The tone in which a ground shows all its relief."""
+    filled = _filled(ground)
+    span = max(float(filled.max() - filled.min()), 1e-3)
+    exaggeration = max(_STEEPNESS * (ground.east[-1] - ground.east[0]) / span, 1.0)
+    lit = _lit(ground, filled, exaggeration)
+    dark, bright = float(lit.min()), float(lit.max())
+    return Tone(norm, exaggeration, *((dark, bright) if bright - dark > _FLAT else (0.0, 1.0)))
+
+
+def shaded(ground: Relief, tone: Tone) -> NDArray[np.float64]:
     """`(h, w, 3)` colours 0 .. 1, the southernmost row first: depths, lit from the north-west; structures dark grey."""
-    dx = abs(float(ground.east[1] - ground.east[0]))
-    shade = LightSource(azdeg=315, altdeg=45)
-    finite = np.isfinite(ground.height)
-    filled = np.where(finite, ground.height, np.nanmean(ground.height) if finite.any() else 0.0)
-    span = max(float(np.nanmax(filled) - np.nanmin(filled)), 1e-3)
-    exaggeration = 0.12 * (ground.east[-1] - ground.east[0]) / span
-    colours = DEPTHS(norm(filled))[..., :3]
-    picture = shade.shade_rgb(colours, filled, blend_mode="soft", vert_exag=max(exaggeration, 1.0), dx=dx, dy=dx)
+    filled = _filled(ground)
+    light = np.clip((_lit(ground, filled, tone.exaggeration) - tone.dark) / (tone.bright - tone.dark), 0, 1)
+    picture = _SUN.blend_soft_light(DEPTHS(tone.norm(filled))[..., :3], light[..., None])
     picture = np.clip(0.15 + 0.85 * picture, 0, 1)
-    picture[~finite] = 1.0
+    picture[~np.isfinite(ground.height)] = 1.0
     picture[ground.structure] = _STRUCTURE
     return np.asarray(picture, dtype=np.float64)
+
+
+def _filled(ground: Relief) -> NDArray[np.float64]:
+    """Heights with their mean where there is no ground."""
+    finite = np.isfinite(ground.height)
+    return np.where(finite, ground.height, np.nanmean(ground.height) if finite.any() else 0.0)
+
+
+def _lit(ground: Relief, height: NDArray[np.float64], exaggeration: float) -> NDArray[np.float64]:
+    """Cosine between the ground's normal and the way to the light."""
+    to_north, to_east = np.gradient(exaggeration * height, ground.north, ground.east)
+    east, north, up = _SUN.direction
+    return np.asarray((up - to_east * east - to_north * north) / np.sqrt(1 + to_east**2 + to_north**2))

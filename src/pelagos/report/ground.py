@@ -11,7 +11,7 @@ from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from pelagos.drawing.relief import Relief, depth_norm, relief, shaded
+from pelagos.drawing.relief import Relief, depth_norm, relief, shaded, tone_of
 from pelagos.report import theme
 
 __all__ = ["Relief", "depth_bar", "depth_norm", "draw_ground", "relief"]
@@ -20,7 +20,7 @@ __all__ = ["Relief", "depth_bar", "depth_norm", "draw_ground", "relief"]
 def draw_ground(axes: Axes, ground: Relief, norm: Normalize, *, contours: bool = True) -> Any:
     """Shaded, coloured depths, contours, and structures in dark grey."""
     span = max(float(np.nanmax(ground.height) - np.nanmin(ground.height)), 1e-3)
-    picture = shaded(ground, norm)
+    picture = shaded(ground, tone_of(ground, norm))
     axes.imshow(picture, origin="lower", extent=ground.extent, interpolation="bilinear")
     if contours and span > 0.5:
         levels = _levels(float(np.nanmin(ground.height)), float(np.nanmax(ground.height)))

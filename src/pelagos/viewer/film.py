@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image, ImageDraw, ImageFont
 
-from pelagos.drawing.relief import depth_norm, relief, shaded
+from pelagos.drawing.relief import depth_norm, relief, shaded, tone_of
 from pelagos.drawing.sample import CAMERAS, FANS
 from pelagos.errors import InputError, LookupFailed, NoRecording
 from pelagos.sim.replay import Recording
@@ -113,7 +113,7 @@ class _Artist:
         self._high = np.minimum(places.max(axis=0) + margin, high)
         ground = relief(self.subject.world, self._low, self._high)
         norm = depth_norm(ground.height)
-        self._map = Image.fromarray((255 * shaded(ground, norm)[::-1]).astype(np.uint8))
+        self._map = Image.fromarray((255 * shaded(ground, tone_of(ground, norm))[::-1]).astype(np.uint8))
 
     def picture(self, t_ns: int) -> NDArray[np.uint8]:
         """`(h, w, 3)` of a time."""

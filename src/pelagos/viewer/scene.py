@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Final
@@ -30,6 +31,8 @@ GROUND_COLOURS: Final = ("depth", "material")
 _FINEST_M: Final = 0.5
 _FAN_BEAMS: Final = 64
 _FAN_BINS: Final = 96
+_LABELS: Final = 160  # of a world alone; the page leaves out those that would lie on others
+_ASIDE_M: Final = 25.0  # things of one name that are nearer share a label
 _TRUE: Final = (255, 209, 102)
 _KNOWN: Final = (214, 122, 255)
 _PLAN: Final = (120, 200, 255)
@@ -150,15 +153,15 @@ class Scene:
             )
 
     def label_world(self) -> None:
-        """Write names at the things that stand, one for each name and place."""
+        """Write names at the things that stand, one for each name and place; first those of which there are few."""
         seen: set[tuple[str, int, int]] = set()
         ground = ground_of(self.world)
-        for g in self.world.still:
-            if g is ground or not len(g.faces) or not g.name:
-                continue
+        things = [g for g in self.world.still if g is not ground and len(g.faces) and g.name]
+        count = Counter(g.name for g in things)
+        for g in sorted(things, key=lambda g: count[g.name]):
             middle = g.extent.mean(axis=0)
-            key = (g.name, round(middle[0] / 25), round(middle[1] / 25))
-            if key not in seen and len(seen) < 120:
+            key = (g.name, round(middle[0] / _ASIDE_M), round(middle[1] / _ASIDE_M))
+            if key not in seen and len(seen) < _LABELS:
                 seen.add(key)
                 place = (float(middle[0]), float(middle[1]), float(g.extent[1, 2]) + 0.5)
                 self._stage.add("label", f"/labels/{len(seen)}", position=place, about={"text": g.name, "small": True})

@@ -111,6 +111,7 @@ class Session:
     def _status(self) -> Mapping[str, Any]:
         """With every frame, in the thread that steps."""
         self.soundings.look()
+        self.view.survey()
         return self.pilot.status()
 
 
@@ -188,6 +189,7 @@ class Watch:
 
     def _status(self) -> Mapping[str, Any]:
         self.soundings.look()
+        self.view.survey()
         return {"paused": self._sim.paused, "seed": self._sim.seed}
 
 

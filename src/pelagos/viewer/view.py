@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import html
-import io
 import math
 import threading
 from collections import deque
@@ -13,11 +12,10 @@ from typing import Any, Final, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
-from PIL import Image
 
-from pelagos.drawing.relief import depth_norm, relief, shaded
 from pelagos.sensors.sensor import SensorConfig
 from pelagos.vehicles.vehicle import Vehicle
+from pelagos.viewer.chart import Chart
 from pelagos.viewer.frame import Frame, Pose
 from pelagos.viewer.panels import Panels
 from pelagos.viewer.scene import Scene
@@ -26,9 +24,7 @@ from pelagos.viewer.server import Server
 from pelagos.viewer.water import Water
 from pelagos.world.world import World
 
-_MAP_PIXELS: Final = 520
 _LOOK_M: Final = 8.0  # the ground's finest grid follows when the vehicle has moved so far
-_ROOM: Final = 0.04
 
 
 class Source(Protocol):
@@ -108,6 +104,7 @@ class View:
         self.hub = self.server.hub
         self.scene = Scene(self.hub, subject.world, subject.vehicles, subject.sensors)
         self.panels = Panels(subject.sensors)
+        self.chart = Chart(subject.world)
         self._wanted: set[str] = set()
         self._asked: list[Mapping[str, Any]] = []
         self._followed = next(iter(subject.vehicles), "")
@@ -146,6 +143,12 @@ class View:
     def show_water(self, water: Water) -> None:
         """Waves and light are others from now on; any thread may call this."""
         self._other.append(lambda: self.hub.publish("water", water.message()))
+
+    def survey(self) -> None:
+        """Look at the part of the ground that a browser's map came near to; by a thread that may use the device."""
+        ground = self.chart.survey()
+        if ground is not None:
+            self._other.append(lambda: self.chart.publish(self.hub, ground))
 
     def close(self) -> None:
         """Stop drawing and serving."""
@@ -262,6 +265,8 @@ class View:
                     self._followed = str(message["agent"])
                 case "look_at":
                     self._look_at(message)
+                case "chart":
+                    self._near_chart(message)
                 case "panels":
                     names = message.get("names")
                     self._wanted = {str(n) for n in names} if isinstance(names, list) else set()
@@ -279,14 +284,11 @@ class View:
     def _begin(self) -> None:
         """What does not change: the map, the sensors, the vehicles."""
         world = self.subject.world
-        low, high = world.bounds[:, :2]
-        if not (high > low).all():
-            low, high = np.array([-100.0, -100.0]), np.array([100.0, 100.0])
-        picture = map_picture(world, low, high)
-        self.server.offer("map.png", "image/png", picture)
+        low, high = self.chart.bounds
+        self.server.offer("map.png", "image/png", self.chart.whole)
         self.hub.publish("hello", {
             "type": "hello", "name": self.subject.name, "description": self.subject.description,
-            "kind": self.subject.kind, "bounds": [float(low[0]), float(low[1]), float(high[0]), float(high[1])],
+            "kind": self.subject.kind, "chart": self.chart.legend, "bounds": [float(v) for v in (*low, *high)],
             "agents": {n: _about(v) for n, v in self.subject.vehicles.items()}, "sensors": self.panels.listing(),
             "floor": float(world.bounds[0, 2]),
             "can": [] if self.control is None else list(self.control.known),
@@ -299,24 +301,20 @@ class View:
             self.scene.plan(name, points)
         self.scene.look_at_ground(*(float(v) for v in 0.5 * (low + high)))
 
+    def _near_chart(self, message: Mapping[str, Any]) -> None:
+        """A part of the map from nearer; of a simulation, the thread that steps looks at the ground."""
+        self.chart.ask(message)
+        if self.subject.kind != "live":
+            ground = self.chart.survey()
+            if ground is not None:
+                self.chart.publish(self.hub, ground)
+
     def _look_at(self, message: Mapping[str, Any]) -> None:
         """The ground in full detail where a browser's free camera looks."""
         x, y = message.get("x"), message.get("y")
         if isinstance(x, int | float) and isinstance(y, int | float) and math.isfinite(x) and math.isfinite(y):
             self._looked_at = np.array([x, y], dtype=np.float64)
             self.scene.look_at_ground(float(x), float(y))
-
-
-def map_picture(world: World, low: NDArray[np.float64], high: NDArray[np.float64]) -> bytes:
-    """PNG of the ground from above, north up, of the corners given: the report's own map, without its axes."""
-    ground = relief(world, low, high, pixels=_MAP_PIXELS)
-    if np.isfinite(ground.height).any():
-        picture = shaded(ground, depth_norm(ground.height))
-    else:
-        picture = np.full((*ground.height.shape, 3), (0.09, 0.24, 0.36))
-    out = io.BytesIO()
-    Image.fromarray((255 * picture[::-1]).astype(np.uint8)).save(out, format="PNG")
-    return out.getvalue()
 
 
 def _about(vehicle: Vehicle) -> dict[str, Any]:

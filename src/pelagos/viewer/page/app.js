@@ -17,7 +17,7 @@ function connect() {
   socket.onopen = () => { tries = 0; stage?.reset(); $("lost").hidden = true; };
   socket.onmessage = (e) => {
     const length = new DataView(e.data).getUint32(0, true), header = JSON.parse(new TextDecoder().decode(new Uint8Array(e.data, 4, length)));
-    ({ hello: onHello, water: onWater, section: onSection, state: onState, panel: onPanel, jump: onJump, say: onSay, node: (x, b) => stage?.node(x, b), part: (x, b) => stage?.part(x, b), gone: (x) => stage?.gone(x), seen: (x) => stage?.seen(x), poses: (x) => stage?.move(x) })[header.type]?.(header, new Uint8Array(e.data, 4 + length));
+    ({ hello: onHello, water: onWater, section: onSection, state: onState, panel: onPanel, jump: onJump, say: onSay, chart: (x, b) => map.part(x.bounds, new Blob([b], { type: "image/png" })), node: (x, b) => stage?.node(x, b), part: (x, b) => stage?.part(x, b), gone: (x) => stage?.gone(x), seen: (x) => stage?.seen(x), poses: (x) => stage?.move(x) })[header.type]?.(header, new Uint8Array(e.data, 4 + length));
   };
   socket.onclose = () => { lost(tries++ ? "The simulation has ended, or the connection is lost. This page tries again by itself." : ""); setTimeout(connect, Math.min(500 * 2 ** tries, 8000)); };
 }
@@ -26,7 +26,7 @@ function lost(text) { if (!text) return; $("lost-text").textContent = text; $("l
 function onHello(h) {
   hello = h; document.title = `${h.name} · Pelagos`; $("title").textContent = h.name; $("title").title = h.description; $("kind").textContent = h.kind; document.body.className = h.kind;
   const names = Object.keys(h.agents); $("agent").replaceChildren(...names.map((n) => option(n, n))); choose(names.includes(agent) ? agent : names[0] || "");
-  map.load(h.bounds, h.plans); if (stage) { if (!names.length) { stage.overview(h.bounds, h.floor); look("free"); stage.clarity = .1; stage.showSea = document.querySelector("[data-show=sea]").checked = false; } }
+  map.load(h.bounds, h.plans, h.chart); if (stage) { if (!names.length) { stage.overview(h.bounds, h.floor); look("free"); stage.clarity = .1; stage.showSea = document.querySelector("[data-show=sea]").checked = false; } }
   $("section").replaceChildren(option("off", "none"), ...Object.entries(h.sections).map(([name, title]) => option(name, title))); $("section-row").hidden = !h.can.includes("section"); $("map-hint").textContent = h.can.includes("goal") ? "click: way-point" : "";
   $("panels").replaceChildren(); for (const s of [...h.sensors].sort((a, b) => b.pictured - a.pictured)) addCard(s);
   $("sights").replaceChildren(...h.sensors.filter((s) => ["imaging_sonar", "profiling_sonar", "dvl", "camera"].includes(s.kind)).map((s) => tickbox(s.name)));
@@ -120,6 +120,7 @@ $("map-in").onclick = () => map.zoom(1.6); $("map-out").onclick = () => map.zoom
 $("clear").onclick = () => send({ do: "clear_goals", agent });
 for (const [button, tool] of [["map-way", "way"], ["map-prop", "prop"]]) $(button).onclick = () => { map.tool = tool; if (stage) { stage.tool = tool; $("scene").style.cursor = tool === "prop" ? "crosshair" : ""; } $("map-way").setAttribute("aria-pressed", String(tool === "way")); $("map-prop").setAttribute("aria-pressed", String(tool === "prop")); $("map-hint").textContent = tool === "way" ? "click: way-point" : "click: put · drag: move · double click: remove"; };
 map.onGoal = (x, y) => { if (hello?.can.includes("goal")) send({ do: "goal", agent, x, y }); };
+map.onNear = (bounds) => send({ do: "chart", bounds });
 map.onProp = (x, y) => send({ do: "spawn", shape: $("shape").value, x, y });
 map.onMove = (name, x, y) => send({ do: "move", name, x, y });
 map.onRemove = (name) => send({ do: "remove", name });
