@@ -11,7 +11,8 @@ import pytest
 from PIL import Image
 
 import pelagos as pl
-from pelagos.drawing.notebook import map_of
+from pelagos.drawing.notebook import map_figure, series_figure, tracks_figure
+from pelagos.sensors.sensor import Reading
 from pelagos.sim.replay import Recording
 
 SCENARIO = {
@@ -56,14 +57,54 @@ def test_every_object_has_a_picture_and_its_numbers(sim, tmp_path):
     assert picture(recording).std() > 5
 
 
-def test_track_lies_on_the_map_where_the_vehicle_was(sim):
-    """North is up, west is left: a place in the north-west is in the upper left quarter."""
-    low, high = sim.world.bounds[:, :2]
-    track = np.array([low + 0.5 * (high - low) + [40.0, 60.0], low + 0.5 * (high - low) - [90.0, 140.0]])
-    drawn = map_of(sim.world, track)
-    rows, columns = np.nonzero((drawn == (255, 209, 102)).all(axis=-1))
-    assert len(rows) == 8
-    assert rows[0] < drawn.shape[0] / 2
-    assert columns[0] < drawn.shape[1] / 2
-    assert rows[-1] > drawn.shape[0] / 2
-    assert columns[-1] > drawn.shape[1] / 2
+def test_vehicles_lie_on_the_map_where_they_are_and_point_where_they_head(sim):
+    """North is up, west is left: north 31, west 57, heading 40 deg, is in the upper left and points up and right."""
+    axes = map_figure(sim.world, {"auv0": (31.0, 57.0, np.radians(40.0))}).axes[0]
+    (line,) = [x for x in axes.lines if len(x.get_xdata()) == 1]
+    assert line.get_xydata().tolist() == [[-57.0, 31.0]]
+    tip = line.get_marker().vertices[0]
+    assert np.degrees(np.arctan2(tip[0], tip[1])) == pytest.approx(40.0)
+    left, right, south, north = axes.images[0].get_extent()
+    assert (left, right, south, north) == pytest.approx((-500, 500, -500, 500))
+
+
+def made(kind: str, values: np.ndarray, truth: np.ndarray, **extras: np.ndarray) -> Reading:
+    return Reading(values[None], truth[None], 2_500_000_000, "auv0/it", np.array([True]), extras, kind)
+
+
+def test_numbers_have_names_and_units_and_what_is_no_number_is_a_dash():
+    shown = made("dvl", np.array([1.25, -0.5, np.nan]), np.array([1.24, -0.52, 0.0625]))._repr_html_()
+    for text in ("velocity x [m/s]</td><td>1.25</td><td>1.24", "velocity y [m/s]</td><td>-0.5</td><td>-0.52",
+                 "velocity z [m/s]</td><td>–</td><td>0.0625"):  # fmt: skip
+        assert text in shown
+    nothing = Reading(np.zeros((1, 3)), np.zeros((1, 3)), 0, "auv0/gps", np.array([False]), {}, "gps")
+    assert "no reading" in nothing._repr_html_()
+
+
+def test_a_multibeam_is_a_section_across_the_track():
+    """A flat bottom 9 m below is a level line; port is on the left."""
+    angle = np.radians(np.linspace(61, -60, 40))
+    axes = series_figure(made("multibeam", 9.2 / np.cos(angle), 9.0 / np.cos(angle), angle=angle)).axes[0]
+    truth, reading = (line.get_xydata() for line in axes.lines)
+    assert truth[:, 1] == pytest.approx(-9.0)
+    assert reading[:, 1] == pytest.approx(-9.2)
+    assert truth[0, 0] == pytest.approx(9.0 * np.tan(np.radians(61)))
+    assert np.diff(axes.get_xlim()) < 0
+    plain = series_figure(made("hydrophone", np.arange(30.0), np.arange(30.0) - 2)).axes[0]
+    assert plain.lines[0].get_xydata()[7].tolist() == [7, 5]
+
+
+def test_readings_of_a_run_say_their_kind(sim):
+    found = sim.observe("auv0", (2.0, -3.0, -5.0))
+    assert {name: r.kind for name, r in found.items()} == {"depth": "depth", "sonar": "imaging_sonar"}
+
+
+def test_a_straight_track_is_drawn_as_wide_as_it_is_long(sim, tmp_path):
+    sim.reset()
+    sim.run(1.0, record=tmp_path / "straight.mcap")
+    above, deep = tracks_figure(Recording(tmp_path / "straight.mcap"), ["/auv0/truth"]).axes
+    assert np.ptp(above.get_xlim()) == pytest.approx(np.ptp(above.get_ylim()))
+    assert np.ptp(above.get_xlim()) >= 10.0
+    assert above.lines[0].get_xydata()[0] == pytest.approx([7.0, 3.0], abs=0.1)  # started at north 3, west -7
+    assert deep.lines[0].get_xydata()[[0, -1], 0] == pytest.approx([0.0, 1.0], abs=0.11)
+    assert deep.lines[0].get_xydata()[0, 1] == pytest.approx(4.5, abs=0.1)

@@ -112,10 +112,12 @@ class Measurement:
     extras: Mapping[str, NDArray[Any]] = field(default_factory=dict)
     tables: Mapping[str, NDArray[Any]] = field(default_factory=dict)
 
-    def reading(self, lanes: slice, valid: NDArray[np.bool_], t_ns: int, frame: str) -> Reading:
+    def reading(
+        self, lanes: slice, valid: NDArray[np.bool_], t_ns: int, frame: str, kind: str = ""
+    ) -> Reading:  # fmt: skip
         """That of one tick, whose lanes are `lanes`; see `Reading`."""
         extras = {name: values[lanes] for name, values in self.extras.items()} | dict(self.tables)
-        return Reading(self.data[lanes], promised(lambda: self.truth[lanes]), t_ns, frame, valid, extras)
+        return Reading(self.data[lanes], promised(lambda: self.truth[lanes]), t_ns, frame, valid, extras, kind)
 
 
 @keeps_promises("truth")
@@ -130,6 +132,7 @@ class Reading:
         frame: frame id, "agent/sensor".
         valid: `(n,)` bool: copies that have a reading (a fleet of one has no reading at all where it has none).
         extras: further arrays by name, see the sensor's docstring.
+        kind: type of the sensor, as scenarios name it.
     """
 
     data: NDArray[Any]
@@ -138,6 +141,7 @@ class Reading:
     frame: str
     valid: NDArray[np.bool_]
     extras: Mapping[str, NDArray[Any]]
+    kind: str = ""
 
     @property
     def array(self) -> Array:

@@ -102,7 +102,9 @@ def _together(sensor: str, readings: Sequence[Reading | None], group: str) -> Re
         else:
             extras[name] = values
     valid = np.stack([np.zeros_like(first.valid) if r is None else r.valid for r in chosen], axis=1)
-    return Reading(stacked("data"), promised(lambda: stacked("truth")), t_ns, f"{group}/{sensor}", valid, extras)
+    return Reading(
+        stacked("data"), promised(lambda: stacked("truth")), t_ns, f"{group}/{sensor}", valid, extras, first.kind
+    )
 
 
 def _stacked(values: Sequence[NDArray[np.generic] | None], like: NDArray[np.generic]) -> NDArray[np.generic]:

@@ -104,7 +104,8 @@ class Sampled:
         valid = np.ones(n, dtype=bool) if m.valid is None else m.valid[row]
         if not (invalid or valid.any()):
             return None
-        return m.reading(row, valid, self.ticks[k] * dt_ns, f"{self.members[0]}/{self.model.name}")
+        frame = f"{self.members[0]}/{self.model.name}"
+        return m.reading(row, valid, self.ticks[k] * dt_ns, frame, self.model.config.type)
 
 
 def newest(parts: Sequence[Sampled], n: int) -> list[Sampled]:

@@ -104,7 +104,10 @@ class Sensing:
         for sensor in sensors:
             m = self._ask(sensor, lanes)
             valid = np.ones(count, dtype=bool) if m.valid is None else m.valid
-            yield sensor.name, m.reading(slice(0, count), valid, self._run.tick * dt_ns, f"{agent}/{sensor.name}")
+            yield (
+                sensor.name,
+                m.reading(slice(0, count), valid, self._run.tick * dt_ns, f"{agent}/{sensor.name}", sensor.config.type),
+            )
 
     def _uncovered(self, agent: str, copy: int, t_s: float) -> Sequence[str]:
         """Fields of the ocean that end before the place of an agent's copy."""

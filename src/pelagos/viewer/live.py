@@ -162,4 +162,4 @@ def own(reading: Reading, row: int) -> Reading:
     data, valid = (np.array(v[row : row + 1]) for v in (reading.data, reading.valid))
     truth = np.array(reading.truth[row : row + 1]) if data.size <= _FEW else data
     extras = {name: np.array(reading.extras[name][row : row + 1]) for name in DRAWN if name in reading.extras}
-    return Reading(data, truth, reading.t_ns, reading.frame, valid, extras)
+    return Reading(data, truth, reading.t_ns, reading.frame, valid, extras, reading.kind)
