@@ -79,7 +79,7 @@ site: venv llvm ## Build the documentation's site into build/site
 	$(BIN)/python scripts/site
 
 checks: venv llvm ## Renew docs/checks.json: every numeric comparison of the tests, with its deviation
-	PYTHONPATH=scripts/site $(BIN)/python -m pytest -p proof_plugin tests/verification tests/cross_code
+	PYTHONPATH=scripts/site $(BIN)/python -m pytest -p proof_plugin -o enable_assertion_pass_hook=true -p no:xdist $(or $(FILES),tests/verification tests/cross_code)
 
 proof: venv llvm ## Compare with recordings of real vehicles and seas in the folder DATA: docs/proof.md
 	$(BIN)/python scripts/proof $(if $(DATA),--data $(DATA))

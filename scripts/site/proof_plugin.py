@@ -1,28 +1,36 @@
 """A pytest plug-in that writes docs/checks.json: the largest deviation of every numeric comparison, by test.
 
-    python -m pytest -p proof_plugin tests/verification tests/cross_code      (with scripts/site on the path)
+    python -m pytest -p proof_plugin -o enable_assertion_pass_hook=true tests/verification tests/cross_code
 
-It watches `numpy.testing.assert_allclose`, `numpy.allclose` and `pytest.approx`; of each it keeps how far apart the two
-sides were in parts of what was allowed.
+(with scripts/site on the path). It watches `numpy.testing.assert_allclose`, `numpy.allclose` and `pytest.approx`, and
+assertions that bound a deviation by a number (`abs(a - b) < 1e-3`, `0.98 < ratio < 1.02`); of each it keeps how far
+apart the two sides were in parts of what was allowed. Rows of files that did not run stay, so that parts can be renewed.
 """
 
 from __future__ import annotations
 
+import ast
 import inspect
 import json
+import re
+import sys
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
 import pytest
 
 Approximate: Any = type(pytest.approx(1.0))
-TABLE = Path(__file__).parents[2] / "docs" / "checks.json"
+ROOT: Final = Path(__file__).parents[2]
+TABLE: Final = ROOT / "docs" / "checks.json"
+_NUMBER: Final = re.compile(r"(?:np\.float\d+\(|np\.int\d+\(|array\()?([-+]?(?:\d+\.?\d*|\.\d+)(?:e[-+]?\d+)?)\b", re.I)
+_DEVIATION: Final = re.compile(r"\babs\(|\bnorm\(|\bhypot\(|error|worst|deviation|residual|apart|gap\b|_off\b")
 _found: dict[str, dict[str, Any]] = {}
 _current: dict[str, Any] = {}
 
 
 def _note(actual: Any, expected: Any, relative: float, absolute: float) -> None:
+    """Keep how far two sides of a comparison lie apart, in parts of what is allowed."""
     if not _current:
         return
     try:
@@ -34,32 +42,71 @@ def _note(actual: Any, expected: Any, relative: float, absolute: float) -> None:
     if not allowed.size or not (allowed > 0).any():
         return
     share = np.abs(a[usable] - b[usable])[allowed > 0] / allowed[allowed > 0]
+    parts = ([f"{relative:.2g} relative"] if relative > 0 else []) + ([f"{absolute:.2g}"] if absolute > 0 else [])
+    _keep(float(share.max()), " + ".join(parts))
+
+
+def _keep(share: float, allowed: str) -> None:
+    if not 0 <= share <= 1:  # the test holds that these two differ
+        return
     _current["comparisons"] += 1
-    worst = float(share.max())
-    if worst <= 1 and worst >= _current["worst"]:
-        _current["worst"] = worst
-        parts = ([f"{relative:.2g} relative"] if relative > 0 else []) + ([f"{absolute:.2g}"] if absolute > 0 else [])
-        _current["allowed"] = " + ".join(parts)
+    if share >= _current["worst"]:
+        _current["worst"], _current["allowed"] = share, allowed
+
+
+def _from_tests() -> bool:
+    """Whether the call that is watched stands in a test, and not in a package that the test uses."""
+    return sys._getframe(2).f_code.co_filename.startswith(str(ROOT / "tests"))
 
 
 def pytest_configure(config: pytest.Config) -> None:
     allclose, assert_allclose, equal = np.allclose, np.testing.assert_allclose, Approximate.__eq__
 
     def watched_allclose(a: Any, b: Any, rtol: float = 1e-5, atol: float = 1e-8, **more: Any) -> bool:
-        _note(a, b, rtol, atol)
+        if _from_tests():
+            _note(a, b, rtol, atol)
         return bool(allclose(a, b, rtol=rtol, atol=atol, **more))
 
     def watched_assert(actual: Any, desired: Any, rtol: float = 1e-7, atol: float = 0, *rest: Any, **more: Any) -> None:
-        _note(actual, desired, rtol, atol)
+        if _from_tests():
+            _note(actual, desired, rtol, atol)
         assert_allclose(actual, desired, rtol, atol, *rest, **more)
 
     def watched_equal(self: Any, actual: Any) -> bool:
         if isinstance(self.expected, (int, float, complex)) and not isinstance(self.expected, bool):
-            _note(actual, self.expected, 0.0, float(self.tolerance))
+            relative = self.rel if self.rel is not None else (1e-6 if self.abs is None else 0.0)
+            whole = relative * abs(self.expected) >= self.tolerance * (1 - 1e-9) > 0
+            _note(actual, self.expected, *((relative, 0.0) if whole else (0.0, float(self.tolerance))))
         return bool(equal(self, actual))
 
     np.allclose, np.testing.assert_allclose = watched_allclose, watched_assert  # type: ignore[assignment]
     Approximate.__eq__ = watched_equal
+
+
+def pytest_assertion_pass(item: pytest.Item, lineno: int, orig: str, expl: str) -> None:
+    """Keep `deviation < number` and `number < value < number`."""
+    if not _current:
+        return
+    tree = ast.parse(orig.strip(), mode="eval").body
+    if not isinstance(tree, ast.Compare) or not all(isinstance(o, (ast.Lt, ast.LtE)) for o in tree.ops):
+        return
+    value = _NUMBER.match(expl.strip().removeprefix("assert ").lstrip("("))
+    bounds = [_constant(side) for side in (tree.left, *tree.comparators)]
+    if value is None:
+        return
+    if len(bounds) == 3 and bounds[1] is None and bounds[0] is not None and bounds[2] is not None:
+        middle, half = (bounds[2] + bounds[0]) / 2, (bounds[2] - bounds[0]) / 2
+        _keep(abs(float(value[1]) - middle) / half, f"{middle:.4g} +- {half:.2g}")
+    elif len(bounds) == 2 and bounds[0] is None and bounds[1] and _DEVIATION.search(ast.unparse(tree.left)):
+        _keep(float(value[1]) / bounds[1], f"{bounds[1]:.2g}")
+
+
+def _constant(side: ast.expr) -> float | None:
+    """The number that an expression of numbers alone stands for."""
+    if any(not isinstance(n, (ast.Constant, ast.UnaryOp, ast.BinOp, ast.operator, ast.unaryop)) for n in ast.walk(side)):
+        return None
+    found = eval(compile(ast.Expression(side), "bound", "eval"))  # numbers and signs only
+    return float(found) if isinstance(found, (int, float)) else None
 
 
 @pytest.hookimpl(hookwrapper=True)
@@ -69,9 +116,9 @@ def pytest_runtest_call(item: pytest.Item) -> Any:
     words = " ".join((inspect.getdoc(function) or "").split()) if function else ""
     about = (inspect.getmodule(function).__doc__ or "").strip() if function else ""
     _current.update(worst=0.0, comparisons=0, allowed="")
-    yield
+    outcome = yield
     name = item.nodeid.split("[")[0]
-    if _current["comparisons"]:
+    if _current["comparisons"] and outcome.excinfo is None:
         file, _, check = name.rpartition("::")
         row = _found.setdefault(
             name,
@@ -85,5 +132,10 @@ def pytest_runtest_call(item: pytest.Item) -> Any:
 
 
 def pytest_sessionfinish(session: pytest.Session, exitstatus: int) -> None:
-    rows = sorted(_found.values(), key=lambda r: (r["file"], r["check"]))
+    if hasattr(session.config, "workerinput") or not _found:
+        return
+    ran = {item.nodeid.split("::")[0] for item in session.items}
+    before = json.loads(TABLE.read_text(encoding="utf-8"))["checks"] if TABLE.exists() else []
+    kept = [r for r in before if r["file"] not in ran and (ROOT / r["file"]).exists()]
+    rows = sorted([*kept, *_found.values()], key=lambda r: (r["file"], r["check"]))
     TABLE.write_text(json.dumps({"checks": rows}, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")

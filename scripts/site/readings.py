@@ -12,9 +12,16 @@ import numpy as np
 from pelagos.cli.walk import rooms, walked
 from pelagos.config import registry
 
-AHEAD, DOWN = (0, 20, 0), (0, 60, 0)
+AHEAD = (0, 20, 0)
+BEACONS: Final = {
+    "quay": {"position_m": [-25, 55, -5]},
+    "pier": {"position_m": [-10, 30, -6]},
+    "reef": {"position_m": [-35, 20, -5]},
+}  # fmt: skip
 KEYS: Final[dict[str, dict[str, Any]]] = {
     "tracer": {"tracer": "oxygen"},
+    "lbl": {"transponders": BEACONS},
+    "range_bearing": {"targets": BEACONS},
     "imaging_sonar": {"orientation_deg": [0, 12, 0], "beams": 256, "bins": 512, "range_max_m": 30},
     "profiling_sonar": {"orientation_deg": [90, 0, 0], "range_max_m": 30},
     "mechanical_scanning_sonar": {"range_max_m": 30},

@@ -29,3 +29,28 @@ def test_every_page_of_the_documentation_can_be_reached_from_its_index() -> None
             if target.exists() and target.is_relative_to(docs) and target not in found:
                 waiting.append(target)
     assert not sorted(str(p.relative_to(docs)) for p in docs.rglob("*.md") if p not in found)
+
+
+def test_code_that_the_theory_names_exists() -> None:
+    """In a column of the theory or of the symbols, names stand behind the file that defines them."""
+    pages = [*(ROOT / "docs" / "theory").glob("*.md"), ROOT / "docs" / "conventions.md"]
+    rows = [line for p in pages for line in p.read_text(encoding="utf-8").splitlines() if ".py`" in line]
+    assert len(rows) > 80
+    missing = []
+    for row in rows:
+        known: set[str] | None = None
+        for word in re.findall(r"`([\w/.]+)`", row.rstrip("| ").rpartition("|")[2]):
+            if word.endswith(".py"):
+                file = ROOT / "src" / "pelagos" / word
+                known = _defined(file) if file.exists() else None
+                missing += [] if file.exists() else [word]
+            elif known is not None and word.partition(".")[0] not in known:
+                missing.append(f"{word} in {row[:60]}")
+    assert not missing
+
+
+def _defined(file: Path) -> set[str]:
+    """Names of the functions, classes, methods and fields of a module."""
+    nodes = list(ast.walk(ast.parse(file.read_text(encoding="utf-8"))))
+    found = {n.name for n in nodes if isinstance(n, ast.FunctionDef | ast.ClassDef)}
+    return found | {n.target.id for n in nodes if isinstance(n, ast.AnnAssign) and isinstance(n.target, ast.Name)}
