@@ -4,7 +4,7 @@
 
 (with scripts/site on the path). It watches `numpy.testing.assert_allclose`, `numpy.allclose` and `pytest.approx`, and
 assertions that bound a deviation by a number (`abs(a - b) < 1e-3`, `0.98 < ratio < 1.02`); of each it keeps how far
-apart the two sides were in parts of what was allowed. Rows of files that did not run stay, so that parts can be renewed.
+apart the two sides were in parts of what was allowed. Rows of tests that did not run stay, so that parts can be renewed.
 """
 
 from __future__ import annotations
@@ -131,11 +131,22 @@ def pytest_runtest_call(item: pytest.Item) -> Any:
     _current.clear()
 
 
+def test_of(row: dict[str, Any]) -> str:
+    """ "file::function" of a row."""
+    return f"{row['file']}::test_{row['check'].replace(' ', '_')}"
+
+
+def exists(test: str) -> bool:
+    """Whether a test is still in its file."""
+    file, _, function = test.rpartition("::")
+    return (ROOT / file).exists() and f"def {function}(" in (ROOT / file).read_text(encoding="utf-8")
+
+
 def pytest_sessionfinish(session: pytest.Session, exitstatus: int) -> None:
     if hasattr(session.config, "workerinput") or not _found:
         return
-    ran = {item.nodeid.split("::")[0] for item in session.items}
+    ran = {item.nodeid.split("[")[0] for item in session.items}
     before = json.loads(TABLE.read_text(encoding="utf-8"))["checks"] if TABLE.exists() else []
-    kept = [r for r in before if r["file"] not in ran and (ROOT / r["file"]).exists()]
+    kept = [r for r in before if (name := test_of(r)) not in ran and exists(name)]
     rows = sorted([*kept, *_found.values()], key=lambda r: (r["file"], r["check"]))
     TABLE.write_text(json.dumps({"checks": rows}, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")

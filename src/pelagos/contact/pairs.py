@@ -15,8 +15,8 @@ from pelagos.contact.probe import HullProbes
 from pelagos.jit import Array
 from pelagos.math.so3 import rotate, rotate_back
 from pelagos.raycast.body_tree import through_sphere
+from pelagos.raycast.caster import normals
 from pelagos.raycast.shapes import ShapeTables
-from pelagos.raycast.surface import normals
 
 if TYPE_CHECKING:
     from pelagos.world.material import MaterialTables

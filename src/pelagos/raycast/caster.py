@@ -11,9 +11,8 @@ from pelagos import jit
 from pelagos.jit import Array
 from pelagos.math.so3 import rotate, rotate_back
 from pelagos.raycast.body_tree import any_body, nearest_body
-from pelagos.raycast.hit_tables import HitTables
+from pelagos.raycast.hit_tables import Faces, HitTables
 from pelagos.raycast.rays import NO_BODY, Hits, Rays
-from pelagos.raycast.surface import normals
 
 
 @dataclass(frozen=True, slots=True)
@@ -109,6 +108,32 @@ def first_static(
     thing = dr.select(model, part + dr.gather(jit.UInt32, tables.static_thing, row, model), thing)
     first, second = (dr.select(model, rotate(turn, m), f) for m, f in zip(turned, fixed, strict=True))
     return found.t, first, second, thing
+
+
+def normals(faces: Faces, face: Array, place: Array, hit: Array, *, smooth: bool) -> tuple[Array, Array]:
+    """Normals of faces that were hit, on the side from which their corners run counter-clockwise.
+
+    Args:
+        faces: see `Faces`.
+        face: `UInt32`, row of the face.
+        place: `Array2f`, weights of its second and third corner where it was hit.
+        hit: `Bool`, whether there is one.
+        smooth: also interpolate the normals at the corners.
+
+    Returns:
+        `Array3f` unit normal of the face, and the interpolated one, which is the same where the surface is flat.
+    """
+    corners = [dr.gather(jit.UInt32, faces.corner, 3 * face + k, hit) for k in range(3)]
+    a, b, c = (dr.gather(jit.Array3f, faces.place, k, hit) for k in corners)
+    normal = dr.normalize(dr.cross(b - a, c - a))
+    if not smooth:
+        return normal, normal
+    weights = (1.0 - place[0] - place[1], place[0], place[1])
+    blend = jit.Array3f(0)
+    for weight, corner in zip(weights, corners, strict=True):
+        blend = dr.fma(dr.gather(jit.Array3f, faces.normal, corner, hit), weight, blend)
+    square = dr.squared_norm(blend)
+    return normal, dr.select(square > 0.0, blend * dr.rsqrt(square), normal)
 
 
 def _hits(

@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 
 from pelagos import jit
 from pelagos.raycast.geometry import Geometry, PlacedGeometry
+from pelagos.raycast.hit_tables import Faces
 from pelagos.raycast.meshes import joined, mesh_of
 from pelagos.raycast.objects import Objects
-from pelagos.raycast.surface import Faces
 
 _MANY_COPIED: Final = 500_000  # faces of all copies of a model from which on they become instances of it
 

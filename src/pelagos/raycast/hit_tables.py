@@ -1,11 +1,31 @@
-"""Look-up tables of a cast: from the primitive that a ray hits to its object, normal, material and motion."""
+"""Look-up tables of a cast: from the primitive that a ray hits to its object, normal, material and motion.
+
+The ray tracer is asked for no more than the distance, the triangle and the place on it. To let it complete the hit
+would call every shape of every scene in the process in turn, and a world may hold thousands of instances.
+"""
 
 from __future__ import annotations
 
 from pelagos import jit
 from pelagos.jit import Array
 from pelagos.raycast.body_tree import BodyTree
-from pelagos.raycast.surface import Faces
+
+
+@jit.struct
+class Faces:
+    """Triangles, one after the other: a Dr.Jit struct.
+
+    Attributes:
+        corner: `UInt32` `(3 f,)`, rows of the corners of each face.
+        place: `Float` `(3 v,)`, corners [m].
+        normal: `Float` `(3 v,)`, unit normals of smooth surfaces at the corners; zero on flat ones.
+        thing: `UInt32` `(f,)`, object row of each face.
+    """
+
+    corner: Array
+    place: Array
+    normal: Array
+    thing: Array
 
 
 @jit.struct

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from pelagos import jit
 from pelagos.jit import Array
 from pelagos.raycast.geometry import Geometry, PlacedGeometry
-from pelagos.raycast.surface import Faces
+from pelagos.raycast.hit_tables import Faces
 
 _MANY_FACES: Final = 1_000_000
 

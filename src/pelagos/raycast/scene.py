@@ -20,13 +20,12 @@ from pelagos.raycast.body_tree import tree_of
 from pelagos.raycast.caster import Caster
 from pelagos.raycast.copies import Copies, models, upright
 from pelagos.raycast.geometry import Geometry
-from pelagos.raycast.hit_tables import HitTables
+from pelagos.raycast.hit_tables import Faces, HitTables
 from pelagos.raycast.meshes import give_back, joined, large, mesh_of, no_faces, watertight
 from pelagos.raycast.objects import Objects
 from pelagos.raycast.shapes import Shapes
 from pelagos.raycast.spheres import Spheres
 from pelagos.raycast.streamed import StreamedGround
-from pelagos.raycast.surface import Faces
 
 _SKIN_M: Final = 0.01  # about the sphere that holds a mesh: rays begin outside of it
 _MANY_COPIES: Final = 500  # instances beside which nothing is frozen

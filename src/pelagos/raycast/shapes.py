@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 from pelagos import jit
 from pelagos.jit import Array
 from pelagos.raycast.geometry import Geometry
+from pelagos.raycast.hit_tables import Faces
 from pelagos.raycast.meshes import mesh_of, watertight
-from pelagos.raycast.surface import Faces
 
 _GAP: Final = 1.0  # [m] between the spheres that hold two meshes; rays look for one of them within its own
 

@@ -22,6 +22,7 @@ from pelagos.sensors.recorded import Program, Results
 from pelagos.sensors.schedule import SLOWEST, farthest_heard
 from pelagos.sensors.sensor import Kinematics, Measurement, SensorConfig, SensorContext
 from pelagos.sensors.sonar.keys.echo_keys import EchoesConfig, echo_spec, warn_of_idle
+from pelagos.sensors.sonar.keys.ping_keys import mounting
 from pelagos.sensors.sonar.ping.beam_echoes import BeamEchoes
 from pelagos.sensors.sonar.ping.fan import Fan, Lanes, Trace, look
 from pelagos.sensors.sonar.ping.pulse_pairs import Pairs
@@ -139,7 +140,10 @@ class Adcp:
         self._context = context
         warn_of_idle(config, context.path)
         wind = wind_for(config.wind_speed_mps, context.ocean, context.path)
-        self._sounder = Sounder(config, context, beam_rays(config), Waters(config.frequency_hz, config.ph, wind))
+        self._mounting = mounting(config)
+        self._sounder = Sounder(
+            self._mounting, context, beam_rays(config), Waters(config.frequency_hz, config.ph, wind)
+        )
         self._program = Program(self._kernel, self._sounder.compile)
         self.tables: dict[str, NDArray[Any]] = {"depth": config.depths, "direction": config.beams}
         self._echoes: BeamEchoes | None = None
@@ -178,7 +182,7 @@ class Adcp:
         trace: Trace = None,
     ) -> Results:
         config = self.config
-        velocity = sensor_velocity(motion, config)
+        velocity = sensor_velocity(motion, self._mounting)
         tilt = math.cos(math.radians(config.beam_tilt_deg))
         far = (config.depths[-1] + config.cell_m) / tilt**2 + 1.0
         view = look(caster, fan, lanes, surfaces, max_range=float(far), smooth=False)

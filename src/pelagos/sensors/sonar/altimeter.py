@@ -21,6 +21,7 @@ from pelagos.sensors.schedule import farthest_heard, warn_of_ambiguity
 from pelagos.sensors.sensor import Kinematics, Measurement, SensorConfig, SensorContext
 from pelagos.sensors.sonar.keys.conflicts import check_order
 from pelagos.sensors.sonar.keys.echo_keys import EchoesConfig, echo_spec, warn_of_idle
+from pelagos.sensors.sonar.keys.ping_keys import mounting
 from pelagos.sensors.sonar.ping.beam_echoes import BeamEchoes
 from pelagos.sensors.sonar.ping.fan import Fan, Lanes, Trace, look
 from pelagos.sensors.sonar.ping.patches import patches_of
@@ -106,7 +107,8 @@ class Altimeter:
         rays = cone_rays(math.radians(config.beamwidth_deg))
         warn_of_idle(config, context.path)
         wind = wind_for(config.wind_speed_mps, context.ocean, context.path)
-        self._sounder = Sounder(config, context, rays, Waters(config.frequency_hz, config.ph, wind))
+        self._sounder = Sounder(mounting(config), context, rays, Waters(config.frequency_hz, config.ph, wind))
+        self._reach = min(config.range_max_m, farthest_heard(config.rate_hz))  # [m]
         self._program = Program(self._kernel, self._sounder.compile)
         self._echoes: BeamEchoes | None = None
         self.tables: dict[str, NDArray[Any]] = {}
@@ -140,9 +142,8 @@ class Altimeter:
         trace: Trace = None,
     ) -> Results:
         config = self.config
-        reach = min(config.range_max_m, farthest_heard(config.rate_hz))
-        view = look(caster, fan, lanes, surfaces, max_range=reach, smooth=False)
-        patches = patches_of(view, fan, lanes, surfaces, longest=reach, trace=trace)
+        view = look(caster, fan, lanes, surfaces, max_range=self._reach, smooth=False)
+        patches = patches_of(view, fan, lanes, surfaces, longest=self._reach, trace=trace)
         rays = dr.width(fan.beam)
         dr.eval(
             patches.distance, patches.energy, view.hits.t, view.hits.label, view.hits.instance
@@ -153,7 +154,7 @@ class Altimeter:
         measured = true + sigma * jit.Float(noise)
         if config.sound_speed_mps is not None:
             measured *= config.sound_speed_mps / lanes.medium.sound_speed
-        measured = dr.select(measured <= reach, measured, dr.nan)
+        measured = dr.select(measured <= self._reach, measured, dr.nan)
         axis = dr.arange(jit.UInt32, dr.width(lanes.position)) * rays
         label, instance = (dr.gather(jit.UInt32, v, axis) for v in (view.hits.label, view.hits.instance))
         met = dr.gather(jit.Float, view.hits.t, axis)

@@ -26,6 +26,7 @@ from pelagos.sensors.sensor import Kinematics, Measurement, SensorConfig, Sensor
 from pelagos.sensors.sonar.keys.conflicts import check_order, told
 from pelagos.sensors.sonar.keys.devices import with_device
 from pelagos.sensors.sonar.keys.echo_keys import EchoesConfig, echo_spec, warn_of_idle
+from pelagos.sensors.sonar.keys.ping_keys import mounting
 from pelagos.sensors.sonar.ping.beam_echoes import BeamEchoes
 from pelagos.sensors.sonar.ping.fan import Fan, Lanes, Trace, look
 from pelagos.sensors.sonar.ping.medium import Medium
@@ -168,7 +169,10 @@ class Dvl:
         warn_of_ambiguity(config, context.path, config.range_max_m / math.cos(math.radians(config.beam_tilt_deg)))
         warn_of_idle(config, context.path)
         wind = wind_for(config.wind_speed_mps, context.ocean, context.path)
-        self._sounder = Sounder(config, context, beam_rays(config), Waters(config.frequency_hz, config.ph, wind))
+        self._mounting = mounting(config)
+        self._sounder = Sounder(
+            self._mounting, context, beam_rays(config), Waters(config.frequency_hz, config.ph, wind)
+        )
         self._program = Program(self._kernel, self._sounder.compile)
         self.tables: dict[str, NDArray[Any]] = {"direction": config.beams}
         self._echoes: BeamEchoes | None = None
@@ -206,7 +210,7 @@ class Dvl:
         trace: Trace = None,
     ) -> Results:
         config = self.config
-        velocity = sensor_velocity(motion, config)
+        velocity = sensor_velocity(motion, self._mounting)
         farthest = 1.5 * config.range_max_m / math.cos(math.radians(config.beam_tilt_deg))
         view = look(caster, fan, lanes, surfaces, max_range=farthest, smooth=False)
         section = scattering(surfaces, view.hits.material, view.sine)

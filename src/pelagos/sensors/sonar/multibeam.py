@@ -28,7 +28,7 @@ from pelagos.sensors.sonar.keys.multibeam_parts import (
     sector_losses,
     swath_of,
 )
-from pelagos.sensors.sonar.keys.ping_keys import ColumnBins, Pulse, with_burst
+from pelagos.sensors.sonar.keys.ping_keys import ColumnBins, Pulse, mounting, with_burst
 from pelagos.sensors.sonar.ping.beam_echoes import part_of
 from pelagos.sensors.sonar.ping.bottom_series import Beams, beam_series
 from pelagos.sensors.sonar.ping.fan import Fan, Lanes, Trace, look
@@ -293,7 +293,8 @@ class Multibeam:
             config.frequency_hz, config.ph, wind, refraction=config.refraction,
             reach=1.1 * config.range_max_m,
         )  # fmt: skip
-        self._sounder = Sounder(config, context, rays, waters)
+        self._mounting = mounting(config)
+        self._sounder = Sounder(self._mounting, context, rays, waters)
         self._noise = dr.opaque(jit.Float, noise_power(config, wind, rain_over(context.ocean)))
         self._swath = swath_of(config)
         self._sectors = sectors_of(config.angles, config.sectors, sector_losses(config, context))
@@ -359,8 +360,8 @@ class Multibeam:
     ) -> tuple[Any, ...]:
         config, beams, swath = self.config, receiver(self.config), self._swath
         far = 1.1 * config.range_max_m
-        spin = sensor_angular_velocity(motion, config)
-        moving = motion_of(lanes, sensor_velocity(motion, config), spin)
+        spin = sensor_angular_velocity(motion, self._mounting)
+        moving = motion_of(lanes, sensor_velocity(motion, self._mounting), spin)
         if swath.plain:
             view = look(caster, fan, lanes, surfaces, max_range=far, assumed_speed=config.sound_speed_mps)
             view.loss *= dr.gather(jit.Float, sectors.loss, dr.gather(jit.UInt32, fan.beam, view.ray))

@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING
 import drjit as dr
 
 from pelagos import jit
-from pelagos.acoustics.absorption import absorption, check_frequency
-from pelagos.acoustics.loss_column import LossColumn, loss_column
+from pelagos.acoustics.absorption import LossColumn, absorption, check_frequency, loss_column
 from pelagos.acoustics.refraction import LEVELS, Profile, profile_from
 from pelagos.jit import Array
 
