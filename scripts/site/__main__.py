@@ -25,6 +25,8 @@ import scenario
 
 ROOT = Path(__file__).parents[2]
 BESIDE = ("ARCHITECTURE.md", "CONTRIBUTING.md", "CHANGELOG.md", "SECURITY.md")
+WIDE = ("conventions.md", "benchmarks_results.md")  # pages of wide tables
+WITHOUT_CONTENTS = "---\nhtml_theme.sidebar_secondary.remove: true\n---\n\n"
 _LINK = re.compile(r"\]\((?!https?:|#|mailto:)([^)\s]+)\)")
 
 
@@ -64,7 +66,8 @@ def assemble(source: Path) -> None:
     for page in source.rglob("*.md"):
         text = page.read_text(encoding="utf-8")
         linked = _LINK.sub(lambda m, page=page: f"]({target(m[1], page, source)})", text)  # type: ignore[misc]
-        page.write_text(linked, encoding="utf-8")
+        wide = page.parent.name == "theory" or page.name in WIDE
+        page.write_text((WITHOUT_CONTENTS if wide else "") + linked, encoding="utf-8")
 
 
 def target(link: str, page: Path, source: Path) -> str:
@@ -80,6 +83,10 @@ def target(link: str, page: Path, source: Path) -> str:
         return f"{up}benchmarks_results.md{mark}{anchor}"
     if name == "scenario.md":
         return f"{up}scenario/{anchor.lower()}.md" if anchor in scenario.pages() else f"{up}scenario/index.md"
+    if path.startswith("../examples/"):  # a file to download
+        (source / "files").mkdir(exist_ok=True)
+        shutil.copy(ROOT / path.removeprefix("../"), source / "files")
+        return f"{up}files/{Path(path).name}"
     return f"{name if page.name in BESIDE else path}{mark}{anchor}"
 
 

@@ -56,7 +56,8 @@ def page(name: str, package: Any) -> list[str]:
         if not members and not module.docstring:
             continue
         room = any(part in _MACHINERY for part in path.split(".")[1:])
-        lines += [f"## {path}", "", f"{_text(module)}{' *(machinery)*' if room else ''}", ""]
+        lines += [f"({module_anchor(path)})=", "", f"## {path}", ""]
+        lines += [f"{_text(module)}{' *(machinery)*' if room else ''}", ""]
         for member in members:
             lines += [f"({anchor(path, member.name)})=", ""]
             lines += described(member, 3)
@@ -92,6 +93,11 @@ def anchor(path: str, name: str) -> str:
     """The target of a name in the site."""
     kind = "class" if name[:1].isupper() else "function"
     return f"{kind}-{path}-{name}".replace(".", "-").replace("_", "-").lower()
+
+
+def module_anchor(path: str) -> str:
+    """The target of a module in the site."""
+    return f"module-{path}".replace(".", "-").replace("_", "-").lower()
 
 
 def _shown(member: Any, module: Any) -> bool:

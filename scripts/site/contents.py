@@ -26,7 +26,7 @@ Install, first run, first scenario, first loop in Python: from zero to a picture
 :::{{grid-item-card}} Follow a number
 :link: follow/index
 :link-type: doc
-From a line of YAML to a number: the rooms that a reading of each instrument really passes.
+From a line of YAML to a number: the files that a reading of each instrument really passes.
 :::
 :::{{grid-item-card}} Instruments
 :link: cards/instruments
@@ -34,19 +34,49 @@ From a line of YAML to a number: the rooms that a reading of each instrument rea
 A card for each: picture, outputs with shapes and units, sources, proof, ROS message.
 :::
 :::{{grid-item-card}} Vehicles
-:link: vehicles
+:link: cards/vehicles
 :link-type: doc
 Every number of every vehicle, with its source.
+:::
+:::{{grid-item-card}} Worlds
+:link: cards/worlds
+:link-type: doc
+Harbours, real seabeds, generated ground, ground of any size.
+:::
+:::{{grid-item-card}} Scenario
+:link: scenario/index
+:link-type: doc
+Every key of a scenario file, one page a component.
 :::
 :::{{grid-item-card}} Conventions
 :link: conventions
 :link-type: doc
-Frames, signs and shapes, beside those of Fossen, HoloOcean, ROS and Gazebo.
+Frames, signs and shapes, beside those of Fossen, HoloOcean, ROS and Gazebo; symbols; words.
+:::
+:::{{grid-item-card}} Theory
+:link: theory/index
+:link-type: doc
+Each equation with its source, its limits and its file.
 :::
 :::{{grid-item-card}} Proof
 :link: proof
 :link-type: doc
 Simulated beside recorded vehicles, devices and seas; and [every numeric check](checks.md).
+:::
+:::{{grid-item-card}} Write your own
+:link: write_a_sensor
+:link-type: doc
+A sensor in NumPy, in rays or in Dr.Jit; [recipes](CONTRIBUTING.md) for vehicles and worlds.
+:::
+:::{{grid-item-card}} Python interface
+:link: api/index
+:link-type: doc
+Every public name, by layer.
+:::
+:::{{grid-item-card}} Benchmarks
+:link: benchmarks
+:link-type: doc
+Speed beside peers and limits, [as measured](benchmarks_results.md).
 :::
 ::::
 
@@ -65,14 +95,17 @@ PARTS: Final = {
     ),
     "Use": (
         "What can be simulated, and how to ask for it.",
-        ["vehicles", "missions", "sensors_navigation", "sonars", "cameras", "communication", "worlds", "worlds_large",
-         "ocean", "swarms", "fit", "manoeuvres"],
+        ["vehicles", "vehicles_envelopes", "missions", "sensors_navigation", "sonars", "cameras", "communication",
+         "worlds", "worlds_large", "ocean", "swarms", "fit", "manoeuvres"],
     ),
     "Connect": (
         "The stack, the learner, the pilot at a screen.",
-        ["bridges", "holoocean", "environments", "datasets", "viewer"],
+        ["bridges", "holoocean", "learning", "datasets"],
     ),
-    "Instruments": ("Cards, devices, and the way of a number.", ["cards/instruments", "cards/devices", "follow/index"]),
+    "Cards": (
+        "Instruments, vehicles, worlds and devices at a glance, and the way of each instrument's number.",
+        ["cards/instruments", "cards/vehicles", "cards/worlds", "cards/devices", "follow/index"],
+    ),
     "Scenario": ("Every key of a scenario file.", ["scenario/index"]),
     "Know": (
         "Conventions, equations, evidence, speed.",

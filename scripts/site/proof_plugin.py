@@ -4,7 +4,7 @@
 
 (with scripts/site on the path). It watches `numpy.testing.assert_allclose`, `numpy.allclose` and `pytest.approx`, and
 assertions that bound a deviation by a number (`abs(a - b) < 1e-3`, `0.98 < ratio < 1.02`); of each it keeps how far
-apart the two sides were in parts of what was allowed. Rows of tests that did not run stay, so that parts can be renewed.
+apart the two sides were in parts of what was allowed. Rows of tests that did not run stay: parts can be renewed.
 """
 
 from __future__ import annotations
@@ -26,6 +26,7 @@ TABLE: Final = ROOT / "docs" / "checks.json"
 _NUMBER: Final = re.compile(r"(?:np\.float\d+\(|np\.int\d+\(|array\()?([-+]?(?:\d+\.?\d*|\.\d+)(?:e[-+]?\d+)?)\b", re.I)
 _DEVIATION: Final = re.compile(r"\babs\(|\bnorm\(|\bhypot\(|error|worst|deviation|residual|apart|gap\b|_off\b")
 _found: dict[str, dict[str, Any]] = {}
+_ran: set[str] = set()
 _current: dict[str, Any] = {}
 
 
@@ -103,7 +104,9 @@ def pytest_assertion_pass(item: pytest.Item, lineno: int, orig: str, expl: str) 
 
 def _constant(side: ast.expr) -> float | None:
     """The number that an expression of numbers alone stands for."""
-    if any(not isinstance(n, (ast.Constant, ast.UnaryOp, ast.BinOp, ast.operator, ast.unaryop)) for n in ast.walk(side)):
+    if any(
+        not isinstance(n, (ast.Constant, ast.UnaryOp, ast.BinOp, ast.operator, ast.unaryop)) for n in ast.walk(side)
+    ):
         return None
     found = eval(compile(ast.Expression(side), "bound", "eval"))  # numbers and signs only
     return float(found) if isinstance(found, (int, float)) else None
@@ -118,6 +121,7 @@ def pytest_runtest_call(item: pytest.Item) -> Any:
     _current.update(worst=0.0, comparisons=0, allowed="")
     outcome = yield
     name = item.nodeid.split("[")[0]
+    _ran.add(name)
     if _current["comparisons"] and outcome.excinfo is None:
         file, _, check = name.rpartition("::")
         row = _found.setdefault(
@@ -145,8 +149,7 @@ def exists(test: str) -> bool:
 def pytest_sessionfinish(session: pytest.Session, exitstatus: int) -> None:
     if hasattr(session.config, "workerinput") or not _found:
         return
-    ran = {item.nodeid.split("[")[0] for item in session.items}
     before = json.loads(TABLE.read_text(encoding="utf-8"))["checks"] if TABLE.exists() else []
-    kept = [r for r in before if (name := test_of(r)) not in ran and exists(name)]
+    kept = [r for r in before if (name := test_of(r)) not in _ran and exists(name)]
     rows = sorted([*kept, *_found.values()], key=lambda r: (r["file"], r["check"]))
     TABLE.write_text(json.dumps({"checks": rows}, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
