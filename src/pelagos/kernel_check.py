@@ -54,7 +54,7 @@ def explained(error: RuntimeError, owner: Callable[..., Any]) -> BaseException:
 
 
 def _called(owner: Callable[..., Any]) -> str:
-    """What error messages call a kernel: that of the method or function in the innermost closure."""
+    """Name of a kernel in error messages: that of the method or function in the innermost closure."""
     inner = [f for f in _functions(owner) if f.__module__ != __name__]
     return f"the kernel {inner[-1].__qualname__}" if inner else "a kernel"
 
@@ -87,7 +87,7 @@ def _objects(function: Any, depth: int = _DEPTH) -> Iterator[Any]:
 
 
 def _names_of(function: Any, index: int) -> Iterator[str]:
-    """How a function reaches the array with an index of Dr.Jit: "'self.gain'", "'table' of its closure"."""
+    """Ways by which a function reaches the array with an index of Dr.Jit: "'self.gain'", "'table' of its closure"."""
     for thing in _objects(function):
         for name, value in vars(thing).items():
             if index in _indices(value):

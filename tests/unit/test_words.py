@@ -18,6 +18,19 @@ def test_module_docstrings_open_with_a_noun_phrase() -> None:
     assert not [str(p.relative_to(ROOT)) for p, text in words.items() if QUESTION.match(text)]
 
 
+def test_docstrings_open_with_a_noun_phrase() -> None:
+    """So do classes and functions; "whether" is how a truth value begins."""
+    asked = re.compile(r"(What|Which|Where|How|Who|When|Why)\b")
+    kinds = (ast.FunctionDef, ast.AsyncFunctionDef, ast.ClassDef)
+    found = [
+        f"{file.relative_to(ROOT)}: {node.name}"
+        for file in (ROOT / "src").rglob("*.py")
+        for node in ast.walk(ast.parse(file.read_text(encoding="utf-8")))
+        if isinstance(node, kinds) and asked.match(ast.get_docstring(node) or "")
+    ]
+    assert not found
+
+
 def test_every_page_of_the_documentation_can_be_reached_from_its_index() -> None:
     docs = ROOT / "docs"
     found, waiting = set(), [docs / "index.md"]

@@ -121,7 +121,7 @@ def energy_weights(amplitudes: list[list[Array]], reach: int) -> list[list[Array
 def steer_widely(
     echoes: Array, steering: Array, *, channels: int, beams: int, bins: int, squared: bool = False
 ) -> Array:
-    """What every beam hears of all sectors, however far away: as `form_beams` over a whole array, in memory.
+    """Signals of every beam from all sectors, however far away: as `form_beams` over a whole array, in memory.
 
     Args:
         echoes: `channels` `Float` a cell, one beam a sector, whose rows are `pitch(bins)` apart.
@@ -154,7 +154,7 @@ def form_beams(
     echoes: Array, weights: list[list[Array]], first: Array, shift: Array, row: Array, bin_: Array, *,
     channels: int, beams: int, bins: int,
 ) -> list[list[Array]]:  # fmt: skip
-    """What neighbouring beams hear in a bin, their own sectors and those on both sides.
+    """Signals of neighbouring beams in a bin, from their own sectors and those on both sides.
 
     Args:
         echoes: `channels` `Float` a cell; one beam a sector.

@@ -33,7 +33,7 @@ _FEWEST: Final = 4.0  # samples that a line is fitted to
 
 @jit.struct
 class Series:
-    """What the two halves of each beam heard in its window of ranges: a Dr.Jit struct, beams by samples.
+    """Echoes of the two halves of each beam in its window of ranges: a Dr.Jit struct, beams by samples.
 
     Attributes:
         halves: `Float`, four for each sample (samples fastest): complex amplitude of the left and of the right half.
@@ -50,7 +50,7 @@ class Series:
 
 @jit.struct
 class Detections:
-    """What was found in each beam: a Dr.Jit struct.
+    """Detections in each beam: a Dr.Jit struct.
 
     Attributes:
         kind: `UInt32`: `NOT_FOUND`, `BY_AMPLITUDE` or `BY_PHASE`.

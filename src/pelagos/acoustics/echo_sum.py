@@ -25,7 +25,7 @@ from pelagos.math.quick import cosine_sine, larger
 
 @dataclass(frozen=True)
 class Roughness:
-    """What turns a strip's energy into echoes that interfere.
+    """Roughness of surfaces, which turns a strip's energy into echoes that interfere.
 
     Attributes:
         wave_cycles: 2 f/c, cycles of phase per metre of range by ping [1/m].
@@ -47,7 +47,7 @@ class Roughness:
 
 @jit.struct
 class _Facets:
-    """What each ray's strip needs for its phases, lengths in facets: a Dr.Jit struct.
+    """Facets of each ray's strip, for its phases; lengths in facets: a Dr.Jit struct.
 
     Attributes:
         start: `Array3f`, where the strip's line would be at no range, from the sonar [facets].

@@ -32,7 +32,7 @@ Visit = Callable[[Array, Array, Strips], Callable[[Array, list[Array], list[Arra
 
 @dataclass(frozen=True)
 class Walk:
-    """Who sums which rays: walkers, `beams` times `parts` of them with parts fastest, take a ray each in every step.
+    """Distribution of rays over walkers: `beams` times `parts` of them with parts fastest, each a ray in every step.
 
     Attributes:
         order: `(steps * walkers,)`, row of the fan's ray by step and walker; `fan` where there is none.
@@ -107,7 +107,7 @@ class Walkers:
         return ray + self.ping * self.walk.fan, ray < self.walk.fan
 
     def sum(self, strips: Strips, visit: Visit, channels: int) -> Array:
-        """What `visit` gives, summed: `channels` `Float` a cell, for each of `walk.parts` times `size` cells.
+        """Sum of `visit`'s values: `channels` `Float` a cell, for each of `walk.parts` times `size` cells.
 
         `strips` must be in memory.
         """

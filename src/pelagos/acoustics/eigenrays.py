@@ -197,7 +197,7 @@ class _Hunt:
         return found.take(found.alive & close)
 
     def arrivals(self, found: _Fan, sections: Sequence[Section]) -> Arrivals:
-        """What eigenrays bring."""
+        """Arrivals by eigenrays."""
         path = found.path
         here = np.array([s.speed_at(z) for s, z in zip(sections, self.source, strict=True)])[path]
         ends = list(zip(sections, self.receiver, self.reach, strict=True))

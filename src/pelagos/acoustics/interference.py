@@ -53,7 +53,7 @@ class Filtered:
 
 @lru_cache(maxsize=256)
 def through_filter(own: Sent, other: Sent) -> Filtered:
-    """What a receiver's matched filter, Hann-shaded for chirps, makes of another sonar's pulse: their correlation.
+    """Correlation of another sonar's pulse with a receiver's matched filter, which is Hann-shaded for chirps.
 
     Its own pulse is compressed to `pulse.response`; a chirp of another slope, band or length leaves a long, weak one,
     of the energy that lies in the filter's band (Lurton 2010, Section 6.4).

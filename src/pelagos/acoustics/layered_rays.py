@@ -27,7 +27,7 @@ _MOST_BUBBLE_LOSS: Final = 15.0  # [dB] a bounce, see `sea_surface.bubble_loss_d
 
 @jit.struct
 class Launch:
-    """Where rays start and end, one lane a ray: a Dr.Jit struct.
+    """Starts and ends of rays, one lane a ray: a Dr.Jit struct.
 
     Attributes:
         row: `UInt32`, of `Water` and `Floor`.
@@ -188,7 +188,7 @@ def step(water: Water, floor: Floor, launch: Launch, end: Array, ray: Ray) -> Ra
 
 @jit.struct
 class _Edge:
-    """Where a ray leaves its layer: `Float64`; `way` horizontally [m], `depth` [m], `sine` of its angle there."""
+    """End of a ray in its layer: `Float64`; `way` horizontally [m], `depth` [m], `sine` of its angle there."""
 
     way: Array
     depth: Array

@@ -65,7 +65,7 @@ class Floor:
 
 
 def next_column(water: Water, row: Array, column: Array) -> Array:
-    """Where the water's next column begins [m]; infinitely far behind the last one."""
+    """Beginning of the water's next column [m]; infinitely far behind the last one."""
     count = dr.gather(jit.UInt32, water.columns, row)
     last = column + 1 >= count
     begins = dr.gather(jit.Float64, water.begins, row * count + dr.select(last, column, column + 1))

@@ -45,7 +45,7 @@ def turned(vector: Array, rotation: Array) -> Array:
 
 
 def aberration(velocity: Array, direction: Array, receiver: Array, speed: Array) -> Array:
-    """What the receiver's own way adds to `heard` [1]: from where it has got to, the target lies 2 v/c aside.
+    """Part of `heard` that the receiver's own way adds [1]: from where it has got to, the target lies 2 v/c aside.
 
     Args:
         velocity: of the sounder [m/s], `Array3f` as all vectors here.

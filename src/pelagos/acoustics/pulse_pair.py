@@ -59,6 +59,6 @@ def pair_deviation(
 
 
 def pulse_correlation(pulse: NDArray[np.floating]) -> NDArray[np.float64]:
-    """How samples of the echo correlate with their neighbours `(2 n - 1,)`, for a pulse of unit energy `(n,)`."""
+    """Correlation of samples of the echo with their neighbours `(2 n - 1,)`, for a pulse of unit energy `(n,)`."""
     shape = np.asarray(pulse, dtype=np.float64)
     return np.convolve(shape, shape[::-1])

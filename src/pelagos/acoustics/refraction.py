@@ -185,7 +185,7 @@ def _ahead(ray: Bend, turn: Array) -> tuple[Array, Array]:
 
 
 def displacement(depths: Sequence[float], speeds: Sequence[float], reach: float) -> float:
-    """How far a level ray bends aside over `reach` [m], in parts of it, where it bends most: reach |c'|/(2 c).
+    """Largest bend of a level ray aside over `reach` [m], in parts of it: reach |c'|/(2 c).
 
     Gradients are taken over a twentieth of the reach, the height that such a ray passes through.
     """

@@ -20,7 +20,7 @@ _FAITHFUL: Final = 2e-3  # [m/s] by which fewer levels may miss a profile
 
 @dataclass(frozen=True)
 class Section:
-    """What sound meets on its way; depths are positive down from the surface [m].
+    """Water and boundaries on the way of sound; depths are positive down from the surface [m].
 
     Attributes:
         depth: `(k,)` of the profile's levels, increasing [m]; the water is uniform beyond them.

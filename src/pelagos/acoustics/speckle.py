@@ -60,7 +60,7 @@ def scramble(h: Array) -> Array:
 
 
 def rays_per_facet(width: Array, length: Array, *, single_file: bool = False) -> Array:
-    """How many rays meet the facet that a ray meets, itself included: c, by which they amplify each other.
+    """Number of rays that meet the facet that a ray meets, itself included: c, by which they amplify each other.
 
     Rays denser than the lattice meet one facet, whose amplitude they add in phase: of n with the energy e each, the
     intensity is n^2 e, not n e. Amplitudes made of e/c leave the mean of the intensity that of the energy if

@@ -20,7 +20,7 @@ from numpy.typing import ArrayLike, NDArray
 
 @dataclass(frozen=True)
 class Filling:
-    """What a sphere is made of.
+    """Material of a sphere.
 
     Attributes:
         density, speed: density and compressional sound speed over those of the water [1].

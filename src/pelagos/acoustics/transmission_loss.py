@@ -77,7 +77,7 @@ def ray_paths(
     section: Section, source: float, angles: NDArray[np.float64], reach: float, *, stations: int = 400,
     bounces: int = _BOUNCES,
 ) -> RayPaths:  # fmt: skip
-    """Where the rays of a fan run, from a depth `source` [m], at `angles` [rad], to a distance `reach` [m]."""
+    """Rays of a fan from a depth `source` [m], at `angles` [rad], to a distance `reach` [m]."""
     count = len(angles)
     values, _ = _marched([section], np.zeros(count, np.int64), np.full(count, source), angles, np.full(count, reach),
                       stations, bounces)  # fmt: skip

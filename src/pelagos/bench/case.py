@@ -9,7 +9,7 @@ from typing import Literal
 
 @dataclass(frozen=True)
 class Reference:
-    """What a value is compared with.
+    """Peer or limit that a value is compared with.
 
     Attributes:
         text: where it comes from: a publication, or a limit that was measured in the same run.
@@ -22,7 +22,7 @@ class Reference:
 
 @dataclass(frozen=True)
 class Measured:
-    """What a case's function returns.
+    """Result of a case's function.
 
     Attributes:
         value: in the case's unit.

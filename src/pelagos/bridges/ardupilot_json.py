@@ -27,7 +27,7 @@ _STATE: Final = (
 
 @dataclass(frozen=True)
 class ServoFrame:
-    """What the autopilot sends each step.
+    """Outputs that the autopilot sends each step.
 
     Attributes:
         rate_hz: at which it would like to be answered.

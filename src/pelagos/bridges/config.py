@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 class BridgeConfig(BaseModel):
-    """What every door has."""
+    """Settings that every door has."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", use_attribute_docstrings=True)
 

@@ -23,7 +23,7 @@ _LARGE: Final = ("sensor_msgs/msg/Image", "sensor_msgs/msg/PointCloud2", "marine
 
 
 class Door(Protocol):
-    """What `Exchange` drives; called by the thread that steps, and never waits for a peer."""
+    """Door to a peer as `Exchange` drives it; called by the thread that steps, and never waits for a peer."""
 
     name: str
 
@@ -36,7 +36,7 @@ class Door(Protocol):
         ...
 
     def report(self) -> Mapping[str, int]:
-        """What went wrong, counted, by reason."""
+        """Errors, counted, by reason."""
         ...
 
     def close(self) -> None:
@@ -45,7 +45,7 @@ class Door(Protocol):
 
 
 class Driver(Protocol):
-    """What sets the pace of a run: an autopilot that shares a clock with the simulation.
+    """Pace of a run, set from outside: an autopilot that shares a clock with the simulation.
 
     Attributes:
         rate_hz: boundaries in a simulated second at which it meets the simulation; None for every tick.
@@ -170,7 +170,7 @@ def clock_message(t_ns: int) -> bytes:
 
 
 def qos_of(channel: Channel) -> Qos:
-    """How a topic of a run is sent: fast ones keep more for a reader that lags, large ones less."""
+    """Quality of service of a run's topic: fast ones keep more for a reader that lags, large ones less."""
     if channel.latched:
         return LATCHED
     if channel.topic == "/tf":

@@ -49,7 +49,7 @@ class Outbox:
 
     @property
     def waiting(self) -> int:
-        """How many messages wait."""
+        """Number of messages that wait."""
         return len(self._order)
 
     def close(self, wait_s: float = 1.0) -> None:

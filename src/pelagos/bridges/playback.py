@@ -23,7 +23,7 @@ SLICE_NS: Final = 10_000_000
 
 @dataclass(frozen=True)
 class _Present:
-    """What a door asks a simulation for: its time and its tick [ns]."""
+    """Time and tick [ns], all that a door asks a simulation for."""
 
     time_ns: int
     dt_ns: int = SLICE_NS

@@ -254,7 +254,7 @@ class Px4Link:
 
 
 def pressure_hpa(down_m: float) -> float:
-    """What a barometer of the autopilot reads [hPa]: ISO 2533 above the sea (to 11 km), sea water's weight below.
+    """Reading of the autopilot's barometer [hPa]: ISO 2533 above the sea (to 11 km), sea water's weight below.
 
     Args:
         down_m: below the mean surface [m].

@@ -132,7 +132,7 @@ class Tap:
         self._waiting.append(Message(t_ns, channel, data))
 
     def take(self) -> list[Message]:
-        """What came since the last time, in order of time."""
+        """Readings since the last time, in order of time."""
         waiting, self._waiting = self._waiting, []
         waiting.sort(key=_time)
         return waiting

@@ -136,7 +136,7 @@ class ZenohTransport:
 
 
 def attachment(number: int, t_ns: int, gid: bytes) -> bytes:
-    """What goes with every sample: number, wall-clock time of writing [ns], the publisher's id behind its length."""
+    """Attachment of every sample: number, wall-clock time of writing [ns], the publisher's id behind its length."""
     return struct.pack("<qqB", number, t_ns, len(gid)) + gid
 
 

@@ -20,7 +20,7 @@ LINE_EVERY_S: Final = 10.0
 
 @dataclass(frozen=True)
 class DatasetOptions:
-    """What the command line says beside configuration and folder; see `pelagos dataset --help`."""
+    """Options of the command line beside configuration and folder; see `pelagos dataset --help`."""
 
     workers: int = 1
     ray: str | None = None

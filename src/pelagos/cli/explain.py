@@ -45,7 +45,7 @@ def explain_sensor(path: Path, changes: Sequence[str], name: str, *, at_s: float
 
 
 def _of_device(config: SensorConfig) -> list[str]:
-    """Where the keys of a sensor's device come from, and which of them no sheet says."""
+    """Origin of the keys of a sensor's device: its sheet, or an assumption."""
     name = getattr(config, "device", None)
     if name is None:
         return []

@@ -17,7 +17,7 @@ from pelagos.errors import CommandError, InputError
 
 @dataclass(frozen=True)
 class Lesson:
-    """What `pelagos train` was asked for; see its options."""
+    """Options of `pelagos train`; see its help."""
 
     steps: int
     seed: int

@@ -31,7 +31,7 @@ app = typer.Typer(
 
 
 class What(StrEnum):
-    """What there are lists of."""
+    """Things that there are lists of."""
 
     vehicles = "vehicles"
     sensors = "sensors"

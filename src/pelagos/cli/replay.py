@@ -11,7 +11,7 @@ from pelagos.errors import InputError
 
 @dataclass(frozen=True)
 class ReplayOptions:
-    """What the command line says; see `pelagos replay --help`."""
+    """Options of the command line; see `pelagos replay --help`."""
 
     ros2: bool = False
     foxglove: bool = False

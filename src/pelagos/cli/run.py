@@ -29,7 +29,7 @@ LOOK_S: Final = 0.5  # how often a run sees whether its folder of results is sti
 
 @dataclass(frozen=True)
 class Options:
-    """What the command line says beside the scenario; see `pelagos run --help`."""
+    """Options of the command line beside the scenario; see `pelagos run --help`."""
 
     duration_s: float | None = None
     seed: int | None = None

@@ -22,7 +22,7 @@ PLAN: Final = "run.json"
 
 @dataclass(frozen=True)
 class Plan:
-    """What a run was to be.
+    """Plan of a run.
 
     Attributes:
         duration_s: at most [s].

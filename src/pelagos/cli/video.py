@@ -14,7 +14,7 @@ from pelagos.errors import InputError
 
 @dataclass(frozen=True)
 class VideoOptions:
-    """What the command line says; see `pelagos video --help`."""
+    """Options of the command line; see `pelagos video --help`."""
 
     chase: bool = False
     camera: str | None = None

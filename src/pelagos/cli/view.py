@@ -29,7 +29,7 @@ _IDLE_S: Final = 0.2
 
 @dataclass(frozen=True)
 class ViewOptions:
-    """What the command line says; see `pelagos view --help`."""
+    """Options of the command line; see `pelagos view --help`."""
 
     world: bool = False
     host: str = "127.0.0.1"

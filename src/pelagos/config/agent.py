@@ -16,7 +16,7 @@ from pelagos.config.swarm import MAX_MEMBERS, Draw
 
 
 class Start(Strict):
-    """Where an agent is when the run begins, and how it moves."""
+    """Place and motion of an agent when the run begins."""
 
     position_m: tuple[float, ...] = Field(default=(0.0, 0.0), min_length=2, max_length=3)
     """World x (north), y (west) [m], or x, y, z with z up from the mean sea surface. Without a height, what floats
@@ -102,7 +102,7 @@ class Agent(Strict):
 
     @model_validator(mode="after")
     def _group(self) -> Self:
-        """What only groups have, and what every group needs."""
+        """Check the keys that only groups have, and those that every group needs."""
         if self.count is None:
             given = [f"'{key}'" for key in ("mission_from", "distributions", "overrides") if key in self._written]
             given += [f"'start.{key}'" for key in ("grid", "spacing_m") if getattr(self.start, key) is not None]

@@ -90,7 +90,7 @@ def beyond(built: Any, key: str = "", path: Key = ()) -> Iterator[tuple[Key, flo
 
 
 def outside_text(path: Key, value: float, within: Range) -> str:
-    """What is wrong with a number."""
+    """Complaint about a number."""
     key = next((part for part in reversed(path) if isinstance(part, str)), "it")
     if not math.isfinite(value):
         return f"{key} must be a finite number, not {value}"

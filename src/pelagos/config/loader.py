@@ -76,7 +76,7 @@ def check(document: Document, *, trust: bool = False) -> Scenario:
 
 
 def _context(document: Document, trust: bool) -> dict[str, Any]:
-    """What validators know: the folder of relative paths, that in which a file's meshes must lie, and trust."""
+    """Context of validators: the folder of relative paths, that in which a file's meshes must lie, and trust."""
     of_file = () in document.places
     return {"folder": document.folder, "bounds": document.folder if of_file else None, "trust": trust}
 

@@ -20,7 +20,7 @@ from pelagos.config.vary import check as check_varied
 
 
 class Origin(Strict):
-    """Where on Earth the world's origin lies (WGS 84)."""
+    """Place of the world's origin on Earth (WGS 84)."""
 
     latitude_deg: float
     """Geographic latitude, north positive [deg]."""
@@ -46,7 +46,7 @@ class Origin(Strict):
 
 
 class Record(Strict):
-    """What goes into a recording beside the readings of the sensors."""
+    """Contents of a recording beside the readings of the sensors."""
 
     state_rate_hz: Rate = 50.0
     """Rate of the true motion of every vehicle [Hz]; divides the tick rate. Not given: 50 Hz or the nearest below."""
@@ -107,7 +107,7 @@ class Scenario(Strict):
 
     @property
     def places(self) -> Mapping[tuple[str | int, ...], str]:
-        """Where each value was written, "file:line" by its path of keys."""
+        """Place at which each value was written, "file:line" by its path of keys."""
         return self._places
 
     def placed(self, places: Mapping[tuple[str | int, ...], str]) -> Self:
@@ -117,7 +117,7 @@ class Scenario(Strict):
         return scenario
 
     def where(self, *path: str | int) -> str:
-        """Where a value was written, "file:line: key.path", as in `where("agents", "auv0", "start")`."""
+        """Place at which a value was written, "file:line: key.path", as in `where("agents", "auv0", "start")`."""
         dotted = ".".join(str(part) for part in path)
         path = tuple(group_of(part) if i == 1 and isinstance(part, str) else part for i, part in enumerate(path))
         for length in range(len(path), -1, -1):
@@ -243,7 +243,7 @@ class Scenario(Strict):
 
 
 def _member_text(error: ValidationError) -> str:
-    """What is wrong with a member of a group, whose overrides or drawn values do not make an agent."""
+    """Complaint about a member of a group, whose overrides or drawn values do not make an agent."""
     first = error.errors()[0]
     key = ".".join(str(part) for part in first["loc"])
     why = "there is no such key" if first["type"] == "extra_forbidden" else first["msg"]

@@ -13,5 +13,5 @@ class Strict(BaseModel):
 
 
 def refusal(message: str) -> PydanticCustomError:
-    """What a validator raises where keys do not fit together; the loader says where."""
+    """Error for a validator to raise where keys do not fit together; the loader says where."""
     return PydanticCustomError("refused", "{message}", {"message": message})

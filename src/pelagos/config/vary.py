@@ -22,7 +22,7 @@ _FORMS: Final = "'agents.NAME.start.heading_deg', 'agents.NAME.factors.mass' or 
 
 @dataclass(frozen=True)
 class Varied:
-    """What a key of `vary` names: agent, `start` or `factors`, and the number in it; of the ocean, no agent."""
+    """Number that a key of `vary` names: agent, `start` or `factors`, and the number in it; of the ocean, no agent."""
 
     agent: str
     group: str

@@ -46,7 +46,7 @@ def value_at(data: Any, path: Key) -> Any:
 
 
 def annotation_at(root: type[BaseModel], data: Any, path: Key) -> Any:
-    """What the value at `path` is declared as; None where nothing declares it."""
+    """Annotation of the value at `path`; None where nothing declares it."""
     annotation: Any = root
     for part in path:
         annotation = _child(annotation, data, part)
@@ -75,7 +75,7 @@ def model_of(annotation: Any, value: Any) -> type[BaseModel] | None:
 
 
 def fixed_length(annotation: Any) -> int | None:
-    """How many values a list of this annotation has; None where that is not fixed."""
+    """Number of values in a list of this annotation; None where that is not fixed."""
     origin, args = get_origin(annotation), get_args(annotation)
     if origin is tuple and Ellipsis not in args:
         return len(args)

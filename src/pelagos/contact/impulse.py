@@ -189,7 +189,7 @@ def _stop(along: NDArray[np.float64], velocity: NDArray[np.float64]) -> NDArray[
 
 
 def _share(base: NDArray[np.float64], more: NDArray[np.float64], limit: float) -> float:
-    """How much of `more`, at most 1, may be added before the square passes `limit`."""
+    """Share of `more`, at most 1, that may be added before the square passes `limit`."""
     a, b, c = float(more @ more), float(base @ more), float(base @ base) - limit
     if a <= 0.0 or a + 2.0 * b + c <= 0.0:
         return 1.0

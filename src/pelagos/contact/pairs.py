@@ -116,7 +116,7 @@ def pair_contacts(scene: Any) -> Callable[..., Array]:
 
 
 def read_contacts(packed: Array, first: NDArray[np.int64], second: NDArray[np.int64]) -> PairContacts:
-    """What `pair_contacts` found, of the same rows."""
+    """Findings of `pair_contacts`, of the same rows."""
     rows = np.array(packed).reshape(-1, _COLUMNS)
     hit = np.flatnonzero(rows[:, 0] > 0.5)
     found, pair = rows[hit], hit // (len(rows) // len(first))

@@ -71,7 +71,7 @@ class _Listed:
 
 @jit.struct
 class _Touches:
-    """What each probe feels, `n p` lanes, in the body frame FLU."""
+    """Contact of each probe, `n p` lanes, in the body frame FLU."""
 
     active: Array  # Bool: will be in contact at the end of the step
     depth: Array  # [m], negative while the surface lies ahead
@@ -308,7 +308,7 @@ def _solve(
 
 
 def _place(i: int, j: int) -> int:
-    """Where row i, column j of a lower triangle stands in a row-by-row list."""
+    """Place of row i, column j of a lower triangle in a row-by-row list."""
     return i * (i + 1) // 2 + j
 
 

@@ -22,7 +22,7 @@ Range = tuple[float, float]
 
 
 class Poses(Strict):
-    """Where the vehicle is, sample by sample."""
+    """Poses of the vehicle, sample by sample."""
 
     area_m: tuple[tuple[float, float], tuple[float, float]] | None = None
     """Two opposite corners, world x (north) and y (west) [m]; the whole ground where not given."""
@@ -67,7 +67,7 @@ class Poses(Strict):
 
 
 class DatasetConfig(Strict):
-    """What a data set is made of, as data."""
+    """Configuration of a data set, as data."""
 
     name: str = Field(default="dataset", min_length=1, max_length=200)
     """A short name."""

@@ -28,13 +28,13 @@ class Job(Protocol):
     """Work that can be pickled; `open` makes what does a piece of it by index and keeps what is expensive."""
 
     def open(self) -> Callable[[int], Record]:
-        """What does the work, in the process that calls this."""
+        """Worker in the process that calls this."""
         ...
 
 
 @dataclass(frozen=True)
 class Engine:
-    """Where work is done.
+    """Processes or machines that do the work.
 
     Attributes:
         workers: processes, 1 for this one; with Ray its actors.

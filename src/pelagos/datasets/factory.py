@@ -26,7 +26,7 @@ _SHOWN: Final = 5
 
 @dataclass(frozen=True)
 class Made:
-    """What a call of the factory did.
+    """Result of a call of the factory.
 
     Attributes:
         made: shards that it made.
@@ -51,7 +51,7 @@ class ShardJob:
     folder: Path
 
     def open(self) -> Callable[[int], Record]:
-        """What makes a shard."""
+        """Maker of a shard."""
         maker = Maker(self.plan)
         return lambda index: make_shard(maker, self.plan.shard(index), self.folder)
 

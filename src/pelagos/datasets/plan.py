@@ -40,7 +40,7 @@ class Shard:
 
     @property
     def name(self) -> str:
-        """What its files are called."""
+        """Name of its files."""
         return f"shard-{self.index:06d}"
 
 
@@ -65,12 +65,12 @@ class Plan:
 
     @property
     def shards(self) -> int:
-        """How many."""
+        """Number of shards."""
         return self.config.worlds * self.shards_per_world
 
     @property
     def samples(self) -> int:
-        """How many."""
+        """Number of samples."""
         return self.config.worlds * self.config.samples_per_world
 
     def shard(self, index: int) -> Shard:
@@ -97,7 +97,7 @@ class Plan:
         return found
 
     def values(self, world: int) -> dict[str, Any]:
-        """What is drawn for a world, by key of the scenario."""
+        """Values drawn for a world, by key of the scenario."""
         found = {k: d.draw(stream(self.config.seed, "world", world, k)) for k, d in self.config.vary.items()}
         if "world.seed" not in found and self._seeded:
             found["world.seed"] = int(stream(self.config.seed, "world", world, "seed").integers(2**31))

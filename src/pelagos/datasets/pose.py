@@ -29,7 +29,7 @@ GROUND: Final = frozenset(
 
 @dataclass(frozen=True)
 class Pose:
-    """Where the vehicle is.
+    """Pose of the vehicle.
 
     Attributes:
         position: `(3,)` world NWU [m].
@@ -113,7 +113,7 @@ class PoseSource:
         return Pose(point - distance * along - _turned(attitude, place), attitude, box.instance)
 
     def _refused(self, place: NDArray[np.float64]) -> str | None:
-        """Why nothing can be there, in a few words."""
+        """Reason for which nothing can be there, in a few words."""
         if not np.isfinite(place).all():
             return "no ground below"
         if place[2] > 0:

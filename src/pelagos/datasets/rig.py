@@ -19,7 +19,7 @@ LABELLERS: Final = {"depth": "depth_camera", "semantic": "semantic_camera", "ins
 
 @dataclass(frozen=True)
 class Rig:
-    """What reads.
+    """Sensors that read.
 
     Attributes:
         scenario: plain data; the agent waits in the air without a mission, and has the cameras of the labels.

@@ -32,7 +32,7 @@ _AREAS: Final = tuple(2**k for k in range(2, 22))  # edges of the histogram of a
 
 
 def record_path(folder: Path, shard: Shard) -> Path:
-    """Where a shard's record lies."""
+    """Path of a shard's record."""
     return folder / RECORDS / f"{shard.name}.json"
 
 

@@ -106,18 +106,18 @@ class Sweep:
         return load_scenario(self.scenario, overrides=self.values(index), trust=True)
 
     def path(self, index: int) -> Path:
-        """Where the record of a run lies."""
+        """Path of a run's record."""
         return self.folder / "runs" / f"run-{index:05d}.json"
 
     @property
     def digest(self) -> str:
-        """What results depend on, as SHA-256."""
+        """Digest of all that results depend on, as SHA-256."""
         axes = [(axis.key, list(axis.values)) for axis in self.axes]
         text = json.dumps([self.scenario, axes, self.seconds, self.record], sort_keys=True)
         return sha256(text.encode()).hexdigest()
 
     def open(self) -> Callable[[int], Record]:
-        """What does a run."""
+        """Worker that does a run."""
         return self._run
 
     def _run(self, index: int) -> Record:

@@ -240,7 +240,7 @@ _FACTOR: Final = {"magnetometer": 1e6}
 
 
 def numbers_of(kind: str, data: NDArray[Any], extras: Mapping[str, Any], copy: int = 0) -> dict[str, float]:
-    """What a panel writes: every number of a small reading, with its name and unit where that is known."""
+    """Numbers that a panel writes: every number of a small reading, with its name and unit where that is known."""
     flat = np.asarray(data, dtype=np.float64).ravel() if np.size(data) <= 16 else np.zeros(0)
     names = _NUMBERS.get(kind, ())
     if len(names) != len(flat):

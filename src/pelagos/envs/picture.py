@@ -12,7 +12,7 @@ from pelagos.math.so3 import rotate_np
 
 
 class Track:
-    """Where one vehicle was since its episode began, and where its bow points."""
+    """Track of one vehicle since its episode began, with the direction of its bow."""
 
     def __init__(self, goal: Sequence[float] | None = None) -> None:
         """`goal`: world NWU (3) [m], where it is the same in every episode."""
@@ -25,7 +25,7 @@ class Track:
         self._places.clear()
 
     def note(self, state: Mapping[str, NDArray[np.float64]]) -> None:
-        """Where it is now; `state` as `FleetEnv.state` has it, of one copy or the first of several."""
+        """Keep its present place; `state` as `FleetEnv.state` has it, of one copy or the first of several."""
         self._places.append(state["position"][0].copy())
         self._bow = rotate_np(state["attitude"][:1], np.array([[1.0, 0.0, 0.0]]))[0]
         if "task.goal_x" in state:

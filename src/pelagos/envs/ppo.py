@@ -55,7 +55,7 @@ class Recipe:
 
 @dataclass
 class Trained:
-    """What came out.
+    """Result of a training.
 
     Attributes:
         policy: the network.

@@ -111,12 +111,12 @@ def make(name: str, n: int = 1, **options: Any) -> FleetEnv | SensingEnv:
 
 
 def make_vec(task: str, num_envs: int = 1, **options: Any) -> FleetEnv | SensingEnv:
-    """What `gymnasium.make_vec` calls."""
+    """Entry point of `gymnasium.make_vec`."""
     return make(task, num_envs, **options)
 
 
 def make_single(task: str, render_mode: str | None = None, **options: Any) -> SingleEnv:
-    """What `gymnasium.make` calls."""
+    """Entry point of `gymnasium.make`."""
     _gymnasium()
     from pelagos.envs.single import SingleEnv
 

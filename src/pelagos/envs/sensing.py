@@ -34,7 +34,7 @@ class Judgement:
 
 
 class SensingTask(Protocol):
-    """What is to be done with sensors. A class that names this one as its base has these defaults.
+    """Task for a vehicle with sensors. A class that names this one as its base has these defaults.
 
     Attributes:
         agent: whose actions they are.
@@ -51,11 +51,11 @@ class SensingTask(Protocol):
     space: gymnasium.spaces.Dict
 
     def scenario(self) -> Mapping[str, Any]:
-        """What is simulated."""
+        """Scenario of the task."""
         ...
 
     def start(self, random: np.random.Generator, sim: Simulation) -> dict[str, Any]:
-        """Where one copy's episode begins: `position` (3), `attitude` (4) ..., as `Simulation.reset` has them.
+        """Beginning of one copy's episode: `position` (3), `attitude` (4) ..., as `Simulation.reset` has them.
 
         `sim` is there to be asked about the world, not to be changed.
         """
@@ -66,11 +66,11 @@ class SensingTask(Protocol):
         ...
 
     def observe(self, sim: Simulation, readings: Mapping[str, Any]) -> dict[str, NDArray[Any]]:
-        """What the policy sees, arrays `(n, ...)` by the names of `space`, from the agent's readings."""
+        """Observation of the policy, arrays `(n, ...)` by the names of `space`, from the agent's readings."""
         ...
 
     def judge(self, sim: Simulation, actions: NDArray[np.float64], began: NDArray[np.bool_]) -> Judgement:
-        """What the step that led here came to; `began` `(n,)` says whose first step it was."""
+        """Outcome of the step that led here; `began` `(n,)` says whose first step it was."""
         ...
 
 

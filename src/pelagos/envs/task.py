@@ -18,7 +18,7 @@ from pelagos.jit import Array
 
 @dataclass
 class Start:
-    """How an episode begins; components are arrays or numbers.
+    """Beginning of an episode; components are arrays or numbers.
 
     Attributes:
         position: world NWU (3) [m].
@@ -39,7 +39,7 @@ class Start:
 
 @dataclass
 class Outcome:
-    """What a step came to.
+    """Outcome of a step.
 
     Attributes:
         reward: of the step.
@@ -85,11 +85,11 @@ class Task(Protocol):
         ...
 
     def observe(self, now: View, random: Draws) -> list[Array]:
-        """What the policy sees, one number for each of `observations`."""
+        """Observation of the policy, one number for each of `observations`."""
         ...
 
     def reward(self, now: View, action: list[Array]) -> Outcome:
-        """What the step that led here came to, with the action (each number -1 .. 1) that was taken."""
+        """Reward of the step that led here, with the action (each number -1 .. 1) that was taken."""
         ...
 
     def command(self, action: list[Array], now: View) -> list[Array]:

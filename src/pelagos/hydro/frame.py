@@ -31,7 +31,7 @@ Pair: TypeAlias = tuple[int, int, float, float]
 def frame_places(
     quadratic: Vector, turning: Sequence[float], size: Sequence[float]
 ) -> tuple[list[list[float]], list[float]]:
-    """Where the drag of a frame attacks, and what turning on the spot meets besides.
+    """Points at which the drag of a frame attacks, and the drag that turning on the spot meets besides.
 
     Six places on the axes of a box have the mean squares of its volume. They move together, towards its middle, until
     turning alone meets nowhere more drag than was measured; what is missing elsewhere is kept as drag on turning.

@@ -95,7 +95,7 @@ class ParameterConfig(_Strict):
         return self
 
     def paths(self, name: str) -> tuple[str, ...]:
-        """Where it goes."""
+        """Paths of the identified quantities."""
         return (self.path or name,) if isinstance(self.path, str) else self.path
 
 

@@ -24,7 +24,7 @@ _NAMES: Final = list(COORDINATES)
 
 @dataclass(frozen=True)
 class Target:
-    """What the shots are compared with.
+    """Measurements that the shots are compared with.
 
     Attributes:
         names: coordinates that count.
@@ -104,7 +104,7 @@ def shots_at(record: Record, starts: NDArray[np.int64], steps: int, preroll_s: f
 
 
 def target(record: Record, shots: Shots, names: tuple[str, ...]) -> Target:
-    """What the record has along the shots.
+    """Measurements of the record along the shots.
 
     Raises:
         InputError: a name was neither measured nor is the slope of something that was.

@@ -24,7 +24,7 @@ _STRIDE: Final = 1.0  # largest change of a logarithm in one step
 
 @dataclass
 class Found:
-    """Where the search ended.
+    """End of the search.
 
     Attributes:
         at: coordinates of the parameters `(p,)`; shots: with their initial states; normal: equations there.

@@ -31,7 +31,7 @@ _MOTION: Final = 19  # position, quaternion, nu, nu_dot
 
 @dataclass(frozen=True)
 class Shots:
-    """Where shots begin.
+    """Beginnings of shots.
 
     Attributes:
         starts: row of the record `(s,)`.

@@ -102,7 +102,7 @@ def turning_measures(
 
 
 def overshoots(time: Floats, heading_deg: Floats, switched_s: Floats, angle_deg: float) -> list[float]:
-    """How far the heading goes on beyond the angle after each reversal of the helm but the last [deg]."""
+    """Angles by which the heading goes on after each reversal of the helm but the last [deg]."""
     found = []
     for start, end in pairwise(switched_s):
         part = heading_deg[(time >= start) & (time <= end)]

@@ -26,7 +26,7 @@ _WAY: Final = 20.0  # lengths of depth below
 
 @dataclass(frozen=True)
 class Track:
-    """What was recorded: time [s], position NED `(n, 3)` [m], attitude roll, pitch, heading (unwrapped) `(n, 3)` [rad],
+    """Record of a trial: time [s], position NED `(n, 3)` [m], attitude roll, pitch, heading (unwrapped) `(n, 3)` [rad],
     velocity in body axes FRD `(n, 3)` [m/s], rates FRD `(n, 3)` [rad/s], commands `(n, k)`.
     """
 
@@ -53,7 +53,7 @@ class Trial:
 
 @dataclass(frozen=True)
 class Orders:
-    """What may be chosen: helm, heading at which a zig-zag turns [deg], speed before [m/s], longest run [s]."""
+    """Choices of a trial: helm, heading at which a zig-zag turns [deg], speed before [m/s], longest run [s]."""
 
     rudder_deg: float | None = None
     angle_deg: float | None = None

@@ -53,7 +53,7 @@ _BETA: Final = _series((
 
 @dataclass(frozen=True)
 class GeoOrigin:
-    """Where on Earth the world's origin lies.
+    """Place of the world's origin on Earth.
 
     Attributes:
         latitude: WGS 84 [deg], north positive, -90 .. 90.

@@ -63,7 +63,7 @@ class Table:
 
 @dataclass(frozen=True)
 class Encoding:
-    """What one sensor says.
+    """Messages of one sensor.
 
     Attributes:
         topics: in the order of what `encode` returns.
@@ -92,7 +92,7 @@ def tabular(*tables: Table, frames: tuple[Frame, ...] = ()) -> Encoding:
 
 @dataclass(frozen=True)
 class Site:
-    """Where a sensor's messages belong.
+    """Frame and topic to which a sensor's messages belong.
 
     Attributes:
         frame: frame id of the sensor, "auv0/imu".

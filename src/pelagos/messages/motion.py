@@ -100,7 +100,7 @@ def path_message(corners: NDArray[np.float64]) -> bytes:
 def static_transform(
     parent: str, child: str, *, position: Sequence[float] = (0.0, 0.0, 0.0), attitude: Sequence[float]
 ) -> Message:
-    """Where a fixed frame stands in another: position [m] and quaternion wxyz, child to parent."""
+    """Pose of a fixed frame in another: position [m] and quaternion wxyz, child to parent."""
     return _transform(parent, child, position, attitude)
 
 

@@ -132,7 +132,7 @@ def _place(name: str, message: Message, path: str, kind: str) -> tuple[int, str]
 
 
 def _holder(message: Any, path: str) -> tuple[Any, str]:
-    """What holds the last part of a path, and that part."""
+    """Object that holds the last part of a path, and that part."""
     *parents, leaf = path.replace("[", ".[").split(".")
     for part in parents:
         message = message[int(part[1:-1])] if part.startswith("[") else getattr(message, part)

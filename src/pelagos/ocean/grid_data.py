@@ -34,7 +34,7 @@ class GriddedData:
 
 @dataclass(frozen=True)
 class Windows:
-    """What to read: lowest row, highest row, lowest column, highest column, for grids in degrees and in metres; and the
+    """Part to read: lowest row, highest row, lowest column, highest column, for grids in degrees and in metres; and the
     longitude near which degrees are counted.
     """
 

@@ -47,7 +47,7 @@ class _Gridded(Strict):
     @property
     @abstractmethod
     def quantities(self) -> list[tuple[str, str | None]]:
-        """What to read: key or label, and the variable's name or None to find it."""
+        """Variables to read: key or label, and the variable's name or None to find it."""
 
     def check(self, site: Site) -> None:
         """Read the file as a run would, without a device.
@@ -223,7 +223,7 @@ def _unwrapped(
 
 
 def _lacking(data: GriddedData, site: Site, where: str) -> str:
-    """What of the world and the run the file does not cover; empty where nothing."""
+    """Parts of the world and the run that the file does not cover; empty where nothing."""
     if len(data.time) > 1 and site.duration_s > data.time[-1]:
         return (
             f"{where} ends {data.time[-1]:g} s after the start, and the run lasts {site.duration_s:g} s; take an "

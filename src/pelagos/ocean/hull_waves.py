@@ -172,7 +172,7 @@ class _Nodes:
 
 @dataclass
 class _Water:
-    """How the water moves under a wave of 1 m and 1 rad/s: ahead and aside in phase, and upwards."""
+    """Motion of the water under a wave of 1 m and 1 rad/s: ahead and aside in phase, and upwards."""
 
     ahead: Array
     aside: Array

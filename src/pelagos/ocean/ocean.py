@@ -200,7 +200,7 @@ class Ocean:
         return [(name, grid) for name, grid in fields if isinstance(grid, GridField)]
 
     def uncovered(self, position: Array, t: Array) -> list[str]:
-        """What files that must cover every place (outside: error) do not hold at one position and time."""
+        """Fields that files must cover everywhere (outside: error) but do not hold at one position and time."""
         return [
             f"the {name} of {grid.source}"
             for name, grid in self.grids

@@ -14,7 +14,7 @@ _NO_BOUNDS = ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
 
 @dataclass(frozen=True)
 class Site:
-    """What the parts of an ocean are built with.
+    """Place and time that the parts of an ocean are built with.
 
     Attributes:
         origin: where on Earth.

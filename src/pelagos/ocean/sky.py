@@ -15,7 +15,7 @@ from pelagos.optics.sun_position import sun_position
 
 
 class SunConfig(Strict):
-    """Where the sun stands: as told, or by date and time at the world's origin."""
+    """Place of the sun: as told, or by date and time at the world's origin."""
 
     elevation_deg: float = Field(default=45.0, ge=-90, le=90)
     """Above the horizon [deg]."""

@@ -69,7 +69,7 @@ class RegularWavesConfig(Strict):
 
 
 class Spectrum(Protocol):
-    """What an irregular sea's components are made from."""
+    """Spectrum that an irregular sea's components are made from."""
 
     @property
     def components_count(self) -> int:

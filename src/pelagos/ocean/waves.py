@@ -33,7 +33,7 @@ _ONSET: Final = (0.8, 1.25)  # of the limit: from the first foam to a crest that
 
 @jit.struct
 class WaterMotion:
-    """What waves do at a place: elevation [m]; velocity [m/s] and acceleration [m/s^2], `Array3f64` NWU; head, dynamic
+    """Motion by waves: elevation [m]; velocity [m/s] and acceleration [m/s^2], `Array3f64` NWU; head, dynamic
     pressure over rho g [m].
     """
 
@@ -100,7 +100,7 @@ class Waves:
         return sx, sy
 
     def foam(self, x: Array, y: Array, t: Array) -> Array:
-        """How white the surface is, 0 to 1: most where it breaks, and less where it did in the seconds before."""
+        """Whiteness of the surface, 0 to 1: most where it breaks, and less where it did in the seconds before."""
         white = 0 * (x + y + t)
         for age, left in _FOAM:
             over = self._falling(x, y, t - age) / self.limit - _ONSET[0]
@@ -186,7 +186,7 @@ class Waves:
         return jit.Array3f64(north, west, nothing)
 
     def surface_point(self, x: Array, y: Array, t: Array, *, choppiness: float = 1.0) -> SurfacePoint:
-        """Where the water that rests at (x, y) is, on a surface with sharp crests (F. J. Gerstner, 1802).
+        """Displaced place of the water that rests at (x, y), on a surface with sharp crests (F. J. Gerstner, 1802).
 
         Args:
             x, y: rest [m].

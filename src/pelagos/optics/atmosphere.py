@@ -40,7 +40,7 @@ class Air:
 
 @dataclass(frozen=True)
 class Weather:
-    """What the sky does, plain numbers.
+    """Weather of the sky, plain numbers.
 
     Attributes:
         cloud: share of the sky that is covered.

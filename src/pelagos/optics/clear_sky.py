@@ -45,7 +45,7 @@ _LOW_SUN: Final = 0.1  # sine of its elevation below which the earth's shadow is
 
 @dataclass(frozen=True, eq=False)
 class ClearSky:
-    """What reaches the sea under one height of the sun, over the irradiance above the atmosphere, by channel.
+    """Light that reaches the sea under one height of the sun, over the irradiance above the atmosphere, by channel.
 
     Attributes:
         beam: `(3,)`, the sun's own, across its beam; 0 where it has set.
@@ -142,7 +142,7 @@ def _places(way: Numbers, steps: int) -> tuple[Numbers, Numbers]:
 
 
 def _transmittance(height: Numbers, up: Numbers) -> Numbers:
-    """What is left of light that comes from a direction out of space, `(..., 3)`; 0 where the earth is in the way."""
+    """Share of light left that comes from a direction out of space, `(..., 3)`; 0 where the earth is in the way."""
     way, ground = _way(height, up)
     at, step = _places(way, _STEPS)
     z, _ = _along(height[..., None], up[..., None], at)

@@ -103,7 +103,7 @@ def seen_from(lamp: Beam, direction: Array, reach: Array, share: Array) -> tuple
 
 
 def _angles(lamp: Beam, direction: Array, reach: Array) -> tuple[Array, Array, Array, Array]:
-    """Where a camera's ray passes next to a lamp [m], how far off [m], and from which angle to which it runs [rad]."""
+    """Closest place of a camera's ray to a lamp [m], its distance [m], and the angles between which it runs [rad]."""
     nearest = dr.dot(lamp.position, direction)
     off_axis = dr.maximum(dr.norm(lamp.position - nearest * direction), _NEAREST)
     return nearest, off_axis, dr.atan2(-nearest, off_axis), dr.atan2(reach - nearest, off_axis)

@@ -39,7 +39,7 @@ _LEVEL_WITH_SUN: Final = 2e-3  # of d_z over the sun's
 
 @jit.struct
 class Fall:
-    """How light falls with depth where the water is not the same everywhere, a Dr.Jit struct of `Array3f`.
+    """Decrease of light with depth where the water is not the same everywhere, a Dr.Jit struct of `Array3f`.
 
     From the place on it is the place's own rate, and never slower than in the clearest water.
 
@@ -54,7 +54,7 @@ class Fall:
 
 @jit.struct
 class Local:
-    """How water with something suspended in it differs from what the tables are of, a Dr.Jit struct.
+    """Differences of water with something suspended in it from that of the tables, a Dr.Jit struct.
 
     Attributes:
         decay, loss, fading: `Fall`s of diffuse light, of the beam, and of light that will be scattered once.
@@ -204,7 +204,7 @@ def beam_at(field: LightField, depth: Array) -> Array:
 
 
 def pattern_left(field: LightField, depth: Array) -> Array:
-    """How much of the waves' pattern is left in the beam, 0 .. 1; assumed: a quarter of the scattering length."""
+    """Share of the waves' pattern left in the beam, 0 .. 1; assumed: a quarter of the scattering length."""
     return dr.exp(-field.blur * depth)
 
 
@@ -239,7 +239,7 @@ def calm_radiance(field: LightField, depth: Array, direction: Array) -> Array:
 
 
 def diffuse_source(field: LightField, depth: Array, direction: Array) -> Array:
-    """What a metre of water sends on towards an eye that looks along `direction`, `Array3f` [cd/m^2 per m]; without
+    """Light that a metre of water sends to an eye that looks along `direction`, `Array3f` [cd/m^2 per m]; without
     the beam's own light."""
     light = _looked_up(field, field.source, depth, direction)
     return light if field.local is None else light * field.local.source

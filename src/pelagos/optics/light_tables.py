@@ -124,7 +124,7 @@ def _window_irradiance(field: Field, rate: float) -> NDArray[np.float64]:
 
 
 def entering(light: Daylight) -> list[Above]:
-    """What of sun and sky gets through a level surface, by channel."""
+    """Light of sun and sky that gets through a level surface, by channel."""
     n = REFRACTIVE_INDEX
     high = max(light.towards_sun[2], 0.0)
     mu = math.sqrt(1 - (1 - high * high) / n**2)

@@ -73,7 +73,7 @@ def refract_np(direction: NDArray[np.float64], normal: NDArray[np.float64], eta:
 def _sphere(
     start: NDArray[np.float64], direction: NDArray[np.float64], centre: NDArray[np.float64], radius: float
 ) -> NDArray[np.float64]:
-    """Where rays from inside leave a sphere; NaN from outside."""
+    """Points at which rays from inside leave a sphere; NaN from outside."""
     to_centre = centre - start
     along = np.sum(to_centre * direction, axis=-1, keepdims=True)
     off2 = np.sum(to_centre * to_centre, axis=-1, keepdims=True) - along**2

@@ -60,7 +60,7 @@ class Medium:
 
 @dataclass(frozen=True)
 class Above:
-    """What enters one channel of the sea.
+    """Light that enters one channel of the sea.
 
     Attributes:
         towards_sun: u of the refracted sun.

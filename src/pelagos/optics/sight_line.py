@@ -158,7 +158,7 @@ def _stretch(s: Array) -> tuple[Array, Array, Array]:
 def _rates_along(
     field: LightField, here: WaterArrays, water: WaterArrays, rise: Array, rate: Array
 ) -> tuple[Array, Array]:
-    """How the beam's and the diffuse light that is turned into a line fall along it in a stretch of `water` [1/m]."""
+    """Rates at which beam and diffuse light that is turned into a line fall in a stretch of `water` [1/m]."""
     loss = water.absorption + water.turning
     return loss * (1 - rise), loss + (rate - field.loss) * water.downwelling / here.downwelling
 

@@ -108,7 +108,7 @@ def elevation_at(swell: Swell, x: Array, y: Array, lane: Array) -> Array:
 
 
 def whiteness_at(swell: Swell, x: Array, y: Array, lane: Array) -> Array:
-    """How white the surface is at world x, y [m], `Float`: 0 to 1, none beyond the grids."""
+    """Whiteness of the surface at world x, y [m], `Float`: 0 to 1, none beyond the grids."""
     if swell.foam is None:
         return 0 * x
     x0, y0 = (

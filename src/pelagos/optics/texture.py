@@ -22,7 +22,7 @@ from pelagos.optics.water import Triple
 
 @dataclass(frozen=True)
 class Pattern:
-    """How one kind of surface varies. Contrasts are shares of the albedo.
+    """Pattern of one kind of surface. Contrasts are shares of the albedo.
 
     Attributes:
         coarse: size of slow variation [m]; the material's own texture scale sets the fine detail.

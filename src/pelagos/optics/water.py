@@ -262,7 +262,7 @@ def table_sun(jerlov_type: str) -> float:
 
 
 def _absorption(kd: Numbers, water: Numbers, particles: Numbers, sun: float) -> NDArray[np.float64]:
-    """What `kirk` turns into kd, by fixed point."""
+    """Absorption that `kirk` turns into kd, by fixed point."""
     a = np.asarray(kd, dtype=float)
     for _ in range(60):
         scattered = np.square(sun * kirk(a, water, particles, sun=sun)) / a - a

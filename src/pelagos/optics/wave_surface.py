@@ -38,7 +38,7 @@ def way_to_surface(swell: Swell, origin: Array, direction: Array, lane: Array) -
     d = direction
 
     def over(t: Array) -> Array:
-        """How far the ray is above the surface [m]."""
+        """Height of the ray above the surface [m]."""
         return z0 + d.z * t - elevation_at(swell, x0 + d.x * t, y0 + d.y * t, lane)
 
     low, high, mean = (dr.gather(jit.Float, a, lane) for a in (swell.lowest, swell.highest, swell.mean))

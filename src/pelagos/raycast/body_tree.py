@@ -159,7 +159,7 @@ def any_body(scene: Any, tables: HitTables, rays: Rays, *, coherent: bool) -> Ar
 
 
 def through_sphere(start: Array, way: Array, radius: Array) -> tuple[Array, Array]:
-    """Where a ray enters and leaves a sphere about the origin [m]; it leaves first where it does not meet it.
+    """Distances to where a ray enters and leaves a sphere about the origin [m]; it leaves first where it misses.
 
     Beyond the sphere of the body that is asked for stand the meshes of others.
     """
@@ -211,7 +211,7 @@ def _visited(
 
 
 def _in_frame_of(tables: HitTables, rays: Rays, row: Array, reach: Array) -> tuple[Array, Any]:
-    """How far from its start a ray enters the sphere about a body [m], and what is left of it there, as `mi.Ray3f` in
+    """Way of a ray to the sphere about a body [m], and the rest of it there, as `mi.Ray3f` in
     the frame in which the body's mesh stands."""
     apart = rays.origin - dr.gather(jit.Array3f64, tables.body_position, row)
     if rays.drift is not None:

@@ -118,12 +118,12 @@ class Scene:
 
     @property
     def standing(self) -> Sequence[Geometry]:
-        """What stands still, each in a mesh of its own; without copies of models and streamed ground."""
+        """Things that stand still, each in a mesh of its own; without copies of models and streamed ground."""
         return self._standing
 
     @property
     def bodies(self) -> Sequence[tuple[Geometry, int]]:
-        """What moves, by row: geometry in its own frame, and copy."""
+        """Bodies that move, by row: geometry in its own frame, and copy."""
         return [(g, int(c)) for g, c in zip(self._bodies, self._body_copy, strict=True)]
 
     @property
@@ -152,7 +152,7 @@ class Scene:
         ]
 
     def memory(self) -> object:
-        """What a streamed ground has settled on; None without one."""
+        """Memory of a streamed ground; None without one."""
         return None if self._ground is None else self._ground.memory()
 
     def recall(self, memory: object) -> None:
@@ -255,7 +255,7 @@ class Scene:
 
     @property
     def caster(self) -> Caster:
-        """What casts rays into the world as it is now, for calls that are not frozen."""
+        """Caster of rays into the world as it is now, for calls that are not frozen."""
         return Caster(self.static, self.moving, self.tables)
 
     def compile(self, kernel: Callable[..., Any]) -> Callable[..., Any]:

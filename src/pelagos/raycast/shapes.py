@@ -25,7 +25,7 @@ _GAP: Final = 1.0  # [m] between the spheres that hold two meshes; rays look for
 
 @jit.struct
 class ShapeTables:
-    """What the faces of all meshes are: a Dr.Jit struct.
+    """Faces of all meshes: a Dr.Jit struct.
 
     Attributes:
         faces: see `Faces`; `thing` is the number of the face's material among those of its mesh.

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 @dataclass(frozen=True)
 class Patch:
-    """What stands in the scene now. Sizes stay the same for long, so that nothing is recorded anew.
+    """Ground that stands in the scene now. Sizes stay the same for long, so that nothing is recorded anew.
 
     Attributes:
         origin: `(3,)` world position that vertices are relative to, and the scene's origin from now on [m].
@@ -46,7 +46,7 @@ class StreamedGround(Protocol):
         """The same for rays of other origin; the next `follow` is as if this had not been."""
 
     def memory(self) -> object:
-        """What `follow` has settled on, as plain values and arrays; None where it was not asked yet."""
+        """Last choice of `follow`, as plain values and arrays; None where it was not asked yet."""
 
     def recall(self, memory: object) -> None:
         """The next `follow` is as if the last one had settled on that."""

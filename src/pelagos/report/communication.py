@@ -22,7 +22,7 @@ _MOST_ENDS: Final = 24
 
 
 def packets_of(recording: Recording) -> list[dict[str, Any]]:
-    """What became of every packet at every receiver of the first copy, in order of time."""
+    """Fate of every packet at every receiver of the first copy, in order of time."""
     found: list[dict[str, Any]] = []
     for topic in recording.channels:
         if topic.endswith(f"/{PACKETS}") and not topic.startswith("/env"):

@@ -39,7 +39,7 @@ QUIET_MPS2: Final = 0.5
 
 @dataclass(frozen=True)
 class DeadReckoning:
-    """What the navigator believes.
+    """Motion that the navigator believes in.
 
     Attributes:
         motion: position NWU, attitude, velocity FLU over time.
@@ -65,14 +65,14 @@ def fixes(mission: Mission) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
 
 
 def origin(mission: Mission) -> GeoOrigin:
-    """Where the world lies."""
+    """Origin of the world on Earth."""
     about = mission.recording.metadata
     return GeoOrigin(float(about.get("latitude_deg", 0.0)), float(about.get("longitude_deg", 0.0)))
 
 
 @dataclass(frozen=True)
 class Known:
-    """What a mission went by: kind ("ekf", "external"), motion over time, horizontal error `(k,)` [m]."""
+    """Estimate that a mission went by: kind ("ekf", "external"), motion over time, horizontal error `(k,)` [m]."""
 
     kind: str
     motion: Motion

@@ -80,7 +80,7 @@ def render_report(
 
 
 def _sections(mission: Mission, world: Any, ocean: Ocean | None, numbers: dict[str, Any]) -> list[Section]:
-    """What there is to show of one agent."""
+    """Sections about one agent."""
     if len(mission.motion.t) < 2:
         return [sensors_table(mission, numbers)]
     reckoned = dead_reckoning(mission)

@@ -56,7 +56,7 @@ def chosen_frames(mission: Mission, topic: str, *, count: int = FRAMES) -> list[
 
 
 def _interest(picture: NDArray[np.uint8]) -> float:
-    """How much stands out: contrast between coarse cells, which speckle does not have."""
+    """Conspicuousness: contrast between coarse cells, which speckle does not have."""
     height, width = (s // 8 * 8 for s in picture.shape)
     cells = picture[:height, :width].reshape(height // 8, 8, width // 8, 8).mean(axis=(1, 3))
     smooth = cells.mean(axis=1, keepdims=True)  # a bottom without objects changes with range only

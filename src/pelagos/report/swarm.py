@@ -72,7 +72,7 @@ def swarms(missions: list[Mission]) -> list[Swarm]:
 
 
 def _felt(members: list[Mission]) -> NDArray[np.float64] | None:
-    """When which member's collision sensors began to feel something."""
+    """Times at which members' collision sensors began to feel something."""
     carried, begun = False, []
     for number, member in enumerate(members):
         for channel in member.channels("collision", WRENCH):
@@ -167,7 +167,7 @@ def _tracks(axes: Axes, swarm: Swarm) -> None:
 
 
 def _density(drawn: Figure, axes: Axes, swarm: Swarm, low: NDArray[np.float64], high: NDArray[np.float64]) -> None:
-    """How long vehicles were where: vehicle seconds on a hectare."""
+    """Density of vehicles: vehicle seconds on a hectare."""
     size = float((high - low).max()) / _CELLS
     edges = [np.arange(low[i], high[i] + size, size) for i in (0, 1)]
     spent = np.repeat(np.gradient(swarm.t), swarm.position.shape[1])

@@ -16,7 +16,7 @@ _ENDINGS = {
 
 
 def sensors_table(mission: Mission, numbers: Mapping[str, Any]) -> Section:
-    """What each sensor was asked for, and what the recording holds."""
+    """Table of each sensor's settings and of what the recording holds of it."""
     cost = numbers.get("ms_per_call", {})
     rows = []
     for row in numbers["sensors"][mission.name]:
@@ -31,7 +31,7 @@ def sensors_table(mission: Mission, numbers: Mapping[str, Any]) -> Section:
 
 
 def parts_table(numbers: Mapping[str, Any]) -> Section:
-    """Where the time went."""
+    """Table of the time that parts of the run took."""
     seconds: Mapping[str, float] = numbers.get("seconds", {})
     wall = float(numbers.get("wall_s") or 0.0) or float("inf")
     cost = numbers.get("ms_per_call", {})

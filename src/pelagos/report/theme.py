@@ -82,5 +82,5 @@ def data_uri(data: bytes, media_type: str = "image/png") -> str:
 
 
 def time_axis(duration_s: float) -> tuple[float, str]:
-    """What to divide seconds by, and the label of the axis."""
+    """Divisor of seconds and the label of the axis."""
     return (60.0, "time [min]") if duration_s > 240 else (1.0, "time [s]")

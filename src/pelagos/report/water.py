@@ -133,7 +133,7 @@ def water_figure(mission: Mission, world: Any, ocean: Any, scenario: Mapping[str
 
 
 def water_statistics(mission: Mission, ocean: Any) -> dict[str, Any]:
-    """What the vehicle met along its way: least, mean and greatest value of each field."""
+    """Statistics of the water along the vehicle's way: least, mean and greatest value of each field."""
     motion = mission.motion
     pick = np.linspace(0, len(motion.t) - 1, min(len(motion.t), 400)).astype(int)
     place, t = motion.position[pick], motion.t[pick]

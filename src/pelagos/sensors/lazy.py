@@ -32,7 +32,7 @@ class _Promised:
 
 
 def promised(compute: Callable[[], NDArray[Any]]) -> NDArray[Any]:
-    """What `compute()` gives, for a field of a class that `keeps_promises`: it is called when somebody looks."""
+    """Promise of `compute()`, for a field of a class that `keeps_promises`: it is called when somebody looks."""
     return cast("NDArray[Any]", _Promise(compute))
 
 

@@ -50,7 +50,7 @@ def sensor_angular_velocity(motion: Kinematics, config: Mounted) -> Array:
 
 
 def specific_force(motion: Kinematics, config: Mounted, gravity: float = GRAVITY) -> Array:
-    """What an accelerometer at the mount feels, sensor frame, `Array3f64` [m/s^2]: a + w' x r + w x (w x r) - g.
+    """Specific force at the mount, as an accelerometer feels it, `Array3f64` [m/s^2]: a + w' x r + w x (w x r) - g.
 
     At rest and level it is (0, 0, +gravity).
     """

@@ -71,7 +71,7 @@ class RaySensor:
         raise NotImplementedError
 
     def reach(self, config: Any) -> float:
-        """How far rays go [m]: the configuration's `range_max_m`."""
+        """Reach of rays [m]: the configuration's `range_max_m`."""
         return float(config.range_max_m)
 
     def read(self, hits: Hits, medium: Medium, draw: Callable[[int], list[Array]], rays: int) -> Results:

@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 
 
 class SensorConfig(BaseModel):
-    """What every sensor has: a rate and a place on the vehicle. Its own keys stand in its own file."""
+    """Keys that every sensor has: a rate and a place on the vehicle. Its own keys stand in its own file."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", use_attribute_docstrings=True, allow_inf_nan=False)
 
@@ -96,7 +96,7 @@ class Kinematics:
 @keeps_promises("truth")
 @dataclass(frozen=True)
 class Measurement:
-    """What `sense` returns: NumPy arrays with the lanes as leading axis.
+    """Result of `sense`: NumPy arrays with the lanes as leading axis.
 
     Attributes:
         data: `(m, ...)`, with noise.
@@ -169,7 +169,7 @@ class Reading:
 
 @dataclass(frozen=True)
 class SensorContext:
-    """What a sensor is built with.
+    """Surroundings that a sensor is built with.
 
     Attributes:
         path: "agent.sensor", which also names its random stream.

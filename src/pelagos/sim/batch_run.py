@@ -57,7 +57,7 @@ class BatchRun:
         return self._order(slice(0, 1)).values
 
     def part(self, rows: slice) -> dict[str, Any]:
-        """What is kept of an agent: plain values and copies of arrays."""
+        """Part of an agent that is kept: plain values and copies of arrays."""
         order, count = self._order(rows), len(self.row)
         vehicles = {
             name: np.array(packed).reshape(-1, count)[:, rows].copy()

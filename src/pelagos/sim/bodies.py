@@ -264,7 +264,7 @@ class Bodies:
         return self._all_hulls[agent]
 
     def _rows(self) -> list[tuple[Geometry, int]]:
-        """What stands in the moving scene, and in which copy."""
+        """Rows of the moving scene, and the copy of each."""
         shown = (*self.hulls.values(), *(b.geometry for b in self.bodies))
         return [(geometry, k) for geometry in shown for k in range(self._n)]
 

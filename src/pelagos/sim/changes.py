@@ -27,7 +27,7 @@ LAMP = "lamp"
 
 
 class Changes(Lives):
-    """What can be changed without building everything anew."""
+    """Changes that need nothing built anew."""
 
     _lamps: dict[str, Mapping[str, Any]]
 
@@ -150,7 +150,7 @@ class Changes(Lives):
 
     @property
     def encounters(self) -> Encounters:
-        """What sensors ask while they read."""
+        """Encounters that sensors ask for while they read."""
         return self._encounters
 
     def exchange(self, model: Model) -> None:

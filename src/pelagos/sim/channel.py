@@ -220,7 +220,7 @@ def channel(
 def _place(
     sim: Simulation | None, end: str | Sequence[float], copy: int
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Where an end is [m], and how it moves [m/s]."""
+    """Place of an end [m], and its velocity [m/s]."""
     if isinstance(end, str):
         if sim is None:
             raise CommandError(f"{end!r} names an agent, but a world has none; give a place, or a simulation")

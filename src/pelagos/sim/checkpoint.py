@@ -30,7 +30,7 @@ class Remembers(Protocol):
     """
 
     def memory(self) -> Any:
-        """What it keeps: plain values, lists, dictionaries, arrays, all of them copies."""
+        """Memory: plain values, lists, dictionaries, arrays, all of them copies."""
 
     def recall(self, memory: Any) -> None:
         """Keep that instead."""
@@ -85,7 +85,7 @@ def take(sim: Simulation) -> Checkpoint:
 
 
 def parts_of(sim: Simulation) -> dict[str, Any]:
-    """What each part of a simulation keeps."""
+    """Parts of a simulation with what each keeps."""
     sensors = {path: sensor.memory() for path, sensor in _remembering(sim).items()}
     return {"stepper": sim.stepper.memory(), "bodies": sim.bodies.memory(), "sensors": sensors}
 

@@ -30,7 +30,7 @@ Rows = Mapping[str, NDArray[np.float64]]
 
 @dataclass(frozen=True)
 class _Known:
-    """What does not change while no body comes or goes; rows are all agents, batch by batch, then all bodies.
+    """Constants while no body comes or goes; rows are all agents, batch by batch, then all bodies.
 
     Attributes:
         bodies: those beside the agents, by their number.
@@ -147,7 +147,7 @@ class Collisions:
     def _free(
         self, rows: Rows, free: Mapping[str, Array], grounds: Mapping[str, NDArray[np.float64]], h: float
     ) -> _Moved:
-        """Where everything is, and how it would move after the tick without collisions."""
+        """Place of everything, and its motion after the tick without collisions."""
         parts = []
         for name, row in rows.items():
             spin, velocity = row[:, 10:13], row[:, 7:10]
@@ -207,7 +207,7 @@ class Collisions:
         return found
 
     def _look(self) -> _Known:
-        """What is there, found anew when a body came or went."""
+        """Find the bodies anew when one came or went."""
         held = tuple(b.geometry for b in self._bodies.bodies)
         if self._known is None or self._held is None or not _same(held, self._held):
             self._held, self._known = held, self._find(held)

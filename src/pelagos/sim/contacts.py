@@ -41,7 +41,7 @@ class _Free:
 
 
 class Contacts:
-    """What hulls touch, by batch.
+    """Contacts of hulls, by batch.
 
     Attributes:
         remembered: by batch, (tick, wrench `(rows, 6)`) of the contacts in the last second, oldest first; kept for

@@ -51,7 +51,7 @@ def steered_modes(vehicle: Vehicle) -> tuple[str, ...]:
 
 
 def family_of(vehicle: Vehicle, mode: str) -> Family:
-    """How a mission steers a vehicle in a mode."""
+    """Family of a mode, by which a mission steers a vehicle."""
     found = mission_mode({mode: vehicle.command_names(mode)})
     assert found is not None
     return found[1]

@@ -78,7 +78,7 @@ class Cost:
 
 
 def cost_of(scenario: Scenario, n: int = 1, *, block_s: float = BLOCK_S) -> Cost:
-    """What a run of `n` copies takes, in blocks of at most so long; needs no device and builds nothing."""
+    """Cost of a run of `n` copies, in blocks of at most so long; needs no device and builds nothing."""
     parts = [*_world(scenario)]
     for name, agent in scenario.agents.items():
         members = float(n * (agent.count or 1))

@@ -24,7 +24,7 @@ Block = Callable[..., tuple[Array, Array]]
 
 @jit.struct
 class _Constants:
-    """What is the same in every call; one struct, because each argument of a frozen call costs."""
+    """Constants of every call; one struct, because each argument of a frozen call costs."""
 
     h: Array
     copies: Array

@@ -252,7 +252,7 @@ _Heard = dict[str, Any]
 
 
 def _heard(sampled: Sampled, kind: str) -> _Heard:
-    """What the filter takes of readings: of a GPS the position NWU [m], of a DVL also its beams' deviations, of a USBL
+    """Measurements in readings: of a GPS the position NWU [m], of a DVL also its beams' deviations, of a USBL
     the place of a beacon.
     """
     m, lanes = sampled.measurement, len(sampled.measurement.data)

@@ -135,7 +135,7 @@ def _surface(agent: AgentModel, ocean: Ocean, position: NDArray[np.float64]) -> 
 def _touched(
     agent: AgentModel, world: World, position: NDArray[np.float64], attitude: NDArray[np.float64]
 ) -> str | None:
-    """What the hull would overlap, found by its contact probes."""
+    """Things that the hull would overlap, found by its contact probes."""
     starts, vectors = agent.vehicle.probes
     q = np.repeat(attitude[None], len(starts), axis=0)
     length = np.linalg.norm(vectors, axis=1)

@@ -111,7 +111,7 @@ class Listeners:
                 _call(listener, sim, tick * sim.dt_ns)
 
     def _heard(self, sim: Simulation, sampled: Sequence[Sampled]) -> list[tuple[str, Sampled]]:
-        """What is listened to, "agent.sensor" and its readings, in the scenario's order."""
+        """Readings that are listened to, "agent.sensor" and its readings, in the scenario's order."""
         if not self.sensors:
             return []
         found = {

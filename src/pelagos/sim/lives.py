@@ -31,7 +31,7 @@ Observations = Mapping[str, Mapping[str, Reading]]
 
 
 class Lives(Outside):
-    """What begins anew, goes back, or goes on elsewhere.
+    """Copies that begin anew, go back, or go on elsewhere.
 
     Attributes:
         n: copies.

@@ -202,7 +202,7 @@ class Walk:
         return RawRecord(opcode, payload)
 
     def _chunk_end(self, at: int) -> int | None:
-        """Where the chunk ends that begins at `at`, as its own fields say; None where there is none."""
+        """End of the chunk that begins at `at`, as its own fields say; None where there is none."""
         head = self._bytes(at + RECORD.size, min(self.size, at + RECORD.size + _CHUNK.size + 16))
         if at < len(MAGIC) or len(head) < _CHUNK.size + 8:
             return None
@@ -228,7 +228,7 @@ class Walk:
         return RawRecord(Opcode.CHUNK, memoryview(raw), at)
 
     def _next_chunk(self, at: int) -> int | None:
-        """Where the next chunk begins, at `at` or behind; None where there is none."""
+        """Beginning of the next chunk, at `at` or behind; None where there is none."""
         before = RECORD.size + _CHUNK.size - 4
         place = at + before
         while place < self.size:

@@ -226,7 +226,7 @@ class McapWriter:
 
 
 def listed_channels(data: bytes) -> list[dict[str, Any]]:
-    """What the attachment `CHANNELS` says: number, topic, type, about; nothing where it is somebody else's."""
+    """Channels of the attachment `CHANNELS`: number, topic, type, about; nothing where it is somebody else's."""
     try:
         rows = json.loads(data)
         return [row for row in rows if isinstance(row, dict) and {"number", "topic", "type", "about"} <= row.keys()]

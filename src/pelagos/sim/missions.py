@@ -42,7 +42,7 @@ class Solution:
 
 @dataclass
 class Feedback:
-    """What guidance knows from sensors.
+    """Sensors' share of what guidance knows.
 
     Attributes:
         altitude: `(n,)` the last one measured [m]; infinite where none was.
@@ -89,7 +89,7 @@ class Missions:
         return bool(self.guidance) and all(g.done for g in self.guidance.values())
 
     def memory(self) -> dict[str, Any]:
-        """Where all missions and navigators stand: plain values and arrays, copies."""
+        """State of all missions and navigators: plain values and arrays, copies."""
         return copy.deepcopy({
             "guidance": {name: g.memory() for name, g in self.guidance.items()},
             "navigators": {name: n.memory() for name, n in self.navigators.items()},
@@ -225,7 +225,7 @@ class Missions:
 
 
 def _of(name: str, before: Any, fresh: Any, where: NDArray[np.bool_]) -> dict[str, Any]:
-    """What is kept of one agent, lane by lane as before or fresh."""
+    """Part that is kept of one agent, lane by lane as before or fresh."""
     return {name: _lanes(before[name], fresh[name], where)} if name in before else {}
 
 

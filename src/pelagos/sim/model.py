@@ -62,7 +62,7 @@ class AgentModel:
 
     @property
     def vehicle(self) -> Vehicle:
-        """What moves."""
+        """Vehicle that moves."""
         return self.batch.vehicle
 
     @property
@@ -173,7 +173,7 @@ def compile_model(
 def _context_of(
     model: Model, scenario: Scenario, names: list[str], encounters: Encounters, *, seed: int, ocean: Ocean | None = None
 ) -> _Context:
-    """What the sensors of a batch are built with."""
+    """Context that the sensors of a batch are built with."""
     order = {name: index for index, name in enumerate(scenario.members)}
     alone = np.full(model.n, NO_BODY, dtype=np.uint32)
     own = [hull_rows(order[name], model.n) if len(order) > 1 else alone for name in names]
@@ -186,7 +186,7 @@ def _context_of(
 
 
 def _apart(scenario: Scenario, modes: Mapping[str, str]) -> dict[str, str]:
-    """What agents must share to be moved together: the mode, and that none of them has factors of its own."""
+    """Traits that agents must share to be moved together: the mode, and that none of them has factors of its own."""
     own = {k.agent for k in map(parse, scenario.vary) if k.group == "factors"}
     return {name: f"{mode} of {name}" if name in own else mode for name, mode in modes.items()}
 

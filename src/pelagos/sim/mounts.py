@@ -100,7 +100,7 @@ def _within(
 
 
 def winding_number(geometry: Geometry, place: NDArray[np.float64]) -> float:
-    """How often a closed mesh goes around a place: its faces' solid angles over 4 pi; overlapping parts count each.
+    """Winding number of a closed mesh around a place: its faces' solid angles over 4 pi; overlapping parts count each.
 
     Source: A. Van Oosterom and J. Strackee, IEEE Trans. Biomed. Eng. 30, 125 (1983), doi 10.1109/TBME.1983.325207.
     """

@@ -50,7 +50,7 @@ class Navigator(Protocol):
         ...
 
     def memory(self) -> dict[str, Any]:
-        """What it keeps: arrays."""
+        """Memory: arrays."""
         ...
 
     def recall(self, memory: Mapping[str, Any]) -> None:

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 
 class Outside:
-    """What a simulation offers to those who watch it and act on it.
+    """Face of a simulation to those who watch it and act on it.
 
     Attributes:
         model: the constant part.

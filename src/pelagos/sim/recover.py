@@ -21,7 +21,7 @@ CHUNK_BYTES: Final = 4 << 20
 
 @dataclass
 class Recovered:
-    """What became of a recording.
+    """Result of a recovery.
 
     Attributes:
         path: the whole recording; the given file itself, where nothing was wrong with it.
@@ -147,7 +147,7 @@ class _Copy:
             )
 
     def message_of(self, raw: bytes) -> Callable[[int, int, int, int], None]:
-        """What copies the messages of a chunk."""
+        """Copier of the messages of a chunk."""
         add, channels, found, strangers = self._writer.add_message, self.channels, self._found, set[int]()
 
         def message(channel: int, t_ns: int, start: int, end: int) -> None:

@@ -94,7 +94,7 @@ class Recording:
 
     @property
     def lost(self) -> int | None:
-        """How many messages were in damaged places; None where that is not known."""
+        """Number of messages in damaged places; None where that is not known."""
         counts = [place.messages for place in self.damage]
         return None if None in counts else sum(count or 0 for count in counts)
 
@@ -106,7 +106,7 @@ class Recording:
         ]  # fmt: skip
 
     def count(self, topic: str) -> int:
-        """How many messages a topic has."""
+        """Number of messages of a topic."""
         return len(self._messages.get(topic, ()))
 
     def messages(self, *topics: str) -> Iterator[Recorded]:

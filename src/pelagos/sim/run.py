@@ -29,7 +29,7 @@ SETTLE_S = 1.0  # a run goes on for this long after its last mission has ended
 
 @dataclass(frozen=True)
 class RunResult:
-    """What a run was.
+    """Result of a run.
 
     Attributes:
         simulated_s, wall_s: how long [s].

@@ -64,7 +64,7 @@ class Sampled:
 
     @staticmethod
     def join(parts: Sequence[Sampled]) -> Sampled:
-        """What one sensor read in blocks that follow one another, as one."""
+        """Readings of one sensor in blocks that follow one another, as one."""
         one = parts[0]
         if len(parts) == 1:
             return one

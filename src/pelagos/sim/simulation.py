@@ -153,7 +153,7 @@ class Simulation(Changes):
 
     @property
     def moving(self) -> Sequence[Geometry]:
-        """What stands in the moving scene now, each in its own frame: hulls that others can see, movers, props."""
+        """Things in the moving scene now, each in its own frame: hulls that others can see, movers, props."""
         return (*self.bodies.hulls.values(), *(b.geometry for b in self.bodies.bodies))
 
     @property

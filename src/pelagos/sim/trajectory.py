@@ -99,7 +99,7 @@ class LaneSelector:
 
 
 class RowNames:
-    """What the random streams of a batch's rows are named by.
+    """Names of the random streams of a batch's rows.
 
     Those of one vehicle are named by its copies' episodes. Sensors that read for several look these up in tables, by
     row: the names that lanes carry are the rows, and the tables follow the episodes.

@@ -10,7 +10,7 @@ from pelagos.sim.sampled import Sampled
 
 
 class Heard(Mapping[str, Sequence[Reading]]):
-    """What was read in a block: readings in order of time, by "agent.sensor"; made when they are looked at."""
+    """Readings of a block in order of time, by "agent.sensor"; made when they are looked at."""
 
     def __init__(self, sampled: Sequence[Sampled], *, n: int, dt_ns: int) -> None:
         self._n, self._dt_ns = n, dt_ns

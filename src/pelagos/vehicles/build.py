@@ -41,7 +41,7 @@ def build_model(config: VehicleConfig) -> Model:
 
 
 def _trim(config: VehicleConfig, sea: Seakeeping) -> Hydrostatic | None:
-    """What the hydrostatic term restores beyond the hull's own pressure."""
+    """Part of the hydrostatic term beyond the hull's own pressure."""
     assert config.afloat is not None
     if config.afloat.restoring == "hull":
         return None
@@ -54,7 +54,7 @@ def _trim(config: VehicleConfig, sea: Seakeeping) -> Hydrostatic | None:
 
 
 def _wetting(config: VehicleConfig) -> Wetting | None:
-    """How wet the hull is, by the shape that its buoyancy has too."""
+    """Wetness of the hull, by the shape that its buoyancy has too."""
     body = config.body
     half = [body.length / 2, body.beam / 2, body.height / 2]
     if body.stiffness.any():
@@ -69,7 +69,7 @@ def _wetting(config: VehicleConfig) -> Wetting | None:
 
 
 def battery(config: BatteryConfig) -> Battery:
-    """What feeds T200 thrusters."""
+    """Battery that feeds T200 thrusters."""
     return Battery(config.open_circuit_v, config.resistance_ohm, current_exponent())
 
 

@@ -80,7 +80,7 @@ class Flow:
 
     @property
     def nu_c(self) -> list[Array]:
-        """What Coriolis forces are made of (6): velocity relative to the water, and the body's own rates of turn."""
+        """Velocity that Coriolis forces are made of (6): relative to the water, and the body's own rates of turn."""
         return [*self.nu_r[:3], *self.nu[3:]]
 
     @property

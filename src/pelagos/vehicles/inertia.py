@@ -83,7 +83,7 @@ AddedMassConfig = Annotated[
 
 
 class CoriolisConfig(PartConfig):
-    """How the Coriolis forces are formed."""
+    """Form of the Coriolis forces."""
 
     rigid: Literal["momentum", "angular", "none"] = "momentum"
     """The rigid body's part from its momentum, or without linear velocity (F21 Section 3.3); none: none.at all."""

@@ -27,7 +27,7 @@ class Rigid:
 
 @dataclass
 class Slope:
-    """How fast a `Rigid` changes: position (3) [m/s], attitude (4) [1/s], nu (6); as a function of state and time."""
+    """Rate of change of a `Rigid`: position (3) [m/s], attitude (4) [1/s], nu (6); as a function of state and time."""
 
     position: Vector
     attitude: Array

@@ -203,7 +203,7 @@ class Model:
         return found
 
     def left(self, term: Term, load: Vector, flow: Flow) -> Vector:
-        """What is left of a term's load (6) where the hull is partly out of the water."""
+        """Remainder of a term's load (6) where the hull is partly out of the water."""
         keeps: Keeps = getattr(term, "keeps", "dry" if self.in_air else "hull")
         return _left(load, Place(keeps).share(flow))
 
@@ -259,7 +259,7 @@ class Model:
 
     @property
     def kept(self) -> int:
-        """How many numbers actuators keep beside their states."""
+        """Number of values that actuators keep beside their states."""
         return sum(a.lag.memory for a in self.actuators.values())
 
     def rates(self, actuators: Sequence[Array], command: Sequence[Array]) -> list[Array]:

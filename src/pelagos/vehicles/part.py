@@ -62,7 +62,7 @@ class Body:
 
     @property
     def metacentric_height(self) -> float:
-        """How far the centre of buoyancy is above the centre of gravity [m]."""
+        """Height of the centre of buoyancy above the centre of gravity [m]."""
         return float(self.center_of_gravity[2] - self.center_of_buoyancy[2])
 
 

@@ -68,7 +68,7 @@ class Seakeeping:
 
     @property
     def memory(self) -> int:
-        """How many numbers the memory has."""
+        """Number of values in the memory."""
         return 2 * sum(len(k.poles) for k in self.kernels)
 
     def table(self) -> HullTable:

@@ -99,7 +99,7 @@ class Scaled:
 
     @property
     def keeps(self) -> Keeps:
-        """What is left of it out of the water, as of the term."""
+        """Share of it left out of the water, as of the term."""
         kept: Keeps = getattr(self.term, "keeps", "hull")
         return kept
 

@@ -318,7 +318,7 @@ class Vehicle:
     def _outside(
         self, state: VehicleState, flow: Flow, demand: Demand, wrench: Wrench, h: Array
     ) -> tuple[list[Array], list[Array]]:
-        """What acts beside the model's terms (6): the wrench given, that demanded, and that of waves which the hull
+        """Wrench beside the model's terms (6): that given, that demanded, and that of waves which the hull
         radiated; and the memory of these waves after the step.
         """
         outside = [*wrench[0], *wrench[1]]
@@ -340,7 +340,7 @@ class Vehicle:
 
     @cached_property
     def tables(self) -> Tables | None:
-        """What a step reads on the device; None for most vehicles."""
+        """Tables that a step reads on the device; None for most vehicles."""
         battery, sea = self.config.battery, self.model.sea
         if battery is None and sea is None:
             return None

@@ -84,7 +84,7 @@ class Floating:
 
 @dataclass(frozen=True)
 class Place:
-    """Where an actuator acts.
+    """Place at which an actuator acts.
 
     Attributes:
         keeps: what of its force is left near the surface and above it.
@@ -113,7 +113,7 @@ class Place:
 
 
 def shares_of(places: Sequence[Place], flow: Flow) -> list[Array]:
-    """What is left of the force at each place; those near the surface are looked at only where the vehicle is."""
+    """Shares of the force left at each place; those near the surface are looked at only where the vehicle is."""
     if flow.wet is None:
         return [1.0] * len(places)
     local = [place for place in places if place.keeps in ("propeller", "fin")]

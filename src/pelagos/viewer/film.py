@@ -29,7 +29,7 @@ _PLOT_S: Final = 60.0
 
 @dataclass(frozen=True)
 class FilmOptions:
-    """What a film shows.
+    """Choices of a film.
 
     Attributes:
         kind: "chase", from behind the vehicle; "camera" or "sonar", one sensor alone; "panels", map, sensors, numbers.

@@ -21,7 +21,7 @@ Answer = Literal["pass", "enter", "refuse"]
 
 @dataclass(frozen=True)
 class Verdict:
-    """What to do with a request.
+    """Answer of the guard to a request.
 
     Attributes:
         answer: "pass" it on; "enter": the token is right, so give the cookie and send to the page without the token;

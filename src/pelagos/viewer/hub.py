@@ -43,7 +43,7 @@ class Hub:
 
     @property
     def count(self) -> int:
-        """How many browsers look on."""
+        """Number of browsers that look on."""
         return len(self._browsers)
 
     def publish(self, key: str, header: Mapping[str, Any], blob: bytes = b"", *, keep: bool = True) -> None:

@@ -47,7 +47,7 @@ class Turning:
 
 @dataclass(frozen=True)
 class HullPart:
-    """What does not turn, of one colour."""
+    """Part of the hull that does not turn, of one colour."""
 
     vertices: NDArray[np.float32]
     faces: NDArray[np.uint32]

@@ -24,7 +24,7 @@ def marks(
     recording: Recording, topics: Mapping[str, str], times: Mapping[str, NDArray[np.int64]], span: tuple[int, int],
     others: Sequence[Mapping[str, Any]] = (),
 ) -> list[dict[str, Any]]:  # fmt: skip
-    """What happened, `t` [s] and `text`: contacts, lost DVLs, GPS fixes, and `others`."""
+    """Events, `t` [s] and `text`: contacts, lost DVLs, GPS fixes, and `others`."""
     found = [dict(m) for m in others]
     for name, topic in topics.items():
         at = times[topic]
@@ -42,7 +42,7 @@ def marks(
 
 
 def _contacts(recording: Recording, name: str, topic: str) -> list[dict[str, Any]]:
-    """When the vehicle began to touch something."""
+    """Times at which the vehicle began to touch something."""
     found, touching = [], False
     for recorded in recording.messages(topic):
         now = bool(np.any(np.asarray(getattr(recorded.message, "data", 0)))) or bool(
@@ -67,7 +67,7 @@ def planned(recording: Recording) -> dict[str, NDArray[np.float64]]:
 
 
 def legs(plans: Mapping[str, NDArray[np.float64]], courses: Mapping[str, Course]) -> list[dict[str, Any]]:
-    """When vehicles passed the corners of their plans: `t` [s] and `text`; none for those that nobody came near."""
+    """Passages of the corners of vehicles' plans: `t` [s] and `text`; none for those that nobody came near."""
     found = []
     for agent, corners in plans.items():
         track = courses.get(agent)

@@ -54,7 +54,7 @@ class Orders:
 
     @property
     def known(self) -> tuple[str, ...]:
-        """What can be asked for."""
+        """Orders that can be given."""
         return tuple(self._do)
 
     def obey(self, message: Mapping[str, Any]) -> bool:
@@ -212,7 +212,7 @@ class Orders:
                 self._pilot.say(f"recorded: {path}", "note")
 
     def _seen(self, m: Mapping[str, Any]) -> tuple[float, float, float]:
-        """Where a ray of the scene meets the ground or a structure: `eye` NWU [m] and `way`."""
+        """Point at which a ray of the scene meets the ground or a structure: `eye` NWU [m] and `way`."""
         eye, way = _vector(m, "eye"), _vector(m, "way")
         long = float(np.linalg.norm(way))
         if long == 0:

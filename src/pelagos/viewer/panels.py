@@ -134,7 +134,7 @@ class Panels:
         self.panels = {name: Panel(config) for name, config in sensors.items()}
 
     def listing(self) -> list[dict[str, Any]]:
-        """What the page needs to know of every sensor: JSON types."""
+        """List of all sensors for the page: JSON types."""
         return [
             {
                 "name": name, "kind": c.type, "rate_hz": c.rate_hz, "pictured": c.type in _PICTURED,

@@ -138,7 +138,7 @@ class Pilot:
         return path
 
     def status(self) -> Mapping[str, Any]:
-        """How the run stands, as JSON types."""
+        """State of the run, as JSON types."""
         missions = self.sim.stepper.missions.guidance
         agents = {}
         for name in self.sim.model.agents:

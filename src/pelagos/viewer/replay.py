@@ -173,7 +173,7 @@ def scenario_of(recording: Recording) -> Scenario:
 
 
 def subject_of(recording: Recording) -> tuple[Subject, dict[str, SensorConfig]]:
-    """What there is to see in a recording: the world is built anew from its scenario."""
+    """Subject of a recording: the world is built anew from its scenario."""
     from pelagos.ocean.config import build_ocean
     from pelagos.vehicles.vehicle import Vehicle
     from pelagos.viewer.water import Water

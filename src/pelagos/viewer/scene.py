@@ -190,7 +190,7 @@ class Scene:
         return _Vehicle(node, model, turning, np.zeros(len(model.turning)), track)
 
     def _add_sights(self, agent: str, at: str) -> None:
-        """Where sensors look: fans, beams and frustums that go with the vehicle."""
+        """Add the sights of sensors: fans, beams and frustums that go with the vehicle."""
         for name, config in self._sensors.items():
             if name.partition(".")[0] != agent:
                 continue
@@ -243,7 +243,7 @@ class Scene:
             self._show_known(vehicle, known, name)
 
     def _show_known(self, vehicle: _Vehicle, known: Pose, name: str) -> None:
-        """Where the vehicle thinks that it is: a see-through hull with a track of its own."""
+        """Show the vehicle's estimate of its place: a see-through hull with a track of its own."""
         if vehicle.known is None:
             at = f"/known/{_plain(name)}"
             vehicle.known = self._stage.add("frame", at)

@@ -30,7 +30,7 @@ _FIELDS: Final[dict[str, tuple[str, str, object]]] = {
 
 @dataclass(frozen=True)
 class Asked:
-    """Which section: `what` of `sections`, and the compass direction that it lies along."""
+    """Section that is asked for: `what` of `sections`, and the compass direction that it lies along."""
 
     what: str
     along: Literal["north", "east"] = "north"
@@ -99,7 +99,7 @@ def _field(ocean: Any, what: str) -> tuple[Callable[[Any, Any], Any], str, str, 
 
 
 def _bottom(world: World) -> float:
-    """Where the section ends over no ground [m]."""
+    """Height at which the section ends over no ground [m]."""
     low = float(world.bounds[0, 2])
     return low if math.isfinite(low) and low < 0 else -_DEEPEST_M
 

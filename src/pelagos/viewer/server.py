@@ -71,7 +71,7 @@ class Server:
 
     @property
     def url(self) -> str:
-        """Where to open the page, with the token."""
+        """Address of the page, with the token."""
         name = "127.0.0.1" if self.guard.host in LOOPBACK else self.guard.host
         return f"http://{_bracketed(name)}:{self.port}/?token={self.guard.token}"
 
@@ -106,7 +106,7 @@ class Server:
             ready.set()
 
     def _answer(self, connection: Any, request: Any) -> Any:
-        """What a request gets; None lets a WebSocket in."""
+        """Response to a request; None lets a WebSocket in."""
         verdict = self.guard.judge(request.path, request.headers, port=self.port)
         path = urlsplit(request.path).path
         if getattr(request, "method", "GET") != "GET":  # websockets before 16 refuses these itself

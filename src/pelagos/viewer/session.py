@@ -27,7 +27,7 @@ WATCHING: Final = ("pause", "section")
 
 
 def subject_of(sim: Simulation) -> Subject:
-    """What there is to see of a simulation."""
+    """Subject of a simulation."""
     agents = sim.model.agents
     sensors = {f"{a}.{s}": m.config for a, agent in agents.items() for s, m in agent.sensors.items()}
     starts, height = sim.state, sim.world.height
@@ -72,7 +72,7 @@ class Session:
 
     @property
     def url(self) -> str:
-        """Where to open the page."""
+        """Address of the page."""
         return self.view.url
 
     def run(self) -> None:
@@ -116,7 +116,7 @@ class Session:
 
 
 class Watching:
-    """What browsers may ask for of a run that somebody else steps: to hold it, to let it go on, a section."""
+    """Orders of browsers to a run that somebody else steps: to hold it, to let it go on, a section."""
 
     def __init__(self, sim: Simulation) -> None:
         self._sim = sim
@@ -170,7 +170,7 @@ class Watch:
 
     @property
     def url(self) -> str:
-        """Where to open the page."""
+        """Address of the page."""
         return self.view.url
 
     def close(self) -> None:

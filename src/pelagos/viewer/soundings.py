@@ -87,7 +87,7 @@ class Soundings:
 
 
 def vehicle_place(sim: Simulation) -> NDArray[np.float64]:
-    """Where the first vehicle is `(3,)` NWU [m], under the surface; 2 m below the origin where there is none."""
+    """Place of the first vehicle `(3,)` NWU [m], under the surface; 2 m below the origin where there is none."""
     first = next(iter(sim.model.agents), None)
     if first is None:
         return _NOWHERE

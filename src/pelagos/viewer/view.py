@@ -28,7 +28,7 @@ _LOOK_M: Final = 8.0  # the ground's finest grid follows when the vehicle has mo
 
 
 class Source(Protocol):
-    """Where frames come from."""
+    """Source of frames."""
 
     def take(self, wait_s: float = 0.5) -> Frame | None:
         """The newest frame; None where there was none in time."""
@@ -36,11 +36,11 @@ class Source(Protocol):
 
 
 class Control(Protocol):
-    """Who obeys the browsers."""
+    """Executor of the browsers' orders."""
 
     @property
     def known(self) -> tuple[str, ...]:
-        """What can be asked for."""
+        """Orders that can be given."""
         ...
 
     def obey(self, message: Mapping[str, Any]) -> bool:
@@ -50,7 +50,7 @@ class Control(Protocol):
 
 @dataclass(frozen=True)
 class Subject:
-    """What is looked at.
+    """Subject of a view.
 
     Attributes:
         name, description: of the scenario.
@@ -120,7 +120,7 @@ class View:
 
     @property
     def url(self) -> str:
-        """Where to open the page."""
+        """Address of the page."""
         return self.server.url
 
     def start(self) -> View:
@@ -282,7 +282,7 @@ class View:
                     self.hub.say(f"this view cannot do {str(other)[:40]!r}", kind="error")
 
     def _begin(self) -> None:
-        """What does not change: the map, the sensors, the vehicles."""
+        """Constant part of the scene: the map, the sensors, the vehicles."""
         world = self.subject.world
         low, high = self.chart.bounds
         self.server.offer("map.png", "image/png", self.chart.whole)

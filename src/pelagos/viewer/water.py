@@ -17,7 +17,7 @@ from pelagos.viewer.sea_surface import SeaSurface
 
 @dataclass(frozen=True)
 class Water:
-    """What the scene's water looks like.
+    """Look of the scene's water.
 
     Attributes:
         sea: the waves.

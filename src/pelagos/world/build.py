@@ -38,7 +38,7 @@ def build_world(config: WorldKind) -> World:
 
 
 def _doubts(mover: MoverConfig) -> list[str]:
-    """What is odd about a mover's mesh file."""
+    """Doubts about a mover's mesh file."""
     assert mover.file is not None
     mesh = read_mesh(mover.file).scaled(mover.size_m or 1.0)
     return [*doubts(mesh, f"mover {mover.name}"), *missing_files(mover.file)]

@@ -18,7 +18,7 @@ Positive: TypeAlias = Annotated[float, Field(gt=0)]
 
 
 class WorldConfig(BaseModel):
-    """What every kind of world has: frozen data. Its own keys stand beside its builder, see `WorldKind`."""
+    """Keys that every kind of world has: frozen data. Its own keys stand beside its builder, see `WorldKind`."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", use_attribute_docstrings=True)
 
@@ -63,7 +63,7 @@ class WorldConfig(BaseModel):
 
 
 class WorldKind(Protocol):
-    """What a kind of world can do: a `WorldConfig` that builds itself."""
+    """Kind of world: a `WorldConfig` that builds itself."""
 
     PLACES_THINGS: ClassVar[bool]
 

@@ -74,7 +74,7 @@ def _of_gltf(path: Path) -> list[str]:
 
 
 def crossing_faces(mesh: Mesh) -> int:
-    """How many faces are cut by an edge that belongs to none of their corners."""
+    """Number of faces that are cut by an edge that belongs to none of their corners."""
     whole = mesh.merged()
     points, faces = whole.vertices, whole.faces.astype(np.int64)
     edges = np.unique(np.sort(faces[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1), axis=0)

@@ -53,7 +53,7 @@ class Mesh:
         return Mesh(self.vertices @ matrix.T, self.faces, self.welded)
 
     def posed(self, pose: NDArray[np.float64]) -> Mesh:
-        """Where a matrix `(4, 4)` of homogeneous coordinates puts it; mirrored faces are turned round."""
+        """Copy moved by a matrix `(4, 4)` of homogeneous coordinates; mirrored faces are turned round."""
         faces = self.faces[:, ::-1] if np.linalg.det(pose[:3, :3]) < 0 else self.faces
         return Mesh(self.vertices @ pose[:3, :3].T + pose[:3, 3], np.ascontiguousarray(faces))
 
@@ -146,7 +146,7 @@ def difference(mesh: Mesh, tools: Sequence[Mesh]) -> Mesh:
 
 
 def intersection(mesh: Mesh, other: Mesh) -> Mesh:
-    """What two closed meshes have in common."""
+    """Common part of two closed meshes."""
     return _from_manifold(_to_manifold(mesh) ^ _to_manifold(other))
 
 
@@ -206,7 +206,7 @@ def _split(
     unit: NDArray[np.float64],
     limit: float,
 ) -> tuple[NDArray[np.float64], NDArray[np.uint32], NDArray[np.float32]]:
-    """What `smooth` gives where some vertices are `creased`: a vertex for each normal that faces around them have."""
+    """Result of `smooth` where some vertices are `creased`: a vertex for each normal that faces around them have."""
     vertex = merged.faces.reshape(-1).astype(np.int64)  # (3 f,) corner -> vertex
     count = len(merged.vertices)
     rough = np.flatnonzero(creased[vertex])

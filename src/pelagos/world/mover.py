@@ -60,7 +60,7 @@ class MoverConfig(BaseModel):
         return value
 
     def pose(self, t: float) -> Pose:
-        """Where it is at time t [s], and how it moves."""
+        """Pose at time t [s], and its change."""
         return self.path.pose(t)
 
     def geometry(self, *, instance: int, world: World) -> Geometry:

@@ -19,7 +19,7 @@ _PER_LEG: Final = 24  # points of the table of a curve, between two way-points
 
 @dataclass(frozen=True)
 class Pose:
-    """Where a body is, and how it moves.
+    """Pose of a body, and its motion.
 
     Attributes:
         position: `(3,)` world NWU [m].

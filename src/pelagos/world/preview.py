@@ -208,7 +208,7 @@ def _drained(world: World, exaggeration: float, level: float) -> Any:
 
 
 def _shown(world: World) -> list[Geometry]:
-    """What a picture shows: of copies, as many as memory is meant for, evenly spread over their order."""
+    """Contents of a picture: of copies, as many as memory is meant for, evenly spread over their order."""
     placed = [g for g in world.geometries if isinstance(g, PlacedGeometry)]
     faces = sum(len(g.faces) for g in placed)
     if faces <= _MOST_FACES:

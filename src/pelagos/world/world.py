@@ -32,7 +32,7 @@ from pelagos.world.terrain import HeightField
 
 @dataclass(frozen=True)
 class Hits:
-    """What rays hit, as NumPy arrays `(m, ...)`; where a ray misses, `t` is infinite and the rest is zero.
+    """Hits of rays, as NumPy arrays `(m, ...)`; where a ray misses, `t` is infinite and the rest is zero.
 
     Attributes:
         t: `(m,)` float32, distance [m].
@@ -178,7 +178,7 @@ class World:
 
     @cached_property
     def triangles(self) -> int:
-        """How many faces there are."""
+        """Number of faces."""
         return sum(len(g.faces) for g in self.geometries)
 
     @cached_property
@@ -188,7 +188,7 @@ class World:
 
     @cached_property
     def _standing(self) -> list[Geometry]:
-        """What stands in the static scene as it is."""
+        """Things that stand in the static scene as they are."""
         streamed = None if self.ground is None else self.ground.instance
         return [g for g in self.geometries if g.instance != streamed]
 
@@ -242,7 +242,7 @@ class World:
         self._live["update"] = WeakMethod(update)
 
     def inside(self, position: ArrayLike, radius: float = 0.0) -> str | None:
-        """Why a sphere cannot stand at one of these places without touching; None where it can at all of them.
+        """Reason for which a sphere would touch something at one of these places; None where it touches nothing.
 
         Args:
             position: centres `(n, 3)` or `(3,)`, world NWU [m].

@@ -154,7 +154,7 @@ def ros2_image_mb_s() -> Measured:
 
 
 def realtime_jitter_ms() -> Measured:
-    """How late steps of a real-time run of the demo's navigation sensors are, at 200 Hz."""
+    """Delays of late steps in a real-time run of the demo's navigation sensors, at 200 Hz."""
     from pelagos.bridges.exchange import Exchange
     from pelagos.sim.simulation import Simulation
 

@@ -78,7 +78,7 @@ class Nothing:
     """Work that is none: what is left is the engine's."""
 
     def open(self) -> Callable[[int], dict[str, Any]]:
-        """What does nothing."""
+        """Worker that does nothing."""
         return self.work
 
     def work(self, index: int) -> dict[str, Any]:

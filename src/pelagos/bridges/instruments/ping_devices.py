@@ -20,7 +20,7 @@ POINTS: Final = 200
 
 @dataclass(frozen=True)
 class Setting:
-    """What a driver may set: the message that asks for it, its packing, and the packing that sets it."""
+    """Value that a driver may set: the message that asks for it, its packing, and the packing that sets it."""
 
     told: int
     packing: str

@@ -33,7 +33,7 @@ class Port(Protocol):
         ...
 
     def read(self) -> list[tuple[object, bytes]]:
-        """What came, with whom it came from."""
+        """Datagrams that came, with their senders."""
         ...
 
     def reply(self, peer: object, raw: bytes) -> None:

@@ -14,7 +14,7 @@ WATER_KG_M3: Final = 1025.0
 
 @dataclass(frozen=True)
 class Place:
-    """Where an instrument is: the simulation, its agent, its configuration, and the date at simulation time 0."""
+    """Place of an instrument: the simulation, its agent, its configuration, and the date at simulation time 0."""
 
     sim: Simulation
     agent: str
@@ -32,9 +32,9 @@ class Speaker(Protocol):
     tells_loss: bool
 
     def hear(self, reading: Any) -> bytes:
-        """What it says when its sensor has read."""
+        """Messages that follow a reading of its sensor."""
         ...
 
     def answer(self, raw: bytes) -> bytes:
-        """What it says to a request."""
+        """Answer to a request."""
         ...

@@ -71,7 +71,7 @@ class NmeaPressure(_Silent):
 
 
 class _Dvl(_Silent):
-    """What all Doppler logs share; they go on without bottom lock, and say that they have none."""
+    """Parts that all Doppler logs share; they go on without bottom lock, and say that they have none."""
 
     tells_loss = True
 

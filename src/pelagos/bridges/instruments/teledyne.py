@@ -25,7 +25,7 @@ _LONGEST_S: Final = 999.99  # what the field holds
 
 @dataclass(frozen=True)
 class Attitude:
-    """How the instrument hangs: heading, pitch (nose up), roll (starboard down) [deg], and depth [m]."""
+    """Attitude of the instrument: heading, pitch (nose up), roll (starboard down) [deg], and depth [m]."""
 
     heading_deg: float
     pitch_deg: float

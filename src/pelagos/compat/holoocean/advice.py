@@ -15,7 +15,7 @@ class HoloOceanWarning(PelagosWarning):
 
 
 class Advice:
-    """What one environment has to say; with `strict`, unknown keys are errors."""
+    """Warnings and errors of one environment; with `strict`, unknown keys are errors."""
 
     def __init__(self, *, strict: bool = False) -> None:
         self.strict = strict

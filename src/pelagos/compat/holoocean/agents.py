@@ -62,7 +62,7 @@ def kind_of(agent_type: Any) -> AgentType:
 
 
 class AgentDefinition:
-    """What an agent is before it is built."""
+    """Definition of an agent before it is built."""
 
     _type_keys: ClassVar[dict[str, type[HoloOceanAgent]]] = {}
 

@@ -73,7 +73,7 @@ class Appearance:
         self._pending |= WEATHERS[int(weather_type)]
 
     def set_rain_parameters(self, vel_x: float, vel_y: float, vel_z: float, spawnRate: float) -> None:
-        """How much it rains: `spawnRate` of 3000 is 10 mm/h; drops fall as drops do, whatever velocity is given."""
+        """Set the rain: `spawnRate` of 3000 is 10 mm/h; drops fall as drops do, whatever velocity is given."""
         cast("HoloOceanEnvironment", self).advice.once(
             "drops of rain fall at their own speed here: vel_x, vel_y, vel_z change nothing"
         )
@@ -195,7 +195,7 @@ class Appearance:
         )
 
     def viewport_picture(self, sensor: HoloOceanSensor) -> Any:
-        """What the spectator's camera sees."""
+        """Picture of the spectator's camera."""
         env = cast("HoloOceanEnvironment", self)
         assert self.viewport is not None
         location, rotation = self.viewport
@@ -221,7 +221,7 @@ class Appearance:
         self.tide_cycle.follow()
 
     def _change_surroundings(self, sim: Simulation) -> None:
-        """What was asked for since the last tick."""
+        """Make the changes that were asked for since the last tick."""
         if self._pending:
             self._ocean_keys |= self._pending
             keys, self._pending = self._pending, {}

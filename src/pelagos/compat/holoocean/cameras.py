@@ -136,7 +136,7 @@ class CameraSensor(RGBCamera):
 
 
 class ViewportCapture(RGBCamera):
-    """What the spectator sees: a camera where `move_viewport` put it, behind and above the agent until then."""
+    """Spectator's picture: a camera where `move_viewport` put it, behind and above the agent until then."""
 
     sensor_type = "ViewportCapture"
     keys = _SIZE | {"Width", "Height"}

@@ -67,7 +67,7 @@ class CommandsGroup:
 
     @property
     def size(self) -> int:
-        """How many."""
+        """Number of commands."""
         return len(self._commands)
 
 
@@ -97,7 +97,7 @@ class CommandCenter:
 
     @property
     def queue_size(self) -> int:
-        """How many wait."""
+        """Number of commands that wait."""
         return self._commands.size
 
 

@@ -277,7 +277,7 @@ class HoloOceanEnvironment(Appearance, Drawing, Messaging):
         self.agents[agent_name].set_control_scheme(control_scheme)
 
     def native_name(self, agent: str) -> str:
-        """What an agent is called in `pelagos`."""
+        """Name of an agent in `pelagos`."""
         return identifier(agent)
 
     def set_ticks_per_sec(self, ticks_per_sec: int) -> None:

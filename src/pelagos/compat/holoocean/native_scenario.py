@@ -73,7 +73,7 @@ def seed_of(env: HoloOceanEnvironment, agents: Iterable[HoloOceanAgent]) -> int:
 
 
 def native_scenario(env: HoloOceanEnvironment, agents: Iterable[HoloOceanAgent]) -> dict[str, Any]:
-    """What the native simulation is loaded from."""
+    """Scenario that the native simulation is loaded from."""
     scenario, agents = env._scenario, list(agents)
     found = world_of(scenario)
     ocean = merged(found.get("ocean", {}), _ocean(scenario, env._ticks_per_sec))

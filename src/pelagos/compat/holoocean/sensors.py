@@ -148,7 +148,7 @@ class _Vector(HoloOceanSensor):
 
 
 class LocationSensor(_Vector):
-    """Where the sensor is, world [m]."""
+    """Place of the sensor, world [m]."""
 
     sensor_type = "LocationSensor"
 
@@ -229,7 +229,7 @@ class DepthSensor(HoloOceanSensor):
 
 
 class GPSSensor(_Vector):
-    """Where the sensor is, world [m], while it is less than `Depth` under water."""
+    """Place of the sensor, world [m], while it is less than `Depth` under water."""
 
     sensor_type = "GPSSensor"
     keys = frozenset({"Sigma", "Cov", "Depth", "DepthSigma", "DepthCov"})
@@ -465,7 +465,7 @@ HEAVY: Final = ("RGBCamera", "RaycastLidar", "RaycastSemanticLidar")
 
 
 class SensorDefinition:
-    """What a sensor is before it is built.
+    """Definition of a sensor before it is built.
 
     Attributes:
         mount: place [m] and turn [deg] in the body's frame, socket included.

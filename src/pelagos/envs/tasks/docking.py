@@ -47,7 +47,7 @@ class Docking(Task):
         return Start([x, y, z - self.depth_m], attitude, memory={"before": _cost(x, y, z)}, current=[0.0, across, 0.0])
 
     def observe(self, now: View, random: Draws) -> list[Array]:
-        """Where it is from the dock, heading, which way is up, and velocities."""
+        """Place seen from the dock, heading, direction of up, and velocities."""
         sine, cosine = dr.sincos(now.yaw)
         tilt = now.to_body([0.0, 0.0, 1.0])
         return [*self._place(now), sine, cosine, *tilt, *now.velocity, *now.angular_velocity]
@@ -86,5 +86,5 @@ class Docking(Task):
 
 
 def _cost(x: Array, y: Array, z: Array) -> Array:
-    """What is left of the way [m], that across the axis twice."""
+    """Remaining way [m], its part across the axis twice."""
     return dr.sqrt(x * x + 4.0 * (y * y + z * z))

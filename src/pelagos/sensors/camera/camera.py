@@ -213,7 +213,7 @@ def pixel_counter(
 
 
 def trace_light(trace: Trace, hits: Any, seen: Any) -> None:
-    """What `explain` shows of the light before the lens."""
+    """Light before the lens, as `explain` shows it."""
     trace("slant range", dr.select(hits.valid, hits.t, dr.nan), "m")
     trace("material row", hits.material, "")
     trace("sharp light", seen.sharp, "cd/m^2")

@@ -103,7 +103,7 @@ class Ais:
         return [("noise", np.array([self._noise]), "dB re 1 mW")]
 
     def _report(self, port: ModemPort, pose: Pose, copy: int, count: int) -> tuple[bytes, float]:
-        """What is sent next, and the time until the one after [s]; static data first, and every six minutes."""
+        """Next report, and the time until the one after [s]; static data first, and every six minutes."""
         speed = float(np.hypot(*pose.velocity[copy, :2])) / _KNOT
         pause = reporting_interval(speed, self._config.ais_class)
         every = max(round(_STATIC_S / pause), 1)

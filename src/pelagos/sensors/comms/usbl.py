@@ -82,7 +82,7 @@ class Usbl(Modem):
 
 
 def place_of(packet: Packet) -> NDArray[np.float64]:
-    """Where a responder is in the sensor frame [m], from range and bearing."""
+    """Place of a responder in the sensor frame [m], from range and bearing."""
     azimuth, elevation = packet.azimuth_rad, packet.elevation_rad
     level = math.cos(elevation)
     direction = np.array([level * math.cos(azimuth), level * math.sin(azimuth), math.sin(elevation)])

@@ -16,7 +16,7 @@ from pelagos.sensors.sensor import Kinematics, Measurement, SensorConfig, Sensor
 
 @dataclass
 class Blows:
-    """What hulls have touched lately; the simulation keeps it for the agents that are `asked` for.
+    """Recent collisions of hulls; the simulation keeps them for the agents that are `asked` for.
 
     Attributes:
         asked: agents that carry a collision sensor.

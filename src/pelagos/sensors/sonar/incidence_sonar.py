@@ -92,7 +92,7 @@ class IncidenceSonar(RaySensor):
         return self._rays
 
     def explain(self, motion: Kinematics) -> list[tuple[str, NDArray[Any], str]]:
-        """What the rays of one ping met: (name, values, unit)."""
+        """Arrays of one ping's hits: (name, values, unit)."""
         distance, cosine = self._met(motion)
         return [("distance", distance, "m"), ("cosine of the incidence", cosine, "1")]
 

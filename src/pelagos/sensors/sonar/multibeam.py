@@ -233,7 +233,7 @@ def across_pattern(config: MultibeamConfig, across: NDArray[np.float64]) -> NDAr
 
 
 def receiver(config: MultibeamConfig) -> Beams:
-    """What a beam's series needs to know; the lattice of roughness is half an aperture wide."""
+    """Reception of a beam's series; the lattice of roughness is half an aperture wide."""
     length = _length(config.beamwidth_across_deg)
     return Beams(
         count=config.soundings,

@@ -32,7 +32,7 @@ class Fix:
 
 @dataclass(frozen=True)
 class Aboard:
-    """What guidance may look at.
+    """Things aboard that guidance may look at.
 
     Attributes:
         own: motion of the vehicle itself.

@@ -48,7 +48,7 @@ class Guidance:
         return bool((self.progress.task >= len(self.steps)).all())
 
     def memory(self) -> dict[str, Any]:
-        """Where the mission stands: arrays."""
+        """State of the mission: arrays."""
         return {"progress": vars(self.progress), "entered": self._entered, "steering": self._steering.memory()}
 
     def recall(self, memory: Mapping[str, Any]) -> None:
@@ -95,7 +95,7 @@ class Guidance:
                 p.move(lanes[moved], np.maximum(to, 0)[moved], aboard)
 
     def _goal(self, aboard: Aboard) -> Goal:
-        """What is wanted of every copy."""
+        """Goal of every copy."""
         p = self.progress
         present = set(p.task.tolist())
         if len(present) == 1:  # one copy, or all together
@@ -109,7 +109,7 @@ class Guidance:
         return goal
 
     def _wanted(self, k: int, aboard: Aboard, progress: Progress) -> Goal:
-        """What task k wants of the lanes that are at it; keeps the depth."""
+        """Wish of task k for the lanes that are at it; keeps the depth."""
         if k >= len(self.steps):
             return _over(aboard, progress)
         task = self.steps[k].task

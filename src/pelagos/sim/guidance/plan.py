@@ -32,7 +32,7 @@ RANGES: Final = ("altimeter",)
 
 @dataclass(frozen=True)
 class Planner:
-    """What legs are planned for.
+    """Knowledge that legs are planned with.
 
     Attributes:
         name: of the agent.
@@ -133,7 +133,7 @@ class Planner:
     # parts of legs
 
     def common(self, leg: Any, number: int, *, level: Level | None = None) -> Common:
-        """What every task of a leg has."""
+        """Parts that every task of a leg has."""
         speed = getattr(leg, "speed_mps", None)
         height = getattr(leg, "height_m", None)
         depth = getattr(leg, "depth_m", None) if height is None else -height

@@ -23,14 +23,14 @@ FITS: Final = 6  # steps in which a line is moved up where the seabed rises towa
 
 @dataclass(frozen=True)
 class Swath:
-    """How far apart lines lie: a spacing [m], or an opening angle [rad] with an overlap [-]."""
+    """Distance of lines: a spacing [m], or an opening angle [rad] with an overlap [-]."""
 
     spacing_m: float | None
     angle_rad: float
     overlap: float
 
     def half_width(self, altitude: float) -> float:
-        """What one line covers to one side [m], the overlap taken off."""
+        """Width that one line covers to one side [m], the overlap taken off."""
         if self.spacing_m is not None:
             return self.spacing_m / 2
         return (1 - self.overlap) * altitude * math.tan(self.angle_rad / 2)

@@ -58,7 +58,7 @@ class Limit:
 
 @dataclass(frozen=True)
 class Common:
-    """What every task has.
+    """Parts that every task has.
 
     Attributes:
         level: depth or altitude.
@@ -95,7 +95,7 @@ class Task(Protocol):
         ...
 
     def goal(self, aboard: Aboard, progress: Progress) -> Goal:
-        """What is wanted now; the depth is set by the mission, from the task's level, where the goal's is NaN."""
+        """Present goal; the depth is set by the mission, from the task's level, where the goal's is NaN."""
         ...
 
 

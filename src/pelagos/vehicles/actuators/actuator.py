@@ -11,11 +11,11 @@ from pelagos.vehicles.wetness import Place
 
 
 class Follower(Protocol):
-    """How a state follows its command: `lag.Lag`, `third_order.ThirdOrder`."""
+    """Law by which a state follows its command: `lag.Lag`, `third_order.ThirdOrder`."""
 
     @property
     def memory(self) -> int:
-        """How many numbers are kept beside the state."""
+        """Number of values kept beside the state."""
         ...
 
     @property
@@ -51,12 +51,12 @@ class Actuator(Protocol):
 
     @property
     def lag(self) -> Follower:
-        """How the state follows the command."""
+        """Law by which the state follows the command."""
         ...
 
     @property
     def site(self) -> Place:
-        """Where it acts, and what is left of its force near the surface."""
+        """Place at which it acts, and the share of its force left near the surface."""
         ...
 
     @property

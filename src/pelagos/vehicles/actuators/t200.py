@@ -44,7 +44,7 @@ def measured() -> NDArray[np.float64]:
 
 
 class BatteryConfig(PartConfig):
-    """What feeds the thrusters: its voltage falls with the current that they draw."""
+    """Battery of the thrusters: its voltage falls with the current that they draw."""
 
     open_circuit_v: Positive
     """Without load [V]; the tables reach from 10 to 20 V."""

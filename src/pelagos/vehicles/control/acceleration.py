@@ -50,7 +50,7 @@ class Carried:
         return tuple(f"{axis}_acceleration" for axis in ("surge", "sway", "heave", "roll", "pitch", "yaw"))
 
     def start(self, flow: Flow) -> list[Array]:
-        """What of the present velocity goes with the water counts as drift: none at rest, all for who drifts."""
+        """Part of the present velocity that counts as drift with the water: none at rest, all for who drifts."""
         water = _water(flow)
         share = dr.clip(dot(flow.nu[:3], water) / dr.maximum(dot(water, water), 1e-12), 0.0, 1.0)
         drift = scaled(share, water)

@@ -13,7 +13,7 @@ from pelagos.vehicles.flow import Flow
 
 @dataclass(frozen=True)
 class Demand:
-    """What a mode asks for.
+    """Demand of a mode.
 
     Attributes:
         actuators: command by actuator; those not named get 0.
@@ -36,7 +36,7 @@ class Controller(Protocol):
 
     @property
     def memory(self) -> int:
-        """How many numbers it keeps."""
+        """Number of values that it keeps."""
         ...
 
     def start(self, flow: Flow) -> list[Array]:

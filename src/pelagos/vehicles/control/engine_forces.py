@@ -105,7 +105,7 @@ class EngineForces:
 
     @property
     def memory(self) -> int:
-        """How many numbers it keeps."""
+        """Number of values that it keeps."""
         return 3 if self.config.command == "pose" else 0
 
     @property

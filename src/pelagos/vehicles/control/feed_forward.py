@@ -33,7 +33,7 @@ def filtered_current(memory: Sequence[Array], flow: Flow, h: Array) -> list[Arra
 
 
 def holding_wrench(model: Model, flow: Flow, nu: Vector, current: Vector) -> list[Array]:
-    """What actuators must add (6), FRD [N], [N m], for no acceleration at velocity `nu` (6).
+    """Wrench (6) that actuators must add, FRD [N], [N m], for no acceleration at velocity `nu` (6).
 
     Forces are those at the wanted velocity: at the actual one they would undo drag faster than thrusters follow.
     Moments are those at the actual way through the water, which is another where the thrust does not suffice: what a

@@ -177,7 +177,7 @@ def world_pose(flow: Flow) -> list[Array]:
 
 
 def position_error(flow: Flow, goal: Sequence[Array]) -> list[Array]:
-    """Where the vehicle is, seen from the goal, in body axes FRD (3) [m]."""
+    """Place of the vehicle, seen from the goal, in body axes FRD (3) [m]."""
     p = flow.position
     return matvec(transpose(flow.rotation), [p[0] - goal[0], p[1] + goal[1], p[2] + goal[2]])
 

@@ -33,7 +33,7 @@ class PontoonConfig(PartConfig):
 
     @property
     def sides(self) -> tuple[float, ...]:
-        """Where the centre lines are, to starboard [m]."""
+        """Places of the centre lines, to starboard [m]."""
         return (self.position_y_m, -self.position_y_m) if self.mirror else (self.position_y_m,)
 
     @property

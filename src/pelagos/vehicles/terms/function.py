@@ -38,7 +38,7 @@ NumpyTerm = Callable[["NumpyFlow", Mapping[str, float]], ArrayLike]
 
 @dataclass(frozen=True)
 class NumpyFlow:
-    """What a function in NumPy sees of n vehicles, NED and FRD, float64.
+    """Flow past n vehicles as a function in NumPy sees it, NED and FRD, float64.
 
     Attributes:
         position: `(n, 3)` of the body's origin [m].
@@ -112,7 +112,7 @@ class Function:
     mass: Matrix | None = None
 
     def wrench(self, flow: Flow) -> Vector:
-        """What the function says (6).
+        """Wrench of the function (6).
 
         Raises:
             InputError: it does not return six entries.
@@ -135,7 +135,7 @@ class NumpyFunction:
     on_host: bool = True
 
     def wrench(self, flow: Flow) -> Vector:
-        """What the function says (6), now: a step that contains it cannot be recorded.
+        """Wrench of the function (6), now: a step that contains it cannot be recorded.
 
         Raises:
             InputError: it does not return `(n, 6)`, or something is not finite; or the step is being recorded.

@@ -45,7 +45,7 @@ _BEGINNINGS: Final[tuple[tuple[bytes, str, Reader], ...]] = (
 
 @dataclass(frozen=True)
 class Reading:
-    """How to read a file.
+    """Way of reading a file.
 
     Attributes:
         variable: of a file that holds several.
@@ -98,7 +98,7 @@ def read_survey(source: str, how: Reading) -> Grid | Soundings:
 
 
 def _reader(path: Path, suffix: str) -> tuple[Reader, tuple[str, ...]]:
-    """Who reads a file: by how it begins, where that is known, else by its name."""
+    """Reader of a file: by how it begins, where that is known, else by its name."""
     reader = _READERS[suffix]
     with path.open("rb") as file:
         begins = file.read(8)

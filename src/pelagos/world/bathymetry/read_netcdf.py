@@ -100,7 +100,7 @@ def _said(variables: Any, kind: str) -> str | None:
 
 
 def _about(chosen: Any) -> tuple[bool | None, str, str]:
-    """What a variable says about its sign, its unit, and in words."""
+    """Description of a variable: its sign, its unit, and in words."""
     down = {"down": True, "up": False}.get(str(getattr(chosen, "positive", "")).lower())
     words = " ".join(str(getattr(chosen, k, "")) for k in ("standard_name", "long_name"))
     return down, str(getattr(chosen, "units", "")), words

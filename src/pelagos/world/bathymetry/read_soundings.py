@@ -31,7 +31,7 @@ _HEAD: Final = 200  # lines among which the first row of numbers is looked for
 
 @dataclass(frozen=True)
 class _Layout:
-    """How a text file is written.
+    """Layout of a text file.
 
     Attributes:
         mark: between columns; None for any blanks.
@@ -99,7 +99,7 @@ def _layout(path: Path, lines: list[str], columns: str) -> _Layout:
 
 
 def _separator(line: str) -> tuple[str | None, bool]:
-    """What stands between columns, and whether numbers have decimal commas."""
+    """Separator of columns, and whether numbers have decimal commas."""
     for mark in (";", "\t"):
         if mark in line:
             return mark, "," in line and "." not in line
@@ -119,7 +119,7 @@ def _words(name: str) -> list[str]:
 
 
 def _named(header: list[str]) -> dict[str, int] | None:
-    """Where u, v and z stand by the names of the columns: whole names first, then their parts, the first of each."""
+    """Columns of u, v and z by their names: whole names first, then their parts, the first of each."""
     found: dict[str, int] = {}
     for k, name in enumerate(header):
         if name.lower() in _MEANING:

@@ -41,7 +41,7 @@ class Extent:
 
 
 def extent(survey: Grid | Soundings) -> Extent:
-    """Where on Earth a survey lies."""
+    """Extent of a survey on Earth."""
     if isinstance(survey, Grid):
         u0, u1, v0, v1 = survey.whole or (survey.u[0], survey.u[-1], survey.v[0], survey.v[-1])
         side = np.linspace(0, 1, 33)
@@ -108,7 +108,7 @@ def sample(
 
 
 def far_from_soundings(survey: Soundings, origin: GeoOrigin, ground: HeightField) -> tuple[int, float]:
-    """How many nodes lie far from every sounding, and how far that is [m]: ten usual distances, or two cells."""
+    """Number of nodes far from every sounding, and the distance meant [m]: ten usual distances, or two cells."""
     tree = _near(survey, origin, ground)
     far = max(10 * _usual(tree), 2 * ground.spacing)
     nodes = np.stack(np.meshgrid(ground.x, ground.y, indexing="ij"), axis=-1).reshape(-1, 2)

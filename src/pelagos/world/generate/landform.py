@@ -16,7 +16,7 @@ Field = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Ground:
-    """What a landform is made for.
+    """Ground that a landform is made for.
 
     Attributes:
         x, y: node coordinates `(nx,)`, `(ny,)` [m].

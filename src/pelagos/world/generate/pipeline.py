@@ -17,7 +17,7 @@ _JOINT = 12.2  # [m], the usual length of a pipe joint
 
 @dataclass(frozen=True)
 class Pipeline:
-    """Where a pipe lies.
+    """Course of a pipe.
 
     Attributes:
         path: `(k, 2)` middle line x, y, evenly spaced [m].

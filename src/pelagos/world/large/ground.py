@@ -36,7 +36,7 @@ class Inset:
     material: int = 0
 
     def holds(self, x: NDArray[np.float64], y: NDArray[np.float64]) -> NDArray[np.bool_]:
-        """Which places lie in it, its edge included."""
+        """Mask of the places that lie in it, its edge included."""
         return (x >= self.low[0]) & (x <= self.high[0]) & (y >= self.low[1]) & (y <= self.high[1])
 
     def mixed(self, z: NDArray[np.float64], x: NDArray[np.float64], y: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -56,7 +56,7 @@ class Inset:
 
 @dataclass(frozen=True)
 class LargeGround:
-    """What the ground is; which part of it stands in a scene is `Stream`'s business.
+    """Ground of a large world; which part of it stands in a scene is `Stream`'s business.
 
     Attributes:
         x0, y0: place of node (0, 0) [m].
@@ -84,12 +84,12 @@ class LargeGround:
 
     @property
     def x1(self) -> float:
-        """Where it ends along x [m]."""
+        """End along x [m]."""
         return self.x0 + self.cells[0] * self.spacing
 
     @property
     def y1(self) -> float:
-        """Where it ends along y [m]."""
+        """End along y [m]."""
         return self.y0 + self.cells[1] * self.spacing
 
     @cached_property

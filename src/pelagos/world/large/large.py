@@ -238,7 +238,7 @@ class LargeConfig(WorldConfig):
         return tuple(sorted(made, key=lambda i: -i.level))
 
     def _triangles(self, source: Source, standing: int) -> int:
-        """How many triangles the ground may have beside those that stand on it."""
+        """Number of triangles that the ground may have beside those that stand on it."""
         things = standing * BYTES_PER_TRIANGLE * 1e-6
         held = getattr(source, "megabytes", 0.0)
         room = (self.memory_mb - PROCESS_MB - held - things) * 1e6
@@ -276,7 +276,7 @@ def _overview(ground: LargeGround) -> Overview:
 
 
 def _furthest(ground: LargeGround) -> float:
-    """How far full resolution could reach, were there no limit to memory [m]."""
+    """Reach that full resolution could have, were there no limit to memory [m]."""
     return details(ground)[0] * 2 * CELLS * ground.spacing_at(ground.finest)
 
 

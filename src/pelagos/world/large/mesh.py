@@ -22,7 +22,7 @@ NODES = CELLS + 1
 
 @dataclass(frozen=True)
 class TileHeights:
-    """What was computed of each tile.
+    """Heights computed of each tile.
 
     Attributes:
         z: `(t, NODES, NODES)` float64 [m].

@@ -45,7 +45,7 @@ def pictured(world: World) -> World:
 
 
 def _places(world: World, ground: LargeGround) -> NDArray[np.float64]:
-    """Where the ground should be fine: in the insets, the finest first, and where things stand."""
+    """Places at which the ground should be fine: in the insets, the finest first, and where things stand."""
     found = [[(a + b) / 2 for a, b in zip(n.low, n.high, strict=True)] for n in reversed(ground.insets)]
     for g in world.geometries:
         if g.instance != ground.instance and len(g.vertices):

@@ -190,13 +190,13 @@ class Stream:
 
 
 def details(ground: LargeGround) -> tuple[float, ...]:
-    """Which of `DETAILS` are tried: none that goes farther than the least of them that reaches as far as asked."""
+    """Choice of `DETAILS` to try: none that goes farther than the least of them that reaches as far as asked."""
     far = [d for d in DETAILS if reached(ground, d) >= ground.reach]
     return DETAILS[len(far) - 1 :] if far else DETAILS
 
 
 def reached(ground: LargeGround, detail: float) -> float:
-    """How far full resolution goes around a vehicle at least, beside insets [m]."""
+    """Least reach of full resolution around a vehicle, beside insets [m]."""
     return (1 - _STAY) * 2 * detail * CELLS * ground.spacing
 
 

@@ -55,7 +55,7 @@ def read_mjcf(root: Xml.Element, folder: Path, which: str) -> Iterator[tuple[Mes
 
 @dataclass(frozen=True)
 class _File:
-    """What the parts of a file refer to.
+    """References that the parts of a file share.
 
     Attributes:
         defaults: attributes by class and kind of element, those of outer classes included.

@@ -136,7 +136,7 @@ class CameraConfig(LitViewConfig):
 
     @property
     def blades_closed(self) -> float:
-        """How much the blades show, from 0 (a round opening) to 1 (a polygon)."""
+        """Share of the blades in the shape of the opening, from 0 (round) to 1 (a polygon)."""
         if self.aperture_widest is None:
             return 1.0
         return min(max(self.aperture / self.aperture_widest - 1, 0.0), 1.0)
@@ -189,7 +189,7 @@ def idle_keys(config: CameraConfig) -> str | None:
 
 
 def contradiction(config: CameraConfig) -> str | None:
-    """What cannot be about an exposure; None where all is well."""
+    """Contradiction in the keys of an exposure; None where all is well."""
     period, exposure, readout = 1 / config.rate_hz, config.shutter_s, config.rolling_shutter_s
     if config.exposure == "manual" and exposure > period * (1 + 1e-9):
         return f"'shutter_s' of {exposure:g} s is longer than the {period:.4g} s between two frames"

@@ -112,7 +112,7 @@ def balance(light: Array, where: Pixels, tiling: Tiling, config: CameraConfig) -
 
 
 def meter_weight(where: Pixels, tiling: Tiling, config: CameraConfig) -> Array:
-    """How much the meter looks at each pixel."""
+    """Weight of each pixel in the meter's mean."""
     if config.metering == "average":
         return dr.full(jit.Float, 1.0, dr.width(where.column))
     x = (jit.Float(where.column) + 0.5) / tiling.width - 0.5
@@ -121,7 +121,7 @@ def meter_weight(where: Pixels, tiling: Tiling, config: CameraConfig) -> Array:
 
 
 def zone_mean(bright: Array, weight: Array, tiling: Tiling) -> Array:
-    """What a meter of zones, one a tile, makes of a picture: mean luminance by image [cd/m^2].
+    """Means of a picture by a meter of zones, one a tile: mean luminance by image [cd/m^2].
 
     A zone counts at most as full as it would be in the picture, where the mean is middle grey: the sun, and its path
     on the water, do not turn the rest to night.
@@ -191,7 +191,7 @@ def developed(
 
 
 def unpacked(packed: Array, config: CameraConfig, images: int) -> NDArray[Any]:
-    """What `developed` gives as `(images, height, width, 3)`, of a mosaic `(images, height, width)`."""
+    """Values of `developed` as `(images, height, width, 3)`, of a mosaic `(images, height, width)`."""
     kind = np.uint8 if config.bits <= 8 else np.uint16
     shape = (images, config.height_px, config.width_px)
     values = np.array(packed)

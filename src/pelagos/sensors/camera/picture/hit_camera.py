@@ -26,7 +26,7 @@ from pelagos.sensors.sensor import Kinematics, SensorContext
 
 @dataclass(frozen=True)
 class Seen:
-    """What the pixels of all lanes see, for the functions that work out a camera's values.
+    """Hits of the pixels of all lanes, for the functions that work out a camera's values.
 
     Attributes:
         where: the pixels.

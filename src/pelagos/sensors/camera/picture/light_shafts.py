@@ -17,7 +17,7 @@ from pelagos.sensors.sensor import Kinematics
 def shaft_squares(
     scenery: Scenery, lens: Lens, motion: Kinematics, own: Array, config: ViewConfig, tiling: Tiling
 ) -> Array:
-    """What `shafts` gives for each square of all images, `Array4f`, row by row; not worked out yet."""
+    """Values of `shafts` for each square of all images, `Array4f`, row by row; not worked out yet."""
     where, x, y = square_pixels(tiling, dr.width(motion.tick))
     image = where.image
     rays = view_rays(lens, where, motion, own, config, scenery.level)

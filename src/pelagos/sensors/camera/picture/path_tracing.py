@@ -213,7 +213,7 @@ def _sunbeam(scenery: Scenery, place: Array, lane: Array) -> tuple[Array, Array]
 
 @dataclass
 class _Sea:
-    """What the sea surface does to a path that meets it, and the sky to one that meets nothing. A Dr.Jit struct."""
+    """Sea surface as a path meets it, and the sky of one that meets nothing. A Dr.Jit struct."""
 
     light: Array
     weight: Array

@@ -32,7 +32,7 @@ def square_pixels(tiling: Tiling, images: int, *, lanes: int = 1) -> tuple[Pixel
 
 
 def stratum(x: Array, y: Array) -> Array:
-    """Where in a stretch a square asks, 0 .. 1: nine neighbours in nine places; `x`, `y` column and row of it."""
+    """Place in a stretch for a square, 0 .. 1: nine neighbours in nine places; `x`, `y` column and row of it."""
     return (jit.Float((x % 3 + 3 * (y % 3)) * 4 % 9) + 0.5) / 9
 
 

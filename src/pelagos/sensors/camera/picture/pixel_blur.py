@@ -105,7 +105,7 @@ def _object_radius(hits: Hits, where: Pixels, moves: Array, images: int, config:
 
 
 def _pixels_a_second(hits: Hits, rays: Rays, where: Pixels, motion: Kinematics, config: CameraConfig) -> Array:
-    """How fast what each pixel shows moves across the picture [px/s], as in its middle."""
+    """Speed at which the content of each pixel moves across the picture [px/s], as in its middle."""
     _, attitude = sensor_pose(motion, config)
     q = jit.Array4f(*(dr.gather(jit.Float, jit.Float(attitude[i]), where.image) for i in range(4)))
 

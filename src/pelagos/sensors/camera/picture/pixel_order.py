@@ -69,7 +69,7 @@ def inner_place(inner: Any) -> tuple[Any, Any]:
 
 @jit.struct
 class Pixels:
-    """Where each lane of `images` images belongs, a Dr.Jit struct.
+    """Pixel to which each lane of `images` images belongs, a Dr.Jit struct.
 
     Attributes:
         image: `UInt32`, which image.

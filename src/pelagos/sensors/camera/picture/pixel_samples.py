@@ -32,7 +32,7 @@ _ROOT: Final = 1.167303978261418684256  # of x^6 = x + 1: five dimensions
 
 @jit.struct
 class Sample:
-    """Where in pixel, aperture and exposure a ray belongs, a Dr.Jit struct of `Float`, one a lane.
+    """Place in pixel, aperture and exposure to which a ray belongs, a Dr.Jit struct of `Float`, one a lane.
 
     Attributes:
         right, down: in the pixel, -0.5 .. 0.5.

@@ -175,7 +175,7 @@ def look(
 
 @dataclass
 class _Behind:
-    """What a ray finds in the end, straight or by way of the sea surface, a Dr.Jit struct.
+    """Last finding of a ray, straight or by way of the sea surface, a Dr.Jit struct.
 
     Attributes:
         hits: of the last stretch.
@@ -243,7 +243,7 @@ _Branch: TypeAlias = tuple[Array, Array, Array, Array, Array]
 
 
 def _branch_at(scenery: Scenery, rays: Rays, to_sea: Array, under: Array, lane: Array, pixel_angle: float) -> _Branch:
-    """Where rays go on from the sea surface: start and direction of the stronger branch, whether it is in the water,
+    """Branches of rays at the sea surface: start and direction of the stronger branch, whether it is in the water,
     and its share; the other branch's light, with the sun's glitter.
     """
     d = rays.direction
@@ -362,7 +362,7 @@ def _water_below(scenery: Scenery, direction: Array, distance: Array) -> Array:
 
 
 def _open_sea(scenery: Scenery, direction: Array, depth: Array) -> Ambience:
-    """Where nothing stands; for level or downward views."""
+    """Radiance of a sea in which nothing stands; for level or downward views."""
     field, none = scenery.field, jit.Array3f(0)
     below = dr.maximum(depth, 0)
     source = diffuse_source(field, below, direction)

@@ -19,7 +19,7 @@ _STEP: Final = 0.01  # [px], for the lens's derivative
 
 @jit.struct
 class RayChange:
-    """How the rays of a lens change from pixel to pixel, a Dr.Jit struct of pairs (rightwards, downwards) of `Array3f`,
+    """Change of the rays of a lens from pixel to pixel, a Dr.Jit struct of pairs (rightwards, downwards) of `Array3f`,
     sensor frame, lanes in the order of `Tiling`.
 
     Attributes:

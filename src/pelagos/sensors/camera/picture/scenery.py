@@ -26,7 +26,7 @@ FAR: Final = 1e4  # [m], where there is nothing
 
 @jit.struct
 class Murk:
-    """What varies in the water from place to place, a Dr.Jit struct.
+    """Water that varies from place to place, a Dr.Jit struct.
 
     Attributes:
         ocean: with its tracers.
@@ -97,7 +97,7 @@ def by_ray(scenery: Scenery, lane: Array) -> Scenery:
 
 
 def fog_radiance(scenery: Scenery) -> Array:
-    """What thick fog and rain look like, and a white level surface: `Array3f` [cd/m^2]."""
+    """Radiance of thick fog and rain, and of a white level surface: `Array3f` [cd/m^2]."""
     light = scenery.light
     return airlight(light.sun, light.sky, light.towards_sun)
 
@@ -122,13 +122,13 @@ def sea_from_above(scenery: Scenery) -> Array:
 
 
 def depth_at(scenery: Scenery, place: Array) -> Array:
-    """How far below the mean level of the sea places `Array3f64` are [m], `Float`; `scenery` of `by_ray`."""
+    """Depth of places `Array3f64` below the mean level of the sea [m], `Float`; `scenery` of `by_ray`."""
     z = jit.Float(place.z)
     return -z if scenery.tide is None else scenery.tide - z
 
 
 def depth_of_starts(scenery: Scenery, rays: Rays, lane: Array) -> Array:
-    """How far below the surface of the sea rays start [m]: those through one port may start on both sides of it."""
+    """Depth of rays' starts below the sea surface [m]: those through one port may start on both sides of it."""
     swell = scenery.waves.swell
     if swell is None:
         level = dr.gather(jit.Float, scenery.level, lane)

@@ -42,7 +42,7 @@ def level_over(ocean: Any, position: Array, t_ns: Array) -> Array:
 
 
 def sea_crossing(rays: Rays, lane: Array, ocean: Any, position: Array, t_ns: Array) -> Crossing:
-    """Where rays meet the sea.
+    """Crossing of rays with the sea.
 
     Args:
         rays: in the world.

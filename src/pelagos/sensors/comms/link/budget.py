@@ -20,7 +20,7 @@ _FIRST_DB: Final = 10.0  # below the loudest path, down to which a receiver take
 
 @dataclass(frozen=True)
 class Heard:
-    """What one receiver gets of one transmission.
+    """Signal of one transmission at one receiver.
 
     Attributes:
         delay_s: of the first loud path [s].
@@ -74,7 +74,7 @@ def success(port: ModemPort, bits: int, level_db: float, noise_db: float, *other
 
 
 def same_waveform_db(port: ModemPort) -> float:
-    """What another packet of the same waveform disturbs more than noise [dB]: spreading gains nothing on it."""
+    """Disturbance by another packet of the same waveform over that by noise [dB]: spreading gains nothing on it."""
     return max(10.0 * math.log10(port.bandwidth_hz / port.bit_rate_bps) + port.coding_gain_db, 0.0)
 
 

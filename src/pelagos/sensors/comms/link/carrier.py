@@ -26,14 +26,14 @@ Pair = tuple[int, int, int]
 
 
 class PoseOf(Protocol):
-    """Where an end is in every copy."""
+    """Pose of an end in every copy."""
 
     position: NDArray[np.float64]
     attitude: NDArray[np.float64]
 
 
 class Carrier(Protocol):
-    """What carries packets between ends of the same kind."""
+    """Carrier of packets between ends of the same kind."""
 
     def hear(self, pairs: Sequence[Pair], poses: Mapping[int, Any], t: float) -> list[Heard]:
         """Levels of pairs of (sender, receiver, copy)."""

@@ -38,7 +38,7 @@ _ADDRESSES: Final = 65_536
 
 @dataclass(frozen=True)
 class Pose:
-    """Where a modem is in every copy: `(n, 3)` [m], `(n, 4)`, `(n, 3)` [m/s] in the world."""
+    """Pose of a modem in every copy: `(n, 3)` [m], `(n, 4)`, `(n, 3)` [m/s] in the world."""
 
     position: NDArray[np.float64]
     attitude: NDArray[np.float64]
@@ -161,12 +161,12 @@ class Medium:
         raise LookupFailed("modem", name, self.modems, where=where)
 
     def pose(self, path: str) -> Pose:
-        """Where a modem is now."""
+        """Present pose of a modem."""
         port = self.modems[path]
         return self.pose_of(port.agent, port.mount)
 
     def pose_of(self, agent: str, mount: Any) -> Pose:
-        """Where something with `position_m` and `q_body_sensor` on a vehicle is now."""
+        """Present pose of something with `position_m` and `q_body_sensor` on a vehicle."""
         assert self.motions_of is not None
         motion, rows = self.motions_of(agent)
         key = (id(motion), mount.position_m, mount.q_body_sensor)
@@ -186,7 +186,7 @@ class Medium:
         self, pairs: Sequence[tuple[int, int, int]], poses: Mapping[int, Pose], t: float,
         cache: dict[tuple[int, int, int], _Link], lag: Sequence[float],
     ) -> list[Heard]:  # fmt: skip
-        """What receivers get of senders: pairs of (sender, receiver, copy), modems by index.
+        """Signals of senders at receivers: pairs of (sender, receiver, copy), modems by index.
 
         Args:
             pairs: all of senders of one frequency.

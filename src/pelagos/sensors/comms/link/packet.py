@@ -57,7 +57,7 @@ class Packet:
 
 @dataclass(frozen=True)
 class Reception:
-    """What became of a packet at one receiver, whether it was for it or not.
+    """Fate of a packet at one receiver, whether it was for it or not.
 
     Attributes:
         number, kind, sender, to: as in `Packet`.

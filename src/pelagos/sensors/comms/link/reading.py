@@ -12,7 +12,7 @@ from pelagos.sensors.sensor import Measurement, SensorContext
 
 
 def read_port(context: SensorContext, lanes: int) -> Measurement:
-    """What the modem of this context reads at the ticks that are asked for; without a simulation it is silent."""
+    """Reading of this context's modem at the ticks that are asked for; without a simulation it is silent."""
     rows, medium = len(context.own_body), context.medium
     if medium is None or medium.traffic is None:
         return _measured([_silent(rows) for _ in range(lanes // rows)])

@@ -21,7 +21,7 @@ SECOND = 1_000_000_000  # [ns]
 
 @dataclass
 class Station:
-    """What changes of a modem.
+    """State of a modem that changes.
 
     Attributes:
         begin_ns: when its episode began, from which slots count [ns].
@@ -71,7 +71,7 @@ class Station:
 def next_to_send(
     station: Station, port: ModemPort, now: int, *, channel_busy: Callable[[], bool], draw: Callable[[], float]
 ) -> tuple[Outgoing, int] | None:
-    """What a station sends now, and from when [ns]; changes the station.
+    """Next transmission of a station, and the time from which it may be sent [ns]; changes the station.
 
     Args:
         now: [ns].

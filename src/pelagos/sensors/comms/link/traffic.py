@@ -32,7 +32,7 @@ _KEPT_NS: Final = 30 * SECOND  # for which packets are kept that may have distur
 
 @dataclass
 class Output:
-    """What a modem reads at a tick: `(n, 5)` queued, transmitting, received, sent, noise; packets and fates by copy."""
+    """Output of a modem at a tick: `(n, 5)` queued, transmitting, received, sent, noise; packets and fates by copy."""
 
     status: NDArray[np.float64]
     packets: list[list[Packet]]
@@ -92,7 +92,7 @@ class Traffic:
         return taken
 
     def read(self, path: str, tick: int) -> Output:
-        """What a modem reads at a tick; the first one that asks takes all others along."""
+        """Output of a modem at a tick; the first one that asks takes all others along."""
         if tick > self.tick:
             self._work(tick)
         return self._outputs[self._index[path]]
@@ -348,7 +348,7 @@ class Traffic:
     # clocks and chance
 
     def clock(self, k: int, c: int, t_ns: int) -> float:
-        """What a modem's clock shows [s]."""
+        """Time on a modem's clock [s]."""
         port = self._ports[k]
         if port.clock_offset_std_s == 0.0 and port.clock_drift_std_ppm == 0.0:
             return t_ns * 1e-9

@@ -102,7 +102,7 @@ class Scan:
 
 @jit.struct
 class Echoes:
-    """What the pulses met, a Dr.Jit struct, by pulse.
+    """Echoes of the pulses, a Dr.Jit struct, by pulse.
 
     Attributes:
         valid: `Bool`.
@@ -187,7 +187,7 @@ def pulses(
 
 
 def echoes(caster: Caster, rays: Rays, direction: Array, sea_way: Crossing, config: LaserConfig) -> Echoes:
-    """What the pulses meet: solids, and for pulses from above the sea surface as configured.
+    """Echoes of pulses from solids, and for pulses from above from the sea surface as configured.
 
     Pulses are mirrored and refracted as by level water, wherever they meet the waves.
     """

@@ -25,7 +25,7 @@ from pelagos.sensors.sensor import Kinematics, SensorContext
 
 @dataclass(frozen=True)
 class Heard:
-    """What came back of a sample's pulses, for the functions that work out a LiDAR's values.
+    """Returns of a sample's pulses, for the functions that work out a LiDAR's values.
 
     Attributes:
         echo: see `Echoes`.
@@ -130,6 +130,6 @@ def cloud(direction: Array, distance: Array, value: Array, kept: Array) -> Array
 
 
 def ring_of(image: NDArray[np.float32]) -> tuple[NDArray[np.bool_], NDArray[np.uint16]]:
-    """Which pulses `(channels, steps)` of one copy gave a point, and the channel of each of those points."""
+    """Mask of the pulses `(channels, steps)` of one copy that gave a point, and the channel of each of those points."""
     there = np.isfinite(image[..., 0])
     return there, np.nonzero(there)[0].astype(np.uint16)

@@ -56,7 +56,7 @@ def column_spec(config: Any, context: SensorContext) -> PingSpec:
 
 
 def swath_of(config: Any) -> Swath:
-    """How it points its beams."""
+    """Directions of its beams."""
     return Swath(
         beams=config.soundings,
         rays=config.rays_per_beam,

@@ -183,7 +183,7 @@ class PingConfig(SensorConfig):
 
 
 def mounting(config: SensorConfig) -> Mounting:
-    """Where a sonar sits."""
+    """Place of a sonar on its vehicle."""
     return Mounting(config.position_m, config.q_body_sensor)
 
 

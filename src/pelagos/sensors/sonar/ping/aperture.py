@@ -16,7 +16,7 @@ from pelagos.jit import Array
 
 @jit.struct
 class Facing:
-    """Where beams look, one row a beam, in the sensor frame: a Dr.Jit struct.
+    """Directions of beams, one row a beam, in the sensor frame: a Dr.Jit struct.
 
     Attributes:
         axis, side, up: `Array3f`, unit vectors: of the beam, along both edges of its aperture.

@@ -19,7 +19,7 @@ _FINEST: Final = 0.3  # of 1/bandwidth, between them
 
 
 def arrivals(heard: Heard, lanes: Lanes, bins: Bins, *, beams: int, bandwidth_hz: float) -> Array:
-    """What each beam hears of other sonars in each bin, re this one's source level at 1 m: two `Float` a cell.
+    """Signals of other sonars in each bin of each beam, re this one's source level at 1 m: two `Float` a cell.
 
     One arrival has one phase, that of its way: beams and bins share it. Lanes are pings by beams, which no other lane
     writes to, so that sums do not depend on the number of threads.

@@ -28,7 +28,7 @@ _WORD: Final = 0x9E3779B1
 
 @dataclass(frozen=True)
 class Beams:
-    """How a multibeam receives.
+    """Reception of a multibeam.
 
     Attributes:
         count: beams of a ping.
@@ -53,7 +53,7 @@ class Beams:
 
 @jit.struct
 class Window:
-    """Where each beam's strongest echo is, one lane a beam: a Dr.Jit struct.
+    """Place of each beam's strongest echo, one lane a beam: a Dr.Jit struct.
 
     Attributes:
         found: `Bool`.

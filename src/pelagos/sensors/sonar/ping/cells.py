@@ -39,7 +39,7 @@ class Cells:
 
 @jit.struct
 class Constants:
-    """What a ping is called with, and never changes: a Dr.Jit struct.
+    """Constants of a ping: a Dr.Jit struct.
 
     Attributes:
         steering, pulse: weights, see `amplitude_weights` and `spread_pulse`.

@@ -26,7 +26,7 @@ _FEW_BEAMS: Final = 8
 
 @dataclass(frozen=True, eq=False)
 class Apertures:
-    """How beams hear or send, as rectangular apertures: arrays `(beams, 3)` of unit vectors in the sensor frame.
+    """Beams that hear or send, as rectangular apertures: arrays `(beams, 3)` of unit vectors in the sensor frame.
 
     Attributes:
         axis: where each beam looks.

@@ -85,7 +85,7 @@ class Lanes:
 
 
 def arcs_of(reach: float) -> int:
-    """How many arcs a bent ray is made of."""
+    """Number of arcs that a bent ray is made of."""
     return min(max(math.ceil(reach / _ARC), _ARCS[0]), _ARCS[1])
 
 
@@ -109,7 +109,7 @@ def fan_struct(fan: dict[str, NDArray[Any]]) -> Fan:
 
 @jit.struct
 class View:
-    """What a sonar's rays saw, one lane a ray: a Dr.Jit struct.
+    """Hits of a sonar's rays, one lane a ray: a Dr.Jit struct.
 
     Attributes:
         lane: `UInt32`, copy and tick that the ray belongs to.
@@ -170,7 +170,7 @@ def look(
 
 @jit.struct
 class Sight:
-    """Where rays look, one lane a ray: a Dr.Jit struct; fields as of `View`."""
+    """Directions of rays, one lane a ray: a Dr.Jit struct; fields as of `View`."""
 
     lane: Array
     ray: Array
@@ -214,7 +214,7 @@ def see(
 
 
 def steered(direction: Array, factor: Array) -> Array:
-    """Where beams of an array along y look whose phases are for another sound speed: sin a c/c' in place of sin a.
+    """Directions of beams of an array along y whose phases are for another sound speed: sin a c/c' in place of sin a.
 
     `direction` in the sensor frame; `factor` c/c', water over assumed.
     """

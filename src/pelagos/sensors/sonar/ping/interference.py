@@ -107,7 +107,7 @@ class Neighbours:
         return chosen
 
     def heard(self, own: Emitter, paths: Sequence[str], motion: Kinematics) -> Heard | None:
-        """What arrives at a receiver; None where nothing of it lies in its band."""
+        """Signal at a receiver; None where nothing of it lies in its band."""
         sources = [self._emitters[p] for p in paths if p != own.path]
         sources = [s for s in sources if _shares(own, s)]
         if not sources or self.motion_of is None:
@@ -239,7 +239,7 @@ def unblocked(caster: Caster, heard: Heard, lanes: Lanes) -> Heard:
 
 @dataclass(frozen=True)
 class _Placed:
-    """Where sonars are `(sources, m, 3)` [m], and their attitudes `(sources, m, 4)`."""
+    """Places of sonars `(sources, m, 3)` [m], and their attitudes `(sources, m, 4)`."""
 
     position: NDArray[np.float64]
     attitude: NDArray[np.float64]

@@ -1,4 +1,4 @@
-"""How a sonar divides directions into beams."""
+"""Division of directions into beams."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from pelagos.sensors.sonar.ping.aperture import Aperture
 
 @dataclass(frozen=True)
 class Layout:
-    """How a sonar divides directions.
+    """Division of directions by a sonar.
 
     Attributes:
         beams: number of beams.

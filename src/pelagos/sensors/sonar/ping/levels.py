@@ -30,7 +30,7 @@ _DISTURBED: Final = 0x20000000  # counts of the random phases of another sonar's
 
 @dataclass(frozen=True)
 class Din:
-    """What is heard besides echoes and noise: the water, what is coherent; and beams with painted streaks.
+    """Sound besides echoes and noise: of the water, coherent echoes; and beams with painted streaks.
 
     `coherent` see `coherent_echoes`; other sonars' pulses too, see `arrivals`.
     """
@@ -42,7 +42,7 @@ class Din:
 
 @dataclass(frozen=True)
 class Moment:
-    """When and where a ping is sent.
+    """Time and place at which a ping is sent.
 
     Attributes:
         lanes: see `Lanes`.

@@ -1,4 +1,4 @@
-"""How a sonar hears targets: at which ranges, in which directions, by which beams."""
+"""Reception of targets by a sonar: at which ranges, in which directions, by which beams."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from pelagos.sensors.sonar.ping.fan import Lanes, steered
 
 @dataclass(frozen=True)
 class Hearing:
-    """How a sonar hears targets.
+    """Reception of targets by a sonar.
 
     Attributes:
         aperture: its patterns.

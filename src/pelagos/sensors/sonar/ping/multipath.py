@@ -37,7 +37,7 @@ _MOST: Final = 1e3  # of a pattern over another's: beside nulls
 
 @dataclass(frozen=True)
 class Mirrors:
-    """Where sound bounces.
+    """Boundaries at which sound bounces.
 
     Attributes:
         bottom: whether at the bottom and at all else, besides the sea surface.

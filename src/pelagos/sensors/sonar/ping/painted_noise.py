@@ -45,7 +45,7 @@ def paint(
 
 
 def streaks(sine: Array, heard: Array, row: Array, rows: int) -> Array:
-    """Which rows (pings by beams) have streaks, `Bool`: where enough of their rays meet something squarely.
+    """Mask of rows (pings by beams) that have streaks, `Bool`: where enough of their rays meet something squarely.
 
     Args:
         sine: of the grazing angle, by ray.

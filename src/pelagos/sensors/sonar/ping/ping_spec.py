@@ -20,7 +20,7 @@ SOUND_SPEED: Final = 1500.0  # [m/s], by which the pulse's length in the water i
 
 @dataclass(frozen=True)
 class Mounting:
-    """Where a sonar sits.
+    """Place of a sonar on its vehicle.
 
     Attributes:
         position_m: in the body frame FLU [m].
@@ -77,7 +77,7 @@ class Bounces:
 
 @dataclass(frozen=True)
 class Display:
-    """How levels are given.
+    """Scale of levels.
 
     Attributes:
         tvg_db: spreading k of the gain k log10(r) + 2 a r.
@@ -182,7 +182,7 @@ class PingSpec:
 
     @property
     def longest_strip_m(self) -> float:
-        """How far a ray's patch of surface may reach in range [m]."""
+        """Longest patch of surface that a ray stands for, in range [m]."""
         return 0.125 * self.range_max_m
 
 

@@ -60,7 +60,7 @@ _FINEST: Final = 4.0  # bins in one resolution of the pulse beyond which a finer
 
 @jit.struct
 class Traces:
-    """What is left of a ping, from which its truth is computed when somebody looks at it: a Dr.Jit struct.
+    """Remainder of a ping, from which its truth is computed when somebody looks at it: a Dr.Jit struct.
 
     Attributes:
         strips: of the direct echoes, and of those by other ways.
@@ -78,7 +78,7 @@ class Traces:
 
 
 class Pinger:
-    """What a sonar of this kind keeps from ping to ping; none of it changes.
+    """Parts that a sonar of this kind keeps from ping to ping; none of them changes.
 
     Args:
         spec: pulse, bins, levels.
@@ -167,7 +167,7 @@ class Pinger:
         return self._sounder.trace(self._kernel, *arguments, motion, self._constants, self._besides(motion, turn))
 
     def _besides(self, motion: Kinematics, turn: Array | None) -> dict[str, Any]:
-        """What only some pings are called with."""
+        """Arguments that only some pings are called with."""
         found: dict[str, Any] = {}
         if turn is not None:
             found["turn"] = turn
@@ -183,7 +183,7 @@ class Pinger:
         return found
 
     def _targets(self) -> Targets | None:
-        """What rays may miss; looked for anew when other things move.
+        """Targets that rays may miss; looked for anew when other things move.
 
         Sonars that resolve the lattice of roughness have rays enough, whose phases must go on from ping to ping.
         """
@@ -291,7 +291,7 @@ class Pinger:
 
 
 def hearing(spec: PingSpec, layout: Layout, rays: dict[str, NDArray[Any]]) -> Hearing:
-    """How targets are heard."""
+    """Reception of targets."""
     solid_angle = float(np.mean((rays["upper"] - rays["lower"]) * rays["across"]))
     return Hearing(
         aperture=layout.aperture,
@@ -340,7 +340,7 @@ def emitter(
 
 
 def waters(spec: PingSpec) -> Waters:
-    """What a ping's rays meet."""
+    """Water and surfaces that a ping's rays meet."""
     return Waters(
         frequency_hz=spec.frequency_hz,
         ph=spec.ph,
@@ -361,7 +361,7 @@ def listening(spec: PingSpec, path: str, neighbours: Neighbours | None, own: Emi
 
 
 def mirrors(spec: PingSpec, layout: Layout, bounces: Bounces, facing: Facing) -> Mirrors:
-    """Where sound bounces."""
+    """Boundaries at which sound bounces."""
     return Mirrors(
         bottom=bounces.bottom,
         order=bounces.order,

@@ -35,7 +35,7 @@ class Solid:
 
 
 def recognised(vertices: NDArray[np.floating]) -> Solid:
-    """What a mesh with these vertices `(v, 3)` [m] is."""
+    """Shape of a mesh with these vertices `(v, 3)` [m]."""
     low, high = vertices.min(axis=0).astype(np.float64), vertices.max(axis=0).astype(np.float64)
     size = float(np.linalg.norm(high - low))
     points = np.unique(np.round(np.asarray(vertices, dtype=np.float64) / size, 6), axis=0) * size

@@ -34,7 +34,7 @@ _DEPTHS: Final = 129  # places of the water column that are looked at
 
 @dataclass(frozen=True)
 class Waters:
-    """What a sonar's rays meet.
+    """Water and surfaces that a sonar's rays meet.
 
     Attributes:
         frequency_hz: of the water's absorption and of the surfaces' scattering.

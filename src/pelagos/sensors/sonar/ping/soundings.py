@@ -60,7 +60,7 @@ def detect(
 
 
 def placed(config: Any, direction: Array, distance: Array, lanes: Lanes) -> Array:
-    """Where the soundings are, `Array3f` in the sensor frame of the ping's transmission [m]: along the beams' axes, as
+    """Places of the soundings, `Array3f` in the sensor frame of the ping's transmission [m]: along the beams' axes, as
     rays bend; `direction` in the world."""
     lane = dr.arange(jit.UInt32, dr.width(distance)) // config.soundings
     q = dr.gather(jit.Array4f, jit.Array4f(lanes.attitude), lane)

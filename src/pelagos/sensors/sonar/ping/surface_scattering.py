@@ -35,7 +35,7 @@ _SOUND_SPEED: Final = 1500.0  # [m/s]
 
 @jit.struct
 class Surfaces:
-    """What all surfaces scatter at one frequency: a Dr.Jit struct.
+    """Scattering of all surfaces at one frequency: a Dr.Jit struct.
 
     Attributes:
         section: `Float` `(materials + 1) x 181`, see `scattering_table`.

@@ -32,7 +32,7 @@ _ROUNDS: Final = 4  # of travel times that change where beams look, which change
 
 @dataclass(frozen=True)
 class Swath:
-    """How a multibeam points its beams.
+    """Directions of a multibeam's beams.
 
     Attributes:
         beams: of a ping, those of both swaths.
@@ -149,7 +149,7 @@ def _sight(
     swath: Swath, sectors: Sectors, fan: Fan, lanes: Lanes, motion: Motion, lane: Array, ray: Array, row: Array,
     delay: Array,
 ) -> Sight:  # fmt: skip
-    """Where rays look, given the travel time of each [s]; `row` is the beam's among all lanes'."""
+    """Directions of rays, given the travel time of each [s]; `row` is the beam's among all lanes'."""
     beam = row % swath.beams
     own = dr.gather(jit.Array3f, fan.direction, ray)
     axis = dr.gather(jit.Array3f, fan.direction, beam * swath.rays + swath.rays // 2)
@@ -215,7 +215,7 @@ def delayed(patches: Patches, view: View, lanes: Lanes, motion: Motion, swath: S
 def axes_heard(
     swath: Swath, sectors: Sectors, fan: Fan, lanes: Lanes, motion: Motion, distance: Array
 ) -> tuple[Array, Array, Array]:
-    """What a sounder that knows its motion makes of each beam's range: direction in the world, `Array3f`, range from
+    """Range of each beam as a sounder that knows its motion has it: direction in the world, `Array3f`, range from
     where it sent its pulse [m], and the sine by which the transmitter was steered."""
     row = dr.arange(jit.UInt32, dr.width(distance))
     lane, beam = row // swath.beams, row % swath.beams

@@ -111,7 +111,7 @@ def _each_ray(
 def coherent_echoes(
     sighting: Sighting, grid: Grid, aperture: Aperture, facing: Facing, pings: int, *, energies: bool
 ) -> Array:
-    """What each beam hears of coherent echoes in each bin, re the source level at 1 m: two `Float` a cell, or with
+    """Coherent echoes in each bin of each beam, re the source level at 1 m: two `Float` a cell, or with
     `energies` its intensity, one."""
     beams, bins = grid.beams, grid.bins
     channels = 1 if energies else 2

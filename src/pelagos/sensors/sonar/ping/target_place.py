@@ -1,4 +1,4 @@
-"""Where things are as sonars see them."""
+"""Places of things as sonars see them."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ class Place:
 
 
 def placed(caster: Caster, things: Targets, lanes: Lanes, row: Array, count: int) -> Place:
-    """Where things are, as sonars see them."""
+    """Places of things, as sonars see them."""
     tables = caster.tables
     lane, thing = row // count, row % count
     copy = dr.gather(jit.UInt32, lanes.copy, lane)

@@ -37,7 +37,7 @@ _COHERENT: Final = 1e-3  # part of the intensity below which nothing is coherent
 
 @jit.struct
 class Sighting:
-    """What is known of each thing in a ping, pings by things (and by its rays): a Dr.Jit struct.
+    """Sight of each thing in a ping, pings by things (and by its rays): a Dr.Jit struct.
 
     Attributes:
         small: `Bool`, it has rays of its own, and no others hear it.
@@ -173,7 +173,7 @@ def _own_rays(
 
 
 def _merged(place: Place, chosen: _Asked, rays: _OwnRays, listener: Listener, *, k: int, count: int) -> Sighting:
-    """What own rays tell of each thing, and what its coherent echo is."""
+    """Sight of each thing by own rays, and its coherent echo."""
     lanes, hearing, echo, coherent = listener.lanes, listener.hearing, chosen.echo, chosen.coherent
     row = dr.arange(jit.UInt32, dr.width(place.distance))
     lane = row // count

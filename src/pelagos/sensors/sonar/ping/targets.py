@@ -95,7 +95,7 @@ FEW: Final = 24.0
 
 @dataclass(frozen=True)
 class Band:
-    """What a sonar can hear, and what its rays meet anyway.
+    """Band that a sonar can hear, and what its rays meet anyway.
 
     Attributes:
         frequency_hz, bandwidth_hz: middle and width of its band.
@@ -117,7 +117,7 @@ class _Thing:
 
 
 def targets(scene: Scene, materials: Sequence[Material], band: Band) -> Targets | None:
-    """What is looked for in a scene; None where there is nothing."""
+    """Targets in a scene; None where there is nothing."""
     things = [_Thing(g, solid, ()) for g, solid in _sized(scene.standing)]
     moving: dict[tuple[int, int], list[int]] = {}
     count: dict[tuple[int, int], int] = {}

@@ -32,7 +32,7 @@ class Steering(Protocol):
         ...
 
     def memory(self) -> dict[str, Floats]:
-        """What it keeps."""
+        """Memory of the steering."""
         ...
 
     def recall(self, memory: Mapping[str, Floats]) -> None:
