@@ -19,7 +19,7 @@ def blame(
     velocity: NDArray[np.float64],
     angular_velocity: NDArray[np.float64],
 ) -> str:
-    """Which term is largest, or not finite, at one vehicle's state `(3,)`, `(4,)`, `(3,)`, `(3,)`, NWU and FLU."""
+    """Term that is largest, or not finite, at one vehicle's state `(3,)`, `(4,)`, `(3,)`, `(3,)`, NWU and FLU."""
     frd = np.concatenate([flip_yz_np(velocity), flip_yz_np(angular_velocity)])
     at = flip_yz_np(position)
     q = jit.Array4f64(*(float(c) for c in flip_quaternion_np(attitude)))

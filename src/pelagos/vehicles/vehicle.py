@@ -382,7 +382,7 @@ class Vehicle:
 
     @cached_property
     def materials(self) -> tuple[str, ...]:
-        """What the hull is made of, by name."""
+        """Materials of the hull, by name."""
         return hull_materials(self.config.shape, self.config.materials)
 
     @property

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 
 class Episodes(Protocol):
-    """What names the random streams of each copy: `(n,)` environment, and number of its episode."""
+    """Names of the random streams of each copy: `(n,)` environment, and number of its episode."""
 
     environment: NDArray[np.int64]
     number: NDArray[np.int64]

@@ -151,7 +151,7 @@ def _left(port: ModemPort, now: int) -> int:
 
 
 def answer(station: Station, port: ModemPort, i: Incoming, sender: str) -> None:
-    """What the protocol of a modem does with a packet for it."""
+    """Reaction of a modem's protocol to a packet for it."""
     t = i.transmission
     kind, after = t.outgoing.kind, round(port.turnaround_s * SECOND)
     if kind == "data" and t.outgoing.acknowledge and t.outgoing.to == port.path:
