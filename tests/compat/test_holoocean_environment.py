@@ -115,18 +115,6 @@ def test_biology_is_that_of_the_reference_numbers():
     np.testing.assert_allclose(env.tick()["BSTSensor"], [2.365897, 34.238064, 24.01283], rtol=2e-6)
 
 
-def test_the_force_model_of_holoocean_by_its_published_numbers():
-    dynamics = [{"sensor_type": "DynamicsSensor"}]
-    env = make(agent(sensors=dynamics, location=(18.5, -25.5, -10)), tps=60, legacy_dynamics=True)
-    env.tick()
-    env.set_ocean_currents("auv0", [0, 1, 0])
-    np.testing.assert_allclose(env.tick()["DynamicsSensor"][:3], [0, 0.06320982, 0], rtol=1e-5, atol=1e-9)
-    env = make(agent(sensors=dynamics), legacy_dynamics=True)
-    state = [env.step([-5, 5, -10, -10, -5, 5, -10, -10]) for _ in range(20)][-1]["DynamicsSensor"]
-    np.testing.assert_allclose(state[9:12], [-0.64573175, 0.779148, -0.6961151], rtol=5e-3)  # inertia is fitted to it
-    np.testing.assert_allclose(state[:3], [-0.0476728, 0.03966415, -0.42882535], atol=4e-3)  # and this is the check
-
-
 def test_the_same_seed_gives_the_same_numbers():
     def run(seed):
         noisy = [{"sensor_type": "LocationSensor", "configuration": {"Sigma": 0.1}}]

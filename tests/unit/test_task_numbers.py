@@ -10,7 +10,8 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from pelagos import jit
-from pelagos.compat.holoocean.sensors import DVLSensor, DynamicsSensor, RangeFinderSensor
+from pelagos.compat.holoocean.contact_sensors import RangeFinderSensor
+from pelagos.compat.holoocean.navigation_sensors import DVLSensor, DynamicsSensor
 from pelagos.envs.tasks.docking import Docking
 from pelagos.envs.tasks.gyre import GyreTransect
 from pelagos.envs.tasks.path import PathInCurrent

@@ -1,4 +1,8 @@
-"""Props that fall: straight down, until the seabed, or something that stands there, holds them."""
+"""Props that fall: straight down, until the seabed, or something that stands there, holds them.
+
+A vehicle that a prop has come down on, so that it lies within, is pushed out sideways: rays of contact from a hull
+inside a body meet none of its faces.
+"""
 
 from __future__ import annotations
 
@@ -7,12 +11,14 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from pelagos.math.constants import GRAVITY
+from pelagos.math.so3 import rotate_np
 from pelagos.sim.bodies import Body
 
 if TYPE_CHECKING:
     from pelagos.sim.simulation import Simulation
 
 _FAR: Final = 10_000.0  # [m]: no ground below
+_PUSH_MPS: Final = 3.0  # of what lies within a prop, as game engines part bodies that overlap
 
 
 class Falling:
@@ -21,10 +27,11 @@ class Falling:
     Args:
         body: the spawned body, in every copy.
         reach: from its origin to its lowest point [m].
+        radius: of a vertical cylinder about it, within which vehicles are pushed aside [m].
     """
 
-    def __init__(self, body: Body, reach: float) -> None:
-        self.body, self._reach = body, float(reach)
+    def __init__(self, body: Body, reach: float, radius: float = 0.0) -> None:
+        self.body, self._reach, self._radius = body, float(reach), float(radius)
         self.rests = False
 
     def step(self, sim: Simulation, h: float) -> None:
@@ -42,4 +49,20 @@ class Falling:
         position[:, 2] -= drop
         velocity[:, 2] = np.where(held, 0.0, speed)
         body.move(position=position, velocity=velocity)
-        self.rests = bool(held.all())
+        self.rests = bool(held.all()) and not self._push_aside(sim)
+
+    def _push_aside(self, sim: Simulation) -> bool:
+        """Move vehicles whose origin lies within outwards; whether there was one."""
+        found = False
+        for name, state in sim.state.items():
+            apart = state.position - self.body.position
+            way = np.hypot(apart[:, 0], apart[:, 1])
+            within = (way < self._radius) & (np.abs(apart[:, 2]) < self._reach)
+            if not within.any():
+                continue
+            found = True
+            out = np.where(way[:, None] > 1e-6, apart[:, :2] / np.maximum(way, 1e-6)[:, None], [1.0, 0.0])
+            pushed = np.concatenate([_PUSH_MPS * out, np.zeros((len(out), 1))], axis=1)
+            body_axes = rotate_np(state.attitude * [1.0, -1.0, -1.0, -1.0], pushed)
+            sim.set_state(name, velocity=np.where(within[:, None], body_axes, state.velocity))
+        return found

@@ -8,15 +8,18 @@ from typing import TYPE_CHECKING, Any, ClassVar, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from pelagos.compat.holoocean.agent_types import AGENT_TYPES, AgentType, Scheme
+from pelagos.compat.holoocean.agent_type import AgentType, Scheme
+from pelagos.compat.holoocean.agent_types import AGENT_TYPES
 from pelagos.compat.holoocean.exceptions import HoloOceanException
 from pelagos.compat.holoocean.frames import degrees_of, matrix_of_quaternion, quaternion_of
+from pelagos.compat.holoocean.names import identifier
 from pelagos.compat.holoocean.spaces import ActionSpace, ContinuousActionSpace, DiscreteActionSpace
 from pelagos.errors import did_you_mean
 
 if TYPE_CHECKING:
     from pelagos.compat.holoocean.environments import HoloOceanEnvironment
-    from pelagos.compat.holoocean.sensors import HoloOceanSensor, SensorDefinition
+    from pelagos.compat.holoocean.sensor import HoloOceanSensor
+    from pelagos.compat.holoocean.sensors import SensorDefinition
 
 _GONE: Final = ("NavAgent", "AndroidAgent", "HandAgent")
 _ENGINE_NAMES: Final = {"Sphere": "SphereAgent", "SphereRobot": "SphereAgent", "UAV": "UavAgent"}
@@ -90,6 +93,7 @@ class HoloOceanAgent:
 
     Attributes:
         name: its own.
+        native_name: what it is called in `env.pelagos`.
         kind: its type.
         sensors: by name.
         agent_state_dict: values of its sensors at the last tick.
@@ -101,6 +105,7 @@ class HoloOceanAgent:
     def __init__(self, env: HoloOceanEnvironment, definition: AgentDefinition) -> None:
         self.env, self.definition = env, definition
         self.name, self.kind = definition.name, definition.kind
+        self.native_name = identifier(self.name)
         self.sensors: dict[str, HoloOceanSensor] = {}
         self.agent_state_dict: dict[str, Any] = {}
         self.scheme = 0
@@ -217,14 +222,14 @@ class HoloOceanAgent:
         action = self.action[: scheme.size]
         if scheme.low is not None:
             action = np.fmin(np.fmax(action, scheme.low), scheme.high)
-        return self.kind.steps(sim.world, sim.state[self.env.native_name(self.name)], self.scheme, action)
+        return self.kind.steps(sim.world, sim.state[self.native_name], self.scheme, action)
 
     def native_place(self) -> dict[str, Any]:
         """Arguments of `Simulation.set_state` for what was asked since the last tick; empty for nothing."""
         if not self.place:
             return {}
         asked, self.place = self.place, {}
-        state = self.env.pelagos.state[self.env.native_name(self.name)]
+        state = self.env.pelagos.state[self.native_name]
         turned = state.attitude[0]
         if "rotation" in asked:
             turned = quaternion_of(asked["rotation"])
@@ -262,7 +267,7 @@ def _space(scheme: Scheme) -> ActionSpace:
 
 def rotation_of(agent: HoloOceanAgent) -> NDArray[np.float64]:
     """Roll, pitch, yaw of an agent now [deg]."""
-    return degrees_of(matrix_of_quaternion(agent.env.pelagos.state[agent.env.native_name(agent.name)].attitude[0]))
+    return degrees_of(matrix_of_quaternion(agent.env.pelagos.state[agent.native_name].attitude[0]))
 
 
 def _make_classes() -> dict[str, type[HoloOceanAgent]]:

@@ -11,7 +11,8 @@ import numpy as np
 from pelagos.compat.holoocean.exceptions import HoloOceanException
 from pelagos.compat.holoocean.flashlight import Flashlights
 from pelagos.compat.holoocean.frames import matrix_of, quaternion_of
-from pelagos.compat.holoocean.native_scenario import WEATHERS, identifier, sun_of
+from pelagos.compat.holoocean.names import identifier
+from pelagos.compat.holoocean.native_scenario import WEATHERS, sun_of
 from pelagos.compat.holoocean.tides import TideController
 from pelagos.compat.holoocean.time_cycle import TimeController
 from pelagos.compat.holoocean.weather import WeatherController
@@ -19,7 +20,7 @@ from pelagos.sim.simulation import Simulation
 
 if TYPE_CHECKING:
     from pelagos.compat.holoocean.environments import HoloOceanEnvironment
-    from pelagos.compat.holoocean.sensors import HoloOceanSensor
+    from pelagos.compat.holoocean.sensor import HoloOceanSensor
 
 _HEAVY_RAIN: Final = (10.0, 3000.0)  # [mm/h] of so many drops, HoloOcean's own number
 _WATERS: Final = (("I", 3.0), ("II", 1.6), ("III", 1.0), ("3C", 0.75), ("5C", 0.55), ("7C", 0.4), ("9C", 0.0))

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from pelagos.compat.holoocean.exceptions import HoloOceanConfigurationException
-from pelagos.compat.holoocean.sensors import HoloOceanSensor
+from pelagos.compat.holoocean.sensor import HoloOceanSensor
 from pelagos.sensors.sensor import Reading
 
 if TYPE_CHECKING:

@@ -13,7 +13,8 @@ import yaml
 from pelagos.compat.holoocean.definitions import definitions
 from pelagos.compat.holoocean.environments import HoloOceanEnvironment
 from pelagos.compat.holoocean.exceptions import HoloOceanException
-from pelagos.compat.holoocean.native_scenario import identifier, native_scenario, placed
+from pelagos.compat.holoocean.names import identifier
+from pelagos.compat.holoocean.native_scenario import native_scenario, placed
 from pelagos.config.loader import load_scenario
 from pelagos.errors import InputError
 

@@ -68,7 +68,7 @@ class Drawing:
         env = cast("HoloOceanEnvironment", self)
         body = env.pelagos.spawn(prop)
         if falls:
-            self._falling.append(Falling(body, prop.bounding_radius if prop.shape != "box" else prop.extent[2] / 2))
+            self._falling.append(Falling(body, prop.extent[2] / 2, max(prop.extent[:2]) / 2))
 
     def _restore_props(self) -> None:
         """After the native simulation was made anew."""

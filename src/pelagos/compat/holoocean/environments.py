@@ -10,23 +10,17 @@ from typing import Any, Self
 from pelagos.compat.holoocean.advice import Advice
 from pelagos.compat.holoocean.agents import AgentDefinition, HoloOceanAgent
 from pelagos.compat.holoocean.appearance import Appearance
+from pelagos.compat.holoocean.building import build, hand_over
 from pelagos.compat.holoocean.drawing import Drawing
 from pelagos.compat.holoocean.exceptions import HoloOceanException
-from pelagos.compat.holoocean.frames import quaternion_of
 from pelagos.compat.holoocean.messaging import Messaging
 from pelagos.compat.holoocean.motion import Motion
-from pelagos.compat.holoocean.native_scenario import (
-    SCENARIO_KEYS,
-    identifier,
-    lcm_of,
-    native_scenario,
-    native_sensor,
-)
+from pelagos.compat.holoocean.names import identifier
+from pelagos.compat.holoocean.native_scenario import SCENARIO_KEYS, native_sensor
 from pelagos.compat.holoocean.octrees import leave_folder
-from pelagos.compat.holoocean.sensors import HoloOceanSensor, SensorDefinition
+from pelagos.compat.holoocean.sensor import HoloOceanSensor
+from pelagos.compat.holoocean.sensors import SensorDefinition
 from pelagos.compat.holoocean.settings import settings
-from pelagos.config.loader import load_scenario
-from pelagos.errors import ScenarioError
 from pelagos.sim.simulation import Simulation
 
 State = dict[str, Any]
@@ -106,7 +100,7 @@ class HoloOceanEnvironment(Appearance, Drawing, Messaging):
     def pelagos(self) -> Simulation:
         """The native simulation: record, checkpoint, set, look about. It is another after sensors or agents change."""
         if self._sim is None or self._stale:
-            self._build()
+            build(self)
         assert self._sim is not None
         return self._sim
 
@@ -153,16 +147,16 @@ class HoloOceanEnvironment(Appearance, Drawing, Messaging):
         if ticks < 2 or eventful or stepping or self._fences:
             return 0
         passed = ticks - 1  # the last before a look is taken alone: differences need it
-        self._flush()
+        hand_over(self)
         self.pelagos.step(ticks=passed)
         self._count(passed)
-        self.motions = {name: self._motion(name, None) for name in self.agents}
+        self._move({})
         return passed
 
     def _tick(self, *, clock: bool, publish: bool) -> State:
-        self._flush()
+        hand_over(self)
         readings = self.pelagos.step()
-        self.motions = {name: self._motion(name, self.motions.get(name)) for name in self.agents}
+        self._move(self.motions)
         self.media.advance()
         self._total_ticks += 1
         state = self._state(readings)
@@ -185,19 +179,23 @@ class HoloOceanEnvironment(Appearance, Drawing, Messaging):
             for sensor in agent.sensors.values():
                 sensor.tick_count = (sensor.tick_count + ticks) % sensor.tick_every
 
-    def _motion(self, name: str, before: Motion | None) -> Motion:
-        if before is not None:
-            before.settle()
-        return Motion(self.pelagos.state[self.native_name(name)], before, self._dt)
+    def _move(self, before: Mapping[str, Motion]) -> None:
+        """Every agent's motion now, from that of the tick before."""
+        states, found = self.pelagos.state, {}
+        for name, agent in self.agents.items():
+            last = before.get(name)
+            if last is not None:
+                last.settle()
+            found[name] = Motion(states[agent.native_name], last, self._dt)
+        self.motions = found
 
     # what is seen
 
     def _state(self, readings: Mapping[str, Mapping[str, Any]] | None) -> State:
         """Every agent's values: flat for a single one, with the time."""
         time = self._num_ticks / self._ticks_per_sec
-        for name, agent in self.agents.items():
-            native = self.native_name(name)
-            agent.agent_state_dict = self._values(agent, {} if readings is None else readings[native])
+        for agent in self.agents.values():
+            agent.agent_state_dict = self._values(agent, {} if readings is None else readings[agent.native_name])
         if not self._copy_state:
             return self._get_single_state() if len(self.agents) == 1 else self._get_full_state()
         if self._flat:
@@ -206,19 +204,18 @@ class HoloOceanEnvironment(Appearance, Drawing, Messaging):
         return {**{name: agent.agent_state_dict for name, agent in self.agents.items()}, "t": time}
 
     def _values(self, agent: HoloOceanAgent, readings: Mapping[str, Any]) -> State:
-        due = [s for s in agent.sensors.values() if s.tick_count == 0]
-        late = [s for s in due if s.is_native and identifier(s.name) not in readings]
+        sensors = agent.sensors.values()
+        late = [s.native_name for s in sensors if s.is_native and s.tick_count == 0 and s.native_name not in readings]
         if late:
-            names = [identifier(s.name) for s in late]
-            readings = {**readings, **self.pelagos.read(self.native_name(agent.name), names)}
+            readings = {**readings, **self.pelagos.read(agent.native_name, late)}
         motion, values = self.motions[agent.name], {}
-        for name, sensor in agent.sensors.items():
+        for sensor in sensors:
             if sensor.tick_count == 0 or sensor.every_tick:
-                value = sensor.value(motion, readings.get(identifier(name)) if sensor.is_native else None)
+                value = sensor.value(motion, readings.get(sensor.native_name) if sensor.is_native else None)
                 if value is not None:
-                    sensor.sensor_data = values[name] = value
+                    sensor.sensor_data = values[sensor.name] = value
             elif sensor.always:
-                values[name] = sensor.idle()
+                values[sensor.name] = sensor.idle()
         return values
 
     def _get_single_state(self) -> State:
@@ -280,27 +277,6 @@ class HoloOceanEnvironment(Appearance, Drawing, Messaging):
         """Name of an agent in `pelagos`."""
         return identifier(agent)
 
-    def set_ticks_per_sec(self, ticks_per_sec: int) -> None:
-        """Another tick; sensors keep the number of ticks between their readings, as HoloOcean's do.
-
-        Raises:
-            HoloOceanException: not above zero.
-        """
-        self._ticks_per_sec = self._checked_tps(ticks_per_sec)
-        self._stale = True
-
-    def set_fps(self, fps: Any) -> None:
-        """Accepted: a simulation without a window runs as fast as it can."""
-        self._frames_per_sec = fps
-
-    set_frames_per_sec = set_fps
-
-    @staticmethod
-    def _checked_tps(tps: Any) -> int:
-        if not tps > 0:
-            raise HoloOceanException(f"ticks_per_sec is above zero, not {tps!r}")
-        return int(tps)
-
     def _enter(self, definition: AgentDefinition) -> HoloOceanAgent:
         """Make an agent with its sensors."""
         agent = self.agents[definition.name] = definition.type(self, definition)
@@ -361,66 +337,34 @@ class HoloOceanEnvironment(Appearance, Drawing, Messaging):
         self._flat = len(self.agents) == 1
         self._begin_appearance()
         ticks = self._pre_start_steps + 1
-        self._build(fresh=True, warm=ticks)
-        self._flush()
+        build(self, fresh=True, warm=ticks)
+        hand_over(self)
         self.pelagos.step(ticks=ticks)
         self._total_ticks += ticks + (_SETTLING_TICKS if self._resets else 0)
         self._resets += 1
-        self.motions = {name: self._motion(name, None) for name in self.agents}
+        self._move({})
         return self._state(None) if read else {}
 
-    def _build(self, *, fresh: bool = False, warm: int = 0) -> None:
-        """The native simulation of the present agents; with `fresh` from the start, else from where they are."""
-        self._stale = False
-        kept = None if fresh or self._sim is None else self._kept()
-        native = native_scenario(self, self.agents.values())
-        starts = {
-            self.native_name(a.name): {
-                "position": a.definition.starting_loc, "attitude": quaternion_of(a.definition.starting_rot)
-            }
-            for a in self.agents.values()
-        }  # fmt: skip
-        same = {**native, "agents": {n: {**a, "start": None} for n, a in native["agents"].items()}}
-        if self._sim is None or same != self._native:
-            try:
-                self._sim = Simulation.load(load_scenario(native), seed=native["seed"])
-            except ScenarioError as error:
-                raise HoloOceanException(f"this scenario cannot be: {error}") from error
-            self._native = same
-        turn = lcm_of(s.tick_every for a in self.agents.values() for s in a.sensors.values())
-        first = -(-(warm + 1) // turn) * turn - (warm + 1)
-        if kept is not None:
-            starts |= {name: state for name, state in kept.items() if name in starts}
-        self._sim.reset(state=starts, tick=first, episode=self._resets)
-        for agent in self.agents.values():
-            agent.changed = True
-        self._restore_surroundings(fresh=fresh)
+    def set_ticks_per_sec(self, ticks_per_sec: int) -> None:
+        """Another tick; sensors keep the number of ticks between their readings, as HoloOcean's do.
 
-    def _kept(self) -> dict[str, Any]:
-        assert self._sim is not None
-        names = ("position", "attitude", "velocity", "angular_velocity")
-        return {name: {k: getattr(self._sim.state[name], k) for k in names} for name in self._sim.state}
+        Raises:
+            HoloOceanException: not above zero.
+        """
+        self._ticks_per_sec = self._checked_tps(ticks_per_sec)
+        self._stale = True
 
-    def _flush(self) -> None:
-        """Hand over what was asked since the last tick."""
-        sim = self.pelagos
-        self._change_surroundings(sim)
-        commands = {}
-        for agent in self.agents.values():
-            if agent.place:
-                sim.set_state(self.native_name(agent.name), **agent.native_place())
-                self.motions.pop(agent.name, None)
-            step = agent.step_of_tick()
-            if step:
-                sim.set_state(self.native_name(agent.name), **step)
-            if agent.changed:
-                native, mode = self.native_name(agent.name), agent.mode
-                if sim.stepper.mode(native) != mode:
-                    sim.set_mode(native, mode)
-                commands[native] = agent.command()
-                agent.changed = False
-        if commands:
-            sim.command(commands)
+    def set_fps(self, fps: Any) -> None:
+        """Accepted: a simulation without a window runs as fast as it can."""
+        self._frames_per_sec = fps
+
+    set_frames_per_sec = set_fps
+
+    @staticmethod
+    def _checked_tps(tps: Any) -> int:
+        if not tps > 0:
+            raise HoloOceanException(f"ticks_per_sec is above zero, not {tps!r}")
+        return int(tps)
 
     def _publish(self, state: State) -> None:
         from pelagos.compat.holoocean.lcm import publish

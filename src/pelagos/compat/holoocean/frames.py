@@ -52,7 +52,7 @@ def quaternion_of(rotation: Sequence[float] | Array) -> Array:
 
 def matrix_of_quaternion(q: Array) -> Array:
     """`(3, 3)` of (w, x, y, z)."""
-    w, x, y, z = (float(c) for c in q)
+    w, x, y, z = q.tolist()
     return np.array(
         [
             [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],

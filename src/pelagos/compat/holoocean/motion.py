@@ -48,7 +48,8 @@ class Motion:
 
     def velocity_at(self, offset: Array) -> Array:
         """`(3,)` of a point of the body, from its origin in body axes [m/s]."""
-        return np.asarray(self.rotation @ (self._state.velocity[0] + np.cross(self._state.angular_velocity[0], offset)))
+        (x, y, z), (p, q, r) = offset.tolist(), self._state.angular_velocity[0].tolist()
+        return np.asarray(self.rotation @ (self._state.velocity[0] + (q * z - r * y, r * x - p * z, p * y - q * x)))
 
     @cached_property
     def acceleration(self) -> Array:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import re
 from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, Any, Final
 
@@ -11,12 +10,13 @@ import numpy as np
 
 from pelagos.compat.holoocean.exceptions import HoloOceanException
 from pelagos.compat.holoocean.frames import degrees_of, matrix_of, start_of
+from pelagos.compat.holoocean.names import identifier
 from pelagos.vehicles.load import merged
 
 if TYPE_CHECKING:
     from pelagos.compat.holoocean.agents import HoloOceanAgent
     from pelagos.compat.holoocean.environments import HoloOceanEnvironment
-    from pelagos.compat.holoocean.sensors import HoloOceanSensor
+    from pelagos.compat.holoocean.sensor import HoloOceanSensor
 
 SCENARIO_KEYS: Final = frozenset(
     {
@@ -46,12 +46,6 @@ WEATHERS: Final = (
     {"weather.cloud": 1.0, "weather.rain_mm_per_h": 10.0},
 )
 """Sunny, cloudy, rain."""
-
-
-def identifier(name: str) -> str:
-    """A name that topics and paths may have."""
-    plain = re.sub(r"\W", "_", name, flags=re.ASCII)
-    return plain if plain and not plain[0].isdigit() else f"_{plain}"
 
 
 def world_of(scenario: Mapping[str, Any]) -> dict[str, Any]:

@@ -40,11 +40,15 @@ class Normal:
             raise ValueError(f"give either {name}Sigma or {name}Cov, not both")
         self.size = size
         self.root = _root(sigma, cov, size, advice, name)
+        diagonal = self.root is not None and not (self.root - np.diag(np.diag(self.root))).any()
+        self._scale = np.diag(self.root).copy() if diagonal and self.root is not None else None
 
     def draw(self, stream: np.random.Generator) -> Array | float:
         """`(size,)` numbers; 0 without noise."""
         if self.root is None:
             return 0.0
+        if self._scale is not None:
+            return np.asarray(self._scale * stream.standard_normal(self.size))
         return np.asarray(self.root @ stream.standard_normal(self.size))
 
 

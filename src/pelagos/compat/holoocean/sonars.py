@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Final
 import numpy as np
 
 from pelagos.compat.holoocean.exceptions import HoloOceanConfigurationException
-from pelagos.compat.holoocean.sensors import HoloOceanSensor
+from pelagos.compat.holoocean.sensor import HoloOceanSensor
 from pelagos.sensors.sensor import Reading
 
 if TYPE_CHECKING:
@@ -45,6 +45,7 @@ _SECTOR: Final = frozenset(
 _LOOKS_DOWN: Final = (0.0, -90.0, 0.0)
 """HoloOcean's boresight x is the native -z: its x, y, z are the native -z, y, x."""
 _SLOWEST_SOUND: Final = 1400.0  # [m/s], for echoes that must be back before the next ping
+_LOUD_DB: Final = 280.0  # so loud that the sea and the receiver are not heard: noise is what the keys ask for
 _STREAKS: Final = {-1: "dark", 0: "none", 1: "bright"}
 
 
@@ -104,6 +105,7 @@ class _Sonar(HoloOceanSensor):
         noise["range_m"] = float(c.get("RangeSigma", 0.0))
         noise["azimuth_streaks"] = _STREAKS[int(c.get("AzimuthStreaks", 0))]
         made: dict[str, Any] = {"type": kind, "bins": self.bins, "range_min_m": self.low, "range_max_m": self.high}
+        made["source_level_db"] = _LOUD_DB
         made |= keys
         if any(v not in (0.0, "none") for v in noise.values()):
             made["painted_noise"] = noise

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from pelagos.compat.holoocean.sensors import HoloOceanSensor
+from pelagos.compat.holoocean.sensor import HoloOceanSensor
 from pelagos.ocean.biology import patches, plankton_column, step_column
 from pelagos.sensors.sensor import Reading
 

@@ -16,8 +16,10 @@ from dataclasses import dataclass
 from typing import Final, Literal
 
 import drjit as dr
+import numpy as np
 from pydantic import Field
 
+from pelagos.errors import ScenarioError
 from pelagos.hydro.algebra import Vector, add, cross, dot, matvec, minus, scaled, transpose
 from pelagos.jit import Array
 from pelagos.vehicles.control.angle import smallest_angle
@@ -32,8 +34,10 @@ FIN_AREA: Final = 0.01  # [m^2]
 FIN_SLOPE: Final = 0.1  # lift coefficient by angle
 FIN_ASPECT: Final = 3.14 * 1.2 * 0.8  # pi, aspect ratio 1.2, Oswald factor 0.8
 FIN_DRAG: Final = 0.01  # at no lift
+FIN_RADIAN: Final = 3.14 / math.pi  # of a radian of incidence, with HoloOcean's pi
 FIN_SHARE: Final = 12.0  # of the force: 0.12, with speeds in cm/s and forces in 0.01 N
-FIN_LIMIT_N: Final = 300.0
+FIN_LIMIT_N: Final = 3.0  # 300 of the engine's 0.01 N
+FIN_CURRENT: Final = 0.01  # of a current that fins feel: m/s are taken off cm/s
 
 
 class Thrust(PartConfig):
@@ -53,7 +57,7 @@ class Fin(PartConfig):
     position_m: Three
     """From the centre of mass, FRD [m]."""
     lift: Three
-    """Direction of the force of a positive angle when moving ahead, FRD, of unit length."""
+    """Direction of the force of a positive angle when moving ahead, across the body's x axis, FRD, of unit length."""
     limit_deg: Positive = 45.0
     """Greatest angle either way [deg]."""
 
@@ -70,7 +74,9 @@ class EngineForcesConfig(PartConfig):
     volume_m3: Positive
     """Displaced when wet everywhere [m^3]."""
     inertia_kg_m2: tuple[Positive, Positive, Positive]
-    """About the centre of mass."""
+    """Moments about the centre of mass, FRD."""
+    inertia_products_kg_m2: Three = (0.0, 0.0, 0.0)
+    """Off the tensor's diagonal: xy, xz, yz, FRD."""
     density_kg_m3: Positive = 997.0
     """Of the water [kg/m^3]."""
     center_of_buoyancy_m: Three = (0.0, 0.0, -0.05)
@@ -93,15 +99,29 @@ class EngineForcesConfig(PartConfig):
     """Three further set-points: a current NWU [m/s], beside that of the ocean."""
 
     def build(self, plant: Plant) -> EngineForces:
-        """The mode."""
-        return EngineForces(self)
+        """The mode.
+
+        Raises:
+            ScenarioError: moments and products that no body has.
+        """
+        (x, y, z), (xy, xz, yz) = self.inertia_kg_m2, self.inertia_products_kg_m2
+        tensor = np.array([[x, xy, xz], [xy, y, yz], [xz, yz, z]])
+        if np.linalg.eigvalsh(tensor)[0] <= 0:
+            raise ScenarioError(f"inertia_products_kg_m2 {self.inertia_products_kg_m2} are too great for the moments")
+        return EngineForces(self, tuple(tuple(float(v) for v in row) for row in np.linalg.inv(tensor)))
 
 
 @dataclass(frozen=True)
 class EngineForces:
-    """See `EngineForcesConfig`; memory: of the pose's loops, the integrals of the angles (3) [deg s]."""
+    """See `EngineForcesConfig`; memory: of the pose's loops, the integrals of the angles (3) [deg s].
+
+    Attributes:
+        config: numbers of the model.
+        mobility: (3, 3) inverse of the tensor of inertia, FRD [1/(kg m^2)].
+    """
 
     config: EngineForcesConfig
+    mobility: tuple[tuple[float, ...], ...]
 
     @property
     def memory(self) -> int:
@@ -144,8 +164,7 @@ class EngineForces:
             pushes = [self._thrust(flow, thrusts), *self._fins(flow, given[: len(c.fins)], water)]
             for push, turn in pushes:
                 force, moment = add(force, matvec(flow.rotation, push)), add(moment, turn)
-        inertia = c.inertia_kg_m2
-        turning = [m / i for m, i in zip(moment, inertia, strict=True)]
+        turning = matvec(self.mobility, moment)
         linear = add(scaled(1 / c.mass_kg, force), linear)
         angular = add(matvec(flow.rotation, turning), angular)
         return Demand(acceleration=from_world(flow, linear, angular, h, c.damping_1_s, c.turn_damping_1_s)), kept
@@ -180,18 +199,28 @@ class EngineForces:
         return dr.select(flow.position[2] >= 0, value, 0.0) if self.config.fins else value
 
     def _fins(self, flow: Flow, angles: Sequence[Array], water: Vector) -> list[tuple[list[Array], list[Array]]]:
-        """Force and moment of each fin, body axes (3)."""
+        """Force and moment of each fin, body axes (3): by the flow at the fin, in the plane in which it turns.
+
+        Lift and drag are turned by angle and incidence together, where they should lie along the flow: so HoloOcean's
+        goldens of both agents with fins say, to the last digit but one.
+        """
         c = self.config
-        ahead = flow.nu[0] - matvec(transpose(flow.rotation), water)[0]
-        pressure = 0.5 * c.density_kg_m3 * FIN_AREA * ahead * ahead
+        past = add(flow.nu[:3], scaled(-FIN_CURRENT, matvec(transpose(flow.rotation), water)))
+        wet = self._under(flow, 1.0 + 0 * past[0])
         found = []
         for fin, wanted in zip(c.fins, angles, strict=True):
             angle = dr.clip(wanted, -fin.limit_deg, fin.limit_deg) * (math.pi / 180)
-            lift = FIN_SLOPE / (1 + FIN_SLOPE / FIN_ASPECT) * angle
-            drag = FIN_DRAG + lift * lift / FIN_ASPECT
-            side = dr.mulsign(dr.clip(FIN_SHARE * pressure * lift, -FIN_LIMIT_N, FIN_LIMIT_N), ahead)
-            back = dr.mulsign(dr.clip(FIN_SHARE * pressure * drag, 0.0, FIN_LIMIT_N), -ahead)
-            one = scaled(self._under(flow, 1.0 + 0 * ahead), add(scaled(side, fin.lift), [back, 0.0, 0.0]))
+            at = add(past, cross(flow.nu[3:], fin.position_m))
+            sine, cosine, normal = dr.sin(angle), dr.cos(angle), dot(fin.lift, at)
+            ahead, across = cosine * at[0] + sine * normal, cosine * normal - sine * at[0]
+            incidence = dr.atan2(dr.mulsign(-across, ahead), dr.abs(ahead))
+            pressure = FIN_SHARE * 0.5 * c.density_kg_m3 * FIN_AREA * (ahead * ahead + across * across)
+            slope = FIN_SLOPE / (1 + FIN_SLOPE / FIN_ASPECT) * FIN_RADIAN * incidence
+            lift = dr.mulsign(dr.clip(pressure * slope, -FIN_LIMIT_N, FIN_LIMIT_N), ahead)
+            drag = dr.mulsign(dr.minimum(pressure * (FIN_DRAG + slope * slope / FIN_ASPECT), FIN_LIMIT_N), ahead)
+            sine, cosine = dr.sin(angle + incidence), dr.cos(angle + incidence)
+            side, back = lift * cosine - drag * sine, lift * sine + drag * cosine
+            one = scaled(wet, add(scaled(side, fin.lift), [-back, 0.0, 0.0]))
             found.append((one, cross(fin.position_m, one)))
         return found
 
