@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
 
 from pelagos.cli.console import err, out
 from pelagos.config import registry
@@ -17,6 +17,9 @@ if TYPE_CHECKING:
     from pelagos.config.scenario import Scenario
     from pelagos.sim.run import RunResult
     from pelagos.sim.simulation import Simulation
+
+MOST_RESTARTS: Final = 10
+"""Times that a run begins anew because what it was told from outside left no finite state."""
 
 
 def doors_of(scenario: Scenario, asked: Sequence[str]) -> dict[str, Any]:
@@ -84,6 +87,9 @@ def run_with_doors(
 ) -> RunResult:
     """Run with every door open; a reset from outside begins another run with another recording.
 
+    So does a state that is not finite, where somebody outside commands: a peer ends no run. With `repeat` doors stay
+    closed, so that nobody tells the run anything else.
+
     Raises:
         InputError: options that do not go together.
     """
@@ -96,21 +102,19 @@ def run_with_doors(
         raise InputError(
             "--checkpoint-every cannot keep what other programs know; leave it out with bridges or --repeat"
         )
-    seconds, realtime, repeat = options.duration_s, float(options.realtime), options.repeat
+    if options.repeat is not None and options.bridges:
+        raise InputError("--repeat tells a run what another was told, and nobody else may: leave out bridges")
+    realtime, repeat = float(options.realtime), options.repeat
     exchange = Exchange(sim, realtime=realtime, say=lambda text: err.print(f"refused: {text}", markup=False))
     try:
-        for name, config in doors.items():
-            out.print(f"{name}: {_opened(name, config, exchange)}", markup=False)
-        if repeat is not None:
+        if repeat is None:
+            for name, config in doors.items():
+                out.print(f"{name}: {_opened(name, config, exchange)}", markup=False)
+        else:
+            closed = f"; bridges stay closed: {', '.join(doors)}" if doors else ""
+            out.print(f"repeats the orders of {repeat}{closed}", markup=False)
             Repeat(sim, repeat)
-        result = exchange.run(seconds, record=recording, progress=progress)
-        number = 1
-        while exchange.reset_asked:
-            number += 1
-            sim.reset()
-            file = recording.with_name(f"{recording.stem}-{number}{recording.suffix}")
-            out.print(f"reset from outside at {result.simulated_s:.2f} s; goes on in {file.name}", markup=False)
-            result = exchange.run(seconds, record=file, progress=progress)
+        result = _runs(exchange, options, recording, progress)
     finally:
         troubles = exchange.close()
         for reason, count in sorted(troubles.items()):
@@ -120,3 +124,27 @@ def run_with_doors(
         late = f", {exchange.pace.lost_s:.2f} s lost" if exchange.pace.lost_s else ""
         out.print(f"steps late by {p50:.2f} ms (median), {p99:.2f} (99 %), {worst:.2f} (worst){late}")
     return result
+
+
+def _runs(exchange: Exchange, options: Options, recording: Path, progress: Callable[[float, float], None]) -> RunResult:
+    """One run, and another with another recording for as long as something makes it begin anew."""
+    from pelagos.sim.not_finite import NotFinite
+
+    number, lost, file = 1, 0, recording
+    while True:
+        told = exchange.inbox.obeyed.total()
+        try:
+            result = exchange.run(options.duration_s, record=file, progress=progress)
+        except NotFinite as error:
+            lost += 1
+            if exchange.inbox.obeyed.total() == told or lost > MOST_RESTARTS:
+                raise
+            why = f"{error}. It was commanded from outside: the run begins anew"
+        else:
+            if not exchange.reset_asked:
+                return result
+            why = f"reset from outside at {result.simulated_s:.2f} s"
+        number += 1
+        file = recording.with_name(f"{recording.stem}-{number}{recording.suffix}")
+        exchange.sim.reset()
+        out.print(f"{why}; goes on in {file.name}", markup=False)

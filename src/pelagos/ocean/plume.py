@@ -144,7 +144,7 @@ class DriftingPlume:
     def value(self, position: Array, t: Array) -> Array:
         """See `ScalarField`; each puff is a Gaussian of variance s_0^2 + 2 K age, with its image above the surface."""
         cell = dr.clip(t * self.steps, 0.0, float(_STEPS) - 1e-9)
-        row = jit.UInt32(cell)
+        row = dr.minimum(jit.UInt32(cell), _STEPS - 1)
         share = cell - jit.Float64(row)
 
         def add(i: Array, sum_: Array) -> tuple[Array, Array]:

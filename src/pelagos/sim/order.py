@@ -11,6 +11,7 @@ from dataclasses import dataclass, field, fields
 from typing import Any, Final, Literal, TypeAlias
 
 from pelagos.errors import CommandError, LookupFailed
+from pelagos.sim.bearable import check_command, check_current, check_motion
 from pelagos.sim.simulation import Simulation
 from pelagos.world.body import SHAPES, Prop
 
@@ -88,10 +89,9 @@ def apply(order: Order, sim: Simulation) -> None:
 
 
 def _command(order: Order, sim: Simulation) -> None:
-    mode = order.data.get("mode")
-    if mode is not None:
-        _enter(sim, order.target, str(mode))
-    sim.command({order.target: list(order.data["values"])})
+    _vehicle(sim, order.target)
+    mode = order.data.get("mode") or sim.stepper.mode(order.target)
+    _hold(sim, order.target, str(mode), list(order.data["values"]))
 
 
 def _setpoint(order: Order, sim: Simulation) -> None:
@@ -104,10 +104,11 @@ def _setpoint(order: Order, sim: Simulation) -> None:
         if not able:
             raise CommandError(f"{agent}: no control mode takes {', '.join(order.data)}; modes: {_modes(vehicle)}")
         mode = able[0]
+        check_command(agent, vehicle, mode, [float(order.data.get(n, 0.0)) for n in vehicle.command_names(mode)])
         sim.set_mode(agent, mode)
     held = {**_held(sim, agent), **{name: v for name, v in held.items() if name in vehicle.command_names(mode)}}
     held |= {name: float(value) for name, value in order.data.items()}
-    sim.command({agent: list(held.values())})
+    _hold(sim, agent, mode, list(held.values()))
 
 
 def _velocity(order: Order, sim: Simulation) -> None:
@@ -148,8 +149,7 @@ def _wrapped(angle: float) -> float:
 
 def _wrench(order: Order, sim: Simulation) -> None:
     flip = (1.0, -1.0, -1.0) * 2  # the mode takes forward-right-down
-    _enter(sim, order.target, "wrench")
-    sim.command({order.target: [s * v for s, v in zip(flip, _six(order), strict=True)]})
+    _hold(sim, order.target, "wrench", [s * v for s, v in zip(flip, _six(order), strict=True)])
 
 
 def _pose(order: Order, sim: Simulation) -> None:
@@ -182,9 +182,7 @@ def _held(sim: Simulation, agent: str) -> dict[str, float]:
 
 def _by_name(order: Order, sim: Simulation, mode: str, given: Mapping[str, float]) -> None:
     """A command of `mode`, of which each channel is found by its name."""
-    _enter(sim, order.target, mode)
-    names = _vehicle(sim, order.target).command_names(mode)
-    sim.command({order.target: [given[name] for name in names]})
+    _hold(sim, order.target, mode, [given[name] for name in _commands_of(sim, order.target, mode)])
 
 
 def _mode(order: Order, sim: Simulation) -> None:
@@ -192,6 +190,9 @@ def _mode(order: Order, sim: Simulation) -> None:
 
 
 def _state(order: Order, sim: Simulation) -> None:
+    still = [0.0, 0.0, 0.0]
+    moves = (order.data.get(part) or still for part in ("velocity", "angular_velocity"))
+    check_motion(order.target, _vehicle(sim, order.target), *moves)
     sim.set_state(order.target, **{str(k): v for k, v in order.data.items()})
 
 
@@ -217,6 +218,8 @@ def _ocean(order: Order, sim: Simulation) -> None:
     for name in order.data:
         if name not in WATER:
             raise LookupFailed("property of the water", name, WATER)
+    if "current" in order.data:
+        check_current(sim, order.data["current"])
     with sim.gate.between_steps():
         sim.ocean.set(**order.data)
 
@@ -228,12 +231,24 @@ def _six(order: Order) -> list[float]:
     return values
 
 
-def _enter(sim: Simulation, agent: str, mode: str) -> None:
+def _hold(sim: Simulation, agent: str, mode: str, values: list[Any]) -> None:
+    """A command in a control mode, which is entered.
+
+    Raises:
+        CommandError: there is no such mode, or the vehicle could not bear it.
+    """
+    _commands_of(sim, agent, mode)
+    check_command(agent, _vehicle(sim, agent), mode, values)
+    if sim.stepper.mode(agent) != mode:
+        sim.set_mode(agent, mode)
+    sim.command({agent: values})
+
+
+def _commands_of(sim: Simulation, agent: str, mode: str) -> tuple[str, ...]:
     vehicle = _vehicle(sim, agent)
     if mode not in vehicle.modes:
         raise CommandError(f"{agent}: this vehicle has no control mode {mode!r}; modes: {_modes(vehicle)}")
-    if sim.stepper.mode(agent) != mode:
-        sim.set_mode(agent, mode)
+    return tuple(vehicle.command_names(mode))
 
 
 def _modes(vehicle: Any) -> str:

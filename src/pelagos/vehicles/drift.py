@@ -107,7 +107,7 @@ class Drift:
     def _at(self, table: Array, omega: Array, angle: Array, last: int, turns: int) -> Array:
         """Of the nearest frequency, linear in heading; the last frequency's beyond it."""
         v = angle * (turns / math.pi)
-        i = jit.UInt32(dr.minimum(dr.fma(omega, 1 / self.step, 0.5), float(last)))
+        i = dr.minimum(jit.UInt32(dr.minimum(dr.fma(omega, 1 / self.step, 0.5), float(last))), last)
         j = dr.minimum(jit.UInt32(v), turns - 1)
         q = v - jit.Float64(j)
         row = i * (turns + 1) + j

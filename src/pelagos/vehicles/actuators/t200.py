@@ -197,17 +197,17 @@ def table_thrust(throttle: Array, voltage: Array, tables: T200Tables) -> Array:
     at, share = _place(throttle)
     height = dr.clip((voltage - VOLTAGES[0]) * 0.5, 0.0, len(VOLTAGES) - 1.0)
     row = dr.minimum(dr.floor(height), len(VOLTAGES) - 2.0)
-    cell = jit.UInt32(row) * (PULSES - 1) + at
+    cell = dr.minimum(jit.UInt32(row), len(VOLTAGES) - 2) * (PULSES - 1) + at
     c = dr.gather(jit.Array4f64, tables.force, cell)
     low, high = c[0] + share * (c[1] - c[0]), c[2] + share * (c[3] - c[2])
     return low + (height - row) * (high - low)
 
 
 def _place(throttle: Array) -> tuple[Array, Array]:
-    """Interval of the table, and the share of it passed."""
+    """Interval of the table, also of what is not a number, and the share of it passed."""
     steps = dr.clip(throttle, -1.0, 1.0) * ((PULSES - 1) / 2) + (PULSES - 1) / 2
     first = dr.minimum(dr.floor(steps), PULSES - 2.0)
-    return jit.UInt32(first), steps - first
+    return dr.minimum(jit.UInt32(first), PULSES - 2), steps - first
 
 
 @dataclass(frozen=True)
