@@ -87,6 +87,7 @@ BUILT_IN: Final[Mapping[Kind, Mapping[str, str]]] = {
         "moos": "pelagos.bridges.moos:MoosConfig",
         "px4": "pelagos.bridges.px4:Px4Config",
         "ros2": "pelagos.bridges.ros2:Ros2Config",
+        "rosbridge": "pelagos.bridges.rosbridge:RosbridgeConfig",
     },
     "vehicle": {"custom": "pelagos.vehicles.config:VehicleConfig"},
 }
