@@ -5,10 +5,14 @@ from __future__ import annotations
 import json
 import os
 import signal
+import socket
 import threading
 import time
+from contextlib import closing
 from pathlib import Path
 from typing import Any
+from urllib.parse import urlsplit
+from urllib.request import HTTPCookieProcessor, build_opener
 
 import pytest
 import yaml
@@ -18,6 +22,7 @@ from pelagos.cli.video import VideoOptions, video
 from pelagos.cli.view import ViewOptions, show
 from pelagos.errors import InputError
 from pelagos.sim.replay import Recording
+from pelagos.viewer.server import Server
 
 SCENARIO: dict[str, Any] = {
     "seed": 5, "world": {"type": "flat", "depth_m": 14.0},
@@ -129,3 +134,25 @@ def test_no_browser_is_told_in_a_sentence(monkeypatch, capsys):
     command.say_where("http://127.0.0.1:1/?token=x", ViewOptions())
     assert opened == ["http://127.0.0.1:1/?token=x"]
     assert "no browser was found here" in capsys.readouterr().out  # `open` gave False
+
+
+def test_a_port_that_is_taken_is_told_before_anything_is_built(tmp_path, monkeypatch):
+    path = tmp_path / "dive.yaml"
+    path.write_text(yaml.safe_dump(SCENARIO), encoding="utf-8")
+    monkeypatch.setattr(command, "load", lambda *_, **__: pytest.fail("the scenario was loaded first"))
+    with socket.socket() as other:
+        other.bind(("127.0.0.1", 0))
+        other.listen()
+        port = other.getsockname()[1]
+        with pytest.raises(InputError, match=f"port {port} is taken: give --port another number"):
+            show(path, [], ViewOptions(port=port, browser=False))
+
+
+def test_whoever_listens_everywhere_is_told_an_address_that_others_can_open():
+    with closing(Server(host="0.0.0.0", port=0)) as server:
+        name = urlsplit(server.url).hostname
+        assert name not in (None, "0.0.0.0")
+        with socket.socket() as probe:
+            probe.bind((name, 0))  # it is this machine's own
+        with build_opener(HTTPCookieProcessor()).open(server.url) as page:
+            assert b"<title>Pelagos</title>" in page.read()

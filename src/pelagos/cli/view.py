@@ -51,6 +51,9 @@ def show(path: Path, changes: Sequence[str], options: ViewOptions) -> int:
     must_be_file(path)
     if not 0 <= options.speed <= 100:
         raise InputError(f"--speed is 0.1 to 100 times the clock, or 0 for as fast as it goes; not {options.speed:g}")
+    from pelagos.viewer.server import must_be_free
+
+    must_be_free(options.host, options.port)  # before seconds of building
     if path.suffix.lower() == ".mcap":
         if changes or options.world or options.seed is not None:
             raise InputError("a recording is shown as it is: leave out --set, --seed and --world")

@@ -31,14 +31,18 @@ HEAT: Final = colormaps["inferno"]
 
 def painted(values: ArrayLike, low: float, high: float, colours: object = INTENSITY) -> NDArray[np.uint8]:
     """`(..., 3)` colours of values between `low` and `high`; black where a value is not finite."""
-    v = np.asarray(values, dtype=np.float64)
-    finite = np.isfinite(v)
-    span = high - low if high > low else 1.0
-    level = np.clip(np.where(finite, (v - low) / span, 0.0), 0.0, 1.0)
-    table = np.asarray(colours(np.arange(256)))[:, :3]  # type: ignore[operator]
-    out = np.round(255 * table).astype(np.uint8)[np.round(255 * level).astype(np.uint8)]
-    out[~finite] = 0
-    return np.asarray(out, dtype=np.uint8)
+    v = np.array(values, dtype=np.float64)
+    lost = ~np.isfinite(v)
+    v[lost] = low
+    v -= low
+    v /= high - low if high > low else 1.0
+    np.clip(v, 0.0, 1.0, out=v)
+    v *= 255
+    level = np.round(v, out=v).astype(np.intp)
+    level[lost] = 256
+    table = np.zeros((257, 3), dtype=np.uint8)  # the last is black
+    table[:256] = np.round(255 * np.asarray(colours(np.arange(256)))[:, :3])  # type: ignore[operator]
+    return np.asarray(table.take(level, axis=0))
 
 
 def display(albedo: ArrayLike) -> NDArray[np.float64]:

@@ -19,7 +19,7 @@ from typing import Any, Final
 from urllib.parse import urlsplit
 
 from pelagos.errors import InputError
-from pelagos.viewer.guard import LOOPBACK, Guard
+from pelagos.viewer.guard import EVERYWHERE, LOOPBACK, Guard
 from pelagos.viewer.hub import Hub
 
 LIVE: Final = "/live"
@@ -73,6 +73,8 @@ class Server:
     def url(self) -> str:
         """Address of the page, with the token."""
         name = "127.0.0.1" if self.guard.host in LOOPBACK else self.guard.host
+        if name in EVERYWHERE:
+            name = _own_address(name)
         return f"http://{_bracketed(name)}:{self.port}/?token={self.guard.token}"
 
     def offer(self, name: str, media_type: str, data: bytes) -> None:
@@ -139,6 +141,24 @@ def _response(status: HTTPStatus, media_type: str, data: bytes, more: dict[str, 
         "X-Content-Type-Options": "nosniff", "Referrer-Policy": "no-referrer", **(more or {}),
     })  # fmt: skip
     return Response(status.value, status.phrase, headers, data)
+
+
+def _own_address(everywhere: str) -> str:
+    """The address of this machine by which its network knows it; no packet is sent to find it."""
+    family, other = (socket.AF_INET6, "2001:db8::1") if everywhere == "::" else (socket.AF_INET, "192.0.2.1")
+    with contextlib.suppress(OSError), socket.socket(family, socket.SOCK_DGRAM) as probe:
+        probe.connect((other, 9))  # a place of documentation (RFC 5737, RFC 3849): only the route is looked up
+        return str(probe.getsockname()[0])
+    return "::1" if everywhere == "::" else "127.0.0.1"
+
+
+def must_be_free(host: str, port: int | None) -> None:
+    """See that a port can be listened at.
+
+    Raises:
+        InputError: it is taken, or the address is not one of this machine.
+    """
+    _free(host, port)
 
 
 def _free(host: str, port: int | None) -> int:

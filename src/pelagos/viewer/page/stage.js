@@ -254,7 +254,7 @@ export class Stage {
     const m = this.view, taken = []; for (const n of this.nodes.values()) {
       if (!n.element) continue; let [p] = this.world(n); const parent = this.poses[n.path.at(-2)]; if (parent && this.poses[n.name]) p = add(parent[0], [0, 0, this.poses[n.name][0][2]]); // upright over its vehicle
       const x = m[0] * p[0] + m[4] * p[1] + m[8] * p[2] + m[12], y = m[1] * p[0] + m[5] * p[1] + m[9] * p[2] + m[13], d = m[3] * p[0] + m[7] * p[1] + m[11] * p[2] + m[15];
-      let out = d < .2 || d > (n.small ? 160 : 900) || Math.abs(x) > d || Math.abs(y) > d || !this.visible(n); const sx = (.5 + .5 * x / d) * w, sy = (.5 - .5 * y / d) * h, half = 3.2 * n.text.length; // names that would lie on another wait until one comes nearer
+      let out = d < .2 || d > (n.small ? (this.agent ? 160 : 600) : 900) || Math.abs(x) > d || Math.abs(y) > d || !this.visible(n); const sx = (.5 + .5 * x / d) * w, sy = (.5 - .5 * y / d) * h, half = 3.2 * n.text.length; // names that would lie on another wait until one comes nearer
       if (!out && n.small) { out = taken.some(([ox, oy, oh]) => Math.abs(ox - sx) < oh + half && Math.abs(oy - sy) < 14); if (!out) taken.push([sx, sy, half]); }
       n.element.style.display = out ? "none" : ""; if (!out) n.element.style.transform = `translate(-50%, -100%) translate(${sx}px, ${sy}px)`;
     }
