@@ -116,23 +116,29 @@ def _constant(side: ast.expr) -> float | None:
 def pytest_runtest_call(item: pytest.Item) -> Any:
     _current.clear()
     function = getattr(item, "function", None)
-    words = " ".join((inspect.getdoc(function) or "").split()) if function else ""
+    words = words_of(function) if function else ""
     about = (inspect.getmodule(function).__doc__ or "").strip() if function else ""
     _current.update(worst=0.0, comparisons=0, allowed="")
     outcome = yield
-    name = item.nodeid.split("[")[0]
-    _ran.add(name)
+    file, *_, name = item.nodeid.split("[")[0].split("::")  # a class may stand between
+    test = f"{file}::{name}"
+    _ran.add(test)
     if _current["comparisons"] and outcome.excinfo is None:
-        file, _, check = name.rpartition("::")
         row = _found.setdefault(
-            name,
-            {"file": file, "check": check.removeprefix("test_").replace("_", " "), "source": words,
+            test,
+            {"file": file, "check": name.removeprefix("test_").replace("_", " "), "source": words,
              "about": " ".join(about.split("\n\n")[0].split()), "comparisons": 0, "worst": 0.0, "allowed": ""},
         )  # fmt: skip
         row["comparisons"] += _current["comparisons"]
         if _current["worst"] >= row["worst"]:
             row["worst"], row["allowed"] = float(f"{_current['worst']:.2g}"), _current["allowed"]
     _current.clear()
+
+
+def words_of(function: Any) -> str:
+    """The docstring of a test; without one the comments in it."""
+    found = inspect.getdoc(function) or " ".join(re.findall(r"#\s+(?!fmt:|noqa)(.+)", inspect.getsource(function)))
+    return " ".join(found.split())
 
 
 def test_of(row: dict[str, Any]) -> str:
@@ -150,6 +156,6 @@ def pytest_sessionfinish(session: pytest.Session, exitstatus: int) -> None:
     if hasattr(session.config, "workerinput") or not _found:
         return
     before = json.loads(TABLE.read_text(encoding="utf-8"))["checks"] if TABLE.exists() else []
-    kept = [r for r in before if (name := test_of(r)) not in _ran and exists(name)]
+    kept = [r for r in before if (test := test_of(r)) not in _ran and exists(test)]
     rows = sorted([*kept, *_found.values()], key=lambda r: (r["file"], r["check"]))
     TABLE.write_text(json.dumps({"checks": rows}, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")

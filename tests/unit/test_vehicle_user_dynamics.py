@@ -89,7 +89,7 @@ BARE = {
 
 
 @pytest.mark.parametrize("arrays", ["drjit", "numpy"])
-def test_an_acceleration_is_the_acceleration(arrays):
+def test_the_acceleration_of_a_custom_vehicle_is_the_one_given(arrays):
     """Whatever the mass matrix, and in a current too."""
     mine = {"type": "function", "target": f"{__name__}:{'decay' if arrays == 'numpy' else 'decay_lists'}",
             "arrays": arrays, "gives": "acceleration", "parameters": {"rate": 0.7}}  # fmt: skip

@@ -1,4 +1,4 @@
-"""Which term of a vehicle's equation of motion is to blame for a state that is not finite."""
+"""Blame for a state that is not finite: the largest or first such term of a vehicle's equation of motion."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What weight and still water do to a hull at rest: its stiffness, and what they leave unbalanced."""
+"""Weight and still water on a hull at rest: its stiffness, and the load that they leave unbalanced."""
 
 from __future__ import annotations
 
