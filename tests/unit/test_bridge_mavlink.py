@@ -217,6 +217,41 @@ def test_a_ground_station_sees_and_drives_a_vehicle(station: Any) -> None:
     assert report["MAVLink: malformed packets"] >= 1
 
 
+def test_a_ground_stations_questions_are_answered(station: Any) -> None:
+    """As a ground station asks at its start; pymavlink reads the answers."""
+    sim = pl.Simulation.load(scenario("bluerov2_heavy", -5.0))
+    exchange = Exchange(sim)
+    MavlinkConfig(type="mavlink", port=station.getsockname()[1], speed_mps=0.75, turn_deg_s=20.0).attach(exchange)
+    door: Any = exchange.doors[0]
+    mav = mavlink.MAVLink(None, srcSystem=255, srcComponent=190)
+
+    def ask(question: Any, answers: int = 1) -> list[Any]:
+        station.sendto(question.pack(mav), door._socket.getsockname())
+        door._hear()
+        return [message for _ in range(answers) for message in mav.parse_buffer(station.recv(2048))]
+
+    first, second = ask(mavlink.MAVLink_param_request_list_message(1, 1), 2)
+    assert (first.param_id, first.param_value, first.param_index, first.param_count) == ("SPEED_MPS", 0.75, 0, 2)
+    assert (second.param_id, second.param_value, second.param_index) == ("TURN_DEG_S", 20.0, 1)
+    (again,) = ask(mavlink.MAVLink_param_request_read_message(1, 1, b"TURN_DEG_S", -1))
+    assert again.param_value == 20.0
+    (kept,) = ask(mavlink.MAVLink_param_set_message(1, 1, b"SPEED_MPS", 9.0, 9))
+    assert kept.param_value == 0.75
+    (missions,) = ask(mavlink.MAVLink_mission_request_list_message(1, 1, 2))
+    assert (missions.count, missions.target_system, missions.mission_type) == (0, 255, 2)
+    (refusal,) = ask(mavlink.MAVLink_mission_count_message(1, 1, 4, 0))
+    assert (refusal.get_type(), refusal.type) == ("MISSION_ACK", 3)
+    (arm,) = ask(mavlink.MAVLink_command_long_message(1, 1, 400, 0, 1, 0, 0, 0, 0, 0, 0))
+    assert (arm.command, arm.result, arm.target_component) == (400, 3, 190)
+    station.sendto(mavlink.MAVLink_param_request_list_message(9, 1).pack(mav), door._socket.getsockname())
+    door._hear()  # meant for another
+    station.settimeout(0.1)
+    with pytest.raises(TimeoutError):
+        station.recv(2048)
+    assert sum(exchange.inbox.refused.values()) == 3
+    exchange.close()
+
+
 def test_a_target_position_is_a_waypoint() -> None:
     sim = pl.Simulation.load(scenario("bluerov2_heavy", -5.0))
     exchange = Exchange(sim)

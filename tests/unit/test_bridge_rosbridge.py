@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import base64
 import json
+import socket
+import struct
 import time
 from collections.abc import Callable, Iterator
 from typing import Any
@@ -177,6 +179,8 @@ def test_nonsense_is_counted_and_the_door_stays_open(door: RosbridgeTransport) -
             "3",
             '{"op": 7}',
             '{"op": "fragment"}',
+            '{"op": "call_service", "service": "/rosapi/topic_type", "args": [1]}',
+            '{"op": "publish", "topic": "/rov/cmd_vel", "msg": {"linear": {"x": [Infinity]}}}',
             "[" * 50_000,
             '{"op":"publish","topic":"/rov/cmd_vel","msg":4}',
         ):
@@ -191,6 +195,19 @@ def test_nonsense_is_counted_and_the_door_stays_open(door: RosbridgeTransport) -
         until(lambda: got)
     assert deserialize(TWIST, got[0]).linear.x == -1.5
     assert door.troubles["malformed packets"] > 90
+
+
+def test_who_breaks_off_or_speaks_something_else_says_nothing_to_the_user(
+    door: RosbridgeTransport, caplog: pytest.LogCaptureFixture
+) -> None:
+    for said in (b"", b"GET / HTTP/1.0\r\n\r\n", bytes(range(256))):
+        with socket.create_connection(("127.0.0.1", door.port)) as wire:
+            wire.sendall(said)
+    with link(door, close_timeout=0.1) as wire:
+        wire.socket.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))
+        wire.socket.close()  # without a farewell
+    until(lambda: not door._clients)
+    assert not caplog.records
 
 
 def test_web_pages_of_other_machines_are_refused(door: RosbridgeTransport) -> None:

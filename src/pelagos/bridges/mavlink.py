@@ -1,7 +1,9 @@
 """A MAVLink vehicle without an autopilot: what a ground station or a companion computer expects to find.
 
-Heartbeat, attitude, positions and system state go out; MANUAL_CONTROL and SET_POSITION_TARGET_LOCAL_NED come in.
-Source: MAVLink common.xml.
+Heartbeat, attitude, positions and system state go out; MANUAL_CONTROL and SET_POSITION_TARGET_LOCAL_NED come in. A
+ground station's questions are answered, so that it does not wait: for parameters, of which two tell how sticks are
+taken and none can be set, for missions, of which there are none, and commands, of which none is supported.
+Source: MAVLink common.xml, and its parameter, mission and command protocols.
 """
 
 from __future__ import annotations
@@ -31,6 +33,7 @@ _ACTIVE: Final = 4
 _AUTOPILOT: Final = 0  # MAV_AUTOPILOT_GENERIC: ground stations take no vehicle from "invalid" (8)
 _MANUAL_ARMED: Final = 64 | 128
 _LOCAL_NED, _BODY_NED = 1, 8
+_REAL32, _UNSUPPORTED = 9, 3  # MAV_PARAM_TYPE_REAL32; MAV_RESULT_UNSUPPORTED and MAV_MISSION_UNSUPPORTED
 
 
 class MavlinkConfig(BridgeConfig):
@@ -83,6 +86,7 @@ class MavlinkDoor:
             raise BridgeError(f"mavlink: UDP {config.host}:{config.port}: {error.strerror}") from None
         self._socket.setblocking(False)
         self._next_ns = self._next_beat_ns = 0
+        self._parameters = {b"SPEED_MPS": config.speed_mps, b"TURN_DEG_S": config.turn_deg_s}
         self.troubles: Counter[str] = Counter()
         exchange.at_least(config.rate_hz)
 
@@ -158,8 +162,39 @@ class MavlinkDoor:
                     self.troubles["malformed packets"] += 1
                 elif kind == "MANUAL_CONTROL" and message.target == self._config.system:
                     self._stick(message)
-                elif kind == "SET_POSITION_TARGET_LOCAL_NED" and message.target_system == self._config.system:
-                    self._target(message)
+                elif getattr(message, "target_system", None) == self._config.system:
+                    if kind == "SET_POSITION_TARGET_LOCAL_NED":
+                        self._target(message)
+                    else:
+                        for answer in self._answers(kind, message):
+                            self._say(answer.pack(self._mav))
+
+    def _answers(self, kind: str, m: Any) -> list[Any]:
+        """To a ground station's questions."""
+        d, names = self._dialect, list(self._parameters)
+        asker = m.get_srcSystem(), m.get_srcComponent()
+        if kind == "PARAM_REQUEST_LIST":
+            return [self._parameter(name) for name in names]
+        if kind == "PARAM_REQUEST_READ" and 0 <= m.param_index < len(names):
+            return [self._parameter(names[m.param_index])]
+        if kind in ("PARAM_REQUEST_READ", "PARAM_SET"):  # what is set is answered with what stands
+            name = m.param_id.encode()
+            if kind == "PARAM_SET":
+                self._inbox.refuse(f"PARAM_SET: {m.param_id} cannot be set; it is a key of the bridge")
+            return [self._parameter(name)] if name in names else []
+        if kind == "MISSION_REQUEST_LIST":
+            return [d.MAVLink_mission_count_message(*asker, 0, m.mission_type)]
+        if kind == "MISSION_COUNT":
+            self._inbox.refuse("MISSION_COUNT: this vehicle takes no missions")
+            return [d.MAVLink_mission_ack_message(*asker, _UNSUPPORTED, m.mission_type)]
+        if kind in ("COMMAND_LONG", "COMMAND_INT"):
+            self._inbox.refuse(f"{kind}: this vehicle takes no commands ({m.command})")
+            return [d.MAVLink_command_ack_message(m.command, _UNSUPPORTED, 0, 0, *asker)]
+        return []
+
+    def _parameter(self, name: bytes) -> Any:
+        place, count = list(self._parameters).index(name), len(self._parameters)
+        return self._dialect.MAVLink_param_value_message(name, self._parameters[name], _REAL32, count, place)
 
     def _stick(self, m: Any) -> None:
         """MANUAL_CONTROL: x ahead, y to the right, r turns right, -1000 .. 1000; z up, 500 is the middle."""

@@ -7,11 +7,14 @@ import warnings
 from collections import Counter
 from collections.abc import Callable
 from importlib import import_module
-from typing import Any
+from typing import Any, Final
 
 from pelagos.bridges.extras import require
 from pelagos.bridges.transport import Answer, Buffer, Qos, Receive, Write
 from pelagos.errors import PelagosWarning
+
+THREADS: Final = 8
+"""For commands, and for services of which some may wait for a boundary of steps at the same time."""
 
 
 class RclpyTransport:
@@ -29,7 +32,7 @@ class RclpyTransport:
         self._rclpy.init(context=self._context, domain_id=domain)
         self._node = self._rclpy.create_node(node, context=self._context)
         executors = import_module("rclpy.executors")
-        self._executor = executors.SingleThreadedExecutor(context=self._context)
+        self._executor = executors.MultiThreadedExecutor(THREADS, context=self._context)
         self._executor.add_node(self._node)
         self._thread = threading.Thread(target=self._executor.spin, name="pelagos-rclpy", daemon=True)
         self._thread.start()
@@ -65,7 +68,8 @@ class RclpyTransport:
             raw = answer(serialization.serialize_message(request))
             return serialization.deserialize_message(raw, type(response))
 
-        self._node.create_service(kind, service, respond)
+        alone = import_module("rclpy.callback_groups").MutuallyExclusiveCallbackGroup()  # holds up nothing else
+        self._node.create_service(kind, service, respond, callback_group=alone)
 
     def close(self) -> None:
         """See `Transport`."""

@@ -6,6 +6,7 @@ CBOR), fragments and authentication; who asks for them is told so.
 
 from __future__ import annotations
 
+import logging
 import threading
 from collections import Counter
 from collections.abc import Callable, Mapping
@@ -85,8 +86,11 @@ class RosbridgeTransport:
         self._clients: tuple[Client, ...] = ()
         self._lock = threading.Lock()
         self.troubles: Counter[str] = Counter()
+        quiet = logging.getLogger("pelagos.rosbridge")  # what is no WebSocket is no news to the user
+        quiet.disabled = True
+        options: dict[str, Any] = {"process_request": self._welcome, "compression": None, "logger": quiet}
         try:
-            self._server = server.serve(self._meet, host, port, process_request=self._welcome, compression=None)
+            self._server = server.serve(self._meet, host, port, **options)
         except OSError as error:
             raise BridgeError(f"rosbridge: TCP {host}:{port} cannot be used: {error.strerror}") from None
         self.port: int = self._server.socket.getsockname()[1]

@@ -6,6 +6,7 @@ import json
 import time
 from collections import Counter
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from typing import Any, Final
 
 from pelagos.bridges.outbox import Outbox
@@ -38,17 +39,23 @@ class Client:
         self._reply = self._outbox.lane(_REPLIES, lambda text, _: self._connection.send(bytes(text).decode()), 1000)
 
     def listen(self) -> None:
-        """Take what the client says until it leaves."""
-        for text in self._connection:
-            try:
-                said = json.loads(text)
-                operation = self._operations.get(str(said.get("op"))) if isinstance(said, dict) else None
-                if operation is None:
-                    raise InputError(f"no operation of this server; there are {', '.join(self._operations)}")
-                operation(self, said)
-            except (ValueError, TypeError, RecursionError, InputError) as error:
-                self._troubles["malformed packets" if not isinstance(error, InputError) else "requests refused"] += 1
-                self.say({"op": "status", "level": "error", "msg": str(error)})
+        """Take what the client says until it leaves, in whatever way."""
+        from websockets.exceptions import ConnectionClosed
+
+        with suppress(ConnectionClosed):
+            for text in self._connection:
+                self._take(text)
+
+    def _take(self, text: str | bytes) -> None:
+        try:
+            said = json.loads(text)
+            operation = self._operations.get(str(said.get("op"))) if isinstance(said, dict) else None
+            if operation is None:
+                raise InputError(f"no operation of this server; there are {', '.join(self._operations)}")
+            operation(self, said)
+        except (ValueError, TypeError, AttributeError, ArithmeticError, RecursionError, InputError) as error:
+            self._troubles["malformed packets" if not isinstance(error, InputError) else "requests refused"] += 1
+            self.say({"op": "status", "level": "error", "msg": str(error)})
 
     def want(self, topic: str, form: Callable[[Buffer], Any], said: Mapping[str, Any]) -> None:
         """Send a topic from now on, at most every `throttle_rate` milliseconds, with `queue_length` that wait.
