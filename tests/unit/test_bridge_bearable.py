@@ -8,7 +8,7 @@ import pytest
 from pelagos import jit
 from pelagos.bridges.exchange import Exchange
 from pelagos.bridges.journal import recorded_orders
-from pelagos.cli.doors import MOST_RESTARTS, run_with_doors
+from pelagos.cli.doors import MOST_RESTARTS, nothing_left, run_with_doors
 from pelagos.cli.run import Options
 from pelagos.errors import CommandError, InputError
 from pelagos.sim.bearable import BEARABLE_MPS2
@@ -108,5 +108,9 @@ def test_a_peer_that_tears_a_vehicle_apart_makes_the_run_begin_anew(sim, tmp_pat
 
 def test_nobody_else_tells_a_repeated_run_anything(sim, tmp_path) -> None:
     options = Options(duration_s=1.0, repeat=tmp_path / "mission.mcap", bridges=("ros2",))
-    with pytest.raises(InputError, match="leave out bridges"):
-        run_with_doors(sim, {}, options, tmp_path / "again.mcap", lambda t, d: None)
+    (tmp_path / "again").mkdir()
+    (tmp_path / "again" / "scenario.yaml").touch()
+    file = tmp_path / "again" / "mission.mcap"
+    with pytest.raises(InputError, match="leave out bridges"), nothing_left(file.parent, file):
+        run_with_doors(sim, {}, options, file, lambda t, d: None)
+    assert not file.parent.exists()

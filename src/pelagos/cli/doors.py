@@ -70,7 +70,7 @@ def nothing_left(folder: Path, recording: Path) -> Iterator[None]:
 
     try:
         yield
-    except BridgeError:
+    except (BridgeError, InputError):
         if not recording.exists():
             (folder / "scenario.yaml").unlink(missing_ok=True)
             with suppress(OSError):
