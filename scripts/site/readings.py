@@ -9,7 +9,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from pelagos.cli.walk import rooms, walked
+from pelagos.cli.walk import last_motion, rooms, walked
 from pelagos.config import registry
 
 AHEAD = (0, 20, 0)
@@ -81,9 +81,7 @@ def all_read(folder: Path) -> dict[str, Read]:
         warnings.simplefilter("ignore")
         sim = pl.Simulation.load(scenario())
         observed = dict(sim.run(1.0).observations["auv0"])
-        trajectory = sim.stepper.trajectories["auv0"]
-        last = trajectory.first_tick + trajectory.ticks - 1
-        motion = sim.stepper.sensing.motion_of(range(last, last + 1), "auv0")
+        motion = last_motion(sim, "auv0")
         found = {}
         for name, model in sim.model.agents["auv0"].sensors.items():
             built = model.sensor

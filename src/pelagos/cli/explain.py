@@ -14,7 +14,7 @@ from rich.table import Table
 
 from pelagos.cli.console import err, out, shown
 from pelagos.cli.trusted import load
-from pelagos.cli.walk import Passed, rooms, walked
+from pelagos.cli.walk import Passed, last_motion, rooms, walked
 from pelagos.config import registry
 from pelagos.config.scenario import Scenario
 from pelagos.errors import InputError, LookupFailed
@@ -116,7 +116,7 @@ def _read(scenario: Scenario, agent: str, sensor: str, at_s: float) -> tuple[lis
             sim.run(at_s)
         last = sim.stepper.tick
         built: Any = sim.model.agents[agent].sensors[sensor].sensor
-        motion = sim.stepper.sensing.motion_of(range(last, last + 1), agent)
+        motion = last_motion(sim, agent)
         explains = hasattr(built, "explain")
         passed, found = walked(lambda: built.explain(motion) if explains else built.sense(motion))
         return passed, found if explains else _reading(found), last * sim.dt_ns * 1e-9

@@ -6,10 +6,14 @@ import sys
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
 import pelagos
 from pelagos.cli.console import shown
+
+if TYPE_CHECKING:
+    from pelagos.sensors.sensor import Kinematics
+    from pelagos.sim.simulation import Simulation
 
 SOURCE: Final = Path(pelagos.__file__).parent
 
@@ -32,6 +36,12 @@ class Passed:
     def address(self) -> str:
         """ "file:line name"."""
         return f"{shown(SOURCE / self.room)}:{self.line} {self.name}"
+
+
+def last_motion(sim: Simulation, agent: str) -> Kinematics:
+    """Motion of an agent at the last tick, one lane a copy, as its sensors are given it."""
+    last = sim.stepper.tick
+    return sim.stepper.sensing.motion_of(range(last, last + 1), agent)
 
 
 def walked(work: Callable[[], Any]) -> tuple[list[Passed], Any]:
