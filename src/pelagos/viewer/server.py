@@ -34,6 +34,7 @@ _POLICY: Final = (
     f"base-uri 'none'; form-action 'none'; {_ANCESTORS}"
 )
 _MOST: Final = 65536  # of a message from a browser [B]
+_SILENT_S: Final = 90.0  # that a browser may be busy drawing before it counts as gone
 _GOODBYE_S: Final = 0.5  # that a browser has to answer when the view ends; one that is busy drawing does not
 
 
@@ -100,6 +101,7 @@ class Server:
             async with serve(
                 self.hub.serve, self.guard.host or None, self.port, process_request=self._answer, compression=None,
                 max_size=_MOST, origins=None, server_header=None, close_timeout=_GOODBYE_S,
+                ping_timeout=_SILENT_S,
             ):  # fmt: skip
                 ready.set()
                 await self._end.wait()

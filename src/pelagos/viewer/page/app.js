@@ -50,11 +50,12 @@ function option(value, text) { const o = document.createElement("option"); o.val
 function tickbox(name) { const l = document.createElement("label"), i = document.createElement("input"); l.className = "tickbox"; i.type = "checkbox"; i.checked = true; i.dataset.show = name; l.append(i, ` ${name}`); return l; }
 
 function choose(name) {
-  agent = name; $("agent").value = name; if (!name) return;
-  const modes = Object.keys(hello.agents[name].modes); $("mode").replaceChildren(...modes.map((m) => option(m, m.replaceAll("_", " ")))); plots.clear(); before = null; if (stage) { stage.agent = name; stage.length = hello.agents[name].length; stage.offset = null; } send({ do: "follow", agent: name });
+  const other = name !== agent; agent = name; $("agent").value = name; if (!name) return;
+  const modes = Object.keys(hello.agents[name].modes); $("mode").replaceChildren(...modes.map((m) => option(m, m.replaceAll("_", " ")))); if (other) { plots.clear(); before = null; } if (stage) { stage.agent = name; stage.length = hello.agents[name].length; stage.offset = null; } send({ do: "follow", agent: name });
 }
 
 function onState(s) {
+  if (state && s.t < state.t) onJump(); // a run that has begun anew while nobody was connected
   state = s; $("time").textContent = `${s.t.toFixed(1)} s`; const run = s.run;
   $("rate").textContent = run.paused ? "paused" : run.rate ? `${run.rate.toFixed(run.rate < 10 ? 1 : 0)} × real time` : "";
   $("pause").textContent = run.paused ? "Run" : "Pause"; $("pause").setAttribute("aria-pressed", String(!!run.paused));

@@ -126,7 +126,7 @@ export class Stage {
   reset() { for (const name of [...this.nodes.keys()]) this.gone({ name }); this.poses = {}; this.goal = {}; }
   node(h, blob) {
     this.drop(h.name); const data = this.arrays(h, blob), n = { ...h, path: h.name.split("/").slice(1).map((_, i, all) => "/" + all.slice(0, i + 1).join("/")), vao: null, buffers: {} };
-    if (h.kind === "label") { n.element = document.createElement("span"); n.element.textContent = h.text; n.element.className = h.small ? "label small" : "label"; this.labelPlace.append(n.element); }
+    if (h.kind === "label") { n.element = document.createElement("span"); n.element.textContent = h.text; n.element.className = h.small ? "label small" : "label"; n.element.style.display = "none"; this.labelPlace.append(n.element); }
     this.nodes.set(h.name, n); this.fill(n, data); this.again = true;
   }
   part(h, blob) { const n = this.nodes.get(h.name); if (n) { this.fill(n, this.arrays(h, blob)); this.again = true; } }
