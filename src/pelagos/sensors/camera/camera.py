@@ -25,14 +25,14 @@ from pelagos.optics.sight_line import SightLines
 from pelagos.raycast.caster import Caster
 from pelagos.sensors.camera.picture.ambient_light import ambience, ambience_at
 from pelagos.sensors.camera.picture.camera_config import CameraConfig, idle_keys
-from pelagos.sensors.camera.picture.camera_rays import Lens, Trace, View, pixel_angle, pixel_rays
+from pelagos.sensors.camera.picture.camera_rays import Frame, Trace, View, pixel_angle, pixel_rays
 from pelagos.sensors.camera.picture.develop import balance, developed, exposed, gathered, through_lens, unpacked
 from pelagos.sensors.camera.picture.exposure_lag import exposure_lag
 from pelagos.sensors.camera.picture.lamp_shadow import shaded
 from pelagos.sensors.camera.picture.light_shafts import shaft_squares, shafts_at, smoothed
 from pelagos.sensors.camera.picture.path_tracing import path_traced
 from pelagos.sensors.camera.picture.pixel_blur import pixel_blur
-from pelagos.sensors.camera.picture.pixel_order import Pixels, Tiling, pixels
+from pelagos.sensors.camera.picture.pixel_order import Pixels, pixels
 from pelagos.sensors.camera.picture.pixel_samples import Sample, sampled_rays, samples
 from pelagos.sensors.camera.picture.radiance import Ambience, Radiance, look
 from pelagos.sensors.camera.picture.ray_change import ray_change
@@ -93,43 +93,35 @@ class Camera:
         )
 
     def _kernel(
-        self,
-        caster: Caster,
-        lens: Any,
-        motion: Kinematics,
-        own: Array,
-        light: Any,
-        vignette: Array,
-        change: Any,
-        keys: Any,
-        *,
-        trace: Trace | None = None,
-    ) -> tuple[Array, ...]:
+        self, caster: Caster, lens: Any, motion: Kinematics, own: Array, light: Any, vignette: Array, change: Any,
+        keys: Any, *, trace: Trace | None = None,
+    ) -> tuple[Array, ...]:  # fmt: skip
         config, tiling = self.config, self._view.tiling
         sea = self._surroundings.ripple(config)
-        images = dr.width(motion.tick)
+        frame = Frame(lens, motion, own, config, tiling)
+        images = frame.images
         where = pixels(tiling, images)
         scenery = scenery_of(caster.tables, light, sea, motion, config)
         lamps = light_sources(config, motion, where.image)
 
         angle = pixel_angle(config)
         if config.renderer == "realtime":
-            lamps = shaded(lamps, caster, scenery, lens, motion, own, config, tiling, where)
-        around, lines = self._water_around(caster, scenery, sea, lens, motion, own, where)
+            lamps = shaded(lamps, caster, scenery, frame, where)
+        around, lines = self._water_around(caster, scenery, sea, frame, where)
 
         def light_of(sample: Sample, exposure: Array, number: Array) -> Radiance:
-            rays = sampled_rays(lens, where, motion, own, config, sample, exposure, blur, scenery.level, change)
+            rays = sampled_rays(frame, where, sample, exposure, blur=blur, level=scenery.level, change=change)
             if config.renderer == "realtime":
                 return look(
                     caster, scenery, rays, where.image, lamps, angle, around,
                     config.marine_snow_per_m3, lines,
                 )[0]  # fmt: skip
-            counter = pixel_counter(where, tiling, motion, number)
+            counter = *frame.counter(where), number
             light = path_traced(caster, scenery, rays, where.image, lamps, angle, counter, keys[1])
             return Radiance(light, *(dr.zeros(jit.Array3f, dr.width(where.ray)) for _ in range(3)))
 
         blur = None
-        centre = sampled_rays(lens, where, motion, own, config, None, dr.zeros(jit.Float, images), level=scenery.level)
+        centre = sampled_rays(frame, where, None, dr.zeros(jit.Float, images), level=scenery.level)
         seen, hits = look(caster, scenery, centre, where.image, lamps, angle, around, config.marine_snow_per_m3, lines)
         if trace is not None:
             dr.eval(seen, hits)
@@ -139,39 +131,32 @@ class Camera:
             dr.eval(picture)
             shutter, _ = exposed(picture, where, tiling, config, images)
             if config.samples > 1 and (caster.moving is not None or config.blurs_unevenly):
-                blur = pixel_blur(hits, centre, where, tiling, motion, config, shutter)
+                blur = pixel_blur(hits, centre, where, frame, shutter)
                 dr.eval(blur)
-            seen = mean_light(light_of, shutter, where, tiling, motion, keys[0], config)
+            seen = mean_light(light_of, shutter, where, frame, keys[0])
             picture = gathered(seen, where, tiling, angle)
         if scenery.air is not None and scenery.air.drops is not None:
             dr.eval(picture, hits)
-            shutter, _ = exposed(picture, where, tiling, config, images)
-            exposure = dr.gather(jit.Float, shutter, where.image)
-            picture = in_rain(scenery, picture, centre, hits, where.image, exposure, angle)
+            open_for = dr.gather(jit.Float, exposed(picture, where, tiling, config, images)[0], where.image)
+            picture = in_rain(scenery, picture, centre, hits, where.image, open_for, angle)
         picture = through_lens(picture, where, tiling, config, vignette, images)
         dr.eval(picture)
         gains = balance(picture, where, tiling, config)
-        lag = None
-        if config.adapts:
-            lag = exposure_lag(caster, light, sea, lens, motion, own, config, tiling)
-        shutter, iso = exposed(picture * gains, where, tiling, config, images, lag)
-        data, truth = developed(picture, gains, shutter, iso, where, tiling, config, motion, keys[0], trace)
-        return data, truth, shutter, iso
+        lag = exposure_lag(caster, light, sea, frame) if config.adapts else None
+        exposure = exposed(picture * gains, where, tiling, config, images, lag)
+        return *developed((picture, gains), exposure, where, frame, keys[0], trace), *exposure
 
     def _water_around(
-        self, caster: Caster, scenery: Scenery, sea: Ripple, lens: Lens, motion: Kinematics, own: Array,
-        where: Pixels,
-    ) -> tuple[Ambience, SightLines | None]:  # fmt: skip
+        self, caster: Caster, scenery: Scenery, sea: Ripple, frame: Frame[CameraConfig], where: Pixels
+    ) -> tuple[Ambience, SightLines | None]:
         """Diffuse light and shafts around each ray, and lines of sight where the water differs from place to place."""
-        config, tiling = self.config, self._view.tiling
-        squares = shaft_squares(scenery, lens, motion, own, config, tiling) if sea.mean_square_slope > 0 else None
-        tiles = ambience(caster, scenery, lens, motion, own, config, tiling, beside=squares)
+        tiling = frame.tiling
+        squares = shaft_squares(scenery, frame) if sea.mean_square_slope > 0 else None
+        tiles = ambience(caster, scenery, frame, beside=squares)
         around = ambience_at(tiles, tiling, where)
         if squares is not None:
             around = replace(around, shafts=shafts_at(smoothed(squares, tiling), tiling, where))
-        lines = sight_lines(
-            scenery, lens, motion, own, config, tiling, where, lambda at: ambience_at(tiles, tiling, at).rate
-        )
+        lines = sight_lines(scenery, frame, where, lambda at: ambience_at(tiles, tiling, at).rate)
         return around, lines
 
     def _measurement(self, data: Array, truth: Array, shutter: Array, iso: Array) -> Measurement:
@@ -184,32 +169,19 @@ def mean_light(
     light_of: Callable[[Sample, Array, Array], Radiance],
     exposure: Array,
     where: Pixels,
-    tiling: Tiling,
-    motion: Kinematics,
+    frame: Frame[CameraConfig],
     key: Any,
-    config: CameraConfig,
 ) -> Radiance:
     """Mean over the samples of every pixel, in a loop on the device."""
 
     def add(number: Array, sharp: Array, near: Array, far: Array, veil: Array) -> tuple[Array, ...]:
-        sample = samples(
-            config.samples, number, where, tiling, motion, key, config.aperture_blades, config.blades_closed
-        )
-        seen = light_of(sample, exposure, number)
+        seen = light_of(samples(number, where, frame, key), exposure, number)
         return number + 1, sharp + seen.sharp, near + seen.near, far + seen.far, veil + seen.veil
 
-    lanes = dr.width(where.ray)
+    lanes, count = dr.width(where.ray), frame.config.samples
     start = (jit.UInt32(0), *(dr.zeros(jit.Array3f, lanes) for _ in range(4)))
-    sums = dr.while_loop(start, lambda number, *_: number < config.samples, add, mode="symbolic")[1:]
-    return Radiance(*(s / config.samples for s in sums))
-
-
-def pixel_counter(
-    where: Pixels, tiling: Tiling, motion: Kinematics, number: Array
-) -> tuple[Array, Array, Array, Array]:
-    """Of random numbers: pixel, environment, tick, sample."""
-    environment, tick = (dr.gather(jit.UInt32, v, where.image) for v in (motion.environment, motion.tick))
-    return where.row * tiling.width + where.column, environment, tick, number
+    sums = dr.while_loop(start, lambda number, *_: number < count, add, mode="symbolic")[1:]
+    return Radiance(*(s / count for s in sums))
 
 
 def trace_light(trace: Trace, hits: Any, seen: Any) -> None:

@@ -25,7 +25,7 @@ from pelagos.jit import Array
 from pelagos.math.philox import normal_pair32, uniform32
 from pelagos.optics.exposure import luminance
 from pelagos.raycast.caster import Caster
-from pelagos.sensors.camera.picture.camera_rays import Trace, View, pixel_angle, view_rays
+from pelagos.sensors.camera.picture.camera_rays import Frame, Trace, View, pixel_angle
 from pelagos.sensors.camera.picture.develop import gathered
 from pelagos.sensors.camera.picture.pixel_blur import velocity_around
 from pelagos.sensors.camera.picture.pixel_order import image_rows, pixels
@@ -115,9 +115,10 @@ class EventCamera:
         drift = None
         for delay, moment in ((0.0, motion), (-period, moved(motion, -period))):
             scenery = scenery_of(caster.tables, light, sea, moment, config, delay)
-            rays = replace(view_rays(lens, where, moment, own, config, scenery.level), drift=drift)
+            frame = Frame(lens, moment, own, config, tiling)
+            rays = replace(frame.rays(where, scenery.level), drift=drift)
             lamps = light_sources(config, moment, where.image)
-            lines = sight_lines(scenery, lens, moment, own, config, tiling, where)
+            lines = sight_lines(scenery, frame, where)
             seen, hits = look(caster, scenery, rays, where.image, lamps, pixel_angle(config), lines=lines)
             bright = luminance(gathered(seen, where, tiling, pixel_angle(config)))
             logs.append(dr.log(bright + config.darkest_cd_m2))

@@ -36,11 +36,10 @@ from pelagos.optics.texture import mean_albedo, mean_facing
 from pelagos.optics.transport import fitted_rate, path_length
 from pelagos.raycast.caster import Caster
 from pelagos.raycast.rays import Hits, Rays
-from pelagos.sensors.camera.picture.camera_rays import Lens, ViewConfig, view_rays
+from pelagos.sensors.camera.picture.camera_rays import Frame, ViewConfig
 from pelagos.sensors.camera.picture.pixel_order import TILE, Pixels, Tiling, lane_at, smooth_tiles, tent, tiles_at
 from pelagos.sensors.camera.picture.radiance import Ambience
 from pelagos.sensors.camera.picture.scenery import Scenery, by_ray, depth_at, sea_from_above, sky_in_air
-from pelagos.sensors.sensor import Kinematics
 
 _AT_SURFACE: Final = 14  # probes in a block of 32 x 32 pixels
 _IN_WATER: Final = 12  # likewise; of another number, so that both are followed at a time
@@ -55,18 +54,16 @@ _SHALLOW: Final = 0.02  # least depth of a camera [m]
 _FAR: Final = 1e4  # [m]
 
 
-def ambience(
-    caster: Caster, scenery: Scenery, lens: Lens, motion: Kinematics, own: Array, config: ViewConfig,
-    tiling: Tiling, beside: Any = None,
-) -> list[Array]:  # fmt: skip
+def ambience(caster: Caster, scenery: Scenery, frame: Frame[ViewConfig], *, beside: Any = None) -> list[Array]:
     """By block, packed for `ambience_at`; see `Ambience`. `beside` is worked out at the same time, on free cores."""
-    images, coarse = dr.width(motion.tick), _blocks(tiling)
-    source, rate, rise = _towards(scenery, lens, motion, own, config, tiling)
+    tiling, images = frame.tiling, frame.images
+    coarse = _blocks(tiling)
+    source, rate, rise = _towards(scenery, frame)
     dr.eval(source, rate, rise)
 
     def probes(number: int) -> _Probes:
         where = _probes(tiling, images, number)
-        rays = view_rays(lens, where, motion, own, config, scenery.level)
+        rays = frame.rays(where, scenery.level)
         return _Probes(where, rays, caster.cast(rays), _draws(where, tiling, number))
 
     surface = _at_surface(caster, scenery, probes(_AT_SURFACE))
@@ -324,12 +321,10 @@ def _packed(a: Ambience) -> list[Array]:
     return [dr.ravel(jit.Array4f(v.x, v.y, v.z, w)) for v, w in packets]
 
 
-def _towards(
-    scenery: Scenery, lens: Lens, motion: Kinematics, own: Array, config: ViewConfig, tiling: Tiling
-) -> tuple[Array, Array, Array]:
+def _towards(scenery: Scenery, frame: Frame[ViewConfig]) -> tuple[Array, Array, Array]:
     """Towards each block: diffuse light's source at the camera, the rate at which it falls along the way, d_z."""
-    where = _middles(tiling, dr.width(motion.tick))
-    rays = view_rays(lens, where, motion, own, config, scenery.level)
+    where = _middles(frame.tiling, frame.images)
+    rays = frame.rays(where, scenery.level)
     field, d = by_ray(scenery, where.image).field, rays.direction
     depth = dr.maximum(dr.gather(jit.Float, scenery.depth, where.image), _SHALLOW)
     to_sea = _to_sea(depth, d)

@@ -10,8 +10,8 @@ from __future__ import annotations
 import math
 import warnings
 from collections.abc import Callable
-from dataclasses import replace
-from typing import Annotated, Any, Literal, Self, TypeAlias
+from dataclasses import dataclass, replace
+from typing import Annotated, Any, Generic, Literal, Self, TypeAlias, TypeVar
 
 import drjit as dr
 import numpy as np
@@ -263,6 +263,43 @@ def view_rays(
         copy=copy,
         own=dr.gather(jit.UInt32, own, copy),
     )
+
+
+_Config = TypeVar("_Config", bound=ViewConfig, covariant=True)
+
+
+@dataclass(frozen=True)
+class Frame(Generic[_Config]):
+    """One frame of a camera, for all images of a call.
+
+    Attributes:
+        lens: see `Lens`.
+        motion: of the vehicle, at the moments of the images.
+        own: `UInt32` `(n,)`, rows of the own hull.
+        config: of the camera.
+        tiling: order of the pixels.
+    """
+
+    lens: Lens
+    motion: Kinematics
+    own: Array
+    config: _Config
+    tiling: Tiling
+
+    @property
+    def images(self) -> int:
+        """How many."""
+        return int(dr.width(self.motion.tick))
+
+    def rays(self, where: Pixels, level: Array | None = None) -> Rays:
+        """Rays of some pixels, see `view_rays`."""
+        return view_rays(self.lens, where, self.motion, self.own, self.config, level)
+
+    def counter(self, where: Pixels) -> tuple[Array, Array, Array]:
+        """What random numbers of pixels are counted by: pixel, environment, tick."""
+        index = where.row * self.tiling.width + where.column
+        environment, tick = (dr.gather(jit.UInt32, v, where.image) for v in (self.motion.environment, self.motion.tick))
+        return index, environment, tick
 
 
 def local_directions(lens: Lens, where: Pixels, origin: Array, level: Array | None) -> Array:

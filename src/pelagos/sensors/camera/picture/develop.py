@@ -20,6 +20,7 @@ from pelagos.math.philox import normal_pair32
 from pelagos.optics.exposure import GREY, encode_srgb, luminance, metered, saturation_luminance, shoulder, to_bits
 from pelagos.optics.film import FilmCurve, balance_gains, film
 from pelagos.optics.image_noise import noisy_signal
+from pelagos.sensors.camera.picture.camera_rays import Frame
 from pelagos.sensors.camera.picture.glow import glow
 from pelagos.sensors.camera.picture.pixel_order import (
     TILE,
@@ -36,7 +37,6 @@ from pelagos.sensors.camera.picture.pixel_order import (
 )
 from pelagos.sensors.camera.picture.radiance import Radiance
 from pelagos.sensors.noise import words32
-from pelagos.sensors.sensor import Kinematics
 
 if TYPE_CHECKING:
     from pelagos.sensors.camera.picture.camera_config import CameraConfig
@@ -164,15 +164,17 @@ def exposed(
 
 
 def developed(
-    light: Array, gains: Array, shutter: Array, iso: Array, where: Pixels, tiling: Tiling, config: CameraConfig,
-    motion: Kinematics, key: Any, trace: Callable[[str, Array, str], None] | None,
+    balanced: tuple[Array, Array], exposure: tuple[Array, Array], where: Pixels, frame: Frame[CameraConfig], key: Any,
+    trace: Callable[[str, Array, str], None] | None,
 ) -> tuple[Array, Array]:  # fmt: skip
-    """Pictures with and without noise, in the order of rows: see `unpacked`; `gains`, see `balance`."""
-    images = dr.width(motion.tick)
+    """Pictures with and without noise, in the order of rows: see `unpacked`.
+
+    `balanced`: light and gains, see `balance`; `exposure`: shutter and ISO speed, see `exposed`.
+    """
+    (light, gains), (shutter, iso) = balanced, exposure
+    config, images = frame.config, frame.images
     signal = light / dr.gather(jit.Float, saturation_luminance(config.aperture, shutter, iso), where.image)
-    index = where.row * tiling.width + where.column
-    environment, tick = (dr.gather(jit.UInt32, v, where.image) for v in (motion.environment, motion.tick))
-    words = words32(key, index, environment, tick)
+    words = words32(key, *frame.counter(where))
     normal = jit.Array3f(*normal_pair32(words[0], words[1]), normal_pair32(words[2], words[3])[0])
     dark = dr.gather(jit.Float, shutter, where.image) * config.dark_current_e_per_s
     speed = dr.gather(jit.Float, iso, where.image)
@@ -183,7 +185,7 @@ def developed(
         trace("light at the sensor", light, "cd/m^2")
         trace("signal", signal, "1 = full pixel")
         trace("signal with noise", noisy, "1 = full pixel")
-    data, truth = (image_rows(_packed(s * gains, where, config), tiling, where, images) for s in (noisy, signal))
+    data, truth = (image_rows(_packed(s * gains, where, config), frame.tiling, where, images) for s in (noisy, signal))
     if config.mosaic == "none" and config.bits <= 8:
         dr.eval(data, truth)
         data, truth = _three_words(data), _three_words(truth)

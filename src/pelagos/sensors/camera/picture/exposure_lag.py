@@ -6,6 +6,7 @@ What the meter saw before is seen again, with one ray a tile: the places where t
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Final
 
 import drjit as dr
@@ -15,13 +16,12 @@ from pelagos.jit import Array
 from pelagos.optics.caustics import Ripple
 from pelagos.optics.exposure import luminance
 from pelagos.raycast.caster import Caster
-from pelagos.sensors.camera.picture.camera_rays import Lens, pixel_angle, view_rays
+from pelagos.sensors.camera.picture.camera_rays import Frame, pixel_angle
 from pelagos.sensors.camera.picture.develop import meter_weight, zone_mean
 from pelagos.sensors.camera.picture.pixel_order import TILE, Pixels, Tiling, inner_place
 from pelagos.sensors.camera.picture.radiance import look
 from pelagos.sensors.camera.picture.surroundings import light_sources, scenery_of
 from pelagos.sensors.mount import moved
-from pelagos.sensors.sensor import Kinematics
 
 if TYPE_CHECKING:
     from pelagos.sensors.camera.picture.camera_config import CameraConfig
@@ -32,26 +32,23 @@ _LONGEST: Final = 8.0  # [s] that it looks back at most
 _INNER: Final = 200  # lane of a tile that meters for it: beside its middle
 
 
-def exposure_lag(
-    caster: Caster, light: Any, sea: Ripple, lens: Lens, motion: Kinematics, own: Array,
-    config: CameraConfig, tiling: Tiling,
-) -> Array:  # fmt: skip
+def exposure_lag(caster: Caster, light: Any, sea: Ripple, frame: Frame[CameraConfig]) -> Array:
     """By how much the meter's luminance is behind that of the frame, by image [stops]; negative: it still sees less.
 
     The meter follows the logarithm of luminance at its speed up where the scene grows brighter, and at its speed down
     where it grows darker [stops/s].
     """
+    config, tiling = frame.config, frame.tiling
     up, down = config.exposure_speed_up_ev_per_s, config.exposure_speed_down_ev_per_s
     slowest = min(s for s in (up, down) if s is not None)
     step = min(_STOPS / slowest, _LONGEST) / _MOMENTS
-    images = dr.width(motion.tick)
-    where = _tiles(tiling, images)
+    where = _tiles(tiling, frame.images)
     weight = dr.select(where.active, meter_weight(where, tiling, config), 0)
     seen = []
     for k in range(_MOMENTS, -1, -1):
-        moment = moved(motion, -k * step) if k > 0 else motion
+        moment = moved(frame.motion, -k * step) if k > 0 else frame.motion
         scenery = scenery_of(caster.tables, light, sea, moment, config, -k * step)
-        rays = view_rays(lens, where, moment, own, config, scenery.level)
+        rays = replace(frame, motion=moment).rays(where, scenery.level)
         lamps = light_sources(config, moment, where.image)
         radiance, _ = look(caster, scenery, rays, where.image, lamps, pixel_angle(config))
         bright = luminance(radiance.sharp + radiance.near + radiance.far + radiance.veil)

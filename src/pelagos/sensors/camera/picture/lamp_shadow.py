@@ -17,34 +17,33 @@ from pelagos.optics.lamp import SHADE_PARTS, Beam, seen_from
 from pelagos.optics.light_source import LightSource
 from pelagos.raycast.caster import Caster
 from pelagos.raycast.rays import Rays
-from pelagos.sensors.camera.picture.camera_rays import Lens, view_rays
+from pelagos.sensors.camera.picture.camera_rays import Frame
 from pelagos.sensors.camera.picture.lamp_light import reached
 from pelagos.sensors.camera.picture.light_shafts import shafts_at, smoothed
 from pelagos.sensors.camera.picture.pixel_blocks import square_pixels, stratum
-from pelagos.sensors.camera.picture.pixel_order import Pixels, Tiling
+from pelagos.sensors.camera.picture.pixel_order import Pixels
 from pelagos.sensors.camera.picture.scenery import Scenery, depth_at
 from pelagos.sensors.camera.picture.surroundings import light_sources
-from pelagos.sensors.sensor import Kinematics
 
 if TYPE_CHECKING:
     from pelagos.sensors.camera.picture.surroundings import LitViewConfig
 
 
 def shaded(
-    lamps: list[LightSource], caster: Caster, scenery: Scenery, lens: Lens, motion: Kinematics, own: Array,
-    config: LitViewConfig, tiling: Tiling, where: Pixels,
-) -> list[LightSource]:  # fmt: skip
+    lamps: list[LightSource], caster: Caster, scenery: Scenery, frame: Frame[LitViewConfig], where: Pixels
+) -> list[LightSource]:
     """The same lamps, by the rays of `where`, with shadows in their cones; lasers as they are."""
     if not any(isinstance(lamp, Beam) for lamp in lamps):
         return lamps
-    along, x, y = square_pixels(tiling, dr.width(motion.tick), lanes=SHADE_PARTS)
-    rays = view_rays(lens, along, motion, own, config, scenery.level)
+    tiling = frame.tiling
+    along, x, y = square_pixels(tiling, frame.images, lanes=SHADE_PARTS)
+    rays = frame.rays(along, scenery.level)
     reach = dr.minimum(caster.cast(rays).t, rays.max_range)
     part = dr.arange(jit.UInt32, dr.width(reach)) % SHADE_PARTS
     share = (jit.Float(part) + stratum(x, y)) / SHADE_PARTS
     found = [
         _free(caster, scenery, rays, reach, share, lamp) if isinstance(lamp, Beam) else None
-        for lamp in light_sources(config, motion, along.image)
+        for lamp in light_sources(frame.config, frame.motion, along.image)
     ]
     dr.eval(found)
     made: list[LightSource] = []

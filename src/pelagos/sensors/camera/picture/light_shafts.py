@@ -7,20 +7,17 @@ import drjit as dr
 from pelagos import jit
 from pelagos.jit import Array
 from pelagos.optics.light_shafts import shafts
-from pelagos.sensors.camera.picture.camera_rays import Lens, ViewConfig, view_rays
+from pelagos.sensors.camera.picture.camera_rays import Frame, ViewConfig
 from pelagos.sensors.camera.picture.pixel_blocks import around, size, square_pixels, stratum
 from pelagos.sensors.camera.picture.pixel_order import Pixels, Tiling
 from pelagos.sensors.camera.picture.scenery import Scenery, by_ray
-from pelagos.sensors.sensor import Kinematics
 
 
-def shaft_squares(
-    scenery: Scenery, lens: Lens, motion: Kinematics, own: Array, config: ViewConfig, tiling: Tiling
-) -> Array:
+def shaft_squares(scenery: Scenery, frame: Frame[ViewConfig]) -> Array:
     """Values of `shafts` for each square of all images, `Array4f`, row by row; not worked out yet."""
-    where, x, y = square_pixels(tiling, dr.width(motion.tick))
+    where, x, y = square_pixels(frame.tiling, frame.images)
     image = where.image
-    rays = view_rays(lens, where, motion, own, config, scenery.level)
+    rays = frame.rays(where, scenery.level)
     depth = dr.gather(jit.Float, scenery.depth, image)
     place = jit.Array2f(jit.Float(rays.origin.x), jit.Float(rays.origin.y))
     field = by_ray(scenery, image).field

@@ -15,7 +15,7 @@ from pelagos import jit
 from pelagos.jit import Array
 from pelagos.math.so3 import rotate
 from pelagos.raycast.rays import Hits, Rays
-from pelagos.sensors.camera.picture.camera_rays import view_intrinsics
+from pelagos.sensors.camera.picture.camera_rays import Frame, view_intrinsics
 from pelagos.sensors.camera.picture.pixel_order import TILE, Pixels, Tiling, smooth_tiles, tile_means
 from pelagos.sensors.mount import sensor_angular_velocity, sensor_pose, sensor_velocity
 from pelagos.sensors.sensor import Kinematics
@@ -44,21 +44,17 @@ class PixelBlur:
     haze: Array
 
 
-def pixel_blur(
-    hits: Hits, rays: Rays, where: Pixels, tiling: Tiling, motion: Kinematics, config: CameraConfig, exposure: Array
-) -> PixelBlur:
+def pixel_blur(hits: Hits, rays: Rays, where: Pixels, frame: Frame[CameraConfig], exposure: Array) -> PixelBlur:
     """The blur of each pixel.
 
     Args:
         hits: of `rays`.
         rays: through the middle of each pixel.
         where: the pixels.
-        tiling: their order.
-        motion: of the vehicles.
-        config: limits and haze.
+        frame: with limits and haze.
         exposure: time that the shutter is open, by image [s].
     """
-    images = dr.width(motion.tick)
+    config, motion, tiling, images = frame.config, frame.motion, frame.tiling, frame.images
     moves = hits.valid & (dr.squared_norm(hits.velocity) > 0) & where.active
     if config.motion_blur_min_object > 0:
         moves &= _object_radius(hits, where, moves, images, config) >= config.motion_blur_min_object

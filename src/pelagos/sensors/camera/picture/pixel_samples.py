@@ -16,12 +16,11 @@ from pelagos.jit import Array
 from pelagos.math.philox import uniform32
 from pelagos.math.so3 import integrate, rotate
 from pelagos.raycast.rays import Rays
-from pelagos.sensors.camera.picture.camera_rays import Lens, local_directions, starts_wet, view_rays
-from pelagos.sensors.camera.picture.pixel_order import Pixels, Tiling
+from pelagos.sensors.camera.picture.camera_rays import Frame, local_directions, starts_wet
+from pelagos.sensors.camera.picture.pixel_order import Pixels
 from pelagos.sensors.camera.picture.ray_change import RayChange
 from pelagos.sensors.mount import sensor_angular_velocity, sensor_pose, sensor_velocity
 from pelagos.sensors.noise import words32
-from pelagos.sensors.sensor import Kinematics
 
 if TYPE_CHECKING:
     from pelagos.sensors.camera.picture.camera_config import CameraConfig
@@ -47,14 +46,10 @@ class Sample:
     moment: Array
 
 
-def samples(
-    count: int, number: Array, where: Pixels, tiling: Tiling, motion: Kinematics, key: Any, blades: int,
-    closed: float = 1.0,
-) -> Sample:  # fmt: skip
-    """Sample `number` of `count` for every lane; the aperture has `blades`, which show as far as they are `closed`."""
-    index = where.row * tiling.width + where.column
-    environment, tick = (dr.gather(jit.UInt32, v, where.image) for v in (motion.environment, motion.tick))
-    words = words32(key, index, environment, tick)
+def samples(number: Array, where: Pixels, frame: Frame[CameraConfig], key: Any) -> Sample:
+    """Sample `number` of the configuration's for every lane."""
+    count, blades, closed = frame.config.samples, frame.config.aperture_blades, frame.config.blades_closed
+    words = words32(key, *frame.counter(where))
     shift = [uniform32(w) for w in words] + [uniform32(words[0] ^ (words[1] << 9) ^ (words[2] << 18))]
     u = []
     for d in range(5):
@@ -85,13 +80,11 @@ def _polygon(u: Array, v: Array, blades: int, closed: float) -> tuple[Array, Arr
 
 
 def sampled_rays(
-    lens: Lens,
+    frame: Frame[CameraConfig],
     where: Pixels,
-    motion: Kinematics,
-    own: Array,
-    config: CameraConfig,
     sample: Sample | None,
     exposure: Array,
+    *,
     blur: PixelBlur | None = None,
     level: Array | None = None,
     change: RayChange | None = None,
@@ -99,18 +92,16 @@ def sampled_rays(
     """The rays of one sample, in the world.
 
     Args:
-        lens: see `Lens`.
+        frame: whose vehicle moves on evenly while the shutter is open.
         where: the pixels.
-        motion: of the vehicle; it goes on evenly while the shutter is open.
-        own: rows of the own hull.
-        config: focus and shutter.
         sample: see `Sample`; None for the middle of pixel, aperture and exposure.
         exposure: time that the shutter is open, by image [s].
         blur: what differs from pixel to pixel; None for nothing.
         level: see `view_rays`.
         change: of the lens, from pixel to pixel; needed with a `sample`.
     """
-    rays = view_rays(lens, where, motion, own, config, level)
+    motion, config = frame.motion, frame.config
+    rays = frame.rays(where, level)
     if sample is None and config.rolling_shutter_s == 0:
         return rays
     _, attitude = sensor_pose(motion, config)
@@ -118,7 +109,7 @@ def sampled_rays(
     velocity = dr.gather(jit.Array3f, jit.Array3f(sensor_velocity(motion, config)), where.image)
     spin = dr.gather(jit.Array3f, jit.Array3f(sensor_angular_velocity(motion, config)), where.image)
     moment = ((jit.Float(where.row) + 0.5) / config.height_px - 0.5) * config.rolling_shutter_s
-    local = local_directions(lens, where, rays.origin, level)
+    local = local_directions(frame.lens, where, rays.origin, level)
     start = jit.Array3f(0)
     if sample is not None:
         open_for = dr.gather(jit.Float, exposure, where.image) * config.motion_blur
@@ -126,7 +117,7 @@ def sampled_rays(
         assert change is not None
         wide = 1.0 if blur is None else dr.sqrt(1 + dr.square(2 * blur.haze))
         right, down = wide * sample.right, wide * sample.down
-        local = dr.normalize(local + _beside(lens.dry, change, where, rays.origin, level, right, down))
+        local = dr.normalize(local + _beside(frame.lens.dry, change, where, rays.origin, level, right, down))
         if change.start is not None:  # the place on the port moves along
             start = _across(change.start, where, right, down)
         if config.focus_distance_m is not None:

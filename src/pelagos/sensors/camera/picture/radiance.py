@@ -100,16 +100,9 @@ class Radiance:
 
 
 def look(
-    caster: Caster,
-    scenery: Scenery,
-    rays: Rays,
-    lane: Array,
-    lamps: list[LightSource],
-    pixel_angle: float,
-    around: Ambience | None = None,
-    snow: float = 0.0,
-    lines: SightLines | None = None,
-) -> tuple[Radiance, Hits]:
+    caster: Caster, scenery: Scenery, rays: Rays, lane: Array, lamps: list[LightSource], pixel_angle: float,
+    around: Ambience | None = None, snow: float = 0.0, lines: SightLines | None = None,
+) -> tuple[Radiance, Hits]:  # fmt: skip
     """Radiance along rays through water or air.
 
     Args:
@@ -150,27 +143,38 @@ def look(
     if scenery.air is not None:
         dry = dr.select(sky_seen | under, 0, dr.select(meets_sea, to_sea, first.t))
         radiance = behind_air(scenery, radiance, dry)
-    sharp, near = sharp_transmission(beyond.water, wet), near_transmission(beyond.water, wet)
-    # the veil holds the sky's own light that is scattered by a few degrees: only surfaces' comes on top of it
-    window = meets_sea & (d.z > CRITICAL_COSINE)
-    arriving = dr.exp(-dr.select(window, beyond.field.fading, beyond.field.loss) * wet)
-    near = dr.minimum(near, arriving)
-    far = arriving - near
+    sharp, near, far = _transmissions(beyond, wet, meets_sea & (d.z > CRITICAL_COSINE))
     veil = dr.select(under, _veil(beyond, around, d, depth, wet, sight), 0)
     if lamps:
         veil += lamps_in_water(caster, scenery, rays, wet, lamps, pixel_angle, lines)
-    if snow > 0:
-        cover, distance = flakes(jit.Array3f(rays.origin), d, wet, snow, pixel_angle)
-        flake = _flake_light(beyond, lamps, depth, d * distance, pixel_angle) * sharp_transmission(
-            beyond.water, distance
-        )
-        return Radiance(
-            dr.lerp(radiance * sharp, flake, cover),
-            radiance * dr.maximum(near - sharp, 0) * (1 - cover),
-            radiance * far * (1 - cover),
-            dr.lerp(veil, veil * dr.minimum(distance / dr.maximum(wet, 1e-3), 1), cover),
-        ), first
-    return Radiance(radiance * sharp, radiance * dr.maximum(near - sharp, 0), radiance * far, veil), first
+    seen = Radiance(radiance * sharp, radiance * dr.maximum(near - sharp, 0), radiance * far, veil)
+    if snow <= 0:
+        return seen, first
+    cover, distance = flakes(jit.Array3f(rays.origin), d, wet, snow, pixel_angle)
+    flake = _flake_light(beyond, lamps, depth, d * distance, pixel_angle)
+    flake *= sharp_transmission(beyond.water, distance)
+    return _behind_flakes(seen, flake, cover, dr.minimum(distance / dr.maximum(wet, 1e-3), 1)), first
+
+
+def _transmissions(scenery: Scenery, wet: Array, window: Array) -> tuple[Array, Array, Array]:
+    """What of a surface's light goes through the water straight, with what is scattered by a few degrees, and the rest.
+
+    The veil holds the sky's own light that is scattered by a few degrees: in its `window` only surfaces' comes on top.
+    """
+    sharp, near = sharp_transmission(scenery.water, wet), near_transmission(scenery.water, wet)
+    arriving = dr.exp(-dr.select(window, scenery.field.fading, scenery.field.loss) * wet)
+    near = dr.minimum(near, arriving)
+    return sharp, near, arriving - near
+
+
+def _behind_flakes(seen: Radiance, flake: Array, cover: Array, before: Array) -> Radiance:
+    """Light where flakes cover a share of the view, with a share of the water `before` them."""
+    return Radiance(
+        dr.lerp(seen.sharp, flake, cover),
+        seen.near * (1 - cover),
+        seen.far * (1 - cover),
+        dr.lerp(seen.veil, seen.veil * before, cover),
+    )
 
 
 @dataclass

@@ -12,29 +12,27 @@ from pelagos.jit import Array
 from pelagos.optics.sight_line import SightLines, sums_along
 from pelagos.optics.suspended import with_suspended
 from pelagos.optics.water import WaterArrays
-from pelagos.sensors.camera.picture.camera_rays import Lens, ViewConfig, view_rays
+from pelagos.sensors.camera.picture.camera_rays import Frame, ViewConfig
 from pelagos.sensors.camera.picture.pixel_blocks import around, square_pixels
-from pelagos.sensors.camera.picture.pixel_order import Pixels, Tiling
+from pelagos.sensors.camera.picture.pixel_order import Pixels
 from pelagos.sensors.camera.picture.radiance import open_sea_rate
 from pelagos.sensors.camera.picture.scenery import Scenery, by_ray
-from pelagos.sensors.sensor import Kinematics
 
 SUSPENDED: Final = ("chlorophyll", "turbidity")
 
 
 def sight_lines(
-    scenery: Scenery, lens: Lens, motion: Kinematics, own: Array, config: ViewConfig, tiling: Tiling, where: Pixels,
-    rate_at: Callable[[Pixels], Array] | None = None,
-) -> SightLines | None:  # fmt: skip
+    scenery: Scenery, frame: Frame[ViewConfig], where: Pixels, rate_at: Callable[[Pixels], Array] | None = None
+) -> SightLines | None:
     """Lines of sight around the rays of `where`; None where the water is the same everywhere.
 
     `rate_at` some pixels diffuse light falls along the lines [1/m]; None: as in the open sea.
     """
     if scenery.murk is None:
         return None
-    murk, images = scenery.murk, dr.width(motion.tick)
-    squares = square_pixels(tiling, images)[0]
-    rays = view_rays(lens, squares, motion, own, config, scenery.level)
+    murk, tiling = scenery.murk, frame.tiling
+    squares = square_pixels(tiling, frame.images)[0]
+    rays = frame.rays(squares, scenery.level)
     spread = by_ray(scenery, squares.image)
     depth = dr.gather(jit.Float, scenery.depth, squares.image)
     t = dr.gather(jit.Float64, scenery.t, squares.image)
