@@ -53,19 +53,7 @@ def _strips(folder: Path, shards: Sequence[Shard]) -> list[Path]:
 def card(plan: Plan, records: Records, splits: Sequence[str], command: str) -> str:
     """The data card: Markdown with the head that Hugging Face reads."""
     config = plan.config
-    objects: Counter[str] = Counter()
-    for record in records:
-        objects.update(record["objects"])
-    rows = []
-    for split in splits:
-        own = [r for r in records if r["split"] == split]
-        counted = sum(sum(r["objects"].values()) for r in own)
-        worlds = len({r["world"] for r in own})
-        rows.append(f"| {split} | {worlds} | {sum(r['count'] for r in own)} | {counted} |")
-    drawn = sorted({key for r in records for key in r["drawn"]})
     total = sum(f["bytes"] for r in records for f in r["files"].values())
-    named = "\n".join(f"| {name} | {count} |" for name, count in objects.most_common()) or "| none | 0 |"
-    varied = "\n".join(f"| `{key}` | {_values([r['drawn'][key] for r in records])} |" for key in drawn)
     sheet = "![Contact sheet](contact_sheet.png)\n\n" if plan.rig.camera else ""
     without, facing = (sum(r[key] for r in records) for key in ("without_objects", "facing"))
     return f"""---
@@ -98,19 +86,19 @@ A world lies in one split only.
 
 | split | worlds | samples | objects |
 |---|---|---|---|
-{chr(10).join(rows)}
+{_split_rows(records, splits)}
 
 ## Objects
 
 | class | pictures of them |
 |---|---|
-{named}
+{_object_rows(records)}
 
 ## Drawn for every world
 
 | key | values |
 |---|---|
-{varied}
+{_drawn_rows(records)}
 
 ## Made by
 
@@ -121,6 +109,28 @@ A world lies in one split only.
 `plan.json` holds the configuration and the scenario as they were resolved. The same plan and versions give the same
 bytes on one kind of processor, with any number of workers; `manifest.json` has the SHA-256 of every file.
 """
+
+
+def _split_rows(records: Records, splits: Sequence[str]) -> str:
+    rows = []
+    for split in splits:
+        own = [r for r in records if r["split"] == split]
+        counted = sum(sum(r["objects"].values()) for r in own)
+        worlds = len({r["world"] for r in own})
+        rows.append(f"| {split} | {worlds} | {sum(r['count'] for r in own)} | {counted} |")
+    return "\n".join(rows)
+
+
+def _object_rows(records: Records) -> str:
+    objects: Counter[str] = Counter()
+    for record in records:
+        objects.update(record["objects"])
+    return "\n".join(f"| {name} | {count} |" for name, count in objects.most_common()) or "| none | 0 |"
+
+
+def _drawn_rows(records: Records) -> str:
+    drawn = sorted({key for r in records for key in r["drawn"]})
+    return "\n".join(f"| `{key}` | {_values([r['drawn'][key] for r in records])} |" for key in drawn)
 
 
 def _values(values: Sequence[Any]) -> str:

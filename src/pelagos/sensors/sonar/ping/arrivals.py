@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from typing import Final
 
 import drjit as dr
@@ -54,14 +55,9 @@ def arrivals(heard: Heard, lanes: Lanes, bins: Bins, *, beams: int, bandwidth_hz
             high = jit.Int32(dr.floor((at + length - begin) / width))
 
             def put(bin_: Array) -> tuple[Array]:
-                real, imaginary = jit.Float(0), jit.Float(0)
-                for j in range(samples):
-                    now = begin + (jit.Float(bin_) + (j + 0.5) / samples) * width
-                    tap = jit.Int32(dr.round((now - at) / step))
-                    known = (tap >= 0) & (tap < jit.Int32(taps))
-                    pair = dr.gather(jit.Array2f, heard.signal, first + jit.UInt32(tap), known)
-                    louder = dr.squared_norm(pair) > real * real + imaginary * imaginary
-                    real, imaginary = dr.select(louder, pair.x, real), dr.select(louder, pair.y, imaginary)
+                moments = (begin + (jit.Float(bin_) + (j + 0.5) / samples) * width for j in range(samples))
+                taps_heard = (jit.Int32(dr.round((now - at) / step)) for now in moments)
+                real, imaginary = _loudest(heard.signal, first, taps, taps_heard)
                 value = jit.Array2f(real * c - imaginary * s, real * s + imaginary * c) * size
                 inside = (bin_ >= 0) & (bin_ < bins.count)
                 into = lane * bins.count + jit.UInt32(bin_)
@@ -80,3 +76,14 @@ def arrivals(heard: Heard, lanes: Lanes, bins: Bins, *, beams: int, bandwidth_hz
     dr.while_loop((dr.zeros(jit.UInt32, pings * beams),), lambda k: k < sources, source, mode="symbolic")
     dr.eval(field)
     return field
+
+
+def _loudest(signal: Array, first: Array, count: Array, taps: Iterable[Array]) -> tuple[Array, Array]:
+    """The loudest of some samples of a pulse whose `count` samples begin at `first` in `signal`."""
+    real, imaginary = jit.Float(0), jit.Float(0)
+    for tap in taps:
+        known = (tap >= 0) & (tap < jit.Int32(count))
+        pair = dr.gather(jit.Array2f, signal, first + jit.UInt32(tap), known)
+        louder = dr.squared_norm(pair) > real * real + imaginary * imaginary
+        real, imaginary = dr.select(louder, pair.x, real), dr.select(louder, pair.y, imaginary)
+    return real, imaginary

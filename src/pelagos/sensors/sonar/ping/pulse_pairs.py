@@ -144,7 +144,6 @@ class PulsePairs:
         energy: Array,
     ) -> tuple[Array, ...]:
         layout, ping = self._layout, self._ping
-        pulse, half = self._pulse, len(self._pulse) // 2
         view = look(caster, fan, lanes, surfaces, max_range=ping.range_max_m + ping.longest_strip_m)
         patches = patches_of(view, fan, lanes, surfaces, longest=ping.longest_strip_m)
         dr.eval(view, patches)
@@ -173,11 +172,7 @@ class PulsePairs:
             water[1], water[2], moving_water[0] + fresh * normals[8], moving_water[1] + fresh * normals[9]
         ))  # fmt: skip
         dr.eval(raw)
-        heard = jit.Array4f(0)
-        for k, weight in enumerate(pulse):
-            at = jit.Int32(bin_) + (k - half)
-            inside = (at >= 0) & (at < ping.bins)
-            heard += weight * dr.gather(jit.Array4f, raw, jit.UInt32(jit.Int32(cell) + (k - half)), inside)
+        heard = self._through_pulse(raw, cell, bin_)
         keep = dr.sqrt((1.0 - total) / dr.maximum(1.0 - lost, 1e-6))
         turn = dr.gather(jit.Float, bow, row) * dr.gather(jit.Float, scale, lane)
         s, c = dr.sincos(turn)
@@ -193,6 +188,15 @@ class PulsePairs:
         data = to_db(dr.maximum((z1[0] * z1[0] + z1[1] * z1[1]) * gain, 1e-20))
         truth = to_db(dr.maximum(energy + water[0] * gain, 1e-20))
         return data, truth, *z1, *z2
+
+    def _through_pulse(self, raw: Array, cell: Array, bin_: Array) -> Array:
+        """Four `Float` a cell, spread over neighbouring bins by the pulse: `Array4f`."""
+        half, heard = len(self._pulse) // 2, jit.Array4f(0)
+        for k, weight in enumerate(self._pulse):
+            at = jit.Int32(bin_) + (k - half)
+            inside = (at >= 0) & (at < self._ping.bins)
+            heard += weight * dr.gather(jit.Array4f, raw, jit.UInt32(jit.Int32(cell) + (k - half)), inside)
+        return heard
 
     def _along_axes(self, vector: Array, row: Array) -> Array:
         """Component of a vector of the sensor frame, by lane, along each beam: `Float`, by lane and beam."""
