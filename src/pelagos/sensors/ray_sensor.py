@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import drjit as dr
 import numpy as np
@@ -19,6 +19,9 @@ from pelagos.sensors import noise
 from pelagos.sensors.mount import sensor_pose
 from pelagos.sensors.recorded import Program, Results
 from pelagos.sensors.sensor import Kinematics, Measurement, SensorConfig, SensorContext
+
+if TYPE_CHECKING:
+    from pelagos.ocean.ocean import Ocean
 
 
 @jit.struct
@@ -98,7 +101,7 @@ class RaySensor:
         return [(name, values, "") for name, values in found.items()]
 
     def _kernel(
-        self, caster: Caster, motion: Kinematics, ocean: Any, directions: Array, own: Array, key: noise.Key
+        self, caster: Caster, motion: Kinematics, ocean: Ocean, directions: Array, own: Array, key: noise.Key
     ) -> Results:
         position, _ = sensor_pose(motion, self.config)
         _, hits = self._shot(caster, motion, directions, own)

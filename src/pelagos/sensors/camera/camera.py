@@ -23,9 +23,10 @@ from pelagos.optics.caustics import Ripple
 from pelagos.optics.lens import natural_vignette
 from pelagos.optics.sight_line import SightLines
 from pelagos.raycast.caster import Caster
+from pelagos.raycast.rays import Hits
 from pelagos.sensors.camera.picture.ambient_light import ambience, ambience_at
 from pelagos.sensors.camera.picture.camera_config import CameraConfig, idle_keys
-from pelagos.sensors.camera.picture.camera_rays import Frame, Trace, View, pixel_angle, pixel_rays
+from pelagos.sensors.camera.picture.camera_rays import Frame, Lens, Trace, View, pixel_angle, pixel_rays
 from pelagos.sensors.camera.picture.develop import balance, developed, exposed, gathered, through_lens, unpacked
 from pelagos.sensors.camera.picture.exposure_lag import exposure_lag
 from pelagos.sensors.camera.picture.lamp_shadow import shaded
@@ -35,11 +36,11 @@ from pelagos.sensors.camera.picture.pixel_blur import pixel_blur
 from pelagos.sensors.camera.picture.pixel_order import Pixels, pixels
 from pelagos.sensors.camera.picture.pixel_samples import Sample, sampled_rays, samples
 from pelagos.sensors.camera.picture.radiance import Ambience, Radiance, look
-from pelagos.sensors.camera.picture.ray_change import ray_change
+from pelagos.sensors.camera.picture.ray_change import RayChange, ray_change
 from pelagos.sensors.camera.picture.scenery import Scenery, in_rain
-from pelagos.sensors.camera.picture.surroundings import Surroundings, light_sources, scenery_of
+from pelagos.sensors.camera.picture.surroundings import Lit, Surroundings, light_sources, scenery_of
 from pelagos.sensors.camera.picture.turbid_sight import sight_lines
-from pelagos.sensors.noise import opaque_key, stream_key
+from pelagos.sensors.noise import Key, opaque_key, stream_key
 from pelagos.sensors.sensor import Kinematics, Measurement, SensorConfig, SensorContext
 
 
@@ -93,8 +94,8 @@ class Camera:
         )
 
     def _kernel(
-        self, caster: Caster, lens: Any, motion: Kinematics, own: Array, light: Any, vignette: Array, change: Any,
-        keys: Any, *, trace: Trace | None = None,
+        self, caster: Caster, lens: Lens, motion: Kinematics, own: Array, light: Lit, vignette: Array,
+        change: RayChange | None, keys: tuple[Key, ...], *, trace: Trace | None = None,
     ) -> tuple[Array, ...]:  # fmt: skip
         config, tiling = self.config, self._view.tiling
         sea = self._surroundings.ripple(config)
@@ -170,7 +171,7 @@ def mean_light(
     exposure: Array,
     where: Pixels,
     frame: Frame[CameraConfig],
-    key: Any,
+    key: Key,
 ) -> Radiance:
     """Mean over the samples of every pixel, in a loop on the device."""
 
@@ -184,7 +185,7 @@ def mean_light(
     return Radiance(*(s / count for s in sums))
 
 
-def trace_light(trace: Trace, hits: Any, seen: Any) -> None:
+def trace_light(trace: Trace, hits: Hits, seen: Radiance) -> None:
     """Light before the lens, as `explain` shows it."""
     trace("slant range", dr.select(hits.valid, hits.t, dr.nan), "m")
     trace("material row", hits.material, "")

@@ -25,7 +25,7 @@ from pelagos.sensors.camera.picture.camera_config import CameraConfig
 from pelagos.sensors.camera.picture.camera_rays import Trace, ViewConfig, view_intrinsics
 from pelagos.sensors.camera.picture.hit_camera import HitView, Seen
 from pelagos.sensors.idle_keys import changed, named
-from pelagos.sensors.noise import opaque_key, stream_key, words32
+from pelagos.sensors.noise import Key, opaque_key, stream_key, words32
 from pelagos.sensors.sensor import Kinematics, Measurement, SensorConfig, SensorContext
 
 
@@ -84,7 +84,7 @@ class DepthCamera:
         """Intermediate arrays of one unfrozen frame: (name, values, unit)."""
         return self._frames.explain(motion)
 
-    def _depths(self, seen: Seen, key: Any, trace: Trace | None) -> tuple[Array, Array]:
+    def _depths(self, seen: Seen, key: Key, trace: Trace | None) -> tuple[Array, Array]:
         """Depth of each pixel with noise and without [m]."""
         start = 0 if seen.lens.start is None else dr.gather(jit.Array3f, seen.lens.start, seen.where.ray).x
         way = dr.select(seen.at_sea, seen.to_sea, seen.hits.t)
@@ -96,7 +96,7 @@ class DepthCamera:
         return data, depth
 
 
-def measured_depth(depth: Array, seen: Seen, config: DepthCameraConfig, key: Any) -> Array:
+def measured_depth(depth: Array, seen: Seen, config: DepthCameraConfig, key: Key) -> Array:
     """Depth with noise and failures [m]: independent Gaussian errors of range, and of disparity for stereo."""
     where, motion = seen.where, seen.motion
     index = where.row * config.width_px + where.column

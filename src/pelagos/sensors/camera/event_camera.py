@@ -25,15 +25,15 @@ from pelagos.jit import Array
 from pelagos.math.philox import normal_pair32, uniform32
 from pelagos.optics.exposure import luminance
 from pelagos.raycast.caster import Caster
-from pelagos.sensors.camera.picture.camera_rays import Frame, Trace, View, pixel_angle
+from pelagos.sensors.camera.picture.camera_rays import Frame, Lens, Trace, View, pixel_angle
 from pelagos.sensors.camera.picture.develop import gathered
 from pelagos.sensors.camera.picture.pixel_blur import velocity_around
 from pelagos.sensors.camera.picture.pixel_order import image_rows, pixels
 from pelagos.sensors.camera.picture.radiance import look
-from pelagos.sensors.camera.picture.surroundings import LitViewConfig, Surroundings, light_sources, scenery_of
+from pelagos.sensors.camera.picture.surroundings import Lit, LitViewConfig, Surroundings, light_sources, scenery_of
 from pelagos.sensors.camera.picture.turbid_sight import sight_lines
 from pelagos.sensors.mount import moved
-from pelagos.sensors.noise import opaque_key, stream_key, words32
+from pelagos.sensors.noise import Key, opaque_key, stream_key, words32
 from pelagos.sensors.sensor import Kinematics, Measurement, SensorConfig, SensorContext
 
 
@@ -98,11 +98,11 @@ class EventCamera:
     def _kernel(
         self,
         caster: Caster,
-        lens: Any,
+        lens: Lens,
         motion: Kinematics,
         own: Array,
-        light: Any,
-        keys: Any,
+        light: Lit,
+        keys: tuple[Key, ...],
         *,
         trace: Trace | None = None,
     ) -> tuple[Array, ...]:

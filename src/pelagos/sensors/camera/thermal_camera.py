@@ -11,7 +11,7 @@ and 320 K.
 
 from __future__ import annotations
 
-from typing import Any, ClassVar, Final, Literal
+from typing import TYPE_CHECKING, Any, ClassVar, Final, Literal
 
 import drjit as dr
 import numpy as np
@@ -22,15 +22,19 @@ from pelagos import jit
 from pelagos.jit import Array
 from pelagos.math.philox import normal_pair32
 from pelagos.optics.interface import fresnel
+from pelagos.optics.sunlight import LightArrays
 from pelagos.raycast.caster import Caster
 from pelagos.raycast.rays import Hits, Rays
-from pelagos.sensors.camera.picture.camera_rays import Trace, View, ViewConfig, view_rays
+from pelagos.sensors.camera.picture.camera_rays import Lens, Trace, View, ViewConfig, view_rays
 from pelagos.sensors.camera.picture.pixel_order import image_rows, pixels
 from pelagos.sensors.camera.picture.sea_crossing import Crossing, level_over, sea_crossing, uneven_sea
 from pelagos.sensors.camera.picture.surroundings import Surroundings
 from pelagos.sensors.mount import sensor_pose
-from pelagos.sensors.noise import opaque_key, stream_key, words32
+from pelagos.sensors.noise import Key, opaque_key, stream_key, words32
 from pelagos.sensors.sensor import Kinematics, Measurement, SensorConfig, SensorContext
+
+if TYPE_CHECKING:
+    from pelagos.ocean.ocean import Ocean
 
 _ZERO_C: Final = 273.15
 _EFFICACY: Final = 105.0  # [lm/W] of sunlight (P. J. Littlefair 1985)
@@ -91,13 +95,13 @@ class ThermalCamera:
     def _kernel(
         self,
         caster: Caster,
-        lens: Any,
+        lens: Lens,
         motion: Kinematics,
         own: Array,
         albedo: Array,
-        light: Any,
-        ocean: Any,
-        key: Any,
+        light: LightArrays,
+        ocean: Ocean,
+        key: Key,
         *,
         trace: Trace | None = None,
     ) -> tuple[Array, Array]:

@@ -8,7 +8,7 @@ end of the sample, clockwise from the left edge of its field.
 
 from __future__ import annotations
 
-from typing import Any, ClassVar, Final, Literal
+from typing import TYPE_CHECKING, Any, ClassVar, Final, Literal
 
 import drjit as dr
 import numpy as np
@@ -26,6 +26,9 @@ from pelagos.sensors.lidar.scan.laser import Echoes, LaserConfig
 from pelagos.sensors.lidar.scan.scanner import Heard, Scanner, cloud, ring_of
 from pelagos.sensors.noise import opaque_key, stream_key, words32
 from pelagos.sensors.sensor import Kinematics, Measurement, SensorConfig, SensorContext
+
+if TYPE_CHECKING:
+    from pelagos.ocean.ocean import Ocean
 
 _WAVELENGTH_NM: Final = 905.0
 
@@ -113,7 +116,7 @@ def echo_intensity(echo: Echoes, albedo: Array, rates: tuple[Array, Array], *, r
     return intensity
 
 
-def rate_in_murk(heard: Heard, ocean: Any, clear: WaterArrays) -> Array:
+def rate_in_murk(heard: Heard, ocean: Ocean, clear: WaterArrays) -> Array:
     """Rate at which intensity falls in water with plankton and sediment, as they are at the scanner, or at the surface
     below one in air, by pulse [1/m]: twice the green beam attenuation."""
     at = jit.Array3f64(heard.place.x, heard.place.y, dr.minimum(heard.place.z, 0))

@@ -17,7 +17,7 @@ from pelagos.jit import Array
 from pelagos.math.so3 import rotate, rotate_back
 from pelagos.raycast.caster import Caster
 from pelagos.sensors.mount import sensor_velocity
-from pelagos.sensors.noise import normals64
+from pelagos.sensors.noise import Key, normals64
 from pelagos.sensors.recorded import Program, Results
 from pelagos.sensors.schedule import SLOWEST, farthest_heard
 from pelagos.sensors.sensor import Kinematics, Measurement, SensorConfig, SensorContext
@@ -175,7 +175,7 @@ class Adcp:
         lanes: Lanes,
         fan: Fan,
         surfaces: Surfaces,
-        key: Any,
+        key: Key,
         motion: Kinematics,
         ocean: Ocean,
         *,
@@ -209,7 +209,7 @@ class Adcp:
 
 
 def profile(
-    config: AdcpConfig, ranges: list[Array], lanes: Lanes, velocity: Array, motion: Kinematics, ocean: Ocean, key: Any
+    config: AdcpConfig, ranges: list[Array], lanes: Lanes, velocity: Array, motion: Kinematics, ocean: Ocean, key: Key
 ) -> list[tuple[Array, Array, Array]]:
     """Velocity, its truth [m/s] and validity of each cell.
 

@@ -15,7 +15,7 @@ from pelagos.acoustics.beam_pattern import line_length, line_np
 from pelagos.config.rate import Rate
 from pelagos.jit import Array
 from pelagos.raycast.caster import Caster
-from pelagos.sensors.noise import normals64
+from pelagos.sensors.noise import Key, normals64
 from pelagos.sensors.recorded import Program, Results
 from pelagos.sensors.schedule import farthest_heard, warn_of_ambiguity
 from pelagos.sensors.sensor import Kinematics, Measurement, SensorConfig, SensorContext
@@ -136,7 +136,7 @@ class Altimeter:
         lanes: Lanes,
         fan: Fan,
         surfaces: Surfaces,
-        key: Any,
+        key: Key,
         motion: Kinematics,
         *,
         trace: Trace = None,

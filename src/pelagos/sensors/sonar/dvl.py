@@ -19,7 +19,7 @@ from pelagos.jit import Array
 from pelagos.math.so3 import rotate, rotate_back
 from pelagos.raycast.caster import Caster
 from pelagos.sensors.mount import sensor_velocity
-from pelagos.sensors.noise import normals64
+from pelagos.sensors.noise import Key, normals64
 from pelagos.sensors.recorded import Program, Results
 from pelagos.sensors.schedule import farthest_heard, warn_of_ambiguity
 from pelagos.sensors.sensor import Kinematics, Measurement, SensorConfig, SensorContext
@@ -203,7 +203,7 @@ class Dvl:
         lanes: Lanes,
         fan: Fan,
         surfaces: Surfaces,
-        key: Any,
+        key: Key,
         motion: Kinematics,
         ocean: Ocean,
         *,
@@ -250,7 +250,7 @@ def beam_echo(
 
 def bottom_track(
     config: DvlConfig, beams: list[tuple[Array, Array, Array, Array]], velocity: Array, motion: Kinematics,
-    medium: Medium, key: Any, trace: Trace = None,
+    medium: Medium, key: Key, trace: Trace = None,
 ) -> dict[str, Any]:  # fmt: skip
     """Results by name, see `Dvl`: velocity, its truth, lock, altitude, and what each beam has found.
 
@@ -302,7 +302,7 @@ def assumed_over_true(config: DvlConfig, medium: Medium) -> Array:
     return config.sound_speed_mps / jit.Float64(medium.sound_speed)
 
 
-def water_track(config: DvlConfig, lanes: Lanes, velocity: Array, motion: Kinematics, ocean: Ocean, key: Any) -> Array:
+def water_track(config: DvlConfig, lanes: Lanes, velocity: Array, motion: Kinematics, ocean: Ocean, key: Key) -> Array:
     """Velocity of the sensor through the water of a layer, `Array3f64` in the sensor frame [m/s].
 
     The four beams' errors, as at a strong echo, go through the same least squares as those of the bottom.

@@ -6,7 +6,7 @@ patches. No spreading, absorption, beam pattern or interference. Noise as HoloOc
 
 from __future__ import annotations
 
-from typing import Any, ClassVar, Final, Literal
+from typing import TYPE_CHECKING, Any, ClassVar, Final, Literal
 
 import drjit as dr
 import numpy as np
@@ -21,6 +21,9 @@ from pelagos.sensors.noise import Key, lane_stream
 from pelagos.sensors.ray_sensor import RaySensor
 from pelagos.sensors.recorded import Program, Results
 from pelagos.sensors.sensor import Kinematics, Measurement, SensorConfig, SensorContext
+
+if TYPE_CHECKING:
+    from pelagos.ocean.ocean import Ocean
 
 _SOLID: Final = 10_000.0 * 10_000.0  # impedance of everything in HoloOcean 2.3: density times sound speed
 _RAYS_ACROSS: Final = 4  # of a beam
@@ -113,7 +116,7 @@ class IncidenceSonar(RaySensor):
         return Measurement(np.stack(noisy).astype(np.float32), np.stack(clean).astype(np.float32))
 
     def _kernel(
-        self, caster: Caster, motion: Kinematics, ocean: Any, directions: Array, own: Array, key: Key
+        self, caster: Caster, motion: Kinematics, ocean: Ocean, directions: Array, own: Array, key: Key
     ) -> Results:
         shot, hits = self._shot(caster, motion, directions, own)
         cosine = dr.abs(dr.dot(hits.normal, shot.direction))

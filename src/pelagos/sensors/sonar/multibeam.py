@@ -16,6 +16,7 @@ from pelagos.config.rate import Rate
 from pelagos.jit import Array
 from pelagos.raycast.caster import Caster
 from pelagos.sensors.mount import sensor_angular_velocity, sensor_velocity
+from pelagos.sensors.noise import Key
 from pelagos.sensors.schedule import warn_of_ambiguity
 from pelagos.sensors.sensor import Kinematics, Measurement, SensorConfig, SensorContext
 from pelagos.sensors.sonar.keys.conflicts import check_burst, check_order, check_pulse
@@ -351,7 +352,7 @@ class Multibeam:
         lanes: Lanes,
         fan: Fan,
         surfaces: Surfaces,
-        key: Any,
+        key: Key,
         motion: Kinematics,
         noise: Array,
         sectors: Sectors,

@@ -36,7 +36,7 @@ from pelagos.sensors.camera.picture.pixel_order import (
     tiles_at,
 )
 from pelagos.sensors.camera.picture.radiance import Radiance
-from pelagos.sensors.noise import words32
+from pelagos.sensors.noise import Key, words32
 
 if TYPE_CHECKING:
     from pelagos.sensors.camera.picture.camera_config import CameraConfig
@@ -164,7 +164,7 @@ def exposed(
 
 
 def developed(
-    balanced: tuple[Array, Array], exposure: tuple[Array, Array], where: Pixels, frame: Frame[CameraConfig], key: Any,
+    balanced: tuple[Array, Array], exposure: tuple[Array, Array], where: Pixels, frame: Frame[CameraConfig], key: Key,
     trace: Callable[[str, Array, str], None] | None,
 ) -> tuple[Array, Array]:  # fmt: skip
     """Pictures with and without noise, in the order of rows: see `unpacked`.

@@ -7,7 +7,7 @@ What the meter saw before is seen again, with one ray a tile: the places where t
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Final
 
 import drjit as dr
 
@@ -20,7 +20,7 @@ from pelagos.sensors.camera.picture.camera_rays import Frame, pixel_angle
 from pelagos.sensors.camera.picture.develop import meter_weight, zone_mean
 from pelagos.sensors.camera.picture.pixel_order import TILE, Pixels, Tiling, inner_place
 from pelagos.sensors.camera.picture.radiance import look
-from pelagos.sensors.camera.picture.surroundings import light_sources, scenery_of
+from pelagos.sensors.camera.picture.surroundings import Lit, light_sources, scenery_of
 from pelagos.sensors.mount import moved
 
 if TYPE_CHECKING:
@@ -32,7 +32,7 @@ _LONGEST: Final = 8.0  # [s] that it looks back at most
 _INNER: Final = 200  # lane of a tile that meters for it: beside its middle
 
 
-def exposure_lag(caster: Caster, light: Any, sea: Ripple, frame: Frame[CameraConfig]) -> Array:
+def exposure_lag(caster: Caster, light: Lit, sea: Ripple, frame: Frame[CameraConfig]) -> Array:
     """By how much the meter's luminance is behind that of the frame, by image [stops]; negative: it still sees less.
 
     The meter follows the logarithm of luminance at its speed up where the scene grows brighter, and at its speed down

@@ -6,7 +6,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import drjit as dr
 import numpy as np
@@ -22,6 +22,9 @@ from pelagos.sensors.camera.picture.pixel_order import Pixels, image_rows, pixel
 from pelagos.sensors.camera.picture.sea_crossing import level_over, sea_crossing, uneven_sea
 from pelagos.sensors.mount import sensor_pose
 from pelagos.sensors.sensor import Kinematics, SensorContext
+
+if TYPE_CHECKING:
+    from pelagos.ocean.ocean import Ocean
 
 
 @dataclass(frozen=True)
@@ -112,7 +115,7 @@ class HitView:
         lens: Lens,
         motion: Kinematics,
         own: Array,
-        ocean: Any,
+        ocean: Ocean,
         extra: Any,
         *,
         trace: Trace | None = None,

@@ -15,7 +15,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any, Final
+from typing import Final
 
 import drjit as dr
 
@@ -28,11 +28,11 @@ from pelagos.optics.interface import fresnel, refract, sun_below_surface
 from pelagos.optics.light_source import LightSource, light_at
 from pelagos.optics.phase import henyey_greenstein, sample_henyey_greenstein, water_molecules
 from pelagos.optics.texture import surface_look
-from pelagos.optics.water import MEAN_COSINE, REFRACTIVE_INDEX
+from pelagos.optics.water import MEAN_COSINE, REFRACTIVE_INDEX, WaterArrays
 from pelagos.raycast.caster import Caster
 from pelagos.raycast.rays import Hits, Rays
 from pelagos.sensors.camera.picture.scenery import Scenery, behind_air, by_ray, depth_at, sky_in_air
-from pelagos.sensors.noise import lane_stream
+from pelagos.sensors.noise import Key, lane_stream
 
 BOUNCES: Final = 48
 _START: Final = 2e-3  # [m] off surfaces
@@ -68,7 +68,7 @@ class Path:
 
 def path_traced(
     caster: Caster, scenery: Scenery, rays: Rays, lane: Array, lamps: list[LightSource], pixel_angle: float,
-    counter: tuple[Array, Array, Array, Array], key: Any,
+    counter: tuple[Array, Array, Array, Array], key: Key,
 ) -> Array:  # fmt: skip
     """Radiance along rays by one random path each, `Array3f` [cd/m^2].
 
@@ -97,7 +97,7 @@ def path_traced(
     return dr.while_loop((start,), lambda p: p.alive & (p.bounce < BOUNCES), extend, mode="symbolic")[0].light
 
 
-def _draws(counter: tuple[Array, Array, Array, Array], bounce: Array, key: Any) -> list[Array]:
+def _draws(counter: tuple[Array, Array, Array, Array], bounce: Array, key: Key) -> list[Array]:
     pixel, environment, tick, number = counter
     stream, environment = lane_stream(key, environment)
     words = [philox((pixel, environment, tick, (number * BOUNCES + bounce) * 4 + k), stream) for k in (1, 2)]
@@ -244,14 +244,14 @@ def _sea_surface(scenery: Scenery, path: Path, flight: _Flight, u: Array) -> _Se
     )
 
 
-def _phase(water: Any, cosine: Array) -> Array:
+def _phase(water: WaterArrays, cosine: Array) -> Array:
     """Phase function of the water with its particles, by channel [1/sr]."""
     molecules = water.water_scattering * water_molecules(cosine)
     particles = water.particle_scattering * henyey_greenstein(cosine, MEAN_COSINE)
     return (molecules + particles) / water.scattering
 
 
-def _scattered(water: Any, direction: Array, pick: Array, u: Array, v: Array) -> tuple[Array, Array]:
+def _scattered(water: WaterArrays, direction: Array, pick: Array, u: Array, v: Array) -> tuple[Array, Array]:
     """A new direction by the phase function of green, and the other channels' weight for it."""
     share = water.particle_scattering.y / water.scattering.y
     cosine = dr.select(pick < share, sample_henyey_greenstein(u, MEAN_COSINE), 2 * u - 1)

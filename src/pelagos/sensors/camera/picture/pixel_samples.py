@@ -7,7 +7,7 @@ golden ratio), shifted by a random amount of each pixel (R. Cranley and T. N. L.
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Final
 
 import drjit as dr
 
@@ -20,7 +20,7 @@ from pelagos.sensors.camera.picture.camera_rays import Frame, local_directions, 
 from pelagos.sensors.camera.picture.pixel_order import Pixels
 from pelagos.sensors.camera.picture.ray_change import RayChange
 from pelagos.sensors.mount import sensor_angular_velocity, sensor_pose, sensor_velocity
-from pelagos.sensors.noise import words32
+from pelagos.sensors.noise import Key, words32
 
 if TYPE_CHECKING:
     from pelagos.sensors.camera.picture.camera_config import CameraConfig
@@ -46,7 +46,7 @@ class Sample:
     moment: Array
 
 
-def samples(number: Array, where: Pixels, frame: Frame[CameraConfig], key: Any) -> Sample:
+def samples(number: Array, where: Pixels, frame: Frame[CameraConfig], key: Key) -> Sample:
     """Sample `number` of the configuration's for every lane."""
     count, blades, closed = frame.config.samples, frame.config.aperture_blades, frame.config.blades_closed
     words = words32(key, *frame.counter(where))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, fields, replace
-from typing import Any, Final
+from typing import TYPE_CHECKING, Final
 
 import drjit as dr
 
@@ -20,6 +20,9 @@ from pelagos.optics.water import WaterArrays
 from pelagos.raycast.hit_tables import HitTables
 from pelagos.raycast.rays import Hits, Rays
 
+if TYPE_CHECKING:
+    from pelagos.ocean.ocean import Ocean
+
 _SEA_ALBEDO: Final = 0.06  # from above (R. E. Payne, J. Atmos. Sci. 29:959, 1972)
 FAR: Final = 1e4  # [m], where there is nothing
 
@@ -33,7 +36,7 @@ class Murk:
         clear: the water without them.
     """
 
-    ocean: Any
+    ocean: Ocean
     clear: WaterArrays
 
 

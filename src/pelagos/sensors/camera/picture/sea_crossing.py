@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import drjit as dr
 
@@ -11,6 +11,9 @@ from pelagos.jit import Array
 from pelagos.optics.swell import elevation_at, swell_around
 from pelagos.optics.wave_surface import way_to_surface
 from pelagos.raycast.rays import Rays
+
+if TYPE_CHECKING:
+    from pelagos.ocean.ocean import Ocean
 
 
 @jit.struct
@@ -26,14 +29,14 @@ class Crossing:
     way: Array
 
 
-def uneven_sea(ocean: Any) -> Any:
+def uneven_sea(ocean: Ocean) -> Any:
     """The ocean, to be handed to `sea_crossing`, where its surface is not always z = 0; else None."""
     if getattr(ocean, "waves", None) is None and getattr(ocean, "tide", None) is None:
         return None
     return ocean
 
 
-def level_over(ocean: Any, position: Array, t_ns: Array) -> Array:
+def level_over(ocean: Ocean, position: Array, t_ns: Array) -> Array:
     """Height of the sea over sensors, `Float` by lane [m]; arguments as of `sea_crossing`."""
     level = jit.Float(ocean.elevation(position.x, position.y, jit.Float64(t_ns) * 1e-9))
     level = level + dr.zeros(jit.Float, dr.width(t_ns))
@@ -41,7 +44,7 @@ def level_over(ocean: Any, position: Array, t_ns: Array) -> Array:
     return level
 
 
-def sea_crossing(rays: Rays, lane: Array, ocean: Any, position: Array, t_ns: Array) -> Crossing:
+def sea_crossing(rays: Rays, lane: Array, ocean: Ocean, position: Array, t_ns: Array) -> Crossing:
     """Crossing of rays with the sea.
 
     Args:

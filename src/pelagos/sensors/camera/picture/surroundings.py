@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import Annotated, Any, Final, TypeAlias
+from typing import TYPE_CHECKING, Annotated, Any, Final, TypeAlias
 
 import drjit as dr
 import numpy as np
@@ -27,17 +27,23 @@ from pelagos.optics.sunlight import daylight
 from pelagos.optics.swell import STEPS, swell_around
 from pelagos.optics.texture import looks
 from pelagos.optics.water import WaterArrays
+from pelagos.raycast.hit_tables import HitTables
 from pelagos.sensors.camera.picture.camera_rays import ViewConfig
 from pelagos.sensors.camera.picture.scenery import Murk, Scenery
 from pelagos.sensors.camera.picture.turbid_sight import suspended_tracers, suspended_water
 from pelagos.sensors.mount import sensor_pose
 from pelagos.sensors.sensor import Kinematics, SensorConfig, SensorContext
 
+if TYPE_CHECKING:
+    from pelagos.ocean.ocean import Ocean
+
 _RESOLVED: Final = 2 * STEPS[0]  # [m], shortest of the ocean's waves that are drawn
 _LEAST_RIPPLE: Final = 0.25  # share of the slope of waves over 0.3 m that short waves have at least; assumed
 _RIPPLES_TOWARDS: Final = 0.4  # from north to west, where no wind blows [rad]
 _COLUMN: Final = 8  # places above a camera at which the water is asked for
 
+Lit: TypeAlias = tuple[Any, ...]
+"""What `Surroundings.arguments` hands to `scenery_of`: materials, water, daylight, light field, air, ocean, moments."""
 Share: TypeAlias = Annotated[float, Field(ge=0)]
 
 
@@ -123,7 +129,7 @@ class Surroundings:
         towards = _RIPPLES_TOWARDS if heading is None else heading
         return ripple(left, heading=towards, finer=whole - long, longer=own)
 
-    def arguments(self, motion: Kinematics) -> tuple[Any, ...]:
+    def arguments(self, motion: Kinematics) -> Lit:
         """For `scenery_of`, inside a frozen function."""
         times, moment = np.unique(np.array(motion.t_ns), return_inverse=True)
         moments = jit.UInt64(times), jit.UInt32(moment.ravel().astype(np.uint32))
@@ -131,7 +137,7 @@ class Surroundings:
 
 
 def scenery_of(
-    tables: Any, light: tuple[Any, ...], sea: Ripple, motion: Kinematics, config: SensorConfig, delay: float = 0.0
+    tables: HitTables, light: Lit, sea: Ripple, motion: Kinematics, config: SensorConfig, delay: float = 0.0
 ) -> Scenery:
     """Everything that light depends on, at the moments of `motion` plus `delay` [s]."""
     materials, water, daylit, field, air, ocean, moments = light
@@ -148,19 +154,19 @@ def scenery_of(
     return Scenery(tables, materials, water, daylit, field, air, waves, level, tide, depth, t, murk)
 
 
-def _moves(ocean: Any) -> bool:
+def _moves(ocean: Ocean) -> bool:
     """The sea surface is not flat at z = 0."""
     return ocean is not None and (ocean.waves is not None or ocean.tide is not None)
 
 
-def _uneven(ocean: Any) -> bool:
+def _uneven(ocean: Ocean) -> bool:
     """They differ from place to place."""
     even = (UniformField, OscillationField)
     return any(not isinstance(f, even) for n in suspended_tracers(ocean) for f in ocean.tracers[n])
 
 
 def _suspension(
-    ocean: Any, water: WaterArrays, field: LightField, position: Array, depth: Array, t: Array
+    ocean: Ocean, water: WaterArrays, field: LightField, position: Array, depth: Array, t: Array
 ) -> tuple[WaterArrays, LightField]:
     """Water and light around the cameras, by image, where plankton and sediment vary."""
 
@@ -175,7 +181,7 @@ def _suspension(
 
 
 def waves_of(
-    sea: Ripple, ocean: Any, towards_sun: Array, motion: Kinematics, moments: tuple[Array, Array],
+    sea: Ripple, ocean: Ocean, towards_sun: Array, motion: Kinematics, moments: tuple[Array, Array],
     config: SensorConfig, delay: float = 0.0,
 ) -> Waves:  # fmt: skip
     """The sea surface around the cameras; `moments`: the times of `motion`, each once, and which is each lane's."""

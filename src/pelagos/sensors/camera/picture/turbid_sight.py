@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any, Final
+from typing import TYPE_CHECKING, Final
 
 import drjit as dr
 
@@ -17,6 +17,9 @@ from pelagos.sensors.camera.picture.pixel_blocks import around, square_pixels
 from pelagos.sensors.camera.picture.pixel_order import Pixels
 from pelagos.sensors.camera.picture.radiance import open_sea_rate
 from pelagos.sensors.camera.picture.scenery import Scenery, by_ray
+
+if TYPE_CHECKING:
+    from pelagos.ocean.ocean import Ocean
 
 SUSPENDED: Final = ("chlorophyll", "turbidity")
 
@@ -48,12 +51,12 @@ def sight_lines(
     return SightLines(sums, jit.UInt32(dr.width(depth)), corner, right, down)
 
 
-def suspended_tracers(ocean: Any) -> tuple[str, ...]:
+def suspended_tracers(ocean: Ocean) -> tuple[str, ...]:
     """Tracers of the ocean that its light depends on."""
     return tuple(n for n in SUSPENDED if n in getattr(ocean, "tracers", ()))
 
 
-def suspended_water(ocean: Any, clear: WaterArrays, place: Array, t: Array) -> WaterArrays:
+def suspended_water(ocean: Ocean, clear: WaterArrays, place: Array, t: Array) -> WaterArrays:
     """The clear water with what the ocean's tracers put in it at places `Array3f64` and times [s]."""
     found = {n: jit.Float(ocean.tracer(n, place, t)) for n in suspended_tracers(ocean)}
     return with_suspended(clear, found.get("chlorophyll"), found.get("turbidity"))

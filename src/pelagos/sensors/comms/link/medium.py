@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import count
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,8 +20,11 @@ from pelagos.sensors.comms.link.budget import NOTHING, Heard, heard, sum_db
 from pelagos.sensors.comms.link.modem_port import FIRST_MMSI, ModemPort
 from pelagos.sensors.comms.link.packet import BROADCAST
 from pelagos.sensors.comms.link.water_paths import Paths, WaterPaths, doppler, moved
-from pelagos.sensors.mount import sensor_pose, sensor_velocity
+from pelagos.sensors.mount import Mounted, sensor_pose, sensor_velocity
 from pelagos.sensors.noise import BatchPath
+
+if TYPE_CHECKING:
+    from pelagos.sensors.sensor import Kinematics, SensorContext
 
 _SHIPPING: Final = 0.5  # Wenz's, of 0 to 1
 _MOVED: Final = 0.02  # of the distance that an end moves until a link is traced again
@@ -86,7 +89,7 @@ class Medium:
     _own_rows: dict[str, NDArray[np.uint32]] = field(default_factory=dict)
     _tracers: dict[float, WaterPaths] = field(default_factory=dict)
 
-    def add(self, port: ModemPort, context: Any) -> None:
+    def add(self, port: ModemPort, context: SensorContext) -> None:
         """Let a modem take part: one of each vehicle that carries it alike.
 
         Raises:
@@ -165,7 +168,7 @@ class Medium:
         port = self.modems[path]
         return self.pose_of(port.agent, port.mount)
 
-    def pose_of(self, agent: str, mount: Any) -> Pose:
+    def pose_of(self, agent: str, mount: Mounted) -> Pose:
         """Present pose of something with `position_m` and `q_body_sensor` on a vehicle."""
         assert self.motions_of is not None
         motion, rows = self.motions_of(agent)
@@ -252,7 +255,7 @@ class Medium:
         return self._tracers[frequency]
 
 
-def _posed(motion: Any, mount: Any) -> Pose:
+def _posed(motion: Kinematics, mount: Mounted) -> Pose:
     """Of a mount on every row of a motion."""
     position, attitude = (np.array(v).T for v in sensor_pose(motion, mount))
     return Pose(position, attitude, rotate_np(attitude, np.array(sensor_velocity(motion, mount)).T))

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pelagos.acoustics.modulation import Modulation
+from pelagos.sensors.mount import Mounted
 
 if TYPE_CHECKING:
     from pelagos.sensors.comms.link.carrier import Carrier
@@ -36,7 +37,7 @@ class ModemPort:
     """
 
     path: str
-    mount: Any
+    mount: Mounted
     period: int
     address: int
     frequency_hz: float

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import drjit as dr
 import numpy as np
@@ -21,6 +21,9 @@ from pelagos.sensors.camera.picture.sea_crossing import sea_crossing, uneven_sea
 from pelagos.sensors.lidar.scan.laser import Echoes, LaserConfig, Scan, echoes, pulses, scan_struct
 from pelagos.sensors.mount import sensor_pose
 from pelagos.sensors.sensor import Kinematics, SensorContext
+
+if TYPE_CHECKING:
+    from pelagos.ocean.ocean import Ocean
 
 
 @dataclass(frozen=True)
@@ -102,7 +105,7 @@ class Scanner:
         scan: Scan,
         motion: Kinematics,
         own: Array,
-        ocean: Any,
+        ocean: Ocean,
         extra: Any,
         *,
         trace: Trace | None = None,

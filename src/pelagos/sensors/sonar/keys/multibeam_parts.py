@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
 import drjit as dr
 import numpy as np
@@ -23,10 +23,13 @@ from pelagos.sensors.sonar.ping.multibeam_column import Column
 from pelagos.sensors.sonar.ping.ping_spec import PingSpec
 from pelagos.sensors.sonar.ping.swath import Swath
 
+if TYPE_CHECKING:
+    from pelagos.sensors.sonar.multibeam import MultibeamConfig
+
 _COLUMN_FROM_M: Final = 0.1  # where a water column begins: nearer is the near field of any array, assumed
 
 
-def emitter(config: Any, context: SensorContext, rays: dict[str, NDArray[Any]]) -> Emitter:
+def emitter(config: MultibeamConfig, context: SensorContext, rays: dict[str, NDArray[Any]]) -> Emitter:
     """This sonar as others hear it."""
     across, along = math.radians(config.beamwidth_across_deg), math.radians(config.beamwidth_along_deg)
     return Emitter(
@@ -42,20 +45,20 @@ def emitter(config: Any, context: SensorContext, rays: dict[str, NDArray[Any]]) 
     )
 
 
-def column_of(config: Any) -> Column:
+def column_of(config: MultibeamConfig) -> Column:
     """The beams of the water column."""
     across, along = math.radians(config.beamwidth_across_deg), math.radians(config.beamwidth_along_deg)
     return Column(config.angles, math.radians(config.swath_deg), across, along)
 
 
-def column_spec(config: Any, context: SensorContext) -> PingSpec:
+def column_spec(config: MultibeamConfig, context: SensorContext) -> PingSpec:
     """The same sonar as one that gives levels by beam and range [dB]."""
     nearest = max(config.range_min_m, _COLUMN_FROM_M)
     spec = echo_spec(config, context, nearest=nearest, farthest=config.range_max_m, bins=config.water_column_bins)
     return replace(spec, refraction=config.refraction, sound_speed_mps=config.sound_speed_mps)
 
 
-def swath_of(config: Any) -> Swath:
+def swath_of(config: MultibeamConfig) -> Swath:
     """Directions of its beams."""
     return Swath(
         beams=config.soundings,
@@ -67,7 +70,7 @@ def swath_of(config: Any) -> Swath:
     )
 
 
-def noise_power(config: Any, wind: float, rain: float) -> float:
+def noise_power(config: MultibeamConfig, wind: float, rain: float) -> float:
     """Noise intensity behind matched filter and beamformer re the source level at 1 m."""
     ambient = ambient_level(config.frequency_hz, wind, rain_mm_per_h=rain)
     spectral = float(to_db(from_db(ambient) + from_db(config.self_noise_db)))
@@ -77,7 +80,7 @@ def noise_power(config: Any, wind: float, rain: float) -> float:
     return float(from_db(band_level(spectral, config.bandwidth_hz) - gains - config.source_level_db))
 
 
-def sector_losses(config: Any, context: SensorContext) -> NDArray[np.float64]:
+def sector_losses(config: MultibeamConfig, context: SensorContext) -> NDArray[np.float64]:
     """Absorption at each sector's frequency over that at `frequency_hz`, `(sectors,)`, in the water at the world's
     origin, at the surface."""
     steps = (np.arange(config.sectors) - 0.5 * (config.sectors - 1)) * config.sector_spacing_hz

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any, Final
+from typing import Final
 
 import drjit as dr
 
@@ -15,7 +15,7 @@ from pelagos.acoustics.speckle import lattice_word, on_instance, scramble
 from pelagos.acoustics.spreading import patch_intensity, time_varied_gain
 from pelagos.jit import Array
 from pelagos.math.philox import complex_normal32, normal_pair32, uniform32
-from pelagos.sensors.noise import words32
+from pelagos.sensors.noise import Key, words32
 from pelagos.sensors.sonar.ping.fan import Fan, Lanes, View
 
 _GATE: Final = 0.06  # detection window about the strongest echo [of the range]
@@ -77,7 +77,7 @@ class Window:
 
 
 def beam_series(
-    beams: Beams, view: View, patches: Patches, fan: Fan, lanes: Lanes, noise: Array, key: Any
+    beams: Beams, view: View, patches: Patches, fan: Fan, lanes: Lanes, noise: Array, key: Key
 ) -> tuple[Window, Series]:
     """Window and time series of every beam; see `Window` and `Series`.
 
@@ -147,7 +147,7 @@ def _window(beams: Beams, view: View, patches: Patches, fan: Fan, lanes: Lanes) 
 
 def _raw(
     beams: Beams, view: View, patches: Patches, fan: Fan, lanes: Lanes, start: Array, spacing: Array,
-    noise: Array, key: Any,
+    noise: Array, key: Key,
 ) -> Array:  # fmt: skip
     """Echo and noise of both halves in cells one sample long, before the pulse: four `Float` a sample."""
     rays, samples = len(beams.receive), beams.samples

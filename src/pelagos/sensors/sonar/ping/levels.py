@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any, Final
+from typing import Final
 
 import drjit as dr
 import numpy as np
@@ -16,7 +16,7 @@ from pelagos.acoustics.spreading import from_db
 from pelagos.jit import Array
 from pelagos.math.philox import complex_normal32
 from pelagos.math.quick import cosine_sine, larger, log2, smaller
-from pelagos.sensors.noise import words32
+from pelagos.sensors.noise import Key, words32
 from pelagos.sensors.sonar.ping.cells import Cells
 from pelagos.sensors.sonar.ping.fan import Lanes
 from pelagos.sensors.sonar.ping.layout import Layout
@@ -54,7 +54,7 @@ class Moment:
     lanes: Lanes
     spin: Array
     t_ns: Array
-    key: Any
+    key: Key
 
 
 def water_echo(spec: PingSpec, layout: Layout, haze: Haze, cells: Cells, medium: Medium) -> Array:

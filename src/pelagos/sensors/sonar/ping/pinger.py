@@ -22,6 +22,7 @@ from pelagos.jit import Array
 from pelagos.math.so3 import multiply, rotate
 from pelagos.raycast.caster import Caster
 from pelagos.sensors.mount import sensor_angular_velocity, sensor_velocity
+from pelagos.sensors.noise import Key
 from pelagos.sensors.schedule import period_ticks
 from pelagos.sensors.sonar.ping.aperture import Facing
 from pelagos.sensors.sonar.ping.arrivals import arrivals
@@ -52,6 +53,7 @@ from pelagos.sensors.sonar.ping.targets import Band, Targets, is_smooth, targets
 from pelagos.sensors.sonar.ping.volume_echo import TRACER, Haze, Probes, haze, probes
 
 if TYPE_CHECKING:
+    from pelagos.ocean.ocean import Ocean
     from pelagos.sensors.sensor import Kinematics, SensorContext
 
 _UNNOTICED_DB: Final = 20.0  # below the noise: what arrives as faint is not computed
@@ -204,7 +206,7 @@ class Pinger:
         lanes: Lanes,
         fan: Fan,
         surfaces: Surfaces,
-        key: Any,
+        key: Key,
         motion: Kinematics,
         constants: Constants,
         besides: dict[str, Any],
@@ -281,7 +283,7 @@ class Pinger:
         dr.eval(found)
         return found
 
-    def _haze(self, view: View, lanes: Lanes, motion: Kinematics, looks: Probes, ocean: Any) -> Haze:
+    def _haze(self, view: View, lanes: Lanes, motion: Kinematics, looks: Probes, ocean: Ocean) -> Haze:
         spec, fixed = self._spec, self._spec.volume_scattering_db
         strength = (lambda place, t: jit.Float(fixed)) if fixed is not None else partial(ocean.tracer, TRACER)
         return haze(

@@ -26,7 +26,7 @@ from pelagos.math.philox import normal_pair32
 from pelagos.math.so3 import rotate, rotate_back
 from pelagos.raycast.caster import Caster
 from pelagos.sensors.mount import sensor_angular_velocity, sensor_velocity
-from pelagos.sensors.noise import words32
+from pelagos.sensors.noise import Key, words32
 from pelagos.sensors.sonar.ping.fan import Fan, Lanes, View, look
 from pelagos.sensors.sonar.ping.layout import Layout
 from pelagos.sensors.sonar.ping.patches import patches_of
@@ -136,7 +136,7 @@ class PulsePairs:
         lanes: Lanes,
         fan: Fan,
         surfaces: Surfaces,
-        key: Any,
+        key: Key,
         motion: Kinematics,
         ocean: Ocean,
         real: Array,
@@ -270,7 +270,7 @@ class PulsePairs:
         x = 2.0 * samples * (floor**2 + (relative * speed) ** 2) * scale * scale
         return x / (1.0 + x)
 
-    def _normals(self, key: Any, lanes: Lanes, cell: Array, lane: Array) -> list[Array]:
+    def _normals(self, key: Key, lanes: Lanes, cell: Array, lane: Array) -> list[Array]:
         """Twelve standard normals a cell."""
         cells = self._layout.beams * self._ping.bins
         environment, tick = dr.gather(jit.UInt32, lanes.environment, lane), dr.gather(jit.UInt32, lanes.tick, lane)

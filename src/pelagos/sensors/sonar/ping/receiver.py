@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
-from typing import Any, Final
+from typing import Final
 
 import drjit as dr
 
@@ -22,7 +22,7 @@ from pelagos.acoustics.echo_walk import pitch
 from pelagos.acoustics.spreading import from_db, to_db
 from pelagos.acoustics.target_tag import untag
 from pelagos.jit import Array
-from pelagos.sensors.noise import words32
+from pelagos.sensors.noise import Key, words32
 from pelagos.sensors.sonar.ping.cells import Cells, Constants, cell_of, cells_at, cells_of_beam, middle
 from pelagos.sensors.sonar.ping.fan import Lanes
 from pelagos.sensors.sonar.ping.layout import Layout
@@ -187,7 +187,7 @@ class _Hearing:
         return out
 
 
-def painted(spec: PingSpec, layout: Layout, intensity: Array, lanes: Lanes, key: Any, rows: Array | None) -> Array:
+def painted(spec: PingSpec, layout: Layout, intensity: Array, lanes: Lanes, key: Key, rows: Array | None) -> Array:
     """Noise painted on intensities, and their scale; `rows` `Bool` of pings by beams that have streaks."""
     noise = spec.display.painting
     assert noise is not None
@@ -223,7 +223,13 @@ def beams_turned(
 
 
 def trace_levels(
-    spec: PingSpec, layout: Layout, constants: Constants, energies: Array, data: Array, lanes: Lanes, trace: Any
+    spec: PingSpec,
+    layout: Layout,
+    constants: Constants,
+    energies: Array,
+    data: Array,
+    lanes: Lanes,
+    trace: Callable[[str, Array, str], None],
 ) -> None:
     """Tell echoes and signal-to-noise ratio before beams are formed, and the data."""
     cell = dr.arange(jit.Int32, dr.width(data))

@@ -5,18 +5,21 @@ from __future__ import annotations
 import math
 import warnings
 from types import SimpleNamespace
-from typing import Any, Final
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
 from pelagos.errors import ValidityWarning
 from pelagos.ocean.whitecaps import wind_behind
 
+if TYPE_CHECKING:
+    from pelagos.ocean.ocean import Ocean
+
 _UNSAID: Final = 5.0  # [m/s], where an ocean knows of no wind; assumed
 _ALIKE: Final = 0.05  # [m/s]
 
 
-def wind_over(ocean: Any) -> float | None:
+def wind_over(ocean: Ocean) -> float | None:
     """Mean wind 10 m above the sea [m/s]: the scenario's, or the one that would raise its waves; None: none is told."""
     air, waves = getattr(ocean, "air", None), getattr(ocean, "waves", None)
     if air is None:
@@ -29,12 +32,12 @@ def wind_over(ocean: Any) -> float | None:
     return wind_behind(SimpleNamespace(amplitude=table[:, 4], omega=2.0 * math.pi * table[:, 2]))  # type: ignore[arg-type]
 
 
-def rain_over(ocean: Any) -> float:
+def rain_over(ocean: Ocean) -> float:
     """Rain on the sea [mm/h]."""
     return float(getattr(ocean, "rain", 0.0))
 
 
-def wind_for(own: float | None, ocean: Any, path: str) -> float:
+def wind_for(own: float | None, ocean: Ocean, path: str) -> float:
     """Wind of a sonar [m/s]: its own key, where it has one, or the scenario's.
 
     Warns (`ValidityWarning`) where both are told and differ.

@@ -15,7 +15,7 @@ from pelagos.acoustics.refraction import displacement
 from pelagos.jit import Array
 from pelagos.raycast.caster import Caster
 from pelagos.sensors.mount import Mounted, sensor_pose
-from pelagos.sensors.noise import opaque_key, stream_key
+from pelagos.sensors.noise import Key, opaque_key, stream_key
 from pelagos.sensors.sonar.ping.fan import Fan, Lanes, Trace, fan_struct
 from pelagos.sensors.sonar.ping.medium import medium_of, profile_of
 from pelagos.sensors.sonar.ping.ping_spec import Refraction
@@ -23,6 +23,7 @@ from pelagos.sensors.sonar.ping.sea_surface import looks_up, sea_around
 from pelagos.sensors.sonar.ping.surface_scattering import TEXTURE_DB, Surfaces, surfaces
 
 if TYPE_CHECKING:
+    from pelagos.ocean.ocean import Ocean
     from pelagos.sensors.sensor import Kinematics, SensorContext
 
 FACE_M: Final = 0.05  # a sonar higher than this above the surface is out of the water; assumed half the face of one
@@ -110,11 +111,11 @@ class Sounder:
         def whole(
             caster: Caster,
             motion: Kinematics,
-            ocean: Any,
+            ocean: Ocean,
             own: Array,
             fan: Fan,
             surfaces: Surfaces,
-            key: Any,
+            key: Key,
             *more: Any,
         ) -> Any:
             lanes = self._lanes(motion, ocean, own)
@@ -128,7 +129,7 @@ class Sounder:
 
         return ping
 
-    def _lanes(self, motion: Kinematics, ocean: Any, own: Array) -> Lanes:
+    def _lanes(self, motion: Kinematics, ocean: Ocean, own: Array) -> Lanes:
         position, attitude = sensor_pose(motion, self._mounting)
         t = jit.Float64(motion.t_ns) * 1e-9
         water = self._medium(ocean, position, t)
