@@ -15,7 +15,6 @@ from pelagos.acoustics.doppler import janus_beams, velocity_from_beams
 from pelagos.config.rate import Rate
 from pelagos.jit import Array
 from pelagos.math.so3 import rotate, rotate_back
-from pelagos.raycast.caster import Caster
 from pelagos.sensors.mount import sensor_velocity
 from pelagos.sensors.noise import Key, normals64
 from pelagos.sensors.recorded import Program, Results
@@ -24,11 +23,10 @@ from pelagos.sensors.sensor import Kinematics, Measurement, SensorConfig, Sensor
 from pelagos.sensors.sonar.keys.echo_keys import EchoesConfig, echo_spec, warn_of_idle
 from pelagos.sensors.sonar.keys.ping_keys import mounting
 from pelagos.sensors.sonar.ping.beam_echoes import BeamEchoes
-from pelagos.sensors.sonar.ping.fan import Fan, Lanes, Trace, look
+from pelagos.sensors.sonar.ping.fan import Lanes, Trace
 from pelagos.sensors.sonar.ping.pulse_pairs import Pairs
 from pelagos.sensors.sonar.ping.sea_state import wind_for
-from pelagos.sensors.sonar.ping.sounder import Sounder, Waters
-from pelagos.sensors.sonar.ping.surface_scattering import Surfaces
+from pelagos.sensors.sonar.ping.sounder import Ping, Sounder, Waters
 
 if TYPE_CHECKING:
     from pelagos.ocean.ocean import Ocean
@@ -167,32 +165,21 @@ class Adcp:
 
     def explain(self, motion: Kinematics) -> list[tuple[str, NDArray[Any], str]]:
         """One profile, not frozen, with its intermediate arrays: (name, values, unit)."""
-        return self._sounder.trace(self._kernel, *self._sounder.arguments(motion), motion, self._context.ocean)
+        return self._sounder.trace(self._kernel, motion, self._context.ocean)
 
-    def _kernel(
-        self,
-        caster: Caster,
-        lanes: Lanes,
-        fan: Fan,
-        surfaces: Surfaces,
-        key: Key,
-        motion: Kinematics,
-        ocean: Ocean,
-        *,
-        trace: Trace = None,
-    ) -> Results:
-        config = self.config
+    def _kernel(self, ping: Ping, ocean: Ocean, *, trace: Trace = None) -> Results:
+        config, lanes, motion = self.config, ping.lanes, ping.motion
         velocity = sensor_velocity(motion, self._mounting)
         tilt = math.cos(math.radians(config.beam_tilt_deg))
         far = (config.depths[-1] + config.cell_m) / tilt**2 + 1.0
-        view = look(caster, fan, lanes, surfaces, max_range=float(far), smooth=False)
+        view = ping.look(max_range=float(far), smooth=False)
         first = dr.arange(jit.UInt32, dr.width(lanes.position)) * 4
         hits = view.hits
         dr.eval(hits.t, hits.label, hits.instance)
         ranges = [dr.gather(jit.Float, hits.t, first + b) for b in range(4)]
         label, instance = ([dr.gather(jit.UInt32, v, first + b) for b in range(4)] for v in (hits.label, hits.instance))
         c = lanes.medium.sound_speed
-        cells = profile(config, ranges, lanes, velocity, motion, ocean, key)
+        cells = profile(config, ranges, lanes, velocity, motion, ocean, ping.key)
         if trace is not None:
             for b, r in enumerate(ranges):
                 trace(f"range of beam {b}", r, "m")

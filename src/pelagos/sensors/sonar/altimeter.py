@@ -14,8 +14,7 @@ from pelagos import jit
 from pelagos.acoustics.beam_pattern import line_length, line_np
 from pelagos.config.rate import Rate
 from pelagos.jit import Array
-from pelagos.raycast.caster import Caster
-from pelagos.sensors.noise import Key, normals64
+from pelagos.sensors.noise import normals64
 from pelagos.sensors.recorded import Program, Results
 from pelagos.sensors.schedule import farthest_heard, warn_of_ambiguity
 from pelagos.sensors.sensor import Kinematics, Measurement, SensorConfig, SensorContext
@@ -23,11 +22,9 @@ from pelagos.sensors.sonar.keys.conflicts import check_order
 from pelagos.sensors.sonar.keys.echo_keys import EchoesConfig, echo_spec, warn_of_idle
 from pelagos.sensors.sonar.keys.ping_keys import mounting
 from pelagos.sensors.sonar.ping.beam_echoes import BeamEchoes
-from pelagos.sensors.sonar.ping.fan import Fan, Lanes, Trace, look
-from pelagos.sensors.sonar.ping.patches import patches_of
+from pelagos.sensors.sonar.ping.fan import Trace
 from pelagos.sensors.sonar.ping.sea_state import wind_for
-from pelagos.sensors.sonar.ping.sounder import Sounder, Waters
-from pelagos.sensors.sonar.ping.surface_scattering import Surfaces
+from pelagos.sensors.sonar.ping.sounder import Ping, Sounder, Waters
 
 _RINGS: Final = ((0.0, 1), (0.25, 6), (0.5, 10), (0.75, 15))  # radius [half-power widths], rays
 _THRESHOLD: Final = 0.05  # of the strongest ray's echo: a detector's threshold of -13 dB
@@ -128,28 +125,18 @@ class Altimeter:
 
     def explain(self, motion: Kinematics) -> list[tuple[str, NDArray[Any], str]]:
         """One ping, not frozen, with its intermediate arrays: (name, values, unit)."""
-        return self._sounder.trace(self._kernel, *self._sounder.arguments(motion), motion)
+        return self._sounder.trace(self._kernel, motion)
 
-    def _kernel(
-        self,
-        caster: Caster,
-        lanes: Lanes,
-        fan: Fan,
-        surfaces: Surfaces,
-        key: Key,
-        motion: Kinematics,
-        *,
-        trace: Trace = None,
-    ) -> Results:
-        config = self.config
-        view = look(caster, fan, lanes, surfaces, max_range=self._reach, smooth=False)
-        patches = patches_of(view, fan, lanes, surfaces, longest=self._reach, trace=trace)
-        rays = dr.width(fan.beam)
+    def _kernel(self, ping: Ping, *, trace: Trace = None) -> Results:
+        config, lanes = self.config, ping.lanes
+        view = ping.look(max_range=self._reach, smooth=False)
+        patches = ping.patches(view, longest=self._reach, trace=trace)
+        rays = dr.width(ping.fan.beam)
         dr.eval(
             patches.distance, patches.energy, view.hits.t, view.hits.label, view.hits.instance
         )  # one cast for all that follows
         true = first_echo(patches.distance, patches.energy, rays, config.range_min_m)
-        (noise,) = normals64(key, motion, 1)
+        (noise,) = normals64(ping.key, ping.motion, 1)
         sigma = dr.sqrt(config.noise_m**2 + (config.noise_relative * true) ** 2)
         measured = true + sigma * jit.Float(noise)
         if config.sound_speed_mps is not None:

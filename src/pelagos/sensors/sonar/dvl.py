@@ -17,7 +17,6 @@ from pelagos.acoustics.spreading import to_db
 from pelagos.config.rate import Rate
 from pelagos.jit import Array
 from pelagos.math.so3 import rotate, rotate_back
-from pelagos.raycast.caster import Caster
 from pelagos.sensors.mount import sensor_velocity
 from pelagos.sensors.noise import Key, normals64
 from pelagos.sensors.recorded import Program, Results
@@ -28,12 +27,12 @@ from pelagos.sensors.sonar.keys.devices import with_device
 from pelagos.sensors.sonar.keys.echo_keys import EchoesConfig, echo_spec, warn_of_idle
 from pelagos.sensors.sonar.keys.ping_keys import mounting
 from pelagos.sensors.sonar.ping.beam_echoes import BeamEchoes
-from pelagos.sensors.sonar.ping.fan import Fan, Lanes, Trace, look
+from pelagos.sensors.sonar.ping.fan import Lanes, Trace
 from pelagos.sensors.sonar.ping.medium import Medium
 from pelagos.sensors.sonar.ping.pulse_pairs import Pairs
 from pelagos.sensors.sonar.ping.sea_state import wind_for
-from pelagos.sensors.sonar.ping.sounder import Sounder, Waters
-from pelagos.sensors.sonar.ping.surface_scattering import Surfaces, scattering
+from pelagos.sensors.sonar.ping.sounder import Ping, Sounder, Waters
+from pelagos.sensors.sonar.ping.surface_scattering import scattering
 
 if TYPE_CHECKING:
     from pelagos.ocean.ocean import Ocean
@@ -195,25 +194,14 @@ class Dvl:
 
     def explain(self, motion: Kinematics) -> list[tuple[str, NDArray[Any], str]]:
         """One ping, not frozen, with its intermediate arrays: (name, values, unit)."""
-        return self._sounder.trace(self._kernel, *self._sounder.arguments(motion), motion, self._context.ocean)
+        return self._sounder.trace(self._kernel, motion, self._context.ocean)
 
-    def _kernel(
-        self,
-        caster: Caster,
-        lanes: Lanes,
-        fan: Fan,
-        surfaces: Surfaces,
-        key: Key,
-        motion: Kinematics,
-        ocean: Ocean,
-        *,
-        trace: Trace = None,
-    ) -> Results:
-        config = self.config
+    def _kernel(self, ping: Ping, ocean: Ocean, *, trace: Trace = None) -> Results:
+        config, lanes, motion = self.config, ping.lanes, ping.motion
         velocity = sensor_velocity(motion, self._mounting)
         farthest = 1.5 * config.range_max_m / math.cos(math.radians(config.beam_tilt_deg))
-        view = look(caster, fan, lanes, surfaces, max_range=farthest, smooth=False)
-        section = scattering(surfaces, view.hits.material, view.sine)
+        view = ping.look(max_range=farthest, smooth=False)
+        section = scattering(ping.surfaces, view.hits.material, view.sine)
         ground = rotate_back(dr.gather(jit.Array4f, jit.Array4f(lanes.attitude), view.lane), view.hits.velocity)
         hits = view.hits
         dr.eval(hits.valid, hits.t, hits.label, hits.instance, section, ground)  # one cast for all beams
@@ -221,12 +209,12 @@ class Dvl:
             beam_echo(dr.width(lanes.position), b, hits.valid, hits.t, section, ground, config.beams[b])
             for b in range(4)
         ]
-        found = bottom_track(config, beams, velocity, motion, lanes.medium, key, trace)
+        found = bottom_track(config, beams, velocity, motion, lanes.medium, ping.key, trace)
         first = dr.arange(jit.UInt32, dr.width(lanes.position)) * (4 * _RAYS)
         for name, met in (("label", hits.label), ("instance", hits.instance)):
             found[name] = [dr.gather(jit.UInt32, met, first + b * _RAYS) for b in range(4)]
         if config.water_layer_m is not None:
-            found["water_velocity"] = water_track(config, lanes, velocity, motion, ocean, key)
+            found["water_velocity"] = water_track(config, lanes, velocity, motion, ocean, ping.key)
         return found
 
 

@@ -14,9 +14,7 @@ from pelagos import jit
 from pelagos.acoustics.beam_pattern import line_length, line_np
 from pelagos.config.rate import Rate
 from pelagos.jit import Array
-from pelagos.raycast.caster import Caster
 from pelagos.sensors.mount import sensor_angular_velocity, sensor_velocity
-from pelagos.sensors.noise import Key
 from pelagos.sensors.schedule import warn_of_ambiguity
 from pelagos.sensors.sensor import Kinematics, Measurement, SensorConfig, SensorContext
 from pelagos.sensors.sonar.keys.conflicts import check_burst, check_order, check_pulse
@@ -32,14 +30,12 @@ from pelagos.sensors.sonar.keys.multibeam_parts import (
 from pelagos.sensors.sonar.keys.ping_keys import ColumnBins, Pulse, mounting, with_burst
 from pelagos.sensors.sonar.ping.beam_echoes import part_of
 from pelagos.sensors.sonar.ping.bottom_series import Beams, beam_series
-from pelagos.sensors.sonar.ping.fan import Fan, Lanes, Trace, look
+from pelagos.sensors.sonar.ping.fan import Trace
 from pelagos.sensors.sonar.ping.multibeam_column import column_layout, column_rays
-from pelagos.sensors.sonar.ping.patches import patches_of
 from pelagos.sensors.sonar.ping.pinger import Pinger
 from pelagos.sensors.sonar.ping.sea_state import rain_over, wind_for
-from pelagos.sensors.sonar.ping.sounder import Sounder, Waters
+from pelagos.sensors.sonar.ping.sounder import Ping, Sounder, Waters
 from pelagos.sensors.sonar.ping.soundings import detect, placed, quality, snippets
-from pelagos.sensors.sonar.ping.surface_scattering import Surfaces
 from pelagos.sensors.sonar.ping.swath import (
     Sectors,
     attitudes_heard,
@@ -344,33 +340,22 @@ class Multibeam:
 
     def explain(self, motion: Kinematics) -> list[tuple[str, NDArray[Any], str]]:
         """One ping, not frozen, with its intermediate arrays: (name, values, unit)."""
-        return self._sounder.trace(self._kernel, *self._sounder.arguments(motion), motion, self._noise, self._sectors)
+        return self._sounder.trace(self._kernel, motion, self._noise, self._sectors)
 
-    def _kernel(
-        self,
-        caster: Caster,
-        lanes: Lanes,
-        fan: Fan,
-        surfaces: Surfaces,
-        key: Key,
-        motion: Kinematics,
-        noise: Array,
-        sectors: Sectors,
-        *,
-        trace: Trace = None,
-    ) -> tuple[Any, ...]:
+    def _kernel(self, ping: Ping, noise: Array, sectors: Sectors, *, trace: Trace = None) -> tuple[Any, ...]:
+        lanes, fan, motion = ping.lanes, ping.fan, ping.motion
         config, beams, swath = self.config, receiver(self.config), self._swath
         far = 1.1 * config.range_max_m
         spin = sensor_angular_velocity(motion, self._mounting)
         moving = motion_of(lanes, sensor_velocity(motion, self._mounting), spin)
         if swath.plain:
-            view = look(caster, fan, lanes, surfaces, max_range=far, assumed_speed=config.sound_speed_mps)
+            view = ping.look(max_range=far, assumed_speed=config.sound_speed_mps)
             view.loss *= dr.gather(jit.Float, sectors.loss, dr.gather(jit.UInt32, fan.beam, view.ray))
         else:
-            view = look_from(caster, swath, sectors, fan, lanes, surfaces, moving, max_range=far)
-        patches = patches_of(view, fan, lanes, surfaces, longest=beams.longest, trace=trace)
+            view = look_from(ping.caster, swath, sectors, fan, lanes, ping.surfaces, moving, max_range=far)
+        patches = ping.patches(view, longest=beams.longest, trace=trace)
         delayed(patches, view, lanes, moving, swath)
-        window, series = beam_series(beams, view, patches, fan, lanes, noise, key)
+        window, series = beam_series(beams, view, patches, fan, lanes, noise, ping.key)
         found = detect(config, window, series, lanes, noise, trace)
         direction, distance, tilt = axes_heard(swath, sectors, fan, lanes, moving, found[0])
         aims = None

@@ -20,9 +20,7 @@ from pelagos.acoustics.spreading import to_db
 from pelagos.errors import ValidityWarning
 from pelagos.jit import Array
 from pelagos.math.so3 import multiply, rotate
-from pelagos.raycast.caster import Caster
 from pelagos.sensors.mount import sensor_angular_velocity, sensor_velocity
-from pelagos.sensors.noise import Key
 from pelagos.sensors.schedule import period_ticks
 from pelagos.sensors.sonar.ping.aperture import Facing
 from pelagos.sensors.sonar.ping.arrivals import arrivals
@@ -39,8 +37,7 @@ from pelagos.sensors.sonar.ping.multipath import Mirrors, bounced
 from pelagos.sensors.sonar.ping.painted_noise import streaks
 from pelagos.sensors.sonar.ping.ping_spec import SOUND_SPEED, Bounces, PingSpec, noise_power
 from pelagos.sensors.sonar.ping.receiver import mean_levels, receive, trace_levels
-from pelagos.sensors.sonar.ping.sounder import Sounder, Waters
-from pelagos.sensors.sonar.ping.surface_scattering import Surfaces
+from pelagos.sensors.sonar.ping.sounder import Ping, Sounder, Waters
 from pelagos.sensors.sonar.ping.target_echoes import (
     Grid,
     coherent_echoes,
@@ -165,8 +162,7 @@ class Pinger:
 
     def explain(self, motion: Kinematics, turn: Array | None = None) -> list[tuple[str, NDArray[Any], str]]:
         """One ping, not frozen, with its intermediate arrays: (name, values, unit)."""
-        arguments = self._sounder.arguments(motion)
-        return self._sounder.trace(self._kernel, *arguments, motion, self._constants, self._besides(motion, turn))
+        return self._sounder.trace(self._kernel, motion, self._constants, self._besides(motion, turn))
 
     def _besides(self, motion: Kinematics, turn: Array | None) -> dict[str, Any]:
         """Arguments that only some pings are called with."""
@@ -201,18 +197,9 @@ class Pinger:
         return self._things
 
     def _kernel(
-        self,
-        caster: Caster,
-        lanes: Lanes,
-        fan: Fan,
-        surfaces: Surfaces,
-        key: Key,
-        motion: Kinematics,
-        constants: Constants,
-        besides: dict[str, Any],
-        *,
-        trace: Trace = None,
+        self, ping: Ping, constants: Constants, besides: dict[str, Any], *, trace: Trace = None
     ) -> tuple[list[Array], Traces]:
+        caster, lanes, fan, surfaces, motion = ping.caster, ping.lanes, ping.fan, ping.surfaces, ping.motion
         spec, layout = self._spec, self._layout
         velocity = rotate(lanes.attitude, sensor_velocity(motion, spec.mounting))
         spin = sensor_angular_velocity(motion, spec.mounting)
@@ -250,7 +237,7 @@ class Pinger:
             others = arrivals(coming, lanes, self._grid.bins, beams=layout.beams, bandwidth_hz=spec.bandwidth_hz)
             coherent = others if coherent is None else coherent + others
         din = Din(coherent, seen, self._streaks(view, fan, pings))
-        out = receive(spec, layout, constants, field, tags, Moment(lanes, spin, motion.t_ns, key), din)
+        out = receive(spec, layout, constants, field, tags, Moment(lanes, spin, motion.t_ns, ping.key), din)
         if trace is not None:
             trace_levels(spec, layout, constants, energies(strips, walkers), out[0], lanes, trace)
         return out, Traces(strips, lanes.medium, seen, sighting, self._smooth)

@@ -24,16 +24,13 @@ from pelagos.acoustics.spreading import from_db, time_varied_gain, to_db
 from pelagos.jit import Array
 from pelagos.math.philox import normal_pair32
 from pelagos.math.so3 import rotate, rotate_back
-from pelagos.raycast.caster import Caster
 from pelagos.sensors.mount import sensor_angular_velocity, sensor_velocity
 from pelagos.sensors.noise import Key, words32
-from pelagos.sensors.sonar.ping.fan import Fan, Lanes, View, look
+from pelagos.sensors.sonar.ping.fan import Fan, Lanes, View
 from pelagos.sensors.sonar.ping.layout import Layout
-from pelagos.sensors.sonar.ping.patches import patches_of
 from pelagos.sensors.sonar.ping.ping_spec import PingSpec, noise_power
 from pelagos.sensors.sonar.ping.pinger import Pinger
-from pelagos.sensors.sonar.ping.sounder import Sounder, Waters
-from pelagos.sensors.sonar.ping.surface_scattering import Surfaces
+from pelagos.sensors.sonar.ping.sounder import Ping, Sounder, Waters
 from pelagos.sensors.sonar.ping.volume_echo import TRACER
 
 if TYPE_CHECKING:
@@ -130,22 +127,11 @@ class PulsePairs:
             found["iq"] = np.stack([parts[0] + 1j * parts[1], parts[2] + 1j * parts[3]], axis=2).astype(np.complex64)
         return found | {f"water_column_{k}": more[k] for k in ("label", "instance") if k in more}
 
-    def _kernel(
-        self,
-        caster: Caster,
-        lanes: Lanes,
-        fan: Fan,
-        surfaces: Surfaces,
-        key: Key,
-        motion: Kinematics,
-        ocean: Ocean,
-        real: Array,
-        imaginary: Array,
-        energy: Array,
-    ) -> tuple[Array, ...]:
+    def _kernel(self, sent: Ping, ocean: Ocean, real: Array, imaginary: Array, energy: Array) -> tuple[Array, ...]:
         layout, ping = self._layout, self._ping
-        view = look(caster, fan, lanes, surfaces, max_range=ping.range_max_m + ping.longest_strip_m)
-        patches = patches_of(view, fan, lanes, surfaces, longest=ping.longest_strip_m)
+        lanes, fan, motion = sent.lanes, sent.fan, sent.motion
+        view = sent.look(max_range=ping.range_max_m + ping.longest_strip_m)
+        patches = sent.patches(view, longest=ping.longest_strip_m)
         dr.eval(view, patches)
         velocity = sensor_velocity(motion, self._ping.mounting)
         row = dr.arange(jit.UInt32, dr.width(lanes.position) * layout.beams)
@@ -165,7 +151,7 @@ class PulsePairs:
         lane = row // layout.beams
         total = dr.maximum(lost, dr.gather(jit.Float, dull, row))
         distance = ping.range_min_m + (jit.Float(bin_) + 0.5) * ping.bin_width_m
-        normals = self._normals(key, lanes, cell, lane)
+        normals = self._normals(sent.key, lanes, cell, lane)
         water, moving_water = self._water(ocean, lanes, motion, velocity, cell, distance, free, scale, normals)
         fresh = dr.sqrt(0.5 * total * power)
         raw = dr.ravel(jit.Array4f(

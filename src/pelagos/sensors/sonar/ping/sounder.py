@@ -11,13 +11,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pelagos import jit
+from pelagos.acoustics.echo import Patches
 from pelagos.acoustics.refraction import displacement
 from pelagos.jit import Array
 from pelagos.raycast.caster import Caster
 from pelagos.sensors.mount import Mounted, sensor_pose
 from pelagos.sensors.noise import Key, opaque_key, stream_key
-from pelagos.sensors.sonar.ping.fan import Fan, Lanes, Trace, fan_struct
+from pelagos.sensors.sonar.ping.fan import Fan, Lanes, Trace, View, fan_struct, look
 from pelagos.sensors.sonar.ping.medium import medium_of, profile_of
+from pelagos.sensors.sonar.ping.patches import patches_of
 from pelagos.sensors.sonar.ping.ping_spec import Refraction
 from pelagos.sensors.sonar.ping.sea_surface import looks_up, sea_around
 from pelagos.sensors.sonar.ping.surface_scattering import TEXTURE_DB, Surfaces, surfaces
@@ -55,6 +57,38 @@ class Waters:
     refraction: Refraction = False
     reach: float = _NEAR
     sea_surface: Literal["waves", "flat"] = "waves"
+
+
+@dataclass(frozen=True)
+class Ping:
+    """One ping on every lane, as a recorded kernel sees it.
+
+    Attributes:
+        caster: the world, see `Caster`.
+        lanes: where the sonar is.
+        fan: its rays.
+        surfaces: what materials scatter.
+        key: random stream of its noise.
+        motion: of the body.
+    """
+
+    caster: Caster
+    lanes: Lanes
+    fan: Fan
+    surfaces: Surfaces
+    key: Key
+    motion: Kinematics
+
+    def look(self, *, max_range: float, smooth: bool = True, assumed_speed: float | None = None) -> View:
+        """Cast the fan on every lane, see `fan.look`."""
+        return look(
+            self.caster, self.fan, self.lanes, self.surfaces, max_range=max_range, smooth=smooth,
+            assumed_speed=assumed_speed,
+        )  # fmt: skip
+
+    def patches(self, view: View, *, longest: float, trace: Trace = None) -> Patches:
+        """The echo of every ray as a strip of surface, see `patches_of`."""
+        return patches_of(view, self.fan, self.lanes, self.surfaces, longest=longest, trace=trace)
 
 
 class Sounder:
@@ -104,7 +138,7 @@ class Sounder:
     def compile(self, kernel: Callable[..., Any]) -> Callable[..., Any]:
         """Freeze all that a ping takes, from the body's motion on: a function (motion, *more) of arrays.
 
-        `kernel` is called with (caster, lanes, fan, surfaces, key, motion, *more). Lanes that are found outside of the
+        `kernel` is called with (ping, *more). Lanes that are found outside of the
         frozen ping take longer than a ping of few rays: 0.3 to 0.6 ms.
         """
 
@@ -120,7 +154,7 @@ class Sounder:
         ) -> Any:
             lanes = self._lanes(motion, ocean, own)
             dr.eval(lanes)  # in one kernel: rays gather from each of its arrays
-            return kernel(caster, lanes, fan, surfaces, key, motion, *more)
+            return kernel(Ping(caster, lanes, fan, surfaces, key, motion), *more)
 
         frozen = self._context.scene.compile(whole)
 
@@ -140,14 +174,15 @@ class Sounder:
         who = (motion.copy, own_row, motion.environment, motion.tick)
         return Lanes(position, attitude, *who, water, profile, sea, wet)
 
-    def trace(self, kernel: Callable[..., Any], *arguments: Any) -> list[tuple[str, NDArray[Any], str]]:
+    def trace(self, kernel: Callable[..., Any], motion: Kinematics, *more: Any) -> list[tuple[str, NDArray[Any], str]]:
         """Run a ping that is not frozen, and keep its intermediate arrays: (name, values, unit).
 
-        `kernel(caster, *arguments, trace=...)` is the sonar's ping.
+        `kernel(ping, *more, trace=...)` is the sonar's.
         """
         found: list[tuple[str, NDArray[Any], str]] = []
         keep: Trace = lambda name, values, unit: found.append((name, np.array(values), unit))
-        kernel(self._context.scene.caster, *arguments, trace=keep)
+        ping = Ping(self._context.scene.caster, *self.arguments(motion), motion)
+        kernel(ping, *more, trace=keep)
         return found
 
 
