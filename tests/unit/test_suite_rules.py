@@ -1,5 +1,6 @@
-"""Rules about the tests themselves: skips that nobody expects fail, and every mutant of the lists fits the source."""
+"""Rules about tests and source: skips that nobody expects fail, every mutant fits, modules and functions are small."""
 
+import ast
 import subprocess
 import sys
 from pathlib import Path
@@ -8,6 +9,37 @@ import pytest
 
 pytest_plugins = ("pytester",)
 ROOT = Path(__file__).parents[2]
+SOURCE = ROOT / "src/pelagos"
+LONGEST_MODULE, LONGEST_FUNCTION, MOST_PARAMETERS = 400, 60, 7  # lines, lines, what is not given by name
+OF_OTHERS = ("cli/", "compat/holoocean/")  # a command's options, and the calls of another program
+TAKES_MORE = {  # physics in its equation's order, recorded kernels and bodies of loops, by file; the list only shrinks
+    "acoustics/bottom_detection.py": ["add"],
+    "acoustics/echo.py": ["strip_span", "widened"],
+    "acoustics/layered_rays.py": ["_bounced"],
+    "contact/probe.py": ["_touch"],
+    "optics/sight_line.py": ["step"],
+    "raycast/caster.py": ["_hits"],
+    "sensors/camera/camera.py": ["_kernel"],
+    "sensors/camera/picture/ambient_light.py": ["_gathered"],
+    "sensors/camera/picture/path_tracing.py": ["_extended", "path_traced"],
+    "sensors/camera/picture/radiance.py": ["_behind_the_sea", "_surface_light", "look"],
+    "sensors/camera/thermal_camera.py": ["_kernel"],
+    "sensors/comms/hydrophone.py": ["_add"],
+    "sensors/comms/link/water_paths.py": ["_blocked"],
+    "sensors/noise.py": ["_bisect"],
+    "sensors/sonar/ping/bottom_series.py": ["_raw"],
+    "sensors/sonar/ping/echo_field.py": ["calibrated"],
+    "sensors/sonar/ping/multipath.py": ["_echoes"],
+    "sensors/sonar/ping/pulse_pairs.py": ["_water"],
+    "sensors/sonar/ping/swath.py": ["_sight"],
+    "sim/channel.py": ["__init__"],
+    "sim/outbox.py": ["send"],
+    "sim/touch.py": ["touch"],
+    "sim/trajectory.py": ["select"],
+    "vehicles/around.py": ["_seaway"],
+    "vehicles/control/depth.py": ["stern_plane"],
+    "vehicles/vehicle.py": ["step"],
+}
 
 
 @pytest.mark.parametrize(
@@ -38,3 +70,37 @@ def test_every_mutant_fits_the_source():
     done = subprocess.run([sys.executable, ROOT / "scripts/mutants", "--check"], capture_output=True, text=True)
     assert done.returncode == 0, done.stdout
     assert int(done.stdout.split()[0]) >= 200
+
+
+def functions(path: Path) -> list[ast.FunctionDef | ast.AsyncFunctionDef]:
+    tree = ast.parse(path.read_text(encoding="utf-8"))
+    return [node for node in ast.walk(tree) if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef)]
+
+
+def positional(function: ast.FunctionDef | ast.AsyncFunctionDef) -> int:
+    """Parameters that can be given without their names."""
+    return len([a for a in (*function.args.posonlyargs, *function.args.args) if a.arg not in ("self", "cls")])
+
+
+def test_modules_and_functions_fit_a_reader():
+    modules, long = [], []
+    for path in sorted(SOURCE.rglob("*.py")):
+        lines, name = path.read_text(encoding="utf-8").count("\n"), path.relative_to(SOURCE)
+        if lines > LONGEST_MODULE:
+            modules.append(f"{name}: {lines} lines")
+        for function in functions(path):
+            assert function.end_lineno is not None
+            if function.end_lineno - function.lineno + 1 > LONGEST_FUNCTION:
+                long.append(f"{name}: {function.name}")
+    assert not modules, f"more than {LONGEST_MODULE} lines: which second noun has moved in?"
+    assert not long, f"more than {LONGEST_FUNCTION} lines"
+
+
+def test_more_than_seven_parameters_ask_for_a_struct():
+    found = {}
+    for path in sorted(SOURCE.rglob("*.py")):
+        name = path.relative_to(SOURCE).as_posix()
+        many = sorted(f.name for f in functions(path) if positional(f) > MOST_PARAMETERS)
+        if many and not name.startswith(OF_OTHERS):
+            found[name] = many
+    assert found == {name: sorted(names) for name, names in TAKES_MORE.items()}

@@ -66,10 +66,8 @@ def torpedo(
     modes: dict[str, Any] = {"ho_acceleration": world_acceleration_mode(limits), **dict.fromkeys(unused)}
     return AgentType(
         name, engine,
-        {
-            "type": native, "actuators": {**fins, "propeller": thrust}, "modes": modes, "default_mode": "actuators",
-            "as_published": {},
-        },
+        {"type": native, "actuators": {**fins, "propeller": thrust}, "modes": modes, "default_mode": "actuators",
+         "as_published": {}},
         (
             Scheme(
                 "[right_fin, top_fin, left_fin, bottom_fin, thrust]", 5, "actuators", -full, full, _fins_and_thrust,
@@ -80,9 +78,8 @@ def torpedo(
         accel_limit=200.0,
         legacy=engine_modes(
             {"engine_thrusters": "thrusters"}, mass_kg=36, volume_m3=36 / 997, inertia_kg_m2=inertia,
-            inertia_products_kg_m2=products,
-            center_of_buoyancy_m=(0, 0, -0.01), drag_area_m2=drag_area, damping_1_s=0.75, turn_damping_1_s=0.5,
-            half_height_m=0.1, fins=made,
+            inertia_products_kg_m2=products, center_of_buoyancy_m=(0, 0, -0.01), drag_area_m2=drag_area,
+            damping_1_s=0.75, turn_damping_1_s=0.5, half_height_m=0.1, fins=made,
             thrusters=[{"position_m": (-1.2, 0, 0), "direction": (1.0, 0.0, 0.0), "limit_n": 100.0}],
         ),
         constants={
