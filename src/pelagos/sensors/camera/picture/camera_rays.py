@@ -288,7 +288,7 @@ class Frame(Generic[_Config]):
 
     @property
     def images(self) -> int:
-        """How many."""
+        """Their number."""
         return int(dr.width(self.motion.tick))
 
     def rays(self, where: Pixels, level: Array | None = None) -> Rays:
@@ -296,7 +296,7 @@ class Frame(Generic[_Config]):
         return view_rays(self.lens, where, self.motion, self.own, self.config, level)
 
     def counter(self, where: Pixels) -> tuple[Array, Array, Array]:
-        """What random numbers of pixels are counted by: pixel, environment, tick."""
+        """Counters of the pixels' random numbers: pixel, environment, tick."""
         index = where.row * self.tiling.width + where.column
         environment, tick = (dr.gather(jit.UInt32, v, where.image) for v in (self.motion.environment, self.motion.tick))
         return index, environment, tick

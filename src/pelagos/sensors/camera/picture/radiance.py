@@ -157,7 +157,7 @@ def look(
 
 
 def _transmissions(scenery: Scenery, wet: Array, window: Array) -> tuple[Array, Array, Array]:
-    """What of a surface's light goes through the water straight, with what is scattered by a few degrees, and the rest.
+    """Shares of a surface's light: straight through the water, with that scattered by a few degrees, and the rest.
 
     The veil holds the sky's own light that is scattered by a few degrees: in its `window` only surfaces' comes on top.
     """
