@@ -107,3 +107,34 @@ def test_a_pose_of_all_angles_is_reached_in_free_water(legacy):
         np.testing.assert_allclose(state["LocationSensor"], [2, 2, -12], rtol=0.1)
         if not legacy:  # HoloOcean's law leaves a pitch error, which its own test does not look at
             np.testing.assert_allclose(state["RotationSensor"], [0, 20, 45], atol=5)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", ["ImagingSonar", "ProfilingSonar", "SidescanSonar", "SinglebeamSonar"])
+def test_empty_water_gives_no_echo_at_all(kind):
+    sensors = [{"sensor_type": kind, "configuration": {"RangeBins": 64}}]
+    with opened("HoveringAUV", sensors, scheme=2, location=(-100, -100, -100)) as env:
+        for _ in range(10):
+            state = env.tick()
+        assert state[kind].size
+        assert not state[kind].any()
+
+
+@pytest.mark.slow
+def test_a_box_holds_a_quadrotor_and_a_falling_sphere_pushes_it_aside():
+    with opened("UavAgent", [{"sensor_type": "LocationSensor"}], location=(0, 0, 5)) as env:
+        env.spawn_prop("box", [0, 0, 2], scale=2)
+        np.testing.assert_allclose(env.tick(200)["LocationSensor"], [0, 0, 3], atol=0.3)
+        env.reset()
+        before = env.tick(200)["LocationSensor"]
+        env.spawn_prop("sphere", [0, 0.3, 10], scale=3, sim_physics=True)
+        assert np.hypot(*(env.tick(100)["LocationSensor"] - before)[:2]) > 0.05
+
+
+@pytest.mark.slow
+def test_a_vessel_grounds_at_low_tide_and_comes_back():
+    with opened("SurfaceVessel", [{"sensor_type": "LocationSensor"}], location=(0, -50, 0)) as env:
+        env.tide(-500, 1)
+        assert abs(env.tick(300)["LocationSensor"][2] + 2.6) < 0.25
+        env.tide(0, 1)
+        assert abs(env.tick(100)["LocationSensor"][2]) < 0.6

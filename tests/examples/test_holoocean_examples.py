@@ -33,3 +33,20 @@ def test_a_torpedo_comes_to_its_depth_and_heading():
 @pytest.mark.slow
 def test_a_camera_sees_the_dam(tmp_path):
     assert said("camera.py", str(tmp_path / "left.png")).startswith("(512, 512, 4)")
+
+
+@pytest.mark.slow
+def test_the_smaller_scripts_say_what_they_should(tmp_path):
+    assert "IMUSensor" in said("getting_started.py")
+    assert said("acoustic_messages.py").startswith("tick 13: ['OWAY', 0, 'my data payload']")
+    assert said("optical_messages.py").split() == ["Message", "None"]
+    assert "3 labels" in said("depth_and_labels.py", str(tmp_path / "a.png"))
+    reached, speed = (float(word) for word in said("custom_dynamics.py").split() if word[0] == "1")
+    assert 0.9 * speed < reached < speed
+
+
+@pytest.mark.slow
+def test_a_torpedo_and_an_otter_go_by_fossens_equations():
+    torpedo, otter = said("fossen_fleet.py").splitlines()
+    assert 1.0 < float(torpedo.split()[1]) < 2.5
+    assert 1.5 < float(otter.split()[1]) < 3.0

@@ -372,10 +372,10 @@ class HoloOceanEnvironment(Appearance, Drawing, Messaging):
         publish(self._lcm, self, state)
 
     def send_world_command(self, name: str, num_params: Any = None, string_params: Any = None) -> None:
-        """A command to the level: `SpawnProp` is known.
+        """A command to the level, by name: no level of Pelagos has one; props come by `spawn_prop`.
 
         Raises:
-            HoloOceanException: another; HoloOcean's engine ends the process there.
+            HoloOceanException: always; HoloOcean's engine ends the process there.
         """
         raise HoloOceanException(f"the world knows no command {name!r}; use the environment's methods")
 

@@ -127,6 +127,7 @@ class _Fossen:
             "velocity": (rotation.T @ velocity)[None], "angular_velocity": (rotation.T @ turn)[None],
         }  # fmt: skip
         if self._state is None:
+            _ = self.vehicle.tables  # made now: a recording must not make them
             self._state = self.vehicle.initial_state(*parts.values())
         before = self._state
         placed = self.vehicle.place(before, **parts)

@@ -84,6 +84,16 @@ class _Sonar(HoloOceanSensor):
         self.simple = physics == "holoocean"
         if self.simple:
             self.extra = (0.0, 0.0, 0.0)  # type: ignore[misc]
+            idle = [k for k in ("AzimuthStreaks", "ClusterSize", "MultiPath") if c.get(k)]
+            if idle:
+                self.env.advice.once(
+                    f"{self.agent_name}.{self.name}: {', '.join(idle)}: the simple intensity of physics 'holoocean' "
+                    "has no reflections and no streaks; these keys change nothing (without 'physics' they do)"
+                )
+        elif c.get("ClusterSize"):
+            self.env.advice.once(
+                f"{self.agent_name}.{self.name}: ClusterSize changes nothing: reflections are traced ray by ray"
+            )
         for one, other in (("AddSigma", "AddCov"), ("MultSigma", "MultCov")):
             if one in c and other in c:
                 raise ValueError(f"give either {one} or {other}, not both")
