@@ -141,3 +141,10 @@ def test_blocks_are_ticks(single: tuple[Digests, dict[str, pl.Reading]]) -> None
         assert reading.t_ns == ran[name].t_ns
         assert reading.data.tobytes() == ran[name].data.tobytes(), name
         assert reading.truth.tobytes() == ran[name].truth.tobytes(), name
+
+
+def test_looking_between_readings_changes_none(alone: Digests) -> None:
+    sim = simulation()
+    step = sim.step
+    sim.step = lambda: (sim.read("auv0"), step())[1]  # type: ignore[method-assign]
+    assert differing(stepped(sim), alone) == []

@@ -359,3 +359,21 @@ def test_range_and_bearing_end_at_a_wall_at_the_noise_and_at_the_longest_range()
         pl.Simulation.load(scenario(range_bearing({"a": {"position_m": [0, 0, 0], "agent": "auw"}})))
     with pytest.raises(pl.ScenarioError, match="above the water"):
         pl.Simulation.load(scenario(range_bearing({"a": {"position_m": [0, 0, 3.0]}})))
+
+
+def test_looking_between_two_readings_loses_no_packet() -> None:
+    """A transceiver tells what has come since it was due last, however often somebody looks in between."""
+    usbl = {"type": "usbl", "interrogate": ["auv"], "interrogate_s": 2.0}
+    told = []
+    for looks in (False, True):
+        sim = pl.Simulation.load(scenario({"usbl": usbl}, {"auv": target(60.0, -80.0, 35.0)}))
+        found = []
+        for tick in range(round(9e9 / sim.dt_ns)):
+            if looks and tick % 3 == 1:
+                sim.read("usv")
+            reading = sim.step()["usv"].get("usbl")
+            if reading is not None:
+                found.append((reading.t_ns, [(p.kind, p.sender) for p in reading.extras["packets"][0]]))
+        told.append(found)
+    assert sum(len(packets) for _, packets in told[0]) >= 2
+    assert told[0] == told[1]

@@ -9,12 +9,12 @@ from typing import Any
 import drjit as dr
 import numpy as np
 import pytest
-from pelagos.acoustics.loss_column import LAYERS, loss_column
 from scipy import signal
 from scipy.spatial.transform import Rotation
 from sonar_scenes import at, box, context
 
 from pelagos import jit
+from pelagos.acoustics.absorption import LAYERS, loss_column
 from pelagos.acoustics.mills_cross import aberration, crossing, turned
 from pelagos.math.interpolate import bilinear, triangulated
 from pelagos.ocean.site import Site

@@ -24,7 +24,7 @@ DOWN = (0.0, 90.0, 0.0)
 
 @pytest.fixture(autouse=True)
 def _plain_surfaces(monkeypatch):
-    monkeypatch.setattr("pelagos.sensors.sonar.ping.fan.patch_factor", lambda *_: 1.0)
+    monkeypatch.setattr("pelagos.sensors.sonar.ping.patches.patch_factor", lambda *_: 1.0)
 
 
 def by_range(kind: Any, rays: str, factor: int, *, altitude: float, slope: float, **options: Any) -> np.ndarray:

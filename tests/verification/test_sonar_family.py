@@ -30,7 +30,7 @@ DEEP = -200.0  # keeps the sea surface out of the picture
 
 @pytest.fixture(autouse=True)
 def _plain_surfaces(monkeypatch):
-    monkeypatch.setattr("pelagos.sensors.sonar.ping.fan.patch_factor", lambda *_: 1.0)
+    monkeypatch.setattr("pelagos.sensors.sonar.ping.patches.patch_factor", lambda *_: 1.0)
 
 
 def below(height: float):

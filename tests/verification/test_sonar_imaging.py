@@ -28,7 +28,7 @@ def sonar(geometries, *, seed=0, n=1, materials=(PLAIN,), ocean=None, **options)
 
 def without_texture(monkeypatch):
     """Surfaces without patchiness, so that levels can be compared with closed forms."""
-    monkeypatch.setattr("pelagos.sensors.sonar.ping.fan.patch_factor", lambda *_: 1.0)
+    monkeypatch.setattr("pelagos.sensors.sonar.ping.patches.patch_factor", lambda *_: 1.0)
 
 
 def test_flat_bottom_has_the_level_of_the_closed_form(monkeypatch):

@@ -29,7 +29,7 @@ LOUD = {"source_level_db": 260.0, "iq": True, "scale": "linear"}
 
 @pytest.fixture(autouse=True)
 def _plain_surfaces(monkeypatch):
-    monkeypatch.setattr("pelagos.sensors.sonar.ping.fan.patch_factor", lambda *_: 1.0)
+    monkeypatch.setattr("pelagos.sensors.sonar.ping.patches.patch_factor", lambda *_: 1.0)
 
 
 def raw_level(**options) -> float:
@@ -47,7 +47,7 @@ def raw_level(**options) -> float:
 @pytest.fixture(scope="module")
 def usual_level() -> float:
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("pelagos.sensors.sonar.ping.fan.patch_factor", lambda *_: 1.0)
+        patch.setattr("pelagos.sensors.sonar.ping.patches.patch_factor", lambda *_: 1.0)
         return raw_level()
 
 

@@ -6,12 +6,13 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Final
 
+from pelagos.config import registry
 from pelagos.config.loader import load_scenario
 from pelagos.config.scenario import Scenario
 from pelagos.datasets.config import DatasetConfig
 from pelagos.errors import InputError, LookupFailed, ScenarioError
 from pelagos.sensors.camera.picture.camera_rays import ViewConfig
-from pelagos.sim.observe import NOT_HERE
+from pelagos.sim.observe import of_a_run
 
 AIR_M: Final = 50.0  # the agent waits so far above the sea, where nothing can be in its way
 LABELLERS: Final = {"depth": "depth_camera", "semantic": "semantic_camera", "instance": "instance_camera"}
@@ -62,8 +63,9 @@ def rig_of(config: DatasetConfig, scenario: Scenario) -> Rig:
     for name in config.sensors:
         if name not in built:
             raise LookupFailed("sensor", name, built, where=f"sensors of {agent}")
-    chosen = config.sensors or tuple(name for name, c in built.items() if c.type not in NOT_HERE)
-    silent = [name for name in chosen if built[name].type in NOT_HERE]
+    of_run = [name for name, c in built.items() if of_a_run(registry.find("sensor", c.type).load())]
+    chosen = config.sensors or tuple(name for name in built if name not in of_run)
+    silent = [name for name in chosen if name in of_run]
     if silent or not chosen:
         raise InputError(f"agent {agent}: {', '.join(silent) or 'it has no sensor that'} has nothing to say at a pose")
     camera = _camera(config, agent, {name: built[name] for name in chosen})

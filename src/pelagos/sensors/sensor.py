@@ -256,6 +256,9 @@ class Sensor(Protocol):
     `SEES_SCENE = False`: the sensor casts no rays, so up to one second of motion is passed in one call. `WAITS = True`:
     the sensor casts rays but may also be batched, if nothing in the scene moves and no mission uses it.
     `ASKS_SCENE = False`: it is asked at its own tick, but nothing has to be moved in the scene for it.
+    `EVENTS = True`: it tells what has happened since it was asked last, and is asked when it is due alone.
+    `OF_A_RUN = True`: what it tells is of a run; at a pose alone (`Simulation.observe`) it has nothing to say, as
+    `EVENTS` have not.
     `ONE_VEHICLE = True`: it reads for one vehicle and its copies only; vehicles that carry it are not moved together.
     `MAY_LACK = True`: data of valid lanes may be NaN or infinite (no echo, nothing in sight); where a class does not
     say so, that stops the run.

@@ -40,6 +40,11 @@ class SensorModel:
     casts: bool
     waits: bool
 
+    @property
+    def events(self) -> bool:
+        """It is asked when it is due alone (see `Sensor`)."""
+        return bool(getattr(self.sensor, "EVENTS", False))
+
 
 @dataclass(frozen=True)
 class Batch:

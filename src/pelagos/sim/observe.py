@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any
 
 import drjit as dr
 import numpy as np
@@ -19,7 +19,10 @@ from pelagos.sim.trajectory import CHANNELS, kinematics
 if TYPE_CHECKING:
     from pelagos.sim.simulation import Simulation
 
-NOT_HERE: Final = ("modem", "collision")  # what they say is of a run, not of a place
+
+def of_a_run(sensor: object) -> bool:
+    """Whether a sensor, or its class, tells of a run, and has nothing to say at a pose alone (see `Sensor`)."""
+    return bool(getattr(sensor, "EVENTS", False) or getattr(sensor, "OF_A_RUN", False))
 
 
 def observe(
@@ -33,11 +36,11 @@ def observe(
 ) -> dict[str, Reading]:
     """See `Simulation.observe`; `motion` is position, attitude, velocity and angular velocity."""
     built = sim.model.agents[agent].sensors
-    chosen = [name for name, m in built.items() if m.config.type not in NOT_HERE] if sensors is None else list(sensors)
+    chosen = [name for name, m in built.items() if not of_a_run(m.sensor)] if sensors is None else list(sensors)
     for name in chosen:
         if name not in built:
             raise LookupFailed("sensor", name, built, where=agent)
-        if built[name].config.type in NOT_HERE:
+        if of_a_run(built[name].sensor):
             raise CommandError(f"{agent}.{name} says what happened in a run; at a pose alone it has nothing to say")
     if not 0 <= copy < sim.n:
         raise CommandError(f"copy is one of 0 to {sim.n - 1}, not {copy!r}")

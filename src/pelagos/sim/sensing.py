@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Iterator, Sequence
 from functools import partial
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any
 
 import drjit as dr
 import numpy as np
@@ -23,8 +23,6 @@ from pelagos.sim.trajectory import LaneSelector, RowNames, Trajectory, at_lanes,
 
 if TYPE_CHECKING:
     from pelagos.sim.step import Stepper
-
-EVENTS: Final = ("modem",)  # sensors that tell what has happened since they were asked last, when they are due alone
 
 
 class Sensing:
@@ -57,7 +55,7 @@ class Sensing:
         for batch in self._model.batches.values():
             trajectory = self._run.trajectories[batch.name]
             for sensor in batch.sensors.values():
-                regular = due is None or sensor.config.type in EVENTS
+                regular = due is None or sensor.events
                 ticks = trajectory.due(sensor.period) if regular or due is None else due
                 if not ticks or (asked is not None and not asked(batch, sensor)):
                     continue

@@ -18,7 +18,7 @@ COMMAND: Final = np.array([1.0, 2, 3, 4, 0, 0, 0, 0])
 
 
 def step_overhead_ms() -> Measured:
-    """What a step takes beyond the native step with the same sensors, scenario SimpleUnderwater-Hovering."""
+    """Time of a step beyond the native step with the same sensors, scenario SimpleUnderwater-Hovering."""
     env = holoocean.make("SimpleUnderwater-Hovering", seed=1)
     sim = env.pelagos
 
@@ -38,7 +38,7 @@ def step_overhead_ms() -> Measured:
 
 def _fan(sensor: dict[str, Any], tps: int) -> dict[str, Any]:
     agent = {
-        "agent_name": "auv0", "agent_type": "HoveringAUV", "control_scheme": 0, "location": [0, 0, -10],
+        "agent_name": "auv0", "agent_type": "HoveringAUV", "control_scheme": 0, "location": [-5, 0, -10],
         "rotation": [0, 0, 180], "sensors": [sensor],
     }  # fmt: skip
     return {"name": "case", "world": "Dam", "package_name": "Ocean", "ticks_per_sec": tps, "agents": [agent]}

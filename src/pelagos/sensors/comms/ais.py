@@ -74,6 +74,7 @@ class Ais:
     TITLE: ClassVar[str] = "AIS transponder: positions of ships as NMEA, by VHF"
     KERNELS: ClassVar[int] = 6
     CASTS: ClassVar[int] = 0
+    EVENTS: ClassVar[bool] = True
     ONE_VEHICLE: ClassVar[bool] = True
     SOURCES: ClassVar[tuple[str, ...]] = (
         "ITU-R M.1371-5 (2014), Annex 1 (intervals), Annex 8 (messages)",

@@ -136,6 +136,7 @@ class Modem:
     KERNELS: ClassVar[int] = 6
     """Without packets on their way; a link that is traced takes about forty."""
     CASTS: ClassVar[int] = 0
+    EVENTS: ClassVar[bool] = True
     ASKS_SCENE: ClassVar[bool] = False
     SOURCES: ClassVar[tuple[str, ...]] = (
         "J. G. Proakis and M. Salehi, Digital Communications, 5th ed., 2008, Sections 4.3 to 4.5 (bit errors)",

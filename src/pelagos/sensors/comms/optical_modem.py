@@ -61,6 +61,7 @@ class OpticalModem:
     TITLE: ClassVar[str] = "Optical modem: line of sight, beam, turbidity, daylight"
     KERNELS: ClassVar[int] = 6
     CASTS: ClassVar[int] = 0
+    EVENTS: ClassVar[bool] = True
     ONE_VEHICLE: ClassVar[bool] = True
     SOURCES: ClassVar[tuple[str, ...]] = (
         "H. Kaushal and G. Kaddoum, IEEE Access 4, 1518 (2016), doi 10.1109/ACCESS.2016.2552538",

@@ -52,6 +52,7 @@ class RadioLink:
     TITLE: ClassVar[str] = "Radio link above the water, of the Wi-Fi kind"
     KERNELS: ClassVar[int] = 6
     CASTS: ClassVar[int] = 0
+    EVENTS: ClassVar[bool] = True
     ONE_VEHICLE: ClassVar[bool] = True
     SOURCES: ClassVar[tuple[str, ...]] = (
         "T. S. Rappaport, Wireless Communications, 2nd ed., 2002, Sections 4.2 and 4.6 (two rays)",

@@ -51,6 +51,7 @@ class Collision:
     KERNELS: ClassVar[int] = 0
     CASTS: ClassVar[int] = 0
     ASKS_SCENE: ClassVar[bool] = False
+    OF_A_RUN: ClassVar[bool] = True
     SOURCES: ClassVar[tuple[str, ...]] = ()
 
     def __init__(self, config: CollisionConfig, context: SensorContext) -> None:
