@@ -72,7 +72,7 @@ def test_mean_absorption_of_a_way_through_a_linear_column(start: int, end: int) 
     place = jit.Array3f64(jit.Float64([1.0, -4.0]), jit.Float64([2.0, 7.0]), jit.Float64(-depth))
     rise = 64.0  # above and below
     column = loss_column(
-        lambda p, t: 0.05 + 4e-4 * p.z + 1e-3 * t, place, jit.Float64([3.0, -2.0]),
+        lambda p, t: 0.05 + 2e-3 * p.y + 4e-4 * p.z + 1e-3 * t, place, jit.Float64([3.0, -2.0]),
         lambda z: 0.0 * z - rise, lambda z: 0.0 * z + rise,
     )  # fmt: skip
     layer = 2 * rise / LAYERS
@@ -80,6 +80,7 @@ def test_mean_absorption_of_a_way_through_a_linear_column(start: int, end: int) 
     level = 0.5 * layer if start == end else 0.0  # a level way lies in one layer, and hears its middle
     found = np.array(column.mean(jit.UInt32([0, 1]), *ways))
     expected = 0.05 + 4e-4 * (-depth + 0.5 * (start + end) * layer) + 1e-3 * np.array([3.0, -2.0])
+    expected += 2e-3 * np.array([2.0, 7.0])
     assert found == pytest.approx(expected, abs=4e-4 * level + 2e-6)
 
 

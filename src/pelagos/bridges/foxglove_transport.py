@@ -41,18 +41,10 @@ class FoxgloveConfig(BridgeConfig):
 
     def attach(self, exchange: Exchange) -> str:
         """See `BridgeConfig`."""
-        from pelagos.bridges.door import TopicDoor
-        from pelagos.bridges.ros_commands import listen
-        from pelagos.bridges.services import Services
+        from pelagos.bridges.services import serve_topics
 
         transport = FoxgloveTransport(host=self.host, port=self.port)
-        exchange.add(TopicDoor(transport, clock=False, only=self.topics))
-        services = Services(exchange)
-        if self.commands:
-            listen(transport, exchange.sim, exchange.inbox)
-            services.listen(transport)
-        if self.services:
-            services.offer(transport)
+        serve_topics(exchange, transport, only=self.topics, commands=self.commands, services=self.services, clock=False)
         note = ", open to the network, without passwords" if exposed(self.host) else ""
         return f"Foxglove at ws://{self.host}:{transport.port}{note}"
 

@@ -50,18 +50,10 @@ class RosbridgeConfig(BridgeConfig):
 
     def attach(self, exchange: Exchange) -> str:
         """See `BridgeConfig`."""
-        from pelagos.bridges.door import TopicDoor
-        from pelagos.bridges.ros_commands import listen
-        from pelagos.bridges.services import Services
+        from pelagos.bridges.services import serve_topics
 
         transport = RosbridgeTransport(host=self.host, port=self.port, origins=self.origins)
-        exchange.add(TopicDoor(transport, only=self.topics))
-        services = Services(exchange)
-        if self.commands:
-            listen(transport, exchange.sim, exchange.inbox)
-            services.listen(transport)
-        if self.services:
-            services.offer(transport)
+        serve_topics(exchange, transport, only=self.topics, commands=self.commands, services=self.services)
         note = ", open to the network, without passwords" if exposed(self.host) else ""
         return f"rosbridge at ws://{self.host}:{transport.port}{note}"
 

@@ -7,12 +7,12 @@ from __future__ import annotations
 
 import json
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from pelagos.bridges.ros_commands import ONE_SHOT, pose_nwu, received
+from pelagos.bridges.ros_commands import ONE_SHOT, listen, pose_nwu, received
 from pelagos.bridges.transport import Answer, Transport, Unsupported
 from pelagos.math.frames import enu_to_nwu_np, nwu_to_enu_np, quaternion_nwu_to_enu_np
 from pelagos.messages.store import deserialize, header, make, quaternion, serialize, vector3
@@ -30,6 +30,27 @@ HOLOOCEAN_MODES: Final = {
 }  # fmt: skip
 STEPS_S: Final = 60.0
 _SI: Final = "simulation_interfaces/srv/"
+
+
+def serve_topics(
+    exchange: Exchange, transport: Transport, *, only: Sequence[str], commands: bool, services: bool, clock: bool = True
+) -> None:
+    """Open a transport to programs that choose their topics: messages out, commands and services in.
+
+    Args:
+        only: beginnings of the topics that are offered; all where empty.
+        commands, services: accept them.
+        clock: publish /clock.
+    """
+    from pelagos.bridges.door import TopicDoor
+
+    exchange.add(TopicDoor(transport, clock=clock, only=only))
+    made = Services(exchange)
+    if commands:
+        listen(transport, exchange.sim, exchange.inbox)
+        made.listen(transport)
+    if services:
+        made.offer(transport)
 
 
 class Services:
@@ -270,4 +291,4 @@ def _array(values: Any) -> Any:
     return np.array(values, dtype=np.uint16)
 
 
-__all__ = ["Services", "answering", "entity_state", "received", "result"]
+__all__ = ["Services", "answering", "entity_state", "received", "result", "serve_topics"]

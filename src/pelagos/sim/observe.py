@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 
 def of_a_run(sensor: object) -> bool:
-    """Whether a sensor, or its class, tells of a run, and has nothing to say at a pose alone (see `Sensor`)."""
+    """True of a sensor, or its class, that tells of a run, and has nothing to say at a pose alone (see `Sensor`)."""
     return bool(getattr(sensor, "EVENTS", False) or getattr(sensor, "OF_A_RUN", False))
 
 

@@ -60,8 +60,8 @@ class AfloatConfig(PartConfig):
     """Mean and slowly varying forces of second order: coefficients, or the catalogue's file that has them; without,
     none."""
     restoring: Literal["term", "hull"] = "term"
-    """What holds near rest where the hydrostatic term and the hull's pressure differ: the term (a measured or published
-    stiffness) up to heaves of half the draught and tilts of 15 degrees, or the hull throughout."""
+    """Restoring near rest, where the hydrostatic term and the hull's pressure differ: the term's (a measured or
+    published stiffness) up to heaves of half the draught and tilts of 15 degrees, or the hull's throughout."""
 
     @model_validator(mode="after")
     def _one_form(self) -> Self:

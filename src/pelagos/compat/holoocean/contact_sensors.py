@@ -40,7 +40,7 @@ class RangeFinderSensor(HoloOceanSensor):
 
 
 class CollisionSensor(HoloOceanSensor):
-    """Whether the hull touched something in the last tick."""
+    """True where the hull touched something in the last tick."""
 
     sensor_type = "CollisionSensor"
 

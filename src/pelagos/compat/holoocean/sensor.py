@@ -38,7 +38,7 @@ class HoloOceanSensor:
 
     sensor_type: ClassVar[str] = ""
     keys: ClassVar[frozenset[str]] = frozenset()
-    """What the configuration may hold."""
+    """Keys that the configuration may hold."""
     always: ClassVar[bool] = False
     """In the state at every tick."""
     fastest_hz: float = math.inf

@@ -43,7 +43,7 @@ _RIPPLES_TOWARDS: Final = 0.4  # from north to west, where no wind blows [rad]
 _COLUMN: Final = 8  # places above a camera at which the water is asked for
 
 Lit: TypeAlias = tuple[Any, ...]
-"""What `Surroundings.arguments` hands to `scenery_of`: materials, water, daylight, light field, air, ocean, moments."""
+"""Arguments of `scenery_of`: materials, water, daylight, light field, air, ocean, moments."""
 Share: TypeAlias = Annotated[float, Field(ge=0)]
 
 

@@ -85,7 +85,7 @@ class Apertures:
         return np.asarray(np.maximum(pattern, _LEAK) * np.where(ahead > 0.0, 1.0, _BEHIND))
 
     def same(self, other: Apertures) -> bool:
-        """Whether both have the same patterns."""
+        """True where both have the same patterns."""
         numbers = ("side_length", "up_length", "shading", "steered")
         return all(getattr(self, name) == getattr(other, name) for name in numbers) and all(
             np.array_equal(getattr(self, name), getattr(other, name)) for name in ("axis", "side", "up")
