@@ -5,6 +5,7 @@ CI tries a few thousand for each parser; `python tests/fuzz/test_bridges.py 1000
 
 from __future__ import annotations
 
+import json
 import struct
 import sys
 from collections.abc import Callable
@@ -15,18 +16,25 @@ import numpy as np
 import pytest
 
 from pelagos.bridges.ardupilot_json import parse_servos
-from pelagos.bridges.inbox import Inbox
+from pelagos.bridges.inbox import MOST_REASONS, Inbox
 from pelagos.bridges.instruments import ping
 from pelagos.bridges.instruments.ping_devices import Ping1d, Ping360
-from pelagos.bridges.instruments.speakers import WaterLinkedSerial
+from pelagos.bridges.instruments.speakers import WaterLinkedJson, WaterLinkedSerial
 from pelagos.bridges.lcm_transport import payload
+from pelagos.bridges.mavlink import MavlinkConfig, MavlinkDoor
 from pelagos.bridges.moos_wire import NOTIFY, MoosMessage, pack, unpack
 from pelagos.bridges.ros_commands import command_topics, received
+from pelagos.bridges.rosbridge import MOST_TROUBLES, RosbridgeTransport
+from pelagos.bridges.rosbridge_client import Client
+from pelagos.bridges.services import OK, answering, result
+from pelagos.bridges.transport import STREAM
 from pelagos.messages.lcm import encode
 from pelagos.messages.store import make, serialize, vector3
 
 PACKETS = 3000
 Feed = Callable[[bytes], object]
+OPEN: list[Any] = []
+"""What parsers hold open, to be closed when an attack ends."""
 
 
 def servos() -> tuple[Feed, list[bytes]]:
@@ -53,7 +61,7 @@ def lcm() -> tuple[Feed, list[bytes]]:
 
 
 def ping_device(kind: Any) -> tuple[Feed, list[bytes]]:
-    config = SimpleNamespace(range_min_m=0.5, range_max_m=40.0)
+    config = SimpleNamespace(range_min_m=0.5, range_max_m=40.0, rate_hz=8.0)
     device = kind(SimpleNamespace(config=config))
     rng = np.random.Generator(np.random.PCG64(5))
     device.hear(SimpleNamespace(data=rng.random((1, 60)), t_ns=0, extras={"angle": np.array([0.3])}))
@@ -90,9 +98,81 @@ def twist() -> bytes:
     return bytes(serialize(name, make(name, linear=vector3(0.4, -0.3, 0.2), angular=vector3(0.1, 0.0, -0.5))))
 
 
+def rosbridge() -> tuple[Feed, list[bytes]]:
+    """A client of the server: what it says in JSON, answers included."""
+    door, silent = (
+        RosbridgeTransport(port=0),
+        SimpleNamespace(send=lambda text: None, socket=SimpleNamespace(close=lambda: None)),
+    )
+    heard: list[bytes] = []
+    door.subscribe("/rov/cmd_vel", "geometry_msgs/msg/Twist", lambda cdr: heard.append(cdr), qos=STREAM)
+    door.advertise("/rov/truth", "nav_msgs/msg/Odometry", qos=STREAM)
+    steps = "simulation_interfaces/srv/StepSimulation"
+    door.serve("/pelagos/step_simulation", steps, answering(steps, lambda request: {"result": result(OK)}))
+    client = Client(silent, door._operations(), door.troubles)
+    OPEN.append(client)
+
+    def feed(raw: bytes) -> None:
+        heard.clear()
+        client.take(raw)
+        assert len(door.troubles) <= MOST_TROUBLES + 1  # a client's words do not fill memory
+        assert not heard or len(heard[0]) == len(twist())
+
+    OPEN.append(door)
+    velocity = {"linear": {"x": 0.4, "y": -0.3}, "angular": {"z": -0.5}}
+    said: list[dict[str, Any]] = [
+        {"op": "publish", "topic": "/rov/cmd_vel", "type": "geometry_msgs/Twist", "msg": velocity},
+        {"op": "subscribe", "topic": "/rov/truth", "throttle_rate": 50, "queue_length": 3, "compression": "none"},
+        {"op": "unsubscribe", "topic": "/rov/truth"},
+        {"op": "call_service", "service": "/pelagos/step_simulation", "id": "7", "args": {"steps": 40}},
+        {"op": "call_service", "service": "/rosapi/topic_type", "args": {"topic": "/rov/truth"}},
+        {"op": "advertise", "topic": "/rov/cmd_vel", "type": "geometry_msgs/Twist"},
+    ]
+    return feed, [json.dumps(one).encode() for one in said]
+
+
+def a50_json() -> tuple[Feed, list[bytes]]:
+    device = WaterLinkedJson(cast(Any, SimpleNamespace()))
+
+    def feed(raw: bytes) -> None:
+        for answer in device.answer(raw).splitlines():
+            assert json.loads(answer)["type"] == "response"
+
+    off = {"command": "set_config", "parameters": {"acoustic_enabled": False, "range_mode": "auto"}}
+    return feed, [json.dumps(one).encode() + b"\r\n" for one in ({"command": "get_config"}, off)]
+
+
+def mavlink() -> tuple[Feed, list[bytes]]:
+    pytest.importorskip("pymavlink")
+    from pymavlink.dialects.v20 import common
+
+    sim = cast(Any, SimpleNamespace(model=SimpleNamespace(agents={"rov": None}), post=lambda action: None))
+    inbox = Inbox(sim)
+    config = MavlinkConfig(type="mavlink", port=9)
+    door = MavlinkDoor(cast(Any, SimpleNamespace(sim=sim, inbox=inbox, at_least=lambda rate_hz: None)), config)
+    sender = common.MAVLink(None, srcSystem=255, srcComponent=190)
+    place = (0, 1, 1, 1, 0b110111111000, 4.0, -2.0, 3.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    said = [
+        common.MAVLink_manual_control_message(1, 500, -300, 600, 200, 0),
+        common.MAVLink_set_position_target_local_ned_message(*place),
+        common.MAVLink_command_long_message(1, 1, 400, 0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0),
+        common.MAVLink_param_set_message(1, 1, b"SPEED_MPS", 2.0, 9),
+        common.MAVLink_param_request_read_message(1, 1, b"SPEED_MPS", -1),
+        common.MAVLink_mission_count_message(1, 1, 3),
+    ]
+
+    def feed(raw: bytes) -> None:
+        door.take(raw)
+        assert len(inbox.refused) <= MOST_REASONS + 1
+
+    OPEN.append(door)
+    return feed, [message.pack(sender) for message in said]
+
+
 PARSERS: dict[str, Callable[[], tuple[Feed, list[bytes]]]] = {
     "ardupilot": servos, "moos": moos, "lcm": lcm, "ping1d": lambda: ping_device(Ping1d),
-    "ping360": lambda: ping_device(Ping360), "a50": a50, "commands": commands,
+    "ping360": lambda: ping_device(Ping360), "a50": a50, "a50_json": a50_json,
+    "commands": commands, "mavlink": mavlink, "rosbridge": rosbridge,
 }  # fmt: skip
 
 
@@ -112,15 +192,44 @@ def damaged(good: bytes, rng: np.random.Generator) -> bytes:
     return bytes(raw)
 
 
+JUNK: list[Any] = [
+    None, True, -1, 2**70, 0.5, 1e300, float("nan"), float("inf"), "", "x" * 300, "/rov/truth", [], {}, [[[1]]],
+    {"a": {}},
+]  # fmt: skip
+
+
+def damaged_json(good: bytes, rng: np.random.Generator) -> bytes:
+    """An object with a value that does not belong there, one too many or one too few; or damaged as bytes."""
+    if rng.random() < 0.3:
+        return damaged(good, rng)
+    whole = json.loads(good)
+    place = whole
+    while rng.random() < 0.5 and (inner := [v for v in place.values() if isinstance(v, dict) and v]):
+        place = inner[int(rng.integers(0, len(inner)))]
+    key, how = list(place)[int(rng.integers(0, len(place)))], int(rng.integers(0, 5))
+    if how == 0:
+        del place[key]
+    else:
+        place[f"k{rng.integers(0, 10**6)}" if how == 1 else key] = JUNK[int(rng.integers(0, len(JUNK)))]
+    return json.dumps(whole).encode()
+
+
+DAMAGE = {"rosbridge": damaged_json, "a50_json": damaged_json}
+
+
 def attack(name: str, packets: int, seed: int) -> None:
     feed, good = PARSERS[name]()
     rng = np.random.Generator(np.random.PCG64(seed))
-    for number in range(packets):
-        raw = damaged(good[number % len(good)], rng)
-        try:
-            feed(raw)
-        except Exception as error:
-            raise AssertionError(f"{name}, packet {number} of seed {seed}: {raw.hex()}") from error
+    try:
+        for number in range(packets):
+            raw = DAMAGE.get(name, damaged)(good[number % len(good)], rng)
+            try:
+                feed(raw)
+            except Exception as error:
+                raise AssertionError(f"{name}, packet {number} of seed {seed}: {raw.hex()}") from error
+    finally:
+        while OPEN:
+            OPEN.pop().close()
 
 
 @pytest.mark.parametrize("name", sorted(PARSERS))

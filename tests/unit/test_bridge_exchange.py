@@ -193,8 +193,10 @@ def test_a_run_driven_from_outside_is_repeated_bit_for_bit(sim: pl.Simulation, t
     orders = recorded_orders(tmp_path / "driven.mcap")
     assert [order.kind for _, order in orders] == ["velocity", "setpoint", "spawn", "wrench", "remove"]
     sim.reset()
-    Repeat(sim, tmp_path / "driven.mcap")
-    sim.run(1.2, record=tmp_path / "again.mcap")
+    again = Exchange(sim)
+    Repeat(sim, tmp_path / "driven.mcap", note=again.note)
+    again.run(1.2, record=tmp_path / "again.mcap")
+    assert recorded_orders(tmp_path / "again.mcap") == orders  # so that it can be repeated too
     assert (sim.state["rov"].position == end).all()
     assert digest(tmp_path / "driven.mcap") == digest(tmp_path / "again.mcap")
 
@@ -323,6 +325,59 @@ def test_a_flood_of_commands_leaves_the_newest(sim: pl.Simulation) -> None:
     inbox.drain()
     assert inbox.obeyed["velocity"] == 1
     assert inbox.obeyed["mode"] == LIMIT - 1
+
+
+def test_names_of_bodies_are_one_each_and_can_be_printed(sim: pl.Simulation) -> None:
+    def script(peer: Peer) -> None:
+        box = make("simulation_interfaces/msg/Resource", uri="", resource_string='{"shape": "box", "size": 0.5}')
+        place = make("geometry_msgs/msg/Point", x=2.2, y=30.1, z=-8.0)
+        pose = make("geometry_msgs/msg/Pose", position=place, orientation=quaternion())
+        stamped = make("geometry_msgs/msg/PoseStamped", header=header("map"), pose=pose)
+        said = {"entity_resource": box, "entity_namespace": "", "initial_pose": stamped}
+
+        def spawn(name: str, renaming: bool = False) -> tuple[int, str]:
+            made = peer.call(
+                "/pelagos/spawn_entity", SI + "SpawnEntity", name=name, allow_renaming=renaming, **said
+            )  # fmt: skip
+            return made.result.result, made.entity_name
+
+        peer.reach(0.05)
+        assert spawn("rov") == (101, "")  # NAME_NOT_UNIQUE: the vehicle's
+        assert spawn("rov", renaming=True) == (1, "rov_1")
+        assert spawn("rov", renaming=True) == (1, "rov_2")
+        assert spawn("rov_1") == (101, "")
+        assert spawn("\x1b[2J") == (102, "")  # NAME_INVALID: it would clear the terminal that tells of it
+        assert spawn("") == (1, "body1")
+        assert peer.call("/pelagos/delete_entity", SI + "DeleteEntity", entity="body1").result.result == 1
+        assert spawn("") == (1, "body1")
+        found = peer.call("/pelagos/get_entities", SI + "GetEntities", filters=make(
+            "simulation_interfaces/msg/EntityFilters", filter="", categories=[], tags=make(
+                "simulation_interfaces/msg/TagsFilter", tags=[], filter_mode=0),
+            bounds=make("simulation_interfaces/msg/Bounds", type=0, points=[])))  # fmt: skip
+        assert found.entities == ["rov", "rov_1", "rov_2", "body1"]
+        peer.exchange.sim.stop()
+
+    sim.reset()
+    exchange, transport = exchange_of(sim, realtime=1.0)
+    talk(exchange, transport, script, seconds=60.0)
+    sim.reset()
+
+
+def test_a_state_that_is_not_reached_in_time_is_no_missing_entity(
+    sim: pl.Simulation, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    exchange, transport = exchange_of(sim)
+    monkeypatch.setattr(exchange, "do", lambda action: False)  # as in a run that is being built anew
+    state = Peer(exchange, transport).call("/pelagos/get_entity_state", SI + "GetEntityState", entity="rov")
+    assert (state.result.result, "boundary of steps" in state.result.error_message) == (4, True)
+
+
+def test_reasons_that_peers_choose_do_not_fill_memory(sim: pl.Simulation) -> None:
+    inbox = Inbox(sim)
+    for number in range(3000):
+        inbox.refuse(f"unknown body {number!r}")
+    assert len(inbox.refused) <= 1001
+    assert inbox.refused.total() == 3000
 
 
 def test_services_pause_step_and_reset(sim: pl.Simulation, tmp_path: Path) -> None:

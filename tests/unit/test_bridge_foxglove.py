@@ -40,6 +40,7 @@ class Viewer:
         self.services: dict[str, dict[str, Any]] = {}
         self.got: dict[int, list[tuple[int, bytes]]] = {}
         self.answers: list[bytes] = []
+        self.times: list[int] = []
 
     def read(self, seconds: float) -> None:
         end = time.monotonic() + seconds
@@ -57,6 +58,8 @@ class Viewer:
             elif said[0] == 1:  # message data: subscription, log time, payload
                 number, t_ns = struct.unpack_from("<IQ", said, 1)
                 self.got.setdefault(number, []).append((t_ns, said[13:]))
+            elif said[0] == 2:  # time
+                self.times.append(struct.unpack_from("<Q", said, 1)[0])
             elif said[0] == 3:  # service response: service, call, encoding, payload
                 length = struct.unpack_from("<I", said, 9)[0]
                 self.answers.append(said[13 + length :])
@@ -96,14 +99,18 @@ def test_a_viewer_sees_commands_and_calls() -> None:
             viewer.read(0.3)
             viewer.subscribe(_1="/rov/imu/data_raw", _2="/tf_static", _3="/rov/truth")
             twist = make("geometry_msgs/msg/Twist", linear=vector3(0.4, 0, 0), angular=vector3(0, 0, 0))
-            viewer.publish("/rov/cmd_vel", "geometry_msgs/msg/Twist", serialize("geometry_msgs/msg/Twist", twist))
+            viewer.publish("/rov/cmd_vel", "geometry_msgs/Twist", serialize("geometry_msgs/msg/Twist", twist))
             viewer.publish("/rov/cmd_vell", "geometry_msgs/msg/Twist", b"", number=11)
             viewer.publish("/rov/cmd_vel", "geometry_msgs/msg/Twist", b"rubbish", number=10)
+            viewer.publish(
+                "/rov/cmd_vel", "geometry_msgs/Wrench", serialize("geometry_msgs/msg/Twist", twist), number=12
+            )
             viewer.call("/pelagos/set_paused", b"\0\1\0\0\0")
             viewer.read(1.5)
             seen["imu"] = [(t, viewer.decode("/rov/imu/data_raw", raw)) for t, raw in viewer.got[1]]
             seen["static"] = [viewer.decode("/tf_static", raw) for _, raw in viewer.got[2]]
             seen["truth"] = viewer.decode("/rov/truth", viewer.got[3][-1][1])
+            seen["times"], seen["channels"] = viewer.times, viewer.channels
             seen["answers"] = viewer.answers
             viewer.socket.close()
         except BaseException as error:
@@ -119,7 +126,11 @@ def test_a_viewer_sees_commands_and_calls() -> None:
     report = exchange.close()
     if failure:
         raise failure[0]
-    nobody = "Foxglove: /rov/cmd_vell: nobody takes messages on this topic (did you mean '/rov/cmd_vel'?)"
+    assert len(seen["times"]) > 40
+    assert all(0 < b - a < 1e9 for a, b in zip(seen["times"], seen["times"][1:], strict=False))  # the simulation's
+    assert "/clock" not in seen["channels"]
+    assert report["Foxglove: /rov/cmd_vel: messages of 'geometry_msgs/Wrench', not of 'geometry_msgs/msg/Twist'"] == 1
+    nobody = "Foxglove: '/rov/cmd_vell': nobody takes messages on this topic (did you mean '/rov/cmd_vel'?)"
     assert report[nobody] == 1
     assert sum(count for reason, count in report.items() if "/rov/cmd_vel: malformed" in reason) == 1
     times = np.array([t for t, _ in seen["imu"]])

@@ -24,13 +24,16 @@ from scipy.spatial.transform import Rotation
 import pelagos as pl
 from pelagos.bridges.door import TopicDoor
 from pelagos.bridges.exchange import Exchange
+from pelagos.bridges.foxglove_transport import FoxgloveConfig
 from pelagos.bridges.instrument import InstrumentConfig
 from pelagos.bridges.instruments import mip, nmea, nortek, ping, teledyne, vectornav, waterlinked
 from pelagos.bridges.instruments.dvl_velocity import DvlVelocity
 from pelagos.bridges.instruments.ping_devices import Ping1d
 from pelagos.bridges.instruments.ports import PtyPort, TcpPort, UdpServerPort, open_port
-from pelagos.bridges.instruments.speakers import WaterLinkedSerial
+from pelagos.bridges.instruments.speakers import Pd6, WaterLinkedJson, WaterLinkedSerial
+from pelagos.bridges.rosbridge import RosbridgeConfig
 from pelagos.bridges.transport import BridgeMismatch, MemoryTransport
+from pelagos.cli.doors import check_doors
 
 EPOCH = datetime(2026, 6, 1, 23, 59, 58, tzinfo=UTC)
 DVL = DvlVelocity(
@@ -107,10 +110,59 @@ def test_an_a50_answers_a_command_that_comes_in_parts() -> None:
     place: Any = SimpleNamespace()
     a50 = WaterLinkedSerial(place)
     assert a50.answer(b"wc") == b""
-    assert a50.answer(b"v\r\nwc").startswith(b"wrv,2.5.0*")
+    assert a50.answer(b"v\r\nwc").startswith(b"wrv,2,5,0*")
     assert a50.answer(b"s\r") == waterlinked.serial_sentence("wr?")
     assert a50.answer(b"x" * 100_000) == b""
     assert len(a50._begun) < 1000
+
+
+def test_an_a50_refuses_a_wrong_checksum() -> None:
+    a50 = WaterLinkedSerial(SimpleNamespace())  # type: ignore[arg-type]
+    check = b"%02x" % waterlinked.crc8(b"wcv")
+    assert a50.answer(b"wcv*" + check.upper() + b"\r\n").startswith(b"wrv,2,5,0*")
+    assert a50.answer(b"wcv*00\r\n") == waterlinked.serial_sentence("wr!")
+    assert a50.answer(b"wxx\r\n") == waterlinked.serial_sentence("wr?")
+
+
+def test_an_a50_answers_commands_in_json(monkeypatch: pytest.MonkeyPatch) -> None:
+    a50 = WaterLinkedJson(SimpleNamespace(config=SimpleNamespace(beams=())))  # type: ignore[arg-type]
+    monkeypatch.setattr(DvlVelocity, "of", lambda reading, beams: DVL)
+
+    def ask(raw: bytes) -> dict[str, Any]:
+        found: dict[str, Any] = json.loads(a50.answer(raw))
+        assert (found["type"], found["format"]) == ("response", "json_v3.1")
+        return found
+
+    assert a50.answer(b'{"command": "get') == b""
+    found = ask(b'_config"}')  # a driver's command without an end of line
+    assert (found["response_to"], found["success"], found["result"]["acoustic_enabled"]) == ("get_config", True, True)
+    same = {"command": "set_config", "parameters": {"speed_of_sound": 1500, "range_mode": "auto"}}
+    assert ask(json.dumps(same).encode() + b"\n")["success"]
+    other = {"command": "set_config", "parameters": {"acoustic_enabled": False, "mounting_rotation_offset": 20}}
+    refused = ask(json.dumps(other).encode() + b"\n")
+    assert (refused["success"], "mounting_rotation_offset" in refused["error_message"]) == (False, True)
+    assert a50.hear(None)
+    del other["parameters"]["mounting_rotation_offset"]  # type: ignore[attr-defined]
+    assert ask(json.dumps(other).encode() + b"\r\n")["success"]
+    assert a50.hear(None) == b""  # it is silent
+    assert not ask(b'{"command": "reset_dead_reckoning"}\n')["success"]
+    assert (ask(b"rubbish\n")["success"], a50.bad) == (False, len(b"rubbish"))
+
+
+def test_after_a_reset_a_log_counts_from_the_beginning(monkeypatch: pytest.MonkeyPatch) -> None:
+    """No time before the last report is negative, no way made good and no number is that of the run before."""
+    early, late = replace(DVL, t_ns=100_000_000), replace(DVL, t_ns=300_000_000)
+    monkeypatch.setattr(DvlVelocity, "of", lambda reading, beams: reading)
+    place: Any = SimpleNamespace(config=SimpleNamespace(beams=()), epoch=EPOCH)
+    a50, pd6 = WaterLinkedJson(place), Pd6(place)
+    monkeypatch.setattr(pd6, "attitude", lambda: ATTITUDE)
+    first = pd6.hear(early)
+    assert b":BD,+00000000.00" not in pd6.hear(late)
+    a50.hear(late)
+    for log in (a50, pd6):
+        log.begin()
+    assert (json.loads(a50.hear(early))["time"], a50.number) == (100.0, 1)
+    assert pd6.hear(early) == first
 
 
 def test_pd6_gives_the_ships_movement() -> None:
@@ -221,7 +273,7 @@ def test_ping_frames_survive_noise() -> None:
 
 def ping1d() -> tuple[Ping1d, Callable[..., tuple[int, bytes]]]:
     """A device over 0.3 .. 50 m, and a way to ask it."""
-    device = Ping1d(SimpleNamespace(config=SimpleNamespace(range_min_m=0.3, range_max_m=50.0)))  # type: ignore[arg-type]
+    device = Ping1d(SimpleNamespace(config=SimpleNamespace(range_min_m=0.3, range_max_m=50.0, rate_hz=8.0)))  # type: ignore[arg-type]
     frames = ping.Frames()
 
     def ask(number: int, payload: bytes = b"") -> tuple[int, bytes]:
@@ -282,6 +334,14 @@ def test_the_settings_of_a_ping1d_change_what_it_reads() -> None:
     ask(ping.SET_PING_ENABLE, b"\1")
     device.hear(heard(float("nan"), t_s=10.0))
     assert distance() == (0, 0)
+
+
+def test_a_ping1d_tells_its_rate_and_its_temperature() -> None:
+    _, ask = ping1d()
+    assert struct.unpack("<H", ask(ping.PING_INTERVAL)[1]) == (125,)  # ms, of 8 Hz
+    assert struct.unpack_from("<HHHH", ask(ping.GENERAL_INFO)[1])[3] == 125
+    for number in (ping.PROCESSOR_TEMPERATURE, ping.BOARD_TEMPERATURE):
+        assert struct.unpack("<H", ask(number)[1]) == (2500,)
 
 
 def test_a_ping1ds_profile_lies_over_the_range_that_was_set() -> None:
@@ -555,6 +615,37 @@ def test_ports_drop_what_nobody_takes() -> None:
         port.close()
 
 
+def test_a_serial_line_that_filled_up_goes_on_with_whole_messages() -> None:
+    port = PtyPort()
+    message = bytes(range(1, 256)) * 4 + b"\0"  # a line takes some of them, and a part of one
+    for _ in range(30):
+        port.write(message)
+    driver = os.open(port.where, os.O_RDONLY | os.O_NOCTTY)
+    got = b""
+    try:
+        for _ in range(20):
+            got += os.read(driver, 1 << 16)
+            port.write(message)
+    finally:
+        os.close(driver)
+        port.close()
+    *whole, last = got.split(b"\0")
+    assert len(whole) > 10
+    assert set(whole) == {message[:-1]}
+    assert message.startswith(last)
+    assert port.troubles["messages that nobody read in time"] > 0
+
+
+def test_datagrams_go_to_everybody_on_a_network() -> None:
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as plotter:
+        plotter.bind(("0.0.0.0", 0))
+        plotter.settimeout(20)
+        port = open_port(f"udp:127.255.255.255:{plotter.getsockname()[1]}")
+        port.write(b"$GPGGA")
+        assert (plotter.recv(100), port.troubles.total()) == (b"$GPGGA", 0)
+        port.close()
+
+
 def test_a_name_that_another_run_has_taken_is_left_to_it(tmp_path: Path) -> None:
     first = PtyPort(f"{tmp_path}/gps")
     second = PtyPort(f"{tmp_path}/gps")
@@ -608,3 +699,22 @@ def test_check_and_run_refuse_the_same_bridge_in_the_same_words(
     assert "bridges.log: instrument of a: unknown sensor 'a.dvvl' (did you mean 'dvl'?); known: dvl" in said[0]
     assert said[0] == said[1]
     assert not (tmp_path / "out").exists()
+
+
+def test_two_doors_at_one_port_are_refused() -> None:
+    sim = simulation()
+
+    def log(port: str) -> InstrumentConfig:
+        return InstrumentConfig(type="instrument", protocol="pd6", sensors=("dvl",), port=port)
+
+    pairs: list[tuple[Any, Any, str]] = [
+        (log("tcp:16171"), log("tcp:localhost:16171"), "tcp 127.0.0.1:16171"),
+        (log("pty:/tmp/dvl"), log("pty:/tmp/dvl"), "pty /tmp/dvl"),
+        (RosbridgeConfig(type="rosbridge", port=16171), log("tcp:16171"), "tcp 127.0.0.1:16171"),
+        (FoxgloveConfig(type="foxglove", port=99), RosbridgeConfig(type="rosbridge", port=99), "tcp 127.0.0.1:99"),
+    ]
+    for one, two, place in pairs:
+        with pytest.raises(BridgeMismatch, match=re.escape(f"bridges.two: {place} is taken by bridges.one")):
+            check_doors(sim, {"one": one, "two": two})
+    free = {"a": RosbridgeConfig(type="rosbridge", port=0), "b": FoxgloveConfig(type="foxglove", port=0)}
+    check_doors(sim, {**free, "c": log("tcp:7000"), "d": log("udp:7000"), "e": log("udp:7000")})

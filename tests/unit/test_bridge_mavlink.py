@@ -13,7 +13,7 @@ import pytest
 
 import pelagos as pl
 from pelagos.bridges.exchange import Exchange
-from pelagos.bridges.mavlink import MavlinkConfig
+from pelagos.bridges.mavlink import MavlinkConfig, MavlinkDoor
 from pelagos.bridges.px4 import ALL_FIELDS, Px4Config, pressure_hpa
 
 mavlink = pytest.importorskip("pymavlink.dialects.v20.common")
@@ -268,3 +268,17 @@ def test_a_target_position_is_a_waypoint() -> None:
     door._target(target(0, 1, 1, 3, 0, 0, 0, 0, 0.3, 0.2, 0.1, 0, 0, 0, 0, 0.4))
     assert sum(exchange.inbox.refused.values()) == 1
     exchange.close()
+
+
+def test_an_axis_that_a_ground_station_has_not_is_left_alone(station: Any) -> None:
+    """MANUAL_CONTROL's INT16_MAX, "this axis is invalid": the others are obeyed."""
+    sim = pl.Simulation.load(scenario("bluerov2_heavy", -5.0))
+    exchange = Exchange(sim)
+    door = MavlinkDoor(exchange, MavlinkConfig(type="mavlink", port=station.getsockname()[1], speed_mps=0.5))
+    mav = mavlink.MAVLink(None, srcSystem=255, srcComponent=190)
+    for axes, refused in (((1000, 32767, 500, 400), 0), ((1000, 2000, 500, 0), 1)):
+        door.take(mavlink.MAVLink_manual_control_message(1, *axes, 0).pack(mav))
+        assert exchange.inbox.refused.total() == refused
+    (ticket,) = exchange.inbox._waiting
+    assert ticket.order.data["values"] == pytest.approx([0.5, 0.0, 0.0, 0.0, 0.0, -0.4 * np.radians(30.0)])
+    door.close()

@@ -197,6 +197,31 @@ def test_nonsense_is_counted_and_the_door_stays_open(door: RosbridgeTransport) -
     assert door.troubles["malformed packets"] > 90
 
 
+def test_who_calls_gets_an_answer_and_another_type_is_refused(door: RosbridgeTransport) -> None:
+    steps, got = "simulation_interfaces/srv/StepSimulation", list[bytes]()
+    door.serve("/pelagos/step_simulation", steps, lambda request: request)
+    door.subscribe("/rov/cmd_vel", TWIST, got.append, qos=Qos())
+    door.advertise("/rov/truth", "nav_msgs/msg/Odometry", qos=Qos())
+    with link(door) as wire:
+        for wrong in (-1, 2.5, True, "7"):
+            told = ask(wire, op="call_service", service="/pelagos/step_simulation", id="a", args={"steps": wrong})
+            assert (told["op"], told["result"], told["id"]) == ("service_response", False, "a")
+            assert "steps: a" in told["values"]
+        for said in (
+            {"op": "subscribe", "topic": "/rov/truth", "type": "std_msgs/String"},
+            {"op": "advertise", "topic": "/rov/cmd_vel", "type": "std_msgs/msg/String"},
+            {"op": "publish", "topic": "/rov/cmd_vel", "type": "std_msgs/String", "msg": {}},
+        ):
+            assert "not of 'std_msgs" in ask(wire, **said)["msg"]
+        for said in ({"op": "subscribe"}, {"op": "subscribe", "topic": 5}, {"op": "publish", "topic": ""}):
+            assert "a topic, such as '/name', is wanted" in ask(wire, **said)["msg"]
+        assert "throttle_rate" in ask(wire, op="subscribe", topic="/rov/truth", throttle_rate=-5)["msg"]
+        wire.send(json.dumps({"op": "subscribe", "topic": "/rov/truth", "type": "nav_msgs/Odometry"}))
+        wire.send(json.dumps({"op": "publish", "topic": "/rov/cmd_vel", "type": "geometry_msgs/Twist"}))
+        until(lambda: got)
+        assert [list(client._wanted) for client in door._clients] == [["/rov/truth"]]
+
+
 def test_who_breaks_off_or_speaks_something_else_says_nothing_to_the_user(
     door: RosbridgeTransport, caplog: pytest.LogCaptureFixture
 ) -> None:

@@ -19,7 +19,7 @@ from pydantic import Field
 
 from pelagos.bridges.ardupilot_json import ServoFrame, level, parse_servos, state_text
 from pelagos.bridges.autopilot import Motion, Output, motion_of, outputs_of, the_agent
-from pelagos.bridges.config import LOOPBACK, BridgeConfig, exposed
+from pelagos.bridges.config import LOOPBACK, BridgeConfig, exposed, listening
 from pelagos.bridges.transport import BridgeError, BridgeMismatch
 from pelagos.errors import LookupFailed
 from pelagos.sim.listeners import Subscription
@@ -66,6 +66,10 @@ class ArdupilotConfig(BridgeConfig):
         sensors = sim.model.agents[agent].sensors
         if self.rangefinder and self.rangefinder not in sensors:
             raise BridgeMismatch(str(LookupFailed("sensor", self.rangefinder, sensors, where="ardupilot: rangefinder")))
+
+    def listens(self) -> str:
+        """See `BridgeConfig`."""
+        return listening("udp", self.host, self.port)
 
     def attach(self, exchange: Exchange) -> str:
         """See `BridgeConfig`."""

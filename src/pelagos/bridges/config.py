@@ -27,6 +27,10 @@ class BridgeConfig(BaseModel):
             BridgeMismatch: an agent, a sensor or an address that cannot be.
         """
 
+    def listens(self) -> str:
+        """Where it listens ("tcp 127.0.0.1:9090"), so that no two doors do so at one place; empty for nowhere."""
+        return ""
+
     @abstractmethod
     def attach(self, exchange: Exchange) -> str:
         """Open the door on a run; one line that says where it is.
@@ -34,6 +38,11 @@ class BridgeConfig(BaseModel):
         Raises:
             BridgeError: a package is missing, a port is taken, a peer does not answer.
         """
+
+
+def listening(kind: str, host: str, port: int) -> str:
+    """What `BridgeConfig.listens` says of a port; nothing of port 0, which is any that is free."""
+    return f"{kind} {LOOPBACK if host == 'localhost' else host}:{port}" if port else ""
 
 
 LOOPBACK = "127.0.0.1"

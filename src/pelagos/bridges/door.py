@@ -14,6 +14,7 @@ from pelagos.messages.store import make, serialize, stamp
 from pelagos.sim.record import LEGEND
 from pelagos.sim.simulation import Simulation
 
+CLOCK_TOPIC: Final = "/clock"
 CLOCK_TYPE: Final = "rosgraph_msgs/msg/Clock"
 CLOCK_HZ: Final = 100.0
 BLOCK_S: Final = 1.0
@@ -100,7 +101,7 @@ class TopicDoor:
         """See `Door`; at a second run, topics that stand already are used again."""
         self._writes.clear()
         if self._with_clock:
-            self._clock = self._write("/clock", CLOCK_TYPE, CLOCK)
+            self._clock = self._write(CLOCK_TOPIC, CLOCK_TYPE, CLOCK)
             self._clock_ns = max(round(1e9 / CLOCK_HZ), sim.dt_ns)
             self._next_clock_ns = 0
         for channel in tap.channels.values():

@@ -57,7 +57,7 @@ class Exchange:
         self._drivers: list[Driver] = []
         self.pace = Pace(realtime)
         self.reset_asked = False
-        self.inbox = Inbox(sim, self._note, say)
+        self.inbox = Inbox(sim, self.note, say)
         self._rate_hz = rate_hz or (REALTIME_HZ if realtime else FREE_HZ)
         self._tap: Tap | None = None
         self._orders = 0
@@ -173,7 +173,8 @@ class Exchange:
         for door in self.doors:
             door.send(self.sim, messages)
 
-    def _note(self, text: str, t_ns: int) -> None:
+    def note(self, text: str, t_ns: int) -> None:
+        """Write an order's text down in the recording, if one is made."""
         if self._tap is not None:
             self._tap.add_message(self._orders, t_ns, text_message(text))
 

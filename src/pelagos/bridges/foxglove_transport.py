@@ -11,9 +11,10 @@ from typing import TYPE_CHECKING, Any, Final, Literal
 
 from pydantic import Field
 
-from pelagos.bridges.config import LOOPBACK, BridgeConfig, exposed
+from pelagos.bridges.config import LOOPBACK, BridgeConfig, exposed, listening
+from pelagos.bridges.door import CLOCK_TOPIC
 from pelagos.bridges.extras import require
-from pelagos.bridges.transport import Answer, BridgeError, Buffer, Qos, Receive, Write
+from pelagos.bridges.transport import Answer, BridgeError, Buffer, Qos, Receive, Write, ros2_name
 from pelagos.errors import did_you_mean
 from pelagos.messages.store import schema
 
@@ -22,6 +23,9 @@ if TYPE_CHECKING:
 
 BACKLOG: Final = 1024
 """Messages that wait for a client that reads slowly; then its oldest are dropped, by the library."""
+
+MOST_TROUBLES: Final = 1000
+"""Troubles that are told apart."""
 
 
 class FoxgloveConfig(BridgeConfig):
@@ -39,12 +43,16 @@ class FoxgloveConfig(BridgeConfig):
     services: bool = True
     """Offer services (pause, reset, step ...)."""
 
+    def listens(self) -> str:
+        """See `BridgeConfig`."""
+        return listening("tcp", self.host, self.port)
+
     def attach(self, exchange: Exchange) -> str:
         """See `BridgeConfig`."""
         from pelagos.bridges.services import serve_topics
 
         transport = FoxgloveTransport(host=self.host, port=self.port)
-        serve_topics(exchange, transport, only=self.topics, commands=self.commands, services=self.services, clock=False)
+        serve_topics(exchange, transport, only=self.topics, commands=self.commands, services=self.services)
         note = ", open to the network, without passwords" if exposed(self.host) else ""
         return f"Foxglove at ws://{self.host}:{transport.port}{note}"
 
@@ -79,7 +87,9 @@ class FoxgloveTransport:
         self.port = int(self._server.port)
 
     def advertise(self, topic: str, type_name: str, *, qos: Qos) -> Write:
-        """See `Transport`."""
+        """See `Transport`; the clock is no topic, but the time that the protocol itself tells."""
+        if topic == CLOCK_TOPIC:
+            return lambda cdr, t_ns: self._server.broadcast_time(t_ns)
         channel = self._sdk.Channel(
             topic, schema=self._sdk.Schema(name=type_name, encoding="ros2msg", data=schema(type_name)),
             message_encoding="cdr", context=self._context,
@@ -125,15 +135,22 @@ class FoxgloveTransport:
         """See `Transport`."""
         self._server.stop()
 
-    def heard(self, topic: str, encoding: str, data: bytes) -> None:
-        """A client published; what is not in CDR or on no topic of ours is counted and dropped."""
+    def heard(self, topic: str, encoding: str, type_name: str, data: bytes) -> None:
+        """A client published; what is not in CDR, of another type or on no topic of ours is counted and dropped."""
         found = self._receivers.get(topic)
         if found is None:
-            self.troubles[f"{topic}: nobody takes messages on this topic{did_you_mean(topic, self._receivers)}"] += 1
+            self._count(f"{topic!r}: nobody takes messages on this topic{did_you_mean(topic, self._receivers)}")
         elif encoding != "cdr":
-            self.troubles[f"{topic}: messages in {encoding!r}, not in 'cdr'"] += 1
+            self._count(f"{topic}: messages in {encoding!r}, not in 'cdr'")
+        elif ros2_name(type_name) != found[0]:
+            self._count(f"{topic}: messages of {type_name!r}, not of {found[0]!r}")
         else:
             found[1](data)
+
+    def _count(self, trouble: str) -> None:
+        """Names in it were chosen by a client: they do not fill memory."""
+        known = trouble in self.troubles or len(self.troubles) < MOST_TROUBLES
+        self.troubles[trouble if known else "further troubles"] += 1
 
     def joined(self, channel_id: int) -> None:
         """Somebody subscribed: what is latched is said again, to all."""
@@ -149,13 +166,13 @@ def _listener(transport: FoxgloveTransport, ws: Any) -> Any:
 
     class Listener(ws.ServerListener):  # type: ignore[misc]
         def __init__(self) -> None:
-            self.channels: dict[tuple[int, int], tuple[str, str]] = {}
+            self.channels: dict[tuple[int, int], tuple[str, str, str]] = {}
 
         def on_subscribe(self, client: Any, channel: Any) -> None:
             transport.joined(channel.id)
 
         def on_client_advertise(self, client: Any, channel: Any) -> None:
-            self.channels[client.id, channel.id] = (channel.topic, channel.encoding)
+            self.channels[client.id, channel.id] = (channel.topic, channel.encoding, channel.schema_name or "")
 
         def on_client_unadvertise(self, client: Any, client_channel_id: int) -> None:
             self.channels.pop((client.id, client_channel_id), None)

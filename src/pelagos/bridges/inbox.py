@@ -19,6 +19,8 @@ from pelagos.sim.simulation import Simulation
 LIMIT: Final = 1000
 """Orders that may wait; what comes beyond is refused."""
 ANSWER_S: Final = 10.0
+MOST_REASONS: Final = 1000
+"""Refusals that are told apart: their texts hold names that a peer chose."""
 STREAM_S: Final = 1.0
 """Velocities that are farther apart are no stream [s]."""
 
@@ -119,6 +121,8 @@ class Inbox:
 
     def refuse(self, reason: str) -> None:
         """Count something that could not be understood; said once."""
+        if reason not in self.refused and len(self.refused) >= MOST_REASONS:
+            reason = "for further reasons"
         self.refused[reason] += 1
         if self.refused[reason] == 1 and self._say is not None:
             self._say(reason)

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Literal
 from pydantic import Field
 
 from pelagos.bridges.autopilot import the_agent
-from pelagos.bridges.config import BridgeConfig
+from pelagos.bridges.config import BridgeConfig, listening
 from pelagos.bridges.instruments.ports import Port, open_port, parsed_port
 from pelagos.bridges.instruments.speaker import Place, Speaker
 from pelagos.bridges.instruments.speakers import SPEAKERS
@@ -76,6 +76,13 @@ class InstrumentConfig(BridgeConfig):
         self.speaking(sim)
         parsed_port(self.port)
 
+    def listens(self) -> str:
+        """See `BridgeConfig`."""
+        kind, host, number = parsed_port(self.port)
+        if kind == "pty":
+            return f"pty {host}" if host else ""
+        return "" if kind == "udp" else listening(kind.removesuffix("-server"), host, number)
+
     def attach(self, exchange: Exchange) -> str:
         """See `BridgeConfig`."""
         door = InstrumentDoor(exchange, self)
@@ -115,6 +122,8 @@ class InstrumentDoor:
     def open(self, sim: Simulation, tap: Tap) -> None:
         """See `Door`."""
         self._waiting.clear()
+        for speaker in self._speakers:
+            speaker.begin()
 
     def send(self, sim: Simulation, messages: Sequence[Message]) -> None:
         """See `Door`."""

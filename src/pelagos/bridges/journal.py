@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 from pelagos.sim.order import Order, apply
 from pelagos.sim.replay import Recording
@@ -16,27 +17,40 @@ TOPIC: Final = "/outside/orders"
 
 def recorded_orders(path: str | Path) -> list[tuple[int, Order]]:
     """(tick, order) of every order that a recorded run obeyed, in order; empty where nobody told it anything."""
+    return [(int(said["tick"]), _order(said)) for said in map(json.loads, _texts(path))]
+
+
+def _texts(path: str | Path) -> list[str]:
     recording = Recording(path)
     if TOPIC not in recording.channels or not recording.count(TOPIC):
         return []
-    found = []
-    for recorded in recording.messages(TOPIC):
-        said = json.loads(recorded.message.data)
-        found.append((int(said["tick"]), Order(said["kind"], said["target"], said["data"], said["source"])))
-    return found
+    return [str(recorded.message.data) for recorded in recording.messages(TOPIC)]
+
+
+def _order(said: Mapping[str, Any]) -> Order:
+    return Order(said["kind"], said["target"], said["data"], said["source"])
 
 
 class Repeat:
-    """Tells a simulation what another run was told, each order at its own tick."""
+    """Tells a simulation what another run was told, each order at its own tick.
 
-    def __init__(self, sim: Simulation, path: str | Path) -> None:
-        self._sim = sim
-        self._left = recorded_orders(path)
+    Args:
+        sim: the simulation.
+        path: the other run's recording.
+        note: writes an order's text down at a time [ns], so that the repeated run can be repeated too.
+    """
+
+    def __init__(self, sim: Simulation, path: str | Path, *, note: Callable[[str, int], None] | None = None) -> None:
+        self._note = note
+        self._left = [(json.loads(text), text) for text in _texts(path)]
         self._subscription = sim.on_tick(self._tell)
 
     def _tell(self, sim: Simulation) -> None:
         tick = sim.time_ns // sim.dt_ns
-        while self._left and self._left[0][0] <= tick:
-            apply(self._left.pop(0)[1], sim)
+        while self._left and int(self._left[0][0]["tick"]) <= tick:
+            said, text = self._left.pop(0)
+            apply(_order(said), sim)
+            if self._note is not None:
+                self._note(text, int(said["t_ns"]))
         if not self._left:
             self._subscription.cancel()

@@ -33,6 +33,7 @@ _ACTIVE: Final = 4
 _AUTOPILOT: Final = 0  # MAV_AUTOPILOT_GENERIC: ground stations take no vehicle from "invalid" (8)
 _MANUAL_ARMED: Final = 64 | 128
 _LOCAL_NED, _BODY_NED = 1, 8
+_NO_AXIS: Final = 32767
 _REAL32, _UNSUPPORTED = 9, 3  # MAV_PARAM_TYPE_REAL32; MAV_RESULT_UNSUPPORTED and MAV_MISSION_UNSUPPORTED
 
 
@@ -156,18 +157,22 @@ class MavlinkDoor:
                 continue
             except OSError:
                 return
-            for message in self._mav.parse_buffer(raw) or ():
-                kind = message.get_type()
-                if kind == "BAD_DATA":
-                    self.troubles["malformed packets"] += 1
-                elif kind == "MANUAL_CONTROL" and message.target == self._config.system:
-                    self._stick(message)
-                elif getattr(message, "target_system", None) == self._config.system:
-                    if kind == "SET_POSITION_TARGET_LOCAL_NED":
-                        self._target(message)
-                    else:
-                        for answer in self._answers(kind, message):
-                            self._say(answer.pack(self._mav))
+            self.take(raw)
+
+    def take(self, raw: bytes) -> None:
+        """Obey or answer what came in a datagram; what is no message is counted."""
+        for message in self._mav.parse_buffer(raw) or ():
+            kind = message.get_type()
+            if kind == "BAD_DATA":
+                self.troubles["malformed packets"] += 1
+            elif kind == "MANUAL_CONTROL" and message.target == self._config.system:
+                self._stick(message)
+            elif getattr(message, "target_system", None) == self._config.system:
+                if kind == "SET_POSITION_TARGET_LOCAL_NED":
+                    self._target(message)
+                else:
+                    for answer in self._answers(kind, message):
+                        self._say(answer.pack(self._mav))
 
     def _answers(self, kind: str, m: Any) -> list[Any]:
         """To a ground station's questions."""
@@ -197,13 +202,17 @@ class MavlinkDoor:
         return self._dialect.MAVLink_param_value_message(name, self._parameters[name], _REAL32, count, place)
 
     def _stick(self, m: Any) -> None:
-        """MANUAL_CONTROL: x ahead, y to the right, r turns right, -1000 .. 1000; z up, 500 is the middle."""
+        """MANUAL_CONTROL: x ahead, y to the right, r turns right, -1000 .. 1000; z up, 500 is the middle.
+
+        An axis of 32767 is one that the ground station does not have.
+        """
         v, w = self._config.speed_mps / 1000, math.radians(self._config.turn_deg_s) / 1000
-        up = (m.z - 500) * 2
-        if not all(-1000 <= axis <= 1000 for axis in (m.x, m.y, m.r, up)):
+        ahead, right, turn = (0 if axis == _NO_AXIS else axis for axis in (m.x, m.y, m.r))
+        up = 0 if m.z == _NO_AXIS else (m.z - 500) * 2
+        if not all(-1000 <= axis <= 1000 for axis in (ahead, right, turn, up)):
             self._inbox.refuse("MANUAL_CONTROL: an axis is not between -1000 and 1000")
             return
-        values = [m.x * v, -m.y * v, up * v, 0.0, 0.0, -m.r * w]
+        values = [ahead * v, -right * v, up * v, 0.0, 0.0, -turn * w]
         self._inbox.put(Order("velocity", self.agent, {"values": values}, "MANUAL_CONTROL"))
 
     def _target(self, m: Any) -> None:

@@ -18,7 +18,7 @@ import numpy as np
 from pydantic import Field
 
 from pelagos.bridges.autopilot import Motion, motion_of, outputs_of, the_agent
-from pelagos.bridges.config import LOOPBACK, BridgeConfig, exposed
+from pelagos.bridges.config import LOOPBACK, BridgeConfig, exposed, listening
 from pelagos.bridges.extras import require
 from pelagos.bridges.transport import BridgeError
 from pelagos.math.constants import ATMOSPHERE_PA, GRAVITY
@@ -62,6 +62,10 @@ class Px4Config(BridgeConfig):
     def check(self, sim: Simulation) -> None:
         """See `BridgeConfig`."""
         outputs_of(sim, the_agent(sim, self.agent, "px4"), self.outputs, "px4")
+
+    def listens(self) -> str:
+        """See `BridgeConfig`."""
+        return listening("tcp", self.host, self.port)
 
     def attach(self, exchange: Exchange) -> str:
         """See `BridgeConfig`."""

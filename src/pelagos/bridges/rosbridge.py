@@ -16,17 +16,19 @@ from urllib.parse import urlsplit
 from pydantic import Field
 
 from pelagos.bridges.clerk import Clerk
-from pelagos.bridges.config import LOOPBACK, BridgeConfig, exposed
+from pelagos.bridges.config import LOOPBACK, BridgeConfig, exposed, listening
 from pelagos.bridges.extras import require
 from pelagos.bridges.rosbridge_client import Client
-from pelagos.bridges.transport import Answer, BridgeError, Buffer, Qos, Receive, Write
-from pelagos.errors import LookupFailed
+from pelagos.bridges.transport import Answer, BridgeError, Buffer, Qos, Receive, Write, ros2_name
+from pelagos.errors import InputError, LookupFailed
 from pelagos.messages.json_form import from_json, to_json
 from pelagos.messages.store import deserialize, serialize
 
 if TYPE_CHECKING:
     from pelagos.bridges.exchange import Exchange
 
+MOST_TROUBLES: Final = 1000
+"""Troubles that are told apart: a web page chooses its own name."""
 _BESIDE: Final = ("localhost", "127.0.0.1", "::1")
 
 
@@ -47,6 +49,10 @@ class RosbridgeConfig(BridgeConfig):
     """Obey commands, on the topics of the ROS 2 door."""
     services: bool = True
     """Offer services (pause, reset, step ...)."""
+
+    def listens(self) -> str:
+        """See `BridgeConfig`."""
+        return listening("tcp", self.host, self.port)
 
     def attach(self, exchange: Exchange) -> str:
         """See `BridgeConfig`."""
@@ -123,7 +129,9 @@ class RosbridgeTransport:
         origin = request.headers.get("Origin")
         if origin is None or urlsplit(origin).hostname in self._origins:
             return None
-        self.troubles[f"web pages of {urlsplit(origin).hostname} refused"] += 1
+        foreign = f"web pages of {urlsplit(origin).hostname} refused"
+        known = foreign in self.troubles or len(self.troubles) < MOST_TROUBLES
+        self.troubles[foreign if known else "further web pages refused"] += 1
         return connection.respond(403, f"{origin} is not among `origins`\n")
 
     def _meet(self, connection: Any) -> None:
@@ -147,6 +155,7 @@ class RosbridgeTransport:
     def _subscribe(self, client: Client, said: Mapping[str, Any]) -> None:
         """As in ROS, a topic may be asked for before it is there; one that a run lacks is told."""
         topic = _name(said, "topic")
+        _check_type(topic, said, self._types.get(topic))
         client.want(topic, lambda cdr: to_json(deserialize(self._types[topic], bytes(cdr))), said)
         if self._types and topic not in self._types:
             client.say({"op": "status", "level": "warning", "msg": str(LookupFailed("topic", topic, self._types))})
@@ -157,6 +166,7 @@ class RosbridgeTransport:
         topic = _name(said, "topic")
         if topic not in self._receivers:
             raise LookupFailed("topic for commands", topic, self._receivers)
+        _check_type(topic, said, self._receivers[topic][0])
 
     def _publish(self, client: Client, said: Mapping[str, Any]) -> None:
         self._advertise(client, said)
@@ -165,7 +175,11 @@ class RosbridgeTransport:
 
     def _call(self, client: Client, said: Mapping[str, Any]) -> None:
         service = _name(said, "service")
-        about = {"op": "service_response", "service": service, **({"id": said["id"]} if "id" in said else {})}
+        about: dict[str, Any] = {
+            "op": "service_response",
+            "service": service,
+            **({"id": said["id"]} if "id" in said else {}),
+        }
         if service in _ROSAPI:
             client.say({**about, "values": _ROSAPI[service](self, said.get("args") or {}), "result": True})
             return
@@ -174,7 +188,12 @@ class RosbridgeTransport:
             client.say({**about, "values": refusal, "result": False})
             return
         kind, answer, clerk = self._services[service]
-        request = serialize(f"{kind}_Request", from_json(f"{kind}_Request", said.get("args") or {}))
+        try:
+            request = serialize(f"{kind}_Request", from_json(f"{kind}_Request", said.get("args") or {}))
+        except (InputError, ValueError, ArithmeticError) as error:  # who calls waits for an answer, not for a status
+            self.troubles["requests refused"] += 1
+            client.say({**about, "values": str(error), "result": False})
+            return
 
         def respond() -> None:
             found = to_json(deserialize(f"{kind}_Response", answer(request)))
@@ -200,8 +219,21 @@ _ROSAPI: Final[Mapping[str, Callable[[RosbridgeTransport, Mapping[str, Any]], di
 
 
 def _name(said: Mapping[str, Any], key: str) -> str:
-    name = str(said.get(key, ""))
+    name = said.get(key)
+    if not isinstance(name, str) or not name:
+        raise InputError(f"{said.get('op')}: a {key}, such as '/name', is wanted, not {name!r:.60}")
     return name if name.startswith("/") else f"/{name}"
+
+
+def _check_type(topic: str, said: Mapping[str, Any], kind: str | None) -> None:
+    """Refuse a message type that is not the topic's; it may be left out.
+
+    Raises:
+        InputError: names both.
+    """
+    given = said.get("type")
+    if kind is not None and given and ros2_name(str(given)) != kind:
+        raise InputError(f"{topic} has messages of {kind}, not of {given!r:.60}")
 
 
 def _unsubscribe(client: Client, said: Mapping[str, Any]) -> None:

@@ -44,9 +44,10 @@ class Client:
 
         with suppress(ConnectionClosed):
             for text in self._connection:
-                self._take(text)
+                self.take(text)
 
-    def _take(self, text: str | bytes) -> None:
+    def take(self, text: str | bytes) -> None:
+        """Do what a message says; what cannot be done is answered by a status, and counted."""
         try:
             said = json.loads(text)
             operation = self._operations.get(str(said.get("op"))) if isinstance(said, dict) else None
@@ -65,7 +66,7 @@ class Client:
         """
         if said.get("compression", "none") != "none" or said.get("fragment_size"):
             raise InputError(f"{topic}: neither compression nor fragments are offered")
-        pause_s, depth = 1e-3 * float(said.get("throttle_rate") or 0), int(said.get("queue_length") or MOST_WAITING)
+        pause_s, depth = 1e-3 * _number(said, "throttle_rate", 0.0), int(_number(said, "queue_length", MOST_WAITING))
         due = 0.0
 
         def send(cdr: Buffer, t_ns: int) -> None:
@@ -101,3 +102,10 @@ class Client:
         """Let it go, at once."""
         self._outbox.close(wait_s=0.0)
         self._connection.socket.close()
+
+
+def _number(said: Mapping[str, Any], key: str, default: float) -> float:
+    value = said.get(key) or default
+    if isinstance(value, bool) or not isinstance(value, int | float) or not 0 <= value < float("inf"):
+        raise InputError(f"{key}: a number of 0 or more is wanted, not {value!r:.60}")
+    return float(value)

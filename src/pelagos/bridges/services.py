@@ -5,6 +5,7 @@ The same controls stand as topics under `/sim/` for clients that cannot reach ou
 
 from __future__ import annotations
 
+import itertools
 import json
 import threading
 from collections.abc import Callable, Sequence
@@ -12,6 +13,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
+from pelagos.bridges.inbox import ANSWER_S
 from pelagos.bridges.ros_commands import ONE_SHOT, listen, pose_nwu, received
 from pelagos.bridges.transport import Answer, Transport, Unsupported
 from pelagos.math.frames import enu_to_nwu_np, nwu_to_enu_np, quaternion_nwu_to_enu_np
@@ -22,6 +24,8 @@ if TYPE_CHECKING:
     from pelagos.bridges.exchange import Exchange
 
 UNSUPPORTED, OK, NOT_FOUND, WRONG_STATE, FAILED = range(5)
+NAME_NOT_UNIQUE, NAME_INVALID = 101, 102
+"""Results of SpawnEntity."""
 STOPPED, PLAYING, PAUSED, QUITTING = range(4)
 FEATURES: Final = (0, 1, 9, 10, 11, 20, 24, 25, 26, 31, 32)
 """SimulatorFeatures: spawning, deleting, resource strings, entity states, reset, simulation states, pause, steps."""
@@ -189,16 +193,19 @@ class Services:
         return {"features": features}
 
     def _entities(self, request: Any) -> dict[str, Any]:
-        return {"result": result(OK), "entities": [*self._sim.model.agents, *(b.name for b in self._sim.bodies.bodies)]}
+        return {"result": result(OK), "entities": self._names()}
 
     def _entity_state(self, request: Any) -> dict[str, Any]:
-        found = self._found(request.entity)
+        found, reached = self._found(request.entity)
+        if not reached:
+            late = f"the simulation did not reach a boundary of steps within {ANSWER_S:g} s"
+            return {"result": result(FAILED, late), "state": entity_state(None, 0)}
         if found is None:
             return {"result": result(NOT_FOUND, f"no entity {request.entity!r}"), "state": entity_state(None, 0)}
         return {"result": result(OK), "state": entity_state(found, self._sim.time_ns)}
 
-    def _found(self, name: str) -> Any:
-        """Position NWU, attitude, velocity and angular velocity FLU of an agent or body."""
+    def _found(self, name: str) -> tuple[Any, bool]:
+        """Position NWU, attitude, velocity and angular velocity FLU of an agent or body, and whether it was looked."""
         box: list[Any] = []
 
         def look() -> None:
@@ -209,8 +216,8 @@ class Services:
                 if body.name == name:
                     box.extend([body.position[0], body.attitude[0], (0, 0, 0), (0, 0, 0)])
 
-        self._exchange.do(look)
-        return box or None
+        reached = self._exchange.do(look)
+        return box or None, reached
 
     def _set_entity_state(self, request: Any) -> dict[str, Any]:
         data: dict[str, Any] = {}
@@ -234,9 +241,19 @@ class Services:
             data["position"], data["attitude"] = pose_nwu(request.initial_pose.pose)
         except (ValueError, TypeError) as error:
             return {"result": result(106, str(error)), "entity_name": ""}
-        name = request.name or f"body{len(self._sim.bodies.bodies) + 1}"
+        taken, name = self._names(), request.name
+        if name and not name.isprintable():
+            return {"result": result(NAME_INVALID, f"{name!r} is no name: it cannot be printed"), "entity_name": ""}
+        if name in taken and not request.allow_renaming:
+            return {"result": result(NAME_NOT_UNIQUE, f"there is an entity {name!r} already"), "entity_name": ""}
+        if not name or name in taken:
+            stem = f"{name}_" if name else "body"
+            name = next(n for i in itertools.count(1) if (n := f"{stem}{i}") not in taken)
         told = self._obeyed(Order("spawn", name, data, "spawn_entity"))
         return {"result": told, "entity_name": name if told.result == OK else ""}
+
+    def _names(self) -> list[str]:
+        return [*self._sim.model.agents, *(b.name for b in self._sim.bodies.bodies)]
 
     def _delete(self, request: Any) -> dict[str, Any]:
         return {"result": self._obeyed(Order("remove", request.entity, {}, "delete_entity"))}

@@ -21,6 +21,12 @@ Answer: TypeAlias = Callable[[bytes], bytes]
 """Request in CDR to response in CDR; called in the transport's own thread."""
 
 
+def ros2_name(name: str) -> str:
+    """A type's name as ROS 2 has it: "geometry_msgs/Twist", as web programs say, is "geometry_msgs/msg/Twist"."""
+    package, _, short = name.partition("/")
+    return f"{package}/msg/{short}" if short and "/" not in short else name
+
+
 class BridgeError(PelagosError):
     """A door cannot be opened."""
 

@@ -41,9 +41,17 @@ def check_doors(sim: Simulation, doors: Mapping[str, Any]) -> None:
     Raises:
         BridgeMismatch: names the bridge.
     """
+    from pelagos.bridges.transport import BridgeMismatch
+
+    taken: dict[str, str] = {}
     for name, config in doors.items():
         with _naming(name):
             config.check(sim)
+            place = config.listens()
+            if place in taken:
+                raise BridgeMismatch(f"{place} is taken by bridges.{taken[place]}; give another port")
+            if place:
+                taken[place] = name
 
 
 @contextmanager
@@ -113,7 +121,7 @@ def run_with_doors(
         else:
             closed = f"; bridges stay closed: {', '.join(doors)}" if doors else ""
             out.print(f"repeats the orders of {repeat}{closed}", markup=False)
-            Repeat(sim, repeat)
+            Repeat(sim, repeat, note=exchange.note)
         result = _runs(exchange, options, recording, progress)
     finally:
         troubles = exchange.close()

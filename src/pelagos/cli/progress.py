@@ -18,6 +18,7 @@ class RunProgress:
 
     def __init__(self) -> None:
         self._started = time.perf_counter()
+        self._shown_s = 0.0
         self._next_line = LINE_EVERY_S
         self._bar: Progress | None = None
         self._task = TaskID(0)
@@ -34,6 +35,9 @@ class RunProgress:
 
     def __call__(self, t_s: float, duration_s: float) -> None:
         """Show that `t_s` of `duration_s` seconds are simulated."""
+        if t_s < self._shown_s:  # a run that begins anew, after a reset
+            self._started, self._next_line = time.perf_counter(), LINE_EVERY_S
+        self._shown_s = t_s
         wall = time.perf_counter() - self._started
         factor = f"{t_s / wall:.1f} x real time" if wall > 0 else ""
         if self._bar is not None:

@@ -89,7 +89,7 @@ def _scalar(where: str, base: str, data: Any) -> Any:
         if not isinstance(data, bool | int | None):
             raise InputError(f"{where}: true or false is wanted, not {data!r:.60}")
         return bool(data)
-    if not isinstance(data, int | float | None):
+    if isinstance(data, bool) or not isinstance(data, int | float | None):
         raise InputError(f"{where}: a number is wanted, not {data!r:.60}")
     if base.startswith("float"):
         return 0.0 if data is None else float(data)

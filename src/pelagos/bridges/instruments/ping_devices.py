@@ -61,13 +61,18 @@ class Ping1d:
         self._widest = (round(1000 * c.range_min_m), round(1000 * (c.range_max_m - c.range_min_m)))
         self._kept: dict[int, tuple[int, ...]] = {
             ping.DEVICE_ID: (1,), ping.RANGE: self._widest, ping.SPEED_OF_SOUND: (round(1000 * SOUND_MPS),),
-            ping.MODE_AUTO: (1,), ping.PING_INTERVAL: (0,), ping.GAIN: (3,), ping.PING_ENABLE: (1,),
+            ping.MODE_AUTO: (1,), ping.PING_INTERVAL: (_interval_ms(c.rate_hz),), ping.GAIN: (3,),
+            ping.PING_ENABLE: (1,),
         }  # fmt: skip
 
     @property
     def bad(self) -> int:
         """Bytes that were no request."""
         return self._frames.bad
+
+    def begin(self) -> None:
+        """See `Speaker`: what a driver has set stays."""
+        self._measured_ns, self._number = None, 0
 
     def hear(self, reading: Any) -> bytes:
         """See `Speaker`; of an altimeter the distance, of a single-beam sounder the trace too."""
@@ -157,6 +162,8 @@ class Ping1d:
             ping.PROTOCOL_VERSION: ping.protocol_version,
             ping.FIRMWARE_VERSION: lambda: ping.frame(number, struct.pack("<BBHH", ping.PING1D, 1, *_FIRMWARE)),
             ping.VOLTAGE_5: lambda: ping.frame(number, struct.pack("<H", _MILLIVOLT)),
+            ping.PROCESSOR_TEMPERATURE: lambda: ping.frame(number, struct.pack("<H", _CENTIDEGREES)),
+            ping.BOARD_TEMPERATURE: lambda: ping.frame(number, struct.pack("<H", _CENTIDEGREES)),
             ping.TRANSMIT_DURATION: lambda: ping.frame(number, struct.pack("<H", ping.PULSE_US)),
             ping.GENERAL_INFO: lambda: ping.frame(number, struct.pack("<HHHHBB", *general)),
             ping.DISTANCE_SIMPLE: lambda: ping.distance_simple(*seen[:2]),
@@ -169,6 +176,12 @@ class Ping1d:
 
 _FIRMWARE: Final = (3, 29)
 _MILLIVOLT: Final = 5000
+_CENTIDEGREES: Final = 2500
+
+
+def _interval_ms(rate_hz: float) -> int:
+    """Time between two readings of the scenario's sonar, rounded down: a longer one would leave readings out."""
+    return min(math.floor(1000 / rate_hz), 0xFFFF)
 
 
 class Ping360:
@@ -190,6 +203,10 @@ class Ping360:
     def bad(self) -> int:
         """Bytes that were no request."""
         return self._frames.bad
+
+    def begin(self) -> None:
+        """See `Speaker`: no direction has been reached yet."""
+        self._traces.clear()
 
     def hear(self, reading: Any) -> bytes:
         """See `Speaker`."""

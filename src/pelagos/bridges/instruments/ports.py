@@ -97,16 +97,22 @@ class PtyPort:
                 self._link.unlink()
             self._link.symlink_to(self.where)
             self.where = str(self._link)
+        self._rest = b""
         self.troubles: Counter[str] = Counter()
 
     def write(self, raw: bytes) -> None:
         """See `Port`: a driver that does not read fills the line, and later messages are lost."""
-        try:
-            sent = os.write(self._ours, raw)
-        except (BlockingIOError, OSError):
-            sent = 0
-        if sent < len(raw):
+        if not self._sent(self._rest) or not self._sent(raw):
             self.troubles["messages that nobody read in time"] += 1
+
+    def _sent(self, raw: bytes) -> bool:
+        """Write; of a message that has begun the rest goes first, next time."""
+        try:
+            sent = os.write(self._ours, raw) if raw else 0
+        except (BlockingIOError, OSError):
+            return False
+        self._rest = raw[sent:]
+        return True
 
     def read(self) -> list[tuple[object, bytes]]:
         """See `Port`."""
@@ -206,6 +212,7 @@ class UdpPort:
     def __init__(self, address: tuple[str, int]) -> None:
         self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         self._socket.setblocking(False)
+        self._socket.setsockopt(socket.SOL_SOCKET, socket.SO_BROADCAST, 1)  # chart plotters listen to x.x.x.255
         self._address = address
         self.where = f"udp to {address[0]}:{address[1]}"
         self.troubles: Counter[str] = Counter()

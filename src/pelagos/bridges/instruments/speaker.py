@@ -31,6 +31,10 @@ class Speaker(Protocol):
 
     tells_loss: bool
 
+    def begin(self) -> None:
+        """A run begins, again after a reset: the clock stands at its beginning."""
+        ...
+
     def hear(self, reading: Any) -> bytes:
         """Messages that follow a reading of its sensor."""
         ...

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 from collections.abc import Callable, Mapping
 from typing import Any, Final
@@ -23,6 +24,9 @@ class _Silent:
 
     def __init__(self, place: Place) -> None:
         self.place = place
+
+    def begin(self) -> None:
+        """Nothing is kept."""
 
     def answer(self, raw: bytes) -> bytes:
         """Nothing."""
@@ -80,6 +84,10 @@ class _Dvl(_Silent):
         self.before_ns = 0
         self.number = 0
 
+    def begin(self) -> None:
+        """See `Speaker`."""
+        self.before_ns = self.number = 0
+
     def hear(self, reading: Any) -> bytes:
         """See `Speaker`."""
         self.number += 1
@@ -104,14 +112,56 @@ class _Dvl(_Silent):
 
 
 class WaterLinkedJson(_Dvl):
-    """See `waterlinked.report`."""
+    """See `waterlinked.report`; it answers `get_config` and `set_config`, which switches its sound on and off.
+
+    Attributes:
+        bad: bytes that were no command.
+    """
+
+    def __init__(self, place: Place) -> None:
+        super().__init__(place)
+        self._begun = b""  # a command whose end has not come yet
+        self._acoustic = True
+        self.bad = 0
 
     def say(self, dvl: DvlVelocity) -> bytes:
         """See `_Dvl`."""
-        return waterlinked.report(dvl, self.before_ns)
+        return waterlinked.report(dvl, self.before_ns) if self._acoustic else b""
+
+    def answer(self, raw: bytes) -> bytes:
+        """Answers to commands, JSON objects on lines of their own or one after the other."""
+        texts, begun = waterlinked.objects(self._begun + raw)
+        self._begun = begun[-_LONGEST_COMMAND:]
+        self.bad += len(begun) - len(self._begun)
+        return b"".join(self._obey(text) for text in texts)
+
+    def _obey(self, text: bytes) -> bytes:
+        try:
+            said = json.loads(text)
+            command, wanted = said["command"], dict(said.get("parameters") or {})
+        except (ValueError, LookupError, TypeError, AttributeError, RecursionError):
+            self.bad += len(text)
+            return waterlinked.response("", trouble="no command was understood")
+        if command == "get_config":
+            return waterlinked.response(command, result=self._config())
+        if command != "set_config":
+            return waterlinked.response(str(command), trouble="this command is not simulated")
+        others = {key: value for key, value in wanted.items() if key != "acoustic_enabled"}
+        here, acoustic = self._config(), wanted.get("acoustic_enabled", self._acoustic)
+        refused = [key for key, value in others.items() if here.get(key) != value]
+        if refused or not isinstance(acoustic, bool):
+            return waterlinked.response(command, trouble=f"fixed by the scenario: {', '.join(refused) or acoustic!r}")
+        self._acoustic = acoustic
+        return waterlinked.response(command)
+
+    def _config(self) -> dict[str, Any]:
+        return {
+            "speed_of_sound": SOUND_MPS, "acoustic_enabled": self._acoustic, "dark_mode_enabled": False,
+            "mounting_rotation_offset": 0.0, "range_mode": "auto", "periodic_cycling_enabled": False,
+        }  # fmt: skip
 
 
-_LONGEST_COMMAND: Final = 256
+_LONGEST_COMMAND: Final = 512
 
 
 class WaterLinkedSerial(_Dvl):
@@ -126,14 +176,16 @@ class WaterLinkedSerial(_Dvl):
         return waterlinked.serial_report(dvl, self.before_ns)
 
     def answer(self, raw: bytes) -> bytes:
-        """The protocol's version, to `wcv`; anything else is an unknown command."""
+        """The protocol's version, to `wcv`; anything else is an unknown command, or has a wrong checksum."""
         out = b""
         *lines, begun = (self._begun + raw).replace(b"\r", b"\n").split(b"\n")
         self._begun = begun[-_LONGEST_COMMAND:]
         for line in lines:
-            command = line.strip().partition(b"*")[0]
-            if command == b"wcv":
-                out += waterlinked.serial_sentence("wrv,2.5.0")
+            command, star, check = line.strip().partition(b"*")
+            if star and check.lower() != b"%02x" % waterlinked.crc8(command):
+                out += waterlinked.serial_sentence("wr!")
+            elif command == b"wcv":
+                out += waterlinked.serial_sentence("wrv,2,5,0")
             elif command:
                 out += waterlinked.serial_sentence("wr?")
         return out
@@ -152,6 +204,11 @@ class Pd6(_Dvl):
 
     def __init__(self, place: Place) -> None:
         super().__init__(place)
+        self._made_good = teledyne.MadeGood()
+
+    def begin(self) -> None:
+        """See `Speaker`: nothing has been made good yet."""
+        super().begin()
         self._made_good = teledyne.MadeGood()
 
     def say(self, dvl: DvlVelocity) -> bytes:

@@ -7,7 +7,8 @@ from __future__ import annotations
 
 import json
 import math
-from typing import Final
+from collections.abc import Mapping
+from typing import Any, Final
 
 from pelagos.bridges.instruments.dvl_velocity import DvlVelocity
 
@@ -31,6 +32,28 @@ def report(dvl: DvlVelocity, before_ns: int) -> bytes:
         "time_of_validity": dvl.t_ns // 1000, "time_of_transmission": dvl.t_ns // 1000,
     }  # fmt: skip
     return json.dumps(body, allow_nan=False).encode() + b"\r\n"
+
+
+def response(command: str, *, result: Mapping[str, Any] | None = None, trouble: str = "") -> bytes:
+    """Answer to a command in JSON, a line; it has failed where there is a `trouble`."""
+    body = {
+        "response_to": command, "success": not trouble, "error_message": trouble, "result": result,
+        "format": "json_v3.1", "type": "response",
+    }  # fmt: skip
+    return json.dumps(body).encode() + b"\r\n"
+
+
+def objects(raw: bytes) -> tuple[list[bytes], bytes]:
+    """Commands in a stream of bytes, and its end that is none yet: drivers end them by a line, or by nothing at all."""
+    *lines, rest = raw.replace(b"\r", b"\n").split(b"\n")
+    found = [line for line in lines if line.strip()]
+    try:
+        if rest.strip():
+            json.loads(rest)
+            return [*found, rest], b""
+    except (ValueError, RecursionError):
+        pass
+    return found, rest
 
 
 def serial_report(dvl: DvlVelocity, before_ns: int) -> bytes:
