@@ -6,6 +6,7 @@ CI tries a few thousand for each parser; `python tests/fuzz/test_bridges.py 1000
 from __future__ import annotations
 
 import json
+import socket
 import struct
 import sys
 from collections.abc import Callable
@@ -15,6 +16,7 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
+import pelagos as pl
 from pelagos.bridges.ardupilot_json import parse_servos
 from pelagos.bridges.inbox import MOST_REASONS, Inbox
 from pelagos.bridges.instruments import ping
@@ -23,6 +25,7 @@ from pelagos.bridges.instruments.speakers import WaterLinkedJson, WaterLinkedSer
 from pelagos.bridges.lcm_transport import payload
 from pelagos.bridges.mavlink import MavlinkConfig, MavlinkDoor
 from pelagos.bridges.moos_wire import NOTIFY, MoosMessage, pack, unpack
+from pelagos.bridges.px4 import Px4Config, Px4Link
 from pelagos.bridges.ros_commands import command_topics, received
 from pelagos.bridges.rosbridge import MOST_TROUBLES, RosbridgeTransport
 from pelagos.bridges.rosbridge_client import Client
@@ -30,6 +33,7 @@ from pelagos.bridges.services import OK, answering, result
 from pelagos.bridges.transport import STREAM
 from pelagos.messages.lcm import encode
 from pelagos.messages.store import make, serialize, vector3
+from pelagos.sim.order import Order
 
 PACKETS = 3000
 Feed = Callable[[bytes], object]
@@ -169,10 +173,38 @@ def mavlink() -> tuple[Feed, list[bytes]]:
     return feed, [message.pack(sender) for message in said]
 
 
+def px4() -> tuple[Feed, list[bytes]]:
+    pytest.importorskip("pymavlink")
+    from pymavlink.dialects.v20 import common
+
+    sim = pl.Simulation.load({
+        "world": {"type": "flat", "depth_m": 30},
+        "agents": {"drone": {"vehicle": "quadrotor", "start": {"position_m": [0, 0, 1]}, "control": "actuators"}},
+    })  # fmt: skip
+    with socket.socket() as free:
+        free.bind(("127.0.0.1", 0))
+        config = Px4Config(type="px4", port=free.getsockname()[1])
+    obeyed: list[Order] = []
+    link = Px4Link(cast(Any, SimpleNamespace(sim=sim, inbox=SimpleNamespace(obey=obeyed.append))), config)
+    OPEN.append(link)
+    sender = common.MAVLink(None, srcSystem=1, srcComponent=1)
+    said = [
+        common.MAVLink_hil_actuator_controls_message(4000, [0.5, 0.4, -0.3, 1.0] * 4, 128, 1),
+        common.MAVLink_heartbeat_message(2, 12, 128, 0, 4, 3),
+    ]
+
+    def feed(raw: bytes) -> None:
+        link.take(raw)
+        assert all(np.isfinite(order.data["values"]).all() for order in obeyed)
+        obeyed.clear()
+
+    return feed, [message.pack(sender) for message in said]
+
+
 PARSERS: dict[str, Callable[[], tuple[Feed, list[bytes]]]] = {
     "ardupilot": servos, "moos": moos, "lcm": lcm, "ping1d": lambda: ping_device(Ping1d),
     "ping360": lambda: ping_device(Ping360), "a50": a50, "a50_json": a50_json,
-    "commands": commands, "mavlink": mavlink, "rosbridge": rosbridge,
+    "commands": commands, "mavlink": mavlink, "px4": px4, "rosbridge": rosbridge,
 }  # fmt: skip
 
 

@@ -185,6 +185,10 @@ class Px4Link:
         if not raw:
             self._lose()
             return False
+        return self.take(raw)
+
+    def take(self, raw: bytes) -> bool:
+        """Obey what came; whether outputs were among it."""
         got = False
         for message in self._mav.parse_buffer(raw) or ():
             kind = message.get_type()
