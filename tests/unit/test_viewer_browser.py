@@ -146,6 +146,13 @@ def test_mission_is_seen_held_and_driven(browser: Any, session: Session) -> None
     page.keyboard.press("+")
     assert page.evaluate(far) == pytest.approx(0.85 * before, rel=1e-6)
     assert page.evaluate("pelagos.plots.plots[0].own") == "depth"  # its line is the sensor's own truth
+    numbers = page.evaluate("import('./plots.js').then((m) => m.graduations(-0.3, 3.3).map(([v, text]) => text))")
+    assert numbers == ["0.1", "1.5", "2.9"]  # not 0, 2, 3 at equal distances
+    session.view.hub.publish("waiting", {"type": "waiting", "s": 12}, keep=False)
+    until(lambda: page.is_visible("#waiting"))
+    assert "taken 12 s" in page.inner_text("#waiting")
+    session.view.hub.publish("waiting", {"type": "waiting", "s": 0}, keep=False)
+    until(lambda: not page.is_visible("#waiting"))
 
     box = page.locator("#map").bounding_box()
     under = "([x, y]) => pelagos.map.world({ clientX: x, clientY: y })"

@@ -21,7 +21,7 @@ from pelagos.viewer.hub import Hub
 from pelagos.viewer.live import Live
 from pelagos.viewer.orders import Orders
 from pelagos.viewer.pilot import Pilot
-from pelagos.viewer.session import Watch, currents_of, subject_of
+from pelagos.viewer.session import Session, Watch, currents_of, subject_of
 from pelagos.viewer.view import View
 
 SCENARIO: dict[str, Any] = {
@@ -168,6 +168,41 @@ def test_pause_tick_speed_and_reset(pilot):
     obey(made, orders, do="reset", seed=11)
     assert (made.sim.time_ns, made.sim.seed) == (0, 11)
     assert not orders.obey({"do": "format the disk"})
+
+
+def test_step_that_takes_long_is_told_to_whoever_waits_for_it(sim, tmp_path, monkeypatch):
+    """Kernels that are new to a machine are compiled for half a minute: a page that stands still must say so."""
+    told: list[int] = []
+    with Session(sim, results=tmp_path, port=0, paused=True) as session:
+        live, view = session.live, session.view
+        publish = view.hub.publish
+        monkeypatch.setattr(view.hub, "publish", lambda key, header, *more, **options: (
+            told.append(header["s"]) if key == "waiting" else publish(key, header, *more, **options)))  # fmt: skip
+
+        def late(seconds: float) -> None:
+            assert live.step_began is not None
+            live.step_began -= seconds
+            view._tell_of_waiting()
+
+        with monkeypatch.context() as slow, sim.watch(live.heard):
+            step = sim.step
+            slow.setattr(sim, "step", lambda **options: (late(12.5), step(**options), view._tell_of_waiting()))
+            session.pilot._advance(0.0)
+        assert told == [12, 0]  # a block that was heard begins the count anew
+        assert live.step_began is None
+        session.pilot.post(lambda: late(40.5))  # another sea
+        session.pilot._obey()
+        view._tell_of_waiting()
+        assert told == [12, 0, 40, 0]
+
+
+def test_run_that_a_browser_holds_is_not_said_to_be_late(sim):
+    with Watch(sim, port=0) as watch, watch.live.at_work():
+        watch.live.step_began = time.monotonic() - 7.5
+        assert 7 <= watch.view.waited_s() < 300
+        sim.pause()
+        assert watch.view.waited_s() == 0
+        sim.resume()
 
 
 def test_way_point_is_gone_to_over_the_ground_and_left_behind(pilot):

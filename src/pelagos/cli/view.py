@@ -137,7 +137,8 @@ def looked_at(sim: Simulation, *, view: bool) -> Iterator[None]:
 
     with Watch(sim) as watch:
         say_where(watch.url, ViewOptions())
-        yield
+        with watch.live.at_work():
+            yield
 
 
 def say_where(url: str, options: ViewOptions) -> None:

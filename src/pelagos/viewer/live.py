@@ -14,7 +14,8 @@ import gc
 import threading
 import time
 from collections import deque
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from typing import Any, Final
 
 import numpy as np
@@ -42,6 +43,7 @@ class Live:
         sensors: configurations by "agent.sensor".
         status: gives the run's status, called by the step thread with every frame.
         garbage: collected with frames, while it is open.
+        step_began: `time.monotonic` at which the block or order under way began; None between them.
     """
 
     def __init__(self, sim: Simulation, *, copy: int = 0) -> None:
@@ -52,6 +54,7 @@ class Live:
         }
         self.status: Callable[[], Mapping[str, Any]] = dict
         self.garbage = StepperCollects()
+        self.step_began: float | None = None
         self._poses: dict[str, deque[tuple[int, Pose]]] = {name: deque(maxlen=_POSES) for name in agents}
         self._readings: dict[str, deque[Reading]] = {}
         self._waiting: Frame | None = None
@@ -63,6 +66,8 @@ class Live:
 
     def heard(self, heard: Heard) -> None:
         """Keep what a block gave, and make a frame if one is due."""
+        if self.step_began is not None:
+            self.step_began = time.monotonic()
         for name in heard:
             config = self.sensors.get(name)
             if config is None:
@@ -110,6 +115,20 @@ class Live:
                 readings.clear()
             self._waiting = frame
             self._some.notify_all()
+
+    @contextmanager
+    def at_work(self) -> Iterator[None]:
+        """Time what the thread that steps does here, for `waited_s`."""
+        self.step_began = time.monotonic()
+        try:
+            yield
+        finally:
+            self.step_began = None
+
+    def waited_s(self) -> float:
+        """Wall-clock time that the step or order under way has taken so far [s]; any thread may ask."""
+        began = self.step_began
+        return 0.0 if began is None else time.monotonic() - began
 
     def restart(self) -> None:
         """Time went back: what was kept is of another run."""

@@ -167,7 +167,8 @@ class Pilot:
             except queue.Empty:
                 return
             try:
-                order()
+                with self.live.at_work():  # another sea, or a reset, may have kernels of its own
+                    order()
             except (InputError, TypeError, ValueError, KeyError) as error:
                 self.say(str(error), "error")
 
@@ -188,7 +189,8 @@ class Pilot:
             ticks = max(1, min(round(simulated / dt_s), round(1.0 / dt_s)))
         start = time.perf_counter()
         try:
-            self.sim.step(ticks=ticks)
+            with self.live.at_work():
+                self.sim.step(ticks=ticks)
         except SimulationError as error:
             self.say(str(error), "error")
             self._ended = True

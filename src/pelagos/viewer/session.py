@@ -65,6 +65,7 @@ class Session:
         folder = Path("results") / plain_name(sim.scenario.name) if results is None else results
         orders = Orders(self.pilot, folder)
         self.view = View(subject_of(sim), self.live, orders, host=host, port=port)
+        self.view.waited_s = self.live.waited_s
         self.soundings = orders.soundings = Soundings(sim, self.view)
         self.view.show_bodies_of(sim.bodies)
         self.pilot.say = lambda text, kind: self.view.hub.say(text, kind=kind)
@@ -158,6 +159,7 @@ class Watch:
         self.live.status = self._status
         watching = Watching(sim)
         self.view = View(subject_of(sim), self.live, watching, host=host, port=port)
+        self.view.waited_s = lambda: 0.0 if sim.paused else self.live.waited_s()
         self.soundings = watching.soundings = Soundings(sim, self.view)
         watching.say = lambda text: self.view.hub.say(text, kind="error")
         self.view.show_bodies_of(sim.bodies)

@@ -24,6 +24,7 @@ from pelagos.viewer.server import Server
 from pelagos.viewer.water import Water
 from pelagos.world.world import World
 
+_LONG_S: Final = 2  # a step of this length is told to those who wait for it
 _LOOK_M: Final = 8.0  # the ground's finest grid follows when the vehicle has moved so far
 
 
@@ -86,6 +87,7 @@ class View:
     Attributes:
         url: where to open it, with its token.
         pictures: how many frames were drawn.
+        waited_s: tells how long the step under way has taken [s]; browsers are told of more than 2 s.
 
     Args:
         subject: what.
@@ -113,6 +115,8 @@ class View:
         self._bodies_of: Any = None
         self._other: deque[Callable[[], None]] = deque()  # to draw with the next frame
         self.show_currents(subject.currents)
+        self.waited_s: Callable[[], float] = lambda: 0.0
+        self._told_s = 0
         self._closed = threading.Event()
         self._begin()
         self.hub.heard = self._heard
@@ -176,6 +180,7 @@ class View:
     def _publish(self) -> None:
         while not self._closed.is_set():
             frame = self._source.take(0.25)
+            self._tell_of_waiting()
             asked = bool(self._asked)
             self._do_asked()
             if frame is None and not asked:
@@ -188,6 +193,14 @@ class View:
             except Exception as error:  # a drawing that fails must not end the view, nor the mission
                 self.hub.say(f"the picture failed: {type(error).__name__}: {error}", kind="error")
             self.pictures += 1
+
+    def _tell_of_waiting(self) -> None:
+        """Have a page that stands still say so each second: kernels that are new to a machine take long to compile."""
+        waited = int(self.waited_s())
+        told = waited if waited >= _LONG_S else 0
+        if told != self._told_s:
+            self._told_s = told
+            self.hub.publish("waiting", {"type": "waiting", "s": told})
 
     def _draw(self, frame: Frame) -> None:
         looked_on = self.hub.count > 0

@@ -17,7 +17,7 @@ function connect() {
   socket.onopen = () => { tries = 0; stage?.reset(); $("lost").hidden = true; };
   socket.onmessage = (e) => {
     const length = new DataView(e.data).getUint32(0, true), header = JSON.parse(new TextDecoder().decode(new Uint8Array(e.data, 4, length)));
-    ({ hello: onHello, water: onWater, section: onSection, state: onState, panel: onPanel, jump: onJump, say: onSay, chart: (x, b) => map.part(x.bounds, new Blob([b], { type: "image/png" })), node: (x, b) => stage?.node(x, b), part: (x, b) => stage?.part(x, b), gone: (x) => stage?.gone(x), seen: (x) => stage?.seen(x), poses: (x) => stage?.move(x) })[header.type]?.(header, new Uint8Array(e.data, 4 + length));
+    ({ hello: onHello, water: onWater, section: onSection, state: onState, waiting: onWaiting, panel: onPanel, jump: onJump, say: onSay, chart: (x, b) => map.part(x.bounds, new Blob([b], { type: "image/png" })), node: (x, b) => stage?.node(x, b), part: (x, b) => stage?.part(x, b), gone: (x) => stage?.gone(x), seen: (x) => stage?.seen(x), poses: (x) => stage?.move(x) })[header.type]?.(header, new Uint8Array(e.data, 4 + length));
   };
   socket.onclose = () => { lost(tries++ ? "The simulation has ended, or the connection is lost. This page tries again by itself." : ""); setTimeout(connect, Math.min(500 * 2 ** tries, 8000)); };
 }
@@ -96,6 +96,9 @@ function onPanel(p, blob) {
   if (c.card.classList.contains("folded")) return;
   const rows = Object.entries(p.numbers); if (c.numbers.childElementCount !== 2 * rows.length) { c.numbers.replaceChildren(...rows.flatMap(() => [document.createElement("span"), document.createElement("b")])); }
   rows.forEach(([name, value], i) => { c.numbers.children[2 * i].textContent = name; c.numbers.children[2 * i + 1].textContent = value === null ? "–" : value.toPrecision(5); });
+}
+function onWaiting(w) { // nothing to read between ticks: a clock that stands still looks like a hang
+  $("waiting").hidden = !w.s; $("waiting").textContent = w.s ? `The next step has taken ${w.s} s so far. What this machine computes for the first time is compiled before it runs; that is kept, and is quick from then on.` : "";
 }
 function onJump() { plots.clear(); map.clear(); before = null; }
 function onSay(s) { const p = document.createElement("p"); p.textContent = s.text; p.className = s.kind || "note"; $("says").append(p); setTimeout(() => p.remove(), s.kind === "error" ? 9000 : 6000); }

@@ -44,6 +44,11 @@ export class Plots {
 
 function push(list, t, v) { if (list.length && list.at(-1)[0] >= t) return; list.push([t, v]); if (list.length > MOST) list.shift(); }
 
+export function graduations(low, high) { // three lines and their numbers, rounded by a tenth of their distance at most
+  const digits = Math.max(0, Math.min(3, Math.ceil(-Math.log10(.08 * (high - low)))));
+  return [.1, .5, .9].map((part) => { const v = low + part * (high - low); return [v, v.toFixed(digits).replace(/^-(0(\.0*)?)$/, "$1")]; });
+}
+
 function drawOne({ series, canvas, value, truth, measured }) {
   const w = canvas.clientWidth, h = canvas.clientHeight, ratio = devicePixelRatio || 1;
   if (!w || !h) return;
@@ -57,8 +62,7 @@ function drawOne({ series, canvas, value, truth, measured }) {
   const room = Math.max((high - low) * 0.15, (series.least - (high - low)) / 2); low -= room; high += room; // noise of a constant signal stays small
   const left = 34, x = (t) => left + ((t - first) / SPAN_S) * (w - left - 2), y = (v) => series.down ? 5 + ((v - low) / (high - low)) * (h - 12) : h - 7 - ((v - low) / (high - low)) * (h - 12);
   c.font = "9.5px system-ui, sans-serif"; c.fillStyle = "#8fa9bd"; c.strokeStyle = "#1b3a54"; c.lineWidth = 1;
-  const digits = Math.max(0, Math.min(3, Math.ceil(-Math.log10(.4 * (high - low))))), plain = (v) => v.toFixed(digits).replace(/^-(0(\.0*)?)$/, "$1");
-  for (const part of [0.1, 0.5, 0.9]) { const v = low + part * (high - low), at = y(v); c.beginPath(); c.moveTo(left, at); c.lineTo(w, at); c.stroke(); c.fillText(plain(v), 2, at + 3); }
+  for (const [v, text] of graduations(low, high)) { const at = y(v); c.beginPath(); c.moveTo(left, at); c.lineTo(w, at); c.stroke(); c.fillText(text, 2, at + 3); }
   c.fillStyle = "#e07b39"; for (const [t, v] of shown[1]) c.fillRect(x(t) - 1, y(v) - 1, 2, 2);
   c.strokeStyle = "#f6f3cf"; c.lineWidth = 1.4; c.beginPath(); shown[0].forEach(([t, v], i) => i ? c.lineTo(x(t), y(v)) : c.moveTo(x(t), y(v))); c.stroke();
   const now = shown[0].length ? shown[0].at(-1)[1] : shown[1].at(-1)[1];
