@@ -225,6 +225,26 @@ def test_way_point_is_gone_to_over_the_ground_and_left_behind(pilot):
     assert "auv0" in said[-1][1]  # the nearest name
 
 
+def test_prop_that_is_dragged_slowly_does_not_climb_upon_itself(pilot):
+    """The pointer's ray meets the prop where it still stands; what counts is the ground behind it."""
+    made, orders, said = pilot
+    obey(made, orders, do="spawn", shape="box", x=4.0, y=-5.0, size=1)
+    other = {"do": "spawn", "shape": "box", "x": -7.0, "y": 3.0, "size": 2}
+    obey(made, orders, **other)
+    body, beside = made.sim.bodies.bodies
+    assert made.sim.bodies.rows_of(beside)[0] == made.sim.bodies.rows_of(body)[0] + 1
+    for k in range(1, 4):  # steps that are smaller than the box
+        at = np.array([4.0 + 0.2 * k, -5.0 - 0.1 * k, -15.0])
+        eye = at + np.array([-9.0, 6.0, 7.0])
+        obey(made, orders, do="move_seen", name=body.name, eye=eye.tolist(), way=(at - eye).tolist())
+        assert body.position[0] == pytest.approx([*at[:2], -14.5], abs=1e-3)  # rays are float32
+    obey(made, orders, do="move_seen", name=body.name, eye=[-7.0, 3.0, -5.0], way=[0, 0, -2])
+    assert body.position[0] == pytest.approx([-7.0, 3.0, -12.5], abs=1e-3)  # upon another prop it does
+    assert not said
+    for gone in (body, beside):
+        obey(made, orders, do="remove", name=gone.name)
+
+
 def test_props_are_put_moved_and_removed_between_steps(pilot):
     made, orders, said = pilot
     obey(made, orders, do="spawn", shape="box", x=5.0, y=-6.0, size=2)

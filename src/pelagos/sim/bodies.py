@@ -232,6 +232,12 @@ class Bodies:
         if not any(b is body for b in self.bodies):
             raise CommandError(f"the body {body.name!r} was removed; spawn it again")
 
+    def rows_of(self, body: Body) -> NDArray[np.uint32]:
+        """`(n,)` rows of a body in the moving scene: `World.cast(..., own_body=...)` looks through it."""
+        self.require(body)
+        index = next(i for i, b in enumerate(self.bodies) if b is body)
+        return hull_rows(len(self.hulls) + index, self._n)
+
     def follow(self, tick: int) -> None:
         """Move what follows a script to where it is at a tick."""
         if self.script is not None:

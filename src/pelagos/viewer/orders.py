@@ -13,6 +13,7 @@ import numpy as np
 
 from pelagos.errors import CommandError, LookupFailed
 from pelagos.math.constants import GRAVITY
+from pelagos.raycast.rays import NO_BODY
 from pelagos.sim.simulation import Simulation
 from pelagos.viewer.drive import Axes, drive
 from pelagos.viewer.pilot import Pilot
@@ -187,9 +188,9 @@ class Orders:
         body.move(position=(x, y, z))
 
     def _move_seen(self, m: Mapping[str, Any]) -> None:
-        """A prop to what a ray of the scene meets."""
-        x, y, z = self._seen(m)
+        """A prop to what a ray of the scene meets behind it: upon itself it would climb as long as it is dragged."""
         body = self._body(m)
+        x, y, z = self._seen(m, through=int(self._sim.bodies.rows_of(body)[0]))
         above = -float(body.geometry.extent[0, 2])
         self._sim.gate.settle()
         body.move(position=(x, y, z + above))
@@ -211,13 +212,13 @@ class Orders:
             if path is not None:
                 self._pilot.say(f"recorded: {path}", "note")
 
-    def _seen(self, m: Mapping[str, Any]) -> tuple[float, float, float]:
-        """Point at which a ray of the scene meets the ground or a structure: `eye` NWU [m] and `way`."""
+    def _seen(self, m: Mapping[str, Any], *, through: int = NO_BODY) -> tuple[float, float, float]:
+        """Point at which a ray of the scene meets the ground, a structure or a body: `eye` NWU [m] and `way`."""
         eye, way = _vector(m, "eye"), _vector(m, "way")
         long = float(np.linalg.norm(way))
         if long == 0:
             raise CommandError("the way of a ray has a length")
-        hits = self._sim.world.cast(eye[None], way[None] / long, _SIGHT_M)
+        hits = self._sim.world.cast(eye[None], way[None] / long, _SIGHT_M, own_body=through)
         if not hits.valid[0]:
             raise CommandError("there is nothing under the pointer; click on the ground or a structure")
         x, y, z = (float(v) for v in hits.position[0])
