@@ -106,24 +106,24 @@ _SLIMMED: Final[weakref.WeakValueDictionary[Any, type]] = weakref.WeakValueDicti
 _Value = TypeVar("_Value")
 
 
-def slim(value: _Value) -> _Value:
+def without_constants(value: _Value) -> _Value:
     """The same struct, of a class that holds what is no array: names, numbers, None, empty lists and dictionaries.
 
     Dr.Jit looks at each of them in every frozen call, 1.1 us apiece; at a class it looks once, for all of it. Structs
-    in it, in its lists and in its dictionaries are made slim likewise.
+    in it, in its lists and in its dictionaries are made so likewise.
     """
-    return cast(_Value, _slimmed(value))
+    return cast(_Value, _free_of_constants(value))
 
 
-def _slimmed(value: Any) -> Any:
+def _free_of_constants(value: Any) -> Any:
     if isinstance(value, list):
-        return [_slimmed(v) for v in value]
+        return [_free_of_constants(v) for v in value]
     if isinstance(value, dict):
-        return {k: _slimmed(v) for k, v in value.items()}
+        return {k: _free_of_constants(v) for k, v in value.items()}
     cls: Any = type(value)
     if not hasattr(cls, "DRJIT_STRUCT") or not hasattr(cls, "__dataclass_fields__"):
         return value
-    parts = {name: _slimmed(getattr(value, name)) for name in cls.DRJIT_STRUCT}
+    parts = {name: _free_of_constants(getattr(value, name)) for name in cls.DRJIT_STRUCT}
     fixed = {
         k: v
         for k, v in parts.items()
@@ -139,12 +139,12 @@ def _slimmed(value: Any) -> Any:
     return made
 
 
-def settle(*values: Any) -> None:
+def align(*values: Any) -> None:
     """Put arrays, and those in structs, lists and dictionaries, into memory of Dr.Jit's own, evaluated, in place.
 
     What is made of a NumPy array shares its memory, which may begin anywhere. Dr.Jit reads aligned memory faster, and
     by other instructions: a kernel that was recorded or cached for the one must be compiled anew for the other. So all
-    tables that are made once, and then go into kernels, are settled.
+    tables that are made once, and then go into kernels, are aligned.
     """
     import drjit as dr
 
@@ -153,28 +153,28 @@ def settle(*values: Any) -> None:
         if dr.is_array_v(kind) and dr.depth_v(kind) > 1:
             for i in range(len(value)):
                 part = value[i]
-                settle(part)
+                align(part)
                 value[i] = part
         elif dr.is_array_v(kind):
             if not dr.is_mask_v(kind):
                 value += dr.opaque(kind, 0)  # in place; anything simpler keeps the memory
             dr.make_opaque(value)  # each for itself: a kernel for several would know which of them were aligned
         elif hasattr(kind, "DRJIT_STRUCT"):
-            settle(*(getattr(value, name) for name in kind.DRJIT_STRUCT))
+            align(*(getattr(value, name) for name in kind.DRJIT_STRUCT))
         elif isinstance(value, (list, tuple)):
-            settle(*value)
+            align(*value)
         elif isinstance(value, dict):
-            settle(*value.values())
+            align(*value.values())
     dr.sync_thread()  # the NumPy arrays may go
 
 
-def own(kind: Any, values: Any) -> Array:
-    """Flat values of a NumPy array in memory of Dr.Jit's own, see `settle`."""
+def from_numpy(kind: Any, values: Any) -> Array:
+    """Flat values of a NumPy array in memory of Dr.Jit's own, see `align`."""
     import numpy as np
 
     whole = values.astype(np.uint32, copy=False) if values.dtype.kind == "u" else values
     made = kind(np.ascontiguousarray(whole).reshape(-1))
-    settle(made)
+    align(made)
     return made
 
 
@@ -276,7 +276,7 @@ def flush_subnormals() -> None:
         library.fesetenv(environment)
 
 
-def stage() -> None:
+def new_scope() -> None:
     """Have what is computed so far stand before all that follows in a kernel.
 
     Dr.Jit writes each result's operations down after one another, as far back as they go. Where several results are

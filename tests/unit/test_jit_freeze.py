@@ -90,14 +90,14 @@ def test_slim_structs_keep_their_values_and_leave_only_arrays_to_look_at() -> No
         empty: dict
 
     fat = Outer([Inner(jit.Float64([1.0, 2.0]), 3)], None, "sea", {})
-    thin = jit.slim(fat)
+    thin = jit.without_constants(fat)
     assert isinstance(thin, Outer)
     assert (thin.none, thin.name, thin.empty, thin.parts[0].count) == (None, "sea", {}, 3)
     assert list(type(thin).DRJIT_STRUCT) == ["parts"]
     frozen = jit.freeze(lambda s, x: s.parts[0].gain * s.parts[0].count + x + len(s.name))
     for x in (1.0, 2.0):
         assert np.array(frozen(thin, dr.opaque(jit.Float64, x))).tolist() == [6 + x, 9 + x]
-    other = jit.slim(Outer([Inner(jit.Float64([1.0, 2.0]), 5)], None, "sea", {}))
+    other = jit.without_constants(Outer([Inner(jit.Float64([1.0, 2.0]), 5)], None, "sea", {}))
     assert np.array(frozen(other, dr.opaque(jit.Float64, 1.0))).tolist() == [9, 14]
 
 
@@ -111,7 +111,7 @@ def test_settled_arrays_are_aligned_and_their_own() -> None:
     several = np.arange(64, dtype=np.float32)
     rows = np.arange(30, dtype=np.float64).reshape(3, 10)
     whole = {"a": jit.Float(several[1:33]), "b": [jit.Array3f64(rows), jit.UInt32(np.arange(5, dtype=np.uint32))]}
-    jit.settle(whole, None, 3, "text")
+    jit.align(whole, None, 3, "text")
     several[:], rows[:] = -1, -1
     assert np.array_equal(whole["a"], np.arange(1, 33))
     assert np.array_equal(whole["b"][0], np.arange(30).reshape(3, 10))
@@ -129,11 +129,11 @@ def test_tables_are_settled_within_structs() -> None:
 
     data = np.arange(65, dtype=np.float64)
     table = Table(jit.Float64(data[1:]), 3)
-    jit.settle(table)
+    jit.align(table)
     data[:] = 0
     assert np.array_equal(table.values, np.arange(1, 65))
     assert table.size == 3
-    assert np.array_equal(jit.own(jit.UInt32, np.array([[1, 2], [3, 4]], dtype=np.uint8)), [1, 2, 3, 4])
+    assert np.array_equal(jit.from_numpy(jit.UInt32, np.array([[1, 2], [3, 4]], dtype=np.uint8)), [1, 2, 3, 4])
 
 
 SUBNORMAL = """

@@ -160,23 +160,23 @@ def _echoes(
     Each step is taken for all of them before the next: a facet alone is one long chain of operations, each of which
     waits for the one before.
     """
-    jit.stage()
+    jit.new_scope()
     cells = [dr.floor(dr.fma(facet.slide, reach, facet.start)) for reach in ranges]
-    jit.stage()
+    jit.new_scope()
     words = [facet_word(facet.base, cell) for cell in cells]
-    jit.stage()
+    jit.new_scope()
     places = [cell + sonar.middle for cell in cells]
     if sonar.scattered:
         places = [place + (facet_place(word) - 0.5) for place, word in zip(places, words, strict=True)]
     ways = [dr.sqrt(dr.squared_norm(place)) for place in places]
     energies = _energies(strip.share, ranges, parts)
     own = energies if facet.single is None else _energies(facet.single, ranges, parts)
-    jit.stage()
+    jit.new_scope()
     normals = [complex_normal32(word) for word in words]
-    jit.stage()
+    jit.new_scope()
     sizes = [dr.sqrt(energy * power) for energy, (power, _) in zip(own, normals, strict=True)]
     waves = [cosine_sine(dr.fma(-sonar.turns, way, turn)) for way, (_, turn) in zip(ways, normals, strict=True)]
-    jit.stage()
+    jit.new_scope()
     return [
         (size * cosine, size * sine, energy)
         for size, (cosine, sine), energy in zip(sizes, waves, energies, strict=True)

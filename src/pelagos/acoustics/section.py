@@ -112,7 +112,7 @@ def _tables(sections: Sequence[Section]) -> tuple[Water, Floor]:
         jit.Float64(table) for table in (*tables[:4], np.array(bubbles), *tables[4:])
     ]
     of_water, of_floor = (jit.UInt32(np.full(len(sections), k, np.uint32)) for k in (columns, count))
-    jit.settle(*arrays, of_water, of_floor)  # together: to wait for each takes as long as to copy it
+    jit.align(*arrays, of_water, of_floor)  # together: to wait for each takes as long as to copy it
     water = Water(depth, speed, absorption, bubble, begins, of_water)
     return water, Floor(x, bottom, density, ratio, loss, of_floor)
 

@@ -121,12 +121,19 @@ def field(
     x = np.arange(1, columns + 1, dtype=np.float64) * np.float64(reach / columns)
     z = np.array(values[0])
     speed = section.speed_at(np.where(np.isfinite(z), z, 0.0), np.tile(x, beams))
-    grid = (jit.own(jit.Float64, np.repeat(x, len(depths))), jit.own(jit.Float64, np.tile(depths, columns)))
-    sizes = [jit.own(jit.UInt32, np.array([v], np.uint32)) for v in (beams, columns, len(depths))]
+    grid = (
+        jit.from_numpy(jit.Float64, np.repeat(x, len(depths))),
+        jit.from_numpy(jit.Float64, np.tile(depths, columns)),
+    )
+    sizes = [jit.from_numpy(jit.UInt32, np.array([v], np.uint32)) for v in (beams, columns, len(depths))]
     constants = [
         dr.opaque(jit.Float64, float(v)) for v in (section.frequency, spacing, float(section.speed_at(source)))
     ]
-    profile = jit.own(jit.Float64, speed), jit.own(jit.Float64, np.cos(angles)), jit.own(jit.Float64, x)
+    profile = (
+        jit.from_numpy(jit.Float64, speed),
+        jit.from_numpy(jit.Float64, np.cos(angles)),
+        jit.from_numpy(jit.Float64, x),
+    )
     beam = _beams()(values[:6], values[8], *profile, sizes, constants)
     real, imaginary, intensity = _summed()(beam, grid, sizes)
     shape = (columns, len(depths))
@@ -144,9 +151,9 @@ def _marched(
     width = max(64, 1 << (count - 1).bit_length()) if rounded else count
     rows = np.minimum(np.arange(width), count - 1)
     launch = Launch(
-        jit.own(jit.UInt32, path[rows].astype(np.uint32)), jit.own(jit.Float64, source[rows]),
-        jit.own(jit.Float64, np.asarray(angle, np.float64)[rows]), jit.own(jit.Float64, reach[rows]),
-        jit.own(jit.UInt32, np.full(width, bounces, np.uint32)),
+        jit.from_numpy(jit.UInt32, path[rows].astype(np.uint32)), jit.from_numpy(jit.Float64, source[rows]),
+        jit.from_numpy(jit.Float64, np.asarray(angle, np.float64)[rows]), jit.from_numpy(jit.Float64, reach[rows]),
+        jit.from_numpy(jit.UInt32, np.full(width, bounces, np.uint32)),
     )  # fmt: skip
     found: tuple[list[Array], Ray] = _station_kernel(stations)(water, floor, launch)
     return found
@@ -184,7 +191,7 @@ def _there_and_back(
     if len(legs) == 1:
         return values, angles
     joined = [np.concatenate([np.array(leg[k]) for leg in legs]) for k in range(len(values))]
-    return [jit.own(jit.Float64, v) for v in joined], np.concatenate(taken)
+    return [jit.from_numpy(jit.Float64, v) for v in joined], np.concatenate(taken)
 
 
 def _turned(ray: Ray) -> NDArray[np.intp]:
@@ -208,14 +215,14 @@ def _resumed(side: Section, ray: Ray, rows: NDArray[np.intp], reach: float, stat
         own[name][: len(rows)] = np.clip(np.searchsorted(edges, here, side="right") - 1, 0, len(edges) - 1)
     station = np.zeros(width, np.uint32)
     station[: len(rows)] = np.maximum(np.ceil(here * stations / reach) - 1.0, 0.0)
-    start = Ray(*(jit.own(type(getattr(ray, f.name)), own[f.name]) for f in fields(Ray)))
+    start = Ray(*(jit.from_numpy(type(getattr(ray, f.name)), own[f.name]) for f in fields(Ray)))
     launch = Launch(
         dr.zeros(jit.UInt32, width), dr.zeros(jit.Float64, width), dr.zeros(jit.Float64, width),
         dr.full(jit.Float64, reach, width), dr.full(jit.UInt32, _BOUNCES, width),
     )  # fmt: skip
     dr.eval(launch)
     found: tuple[list[Array], Ray] = _resumed_kernel(stations)(
-        water, floor, launch, start, jit.own(jit.UInt32, station)
+        water, floor, launch, start, jit.from_numpy(jit.UInt32, station)
     )
     return found
 

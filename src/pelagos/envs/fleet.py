@@ -180,7 +180,7 @@ class FleetEnv(VectorEnv[Any, Any, Any]):
         n = self.num_envs
         counters = np.zeros((3, n), dtype=np.uint32)
         counters[1] = codes.FIRST_EPISODE
-        return jit.own(jit.Float64, np.zeros(self.program.channels * n)), jit.own(jit.UInt32, counters)
+        return jit.from_numpy(jit.Float64, np.zeros(self.program.channels * n)), jit.from_numpy(jit.UInt32, counters)
 
     def _mask(self, given: Any) -> NDArray[np.bool_]:
         mask = np.asarray(given)
@@ -251,7 +251,7 @@ class Inbox:
     """Memory of the device into which commands are copied: always the same, so that one recording serves."""
 
     def __init__(self, size: int) -> None:
-        self._array = jit.own(jit.Float, np.zeros(size, dtype=np.float32))
+        self._array = jit.from_numpy(jit.Float, np.zeros(size, dtype=np.float32))
         self.values = np.zeros(size, dtype=np.float32)
         if jit.device == "cpu":
             shown = np.from_dlpack(self._array).__array_interface__["data"][0]  # a view that NumPy does not write to

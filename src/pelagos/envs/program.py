@@ -113,7 +113,7 @@ class Program:
     def _constants(self, seed: int, environment: int, limit: int) -> Constants:
         u32, f64 = jit.UInt32, jit.Float64
         h, decision = 1.0 / self.task.tick_rate_hz, 1.0 / self.task.rate_hz
-        made: Constants = jit.slim(
+        made: Constants = jit.without_constants(
             Constants(
                 dr.opaque(f64, h),
                 dr.opaque(f64, decision),

@@ -182,7 +182,7 @@ def build_ocean(config: OceanConfig, world: World | None = None, *, seed: int = 
         visibility=weather.visibility,
         rain=weather.rain,
     )
-    return jit.slim(ocean)  # every frozen call has it among its arguments
+    return jit.without_constants(ocean)  # every frozen call has it among its arguments
 
 
 def _ballast(config: OceanConfig, masses: WaterColumn | WaterMass, site: Site) -> Array | None:
@@ -196,7 +196,7 @@ def _ballast(config: OceanConfig, masses: WaterColumn | WaterMass, site: Site) -
     if not (math.isfinite(t) and math.isfinite(s)):
         raise ScenarioError("there is no temperature or salinity at the surface of the world's origin", where="ocean")
     table = jit.Float64(np.ascontiguousarray(tabulate(t, s, site).density))
-    jit.settle(table)
+    jit.align(table)
     return table
 
 

@@ -85,7 +85,7 @@ class ProfileCurrentConfig(Strict):
         rows = [components(s, d) for s, d in zip(self.speed_mps, self.towards_deg, strict=True)]
         north, west = np.array(rows).T
         current = ProfileCurrent(*(jit.Float64(np.array(a, dtype=np.float64)) for a in (self.depth_m, north, west)))
-        jit.settle(current)
+        jit.align(current)
         return current
 
 

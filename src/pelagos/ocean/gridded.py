@@ -198,7 +198,7 @@ def grid_field(data: GriddedData, site: Site, *, outside: str, where: str) -> Gr
     arrays = (values, data.time, data.depth, data.row, data.column, to_row, to_column, np.array([scale]))
     v, time, depth, row, column, a, b, s = (jit.Float64(np.array(x, dtype=np.float64)) for x in arrays)
     field = GridField(v, time, depth, row, column, a, b, s, len(data.values), outside, Path(where).name)
-    jit.settle(field)
+    jit.align(field)
     return field
 
 

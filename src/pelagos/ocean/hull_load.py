@@ -40,7 +40,7 @@ def make_hull(vertices: NDArray[np.float64], faces: NDArray[np.integer]) -> Hull
     """A hull from vertices `(v, 3)` [m] and faces `(f, 3)`."""
     corners = [jit.UInt32(np.ascontiguousarray(faces[:, i], dtype=np.uint32)) for i in range(3)]
     hull = Hull(jit.Array3f64(np.ascontiguousarray(vertices.T, dtype=np.float64)), *corners)
-    jit.settle(hull)
+    jit.align(hull)
     return hull
 
 

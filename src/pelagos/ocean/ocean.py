@@ -83,7 +83,7 @@ class Ocean:
     def with_(self, **changes: Any) -> Ocean:
         """The same ocean with other values; sizes of arrays may be others."""
         kept = {f.name: getattr(self, f.name) for f in fields(Ocean)}
-        return jit.slim(Ocean(**{**kept, **changes}))
+        return jit.without_constants(Ocean(**{**kept, **changes}))
 
     def current(self, position: Array, t: Array, copy: Array | None = None) -> Array:
         """Velocity of the water, without the waves' orbital motion, `Array3f64` NWU [m/s].

@@ -122,7 +122,7 @@ class DriftingPlumeConfig(_Source):
         values = (self.rate * interval, self.spread_m2ps, self.spread_up_m2ps, self.initial_m**2, interval, 1 / step)
         amount, across, up, initial, gap, steps = (jit.Float64(v) for v in values)
         plume = DriftingPlume(table, amount, across, up, initial, gap, steps, self.puffs)
-        jit.settle(plume)
+        jit.align(plume)
         return plume
 
 

@@ -57,5 +57,5 @@ def make_tide(constituents: tuple[TideConfig, ...], level_m: float | None = None
     rows = [] if level_m is None else [(level_m, 0.0, 0.0)]
     rows += [(c.amplitude_m, tide_omega(c.constituent, c.period_h), math.radians(c.phase_deg)) for c in constituents]
     tide = Tide(*(jit.Float64(np.ascontiguousarray(column)) for column in np.array(rows, dtype=np.float64).T))
-    jit.settle(tide)
+    jit.align(tide)
     return tide

@@ -68,7 +68,7 @@ class ProfileFieldConfig(ProfileConfig):
     def build(self, site: Site) -> ScalarField:
         """The component on the device."""
         field = ProfileField(*(jit.Float64(np.array(a, dtype=np.float64)) for a in (self.depth_m, self.value)))
-        jit.settle(field)
+        jit.align(field)
         return field
 
 

@@ -54,7 +54,7 @@ class TurbulentCurrentConfig(Strict):
         omega = 0.5 * k * np.linalg.norm(amplitude, axis=1) * np.sqrt(self.modes / np.log2(k.max() / k.min() + 2))
         columns = (*(direction * k[:, None]).T, *amplitude.T, omega, rng.uniform(0, 2 * np.pi, self.modes))
         current = TurbulentCurrent(jit.Float64(np.ascontiguousarray(np.stack(columns, axis=-1)).ravel()))
-        jit.settle(current)
+        jit.align(current)
         return current
 
 

@@ -100,7 +100,7 @@ class Profiles:
         """On the device."""
         arrays = (self.temperature, self.salinity, self.density, self.sound_speed, self.pressure)
         column = WaterColumn(*(jit.Float64(np.ascontiguousarray(a)) for a in arrays))
-        jit.settle(column)
+        jit.align(column)
         return column
 
 

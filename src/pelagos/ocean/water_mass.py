@@ -88,7 +88,7 @@ def make_water(temperature: FieldsConfig, salinity: FieldsConfig, site: Site) ->
     densities, speeds = _tables(site)
     reference = tabulate(_profile(temperatures, -3, 45), _profile(salinities, 0, 42), site).column()
     mass = WaterMass(temperatures, salinities, jit.Float64(densities), jit.Float64(speeds), reference)
-    jit.settle(mass.densities, mass.sound_speeds)
+    jit.align(mass.densities, mass.sound_speeds)
     return mass
 
 

@@ -291,7 +291,7 @@ def waves_of(components: Components, *, depth: float | None, wind: float | None 
         depth is None,
         limit < NEVER,
     )
-    jit.settle(waves.table, waves.depth, waves.limit, waves.height)
+    jit.align(waves.table, waves.depth, waves.limit, waves.height)
     return waves
 
 

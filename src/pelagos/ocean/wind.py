@@ -46,7 +46,7 @@ class WindConfig(Strict):
         shear = 5.73e-2 * math.sqrt(1 + 0.15 * self.speed_mps)
         speed, north, west, growth = (jit.Float64(v) for v in (self.speed_mps, *direction, shear))
         wind = Wind(speed, north, west, growth, jit.Float64(rows), count, self.speed_mps > 0)
-        jit.settle(wind)
+        jit.align(wind)
         return wind
 
 

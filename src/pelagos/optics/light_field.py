@@ -120,7 +120,7 @@ def light_field(water: WaterOptics, light: Daylight) -> LightField:
         source=jit.Float(tables.source.ravel()),
         blur=jit.Float(0.25 * water.particle_scattering[1]),
     )
-    jit.settle(field)
+    jit.align(field)
     return field
 
 

@@ -46,7 +46,7 @@ class Daylight:
         table = np.zeros((ROWS * COLUMNS, 4), dtype=np.float32)
         table[:, :3] = clear_sky(math.asin(self.towards_sun[2])).pattern.reshape(-1, 3)
         light = LightArrays(towards, sun, sky, jit.Float(self.cover), jit.Float(table.ravel()))
-        jit.settle(light)
+        jit.align(light)
         return light
 
 

@@ -133,7 +133,7 @@ def looks(albedo: Array, scale: Array, kinds: Sequence[str]) -> Looks:
         layer_albedo=jit.Array3f(np.ascontiguousarray(layer_albedo)),
         **{name: jit.Float(np.array(values, dtype=np.float32)) for name, values in columns.items()},
     )
-    jit.settle(table)
+    jit.align(table)
     return table
 
 

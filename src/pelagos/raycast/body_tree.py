@@ -73,7 +73,7 @@ def tree_of(low: NDArray[np.float64], high: NDArray[np.float64], copies: int) ->
     boxes, rows = nodes_of(low, high, copies)
     roots = np.arange(copies, dtype=np.uint32) * boxes.shape[1]
     made = BodyTree(jit.Float(boxes.ravel()), jit.UInt32(rows.ravel()), jit.UInt32(roots))
-    jit.settle(made)
+    jit.align(made)
     return made
 
 

@@ -41,7 +41,12 @@ def mesh_of(name: str, group: Sequence[Geometry], origin: NDArray[np.float64]) -
             normals[v:w] = g.vertex_normals
     mesh = jit.mi.Mesh(name, len(vertices), len(faces))
     parameters = jit.mi.traverse(mesh)
-    made = Faces(jit.own(jit.UInt32, faces), jit.own(jit.Float, vertices), jit.own(jit.Float, normals), jit.UInt32(0))
+    made = Faces(
+        jit.from_numpy(jit.UInt32, faces),
+        jit.from_numpy(jit.Float, vertices),
+        jit.from_numpy(jit.Float, normals),
+        jit.UInt32(0),
+    )
     del faces, vertices, normals
     first = group[0]
     shares = large(len(first.faces)) and not isinstance(first, PlacedGeometry) and on_host()

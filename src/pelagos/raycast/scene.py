@@ -111,7 +111,7 @@ class Scene:
 
     def _static_tables(self) -> Faces:
         """Faces of the static meshes; those of a single mesh are its own arrays, not copies."""
-        things = jit.own(
+        things = jit.from_numpy(
             jit.UInt32, np.concatenate(self._static_things) if self._static_things else np.zeros(1, np.uint32)
         )
         return joined(self._static_faces, things)
@@ -173,15 +173,18 @@ class Scene:
             self.generation += 1
             self._load_static()
             base, rows = _rows_by_identifier(self.static)
-            self.tables.static_base, self.tables.static_row = dr.opaque(jit.UInt32, base), jit.own(jit.UInt32, rows)
+            self.tables.static_base, self.tables.static_row = (
+                dr.opaque(jit.UInt32, base),
+                jit.from_numpy(jit.UInt32, rows),
+            )
         parameters = self._static_parameters
-        place, normal = jit.own(jit.Float, patch.vertices), jit.own(jit.Float, patch.normals)
-        corner = jit.own(jit.UInt32, patch.faces)
+        place, normal = jit.from_numpy(jit.Float, patch.vertices), jit.from_numpy(jit.Float, patch.normals)
+        corner = jit.from_numpy(jit.UInt32, patch.faces)
         parameters["ground.vertex_positions"], parameters["ground.faces"] = place, corner
         self._static_faces[-1] = Faces(corner, place, normal, corner)
         if (patch.origin != self.origin).any() and self._standing:
             moved = np.concatenate([g.vertices - patch.origin for g in self._standing]).astype(np.float32)
-            parameters["standing.vertex_positions"] = self._static_faces[0].place = jit.own(jit.Float, moved)
+            parameters["standing.vertex_positions"] = self._static_faces[0].place = jit.from_numpy(jit.Float, moved)
         parameters.update()
         self.origin = patch.origin
         self._static_things[-1] = self._ground_rows[patch.face_materials]
@@ -292,17 +295,17 @@ class Scene:
         self.tables = HitTables(
             origin=_single(self.origin),
             static_base=u32(static_base),
-            static_row=jit.own(u32, static_row),
-            static_first=jit.own(u32, _table([*self._first_faces(), *self._copies.first])),
-            moving_thing=jit.own(u32, _table(moving_thing)),
+            static_row=jit.from_numpy(u32, static_row),
+            static_first=jit.from_numpy(u32, _table([*self._first_faces(), *self._copies.first])),
+            moving_thing=jit.from_numpy(u32, _table(moving_thing)),
             static=self._static_tables(),
             models=self._copies.faces,
             moving=no_faces() if shapes is None else shapes.tables.faces,
             static_turn=_array4f(np.concatenate([upright(max(len(self._static_faces), 1)), self._copies.attitude])),
-            static_thing=jit.own(u32, _table([0] * len(self._static_faces) + self._copies.thing)),
-            label=jit.own(u32, _table(o.label)),
-            instance=jit.own(u32, _table(o.instance)),
-            material=jit.own(u32, _table(o.material)),
+            static_thing=jit.from_numpy(u32, _table([0] * len(self._static_faces) + self._copies.thing)),
+            label=jit.from_numpy(u32, _table(o.label)),
+            instance=jit.from_numpy(u32, _table(o.instance)),
+            material=jit.from_numpy(u32, _table(o.material)),
             tree=tree_of(boxes, boxes, self.copies),
             body_offset=_array3(offset, jit.Array3f),
             body_radius=jit.Float(radius.astype(np.float32)),

@@ -64,10 +64,10 @@ class Shapes:
         mesh, faces = mesh_of("shapes", standing, np.zeros(3))
         self.scene: Any = jit.mi.load_dict({"type": "scene", **watertight(), "shapes": mesh}, optimize=False)
         self.tables = ShapeTables(
-            faces, jit.own(jit.UInt32, np.concatenate([g.face_materials for g in standing]).astype(np.uint32))
+            faces, jit.from_numpy(jit.UInt32, np.concatenate([g.face_materials for g in standing]).astype(np.uint32))
         )
         parts = np.concatenate([used[key][1] for key in order]).astype(np.uint32)
-        self.tables.faces.thing = jit.own(jit.UInt32, parts)
+        self.tables.faces.thing = jit.from_numpy(jit.UInt32, parts)
         dr.make_opaque(self.tables)
         self.offset: NDArray[np.float64] = np.array([place[key] for key in keys]).reshape(-1, 3)
         self.radius: NDArray[np.float64] = np.array([radius[key] for key in keys])

@@ -102,7 +102,7 @@ def stream_key(seed: int, path: str, purpose: str) -> Any:
         words = np.array([stream_key(seed, str(member), purpose) for member in path.members], dtype=np.uint32)
         first, second = np.repeat(words, len(path.environments), axis=0).T
         copies = np.tile(np.array(path.environments, dtype=np.uint32), len(path.members))
-        made = KeyTable(*(jit.own(jit.UInt32, np.ascontiguousarray(words)) for words in (first, second, copies)))
+        made = KeyTable(*(jit.from_numpy(jit.UInt32, np.ascontiguousarray(words)) for words in (first, second, copies)))
         path.tables.append(made)
         return made
     text = f"{int(seed)}\x1f{path}\x1f{purpose}".encode()

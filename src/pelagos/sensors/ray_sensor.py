@@ -66,7 +66,7 @@ class RaySensor:
         self._directions = jit.Array3f(np.ascontiguousarray(directions.T))
         self._own = jit.UInt32(context.own_body)
         self._key = noise.opaque_key(noise.stream_key(context.seed, context.path, "noise"))
-        jit.settle(self._directions, self._own)
+        jit.align(self._directions, self._own)
         self._program = Program(self._kernel, context.scene.compile)
 
     def pattern(self, config: Any) -> ArrayLike:

@@ -185,5 +185,5 @@ def _numbers(wrench: Wrench, rows: int) -> NDArray[np.float64]:
 
 def _wrench(values: NDArray[np.float64]) -> Wrench:
     force, moment = (jit.Array3f64(np.ascontiguousarray(part.T)) for part in (values[:, :3], values[:, 3:]))
-    jit.settle(force, moment)
+    jit.align(force, moment)
     return force, moment

@@ -47,7 +47,7 @@ class Driver:
         self._n = n
         self._frozen: dict[tuple[int, str, bool, bool], Block] = {}
         still = (dr.zeros(jit.Array3f64, n), dr.zeros(jit.Array3f64, n))
-        self._constants = jit.slim(
+        self._constants = jit.without_constants(
             _Constants(dr.opaque(jit.Float64, dt_ns * 1e-9), dr.opaque(jit.UInt32, n), still, vehicle.tables)
         )
         dr.make_opaque(self._constants)
@@ -56,7 +56,7 @@ class Driver:
     def pack(self, state: VehicleState) -> Array:
         """A state as `advance` takes it."""
         values = [np.broadcast_to(np.array(c), self._n) for c in channels_of(state)]
-        return jit.own(jit.Float64, np.concatenate(values))
+        return jit.from_numpy(jit.Float64, np.concatenate(values))
 
     def unpack(self, packed: Array) -> VehicleState:
         """The state that `advance` gave back."""

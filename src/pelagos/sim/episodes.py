@@ -63,7 +63,7 @@ class Episodes:
         """By copy, what its random streams are named by, and the tick from which their moments count, `UInt32`."""
         if self._names is None:
             streams = stream_of(self.environment, self.number)
-            self._names = jit.own(jit.UInt32, streams), jit.own(jit.UInt32, self.began.astype(np.uint32))
+            self._names = jit.from_numpy(jit.UInt32, streams), jit.from_numpy(jit.UInt32, self.began.astype(np.uint32))
         return self._names
 
     def memory(self) -> dict[str, Any]:

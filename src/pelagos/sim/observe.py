@@ -68,14 +68,14 @@ def _lanes(sim: Simulation, table: NDArray[np.float64], copy: int, episode: int)
     m, tick = len(table), sim.stepper.tick
     first = sim.model.first_environment
     streams = stream_of(np.arange(first, first + m, dtype=np.int64), np.full(m, episode, dtype=np.int64))
-    c: list[Any] = [jit.own(jit.Float64, np.ascontiguousarray(column)) for column in table.T]
+    c: list[Any] = [jit.from_numpy(jit.Float64, np.ascontiguousarray(column)) for column in table.T]
     t_ns = tick * sim.dt_ns
     made = kinematics(
         c,
         tick=dr.full(jit.UInt32, tick, m),
         t_ns=dr.full(jit.UInt64, t_ns, m),
         age_ns=dr.full(jit.UInt64, t_ns, m),
-        environment=jit.own(jit.UInt32, streams),
+        environment=jit.from_numpy(jit.UInt32, streams),
         copy=dr.full(jit.UInt32, copy, m),
     )
     dr.make_opaque(made)

@@ -24,7 +24,7 @@ def vectors(values: NDArray[np.float64]) -> Array:
 
 
 def exact(values: NDArray[np.float64]) -> Array:
-    """The same bits in memory of Dr.Jit's own; `jit.own` makes 0.0 of -0.0."""
+    """The same bits in memory of Dr.Jit's own; `jit.from_numpy` makes 0.0 of -0.0."""
     made = jit.Float64(np.ascontiguousarray(values).reshape(-1)) * dr.opaque(jit.Float64, 1.0)
     dr.eval(made)
     dr.sync_thread()  # the NumPy array may go

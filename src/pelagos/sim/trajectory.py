@@ -120,8 +120,8 @@ class RowNames:
         if self._found is None or self._before is not names:
             streams, began = (np.tile(np.array(values), len(batch.members)) for values in names)
             rows = np.arange(batch.rows, dtype=np.uint32)
-            self._found = jit.own(jit.UInt32, rows), jit.own(jit.UInt32, began)
-            self._streams = jit.own(jit.UInt32, streams)
+            self._found = jit.from_numpy(jit.UInt32, rows), jit.from_numpy(jit.UInt32, began)
+            self._streams = jit.from_numpy(jit.UInt32, streams)
             self._before = names
         for table in batch.streams:
             table.environment = self._streams

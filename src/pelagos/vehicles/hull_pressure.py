@@ -44,7 +44,7 @@ def hull_table(vertices: NDArray[np.float64], faces: NDArray[np.int64], drift: A
         triangles=jit.UInt32(len(faces)),
         drift=drift,
     )
-    jit.settle(table)
+    jit.align(table)
     return table
 
 

@@ -217,5 +217,5 @@ def material_tables(materials: Sequence[Material]) -> MaterialTables:
         else:
             columns[f.name] = jit.Float([float(v) for v in values])
     tables = MaterialTables(**columns)
-    jit.settle(tables)
+    jit.align(tables)
     return tables

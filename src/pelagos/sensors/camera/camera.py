@@ -72,7 +72,7 @@ class Camera:
         self._vignette = jit.Float(self._view.tiling.arrange(vignette))
         self._surroundings = Surroundings(context)
         self._keys = tuple(opaque_key(stream_key(context.seed, context.path, k)) for k in ("image", "paths"))
-        jit.settle(self._vignette)
+        jit.align(self._vignette)
         self._change = ray_change(config) if config.samples > 1 or config.renderer == "reference" else None
         self._recorded = context.scene.compile(self._kernel)
 

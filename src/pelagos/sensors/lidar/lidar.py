@@ -79,7 +79,7 @@ class Lidar:
         )
         rates = tuple(dr.opaque(jit.Float, r) for r in (in_air, in_water))
         key = opaque_key(stream_key(context.seed, context.path, "lidar"))
-        jit.settle(albedo)
+        jit.align(albedo)
         self._scanner = Scanner(config, context, self._points, (albedo, rates, key, murk))
 
     def sense(self, motion: Kinematics) -> Measurement:

@@ -103,5 +103,5 @@ def _standard_ocean(latitude: float) -> Array:
 
     dbar = np.arange(0.0, 1.05 * DEEPEST_M, _STEP_DBAR)
     table = jit.Float64(np.ascontiguousarray(-np.asarray(gsw.z_from_p(dbar, latitude))))
-    jit.settle(table)
+    jit.align(table)
     return table

@@ -133,7 +133,7 @@ def t200_tables(open_circuit: float) -> T200Tables:
     current = np.array([np.interp(open_circuit, VOLTAGES, column) for column in measured()[:, :, 2].T])
     ends = np.stack([current[:-1], current[1:]], axis=-1)
     tables = T200Tables(jit.Float64(corners.ravel()), jit.Float64(ends.ravel()))
-    jit.settle(tables)
+    jit.align(tables)
     return tables
 
 

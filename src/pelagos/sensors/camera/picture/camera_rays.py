@@ -198,7 +198,7 @@ class View:
             serves=jit.Bool(self.tiling.arrange(np.asarray(serves, dtype=np.float64)) > 0.5),
         )
         self.own = jit.UInt32(context.own_body)
-        jit.settle(self.lens, self.own)
+        jit.align(self.lens, self.own)
 
     def _table(self, values: NDArray[np.float64]) -> Array:
         return jit.Array3f(np.ascontiguousarray(self.tiling.arrange(values).T))

@@ -236,8 +236,8 @@ class WaterPaths:
         rows = np.minimum(np.arange(width), count - 1)
         start, along = (np.ascontiguousarray(v[rows].T) for v in (origin, direction.astype(np.float32)))
         found = (self._cast_down if ground else self._cast)(
-            jit.Array3f64(start), jit.Array3f(along), jit.own(jit.Float, reach[rows].astype(np.float32)),
-            jit.own(jit.UInt32, copy[rows].astype(np.uint32)), jit.own(jit.UInt32, own[rows]),
+            jit.Array3f64(start), jit.Array3f(along), jit.from_numpy(jit.Float, reach[rows].astype(np.float32)),
+            jit.from_numpy(jit.UInt32, copy[rows].astype(np.uint32)), jit.from_numpy(jit.UInt32, own[rows]),
         )  # fmt: skip
         return {name: values[:count] for name, values in found.items()}
 

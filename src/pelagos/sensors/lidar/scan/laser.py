@@ -147,7 +147,7 @@ def scan_struct(config: LaserConfig) -> Scan:
     azimuth, elevation, age = scan_pattern(config)
     scan = Scan(*(jit.Float(np.ascontiguousarray(v, dtype=np.float32).ravel())
                   for v in (azimuth, np.sin(elevation), np.cos(elevation), age)))  # fmt: skip
-    jit.settle(scan)
+    jit.align(scan)
     return scan
 
 

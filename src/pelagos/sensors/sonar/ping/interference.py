@@ -159,7 +159,7 @@ class Pulses:
             found = through_filter(own, sent)
             rows[sent] = (sum(map(len, samples)), len(found.signal), found.lead_s, found.step_s)
             samples.append(found.signal)
-        return cls(jit.own(jit.Float, np.concatenate(samples).view(np.float32)), rows)
+        return cls(jit.from_numpy(jit.Float, np.concatenate(samples).view(np.float32)), rows)
 
 
 @dataclass(frozen=True)

@@ -123,9 +123,9 @@ class Sounder:
         asked = waters.refraction
         self.bent = bends(context, reach, self._bottom) if asked == "auto" else asked
         self._own = jit.UInt32(context.own_body)
-        jit.settle(self._own)
+        jit.align(self._own)
         self.fan: Fan = fan_struct(rays)
-        jit.settle(self.fan)
+        jit.align(self.fan)
         self.surfaces: Surfaces = surfaces(
             context.world.palette, waters.frequency_hz, wind_speed=waters.wind_speed, texture_db=waters.texture_db
         )

@@ -59,7 +59,7 @@ def surfaces(
     rows = jit.UInt32(len(table) - 1)
     varies = np.array([0.0 if m.corner_m > 0.0 else texture_db for m in materials] + [texture_db], dtype=np.float32)
     made = Surfaces(jit.Float(table.ravel()), jit.Float(mirror.ravel()), rows, jit.Float(varies))
-    jit.settle(made)
+    jit.align(made)
     return made
 
 
@@ -119,12 +119,12 @@ def _reflection(sine: Array, materials: Sequence[Material]) -> Pair:
 
 def _angles(rows: int) -> Array:
     """Grazing angles [rad] of the columns, for each of some rows."""
-    return jit.own(jit.Float64, np.tile(np.linspace(0.0, math.pi / 2, _ANGLES), rows))
+    return jit.from_numpy(jit.Float64, np.tile(np.linspace(0.0, math.pi / 2, _ANGLES), rows))
 
 
 def _by_row(materials: Sequence[Material], name: str) -> Array:
     """A parameter of each material, for all columns: an array, so that one kernel serves all materials."""
-    return jit.own(jit.Float64, np.repeat([float(getattr(m, name)) for m in materials], _ANGLES))
+    return jit.from_numpy(jit.Float64, np.repeat([float(getattr(m, name)) for m in materials], _ANGLES))
 
 
 def _table(values: Array) -> NDArray[np.float64]:

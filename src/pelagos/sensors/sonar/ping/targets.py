@@ -162,11 +162,11 @@ def _table(things: list[_Thing], copies: int, materials: Sequence[Material], ban
     of_instance[instances] = np.arange(len(things))
 
     def column(values: Iterable[float]) -> Array:
-        return jit.own(jit.Float, np.array(list(values), dtype=np.float32))
+        return jit.from_numpy(jit.Float, np.array(list(values), dtype=np.float32))
 
     body = np.array([t.rows or (NO_BODY,) * copies for t in things], dtype=np.uint32)
     found = Targets(
-        kind=jit.own(jit.UInt32, np.array([_KINDS[t.solid.kind] for t in things], dtype=np.uint32)),
+        kind=jit.from_numpy(jit.UInt32, np.array([_KINDS[t.solid.kind] for t in things], dtype=np.uint32)),
         centre=jit.Array3f64(np.ascontiguousarray(np.array([t.solid.centre for t in things]).T)),
         axes=jit.Array4f(np.ascontiguousarray(np.array([_quaternion(t.solid.axes) for t in things]).T, np.float32)),
         half=jit.Array3f(np.ascontiguousarray(np.array([t.solid.half for t in things]).T, np.float32)),
@@ -175,11 +175,11 @@ def _table(things: list[_Thing], copies: int, materials: Sequence[Material], ban
         mirror=column(_mirror(m) for m in made),
         smooth=column(_rms_height(m) / wavelength for m in made),
         lambert=column(10.0 ** (m.lambert_db / 10.0) for m in made),
-        instance=jit.own(jit.UInt32, instances),
-        body=jit.own(jit.UInt32, body.ravel()),
-        of_instance=jit.own(jit.UInt32, of_instance),
+        instance=jit.from_numpy(jit.UInt32, instances),
+        body=jit.from_numpy(jit.UInt32, body.ravel()),
+        of_instance=jit.from_numpy(jit.UInt32, of_instance),
     )
-    jit.settle(found)
+    jit.align(found)
     return found
 
 

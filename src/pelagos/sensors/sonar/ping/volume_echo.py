@@ -60,7 +60,7 @@ def probes(rays: dict[str, NDArray[Any]], beams: int) -> Probes:
         jit.UInt32(np.ascontiguousarray(table[:, middle], dtype=np.uint32).ravel()),
         jit.Float(np.ascontiguousarray(weight, dtype=np.float32).ravel()),
     )
-    jit.settle(made)
+    jit.align(made)
     return made
 
 
