@@ -91,7 +91,7 @@ def test_tiles_that_touch_differ_by_one_level(world, places):
 def test_no_ray_slips_through_along_the_borders_of_tiles(world, places):
     """Vertical and grazing rays through corners, nodes and middles of the borders of all tiles near."""
     scene = world.scene()
-    scene.look(places)
+    scene.peek(places)
     tiles = scene._ground.view.tiles
     g = world.ground
     generator = np.random.default_rng(1)
@@ -181,7 +181,7 @@ def test_same_places_same_bytes_whatever_was_before(world):
     for place in (far, far + 3000, near + 900, near - 55):
         second.follow(place)
     second.forget()
-    second.look(near + 20)
+    second.peek(near + 20)
     second.follow(near)
     a, b = first.patch, second.patch
     used = len(first.view.tiles) * (CELLS + 1) ** 2
@@ -196,7 +196,7 @@ def test_a_look_elsewhere_does_not_change_what_is_followed(world):
     place = np.array([[-9003.0, -777.0]])
     stream.follow(place)
     before = stream.view
-    assert stream.look(np.array([[9000.0, 9000.0]]))
+    assert stream.peek(np.array([[9000.0, 9000.0]]))
     assert stream.view is not before
     assert stream.follow(place + 30.0)
     assert stream.view is before

@@ -23,6 +23,7 @@ from pelagos.datasets.maker import Maker
 from pelagos.datasets.plan import Plan, Shard
 from pelagos.datasets.sample import Sample, as_json, encoded
 from pelagos.errors import RecordingError
+from pelagos.files import give_name
 
 RECORDS: Final = "shards"
 STAGING: Final = ".staging"
@@ -63,7 +64,7 @@ def make_shard(maker: Maker, shard: Shard, folder: Path) -> dict[str, Any]:
         for name in record["files"]:
             target = folder / name
             target.parent.mkdir(parents=True, exist_ok=True)
-            os.replace(staged / name, target)
+            give_name(staged / name, target)
         put(record_path(folder, shard), as_json(record) + b"\n")
     except OSError as error:
         raise _no_file(error, shard) from None
@@ -78,7 +79,7 @@ def put(path: Path, data: bytes) -> None:
     new = path.with_name(f".{path.name}.{os.getpid()}")
     try:
         new.write_bytes(data)
-        os.replace(new, path)
+        give_name(new, path)
     except BaseException:
         new.unlink(missing_ok=True)
         raise

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pelagos.errors import CommandError, InputError, LookupFailed
+from pelagos.files import give_name
 
 if TYPE_CHECKING:
     from pelagos.envs.fleet import FleetEnv
@@ -53,7 +54,7 @@ class Network:
             parts |= {f"weight{i}": weight, f"bias{i}": bias}
         waiting = path.with_name(f".{path.name}.part.npz")
         np.savez(waiting, **parts)
-        waiting.replace(path)
+        give_name(waiting, path)
 
     @classmethod
     def load(cls, path: Path) -> Network:

@@ -138,9 +138,9 @@ class Scene:
         self._exchange_ground()
         return True
 
-    def look(self, places: NDArray[np.float64]) -> bool:
+    def peek(self, places: NDArray[np.float64]) -> bool:
         """The same for rays of other origin; the next `follow` is as if this had not been."""
-        if self._ground is None or not self._ground.look(places[:, :2]):
+        if self._ground is None or not self._ground.peek(places[:, :2]):
             return False
         self._exchange_ground()
         return True

@@ -42,7 +42,7 @@ class StreamedGround(Protocol):
     def follow(self, places: NDArray[np.float64]) -> bool:
         """Bring detail to vehicles at `(k, 2)` [m]; whether the patch is a new one."""
 
-    def look(self, places: NDArray[np.float64]) -> bool:
+    def peek(self, places: NDArray[np.float64]) -> bool:
         """The same for rays of other origin; the next `follow` is as if this had not been."""
 
     def memory(self) -> object:

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import json
-import os
 from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from pelagos.files import give_name
 from pelagos.messages.sonar_image import PROJECTED_IMAGE
 from pelagos.report import charts, pictures, sonar, soundings, survey, theme, track, water
 from pelagos.report.communication import communication_section
@@ -205,5 +205,5 @@ def _replace(path: Path, text: str) -> Path:
     """Write a whole file or none."""
     fresh = path.with_name(f".{path.name}.new")
     fresh.write_text(text, encoding="utf-8")
-    os.replace(fresh, path)
+    give_name(fresh, path)
     return path

@@ -260,6 +260,9 @@ class Sensor(Protocol):
     `OF_A_RUN = True`: what it tells is of a run; at a pose alone (`Simulation.observe`) it has nothing to say, as
     `EVENTS` have not.
     `ONE_VEHICLE = True`: it reads for one vehicle and its copies only; vehicles that carry it are not moved together.
+    `ALTITUDE = "name"`: the part of a reading that is the altitude where the sensor looks down; `""`: its data are the
+    range along -z, so that it also serves to follow a wall. Guidance asks for it.
+    `FIXES = True`: a valid reading is a fix of the place, which a surfaced vehicle waits for.
     `MAY_LACK = True`: data of valid lanes may be NaN or infinite (no echo, nothing in sight); where a class does not
     say so, that stops the run.
     """

@@ -45,6 +45,11 @@ class SensorModel:
         """It is asked when it is due alone (see `Sensor`)."""
         return bool(getattr(self.sensor, "EVENTS", False))
 
+    @property
+    def fixes(self) -> bool:
+        """A valid reading is a fix of the place (see `Sensor`)."""
+        return bool(getattr(self.sensor, "FIXES", False))
+
 
 @dataclass(frozen=True)
 class Batch:

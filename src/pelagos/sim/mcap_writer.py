@@ -22,6 +22,7 @@ from foxglove.mcap import MCAPCompression, MCAPWriteOptions
 from numpy.typing import NDArray
 
 from pelagos.errors import RecordingError
+from pelagos.files import give_name, refuse_other_than_file
 
 CHUNK_BYTES: Final = 4 << 20
 CHANNELS: Final = "channels.json"
@@ -41,6 +42,7 @@ class McapWriter:
         self.path = path
         self._new = path.with_name(f".{path.name}.new") if path.exists() else path
         try:
+            refuse_other_than_file(path)
             self._fd = os.open(self._new, os.O_WRONLY | os.O_CREAT | os.O_TRUNC | getattr(os, "O_BINARY", 0), 0o666)
         except OSError as error:
             raise RecordingError(f"{path}: cannot be written: {error.strerror}") from None
@@ -137,7 +139,7 @@ class McapWriter:
         """Give the file another name, in place of the file that has it."""
         self._refuse_closed()
         try:
-            os.replace(self.path, path)
+            give_name(self.path, path)
         except OSError as error:
             raise RecordingError(f"{path}: cannot be replaced: {error.strerror}") from None
         self.path = self._new = path
@@ -197,7 +199,7 @@ class McapWriter:
 
     def _publish(self) -> None:
         if not self._published:
-            os.replace(self._new, self.path)
+            give_name(self._new, self.path)
             self._published = True
 
     def _abandon(self) -> None:

@@ -16,7 +16,7 @@ from pelagos.sim.control import family_of
 from pelagos.sim.guidance.aboard import Aboard, Fix
 from pelagos.sim.guidance.follow import FollowAgent, FollowWall
 from pelagos.sim.guidance.guidance import Guidance
-from pelagos.sim.guidance.plan import looks_down
+from pelagos.sim.guidance.plan import altitude_of, looks_down
 from pelagos.sim.guidance.steering.choice import steering_of
 from pelagos.sim.model import AgentModel, Model
 from pelagos.sim.navigator import Navigator, fix_of, navigator_of
@@ -160,8 +160,7 @@ class Missions:
         if agent not in self.guidance:
             return False
         feedback = self.feedback[agent]
-        kind = self._model.agents[agent].sensors[sensor].config.type
-        return sensor in feedback.down or sensor in feedback.keys or kind == "gps"
+        return sensor in feedback.down or sensor in feedback.keys or self._model.agents[agent].sensors[sensor].fixes
 
     def commands(self, tick: int, rows: Mapping[str, NDArray[np.float64]]) -> Mapping[str, NDArray[np.float64]]:
         """Set-points `(n, k)` of the agents on a mission, of their motions; none between the ticks of guidance."""
@@ -194,11 +193,11 @@ class Missions:
         name, agent = sampled.model.name, sampled.members[0]
         if agent in self.navigators and name in self.navigators[agent].listens:
             self.navigators[agent].hear(sampled)
-        feedback, kind = self.feedback[agent], sampled.model.config.type
+        feedback = self.feedback[agent]
         if name in feedback.down:
-            found = _newest(sampled, "" if kind == "altimeter" else "altitude", self._model.n)[:, 0]
+            found = _newest(sampled, altitude_of(sampled.model.config) or "", self._model.n)[:, 0]
             feedback.altitude = np.where(np.isfinite(found), found, np.inf)
-        if kind == "gps" and sampled.measurement.valid is not None:
+        if sampled.model.fixes and sampled.measurement.valid is not None:
             feedback.gps |= sampled.measurement.valid.reshape(-1, self._model.n).any(axis=0)
         for key in feedback.keys.get(name, ()):
             feedback.readings[key] = _newest(sampled, key.partition(".")[2], self._model.n)
@@ -206,7 +205,7 @@ class Missions:
     def _listens(self, agent: str, sensor: SensorModel) -> bool:
         """Whether readings of an agent's sensor are kept."""
         feedback, name = self.feedback[agent], sensor.name
-        if name in feedback.down or name in feedback.keys or sensor.config.type == "gps":
+        if name in feedback.down or name in feedback.keys or sensor.fixes:
             return True
         return agent in self.navigators and name in self.navigators[agent].listens
 
@@ -243,8 +242,8 @@ def _down(agent: AgentModel) -> frozenset[str]:
     """Sensors that measure the altitude, where a task asks for one: altimeters, or DVLs where there are none."""
     if all(step.task.common.level.altitude_m is None for step in agent.tasks):
         return frozenset()
-    found = {s: m.config.type for s, m in agent.sensors.items() if looks_down(m.config)}
-    return frozenset([s for s, kind in found.items() if kind == "altimeter"] or found)
+    found = {s: altitude_of(m.config) for s, m in agent.sensors.items() if looks_down(m.config)}
+    return frozenset([s for s, part in found.items() if part == ""] or found)
 
 
 def _nowhere(n: int) -> AgentState:

@@ -14,6 +14,7 @@ from typing import Any, Final
 import numpy as np
 
 from pelagos.errors import RecordingError
+from pelagos.files import give_name
 
 _KIND: Final = "__kind__"
 _SKELETON: Final = "skeleton"
@@ -33,7 +34,7 @@ def write(path: Path, tree: Any) -> None:
     try:
         with unfinished.open("wb") as file:
             np.savez_compressed(file, **parts)
-        unfinished.replace(path)
+        give_name(unfinished, path)
     except OSError as error:
         unfinished.unlink(missing_ok=True)
         raise RecordingError(f"{path} cannot be written: {error}") from None

@@ -378,7 +378,7 @@ class Simulation(Changes):
     def show_now(self, places: NDArray[np.float64]) -> None:
         """The same, and a streamed ground around places `(m, 3)` [m]."""
         self._show_now()
-        self.model.scene.look(places)
+        self.model.scene.peek(places)
 
     def _agent(self, name: str) -> AgentModel:
         if name not in self.model.agents:

@@ -65,7 +65,7 @@ def _seen_from_behind(
     scene = world._scene()
     if scene.static is None:
         return np.zeros(len(directions), dtype=bool), np.zeros(len(directions), dtype=np.uint32)
-    scene.look(place[None])
+    scene.peek(place[None])
     local = jit.Array3f(*(float(c) for c in place - scene.origin))
     along = jit.Array3f(np.ascontiguousarray(directions.T, dtype=np.float32))
     t, normal, _, _ = first_static(scene.static, scene.tables, local, along, jit.Float(_REACH), smooth=False)

@@ -311,7 +311,7 @@ def _make_caster(scene: Scene) -> Callable[..., Hits]:
         own: NDArray[np.uint32],
     ) -> Hits:
         try:
-            scene.look(start)
+            scene.peek(start)
         except WorldError:  # a streamed ground cannot have full detail at so many places: some after the others
             return _halves(call, start, along, reach, copy, own)
         if scene.static is None and scene.moving is None:

@@ -20,7 +20,7 @@ from pelagos.raycast.rays import NO_BODY
 from pelagos.sensors.camera.camera import Camera
 from pelagos.sensors.camera.depth_camera import DepthCamera, DepthCameraConfig
 from pelagos.sensors.camera.picture.camera_config import CameraConfig
-from pelagos.sensors.camera.picture.camera_rays import View, ViewConfig, view_rays
+from pelagos.sensors.camera.picture.camera_rays import Imager, ViewConfig, view_rays
 from pelagos.sensors.camera.picture.pixel_order import pixels
 from pelagos.sensors.camera.semantic_camera import SemanticCamera, SemanticCameraConfig
 from pelagos.sensors.lidar.lidar import Lidar, LidarConfig
@@ -82,7 +82,7 @@ def _rate(sense: Callable[[Kinematics], Measurement]) -> float:
 def _bare_rate(config: ViewConfig) -> float:
     """Frames a second of the first hits alone, with normals."""
     context = _context()
-    view = View(config, context)
+    view = Imager(config, context)
 
     def frame(caster: Caster, lens: Any, motion: Kinematics, own: Any) -> Any:
         hits = caster.cast(view_rays(lens, pixels(view.tiling, 1), motion, own, config))

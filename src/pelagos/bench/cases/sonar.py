@@ -22,7 +22,7 @@ from pelagos.raycast.scene import Scene
 from pelagos.sensors.example_motion import lanes
 from pelagos.sensors.sonar.imaging_sonar import ImagingSonar, ImagingSonarConfig, fan_rays
 from pelagos.sensors.sonar.multibeam import Multibeam, MultibeamConfig
-from pelagos.sensors.sonar.ping.fan import look
+from pelagos.sensors.sonar.ping.fan import cast_fan
 from pelagos.sensors.sonar.ping.sounder import Sounder, Waters
 from pelagos.sensors.sonar.sidescan import Sidescan, SidescanConfig
 from pelagos.sensors.sonar.singlebeam import Singlebeam, SinglebeamConfig
@@ -216,7 +216,7 @@ def _over_cast(rays_per_beam: int) -> Measured:
     rays = Sounder(sensor.config, place, fan_rays(sensor.config), Waters(750e3, 8.1))
 
     def fan_alone(caster: Any, lanes: Any, fan: Any, surfaces: Any) -> Any:
-        view = look(caster, fan, lanes, surfaces, max_range=67.5)
+        view = cast_fan(caster, fan, lanes, surfaces, max_range=67.5)
         return view.hits.t, view.sine
 
     frozen = place.scene.compile(fan_alone)

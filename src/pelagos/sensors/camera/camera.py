@@ -26,7 +26,7 @@ from pelagos.raycast.caster import Caster
 from pelagos.raycast.rays import Hits
 from pelagos.sensors.camera.picture.ambient_light import ambience, ambience_at
 from pelagos.sensors.camera.picture.camera_config import CameraConfig, idle_keys
-from pelagos.sensors.camera.picture.camera_rays import Frame, Lens, Trace, View, pixel_angle, pixel_rays
+from pelagos.sensors.camera.picture.camera_rays import Frame, Imager, Lens, Trace, pixel_angle, pixel_rays
 from pelagos.sensors.camera.picture.develop import balance, developed, exposed, gathered, through_lens, unpacked
 from pelagos.sensors.camera.picture.exposure_lag import exposure_lag
 from pelagos.sensors.camera.picture.lamp_shadow import shaded
@@ -35,7 +35,7 @@ from pelagos.sensors.camera.picture.path_tracing import path_traced
 from pelagos.sensors.camera.picture.pixel_blur import pixel_blur
 from pelagos.sensors.camera.picture.pixel_order import Pixels, pixels
 from pelagos.sensors.camera.picture.pixel_samples import Sample, sampled_rays, samples
-from pelagos.sensors.camera.picture.radiance import Ambience, Radiance, look
+from pelagos.sensors.camera.picture.radiance import Ambience, Radiance, radiance_along
 from pelagos.sensors.camera.picture.ray_change import RayChange, ray_change
 from pelagos.sensors.camera.picture.scenery import Scenery, in_rain
 from pelagos.sensors.camera.picture.surroundings import Lit, Surroundings, light_sources, scenery_of
@@ -66,7 +66,7 @@ class Camera:
         self.config = config
         if idle := idle_keys(config):
             warnings.warn(f"{context.path}: {idle}", ValidityWarning, stacklevel=3)
-        self._view = View(config, context)
+        self._view = Imager(config, context)
         _, directions = pixel_rays(config.model_copy(update={"port": None}))
         vignette = np.nan_to_num(natural_vignette(directions, config.vignette, fisheye=config.lens == "fisheye"))
         self._vignette = jit.Float(self._view.tiling.arrange(vignette))
@@ -113,7 +113,7 @@ class Camera:
         def light_of(sample: Sample, exposure: Array, number: Array) -> Radiance:
             rays = sampled_rays(frame, where, sample, exposure, blur=blur, level=scenery.level, change=change)
             if config.renderer == "realtime":
-                return look(
+                return radiance_along(
                     caster, scenery, rays, where.image, lamps, angle, around,
                     config.marine_snow_per_m3, lines,
                 )[0]  # fmt: skip
@@ -123,7 +123,9 @@ class Camera:
 
         blur = None
         centre = sampled_rays(frame, where, None, dr.zeros(jit.Float, images), level=scenery.level)
-        seen, hits = look(caster, scenery, centre, where.image, lamps, angle, around, config.marine_snow_per_m3, lines)
+        seen, hits = radiance_along(
+            caster, scenery, centre, where.image, lamps, angle, around, config.marine_snow_per_m3, lines
+        )
         if trace is not None:
             dr.eval(seen, hits)
             trace_light(trace, hits, seen)

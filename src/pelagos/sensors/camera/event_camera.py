@@ -25,11 +25,11 @@ from pelagos.jit import Array
 from pelagos.math.philox import normal_pair32, uniform32
 from pelagos.optics.exposure import luminance
 from pelagos.raycast.caster import Caster
-from pelagos.sensors.camera.picture.camera_rays import Frame, Lens, Trace, View, pixel_angle
+from pelagos.sensors.camera.picture.camera_rays import Frame, Imager, Lens, Trace, pixel_angle
 from pelagos.sensors.camera.picture.develop import gathered
 from pelagos.sensors.camera.picture.pixel_blur import velocity_around
 from pelagos.sensors.camera.picture.pixel_order import image_rows, pixels
-from pelagos.sensors.camera.picture.radiance import look
+from pelagos.sensors.camera.picture.radiance import radiance_along
 from pelagos.sensors.camera.picture.surroundings import Lit, LitViewConfig, Surroundings, light_sources, scenery_of
 from pelagos.sensors.camera.picture.turbid_sight import sight_lines
 from pelagos.sensors.mount import moved
@@ -73,7 +73,7 @@ class EventCamera:
 
     def __init__(self, config: EventCameraConfig, context: SensorContext) -> None:
         self.config = config
-        self._view = View(config, context)
+        self._view = Imager(config, context)
         self._surroundings = Surroundings(context)
         self._keys = tuple(opaque_key(stream_key(context.seed, context.path, k)) for k in ("mismatch", "events"))
         self._recorded = context.scene.compile(self._kernel)
@@ -119,7 +119,7 @@ class EventCamera:
             rays = replace(frame.rays(where, scenery.level), drift=drift)
             lamps = light_sources(config, moment, where.image)
             lines = sight_lines(scenery, frame, where)
-            seen, hits = look(caster, scenery, rays, where.image, lamps, pixel_angle(config), lines=lines)
+            seen, hits = radiance_along(caster, scenery, rays, where.image, lamps, pixel_angle(config), lines=lines)
             bright = luminance(gathered(seen, where, tiling, pixel_angle(config)))
             logs.append(dr.log(bright + config.darkest_cd_m2))
             if caster.moving is not None and delay == 0:  # where bodies were, for the earlier picture

@@ -25,7 +25,7 @@ from pelagos.optics.interface import fresnel
 from pelagos.optics.sunlight import LightArrays
 from pelagos.raycast.caster import Caster
 from pelagos.raycast.rays import Hits, Rays
-from pelagos.sensors.camera.picture.camera_rays import Lens, Trace, View, ViewConfig, view_rays
+from pelagos.sensors.camera.picture.camera_rays import Imager, Lens, Trace, ViewConfig, view_rays
 from pelagos.sensors.camera.picture.pixel_order import image_rows, pixels
 from pelagos.sensors.camera.picture.sea_crossing import Crossing, level_over, sea_crossing, uneven_sea
 from pelagos.sensors.camera.picture.surroundings import Surroundings
@@ -74,7 +74,7 @@ class ThermalCamera:
 
     def __init__(self, config: ThermalCameraConfig, context: SensorContext) -> None:
         self.config, self._context = config, context
-        self._view = View(config, context)
+        self._view = Imager(config, context)
         self._lit = Surroundings(context)
         self._key = opaque_key(stream_key(context.seed, context.path, "thermal"))
         self._recorded = context.scene.compile(self._kernel)

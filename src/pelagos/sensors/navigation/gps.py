@@ -53,6 +53,7 @@ class Gps:
     KERNELS: ClassVar[int] = 1
     CASTS: ClassVar[int] = 0
     SEES_SCENE: ClassVar[bool] = False
+    FIXES: ClassVar[bool] = True
     SOURCES: ClassVar[tuple[str, ...]] = (
         "R. G. Brown and P. Y. C. Hwang, Introduction to Random Signals and Applied Kalman Filtering, 4th ed., 2012, "
         "Section 9.3 (Gauss-Markov errors of satellite ranges)",

@@ -172,7 +172,7 @@ class Adcp:
         velocity = sensor_velocity(motion, self._mounting)
         tilt = math.cos(math.radians(config.beam_tilt_deg))
         far = (config.depths[-1] + config.cell_m) / tilt**2 + 1.0
-        view = ping.look(max_range=float(far), smooth=False)
+        view = ping.cast(max_range=float(far), smooth=False)
         first = dr.arange(jit.UInt32, dr.width(lanes.position)) * 4
         hits = view.hits
         dr.eval(hits.t, hits.label, hits.instance)

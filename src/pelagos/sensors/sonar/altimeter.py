@@ -93,6 +93,7 @@ class Altimeter:
     KERNELS: ClassVar[int] = 10
     CASTS: ClassVar[int] = 1
     WAITS: ClassVar[bool] = True
+    ALTITUDE: ClassVar[str] = ""
     Config: ClassVar[type[SensorConfig]] = AltimeterConfig
     SOURCES: ClassVar[tuple[str, ...]] = (
         "X. Lurton, An Introduction to Underwater Acoustics, 2nd ed. (2010), Section 8.1: single-beam sounders",
@@ -129,7 +130,7 @@ class Altimeter:
 
     def _kernel(self, ping: Ping, *, trace: Trace = None) -> Results:
         config, lanes = self.config, ping.lanes
-        view = ping.look(max_range=self._reach, smooth=False)
+        view = ping.cast(max_range=self._reach, smooth=False)
         patches = ping.patches(view, longest=self._reach, trace=trace)
         rays = dr.width(ping.fan.beam)
         dr.eval(

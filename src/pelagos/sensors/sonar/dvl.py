@@ -154,6 +154,7 @@ class Dvl:
     KERNELS: ClassVar[int] = 14
     CASTS: ClassVar[int] = 1
     WAITS: ClassVar[bool] = True
+    ALTITUDE: ClassVar[str] = "altitude"
     Config: ClassVar[type[SensorConfig]] = DvlConfig
     SOURCES: ClassVar[tuple[str, ...]] = (
         "Teledyne RD Instruments, Acoustic Doppler Current Profiler: Principles of Operation (2011)",
@@ -200,7 +201,7 @@ class Dvl:
         config, lanes, motion = self.config, ping.lanes, ping.motion
         velocity = sensor_velocity(motion, self._mounting)
         farthest = 1.5 * config.range_max_m / math.cos(math.radians(config.beam_tilt_deg))
-        view = ping.look(max_range=farthest, smooth=False)
+        view = ping.cast(max_range=farthest, smooth=False)
         section = scattering(ping.surfaces, view.hits.material, view.sine)
         ground = rotate_back(dr.gather(jit.Array4f, jit.Array4f(lanes.attitude), view.lane), view.hits.velocity)
         hits = view.hits

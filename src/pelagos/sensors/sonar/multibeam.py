@@ -349,7 +349,7 @@ class Multibeam:
         spin = sensor_angular_velocity(motion, self._mounting)
         moving = motion_of(lanes, sensor_velocity(motion, self._mounting), spin)
         if swath.plain:
-            view = ping.look(max_range=far, assumed_speed=config.sound_speed_mps)
+            view = ping.cast(max_range=far, assumed_speed=config.sound_speed_mps)
             view.loss *= dr.gather(jit.Float, sectors.loss, dr.gather(jit.UInt32, fan.beam, view.ray))
         else:
             view = look_from(ping.caster, swath, sectors, fan, lanes, ping.surfaces, moving, max_range=far)

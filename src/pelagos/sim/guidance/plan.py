@@ -10,6 +10,7 @@ from typing import Any, Final
 import numpy as np
 
 from pelagos.config import mission as legs
+from pelagos.config import registry
 from pelagos.errors import LookupFailed, ScenarioError
 from pelagos.math.geodesy import GeoOrigin
 from pelagos.sim.guidance.follow import FollowAgent, FollowWall
@@ -25,9 +26,6 @@ from pelagos.vehicles.envelope import EnvelopeConfig
 from pelagos.vehicles.family import Family
 
 XY = tuple[float, float]
-
-MEASURES_ALTITUDE: Final = ("altimeter", "dvl")
-RANGES: Final = ("altimeter",)
 
 
 @dataclass(frozen=True)
@@ -180,9 +178,14 @@ class Planner:
         return self.tolerance_m if leg.acceptance_m is None else float(leg.acceptance_m)
 
 
+def altitude_of(config: Any) -> str | None:
+    """Part of a sensor's reading that is its altitude where it looks down, see `Sensor`; None where it has none."""
+    return getattr(registry.find("sensor", config.type).load(), "ALTITUDE", None)
+
+
 def looks_down(config: Any) -> bool:
-    """Whether a sensor measures the altitude: an altimeter or DVL that looks downwards."""
-    if config.type not in MEASURES_ALTITUDE:
+    """Whether a sensor measures the altitude: an altimeter or DVL, say, that looks downwards."""
+    if altitude_of(config) is None:
         return False
     _, x, y, _ = config.q_body_sensor
     return bool(1 - 2 * (x * x + y * y) > 0.5)
@@ -307,8 +310,8 @@ def _side(planner: Planner, sensor: str, where: str) -> float:
     if sensor not in planner.sensors:
         raise LookupFailed(f"sensor of {planner.name}", sensor, planner.sensors, where=f"{where}.wall")
     config = planner.sensors[sensor]
-    if config.type not in RANGES:
-        text = f"{sensor!r} is a {config.type}; a wall is followed with an {' or '.join(RANGES)}"
+    if altitude_of(config) != "":
+        text = f"{sensor!r} is a {config.type}; a wall is followed with an altimeter"
         raise ScenarioError(text, where=f"{where}.wall")
     w, x, y, z = config.q_body_sensor
     left = -2 * (y * z - w * x)  # of the axis -z of the sensor, along which these look

@@ -74,7 +74,7 @@ class Common:
     face_point: tuple[float, float] | None = None
     until: Limit | None = None
 
-    def look(self, aboard: Aboard) -> Floats:
+    def facing(self, aboard: Aboard) -> Floats:
         """`(m,)` heading to look at [rad]; not a number: along the way."""
         if self.face_point is not None:
             to = np.array(self.face_point) - aboard.xy
@@ -103,6 +103,6 @@ def blank(common: Common, aboard: Aboard) -> Goal:
     """A goal with the common part filled in, whose depth follows the level."""
     goal = Goal.stay(aboard)
     goal.speed[:] = common.speed_mps
-    goal.face[:] = common.look(aboard)
+    goal.face[:] = common.facing(aboard)
     goal.depth[:] = np.nan
     return goal

@@ -24,7 +24,7 @@ def pictured(world: World) -> World:
     places = _places(world, world.ground)
     while len(places):
         try:
-            stream.look(places)
+            stream.peek(places)
             break
         except WorldError:  # too far from each other for the triangles that there are
             places = places[: len(places) // 2]

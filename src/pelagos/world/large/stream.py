@@ -23,7 +23,7 @@ _ORIGIN_M: Final = 16.0  # the scene's origin is rounded to this
 
 
 @dataclass(frozen=True)
-class View:
+class Choice:
     """Places with full resolution around them.
 
     Attributes:
@@ -57,7 +57,7 @@ class Stream:
         self._heights: dict[tuple[int, int, int], int] = {}
         self._stored = TileHeights(np.empty((0, CELLS + 1, CELLS + 1)), np.empty((0, 0, 0, 3), dtype=np.float32))
         self.view = self._viewed(np.array([middle]))
-        self._followed: View | None = None
+        self._followed: Choice | None = None
         self._patch: Patch | None = None
 
     @property
@@ -82,7 +82,7 @@ class Stream:
             self._followed = wanted = self._viewed(places)
         return self._show(wanted)
 
-    def look(self, places: NDArray[np.float64]) -> bool:
+    def peek(self, places: NDArray[np.float64]) -> bool:
         """The same for rays that somebody casts: the next `follow` is as if this had not been."""
         if self._covers(self.view, places, 2 * _STAY):
             return False
@@ -98,7 +98,7 @@ class Stream:
             self._followed = None
             return
         places, detail = memory
-        self._followed = View(places, detail, leaves(self.ground, places, reaches(self.ground, detail)))
+        self._followed = Choice(places, detail, leaves(self.ground, places, reaches(self.ground, detail)))
 
     def forget(self) -> None:
         """A run begins anew: where vehicles were before has no effect."""
@@ -111,7 +111,7 @@ class Stream:
             self._patch = self._built()
         return self._patch
 
-    def _show(self, wanted: View) -> bool:
+    def _show(self, wanted: Choice) -> bool:
         if wanted is self.view or (wanted.detail == self.view.detail and _same(wanted.places, self.view.places)):
             self.view = wanted
             return False
@@ -128,12 +128,12 @@ class Stream:
             level = np.where(near, np.minimum(level, inset.level), level)
         return np.asarray(2 * detail * CELLS * self.ground.spacing * 2.0**level)
 
-    def _covers(self, view: View, places: NDArray[np.float64], share: float) -> bool:
+    def _covers(self, view: Choice, places: NDArray[np.float64], share: float) -> bool:
         limit = share * self._radius(places, view.detail)
         away = np.abs(places[:, None, :] - view.places[None, :, :]).max(axis=2).min(axis=1)
         return bool((away <= limit).all())
 
-    def _viewed(self, places: NDArray[np.float64]) -> View:
+    def _viewed(self, places: NDArray[np.float64]) -> Choice:
         if not np.isfinite(places).all():
             raise WorldError("a large ground cannot follow a place that is not finite")
         inside = np.clip(places, *self.bounds)
@@ -144,7 +144,7 @@ class Stream:
                 continue
             tiles = leaves(self.ground, snapped, reaches(self.ground, detail))
             if len(tiles) <= self.capacity:
-                return View(snapped, detail, tiles)
+                return Choice(snapped, detail, tiles)
         spread = np.ptp(places, axis=0)
         raise WorldError(
             f"{len(snapped)} places spread over {spread[0]:.0f} m x {spread[1]:.0f} m need more ground at full "

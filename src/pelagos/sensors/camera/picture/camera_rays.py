@@ -171,7 +171,7 @@ def pixel_angle(config: ViewConfig) -> float:
     return 1 / view_intrinsics(config).fx
 
 
-class View:
+class Imager:
     """The parts that a camera keeps from frame to frame; none of them changes.
 
     Attributes:

@@ -19,7 +19,7 @@ from pelagos.raycast.caster import Caster
 from pelagos.sensors.camera.picture.camera_rays import Frame, pixel_angle
 from pelagos.sensors.camera.picture.develop import meter_weight, zone_mean
 from pelagos.sensors.camera.picture.pixel_order import TILE, Pixels, Tiling, inner_place
-from pelagos.sensors.camera.picture.radiance import look
+from pelagos.sensors.camera.picture.radiance import radiance_along
 from pelagos.sensors.camera.picture.surroundings import Lit, light_sources, scenery_of
 from pelagos.sensors.mount import moved
 
@@ -50,7 +50,7 @@ def exposure_lag(caster: Caster, light: Lit, sea: Ripple, frame: Frame[CameraCon
         scenery = scenery_of(caster.tables, light, sea, moment, config, -k * step)
         rays = replace(frame, motion=moment).rays(where, scenery.level)
         lamps = light_sources(config, moment, where.image)
-        radiance, _ = look(caster, scenery, rays, where.image, lamps, pixel_angle(config))
+        radiance, _ = radiance_along(caster, scenery, rays, where.image, lamps, pixel_angle(config))
         bright = luminance(radiance.sharp + radiance.near + radiance.far + radiance.veil)
         mean = zone_mean(bright * weight, weight, tiling)
         mean = dr.clip(mean, max(config.meter_min_cd_m2, 1e-6), config.meter_max_cd_m2)

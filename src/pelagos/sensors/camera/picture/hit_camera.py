@@ -17,7 +17,7 @@ from pelagos.jit import Array
 from pelagos.math.so3 import rotate_back
 from pelagos.raycast.caster import Caster
 from pelagos.raycast.rays import Hits, Rays
-from pelagos.sensors.camera.picture.camera_rays import Lens, Trace, View, ViewConfig, local_directions, view_rays
+from pelagos.sensors.camera.picture.camera_rays import Imager, Lens, Trace, ViewConfig, local_directions, view_rays
 from pelagos.sensors.camera.picture.pixel_order import Pixels, image_rows, pixels
 from pelagos.sensors.camera.picture.sea_crossing import level_over, sea_crossing, uneven_sea
 from pelagos.sensors.mount import sensor_pose
@@ -93,7 +93,7 @@ class HitView:
         self, config: ViewConfig, context: SensorContext, values: Values, arguments: Any = (), *, smooth: bool = False
     ) -> None:
         self._config, self._values, self._extra, self._smooth = config, values, arguments, smooth
-        self._view = View(config, context)
+        self._view = Imager(config, context)
         self._ocean = uneven_sea(context.ocean)
         self._recorded = context.scene.compile(self._kernel)
 

@@ -26,7 +26,7 @@ def lamps_on_surface(
     """Irradiance of lamps and lasers on the surfaces hit, `Array3f` [lx].
 
     Args:
-        caster, scenery, rays: see `shading.look`.
+        caster, scenery, rays: see `radiance.radiance_along`.
         hits: of surfaces.
         normal: of them, with their texture, `Array3f`.
         lamps: by ray.

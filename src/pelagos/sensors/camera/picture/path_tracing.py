@@ -73,7 +73,7 @@ def path_traced(
     """Radiance along rays by one random path each, `Array3f` [cd/m^2].
 
     Args:
-        caster, scenery, rays, lane, lamps, pixel_angle: see `shading.look`.
+        caster, scenery, rays, lane, lamps, pixel_angle: see `radiance.radiance_along`.
         counter: of the random numbers: pixel, environment, tick, sample.
         key: random stream.
     """

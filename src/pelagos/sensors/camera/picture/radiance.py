@@ -99,7 +99,7 @@ class Radiance:
     veil: Array
 
 
-def look(
+def radiance_along(
     caster: Caster, scenery: Scenery, rays: Rays, lane: Array, lamps: list[LightSource], pixel_angle: float,
     around: Ambience | None = None, snow: float = 0.0, lines: SightLines | None = None,
 ) -> tuple[Radiance, Hits]:  # fmt: skip

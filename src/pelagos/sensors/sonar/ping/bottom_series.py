@@ -16,7 +16,7 @@ from pelagos.acoustics.spreading import patch_intensity, time_varied_gain
 from pelagos.jit import Array
 from pelagos.math.philox import complex_normal32, normal_pair32, uniform32
 from pelagos.sensors.noise import Key, words32
-from pelagos.sensors.sonar.ping.fan import Fan, Lanes, View
+from pelagos.sensors.sonar.ping.fan import Fan, FanHits, Lanes
 
 _GATE: Final = 0.06  # detection window about the strongest echo [of the range]
 _FAINT: Final = 0.01  # of the strongest ray's level: rays that the window need not hold
@@ -77,7 +77,7 @@ class Window:
 
 
 def beam_series(
-    beams: Beams, view: View, patches: Patches, fan: Fan, lanes: Lanes, noise: Array, key: Key
+    beams: Beams, view: FanHits, patches: Patches, fan: Fan, lanes: Lanes, noise: Array, key: Key
 ) -> tuple[Window, Series]:
     """Window and time series of every beam; see `Window` and `Series`.
 
@@ -105,7 +105,7 @@ def beam_series(
     return window, series
 
 
-def _window(beams: Beams, view: View, patches: Patches, fan: Fan, lanes: Lanes) -> Window:
+def _window(beams: Beams, view: FanHits, patches: Patches, fan: Fan, lanes: Lanes) -> Window:
     rays = len(beams.receive)
     loss = dr.gather(jit.Float, lanes.medium.absorption, view.lane)
     t, energy = patches.distance, patches.energy
@@ -146,7 +146,7 @@ def _window(beams: Beams, view: View, patches: Patches, fan: Fan, lanes: Lanes) 
 
 
 def _raw(
-    beams: Beams, view: View, patches: Patches, fan: Fan, lanes: Lanes, start: Array, spacing: Array,
+    beams: Beams, view: FanHits, patches: Patches, fan: Fan, lanes: Lanes, start: Array, spacing: Array,
     noise: Array, key: Key,
 ) -> Array:  # fmt: skip
     """Echo and noise of both halves in cells one sample long, before the pulse: four `Float` a sample."""

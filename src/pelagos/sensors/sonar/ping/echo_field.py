@@ -15,7 +15,7 @@ from pelagos.acoustics.echo_walk import Walkers
 from pelagos.acoustics.pulse import range_coupling
 from pelagos.acoustics.spreading import from_db, time_varied_gain
 from pelagos.jit import Array
-from pelagos.sensors.sonar.ping.fan import Fan, Lanes, Trace, View
+from pelagos.sensors.sonar.ping.fan import Fan, FanHits, Lanes, Trace
 from pelagos.sensors.sonar.ping.layout import Layout
 from pelagos.sensors.sonar.ping.patches import patches_of
 from pelagos.sensors.sonar.ping.ping_spec import PingSpec
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 
 def calibrated(
-    spec: PingSpec, layout: Layout, view: View, fan: Fan, lanes: Lanes, surfaces: Surfaces, velocity: Array,
+    spec: PingSpec, layout: Layout, view: FanHits, fan: Fan, lanes: Lanes, surfaces: Surfaces, velocity: Array,
     trace: Trace = None,
 ) -> Patches:  # fmt: skip
     """The direct echoes, as backscattering strength of the cell, at the ranges that their times mean.
@@ -53,7 +53,7 @@ def calibrated(
     return patches
 
 
-def gained(spec: PingSpec, layout: Layout, patches: Patches, view: View, lanes: Lanes) -> Patches:
+def gained(spec: PingSpec, layout: Layout, patches: Patches, view: FanHits, lanes: Lanes) -> Patches:
     """Give patches the gain 30 log r + 2 a r, and the unit of a backscattering strength."""
     loss = view.of_lane(lanes.medium.absorption)
     cell = layout.sector * spec.bin_width_m

@@ -108,7 +108,7 @@ def fan_struct(fan: dict[str, NDArray[Any]]) -> Fan:
 
 
 @jit.struct
-class View:
+class FanHits:
     """Hits of a sonar's rays, one lane a ray: a Dr.Jit struct.
 
     Attributes:
@@ -140,7 +140,7 @@ class View:
         return values if dr.width(values) == dr.width(self.ray) else dr.gather(type(values), values, self.ray)
 
 
-def look(
+def cast_fan(
     caster: Caster,
     fan: Fan,
     lanes: Lanes,
@@ -149,7 +149,7 @@ def look(
     max_range: float,
     smooth: bool = True,
     assumed_speed: float | None = None,
-) -> View:
+) -> FanHits:
     """Cast a sonar's fan on every lane.
 
     Args:
@@ -164,13 +164,13 @@ def look(
     Where the lanes have a profile, rays follow it: `hits.t` is then the range that the echo's time means at the sonar's
     sound speed, and `direction` that of arrival. A sonar in the air sees nothing: next to no sound leaves its face.
     """
-    sight = pointed(fan, lanes, assumed_speed)
-    return see(caster, sight, lanes, surfaces, max_range=max_range, smooth=smooth)
+    aim = aim_of(fan, lanes, assumed_speed)
+    return cast_along(caster, aim, lanes, surfaces, max_range=max_range, smooth=smooth)
 
 
 @jit.struct
-class Sight:
-    """Directions of rays, one lane a ray: a Dr.Jit struct; fields as of `View`."""
+class Aim:
+    """Directions of rays, one lane a ray: a Dr.Jit struct; fields as of `FanHits`."""
 
     lane: Array
     ray: Array
@@ -179,8 +179,8 @@ class Sight:
     aside: Array
 
 
-def pointed(fan: Fan, lanes: Lanes, assumed_speed: float | None = None) -> Sight:
-    """The fan as it stands on every lane; `assumed_speed` see `look`."""
+def aim_of(fan: Fan, lanes: Lanes, assumed_speed: float | None = None) -> Aim:
+    """The fan as it stands on every lane; `assumed_speed` see `cast_fan`."""
     rays = dr.width(fan.beam)
     index = dr.arange(jit.UInt32, rays * dr.width(lanes.position))
     lane, ray = index // rays, index % rays
@@ -190,14 +190,14 @@ def pointed(fan: Fan, lanes: Lanes, assumed_speed: float | None = None) -> Sight
         ways = [dr.gather(jit.Array3f, way, ray) for way in ways]
     if assumed_speed is not None:
         ways[0] = steered(ways[0], spread(lanes.medium.sound_speed, lane) * (1.0 / assumed_speed))
-    return Sight(lane, ray, *(rotate(q, way) for way in ways))
+    return Aim(lane, ray, *(rotate(q, way) for way in ways))
 
 
-def see(
-    caster: Caster, sight: Sight, lanes: Lanes, surfaces: Surfaces, *, max_range: float, smooth: bool = True
-) -> View:
-    """Cast rays that look where `sight` says; the rest as of `look`."""
-    lane, direction = sight.lane, sight.direction
+def cast_along(
+    caster: Caster, aim: Aim, lanes: Lanes, surfaces: Surfaces, *, max_range: float, smooth: bool = True
+) -> FanHits:
+    """Cast rays that look where `aim` says; the rest as of `cast_fan`."""
+    lane, direction = aim.lane, aim.direction
     origin = spread(lanes.position, lane)
     far = jit.Float(max_range)
     if lanes.wet is not None:
@@ -210,7 +210,7 @@ def see(
         hits = with_sea_surface(hits, shot, surfaces.sea_row, lanes.sea, lane)
     sine = dr.abs(dr.dot(hits.shading_normal, direction))
     loss = lanes.medium.mean_loss(lane, jit.Float(0), jit.Float(hits.position.z - origin.z))
-    return View(lane, sight.ray, origin, direction, sight.along, sight.aside, hits, sine, loss)
+    return FanHits(lane, aim.ray, origin, direction, aim.along, aim.aside, hits, sine, loss)
 
 
 def steered(direction: Array, factor: Array) -> Array:

@@ -24,7 +24,7 @@ from pelagos.math.so3 import rotate_back
 from pelagos.raycast.caster import Caster
 from pelagos.raycast.rays import Hits, Rays
 from pelagos.sensors.sonar.ping.aperture import Aperture, Facing
-from pelagos.sensors.sonar.ping.fan import Fan, Lanes, View
+from pelagos.sensors.sonar.ping.fan import Fan, FanHits, Lanes
 from pelagos.sensors.sonar.ping.patches import patches_of
 from pelagos.sensors.sonar.ping.sea_surface import SEA_SURFACE_INSTANCE, with_sea_surface
 from pelagos.sensors.sonar.ping.surface_scattering import Surfaces, mirrored
@@ -59,7 +59,9 @@ class Mirrors:
     facing: Facing
 
 
-def bounced(caster: Caster, view: View, fan: Fan, lanes: Lanes, surfaces: Surfaces, mirrors: Mirrors) -> list[Patches]:
+def bounced(
+    caster: Caster, view: FanHits, fan: Fan, lanes: Lanes, surfaces: Surfaces, mirrors: Mirrors
+) -> list[Patches]:
     """Patches of bounced echoes: for each number of bounces, those home by the same bounces and those home straight.
 
     Args:
@@ -85,9 +87,9 @@ def _reflected(hits: Hits, sine: Array, surfaces: Surfaces, mirrors: Mirrors) ->
 
 
 def _onward(
-    caster: Caster, leg: View, lanes: Lanes, surfaces: Surfaces, mirror: Array,
+    caster: Caster, leg: FanHits, lanes: Lanes, surfaces: Surfaces, mirror: Array,
     max_range: float,
-) -> View:  # fmt: skip
+) -> FanHits:  # fmt: skip
     """The next leg, with the length of the whole path."""
     before = leg.hits
     travelled = dr.select(mirror, before.t, 0.0)
@@ -110,7 +112,7 @@ def _onward(
 
 
 def _echoes(
-    caster: Caster, leg: View, departure: Array, fan: Fan, lanes: Lanes, surfaces: Surfaces, kept: Array,
+    caster: Caster, leg: FanHits, departure: Array, fan: Fan, lanes: Lanes, surfaces: Surfaces, kept: Array,
     mirrors: Mirrors,
 ) -> list[Patches]:  # fmt: skip
     """Echoes from the end of a broken path: home by it, and home straight where nothing stands in between.
@@ -135,7 +137,7 @@ def _echoes(
 
 
 def _other_direction(
-    mirrors: Mirrors, leg: View, fan: Fan, lanes: Lanes, arrival: Array, departure: Array
+    mirrors: Mirrors, leg: FanHits, fan: Fan, lanes: Lanes, arrival: Array, departure: Array
 ) -> Array:  # fmt: skip
     """One-way power pattern at the direction of arrival over that at the ray's departure (world frame, unit)."""
     attitude = jit.Array4f(leg.of_lane(lanes.attitude))

@@ -15,7 +15,7 @@ from pelagos.sensors.sonar.ping.surface_scattering import Surfaces, patch_factor
 
 if TYPE_CHECKING:
     pass
-from pelagos.sensors.sonar.ping.fan import Fan, Lanes, Trace, View
+from pelagos.sensors.sonar.ping.fan import Fan, FanHits, Lanes, Trace
 
 _STEEPEST: Final = 2.0  # longest strip, relative to one on level ground
 _GROUND: Final = 0.8  # upward part of the normal of ground, which goes on where a strip leaves its triangle
@@ -24,7 +24,7 @@ _LEAST_SINE: Final = 0.01  # grazing angle below which patches are cut off (0.6 
 
 
 def patches_of(
-    view: View,
+    view: FanHits,
     fan: Fan,
     lanes: Lanes,
     surfaces: Surfaces,
@@ -79,7 +79,7 @@ def patches_of(
     )
 
 
-def _tell(trace: Callable[[str, Array, str], None], view: View, section: Array, echo: Array, span: Array) -> None:
+def _tell(trace: Callable[[str, Array, str], None], view: FanHits, section: Array, echo: Array, span: Array) -> None:
     """Tell what made the patches' echoes."""
     trace("ray direction, up component", view.direction.z, "1")
     trace("slant range", view.hits.t, "m")

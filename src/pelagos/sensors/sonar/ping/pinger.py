@@ -27,7 +27,7 @@ from pelagos.sensors.sonar.ping.arrivals import arrivals
 from pelagos.sensors.sonar.ping.cells import Constants
 from pelagos.sensors.sonar.ping.echo_field import calibrated, echoes, energies, gained
 from pelagos.sensors.sonar.ping.emitter import Apertures, Emitter
-from pelagos.sensors.sonar.ping.fan import Fan, Lanes, Trace, View, look
+from pelagos.sensors.sonar.ping.fan import Fan, FanHits, Lanes, Trace, cast_fan
 from pelagos.sensors.sonar.ping.interference import Neighbours, unblocked
 from pelagos.sensors.sonar.ping.layout import Layout
 from pelagos.sensors.sonar.ping.levels import Din, Moment
@@ -208,7 +208,7 @@ class Pinger:
         far = spec.range_max_m + spec.longest_strip_m
         assumed = spec.sound_speed_mps
         array = assumed if layout.aperture.steered else None
-        view = look(caster, fan, lanes, surfaces, max_range=far, assumed_speed=array)
+        view = cast_fan(caster, fan, lanes, surfaces, max_range=far, assumed_speed=array)
         patches = [calibrated(spec, layout, view, fan, lanes, surfaces, velocity, trace)]
         if spec.bounces is not None:
             ghosts = bounced(caster, view, fan, lanes, surfaces, mirrors(spec, layout, spec.bounces, constants.facing))
@@ -261,7 +261,7 @@ class Pinger:
         spec = self._spec
         return Walkers(self._walk, order, pings, Bins(spec.bins, spec.range_min_m, spec.bin_width_m))
 
-    def _streaks(self, view: View, fan: Fan, pings: int) -> Array | None:
+    def _streaks(self, view: FanHits, fan: Fan, pings: int) -> Array | None:
         noise, beams = self._spec.display.painting, self._layout.beams
         if noise is None or noise.azimuth_streaks == "none":
             return None
@@ -270,7 +270,7 @@ class Pinger:
         dr.eval(found)
         return found
 
-    def _haze(self, view: View, lanes: Lanes, motion: Kinematics, looks: Probes, ocean: Ocean) -> Haze:
+    def _haze(self, view: FanHits, lanes: Lanes, motion: Kinematics, looks: Probes, ocean: Ocean) -> Haze:
         spec, fixed = self._spec, self._spec.volume_scattering_db
         strength = (lambda place, t: jit.Float(fixed)) if fixed is not None else partial(ocean.tracer, TRACER)
         return haze(

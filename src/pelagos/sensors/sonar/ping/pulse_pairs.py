@@ -26,7 +26,7 @@ from pelagos.math.philox import normal_pair32
 from pelagos.math.so3 import rotate, rotate_back
 from pelagos.sensors.mount import sensor_angular_velocity, sensor_velocity
 from pelagos.sensors.noise import Key, words32
-from pelagos.sensors.sonar.ping.fan import Fan, Lanes, View
+from pelagos.sensors.sonar.ping.fan import Fan, FanHits, Lanes
 from pelagos.sensors.sonar.ping.layout import Layout
 from pelagos.sensors.sonar.ping.ping_spec import PingSpec, noise_power
 from pelagos.sensors.sonar.ping.pinger import Pinger
@@ -130,7 +130,7 @@ class PulsePairs:
     def _kernel(self, sent: Ping, ocean: Ocean, real: Array, imaginary: Array, energy: Array) -> tuple[Array, ...]:
         layout, ping = self._layout, self._ping
         lanes, fan, motion = sent.lanes, sent.fan, sent.motion
-        view = sent.look(max_range=ping.range_max_m + ping.longest_strip_m)
+        view = sent.cast(max_range=ping.range_max_m + ping.longest_strip_m)
         patches = sent.patches(view, longest=ping.longest_strip_m)
         dr.eval(view, patches)
         velocity = sensor_velocity(motion, self._ping.mounting)
@@ -194,7 +194,7 @@ class PulsePairs:
         return found
 
     def _moved(
-        self, view: View, patches: Patches, fan: Fan, lanes: Lanes, velocity: Array, bow: Array, scale: Array
+        self, view: FanHits, patches: Patches, fan: Fan, lanes: Lanes, velocity: Array, bow: Array, scale: Array
     ) -> tuple[Array, Array, Array, Array]:
         """By cell: surfaces' power; one less the cosine, and the sine of the echoes' turns about the axis's, on
         average over the pulse; and the part of the beam that is open water."""

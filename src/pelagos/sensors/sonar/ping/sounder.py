@@ -17,7 +17,7 @@ from pelagos.jit import Array
 from pelagos.raycast.caster import Caster
 from pelagos.sensors.mount import Mounted, sensor_pose
 from pelagos.sensors.noise import Key, opaque_key, stream_key
-from pelagos.sensors.sonar.ping.fan import Fan, Lanes, Trace, View, fan_struct, look
+from pelagos.sensors.sonar.ping.fan import Fan, FanHits, Lanes, Trace, cast_fan, fan_struct
 from pelagos.sensors.sonar.ping.medium import medium_of, profile_of
 from pelagos.sensors.sonar.ping.patches import patches_of
 from pelagos.sensors.sonar.ping.ping_spec import Refraction
@@ -79,14 +79,14 @@ class Ping:
     key: Key
     motion: Kinematics
 
-    def look(self, *, max_range: float, smooth: bool = True, assumed_speed: float | None = None) -> View:
-        """Cast the fan on every lane, see `fan.look`."""
-        return look(
+    def cast(self, *, max_range: float, smooth: bool = True, assumed_speed: float | None = None) -> FanHits:
+        """Cast the fan on every lane, see `fan.cast_fan`."""
+        return cast_fan(
             self.caster, self.fan, self.lanes, self.surfaces, max_range=max_range, smooth=smooth,
             assumed_speed=assumed_speed,
         )  # fmt: skip
 
-    def patches(self, view: View, *, longest: float, trace: Trace = None) -> Patches:
+    def patches(self, view: FanHits, *, longest: float, trace: Trace = None) -> Patches:
         """The echo of every ray as a strip of surface, see `patches_of`."""
         return patches_of(view, self.fan, self.lanes, self.surfaces, longest=longest, trace=trace)
 

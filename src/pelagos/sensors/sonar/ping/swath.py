@@ -22,7 +22,7 @@ from pelagos.acoustics.mills_cross import aberration, crossing, turned
 from pelagos.jit import Array
 from pelagos.math.so3 import integrate, multiply, rotate
 from pelagos.raycast.caster import Caster
-from pelagos.sensors.sonar.ping.fan import Fan, Lanes, Sight, View, see
+from pelagos.sensors.sonar.ping.fan import Aim, Fan, FanHits, Lanes, cast_along
 from pelagos.sensors.sonar.ping.surface_scattering import Surfaces
 
 _STEEREST: Final = 0.174  # sine of the farthest that a transmitter steers, 10 deg; assumed
@@ -113,7 +113,7 @@ def motion_of(lanes: Lanes, velocity: Array, spin: Array) -> Motion:
 def look_from(
     caster: Caster, swath: Swath, sectors: Sectors, fan: Fan, lanes: Lanes, surfaces: Surfaces, motion: Motion,
     *, max_range: float,
-) -> View:  # fmt: skip
+) -> FanHits:  # fmt: skip
     """Cast the fan as it is sent and heard under way."""
     count = dr.width(lanes.position)
     row = dr.arange(jit.UInt32, swath.beams * count)
@@ -121,15 +121,15 @@ def look_from(
     lane = row // swath.beams
     delay = dr.zeros(jit.Float, swath.beams * count)
     if swath.moves:
-        sight = _sight(swath, sectors, fan, lanes, motion, lane, axis, row, delay)
-        first = see(caster, sight, lanes, surfaces, max_range=max_range)
+        aim = _aim(swath, sectors, fan, lanes, motion, lane, axis, row, delay)
+        first = cast_along(caster, aim, lanes, surfaces, max_range=max_range)
         dr.eval(first)
         speed = dr.gather(jit.Float, lanes.medium.sound_speed, lane)
         straight = dr.abs(dr.dot(first.hits.normal, first.direction))
         reach = dr.select(first.hits.valid, first.hits.t, 0.0)
         delay = reach * (2.0 / speed)
         for _ in range(_ROUNDS):  # where the turned beam meets the plane that the first one met
-            now = _sight(swath, sectors, fan, lanes, motion, lane, axis, row, delay).direction
+            now = _aim(swath, sectors, fan, lanes, motion, lane, axis, row, delay).direction
             met = dr.abs(dr.dot(first.hits.normal, now))
             longer = dr.clip(straight / dr.maximum(met, 0.02), 0.5, 2.0)
             closing = dr.dot(dr.gather(jit.Array3f, motion.velocity, lane), now) / speed
@@ -139,16 +139,16 @@ def look_from(
     beam = index // swath.rays
     time = dr.gather(jit.Float, delay, beam)
     lane, ray = index // dr.width(fan.beam), index % dr.width(fan.beam)
-    sight = _sight(swath, sectors, fan, lanes, motion, lane, ray, beam, time)
-    view = see(caster, sight, lanes, surfaces, max_range=max_range)
+    aim = _aim(swath, sectors, fan, lanes, motion, lane, ray, beam, time)
+    view = cast_along(caster, aim, lanes, surfaces, max_range=max_range)
     view.loss = view.loss * dr.gather(jit.Float, sectors.loss, beam % swath.beams)
     return view
 
 
-def _sight(
+def _aim(
     swath: Swath, sectors: Sectors, fan: Fan, lanes: Lanes, motion: Motion, lane: Array, ray: Array, row: Array,
     delay: Array,
-) -> Sight:  # fmt: skip
+) -> Aim:  # fmt: skip
     """Directions of rays, given the travel time of each [s]; `row` is the beam's among all lanes'."""
     beam = row % swath.beams
     own = dr.gather(jit.Array3f, fan.direction, ray)
@@ -166,7 +166,7 @@ def _sight(
         heard -= aberration(velocity, direction, receiver, speed)
         direction = crossing(ahead, receiver, sent, heard)
     along = dr.normalize(dr.cross(ahead, direction))
-    return Sight(lane, ray, direction, along, dr.zeros(jit.Array3f, dr.width(ray)))
+    return Aim(lane, ray, direction, along, dr.zeros(jit.Array3f, dr.width(ray)))
 
 
 def steering(
@@ -200,7 +200,7 @@ def _receiver(swath: Swath, motion: Motion, lane: Array, delay: Array) -> Array:
     return turned(left, dr.gather(jit.Array3f, motion.spin, lane) * delay) if swath.moves else left
 
 
-def delayed(patches: Patches, view: View, lanes: Lanes, motion: Motion, swath: Swath) -> None:
+def delayed(patches: Patches, view: FanHits, lanes: Lanes, motion: Motion, swath: Swath) -> None:
     """Ranges as times tell them, in place: r (1 - v/c) for things that close at v, and a chirp's coupling."""
     if not swath.moves:
         return

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from pelagos import jit
 from pelagos.acoustics.spreading import from_db
 from pelagos.jit import Array
-from pelagos.sensors.sonar.ping.fan import Lanes, View
+from pelagos.sensors.sonar.ping.fan import FanHits, Lanes
 
 TRACER: Final = "volume_scattering_db"
 """Name of the ocean's tracer that is the volume backscattering strength Sv [dB re 1/m]."""
@@ -65,7 +65,7 @@ def probes(rays: dict[str, NDArray[Any]], beams: int) -> Probes:
 
 
 def haze(
-    view: View, lanes: Lanes, probes: Probes, strength_db: Callable[[Array, Array], Array], t: Array, *,
+    view: FanHits, lanes: Lanes, probes: Probes, strength_db: Callable[[Array, Array], Array], t: Array, *,
     beams: int, rays: int, nearest: float, farthest: float,
 ) -> Haze:  # fmt: skip
     """Look at the water along each beam.

@@ -1,0 +1,84 @@
+"""Guidance asks a sensor's class what its readings tell, so that a plug-in's serves as the built-in ones do."""
+
+from __future__ import annotations
+
+from typing import Any, ClassVar, Literal
+
+import numpy as np
+import pytest
+from pydantic import ConfigDict
+
+import pelagos as pl
+from pelagos.config import registry
+from pelagos.sensors.sensor import Kinematics, Measurement, SensorConfig, SensorContext
+
+
+class LaserConfig(SensorConfig):
+    """A range finder that looks along -z of its frame."""
+
+    model_config = ConfigDict(extra="forbid")
+
+    type: Literal["laser"] = "laser"
+    rate_hz: float = 10.0
+    """Readings per second [Hz]."""
+
+
+class Laser:
+    """A plug-in's range finder, in NumPy."""
+
+    TITLE: ClassVar[str] = "Range along -z"
+    Config: ClassVar[type[SensorConfig]] = LaserConfig
+    SOURCES: ClassVar[tuple[str, ...]] = ()
+    MAY_LACK: ClassVar[bool] = True
+    ALTITUDE: ClassVar[str] = ""
+
+    def __init__(self, config: LaserConfig, context: SensorContext) -> None:
+        self._config, self._context = config, context
+
+    def sense(self, motion: Kinematics) -> Measurement:
+        """Distance along the sensor's -z [m]; NaN beyond 100 m."""
+        turn = np.array(motion.attitude).T.reshape(-1, 4)
+        own = np.asarray(self._config.q_body_sensor)
+        down = np.stack([rotated(rotated(np.array([0.0, 0.0, -1.0]), own), q) for q in turn])
+        hits = self._context.cast(motion, np.array(motion.position).T.reshape(-1, 3), down)
+        reach = np.where(np.array(hits.valid), np.array(hits.t), np.nan).astype(np.float32)
+        return Measurement(data=reach, truth=reach, valid=np.isfinite(reach))
+
+
+def rotated(v: np.ndarray, q: np.ndarray) -> np.ndarray:
+    """A vector turned by a quaternion (w, x, y, z)."""
+    t = 2 * np.cross(q[1:], v)
+    return v + q[0] * t + np.cross(q[1:], t)
+
+
+def load(sensor: dict[str, Any], leg: dict[str, Any], world: dict[str, Any]) -> pl.Simulation:
+    agent = {
+        "vehicle": "bluerov2_heavy",
+        "start": {"position_m": [1.0, -2.0], "depth_m": 6.0, "heading_deg": 0.0},
+        "sensors": {"eye": sensor},
+        "mission": [leg],
+    }
+    return pl.Simulation.load({"world": world, "agents": {"rov": agent}})
+
+
+@pytest.fixture(autouse=True)
+def laser(monkeypatch):
+    """The plug-in, known for one test."""
+    found = {"laser": registry.Entry("sensor", "laser", f"{__name__}:Laser", "lasers")}
+    monkeypatch.setattr(registry, "_plugins", lambda kind: found if kind == "sensor" else {})
+
+
+def test_altitude_is_held_with_a_plug_ins_range_finder():
+    """From 6 m above the bottom down to 2.5 m, within 0.2 m while the vehicle goes to a point and holds there."""
+    leg = {"type": "waypoints", "points": [[6.0, -4.0]], "altitude_m": 2.5}
+    sim = load({"type": "laser"}, leg, {"type": "flat", "depth_m": 12.0})
+    sim.run(40.0)
+    assert sim.state["rov"].position[0, 2] == pytest.approx(-12.0 + 2.5, abs=0.2)
+
+
+def test_a_sensor_that_tells_no_range_along_its_axis_is_refused():
+    leg = {"type": "follow", "wall": "eye", "distance_m": 3.0, "seconds": 10.0}
+    with pytest.raises(pl.ScenarioError, match="'eye' is a depth; a wall is followed with an altimeter"):
+        load({"type": "depth"}, leg, {"type": "flat", "depth_m": 12.0})
+    with pytest.raises(pl.ScenarioError, match="'eye' does not look sideways"):
+        load({"type": "laser"}, leg, {"type": "flat", "depth_m": 12.0})
