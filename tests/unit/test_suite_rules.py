@@ -22,7 +22,7 @@ TAKES_MORE = {  # physics in its equation's order, recorded kernels and bodies o
     "sensors/camera/camera.py": ["_kernel"],
     "sensors/camera/picture/ambient_light.py": ["_gathered"],
     "sensors/camera/picture/path_tracing.py": ["_extended", "path_traced"],
-    "sensors/camera/picture/radiance.py": ["_behind_the_sea", "_surface_light", "look"],
+    "sensors/camera/picture/radiance.py": ["_behind_the_sea", "_surface_light", "radiance_along"],
     "sensors/camera/thermal_camera.py": ["_kernel"],
     "sensors/comms/hydrophone.py": ["_add"],
     "sensors/comms/link/water_paths.py": ["_blocked"],
