@@ -55,14 +55,14 @@ class Drop:
 
 @pytest.mark.parametrize("name", UNDERWATER)
 def test_resting_force_is_weight_minus_buoyancy(name):
-    """A tenth too heavy, at rest on the bottom for the last five seconds of 30: within 2 % (measured: 0.002 %)."""
+    """A tenth too heavy, at rest on the bottom for the last three seconds of 10: within 0.5 % (the glider: 0.08 %)."""
     vehicle = variant(name, mass=1.0, net=0.1)
     drop = Drop(vehicle, height=0.05, speed=0.0)
-    drop.fall(30.0)
+    drop.fall(10.0)
     config = Vehicle.from_dict(vehicle).config
-    force = np.mean(drop.wrenches[-5 * HZ :], axis=0)[:3]
-    assert np.linalg.norm(force) == pytest.approx(config.body.weight - config.body.buoyancy, rel=0.02)
-    assert np.linalg.norm(drop.sim.state["a"].velocity) < 0.05  # the LRAUV, hardly stiff in roll, still rocks
+    force = np.mean(drop.wrenches[-3 * HZ :], axis=0)[:3]
+    assert np.linalg.norm(force) == pytest.approx(config.body.weight - config.body.buoyancy, rel=0.005)
+    assert np.linalg.norm(drop.sim.state["a"].velocity) < 0.005
 
 
 @pytest.mark.parametrize("mass", [0.8, 1.6])
@@ -89,7 +89,7 @@ def test_impulse_of_an_impact_is_mass_and_added_mass_times_change_of_velocity(na
 
 @pytest.mark.parametrize("name", ["bluerov2_heavy", "hovering_auv"])
 def test_static_friction_holds_a_vehicle_on_a_slope(name):
-    """A tenth too heavy, on uneven ground of 7 to 20 degrees: once settled it does not creep by 0.1 mm in 20 s."""
+    """A tenth too heavy, on uneven ground of 7 to 20 degrees: once settled it does not creep by 0.05 mm in 10 s."""
     vehicle = variant(name, mass=1.0, net=0.1)
     low = float(Vehicle.from_dict(vehicle).hull.vertices[:, 2].min())
     world = {
@@ -102,7 +102,7 @@ def test_static_friction_holds_a_vehicle_on_a_slope(name):
     steep = np.degrees(np.arctan(np.hypot(height[1] - height[0], height[2] - height[0]) / 2))
     assert 7 < steep < 20
     sim.set_state("a", position=np.array([[0.0, 0.0, height[0] - low + 0.05]]))
-    sim.run(10.0)
+    sim.run(8.0)
     before = sim.state["a"].position[0].copy()
-    sim.run(20.0)
-    assert np.abs(sim.state["a"].position[0] - before).max() < 1e-4
+    sim.run(10.0)
+    assert np.abs(sim.state["a"].position[0] - before).max() < 5e-5
