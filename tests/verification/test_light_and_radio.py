@@ -118,7 +118,10 @@ def test_radio_reaches_the_horizon_and_drops_at_submersion() -> None:
 @pytest.mark.parametrize(("ais_class", "kinds"), [("A", {1, 5}), ("B", {18, 24})])
 def test_ais_sentences_are_decoded_by_another_package(ais_class: str, kinds: set[int]) -> None:
     """Messages of the class, with the position where the boat is (1e-4 minutes) and its own number; checksums hold."""
-    ais = {"ais": {"type": "ais", "mmsi": 211_000_001, "ais_class": ais_class, "name": "Otter", "length_m": 12}}
+    turned = {"orientation_deg": [0.0, 0.0, 90.0]}  # the ship's heading is told, not the antenna's
+    ais = {
+        "ais": {"type": "ais", "mmsi": 211_000_001, "ais_class": ais_class, "name": "Otter", "length_m": 12, **turned}
+    }
     other = {"ais": {"type": "ais", "mmsi": 211_000_002}}
     sim = pl.Simulation.load(scenario({"a": boat(300, -200, 2.0, ais), "b": boat(0, 0, 2.0, other)}))
     lines: list[str] = []

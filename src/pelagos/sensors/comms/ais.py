@@ -83,6 +83,8 @@ class Ais:
 
     def __init__(self, config: AisConfig, context: SensorContext) -> None:
         self._config, self._context = config, context
+        back = np.array([config.q_body_sensor]) * [1.0, -1.0, -1.0, -1.0]
+        self._bow = rotate_np(back, np.array([[1.0, 0.0, 0.0]]))  # the ship's, in the antenna's frame
         try:
             import pyais
         except ImportError:
@@ -122,7 +124,7 @@ class Ais:
     def _position(self, pose: Pose, copy: int, speed: float) -> dict[str, Any]:
         """Message 1 or 18."""
         place = self._context.world.origin.to_geodetic(pose.position[copy : copy + 1])[0]
-        velocity, ahead = pose.velocity[copy], rotate_np(pose.attitude[copy : copy + 1], np.array([[1.0, 0, 0]]))[0]
+        velocity, ahead = pose.velocity[copy], rotate_np(pose.attitude[copy : copy + 1], self._bow)[0]
         return {
             "msg_type": 1 if self._config.ais_class == "A" else 18,
             "lat": float(place[0]),
