@@ -11,7 +11,7 @@ from pelagos.bridges.journal import recorded_orders
 from pelagos.cli.doors import MOST_RESTARTS, nothing_left, run_with_doors
 from pelagos.cli.run import Options
 from pelagos.errors import CommandError, InputError
-from pelagos.sim.bearable import BEARABLE_MPS2
+from pelagos.sim.bearable import BEARABLE_MPS2, check_current
 from pelagos.sim.not_finite import NotFinite
 from pelagos.sim.order import Order, apply
 from pelagos.sim.simulation import Simulation
@@ -114,3 +114,16 @@ def test_nobody_else_tells_a_repeated_run_anything(sim, tmp_path) -> None:
     with pytest.raises(InputError, match="leave out bridges"), nothing_left(file.parent, file):
         run_with_doors(sim, {}, options, file, lambda t, d: None)
     assert not file.parent.exists()
+
+
+def test_water_is_unbearable_by_its_speed_past_the_hull() -> None:
+    """6 m/s ahead and 1.2 m/s to the left at heading 120 deg: water that goes along does no harm."""
+    start = {**START, "heading_deg": 120.0}
+    agent = {"vehicle": "bluerov2", "start": start, "control": "pose"}
+    sim = Simulation.load({"tick_rate_hz": 50, "world": {"type": "flat", "depth_m": 50.0}, "agents": {"rov": agent}})
+    sim.set_state("rov", velocity=[6.0, 1.2, 0.0])
+    c, s = np.cos(np.radians(120.0)), np.sin(np.radians(120.0))
+    along = np.array([6.0 * c + 1.2 * s, -6.0 * s + 1.2 * c, 0.0])  # NWU: forward is (c, -s), left is (s, c)
+    check_current(sim, along.tolist())
+    with pytest.raises(CommandError, match=r"a velocity through the water of \(12, 2.4, 0\) m/s"):
+        check_current(sim, (-along).tolist())
