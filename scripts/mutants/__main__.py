@@ -47,7 +47,7 @@ def main() -> int:
         print(f"{len(mutants)} mutants, {len(misfits)} do not fit the source")
         return bool(misfits)
     preload()
-    outcomes = run(mutants, options.jobs)
+    outcomes = run(mutants, options.jobs, keep=not options.fresh)
     return report(outcomes)
 
 
@@ -67,8 +67,8 @@ def misfit(mutant: Mutant) -> str:
     return f"{mutant.layer}: {mutant.file}: no tests {missing}" if missing else ""
 
 
-def run(mutants: list[Mutant], jobs: int) -> list[Outcome]:
-    """All trials, `jobs` at a time: the test that noticed last time, then, if it is silent, all."""
+def run(mutants: list[Mutant], jobs: int, *, keep: bool = True) -> list[Outcome]:
+    """All trials, `jobs` at a time: the test that noticed last time, then, if it is silent, all; `keep` its name."""
     known = json.loads(NOTICED.read_text()) if NOTICED.exists() else {}
     waiting = deque((m, (known[m.key],) if m.key in known else m.tests) for m in mutants)
     running: dict[int, tuple[Mutant, tuple[str, ...], float, Path]] = {}
@@ -87,7 +87,8 @@ def run(mutants: list[Mutant], jobs: int) -> list[Outcome]:
                 waiting.appendleft((mutant, mutant.tests))
                 continue
             outcomes.append(outcome)
-            remember(outcome)
+            if keep:
+                remember(outcome)
             elapsed = time.monotonic() - began
             print(f"{len(outcomes):4d}/{len(mutants)} {elapsed:6.0f} s  {line(outcome)}", flush=True)
     return outcomes

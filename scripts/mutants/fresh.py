@@ -3,22 +3,27 @@
 from __future__ import annotations
 
 import ast
+import json
 import math
 import random
 import re
-from collections import defaultdict, deque
-from collections.abc import Iterator, Mapping
+from collections import Counter, defaultdict, deque
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 
-from mutant import ROOT, SOURCES, Mutant
+from mutant import LISTS, ROOT, SOURCES, Mutant, read_mutants
 
 LAYERS = (
     "acoustics", "contact", "hydro", "manoeuvres", "math", "messages", "navigation", "ocean", "optics", "raycast",
     "sensors", "sim", "vehicles", "world",
 )  # fmt: skip
 """Where formulas live."""
+DECORATION = re.compile(r"(memory|chunk|bytes?_|_bytes|budget|warn\w*\()", re.IGNORECASE)
+"""Lines about portions of memory or what people are told: a mistake there changes no number."""
 FOLDERS = ("unit", "verification", "cross_code", "contracts", "compat")
-MOST_TESTS = 4  # files of one trial
+MEANT = 4  # letters of a name that is looked for
+MOST_CALLERS = 4
+MOST_TESTS = 6  # files of one trial
 OTHER = {ast.Add: ("+", "-"), ast.Sub: ("-", "+"), ast.Mult: ("*", "/"), ast.Div: ("/", "*")}
 TWIN = {"sin": "cos", "cos": "sin", "minimum": "maximum", "maximum": "minimum", "sinh": "cosh", "cosh": "sinh"}
 
@@ -36,7 +41,7 @@ def draw(seed: int, count: int) -> list[Mutant]:
     drawn = []
     for layer, entries in found.items():
         for file, text, mutation in rng.sample(entries, min(len(entries), round(count * len(entries) ** 0.5 / whole))):
-            drawn.append(Mutant(layer, file, text, mutation, named.of(file)))
+            drawn.append(Mutant(layer, file, text, mutation, named.of(file, text)))
     rng.shuffle(drawn)
     return [m for m in drawn if m.tests]
 
@@ -44,19 +49,36 @@ def draw(seed: int, count: int) -> list[Mutant]:
 def mistakes(source: str) -> Iterator[tuple[str, str]]:
     """Lines that stand once in the source, each with one sign, factor, index, axis or function changed."""
     lines = source.splitlines()
-    for function in (n for n in ast.walk(ast.parse(source)) if isinstance(n, ast.FunctionDef)):
-        for node in ast.walk(function):
-            if not isinstance(node, ast.expr) or node.lineno != node.end_lineno:
-                continue
+    for function in (n for n in ast.walk(ast.parse(source)) if isinstance(n, ast.FunctionDef) and not _words(n)):
+        for node in (n for statement in function.body for n in _formulas(statement)):
             line = lines[node.lineno - 1]
             text, indent = line.strip(), len(line) - len(line.lstrip())
-            if source.count(text) != 1 or re.search(r"Error\(|f\"|raise ", text):
+            if node.lineno != node.end_lineno or source.count(text) != 1 or DECORATION.search(text):
                 continue
             start, end = node.col_offset - indent, (node.end_col_offset or 0) - indent
             old = text.encode()[start:end].decode()
             new = _changed(node, old)
             if new not in (None, old):
                 yield text, (text.encode()[:start] + str(new).encode() + text.encode()[end:]).decode()
+
+
+def _words(function: ast.FunctionDef) -> bool:
+    """A function that answers with text, or is for people who print: its numbers are no formula."""
+    told = function.returns is not None and ast.unparse(function.returns) in ("str", "str | None", "Iterator[str]")
+    return told or function.name.startswith(("__repr", "_repr", "__str", "explain"))
+
+
+def _formulas(node: ast.AST) -> Iterator[ast.expr]:
+    """Expressions of a statement, but for types, what is raised or asserted, and texts."""
+    if isinstance(node, (ast.Raise, ast.Assert, ast.JoinedStr, ast.FunctionDef, ast.ClassDef)):
+        return  # functions within functions are walked on their own
+    if isinstance(node, ast.expr):
+        yield node
+    for name, value in ast.iter_fields(node):
+        if name not in ("annotation", "returns"):
+            for child in value if isinstance(value, list) else [value]:
+                if isinstance(child, ast.AST):
+                    yield from _formulas(child)
 
 
 def _changed(node: ast.expr, old: str) -> str | None:
@@ -67,8 +89,8 @@ def _changed(node: ast.expr, old: str) -> str | None:
             left_end, right_start = left.end_col_offset or 0, right.col_offset
             a, b = left_end - node.col_offset, right_start - node.col_offset
             return old[:a] + old[a:b].replace(sign, other) + old[b:] if old[a:b].strip() == sign else None
-        case ast.BinOp(left=left, op=ast.Pow(), right=ast.Constant(value=2)):
-            return old[: (left.end_col_offset or 0) - node.col_offset]
+        case ast.BinOp(op=ast.Pow(), right=ast.Constant(value=2)):
+            return old[: old.rindex("**")].rstrip()
         case ast.Call(func=ast.Attribute(attr=name)) if name in TWIN:
             return old.replace(f".{name}(", f".{TWIN[name]}(", 1)
         case ast.Subscript(slice=ast.Constant(value=int(k))) if k in (0, 1) and old.endswith(f"{k}]"):
@@ -87,12 +109,25 @@ def _text(node: ast.expr) -> bool:
 
 
 class _Tests:
-    """Which test files are near a source file: those that import it, then those that import what imports it."""
+    """Which test files are near a mistake: by what they noticed before, by names, and by what imports what."""
 
     def __init__(self) -> None:
         self.tests = [p for folder in FOLDERS for p in sorted((ROOT / "tests" / folder).glob("test_*.py"))]
         self.by_module: Mapping[str, list[str]] = self._importers(self.tests)
         self.users: Mapping[str, list[str]] = self._importers(sorted(SOURCES.rglob("*.py")))
+        self.texts = {p.relative_to(ROOT).as_posix(): p.read_text() for p in self.tests}
+        self.sources = {p.relative_to(SOURCES).as_posix(): p.read_text() for p in sorted(SOURCES.rglob("*.py"))}
+        self.noticed: Mapping[str, list[str]] = self._noticed()
+
+    @staticmethod
+    def _noticed() -> dict[str, list[str]]:
+        """Source files, and the test files that saw a listed mistake in each."""
+        known = json.loads((LISTS.parent / "noticed.json").read_text())
+        found: dict[str, list[str]] = defaultdict(list)
+        for mutant in read_mutants():
+            if mutant.key in known:
+                found[mutant.file].append(known[mutant.key].split("::")[0])
+        return found
 
     @staticmethod
     def _importers(paths: list[Path]) -> dict[str, list[str]]:
@@ -107,18 +142,46 @@ class _Tests:
                     found[name].append(path.relative_to(ROOT).as_posix())
         return found
 
-    def of(self, file: str) -> tuple[str, ...]:
-        """Test files, nearest first, small ones before large ones."""
+    def of(self, file: str, text: str) -> tuple[str, ...]:
+        """Test files for a mistake in a line: those that saw one in this file before, that name the line's function,
+        that are near to who calls it, and that import the file, directly or through others; small ones first.
+        """
+        name = _function_of((SOURCES / file).read_text(), text)
+        word = re.compile(rf"\b{name}\b") if len(name) > MEANT else None
+        named = [t for t, source in self.texts.items() if word and word.search(source)]
+        callers = [u for u, source in self.sources.items() if word and u != file and word.search(source)]
+        seen = Counter(t for u in callers for t in self.noticed.get(u, ()))
+        near = [t for u in callers[:MOST_CALLERS] for t in self.by_module.get(_module(u), ())]
+        close = [*(t for t, _ in seen.most_common()), *self._small_first(near)]
+        groups = [self.noticed.get(file, ()), self._small_first(named), close]
+        chosen = dict.fromkeys(t for group in groups for t in tuple(group)[: MOST_TESTS // 2])
+        chosen |= dict.fromkeys(self._by_import(file))
+        return tuple(t for t in chosen if (ROOT / t).exists())[:MOST_TESTS]
+
+    @staticmethod
+    def _small_first(tests: Iterable[str]) -> list[str]:
+        """Each once."""
+        return sorted({t for t in tests if (ROOT / t).exists()}, key=lambda t: (ROOT / t).stat().st_size)
+
+    def _by_import(self, file: str) -> list[str]:
+        """Test files, nearest first."""
         seen, chosen = {file}, dict[str, None]()
         level = deque([file])
         while level and len(chosen) < MOST_TESTS:
             modules = [_module(f) for f in level]
-            near = {t for m in modules for t in self.by_module.get(m, ())}
-            chosen |= dict.fromkeys(sorted(near, key=lambda t: (ROOT / t).stat().st_size))
+            chosen |= dict.fromkeys(self._small_first(t for m in modules for t in self.by_module.get(m, ())))
             users = {u.removeprefix("src/pelagos/") for m in modules for u in self.users.get(m, ())}
             level = deque(sorted(users - seen))
             seen |= users
-        return tuple(chosen)[:MOST_TESTS]
+        return list(chosen)
+
+
+def _function_of(source: str, text: str) -> str:
+    """Name of the innermost function or property that a line stands in; empty outside."""
+    at = source[: source.index(text)].count("\n") + 1
+    functions = [n for n in ast.walk(ast.parse(source)) if isinstance(n, ast.FunctionDef)]
+    within = [n for n in functions if n.lineno <= at <= (n.end_lineno or 0)]
+    return max(within, key=lambda n: n.lineno).name.lstrip("_") if within else ""
 
 
 def _module(file: str) -> str:

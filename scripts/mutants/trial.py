@@ -104,7 +104,7 @@ def start(mutant: Mutant | None, tests: Sequence[str], log: Path) -> int:
         os.dup2(out, 1)
         os.dup2(out, 2)
         os.environ["PELAGOS_THREADS"] = "1"
-        sys.path.insert(0, str(ROOT / "src"))
+        sys.path[:0] = [str(ROOT / "src"), str(ROOT)]  # contracts import one another by their full names
         if mutant is not None:
             sys.meta_path.insert(0, MutantFinder(mutant))
         import pytest
