@@ -1,0 +1,286 @@
+"""Nothing is accepted that is then ignored: each key of a sensor changes what it reads, or is refused or warned of.
+
+Each sensor that is named below reads a small sea with a wall, a mover, waves, wind, a current, layers and a neighbour,
+before and after one of its keys has moved away from what it is. A key counts as heard if it makes a difference in any
+of the sensor's `SETTINGS`.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import warnings
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+import numpy as np
+import pytest
+from pydantic import ValidationError
+from test_every_sensor import SMALL
+
+import pelagos as pl
+from pelagos.config import registry
+from pelagos.errors import CommandError, PelagosError
+from pelagos.sim.observe import of_a_run
+
+QUICK = ("pose", "gps")
+SLOW = ("depth", "oxygen", "magnetometer", "current_meter", "range_finder", "collision")
+"""Sensors that are held to it so far."""
+TICKS = 9
+LINKED = {"ais": "ais", "modem": "modem", "optical_modem": "optical_modem", "radio": "radio", "usbl": "modem"}
+"""Sensors that tell what others sent, and who sends."""
+CARRIED: Mapping[str, dict[str, Any]] = {
+    "optical_modem": {"orientation_deg": [3.0, -4.0, 44.0]},  # towards the other
+    "usbl": {"interrogate": ["auv1.its"], "interrogate_s": 1.5},
+}
+PARTNER: Mapping[str, dict[str, Any]] = {
+    "optical_modem": {"orientation_deg": [0.0, 2.0, -96.0]},
+    "usbl": {"device": "x150"},
+}
+LINKED_TICKS = 120
+AIS_TICKS = 300  # the first report comes within 10 s
+DRIFTS = ({"drift_std": 0.5, "drift_time_s": 40.0, "resolution": 0.0}, {})
+SETTINGS: Mapping[str, tuple[dict[str, Any], ...]] = {
+    "depth": ({"drift_m": 0.5, "drift_time_s": 40.0, "resolution_m": 0.0}, {}),
+    **dict.fromkeys(("fluorometer", "oxygen", "turbidity", "current_meter", "sound_velocity", "tracer"), DRIFTS),
+    "modem": ({}, {"acknowledge": True}, {"mac": "tdma"}, {"mac": "maca"}, {"modulation": "chirp"}, {"noise_db": 95.0}),
+    "lbl": ({}, {"noise_db": 118.0}),
+    "range_bearing": ({}, {"noise_db": 118.0}),
+}
+"""Configurations in which keys are tried; the defaults where a sensor is not named."""
+SCALARS = ("depth", "gps", "ctd", "fluorometer", "oxygen", "sound_velocity", "tracer", "turbidity", "lbl", "ais")
+RINGS = ("radio", "modem")
+DEAF: dict[str, str] = {
+    **{f"{name}.orientation_deg.{k}": "has no direction; its frame is told" for name in SCALARS for k in range(3)},
+    **{f"{name}.orientation_deg.{k}": "sends all around; its frame is told" for name in RINGS for k in range(3)},
+    **{f"hydrophone.orientation_deg.{k}": "hears all around; its frame is told" for k in range(3)},
+    **{f"magnetometer.position_m.{k}": "the Earth's field is the same all over a vehicle" for k in range(3)},
+    **{f"collision.position_m.{k}": "feels the whole hull; its frame is told" for k in range(3)},
+    **{f"collision.orientation_deg.{k}": "feels the whole hull; its frame is told" for k in range(3)},
+}
+"""Keys that no scene below hears, and why."""
+
+
+def water(value: float) -> list[dict[str, Any]]:
+    """A field that changes with all coordinates and time."""
+    return [
+        {"type": "profile", "depth_m": [0.0, 3.1, 9.0], "value": [value, 1.3 * value, 0.7 * value]},
+        {"type": "gradient", "per_m": 0.011 * value, "towards_deg": 25.0},
+    ]
+
+
+def own(name: str, config: Mapping[str, Any]) -> dict[str, Any]:
+    """The sensor under test, as its vehicle carries it: off every axis."""
+    here = {"position_m": [0.3, 0.1, 1.4 if name in ("ais", "radio") else 0.4], "orientation_deg": [3.0, -4.0, 5.0]}
+    return {"type": name, "rate_hz": 10, **here, **SMALL.get(name, {}), **CARRIED.get(name, {}), **config}
+
+
+def sea(name: str, config: Mapping[str, Any]) -> dict[str, Any]:
+    """One vehicle with the sensor, one with what answers it."""
+    surfaced = name in ("gps", "ais", "radio", "thermal_camera")
+    depth = 0.0 if surfaced else 3.0
+    place = [4.4, -3.6] if name == "collision" else [0.0, 0.0]  # bow before the wall
+    partner = {**own(LINKED.get(name, name), {}), "position_m": [0.2, 0.0, 1.2 if surfaced else 0.4]}
+    partner |= PARTNER.get(name, {})
+    return {
+        "seed": 11,
+        "tick_rate_hz": 20,
+        "world": {
+            "type": "flat",
+            "depth_m": 8.0,
+            "things": [{"shape": "box", "at_m": [6.0, -5.0, -6.0], "size_m": [2.0, 1.0, 9.0]}],
+            "movers": [{"name": "drum", "body": "cylinder", "size_m": 1.0, "path": {
+                "kind": "waypoints", "points_m": [[5.0, -1.0, -3.0], [4.0, -2.0, -3.5]], "speed_mps": 0.5}}],
+        },
+        "ocean": {
+            "temperature_c": water(12.0),
+            "salinity": water(30.0),
+            "tracers": {"chlorophyll": water(2.0), "oxygen": water(240.0), "turbidity": water(1.5)},
+            "currents": [{"type": "uniform", "speed_mps": 0.2, "towards_deg": 70.0}],
+            "wind": {"speed_mps": 6.0, "from_deg": 200.0},
+        },
+        "agents": {
+            "auv0": {
+                "vehicle": "remus100",
+                "start": {"position_m": place, "depth_m": depth, "heading_deg": 40.0},
+                "control": "depth_heading",
+                "command": [depth + 1.0, 0.9, 700.0],
+                "sensors": {"it": own(name, config)},
+            },
+            "auv1": {
+                "vehicle": "remus100",
+                "start": {"position_m": [14.0, 1.0], "depth_m": depth + 0.5, "heading_deg": 80.0},
+                "control": "depth_heading",
+                "command": [depth + 1.0, 0.9, 700.0],
+                "sensors": {"its": partner},
+            },
+        },
+    }  # fmt: skip
+
+
+class Bench:
+    """A sensor in the midst of a run of its sea, where it is exchanged and asked again about the same motions."""
+
+    def __init__(self, name: str, base: Mapping[str, Any]) -> None:
+        config = registry.entries("sensor", plugins=False)[name].config.model_validate(own(name, base))
+        self.base = {key: value for key, value in config.model_dump(mode="json").items() if key != "type"}
+        self.sim = pl.Simulation.load(sea(name, base))
+        self.motions: list[Any] = []
+        sensor = self.sensor
+        sense = sensor.sense
+        sensor.sense = lambda motion: (self.motions.append(motion), sense(motion))[1]
+        self.sim.reset()
+        for _ in range(TICKS):
+            self.sim.step()
+        sensor.sense = sense
+
+    @property
+    def sensor(self) -> Any:
+        return self.sim.model.agents["auv0"].sensors["it"].sensor
+
+    def digest(self, keys: Mapping[str, Any]) -> str | None:
+        """Of the readings with some keys changed; None if that is refused or warned of."""
+        found = hashlib.blake2b(digest_size=8)
+        with warnings.catch_warnings(record=True) as told:
+            warnings.simplefilter("always")
+            try:
+                self.sim.set("auv0.it", **(self.base | keys))
+                sensor = self.sensor
+                measured = [sensor.sense(motion) for motion in self.motions]
+            except (PelagosError, ValidationError):
+                return None
+        for m in measured:
+            for values in (m.data, m.truth, m.valid, *m.extras.values(), *m.tables.values()):
+                if values is not None:
+                    found.update(str(np.shape(values)).encode() + np.ascontiguousarray(values).tobytes())
+        return None if idle(told) else found.hexdigest()
+
+
+def idle(told: list[warnings.WarningMessage]) -> bool:
+    """Whether somebody was warned that a key changes nothing."""
+    return any("changes nothing" in str(w.message) for w in told)
+
+
+def ticks_of(name: str) -> int:
+    """Until something is told."""
+    if name in LINKED:
+        return AIS_TICKS if name == "ais" else LINKED_TICKS
+    return 7 * TICKS if name == "collision" else TICKS
+
+
+def said(sim: pl.Simulation, tick: int) -> bytes:
+    """What one gives to send at a tick, in turn, and what came of it."""
+    once, back = ("auv0", "it", b"of six", "*"), ("auv1", "its", b"!", "*")
+    packets = {3: [once, once], 50: [back], 80: [("auv0", "it", b"?", "auv1.its")], 100: [("auv1", "its", b"?", "3")]}
+    try:
+        return bytes(sim.send(agent, it, what, to=to) for agent, it, what, to in packets.get(tick, ()))
+    except CommandError as error:
+        return str(error).encode()
+
+
+def run(name: str, config: Mapping[str, Any]) -> str | None:
+    """A digest of a run from its start; None if the configuration is refused or warned of."""
+    digest = hashlib.blake2b(digest_size=8)
+    with warnings.catch_warnings(record=True) as told:
+        warnings.simplefilter("always")
+        try:
+            sim = pl.Simulation.load(sea(name, config))
+            obs = sim.reset()
+            for tick in range(ticks_of(name)):
+                for reading in (*obs["auv0"].values(), *obs["auv1"].values()):
+                    digest.update(reading.t_ns.to_bytes(8, "little"))
+                    for values in (reading.data, reading.truth, *reading.extras.values()):
+                        whole = values.dtype != object
+                        digest.update(np.ascontiguousarray(values).tobytes() if whole else repr(values).encode())
+                if name in LINKED and name != "ais":
+                    digest.update(said(sim, tick))
+                obs = sim.step()
+        except (PelagosError, ValidationError):
+            return None
+    return None if idle(told) else digest.hexdigest()
+
+
+def _moved(value: float) -> tuple[float, ...]:
+    """A little up, a little down, far down, far up, next to nothing."""
+    if value == 0:
+        return 0.05, -0.05, 3.0, 1000.0
+    return 1.17 * value, 0.83 * value, 0.02 * value, 50.0 * value, 2e-4 * value
+
+
+def others(schema: Mapping[str, Any], defs: Mapping[str, Any], value: Any) -> Iterator[tuple[str, Any]]:
+    """What may stand in a key's place: `(path below the key, whole new value)`."""
+    if "$ref" in schema:
+        schema = defs[schema["$ref"].rsplit("/", 1)[1]]
+    if isinstance(value, bool):
+        yield "", not value
+    elif isinstance(value, (int, float)):
+        near = (value + 1, value - 1, 2 * value, value // 2, value + 64, 1)
+        for moved in _moved(value) if isinstance(value, float) else near:
+            yield "", moved
+    elif isinstance(value, str):
+        choices = [c for s in (schema, *schema.get("anyOf", ())) for c in s.get("enum", ())]
+        for choice in choices:
+            if choice != value:
+                yield f"={choice}", choice
+    elif value is None:
+        for s in schema.get("anyOf", ()):
+            if s.get("type") in ("number", "integer"):
+                for guess in (0.5, 3.0, 40.0, 900.0, 2e4, 3e5):
+                    yield "", guess if s["type"] == "number" else int(max(guess, 1))
+            elif "enum" in s:
+                for choice in s["enum"]:
+                    yield f"={choice}", choice
+    elif isinstance(value, (list, tuple)) and value and all(isinstance(v, (int, float)) for v in value):
+        for k, v in enumerate(value):
+            for moved in _moved(v) if isinstance(v, float) else (v + 1,):
+                yield f".{k}", [*value[:k], moved, *value[k + 1 :]]
+    elif isinstance(value, dict):
+        inner = schema.get("properties", {})
+        for key, v in value.items():
+            for path, moved in others(inner.get(key, {}), defs, v):
+                yield f".{key}{path}", {**value, key: moved}
+
+
+class Runs:
+    """The same by whole runs, of sensors that only a run tells of."""
+
+    def __init__(self, name: str, base: Mapping[str, Any]) -> None:
+        self.digest = lambda keys: run(name, {**base, **keys})
+
+
+def deaf(name: str) -> list[str]:
+    """Keys of a sensor that change nothing, neither at given motions nor in a run."""
+    entry = registry.entries("sensor", plugins=False)[name]
+    schema = entry.config.model_json_schema()
+    by_runs = name in LINKED or of_a_run(entry.load())
+    silent: dict[str, tuple[dict[str, Any], dict[str, Any]]] = {}
+    heard: set[str] = set()
+    for setting in SETTINGS.get(name, ({},)):
+        bench = (Runs if by_runs else Bench)(name, setting)
+        full = entry.config.model_validate(own(name, setting)).model_dump(mode="json")
+        plain = bench.digest({})
+        assert plain is not None, f"{name}: {setting} is refused"
+        for key, value in full.items():
+            if key == "type":
+                continue
+            for path, moved in others(schema["properties"].get(key, {}), schema.get("$defs", {}), value):
+                at = f"{key}{path}"
+                found = plain if at in heard or moved == value else bench.digest({key: moved})
+                if found not in (plain, None):
+                    heard.add(at)
+                elif found == plain and moved != value:
+                    silent.setdefault(at, (setting, {key: moved}))
+    left = {at: tried for at, tried in silent.items() if at not in heard}
+    if not by_runs:
+        left = {at: (setting, key) for at, (setting, key) in left.items() if not differs(name, setting, key)}
+    return sorted(f"{name}.{at}" for at in left)
+
+
+def differs(name: str, setting: Mapping[str, Any], changed: Mapping[str, Any]) -> bool:
+    """Whether a run with a key changed is another."""
+    found = run(name, {**setting, **changed})
+    return found is not None and found != run(name, setting)
+
+
+@pytest.mark.parametrize("name", [*QUICK, *(pytest.param(name, marks=pytest.mark.slow) for name in SLOW)])
+def test_every_key_of_a_sensor_changes_what_it_reads(name: str) -> None:
+    assert deaf(name) == sorted(at for at in DEAF if at.startswith(f"{name}."))
