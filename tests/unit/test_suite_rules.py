@@ -31,7 +31,7 @@ TAKES_MORE = {  # physics in its equation's order, recorded kernels and bodies o
     "sensors/sonar/ping/echo_field.py": ["calibrated"],
     "sensors/sonar/ping/multipath.py": ["_echoes"],
     "sensors/sonar/ping/pulse_pairs.py": ["_water"],
-    "sensors/sonar/ping/swath.py": ["_sight"],
+    "sensors/sonar/ping/swath.py": ["_aim"],
     "sim/channel.py": ["__init__"],
     "sim/outbox.py": ["send"],
     "sim/touch.py": ["touch"],

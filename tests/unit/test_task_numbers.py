@@ -84,7 +84,7 @@ def test_ais_tells_the_course_clockwise_from_north(velocity, course: float) -> N
     made = object.__new__(Ais)
     origin = SimpleNamespace(to_geodetic=lambda p: np.array([[45.1, 13.2, 0.0]]))
     made._context = SimpleNamespace(world=SimpleNamespace(origin=origin))
-    made._config = SimpleNamespace(ais_class="A")
+    made._config, made._bow = SimpleNamespace(ais_class="A"), np.array([[1.0, 0.0, 0.0]])
     half = math.sqrt(0.5)
     pose = SimpleNamespace(
         position=np.zeros((1, 3)), velocity=np.array([velocity]), attitude=np.array([[half, 0, 0, half]])

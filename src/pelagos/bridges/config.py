@@ -28,7 +28,7 @@ class BridgeConfig(BaseModel):
         """
 
     def listens(self) -> str:
-        """Where it listens ("tcp 127.0.0.1:9090"), so that no two doors do so at one place; empty for nowhere."""
+        """The place of its port ("tcp 127.0.0.1:9090"), so that no two doors share one; empty for none."""
         return ""
 
     @abstractmethod
@@ -41,7 +41,7 @@ class BridgeConfig(BaseModel):
 
 
 def listening(kind: str, host: str, port: int) -> str:
-    """What `BridgeConfig.listens` says of a port; nothing of port 0, which is any that is free."""
+    """A port as `BridgeConfig.listens` says it; empty for port 0, which is any that is free."""
     return f"{kind} {LOOPBACK if host == 'localhost' else host}:{port}" if port else ""
 
 
