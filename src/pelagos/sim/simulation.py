@@ -35,7 +35,7 @@ from pelagos.sim.run import RunResult, run
 from pelagos.sim.run_log import RunLog
 from pelagos.sim.sampled import Sampled
 from pelagos.sim.seed import seed_of
-from pelagos.sim.state import AgentState, by_agent, checked_command, chosen
+from pelagos.sim.state import States, by_agent, checked_command, chosen
 from pelagos.sim.step import Stepper
 from pelagos.sim.watch import Watcher
 from pelagos.world.world import World
@@ -147,7 +147,7 @@ class Simulation(Changes):
         return self._stepper.tick * self.dt_ns
 
     @property
-    def state(self) -> Mapping[str, AgentState]:
+    def state(self) -> States:
         """The true state of every agent, by name."""
         return self._stepper.states()
 

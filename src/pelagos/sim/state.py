@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
 
 import drjit as dr
 import numpy as np
@@ -19,6 +19,11 @@ from pelagos.sim.trajectory import CHANNELS
 if TYPE_CHECKING:
     from pelagos.sim.batch_run import BatchRun
     from pelagos.sim.model import Model
+
+POSITION: Final = slice(0, 3)  # of a row of a trajectory (`CHANNELS`)
+ATTITUDE: Final = slice(3, 7)
+VELOCITY: Final = slice(7, 10)
+ANGULAR_VELOCITY: Final = slice(10, 13)
 
 
 @dataclass(frozen=True)
@@ -47,7 +52,8 @@ class AgentState:
     def of(cls, row: NDArray[np.float64], actuators: NDArray[np.float64]) -> AgentState:
         """From one row `(n, CHANNELS)` of a trajectory."""
         assert row.shape[-1] == CHANNELS
-        return cls(row[:, 0:3], row[:, 3:7], row[:, 7:10], row[:, 10:13], row[:, 13:16], row[:, 16:19], actuators)
+        turn, turning = row[:, ANGULAR_VELOCITY], row[:, 16:19]
+        return cls(row[:, POSITION], row[:, ATTITUDE], row[:, VELOCITY], turn, row[:, 13:16], turning, actuators)
 
     def part(self, rows: slice) -> AgentState:
         """That of some rows."""

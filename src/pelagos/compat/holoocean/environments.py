@@ -181,13 +181,9 @@ class HoloOceanEnvironment(Appearance, Drawing, Messaging):
 
     def _move(self, before: Mapping[str, Motion]) -> None:
         """Every agent's motion now, from that of the tick before."""
-        states, found = self.pelagos.state, {}
-        for name, agent in self.agents.items():
-            last = before.get(name)
-            if last is not None:
-                last.settle()
-            found[name] = Motion(states[agent.native_name], last, self._dt)
-        self.motions = found
+        states = self.pelagos.state
+        rows = dict(zip(states, states.motion, strict=True))
+        self.motions = {n: Motion(rows[a.native_name], before.get(n), self._dt) for n, a in self.agents.items()}
 
     # what is seen
 

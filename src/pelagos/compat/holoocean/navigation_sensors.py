@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from pelagos.compat.holoocean.frames import degrees_of, quaternion_of
+from pelagos.compat.holoocean.noise import Normals
 from pelagos.compat.holoocean.sensor import Array, HoloOceanSensor
 from pelagos.math.so3 import cross_np
 from pelagos.sensors.sensor import Reading
@@ -187,8 +188,7 @@ class IMUSensor(HoloOceanSensor):
         return [4, 3] if self.config.get("ReturnBias", False) else [2, 3]
 
     def setup(self) -> None:
-        self._white = [self.noise(part, 3) for part in ("Accel", "AngVel")]
-        self._walk = [self.noise(f"{part}Bias", 3) for part in ("Accel", "AngVel")]
+        self._noise = Normals([self.noise(part, 3) for part in ("AccelBias", "AngVelBias", "Accel", "AngVel")])
         self._bias = np.zeros((2, 3))
         self._walked = 0
 
@@ -205,11 +205,9 @@ class IMUSensor(HoloOceanSensor):
         assert reading is not None
         steps = max(self.env._total_ticks - self._walked, 1)  # a step of the walk at every tick, due or not
         self._walked = self.env._total_ticks
-        for i, walk in enumerate(self._walk):
-            self._bias[i] += walk.draw(self.stream) * math.sqrt(steps)
-        data = reading.data[0].reshape(2, 3) + self._bias
-        for i, white in enumerate(self._white):
-            data[i] += white.draw(self.stream)
+        walk, white = self._noise.draw(self.stream).reshape(2, 2, 3)
+        self._bias += walk * math.sqrt(steps)
+        data = reading.data[0].reshape(2, 3) + self._bias + white
         if self.config.get("ReturnBias", False):
             data = np.concatenate([data, self._bias])
         return data.astype(np.float32)

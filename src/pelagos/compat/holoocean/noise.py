@@ -6,7 +6,7 @@ Streams are named by seed, agent and sensor, so that a run with the same seed re
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -30,6 +30,7 @@ class Normal:
 
     Attributes:
         root: `(size, size)`, a square root of the covariance; None without noise.
+        scale: `(size,)` its diagonal; None where it is more than that, or nothing.
     """
 
     def __init__(
@@ -41,15 +42,35 @@ class Normal:
         self.size = size
         self.root = _root(sigma, cov, size, advice, name)
         diagonal = self.root is not None and not (self.root - np.diag(np.diag(self.root))).any()
-        self._scale = np.diag(self.root).copy() if diagonal and self.root is not None else None
+        self.scale = np.diag(self.root).copy() if diagonal and self.root is not None else None
 
     def draw(self, stream: np.random.Generator) -> Array | float:
         """`(size,)` numbers; 0 without noise."""
         if self.root is None:
             return 0.0
-        if self._scale is not None:
-            return np.asarray(self._scale * stream.standard_normal(self.size))
+        if self.scale is not None:
+            return np.asarray(self.scale * stream.standard_normal(self.size))
         return np.asarray(self.root @ stream.standard_normal(self.size))
+
+
+class Normals:
+    """Several noises that are drawn together, one behind the other; the numbers are those of single draws."""
+
+    def __init__(self, parts: Sequence[Normal]) -> None:
+        self._parts = [part for part in parts if part.root is not None]
+        self._size = sum(part.size for part in parts)
+        self._noisy = np.repeat([part.root is not None for part in parts], [part.size for part in parts])
+        scales = [part.scale for part in self._parts]
+        self._scale = None if any(s is None for s in scales) else np.concatenate([np.empty(0), *scales])
+
+    def draw(self, stream: np.random.Generator) -> Array:
+        """Numbers of all, 0 for those without noise."""
+        drawn = np.zeros(self._size)
+        if self._scale is None:
+            drawn[self._noisy] = np.concatenate([part.draw(stream) for part in self._parts])
+        else:
+            drawn[self._noisy] = self._scale * stream.standard_normal(len(self._scale))
+        return drawn
 
 
 def _root(sigma: Any, cov: Any, size: int, advice: Advice | None, name: str) -> Array | None:
