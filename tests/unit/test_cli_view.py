@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 import os
 import signal
@@ -10,6 +11,7 @@ import threading
 import time
 from contextlib import closing
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 from urllib.parse import urlsplit
 from urllib.request import HTTPCookieProcessor, build_opener
@@ -18,6 +20,7 @@ import pytest
 import yaml
 
 from pelagos.cli import view as command
+from pelagos.cli.run import Options, run_scenario
 from pelagos.cli.video import VideoOptions, video
 from pelagos.cli.view import ViewOptions, show
 from pelagos.errors import InputError
@@ -82,7 +85,7 @@ def test_ctrl_c_ends_a_view_whose_browser_does_not_answer(tmp_path, monkeypatch,
 
 
 @pytest.mark.usefixtures("heeded")
-def test_ctrl_c_ends_a_replay_and_a_world(tmp_path, monkeypatch):
+def test_ctrl_c_ends_a_replay_and_a_world(tmp_path, monkeypatch, capsys):
     path = tmp_path / "dive.yaml"
     path.write_text(yaml.safe_dump(SCENARIO), encoding="utf-8")
 
@@ -91,6 +94,8 @@ def test_ctrl_c_ends_a_replay_and_a_world(tmp_path, monkeypatch):
 
     monkeypatch.setattr(command, "say_where", say)
     assert show(path, [], ViewOptions(port=0, world=True)) == 130
+    told = capsys.readouterr().err.splitlines()  # no terminal: whoever reads the log knows what is waited for
+    assert told[:2] == [f"loading {path} ...", "building the world ..."]
     monkeypatch.setattr(command, "say_where", lambda url, options: None)
     assert show(path, [], ViewOptions(port=0, world=True, for_s=0.05)) == 0
 
@@ -134,6 +139,20 @@ def test_no_browser_is_told_in_a_sentence(monkeypatch, capsys):
     command.say_where("http://127.0.0.1:1/?token=x", ViewOptions())
     assert opened == ["http://127.0.0.1:1/?token=x"]
     assert "no browser was found here" in capsys.readouterr().out  # `open` gave False
+
+
+def test_a_run_is_looked_at_without_a_browser_where_none_is_wanted(monkeypatch, tmp_path):
+    """`run --view --no-browser` prints the address alone; without --view it would be ignored, and is refused."""
+    said: list[ViewOptions] = []
+    monkeypatch.setattr(command, "say_where", lambda url, options: said.append(options))
+    page = contextlib.nullcontext(SimpleNamespace(url="http://a", live=SimpleNamespace(at_work=contextlib.nullcontext)))
+    monkeypatch.setattr("pelagos.viewer.session.Watch", lambda sim: page)
+    sim: Any = None
+    for browser in (True, False):
+        with command.looked_at(sim, view=True, browser=browser):
+            assert said[-1].browser is browser
+    with pytest.raises(InputError, match="--no-browser is about the page of --view"):
+        run_scenario(tmp_path / "x.yaml", [], Options(browser=False))
 
 
 def test_a_port_that_is_taken_is_told_before_anything_is_built(tmp_path, monkeypatch):

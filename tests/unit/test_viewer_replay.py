@@ -13,11 +13,13 @@ import pelagos as pl
 from pelagos.config import registry
 from pelagos.config.loader import load_scenario
 from pelagos.errors import InputError, LookupFailed, NoRecording
+from pelagos.sensors.sensor import Reading
+from pelagos.sim.record import Recorder
 from pelagos.sim.replay import Recording
 from pelagos.viewer.course import Course
 from pelagos.viewer.film import FilmOptions, make_film
 from pelagos.viewer.frame import Pose, times
-from pelagos.viewer.marks import legs
+from pelagos.viewer.marks import legs, marks
 from pelagos.viewer.recorded import truth_at
 from pelagos.viewer.replay import Replay, replay_view, subject_of
 from pelagos.world.build import build_world
@@ -110,6 +112,33 @@ def test_legs_are_marked_where_the_vehicle_rounds_the_corners():
     assert [m["t"] for m in found] == pytest.approx([30.0, 50.0, 90.0], abs=0.51)
 
 
+def test_contacts_and_a_lost_dvl_are_marked(tmp_path):
+    """Two contacts, one too weak to count, a DVL that is silent for 2 s, and one that is never heard again."""
+    sensors = {
+        name: registry.find("sensor", kind).config.model_validate({"type": kind, **keys})
+        for name, kind, keys in (
+            ("bump", "collision", {"rate_hz": 10, "least_force_n": 2.0}), ("dvl", "dvl", {"rate_hz": 5}),
+        )
+    }  # fmt: skip
+    valid, zero = np.ones(1, bool), np.zeros((1, 3))
+    beams = {"ranges": (1, 4), "beam_valid": (1, 4), "sigma": (1, 4), "beam_velocity": (1, 4), "snr": (1, 4)}
+    echoes = {**{k: np.ones(v) for k, v in beams.items()}, "altitude": np.ones(1)}
+    with Recorder(tmp_path / "a.mcap", "", 1, {"auv0": sensors}, None, (0.0, 0.0), 10**8) as recorder:
+        for tick in range(100):
+            t_s = 0.1 * tick
+            force = 5.0 if 2.05 < t_s < 3.0 or 4.05 < t_s < 4.5 else 1.5 if 6.0 < t_s < 7.0 else 0.0
+            felt = {"force": np.array([[0.6, 0.0, -0.8]]) * force, "moment": zero}
+            recorder.write("auv0", "bump", Reading(zero, zero, tick * 10**8, "auv0/bump", valid, felt))
+            if tick % 2 == 0 and not 3.0 < t_s < 5.0 and t_s < 8.1:
+                recorder.write("auv0", "dvl", Reading(zero, zero, tick * 10**8, "auv0/dvl", valid, echoes))
+    recording = Recording(tmp_path / "a.mcap")
+    topics = {"auv0.bump": "/auv0/bump/wrench", "auv0.dvl": "/auv0/dvl/dvl"}
+    found = marks(recording, topics, {f"auv0.{k}": v for k, v in sensors.items()}, (0, 99 * 10**8))
+    assert [(round(m["t"], 3), m["text"]) for m in found] == [
+        (2.1, "auv0 touches"), (3.0, "auv0.dvl lost"), (4.1, "auv0 touches"), (8.0, "auv0.dvl lost"),
+    ]  # fmt: skip
+
+
 def test_plan_of_a_recording_is_that_of_the_mission(tmp_path):
     scenario = copy.deepcopy(SCENARIO)
     auv = scenario["agents"]["auv0"]
@@ -137,7 +166,12 @@ def test_films_have_their_pictures(recorded, tmp_path):
     assert len(frames) == 5
     assert frames[0].shape == (180, 320, 3)
     assert np.abs(frames[0].astype(float) - frames[-1]).max() > 40  # it moves
-    make_film(path, tmp_path / "sonar.mp4", FilmOptions(kind="sonar", sensor="sonar", rate_hz=1, size=(320, 180)))
+    sonar = FilmOptions(kind="sonar", sensor="sonar", rate_hz=1, size=(640, 360))
+    make_film(path, tmp_path / "sonar.mp4", sonar)
+    with av.open(str(tmp_path / "sonar.mp4")) as film:
+        first = next(film.decode(video=0)).to_ndarray(format="rgb24").astype(float)
+    assert first[:36, :9].max() < 60  # the sensor's name does not show from behind the line of numbers
+    assert first[41:64, :90].max() > 150  # it stands below it
     with pytest.raises(LookupFailed, match="mbes"):
         make_film(path, tmp_path / "x.mp4", FilmOptions(kind="sonar", sensor="sonnar"))
     with pytest.raises(InputError, match=r"ends in \.mp4"):

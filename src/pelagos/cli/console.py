@@ -6,6 +6,8 @@ import os
 import re
 import sys
 import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import Any, Final, TextIO
 
 from rich.console import Console
@@ -33,6 +35,17 @@ class _Console(Console):
 
 out = _Console(highlight=False, soft_wrap=True)
 err = _Console(stderr=True, highlight=False)
+
+
+@contextmanager
+def doing(what: str) -> Iterator[None]:
+    """Tell what takes a while: by a spinner on a terminal, elsewhere by one line at the beginning."""
+    if err.is_terminal:
+        with err.status(Text(visible(what))):
+            yield
+    else:
+        err.print(f"{what} ...", markup=False, soft_wrap=True)
+        yield
 
 
 def show_error(title: str, message: str) -> None:

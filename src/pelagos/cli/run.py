@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
-from pelagos.cli.console import err, out, shown
+from pelagos.cli.console import doing, out, shown
 from pelagos.cli.doors import check_doors, doors_of, nothing_left, run_with_doors
 from pelagos.cli.progress import RunProgress
 from pelagos.cli.segments import Plan, run_segments
@@ -47,6 +47,7 @@ class Options:
     trust: bool = False
     memory_limit: str | None = None
     view: bool = False
+    browser: bool = True
 
 
 def run_scenario(path: Path | None, changes: Sequence[str], options: Options) -> int:
@@ -69,7 +70,8 @@ def run_scenario(path: Path | None, changes: Sequence[str], options: Options) ->
 
 
 def _run(path: Path, changes: Sequence[str], options: Options, stopping: Stopping) -> int:
-    scenario = load(path, changes, overrides=_overrides(options), trust=options.trust)
+    with doing(f"loading {path}"):
+        scenario = load(path, changes, overrides=_overrides(options), trust=options.trust)
     folder = results_folder(options.out, path)
     recording = options.record or folder / "mission.mcap"
     if recording.is_dir() or not (options.record is None or recording.parent.is_dir()):
@@ -80,7 +82,7 @@ def _run(path: Path, changes: Sequence[str], options: Options, stopping: Stoppin
     folder.mkdir(parents=True, exist_ok=True)
     (folder / "scenario.yaml").write_text(to_yaml(scenario), encoding="utf-8")
     stopping.guard(sim.stop)
-    with looked_at(sim, view=options.view), RunProgress() as bar:
+    with looked_at(sim, view=options.view, browser=options.browser), RunProgress() as bar:
         progress = _watched(bar, folder, sim, stopping)
         if doors or options.repeat is not None:
             with nothing_left(folder, recording):
@@ -112,7 +114,11 @@ def _resume(folder: Path, options: Options, stopping: Stopping) -> int:
     recording = Path(plan.recording)
     stopping.guard(sim.stop)
     out.print(f"going on from {kept.time_ns * 1e-9:.1f} s", markup=False)
-    with resumed_recorder(recording, sim) as recorder, RunProgress() as bar:
+    with (
+        looked_at(sim, view=options.view, browser=options.browser),
+        resumed_recorder(recording, sim) as recorder,
+        RunProgress() as bar,
+    ):
         result = run_segments(sim, recorder, folder, plan, stopping, _watched(bar, folder, sim, stopping))
     return _finish(folder, recording, sim, result, options, stopping)
 
@@ -157,6 +163,8 @@ def _check(path: Path | None, changes: Sequence[str], options: Options) -> None:
     for name, value in (("--max-wall", options.max_wall_s), ("--checkpoint-every", options.checkpoint_every_s)):
         if value is not None and not (math.isfinite(value) and value > 0):
             raise InputError(f"{name} must be a positive number of seconds, not {value:g}")
+    if not (options.browser or options.view):
+        raise InputError("--no-browser is about the page of --view; give both")
     if options.resume is None:
         if path is None:
             raise InputError("give a scenario file, or --resume and a folder of results")
@@ -164,10 +172,13 @@ def _check(path: Path | None, changes: Sequence[str], options: Options) -> None:
     given = {
         "a scenario": path, "--set": changes or None, "--duration": options.duration_s, "--seed": options.seed,
         "--out": options.out, "--record": options.record, "--n": None if options.copies == 1 else options.copies,
+        "--realtime": options.realtime or None,
     }  # fmt: skip
     other = [name for name, value in given.items() if value is not None]
     if other:
         raise InputError(f"--resume takes these from the folder of results; leave out {', '.join(other)}")
+    if options.bridges or options.repeat is not None:
+        raise InputError("--resume goes on with a run that nobody outside commands; leave out bridges and --repeat")
 
 
 def results_folder(asked: Path | None, scenario: Path) -> Path:
@@ -206,9 +217,9 @@ def _load(scenario: Scenario, copies: int, memory_limit: str | None) -> Simulati
 
     limit = None if memory_limit is None else parsed_size(memory_limit)
     check_memory(scenario, copies, limit, block_s=BLOCK_S)
-    with err.status("loading the simulator"):
+    with doing("building the world, the vehicles and their sensors"):
         from pelagos.sim.simulation import Simulation
-    with err.status("building the world, the vehicles and their sensors"):
+
         return Simulation.load(scenario, n=copies, memory_limit=limit)
 
 
@@ -229,5 +240,5 @@ def _say(result: RunResult, n: int, *, overdue: bool) -> None:
 def _report(folder: Path, recording: Path, sim: Simulation, result: RunResult) -> None:
     from pelagos.report.report import write_report
 
-    with err.status("writing the report"):
+    with doing("writing the report"):
         write_report(folder, recording, sim, result)

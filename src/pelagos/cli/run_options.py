@@ -101,6 +101,9 @@ def run(
     rosbag: Rosbag = False,
     repeat: Repeat = None,
     view: Annotated[bool, typer.Option("--view", help="Show the run in a page of the browser (see `view`).")] = False,
+    browser: Annotated[
+        bool, typer.Option("--browser/--no-browser", help="With --view: open the page in a browser.")
+    ] = True,
     memory_limit: MemoryLimit = None,
     change: Changes = None,
     trust: Trust = False,
@@ -115,7 +118,7 @@ def run(
         duration_s=duration, seed=seed, copies=copies, out=out, record=record, realtime=realtime, report=report,
         max_wall_s=max_wall, checkpoint_every_s=checkpoint_every, resume=resume, trust=trust, memory_limit=memory_limit,
         bridges=(*(["ros2"] if ros2 else []), *(bridge or [])), repeat=repeat, rosbag=rosbag,
-        view=view,
+        view=view, browser=browser,
     )  # fmt: skip
     raise typer.Exit(run_scenario(scenario, change or [], options))
 

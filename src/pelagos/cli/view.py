@@ -15,7 +15,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
-from pelagos.cli.console import err, out
+from pelagos.cli.console import doing, out
 from pelagos.cli.signals import Stopping
 from pelagos.cli.trusted import load
 from pelagos.errors import InputError
@@ -84,11 +84,11 @@ def must_be_file(path: Path) -> None:
 
 def _scenario(path: Path, changes: Sequence[str], options: ViewOptions, stopping: Stopping) -> None:
     overrides = {} if options.seed is None else {"seed": options.seed}
-    scenario = load(path, changes, overrides=overrides, trust=options.trust)
-    with err.status("loading the simulator"):
+    with doing(f"loading {path}"):
+        scenario = load(path, changes, overrides=overrides, trust=options.trust)
         from pelagos.sim.simulation import Simulation
         from pelagos.viewer.session import Session
-    with err.status("building the world, the vehicles and their sensors"):
+    with doing("building the world, the vehicles and their sensors"):
         sim = Simulation.load(scenario)
         session = Session(
             sim, results=Path("results") / path.stem, speed=options.speed, paused=options.paused, host=options.host,
@@ -101,7 +101,7 @@ def _scenario(path: Path, changes: Sequence[str], options: ViewOptions, stopping
 
 
 def _replay(path: Path, options: ViewOptions, stopping: Stopping) -> None:
-    with err.status("reading the recording"):
+    with doing(f"loading {path}"):
         from pelagos.viewer.replay import replay_view
 
         view = replay_view(path, host=options.host, port=options.port, paused=options.paused, speed=options.speed)
@@ -109,8 +109,9 @@ def _replay(path: Path, options: ViewOptions, stopping: Stopping) -> None:
 
 
 def _world(path: Path, changes: Sequence[str], options: ViewOptions, stopping: Stopping) -> None:
-    scenario = load(path, changes, trust=options.trust)
-    with err.status("building the world"):
+    with doing(f"loading {path}"):
+        scenario = load(path, changes, trust=options.trust)
+    with doing("building the world"):
         from pelagos.viewer.still import world_view
 
         view = world_view(scenario, host=options.host, port=options.port)
@@ -128,7 +129,7 @@ def _serve(view: View, options: ViewOptions, stopping: Stopping) -> None:
 
 
 @contextmanager
-def looked_at(sim: Simulation, *, view: bool) -> Iterator[None]:
+def looked_at(sim: Simulation, *, view: bool, browser: bool = True) -> Iterator[None]:
     """Have a page open beside a run, if it is asked for."""
     if not view:
         yield
@@ -136,7 +137,7 @@ def looked_at(sim: Simulation, *, view: bool) -> Iterator[None]:
     from pelagos.viewer.session import Watch
 
     with Watch(sim) as watch:
-        say_where(watch.url, ViewOptions())
+        say_where(watch.url, ViewOptions(browser=browser))
         with watch.live.at_work():
             yield
 

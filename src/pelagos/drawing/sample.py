@@ -234,7 +234,15 @@ _NUMBERS: Final[Mapping[str, Sequence[str]]] = {
     "dvl": ("velocity x [m/s]", "velocity y [m/s]", "velocity z [m/s]"),
     "gps": ("latitude [deg]", "longitude [deg]", "height [m]"),
     "magnetometer": ("field x [µT]", "field y [µT]", "field z [µT]"),
-    "velocity": ("velocity x [m/s]", "velocity y [m/s]", "velocity z [m/s]"),
+    "velocity": ("velocity north [m/s]", "velocity west [m/s]", "velocity up [m/s]"),
+    "pose": ("north [m]", "west [m]", "up [m]", "q w", "q x", "q y", "q z"),
+    "collision": ("contact",),
+    "ctd": ("conductivity [S/m]", "temperature [°C]", "pressure [dbar]"),
+    "sound_velocity": ("speed of sound [m/s]",),
+    "fluorometer": ("chlorophyll [mg/m³]",),
+    "oxygen": ("oxygen [µmol/kg]",),
+    "turbidity": ("turbidity [NTU]",),
+    "current_meter": ("flow x [m/s]", "flow y [m/s]", "flow z [m/s]"),
 }  # fmt: skip
 _FACTOR: Final = {"magnetometer": 1e6}
 

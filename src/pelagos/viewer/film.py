@@ -25,6 +25,7 @@ Kind = Literal["chase", "camera", "sonar", "panels"]
 SUFFIXES: Final = (".mp4", ".mkv", ".mov")
 _NIGHT, _CARD, _INK, _MUTED, _TRACK = (5, 15, 26), (14, 36, 56), (232, 241, 247), (143, 169, 189), (255, 209, 102)
 _PLOT_S: Final = 60.0
+_HEAD: Final = 40  # pixels that the line of numbers takes
 
 
 @dataclass(frozen=True)
@@ -132,7 +133,7 @@ class _Artist:
             case "panels":
                 self._sheet(sheet, frame)
             case _:
-                self._sensor(sheet, self._names[0], (0, 0, *self.options.size))
+                self._sensor(sheet, self._names[0], (0, _HEAD, *self.options.size))
                 self._numbers(sheet, frame)
         return np.asarray(sheet)
 

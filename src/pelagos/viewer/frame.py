@@ -4,12 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from pelagos.drawing.sample import Sample
+
+_LOST_S: Final = 1.0  # a sensor that says nothing for longer than this, and than so many of its intervals, is lost
+_INTERVALS: Final = 3
+
+
+def old_after_s(rate_hz: float) -> float:
+    """Time after which what a sensor said last is no longer true [s]; the page has the same."""
+    return max(_INTERVALS / rate_hz, _LOST_S)
 
 
 @dataclass(frozen=True)

@@ -11,47 +11,45 @@ from numpy.typing import NDArray
 
 from pelagos.math.frames import enu_to_nwu_np
 from pelagos.messages.motion import PATH
+from pelagos.messages.navigation import WRENCH_FIELDS
+from pelagos.sensors.sensor import SensorConfig
 from pelagos.sim.replay import Recording
 from pelagos.viewer.course import Course
+from pelagos.viewer.frame import old_after_s
 
-_LOST_S: Final = 1.0  # a DVL that says nothing for longer than this, and than three of its intervals, is lost
 _MARKS: Final = 60
 _REACHED_M: Final = 5.0  # from a corner of the plan, or this share of the leg that leads to it
 _SHARE: Final = 0.2
 
 
 def marks(
-    recording: Recording, topics: Mapping[str, str], times: Mapping[str, NDArray[np.int64]], span: tuple[int, int],
+    recording: Recording, topics: Mapping[str, str], sensors: Mapping[str, SensorConfig], span: tuple[int, int],
     others: Sequence[Mapping[str, Any]] = (),
 ) -> list[dict[str, Any]]:  # fmt: skip
-    """Events, `t` [s] and `text`: contacts, lost DVLs, GPS fixes, and `others`."""
+    """Events, `t` [s] and `text`: contacts, lost DVLs, GPS fixes, and `others`; topics and configurations by sensor."""
     found = [dict(m) for m in others]
     for name, topic in topics.items():
-        at = times[topic]
-        kind = recording.channels[topic].about.get("type")
-        if kind == "dvl" and len(at) > 3:
-            gap = max(3 * float(np.median(np.diff(at))), _LOST_S * 1e9)
-            found += [{"t": float(at[i]) * 1e-9, "text": f"{name} lost"} for i in np.flatnonzero(np.diff(at) > gap)]
+        kind = sensors[name].type
+        if kind == "dvl":
+            at = recording.times(topic)
+            silent = np.diff(at, append=span[1]) > old_after_s(sensors[name].rate_hz) * 1e9
+            found += [{"t": float(t) * 1e-9, "text": f"{name} lost"} for t in at[silent]]
         elif kind == "collision":
-            found += _contacts(recording, name, topic)
-        elif kind == "gps" and len(at):
+            found += _contacts(recording, name, topic, sensors[name])
+        elif kind == "gps" and recording.count(topic):
+            at = recording.times(topic)
             first = np.flatnonzero(np.diff(at, prepend=at[0] - 10**10) > 5 * 10**9)
             found += [{"t": float(at[i]) * 1e-9, "text": "GPS fix"} for i in first]
     inside = [m for m in found if span[0] <= m["t"] * 1e9 <= span[1]]
     return sorted(inside, key=lambda m: float(m["t"]))[:_MARKS]
 
 
-def _contacts(recording: Recording, name: str, topic: str) -> list[dict[str, Any]]:
+def _contacts(recording: Recording, name: str, topic: str, config: Any) -> list[dict[str, Any]]:
     """Times at which the vehicle began to touch something."""
-    found, touching = [], False
-    for recorded in recording.messages(topic):
-        now = bool(np.any(np.asarray(getattr(recorded.message, "data", 0)))) or bool(
-            getattr(recorded.message, "states", ())
-        )
-        if now and not touching:
-            found.append({"t": recorded.t_ns * 1e-9, "text": f"{name.partition('.')[0]} touches"})
-        touching = now
-    return found
+    t, values = recording.table(topic, WRENCH_FIELDS)
+    touching = np.linalg.norm(values[:, 2:5], axis=1) > config.least_force_n  # behind the two numbers of the stamp
+    begins = touching & ~np.concatenate([[False], touching[:-1]])
+    return [{"t": float(when), "text": f"{name.partition('.')[0]} touches"} for when in t[begins]]
 
 
 def planned(recording: Recording) -> dict[str, NDArray[np.float64]]:

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pelagos.drawing.sample import CAMERAS, Sample, cloud, numbers_of, photograph, swath_of, waterfall_line
+from pelagos.math.frames import enu_to_nwu_np, quaternion_enu_to_nwu_np
 from pelagos.messages.fan import copper
 from pelagos.messages.sonar_image import eight_bits
 from pelagos.sensors.sensor import SensorConfig
@@ -27,6 +28,7 @@ WANTED: Final[Mapping[str, tuple[str, ...]]] = {
     "normal_camera": ("/normals",), "optical_flow_camera": ("/flow",), "thermal_camera": ("/temperature",),
     "event_camera": ("/events",), "multibeam": ("/points",), "lidar": ("/points",), "semantic_lidar": ("/points",),
     "dvl": ("/dvl",), "imu": ("/data_raw",), "altimeter": ("/range",),
+    "ctd": ("/ctd",),
 }  # fmt: skip
 """Ends of the topics that are looked at, by sensor type; of others the first topic."""
 
@@ -105,26 +107,56 @@ def _dvl(config: Any, m: Any) -> dict[str, Any]:
 
 def _imu(config: Any, m: Any) -> dict[str, Any]:
     w, a = m.angular_velocity, m.linear_acceleration
-    return {"numbers": numbers_of("imu", np.array([a.x, a.y, a.z, w.x, w.y, w.z]), {})}
+    return _small("imu", a.x, a.y, a.z, w.x, w.y, w.z)
 
 
 def _range(config: Any, m: Any) -> dict[str, Any]:
-    return {"numbers": numbers_of("altimeter", np.array([m.range]), {})}
+    return _small("altimeter", m.range)
 
 
-def _pressure(config: Any, m: Any) -> dict[str, Any]:
-    return {"numbers": {"pressure [Pa]": float(m.fluid_pressure)}}
+def _depth(config: Any, m: Any) -> dict[str, Any] | None:
+    return _small("depth", -m.pose.pose.position.z) if config.type == "depth" else None
 
 
 def _pose(config: Any, m: Any) -> dict[str, Any]:
-    if config.type == "depth":
-        return {"numbers": {"depth [m]": -float(m.pose.pose.position.z)}}
-    p = m.pose.pose.position
-    return {"numbers": {"east [m]": float(p.x), "north [m]": float(p.y), "up [m]": float(p.z)}}
+    p, q = m.pose.position, m.pose.orientation
+    attitude = quaternion_enu_to_nwu_np(np.array([q.w, q.x, q.y, q.z]))
+    return _small(config.type, *enu_to_nwu_np(np.array([p.x, p.y, p.z])), *attitude)
+
+
+def _velocity(config: Any, m: Any) -> dict[str, Any]:
+    v = m.twist.linear
+    return _small(config.type, *enu_to_nwu_np(np.array([v.x, v.y, v.z])))
+
+
+def _flow(config: Any, m: Any) -> dict[str, Any]:
+    v = m.twist.twist.linear
+    return _small(config.type, v.x, v.y, v.z)
+
+
+def _magnetic(config: Any, m: Any) -> dict[str, Any]:
+    return _small(config.type, m.magnetic_field.x, m.magnetic_field.y, m.magnetic_field.z)
+
+
+def _contact(config: Any, m: Any) -> dict[str, Any]:
+    f = m.wrench.force
+    return _small(config.type, math.hypot(f.x, f.y, f.z) > config.least_force_n)
+
+
+def _ctd(config: Any, m: Any) -> dict[str, Any]:
+    return _small(config.type, m.conductivity, m.temperature, m.pressure)
+
+
+def _property(config: Any, m: Any) -> dict[str, Any]:
+    return _small(config.type, m.value)
+
+
+def _small(kind: str, *values: float) -> dict[str, Any]:
+    return {"numbers": numbers_of(kind, np.array(values), {})}
 
 
 def _fix(config: Any, m: Any) -> dict[str, Any]:
-    return {"numbers": numbers_of("gps", np.array([m.latitude, m.longitude, m.altitude]), {})}
+    return _small("gps", m.latitude, m.longitude, m.altitude)
 
 
 def _numbers(config: Any, m: Any) -> dict[str, Any]:
@@ -140,6 +172,7 @@ def _numbers(config: Any, m: Any) -> dict[str, Any]:
 
 _READERS: Final[Mapping[str, Callable[[Any, Any], dict[str, Any] | None]]] = {
     "ProjectedSonarImage": _projected, "CompressedImage": _compressed, "Image": _image, "PointCloud2": _points,
-    "Dvl": _dvl, "Imu": _imu, "Range": _range, "FluidPressure": _pressure, "PoseWithCovarianceStamped": _pose,
-    "NavSatFix": _fix, "Float64MultiArray": _numbers,
+    "Dvl": _dvl, "Imu": _imu, "Range": _range, "PoseWithCovarianceStamped": _depth, "PoseStamped": _pose,
+    "NavSatFix": _fix, "MagneticField": _magnetic, "TwistStamped": _velocity, "TwistWithCovarianceStamped": _flow,
+    "WrenchStamped": _contact, "Ctd": _ctd, "WaterProperty": _property, "Float64MultiArray": _numbers,
 }  # fmt: skip

@@ -70,7 +70,7 @@ class Replay:
         self._lock = threading.Lock()
         self._wake = threading.Event()
         span = self.first_ns, self.last_ns
-        self.marks = marks(recording, self._topics, self._times, span, legs(planned(recording), self.courses))
+        self.marks = marks(recording, self._topics, self._sensors, span, legs(planned(recording), self.courses))
 
     @property
     def known(self) -> tuple[str, ...]:

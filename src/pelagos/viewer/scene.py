@@ -17,7 +17,7 @@ from pelagos.messages.fan import copper
 from pelagos.sensors.sensor import SensorConfig
 from pelagos.vehicles.vehicle import Vehicle
 from pelagos.viewer.cloud import Cloud
-from pelagos.viewer.frame import Frame, Placed, Pose, matrix
+from pelagos.viewer.frame import Frame, Placed, Pose, matrix, old_after_s
 from pelagos.viewer.ground import NestedGrids, Patch
 from pelagos.viewer.hub import Hub
 from pelagos.viewer.hull import Model3d, model_3d
@@ -82,6 +82,7 @@ class Scene:
         self._sights: dict[str, Any] = {}
         self._last_ns = 0
         self._hidden: set[str] = set()
+        self._beamed: dict[str, int] = {}  # times of the DVLs' beams that are drawn [ns]
         self._grids = self._ground()
         self._structures()
         self._clouds = {n: Cloud(self._stage, n) for n, c in sensors.items() if c.type in Cloud.KINDS}
@@ -221,9 +222,18 @@ class Scene:
                 self._movers[name].place(pose.position, pose.attitude)
         for placed in frame.samples:
             self._show(placed)
+        self._forget_beams(frame)
         self._stage.send_poses(frame.t_ns * 1e-9)
         for cloud in self._clouds.values():
             cloud.flush(looked_on=looked_on)
+
+    def _forget_beams(self, frame: Frame) -> None:
+        """Take the beams away of a DVL that has lost the ground, or that has not spoken since a jump."""
+        for name, t_ns in list(self._beamed.items()):
+            age_s = (frame.t_ns - t_ns) * 1e-9
+            if not 0 <= age_s <= old_after_s(self._sensors[name].rate_hz):
+                self._sights[name].update(points=np.zeros((4, 2, 3), dtype=np.float32))
+                del self._beamed[name]
 
     def _start_anew(self) -> None:
         for vehicle in self._vehicles.values():
@@ -270,6 +280,7 @@ class Scene:
         elif sample.kind == "dvl" and sample.beams is not None:
             ends = np.nan_to_num(sample.beams).astype(np.float32)
             sight.update(points=np.stack([np.zeros_like(ends), ends], axis=1))
+            self._beamed[sample.name] = sample.t_ns
 
     # what the user changes
 

@@ -69,6 +69,7 @@ function onState(s) {
   }
   if (r) { $("leg").textContent = r.goals.length ? `${r.goals.length} way-point${r.goals.length > 1 ? "s" : ""} ahead` : r.leg ? `mission ${r.leg}` : "by command"; if (document.activeElement !== $("mode")) $("mode").value = r.mode; }
   if (run.event) $("leg").textContent = run.event;
+  for (const c of Object.values(cards)) age(c, s.t);
   map.state(s.agents, s.props, run); props = run.props || [];
   if (hello?.kind === "replay" && !scrubbing) $("scrub").value = s.t;
 }
@@ -85,11 +86,11 @@ function addCard(s) {
   fold.onclick = () => { card.classList.toggle("folded"); watched(); }; fold.setAttribute("aria-label", `${s.name}: fold or unfold`);
   more.onclick = () => { config.hidden = !config.hidden; }; more.setAttribute("aria-label", `${s.name}: configuration`);
   const bar = document.createElement("div"); if (s.shades) { const low = document.createElement("span"), shown = document.createElement("i"), high = document.createElement("span"); shown.style.background = `linear-gradient(270deg, ${s.shades.join(", ")})`; bar.className = "bar"; bar.hidden = true; bar.title = "depth below the sonar"; bar.append(low, shown, high); image.after(bar); }
-  cards[s.name] = { card, image, numbers, bar }; kinds[s.name] = s.kind;
+  cards[s.name] = { card, image, numbers, bar, rate: s.rate_hz }; kinds[s.name] = s.kind;
 }
 function watched() { send({ do: "panels", names: Object.entries(cards).filter(([, c]) => !c.card.classList.contains("folded")).map(([n]) => n) }); }
 function onPanel(p, blob) {
-  const c = cards[p.name]; if (!c) return;
+  const c = cards[p.name]; if (!c) return; c.t = p.t; age(c, state?.t);
   if (p.name.startsWith(`${agent}.`)) plots.measured(p.t, p.name.slice(agent.length + 1), kinds[p.name], p.numbers, p.truth);
   if (p.pictured) { const old = urls[p.name]; c.image.src = urls[p.name] = URL.createObjectURL(new Blob([blob], { type: "image/jpeg" })); c.image.hidden = false; if (old) c.image.onload = () => URL.revokeObjectURL(old); }
   if (p.bar) { c.bar.hidden = false; c.bar.firstChild.textContent = `${p.bar[0].toFixed(1)} m`; c.bar.lastChild.textContent = `${p.bar[1].toFixed(1)} m below`; }
@@ -100,7 +101,12 @@ function onPanel(p, blob) {
 function onWaiting(w) { // nothing to read between ticks: a clock that stands still looks like a hang
   $("waiting").hidden = !w.s; $("waiting").textContent = w.s ? `The next step has taken ${w.s} s so far. What this machine computes for the first time is compiled before it runs; that is kept, and is quick from then on.` : "";
 }
-function onJump() { plots.clear(); map.clear(); before = null; }
+function age(c, now) { c.card.classList.toggle("old", Number.isFinite(c.t) && now - c.t > Math.max(1, 3 / c.rate)); } // as the server has it
+function onJump() {
+  plots.clear(); map.clear(); before = null;
+  for (const c of Object.values(cards)) c.t = null; // what a sensor says after the jump comes at once, in a recording
+  setTimeout(() => { for (const c of Object.values(cards)) if (c.t === null) { c.image.hidden = true; c.image.removeAttribute("src"); c.bar.hidden = true; c.numbers.replaceChildren(); } }, 400);
+}
 function onSay(s) { const p = document.createElement("p"); p.textContent = s.text; p.className = s.kind || "note"; $("says").append(p); setTimeout(() => p.remove(), s.kind === "error" ? 9000 : 6000); }
 
 function timeline(h) {
