@@ -56,8 +56,8 @@ def test_a_recorded_reading_has_the_numbers_of_the_reading_itself(kind: str) -> 
     extras: dict[str, Any] = {
         "salinity": np.array([35.5]), "sound_speed": np.array([1495.0]), "altitude": np.array([7.5]),
         "ranges": np.array([[8.0, 8.5, 9.0, 9.5]]), "beam_valid": np.ones((1, 4), bool), "sigma": np.full((1, 4), 0.01),
-        "beam_velocity": np.full((1, 4), -0.25), "force": np.array([[3.0, -4.0, 0.5]]), "moment": np.array([[1.0, -2.0, 0.25]]),
-        "snr": np.full((1, 4), 20.0),
+        "beam_velocity": np.full((1, 4), -0.25), "force": np.array([[3.0, -4.0, 0.5]]),
+        "moment": np.array([[1.0, -2.0, 0.25]]), "snr": np.full((1, 4), 20.0),
     }  # fmt: skip
     if kind == "collision":
         data = np.array([[True]])

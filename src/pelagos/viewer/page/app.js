@@ -68,7 +68,7 @@ function onState(s) {
     plots.add(s.t, a, before); before = { t: s.t, heading: a.heading };
   }
   if (r) { $("leg").textContent = r.goals.length ? `${r.goals.length} way-point${r.goals.length > 1 ? "s" : ""} ahead` : r.leg ? `mission ${r.leg}` : "by command"; if (document.activeElement !== $("mode")) $("mode").value = r.mode; }
-  if (run.event) $("leg").textContent = run.event;
+  if (hello?.kind === "replay") $("leg").textContent = run.event || "";
   for (const c of Object.values(cards)) age(c, s.t);
   map.state(s.agents, s.props, run); props = run.props || [];
   if (hello?.kind === "replay" && !scrubbing) $("scrub").value = s.t;
