@@ -126,7 +126,7 @@ def test_a_viewer_sees_commands_and_calls() -> None:
     report = exchange.close()
     if failure:
         raise failure[0]
-    assert len(seen["times"]) > 40
+    assert len(seen["times"]) > 10
     assert all(0 < b - a < 1e9 for a, b in zip(seen["times"], seen["times"][1:], strict=False))  # the simulation's
     assert "/clock" not in seen["channels"]
     assert report["Foxglove: /rov/cmd_vel: messages of 'geometry_msgs/Wrench', not of 'geometry_msgs/msg/Twist'"] == 1
@@ -134,7 +134,7 @@ def test_a_viewer_sees_commands_and_calls() -> None:
     assert report[nobody] == 1
     assert sum(count for reason, count in report.items() if "/rov/cmd_vel: malformed" in reason) == 1
     times = np.array([t for t, _ in seen["imu"]])
-    assert len(times) > 40
+    assert len(times) > 10
     assert set(np.diff(times).tolist()) == {20_000_000}  # none missing, at the sensor's rate
     assert seen["imu"][0][1].header.frame_id == "rov/imu"
     assert seen["imu"][0][1].linear_acceleration.z == pytest.approx(9.81, abs=0.5)

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import os
 import threading
+import time
 from collections import Counter
 from functools import cache, partial
 from typing import Any, Final
@@ -81,6 +82,7 @@ class DdsTransport:
         self._gid_bytes = gid_bytes
         self._topics: dict[str, Any] = {}
         self._entities: list[Any] = []
+        self._said: list[Any] = []  # the writers of topics
         self._readers: list[tuple[Any, Receive]] = []
         self._waits = core.WaitSet(self._participant)
         self._wake = core.GuardCondition(self._participant)
@@ -100,6 +102,7 @@ class DdsTransport:
     def advertise(self, topic: str, type_name: str, *, qos: Qos) -> Write:
         """See `Transport`."""
         writer = self._writer(f"rt{topic}", type_name, qos)
+        self._said.append(writer)
         if self._graph is not None:
             self._graph.add_writer(writer.guid.bytes)
         send = self._sender(writer)
@@ -113,6 +116,16 @@ class DdsTransport:
     def waiting(self) -> int:
         """Large messages that wait until readers have the last ones."""
         return 0 if self._large is None else self._large.waiting
+
+    def readers(self) -> int:
+        """See `Stage`."""
+        return sum(len(writer.get_matched_subscriptions()) for writer in self._said)
+
+    def settle(self, wait_s: float) -> None:
+        """See `Stage`; a stopped reader is waited for once."""
+        end = time.monotonic() + wait_s
+        for writer in self._said:
+            writer.wait_for_acks(max(round(1e9 * (end - time.monotonic())), 0))
 
     def subscribe(self, topic: str, type_name: str, receive: Receive, *, qos: Qos) -> None:
         """See `Transport`."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import time
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from typing import Final, Protocol
@@ -20,6 +21,7 @@ CLOCK_HZ: Final = 100.0
 BLOCK_S: Final = 1.0
 """A queue takes what a topic says in so much simulated time: without `realtime` half of it leaves in one go [s]."""
 LABELS: Final = "/labels"
+_LOOK_S: Final = 0.002  # between two looks at a queue
 _LARGE: Final = ("sensor_msgs/msg/Image", "sensor_msgs/msg/PointCloud2", "marine_acoustic_msgs/msg/")
 
 
@@ -122,6 +124,12 @@ class TopicDoor:
                 self.sent += 1
         if messages and sim.time_ns >= self._next_clock_ns:  # without, sensors wait to be read: the clock waits too
             self._tick(sim.time_ns)
+
+    def drain(self, wait_s: float) -> None:
+        """Wait until the transport has taken what was sent; for those who are in no hurry. At most so long."""
+        end = time.monotonic() + wait_s
+        while self._outbox is not None and self._outbox.waiting and time.monotonic() < end:
+            time.sleep(_LOOK_S)
 
     def report(self) -> Mapping[str, int]:
         """See `Door`."""

@@ -6,6 +6,7 @@ Protocol: https://github.com/foxglove/ws-protocol, subprotocol foxglove.sdk.v1; 
 from __future__ import annotations
 
 import threading
+import time
 from collections import Counter
 from typing import TYPE_CHECKING, Any, Final, Literal
 
@@ -23,6 +24,9 @@ if TYPE_CHECKING:
 
 BACKLOG: Final = 1024
 """Messages that wait for a client that reads slowly; then its oldest are dropped, by the library."""
+
+FLUSH_S: Final = 0.2
+"""Time in which the library sends what it holds for clients that read [s]."""
 
 MOST_TROUBLES: Final = 1000
 """Troubles that are told apart."""
@@ -74,6 +78,7 @@ class FoxgloveTransport:
         self._receivers: dict[str, tuple[str, Receive]] = {}
         self._latched: dict[int, tuple[Any, bytes, int]] = {}
         self._lock = threading.Lock()
+        self._listening: set[tuple[int, int]] = set()  # client, channel
         self.troubles: Counter[str] = Counter()
         capability = self._ws.Capability
         try:
@@ -152,8 +157,22 @@ class FoxgloveTransport:
         known = trouble in self.troubles or len(self.troubles) < MOST_TROUBLES
         self.troubles[trouble if known else "further troubles"] += 1
 
-    def joined(self, channel_id: int) -> None:
+    def readers(self) -> int:
+        """See `Stage`."""
+        return len(self._listening)
+
+    def settle(self, wait_s: float) -> None:
+        """See `Stage`; the library tells nobody who has what, and its queues are short."""
+        if self._listening:
+            time.sleep(min(wait_s, FLUSH_S))
+
+    def left(self, client_id: int, channel_id: int) -> None:
+        """Somebody does not listen any more."""
+        self._listening.discard((client_id, channel_id))
+
+    def joined(self, client_id: int, channel_id: int) -> None:
         """Somebody subscribed: what is latched is said again, to all."""
+        self._listening.add((client_id, channel_id))
         with self._lock:
             found = self._latched.get(channel_id)
         if found is not None:
@@ -169,7 +188,10 @@ def _listener(transport: FoxgloveTransport, ws: Any) -> Any:
             self.channels: dict[tuple[int, int], tuple[str, str, str]] = {}
 
         def on_subscribe(self, client: Any, channel: Any) -> None:
-            transport.joined(channel.id)
+            transport.joined(client.id, channel.id)
+
+        def on_unsubscribe(self, client: Any, channel: Any) -> None:
+            transport.left(client.id, channel.id)
 
         def on_client_advertise(self, client: Any, channel: Any) -> None:
             self.channels[client.id, channel.id] = (channel.topic, channel.encoding, channel.schema_name or "")

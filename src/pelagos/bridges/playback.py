@@ -2,23 +2,27 @@
 
 from __future__ import annotations
 
-import heapq
 import time
 from collections import Counter
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any, Final
 
 from pelagos.bridges.door import TopicDoor
-from pelagos.bridges.tap import Channel, Message, Tap
-from pelagos.bridges.transport import Transport
+from pelagos.bridges.part import Part
+from pelagos.bridges.tap import Message, Tap
+from pelagos.bridges.transport import Stage
 from pelagos.errors import InputError
-from pelagos.sim.record import LATCHED_KEY, LEGEND
-from pelagos.sim.replay import Recorded, Recording
+from pelagos.sim.record import LEGEND
 
 SLICE_NS: Final = 10_000_000
 """Messages of so much simulated time leave together [ns]."""
+PATIENCE_S: Final = 2.0
+"""Time for which readers that do not read are waited for [s]."""
+QUIET_S: Final = 0.3
+"""Time without a further reader after which all who are there are taken to be found [s]."""
+LOOK_S: Final = 0.02
+"""Time between two looks for readers [s]."""
 
 
 @dataclass(frozen=True)
@@ -36,133 +40,92 @@ class Playback:
         topics: that are played.
 
     Args:
-        path: the recording, whole or cut off.
+        part: what is played.
         rate: how many times as fast as the clock on the wall; 0 as fast as it goes.
-        start_s, end_s: which part, in simulation time [s].
-        only: beginnings of the topics that are played; all where empty.
 
     Raises:
-        InputError: the rate or the part cannot be.
-        RecordingError: there is no such recording.
+        InputError: the rate cannot be.
     """
 
-    def __init__(
-        self,
-        path: str | Path,
-        *,
-        rate: float = 1.0,
-        start_s: float = 0.0,
-        end_s: float = float("inf"),
-        only: Sequence[str] = (),
-    ) -> None:
+    def __init__(self, part: Part, *, rate: float = 1.0) -> None:
         if not (rate >= 0 and rate < float("inf")):
             raise InputError(f"--rate is how many times as fast as the clock, 0 or more, not {rate:g}")
-        if not 0 <= start_s < end_s:
-            raise InputError(f"--from {start_s:g} and --to {end_s:g} hold no time between them")
-        self._recording = Recording(path)
-        self._rate, self._start_ns, self._end_s = rate, round(start_s * 1e9), end_s
-        self._doors: list[TopicDoor] = []
+        self._part, self._rate = part, rate
+        self._doors: list[tuple[TopicDoor, Stage]] = []
         self._tap = Tap()
-        wanted = tuple(only)
-        self.topics = [t for t in self._recording.topics() if not wanted or t.startswith(wanted)]
-        if not self.topics:
-            raise InputError(f"{path}: no topic begins with {', '.join(wanted)}" if wanted else f"{path}: no messages")
-        self._numbers: dict[str, int] = {}
-        for number, topic in enumerate(self.topics, start=1):
-            found = self._recording.channels[topic]
-            self._numbers[topic] = number
-            self._tap.channels[number] = Channel(number, topic, found.type, found.about, _latched(found.about))
-        if LEGEND in self._recording.attachments:
-            self._tap.attachments[LEGEND] = self._recording.attachments[LEGEND]
+        self.topics = [channel.topic for channel in part.channels.values()]
+        self._tap.channels.update(part.channels)
+        if part.legend:
+            self._tap.attachments[LEGEND] = part.legend.encode()
 
-    def add(self, transport: Transport, *, clock: bool = True) -> None:
+    def add(self, stage: Stage, *, clock: bool = True) -> None:
         """Play to a transport too."""
-        self._doors.append(TopicDoor(transport, clock=clock))
+        self._doors.append((TopicDoor(stage, clock=clock), stage))
+
+    def wait(self, most_s: float) -> int:
+        """Announce the topics, and wait until somebody reads them: a subscriber that is there gets all of it.
+
+        Finding one another takes a while, and each topic is found by itself: it waits until no further reader comes.
+
+        Args:
+            most_s: give up after this wall-clock time [s].
+
+        Returns:
+            Readers at the end; 0: nobody listens.
+        """
+        self._open()
+        known, since = 0, time.monotonic()
+        end = since + most_s
+        while time.monotonic() < end:
+            found = sum(stage.readers() for _, stage in self._doors)
+            if found != known:
+                known, since = found, time.monotonic()
+            elif known and time.monotonic() - since > QUIET_S:
+                break
+            time.sleep(LOOK_S)
+        return known
 
     def play(self, progress: Callable[[float], None] | None = None) -> int:
         """Play it once; the number of messages. Latched ones are said at the beginning, whatever the part."""
-        present: Any = _Present(0)
-        for door in self._doors:
-            door.open(present, self._tap)
+        self._open()
         began, sent = time.perf_counter(), 0
         slice_: list[Message] = []
-        until = self._start_ns
-        for recorded in in_time(self._recording, self.topics):
-            t_ns = recorded.t_ns
-            if t_ns * 1e-9 > self._end_s:
-                break
-            latched = self._tap.channels[self._numbers[recorded.topic]].latched
-            if t_ns < self._start_ns and not latched:
-                continue
-            at = max(t_ns, self._start_ns)
-            if at > until and slice_:
-                self._send(slice_, until, began)
-                sent, slice_ = sent + len(slice_), []
-                if progress is not None:
-                    progress(until * 1e-9)
-            until = max(until, at - at % SLICE_NS + SLICE_NS) if at > until else until
-            slice_.append(Message(at, self._numbers[recorded.topic], recorded.raw))
+        until = self._part.first_ns
+        for message in self._part.messages():
+            at = message.t_ns
+            if at > until:
+                if slice_:
+                    self._send(slice_, until, began)
+                    sent, slice_ = sent + len(slice_), []
+                    if progress is not None:
+                        progress(until * 1e-9)
+                until = at - at % SLICE_NS + SLICE_NS
+            slice_.append(message)
         self._send(slice_, until, began)
+        for door, stage in self._doors:
+            door.drain(PATIENCE_S)
+            stage.settle(PATIENCE_S)
         return sent + len(slice_)
 
     def close(self) -> Counter[str]:
         """Close the transports; what was dropped, by reason."""
         found: Counter[str] = Counter()
-        for door in self._doors:
+        for door, _ in self._doors:
             found.update({f"{door.name}: {reason}": count for reason, count in door.report().items()})
             door.close()
         return found
 
+    def _open(self) -> None:
+        present: Any = _Present(0)
+        for door, _ in self._doors:
+            door.open(present, self._tap)
+
     def _send(self, messages: list[Message], until_ns: int, began: float) -> None:
         if self._rate and messages:
-            due = began + (messages[0].t_ns - self._start_ns) * 1e-9 / self._rate
+            due = began + (messages[0].t_ns - self._part.first_ns) * 1e-9 / self._rate
             time.sleep(max(0.0, due - time.perf_counter()))
         present: Any = _Present(min(until_ns, messages[-1].t_ns) if messages else until_ns)
-        for door in self._doors:
+        for door, _ in self._doors:
             door.send(present, messages)
-
-
-def _latched(about: Mapping[str, str]) -> bool:
-    """Whether late joiners want a topic's last message."""
-    return "transient_local" in about.get(LATCHED_KEY, "")
-
-
-def in_time(recording: Recording, topics: Sequence[str]) -> Iterator[Recorded]:
-    """Messages of several topics in order of time."""
-    return heapq.merge(*(recording.messages(topic) for topic in topics), key=lambda recorded: recorded.t_ns)
-
-
-def write_rosbag(recording: str | Path, folder: str | Path) -> int:
-    """A recording as a rosbag2 folder (MCAP, metadata version 9) for `ros2 bag`; the number of messages.
-
-    Raises:
-        InputError: the folder exists.
-        RecordingError: there is no such recording.
-    """
-    from rosbags.interfaces import Qos, QosDurability, QosHistory, QosLiveliness, QosReliability, QosTime
-    from rosbags.rosbag2 import StoragePlugin, Writer
-
-    from pelagos.messages.store import typestore
-
-    if Path(folder).exists():
-        raise InputError(f"{folder}: exists already; give another folder")
-    source, count = Recording(recording), 0
-    never = QosTime(0, 0)
-    latched = Qos(
-        QosHistory.KEEP_LAST, 1, QosReliability.RELIABLE, QosDurability.TRANSIENT_LOCAL, never, never,
-        QosLiveliness.SYSTEM_DEFAULT, never, False,
-    )  # fmt: skip
-    with Writer(Path(folder), version=9, storage_plugin=StoragePlugin.MCAP) as bag:
-        connections = {
-            topic: bag.add_connection(
-                topic,
-                found.type,
-                typestore=typestore(),
-                offered_qos_profiles=[latched] if _latched(found.about) else [],
-            )
-            for topic, found in ((t, source.channels[t]) for t in source.topics())
-        }
-        for recorded in in_time(source, source.topics()):
-            bag.write(connections[recorded.topic], recorded.t_ns, recorded.raw)
-            count += 1
-    return count
+            if not self._rate:
+                door.drain(PATIENCE_S)

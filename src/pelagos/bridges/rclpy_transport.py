@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import threading
+import time
 import warnings
 from collections import Counter
 from collections.abc import Callable
@@ -37,6 +38,7 @@ class RclpyTransport:
         self._thread = threading.Thread(target=self._executor.spin, name="pelagos-rclpy", daemon=True)
         self._thread.start()
         self._skipped: set[str] = set()
+        self._publishers: list[Any] = []
         self.troubles: Counter[str] = Counter()
 
     def advertise(self, topic: str, type_name: str, *, qos: Qos) -> Write:
@@ -45,11 +47,22 @@ class RclpyTransport:
         if kind is None:
             return lambda cdr, t_ns: None
         publisher = self._node.create_publisher(kind, topic, self._qos(qos))
+        self._publishers.append(publisher)
 
         def write(cdr: Buffer, t_ns: int) -> None:
             publisher.publish(bytes(cdr))
 
         return write
+
+    def readers(self) -> int:
+        """See `Stage`."""
+        return sum(int(publisher.get_subscription_count()) for publisher in self._publishers)
+
+    def settle(self, wait_s: float) -> None:
+        """See `Stage`."""
+        duration, end = import_module("rclpy.duration").Duration, time.monotonic() + wait_s
+        for publisher in self._publishers:
+            publisher.wait_for_all_acked(duration(seconds=max(end - time.monotonic(), 0.0)))
 
     def subscribe(self, topic: str, type_name: str, receive: Receive, *, qos: Qos) -> None:
         """See `Transport`."""

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Final, Literal
 from pydantic import Field
 
 from pelagos.bridges.config import BridgeConfig
-from pelagos.bridges.transport import BridgeError, BridgeMismatch, Transport
+from pelagos.bridges.transport import BridgeError, BridgeMismatch, Stage
 
 if TYPE_CHECKING:
     from pelagos.bridges.exchange import Exchange
@@ -93,7 +93,7 @@ class Ros2Config(BridgeConfig):
         return int(given)
 
 
-def make_transport(config: Ros2Config) -> tuple[Transport, str]:
+def make_transport(config: Ros2Config) -> tuple[Stage, str]:
     """The transport that a configuration asks for, and why it is this one."""
     if config.transport != "auto":
         return _MAKE[config.transport](config), "as asked"
@@ -108,7 +108,7 @@ def make_transport(config: Ros2Config) -> tuple[Transport, str]:
     raise BridgeError("ROS 2 needs the extra 'ros2': pip install \"pelagos[ros2]\", or source a ROS 2 installation")
 
 
-def _dds(config: Ros2Config) -> Transport:
+def _dds(config: Ros2Config) -> Stage:
     from pelagos.bridges.dds import DdsTransport
 
     return DdsTransport(
@@ -120,16 +120,16 @@ def _dds(config: Ros2Config) -> Transport:
     )
 
 
-def _zenoh(config: Ros2Config) -> Transport:
+def _zenoh(config: Ros2Config) -> Stage:
     from pelagos.bridges.zenoh_transport import ZenohTransport
 
     return ZenohTransport(domain=config.domain, node=config.node, hashes=config.distro != "humble")
 
 
-def _rclpy(config: Ros2Config) -> Transport:
+def _rclpy(config: Ros2Config) -> Stage:
     from pelagos.bridges.rclpy_transport import RclpyTransport
 
     return RclpyTransport(domain=config.domain, node=config.node)
 
 
-_MAKE: Final[dict[str, Callable[[Ros2Config], Transport]]] = {"dds": _dds, "zenoh": _zenoh, "rclpy": _rclpy}
+_MAKE: Final[dict[str, Callable[[Ros2Config], Stage]]] = {"dds": _dds, "zenoh": _zenoh, "rclpy": _rclpy}

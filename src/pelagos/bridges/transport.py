@@ -98,6 +98,18 @@ class Transport(Protocol):
         ...
 
 
+class Stage(Transport, Protocol):
+    """A transport that a recording can be played to: it knows who listens."""
+
+    def readers(self) -> int:
+        """Number of readers that the topics have, or of topics that are read; 0: nobody listens."""
+        ...
+
+    def settle(self, wait_s: float) -> None:
+        """Wait until readers have what was sent, for at most so long."""
+        ...
+
+
 class MemoryTransport:
     """A transport that keeps what was written, and lets a test speak."""
 
@@ -110,8 +122,16 @@ class MemoryTransport:
         self.order: list[tuple[int, str]] = []
         self.closed = False
         self.troubles: Counter[str] = Counter()
+        self.listening = 0
         self._receivers: dict[str, Receive] = {}
         self._services: dict[str, Answer] = {}
+
+    def readers(self) -> int:
+        """See `Stage`; what a test sets."""
+        return self.listening
+
+    def settle(self, wait_s: float) -> None:
+        """See `Stage`; nothing is on its way."""
 
     def advertise(self, topic: str, type_name: str, *, qos: Qos) -> Write:
         """See `Transport`."""

@@ -50,6 +50,7 @@ class ZenohTransport:
         self._entities = 0
         self.troubles: Counter[str] = Counter()
         self._kept: list[Any] = []
+        self._plain: list[Any] = []  # publishers of topics that are not latched
         self._token(f"{self._domain}/{self._id}/0/0/NN/%/%/{node}")
 
     def advertise(self, topic: str, type_name: str, *, qos: Qos) -> Write:
@@ -62,6 +63,7 @@ class ZenohTransport:
             )
         else:
             publisher = self._session.declare_publisher(key, **options)
+            self._plain.append(publisher)
         self._kept.append(publisher)
         self._announce("MP", topic, type_name, type_name, qos)
         gid, count = os.urandom(_GID), 0
@@ -75,6 +77,13 @@ class ZenohTransport:
             publisher.put(bytes(cdr), attachment=attachment(number, time.time_ns(), gid))
 
         return write
+
+    def readers(self) -> int:
+        """See `Stage`; of topics that are not latched."""
+        return sum(bool(publisher.matching_status.matching) for publisher in self._plain)
+
+    def settle(self, wait_s: float) -> None:
+        """See `Stage`; a session that closes sends what it has."""
 
     def subscribe(self, topic: str, type_name: str, receive: Receive, *, qos: Qos) -> None:
         """See `Transport`."""
@@ -114,6 +123,7 @@ class ZenohTransport:
     def close(self) -> None:
         """See `Transport`."""
         self._kept.clear()
+        self._plain.clear()
         self._session.close()
         if self._router is not None:
             self._router.close()

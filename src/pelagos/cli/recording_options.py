@@ -16,7 +16,7 @@ def enter(app: typer.Typer) -> None:
     )(recover)
     app.command(
         epilog="Examples:\n\n    pelagos replay mission.mcap --ros2 --rate 2\n\n"
-        "    pelagos replay mission.mcap --rosbag bag"
+        "    pelagos replay mission.mcap --ros2 --wait 60 --loop\n\n    pelagos replay mission.mcap --rosbag bag"
     )(replay)
 
 
@@ -44,7 +44,7 @@ def recover(
 
 
 def replay(
-    file: Annotated[Path, typer.Argument(metavar="FILE", help="A recording.", show_default=False)],
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="A recording, or a rosbag2 folder.", show_default=False)],
     ros2: Annotated[bool, typer.Option("--ros2", help="Play it to ROS 2.")] = False,
     foxglove: Annotated[bool, typer.Option("--foxglove", help="Play it to Foxglove.")] = False,
     rosbag: Annotated[
@@ -61,6 +61,14 @@ def replay(
         typer.Option(metavar="TOPIC", help="Only topics that begin so; may be given again.", show_default=False),
     ] = None,
     loop: Annotated[bool, typer.Option("--loop", help="Begin again at the end.")] = False,
+    port: Annotated[
+        int | None,
+        typer.Option(metavar="N", min=0, max=65535, help="Port of --foxglove; otherwise 8765.", show_default=False),
+    ] = None,
+    wait: Annotated[
+        float,
+        typer.Option(metavar="S", help="Begin when somebody listens, or after this wall-clock time; 0: at once."),
+    ] = 2.0,
 ) -> None:
     """Play a recording out again, or write it as a rosbag2 folder."""
     from pelagos.cli.replay import ReplayOptions
@@ -69,5 +77,6 @@ def replay(
     options = ReplayOptions(
         ros2=ros2, foxglove=foxglove, rosbag=rosbag, rate=rate, start_s=start,
         end_s=float("inf") if end is None else end, topics=tuple(topic or ()), loop=loop,
+        wait_s=wait, port=port,
     )  # fmt: skip
     play(file, options)

@@ -146,7 +146,7 @@ def _finish(
     if stopping.signal is not None:
         result = replace(result, ended="interrupt")
     if options.rosbag:
-        from pelagos.bridges.playback import write_rosbag
+        from pelagos.bridges.rosbag import write_rosbag
 
         write_rosbag(recording, folder / "rosbag2")
     _say(result, sim.n, overdue=stopping.overdue)
