@@ -7,11 +7,9 @@ import numpy as np
 from pydantic import Field
 
 from pelagos import jit
-from pelagos.config.loader import load_scenario
 from pelagos.sensors.example_motion import lanes
 from pelagos.sensors.ray_sensor import RaySensor
 from pelagos.sensors.sensor import SensorConfig, SensorContext
-from pelagos.world.build import build_world
 
 
 class AlarmConfig(SensorConfig):
@@ -49,8 +47,8 @@ class Alarm(RaySensor):
 
 
 if __name__ == "__main__":
-    scenario = load_scenario({"world": {"type": "flat", "depth_m": 20.0}, "agents": {}})
-    sensor = Alarm(AlarmConfig(orientation_deg=(0, 30, 0)), SensorContext.alone(world=build_world(scenario.world)))
+    context = SensorContext.alone(world={"type": "flat", "depth_m": 20.0})
+    sensor = Alarm(AlarmConfig(orientation_deg=(0, 30, 0)), context)
     reading = sensor.sense(lanes([7], dt_ns=100_000_000, position=(0.0, 0.0, -12.0)))
     print(
         f"{reading.data[0]:.3f} m for {reading.truth[0]:.3f} m, echo after {1e3 * reading.extras['echo_s'][0]:.3f} ms"

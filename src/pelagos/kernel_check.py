@@ -7,7 +7,7 @@ the kernel names but is not given is not in it, and a change to an object happen
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from types import FunctionType, MethodType
 from typing import Any, Final
 
@@ -15,34 +15,37 @@ from pelagos.errors import KernelError
 
 _VARIABLE: Final = re.compile(r"Variable r(\d+)\[\d+\].* was created before recording")
 _DEPTH: Final = 5  # closures within closures that are looked into
+_READ: Final = "jit_var_read()"
+_TRUTH: Final = "implicit conversion to 'bool'"
 
 
 def watched(owner: Callable[..., Any], kernel: Callable[..., Any], *arguments: Any) -> Any:
     """Run a kernel that is being recorded.
 
     Raises:
-        KernelError: it has changed an attribute of an object that it belongs to.
+        KernelError: it has changed an attribute of an object that it belongs to, or a variable around it.
     """
-    before = [(thing, dict(vars(thing))) for thing in _objects(owner)]
+    before = [(thing, _contents(vars(thing))) for thing in _objects(owner)]
+    around = _variables_around(owner)
     result = kernel(*arguments)
     for thing, attributes in before:
-        now = vars(thing)
-        for name in now:
-            if name not in attributes or now[name] is not attributes[name]:
-                raise KernelError(
-                    f"{_called(owner)} sets 'self.{name}' of {type(thing).__name__} while it is recorded: that would "
-                    "happen in the recording only, never again. A kernel keeps nothing; what changes from reading to "
-                    "reading follows from its arguments (motion.tick, motion.t_ns)"
-                )
+        for name, content in _contents(vars(thing)).items():
+            if name not in attributes or attributes[name] != content:
+                raise KernelError(_kept(owner, f"sets 'self.{name}' of {type(thing).__name__}"))
+    for variable, content in _variables_around(owner).items():
+        if variable in around and around[variable] != content:
+            raise KernelError(_kept(owner, f"sets '{variable[1]}', a variable around it,"))
     return result
 
 
 def explained(error: RuntimeError, owner: Callable[..., Any]) -> BaseException:
-    """An error of Dr.Jit in other words: what the kernel itself raised, or the array that is none of its arguments."""
+    """An error of Dr.Jit in other words: what the kernel itself raised, or what a recorded kernel may not do."""
     cause: BaseException | None = error
+    innermost: BaseException = error
     while cause is not None:
-        if not isinstance(cause, RuntimeError):
+        if not isinstance(cause, RuntimeError) or isinstance(cause, (NotImplementedError, RecursionError)):
             return cause
+        innermost = cause
         if found := _VARIABLE.search(str(cause)):
             name = next(_names_of(owner, int(found[1])), "an array made before it was recorded")
             return KernelError(
@@ -50,7 +53,46 @@ def explained(error: RuntimeError, owner: Callable[..., Any]) -> BaseException:
                 "that it is given: pass it in the call, or make it a Python number"
             )
         cause = cause.__cause__ or cause.__context__
+    if _TRUTH in str(innermost):
+        return KernelError(
+            f"{_called(owner)} asks an array whether it is true (`if`, `while`, `and`, `or`, `not`, `min`, `max`), but "
+            "each lane has an answer of its own: choose by dr.select(mask, a, b), and join masks by & | ~"
+        )
+    if _READ in str(innermost):
+        return KernelError(
+            f"{_called(owner)} reads the value of an array (`array[0]`, `print`, `float`, `if`), but values exist only "
+            "when a recorded kernel runs: choose by dr.select, pick by dr.gather, and return what you want to see"
+        )
     return error
+
+
+def _kept(owner: Callable[..., Any], what: str) -> str:
+    return (
+        f"{_called(owner)} {what} while it is recorded: that would happen in the recording only, never again. A kernel "
+        "keeps nothing; what changes from reading to reading follows from its arguments (motion.tick, motion.t_ns)"
+    )
+
+
+def _contents(variables: Mapping[str, Any]) -> dict[str, Any]:
+    """Identity of each variable's value, and of the members of lists, sets and dictionaries."""
+    return {name: _identity(value) for name, value in variables.items()}
+
+
+def _identity(value: Any) -> Any:
+    if isinstance(value, dict):
+        return id(value), tuple(value), tuple(map(id, value.values()))
+    return (id(value), tuple(map(id, value))) if isinstance(value, (list, set)) else id(value)
+
+
+def _variables_around(owner: Callable[..., Any]) -> dict[tuple[int, str], Any]:
+    """Identity of what the functions of a kernel find in variables of their modules, and of functions around them."""
+    found: dict[tuple[int, str], Any] = {}
+    for place, inner in enumerate(_functions(owner)):
+        around = {name: inner.__globals__[name] for name in inner.__code__.co_names if name in inner.__globals__}
+        cells = zip(inner.__code__.co_freevars, inner.__closure__ or (), strict=True)
+        around |= {name: _content(cell) for name, cell in cells}
+        found |= {(place, name): content for name, content in _contents(around).items()}
+    return found
 
 
 def _called(owner: Callable[..., Any]) -> str:

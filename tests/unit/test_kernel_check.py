@@ -73,3 +73,39 @@ def test_results_come_back_by_name_with_shape_and_type() -> None:
 def test_other_errors_of_a_kernel_pass_unchanged() -> None:
     with pytest.raises(ZeroDivisionError):
         Program(lambda x: {"y": x * (1 / 0)})(settled(1.0))
+
+
+CALLS = 0
+
+
+def test_a_kernel_that_changes_a_variable_of_its_module_is_refused() -> None:
+    def counting(x) -> Results:
+        global CALLS
+        CALLS += 1
+        return {"y": x + CALLS}
+
+    with pytest.raises(KernelError, match=r"sets 'CALLS', a variable around it"):
+        Program(counting)(settled(1.0, 2.0, 3.0))
+
+
+def test_a_kernel_that_adds_to_a_list_around_it_is_refused() -> None:
+    seen: list[int] = []
+    with pytest.raises(KernelError, match=r"sets 'seen', a variable around it"):
+        Program(lambda x: seen.append(3) or {"y": x + len(seen)})(settled(1.0, 2.0, 3.0))
+
+
+@pytest.mark.parametrize(
+    ("kernel", "cure"),
+    [
+        (lambda x: {"y": x if x > 2.0 else -x}, "dr.select"),
+        (lambda x: {"y": x * x[1]}, "dr.gather"),
+        (lambda x: {"y": np.arange(3.0)}, "result 'y' of a kernel is of type numpy.ndarray"),
+        (lambda x: {"y": 3.0}, "result 'y' of a kernel is of type builtins.float"),
+        (lambda x: {"y": ()}, "result 'y' of a kernel is of type builtins.tuple"),
+        (lambda x: (x, x), "returns its results by name"),
+        (lambda x: None, "returns its results by name, .* not None"),
+    ],
+)
+def test_what_a_kernel_may_not_do_is_told_with_its_cure(kernel, cure: str) -> None:
+    with pytest.raises(KernelError, match=cure):
+        Program(kernel)(settled(1.0, 2.0, 3.0))

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from pelagos import jit
+from pelagos.errors import CommandError
 from pelagos.jit import Array
 from pelagos.sensors.sensor import Kinematics
 
@@ -33,6 +34,9 @@ def lanes(
         environments: indices of the copies.
         position, attitude, velocity, angular_velocity, acceleration, angular_acceleration: one row for all lanes, or
             `(lanes, 3)` (attitude `(lanes, 4)`); frames and units as in `Kinematics`.
+
+    Raises:
+        CommandError: rows of another shape.
     """
     n, k = len(environments), len(ticks)
     tick = np.repeat(np.asarray(ticks, dtype=np.uint32), n)
@@ -54,4 +58,7 @@ def lanes(
 
 def _vector(kind: Array, values: ArrayLike, count: int) -> Array:
     rows = np.asarray(values, dtype=np.float64)
+    size = dr.size_v(kind)
+    if rows.shape not in ((size,), (1, size), (count, size)):
+        raise CommandError(f"motion of {count} lanes takes rows ({size},) or ({count}, {size}), not {rows.shape}")
     return kind(np.ascontiguousarray(np.broadcast_to(rows, (count, rows.shape[-1])).T))

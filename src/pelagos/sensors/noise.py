@@ -26,6 +26,7 @@ from typing import TYPE_CHECKING, Any, Final, Self, TypeAlias
 
 import drjit as dr
 import numpy as np
+from numpy.typing import NDArray
 
 from pelagos import jit
 from pelagos.jit import Array
@@ -128,6 +129,24 @@ def lane_stream(key: Key, environment: Array) -> tuple[tuple[Array, Array], Arra
 def normals64(key: Key, motion: Kinematics, count: int) -> list[Array]:
     """`count` independent standard normal `Float64` for every lane of `motion`, new ones each tick."""
     return _normals64(*lane_stream(key, motion.environment), motion.tick, count, _SAMPLE)
+
+
+class NumpyNoise:
+    """Noise of a sensor in NumPy: new numbers each tick, from a random stream with the sensor's own name.
+
+    Two sensors of one type draw different numbers; one sensor draws the same, whether asked tick by tick or in blocks.
+
+    Args:
+        seed: of the run, `SensorContext.seed`.
+        path: "agent.sensor", `SensorContext.path`.
+    """
+
+    def __init__(self, seed: int, path: str) -> None:
+        self._key = opaque_key(stream_key(seed, path, "noise"))
+
+    def normals(self, motion: Kinematics, count: int = 1) -> NDArray[np.float64]:
+        """Independent standard normal numbers, `(m, count)` for the m lanes of `motion`."""
+        return np.stack([np.array(v) for v in normals64(self._key, motion, count)], axis=-1)
 
 
 def constants64(key: Key, motion: Kinematics, count: int) -> list[Array]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import drjit as dr
@@ -56,12 +56,7 @@ class RaySensor:
 
     def __init__(self, config: Any, context: SensorContext) -> None:
         self.config = config
-        directions = np.asarray(self.pattern(config), dtype=np.float64)
-        if directions.ndim != 2 or directions.shape[1] != 3 or not (np.linalg.norm(directions, axis=1) > 0).all():
-            raise KernelError(
-                f"{type(self).__name__}.pattern gives directions (r, 3) with a length, not {directions.shape}"
-            )
-        directions /= np.linalg.norm(directions, axis=1, keepdims=True)
+        directions = self._unit_directions(self.pattern(config))
         self._ocean = context.ocean
         self._directions = jit.Array3f(np.ascontiguousarray(directions.T))
         self._own = jit.UInt32(context.own_body)
@@ -69,12 +64,32 @@ class RaySensor:
         jit.align(self._directions, self._own)
         self._program = Program(self._kernel, context.scene.compile)
 
+    def _unit_directions(self, pattern: ArrayLike) -> NDArray[np.float64]:
+        """Unit vectors `(r, 3)` of a pattern, which is checked."""
+        directions = np.asarray(pattern, dtype=np.float64)
+        if directions.ndim != 2 or directions.shape[1] != 3 or not len(directions):
+            raise KernelError(f"{type(self).__name__}.pattern gives directions of shape (r, 3), not {directions.shape}")
+        length = np.linalg.norm(directions, axis=1, keepdims=True)
+        bad = np.flatnonzero(~(np.isfinite(length[:, 0]) & (length[:, 0] > 0)))
+        if bad.size:
+            raise KernelError(
+                f"{type(self).__name__}.pattern: direction {bad[0]} is {directions[bad[0]].tolist()}, which points "
+                "nowhere"
+            )
+        directions /= length
+        return directions
+
     def pattern(self, config: Any) -> ArrayLike:
         """Directions of the rays in the sensor frame FLU, `(r, 3)`."""
-        raise NotImplementedError
+        raise NotImplementedError(f"{type(self).__name__} needs pattern(self, config): directions (r, 3) of its rays")
 
     def reach(self, config: Any) -> float:
         """Reach of rays [m]: the configuration's `range_max_m`."""
+        if "range_max_m" not in type(config).model_fields:
+            raise KernelError(
+                f"{type(config).__name__} has no key range_max_m: give it one, or {type(self).__name__} a method "
+                "reach(self, config) -> metres"
+            )
         return float(config.range_max_m)
 
     def read(self, hits: Hits, medium: Medium, draw: Callable[[int], list[Array]], rays: int) -> Results:
@@ -87,7 +102,9 @@ class RaySensor:
             draw: `draw(k)` gives k standard normal numbers a lane, `Float64` each.
             rays: of a lane.
         """
-        raise NotImplementedError
+        raise NotImplementedError(
+            f"{type(self).__name__} needs read(self, hits, medium, draw, rays): results by name, 'data' and 'truth'"
+        )
 
     def sense(self, motion: Kinematics) -> Measurement:
         """Read the sensor on every lane of `motion`."""
@@ -108,7 +125,29 @@ class RaySensor:
         t = jit.Float64(motion.t_ns) * 1e-9
         temperature, salinity = ocean.temperature(position, t), ocean.salinity(position, t)
         medium = Medium(ocean.sound_speed(position, t), temperature, salinity, -position[2])
-        return self.read(hits, medium, lambda count: noise.normals64(key, motion, count), dr.width(directions))
+        rays = dr.width(directions)
+        found = self.read(hits, medium, lambda count: noise.normals64(key, motion, count), rays)
+        return self._by_lane(found, dr.width(motion.tick), rays)
+
+    def _by_lane(self, found: Results, lanes: int, rays: int) -> Results:
+        """Results with one value a lane; constants are spread over the lanes.
+
+        Raises:
+            KernelError: `data` or `truth` is not among them, or one has another number of values.
+        """
+        read = f"{type(self).__name__}.read"
+        if not isinstance(found, Mapping) or not {"data", "truth"} <= found.keys():
+            given = sorted(found) if isinstance(found, Mapping) else type(found).__name__
+            raise KernelError(f"{read} returns results by name, at least 'data' and 'truth', not {given}")
+        widths = {name: dr.width(values) for name, values in found.items()}
+        for name, width in widths.items():
+            if width not in (0, 1, lanes):
+                cure = ": make one value a lane of those of its rays, e.g. dr.block_reduce(dr.ReduceOp.Min, x, rays)"
+                raise KernelError(
+                    f"{read}: {name!r} has {width} values for {lanes} lanes of {rays} rays"
+                    + (cure if width == rays * lanes else "")
+                )
+        return found if max(widths.values()) == lanes else {**found, "truth": _spread(found["truth"], lanes)}
 
     def _shot(self, caster: Caster, motion: Kinematics, directions: Array, own: Array) -> tuple[Rays, Hits]:
         """All rays of all lanes, those of a lane side by side, and what they hit; evaluated."""
@@ -130,3 +169,10 @@ class RaySensor:
         hits = caster.cast(shot)
         dr.eval(hits)
         return shot, hits
+
+
+def _spread(values: Any, lanes: int) -> Any:
+    """A constant as one value a lane."""
+    if not dr.is_array_v(values):
+        return [_spread(v, lanes) for v in values] if isinstance(values, (list, tuple)) else values
+    return dr.gather(type(values), values, dr.zeros(jit.UInt32, lanes))

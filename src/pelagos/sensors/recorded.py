@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pelagos import jit
+from pelagos.errors import KernelError
 from pelagos.jit import Array
 
 Results: TypeAlias = Mapping[str, Array | Sequence[Array]]
@@ -55,9 +56,18 @@ class Program:
 
     def _packed(self, results: Results) -> Array:
         """All results as one `Float64` of rows, lane after lane; remembers what is where."""
+        if not isinstance(results, Mapping):
+            raise KernelError(
+                f'a kernel returns its results by name, {{"data": ..., "truth": ...}}, not {_kind_of(results)}'
+            )
         columns: list[Array] = []
         for name, values in results.items():
             single = dr.is_array_v(values) and dr.depth_v(values) == 1
+            if not dr.is_array_v(values) and not _is_sequence_of_arrays(values):
+                raise KernelError(
+                    f"result {name!r} of a kernel is {_kind_of(values)}: give an array of Dr.Jit with one value a lane "
+                    "(jit.Float64(3.0) for a constant), or a sequence of such"
+                )
             parts = [values] if single else list(values)
             self._layout[name] = (len(parts), _kind(parts[0]), bool(single))
             columns += (jit.Float64(dr.select(p, 1.0, 0.0)) if dr.is_mask_v(p) else jit.Float64(p) for p in parts)
@@ -71,3 +81,12 @@ def _kind(column: Array) -> np.dtype[Any]:
     if dr.is_integral_v(column):
         return np.dtype(np.uint32)
     return np.dtype(np.float32 if dr.itemsize_v(column) == 4 else np.float64)
+
+
+def _is_sequence_of_arrays(values: Any) -> bool:
+    return isinstance(values, Sequence) and len(values) > 0 and all(dr.is_array_v(v) for v in values)
+
+
+def _kind_of(value: Any) -> str:
+    """Type of a value in an error message."""
+    return "None" if value is None else f"of type {type(value).__module__}.{type(value).__qualname__}"

@@ -18,6 +18,7 @@ from pydantic import BaseModel, ConfigDict
 
 from pelagos import jit
 from pelagos.config.rate import Rate
+from pelagos.errors import CommandError
 from pelagos.jit import Array
 from pelagos.sensors.lazy import keeps_promises, promised
 
@@ -201,7 +202,7 @@ class SensorContext:
         cls,
         path: str = "vehicle.sensor",
         *,
-        world: World | None = None,
+        world: World | Mapping[str, Any] | None = None,
         ocean: Ocean | Mapping[str, Any] | None = None,
         copies: int = 1,
         seed: int = 0,
@@ -211,7 +212,8 @@ class SensorContext:
 
         Args:
             path: "agent.sensor", which names the random stream.
-            world: absent: open water without a bottom, at latitude and longitude 0.
+            world: or the keys that a scenario writes under `world`; absent: open water without a bottom, at latitude
+                and longitude 0.
             ocean: or the keys that a scenario writes under `ocean`; absent: its defaults.
             copies: of the fleet.
             seed: of noise and waves.
@@ -223,7 +225,14 @@ class SensorContext:
         from pelagos.world.material import MATERIALS
         from pelagos.world.world import World
 
-        around = World((), tuple(MATERIALS.values())) if world is None else world
+        if isinstance(world, World):
+            around = world
+        else:
+            from pelagos.config.loader import load_scenario
+            from pelagos.world.build import build_world
+
+            empty = World((), tuple(MATERIALS.values()))
+            around = empty if world is None else build_world(load_scenario({"world": world, "agents": {}}).world)
         if not isinstance(ocean, Ocean):
             ocean = build_ocean(OceanConfig.model_validate(ocean or {}), around, seed=seed)
         nobody = np.full(copies, NO_BODY, dtype=np.uint32)
@@ -240,8 +249,17 @@ class SensorContext:
 
         Returns:
             `Hits` of m r rays, lane after lane.
+
+        Raises:
+            CommandError: a wrong shape, a value that is not finite, or a direction of no length.
         """
-        start, along = np.broadcast_arrays(np.asarray(origins, np.float64), np.asarray(directions, np.float64))
+        start, along = np.asarray(origins, np.float64), np.asarray(directions, np.float64)
+        m = motion.size_key
+        if start.shape != along.shape or start.ndim not in (2, 3) or start.shape[0] != m or start.shape[-1] != 3:
+            raise CommandError(
+                f"cast: origins {start.shape} and directions {along.shape} for {m} lanes; both are ({m}, 3), or "
+                f"({m}, rays, 3) (np.array(motion.position).T is ({m}, 3))"
+            )
         rays = start.shape[1] if start.ndim == 3 else 1
         copy = np.repeat(np.array(motion.copy), rays)
         reach = np.broadcast_to(np.asarray(max_range, np.float64), start.shape[:-1]).reshape(-1)
