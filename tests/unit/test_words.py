@@ -62,6 +62,25 @@ def test_code_that_the_theory_names_exists() -> None:
     assert not missing
 
 
+def test_sensors_tolerate_no_forged_context() -> None:
+    """A sensor asks its context, ocean and configuration for what their types have; only capabilities of a class, which
+    are written in capitals, may be absent."""
+    tolerant = [
+        f"{file.relative_to(ROOT)}:{node.lineno}"
+        for file in (ROOT / "src" / "pelagos" / "sensors").rglob("*.py")
+        for node in ast.walk(ast.parse(file.read_text(encoding="utf-8")))
+        if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and _tolerates(node.func.id, node.args)
+    ]
+    assert not tolerant
+
+
+def _tolerates(function: str, arguments: list[ast.expr]) -> bool:
+    """Whether a call asks for an attribute that may be absent: `hasattr`, or `getattr` with a default."""
+    if function == "getattr" and len(arguments) == 3:
+        return not (isinstance(arguments[1], ast.Constant) and str(arguments[1].value).isupper())
+    return function == "hasattr"
+
+
 def _defined(file: Path) -> set[str]:
     """Names of the functions, classes, methods and fields of a module."""
     nodes = list(ast.walk(ast.parse(file.read_text(encoding="utf-8"))))

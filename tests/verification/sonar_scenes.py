@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from types import SimpleNamespace
-from typing import Any
+from typing import Any, ClassVar
 
 import drjit as dr
 import numpy as np
@@ -14,6 +15,7 @@ from pelagos.raycast.geometry import Geometry
 from pelagos.raycast.rays import NO_BODY
 from pelagos.raycast.scene import Scene
 from pelagos.sensors.example_motion import lanes
+from pelagos.sensors.sensor import SensorContext
 from pelagos.world.material import MATERIALS, Material
 from pelagos.world.shapes import box as box_mesh
 from pelagos.world.shapes import sphere as sphere_mesh
@@ -31,6 +33,11 @@ class StillWater:
     """An ocean of one sound speed, temperature and salinity, at rest; a Dr.Jit struct."""
 
     speed: Any
+    waves: ClassVar[Any] = None
+    tide: ClassVar[Any] = None
+    air: ClassVar[Any] = SimpleNamespace(blows=False)
+    rain: ClassVar[float] = 0.0
+    tracers: ClassVar[Mapping[str, Any]] = {}
 
     def sound_speed(self, position: Any, t: Any) -> Any:
         return self.speed + 0.0 * position[0]
@@ -51,6 +58,11 @@ class LayeredWater:
 
     slope: Any
     level: Any
+    waves: ClassVar[Any] = None
+    tide: ClassVar[Any] = None
+    air: ClassVar[Any] = SimpleNamespace(blows=False)
+    rain: ClassVar[float] = 0.0
+    tracers: ClassVar[Mapping[str, Any]] = {}
 
     def sound_speed(self, position: Any, t: Any) -> Any:
         return 1500.0 + self.slope * (position[2] - self.level)
@@ -75,12 +87,12 @@ def context(
     path: str = "auv0.sonar",
     ocean: Any = None,
 ) -> Any:
-    return SimpleNamespace(
+    return SensorContext(
         path=path,
         seed=seed,
         dt_ns=DT_NS,
         scene=Scene(geometries, copies=n),
-        world=SimpleNamespace(materials=materials, palette=materials),
+        world=SimpleNamespace(materials=materials, palette=materials, geometries=()),
         ocean=ocean or still_water(),
         own_body=np.full(n, NO_BODY, np.uint32),
     )

@@ -45,7 +45,7 @@ def floor(z: float) -> Geometry:
 def context(geometries: list[Geometry], *, copies: int = 1) -> SensorContext:
     materials = [MATERIALS["sand"]]
     world: Any = SimpleNamespace(material_tables=lambda: material_tables(materials))
-    ocean: Any = SimpleNamespace(water=water_optics("IB"), weather=Weather())
+    ocean: Any = SimpleNamespace(water=water_optics("IB"), weather=Weather(), waves=None, tide=None, tracers={})
     scene = Scene(geometries, copies=copies)
     return SensorContext("auv0.lidar", 1, 5_000_000, scene, world, ocean, np.full(copies, NO_BODY, np.uint32))
 

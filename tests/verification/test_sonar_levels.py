@@ -241,6 +241,7 @@ class Front(StillWater):
 def test_refraction_is_switched_on_by_water_anywhere_in_the_world(far, bent):
     """A front 500 m off the origin, in a world that reaches 800 m, or only 300 m."""
     scene = context([plane(-40.0)], ocean=Front(dr.opaque(jit.Float64, 1500.0)))
+    scene.world.geometries = (plane(-40.0),)
     scene.world.bounds = np.array([[-far, -far, -40.0], [far, far, 0.0]])
     config = ImagingSonarConfig(**(SMALL | {"range_max_m": 120.0}))
     assert ImagingSonar(config, scene)._pinger._sounder.bent is bent

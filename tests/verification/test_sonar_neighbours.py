@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -114,8 +115,7 @@ def pair(*geometries, other=None, distance=30.0, bearing=0.0, **options):
 
 
 def replace_path(made, path, neighbours):
-    made.path, made.neighbours = path, neighbours
-    return made
+    return replace(made, path=path, neighbours=neighbours)
 
 
 def test_the_pulse_arrives_after_its_time_of_flight():

@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import math
 import warnings
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
 from pelagos.errors import ScenarioError, ValidityWarning
+
+if TYPE_CHECKING:
+    from pelagos.sensors.sensor import SensorConfig
 
 SLOWEST: Final = 1400.0  # sound speed [m/s] by which a range is surely unambiguous
 _USUAL: Final = 1500.0
@@ -45,10 +48,13 @@ def slower(rate_hz: float, reach: float) -> float:
     return rate_hz / max(math.ceil(pings_in_flight), 1)
 
 
-def warn_of_ambiguity(config: Any, path: str, reach: float) -> None:
-    """Warn where a scenario asks for ranges (`range_max_m`, [m]; `reach` along the beams) beyond the next ping."""
+def warn_of_ambiguity(config: SensorConfig, path: str, reach: float, *, device: str | None = None) -> None:
+    """Warn where a scenario asks for ranges (`range_max_m`, [m]; `reach` along the beams) beyond the next ping.
+
+    A `device` of the catalogue has its range from its maker, who knows how often it pings there.
+    """
     heard = farthest_heard(config.rate_hz, SLOWEST)
-    if "range_max_m" in config.model_fields_set and getattr(config, "device", None) is None and reach > heard:
+    if "range_max_m" in config.model_fields_set and device is None and reach > heard:
         message = (
             f"{path}: echoes from {reach:.4g} m come after the next ping at {config.rate_hz:g} Hz, and are lost; "
             + (f"ranges up to {heard:.4g} m are heard, or all at {SLOWEST / (2 * reach):.3g} Hz")

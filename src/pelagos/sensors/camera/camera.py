@@ -98,17 +98,17 @@ class Camera:
         change: RayChange | None, keys: tuple[Key, ...], *, trace: Trace | None = None,
     ) -> tuple[Array, ...]:  # fmt: skip
         config, tiling = self.config, self._view.tiling
-        sea = self._surroundings.ripple(config)
+        ripples = self._surroundings.ripple(config)
         frame = Frame(lens, motion, own, config, tiling)
         images = frame.images
         where = pixels(tiling, images)
-        scenery = scenery_of(caster.tables, light, sea, motion, config)
+        scenery = scenery_of(caster.tables, light, ripples, motion, config)
         lamps = light_sources(config, motion, where.image)
 
         angle = pixel_angle(config)
         if config.renderer == "realtime":
             lamps = shaded(lamps, caster, scenery, frame, where)
-        around, lines = self._water_around(caster, scenery, sea, frame, where)
+        around, lines = self._water_around(caster, scenery, ripples, frame, where)
 
         def light_of(sample: Sample, exposure: Array, number: Array) -> Radiance:
             rays = sampled_rays(frame, where, sample, exposure, blur=blur, level=scenery.level, change=change)
@@ -145,16 +145,16 @@ class Camera:
         picture = through_lens(picture, where, tiling, config, vignette, images)
         dr.eval(picture)
         gains = balance(picture, where, tiling, config)
-        lag = exposure_lag(caster, light, sea, frame) if config.adapts else None
+        lag = exposure_lag(caster, light, ripples, frame) if config.adapts else None
         exposure = exposed(picture * gains, where, tiling, config, images, lag)
         return *developed((picture, gains), exposure, where, frame, keys[0], trace), *exposure
 
     def _water_around(
-        self, caster: Caster, scenery: Scenery, sea: Ripple, frame: Frame[CameraConfig], where: Pixels
+        self, caster: Caster, scenery: Scenery, ripples: Ripple, frame: Frame[CameraConfig], where: Pixels
     ) -> tuple[Ambience, SightLines | None]:
         """Diffuse light and shafts around each ray, and lines of sight where the water differs from place to place."""
         tiling = frame.tiling
-        squares = shaft_squares(scenery, frame) if sea.mean_square_slope > 0 else None
+        squares = shaft_squares(scenery, frame) if ripples.mean_square_slope > 0 else None
         tiles = ambience(caster, scenery, frame, beside=squares)
         around = ambience_at(tiles, tiling, where)
         if squares is not None:

@@ -107,14 +107,14 @@ class EventCamera:
         trace: Trace | None = None,
     ) -> tuple[Array, ...]:
         config, tiling = self.config, self._view.tiling
-        sea = self._surroundings.ripple(config)
+        ripples = self._surroundings.ripple(config)
         period = 1 / config.rate_hz
         images = dr.width(motion.tick)
         where = pixels(tiling, images)
         logs: list[Array] = []
         drift = None
         for delay, moment in ((0.0, motion), (-period, moved(motion, -period))):
-            scenery = scenery_of(caster.tables, light, sea, moment, config, delay)
+            scenery = scenery_of(caster.tables, light, ripples, moment, config, delay)
             frame = Frame(lens, moment, own, config, tiling)
             rays = replace(frame.rays(where, scenery.level), drift=drift)
             lamps = light_sources(config, moment, where.image)

@@ -166,7 +166,8 @@ class Dvl:
     def __init__(self, config: DvlConfig, context: SensorContext) -> None:
         self.config = config
         self._context = context
-        warn_of_ambiguity(config, context.path, config.range_max_m / math.cos(math.radians(config.beam_tilt_deg)))
+        slant = config.range_max_m / math.cos(math.radians(config.beam_tilt_deg))
+        warn_of_ambiguity(config, context.path, slant, device=config.device)
         warn_of_idle(config, context.path)
         wind = wind_for(config.wind_speed_mps, context.ocean, context.path)
         self._mounting = mounting(config)

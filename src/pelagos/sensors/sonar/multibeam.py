@@ -283,7 +283,7 @@ class Multibeam:
 
     def __init__(self, config: MultibeamConfig, context: SensorContext) -> None:
         self.config = config
-        warn_of_ambiguity(config, context.path, config.range_max_m)
+        warn_of_ambiguity(config, context.path, config.range_max_m, device=config.device)
         rays = fan_rays(config)
         wind = wind_for(config.wind_speed_mps, context.ocean, context.path)
         waters = Waters(
@@ -300,9 +300,8 @@ class Multibeam:
         if config.water_column_bins > 0:
             column, spec = column_of(config), column_spec(config, context)
             self._column = Pinger(spec, part_of(context, "column"), column_rays(column), column_layout(column))
-        neighbours = getattr(context, "neighbours", None)
-        if neighbours is not None:
-            neighbours.add(emitter(config, context, rays))
+        if context.neighbours is not None:
+            context.neighbours.add(emitter(config, context, rays))
         axis = rays["direction"][config.rays_per_beam // 2 :: config.rays_per_beam]
         self.tables = {"angle": config.angles.astype(np.float32), "direction": axis.astype(np.float32)}
         if config.swaths > 1:

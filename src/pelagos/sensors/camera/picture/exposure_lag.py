@@ -32,7 +32,7 @@ _LONGEST: Final = 8.0  # [s] that it looks back at most
 _INNER: Final = 200  # lane of a tile that meters for it: beside its middle
 
 
-def exposure_lag(caster: Caster, light: Lit, sea: Ripple, frame: Frame[CameraConfig]) -> Array:
+def exposure_lag(caster: Caster, light: Lit, ripples: Ripple, frame: Frame[CameraConfig]) -> Array:
     """By how much the meter's luminance is behind that of the frame, by image [stops]; negative: it still sees less.
 
     The meter follows the logarithm of luminance at its speed up where the scene grows brighter, and at its speed down
@@ -47,7 +47,7 @@ def exposure_lag(caster: Caster, light: Lit, sea: Ripple, frame: Frame[CameraCon
     seen = []
     for k in range(_MOMENTS, -1, -1):
         moment = moved(frame.motion, -k * step) if k > 0 else frame.motion
-        scenery = scenery_of(caster.tables, light, sea, moment, config, -k * step)
+        scenery = scenery_of(caster.tables, light, ripples, moment, config, -k * step)
         rays = replace(frame, motion=moment).rays(where, scenery.level)
         lamps = light_sources(config, moment, where.image)
         radiance, _ = radiance_along(caster, scenery, rays, where.image, lamps, pixel_angle(config))

@@ -31,9 +31,7 @@ class Crossing:
 
 def uneven_sea(ocean: Ocean) -> Any:
     """The ocean, to be handed to `sea_crossing`, where its surface is not always z = 0; else None."""
-    if getattr(ocean, "waves", None) is None and getattr(ocean, "tide", None) is None:
-        return None
-    return ocean
+    return None if ocean.waves is None and ocean.tide is None else ocean
 
 
 def level_over(ocean: Ocean, position: Array, t_ns: Array) -> Array:

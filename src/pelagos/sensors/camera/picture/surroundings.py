@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Annotated, Any, Final, TypeAlias
+from typing import TYPE_CHECKING, Annotated, Any, Final, TypeAlias, TypeGuard
 
 import drjit as dr
 import numpy as np
@@ -108,23 +108,22 @@ class Surroundings:
     def __init__(self, context: SensorContext) -> None:
         materials = context.world.material_tables()
         self.looks = looks(materials.albedo, materials.texture_scale, [m.texture for m in context.world.palette])
-        ocean = context.ocean
+        self._ocean = ocean = context.ocean
         self._water = ocean.water.arrays()
         weather = ocean.weather
         clear = daylight(float(ocean.sun_elevation[0]), -float(ocean.sun_azimuth[0]), cloud=weather.cloud)
         light = under_weather(clear, weather)
         self.light, self._field = light.arrays(), light_field(ocean.water, light)
         self._air = None if weather.clear else weather.air()
-        self._sea = ocean
-        self._ocean = ocean if _moves(ocean) or suspended_tracers(ocean) else None
+        self._varying = ocean if _has_uneven_sea(ocean) or suspended_tracers(ocean) else None
 
     def ripple(self, config: LitViewConfig) -> Ripple:
         """Short waves: as `config` has them, or what the wind makes besides the ocean's own waves."""
         if config.ripple is not None:
             return ripple(config.ripple)
-        wind, heading = surface_wind(self._sea)
+        wind, heading = surface_wind(self._ocean)
         whole, long = mean_square_slope(wind), long_mean_square_slope(wind)
-        own = wave_slope(self._sea, _RESOLVED)
+        own = wave_slope(self._ocean, _RESOLVED)
         left = max(long - own, _LEAST_RIPPLE * long)
         towards = _RIPPLES_TOWARDS if heading is None else heading
         return ripple(left, heading=towards, finer=whole - long, longer=own)
@@ -133,34 +132,36 @@ class Surroundings:
         """For `scenery_of`, inside a frozen function."""
         times, moment = np.unique(np.array(motion.t_ns), return_inverse=True)
         moments = jit.UInt64(times), jit.UInt32(moment.ravel().astype(np.uint32))
-        return self.looks, self._water, self.light, self._field, self._air, self._ocean, moments
+        return self.looks, self._water, self.light, self._field, self._air, self._varying, moments
 
 
 def scenery_of(
-    tables: HitTables, light: Lit, sea: Ripple, motion: Kinematics, config: SensorConfig, delay: float = 0.0
+    tables: HitTables, light: Lit, ripples: Ripple, motion: Kinematics, config: SensorConfig, delay: float = 0.0
 ) -> Scenery:
     """Everything that light depends on, at the moments of `motion` plus `delay` [s]."""
     materials, water, daylit, field, air, ocean, moments = light
-    waves = waves_of(sea, ocean, daylit.towards_sun, motion, moments, config, delay)
+    waves = waves_of(ripples, ocean, daylit.towards_sun, motion, moments, config, delay)
     position, _ = sensor_pose(motion, config)
     level = sea_level(waves, dr.width(motion.tick))
     t = jit.Float64(motion.t_ns) * 1e-9 + delay
     depth = level - jit.Float(position.z)
     tide = None if ocean is None or ocean.tide is None else jit.Float(ocean.tide.level(t))
     dr.eval(level, tide, depth)
-    murk = Murk(ocean, water) if _uneven(ocean) else None
-    if suspended_tracers(ocean):
+    murk = Murk(ocean, water) if _has_uneven_suspension(ocean) else None
+    if ocean is not None and suspended_tracers(ocean):
         water, field = _suspension(ocean, water, field, position, depth, t)
     return Scenery(tables, materials, water, daylit, field, air, waves, level, tide, depth, t, murk)
 
 
-def _moves(ocean: Ocean) -> bool:
-    """The sea surface is not flat at z = 0."""
+def _has_uneven_sea(ocean: Ocean | None) -> TypeGuard[Ocean]:
+    """Whether the surface is anything but a plane at z = 0: it has waves or a tide."""
     return ocean is not None and (ocean.waves is not None or ocean.tide is not None)
 
 
-def _uneven(ocean: Ocean) -> bool:
-    """They differ from place to place."""
+def _has_uneven_suspension(ocean: Ocean | None) -> TypeGuard[Ocean]:
+    """Whether plankton or sediment differ from place to place."""
+    if ocean is None:
+        return False
     even = (UniformField, OscillationField)
     return any(not isinstance(f, even) for n in suspended_tracers(ocean) for f in ocean.tracers[n])
 
@@ -181,7 +182,7 @@ def _suspension(
 
 
 def waves_of(
-    sea: Ripple, ocean: Ocean, towards_sun: Array, motion: Kinematics, moments: tuple[Array, Array],
+    ripples: Ripple, ocean: Ocean | None, towards_sun: Array, motion: Kinematics, moments: tuple[Array, Array],
     config: SensorConfig, delay: float = 0.0,
 ) -> Waves:  # fmt: skip
     """The sea surface around the cameras; `moments`: the times of `motion`, each once, and which is each lane's."""
@@ -189,9 +190,9 @@ def waves_of(
     position, _ = sensor_pose(motion, config)
     images = dr.width(motion.tick)
     foam = ocean.waves.foam if ocean is not None and ocean.waves is not None and ocean.waves.breaks else None
-    swell = swell_around(ocean.elevation, position, t, images, foam) if _moves(ocean) else None
+    swell = swell_around(ocean.elevation, position, t, images, foam) if _has_uneven_sea(ocean) else None
     times, moment = moments
-    return waves_at(sea, jit.Float64(times) * 1e-9 + delay, towards_sun, dr.width(times), swell, moment)
+    return waves_at(ripples, jit.Float64(times) * 1e-9 + delay, towards_sun, dr.width(times), swell, moment)
 
 
 def light_sources(config: LitViewConfig, motion: Kinematics, image: Array) -> list[LightSource]:

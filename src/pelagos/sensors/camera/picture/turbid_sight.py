@@ -53,7 +53,7 @@ def sight_lines(
 
 def suspended_tracers(ocean: Ocean) -> tuple[str, ...]:
     """Tracers of the ocean that its light depends on."""
-    return tuple(n for n in SUSPENDED if n in getattr(ocean, "tracers", ()))
+    return tuple(n for n in SUSPENDED if n in ocean.tracers)
 
 
 def suspended_water(ocean: Ocean, clear: WaterArrays, place: Array, t: Array) -> WaterArrays:

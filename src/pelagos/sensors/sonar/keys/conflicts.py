@@ -9,7 +9,7 @@ from __future__ import annotations
 from typing import Any, Final
 
 from pelagos.sensors.schedule import SLOWEST, farthest_heard
-from pelagos.sensors.sonar.keys.devices import device
+from pelagos.sensors.sonar.keys.devices import device_keys
 
 _SPARSE: Final = 0.2  # of the spacing: narrower beams leave four fifths of the sector unheard
 _ROUNDING: Final = 0.999  # of the product of bandwidth and duration: both are written with few digits
@@ -25,11 +25,9 @@ def _shown(value: Any) -> str:
 
 
 def _owner(config: Any, key: str) -> str:
-    name = getattr(config, "device", None)
-    if name is not None:
-        given = device(config.type, name).keys
-        if key in given and given[key] == getattr(config, key):
-            return f" (of the device {name})"
+    given = device_keys(config)
+    if key in given and given[key] == getattr(config, key):
+        return f" (of the device {config.device})"
     return "" if key in config.model_fields_set else " (by default)"
 
 

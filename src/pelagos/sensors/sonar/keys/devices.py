@@ -12,6 +12,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, Final
 
+from pydantic import BaseModel
+
 from pelagos.errors import LookupFailed
 
 
@@ -206,6 +208,14 @@ def device(kind: str, name: str) -> Device:
     if name not in known:
         raise LookupFailed(f"{kind} device", name, known)
     return known[name]
+
+
+def device_keys(config: BaseModel) -> Mapping[str, Any]:
+    """Keys that a configuration has of its device; none where it names no device, or its type has none."""
+    if "device" not in type(config).model_fields:
+        return {}
+    named: Any = config
+    return {} if named.device is None else device(named.type, named.device).keys
 
 
 def with_device(values: Any, kind: str) -> Any:

@@ -12,7 +12,7 @@ from pelagos.sensors.idle_keys import changed, named
 from pelagos.sensors.schedule import slower
 from pelagos.sensors.sensor import SensorConfig, SensorContext
 from pelagos.sensors.sonar.keys.conflicts import check_burst, check_pulse
-from pelagos.sensors.sonar.keys.devices import device
+from pelagos.sensors.sonar.keys.devices import device_keys
 from pelagos.sensors.sonar.keys.ping_keys import ColumnBins, Pulse, mounting, with_burst
 from pelagos.sensors.sonar.ping.ping_spec import Display, PingSpec
 from pelagos.sensors.sonar.ping.sea_state import rain_over, wind_for
@@ -106,8 +106,7 @@ def echo_spec(
 
 def warn_of_idle(config: EchoesConfig, path: str) -> None:
     """Warn where a scenario changes keys of the echoes and does not ask for echoes."""
-    name = getattr(config, "device", None)
-    of_device = device(config.type, name).keys if name is not None else {}
+    of_device = device_keys(config)
     own = (k for k in _OF_ECHOES if k in type(config).model_fields and k not in of_device)
     if config.echo_bins == 0 and (idle := changed(config, own)):
         message = f"{path}: {named(idle)} changes nothing without 'water_column_bins', 'iq' or 'labels'"

@@ -129,9 +129,9 @@ class Pinger:
         )  # fmt: skip
         self._hearing = hearing(spec, layout, rays)
         self._own = emitter(spec, context, rays, layout, angle)
-        self._neighbours = context.neighbours if hasattr(context, "neighbours") else None
+        self._neighbours = context.neighbours
         self._hears = listening(spec, context.path, self._neighbours, self._own)
-        self._hazy = spec.volume_scattering_db is not None or TRACER in getattr(context.ocean, "tracers", {})
+        self._hazy = spec.volume_scattering_db is not None or TRACER in context.ocean.tracers
         self._rays = len(rays["beam"])
         self._water = (probes(rays, layout.beams), context.ocean) if self._hazy else None
         self._recorded = self._sounder.compile(self._kernel)

@@ -94,7 +94,7 @@ class PulsePairs:
         self._noise = noise_power(ping, layout.horizontal_width, layout.vertical_width)
         self._heard = ping.equivalent_m / ping.bin_width_m  # of a cell's energy what a sample hears
         self._deviation = (pairs.noise_mps, pairs.noise_relative)
-        tracer = TRACER in getattr(context.ocean, "tracers", {})
+        tracer = TRACER in context.ocean.tracers
         self._strength = (
             ping.volume_scattering_db if ping.volume_scattering_db is not None or tracer else pairs.clear_db
         )

@@ -15,26 +15,22 @@ from pelagos.ocean.whitecaps import wind_behind
 if TYPE_CHECKING:
     from pelagos.ocean.ocean import Ocean
 
-_UNSAID: Final = 5.0  # [m/s], where an ocean knows of no wind; assumed
 _ALIKE: Final = 0.05  # [m/s]
 
 
-def wind_over(ocean: Ocean) -> float | None:
-    """Mean wind 10 m above the sea [m/s]: the scenario's, or the one that would raise its waves; None: none is told."""
-    air, waves = getattr(ocean, "air", None), getattr(ocean, "waves", None)
-    if air is None:
-        return None
-    if air.blows:
-        return float(np.array(air.speed)[0])
-    if waves is None:
+def wind_over(ocean: Ocean) -> float:
+    """Mean wind 10 m above the sea [m/s]: the scenario's, or the one that would raise its waves; 0 without either."""
+    if ocean.air.blows:
+        return float(np.array(ocean.air.speed)[0])
+    if ocean.waves is None:
         return 0.0
-    table = np.array(waves.table).reshape(-1, 8)
+    table = np.array(ocean.waves.table).reshape(-1, 8)
     return wind_behind(SimpleNamespace(amplitude=table[:, 4], omega=2.0 * math.pi * table[:, 2]))  # type: ignore[arg-type]
 
 
 def rain_over(ocean: Ocean) -> float:
     """Rain on the sea [mm/h]."""
-    return float(getattr(ocean, "rain", 0.0))
+    return float(ocean.rain)
 
 
 def wind_for(own: float | None, ocean: Ocean, path: str) -> float:
@@ -44,8 +40,8 @@ def wind_for(own: float | None, ocean: Ocean, path: str) -> float:
     """
     over = wind_over(ocean)
     if own is None:
-        return _UNSAID if over is None else over
-    if over is not None and getattr(ocean.air, "blows", False) and abs(own - over) > _ALIKE:
+        return over
+    if ocean.air.blows and abs(own - over) > _ALIKE:
         message = (
             f"{path}: wind_speed_mps {own:g} overrides the scenario's wind of {over:g} m/s; leave it out to follow"
         )

@@ -114,7 +114,7 @@ class Sounder:
         reach = waters.reach
         self._context = context
         self._reach = reach
-        moves = any(getattr(context.ocean, name, None) is not None for name in ("waves", "tide"))
+        moves = context.ocean.waves is not None or context.ocean.tide is not None
         self._moves = moves
         self._surface = waters.sea_surface == "waves" and moves
         self._waves = looks_up(in_body(mounting, rays["direction"]))
@@ -194,8 +194,7 @@ def in_body(mounting: Mounted, directions: NDArray[Any]) -> NDArray[Any]:
 
 def lowest_ground(context: SensorContext, reach: float) -> float:
     """Height of the world's deepest place [m]; without any ground, of how deep rays may reach."""
-    bounds = getattr(context.world, "bounds", None)
-    return -max(reach, 1.0) if bounds is None else float(np.asarray(bounds)[0, 2])
+    return float(context.world.bounds[0, 2]) if context.world.geometries else -max(reach, 1.0)
 
 
 def bends(context: SensorContext, reach: float, bottom: float) -> bool:
@@ -209,10 +208,9 @@ def bends(context: SensorContext, reach: float, bottom: float) -> bool:
 
 def _places(context: SensorContext) -> list[tuple[float, float]]:
     """Places of the world that are looked at: its origin, and a grid over its bounds."""
-    bounds = getattr(context.world, "bounds", None)
-    if bounds is None:
+    if not context.world.geometries:
         return [(0.0, 0.0)]
-    low, high = np.asarray(bounds, dtype=np.float64)[:, :2]
+    low, high = context.world.bounds[:, :2]
     if not (np.isfinite(low).all() and np.isfinite(high).all()):
         return [(0.0, 0.0)]
     grid = [low + (high - low) * part for part in np.linspace(0.02, 0.98, _GRID)]
