@@ -132,3 +132,12 @@ def test_a_thruster_follows_its_pulses(chapter):
             kept = [r for r in thruster.rows if r.quantity.startswith(f"{words}, {part}") and "0.1 s" not in r.quantity]
             assert [r.kept for r in kept] == [True, True], (words, part)
     assert row(thruster, "square 1600-1900 us, lag: first order, 0.1 s").deviation > 200
+
+
+@pytest.mark.slow  # 10 s
+def test_an_auv_turns_and_sinks_by_its_pulses(chapter):
+    """Steady motions by strong pulses within 15 %, nothing fitted; by weak ones at the surface it turns too much."""
+    bolt = chapter("bolt")
+    assert row(bolt, "step to twice the pulses, yaw rate").kept
+    assert row(bolt, "heave pulses, speed of sinking").kept
+    assert row(bolt, "one-way yaw pulses, yaw rate").deviation == pytest.approx(55.5, abs=5)
