@@ -53,13 +53,15 @@ def chapter(data: Path | None) -> Chapter:
         basis = np.stack([np.ones_like(phase), phase, np.cos(phase), np.sin(phase)], axis=-1)
         return float(np.hypot(*np.linalg.lstsq(basis, x[late], rcond=None)[0][2:]))
 
+    turned = "yaw rate over the last third"
     rows: list[Row] = [
         relative("pulses to and fro, amplitude of the swing", "deg", *_degrees(pair("yaw_test", "yaw", swing)), 15.0),
-        relative("one-way yaw pulses, yaw rate over the last third", "deg/s", *_degrees(pair("Yaw_test_3", "yaw", end_rate)), 15.0),
+        relative(f"one-way yaw pulses, {turned}", "deg/s", *_degrees(pair("Yaw_test_3", "yaw", end_rate)), 15.0),
         relative("one-way yaw pulses, delay of the steady turn", "s", *pair("Yaw_test_3", "yaw", rise), 15.0),
-        relative("step to twice the pulses, yaw rate over the last third", "deg/s", *_degrees(pair("Yaw_test_5", "yaw", end_rate)), 15.0),
-        relative("step to twice the pulses, delay of the steady turn", "s", *pair("Yaw_test_5", "yaw", rise), 15.0),
-        relative("heave pulses, speed of sinking over the last third", "m/s", *pair("Depth_test_4", "depth", end_rate), 15.0),
+        relative(f"step of yaw pulses, {turned}", "deg/s", *_degrees(pair("Yaw_test_5", "yaw", end_rate)), 15.0),
+        relative("step of yaw pulses, delay of the steady turn", "s", *pair("Yaw_test_5", "yaw", rise), 15.0),
+        relative("heave pulses, speed of sinking over the last third", "m/s", *pair("Depth_test_4", "depth", end_rate),
+                 15.0),
         relative("heave pulses, delay of the steady descent", "s", *pair("Depth_test_4", "depth", rise), 15.0),
     ]  # fmt: skip
     return Chapter(TITLE, _ABOUT, SOURCE, rows, _MISSED, _picture(seen, ran), "bolt")
@@ -166,8 +168,8 @@ def _picture(seen: Any, ran: Any) -> bytes:
 _ABOUT: Final = """\
 Nothing is fitted: mass, volume, inertia, added mass and drag are the maker's (CAD and CFD), thrusters are the
 catalogue's T200 with von Benzon's transfer function at 16 V. The simulated vehicle hangs in open water and gets the
-recorded pulses; yaw and depth are compared from the record's first. The delay of a steady motion is where its line, drawn
-back, meets the start.
+recorded pulses; yaw and depth are compared from the record's first. The delay of a steady motion is where its line,
+drawn back, meets the start.
 """
 _MISSED: Final = """\
 What holds are steady motions by strong pulses. The yaw tests were made with the vehicle 6 to 11 cm under the surface,

@@ -177,7 +177,7 @@ time constant is that of the square wave between 1700 and 1800 us, a record that
 not told, so forces have no bar: the table stands for 16 V at the thruster.
 """
 _MISSED: Final = """\
-The catalogue's 0.1 s is the middle of what work on the T200 assumes (0.05 to 0.15 s) and seven times the lag of this
+The catalogue's 0.1 s is the middle of what work on the T200 assumes (0.05 to 0.15 s) and seven times that of this
 thruster, which turns all the time and is driven ahead only: a start from rest or a reversal, slower in life, is in none
 of the records. The controllers of the catalogue are tuned for 0.1 s, so it stays; who wants the quicker thruster takes
 `variant: third_order_thrusters`, whose transfer function von Benzon et al. identified, and which holds here unseen.

@@ -138,6 +138,6 @@ def test_a_thruster_follows_its_pulses(chapter):
 def test_an_auv_turns_and_sinks_by_its_pulses(chapter):
     """Steady motions by strong pulses within 15 %, nothing fitted; by weak ones at the surface it turns too much."""
     bolt = chapter("bolt")
-    assert row(bolt, "step to twice the pulses, yaw rate").kept
+    assert row(bolt, "step of yaw pulses, yaw rate").kept
     assert row(bolt, "heave pulses, speed of sinking").kept
     assert row(bolt, "one-way yaw pulses, yaw rate").deviation == pytest.approx(55.5, abs=5)
