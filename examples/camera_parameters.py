@@ -65,7 +65,7 @@ PAIRS = (
          {"aperture": 1.4, "sensor_width_mm": 250, "samples": 64}),
     Pair("DepthBlurAmount", GARDEN, {"depth_blur_distance_m": 30.0}, {"depth_blur_distance_m": 3.0},
          {"depth_blur_px": 40, "samples": 32}),
-    Pair("DepthBlurRadius", GARDEN, {"depth_blur_px": 0}, {"depth_blur_px": 40},
+    Pair("DepthBlurRadius", GARDEN, {"depth_blur_px": 1}, {"depth_blur_px": 40},
          {"depth_blur_distance_m": 3.0, "samples": 32}),
     Pair("BladeCount", NIGHT, {"aperture_blades": 0}, {"aperture_blades": 5}, WIDE),
     Pair("DepthOfFieldMinFstop", NIGHT, {"aperture_widest": 1.4}, {"aperture_widest": 0.7},

@@ -19,11 +19,14 @@ from test_every_sensor import SMALL
 
 import pelagos as pl
 from pelagos.config import registry
-from pelagos.errors import CommandError, PelagosError
+from pelagos.errors import PelagosError
 from pelagos.sim.observe import of_a_run
 
 QUICK = ("pose", "gps")
-SLOW = ("depth", "oxygen", "magnetometer", "current_meter", "range_finder", "collision")
+SLOW = (
+    "depth", "oxygen", "magnetometer", "current_meter", "range_finder", "collision", "radio", "optical_modem", "dvl",
+    "lidar", "depth_camera",
+)  # fmt: skip
 """Sensors that are held to it so far."""
 TICKS = 9
 LINKED = {"ais": "ais", "modem": "modem", "optical_modem": "optical_modem", "radio": "radio", "usbl": "modem"}
@@ -38,6 +41,7 @@ PARTNER: Mapping[str, dict[str, Any]] = {
 }
 LINKED_TICKS = 120
 AIS_TICKS = 300  # the first report comes within 10 s
+MAST = {"position_m": [0.3, 0.1, 5.4], "lower_fov_deg": -80.0}  # over the water, which it sees
 DRIFTS = ({"drift_std": 0.5, "drift_time_s": 40.0, "resolution": 0.0}, {})
 SETTINGS: Mapping[str, tuple[dict[str, Any], ...]] = {
     "depth": ({"drift_m": 0.5, "drift_time_s": 40.0, "resolution_m": 0.0}, {}),
@@ -45,6 +49,23 @@ SETTINGS: Mapping[str, tuple[dict[str, Any], ...]] = {
     "modem": ({}, {"acknowledge": True}, {"mac": "tdma"}, {"mac": "maca"}, {"modulation": "chirp"}, {"noise_db": 95.0}),
     "lbl": ({}, {"noise_db": 118.0}),
     "range_bearing": ({}, {"noise_db": 118.0}),
+    "singlebeam": (
+        {},
+        {"orientation_deg": [130.0, 4.0, 5.0], "multipath": "surface_and_bottom", "self_noise_db": 0.0, "bins": 128},
+        {
+            "adc_bits": 9,
+            "adc_full_scale_db": 120.0,
+            "ringing_db": 170.0,
+            "self_noise_db": -100.0,
+            "wind_speed_mps": 0.0,
+        },
+    ),
+    "lidar": ({}, MAST, {**MAST, "water_points": True, "atmosphere_attenuation_rate": 0.2}),
+    "semantic_lidar": ({}, MAST),
+    "dvl": ({}, {"orientation_deg": [170.0, -4.0, 5.0]}),
+    "depth_camera": ({}, {"stereo_baseline_m": 0.1}),
+    "multibeam": ({}, {"source_level_db": 130.0}, {"water_column_bins": 64}),
+    "event_camera": ({}, {"threshold": 0.002, "threshold_mismatch": 0.0}),
 }
 """Configurations in which keys are tried; the defaults where a sensor is not named."""
 SCALARS = ("depth", "gps", "ctd", "fluorometer", "oxygen", "sound_velocity", "tracer", "turbidity", "lbl", "ais")
@@ -52,6 +73,7 @@ RINGS = ("radio", "modem")
 DEAF: dict[str, str] = {
     **{f"{name}.orientation_deg.{k}": "has no direction; its frame is told" for name in SCALARS for k in range(3)},
     **{f"{name}.orientation_deg.{k}": "sends all around; its frame is told" for name in RINGS for k in range(3)},
+    "optical_modem.orientation_deg.0": "its cone is round about its axis",
     **{f"hydrophone.orientation_deg.{k}": "hears all around; its frame is told" for k in range(3)},
     **{f"magnetometer.position_m.{k}": "the Earth's field is the same all over a vehicle" for k in range(3)},
     **{f"collision.position_m.{k}": "feels the whole hull; its frame is told" for k in range(3)},
@@ -124,10 +146,11 @@ class Bench:
         config = registry.entries("sensor", plugins=False)[name].config.model_validate(own(name, base))
         self.base = {key: value for key, value in config.model_dump(mode="json").items() if key != "type"}
         self.sim = pl.Simulation.load(sea(name, base))
-        self.motions: list[Any] = []
+        self.motions: list[tuple[Any, Mapping[str, Any]]] = []  # own, and everybody's at that time
+        self.neighbours = self.sim.stepper.sensing._encounters.neighbours
         sensor = self.sensor
         sense = sensor.sense
-        sensor.sense = lambda motion: (self.motions.append(motion), sense(motion))[1]
+        sensor.sense = lambda motion: (self.motions.append((motion, self.around())), sense(motion))[1]
         self.sim.reset()
         for _ in range(TICKS):
             self.sim.step()
@@ -137,6 +160,16 @@ class Bench:
     def sensor(self) -> Any:
         return self.sim.model.agents["auv0"].sensors["it"].sensor
 
+    def around(self) -> dict[str, Any]:
+        """Motions at the time of a reading: a run forgets them as it goes on."""
+        return {agent: self.neighbours.motion_of(agent) for agent in self.sim.model.agents}
+
+    def read(self) -> Iterator[Any]:
+        """What the sensor measures at the motions."""
+        for motion, around in self.motions:
+            self.neighbours.motion_of = around.__getitem__
+            yield self.sensor.sense(motion)
+
     def digest(self, keys: Mapping[str, Any]) -> str | None:
         """Of the readings with some keys changed; None if that is refused or warned of."""
         found = hashlib.blake2b(digest_size=8)
@@ -144,8 +177,7 @@ class Bench:
             warnings.simplefilter("always")
             try:
                 self.sim.set("auv0.it", **(self.base | keys))
-                sensor = self.sensor
-                measured = [sensor.sense(motion) for motion in self.motions]
+                measured = list(self.read())
             except (PelagosError, ValidationError):
                 return None
         for m in measured:
@@ -173,7 +205,7 @@ def said(sim: pl.Simulation, tick: int) -> bytes:
     packets = {3: [once, once], 50: [back], 80: [("auv0", "it", b"?", "auv1.its")], 100: [("auv1", "its", b"?", "3")]}
     try:
         return bytes(sim.send(agent, it, what, to=to) for agent, it, what, to in packets.get(tick, ()))
-    except CommandError as error:
+    except PelagosError as error:
         return str(error).encode()
 
 
@@ -214,7 +246,7 @@ def others(schema: Mapping[str, Any], defs: Mapping[str, Any], value: Any) -> It
         yield "", not value
     elif isinstance(value, (int, float)):
         near = (value + 1, value - 1, 2 * value, value // 2, value + 64, 1)
-        for moved in _moved(value) if isinstance(value, float) else near:
+        for moved in dict.fromkeys(_moved(value) if isinstance(value, float) else near):
             yield "", moved
     elif isinstance(value, str):
         choices = [c for s in (schema, *schema.get("anyOf", ())) for c in s.get("enum", ())]

@@ -138,7 +138,7 @@ def test_a_copy_of_a_fleet_hears_what_it_hears_alone(name):
 @pytest.mark.parametrize("name", sorted(LOOKS))
 def test_in_the_air_it_hears_nothing(name, waves):
     """Neither bottom nor water, by straight or bent rays; back in the water it hears both again."""
-    echoes = {"water_column_bins": 64} if name in ("adcp", "altimeter", "dvl") else {}
+    echoes = {"water_column_bins": 64} if name in ("adcp", "altimeter", "dvl", "multibeam") else {}
     hazy = {"volume_scattering_db": -50.0, **echoes, **({"cells": 15} if name == "adcp" else {})}
     bent = {"refraction": True} if waves and "refraction" in component(name).model_fields else {}
     sea = {"waves": {"type": "jonswap", "significant_height_m": 0.3, "peak_period_s": 3.0}} if waves else {}

@@ -216,3 +216,39 @@ def test_keys_of_echoes_that_nobody_asks_for_are_told(sensor, keys, idle):
     with warnings.catch_warnings():
         warnings.simplefilter("error", ValidityWarning)
         build(water_column_bins=64)
+
+
+@pytest.mark.parametrize(
+    ("sensor", "keys", "message"),
+    [
+        (Singlebeam, {"ringing_db_per_ms": 20.0}, "'ringing_db_per_ms' changes nothing without 'ringing_db'"),
+        (Singlebeam, {"adc_full_scale_db": 120.0}, "'adc_full_scale_db' changes nothing without 'adc_bits'"),
+        (Sidescan, {"multipath_order": 2}, "'multipath_order' .* without 'multipath: surface or surface_and_bottom'"),
+        (Singlebeam, {"multipath": "surface", "bottom_loss_db": 3.0}, "without 'multipath: surface_and_bottom'"),
+        (Multibeam, {"labels": True}, "'labels' changes nothing without 'water_column_bins'"),
+        (
+            Multibeam,
+            {"sectors": 3, "stabilised": ("roll",)},
+            "'sectors' .* without 'sector_spacing_hz', or 'stabilised'",
+        ),
+        (Dvl, {"roughness_seed": 3}, "'roughness_seed' changes nothing without 'water_column_bins', 'iq' or 'labels'"),
+    ],
+)
+def test_keys_that_change_nothing_are_told(sensor, keys, message):
+    with pytest.warns(ValidityWarning, match=message):
+        sensor(sensor.Config(**keys), context([plane(-9.0)]))
+
+
+@pytest.mark.parametrize(
+    ("sensor", "keys"),
+    [
+        (Singlebeam, {"ringing_db": 150.0, "ringing_db_per_ms": 20.0, "adc_bits": 9, "adc_full_scale_db": 120.0}),
+        (Singlebeam, {"multipath": "surface_and_bottom", "multipath_order": 2, "bottom_loss_db": 3.0}),
+        (Multibeam, {"sectors": 3, "stabilised": ("roll", "yaw")}),
+        (Multibeam, {"sectors": 3, "sector_spacing_hz": 2e3, "labels": True, "water_column_bins": 64}),
+    ],
+)
+def test_keys_that_change_something_are_not_told(sensor, keys):
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", ValidityWarning)
+        sensor(sensor.Config(**keys), context([plane(-9.0)]))

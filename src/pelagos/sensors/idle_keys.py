@@ -2,8 +2,40 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
+from dataclasses import dataclass
 from typing import Any
+
+
+@dataclass(frozen=True)
+class Need:
+    """Keys that show only where another key has one of some values.
+
+    Attributes:
+        keys: those that need it.
+        key: the other.
+        values: under which they show; none: under all but its default.
+    """
+
+    keys: tuple[str, ...]
+    key: str
+    values: tuple[Any, ...] = ()
+
+    def met(self, config: Any) -> bool:
+        """Whether its keys show in a configuration."""
+        value = getattr(config, self.key)
+        return value in self.values if self.values else value != type(config).model_fields[self.key].default
+
+    def __str__(self) -> str:
+        return f"'{self.key}: {' or '.join(map(str, self.values))}'" if self.values else f"'{self.key}'"
+
+
+def idle(config: Any, needs: Iterable[Need], *, device: Collection[str] = ()) -> str | None:
+    """Message about keys that were changed and change nothing, those of a device apart; None without any."""
+    for need in needs:
+        if not need.met(config) and (keys := changed(config, (k for k in need.keys if k not in device))):
+            return f"{named(keys)} changes nothing without {need}"
+    return None
 
 
 def changed(config: Any, keys: Iterable[str]) -> list[str]:

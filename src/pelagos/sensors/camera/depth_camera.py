@@ -10,7 +10,7 @@ is a surface, from both sides. Extras with
 from __future__ import annotations
 
 import warnings
-from typing import Any, ClassVar, Literal
+from typing import Any, ClassVar, Final, Literal
 
 import drjit as dr
 from numpy.typing import NDArray
@@ -24,7 +24,7 @@ from pelagos.sensors.camera.camera import Camera
 from pelagos.sensors.camera.picture.camera_config import CameraConfig
 from pelagos.sensors.camera.picture.camera_rays import Trace, ViewConfig, view_intrinsics
 from pelagos.sensors.camera.picture.hit_camera import HitView, Seen
-from pelagos.sensors.idle_keys import changed, named
+from pelagos.sensors.idle_keys import Need, changed, idle, named
 from pelagos.sensors.noise import Key, opaque_key, stream_key, words32
 from pelagos.sensors.sensor import Kinematics, Measurement, SensorConfig, SensorContext
 
@@ -49,6 +49,9 @@ class DepthCameraConfig(CameraConfig):
     """Whether a colour picture through the same lens comes along."""
 
 
+_STEREO: Final = Need(("disparity_noise_px",), "stereo_baseline_m")
+
+
 class DepthCamera:
     """See `DepthCameraConfig`."""
 
@@ -63,10 +66,12 @@ class DepthCamera:
 
     def __init__(self, config: DepthCameraConfig, context: SensorContext) -> None:
         self.config = config
-        idle = changed(config, (k for k in CameraConfig.model_fields if k not in ViewConfig.model_fields))
-        if idle and not config.image:
-            message = f"{context.path}: {named(idle)} changes nothing without 'image: true'"
-            warnings.warn(message, ValidityWarning, stacklevel=3)
+        told = idle(config, (_STEREO,))
+        of_picture = changed(config, (k for k in CameraConfig.model_fields if k not in ViewConfig.model_fields))
+        if of_picture and not config.image:
+            told = f"{named(of_picture)} changes nothing without 'image: true'"
+        if told:
+            warnings.warn(f"{context.path}: {told}", ValidityWarning, stacklevel=3)
         key = opaque_key(stream_key(context.seed, context.path, "depth"))
         self._frames = HitView(config, context, self._depths, key)
         self._camera = Camera(config, context) if config.image else None

@@ -26,6 +26,7 @@ from pelagos.sensors.sonar.keys.multibeam_parts import (
     noise_power,
     sector_losses,
     swath_of,
+    warn_of_idle,
 )
 from pelagos.sensors.sonar.keys.ping_keys import ColumnBins, Pulse, mounting, with_burst
 from pelagos.sensors.sonar.ping.beam_echoes import part_of
@@ -284,6 +285,7 @@ class Multibeam:
     def __init__(self, config: MultibeamConfig, context: SensorContext) -> None:
         self.config = config
         warn_of_ambiguity(config, context.path, config.range_max_m, device=config.device)
+        warn_of_idle(config, context.path)
         rays = fan_rays(config)
         wind = wind_for(config.wind_speed_mps, context.ocean, context.path)
         waters = Waters(

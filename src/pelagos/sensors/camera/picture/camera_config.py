@@ -6,14 +6,13 @@ A key that is given and cannot show is most likely a mistake of whoever gave it:
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from typing import Any, Final, Literal, Self
+from typing import Final, Literal, Self
 
 from pydantic import Field, model_validator
 
 from pelagos.config.strict import refusal
 from pelagos.sensors.camera.picture.surroundings import LitViewConfig
-from pelagos.sensors.idle_keys import changed, named
+from pelagos.sensors.idle_keys import Need, changed, idle, named
 
 
 class CameraConfig(LitViewConfig):
@@ -147,21 +146,6 @@ class CameraConfig(LitViewConfig):
         return 0.5e-3 * self.sensor_width_mm / math.tan(0.5 * math.radians(min(self.horizontal_fov_deg, 175.0)))
 
 
-@dataclass(frozen=True)
-class Need:
-    """Keys that show only where another key has one of some values.
-
-    Attributes:
-        keys: those that need it.
-        key: the other.
-        values: under which they show.
-    """
-
-    keys: tuple[str, ...]
-    key: str
-    values: tuple[Any, ...]
-
-
 _METERED: Final = (
     "metering", "compensation_ev", "meter_min_cd_m2", "meter_max_cd_m2", "iso_max", "exposure_speed_up_ev_per_s",
     "exposure_speed_down_ev_per_s",
@@ -174,17 +158,19 @@ NEEDS: Final = (
     Need(("highlight_knee",), "tone", ("srgb", "gamma")),
     Need(("white_balance", "white_temperature_k", "white_tint"), "mosaic", ("none",)),
     Need(("marine_snow_per_m3",), "renderer", ("realtime",)),
+    Need(("aperture_blades",), "focus_distance_m"),
+    Need(("aperture_widest",), "aperture_blades"),
+    Need(("depth_blur_distance_m",), "depth_blur_px"),
+    Need(("chromatic_aberration_start",), "chromatic_aberration"),
 )
 
 
 def idle_keys(config: CameraConfig) -> str | None:
     """Keys that were changed and change nothing, with what they need; None where there are none."""
-
-    for need in NEEDS:
-        if getattr(config, need.key) not in need.values and (idle := changed(config, need.keys)):
-            return f"{named(idle)} changes nothing without '{need.key}: {' or '.join(need.values)}'"
-    if config.samples == 1 and (idle := changed(config, ("focus_distance_m", "depth_blur_px"))):
-        return f"{named(idle)} changes nothing without several 'samples', 16 say"
+    if told := idle(config, NEEDS):
+        return told
+    if config.samples == 1 and (alone := changed(config, ("focus_distance_m", "depth_blur_px"))):
+        return f"{named(alone)} changes nothing without several 'samples', 16 say"
     return None
 
 

@@ -20,7 +20,8 @@ from pelagos.sensors.sonar.ping.surface_scattering import TEXTURE_DB
 
 _NEAREST: Final = 0.05  # [m], of echoes
 _OF_ECHOES: Final = (
-    "pulse", "bandwidth_hz", "pulse_s", "source_level_db", "self_noise_db", "volume_scattering_db", "lag_s",
+    "pulse", "bandwidth_hz", "pulse_s", "source_level_db", "self_noise_db", "roughness_seed", "volume_scattering_db",
+    "lag_s",
 )  # fmt: skip
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import warnings
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Final
 
@@ -15,8 +16,11 @@ from pelagos.acoustics.absorption import absorption
 from pelagos.acoustics.noise import ambient_level, band_level, directivity_index
 from pelagos.acoustics.pulse import processing_gain_db, range_coupling
 from pelagos.acoustics.spreading import from_db, to_db
+from pelagos.errors import ValidityWarning
+from pelagos.sensors.idle_keys import Need, idle
 from pelagos.sensors.schedule import period_ticks
 from pelagos.sensors.sensor import SensorContext
+from pelagos.sensors.sonar.keys.devices import device_keys
 from pelagos.sensors.sonar.keys.echo_keys import echo_spec
 from pelagos.sensors.sonar.ping.emitter import Apertures, Emitter
 from pelagos.sensors.sonar.ping.multibeam_column import Column
@@ -27,6 +31,18 @@ if TYPE_CHECKING:
     from pelagos.sensors.sonar.multibeam import MultibeamConfig
 
 _COLUMN_FROM_M: Final = 0.1  # where a water column begins: nearer is the near field of any array, assumed
+
+
+_NEEDS: Final = (Need(("labels", "volume_scattering_db"), "water_column_bins"),)
+
+
+def warn_of_idle(config: MultibeamConfig, path: str) -> None:
+    """Warn of keys that were changed and change nothing."""
+    told = idle(config, _NEEDS, device=device_keys(config))
+    if config.sectors > 1 and not config.sector_spacing_hz and not {"pitch", "yaw"} & set(config.stabilised):
+        told = "'sectors' changes nothing without 'sector_spacing_hz', or 'stabilised' pitch or yaw"
+    if told:
+        warnings.warn(f"{path}: {told}", ValidityWarning, stacklevel=4)
 
 
 def emitter(config: MultibeamConfig, context: SensorContext, rays: dict[str, NDArray[Any]]) -> Emitter:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import warnings
 from typing import Annotated, Any, Final, Literal, Self, TypeAlias
 
 import numpy as np
@@ -10,15 +11,23 @@ from numpy.typing import NDArray
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, model_validator
 
 from pelagos.config.rate import Rate
+from pelagos.errors import ValidityWarning
+from pelagos.sensors.idle_keys import Need, idle
 from pelagos.sensors.sensor import SensorConfig, SensorContext
 from pelagos.sensors.sonar.keys.conflicts import check_ambiguity, check_burst, check_order, check_pulse
-from pelagos.sensors.sonar.keys.devices import with_device
+from pelagos.sensors.sonar.keys.devices import device_keys, with_device
 from pelagos.sensors.sonar.ping.ping_spec import Bounces, Display, Disturber, Mounting, Painting, PingSpec
 from pelagos.sensors.sonar.ping.sea_state import rain_over, wind_for
 from pelagos.sensors.sonar.ping.surface_scattering import TEXTURE_DB
 
 Pulse: TypeAlias = Literal["chirp", "cw"]
 FEWEST_BINS: Final = 8
+_NEEDS: Final = (
+    Need(("ringing_db_per_ms",), "ringing_db"),
+    Need(("adc_full_scale_db",), "adc_bits"),
+    Need(("multipath_order", "surface_loss_db"), "multipath", ("surface", "surface_and_bottom")),
+    Need(("bottom_loss_db",), "multipath", ("surface_and_bottom",)),
+)
 
 
 def _none_or_some(bins: int) -> int:
@@ -188,7 +197,9 @@ def mounting(config: SensorConfig) -> Mounting:
 
 
 def ping_spec(config: PingConfig, context: SensorContext) -> PingSpec:
-    """The ping that a configuration asks for, in the weather of its ocean."""
+    """The ping that a configuration asks for, in the weather of its ocean; warns of keys that change nothing."""
+    if told := idle(config, _NEEDS, device=device_keys(config)):
+        warnings.warn(f"{context.path}: {told}", ValidityWarning, stacklevel=4)
     bounces = None
     if config.multipath != "none":
         bottom = config.multipath == "surface_and_bottom"
