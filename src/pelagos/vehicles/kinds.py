@@ -45,6 +45,7 @@ from pelagos.vehicles.terms.function import FunctionConfig
 from pelagos.vehicles.terms.glide import GlideConfig
 from pelagos.vehicles.terms.lift import LiftDragConfig
 from pelagos.vehicles.terms.restoring import SubmergedConfig
+from pelagos.vehicles.terms.roll_damping import RollDampingConfig
 from pelagos.vehicles.terms.windage import WindageConfig
 
 TermConfig: TypeAlias = Annotated[
@@ -60,6 +61,7 @@ TermConfig: TypeAlias = Annotated[
     | LinearDampingConfig
     | PayloadConfig
     | QuadraticDampingConfig
+    | RollDampingConfig
     | SubmergedConfig
     | TimeConstantDampingConfig
     | TwinHullConfig
