@@ -141,3 +141,13 @@ def test_an_auv_turns_and_sinks_by_its_pulses(chapter):
     assert row(bolt, "step of yaw pulses, yaw rate").kept
     assert row(bolt, "heave pulses, speed of sinking").kept
     assert row(bolt, "one-way yaw pulses, yaw rate").deviation == pytest.approx(55.5, abs=5)
+
+
+@pytest.mark.slow  # 15 s
+def test_a_velocity_log_errs_as_recorded(chapter):
+    """The default 600 kHz log, nothing fitted: error velocity within 20 % in spread and tail; ranges scatter less."""
+    log = chapter("dvl")
+    assert row(log, "error velocity, two pings, spread").kept
+    assert row(log, "error velocity, 95th").kept
+    assert row(log, "four beams").kept
+    assert row(log, "range along a beam").deviation == pytest.approx(-65, abs=4)
