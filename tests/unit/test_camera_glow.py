@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from typing import Any
 
 import drjit as dr
 import numpy as np
@@ -88,13 +89,46 @@ def test_raw_pictures_know_no_white_balance():
 
 def test_copies_at_one_moment_share_the_maps_of_the_waves():
     surroundings = Surroundings(context(copies=5))
-    times, moment = surroundings.arguments(looking_down(copies=5, tick=40))[-1]
+    times, moment = surroundings.arguments(looking_down(copies=5, tick=40), CameraConfig())[-1]
     assert np.array(times).tolist() == [40 * 5_000_000]
     assert np.array(moment).tolist() == [0] * 5
     two = replace(looking_down(copies=4), t_ns=jit.UInt64([300, 100, 300, 100]))
-    times, moment = surroundings.arguments(two)[-1]
+    times, moment = surroundings.arguments(two, CameraConfig())[-1]
     assert np.array(times).tolist() == [100, 300]
     assert np.array(moment).tolist() == [1, 0, 1, 0]
+
+
+def test_times_of_a_picture_lie_in_memory_of_the_device():
+    """NumPy's may lie anywhere, and a kernel that was compiled for the one is compiled anew for the other: seconds."""
+    surroundings = Surroundings(context(copies=5))
+    several = replace(looking_down(copies=4), t_ns=jit.UInt64([300, 100, 300, 100]))
+    for motion in (*(looking_down(copies=5, tick=k) for k in range(12)), several):
+        for values in surroundings.arguments(motion, CameraConfig())[-2:]:
+            assert all(
+                np.from_dlpack(v).ctypes.data % 32 == 0 for v in (values if isinstance(values, tuple) else [values])
+            )
+
+
+def test_another_sea_is_another_argument_of_the_same_kernel():
+    """Heights and slopes of the ripples are no part of it; what comes out is what they give as numbers."""
+    sun, t = jit.Array3f(0.3, 0.4, 0.866), jit.Float64([0.75])
+
+    def recorded(measures: Any) -> tuple[Any, ...]:
+        waves = waves_at(ripple(0.001), t_of(measures), jit.Array3f(0.3, 0.4, 0.866), 1, measures=measures)
+        return waves.slope_x, waves.slope_y, waves.focus, waves.finer, waves.short, waves.long
+
+    def t_of(measures: Any) -> Any:
+        return 0.75 + 0 * jit.Float64(dr.gather(jit.Float, measures, 0))
+
+    kernel = jit.freeze(recorded)
+    for slope, finer, longer in ((0.003, 0.02, 0.004), (0.006, 0.03, 0.011)):
+        sea = ripple(slope, finer=finer, longer=longer)
+        found, plain = kernel(sea.measures()), waves_at(sea, t, sun, 1)
+        expected = plain.slope_x, plain.slope_y, plain.focus, plain.finer, plain.short, plain.long
+        for one, other in zip(found, expected, strict=True):
+            assert np.array_equal(np.array(one), np.array(other))
+        assert np.array(found[0]).std() == pytest.approx(np.sqrt(slope / 2), rel=0.5)
+        assert np.array(found[4])[0] == pytest.approx(slope, rel=1e-5)
 
 
 def test_light_under_shared_maps_is_that_under_maps_of_their_own():

@@ -10,6 +10,7 @@ surface.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final
 
@@ -53,6 +54,14 @@ class Ripple:
         """Variance of the slope, both directions together."""
         k2 = (2 * math.pi / TILE) ** 2 * (np.square(self.i) + np.square(self.j))
         return float(0.5 * np.sum(k2 * np.square(self.height)))
+
+    def measures(self) -> Array:
+        """`Float`: the heights, `finer`, the mean square slope, `longer`: an argument of kernels, as of `waves_at`.
+
+        Numbers of Python would be part of a kernel, which another sea would have compiled anew, for seconds.
+        """
+        known = [*self.height, self.finer, self.mean_square_slope, self.longer]
+        return jit.from_numpy(jit.Float, np.array(known, dtype=np.float32))
 
 
 def ripple(
@@ -106,14 +115,18 @@ class Waves:
 
 
 def waves_at(
-    sea: Ripple, t: Array, towards_sun: Array, moments: int, swell: Swell | None = None, moment: Array | None = None
-) -> Waves:
+    sea: Ripple, t: Array, towards_sun: Array, moments: int, swell: Swell | None = None, moment: Array | None = None,
+    *, measures: Array | None = None,
+) -> Waves:  # fmt: skip
     """Slopes and light maps at times `t` `(moments,)` [s] for the sun in direction `towards_sun` (above water).
 
-    `moment` says for each lane which of the times is its own; None: they are those of the lanes.
+    `moment` says for each lane which of the times is its own; None: they are those of the lanes. `measures` are those
+    of the sea, where this becomes part of a kernel.
     """
-    slope_x, slope_y = _slopes(sea, t, moments)
-    rough = (jit.Float(v) for v in (sea.finer, sea.mean_square_slope, sea.longer))
+    known = (*sea.height, sea.finer, sea.mean_square_slope, sea.longer)
+    heights = [jit.Float(v) if measures is None else dr.gather(jit.Float, measures, k) for k, v in enumerate(known)]
+    rough = heights[len(sea.height) :]
+    slope_x, slope_y = _slopes(sea, heights[: len(sea.height)], t, moments)
     moment = dr.arange(jit.UInt32, moments) if moment is None else moment
     return Waves(slope_x, slope_y, _focus(slope_x, slope_y, towards_sun, moments), swell, moment, *rough)
 
@@ -128,13 +141,13 @@ def sea_level(waves: Waves, lanes: int) -> Array:
     return dr.zeros(jit.Float, lanes) if waves.swell is None else waves.swell.level
 
 
-def _slopes(sea: Ripple, t: Array, lanes: int) -> tuple[Array, Array]:
+def _slopes(sea: Ripple, heights: Sequence[Array], t: Array, lanes: int) -> tuple[Array, Array]:
     cell = dr.arange(jit.UInt32, lanes * CELLS * CELLS)
     lane = cell // (CELLS * CELLS)
     u = jit.Float(cell // CELLS % CELLS) * (2 * math.pi / CELLS)
     v = jit.Float(cell % CELLS) * (2 * math.pi / CELLS)
     slope_x, slope_y = jit.Float(0), jit.Float(0)
-    for i, j, height, phase in zip(sea.i, sea.j, sea.height, sea.phase, strict=True):
+    for i, j, height, phase in zip(sea.i, sea.j, heights, sea.phase, strict=True):
         kx, ky = 2 * math.pi / TILE * i, 2 * math.pi / TILE * j
         k = math.hypot(kx, ky)
         omega = math.sqrt(_GRAVITY * k + _SURFACE_TENSION * k**3)

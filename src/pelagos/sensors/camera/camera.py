@@ -87,7 +87,7 @@ class Camera:
     def _arguments(self, motion: Kinematics) -> tuple[Any, ...]:
         return (
             *self._view.arguments(motion),
-            self._surroundings.arguments(motion),
+            self._surroundings.arguments(motion, self.config),
             self._vignette,
             self._change,
             self._keys,

@@ -93,7 +93,7 @@ class EventCamera:
         return self._view.explain(self._kernel, self._arguments(motion))
 
     def _arguments(self, motion: Kinematics) -> tuple[Any, ...]:
-        return *self._view.arguments(motion), self._surroundings.arguments(motion), self._keys
+        return *self._view.arguments(motion), self._surroundings.arguments(motion, self.config), self._keys
 
     def _kernel(
         self,

@@ -116,6 +116,7 @@ class Surroundings:
         self.light, self._field = light.arrays(), light_field(ocean.water, light)
         self._air = None if weather.clear else weather.air()
         self._varying = ocean if _has_uneven_sea(ocean) or suspended_tracers(ocean) else None
+        self._measures: Array | None = None
 
     def ripple(self, config: LitViewConfig) -> Ripple:
         """Short waves: as `config` has them, or what the wind makes besides the ocean's own waves."""
@@ -128,19 +129,24 @@ class Surroundings:
         towards = _RIPPLES_TOWARDS if heading is None else heading
         return ripple(left, heading=towards, finer=whole - long, longer=own)
 
-    def arguments(self, motion: Kinematics) -> Lit:
-        """For `scenery_of`, inside a frozen function."""
+    def arguments(self, motion: Kinematics, config: LitViewConfig) -> Lit:
+        """For `scenery_of`, inside a frozen function; of one sensor's configuration."""
+        if self._measures is None:
+            self._measures = self.ripple(config).measures()
         times, moment = np.unique(np.array(motion.t_ns), return_inverse=True)
-        moments = jit.UInt64(times), jit.UInt32(moment.ravel().astype(np.uint32))
-        return self.looks, self._water, self.light, self._field, self._air, self._varying, moments
+        if len(times) == 1:
+            moments = dr.opaque(jit.UInt64, int(times[0])), dr.opaque(jit.UInt32, 0, moment.size)
+        else:
+            moments = jit.from_numpy(jit.UInt64, times), jit.from_numpy(jit.UInt32, moment.ravel())
+        return self.looks, self._water, self.light, self._field, self._air, self._varying, self._measures, moments
 
 
 def scenery_of(
     tables: HitTables, light: Lit, ripples: Ripple, motion: Kinematics, config: SensorConfig, delay: float = 0.0
 ) -> Scenery:
     """Everything that light depends on, at the moments of `motion` plus `delay` [s]."""
-    materials, water, daylit, field, air, ocean, moments = light
-    waves = waves_of(ripples, ocean, daylit.towards_sun, motion, moments, config, delay)
+    materials, water, daylit, field, air, ocean, measures, moments = light
+    waves = waves_of((ripples, measures), ocean, daylit.towards_sun, motion, moments, config, delay)
     position, _ = sensor_pose(motion, config)
     level = sea_level(waves, dr.width(motion.tick))
     t = jit.Float64(motion.t_ns) * 1e-9 + delay
@@ -182,17 +188,23 @@ def _suspension(
 
 
 def waves_of(
-    ripples: Ripple, ocean: Ocean | None, towards_sun: Array, motion: Kinematics, moments: tuple[Array, Array],
+    ripples: tuple[Ripple, Array], ocean: Ocean | None, towards_sun: Array, motion: Kinematics,
+    moments: tuple[Array, Array],
     config: SensorConfig, delay: float = 0.0,
 ) -> Waves:  # fmt: skip
-    """The sea surface around the cameras; `moments`: the times of `motion`, each once, and which is each lane's."""
+    """The sea surface around the cameras.
+
+    `ripples`: short waves and their measures; `moments`: the times of `motion`, each once, and which is each lane's.
+    """
     t = jit.Float64(motion.t_ns) * 1e-9 + delay
     position, _ = sensor_pose(motion, config)
     images = dr.width(motion.tick)
     foam = ocean.waves.foam if ocean is not None and ocean.waves is not None and ocean.waves.breaks else None
     swell = swell_around(ocean.elevation, position, t, images, foam) if _has_uneven_sea(ocean) else None
     times, moment = moments
-    return waves_at(ripples, jit.Float64(times) * 1e-9 + delay, towards_sun, dr.width(times), swell, moment)
+    sea, measures = ripples
+    when = jit.Float64(times) * 1e-9 + delay
+    return waves_at(sea, when, towards_sun, dr.width(times), swell, moment, measures=measures)
 
 
 def light_sources(config: LitViewConfig, motion: Kinematics, image: Array) -> list[LightSource]:
