@@ -7,7 +7,7 @@ import pytest
 
 from pelagos import jit
 from pelagos.math.so3 import rotate_np
-from pelagos.raycast.body_tree import nodes_of
+from pelagos.raycast.body_tree import _AXIS_BITS, _along_curve, nodes_of
 from pelagos.raycast.geometry import Geometry
 from pelagos.raycast.rays import NO_BODY, Rays
 from pelagos.raycast.scene import Scene
@@ -123,3 +123,14 @@ def test_every_body_is_in_one_leaf_and_every_box_holds_those_below(count):
             assert (boxes[copy, node // 2, 0:3] <= boxes[copy, node, 0:3]).all()
             if boxes[copy, node, 4] < 1e30:
                 assert (boxes[copy, node // 2, 4:7] >= boxes[copy, node, 4:7]).all()
+
+
+def test_bodies_are_ordered_along_mortons_curve_of_their_own_box():
+    """Eighths of the box come one after the other, x first, then y, then z; an even scale for a flat box too."""
+    corners = np.array([(x, y, z) for z in (0, 1) for y in (0, 1) for x in (0, 1)], dtype=float)
+    place = np.stack([corners * [80, 80, 80] - [7, 900, 3], corners * [3, 40, 9] + [1e4, -2, 5]])
+    along = _along_curve(place)
+    assert (np.diff(along[0]) > 0).all()
+    top = 3 * (_AXIS_BITS - 1)
+    assert (along[0] >> top).tolist() == list(range(8))
+    assert (along[1] >> top).tolist() == [0, 0, 2, 2, 0, 0, 2, 2]  # by the longest of its sides, y

@@ -121,6 +121,30 @@ def test_classics_build_and_have_free_water_or_air(name):
     assert len(world.description) > 20
 
 
+def test_the_campus_lies_as_it_is_drawn():
+    """Three buildings: the floor as large as the walls about it, partitions from floor to ceiling at thirds of the
+    length, away from the street; a court of gravel that lies lower than the walks."""
+    world = ClassicConfig(name="business_campus").build()
+    boxes = lambda name: [np.array([g.vertices.min(axis=0), g.vertices.max(axis=0)])
+                          for g in world.geometries if g.name == name]  # fmt: skip
+    floors = sorted(boxes("floor"), key=lambda b: b[0, 1])
+    expected = [(45, -35, 30, 20), (45, 35, 36, 24), (-10, 60, 24, 18)]
+    walls = sorted(boxes("partition"), key=lambda b: b[0, 1])
+    assert len(floors) == len(walls) == 3
+    for (x, y, length, width), floor, wall in zip(expected, floors, walls, strict=True):
+        assert floor[:, :2] == pytest.approx(
+            np.array([[x, y], [x, y]]) + np.array([[-1], [1]]) * [length / 2, width / 2]
+        )
+        assert floor[1, 2] == pytest.approx(0.2)
+        middle = y + 0.15 * width * (1 if y > 0 else -1)
+        low = [x - length / 6 - 0.075, middle - 0.3 * width, 0.2]
+        high = [x + length / 6 + 0.075, middle + 0.3 * width, 3.6]
+        assert wall == pytest.approx(np.array([low, high]))
+    (court,) = boxes("court")
+    assert court == pytest.approx(np.array([[-80.0, 40.0, 0.0], [-60.0, 60.0, 0.15]]))
+    assert max(b[1, 2] for b in boxes("sidewalk")) == pytest.approx(0.2)
+
+
 @pytest.mark.slow
 def test_the_harbour_has_a_way_in_and_ships_at_its_piers():
     world = ClassicConfig(name="pier_harbor").build()

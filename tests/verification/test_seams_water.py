@@ -13,9 +13,11 @@ import pelagos as pl
 from pelagos import jit
 from pelagos.acoustics.target_strength import cylinder
 from pelagos.contact.broad_phase import BoundedBodies, _near_box, close_pairs
+from pelagos.errors import CommandError
 from pelagos.math.constants import GRAVITY
 from pelagos.ocean.analytic_current import TidalCurrentConfig
 from pelagos.ocean.config import OceanConfig, build_ocean
+from pelagos.ocean.curvilinear import _at_depths, _even_levels
 from pelagos.ocean.grid_data import GriddedData
 from pelagos.ocean.gridded import _lacking
 from pelagos.ocean.plume import PlumeConfig, _advance
@@ -187,3 +189,45 @@ def test_noise_of_a_waveform_has_its_spectral_density(channel) -> None:
     expected = 10 ** (channel.noise_level_db() / 10) * 4000.0
     assert np.mean(np.abs(got) ** 2) == pytest.approx(expected, rel=3 / math.sqrt(20_000))
     assert np.std(got.real) == pytest.approx(np.std(got.imag), rel=0.03)
+
+
+@pytest.mark.parametrize("upwards", [False, True])
+def test_water_between_levels_is_interpolated_by_its_depth(upwards: bool) -> None:
+    """5 + 2 z on uneven levels that differ from column to column is the same at any depth, and held beyond them."""
+    z = np.array([-11.0, -7.0, -3.0, -1.0])[None, :, None, None] * np.array([1.0, 1.3])[None, None, None, :]
+    z = z[:, ::-1] if upwards else z
+    depth = np.array([0.2, 1.9, 2.3, 6.0, 9.0, 20.0])
+    found = _at_depths(5.0 + 2.0 * z, z, depth)
+    for column, scale in enumerate((1.0, 1.3)):
+        expected = 5.0 + 2.0 * np.clip(-depth, -11.0 * scale, -1.0 * scale)
+        assert found[0, :, 0, column] == pytest.approx(expected)
+
+
+def test_levels_of_a_grid_are_those_of_its_deepest_middle_and_shallowest_column() -> None:
+    z = -np.array([0.5, 2.0, 4.0])[None, :, None, None] * np.array([1.0, 2.0, 3.0, 5.0, 8.0])[None, None, None, :]
+    expected = sorted({round(a * b, 3) for a in (0.5, 2.0, 4.0) for b in (1.0, 2.0, 3.0, 8.0)})
+    assert _even_levels(z) == pytest.approx(expected)
+
+
+@pytest.mark.filterwarnings("ignore:.*it hears nothing there")
+@pytest.mark.parametrize("roll", [40.0, -25.0])
+def test_a_modem_stands_where_its_arm_is_over_the_tide(roll: float) -> None:
+    """z of the vehicle, the arm in the world, less the tide's level."""
+    arm = [0.2, 0.5, 2.4]
+    start = {"position_m": [1.0, -2.0, -1.1], "heading_deg": 30.0, "pitch_deg": 12.0, "roll_deg": roll}
+    sim = pl.Simulation.load(
+        {
+            "world": {"type": "flat", "depth_m": 12.0},
+            "ocean": {"tide": {"period_h": 12.0, "amplitude_m": 0.4, "phase_deg": 50.0}},
+            "agents": {
+                "it": {"vehicle": "bluerov2", "start": start, "sensors": {"m": {"type": "modem", "position_m": arm}}}
+            },
+        }
+    )
+    sim.reset()
+    pose = sim.state["it"]
+    turned = Rotation.from_quat(np.roll(pose.attitude[0], -1)).apply(arm)[2]
+    expected = float(pose.position[0, 2]) + turned - 0.4 * math.cos(math.radians(50.0))
+    assert expected > 0.2
+    with pytest.raises(CommandError, match=f"it.m is {expected:.2g} m above the water"):
+        sim.send("it", "m", b"?")

@@ -19,6 +19,7 @@ from pelagos.acoustics.sphere_scattering import Filling, sphere_strength
 from pelagos.raycast.geometry import Geometry
 from pelagos.sensors.sonar.imaging_sonar import ImagingSonar, ImagingSonarConfig
 from pelagos.sensors.sonar.ping.solids import recognised
+from pelagos.sensors.sonar.singlebeam import Singlebeam, SinglebeamConfig
 from pelagos.world.material import MATERIALS
 from pelagos.world.shapes import cylinder
 
@@ -231,3 +232,54 @@ def test_props_are_small_targets_too_with_their_label():
     strongest = reading.truth.max()
     ball.remove()
     assert ping().truth.max() < strongest - 30.0
+
+
+def power_about(things, distance, materials=STEEL, *, bins=600):
+    """Energy of an image within 0.6 m of a range, under a gain of 40 log r, and the range of its strongest cell [m]."""
+    config = ImagingSonarConfig(range_max_m=40.0, bins=bins, scale="linear", source_level_db=260.0, tvg_db=40.0)
+    s = ImagingSonar(config, context([plane(-1000.0), *things], materials=materials))
+    truth, r = s.sense(at(0, 0, 0)).truth[0], s.tables["range"]
+    return float(truth[:, np.abs(r - distance) < 0.6].sum()), float(r[truth.max(axis=0).argmax()])
+
+
+def test_a_thing_half_behind_another_gives_half_its_echo():
+    """A ball whose near side a plate hides up to its middle: energy 1/2, of 64 rays over its disc, 32 or nearly."""
+    ball = sphere((20.0, 0.0, 0.0), 0.1)
+    half = box((10.0, -1.0, 0.0), (0.2, 2.0, 6.0))  # to starboard
+    free, hidden = (power_about(things, 19.9)[0] for things in ([ball], [ball, half]))
+    assert hidden / free == pytest.approx(0.5, abs=0.08)
+
+
+def test_a_small_rough_thing_is_as_strong_and_as_far_away_as_it_is():
+    """A rough block 0.2 m wide: under the gain 40 log r its level is that of its size and surface, at 10 m as at 30."""
+    rough, bins = (MATERIALS["rock"],), 97
+    found = [power_about([box((d + 0.05, 0.0, 0.0), (0.1, 0.2, 0.2))], d, rough, bins=bins) for d in (10.0, 30.0)]
+    for (_, reach), d in zip(found, (10.0, 30.0), strict=True):
+        assert reach == pytest.approx(d, abs=0.5 * 39.5 / bins + 0.03)
+    assert found[1][0] == pytest.approx(found[0][0], rel=0.05)
+
+
+@pytest.mark.parametrize("speed", [4.0, -3.0])
+def test_a_moving_bottom_and_a_moving_sonar_give_the_same_range(speed):
+    """Closing at v from 20 m: nearer by r v/c and, for the chirp, by f T/B v, the whole echo, as wide as before."""
+    config = SinglebeamConfig(beamwidth_deg=4.0, frequency_hz=200e3, bandwidth_hz=20e3, pulse_s=5e-3, bins=500,
+                              range_min_m=15.0, range_max_m=25.0, scale="linear", hears="none")  # fmt: skip
+
+    def echo_of(sonar, ground):
+        scene = context([plane(-60.0)])
+        scene.scene.set_moving([(plane(0.0, size=20.0, instance=7), 0)])
+        zero = np.zeros((1, 3))
+        scene.scene.move(
+            np.array([[0.0, 0.0, -20.0]]), np.array([[1.0, 0, 0, 0]]), np.array([[0.0, 0.0, ground]]), zero
+        )
+        s = Singlebeam(config, scene)
+        power, r = s.sense(at(0, 0, 0, velocity=(0.0, 0.0, sonar))).truth[0].astype(float), s.tables["range"]
+        middle = (power * r).sum() / power.sum()
+        return middle, math.sqrt((power * (r - middle) ** 2).sum() / power.sum())
+
+    (rest, width), sonar, ground = echo_of(0.0, 0.0), echo_of(-speed, 0.0), echo_of(0.0, speed)
+    expected = -20.0 * speed / 1500.0 - 200e3 * 5e-3 / 20e3 * speed
+    assert abs(expected) > 0.15
+    for middle, spread in (sonar, ground):
+        assert middle - rest == pytest.approx(expected, abs=0.01)
+        assert spread == pytest.approx(width, abs=0.01)  # half a bin

@@ -59,6 +59,23 @@ def test_every_kind_is_closed_faces_outwards_and_has_its_size(kind):
         assert np.hypot(points[:, 0], points[:, 1]).max() <= thing.radius + 1e-9
 
 
+def test_structures_stand_in_the_ground_and_reach_where_they_should():
+    """Depth 20 m: a dam 25 m high, battered by 12 %, 3 m in the ground; a quay's ladder from 6 m below the water to
+    3.3 m above; a manifold's frame as wide as it is said to be, but for its bars' own thickness."""
+    rng = np.random.default_rng(3)
+    body = KINDS["dam"].build(60.0, rng, 20.0).parts[0].vertices
+    foot = body[np.abs(body[:, 2] + 3.0) < 1e-6]
+    assert foot[:, 1].max() == pytest.approx(0.35 * 25.0 + 3.0)
+    assert np.abs(foot[:, 1] + 0.12 * 25.0).min() == pytest.approx(0.0, abs=1e-6)  # buttresses stand before it
+    assert body[:, 2].min() == pytest.approx(-3.0)
+    assert body[:, 2].max() == pytest.approx(25.0)
+    rungs = KINDS["quay_wall"].build(30.0, rng, 20.0).parts[2].vertices
+    assert [rungs[:, 2].min(), rungs[:, 2].max()] == pytest.approx([14.0, 23.3])
+    assert rungs[:, 0].mean() == pytest.approx(14.0, abs=0.05)
+    frame = KINDS["manifold"].build(10.0, rng, 20.0).parts[0].vertices
+    assert np.abs(frame).max(axis=0)[:2] == pytest.approx([5.0, 3.0], abs=0.018 * 10.0 + 0.05)
+
+
 @pytest.mark.parametrize("kind", LANDFORMS)
 def test_landforms_have_about_the_relief_asked_for(kind):
     world = build(size_m=(300, 300), grid_m=2.0, depth_m=60, terrain={"kind": kind, "relief_m": 10, "roughness_m": 0})
