@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import socket
 import subprocess
 import sys
 import time
@@ -126,6 +127,35 @@ def test_check_refuses_what_a_run_refuses(
         told.append(" ".join(capsys.readouterr().err.split()))
         assert words in told[-1]
     assert told[0] == told[1]
+
+
+def test_check_says_where_the_doors_are(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """A port that somebody has is told; it is no fault of the scenario, which may be run elsewhere or later."""
+    path = tmp_path / "doors.json"
+    with socket.socket() as other:
+        other.bind(("127.0.0.1", 0))
+        other.listen()
+        port = other.getsockname()[1]
+        bridges = {
+            "web": {"type": "rosbridge", "port": port}, "any": {"type": "foxglove", "port": 0},
+            "ros": {"type": "ros2", "domain_id": 37}, "ground": {"type": "mavlink", "port": 14551},
+            "gps": {"type": "instrument", "protocol": "nmea", "sensors": ["gps"], "port": "udp:127.0.0.1:7001"},
+        }  # fmt: skip
+        auv = {
+            "vehicle": "remus100",
+            "start": {"position_m": [0, 0], "depth_m": 3},
+            "sensors": {"gps": {"type": "gps"}},
+        }
+        scenario = {"world": {"type": "flat", "depth_m": 9.0}, "agents": {"auv0": auv}, "bridges": bridges}
+        path.write_text(json.dumps(scenario), encoding="utf-8")
+        main(["check", str(path), "--no-build"])
+        told = [line.split(maxsplit=2) for line in capsys.readouterr().out.splitlines()]
+    where = {words[0]: words[2].strip() for words in told if len(words) == 3}
+    assert where["web"] == f"listens at tcp 127.0.0.1:{port}, which another program has now"
+    assert where["any"] == "listens at a free port"
+    assert where["ros"] == "ROS domain 37"
+    assert where["ground"] == "goes to 127.0.0.1:14551"
+    assert where["gps"] == "speaks at udp:127.0.0.1:7001"
 
 
 def test_check_runs_without_a_device(small: Path) -> None:

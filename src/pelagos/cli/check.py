@@ -10,7 +10,7 @@ from rich.markup import escape
 from rich.table import Table
 
 from pelagos.cli.console import out
-from pelagos.cli.doors import check_doors
+from pelagos.cli.doors import check_doors, door_place
 from pelagos.cli.trusted import load
 from pelagos.config.agent import Agent, Start
 from pelagos.config.loader import to_yaml
@@ -68,6 +68,19 @@ def check_scenario(
         out.print(_agent(agent, modes[member_names(name, agent.count)[0]]))
         if agent.sensors:
             out.print(_sensors(agent, scenario.tick_rate_hz))
+    if scenario.bridges:
+        out.print()
+        out.print(_doors(scenario))
+
+
+def _doors(scenario: Scenario) -> Table:
+    """The scenario's bridges, and where they are."""
+    table = Table(box=None, pad_edge=False, padding=(0, 2, 0, 0))
+    for column in ("bridge", "type", "place"):
+        table.add_column(column)
+    for name, config in scenario.bridges.items():
+        table.add_row(escape(name), config.type, escape(door_place(config)))
+    return table
 
 
 def _built(scenario: Scenario) -> bool:

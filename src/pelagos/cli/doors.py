@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import socket
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
@@ -52,6 +53,39 @@ def check_doors(sim: Simulation, doors: Mapping[str, Any]) -> None:
                 raise BridgeMismatch(f"{place} is taken by bridges.{taken[place]}; give another port")
             if place:
                 taken[place] = name
+
+
+def door_place(config: Any) -> str:
+    """Address of a door in words; of a port that it listens at, whether another program has it now."""
+    place = config.listens()
+    if place:
+        return f"listens at {place}" + (", which another program has now" if _is_taken(place) else "")
+    host, port = getattr(config, "host", None), getattr(config, "port", None)
+    if host and port:
+        return f"goes to {host}:{port}"
+    if port == 0:
+        return "listens at a free port"
+    if isinstance(port, str):
+        return f"speaks at {port}"
+    domain = getattr(config, "domain", None)
+    return str(getattr(config, "url", "")) if domain is None else f"ROS domain {domain}"
+
+
+def _is_taken(place: str) -> bool:
+    """True where a port ("tcp 127.0.0.1:9090") cannot be had at present; of serial ports that is not known."""
+    kind, _, address = place.partition(" ")
+    types = {"tcp": socket.SOCK_STREAM, "udp": socket.SOCK_DGRAM}
+    if kind not in types:
+        return False
+    host, _, port = address.rpartition(":")
+    try:
+        with socket.socket(socket.AF_INET6 if ":" in host else socket.AF_INET, types[kind]) as probe:
+            if kind == "tcp":
+                probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)  # as servers do: a closed one waits on
+            probe.bind((host, int(port)))
+    except OSError:
+        return True
+    return False
 
 
 @contextmanager
