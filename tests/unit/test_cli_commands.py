@@ -148,10 +148,11 @@ def test_check_says_where_the_doors_are(tmp_path: Path, capsys: pytest.CaptureFi
         }
         scenario = {"world": {"type": "flat", "depth_m": 9.0}, "agents": {"auv0": auv}, "bridges": bridges}
         path.write_text(json.dumps(scenario), encoding="utf-8")
-        main(["check", str(path), "--no-build"])
+        with pytest.raises(SystemExit):
+            main(["check", str(path), "--no-build"])
         told = [line.split(maxsplit=2) for line in capsys.readouterr().out.splitlines()]
     where = {words[0]: words[2].strip() for words in told if len(words) == 3}
-    assert where["web"] == f"listens at tcp 127.0.0.1:{port}, which another program has now"
+    assert where["web"] == f"listens at tcp 127.0.0.1:{port} (taken at present)"
     assert where["any"] == "listens at a free port"
     assert where["ros"] == "ROS domain 37"
     assert where["ground"] == "goes to 127.0.0.1:14551"

@@ -59,7 +59,7 @@ def door_place(config: Any) -> str:
     """Address of a door in words; of a port that it listens at, whether another program has it now."""
     place = config.listens()
     if place:
-        return f"listens at {place}" + (", which another program has now" if _is_taken(place) else "")
+        return f"listens at {place}" + (" (taken at present)" if _is_taken(place) else "")
     host, port = getattr(config, "host", None), getattr(config, "port", None)
     if host and port:
         return f"goes to {host}:{port}"
