@@ -38,6 +38,7 @@ CARRIED: Mapping[str, dict[str, Any]] = {
 PARTNER: Mapping[str, dict[str, Any]] = {
     "optical_modem": {"orientation_deg": [0.0, 2.0, -96.0]},
     "usbl": {"device": "x150"},
+    "singlebeam": {"orientation_deg": [0.0, 75.0, 0.0], "beamwidth_deg": 50.0},  # towards the other
 }
 LINKED_TICKS = 120
 AIS_TICKS = 300  # the first report comes within 10 s
@@ -51,13 +52,15 @@ SETTINGS: Mapping[str, tuple[dict[str, Any], ...]] = {
     "range_bearing": ({}, {"noise_db": 118.0}),
     "singlebeam": (
         {},
-        {"orientation_deg": [130.0, 4.0, 5.0], "multipath": "surface_and_bottom", "self_noise_db": 0.0, "bins": 128},
         {
-            "adc_bits": 9,
-            "adc_full_scale_db": 120.0,
+            "orientation_deg": [3.0, -75.0, -40.0],
+            "beamwidth_deg": 50.0,
+            "multipath": "surface_and_bottom",
+            "self_noise_db": 0.0,
+            "bins": 128,
             "ringing_db": 170.0,
-            "self_noise_db": -100.0,
-            "wind_speed_mps": 0.0,
+            "adc_bits": 16,
+            "adc_full_scale_db": 200.0,
         },
     ),
     "lidar": ({}, MAST, {**MAST, "water_points": True, "atmosphere_attenuation_rate": 0.2}),
@@ -74,6 +77,7 @@ DEAF: dict[str, str] = {
     **{f"{name}.orientation_deg.{k}": "has no direction; its frame is told" for name in SCALARS for k in range(3)},
     **{f"{name}.orientation_deg.{k}": "sends all around; its frame is told" for name in RINGS for k in range(3)},
     "optical_modem.orientation_deg.0": "its cone is round about its axis",
+    "singlebeam.sea_surface=flat": "has no waves above it here",
     **{f"hydrophone.orientation_deg.{k}": "hears all around; its frame is told" for k in range(3)},
     **{f"magnetometer.position_m.{k}": "the Earth's field is the same all over a vehicle" for k in range(3)},
     **{f"collision.position_m.{k}": "feels the whole hull; its frame is told" for k in range(3)},
