@@ -22,6 +22,7 @@ from the program's own descriptions by `make docs`; `pelagos schema` prints the 
 * World coordinates: x north, y **west**, z up, from the world's origin at the mean sea surface. Headings are of the
   compass: 0 north, 90 east.
 * An unknown key is an error, with file, line and the nearest known key; so is a key that is written twice.
+* Limits from 1e8 on, which only keep numbers finite, are left out of the tables; the schema has them.
 * A path is looked for from the folder of the scenario file.
 * `--set key.path=value` changes a value from the command line: `--set agents.auv0.sensors.imaging.range_max_m=40`;
   items of lists are named by their number from 0.
@@ -49,6 +50,8 @@ agents:
 ANCHORS = {
     VEHICLE: "vehicles", "OceanConfig": "the-ocean", "Agent": "agents", "Record": "recording", "GpsFix": "gps_fix",
 }  # fmt: skip
+TYPES: dict[str, str] = {}  # what scenarios write for a mapping that has a `type`, by its name in the schema
+GUARD = 1e8  # limits from here on are of arithmetic
 LEGS = [
     "Dive", "Waypoints", "Lawnmower", "Surface", "GpsFix", "Hold", "Goto", "StationKeeping", "Orbit", "Survey",
     "Follow", "Profile", "Drift", "Dock", "Land", "Repeat",
@@ -58,6 +61,9 @@ LEGS = [
 def page() -> str:
     schema = schema_data()
     definitions = schema["$defs"]
+    for name, model in definitions.items():
+        if "const" in (named := model.get("properties", {}).get("type", {})):
+            TYPES[name] = named["const"]
     for table in ("sensor", "world", "bridge"):
         for name, entry in registry.entries(table, plugins=False).items():  # type: ignore[arg-type]
             ANCHORS[entry.config.__name__] = name
@@ -90,7 +96,7 @@ def section(level: int, name: str, model: dict[str, Any], *, title: str = "", le
     required = set(model.get("required", []))
     rows = [(key, value) for key, value in model.get("properties", {}).items() if key not in (leave_out or set())]
     if rows:
-        lines += ["| key | value | default | |", "|---|---|---|---|"]
+        lines += ["| key | value | default | meaning |", "|---|---|---|---|"]
     for key, value in rows:
         default = "**required**" if key in required else shown_default(value.get("default"))
         words = " ".join(str(value.get("description", "")).split())
@@ -103,7 +109,7 @@ def kind(value: dict[str, Any]) -> str:
     if "$ref" in value:
         name = value["$ref"].rpartition("/")[2]
         anchor = ANCHORS.get(name, name.lower())
-        return f"[{anchor if name in ANCHORS else name}](#{anchor})"
+        return f"[{anchor if name in ANCHORS else TYPES.get(name, name)}](#{anchor})"
     if "const" in value:
         return f"`{value['const']}`"
     if "enum" in value:
@@ -111,7 +117,11 @@ def kind(value: dict[str, Any]) -> str:
     for key in ("anyOf", "oneOf"):
         if key in value:
             choices = [kind(choice) for choice in value[key] if choice.get("type") != "null"]
-            return " or ".join(dict.fromkeys(choices)) if len(choices) < 5 else "a mapping with `type`"
+            if len(choices) < 5:
+                return " or ".join(dict.fromkeys(choices))
+            pages = {f"(#{anchor})" for anchor in ANCHORS.values()}
+            named = [] if any(choice[choice.find("](") + 1 :] in pages for choice in choices) else choices
+            return f"a mapping with `type`{': ' if named else ''}{', '.join(named)}"
     if value.get("type") == "array":
         return array(value)
     if value.get("type") == "object":
@@ -129,7 +139,7 @@ def array(value: dict[str, Any]) -> str:
 
 def limits(value: dict[str, Any]) -> str:
     signs = {"exclusiveMinimum": ">", "minimum": ">=", "exclusiveMaximum": "<", "maximum": "<="}
-    found = [f"{sign} {value[key]:g}" for key, sign in signs.items() if key in value]
+    found = [f"{sign} {value[key]:g}" for key, sign in signs.items() if key in value and abs(value[key]) < GUARD]
     return f" {', '.join(found)}" if found else ""
 
 

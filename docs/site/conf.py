@@ -27,5 +27,6 @@ html_theme_options = {
 }
 html_show_sphinx = False
 html_copy_source = False
+html_use_index = False
 html_show_sourcelink = False
 templates_path = []

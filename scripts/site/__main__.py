@@ -27,6 +27,7 @@ ROOT = Path(__file__).parents[2]
 BESIDE = ("ARCHITECTURE.md", "CONTRIBUTING.md", "CHANGELOG.md", "SECURITY.md")
 WIDE = ("conventions.md", "benchmarks_results.md")  # pages of wide tables
 WITHOUT_CONTENTS = "---\nhtml_theme.sidebar_secondary.remove: true\n---\n\n"
+DOORS = ("sensor_numpy.py", "sensor_rays.py", "sensor_drjit.py")  # examples that their page shows in full
 _LINK = re.compile(r"\]\((?!https?:|#|mailto:)([^)\s]+)\)")
 
 
@@ -68,6 +69,9 @@ def assemble(source: Path) -> None:
         linked = _LINK.sub(lambda m, page=page: f"]({target(m[1], page, source)})", text)  # type: ignore[misc]
         wide = page.parent.name == "theory" or page.name in WIDE
         page.write_text((WITHOUT_CONTENTS if wide else "") + linked, encoding="utf-8")
+    with (source / "write_a_sensor.md").open("a", encoding="utf-8") as page:
+        for name in DOORS:
+            page.write(f"\n## {name}\n\n```{{literalinclude}} files/{name}\n:language: python\n```\n")
 
 
 def target(link: str, page: Path, source: Path) -> str:

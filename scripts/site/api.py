@@ -12,7 +12,19 @@ import griffe
 import house
 
 ROOT: Final = Path(__file__).parents[2]
-_MACHINERY: Final = ("picture", "ping", "scan", "sample", "kinds", "generate", "shape", "terms", "cases")
+_MACHINERY: Final = (
+    "picture",
+    "ping",
+    "scan",
+    "sample",
+    "link",
+    "keys",
+    "kinds",
+    "generate",
+    "shape",
+    "terms",
+    "cases",
+)
 
 
 def write(folder: Path) -> None:
@@ -56,7 +68,7 @@ def page(name: str, package: Any) -> list[str]:
         if not members and not module.docstring:
             continue
         room = any(part in _MACHINERY for part in path.split(".")[1:])
-        lines += [f"({module_anchor(path)})=", "", f"## {path}", ""]
+        lines += [f"({module_anchor(path)})=", "", f"## {path.removeprefix(f'{name}.')}", ""]
         lines += [f"{_text(module)}{' *(machinery)*' if room else ''}", ""]
         for member in members:
             lines += [f"({anchor(path, member.name)})=", ""]
@@ -65,12 +77,11 @@ def page(name: str, package: Any) -> list[str]:
 
 
 def modules(package: Any) -> Iterator[Any]:
-    """A package's modules, its own first, in the order of their names."""
+    """A package's modules in the order of their names: its own first, then those of its rooms, machinery last."""
     yield package
-    for name in sorted(package.members):
-        member = package.members[name]
-        if not member.is_alias and member.is_module:
-            yield from modules(member)
+    inner = [m for m in package.members.values() if not m.is_alias and m.is_module]
+    for member in sorted(inner, key=lambda m: (m.is_init_module, m.name in _MACHINERY, m.name)):
+        yield from modules(member)
 
 
 def described(thing: Any, level: int) -> list[str]:
