@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import runpy
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 import pytest
 
 from pelagos import jit
+from pelagos.cli.explain import explain_sensor
+from pelagos.config import registry
 from pelagos.errors import CommandError, KernelError
 from pelagos.sensors.example_motion import lanes
 from pelagos.sensors.noise import NumpyNoise
@@ -151,3 +154,31 @@ def test_rows_of_motion_and_rays_that_do_not_fit_the_lanes_are_refused() -> None
     motion = lanes(range(2), dt_ns=10_000_000)
     with pytest.raises(CommandError, match=r"origins \(3, 2\) .* for 2 lanes; both are \(2, 3\)"):
         SensorContext.alone().cast(motion, np.zeros((3, 2)), np.ones((3, 2)))
+
+
+class BareConfig(SensorConfig):
+    type: Literal["bare"] = "bare"
+    rate_hz: float = 10.0
+
+
+class Bare:
+    """Depth, from a class that has what the page asks for and nothing more."""
+
+    Config = BareConfig
+
+    def __init__(self, config: BareConfig, context: SensorContext) -> None:
+        pass
+
+    def sense(self, motion):
+        depth = -np.array(motion.position)[2]
+        return Measurement(depth, depth)
+
+
+def test_explain_shows_a_sensor_that_has_only_what_the_page_asks_for(monkeypatch, tmp_path, capsys) -> None:
+    found = {"bare": registry.Entry("sensor", "bare", f"{__name__}:Bare", "bare")}
+    monkeypatch.setattr(registry, "_plugins", lambda kind: found if kind == "sensor" else {})
+    file = tmp_path / "s.yaml"
+    agent = "{vehicle: remus100, start: {depth_m: 5}, sensors: {it: {type: bare}}}"
+    file.write_text(f"world: {{type: flat, depth_m: 20}}\nagents:\n  auv0: {agent}\n", encoding="utf-8")
+    explain_sensor(file, [], "auv0.it", at_s=0.0)
+    assert "Bare.sense" in capsys.readouterr().out

@@ -39,7 +39,7 @@ def explain_sensor(path: Path, changes: Sequence[str], name: str, *, at_s: float
     _print_stops(scenario, agent, sensor, component, passed)
     _print_config(config, component.Config)
     out.print("\n[bold]Sources[/bold]")
-    for source in (*component.SOURCES, *_of_device(config)):
+    for source in (*getattr(component, "SOURCES", ()), *_of_device(config)):
         out.print(f"  {escape(source)}")
     _print_arrays(arrays, t_s)
 
