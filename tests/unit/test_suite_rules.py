@@ -28,7 +28,7 @@ TAKES_MORE = {  # physics in its equation's order, recorded kernels and bodies o
     "sensors/comms/link/water_paths.py": ["_blocked"],
     "sensors/noise.py": ["_bisect"],
     "sensors/sonar/ping/bottom_series.py": ["_raw"],
-    "sensors/sonar/ping/echo_field.py": ["calibrated"],
+    "sensors/sonar/ping/echo_field.py": ["calibrated_echoes"],
     "sensors/sonar/ping/multipath.py": ["_echoes"],
     "sensors/sonar/ping/pulse_pairs.py": ["_water"],
     "sensors/sonar/ping/swath.py": ["_aim"],

@@ -13,7 +13,7 @@ from typer.testing import CliRunner
 import pelagos as pl
 from pelagos.acoustics.channel import ambient_noise, impulse_response, received, spectral_level
 from pelagos.cli.main import app
-from pelagos.sensors.comms.link.water_paths import WaterPaths, moved
+from pelagos.sensors.comms.link.water_paths import WaterPaths, shift_arrivals
 
 
 def scenario(**changes: Any) -> dict[str, Any]:
@@ -219,7 +219,7 @@ def test_ends_that_move_a_little_change_delays_as_a_new_trace_does() -> None:
     ends = np.array([[[10.0, 5.0, -7.0], [80.0, -45.0, -23.0]]])
     shift = 0.1 * np.array([[[0.4, -0.3, 0.5], [-0.6, -0.2, 0.3]]])
     before, after = (trace.trace(e[:, 0], e[:, 1], 0.0, np.zeros(1, np.int64)) for e in (ends, ends + shift))
-    guessed = moved(before, ends, ends + shift).delay
+    guessed = shift_arrivals(before, ends, ends + shift).delay
     assert len(guessed) == len(after.arrivals) > 2
     changes = after.arrivals.delay - before.arrivals.delay
     assert np.abs(changes).min() > 30e-6

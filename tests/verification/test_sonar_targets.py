@@ -18,7 +18,7 @@ from pelagos.acoustics.specular import flat_side, fresnel, roughness_loss, round
 from pelagos.acoustics.sphere_scattering import Filling, sphere_strength
 from pelagos.raycast.geometry import Geometry
 from pelagos.sensors.sonar.imaging_sonar import ImagingSonar, ImagingSonarConfig
-from pelagos.sensors.sonar.ping.solids import recognised
+from pelagos.sensors.sonar.ping.solids import recognise_shape
 from pelagos.sensors.sonar.singlebeam import Singlebeam, SinglebeamConfig
 from pelagos.world.material import MATERIALS
 from pelagos.world.shapes import cylinder
@@ -199,10 +199,10 @@ def test_shapes_are_recognised_however_they_stand():
     ):
         vertices = pl.Prop(shape, size=size).mesh.vertices
         for placed in (vertices, vertices @ turn.T + np.array([3.0, -2.0, 5.0])):
-            found = recognised(placed)
+            found = recognise_shape(placed)
             assert found.kind == (shape if shape in ("sphere", "box", "cylinder") else "other")
             assert np.linalg.norm(placed - found.centre, axis=1).max() <= found.radius * (1 + 1e-6)
-    half = recognised(pl.Prop("box", size=(1, 2, 3)).mesh.vertices @ turn.T).half
+    half = recognise_shape(pl.Prop("box", size=(1, 2, 3)).mesh.vertices @ turn.T).half
     assert np.sort(half) == pytest.approx([0.5, 1.0, 1.5], abs=1e-4)
 
 

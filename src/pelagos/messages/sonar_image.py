@@ -8,6 +8,7 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
+from pelagos.math.constants import NOMINAL_SOUND_SPEED
 from pelagos.messages.encoding import PROJECTED, Encoding, Site, Topic, seconds_nanoseconds
 from pelagos.messages.fan import FanPreview
 from pelagos.messages.pictures import COMPRESSED_IMAGE, compressed_image, jpeg
@@ -19,7 +20,6 @@ PROJECTED_IMAGE: Final = "marine_acoustic_msgs/msg/ProjectedSonarImage"
 RAW_IMAGE: Final = "marine_acoustic_msgs/msg/RawSonarImage"
 PREVIEW_QUALITY: Final = 80
 _UINT8, _FLOAT32 = 0, 8  # SonarImageData.dtype
-_NOMINAL_SOUND_SPEED: Final = 1500.0  # [m/s], only to state a sample rate
 
 
 def imaging_sonar(config: Any, site: Site) -> Encoding:
@@ -95,7 +95,7 @@ def raw_image(config: Any, azimuth: NDArray[np.float64], frame: str, widths: tup
         RAW_IMAGE,
         header=header(frame),
         ping_info=_ping_info(config, widths),
-        sample_rate=_NOMINAL_SOUND_SPEED / (2 * bin_width),
+        sample_rate=NOMINAL_SOUND_SPEED / (2 * bin_width),
         samples_per_beam=config.bins,
         sample0=round(config.range_min_m / bin_width),
         tx_delays=zeros,

@@ -7,12 +7,12 @@ import warnings
 from typing import TYPE_CHECKING, Any, Final
 
 from pelagos.errors import ScenarioError, ValidityWarning
+from pelagos.math.constants import NOMINAL_SOUND_SPEED
 
 if TYPE_CHECKING:
     from pelagos.sensors.sensor import SensorConfig
 
 SLOWEST: Final = 1400.0  # sound speed [m/s] by which a range is surely unambiguous
-_USUAL: Final = 1500.0
 
 
 def period_ticks(rate_hz: float, dt_ns: int, *, where: str = "") -> int:
@@ -34,7 +34,7 @@ def period_ticks(rate_hz: float, dt_ns: int, *, where: str = "") -> int:
     raise ScenarioError(message, where=where)
 
 
-def farthest_heard(rate_hz: float, sound_speed: Any = _USUAL) -> Any:
+def farthest_heard(rate_hz: float, sound_speed: Any = NOMINAL_SOUND_SPEED) -> Any:
     """Range [m] from which an echo comes before the next ping: c/(2 rate)."""
     return sound_speed * (0.5 / rate_hz)
 

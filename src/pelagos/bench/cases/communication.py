@@ -15,7 +15,7 @@ from pelagos.acoustics.section import Section
 from pelagos.bench.case import Case, Measured, Reference
 from pelagos.bench.check import must
 from pelagos.bench.timing import seconds
-from pelagos.sensors.comms.link.water_paths import WaterPaths, moved
+from pelagos.sensors.comms.link.water_paths import WaterPaths, shift_arrivals
 from pelagos.sim.simulation import Simulation
 
 MUNK_DEPTH: Final = np.arange(0.0, 5001.0, 200.0)
@@ -90,7 +90,7 @@ def channel_cached_link_us() -> Measured:
 
     def many() -> None:
         for _ in range(100):
-            moved(paths, ends, new)
+            shift_arrivals(paths, ends, new)
 
     start = time.perf_counter()
     took = seconds(many) / 100

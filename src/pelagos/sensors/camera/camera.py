@@ -27,10 +27,17 @@ from pelagos.raycast.rays import Hits
 from pelagos.sensors.camera.picture.ambient_light import ambience, ambience_at
 from pelagos.sensors.camera.picture.camera_config import CameraConfig, idle_keys
 from pelagos.sensors.camera.picture.camera_rays import Frame, Imager, Lens, Trace, pixel_angle, pixel_rays
-from pelagos.sensors.camera.picture.develop import balance, developed, exposed, gathered, through_lens, unpacked
+from pelagos.sensors.camera.picture.develop import (
+    balance,
+    develop_pictures,
+    exposure_of,
+    pixel_light,
+    through_lens,
+    unpack_pictures,
+)
 from pelagos.sensors.camera.picture.exposure_lag import exposure_lag
-from pelagos.sensors.camera.picture.lamp_shadow import shaded
-from pelagos.sensors.camera.picture.light_shafts import shaft_squares, shafts_at, smoothed
+from pelagos.sensors.camera.picture.lamp_shadow import with_shadows
+from pelagos.sensors.camera.picture.light_shafts import mean_3x3, shaft_squares, shafts_at
 from pelagos.sensors.camera.picture.path_tracing import path_traced
 from pelagos.sensors.camera.picture.pixel_blur import pixel_blur
 from pelagos.sensors.camera.picture.pixel_order import Pixels, pixels
@@ -107,7 +114,7 @@ class Camera:
 
         angle = pixel_angle(config)
         if config.renderer == "realtime":
-            lamps = shaded(lamps, caster, scenery, frame, where)
+            lamps = with_shadows(lamps, caster, scenery, frame, where)
         around, lines = self._water_around(caster, scenery, ripples, frame, where)
 
         def light_of(sample: Sample, exposure: Array, number: Array) -> Radiance:
@@ -129,25 +136,25 @@ class Camera:
         if trace is not None:
             dr.eval(seen, hits)
             trace_light(trace, hits, seen)
-        picture = gathered(seen, where, tiling, angle)
+        picture = pixel_light(seen, where, tiling, angle)
         if config.samples > 1 or config.renderer == "reference":  # the middle meters for the others' motion blur
             dr.eval(picture)
-            shutter, _ = exposed(picture, where, tiling, config, images)
+            shutter, _ = exposure_of(picture, where, tiling, config, images)
             if config.samples > 1 and (caster.moving is not None or config.blurs_unevenly):
                 blur = pixel_blur(hits, centre, where, frame, shutter)
                 dr.eval(blur)
             seen = mean_light(light_of, shutter, where, frame, keys[0])
-            picture = gathered(seen, where, tiling, angle)
+            picture = pixel_light(seen, where, tiling, angle)
         if scenery.air is not None and scenery.air.drops is not None:
             dr.eval(picture, hits)
-            open_for = dr.gather(jit.Float, exposed(picture, where, tiling, config, images)[0], where.image)
+            open_for = dr.gather(jit.Float, exposure_of(picture, where, tiling, config, images)[0], where.image)
             picture = in_rain(scenery, picture, centre, hits, where.image, open_for, angle)
         picture = through_lens(picture, where, tiling, config, vignette, images)
         dr.eval(picture)
         gains = balance(picture, where, tiling, config)
         lag = exposure_lag(caster, light, ripples, frame) if config.adapts else None
-        exposure = exposed(picture * gains, where, tiling, config, images, lag)
-        return *developed((picture, gains), exposure, where, frame, keys[0], trace), *exposure
+        exposure = exposure_of(picture * gains, where, tiling, config, images, lag)
+        return *develop_pictures((picture, gains), exposure, where, frame, keys[0], trace), *exposure
 
     def _water_around(
         self, caster: Caster, scenery: Scenery, ripples: Ripple, frame: Frame[CameraConfig], where: Pixels
@@ -158,13 +165,13 @@ class Camera:
         tiles = ambience(caster, scenery, frame, beside=squares)
         around = ambience_at(tiles, tiling, where)
         if squares is not None:
-            around = replace(around, shafts=shafts_at(smoothed(squares, tiling), tiling, where))
+            around = replace(around, shafts=shafts_at(mean_3x3(squares, tiling), tiling, where))
         lines = sight_lines(scenery, frame, where, lambda at: ambience_at(tiles, tiling, at).rate)
         return around, lines
 
     def _measurement(self, data: Array, truth: Array, shutter: Array, iso: Array) -> Measurement:
         extras = {"exposure_s": np.array(shutter), "iso": np.array(iso)}
-        data, truth = (unpacked(packed, self.config, len(shutter)) for packed in (data, truth))
+        data, truth = (unpack_pictures(packed, self.config, len(shutter)) for packed in (data, truth))
         return Measurement(data, truth, extras=extras)
 
 

@@ -26,13 +26,13 @@ from pelagos.math.philox import normal_pair32, uniform32
 from pelagos.optics.exposure import luminance
 from pelagos.raycast.caster import Caster
 from pelagos.sensors.camera.picture.camera_rays import Frame, Imager, Lens, Trace, pixel_angle
-from pelagos.sensors.camera.picture.develop import gathered
+from pelagos.sensors.camera.picture.develop import pixel_light
 from pelagos.sensors.camera.picture.pixel_blur import velocity_around
 from pelagos.sensors.camera.picture.pixel_order import image_rows, pixels
 from pelagos.sensors.camera.picture.radiance import radiance_along
 from pelagos.sensors.camera.picture.surroundings import Lit, LitViewConfig, Surroundings, light_sources, scenery_of
 from pelagos.sensors.camera.picture.turbid_sight import sight_lines
-from pelagos.sensors.mount import moved
+from pelagos.sensors.mount import pose_after
 from pelagos.sensors.noise import Key, opaque_key, stream_key, words32
 from pelagos.sensors.sensor import Kinematics, Measurement, SensorConfig, SensorContext
 
@@ -113,14 +113,14 @@ class EventCamera:
         where = pixels(tiling, images)
         logs: list[Array] = []
         drift = None
-        for delay, moment in ((0.0, motion), (-period, moved(motion, -period))):
+        for delay, moment in ((0.0, motion), (-period, pose_after(motion, -period))):
             scenery = scenery_of(caster.tables, light, ripples, moment, config, delay)
             frame = Frame(lens, moment, own, config, tiling)
             rays = replace(frame.rays(where, scenery.level), drift=drift)
             lamps = light_sources(config, moment, where.image)
             lines = sight_lines(scenery, frame, where)
             seen, hits = radiance_along(caster, scenery, rays, where.image, lamps, pixel_angle(config), lines=lines)
-            bright = luminance(gathered(seen, where, tiling, pixel_angle(config)))
+            bright = luminance(pixel_light(seen, where, tiling, pixel_angle(config)))
             logs.append(dr.log(bright + config.darkest_cd_m2))
             if caster.moving is not None and delay == 0:  # where bodies were, for the earlier picture
                 moves = hits.valid & (dr.squared_norm(hits.velocity) > 0) & where.active

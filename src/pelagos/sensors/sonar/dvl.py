@@ -22,7 +22,7 @@ from pelagos.sensors.noise import Key, normals64
 from pelagos.sensors.recorded import Program, Results
 from pelagos.sensors.schedule import farthest_heard, warn_of_ambiguity
 from pelagos.sensors.sensor import Kinematics, Measurement, SensorConfig, SensorContext
-from pelagos.sensors.sonar.keys.conflicts import check_order, told
+from pelagos.sensors.sonar.keys.conflicts import check_order, quote
 from pelagos.sensors.sonar.keys.devices import with_device
 from pelagos.sensors.sonar.keys.echo_keys import EchoesConfig, echo_spec, warn_of_idle
 from pelagos.sensors.sonar.keys.ping_keys import mounting
@@ -39,6 +39,9 @@ if TYPE_CHECKING:
 
 _TYPICAL_DB: Final = -20.0  # backscattering strength at which range_max_m holds: sand at 60 deg grazing
 _FAINTEST_DB: Final = 6.0  # signal-to-noise ratio of an echo that is just tracked; assumed
+_BEYOND: Final = (
+    1.5  # of range_max_m, reach of the rays: the vehicle may be tilted, and water is tracked above a far bottom
+)
 _RAYS: Final = 5  # of a beam: its axis and four at the half-power edge
 
 
@@ -98,8 +101,8 @@ class DvlConfig(EchoesConfig):
         closest = min(math.degrees(math.acos(min(float(a @ b), 1.0))) for a, b in combinations(self.beams, 2))
         if closest < self.beamwidth_deg:
             raise ValueError(
-                f"{told(self, 'beam_tilt_deg')} and beam_azimuth_deg leave {closest:.2g} deg between two beams, of "
-                f"{told(self, 'beamwidth_deg')}: they would measure the same"
+                f"{quote(self, 'beam_tilt_deg')} and beam_azimuth_deg leave {closest:.2g} deg between two beams, of "
+                f"{quote(self, 'beamwidth_deg')}: they would measure the same"
             )
         check_order(self)
         return self
@@ -201,7 +204,7 @@ class Dvl:
     def _kernel(self, ping: Ping, ocean: Ocean, *, trace: Trace = None) -> Results:
         config, lanes, motion = self.config, ping.lanes, ping.motion
         velocity = sensor_velocity(motion, self._mounting)
-        farthest = 1.5 * config.range_max_m / math.cos(math.radians(config.beam_tilt_deg))
+        farthest = _BEYOND * config.range_max_m / math.cos(math.radians(config.beam_tilt_deg))
         view = ping.cast(max_range=farthest, smooth=False)
         section = scattering(ping.surfaces, view.hits.material, view.sine)
         ground = rotate_back(dr.gather(jit.Array4f, jit.Array4f(lanes.attitude), view.lane), view.hits.velocity)

@@ -14,6 +14,7 @@ from pelagos import jit
 from pelagos.acoustics.beam_pattern import line_length, line_np
 from pelagos.config.rate import Rate
 from pelagos.jit import Array
+from pelagos.math.constants import NOMINAL_SOUND_SPEED
 from pelagos.sensors.mount import sensor_angular_velocity, sensor_velocity
 from pelagos.sensors.schedule import warn_of_ambiguity
 from pelagos.sensors.sensor import Kinematics, Measurement, SensorConfig, SensorContext
@@ -36,18 +37,20 @@ from pelagos.sensors.sonar.ping.multibeam_column import column_layout, column_ra
 from pelagos.sensors.sonar.ping.pinger import Pinger
 from pelagos.sensors.sonar.ping.sea_state import rain_over, wind_for
 from pelagos.sensors.sonar.ping.sounder import Ping, Sounder, Waters
-from pelagos.sensors.sonar.ping.soundings import detect, placed, quality, snippets
+from pelagos.sensors.sonar.ping.soundings import detect, quality, snippets, sounding_places
 from pelagos.sensors.sonar.ping.swath import (
     Sectors,
     attitudes_heard,
     axes_heard,
-    delayed,
-    look_from,
+    cast_swath,
+    delay_ranges,
     motion_of,
     sectors_of,
 )
 
 _ACROSS: Final = np.array([-0.8, -0.4, 0.0, 0.4, 0.8])  # places of the rays in a beam [half-power widths]
+_BEYOND: Final = 1.1  # of range_max_m, reach of the rays: a beam's edges meet the bottom farther off than its axis
+_LONGEST: Final = 0.2  # of range_max_m, longest patch of bottom in range that one ray stands for; assumed
 
 
 class MultibeamConfig(SensorConfig):
@@ -239,8 +242,8 @@ def receiver(config: MultibeamConfig) -> Beams:
         finest=0.5 / config.bandwidth_hz,
         length=length,
         receive=tuple(np.repeat(across_pattern(config, _ACROSS), config.rays_along).tolist()),
-        facet=0.5 * length * 1500.0 / config.frequency_hz,
-        longest=0.2 * config.range_max_m,
+        facet=0.5 * length * NOMINAL_SOUND_SPEED / config.frequency_hz,
+        longest=_LONGEST * config.range_max_m,
         seed=config.roughness_seed,
     )
 
@@ -290,7 +293,7 @@ class Multibeam:
         wind = wind_for(config.wind_speed_mps, context.ocean, context.path)
         waters = Waters(
             config.frequency_hz, config.ph, wind, refraction=config.refraction,
-            reach=1.1 * config.range_max_m,
+            reach=_BEYOND * config.range_max_m,
         )  # fmt: skip
         self._mounting = mounting(config)
         self._sounder = Sounder(self._mounting, context, rays, waters)
@@ -346,21 +349,21 @@ class Multibeam:
     def _kernel(self, ping: Ping, noise: Array, sectors: Sectors, *, trace: Trace = None) -> tuple[Any, ...]:
         lanes, fan, motion = ping.lanes, ping.fan, ping.motion
         config, beams, swath = self.config, receiver(self.config), self._swath
-        far = 1.1 * config.range_max_m
+        far = _BEYOND * config.range_max_m
         spin = sensor_angular_velocity(motion, self._mounting)
         moving = motion_of(lanes, sensor_velocity(motion, self._mounting), spin)
         if swath.plain:
             view = ping.cast(max_range=far, assumed_speed=config.sound_speed_mps)
             view.loss *= dr.gather(jit.Float, sectors.loss, dr.gather(jit.UInt32, fan.beam, view.ray))
         else:
-            view = look_from(ping.caster, swath, sectors, fan, lanes, ping.surfaces, moving, max_range=far)
+            view = cast_swath(ping.caster, swath, sectors, fan, lanes, ping.surfaces, moving, max_range=far)
         patches = ping.patches(view, longest=beams.longest, trace=trace)
-        delayed(patches, view, lanes, moving, swath)
+        delay_ranges(patches, view, lanes, moving, swath)
         window, series = beam_series(beams, view, patches, fan, lanes, noise, ping.key)
         found = detect(config, window, series, lanes, noise, trace)
         direction, distance, tilt = axes_heard(swath, sectors, fan, lanes, moving, found[0])
         aims = None
         if config.attitudes:
             aims = lanes.attitude, attitudes_heard(swath, lanes, spin, found[0]), dr.asin(tilt)
-        places = placed(config, direction, distance, lanes)
+        places = sounding_places(config, direction, distance, lanes)
         return *found, places, aims, series if config.iq else None

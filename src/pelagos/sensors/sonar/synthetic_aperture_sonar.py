@@ -14,6 +14,7 @@ from pelagos.acoustics.beam_pattern import line_length, line_np
 from pelagos.acoustics.pulse import range_resolution
 from pelagos.config.rate import Rate
 from pelagos.errors import ValidityWarning
+from pelagos.math.constants import NOMINAL_SOUND_SPEED
 from pelagos.sensors.lazy import promised
 from pelagos.sensors.mount import sensor_pose, sensor_velocity
 from pelagos.sensors.schedule import SLOWEST
@@ -59,7 +60,7 @@ class SyntheticApertureSonarConfig(PingConfig):
     @property
     def step_m(self) -> float:
         """Farthest that two pings may lie apart along the track [m]: half the element's length, at 1500 m/s."""
-        return 0.5 * line_length(math.radians(self.beamwidth_deg)) * 1500.0 / self.frequency_hz
+        return 0.5 * line_length(math.radians(self.beamwidth_deg)) * NOMINAL_SOUND_SPEED / self.frequency_hz
 
 
 def beam_rays(config: SyntheticApertureSonarConfig) -> dict[str, NDArray[Any]]:
@@ -121,7 +122,7 @@ class SyntheticApertureSonar:
 
     def __init__(self, config: SyntheticApertureSonarConfig, context: SensorContext) -> None:
         self.config = config.model_copy(update={"iq": True})
-        resolution = range_resolution(1500.0, config.bandwidth_hz)
+        resolution = range_resolution(NOMINAL_SOUND_SPEED, config.bandwidth_hz)
         if config.bin_width_m > 1.01 * resolution:
             message = f"{context.path}: bins of {config.bin_width_m:.3g} m undersample the pulse, which resolves " + (
                 f"{resolution:.3g} m at a bandwidth of {config.bandwidth_hz:g} Hz"

@@ -51,7 +51,7 @@ _CENTRE: Final = 0.35  # of half the width: where centre-weighted metering falls
 _CELLS: Final = {"rggb": (0, 1, 1, 2), "bggr": (2, 1, 1, 0), "grbg": (1, 0, 2, 1), "gbrg": (1, 2, 0, 1)}
 
 
-def gathered(light: Radiance, where: Pixels, tiling: Tiling, pixel_angle: float) -> Array:
+def pixel_light(light: Radiance, where: Pixels, tiling: Tiling, pixel_angle: float) -> Array:
     """Light at the pixels, `Array3f`: the sharp image, what the water scattered into it from around, the veil."""
     direct = light.sharp + light.veil
     dr.eval(direct, light.near, light.far)  # once: sums over blocks follow, and would cast the rays again
@@ -140,7 +140,7 @@ def zone_mean(bright: Array, weight: Array, tiling: Tiling) -> Array:
     return mean
 
 
-def exposed(
+def exposure_of(
     light: Array, where: Pixels, tiling: Tiling, config: CameraConfig, images: int, lag: Array | None = None
 ) -> tuple[Array, Array]:
     """Exposure time [s] and ISO speed of each image; `lag`, see `exposure_lag`."""
@@ -163,13 +163,13 @@ def exposed(
     )
 
 
-def developed(
+def develop_pictures(
     balanced: tuple[Array, Array], exposure: tuple[Array, Array], where: Pixels, frame: Frame[CameraConfig], key: Key,
     trace: Callable[[str, Array, str], None] | None,
 ) -> tuple[Array, Array]:  # fmt: skip
-    """Pictures with and without noise, in the order of rows: see `unpacked`.
+    """Pictures with and without noise, in the order of rows: see `unpack_pictures`.
 
-    `balanced`: light and gains, see `balance`; `exposure`: shutter and ISO speed, see `exposed`.
+    `balanced`: light and gains, see `balance`; `exposure`: shutter and ISO speed, see `exposure_of`.
     """
     (light, gains), (shutter, iso) = balanced, exposure
     config, images = frame.config, frame.images
@@ -192,8 +192,8 @@ def developed(
     return data, truth
 
 
-def unpacked(packed: Array, config: CameraConfig, images: int) -> NDArray[Any]:
-    """Values of `developed` as `(images, height, width, 3)`, of a mosaic `(images, height, width)`."""
+def unpack_pictures(packed: Array, config: CameraConfig, images: int) -> NDArray[Any]:
+    """Values of `develop_pictures` as `(images, height, width, 3)`, of a mosaic `(images, height, width)`."""
     kind = np.uint8 if config.bits <= 8 else np.uint16
     shape = (images, config.height_px, config.width_px)
     values = np.array(packed)
@@ -214,7 +214,7 @@ def _three_words(pixels: Array) -> Array:
 
 def _packed(signal: Array, where: Pixels, config: CameraConfig) -> Array:
     """Channels of `bits` side by side in one word; a mosaic has one channel."""
-    values = [to_bits(toned(signal[i], config), config.bits) for i in range(3)]
+    values = [to_bits(tone_curve(signal[i], config), config.bits) for i in range(3)]
     if config.mosaic != "none":
         cell = (where.row % 2) * 2 + where.column % 2
         channels = _CELLS[config.mosaic]
@@ -228,7 +228,7 @@ def _packed(signal: Array, where: Pixels, config: CameraConfig) -> Array:
     return wide[0] | (wide[1] << 16) | (wide[2] << 32)
 
 
-def toned(x: Array, config: CameraConfig) -> Array:
+def tone_curve(x: Array, config: CameraConfig) -> Array:
     """A full pixel's share to the display value 0 .. 1."""
     if config.tone == "linear":
         return dr.clip(x, 0, 1)

@@ -21,7 +21,7 @@ from pelagos.sensors.camera.picture.develop import meter_weight, zone_mean
 from pelagos.sensors.camera.picture.pixel_order import TILE, Pixels, Tiling, inner_place
 from pelagos.sensors.camera.picture.radiance import radiance_along
 from pelagos.sensors.camera.picture.surroundings import Lit, light_sources, scenery_of
-from pelagos.sensors.mount import moved
+from pelagos.sensors.mount import pose_after
 
 if TYPE_CHECKING:
     from pelagos.sensors.camera.picture.camera_config import CameraConfig
@@ -46,7 +46,7 @@ def exposure_lag(caster: Caster, light: Lit, ripples: Ripple, frame: Frame[Camer
     weight = dr.select(where.active, meter_weight(where, tiling, config), 0)
     seen = []
     for k in range(_MOMENTS, -1, -1):
-        moment = moved(frame.motion, -k * step) if k > 0 else frame.motion
+        moment = pose_after(frame.motion, -k * step) if k > 0 else frame.motion
         scenery = scenery_of(caster.tables, light, ripples, moment, config, -k * step)
         rays = replace(frame, motion=moment).rays(where, scenery.level)
         lamps = light_sources(config, moment, where.image)

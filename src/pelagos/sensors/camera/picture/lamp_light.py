@@ -41,7 +41,7 @@ def lamps_on_surface(
         facing = dr.maximum(dr.dot(normal, towards), 0)
         lit = (facing > 0) & (dr.dot(hits.normal, towards) > 0) & (dr.max(across) > 0)
         start = hits.position + jit.Array3f64(hits.normal) * _START
-        free = reached(caster, scenery, rays, start, towards, distance, lit)
+        free = lamp_reaches(caster, scenery, rays, start, towards, distance, lit)
         total += dr.select(free, across * facing, 0)
     return total
 
@@ -63,13 +63,13 @@ def lamps_in_water(
             distance = dr.norm(back)
             start = rays.origin + jit.Array3f64(place)
             lit = dr.max(seen) > 0
-            free = reached(caster, scenery, rays, start, back / dr.maximum(distance, 1e-6), distance, lit)
+            free = lamp_reaches(caster, scenery, rays, start, back / dr.maximum(distance, 1e-6), distance, lit)
             seen = dr.select(free, seen, 0)
         total += dr.select(reach > 0, seen, 0)
     return total
 
 
-def reached(
+def lamp_reaches(
     caster: Caster, scenery: Scenery, rays: Rays, start: Array, towards: Array, distance: Array, asked: Array
 ) -> Array:
     """`Bool`: nothing but the vehicle that carries it stands between a place and a lamp, where `asked`."""

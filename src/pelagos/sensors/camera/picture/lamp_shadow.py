@@ -18,8 +18,8 @@ from pelagos.optics.light_source import LightSource
 from pelagos.raycast.caster import Caster
 from pelagos.raycast.rays import Rays
 from pelagos.sensors.camera.picture.camera_rays import Frame
-from pelagos.sensors.camera.picture.lamp_light import reached
-from pelagos.sensors.camera.picture.light_shafts import shafts_at, smoothed
+from pelagos.sensors.camera.picture.lamp_light import lamp_reaches
+from pelagos.sensors.camera.picture.light_shafts import mean_3x3, shafts_at
 from pelagos.sensors.camera.picture.pixel_blocks import square_pixels, stratum
 from pelagos.sensors.camera.picture.pixel_order import Pixels
 from pelagos.sensors.camera.picture.scenery import Scenery, depth_at
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from pelagos.sensors.camera.picture.surroundings import LitViewConfig
 
 
-def shaded(
+def with_shadows(
     lamps: list[LightSource], caster: Caster, scenery: Scenery, frame: Frame[LitViewConfig], where: Pixels
 ) -> list[LightSource]:
     """The same lamps, by the rays of `where`, with shadows in their cones; lasers as they are."""
@@ -49,7 +49,7 @@ def shaded(
     made: list[LightSource] = []
     for lamp, free in zip(lamps, found, strict=True):
         if isinstance(lamp, Beam):
-            lamp = replace(lamp, shade=shafts_at(smoothed(free, tiling), tiling, where))
+            lamp = replace(lamp, shade=shafts_at(mean_3x3(free, tiling), tiling, where))
         made.append(lamp)
     return made
 
@@ -61,4 +61,4 @@ def _free(caster: Caster, scenery: Scenery, rays: Rays, reach: Array, share: Arr
     start = rays.origin + jit.Array3f64(place)
     towards = (lamp.position - place) / dr.maximum(distance, 1e-6)
     lit = (-dr.dot(lamp.axis, towards) > lamp.outer) & (depth_at(scenery, start) > 0)
-    return dr.select(lit & ~reached(caster, scenery, rays, start, towards, distance, lit), jit.Float(0), 1)
+    return dr.select(lit & ~lamp_reaches(caster, scenery, rays, start, towards, distance, lit), jit.Float(0), 1)

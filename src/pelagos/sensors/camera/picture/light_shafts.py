@@ -24,7 +24,7 @@ def shaft_squares(scenery: Scenery, frame: Frame[ViewConfig]) -> Array:
     return shafts(scenery.waves, field, place, depth, rays.direction, image, stratum(x, y))
 
 
-def smoothed(values: Array, tiling: Tiling) -> Array:
+def mean_3x3(values: Array, tiling: Tiling) -> Array:
     """Means over three by three squares, repeating the edge; `Float`, four values side by side."""
     across, down = size(tiling)
     square = dr.arange(jit.UInt32, dr.width(values))

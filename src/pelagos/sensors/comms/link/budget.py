@@ -42,7 +42,7 @@ class Heard:
     waves: tuple[NDArray[np.float64], NDArray[np.complex128]] | None
 
 
-def heard(
+def sum_arrivals(
     port: ModemPort, source_level_db: float, delay: NDArray[np.float64], amplitude: NDArray[np.complex128],
     doppler: NDArray[np.float64], arrival: NDArray[np.float64], blocked: NDArray[np.bool_],
 ) -> Heard:  # fmt: skip

@@ -16,10 +16,10 @@ from pelagos.acoustics.interference import band_overlap
 from pelagos.errors import LookupFailed, ScenarioError
 from pelagos.math.so3 import rotate_np
 from pelagos.ocean.surface_wind import surface_wind
-from pelagos.sensors.comms.link.budget import NOTHING, Heard, heard, sum_db
+from pelagos.sensors.comms.link.budget import NOTHING, Heard, sum_arrivals, sum_db
 from pelagos.sensors.comms.link.modem_port import FIRST_MMSI, ModemPort
 from pelagos.sensors.comms.link.packet import BROADCAST
-from pelagos.sensors.comms.link.water_paths import Paths, WaterPaths, doppler, moved
+from pelagos.sensors.comms.link.water_paths import Paths, WaterPaths, doppler, shift_arrivals
 from pelagos.sensors.mount import Mounted, sensor_pose, sensor_velocity
 from pelagos.sensors.noise import BatchPath
 
@@ -216,11 +216,11 @@ class Medium:
         made = []
         for k, (a, b, c) in enumerate(pairs):
             link = cache[a, b, c]
-            arrivals = moved(link.paths, link.ends, ends[k : k + 1])
+            arrivals = shift_arrivals(link.paths, link.ends, ends[k : k + 1])
             ratio = doppler(link.paths, poses[a].velocity[c : c + 1], poses[b].velocity[c : c + 1])
             closing = 1.0 - (link.paths.arrival * poses[b].velocity[c]).sum(axis=1) / link.paths.speed[0, 1]
             made.append(
-                heard(
+                sum_arrivals(
                     ports[b], ports[a].source_level_db, arrivals.delay / closing, arrivals.amplitude, ratio,
                     link.paths.arrival, link.paths.blocked,
                 )

@@ -311,7 +311,7 @@ def _straight(bottom: NDArray[np.float64], material: NDArray[np.int64]) -> NDArr
     return np.asarray(same & (np.abs(bottom - line) < _STRAIGHT).all(axis=1))
 
 
-def moved(paths: Paths, before: NDArray[np.float64], now: NDArray[np.float64]) -> Arrivals:
+def shift_arrivals(paths: Paths, before: NDArray[np.float64], now: NDArray[np.float64]) -> Arrivals:
     """Arrivals after small motions of the ends, `(pairs, 2, 3)` each [m]: delays to first order."""
     a = paths.arrivals
     shift = (now - before)[a.path]

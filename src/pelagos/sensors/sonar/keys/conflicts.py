@@ -15,7 +15,7 @@ _SPARSE: Final = 0.2  # of the spacing: narrower beams leave four fifths of the 
 _ROUNDING: Final = 0.999  # of the product of bandwidth and duration: both are written with few digits
 
 
-def told(config: Any, *keys: str) -> str:
+def quote(config: Any, *keys: str) -> str:
     """Keys with their values and whose they are: "pulse_s 0.3 and rate_hz 20 (of the device oculus_m750d)"."""
     return " and ".join(f"{key} {_shown(getattr(config, key))}{_owner(config, key)}" for key in keys)
 
@@ -35,7 +35,7 @@ def check_order(config: Any) -> None:
     """Raises ValueError where `range_min_m` is not below `range_max_m`."""
     if config.range_min_m >= config.range_max_m:
         raise ValueError(
-            f"{told(config, 'range_min_m')} must be below {told(config, 'range_max_m')}: give both, or a range_max_m "
+            f"{quote(config, 'range_min_m')} must be below {quote(config, 'range_max_m')}: give both, or a range_max_m "
             f"beyond {config.range_min_m:g}"
         )
 
@@ -45,20 +45,20 @@ def check_burst(config: Any) -> None:
     `pulse` asks for, or less than a chirp of `pulse_s` can have."""
     if config.bandwidth_hz >= 2 * config.frequency_hz:
         raise ValueError(
-            f"{told(config, 'bandwidth_hz')} must be below twice {told(config, 'frequency_hz')}: give a bandwidth_hz "
+            f"{quote(config, 'bandwidth_hz')} must be below twice {quote(config, 'frequency_hz')}: give a bandwidth_hz "
             f"of less than {2 * config.frequency_hz:g}"
         )
     spread = config.bandwidth_hz * config.pulse_s
     if config.pulse == "cw" and abs(spread - 1.0) > 1e-3:
         raise ValueError(
-            f"{told(config, 'bandwidth_hz')} is not that of a tone burst (pulse: cw) with {told(config, 'pulse_s')}, "
+            f"{quote(config, 'bandwidth_hz')} is not that of a tone burst (pulse: cw) with {quote(config, 'pulse_s')}, "
             f"{1.0 / config.pulse_s:g} Hz; leave it out"
         )
     if spread < _ROUNDING:
         raise ValueError(
-            f"{told(config, 'bandwidth_hz')} is less than a pulse with {told(config, 'pulse_s')} has by its shortness "
-            f"alone, {1.0 / config.pulse_s:g} Hz: give a pulse_s of {1.0 / config.bandwidth_hz:.3g} or more, or "
-            f"pulse: cw"
+            f"{quote(config, 'bandwidth_hz')} is less than a pulse with {quote(config, 'pulse_s')} has by its "
+            f"shortness alone, {1.0 / config.pulse_s:g} Hz: give a pulse_s of {1.0 / config.bandwidth_hz:.3g} or more, "
+            f"or pulse: cw"
         )
 
 
@@ -66,8 +66,8 @@ def check_pulse(config: Any) -> None:
     """Raises ValueError where `pulse_s` lasts longer than the time between two pings."""
     if config.pulse_s * config.rate_hz >= 1.0:
         raise ValueError(
-            f"{told(config, 'pulse_s')} is longer than the {1 / config.rate_hz:.3g} s between two pings at "
-            f"{told(config, 'rate_hz')}: give a shorter pulse_s, or less than {1 / config.pulse_s:.3g} Hz"
+            f"{quote(config, 'pulse_s')} is longer than the {1 / config.rate_hz:.3g} s between two pings at "
+            f"{quote(config, 'rate_hz')}: give a shorter pulse_s, or less than {1 / config.pulse_s:.3g} Hz"
         )
 
 
@@ -76,7 +76,7 @@ def check_ambiguity(config: Any) -> None:
     turn_around = 2 * config.range_max_m / SLOWEST
     if turn_around * config.rate_hz > 1.0:
         raise ValueError(
-            f"{told(config, 'range_max_m')} is ambiguous at {told(config, 'rate_hz')} pings a second: the echo needs "
+            f"{quote(config, 'range_max_m')} is ambiguous at {quote(config, 'rate_hz')} pings a second: the echo needs "
             f"{turn_around:.3g} s; give a range_max_m of at most {farthest_heard(config.rate_hz, SLOWEST):.4g}, or a "
             f"rate_hz of at most {1 / turn_around:.3g}"
         )
@@ -91,7 +91,7 @@ def check_spacing(config: Any) -> None:
     chosen = config.beamwidth_deg != type(config).model_fields["beamwidth_deg"].default
     if chosen and config.beamwidth_deg < _SPARSE * spacing:
         raise ValueError(
-            f"{told(config, 'beamwidth_deg')} is much narrower than the {spacing:.3g} deg between beams, of "
-            f"{told(config, 'horizontal_aperture_deg', 'beams')}: most directions would not be heard; give at least "
+            f"{quote(config, 'beamwidth_deg')} is much narrower than the {spacing:.3g} deg between beams, of "
+            f"{quote(config, 'horizontal_aperture_deg', 'beams')}: most directions would not be heard; give at least "
             f"{_SPARSE * spacing:.2g}, or {round(config.horizontal_aperture_deg / config.beamwidth_deg)} beams"
         )

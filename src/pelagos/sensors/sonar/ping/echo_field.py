@@ -15,6 +15,7 @@ from pelagos.acoustics.echo_walk import Walkers
 from pelagos.acoustics.pulse import range_coupling
 from pelagos.acoustics.spreading import from_db, time_varied_gain
 from pelagos.jit import Array
+from pelagos.math.constants import NOMINAL_SOUND_SPEED
 from pelagos.sensors.sonar.ping.fan import Fan, FanHits, Lanes, Trace
 from pelagos.sensors.sonar.ping.layout import Layout
 from pelagos.sensors.sonar.ping.patches import patches_of
@@ -25,7 +26,7 @@ if TYPE_CHECKING:
     pass
 
 
-def calibrated(
+def calibrated_echoes(
     spec: PingSpec, layout: Layout, view: FanHits, fan: Fan, lanes: Lanes, surfaces: Surfaces, velocity: Array,
     trace: Trace = None,
 ) -> Patches:  # fmt: skip
@@ -53,7 +54,7 @@ def calibrated(
     return patches
 
 
-def gained(spec: PingSpec, layout: Layout, patches: Patches, view: FanHits, lanes: Lanes) -> Patches:
+def apply_gain(spec: PingSpec, layout: Layout, patches: Patches, view: FanHits, lanes: Lanes) -> Patches:
     """Give patches the gain 30 log r + 2 a r, and the unit of a backscattering strength."""
     loss = view.of_lane(lanes.medium.absorption)
     cell = layout.sector * spec.bin_width_m
@@ -95,5 +96,5 @@ def facet_size(spec: PingSpec, layout: Layout) -> float:
     """Edge of the roughness lattice [m]: speckle decorrelates over half an aperture, and from bin to bin."""
     if layout.facet is not None:
         return layout.facet
-    aperture = line_length(layout.horizontal_width) * 1500.0 / spec.frequency_hz
+    aperture = line_length(layout.horizontal_width) * NOMINAL_SOUND_SPEED / spec.frequency_hz
     return min(0.5 * aperture, 0.5 * spec.bin_width_m)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any, Final, TypeAlias
+from typing import Any, Final, TypeAlias
 
 import drjit as dr
 import numpy as np
@@ -19,9 +19,6 @@ from pelagos.raycast.rays import Hits, Rays
 from pelagos.sensors.sonar.ping.medium import Medium, spread
 from pelagos.sensors.sonar.ping.sea_surface import Sea, with_sea_surface
 from pelagos.sensors.sonar.ping.surface_scattering import Surfaces
-
-if TYPE_CHECKING:
-    pass
 
 Trace: TypeAlias = "Callable[[str, Array, str], None] | None"
 
@@ -153,7 +150,7 @@ def cast_fan(
     """Cast a sonar's fan on every lane.
 
     Args:
-        caster, tables: see `cast`.
+        caster: the world, see `Caster`.
         fan: rays in the sensor frame, r of them.
         lanes: where the sonar is.
         surfaces: names the row of the sea surface.
@@ -189,7 +186,7 @@ def aim_of(fan: Fan, lanes: Lanes, assumed_speed: float | None = None) -> Aim:
     if dr.width(lanes.position) > 1:
         ways = [dr.gather(jit.Array3f, way, ray) for way in ways]
     if assumed_speed is not None:
-        ways[0] = steered(ways[0], spread(lanes.medium.sound_speed, lane) * (1.0 / assumed_speed))
+        ways[0] = steered_directions(ways[0], spread(lanes.medium.sound_speed, lane) * (1.0 / assumed_speed))
     return Aim(lane, ray, *(rotate(q, way) for way in ways))
 
 
@@ -213,7 +210,7 @@ def cast_along(
     return FanHits(lane, aim.ray, origin, direction, aim.along, aim.aside, hits, sine, loss)
 
 
-def steered(direction: Array, factor: Array) -> Array:
+def steered_directions(direction: Array, factor: Array) -> Array:
     """Directions of beams of an array along y whose phases are for another sound speed: sin a c/c' in place of sin a.
 
     `direction` in the sensor frame; `factor` c/c', water over assumed.

@@ -224,7 +224,7 @@ def _absorption(frequency_hz: float) -> float:
     return float(np.array(absorption(jit.Float64(frequency_hz), *water))[0])
 
 
-def unblocked(caster: Caster, heard: Heard, lanes: Lanes) -> Heard:
+def silence_blocked(caster: Caster, heard: Heard, lanes: Lanes) -> Heard:
     """Silence the sources that something stands before; the receiver's own hull does not count, nor the source's."""
     count = dr.width(lanes.position)
     lane = dr.arange(jit.UInt32, dr.width(heard.distance)) % count

@@ -93,17 +93,17 @@ def levels(spec: PingSpec, signal: list[Array], word: Array, cells: Cells, power
     cosine, sine = cosine_sine(turn)
     real, imaginary = dr.fma(size, cosine, signal[0]), dr.fma(size, sine, signal[1])
     if spec.converter is not None:
-        real, imaginary = (converted(spec, part, cells.gain) for part in (real, imaginary))
+        real, imaginary = (quantise(spec, part, cells.gain) for part in (real, imaginary))
     intensity = real * real + imaginary * imaginary
-    intensity = tilted(spec, intensity, cells)
-    out = [intensity if spec.display.painting is not None else scaled(spec, intensity)]
+    intensity = apply_spreading(spec, intensity, cells)
+    out = [intensity if spec.display.painting is not None else to_scale(spec, intensity)]
     if spec.iq:
         raw = dr.rsqrt(cells.gain)
         out += [real * raw, imaginary * raw]
     return out
 
 
-def converted(spec: PingSpec, part: Array, gain: Array) -> Array:
+def quantise(spec: PingSpec, part: Array, gain: Array) -> Array:
     """A part of the signal with a gain, as a converter before that gain gives it: in steps, and cut off."""
     assert spec.converter is not None
     bits, full_scale_db = spec.converter
@@ -122,14 +122,14 @@ def ringing(spec: PingSpec, cells: Cells, medium: Medium) -> Array:
     return from_db(level - spec.source_level_db - fall * since_ms)
 
 
-def tilted(spec: PingSpec, intensity: Array, cells: Cells) -> Array:
+def apply_spreading(spec: PingSpec, intensity: Array, cells: Cells) -> Array:
     """Intensity under another spreading of the gain than 30 log r."""
     if spec.display.tvg_db == 30.0:
         return intensity
     return intensity * cells.distance ** ((spec.display.tvg_db - 30.0) / 10.0)
 
 
-def scaled(spec: PingSpec, intensity: Array) -> Array:
+def to_scale(spec: PingSpec, intensity: Array) -> Array:
     """Intensity as the configuration wants it."""
     if spec.display.scale == "linear":
         return intensity

@@ -11,7 +11,7 @@ from pelagos import jit
 from pelagos.jit import Array
 from pelagos.math.so3 import rotate_back
 from pelagos.sensors.sonar.ping.aperture import Aperture, Facing
-from pelagos.sensors.sonar.ping.fan import Lanes, steered
+from pelagos.sensors.sonar.ping.fan import Lanes, steered_directions
 
 
 @dataclass(frozen=True)
@@ -63,7 +63,7 @@ class Listener:
         assumed = self.hearing.assumed_speed
         if assumed is None or not self.hearing.aperture.steered:
             return here
-        return steered(here, assumed / dr.gather(jit.Float, self.lanes.medium.sound_speed, lane))
+        return steered_directions(here, assumed / dr.gather(jit.Float, self.lanes.medium.sound_speed, lane))
 
     def level(self, direction: Array) -> Array:
         """A direction turned into the plane of a steered array's beams, at its own angle."""

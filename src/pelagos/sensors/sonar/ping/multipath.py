@@ -27,7 +27,7 @@ from pelagos.sensors.sonar.ping.aperture import Aperture, Facing
 from pelagos.sensors.sonar.ping.fan import Fan, FanHits, Lanes
 from pelagos.sensors.sonar.ping.patches import patches_of
 from pelagos.sensors.sonar.ping.sea_surface import SEA_SURFACE_INSTANCE, with_sea_surface
-from pelagos.sensors.sonar.ping.surface_scattering import Surfaces, mirrored
+from pelagos.sensors.sonar.ping.surface_scattering import Surfaces, mirror_share
 
 _OFF: Final = 2e-3  # [m], start of a leg above the mirror
 _SEEN: Final = 0.05  # [m], slack of the test for a free straight way home
@@ -59,7 +59,7 @@ class Mirrors:
     facing: Facing
 
 
-def bounced(
+def bounced_echoes(
     caster: Caster, view: FanHits, fan: Fan, lanes: Lanes, surfaces: Surfaces, mirrors: Mirrors
 ) -> list[Patches]:
     """Patches of bounced echoes: for each number of bounces, those home by the same bounces and those home straight.
@@ -80,7 +80,7 @@ def bounced(
 def _reflected(hits: Hits, sine: Array, surfaces: Surfaces, mirrors: Mirrors) -> tuple[Array, Array]:
     """Whether a leg goes on, and the part of its energy that does."""
     at_sea = hits.valid & (hits.instance == SEA_SURFACE_INSTANCE)
-    part = mirrored(surfaces, hits.material, sine)
+    part = mirror_share(surfaces, hits.material, sine)
     sea = part if mirrors.surface_loss_db is None else from_db(jit.Float(-mirrors.surface_loss_db))
     part = dr.select(at_sea, sea, part * from_db(jit.Float(-mirrors.bottom_loss_db)))
     return hits.valid if mirrors.bottom else at_sea, part

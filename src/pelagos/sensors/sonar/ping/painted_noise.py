@@ -44,7 +44,7 @@ def paint(
     return dr.maximum(intensity * (1.0 + noise.multiplicative * factor) + floor * rayleigh, 0.0)
 
 
-def streaks(sine: Array, heard: Array, row: Array, rows: int) -> Array:
+def streak_rows(sine: Array, heard: Array, row: Array, rows: int) -> Array:
     """Mask of rows (pings by beams) that have streaks, `Bool`: where enough of their rays meet something squarely.
 
     Args:
@@ -58,7 +58,7 @@ def streaks(sine: Array, heard: Array, row: Array, rows: int) -> Array:
     return square > int(_SHARE * dr.width(row) / rows)
 
 
-def streaked(noise: Painting, level: Array, streak: Array) -> Array:
+def paint_streaks(noise: Painting, level: Array, streak: Array) -> Array:
     """Levels between 0 and 1, squared (dark) or that of what they lack (bright) where there is a streak."""
     curves: dict[str, Callable[[Array], Array]] = {
         "dark": lambda x: x * x,

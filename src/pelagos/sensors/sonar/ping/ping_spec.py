@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Final, Literal, TypeAlias
+from typing import Literal, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,11 +11,10 @@ from numpy.typing import NDArray
 from pelagos.acoustics.noise import ambient_level, band_level, directivity_index
 from pelagos.acoustics.pulse import EQUIVALENT_WIDTH, SHADING_LOSS_DB, processing_gain_db, range_resolution
 from pelagos.acoustics.spreading import from_db, to_db
+from pelagos.math.constants import NOMINAL_SOUND_SPEED
 
 Scale: TypeAlias = Literal["unit", "db", "linear"]
 Refraction: TypeAlias = 'bool | Literal["auto"]'
-
-SOUND_SPEED: Final = 1500.0  # [m/s], by which the pulse's length in the water is told
 
 
 @dataclass(frozen=True)
@@ -173,7 +172,7 @@ class PingSpec:
     @property
     def resolution_m(self) -> float:
         """Range resolution of the pulse, c/(2B) at 1500 m/s [m]."""
-        return range_resolution(SOUND_SPEED, self.bandwidth_hz)
+        return range_resolution(NOMINAL_SOUND_SPEED, self.bandwidth_hz)
 
     @property
     def equivalent_m(self) -> float:

@@ -19,33 +19,34 @@ from pelagos.acoustics.pulse import point_spread, range_coupling, range_resoluti
 from pelagos.acoustics.spreading import to_db
 from pelagos.errors import ValidityWarning
 from pelagos.jit import Array
+from pelagos.math.constants import NOMINAL_SOUND_SPEED
 from pelagos.math.so3 import multiply, rotate
 from pelagos.sensors.mount import sensor_angular_velocity, sensor_velocity
 from pelagos.sensors.schedule import period_ticks
 from pelagos.sensors.sonar.ping.aperture import Facing
 from pelagos.sensors.sonar.ping.arrivals import arrivals
 from pelagos.sensors.sonar.ping.cells import Constants
-from pelagos.sensors.sonar.ping.echo_field import calibrated, echoes, energies, gained
+from pelagos.sensors.sonar.ping.echo_field import apply_gain, calibrated_echoes, echoes, energies
 from pelagos.sensors.sonar.ping.emitter import Apertures, Emitter
 from pelagos.sensors.sonar.ping.fan import Fan, FanHits, Lanes, Trace, cast_fan
-from pelagos.sensors.sonar.ping.interference import Neighbours, unblocked
+from pelagos.sensors.sonar.ping.interference import Neighbours, silence_blocked
 from pelagos.sensors.sonar.ping.layout import Layout
 from pelagos.sensors.sonar.ping.levels import Din, Moment
 from pelagos.sensors.sonar.ping.listener import Hearing, Listener
 from pelagos.sensors.sonar.ping.medium import Medium
-from pelagos.sensors.sonar.ping.multipath import Mirrors, bounced
-from pelagos.sensors.sonar.ping.painted_noise import streaks
-from pelagos.sensors.sonar.ping.ping_spec import SOUND_SPEED, Bounces, PingSpec, noise_power
+from pelagos.sensors.sonar.ping.multipath import Mirrors, bounced_echoes
+from pelagos.sensors.sonar.ping.painted_noise import streak_rows
+from pelagos.sensors.sonar.ping.ping_spec import Bounces, PingSpec, noise_power
 from pelagos.sensors.sonar.ping.receiver import mean_levels, receive, trace_levels
 from pelagos.sensors.sonar.ping.sounder import Ping, Sounder, Waters
 from pelagos.sensors.sonar.ping.target_echoes import (
     Grid,
     coherent_echoes,
-    excluded,
+    excluded_share,
     with_small_energies,
     with_small_things,
 )
-from pelagos.sensors.sonar.ping.target_sighting import Sighting, sighted
+from pelagos.sensors.sonar.ping.target_sighting import Sighting, sight_targets
 from pelagos.sensors.sonar.ping.targets import Band, Targets, is_smooth, targets
 from pelagos.sensors.sonar.ping.volume_echo import TRACER, Haze, Probes, haze, probes
 
@@ -98,7 +99,7 @@ class Pinger:
         self._spec = spec
         self._layout = layout
         self._sounder = Sounder(spec.mounting, context, rays, waters(spec))
-        resolution = range_resolution(1500.0, spec.bandwidth_hz)
+        resolution = range_resolution(NOMINAL_SOUND_SPEED, spec.bandwidth_hz)
         if spec.bin_width_m < resolution / _FINEST:
             message = f"{context.path}: bins of {spec.bin_width_m:.3g} m are finer than the pulse resolves, " + (
                 f"{resolution:.3g} m at a bandwidth of {spec.bandwidth_hz:g} Hz"
@@ -130,7 +131,7 @@ class Pinger:
         self._hearing = hearing(spec, layout, rays)
         self._own = emitter(spec, context, rays, layout, angle)
         self._neighbours = context.neighbours
-        self._hears = listening(spec, context.path, self._neighbours, self._own)
+        self._hears = sources_heard(spec, context.path, self._neighbours, self._own)
         self._hazy = spec.volume_scattering_db is not None or TRACER in context.ocean.tracers
         self._rays = len(rays["beam"])
         self._water = (probes(rays, layout.beams), context.ocean) if self._hazy else None
@@ -209,17 +210,21 @@ class Pinger:
         assumed = spec.sound_speed_mps
         array = assumed if layout.aperture.steered else None
         view = cast_fan(caster, fan, lanes, surfaces, max_range=far, assumed_speed=array)
-        patches = [calibrated(spec, layout, view, fan, lanes, surfaces, velocity, trace)]
+        patches = [calibrated_echoes(spec, layout, view, fan, lanes, surfaces, velocity, trace)]
         if spec.bounces is not None:
-            ghosts = bounced(caster, view, fan, lanes, surfaces, mirrors(spec, layout, spec.bounces, constants.facing))
-            patches += [gained(spec, layout, g, view, lanes) for g in ghosts]
+            ghosts = bounced_echoes(
+                caster, view, fan, lanes, surfaces, mirrors(spec, layout, spec.bounces, constants.facing)
+            )
+            patches += [apply_gain(spec, layout, g, view, lanes) for g in ghosts]
         pings = dr.width(lanes.position)
         walkers = self._walkers(constants.order, pings)
         sighting = None
         if "targets" in besides:
             things = besides["targets"]
-            sighting = sighted(caster, things, Listener(lanes, constants.facing, self._hearing, velocity), surfaces)
-            small, dulled = excluded(things, sighting, view.hits.instance, view.lane)
+            sighting = sight_targets(
+                caster, things, Listener(lanes, constants.facing, self._hearing, velocity), surfaces
+            )
+            small, dulled = excluded_share(things, sighting, view.hits.instance, view.lane)
             patches[0].valid &= ~small
             patches[0].energy *= dulled
         field, tags, strips = echoes(spec, layout, patches, walkers, lanes, constants.seed)
@@ -233,7 +238,7 @@ class Pinger:
                 )
         seen = self._haze(view, lanes, motion, *besides["water"]) if "water" in besides else None
         if "heard" in besides:
-            coming = unblocked(caster, besides["heard"], lanes)
+            coming = silence_blocked(caster, besides["heard"], lanes)
             others = arrivals(coming, lanes, self._grid.bins, beams=layout.beams, bandwidth_hz=spec.bandwidth_hz)
             coherent = others if coherent is None else coherent + others
         din = Din(coherent, seen, self._streaks(view, fan, pings))
@@ -266,7 +271,7 @@ class Pinger:
         if noise is None or noise.azimuth_streaks == "none":
             return None
         row = view.lane * beams + dr.gather(jit.UInt32, fan.beam, view.ray)
-        found = streaks(view.sine, view.hits.valid, row, pings * beams)
+        found = streak_rows(view.sine, view.hits.valid, row, pings * beams)
         dr.eval(found)
         return found
 
@@ -287,7 +292,7 @@ def hearing(spec: PingSpec, layout: Layout, rays: dict[str, NDArray[Any]]) -> He
         beams=layout.beams,
         rays_per_sr=1.0 / solid_angle,
         wave_cycles=2.0 * spec.frequency_hz,
-        wavelength=SOUND_SPEED / spec.frequency_hz,
+        wavelength=NOMINAL_SOUND_SPEED / spec.frequency_hz,
         reach=spec.range_max_m,
         coupling_s=range_coupling(spec.frequency_hz, spec.bandwidth_hz, spec.pulse_s, spec.pulse),
         doppler=spec.doppler,
@@ -341,7 +346,7 @@ def waters(spec: PingSpec) -> Waters:
     )
 
 
-def listening(spec: PingSpec, path: str, neighbours: Neighbours | None, own: Emitter) -> list[str]:
+def sources_heard(spec: PingSpec, path: str, neighbours: Neighbours | None, own: Emitter) -> list[str]:
     """The paths of the sonars that disturb this one; and let others hear it."""
     if neighbours is None:
         return []

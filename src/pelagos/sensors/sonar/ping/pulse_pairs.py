@@ -22,6 +22,7 @@ from pelagos.acoustics.pulse_pair import BEAM_SPREAD, pulse_correlation, speed_p
 from pelagos.acoustics.reverberation import volume_intensity
 from pelagos.acoustics.spreading import from_db, time_varied_gain, to_db
 from pelagos.jit import Array
+from pelagos.math.constants import NOMINAL_SOUND_SPEED
 from pelagos.math.philox import normal_pair32
 from pelagos.math.so3 import rotate, rotate_back
 from pelagos.sensors.mount import sensor_angular_velocity, sensor_velocity
@@ -107,7 +108,7 @@ class PulsePairs:
         self._rays = len(looks["beam"]) // layout.beams
         self._psi = float(looks["weight"].sum()) / layout.beams
         self._pulse = point_spread(
-            ping.bin_width_m, range_resolution(1500.0, ping.bandwidth_hz), pulse=ping.pulse
+            ping.bin_width_m, range_resolution(NOMINAL_SOUND_SPEED, ping.bandwidth_hz), pulse=ping.pulse
         ).tolist()
         self._taps = (pulse_correlation(np.asarray(self._pulse)) ** 2).tolist()
         self._layer_samples = pairs.layer_m / ping.bin_width_m / sum(self._taps)

@@ -26,9 +26,18 @@ from pelagos.sensors.noise import Key, words32
 from pelagos.sensors.sonar.ping.cells import Cells, Constants, cell_of, cells_at, cells_of_beam, middle
 from pelagos.sensors.sonar.ping.fan import Lanes
 from pelagos.sensors.sonar.ping.layout import Layout
-from pelagos.sensors.sonar.ping.levels import Din, Moment, din_power, levels, scaled, tilted, water_echo, with_disturber
+from pelagos.sensors.sonar.ping.levels import (
+    Din,
+    Moment,
+    apply_spreading,
+    din_power,
+    levels,
+    to_scale,
+    water_echo,
+    with_disturber,
+)
 from pelagos.sensors.sonar.ping.medium import Medium
-from pelagos.sensors.sonar.ping.painted_noise import paint, streaked
+from pelagos.sensors.sonar.ping.painted_noise import paint, paint_streaks
 from pelagos.sensors.sonar.ping.ping_spec import PingSpec
 
 _BLOCK: Final = 16  # beams that a lane forms: they hear mostly the same neighbours, which are read once
@@ -71,7 +80,7 @@ def receive(
 
     out = hearing(echoes, constants.pulse, weights, finish, channels=2, outputs=3 if spec.iq else 1)
     if spec.display.painting is not None:
-        out[0] = painted(spec, layout, out[0], lanes, key, din.streaks)
+        out[0] = painted_levels(spec, layout, out[0], lanes, key, din.streaks)
     if tags is not None:
         cell = dr.arange(jit.Int32, pings * beams * bins)
         bin_, beam, ping = cell % bins, cell // bins % beams, cell // (beams * bins)
@@ -114,7 +123,7 @@ def mean_levels(
         if din.coherent is not None:
             known = here.beam < layout.beams
             energy += dr.gather(jit.Float, din.coherent, cell_of(layout, spec, here), known) * here.gain
-        return [scaled(spec, tilted(spec, energy, here))]
+        return [to_scale(spec, apply_spreading(spec, energy, here))]
 
     squares = pulse * pulse
     dr.eval(squares)
@@ -187,7 +196,9 @@ class _Hearing:
         return out
 
 
-def painted(spec: PingSpec, layout: Layout, intensity: Array, lanes: Lanes, key: Key, rows: Array | None) -> Array:
+def painted_levels(
+    spec: PingSpec, layout: Layout, intensity: Array, lanes: Lanes, key: Key, rows: Array | None
+) -> Array:
     """Noise painted on intensities, and their scale; `rows` `Bool` of pings by beams that have streaks."""
     noise = spec.display.painting
     assert noise is not None
@@ -199,9 +210,9 @@ def painted(spec: PingSpec, layout: Layout, intensity: Array, lanes: Lanes, key:
     dr.eval(intensity)
     result = paint(noise, intensity, words, bin_=bin_, bin_width=spec.bin_width_m)
     if rows is None:
-        return scaled(spec, result)
-    level = scaled(replace(spec, display=replace(spec.display, scale="unit")), result)
-    level = streaked(noise, level, dr.gather(jit.Bool, rows, jit.UInt32(row)))
+        return to_scale(spec, result)
+    level = to_scale(replace(spec, display=replace(spec.display, scale="unit")), result)
+    level = paint_streaks(noise, level, dr.gather(jit.Bool, rows, jit.UInt32(row)))
     if spec.display.scale == "unit":
         return level
     level = level * spec.display.dynamic_range_db + spec.display.floor_db

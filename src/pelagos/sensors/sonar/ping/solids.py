@@ -34,7 +34,7 @@ class Solid:
     radius: float
 
 
-def recognised(vertices: NDArray[np.floating]) -> Solid:
+def recognise_shape(vertices: NDArray[np.floating]) -> Solid:
     """Shape of a mesh with these vertices `(v, 3)` [m]."""
     low, high = vertices.min(axis=0).astype(np.float64), vertices.max(axis=0).astype(np.float64)
     size = float(np.linalg.norm(high - low))

@@ -59,7 +59,7 @@ def detect(
     )
 
 
-def placed(config: Any, direction: Array, distance: Array, lanes: Lanes) -> Array:
+def sounding_places(config: Any, direction: Array, distance: Array, lanes: Lanes) -> Array:
     """Places of the soundings, `Array3f` in the sensor frame of the ping's transmission [m]: along the beams' axes, as
     rays bend; `direction` in the world."""
     lane = dr.arange(jit.UInt32, dr.width(distance)) // config.soundings

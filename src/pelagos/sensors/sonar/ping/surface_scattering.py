@@ -20,6 +20,7 @@ from pelagos.acoustics.speckle import patchiness
 from pelagos.acoustics.spreading import from_db
 from pelagos.acoustics.target_strength import corner, corner_lobe, facets, lambert
 from pelagos.jit import Array
+from pelagos.math.constants import NOMINAL_SOUND_SPEED
 from pelagos.raycast.rays import Hits
 
 if TYPE_CHECKING:
@@ -30,7 +31,6 @@ _SOLID_SLOPE: Final = 0.12  # rms slope of facets of man-made and encrusted surf
 TEXTURE_DB: Final = 1.5  # [dB], rms variation of real sea beds over decimetres to metres; assumed
 _FIELD_RMS: Final = 0.3  # of `patchiness`
 _PATCH_SCALE: Final = 1.6  # [m]
-_SOUND_SPEED: Final = 1500.0  # [m/s]
 
 
 @jit.struct
@@ -101,7 +101,7 @@ def _corners(materials: Sequence[Material], frequency_hz: float) -> NDArray[np.f
     lobes = []
     for m in materials:
         inside = 1.5 * m.corner_m**2  # all of which is seen from wherever the corner answers
-        strength = corner(m.corner_m, _SOUND_SPEED / frequency_hz)
+        strength = corner(m.corner_m, NOMINAL_SOUND_SPEED / frequency_hz)
         lobes.append(_corner_lobe() * (10.0 ** (strength / 10.0) / inside))
     diffuse = lambert(dr.sin(_angles(len(materials))), _by_row(materials, "lambert_db"))
     return np.array(lobes) + _table(diffuse)
@@ -152,7 +152,7 @@ def scattering(surfaces: Surfaces, row: Array, sine: Array) -> Array:
     return _by_angle(surfaces.section, row, sine)
 
 
-def mirrored(surfaces: Surfaces, row: Array, sine: Array) -> Array:
+def mirror_share(surfaces: Surfaces, row: Array, sine: Array) -> Array:
     """Part of the energy [1] that a smooth surface of `row` reflects at a grazing angle, likewise."""
     return _by_angle(surfaces.mirror, row, sine)
 

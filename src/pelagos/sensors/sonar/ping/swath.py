@@ -110,7 +110,7 @@ def motion_of(lanes: Lanes, velocity: Array, spin: Array) -> Motion:
     return made
 
 
-def look_from(
+def cast_swath(
     caster: Caster, swath: Swath, sectors: Sectors, fan: Fan, lanes: Lanes, surfaces: Surfaces, motion: Motion,
     *, max_range: float,
 ) -> FanHits:  # fmt: skip
@@ -200,7 +200,7 @@ def _receiver(swath: Swath, motion: Motion, lane: Array, delay: Array) -> Array:
     return turned(left, dr.gather(jit.Array3f, motion.spin, lane) * delay) if swath.moves else left
 
 
-def delayed(patches: Patches, view: FanHits, lanes: Lanes, motion: Motion, swath: Swath) -> None:
+def delay_ranges(patches: Patches, view: FanHits, lanes: Lanes, motion: Motion, swath: Swath) -> None:
     """Ranges as times tell them, in place: r (1 - v/c) for things that close at v, and a chirp's coupling."""
     if not swath.moves:
         return

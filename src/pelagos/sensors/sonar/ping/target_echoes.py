@@ -152,7 +152,7 @@ def coherent_echoes(
     return field
 
 
-def excluded(things: Targets, sighting: Sighting, instance: Array, lane: Array) -> tuple[Array, Array]:
+def excluded_share(things: Targets, sighting: Sighting, instance: Array, lane: Array) -> tuple[Array, Array]:
     """Of rays that met `instance`: whether the thing has rays of its own, and what part of its scattering is left."""
     count = dr.width(things.kind)
     known = dr.width(things.of_instance)

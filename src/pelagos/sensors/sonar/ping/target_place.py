@@ -44,7 +44,7 @@ class Place:
     small: Array
 
 
-def placed(caster: Caster, things: Targets, lanes: Lanes, row: Array, count: int) -> Place:
+def target_places(caster: Caster, things: Targets, lanes: Lanes, row: Array, count: int) -> Place:
     """Places of things, as sonars see them."""
     tables = caster.tables
     lane, thing = row // count, row % count

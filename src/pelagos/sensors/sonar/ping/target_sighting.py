@@ -24,7 +24,7 @@ from pelagos.raycast.rays import NO_BODY, Rays
 from pelagos.sensors.sonar.ping.listener import Listener
 from pelagos.sensors.sonar.ping.mirror_echo import MirrorEcho, mirror_echo
 from pelagos.sensors.sonar.ping.surface_scattering import Surfaces, scattering
-from pelagos.sensors.sonar.ping.target_place import Place, placed
+from pelagos.sensors.sonar.ping.target_place import Place, target_places
 from pelagos.sensors.sonar.ping.targets import FEW, SPHERE, Targets
 
 _GOLDEN: Final = math.pi * (3.0 - math.sqrt(5.0))
@@ -87,13 +87,13 @@ class _Asked:
     echo: MirrorEcho
 
 
-def sighted(caster: Caster, things: Targets, listener: Listener, surfaces: Surfaces) -> Sighting:
+def sight_targets(caster: Caster, things: Targets, listener: Listener, surfaces: Surfaces) -> Sighting:
     """Look for all things on every lane."""
     lanes, hearing = listener.lanes, listener.hearing
     count, pings = dr.width(things.kind), dr.width(lanes.position)
     k = rays_of(count)
     row = dr.arange(jit.UInt32, pings * count)
-    place = placed(caster, things, lanes, row, count)
+    place = target_places(caster, things, lanes, row, count)
     dr.eval(place)
     far = place.distance < hearing.reach + place.radius
     own = dr.gather(jit.UInt32, lanes.own, row // count)

@@ -18,8 +18,9 @@ from numpy.typing import NDArray
 from pelagos import jit
 from pelagos.acoustics.sphere_scattering import Filling, sphere_form
 from pelagos.jit import Array
+from pelagos.math.constants import NOMINAL_SOUND_SPEED
 from pelagos.raycast.rays import NO_BODY
-from pelagos.sensors.sonar.ping.solids import Solid, recognised
+from pelagos.sensors.sonar.ping.solids import Solid, recognise_shape
 
 if TYPE_CHECKING:
     from pelagos.raycast.geometry import Geometry
@@ -32,7 +33,6 @@ _MOST_VERTICES: Final = 20_000
 _LARGEST: Final = 1.5  # [m], radius of things of no simple shape that are looked for
 _MOST: Final = 1024  # things that are looked for, the smallest first
 _ROUGH: Final = 0.12  # rms height over wavelength from which less than a tenth is coherent
-_SOUND_SPEED: Final = 1500.0  # [m/s]
 _LINES: Final = 33  # frequencies of a band
 _LARGE_KA: Final = 400.0  # from which a sphere is as its geometry says
 _ROUGHNESS_M: Final = {
@@ -139,7 +139,7 @@ def _matters(thing: _Thing, materials: Sequence[Material], band: Band) -> bool:
     if math.pi * (thing.solid.radius / band.reach) ** 2 * band.rays_per_sr < FEW:
         return True
     material = materials[int(thing.geometry.face_materials[0])]
-    rough = _rms_height(material) * band.frequency_hz / _SOUND_SPEED
+    rough = _rms_height(material) * band.frequency_hz / NOMINAL_SOUND_SPEED
     return thing.solid.kind != "other" and rough < _ROUGH and _mirror(material) > 0.0
 
 
@@ -148,14 +148,14 @@ def _sized(geometries: Sequence[Geometry]) -> list[tuple[Geometry, Solid]]:
     for geometry in geometries:
         if not 4 <= len(geometry.vertices) <= _MOST_VERTICES:
             continue
-        solid = recognised(geometry.vertices)
+        solid = recognise_shape(geometry.vertices)
         if solid.kind != "other" or solid.radius <= _LARGEST:
             found.append((geometry, solid))
     return found
 
 
 def _table(things: list[_Thing], copies: int, materials: Sequence[Material], band: Band) -> Targets:
-    wavelength = _SOUND_SPEED / band.frequency_hz
+    wavelength = NOMINAL_SOUND_SPEED / band.frequency_hz
     made = [materials[int(t.geometry.face_materials[0])] for t in things]
     instances = np.array([t.geometry.instance for t in things], dtype=np.uint32)
     of_instance = np.full(int(instances.max()) + 2, len(things), dtype=np.uint32)
@@ -197,14 +197,14 @@ def _form(thing: _Thing, material: Material, band: Band) -> float:
     if thing.solid.kind != "sphere":
         return 0.0
     a = thing.solid.radius
-    if 2.0 * math.pi * band.frequency_hz / _SOUND_SPEED * a > _LARGE_KA or _mirror(material) == 0.0:
+    if 2.0 * math.pi * band.frequency_hz / NOMINAL_SOUND_SPEED * a > _LARGE_KA or _mirror(material) == 0.0:
         return 0.5 * a * _mirror(material)
     lines = np.maximum(band.frequency_hz + band.bandwidth_hz * np.linspace(-0.5, 0.5, _LINES), 1.0)
     filling, factor = None, _mirror(material)
     if material.name in _SHEAR_MPS:
-        shear = _SHEAR_MPS[material.name] / _SOUND_SPEED
+        shear = _SHEAR_MPS[material.name] / NOMINAL_SOUND_SPEED
         filling, factor = Filling(material.density_ratio, material.sound_speed_ratio, shear), 1.0
-    form = sphere_form(a, lines, filling, sound_speed=_SOUND_SPEED)
+    form = sphere_form(a, lines, filling, sound_speed=NOMINAL_SOUND_SPEED)
     return float(np.sqrt((np.abs(form) ** 2).mean())) * factor
 
 
