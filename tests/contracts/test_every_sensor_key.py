@@ -25,7 +25,7 @@ from pelagos.sim.observe import of_a_run
 QUICK = ("pose", "gps")
 SLOW = (
     "depth", "oxygen", "magnetometer", "current_meter", "range_finder", "collision", "radio", "optical_modem", "dvl",
-    "lidar", "depth_camera",
+    "lidar", "depth_camera", "singlebeam",
 )  # fmt: skip
 """Sensors that are held to it so far."""
 TICKS = 9
