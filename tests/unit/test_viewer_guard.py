@@ -140,3 +140,18 @@ def test_port_that_is_taken_and_an_address_of_elsewhere_are_told(server: Any) ->
         Server(host="192.0.2.1", port=0)
     with pytest.raises(InputError, match="0 to 65535"):
         Server(port=70000)
+
+
+def test_a_notebook_shows_the_page_under_its_own_name() -> None:
+    """Jupyter is at localhost: a page of 127.0.0.1 within it is another site's, and gets no cookie; and the reverse."""
+    from types import SimpleNamespace
+
+    from pelagos.viewer.view import View
+
+    url = "http://127.0.0.1:8123/?token=abc"
+    view: Any = SimpleNamespace(url=url, server=SimpleNamespace(port=8123))
+    shown = View._repr_html_(view)
+    assert 'src="http://localhost:8123/?token=abc"' in shown
+    assert f'location.hostname === "127.0.0.1") document.getElementById("pelagos-view-8123").src = "{url}"' in shown
+    away: Any = SimpleNamespace(url="http://10.1.2.3:8123/?token=abc", server=view.server)
+    assert 'src="http://10.1.2.3:8123/?token=abc"' in View._repr_html_(away)

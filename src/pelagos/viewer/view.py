@@ -169,9 +169,13 @@ class View:
         self.close()
 
     def _repr_html_(self) -> str:
+        """The page in a cell, under the name that the notebook itself has: else no cookie would come with it."""
         address = html.escape(self.url, quote=True)
+        near, name = address.replace("//127.0.0.1:", "//localhost:"), f"pelagos-view-{self.server.port}"
         return (
-            f'<iframe src="{address}" width="100%" height="620" style="border:0;border-radius:8px"></iframe>'
+            f'<iframe id="{name}" src="{near}" width="100%" height="620" style="border:0;border-radius:8px"></iframe>'
+            f'<script>if (location.hostname === "127.0.0.1") '
+            f'document.getElementById("{name}").src = "{address}"</script>'
             f'<p><a href="{address}" target="_blank">open in a window of its own</a></p>'
         )
 
@@ -312,7 +316,8 @@ class View:
         self.hub.publish("water", self.subject.water.message())
         for name, points in self.subject.plans.items():
             self.scene.plan(name, points)
-        self.scene.look_at_ground(*(float(v) for v in 0.5 * (low + high)))
+        self._looked_at = 0.5 * (low + high)
+        self.scene.look_at_ground(*(float(v) for v in self._looked_at))
 
     def _near_chart(self, message: Mapping[str, Any]) -> None:
         """A part of the map from nearer; of a simulation, the thread that steps looks at the ground."""
