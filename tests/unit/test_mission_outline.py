@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import pelagos as pl
-from pelagos.bridges.playback import write_rosbag
+from pelagos.bridges.rosbag import write_rosbag
 from pelagos.messages.motion import path_message
 from pelagos.messages.store import deserialize
 from pelagos.sim.guidance.guidance import Step

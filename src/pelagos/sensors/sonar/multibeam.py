@@ -317,18 +317,12 @@ class Multibeam:
     def sense(self, motion: Kinematics) -> Measurement:
         """Ping on every lane."""
         shape = (dr.width(motion.position), self.config.soundings)
-        *found, places, aims, series = self._recorded(motion, self._noise, self._sectors)
-        data, truth, backscatter, error, snr, kind, label, instance = (np.array(v).reshape(shape) for v in found)
-        extras = {
-            "soundings": np.ascontiguousarray(np.array(places).T).reshape(*shape, 3),
-            "backscatter": backscatter,
-            "uncertainty": error,
-            "quality": quality(data, error),
-            "detection": kind.astype(np.uint8),
-            "snr": snr,
-            "label": label,
-            "instance": instance,
-        }
+        detected, places, aims, series = self._recorded(motion, self._noise, self._sectors)
+        extras = {name: np.array(values).reshape(shape) for name, values in detected.items()}
+        data, truth = extras.pop("range"), extras.pop("truth")
+        extras["detection"] = extras["detection"].astype(np.uint8)
+        extras["quality"] = quality(data, extras["uncertainty"])
+        extras["soundings"] = np.ascontiguousarray(np.array(places).T).reshape(*shape, 3)
         if aims is not None:
             sent, received, tilt = aims
             extras["transmit_attitude"] = np.ascontiguousarray(np.array(sent).T)
@@ -360,10 +354,10 @@ class Multibeam:
         patches = ping.patches(view, longest=beams.longest, trace=trace)
         delay_ranges(patches, view, lanes, moving, swath)
         window, series = beam_series(beams, view, patches, fan, lanes, noise, ping.key)
-        found = detect(config, window, series, lanes, noise, trace)
-        direction, distance, tilt = axes_heard(swath, sectors, fan, lanes, moving, found[0])
+        detected = detect(config, window, series, lanes, noise, trace)
+        direction, distance, tilt = axes_heard(swath, sectors, fan, lanes, moving, detected["range"])
         aims = None
         if config.attitudes:
-            aims = lanes.attitude, attitudes_heard(swath, lanes, spin, found[0]), dr.asin(tilt)
+            aims = lanes.attitude, attitudes_heard(swath, lanes, spin, detected["range"]), dr.asin(tilt)
         places = sounding_places(config, direction, distance, lanes)
-        return *found, places, aims, series if config.iq else None
+        return detected, places, aims, series if config.iq else None

@@ -21,8 +21,9 @@ from pelagos.sensors.sonar.ping.fan import Lanes, Trace, arcs_of
 
 def detect(
     config: Any, window: Window, series: Series, lanes: Lanes, noise: Array, trace: Trace = None
-) -> tuple[Array, ...]:
-    """Range, true range, backscatter, error, signal-to-noise ratio, kind of detection, label, instance of each beam."""
+) -> dict[str, Array]:
+    """Of each beam, by name: range and truth [m], backscatter [dB], uncertainty [m], snr [dB], the kind of detection,
+    label and instance."""
     found = find_bottom(series, config.samples, noise=noise)
     lane = dr.arange(jit.UInt32, dr.width(window.where)) // config.soundings
     speed = dr.gather(jit.Float, lanes.medium.sound_speed, lane)
@@ -47,16 +48,16 @@ def detect(
             ("detected range", measured, "m"),
         ):
             trace(name, value, unit)
-    return (
-        dr.select(heard, measured, dr.nan),
-        true,
-        dr.select(heard, strength, dr.nan),
-        dr.select(heard, error, dr.nan),
-        snr_db,
-        dr.select(heard, found.kind, NOT_FOUND),
-        window.label,
-        window.instance,
-    )
+    return {
+        "range": dr.select(heard, measured, dr.nan),
+        "truth": true,
+        "backscatter": dr.select(heard, strength, dr.nan),
+        "uncertainty": dr.select(heard, error, dr.nan),
+        "snr": snr_db,
+        "detection": dr.select(heard, found.kind, NOT_FOUND),
+        "label": window.label,
+        "instance": window.instance,
+    }
 
 
 def sounding_places(config: Any, direction: Array, distance: Array, lanes: Lanes) -> Array:
