@@ -6,6 +6,8 @@ from collections.abc import Collection, Iterable
 from dataclasses import dataclass
 from typing import Any
 
+from pydantic import BaseModel
+
 
 @dataclass(frozen=True)
 class Need:
@@ -21,7 +23,7 @@ class Need:
     key: str
     values: tuple[Any, ...] = ()
 
-    def met(self, config: Any) -> bool:
+    def met(self, config: BaseModel) -> bool:
         """Whether its keys show in a configuration."""
         value = getattr(config, self.key)
         return value in self.values if self.values else value != type(config).model_fields[self.key].default
@@ -30,7 +32,7 @@ class Need:
         return f"'{self.key}: {' or '.join(map(str, self.values))}'" if self.values else f"'{self.key}'"
 
 
-def idle(config: Any, needs: Iterable[Need], *, device: Collection[str] = ()) -> str | None:
+def idle(config: BaseModel, needs: Iterable[Need], *, device: Collection[str] = ()) -> str | None:
     """Message about keys that were changed and change nothing, those of a device apart; None without any."""
     for need in needs:
         if not need.met(config) and (keys := changed(config, (k for k in need.keys if k not in device))):
@@ -38,7 +40,7 @@ def idle(config: Any, needs: Iterable[Need], *, device: Collection[str] = ()) ->
     return None
 
 
-def changed(config: Any, keys: Iterable[str]) -> list[str]:
+def changed(config: BaseModel, keys: Iterable[str]) -> list[str]:
     """Those keys of a configuration that do not have their default."""
     return [k for k in keys if getattr(config, k) != type(config).model_fields[k].default]
 
