@@ -10,8 +10,8 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
-from types import SimpleNamespace
 from typing import Any
 
 import matplotlib
@@ -26,6 +26,7 @@ from pelagos.math.so3 import from_euler
 from pelagos.ocean.config import OceanConfig, build_ocean
 from pelagos.raycast.rays import NO_BODY
 from pelagos.sensors.example_motion import lanes
+from pelagos.sensors.sensor import SensorContext
 from pelagos.sensors.sonar.adcp import Adcp, AdcpConfig
 from pelagos.sensors.sonar.altimeter import Altimeter, AltimeterConfig
 from pelagos.sensors.sonar.dvl import Dvl, DvlConfig
@@ -48,7 +49,7 @@ WRECK = (22.0, -8.5, -14.0)  # where the harbour's sunken boat lies
 
 def place(world: World) -> Any:
     """What a sensor is built with, for a world."""
-    return SimpleNamespace(
+    return SensorContext(
         path="gallery.sonar", seed=1, dt_ns=DT_NS, scene=world.scene(), world=world, ocean=build_ocean(OceanConfig()),
         own_body=np.array([NO_BODY], np.uint32),
     )  # fmt: skip
@@ -174,15 +175,15 @@ def water(context: Any, folder: Path, quick: bool) -> None:
 
 def replace_ocean(context: Any, **options: Any) -> Any:
     """The same place in another ocean."""
-    return SimpleNamespace(**{**vars(context), "ocean": build_ocean(OceanConfig(**options))})
+    return replace(context, ocean=build_ocean(OceanConfig(**options)))
 
 
 def _disturbed(context: Any) -> tuple[ImagingSonar, Any]:
     """A sonar before the boat, and the motion at which it hears a second one that looks its way."""
     place, other = (8.0, -8.0, -11.5), (26.0, -3.0, -10.5)
     neighbours = Neighbours(("gallery.sonar", "other.sonar"))
-    here = SimpleNamespace(**{**vars(context), "neighbours": neighbours})
-    there = SimpleNamespace(**{**vars(here), "path": "other.sonar"})
+    here = replace(context, neighbours=neighbours)
+    there = replace(here, path="other.sonar")
     config = ImagingSonarConfig(range_max_m=30.0, orientation_deg=(0, 12, 0), beams=512, bins=700)
     ImagingSonar(config.model_copy(update={"pulse_s": 1.5e-3, "bandwidth_hz": 20e3}), there)
     neighbours.motion_of = lambda agent: pose(other, yaw=np.pi + 0.27)

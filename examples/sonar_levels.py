@@ -19,6 +19,7 @@ from pelagos.raycast.geometry import Geometry
 from pelagos.raycast.rays import NO_BODY
 from pelagos.raycast.scene import Scene
 from pelagos.sensors.example_motion import lanes
+from pelagos.sensors.sensor import SensorContext
 from pelagos.sensors.sonar.imaging_sonar import ImagingSonar, ImagingSonarConfig
 from pelagos.world.material import MATERIALS
 from pelagos.world.shapes import box, sphere
@@ -31,9 +32,10 @@ STEEL_DB = 20 * math.log10((7.6585 * 3.9333 - 1) / (7.6585 * 3.9333 + 1))
 def sonar(geometries: list[Geometry], **options: Any) -> ImagingSonar:
     """An imaging sonar at -300 m among things of steel."""
     steel = (MATERIALS["steel"],)
-    context: Any = SimpleNamespace(
+    world: Any = SimpleNamespace(materials=steel, palette=steel, geometries=())
+    context = SensorContext(
         path="auv0.sonar", seed=0, dt_ns=5_000_000, scene=Scene(geometries), ocean=build_ocean(OceanConfig()),
-        world=SimpleNamespace(materials=steel, palette=steel), own_body=np.full(1, NO_BODY, np.uint32),
+        world=world, own_body=np.full(1, NO_BODY, np.uint32),
     )  # fmt: skip
     return ImagingSonar(ImagingSonarConfig(**(LOUD | options)), context)
 

@@ -15,6 +15,7 @@ from pelagos.raycast.geometry import Geometry
 from pelagos.raycast.rays import NO_BODY
 from pelagos.raycast.scene import Scene
 from pelagos.sensors.example_motion import lanes
+from pelagos.sensors.sensor import SensorContext
 from pelagos.sensors.sonar.imaging_sonar import ImagingSonar, ImagingSonarConfig
 from pelagos.world.generate.harbour import HarbourConfig
 from pelagos.world.material import MATERIALS
@@ -27,7 +28,7 @@ def flat() -> Any:
     """A flat bottom, 6 m below the sonar."""
     corners = np.array([[-300.0, -300, -16], [300, -300, -16], [300, 300, -16], [-300, 300, -16]])
     ground = Geometry(corners, np.array([[0, 1, 2], [0, 2, 3]], np.uint32), 0, 1, 1)
-    return SimpleNamespace(palette=(MATERIALS["sand"],)), Scene([ground])
+    return SimpleNamespace(palette=(MATERIALS["sand"],), geometries=()), Scene([ground])
 
 
 def harbour() -> Any:
@@ -39,7 +40,7 @@ def harbour() -> Any:
 def image(place: Any, position: Any, rays: int) -> Any:
     """Mean intensity of a look, without speckle and noise, `(beams, bins)`."""
     world, scene = place
-    context = SimpleNamespace(
+    context = SensorContext(
         path="study.sonar", seed=0, dt_ns=5_000_000, scene=scene, world=world, ocean=build_ocean(OceanConfig()),
         own_body=np.array([NO_BODY], np.uint32),
     )  # fmt: skip

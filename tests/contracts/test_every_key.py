@@ -17,6 +17,7 @@ from pydantic import BaseModel, ValidationError
 
 import pelagos as pl
 from pelagos import jit
+from pelagos.errors import InputError
 from pelagos.vehicles.actuators.t200 import t200_tables
 from pelagos.vehicles.control.plant import Plant
 from pelagos.vehicles.flow import Flow, Supply
@@ -128,9 +129,16 @@ def heard(kind: str, config: BaseModel, plant: Plant, flow: Flow, known: Set[str
     """Each key of a part that is not `known`, and whether its change is felt; all are evaluated in one kernel."""
     plain, moved = KINDS[kind](config, plant, flow), []
     for key, value in numbers(config):
-        other = None if key in known else changed(config, key, value)
-        if other is not None:
-            moved.append((key, KINDS[kind](other, plant, flow)))
+        now = getattr(config, key, None)
+        for tried in (value, 0.95 * now) if isinstance(now, float) and now != 0 else (value,):  # or the other way
+            other = None if key in known else changed(config, key, tried)
+            try:
+                found = None if other is None else KINDS[kind](other, plant, flow)
+            except InputError:  # beyond what a published formula holds for
+                continue
+            if found is not None:
+                moved.append((key, found))
+                break
     dr.eval(plain, [found for _, found in moved])
     before = [np.array(v) for v in plain]
     for key, found in moved:

@@ -40,7 +40,7 @@ def wall(x: float, half: float, label: int, instance: int) -> Geometry:
 
 def context(geometries: list[Geometry], seed: int = 1) -> SensorContext:
     world: Any = SimpleNamespace()
-    ocean: Any = SimpleNamespace()
+    ocean: Any = SimpleNamespace(waves=None, tide=None)
     scene = Scene(geometries, copies=1)
     return SensorContext("auv0.view", seed, 5_000_000, scene, world, ocean, np.full(1, NO_BODY, np.uint32))
 

@@ -97,4 +97,4 @@ def test_a_recording_says_the_plan_once(sim: Simulation, tmp_path: Path) -> None
     assert places == [(-2, 1, -3), (-4, 9, -5), (4, 9, -5)]
     write_rosbag(tmp_path / "a.mcap", tmp_path / "bag")
     text = (tmp_path / "bag" / "metadata.yaml").read_text()
-    assert text.count("durability: transient_local") == 2  # of the plan and the mounts
+    assert text.count("durability: transient_local") == 3  # of the plan, the mounts and the labels

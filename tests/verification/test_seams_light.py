@@ -120,7 +120,9 @@ def test_ripples_return_after_their_period() -> None:
     k = 2 * math.pi / TILE * math.hypot(96, 28)
     period = 2 * math.pi / math.sqrt(9.81 * k + 7.3e-5 * k**3)
     sea = Ripple(i=(96,), j=(28,), height=(0.002,), phase=(0.4,))
-    (x0, y0), (x1, y1), (x2, _) = (_slopes(sea, jit.Float64([t]), 1) for t in (0.0, 3 * period, 3.5 * period))
+    (x0, y0), (x1, y1), (x2, _) = (
+        _slopes(sea, sea.height, jit.Float64([t]), 1) for t in (0.0, 3 * period, 3.5 * period)
+    )
     size = float(np.abs(np.array(x0)).max())
     assert size > 0
     for before, after in ((x0, x1), (y0, y1)):

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable
+from dataclasses import replace
 from functools import cache
 from types import SimpleNamespace
 from typing import Any, Final
@@ -20,6 +21,7 @@ from pelagos.raycast.geometry import Geometry
 from pelagos.raycast.rays import NO_BODY
 from pelagos.raycast.scene import Scene
 from pelagos.sensors.example_motion import lanes
+from pelagos.sensors.sensor import SensorContext
 from pelagos.sensors.sonar.imaging_sonar import ImagingSonar, ImagingSonarConfig, fan_rays
 from pelagos.sensors.sonar.multibeam import Multibeam, MultibeamConfig
 from pelagos.sensors.sonar.ping.fan import cast_fan
@@ -74,15 +76,16 @@ def harbour_scene() -> list[Geometry]:
     return made
 
 
-def context(copies: int = 1) -> Any:
+def context(copies: int = 1) -> SensorContext:
     """A sensor context over `harbour_scene`."""
     materials = tuple(MATERIALS[name] for name in ("sand", "concrete", "rusted_steel"))
-    return SimpleNamespace(
+    world: Any = SimpleNamespace(materials=materials, palette=materials, geometries=())
+    return SensorContext(
         path="auv0.sonar",
         seed=0,
         dt_ns=DT_NS,
         scene=Scene(harbour_scene(), copies=copies),
-        world=SimpleNamespace(materials=materials, palette=materials),
+        world=world,
         ocean=build_ocean(OceanConfig()),
         own_body=np.full(copies, NO_BODY, np.uint32),
     )
@@ -187,9 +190,9 @@ def sonar_small_target_miss() -> Measured:
     no cell within a metre and 3 deg of it is 12 dB over the median of those cells."""
     ball = sphere(0.1, sides=96, rings=48)
     steel = (MATERIALS["steel"],)
-    place = context()
-    place.scene = Scene([Geometry(np.asarray(ball.vertices) + np.array([40.0, 0, -200.0]), ball.faces, 0, 1, 1)])
-    place.world = SimpleNamespace(materials=steel, palette=steel)
+    world: Any = SimpleNamespace(materials=steel, palette=steel, geometries=())
+    scene = Scene([Geometry(np.asarray(ball.vertices) + np.array([40.0, 0, -200.0]), ball.faces, 0, 1, 1)])
+    place = replace(context(), scene=scene, world=world)
     sonar = ImagingSonar(ImagingSonarConfig(scale="db"), place)
     r, azimuth = sonar.tables["range"], sonar.tables["azimuth"]
     cells = np.ix_(np.abs(azimuth) < math.radians(3.0), np.abs(r - 39.9) < 1.0)
