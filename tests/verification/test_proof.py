@@ -67,10 +67,10 @@ def test_tankers_zig_zags(chapter):
 
 @pytest.mark.slow  # 10 s
 def test_tankers_free_roll(chapter):
-    """The period within 2 %; the damping is assumed, and too large, as the page says."""
+    """The period within 2 %; damping by the hull's form within what others publish of Ikeda's method, 30 %."""
     roll = chapter("roll")
     assert row(roll, "period").kept
-    assert row(roll, "damping").deviation > 100
+    assert row(roll, "damping").deviation == pytest.approx(23.4, abs=3)
 
 
 def test_tide_and_cast(chapter):

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
+import pelagos
 from pelagos.errors import PelagosError
 
 
@@ -17,3 +20,15 @@ def must(condition: bool, what: str) -> None:
     """
     if not condition:
         raise BenchError(f"wrong output: {what}")
+
+
+def example(name: str) -> Path:
+    """A file of `examples`.
+
+    Raises:
+        BenchError: this is no source tree.
+    """
+    for folder in (Path("examples"), Path(pelagos.__file__).parents[2] / "examples"):
+        if (folder / name).is_file():
+            return folder / name
+    raise BenchError(f"needs examples/{name}: run it in a source tree")

@@ -238,7 +238,7 @@ def stop(vehicle: Mapping[str, Any], orders: Orders) -> Trial:
 
 
 def decay(vehicle: Mapping[str, Any], orders: Orders) -> Trial:
-    """Free roll from a heel of 10 deg, at rest."""
+    """Free roll from a heel of 10 deg, from rest; an engine of fixed revolutions is stopped by its own key."""
     run = _Run(vehicle, 0.0)
     angle = math.radians(orders.angle_deg or 10.0)
     run.sim.set_state("it", attitude=np.array([[math.cos(angle / 2), math.sin(angle / 2), 0.0, 0.0]]))

@@ -24,6 +24,8 @@ POSITION: Final = slice(0, 3)  # of a row of a trajectory (`CHANNELS`)
 ATTITUDE: Final = slice(3, 7)
 VELOCITY: Final = slice(7, 10)
 ANGULAR_VELOCITY: Final = slice(10, 13)
+_ACCELERATION: Final = slice(13, 16)
+_ANGULAR_ACCELERATION: Final = slice(16, 19)
 
 
 @dataclass(frozen=True)
@@ -52,8 +54,8 @@ class AgentState:
     def of(cls, row: NDArray[np.float64], actuators: NDArray[np.float64]) -> AgentState:
         """From one row `(n, CHANNELS)` of a trajectory."""
         assert row.shape[-1] == CHANNELS
-        turn, turning = row[:, ANGULAR_VELOCITY], row[:, 16:19]
-        return cls(row[:, POSITION], row[:, ATTITUDE], row[:, VELOCITY], turn, row[:, 13:16], turning, actuators)
+        turn, push, turning = row[:, ANGULAR_VELOCITY], row[:, _ACCELERATION], row[:, _ANGULAR_ACCELERATION]
+        return cls(row[:, POSITION], row[:, ATTITUDE], row[:, VELOCITY], turn, push, turning, actuators)
 
     def part(self, rows: slice) -> AgentState:
         """That of some rows."""

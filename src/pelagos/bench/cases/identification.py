@@ -8,9 +8,8 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-import pelagos
 from pelagos.bench.case import Case, Measured, Reference
-from pelagos.bench.check import BenchError, must
+from pelagos.bench.check import example, must
 from pelagos.config.loader import load_scenario
 from pelagos.identification import fit, load_plan, read_record
 from pelagos.sim.simulation import Simulation
@@ -24,10 +23,9 @@ _SURGE_DRAG: Final = 2.9  # of the ship that sails; the plan's prior is 2.2
 
 def fit_cse1_s() -> Measured:
     """Time of the fit of 195 s, eighteen parameters, and of its judgement on the 65 s after."""
-    folder = _examples()
-    plan = load_plan(folder / "fit_usv_plan.yaml")
-    vehicle = load_scenario(folder / "fit_usv.yaml").members["usv0"].vehicle
-    made = fit(vehicle, read_record(_record(folder / "fit_usv.yaml"), plan), plan)
+    scenario, plan = example("fit_usv.yaml"), load_plan(example("fit_usv_plan.yaml"))
+    vehicle = load_scenario(scenario).members["usv0"].vehicle
+    made = fit(vehicle, read_record(_record(scenario), plan), plan)
     must(made.test is not None and min(made.test.r2.values()) > 0.9, "the part that was not fitted is predicted")
     must(abs(made.value("X_uu") / _SURGE_DRAG - 1) < 0.3, "the drag that was changed is found")
     return Measured(
@@ -63,13 +61,6 @@ def _record(scenario: Path) -> dict[str, NDArray[np.float64]]:
         "t": columns[0], "x_N": columns[1], "y_E": columns[2], "psi": columns[3],
         **{column: by_actuator[actuator] for column, actuator in by_column},
     }  # fmt: skip
-
-
-def _examples() -> Path:
-    for folder in (Path("examples"), Path(pelagos.__file__).parents[2] / "examples"):
-        if (folder / "fit_usv.yaml").is_file():
-            return folder
-    raise BenchError("needs examples/fit_usv.yaml: run it in a source tree")
 
 
 CASES: Final = (

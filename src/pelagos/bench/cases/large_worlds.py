@@ -7,16 +7,14 @@ import subprocess
 import sys
 import time
 from functools import cache
-from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
 import yaml
 
-import pelagos
 from pelagos.bench.case import Case, Measured, Reference
 from pelagos.bench.cases.worlds import WORLD
-from pelagos.bench.check import BenchError, must
+from pelagos.bench.check import BenchError, example, must
 from pelagos.bench.timing import seconds
 from pelagos.ocean.config import OceanConfig, build_ocean
 from pelagos.raycast.rays import NO_BODY
@@ -99,7 +97,7 @@ def _transit() -> dict[str, Any]:
     """Follow the transit block by block; the axis of every beam must meet the ground."""
     from pelagos.sim.simulation import Simulation
 
-    sim = Simulation.load(_example(TRANSIT))
+    sim = Simulation.load(example(TRANSIT))
     sim.reset()
     last = round(float(sim.scenario.duration_s or 0.0) * 1e9) // sim.dt_ns
     beams = lost = silent = 0
@@ -122,17 +120,10 @@ def _transit() -> dict[str, Any]:
     }
 
 
-def _example(name: str) -> Path:
-    for folder in (Path("examples"), Path(pelagos.__file__).parents[2] / "examples"):
-        if (folder / name).is_file():
-            return folder / name
-    raise BenchError(f"needs examples/{name}: run it in a source tree")
-
-
 def transit_100km_mb() -> Measured:
     """Peak memory of a transit of 100 km."""
     found = _transited()
-    limit = yaml.safe_load(_example(TRANSIT).read_text(encoding="utf-8"))["world"]["memory_mb"]
+    limit = yaml.safe_load(example(TRANSIT).read_text(encoding="utf-8"))["world"]["memory_mb"]
     reference = Reference("the scenario's memory_mb", float(limit))
     return Measured(found["memory_mb"], reference, found["detail"])
 

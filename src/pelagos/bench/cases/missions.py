@@ -9,9 +9,8 @@ from typing import Any, Final
 
 import yaml
 
-import pelagos
 from pelagos.bench.case import Case, Measured, Reference
-from pelagos.bench.check import BenchError
+from pelagos.bench.check import example
 from pelagos.bench.probe import probe
 
 SCENARIO: Final = "harbour_survey.yaml"
@@ -21,12 +20,8 @@ REAL_TIME: Final = Reference("real time", 1.0)
 
 def harbour() -> dict[str, Any]:
     """The demo's scenario, as data."""
-    for folder in (Path("examples"), Path(pelagos.__file__).parents[2] / "examples"):
-        path = folder / SCENARIO
-        if path.is_file():
-            data: dict[str, Any] = yaml.safe_load(path.read_text(encoding="utf-8"))
-            return data
-    raise BenchError(f"needs examples/{SCENARIO}: run it in a source tree")
+    data: dict[str, Any] = yaml.safe_load(example(SCENARIO).read_text(encoding="utf-8"))
+    return data
 
 
 def _navigation() -> dict[str, Any]:

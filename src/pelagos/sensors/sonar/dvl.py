@@ -39,9 +39,8 @@ if TYPE_CHECKING:
 
 _TYPICAL_DB: Final = -20.0  # backscattering strength at which range_max_m holds: sand at 60 deg grazing
 _FAINTEST_DB: Final = 6.0  # signal-to-noise ratio of an echo that is just tracked; assumed
-_BEYOND: Final = (
-    1.5  # of range_max_m, reach of the rays: the vehicle may be tilted, and water is tracked above a far bottom
-)
+# reach of the rays, of range_max_m: the vehicle may be tilted, and water is tracked above a far bottom
+_BEYOND: Final = 1.5
 _RAYS: Final = 5  # of a beam: its axis and four at the half-power edge
 
 
