@@ -95,9 +95,9 @@ class McapWriter:
         if count == 0:
             return
         self._expect(channel, count * size, int(t_ns[-1]))
-        log, data, at = self._channels[channel - 1].log, rows.tobytes(), 0
+        log, data, at = self._channels[channel - 1].base.log, rows.tobytes(), 0  # bytes: nothing to encode
         for t in t_ns.tolist():
-            log(data[at : at + size], log_time=t)
+            log(data[at : at + size], t)
             at += size
         if self._waiting > CHUNK_BYTES:
             self.flush()

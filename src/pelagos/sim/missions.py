@@ -49,14 +49,14 @@ class Feedback:
         gps: `(n,)` whether a fix came since guidance last asked.
         readings: newest readings by key, see `Aboard.readings`.
         keys: of the readings that guidance looks at, by sensor.
-        down: sensors that measure the altitude.
+        down: sensors that measure the altitude, and the part of their readings that it is ("" the data).
     """
 
     altitude: NDArray[np.float64]
     gps: NDArray[np.bool_]
     readings: dict[str, NDArray[np.float64]] = field(default_factory=dict)
     keys: dict[str, list[str]] = field(default_factory=dict)
-    down: frozenset[str] = frozenset()
+    down: Mapping[str, str] = field(default_factory=dict)
 
 
 class Missions:
@@ -195,7 +195,7 @@ class Missions:
             self.navigators[agent].hear(sampled)
         feedback = self.feedback[agent]
         if name in feedback.down:
-            found = _newest(sampled, altitude_of(sampled.model.config) or "", self._model.n)[:, 0]
+            found = _newest(sampled, feedback.down[name], self._model.n)[:, 0]
             feedback.altitude = np.where(np.isfinite(found), found, np.inf)
         if sampled.model.fixes and sampled.measurement.valid is not None:
             feedback.gps |= sampled.measurement.valid.reshape(-1, self._model.n).any(axis=0)
@@ -238,12 +238,14 @@ def _state(row: NDArray[np.float64]) -> AgentState:
     return AgentState.of(row, np.empty((len(row), 0)))  # guidance does not ask for actuators
 
 
-def _down(agent: AgentModel) -> frozenset[str]:
-    """Sensors that measure the altitude, where a task asks for one: altimeters, or DVLs where there are none."""
+def _down(agent: AgentModel) -> dict[str, str]:
+    """Sensors that measure the altitude, where a task asks for one, each with the part of its reading that it is:
+    altimeters, or DVLs where there are none.
+    """
     if all(step.task.common.level.altitude_m is None for step in agent.tasks):
-        return frozenset()
-    found = {s: altitude_of(m.config) for s, m in agent.sensors.items() if looks_down(m.config)}
-    return frozenset([s for s, part in found.items() if part == ""] or found)
+        return {}
+    found = {s: altitude_of(m.config) or "" for s, m in agent.sensors.items() if looks_down(m.config)}
+    return {s: part for s, part in found.items() if part == ""} or found
 
 
 def _nowhere(n: int) -> AgentState:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any, Final, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -103,19 +103,18 @@ class External:
         self._fix = Fix(**memory)
 
 
+_NEXT: Final = np.array([1, 2, 0])  # of x, y, z in the order of a product of vectors
+_LAST: Final = np.array([2, 0, 1])
+
+
 def fix_of(state: AgentState) -> Fix:
     """The true motion as guidance takes it."""
-    w, x, y, z = state.attitude.T
-    u, v, s = state.velocity.T
-    t = 2 * (y * s - z * v), 2 * (z * u - x * s), 2 * (x * v - y * u)
-    velocity = np.stack(
-        [
-            u + w * t[0] + y * t[2] - z * t[1],
-            v + w * t[1] + z * t[0] - x * t[2],
-            s + w * t[2] + x * t[1] - y * t[0],
-        ],
-        axis=-1,
-    )
+    q, v = state.attitude, state.velocity
+    w, axis = q[:, :1], q[:, 1:]
+    ahead, behind = axis[:, _NEXT], axis[:, _LAST]
+    t = 2 * (ahead * v[:, _LAST] - behind * v[:, _NEXT])
+    velocity = v + w * t + ahead * t[:, _LAST] - behind * t[:, _NEXT]
+    w, x, y, z = q.T
     heading = -np.arctan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))
     return Fix(state.position, heading, velocity)
 
