@@ -41,6 +41,7 @@ def flows(fast: float) -> Flow:
     water = rng.uniform(-0.3, 0.3, (6, STATES)) * np.array([[1.0, 1, 1, 0.02, 0.02, 0.02]]).T
     nu[:, 4::5], water[:, 4::5] = 0.01 * nu[:, 4::5], 0.01 * water[:, 4::5]
     roll, pitch, yaw = rng.uniform(-1, 1, (3, STATES)) * np.array([[0.5], [0.4], [3.0]])
+    yaw[4::5] *= 0.05  # near their course: a helm that is hard over hears no gain
     (cr, cp, cy), (sr, sp, sy) = ([f(a) for a in (roll, pitch, yaw)] for f in (np.cos, np.sin))
     rotation = [
         [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],

@@ -58,13 +58,15 @@ def test_velocity_by_a_pilots_sticks(name):
     assert np.abs(flight.euler[-1, :2]).max() < 0.1
 
 
-@pytest.mark.parametrize("name", ["otter", "wamv", "surface_vessel"])
-def test_heading_and_speed_of_twin_thruster_craft(name):
+@pytest.mark.parametrize(
+    ("name", "heading", "speed"), [("otter", -3.0, 1.2), ("wamv", 2.2, 1.4), ("surface_vessel", -0.9, 1.1)]
+)
+def test_heading_and_speed_of_twin_thruster_craft(name, heading, speed):
     vehicle = Vehicle.from_catalogue(name)
-    flight = fly(vehicle, 90.0, h=0.02, command=(-3.0, 1.2), position=(0, 0, 0), ocean=CURRENT)
-    assert wrapped(flight.euler[-1, 2] + 3.0) == pytest.approx(0, abs=0.02)
+    flight = fly(vehicle, 90.0, h=0.02, command=(heading, speed), position=(0, 0, 0), ocean=CURRENT)
+    assert wrapped(flight.euler[-1, 2] - heading) == pytest.approx(0, abs=0.02)
     yaw = flight.euler[-1, 2]
-    assert flight.nu[-1, 0] - (0.25 * np.cos(yaw) - 0.2 * np.sin(yaw)) == pytest.approx(1.2, abs=0.02)
+    assert flight.nu[-1, 0] - (0.25 * np.cos(yaw) - 0.2 * np.sin(yaw)) == pytest.approx(speed, abs=0.02)
 
 
 @pytest.mark.parametrize(("name", "rest"), [("remus100", (50.0, 1.5)), ("otter", (1.2,)), ("wamv", (1.2,))])

@@ -48,14 +48,18 @@ def guidance(tasks, now, family=TORPEDO, names=NAMES, length=1.5, envelope=None)
     return Guidance([Step(t, i + 1) for i, t in enumerate(tasks)], steering, names, now)
 
 
-def test_lawnmower_lines_alternate_and_grow_to_starboard():
-    leg = SimpleNamespace(heading_deg=90.0, length_m=100.0, width_m=50.0, spacing_m=25.0)
-    lines = lawnmower(leg, (0.0, 0.0))
+@pytest.mark.parametrize("heading_deg", [90.0, -35.0, 160.0])
+@pytest.mark.parametrize("corner", [(0.0, 0.0), (12.0, -7.0)])
+def test_lawnmower_lines_alternate_and_grow_to_starboard(heading_deg, corner):
+    """Along the heading and back, each line 25 m to starboard of the last; north is x, east is -y."""
+    leg = SimpleNamespace(heading_deg=heading_deg, length_m=100.0, width_m=55.0, spacing_m=25.0)
+    lines = lawnmower(leg, corner)
     assert len(lines) == 3
-    # heading east is y negative in NWU; starboard of east is south, x negative
-    assert np.allclose(lines[0], [(0, 0), (0, -100)])
-    assert np.allclose(lines[1], [(-25, -100), (-25, 0)])
-    assert np.allclose(lines[2], [(-50, 0), (-50, -100)])
+    north, east = math.cos(math.radians(heading_deg)), math.sin(math.radians(heading_deg))
+    for k, (start, end) in enumerate(lines):
+        near = np.add(corner, 25.0 * k * np.array([-east, -north]))  # starboard of north is east
+        far = near + 100.0 * np.array([north, -east])
+        assert np.allclose([start, end], [near, far] if k % 2 == 0 else [far, near])
 
 
 @pytest.mark.parametrize(("y", "sign"), [(5.0, 1.0), (-5.0, -1.0)])

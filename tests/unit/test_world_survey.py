@@ -196,7 +196,9 @@ def test_detail_is_seeded_marked_and_leaves_the_survey(tmp_path):
 
 
 def test_detail_continues_the_spectrum(tmp_path):
-    """Power just below the survey's shortest wavelength follows the survey's law within a factor of 2.5."""
+    """Power below the survey's shortest wavelength, 20 m, follows the survey's law: rings of 3 800 and 7 100 waves, of
+    which the window leaves some 400, scatter by 5 %. Near 20 m the survey's own nodes take a share away.
+    """
     path = write_raster(tmp_path / "a.tif", relief(nodes=(120, 120)))
     lat, lon = latlon(60, 60)
     keys = {"centre_deg": (float(lat), float(lon)), "size_m": (600.0, 600.0), "resolution_m": 2.5}
@@ -206,9 +208,9 @@ def test_detail_continues_the_spectrum(tmp_path):
     window = np.hanning(added.shape[0])[:, None] * np.hanning(added.shape[1])
     power = np.abs(np.fft.fft2(added * window)) ** 2 * 2.5**2 / (window**2).sum()
     k = np.hypot(np.fft.fftfreq(added.shape[0], 2.5)[:, None], np.fft.fftfreq(added.shape[1], 2.5))
-    for wavelength in (16.0, 11.0, 8.0):
+    for wavelength, least in ((16.0, 0.6), (11.0, 0.85), (8.0, 0.85)):
         ring = np.abs(k * wavelength - 1) < 0.1
-        assert 0.4 < power[ring].mean() / (law.level * wavelength**law.slope) < 2.5
+        assert least < power[ring].mean() / (law.level * wavelength**law.slope) < 1.15
 
 
 @pytest.mark.parametrize(

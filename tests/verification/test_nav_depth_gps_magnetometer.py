@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from pelagos.math.geodesy import GeoOrigin
+from pelagos.math.so3 import from_euler
 from pelagos.ocean.config import OceanConfig, build_ocean
 from pelagos.sensors.example_motion import lanes
 from pelagos.sensors.navigation.depth import Depth, DepthConfig
@@ -95,9 +96,17 @@ def test_gps_only_above_the_surface() -> None:
 
 
 def test_gps_on_an_antenna_mast() -> None:
-    read = Gps(GpsConfig(**QUIET_GPS, position_m=(0, 0, 1.5)), context()).sense(at([-1.0, -1.6]))
+    """The antenna goes where the hull's attitude takes it, R = Rz Ry Rx: a mast of (0.4, -0.3, 1.5)."""
+    roll, pitch, yaw = 0.3, -0.2, 0.7
+    (cr, sr), (cp, sp), (cy, sy) = ((np.cos(a), np.sin(a)) for a in (roll, pitch, yaw))
+    turn = np.array([[cy, -sy, 0], [sy, cy, 0], [0, 0, 1]]) @ np.array([[cp, 0, sp], [0, 1, 0], [-sp, 0, cp]])
+    turn = turn @ np.array([[1, 0, 0], [0, cr, -sr], [0, sr, cr]])
+    tip = turn @ [0.4, -0.3, 1.5]
+    sensor = Gps(GpsConfig(**QUIET_GPS, position_m=(0.4, -0.3, 1.5)), context())
+    read = sensor.sense(at([-1.0, -tip[2] - 0.1], attitude=[float(c) for c in from_euler(roll, pitch, yaw)]))
     assert read.valid.tolist() == [True, False]
-    assert read.data[0, 2] == pytest.approx(0.5)
+    assert read.extras["position"][0] == pytest.approx([*tip[:2], tip[2] - 1.0], abs=1e-9)
+    assert read.data[0, 2] == pytest.approx(tip[2] - 1.0)
 
 
 def test_gps_gives_degrees_of_the_ellipsoid() -> None:

@@ -235,7 +235,11 @@ def test_other_conventions(tmp_path: Path, change: str) -> None:
     path = write(tmp_path / "a.nc", data)
     if change == "metres":
         place = jit.Array3f64(1445.0, 300.0, -5.0)
-        assert np.array(build(path).current(place, jit.Float64(t)))[1, 0] == pytest.approx(-expected, abs=1e-9)
+        north = (
+            3 * (0.05 * -0.3) - 0.002 * 5.0
+        )  # 300 m to the west of the middle, columns of 0.05 degrees each kilometre
+        found = np.array(build(path).current(place, jit.Float64(t)))[:, 0]
+        assert found == pytest.approx([north, -expected, 0.0], abs=1e-9)
         return
     found = current(build(path), 45.013, 13.0, 5.0, t=t)
     assert found[0, 0] == pytest.approx(expected, abs=1e-7)

@@ -235,17 +235,18 @@ class TestMultibeam:
         for beam in (30, 45, 54):  # nadir, 30 and 48 deg
             way = 1 if beam == 30 else 2
             same = kind[:, beam] == way
-            assert 0.25 < error[same, beam].std() / np.median(told[same, beam]) < 1.6
+            # what is told is on the safe side, by a factor of 1.7 to 2; 300 pings know it to 4 %
+            assert 0.42 < error[same, beam].std() / np.median(told[same, beam]) < 0.70
         assert error[:, 45].std() < 0.002  # a tenth of the pulse's resolution, a 1/300 of the beam's footprint
 
     def test_amplitude_detection_of_oblique_beams_errs_as_published(self):
-        """Centre of gravity of N independent samples: w/sqrt(N) of `amplitude_error`; speckle's weights make it
-        somewhat less sure, by at most sqrt(2)."""
+        """Centre of gravity of N independent samples: w/sqrt(N) of `amplitude_error`; speckle's weights are
+        among what it counts."""
         s = self.sonar([plane(-30.0)], beams=61)
         told = {name: values.reshape(200, 61) for name, values, _ in s.explain(track(200)) if values.size == 200 * 61}
         exact = 20.0 / math.cos(s.config.angles[45])
         found, expected = told["range by amplitude"][:, 45], told["estimated error by amplitude"][:, 45]
-        assert 0.7 < (found - exact).std() / np.median(expected) < 1.5
+        assert (found - exact).std() / np.median(expected) == pytest.approx(1.0, abs=0.2)  # 200 pings: 5 %
         assert (told["range by phase"][:, 45] - exact).std() < 0.2 * (found - exact).std()
 
     def test_fewer_samples_than_the_echo_holds_are_a_longer_pulse(self):

@@ -198,9 +198,9 @@ class TestSyntheticAperture:
 class TestAdcp:
     def test_uniform_flow_is_measured_in_the_sensor_frame_down_to_the_bottom(self):
         s = Adcp(AdcpConfig(noise_mps=0.0), context([below(10.5)]))
-        reading = s.sense(at(0, 0, DEEP, velocity=(1.5, -0.2, 0.0)))
+        reading = s.sense(at(0, 0, DEEP, velocity=(1.5, -0.2, 0.13)))
         free = reading.extras["cell_valid"][0]
-        assert reading.data[0][free] == pytest.approx(np.tile([-1.5, 0.2, 0.0], (free.sum(), 1)), abs=1e-6)
+        assert reading.data[0][free] == pytest.approx(np.tile([-1.5, 0.2, -0.13], (free.sum(), 1)), abs=1e-6)
         # the side lobe's echo drowns the water beyond altitude cos(tilt): cells that end above 10.5 cos(20)
         edge = reading.tables["depth"] + 0.5
         np.testing.assert_array_equal(free, edge < 10.5 * math.cos(math.radians(20)))

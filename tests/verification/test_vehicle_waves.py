@@ -101,5 +101,6 @@ def test_a_ship_rides_long_waves_and_bridges_short_ones(period_s: float, low: fl
 
 def test_waves_from_abeam_roll():
     found = ride("wamv", 0.0, heading_deg=90.0)
-    assert found["roll"] > 5 * found["pitch"]
-    assert found["roll"] == pytest.approx(K * HEIGHT_M / 2, rel=0.25)
+    assert found["roll"] > 100 * found["pitch"]
+    # the slope's amplitude; the hull's breadth takes (k b)^2 / 24 = 0.3 % of it, and it rolls in a third of the period
+    assert found["roll"] == pytest.approx(K * HEIGHT_M / 2, rel=0.02)

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Final, Literal
 
 import drjit as dr
 import numpy as np
-from pydantic import Field
+from pydantic import Field, field_validator
 
 from pelagos import jit
 from pelagos.config.strict import Strict
@@ -30,7 +30,7 @@ _STEPS: Final = 400  # of a puff's path
 
 class _Source(Strict):
     source_m: tuple[float, float, float]
-    """Place of the source: world x (north), y (west), z (up) [m]."""
+    """Place of the source under the surface: world x (north), y (west), z (up, so not above 0) [m]."""
     rate: float = Field(gt=0)
     """What the source gives off each second, in the tracer's unit times cubic metres."""
     spread_m2ps: float = Field(default=0.05, gt=0)
@@ -39,6 +39,15 @@ class _Source(Strict):
     """Vertical turbulent diffusivity [m^2/s]."""
     initial_m: float = Field(default=0.5, gt=0)
     """Standard deviation of the cloud where it leaves the source [m]."""
+
+    @field_validator("source_m")
+    @classmethod
+    def _under_water(cls, value: tuple[float, float, float]) -> tuple[float, float, float]:
+        if value[2] > 0:
+            raise ValueError(
+                f"the source lies {value[2]:g} m above the surface; z counts upwards: {-value[2]:g} is below"
+            )
+        return value
 
 
 class PlumeConfig(_Source):
