@@ -55,14 +55,14 @@ class Drop:
 
 @pytest.mark.parametrize("name", UNDERWATER)
 def test_resting_force_is_weight_minus_buoyancy(name):
-    """A tenth too heavy, at rest on the bottom for the last three seconds of 10: within 0.5 % (the glider: 0.08 %)."""
+    """A tenth too heavy, at rest on the bottom after 4 s; the glider rocks on its wings and takes 7: within 0.2 %."""
     vehicle = variant(name, mass=1.0, net=0.1)
     drop = Drop(vehicle, height=0.05, speed=0.0)
-    drop.fall(10.0)
+    drop.fall(8.0 if name == "glider" else 5.0)
     config = Vehicle.from_dict(vehicle).config
-    force = np.mean(drop.wrenches[-3 * HZ :], axis=0)[:3]
-    assert np.linalg.norm(force) == pytest.approx(config.body.weight - config.body.buoyancy, rel=0.005)
-    assert np.linalg.norm(drop.sim.state["a"].velocity) < 0.005
+    force = np.mean(drop.wrenches[-HZ:], axis=0)[:3]
+    assert np.linalg.norm(force) == pytest.approx(config.body.weight - config.body.buoyancy, rel=0.002)
+    assert np.linalg.norm(drop.sim.state["a"].velocity) < 0.001
 
 
 @pytest.mark.parametrize("mass", [0.8, 1.6])
