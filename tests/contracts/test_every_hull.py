@@ -1,0 +1,125 @@
+"""No hull of the catalogue knows north, or port from starboard: turned about the vertical with all that flows, it feels
+the same wrench; mirrored, the mirrored one.
+
+And control laws remember by time, not by calls: a step of no length changes nothing of what they keep in mind, and a
+short one changes half of what one twice as long does.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import drjit as dr
+import numpy as np
+import pytest
+
+import pelagos as pl
+from pelagos import jit
+from pelagos.vehicles.control.plant import Plant
+from pelagos.vehicles.flow import Flow
+from pelagos.vehicles.load import catalogue_names
+from pelagos.vehicles.wetness import Wetness
+
+NAMES = sorted(catalogue_names())
+LANES = 8
+MIRROR3, MIRROR6 = np.array([1.0, -1.0, 1.0]), np.array([1.0, -1.0, 1.0, -1.0, 1.0, -1.0])
+JUMPS = {
+    "acceleration": "keeps the drift's part in body axes, which turn",
+    "sawtooth": "keeps which way it goes, up or down",
+}
+"""Kinds of control mode whose memory changes in a step of no length, and why."""
+
+
+class Scene:
+    """Motions of both signs, unequal in all components; world NED."""
+
+    def __init__(self, fast: float, seed: int = 11) -> None:
+        rng = np.random.default_rng(seed)
+        self.place = rng.uniform(-1, 1, (LANES, 3)) * [9.0, 7.0, 0.3] + [0.0, 0.0, 0.4]
+        self.place[::2, 2] += 20.0
+        self.euler = rng.uniform(-1, 1, (LANES, 3)) * [0.5, 0.4, 3.0]
+        self.nu = rng.uniform(-1, 1, (LANES, 6)) * [fast, 0.4 * fast, 0.3 * fast, 0.5, 0.4, 0.6]
+        self.water = rng.uniform(-0.3, 0.3, (LANES, 6)) * [1.0, 1.0, 1.0, 0.02, 0.03, 0.01]
+        self.air = rng.uniform(-9.0, 9.0, (LANES, 3))
+        self.surface = 0.1 * rng.normal(size=(LANES, 2))
+        self.wet = rng.uniform(0.2, 0.9, (LANES, 2))
+
+    def flow(self, turn: float = 0.0, *, mirrored: bool = False) -> Flow:
+        side3, side6 = (MIRROR3, MIRROR6) if mirrored else (np.ones(3), np.ones(6))
+        angles = self.euler * ([-1.0, 1.0, -1.0] if mirrored else 1.0) + [0.0, 0.0, turn]
+        (cr, cp, cy), (sr, sp, sy) = np.cos(angles.T), np.sin(angles.T)
+        rotation = [
+            [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],
+            [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr],
+            [-sp, cp * sr, cp * cr],
+        ]
+        north, east, down = (self.place * side3).T
+        place = [np.cos(turn) * north - np.sin(turn) * east, np.sin(turn) * north + np.cos(turn) * east, down]
+        lanes = lambda rows: [jit.Float64(np.ascontiguousarray(r)) for r in rows]
+        nu, water = self.nu * side6, self.water * side6
+        air, wet = lanes((self.air * side3).T), self.wet
+        return Flow(
+            position=lanes(place), immersion=jit.Float64(place[2].copy()), rotation=[lanes(row) for row in rotation],
+            nu=lanes(nu.T), nu_r=lanes((nu - water).T), current_rate=lanes(0.1 * water.T),
+            surface=lanes((self.surface * ([-1.0, 1.0] if mirrored else 1.0)).T), air=lambda height: air,
+            step=jit.Float64(0.05), water_acceleration=lanes(0.1 * water.T), wet=Wetness(*lanes(wet.T)),
+        )  # fmt: skip
+
+
+def forces(vehicle: pl.Vehicle, flow: Flow) -> dict[str, list[Any]]:
+    return {name: list(term.wrench(flow)) for name, term in vehicle.model.terms.items()}
+
+
+def rows(load: list[Any]) -> np.ndarray:
+    """`(lanes, 6)`."""
+    return np.stack([np.broadcast_to(np.array(v, dtype=np.float64), LANES) for v in load], axis=-1)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_a_hull_feels_the_same_at_every_heading_and_the_mirror_image_in_the_mirror(name: str) -> None:
+    vehicle = pl.Vehicle.from_catalogue(name)
+    scene = Scene(max(vehicle.config.length_m**0.5, 1.0) * (8.0 if vehicle.config.medium == "air" else 1.0))
+    found = [forces(vehicle, f) for f in (scene.flow(), scene.flow(2.1), scene.flow(mirrored=True))]
+    dr.eval(*[load for part in found for load in part.values()])
+    for term, load in found[0].items():
+        here, turned, image = rows(load), rows(found[1][term]), rows(found[2][term])
+        size = 1e-9 * np.abs(here).max() + 1e-12
+        assert turned == pytest.approx(here, abs=size), term
+        assert image == pytest.approx(here * MIRROR6, abs=size), term
+
+
+def laws() -> dict[str, list[str]]:
+    """By vehicle, modes of kinds that no vehicle before it has."""
+    tried: set[str] = set()
+    chosen: dict[str, list[str]] = {}
+    for name in NAMES:
+        modes = pl.Vehicle.from_catalogue(name).config.modes
+        fresh = {config.type: mode for mode, config in modes.items() if config.type not in tried}
+        tried |= set(fresh)
+        chosen |= {name: list(fresh.values())} if fresh else {}
+    return chosen
+
+
+LAWS = laws()
+
+
+@pytest.mark.parametrize("name", sorted(LAWS))
+def test_a_control_law_remembers_by_time_and_not_by_calls(name: str) -> None:
+    vehicle = pl.Vehicle.from_catalogue(name)
+    plant = Plant(vehicle.model, vehicle.config.body)
+    fast = max(vehicle.config.length_m**0.5, 1.0)
+    first, flow = Scene(fast).flow(), Scene(fast, seed=12).flow()
+    rng, kept = np.random.default_rng(3), {}
+    for mode in LAWS[name]:
+        law = vehicle.config.modes[mode].build(plant)
+        before = list(law.start(first))
+        command = [jit.Float64(0.3 * rng.uniform(-1, 1, LANES)) for _ in law.commands]
+        after = [law.act(before, flow, command, jit.Float64(h))[1] for h in (1e-9, 1e-4, 2e-4)]
+        kept[mode] = before, *after
+    dr.eval(*[part for parts in kept.values() for part in parts])
+    for mode, parts in kept.items():
+        if vehicle.config.modes[mode].type in JUMPS or not parts[0]:
+            continue
+        before, none, one, two = (rows(p) for p in parts)
+        assert none == pytest.approx(before, abs=1e-6), mode
+        assert two - before == pytest.approx(2.0 * (one - before), abs=1e-3 * np.abs(two - before).max() + 1e-9), mode

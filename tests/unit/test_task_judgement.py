@@ -1,0 +1,191 @@
+"""Observations and rewards of learners' tasks by hand, at attitudes and places that are unequal on all axes."""
+
+from __future__ import annotations
+
+import math
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from pelagos import jit
+from pelagos.envs.tasks.depth_heading import DepthHeading
+from pelagos.envs.tasks.hover import Hover
+from pelagos.envs.tasks.marinegym_hover import _GOAL_M, MarineGymHover
+from pelagos.envs.tasks.obstacles import _GOAL_M as _NORTH_M
+from pelagos.envs.tasks.obstacles import _HULL_M, _RADIUS_M, ObstacleAvoidance
+from pelagos.envs.tasks.pipeline import _ABOVE_M, _PATH, _SPEED_MPS, _TOP_M, PipelineFollowing
+from pelagos.envs.tasks.station_keeping import StationKeeping
+from pelagos.envs.tasks.terrain import _HEIGHT_M, TerrainFollowing
+from pelagos.envs.tasks.wall_inspection import _STAND_OFF_M, WallInspection
+from pelagos.envs.tasks.waypoint import Waypoint
+from pelagos.envs.view import View
+
+EULER = [(0.3, -0.2, 0.7), (-0.5, 0.4, -2.2)]
+"""Roll, pitch, yaw, FLU to NWU, R = Rz Ry Rx [rad]."""
+PLACE, VELOCITY, RATES = np.array([1.3, -0.8, 0.6]), np.array([0.4, -0.3, 0.2]), np.array([0.15, -0.25, 0.35])
+
+
+def turned(euler: Any) -> np.ndarray:
+    return Rotation.from_euler("ZYX", np.array(euler)[::-1]).as_matrix()
+
+
+def view(euler: Any, position: Any, **memory: float) -> View:
+    x, y, z, w = Rotation.from_matrix(turned(euler)).as_quat()
+    lists = lambda values: [jit.Float64(float(v)) for v in values]
+    made = object.__new__(View)
+    made._position, made._attitude = jit.Array3f64(*lists(position)), jit.Array4f64(*lists((w, x, y, z)))
+    made.position, made.attitude = lists(position), lists((w, x, y, z))
+    made.velocity, made.angular_velocity = lists(VELOCITY), lists(RATES)
+    made.memory = {key: jit.Float64(value) for key, value in memory.items()}
+    made.actuators, made.t = lists((0.2, -0.1, 0.3)), jit.Float64(2.0)
+    return made
+
+
+def row(values: Any) -> np.ndarray:
+    return np.array([float(np.array(v).ravel()[0]) for v in values])
+
+
+def number(value: Any) -> float:
+    return float(np.array(value).ravel()[0])
+
+
+ACTION = [jit.Float64(0.5), jit.Float64(-0.3)]
+EFFORT = (0.25 + 0.09) / 2
+
+
+@pytest.mark.parametrize("euler", EULER)
+def test_a_boat_sees_its_place_ahead_and_to_the_left(euler: Any) -> None:
+    """Along the heading: the place lies at -position; wanted heading 1.9."""
+    task, now = StationKeeping(), view(euler, PLACE, yaw=1.9)
+    yaw = math.atan2(turned(euler)[1, 0], turned(euler)[0, 0])
+    c, s = math.cos(yaw), math.sin(yaw)
+    ahead, left = np.array([[c, s], [-s, c]]) @ -PLACE[:2]
+    seen = row(task.observe(now, None))
+    turn = math.remainder(1.9 - yaw, 2 * math.pi)
+    up = turned(euler).T @ [0.0, 0.0, 1.0]
+    expected = [
+        ahead,
+        left,
+        math.sin(turn),
+        math.cos(turn),
+        math.atan2(up[1], up[2]),
+        euler[1],
+        *VELOCITY[:2],
+        RATES[2],
+    ]
+    assert seen[:9] == pytest.approx(expected, abs=1e-9)
+    assert seen[9:] == pytest.approx([0.002, -0.001])
+    distance = math.hypot(ahead, left)
+    reward = math.exp(-0.5 * distance) * (0.7 + 0.3 * math.exp(-2 * abs(turn))) - 0.05 * EFFORT
+    assert number(task.reward(now, ACTION).reward) == pytest.approx(reward, abs=1e-9)
+
+
+@pytest.mark.parametrize("euler", EULER)
+@pytest.mark.parametrize(("depth", "yaw"), [(17.0, 1.9), (24.0, -0.4)])
+def test_a_torpedo_sees_how_deep_and_how_far_round_it_has_to_go(euler: Any, depth: float, yaw: float) -> None:
+    task, now = DepthHeading(), view(euler, [3.0, 4.0, -20.5], depth=depth, yaw=yaw)
+    turn = math.remainder(yaw - math.atan2(turned(euler)[1, 0], turned(euler)[0, 0]), 2 * math.pi)
+    up = turned(euler).T @ [0.0, 0.0, 1.0]
+    seen = row(task.observe(now, None))
+    expected = [depth - 20.5, math.sin(turn), math.cos(turn), math.atan2(up[1], up[2]), euler[1], *VELOCITY, *RATES]
+    assert seen[:11] == pytest.approx(expected, abs=1e-9)
+    reward = 0.5 * math.exp(-abs(depth - 20.5)) + 0.5 * math.exp(-2 * abs(turn)) - 0.05 * 2 * EFFORT
+    assert number(task.reward(now, ACTION).reward) == pytest.approx(reward, abs=1e-9)
+
+
+@pytest.mark.parametrize("euler", EULER)
+def test_a_hovering_vehicle_sees_its_goal_from_its_body(euler: Any) -> None:
+    task = Hover()
+    place = PLACE + np.array(task.goal)
+    now, matrix = view(euler, place), turned(euler)
+    yaw = math.atan2(matrix[1, 0], matrix[0, 0])
+    expected = [*(matrix.T @ -PLACE), math.sin(yaw), math.cos(yaw), *matrix[2], *VELOCITY, *RATES]
+    assert row(task.observe(now, None)) == pytest.approx(expected, abs=1e-9)
+    far, still = np.linalg.norm(PLACE), np.linalg.norm(VELOCITY) + 0.5 * np.linalg.norm(RATES)
+    pose = math.exp(-far) * (0.6 + 0.25 * math.exp(-4 * far) + 0.15 * math.exp(-2 * abs(yaw)))
+    assert number(task.reward(now, ACTION).reward) == pytest.approx(pose - 0.05 * still - 0.05 * EFFORT, abs=1e-9)
+
+
+@pytest.mark.parametrize("euler", EULER)
+def test_a_way_point_is_seen_from_the_body_and_coming_nearer_is_the_reward(euler: Any) -> None:
+    task, goal = Waypoint(), PLACE + np.array([2.0, -1.0, 0.5])
+    now = view(euler, PLACE, before=2.9, **dict(zip(("goal_x", "goal_y", "goal_z"), goal, strict=True)))
+    matrix, far = turned(euler), math.sqrt(4 + 1 + 0.25)
+    expected = [*(matrix.T @ [2.0, -1.0, 0.5]), *matrix[2], *VELOCITY, *RATES]
+    assert row(task.observe(now, None)) == pytest.approx(expected, abs=1e-9)
+    assert number(task.reward(now, ACTION).reward) == pytest.approx(2.9 - far - 0.02 - 0.01 * EFFORT, abs=1e-9)
+
+
+@pytest.mark.parametrize("euler", EULER)
+def test_marinegyms_hover_rewards_pose_uprightness_and_stillness(euler: Any) -> None:
+    task, matrix = MarineGymHover(), turned(euler)
+    now = view(euler, PLACE + np.array([0.0, 0.0, _GOAL_M]), heading=1.1)
+    off = [*-PLACE, *([math.cos(1.1), math.sin(1.1), 0.0] - matrix[:, 0])]
+    pose = 0.5 / (1 + (1.2 * np.linalg.norm(off)) ** 2)
+    upright = ((matrix[2, 2] + 1) / 2) ** 2
+    spin = 1 / (1 + (matrix @ RATES)[2] ** 4)
+    reward = pose + pose * (upright + spin) + 0.1 * math.exp(-0.8)
+    assert number(task.reward(now, ACTION).reward) == pytest.approx(reward, abs=1e-9)
+
+
+def judged(task: Any, position: Any, euler: Any, **world: Any) -> Any:
+    """Verdict on one copy at a place and attitude, with the velocity and rates above."""
+    x, y, z, w = Rotation.from_matrix(turned(euler)).as_quat()
+    state = SimpleNamespace(
+        position=np.array([position], dtype=float), attitude=np.array([[w, x, y, z]]), velocity=VELOCITY[None],
+        angular_velocity=RATES[None], euler=np.array([euler]), depth=np.array([-position[2]]),
+    )  # fmt: skip
+    sim = SimpleNamespace(state={task.agent: state}, n=1, world=SimpleNamespace(**world))
+    return task.judge(sim, np.array([[0.5, -0.3]]), np.zeros(1, dtype=bool))
+
+
+@pytest.mark.parametrize("euler", EULER)
+@pytest.mark.parametrize("piece", [0, 1])
+def test_a_pipeline_is_followed_along_its_own_direction(euler: Any, piece: int) -> None:
+    """0.7 m to the left of the middle of a piece, 0.4 m too high."""
+    a, b = _PATH[piece], _PATH[piece + 1]
+    ahead = (b - a) / np.linalg.norm(b - a)
+    left = np.array([-ahead[1], ahead[0]])
+    found = judged(PipelineFollowing(), [*((a + b) / 2 + 0.7 * left), _TOP_M + _ABOVE_M + 0.4], euler)
+    speed = (turned(euler) @ VELOCITY)[:2] @ ahead
+    turn = abs(math.remainder(euler[2] - math.atan2(ahead[1], ahead[0]), 2 * math.pi))
+    along = 1 - min(abs(speed - _SPEED_MPS) / _SPEED_MPS, 2.0)
+    assert found.metrics["speed_mps"][0] == pytest.approx(speed)
+    assert found.reward[0] == pytest.approx(along - 0.35 - 0.2 - 0.5 * turn)
+
+
+@pytest.mark.parametrize("euler", EULER)
+@pytest.mark.parametrize("gap", [0.3, -0.1])
+def test_a_pillar_is_struck_where_its_side_meets_the_hull(euler: Any, gap: float) -> None:
+    task = ObstacleAvoidance()
+    first = task.pillars[np.argmin(task.pillars[:, 0])]
+    found = judged(task, [first[0] - _RADIUS_M - _HULL_M - gap, first[1], -3.0], euler)
+    assert found.metrics["clearance_m"][0] == pytest.approx(_HULL_M + gap)
+    assert bool(found.metrics["collided"][0]) == (gap < 0)
+    north = (turned(euler) @ VELOCITY)[0]
+    assert found.reward[0] == pytest.approx(north / task.rate_hz - 10.0 * (gap < 0))
+    assert first[0] < _NORTH_M
+
+
+@pytest.mark.parametrize("euler", EULER)
+@pytest.mark.parametrize("off", [0.6, -0.9])
+def test_height_over_the_ground_is_what_terrain_following_keeps(euler: Any, off: float) -> None:
+    ground = lambda x, y: -30.0 + 0.1 * x - 0.2 * y
+    place = [*PLACE[:2], ground(*PLACE[:2]) + _HEIGHT_M + off]
+    found = judged(TerrainFollowing(), place, euler, height=ground)
+    reward = math.exp(-0.5 * abs(off)) - 0.3 * abs(euler[2]) - 0.02 * 2 * EFFORT
+    assert found.reward[0] == pytest.approx(reward)
+
+
+@pytest.mark.parametrize("euler", EULER)
+def test_a_wall_is_inspected_westwards_at_a_distance(euler: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    task = WallInspection()
+    monkeypatch.setattr(task, "_wall", lambda sim: (np.array([_STAND_OFF_M + 0.7]), np.array([-0.3])))
+    found = judged(task, [1.0, -2.0, -5.0], euler)
+    west = (turned(euler) @ VELOCITY)[1]
+    along = 1 - min(abs(west - 0.3) / 0.3, 2.0)
+    assert found.metrics["west_mps"][0] == pytest.approx(west)
+    assert found.reward[0] == pytest.approx(along - 0.35 - 0.15)
