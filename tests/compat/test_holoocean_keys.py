@@ -1,4 +1,4 @@
-"""Keys of HoloOcean's sensors and lamps as those of ours: each with a value of its own, unequal and away from 0."""
+"""Keys of HoloOcean's sensors as those of ours: each with a value of its own, unequal and away from 0."""
 
 from __future__ import annotations
 
@@ -6,13 +6,11 @@ from types import SimpleNamespace
 
 import pytest
 
-from pelagos.compat.holoocean.environments import HoloOceanEnvironment
-from pelagos.compat.holoocean.flashlight import Lamp
 from pelagos.compat.holoocean.lidars import RaycastLidar
 
 
 def test_a_lidar_keeps_what_the_other_drops() -> None:
-    """Drop-off at no intensity is a probability there and what is kept here: CARLA's `dropoff_zero_intensity` 0.3."""
+    """Their drop-off at no intensity is the share that stays, in the engine's code; ours the share that is lost."""
     sensor = object.__new__(RaycastLidar)
     sensor.env, sensor.tick_every = SimpleNamespace(_ticks_per_sec=60, advice=None), 6
     sensor.config = {
