@@ -12,6 +12,7 @@ import pytest
 import pelagos as pl
 from pelagos import jit
 from pelagos.config import registry
+from pelagos.config.described import descriptions
 from pelagos.messages.encoders import encoder
 from pelagos.messages.encoding import Site
 from pelagos.sensors.sensor import SensorConfig
@@ -180,8 +181,8 @@ def test_it_says_what_it_is(sensor):
     assert all(isinstance(s, str) and s for s in cls.SOURCES)
     assert len(f"{inspect.getmodule(cls).__doc__}{cls.__doc__}") > 100  # what it is, and what a reading holds
     assert issubclass(cls.Config, SensorConfig)
-    for field, info in cls.Config.model_fields.items():
-        assert info.description or field == "type", f"{name}.{field} has no docstring"
+    for field in cls.Config.model_fields:
+        assert descriptions(cls.Config).get(field) or field == "type", f"{name}.{field} has no docstring"
 
 
 def test_it_has_messages_of_its_own(sensor):

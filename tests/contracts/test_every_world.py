@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from pelagos.config import registry
+from pelagos.config.described import descriptions
 from pelagos.world.build import build_world, world_config, world_types
 from pelagos.world.export import save
 
@@ -33,8 +34,8 @@ def test_it_says_what_it_is(made):
     name, _ = made
     assert world_types()[name]
     config = registry.find("world", name).config
-    for field, info in config.model_fields.items():
-        assert info.description or field == "type", f"{name}.{field} has no docstring"
+    for field in config.model_fields:
+        assert descriptions(config).get(field) or field == "type", f"{name}.{field} has no docstring"
 
 
 def test_everything_in_it_has_a_label_a_material_and_an_id_of_its_own(made):

@@ -59,7 +59,11 @@ def test_ctrl_c_ends_a_view_whose_browser_does_not_answer(tmp_path, monkeypatch,
 
     def look(url: str) -> None:
         try:
-            with connect(url.replace("http://", "ws://").replace("/?", "/live?"), close_timeout=0.1) as connection:
+            with connect(
+                url.replace("http://", "ws://").replace("/?", "/live?"), close_timeout=0.1, max_size=None
+            ) as connection:
+                while b'"type":"hello"' not in connection.recv(timeout=120):  # the page is there before the simulation
+                    pass
                 connection.send(json.dumps({"do": "record", "on": True}))
                 while not (recording.exists() and recording.stat().st_size > 0):
                     time.sleep(0.02)

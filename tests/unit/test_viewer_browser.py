@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import math
 import os
 import shutil
+import threading
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -14,6 +16,7 @@ import pytest
 
 import pelagos as pl
 from pelagos.viewer.replay import replay_view
+from pelagos.viewer.server import Server
 from pelagos.viewer.session import Session
 
 CHROMIUM = next(
@@ -66,10 +69,25 @@ def browser() -> Iterator[Any]:
 
 
 @pytest.fixture(scope="module")
-def session(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Session]:
+def served(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Session]:
     sim = pl.Simulation.load(SCENARIO)
-    with Session(sim, results=tmp_path_factory.mktemp("view"), port=0).start() as made:
+    with Session(sim, results=tmp_path_factory.mktemp("view"), server=Server(port=0)).start() as made:
         yield made
+
+
+@pytest.fixture
+def session(served: Session) -> Session:
+    """A run from its start: where the test before has left the vehicle, there may be no ground any more."""
+    begun = threading.Event()
+
+    def begin() -> None:
+        served.pilot.paused = False
+        served.pilot.reset()
+        begun.set()
+
+    served.pilot.post(begin)
+    assert begun.wait(PATIENCE_S)
+    return served
 
 
 class Watched:
@@ -179,6 +197,8 @@ def test_mission_is_seen_held_and_driven(browser: Any, session: Session) -> None
     until(lambda: sim.time_ns > moved)  # a browser that goes changes nothing
 
 
+RAY = """([x, y]) => { const s = pelagos.stage, r = s.canvas.getBoundingClientRect();
+    return [s.eye, s.ray(2 * (x - r.left) / r.width - 1, 1 - 2 * (y - r.top) / r.height)]; }"""
 PAD = """window.pad = { connected: true, axes: [0, 0, 0, 0] }; navigator.getGamepads = () => [window.pad];"""
 
 
@@ -193,8 +213,9 @@ def test_tablet_props_by_mouse_section_and_gamepad(browser: Any, session: Sessio
     assert page.evaluate(outside) == []
     assert page.evaluate("document.getElementById('pause').getBoundingClientRect().height") >= 38  # for fingers
     page.evaluate("window.pad.axes = [0.8, 0, 0, 0]")  # the left stick to the right
+    until(lambda: sim.stepper.mode("auv0") == "depth_heading_speed")  # in other modes the second number is no heading
     heading = sim.held_command("auv0")[0][1]
-    until(lambda: sim.held_command("auv0")[0][1] > heading + 0.1)
+    until(lambda: math.remainder(sim.held_command("auv0")[0][1] - heading, 2 * math.pi) > 0.1)
     page.evaluate("window.pad.axes = [0, 0, 0, 0]")
     page.evaluate("pelagos.stage.choose('free'); pelagos.stage.orbit(0, -0.4)")
     page.click("#pause")
@@ -212,9 +233,13 @@ def test_tablet_props_by_mouse_section_and_gamepad(browser: Any, session: Sessio
     before = body.position[0].copy()
     page.mouse.move(box["x"] + at[0], box["y"] + at[1])
     page.mouse.down()
-    page.mouse.move(box["x"] + at[0] - 120, box["y"] + at[1] + 30, steps=4)
+    end = [box["x"] + at[0] - 120, box["y"] + at[1] + 30]
+    page.mouse.move(*end, steps=4)
     page.mouse.up()
-    until(lambda: np.linalg.norm(body.position[0] - before) > 0.5)
+    eye, way = np.array(page.evaluate(RAY, end))
+    there = eye + way * (-12.0 - eye[2]) / way[2]
+    assert np.linalg.norm(there[:2] - before[:2]) > 0.5
+    until(lambda: np.linalg.norm(body.position[0, :2] - there[:2]) < 0.02)  # the last of the drag's messages
     assert body.position[0, 2] == pytest.approx(before[2], abs=0.02)
     held = body.position[0].copy()
     until(lambda: np.abs(np.array(page.evaluate(f"pelagos.stage.poses['/bodies/{body.name}'][0]")) - held).max() < 0.02)
@@ -234,11 +259,72 @@ def test_tablet_props_by_mouse_section_and_gamepad(browser: Any, session: Sessio
     assert watched.troubles == []
 
 
+TICKS = 40
+SHOWN = """() => { const image = document.querySelector("[data-sensor='auv0.imaging'] img");
+    if (!image.complete || !image.naturalWidth || image.hidden) return null;
+    const c = document.createElement("canvas"); c.width = image.naturalWidth; c.height = image.naturalHeight;
+    const d = c.getContext("2d"); d.drawImage(image, 0, 0);
+    const depth = document.querySelector("[data-sensor='auv0.depth'] .numbers b");
+    if (!depth) return null;
+    return { depth: depth.textContent, pixels: d.getImageData(0, 0, c.width, c.height).data.join(" ") }; }"""
+
+
+def test_same_seed_from_the_page_gives_the_same_numbers(browser: Any, session: Session) -> None:
+    """Two resets with one seed, one with another: what the page shows of a depth sensor and a sonar, noise and all."""
+    watched = Watched(browser, session.url)
+    page, sim = watched.page, session.pilot.sim
+    until(lambda: watched.pictures() >= 1)
+    page.click("#pause")
+    until(lambda: session.pilot.paused)
+    page.click("[data-sensor='auv0.depth'] .fold")  # numbers are folded away at first
+    shown = []
+    for seed in (41, 41, 42):
+        page.fill("#seed", str(seed))
+        page.click("#reset")
+        until(lambda seed=seed: (sim.seed, sim.time_ns) == (seed, 0))
+        until(lambda: watched.time() == 0.0)
+        for _ in range(TICKS):
+            page.click("#tick")
+        until(lambda: sim.time_ns == TICKS * sim.dt_ns)
+        newest = f"pelagos.plots.plots[0].measured.at(-1)?.[0] > {TICKS * sim.dt_ns * 1e-9 - 0.1}"
+        until(lambda newest=newest: page.evaluate(newest))  # the depth of now
+        shown.append(until(lambda: page.evaluate(SHOWN)))
+    first, again, other = shown
+    assert first == again
+    assert first["depth"] != other["depth"]
+    assert first["pixels"] != other["pixels"]
+    watched.context.close()
+    assert watched.troubles == []
+
+
+def test_page_offers_nothing_that_it_would_ignore(browser: Any) -> None:
+    """A run that a program steps: to hold it and a section are all that the page can do."""
+    sim = pl.Simulation.load(SCENARIO)
+    with sim.view(port=0) as view:
+        sim.step(ticks=20)
+        watched = Watched(browser, view.url)
+        page = watched.page
+        until(lambda: page.inner_text("#kind").lower() == "live · looking on")
+        offered = """() => [...document.querySelectorAll("button, select, input, .stick")].filter((e) =>
+            e.checkVisibility() && !e.closest("#panels, .looks, .drawer")).map((e) => e.id)"""
+        assert page.evaluate(offered) == ["pause", "things-button", "help-button", "agent", "map-in", "map-out"]
+        for key in (".", "d"):
+            page.keyboard.press(key)
+        box = page.locator("#map").bounding_box()
+        page.mouse.click(box["x"] + 0.4 * box["width"], box["y"] + 0.4 * box["height"])
+        page.keyboard.press("Space")
+        until(lambda: sim.paused)
+        assert page.inner_text("#says") == ""  # none of them was sent, and refused
+        sim.resume()
+        watched.context.close()
+        assert watched.troubles == []
+
+
 def test_recording_is_scrubbed(browser: Any, tmp_path: Path) -> None:
     sim = pl.Simulation.load(SCENARIO)
     sim.run(6.0, record=tmp_path / "mission.mcap")
     true = sim.state["auv0"].position[0]
-    with replay_view(tmp_path / "mission.mcap", port=0, paused=True).start() as view:
+    with replay_view(tmp_path / "mission.mcap", server=Server(port=0), paused=True).start() as view:
         watched = Watched(browser, view.url)
         until(lambda: watched.pictures() >= 1 and watched.page.is_visible("#timeline"))
         assert watched.time() == 0.0

@@ -5,7 +5,10 @@ from __future__ import annotations
 import gc
 import hashlib
 import json
+import sys
 import time
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -17,11 +20,13 @@ from pelagos.cli.view import ViewOptions, say_where
 from pelagos.errors import CommandError
 from pelagos.sim.replay import Recording
 from pelagos.viewer.drive import Axes, drive
-from pelagos.viewer.hub import Hub
+from pelagos.viewer.hub import Hub, records
 from pelagos.viewer.live import Live
 from pelagos.viewer.orders import Orders
 from pelagos.viewer.pilot import Pilot
+from pelagos.viewer.server import Server
 from pelagos.viewer.session import Session, Watch, currents_of, subject_of
+from pelagos.viewer.turns import TURN_S
 from pelagos.viewer.view import View
 
 SCENARIO: dict[str, Any] = {
@@ -62,12 +67,27 @@ def digest(path: Path) -> str:
     return found.hexdigest()
 
 
+@contextmanager
+def taking_little(watch: Watch) -> Iterator[Any]:
+    """A browser that asks for every panel, takes the scene, then reads no more; at the end its line breaks."""
+    client = pytest.importorskip("websockets.sync.client", reason="websockets is not installed")
+    address = f"ws://127.0.0.1:{watch.view.server.port}/live?token={watch.view.server.guard.token}"
+    with client.connect(address, max_size=None, close_timeout=0.1) as browser:
+        browser.send(json.dumps({"do": "panels", "names": ["auv0.mbes", "auv0.sonar"]}))
+        while not any(header["type"] == "hello" for header, _ in records(browser.recv(timeout=60))):
+            pass
+        yield browser
+
+
 def test_same_seed_same_bytes_with_and_without_a_view(sim, tmp_path):
+    before = sys.getswitchinterval()
     sim.run(1.5, record=tmp_path / "alone.mcap")
     sim.reset()
-    with Watch(sim, port=0) as watch:
+    with Watch(sim, port=0) as watch, taking_little(watch) as browser:
+        assert sys.getswitchinterval() == pytest.approx(TURN_S, rel=0.01)
         sim.run(1.5, record=tmp_path / "seen.mcap")
         watch.view.hub.publish("x", {"type": "note"})  # nobody takes it
+        browser.close_socket()
         for _ in range(200):
             if watch.view.pictures:
                 break
@@ -75,6 +95,7 @@ def test_same_seed_same_bytes_with_and_without_a_view(sim, tmp_path):
         assert watch.view.pictures > 0
     assert digest(tmp_path / "alone.mcap") == digest(tmp_path / "seen.mcap")
     assert not sim.watchers
+    assert sys.getswitchinterval() == pytest.approx(before, rel=0.01)
 
 
 def test_what_is_handed_on_owns_its_memory_and_only_the_stepping_thread_collects(sim):
@@ -173,7 +194,7 @@ def test_pause_tick_speed_and_reset(pilot):
 def test_step_that_takes_long_is_told_to_whoever_waits_for_it(sim, tmp_path, monkeypatch):
     """Kernels that are new to a machine are compiled for half a minute: a page that stands still must say so."""
     told: list[int] = []
-    with Session(sim, results=tmp_path, port=0, paused=True) as session:
+    with Session(sim, results=tmp_path, server=Server(port=0), paused=True) as session:
         live, view = session.live, session.view
         publish = view.hub.publish
         monkeypatch.setattr(view.hub, "publish", lambda key, header, *more, **options: (
@@ -318,12 +339,14 @@ def test_who_comes_while_nothing_moves_sees_the_sensors_pictures(sim):
         with websockets.connect(address, max_size=None) as browser:
             browser.send(json.dumps({"do": "panels", "names": ["auv0.sonar"]}))
             for _ in range(50):
-                raw = browser.recv(timeout=60)
-                header = json.loads(raw[4 : 4 + int.from_bytes(raw[:4], "little")])
-                if header.get("name") == "auv0.sonar" and header.get("pictured"):
+                found = [
+                    blob
+                    for header, blob in records(browser.recv(timeout=60))
+                    if header.get("name") == "auv0.sonar" and header.get("pictured")
+                ]
+                if found:
                     break
-    assert header["pictured"]
-    assert b"\xff\xd9" in raw[-8:]  # the end of a JPEG
+    assert found[0].endswith(b"\xff\xd9")  # the end of a JPEG
 
 
 def test_current_is_drawn_where_it_sets(sim):

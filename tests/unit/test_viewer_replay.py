@@ -184,7 +184,7 @@ def test_what_cannot_be_shown_is_told_in_one_sentence(tmp_path):
     empty = tmp_path / "empty.mcap"
     McapWriter(empty, library="test").close()
     with pytest.raises(NoRecording, match="this recording has no poses"):
-        replay_view(empty, port=0)
+        replay_view(empty)
     with pytest.raises(NoRecording, match="this recording has no poses"):
         make_film(empty, tmp_path / "x.mp4", FilmOptions())
 

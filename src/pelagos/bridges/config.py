@@ -5,17 +5,19 @@ from __future__ import annotations
 from abc import abstractmethod
 from typing import TYPE_CHECKING
 
-from pydantic import BaseModel, ConfigDict
+from pydantic import ConfigDict
+
+from pelagos.config.described import Described
 
 if TYPE_CHECKING:
     from pelagos.bridges.exchange import Exchange
     from pelagos.sim.simulation import Simulation
 
 
-class BridgeConfig(BaseModel):
+class BridgeConfig(Described):
     """Settings that every door has."""
 
-    model_config = ConfigDict(frozen=True, extra="forbid", use_attribute_docstrings=True)
+    model_config = ConfigDict(frozen=True, extra="forbid")
 
     type: str
     """The kind of door: one of `pelagos list bridges`."""

@@ -16,6 +16,7 @@ from pelagos.cli.console import err, out, shown
 from pelagos.cli.trusted import load
 from pelagos.cli.walk import Passed, last_motion, rooms, walked
 from pelagos.config import registry
+from pelagos.config.described import descriptions
 from pelagos.config.scenario import Scenario
 from pelagos.errors import InputError, LookupFailed
 from pelagos.sensors.sensor import SensorConfig
@@ -101,8 +102,9 @@ def address(thing: Any) -> str:
 def _print_config(config: Any, model: Any) -> None:
     table = Table(box=None, show_header=False, pad_edge=False, padding=(0, 2, 0, 0))
     out.print("\n[bold]Configuration[/bold]")
+    texts = descriptions(model)
     for key, value in config.model_dump(mode="json").items():
-        table.add_row(f"  {key}", escape(str(value)), escape(model.model_fields[key].description or ""))
+        table.add_row(f"  {key}", escape(str(value)), escape(texts.get(key, "")))
     out.print(table, soft_wrap=False)
 
 

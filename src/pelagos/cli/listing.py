@@ -9,6 +9,7 @@ from rich.table import Table
 
 from pelagos.cli.console import out
 from pelagos.config import registry
+from pelagos.config.described import descriptions
 from pelagos.errors import InputError
 from pelagos.sensors.sonar.keys.devices import DEVICES
 
@@ -49,9 +50,10 @@ def print_keys(what: str, name: str) -> None:
     entry = registry.find(KINDS[what], name)
     out.print(f"[bold]{name}[/bold]: {escape(entry.title)}")
     table = Table("key", "default", "", box=None, pad_edge=False, padding=(0, 2, 0, 0), header_style="bold")
+    texts = descriptions(entry.config)
     for key, field in entry.config.model_fields.items():
         default = "required" if field.is_required() else str(field.get_default(call_default_factory=True))
-        table.add_row(key, escape(default), escape(field.description or ""))
+        table.add_row(key, escape(default), escape(texts.get(key, "")))
     out.print(table, soft_wrap=False)
 
 

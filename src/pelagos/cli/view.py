@@ -9,7 +9,7 @@ import threading
 import time
 import webbrowser
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import closing, contextmanager
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -22,6 +22,7 @@ from pelagos.errors import InputError
 
 if TYPE_CHECKING:
     from pelagos.sim.simulation import Simulation
+    from pelagos.viewer.server import Server
     from pelagos.viewer.view import View
 
 _IDLE_S: Final = 0.2
@@ -51,17 +52,21 @@ def show(path: Path, changes: Sequence[str], options: ViewOptions) -> int:
     must_be_file(path)
     if not 0 <= options.speed <= 100:
         raise InputError(f"--speed is 0.1 to 100 times the clock, or 0 for as fast as it goes; not {options.speed:g}")
-    from pelagos.viewer.server import must_be_free
+    from pelagos.viewer.server import Server
 
-    must_be_free(options.host, options.port)  # before seconds of building
+    with closing(Server(host=options.host, port=options.port)) as server:  # a taken port is told before all else
+        return _show(path, changes, options, server)
+
+
+def _show(path: Path, changes: Sequence[str], options: ViewOptions, server: Server) -> int:
     if path.suffix.lower() == ".mcap":
         if changes or options.world or options.seed is not None:
             raise InputError("a recording is shown as it is: leave out --set, --seed and --world")
-        serve: Callable[[Stopping], None] = partial(_replay, path, options)
+        serve: Callable[[Stopping], None] = partial(_replay, path, options, server)
     elif options.world:
-        serve = partial(_world, path, changes, options)
+        serve = partial(_world, path, changes, options, server)
     else:
-        serve = partial(_scenario, path, changes, options)
+        serve = partial(_scenario, path, changes, options, server)
     with Stopping(words=("ending the view", "the view is being ended: its recording is on its way")) as stopping:
         serve(stopping)
     out.print("the view has ended", markup=False)
@@ -82,39 +87,41 @@ def must_be_file(path: Path) -> None:
         raise InputError(f"{path}: there is no such file")
 
 
-def _scenario(path: Path, changes: Sequence[str], options: ViewOptions, stopping: Stopping) -> None:
+def _scenario(
+    path: Path, changes: Sequence[str], options: ViewOptions, server: Server, stopping: Stopping
+) -> None:  # fmt: skip
     overrides = {} if options.seed is None else {"seed": options.seed}
     with doing(f"loading {path}"):
         scenario = load(path, changes, overrides=overrides, trust=options.trust)
+    server.say_loading(f"{scenario.name}: building the world, the vehicles and their sensors")
+    say_where(server.url, options)  # a browser takes its time to begin, too
+    with doing("building the world, the vehicles and their sensors"):
         from pelagos.sim.simulation import Simulation
         from pelagos.viewer.session import Session
-    with doing("building the world, the vehicles and their sensors"):
+
         sim = Simulation.load(scenario)
-        session = Session(
-            sim, results=Path("results") / path.stem, speed=options.speed, paused=options.paused, host=options.host,
-            port=options.port,
-        )  # fmt: skip
+        results = Path("results") / path.stem
+        session = Session(sim, results=results, speed=options.speed, paused=options.paused, server=server)
     stopping.guard(session.pilot.stop_soon)
-    say_where(session.url, options)
     _end_after(options.for_s, session.pilot.close)
     session.run()
 
 
-def _replay(path: Path, options: ViewOptions, stopping: Stopping) -> None:
+def _replay(path: Path, options: ViewOptions, server: Server, stopping: Stopping) -> None:
     with doing(f"loading {path}"):
         from pelagos.viewer.replay import replay_view
 
-        view = replay_view(path, host=options.host, port=options.port, paused=options.paused, speed=options.speed)
+        view = replay_view(path, server=server, paused=options.paused, speed=options.speed)
     _serve(view, options, stopping)
 
 
-def _world(path: Path, changes: Sequence[str], options: ViewOptions, stopping: Stopping) -> None:
+def _world(path: Path, changes: Sequence[str], options: ViewOptions, server: Server, stopping: Stopping) -> None:
     with doing(f"loading {path}"):
         scenario = load(path, changes, trust=options.trust)
     with doing("building the world"):
         from pelagos.viewer.still import world_view
 
-        view = world_view(scenario, host=options.host, port=options.port)
+        view = world_view(scenario, server=server)
     _serve(view, options, stopping)
 
 

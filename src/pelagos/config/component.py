@@ -75,7 +75,7 @@ class Component:
     def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: GetJsonSchemaHandler) -> JsonSchemaValue:
         known = registry.entries(self.kind, plugins=False)
         models = dict.fromkeys(entry.config for entry in known.values())
-        choices = [handler(model.__pydantic_core_schema__) for model in models]
+        choices = [model.__get_pydantic_json_schema__(model.__pydantic_core_schema__, handler) for model in models]
         if self.shorthand:
             choices.append({"enum": list(known), "type": "string"})
         return {"anyOf": choices}

@@ -7,8 +7,9 @@ from pathlib import Path
 from typing import Annotated, Any, Final, Literal, Self
 
 import yaml
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator, model_validator
+from pydantic import ConfigDict, Field, ValidationError, field_validator, model_validator
 
+from pelagos.config.described import Described
 from pelagos.errors import LookupFailed, ScenarioError
 from pelagos.identification.coordinates import COORDINATES
 
@@ -23,8 +24,8 @@ UNIT_SCALES: Final[dict[str, float]] = {
 """Factors to SI units."""
 
 
-class _Strict(BaseModel):
-    model_config = ConfigDict(frozen=True, extra="forbid", use_attribute_docstrings=True)
+class _Strict(Described):
+    model_config = ConfigDict(frozen=True, extra="forbid")
 
 
 class ColumnConfig(_Strict):

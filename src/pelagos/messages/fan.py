@@ -32,23 +32,25 @@ class FanPreview:
         left = (half - 0.5 - np.arange(2 * half))[None, :] * (last_m / height)
         beam = (np.arctan2(left, ahead) - float(azimuth[0])) / step
         place = (np.hypot(ahead, left) - first_m) / (last_m - first_m) * bins - 0.5
-        self._inside = (beam > -0.5) & (beam < beams - 0.5) & (place > -0.5) & (place < bins - 0.5)
-        b = np.clip(beam[self._inside], 0, beams - 1)
-        r = np.clip(place[self._inside], 0, bins - 1)
+        self._shape = beam.shape
+        inside = (beam > -0.5) & (beam < beams - 0.5) & (place > -0.5) & (place < bins - 0.5)
+        b = np.clip(beam[inside], 0, beams - 1)
+        r = np.clip(place[inside], 0, bins - 1)
         b0, r0 = np.minimum(b.astype(np.int32), max(beams - 2, 0)), np.minimum(r.astype(np.int32), max(bins - 2, 0))
         b1, r1 = np.minimum(b0 + 1, beams - 1), np.minimum(r0 + 1, bins - 1)
         fb, fr = (b - b0).astype(np.float32), (r - r0).astype(np.float32)
         cells = np.stack([b0 * bins + r0, b0 * bins + r1, b1 * bins + r0, b1 * bins + r1], axis=-1)
         weights = np.stack([(1 - fb) * (1 - fr), (1 - fb) * fr, fb * (1 - fr), fb * fr], axis=-1)
-        first = np.arange(0, 4 * len(cells) + 1, 4)
-        self._pixels = csr_array((weights.ravel(), cells.ravel(), first), shape=(len(cells), beams * bins))
+        first = np.zeros(self._shape[0] * self._shape[1] + 1, dtype=np.int32)  # pixels outside have no weights
+        np.cumsum(4 * inside.ravel(), out=first[1:])
+        self._pixels = csr_array((weights.ravel(), cells.ravel(), first), shape=(len(first) - 1, beams * bins))
         self._colours = copper()
 
     def __call__(self, polar: NDArray[np.uint8]) -> NDArray[np.uint8]:
         """The fan of one image."""
-        out = np.zeros(self._inside.shape, dtype=np.uint8)
-        out[self._inside] = self._pixels @ polar.ravel().astype(np.float32) + np.float32(0.5)
-        return self._colours.take(out, axis=0)
+        level = self._pixels @ polar.ravel().astype(np.float32)
+        level += np.float32(0.5)
+        return np.asarray(self._colours.take(level.astype(np.uint8), axis=0).reshape(*self._shape, 3))
 
 
 def copper() -> NDArray[np.uint8]:

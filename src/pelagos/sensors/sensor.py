@@ -14,9 +14,10 @@ from typing import TYPE_CHECKING, Any, ClassVar, Protocol, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from pydantic import BaseModel, ConfigDict
+from pydantic import ConfigDict
 
 from pelagos import jit
+from pelagos.config.described import Described
 from pelagos.config.rate import Rate
 from pelagos.errors import CommandError
 from pelagos.jit import Array
@@ -31,10 +32,10 @@ if TYPE_CHECKING:
     from pelagos.world.world import Hits, World
 
 
-class SensorConfig(BaseModel):
+class SensorConfig(Described):
     """Keys that every sensor has: a rate and a place on the vehicle. Its own keys stand in its own file."""
 
-    model_config = ConfigDict(frozen=True, extra="forbid", use_attribute_docstrings=True, allow_inf_nan=False)
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
     type: str
     """The sensor's kind: one of `pelagos list sensors`."""

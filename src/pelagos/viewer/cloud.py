@@ -79,17 +79,16 @@ class Cloud:
 
     def _send(self) -> None:
         points = np.concatenate(self._points).astype(np.float32)
-        parts = [self._paint(p) if c is None else c for p, c in zip(self._points, self._colours, strict=True)]
+        own = [c for c in self._colours if c is not None]  # a sensor's points all have colours, or none has
+        colours = np.concatenate(own) if own else self._paint(points)
         self._fresh = False
         if self._node is None:
             self._number += 1
-        self._node = self._stage.add(
-            "points", f"{self._at}/{self._number}", points=points, colours=np.concatenate(parts)
-        )
+        self._node = self._stage.add("points", f"{self._at}/{self._number}", points=points, colours=colours)
         if not self._visible:
             self._node.show(visible=False)
 
-    def _paint(self, points: NDArray[np.float64]) -> NDArray[np.uint8]:
+    def _paint(self, points: NDArray[np.float32]) -> NDArray[np.uint8]:
         """By depth, over the span of the first points, widened as it must be."""
         if len(points):
             low, high = float(points[:, 2].min()), float(points[:, 2].max())

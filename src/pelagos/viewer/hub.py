@@ -5,10 +5,14 @@ from __future__ import annotations
 import asyncio
 import json
 import logging
-from collections.abc import Callable, Mapping
+from collections import deque
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from typing import Any, Final
 
 _MOST: Final = 65536  # of a message from a browser [B]
+_BUNDLE: Final = 262_144  # after so many bytes a message to a browser is sent, whatever else waits [B]
+_HEAD: Final = 8  # bytes of a record before its header
 _LOG = logging.getLogger(__name__)
 
 
@@ -40,6 +44,8 @@ class Hub:
         self._browsers: set[_Browser] = set()
         self._loop: asyncio.AbstractEventLoop | None = None
         self._number = 0
+        self._outgoing: deque[tuple[str, bytes]] = deque()
+        self._held = False
 
     @property
     def count(self) -> int:
@@ -58,12 +64,20 @@ class Hub:
         data = packed({"key": key, **header}, blob)
         if keep:
             self._kept[key] = data
-        loop = self._loop
-        if loop is not None and self._browsers:
-            try:
-                loop.call_soon_threadsafe(self._spread, key, data)
-            except RuntimeError:  # the server has ended
-                self._loop = None
+        if self._browsers:
+            self._outgoing.append((key, data))
+            if not self._held:
+                self._wake()
+
+    @contextmanager
+    def together(self) -> Iterator[None]:
+        """Hand what is published within to the server at once: to wake its thread costs more than a small message."""
+        self._held = True
+        try:
+            yield
+        finally:
+            self._held = False
+            self._wake()
 
     def say(self, text: str, *, kind: str = "note") -> None:
         """A line for the user: kind "note" or "error"."""
@@ -104,23 +118,47 @@ class Hub:
         if isinstance(found, dict) and isinstance(found.get("do"), str):
             self.heard(found)
 
-    def _spread(self, key: str, data: bytes) -> None:
-        for browser in self._browsers:
-            self.dropped += key in browser.waiting
-            browser.put(key, data)
+    def _wake(self) -> None:
+        loop = self._loop
+        if loop is not None and self._outgoing:
+            try:
+                loop.call_soon_threadsafe(self._spread)
+            except RuntimeError:  # the server has ended
+                self._loop = None
+
+    def _spread(self) -> None:
+        while self._outgoing:
+            key, data = self._outgoing.popleft()
+            for browser in self._browsers:
+                self.dropped += key in browser.waiting
+                browser.put(key, data)
 
     async def _send(self, connection: Any, browser: _Browser) -> None:
         while True:
             await browser.some.wait()
             browser.some.clear()
             while browser.waiting:
-                key = next(iter(browser.waiting))
-                await connection.send(browser.waiting.pop(key))
-                self.sent += 1
+                bundle, size = [], 0
+                while browser.waiting and size < _BUNDLE:
+                    bundle.append(browser.waiting.pop(next(iter(browser.waiting))))
+                    size += len(bundle[-1])
+                await connection.send(b"".join(bundle))
+                self.sent += len(bundle)
 
 
 def packed(header: Mapping[str, Any], blob: bytes = b"") -> bytes:
-    """Length of the header (4 bytes, little-endian), header as JSON, padded to whole words, blob."""
+    """One record: lengths of header and blob (4 bytes each, little-endian), header as JSON, blob, in whole words."""
     text = json.dumps(header, allow_nan=False, separators=(",", ":")).encode()
     text += b" " * (-len(text) % 4)
-    return len(text).to_bytes(4, "little") + text + blob
+    lengths = len(text).to_bytes(4, "little") + len(blob).to_bytes(4, "little")
+    return lengths + text + blob + b"\0" * (-len(blob) % 4)
+
+
+def records(message: bytes) -> Iterator[tuple[dict[str, Any], bytes]]:
+    """Headers and blobs of a message to a browser."""
+    at = 0
+    while at < len(message):
+        header, blob = (int.from_bytes(message[i : i + 4], "little") for i in (at, at + 4))
+        begin = at + _HEAD + header
+        yield json.loads(message[at + _HEAD : begin]), message[begin : begin + blob]
+        at = begin + blob + -blob % 4

@@ -13,8 +13,9 @@ from __future__ import annotations
 import gc
 import threading
 import time
+from bisect import bisect_right
 from collections import deque
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from typing import Any, Final
 
@@ -26,6 +27,7 @@ from pelagos.sim.garbage import StepperCollects
 from pelagos.sim.simulation import Simulation
 from pelagos.sim.watch import Heard
 from pelagos.viewer.frame import Frame, Placed, Pose, between
+from pelagos.viewer.turns import ShortTurns
 
 EVERY_S: Final = 0.1
 """Wall-clock time between two frames, at least."""
@@ -117,6 +119,18 @@ class Live:
             self._some.notify_all()
 
     @contextmanager
+    def looked_at(self) -> Iterator[None]:
+        """Let the view's thread take part: garbage is left to the thread that steps, and turns are short."""
+        turns = ShortTurns()
+        self.garbage.open()
+        turns.open()
+        try:
+            yield
+        finally:
+            turns.close()
+            self.garbage.close()
+
+    @contextmanager
     def at_work(self) -> Iterator[None]:
         """Time what the thread that steps does here, for `waited_s`."""
         self.step_began = time.monotonic()
@@ -146,9 +160,12 @@ class Live:
             raw, self._raw = self._raw, {}
         if frame is None:
             return None
+        agents = {name.partition(".")[0] for name in raw}
+        poses = {agent: list(self._poses[agent]) for agent in agents}
         samples = [
-            Placed(sample_of(self.sensors[name], reading, truth=True), self._pose(name, reading.t_ns, frame))
+            Placed(sample_of(self.sensors[name], reading, truth=True), _pose(poses[agent], reading.t_ns, frame, agent))
             for name, readings in raw.items()
+            for agent in (name.partition(".")[0],)
             for reading in readings
             if reading.valid[0]
         ]
@@ -166,14 +183,13 @@ class Live:
                     (t_ns, Pose(*(np.array(v[row]) for v in (s.position, s.attitude, s.velocity, s.actuators))))
                 )
 
-    def _pose(self, name: str, t_ns: int, frame: Frame) -> Pose:
-        """Of a sensor's vehicle at a time, between two poses that were kept."""
-        agent = name.partition(".")[0]
-        poses = list(self._poses[agent])
-        for before, after in zip(reversed(poses[:-1]), reversed(poses[1:]), strict=True):
-            if before[0] <= t_ns:
-                return between(before, after, t_ns)
-        return poses[0][1] if poses else frame.agents[agent]
+
+def _pose(poses: Sequence[tuple[int, Pose]], t_ns: int, frame: Frame, agent: str) -> Pose:
+    """Pose of a sensor's vehicle at a time, between two poses that were kept, in order of time."""
+    place = bisect_right(poses, t_ns, key=lambda kept: kept[0])
+    if place in (0, len(poses)):
+        return poses[place - 1 if place else 0][1] if poses else frame.agents[agent]
+    return between(poses[place - 1], poses[place], t_ns)
 
 
 def own(reading: Reading, row: int) -> Reading:

@@ -25,6 +25,7 @@ from pelagos.viewer.frame import Frame, Placed
 from pelagos.viewer.marks import legs, marks, planned
 from pelagos.viewer.panels import LINES
 from pelagos.viewer.recorded import WANTED, sample_from, truth_at
+from pelagos.viewer.server import Server
 from pelagos.viewer.view import Subject, View
 from pelagos.world.build import build_world
 from pelagos.world.world import World
@@ -201,14 +202,11 @@ def subject_of(recording: Recording) -> tuple[Subject, dict[str, SensorConfig]]:
     return subject, sensors
 
 
-def replay_view(
-    path: Path, *, host: str = "127.0.0.1", port: int | None = None, paused: bool = False, speed: float = 1.0
-) -> View:
-    """The view of a recording.
+def replay_view(path: Path, *, server: Server | None = None, paused: bool = False, speed: float = 1.0) -> View:
+    """The view of a recording, served to this machine alone where no `server` is given.
 
     Raises:
         NoRecording: no poses, no scenario, or no recording at all.
-        InputError: the port is taken.
     """
     recording = Recording(path)
     if not recording.topics("/truth"):
@@ -217,4 +215,4 @@ def replay_view(
     source = Replay(recording, sensors, world=subject.world, speed=speed or 1.0)
     source.paused = paused
     more = {"first_s": source.first_ns * 1e-9, "last_s": source.last_ns * 1e-9, "events": source.marks}
-    return View(replace(subject, more=more), source, source, host=host, port=port)
+    return View(replace(subject, more=more), source, source, server=server)

@@ -6,6 +6,7 @@ import math
 from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cache
 from typing import Any, Final
 
 import numpy as np
@@ -39,6 +40,7 @@ _PLAN: Final = (120, 200, 255)
 _FLOW: Final = (150, 235, 190)
 _BEAM: Final = (255, 120, 90)
 _SIGHT: Final = (225, 235, 240)
+_COPPER: Final = copper()
 
 
 @dataclass
@@ -378,10 +380,16 @@ def frustum(config: Any, far_m: float) -> NDArray[np.float32]:
 
 def fan_colours(polar: NDArray[np.uint8]) -> NDArray[np.uint8]:
     """Colours of `fan_points` of levels `(beams, bins)`."""
-    beams, bins = polar.shape
-    i = np.linspace(0, beams - 1, _FAN_BEAMS).round().astype(int)
-    j = np.linspace(0, bins - 1, _FAN_BINS).round().astype(int)
-    return np.asarray(copper()[polar[np.ix_(i, j)]].reshape(-1, 3), dtype=np.uint8)
+    return np.asarray(_COPPER.take(polar.take(_thinned(polar.shape)), axis=0))
+
+
+@cache
+def _thinned(shape: tuple[int, int]) -> NDArray[np.intp]:
+    """Places in a picture `(beams, bins)`, beam after beam, of the levels that a fan in the scene shows."""
+    i, j = (
+        np.linspace(0, n - 1, m).round().astype(np.intp) for n, m in zip(shape, (_FAN_BEAMS, _FAN_BINS), strict=True)
+    )
+    return (i[:, None] * shape[1] + j).ravel()
 
 
 def _plain(name: str) -> str:

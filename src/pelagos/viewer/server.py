@@ -23,6 +23,8 @@ from pelagos.viewer.guard import EVERYWHERE, LOOPBACK, Guard
 from pelagos.viewer.hub import Hub
 
 LIVE: Final = "/live"
+LOADING: Final = "loading"
+"""Key of the message that a page shows until the first "hello"."""
 PORT: Final = 8080
 _TYPES: Final = {".html": "text/html", ".js": "text/javascript", ".css": "text/css", ".svg": "image/svg+xml"}
 _PAGE: Final = {"/": "index.html"} | {
@@ -77,6 +79,10 @@ class Server:
         if name in EVERYWHERE:
             name = _own_address(name)
         return f"http://{_bracketed(name)}:{self.port}/?token={self.guard.token}"
+
+    def say_loading(self, what: str) -> None:
+        """Have a page that is open before there is anything to see say what it waits for."""
+        self.hub.publish(LOADING, {"type": "loading", "text": what})
 
     def offer(self, name: str, media_type: str, data: bytes) -> None:
         """Serve bytes from memory at "/data/NAME"."""
@@ -152,15 +158,6 @@ def _own_address(everywhere: str) -> str:
         probe.connect((other, 9))  # a place of documentation (RFC 5737, RFC 3849): only the route is looked up
         return str(probe.getsockname()[0])
     return "::1" if everywhere == "::" else "127.0.0.1"
-
-
-def must_be_free(host: str, port: int | None) -> None:
-    """See that a port can be listened at.
-
-    Raises:
-        InputError: it is taken, or the address is not one of this machine.
-    """
-    _free(host, port)
 
 
 def _free(host: str, port: int | None) -> int:

@@ -19,6 +19,7 @@ from pelagos.viewer.live import Live
 from pelagos.viewer.orders import Orders, plain_name
 from pelagos.viewer.pilot import Pilot
 from pelagos.viewer.section import sections
+from pelagos.viewer.server import Server
 from pelagos.viewer.soundings import Soundings, vehicle_place, water_of
 from pelagos.viewer.view import Subject, View
 
@@ -52,19 +53,19 @@ class Session:
         sim: what to step.
         results: the folder that recordings go to; results/NAME where not given.
         speed, paused: how the run begins.
-        host, port: where to listen.
+        server: what listens; one of this machine alone where not given.
     """
 
     def __init__(
         self, sim: Simulation, *, results: Path | None = None, speed: float = 1.0, paused: bool = False,
-        host: str = "127.0.0.1", port: int | None = None,
+        server: Server | None = None,
     ) -> None:  # fmt: skip
         self.live = Live(sim)
         self.pilot = Pilot(sim, self.live, speed=speed, paused=paused)
         self.live.status = self._status
         folder = Path("results") / plain_name(sim.scenario.name) if results is None else results
         orders = Orders(self.pilot, folder)
-        self.view = View(subject_of(sim), self.live, orders, host=host, port=port)
+        self.view = View(subject_of(sim), self.live, orders, server=server)
         self.view.waited_s = self.live.waited_s
         self.soundings = orders.soundings = Soundings(sim, self.view)
         self.view.show_bodies_of(sim.bodies)
@@ -78,14 +79,13 @@ class Session:
 
     def run(self) -> None:
         """Step and serve until `close`, or Ctrl-C."""
-        self.live.garbage.open()
-        self.view.start()
-        try:
-            self.pilot.run()
-        finally:
-            self.pilot.end_recording()
-            self.view.close()
-            self.live.garbage.close()
+        with self.live.looked_at():
+            self.view.start()
+            try:
+                self.pilot.run()
+            finally:
+                self.pilot.end_recording()
+                self.view.close()
 
     def start(self) -> Session:
         """The same in a thread of its own."""
@@ -158,14 +158,13 @@ class Watch:
         self._sim, self.live = sim, Live(sim)
         self.live.status = self._status
         watching = Watching(sim)
-        self.view = View(subject_of(sim), self.live, watching, host=host, port=port)
+        self.view = View(subject_of(sim), self.live, watching, server=Server(host=host, port=port))
         self.view.waited_s = lambda: 0.0 if sim.paused else self.live.waited_s()
         self.soundings = watching.soundings = Soundings(sim, self.view)
         watching.say = lambda text: self.view.hub.say(text, kind="error")
         self.view.show_bodies_of(sim.bodies)
         self._watching = contextlib.ExitStack()
-        self.live.garbage.open()
-        self._watching.callback(self.live.garbage.close)
+        self._watching.enter_context(self.live.looked_at())
         self._watching.enter_context(sim.watch(self.live.heard))
         self.live.show()
         self.view.start()
@@ -203,4 +202,6 @@ def view_of(sim: Simulation, *, drive: bool = False, host: str = "127.0.0.1", po
     """
     if not isinstance(sim, Simulation):
         raise InputError(f"a simulation is what can be viewed, not a {type(sim).__name__}")
-    return Session(sim, host=host, port=port).start() if drive else Watch(sim, host=host, port=port)
+    if drive:
+        return Session(sim, server=Server(host=host, port=port)).start()
+    return Watch(sim, host=host, port=port)

@@ -6,6 +6,7 @@ import threading
 
 from pelagos.config.scenario import Scenario
 from pelagos.viewer.frame import Frame, Pose
+from pelagos.viewer.server import Server
 from pelagos.viewer.view import Subject, View
 from pelagos.world.build import build_world
 
@@ -25,11 +26,11 @@ class Still:
         return frame
 
 
-def world_view(scenario: Scenario, *, host: str = "127.0.0.1", port: int | None = None) -> View:
-    """The view of a scenario's world.
+def world_view(scenario: Scenario, *, server: Server | None = None) -> View:
+    """The view of a scenario's world, served to this machine alone where no `server` is given.
 
     Raises:
-        InputError: the world cannot be built, or the port is taken.
+        InputError: the world cannot be built.
     """
     world = build_world(scenario.located_world)
     bodies, poses = {}, {}
@@ -40,6 +41,6 @@ def world_view(scenario: Scenario, *, host: str = "127.0.0.1", port: int | None 
     subject = Subject(
         scenario.name, world, kind="world", description=world.description or world.name, bodies=bodies
     )  # fmt: skip
-    view = View(subject, Still(Frame(0, {}, movers=poses)), host=host, port=port)
+    view = View(subject, Still(Frame(0, {}, movers=poses)), server=server)
     view.scene.label_world()
     return view

@@ -20,7 +20,7 @@ from pelagos.viewer.frame import Frame, Pose
 from pelagos.viewer.panels import Panels
 from pelagos.viewer.scene import Scene
 from pelagos.viewer.section import Curtain
-from pelagos.viewer.server import Server
+from pelagos.viewer.server import LOADING, Server
 from pelagos.viewer.water import Water
 from pelagos.world.world import World
 
@@ -93,16 +93,15 @@ class View:
         subject: what.
         source: of frames.
         control: obeys; None: nothing can be changed.
-        host, port: where to listen, see `Server`.
+        server: what listens, from now on the view's own; one of this machine alone where not given.
     """
 
     def __init__(
-        self, subject: Subject, source: Source, control: Control | None = None, *, host: str = "127.0.0.1",
-        port: int | None = None,
-    ) -> None:  # fmt: skip
+        self, subject: Subject, source: Source, control: Control | None = None, *, server: Server | None = None
+    ) -> None:
         self.subject, self.pictures = subject, 0
         self._source, self.control = source, control
-        self.server = Server(host=host, port=port)
+        self.server = Server() if server is None else server
         self.hub = self.server.hub
         self.scene = Scene(self.hub, subject.world, subject.vehicles, subject.sensors)
         self.panels = Panels(subject.sensors)
@@ -118,8 +117,8 @@ class View:
         self.waited_s: Callable[[], float] = lambda: 0.0
         self._told_s = 0
         self._closed = threading.Event()
+        self.hub.heard = self._heard  # before "hello", which browsers answer
         self._begin()
-        self.hub.heard = self._heard
         self._thread = threading.Thread(target=self._publish, name="pelagos view", daemon=True)
 
     @property
@@ -190,10 +189,11 @@ class View:
             if frame is None and not asked:
                 continue
             try:
-                if frame is None:  # paused, or at a recording's end: whoever asks sees what there is
-                    self.panels.publish(self.hub, self._wanted or None)
-                    continue
-                self._draw(frame)
+                with self.hub.together():
+                    if frame is None:  # paused, or at a recording's end: whoever asks sees what there is
+                        self.panels.publish(self.hub, self._wanted or None)
+                        continue
+                    self._draw(frame)
             except Exception as error:  # a drawing that fails must not end the view, nor the mission
                 self.hub.say(f"the picture failed: {type(error).__name__}: {error}", kind="error")
             self.pictures += 1
@@ -303,6 +303,7 @@ class View:
         world = self.subject.world
         low, high = self.chart.bounds
         self.server.offer("map.png", "image/png", self.chart.whole)
+        self.hub.forget(LOADING)
         self.hub.publish("hello", {
             "type": "hello", "name": self.subject.name, "description": self.subject.description,
             "kind": self.subject.kind, "chart": self.chart.legend, "bounds": [float(v) for v in (*low, *high)],

@@ -9,8 +9,9 @@ from typing import Annotated, Literal, Self, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import ConfigDict, Field, model_validator
 
+from pelagos.config.described import Described
 from pelagos.config.path import MeshPath
 from pelagos.math.geodesy import GeoOrigin
 from pelagos.world import shapes
@@ -26,10 +27,10 @@ from pelagos.world.world import World
 _Size: TypeAlias = Annotated[float, Field(gt=0)]
 
 
-class ThingConfig(BaseModel):
+class ThingConfig(Described):
     """One thing, or a row of the same."""
 
-    model_config = ConfigDict(frozen=True, extra="forbid", use_attribute_docstrings=True)
+    model_config = ConfigDict(frozen=True, extra="forbid")
 
     shape: Literal["box", "sphere", "cylinder", "cone", "plane", "corner_reflector", "file"] = "box"
     """What it is; `file` reads `path`. Cylinders and cones stand upright; a corner reflector of steel is open towards

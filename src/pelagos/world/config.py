@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Annotated, ClassVar, Protocol, Self, TypeAlias
 
-from pydantic import BaseModel, ConfigDict, Field, field_validator, model_validator
+from pydantic import ConfigDict, Field, field_validator, model_validator
 
+from pelagos.config.described import Described
 from pelagos.world.by_hand import ThingConfig
 from pelagos.world.mover import MoverConfig, checked
 
@@ -17,10 +18,10 @@ Positive: TypeAlias = Annotated[float, Field(gt=0)]
 """Greater than zero."""
 
 
-class WorldConfig(BaseModel):
+class WorldConfig(Described):
     """Keys that every kind of world has: frozen data. Its own keys stand beside its builder, see `WorldKind`."""
 
-    model_config = ConfigDict(frozen=True, extra="forbid", use_attribute_docstrings=True)
+    model_config = ConfigDict(frozen=True, extra="forbid")
 
     TITLE: ClassVar[str] = ""
     """One line for `pelagos list worlds`."""

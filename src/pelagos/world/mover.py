@@ -7,8 +7,9 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field, field_validator
+from pydantic import ConfigDict, Field, field_validator
 
+from pelagos.config.described import Described
 from pelagos.config.path import MeshPath
 from pelagos.errors import LookupFailed
 from pelagos.math.so3 import rotate_np
@@ -28,10 +29,10 @@ _SHAPES: Final = {"ship": (60.0, "container_boat"), "fish": (0.5, "fish"), "chai
 _CREASE_DEG: Final = 35.0
 
 
-class MoverConfig(BaseModel):
+class MoverConfig(Described):
     """A body that moves on a scripted path, whatever happens to it."""
 
-    model_config = ConfigDict(frozen=True, extra="forbid", use_attribute_docstrings=True, allow_inf_nan=False)
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
     name: str = Field(min_length=1)
     """Its name, unique among the movers."""

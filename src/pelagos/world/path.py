@@ -9,11 +9,13 @@ from typing import Annotated, Final, Literal, Self, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import ConfigDict, Field, model_validator
+
+from pelagos.config.described import Described
 
 Vector: TypeAlias = NDArray[np.float64]
 
-_MODEL: Final = ConfigDict(frozen=True, extra="forbid", use_attribute_docstrings=True, allow_inf_nan=False)
+_MODEL: Final = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 _PER_LEG: Final = 24  # points of the table of a curve, between two way-points
 
 
@@ -34,7 +36,7 @@ class Pose:
     angular_velocity: Vector
 
 
-class CirclePath(BaseModel):
+class CirclePath(Described):
     """Round and round a place at constant speed, bow ahead."""
 
     model_config = _MODEL
@@ -68,7 +70,7 @@ class CirclePath(BaseModel):
         return Pose(position, _yawed(angle + sense * math.pi / 2), velocity, np.array([0.0, 0.0, rate]))
 
 
-class WaypointPath(BaseModel):
+class WaypointPath(Described):
     """A smooth curve through points at constant speed, bow ahead, upright: ships that pass, schools that travel."""
 
     model_config = _MODEL
@@ -128,7 +130,7 @@ class WaypointPath(BaseModel):
         return Pose(position, _yawed(float(yaw)), rate * (points[k + 1] - points[k]), spin)
 
 
-class SwingPath(BaseModel):
+class SwingPath(Described):
     """To and fro about a level axis through a place, like a pendulum: chains, hoses, buoys on their moorings."""
 
     model_config = _MODEL
@@ -163,7 +165,7 @@ class SwingPath(BaseModel):
         return Pose(np.array(self.at_m), attitude, np.zeros(3), rate * axis)
 
 
-class WanderPath(BaseModel):
+class WanderPath(Described):
     """To and fro about a place without a repetition, bow ahead: fish that stay about a wreck."""
 
     model_config = _MODEL

@@ -9,25 +9,32 @@ let props = []; // that can be moved
 let hello = null, state = null, socket = null, agent = "", tries = 0, before = null, scrubbing = false;
 const cards = {}, urls = {}, kinds = {};
 const send = (message) => { if (socket?.readyState === WebSocket.OPEN) socket.send(JSON.stringify(message)); };
-const hands = new Hands(send, () => hello?.can.includes("drive") ? agent : "");
+const can = (order) => !!hello?.can.includes(order);
+const hands = new Hands(send, () => can("drive") ? agent : "");
 
+const TEXT = new TextDecoder(), TAKE = { loading: (x) => lost(x.text), hello: onHello, water: onWater, section: onSection, state: onState, waiting: onWaiting, panel: onPanel, jump: onJump, say: onSay, chart: (x, b) => map.part(x.bounds, new Blob([b], { type: "image/png" })), node: (x, b) => stage?.node(x, b), part: (x, b) => stage?.part(x, b), gone: (x) => stage?.gone(x), seen: (x) => stage?.seen(x), poses: (x) => stage?.move(x) };
 function connect() {
   socket = new WebSocket(`${location.protocol === "https:" ? "wss" : "ws"}://${location.host}/live`);
   socket.binaryType = "arraybuffer";
   socket.onopen = () => { tries = 0; stage?.reset(); $("lost").hidden = true; };
-  socket.onmessage = (e) => {
-    const length = new DataView(e.data).getUint32(0, true), header = JSON.parse(new TextDecoder().decode(new Uint8Array(e.data, 4, length)));
-    ({ hello: onHello, water: onWater, section: onSection, state: onState, waiting: onWaiting, panel: onPanel, jump: onJump, say: onSay, chart: (x, b) => map.part(x.bounds, new Blob([b], { type: "image/png" })), node: (x, b) => stage?.node(x, b), part: (x, b) => stage?.part(x, b), gone: (x) => stage?.gone(x), seen: (x) => stage?.seen(x), poses: (x) => stage?.move(x) })[header.type]?.(header, new Uint8Array(e.data, 4 + length));
+  socket.onmessage = (e) => { // records: lengths of header and blob, header, blob, in whole words
+    const lengths = new DataView(e.data); let at = 0;
+    while (at < e.data.byteLength) {
+      const size = lengths.getUint32(at, true), blob = lengths.getUint32(at + 4, true), header = JSON.parse(TEXT.decode(new Uint8Array(e.data, at + 8, size)));
+      TAKE[header.type]?.(header, new Uint8Array(e.data, at + 8 + size, blob)); at += 8 + size + 4 * Math.ceil(blob / 4);
+    }
   };
   socket.onclose = () => { lost(tries++ ? "The simulation has ended, or the connection is lost. This page tries again by itself." : ""); setTimeout(connect, Math.min(500 * 2 ** tries, 8000)); };
 }
 function lost(text) { if (!text) return; $("lost-text").textContent = text; $("lost").hidden = false; }
 
 function onHello(h) {
-  hello = h; document.title = `${h.name} · Pelagos`; $("title").textContent = h.name; $("title").title = h.description; $("kind").textContent = h.kind; document.body.className = h.kind;
+  $("lost").hidden = true; hello = h; document.title = `${h.name} · Pelagos`; $("title").textContent = h.name; $("title").title = h.description; $("kind").textContent = h.kind; document.body.className = h.kind;
+  for (const e of document.querySelectorAll("[data-needs]")) e.classList.toggle("cannot", !can(e.dataset.needs)); // what would be ignored is not offered
+  if (h.kind === "live" && !can("drive")) { $("kind").textContent = "live · looking on"; $("kind").title = "A program steps this run. The page can hold it and let it go on; sim.view(drive=True) gives it all controls."; }
   const names = Object.keys(h.agents); $("agent").replaceChildren(...names.map((n) => option(n, n))); choose(names.includes(agent) ? agent : names[0] || "");
   map.load(h.bounds, h.plans, h.chart); if (stage) { if (!names.length) { stage.overview(h.bounds, h.floor); look("free"); stage.clarity = .1; stage.showSea = document.querySelector("[data-show=sea]").checked = false; } }
-  $("section").replaceChildren(option("off", "none"), ...Object.entries(h.sections).map(([name, title]) => option(name, title))); $("section-row").hidden = !h.can.includes("section"); $("map-hint").textContent = h.can.includes("goal") ? "click: way-point" : "";
+  $("section").replaceChildren(option("off", "none"), ...Object.entries(h.sections).map(([name, title]) => option(name, title))); $("section-row").hidden = !can("section"); $("map-hint").textContent = can("goal") ? "click: way-point" : "";
   $("panels").replaceChildren(); for (const s of [...h.sensors].sort((a, b) => b.pictured - a.pictured)) addCard(s);
   $("sights").replaceChildren(...h.sensors.filter((s) => ["imaging_sonar", "profiling_sonar", "dvl", "camera"].includes(s.kind)).map((s) => tickbox(s.name)));
   for (const note of h.notes) onSay({ text: note });
@@ -112,12 +119,22 @@ function onSay(s) { const p = document.createElement("p"); p.textContent = s.tex
 function timeline(h) {
   $("timeline").hidden = false; const s = $("scrub"); s.min = h.first_s; s.max = h.last_s;
   s.oninput = () => { scrubbing = true; send({ do: "seek", t: Number(s.value) }); }; s.onchange = () => { scrubbing = false; };
-  let free = -1; // where the last text ends, in per cent
   $("marks").replaceChildren(...h.events.map((e) => {
-    const b = document.createElement("button"), at = 100 * (e.t - h.first_s) / Math.max(h.last_s - h.first_s, 1e-9); b.title = `${e.t.toFixed(1)} s: ${e.text}`; b.setAttribute("aria-label", b.title); b.style.left = `${at}%`; b.onclick = () => send({ do: "seek", t: e.t });
-    if (at >= free) { b.textContent = e.text; free = at + 9; } else b.className = "bare"; return b;
+    const b = document.createElement("button"); b.title = `${e.t.toFixed(1)} s: ${e.text}`; b.setAttribute("aria-label", b.title); b.onclick = () => send({ do: "seek", t: e.t });
+    b.dataset.at = (e.t - h.first_s) / Math.max(h.last_s - h.first_s, 1e-9); b.textContent = e.text; return b;
   }));
+  layMarks();
 }
+function layMarks() { // no text on another: what has no room is a stroke alone, and the last ones stand to the left of their strokes
+  const wide = $("marks").clientWidth, all = [...$("marks").children]; let free = 0; if (!wide) return;
+  for (const b of all) { b.className = ""; b.style.left = b.style.right = ""; }
+  const sizes = all.map((b) => b.offsetWidth);
+  all.forEach((b, i) => {
+    const at = b.dataset.at * wide, late = at + sizes[i] > wide, from = late ? at + 2 - sizes[i] : at; b.style.left = `${from}px`;
+    if (from >= free) { b.className = late ? "late" : ""; free = from + sizes[i] + 6; } else { b.className = "bare"; b.style.left = `${at}px`; }
+  });
+}
+new ResizeObserver(layMarks).observe($("marks"));
 
 $("pause").onclick = () => send({ do: "pause", paused: !state?.run.paused });
 $("tick").onclick = () => send({ do: "tick" });
@@ -129,7 +146,7 @@ $("mode").onchange = (e) => { send({ do: "mode", agent, mode: e.target.value });
 $("map-in").onclick = () => map.zoom(1.6); $("map-out").onclick = () => map.zoom(1 / 1.6);
 $("clear").onclick = () => send({ do: "clear_goals", agent });
 for (const [button, tool] of [["map-way", "way"], ["map-prop", "prop"]]) $(button).onclick = () => { map.tool = tool; if (stage) { stage.tool = tool; $("scene").style.cursor = tool === "prop" ? "crosshair" : ""; } $("map-way").setAttribute("aria-pressed", String(tool === "way")); $("map-prop").setAttribute("aria-pressed", String(tool === "prop")); $("map-hint").textContent = tool === "way" ? "click: way-point" : "click: put · drag: move · double click: remove"; };
-map.onGoal = (x, y) => { if (hello?.can.includes("goal")) send({ do: "goal", agent, x, y }); };
+map.onGoal = (x, y) => { if (can("goal")) send({ do: "goal", agent, x, y }); };
 map.onNear = (bounds) => send({ do: "chart", bounds });
 map.onProp = (x, y) => send({ do: "spawn", shape: $("shape").value, x, y });
 map.onMove = (name, x, y) => send({ do: "move", name, x, y });
@@ -154,8 +171,8 @@ function typing(e) { return ["INPUT", "SELECT", "TEXTAREA"].includes(e.target.ta
 function keydown(e) {
   if (e.key === "Escape") { for (const id of ["water", "things", "help"]) { $(id).hidden = true; $(`${id}-button`).setAttribute("aria-expanded", "false"); } return; }
   if (typing(e) && e.target.type !== "range" && e.target.type !== "checkbox") return;
-  if (e.key === " " && e.target.tagName !== "BUTTON") { e.preventDefault(); $("pause").click(); }
-  else if (e.key === ".") $("tick").click();
+  if (e.key === " " && e.target.tagName !== "BUTTON") { e.preventDefault(); if (can("pause")) $("pause").click(); }
+  else if (e.key === "." && can("tick")) $("tick").click();
   else if (e.key === "?") open_("help");
   else if ("1234".includes(e.key) && !e.ctrlKey) look(["follow", "free", "aboard", "top"][Number(e.key) - 1]);
   else if (hello?.kind === "replay" && !e.shiftKey && (e.key === "ArrowLeft" || e.key === "ArrowRight") && state) { e.preventDefault(); send({ do: "seek", t: state.t + (e.key === "ArrowLeft" ? -1 : 1) }); }
@@ -167,7 +184,7 @@ addEventListener("keydown", keydown); addEventListener("keyup", (e) => hands.key
 function noGl(error) { const p = document.createElement("p"); p.className = "no-gl"; p.textContent = "This browser has no WebGL 2, so the 3-D scene cannot be drawn; map, sensors, plots and controls work without it."; if (error && !/WebGL/.test(error.message)) throw error; $("scene").replaceWith(p); }
 let stage = null;
 try { stage = new Stage($("scene"), $("labels")); stage.onLook = ([x, y]) => { if (stage.look === "free") send({ do: "look_at", x, y }); }; } catch (error) { noGl(error); }
-if (stage) stage.onPick = (eye, way) => { if (agent && hello?.can.includes("goal_seen")) send({ do: "goal_seen", agent, eye, way }); };
+if (stage) stage.onPick = (eye, way) => { if (agent && can("goal_seen")) send({ do: "goal_seen", agent, eye, way }); };
 if (stage) {
   stage.props = () => props; stage.onPut = (eye, way) => send({ do: "spawn_seen", shape: $("shape").value, eye, way });
   stage.onDrag = (name, eye, way) => send({ do: "move_seen", name, eye, way }); stage.onRemove = (name) => send({ do: "remove", name });

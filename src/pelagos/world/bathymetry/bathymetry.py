@@ -6,8 +6,9 @@ from pathlib import Path
 from typing import Annotated, ClassVar, Final, Literal, Self
 
 import numpy as np
-from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationInfo, model_validator
+from pydantic import AfterValidator, ConfigDict, Field, ValidationInfo, model_validator
 
+from pelagos.config.described import Described
 from pelagos.config.path import from_folder
 from pelagos.errors import WorldError
 from pelagos.math.geodesy import GeoOrigin
@@ -43,10 +44,10 @@ def _place(value: str, info: ValidationInfo) -> str:
     return value if value.startswith(MATPLOTLIB) else str(from_folder(Path(value), info))
 
 
-class DetailConfig(BaseModel):
+class DetailConfig(Described):
     """Invented relief, finer than the survey."""
 
-    model_config = ConfigDict(frozen=True, extra="forbid", use_attribute_docstrings=True)
+    model_config = ConfigDict(frozen=True, extra="forbid")
 
     seed: int = Field(default=0, ge=0)
     """Seed of the relief."""

@@ -5,13 +5,15 @@ from __future__ import annotations
 from typing import Annotated, Any, Self, TypeAlias
 
 import numpy as np
-from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, model_validator
+from pydantic import AfterValidator, BeforeValidator, ConfigDict, model_validator
+
+from pelagos.config.described import Described
 
 
-class Distribution(BaseModel):
+class Distribution(Described):
     """A random number; exactly one of the keys."""
 
-    model_config = ConfigDict(frozen=True, extra="forbid", use_attribute_docstrings=True)
+    model_config = ConfigDict(frozen=True, extra="forbid")
 
     uniform: tuple[float, float] | None = None
     """Evenly between two values."""

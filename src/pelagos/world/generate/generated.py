@@ -5,8 +5,9 @@ from __future__ import annotations
 from typing import Annotated, ClassVar, Final, Literal
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import ConfigDict, Field
 
+from pelagos.config.described import Described
 from pelagos.errors import WorldError
 from pelagos.math.geodesy import GeoOrigin
 from pelagos.world.by_hand import add, footprint
@@ -23,10 +24,10 @@ from pelagos.world.site import Site
 from pelagos.world.terrain import HeightField
 from pelagos.world.world import World
 
-_MODEL: Final = ConfigDict(frozen=True, extra="forbid", use_attribute_docstrings=True)
+_MODEL: Final = ConfigDict(frozen=True, extra="forbid")
 
 
-class TerrainConfig(BaseModel):
+class TerrainConfig(Described):
     """The ground."""
 
     model_config = _MODEL

@@ -7,17 +7,18 @@ from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import ConfigDict, Field, model_validator
 
+from pelagos.config.described import Described
 from pelagos.world.config import Positive
 from pelagos.world.generate.relief import smoothstep
 from pelagos.world.terrain import HeightField
 
 
-class GradeConfig(BaseModel):
+class GradeConfig(Described):
     """A disc, or a rectangle along x and y, where the ground has a depth of its own."""
 
-    model_config = ConfigDict(frozen=True, extra="forbid", use_attribute_docstrings=True)
+    model_config = ConfigDict(frozen=True, extra="forbid")
 
     at_m: tuple[float, float]
     """Its middle x, y [m]."""

@@ -7,8 +7,9 @@ from typing import Annotated, Final, Self
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, field_validator, model_validator
+from pydantic import BeforeValidator, ConfigDict, Field, field_validator, model_validator
 
+from pelagos.config.described import Described
 from pelagos.errors import LookupFailed, WorldError
 from pelagos.world.config import Positive
 from pelagos.world.generate.draw import Distribution, _from_pair, bounded, draw
@@ -28,10 +29,10 @@ LINES: Final = {"pipeline": (0.3, 0.9), "cable": (0.05, 0.2)}
 """Lines across the ground, with the diameters [m] that they have where a scenario says nothing."""
 
 _HOPELESS: Final = 100  # after so many in a row have found no room, the rest is not tried
-_MODEL: Final = ConfigDict(frozen=True, extra="forbid", use_attribute_docstrings=True)
+_MODEL: Final = ConfigDict(frozen=True, extra="forbid")
 
 
-class ObjectConfig(BaseModel):
+class ObjectConfig(Described):
     """Things of one kind."""
 
     model_config = _MODEL
@@ -70,7 +71,7 @@ class ObjectConfig(BaseModel):
         return value
 
 
-class ExclusionConfig(BaseModel):
+class ExclusionConfig(Described):
     """A disc, or a rectangle along x and y, where nothing is placed."""
 
     model_config = _MODEL

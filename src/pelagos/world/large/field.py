@@ -5,8 +5,9 @@ from __future__ import annotations
 from typing import Final, Self
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import ConfigDict, Field, model_validator
 
+from pelagos.config.described import Described
 from pelagos.errors import WorldError
 from pelagos.math.geodesy import GeoOrigin
 from pelagos.world.config import Positive
@@ -19,10 +20,10 @@ from pelagos.world.terrain import HeightField
 _MAX_NODES: Final = 4_000_000  # of the ground beneath a field, while it is filled
 
 
-class FieldConfig(BaseModel):
+class FieldConfig(Described):
     """A rectangle of a large world with things in it."""
 
-    model_config = ConfigDict(frozen=True, extra="forbid", use_attribute_docstrings=True)
+    model_config = ConfigDict(frozen=True, extra="forbid")
 
     centre_m: tuple[float, float] | None = None
     """Its middle, x and y [m]."""

@@ -8,8 +8,9 @@ from typing import Annotated, ClassVar, Final, Literal
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationInfo
+from pydantic import AfterValidator, ConfigDict, Field, ValidationInfo
 
+from pelagos.config.described import Described
 from pelagos.config.path import from_folder
 from pelagos.errors import WorldError
 from pelagos.math.geodesy import GeoOrigin
@@ -40,8 +41,8 @@ def _file(value: Path, info: ValidationInfo) -> Path:
     return from_folder(value, info)
 
 
-class _Part(BaseModel):
-    model_config = ConfigDict(frozen=True, extra="forbid", use_attribute_docstrings=True)
+class _Part(Described):
+    model_config = ConfigDict(frozen=True, extra="forbid")
 
 
 class FractalGround(_Part):

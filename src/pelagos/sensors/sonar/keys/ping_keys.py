@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, model_validator
 
+from pelagos.config.described import Described
 from pelagos.config.rate import Rate
 from pelagos.errors import ValidityWarning
 from pelagos.sensors.idle_keys import Need, idle
@@ -48,14 +49,14 @@ def with_burst(values: Any, model: type[BaseModel]) -> Any:
     return values | {"bandwidth_hz": 1.0 / duration} if usable else values
 
 
-class PaintedNoise(BaseModel):
+class PaintedNoise(Described):
     """Noise painted onto a finished image, as HoloOcean's sonars have it; for comparison only.
 
     The intensity I becomes I (1 + N(0, multiplicative)) + Rayleigh(additive), in parts of `additive_reference_db`; its
     echoes come late by an exponential error of range, and beams that look squarely at something are streaks.
     """
 
-    model_config = ConfigDict(frozen=True, extra="forbid", use_attribute_docstrings=True)
+    model_config = ConfigDict(frozen=True, extra="forbid")
 
     additive: float = Field(default=0.0, ge=0)
     """Scale of the Rayleigh noise that is added to every cell."""
@@ -70,10 +71,10 @@ class PaintedNoise(BaseModel):
     `floor_db` (0) and its top (1) becomes x^2 (dark) or 1 - (1 - x)^2 (bright)."""
 
 
-class Interference(BaseModel):
+class Interference(Described):
     """Another sonar in the same water, heard through its direct pulse; it pings by its own clock."""
 
-    model_config = ConfigDict(frozen=True, extra="forbid", use_attribute_docstrings=True)
+    model_config = ConfigDict(frozen=True, extra="forbid")
 
     rate_hz: Rate
     """Its pings per second [Hz]."""
