@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import errno
 import os
 from pathlib import Path
@@ -15,6 +16,22 @@ def give_name(fresh: Path, path: Path) -> None:
     """
     refuse_other_than_file(path)
     os.replace(fresh, path)
+
+
+def write_whole(path: Path, text: str) -> None:
+    """Write a file of text in UTF-8, whole or not at all.
+
+    Raises:
+        OSError: it cannot be written; tells the file's name, which the error of a full disk lacks.
+    """
+    fresh = path.with_name(f".{path.name}.new")
+    try:
+        fresh.write_text(text, encoding="utf-8")
+        give_name(fresh, path)
+    except OSError as error:
+        with contextlib.suppress(OSError):
+            fresh.unlink(missing_ok=True)
+        raise OSError(error.errno, error.strerror, str(path)) from error
 
 
 def refuse_other_than_file(path: Path) -> None:

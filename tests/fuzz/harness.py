@@ -20,16 +20,24 @@ LONGEST_S = 10.0
 COUNTS: Counter[str] = Counter()
 
 
-def end_well(work: Callable[[], object], longest_s: float = LONGEST_S) -> None:
+def end_well(work: Callable[[], object], longest_s: float = LONGEST_S) -> str:
     """It works, or it ends in one error of ours, soon: in this many seconds of the processor."""
     started = time.process_time()
+    ended = end_of(work)
+    assert time.process_time() - started < longest_s
+    return ended
+
+
+def end_of(work: Callable[[], object]) -> str:
+    """How work ended: "accepted", or in an error of ours: for "one fault", or for "many faults"."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         try:
             work()
         except PelagosError as error:
             assert str(error).strip()  # noqa: PT017
-    assert time.process_time() - started < longest_s
+            return "many faults" if "things are wrong:" in str(error) else "one fault"
+    return "accepted"
 
 
 def run_cases(
@@ -39,14 +47,19 @@ def run_cases(
     *,
     cases: int = 40,
     longest_s: float = LONGEST_S,
-) -> None:
-    """The same few cases in every run; where `PELAGOS_FUZZ_SECONDS` is set, new ones until the time is over."""
-    ends, batch = time.monotonic() + SECONDS, 0
+) -> Counter[str]:
+    """The same few cases in every run; where `PELAGOS_FUZZ_SECONDS` is set, new ones until the time is over.
+
+    Returns:
+        How many ended how.
+    """
+    ends, batch, counts = time.monotonic() + SECONDS, 0, Counter[str]()
     while True:
 
         def case(value: Any) -> None:
-            COUNTS[kind] += 1
-            end_well(lambda: check(value), longest_s)
+            ended = end_well(lambda: check(value), longest_s)
+            counts[ended] += 1
+            COUNTS[f"{kind}: {ended}"] += 1
 
         settled = settings(
             max_examples=5 * cases if SECONDS else cases, deadline=None, suppress_health_check=list(HealthCheck),
@@ -55,4 +68,4 @@ def run_cases(
         (seed(int(time.time()) + batch)(settled) if SECONDS else settled)()
         batch += 1
         if time.monotonic() >= ends:
-            return
+            return counts

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import errno
 import os
 import re
+from pathlib import Path
 
 import pytest
 
 import pelagos as pl
-from pelagos.files import give_name
+from pelagos.files import give_name, write_whole
 
 
 @pytest.fixture
@@ -34,6 +36,22 @@ def test_a_file_takes_a_files_name_and_no_others(tmp_path, pipe):
             give_name(old, path)
     assert pipe.is_fifo()
     assert old.read_text() == "new"
+
+
+def test_a_full_disk_leaves_the_old_text_and_is_told_with_the_name(tmp_path, monkeypatch):
+    path = tmp_path / "stats.json"
+    write_whole(path, "whole")
+
+    def full(self, text, encoding):
+        with self.open("w", encoding=encoding) as file:
+            file.write(text[:2])
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr(Path, "write_text", full)
+    with pytest.raises(OSError, match=re.escape(f"No space left on device: '{path}'")):
+        write_whole(path, "another")
+    assert [p.name for p in tmp_path.iterdir()] == ["stats.json"]
+    assert path.read_text() == "whole"
 
 
 def test_recordings_and_checkpoints_leave_a_pipe_where_it_is(pipe):

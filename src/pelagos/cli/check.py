@@ -48,10 +48,14 @@ def check_scenario(
     With `build`, everything is built once as `pelagos run` builds it; the parts that need a device only where there is
     one.
     """
+    show_check(load(path, changes, trust=trust), str(path), resolved=resolved, build=build)
+
+
+def show_check(scenario: Scenario, title: str, *, resolved: bool = False, build: bool = True) -> None:
+    """Check what is known without a world, and print as `check_scenario` does."""
     from pelagos.sim.control import first_mode
     from pelagos.sim.model import check_hearing, vehicles_of
 
-    scenario = load(path, changes, trust=trust)
     _check_ocean(scenario)
     check_hearing(scenario)
     modes = {name: first_mode(scenario, name, vehicle) for name, vehicle in vehicles_of(scenario).items()}
@@ -60,7 +64,7 @@ def check_scenario(
         return
     built = _built(scenario) if build else False
     note = "" if built else " (sensors and starts are not built: " + ("no device)" if build else "--no-build)")
-    out.print(f"{escape(str(path))}: [green]a valid scenario[/green]{note}")
+    out.print(f"{escape(title)}: [green]a valid scenario[/green]{note}")
     out.print(_summary(scenario))
     for name, agent in scenario.agents.items():
         many = "" if agent.count is None else f", {agent.count} of them: {name}\\[0] to {name}\\[{agent.count - 1}]"

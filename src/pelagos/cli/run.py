@@ -19,6 +19,7 @@ from pelagos.cli.view import looked_at
 from pelagos.config.loader import to_yaml
 from pelagos.config.scenario import Scenario
 from pelagos.errors import InputError, RecordingError
+from pelagos.files import write_whole
 
 if TYPE_CHECKING:
     from pelagos.sim.run import RunResult
@@ -80,7 +81,7 @@ def _run(path: Path, changes: Sequence[str], options: Options, stopping: Stoppin
     sim = _load(scenario, options.copies, options.memory_limit)
     check_doors(sim, doors)
     folder.mkdir(parents=True, exist_ok=True)
-    (folder / "scenario.yaml").write_text(to_yaml(scenario), encoding="utf-8")
+    write_whole(folder / "scenario.yaml", to_yaml(scenario))
     stopping.guard(sim.stop)
     with looked_at(sim, view=options.view, browser=options.browser), RunProgress() as bar:
         progress = _watched(bar, folder, sim, stopping)

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 from pelagos.errors import InputError
+from pelagos.files import write_whole
 
 if TYPE_CHECKING:
     from pelagos.cli.signals import Stopping
@@ -42,9 +43,7 @@ class Plan:
 
     def save(self, folder: Path) -> None:
         """Write it into the folder of results."""
-        fresh = folder / f".{PLAN}.new"
-        fresh.write_text(json.dumps(asdict(self), indent=2) + "\n", encoding="utf-8")
-        fresh.replace(folder / PLAN)
+        write_whole(folder / PLAN, json.dumps(asdict(self), indent=2) + "\n")
 
     @classmethod
     def load(cls, folder: Path) -> Plan:

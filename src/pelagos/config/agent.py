@@ -9,7 +9,7 @@ from pydantic import Field, field_validator, model_validator
 from pydantic_core import PydanticCustomError
 
 from pelagos.config.component import Component
-from pelagos.config.mission import Leg
+from pelagos.config.mission import EarthPoint, Leg
 from pelagos.config.navigation import Navigation, TruthNavigation
 from pelagos.config.strict import Strict
 from pelagos.config.swarm import MAX_MEMBERS, Draw
@@ -114,6 +114,9 @@ class Agent(Strict):
         if self.count > 1 and self.start.spacing_m is None and not placed:
             text = "a group needs room: give 'start.spacing_m', or a distribution of 'start.position_m.0'"
             raise PydanticCustomError("spacing", "{text}", {"text": text})
+        if self.mission_from == "start" and any(map(_on_earth, self.mission)):
+            text = "a place by latitude and longitude counts from no start; give x and y, or leave out 'mission_from'"
+            raise PydanticCustomError("place", "{text}", {"text": text})
         wide = self.start.grid
         if wide is not None and wide[0] * wide[1] < self.count:
             text = "a grid of {rows} x {columns} has no room for {count} members"
@@ -131,6 +134,12 @@ class Agent(Strict):
         return {
             k for k in self.model_fields_set if getattr(self, k) != fields[k].get_default(call_default_factory=True)
         }
+
+
+def _on_earth(leg: Leg) -> bool:
+    """Whether a leg has a place by latitude and longitude."""
+    values = [item for _, value in leg for item in (value if isinstance(value, tuple) else (value,))]
+    return any(isinstance(value, EarthPoint) for value in values)
 
 
 def refuse_bad_names(value: Mapping[Any, Any], kind: str) -> None:

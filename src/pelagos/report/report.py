@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from pelagos.files import give_name
+from pelagos.files import write_whole
 from pelagos.messages.sonar_image import PROJECTED_IMAGE
 from pelagos.report import charts, pictures, sonar, soundings, survey, theme, track, water
 from pelagos.report.communication import communication_section
@@ -75,8 +75,10 @@ def render_report(
         sections=sections,
         foot=f"Written by Pelagos {numbers['versions'].get('pelagos', '')} from {found.path.name}.",
     )
-    _replace(folder / "stats.json", json.dumps(_finite(numbers), indent=2) + "\n")
-    return _replace(folder / "report.html", text)
+    write_whole(folder / "stats.json", json.dumps(_finite(numbers), indent=2) + "\n")
+    report = folder / "report.html"
+    write_whole(report, text)
+    return report
 
 
 def _sections(mission: Mission, world: Any, ocean: Ocean | None, numbers: dict[str, Any]) -> list[Section]:
@@ -199,11 +201,3 @@ def _finite(value: Any) -> Any:
     if isinstance(value, list | tuple):
         return [_finite(v) for v in value]
     return None if isinstance(value, float) and not np.isfinite(value) else value
-
-
-def _replace(path: Path, text: str) -> Path:
-    """Write a whole file or none."""
-    fresh = path.with_name(f".{path.name}.new")
-    fresh.write_text(text, encoding="utf-8")
-    give_name(fresh, path)
-    return path

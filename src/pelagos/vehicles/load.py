@@ -34,7 +34,7 @@ def catalogue_data(name: str) -> dict[str, Any]:
 @cache
 def _data(name: str) -> dict[str, Any]:
     text = (files("pelagos.vehicles.catalogue") / f"{name}.yaml").read_text(encoding="utf-8")
-    data: dict[str, Any] = yaml.safe_load(text)
+    data: dict[str, Any] = yaml.load(text, Loader=getattr(yaml, "CSafeLoader", yaml.SafeLoader))
     return data
 
 
