@@ -70,7 +70,7 @@ def pushes(waves: Any, drift: Any, seconds: np.ndarray, heading_deg: float = 0.0
     """`(times, 3)`."""
     c, s = (jit.Float64(f(np.radians(heading_deg))) for f in (np.cos, np.sin))
     zero = 0 * jit.Float64(seconds)
-    found = drift.push(waves, drift.table(), zero, zero, (c + zero, s + zero), jit.Float64(seconds))
+    found = drift.push(waves, drift.rows.on_device(), zero, zero, (c + zero, s + zero), jit.Float64(seconds))
     return np.array([np.array(f) for f in found]).T
 
 
@@ -101,7 +101,7 @@ def test_an_irregular_sea_pushes_slowly_with_the_mean_of_its_components() -> Non
                  "spreading": None, "components_count": 60})  # fmt: skip
     rows = np.array(waves.table).reshape(-1, 8)
     rows = rows[rows[:, 4] > 0]
-    d = np.interp(2 * np.pi * rows[:, 2], drift.step * np.arange(384), drift.rows[:, -1, 0])
+    d = np.interp(2 * np.pi * rows[:, 2], drift.rows.step * np.arange(384), drift.rows.rows[:, -1, 0])
     t = np.arange(0, 40_000, 0.5)
     force = pushes(waves, drift, t)[:, 0]
     assert force.mean() == pytest.approx(np.sum(rows[:, 4] ** 2 * d), rel=0.03)
@@ -111,7 +111,7 @@ def test_an_irregular_sea_pushes_slowly_with_the_mean_of_its_components() -> Non
 def test_frozen_is_plain() -> None:
     drift = compile_drift(DriftConfig.model_validate(DRIFT))
     waves = sea({"type": "sea_state", "state": 3})
-    table = drift.table()
+    table = drift.rows.on_device()
     frozen = jit.freeze(lambda w, d, x, t: drift.push(w, d, x, x, (0 * x + 1.0, 0 * x), t))
     for t in (1.0, 2.0, 3.0):
         x, now = jit.Float64([0.0, 5.0, 9.0]), dr.opaque(jit.Float64, t)

@@ -12,6 +12,7 @@ from pydantic import Field, model_validator
 
 from pelagos.config.path import MeshPath
 from pelagos.errors import did_you_mean
+from pelagos.vehicles.diffraction import DiffractionConfig
 from pelagos.vehicles.drift import DriftConfig
 from pelagos.vehicles.part import PartConfig, Positive
 from pelagos.vehicles.shape.pontoon import PontoonConfig
@@ -35,6 +36,9 @@ class RadiationConfig(PartConfig):
     """`(frequencies, 6, 6)`."""
     drift: DriftConfig | None = None
     """Mean forces of second order; see `drift` of `afloat`."""
+    diffraction: DiffractionConfig | None = None
+    """Forces of first order of the waves that the hull scatters; without, added mass times the water's acceleration
+    stands for them, which is right for waves longer than the hull."""
 
     @model_validator(mode="after")
     def _shapes(self) -> Self:

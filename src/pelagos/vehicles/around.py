@@ -113,7 +113,11 @@ def _seaway(
     )  # fmt: skip
     water = sea.to_body(rotation, waves.acceleration)
     load = sea.load(ocean, waves, rigid.position, rotation, water, t, tables.hull)
-    flow.seaway = Seaway(load, [*flow.nu_r[:3], *add(rigid.nu[3:], minus(velocity[3:]))])
+    if sea.diffraction is None:
+        through = [*flow.nu_r[:3], *add(rigid.nu[3:], minus(velocity[3:]))]
+    else:  # waves that come are scattered as if the hull were held: only its own motion radiates
+        through = [*add(flow.nu_r[:3], velocity[:3]), *rigid.nu[3:]]
+    flow.seaway = Seaway(load, through)
     return flow
 
 

@@ -11,21 +11,18 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Final, Self
+from typing import Self
 
 import drjit as dr
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
-from pelagos import jit
 from pelagos.hydro.wave_load import newman_drift
 from pelagos.jit import Array
 from pelagos.math.turns import sincos_turns
 from pelagos.ocean.waves import Waves
+from pelagos.vehicles.heading_table import HeadingTable, checked_table
 from pelagos.vehicles.part import PartConfig, Positive
-
-_FREQUENCIES: Final = 384  # of the table, evenly from zero; the nearest is taken
 
 
 class DriftConfig(PartConfig):
@@ -46,33 +43,17 @@ class DriftConfig(PartConfig):
 
     @model_validator(mode="after")
     def _shapes(self) -> Self:
-        shape = (len(self.omega_radps), len(self.heading_deg), 3)
-        if np.shape(self.force) != shape:
-            raise ValueError(f"force must be {shape[0]} x {shape[1]} x 3: by frequency and heading surge, sway and yaw")
-        if self.own and np.shape(self.own) != shape:
-            raise ValueError(f"own must be {shape[0]} x {shape[1]} x 3, as force is")
-        if (np.diff(self.omega_radps) <= 0).any():
-            raise ValueError("omega_radps must increase")
-        if not np.allclose(self.heading_deg, np.linspace(0, 180, shape[1])):
-            raise ValueError("heading_deg must go evenly from 0 to 180")
+        checked_table(self.omega_radps, self.heading_deg, self.force, columns=3, name="force")
+        if self.own:
+            checked_table(self.omega_radps, self.heading_deg, self.own, columns=3, name="own")
         return self
 
 
 @dataclass(frozen=True)
 class Drift:
-    """Coefficients on an even grid, compiled.
+    """Coefficients, compiled: surge, sway and yaw over the density."""
 
-    Attributes:
-        rows: `(frequencies, headings, 3)`: surge, sway and yaw over the density.
-        step: between frequencies [rad/s].
-    """
-
-    rows: NDArray[np.float64]
-    step: float
-
-    def table(self) -> Array:
-        """The rows on the device, `Float64`."""
-        return jit.Float64(np.ascontiguousarray(self.rows.ravel()))
+    rows: HeadingTable
 
     def push(
         self, waves: Waves, table: Array, x: Array, y: Array, heading: tuple[Array, Array], t: Array
@@ -81,19 +62,18 @@ class Drift:
 
         Args:
             waves: the sea.
-            table: see `table`.
+            table: of `rows`, on the device.
             x, y: of the hull's origin, world NWU [m].
             heading: cosine and sine of the compass heading.
             t: time [s].
         """
         cos, sin = heading
-        last, turns = len(self.rows) - 1, self.rows.shape[1] - 1
         nothing = 0 * (x + y + t + cos)
 
         def add(i: Array, *sums: Array) -> tuple[Array, ...]:
             first, second = waves._rows(i)
             ahead, aside = first[0] * cos - first[1] * sin, -(first[0] * sin + first[1] * cos)
-            force = self._at(table, 2 * math.pi * first[2], dr.atan2(dr.abs(aside), ahead), last, turns)
+            (force,) = self.rows.at(table, 2 * math.pi * first[2], (ahead, aside))
             side = dr.select(aside < 0, -1.0 + 0 * ahead, 1.0 + 0 * ahead)
             s, c = sincos_turns(dr.fma(first[0], x, dr.fma(first[1], y, dr.fma(-first[2], t, first[3]))))
             s, c = second[0] * s, second[0] * c
@@ -104,25 +84,8 @@ class Drift:
         c, s, *weighted = waves._loop(add, *([nothing] * 8))
         return [newman_drift((c, s), (weighted[2 * k], weighted[2 * k + 1])) for k in range(3)]
 
-    def _at(self, table: Array, omega: Array, angle: Array, last: int, turns: int) -> Array:
-        """Of the nearest frequency, linear in heading; the last frequency's beyond it."""
-        v = angle * (turns / math.pi)
-        i = dr.minimum(jit.UInt32(dr.minimum(dr.fma(omega, 1 / self.step, 0.5), float(last))), last)
-        j = dr.minimum(jit.UInt32(v), turns - 1)
-        q = v - jit.Float64(j)
-        row = i * (turns + 1) + j
-        low, high = (dr.gather(jit.Array3f64, table, r) for r in (row, row + 1))
-        return (1 - q) * low + q * high
-
 
 def compile_drift(config: DriftConfig) -> Drift:
     """On an even grid of frequencies that starts with nothing at zero."""
-    omega = np.concatenate([[0.0], config.omega_radps])
     rest = np.array(config.force) - (np.array(config.own) if config.own else 0.0)
-    force = np.concatenate([np.zeros((1, len(config.heading_deg), 3)), rest])
-    even = np.linspace(0.0, omega[-1], _FREQUENCIES)
-    rows = np.zeros((_FREQUENCIES, len(config.heading_deg), 3))
-    for j in range(rows.shape[1]):
-        for k in range(3):
-            rows[:, j, k] = np.interp(even, omega, force[:, j, k])
-    return Drift(rows, float(even[1]))
+    return Drift(HeadingTable.even(config.omega_radps, rest))

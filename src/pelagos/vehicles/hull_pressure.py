@@ -19,13 +19,13 @@ from pelagos.ocean.hull_waves import HullWaves
 
 @jit.struct
 class HullTable:
-    """A closed mesh, and what pushes it in the mean.
+    """A closed mesh, and tables of what else pushes it.
 
     Attributes:
         places: `Float64`, by vertex (x, y, z), FRD [m].
         corners: `UInt32`, by triangle its three vertices.
         vertices, triangles: `UInt32` (1), how many.
-        drift: see `Drift`.
+        drift, diffraction: see `Drift` and `Diffraction`.
     """
 
     places: Array
@@ -33,9 +33,12 @@ class HullTable:
     vertices: Array
     triangles: Array
     drift: Array
+    diffraction: Array
 
 
-def hull_table(vertices: NDArray[np.float64], faces: NDArray[np.int64], drift: Array) -> HullTable:
+def hull_table(
+    vertices: NDArray[np.float64], faces: NDArray[np.int64], *, drift: Array, diffraction: Array
+) -> HullTable:
     """A mesh, `(v, 3)` FRD [m] and `(f, 3)`, on the device."""
     table = HullTable(
         places=jit.Float64(np.ascontiguousarray(vertices, dtype=np.float64).ravel()),
@@ -43,6 +46,7 @@ def hull_table(vertices: NDArray[np.float64], faces: NDArray[np.int64], drift: A
         vertices=jit.UInt32(len(vertices)),
         triangles=jit.UInt32(len(faces)),
         drift=drift,
+        diffraction=diffraction,
     )
     jit.align(table)
     return table

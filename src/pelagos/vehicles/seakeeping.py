@@ -2,7 +2,8 @@
 
 In still water a vehicle's own linear hydrostatics hold. In waves they make place for the pressure of the water, at rest
 and in undisturbed waves, on the hull's mesh as it is cut by the actual surface (buoyancy, Froude and Krylov), for added
-mass times the water's acceleration relative to the hull (diffraction of waves that are longer than the hull), and for
+mass times the water's acceleration relative to the hull (diffraction of waves that are longer than the hull) or, where
+a panel method's coefficients have it, for the force of the waves that the hull scatters (`diffraction.py`), and for
 Cummins' memory of radiated waves, as a sum of exponentials whose weights are fitted to coefficients of a panel method.
 Drift is of second order (`drift.py`). Slamming and water on deck are not part of it.
 
@@ -21,10 +22,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pelagos import jit
-from pelagos.hydro.algebra import Matrix, Vector, add, matmul, matvec, minus, transpose
+from pelagos.hydro.algebra import Matrix, Vector, add, matmul, matvec, minus, scaled, transpose
 from pelagos.jit import Array
 from pelagos.ocean.hull_waves import HullWaves, Waterplane, hull_waves
-from pelagos.vehicles.afloat_config import AfloatConfig
+from pelagos.vehicles.afloat_config import AfloatConfig, RadiationConfig
+from pelagos.vehicles.diffraction import Diffraction, compile_diffraction
 from pelagos.vehicles.drift import Drift, compile_drift
 from pelagos.vehicles.hull_at_rest import mesh_stiffness, to_waterline, unbalanced, unbalanced_rest
 from pelagos.vehicles.hull_pressure import HullTable, StillWater, hull_pressure, hull_table
@@ -51,6 +53,8 @@ class Seakeeping:
         stiffness: what pressure and weight restore near rest, about the origin `(6, 6)`: heave, roll and pitch.
         kernels: of the memory.
         drift: of second order; None: none.
+        diffraction: of first order; None: added mass times the water's acceleration, and memory of motion relative to
+            the water, stand for it.
     """
 
     vertices: Values
@@ -65,6 +69,7 @@ class Seakeeping:
     stiffness: NDArray[np.float64]
     kernels: tuple[Kernel, ...]
     drift: Drift | None
+    diffraction: Diffraction | None = None
 
     @property
     def memory(self) -> int:
@@ -73,8 +78,10 @@ class Seakeeping:
 
     def table(self) -> HullTable:
         """The mesh on the device."""
-        drift = jit.Float64(0.0) if self.drift is None else self.drift.table()
-        return hull_table(self.vertices, self.faces, drift)
+        drift, diffraction = (
+            jit.Float64(0.0) if of is None else of.rows.on_device() for of in (self.drift, self.diffraction)
+        )
+        return hull_table(self.vertices, self.faces, drift=drift, diffraction=diffraction)
 
     def waves(self, ocean: Any, position: Vector, rotation: Matrix, t: Array) -> HullWaves:
         """The waves at the hull; position NED, rotation FRD -> NED."""
@@ -107,7 +114,12 @@ class Seakeeping:
             per, back = 1 / self.gravity, transpose(turn)
             force = add(force, matvec(back, [per * x, per * y, 0.0]))
             moment = add(moment, matvec(back, [0.0, 0.0, per * n]))
-        return add(self._with_weight(weight, force, moment, rotation), matvec(self.added, water))
+        wet = self._with_weight(weight, force, moment, rotation)
+        if self.diffraction is None:
+            return add(wet, matvec(self.added, water))
+        place = position[0], -position[1]
+        scattered = self.diffraction.push(ocean.waves, table.diffraction, place, _heading(rotation), t)
+        return add(wet, scaled(weight / self.gravity, self.to_body(rotation, scattered)))
 
     def still_load(self, depth: Array, rotation: Matrix, table: HullTable, active: Array) -> list[Array]:
         """Pressure and weight (6) in `active` lanes, in still water of the density that the hull is made for.
@@ -201,7 +213,14 @@ def _compiled(
         stiffness=mesh_stiffness(vertices, faces, body),
         kernels=kernels,
         drift=None if config.drift_coefficients is None else compile_drift(config.drift_coefficients),
+        diffraction=_diffraction(coefficients),
     )
+
+
+def _diffraction(coefficients: RadiationConfig | None) -> Diffraction | None:
+    if coefficients is None or coefficients.diffraction is None:
+        return None
+    return compile_diffraction(coefficients.diffraction)
 
 
 def _cross(a: Sequence[Array], b: Sequence[Array]) -> list[Array]:

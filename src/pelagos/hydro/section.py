@@ -1,0 +1,275 @@
+"""Linear waves about a floating section: added mass, damping and excitation in two dimensions, in any depth.
+
+Green's third identity with sources on every boundary but the bottom, which their images across it are: the hull, the
+free surface on both sides of it, and an end on each side at which waves only leave. Potentials are constant on straight
+panels, whose integrals are exact. There are no irregular frequencies, since the water's surface inside of the hull is
+no boundary. R. W. Yeung, A hybrid integral-equation method for time-harmonic free-surface flow, Proc. 1st Int. Conf.
+Numerical Ship Hydrodynamics, 1975; equations of motion as J. N. Newman, Marine Hydrodynamics, 1977, Sections 6.15-19.
+
+Axes of a section: y to starboard, z upwards from the waterline, roll from y to z; motions are sway, heave and roll.
+Amplitudes are complex, of exp(-i omega t); forces are per metre of length and over the water's density.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.optimize import brentq
+
+from pelagos.errors import InputError
+
+Values = NDArray[np.float64]
+Waves = NDArray[np.complex128]
+
+GRAVITY: Final = 9.81
+_PER_WAVE: Final = 40  # panels of the surface to a wavelength
+_GROWTH: Final = 1.08  # of panels away from the hull
+_ENDS: Final = 3.0  # depths from the hull to the ends: what does not travel has died away to 1e-3 of itself
+_DEEP: Final = 0.75  # wavelengths: tanh(k h) is 0.9998
+
+BODY, SURFACE, END = range(3)
+
+
+@dataclass(frozen=True)
+class SectionWaves:
+    """Waves about a section at one frequency.
+
+    Attributes:
+        omega: [rad/s].
+        wavenumber: [1/m].
+        added_mass, damping: `(3, 3)` per length and density, sway, heave and roll about the waterline's middle.
+        froude_krylov, diffraction: `(3,)` forces per length, density and amplitude, of a wave that travels to
+            starboard: of its pressure as if there were no hull, and of what the hull makes of it.
+        reflected, transmitted: amplitudes to port and to starboard over that of the wave, a hull that is held.
+        radiated: `(2, 3)` amplitudes to port and to starboard of the waves of a velocity of 1 m/s or 1 rad/s.
+        group_velocity: [m/s].
+    """
+
+    omega: float
+    wavenumber: float
+    added_mass: Values
+    damping: Values
+    froude_krylov: Waves
+    diffraction: Waves
+    reflected: complex
+    transmitted: complex
+    radiated: Waves
+    group_velocity: float
+
+    @property
+    def excitation(self) -> Waves:
+        """`(3,)` both parts of the force of a wave that travels to starboard."""
+        return self.froude_krylov + self.diffraction
+
+
+def section_waves(
+    points: ArrayLike, omega: float, *, depth: float | None = None, gravity: float = GRAVITY
+) -> SectionWaves:
+    """Waves about a section that floats at the surface.
+
+    Args:
+        points: `(n, 2)` y and z [m] along the wet hull, from the waterline at port under the keel to that at starboard;
+            each pair of neighbours is a panel: 60 or more give 1 %.
+        omega: of the waves [rad/s].
+        depth: of the water [m]; None for deep water.
+        gravity: [m/s^2].
+
+    Raises:
+        InputError: a section that does not begin and end at the waterline or leaves the water, or a frequency or depth
+            that cannot be.
+    """
+    hull = _checked(points, depth)
+    if not (np.isfinite(omega) and omega > 0):
+        raise InputError(f"omega must be a positive number [rad/s], not {omega:g}; for infinity: section_added_mass")
+    low, size = -float(hull[:, 1].min()), float(np.abs(hull).max())
+    deep = 2 * np.pi * gravity / omega**2
+    level = max(_DEEP * deep, 6 * max(low, size))
+    level = level if depth is None else min(depth, level)
+    k = _wavenumber(omega, level, gravity)
+    tank = _Tank.around(hull, level, 2 * np.pi / k / _PER_WAVE)
+    potentials, wave = tank.solve(omega, k, gravity)
+    force = tank.lengths[:, None] * tank.directions
+    inertia = force.T @ potentials[:, :3]
+    kh = 2 * k * level
+    away = 1j * omega / gravity * tank.travelling(potentials, k)
+    return SectionWaves(
+        omega=omega,
+        wavenumber=k,
+        added_mass=inertia.real,
+        damping=omega * inertia.imag,
+        froude_krylov=1j * omega * force.T @ wave,
+        diffraction=1j * omega * force.T @ potentials[:, 3],
+        reflected=complex(away[0, 3]),
+        transmitted=complex(1 + away[1, 3]),
+        radiated=away[:, :3],
+        group_velocity=0.5 * omega / k * (1 + kh / np.sinh(min(kh, 300.0))),
+    )
+
+
+def section_added_mass(points: ArrayLike, *, depth: float | None = None) -> Values:
+    """Added mass `(3, 3)` at infinite frequency, per length and density, about the waterline's middle.
+
+    Args:
+        points, depth: see `section_waves`.
+
+    Raises:
+        InputError: see `section_waves`.
+    """
+    hull = _checked(points, depth)
+    deep = 20 * float(np.abs(hull).max())  # the bottom's image adds some (size / depth)^2 / 4
+    tank = _Tank.around(hull, deep if depth is None else min(depth, deep), deep / 2 / _PER_WAVE)
+    return (tank.lengths[:, None] * tank.directions).T @ tank.solve_at_infinity()
+
+
+@dataclass(frozen=True)
+class _Tank:
+    """Straight panels around the water, which lies to their left.
+
+    Attributes:
+        starts, ends: `(n, 2)` [m].
+        kind: `(n,)` BODY, SURFACE or END.
+        level: depth of the water [m].
+        reach: of the ends [m].
+    """
+
+    starts: Values
+    ends: Values
+    kind: NDArray[np.int64]
+    level: float
+    reach: float
+
+    @classmethod
+    def around(cls, hull: Values, level: float, largest: float) -> _Tank:
+        """A tank about a hull, with panels of the surface that grow to the `largest` [m]."""
+        half, reach = float(hull[-1, 0]), float(np.abs(hull[:, 0]).max()) + _ENDS * level
+        sizes = [float(np.hypot(*(hull[-1] - hull[-2])))]
+        while sum(sizes) < reach - half:
+            sizes.append(min(_GROWTH * sizes[-1], max(largest, sizes[0])))
+        x = half + np.cumsum([0.0, *sizes]) * (reach - half) / sum(sizes)
+        surface = np.stack([x, 0 * x], axis=-1)
+        count = max(24, int(np.ceil(level / largest / 2)))
+        z = -level * (1 - np.cos(np.linspace(0, np.pi / 2, count + 1)))  # finest at the surface
+        end = np.stack([np.full_like(z, reach), z], axis=-1)
+        lines = [surface[::-1], hull[::-1], surface * [-1, 1] + [hull[0, 0] + half, 0], end[::-1], end * [-1, 1]]
+        lines[2][-1, 0] = -reach
+        kinds = [SURFACE, BODY, SURFACE, END, END]
+        return cls(
+            np.concatenate([line[:-1] for line in lines]),
+            np.concatenate([line[1:] for line in lines]),
+            np.concatenate([np.full(len(line) - 1, kind) for line, kind in zip(lines, kinds, strict=True)]),
+            level,
+            reach,
+        )
+
+    @cached_property
+    def lengths(self) -> Values:
+        """`(n,)` [m]."""
+        return np.asarray(np.hypot(*(self.ends - self.starts).T))
+
+    @cached_property
+    def middles(self) -> Values:
+        """`(n, 2)` [m]."""
+        return 0.5 * (self.starts + self.ends)
+
+    @cached_property
+    def normals(self) -> Values:
+        """`(n, 2)` out of the water."""
+        along = self.ends - self.starts
+        return np.asarray(np.stack([along[:, 1], -along[:, 0]], axis=-1) / self.lengths[:, None])
+
+    @cached_property
+    def directions(self) -> Values:
+        """`(n, 3)` normals of the hull in sway, heave and roll; 0 elsewhere."""
+        (y, z), (ny, nz) = self.middles.T, self.normals.T
+        return np.asarray(np.stack([ny, nz, y * nz - z * ny], axis=-1) * (self.kind == BODY)[:, None])
+
+    @cached_property
+    def integrals(self) -> tuple[Values, Values]:
+        """Of ln r and of its slope along the normal over each panel and its image, at each middle `(n, n)`."""
+        single, double = _line_integrals(self.middles, self.starts, self.ends)
+        np.fill_diagonal(double, 0.0)
+        across, below = np.array([1.0, -1.0]), np.array([0.0, -2 * self.level])
+        image = _line_integrals(self.middles, self.ends * across + below, self.starts * across + below)
+        return single + image[0], double + image[1]
+
+    def solve(self, omega: float, k: float, gravity: float) -> tuple[Waves, Waves]:
+        """Potentials at the panels `(n, 4)` of sway, heave, roll and diffraction, and that of the wave `(n,)`."""
+        single, double = self.integrals
+        slope = np.select([self.kind == SURFACE, self.kind == END], [omega**2 / gravity + 0j, 1j * k], 0j)
+        wave, through = self._wave(omega, k, gravity)
+        given = np.concatenate([self.directions, -np.where(self.kind == BODY, through, 0)[:, None]], axis=1)
+        matrix = np.pi * np.eye(len(slope)) - double + single * slope
+        return np.linalg.solve(matrix, -single @ given), wave
+
+    def solve_at_infinity(self) -> Values:
+        """Potentials of sway, heave and roll `(n, 3)` where waves are infinitely short: none at the surface."""
+        single, double = self.integrals
+        still = self.kind != BODY  # there the slope is unknown instead of the potential
+        matrix = np.where(still, single, np.pi * np.eye(len(still)) - double)
+        found = np.linalg.solve(matrix, -single @ self.directions)
+        return np.asarray(np.where(still[:, None], 0.0, found))
+
+    def travelling(self, potentials: Waves, k: float) -> Waves:
+        """Potentials at the surface `(2, m)` of the waves that leave to port and to starboard, as if from the middle:
+        the end's potentials without what does not travel.
+        """
+        profile = np.cosh(k * (self.middles[:, 1] + self.level)) / np.cosh(k * self.level) * self.lengths
+        found = []
+        for side in (-1, 1):
+            end = (self.kind == END) & (np.sign(self.middles[:, 0]) == side)
+            weight = profile[end]
+            share = weight @ potentials[end] / (weight**2 / self.lengths[end]).sum()
+            found.append(share * np.exp(-1j * k * self.reach))
+        return np.array(found)
+
+    def _wave(self, omega: float, k: float, gravity: float) -> tuple[Waves, Waves]:
+        """Potential of a wave of amplitude 1 m to starboard, and its slope along the normals."""
+        y, z = self.middles.T
+        rise = k * (z + self.level)
+        scale = -1j * gravity / omega / np.cosh(k * self.level) * np.exp(1j * k * y)
+        across, up = self.normals.T
+        return scale * np.cosh(rise), scale * k * (1j * np.cosh(rise) * across + np.sinh(rise) * up)
+
+
+def _line_integrals(points: Values, starts: Values, ends: Values) -> tuple[Values, Values]:
+    """Integrals over straight lines of ln r, and of its slope along the lines' right-hand normal, `(points, lines)`."""
+    along = ends - starts
+    length = np.hypot(*along.T)
+    tangent = along / length[:, None]
+    from_start = points[:, None] - starts
+    x = np.einsum("pli,li->pl", from_start, tangent)
+    y = from_start[..., 0] * tangent[:, 1] - from_start[..., 1] * tangent[:, 0]
+    rest = x - length
+    near, far = (np.where(r > 0, r, 1.0) for r in (x * x + y * y, rest * rest + y * y))
+    angle = np.arctan2(length * y, x * rest + y * y)
+    single = 0.5 * (x * np.log(near) - rest * np.log(far)) - length + y * angle
+    return single, -angle
+
+
+def _wavenumber(omega: float, level: float, gravity: float) -> float:
+    """k of omega^2 = g k tanh(k h) [1/m]."""
+    deep = omega**2 / gravity
+
+    def excess(k: float) -> float:
+        return float(k * np.tanh(k * level) - deep)
+
+    return float(brentq(excess, deep, deep + np.sqrt(deep / level) + 1e-9, xtol=1e-14, rtol=1e-14))
+
+
+def _checked(points: Any, depth: float | None) -> Values:
+    hull = np.asarray(points, dtype=np.float64)
+    if hull.ndim != 2 or hull.shape[1] != 2 or len(hull) < 9 or not np.isfinite(hull).all():
+        raise InputError(f"a section must be at least 9 finite points (n, 2), y and z [m], not {hull.shape}")
+    size = np.abs(hull).max()
+    if np.abs(hull[[0, -1], 1]).max() > 1e-6 * size or hull[0, 0] >= hull[-1, 0]:
+        given = f"not from {hull[0]} to {hull[-1]}"
+        raise InputError(f"a section must go from the waterline (z = 0) at port to that at starboard, {given}")
+    if (hull[1:-1, 1] >= 0).any() or (np.hypot(*np.diff(hull, axis=0).T) <= 0).any():
+        raise InputError("between its ends a section must be in the water (z < 0), without a point twice")
+    if depth is not None and not depth > -hull[:, 1].min():
+        raise InputError(f"depth must be more than the draught ({-hull[:, 1].min():g} m), not {depth:g} m")
+    return hull
