@@ -39,13 +39,15 @@ def find_llvm() -> Path:
 
 
 def _refuse_unusable(path: Path) -> None:
-    """Raises DeviceError where a file is no library that this process can load."""
+    """Raises DeviceError where a file is no library that this process can load, or another than a recent libLLVM."""
     import ctypes
 
     try:
-        ctypes.CDLL(str(path))
+        library = ctypes.CDLL(str(path))
     except OSError as error:
         raise DeviceError(f"DRJIT_LIBLLVM_PATH={path} cannot be loaded: {error}. {_how_to_install()}") from None
+    if not hasattr(library, "LLVMGetVersion"):  # in the C interface since LLVM 16
+        raise DeviceError(f"DRJIT_LIBLLVM_PATH={path} is no libLLVM {MIN_LLVM} or newer. {_how_to_install()}")
 
 
 def llvm_version(path: Path) -> int | None:

@@ -8,6 +8,7 @@ import subprocess
 import sys
 
 import pytest
+from pydantic_core import _pydantic_core
 
 from pelagos import errors
 from pelagos.errors import LookupFailed, PelagosError, ScenarioError
@@ -34,6 +35,7 @@ def test_errors_pickle(error: PelagosError) -> None:
         ({"PELAGOS_THREADS": "1000000"}, "PELAGOS_THREADS must be a whole number from 1 to 1024"),
         ({"PELAGOS_THREADS": "²"}, "PELAGOS_THREADS must be a whole number from 1 to 1024"),
         ({"DRJIT_LIBLLVM_PATH": __file__}, "cannot be loaded"),
+        ({"DRJIT_LIBLLVM_PATH": _pydantic_core.__file__}, "is no libLLVM 16 or newer"),  # a library, but another
     ],
 )
 def test_what_cannot_be_used_is_a_sentence(variables: dict[str, str], message: str) -> None:
