@@ -33,11 +33,11 @@ LINKED = {"ais": "ais", "modem": "modem", "optical_modem": "optical_modem", "rad
 """Sensors that tell what others sent, and who sends."""
 CARRIED: Mapping[str, dict[str, Any]] = {
     "optical_modem": {"orientation_deg": [3.0, -4.0, 44.0]},  # towards the other
-    "usbl": {"interrogate": ["auv1.its"], "interrogate_s": 1.5},
+    "usbl": {"interrogate": ["auv1.its"], "interrogate_s": 1.5, "bit_rate_bps": 4000.0},  # answers come in time
 }
 PARTNER: Mapping[str, dict[str, Any]] = {
     "optical_modem": {"orientation_deg": [0.0, 2.0, -96.0]},
-    "usbl": {"device": "x150"},
+    "usbl": {"device": "x150", "bit_rate_bps": 4000.0},
     "singlebeam": {"orientation_deg": [0.0, 75.0, 0.0], "beamwidth_deg": 50.0},  # towards the other
 }
 LINKED_TICKS = 120
@@ -68,7 +68,7 @@ SETTINGS: Mapping[str, tuple[dict[str, Any], ...]] = {
     "dvl": ({}, {"orientation_deg": [170.0, -4.0, 5.0]}),
     "depth_camera": ({}, {"stereo_baseline_m": 0.1}),
     "multibeam": ({}, {"source_level_db": 130.0}, {"water_column_bins": 64}),
-    "event_camera": ({}, {"threshold": 0.002, "threshold_mismatch": 0.0}),
+    "event_camera": ({}, {"threshold": 0.002, "threshold_mismatch": 0.0, "refractory_s": 0.01}),
 }
 """Configurations in which keys are tried; the defaults where a sensor is not named."""
 SCALARS = ("depth", "gps", "ctd", "fluorometer", "oxygen", "sound_velocity", "tracer", "turbidity", "lbl", "ais")

@@ -52,6 +52,11 @@ def test_refused(keys: dict[str, Any], message: str) -> None:
         ({"film_toe": 0.3, "film_slope": 1}, "'film_slope', 'film_toe' changes nothing without 'tone: film'"),
         ({"exposure": "manual", "compensation_ev": 1}, "'compensation_ev' changes nothing without 'exposure: auto'"),
         ({"focus_distance_m": 2}, "'focus_distance_m' changes nothing without several 'samples'"),
+        ({"motion_blur": 0.5}, "'motion_blur' changes nothing without several 'samples'"),
+        (
+            {"motion_blur_max": 0.3, "motion_blur_min_object": 0.1},
+            "'motion_blur_max', 'motion_blur_min_object' changes",
+        ),
         ({"samples": 4, "aperture_blades": 5}, "'aperture_blades' changes nothing without 'focus_distance_m'"),
         ({"samples": 4, "depth_blur_distance_m": 5}, "'depth_blur_distance_m' changes nothing without 'depth_blur_px'"),
         ({"chromatic_aberration_start": 0.5}, "'chromatic_aberration_start' changes .* 'chromatic_aberration'"),

@@ -12,6 +12,7 @@ from scipy.spatial.transform import Rotation
 
 from pelagos import jit
 from pelagos.envs.tasks.depth_heading import DepthHeading
+from pelagos.envs.tasks.docking import Docking
 from pelagos.envs.tasks.hover import Hover
 from pelagos.envs.tasks.marinegym_hover import _GOAL_M, MarineGymHover
 from pelagos.envs.tasks.obstacles import _GOAL_M as _NORTH_M
@@ -129,6 +130,24 @@ def test_marinegyms_hover_rewards_pose_uprightness_and_stillness(euler: Any) -> 
     spin = 1 / (1 + (matrix @ RATES)[2] ** 4)
     reward = pose + pose * (upright + spin) + 0.1 * math.exp(-0.8)
     assert number(task.reward(now, ACTION).reward) == pytest.approx(reward, abs=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("ahead", "aside", "struck"),
+    [
+        (-0.8, 0.55, False),
+        (-0.8, 0.65, True),
+        (-1.2, 2.0, False),
+        (0.1, 0.15, False),
+        (0.1, 0.25, True),
+        (0.3, 0.1, True),
+    ],
+)
+def test_a_funnel_is_struck_outside_its_cone(ahead: float, aside: float, struck: bool) -> None:
+    """0.2 m wide each way at its end, 0.7 m a metre before it; beyond 0.2 m behind the end all is struck."""
+    task = Docking()
+    now = view((0.0, 0.0, 0.5), [ahead, -0.6 * aside, 0.8 * aside - task.depth_m], before=3.0)
+    assert bool(np.array(task.reward(now, ACTION).terminated).ravel()[0]) == struck
 
 
 def judged(task: Any, position: Any, euler: Any, **world: Any) -> Any:

@@ -151,6 +151,10 @@ _METERED: Final = (
     "exposure_speed_down_ev_per_s",
 )  # fmt: skip
 _FILM: Final = ("film_slope", "film_toe", "film_shoulder", "film_black_clip", "film_white_clip")
+_OF_SAMPLES: Final = ("depth_blur_px", "motion_blur_max", "motion_blur_min_object")
+"""Keys of blur that differs from pixel to pixel, which several samples show."""
+_OF_A_SAMPLE: Final = ("focus_distance_m", "motion_blur")
+"""Keys that the one sample of a path tracer shows already."""
 NEEDS: Final = (
     Need(_METERED, "exposure", ("auto",)),
     Need(_FILM, "tone", ("film",)),
@@ -169,7 +173,7 @@ def idle_keys(config: CameraConfig) -> str | None:
     """Keys that were changed and change nothing, with what they need; None where there are none."""
     if told := idle(config, NEEDS):
         return told
-    if config.samples == 1 and (alone := changed(config, ("focus_distance_m", "depth_blur_px"))):
+    if config.samples == 1 and (alone := changed(config, _OF_SAMPLES + _OF_A_SAMPLE * (config.renderer == "realtime"))):
         return f"{named(alone)} changes nothing without several 'samples', 16 say"
     return None
 

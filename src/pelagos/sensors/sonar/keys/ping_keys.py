@@ -123,9 +123,9 @@ class PingConfig(SensorConfig):
     scale: Literal["unit", "db", "linear"] = "unit"
     """What `data` and `truth` are: decibels mapped to 0 .. 1, decibels, or linear intensity."""
     floor_db: float = Field(default=-50.0, ge=-300, le=300)
-    """Level that `scale: unit` maps to 0 [dB]."""
+    """Level that `scale: unit`, and the eight bits of messages and views, map to 0 [dB]."""
     dynamic_range_db: float = Field(default=45.0, gt=0, le=300)
-    """Decibels that `scale: unit` maps to 0 .. 1."""
+    """Decibels above it that are mapped to 0 .. 1 likewise [dB]."""
     texture_db: float = Field(default=TEXTURE_DB, ge=0, le=10)
     """Variation of surfaces' backscatter over decimetres to metres, rms [dB]."""
     roughness_seed: int = Field(default=0, ge=0, lt=2**32)
