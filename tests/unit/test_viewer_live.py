@@ -280,6 +280,19 @@ def test_props_are_put_moved_and_removed_between_steps(pilot):
     assert [kind for kind, _ in said] == ["error", "error"]
 
 
+def test_reset_shows_the_readings_of_the_start(pilot):
+    made, orders, said = pilot
+    with made.sim.watch(made.live.heard):
+        made.sim.step(ticks=30)
+        made.live.show()
+        assert made.live.take().t_ns > 0
+        obey(made, orders, do="reset", seed=7)
+        frame = made.live.take()
+    assert (frame.t_ns, frame.jump, said) == (0, True, [])
+    assert {(p.sample.name, p.sample.t_ns) for p in frame.samples} >= {("auv0.sonar", 0), ("auv0.mbes", 0)}
+    assert {p.sample.t_ns for p in frame.samples} == {0}
+
+
 def test_record_from_the_page(pilot):
     made, orders, said = pilot
     obey(made, orders, do="record", on=True)

@@ -76,8 +76,8 @@ class Pilot:
     def run(self) -> None:
         """Step, until `close`."""
         with self.sim.watch(self.live.heard):
-            self.sim.reset()  # so that tick 0 is shown too
-            self.live.show()
+            self.sim.reset()
+            self._show_start()
             due = time.perf_counter()
             while not self._closed:
                 self._obey()
@@ -104,6 +104,11 @@ class Pilot:
         self.goals.clear()
         self._ended = False
         self.live.restart()
+        self._show_start()
+
+    def _show_start(self) -> None:
+        """Show the readings of tick 0, which no block of ticks ends with."""
+        self.sim.tell_watchers(self.sim.stepper.read_now())
         self.live.show()
 
     def go_to(self, agent: str, place: np.ndarray[Any, Any]) -> None:
