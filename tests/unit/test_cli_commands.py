@@ -159,6 +159,17 @@ def test_check_says_where_the_doors_are(tmp_path: Path, capsys: pytest.CaptureFi
     assert where["gps"] == "speaks at udp:127.0.0.1:7001"
 
 
+def test_check_prints_twenty_agents_and_counts_the_rest(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = tmp_path / "fleet.yaml"
+    agents = "".join(f"  a{i}: {{vehicle: otter, start: {{position_m: [{9 * i}, 4]}}}}\n" for i in range(23))
+    path.write_text(f"world: {{type: flat, depth_m: 30}}\nagents:\n{agents}")
+    assert outcome("check", str(path), "--no-build") == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert "a19" in lines
+    assert "a20" not in lines
+    assert any(line.startswith("and 3 more agents") for line in lines)
+
+
 def test_check_runs_without_a_device(small: Path) -> None:
     code = f"from pelagos.cli.main import main; main(['check', {str(small)!r}])"
     where = {"PELAGOS_LLVM_SEARCH": "/nonexistent", "PELAGOS_DEVICE": "cpu", "PATH": "/usr/bin:/bin"}

@@ -35,6 +35,14 @@ def test_lamb_factors_of_prolate_spheroids(ratio, axial, lateral, rotary):
     assert (k.axial, k.lateral, k.rotary) == pytest.approx((axial, lateral, rotary), abs=6e-7)
 
 
+def test_lamb_factors_run_into_the_needle():
+    """Along it nothing, across it the fluid that it displaces: to (b / a)^2 ln(a / b)."""
+    thin, needle = added_mass.lamb_factors(1.0, 1e-7), added_mass.lamb_factors(1.0, 1e-9)
+    for k in (thin, needle):
+        assert (k.axial, k.lateral, k.rotary) == pytest.approx((0.0, 1.0, 1.0), abs=1e-12)
+    assert thin.axial > needle.axial
+
+
 def test_lamb_factors_run_into_the_sphere():
     """Both branches agree where they meet, and the sphere has half its displaced mass."""
     near, nearer = added_mass.lamb_factors(1.0003, 1.0), added_mass.lamb_factors(1.0001, 1.0)

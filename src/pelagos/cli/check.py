@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from itertools import islice
 from pathlib import Path
+from typing import Final
 
 from rich.markup import escape
 from rich.table import Table
@@ -39,6 +41,9 @@ from pelagos.config.scenario import Scenario
 from pelagos.config.swarm import member_names
 from pelagos.errors import DeviceError
 
+SHOWN: Final = 20
+"""Agents of a scenario that are printed one by one."""
+
 
 def check_scenario(
     path: Path, changes: Sequence[str], *, resolved: bool, trust: bool = False, build: bool = True
@@ -66,12 +71,14 @@ def show_check(scenario: Scenario, title: str, *, resolved: bool = False, build:
     note = "" if built else " (sensors and starts are not built: " + ("no device)" if build else "--no-build)")
     out.print(f"{escape(title)}: [green]a valid scenario[/green]{note}")
     out.print(_summary(scenario))
-    for name, agent in scenario.agents.items():
+    for name, agent in islice(scenario.agents.items(), SHOWN):
         many = "" if agent.count is None else f", {agent.count} of them: {name}\\[0] to {name}\\[{agent.count - 1}]"
         out.print(f"\n[bold]{name}[/bold]{many}")
         out.print(_agent(agent, modes[member_names(name, agent.count)[0]]))
         if agent.sensors:
             out.print(_sensors(agent, scenario.tick_rate_hz))
+    if len(scenario.agents) > SHOWN:
+        out.print(f"\nand {len(scenario.agents) - SHOWN} more agents; --resolved prints every one")
     if scenario.bridges:
         out.print()
         out.print(_doors(scenario))

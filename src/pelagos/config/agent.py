@@ -104,7 +104,8 @@ class Agent(Strict):
     def _group(self) -> Self:
         """Check the keys that only groups have, and those that every group needs."""
         if self.count is None:
-            given = [f"'{key}'" for key in ("mission_from", "distributions", "overrides") if key in self._written]
+            written = self._written
+            given = [f"'{key}'" for key in ("mission_from", "distributions", "overrides") if key in written]
             given += [f"'start.{key}'" for key in ("grid", "spacing_m") if getattr(self.start, key) is not None]
             if given:
                 text = "{what} is for groups of agents; give 'count' too, or leave it out"

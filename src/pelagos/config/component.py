@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pickle
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -54,7 +55,9 @@ class Component:
             text = f"required key 'type' is missing; it names the {self.kind}: {', '.join(known)}"
             raise PydanticCustomError("component_missing", "{text}", {"text": text})
         try:
-            config = registry.find(self.kind, str(name)).config
+            if name not in known:
+                raise LookupFailed(self.kind, str(name), known)
+            config = known[name].config
         except LookupFailed as error:
             wrong = PydanticCustomError("component_unknown", "{text}", {"text": str(error)})
             line = InitErrorDetails(type=wrong, loc=() if self.shorthand else ("type",), input=name)
@@ -64,7 +67,16 @@ class Component:
         given = dict(value)
         if "type" not in config.model_fields:
             given.pop("type", None)
-        return config.model_validate(given, context=info.context)
+        if self.kind != "vehicle" or not isinstance(info.context, dict):
+            return config.model_validate(given, context=info.context)
+        alike: dict[bytes, BaseModel] = info.context.setdefault("vehicles", {})  # a fleet's are one configuration
+        try:
+            key = pickle.dumps(value)
+        except (pickle.PicklingError, TypeError, AttributeError):
+            return config.model_validate(given, context=info.context)
+        if key not in alike:
+            alike[key] = config.model_validate(given, context=info.context)
+        return alike[key]
 
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
         return core_schema.with_info_plain_validator_function(

@@ -69,8 +69,13 @@ def range_of(key: str) -> Range | None:
     return _BY_NAME.get(key) or (OTHER if compound else _BY_UNIT.get(unit, OTHER))
 
 
-def beyond(built: Any, key: str = "", path: Key = ()) -> Iterator[tuple[Key, float, Range]]:
-    """Every number that is not finite, or not within the range of its key, with its path."""
+def beyond(
+    built: Any, key: str = "", path: Key = (), seen: set[int] | None = None
+) -> Iterator[tuple[Key, float, Range]]:
+    """Every number that is not finite, or not within the range of its key, with its path; one model that stands in
+    several places is looked at once.
+    """
+    seen = set() if seen is None else seen
     if isinstance(built, bool | str) or built is None:
         return
     if isinstance(built, int | float):
@@ -78,15 +83,19 @@ def beyond(built: Any, key: str = "", path: Key = ()) -> Iterator[tuple[Key, flo
         if within is not None and not within[0] <= built <= within[1]:  # NaN is within nothing
             yield path, built, within
     elif isinstance(built, BaseModel):
+        if id(built) in seen:
+            return
+        seen.add(id(built))
         for name, value in built.__dict__.items():
             if value is not None and not isinstance(value, bool | str):
-                yield from beyond(value, name, (*path, name))
+                yield from beyond(value, name, (*path, name), seen)
     elif isinstance(built, Mapping):
         for name, value in built.items():
-            yield from beyond(value, key if isinstance(value, int | float | list | tuple) else str(name), (*path, name))
+            inner = key if isinstance(value, int | float | list | tuple) else str(name)
+            yield from beyond(value, inner, (*path, name), seen)
     elif isinstance(built, list | tuple):
         for index, value in enumerate(built):
-            yield from beyond(value, key, (*path, index))
+            yield from beyond(value, key, (*path, index), seen)
 
 
 def outside_text(path: Key, value: float, within: Range) -> str:

@@ -21,6 +21,7 @@ _LIMITS: Final = {
     "less_than_equal": ("at most", "le"),
 }
 _LEAST: Final = 1e-60
+_TOLD: Final = 40  # problems of one error
 _SHAPES: Final = ("float_type", "int_type", "string_type", "model_type", "model_attributes_type", "dict_type")
 _NUMBERS: Final = ("float_type", "float_parsing", "int_type", "int_parsing", "int_from_float", "finite_number")
 
@@ -47,8 +48,9 @@ def as_error(problems: list[tuple[str, str]]) -> ScenarioError:
     where, text = problems[0]
     if len(problems) == 1:
         return ScenarioError(text, where=where)
-    lines = "".join(f"\n  {place}: {words}" for place, words in problems)
-    return ScenarioError(f"{len(problems)} things are wrong:{lines}")
+    lines = "".join(f"\n  {place}: {words}" for place, words in problems[:_TOLD])
+    rest = "" if len(problems) <= _TOLD else f"\n  and {len(problems) - _TOLD} more"
+    return ScenarioError(f"{len(problems)} things are wrong:{lines}{rest}")
 
 
 def vanishing(data: Any, path: Key = ()) -> Iterator[tuple[Key, str]]:

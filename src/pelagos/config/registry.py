@@ -156,13 +156,9 @@ class Entry:
 
 def entries(kind: Kind, *, plugins: bool = True) -> dict[str, Entry]:
     """Every entry of a table by name, sorted; with those of installed plug-ins unless told otherwise."""
-    found = {name: Entry(kind, name, target) for name, target in BUILT_IN[kind].items()}
-    catalogue = _catalogue(kind)
-    if catalogue is not None:
-        found |= {name: Entry(kind, name, CATALOGUES[kind][1]) for name in catalogue.catalogue_names()}
-    if plugins:
-        found = dict(_plugins(kind)) | found
-    return dict(sorted(found.items()))
+    own = _own(kind, tuple(BUILT_IN[kind].items()))
+    brought = _plugins(kind) if plugins else {}
+    return dict(sorted({**brought, **own}.items())) if brought else dict(own)
 
 
 def find(kind: Kind, name: str) -> Entry:
@@ -175,6 +171,16 @@ def find(kind: Kind, name: str) -> Entry:
     if name not in known:
         raise LookupFailed(kind, name, known)
     return known[name]
+
+
+@cache
+def _own(kind: Kind, built_in: tuple[tuple[str, str], ...]) -> Mapping[str, Entry]:
+    """Entries that are not of plug-ins, sorted."""
+    found = {name: Entry(kind, name, target) for name, target in built_in}
+    catalogue = _catalogue(kind)
+    if catalogue is not None:
+        found |= {name: Entry(kind, name, CATALOGUES[kind][1]) for name in catalogue.catalogue_names()}
+    return dict(sorted(found.items()))
 
 
 def _catalogue(kind: Kind) -> Any:

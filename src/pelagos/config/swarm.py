@@ -20,7 +20,7 @@ from pelagos.config.strict import Strict
 if TYPE_CHECKING:
     from pelagos.config.agent import Agent
 
-MAX_MEMBERS: Final = 1_000_000
+MAX_MEMBERS: Final = 100_000
 _SEPARATOR: Final = "\x1f"
 
 

@@ -37,6 +37,8 @@ def lamb_factors(a: float, b: float) -> LambFactors:
     e = math.sqrt(e2)
     if e < 0.02:
         return LambFactors(0.5 - 0.3 * e2, 0.5 + 0.15 * e2, 0.0)
+    if e == 1.0:  # a needle, thinner than 1e-8 of its length
+        return LambFactors(0.0, 1.0, 1.0)
     log = math.log((1 + e) / (1 - e))
     alpha = 2 * (1 - e2) / e**3 * (log / 2 - e)
     beta = 1 / e2 - (1 - e2) / (2 * e**3) * log

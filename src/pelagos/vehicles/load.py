@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+import pickle
 from collections.abc import Mapping
-from copy import deepcopy
 from functools import cache
 from importlib.resources import files
 from typing import Any
@@ -28,14 +28,14 @@ def catalogue_data(name: str) -> dict[str, Any]:
     """
     if name not in catalogue_names():
         raise LookupFailed("vehicle", name, catalogue_names())
-    return deepcopy(_data(name))
+    data: dict[str, Any] = pickle.loads(_data(name))
+    return data
 
 
 @cache
-def _data(name: str) -> dict[str, Any]:
+def _data(name: str) -> bytes:
     text = (files("pelagos.vehicles.catalogue") / f"{name}.yaml").read_text(encoding="utf-8")
-    data: dict[str, Any] = yaml.load(text, Loader=getattr(yaml, "CSafeLoader", yaml.SafeLoader))
-    return data
+    return pickle.dumps(yaml.load(text, Loader=getattr(yaml, "CSafeLoader", yaml.SafeLoader)))
 
 
 def merged(base: Mapping[str, Any], changes: Mapping[str, Any]) -> dict[str, Any]:
