@@ -12,6 +12,7 @@ import sys
 import threading
 import time
 from pathlib import Path
+from zipfile import ZipFile
 
 import numpy as np
 import pytest
@@ -282,6 +283,10 @@ def test_archives_that_are_bombs_are_refused_before_they_are_unpacked(
     monkeypatch.setattr("pelagos.world.size.MAX_BYTES", 8_000_000)
     np.savez_compressed(tmp_path / "bomb.npz", z=np.zeros((2000, 1000)))
     guarded(lambda: survey(tmp_path / "bomb.npz"), "GB unpacked; at most")
+    with ZipFile(tmp_path / "lying.npz", "w") as archive, archive.open("z.npy", "w") as file:
+        np.lib.format.write_array_header_1_0(file, {"descr": "<f8", "fortran_order": False, "shape": (60000, 60000)})
+        file.write(bytes(800))
+    guarded(lambda: survey(tmp_path / "lying.npz"), "array 'z' says that it has 28.8 GB")
     with gzip.open(tmp_path / "bomb.xyz.gz", "wb") as file:
         file.write(bytes(20_000_000))
     guarded(lambda: survey(tmp_path / "bomb.xyz.gz"), "GB of text when it is unpacked")

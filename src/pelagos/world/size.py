@@ -3,9 +3,14 @@
 from __future__ import annotations
 
 import gzip
+import math
+import zlib
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Final
 from zipfile import BadZipFile, ZipFile
+
+from numpy.lib.format import read_array_header_1_0, read_array_header_2_0, read_magic
 
 from pelagos.errors import WorldError
 
@@ -26,10 +31,30 @@ def refuse_large(path: Path, what: str) -> None:
         try:
             with ZipFile(path) as archive:
                 size = max(size, sum(entry.file_size for entry in archive.infolist()))
+                size = max(size, int(sum(_arrays(archive, path, what))))
         except BadZipFile:
             return  # its reader says what is wrong
     if size > MAX_BYTES:
         raise WorldError(f"{what} {path} has {size / 1e9:.1f} GB unpacked; at most {MAX_BYTES / 1e9:.1f} GB are read")
+
+
+def _arrays(archive: ZipFile, path: Path, what: str) -> Iterator[float]:
+    """Bytes that each of an archive's arrays says it has."""
+    for entry in archive.infolist():
+        if not entry.filename.endswith(".npy"):
+            continue
+        try:
+            with archive.open(entry) as file:
+                read = read_array_header_1_0 if read_magic(file) == (1, 0) else read_array_header_2_0
+                shape, _, dtype = read(file)
+        except (ValueError, OSError, EOFError, BadZipFile, zlib.error, NotImplementedError, RuntimeError):
+            continue  # its reader says what is wrong
+        says = math.prod(map(float, shape)) * dtype.itemsize
+        if says > entry.file_size:
+            name = entry.filename.removesuffix(".npy")
+            has = f"says that it has {says / 1e9:.3g} GB, and has {entry.file_size / 1e9:.3g}"
+            raise WorldError(f"{what} {path}: array {name!r} {has}")
+        yield says
 
 
 def unpacked(path: Path, what: str) -> bytes:
