@@ -30,6 +30,7 @@ from pelagos.vehicles.control.pose import world_pose
 from pelagos.vehicles.control.sawtooth import SawtoothConfig
 from pelagos.vehicles.drift import Drift
 from pelagos.vehicles.flow import Flow
+from pelagos.vehicles.heading_table import HeadingTable
 from pelagos.vehicles.terms.air import Wing
 
 BODY = SimpleNamespace(density=1000.0, length=100.0)
@@ -266,12 +267,12 @@ def test_the_seabed_pushes_a_body_by_force_over_inertia() -> None:
 def test_drift_forces_of_waves_from_port_mirror_those_from_starboard(aside: float) -> None:
     """Surge is the same, sway and yaw are opposite; the rows are what a wave of 1 m from starboard does."""
     rows = np.random.default_rng(3).uniform(0.5, 1.5, (6, 7, 3))
-    drift, found = Drift(rows, 0.4), []
+    drift, found = Drift(HeadingTable(rows, 0.4)), []
     heading = math.radians(25.0)
     for side in (1.0, -1.0):
         wave = {"type": "regular", "height_m": 2.0, "period_s": 5.0, "towards_deg": 25.0 + side * aside}
         waves = build_ocean(OceanConfig(waves=[wave], waves_depth_m=500.0)).waves
         x, y, t, cos, sin = (jit.Float64(v) for v in (3.0, -4.0, 2.5, math.cos(heading), math.sin(heading)))
-        found.append(numbers(drift.push(waves, drift.table(), x, y, (cos, sin), t)))
+        found.append(numbers(drift.push(waves, drift.rows.on_device(), x, y, (cos, sin), t)))
     assert (np.abs(found[0]) > 0.1).all()
     assert found[1] == pytest.approx(found[0] * [1, -1, -1], rel=1e-6)
