@@ -173,9 +173,8 @@ def _hull(path: Path) -> Path:
     """The model's mesh, x across the section, cut into bands that follow the wave's pressure."""
     import trimesh
 
-    line = section(64) * [1.0, 1.0]
     top = HEIGHT_M - DRAUGHT_M
-    ring = np.concatenate([[[-BEAM_M / 2, top]], line, [[BEAM_M / 2, top]]])
+    ring = np.concatenate([[[-BEAM_M / 2, top]], section(), [[BEAM_M / 2, top]]])
     count = len(ring)
     sides = np.stack([np.column_stack([ring[:, 0], np.full(count, y), ring[:, 1]]) for y in (-0.5, 0.5)])
     sides[:, :, 1] *= LENGTH_M

@@ -7,7 +7,7 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from pelagos.ocean.spectrum import wavenumber
+from pelagos.math.dispersion import wavenumber
 
 Array = NDArray[np.float64]
 

@@ -6,6 +6,7 @@ The tables were computed by integrating the published formulas; sources beside e
 import numpy as np
 import pytest
 
+from pelagos.math.dispersion import wavenumber
 from pelagos.ocean.spectrum import (
     cos2s,
     jonswap,
@@ -13,7 +14,6 @@ from pelagos.ocean.spectrum import (
     pierson_moskowitz,
     pierson_moskowitz_peak,
     tma,
-    wavenumber,
 )
 
 F = np.linspace(0.02, 20.0, 400_000)  # for Tp = 10 s: to 200 fp, where 2e-9 of the energy is left

@@ -15,6 +15,7 @@ from pelagos import jit
 from pelagos.hydro.section import section_added_mass, section_waves
 from pelagos.ocean.config import OceanConfig, build_ocean
 from pelagos.vehicles.diffraction import DiffractionConfig, compile_diffraction
+from pelagos.vehicles.integrate import Rigid
 
 RHO = 999.1
 RNG = np.random.default_rng(5)
@@ -151,8 +152,6 @@ def test_memory_is_of_the_hulls_own_motion(section: Any) -> None:
         })  # fmt: skip
         ocean, model = sim.model.ocean, pl.Vehicle.from_dict(what)
         state = model.initial_state(np.zeros((1, 3)), np.array([[1.0, 0.0, 0.0, 0.0]]))
-        from pelagos.vehicles.integrate import Rigid
-
         rigid = Rigid([*state.position], state.attitude, [*state.velocity, *state.angular_velocity])
         seaway = model.flow(rigid, ocean, jit.Float64(0.3)).seaway
         assert seaway is not None

@@ -138,7 +138,7 @@ class Agent(Strict):
 
 
 def _on_earth(leg: Leg) -> bool:
-    """Whether a leg has a place by latitude and longitude."""
+    """True for a leg with a place by latitude and longitude."""
     values = [item for _, value in leg for item in (value if isinstance(value, tuple) else (value,))]
     return any(isinstance(value, EarthPoint) for value in values)
 

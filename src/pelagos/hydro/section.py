@@ -18,19 +18,21 @@ from typing import Any, Final
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.optimize import brentq
 
 from pelagos.errors import InputError
+from pelagos.math.constants import GRAVITY
+from pelagos.math.dispersion import wavenumber
 
 Values = NDArray[np.float64]
 Waves = NDArray[np.complex128]
 
-GRAVITY: Final = 9.81
 _PER_WAVE: Final = 40  # panels of the surface to a wavelength
 _GROWTH: Final = 1.08  # of panels away from the hull
 _ENDS: Final = 3.0  # depths from the hull to the ends: what does not travel has died away to 1e-3 of itself
 _DEEP: Final = 0.75  # wavelengths: tanh(k h) is 0.9998
 
+MOST: Final = 4000
+"""Panels of a section's surroundings at most: some 10 s and 1 GB."""
 BODY, SURFACE, END = range(3)
 
 
@@ -66,9 +68,7 @@ class SectionWaves:
         return self.froude_krylov + self.diffraction
 
 
-def section_waves(
-    points: ArrayLike, omega: float, *, depth: float | None = None, gravity: float = GRAVITY
-) -> SectionWaves:
+def section_waves(points: ArrayLike, omega: float, *, depth: float | None = None) -> SectionWaves:
     """Waves about a section that floats at the surface.
 
     Args:
@@ -76,26 +76,25 @@ def section_waves(
             each pair of neighbours is a panel: 60 or more give 1 %.
         omega: of the waves [rad/s].
         depth: of the water [m]; None for deep water.
-        gravity: [m/s^2].
 
     Raises:
         InputError: a section that does not begin and end at the waterline or leaves the water, or a frequency or depth
-            that cannot be.
+            that cannot be, or waves so short that they need more than `MOST` panels.
     """
     hull = _checked(points, depth)
     if not (np.isfinite(omega) and omega > 0):
         raise InputError(f"omega must be a positive number [rad/s], not {omega:g}; for infinity: section_added_mass")
     low, size = -float(hull[:, 1].min()), float(np.abs(hull).max())
-    deep = 2 * np.pi * gravity / omega**2
+    deep = 2 * np.pi * GRAVITY / omega**2
     level = max(_DEEP * deep, 6 * max(low, size))
     level = level if depth is None else min(depth, level)
-    k = _wavenumber(omega, level, gravity)
+    k = float(wavenumber(np.array(omega), level))
     tank = _Tank.around(hull, level, 2 * np.pi / k / _PER_WAVE)
-    potentials, wave = tank.solve(omega, k, gravity)
+    potentials, wave = tank.solve(omega, k)
     force = tank.lengths[:, None] * tank.directions
     inertia = force.T @ potentials[:, :3]
     kh = 2 * k * level
-    away = 1j * omega / gravity * tank.travelling(potentials, k)
+    away = 1j * omega / GRAVITY * tank.travelling(potentials, k)
     return SectionWaves(
         omega=omega,
         wavenumber=k,
@@ -144,18 +143,22 @@ class _Tank:
 
     @classmethod
     def around(cls, hull: Values, level: float, largest: float) -> _Tank:
-        """A tank about a hull, with panels of the surface that grow to the `largest` [m]."""
-        half, reach = float(hull[-1, 0]), float(np.abs(hull[:, 0]).max()) + _ENDS * level
-        sizes = [float(np.hypot(*(hull[-1] - hull[-2])))]
-        while sum(sizes) < reach - half:
-            sizes.append(min(_GROWTH * sizes[-1], max(largest, sizes[0])))
-        x = half + np.cumsum([0.0, *sizes]) * (reach - half) / sum(sizes)
-        surface = np.stack([x, 0 * x], axis=-1)
+        """A tank about a hull, with panels of the surface that grow to the `largest` [m].
+
+        Raises:
+            InputError: it would have more than `MOST` panels.
+        """
+        reach = float(np.abs(hull[:, 0]).max()) + _ENDS * level
+        if 2 * reach / largest > MOST:
+            waves, size = _PER_WAVE * largest, float(np.abs(hull).max())
+            text = f"waves of {waves:.3g} m about a section of {size:.3g} m need more than {MOST} panels"
+            raise InputError(f"{text}; take a lower omega: beyond it added mass is that of section_added_mass")
+        starboard = _surface(float(hull[-1, 0]), float(np.hypot(*(hull[-1] - hull[-2]))), reach, largest)
+        port = _surface(-float(hull[0, 0]), float(np.hypot(*(hull[1] - hull[0]))), reach, largest) * [-1, 1]
         count = max(24, int(np.ceil(level / largest / 2)))
         z = -level * (1 - np.cos(np.linspace(0, np.pi / 2, count + 1)))  # finest at the surface
         end = np.stack([np.full_like(z, reach), z], axis=-1)
-        lines = [surface[::-1], hull[::-1], surface * [-1, 1] + [hull[0, 0] + half, 0], end[::-1], end * [-1, 1]]
-        lines[2][-1, 0] = -reach
+        lines = [starboard[::-1], hull[::-1], port, end[::-1], end * [-1, 1]]
         kinds = [SURFACE, BODY, SURFACE, END, END]
         return cls(
             np.concatenate([line[:-1] for line in lines]),
@@ -196,11 +199,11 @@ class _Tank:
         image = _line_integrals(self.middles, self.ends * across + below, self.starts * across + below)
         return single + image[0], double + image[1]
 
-    def solve(self, omega: float, k: float, gravity: float) -> tuple[Waves, Waves]:
+    def solve(self, omega: float, k: float) -> tuple[Waves, Waves]:
         """Potentials at the panels `(n, 4)` of sway, heave, roll and diffraction, and that of the wave `(n,)`."""
         single, double = self.integrals
-        slope = np.select([self.kind == SURFACE, self.kind == END], [omega**2 / gravity + 0j, 1j * k], 0j)
-        wave, through = self._wave(omega, k, gravity)
+        slope = np.select([self.kind == SURFACE, self.kind == END], [omega**2 / GRAVITY + 0j, 1j * k], 0j)
+        wave, through = self._wave(omega, k)
         given = np.concatenate([self.directions, -np.where(self.kind == BODY, through, 0)[:, None]], axis=1)
         matrix = np.pi * np.eye(len(slope)) - double + single * slope
         return np.linalg.solve(matrix, -single @ given), wave
@@ -226,13 +229,24 @@ class _Tank:
             found.append(share * np.exp(-1j * k * self.reach))
         return np.array(found)
 
-    def _wave(self, omega: float, k: float, gravity: float) -> tuple[Waves, Waves]:
+    def _wave(self, omega: float, k: float) -> tuple[Waves, Waves]:
         """Potential of a wave of amplitude 1 m to starboard, and its slope along the normals."""
         y, z = self.middles.T
         rise = k * (z + self.level)
-        scale = -1j * gravity / omega / np.cosh(k * self.level) * np.exp(1j * k * y)
+        scale = -1j * GRAVITY / omega / np.cosh(k * self.level) * np.exp(1j * k * y)
         across, up = self.normals.T
         return scale * np.cosh(rise), scale * k * (1j * np.cosh(rise) * across + np.sinh(rise) * up)
+
+
+def _surface(edge: float, first: float, reach: float, largest: float) -> Values:
+    """Corners `(n, 2)` of the water's surface from a hull's edge outwards, panels that grow from the `first` [m]."""
+    sizes, left = [first], reach - edge - first
+    while left > 0:
+        sizes.append(min(_GROWTH * sizes[-1], max(largest, first)))
+        left -= sizes[-1]
+    along = np.cumsum([0.0, *sizes])
+    x = edge + along * ((reach - edge) / along[-1])
+    return np.stack([x, 0 * x], axis=-1)
 
 
 def _line_integrals(points: Values, starts: Values, ends: Values) -> tuple[Values, Values]:
@@ -248,16 +262,6 @@ def _line_integrals(points: Values, starts: Values, ends: Values) -> tuple[Value
     angle = np.arctan2(length * y, x * rest + y * y)
     single = 0.5 * (x * np.log(near) - rest * np.log(far)) - length + y * angle
     return single, -angle
-
-
-def _wavenumber(omega: float, level: float, gravity: float) -> float:
-    """k of omega^2 = g k tanh(k h) [1/m]."""
-    deep = omega**2 / gravity
-
-    def excess(k: float) -> float:
-        return float(k * np.tanh(k * level) - deep)
-
-    return float(brentq(excess, deep, deep + np.sqrt(deep / level) + 1e-9, xtol=1e-14, rtol=1e-14))
 
 
 def _checked(points: Any, depth: float | None) -> Values:

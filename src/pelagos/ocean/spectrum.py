@@ -1,4 +1,4 @@
-"""Wave spectra S(f) [m^2/Hz] of the surface's elevation, spreading, and the dispersion relation. NumPy; run once.
+"""Wave spectra S(f) [m^2/Hz] of the surface's elevation, and spreading. NumPy; run once.
 
 Where a significant height is given it fixes the energy: shapes are scaled numerically, not by the usual closed forms,
 which are up to 2 % off.
@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pelagos.math.constants import GRAVITY
+from pelagos.math.dispersion import wavenumber
 
 Values = NDArray[np.float64]
 
@@ -152,18 +153,3 @@ def cos2s(angle: Values, exponent: float) -> Values:
     """
     factor = math.exp(math.lgamma(exponent + 1) - math.lgamma(exponent + 0.5)) / (2 * math.sqrt(math.pi))
     return np.asarray(factor * np.abs(np.cos(angle / 2)) ** (2 * exponent))
-
-
-def wavenumber(omega: Values, depth: float | None) -> Values:
-    """k [1/m] of waves of angular frequency omega [rad/s] in water of `depth` [m] (None: deep), omega^2 = g k tanh(k
-    h).
-    """
-    deep = omega**2 / GRAVITY
-    if depth is None:
-        return deep
-    x0 = np.maximum(deep * depth, 1e-300)
-    x = x0 / np.sqrt(np.tanh(x0))
-    for _ in range(30):  # Newton, quadratic from a start within 5 %
-        th = np.tanh(x)
-        x = np.maximum(x - (x * th - x0) / (th + x * (1 - th * th)), 1e-150)
-    return np.asarray(x / depth)

@@ -16,6 +16,7 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from pelagos.config.strict import Strict
+from pelagos.math.dispersion import wavenumber
 from pelagos.ocean.spectrum import (
     SEA_STATES,
     Values,
@@ -27,7 +28,6 @@ from pelagos.ocean.spectrum import (
     tma,
     torsethaugen,
     torsethaugen_peaks,
-    wavenumber,
 )
 
 _LOWEST: Final = 0.5  # of the peak frequency: below lies 1e-8 of the energy

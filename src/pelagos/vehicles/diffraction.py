@@ -35,7 +35,8 @@ class DiffractionConfig(PartConfig):
     omega_radps: tuple[Positive, ...] = Field(min_length=2)
     """Frequencies, increasing [rad/s]; beyond the last the force is that of the last."""
     heading_deg: tuple[float, ...] = Field(min_length=2)
-    """Where the wave travels to, from the bow over starboard, evenly from 0 to 180 [deg]: 180 is a head sea."""
+    """Direction that the wave travels towards, from the bow over starboard, evenly from 0 to 180 [deg]; 180: a head
+    sea."""
     real: _Rows
     """`(frequencies, headings, 6)`."""
     imaginary: _Rows

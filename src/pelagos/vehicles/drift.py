@@ -34,7 +34,8 @@ class DriftConfig(PartConfig):
     omega_radps: tuple[Positive, ...] = Field(min_length=2)
     """Frequencies, increasing [rad/s]; beyond the last the force is that of the last."""
     heading_deg: tuple[float, ...] = Field(min_length=2)
-    """Where the wave travels to, from the bow over starboard, evenly from 0 to 180 [deg]: 180 is a head sea."""
+    """Direction that the wave travels towards, from the bow over starboard, evenly from 0 to 180 [deg]; 180: a head
+    sea."""
     force: tuple[tuple[tuple[float, float, float], ...], ...]
     """`(frequencies, headings, 3)`: surge and sway [m^2/s^2], yaw [m^3/s^2]."""
     own: tuple[tuple[tuple[float, float, float], ...], ...] = ()
