@@ -55,7 +55,7 @@ class Component:
             text = f"required key 'type' is missing; it names the {self.kind}: {', '.join(known)}"
             raise PydanticCustomError("component_missing", "{text}", {"text": text})
         try:
-            if name not in known:
+            if not isinstance(name, str) or name not in known:
                 raise LookupFailed(self.kind, str(name), known)
             config = known[name].config
         except LookupFailed as error:
