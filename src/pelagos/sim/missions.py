@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from pelagos.sim.batch import SensorModel
 from pelagos.sim.control import family_of
 from pelagos.sim.guidance.aboard import Aboard, Fix
-from pelagos.sim.guidance.follow import FollowAgent, FollowWall
+from pelagos.sim.guidance.follow import FollowWall
 from pelagos.sim.guidance.guidance import Guidance
 from pelagos.sim.guidance.plan import altitude_of, looks_down
 from pelagos.sim.guidance.steering.choice import steering_of
@@ -68,6 +68,7 @@ class Missions:
         navigators: by agent, those whose navigation is not the truth.
         feedback: by agent, all.
         solutions: by agent with a navigator, its last solutions, for the log of a run.
+        changes: how often an agent's mission or navigation has begun or ended: what `guided` says stands until then.
     """
 
     def __init__(self, model: Model) -> None:
@@ -77,6 +78,7 @@ class Missions:
         self.navigators: dict[str, Navigator] = {}
         self.feedback: dict[str, Feedback] = {}
         self.solutions: dict[str, deque[Solution]] = {}
+        self.changes = 0
 
     @property
     def any(self) -> bool:
@@ -104,6 +106,7 @@ class Missions:
         kept = copy.deepcopy(dict(memory))
         for agent in self._model.agents.values():  # as at any start: all that is kept is then another
             self.begin(agent, _nowhere(self._model.n))
+        self.changes += 1
         self.guidance = {name: self.guidance[name] for name in kept["guidance"]}
         for name, guidance in self.guidance.items():
             guidance.recall(kept["guidance"][name])
@@ -115,6 +118,7 @@ class Missions:
 
     def begin(self, agent: AgentModel, state: AgentState, tick: int = 0) -> None:
         """An agent stands at its start; its mission and its navigation begin, if it has any."""
+        self.changes += 1
         n, name = self._model.n, agent.name
         feedback = Feedback(np.full(n, np.inf), np.zeros(n, dtype=bool), down=_down(agent))
         self.feedback[name] = feedback
@@ -151,6 +155,7 @@ class Missions:
 
     def leave(self, agent: str) -> None:
         """End an agent's mission: it is commanded from outside."""
+        self.changes += 1
         self.guidance.pop(agent, None)
 
     def guided(self, agent: str, sensor: str) -> bool:
@@ -172,12 +177,11 @@ class Missions:
         asked = {}
         true: dict[str, Fix] = {}
         for name, guidance in self.guidance.items():
-            followed = [s.task.agent for s in guidance.steps if isinstance(s.task, FollowAgent)]
-            for who in [name, *followed]:
+            for who in (name, *guidance.followed):
                 if who not in true:
                     true[who] = fix_of(_state(rows[who]))
             known = self._known(name, None) or true[name]
-            aboard = self._aboard(name, known, tick, {who: true[who] for who in followed})
+            aboard = self._aboard(name, known, tick, {who: true[who] for who in guidance.followed})
             truth = None if known is true[name] else self._aboard(name, true[name], tick, {})
             asked[name] = guidance.command(aboard, truth)
             self.feedback[name].gps[:] = False

@@ -21,12 +21,40 @@ class Schedule:
     def __init__(self, model: Model, bodies: Bodies, missions: Missions, listeners: Listeners) -> None:
         self._model, self._bodies, self._missions, self._listeners = model, bodies, missions, listeners
         self._longest = max(1, model.clock.ticks(MAX_BLOCK_S))
+        self._facts: tuple[object, ...] = ()
+        self._waiting: dict[tuple[str, str], bool] = {}
+        self._periods: dict[bool, list[int]] = {}
 
     def end(self, tick: int, last: int, *, wait: bool) -> int:
         """The tick at which a block from `tick` ends at the latest, at most `last`.
 
         With `wait`, sensors that may wait do not end a block.
         """
+        self._look()
+        if wait not in self._periods:
+            self._periods[wait] = self._ends(wait)
+        return next_multiple(tick, self._periods[wait], min(last, tick + self._longest))
+
+    def waits(self, batch: Batch, sensor: SensorModel) -> bool:
+        """Whether a sensor's readings may be read some blocks later."""
+        self._look()
+        key = batch.name, sensor.name
+        if key not in self._waiting:
+            self._waiting[key] = self._may_wait(batch, sensor)
+        return self._waiting[key]
+
+    def _look(self) -> None:
+        """Forget what was found where anything has changed since that it depends on."""
+        listeners = self._listeners
+        seen = self._bodies.any or self._model.scene.streamed
+        facts = listeners.sensors, listeners.periods, seen, self._missions.changes
+        if facts != self._facts:
+            self._facts = facts
+            self._waiting.clear()
+            self._periods.clear()
+
+    def _ends(self, wait: bool) -> list[int]:
+        """Periods at whose multiples blocks end."""
         heard = self._listeners.sensors
         periods = [
             sensor.period
@@ -38,10 +66,9 @@ class Schedule:
         periods += self._listeners.periods
         if self._missions.any:
             periods.append(self._missions.period)
-        return next_multiple(tick, periods, min(last, tick + self._longest))
+        return sorted(set(periods))
 
-    def waits(self, batch: Batch, sensor: SensorModel) -> bool:
-        """Whether a sensor's readings may be read some blocks later."""
+    def _may_wait(self, batch: Batch, sensor: SensorModel) -> bool:
         heard = self._listeners.sensors
         if not sensor.waits or (sensor.sees and (self._bodies.any or self._model.scene.streamed)):
             return False

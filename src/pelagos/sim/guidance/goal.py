@@ -63,13 +63,13 @@ class Goal:
     @classmethod
     def stay(cls, aboard: Aboard) -> Goal:
         """Stay where the vehicle is."""
-        m = len(aboard)
-        none = np.full((5, m), np.nan)
-        one = np.ones((2, m))
+        m, here = len(aboard), aboard.xy
+        radius, face, upper, glide, sink, turn, speed = rows = np.empty((7, m))
+        rows[:5], rows[5], rows[6] = np.nan, 1.0, 0.0
         return cls(
-            path=np.full(m, Path.POINT), start=aboard.xy.copy(), end=aboard.xy.copy(), radius=none[0], turn=one[0],
-            course=aboard.own.heading, face=none[1], depth=aboard.depth, upper=none[2], glide=none[3],
-            speed=one[1] * 0.0, sink=none[4], stops=np.ones(m, dtype=bool),
+            path=np.full(m, Path.POINT), start=here.copy(), end=here.copy(), radius=radius, turn=turn,
+            course=aboard.own.heading, face=face, depth=aboard.depth, upper=upper, glide=glide,
+            speed=speed, sink=sink, stops=np.ones(m, dtype=bool),
         )  # fmt: skip
 
     def put(self, lanes: NDArray[np.intp], other: Goal) -> None:

@@ -8,7 +8,8 @@ from typing import Any, Final
 
 import numpy as np
 
-from pelagos.sim.guidance.aboard import Aboard, Floats, wrapped
+from pelagos.sim.guidance.aboard import Aboard, Floats, within, wrapped
+from pelagos.sim.guidance.follow import FollowAgent
 from pelagos.sim.guidance.goal import Goal, Path
 from pelagos.sim.guidance.progress import Progress
 from pelagos.sim.guidance.steering.steering import Channels, Steering
@@ -33,11 +34,13 @@ class Guidance:
     Attributes:
         steps: the mission.
         progress: where each copy stands.
+        followed: names of the agents that a task follows.
     """
 
     def __init__(self, steps: Sequence[Step], steering: Steering, names: Sequence[str], aboard: Aboard) -> None:
         self.steps = list(steps)
         self.progress = Progress.begin(aboard)
+        self.followed = tuple({step.task.agent: None for step in steps if isinstance(step.task, FollowAgent)})
         self._steering = steering
         self._names = tuple(names)
         self._entered = np.full(len(aboard), -1)
@@ -72,7 +75,7 @@ class Guidance:
         channels = self._steering.command(goal, aboard, entered)
         if truth is not None:
             channels = shifted(channels, aboard, truth)
-        return np.stack([channels[name] for name in self._names], axis=-1)
+        return np.array([channels[name] for name in self._names]).T
 
     def _advance(self, aboard: Aboard) -> None:
         """Tasks that are over give way to the next ones."""
@@ -87,12 +90,15 @@ class Guidance:
             mine, seen = (p, aboard) if whole else (p.take(lanes), aboard.take(lanes))
             task = self.steps[k].task
             to = k + task.moves(seen, mine)
-            p.memory[lanes] = mine.memory
+            if not whole:
+                p.memory[lanes] = mine.memory
             if task.common.until is not None:
                 to = np.where(task.common.until.met(seen), self.steps[k].behind, to)
             moved = to != k
             if moved.any():
                 p.move(lanes[moved], np.maximum(to, 0)[moved], aboard)
+            elif whole:
+                return
 
     def _goal(self, aboard: Aboard) -> Goal:
         """Goal of every copy."""
@@ -116,18 +122,22 @@ class Guidance:
         wanted = task.goal(aboard, progress)
         follows = np.isnan(wanted.depth)
         if follows.any():
-            wanted.depth = np.where(follows, level_depth(task.common.level, progress.depth, aboard), wanted.depth)
+            level = level_depth(task.common.level, progress.depth, aboard)
+            wanted.depth = level if follows.all() else np.where(follows, level, wanted.depth)
         progress.depth = wanted.depth
         return wanted
 
 
 def level_depth(level: Level, before: Floats, aboard: Aboard) -> Floats:
     """Depth set-point [m]: the level's, that before, or in altitude hold a ramp towards the depth that gives it."""
-    last = np.where(np.isnan(before), aboard.depth, before)
+    if level.depth_m is not None and level.altitude_m is None:
+        return np.full(len(aboard), level.depth_m)
+    depth = aboard.depth
+    last = np.where(np.isnan(before), depth, before)
     if level.altitude_m is None:
-        return last if level.depth_m is None else np.full(len(aboard), level.depth_m)
-    wanted = aboard.depth + aboard.altitude - level.altitude_m
-    rate = np.clip(DEPTH_RATE_PER_S * (wanted - last), -DEPTH_RATE_MPS, DEPTH_RATE_MPS)
+        return last
+    wanted = depth + aboard.altitude - level.altitude_m
+    rate = within(DEPTH_RATE_PER_S * (wanted - last), DEPTH_RATE_MPS)
     return np.maximum(MIN_DEPTH_M, last + rate * aboard.dt_s)
 
 

@@ -37,7 +37,7 @@ class Line:
         along = end - start
         length = np.hypot(along[:, 0], along[:, 1])
         left = end - aboard.xy
-        to_go = (left * along).sum(axis=1) / np.where(length > 0, length, 1.0)
+        to_go = (left[:, 0] * along[:, 0] + left[:, 1] * along[:, 1]) / np.where(length > 0, length, 1.0)
         near = np.hypot(left[:, 0], left[:, 1]) < self.acceptance_m
         past = to_go < 0.0
         if self.exact or self.again:

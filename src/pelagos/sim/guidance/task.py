@@ -102,7 +102,8 @@ class Task(Protocol):
 def blank(common: Common, aboard: Aboard) -> Goal:
     """A goal with the common part filled in, whose depth follows the level."""
     goal = Goal.stay(aboard)
-    goal.speed[:] = common.speed_mps
-    goal.face[:] = common.facing(aboard)
-    goal.depth[:] = np.nan
+    goal.speed.fill(common.speed_mps)
+    if common.face_rad is not None or common.face_point is not None:
+        goal.face = common.facing(aboard)
+    goal.depth.fill(np.nan)
     return goal

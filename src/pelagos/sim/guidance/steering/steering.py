@@ -14,7 +14,7 @@ from typing import Final, Protocol, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from pelagos.sim.guidance.aboard import Aboard, Floats, bearing, wrapped
+from pelagos.sim.guidance.aboard import Aboard, Floats, bearing, within, wrapped
 from pelagos.sim.guidance.goal import Goal, Path
 
 Channels: TypeAlias = dict[str, Floats]
@@ -71,7 +71,7 @@ class Crab:
         """The angle now; speed: wanted [m/s]."""
         way = aboard.own.velocity[:, :2]
         fast = np.hypot(way[:, 0], way[:, 1]) > UNDER_WAY * np.maximum(speed, 1e-3)
-        seen = np.clip(wrapped(bearing(way) - aboard.own.heading), -CRAB_LIMIT_RAD, CRAB_LIMIT_RAD)
+        seen = within(wrapped(bearing(way) - aboard.own.heading), CRAB_LIMIT_RAD)
         moving = fast & (speed > 0)
         share = 1 - np.exp(-aboard.dt_s / CRAB_TIME_S)
         self.angle = np.where(moving, self.angle + share * (seen - self.angle), self.angle * (1 - share))
