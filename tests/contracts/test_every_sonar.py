@@ -124,6 +124,8 @@ def test_complex_signal_and_labels_come_on_request_and_change_nothing_else(name)
 def test_a_copy_of_a_fleet_hears_what_it_hears_alone(name):
     """Bit for bit, raw signal and labels included; another copy hears other noise."""
     more: dict[str, Any] = {"iq": True, "labels": True} | ({"water_column_bins": 64} if name == "multibeam" else {})
+    if "elements" in component(name).model_fields:
+        more["elements"] = True
     many, one = (simulation(name, run=run, **more) for run in ({"n": 2}, {"environment": 1}))
     fleet, alone = next_ping(many), next_ping(one)
     tables = one.model.agents["auv0"].sensors["it"].sensor.tables

@@ -59,6 +59,13 @@ def weighted_line_np(sine: NDArray[np.float64], length: float, shading: str) -> 
     return np.asarray((alpha * np.sinc(u) + side) / alpha)
 
 
+def line_weights(place: NDArray[np.float64], shading: str) -> NDArray[np.float64]:
+    """Weights of a line with a shading at places in parts of its length, -1/2 to 1/2, same shape: those whose pattern
+    `weighted_line_np` is."""
+    alpha = _COSINE_SHARE[shading]
+    return np.asarray(alpha + (1.0 - alpha) * np.cos(2.0 * np.pi * place))
+
+
 def shaded_line(sine: Array, length: Array, shading: str) -> Array:
     """`weighted_line_np` for Dr.Jit arrays."""
     share = _COSINE_SHARE[shading]

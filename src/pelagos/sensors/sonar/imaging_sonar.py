@@ -14,7 +14,7 @@ from pelagos.config.rate import Rate
 from pelagos.sensors.lazy import promised
 from pelagos.sensors.sensor import Kinematics, Measurement, SensorConfig, SensorContext
 from pelagos.sensors.sonar.keys.ping_keys import ping_spec
-from pelagos.sensors.sonar.keys.sector_keys import SectorConfig, layout
+from pelagos.sensors.sonar.keys.sector_keys import SectorConfig, element_tables, layout
 from pelagos.sensors.sonar.ping.elevation_strata import strata
 from pelagos.sensors.sonar.ping.pinger import Pinger
 
@@ -72,8 +72,12 @@ class ImagingSonar:
         that a horizontal bottom filling the cell would have (with tvg_db 30); `scale` says how it is given.
     truth: the same without noise and without interference (the mean over all realisations of the roughness).
     extras: with `iq`, `iq` complex64 `(m, beams, bins)`, signal and noise before gain, re the source level at 1 m; with
-        `labels`, `label` and `instance` `(m, beams, bins)` of the strongest echo, 0 for none.
-    tables: `azimuth` `(beams,)` [rad], positive to the left; `range` `(bins,)` [m], middle of each bin.
+        `labels`, `label` and `instance` `(m, beams, bins)` of the strongest echo, 0 for none; with `elements`,
+        `elements` complex64 `(m, elements, bins)`, what each element hears, before gain as `iq` is, and
+        `steering_speed` `(m,)`, the sound speed that turns their phases into angles [m/s].
+    tables: `azimuth` `(beams,)` [rad], positive to the left; `range` `(bins,)` [m], middle of each bin;
+        with `elements` `element_position` `(elements, 3)` in the sensor frame [m], and `element_weights` `(elements,)`
+        of the device's own beamformer, sum 1.
     """
 
     TITLE: ClassVar[str] = "forward-looking multibeam imaging sonar: polar intensity images with coherent speckle"
@@ -91,7 +95,7 @@ class ImagingSonar:
     def __init__(self, config: ImagingSonarConfig, context: SensorContext) -> None:
         self.config = config
         self._pinger = Pinger(ping_spec(config, context), context, fan_rays(config), layout(config))
-        self.tables = {"azimuth": config.azimuths.astype(np.float32), "range": config.ranges}
+        self.tables = {"azimuth": config.azimuths.astype(np.float32), "range": config.ranges, **element_tables(config)}
 
     def sense(self, motion: Kinematics) -> Measurement:
         """Ping on every lane."""

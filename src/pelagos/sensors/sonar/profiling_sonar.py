@@ -12,7 +12,7 @@ from pydantic import Field
 from pelagos.config.rate import Rate
 from pelagos.sensors.sensor import Kinematics, Measurement, SensorConfig, SensorContext
 from pelagos.sensors.sonar.keys.ping_keys import ping_spec
-from pelagos.sensors.sonar.keys.sector_keys import SectorConfig, layout
+from pelagos.sensors.sonar.keys.sector_keys import SectorConfig, element_tables, layout
 from pelagos.sensors.sonar.ping.pinger import Pinger
 from pelagos.sensors.sonar.ping.thin_fan_rays import slice_rays
 
@@ -72,7 +72,7 @@ class ProfilingSonar:
         self.config = config
         self._spec = ping_spec(config, context)
         self._pinger = Pinger(self._spec, context, fan_rays(config), layout(config))
-        self.tables = {"azimuth": config.azimuths.astype(np.float32), "range": config.ranges}
+        self.tables = {"azimuth": config.azimuths.astype(np.float32), "range": config.ranges, **element_tables(config)}
 
     def sense(self, motion: Kinematics) -> Measurement:
         """Ping on every lane."""

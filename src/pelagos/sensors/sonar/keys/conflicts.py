@@ -95,3 +95,13 @@ def check_spacing(config: Any) -> None:
             f"{quote(config, 'horizontal_aperture_deg', 'beams')}: most directions would not be heard; give at least "
             f"{_SPARSE * spacing:.2g}, or {round(config.horizontal_aperture_deg / config.beamwidth_deg)} beams"
         )
+
+
+def check_elements(config: Any) -> None:
+    """Raises ValueError where signals of elements are asked for beside other sonars' pulses, which only beams hear."""
+    if not config.elements:
+        return
+    if config.hears != "none":
+        raise ValueError("elements hear no other sonars: give elements: false, or hears: none")
+    if config.interference is not None:
+        raise ValueError("elements hear no other sonars: give elements: false, or no interference")

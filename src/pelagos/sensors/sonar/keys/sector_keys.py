@@ -10,7 +10,9 @@ from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
 from pelagos.acoustics.beam_pattern import equivalent_width, line_length, shaded_length, steering_matrix
-from pelagos.sensors.sonar.keys.conflicts import check_spacing
+from pelagos.acoustics.element_array import ElementLine, element_line
+from pelagos.math.constants import NOMINAL_SOUND_SPEED
+from pelagos.sensors.sonar.keys.conflicts import check_elements, check_spacing
 from pelagos.sensors.sonar.keys.ping_keys import PingConfig
 from pelagos.sensors.sonar.ping.aperture import Aperture
 from pelagos.sensors.sonar.ping.layout import Layout
@@ -31,12 +33,15 @@ class SectorConfig(PingConfig):
     """Weights of the receive array: side lobes at -13, -21, -43 and -31 dB."""
     side_lobe_beams: int = Field(default=8, ge=0, le=256)
     """Neighbours on each side whose echoes leak into a beam."""
+    elements: bool = False
+    """Also give the signal of each element of the receive array, for a beamformer of one's own."""
     rays_per_beam: int = Field(default=96, ge=4, le=4096)
     """Rays a beam, stratified in elevation."""
 
     @model_validator(mode="after")
     def _dense(self) -> Self:
         check_spacing(self)
+        check_elements(self)
         return self
 
     @property
@@ -58,7 +63,24 @@ def layout(config: SectorConfig) -> Layout:
         steering=steering_matrix(config.azimuths, width, config.shading, config.side_lobe_beams),
         equivalent=equivalent_width(config.azimuths, width, config.shading),
         aperture=aperture(config),
+        elements=line_of(config) if config.elements else None,
     )
+
+
+def line_of(config: SectorConfig) -> ElementLine:
+    """The elements of the receive array, along y."""
+    return element_line(shaded_length(math.radians(config.beamwidth_deg), config.shading), config.shading)
+
+
+def element_tables(config: SectorConfig) -> dict[str, NDArray[np.float32]]:
+    """Geometry of a reading's elements: `element_position` `(elements, 3)` in the sensor frame [m], `element_weights`
+    `(elements,)` of the device's own beamformer, sum 1; nothing where none are given."""
+    if not config.elements:
+        return {}
+    line = line_of(config)
+    along = line.places * (NOMINAL_SOUND_SPEED / config.frequency_hz)
+    position = np.stack([0.0 * along, along, 0.0 * along], axis=-1)
+    return {"element_position": position.astype(np.float32), "element_weights": line.weights.astype(np.float32)}
 
 
 def aperture(config: SectorConfig) -> Aperture:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import drjit as dr
 
@@ -47,6 +48,7 @@ class Constants:
         seed: of the roughness.
         order: see `Walk`.
         facing: see `Facing`.
+        elements: of the receive array; None where their signals are not given.
         boost: by beam, over a point's energy in the field that which a sample and a beam hear of it as a whole.
         cell: what levels are calibrated to, sector times bin width [rad m].
         heard: by beam, over the energy of a cell that of an even bottom in what a sample hears: the equivalent width of
@@ -62,6 +64,7 @@ class Constants:
     heard: Array
     facing: Facing
     boost: Array
+    elements: Any = None
 
 
 def middle(spec: PingSpec, bin_: Array) -> Array:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from pelagos.acoustics.element_array import ElementLine
 from pelagos.sensors.sonar.ping.aperture import Aperture
 
 
@@ -26,6 +27,7 @@ class Layout:
         equivalent: `(beams,)`, integral of each receive beam's power pattern over the angle [rad]; None: rays carry it,
             and a sector is heard as a whole.
         aperture: how beams hear any direction.
+        elements: of the receive array, where their signals are given; None: they are not.
         hears_all: every beam hears every sector, by its side lobes; `steering` is of the whole array.
     """
 
@@ -40,6 +42,7 @@ class Layout:
     single_file: bool = False
     equivalent: NDArray[np.float64] | None = None
     hears_all: bool = False
+    elements: ElementLine | None = None
 
     @property
     def heard_parts(self) -> NDArray[np.float32]:

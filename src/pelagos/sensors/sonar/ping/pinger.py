@@ -27,6 +27,7 @@ from pelagos.sensors.sonar.ping.aperture import Facing
 from pelagos.sensors.sonar.ping.arrivals import arrivals
 from pelagos.sensors.sonar.ping.cells import Constants
 from pelagos.sensors.sonar.ping.echo_field import apply_gain, calibrated_echoes, echoes, energies
+from pelagos.sensors.sonar.ping.elements import element_tables, ping_by_elements, steering_speed, without_noise
 from pelagos.sensors.sonar.ping.emitter import Apertures, Emitter
 from pelagos.sensors.sonar.ping.fan import Fan, FanHits, Lanes, Trace, cast_fan
 from pelagos.sensors.sonar.ping.interference import Neighbours, silence_blocked
@@ -119,6 +120,7 @@ class Pinger:
             jit.Float(layout.heard_parts * (spec.equivalent_m / spec.bin_width_m)),
             layout.aperture.facing(),
             jit.Float(boost(spec, layout, pulse)),
+            element_tables(layout),
         )
         dr.make_opaque(self._constants)
         self._scene, self._materials = context.scene, context.world.palette
@@ -159,6 +161,10 @@ class Pinger:
         if spec.labels:
             extras["label"] = np.array(rest.pop(0)).astype(np.uint8).reshape(shape)
             extras["instance"] = np.array(rest.pop(0)).reshape(shape)
+        if self._layout.elements is not None:
+            pair = np.array(rest.pop(0)).reshape(shape[0], self._layout.elements.count, spec.bins, 2)
+            extras["elements"] = pair.view(np.complex64)[..., 0]
+            extras["steering_speed"] = np.array(rest.pop(0))
         return np.asarray(data).reshape(shape), truth, extras
 
     def explain(self, motion: Kinematics, turn: Array | None = None) -> list[tuple[str, NDArray[Any], str]]:
@@ -242,7 +248,15 @@ class Pinger:
             others = arrivals(coming, lanes, self._grid.bins, beams=layout.beams, bandwidth_hz=spec.bandwidth_hz)
             coherent = others if coherent is None else coherent + others
         din = Din(coherent, seen, self._streaks(view, fan, pings))
-        out = receive(spec, layout, constants, field, tags, Moment(lanes, spin, motion.t_ns, ping.key), din)
+        moment = Moment(lanes, spin, motion.t_ns, ping.key)
+        signals: list[Array] = []
+        heard, full = constants, spec
+        if layout.elements is not None:
+            things = (sighting, self._grid) if sighting is not None and self._smooth else None
+            elements, noise, field = ping_by_elements(spec, layout, constants, field, moment, seen, things)
+            signals = [elements, steering_speed(spec, lanes.medium)]
+            full, heard, din = without_noise(spec, constants, din, noise)
+        out = [*receive(full, layout, heard, field, tags, moment, din), *signals]
         if trace is not None:
             trace_levels(spec, layout, constants, energies(strips, walkers), out[0], lanes, trace)
         return out, Traces(strips, lanes.medium, seen, sighting, self._smooth)

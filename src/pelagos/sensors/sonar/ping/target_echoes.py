@@ -19,10 +19,12 @@ import drjit as dr
 
 from pelagos import jit
 from pelagos.acoustics.echo_walk import Bins, pitch
+from pelagos.acoustics.element_array import ElementLine
 from pelagos.acoustics.pulse import response
 from pelagos.acoustics.spreading import time_varied_gain
 from pelagos.acoustics.target_tag import tag
 from pelagos.jit import Array
+from pelagos.math.quick import cosine_sine
 from pelagos.sensors.sonar.ping.aperture import Aperture, Facing
 from pelagos.sensors.sonar.ping.fan import Lanes
 from pelagos.sensors.sonar.ping.target_sighting import Sighting
@@ -113,25 +115,54 @@ def coherent_echoes(
 ) -> Array:
     """Coherent echoes in each bin of each beam, re the source level at 1 m: two `Float` a cell, or with
     `energies` its intensity, one."""
-    beams, bins = grid.beams, grid.bins
-    channels = 1 if energies else 2
-    field = dr.zeros(jit.Float, pings * beams * bins.count * channels)
-    lane = dr.arange(jit.UInt32, pings * beams)
-    ping, beam = lane // beams, lane % beams
+    beams = grid.beams
+    beam = dr.arange(jit.UInt32, pings * beams) % beams
+
+    def received(index: Array) -> Array:
+        if not aperture.steered:
+            return dr.select(dr.gather(jit.UInt32, sighting.nearest, index) == beam, 1.0, 0.0)
+        return aperture.side_amplitude(facing, beam, dr.gather(jit.Array3f, sighting.direction, index))
+
+    return _spread(sighting, grid, beams, pings, received, energies=energies)
+
+
+def echoes_at_elements(sighting: Sighting, grid: Grid, line: ElementLine, scale: Array, pings: int) -> Array:
+    """The same at each element of a line along y, by its phase: two `Float` a bin; `scale` see `Bearings`."""
+    lane = dr.arange(jit.UInt32, pings * line.count)
+    place = jit.Float(lane % line.count) * line.spacing + float(line.places[0])
+    cycles = place * dr.gather(jit.Float, scale, lane // line.count)
+
+    def received(index: Array) -> Array:
+        return jit.Array2f(*cosine_sine(cycles * dr.gather(jit.Array3f, sighting.direction, index).y))
+
+    return _spread(sighting, grid, line.count, pings, received, energies=False)
+
+
+def _spread(
+    sighting: Sighting, grid: Grid, receivers: int, pings: int, received: Callable[[Array], Array], *, energies: bool
+) -> Array:
+    """Coherent echoes in each bin of each receiver; `received` tells its factor, `Float` or a complex pair, of things.
+
+    One lane a receiver takes all things one after another.
+    """
+    bins, channels = grid.bins, 1 if energies else 2
+    field = dr.zeros(jit.Float, pings * receivers * bins.count * channels)
+    lane = dr.arange(jit.UInt32, pings * receivers)
+    ping = lane // receivers
     things = dr.width(sighting.size) // pings
     taps = math.ceil(2.5 * grid.resolution / bins.width)
     slack = max(0.5 * (bins.width - _SAMPLED * grid.resolution), 0.0)  # a wide bin keeps the strongest of its samples
 
     def take(m: Array) -> tuple[Array]:
         index = ping * things + m
-        size = dr.gather(jit.Float, sighting.size, index)
-        if aperture.steered:
-            size *= aperture.side_amplitude(facing, beam, dr.gather(jit.Array3f, sighting.direction, index))
-        else:
-            size = dr.select(dr.gather(jit.UInt32, sighting.nearest, index) == beam, size, 0.0)
+        size, factor = dr.gather(jit.Float, sighting.size, index), received(index)
         distance = dr.gather(jit.Float, sighting.reach, index)
         middle = jit.Int32(dr.floor((distance - bins.first_range) * (1.0 / bins.width)))
-        c, s = dr.gather(jit.Float, sighting.cosine, index), dr.gather(jit.Float, sighting.sine, index)
+        wave = jit.Array2f(*(dr.gather(jit.Float, v, index) for v in (sighting.cosine, sighting.sine)))
+        if type(factor) is jit.Array2f:
+            wave = jit.Array2f(wave.x * factor.x - wave.y * factor.y, wave.x * factor.y + wave.y * factor.x)
+        else:
+            size *= factor
 
         def spread(j: Array) -> tuple[Array]:
             bin_ = middle + j
@@ -139,7 +170,7 @@ def coherent_echoes(
             part = size * response(dr.maximum(off - slack, 0.0) * (1.0 / grid.resolution), grid.pulse)
             at = lane * bins.count + jit.UInt32(bin_)
             inside = (bin_ >= 0) & (bin_ < bins.count)
-            value = part * part if energies else jit.Array2f(part * c, part * s)
+            value = part * part if energies else wave * part
             dr.scatter_add(field, value, at, inside, mode=dr.ReduceMode.NoConflicts)
             return (j + 1,)
 
@@ -147,7 +178,7 @@ def coherent_echoes(
         dr.while_loop((first,), lambda j: j <= taps, spread, mode="symbolic")
         return (m + 1,)
 
-    dr.while_loop((dr.zeros(jit.UInt32, pings * beams),), lambda m: m < things, take, mode="symbolic")
+    dr.while_loop((dr.zeros(jit.UInt32, pings * receivers),), lambda m: m < things, take, mode="symbolic")
     dr.eval(field)
     return field
 

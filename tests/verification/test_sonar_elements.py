@@ -1,0 +1,121 @@
+"""Signals of the receive array's elements: delay and sum over them gives the device's own beams."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from pydantic import ValidationError
+from sonar_scenes import at, context, plane, sphere
+
+from pelagos.acoustics.noise import ambient_level, directivity_index
+from pelagos.sensors.sonar.imaging_sonar import ImagingSonar, ImagingSonarConfig
+from pelagos.world.material import MATERIALS
+
+pytestmark = pytest.mark.filterwarnings("ignore:.*finer than the pulse resolves")
+SMALL = {
+    "beams": 64, "bins": 200, "range_max_m": 30.0, "horizontal_aperture_deg": 60.0, "orientation_deg": (0, 15, 0),
+    "rays_per_beam": 48, "iq": True, "elements": True, "scale": "linear", "source_level_db": 230.0,
+    "shading": "hann",
+}  # fmt: skip
+
+
+def delay_and_sum(reading, s: ImagingSonar, azimuth: np.ndarray, weights: np.ndarray | None = None) -> np.ndarray:
+    """Beams `(len(azimuth), bins)` by the equation alone: sum over w exp(-2 pi i f y sin(a)/c) e."""
+    y = s.tables["element_position"][:, 1].astype(float)
+    weights = s.tables["element_weights"] if weights is None else weights
+    cycles = s.config.frequency_hz / float(reading.extras["steering_speed"][0]) * np.outer(np.sin(azimuth), y)
+    return (np.exp(-2j * np.pi * cycles) * weights) @ reading.extras["elements"][0]
+
+
+def departure(s: ImagingSonar, motion=None) -> tuple[float, np.ndarray, np.ndarray]:
+    """Energy of the difference to the device's beams over theirs, and both; of beams whose main lobe is in the
+    sector."""
+    reading = s.sense(at(0.3, -0.2, 0.1, tick=3) if motion is None else motion)
+    azimuth = s.tables["azimuth"].astype(float)
+    formed, own = delay_and_sum(reading, s, azimuth)[4:-4], reading.extras["iq"][0][4:-4]
+    return float((np.abs(formed - own) ** 2).sum() / (np.abs(own) ** 2).sum()), formed, own
+
+
+SCENES = {
+    "bottom": ([plane(-6.0)], {}),
+    "steel sphere": ([plane(-1000.0), sphere((12.0, 3.0, -3.2), 0.2)], {}),
+    "noise alone": ([plane(-1000.0)], {"source_level_db": 150.0}),
+    "ringing": ([plane(-1000.0)], {"ringing_db": 180.0}),
+    "water": ([plane(-1000.0)], {"volume_scattering_db": -40.0}),
+}
+
+
+@pytest.mark.parametrize("scene", SCENES)
+def test_delay_and_sum_gives_the_device_s_own_beams(scene):
+    """Within -40 dB of their energy: elements half a wavelength apart depart from a continuous line by (pi d s)^2/6,
+    0.2 % at 8 beams' distance and less where the main lobe is, and rows of the device's beamformer have unit power."""
+    things, options = SCENES[scene]
+    s = ImagingSonar(ImagingSonarConfig(**(SMALL | options)), context(things, materials=(MATERIALS["steel"],)))
+    off, _, own = departure(s)
+    assert off < 1e-4
+    assert np.abs(own).max() > 0
+
+
+def test_an_array_that_turns_hears_where_it_looks_when_the_echo_comes():
+    """At 2 rad/s about an axis pitched by 15 deg, from 27 m: by 2 w r/c, 3.9 deg, to the right. The device's own beams
+    go on by whole sectors (0.94 deg), those of elements by angles."""
+    config = ImagingSonarConfig(**SMALL)
+    s = ImagingSonar(config, context([plane(-6.0)]))
+    still, turning = (s.sense(at(0.0, 0.0, 0.0, tick=1, angular_velocity=(0.0, 0.0, rate))) for rate in (0.0, 2.0))
+    sector = math.radians(config.horizontal_aperture_deg) / config.beams
+    far = slice(178, 182)  # 27 m
+    delay = 2.0 * float(s.tables["range"][far].mean()) / 1500.0
+    fine = s.tables["azimuth"].astype(float)[8:-8]
+    before = delay_and_sum(still, s, fine)[:, far]
+    shifts = np.linspace(-6.0, 2.0, 161) * sector
+    alike = [abs(np.vdot(before, delay_and_sum(turning, s, fine + shift)[:, far])) for shift in shifts]
+    assert shifts[int(np.argmax(alike))] == pytest.approx(-2.0 * delay * math.cos(math.radians(15)), abs=0.1 * sector)
+
+
+def test_noise_of_an_element_is_that_of_a_beam_over_its_gain():
+    """A beam's by the sonar equation (see `test_sonar_levels`), an element's by the sum of squared weights over it."""
+    config = ImagingSonarConfig(**(SMALL | {"source_level_db": 205.0}))
+    s = ImagingSonar(config, context([plane(-1000.0)]))
+    reading = s.sense(at(0, 0, 0))
+    density = 10 * math.log10(10 ** (ambient_level(750e3, 5.0) / 10) + 10 ** (config.self_noise_db / 10))
+    beam_db = density - 10 * math.log10(config.pulse_s) + 10 * math.log10(1.5)
+    beam_db -= directivity_index(math.radians(1.0), math.radians(20.0)) + 205.0
+    weights = s.tables["element_weights"]
+    expected = beam_db - 10 * math.log10((weights**2).sum())
+    measured = 10 * math.log10((np.abs(reading.extras["elements"]) ** 2).mean())
+    assert measured == pytest.approx(expected, abs=4 * 4.34 / math.sqrt(reading.extras["elements"].size))
+
+
+def test_a_sphere_s_phases_are_its_bearing():
+    """Over the array they grow by 2 pi f y sin(a)/c: a steel sphere 12.4 m away, 14 deg to the left."""
+    place = np.array([12.0, 3.0, 0.0])
+    s = ImagingSonar(
+        ImagingSonarConfig(**(SMALL | {"orientation_deg": (0, 0, 0), "source_level_db": 270.0})),
+        context([plane(-1000.0), sphere(tuple(place), 0.15)], materials=(MATERIALS["steel"],)),
+    )
+    signal = s.sense(at(0, 0, 0)).extras["elements"][0]
+    k = int((np.abs(signal) ** 2).sum(axis=0).argmax())
+    y = s.tables["element_position"][:, 1].astype(float)
+    slope = np.polyfit(y, np.unwrap(np.angle(signal[:, k])), 1)[0]
+    bearing = math.asin(slope * 1500.0 / (2 * math.pi * 750e3))
+    assert bearing == pytest.approx(math.atan2(3.0, 12.0), abs=math.radians(0.05))
+
+
+def test_converters_of_elements_step_and_cut_off():
+    """8 bits below 140 dB re 1 uPa: 255 steps, none beyond."""
+    options = {"adc_bits": 8, "adc_full_scale_db": 140.0}
+    s = ImagingSonar(ImagingSonarConfig(**(SMALL | options)), context([plane(-6.0)]))
+    parts = s.sense(at(0, 0, 0)).extras["elements"].view(np.float32)
+    step = 10 ** ((140.0 - 230.0) / 20) / 127
+    assert parts / step == pytest.approx(np.round(parts / step), abs=1e-3)
+    assert parts.min() / step == pytest.approx(-128, abs=1e-3)
+    assert parts.max() / step == pytest.approx(127, abs=1e-3)
+
+
+def test_elements_refuse_what_only_beams_hear():
+    with pytest.raises(ValidationError, match="elements hear no other sonars"):
+        ImagingSonarConfig(elements=True, hears="others")
+    with pytest.raises(ValidationError, match="no interference"):
+        ImagingSonarConfig(elements=True, interference={"rate_hz": 5})
