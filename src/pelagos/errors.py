@@ -11,6 +11,7 @@ PelagosError
 +-- SimulationError     a run went wrong (non-finite state); names vehicle, term and time
 +-- RecordingError      a recording cannot be written or read
 |   +-- NoRecording     a file that was given is no recording, or has not what is asked of it (an InputError too)
+|   +-- NoPlace         something stands where a recording is to be written, or there is no folder (an InputError too)
 
 Warnings: PelagosWarning <- ValidityWarning (a model used outside its range of validity), MountWarning (a sensor begins
 inside something solid), RecordingWarning (a recording is damaged, and its rest is read), EndedWarning (a copy of a
@@ -71,6 +72,10 @@ class RecordingError(PelagosError):
 
 class NoRecording(RecordingError, InputError):
     """A file that was given is no recording, or one without what is to be shown."""
+
+
+class NoPlace(RecordingError, InputError):
+    """A recording is to be written where something stands already, or where no folder is."""
 
 
 class LookupFailed(InputError):

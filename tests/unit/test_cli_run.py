@@ -157,6 +157,16 @@ def test_recover_says_what_is_in_a_recording(small: Path, capsys: pytest.Capture
     assert Path("hurt.mcap").read_bytes() == bytes(hurt)
     assert outcome("recover", "out/mission.mcap") == 0
     assert "was whole already" in capsys.readouterr().out
+    kept = Path("mended.mcap").read_bytes()
+    wrong = {
+        "mended.mcap": "mended.mcap exists already", "out": "out exists already",
+        "no/folder.mcap": "no/folder.mcap cannot be written: there is no folder no",
+    }  # fmt: skip
+    for name, message in wrong.items():
+        assert outcome("recover", "hurt.mcap", "--out", name) == 2
+        assert capsys.readouterr().err.startswith(f"wrong input: {message}")
+    assert Path("mended.mcap").read_bytes() == kept
+    assert not list(Path().glob("**/.*"))
 
 
 BAD_SURVEYS = [

@@ -220,6 +220,31 @@ def test_another_thread_is_told_at_once_what_is_wrong(sim):
     assert len(errors) == 4  # at tick 0 and tick 1
 
 
+def test_watchers_hear_the_start_once_and_within_the_reset(sim):
+    """By step and by run; who comes after the reset hears it with the first tick; bytes are those that it gives."""
+
+    def keep(times: list[tuple[int, bytes]]) -> Any:
+        return lambda block: times.extend((r.t_ns, r.data.tobytes()) for r in block.get("auv0.dvl", ()))
+
+    every = [0, 100_000_000, 200_000_000]
+    for go in (lambda: stepped(sim, 40), lambda: sim.run(0.2), lambda: sim.step(ticks=40)):
+        first: list[tuple[int, bytes]] = []
+        late: list[tuple[int, bytes]] = []
+        with sim.watch(keep(first)):
+            given = sim.reset(seed=6)["auv0"]["dvl"]
+            assert first == [(0, given.data.tobytes())]
+            with sim.watch(keep(late)):
+                go()
+            assert [t for t, _ in first] == every
+            assert late == first
+            sim.reset(seed=5)
+        assert [t for t, _ in first] == [*every, 0]
+        assert first[-1][1] != first[0][1]
+    with sim.watch(lambda block: sim.reset()), pytest.raises(pl.CommandError, match="while the simulation steps"):
+        sim.reset()
+    sim.step()  # the gate is open again
+
+
 def test_real_time_is_kept(sim):
     result = sim.run(0.3, realtime=2.0)
     assert result.wall_s >= 0.14

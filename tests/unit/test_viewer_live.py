@@ -334,7 +334,7 @@ def test_a_browser_that_is_slow_drops_pictures_and_nothing_waits(sim):
     frame = live.take()
     assert frame is not None
     assert frame.t_ns == sim.time_ns
-    assert len([p for p in frame.samples if p.sample.name == "auv0.mbes"]) == 20
+    assert len([p for p in frame.samples if p.sample.name == "auv0.mbes"]) == 21  # 4 s at 5 Hz, and the start
     assert live.take(0.0) is None
 
 

@@ -15,12 +15,13 @@ def recover_file(path: Path, target: Path | None, *, in_place: bool) -> int:
         The exit code: 0, or 1 where a part of the recording could not be read.
 
     Raises:
-        RecordingError: there is no such file, it is no recording, or the new file cannot be written.
+        NoRecording: there is no such file, or it is no recording.
+        RecordingError: the new file cannot be written.
     """
     from pelagos.sim.replay import recover
 
     if not path.is_file():
-        raise NoRecording(f"{path}: there is no such file")
+        raise NoRecording(f"{path}: {'is no file' if path.exists() else 'there is no such file'}")
     found = recover(path, target, in_place=in_place)
     what = f"{found.messages} messages of {found.topics} topics, up to {found.end_ns * 1e-9:.2f} s"
     if found.whole:

@@ -194,6 +194,7 @@ class Changes(Lives):
         )
         self.listeners.restart()
         cast("Simulation", self).stand(model, asked)
+        self._tell_reset()
         return self._later(self._stepper.read_now)
 
     def spawn(self, prop: Prop, *, name: str | None = None) -> Body:

@@ -98,6 +98,7 @@ class Lives(Outside):
         self.bodies.clear()
         self.listeners.restart(int(tick))
         self._stepper.start(begin, episode=int(episode), tick=int(tick))
+        self._tell_reset()
         return self._later(self._stepper.read_now)
 
     def _later(self, read: Callable[[], list[Sampled]]) -> Observations:

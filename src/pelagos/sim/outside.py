@@ -87,6 +87,7 @@ class Outside:
     def watch(self, callback: Callable[[Heard], object]) -> Iterator[None]:
         """Call `callback(heard)` after every block of ticks within a `with` block, with what was read in it.
 
+        The readings of tick 0 come within `reset`, or with the first step or run from there, and once.
         Unlike `on_tick` and `subscribe` it asks for no boundaries: blocks are as long as without it, so it costs what
         the callback does. Sensors that a run reads together afterwards are heard then. The callback may look at
         `sim.state` and post actions, but not step.
@@ -103,10 +104,29 @@ class Outside:
 
     def tell_watchers(self, sampled: Sequence[Sampled]) -> None:
         """Tell everybody who watches what was read in a block."""
-        if self.watchers:
+        self._tell(tuple(self.watchers), sampled)
+
+    def tell_start(self, sampled: Sequence[Sampled] | None = None, *, again: bool = False) -> None:
+        """Tell those who watch, and have not heard it, what is read where a run begins; `again`: all of them."""
+        new = tuple(w for w in self.watchers if again or not w.begun)
+        for watcher in new:
+            watcher.begun = True
+        if new:
+            self._tell(new, self._stepper.read_now() if sampled is None else sampled)
+
+    def _tell(self, watchers: Sequence[Watcher], sampled: Sequence[Sampled]) -> None:
+        if watchers:
             heard = Heard(sampled, n=self.model.n, dt_ns=self.model.clock.dt_ns)
-            for watcher in tuple(self.watchers):
+            for watcher in watchers:
                 watcher.callback(heard)
+
+    def _tell_reset(self) -> None:
+        """Time has gone back to a start: who watches hears its readings at once, and may not step meanwhile."""
+        self.gate.enter("reset")
+        try:
+            self.tell_start(again=True)
+        finally:
+            self.gate.leave()
 
     @contextmanager
     def recording(self, path: str | Path) -> Iterator[Recorder]:

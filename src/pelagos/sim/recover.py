@@ -11,7 +11,7 @@ from typing import Any, BinaryIO, Final
 from mcap.opcode import Opcode
 from mcap.writer import CompressionType, Writer
 
-from pelagos.errors import RecordingError
+from pelagos.errors import CommandError, NoPlace, RecordingError
 from pelagos.messages.store import schema
 from pelagos.sim.mcap_reader import MESSAGE, Damage, RawRecord, Walk, parse, scan_chunk, summary
 from pelagos.sim.mcap_writer import CHANNELS, listed_channels
@@ -51,11 +51,12 @@ def recover(path: str | Path, out: str | Path | None = None, *, in_place: bool =
         in_place: give the new file the name of the old one, which is kept as "mission.mcap.backup".
 
     Raises:
-        RecordingError: the file is no MCAP file, a file stands where the new one is to be, or there is no room.
+        NoPlace: something stands where the new file or the backup is to be, or there is no such folder.
+        RecordingError: the file is no MCAP file, or there is no room.
     """
     path = Path(path)
     if in_place and out is not None:
-        raise RecordingError("give either a file to write, or in_place, not both")
+        raise CommandError("give either a file to write, or in_place, not both")
     target = Path(out) if out is not None else path.with_name(f"{path.stem}.recovered{path.suffix}")
     backup = path.with_name(f"{path.name}.backup")
     fresh = target.with_name(f".{target.name}.new")
@@ -68,7 +69,7 @@ def recover(path: str | Path, out: str | Path | None = None, *, in_place: bool =
                 pass
             if walk.complete and not found.damage:
                 return _counted(found, file)
-            _refuse_taken(backup if in_place else target)
+            _require_free(backup if in_place else target)
             try:
                 with fresh.open("wb") as new:
                     _copy(Walk(file, size), new, found)
@@ -87,9 +88,11 @@ def recover(path: str | Path, out: str | Path | None = None, *, in_place: bool =
     return found
 
 
-def _refuse_taken(path: Path) -> None:
+def _require_free(path: Path) -> None:
     if path.exists():
-        raise RecordingError(f"{path} exists already; move it away, or name another file")
+        raise NoPlace(f"{path} exists already; move it away, or name another file")
+    if not path.parent.is_dir():
+        raise NoPlace(f"{path} cannot be written: there is no folder {path.parent}")
 
 
 def _counted(found: Recovered, file: BinaryIO) -> Recovered:

@@ -128,7 +128,7 @@ class _Loop:
             self._keep(sampled)
             for log in self._logs:
                 log.begin(sampled)
-            self._sim.tell_watchers(sampled)
+            self._sim.tell_start(sampled)
             if self._listeners.any:
                 self._listeners.tell(self._sim, 0, sampled)
         try:

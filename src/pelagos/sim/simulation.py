@@ -196,8 +196,10 @@ class Simulation(Changes):
         """Blocks up to so many ticks; each written down, then told."""
         stepper, sampled = self._stepper, []
         last = stepper.tick + ticks
-        if self.listeners.any and stepper.tick == 0 and not self.listeners.has_heard(0):
-            self.listeners.tell(self, 0, stepper.read_now())
+        if stepper.tick == 0:
+            self.tell_start()
+            if self.listeners.any and not self.listeners.has_heard(0):
+                self.listeners.tell(self, 0, stepper.read_now())
         while stepper.tick < last:
             block = stepper.advance(last)
             sampled += block

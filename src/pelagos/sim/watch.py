@@ -34,8 +34,14 @@ class Heard(Mapping[str, Sequence[Reading]]):
         return one.of(member, self._n).newest(self._n, self._dt_ns)
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(eq=False)
 class Watcher:
-    """A callback that stands."""
+    """A callback that stands.
+
+    Attributes:
+        callback: what is called.
+        begun: it has heard the readings of the start.
+    """
 
     callback: Callable[[Heard], object]
+    begun: bool = False

@@ -63,13 +63,18 @@ class Live:
         self._raw: dict[str, list[Reading]] = {}
         self._some = threading.Condition()
         self._at = 0.0
-        self._last_ns = -1
+        self._last_ns, self._heard_ns = -1, -1
         self._jump = False
 
     def heard(self, heard: Heard) -> None:
-        """Keep what a block gave, and make a frame if one is due."""
+        """Keep what a block gave, and make a frame if one is due, or if time went back."""
         if self.step_began is not None:
             self.step_began = time.monotonic()
+        t_ns = self._sim.time_ns
+        back = t_ns < self._heard_ns or t_ns == self._heard_ns == 0
+        self._heard_ns = t_ns
+        if back:
+            self._restart()
         for name in heard:
             config = self.sensors.get(name)
             if config is None:
@@ -81,7 +86,7 @@ class Live:
                 newest = heard.newest(name)
                 if newest is not None:
                     kept.append(newest)
-        due = time.monotonic() - self._at >= EVERY_S
+        due = back or time.monotonic() - self._at >= EVERY_S
         if due or len(self._poses) <= _MANY:
             self._keep_poses()
         if due:
@@ -144,8 +149,8 @@ class Live:
         began = self.step_began
         return 0.0 if began is None else time.monotonic() - began
 
-    def restart(self) -> None:
-        """Time went back: what was kept is of another run."""
+    def _restart(self) -> None:
+        """Forget what was kept, which is of another run."""
         self._jump = True
         self._readings.clear()
         for poses in self._poses.values():

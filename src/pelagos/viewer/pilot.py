@@ -77,7 +77,7 @@ class Pilot:
         """Step, until `close`."""
         with self.sim.watch(self.live.heard):
             self.sim.reset()
-            self._show_start()
+            self.live.show()
             due = time.perf_counter()
             while not self._closed:
                 self._obey()
@@ -103,12 +103,6 @@ class Pilot:
         self.sim.reset(seed)
         self.goals.clear()
         self._ended = False
-        self.live.restart()
-        self._show_start()
-
-    def _show_start(self) -> None:
-        """Show the readings of tick 0, which no block of ticks ends with."""
-        self.sim.tell_watchers(self.sim.stepper.read_now())
         self.live.show()
 
     def go_to(self, agent: str, place: np.ndarray[Any, Any]) -> None:
