@@ -14,7 +14,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from pelagos.optics.radiative_transfer import Above, Medium, gauss, media, solve
+from pelagos.optics.radiative_transfer import Above, WaterChannel, gauss, media, solve
 from pelagos.optics.water import (
     JERLOV_TYPES,
     REFRACTIVE_INDEX,
@@ -28,7 +28,7 @@ COLOURS = {"red": "#c0392b", "green": "#1e8449", "blue": "#21618c"}
 LEAST = 0.01  # share of light down to which it is drawn
 
 
-def irradiance(medium: Medium, depths: NDArray[np.float64], sun: float) -> NDArray[np.float64]:
+def irradiance(medium: WaterChannel, depths: NDArray[np.float64], sun: float) -> NDArray[np.float64]:
     """On level ground from above, over that just below the surface, under parallel light whose cosine from the zenith
     is `sun` in the water."""
     u, weight = gauss(math.sqrt(1 - REFRACTIVE_INDEX**-2), 1, 16)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import re
 import sys
 from pathlib import Path
 from typing import Any
@@ -51,6 +52,10 @@ ANCHORS = {
     VEHICLE: "vehicles", "OceanConfig": "the-ocean", "Agent": "agents", "Record": "recording", "GpsFix": "gps_fix",
 }  # fmt: skip
 TYPES: dict[str, str] = {}  # what scenarios write for a mapping that has a `type`, by its name in the schema
+SPELLED = {
+    "Ekf": "EKF", "Mmg": "MMG", "Tma": "TMA", "Jonswap": "JONSWAP", "Ochi hubble": "Ochi-Hubble",
+    "Pierson moskowitz": "Pierson-Moskowitz",
+}  # fmt: skip
 GUARD = 1e8  # limits from here on are of arithmetic
 LEGS = [
     "Dive", "Waypoints", "Lawnmower", "Surface", "GpsFix", "Hold", "Goto", "StationKeeping", "Orbit", "Survey",
@@ -67,24 +72,47 @@ def page() -> str:
     for table in ("sensor", "world", "bridge"):
         for name, entry in registry.entries(table, plugins=False).items():  # type: ignore[arg-type]
             ANCHORS[entry.config.__name__] = name
+    inner = titles(definitions)
+    ANCHORS.update({name: slug(title) for name, title in inner.items()})
     parts = [HEAD, section(2, "The scenario", schema)]
     parts += [section(2, "Origin", definitions["Origin"]), section(2, "Agents", definitions["Agent"])]
     parts += [section(3, "start", definitions["Start"]), "### mission\n\nA list of legs, run one after the other.\n"]
     parts += [section(4, definitions[leg]["properties"]["type"]["const"], definitions[leg]) for leg in LEGS]
     parts.append("## Sensors\n\nEvery sensor also has `rate_hz`, `position_m` and `orientation_deg`.\n")
-    shown = {*LEGS, "Origin", "Agent", "Start", "Record"}
     for kind, title in (("sensor", ""), ("world", "## Worlds\n"), ("bridge", "## Bridges\n")):
         parts.append(title)
         for name, entry in registry.entries(kind, plugins=False).items():  # type: ignore[arg-type]
-            model = entry.config.__name__
-            shown.add(model)
-            parts.append(section(3, name, definitions[model], title=entry.title, leave_out={"type"}))
+            model = definitions[entry.config.__name__]
+            parts.append(section(3, name, model, title=entry.title, leave_out={"type"}))
     parts += [section(2, "The ocean", definitions["OceanConfig"]), section(2, "Vehicles", definitions[VEHICLE])]
     parts.append(section(2, "Recording", definitions["Record"]))
-    shown |= {"OceanConfig", VEHICLE}
     parts.append("## Parts\n\nMappings that stand inside those above.\n")
-    parts += [section(3, name, definitions[name]) for name in definitions if name not in shown]
+    parts += [
+        section(3, inner[name], definitions[name]) for name in sorted(inner, key=lambda name: inner[name].lower())
+    ]
     return "\n".join(part for part in parts if part).rstrip() + "\n"
+
+
+def titles(definitions: dict[str, Any]) -> dict[str, str]:
+    """Headings of the mappings inside others, by name in the schema: words, and each another than all before."""
+    taken = {*ANCHORS.values(), "the-scenario", "scenario-files", "sensors", "worlds", "bridges", "parts", "mission"}
+    taken |= {definitions[leg]["properties"]["type"]["const"] for leg in LEGS}
+    found = {}
+    for name in definitions:
+        if name in {*LEGS, *ANCHORS, "Origin", "Start"}:
+            continue
+        words = re.findall(r"[A-Z][0-9]+|[A-Z][a-z]*", name.removesuffix("Config"))
+        title = " ".join([words[0], *(word.lower() for word in words[1:])])
+        for word, written in SPELLED.items():
+            title = title.replace(word, written)
+        found[name] = f"{title} (part)" if slug(title) in taken else title
+        taken.add(slug(found[name]))
+    return found
+
+
+def slug(title: str) -> str:
+    """The anchor that the site makes of a heading."""
+    return re.sub(r"[^a-z0-9_ -]", "", title.lower()).replace(" ", "-")
 
 
 def section(level: int, name: str, model: dict[str, Any], *, title: str = "", leave_out: set[str] | None = None) -> str:
@@ -109,7 +137,7 @@ def kind(value: dict[str, Any]) -> str:
     if "$ref" in value:
         name = value["$ref"].rpartition("/")[2]
         anchor = ANCHORS.get(name, name.lower())
-        return f"[{anchor if name in ANCHORS else TYPES.get(name, name)}](#{anchor})"
+        return f"[{TYPES.get(name, anchor.replace('-', ' '))}](#{anchor})"
     if "const" in value:
         return f"`{value['const']}`"
     if "enum" in value:

@@ -17,7 +17,7 @@ from fake_sitl import FakeSitl, parse
 import pelagos as pl
 from pelagos.bridges.ardupilot import ArdupilotConfig
 from pelagos.bridges.ardupilot_json import level, parse_servos, state_text
-from pelagos.bridges.autopilot import OUTPUTS, Motion, motion_of, outputs_of
+from pelagos.bridges.autopilot import OUTPUTS, VehicleMotion, motion_of, outputs_of
 from pelagos.bridges.exchange import Exchange
 from pelagos.bridges.journal import Repeat
 from pelagos.bridges.transport import BridgeError
@@ -266,7 +266,7 @@ def test_malformed_packets_are_counted_and_dropped() -> None:
 
 def test_the_text_suits_the_parser_and_carries_no_nan() -> None:
     one, nan = (1.5, -2.5, 1e-7), float("nan")
-    motion = Motion(one, (-1.5, 2.5, -1e-7), (0.5, -0.5, 0.5, -0.5), (3.0, -5.0, 2e-7), (4.5, -7.5, 3e-7))
+    motion = VehicleMotion(one, (-1.5, 2.5, -1e-7), (0.5, -0.5, 0.5, -0.5), (3.0, -5.0, 2e-7), (4.5, -7.5, 3e-7))
     text = state_text(12.25, motion, {"rng_1": 7.5, "velocity_wind": [9, 9, 9]})
     assert text is not None
     assert json.loads(text)["quaternion"] == [0.5, -0.5, 0.5, -0.5]

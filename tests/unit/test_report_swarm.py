@@ -10,7 +10,7 @@ import pytest
 from report_mission import Seabed
 
 from pelagos.messages.navigation import WRENCH_FIELDS
-from pelagos.report.mission import Motion
+from pelagos.report.mission import RecordedMotion
 from pelagos.report.swarm import swarm_section, swarms
 
 T = np.linspace(0.0, 20.0, 41)
@@ -26,7 +26,7 @@ def member(number: int, *, feels: bool) -> Any:
         name=f"auv_{number}",
         agent=f"auv_{number}",
         scenario={"agents": {"auv": {"count": 6}, "rov": {}}},
-        motion=Motion(T, place, np.tile([1.0, 0, 0, 0], (len(T), 1)), 0.0 * place),
+        motion=RecordedMotion(T, place, np.tile([1.0, 0, 0, 0], (len(T), 1)), 0.0 * place),
         channels=lambda kind, message: [SimpleNamespace(topic="/felt")] if feels and kind == "collision" else [],
         recording=SimpleNamespace(channels={}, table=lambda topic, fields: (T, force)),
     )

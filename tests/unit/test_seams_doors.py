@@ -11,7 +11,7 @@ import pytest
 
 import pelagos as pl
 from pelagos.bridges.ardupilot import _back_to
-from pelagos.bridges.autopilot import Motion
+from pelagos.bridges.autopilot import VehicleMotion
 from pelagos.bridges.px4 import Px4Link
 from pelagos.compat.holoocean.sonars import SidescanSonar
 from pelagos.contact.impulse import _Space
@@ -30,7 +30,7 @@ from pelagos.viewer.drive import DEPTH_MPS, Axes, drive
 
 Q = np.array([0.8, -0.3, 0.45, 0.26])
 Q /= np.linalg.norm(Q)
-MOTION = Motion((12.0, -7.0, 3.0), (0.4, -0.2, 0.1), tuple(Q.tolist()), (0.1, -0.2, 0.3), (1.5, -2.5, -9.0))
+MOTION = VehicleMotion((12.0, -7.0, 3.0), (0.4, -0.2, 0.1), tuple(Q.tolist()), (0.1, -0.2, 0.3), (1.5, -2.5, -9.0))
 
 
 def rotation(q: Any) -> np.ndarray:

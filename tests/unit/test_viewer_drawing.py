@@ -11,7 +11,7 @@ import pytest
 import pelagos as pl
 from pelagos.config import registry
 from pelagos.drawing.sample import Sample, sample_of, waterfall_line
-from pelagos.viewer.frame import Pose, between, times
+from pelagos.viewer.frame import ShownPose, between, times
 from pelagos.viewer.ground import CELLS, NestedGrids
 from pelagos.viewer.hull import model_3d
 from pelagos.viewer.panels import Panel
@@ -88,13 +88,15 @@ def test_hull_is_whole_and_its_fins_follow_the_actuators() -> None:
 
 def test_pose_between_two_others() -> None:
     half = math.radians(20)
-    a = Pose(np.array([1.0, -2.0, -5.0]), np.array([1.0, 0.0, 0.0, 0.0]))
-    b = Pose(np.array([3.0, 2.0, -6.0]), -np.array([math.cos(half), 0.0, 0.0, math.sin(half)]))  # the same, other sign
+    a = ShownPose(np.array([1.0, -2.0, -5.0]), np.array([1.0, 0.0, 0.0, 0.0]))
+    b = ShownPose(
+        np.array([3.0, 2.0, -6.0]), -np.array([math.cos(half), 0.0, 0.0, math.sin(half)])
+    )  # the same, other sign
     middle = between((100, a), (300, b), 200)
     assert middle.position == pytest.approx([2.0, 0.0, -5.5])
     assert abs(middle.euler[2] - (360 - 20)) < 0.01
     turned = times(b.attitude, b.attitude)
-    assert Pose(a.position, turned).euler[2] == pytest.approx(360 - 80, abs=1e-9)
+    assert ShownPose(a.position, turned).euler[2] == pytest.approx(360 - 80, abs=1e-9)
 
 
 def test_waterfall_has_port_on_the_left_and_keeps_echoes() -> None:

@@ -11,7 +11,7 @@ import pytest
 from pelagos import jit
 from pelagos.optics.light_field import beam_at, diffuse_irradiance, diffuse_radiance, light_field, window_radiance
 from pelagos.optics.light_tables import CRITICAL_COSINE, entering
-from pelagos.optics.radiative_transfer import MODES, Above, Field, Medium, gauss, media, solve
+from pelagos.optics.radiative_transfer import MODES, Above, Field, WaterChannel, gauss, media, solve
 from pelagos.optics.sunlight import Daylight, daylight
 from pelagos.optics.water import (
     JERLOV_TYPES,
@@ -23,7 +23,7 @@ from pelagos.optics.water import (
 )
 
 
-def sun_alone(medium: Medium, depths: Any, towards_sun: float = 1.0) -> Field:
+def sun_alone(medium: WaterChannel, depths: Any, towards_sun: float = 1.0) -> Field:
     """Under a black sky, with a beam of 1 lx."""
     u, weight = gauss(CRITICAL_COSINE, 1, 16)
     return solve(medium, Above(towards_sun, 1.0, u, weight, np.zeros(16)), depths)
@@ -47,8 +47,10 @@ def downward(field: Field) -> Any:
 
 
 @pytest.mark.parametrize("towards_sun", [1.0, 0.8])
-@pytest.mark.parametrize("medium", [Medium(0.1, 0.002, 0.4), Medium(0.02, 0.004, 0.01), Medium(0.05, 0.0, 1.0)])
-def test_what_is_lost_of_net_irradiance_is_absorbed(medium: Medium, towards_sun: float):
+@pytest.mark.parametrize(
+    "medium", [WaterChannel(0.1, 0.002, 0.4), WaterChannel(0.02, 0.004, 0.01), WaterChannel(0.05, 0.0, 1.0)]
+)
+def test_what_is_lost_of_net_irradiance_is_absorbed(medium: WaterChannel, towards_sun: float):
     """Gershun's law, d(E_d - E_u)/dz = -a E_0 (1939), between each two depths.
 
     The source is taken as linear between depths, which leaves (c h)^2 / 12 = 4e-4 of it at steps of c h = 0.07 in the
@@ -68,7 +70,7 @@ def test_deep_light_falls_at_the_rate_of_the_slowest_mode(ratio: float):
     1994, Section 9.6), 200 moments of the whole phase function. Delta-M keeps the first 16; 0.5 % covers the rest, and
     that the slowest mode still mixes with the next at twenty optical lengths.
     """
-    medium = Medium(1.0, 0.0, ratio)
+    medium = WaterChannel(1.0, 0.0, ratio)
     c = 1 + ratio
     order = np.arange(200)
     h = (2 * order + 1) * (1 - ratio / c * MEAN_COSINE**order)
@@ -115,7 +117,7 @@ def test_light_from_the_zenith_falls_to_a_tenth_as_kirk_says(name: str):
 
 def test_turning_off_scattering_leaves_the_beam():
     depths = np.linspace(0, 20, 30)
-    field = sun_alone(Medium(0.1, 1e-9, 0.0), depths, 0.9)
+    field = sun_alone(WaterChannel(0.1, 1e-9, 0.0), depths, 0.9)
     assert downward(field) == pytest.approx(0.9 * np.exp(-0.1 * depths / 0.9), rel=1e-6)
 
 
@@ -181,7 +183,7 @@ def test_night_is_dark_and_finite():
 def test_modes_are_those_of_the_phase_function():
     """As many azimuth modes as moments: the light of a low sun, far off its plane, is not negative by more than 1 % of
     the brightest."""
-    field = sun_alone(Medium(0.1, 0.002, 0.3), np.linspace(0, 20, 40), 0.75)
+    field = sun_alone(WaterChannel(0.1, 0.002, 0.3), np.linspace(0, 20, 40), 0.75)
     sides = np.cos(np.arange(MODES)[:, None] * np.linspace(0, math.pi, 9))
     radiance = field.radiance @ sides
     assert radiance.min() > -0.01 * radiance.max()

@@ -11,8 +11,8 @@ import pytest
 from numpy.typing import NDArray
 
 from pelagos.acoustics.modulation import aloha_throughput
-from pelagos.sensors.comms.link.budget import Heard
-from pelagos.sensors.comms.link.medium import Medium, Pose
+from pelagos.sensors.comms.link.budget import HeardSignal
+from pelagos.sensors.comms.link.medium import ModemPose, SharedMedium
 from pelagos.sensors.comms.link.modem_port import ModemPort
 from pelagos.sensors.comms.link.traffic import Traffic
 from pelagos.sensors.comms.modem import Modem, ModemConfig
@@ -23,23 +23,23 @@ TICKS = 8  # of a packet
 DT_NS = 10_000_000
 
 
-class StillWater(Medium):
+class StillWater(SharedMedium):
     """All modems hear each other alike, after the same delay, far above the noise: what is lost is lost by others."""
 
-    def pose(self, path: str) -> Pose:
+    def pose(self, path: str) -> ModemPose:
         """One place for all."""
-        return Pose(np.array([[0.0, 0.0, -10.0]]), np.array([[1.0, 0, 0, 0]]), np.zeros((1, 3)))
+        return ModemPose(np.array([[0.0, 0.0, -10.0]]), np.array([[1.0, 0, 0, 0]]), np.zeros((1, 3)))
 
     def level(self, t: float) -> float:
         """No tide."""
         return 0.0
 
     def hear(
-        self, pairs: Sequence[tuple[int, int, int]], poses: Mapping[int, Pose], t: float, cache: Any,
+        self, pairs: Sequence[tuple[int, int, int]], poses: Mapping[int, ModemPose], t: float, cache: Any,
         lag: Sequence[float],
-    ) -> list[Heard]:  # fmt: skip
+    ) -> list[HeardSignal]:  # fmt: skip
         """100 m."""
-        return [Heard(0.0667, 140.0, -np.inf, 0.0, 1.0, "", None) for _ in pairs]
+        return [HeardSignal(0.0667, 140.0, -np.inf, 0.0, 1.0, "", None) for _ in pairs]
 
 
 @dataclass

@@ -18,7 +18,7 @@ import numpy as np
 from pydantic import Field
 
 from pelagos.bridges.ardupilot_json import ServoFrame, level, parse_servos, state_text
-from pelagos.bridges.autopilot import Motion, Output, motion_of, outputs_of, the_agent
+from pelagos.bridges.autopilot import Output, VehicleMotion, motion_of, outputs_of, the_agent
 from pelagos.bridges.config import LOOPBACK, BridgeConfig, exposed, listening
 from pelagos.bridges.transport import BridgeError, BridgeMismatch
 from pelagos.errors import LookupFailed
@@ -232,7 +232,7 @@ def _wait_at_most(link: socket.socket, seconds: float) -> None:
         link.setsockopt(socket.SOL_SOCKET, socket.SO_RCVTIMEO, struct.pack("ll", 0, round(1e6 * seconds)))
 
 
-def _back_to(start: Motion, agent: str) -> Order:
+def _back_to(start: VehicleMotion, agent: str) -> Order:
     """At the start again, at rest: where a rebooted autopilot believes to be."""
     x, y, z = start.position
     w, i, j, k = start.attitude

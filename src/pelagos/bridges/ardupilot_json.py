@@ -13,7 +13,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Final
 
-from pelagos.bridges.autopilot import Motion
+from pelagos.bridges.autopilot import VehicleMotion
 
 MAGIC: Final = {18458: 16, 29569: 32}
 _HEAD: Final = struct.Struct("<HHI")
@@ -58,7 +58,7 @@ def level(pulse_us: int, rests_at: float, *, low_us: float = 1100.0, high_us: fl
     return (pulse_us - 0.5 * (low_us + high_us)) / (0.5 * (high_us - low_us))
 
 
-def state_text(t_s: float, motion: Motion, extras: Mapping[str, Any] | None = None) -> bytes | None:
+def state_text(t_s: float, motion: VehicleMotion, extras: Mapping[str, Any] | None = None) -> bytes | None:
     """The answer to a frame; None where a number is not finite, which the parser would believe.
 
     Args:

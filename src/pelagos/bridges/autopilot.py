@@ -104,7 +104,7 @@ def outputs_of(sim: Simulation, agent: str, given: Mapping[str, int], where: str
     return found
 
 
-class Motion(NamedTuple):
+class VehicleMotion(NamedTuple):
     """Pose and motion of a vehicle, for an autopilot; plain numbers, for they are asked for every tick.
 
     Attributes:
@@ -130,7 +130,7 @@ class Motion(NamedTuple):
         return roll, pitch, math.atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))
 
 
-def motion_of(sim: Simulation, agent: str) -> Motion:
+def motion_of(sim: Simulation, agent: str) -> VehicleMotion:
     """The true motion of the first copy of an agent, now."""
     row = sim.stepper.row(agent)[0].tolist()  # what `sim.state` shows, without a look at the actuators
     x, y, z, qw, qx, qy, qz, u, v, w, p, q, r, ax, ay, az = row[:16]
@@ -139,7 +139,7 @@ def motion_of(sim: Simulation, agent: str) -> Motion:
     north = (1 - 2 * (qy * qy + qz * qz)) * u + 2 * (qx * qy - qw * qz) * v + 2 * (qx * qz + qw * qy) * w
     west = 2 * (qx * qy + qw * qz) * u + (1 - 2 * (qx * qx + qz * qz)) * v + 2 * (qy * qz - qw * qx) * w
     up = up_x * u + up_y * v + up_z * w
-    return Motion(
+    return VehicleMotion(
         (x, -y, -z),
         (north, -west, -up),
         (qw, qx, -qy, -qz),

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any, Final, Literal
 import numpy as np
 from pydantic import Field
 
-from pelagos.bridges.autopilot import Motion, motion_of, outputs_of, the_agent
+from pelagos.bridges.autopilot import VehicleMotion, motion_of, outputs_of, the_agent
 from pelagos.bridges.config import LOOPBACK, BridgeConfig, exposed, listening
 from pelagos.bridges.extras import require
 from pelagos.bridges.transport import BridgeError
@@ -227,7 +227,7 @@ class Px4Link:
 
     # the messages
 
-    def _sensor(self, motion: Motion, t_us: int) -> Any:
+    def _sensor(self, motion: VehicleMotion, t_us: int) -> Any:
         down = motion.position[2]
         to_body = np.array([[1.0, -1.0, -1.0, -1.0]]) * np.array([motion.attitude])
         field = rotate_np(to_body, flip_yz_np(self._field)[None])[0] * 1e4  # [gauss]
@@ -236,7 +236,7 @@ class Px4Link:
             t_us, *a, *g, *field.tolist(), pressure_hpa(down), 0.0, -down, 15.0, ALL_FIELDS, 0
         )
 
-    def _gps(self, motion: Motion, t_us: int) -> Any:
+    def _gps(self, motion: VehicleMotion, t_us: int) -> Any:
         north, east, down = motion.position
         latitude, longitude = (float(v) for v in self._origin.to_latlon(north, -east))
         v = motion.velocity
@@ -249,7 +249,7 @@ class Px4Link:
             min(round(100 * speed), 65534), *centimetres, course, satellites, 0, 0,
         )  # fmt: skip
 
-    def _truth(self, motion: Motion, t_us: int) -> Any:
+    def _truth(self, motion: VehicleMotion, t_us: int) -> Any:
         north, east, down = motion.position
         latitude, longitude = (float(v) for v in self._origin.to_latlon(north, -east))
         v = [_short(100 * c) for c in motion.velocity]

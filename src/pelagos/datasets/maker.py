@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from pelagos.datasets.distribution import stream
 from pelagos.datasets.plan import Plan, Shard
-from pelagos.datasets.pose import GROUND, Pose, PoseSource
+from pelagos.datasets.pose import GROUND, PoseSource, SampledPose
 from pelagos.datasets.sample import Sample, Thing
 from pelagos.errors import InputError, MountWarning
 from pelagos.math.so3 import rotate_np
@@ -99,7 +99,7 @@ class Maker:
         self._world = world
         return self._sim
 
-    def _observe(self, sim: Simulation, poses: list[Pose], *, episode: int) -> dict[str, Reading]:
+    def _observe(self, sim: Simulation, poses: list[SampledPose], *, episode: int) -> dict[str, Reading]:
         """Always of `batch` poses, so that one kernel serves all."""
         lanes = [*poses, *[poses[-1]] * (self.plan.config.batch - len(poses))]
         places, attitudes = np.stack([p.position for p in lanes]), np.stack([p.attitude for p in lanes])
@@ -112,7 +112,7 @@ class Maker:
         return found
 
     def _sample(
-        self, sim: Simulation, shard: Shard, index: int, pose: Pose, lane: int, readings: Mapping[str, Reading]
+        self, sim: Simulation, shard: Shard, index: int, pose: SampledPose, lane: int, readings: Mapping[str, Reading]
     ) -> Sample:
         arrays = {name: np.array(reading.data[lane]) for name, reading in readings.items()}
         about = {

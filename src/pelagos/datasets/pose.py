@@ -28,7 +28,7 @@ GROUND: Final = frozenset(
 
 
 @dataclass(frozen=True)
-class Pose:
+class SampledPose:
     """Pose of the vehicle.
 
     Attributes:
@@ -73,7 +73,7 @@ class PoseSource:
             raise LookupFailed("object to face", ", ".join(sorted(asked)), there - GROUND, where="poses.facing_labels")
         return sorted(found, key=lambda box: box.instance)
 
-    def draw(self, random: np.random.Generator) -> Pose:
+    def draw(self, random: np.random.Generator) -> SampledPose:
         """The pose that follows from a stream's numbers.
 
         Raises:
@@ -83,7 +83,7 @@ class PoseSource:
         facing = bool(self._objects) and random.random() < self._keys.facing
         for _ in range(TRIES):
             attitude = self._attitude(random)
-            found = self._faced(random, attitude) if facing else Pose(self._place(random), attitude, None)
+            found = self._faced(random, attitude) if facing else SampledPose(self._place(random), attitude, None)
             why = self._refused(found.position)
             if why is None:
                 return found
@@ -102,7 +102,7 @@ class PoseSource:
             return np.array([x, y, -random.uniform(*self._keys.depth_m)])
         return np.array([x, y, float(np.ravel(self._world.height(x, y))[0]) + random.uniform(*self._keys.altitude_m)])
 
-    def _faced(self, random: np.random.Generator, attitude: NDArray[np.float64]) -> Pose:
+    def _faced(self, random: np.random.Generator, attitude: NDArray[np.float64]) -> SampledPose:
         box = self._objects[int(random.integers(len(self._objects)))]
         point = box.centre + box.turn @ (box.size * INNER * random.uniform(-1, 1, 3))
         aside, up = np.tan(np.radians(random.uniform(-1, 1, 2) * self._keys.off_axis_deg))
@@ -110,7 +110,7 @@ class PoseSource:
         place, turn = self._mount
         along = _turned(attitude, _turned(turn, axis / np.linalg.norm(axis)))
         distance = random.uniform(*self._keys.distance_m)
-        return Pose(point - distance * along - _turned(attitude, place), attitude, box.instance)
+        return SampledPose(point - distance * along - _turned(attitude, place), attitude, box.instance)
 
     def _refused(self, place: NDArray[np.float64]) -> str | None:
         """Reason for which nothing can be there, in a few words."""

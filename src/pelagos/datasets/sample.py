@@ -11,7 +11,7 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from pelagos.datasets.pose import Pose
+from pelagos.datasets.pose import SampledPose
 from pelagos.errors import InputError
 from pelagos.sensors.camera.picture.annotations import Box
 from pelagos.sensors.camera.picture.boxes_3d import Box3d
@@ -54,7 +54,7 @@ class Sample:
     index: int
     world: int
     split: str
-    pose: Pose
+    pose: SampledPose
     readings: Mapping[str, NDArray[Any]]
     things: Sequence[Thing]
     about: Mapping[str, Any]

@@ -17,7 +17,8 @@ import numpy as np
 from numpy.polynomial.polynomial import polyval
 from numpy.typing import NDArray
 
-GRAVITY: Final = 9.81
+from pelagos.math.constants import GRAVITY
+
 VISCOSITY: Final = 1.14e-6  # of fresh water at 15 degC, as in the formula [m^2/s]
 _FITTED: Final = np.radians(np.arange(1.0, 21.0))  # amplitudes over which linear and quadratic damping are told apart
 

@@ -19,6 +19,7 @@ import numpy as np
 
 from pelagos import jit
 from pelagos.jit import Array
+from pelagos.math.constants import GRAVITY
 from pelagos.optics.interface import refract, sun_below_surface, surface_normal
 from pelagos.optics.swell import Swell, swell_slope
 from pelagos.optics.water import REFRACTIVE_INDEX
@@ -30,7 +31,7 @@ _HALF_UNIT: Final = 64
 _UNIT: Final = _HALF_UNIT**2  # of a photon: 2^20 of them fit a cell
 _FAINT: Final = 0.05  # of ripples [1/m]
 _SWELL_FAINT: Final = 0.004  # of the ocean's own waves [1/m]
-_GRAVITY: Final = 9.81
+
 _SURFACE_TENSION: Final = 7.3e-5  # over density [m^3/s^2]
 _GOLDEN: Final = math.pi * (3 - math.sqrt(5))
 
@@ -150,7 +151,7 @@ def _slopes(sea: Ripple, heights: Sequence[Array], t: Array, lanes: int) -> tupl
     for i, j, height, phase in zip(sea.i, sea.j, heights, sea.phase, strict=True):
         kx, ky = 2 * math.pi / TILE * i, 2 * math.pi / TILE * j
         k = math.hypot(kx, ky)
-        omega = math.sqrt(_GRAVITY * k + _SURFACE_TENSION * k**3)
+        omega = math.sqrt(GRAVITY * k + _SURFACE_TENSION * k**3)
         turn = jit.Float64(t) * (omega / (2 * math.pi))
         angle = jit.Float(turn - dr.floor(turn)) * (2 * math.pi)  # (lanes)
         wave = -height * dr.sin(i * u + j * v + phase - dr.gather(jit.Float, angle, lane))

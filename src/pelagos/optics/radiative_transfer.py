@@ -40,7 +40,7 @@ _CONVERGED: Final = 1e-5
 
 
 @dataclass(frozen=True)
-class Medium:
+class WaterChannel:
     """One channel of water: absorption, scattering by water and by particles [1/m]."""
 
     absorption: float
@@ -91,7 +91,7 @@ class Field:
     u: Array
     weight: Array
     radiance: Array
-    medium: Medium
+    medium: WaterChannel
     above: Above
 
     def source(self, u: Array) -> Array:
@@ -114,9 +114,11 @@ class Field:
         return np.where((u > 0)[None, :, None], from_above, from_below)
 
 
-def media(water: WaterOptics) -> list[Medium]:
+def media(water: WaterOptics) -> list[WaterChannel]:
     """Of each channel."""
-    return [Medium(*v) for v in zip(water.absorption, water.water_scattering, water.particle_scattering, strict=True)]
+    return [
+        WaterChannel(*v) for v in zip(water.absorption, water.water_scattering, water.particle_scattering, strict=True)
+    ]
 
 
 def gauss(low: float, high: float, count: int) -> tuple[Array, Array]:
@@ -125,7 +127,7 @@ def gauss(low: float, high: float, count: int) -> tuple[Array, Array]:
     return 0.5 * (high - low) * x + 0.5 * (high + low), 0.5 * (high - low) * w
 
 
-def solve(medium: Medium, above: Above, depths: Array) -> Field:
+def solve(medium: WaterChannel, above: Above, depths: Array) -> Field:
     """Successive orders until nothing is added; depths `(depths,)` start at 0."""
     parts = [gauss(0, _CRITICAL, _NODES), gauss(_CRITICAL, 1, _NODES)]
     high = np.concatenate([p[0] for p in parts])
@@ -148,7 +150,7 @@ def solve(medium: Medium, above: Above, depths: Array) -> Field:
     return Field(depths, u, weight, total, medium, above)
 
 
-def _beam_source(medium: Medium, above: Above, depths: Array, u: Array) -> Array:
+def _beam_source(medium: WaterChannel, above: Above, depths: Array, u: Array) -> Array:
     """Of the beam's light when it is scattered for the first time: `(depths, k, MODES)`."""
     fall = np.exp((medium.decay - medium.attenuation / above.towards_sun) * depths)
     doubled = np.where(np.arange(MODES) == 0, 1, 2) / (2 * math.pi)
@@ -156,14 +158,14 @@ def _beam_source(medium: Medium, above: Above, depths: Array, u: Array) -> Array
     return np.asarray(fall[:, None, None] * beam)
 
 
-def _sky_source(medium: Medium, above: Above, depths: Array, u: Array) -> Array:
+def _sky_source(medium: WaterChannel, above: Above, depths: Array, u: Array) -> Array:
     """Of the sky's light when it is scattered for the first time: `(depths, k)`, the same all round."""
     sky = _kernel(medium, u, above.window_u)[0] * (above.window_weight * above.window)  # (k, window)
     faded = np.exp((medium.decay - medium.attenuation / above.window_u) * depths[:, None])  # (depths, window)
     return np.asarray(faded @ sky.T)
 
 
-def _kernel(medium: Medium, u: Array, v: Array) -> Array:
+def _kernel(medium: WaterChannel, u: Array, v: Array) -> Array:
     """Integral over azimuth of b P(u, v, psi) cos(m psi): `(MODES, len(u), len(v))` [1/m]."""
     psi = (np.arange(_TURNS) + 0.5) * (2 * math.pi / _TURNS)
     across = np.sqrt((1 - u**2)[:, None] * (1 - v**2))
@@ -189,7 +191,7 @@ def mirror(u: Array) -> Array:
     return np.where(sin2 >= 1, 1.0, 0.5 * (s * s + p * p))
 
 
-def _gathered(depths: Array, medium: Medium, u: Array, source: Array, start: Array) -> Array:
+def _gathered(depths: Array, medium: WaterChannel, u: Array, source: Array, start: Array) -> Array:
     """Radiance from directions `u` `(k,)` of one sign, from where light comes in: `(depths, k, MODES)`."""
     h = np.diff(depths)[:, None]
     downward = u[0] > 0

@@ -17,7 +17,7 @@ from pelagos.sim.replay import Channel, Recording
 
 
 @dataclass(frozen=True)
-class Motion:
+class RecordedMotion:
     """Motion over time.
 
     Attributes:
@@ -32,12 +32,12 @@ class Motion:
     attitude: NDArray[np.float64]
     velocity: NDArray[np.float64]
 
-    def at(self, t: NDArray[np.float64]) -> Motion:
+    def at(self, t: NDArray[np.float64]) -> RecordedMotion:
         """The motion at other times: attitudes of the nearest sample, the rest interpolated."""
         if len(self.t) == 0:
             return self
         nearest = np.clip(np.round(np.interp(t, self.t, np.arange(len(self.t)))).astype(int), 0, len(self.t) - 1)
-        return Motion(
+        return RecordedMotion(
             t, _interpolated(t, self.t, self.position), self.attitude[nearest], _interpolated(t, self.t, self.velocity)
         )
 
@@ -66,15 +66,15 @@ class Mission:
         return self.agent.rsplit("/", 1)[-1]
 
     @cached_property
-    def motion(self) -> Motion:
+    def motion(self) -> RecordedMotion:
         """The true motion."""
         return self.odometry(f"/{self.agent}/truth")
 
-    def odometry(self, topic: str) -> Motion:
+    def odometry(self, topic: str) -> RecordedMotion:
         """The motion that a topic of odometry tells."""
         t, v = self.recording.table(topic, ODOMETRY_FIELDS)
         quaternion = v[:, [8, 5, 6, 7]]
-        return Motion(t, enu_to_nwu_np(v[:, 2:5]), quaternion_enu_to_nwu_np(quaternion), v[:, 9:12])
+        return RecordedMotion(t, enu_to_nwu_np(v[:, 2:5]), quaternion_enu_to_nwu_np(quaternion), v[:, 9:12])
 
     @cached_property
     def scenario(self) -> dict[str, Any]:

@@ -29,7 +29,7 @@ from pelagos.messages.navigation import (
     POSE_COVARIANCE,
 )
 from pelagos.messages.ranging import TWIST_COVARIANCE, TWIST_FIELDS
-from pelagos.report.mission import Mission, Motion, rotate
+from pelagos.report.mission import Mission, RecordedMotion, rotate
 
 STEP_S: Final = 0.05  # the gyroscopes are averaged over this
 LEVEL_TIME_S: Final = 20.0
@@ -49,7 +49,7 @@ class DeadReckoning:
         distance: true way travelled until then `(k,)` [m].
     """
 
-    motion: Motion
+    motion: RecordedMotion
     start: str
     error: NDArray[np.float64]
     drift: NDArray[np.float64]
@@ -75,7 +75,7 @@ class Known:
     """Estimate that a mission went by: kind ("ekf", "external"), motion over time, horizontal error `(k,)` [m]."""
 
     kind: str
-    motion: Motion
+    motion: RecordedMotion
     error: NDArray[np.float64]
 
 
@@ -110,7 +110,7 @@ def dead_reckoning(mission: Mission) -> DeadReckoning | None:
     off = (position - true.position)[:, :2]
     error, drift = np.hypot(*off.T), np.hypot(*(off - off[0]).T)
     way = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(true.position[:, :2], axis=0), axis=1))])
-    return DeadReckoning(Motion(t, position, attitude, velocity), source, error, drift, way)
+    return DeadReckoning(RecordedMotion(t, position, attitude, velocity), source, error, drift, way)
 
 
 def _averaged(
@@ -148,7 +148,7 @@ def _headings(mission: Mission, t: NDArray[np.float64]) -> NDArray[np.float64] |
 
 def _attitude(
     t: NDArray[np.float64], rate: NDArray[np.float64], force: NDArray[np.float64], velocity: NDArray[np.float64],
-    field: NDArray[np.float64] | None, truth: Motion,
+    field: NDArray[np.float64] | None, truth: RecordedMotion,
 ) -> NDArray[np.float64]:  # fmt: skip
     """`(k, 4)` the filter; it starts level with gravity and along the magnetic heading (or the true one without)."""
     up = force - np.cross(rate, velocity)  # less the centripetal acceleration, gravity alone is left
@@ -205,7 +205,7 @@ def _from_euler(roll: float, pitch: float, yaw: float) -> tuple[float, float, fl
     )  # fmt: skip
 
 
-def _start(mission: Mission, truth: Motion, t: NDArray[np.float64]) -> tuple[NDArray[np.float64], str]:
+def _start(mission: Mission, truth: RecordedMotion, t: NDArray[np.float64]) -> tuple[NDArray[np.float64], str]:
     """The position at the first step: of the first fix, where one came within two seconds."""
     times, positions = fixes(mission)
     if len(times) and times[0] - t[0] <= 2.0:

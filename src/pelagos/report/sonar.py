@@ -23,7 +23,7 @@ _PALE: Final = "#c9d3dc"
 
 
 @dataclass(frozen=True)
-class Frame:
+class SonarFrame:
     """One ping.
 
     Attributes:
@@ -39,7 +39,7 @@ class Frame:
     ranges: NDArray[np.float64]
 
 
-def chosen_frames(mission: Mission, topic: str, *, count: int = FRAMES) -> list[Frame]:
+def chosen_frames(mission: Mission, topic: str, *, count: int = FRAMES) -> list[SonarFrame]:
     """The frames with the most to see, one from each of `count` equal parts of the mission."""
     total = mission.recording.count(topic)
     step = max(1, total // _LOOKED_AT)
@@ -63,15 +63,15 @@ def _interest(picture: NDArray[np.uint8]) -> float:
     return float(np.std(cells - smooth))
 
 
-def _frame(mission: Mission, topic: str, index: int) -> Frame:
+def _frame(mission: Mission, topic: str, index: int) -> SonarFrame:
     recorded = mission.recording.message(topic, index)
     message = recorded.message
     azimuth = np.array([np.arctan2(-d.y, d.z) for d in message.beam_directions])
     polar = np.asarray(message.image.data).reshape(-1, message.image.beam_count).T
-    return Frame(recorded.t_ns * 1e-9, polar, azimuth, np.asarray(message.ranges, dtype=np.float64))
+    return SonarFrame(recorded.t_ns * 1e-9, polar, azimuth, np.asarray(message.ranges, dtype=np.float64))
 
 
-def frames_figure(mission: Mission, sensor: str, frames: Sequence[Frame]) -> Figure:
+def frames_figure(mission: Mission, sensor: str, frames: Sequence[SonarFrame]) -> Figure:
     """The frames side by side, range rings and azimuths labelled."""
     columns = min(3, len(frames))
     lines = -(-len(frames) // columns)
@@ -90,7 +90,7 @@ def frames_figure(mission: Mission, sensor: str, frames: Sequence[Frame]) -> Fig
     return drawn
 
 
-def _draw(axes: Axes, frame: Frame, mission: Mission) -> Any:
+def _draw(axes: Axes, frame: SonarFrame, mission: Mission) -> Any:
     far = float(frame.ranges[-1] + 0.5 * (frame.ranges[1] - frame.ranges[0]))
     picture = fan_image(frame.polar.astype(np.float32), frame.azimuth, frame.ranges, height=420)
     half = picture.shape[1] / 2 * far / picture.shape[0]

@@ -26,7 +26,7 @@ from pelagos.sensors.lazy import keeps_promises, promised
 if TYPE_CHECKING:
     from pelagos.ocean.ocean import Ocean
     from pelagos.raycast.scene import Scene
-    from pelagos.sensors.comms.link.medium import Medium
+    from pelagos.sensors.comms.link.medium import SharedMedium
     from pelagos.sensors.navigation.collision import Blows
     from pelagos.sensors.sonar.ping.interference import Neighbours
     from pelagos.world.world import Hits, World
@@ -196,7 +196,7 @@ class SensorContext:
     own_body: NDArray[np.uint32]
     neighbours: Neighbours | None = None
     blows: Blows | None = None
-    medium: Medium | None = None
+    medium: SharedMedium | None = None
 
     @classmethod
     def alone(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from pelagos.sensors.comms.link.medium import Medium
+from pelagos.sensors.comms.link.medium import SharedMedium
 from pelagos.sensors.navigation.collision import Blows
 from pelagos.sensors.sonar.ping.interference import Neighbours
 
@@ -21,4 +21,4 @@ class Encounters:
 
     neighbours: Neighbours
     blows: Blows
-    medium: Medium
+    medium: SharedMedium

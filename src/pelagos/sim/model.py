@@ -19,7 +19,7 @@ from pelagos.ocean.config import build_ocean
 from pelagos.ocean.ocean import Ocean
 from pelagos.raycast.rays import NO_BODY
 from pelagos.raycast.scene import Scene
-from pelagos.sensors.comms.link.medium import Medium
+from pelagos.sensors.comms.link.medium import SharedMedium
 from pelagos.sensors.navigation.collision import Blows
 from pelagos.sensors.noise import BatchPath, KeyTable
 from pelagos.sensors.schedule import period_ticks
@@ -265,7 +265,7 @@ def with_changes(
 def encounters_of(scenario: Scenario) -> Encounters:
     """For the sensors of a scenario, none of them built yet."""
     neighbours = Neighbours(audible(scenario))
-    return Encounters(neighbours, Blows(), Medium(tuple(scenario.members), sonars=lambda: neighbours.emitters))
+    return Encounters(neighbours, Blows(), SharedMedium(tuple(scenario.members), sonars=lambda: neighbours.emitters))
 
 
 def _plan(scenario: Scenario, name: str, vehicle: Vehicle, mode: str, world: World) -> list[Step]:

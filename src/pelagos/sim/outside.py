@@ -16,7 +16,7 @@ from pelagos.sim.record import Recorder
 from pelagos.sim.run_log import RunLog, open_recorder
 from pelagos.sim.sampled import Sampled
 from pelagos.sim.step import Stepper
-from pelagos.sim.watch import Heard, Watcher
+from pelagos.sim.watch import BlockReadings, Watcher
 
 if TYPE_CHECKING:
     from pelagos.sim.simulation import Simulation
@@ -84,7 +84,7 @@ class Outside:
         return self.listeners.add(sensor, callback, invalid=invalid)
 
     @contextmanager
-    def watch(self, callback: Callable[[Heard], object]) -> Iterator[None]:
+    def watch(self, callback: Callable[[BlockReadings], object]) -> Iterator[None]:
         """Call `callback(heard)` after every block of ticks within a `with` block, with what was read in it.
 
         The readings of tick 0 come within `reset`, or with the first step or run from there, and once.
@@ -93,7 +93,7 @@ class Outside:
         `sim.state` and post actions, but not step.
 
         Args:
-            callback: takes a `Heard`, readings by "agent.sensor".
+            callback: takes a `BlockReadings`, readings by "agent.sensor".
         """
         watcher = Watcher(callback)
         self.watchers.append(watcher)
@@ -116,7 +116,7 @@ class Outside:
 
     def _tell(self, watchers: Sequence[Watcher], sampled: Sequence[Sampled]) -> None:
         if watchers:
-            heard = Heard(sampled, n=self.model.n, dt_ns=self.model.clock.dt_ns)
+            heard = BlockReadings(sampled, n=self.model.n, dt_ns=self.model.clock.dt_ns)
             for watcher in watchers:
                 watcher.callback(heard)
 

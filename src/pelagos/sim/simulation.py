@@ -15,7 +15,7 @@ from pelagos.config.loader import load_scenario, to_yaml
 from pelagos.config.scenario import Scenario
 from pelagos.errors import CommandError, LookupFailed
 from pelagos.raycast.geometry import Geometry
-from pelagos.sensors.comms.link.medium import Medium
+from pelagos.sensors.comms.link.medium import SharedMedium
 from pelagos.sensors.comms.link.packet import Kind
 from pelagos.sim import outbox
 from pelagos.sim.bodies import Bodies, hull_of, rows, unit_rows
@@ -157,7 +157,7 @@ class Simulation(Changes):
         return (*self.bodies.hulls.values(), *(b.geometry for b in self.bodies.bodies))
 
     @property
-    def medium(self) -> Medium:
+    def medium(self) -> SharedMedium:
         """The water between modems, and who is in it."""
         return self._encounters.medium
 

@@ -9,7 +9,7 @@ from pelagos.sensors.sensor import Reading
 from pelagos.sim.sampled import Sampled
 
 
-class Heard(Mapping[str, Sequence[Reading]]):
+class BlockReadings(Mapping[str, Sequence[Reading]]):
     """Readings of a block in order of time, by "agent.sensor"; made when they are looked at."""
 
     def __init__(self, sampled: Sequence[Sampled], *, n: int, dt_ns: int) -> None:
@@ -43,5 +43,5 @@ class Watcher:
         begun: it has heard the readings of the start.
     """
 
-    callback: Callable[[Heard], object]
+    callback: Callable[[BlockReadings], object]
     begun: bool = False

@@ -7,18 +7,15 @@ surface. Zero speed. O. M. Faltinsen, Sea Loads on Ships and Offshore Structures
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from typing import Self
 
-import drjit as dr
 import numpy as np
 from pydantic import Field, model_validator
 
 from pelagos.jit import Array
-from pelagos.math.turns import sincos_turns
 from pelagos.ocean.waves import Waves
-from pelagos.vehicles.heading_table import HeadingTable, checked_table
+from pelagos.vehicles.heading_table import HeadingTable, checked_table, met
 from pelagos.vehicles.part import PartConfig, Positive
 
 _Rows = tuple[tuple[tuple[float, float, float, float, float, float], ...], ...]
@@ -67,19 +64,14 @@ class Diffraction:
             heading: cosine and sine of the compass heading.
             t: time [s].
         """
-        (x, y), (cos, sin) = place, heading
-        nothing = 0 * (x + y + t + cos)
+        nothing = 0 * (place[0] + place[1] + t + heading[0])
 
         def add(i: Array, *sums: Array) -> tuple[Array, ...]:
-            first, second = waves._rows(i)
-            ahead, aside = first[0] * cos - first[1] * sin, -(first[0] * sin + first[1] * cos)
-            parts = self.rows.at(table, 2 * math.pi * first[2], (ahead, aside))
+            wave = met(waves, i, place, heading, t)
+            parts = self.rows.at(table, wave.omega, wave.direction)
             real, imaginary = [*parts[0], *parts[1]], [*parts[2], *parts[3]]
-            side = dr.select(aside < 0, -1.0 + 0 * ahead, 1.0 + 0 * ahead)
-            s, c = sincos_turns(dr.fma(first[0], x, dr.fma(first[1], y, dr.fma(-first[2], t, first[3]))))
-            s, c = second[0] * s, second[0] * c
-            force = [r * c - m * s for r, m in zip(real, imaginary, strict=True)]
-            force = [f if even else side * f for f, even in zip(force, _EVEN, strict=True)]
+            force = [r * wave.cos - m * wave.sin for r, m in zip(real, imaginary, strict=True)]
+            force = [f if even else wave.side * f for f, even in zip(force, _EVEN, strict=True)]
             return i + 1, *(a + b for a, b in zip(sums, force, strict=True))
 
         return list(waves._loop(add, *([nothing] * 6)))

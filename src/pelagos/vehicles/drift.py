@@ -9,19 +9,16 @@ pushes it, so the coefficients may say which (`DriftConfig.own`).
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from typing import Self
 
-import drjit as dr
 import numpy as np
 from pydantic import Field, model_validator
 
 from pelagos.hydro.wave_load import newman_drift
 from pelagos.jit import Array
-from pelagos.math.turns import sincos_turns
 from pelagos.ocean.waves import Waves
-from pelagos.vehicles.heading_table import HeadingTable, checked_table
+from pelagos.vehicles.heading_table import HeadingTable, checked_table, met
 from pelagos.vehicles.part import PartConfig, Positive
 
 
@@ -68,16 +65,12 @@ class Drift:
             heading: cosine and sine of the compass heading.
             t: time [s].
         """
-        cos, sin = heading
-        nothing = 0 * (x + y + t + cos)
+        nothing = 0 * (x + y + t + heading[0])
 
         def add(i: Array, *sums: Array) -> tuple[Array, ...]:
-            first, second = waves._rows(i)
-            ahead, aside = first[0] * cos - first[1] * sin, -(first[0] * sin + first[1] * cos)
-            (force,) = self.rows.at(table, 2 * math.pi * first[2], (ahead, aside))
-            side = dr.select(aside < 0, -1.0 + 0 * ahead, 1.0 + 0 * ahead)
-            s, c = sincos_turns(dr.fma(first[0], x, dr.fma(first[1], y, dr.fma(-first[2], t, first[3]))))
-            s, c = second[0] * s, second[0] * c
+            wave = met(waves, i, (x, y), heading, t)
+            (force,) = self.rows.at(table, wave.omega, wave.direction)
+            s, c, side = wave.sin, wave.cos, wave.side
             each = (force[0], side * force[1], side * force[2])
             terms = [c, s, *(v for d in each for v in (d * c, d * s))]
             return i + 1, *(a + b for a, b in zip(sums, terms, strict=True))

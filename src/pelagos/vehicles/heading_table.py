@@ -13,6 +13,8 @@ from numpy.typing import ArrayLike, NDArray
 from pelagos import jit
 from pelagos.hydro.algebra import Vector
 from pelagos.jit import Array
+from pelagos.math.turns import sincos_turns
+from pelagos.ocean.waves import Waves
 
 _FREQUENCIES: Final = 384  # of a table, evenly from zero; the nearest is taken
 
@@ -31,6 +33,34 @@ def checked_table(omega: Any, headings: Any, values: Any, *, columns: int, name:
         raise ValueError("omega_radps must increase")
     if not np.allclose(headings, np.linspace(0, 180, shape[1])):
         raise ValueError("heading_deg must go evenly from 0 to 180")
+
+
+@dataclass(frozen=True)
+class Component:
+    """A component of a sea as a hull meets it.
+
+    Attributes:
+        omega: [rad/s].
+        direction: unit vector that it travels along, ahead and to starboard.
+        side: 1 where it travels to starboard, -1 to port.
+        sin, cos: of its phase at the hull's origin, times its amplitude [m].
+    """
+
+    omega: Array
+    direction: tuple[Array, Array]
+    side: Array
+    sin: Array
+    cos: Array
+
+
+def met(waves: Waves, i: Array, place: tuple[Array, Array], heading: tuple[Array, Array], t: Array) -> Component:
+    """Component i of a sea at a place x, y NWU [m], seen along a compass heading, given as its cosine and sine."""
+    (x, y), (cos, sin) = place, heading
+    first, second = waves._rows(i)
+    ahead, aside = first[0] * cos - first[1] * sin, -(first[0] * sin + first[1] * cos)
+    side = dr.select(aside < 0, -1.0 + 0 * ahead, 1.0 + 0 * ahead)
+    s, c = sincos_turns(dr.fma(first[0], x, dr.fma(first[1], y, dr.fma(-first[2], t, first[3]))))
+    return Component(2 * math.pi * first[2], (ahead, aside), side, second[0] * s, second[0] * c)
 
 
 @dataclass(frozen=True)

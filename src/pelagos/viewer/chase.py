@@ -13,7 +13,7 @@ from PIL import Image, ImageDraw
 
 from pelagos.drawing.colours import DEPTHS, display, painted
 from pelagos.vehicles.vehicle import Vehicle
-from pelagos.viewer.frame import Pose
+from pelagos.viewer.frame import ShownPose
 from pelagos.viewer.hull import model_3d
 from pelagos.world.world import World
 
@@ -27,7 +27,7 @@ _TRACK: Final = (255, 209, 102)
 
 
 def draw_chase(
-    sheet: Image.Image, world: World, poses: Mapping[str, tuple[Pose, Vehicle]], agent: str,
+    sheet: Image.Image, world: World, poses: Mapping[str, tuple[ShownPose, Vehicle]], agent: str,
     track: Sequence[tuple[float, float]], depths: Sequence[tuple[float, float]],
 ) -> None:  # fmt: skip
     """Draw world, track and vehicles onto a sheet, from behind `agent`."""
@@ -89,7 +89,7 @@ def _line(sheet: Image.Image, places: NDArray[np.float64], eye: Any, basis: Any)
             draw.line([(a[0], a[1]), (b[0], b[1])], fill=_TRACK, width=2)
 
 
-def _hull(sheet: Image.Image, pose: Pose, vehicle: Vehicle, eye: Any, basis: Any) -> None:
+def _hull(sheet: Image.Image, pose: ShownPose, vehicle: Vehicle, eye: Any, basis: Any) -> None:
     draw = ImageDraw.Draw(sheet)
     triangles = []
     model = model_3d(vehicle)

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from pelagos.math.frames import enu_to_nwu_np, quaternion_enu_to_nwu_np
 from pelagos.messages.motion import ODOMETRY_FIELDS
 from pelagos.sim.replay import Recording
-from pelagos.viewer.frame import Pose, between
+from pelagos.viewer.frame import ShownPose, between
 
 
 @dataclass(frozen=True)
@@ -22,15 +22,15 @@ class Course:
     attitude: NDArray[np.float64]
     velocity: NDArray[np.float64]
 
-    def at(self, t_ns: int) -> Pose:
+    def at(self, t_ns: int) -> ShownPose:
         """The pose at a time; the first before it, the last behind it."""
         k = int(np.clip(np.searchsorted(self.t_ns, t_ns), 1, max(len(self.t_ns) - 1, 1)))
         if len(self.t_ns) == 1:
             return self._pose(0)
         return between((int(self.t_ns[k - 1]), self._pose(k - 1)), (int(self.t_ns[k]), self._pose(k)), t_ns)
 
-    def _pose(self, k: int) -> Pose:
-        return Pose(self.position[k], self.attitude[k], self.velocity[k])
+    def _pose(self, k: int) -> ShownPose:
+        return ShownPose(self.position[k], self.attitude[k], self.velocity[k])
 
 
 def course(recording: Recording, topic: str) -> Course:

@@ -17,7 +17,7 @@ from pelagos.drawing.relief import depth_norm, relief, shaded, tone_of
 from pelagos.drawing.sample import CAMERAS, FANS
 from pelagos.errors import InputError, LookupFailed, NoRecording
 from pelagos.sim.replay import Recording
-from pelagos.viewer.frame import Frame
+from pelagos.viewer.frame import ShownFrame
 from pelagos.viewer.panels import Panels
 from pelagos.viewer.replay import Replay, subject_of
 
@@ -153,7 +153,7 @@ class _Artist:
             raise LookupFailed(self.options.kind, asked or "(any)", able)
         return found[:1]
 
-    def _sheet(self, sheet: Image.Image, frame: Frame) -> None:
+    def _sheet(self, sheet: Image.Image, frame: ShownFrame) -> None:
         """Map and depth on the left, up to four sensors on the right."""
         w, h = sheet.size
         names = self._names[:4]
@@ -185,7 +185,7 @@ class _Artist:
         fits = [title for title in titles if draw.textlength(title, font=_font(15)) <= x1 - x0 - 12]
         draw.text((x0 + 6, y0 + 6), fits[0] if fits else name, fill=_INK, font=_font(15))
 
-    def _chart(self, sheet: Image.Image, frame: Frame, box: tuple[int, int, int, int]) -> None:
+    def _chart(self, sheet: Image.Image, frame: ShownFrame, box: tuple[int, int, int, int]) -> None:
         x0, y0, x1, y1 = box
         part = min((x1 - x0) / self._map.width, (y1 - y0) / self._map.height)
         size = (int(self._map.width * part), int(self._map.height * part))
@@ -225,7 +225,7 @@ class _Artist:
         if len(shown) > 1:
             draw.line([(x(t), y(d)) for t, d in shown], fill=_TRACK, width=2)
 
-    def _numbers(self, sheet: Image.Image, frame: Frame) -> None:
+    def _numbers(self, sheet: Image.Image, frame: ShownFrame) -> None:
         pose = frame.agents[self.agent]
         text = (
             f"{self.agent}   t {frame.t_ns * 1e-9:7.1f} s   depth {-pose.position[2]:5.1f} m   "
@@ -236,7 +236,7 @@ class _Artist:
         draw.rectangle((10, 10, 26 + wide, 36), fill=_CARD)
         draw.text((18, 14), text, fill=_INK, font=_font(15))
 
-    def _chase(self, sheet: Image.Image, frame: Frame) -> None:
+    def _chase(self, sheet: Image.Image, frame: ShownFrame) -> None:
         """From behind and above: ground and hulls as triangles, the farthest first, dimmed by the water."""
         from pelagos.viewer.chase import draw_chase
 

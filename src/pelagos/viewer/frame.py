@@ -21,7 +21,7 @@ def old_after_s(rate_hz: float) -> float:
 
 
 @dataclass(frozen=True)
-class Pose:
+class ShownPose:
     """Of a body.
 
     Attributes:
@@ -55,11 +55,11 @@ class Placed:
     """A sample, and the pose of its vehicle when it was taken."""
 
     sample: Sample
-    pose: Pose
+    pose: ShownPose
 
 
 @dataclass(frozen=True)
-class Frame:
+class ShownFrame:
     """A moment.
 
     Attributes:
@@ -73,9 +73,9 @@ class Frame:
     """
 
     t_ns: int
-    agents: Mapping[str, Pose]
-    navigation: Mapping[str, Pose] = field(default_factory=dict)
-    movers: Mapping[str, Pose] = field(default_factory=dict)
+    agents: Mapping[str, ShownPose]
+    navigation: Mapping[str, ShownPose] = field(default_factory=dict)
+    movers: Mapping[str, ShownPose] = field(default_factory=dict)
     samples: Sequence[Placed] = ()
     status: Mapping[str, Any] = field(default_factory=dict)
     jump: bool = False
@@ -101,7 +101,7 @@ def times(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.float64]
     ])  # fmt: skip
 
 
-def between(before: tuple[int, Pose], after: tuple[int, Pose], t_ns: int) -> Pose:
+def between(before: tuple[int, ShownPose], after: tuple[int, ShownPose], t_ns: int) -> ShownPose:
     """The pose at a time between two others; attitude by normalised linear interpolation."""
     (t0, a), (t1, b) = before, after
     if t1 <= t0:
@@ -109,7 +109,7 @@ def between(before: tuple[int, Pose], after: tuple[int, Pose], t_ns: int) -> Pos
     part = min(max((t_ns - t0) / (t1 - t0), 0.0), 1.0)
     q = b.attitude if float(a.attitude @ b.attitude) >= 0 else -b.attitude
     turned = (1 - part) * a.attitude + part * q
-    return Pose(
+    return ShownPose(
         (1 - part) * a.position + part * b.position, turned / np.linalg.norm(turned),
         (1 - part) * a.velocity + part * b.velocity, b.actuators,
     )  # fmt: skip

@@ -25,8 +25,8 @@ from pelagos.drawing.sample import CLOUDS, DRAWN, WATERFALLS, sample_of
 from pelagos.sensors.sensor import Reading, SensorConfig
 from pelagos.sim.garbage import StepperCollects
 from pelagos.sim.simulation import Simulation
-from pelagos.sim.watch import Heard
-from pelagos.viewer.frame import Frame, Placed, Pose, between
+from pelagos.sim.watch import BlockReadings
+from pelagos.viewer.frame import Placed, ShownFrame, ShownPose, between
 from pelagos.viewer.turns import ShortTurns
 
 EVERY_S: Final = 0.1
@@ -57,16 +57,16 @@ class Live:
         self.status: Callable[[], Mapping[str, Any]] = dict
         self.garbage = StepperCollects()
         self.step_began: float | None = None
-        self._poses: dict[str, deque[tuple[int, Pose]]] = {name: deque(maxlen=_POSES) for name in agents}
+        self._poses: dict[str, deque[tuple[int, ShownPose]]] = {name: deque(maxlen=_POSES) for name in agents}
         self._readings: dict[str, deque[Reading]] = {}
-        self._waiting: Frame | None = None
+        self._waiting: ShownFrame | None = None
         self._raw: dict[str, list[Reading]] = {}
         self._some = threading.Condition()
         self._at = 0.0
         self._last_ns, self._heard_ns = -1, -1
         self._jump = False
 
-    def heard(self, heard: Heard) -> None:
+    def heard(self, heard: BlockReadings) -> None:
         """Keep what a block gave, and make a frame if one is due, or if time went back."""
         if self.step_began is not None:
             self.step_began = time.monotonic()
@@ -107,15 +107,17 @@ class Live:
         for name, solutions in sim.stepper.missions.solutions.items():
             if solutions:
                 last = solutions[-1]
-                known[name] = Pose(last.position[self._copy].copy(), last.attitude[self._copy].copy())
-        movers = {b.name: Pose(b.position[self._copy].copy(), b.attitude[self._copy].copy()) for b in sim.bodies.bodies}
+                known[name] = ShownPose(last.position[self._copy].copy(), last.attitude[self._copy].copy())
+        movers = {
+            b.name: ShownPose(b.position[self._copy].copy(), b.attitude[self._copy].copy()) for b in sim.bodies.bodies
+        }
         agents = {name: poses[-1][1] for name, poses in self._poses.items() if poses}
-        frame = Frame(t_ns, agents, known, movers, (), self.status(), jump)
+        frame = ShownFrame(t_ns, agents, known, movers, (), self.status(), jump)
         with self._some:
             if jump:
                 self._raw.clear()
             if self._waiting is not None:
-                frame = Frame(t_ns, agents, known, movers, (), frame.status, jump or self._waiting.jump)
+                frame = ShownFrame(t_ns, agents, known, movers, (), frame.status, jump or self._waiting.jump)
             for name, readings in self._readings.items():
                 found = [*self._raw.get(name, ()), *(own(r, self._copy) for r in readings)]
                 self._raw[name] = found[-_MOST:] if self.sensors[name].type in _EVERY_ONE else found[-1:]
@@ -156,7 +158,7 @@ class Live:
         for poses in self._poses.values():
             poses.clear()
 
-    def take(self, wait_s: float = 0.5) -> Frame | None:
+    def take(self, wait_s: float = 0.5) -> ShownFrame | None:
         """The newest frame, its samples made by the thread that asks; None where there was none in time."""
         with self._some:
             if self._waiting is None:
@@ -174,7 +176,7 @@ class Live:
             for reading in readings
             if reading.valid[0]
         ]
-        return Frame(frame.t_ns, frame.agents, frame.navigation, frame.movers, samples, frame.status, frame.jump)
+        return ShownFrame(frame.t_ns, frame.agents, frame.navigation, frame.movers, samples, frame.status, frame.jump)
 
     def _keep_poses(self) -> None:
         t_ns, states, row = self._sim.time_ns, self._sim.state, self._copy
@@ -185,11 +187,11 @@ class Live:
             if not poses or poses[-1][0] < t_ns:
                 s = states[name]
                 poses.append(
-                    (t_ns, Pose(*(np.array(v[row]) for v in (s.position, s.attitude, s.velocity, s.actuators))))
+                    (t_ns, ShownPose(*(np.array(v[row]) for v in (s.position, s.attitude, s.velocity, s.actuators))))
                 )
 
 
-def _pose(poses: Sequence[tuple[int, Pose]], t_ns: int, frame: Frame, agent: str) -> Pose:
+def _pose(poses: Sequence[tuple[int, ShownPose]], t_ns: int, frame: ShownFrame, agent: str) -> ShownPose:
     """Pose of a sensor's vehicle at a time, between two poses that were kept, in order of time."""
     place = bisect_right(poses, t_ns, key=lambda kept: kept[0])
     if place in (0, len(poses)):

@@ -15,7 +15,7 @@ from pelagos.messages.fan import copper
 from pelagos.messages.sonar_image import eight_bits
 from pelagos.sensors.sensor import SensorConfig
 from pelagos.sim.replay import Recorded
-from pelagos.viewer.frame import Pose, matrix
+from pelagos.viewer.frame import ShownPose, matrix
 from pelagos.world.world import World
 
 _PIXELS: Final = {"32F": np.float32, "8U": np.uint8, "16U": np.uint16, "16S": np.int16, "32S": np.int32}
@@ -42,7 +42,7 @@ def sample_from(config: SensorConfig, name: str, recorded: Recorded) -> Sample |
     return None if found is None else Sample(name, config.type, recorded.t_ns, **found)
 
 
-def truth_at(config: Any, pose: Pose, world: World) -> dict[str, float]:
+def truth_at(config: Any, pose: ShownPose, world: World) -> dict[str, float]:
     """Noiseless numbers of a depth sensor or an altimeter at a pose, with the names of `Sample.numbers`.
 
     The range is along the altimeter's axis, not that of the first echo in its cone; movers are not met.

@@ -21,7 +21,7 @@ from pelagos.sensors.sensor import SensorConfig
 from pelagos.sim.replay import Recording
 from pelagos.viewer.course import course
 from pelagos.viewer.currents import arrows
-from pelagos.viewer.frame import Frame, Placed
+from pelagos.viewer.frame import Placed, ShownFrame
 from pelagos.viewer.marks import legs, marks, planned
 from pelagos.viewer.panels import LINES
 from pelagos.viewer.recorded import WANTED, sample_from, truth_at
@@ -100,7 +100,7 @@ class Replay:
         self._wake.set()
         return True
 
-    def take(self, wait_s: float = 0.5) -> Frame | None:
+    def take(self, wait_s: float = 0.5) -> ShownFrame | None:
         """The frame of now."""
         self._wake.wait(min(wait_s, EVERY_S))
         self._wake.clear()
@@ -115,7 +115,7 @@ class Replay:
             return None
         return self.frame(t_ns, since_ns=None if jump else self._shown, status=status)
 
-    def frame(self, t_ns: int, *, since_ns: int | None, status: Mapping[str, Any] | None = None) -> Frame:
+    def frame(self, t_ns: int, *, since_ns: int | None, status: Mapping[str, Any] | None = None) -> ShownFrame:
         """The frame of a time, with the readings since another; None: with those that a jump needs."""
         self._shown = t_ns
         samples = []
@@ -130,7 +130,7 @@ class Replay:
                     samples.append(Placed(sample, pose))
         event = next((m["text"] for m in reversed(self.marks) if 0 <= t_ns * 1e-9 - m["t"] < 3.0), "")
         poses = {name: c.at(t_ns) for name, c in self.courses.items()}
-        return Frame(
+        return ShownFrame(
             t_ns, poses, {n: c.at(t_ns) for n, c in self._known.items()},
             {n: c.at(t_ns) for n, c in self._movers.items()}, samples,
             {**(status or {}), "event": event, "agents": {}}, since_ns is None,

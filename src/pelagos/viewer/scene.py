@@ -18,7 +18,7 @@ from pelagos.messages.fan import copper
 from pelagos.sensors.sensor import SensorConfig
 from pelagos.vehicles.vehicle import Vehicle
 from pelagos.viewer.cloud import Cloud
-from pelagos.viewer.frame import Frame, Placed, Pose, matrix, old_after_s
+from pelagos.viewer.frame import Placed, ShownFrame, ShownPose, matrix, old_after_s
 from pelagos.viewer.ground import NestedGrids, Patch
 from pelagos.viewer.hub import Hub
 from pelagos.viewer.hull import Model3d, model_3d
@@ -210,7 +210,7 @@ class Scene:
                 lines = frustum(config, 0.9)
                 self._sights[name] = self._stage.add("lines", place, colour=_SIGHT, points=lines, **pose)
 
-    def draw(self, frame: Frame, *, looked_on: bool = True) -> None:
+    def draw(self, frame: ShownFrame, *, looked_on: bool = True) -> None:
         """Show a frame; without anybody who looks on, only what late comers need."""
         if frame.jump:
             self._start_anew()
@@ -229,7 +229,7 @@ class Scene:
         for cloud in self._clouds.values():
             cloud.flush(looked_on=looked_on)
 
-    def _forget_beams(self, frame: Frame) -> None:
+    def _forget_beams(self, frame: ShownFrame) -> None:
         """Take the beams away of a DVL that has lost the ground, or that has not spoken since a jump."""
         for name, t_ns in list(self._beamed.items()):
             age_s = (frame.t_ns - t_ns) * 1e-9
@@ -245,7 +245,7 @@ class Scene:
         for cloud in self._clouds.values():
             cloud.clear()
 
-    def _move(self, vehicle: _Vehicle, pose: Pose, known: Pose | None, name: str, dt_s: float) -> None:
+    def _move(self, vehicle: _Vehicle, pose: ShownPose, known: ShownPose | None, name: str, dt_s: float) -> None:
         vehicle.node.place(pose.position, pose.attitude)
         vehicle.turned = vehicle.model.turned(pose.actuators, vehicle.turned, dt_s)
         for part, node, angle in zip(vehicle.model.turning, vehicle.parts, vehicle.turned, strict=True):
@@ -254,7 +254,7 @@ class Scene:
         if known is not None:
             self._show_known(vehicle, known, name)
 
-    def _show_known(self, vehicle: _Vehicle, known: Pose, name: str) -> None:
+    def _show_known(self, vehicle: _Vehicle, known: ShownPose, name: str) -> None:
         """Show the vehicle's estimate of its place: a see-through hull with a track of its own."""
         if vehicle.known is None:
             at = f"/known/{_plain(name)}"

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from pelagos.sensors.sensor import SensorConfig
 from pelagos.vehicles.vehicle import Vehicle
 from pelagos.viewer.chart import Chart
-from pelagos.viewer.frame import Frame, Pose
+from pelagos.viewer.frame import ShownFrame, ShownPose
 from pelagos.viewer.panels import Panels
 from pelagos.viewer.scene import Scene
 from pelagos.viewer.section import Curtain
@@ -31,7 +31,7 @@ _LOOK_M: Final = 8.0  # the ground's finest grid follows when the vehicle has mo
 class Source(Protocol):
     """Source of frames."""
 
-    def take(self, wait_s: float = 0.5) -> Frame | None:
+    def take(self, wait_s: float = 0.5) -> ShownFrame | None:
         """The newest frame; None where there was none in time."""
         ...
 
@@ -206,7 +206,7 @@ class View:
             self._told_s = told
             self.hub.publish("waiting", {"type": "waiting", "s": told})
 
-    def _draw(self, frame: Frame) -> None:
+    def _draw(self, frame: ShownFrame) -> None:
         looked_on = self.hub.count > 0
         if frame.jump:
             self.panels.clear()
@@ -232,13 +232,13 @@ class View:
             legend |= {"title": found.title, "unit": found.unit, "low": low, "high": high, "shades": found.shades}
         self.hub.publish("section", legend)
 
-    def _ground_follows(self, pose: Pose) -> None:
+    def _ground_follows(self, pose: ShownPose) -> None:
         at = pose.position[:2]
         if float(np.abs(at - self._looked_at).max()) > _LOOK_M:
             self._looked_at = np.array(at)
             self.scene.look_at_ground(float(at[0]), float(at[1]))
 
-    def _bodies(self, frame: Frame) -> None:
+    def _bodies(self, frame: ShownFrame) -> None:
         """Draw movers and props that are new, and take out those that are gone."""
         if self._bodies_of is not None:
             self._geometries = {b.name: b.geometry for b in list(self._bodies_of.bodies)}
@@ -248,7 +248,7 @@ class View:
         for name in self.scene.bodies - set(frame.movers):
             self.scene.remove_body(name)
 
-    def _state(self, frame: Frame) -> dict[str, Any]:
+    def _state(self, frame: ShownFrame) -> dict[str, Any]:
         agents: dict[str, dict[str, Any]] = {}
         for name, pose in list(frame.agents.items())[:60]:
             roll, pitch, heading = pose.euler

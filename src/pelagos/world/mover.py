@@ -15,7 +15,7 @@ from pelagos.errors import LookupFailed
 from pelagos.math.so3 import rotate_np
 from pelagos.raycast.geometry import Geometry
 from pelagos.world.mesh import Mesh
-from pelagos.world.path import PathConfig, Pose
+from pelagos.world.path import PathConfig, PathPose
 
 if TYPE_CHECKING:
     from pelagos.world.generate.thing import Kind
@@ -60,7 +60,7 @@ class MoverConfig(Described):
             raise ValueError(str(LookupFailed("body of a mover", value, known)))
         return value
 
-    def pose(self, t: float) -> Pose:
+    def pose(self, t: float) -> PathPose:
         """Pose at time t [s], and its change."""
         return self.path.pose(t)
 

@@ -20,7 +20,7 @@ _PER_LEG: Final = 24  # points of the table of a curve, between two way-points
 
 
 @dataclass(frozen=True)
-class Pose:
+class PathPose:
     """Pose of a body, and its motion.
 
     Attributes:
@@ -59,7 +59,7 @@ class CirclePath(Described):
         """No point of the path is passed faster [m/s]."""
         return self.speed_mps
 
-    def pose(self, t: float) -> Pose:
+    def pose(self, t: float) -> PathPose:
         """The pose at time t [s]."""
         sense = -1.0 if self.clockwise else 1.0
         rate = sense * self.speed_mps / self.radius_m
@@ -67,7 +67,7 @@ class CirclePath(Described):
         c, s = math.cos(angle), math.sin(angle)
         position = np.array(self.centre_m) + self.radius_m * np.array([c, s, 0.0])
         velocity = self.speed_mps * sense * np.array([-s, c, 0.0])
-        return Pose(position, _yawed(angle + sense * math.pi / 2), velocity, np.array([0.0, 0.0, rate]))
+        return PathPose(position, _yawed(angle + sense * math.pi / 2), velocity, np.array([0.0, 0.0, rate]))
 
 
 class WaypointPath(Described):
@@ -115,7 +115,7 @@ class WaypointPath(Described):
         along = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))])
         return along, points, np.unwrap(np.arctan2(tangent[:, 1], tangent[:, 0]))
 
-    def pose(self, t: float) -> Pose:
+    def pose(self, t: float) -> PathPose:
         """The pose at time t [s]."""
         along, points, heading = self._table
         way = self.speed_mps * (t - self.start_s)
@@ -127,7 +127,7 @@ class WaypointPath(Described):
         yaw = heading[k] + share * (heading[k + 1] - heading[k])
         rate = self.speed_mps / (along[k + 1] - along[k]) if moving else 0.0
         spin = np.array([0.0, 0.0, rate * (heading[k + 1] - heading[k])])
-        return Pose(position, _yawed(float(yaw)), rate * (points[k + 1] - points[k]), spin)
+        return PathPose(position, _yawed(float(yaw)), rate * (points[k + 1] - points[k]), spin)
 
 
 class SwingPath(Described):
@@ -153,7 +153,7 @@ class SwingPath(Described):
         """The origin stays; the sphere about it holds every position of the body [m/s]."""
         return 0.0
 
-    def pose(self, t: float) -> Pose:
+    def pose(self, t: float) -> PathPose:
         """The pose at time t [s]."""
         turn = 2 * math.pi / self.period_s
         phase = turn * t + math.radians(self.phase_deg)
@@ -162,7 +162,7 @@ class SwingPath(Described):
         towards = math.radians(self.towards_deg)
         axis = np.array([-math.sin(towards), math.cos(towards), 0.0])  # leans the upper end towards the heading
         attitude = np.array([math.cos(angle / 2), *(math.sin(angle / 2) * axis)])
-        return Pose(np.array(self.at_m), attitude, np.zeros(3), rate * axis)
+        return PathPose(np.array(self.at_m), attitude, np.zeros(3), rate * axis)
 
 
 class WanderPath(Described):
@@ -195,7 +195,7 @@ class WanderPath(Described):
         amplitude, rate, _ = self._waves
         return float(np.linalg.norm((amplitude * rate).sum(axis=1)))
 
-    def pose(self, t: float) -> Pose:
+    def pose(self, t: float) -> PathPose:
         """The pose at time t [s]."""
         amplitude, rate, phase = self._waves
         angle = rate * t + phase
@@ -205,7 +205,7 @@ class WanderPath(Described):
         level = max(float(velocity[0] ** 2 + velocity[1] ** 2), 1e-6)
         spin = float(velocity[0] * gain[1] - velocity[1] * gain[0]) / level
         yaw = math.atan2(velocity[1], velocity[0])
-        return Pose(np.array(self.at_m) + offset, _yawed(yaw), velocity, np.array([0.0, 0.0, spin]))
+        return PathPose(np.array(self.at_m) + offset, _yawed(yaw), velocity, np.array([0.0, 0.0, spin]))
 
 
 PathConfig: TypeAlias = Annotated[CirclePath | WaypointPath | SwingPath | WanderPath, Field(discriminator="kind")]

@@ -11,7 +11,7 @@ from pelagos.compat.holoocean.sensor import HoloOceanSensor
 from pelagos.sensors.sensor import Reading
 
 if TYPE_CHECKING:
-    from pelagos.compat.holoocean.motion import Motion
+    from pelagos.compat.holoocean.motion import AgentMotion
 
 _SIZE: Final = frozenset({"CaptureWidth", "CaptureHeight"})
 FAR_M: Final = 1000.0  # HoloOcean's depth ends here
@@ -93,7 +93,7 @@ class RGBCamera(_View):
     def native(self) -> dict[str, Any] | None:
         return self.view("camera") | self.env.lamps_of(self.agent_name)
 
-    def value(self, motion: Motion, reading: Reading | None) -> Any:
+    def value(self, motion: AgentMotion, reading: Reading | None) -> Any:
         assert reading is not None
         return self.picture(reading.data[0])
 
@@ -141,7 +141,7 @@ class ViewportCapture(RGBCamera):
     keys = _SIZE | {"Width", "Height"}
     usual = (1280, 720)
 
-    def value(self, motion: Motion, reading: Reading | None) -> Any:
+    def value(self, motion: AgentMotion, reading: Reading | None) -> Any:
         if self.env.viewport_shown is None or self.env.viewport_on:
             moved = self.env.viewport is not None
             self.env.viewport_shown = self.env.viewport_picture(self) if moved else super().value(motion, reading)
@@ -165,7 +165,7 @@ class DepthCamera(_View):
     def native(self) -> dict[str, Any] | None:
         return self.view("depth_camera") | {"max_range_m": FAR_M}
 
-    def value(self, motion: Motion, reading: Reading | None) -> Any:
+    def value(self, motion: AgentMotion, reading: Reading | None) -> Any:
         assert reading is not None
         depth = np.minimum(np.where(np.isfinite(reading.data[0]), reading.data[0], FAR_M), FAR_M).astype(np.float64)
         code = np.round(depth / FAR_M * (2**24 - 1)).astype(np.uint32)
@@ -184,6 +184,6 @@ class SemanticSegmentationCamera(_View):
     def native(self) -> dict[str, Any] | None:
         return self.view("semantic_camera")
 
-    def value(self, motion: Motion, reading: Reading | None) -> Any:
+    def value(self, motion: AgentMotion, reading: Reading | None) -> Any:
         assert reading is not None
         return self.picture(reading.extras["palette"][reading.data[0]])

@@ -12,7 +12,7 @@ from pelagos.compat.holoocean.sensor import HoloOceanSensor
 from pelagos.sensors.sensor import Reading
 
 if TYPE_CHECKING:
-    from pelagos.compat.holoocean.motion import Motion
+    from pelagos.compat.holoocean.motion import AgentMotion
 
 
 class _Station(HoloOceanSensor):
@@ -38,7 +38,7 @@ class _Station(HoloOceanSensor):
         self.inbox: list[Any] = []
         self.distance_noise = self.noise("Distance", 1)
 
-    def value(self, motion: Motion, reading: Reading | None) -> Any:
+    def value(self, motion: AgentMotion, reading: Reading | None) -> Any:
         return self.inbox.pop(0) if self.inbox else None
 
     def within(self, distance: float, default: float | None) -> bool:

@@ -12,7 +12,7 @@ from pelagos.compat.holoocean.sensor import HoloOceanSensor
 from pelagos.sensors.sensor import Reading
 
 if TYPE_CHECKING:
-    from pelagos.compat.holoocean.motion import Motion
+    from pelagos.compat.holoocean.motion import AgentMotion
 
 
 class RangeFinderSensor(HoloOceanSensor):
@@ -34,7 +34,7 @@ class RangeFinderSensor(HoloOceanSensor):
             "elevation_deg": [float(self.config.get("LaserAngle", 0))] * count,
         }
 
-    def value(self, motion: Motion, reading: Reading | None) -> Any:
+    def value(self, motion: AgentMotion, reading: Reading | None) -> Any:
         assert reading is not None
         return np.where(np.isfinite(reading.data[0]), reading.data[0], -1.0).astype(np.float32)
 
@@ -55,7 +55,7 @@ class CollisionSensor(HoloOceanSensor):
     def native(self) -> dict[str, Any] | None:
         return {"type": "collision"}
 
-    def value(self, motion: Motion, reading: Reading | None) -> Any:
+    def value(self, motion: AgentMotion, reading: Reading | None) -> Any:
         return np.array([False]) if reading is None else np.array(reading.data[0], dtype=np.bool_)
 
 
@@ -73,7 +73,7 @@ class AbuseSensor(HoloOceanSensor):
     def dtype(self) -> Any:
         return np.int8
 
-    def value(self, motion: Motion, reading: Reading | None) -> Any:
+    def value(self, motion: AgentMotion, reading: Reading | None) -> Any:
         limit = float(self.config.get("AccelerationLimit", self.env.agents[self.agent_name].kind.accel_limit))
         hard = limit >= 0 and float(np.linalg.norm(motion.acceleration)) > limit
         return np.array([hard or motion.rotation[2, 2] < 0], dtype=np.int8)
@@ -90,7 +90,7 @@ class WorldNumSensor(HoloOceanSensor):
     def data_shape(self) -> Sequence[int]:
         return [1]
 
-    def value(self, motion: Motion, reading: Reading | None) -> Any:
+    def value(self, motion: AgentMotion, reading: Reading | None) -> Any:
         number = self.env.world_numbers.get(str(self.config.get("Key", self.default)), 0.0)
         return np.array([number], dtype=self.dtype)
 

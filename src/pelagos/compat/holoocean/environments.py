@@ -14,7 +14,7 @@ from pelagos.compat.holoocean.building import build, hand_over
 from pelagos.compat.holoocean.drawing import Drawing
 from pelagos.compat.holoocean.exceptions import HoloOceanException
 from pelagos.compat.holoocean.messaging import Messaging
-from pelagos.compat.holoocean.motion import Motion
+from pelagos.compat.holoocean.motion import AgentMotion
 from pelagos.compat.holoocean.names import identifier
 from pelagos.compat.holoocean.native_scenario import SCENARIO_KEYS, native_sensor
 from pelagos.compat.holoocean.octrees import leave_folder
@@ -78,7 +78,7 @@ class HoloOceanEnvironment(Appearance, Drawing, Messaging):
         self._frames_per_sec = frames_per_sec if frames_per_sec is not None else scenario.get("frames_per_sec", True)
         self.window_size = window_size
         self.agents: dict[str, HoloOceanAgent] = {}
-        self.motions: dict[str, Motion] = {}
+        self.motions: dict[str, AgentMotion] = {}
         self.world_numbers: dict[str, float] = {}
         self._agent: HoloOceanAgent | None = None
         self._num_ticks = self._total_ticks = self._resets = 0
@@ -179,11 +179,11 @@ class HoloOceanEnvironment(Appearance, Drawing, Messaging):
             for sensor in agent.sensors.values():
                 sensor.tick_count = (sensor.tick_count + ticks) % sensor.tick_every
 
-    def _move(self, before: Mapping[str, Motion]) -> None:
+    def _move(self, before: Mapping[str, AgentMotion]) -> None:
         """Every agent's motion now, from that of the tick before."""
         states = self.pelagos.state
         rows = dict(zip(states, states.motion, strict=True))
-        self.motions = {n: Motion(rows[a.native_name], before.get(n), self._dt) for n, a in self.agents.items()}
+        self.motions = {n: AgentMotion(rows[a.native_name], before.get(n), self._dt) for n, a in self.agents.items()}
 
     # what is seen
 

@@ -11,7 +11,7 @@ from pelagos.compat.holoocean.sensor import HoloOceanSensor
 from pelagos.sensors.sensor import Reading
 
 if TYPE_CHECKING:
-    from pelagos.compat.holoocean.motion import Motion
+    from pelagos.compat.holoocean.motion import AgentMotion
 
 _LIDAR: Final = frozenset(
     {
@@ -75,7 +75,7 @@ class RaycastLidar(_Lidar):
             "noise_stddev_m": float(c.get("NoiseStdDev", 0)),
         }
 
-    def value(self, motion: Motion, reading: Reading | None) -> Any:
+    def value(self, motion: AgentMotion, reading: Reading | None) -> Any:
         from pelagos.sensors.lidar.lidar import points
 
         assert reading is not None
@@ -91,7 +91,7 @@ class RaycastSemanticLidar(_Lidar):
     def native(self) -> dict[str, Any] | None:
         return self.scanner("semantic_lidar")
 
-    def value(self, motion: Motion, reading: Reading | None) -> Any:
+    def value(self, motion: AgentMotion, reading: Reading | None) -> Any:
         from pelagos.sensors.lidar.semantic_lidar import points
 
         assert reading is not None

@@ -13,13 +13,13 @@ from pelagos.sim.state import ANGULAR_VELOCITY, ATTITUDE, POSITION, VELOCITY
 Array = NDArray[np.float64]
 
 
-class Motion:
+class AgentMotion:
     """Of one agent, world NWU, from its row of `States.motion`.
 
     `before` is the tick before, for accelerations that are differences.
     """
 
-    def __init__(self, row: Array, before: Motion | None, dt: float) -> None:
+    def __init__(self, row: Array, before: AgentMotion | None, dt: float) -> None:
         self._row, self._before, self._dt = row.copy(), before, dt
         if before is not None:
             before._before = None  # one tick is kept

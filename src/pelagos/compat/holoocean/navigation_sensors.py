@@ -15,7 +15,7 @@ from pelagos.math.so3 import cross_np
 from pelagos.sensors.sensor import Reading
 
 if TYPE_CHECKING:
-    from pelagos.compat.holoocean.motion import Motion
+    from pelagos.compat.holoocean.motion import AgentMotion
 
 
 class _Vector(HoloOceanSensor):
@@ -36,7 +36,7 @@ class LocationSensor(_Vector):
 
     sensor_type = "LocationSensor"
 
-    def value(self, motion: Motion, reading: Reading | None) -> Any:
+    def value(self, motion: AgentMotion, reading: Reading | None) -> Any:
         return np.asarray(self.point(motion) + self._noise.draw(self.stream), dtype=np.float32)
 
 
@@ -49,7 +49,7 @@ class RotationSensor(HoloOceanSensor):
     def data_shape(self) -> Sequence[int]:
         return [3]
 
-    def value(self, motion: Motion, reading: Reading | None) -> Any:
+    def value(self, motion: AgentMotion, reading: Reading | None) -> Any:
         return degrees_of(self.axes(motion)).astype(np.float32)
 
 
@@ -62,7 +62,7 @@ class OrientationSensor(HoloOceanSensor):
     def data_shape(self) -> Sequence[int]:
         return [3, 3]
 
-    def value(self, motion: Motion, reading: Reading | None) -> Any:
+    def value(self, motion: AgentMotion, reading: Reading | None) -> Any:
         return self.axes(motion).astype(np.float32)
 
 
@@ -75,7 +75,7 @@ class PoseSensor(HoloOceanSensor):
     def data_shape(self) -> Sequence[int]:
         return [4, 4]
 
-    def value(self, motion: Motion, reading: Reading | None) -> Any:
+    def value(self, motion: AgentMotion, reading: Reading | None) -> Any:
         pose = np.zeros((4, 4), dtype=np.float32)
         pose[3, 3] = 1.0
         pose[:3, :3], pose[:3, 3] = self.axes(motion), self.point(motion)
@@ -91,7 +91,7 @@ class VelocitySensor(HoloOceanSensor):
     def data_shape(self) -> Sequence[int]:
         return [3]
 
-    def value(self, motion: Motion, reading: Reading | None) -> Any:
+    def value(self, motion: AgentMotion, reading: Reading | None) -> Any:
         return motion.velocity_at(self.offset).astype(np.float32)
 
 
@@ -108,7 +108,7 @@ class DepthSensor(HoloOceanSensor):
     def setup(self) -> None:
         self._noise = self.noise("", 1)
 
-    def value(self, motion: Motion, reading: Reading | None) -> Any:
+    def value(self, motion: AgentMotion, reading: Reading | None) -> Any:
         height = self.point(motion)[2:] - self.env.sea_level
         return np.asarray(height + self._noise.draw(self.stream), dtype=np.float32)
 
@@ -123,7 +123,7 @@ class GPSSensor(_Vector):
         super().setup()
         self._depth, self._depth_noise = abs(float(self.config.get("Depth", 2.0))), self.noise("Depth", 1)
 
-    def value(self, motion: Motion, reading: Reading | None) -> Any:
+    def value(self, motion: AgentMotion, reading: Reading | None) -> Any:
         point = self.point(motion)
         gate, error = self._depth_noise.draw(self.stream), self._noise.draw(self.stream)
         if float(np.asarray(gate).item()) + self.env.sea_level - float(point[2]) >= self._depth:
@@ -144,7 +144,7 @@ class MagnetometerSensor(_Vector):
         given = self.config.get("MagneticVector", self.config.get("MagnetixVector", [1, 0, 0]))
         self._field = np.asarray(given, dtype=np.float64)
 
-    def value(self, motion: Motion, reading: Reading | None) -> Any:
+    def value(self, motion: AgentMotion, reading: Reading | None) -> Any:
         return np.asarray(self.axes(motion).T @ self._field + self._noise.draw(self.stream), dtype=np.float32)
 
 
@@ -158,7 +158,7 @@ class DynamicsSensor(HoloOceanSensor):
     def data_shape(self) -> Sequence[int]:
         return [18 if self.config.get("UseRPY", True) else 19]
 
-    def value(self, motion: Motion, reading: Reading | None) -> Any:
+    def value(self, motion: AgentMotion, reading: Reading | None) -> Any:
         at = np.zeros(3) if self.config.get("UseCOM", True) else self.offset
         axes = motion.rotation if self.config.get("UseCOM", True) else self.axes(motion)
         arm, turn, turning = motion.rotation @ at, motion.turn, motion.turn_acceleration
@@ -201,7 +201,7 @@ class IMUSensor(HoloOceanSensor):
         ranges = {"accelerometer_range": 1e6, "gyroscope_range": 1e6}
         return {"type": "imu", **quiet, **ranges, "misalignment_std": 0.0}
 
-    def value(self, motion: Motion, reading: Reading | None) -> Any:
+    def value(self, motion: AgentMotion, reading: Reading | None) -> Any:
         assert reading is not None
         steps = max(self.env._total_ticks - self._walked, 1)  # a step of the walk at every tick, due or not
         self._walked = self.env._total_ticks
@@ -240,7 +240,7 @@ class DVLSensor(HoloOceanSensor):
             "elevation_deg": [float(np.degrees(self._tilt)) - 90.0] * 4,
         }
 
-    def value(self, motion: Motion, reading: Reading | None) -> Any:
+    def value(self, motion: AgentMotion, reading: Reading | None) -> Any:
         velocity = self.axes(motion).T @ motion.velocity_at(self.offset)
         if self._beams.root is not None:
             n, sine, cosine = np.asarray(self._beams.draw(self.stream)), np.sin(self._tilt), np.cos(self._tilt)

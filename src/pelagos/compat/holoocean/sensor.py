@@ -17,7 +17,7 @@ from pelagos.sensors.sensor import Reading
 
 if TYPE_CHECKING:
     from pelagos.compat.holoocean.environments import HoloOceanEnvironment
-    from pelagos.compat.holoocean.motion import Motion
+    from pelagos.compat.holoocean.motion import AgentMotion
     from pelagos.compat.holoocean.sensors import SensorDefinition
 
 Array = NDArray[Any]
@@ -92,7 +92,7 @@ class HoloOceanSensor:
         """Keys of the native sensor, without place and rate; None where the state is enough."""
         return None
 
-    def value(self, motion: Motion, reading: Reading | None) -> Any:
+    def value(self, motion: AgentMotion, reading: Reading | None) -> Any:
         """The value at a tick at which it is due; None: absent."""
         raise NotImplementedError
 
@@ -120,11 +120,11 @@ class HoloOceanSensor:
             )
         self.env._change_period(self, ticks_per_capture)
 
-    def point(self, motion: Motion) -> Array:
+    def point(self, motion: AgentMotion) -> Array:
         """`(3,)` where it is in the world [m]."""
         return np.asarray(motion.position + motion.rotation @ self.offset)
 
-    def axes(self, motion: Motion) -> Array:
+    def axes(self, motion: AgentMotion) -> Array:
         """`(3, 3)` sensor to world."""
         return np.asarray(motion.rotation @ self.turned)
 

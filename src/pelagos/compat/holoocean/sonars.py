@@ -17,7 +17,7 @@ from pelagos.compat.holoocean.sensor import HoloOceanSensor
 from pelagos.sensors.sensor import Reading
 
 if TYPE_CHECKING:
-    from pelagos.compat.holoocean.motion import Motion
+    from pelagos.compat.holoocean.motion import AgentMotion
 
 _COMMON: Final = frozenset(
     {
@@ -181,7 +181,7 @@ class ImagingSonar(_Sonar):
             beamwidth_deg=min(width, 20.0),
         )  # fmt: skip
 
-    def value(self, motion: Motion, reading: Reading | None) -> Any:
+    def value(self, motion: AgentMotion, reading: Reading | None) -> Any:
         assert reading is not None
         image = reading.data[0].T
         return np.ascontiguousarray(image[:, ::-1], dtype=np.float32)
@@ -224,7 +224,7 @@ class SidescanSonar(_Sonar):
         )
         return made | {"bins": max(-(-self.bins // self.sides), 8)}
 
-    def value(self, motion: Motion, reading: Reading | None) -> Any:
+    def value(self, motion: AgentMotion, reading: Reading | None) -> Any:
         assert reading is not None
         left, right = reading.data[0]
         half = self.bins // 2
@@ -248,7 +248,7 @@ class SinglebeamSonar(_Sonar):
             self.simply(width, width, 1, cone=True) if self.simple else self.pinged("singlebeam", beamwidth_deg=width)
         )
 
-    def value(self, motion: Motion, reading: Reading | None) -> Any:
+    def value(self, motion: AgentMotion, reading: Reading | None) -> Any:
         assert reading is not None
         return np.array(reading.data[0].reshape(-1), dtype=np.float32)
 
@@ -289,7 +289,7 @@ class RaycastSidescanSonar(SidescanSonar):
         if not self.simple:
             self.extra = (0.0, -90.0, -self.sector / 2)  # type: ignore[misc]
 
-    def value(self, motion: Motion, reading: Reading | None) -> Any:
+    def value(self, motion: AgentMotion, reading: Reading | None) -> Any:
         assert reading is not None
         return np.array(reading.data[0][0][: self.bins], dtype=np.float32)
 
@@ -334,7 +334,7 @@ class SemanticRaycastSinglebeamSonar(SinglebeamSonar):
     def native(self) -> dict[str, Any] | None:
         return self.pinged("singlebeam", beamwidth_deg=float(self.config.get("OpeningAngle", 30.0)), labels=True)
 
-    def value(self, motion: Motion, reading: Reading | None) -> Any:
+    def value(self, motion: AgentMotion, reading: Reading | None) -> Any:
         assert reading is not None
         levels, found = reading.data[0], np.zeros(self.data_shape, dtype=np.float32)
         found[:, 0], found[:, 1] = levels, reading.extras["label"][0]

@@ -13,7 +13,7 @@ from pelagos.ocean.biology import patches, plankton_column, step_column
 from pelagos.sensors.sensor import Reading
 
 if TYPE_CHECKING:
-    from pelagos.compat.holoocean.motion import Motion
+    from pelagos.compat.holoocean.motion import AgentMotion
 
 Field = Callable[..., Any]
 _LEAST_M: Final = 0.001  # depth at which biomass begins
@@ -53,7 +53,7 @@ class BSTSensor(HoloOceanSensor):
             "temperature": self.config.get("temperature_function") or self.temperature_model(**self.config),
         }
 
-    def value(self, motion: Motion, reading: Reading | None) -> Any:
+    def value(self, motion: AgentMotion, reading: Reading | None) -> Any:
         at = self.point(motion) + self._noise.draw(self.stream)
         return np.array([_finite(field, at) for field in self.fields.values()], dtype=np.float32)
 

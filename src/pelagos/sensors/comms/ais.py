@@ -14,7 +14,7 @@ from pelagos.config.rate import Rate
 from pelagos.errors import ScenarioError
 from pelagos.math.so3 import rotate_np
 from pelagos.sensors.comms.link.carrier import Radio
-from pelagos.sensors.comms.link.medium import Pose
+from pelagos.sensors.comms.link.medium import ModemPose
 from pelagos.sensors.comms.link.modem_port import ModemPort
 from pelagos.sensors.comms.link.reading import read_port
 from pelagos.sensors.comms.radio import radio_port
@@ -105,7 +105,7 @@ class Ais:
         """Noise of the receiver: (name, values, unit)."""
         return [("noise", np.array([self._noise]), "dB re 1 mW")]
 
-    def _report(self, port: ModemPort, pose: Pose, copy: int, count: int) -> tuple[bytes, float]:
+    def _report(self, port: ModemPort, pose: ModemPose, copy: int, count: int) -> tuple[bytes, float]:
         """Next report, and the time until the one after [s]; static data first, and every six minutes."""
         speed = float(np.hypot(*pose.velocity[copy, :2])) / _KNOT
         pause = reporting_interval(speed, self._config.ais_class)
@@ -121,7 +121,7 @@ class Ais:
         ]  # fmt: skip
         return "\n".join(lines).encode(), pause
 
-    def _position(self, pose: Pose, copy: int, speed: float) -> dict[str, Any]:
+    def _position(self, pose: ModemPose, copy: int, speed: float) -> dict[str, Any]:
         """Message 1 or 18."""
         place = self._context.world.origin.to_geodetic(pose.position[copy : copy + 1])[0]
         velocity, ahead = pose.velocity[copy], rotate_np(pose.attitude[copy : copy + 1], self._bow)[0]

@@ -23,7 +23,7 @@ from pelagos.optics.water import WaterArrays
 from pelagos.sensors.camera.picture.camera_rays import Trace
 from pelagos.sensors.camera.picture.turbid_sight import suspended_tracers, suspended_water
 from pelagos.sensors.lidar.scan.laser import Echoes, LaserConfig
-from pelagos.sensors.lidar.scan.scanner import Heard, Scanner, cloud, ring_of
+from pelagos.sensors.lidar.scan.scanner import Returns, Scanner, cloud, ring_of
 from pelagos.sensors.noise import opaque_key, stream_key, words32
 from pelagos.sensors.sensor import Kinematics, Measurement, SensorConfig, SensorContext
 
@@ -91,7 +91,7 @@ class Lidar:
         """Intermediate arrays of one unfrozen sample: (name, values, unit)."""
         return self._scanner.explain(motion)
 
-    def _points(self, heard: Heard, extra: Any, trace: Trace | None) -> tuple[Array, Array]:
+    def _points(self, heard: Returns, extra: Any, trace: Trace | None) -> tuple[Array, Array]:
         """Points with dropout and noise, and all of them without noise."""
         config, echo = self.config, heard.echo
         albedo, rates, key, murk = extra
@@ -116,7 +116,7 @@ def echo_intensity(echo: Echoes, albedo: Array, rates: tuple[Array, Array], *, r
     return intensity
 
 
-def rate_in_murk(heard: Heard, ocean: Ocean, clear: WaterArrays) -> Array:
+def rate_in_murk(heard: Returns, ocean: Ocean, clear: WaterArrays) -> Array:
     """Rate at which intensity falls in water with plankton and sediment, as they are at the scanner, or at the surface
     below one in air, by pulse [1/m]: twice the green beam attenuation."""
     at = jit.Array3f64(heard.place.x, heard.place.y, dr.minimum(heard.place.z, 0))

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from pelagos.jit import Array
 from pelagos.sensors.camera.picture.camera_rays import Trace
 from pelagos.sensors.lidar.scan.laser import LaserConfig
-from pelagos.sensors.lidar.scan.scanner import Heard, Scanner, cloud, ring_of
+from pelagos.sensors.lidar.scan.scanner import Returns, Scanner, cloud, ring_of
 from pelagos.sensors.sensor import Kinematics, Measurement, SensorConfig, SensorContext
 from pelagos.world.label import label_number
 
@@ -59,7 +59,7 @@ class SemanticLidar:
         return self._scanner.explain(motion)
 
 
-def points_known(heard: Heard, _: Any, trace: Trace | None) -> tuple[Array, Array, Array]:
+def points_known(heard: Returns, _: Any, trace: Trace | None) -> tuple[Array, Array, Array]:
     """Points with the cosine of incidence, and their objects and labels."""
     echo = heard.echo
     label = dr.select(echo.valid, dr.select(echo.instance > 0, echo.label, label_number("water_plane")), 0)

@@ -69,10 +69,10 @@ class PoseConfig(PartConfig):
             )
         return self
 
-    def build(self, plant: Plant) -> Pose:
+    def build(self, plant: Plant) -> PoseControl:
         """The control law."""
         mass = np.diag(plant.body.mass_matrix)
-        return Pose(
+        return PoseControl(
             config=self,
             mass=[float(m) for m in mass],
             allocation=allocation_of(plant.model, [AXES.index(a) for a in self.axes]),
@@ -81,7 +81,7 @@ class PoseConfig(PartConfig):
 
 
 @dataclass(frozen=True)
-class Pose:
+class PoseControl:
     """See `PoseConfig`.
 
     Memory: integrals of the velocity error, body axes (6), times the loop's frequency [m/s], [rad/s]; the pose where

@@ -19,7 +19,7 @@ _FIRST_DB: Final = 10.0  # below the loudest path, down to which a receiver take
 
 
 @dataclass(frozen=True)
-class Heard:
+class HeardSignal:
     """Signal of one transmission at one receiver.
 
     Attributes:
@@ -45,10 +45,10 @@ class Heard:
 def sum_arrivals(
     port: ModemPort, source_level_db: float, delay: NDArray[np.float64], amplitude: NDArray[np.complex128],
     doppler: NDArray[np.float64], arrival: NDArray[np.float64], blocked: NDArray[np.bool_],
-) -> Heard:  # fmt: skip
+) -> HeardSignal:  # fmt: skip
     """Sum the arrivals of one pair as a receiver of this kind does."""
     if len(delay) == 0 or blocked.all():
-        return Heard(0.0, NOTHING, NOTHING, 0.0, 1.0, "blocked" if len(delay) else "no path", None)
+        return HeardSignal(0.0, NOTHING, NOTHING, 0.0, 1.0, "blocked" if len(delay) else "no path", None)
     free = ~blocked
     delay, amplitude, doppler, arrival = delay[free], amplitude[free], doppler[free], arrival[free]
     level = 20.0 * np.log10(np.maximum(np.abs(amplitude), 1e-30)) + source_level_db
@@ -59,7 +59,7 @@ def sum_arrivals(
     if port.array is not None:
         early = (delay >= first - 1e-9) & (delay <= first + 1.0 / port.bandwidth_hz)
         waves = -arrival[early], amplitude[early] * np.exp(-2j * math.pi * port.frequency_hz * (delay[early] - first))
-    return Heard(
+    return HeardSignal(
         first, _sum_db(level[within]), _sum_db(level[~within]), delay_spread(delay, amplitude),
         float(doppler[loudest]), "", waves,
     )  # fmt: skip

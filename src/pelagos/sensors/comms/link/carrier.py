@@ -14,7 +14,7 @@ from pelagos import jit
 from pelagos.math.so3 import rotate_np
 from pelagos.ocean.ocean import Ocean
 from pelagos.optics.optical_link import lambert_order, noise_current, received_power, sunlight_power
-from pelagos.sensors.comms.link.budget import NOTHING, Heard
+from pelagos.sensors.comms.link.budget import NOTHING, HeardSignal
 from pelagos.world.world import World
 
 LIGHT_SPEED: Final = 299_792_458.0  # [m/s]
@@ -35,15 +35,15 @@ class PoseOf(Protocol):
 class Carrier(Protocol):
     """Carrier of packets between ends of the same kind."""
 
-    def hear(self, pairs: Sequence[Pair], poses: Mapping[int, Any], t: float) -> list[Heard]:
+    def hear(self, pairs: Sequence[Pair], poses: Mapping[int, Any], t: float) -> list[HeardSignal]:
         """Levels of pairs of (sender, receiver, copy)."""
 
     def noise(self) -> float:
         """Level of the noise in the band, in the same decibels."""
 
 
-def _lost(why: str) -> Heard:
-    return Heard(0.0, NOTHING, NOTHING, 0.0, 1.0, why, None)
+def _lost(why: str) -> HeardSignal:
+    return HeardSignal(0.0, NOTHING, NOTHING, 0.0, 1.0, why, None)
 
 
 def _height(ocean: Ocean, position: NDArray[np.float64], t: float) -> float:
@@ -92,11 +92,11 @@ class Light:
     filter_share: float
     own: NDArray[np.uint32]
 
-    def hear(self, pairs: Sequence[Pair], poses: Mapping[int, Any], t: float) -> list[Heard]:
+    def hear(self, pairs: Sequence[Pair], poses: Mapping[int, Any], t: float) -> list[HeardSignal]:
         """Straight light from sensor axis x to sensor axis x."""
         return [self._one(poses[a], poses[b], c, t) for a, b, c in pairs]
 
-    def _one(self, sender: PoseOf, receiver: PoseOf, c: int, t: float) -> Heard:
+    def _one(self, sender: PoseOf, receiver: PoseOf, c: int, t: float) -> HeardSignal:
         a, b = sender.position[c], receiver.position[c]
         if _height(self.ocean, a, t) > 0.0 or _height(self.ocean, b, t) > 0.0:
             return _lost("in air")
@@ -119,7 +119,7 @@ class Light:
         # the excess of shot noise by signal and daylight over the noise of the dark is taken from the signal
         excess = self._noise(current, self._daylight(-float(b[2]))) / self._noise(0.0, 0.0)
         level = 20.0 * math.log10(max(current, 1e-30)) - 20.0 * math.log10(excess)
-        return Heard(distance * _INDEX / LIGHT_SPEED, level, NOTHING, 0.0, 1.0, "", None)
+        return HeardSignal(distance * _INDEX / LIGHT_SPEED, level, NOTHING, 0.0, 1.0, "", None)
 
     def noise(self) -> float:
         """Of diode and amplifier in the dark."""
@@ -160,11 +160,11 @@ class Radio:
     noise_dbm: float
     own: NDArray[np.uint32]
 
-    def hear(self, pairs: Sequence[Pair], poses: Mapping[int, Any], t: float) -> list[Heard]:
+    def hear(self, pairs: Sequence[Pair], poses: Mapping[int, Any], t: float) -> list[HeardSignal]:
         """From antenna to antenna."""
         return [self._one(poses[a], poses[b], c, t) for a, b, c in pairs]
 
-    def _one(self, sender: PoseOf, receiver: PoseOf, c: int, t: float) -> Heard:
+    def _one(self, sender: PoseOf, receiver: PoseOf, c: int, t: float) -> HeardSignal:
         a, b = sender.position[c], receiver.position[c]
         heights = _height(self.ocean, a, t), _height(self.ocean, b, t)
         if min(heights) <= 0.0:
@@ -176,7 +176,7 @@ class Radio:
             return _lost("blocked")
         free = 20.0 * math.log10(4.0 * math.pi * distance * self.frequency / LIGHT_SPEED)
         two_rays = 40.0 * math.log10(distance) - 20.0 * math.log10(heights[0] * heights[1])
-        return Heard(distance / LIGHT_SPEED, self.power_dbm - max(free, two_rays), NOTHING, 0.0, 1.0, "", None)
+        return HeardSignal(distance / LIGHT_SPEED, self.power_dbm - max(free, two_rays), NOTHING, 0.0, 1.0, "", None)
 
     def noise(self) -> float:
         """Of the receiver."""

@@ -16,7 +16,7 @@ from pelagos.acoustics.interference import band_overlap
 from pelagos.errors import LookupFailed, ScenarioError
 from pelagos.math.so3 import rotate_np
 from pelagos.ocean.surface_wind import surface_wind
-from pelagos.sensors.comms.link.budget import NOTHING, Heard, sum_arrivals, sum_db
+from pelagos.sensors.comms.link.budget import NOTHING, HeardSignal, sum_arrivals, sum_db
 from pelagos.sensors.comms.link.modem_port import FIRST_MMSI, ModemPort
 from pelagos.sensors.comms.link.packet import BROADCAST
 from pelagos.sensors.comms.link.water_paths import Paths, WaterPaths, doppler, shift_arrivals
@@ -40,7 +40,7 @@ _ADDRESSES: Final = 65_536
 
 
 @dataclass(frozen=True)
-class Pose:
+class ModemPose:
     """Pose of a modem in every copy: `(n, 3)` [m], `(n, 4)`, `(n, 3)` [m/s] in the world."""
 
     position: NDArray[np.float64]
@@ -57,7 +57,7 @@ class _Link:
 
 
 @dataclass
-class Medium:
+class SharedMedium:
     """All modems of a scenario; the simulation says which run asks.
 
     Attributes:
@@ -85,7 +85,7 @@ class Medium:
     waters: int = 0
     _context: Any = None
     _given: dict[str, ModemPort] = field(default_factory=dict)  # with the addresses of the scenario
-    _posed: dict[Any, tuple[Any, Pose]] = field(default_factory=dict)
+    _posed: dict[Any, tuple[Any, ModemPose]] = field(default_factory=dict)
     _own_rows: dict[str, NDArray[np.uint32]] = field(default_factory=dict)
     _tracers: dict[float, WaterPaths] = field(default_factory=dict)
 
@@ -163,12 +163,12 @@ class Medium:
             return by_address[0]
         raise LookupFailed("modem", name, self.modems, where=where)
 
-    def pose(self, path: str) -> Pose:
+    def pose(self, path: str) -> ModemPose:
         """Present pose of a modem."""
         port = self.modems[path]
         return self.pose_of(port.agent, port.mount)
 
-    def pose_of(self, agent: str, mount: Mounted) -> Pose:
+    def pose_of(self, agent: str, mount: Mounted) -> ModemPose:
         """Present pose of something with `position_m` and `q_body_sensor` on a vehicle."""
         assert self.motions_of is not None
         motion, rows = self.motions_of(agent)
@@ -179,16 +179,16 @@ class Medium:
                 self._posed.clear()
             known = self._posed[key] = (motion, _posed(motion, mount))
         whole = known[1]
-        return Pose(whole.position[rows], whole.attitude[rows], whole.velocity[rows])
+        return ModemPose(whole.position[rows], whole.attitude[rows], whole.velocity[rows])
 
     def level(self, t: float) -> float:
         """Of the sea [m]."""
         return self._tracer(_REFERENCE_HZ).level(t)
 
     def hear(
-        self, pairs: Sequence[tuple[int, int, int]], poses: Mapping[int, Pose], t: float,
+        self, pairs: Sequence[tuple[int, int, int]], poses: Mapping[int, ModemPose], t: float,
         cache: dict[tuple[int, int, int], _Link], lag: Sequence[float],
-    ) -> list[Heard]:  # fmt: skip
+    ) -> list[HeardSignal]:  # fmt: skip
         """Signals of senders at receivers: pairs of (sender, receiver, copy), modems by index.
 
         Args:
@@ -233,7 +233,7 @@ class Medium:
         sea = float(spectral_level(port.frequency_hz, wind_speed=wind, shipping=_SHIPPING)[0])
         return sum_db(sea, port.noise_db) + 10.0 * math.log10(port.bandwidth_hz)
 
-    def sonar_noise(self, port: ModemPort, pose: Pose, copy: int) -> float:
+    def sonar_noise(self, port: ModemPort, pose: ModemPose, copy: int) -> float:
         """Mean level of sonars' pulses in a modem's band [dB re 1 uPa]: spherical spreading, share of time and band."""
         total = NOTHING
         for emitter in self.sonars().values():
@@ -255,10 +255,10 @@ class Medium:
         return self._tracers[frequency]
 
 
-def _posed(motion: Kinematics, mount: Mounted) -> Pose:
+def _posed(motion: Kinematics, mount: Mounted) -> ModemPose:
     """Of a mount on every row of a motion."""
     position, attitude = (np.array(v).T for v in sensor_pose(motion, mount))
-    return Pose(position, attitude, rotate_np(attitude, np.array(sensor_velocity(motion, mount)).T))
+    return ModemPose(position, attitude, rotate_np(attitude, np.array(sensor_velocity(motion, mount)).T))
 
 
 def _holds(link: _Link | None, ends: NDArray[np.float64], t: float, crowded: bool) -> bool:

@@ -18,9 +18,16 @@ from numpy.typing import NDArray
 
 from pelagos.acoustics.modulation import arrival_time_error
 from pelagos.math.so3 import rotate_np
-from pelagos.sensors.comms.link.budget import NOTHING, Heard, measured_direction, same_waveform_db, success, sum_db
+from pelagos.sensors.comms.link.budget import (
+    NOTHING,
+    HeardSignal,
+    measured_direction,
+    same_waveform_db,
+    success,
+    sum_db,
+)
 from pelagos.sensors.comms.link.chance import Chance, Episodes
-from pelagos.sensors.comms.link.medium import Medium, Pose
+from pelagos.sensors.comms.link.medium import ModemPose, SharedMedium
 from pelagos.sensors.comms.link.modem_port import ModemPort
 from pelagos.sensors.comms.link.packet import BROADCAST, Fate, Incoming, Kind, Outgoing, Packet, Reception, Transmission
 from pelagos.sensors.comms.link.station import SECOND, Station, answer, next_to_send
@@ -46,7 +53,7 @@ class Traffic:
         tick: the last one that was worked through.
     """
 
-    def __init__(self, medium: Medium, episodes: Episodes) -> None:
+    def __init__(self, medium: SharedMedium, episodes: Episodes) -> None:
         self._medium, self._chance = medium, Chance(lambda: medium.seed, episodes)
         self._ports: list[ModemPort] = list(medium.modems.values())
         self._index = {p.path: k for k, p in enumerate(self._ports)}
@@ -171,7 +178,7 @@ class Traffic:
 
     def _transmit(self, started: list[tuple[int, int, Outgoing, int]], now: int) -> None:
         sent: list[Transmission] = []
-        poses: dict[int, Pose] = {}
+        poses: dict[int, ModemPose] = {}
         for k, c, outgoing, start in started:
             port, station = self._ports[k], self._stations[k][c]
             poses.setdefault(k, self._medium.pose(port.path))
@@ -188,7 +195,7 @@ class Traffic:
         for kind in sorted({self._ports[t.sender].kind for t in sent}):
             self._spread([t for t in sent if self._ports[t.sender].kind == kind], poses, now)
 
-    def _spread(self, sent: Sequence[Transmission], poses: dict[int, Pose], now: int) -> None:
+    def _spread(self, sent: Sequence[Transmission], poses: dict[int, ModemPose], now: int) -> None:
         """Transmissions of one kind on their way to all that may hear them."""
         pairs, which = [], []
         for t in sent:
@@ -214,7 +221,9 @@ class Traffic:
         for t, (_, r, c), h in zip(which, pairs, heard, strict=True):
             self._incoming.append(self._coming(t, r, c, h, poses, level))
 
-    def _coming(self, t: Transmission, r: int, c: int, h: Heard, poses: Mapping[int, Pose], level: float) -> Incoming:
+    def _coming(
+        self, t: Transmission, r: int, c: int, h: HeardSignal, poses: Mapping[int, ModemPose], level: float
+    ) -> Incoming:
         port, sender = self._ports[r], self._ports[t.sender]
         if r not in self._noise:
             self._noise[r] = self._quiet(port)

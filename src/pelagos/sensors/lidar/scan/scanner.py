@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class Heard:
+class Returns:
     """Returns of a sample's pulses, for the functions that work out a LiDAR's values.
 
     Attributes:
@@ -48,7 +48,7 @@ class Heard:
     t: Array
 
 
-Values = Callable[[Heard, Any, Trace | None], tuple[Array, ...]]
+Values = Callable[[Returns, Any, Trace | None], tuple[Array, ...]]
 
 
 class Scanner:
@@ -123,7 +123,7 @@ class Scanner:
             trace("range", echo.distance, "m")
         environment, tick = (dr.gather(jit.UInt32, v, lane) for v in (motion.environment, motion.tick))
         t = jit.Float64(motion.t_ns) * 1e-9
-        return values(Heard(echo, pulse, environment, tick, lane, position, t), extra, trace)
+        return values(Returns(echo, pulse, environment, tick, lane, position, t), extra, trace)
 
 
 def cloud(direction: Array, distance: Array, value: Array, kept: Array) -> Array:
