@@ -16,7 +16,6 @@ TAKES_MORE = {  # physics in its equation's order, recorded kernels and bodies o
     "acoustics/bottom_detection.py": ["add"],
     "acoustics/echo.py": ["strip_span", "widened"],
     "acoustics/layered_rays.py": ["_bounced"],
-    "contact/probe.py": ["_touch"],
     "optics/sight_line.py": ["step"],
     "raycast/caster.py": ["_hits"],
     "sensors/camera/camera.py": ["_kernel"],

@@ -7,12 +7,12 @@ import time
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from types import TracebackType
-from typing import Final, Self
+from typing import Final
 
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TaskID, TextColumn, TimeRemainingColumn
+from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeRemainingColumn
 
 from pelagos.cli.console import err, out, shown
+from pelagos.cli.live_bar import LiveBar
 from pelagos.errors import InputError
 
 LINE_EVERY_S: Final = 10.0
@@ -83,19 +83,14 @@ def _chosen(text: str, shards: int) -> range:
     return range(start, shards, stride)
 
 
-class Bar:
+class Bar(LiveBar):
     """Progress with the time that is left: a bar on a terminal, a line now and then elsewhere."""
 
     def __init__(self, what: str) -> None:
+        super().__init__(TextColumn(what), BarColumn(), MofNCompleteColumn(), TextColumn("left"), TimeRemainingColumn())
         self._what = what
-        self._started = self._next_line = 0.0
+        self._next_line = 0.0
         self._before: int | None = None
-        self._task = TaskID(0)
-        self._bar: Progress | None = None
-        if err.is_terminal:
-            columns = (TextColumn(what), BarColumn(), MofNCompleteColumn(), TextColumn("left"), TimeRemainingColumn())
-            self._bar = Progress(*columns, console=err)
-            self._task = self._bar.add_task("", total=None)
 
     def __call__(self, done: int, total: int) -> None:
         """Show that `done` of `total` are done; the first call says what was done before."""
@@ -109,15 +104,3 @@ class Bar:
             self._next_line = wall + LINE_EVERY_S
             rate = (done - self._before) / wall
             err.print(f"{done} of {total} {self._what}, {rate:.2f} a second, {(total - done) / rate:.0f} s left")
-
-    def __enter__(self) -> Self:
-        self._started = time.perf_counter()
-        if self._bar is not None:
-            self._bar.start()
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        if self._bar is not None:
-            self._bar.stop()

@@ -3,35 +3,26 @@
 from __future__ import annotations
 
 import time
-from types import TracebackType
-from typing import Final, Self
+from typing import Final
 
-from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeRemainingColumn
+from rich.progress import BarColumn, TextColumn, TimeRemainingColumn
 
 from pelagos.cli.console import err
+from pelagos.cli.live_bar import LiveBar
 
 LINE_EVERY_S: Final = 10.0
 
 
-class RunProgress:
+class RunProgress(LiveBar):
     """Call it with simulated seconds and seconds in all; use it as a context manager."""
 
     def __init__(self) -> None:
-        self._started = time.perf_counter()
+        time_shown, factor = TextColumn("{task.fields[time]}"), TextColumn("{task.fields[factor]}", style="bold")
+        super().__init__(
+            TextColumn("simulated"), BarColumn(), time_shown, factor, TimeRemainingColumn(), time="", factor=""
+        )
         self._shown_s = 0.0
         self._next_line = LINE_EVERY_S
-        self._bar: Progress | None = None
-        self._task = TaskID(0)
-        if err.is_terminal:
-            self._bar = Progress(
-                TextColumn("simulated"),
-                BarColumn(),
-                TextColumn("{task.fields[time]}"),
-                TextColumn("{task.fields[factor]}", style="bold"),
-                TimeRemainingColumn(),
-                console=err,
-            )
-            self._task = self._bar.add_task("", total=None, time="", factor="")
 
     def __call__(self, t_s: float, duration_s: float) -> None:
         """Show that `t_s` of `duration_s` seconds are simulated."""
@@ -47,15 +38,3 @@ class RunProgress:
         elif wall >= self._next_line:
             self._next_line = wall + LINE_EVERY_S
             err.print(f"simulated {t_s:.1f} of {duration_s:g} s, {factor}")
-
-    def __enter__(self) -> Self:
-        self._started = time.perf_counter()
-        if self._bar is not None:
-            self._bar.start()
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        if self._bar is not None:
-            self._bar.stop()

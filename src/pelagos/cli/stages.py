@@ -2,26 +2,20 @@
 
 from __future__ import annotations
 
-from types import TracebackType
-from typing import Self
-
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, SpinnerColumn, TaskID, TextColumn, TimeElapsedColumn
+from rich.progress import BarColumn, MofNCompleteColumn, SpinnerColumn, TextColumn, TimeElapsedColumn
 
 from pelagos.cli.console import err
+from pelagos.cli.live_bar import LiveBar
 
 
-class Stages:
+class Stages(LiveBar):
     """Call it with what begins now; use it as a context manager."""
 
     def __init__(self, total: int) -> None:
+        columns = (SpinnerColumn(), TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn())
+        super().__init__(*columns, TimeElapsedColumn(), total=total, transient=True)
         self._total = total
         self._begun = 0
-        self._bar: Progress | None = None
-        self._task = TaskID(0)
-        if err.is_terminal:
-            columns = (SpinnerColumn(), TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn())
-            self._bar = Progress(*columns, TimeElapsedColumn(), console=err, transient=True)
-            self._task = self._bar.add_task("", total=total)
 
     def __call__(self, what: str) -> None:
         """The stage before is done, and `what` begins."""
@@ -30,14 +24,3 @@ class Stages:
         else:
             err.print(f"[{self._begun + 1}/{self._total}] {what}", markup=False)
         self._begun += 1
-
-    def __enter__(self) -> Self:
-        if self._bar is not None:
-            self._bar.start()
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        if self._bar is not None:
-            self._bar.stop()

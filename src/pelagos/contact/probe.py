@@ -19,7 +19,7 @@ than the gaps between probes (a wire, a rail) can come between them.
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Final, NamedTuple
 
 import drjit as dr
 import numpy as np
@@ -133,7 +133,8 @@ def probe_wrench(
     Returns:
         Force [N] and moment about the body's origin [N m], `Array3f64` (n), body FLU, constant over the step.
     """
-    touches = _touch(caster, materials, probes, position, attitude, velocity, angular_velocity, own, copy, h)
+    hulls = _Hulls(position, attitude, velocity, angular_velocity, own, copy)
+    touches = _touch(caster, materials, probes, hulls, h)
     dr.eval(touches)  # one kernel: each array that is gathered below would else repeat the cast
     listed = _list_active(touches.active, dr.width(probes.length))
     contacts = (touches, probes, listed)
@@ -145,27 +146,27 @@ def probe_wrench(
     return jit.Array3f64(*row[:3]), jit.Array3f64(*row[3:])
 
 
-def _touch(
-    caster: Caster,
-    materials: MaterialTables,
-    probes: HullProbes,
-    position: Array,
-    attitude: Array,
-    velocity: Array,
-    angular_velocity: Array,
-    own: Array,
-    copy: Array,
-    h: Array,
-) -> _Touches:
+class _Hulls(NamedTuple):
+    """Vehicles, see `probe_wrench`."""
+
+    position: Array
+    attitude: Array
+    velocity: Array
+    angular_velocity: Array
+    own: Array
+    copy: Array
+
+
+def _touch(caster: Caster, materials: MaterialTables, probes: HullProbes, hulls: _Hulls, h: Array) -> _Touches:
     """Cast every probe of every vehicle: lane = vehicle * p + probe."""
     count = dr.width(probes.length)
-    lane = dr.arange(jit.UInt32, dr.width(copy) * count)
+    lane = dr.arange(jit.UInt32, dr.width(hulls.copy) * count)
     vehicle = lane // count
     probe = lane - vehicle * count
-    p = dr.gather(jit.Array3f64, position, vehicle)
-    q = dr.gather(jit.Array4f64, attitude, vehicle)
-    v = dr.gather(jit.Array3f64, velocity, vehicle)
-    w = dr.gather(jit.Array3f64, angular_velocity, vehicle)
+    p = dr.gather(jit.Array3f64, hulls.position, vehicle)
+    q = dr.gather(jit.Array4f64, hulls.attitude, vehicle)
+    v = dr.gather(jit.Array3f64, hulls.velocity, vehicle)
+    w = dr.gather(jit.Array3f64, hulls.angular_velocity, vehicle)
     start = dr.gather(jit.Array3f64, probes.start, probe)
     along = dr.gather(jit.Array3f64, probes.direction, probe)
     length = dr.gather(jit.Float64, probes.length, probe)
@@ -175,8 +176,8 @@ def _touch(
         origin=p + rotate(q, start),
         direction=jit.Array3f(rotate(q, along)),
         max_range=jit.Float(length + ahead),
-        copy=dr.gather(jit.UInt32, copy, vehicle),
-        own=dr.gather(jit.UInt32, own, vehicle),
+        copy=dr.gather(jit.UInt32, hulls.copy, vehicle),
+        own=dr.gather(jit.UInt32, hulls.own, vehicle),
     )
     hits = caster.cast(rays)
     normal = rotate_back(q, jit.Array3f64(hits.normal))

@@ -164,33 +164,23 @@ class Recorder:
                 if data is not None:
                     self._writer.add_message(channel, alone.t_ns, data)
 
-    def write_truth(
-        self,
-        agent: str,
-        t_ns: int,
-        position: NDArray[np.float64],
-        attitude: NDArray[np.float64],
-        velocity: NDArray[np.float64],
-        angular_velocity: NDArray[np.float64],
-    ) -> None:
-        """Record the true motion: `(n, 3)` NWU [m], `(n, 4)` wxyz, `(n, 3)` FLU [m/s], `(n, 3)` FLU [rad/s]."""
+    def write_truth(self, agent: str, t_ns: int, *motion: NDArray[np.float64]) -> None:
+        """Record the true motion.
+
+        Args:
+            agent: its name.
+            t_ns: time [ns].
+            *motion: position `(n, 3)` NWU [m], attitude `(n, 4)` wxyz, velocity `(n, 3)` FLU [m/s], angular velocity
+                `(n, 3)` FLU [rad/s].
+        """
         for i, (encode, channel) in enumerate(self._truth[agent]):
-            odometry, transform = encode.encode(t_ns, position[i], attitude[i], velocity[i], angular_velocity[i])
+            odometry, transform = encode.encode(t_ns, *(values[i] for values in motion))
             self._writer.add_message(channel, t_ns, odometry)
             self._writer.add_message(self._tf, t_ns, transform)
         self._end_chunk(t_ns)
 
-    def write_truth_block(
-        self,
-        agent: str,
-        t_ns: NDArray[np.int64],
-        position: NDArray[np.float64],
-        attitude: NDArray[np.float64],
-        velocity: NDArray[np.float64],
-        angular_velocity: NDArray[np.float64],
-    ) -> None:
+    def write_truth_block(self, agent: str, t_ns: NDArray[np.int64], *motion: NDArray[np.float64]) -> None:
         """Record the true motion at k times [ns]: arrays of `write_truth` with a leading axis k."""
-        motion = (position, attitude, velocity, angular_velocity)
         for i, (encode, channel) in enumerate(self._truth[agent]):
             odometry, transform = encode.rows(t_ns, *(values[:, i] for values in motion))
             self._writer.add_messages(channel, t_ns, odometry)
@@ -212,17 +202,8 @@ class Recorder:
         for place in self._places(agent):
             self._latch(f"/{place}/plan", PATH, path_message(corners), {"agent": agent})
 
-    def write_navigation_block(
-        self,
-        agent: str,
-        t_ns: NDArray[np.int64],
-        position: NDArray[np.float64],
-        attitude: NDArray[np.float64],
-        velocity: NDArray[np.float64],
-        angular_velocity: NDArray[np.float64],
-    ) -> None:
+    def write_navigation_block(self, agent: str, t_ns: NDArray[np.int64], *motion: NDArray[np.float64]) -> None:
         """Record solutions of navigation at k times [ns], arrays as of `write_truth_block`; no transforms."""
-        motion = (position, attitude, velocity, angular_velocity)
         for i, (encode, channel) in enumerate(self._navigation[agent]):
             odometry, _ = encode.rows(t_ns, *(values[:, i] for values in motion))
             self._writer.add_messages(channel, t_ns, odometry)
@@ -238,18 +219,10 @@ class Recorder:
         """Those that were declared."""
         return self._movers
 
-    def write_mover_block(
-        self,
-        name: str,
-        t_ns: NDArray[np.int64],
-        position: NDArray[np.float64],
-        attitude: NDArray[np.float64],
-        velocity: NDArray[np.float64],
-        angular_velocity: NDArray[np.float64],
-    ) -> None:
-        """Record a mover at k times [ns]: `(k, 3)` NWU [m], `(k, 4)` wxyz, `(k, 3)` FLU [m/s], `(k, 3)` FLU [rad/s]."""
+    def write_mover_block(self, name: str, t_ns: NDArray[np.int64], *motion: NDArray[np.float64]) -> None:
+        """Record the motion of a mover at k times [ns]: arrays of `write_truth` with k in place of n."""
         encode, channel = self._movers[name]
-        odometry, transform = encode.rows(t_ns, position, attitude, velocity, angular_velocity)
+        odometry, transform = encode.rows(t_ns, *motion)
         self._writer.add_messages(channel, t_ns, odometry)
         self._writer.add_messages(self._tf, t_ns, transform)
         self._end_chunk(int(t_ns[-1]))
