@@ -115,3 +115,52 @@ def test_factors_and_currents_act_as_they_do_alone() -> None:
 def test_what_cannot_vary_is_told(vary: dict[str, Any], message: str) -> None:
     with pytest.raises(InputError, match=message):
         load(1, vary)
+
+
+def sensed(vary: dict[str, Any], **options: Any) -> pl.Simulation:
+    made = scenario(vary)
+    made["agents"]["rov"]["sensors"] = {
+        "imu": {"type": "imu", "rate_hz": 10, "position_m": [0.2, -0.1, 0.3], "orientation_deg": [2, -4, 6]},
+        "depth": {"type": "depth", "rate_hz": 10, "position_m": [0.4, 0.2, -0.1]},
+        "camera": {"type": "depth_camera", "rate_hz": 10, "width_px": 16, "height_px": 16},
+    }
+    return pl.Simulation.load(made, seed=3, **options)
+
+
+def test_errors_are_scaled_by_copy() -> None:
+    """Data = truth + factor times the error that the same copy has without."""
+    key = "agents.rov.sensors.imu.error"
+    plain, drawn = sensed({}, n=4), sensed({key: {"choice": [0.0, 0.5, 3.0]}}, n=4)
+    factor = drawn.drawn[key]
+    assert set(factor) > {0.0, 3.0} or set(factor) > {0.5, 3.0} or set(factor) > {0.0, 0.5}
+    a, b = (sim.step(ticks=10)["rov"]["imu"] for sim in (plain, drawn))
+    np.testing.assert_array_equal(a.truth, b.truth)
+    np.testing.assert_allclose(b.data - b.truth, factor[:, None] * (a.data - a.truth), rtol=0, atol=1e-14)
+    assert (np.abs(a.data - a.truth) > 1e-6).any(axis=1).all()
+
+
+def test_mounts_are_drawn_for_an_episode_and_looked_at_in_observe() -> None:
+    key = "agents.rov.sensors.depth.position_m.2"
+    sim = sensed({key: {"uniform": [-0.5, 0.5]}}, n=3)
+    place, level = np.array([[3.0, -2.0, -7.0]]), np.array([[1.0, 0.0, 0.0, 0.0]])
+    for _ in range(2):
+        for copy in range(3):
+            truth = sim.observe("rov", place, level, sensors=["depth"], copy=copy)["depth"].truth
+            assert float(truth.ravel()[0]) == pytest.approx(7.0 - sim.drawn[key][copy], abs=1e-12)
+        before = sim.drawn[key].copy()
+        sim.reset(where=[0, 1, 2])
+        assert (sim.drawn[key] != before).all()
+
+
+@pytest.mark.parametrize(
+    ("key", "said"),
+    [
+        ("agents.rov.sensors.imu.position_m.3", r"did you mean 'agents\.rov\.sensors\.imu\.position_m\.[0-2]'"),
+        ("agents.rov.sensors.imv.error", r"'rov' has no sensor 'imv' \(did you mean 'agents\.rov\.sensors\.imu\.'"),
+        ("agents.rov.sensors.camera.error", r"of the type depth_camera, readings are not a truth and an error"),
+        ("agents.rov.sensors.imu.rate_hz", r"there is no"),
+    ],
+)
+def test_sensors_vary_in_what_can_vary(key: str, said: str) -> None:
+    with pytest.raises(InputError, match=said):
+        sensed({key: {"uniform": [0, 1]}})

@@ -16,17 +16,25 @@ if TYPE_CHECKING:
 ANGLES: Final = ("roll_deg", "pitch_deg", "heading_deg")
 AXES: Final = 3
 STARTS: Final = (*(f"position_m.{i}" for i in range(AXES)), *ANGLES, "speed_mps")
+MOUNT: Final = tuple(f"{key}.{i}" for key in ("position_m", "orientation_deg") for i in range(AXES))
+ERROR: Final = "error"
 CURRENTS: Final = tuple(f"ocean.current_mps.{i}" for i in range(AXES))
-_FORMS: Final = "'agents.NAME.start.heading_deg', 'agents.NAME.factors.mass' or 'ocean.current_mps.0'"
+_FORMS: Final = (
+    "'agents.NAME.start.heading_deg', 'agents.NAME.factors.mass', 'agents.NAME.sensors.SENSOR.position_m.0', "
+    "'agents.NAME.sensors.SENSOR.error' or 'ocean.current_mps.0'"
+)
 
 
 @dataclass(frozen=True)
 class Varied:
-    """Number that a key of `vary` names: agent, `start` or `factors`, and the number in it; of the ocean, no agent."""
+    """Number that a key of `vary` names: agent, `start`, `factors` or `sensors`, and the number in it; of the ocean, no
+    agent; of a sensor, its name.
+    """
 
     agent: str
     group: str
     number: str
+    sensor: str = ""
 
 
 def parse(key: str) -> Varied:
@@ -40,13 +48,18 @@ def parse(key: str) -> Varied:
     first, _, rest = key.partition(".")
     agent, _, rest = rest.partition(".")
     group, _, number = rest.partition(".")
-    if first != "agents" or not agent or group not in ("start", "factors") or not number:
+    if first != "agents" or not agent or group not in ("start", "factors", "sensors") or not number:
         text = (
             "'{key}' cannot differ from copy to copy; {forms} can. Whole runs differ by `pelagos sweep` and `dataset`"
         )
         raise PydanticCustomError("vary", text, {"key": key, "forms": _FORMS})
     if group == "start" and number not in STARTS:
         raise _unknown(key, f"agents.{agent}.start.", STARTS)
+    if group == "sensors":
+        sensor, _, number = number.partition(".")
+        if number not in (*MOUNT, ERROR):
+            raise _unknown(key, f"agents.{agent}.sensors.{sensor}.", (*MOUNT, ERROR))
+        return Varied(agent, group, number, sensor)
     return Varied(agent, group, number)
 
 
@@ -66,6 +79,11 @@ def check(keys: Collection[str], agents: Mapping[str, Agent]) -> None:
         if agents[varied.agent].count is not None:
             text = "{agent} is a group of agents, whose members differ by 'distributions'"
             raise PydanticCustomError("vary", text, {"agent": varied.agent})
+        if varied.group == "sensors" and varied.sensor not in agents[varied.agent].sensors:
+            known = [f"agents.{varied.agent}.sensors.{name}." for name in agents[varied.agent].sensors]
+            meant = did_you_mean(f"agents.{varied.agent}.sensors.{varied.sensor}.", known)
+            text = "'{agent}' has no sensor '{sensor}'{meant}"
+            raise PydanticCustomError("vary", text, {"agent": varied.agent, "sensor": varied.sensor, "meant": meant})
 
 
 def _unknown(key: str, before: str, known: Collection[str]) -> PydanticCustomError:

@@ -284,6 +284,7 @@ class Sensor(Protocol):
     `FIXES = True`: a valid reading is a fix of the place, which a surfaced vehicle waits for.
     `MAY_LACK = True`: data of valid lanes may be NaN or infinite (no echo, nothing in sight); where a class does not
     say so, that stops the run.
+    `ERRS = True`: data are the truth and an error that adds to it, which a scenario's `vary` may scale.
     """
 
     Config: ClassVar[type[SensorConfig]]

@@ -36,6 +36,7 @@ from pelagos.sim.encounters import Encounters
 from pelagos.sim.guidance.guidance import Step
 from pelagos.sim.guidance.plan import Planner
 from pelagos.sim.set_points import vectors
+from pelagos.sim.varied_sensors import check_sensors
 from pelagos.vehicles.varied import check_names
 from pelagos.vehicles.vehicle import Vehicle
 from pelagos.world.build import build_world
@@ -160,6 +161,7 @@ def compile_model(
         context = _context_of(model, scenario, names, encounters, seed=seed)
         driver = _driver(like, names) if like is not None else _first_driver(model, vehicle, names)
         sensors = {s: context.build(s, c) for s, c in members[first].sensors.items()}
+        check_sensors(scenario, first, sensors)
         batches[first] = Batch(first, tuple(names), n, vehicle, modes[first], driver, sensors, context.streams)
     place = _places(batches)
     agents = {
@@ -186,8 +188,8 @@ def _context_of(
 
 
 def _apart(scenario: Scenario, modes: Mapping[str, str]) -> dict[str, str]:
-    """Traits that agents must share to be moved together: the mode, and that none of them has factors of its own."""
-    own = {k.agent for k in map(parse, scenario.vary) if k.group == "factors"}
+    """Traits that agents must share to be moved together: the mode, and that none has factors or sensors of its own."""
+    own = {k.agent for k in map(parse, scenario.vary) if k.group in ("factors", "sensors")}
     return {name: f"{mode} of {name}" if name in own else mode for name, mode in modes.items()}
 
 

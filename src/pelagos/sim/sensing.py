@@ -64,7 +64,7 @@ class Sensing:
                     self._place()
                 self._answer(ticks)
                 self._run.in_own_current(batch)
-                one = Sampled(batch.members, sensor, ticks, self._ask(sensor, self._lanes_of(batch, ticks)))
+                one = Sampled(batch.members, sensor, ticks, self._ask(sensor, batch, self._lanes_of(batch, ticks)))
                 sampled.append(one.without(self._run.episodes.ended) if self._run.episodes.any_over else one)
                 require_finite(sampled[-1], self._model.n, self._model.clock.dt_ns, self._uncovered)
                 if due is None:
@@ -100,7 +100,7 @@ class Sensing:
         self._encounters.neighbours.motion_of = others
         self._names[here.batch.name].at_poses(lanes, here.member)
         for sensor in sensors:
-            m = self._ask(sensor, lanes)
+            m = self._ask(sensor, here.batch, lanes)
             valid = np.ones(count, dtype=bool) if m.valid is None else m.valid
             yield (
                 sensor.name,
@@ -112,10 +112,12 @@ class Sensing:
         place = self._run.row(agent)[copy, :3]
         return self._model.ocean.uncovered(jit.Array3f64(*(float(v) for v in place)), jit.Float64(t_s))
 
-    def _ask(self, sensor: SensorModel, motion: Kinematics) -> Measurement:
+    def _ask(self, sensor: SensorModel, batch: Batch, motion: Kinematics) -> Measurement:
+        variety, episodes = self._run.variety, self._run.episodes
+        shown = variety.remounted(sensor, batch, motion, episodes)
         self._model.scene.reading = True
         try:
-            return sensor.sensor.sense(motion)
+            return variety.erring(sensor, batch, sensor.sensor.sense(shown), motion.copy, episodes)
         finally:
             self._model.scene.reading = False
 

@@ -11,17 +11,19 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from pelagos.config.vary import ANGLES, CURRENTS, Varied, parse
+from pelagos.config.vary import ANGLES, CURRENTS, ERROR, MOUNT, Varied, parse
 from pelagos.errors import ScenarioError
 from pelagos.jit import Array
 from pelagos.math.frames import flip_quaternion_np
 from pelagos.math.so3 import from_euler
 from pelagos.sim.episodes import Episodes
 from pelagos.sim.initial import StartState
+from pelagos.sim.remount import moved, remount
 from pelagos.sim.set_points import exact, vectors
 
 if TYPE_CHECKING:
-    from pelagos.sim.batch import Batch
+    from pelagos.sensors.sensor import Kinematics, Measurement
+    from pelagos.sim.batch import Batch, SensorModel
     from pelagos.sim.model import Model
 
 
@@ -61,6 +63,30 @@ class Variety:
             made = [exact(values[f"agents.{batch.name}.factors.{name}"]) for name in batch.driver.vary]
             self._device[batch.name] = made
         return self._device[batch.name]
+
+    def remounted(self, sensor: SensorModel, batch: Batch, motion: Kinematics, episodes: Episodes) -> Kinematics:
+        """Motion that a sensor is shown whose place is drawn; see `sim.remount`."""
+        before = f"agents.{batch.name}.sensors.{sensor.name}."
+        if not any(before + name in self._keys for name in MOUNT):
+            return motion
+        values, config = self.drawn(episodes), sensor.config
+        if before not in self._device:
+            written = (*config.position_m, *config.orientation_deg)
+            parts = [
+                values.get(before + name, np.full(self._model.n, own)) for name, own in zip(MOUNT, written, strict=True)
+            ]
+            self._device[before] = remount(config, np.stack(parts[:3], axis=1), np.stack(parts[3:], axis=1))
+        return moved(motion, *self._device[before])
+
+    def erring(self, sensor: SensorModel, batch: Batch, m: Measurement, copy: Array, episodes: Episodes) -> Measurement:
+        """A measurement whose error is as many times its own as was drawn; `copy` of each lane."""
+        key = f"agents.{batch.name}.sensors.{sensor.name}.{ERROR}"
+        if key not in self._keys:
+            return m
+        factor = self.drawn(episodes)[key][copy.numpy()].reshape(-1, *[1] * (m.data.ndim - 1))
+        with np.errstate(invalid="ignore"):  # without an echo
+            data = m.truth + factor * (m.data - m.truth)
+        return replace(m, data=data.astype(m.data.dtype), truth=m.truth)
 
     def current(self, episodes: Episodes) -> Array | None:
         """Of the water in each copy, NWU [m/s]; None where it is not drawn."""

@@ -58,6 +58,7 @@ class Depth:
     TITLE: ClassVar[str] = "Depth from water pressure (TEOS-10)"
     KERNELS: ClassVar[int] = 1
     CASTS: ClassVar[int] = 0
+    ERRS: ClassVar[bool] = True
     SEES_SCENE: ClassVar[bool] = False
     SOURCES: ClassVar[tuple[str, ...]] = (
         "IOC, SCOR and IAPSO, The international thermodynamic equation of seawater - 2010, Manuals and Guides 56, "

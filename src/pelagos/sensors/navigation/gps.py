@@ -52,6 +52,7 @@ class Gps:
     TITLE: ClassVar[str] = "Satellite positioning, at the surface only"
     KERNELS: ClassVar[int] = 1
     CASTS: ClassVar[int] = 0
+    ERRS: ClassVar[bool] = True
     SEES_SCENE: ClassVar[bool] = False
     FIXES: ClassVar[bool] = True
     SOURCES: ClassVar[tuple[str, ...]] = (

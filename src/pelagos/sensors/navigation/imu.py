@@ -79,6 +79,7 @@ class Imu:
     TITLE: ClassVar[str] = "Inertial measurement unit: specific force and angular rate, with IEEE 952 noise"
     KERNELS: ClassVar[int] = 1
     CASTS: ClassVar[int] = 0
+    ERRS: ClassVar[bool] = True
     SEES_SCENE: ClassVar[bool] = False
     SOURCES: ClassVar[tuple[str, ...]] = (
         "IEEE Std 952-1997, Annex C: noise terms of gyroscopes and their Allan deviation",

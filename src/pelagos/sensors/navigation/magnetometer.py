@@ -71,6 +71,7 @@ class Magnetometer:
     TITLE: ClassVar[str] = "Magnetometer: the Earth's field with hard and soft iron"
     KERNELS: ClassVar[int] = 1
     CASTS: ClassVar[int] = 0
+    ERRS: ClassVar[bool] = True
     SEES_SCENE: ClassVar[bool] = False
     SOURCES: ClassVar[tuple[str, ...]] = (
         "IAGA Working Group V-MOD, International Geomagnetic Reference Field, 14th generation (2024), "

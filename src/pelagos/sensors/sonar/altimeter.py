@@ -92,6 +92,7 @@ class Altimeter:
     TITLE: ClassVar[str] = "single-beam altimeter: range of the first strong echo below"
     KERNELS: ClassVar[int] = 10
     CASTS: ClassVar[int] = 1
+    ERRS: ClassVar[bool] = True
     WAITS: ClassVar[bool] = True
     ALTITUDE: ClassVar[str] = ""
     Config: ClassVar[type[SensorConfig]] = AltimeterConfig

@@ -155,6 +155,7 @@ class Dvl:
     TITLE: ClassVar[str] = "four-beam Doppler velocity log with bottom lock"
     KERNELS: ClassVar[int] = 14
     CASTS: ClassVar[int] = 1
+    ERRS: ClassVar[bool] = True
     WAITS: ClassVar[bool] = True
     ALTITUDE: ClassVar[str] = "altitude"
     Config: ClassVar[type[SensorConfig]] = DvlConfig

@@ -50,6 +50,7 @@ class Ctd:
     TITLE: ClassVar[str] = "CTD: conductivity, temperature, pressure; salinity and sound speed from them (TEOS-10)"
     KERNELS: ClassVar[int] = 1
     CASTS: ClassVar[int] = 0
+    ERRS: ClassVar[bool] = True
     SEES_SCENE: ClassVar[bool] = False
     SOURCES: ClassVar[tuple[str, ...]] = (
         "IOC, SCOR and IAPSO, The international thermodynamic equation of seawater - 2010, Manuals and Guides 56: "

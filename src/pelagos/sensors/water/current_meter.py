@@ -41,6 +41,7 @@ class CurrentMeter:
     TITLE: ClassVar[str] = "Current meter: velocity of the water past the sensor"
     KERNELS: ClassVar[int] = 1
     CASTS: ClassVar[int] = 0
+    ERRS: ClassVar[bool] = True
     SEES_SCENE: ClassVar[bool] = False
     SOURCES: ClassVar[tuple[str, ...]] = ("Nortek, Vector data sheet: default figures",)
 

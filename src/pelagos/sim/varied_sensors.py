@@ -1,0 +1,37 @@
+"""Check of what a scenario lets differ among its copies' sensors."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
+from pelagos.config.vary import ERROR, MOUNT, parse
+from pelagos.errors import ScenarioError
+from pelagos.sim.observe import of_a_run
+
+if TYPE_CHECKING:
+    from pelagos.config.scenario import Scenario
+    from pelagos.sim.batch import SensorModel
+
+
+def check_sensors(scenario: Scenario, agent: str, sensors: Mapping[str, SensorModel]) -> None:
+    """Whether what is to vary of an agent's sensors can.
+
+    Raises:
+        ScenarioError: it cannot.
+    """
+    for key in scenario.vary:
+        varied = parse(key)
+        if (varied.agent, varied.group) != (agent, "sensors"):
+            continue
+        model = sensors[varied.sensor]
+        if varied.number == ERROR and not getattr(model.sensor, "ERRS", False):
+            why = "readings are not a truth and an error that adds to it"
+        elif varied.number in MOUNT and of_a_run(model.sensor):
+            why = "others know its place too"
+        else:
+            continue
+        raise ScenarioError(
+            f"{key} cannot differ from copy to copy: of the type {model.config.type}, {why}",
+            where=scenario.where("vary"),
+        )
