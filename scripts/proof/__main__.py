@@ -18,7 +18,7 @@ sys.path.insert(0, str(Path(__file__).parent))
 from page import joined, section, sections
 
 PAGE = Path(__file__).parents[2] / "docs" / "proof.md"
-CHAPTERS = ("cybership", "kvlcc2", "roll", "flume", "gliders", "thruster", "bolt", "dvl", "sea", "water")
+CHAPTERS = ("cybership", "kvlcc2", "roll", "flume", "gliders", "thruster", "bolt", "dvl", "sea", "water", "sonar")
 
 
 def main() -> int:

@@ -57,6 +57,25 @@ def test_a_buoy_in_the_simulated_sea_records_what_the_real_one_did(chapter):
     assert [r.kept for r in sea.rows if r.bar is not None] == [True] * 4
 
 
+def test_a_deep_sounder_s_depths_follow_from_time_and_profile(chapter):
+    """Rays through the recorded profile that come out as far aside as recorded: 4 100 m within 0.1 %."""
+    sys.path.insert(0, str(SCRIPT))
+    sonar = importlib.import_module("sonar")
+    sys.path.remove(str(SCRIPT))
+    assert [r.kept for r in sonar._ray_rows()] == [True, True]
+
+
+@pytest.mark.slow  # 15 s
+def test_images_and_soundings_of_sonars(chapter):
+    """Speckle of an Oculus, a swath's level; what misses its bar misses by what the page says."""
+    sonar = chapter("sonar")
+    assert row(sonar, "Oculus, one ping: speckle contrast").kept
+    assert row(sonar, "Oculus, one ping: quantiles").kept
+    assert row(sonar, "next row of 2.84 mm").deviation == pytest.approx(0.17, abs=0.03)
+    assert row(sonar, "next beam").deviation == pytest.approx(-0.15, abs=0.03)
+    assert row(sonar, "level at 55 to 62 deg").kept
+
+
 @pytest.mark.slow  # 40 s
 def test_tankers_zig_zags(chapter):
     """First overshoots within 2.5 deg, but for one that misses by 0.1."""

@@ -33,29 +33,29 @@ DEVICES: Final[Mapping[str, Mapping[str, Device]]] = {
             "Blueprint Subsea Oculus M750d, 750 kHz mode",
             "Blueprint Subsea, Oculus M-Series user manual and data sheet",
             {"frequency_hz": 750e3, "horizontal_aperture_deg": 130.0, "vertical_beamwidth_deg": 20.0, "beams": 512,
-             "beamwidth_deg": 1.0, "range_min_m": 0.1, "range_max_m": 120.0},
-            assumed=("range_min_m",),
+             "beamwidth_deg": 1.0, "range_min_m": 0.1, "range_max_m": 120.0, "bandwidth_hz": 187.5e3},
+            assumed=("range_min_m",),  # the bandwidth from the sheet's range resolution of 4 mm
         ),
         "oculus_m750d_high": Device(
             "Blueprint Subsea Oculus M750d, 1.2 MHz mode",
             "Blueprint Subsea, Oculus M-Series user manual and data sheet",
             {"frequency_hz": 1.2e6, "horizontal_aperture_deg": 70.0, "vertical_beamwidth_deg": 12.0, "beams": 512,
-             "beamwidth_deg": 0.6, "range_min_m": 0.1, "range_max_m": 40.0, "bandwidth_hz": 60e3},
-            assumed=("range_min_m", "bandwidth_hz"),
+             "beamwidth_deg": 0.6, "range_min_m": 0.1, "range_max_m": 40.0, "bandwidth_hz": 300e3},
+            assumed=("range_min_m",),  # the bandwidth from the sheet's range resolution of 2.5 mm
         ),
         "oculus_m1200d": Device(
             "Blueprint Subsea Oculus M1200d, 1.2 MHz mode",
             "Blueprint Subsea, Oculus M-Series user manual and data sheet",
             {"frequency_hz": 1.2e6, "horizontal_aperture_deg": 130.0, "vertical_beamwidth_deg": 20.0, "beams": 512,
-             "beamwidth_deg": 0.6, "range_min_m": 0.1, "range_max_m": 40.0, "bandwidth_hz": 60e3},
-            assumed=("range_min_m", "bandwidth_hz"),
+             "beamwidth_deg": 0.6, "range_min_m": 0.1, "range_max_m": 40.0, "bandwidth_hz": 300e3},
+            assumed=("range_min_m",),  # the bandwidth from the sheet's range resolution of 2.5 mm
         ),
         "oculus_m1200d_high": Device(
             "Blueprint Subsea Oculus M1200d, 2.1 MHz mode",
             "Blueprint Subsea, Oculus M-Series user manual and data sheet",
             {"frequency_hz": 2.0e6, "horizontal_aperture_deg": 60.0, "vertical_beamwidth_deg": 12.0, "beams": 512,
-             "beamwidth_deg": 0.4, "range_min_m": 0.1, "range_max_m": 10.0, "bandwidth_hz": 100e3},
-            assumed=("frequency_hz", "range_min_m", "bandwidth_hz"),  # 2.1 MHz; the absorption's fit ends at 2 MHz
+             "beamwidth_deg": 0.4, "range_min_m": 0.1, "range_max_m": 10.0, "bandwidth_hz": 300e3},
+            assumed=("frequency_hz", "range_min_m"),  # 2.1 MHz; the absorption's fit ends at 2; 2.5 mm
         ),
         "gemini_720is": Device(
             "Tritech Gemini 720is",
