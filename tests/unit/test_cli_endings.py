@@ -135,6 +135,11 @@ def test_a_run_goes_on_from_a_checkpoint_in_one_recording(small: Path) -> None:
     newest.write_bytes(b"half of it")  # as a power cut may leave it: the one before is taken
     recording = Path("parts/mission.mcap")
     recording.write_bytes(recording.read_bytes()[:-2000])
+    cut = recording.read_bytes()
+    shutil.copytree("parts", "copied")
+    assert outcome("run", "--resume", "copied", "--no-report") == 0
+    assert messages("copied") == whole
+    assert recording.read_bytes() == cut
     assert outcome("run", "--resume", "parts", "--no-report") == 0
     assert messages("parts") == whole
     assert pl.Recording("parts/mission.mcap").attachments == pl.Recording("whole/mission.mcap").attachments

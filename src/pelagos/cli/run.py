@@ -95,7 +95,7 @@ def _run(path: Path, changes: Sequence[str], options: Options, stopping: Stoppin
 
             plan = Plan(
                 scenario.duration_s, options.duration_s is None, options.checkpoint_every_s,
-                str(recording.resolve()), options.realtime,
+                _seen_from(folder, recording), options.realtime,
             )  # fmt: skip
             plan.save(folder)
             with open_recorder(recording, sim) as recorder:
@@ -112,7 +112,7 @@ def _resume(folder: Path, options: Options, stopping: Stopping) -> int:
         plan = replace(plan, every_s=options.checkpoint_every_s)
     sim = _load(load(folder / "scenario.yaml", trust=options.trust), kept.n, options.memory_limit)
     sim.restore(kept)
-    recording = Path(plan.recording)
+    recording = folder / plan.recording
     stopping.guard(sim.stop)
     out.print(f"going on from {kept.time_ns * 1e-9:.1f} s", markup=False)
     with (
@@ -122,6 +122,12 @@ def _resume(folder: Path, options: Options, stopping: Stopping) -> int:
     ):
         result = run_segments(sim, recorder, folder, plan, stopping, _watched(bar, folder, sim, stopping))
     return _finish(folder, recording, sim, result, options, stopping)
+
+
+def _seen_from(folder: Path, recording: Path) -> str:
+    """The recording's path from the folder on, or from the root where it lies elsewhere."""
+    whole, base = recording.resolve(), folder.resolve()
+    return str(whole.relative_to(base) if whole.is_relative_to(base) else whole)
 
 
 def _watched(bar: RunProgress, folder: Path, sim: Simulation, stopping: Stopping) -> Callable[[float, float], None]:

@@ -29,7 +29,7 @@ class Plan:
         duration_s: at most [s].
         until_missions_end: it ends with its missions.
         every_s: simulated time between two checkpoints [s].
-        recording: the file.
+        recording: the file, from the folder of results on where it lies in it: that may be moved or copied.
         realtime: no faster than the clock.
         settling: every mission has ended, and the rest of the duration is what a run goes on after that.
     """
