@@ -24,6 +24,7 @@ def test_every_device_is_a_valid_configuration_with_a_source(kind, name):
     for key, value in found.keys.items():
         assert getattr(config, key) == value
     assert config_class.model_validate(config.model_dump()) == config
+    assert (200.0 / config.rate_hz).is_integer()  # it can be used at the default tick rate as it is
 
 
 def test_keys_of_the_scenario_win():

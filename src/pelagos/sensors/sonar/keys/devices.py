@@ -57,6 +57,77 @@ DEVICES: Final[Mapping[str, Mapping[str, Device]]] = {
              "beamwidth_deg": 0.4, "range_min_m": 0.1, "range_max_m": 10.0, "bandwidth_hz": 300e3},
             assumed=("frequency_hz", "range_min_m"),  # 2.1 MHz; the absorption's fit ends at 2; 2.5 mm
         ),
+        "oculus_m370s": Device(
+            "Blueprint Subsea Oculus M370s",
+            "Blueprint Subsea, Oculus M-Series data sheet DA-148-P01443-10: 8 mm of range resolution",
+            {"frequency_hz": 375e3, "horizontal_aperture_deg": 130.0, "vertical_beamwidth_deg": 20.0, "beams": 256,
+             "beamwidth_deg": 2.0, "range_min_m": 0.2, "range_max_m": 200.0, "bandwidth_hz": 93.75e3, "rate_hz": 2.5},
+            assumed=("rate_hz",),  # at which the whole range is unambiguous
+        ),
+        "oculus_m3000d": Device(
+            "Blueprint Subsea Oculus M3000d, 1.2 MHz mode",
+            "Blueprint Subsea, Oculus M-Series data sheet DA-148-P01443-10: 2.5 mm of range resolution",
+            {"frequency_hz": 1.2e6, "horizontal_aperture_deg": 130.0, "vertical_beamwidth_deg": 20.0, "beams": 512,
+             "beamwidth_deg": 0.6, "range_min_m": 0.1, "range_max_m": 30.0, "bandwidth_hz": 300e3},
+        ),
+        "oculus_m3000d_high": Device(
+            "Blueprint Subsea Oculus M3000d, 3.0 MHz mode",
+            "Blueprint Subsea, Oculus M-Series data sheet DA-148-P01443-10: 2 mm of range resolution",
+            {"frequency_hz": 2.0e6, "horizontal_aperture_deg": 40.0, "vertical_beamwidth_deg": 20.0, "beams": 512,
+             "beamwidth_deg": 0.25, "range_min_m": 0.1, "range_max_m": 5.0, "bandwidth_hz": 375e3},
+            assumed=("frequency_hz",),  # 3.0 MHz; the absorption's fit ends at 2 MHz
+        ),
+        "oculus_c550d": Device(
+            "Blueprint Subsea Oculus C550d, 550 kHz mode",
+            "Blueye Robotics, integration page of the Oculus C550d: 8 mm of range resolution; it gives no beamwidth",
+            {"frequency_hz": 550e3, "horizontal_aperture_deg": 120.0, "vertical_beamwidth_deg": 20.0, "beams": 256,
+             "range_min_m": 0.2, "range_max_m": 100.0, "bandwidth_hz": 93.75e3},
+        ),
+        "oculus_c550d_high": Device(
+            "Blueprint Subsea Oculus C550d, 820 kHz mode",
+            "Blueye Robotics, integration page of the Oculus C550d: 5 mm of range resolution; it gives no beamwidth",
+            {"frequency_hz": 820e3, "horizontal_aperture_deg": 90.0, "vertical_beamwidth_deg": 20.0, "beams": 256,
+             "range_min_m": 0.2, "range_max_m": 30.0, "bandwidth_hz": 150e3},
+        ),
+        "blueview_m900": Device(
+            "Teledyne BlueView M900 Mk2",
+            "Teledyne Marine, BlueView M900 Mk2 leaflet PLD20590-3: 13 mm of range resolution",
+            {"frequency_hz": 900e3, "horizontal_aperture_deg": 130.0, "vertical_beamwidth_deg": 12.0, "beams": 768,
+             "range_min_m": 0.5, "range_max_m": 100.0, "bandwidth_hz": 57.7e3},
+            assumed=("range_min_m",),
+        ),
+        "blueview_p900": Device(
+            "Teledyne BlueView P900-130",
+            "W.-S. Choi et al., Frontiers in Robotics and AI 8, 706646 (2021): bandwidth of the P900, an inch of range "
+            "resolution; Silveira et al., Aracati 2017 data set: ranges and sector of the P900-130",
+            {"frequency_hz": 900e3, "horizontal_aperture_deg": 130.0, "vertical_beamwidth_deg": 20.0, "beams": 768,
+             "range_min_m": 0.4, "range_max_m": 100.0, "bandwidth_hz": 29.5e3},
+            assumed=("vertical_beamwidth_deg", "beams"),  # 10 to 20 deg in different places
+        ),
+        "gemini_1200ik": Device(
+            "Tritech Gemini 1200ik, 720 kHz mode",
+            "K. Xie et al., Scientific Data 9, 739 (2022), doi 10.1038/s41597-022-01854-w: 512 beams",
+            {"frequency_hz": 720e3, "horizontal_aperture_deg": 120.0, "vertical_beamwidth_deg": 20.0, "beams": 512,
+             "beamwidth_deg": 1.0, "range_min_m": 0.1, "range_max_m": 120.0, "bandwidth_hz": 187.5e3},
+            assumed=("horizontal_aperture_deg", "vertical_beamwidth_deg", "beamwidth_deg", "range_min_m", "range_max_m",
+                     "bandwidth_hz"),  # of the 720is, whose resolution is 4 mm
+        ),
+        "gemini_1200ik_high": Device(
+            "Tritech Gemini 1200ik, 1.2 MHz mode",
+            "K. Xie et al., Scientific Data 9, 739 (2022), doi 10.1038/s41597-022-01854-w: 1024 beams",
+            {"frequency_hz": 1.2e6, "horizontal_aperture_deg": 120.0, "vertical_beamwidth_deg": 12.0, "beams": 1024,
+             "beamwidth_deg": 0.6, "range_min_m": 0.1, "range_max_m": 50.0, "bandwidth_hz": 300e3},
+            assumed=("horizontal_aperture_deg", "vertical_beamwidth_deg", "beamwidth_deg", "range_min_m", "range_max_m",
+                     "bandwidth_hz"),
+        ),
+        "kongsberg_m3": Device(
+            "Kongsberg Mesotech M3, imaging mode",
+            "Kongsberg Mesotech, M3 Sonar; doubtful: its figures are recalled, not read from the sheet",
+            {"frequency_hz": 500e3, "horizontal_aperture_deg": 120.0, "vertical_beamwidth_deg": 30.0, "beams": 256,
+             "beamwidth_deg": 1.6, "range_min_m": 0.2, "range_max_m": 150.0, "bandwidth_hz": 75e3, "rate_hz": 4.0},
+            assumed=("frequency_hz", "horizontal_aperture_deg", "vertical_beamwidth_deg", "beams", "beamwidth_deg",
+                     "range_min_m", "range_max_m", "bandwidth_hz", "rate_hz"),
+        ),
         "gemini_720is": Device(
             "Tritech Gemini 720is",
             "Tritech International, Gemini 720is product manual 0703-SOM-00002, Section 2.1",
@@ -125,6 +196,15 @@ DEVICES: Final[Mapping[str, Mapping[str, Device]]] = {
              "rate_hz": 1.0},
             assumed=("range_min_m", "range_max_m", "bandwidth_hz", "rate_hz"),
         ),
+        "kongsberg_em712": Device(
+            "Kongsberg EM 712, 70 kHz",
+            "Kongsberg Maritime, EM 712: 40 to 100 kHz, 140 deg, from 3 m below the transducers on",
+            {"frequency_hz": 70e3, "swath_deg": 140.0, "beams": 400, "beamwidth_across_deg": 1.0,
+             "beamwidth_along_deg": 1.0, "range_min_m": 3.0, "range_max_m": 3000.0, "bandwidth_hz": 3e3,
+             "pulse_s": 2e-3, "rate_hz": 0.2},
+            assumed=("frequency_hz", "beams", "beamwidth_across_deg", "beamwidth_along_deg", "range_max_m",
+                     "bandwidth_hz", "pulse_s", "rate_hz"),
+        ),
         "seabat_7160": Device(
             "Teledyne RESON SeaBat 7160, 44 kHz class",
             "NERC Vocabulary Server, SDN:L22::TOOL1110; doubtful: its frequency is printed as 440 kHz",
@@ -150,6 +230,13 @@ DEVICES: Final[Mapping[str, Mapping[str, Device]]] = {
              "range_max_m": 80.0, "bandwidth_hz": 33e3},
             assumed=("range_max_m", "bandwidth_hz"),  # 150 m at most
         ),
+        "klein_4000": Device(
+            "Klein 4000, 400 kHz of 100/400 kHz",
+            "Klein Marine Systems, System 4000; doubtful: beams and ranges are recalled, not read from the sheet",
+            {"frequency_hz": 400e3, "beamwidth_deg": 0.3, "vertical_beamwidth_deg": 50.0, "depression_deg": 25.0,
+             "range_max_m": 80.0, "bandwidth_hz": 30e3},
+            assumed=("beamwidth_deg", "vertical_beamwidth_deg", "depression_deg", "range_max_m", "bandwidth_hz"),
+        ),
         "klein_uuv3500": Device(
             "Klein UUV-3500, 455 kHz",
             "Klein Marine Systems, UUV-3500 data sheet; doubtful: whether 0.34 deg is of 455 or of 900 kHz",
@@ -168,10 +255,25 @@ DEVICES: Final[Mapping[str, Mapping[str, Device]]] = {
     "dvl": {
         "waterlinked_a125": Device(
             "Water Linked DVL A125",
-            "Water Linked AS, DVL documentation, range modes: from 0.05 m, 2 to 4 readings a second at long range",
-            {"frequency_hz": 1.0e6, "beam_tilt_deg": 22.5, "range_min_m": 0.05, "range_max_m": 125.0, "rate_hz": 4.0,
+            "Water Linked AS, DVL A125 data sheet; documentation, range modes: from 0.05 m, 2 to 4 readings a second "
+            "at long range",
+            {"frequency_hz": 420e3, "beam_tilt_deg": 22.5, "range_min_m": 0.05, "range_max_m": 125.0, "rate_hz": 4.0,
              "noise_mps": 0.004, "noise_relative": 0.0101},
-            assumed=("frequency_hz", "beam_tilt_deg", "range_max_m", "noise_mps", "noise_relative"),
+            assumed=("noise_mps", "noise_relative"),  # as of the A50
+        ),
+        "nortek_dvl500": Device(
+            "Nortek DVL500",
+            "Nortek AS, DVL500-300m data sheet: 8 mm/s a ping at 1.5 m/s; doubtful: its nearest range (0.1 to 0.3 m)",
+            {"frequency_hz": 500e3, "beam_tilt_deg": 25.0, "range_min_m": 0.3, "range_max_m": 200.0, "rate_hz": 2.5,
+             "noise_mps": 0.008, "noise_relative": 0.001},
+            assumed=("range_min_m", "rate_hz", "noise_relative"),  # up to 8 Hz; the long-term accuracy for noise
+        ),
+        "sonardyne_syrinx": Device(
+            "Sonardyne Syrinx, 600 kHz",
+            "Sonardyne, Syrinx DVL: 600 kHz, four beams at 30 deg, from 0.4 m on",
+            {"frequency_hz": 600e3, "beam_tilt_deg": 30.0, "range_min_m": 0.4, "range_max_m": 175.0, "rate_hz": 2.5,
+             "noise_mps": 0.003, "noise_relative": 0.002},
+            assumed=("range_max_m", "rate_hz", "noise_mps", "noise_relative"),
         ),
         "pathfinder_600": Device(
             "Teledyne RD Instruments Pathfinder, 600 kHz",
