@@ -279,3 +279,16 @@ def test_pose_control_is_damped():
     assert flight.position[:, 0].max() < 0.4 * 1.12
     assert flight.position[-1, 0] == pytest.approx(0.4, abs=0.01)
     assert -flight.euler[:, 2].min() < 0.5 * 1.12
+
+
+def test_an_aeroplane_without_orders_flies_on():
+    """At its height, with its cruising speed: it went down to the sea and let its propeller stand."""
+    start = {"position_m": [0, 0, 60], "speed_mps": 25, "heading_deg": 30}
+    world = {"type": "flat", "depth_m": 30}
+    agents = {"it": {"vehicle": "fixed_wing", "start": start}}
+    sim = pl.Simulation.load({"tick_rate_hz": 50, "world": world, "agents": agents})
+    assert sim.held_command("it")[0] == pytest.approx([60.0, np.radians(30), 25.0])
+    sim.run(20.0)
+    state = sim.state["it"]
+    assert state.position[0, 2] == pytest.approx(60.0, abs=8.0)
+    assert np.linalg.norm(state.velocity[0]) > 20.0

@@ -101,3 +101,16 @@ def test_mariner_keeps_the_limits():
     assert draw(turn).startswith(b"\x89PNG")
     zigzag = run_manoeuvre({"type": "mariner"}, "zigzag", Orders())
     assert all(m.kept is not False for m in zigzag.measures)
+
+
+def test_an_engine_of_fixed_revolutions_is_stopped_in_a_decay():
+    """At rest the tanker rolls on one spot (with its engine it makes 2 m/s in two minutes), and less than six periods
+    tell its damping as twelve do."""
+    short, long = (run_manoeuvre({"type": "kvlcc2"}, "decay", Orders(seconds=s)) for s in (120.0, 240.0))
+    assert np.abs(short.track.velocity[:, 0]).max() < 0.02
+    few, many = by_name(short.measures), by_name(long.measures)
+    assert few["period"].value == pytest.approx(many["period"].value, rel=0.01)
+    assert 0 < many["its growth with the angle"].value == pytest.approx(few["its growth with the angle"].value, rel=0.3)
+    at = np.radians(8.0)  # a heel that both runs pass
+    share = [m["damping ratio at small angles"].value + at * m["its growth with the angle"].value for m in (few, many)]
+    assert share[0] == pytest.approx(share[1], rel=0.1)

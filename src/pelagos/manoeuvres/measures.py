@@ -142,13 +142,16 @@ def decay_measures(time: Floats, angle: Floats) -> list[Measure]:
     """Period, linear and quadratic damping of a free decay, from its extremes.
 
     a_(k+1) = a_k exp(-pi zeta') with zeta'(a) = zeta + c a, over half cycles (Y. Himeno, "Prediction of ship roll
-    damping", University of Michigan report 239, 1981, Section 2).
+    damping", University of Michigan report 239, 1981, Section 2). The angle of rest is the mean over the last
+    whole periods.
 
     Raises:
         InputError: fewer than four half cycles.
     """
-    middle = angle - float(np.mean(angle[-max(3, len(angle) // 10) :]))
-    turns = np.flatnonzero(np.diff(np.sign(np.diff(middle))) != 0) + 1
+    turns = np.flatnonzero(np.diff(np.sign(np.diff(angle))) != 0) + 1
+    periods = max(1, int((turns >= 0.9 * len(angle)).sum() - 1) // 2)
+    last = angle[turns[-1 - 2 * periods] : turns[-1]] if len(turns) > 2 else angle
+    middle = angle - float(np.mean(last))
     size = np.abs(middle[turns])
     kept = size > 0.02 * np.abs(middle).max()
     turns, size = turns[kept], size[kept]

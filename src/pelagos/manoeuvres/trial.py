@@ -14,13 +14,14 @@ from pelagos.errors import InputError, LookupFailed
 from pelagos.manoeuvres.measures import Measure, decay_measures, turning_measures, zigzag_measures
 from pelagos.sim.simulation import Simulation
 from pelagos.vehicles.actuators.curve import CurveThruster
-from pelagos.vehicles.actuators.mmg import MmgShip
+from pelagos.vehicles.actuators.mmg import MmgShip, MmgShipConfig
 from pelagos.vehicles.actuators.ship import ShipRudder
 from pelagos.vehicles.actuators.thruster import Thruster
 from pelagos.vehicles.vehicle import Vehicle
 
 _RATE_HZ: Final = 10
 _STEADY_S: Final = 10.0  # straight ahead before the helm is laid
+_STOPPED_HZ: Final = 1e-3  # revolutions of an engine that is stopped: a key that must be positive
 _WAY: Final = 20.0  # lengths of depth below
 
 
@@ -143,6 +144,15 @@ def _speed(vehicle: Mapping[str, Any], orders: Orders) -> float:
     return orders.speed_m_s or config.envelope.top_mps or config.envelope.cruise_mps
 
 
+def _stopped(vehicle: Mapping[str, Any]) -> Mapping[str, Any]:
+    """The same vehicle, of which no propeller turns by itself: it would gather way, and lift damps roll."""
+    actuators = dict(vehicle.get("actuators") or {})
+    for name, config in Vehicle.from_dict(vehicle).config.actuators.items():
+        if isinstance(config, MmgShipConfig):
+            actuators[name] = {**(actuators.get(name) or {}), "revolutions_hz": _STOPPED_HZ}
+    return {**vehicle, "actuators": actuators} if actuators else vehicle
+
+
 def turning(vehicle: Mapping[str, Any], orders: Orders) -> Trial:
     """A turning circle at full helm (35 deg), through 540 deg."""
     speed, rudder = _speed(vehicle, orders), orders.rudder_deg or 35.0
@@ -238,8 +248,8 @@ def stop(vehicle: Mapping[str, Any], orders: Orders) -> Trial:
 
 
 def decay(vehicle: Mapping[str, Any], orders: Orders) -> Trial:
-    """Free roll from a heel of 10 deg, from rest; an engine of fixed revolutions is stopped by its own key."""
-    run = _Run(vehicle, 0.0)
+    """Free roll from a heel of 10 deg, from rest; an engine of fixed revolutions is stopped."""
+    run = _Run(_stopped(vehicle), 0.0)
     angle = math.radians(orders.angle_deg or 10.0)
     run.sim.set_state("it", attitude=np.array([[math.cos(angle / 2), math.sin(angle / 2), 0.0, 0.0]]))
     run.rows.clear()

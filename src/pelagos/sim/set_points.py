@@ -54,9 +54,10 @@ def _split(count: int) -> Callable[[Array], list[Array]]:
 
 
 def idle(vehicle: Vehicle, mode: str, state: AgentState) -> NDArray[np.float64]:
-    """A command that changes nothing much: stay at this place, depth and heading, actuators at rest."""
-    known = {"depth": state.depth, "heading": -state.euler[:, 2], "yaw": state.euler[:, 2]}
-    known |= {axis: state.position[:, i] for i, axis in enumerate("xyz")}
+    """A command that changes little: stay here at this depth and heading, actuators at rest; aeroplanes fly on."""
     n = len(state.position)
+    known = {"depth": state.depth, "heading": -state.euler[:, 2], "yaw": state.euler[:, 2]}
+    known |= {"height": state.position[:, 2], "airspeed": np.full(n, vehicle.config.envelope.cruise_mps)}
+    known |= {axis: state.position[:, i] for i, axis in enumerate("xyz")}
     columns = [known.get(name, np.zeros(n)) for name in vehicle.command_names(mode)]
     return np.stack(columns, axis=-1) if columns else np.empty((n, 0))
