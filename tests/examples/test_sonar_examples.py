@@ -20,6 +20,13 @@ def test_elements_are_beamformed(tmp_path, monkeypatch, capsys):
 
 
 @pytest.mark.slow
+def test_water_columns_are_drawn(tmp_path, monkeypatch):
+    monkeypatch.setattr(sys, "argv", ["sonar_water_columns.py", "--out", str(tmp_path / "columns.png")])
+    runpy.run_path(str(EXAMPLES / "sonar_water_columns.py"), run_name="__main__")
+    assert (tmp_path / "columns.png").stat().st_size > 100_000
+
+
+@pytest.mark.slow
 def test_gallery_draws_every_sonar(tmp_path, monkeypatch):
     monkeypatch.setattr(sys, "argv", ["sonar_gallery.py", "--out", str(tmp_path), "--quick"])
     runpy.run_path(str(EXAMPLES / "sonar_gallery.py"), run_name="__main__")
