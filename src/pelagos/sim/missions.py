@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import copy
 from collections import deque
-from collections.abc import Mapping
+from collections.abc import Collection, Hashable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Final
 
@@ -17,7 +17,9 @@ from pelagos.sim.guidance.aboard import Aboard, Fix
 from pelagos.sim.guidance.follow import FollowWall
 from pelagos.sim.guidance.guidance import Guidance
 from pelagos.sim.guidance.plan import altitude_of, looks_down
+from pelagos.sim.guidance.squad import Squad, shape_of
 from pelagos.sim.guidance.steering.choice import steering_of
+from pelagos.sim.guidance.steering.steering import Steering
 from pelagos.sim.model import AgentModel, Model
 from pelagos.sim.navigator import Navigator, fix_of, navigator_of
 from pelagos.sim.sampled import Sampled
@@ -79,6 +81,7 @@ class Missions:
         self.feedback: dict[str, Feedback] = {}
         self.solutions: dict[str, deque[Solution]] = {}
         self.changes = 0
+        self._squads: tuple[int, Sequence[Squad]] = (-1, ())
 
     @property
     def any(self) -> bool:
@@ -133,8 +136,7 @@ class Missions:
         for key in _keys(agent):
             feedback.keys.setdefault(key.partition(".")[0], []).append(key)
             feedback.readings[key] = np.full((n, 1), np.nan)
-        family, envelope = family_of(agent.vehicle, agent.mode), agent.vehicle.config.envelope
-        steering = steering_of(family, envelope, _length(agent), n)
+        steering = _steering(agent, n)
         names = agent.vehicle.command_names(agent.mode)
         aboard = self._aboard(name, self._known(name, state), tick, {})
         self.guidance[name] = Guidance(agent.tasks, steering, names, aboard)
@@ -174,9 +176,14 @@ class Missions:
         for name, navigator in self.navigators.items():
             navigator.advance(tick)
             self.solutions[name].append(Solution(tick, *navigator.motion, navigator.rate))
-        asked = {}
+        asked: dict[str, NDArray[np.float64]] = {}
+        for squad in self._squads_now(tick, rows):
+            if squad.in_step:
+                asked |= squad.command(self._together(squad.members, tick, rows))
         true: dict[str, Fix] = {}
         for name, guidance in self.guidance.items():
+            if name in asked:
+                continue
             for who in (name, *guidance.followed):
                 if who not in true:
                     true[who] = fix_of(_state(rows[who]))
@@ -184,8 +191,36 @@ class Missions:
             aboard = self._aboard(name, known, tick, {who: true[who] for who in guidance.followed})
             truth = None if known is true[name] else self._aboard(name, true[name], tick, {})
             asked[name] = guidance.command(aboard, truth)
+        for name in asked:
             self.feedback[name].gps[:] = False
         return asked
+
+    def _squads_now(self, tick: int, rows: Mapping[str, NDArray[np.float64]]) -> Sequence[Squad]:
+        """Agents that are guided together, found anew where a mission has begun or ended."""
+        if self._squads[0] != self.changes:
+            groups: dict[Hashable, dict[str, Guidance]] = {}
+            for name, guidance in self.guidance.items():
+                if name not in self.navigators and not guidance.followed:
+                    kind = self._model.agents[name].batch.name, shape_of(guidance)
+                    groups.setdefault(kind, {})[name] = guidance
+            self._squads = self.changes, [self._squad(g, tick, rows) for g in groups.values() if len(g) > 1]
+        return self._squads[1]
+
+    def _squad(self, members: dict[str, Guidance], tick: int, rows: Mapping[str, NDArray[np.float64]]) -> Squad:
+        agent, aboard = self._model.agents[next(iter(members))], self._together(members, tick, rows)
+        return Squad(members, _steering(agent, len(aboard)), agent.vehicle.command_names(agent.mode), aboard)
+
+    def _together(self, names: Collection[str], tick: int, rows: Mapping[str, NDArray[np.float64]]) -> Aboard:
+        """Knowledge of the agents of a squad, lane after lane; of themselves they know the truth."""
+        each, dt_s = [self.feedback[name] for name in names], self._model.clock.dt_ns * 1e-9
+        return Aboard(
+            own=fix_of(_state(np.concatenate([rows[name] for name in names]))),
+            t_s=tick * dt_s,
+            dt_s=self.period * dt_s,
+            altitude=np.concatenate([f.altitude for f in each]),
+            fixed=np.concatenate([f.gps for f in each]),
+            readings={key: np.concatenate([f.readings[key] for f in each]) for key in each[0].readings},
+        )
 
     def hear(self, sampled: Sampled) -> None:
         """Keep what guidance and navigation need of a sensor's readings."""
@@ -270,6 +305,11 @@ def _newest(sampled: Sampled, array: str, n: int) -> NDArray[np.float64]:
     values = np.asarray(m.extras[array] if array else m.data, dtype=np.float64)
     rows = values.reshape(len(sampled.ticks), n, -1)[-1]
     return rows if m.valid is None else np.where(m.valid[-n:, None], rows, np.nan)
+
+
+def _steering(agent: AgentModel, lanes: int) -> Steering:
+    family, envelope = family_of(agent.vehicle, agent.mode), agent.vehicle.config.envelope
+    return steering_of(family, envelope, _length(agent), lanes)
 
 
 def _length(agent: AgentModel) -> float:

@@ -274,9 +274,13 @@ class Stepper:
             return
         start = time.perf_counter()
         asked = self.missions.commands(self.tick, AgentRows(self))
-        for name, values in asked.items():
-            model = self._model.agents[name]
-            self.runs[model.batch.name].hold(model.rows, values)
+        for name, batch in self._model.batches.items():
+            theirs = {m: asked[m] for m in batch.members if m in asked}
+            if len(theirs) == len(batch.members) > 1:
+                self.runs[name].hold(slice(0, batch.rows), np.concatenate(list(theirs.values())))
+                continue
+            for member, values in theirs.items():
+                self.runs[name].hold(self._model.agents[member].rows, values)
         if asked:
             self.timings.add(f"{next(iter(asked))}.guidance" if len(asked) == 1 else "guidance", start)
 

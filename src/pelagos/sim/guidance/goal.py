@@ -68,7 +68,7 @@ class Goal:
         rows[:5], rows[5], rows[6] = np.nan, 1.0, 0.0
         return cls(
             path=np.full(m, Path.POINT), start=here.copy(), end=here.copy(), radius=radius, turn=turn,
-            course=aboard.own.heading, face=face, depth=aboard.depth, upper=upper, glide=glide,
+            course=aboard.own.heading.copy(), face=face, depth=aboard.depth, upper=upper, glide=glide,
             speed=speed, sink=sink, stops=np.ones(m, dtype=bool),
         )  # fmt: skip
 

@@ -7,13 +7,14 @@ from dataclasses import dataclass
 from typing import Any, Final
 
 import numpy as np
+from numpy.typing import NDArray
 
 from pelagos.sim.guidance.aboard import Aboard, Floats, within, wrapped
 from pelagos.sim.guidance.follow import FollowAgent
 from pelagos.sim.guidance.goal import Goal, Path
 from pelagos.sim.guidance.progress import Progress
 from pelagos.sim.guidance.steering.steering import Channels, Steering
-from pelagos.sim.guidance.task import Level, Task
+from pelagos.sim.guidance.task import Level, Task, taken
 
 DEPTH_RATE_PER_S: Final = 0.25  # how fast altitude hold closes an error, up to
 DEPTH_RATE_MPS: Final = 0.35  # steepest set-point ramp in altitude hold
@@ -88,7 +89,7 @@ class Guidance:
                 continue
             whole = len(lanes) == len(p.task)
             mine, seen = (p, aboard) if whole else (p.take(lanes), aboard.take(lanes))
-            task = self.steps[k].task
+            task = self.steps[k].task if whole else taken(self.steps[k].task, lanes)
             to = k + task.moves(seen, mine)
             if not whole:
                 p.memory[lanes] = mine.memory
@@ -105,20 +106,20 @@ class Guidance:
         p = self.progress
         present = set(p.task.tolist())
         if len(present) == 1:  # one copy, or all together
-            return self._wanted(present.pop(), aboard, p)
+            return self._wanted(present.pop(), aboard, p, None)
         goal = Goal.stay(aboard)
         for k in sorted(present):
             lanes = np.flatnonzero(p.task == k)
             mine = p.take(lanes)
-            goal.put(lanes, self._wanted(k, aboard.take(lanes), mine))
+            goal.put(lanes, self._wanted(k, aboard.take(lanes), mine, lanes))
             p.depth[lanes] = mine.depth
         return goal
 
-    def _wanted(self, k: int, aboard: Aboard, progress: Progress) -> Goal:
-        """Wish of task k for the lanes that are at it; keeps the depth."""
+    def _wanted(self, k: int, aboard: Aboard, progress: Progress, lanes: NDArray[np.intp] | None) -> Goal:
+        """Wish of task k for the `lanes` that are at it, None: all; keeps the depth."""
         if k >= len(self.steps):
             return _over(aboard, progress)
-        task = self.steps[k].task
+        task = self.steps[k].task if lanes is None else taken(self.steps[k].task, lanes)
         wanted = task.goal(aboard, progress)
         follows = np.isnan(wanted.depth)
         if follows.any():

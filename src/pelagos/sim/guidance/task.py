@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
-from typing import Protocol
+from collections.abc import Hashable, Sequence
+from dataclasses import dataclass, field, fields, replace
+from typing import Final, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -97,6 +98,30 @@ class Task(Protocol):
     def goal(self, aboard: Aboard, progress: Progress) -> Goal:
         """Present goal; the depth is set by the mission, from the task's level, where the goal's is NaN."""
         ...
+
+
+PLACES: Final = ("end", "start", "point", "center")
+"""Keys of tasks that are places x, y [m]; of a squad's tasks, `(m, 2)`, a row a lane."""
+
+
+def shape(task: Task) -> Hashable:
+    """A task but for its places: equal for tasks that may be put together."""
+    values = {f.name: getattr(task, f.name) for f in fields(task)}  # type: ignore[arg-type]
+    return type(task), tuple((key, value is None if key in PLACES else value) for key, value in values.items())
+
+
+def together(tasks: Sequence[Task], n: int) -> Task:
+    """A task for the lanes of several agents, n each, whose tasks are of one shape."""
+    own = {key: [getattr(task, key) for task in tasks] for key in PLACES if getattr(tasks[0], key, None) is not None}
+    rows = {key: np.repeat(np.array(places, dtype=np.float64), n, axis=0) for key, places in own.items()}
+    return replace(tasks[0], **rows)  # type: ignore[type-var]
+
+
+def taken(task: Task, lanes: NDArray[np.intp]) -> Task:
+    """A task for some of its lanes."""
+    own = {key: getattr(task, key, None) for key in PLACES}
+    own = {key: place[lanes] for key, place in own.items() if isinstance(place, np.ndarray)}
+    return replace(task, **own) if own else task  # type: ignore[type-var]
 
 
 def blank(common: Common, aboard: Aboard) -> Goal:

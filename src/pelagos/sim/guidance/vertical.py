@@ -107,9 +107,7 @@ class Land:
     def goal(self, aboard: Aboard, progress: Progress) -> Goal:
         """See `Task.goal`."""
         goal = blank(self.common, aboard)
-        goal.end = (
-            progress.start[:, :2].copy() if self.point is None else np.tile(np.array(self.point), (len(aboard), 1))
-        )
+        goal.end = progress.start[:, :2].copy() if self.point is None else np.zeros((len(aboard), 2)) + self.point
         goal.face = progress.heading.copy()
         goal.depth = aboard.depth + 5.0 * self.sink_mps  # always below
         goal.sink[:] = self.sink_mps

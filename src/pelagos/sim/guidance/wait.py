@@ -76,7 +76,7 @@ class Station:
         """See `Task.goal`."""
         goal = blank(self.common, aboard)
         goal.start = progress.start[:, :2].copy()
-        goal.end = goal.start.copy() if self.point is None else np.tile(np.array(self.point), (len(aboard), 1))
+        goal.end = goal.start.copy() if self.point is None else np.zeros((len(aboard), 2)) + self.point
         goal.face = np.where(np.isnan(goal.face), progress.heading, goal.face)
         if self.radius_m is not None:
             goal.radius[:] = self.radius_m
