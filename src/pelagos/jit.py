@@ -235,10 +235,29 @@ class _Sizes:
             if before is not None and before[0]() is argument:
                 found.append(before[1])
                 continue
-            found.append(_size(argument))
-            if hasattr(type(argument), "DRJIT_STRUCT"):
+            kind = _KINDS.get(type(argument)) or _kind_of(type(argument))
+            if kind == "array":
+                found.append(len(argument))
+                continue
+            found.append(argument.size_key if kind == "keyed" else _size(argument))
+            if kind != "other":
                 self._before[place] = weakref.ref(argument), found[-1]
         return self._names.setdefault(tuple(found), object())
+
+
+_KINDS: Final[dict[type, str]] = {}  # how arguments of a type are measured
+
+
+def _kind_of(argument: type) -> str:
+    """ "array": by its length; "keyed": a struct with a `size_key`; "struct" another; "other": neither."""
+    import drjit as dr
+
+    kind = "other"
+    if dr.is_array_v(argument):
+        kind = "array" if dr.depth_v(argument) == 1 else "other"
+    elif hasattr(argument, "DRJIT_STRUCT"):
+        kind = "keyed" if hasattr(argument, "size_key") else "struct"
+    return _KINDS.setdefault(argument, kind)
 
 
 _FLUSHING: Final[set[int]] = set()  # threads
