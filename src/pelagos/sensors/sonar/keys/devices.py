@@ -1,4 +1,4 @@
-"""Real sonars by their data sheets, as keys of the sensors' configurations.
+"""Real sonars by their data sheets, or by tables that cite these, as keys of the sensors' configurations.
 
 `device: oculus_m750d` in a scenario gives a sensor the keys of that device; keys that the scenario names itself win.
 What a sheet does not say keeps the sensor's default: no sheet here gives source levels or the receivers' noise.
@@ -59,20 +59,23 @@ DEVICES: Final[Mapping[str, Mapping[str, Device]]] = {
         ),
         "oculus_m370s": Device(
             "Blueprint Subsea Oculus M370s",
-            "Blueprint Subsea, Oculus M-Series data sheet DA-148-P01443-10: 8 mm of range resolution",
+            "Blueprint Subsea, Oculus M-Series data sheet DA-148-P01443-10, as a public table cites it: 8 mm "
+            "of range resolution",
             {"frequency_hz": 375e3, "horizontal_aperture_deg": 130.0, "vertical_beamwidth_deg": 20.0, "beams": 256,
              "beamwidth_deg": 2.0, "range_min_m": 0.2, "range_max_m": 200.0, "bandwidth_hz": 93.75e3, "rate_hz": 2.5},
             assumed=("rate_hz",),  # at which the whole range is unambiguous
         ),
         "oculus_m3000d": Device(
             "Blueprint Subsea Oculus M3000d, 1.2 MHz mode",
-            "Blueprint Subsea, Oculus M-Series data sheet DA-148-P01443-10: 2.5 mm of range resolution",
+            "Blueprint Subsea, Oculus M-Series data sheet DA-148-P01443-10, as a public table cites it: 2.5 mm "
+            "of range resolution",
             {"frequency_hz": 1.2e6, "horizontal_aperture_deg": 130.0, "vertical_beamwidth_deg": 20.0, "beams": 512,
              "beamwidth_deg": 0.6, "range_min_m": 0.1, "range_max_m": 30.0, "bandwidth_hz": 300e3},
         ),
         "oculus_m3000d_high": Device(
             "Blueprint Subsea Oculus M3000d, 3.0 MHz mode",
-            "Blueprint Subsea, Oculus M-Series data sheet DA-148-P01443-10: 2 mm of range resolution",
+            "Blueprint Subsea, Oculus M-Series data sheet DA-148-P01443-10, as a public table cites it: 2 mm "
+            "of range resolution",
             {"frequency_hz": 2.0e6, "horizontal_aperture_deg": 40.0, "vertical_beamwidth_deg": 20.0, "beams": 512,
              "beamwidth_deg": 0.25, "range_min_m": 0.1, "range_max_m": 5.0, "bandwidth_hz": 375e3},
             assumed=("frequency_hz",),  # 3.0 MHz; the absorption's fit ends at 2 MHz
@@ -91,7 +94,8 @@ DEVICES: Final[Mapping[str, Mapping[str, Device]]] = {
         ),
         "blueview_m900": Device(
             "Teledyne BlueView M900 Mk2",
-            "Teledyne Marine, BlueView M900 Mk2 leaflet PLD20590-3: 13 mm of range resolution",
+            "Teledyne Marine, BlueView M900 Mk2 leaflet PLD20590-3, as a public table cites it: 13 mm "
+            "of range resolution",
             {"frequency_hz": 900e3, "horizontal_aperture_deg": 130.0, "vertical_beamwidth_deg": 12.0, "beams": 768,
              "range_min_m": 0.5, "range_max_m": 100.0, "bandwidth_hz": 57.7e3},
             assumed=("range_min_m",),
@@ -263,7 +267,8 @@ DEVICES: Final[Mapping[str, Mapping[str, Device]]] = {
         ),
         "nortek_dvl500": Device(
             "Nortek DVL500",
-            "Nortek AS, DVL500-300m data sheet: 8 mm/s a ping at 1.5 m/s; doubtful: its nearest range (0.1 to 0.3 m)",
+            "Nortek AS, DVL500-300m data sheet, as a public table cites it: 8 mm/s a ping at 1.5 m/s; doubtful: its "
+            "nearest range (0.1 to 0.3 m)",
             {"frequency_hz": 500e3, "beam_tilt_deg": 25.0, "range_min_m": 0.3, "range_max_m": 200.0, "rate_hz": 2.5,
              "noise_mps": 0.008, "noise_relative": 0.001},
             assumed=("range_min_m", "rate_hz", "noise_relative"),  # up to 8 Hz; the long-term accuracy for noise
