@@ -232,7 +232,7 @@ def test_who_breaks_off_or_speaks_something_else_says_nothing_to_the_user(
         wire.socket.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))
         wire.socket.close()  # without a farewell
     until(lambda: not door._clients)
-    assert not caplog.records
+    assert not [r for r in caplog.records if r.name != "websockets.client"]  # the test's own, before websockets 17.4
 
 
 def test_web_pages_of_other_machines_are_refused(door: RosbridgeTransport) -> None:

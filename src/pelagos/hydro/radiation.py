@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from pelagos.hydro.algebra import dot, mul, total
 from pelagos.jit import Array
+from pelagos.math.interpolate import trapezoid
 
 Values = NDArray[np.float64]
 
@@ -50,7 +51,7 @@ def retardation(t: Values, omega: Values, damping: Values) -> Values:
     late = np.where(t == 0, 1.0, t)[None, :]
     edge = (b0 + slope * (w1 - w0)) * np.sin(w1 * late) - b0 * np.sin(w0 * late)
     bend = slope * (np.cos(w1 * late) - np.cos(w0 * late)) / late
-    at_zero = np.trapezoid(damping, omega)
+    at_zero = trapezoid(damping, omega)
     return np.asarray(2 / np.pi * np.where(t == 0, at_zero, np.sum((edge + bend) / late, axis=0)))
 
 
