@@ -73,8 +73,10 @@ def model(
             "hydrostatics": {"heave_n_m": 1.68e8 * share / k**2, "roll_n_m": 1.8011e10 * share / k**4,
                              "pitch_n_m": 1.26e12 * share / k**4},
             "damping": {"diagonal": [0, 0, 3.3e8 * share / k**2.5, 3.7e9 * share / k**4.5, 2.1e12 * share / k**4.5, 0]},
+            "roll": None,  # the formula is of the full size; roll is part of the damping above
             "windage": {"frontal_m2": 1200 / k**2, "lateral_m2": 3800 / k**2, "height_m": 10 / k},
         },
+        "afloat": None,  # calm water
         "actuators": {"rudder": rudder},
     }  # fmt: skip
 

@@ -95,8 +95,8 @@ PARTS: Final = {
     ),
     "Use": (
         "What can be simulated, and how to ask for it.",
-        ["vehicles", "vehicles_envelopes", "missions", "sensors_navigation", "sonars", "cameras", "communication",
-         "worlds", "worlds_large", "ocean", "swarms", "fit", "manoeuvres"],
+        ["vehicles", "vehicles_envelopes", "missions", "missions_legs", "sensors_navigation", "sonars", "cameras",
+         "communication", "worlds", "worlds_large", "ocean", "swarms", "fit", "manoeuvres"],
     ),
     "Connect": (
         "The stack, the learner, the pilot at a screen.",

@@ -104,3 +104,20 @@ def test_waves_from_abeam_roll():
     assert found["roll"] > 100 * found["pitch"]
     # the slope's amplitude; the hull's breadth takes (k b)^2 / 24 = 0.3 % of it, and it rolls in a third of the period
     assert found["roll"] == pytest.approx(K * HEIGHT_M / 2, rel=0.02)
+
+
+def test_a_tanker_in_a_moderate_sea_goes_as_in_calm_water():
+    """Waves much shorter than the hull hardly move it; taken as a point it was carried off at 17 m/s in 150 s."""
+    found = {}
+    for state in (None, 4):
+        scenario = {
+            "tick_rate_hz": 20,
+            "world": {"type": "flat", "depth_m": 200},
+            "ocean": {"waves": [] if state is None else [{"type": "sea_state", "state": state}]},
+            "agents": {"it": {"vehicle": "kvlcc2", "control": "actuators"}},
+        }
+        sim = pl.Simulation.load(scenario)
+        sim.run(150.0)
+        found[state] = sim.state["it"].velocity[0]
+    assert found[None][0] > 2.0
+    assert found[4] == pytest.approx(found[None], abs=0.2)
