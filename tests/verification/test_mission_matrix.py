@@ -15,7 +15,7 @@ SCRIPTS = Path(__file__).parents[2] / "scripts"
 MISSES = {  # circles and turns, of a heading that lags behind them; the tanker still comes back onto its line
     "couguv": {"station_keeping"},
     "glider": {"station_keeping"},
-    "kvlcc2": {"survey"},
+    "kvlcc2": {"survey", "orbit"},
     "surface_vessel": {"orbit"},
     "torpedo": {"station_keeping", "repeat"},
     "wamv": {"orbit"},
