@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from pelagos.sim.guidance.aboard import Aboard, Floats
 from pelagos.sim.guidance.goal import Goal, Path
-from pelagos.sim.guidance.steering.steering import Channels, Crab, course_to
+from pelagos.sim.guidance.steering.steering import Channels, Crab, Lead, course_to
 
 GLIDE_RAD: Final = 0.44  # 25 degrees
 UPPER_DEPTH_M: Final = 3.0  # of a glider on a leg that says only how deep
@@ -31,6 +31,7 @@ class Cruise:
     radius_m: float
     cruise_mps: float
     crab: Crab
+    lead: Lead
 
     def command(self, goal: Goal, aboard: Aboard, entered: NDArray[np.bool_]) -> Channels:
         """See `Steering.command`."""
@@ -43,7 +44,8 @@ class Cruise:
         if self.kind == "airplane":
             speed = np.where(speed > 0, speed, self.cruise_mps)
         crab = np.where((goal.path == Path.COURSE) | idle, 0.0, self.crab.see(aboard, speed))
-        heading = course_to(goal, aboard, self.lookahead_m, self.radius_m) - crab
+        wanted = course_to(goal, aboard, self.lookahead_m, self.radius_m) - crab
+        heading = self.lead.turning(wanted, goal.path == Path.CIRCLE, aboard, self.lookahead_m)
         depth = np.where(over, 0.0, goal.depth)
         if self.kind == "torpedo":
             return {"depth": depth, "heading": heading, "speed": speed}
@@ -64,8 +66,8 @@ class Cruise:
 
     def memory(self) -> dict[str, Floats]:
         """See `Steering.memory`."""
-        return {"crab": self.crab.angle}
+        return {"crab": self.crab.angle, "lead": self.lead.angle}
 
     def recall(self, memory: Mapping[str, Floats]) -> None:
         """See `Steering.recall`."""
-        self.crab.angle = memory["crab"]
+        self.crab.angle, self.lead.angle = memory["crab"], memory["lead"]

@@ -21,6 +21,8 @@ Channels: TypeAlias = dict[str, Floats]
 
 CRAB_TIME_S: Final = 5.0  # the crab angle is known as the mean over this: waves pass
 CRAB_LIMIT_RAD: Final = 1.0
+LEAD_LOOKAHEADS: Final = 1.2  # ways on which the set-point's lead grows by what the heading lags
+LEAD_LIMIT_RAD: Final = 0.6
 UNDER_WAY: Final = 0.4  # a crab angle is looked at from this share of the wanted speed on
 
 
@@ -76,6 +78,27 @@ class Crab:
         share = 1 - np.exp(-aboard.dt_s / CRAB_TIME_S)
         self.angle = np.where(moving, self.angle + share * (seen - self.angle), self.angle * (1 - share))
         return self.angle
+
+
+@dataclass
+class Lead:
+    """Angle that the heading's set-point is ahead of the heading to have on a circle [rad]: the integral of what a
+    heading that turns evenly lags behind its set-point.
+    """
+
+    angle: Floats
+
+    def turning(
+        self, wanted: Floats, on_circle: NDArray[np.bool_], aboard: Aboard, lookahead_m: Floats | float
+    ) -> Floats:
+        """Set-points that give the `wanted` headings [rad]; those that are not on a circle stay."""
+        way = aboard.own.velocity[:, :2]
+        share = aboard.dt_s * np.hypot(way[:, 0], way[:, 1]) / (LEAD_LOOKAHEADS * lookahead_m)
+        lag = wrapped(wanted - aboard.own.heading)
+        steady = on_circle & (np.abs(lag) < LEAD_LIMIT_RAD)  # not while it comes onto the circle
+        grown = self.angle + np.where(steady, share * lag, 0.0)
+        self.angle = np.where(on_circle, within(grown, LEAD_LIMIT_RAD), 0.0)
+        return np.where(on_circle, wanted + self.angle, wanted)
 
 
 def course_to(goal: Goal, aboard: Aboard, lookahead_m: Floats | float, radius_m: float) -> Floats:

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from pelagos.sim.guidance.aboard import Aboard, Floats, ahead, bearing, wrapped
 from pelagos.sim.guidance.goal import Goal, Path
-from pelagos.sim.guidance.steering.steering import Channels, Crab, course_to
+from pelagos.sim.guidance.steering.steering import Channels, Crab, Lead, course_to
 
 APPROACH_PER_S: Final = 0.15  # speed by distance from the point where a craft is to stop
 CURRENT_TIME_S: Final = 10.0  # the current is known as the mean over this: waves pass
@@ -33,6 +33,7 @@ class Surface:
     length_m: float
     cruise_mps: float
     crab: Crab
+    lead: Lead
     held: Floats = field(default_factory=lambda: np.zeros(0))
     current: Floats = field(default_factory=lambda: np.zeros((0, 2)))
     asked: Floats = field(default_factory=lambda: np.zeros(0))
@@ -52,7 +53,8 @@ class Surface:
         steered = (goal.path == Path.LINE) | (goal.path == Path.CIRCLE)
         crab = np.where(steered, self.crab.see(aboard, speed), 0.0)
         lookahead = np.clip(goal.speed / self.cruise_mps, SLOWEST, 1.0) * self.lookahead_m
-        heading = course_to(goal, aboard, lookahead, self.length_m) - crab
+        wanted = course_to(goal, aboard, lookahead, self.length_m) - crab
+        heading = self.lead.turning(wanted, goal.path == Path.CIRCLE, aboard, lookahead)
         if stay.any():
             fastest = np.where(goal.speed > 0, goal.speed, self.cruise_mps)
             toward, slow = self._keep(to, fastest, aboard)
@@ -77,9 +79,10 @@ class Surface:
 
     def memory(self) -> dict[str, Floats]:
         """See `Steering.memory`."""
-        return {"crab": self.crab.angle, "held": self.held, "current": self.current, "asked": self.asked}
+        angles = {"crab": self.crab.angle, "lead": self.lead.angle, "held": self.held}
+        return {**angles, "current": self.current, "asked": self.asked}
 
     def recall(self, memory: Mapping[str, Floats]) -> None:
         """See `Steering.recall`."""
-        self.crab.angle, self.held = memory["crab"], memory["held"]
+        self.crab.angle, self.lead.angle, self.held = (memory[name] for name in ("crab", "lead", "held"))
         self.current, self.asked = memory["current"], memory["asked"]
