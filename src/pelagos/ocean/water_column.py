@@ -8,6 +8,7 @@ from the 75-term polynomial of Roquet et al., Ocean Modelling 90:29 (2015), doi 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Final, Self
 
 import numpy as np
@@ -112,18 +113,27 @@ def tabulate(temperature: float | ProfileConfig, salinity: float | ProfileConfig
         salinity: practical salinity [1].
         site: place on Earth, for gravity and for the composition of sea salt.
     """
+    return _tabulated(temperature, salinity, site.origin.latitude, site.origin.longitude)
+
+
+@lru_cache(maxsize=8)  # a reset with another seed builds the same water again
+def _tabulated(
+    temperature: float | ProfileConfig, salinity: float | ProfileConfig, latitude: float, longitude: float
+) -> Profiles:
     import gsw
 
     depth = np.arange(0.0, DEEPEST_M + STEP_M, STEP_M)
-    latitude = site.origin.latitude
     t, sp = _rows(temperature, depth), _rows(salinity, depth)
     dbar = np.asarray(gsw.p_from_z(-depth, latitude))  # within 0.3 % of the water's own; enough for density
-    sa = gsw.SA_from_SP(sp, dbar, site.origin.longitude, latitude)
+    sa = gsw.SA_from_SP(sp, dbar, longitude, latitude)
     ct = gsw.CT_from_t(sa, t, dbar)
     density = np.asarray(gsw.rho(sa, ct, dbar))
     weight = density * np.asarray(gsw.grav(latitude, dbar))
     pressure = np.concatenate([[0.0], np.cumsum(0.5 * (weight[1:] + weight[:-1]) * np.diff(depth))])
-    return Profiles(depth, t, sp, density, np.asarray(gsw.sound_speed(sa, ct, dbar)), pressure)
+    made = Profiles(depth, t, sp, density, np.asarray(gsw.sound_speed(sa, ct, dbar)), pressure)
+    for table in vars(made).values():
+        table.flags.writeable = False
+    return made
 
 
 def _rows(value: float | ProfileConfig, depth: NDArray[np.float64]) -> NDArray[np.float64]:

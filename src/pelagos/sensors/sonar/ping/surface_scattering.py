@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from functools import cache
+from functools import cache, lru_cache
 from typing import TYPE_CHECKING, Final
 
 import drjit as dr
@@ -70,6 +70,11 @@ def scattering_table(materials: Sequence[Material], frequency_hz: float, *, wind
     are Lambert scatterers with specular facets; the inside of a corner reflector answers by the angle from its axis,
     for which its interpolated normal stands; the last row is the sea surface (`surface_backscatter`).
     """
+    return _scattering_table(tuple(materials), frequency_hz, wind_speed)
+
+
+@lru_cache(maxsize=64)  # of every sonar at a frequency, and again after a reset
+def _scattering_table(materials: tuple[Material, ...], frequency_hz: float, wind_speed: float) -> NDArray[np.float32]:
     valid_hz = min(max(frequency_hz, FREQUENCY_RANGE_HZ[0]), FREQUENCY_RANGE_HZ[1])
     table = np.zeros((len(materials) + 1, _ANGLES), dtype=np.float32)
     kinds = np.array(["corner" if m.corner_m > 0.0 else "sediment" if m.sediment else "solid" for m in materials])
@@ -81,6 +86,7 @@ def scattering_table(materials: Sequence[Material], frequency_hz: float, *, wind
         else:
             table[rows] = _solids(some) if kind == "solid" else _corners(some, frequency_hz)
     table[-1] = surface_backscatter(_angles(1), valid_hz, wind_speed).numpy()
+    table.flags.writeable = False
     return table
 
 
@@ -138,12 +144,18 @@ def mirror_table(materials: Sequence[Material], frequency_hz: float, *, wind_spe
     Materials by their contrast to the water (`fluid_reflection`); the sea surface all but what bubbles take
     (`bubble_loss_db`, evaluated at the nearer end of 10-100 kHz).
     """
+    return _mirror_table(tuple(materials), frequency_hz, wind_speed)
+
+
+@lru_cache(maxsize=64)
+def _mirror_table(materials: tuple[Material, ...], frequency_hz: float, wind_speed: float) -> NDArray[np.float32]:
     valid_hz = min(max(frequency_hz, FREQUENCY_RANGE_HZ[0]), FREQUENCY_RANGE_HZ[1])
     table = np.zeros((len(materials) + 1, _ANGLES), dtype=np.float32)
     if materials:
         real, imaginary = _reflection(dr.sin(_angles(len(materials))), materials)
         table[:-1] = _table(real**2 + imaginary**2)
     table[-1] = from_db(-bubble_loss_db(dr.sin(_angles(1)), valid_hz, wind_speed)).numpy()
+    table.flags.writeable = False
     return table
 
 
