@@ -18,7 +18,6 @@ from numpy.typing import NDArray
 
 from pelagos.hydro.algebra import dot, mul, total
 from pelagos.jit import Array
-from pelagos.math.interpolate import trapezoid
 
 Values = NDArray[np.float64]
 
@@ -46,12 +45,14 @@ def retardation(t: Values, omega: Values, damping: Values) -> Values:
 
     The integral over each interval is exact (Filon), so that long times need no finer frequencies.
     """
+    from scipy.integrate import trapezoid
+
     w0, w1 = omega[:-1, None], omega[1:, None]
     b0, slope = damping[:-1, None], (np.diff(damping) / np.diff(omega))[:, None]
     late = np.where(t == 0, 1.0, t)[None, :]
     edge = (b0 + slope * (w1 - w0)) * np.sin(w1 * late) - b0 * np.sin(w0 * late)
     bend = slope * (np.cos(w1 * late) - np.cos(w0 * late)) / late
-    at_zero = trapezoid(damping, omega)
+    at_zero = float(trapezoid(damping, omega))
     return np.asarray(2 / np.pi * np.where(t == 0, at_zero, np.sum((edge + bend) / late, axis=0)))
 
 

@@ -6,11 +6,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 
-def trapezoid(values: NDArray[np.float64], places: NDArray[np.float64]) -> float:
-    """Integral of `values (k,)`, linear between increasing `places (k,)`; NumPy has it under two names by version."""
-    return float(np.sum(np.diff(places) * (values[1:] + values[:-1]) / 2.0))
-
-
 def bilinear(grid: NDArray[np.float64], i: NDArray[np.float64], j: NDArray[np.float64]) -> NDArray[np.float64]:
     """Bilinear values of `grid (ni, nj)` at fractional indices; NaN outside the grid, node values exactly at nodes."""
     a, b, u, v, outside = cell(grid.shape, i, j)

@@ -6,8 +6,6 @@ Source: J. Sola, "Quaternion kinematics for the error-state Kalman filter", arXi
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import drjit as dr
 import numpy as np
 from numpy.typing import NDArray
@@ -37,20 +35,6 @@ def multiply(p: Array, q: Array) -> Array:
         p[0] * q[2] - p[1] * q[3] + p[2] * q[0] + p[3] * q[1],
         p[0] * q[3] + p[1] * q[2] - p[2] * q[1] + p[3] * q[0],
     )
-
-
-def multiply_np(p: NDArray[np.float64], q: NDArray[np.float64]) -> NDArray[np.float64]:
-    """`multiply` for NumPy rows `(n, 4)`."""
-    return np.stack(tuple(multiply(_Rows(*p.T), _Rows(*q.T))), axis=-1)
-
-
-class _Rows(NamedTuple):
-    """Components of quaternions, for `multiply`."""
-
-    w: NDArray[np.float64]
-    x: NDArray[np.float64]
-    y: NDArray[np.float64]
-    z: NDArray[np.float64]
 
 
 def normalize(q: Array) -> Array:

@@ -17,7 +17,6 @@ from numpy.typing import NDArray
 
 from pelagos.math.constants import GRAVITY
 from pelagos.math.dispersion import wavenumber
-from pelagos.math.interpolate import trapezoid
 
 Values = NDArray[np.float64]
 
@@ -134,8 +133,10 @@ def _slow_tail_shape(x: Values, gamma: float) -> Values:
 
 def _of_height(shape: Callable[[Values], Values], f: Values, height: float, period: float) -> Values:
     """A shape over f / fp, scaled to a significant height."""
+    from scipy.integrate import trapezoid
+
     x = np.concatenate([np.linspace(0.2, 4.0, 40_001), np.geomspace(4.0, 400.0, 4_001)[1:]])
-    m0 = trapezoid(shape(x), x) / period
+    m0 = float(trapezoid(shape(x), x)) / period
     return np.asarray((height / 4) ** 2 / m0 * shape(f * period))
 
 

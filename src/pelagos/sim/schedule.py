@@ -36,7 +36,7 @@ class Schedule:
         return next_multiple(tick, self._periods[wait], min(last, tick + self._longest))
 
     def waits(self, batch: Batch, sensor: SensorModel) -> bool:
-        """Whether a sensor's readings may be read some blocks later."""
+        """Leave to read a sensor some blocks later."""
         self._look()
         key = batch.name, sensor.name
         if key not in self._waiting:

@@ -15,10 +15,10 @@ if TYPE_CHECKING:
 
 
 def check_sensors(scenario: Scenario, agent: str, sensors: Mapping[str, SensorModel]) -> None:
-    """Whether what is to vary of an agent's sensors can.
+    """Check of what is to vary of an agent's sensors.
 
     Raises:
-        ScenarioError: it cannot.
+        ScenarioError: it cannot vary.
     """
     for key in scenario.vary:
         varied = parse(key)

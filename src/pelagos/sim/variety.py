@@ -36,6 +36,9 @@ class Variety:
     def __init__(self, model: Model) -> None:
         self._model = model
         self._keys: dict[str, Varied] = {key: parse(key) for key in model.scenario.vary}
+        sensed = [v for v in self._keys.values() if v.group == "sensors"]
+        self._moved = {(v.agent, v.sensor) for v in sensed if v.number in MOUNT}
+        self._erring = {(v.agent, v.sensor) for v in sensed if v.number == ERROR}
         self._known: tuple[bytes, dict[str, NDArray[np.float64]]] = (b"", {})
         self._device: dict[str, list[Array]] = {}
 
@@ -66,9 +69,9 @@ class Variety:
 
     def remounted(self, sensor: SensorModel, batch: Batch, motion: Kinematics, episodes: Episodes) -> Kinematics:
         """Motion that a sensor is shown whose place is drawn; see `sim.remount`."""
-        before = f"agents.{batch.name}.sensors.{sensor.name}."
-        if not any(before + name in self._keys for name in MOUNT):
+        if (batch.name, sensor.name) not in self._moved:
             return motion
+        before = f"agents.{batch.name}.sensors.{sensor.name}."
         values, config = self.drawn(episodes), sensor.config
         if before not in self._device:
             written = (*config.position_m, *config.orientation_deg)
@@ -80,9 +83,9 @@ class Variety:
 
     def erring(self, sensor: SensorModel, batch: Batch, m: Measurement, copy: Array, episodes: Episodes) -> Measurement:
         """A measurement whose error is as many times its own as was drawn; `copy` of each lane."""
-        key = f"agents.{batch.name}.sensors.{sensor.name}.{ERROR}"
-        if key not in self._keys:
+        if (batch.name, sensor.name) not in self._erring:
             return m
+        key = f"agents.{batch.name}.sensors.{sensor.name}.{ERROR}"
         factor = self.drawn(episodes)[key][copy.numpy()].reshape(-1, *[1] * (m.data.ndim - 1))
         with np.errstate(invalid="ignore"):  # without an echo
             data = m.truth + factor * (m.data - m.truth)

@@ -35,12 +35,15 @@ class Squad:
         each = zip(*(guidance.steps for guidance in self._each), strict=True)
         steps = [Step(together([step.task for step in same], n), same[0].behind) for same in each]
         self._whole = Guidance(steps, steering, names, aboard)
+        self._in_step = False
 
     @property
     def in_step(self) -> bool:
         """All members' steerings keep as much: some, which begin with their first command, keep nothing before."""
-        sizes = [[len(values) for values in g.memory()["steering"].values()] for g in self._each]
-        return all(size == sizes[0] for size in sizes)
+        if not self._in_step:  # and then for as long as there is this squad: who begins anew is in another
+            sizes = [[len(values) for values in g.memory()["steering"].values()] for g in self._each]
+            self._in_step = all(size == sizes[0] for size in sizes)
+        return self._in_step
 
     def command(self, aboard: Aboard) -> dict[str, Floats]:
         """`(n, k)` set-points of each member, as its own guidance would give them; `aboard`: of all lanes."""

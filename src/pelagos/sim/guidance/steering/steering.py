@@ -92,6 +92,9 @@ class Lead:
         self, wanted: Floats, on_circle: NDArray[np.bool_], aboard: Aboard, lookahead_m: Floats | float
     ) -> Floats:
         """Set-points that give the `wanted` headings [rad]; those that are not on a circle stay."""
+        if not on_circle.any():
+            self.angle = np.zeros_like(self.angle)
+            return wanted
         way = aboard.own.velocity[:, :2]
         share = aboard.dt_s * np.hypot(way[:, 0], way[:, 1]) / (LEAD_LOOKAHEADS * lookahead_m)
         lag = wrapped(wanted - aboard.own.heading)
