@@ -82,6 +82,20 @@ def test_the_viewport_keeps_its_picture_while_it_is_not_rendered():
         assert np.abs(env.tick()["ViewportCapture"].astype(float) - before).mean() > 5
 
 
+def test_an_autopilot_remembers_from_one_update_to_the_next():
+    """Its reference of heading turns from 0 to 50 deg; one that began anew at every update would stand still."""
+    sensor = {"sensor_type": "DynamicsSensor", "configuration": {"UseCOM": True, "UseRPY": False}}
+    agent = {"agent_name": "auv0", "fossen_model": "torpedo", "control_mode": "depthHeadingAutopilot",
+             "sensors": [sensor]}  # fmt: skip
+    fossen = FossenInterface(["auv0"], {"ticks_per_sec": 30, "agents": [agent]})
+    fossen.set_goal("auv0", depth=15, heading=50, rpm=1300)
+    still = np.zeros(19)
+    still[3], still[8], still[18] = 2.0, -10.0, -1.0  # 2 m/s ahead, 10 m deep, upright
+    asked = np.array([fossen.update("auv0", {"DynamicsSensor": still}) for _ in range(60)])
+    assert abs(asked[0, 5]) < 0.02
+    assert asked[-1, 5] > 10 * abs(asked[0, 5])
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("kind", ["TorpedoAUV", "CougUV"])
 def test_the_autopilot_reaches_depth_and_heading_in_27_s(kind):

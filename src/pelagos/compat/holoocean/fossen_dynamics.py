@@ -131,7 +131,7 @@ class _Fossen:
             self._state = self.vehicle.initial_state(*parts.values())
         before = self._state
         placed = self.vehicle.place(before, **parts)
-        placed.controller = before.controller
+        placed.mode, placed.controller = before.mode, before.controller  # the autopilot goes on
         command = [dr.opaque(jit.Float64, float(v)) for v in self.command()]
         self._state = self._step(placed, command, dr.opaque(jit.Float64, self._dt))
         new = self._state
