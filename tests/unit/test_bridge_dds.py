@@ -20,7 +20,7 @@ from pelagos.messages.store import deserialize, make, serialize, typestore
 cyclonedds = pytest.importorskip("cyclonedds")
 
 from pelagos.bridges.dds import DdsTransport  # noqa: E402
-from pelagos.bridges.dds_flow import RETRY_S, Flow  # noqa: E402
+from pelagos.bridges.dds_flow import LOOK_NS, PATIENCE_NS, RETRY_S, Flow  # noqa: E402
 from pelagos.bridges.dds_graph import INFO, Graph  # noqa: E402
 from pelagos.bridges.dds_types import idl_class, wire_type  # noqa: E402
 from pelagos.bridges.rihs import type_hash  # noqa: E402
@@ -79,6 +79,9 @@ def test_the_library_still_has_what_is_called_privately() -> None:
 
     for name in ("ddspy_write", "ddspy_write_ts", "ddspy_take"):
         assert callable(getattr(_clayer, name))
+    from cyclonedds.pub import DataWriter
+
+    assert callable(DataWriter._wait_for_acks)
 
 
 def test_every_type_is_accepted_by_its_own_class(pair: tuple[DdsTransport, DdsTransport]) -> None:
@@ -296,6 +299,10 @@ def test_a_stopped_or_dead_subscriber_slows_nobody(how: signal.Signals, large: b
         # a write that waited would have come back with "timeout"; what waits in the queue is dropped and counted
         assert set(transport.troubles) <= {"/big: dropped"}
         if how == signal.SIGSTOP:
+            started = time.monotonic()
+            transport.settle(0.3)  # a reader that does not answer is given up when the time is over, and nothing else
+            assert 0.25 < time.monotonic() - started < 3.0
+        if how == signal.SIGSTOP:
             peer.send_signal(signal.SIGCONT)
             before = _count(peer)
             assert until(lambda: write(raw, 0) or _count(peer) > before + 3, 20.0)
@@ -337,16 +344,24 @@ def test_a_burst_of_large_messages_arrives_whole(pair: tuple[DdsTransport, DdsTr
     assert [i for i in got if i > 1] == list(range(2, 31))
 
 
+TIMEOUT = -10  # DDS_RETCODE_TIMEOUT, as cyclonedds returns it
+
+
 class _Readers:
     """A writer's readers, as cyclonedds tells of them."""
 
     def __init__(self, *answers: bool) -> None:
         self.answers = list(answers)
         self.asked = 0
+        self.waited_ns: list[int] = []
 
-    def wait_for_acks(self, timeout_ns: int) -> bool:
+    _ref = 7
+
+    def _wait_for_acks(self, ref: int, timeout_ns: int) -> int:
+        assert ref == self._ref
         self.asked += 1
-        return self.answers.pop(0)
+        self.waited_ns.append(timeout_ns)
+        return 0 if self.answers.pop(0) else TIMEOUT
 
 
 def test_a_reader_that_does_not_answer_is_waited_for_once() -> None:
@@ -365,3 +380,16 @@ def test_a_reader_that_does_not_answer_is_waited_for_once() -> None:
     now[0] += RETRY_S
     with pytest.raises(IndexError):  # asks again, and the list of answers is empty
         flow.write(b"x", 1)
+
+
+def test_readers_take_two_megabytes_before_more_follow() -> None:
+    """1.2 MB each at a depth of 5: every second one is waited for; one that was too slow gets a short look, until it
+    answers again."""
+    readers, now = _Readers(True, False, False, True, True), [1.0]
+    flow = Flow(readers, lambda raw, t: None, 5, clock=lambda: now[0])
+    raw = memoryview(bytes(1_200_000))
+    for i in range(10):
+        flow.write(raw, i)
+        now[0] += 1.01 * RETRY_S / 2
+    assert readers.asked == 5
+    assert readers.waited_ns == [PATIENCE_NS, PATIENCE_NS, LOOK_NS, LOOK_NS, PATIENCE_NS]
