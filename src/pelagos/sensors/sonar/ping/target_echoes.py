@@ -59,7 +59,6 @@ def with_small_things(
 
     One lane a ping takes them one after the other, so that sums do not depend on the number of threads.
     """
-    rays = dr.width(sighting.energy) // dr.width(lanes.position)
     k = dr.width(sighting.energy) // dr.width(sighting.size)
 
     def put(index: Array, at: Array, heard: Array, level: Array) -> None:
@@ -73,30 +72,28 @@ def with_small_things(
                        dr.gather(jit.UInt32, instances, index // k % things))  # fmt: skip
             dr.scatter_reduce(dr.ReduceOp.Max, tags, word, at, heard, mode=dr.ReduceMode.NoConflicts)
 
-    _each_ray(sighting, grid, lanes.medium.absorption, boost, rays, put)
+    _each_ray(sighting, grid, lanes.medium.absorption, boost, put)
 
 
 def with_small_energies(sighting: Sighting, grid: Grid, absorption: Array, boost: Array, energies: Array) -> None:
     """The same for energies without interference."""
-    rays = dr.width(sighting.energy) // dr.width(absorption)
 
     def put(index: Array, at: Array, heard: Array, level: Array) -> None:
         energy = dr.gather(jit.Float, sighting.energy, index) * level
         dr.scatter_add(energies, energy, at, heard, mode=dr.ReduceMode.NoConflicts)
 
-    _each_ray(sighting, grid, absorption, boost, rays, put)
+    _each_ray(sighting, grid, absorption, boost, put)
 
 
 def _each_ray(
-    sighting: Sighting, grid: Grid, absorption: Array, boost: Array, rays: int,
-    put: Callable[[Array, Array, Array, Array], None],
-) -> None:  # fmt: skip
+    sighting: Sighting, grid: Grid, absorption: Array, boost: Array, put: Callable[[Array, Array, Array, Array], None]
+) -> None:
     """Call `put` with (row of the ray, cell, whether it is heard, level re the source level to that of the field)."""
-    ping = dr.arange(jit.UInt32, dr.width(absorption))
-    loss, k = jit.Float(absorption), dr.width(sighting.energy) // dr.width(sighting.size)
+    pings, rows = dr.width(absorption), dr.width(sighting.size)
+    ping, loss = dr.arange(jit.UInt32, pings), jit.Float(absorption)
+    things, k = rows // pings, dr.width(sighting.energy) // rows
 
-    def take(j: Array) -> tuple[Array]:
-        index = ping * rays + j
+    def take_ray(index: Array, end: Array) -> tuple[Array, Array]:
         distance, beam = dr.gather(jit.Float, sighting.distance, index), dr.gather(jit.UInt32, sighting.beam, index)
         bin_ = jit.Int32(dr.floor((distance - grid.bins.first_range) * (1.0 / grid.bins.width)))
         heard = (dr.gather(jit.Float, sighting.energy, index) > 0.0) & (beam < grid.beams)
@@ -105,9 +102,15 @@ def _each_ray(
         whole = dr.select(dr.gather(jit.Bool, sighting.point, index // k), dr.gather(jit.Float, boost, row), 1.0)
         level = time_varied_gain(distance, loss, spreading=30.0) * (1.0 / grid.cell) * whole
         put(index, (ping * grid.beams + row) * pitch(grid.bins.count) + jit.UInt32(bin_), heard, level)
-        return (j + 1,)
+        return index + 1, end
 
-    dr.while_loop((dr.zeros(jit.UInt32, dr.width(absorption)),), lambda j: j < rays, take, mode="symbolic")
+    def take_thing(m: Array) -> tuple[Array]:
+        row = ping * things + m
+        own = dr.select(dr.gather(jit.Bool, sighting.small, row), jit.UInt32(k), 0)  # no others' rays have energy
+        dr.while_loop((row * k, row * k + own), lambda index, end: index < end, take_ray, mode="symbolic")
+        return (m + 1,)
+
+    dr.while_loop((dr.zeros(jit.UInt32, pings),), lambda m: m < things, take_thing, mode="symbolic")
 
 
 def coherent_echoes(

@@ -126,8 +126,31 @@ class _OwnRays:
 def _own_rays(
     caster: Caster, place: Place, chosen: _Asked, listener: Listener, surfaces: Surfaces, *, k: int, count: int
 ) -> _OwnRays:
-    """Rays over the disc of small things; those of others go to the place that their coherent echo comes from."""
+    """Rays over the disc of small things; those of others go to the place that their coherent echo comes from.
+
+    Things that are not asked for cost nothing: their rays are a whole packet of the processor, which is passed over.
+    """
     index = dr.arange(jit.UInt32, dr.width(place.distance) * k)
+
+    def cast(index: Array) -> _OwnRays:
+        return _cast_own(caster, place, chosen, listener, surfaces, index=index, k=k, count=count)
+
+    def silence(index: Array) -> _OwnRays:
+        nothing, no_word = jit.Float(0), jit.UInt32(0)
+        return _OwnRays(energy=nothing, distance=nothing, word=no_word, beam=no_word, label=no_word,
+                        hit=nothing, blocked=nothing, loss=nothing)  # fmt: skip
+
+    asked = dr.gather(jit.Bool, chosen.rays, index // k)
+    made = dr.if_stmt((index,), asked, cast, silence, mode="symbolic")
+    dr.eval(made)
+    return made
+
+
+def _cast_own(
+    caster: Caster, place: Place, chosen: _Asked, listener: Listener, surfaces: Surfaces,
+    *, index: Array, k: int, count: int,
+) -> _OwnRays:  # fmt: skip
+    """Rays of the things that are asked for."""
     row, ray = index // k, index % k
     lane, lanes = row // count, listener.lanes
 
@@ -146,10 +169,9 @@ def _own_rays(
     )
     above = dr.cross(towards, aside)
     direction = dr.normalize(target + aside * (part * c) + above * (part * s))
-    active = gather(jit.Bool, chosen.rays)
     origin = dr.gather(jit.Array3f64, lanes.position, lane)
     copy, own = dr.gather(jit.UInt32, lanes.copy, lane), dr.gather(jit.UInt32, lanes.own, lane)
-    hits = caster.cast(Rays(origin, direction, dr.select(active, distance + radius, 0.0), copy, own), smooth=True)
+    hits = caster.cast(Rays(origin, direction, distance + radius, copy, own), smooth=True)
     met = hits.valid & (hits.instance == gather(jit.UInt32, place.instance))
     end = dr.select(small, distance - radius, dr.norm(spot))
     blocked = hits.valid & ~met & (hits.t < end)
@@ -164,12 +186,10 @@ def _own_rays(
     shifted = listener.measured_range(t, lane, hits.velocity, direction)
     cell = (jit.UInt32(jit.Int32(dr.floor(v))) for v in hits.place * (2.0 / listener.hearing.wavelength))
     word = scramble(on_instance(lattice_word(tuple(cell), jit.UInt32(0)), hits.instance) + ray)
-    made = _OwnRays(
+    return _OwnRays(
         energy=dr.select(met & small, energy, 0.0), distance=shifted, word=word, beam=beam, label=hits.label,
         hit=dr.select(met, jit.Float(1), 0.0), blocked=dr.select(blocked, jit.Float(1), 0.0), loss=loss,
     )  # fmt: skip
-    dr.eval(made)
-    return made
 
 
 def _merged(place: Place, chosen: _Asked, rays: _OwnRays, listener: Listener, *, k: int, count: int) -> Sighting:
