@@ -141,7 +141,7 @@ def _own_rays(
                         hit=nothing, blocked=nothing, loss=nothing)  # fmt: skip
 
     asked = dr.gather(jit.Bool, chosen.rays, index // k)
-    made = dr.if_stmt((index,), asked, cast, silence, mode="symbolic")
+    made: _OwnRays = dr.if_stmt((index,), asked, cast, silence, mode="symbolic")
     dr.eval(made)
     return made
 
