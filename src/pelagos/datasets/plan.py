@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import zlib
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
@@ -136,7 +137,8 @@ def plan_of(config: DatasetConfig, *, trust: bool = False) -> Plan:
         InputError: something is wrong; says where, what was given and what is allowed.
     """
     scenario = load_scenario(config.scenario, trust=trust)
-    plan = Plan(config, rig_of(config, scenario), {name: version(name) for name in PACKAGES})
+    versions = {name: version(name) for name in PACKAGES} | {"zlib": zlib.ZLIB_RUNTIME_VERSION}
+    plan = Plan(config, rig_of(config, scenario), versions)
     _check_varied(plan)
     several = [name for name, share in config.split.items() if share > 0]
     alike = not plan._seeded and not any(key.startswith("world.") for key in config.vary)

@@ -205,17 +205,16 @@ def _gathered(depths: Array, medium: WaterChannel, u: Array, source: Array, star
     near = np.where(small, h * (0.5 - x / 6), (h / safe) * (1 - whole / safe))
     far = np.where(small, h * (0.5 - x / 3), (h / safe) * (whole / safe - kept))
     scale = 1 / np.abs(u)[:, None]
+    kept, near, far = (v[..., None] for v in (kept, near, far))
     light = np.empty_like(source)
     if downward:
         light[0] = start
+        added = scale * (near * source[1:] + far * source[:-1])  # of all steps at once: only the sum goes step by step
         for i in range(len(h)):
-            light[i + 1] = kept[i, :, None] * light[i] + scale * (
-                near[i, :, None] * source[i + 1] + far[i, :, None] * source[i]
-            )
+            light[i + 1] = kept[i] * light[i] + added[i]
         return light
     light[-1] = source[-1] * scale / rate[:, None]  # below the last depth all falls as e^{-K z}
+    added = scale * (near * source[:-1] + far * source[1:])
     for i in reversed(range(len(h))):
-        light[i] = kept[i, :, None] * light[i + 1] + scale * (
-            near[i, :, None] * source[i] + far[i, :, None] * source[i + 1]
-        )
+        light[i] = kept[i] * light[i + 1] + added[i]
     return light

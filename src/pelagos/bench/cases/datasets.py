@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import tempfile
 import time
 from collections.abc import Callable
@@ -13,11 +14,11 @@ from pelagos.bench.case import Case, Measured, Reference
 from pelagos.bench.check import must
 
 TASKS: Final = 200  # of Ray
-WORLDS: Final = 4
+WORLDS: Final = 8
 PAIRS: Final = 16
+CHANGES: Final = 4
 _CONFIG: Final[dict[str, Any]] = {
     "seed": 3,
-    "worlds": 1 + WORLDS,
     "samples_per_world": PAIRS,
     "batch": 4,
     "formats": ["webdataset"],
@@ -43,20 +44,27 @@ _CONFIG: Final[dict[str, Any]] = {
 
 
 def dataset_pairs_per_s() -> Measured:
-    """Worlds, waters, poses, readings, labels and files; the first world, which compiles kernels, is not counted."""
+    """Worlds, waters, poses, readings, labels and files, by a worker a core; the first world of each worker, which
+    compiles kernels, is not counted."""
     from pelagos.datasets.config import load_config
+    from pelagos.datasets.engine import Engine
     from pelagos.datasets.factory import make_dataset
     from pelagos.datasets.plan import plan_of
 
     marks: list[float] = []
     with tempfile.TemporaryDirectory() as folder:
-        plan = plan_of(load_config(_CONFIG))
-        made = make_dataset(plan, Path(folder) / "set", progress=lambda done, total: marks.append(time.perf_counter()))
+        workers = os.cpu_count() or 1
+        plan = plan_of(load_config({**_CONFIG, "worlds": workers + WORLDS}))
+        made = make_dataset(
+            plan,
+            Path(folder) / "set",
+            engine=Engine(workers),
+            progress=lambda done, total: marks.append(time.perf_counter()),
+        )
         must(made.made == plan.shards and made.digest != "", "the data set is not whole")
-    rate = WORLDS * PAIRS / (marks[-1] - marks[1])
-    return Measured(
-        rate, detail=f"{WORLDS} worlds of {PAIRS} pairs, PNG and NPY in tar; depth, labels, instances, boxes"
-    )
+    rate = WORLDS * PAIRS / (marks[-1] - marks[workers])
+    what = f"{WORLDS} worlds of {PAIRS} pairs by {workers} workers"
+    return Measured(rate, detail=f"{what}; PNG and NPY in tar; depth, labels, instances, boxes")
 
 
 def world_change_s() -> Measured:
@@ -64,13 +72,13 @@ def world_change_s() -> Measured:
     from pelagos.sim.simulation import Simulation
 
     sim, took = Simulation.load(_CONFIG["scenario"]), []
-    for seed in range(1, 2 + WORLDS):
+    for seed in range(1, 2 + CHANGES):
         start, before = time.perf_counter(), sim.world
         readings = sim.load_world(seed=seed)["rov"]
         must(readings["camera"].data.std() > 0 and readings["sonar"].data.std() > 0, "a sensor sees nothing")
         must(sim.world is not before, "the world is the same")
         took.append(time.perf_counter() - start)
-    return Measured(sorted(took[1:])[len(took[1:]) // 2], detail=f"the median of {WORLDS}; 75 things on 80 m x 80 m")
+    return Measured(sorted(took[1:])[len(took[1:]) // 2], detail=f"the median of {CHANGES}; 75 things on 80 m x 80 m")
 
 
 @dataclass(frozen=True)

@@ -20,13 +20,12 @@ from pelagos import jit
 from pelagos.errors import ValidityWarning
 from pelagos.jit import Array
 from pelagos.optics.caustics import Ripple
-from pelagos.optics.lens import natural_vignette
 from pelagos.optics.sight_line import SightLines
 from pelagos.raycast.caster import Caster
 from pelagos.raycast.rays import Hits
 from pelagos.sensors.camera.picture.ambient_light import ambience, ambience_at
 from pelagos.sensors.camera.picture.camera_config import CameraConfig, idle_keys
-from pelagos.sensors.camera.picture.camera_rays import Frame, Imager, Lens, Trace, pixel_angle, pixel_rays
+from pelagos.sensors.camera.picture.camera_rays import Frame, Imager, Lens, Trace, pixel_angle
 from pelagos.sensors.camera.picture.develop import (
     balance,
     develop_pictures,
@@ -74,12 +73,9 @@ class Camera:
         if idle := idle_keys(config):
             warnings.warn(f"{context.path}: {idle}", ValidityWarning, stacklevel=3)
         self._view = Imager(config, context)
-        _, directions = pixel_rays(config.model_copy(update={"port": None}))
-        vignette = np.nan_to_num(natural_vignette(directions, config.vignette, fisheye=config.lens == "fisheye"))
-        self._vignette = jit.Float(self._view.tiling.arrange(vignette))
+        self._vignette = self._view.vignette(config.vignette)
         self._surroundings = Surroundings(context)
         self._keys = tuple(opaque_key(stream_key(context.seed, context.path, k)) for k in ("image", "paths"))
-        jit.align(self._vignette)
         self._change = ray_change(config) if config.samples > 1 or config.renderer == "reference" else None
         self._recorded = context.scene.compile(self._kernel)
 

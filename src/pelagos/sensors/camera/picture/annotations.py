@@ -46,16 +46,24 @@ def boxes(instances: NDArray[np.uint32], labels: NDArray[np.uint8], *, least_are
         labels: the same pixels' labels.
         least_area: objects of fewer pixels are left out.
     """
-    found = []
-    for instance in np.unique(instances[instances > 0]):
-        rows, columns = np.nonzero(instances == instance)
-        if len(rows) < least_area:
-            continue
-        found.append(Box(
-            int(instance), int(labels[rows[0], columns[0]]), int(columns.min()), int(rows.min()),
-            int(np.ptp(columns)) + 1, int(np.ptp(rows)) + 1, len(rows),
-        ))  # fmt: skip
-    return found
+    rows, columns = np.nonzero(instances)
+    if not len(rows):
+        return []
+    ids = instances[rows, columns]
+    order = np.argsort(ids, kind="stable")  # one pass for all objects; the first pixel of each stays the first
+    rows, columns, ids = rows[order], columns[order], ids[order]
+    first = np.flatnonzero(np.concatenate([[True], ids[1:] != ids[:-1]]))
+    areas = np.diff(np.append(first, len(ids)))
+    lows = [np.minimum.reduceat(v, first) for v in (columns, rows)]
+    highs = [np.maximum.reduceat(v, first) for v in (columns, rows)]
+    label = labels[rows[first], columns[first]]
+    return [
+        Box(
+            int(ids[first[k]]), int(label[k]), int(lows[0][k]), int(lows[1][k]),
+            int(highs[0][k] - lows[0][k]) + 1, int(highs[1][k] - lows[1][k]) + 1, int(areas[k]),
+        )
+        for k in np.flatnonzero(areas >= least_area)
+    ]  # fmt: skip
 
 
 def coco(

@@ -9,9 +9,10 @@ from __future__ import annotations
 
 import math
 import warnings
+import weakref
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import Annotated, Any, Generic, Literal, Self, TypeAlias, TypeVar
+from typing import Annotated, Any, Final, Generic, Literal, Self, TypeAlias, TypeVar
 
 import drjit as dr
 import numpy as np
@@ -30,6 +31,7 @@ from pelagos.optics.lens import (
     fisheye_intrinsics,
     fisheye_reach,
     intrinsics,
+    natural_vignette,
     pinhole_directions,
     project,
     project_fisheye,
@@ -171,6 +173,57 @@ def pixel_angle(config: ViewConfig) -> float:
     return 1 / view_intrinsics(config).fx
 
 
+class LensTables:
+    """Tables on the device of a lens of so many pixels; cameras that look alike share them, see `lens_tables`.
+
+    Attributes:
+        tiling: order of the rays.
+        lens: their directions.
+        blind: share of the pixels that look nowhere.
+    """
+
+    def __init__(self, config: ViewConfig) -> None:
+        self.tiling = Tiling(config.width_px, config.height_px)
+        starts, directions = pixel_rays(config)
+        serves = np.asarray(np.isfinite(starts + directions).all(axis=-1))
+        self.blind = float(1 - serves.mean())
+        dry = None
+        if config.port is not None:
+            in_air = pixel_rays(config, 1.0)[1]
+            dry = self._table(np.where(np.isfinite(in_air), in_air, [1.0, 0.0, 0.0]))
+        self.lens = Lens(
+            start=self._table(np.where(serves[..., None], starts, 0)) if config.port is not None else None,
+            direction=self._table(np.where(serves[..., None], directions, [1.0, 0.0, 0.0])),
+            dry=dry,
+            serves=jit.Bool(self.tiling.arrange(np.asarray(serves, dtype=np.float64)) > 0.5),
+        )
+        jit.align(self.lens)
+        self._vignettes: dict[float, Array] = {}
+
+    def vignette(self, config: ViewConfig, strength: float) -> Array:
+        """`Float` share of light at each pixel, see `natural_vignette`."""
+        if strength not in self._vignettes:
+            _, directions = pixel_rays(config.model_copy(update={"port": None}))
+            share = np.nan_to_num(natural_vignette(directions, strength, fisheye=config.lens == "fisheye"))
+            self._vignettes[strength] = jit.from_numpy(jit.Float, self.tiling.arrange(share))
+        return self._vignettes[strength]
+
+    def _table(self, values: NDArray[np.float64]) -> Array:
+        return jit.Array3f(np.ascontiguousarray(self.tiling.arrange(values).T))
+
+
+_IN_USE: Final[weakref.WeakValueDictionary[Any, LensTables]] = weakref.WeakValueDictionary()
+
+
+def lens_tables(config: ViewConfig) -> LensTables:
+    """Tables of a camera's lens: those of another camera with the same one, as long as there is one."""
+    key = (config.width_px, config.height_px, config.horizontal_fov_deg, config.lens, config.distortion, config.port)
+    found = _IN_USE.get(key)
+    if found is None:
+        found = _IN_USE[key] = LensTables(config)
+    return found
+
+
 class Imager:
     """The parts that a camera keeps from frame to frame; none of them changes.
 
@@ -182,26 +235,16 @@ class Imager:
 
     def __init__(self, config: ViewConfig, context: SensorContext) -> None:
         self._config, self._context = config, context
-        self.tiling = Tiling(config.width_px, config.height_px)
-        starts, directions = pixel_rays(config)
-        serves = np.asarray(np.isfinite(starts + directions).all(axis=-1))
-        if config.lens == "pinhole" and not serves.all():
-            _warn_of_blind_pixels(1 - serves.mean(), context.path)
-        dry = None
-        if config.port is not None:
-            in_air = pixel_rays(config, 1.0)[1]
-            dry = self._table(np.where(np.isfinite(in_air), in_air, [1.0, 0.0, 0.0]))
-        self.lens = Lens(
-            start=self._table(np.where(serves[..., None], starts, 0)) if config.port is not None else None,
-            direction=self._table(np.where(serves[..., None], directions, [1.0, 0.0, 0.0])),
-            dry=dry,
-            serves=jit.Bool(self.tiling.arrange(np.asarray(serves, dtype=np.float64)) > 0.5),
-        )
+        self._tables = lens_tables(config)
+        self.tiling, self.lens = self._tables.tiling, self._tables.lens
+        if config.lens == "pinhole" and self._tables.blind > 0:
+            _warn_of_blind_pixels(self._tables.blind, context.path)
         self.own = jit.UInt32(context.own_body)
-        jit.align(self.lens, self.own)
+        jit.align(self.own)
 
-    def _table(self, values: NDArray[np.float64]) -> Array:
-        return jit.Array3f(np.ascontiguousarray(self.tiling.arrange(values).T))
+    def vignette(self, strength: float) -> Array:
+        """`Float` share of light at each pixel, see `natural_vignette`."""
+        return self._tables.vignette(self._config, strength)
 
     def arguments(self, motion: Kinematics) -> tuple[Lens, Kinematics, Array]:
         """Arguments of every frame: the lens, the motion, the own hull's rows."""
