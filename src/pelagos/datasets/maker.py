@@ -17,6 +17,7 @@ from pelagos.datasets.sample import Sample, Thing
 from pelagos.errors import InputError, MountWarning
 from pelagos.math.so3 import rotate_np
 from pelagos.sensors.camera.picture.annotations import boxes
+from pelagos.sensors.camera.picture.boxes_3d import Box3d
 from pelagos.sensors.camera.picture.camera_rays import ViewConfig, view_intrinsics
 from pelagos.sensors.sensor import Reading, SensorConfig
 from pelagos.sim.simulation import Simulation
@@ -32,6 +33,7 @@ class Maker:
         self._world = -1
         self._last: tuple[Mapping[str, Reading], int] = {}, 0
         self._lanewise: dict[str, frozenset[str]] = {}
+        self._space: dict[int, Box3d] = {}  # of this world: nothing moves, since no time passes
         self.classes = classes_of(plan)
 
     @property
@@ -85,7 +87,7 @@ class Maker:
             readings = self._observe(sim, part, episode=shard.index * batches + number)
             for lane, pose in enumerate(part):
                 self._last = readings, lane
-                yield self._sample(sim, shard, shard.first + number * size + lane, pose, lane, readings)
+                yield self._sample(shard, shard.first + number * size + lane, pose, lane, readings)
 
     def _in_world(self, world: int) -> Simulation:
         values = self.plan.rig.follow(self.plan.values(world))
@@ -96,6 +98,8 @@ class Maker:
             elif world != self._world and values:
                 self._world = -1
                 self._sim.load_world(overrides=values)
+        if world != self._world:
+            self._space = self._sim.boxes_3d()
         self._world = world
         return self._sim
 
@@ -112,7 +116,7 @@ class Maker:
         return found
 
     def _sample(
-        self, sim: Simulation, shard: Shard, index: int, pose: SampledPose, lane: int, readings: Mapping[str, Reading]
+        self, shard: Shard, index: int, pose: SampledPose, lane: int, readings: Mapping[str, Reading]
     ) -> Sample:
         arrays = {name: np.array(reading.data[lane]) for name, reading in readings.items()}
         about = {
@@ -121,14 +125,14 @@ class Maker:
             "calibration": {name: self._calibration(name) for name in readings},
         }
         kind = self.plan.config.image_format
-        return Sample(index, shard.world, shard.split, pose, arrays, self._things(sim, arrays), about, kind)
+        return Sample(index, shard.world, shard.split, pose, arrays, self._things(arrays), about, kind)
 
-    def _things(self, sim: Simulation, arrays: Mapping[str, NDArray[Any]]) -> list[Thing]:
+    def _things(self, arrays: Mapping[str, NDArray[Any]]) -> list[Thing]:
         labels = self.plan.rig.labels
         if "instance" not in labels:
             return []
         instances = arrays[labels["instance"]]
-        space = sim.boxes_3d()
+        space = self._space
         label_of = np.zeros(int(instances.max()) + 1, dtype=np.uint8)
         for instance, box in space.items():
             if instance < len(label_of):
