@@ -96,20 +96,30 @@ def score(
         err.print(f"written: {shown(film)}", markup=False)
 
 
-def keep(task: str, policy: str, dataset_id: str, *, episodes: int, seed: int, options: Sequence[str]) -> None:
-    """Run whole episodes and keep them for Minari.
+def keep(
+    task: str, policy: str, *, minari: str | None, lerobot: Path | None, episodes: int, seed: int,
+    options: Sequence[str],
+) -> None:  # fmt: skip
+    """Run whole episodes and keep them, for Minari by an id and for LeRobot in a folder.
 
     Raises:
-        InputError: no such task, option or policy, an id that is taken, or Minari is not installed.
+        InputError: no such task, option or policy, an id or a folder that is taken, or a package that is missing.
     """
+    from pelagos.envs.lerobot import save_lerobot
     from pelagos.envs.policy import policy_of
     from pelagos.envs.registry import make
     from pelagos.envs.trajectories import collect, save_minari
 
     env = make(task, min(episodes, 64), seed=seed, **_pairs(options))
     found = collect(env, policy_of(policy, env, seed=seed), seed=seed, episodes=episodes)
-    folder = save_minari(found, env, dataset_id, policy=policy, what=f"{task}, policy {policy}, seed {seed}")
-    err.print(f"{len(found)} episodes, {sum(map(len, found))} decisions: {shown(folder)}", markup=False)
+    kept = []
+    if minari is not None:
+        what = f"{task}, policy {policy}, seed {seed}"
+        kept.append(save_minari(found, env, minari, policy=policy, what=what))
+    if lerobot is not None:
+        kept.append(save_lerobot(found, env, lerobot, task=task))
+    for folder in kept:
+        err.print(f"{len(found)} episodes, {sum(map(len, found))} decisions: {shown(folder)}", markup=False)
 
 
 def _draw_way(path: Path, task: str, policy: str, seed: int, options: dict[str, Any]) -> None:

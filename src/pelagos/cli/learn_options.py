@@ -77,12 +77,20 @@ def evaluate(
             show_default=False,
         ),
     ] = None,
+    lerobot: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="DIR",
+            help="Keep the episodes as a LeRobot data set in a new folder (extra `datasets`).",
+            show_default=False,
+        ),
+    ] = None,
     json: Annotated[bool, typer.Option("--json", help="Print one JSON document.")] = False,
     options: Options = None,
 ) -> None:
     """Score a policy: the mean return and the task's metrics at the ends of episodes."""
     from pelagos.cli.learn import keep, score
 
-    if minari is not None:
-        keep(task, policy, minari, episodes=episodes, seed=seed, options=options or [])
+    if minari is not None or lerobot is not None:
+        keep(task, policy, minari=minari, lerobot=lerobot, episodes=episodes, seed=seed, options=options or [])
     score(task, policy, episodes=episodes, seed=seed, film=film, as_json=json, options=options or [])
