@@ -20,8 +20,8 @@ import pelagos as pl
 from pelagos.bridges.ardupilot_json import parse_servos
 from pelagos.bridges.inbox import MOST_REASONS, Inbox
 from pelagos.bridges.instruments import ping
+from pelagos.bridges.instruments.a50 import WaterLinkedJson, WaterLinkedSerial
 from pelagos.bridges.instruments.ping_devices import Ping1d, Ping360
-from pelagos.bridges.instruments.speakers import WaterLinkedJson, WaterLinkedSerial
 from pelagos.bridges.lcm_transport import payload
 from pelagos.bridges.mavlink import MavlinkConfig, MavlinkDoor
 from pelagos.bridges.moos_wire import NOTIFY, MoosMessage, pack, unpack
@@ -77,7 +77,12 @@ def ping_device(kind: Any) -> tuple[Feed, list[bytes]]:
 
 
 def a50() -> tuple[Feed, list[bytes]]:
-    return WaterLinkedSerial(cast(Any, SimpleNamespace())).answer, [b"wcv\r\n", b"wcv*2d\r\nwcs\r\n"]
+    return WaterLinkedSerial(cast(Any, SimpleNamespace())).answer, [
+        b"wcv\r\n",
+        b"wcv*2d\r\nwcs\r\n",
+        b"wcs,1450,,n,,auto,y\r\n",
+        b"wcp,3\r\nwcr\r\n",
+    ]
 
 
 def commands() -> tuple[Feed, list[bytes]]:

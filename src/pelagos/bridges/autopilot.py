@@ -124,10 +124,15 @@ class VehicleMotion(NamedTuple):
     @property
     def euler(self) -> tuple[float, float, float]:
         """Roll, pitch, yaw [rad]."""
-        w, x, y, z = self.attitude
-        roll = math.atan2(2 * (w * x + y * z), 1 - 2 * (x * x + y * y))
-        pitch = math.asin(min(max(2 * (w * y - z * x), -1.0), 1.0))
-        return roll, pitch, math.atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))
+        return euler_of(self.attitude)
+
+
+def euler_of(attitude: Sequence[float]) -> Three:
+    """Roll, pitch, yaw [rad] of a quaternion (w, x, y, z): R = Rz(yaw) Ry(pitch) Rx(roll)."""
+    w, x, y, z = attitude
+    roll = math.atan2(2 * (w * x + y * z), 1 - 2 * (x * x + y * y))
+    pitch = math.asin(min(max(2 * (w * y - z * x), -1.0), 1.0))
+    return roll, pitch, math.atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))
 
 
 def motion_of(sim: Simulation, agent: str) -> VehicleMotion:

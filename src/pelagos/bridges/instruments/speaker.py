@@ -42,3 +42,19 @@ class Speaker(Protocol):
     def answer(self, raw: bytes) -> bytes:
         """Answer to a request."""
         ...
+
+
+class Silent:
+    """An instrument that takes no requests."""
+
+    tells_loss = False
+
+    def __init__(self, place: Place) -> None:
+        self.place = place
+
+    def begin(self) -> None:
+        """Nothing is kept."""
+
+    def answer(self, raw: bytes) -> bytes:
+        """Nothing."""
+        return b""

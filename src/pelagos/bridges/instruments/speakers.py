@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Callable, Mapping
 from typing import Any, Final
@@ -10,30 +9,16 @@ from typing import Any, Final
 import numpy as np
 
 from pelagos.bridges.autopilot import motion_of
-from pelagos.bridges.instruments import mip, nmea, nortek, teledyne, vectornav, waterlinked
+from pelagos.bridges.instruments import mip, nmea, nortek, teledyne, vectornav
+from pelagos.bridges.instruments.a50 import WaterLinkedJson, WaterLinkedSerial
+from pelagos.bridges.instruments.doppler_log import DopplerLog
 from pelagos.bridges.instruments.dvl_velocity import DvlVelocity
 from pelagos.bridges.instruments.ping_devices import Ping1d, Ping360
-from pelagos.bridges.instruments.speaker import SOUND_MPS, WATER_KG_M3, Place, Speaker
+from pelagos.bridges.instruments.speaker import SOUND_MPS, WATER_KG_M3, Place, Silent, Speaker
 from pelagos.math.constants import ATMOSPHERE_PA, GRAVITY
 
 
-class _Silent:
-    """An instrument that takes no requests."""
-
-    tells_loss = False
-
-    def __init__(self, place: Place) -> None:
-        self.place = place
-
-    def begin(self) -> None:
-        """Nothing is kept."""
-
-    def answer(self, raw: bytes) -> bytes:
-        """Nothing."""
-        return b""
-
-
-class NmeaGps(_Silent):
+class NmeaGps(Silent):
     """GGA, RMC, VTG and HDT of a satellite compass: its heading, course and speed are the true ones."""
 
     tells_loss = True
@@ -55,7 +40,7 @@ class NmeaGps(_Silent):
         )
 
 
-class NmeaSounder(_Silent):
+class NmeaSounder(Silent):
     """DBT of an altimeter; its fields are empty without an echo."""
 
     tells_loss = True
@@ -65,7 +50,7 @@ class NmeaSounder(_Silent):
         return nmea.dbt(float(np.asarray(reading.data).ravel()[0]) if reading.valid[0] else None)
 
 
-class NmeaPressure(_Silent):
+class NmeaPressure(Silent):
     """XDR of a depth gauge: absolute pressure."""
 
     def hear(self, reading: Any) -> bytes:
@@ -74,132 +59,15 @@ class NmeaPressure(_Silent):
         return nmea.xdr_pressure(ATMOSPHERE_PA + WATER_KG_M3 * GRAVITY * depth)
 
 
-class _Dvl(_Silent):
-    """Parts that all Doppler logs share; they go on without bottom lock, and say that they have none."""
-
-    tells_loss = True
-
-    def __init__(self, place: Place) -> None:
-        super().__init__(place)
-        self.before_ns = 0
-        self.number = 0
-
-    def begin(self) -> None:
-        """See `Speaker`."""
-        self.before_ns = self.number = 0
-
-    def hear(self, reading: Any) -> bytes:
-        """See `Speaker`."""
-        self.number += 1
-        dvl = DvlVelocity.of(reading, self.place.config.beams)
-        raw = self.say(dvl)
-        self.before_ns = dvl.t_ns
-        return raw
-
-    def say(self, dvl: DvlVelocity) -> bytes:
-        """In this log's language."""
-        raise NotImplementedError
-
-    def attitude(self) -> teledyne.Attitude:
-        """By the log's own compass and inclinometers."""
-        motion = motion_of(self.place.sim, self.place.agent)
-        roll, pitch, yaw = (math.degrees(a) for a in motion.euler)
-        return teledyne.Attitude(yaw, pitch, roll, motion.position[2])
-
-    def down(self) -> tuple[float, ...]:
-        """The downward part of each beam's direction."""
-        return tuple(-float(b[2]) for b in self.place.config.beams)
-
-
-class WaterLinkedJson(_Dvl):
-    """See `waterlinked.report`; it answers `get_config` and `set_config`, which switches its sound on and off.
-
-    Attributes:
-        bad: bytes that were no command.
-    """
-
-    def __init__(self, place: Place) -> None:
-        super().__init__(place)
-        self._begun = b""  # a command whose end has not come yet
-        self._acoustic = True
-        self.bad = 0
-
-    def say(self, dvl: DvlVelocity) -> bytes:
-        """See `_Dvl`."""
-        return waterlinked.report(dvl, self.before_ns) if self._acoustic else b""
-
-    def answer(self, raw: bytes) -> bytes:
-        """Answers to commands, JSON objects on lines of their own or one after the other."""
-        texts, begun = waterlinked.objects(self._begun + raw)
-        self._begun = begun[-_LONGEST_COMMAND:]
-        self.bad += len(begun) - len(self._begun)
-        return b"".join(self._obey(text) for text in texts)
-
-    def _obey(self, text: bytes) -> bytes:
-        try:
-            said = json.loads(text)
-            command, wanted = said["command"], dict(said.get("parameters") or {})
-        except (ValueError, LookupError, TypeError, AttributeError, RecursionError):
-            self.bad += len(text)
-            return waterlinked.response("", trouble="no command was understood")
-        if command == "get_config":
-            return waterlinked.response(command, result=self._config())
-        if command != "set_config":
-            return waterlinked.response(str(command), trouble="this command is not simulated")
-        others = {key: value for key, value in wanted.items() if key != "acoustic_enabled"}
-        here, acoustic = self._config(), wanted.get("acoustic_enabled", self._acoustic)
-        refused = [key for key, value in others.items() if here.get(key) != value]
-        if refused or not isinstance(acoustic, bool):
-            return waterlinked.response(command, trouble=f"fixed by the scenario: {', '.join(refused) or acoustic!r}")
-        self._acoustic = acoustic
-        return waterlinked.response(command)
-
-    def _config(self) -> dict[str, Any]:
-        return {
-            "speed_of_sound": SOUND_MPS, "acoustic_enabled": self._acoustic, "dark_mode_enabled": False,
-            "mounting_rotation_offset": 0.0, "range_mode": "auto", "periodic_cycling_enabled": False,
-        }  # fmt: skip
-
-
-_LONGEST_COMMAND: Final = 512
-
-
-class WaterLinkedSerial(_Dvl):
-    """See `waterlinked.serial_report`."""
-
-    def __init__(self, place: Place) -> None:
-        super().__init__(place)
-        self._begun = b""  # a command whose end has not come yet
-
-    def say(self, dvl: DvlVelocity) -> bytes:
-        """See `_Dvl`."""
-        return waterlinked.serial_report(dvl, self.before_ns)
-
-    def answer(self, raw: bytes) -> bytes:
-        """The protocol's version, to `wcv`; anything else is an unknown command, or has a wrong checksum."""
-        out = b""
-        *lines, begun = (self._begun + raw).replace(b"\r", b"\n").split(b"\n")
-        self._begun = begun[-_LONGEST_COMMAND:]
-        for line in lines:
-            command, star, check = line.strip().partition(b"*")
-            if star and check.lower() != b"%02x" % waterlinked.crc8(command):
-                out += waterlinked.serial_sentence("wr!")
-            elif command == b"wcv":
-                out += waterlinked.serial_sentence("wrv,2,5,0")
-            elif command:
-                out += waterlinked.serial_sentence("wr?")
-        return out
-
-
-class Pd0(_Dvl):
+class Pd0(DopplerLog):
     """See `teledyne.pd0`."""
 
     def say(self, dvl: DvlVelocity) -> bytes:
-        """See `_Dvl`."""
+        """See `DopplerLog`."""
         return teledyne.pd0(dvl, self.place.epoch, self.attitude(), SOUND_MPS, self.number, self.down())
 
 
-class Pd6(_Dvl):
+class Pd6(DopplerLog):
     """See `teledyne.pd6`; it adds up the distance made good over ground."""
 
     def __init__(self, place: Place) -> None:
@@ -212,21 +80,21 @@ class Pd6(_Dvl):
         self._made_good = teledyne.MadeGood()
 
     def say(self, dvl: DvlVelocity) -> bytes:
-        """See `_Dvl`."""
+        """See `DopplerLog`."""
         attitude = self.attitude()
         self._made_good = self._made_good.after(dvl, attitude)
         return teledyne.pd6(dvl, self.place.epoch, attitude, SOUND_MPS, self._made_good)
 
 
-class Nortek(_Dvl):
+class Nortek(DopplerLog):
     """See `nortek.bottom_track`."""
 
     def say(self, dvl: DvlVelocity) -> bytes:
-        """See `_Dvl`."""
+        """See `DopplerLog`."""
         return nortek.bottom_track(dvl, self.place.epoch, self.down())
 
 
-class Mip(_Silent):
+class Mip(Silent):
     """See `mip.inertial`."""
 
     def hear(self, reading: Any) -> bytes:
@@ -234,7 +102,7 @@ class Mip(_Silent):
         return mip.inertial(reading.t_ns, *_force_and_rate(reading))
 
 
-class VectorNavText(_Silent):
+class VectorNavText(Silent):
     """See `vectornav.text`."""
 
     def hear(self, reading: Any) -> bytes:
@@ -242,7 +110,7 @@ class VectorNavText(_Silent):
         return vectornav.text(*_force_and_rate(reading))
 
 
-class VectorNavBinary(_Silent):
+class VectorNavBinary(Silent):
     """See `vectornav.binary`."""
 
     def hear(self, reading: Any) -> bytes:

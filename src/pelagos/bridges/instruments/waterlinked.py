@@ -11,6 +11,7 @@ from collections.abc import Mapping
 from typing import Any, Final
 
 from pelagos.bridges.instruments.dvl_velocity import DvlVelocity
+from pelagos.bridges.instruments.reckoning import Reckoning
 
 POLYNOMIAL: Final = 0x07
 
@@ -30,6 +31,17 @@ def report(dvl: DvlVelocity, before_ns: int) -> bytes:
         ],
         "velocity_valid": dvl.velocity is not None, "status": 0, "format": "json_v3.1", "type": "velocity",
         "time_of_validity": dvl.t_ns // 1000, "time_of_transmission": dvl.t_ns // 1000,
+    }  # fmt: skip
+    return json.dumps(body, allow_nan=False).encode() + b"\r\n"
+
+
+def position(way: Reckoning) -> bytes:
+    """A dead-reckoning report in JSON, a line."""
+    roll, pitch, yaw = (math.degrees(a) for a in way.euler)
+    x, y, z = way.position
+    body = {
+        "ts": way.t_ns / 1e9, "x": x, "y": y, "z": z, "std": way.std_m, "roll": roll, "pitch": pitch, "yaw": yaw,
+        "type": "position_local", "status": int(not way.locked), "format": "json_v3.1",
     }  # fmt: skip
     return json.dumps(body, allow_nan=False).encode() + b"\r\n"
 
@@ -65,6 +77,26 @@ def serial_report(dvl: DvlVelocity, before_ns: int) -> bytes:
     elapsed = (dvl.t_ns - before_ns) * 1e-6
     return serial_sentence(
         f"wrz,{x:.3f},{y:.3f},{z:.3f},{valid},{altitude:.2f},{dvl.merit_mps:.3f},{spread},{t_us},{t_us},{elapsed:.2f},0"
+    )
+
+
+def serial_transducers(dvl: DvlVelocity) -> bytes:
+    """The sentences `wru`, one for each beam."""
+    out = b""
+    for i, (v, r, good) in enumerate(zip(dvl.beam_velocity_mps, dvl.ranges_m, dvl.beam_valid, strict=True)):
+        velocity = v if good and math.isfinite(v) else 0.0
+        distance = r if good and math.isfinite(r) else -1.0
+        out += serial_sentence(f"wru,{i},{velocity:.3f},{distance:.2f},{-40 if good else -90},-95")
+    return out
+
+
+def serial_position(way: Reckoning) -> bytes:
+    """The sentence `wrp`."""
+    x, y, z = way.position
+    roll, pitch, yaw = (math.degrees(a) for a in way.euler)
+    return serial_sentence(
+        f"wrp,{way.t_ns / 1e9:.3f},{x:.3f},{y:.3f},{z:.3f},{way.std_m:.3f},{roll:.2f},{pitch:.2f},{yaw:.2f},"
+        f"{int(not way.locked)}"
     )
 
 
