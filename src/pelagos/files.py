@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import errno
 import os
+from collections.abc import Iterator
 from pathlib import Path
 
 
@@ -18,20 +19,37 @@ def give_name(fresh: Path, path: Path) -> None:
     os.replace(fresh, path)
 
 
-def write_whole(path: Path, text: str) -> None:
-    """Write a file of text in UTF-8, whole or not at all.
+@contextlib.contextmanager
+def whole(path: Path) -> Iterator[Path]:
+    """Another name to write a file under, which becomes `path` at the end; after an error nothing is left of it.
 
     Raises:
         OSError: it cannot be written; tells the file's name, which the error of a full disk lacks.
     """
-    fresh = path.with_name(f".{path.name}.new")
+    fresh = path.with_name(f".new.{path.name}")
     try:
-        fresh.write_text(text, encoding="utf-8")
+        yield fresh
         give_name(fresh, path)
     except OSError as error:
+        if error.filename not in (None, fresh, str(fresh)):
+            raise
+        raise OSError(error.errno, error.strerror, str(path)) from error
+    finally:
         with contextlib.suppress(OSError):
             fresh.unlink(missing_ok=True)
-        raise OSError(error.errno, error.strerror, str(path)) from error
+
+
+def write_whole(path: Path, data: str | bytes) -> None:
+    """Write a file of bytes, or of text in UTF-8, whole or not at all.
+
+    Raises:
+        OSError: it cannot be written; tells the file's name.
+    """
+    with whole(path) as fresh:
+        if isinstance(data, bytes):
+            fresh.write_bytes(data)
+        else:
+            fresh.write_text(data, encoding="utf-8")
 
 
 def refuse_other_than_file(path: Path) -> None:

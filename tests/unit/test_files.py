@@ -10,7 +10,9 @@ from pathlib import Path
 import pytest
 
 import pelagos as pl
-from pelagos.files import give_name, write_whole
+from pelagos.bridges.rosbag import write_rosbag
+from pelagos.cli.main import main
+from pelagos.files import give_name, whole, write_whole
 
 
 @pytest.fixture
@@ -52,6 +54,65 @@ def test_a_full_disk_leaves_the_old_text_and_is_told_with_the_name(tmp_path, mon
         write_whole(path, "another")
     assert [p.name for p in tmp_path.iterdir()] == ["stats.json"]
     assert path.read_text() == "whole"
+
+
+def test_a_file_that_fails_in_the_middle_leaves_the_old_one_and_errors_of_others_keep_their_names(tmp_path):
+    path, other = tmp_path / "film.mp4", tmp_path / "absent.mcap"
+    path.write_bytes(b"old")
+
+    def half(raised):
+        with whole(path) as fresh:
+            fresh.write_bytes(b"half")
+            assert (fresh.parent, fresh.suffix) == (path.parent, path.suffix)
+            raise raised
+
+    for raised, told in (
+        (OSError(errno.ENOSPC, "No space left on device"), str(path)),
+        (FileNotFoundError(errno.ENOENT, "No such file or directory", str(other)), str(other)),
+    ):
+        with pytest.raises(OSError, match=re.escape(raised.strerror)) as caught:
+            half(raised)
+        assert (caught.value.errno, caught.value.filename) == (raised.errno, told)
+    with pytest.raises(ZeroDivisionError):
+        half(ZeroDivisionError())
+    assert [p.name for p in tmp_path.iterdir()] == ["film.mp4"]
+    assert path.read_bytes() == b"old"
+    with whole(path) as fresh:
+        fresh.write_bytes(b"new")
+    assert path.read_bytes() == b"new"
+    assert [p.name for p in tmp_path.iterdir()] == ["film.mp4"]
+
+
+@pytest.mark.parametrize("target", ["sheet.png", "world.glb", "page.html", "world.npz", "statistics.json"])
+def test_a_world_that_finds_no_room_leaves_nothing(tmp_path, monkeypatch, capsys, target):
+    def give(fresh, path):  # pictures of a sheet and a page lie in a folder of their own first, which has room
+        if path.name == target:
+            raise OSError(errno.ENOSPC, "No space left on device")
+        fresh.rename(path)
+
+    monkeypatch.setattr("pelagos.files.give_name", give)
+    scenario = tmp_path / "pond.yaml"
+    scenario.write_text("world: {type: flat, depth_m: 7.5}\nagents: {}\n")
+    with pytest.raises(SystemExit) as end:
+        main(["world", str(scenario), "--out", str(tmp_path / target)])
+    assert end.value.code == 1
+    assert f"error: {tmp_path / target}: No space left on device" in capsys.readouterr().err.replace("\n", "")
+    assert [p.name for p in tmp_path.iterdir()] == ["pond.yaml"]
+
+
+def test_a_bag_that_finds_no_room_leaves_no_folder(tmp_path, monkeypatch):
+    writer = pytest.importorskip("rosbags.rosbag2").Writer
+    sim = pl.Simulation.load({"world": {"type": "flat", "depth_m": 20}, "agents": {"a": {"vehicle": "remus100"}}})
+    with sim.recording(tmp_path / "run.mcap"):
+        sim.run(0.5)
+
+    def full(self, *message):
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr(writer, "write", full)
+    with pytest.raises(OSError, match=re.escape(f"No space left on device: '{tmp_path / 'bag'}'")):
+        write_rosbag(tmp_path / "run.mcap", tmp_path / "bag")
+    assert [p.name for p in tmp_path.iterdir()] == ["run.mcap"]
 
 
 def test_recordings_and_checkpoints_leave_a_pipe_where_it_is(pipe):

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import shutil
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 
 from pelagos.bridges.door import LABELS
@@ -26,6 +28,7 @@ def write_rosbag(
 
     Raises:
         InputError: the folder exists, or the part cannot be.
+        OSError: it cannot be written; nothing is left of it.
         RecordingError: there is no such recording.
     """
     from rosbags.interfaces import Qos, QosDurability, QosHistory, QosLiveliness, QosReliability, QosTime
@@ -40,7 +43,7 @@ def write_rosbag(
         QosHistory.KEEP_LAST, 1, QosReliability.RELIABLE, QosDurability.TRANSIENT_LOCAL, never, never,
         QosLiveliness.SYSTEM_DEFAULT, never, False,
     )  # fmt: skip
-    with Writer(Path(folder), version=9, storage_plugin=StoragePlugin.MCAP) as bag:
+    with _new_folder(Path(folder)), Writer(Path(folder), version=9, storage_plugin=StoragePlugin.MCAP) as bag:
         connections = {
             number: bag.add_connection(
                 channel.topic,
@@ -59,3 +62,15 @@ def write_rosbag(
             bag.write(connections[message.channel], message.t_ns, bytes(message.data))
             count += 1
     return count
+
+
+@contextmanager
+def _new_folder(folder: Path) -> Iterator[None]:
+    """Nothing of a folder is left after an error, which tells its name."""
+    try:
+        yield
+    except BaseException as error:
+        shutil.rmtree(folder, ignore_errors=True)
+        if isinstance(error, OSError):
+            raise OSError(error.errno, error.strerror, str(folder)) from error
+        raise

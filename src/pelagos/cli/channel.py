@@ -15,6 +15,7 @@ from pelagos.cli.console import out as console
 from pelagos.cli.console import shown
 from pelagos.cli.trusted import load
 from pelagos.errors import InputError
+from pelagos.files import write_whole
 
 _ROWS = 20
 
@@ -48,7 +49,7 @@ def show_channel(
     if out is not None:
         from pelagos.report.channel import draw_channel
 
-        out.write_bytes(draw_channel(made, title=f"{scenario.name}: {ends[0]} to {ends[1]}"))
+        write_whole(out, draw_channel(made, title=f"{scenario.name}: {ends[0]} to {ends[1]}"))
         if not as_json:
             console.print(f"written: {shown(out)}", markup=False)
     if len(a) == 0 and not as_json:

@@ -13,6 +13,7 @@ import yaml
 
 from pelagos.cli.console import err, out, shown
 from pelagos.errors import CommandError, InputError
+from pelagos.files import whole
 
 
 @dataclass(frozen=True)
@@ -139,7 +140,8 @@ def _draw_way(path: Path, task: str, policy: str, seed: int, options: dict[str, 
     picture = env.render()
     assert picture is not None
     path.parent.mkdir(parents=True, exist_ok=True)
-    Image.fromarray(picture).save(path)
+    with whole(path) as fresh:
+        Image.fromarray(picture).save(fresh)
 
 
 def _pairs(options: Sequence[str]) -> dict[str, Any]:

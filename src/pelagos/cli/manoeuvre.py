@@ -10,6 +10,7 @@ from rich.table import Table
 
 from pelagos.cli.console import out as console
 from pelagos.errors import InputError, LookupFailed
+from pelagos.files import write_whole
 from pelagos.manoeuvres.trial import Orders, run_manoeuvre
 
 
@@ -38,7 +39,7 @@ def show_manoeuvre(
     if out is not None:
         from pelagos.manoeuvres.picture import draw
 
-        out.write_bytes(draw(trial))
+        write_whole(out, draw(trial))
 
 
 def _vehicle(given: str, trust: bool) -> dict[str, Any]:

@@ -17,6 +17,7 @@ from pelagos.cli.stages import Stages
 from pelagos.cli.trusted import load
 from pelagos.config.scenario import Scenario
 from pelagos.errors import InputError, LookupFailed, WorldError
+from pelagos.files import write_whole
 from pelagos.sim.memory import peak_memory_mb
 
 if TYPE_CHECKING:
@@ -119,13 +120,13 @@ def _write(
     elif suffix == ".html":
         from pelagos.report.world import world_page
 
-        target.write_text(world_page(world, stats, drawn[0], drawn[1], title=title), encoding="utf-8")
+        write_whole(target, world_page(world, stats, drawn[0], drawn[1], title=title))
     elif suffix == ".glb":
         save_glb(pictured(world.at_time(at_s)), target)
     elif suffix == ".npz":
         save(world, target)
     elif suffix == ".json":
-        target.write_text(json.dumps(stats, indent=1), encoding="utf-8")
+        write_whole(target, json.dumps(stats, indent=1))
     else:
         export(world, target, t=at_s)
 

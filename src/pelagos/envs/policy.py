@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pelagos.errors import CommandError, InputError, LookupFailed
-from pelagos.files import give_name
+from pelagos.files import whole
 
 if TYPE_CHECKING:
     from pelagos.envs.fleet import FleetEnv
@@ -52,9 +52,8 @@ class Network:
         parts: dict[str, Any] = {"mean": self.mean, "deviation": self.deviation, "task": np.array(self.task)}
         for i, (weight, bias) in enumerate(zip(self.weights, self.biases, strict=True)):
             parts |= {f"weight{i}": weight, f"bias{i}": bias}
-        waiting = path.with_name(f".{path.name}.part.npz")
-        np.savez(waiting, **parts)
-        give_name(waiting, path)
+        with whole(path) as fresh:
+            np.savez(fresh, **parts)
 
     @classmethod
     def load(cls, path: Path) -> Network:

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import yaml
 
+from pelagos.files import write_whole
 from pelagos.identification.coordinates import ANGLES, COORDINATES, UNITS, number
 from pelagos.identification.fit import Estimate, Fit, Score
 from pelagos.report import theme
@@ -30,11 +31,11 @@ def write_fit(made: Fit, folder: Path, *, data: str, title: str) -> list[Path]:
     """
     folder.mkdir(parents=True, exist_ok=True)
     files = [folder / name for name in ("vehicle.yaml", "fit.json", "fit.png", "fit.html")]
-    files[0].write_text(vehicle_yaml(made, data=data), encoding="utf-8")
-    files[1].write_text(json.dumps(as_data(made), indent=1) + "\n", encoding="utf-8")
+    write_whole(files[0], vehicle_yaml(made, data=data))
+    write_whole(files[1], json.dumps(as_data(made), indent=1) + "\n")
     picture = draw(made)
-    files[2].write_bytes(picture)
-    files[3].write_text(_page(made, picture, data=data, title=title), encoding="utf-8")
+    write_whole(files[2], picture)
+    write_whole(files[3], _page(made, picture, data=data, title=title))
     return files
 
 

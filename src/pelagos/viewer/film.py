@@ -16,6 +16,7 @@ from PIL import Image, ImageDraw, ImageFont
 from pelagos.drawing.relief import depth_norm, relief, shaded, tone_of
 from pelagos.drawing.sample import CAMERAS, FANS
 from pelagos.errors import InputError, LookupFailed, NoRecording
+from pelagos.files import whole
 from pelagos.sim.replay import Recording
 from pelagos.viewer.frame import ShownFrame
 from pelagos.viewer.panels import Panels
@@ -59,7 +60,8 @@ def make_film(
         progress: called with (pictures done, all).
 
     Raises:
-        InputError: a recording without poses, an unknown sensor, a file that cannot be written.
+        InputError: a recording without poses, an unknown sensor.
+        OSError: the film cannot be written; nothing is left of it.
     """
     if target.suffix.lower() not in SUFFIXES:
         raise InputError(f"{target}: a film ends in {', '.join(SUFFIXES)}")
@@ -74,20 +76,17 @@ def make_film(
     artist = _Artist(recording, options)
     step_ns = round(1e9 * options.speed / options.rate_hz)
     count = max(1, (artist.replay.last_ns - artist.replay.first_ns) // step_ns + 1)
-    try:
-        with av.open(str(target), "w") as film:
-            stream = film.add_stream("libx264", rate=Fraction(options.rate_hz))
-            stream.width, stream.height, stream.pix_fmt = *options.size, "yuv420p"
-            stream.options = {"crf": "21", "preset": "veryfast"}
-            for number in range(count):
-                picture = artist.picture(artist.replay.first_ns + number * step_ns)
-                for packet in stream.encode(av.VideoFrame.from_ndarray(picture, format="rgb24")):
-                    film.mux(packet)
-                progress(number + 1, count)
-            for packet in stream.encode():
+    with whole(target) as fresh, av.open(str(fresh), "w") as film:
+        stream = film.add_stream("libx264", rate=Fraction(options.rate_hz))
+        stream.width, stream.height, stream.pix_fmt = *options.size, "yuv420p"
+        stream.options = {"crf": "21", "preset": "veryfast"}
+        for number in range(count):
+            picture = artist.picture(artist.replay.first_ns + number * step_ns)
+            for packet in stream.encode(av.VideoFrame.from_ndarray(picture, format="rgb24")):
                 film.mux(packet)
-    except OSError as error:
-        raise InputError(f"{target}: cannot be written: {error.strerror or error}") from None
+            progress(number + 1, count)
+        for packet in stream.encode():
+            film.mux(packet)
     return int(count)
 
 

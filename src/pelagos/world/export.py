@@ -21,6 +21,7 @@ from pydantic import ValidationError
 
 from pelagos.config.path import ScenarioPath
 from pelagos.errors import WorldError
+from pelagos.files import whole, write_whole
 from pelagos.math.geodesy import GeoOrigin
 from pelagos.raycast.geometry import Geometry, PlacedGeometry
 from pelagos.world.bathymetry.nodes import SurveyNodes
@@ -68,12 +69,13 @@ def export(world: World, folder: Path, *, t: float = 0.0) -> list[Path]:
     folder.mkdir(parents=True, exist_ok=True)
     shown = pictured(world.at_time(t))
     made = [save(world, folder / "world.npz"), save_glb(shown, folder / "world.glb"), folder / "labels.json"]
-    made[2].write_text(json.dumps(legend(shown), indent=1))
+    write_whole(made[2], json.dumps(legend(shown), indent=1))
     if world.terrain is not None:
         made.append(folder / "height.npz")
         field = world.terrain
         x, y = (field.x, field.y) if not isinstance(field, SurveyNodes) else np.moveaxis(_plan(field), -1, 0)
-        np.savez_compressed(made[3], x=x, y=y, z=field.z)
+        with whole(made[3]) as fresh:
+            np.savez_compressed(fresh, x=x, y=y, z=field.z)
     return made
 
 
@@ -118,7 +120,8 @@ def save(world: World, path: Path) -> Path:
         "movers": _movers(world, path),
         "terrain_origin": [field.origin.latitude, field.origin.longitude] if isinstance(field, SurveyNodes) else [],
     }
-    np.savez_compressed(path, about=np.frombuffer(json.dumps(about).encode(), dtype=np.uint8), **arrays)
+    with whole(path) as fresh:
+        np.savez_compressed(fresh, about=np.frombuffer(json.dumps(about).encode(), dtype=np.uint8), **arrays)
     return path
 
 
@@ -172,7 +175,7 @@ def save_glb(world: World, path: Path) -> Path:
             mesh = _glb_mesh(g.vertices, g.faces[g.face_materials == row], what)
             name = f"{g.instance}_{g.name}_{k}_{what.name}".replace(" ", "_")
             scene.add_geometry(mesh, node_name=name, geom_name=name, transform=up)
-    path.write_bytes(scene.export(file_type="glb"))
+    write_whole(path, scene.export(file_type="glb"))
     return path
 
 
@@ -209,12 +212,12 @@ def _beside(path: Path, name: str, mesh: Path) -> str:
     target = path.with_name(f"{path.stem}_{name}{suffix}")
     if suffix == mesh.suffix:
         if not (target.exists() and target.samefile(mesh)):
-            target.write_bytes(mesh.read_bytes())
+            write_whole(target, mesh.read_bytes())
         return target.name
     import trimesh
 
     read = read_mesh(mesh)
-    target.write_bytes(trimesh.Trimesh(read.vertices, read.faces, process=False).export(file_type="ply"))
+    write_whole(target, trimesh.Trimesh(read.vertices, read.faces, process=False).export(file_type="ply"))
     return target.name
 
 

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from pelagos.files import whole
 from pelagos.raycast.geometry import Geometry, PlacedGeometry
 from pelagos.world.label import label_color
 from pelagos.world.world import World
@@ -77,7 +78,8 @@ def draw_map(world: World, path: Path, *, pixels: int = 900) -> Path:
     _draw_paths(axes, world)
     axes.set(xlim=span[:2], ylim=span[2:])
     _name_labels(axes, world, label[things], {g.label for g in world.geometries} - {4})
-    figure.savefig(path, dpi=110, bbox_inches="tight")
+    with whole(path) as fresh:
+        figure.savefig(fresh, dpi=110, bbox_inches="tight")
     return path
 
 

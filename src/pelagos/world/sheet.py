@@ -6,6 +6,8 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from pelagos.files import whole
+
 _KINDS = 12  # kinds of object that are counted on the sheet
 _CHART_IN, _TEXT_IN, _VIEW_IN = 8.4, 3.6, 4.9  # width of the map, heights of the text and of a view [inch]
 
@@ -41,7 +43,8 @@ def draw_sheet(
     for row, (caption, picture) in enumerate(aside):
         _picture(right.add_subplot(max(len(aside), 1), 1, row + 1), imread(picture), caption)
     figure.suptitle(title, fontsize=15)
-    figure.savefig(path, dpi=100)
+    with whole(path) as fresh:
+        figure.savefig(fresh, dpi=100)
     return path
 
 
