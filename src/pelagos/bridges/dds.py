@@ -18,26 +18,13 @@ from typing import Any, Final
 from pelagos.bridges.clerk import Clerk
 from pelagos.bridges.dds_flow import WAITING, Flow, acknowledged
 from pelagos.bridges.dds_graph import Graph
+from pelagos.bridges.dds_loopback import LOOPBACK, keep_to_loopback
 from pelagos.bridges.dds_types import idl_class
 from pelagos.bridges.extras import require
 from pelagos.bridges.outbox import Outbox
 from pelagos.bridges.rihs import type_hash
-from pelagos.bridges.transport import Answer, BridgeError, Buffer, Qos, Receive, Write
+from pelagos.bridges.transport import ONLY_HERE, Answer, BridgeError, Buffer, Qos, Receive, Write
 
-LOOPBACK: Final = """<CycloneDDS><Domain>
-<General><Interfaces><NetworkInterface name="lo" multicast="false"/></Interfaces>
-<AllowMulticast>false</AllowMulticast><FragmentSize>60000B</FragmentSize><MaxMessageSize>65000B</MaxMessageSize></General>
-<Discovery><ParticipantIndex>auto</ParticipantIndex><MaxAutoParticipantIndex>32</MaxAutoParticipantIndex>
-<Peers><Peer address="127.0.0.1"/></Peers><SPDPInterval>1 s</SPDPInterval>
-<InitialLocatorPruneDelay>inf</InitialLocatorPruneDelay></Discovery>
-<Internal><HeartbeatInterval min="100 us" minsched="100 us" max="8 s">2 ms</HeartbeatInterval><AckDelay>0 s</AckDelay>
-<NackDelay>2 ms</NackDelay><SocketReceiveBufferSize max="4 MB"/></Internal>
-</Domain></CycloneDDS>"""
-"""This machine alone, by unicast, which needs no multicast route. Other middleware announces itself by multicast only:
-it finds us by our announcements, which therefore go on, every second, for as long as the node lives. A datagram of the
-loopback may have 64 kB: large messages go in pieces of that size, not in the library's of 1344 bytes. A writer asks its
-readers what they have every 2 ms, not every 100, so that large messages follow one another; readers answer at once, and
-ask again for what they lost."""
 _FRAME: Final = 16  # bytes of a service's header behind the four of the encapsulation
 _HEAD: Final = 4
 _TAKE: Final = 64  # samples in one call
@@ -54,6 +41,9 @@ class DdsTransport:
         loopback: stay on this machine; else the library's or the user's own configuration (CYCLONEDDS_URI).
         announce: tell ROS 2's graph about the node, its publishers and subscriptions.
         gid_bytes: 16, or 24 for Humble.
+
+    Attributes:
+        reach: who can reach it, in words.
     """
 
     name = "DDS"
@@ -76,13 +66,17 @@ class DdsTransport:
         self._pub = require("cyclonedds.pub", extra="ros2", purpose="the DDS transport")
         self._sub = require("cyclonedds.sub", extra="ros2", purpose="the DDS transport")
         self._topic = require("cyclonedds.topic", extra="ros2", purpose="the DDS transport")
-        _configure(domain, loopback and "CYCLONEDDS_URI" not in os.environ)
+        given = "CYCLONEDDS_URI" in os.environ
+        _configure(domain, loopback and not given)
         user_data = core.Qos(self._policy.Userdata(b"enclave=/;"))
         participant = require("cyclonedds.domain", extra="ros2", purpose="the DDS transport").DomainParticipant
         try:
             self._participant = participant(domain, qos=user_data)
         except core.DDSException as error:
             raise BridgeError(f"no DDS participant can be made in domain {domain}: {error}") from None
+        self.reach = "as CYCLONEDDS_URI says, without passwords" if given else "open to the network, without passwords"
+        if loopback and not given:
+            self.reach = ONLY_HERE if keep_to_loopback(domain) else f"{ONLY_HERE}, at ports that others can reach"
         self._gid_bytes = gid_bytes
         self._topics: dict[str, Any] = {}
         self._entities: list[Any] = []

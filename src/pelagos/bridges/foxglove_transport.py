@@ -15,7 +15,7 @@ from pydantic import Field
 from pelagos.bridges.config import LOOPBACK, BridgeConfig, exposed, listening
 from pelagos.bridges.door import CLOCK_TOPIC
 from pelagos.bridges.extras import require
-from pelagos.bridges.transport import Answer, BridgeError, Buffer, Qos, Receive, Write, ros2_name
+from pelagos.bridges.transport import ONLY_HERE, Answer, BridgeError, Buffer, Qos, Receive, Write, ros2_name
 from pelagos.errors import did_you_mean
 from pelagos.messages.store import schema
 
@@ -57,8 +57,7 @@ class FoxgloveConfig(BridgeConfig):
 
         transport = FoxgloveTransport(host=self.host, port=self.port)
         serve_topics(exchange, transport, only=self.topics, commands=self.commands, services=self.services)
-        note = ", open to the network, without passwords" if exposed(self.host) else ""
-        return f"Foxglove at ws://{self.host}:{transport.port}{note}"
+        return f"Foxglove at ws://{self.host}:{transport.port}, {transport.reach}"
 
 
 class FoxgloveTransport:
@@ -66,12 +65,14 @@ class FoxgloveTransport:
 
     Attributes:
         port: where it listens.
+        reach: who can reach it, in words.
     """
 
     name = "Foxglove"
     blocks = False
 
     def __init__(self, *, host: str = LOOPBACK, port: int = 8765) -> None:
+        self.reach = "open to the network, without passwords" if exposed(host) else ONLY_HERE
         self._sdk = require("foxglove", extra="foxglove", purpose="Foxglove")
         self._ws = require("foxglove.websocket", extra="foxglove", purpose="Foxglove")
         self._context = self._sdk.Context()

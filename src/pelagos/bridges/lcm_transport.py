@@ -32,7 +32,8 @@ class LcmConfig(BridgeConfig):
 
     type: Literal["lcm"]
     url: str = URL
-    """LCM's provider; `ttl=0` stays on this machine. LCM has no passwords."""
+    """LCM's provider; with `ttl=0` what is sent stays on this machine. What others send to the group on this network
+    comes in, and LCM has no passwords."""
     holoocean: bool = True
     """Publish sensors in HoloOcean's structures, on channels `<agent>/<sensor>`."""
     topics: tuple[str, ...] = ()
@@ -52,7 +53,7 @@ class LcmConfig(BridgeConfig):
             listen(transport, exchange.sim, exchange.inbox)
         if self.holoocean:
             exchange.add(HoloOceanDoor(exchange.sim, transport))
-        return f"LCM at {self.url}"
+        return f"LCM at {self.url}; its group is open to the network, without passwords"
 
 
 class LcmTransport:

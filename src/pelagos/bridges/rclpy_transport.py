@@ -26,6 +26,7 @@ class RclpyTransport:
 
     name = "rclpy"
     blocks = True
+    reach = "wherever the sourced ROS reaches (ROS_AUTOMATIC_DISCOVERY_RANGE), without passwords"
 
     def __init__(self, *, domain: int = 0, node: str = "pelagos") -> None:
         self._rclpy = require("rclpy", extra="ros2", purpose="the rclpy transport")

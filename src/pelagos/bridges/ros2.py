@@ -32,8 +32,8 @@ class Ros2Config(BridgeConfig):
     distro: Distro = "jazzy"
     """ROS distribution of the peers; only Humble differs (longer ids in its graph)."""
     network: Literal["loopback", "open"] = "loopback"
-    """`loopback` stays on this machine. `open` uses the library's defaults; DDS knows no passwords: whoever is on that
-    network can read and command."""
+    """`loopback` stays on this machine. `open` uses the library's defaults, or opens zenoh's router to the network;
+    neither knows passwords: whoever is on that network can read and command. rclpy is where the sourced ROS is."""
     node: str = Field(default="pelagos", pattern=r"^[A-Za-z_][A-Za-z0-9_]*$")
     """Name of the node in ROS's graph, and of the services (`/pelagos/reset`)."""
     topics: tuple[str, ...] = ()
@@ -75,8 +75,7 @@ class Ros2Config(BridgeConfig):
             listen_holoocean(transport, exchange.sim, exchange.inbox)
             if served:
                 services.offer_holoocean(transport)
-        where = "this machine only" if self.network == "loopback" else "open to the network, without passwords"
-        return f"ROS 2 by {transport.name} ({why}), domain {self.domain}, {where}"
+        return f"ROS 2 by {transport.name} ({why}), domain {self.domain}, {transport.reach}"
 
     @property
     def domain(self) -> int:
@@ -123,7 +122,12 @@ def _dds(config: Ros2Config) -> Stage:
 def _zenoh(config: Ros2Config) -> Stage:
     from pelagos.bridges.zenoh_transport import ZenohTransport
 
-    return ZenohTransport(domain=config.domain, node=config.node, hashes=config.distro != "humble")
+    return ZenohTransport(
+        domain=config.domain,
+        node=config.node,
+        hashes=config.distro != "humble",
+        loopback=config.network == "loopback",
+    )
 
 
 def _rclpy(config: Ros2Config) -> Stage:

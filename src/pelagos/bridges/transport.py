@@ -57,6 +57,7 @@ class Qos:
     large: bool = False
 
 
+ONLY_HERE: Final = "this machine only"
 STREAM: Final = Qos(depth=10)
 LATCHED: Final = Qos(depth=1, latched=True)
 CLOCK: Final = Qos(depth=1)
@@ -99,7 +100,13 @@ class Transport(Protocol):
 
 
 class Stage(Transport, Protocol):
-    """A transport that a recording can be played to: it knows who listens."""
+    """A transport that a recording can be played to: it knows who listens.
+
+    Attributes:
+        reach: who can reach it, in words.
+    """
+
+    reach: str
 
     def readers(self) -> int:
         """Number of readers that the topics have, or of topics that are read; 0: nobody listens."""
@@ -115,6 +122,7 @@ class MemoryTransport:
 
     name = "memory"
     blocks = False
+    reach = "this process"
 
     def __init__(self) -> None:
         self.written: dict[str, list[tuple[int, bytes]]] = {}

@@ -17,9 +17,10 @@ from typing import Any, Final
 from pelagos.bridges.dds_types import wire_type
 from pelagos.bridges.extras import require
 from pelagos.bridges.rihs import type_hash
-from pelagos.bridges.transport import Answer, BridgeError, Buffer, Qos, Receive, Write
+from pelagos.bridges.transport import ONLY_HERE, Answer, BridgeError, Buffer, Qos, Receive, Write
 
 ROUTER: Final = "tcp/localhost:7447"
+OPEN_ROUTER: Final = "tcp/0.0.0.0:7447"
 _GID: Final = 16
 _NO_HASH: Final = "TypeHashNotSupported"
 
@@ -32,16 +33,33 @@ class ZenohTransport:
         node: name of the node.
         router: where the router listens; the session's own configuration (ZENOH_SESSION_CONFIG_URI) wins.
         hashes: keys carry type hashes; Humble's do not.
+        loopback: a router that is opened here, because none answers, is for this machine only.
+
+    Attributes:
+        reach: who can reach it, in words.
     """
 
     name = "zenoh"
     blocks = True
 
-    def __init__(self, *, domain: int = 0, node: str = "pelagos", router: str = ROUTER, hashes: bool = True) -> None:
+    def __init__(
+        self,
+        *,
+        domain: int = 0,
+        node: str = "pelagos",
+        router: str = ROUTER,
+        hashes: bool = True,
+        loopback: bool = True,
+    ) -> None:
         self._zenoh = require("zenoh", extra="ros2", purpose="the zenoh transport")
         self._ext = require("zenoh.ext", extra="ros2", purpose="the zenoh transport")
         self._domain, self._node, self._hashes = domain, node, hashes
-        self._router = _router(self._zenoh, router)
+        self._router = _router(self._zenoh, router if loopback else OPEN_ROUTER)
+        self.reach = ONLY_HERE if loopback else "open to the network, without passwords"
+        if "ZENOH_SESSION_CONFIG_URI" in os.environ or "ZENOH_CONFIG_OVERRIDE" in os.environ:
+            self.reach = "as ZENOH_SESSION_CONFIG_URI and ZENOH_CONFIG_OVERRIDE say"
+        elif self._router is None:
+            self.reach = "wherever the router that answers here is reached, without passwords"
         try:
             self._session = self._zenoh.open(_config(self._zenoh, router))
         except self._zenoh.ZError as error:

@@ -141,7 +141,7 @@ class TcpPort:
         self._server = socket.create_server(address)
         self._server.setblocking(False)
         host, port = self._server.getsockname()[:2]
-        self.where = f"tcp {host}:{port}" + (", open to the network, without passwords" if exposed(host) else "")
+        self.where = f"tcp {host}:{port}" + _warned(host)
         self.port = int(port)
         self._peers: list[socket.socket] = []
         self.troubles: Counter[str] = Counter()
@@ -214,7 +214,8 @@ class UdpPort:
         self._socket.setblocking(False)
         self._socket.setsockopt(socket.SOL_SOCKET, socket.SO_BROADCAST, 1)  # chart plotters listen to x.x.x.255
         self._address = address
-        self.where = f"udp to {address[0]}:{address[1]}"
+        over = ", over the network, without passwords" if exposed(address[0]) else ""
+        self.where = f"udp to {address[0]}:{address[1]}{over}"
         self.troubles: Counter[str] = Counter()
 
     def write(self, raw: bytes) -> None:
@@ -252,7 +253,7 @@ class UdpServerPort(UdpPort):
         super().__init__(address)
         self._socket.bind(address)
         self.port = int(self._socket.getsockname()[1])
-        self.where = f"udp {address[0]}:{self.port}"
+        self.where = f"udp {address[0]}:{self.port}" + _warned(address[0])
         self._asked: object = None
 
     def read(self) -> list[tuple[object, bytes]]:
@@ -266,3 +267,7 @@ class UdpServerPort(UdpPort):
         """See `Port`."""
         if self._asked is not None:
             self.reply(self._asked, raw)
+
+
+def _warned(host: str) -> str:
+    return ", open to the network, without passwords" if exposed(host) else ""
