@@ -164,3 +164,49 @@ def test_mounts_are_drawn_for_an_episode_and_looked_at_in_observe() -> None:
 def test_sensors_vary_in_what_can_vary(key: str, said: str) -> None:
     with pytest.raises(InputError, match=said):
         sensed({key: {"uniform": [0, 1]}})
+
+
+def lit(flux: float, vary: dict[str, Any], **options: Any) -> pl.Simulation:
+    lamp = {"position_m": [0.3, 0.1, 0.2], "flux_lm": flux, "color": [1.0, 0.8, 0.6]}
+    laser = {"position_m": [0.2, -0.1, 0.1], "flux_lm": flux / 400}
+    made = scenario(vary)
+    made["ocean"] = {"sun": {"elevation_deg": -30}}
+    made["agents"]["rov"] |= {"start": {"position_m": [0, 0, -23], "pitch_deg": -20}}
+    made["agents"]["rov"]["sensors"] = {
+        "camera": {"type": "camera", "rate_hz": 10, "width_px": 32, "height_px": 24, "lamps": [lamp], "lasers": [laser],
+                   "exposure": "manual", "shutter_s": 0.02, "iso": 400},
+        "dark": {"type": "camera", "rate_hz": 10, "width_px": 16, "height_px": 16},
+    }  # fmt: skip
+    return pl.Simulation.load(made, seed=3, **options)
+
+
+def test_lamps_shine_as_they_do_where_the_scenario_writes_it() -> None:
+    """Copy i is the scenario with its flux: the factor is rounded once more, so that a pixel may differ by one."""
+    key = "agents.rov.sensors.camera.lamps"
+    sim = lit(800.0, {key: {"choice": [0.25, 2.0]}}, n=6)
+    factor, whole = sim.drawn[key], sim.step(ticks=10)["rov"]
+    assert set(factor) == {0.25, 2.0}
+    for i in (int(factor.argmin()), int(factor.argmax())):
+        alone = lit(800.0 * factor[i], {}, n=1, environment=i).step(ticks=10)["rov"]
+        off = whole["camera"].data[i].astype(int) - alone["camera"].data[0]
+        assert np.abs(off).max() <= 1
+        np.testing.assert_array_equal(whole["dark"].data[i], alone["dark"].data[0])
+    dim, bright = (whole["camera"].truth[i].astype(float).mean() for i in (factor.argmin(), factor.argmax()))
+    assert bright > 1.5 * dim > 0
+    place, level = np.array([[0.0, 0.0, -23.0]]), np.array([[1.0, 0.0, 0.0, 0.0]])
+    at = [sim.observe("rov", place, level, sensors=["camera"], copy=int(i)) for i in (factor.argmin(), factor.argmax())]
+    seen = [float(readings["camera"].truth.mean()) for readings in at]
+    assert seen[1] > 1.5 * seen[0]
+
+
+@pytest.mark.parametrize(
+    ("sensor", "draw", "said"),
+    [
+        ("dark", {"uniform": [0, 1]}, "of the type camera, no lamps or lasers are written"),
+        ("camera", {"uniform": [-1, 1]}, "no less than no light"),
+        ("camera", {"choice": [1, -0.5]}, "no less than no light"),
+    ],
+)
+def test_lamps_that_cannot_shine_are_refused(sensor: str, draw: dict[str, Any], said: str) -> None:
+    with pytest.raises(InputError, match=said):
+        lit(800.0, {f"agents.rov.sensors.{sensor}.lamps": draw}, n=2)

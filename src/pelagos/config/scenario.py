@@ -76,9 +76,9 @@ class Scenario(Strict):
     vary: dict[str, Draw] = Field(default_factory=dict)
     """Numbers that are drawn anew for every copy of a fleet and every episode, by dotted key: where and how agents
     start (`agents.auv0.start.heading_deg`), factors on their parameters (`agents.auv0.factors.mass`), where their
-    sensors sit and look (`agents.auv0.sensors.dvl.position_m.0`, `.orientation_deg.2`) and how many times as much they
-    err (`agents.auv0.sensors.imu.error`), and the water's velocity (`ocean.current_mps.0` north, `.1` west, `.2` up) in
-    place of the scenario's currents."""
+    sensors sit and look (`agents.auv0.sensors.dvl.position_m.0`, `.orientation_deg.2`) how many times as much they err
+    (`agents.auv0.sensors.imu.error`) and their lamps and lasers shine (`agents.auv0.sensors.camera.lamps`), and the
+    water's velocity (`ocean.current_mps.0` north, `.1` west, `.2` up) in place of the scenario's currents."""
     record: Record = Record()
     """What goes into a recording."""
     bridges: dict[str, Annotated[Any, Component("bridge", shorthand=True)]] = Field(default_factory=dict)

@@ -18,10 +18,12 @@ AXES: Final = 3
 STARTS: Final = (*(f"position_m.{i}" for i in range(AXES)), *ANGLES, "speed_mps")
 MOUNT: Final = tuple(f"{key}.{i}" for key in ("position_m", "orientation_deg") for i in range(AXES))
 ERROR: Final = "error"
+LAMPS: Final = "lamps"
+_OF_SENSORS: Final = (*MOUNT, ERROR, LAMPS)
 CURRENTS: Final = tuple(f"ocean.current_mps.{i}" for i in range(AXES))
 _FORMS: Final = (
     "'agents.NAME.start.heading_deg', 'agents.NAME.factors.mass', 'agents.NAME.sensors.SENSOR.position_m.0', "
-    "'agents.NAME.sensors.SENSOR.error' or 'ocean.current_mps.0'"
+    "'agents.NAME.sensors.SENSOR.error', 'agents.NAME.sensors.CAMERA.lamps' or 'ocean.current_mps.0'"
 )
 
 
@@ -57,8 +59,8 @@ def parse(key: str) -> Varied:
         raise _unknown(key, f"agents.{agent}.start.", STARTS)
     if group == "sensors":
         sensor, _, number = number.partition(".")
-        if number not in (*MOUNT, ERROR):
-            raise _unknown(key, f"agents.{agent}.sensors.{sensor}.", (*MOUNT, ERROR))
+        if number not in _OF_SENSORS:
+            raise _unknown(key, f"agents.{agent}.sensors.{sensor}.", _OF_SENSORS)
         return Varied(agent, group, number, sensor)
     return Varied(agent, group, number)
 

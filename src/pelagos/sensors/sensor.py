@@ -75,6 +75,7 @@ class Kinematics:
             key tables (see `noise.KeyTable`), which is `copy`.
         copy: `UInt32`, row of the fleet axis, 0 .. n-1; of several vehicles vehicle * n + copy.
         age_ns: `UInt64`, time since the episode began [ns]; None: as t_ns.
+        lamps: `Float`, factor on the light of the sensor's lamps and lasers; None: 1.
     """
 
     position: Array
@@ -88,6 +89,7 @@ class Kinematics:
     environment: Array
     copy: Array
     age_ns: Array | None = None
+    lamps: Array | None = None
 
     @property
     def size_key(self) -> int:

@@ -114,7 +114,7 @@ class Sensing:
 
     def _ask(self, sensor: SensorModel, batch: Batch, motion: Kinematics) -> Measurement:
         variety, episodes = self._run.variety, self._run.episodes
-        shown = variety.remounted(sensor, batch, motion, episodes)
+        shown = variety.lit(sensor, batch, variety.remounted(sensor, batch, motion, episodes), episodes)
         self._model.scene.reading = True
         try:
             return variety.erring(sensor, batch, sensor.sensor.sense(shown), motion.copy, episodes)

@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
-from pelagos.config.vary import ERROR, MOUNT, parse
+from pelagos.config.vary import ERROR, LAMPS, MOUNT, parse
 from pelagos.errors import ScenarioError
+from pelagos.sensors.camera.picture.surroundings import LitViewConfig
 from pelagos.sim.observe import of_a_run
 
 if TYPE_CHECKING:
@@ -20,7 +21,7 @@ def check_sensors(scenario: Scenario, agent: str, sensors: Mapping[str, SensorMo
     Raises:
         ScenarioError: it cannot vary.
     """
-    for key in scenario.vary:
+    for key, draw in scenario.vary.items():
         varied = parse(key)
         if (varied.agent, varied.group) != (agent, "sensors"):
             continue
@@ -29,9 +30,18 @@ def check_sensors(scenario: Scenario, agent: str, sensors: Mapping[str, SensorMo
             why = "readings are not a truth and an error that adds to it"
         elif varied.number in MOUNT and of_a_run(model.sensor):
             why = "others know its place too"
+        elif varied.number == LAMPS and not _shines(model.config):
+            why = "no lamps or lasers are written, which a factor would be on"
+        elif varied.number == LAMPS and min(*(draw.uniform or ()), *(draw.choice or ()), 0.0, 0.0) < 0:
+            why = "there is no less than no light"
         else:
             continue
         raise ScenarioError(
             f"{key} cannot differ from copy to copy: of the type {model.config.type}, {why}",
             where=scenario.where("vary"),
         )
+
+
+def _shines(config: object) -> bool:
+    """True of a camera with lamps or lasers."""
+    return isinstance(config, LitViewConfig) and bool(config.lamps or config.lasers)

@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from pelagos.config.vary import ANGLES, CURRENTS, ERROR, MOUNT, Varied, parse
+from pelagos import jit
+from pelagos.config.vary import ANGLES, CURRENTS, ERROR, LAMPS, MOUNT, Varied, parse
 from pelagos.errors import ScenarioError
 from pelagos.jit import Array
 from pelagos.math.frames import flip_quaternion_np
@@ -38,6 +39,7 @@ class Variety:
         self._keys: dict[str, Varied] = {key: parse(key) for key in model.scenario.vary}
         sensed = [v for v in self._keys.values() if v.group == "sensors"]
         self._moved = {(v.agent, v.sensor) for v in sensed if v.number in MOUNT}
+        self._lit = {(v.agent, v.sensor) for v in sensed if v.number == LAMPS}
         self._erring = {(v.agent, v.sensor) for v in sensed if v.number == ERROR}
         self._known: tuple[bytes, dict[str, NDArray[np.float64]]] = (b"", {})
         self._device: dict[str, list[Array]] = {}
@@ -80,6 +82,14 @@ class Variety:
             ]
             self._device[before] = remount(config, np.stack(parts[:3], axis=1), np.stack(parts[3:], axis=1))
         return moved(motion, *self._device[before])
+
+    def lit(self, sensor: SensorModel, batch: Batch, motion: Kinematics, episodes: Episodes) -> Kinematics:
+        """Motion for a camera whose lamps shine as many times as brightly as was drawn."""
+        if (batch.name, sensor.name) not in self._lit:
+            return motion
+        key = f"agents.{batch.name}.sensors.{sensor.name}.{LAMPS}"
+        factor = np.maximum(self.drawn(episodes)[key], 0)[motion.copy.numpy()]
+        return replace(motion, lamps=jit.from_numpy(jit.Float, factor.astype(np.float32)))
 
     def erring(self, sensor: SensorModel, batch: Batch, m: Measurement, copy: Array, episodes: Episodes) -> Measurement:
         """A measurement whose error is as many times its own as was drawn; `copy` of each lane."""

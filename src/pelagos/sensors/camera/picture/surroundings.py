@@ -220,7 +220,7 @@ def _lamp_beam(lamp: LampConfig, config: LitViewConfig, motion: Kinematics, imag
     return Beam(
         position=dr.gather(jit.Array3f, offset, image),
         axis=dr.gather(jit.Array3f, turned(1, 0, 0), image),
-        intensity=jit.Array3f(*(candela * c for c in lamp.color)),
+        intensity=_drawn(jit.Array3f(*(candela * c for c in lamp.color)), motion, image),
         inner=jit.Float(math.cos(0.5 * half)),
         outer=jit.Float(math.cos(half)),
     )
@@ -232,11 +232,16 @@ def _laser_beam(laser: LaserLightConfig, config: LitViewConfig, motion: Kinemati
         position=dr.gather(jit.Array3f, offset, image),
         axis=dr.gather(jit.Array3f, turned(1, 0, 0), image),
         across=dr.gather(jit.Array3f, turned(0, 0, 1), image),
-        flux=jit.Array3f(*(laser.flux_lm * c for c in laser.color)),
+        flux=_drawn(jit.Array3f(*(laser.flux_lm * c for c in laser.color)), motion, image),
         waist=jit.Float(0.5e-3 * laser.aperture_mm),
         spread=jit.Float(0.5e-3 * laser.divergence_mrad),
         fan=jit.Float(math.radians(laser.fan_deg)) if laser.fan_deg > 0 else None,
     )
+
+
+def _drawn(light: Array, motion: Kinematics, image: Array) -> Array:
+    """As much light as the copy of each image has: `Array3f` for all, or by ray."""
+    return light if motion.lamps is None else light * dr.gather(jit.Float, motion.lamps, image)
 
 
 def _mounted(
