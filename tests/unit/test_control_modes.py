@@ -108,6 +108,19 @@ def test_multirotor_in_wind():
     assert np.abs(flight.euler[:, :2]).max() < np.deg2rad(35)
 
 
+def test_a_multirotor_by_a_pilots_sticks():
+    """Roll and pitch as asked, height kept against the tilt: FRD mirrors y and z of the set-points in FLU."""
+    mode = {"type": "attitude", "frequency_rad_s": 1.0, "turn_frequency_rad_s": 5.0, "ratio": 0.8}
+    vehicle = Vehicle.from_catalogue("quadrotor", modes={"sticks": mode})
+    level = fly(vehicle, 25.0, h=0.01, mode="sticks", command=(0.12, -0.2, 0.0, 7.0), position=(0, 0, -5))
+    assert level.euler[-1, :2] == pytest.approx([0.12, 0.2], abs=0.005)
+    assert level.position[-1, 2] == pytest.approx(-7.0, abs=0.02)
+    assert level.nu[-1, 0] < -0.5  # nose up: astern
+    turning = fly(vehicle, 25.0, h=0.01, mode="sticks", command=(0.0, 0.0, 0.4, 3.0), position=(0, 0, -5))
+    assert turning.nu[-1, 5] == pytest.approx(-0.4, abs=0.01)
+    assert turning.position[-1, 2] == pytest.approx(-3.0, abs=0.02)
+
+
 def test_aeroplane():
     vehicle = Vehicle.from_catalogue("fixed_wing")
     flight = fly(vehicle, 120.0, h=0.01, command=(130.0, 1.0, 26.0), position=(0, 0, -100), nu=(25.0, 0, 1.0, 0, 0, 0))

@@ -18,6 +18,7 @@ from pelagos.vehicles.actuators.t200 import T200Config
 from pelagos.vehicles.actuators.thruster import ForceThrusterConfig, ThrusterConfig
 from pelagos.vehicles.control.acceleration import AccelerationConfig
 from pelagos.vehicles.control.airplane import AirplaneConfig
+from pelagos.vehicles.control.attitude import AttitudeConfig
 from pelagos.vehicles.control.depth_heading import DepthHeadingConfig
 from pelagos.vehicles.control.direct import ActuatorsConfig, WrenchConfig
 from pelagos.vehicles.control.engine_forces import EngineForcesConfig
@@ -90,6 +91,7 @@ ModeConfig: TypeAlias = Annotated[
     AccelerationConfig
     | ActuatorsConfig
     | AirplaneConfig
+    | AttitudeConfig
     | DepthHeadingConfig
     | EngineForcesConfig
     | HeadingThrustConfig

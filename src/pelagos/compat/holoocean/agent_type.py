@@ -28,7 +28,8 @@ class Scheme:
     Attributes:
         description: what HoloOcean calls it.
         size: numbers of an action.
-        low, high: limits of an action, which are enforced; None: none.
+        low, high: limits of an action; None: none.
+        enforced: actions are clipped to them.
         mode: native control mode.
         command: action -> the native command.
         legacy: native mode under `legacy_dynamics`; None: the same.
@@ -43,6 +44,13 @@ class Scheme:
     command: Callable[[Array], Array] = field(default=lambda a: a)
     legacy: str | None = None
     discrete: int = 0
+    enforced: bool = True
+
+    def within(self, action: Array) -> Array:
+        """An action, clipped to the limits where they are enforced."""
+        if self.low is None or not self.enforced:
+            return action
+        return np.asarray(np.fmin(np.fmax(action, self.low), self.high))
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,7 @@ from __future__ import annotations
 from typing import Final
 
 from pelagos.compat.holoocean.agent_type import DOWN, FLIPPED, AgentType, sockets_of
-from pelagos.compat.holoocean.land_agents import HUSKY, SPHERE, TURTLE, UAV
+from pelagos.compat.holoocean.land_agents import HUSKY, NAV, SPHERE, TURTLE, UAV
 from pelagos.compat.holoocean.thruster_agents import (
     BLUEROV2,
     HOVER_ACCEL,
@@ -49,6 +49,7 @@ AGENT_TYPES: Final[dict[str, AgentType]] = {
         SURFACE,
         UAV,
         SPHERE,
+        NAV,
         TURTLE,
         HUSKY,
     )

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from pelagos.compat.holoocean.sensor import HoloOceanSensor
     from pelagos.compat.holoocean.sensors import SensorDefinition
 
-_GONE: Final = ("NavAgent", "AndroidAgent", "HandAgent")
+_GONE: Final = ("AndroidAgent", "HandAgent")
 _ENGINE_NAMES: Final = {"Sphere": "SphereAgent", "SphereRobot": "SphereAgent", "UAV": "UavAgent"}
 
 
@@ -208,9 +208,7 @@ class HoloOceanAgent:
     def command(self) -> NDArray[np.float64]:
         """The action as the native command, within the limits that HoloOcean enforces."""
         scheme = self.kind.schemes[self.scheme]
-        action = self.action[: scheme.size]
-        if scheme.low is not None:
-            action = np.fmin(np.fmax(action, scheme.low), scheme.high)
+        action = scheme.within(self.action[: scheme.size])
         if not (self.legacy and scheme.legacy):
             return scheme.command(action)
         return np.concatenate([action, self.current or (0.0, 0.0, 0.0)])
@@ -220,9 +218,7 @@ class HoloOceanAgent:
         if self.kind.steps is None or not self.told:
             return {}
         scheme, sim = self.kind.schemes[self.scheme], self.env.pelagos
-        action = self.action[: scheme.size]
-        if scheme.low is not None:
-            action = np.fmin(np.fmax(action, scheme.low), scheme.high)
+        action = scheme.within(self.action[: scheme.size])
         return self.kind.steps(sim.world, sim.state[self.native_name], self.scheme, action)
 
     def native_place(self) -> dict[str, Any]:
@@ -280,8 +276,14 @@ def _make_classes() -> dict[str, type[HoloOceanAgent]]:
     return made
 
 
+def _refused(name: str) -> type[HoloOceanAgent]:
+    """A class that scripts may import, of an agent that `kind_of` refuses."""
+    return type(name, (HoloOceanAgent,), {"__doc__": f"HoloOcean's {name}: refused.", "__module__": __name__})
+
+
 AgentDefinition._type_keys = _make_classes()
 globals().update(AgentDefinition._type_keys)
+globals().update({name: _refused(name) for name in _GONE})
 HolodeckAgent = HoloOceanAgent
 
 

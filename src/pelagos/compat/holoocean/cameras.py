@@ -172,7 +172,7 @@ class DepthCamera(_View):
         image = np.empty((*depth.shape, 4), dtype=np.uint8)
         image[..., 2], image[..., 1], image[..., 0] = code & 255, (code >> 8) & 255, code >> 16
         image[..., 3] = 255
-        return {"image": image, "depth": depth}
+        return {"image": image, "depth": FAR_M * code.astype(np.float64) / (2**24 - 1)}
 
 
 class SemanticSegmentationCamera(_View):

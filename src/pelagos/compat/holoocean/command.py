@@ -16,8 +16,9 @@ class Command:
 
     wire: str = ""
 
-    def __init__(self, *parameters: Any) -> None:
+    def __init__(self, *parameters: Any, **named: Any) -> None:
         self._command_type = self.wire
+        parameters += tuple(named.values())
         self.numbers = [p for p in _flat(parameters) if isinstance(p, int | float) and not isinstance(p, bool)]
         self.numbers += [int(p) for p in _flat(parameters) if isinstance(p, bool)]
         self.strings = [p for p in _flat(parameters) if isinstance(p, str)]
@@ -108,6 +109,16 @@ WIRE_NAMES: Final = (
     "WaterFog", "CustomCommand", "SendAcousticMessage", "SendOpticalMessage", "ChangeBuoyancy", "ChangeWorldCollisions",
     "DebugLines", "FFTWave", "SpawnWaterZone",
 )  # fmt: skip
+
+
+class CustomCommand(Command):
+    """A command to the level, by its name, with numbers and texts."""
+
+    wire = "CustomCommand"
+
+    def __init__(self, name: str, num_params: Any = None, string_params: Any = None) -> None:
+        super().__init__(list(num_params or ()), [name, *(string_params or ())])
+
 
 globals().update(
     {

@@ -58,8 +58,8 @@ class Drawing:
             )
         size = np.broadcast_to(np.asarray(scale, dtype=np.float64), (3,))
         prop = Prop(
-            shape, position=tuple(float(v) for v in (location or (0, 0, 0))), size=tuple(float(v) for v in size),
-            attitude=tuple(float(v) for v in quaternion_of(rotation or (0, 0, 0))), material=MATERIALS[made_of],
+            shape, position=tuple(float(v) for v in _given(location)), size=tuple(float(v) for v in size),
+            attitude=tuple(float(v) for v in quaternion_of(_given(rotation))), material=MATERIALS[made_of],
         )  # fmt: skip
         self._props.append((prop, bool(sim_physics)))
         self._place(prop, bool(sim_physics))
@@ -166,6 +166,11 @@ class Drawing:
     def centered_range(num_points: int, spacing: float = 1.0) -> Any:
         """So many numbers about 0, `spacing` apart."""
         return (np.arange(num_points) - (num_points - 1) / 2) * spacing
+
+
+def _given(values: Sequence[float] | None) -> Sequence[float]:
+    """Three numbers, zeros where none are given."""
+    return (0.0, 0.0, 0.0) if values is None else values
 
 
 def _steps(low: float, high: float, spacing: float) -> Any:

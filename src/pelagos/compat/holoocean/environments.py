@@ -223,8 +223,10 @@ class HoloOceanEnvironment(Appearance, Drawing, Messaging):
         return {a: {n: s.sensor_data for n, s in agent.sensors.items()} for a, agent in self.agents.items()}
 
     def get_reward_terminal(self) -> tuple[Any, Any]:
-        """Reward and end of the first task sensor; there are none in Pelagos, so (None, None)."""
-        return None, None
+        """Reward and end of the main agent's first task sensor, as it was last due; (None, None) without one."""
+        sensors = {} if self._agent is None else self._agent.sensors
+        task = next((s for s in sensors.values() if "Task" in s.sensor_type), None)
+        return (None, None) if task is None else (float(task.sensor_data[0]), bool(task.sensor_data[1]))
 
     def info(self) -> str:
         """Agents and sensors, as text."""

@@ -2,4 +2,6 @@
 
 from pelagos.compat.holoocean.appearance import Appearance as FFTWaves
 
-__all__ = ["FFTWaves"]
+FFTWaveController = FFTWaves
+
+__all__ = ["FFTWaveController", "FFTWaves"]

@@ -23,6 +23,8 @@ SPHERE_MOVES: Final = ((0.185, 0.0), (-0.185, 0.0), (0.0, 10.0), (0.0, -10.0))
 """The discrete actions 0 .. 3: step forward [m] and turn [deg] of a tick."""
 SPHERE_RADIUS_M: Final = 0.25
 """How near it comes to walls; assumed."""
+NAV_LIMITS: Final = np.full(3, 0.5)
+"""What HoloOcean's NavAgent has as limits: here the farthest that it goes in a tick [m]."""
 _PEA_M: Final = 0.02
 """Diameter of what others see of it: no contact is to push it about."""
 HUSKY_TRACK_M: Final = 0.555
@@ -121,14 +123,36 @@ def sphere_moved(
         1.0, forward_m
     )
     place = np.asarray(position, dtype=np.float64).reshape(3)
-    step = abs(forward_m)
-    if step > 0:
-        hit = world.cast(place + _PEA_M * ahead, ahead, step + SPHERE_RADIUS_M - _PEA_M)  # from outside its own hull
-        if hit.valid[0]:
-            step = min(max(float(hit.t[0]) + _PEA_M - SPHERE_RADIUS_M, 0.0), step)
-    return {
-        "position": place + step * ahead,
-        "attitude": turned,
-        "velocity": np.zeros(3),
-        "angular_velocity": np.zeros(3),
-    }
+    return _at_rest(place + _free(world, place, ahead, abs(forward_m)) * ahead, turned)
+
+
+def point_moved(world: World, position: ArrayLike, attitude: ArrayLike, goal: ArrayLike) -> dict[str, Any]:
+    """Arguments of `Simulation.set_state` that move a point for one tick: it faces its goal and goes to it or a wall.
+
+    Args:
+        world: whose walls stop it.
+        position, attitude: `(3,)` NWU [m] and `(4,)` (w, x, y, z) before.
+        goal: `(3,)` NWU [m].
+    """
+    place, turned = np.asarray(position, dtype=np.float64).reshape(3), np.ravel(attitude)
+    line = np.asarray(goal, dtype=np.float64).reshape(3) - place
+    left = float(np.linalg.norm(line))
+    if left == 0:
+        return _at_rest(place, turned)
+    if math.hypot(line[0], line[1]) > 1e-9 * left:
+        half = math.atan2(line[1], line[0]) / 2
+        turned = np.array([math.cos(half), 0.0, 0.0, math.sin(half)])
+    return _at_rest(place + _free(world, place, line / left, min(left, float(NAV_LIMITS[0]))) * line / left, turned)
+
+
+def _free(world: World, place: NDArray[np.float64], ahead: NDArray[np.float64], step: float) -> float:
+    """How much of a step [m] in a direction is free."""
+    if step == 0:
+        return 0.0
+    hit = world.cast(place + _PEA_M * ahead, ahead, step + SPHERE_RADIUS_M - _PEA_M)  # from outside its own hull
+    return min(max(float(hit.t[0]) + _PEA_M - SPHERE_RADIUS_M, 0.0), step) if hit.valid[0] else step
+
+
+def _at_rest(position: NDArray[np.float64], attitude: NDArray[np.float64]) -> dict[str, Any]:
+    still = {"velocity": np.zeros(3), "angular_velocity": np.zeros(3)}
+    return {"position": position, "attitude": attitude, **still}

@@ -8,11 +8,13 @@ import numpy as np
 
 from pelagos.compat.holoocean.agent_type import AgentType, Array, Scheme, sockets_of
 from pelagos.compat.holoocean.ground_agents import (
+    NAV_LIMITS,
     SPHERE_LIMITS,
     SPHERE_MOVES,
     TURTLE_LIMITS,
     husky_vehicle,
     husky_wrench,
+    point_moved,
     righted,
     sphere_moved,
     sphere_vehicle,
@@ -21,6 +23,9 @@ from pelagos.compat.holoocean.ground_agents import (
 )
 
 _UAV_HIGH: Final = np.array([5.087, 6.508, 0.8, 5984.4])
+_UAV_ATTITUDE: Final = {
+    "type": "attitude", "frequency_rad_s": 1.0, "turn_frequency_rad_s": 5.0, "ratio": 0.8,  # HoloOcean: P 25, D 8
+}  # fmt: skip
 
 
 def _uav_wrench(action: Array) -> Array:
@@ -32,9 +37,11 @@ UAV: Final = AgentType(
     "UavAgent", "UAV",
     {
         "type": "quadrotor", "terms": {"drag": {"diagonal": [2.0, 2.0, 2.0, 0.01, 0.01, 0.01]}},
+        "modes": {"ho_attitude": _UAV_ATTITUDE},
     },
     (
         Scheme("[pitch_torque, roll_torque, yaw_torque, thrust]", 4, "wrench", -_UAV_HIGH, _UAV_HIGH, _uav_wrench),
+        Scheme("[roll_target, pitch_target, yaw_rate_target, altitude_target]", 4, "ho_attitude"),
     ),
     sockets=sockets_of(CameraSocket=(0, 0, 0), Viewport=(-130, 0, 120)),
     accel_limit=100.0,  # assumed: a fall from 10 m is beyond it
@@ -44,6 +51,10 @@ UAV: Final = AgentType(
 def _sphere_steps(world: Any, state: Any, scheme: int, action: Array) -> dict[str, Any]:
     forward, turn = SPHERE_MOVES[int(action[0])] if scheme == 0 else action
     return sphere_moved(world, state.position[0], state.attitude[0], forward_m=float(forward), turn_deg=float(turn))
+
+
+def _nav_steps(world: Any, state: Any, scheme: int, action: Array) -> dict[str, Any]:
+    return point_moved(world, state.position[0], state.attitude[0], action)
 
 
 def _husky_steps(world: Any, state: Any, scheme: int, action: Array) -> dict[str, Any]:
@@ -59,6 +70,16 @@ SPHERE: Final = AgentType(
     ),
     sockets=sockets_of(CameraSocket=(0, 0, 0), Viewport=(-130, 0, 120)), steps=_sphere_steps,
 )  # fmt: skip
+
+NAV: Final = AgentType(
+    "NavAgent", "NavAgent", sphere_vehicle(),
+    (
+        Scheme("[x_target, y_target, z_target]", 3, "wrench", -NAV_LIMITS, NAV_LIMITS, lambda a: np.zeros(6),
+               enforced=False),
+    ),
+    sockets=sockets_of(CameraSocket=(0, 0, 0), Viewport=(-130, 0, 120)), steps=_nav_steps,
+)  # fmt: skip
+"""A point that goes to a place; the limits are what HoloOcean's action space says, not those of the place."""
 
 TURTLE: Final = AgentType(
     "TurtleAgent", "TurtleAgent", turtle_vehicle(),

@@ -17,7 +17,8 @@ from pelagos.compat.holoocean.frames import degrees_of, matrix_of
 from pelagos.compat.holoocean.sensor import HoloOceanSensor
 
 _HOMES: Final = (
-    "cameras", "comms_sensors", "contact_sensors", "lidars", "navigation_sensors", "sonars", "water_sensors",
+    "cameras", "comms_sensors", "contact_sensors", "lidars", "navigation_sensors", "sonars", "task_sensors",
+    "water_sensors",
 )  # fmt: skip
 """Modules in which the sensors' classes are."""
 HEAVY: Final = ("RGBCamera", "RaycastLidar", "RaycastSemanticLidar")
