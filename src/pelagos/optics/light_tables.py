@@ -75,6 +75,9 @@ def solved(water: WaterOptics, light: Daylight) -> Solved:
     )
 
 
+_MOST: Final = 700.0  # exponent; e^709 is the largest number
+
+
 def _turned_once(
     field: Field, rate: float, ups: NDArray[np.float64], sides: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
@@ -91,7 +94,8 @@ def _turned_once(
     way = np.where(up, field.depths[:, None] / np.where(up, ups, 1), 1e4)
     along = rate * (1 - ups / mu)
     along = np.where(np.abs(along) < 1e-6, 1e-6, along)
-    return made * (-np.expm1(-along * way) / along)[..., None], made
+    gained = np.minimum(-along * way, _MOST)  # beyond it the sun's beam itself is 0 there
+    return made * (-np.expm1(gained) / along)[..., None], made
 
 
 def _calmed(

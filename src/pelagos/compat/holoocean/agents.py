@@ -257,8 +257,8 @@ def _three(values: Any, what: str) -> NDArray[np.float64]:
 def _space(scheme: Scheme) -> ActionSpace:
     if scheme.discrete:
         return DiscreteActionSpace([1], 0, scheme.discrete)
-    low = None if scheme.low is None else list(np.asarray(scheme.low, dtype=float))
-    high = None if scheme.high is None else list(np.asarray(scheme.high, dtype=float))
+    low = None if scheme.low is None else np.asarray(scheme.low, dtype=float).tolist()
+    high = None if scheme.high is None else np.asarray(scheme.high, dtype=float).tolist()
     return ContinuousActionSpace([scheme.size], low=low, high=high)
 
 

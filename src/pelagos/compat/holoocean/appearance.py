@@ -13,7 +13,7 @@ from pelagos.compat.holoocean.flashlight import Flashlights
 from pelagos.compat.holoocean.frames import matrix_of, quaternion_of
 from pelagos.compat.holoocean.names import identifier
 from pelagos.compat.holoocean.native_scenario import WEATHERS, sun_of
-from pelagos.compat.holoocean.tides import TideController
+from pelagos.compat.holoocean.tides import TIDE_KEYS, TideController, cycle_of, level_of
 from pelagos.compat.holoocean.time_cycle import TimeController
 from pelagos.compat.holoocean.weather import WeatherController
 from pelagos.sim.simulation import Simulation
@@ -40,7 +40,8 @@ class Appearance:
         if not hasattr(self, "_ocean_keys"):
             self._ocean_keys: dict[str, Any] = {}
             self._turbidity: float | None = None
-            self.sea_level, self._level_asked = 0.0, False
+            self.sea_level = level_of(env._scenario)
+            self._level_asked = self.sea_level != 0.0
             self.viewport, self.viewport_on, self.viewport_shown = None, True, None
             self._currents: dict[str, Any] = {}
             self._waves: Any = None
@@ -53,10 +54,12 @@ class Appearance:
         self.time_cycle = TimeController(
             env, cycle.get("frequency", 0), cycle.get("hour", 12), cycle.get("active", False)
         )
-        tide = env._scenario.get("tide_cycle", {})
-        self.tide_cycle = TideController(
-            env, tide.get("amplitude", 100.0), tide.get("frequency", 2000), "TideNormal", tide.get("active", 0)
-        )
+        amplitude, ticks, active = cycle_of(env._scenario, env._ticks_per_sec)
+        self.tide_cycle = TideController(env, amplitude, ticks, "TideNormal", active)
+        tide = env._scenario.get("tide") or {}
+        env.advice.unknown("tide", tide, TIDE_KEYS)
+        if "max_rate" in tide:
+            env.advice.once("tide: max_rate changes nothing: a level is there at once")
         self.tides = self.tide_cycle
         self.fftwaves = self
 

@@ -19,6 +19,9 @@ def build(env: HoloOceanEnvironment, *, fresh: bool = False, warm: int = 0) -> N
     """The native simulation of the present agents; with `fresh` from the start, else from where they are."""
     env._stale = False
     kept = None if fresh or env._sim is None else _kept(env._sim)
+    turn = lcm_of(s.tick_every for a in env.agents.values() for s in a.sensors.values())
+    first = -(-(warm + 1) // turn) * turn - (warm + 1)
+    env._lead = first + warm + 1 - env._num_ticks
     native = native_scenario(env, env.agents.values())
     starts = {
         a.native_name: {
@@ -33,8 +36,6 @@ def build(env: HoloOceanEnvironment, *, fresh: bool = False, warm: int = 0) -> N
         except ScenarioError as error:
             raise HoloOceanException(f"this scenario cannot be: {error}") from error
         env._native = same
-    turn = lcm_of(s.tick_every for a in env.agents.values() for s in a.sensors.values())
-    first = -(-(warm + 1) // turn) * turn - (warm + 1)
     if kept is not None:
         starts |= {name: state for name, state in kept.items() if name in starts}
     env._sim.reset(state=starts, tick=first, episode=env._resets)

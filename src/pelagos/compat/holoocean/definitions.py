@@ -9,6 +9,7 @@ from pelagos.compat.holoocean.agents import AgentDefinition, kind_of
 from pelagos.compat.holoocean.exceptions import HoloOceanException
 from pelagos.compat.holoocean.native_scenario import AGENT_KEYS, SENSOR_KEYS
 from pelagos.compat.holoocean.sensors import SensorDefinition
+from pelagos.errors import did_you_mean
 
 if TYPE_CHECKING:
     from pelagos.compat.holoocean.environments import HoloOceanEnvironment
@@ -72,6 +73,12 @@ def _sensor(env: HoloOceanEnvironment, agent: str, kind: str, sensor: dict[str, 
             f"{every} ticks, {env._ticks_per_sec / every:g} Hz"
         )
     sensor["tick_every"] = every
+    sockets = kind_of(kind).sockets
+    if sensor["socket"] and sensor["socket"] not in sockets:
+        env.advice.once(
+            f"{agent}.{name}: {kind} has no socket {sensor['socket']!r}{did_you_mean(str(sensor['socket']), sockets)}; "
+            "the sensor is at its origin, as in HoloOcean"
+        )
     config = sensor["configuration"] or {}
     if "socket" in config:
         env.advice.once(

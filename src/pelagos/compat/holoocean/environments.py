@@ -81,7 +81,7 @@ class HoloOceanEnvironment(Appearance, Drawing, Messaging):
         self.motions: dict[str, AgentMotion] = {}
         self.world_numbers: dict[str, float] = {}
         self._agent: HoloOceanAgent | None = None
-        self._num_ticks = self._total_ticks = self._resets = 0
+        self._num_ticks = self._total_ticks = self._resets = self._lead = 0
         self._extra_agents = list(agent_definitions or [])
         self._native: dict[str, Any] | None = None
         self._sim: Simulation | None = None

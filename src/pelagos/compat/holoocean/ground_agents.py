@@ -146,7 +146,7 @@ def point_moved(world: World, position: ArrayLike, attitude: ArrayLike, goal: Ar
 
 
 def _free(world: World, place: NDArray[np.float64], ahead: NDArray[np.float64], step: float) -> float:
-    """How much of a step [m] in a direction is free."""
+    """The free part of a step in a direction [m]."""
     if step == 0:
         return 0.0
     hit = world.cast(place + _PEA_M * ahead, ahead, step + SPHERE_RADIUS_M - _PEA_M)  # from outside its own hull

@@ -11,6 +11,7 @@ import numpy as np
 from pelagos.compat.holoocean.exceptions import HoloOceanException
 from pelagos.compat.holoocean.frames import degrees_of, matrix_of, start_of
 from pelagos.compat.holoocean.names import identifier
+from pelagos.compat.holoocean.tides import cycle_of
 from pelagos.vehicles.load import merged
 
 if TYPE_CHECKING:
@@ -70,7 +71,7 @@ def native_scenario(env: HoloOceanEnvironment, agents: Iterable[HoloOceanAgent])
     """Scenario that the native simulation is loaded from."""
     scenario, agents = env._scenario, list(agents)
     found = world_of(scenario)
-    ocean = merged(found.get("ocean", {}), _ocean(scenario, env._ticks_per_sec))
+    ocean = merged(found.get("ocean", {}), _ocean(scenario, env._ticks_per_sec, env._lead))
     return {
         "name": identifier(str(scenario.get("name", "holoocean"))),
         "seed": seed_of(env, agents),
@@ -117,16 +118,12 @@ def placed(sensor: HoloOceanSensor) -> dict[str, Any]:
     }
 
 
-def _ocean(scenario: Mapping[str, Any], ticks_per_sec: int) -> dict[str, Any]:
-    """Native keys of tide, waves, weather and time of day."""
+def _ocean(scenario: Mapping[str, Any], ticks_per_sec: int, lead: int) -> dict[str, Any]:
+    """Native keys of tide, waves, weather and time of day; `lead`: ticks of the native clock before HoloOcean's."""
     made: dict[str, Any] = {}
-    cycle = scenario.get("tide_cycle")
-    if cycle and cycle.get("active"):
-        period_s = float(cycle.get("frequency", 2000)) / ticks_per_sec
-        made["tide"] = [sine_tide(float(cycle.get("amplitude", 100.0)), period_s)]
-    tide = scenario.get("tide")
-    if isinstance(tide, Mapping) and tide.get("amplitude") and tide.get("period"):
-        made["tide"] = [sine_tide(float(tide["amplitude"]), float(tide["period"]))]
+    amplitude, ticks, active = cycle_of(scenario, ticks_per_sec)
+    if active:
+        made["tide"] = [sine_tide(amplitude, ticks / ticks_per_sec, turned=(lead % ticks) / ticks)]
     waves = scenario.get("fft_waves")
     if waves:
         made |= waves_of(waves)
@@ -142,9 +139,9 @@ def _ocean(scenario: Mapping[str, Any], ticks_per_sec: int) -> dict[str, Any]:
     return made
 
 
-def sine_tide(amplitude: float, period_s: float) -> dict[str, Any]:
-    """A tide of A sin(2 pi t / T)."""
-    phase = 90.0 if amplitude >= 0 else -90.0
+def sine_tide(amplitude: float, period_s: float, *, turned: float = 0.0) -> dict[str, Any]:
+    """A tide of A sin(2 pi (t / T - turned))."""
+    phase = (90.0 if amplitude >= 0 else -90.0) + 360.0 * turned
     return {"amplitude_m": max(abs(amplitude), 1e-9), "period_h": period_s / 3600, "phase_deg": phase}
 
 

@@ -24,6 +24,12 @@ _HOMES: Final = (
 HEAVY: Final = ("RGBCamera", "RaycastLidar", "RaycastSemanticLidar")
 
 
+class UnknownSensorType(HoloOceanException, KeyError):
+    """No such sensor type: a KeyError, as HoloOcean raises it, with words."""
+
+    __str__ = Exception.__str__
+
+
 class SensorDefinition:
     """Definition of a sensor before it is built.
 
@@ -76,7 +82,7 @@ def _sensor_type(given: str | type[HoloOceanSensor]) -> type[HoloOceanSensor]:
     if given not in known:
         from pelagos.errors import did_you_mean
 
-        raise HoloOceanException(f"there is no sensor type {given!r}{did_you_mean(str(given), known)}")
+        raise UnknownSensorType(f"there is no sensor type {given!r}{did_you_mean(str(given), known)}")
     return known[given]
 
 

@@ -329,7 +329,11 @@ class SemanticRaycastSinglebeamSonar(SinglebeamSonar):
         super().setup()
         if self.config.get("UseTags") and self.config.get("UseIds"):
             raise HoloOceanConfigurationException("give either UseTags or UseIds, not both")
-        self.simple = False
+        if self.simple:
+            self.env.advice.once(
+                f"{self.agent_name}.{self.name}: physics 'holoocean' has no labels; it changes nothing"
+            )
+        self.simple, self.extra = False, _LOOKS_DOWN  # type: ignore[misc]
 
     def native(self) -> dict[str, Any] | None:
         return self.pinged("singlebeam", beamwidth_deg=float(self.config.get("OpeningAngle", 30.0)), labels=True)

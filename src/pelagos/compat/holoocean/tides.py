@@ -3,9 +3,28 @@
 from __future__ import annotations
 
 import math
-from typing import Any
+from collections.abc import Mapping
+from typing import Any, Final
 
 from pelagos.compat.holoocean.exceptions import HoloOceanException
+
+TIDE_KEYS: Final = ("level", "offset", "amplitude", "period", "max_rate", "active")
+"""Of the scenario's `tide`, HoloOcean 2.4."""
+
+
+def cycle_of(scenario: Mapping[str, Any], ticks_per_sec: int) -> tuple[float, float, bool]:
+    """Amplitude [m] and period [ticks] of a scenario's tide, and whether it goes: `tide_cycle`, or else `tide`."""
+    cycle, tide = scenario.get("tide_cycle"), scenario.get("tide")
+    if cycle or not tide or not (tide.get("amplitude") and tide.get("period")):
+        cycle = cycle or {}
+        return float(cycle.get("amplitude", 100.0)), float(cycle.get("frequency", 2000)), bool(cycle.get("active"))
+    return float(tide["amplitude"]), float(tide["period"]) * ticks_per_sec, bool(tide.get("active", True))
+
+
+def level_of(scenario: Mapping[str, Any]) -> float:
+    """The level that a scenario's `tide` begins with [m]."""
+    tide = scenario.get("tide") or {}
+    return float(tide.get("level", 0.0)) + float(tide.get("offset", 0.0))
 
 
 class TideController:
@@ -42,6 +61,10 @@ class TideController:
         self.frequency = float(frequency)
         self._changed()
 
+    def set_period(self, period: float) -> None:
+        """Seconds of a period."""
+        self.set_frequency(float(period) * self._env._ticks_per_sec)
+
     def set_active(self, active: Any) -> None:
         """Whether it goes."""
         self.active = bool(active)
@@ -55,8 +78,9 @@ class TideController:
 
     def get_height(self) -> float:
         """The level now [m]."""
-        t = self._env.pelagos.time_ns * 1e-9 * self._env._ticks_per_sec
-        return self.amplitude * math.sin(2 * math.pi * t / self.frequency) if self.active else self._env.sea_level
+        if not self.active:
+            return float(self._env.sea_level)
+        return self.amplitude * math.sin(2 * math.pi * self._env._num_ticks / self.frequency)
 
     def follow(self) -> None:
         """After a tick: sensors go by the level that the native tide has."""
