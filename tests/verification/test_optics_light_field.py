@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy.integrate import trapezoid
 
 from pelagos import jit
 from pelagos.optics.light_field import beam_at, diffuse_irradiance, diffuse_radiance, light_field, window_radiance
@@ -59,7 +60,7 @@ def test_what_is_lost_of_net_irradiance_is_absorbed(medium: WaterChannel, toward
     depths = np.arange(0, 4, 0.02) / medium.decay
     field = sun_alone(medium, depths, towards_sun)
     net, scalar = moment(field, 1), moment(field, 0)
-    assert net[0] - net[-1] == pytest.approx(medium.absorption * np.trapezoid(scalar, depths), rel=1e-3)
+    assert net[0] - net[-1] == pytest.approx(medium.absorption * trapezoid(scalar, depths), rel=1e-3)
 
 
 @pytest.mark.parametrize("ratio", [2.0, 4.0, 8.0])

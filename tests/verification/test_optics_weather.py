@@ -11,6 +11,7 @@ import drjit as dr
 import numpy as np
 import pytest
 from pydantic import ValidationError
+from scipy.integrate import trapezoid
 
 from pelagos import jit
 from pelagos.math.geodesy import GeoOrigin
@@ -109,7 +110,7 @@ def test_drops_carry_the_rain():
         slope = 4.1 * rate**-0.21
         d = np.linspace(0.01, 10, 4000)  # [mm]
         speed = np.array(fall_speed(jit.Float64(d * 1e-3)))
-        flux = np.trapezoid(8000 * np.exp(-slope * d) * math.pi / 6 * (d * 1e-3) ** 3 * speed, d)  # [m/s]
+        flux = trapezoid(8000 * np.exp(-slope * d) * math.pi / 6 * (d * 1e-3) ** 3 * speed, d)  # [m/s]
         assert flux * 3.6e6 == pytest.approx(rate, rel=0.2)
         inside = np.cumsum(d**3 * np.exp(-slope * d))
         median = np.interp(0.5, inside / inside[-1], d)

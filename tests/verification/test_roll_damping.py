@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy.integrate import trapezoid
 
 from pelagos.errors import PelagosError
 from pelagos.hydro.roll_damping import RollForm, roll_components, roll_damping, roll_lift
@@ -39,7 +40,7 @@ def test_the_term_dissipates_what_the_components_do(degrees):
     amplitude = np.radians(degrees)
     phase = np.linspace(0, 2 * np.pi, 20001)
     rate = amplitude * FREQUENCY * np.cos(phase)
-    lost = np.trapezoid((linear + quadratic * np.abs(rate)) * rate**2, phase) / FREQUENCY
+    lost = trapezoid((linear + quadratic * np.abs(rate)) * rate**2, phase) / FREQUENCY
     scale = 1025.0 * naked.volume * BEAM**2 / np.sqrt(BEAM / 2 / 9.81)
     expected = np.pi * scale * roll_components(naked, amplitude, FREQUENCY).total * FREQUENCY * amplitude**2
     assert lost == pytest.approx(expected, rel=1e-6)

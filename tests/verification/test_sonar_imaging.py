@@ -10,6 +10,7 @@ import drjit as dr
 import numpy as np
 import pytest
 from pydantic import ValidationError
+from scipy.integrate import trapezoid
 from sonar_scenes import LAMBERT_DB, PLAIN, at, box, context, plane, sphere, still_water
 
 from pelagos.acoustics.beam_pattern import line_length, line_np
@@ -291,7 +292,7 @@ def test_fan_of_rays_covers_the_solid_angle(lobes):
     length = line_length(math.radians(20))
     limit = math.asin((1 + lobes) / length)
     e = np.linspace(-limit, limit, 20001)
-    exact = math.radians(130) * np.trapezoid(np.cos(e) * line_np(np.sin(e), length) ** 4, e)
+    exact = math.radians(130) * trapezoid(np.cos(e) * line_np(np.sin(e), length) ** 4, e)
     assert rays["weight"].sum() == pytest.approx(exact, rel=3e-3)
 
 

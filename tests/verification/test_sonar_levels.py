@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import drjit as dr
 import numpy as np
 import pytest
+from scipy.integrate import trapezoid
 from sonar_scenes import LAMBERT_DB, StillWater, at, context, plane, still_water
 
 import pelagos as pl
@@ -116,7 +117,7 @@ def loss_at(frequency: float, depth, *, warm: bool) -> np.ndarray:
 def integrated(frequency: float, top: float, bottom: float, *, warm: bool) -> float:
     """Absorption along the vertical [dB], by the trapezoidal rule."""
     depth = np.linspace(top, bottom, 2001)
-    return float(np.trapezoid(loss_at(frequency, depth, warm=warm), depth))
+    return float(trapezoid(loss_at(frequency, depth, warm=warm), depth))
 
 
 @pytest.mark.parametrize(("frequency", "depth", "height"), [(200e3, 10.0, 250.0), (300e3, 200.0, 80.0)])
