@@ -303,6 +303,7 @@ def test_worlds_are_split_whole_and_by_share() -> None:
     [
         ({"sampels_per_world": 3}, "unknown key 'sampels_per_world' .did you mean 'samples_per_world'"),
         ({"formats": ["webdatset"]}, "'webdatset' is not allowed .did you mean 'webdataset'"),
+        ({"formats": ["lerobot"]}, "format of episodes with actions: pelagos evaluate TASK --lerobot"),
         ({"formats": ["yolo", "yolo"]}, "yolo is given twice"),
         ({"split": {"train": 0.8}}, "add up to 1"),
         ({"labels": ["depth"]}, "coco and yolo and kitti hold boxes"),

@@ -17,6 +17,7 @@ from pelagos.errors import ScenarioError
 
 Format = Literal["webdataset", "parquet", "coco", "yolo", "kitti", "mcap"]
 FORMATS: tuple[Format, ...] = get_args(Format)
+OF_EPISODES = ("minari", "lerobot")
 SPLITS = ("train", "val", "test")
 Range = tuple[float, float]
 
@@ -112,6 +113,17 @@ class DatasetConfig(Strict):
         default_factory=lambda: {"train": 0.8, "val": 0.1, "test": 0.1}, validate_default=True
     )
     """Shares of the worlds."""
+
+    @field_validator("formats", mode="before")
+    @classmethod
+    def _of_samples(cls, value: object) -> object:
+        for name in value if isinstance(value, list | tuple) else ():
+            if name in OF_EPISODES:
+                raise refusal(
+                    f"{name!r} is a format of episodes with actions: pelagos evaluate TASK --{name}. Samples go into "
+                    f"{', '.join(FORMATS)}"
+                )
+        return value
 
     @field_validator("split")
     @classmethod
