@@ -118,6 +118,18 @@ def test_what_is_left_out_is_empty_and_the_rest_comes_back(name: str) -> None:
     assert serialize(name, from_json(name, json.loads(json.dumps(to_json(deserialize(name, raw)))))) == raw
 
 
+def test_what_is_said_has_the_fields_of_the_type_and_no_constants() -> None:
+    """rosbridge sends fields alone; sensor_msgs/BatteryState defines 27 constants besides its 16 fields."""
+    kind = "sensor_msgs/msg/BatteryState"
+    said = to_json(deserialize(kind, bytes(serialize(kind, from_json(kind, {"voltage": 14.5, "present": True})))))
+    assert list(said) == [
+        "header", "voltage", "temperature", "current", "charge", "capacity", "design_capacity", "percentage",
+        "power_supply_status", "power_supply_health", "power_supply_technology", "present", "cell_voltage",
+        "cell_temperature", "location", "serial_number",
+    ]  # fmt: skip
+    assert (said["voltage"], said["present"], list(said["header"])) == (14.5, True, ["stamp", "frame_id"])
+
+
 def test_pictures_are_base64_and_what_is_no_number_is_null() -> None:
     pixels = np.array([7, 250, 3, 0], dtype=np.uint8)
     about = {"height": 2, "width": 2, "encoding": "mono8", "is_bigendian": 0, "step": 2}

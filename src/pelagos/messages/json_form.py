@@ -9,7 +9,7 @@ import base64
 import binascii
 import math
 from collections.abc import Mapping
-from dataclasses import fields, is_dataclass
+from dataclasses import is_dataclass
 from typing import Any, Final
 
 import numpy as np
@@ -23,8 +23,8 @@ _NODES: Final = ("base", "name", "array", "sequence")
 
 def to_json(message: Message) -> dict[str, Any]:
     """A message as what `json.dumps` takes."""
-    names = (field.name for field in fields(message) if not field.name.startswith("__"))  # the type's own name is one
-    return {name: _plain(getattr(message, name)) for name in names}
+    names = typestore().fielddefs[message.__msgtype__][1]  # the class has the type's constants too, which say nothing
+    return {name: _plain(getattr(message, name)) for name, _ in names}
 
 
 def _plain(value: Any) -> Any:
