@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+import importlib.util
 import os
 import runpy
 import sys
-from collections.abc import Sequence
+import traceback
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
+from types import TracebackType
 
 from pelagos.compat.holoocean.importing import install
 from pelagos.compat.holoocean.settings import LEGACY, SEED, STRICT
-from pelagos.errors import InputError
+from pelagos.errors import InputError, PelagosError
 
 
 def run_program(
@@ -31,7 +35,9 @@ def run_program(
     if module is not None:
         sys.argv = [module, *arguments]
         sys.path.insert(0, str(Path.cwd()))
-        runpy.run_module(module, run_name="__main__", alter_sys=True)
+        _known(module)
+        with _own_traceback():
+            runpy.run_module(module, run_name="__main__", alter_sys=True)
         return
     if not arguments:
         raise InputError("give a script: pelagos holoocean SCRIPT.py [ARGS...], or -m MODULE [ARGS...]")
@@ -40,7 +46,42 @@ def run_program(
         raise InputError(f"there is no script {script}")
     sys.argv = [str(script), *arguments[1:]]
     sys.path.insert(0, str(script.resolve().parent))
-    runpy.run_path(str(script), run_name="__main__")
+    with _own_traceback():
+        runpy.run_path(str(script), run_name="__main__")
+
+
+def _known(module: str) -> None:
+    """Refuse a module that is not there.
+
+    Raises:
+        InputError: there is no such module.
+    """
+    try:
+        there = importlib.util.find_spec(module) is not None
+    except ModuleNotFoundError:
+        there = False
+    if not there:
+        raise InputError(f"there is no module {module!r} to run")
+
+
+@contextmanager
+def _own_traceback() -> Iterator[None]:
+    """Tell a program's errors as Python does: from its own first line on, with exit status 1."""
+    try:
+        yield
+    except PelagosError:
+        raise
+    except Exception as error:
+        trace, inside = error.__traceback__, False
+        while trace is not None and (not inside or _of_runpy(trace)):
+            inside = inside or _of_runpy(trace)
+            trace = trace.tb_next
+        traceback.print_exception(type(error), error, trace)
+        raise SystemExit(1) from None
+
+
+def _of_runpy(trace: TracebackType) -> bool:
+    return "runpy" in trace.tb_frame.f_code.co_filename
 
 
 def convert(scenario: Path, rest: Sequence[str]) -> None:

@@ -44,12 +44,16 @@ def converted(path: Path) -> str:
     """
     try:
         scenario = json.loads(path.read_text(encoding="utf-8"))
+        if not isinstance(scenario, dict):
+            raise InputError(f"{path}: a scenario is a mapping, not a {type(scenario).__name__}")
         if "ticks_per_sec" not in scenario:
             scenario["ticks_per_sec"] = 30
         return _text(scenario, path.name)
     except (OSError, json.JSONDecodeError) as error:
         raise InputError(f"{path}: {error}") from error
-    except (HoloOceanException, KeyError, ValueError) as error:
+    except KeyError as error:
+        raise InputError(f"{path}: the key {error} is missing, or what it says is not there") from error
+    except (HoloOceanException, ValueError) as error:
         raise InputError(f"{path}: {error}") from error
 
 
