@@ -50,3 +50,17 @@ def test_a_torpedo_and_an_otter_go_by_fossens_equations():
     torpedo, otter = said("fossen_fleet.py").splitlines()
     assert 1.0 < float(torpedo.split()[1]) < 2.5
     assert 1.5 < float(otter.split()[1]) < 3.0
+
+
+@pytest.mark.slow
+def test_a_torpedo_passes_its_waypoints(tmp_path):
+    lines = said("fossen_waypoints.py", str(tmp_path / "way.png")).splitlines()
+    assert [line.split()[1] for line in lines] == ["0", "1", "2"]
+
+
+@pytest.mark.slow
+def test_sonars_that_look_down_find_the_ground(tmp_path):
+    profile = said("sonar_profiling.py", str(tmp_path / "profile.png"))
+    assert 4 < float(profile.split()[5]) < 8
+    beam = said("sonar_singlebeam.py", str(tmp_path / "beam.png"))
+    assert 12 < float(beam.split()[6]) < 20

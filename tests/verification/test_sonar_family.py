@@ -366,6 +366,23 @@ class TestEffects:
         assert found[16] == pytest.approx(curve(plain[16]), abs=1e-6)  # straight ahead
         assert found[4] == pytest.approx(plain[4])  # 47 deg aside
 
+    def test_painted_noise_onto_levels_is_of_the_picture(self):
+        """Rayleigh: mean sigma sqrt(pi / 2), variance (2 - pi / 2) sigma^2; a factor's spread grows with the level."""
+        sigma, factor = 0.04, 0.1
+        dark = self.imaging([below(300.0)], scale="unit", painted_noise={"onto": "level", "additive": sigma})
+        plain = self.imaging([below(300.0)], scale="unit").sense(at(0, 0, DEEP)).data[0]
+        noise = dark.sense(at(0, 0, DEEP)).data[0][plain == 0]
+        few = noise.size**0.5
+        assert noise.size > 1000
+        assert abs(noise.mean() - sigma * np.sqrt(np.pi / 2)) < 5 * sigma * np.sqrt(2 - np.pi / 2) / few
+        wall = [below(4.0)]
+        shown = self.imaging(wall, scale="unit").sense(at(0, 0, DEEP)).data[0]
+        found = self.imaging(wall, scale="unit", painted_noise={"onto": "level", "multiplicative": factor})
+        bright = (shown > 0.05) & (shown < 0.6)
+        assert bright.sum() > 100
+        ratio = found.sense(at(0, 0, DEEP)).data[0][bright] / shown[bright]
+        assert abs(ratio.std() - factor) < 5 * factor / np.sqrt(2 * ratio.size)
+
     def test_painted_noise_adds_to_empty_water(self):
         s = self.imaging([below(300.0)], painted_noise={"additive": 0.1, "additive_reference_db": 0.0})
         data = s.sense(at(0, 0, DEEP)).data

@@ -118,7 +118,7 @@ class _Sonar(HoloOceanSensor):
         made["source_level_db"] = _LOUD_DB
         made |= keys
         if any(v not in (0.0, "none") for v in noise.values()):
-            made["painted_noise"] = noise
+            made["painted_noise"] = noise | {"onto": "level"}
         if c.get("MultiPath"):
             made["multipath"] = "surface_and_bottom"
         if self.speed is not None:

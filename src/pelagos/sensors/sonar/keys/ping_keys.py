@@ -58,10 +58,13 @@ class PaintedNoise(Described):
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
+    onto: Literal["intensity", "level"] = "intensity"
+    """What becomes noisy: the intensity I, or the level between `floor_db` (0) and its top (1), so that `additive` and
+    `multiplicative` are brightnesses of the picture."""
     additive: float = Field(default=0.0, ge=0)
     """Scale of the Rayleigh noise that is added to every cell."""
     additive_reference_db: float = -20.0
-    """Level that `additive` is relative to [dB]."""
+    """Level that `additive` is relative to, onto an intensity [dB]."""
     multiplicative: float = Field(default=0.0, ge=0)
     """Standard deviation of the factor on every cell."""
     range_m: float = Field(default=0.0, ge=0)
@@ -213,8 +216,9 @@ def ping_spec(config: PingConfig, context: SensorContext) -> PingSpec:
     painting = None
     if noise is not None:
         painting = Painting(
-            noise.additive, noise.additive_reference_db, noise.multiplicative, noise.range_m, noise.azimuth_streaks
-        )
+            noise.additive, noise.additive_reference_db, noise.multiplicative, noise.range_m, noise.azimuth_streaks,
+            noise.onto,
+        )  # fmt: skip
     return PingSpec(
         mounting=mounting(config),
         rate_hz=config.rate_hz,

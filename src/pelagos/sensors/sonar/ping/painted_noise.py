@@ -24,7 +24,7 @@ _SHARE: Final = 0.08  # of a beam's rays
 def paint(
     noise: Painting, intensity: Array, words: tuple[Array, Array, Array, Array], *, bin_: Array, bin_width: float
 ) -> Array:
-    """Intensity at an exponential error of range, times 1 + N(0, multiplicative), plus Rayleigh noise.
+    """Intensity at an exponential error of range and, where noise goes onto it, speckled (see `speckled`).
 
     Args:
         intensity: of all cells, in memory; bins fastest.
@@ -38,10 +38,18 @@ def paint(
         cell = dr.arange(jit.Int32, dr.width(intensity)) - bins
         shifted = dr.gather(jit.Float, intensity, jit.UInt32(cell), bin_ >= bins)
         intensity = shifted * dr.exp(-late / noise.range_m)
+    if noise.onto == "level":
+        return intensity
+    return speckled(noise, intensity, words, noise.additive * 10.0 ** (noise.additive_reference_db / 10.0))
+
+
+def speckled(
+    noise: Painting, image: Array, words: tuple[Array, Array, Array, Array], additive: float
+) -> Array:  # fmt: skip
+    """An image times 1 + N(0, multiplicative), plus Rayleigh noise of a scale; nowhere negative."""
     factor, _ = normal_pair32(words[0], words[1])
     rayleigh = dr.sqrt(-2.0 * dr.log(uniform32(words[2])))
-    floor = noise.additive * 10.0 ** (noise.additive_reference_db / 10.0)
-    return dr.maximum(intensity * (1.0 + noise.multiplicative * factor) + floor * rayleigh, 0.0)
+    return dr.maximum(image * (1.0 + noise.multiplicative * factor) + additive * rayleigh, 0.0)
 
 
 def streak_rows(sine: Array, heard: Array, row: Array, rows: int) -> Array:

@@ -39,6 +39,7 @@ class Painting:
     multiplicative: float
     range_m: float
     azimuth_streaks: Literal["none", "dark", "bright"]
+    onto: Literal["intensity", "level"] = "intensity"
 
 
 @dataclass(frozen=True)

@@ -37,7 +37,7 @@ from pelagos.sensors.sonar.ping.levels import (
     with_disturber,
 )
 from pelagos.sensors.sonar.ping.medium import Medium
-from pelagos.sensors.sonar.ping.painted_noise import paint, paint_streaks
+from pelagos.sensors.sonar.ping.painted_noise import paint, paint_streaks, speckled
 from pelagos.sensors.sonar.ping.ping_spec import PingSpec
 
 _BLOCK: Final = 16  # beams that a lane forms: they hear mostly the same neighbours, which are read once
@@ -209,10 +209,13 @@ def painted_levels(
     words = words32(key, jit.UInt32(beam * spec.bins + bin_) + 0x40000000, *counter)
     dr.eval(intensity)
     result = paint(noise, intensity, words, bin_=bin_, bin_width=spec.bin_width_m)
-    if rows is None:
+    if rows is None and noise.onto == "intensity":
         return to_scale(spec, result)
     level = to_scale(replace(spec, display=replace(spec.display, scale="unit")), result)
-    level = paint_streaks(noise, level, dr.gather(jit.Bool, rows, jit.UInt32(row)))
+    if noise.onto == "level":
+        level = dr.minimum(speckled(noise, level, words, noise.additive), 1.0)
+    if rows is not None:
+        level = paint_streaks(noise, level, dr.gather(jit.Bool, rows, jit.UInt32(row)))
     if spec.display.scale == "unit":
         return level
     level = level * spec.display.dynamic_range_db + spec.display.floor_db
