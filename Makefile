@@ -31,8 +31,9 @@ $(DEVICE): $(READY) scripts/llvm.sh
 test: venv llvm ## Run the tests
 	$(BIN)/python -m pytest -n 2 -m "not slow" --durations=10
 
-test-all: venv llvm ## Run the tests, the slow ones too; those of the page in Chromium
+test-all: venv llvm ## Run the tests, the slow ones too; those of the page in Chromium, of ROS 2's wire with Fast DDS and tshark
 	@sh scripts/chromium.sh
+	@sh scripts/peers.sh
 	$(BIN)/python -m pytest -n 2
 
 check: venv llvm ## Everything that CI runs: format, lint, types, layers, schema, tests

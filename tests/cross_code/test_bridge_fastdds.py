@@ -1,7 +1,7 @@
 """Other people's DDS: a subscriber in C++ on Fast DDS, which every ROS 2 distribution ships, and tshark's dissector.
 
-Neither comes from a Python index: `apt-get install tshark g++ libfastrtps-dev fastddsgen default-jre-headless` (Debian
-12: Fast DDS 2.9.1, tshark 4.0). Skipped where they are missing.
+Neither comes from a Python index: `sh scripts/peers.sh` installs both (Debian 12: Fast DDS 2.9.1, tshark 4.0). Skipped
+where they are missing.
 """
 
 from __future__ import annotations
@@ -131,7 +131,7 @@ int main(int, char** argv) {
 def needs(*programs: str) -> None:
     lacking = [p for p in programs if shutil.which(p) is None]
     if lacking:
-        pytest.skip(f"{', '.join(lacking)} not installed")
+        pytest.skip(f"{', '.join(lacking)} not installed: sh scripts/peers.sh")
 
 
 def imu(number: int) -> bytes:
