@@ -9,8 +9,12 @@ from __future__ import annotations
 
 import hashlib
 import json
+import os
 import re
-from functools import cache
+import subprocess
+import sys
+import time
+from functools import cache, partial
 from pathlib import Path
 from typing import Any
 
@@ -21,7 +25,7 @@ from pelagos.bridges.rihs import type_hash
 from pelagos.config import registry
 from pelagos.messages.encoders import ENCODERS, encoder
 from pelagos.messages.encoding import Site
-from pelagos.messages.store import schema, serialize, typestore
+from pelagos.messages.store import deserialize, schema, serialize, typestore
 
 TABLE = Path(__file__).with_name("bridge_wire.json")
 TYPES = (
@@ -114,6 +118,52 @@ def test_another_implementation_works_out_the_same_hash(name: str) -> None:
 def full(definition: str) -> str:
     """With "/msg/" in the names of types."""
     return re.sub(r"^(\w+)/(\w+)(?=[\[ ])", r"\1/msg/\2", definition, flags=re.MULTILINE)
+
+
+ECHO = """
+import sys
+from pelagos.bridges.dds import DdsTransport
+from pelagos.bridges.transport import Qos
+t = DdsTransport(domain=int(sys.argv[1]), node="echo")
+for i, name in enumerate(sys.argv[2:]):
+    back = t.advertise(f"/back{i}", name, qos=Qos(depth=20))
+    t.subscribe(f"/there{i}", name, lambda raw, back=back: back(raw, 0), qos=Qos(depth=20))
+print("ready", flush=True)
+sys.stdin.read()
+t.close()
+"""
+
+
+def test_every_type_crosses_to_another_process_and_back() -> None:
+    """By DDS, which reads every sample by the type's own layout at either end; all fields are non-zero and unequal."""
+    pytest.importorskip("cyclonedds")
+    from pelagos.bridges.dds import DdsTransport
+    from pelagos.bridges.transport import Qos
+
+    domain = 161 + os.getpid() % 30
+    command = [sys.executable, "-c", ECHO, str(domain), *TYPES]
+    with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as peer:
+        transport = DdsTransport(domain=domain, node="sim")
+        try:
+            assert peer.stdout is not None
+            assert peer.stdout.readline().strip() == "ready"
+            raws = {name: bytes(serialize(name, filled(name))) for name in TYPES}
+            got: dict[str, bytes] = {}
+            writes = {}
+            for i, name in enumerate(TYPES):
+                transport.subscribe(f"/back{i}", name, partial(got.__setitem__, name), qos=Qos(depth=20))
+                writes[name] = transport.advertise(f"/there{i}", name, qos=Qos(depth=20))
+            end = time.monotonic() + 60
+            while len(got) < len(TYPES) and time.monotonic() < end:
+                for name in TYPES:
+                    if name not in got:
+                        writes[name](raws[name], 0)
+                time.sleep(0.1)
+            for name in TYPES:
+                assert serialize(name, deserialize(name, got[name])) == raws[name], name
+        finally:
+            transport.close()
+            peer.kill()
 
 
 @pytest.mark.parametrize("kind", sorted(ENCODERS))

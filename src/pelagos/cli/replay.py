@@ -58,7 +58,7 @@ def replay(path: Path, options: ReplayOptions) -> None:
 
             transport, why = make_transport(Ros2Config(type="ros2"))
             playback.add(transport)
-            out.print(f"playing to ROS 2 by {transport.name} ({why})", markup=False)
+            out.print(f"playing to ROS 2 by {transport.name} ({why}), {transport.reach}", markup=False)
         if options.foxglove:
             from pelagos.bridges.foxglove_transport import FoxgloveTransport
 
