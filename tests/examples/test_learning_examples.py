@@ -41,6 +41,25 @@ def test_the_gallery_draws_ways_and_what_is_seen(tmp_path: Path, monkeypatch: py
     assert (tmp_path / "g.png").stat().st_size > 30_000
 
 
+@pytest.mark.slow
+@pytest.mark.filterwarnings("ignore")  # the libraries' own
+def test_pictures_are_learned_from_and_the_curve_is_drawn(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    pytest.importorskip("stable_baselines3")
+    example, folder = str(PAGE.parents[1] / "examples" / "train_pictures.py"), str(tmp_path / "wall")
+    monkeypatch.setattr(sys, "argv", [example, "WallInspection-v0", "8192", folder])
+    runpy.run_path(example, run_name="__main__")
+    rows = (tmp_path / "wall" / "curve.csv").read_text().splitlines()
+    assert rows[0] == "steps,seconds,return"
+    assert float(rows[-1].split(",")[2]) < 0  # it has only begun
+    assert "'stand_off_error_m'" in capsys.readouterr().out
+    monkeypatch.setattr(sys, "argv", [example, "draw", str(tmp_path / "c.png"), folder])
+    with pytest.raises(SystemExit):
+        runpy.run_path(example, run_name="__main__")
+    assert (tmp_path / "c.png").stat().st_size > 5_000
+
+
 def test_commands_score_and_refuse(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     def run(*words: str) -> int:
         with pytest.raises(SystemExit) as caught:
