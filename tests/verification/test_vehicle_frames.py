@@ -140,6 +140,41 @@ def test_bluerov2_holds_its_pose_against_a_fast_current_level() -> None:
     assert (np.max(tilt[-10:], axis=0)[:3] < 2).all()
 
 
+@pytest.mark.parametrize(("vehicle", "speed"), [
+    ("bluerov2_heavy", 0.55),
+    ({"type": "bluerov2_heavy", "variant": "wu_2018"}, 0.8),
+    ({"type": "bluerov2_heavy", "variant": "wu_2018"}, 1.4),
+])  # fmt: skip
+def test_bluerov2_heavy_holds_its_pose_against_a_current_from_any_side(vehicle: object, speed: float) -> None:
+    """Eight headings, within 0.3 m from the start on.
+
+    With the drag of von Benzon (217 N s^2/m^2 abeam, four thrusters at 45 deg) full thrust makes 0.83 m/s ahead, 0.71
+    astern, 0.66 abeam and 0.57 on a quarter, where two of the four push: it can hold no more. With Wu's drag, a tenth
+    of it, it holds nearly the 1.5 m/s that the maker gives.
+    """
+    yaw = np.arange(8) * math.pi / 4 + 0.1
+    sim = pl.Simulation.load(
+        {
+            "tick_rate_hz": 50,
+            "world": {"type": "flat", "depth_m": 60.0},
+            "ocean": {"currents": [{"type": "uniform", "speed_mps": speed, "towards_deg": 180}]},
+            "agents": {"it": {"vehicle": vehicle, "control": "pose",
+                              "start": {"position_m": [0, 0], "depth_m": 20}}},
+        },
+        n=8,
+    )  # fmt: skip
+    sim.set_state("it", attitude=np.stack([np.cos(yaw / 2), 0 * yaw, 0 * yaw, np.sin(yaw / 2)], axis=-1))
+    goal = np.stack([0 * yaw, 0 * yaw, 0 * yaw - 19.8, 0 * yaw, 0 * yaw, yaw], axis=-1)
+    far, tilt = [], []
+    for _ in range(25):
+        sim.step({"it": goal}, ticks=50)
+        far.append(np.linalg.norm(sim.state["it"].position - goal[:, :3], axis=1))
+        tilt.append(np.degrees(np.abs(sim.state["it"].euler[:, :2]).max(axis=1)))
+    assert np.max(far) < 0.3
+    assert np.max(far[-10:]) < 0.05
+    assert np.max(tilt[-10:]) < 2.0
+
+
 def test_the_neutral_speed_of_the_bluerov2_is_that_of_its_righting_moment() -> None:
     """B BG = (A33 - A11)/2 V^2, half of Munk's moment; the same for both published sets within a tenth."""
     for variant in (None, "von_benzon_2022"):
