@@ -45,7 +45,7 @@ class Cruise:
             speed = np.where(speed > 0, speed, self.cruise_mps)
         crab = np.where((goal.path == Path.COURSE) | idle, 0.0, self.crab.see(aboard, speed))
         wanted = course_to(goal, aboard, self.lookahead_m, self.radius_m) - crab
-        heading = self.lead.turning(wanted, goal.path == Path.CIRCLE, aboard, self.lookahead_m)
+        heading = self.lead.turning(wanted, goal, aboard, self.lookahead_m, self.radius_m)
         depth = np.where(over, 0.0, goal.depth)
         if self.kind == "torpedo":
             return {"depth": depth, "heading": heading, "speed": speed}
@@ -66,8 +66,8 @@ class Cruise:
 
     def memory(self) -> dict[str, Floats]:
         """See `Steering.memory`."""
-        return {"crab": self.crab.angle, "lead": self.lead.angle}
+        return {"crab": self.crab.angle, "lead": self.lead.lag_s}
 
     def recall(self, memory: Mapping[str, Floats]) -> None:
         """See `Steering.recall`."""
-        self.crab.angle, self.lead.angle = memory["crab"], memory["lead"]
+        self.crab.angle, self.lead.lag_s = memory["crab"], memory["lead"]

@@ -21,8 +21,10 @@ Channels: TypeAlias = dict[str, Floats]
 
 CRAB_TIME_S: Final = 5.0  # the crab angle is known as the mean over this: waves pass
 CRAB_LIMIT_RAD: Final = 1.0
-LEAD_LOOKAHEADS: Final = 1.2  # ways on which the set-point's lead grows by what the heading lags
-LEAD_LIMIT_RAD: Final = 0.6
+LEARNING_S: Final = 6.0  # time in which the lag of headings is learned
+SLOW_TURN_RAD_S: Final = 0.02  # turns slower than this teach little
+LEAD_LIMIT_RAD: Final = 0.8
+LAG_LIMIT_RAD: Final = 1.0
 UNDER_WAY: Final = 0.4  # a crab angle is looked at from this share of the wanted speed on
 
 
@@ -63,6 +65,18 @@ def circle_course(
     return bearing(out) + turn * (np.pi / 2 + np.arctan2(outside, ahead_m))
 
 
+def circle_rate(
+    center: Floats, radius: Floats, turn: Floats, position: Floats, velocity: Floats, lookahead_m: Floats | float
+) -> Floats:
+    """Rate at which the course of `circle_course` turns as a vehicle goes on at a velocity, `(m, 2)` [rad/s]."""
+    out = position - center
+    far = np.maximum(np.hypot(out[:, 0], out[:, 1]), 1e-3)
+    outwards = (out * velocity).sum(axis=1) / far
+    around = (out[:, 1] * velocity[:, 0] - out[:, 0] * velocity[:, 1]) / far**2  # clockwise from above
+    ahead_m = np.minimum(lookahead_m, np.maximum(radius, 1e-3))
+    return np.asarray(around + turn * outwards * ahead_m / (ahead_m**2 + (far - radius) ** 2))
+
+
 @dataclass
 class Crab:
     """Angle from heading to course over ground [rad], filtered."""
@@ -82,26 +96,27 @@ class Crab:
 
 @dataclass
 class Lead:
-    """Angle that the heading's set-point is ahead of the heading to have on a circle [rad]: the integral of what a
-    heading that turns evenly lags behind its set-point.
-    """
+    """Time by which headings lag behind set-points that turn evenly [s], learned by least mean squares on circles."""
 
-    angle: Floats
+    lag_s: Floats
 
     def turning(
-        self, wanted: Floats, on_circle: NDArray[np.bool_], aboard: Aboard, lookahead_m: Floats | float
+        self, wanted: Floats, goal: Goal, aboard: Aboard, lookahead_m: Floats | float, radius_m: float
     ) -> Floats:
-        """Set-points that give the `wanted` headings [rad]; those that are not on a circle stay."""
+        """Set-points that give the `wanted` headings [rad] on circles; those of other paths stay."""
+        on_circle = (goal.path == Path.CIRCLE) | (goal.path == Path.POINT)
         if not on_circle.any():
-            self.angle = np.zeros_like(self.angle)
             return wanted
-        way = aboard.own.velocity[:, :2]
-        share = aboard.dt_s * np.hypot(way[:, 0], way[:, 1]) / (LEAD_LOOKAHEADS * lookahead_m)
-        lag = wrapped(wanted - aboard.own.heading)
-        steady = on_circle & (np.abs(lag) < LEAD_LIMIT_RAD)  # not while it comes onto the circle
-        grown = self.angle + np.where(steady, share * lag, 0.0)
-        self.angle = np.where(on_circle, within(grown, LEAD_LIMIT_RAD), 0.0)
-        return np.where(on_circle, wanted + self.angle, wanted)
+        radius = np.where(np.isnan(goal.radius), radius_m, goal.radius)
+        rate = circle_rate(goal.end, radius, goal.turn, aboard.xy, aboard.own.velocity[:, :2], lookahead_m)
+        rate = np.where(on_circle, rate, 0.0)
+        lead = within(self.lag_s * rate, LEAD_LIMIT_RAD)
+        lag = wrapped(wanted + lead - aboard.own.heading)
+        steady = on_circle & (np.abs(lag) < LAG_LIMIT_RAD)  # not while it turns towards the circle
+        error = np.where(steady, lag - self.lag_s * rate, 0.0)
+        share = aboard.dt_s / LEARNING_S * rate / (rate * rate + SLOW_TURN_RAD_S**2)
+        self.lag_s = np.maximum(self.lag_s + share * error, 0.0)
+        return np.where(on_circle, wanted + lead, wanted)
 
 
 def course_to(goal: Goal, aboard: Aboard, lookahead_m: Floats | float, radius_m: float) -> Floats:

@@ -54,7 +54,7 @@ class Surface:
         crab = np.where(steered, self.crab.see(aboard, speed), 0.0)
         lookahead = np.clip(goal.speed / self.cruise_mps, SLOWEST, 1.0) * self.lookahead_m
         wanted = course_to(goal, aboard, lookahead, self.length_m) - crab
-        heading = self.lead.turning(wanted, goal.path == Path.CIRCLE, aboard, lookahead)
+        heading = self.lead.turning(wanted, goal, aboard, lookahead, self.length_m)
         if stay.any():
             fastest = np.where(goal.speed > 0, goal.speed, self.cruise_mps)
             toward, slow = self._keep(to, fastest, aboard)
@@ -79,10 +79,10 @@ class Surface:
 
     def memory(self) -> dict[str, Floats]:
         """See `Steering.memory`."""
-        angles = {"crab": self.crab.angle, "lead": self.lead.angle, "held": self.held}
+        angles = {"crab": self.crab.angle, "lead": self.lead.lag_s, "held": self.held}
         return {**angles, "current": self.current, "asked": self.asked}
 
     def recall(self, memory: Mapping[str, Floats]) -> None:
         """See `Steering.recall`."""
-        self.crab.angle, self.lead.angle, self.held = (memory[name] for name in ("crab", "lead", "held"))
+        self.crab.angle, self.lead.lag_s, self.held = (memory[name] for name in ("crab", "lead", "held"))
         self.current, self.asked = memory["current"], memory["asked"]
