@@ -57,7 +57,8 @@ class FoxgloveConfig(BridgeConfig):
 
         transport = FoxgloveTransport(host=self.host, port=self.port)
         serve_topics(exchange, transport, only=self.topics, commands=self.commands, services=self.services)
-        return f"Foxglove at ws://{self.host}:{transport.port}, {transport.reach}"
+        note = f", {transport.reach}" if exposed(self.host) else ""
+        return f"Foxglove at ws://{self.host}:{transport.port}{note}"
 
 
 class FoxgloveTransport:
