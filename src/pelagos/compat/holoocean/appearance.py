@@ -100,10 +100,16 @@ class Appearance:
         color_G: float = 0.6,
         color_B: float = 1.0,
     ) -> None:
-        """Turbid water: `fogDensity` 0 to 10 multiplies its particles by up to 100; the colour as `water_color`."""
-        self._turbidity = 10.0 ** (0.2 * min(max(float(fogDensity), 0.0), 10.0))
-        if (color_R, color_G, color_B) != (0.4, 0.6, 1.0):
+        """Turbid water of a colour: `fogDensity` 0 to 10 multiplies its particles by up to 100; 0: the world's."""
+        density = min(max(float(fogDensity), 0.0), 10.0)
+        if density > 0:
+            self._turbidity = 10.0 ** (0.2 * density)
             self.water_color(color_R, color_G, color_B)
+            return
+        own = (cast("HoloOceanEnvironment", self)._native or {}).get("ocean", {})
+        self._turbidity = float(own.get("turbidity", 1.0))
+        if "water_type" in own:
+            self._pending["water_type"] = own["water_type"]
 
     def air_fog(
         self,

@@ -15,26 +15,32 @@ if TYPE_CHECKING:
 
 _SIZE: Final = frozenset({"CaptureWidth", "CaptureHeight"})
 FAR_M: Final = 1000.0  # HoloOcean's depth ends here
-_UNUSED: Final = frozenset(
-    {
-        "DepthOfFieldMinFstop", "ExposureSpeedDown", "ExposureSpeedUp", "MotionBlurMaxDistortion",
-        "MotionBlurIntensity",
-        "MotionBlurMinObjectScreenSize", "MaxViewDistanceOverride", "FocalDistance", "DepthBlurAmount",
-        "DepthBlurRadius", "BladeCount",
-    }
-)  # fmt: skip
-_CAMERA: Final = _SIZE | _UNUSED | frozenset(
+_CAMERA: Final = _SIZE | frozenset(
     {
         "FovAngle", "TargetGamma", "ExposureMethod", "ExposureCompensation", "ShutterSpeed", "ISO", "Aperture",
         "Aperature", "FilmSlope", "FilmToe", "FilmShoulder", "FilmBlackClip", "FilmWhiteClip", "ExposureMinBrightness",
         "ExposureMaxBrightness", "LensFlareIntensity", "BloomIntensity", "WhiteTemp", "WhiteTint",
-        "ChromAberrIntensity", "ChromAberrOffset",
+        "ChromAberrIntensity", "ChromAberrOffset", "DepthOfFieldMinFstop", "ExposureSpeedDown", "ExposureSpeedUp",
+        "MotionBlurMaxDistortion", "MotionBlurIntensity", "MotionBlurMinObjectScreenSize", "MaxViewDistanceOverride",
+        "FocalDistance", "DepthBlurAmount", "DepthBlurRadius", "BladeCount",
     }
 )  # fmt: skip
 _FILM: Final = {
     "FilmSlope": "film_slope", "FilmToe": "film_toe", "FilmShoulder": "film_shoulder",
     "FilmBlackClip": "film_black_clip", "FilmWhiteClip": "film_white_clip",
 }  # fmt: skip
+_SCALED: Final = {
+    "FocalDistance": ("focus_distance_m", 0.01), "DepthBlurRadius": ("depth_blur_px", 1.0),
+    "DepthBlurAmount": ("depth_blur_distance_m", 1000.0), "MotionBlurIntensity": ("motion_blur", 1.0),
+    "MotionBlurMaxDistortion": ("motion_blur_max", 1.0), "MaxViewDistanceOverride": ("max_range_m", 0.01),
+    "MotionBlurMinObjectScreenSize": ("motion_blur_min_object", 0.01), "DepthOfFieldMinFstop": ("aperture_widest", 1.0),
+    "BladeCount": ("aperture_blades", 1), "ChromAberrIntensity": ("chromatic_aberration", 0.01),
+}  # fmt: skip
+"""Native keys, and how many of their units one of HoloOcean's is; 0 stands for the engine's own choice."""
+_SPREAD: Final = frozenset({"FocalDistance", "DepthBlurRadius", "MotionBlurIntensity"})
+_SAMPLES: Final = 8  # rays of a pixel where something is to be blurred
+_METERED: Final = {"ExposureSpeedUp": "exposure_speed_up_ev_per_s", "ExposureSpeedDown": "exposure_speed_down_ev_per_s"}
+_CD_PER_EV: Final = 0.125  # luminance of EV100 0 at the usual calibration K = 12.5 cd s/m^2
 _PLAIN: Final = {
     "BloomIntensity": "bloom", "LensFlareIntensity": "lens_flare", "WhiteTemp": "white_temperature_k",
     "WhiteTint": "white_tint", "ChromAberrOffset": "chromatic_aberration_start",
@@ -105,12 +111,6 @@ class CameraSensor(RGBCamera):
     keys = _CAMERA
 
     def setup(self) -> None:
-        idle = sorted(k for k in self.config if k in _UNUSED)
-        if idle:
-            self.env.advice.once(
-                f"{self.agent_name}.{self.name}: {', '.join(idle)} have no effect here; set the native camera's own "
-                "keys through env.pelagos.set"
-            )
         if "Aperature" in self.config:
             self.env.advice.once("Aperature, as one of HoloOcean's pages spells it, is taken as Aperture")
 
@@ -118,18 +118,37 @@ class CameraSensor(RGBCamera):
         c = self.config
         made = super().native() or {}
         made |= {native: c[key] for key, native in _PLAIN.items() if key in c}
-        if "ChromAberrIntensity" in c:
-            made["chromatic_aberration"] = float(c["ChromAberrIntensity"]) / 100
+        made |= {native: c[key] * by for key, (native, by) in _SCALED.items() if c.get(key)}
+        if any(c.get(key) for key in _SPREAD):
+            made["samples"] = _SAMPLES
         film = {native: c[key] for key, native in _FILM.items() if key in c}
         if film:
             made |= {"tone": "film", **film}
         elif "TargetGamma" in c:
             made |= {"tone": "gamma", "gamma": float(c["TargetGamma"])}
-        if c.get("ExposureMethod") == "AEM_Manual":
-            f_stop = c.get("Aperture", c.get("Aperature", 4.0))
-            made |= {"exposure": "manual", "iso": float(c.get("ISO", 100)), "aperture": float(f_stop)}
-            made["shutter_s"] = 1 / float(c.get("ShutterSpeed", 60)) / 2.0 ** -float(c.get("ExposureCompensation", 0))
-        elif "ExposureCompensation" in c:
+        if "Aperture" in c or "Aperature" in c or "FocalDistance" in c:
+            made["aperture"] = float(c.get("Aperture", c.get("Aperature", 4.0)))
+        if "aperture_widest" in made:
+            made["aperture_widest"] = min(made["aperture_widest"], made.setdefault("aperture", 4.0))
+        return made | (self._manual() if c.get("ExposureMethod") == "AEM_Manual" else self._automatic())
+
+    def _manual(self) -> dict[str, Any]:
+        """Keys of a fixed exposure."""
+        c = self.config
+        f_stop = c.get("Aperture", c.get("Aperature", 4.0))
+        shutter = 1 / float(c.get("ShutterSpeed", 60)) / 2.0 ** -float(c.get("ExposureCompensation", 0))
+        return {
+            "exposure": "manual", "iso": float(c.get("ISO", 100)), "aperture": float(f_stop), "shutter_s": shutter,
+        }  # fmt: skip
+
+    def _automatic(self) -> dict[str, Any]:
+        """Keys of the automatic exposure."""
+        c = self.config
+        made = {native: float(c[key]) for key, native in _METERED.items() if key in c}
+        for key, native in (("ExposureMinBrightness", "meter_min_cd_m2"), ("ExposureMaxBrightness", "meter_max_cd_m2")):
+            if key in c:
+                made[native] = _CD_PER_EV * 2.0 ** float(c[key])
+        if "ExposureCompensation" in c:
             made["compensation_ev"] = float(c["ExposureCompensation"]) - 4.0  # 4 is HoloOcean's normal
         return made
 

@@ -386,5 +386,5 @@ class HoloOceanEnvironment(Appearance, Drawing, Messaging):
         self.__on_exit__()
 
     def __on_exit__(self) -> None:
-        """Let the simulation go."""
-        self._sim, self._stale = None, True
+        """Let the simulation go, and the connection to LCM, which writes to the end of its log then."""
+        self._sim, self._stale, self._lcm = None, True, None
