@@ -13,7 +13,7 @@ from fake_jobs import Killed
 
 import pelagos as pl
 from pelagos.cli.main import main
-from pelagos.datasets.engine import Engine
+from pelagos.datasets.engine import Engine, checked
 from pelagos.datasets.sweep import Sweep, axis_of, run_sweep, sweep_of
 from pelagos.errors import InputError
 
@@ -110,10 +110,14 @@ def test_a_ray_that_is_not_there_is_one_sentence(tmp_path: Path) -> None:
         list(Engine(ray="127.0.0.1:9").run(Killed(tmp_path, 0), range(3)))
     with pytest.raises(InputError, match="give local, auto, HOST:PORT"):
         list(Engine(ray="nowhere").run(Killed(tmp_path, 0), range(3)))
+    with pytest.raises(InputError, match=r"--ray 127\.0\.0\.1:9: nothing answers there"):
+        checked(2, "127.0.0.1:9")  # before a folder is written
 
 
 def test_ray_that_is_not_installed_is_one_sentence(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(__import__("sys").modules, "ray", None)
+    with pytest.raises(InputError, match=r"--ray needs Ray: pip install 'pelagos\[ray\]'"):
+        checked(2, "local")
     with pytest.raises(InputError, match=r"--ray needs Ray: pip install 'pelagos\[ray\]'"):
         list(Engine(ray="local").run(Killed(tmp_path, 0), range(3)))
 

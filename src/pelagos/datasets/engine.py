@@ -69,10 +69,14 @@ def checked(workers: int, ray: str | None) -> Engine:
     """An engine.
 
     Raises:
-        InputError: a number of workers that cannot be.
+        InputError: a number of workers that cannot be, or no Ray at the address.
     """
     if workers < 1:
         raise InputError(f"--workers is a number from 1 on, not {workers}")
+    if ray is not None:
+        from pelagos.datasets.ray_engine import check_address
+
+        check_address(ray)
     return Engine(workers, ray)
 
 

@@ -26,11 +26,7 @@ def run_by_ray(job: Job, todo: list[int], *, address: str, workers: int) -> Iter
         InputError: Ray is not installed, or nothing answers at the address.
         PelagosError: of the first piece of work that fails.
     """
-    os.environ.setdefault("RAY_USAGE_STATS_ENABLED", "0")  # no telemetry
-    try:
-        import ray
-    except ImportError:
-        raise InputError("--ray needs Ray: pip install 'pelagos[ray]'") from None
+    ray = _ray()
     ours = not ray.is_initialized()
     if ours:
         _connect(ray, address, workers)
@@ -39,6 +35,26 @@ def run_by_ray(job: Job, todo: list[int], *, address: str, workers: int) -> Iter
     finally:
         if ours:
             ray.shutdown()
+
+
+def check_address(address: str) -> None:
+    """Refuse an address at which there is no cluster, before anything is written.
+
+    Raises:
+        InputError: Ray is not installed, or nothing answers.
+    """
+    _ray()
+    if address not in ("local", "auto"):
+        _answers(address)
+
+
+def _ray() -> Any:
+    os.environ.setdefault("RAY_USAGE_STATS_ENABLED", "0")  # no telemetry
+    try:
+        import ray
+    except ImportError:
+        raise InputError("--ray needs Ray: pip install 'pelagos[ray]'") from None
+    return ray
 
 
 def _connect(ray: Any, address: str, workers: int) -> None:
