@@ -86,7 +86,7 @@ NAMES = {
     "holooceanclient": "HoloOceanClient(uuid)",
     "holooceanclient.HoloOceanClient": "acquire(timeout) release() malloc(key shape dtype)",
     "shmem": "Shmem(name shape dtype uuid)",
-    "bst_graph": "BST_Visualizer(config)",
+    "bst_graph": "BST_Visualizer(config biomass_function salinity_function temperature_function agent)",
     "bst_graph.BST_Visualizer": "update_position update_plots() show() close() update",
     "exceptions": "HoloOceanException HoloOceanConfigurationException TimeoutException NotFoundException",
     "command": """Command CommandsGroup CommandCenter(client) CustomCommand(name num_params string_params)
@@ -140,3 +140,17 @@ def test_commands_take_their_numbers_by_name():
     drawn = DebugDrawCommand(0, [1, 2, 3], end=[4, 5, 6], color=[7, 8, 9], thickness=10, lifetime=11)
     assert drawn.numbers == [0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11]
     assert CustomCommand("Flood", [1, 2], ["fast"]).strings == ["Flood", "fast"]
+
+
+def test_a_flashlight_controller_takes_its_numbers_in_order_and_by_its_setters():
+    from pelagos.compat.holoocean.flashlight import FlashlightController
+
+    class Lamps:
+        def turn_on_flashlight(self, name, **keys):
+            self.told = name, keys
+
+    lamps = Lamps()
+    controller = FlashlightController(lamps, "flashlight2", 700, 33, angle_yaw=5)
+    controller.set_angle_pitch(-12)
+    controller.set_flashlight()
+    assert lamps.told == ("flashlight2", {"intensity": 700, "beam_width": 33, "angle_yaw": 5, "angle_pitch": -12})

@@ -22,17 +22,26 @@ class BST_Visualizer:  # noqa: N801
     that of the first BSTSensor in `config`.
     """
 
-    def __init__(self, config: Any = None, agent: str | None = None, **functions: Field) -> None:
+    def __init__(
+        self,
+        config: Any = None,
+        biomass_function: Field | None = None,
+        salinity_function: Field | None = None,
+        temperature_function: Field | None = None,
+        agent: str | None = None,
+        *,
+        biomass_func: Field | None = None,
+        salinity_func: Field | None = None,
+        temperature_func: Field | None = None,
+    ) -> None:
         from pelagos.compat.holoocean.water_sensors import BSTSensor
 
         keys = _config_of(config, agent)
-        self.fields: dict[str, Field] = {}
-        for name in MAPS:
-            given = functions.pop(f"{name}_function", None) or functions.pop(f"{name}_func", None)
-            model = getattr(BSTSensor, f"{name}_model")(**keys)
-            self.fields[name] = given or model
-        if functions:
-            raise TypeError(f"a visualiser has no {next(iter(functions))!r}")
+        self.fields: dict[str, Field] = {
+            "biomass": biomass_function or biomass_func or BSTSensor.biomass_model(**keys),
+            "salinity": salinity_function or salinity_func or BSTSensor.salinity_model(**keys),
+            "temperature": temperature_function or temperature_func or BSTSensor.temperature_model(**keys),
+        }
         self.location = np.zeros(3)
         self._figure: Any = None
 

@@ -110,8 +110,9 @@ def _checked(name: str) -> str:
 class FlashlightController:
     """One flashlight with a setter for each of its numbers; `set_flashlight` lights it so."""
 
-    def __init__(self, client: Any, flashlight_name: str = NAMES[0], **keys: Any) -> None:
-        self._env, self.flashlight_name, self._keys = client, _checked(flashlight_name), dict(keys)
+    def __init__(self, client: Any, flashlight_name: str = NAMES[0], *values: Any, **keys: Any) -> None:
+        self._env, self.flashlight_name = client, _checked(flashlight_name)
+        self._keys: dict[str, Any] = {**dict(zip(KEYS, values, strict=False)), **keys}
 
     def __getattr__(self, name: str) -> Any:
         key = name.removeprefix("set_")
