@@ -46,6 +46,60 @@ def test_a_group_is_read_by_member_and_together():
         obs["auw"]
 
 
+def test_a_group_together_is_its_members_stacked_and_zero_where_one_hears_nothing():
+    """Members at drawn depths over a bottom at 40 m, which the altimeter hears within 20 m; an agent that is written
+    before them is in their batch."""
+    sensors = {
+        "imu": {"type": "imu", "rate_hz": 20},
+        "up": {"type": "altimeter", "rate_hz": 10, "range_max_m": 20.0},
+        "sonar": {"type": "singlebeam", "rate_hz": 5, "bins": 16, "range_max_m": 12.0},
+    }
+    auv = {"vehicle": "remus100", "sensors": sensors}
+    depths = {"start.depth_m": {"uniform": [2.5, 34.0]}}
+    sim = pl.Simulation.load(
+        {
+            "tick_rate_hz": 20,
+            "seed": 6,
+            "world": {"type": "flat", "depth_m": 40.0},
+            "agents": {
+                "scout": {**auv, "start": {"position_m": [-50.0, 8.0], "depth_m": 30.0}},
+                "auv": {**auv, "count": 4, "distributions": depths,
+                        "start": {"position_m": [0.0, 0.0], "depth_m": 5.0, "spacing_m": 15.0}},
+            },
+        },
+        n=2,
+    )  # fmt: skip
+    for ticks in (4, 8):
+        obs = sim.step(ticks=ticks)
+        assert list(obs) == ["scout", *(f"auv[{i}]" for i in range(4))]
+        assert "auv" not in obs
+        heard = 0
+        for sensor, together in obs["auv"].items():
+            newest = max(obs[f"auv[{i}]"][sensor].t_ns for i in range(4) if sensor in obs[f"auv[{i}]"])
+            assert (together.t_ns, together.frame) == (newest, f"auv/{sensor}")
+            for i in range(4):
+                alone = obs[f"auv[{i}]"].get(sensor)
+                if alone is None or alone.t_ns < newest:
+                    assert not together.valid[:, i].any()
+                    assert not together.data[:, i].any()
+                    continue
+                heard += sensor == "up"
+                np.testing.assert_array_equal(together.data[:, i], alone.data)
+                np.testing.assert_array_equal(together.truth[:, i], alone.truth)
+                np.testing.assert_array_equal(together.valid[:, i], alone.valid)
+                for name, values in alone.extras.items():
+                    lanes = (
+                        np.ndim(values)
+                        and len(values) == len(alone.valid)
+                        and np.ndim(together.extras[name]) > np.ndim(values)
+                    )
+                    np.testing.assert_array_equal(
+                        together.extras[name][:, i] if lanes else together.extras[name], values
+                    )
+        assert set(obs["auv"]) == set(sensors)
+        assert 0 < heard < 4
+
+
 def test_members_begin_on_the_grid_and_as_drawn():
     sim = pl.Simulation.load(swarm(5, overrides={3: {"start": {"depth_m": 9.0}}}))
     position = sim.state["auv"].position[0]

@@ -82,6 +82,7 @@ class Missions:
         self.solutions: dict[str, deque[Solution]] = {}
         self.changes = 0
         self._squads: tuple[int, Sequence[Squad]] = (-1, ())
+        self._rows: tuple[int, dict[tuple[str, str], list[int]]] = (-1, {})
 
     @property
     def any(self) -> bool:
@@ -225,9 +226,8 @@ class Missions:
     def hear(self, sampled: Sampled) -> None:
         """Keep what guidance and navigation need of a sensor's readings."""
         if len(sampled.members) > 1:
-            for member, agent in enumerate(sampled.members):
-                if self._listens(agent, sampled.model):
-                    self.hear(sampled.of(member, self._model.n))
+            for member in self._listeners(sampled.members, sampled.model):
+                self.hear(sampled.of(member, self._model.n))
             return
         name, agent = sampled.model.name, sampled.members[0]
         if agent in self.navigators and name in self.navigators[agent].listens:
@@ -240,6 +240,15 @@ class Missions:
             feedback.gps |= sampled.measurement.valid.reshape(-1, self._model.n).any(axis=0)
         for key in feedback.keys.get(name, ()):
             feedback.readings[key] = _newest(sampled, key.partition(".")[2], self._model.n)
+
+    def _listeners(self, members: Sequence[str], sensor: SensorModel) -> Sequence[int]:
+        """Rows of the members whose readings are kept, which stay the same until an agent begins anew."""
+        if self._rows[0] != self.changes:
+            self._rows = self.changes, {}
+        known, key = self._rows[1], (members[0], sensor.name)
+        if key not in known:
+            known[key] = [row for row, agent in enumerate(members) if self._listens(agent, sensor)]
+        return known[key]
 
     def _listens(self, agent: str, sensor: SensorModel) -> bool:
         """Whether readings of an agent's sensor are kept."""

@@ -51,7 +51,7 @@ class Readings(Mapping[str, Reading]):
         return repr(self._all)
 
 
-class Observed(dict[str, Mapping[str, Reading]]):
+class Observed(Mapping[str, Mapping[str, Reading]]):
     """Readings by agent; the name of a group gives those of its members together, `(n, members, ...)`.
 
     Iteration goes over single agents.
@@ -59,21 +59,52 @@ class Observed(dict[str, Mapping[str, Reading]]):
 
     def __init__(self, model: Model, sampled: Sequence[Sampled] = ()) -> None:
         self._model = model
-        by_batch: dict[str, list[Sampled]] = {name: [] for name in model.batches}
+        self._by_batch: dict[str, list[Sampled]] = {name: [] for name in model.batches}
         for one in sampled:
-            by_batch[one.members[0]].append(one)
-        n, dt_ns = model.n, model.clock.dt_ns
-        read = {}
-        for name, agent in model.agents.items():
-            parts = by_batch[agent.batch.name]
-            cut = Readings(parts, agent.member, n, dt_ns)
-            read[name] = cut if len(agent.batch.members) > 1 else dict(cut)
-        super().__init__(read)
+            self._by_batch[one.members[0]].append(one)
+        self._read: dict[str, Mapping[str, Reading]] = {}
 
-    def __missing__(self, name: str) -> Mapping[str, Reading]:
-        members = self._model.group(name)
-        if members is None:
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._model.agents)
+
+    def __len__(self) -> int:
+        return len(self._model.agents)
+
+    def __contains__(self, name: object) -> bool:
+        return name in self._model.agents
+
+    def __repr__(self) -> str:
+        return repr(dict(self))
+
+    def __getitem__(self, name: str) -> Mapping[str, Reading]:
+        if name not in self._read:
+            agent = self._model.agents.get(name)
+            if agent is None:
+                self._read[name] = self._group(name)
+            else:
+                parts = self._by_batch[agent.batch.name]
+                cut = Readings(parts, agent.member, self._model.n, self._model.clock.dt_ns)
+                self._read[name] = cut if len(agent.batch.members) > 1 else dict(cut)
+        return self._read[name]
+
+    def _group(self, name: str) -> Mapping[str, Reading]:
+        """Readings of a group's members together."""
+        count = self._model.groups.get(name)
+        if count is None:
             raise LookupFailed("agent", name, [*self, *self._model.groups])
+        first = self._model.agents[f"{name}[0]"]
+        block, parts = slice(first.member, first.member + count), self._by_batch[first.batch.name]
+        # members follow one another in the scenario, and so in their batch: where the last is at its place, all are
+        whole = first.batch.members[block][-1] == f"{name}[{count - 1}]"
+        if whole and len({one.model.name for one in parts}) == len(parts):
+            n, dt_ns = self._model.n, self._model.clock.dt_ns
+            read = {one.model.name: one.newest_of(block, n, dt_ns, name) for one in parts}
+            return {sensor: reading for sensor, reading in read.items() if reading is not None}
+        return self._gathered(name)
+
+    def _gathered(self, name: str) -> Mapping[str, Reading]:
+        """Readings of a group whose members are not all read for by the same sensors."""
+        members = self._model.group(name) or []
         sensors = dict.fromkeys(sensor for member in members for sensor in self[member])
         found = {sensor: _together(sensor, [self[m].get(sensor) for m in members], name) for sensor in sensors}
         return {sensor: reading for sensor, reading in found.items() if reading is not None}

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -91,6 +92,31 @@ class Sampled:
         """An agent's reading of the last tick at which a copy has one; None where there is no such tick."""
         found = (self._at(k, n, dt_ns) for k in reversed(range(len(self.ticks))))
         return next((reading for reading in found if reading is not None), None)
+
+    def newest_of(self, block: slice, n: int, dt_ns: int, group: str) -> Reading | None:
+        """The reading of a block of agents together, `(n, members, ...)`, of the last tick at which one has one.
+
+        Data of agents without a reading then are zero, and not valid.
+        """
+        m, shape = self.measurement, (len(self.ticks), len(self.members), n)
+        valid = np.ones(shape, dtype=bool) if m.valid is None else m.valid.reshape(shape)
+        read = np.flatnonzero(valid[:, block].any(axis=(1, 2)))
+        if not len(read):
+            return None
+        last = read[-1]
+        silent = ~valid[last, block].any(axis=1)  # (members,)
+
+        def cut(values: NDArray[Any]) -> NDArray[Any]:
+            part = values.reshape(shape + values.shape[1:])[last, block]
+            if silent.any():
+                part = np.where(silent.reshape(-1, *[1] * (part.ndim - 1)), np.zeros_like(part), part)
+            return np.ascontiguousarray(np.moveaxis(part, 0, 1))
+
+        extras = {name: cut(values) for name, values in m.extras.items()} | dict(m.tables)
+        return Reading(
+            cut(m.data), promised(lambda: cut(m.truth)), self.ticks[last] * dt_ns, f"{group}/{self.model.name}",
+            np.ascontiguousarray(valid[last, block].T), extras, self.model.config.type,
+        )  # fmt: skip
 
     def readings(self, n: int, dt_ns: int, *, invalid: bool = False) -> Iterator[Reading]:
         """An agent's readings of every tick at which a copy has one, in order; with `invalid` of every tick."""
