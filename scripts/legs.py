@@ -429,8 +429,7 @@ def head() -> list[str]:
         f"others. `land`: of the hull's lowest point from the seabed, or from a deck {DECK_M:g} m above the sea.\n"
         "* `gps_fix`: the time until it has three fixes, before the leg gives up. `hold`: mean deviation from the "
         "heading. `drift`: mean speed against the current, over the last part of 400 s.\n",
-        "Bold is what misses: boats of 5 m come onto a circle of 20 m up to 8 m outside (2 to 3 m after half a turn); "
-        "the tanker is still coming back onto a line of 4.5 km, and keeps its circle to 1.1 times what is allowed.\n",
+        "Bold is what misses, each by a tenth at most: the tanker is still coming back onto a line of 4.5 km.\n",
         "| vehicle | leg | took | error | allowed |",
         "|---|---|---|---|---|",
     ]

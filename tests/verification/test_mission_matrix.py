@@ -12,12 +12,10 @@ import pytest
 from pelagos.vehicles.load import catalogue_names
 
 SCRIPTS = Path(__file__).parents[2] / "scripts"
-MISSES = {  # boats still come onto their circle, the tanker back onto its line
-    "kvlcc2": {"survey", "station_keeping"},
+MISSES = {  # each by less than a tenth or so; the tanker is still coming back onto its line
+    "kvlcc2": {"survey"},
     "lrauv": {"dock"},
-    "surface_vessel": {"orbit"},
     "torpedo": {"repeat"},
-    "wamv": {"orbit"},
 }
 
 
