@@ -15,6 +15,8 @@ QUICK = ("pelagos/DepthHeading-v0",)
 NAMES = [name for name in envs.task_names() if not has_sensors(name)]  # the others: test_every_sensing_task
 REACHED = {  # what the scripted baseline comes to at the end of its episodes, on average, at most
     "Hover-v0": {"distance_m": 0.15, "heading_error_rad": 0.02},
+    "MarineGymHover-v0": {"distance_m": 0.1},
+    "OceanScaleHover-v0": {"distance_m": 0.06},
     "Waypoint-v0": {"distance_m": 0.3},
     "PathInCurrent-v0": {"off_line_m": 6.0},
     "DepthHeading-v0": {"depth_error_m": 0.05, "heading_error_rad": 0.02},

@@ -77,7 +77,6 @@ def test_commands_score_and_refuse(capsys: pytest.CaptureFixture[str], tmp_path:
         (("evaluate", "Hovver-v0"), "did you mean 'pelagos/Hover-v0'"),
         (("evaluate", "Hover-v0", "--policy", "sript", "--episodes", "4"), "did you mean 'script'"),
         (("evaluate", "Hover-v0", "--set", "depth=3"), "did you mean 'depth_m'"),
-        (("evaluate", "MarineGymHover-v0", "--episodes", "4"), "no scripted baseline"),
     ):
         assert run(*given) == 2
         assert message in " ".join(capsys.readouterr().err.split())

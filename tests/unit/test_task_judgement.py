@@ -17,16 +17,20 @@ from pelagos.envs.tasks.hover import Hover
 from pelagos.envs.tasks.marinegym_hover import _GOAL_M, MarineGymHover
 from pelagos.envs.tasks.obstacles import _GOAL_M as _NORTH_M
 from pelagos.envs.tasks.obstacles import _HULL_M, _RADIUS_M, ObstacleAvoidance
+from pelagos.envs.tasks.oceanscale_hover import _GOAL_M as _ASKED_M
+from pelagos.envs.tasks.oceanscale_hover import OceanScaleHover
 from pelagos.envs.tasks.pipeline import _ABOVE_M, _PATH, _SPEED_MPS, _TOP_M, PipelineFollowing
 from pelagos.envs.tasks.station_keeping import StationKeeping
 from pelagos.envs.tasks.terrain import _HEIGHT_M, TerrainFollowing
 from pelagos.envs.tasks.wall_inspection import _STAND_OFF_M, WallInspection
 from pelagos.envs.tasks.waypoint import Waypoint
 from pelagos.envs.view import View
+from pelagos.vehicles.vehicle import Vehicle
 
 EULER = [(0.3, -0.2, 0.7), (-0.5, 0.4, -2.2)]
 """Roll, pitch, yaw, FLU to NWU, R = Rz Ry Rx [rad]."""
 PLACE, VELOCITY, RATES = np.array([1.3, -0.8, 0.6]), np.array([0.4, -0.3, 0.2]), np.array([0.15, -0.25, 0.35])
+ACCELERATION, TURNING = np.array([0.5, 0.7, -0.9]), np.array([-1.1, 0.8, 1.4])
 
 
 def turned(euler: Any) -> np.ndarray:
@@ -40,6 +44,7 @@ def view(euler: Any, position: Any, **memory: float) -> View:
     made._position, made._attitude = jit.Array3f64(*lists(position)), jit.Array4f64(*lists((w, x, y, z)))
     made.position, made.attitude = lists(position), lists((w, x, y, z))
     made.velocity, made.angular_velocity = lists(VELOCITY), lists(RATES)
+    made.acceleration, made.angular_acceleration = lists(ACCELERATION), lists(TURNING)
     made.memory = {key: jit.Float64(value) for key, value in memory.items()}
     made.actuators, made.t = lists((0.2, -0.1, 0.3)), jit.Float64(2.0)
     return made
@@ -130,6 +135,43 @@ def test_marinegyms_hover_rewards_pose_uprightness_and_stillness(euler: Any) -> 
     spin = 1 / (1 + (matrix @ RATES)[2] ** 4)
     reward = pose + pose * (upright + spin) + 0.1 * math.exp(-0.8)
     assert number(task.reward(now, ACTION).reward) == pytest.approx(reward, abs=1e-9)
+
+
+@pytest.mark.parametrize("euler", EULER)
+def test_oceanscales_hover_sees_rewards_and_pushes_as_its_source_does(euler: Any) -> None:
+    """The wrench is Newton's and Euler's law with 13.5 kg and 0.26, 0.23, 0.37 kg m^2 (von Benzon 2022, Table A1)."""
+    task, before = OceanScaleHover(), np.array([0.5, -0.3, 0.2, 0.1, -0.6, 0.4])
+    memory = {f"action_{i}": float(a) for i, a in enumerate(before)}
+    now = view(euler, PLACE + np.array([0.0, 0.0, _ASKED_M]), **memory)
+    x, y, z, w = Rotation.from_matrix(turned(euler)).as_quat()
+    inertia = np.array([0.26, 0.23, 0.37])
+    force = 13.5 * (ACCELERATION + np.cross(RATES, VELOCITY))
+    moment = inertia * TURNING + np.cross(RATES, inertia * RATES)
+    angles = [2 * math.atan2(z, w), 2 * math.asin(y * w - x * z)]
+    expected = [*-PLACE, x, y, z, w, *VELOCITY, *RATES, -PLACE[2], *angles, *before, force[2], *moment]
+    quiet = SimpleNamespace(normal=lambda mean, deviation: 0.0)
+    assert row(task.observe(now, quiet)) == pytest.approx(expected, abs=1e-9)
+    far, still = np.linalg.norm(PLACE), np.linalg.norm([*VELOCITY, *RATES])
+    action = [jit.Float64(float(a)) for a in -before]
+    outcome = task.reward(now, action)
+    reward = 0.5 * math.exp(-far) + 0.3 * math.exp(-still / 0.5) + 0.2 * math.exp(-np.linalg.norm(before))
+    assert number(outcome.reward) == pytest.approx(reward, abs=1e-9)
+    assert row([outcome.memory[name] for name in memory]) == pytest.approx(-before)
+    assert number(task.reward(view(euler, [4.1, 2.9, _ASKED_M], **memory), action).reward) == 0.0
+
+
+@pytest.mark.parametrize("axis", range(6))
+@pytest.mark.parametrize("sign", [0.3, -0.2])
+def test_oceanscales_actions_are_shares_of_a_wrench(axis: int, sign: float) -> None:
+    """Throttles squared, through the thrusters' places, give the action back, where none is cut; body FLU."""
+    given = np.zeros(6)
+    given[axis] = sign * (1.0 if axis < 3 else 0.5)
+    throttle = row(OceanScaleHover().command([jit.Float64(float(a)) for a in given], None))
+    assert np.abs(throttle).max() < 1.0
+    actuators = Vehicle.from_catalogue("bluerov2_heavy").model.actuators.values()
+    effect = np.array([a.effect for a in actuators]).T  # a wrench, FRD, of one newton each
+    made = effect @ (np.sign(throttle) * throttle**2) * [1, -1, -1, 1, -1, -1]
+    assert made == pytest.approx(given, abs=1e-6)
 
 
 @pytest.mark.parametrize(

@@ -21,6 +21,7 @@ from pelagos.envs.flat import FlatSensing
 from pelagos.envs.fleet import FleetEnv
 from pelagos.envs.policy import Network
 from pelagos.envs.sensing import SensingEnv
+from pelagos.envs.shared import SharedTeams
 from pelagos.errors import CommandError, LookupFailed
 
 
@@ -69,7 +70,7 @@ class Trained:
 
 
 def train(
-    env: FleetEnv | SensingEnv,
+    env: FleetEnv | SensingEnv | SharedTeams,
     recipe: Recipe,
     *,
     seed: int = 0,
@@ -78,8 +79,8 @@ def train(
 ) -> Trained:
     """Learn a policy for an environment with `autoreset="same_step"`, and with `arrays="torch"` or sensors.
 
-    Torch computes in one thread here: its threads and Dr.Jit's would wait for each other. From the same seed, numbers
-    are the same on the same machine.
+    Teams learn a policy that their members share. Torch computes in one thread here: its threads and Dr.Jit's would
+    wait for each other. From the same seed, numbers are the same on the same machine.
 
     Args:
         env: what is learned.
@@ -93,7 +94,7 @@ def train(
         LookupFailed: `until` names no metric of the task.
     """
     torch = _torch()
-    rows: FleetEnv | FlatSensing = FlatSensing(env) if isinstance(env, SensingEnv) else env
+    rows: FleetEnv | FlatSensing | SharedTeams = FlatSensing(env) if isinstance(env, SensingEnv) else env
     if isinstance(rows, FleetEnv) and (rows.autoreset != "same_step" or rows.arrays != "torch"):
         raise CommandError("train needs an environment with arrays='torch' and autoreset='same_step'")
     if recipe.until is not None and recipe.until[0] not in rows.metrics:
@@ -115,7 +116,7 @@ def _torch() -> Any:
 
 
 class _Learner:
-    def __init__(self, env: FleetEnv | FlatSensing, recipe: Recipe, seed: int) -> None:
+    def __init__(self, env: FleetEnv | FlatSensing | SharedTeams, recipe: Recipe, seed: int) -> None:
         torch = self._torch = _torch()
         self._env, self._recipe, self._seed = env, recipe, seed
         torch.manual_seed(seed)

@@ -19,6 +19,7 @@ PREFIX: Final = "pelagos/"
 TASKS: Final = {
     "Hover-v0": ("hover", "Hover"),
     "MarineGymHover-v0": ("marinegym_hover", "MarineGymHover"),
+    "OceanScaleHover-v0": ("oceanscale_hover", "OceanScaleHover"),
     "Waypoint-v0": ("waypoint", "Waypoint"),
     "PathInCurrent-v0": ("path", "PathInCurrent"),
     "DepthHeading-v0": ("depth_heading", "DepthHeading"),

@@ -11,7 +11,7 @@ from pelagos.vehicles.vehicle import Vehicle
 
 
 @cache
-def _mixer(vehicle: str) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def mixer(vehicle: str) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Thrusts for a wrench `(k, 6)` by the pseudo-inverse, and the largest thrust of each side `(k,)` [N]."""
     actuators = Vehicle.from_catalogue(vehicle).model.actuators.values()
     effect = np.array([a.effect for a in actuators], dtype=np.float64).T  # type: ignore[attr-defined]
@@ -24,7 +24,7 @@ def throttles(vehicle: str, force: NDArray[np.float64], moment: NDArray[np.float
 
     Thrust goes with the square of the throttle, nearly; beyond the limit all throttles shrink together.
     """
-    mix, limit = _mixer(vehicle)
+    mix, limit = mixer(vehicle)
     turned = np.array([1.0, -1.0, -1.0])
     thrust = np.concatenate([force * turned, moment * turned], axis=1) @ mix.T  # (n, k)
     share = thrust / limit

@@ -25,6 +25,7 @@ class View:
         velocity: over ground, body FLU (3) [m/s].
         angular_velocity: body FLU (3) [rad/s].
         acceleration: rate of change of `velocity` over the last tick (3) [m/s^2].
+        angular_acceleration: rate of change of `angular_velocity` over the last tick (3) [rad/s^2].
         actuators: states, in the order of `Vehicle.actuator_names`.
         memory: what the task keeps, by name.
         current: of the water at the vehicle, world NWU (3) [m/s].
@@ -42,6 +43,7 @@ class View:
         self.velocity: Vector = [*flip_yz(state.velocity)]
         self.angular_velocity: Vector = [*flip_yz(state.angular_velocity)]
         self.acceleration: Vector = [*flip_yz(state.acceleration)]
+        self.angular_acceleration: Vector = [*flip_yz(state.angular_acceleration)]
         self.actuators: Vector = list(state.actuators[:actuators])
         self.memory = memory
         self.t, self.step = t, step
