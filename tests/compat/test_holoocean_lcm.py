@@ -1,6 +1,5 @@
 """LCM messages of HoloOcean's sensors, read with classes that `lcm-gen` makes of their definitions."""
 
-import shutil
 import sys
 
 import numpy as np
@@ -10,10 +9,7 @@ from holoocean_env import agent, opened
 from pelagos.compat.holoocean.lcm import gen
 
 lcm = pytest.importorskip("lcm")
-pytestmark = [
-    pytest.mark.filterwarnings("ignore::pelagos.compat.holoocean.advice.HoloOceanWarning"),
-    pytest.mark.skipif(shutil.which("lcm-gen") is None, reason="lcm-gen is not installed"),
-]
+pytestmark = pytest.mark.filterwarnings("ignore::pelagos.compat.holoocean.advice.HoloOceanWarning")
 SMALL = {
     "ImagingSonar": {"RangeBins": 32, "AzimuthBins": 16}, "RGBCamera": {"CaptureWidth": 16, "CaptureHeight": 24},
     "RangeFinderSensor": {"LaserCount": 5}, "DVLSensor": {"ReturnRange": False}, "IMUSensor": {},

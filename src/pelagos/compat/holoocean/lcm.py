@@ -88,10 +88,12 @@ def gen(lang: str, path: str = ".", headers: str | None = None) -> None:
     """
     import shutil
     import subprocess
+    import sys
 
     if lang not in LANGUAGES:
         raise HoloOceanException(f"a language is one of {', '.join(LANGUAGES)}, not {lang!r}")
-    program = shutil.which("lcm-gen")
+    beside = str(Path(sys.executable).parent)  # of an environment that is not activated
+    program = shutil.which("lcm-gen") or shutil.which("lcm-gen", path=beside)
     if program is None:
         raise HoloOceanException("lcm-gen is not installed: apt install liblcm-bin, or pip install lcm")
     folder = Path(path)
