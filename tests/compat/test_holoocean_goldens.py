@@ -9,6 +9,8 @@ import numpy as np
 import pytest
 
 from pelagos.compat.holoocean.environments import HoloOceanEnvironment
+from pelagos.compat.holoocean.torpedo_agents import FIN_AT
+from pelagos.vehicles.vehicle import Vehicle
 
 DYNAMICS = {"sensor_type": "DynamicsSensor", "configuration": {"UseCOM": True, "UseRPY": True}}
 FINS = [30, -20, -10, 30, 50]
@@ -22,12 +24,12 @@ GOLDENS = {
 }  # fmt: skip
 
 
-def opened(kind, *, location=(0, 0, -10), tps=30):
+def opened(kind, *, location=(0, 0, -10), tps=30, legacy=True):
     agent = {
         "agent_name": "auv0", "agent_type": kind, "sensors": [dict(DYNAMICS)], "control_scheme": 0,
         "location": list(location),
     }  # fmt: skip
-    scenario = {"name": "t", "world": "TestWorld", "ticks_per_sec": tps, "agents": [agent], "legacy_dynamics": True}
+    scenario = {"name": "t", "world": "TestWorld", "ticks_per_sec": tps, "agents": [agent], "legacy_dynamics": legacy}
     return HoloOceanEnvironment(scenario=scenario, show_viewport=False)
 
 
@@ -70,3 +72,35 @@ def test_a_current_pushes_a_floating_vessel(axis, expected):
         env.tick(500)
         env.set_ocean_currents("auv0", [float(axis == 0), float(axis == 1), 0.0])
         np.testing.assert_allclose(accelerations(env, ticks=10)[axis], expected, rtol=0.02)
+
+
+@pytest.mark.parametrize("legacy", [False, True])
+@pytest.mark.parametrize("kind", ["TorpedoAUV", "CougUV"])
+@pytest.mark.parametrize(
+    ("fins", "axis", "sign"),
+    [
+        ((20, 0, -20, 0), 1, 1), ((-20, 0, 20, 0), 1, -1),  # the nose goes down by the planes alone,
+        ((0, 20, 0, -20), 2, -1), ((0, -20, 0, 20), 2, 1),  # to the right by the rudders alone;
+        ((20, 0, 20, 0), 0, -1), ((0, 20, 0, 20), 0, -1), ((20, 20, 20, 20), 0, -1), ((-20, -20, -20, -20), 0, 1),
+    ],
+)  # fmt: skip
+def test_fins_turn_the_body_the_same_way_in_both_dynamics(kind, fins, axis, sign, legacy):
+    """Angles are right-handed about the outward axis: opposite fins work together where their angles differ in sign."""
+
+    def turned(angles):
+        with opened(kind, legacy=legacy) as env:
+            env.act("auv0", [*angles, 100])
+            env.tick(25)
+            turn = np.array(env.pelagos.state["auv0"].angular_velocity[0])
+        return turn
+
+    by_fins = sign * (turned(fins) - turned((0, 0, 0, 0)))  # a hull that is not trimmed pitches without them too
+    others = np.delete(by_fins, axis)
+    assert by_fins[axis] > 1e-3
+    assert (np.abs(others) < 0.5 * by_fins[axis]).all(), by_fins  # rudders push above the centre of gravity
+
+
+def test_the_native_fins_stand_where_the_adapter_has_them():
+    for kind in ("torpedo", "couguv"):
+        fins = Vehicle.from_dict({"type": kind}).config.actuators
+        assert [fins[FIN_AT[place]].angle_deg for place in ("right", "bottom", "left", "top")] == [0, 90, 180, 270]

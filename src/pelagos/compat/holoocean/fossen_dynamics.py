@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from pelagos import jit
 from pelagos.compat.holoocean.advice import Advice
 from pelagos.compat.holoocean.frames import matrix_of_quaternion
+from pelagos.compat.holoocean.torpedo_agents import FIN_AT
 from pelagos.errors import did_you_mean
 from pelagos.math.frames import flip_yz_np
 from pelagos.vehicles.state import VehicleState
@@ -56,8 +57,7 @@ _IDLE: Final = (
     "mass", "x_fin", "fin_speed_max", "fin_count", "fin_offset_deg", "wn_d_theta",
     "surge_threshold",
 )  # fmt: skip
-_FINS: Final = ("starboard_plane", "bottom_rudder", "port_plane", "top_rudder")
-_SIGNS: Final = {"starboard_plane": -1.0, "bottom_rudder": 1.0, "port_plane": -1.0, "top_rudder": 1.0}
+_FINS: Final = tuple(FIN_AT[place] for place in ("right", "bottom", "left", "top"))
 _PER_TORQUE: Final = 0.1  # of a fin's angle, by HoloOcean's gains of pitch, which ask for a torque
 _DEFAULTS: Final[dict[str, Any]] = {
     "actuator": {"fin_area": 0.00697, "CL_delta": 0.5, "deltaMax_fin_deg": 15, "T_delta": 0.1, "T_n": 1.0},
@@ -113,7 +113,7 @@ class _Fossen:
             if self.kind == "otter":
                 return [float(v) for v in self.u]
             given = dict(zip(_FINS, self.u, strict=False))
-            return [_SIGNS[n] * given[n] if n in given else float(self.u[-1]) for n in self.vehicle.actuator_names]
+            return [float(given.get(n, self.u[-1])) for n in self.vehicle.actuator_names]
         heading = math.radians(-self.goals["heading"])
         if self.native == "heading":
             return [heading, 120.0]  # the Otter's constant pull [N]

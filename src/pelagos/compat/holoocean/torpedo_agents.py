@@ -19,15 +19,17 @@ from pelagos.compat.holoocean.agent_type import (
     world_acceleration_mode,
 )
 
-_FINS: Final = ("starboard_plane", "top_rudder", "port_plane", "bottom_rudder")
-_FIN_SIGNS: Final = {"starboard_plane": 1.0, "top_rudder": 1.0, "port_plane": -1.0, "bottom_rudder": -1.0}
+FIN_AT: Final = {"right": "port_plane", "bottom": "bottom_rudder", "left": "starboard_plane", "top": "top_rudder"}
+"""Native fin at each place, counted from the right downwards: the catalogue's names are those of its source, in which
+the starboard plane's axis points to 180 degrees. Angles are right-handed about the outward axis on both sides."""
+_GIVEN: Final = ("right", "top", "left", "bottom")
 _FIN_ORDER: Final = ("top_rudder", "bottom_rudder", "starboard_plane", "port_plane")
 
 
 def _fins_and_thrust(action: Array) -> Array:
     """Right, top, left, bottom fin [deg] and thrust [N] -> the native fins [rad], and the thrust."""
-    given = dict(zip(_FINS, action, strict=False))
-    return np.array([*(_FIN_SIGNS[n] * math.radians(given[n]) for n in _FIN_ORDER), action[4]])
+    given = {FIN_AT[place]: math.radians(angle) for place, angle in zip(_GIVEN, action, strict=False)}
+    return np.array([*(given[name] for name in _FIN_ORDER), action[4]])
 
 
 def torpedo(
