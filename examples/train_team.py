@@ -2,7 +2,7 @@
 
 Needs `pip install 'pelagos[learn]' pettingzoo`. Run it with `PELAGOS_THREADS=1` on a machine with few cores:
 
-    python examples/train_team.py 120000 runs/formation
+    python examples/train_team.py 90000 runs/formation
 """
 
 import sys
@@ -47,5 +47,5 @@ def main(steps: int, folder: Path) -> None:
 
 
 if __name__ == "__main__":
-    count = int(float(sys.argv[1])) if len(sys.argv) > 1 else 120_000
+    count = int(float(sys.argv[1])) if len(sys.argv) > 1 else 90_000
     main(count, Path(sys.argv[2]) if len(sys.argv) > 2 else Path("runs") / "formation")
