@@ -148,6 +148,69 @@ def test_what_is_wrong_is_refused_by_holooceans_names():
         env.spawn_prop("spere")
 
 
+@pytest.mark.parametrize("legacy", [False, True])
+@pytest.mark.parametrize("names", [("auv0",), ("auv0", "auv1")])
+def test_a_current_is_gone_after_a_reset(names, legacy):
+    where = [{"sensor_type": "LocationSensor"}]
+    starts = [agent(name=n, sensors=where, location=(-60, 5.0 * k, -10)) for k, n in enumerate(names)]
+    env = make(*starts, legacy_dynamics=legacy)
+
+    def drifted():
+        state = env.tick(40)
+        return np.stack([(state if len(names) == 1 else state[n])["LocationSensor"] for n in names])
+
+    still = drifted()
+    env.reset()
+    for name in names:
+        env.set_ocean_currents(name, [0.8, -0.3, 0.1])
+    assert ((drifted() - still) @ [1, -1, 1] > 0.01).all()
+    env.reset()
+    np.testing.assert_allclose(drifted(), still, atol=1e-6)
+
+
+def test_an_unknown_main_agent_is_told_of():
+    with pytest.warns(HoloOceanWarning, match=r"main_agent.*'auv1'.*did you mean 'auv0'"):
+        assert make(agent(), main_agent="auv1")._agent is None
+    with pytest.raises(HoloOceanConfigurationException, match="did you mean 'auv0'"):
+        make(agent(), main_agent="auv1", strict=True)
+
+
+@pytest.mark.parametrize("key", ["location", "rotation", "location_randomization"])
+def test_a_place_has_three_numbers(key):
+    with pytest.raises(HoloOceanException, match=rf"agent auv0: {key} is three finite numbers, not \[1, 2, -3, 4\]"):
+        make({**agent(), key: [1, 2, -3, 4]})
+    sensor = {"sensor_type": "PoseSensor", "sensor_name": "P", "location": [0.1, 0.2]}
+    with pytest.raises(HoloOceanException, match=r"auv0.P: location is three finite numbers, not \[0.1, 0.2\]"):
+        make({**agent(), "sensors": [sensor]})
+
+
+def test_noise_of_another_size_is_refused_with_its_sensor_and_key():
+    for key, wrong in (("AccelSigma", [0.1, 0.2]), ("AccelCov", [0.1, 0.2]), ("AngVelSigma", [[1, 2], [3, 4]])):
+        imu = {"sensor_type": "IMUSensor", "sensor_name": "I", "configuration": {key: wrong}}
+        with pytest.raises(ValueError, match=rf"auv0.I: {key} is a number.* 3 .*not \[") as caught:
+            make(agent(sensors=[imu]))
+        assert "nditer" not in str(caught.value)
+
+
+def test_names_that_are_not_there_are_said_with_those_that_are():
+    stations = [{"sensor_type": t, "configuration": {"id": 3}} for t in ("AcousticBeaconSensor", "OpticalModemSensor")]
+    env = make(agent(sensors=stations))
+    for ask, words in (
+        (lambda: env.send_acoustic_message(0, 3, "OWAY", "x"), "acoustic beacon with the id 0; there is 3 of auv0"),
+        (lambda: env.send_acoustic_message(3, [3, 4], "OWAY", "x"), "acoustic beacon with the id 4; there is 3 of"),
+        (lambda: env.send_optical_message(5, 3, "x"), "optical modem with the id 5; there is 3 of auv0"),
+        (lambda: env.send_optical_message(3, 6, "x"), "optical modem with the id 6; there is 3 of auv0"),
+        (lambda: env.set_ocean_currents("auv", [1, 2, 3]), r"agent 'auv' \(did you mean 'auv0'\?\); there is auv0"),
+        (lambda: env.act("nobody", [0]), "agent 'nobody'; there is auv0"),
+        (lambda: env.set_biomass_function("auv0", None), "sensor of auv0 'BSTSensor'"),
+    ):
+        with pytest.raises(KeyError, match=f"^there is no {words}"):
+            ask()
+    with pytest.raises(HoloOceanException, match=r"auv0: a current .* three finite numbers, not \[1, 2\]"):
+        env.set_ocean_currents("auv0", [1, 2])
+    assert env.beacons_status == ["Idle"]
+
+
 def test_a_script_imports_holoocean_and_nothing_is_shadowed_without_being_asked(tmp_path):
     script = tmp_path / "script.py"
     script.write_text(

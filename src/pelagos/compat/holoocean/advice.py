@@ -27,6 +27,18 @@ class Advice:
             self._said.add(text)
             warnings.warn(text, HoloOceanWarning, stacklevel=3)
 
+    def name(self, where: str, given: str, known: Iterable[str], otherwise: str) -> None:
+        """Say that something refers to a name that there is not, and how it goes on.
+
+        Raises:
+            HoloOceanConfigurationException: if `strict`.
+        """
+        allowed = list(known)
+        text = f"{where}: there is no {given!r}{did_you_mean(given, allowed)}; there is {', '.join(allowed)}"
+        if self.strict:
+            raise HoloOceanConfigurationException(text)
+        self.once(f"{text}; {otherwise}, as in HoloOcean")
+
     def unknown(self, where: str, given: Mapping[str, Any], known: Iterable[str]) -> None:
         """Say which keys are not known, with the nearest that are.
 

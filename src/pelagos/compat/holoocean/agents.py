@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from pelagos.compat.holoocean.agent_type import AgentType, Scheme
 from pelagos.compat.holoocean.agent_types import AGENT_TYPES
-from pelagos.compat.holoocean.exceptions import HoloOceanException
+from pelagos.compat.holoocean.exceptions import HoloOceanException, three
 from pelagos.compat.holoocean.frames import degrees_of, matrix_of_quaternion, quaternion_of
 from pelagos.compat.holoocean.names import identifier
 from pelagos.compat.holoocean.spaces import ActionSpace, ContinuousActionSpace, DiscreteActionSpace
@@ -152,15 +152,15 @@ class HoloOceanAgent:
     def teleport(self, location: Any = None, rotation: Any = None) -> None:
         """Be elsewhere from the next tick on; velocity in the world is kept. None keeps."""
         if location is not None:
-            self.place["location"] = _three(location, "location")
+            self.place["location"] = np.array(three(f"{self.name}: location", location))
         if rotation is not None:
-            self.place["rotation"] = _three(rotation, "rotation")
+            self.place["rotation"] = np.array(three(f"{self.name}: rotation", rotation))
 
     def set_physics_state(self, location: Any, rotation: Any, velocity: Any, angular_velocity: Any) -> None:
         """Be elsewhere and move otherwise: velocity in the world [m/s], angular velocity in body axes [deg/s]."""
         self.teleport(location, rotation)
-        self.place["velocity"] = _three(velocity, "velocity")
-        self.place["angular_velocity"] = _three(angular_velocity, "angular_velocity")
+        self.place["velocity"] = np.array(three(f"{self.name}: velocity", velocity))
+        self.place["angular_velocity"] = np.array(three(f"{self.name}: angular_velocity", angular_velocity))
 
     def add_sensors(self, sensor_defs: Any) -> None:
         """Carry further sensors from the next tick on."""
@@ -245,13 +245,6 @@ class HoloOceanAgent:
 
     def __repr__(self) -> str:
         return f"<{self.kind.name} {self.name!r}>"
-
-
-def _three(values: Any, what: str) -> NDArray[np.float64]:
-    given = np.asarray(values, dtype=np.float64).reshape(-1)
-    if given.shape != (3,) or not np.isfinite(given).all():
-        raise HoloOceanException(f"{what} is three finite numbers, not {values!r}")
-    return given
 
 
 def _space(scheme: Scheme) -> ActionSpace:

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, Final, cast
 
 import numpy as np
 
-from pelagos.compat.holoocean.exceptions import HoloOceanException
+from pelagos.compat.holoocean.exceptions import HoloOceanException, named, three
 from pelagos.compat.holoocean.flashlight import Flashlights
 from pelagos.compat.holoocean.frames import matrix_of, quaternion_of
 from pelagos.compat.holoocean.names import identifier
@@ -44,6 +43,7 @@ class Appearance:
             self._level_asked = self.sea_level != 0.0
             self.viewport, self.viewport_on, self.viewport_shown = None, True, None
             self._currents: dict[str, Any] = {}
+            self._current_set = False
             self._waves: Any = None
         self._currents = {}
         self._pending: dict[str, Any] = {}
@@ -144,10 +144,9 @@ class Appearance:
             KeyError: no such agent.
         """
         env = cast("HoloOceanEnvironment", self)
-        agent = env.agents[agent_name]
-        velocity = tuple(float(v) for v in vehicle_current)
-        if len(velocity) != 3 or not all(math.isfinite(v) for v in velocity):
-            raise HoloOceanException(f"a current is three finite numbers, not {vehicle_current!r}")
+        agent = named("agent", agent_name, env.agents)
+        x, y, z = three(f"{agent_name}: a current [m/s]", vehicle_current)
+        velocity = (x, y, z)
         agent.current, agent.changed = velocity, agent.changed or agent.legacy
         if not agent.legacy:
             self._currents[agent_name] = velocity
@@ -250,7 +249,7 @@ class Appearance:
 
     def _set_currents(self, sim: Simulation) -> None:
         env = cast("HoloOceanEnvironment", self)
-        asked, self._currents = self._currents, {}
+        asked, self._currents, self._current_set = self._currents, {}, True
         if len(env.agents) == 1:
             sim.ocean.set(current=next(iter(asked.values())))
             return
@@ -271,7 +270,12 @@ class Appearance:
         env = cast("HoloOceanEnvironment", self)
         self._pending = {**self._ocean_keys, **self._pending}
         self._level_asked = self._level_asked or self.sea_level != 0.0
-        if not fresh:
+        if fresh:
+            sim = env._sim
+            if self._current_set and sim is not None and sim.stepper.own_current is not None:
+                sim.ocean.set(current=(0.0, 0.0, 0.0))  # None would build all sensors anew
+            self._current_set = False
+        else:
             self._currents |= {n: a.current for n, a in env.agents.items() if a.current is not None and not a.legacy}
             env._restore_props()
 

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from pelagos.compat.holoocean.agents import AgentDefinition, kind_of
-from pelagos.compat.holoocean.exceptions import HoloOceanException
+from pelagos.compat.holoocean.exceptions import HoloOceanException, three
 from pelagos.compat.holoocean.native_scenario import AGENT_KEYS, SENSOR_KEYS
 from pelagos.compat.holoocean.sensors import SensorDefinition
 from pelagos.errors import did_you_mean
@@ -20,6 +20,9 @@ def definitions(env: HoloOceanEnvironment) -> tuple[list[AgentDefinition], str |
     scenario = env._scenario
     found = [_agent(env, agent) for agent in scenario["agents"]]
     main = scenario.get("main_agent", found[0].name if found else None)
+    known = [one.name for one in [*found, *env._extra_agents]]
+    if known and main not in known and not any(one.is_main_agent for one in env._extra_agents):
+        env.advice.name("scenario: main_agent", str(main), known, "there is no main agent then")
     return found, main
 
 
@@ -43,11 +46,10 @@ def _agent(env: HoloOceanEnvironment, agent: dict[str, Any]) -> AgentDefinition:
 
 def _spread(env: HoloOceanEnvironment, agent: Mapping[str, Any], key: str) -> list[float]:
     """A start, moved at random by at most `key`_randomization on each axis."""
-    middle = agent.get(key, [0.0, 0.0, 0.0])
-    most = agent.get(f"{key}_randomization", [0.0, 0.0, 0.0])
-    return [
-        float(m) + (env._random.uniform(-float(r), float(r)) if r else 0.0) for m, r in zip(middle, most, strict=True)
-    ]
+    where, spread = f"agent {agent['agent_name']}: ", f"{key}_randomization"
+    middle = three(where + key, agent.get(key, [0.0, 0.0, 0.0]))
+    most = three(where + spread, agent.get(spread, [0.0, 0.0, 0.0]))
+    return [m + (env._random.uniform(-r, r) if r else 0.0) for m, r in zip(middle, most, strict=True)]
 
 
 def _sensor(env: HoloOceanEnvironment, agent: str, kind: str, sensor: dict[str, Any]) -> SensorDefinition:
@@ -61,6 +63,8 @@ def _sensor(env: HoloOceanEnvironment, agent: str, kind: str, sensor: dict[str, 
     }  # fmt: skip
     for key, value in defaults.items():
         sensor.setdefault(key, value)
+    for key in ("location", "rotation"):
+        three(f"{agent}.{name}: {key}", sensor[key])
     rate = float(sensor["Hz"])
     if not rate > 0:
         raise ValueError(f"{agent}.{name}: Hz is above zero, not {sensor['Hz']!r}")

@@ -12,7 +12,7 @@ from pelagos.compat.holoocean.agents import AgentDefinition, HoloOceanAgent
 from pelagos.compat.holoocean.appearance import Appearance
 from pelagos.compat.holoocean.building import build, hand_over
 from pelagos.compat.holoocean.drawing import Drawing
-from pelagos.compat.holoocean.exceptions import HoloOceanException
+from pelagos.compat.holoocean.exceptions import HoloOceanException, named
 from pelagos.compat.holoocean.messaging import Messaging
 from pelagos.compat.holoocean.motion import AgentMotion
 from pelagos.compat.holoocean.names import identifier
@@ -124,11 +124,7 @@ class HoloOceanEnvironment(Appearance, Drawing, Messaging):
         Raises:
             KeyError: no such agent.
         """
-        if agent_name not in self.agents:
-            from pelagos.errors import did_you_mean
-
-            raise KeyError(f"there is no agent {agent_name!r}{did_you_mean(agent_name, self.agents)}")
-        self.agents[agent_name].act(action)
+        named("agent", agent_name, self.agents).act(action)
 
     def tick(self, num_ticks: int = 1, publish: bool = True, tick_clock: bool = True) -> State:
         """Advance; the last state. Without `tick_clock` only the physics goes on, not time or sensors' phases."""
@@ -244,7 +240,7 @@ class HoloOceanEnvironment(Appearance, Drawing, Messaging):
 
     def get_joint_constraints(self, agent_name: str, joint_name: str) -> None:
         """None: no agent of Pelagos has HoloOcean's joints."""
-        return self.agents[agent_name].get_joint_constraints(joint_name)
+        return named("agent", agent_name, self.agents).get_joint_constraints(joint_name)
 
     # agents and sensors
 

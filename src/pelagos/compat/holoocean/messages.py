@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from pelagos.compat.holoocean.comms_sensors import AcousticBeaconSensor, OpticalModemSensor
+from pelagos.compat.holoocean.exceptions import UnknownName
 
 if TYPE_CHECKING:
     from pelagos.compat.holoocean.environments import HoloOceanEnvironment
@@ -52,15 +53,18 @@ class Media:
     def send(self, sender: int, to: Any, kind: str, data: Any) -> None:
         """Give an acoustic message to a beacon, which transmits until every addressee has it."""
         beacons = self.env.stations("beacons")
-        if beacons[sender].status == "Transmitting":
+        if _station(beacons, sender, "acoustic beacon").status == "Transmitting":
             print(f"Beacon {sender} is still transmitting, so the message was not sent")
             return
+        flights = [Flight(sender, r, kind, data) for r in _addressees(beacons, sender, to, "acoustic beacon")]
         beacons[sender].status = "Transmitting"
-        self.flights += [Flight(sender, r, kind, data) for r in _addressees(beacons, sender, to)]
+        self.flights += flights
 
     def shine(self, sender: int, to: Any, data: Any) -> None:
         """Give a message to an optical modem."""
-        self.beams += [(sender, r, data) for r in _addressees(self.env.stations("modems"), sender, to)]
+        modems = self.env.stations("modems")
+        _station(modems, sender, "optical modem")
+        self.beams += [(sender, r, data) for r in _addressees(modems, sender, to, "optical modem")]
 
     def advance(self) -> None:
         """One tick: hand over what arrives."""
@@ -134,11 +138,23 @@ class Media:
         return self.env.sees(receiver.agent_name, end, sender.agent_name, start)
 
 
-def _addressees(stations: dict[int, Any], sender: int, to: Any) -> list[int]:
+def _station(stations: dict[int, Any], number: Any, what: str) -> Any:
+    """The station of a number.
+
+    Raises:
+        UnknownName: there is none.
+    """
+    if number not in stations:
+        there = ", ".join(f"{n} of {s.agent_name}" for n, s in stations.items()) or "none"
+        raise UnknownName(f"there is no {what} with the id {number!r}; there is {there}")
+    return stations[number]
+
+
+def _addressees(stations: dict[int, Any], sender: int, to: Any, what: str) -> list[int]:
     """Numbers that a message goes to."""
     if (isinstance(to, str) and to == "all") or (isinstance(to, int) and to == -1):
         return [number for number in stations if number != sender]
-    return [int(number) for number in (to if isinstance(to, list | tuple) else [to])]
+    return [int(_station(stations, number, what).id) for number in (to if isinstance(to, list | tuple) else [to])]
 
 
 def _received(flight: Flight) -> list[Any]:

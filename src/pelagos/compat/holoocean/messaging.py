@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any, Final, cast
 
 import numpy as np
 
+from pelagos.compat.holoocean.exceptions import named
 from pelagos.compat.holoocean.messages import Media
 
 if TYPE_CHECKING:
@@ -79,7 +80,8 @@ class Messaging:
 
     def _set_field(self, agent_name: str, name: str, function: Any) -> None:
         env = cast("HoloOceanEnvironment", self)
-        env.agents[agent_name].sensors["BSTSensor"].fields[name] = function  # type: ignore[attr-defined]
+        sensors = named("agent", agent_name, env.agents).sensors
+        named(f"sensor of {agent_name}", "BSTSensor", sensors).fields[name] = function  # type: ignore[attr-defined]
 
     def sees(self, agent: str, start: Any, other: str, end: Any) -> bool:
         """Whether the way between two points on two agents is free: the first thing met is the other agent, or the

@@ -76,18 +76,18 @@ class Normals:
 def _root(sigma: Any, cov: Any, size: int, advice: Advice | None, name: str) -> Array | None:
     if sigma is not None:
         values = np.asarray(sigma, dtype=np.float64)
-        if values.ndim < 2:
+        if values.ndim == 0 or values.shape in ((1,), (size,)):
             diagonal = np.broadcast_to(values.reshape(-1) if values.size > 1 else values.reshape(()), (size,))
             return np.diag(diagonal) if np.any(diagonal) else None
-        raise ValueError(f"{name}Sigma is a number or {size} of them; give a matrix as {name}Cov")
+        raise ValueError(f"{name}Sigma is a number or {size} of them, not {sigma!r}; give a matrix as {name}Cov")
     if cov is None:
         return None
     values = np.asarray(cov, dtype=np.float64)
-    if values.ndim < 2:
+    if values.ndim == 0 or values.shape in ((1,), (size,)):
         diagonal = np.broadcast_to(values.reshape(-1) if values.size > 1 else values.reshape(()), (size,))
         return np.diag(np.sqrt(diagonal)) if np.any(diagonal) else None
     if values.shape != (size, size):
-        raise ValueError(f"{name}Cov is a number, {size} of them, or a matrix of {size} x {size}; given {values.shape}")
+        raise ValueError(f"{name}Cov is a number, {size} of them, or a matrix of {size} x {size}, not {cov!r}")
     try:
         return np.asarray(np.linalg.cholesky(values), dtype=np.float64)
     except np.linalg.LinAlgError:

@@ -130,4 +130,7 @@ class HoloOceanSensor:
 
     def noise(self, name: str, size: int) -> Normal:
         """Noise by its keys."""
-        return Normal(self.config, name, size, advice=self.env.advice)
+        try:
+            return Normal(self.config, name, size, advice=self.env.advice)
+        except (TypeError, ValueError) as error:
+            raise ValueError(f"{self.agent_name}.{self.name}: {error}") from error
