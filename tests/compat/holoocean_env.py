@@ -14,7 +14,7 @@ def agent(kind, sensors=(), *, name="auv0", scheme=0, location=(0, 0, -10), **mo
     }  # fmt: skip
 
 
-def opened(*agents, seed=None, **keys):
+def opened(*agents, seed=0, **keys):
     main = agents[0]["agent_name"]
     scenario = {"name": "test", "world": "TestWorld", "main_agent": main, "frames_per_sec": False, "agents": [*agents]}
     where = packagemanager.get_binary_path_for_package("TestWorlds")

@@ -34,6 +34,7 @@ def agent(kind="HoveringAUV", sensors=(), *, name="auv0", scheme=0, location=(0,
 def make(*agents, tps=30, **more):
     scenario = {"name": "t", "world": "TestWorld", "package_name": "TestWorlds", "ticks_per_sec": tps, "agents": agents}
     keys = {k: more.pop(k) for k in ("seed", "legacy_dynamics", "strict") if k in more}
+    keys.setdefault("seed", 0)
     return holoocean.make(scenario_cfg={**scenario, "agents": list(agents), **more}, **keys)
 
 
@@ -123,6 +124,19 @@ def test_the_same_seed_gives_the_same_numbers():
 
     assert (run(7) == run(7)).all()
     assert (run(7) != run(8)).all()
+
+
+def test_without_a_seed_every_environment_draws_one_that_repeats_its_noise():
+    def run(seed):
+        noisy = [{"sensor_type": "LocationSensor", "configuration": {"Sigma": 0.1}}]
+        env = make(agent(sensors=noisy), seed=seed)
+        assert env.pelagos.seed == env.seed
+        return env.seed, np.stack([env.tick()["LocationSensor"] for _ in range(3)])
+
+    (first, seen), (second, other) = run(None), run(None)
+    assert first != second
+    assert (seen != other).all()
+    assert (run(first)[1] == seen).all()
 
 
 def test_what_is_wrong_is_refused_by_holooceans_names():

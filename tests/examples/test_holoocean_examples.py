@@ -11,7 +11,7 @@ FOLDER = Path(__file__).parents[2] / "examples" / "holoocean"
 
 def said(name: str, *arguments: str) -> str:
     """What a script prints under `pelagos holoocean`."""
-    command = [sys.executable, "-m", "pelagos", "holoocean", str(FOLDER / name), *arguments]
+    command = [sys.executable, "-m", "pelagos", "holoocean", "--seed", "0", str(FOLDER / name), *arguments]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
     return done.stdout

@@ -15,6 +15,7 @@ from pelagos.compat.holoocean.environments import HoloOceanEnvironment
 from pelagos.compat.holoocean.exceptions import HoloOceanException
 from pelagos.compat.holoocean.names import identifier
 from pelagos.compat.holoocean.native_scenario import native_scenario, placed
+from pelagos.compat.holoocean.settings import settings
 from pelagos.config.loader import load_scenario
 from pelagos.errors import InputError
 
@@ -61,7 +62,7 @@ def _text(scenario: dict[str, Any], name: str) -> str:
     notes: list[str] = []
     with warnings.catch_warnings(record=True) as said:
         warnings.simplefilter("always")
-        env = _Unbuilt(scenario=scenario)
+        env = _Unbuilt(scenario=scenario, seed=settings().seed or 0)
         native = native_scenario(env, env.agents.values())
         for agent in env.agents.values():
             keys = native["agents"][env.native_name(agent.name)]

@@ -16,7 +16,7 @@ from pelagos.compat.holoocean.exceptions import HoloOceanException, named
 from pelagos.compat.holoocean.messaging import Messaging
 from pelagos.compat.holoocean.motion import AgentMotion
 from pelagos.compat.holoocean.names import identifier
-from pelagos.compat.holoocean.native_scenario import SCENARIO_KEYS, native_sensor
+from pelagos.compat.holoocean.native_scenario import SCENARIO_KEYS, drawn_seed, native_sensor
 from pelagos.compat.holoocean.octrees import leave_folder
 from pelagos.compat.holoocean.sensor import HoloOceanSensor
 from pelagos.compat.holoocean.sensors import SensorDefinition
@@ -31,12 +31,14 @@ class HoloOceanEnvironment(Appearance, Drawing, Messaging):
     """A world with agents in it, and the clock.
 
     Beside HoloOcean's arguments:
-        seed: of every random stream; the same script with the same seed gives the same numbers.
+        seed: of every random stream; the same script with the same seed gives the same numbers. Without one it is
+            drawn from the operating system, as HoloOcean's noise is; `env.seed` says it.
         legacy_dynamics: HoloOcean's own force model for its native agents.
         strict: unknown keys are errors.
 
     Attributes:
         pelagos: the native `Simulation`.
+        seed: of every random stream: `make(..., seed=env.seed)` draws the same noise again.
         agents: by name.
         sea_level: height of the mean sea surface [m].
     """
@@ -68,8 +70,9 @@ class HoloOceanEnvironment(Appearance, Drawing, Messaging):
         chosen = settings()
         self.advice = Advice(strict=chosen.strict if strict is None else strict)
         self._scenario, self._copy_state = scenario, copy_state
-        self.seed = int((chosen.seed if seed is None else seed) or 0)
-        self._random: Any = random if seed is None and chosen.seed is None else random.Random(self.seed)
+        asked_seed = chosen.seed if seed is None else seed
+        self.seed = drawn_seed(scenario) if asked_seed is None else int(asked_seed)
+        self._random: Any = random if asked_seed is None else random.Random(self.seed)
         asked = legacy_dynamics if legacy_dynamics is not None else scenario.get("legacy_dynamics")
         self._legacy = chosen.legacy_dynamics if asked is None else bool(asked)
         self._pre_start_steps, self._show_viewport = int(pre_start_steps), show_viewport

@@ -37,7 +37,7 @@ def make(
         ticks_per_sec: instead of the scenario's.
         copy_state: states are copies; otherwise they hold every sensor's newest value, without the time.
         start_world: accepted; there is no engine to attach to.
-        seed: of every random stream: the same numbers again.
+        seed: of every random stream: the same numbers again; without one it is drawn, and `env.seed` says it.
         legacy_dynamics: HoloOcean's own force model for its native agents.
         strict: unknown keys are errors.
 

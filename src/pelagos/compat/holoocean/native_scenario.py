@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import secrets
 from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, Any, Final
 
@@ -65,6 +66,13 @@ def seed_of(env: HoloOceanEnvironment, agents: Iterable[HoloOceanAgent]) -> int:
     given = (int(s.config.get("RandomSeed", 0)) for a in agents for s in a.sensors.values())
     chosen = [seed for seed in given if seed > 0]
     return int(np.random.SeedSequence([env.seed, *chosen]).generate_state(1)[0]) if chosen else env.seed
+
+
+def drawn_seed(scenario: Mapping[str, Any]) -> int:
+    """A seed where none was given: the operating system's; 0 where a lidar's `RandomSeed` asks for the same again."""
+    sensors = (s for a in scenario["agents"] for s in a.get("sensors", ()))
+    fixed = any(int((s.get("configuration") or {}).get("RandomSeed", 0)) > 0 for s in sensors)
+    return 0 if fixed else secrets.randbits(31)
 
 
 def native_scenario(env: HoloOceanEnvironment, agents: Iterable[HoloOceanAgent]) -> dict[str, Any]:

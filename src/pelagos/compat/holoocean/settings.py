@@ -19,7 +19,8 @@ class Settings:
 
     Attributes:
         legacy_dynamics: HoloOcean's own force model.
-        seed: of every random stream; None: 0, with random poses from Python's own generator.
+        seed: of every random stream; None: drawn by each `make`, and random poses from Python's own
+            generator.
         strict: unknown keys are errors.
     """
 
