@@ -14,6 +14,7 @@ import pytest
 
 from pelagos import envs
 from pelagos.envs.tasks.hover import Hover
+from pelagos.envs.team import FormationEnv
 from pelagos.errors import CommandError
 
 pytestmark = [pytest.mark.slow, pytest.mark.filterwarnings("ignore")]
@@ -164,3 +165,30 @@ def test_ppo_is_repeatable_and_improves(tmp_path: Path) -> None:
     scores = [evaluate(env, p, seed=9).returns.mean() for p in (policy_of("random", env), policy, loaded)]
     assert scores[1] == scores[2]
     assert scores[1] > scores[0] + 20
+
+
+def test_members_share_a_policy_as_copies_of_one_learner() -> None:
+    """The rows of two teams are what each team alone sees and gets; a team that is over begins anew at once."""
+    torch = pytest.importorskip("torch")
+    from pelagos.envs.shared import SharedTeams, acts_of, rows_of
+
+    alone, shared = FormationEnv(2, seconds=0.6), SharedTeams([FormationEnv(2, seconds=0.6) for _ in range(2)])
+    assert (shared.num_envs, shared.size, shared.actions) == (4, 7 + 2, 3)
+    assert shared.metrics == ["ring_error_m", "range_error_m"]
+    seen, _ = shared.reset(seed=5)
+    mine, _ = alone.reset(seed=6)  # the second team's
+    np.testing.assert_array_equal(seen.numpy()[2:], rows_of(mine))
+    np.testing.assert_array_equal(seen.numpy()[:, 7:], [[1, 0], [0, 1]] * 2)
+    actions = np.array([[0.5, -0.3, 0.2], [-0.4, 0.6, -0.1], [0.9, 0.1, -0.7], [-0.2, -0.8, 0.3]], dtype=np.float32)
+    for step in range(3):
+        seen, reward, terminated, truncated, info = shared.step(torch.from_numpy(actions))
+        mine, rewards, *_, infos = alone.step(dict(zip(alone.possible_agents, actions[2:], strict=True)))
+        np.testing.assert_array_equal(info["final_obs"].numpy()[2:], rows_of(mine))
+        assert reward.numpy()[2:] == pytest.approx([*rewards.values()], abs=1e-6)
+        assert info["ring_error_m"].numpy()[3] == pytest.approx(infos["rov1"]["ring_error_m"], abs=1e-6)
+        assert truncated.tolist() == [step == 2] * 4
+        assert not terminated.any()
+    mine, _ = alone.reset()
+    np.testing.assert_array_equal(seen.numpy()[2:], rows_of(mine))
+    made = acts_of(lambda rows: rows[:, 6:9], mine)
+    np.testing.assert_array_equal(made["rov1"], [mine["rov1"][6], 0.0, 1.0])

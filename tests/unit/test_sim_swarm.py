@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pickle
 from typing import Any
 
 import numpy as np
@@ -72,7 +73,7 @@ def test_a_group_together_is_its_members_stacked_and_zero_where_one_hears_nothin
     for ticks in (4, 8):
         obs = sim.step(ticks=ticks)
         assert list(obs) == ["scout", *(f"auv[{i}]" for i in range(4))]
-        assert "auv" not in obs
+        assert "auv" in obs
         heard = 0
         for sensor, together in obs["auv"].items():
             newest = max(obs[f"auv[{i}]"][sensor].t_ns for i in range(4) if sensor in obs[f"auv[{i}]"])
@@ -98,6 +99,21 @@ def test_a_group_together_is_its_members_stacked_and_zero_where_one_hears_nothin
                     )
         assert set(obs["auv"]) == set(sensors)
         assert 0 < heard < 4
+
+
+@pytest.mark.parametrize("ticks", [1, 4, 10])
+def test_a_member_of_another_batch_keeps_its_column(ticks):
+    """Member 3's log is another, so that it is in a batch of its own."""
+    sim = pl.Simulation.load(swarm(5, overrides={3: {"sensors": {"dvl": {"rate_hz": 2}}}}), n=2)
+    obs = sim.step(ticks=ticks)
+    together = obs["auv"]["imu"]
+    assert together.data.shape == (2, 5, 6)
+    for i in range(5):
+        np.testing.assert_array_equal(together.data[:, i], obs[f"auv[{i}]"]["imu"].data)
+    copied = pickle.loads(pickle.dumps(obs))
+    np.testing.assert_array_equal(copied["auv[3]"]["imu"].data, obs["auv[3]"]["imu"].data)
+    assert obs.get("nobody", 7) == 7
+    assert obs.get("auv")["imu"].data.shape == (2, 5, 6)
 
 
 def test_members_begin_on_the_grid_and_as_drawn():

@@ -111,6 +111,39 @@ def test_bluerov2_goes_ahead_at_the_makers_speed_without_pitch_control() -> None
     assert max(abs(roll), abs(pitch), abs(yaw)) < 3.0
 
 
+@pytest.mark.parametrize(
+    ("speed", "current", "lean", "depth"), [(0.8, 0.0, 15, 0.8), (1.2, 0.0, 15, 1.2), (0.8, 0.5, 15, 1.6)]
+)
+def test_bluerov2_stays_upright_while_a_pilot_keeps_its_depth_by_heave(
+    speed: float, current: float, lean: float, depth: float
+) -> None:
+    """Four headings in the `velocity` mode. Without the law for free pitch all four turned over: 150 deg and more.
+
+    What it leans by is about what the law allows, 0.2 rad (11 deg), and what that takes from depth before a set-point
+    of 0.3 1/s brings it back.
+    """
+    sim = pl.Simulation.load(
+        {
+            "tick_rate_hz": 50,
+            "world": {"type": "flat", "depth_m": 200.0},
+            "ocean": {"currents": [{"type": "uniform", "speed_mps": current, "towards_deg": 60}]},
+            "agents": {"it": {"vehicle": "bluerov2", "control": "velocity",
+                              "start": {"position_m": [0, 0], "depth_m": 30, "pitch_deg": 2}}},
+        },
+        n=4,
+    )  # fmt: skip
+    yaw = np.array([0.0, math.pi / 2, math.pi, -2.0])
+    sim.set_state("it", attitude=np.stack([np.cos(yaw / 2), 0 * yaw, 0 * yaw, np.sin(yaw / 2)], axis=-1))
+    tilt, off = [], []
+    for _ in range(60):
+        up = -30.0 - sim.state["it"].position[:, 2]
+        sim.step({"it": np.stack([0 * yaw + speed, 0 * yaw, 0.3 * up, 0 * yaw], axis=-1)}, ticks=50)
+        tilt.append(np.degrees(np.abs(sim.state["it"].euler[:, :2])).max())
+        off.append(np.abs(up).max())
+    assert max(tilt) < lean
+    assert max(off) < depth
+
+
 def test_bluerov2_holds_its_pose_against_a_fast_current_level() -> None:
     """0.8 m/s from ahead, abeam, astern and a bow, beyond the speed at which flow tilts it more than weight rights it.
 
@@ -187,5 +220,9 @@ def test_the_neutral_speed_of_the_bluerov2_is_that_of_its_righting_moment() -> N
 
 
 def test_a_neutral_speed_is_refused_where_thrusters_pitch() -> None:
+    with pytest.raises(
+        pl.errors.PelagosError, match="neutral_speed_mps is for axes with surge and heave, without pitch"
+    ):
+        pl.Vehicle.from_dict({"type": "bluerov2_heavy", "modes": {"velocity": {"neutral_speed_mps": 0.5}}})
     with pytest.raises(pl.errors.PelagosError, match="neutral_speed_mps is for axes with z and without pitch"):
         pl.Vehicle.from_dict({"type": "bluerov2_heavy", "modes": {"pose": {"neutral_speed_mps": 0.5}}})

@@ -6,7 +6,7 @@ Readings of many vehicles come in one piece from one call. They are cut up for t
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -71,7 +71,17 @@ class Observed(Mapping[str, Mapping[str, Reading]]):
         return len(self._model.agents)
 
     def __contains__(self, name: object) -> bool:
-        return name in self._model.agents
+        return name in self._model.agents or name in self._model.groups
+
+    def __reduce__(self) -> tuple[type[dict[str, dict[str, Reading]]], tuple[dict[str, dict[str, Reading]]]]:
+        return dict, ({name: dict(readings) for name, readings in self.items()},)
+
+    def get(self, name: str, default: Any = None) -> Any:
+        """Readings of an agent or a group; the default where there is none of that name."""
+        try:
+            return self[name]
+        except LookupFailed:
+            return default
 
     def __repr__(self) -> str:
         return repr(dict(self))
@@ -95,7 +105,7 @@ class Observed(Mapping[str, Mapping[str, Reading]]):
         first = self._model.agents[f"{name}[0]"]
         block, parts = slice(first.member, first.member + count), self._by_batch[first.batch.name]
         # members follow one another in the scenario, and so in their batch: where the last is at its place, all are
-        whole = first.batch.members[block][-1] == f"{name}[{count - 1}]"
+        whole = first.batch.members[first.member + count - 1 : first.member + count] == (f"{name}[{count - 1}]",)
         if whole and len({one.model.name for one in parts}) == len(parts):
             n, dt_ns = self._model.n, self._model.clock.dt_ns
             read = {one.model.name: one.newest_of(block, n, dt_ns, name) for one in parts}

@@ -22,6 +22,7 @@ from pelagos.jit import Array
 from pelagos.vehicles.control.allocation import Allocation, allocation_of, unsaturated
 from pelagos.vehicles.control.controller import Demand
 from pelagos.vehicles.control.feed_forward import current_of, filtered_current, holding_wrench
+from pelagos.vehicles.control.free_pitch import upright_heave
 from pelagos.vehicles.control.plant import Plant
 from pelagos.vehicles.flow import Flow, rotation_from_euler
 from pelagos.vehicles.model import Model
@@ -29,7 +30,6 @@ from pelagos.vehicles.part import NonNegative, PartConfig, Positive
 
 Axis = Literal["x", "y", "z", "roll", "pitch", "yaw"]
 AXES: Final[tuple[Axis, ...]] = ("x", "y", "z", "roll", "pitch", "yaw")
-LEAN_RAD: Final = 0.2  # that a vehicle without pitch control takes to change its depth at speed
 MOVING: Final = ("x_speed", "y_speed", "z_speed", "drive")
 
 
@@ -59,7 +59,7 @@ class PoseConfig(PartConfig):
     """Position errors count no more than this, which limits the speed of approach [m]."""
     neutral_speed_mps: Positive | None = None
     """For vehicles without `pitch` among their axes: the way through the water from which on the flow tilts them more
-    than weight and buoyancy right them [m/s]. Faster than this depth is held by the angle of the flow, see `_heave`."""
+    than weight and buoyancy right them [m/s]. Faster than this depth is held by the angle of the flow."""
 
     @model_validator(mode="after")
     def _free_to_pitch(self) -> Self:
@@ -118,7 +118,8 @@ class PoseControl:
         current = filtered_current(memory[12:15], flow, h)
         wanted = self._approach(flow, goal, [moving[0], -moving[1], -moving[2]])
         if self.config.neutral_speed_mps is not None:
-            wanted[2] = self._heave(flow, wanted, current, self.config.neutral_speed_mps)
+            sinking = dot(flow.rotation[2], wanted) - current[2]
+            wanted[2] = upright_heave(flow, sinking, current, self.config.neutral_speed_mps)
         held = holding_wrench(self.model, flow, [*wanted, 0.0, 0.0, 0.0], current)
         wrench, steps = self._pull(memory, flow, wanted, attitude_error(flow, goal), h)
         wrench = [a + b if axis in self.config.axes else 0.0 for axis, a, b in zip(AXES, wrench, held, strict=True)]
@@ -136,23 +137,6 @@ class PoseControl:
         c = self.config
         apart = _limited(position_error(flow, goal), c.reach_m)
         return add(scaled(-c.frequency_rad_s / (2 * c.ratio), apart), matvec(transpose(flow.rotation), velocity))
-
-    def _heave(self, flow: Flow, wanted: Vector, current: Vector, neutral: float) -> Array:
-        """Velocity along the body's z [m/s] of a vehicle that flow and righting moment alone tilt.
-
-        Held level in depth, one that noses up by a meets the flow at w = V sin a, whose moment tilts it further; moved
-        along its own x it meets no such flow. So the velocity wanted is one through the water, across the body's own
-        axes. A steady w tilts it by (V / V0)^2 w / V, V0 the neutral speed: of w it goes down with 1 - (V / V0)^2,
-        beyond V0 upwards. Small angles; where that factor is beyond 1 it is undone, so that the loop stays as slow, and
-        w is limited to what tilts it by `LEAN_RAD`.
-        """
-        rotation = flow.rotation
-        water = matvec(transpose(rotation), current)
-        way = flow.nu[0] - water[0]
-        down = dot(rotation[2], wanted) - current[2]
-        factor = 1 - way * way / neutral**2
-        most = LEAN_RAD * neutral**2 * dr.rcp(dr.maximum(dr.abs(way), 1e-3 * neutral))
-        return water[2] + dr.clip(down * factor / dr.maximum(factor * factor, 1.0), -most, most)
 
     def _pull(
         self, memory: Sequence[Array], flow: Flow, wanted: Vector, turned: Vector, h: Array

@@ -4,14 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Final, Literal
+from typing import Final, Literal, Self
 
 import numpy as np
+from pydantic import model_validator
 
 from pelagos.jit import Array
 from pelagos.vehicles.control.allocation import Allocation, allocation_of, unsaturated
 from pelagos.vehicles.control.controller import Demand
 from pelagos.vehicles.control.feed_forward import current_of, filtered_current, holding_wrench
+from pelagos.vehicles.control.free_pitch import upright_heave
 from pelagos.vehicles.control.plant import Plant
 from pelagos.vehicles.flow import Flow
 from pelagos.vehicles.model import Model
@@ -36,6 +38,19 @@ class VelocityConfig(PartConfig):
     """Angles that are kept at 0 by the thrusters."""
     level_frequency_rad_s: Positive = 2.0
     """Of their closed loop [rad/s]."""
+    neutral_speed_mps: Positive | None = None
+    """For vehicles whose pitch is not controlled: the way through the water from which on the flow tilts them more
+    than weight and buoyancy right them [m/s]. Faster than this heave is made by the angle of the flow."""
+
+    @model_validator(mode="after")
+    def _free_to_pitch(self) -> Self:
+        if self.neutral_speed_mps is not None and (
+            "pitch" in (*self.axes, *self.level) or "heave" not in self.axes or "surge" not in self.axes
+        ):
+            raise ValueError(
+                "neutral_speed_mps is for axes with surge and heave, without pitch: thrusters that pitch keep it level"
+            )
+        return self
 
     def build(self, plant: Plant) -> Velocity:
         """The control law."""
@@ -71,6 +86,8 @@ class Velocity:
         given = dict(zip(c.axes, command, strict=True))
         wanted: list[Array] = [_SIGN[i] * given[axis] if axis in given else 0.0 for i, axis in enumerate(AXES)]
         current = filtered_current(memory[6:9], flow, h)
+        if c.neutral_speed_mps is not None:
+            wanted[2] = upright_heave(flow, wanted[2], current, c.neutral_speed_mps)
         held = holding_wrench(self.model, flow, wanted, current)
         wrench: list[Array] = [0.0] * 6
         for i, axis in enumerate(AXES):
