@@ -210,3 +210,11 @@ def test_lamps_shine_as_they_do_where_the_scenario_writes_it() -> None:
 def test_lamps_that_cannot_shine_are_refused(sensor: str, draw: dict[str, Any], said: str) -> None:
     with pytest.raises(InputError, match=said):
         lit(800.0, {f"agents.rov.sensors.{sensor}.lamps": draw}, n=2)
+
+
+@pytest.mark.parametrize("draw", [{"uniform": [-0.5, 2]}, {"normal": [-1, 0.1]}, {"choice": [0.5, -2]}])
+def test_a_factor_of_errors_is_not_negative(draw: dict[str, Any]) -> None:
+    sensors = {"depth": {"type": "depth"}}
+    scenario = {"world": {"type": "flat"}, "agents": {"auv": {"vehicle": "remus100", "sensors": sensors}}}
+    with pytest.raises(InputError, match="its factor is 0 or more"):
+        pl.Simulation.load({**scenario, "vary": {"agents.auv.sensors.depth.error": draw}}, n=2)

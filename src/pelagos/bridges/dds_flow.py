@@ -15,7 +15,7 @@ of which the kernel takes half for its own bookkeeping); what is beyond would be
 WAITING: Final = 32
 """Messages of one topic that may wait; then the oldest is dropped and counted."""
 PATIENCE_NS: Final = 250_000_000
-"""How long readers may take [ns]: one that lost a datagram asks for it again after 100 ms, by its library's default."""
+"""Time for readers [ns]: one that lost a datagram asks for it again after 100 ms, by its library's default."""
 LOOK_NS: Final = 20_000_000
 """The same for a reader that was too slow when it was last waited for [ns]: it may have stopped."""
 RETRY_S: Final = 1.0

@@ -48,6 +48,12 @@ class Draw(Strict):
             raise PydanticCustomError("normal", text, {"given": self.normal[1]})
         return self
 
+    @property
+    def below_zero(self) -> bool:
+        """True where a bound, a mean or a value to choose is negative; of `normal` the tails may be."""
+        mean = self.normal[0] if self.normal is not None else 0.0
+        return any(value < 0 for value in (mean, *(self.uniform or ()), *(self.choice or ())))
+
     def draw(self, seed: int, name: str) -> float:
         """The value of `name` ("member.key") among the draws of a seed."""
         digest = hashlib.blake2b(f"{seed}{_SEPARATOR}{name}".encode(), digest_size=16, person=b"members").digest()

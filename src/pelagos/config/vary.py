@@ -66,7 +66,7 @@ def parse(key: str) -> Varied:
 
 
 def check(keys: Collection[str], agents: Mapping[str, Agent]) -> None:
-    """Whether the agents of a scenario have what is to vary.
+    """Check that the agents of a scenario have what is to vary.
 
     Raises:
         PydanticCustomError: they have not.

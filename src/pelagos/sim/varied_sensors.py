@@ -32,8 +32,10 @@ def check_sensors(scenario: Scenario, agent: str, sensors: Mapping[str, SensorMo
             why = "others know its place too"
         elif varied.number == LAMPS and not _shines(model.config):
             why = "no lamps or lasers are written, which a factor would be on"
-        elif varied.number == LAMPS and min(*(draw.uniform or ()), *(draw.choice or ()), 0.0, 0.0) < 0:
+        elif varied.number == LAMPS and draw.below_zero:
             why = "there is no less than no light"
+        elif varied.number == ERROR and draw.below_zero:
+            why = "an error is drawn with either sign already: its factor is 0 or more"
         else:
             continue
         raise ScenarioError(

@@ -96,7 +96,7 @@ class Variety:
         if (batch.name, sensor.name) not in self._erring:
             return m
         key = f"agents.{batch.name}.sensors.{sensor.name}.{ERROR}"
-        factor = self.drawn(episodes)[key][copy.numpy()].reshape(-1, *[1] * (m.data.ndim - 1))
+        factor = np.maximum(self.drawn(episodes)[key], 0)[copy.numpy()].reshape(-1, *[1] * (m.data.ndim - 1))
         with np.errstate(invalid="ignore"):  # without an echo
             data = m.truth + factor * (m.data - m.truth)
         return replace(m, data=data.astype(m.data.dtype), truth=m.truth)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from abc import ABC, abstractmethod
 from typing import Any
 
 from pelagos.bridges.autopilot import motion_of
@@ -11,7 +12,7 @@ from pelagos.bridges.instruments.dvl_velocity import DvlVelocity
 from pelagos.bridges.instruments.speaker import Place, Silent
 
 
-class DopplerLog(Silent):
+class DopplerLog(Silent, ABC):
     """A log without requests; it goes on without bottom lock, and says that it has none."""
 
     tells_loss = True
@@ -33,9 +34,9 @@ class DopplerLog(Silent):
         self.before_ns = dvl.t_ns
         return raw
 
+    @abstractmethod
     def say(self, dvl: DvlVelocity) -> bytes:
         """In this log's language."""
-        raise NotImplementedError
 
     def attitude(self) -> teledyne.Attitude:
         """By the log's own compass and inclinometers."""

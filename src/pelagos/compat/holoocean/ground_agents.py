@@ -24,7 +24,7 @@ SPHERE_MOVES: Final = ((0.185, 0.0), (-0.185, 0.0), (0.0, 10.0), (0.0, -10.0))
 SPHERE_RADIUS_M: Final = 0.25
 """How near it comes to walls; assumed."""
 NAV_LIMITS: Final = np.full(3, 0.5)
-"""What HoloOcean's NavAgent has as limits: here the farthest that it goes in a tick [m]."""
+"""Limits of HoloOcean's NavAgent: here the farthest that it goes in a tick [m]."""
 _PEA_M: Final = 0.02
 """Diameter of what others see of it: no contact is to push it about."""
 HUSKY_TRACK_M: Final = 0.555

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, ClassVar
 
@@ -23,7 +24,7 @@ if TYPE_CHECKING:
 Array = NDArray[Any]
 
 
-class HoloOceanSensor:
+class HoloOceanSensor(ABC):
     """One sensor of an agent.
 
     Attributes:
@@ -72,16 +73,16 @@ class HoloOceanSensor:
         return self.keys | {"TicksPerCapture"}
 
     @property
+    @abstractmethod
     def data_shape(self) -> Sequence[int]:
         """Of its value."""
-        raise NotImplementedError
 
     @property
     def dtype(self) -> Any:
         """Of its value."""
         return np.float32
 
-    def setup(self) -> None:
+    def setup(self) -> None:  # noqa: B027  (most have no more to read)
         """Read the configuration."""
 
     def zero(self) -> Any:
@@ -92,9 +93,9 @@ class HoloOceanSensor:
         """Keys of the native sensor, without place and rate; None where the state is enough."""
         return None
 
+    @abstractmethod
     def value(self, motion: AgentMotion, reading: Reading | None) -> Any:
         """The value at a tick at which it is due; None: absent."""
-        raise NotImplementedError
 
     def idle(self) -> Any:
         """The value at other ticks of what is `always` there."""
@@ -105,7 +106,7 @@ class HoloOceanSensor:
         signs, so that pitch and yaw are opposite to those of the key `rotation`."""
         self.env._rotate_sensor(self, rotation)
 
-    def reset(self) -> None:
+    def reset(self) -> None:  # noqa: B027  (most keep nothing)
         """Forget what a run left behind."""
 
     def set_ticks_per_capture(self, ticks_per_capture: int) -> None:

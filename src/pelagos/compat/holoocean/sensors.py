@@ -91,7 +91,7 @@ def sensor_types() -> dict[str, type[HoloOceanSensor]]:
     if not SensorDefinition._sensor_keys_:
         for name in _HOMES:
             import_module(f"pelagos.compat.holoocean.{name}")
-        found = [HoloOceanSensor]
+        found = HoloOceanSensor.__subclasses__()
         for one in found:
             found += one.__subclasses__()
         SensorDefinition._sensor_keys_ |= {c.sensor_type: c for c in found if c.sensor_type}

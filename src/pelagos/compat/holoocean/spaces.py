@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
 
 
-class ActionSpace:
+class ActionSpace(ABC):
     """An array of a shape; `buffer_shape` is accepted for scripts, and is the shape where not given."""
 
     def __init__(self, shape: Sequence[int], buffer_shape: Sequence[int] | None = None) -> None:
@@ -20,17 +21,17 @@ class ActionSpace:
         """Of an action."""
         return self._shape
 
+    @abstractmethod
     def sample(self) -> Any:
         """A random action."""
-        raise NotImplementedError
 
+    @abstractmethod
     def get_low(self) -> Any:
         """Least values."""
-        raise NotImplementedError
 
+    @abstractmethod
     def get_high(self) -> Any:
         """Greatest values."""
-        raise NotImplementedError
 
 
 class ContinuousActionSpace(ActionSpace):

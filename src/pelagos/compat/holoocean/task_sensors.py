@@ -7,6 +7,7 @@ metres here.
 from __future__ import annotations
 
 import math
+from abc import abstractmethod
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, ClassVar
 
@@ -46,9 +47,9 @@ class _Task(HoloOceanSensor):
     def value(self, motion: AgentMotion, reading: Reading | None) -> Any:
         return np.array(self.judge(motion), dtype=np.float32)
 
+    @abstractmethod
     def judge(self, motion: AgentMotion) -> tuple[float, bool]:
         """Reward and end at a tick."""
-        raise NotImplementedError
 
 
 class _ToGoal(_Task):
@@ -130,7 +131,7 @@ class _Sighted(_Task):
         return min(float(np.linalg.norm(other.position - motion.position)) / self._reach, 1.0)
 
     def seen(self, eye: str, there: str) -> bool:
-        """Whether an agent has another in its field of view with nothing between; True where that is not asked."""
+        """True where an agent has another in its field of view with nothing between, and where that is not asked."""
         if not self.config.get("OnlyWithinSight", False):
             return True
         start, end = self.actor(eye), self.actor(there)
@@ -173,6 +174,10 @@ class _OfLevels(_Task):
         raise HoloOceanConfigurationException(
             f"{self.sensor_type} belongs to a level with cups or trash on a table, for hands: Pelagos has none"
         )
+
+    def judge(self, motion: AgentMotion) -> tuple[float, bool]:
+        """Nothing: no environment has this sensor."""
+        return 0.0, False
 
 
 class CupGameTask(_OfLevels):

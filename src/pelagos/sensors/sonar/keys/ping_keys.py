@@ -59,8 +59,8 @@ class PaintedNoise(Described):
     model_config = ConfigDict(frozen=True, extra="forbid")
 
     onto: Literal["intensity", "level"] = "intensity"
-    """What becomes noisy: the intensity I, or the level between `floor_db` (0) and its top (1), so that `additive` and
-    `multiplicative` are brightnesses of the picture."""
+    """Quantity that becomes noisy: the intensity I, or the level between `floor_db` (0) and its top (1), so that
+    `additive` and `multiplicative` are brightnesses of the picture."""
     additive: float = Field(default=0.0, ge=0)
     """Scale of the Rayleigh noise that is added to every cell."""
     additive_reference_db: float = -20.0
