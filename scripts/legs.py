@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 import pelagos as pl
 from pelagos.sim.guidance.line import Line
+from pelagos.sim.guidance.orbit import on_circle
 from pelagos.sim.guidance.steering.choice import KEEPING
 from pelagos.sim.guidance.vertical import LEVEL_TOLERANCE_M, SURFACED_DEPTH_M, TURN_TOLERANCE_M
 from pelagos.vehicles.family import Family, mission_mode
@@ -175,11 +176,6 @@ def not_adrift(flight: Flight) -> float:
     """Mean horizontal velocity against the current [m/s]."""
     way = flight.track[late(flight, COASTING_S - SETTLED_S), :2]
     return float(np.hypot(*((way[-1] - way[0]) / (SAMPLE_S * (len(way) - 1)) - CURRENT_MPS * TOWARDS)))
-
-
-def on_circle(radius: float) -> float:
-    """Distance within which an orbit counts a vehicle as on its circle [m], see `Orbit.moves`."""
-    return 0.25 * radius + 1.0
 
 
 def turning_depths(upper: float, lower: float) -> Callable[[Flight], float]:

@@ -15,7 +15,9 @@ from pelagos.math.geodesy import GeoOrigin
 from pelagos.sim.guidance.aboard import Aboard, Fix, wrapped
 from pelagos.sim.guidance.guidance import DEPTH_RATE_MPS, Guidance, Step
 from pelagos.sim.guidance.line import Line
+from pelagos.sim.guidance.orbit import Orbit, on_circle
 from pelagos.sim.guidance.plan import Planner, lawnmower
+from pelagos.sim.guidance.progress import Progress
 from pelagos.sim.guidance.route import middle_line
 from pelagos.sim.guidance.steering.choice import steering_of
 from pelagos.sim.guidance.steering.steering import circle_course, circle_rate, line_course
@@ -211,6 +213,8 @@ REFUSED = [
     ({"type": "goto", "points": [[1, 2, -3]], "heading_deg": 3}, "leave out 'heading_deg'"),
     ({"type": "goto", "points": [[1, 2, 3]]}, "does not fly: z is 3 m above the surface"),
     ({"type": "orbit", "center": [1, 2], "radius_m": 9, "look": "center"}, "cannot circle sideways"),
+    ({"type": "orbit", "center": [1, 2], "radius_m": 9}, "at 1.5 m/s has a radius of 25 m, not 9"),
+    ({"type": "station_keeping", "seconds": 9, "radius_m": 24.9}, "at 1.5 m/s has a radius of 25 m, not 24.9"),
     ({"type": "dive", "depth_m": 300}, "goes at most 100 m deep, not 300"),
     ({"type": "dive", "height_m": 30}, "does not fly: leave out height_m"),
     ({"type": "surface", "speed_mps": 9}, "goes at most 2.5 m/s, not 9"),
@@ -223,10 +227,33 @@ REFUSED = [
 
 @pytest.mark.parametrize(("leg", "message"), REFUSED)
 def test_legs_that_cannot_be_say_why(leg, message):
-    envelope = EnvelopeConfig(top_mps=2.5, depth_m=100)
+    envelope = EnvelopeConfig(top_mps=2.5, depth_m=100, turn_radius_m=25)
     with pytest.raises((ScenarioError, LookupFailed), match=r"a\.yaml: mission\.0") as caught:
         planner(envelope=envelope, agents=("auv0",)).plan(legs(leg))
     assert message in str(caught.value)
+
+
+def test_a_banked_circle_grows_with_the_square_of_the_speed():
+    """Of 130 m at 30 m/s: 231.1 m at 40 and 57.8 m at 20, V^2 / (g tan(bank))."""
+    banked = EnvelopeConfig(cruise_mps=20, top_mps=40, turn_radius_m=130, turn_speed_mps=30)
+    assert banked.smallest_circle_m(40) == pytest.approx(130 * 16 / 9)
+    orbit = {"type": "orbit", "center": [1, 2], "radius_m": 60}
+    assert planner(envelope=banked).plan(legs(orbit))
+    with pytest.raises(ScenarioError, match=r"mission\.0\.radius_m: .* at 40 m/s has a radius of 231\.1 m, not 60"):
+        planner(envelope=banked).plan(legs({**orbit, "speed_mps": 40}))
+
+
+@pytest.mark.parametrize("turn", [1.0, -1.0])
+def test_an_orbit_counts_only_what_is_on_the_circle(turn):
+    """Half a turn on a circle of 20 m, a whole one 6.1 m outside, the other half on it again."""
+    orbit, step = Orbit((3.0, -7.0), 20.0, 1.0, turn), math.radians(5)
+    progress, done = Progress.begin(aboard(23.0, -7.0)), []
+    for k in range(146):  # two turns
+        far = 20.0 if k <= 36 or k > 108 else 20.0 + on_circle(20.0) + 0.1
+        at = 3.0 + far * math.cos(k * step), -7.0 - turn * far * math.sin(k * step)
+        done.append(int(orbit.moves(aboard(*at), progress)[0]))
+    assert done[-1]
+    assert not any(done[:-2])
 
 
 def test_altitude_needs_a_sensor_that_looks_down():

@@ -44,3 +44,19 @@ def test_those_that_cannot_stop_keep_to_a_circle_with_room_for_a_current() -> No
     leg = {"type": "station_keeping", "point": [0, 0], "seconds": 900, "depth_m": 10.0}
     off = off_circle("torpedo", leg, KEEPING * 20.0, 360)[-100:]
     assert np.abs(off).max() < 0.25 * 20.0
+
+
+@pytest.mark.parametrize("way", ["clockwise", "counterclockwise"])
+@pytest.mark.parametrize(("vehicle", "radius"), [("otter", 2.5), ("wamv", 4.0)])
+def test_a_craft_that_turns_on_the_spot_slows_down_on_a_small_circle(vehicle: str, radius: float, way: str) -> None:
+    """At cruising speed the Otter makes no circle below 6.6 m, the WAM-V none below 11.5 m."""
+    leg = {"type": "orbit", "center": [0, 0], "radius_m": radius, "turns": 9, "direction": way}
+    off = off_circle(vehicle, leg, radius, 200)[-60:]
+    assert np.abs(off).max() < 0.25
+
+
+@pytest.mark.parametrize(("vehicle", "radius"), [("mariner", 150), ("remus100", 5), ("fixed_wing", 80)])
+def test_a_circle_below_what_a_vehicle_can_turn_is_refused(vehicle: str, radius: float) -> None:
+    leg = {"type": "orbit", "center": [0, 0], "radius_m": radius}
+    with pytest.raises(pl.ScenarioError, match=f"smallest circle of {vehicle} at"):
+        off_circle(vehicle, leg, radius, 0)

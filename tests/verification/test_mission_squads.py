@@ -14,7 +14,7 @@ CRUISE = [
     {"type": "waypoints", "points": [[14, 2], [16, 14]], "depth_m": 4, "speed_mps": 1.5},
     {"type": "hold", "seconds": 3},
     {"type": "waypoints", "points": [[60, -10]], "depth_m": 5, "speed_mps": 1.6},
-    {"type": "orbit", "center": [10, 8], "radius_m": 12, "turns": 0.4, "depth_m": 5},
+    {"type": "orbit", "center": [10, 8], "radius_m": 25, "turns": 0.2, "depth_m": 5},
     {"type": "surface"},
 ]
 HOVER = [

@@ -19,11 +19,22 @@ class EnvelopeConfig(PartConfig):
     top_mps: Positive | None = None
     """Largest speed that a leg may ask for [m/s]; None: not stated."""
     turn_radius_m: Positive | None = None
-    """Radius of circles about a place where it cannot stop [m]; six lookahead distances where not given."""
+    """Smallest circle that a leg may ask for, and the one about a place where it cannot stop [m]; None: not stated, or
+    it turns on the spot."""
+    turn_speed_mps: Positive | None = None
+    """Speed of that circle where it grows with the square of the speed, as for what banks [m/s]; None: it does not."""
     tolerance_m: Positive = 5.0
     """A place counts as reached within this distance, where a leg does not say [m]."""
     depth_m: Positive | None = None
     """Largest depth that a leg may ask for [m]; None: not stated."""
+
+    def smallest_circle_m(self, speed_mps: float) -> float:
+        """Radius of the smallest circle at a speed [m]; 0: not stated.
+
+        A rudder's circle is much the same at any speed; a banked one is V^2 / (g tan(bank)).
+        """
+        radius = self.turn_radius_m or 0.0
+        return radius if self.turn_speed_mps is None else radius * (speed_mps / self.turn_speed_mps) ** 2
 
     @model_validator(mode="after")
     def _ordered(self) -> Self:

@@ -59,23 +59,21 @@ def _missions(vehicle: Vehicle) -> str:
     rows = [
         ("steered by", f"mode `{mode}`"),
         ("legs", ", ".join(f"`{leg}`" for leg in family.legs)),
-        ("at a place", "stays" if family.stops else _circles(vehicle)),
+        ("at a place", "stays" if family.stops else "circles"),
         ("looks where it does not go", "yes" if family.turns else "no"),
         ("speed where a leg gives none", f"{e.cruise_mps:g} m/s"),
         ("largest speed", "not stated" if e.top_mps is None else f"{e.top_mps:g} m/s"),
         ("a place counts as reached within", f"{e.tolerance_m:g} m"),
     ]
+    if e.turn_radius_m is not None:
+        banked = "" if e.turn_speed_mps is None else f" at {e.turn_speed_mps:g} m/s, as the square of the speed"
+        rows.append(("smallest circle", f"{e.turn_radius_m:g} m{banked}"))
     if e.slow_mps is not None:
         rows.append(("least speed that steers", f"{e.slow_mps:g} m/s"))
     if e.depth_m is not None:
         rows.append(("largest depth", f"{e.depth_m:g} m"))
     lines = [f"| {name} | {value} |" for name, value in rows]
     return "## Missions\n\nSee [missions](../missions.md).\n\n| | |\n|---|---|\n" + "\n".join(lines) + "\n"
-
-
-def _circles(vehicle: Vehicle) -> str:
-    radius = vehicle.config.envelope.turn_radius_m
-    return "circles" if radius is None else f"circles at {radius:g} m"
 
 
 def _actuators(vehicle: Vehicle) -> str:

@@ -101,12 +101,25 @@ class Planner:
         if leg.type == "orbit" and leg.look == "center" and not self.family.turns:
             raise ScenarioError(f"{self.vehicle} cannot circle sideways: look: ahead", where=f"{where}.look")
         self._check_speed(leg, where)
+        self._check_circle(leg, where)
         self._check_level(leg, where)
 
     def _check_speed(self, leg: Any, where: str) -> None:
         speed, top = getattr(leg, "speed_mps", None), self.envelope.top_mps
         if speed is not None and top is not None and speed > top:
             raise ScenarioError(f"{self.vehicle} goes at most {top:g} m/s, not {speed:g}", where=f"{where}.speed_mps")
+
+    def _check_circle(self, leg: Any, where: str) -> None:
+        radius = getattr(leg, "radius_m", None)
+        if radius is None:
+            return
+        speed = getattr(leg, "speed_mps", None) or self.envelope.cruise_mps
+        least = self.envelope.smallest_circle_m(speed)
+        if radius < least:
+            raise ScenarioError(
+                f"the smallest circle of {self.vehicle} at {speed:g} m/s has a radius of {least:.4g} m, not {radius:g}",
+                where=f"{where}.radius_m",
+            )
 
     def _check_level(self, leg: Any, where: str) -> None:
         depth, altitude, height = (getattr(leg, k, None) for k in ("depth_m", "altitude_m", "height_m"))

@@ -20,6 +20,8 @@ from pelagos.sim.guidance.steering.steering import Channels, Crab, Lead, course_
 APPROACH_PER_S: Final = 0.15  # speed by distance from the point where a craft is to stop
 CURRENT_TIME_S: Final = 10.0  # the current is known as the mean over this: waves pass
 STILL_MPS: Final = 0.08  # a craft that is to go slower than this keeps its heading, and backs where it must
+TURN_RAD_S: Final = 0.1  # a craft slows down on circles that would ask for a faster turn
+BEATS: Final = 2.0  # but goes this many times as fast as the current
 SLOWEST: Final = 0.25  # share of the lookahead that is left at low speed
 
 
@@ -50,6 +52,7 @@ class Surface:
         to_go = np.maximum(APPROACH_PER_S * np.hypot(to[:, 0], to[:, 1]), 0.2)
         speed = np.where((goal.path == Path.LINE) & goal.stops, np.minimum(goal.speed, to_go), goal.speed)
         speed = np.where(goal.path == Path.DRIFT, 0.0, speed)
+        speed = np.where(goal.path == Path.CIRCLE, np.minimum(speed, self._bend(to, goal)), speed)
         steered = (goal.path == Path.LINE) | (goal.path == Path.CIRCLE)
         crab = np.where(steered, self.crab.see(aboard, speed), 0.0)
         lookahead = np.clip(goal.speed / self.cruise_mps, SLOWEST, 1.0) * self.lookahead_m
@@ -61,6 +64,11 @@ class Surface:
             heading, speed = np.where(stay, toward, heading), np.where(stay, slow, speed)
         self.asked = speed
         return {"heading": heading, "speed": speed}
+
+    def _bend(self, to: Floats, goal: Goal) -> Floats:
+        """Largest speed on a circle and on the way to it [m/s]."""
+        turning = TURN_RAD_S * np.maximum(goal.radius, np.hypot(to[:, 0], to[:, 1]))
+        return np.maximum(turning, BEATS * np.hypot(self.current[:, 0], self.current[:, 1]))
 
     def _see(self, aboard: Aboard) -> None:
         """The current: what is left of the way over ground."""
