@@ -21,7 +21,7 @@ from pelagos.sensors.camera.picture.pixel_order import Tiling, image_rows, pixel
 from pelagos.sensors.camera.picture.surroundings import Surroundings
 
 
-@pytest.mark.parametrize("width", [2.5, 9.0, 20.0])
+@pytest.mark.parametrize("width", [1.7, 2.5, 9.0, 20.0])
 def test_a_point_is_spread_by_the_width_asked_for(width):
     """Mean over points at every place of a block: the kernel ends at three deviations, which takes 2.7 % of its
     variance."""

@@ -17,7 +17,7 @@ import drjit as dr
 
 from pelagos import jit
 from pelagos.jit import Array
-from pelagos.sensors.camera.picture.pixel_order import TILE, Pixels, Tiling, lane_at, pixels_at
+from pelagos.sensors.camera.picture.pixel_order import SQUARE, TILE, Pixels, Tiling, lane_at, pixels_at
 
 
 def _spread_rad(least_deg: float, most_deg: float) -> float:
@@ -28,7 +28,7 @@ def _spread_rad(least_deg: float, most_deg: float) -> float:
 
 NEAR_RAD: Final = _spread_rad(1.0, 5.0)
 FAR_RAD: Final = _spread_rad(5.0, 24.0)  # by more, it counts as light of the water
-_BLOCKS: Final = (TILE, 4, 1)  # edges of blocks that are side by side in the order of lanes [px]
+_BLOCKS: Final = (TILE, SQUARE, 2, 1)  # edges of blocks [px]; all but those of 2 are side by side in the order of lanes
 _BLUR: Final = 1 / 12 + 1 / 6  # variance of a block's mean and of interpolation between blocks [edges^2]
 _LEAST: Final = 1.0  # variance of the kernel that blocks leave [edges^2]: it does not show their grid
 _TAILS: Final = 3.0  # standard deviations that the kernel reaches
@@ -63,12 +63,18 @@ def _means(light: Array, where: Pixels, edge: int) -> Array:
         return light
     parts = [jit.Float(1), *light]
     kept = dr.ravel(jit.ArrayXf([dr.select(where.active, part, 0) for part in parts]), order="C")  # one kernel, one sum
-    sums = dr.block_sum(kept, edge * edge)
-    dr.eval(sums)
-    blocks = dr.width(where.active) // (edge * edge)
+    lanes, blocks = dr.width(where.active), dr.width(where.active) // (edge * edge)
     block = dr.arange(jit.UInt32, blocks)
-    number, *means = (dr.gather(jit.Float, sums, block + k * blocks) for k in range(len(parts)))
-    return jit.Array3f(means) / dr.maximum(number, 1)
+    if edge < SQUARE:
+        dr.eval(kept)
+        first = _first_lane(block, edge)
+        inside = [row * SQUARE + column for row in range(edge) for column in range(edge)]
+        sums = [sum(dr.gather(jit.Float, kept, first + k * lanes + i) for i in inside) for k in range(len(parts))]
+    else:
+        summed = dr.block_sum(kept, edge * edge)
+        dr.eval(summed)
+        sums = [dr.gather(jit.Float, summed, block + k * blocks) for k in range(len(parts))]
+    return jit.Array3f(sums[1:]) / dr.maximum(sums[0], 1)
 
 
 def _bell(means: Array, deviation: float, tiling: Tiling, edge: int, right: int, down: int) -> Array:
@@ -90,13 +96,27 @@ def _bell(means: Array, deviation: float, tiling: Tiling, edge: int, right: int,
 
 def _places(blocks: int, tiling: Tiling, edge: int) -> tuple[Array, Array, Array]:
     """Image `UInt32`, column and row `Int32` of each block."""
-    first = pixels_at(tiling, dr.arange(jit.UInt32, blocks) * (edge * edge))
+    first = pixels_at(tiling, _first_lane(dr.arange(jit.UInt32, blocks), edge))
     return first.image, jit.Int32(first.column // edge), jit.Int32(first.row // edge)
+
+
+def _first_lane(block: Array, edge: int) -> Array:
+    """`UInt32` lane of the upper left pixel of a block."""
+    if edge >= SQUARE or edge == 1:
+        return block * (edge * edge)
+    across = SQUARE // edge
+    square, within = block // (across * across), block % (across * across)
+    return square * (SQUARE * SQUARE) + edge * (within // across * SQUARE + within % across)
 
 
 def _block(tiling: Tiling, image: Array, column: Array, row: Array, edge: int) -> Array:
     """`UInt32` number of the block at (column, row) [blocks]."""
-    return lane_at(tiling, image, jit.UInt32(column) * edge, jit.UInt32(row) * edge) // (edge * edge)
+    column, row = jit.UInt32(column), jit.UInt32(row)
+    lane = lane_at(tiling, image, column * edge, row * edge)
+    if edge >= SQUARE or edge == 1:
+        return lane // (edge * edge)
+    across = SQUARE // edge
+    return lane // (SQUARE * SQUARE) * (across * across) + row % across * across + column % across
 
 
 def _between(means: Array, tiling: Tiling, where: Pixels, edge: int) -> Array:

@@ -19,6 +19,7 @@ from pelagos import jit
 from pelagos.jit import Array
 
 TILE: Final = 16  # pixels, each way
+SQUARE: Final = 4  # of a tile's squares
 
 
 @dataclass(frozen=True)
