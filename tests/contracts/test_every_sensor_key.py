@@ -29,6 +29,7 @@ SLOW = (
 )  # fmt: skip
 """Sensors that are held to it so far."""
 TICKS = 9
+LOUD: Mapping[str, Any] = {"radiated_noise": {"type": "thrusters", "level_db": 170.0}}
 LINKED = {"ais": "ais", "modem": "modem", "optical_modem": "optical_modem", "radio": "radio", "usbl": "modem"}
 """Sensors that tell what others sent, and who sends."""
 CARRIED: Mapping[str, dict[str, Any]] = {
@@ -131,6 +132,7 @@ def sea(name: str, config: Mapping[str, Any]) -> dict[str, Any]:
                 "control": "depth_heading",
                 "command": [depth + 1.0, 0.9, 700.0],
                 "sensors": {"it": own(name, config)},
+                **(LOUD if name == "singlebeam" else {}),
             },
             "auv1": {
                 "vehicle": "remus100",
@@ -138,6 +140,7 @@ def sea(name: str, config: Mapping[str, Any]) -> dict[str, Any]:
                 "control": "depth_heading",
                 "command": [depth + 1.0, 0.9, 700.0],
                 "sensors": {"its": partner},
+                **(LOUD if name == "singlebeam" else {}),
             },
         },
     }  # fmt: skip

@@ -11,6 +11,7 @@ from pydantic_core import PydanticCustomError
 from pelagos.config.component import Component
 from pelagos.config.mission import EarthPoint, Leg
 from pelagos.config.navigation import Navigation, TruthNavigation
+from pelagos.config.radiated_noise import RadiatedNoise
 from pelagos.config.strict import Strict
 from pelagos.config.swarm import MAX_MEMBERS, Draw
 
@@ -78,6 +79,9 @@ class Agent(Strict):
     by `Simulation.navigate`), or a mapping that begins with such a `type`."""
     sensors: dict[str, Annotated[Any, Component("sensor")]] = Field(default_factory=dict)
     """What it carries: a name of your choice, and a mapping that begins with its `type` (`pelagos list sensors`)."""
+    radiated_noise: RadiatedNoise | None = None
+    """Noise that the vehicle makes and that sonars hear, its own and others' (`vehicle_noise` of each): a mapping that
+    begins with `type: ship` or `type: thrusters`; absent: none."""
     count: int | None = Field(default=None, ge=1, le=MAX_MEMBERS)
     """How many such vehicles there are: `auv` stands for `auv[0]`, `auv[1]` and so on then."""
     mission_from: Literal["world", "start"] = "world"

@@ -25,6 +25,7 @@ from pelagos.sensors.noise import BatchPath, KeyTable
 from pelagos.sensors.schedule import period_ticks
 from pelagos.sensors.sensor import SensorContext
 from pelagos.sensors.sonar.keys.ping_keys import PingConfig
+from pelagos.sensors.sonar.keys.radiated import noise_sources
 from pelagos.sensors.sonar.multibeam import MultibeamConfig
 from pelagos.sensors.sonar.ping.interference import Neighbours
 from pelagos.sim.batch import Batch, SensorModel, alike
@@ -266,7 +267,7 @@ def with_changes(
 
 def encounters_of(scenario: Scenario) -> Encounters:
     """For the sensors of a scenario, none of them built yet."""
-    neighbours = Neighbours(audible(scenario))
+    neighbours = Neighbours(audible(scenario), noises=noise_sources(scenario.members))
     return Encounters(neighbours, Blows(), SharedMedium(tuple(scenario.members), sonars=lambda: neighbours.emitters))
 
 

@@ -21,6 +21,7 @@ from pelagos.sensors.sensor import Kinematics, Measurement, SensorConfig, Sensor
 from pelagos.sensors.sonar.keys.conflicts import check_burst, check_order, check_pulse
 from pelagos.sensors.sonar.keys.devices import with_device
 from pelagos.sensors.sonar.keys.multibeam_parts import (
+    behind_filter,
     column_of,
     column_spec,
     emitter,
@@ -47,6 +48,7 @@ from pelagos.sensors.sonar.ping.swath import (
     motion_of,
     sectors_of,
 )
+from pelagos.sensors.sonar.ping.vehicle_noise import Bystanders, VehicleNoise, noise_by_beam
 
 _ACROSS: Final = np.array([-0.8, -0.4, 0.0, 0.4, 0.8])  # places of the rays in a beam [half-power widths]
 _BEYOND: Final = 1.1  # of range_max_m, reach of the rays: a beam's edges meet the bottom farther off than its axis
@@ -94,6 +96,9 @@ class MultibeamConfig(SensorConfig):
     """Sound speed that turns times into ranges [m/s]; absent: that of the water at the sonar."""
     wind_speed_mps: float | None = Field(default=None, ge=0, le=60)
     """Wind for ambient noise and the sea surface [m/s]; absent: the scenario's, or that which would raise its waves."""
+    vehicle_noise: Literal["all", "others", "own", "none"] = "all"
+    """Whose `radiated_noise` disturbs this sonar: of all vehicles that make any, of all but its own, of its own, or of
+    none."""
     ph: float = Field(default=8.1, gt=7, lt=9)
     """Acidity of the water, for absorption."""
     refraction: bool | Literal["auto"] = "auto"
@@ -297,16 +302,22 @@ class Multibeam:
         )  # fmt: skip
         self._mounting = mounting(config)
         self._sounder = Sounder(self._mounting, context, rays, waters)
-        self._noise = dr.opaque(jit.Float, noise_power(config, wind, rain_over(context.ocean)))
+        noise = noise_power(config, wind, rain_over(context.ocean))
+        self._noise = dr.opaque(jit.Float, noise)
+        own = emitter(config, context, rays)
+        self._bystanders = Bystanders(
+            config, own, context.neighbours, context.ocean, behind_filter=behind_filter(config), noise=noise
+        )
         self._swath = swath_of(config)
         self._sectors = sectors_of(config.angles, config.sectors, sector_losses(config, context))
         self._recorded = self._sounder.compile(self._kernel)
         self._column: Pinger | None = None
         if config.water_column_bins > 0:
             column, spec = column_of(config), column_spec(config, context)
-            self._column = Pinger(spec, part_of(context, "column"), column_rays(column), column_layout(column))
+            part = part_of(context, "column", neighbours=context.neighbours)
+            self._column = Pinger(spec, part, column_rays(column), column_layout(column))
         if context.neighbours is not None:
-            context.neighbours.add(emitter(config, context, rays))
+            context.neighbours.add(own)
         axis = rays["direction"][config.rays_per_beam // 2 :: config.rays_per_beam]
         self.tables = {"angle": config.angles.astype(np.float32), "direction": axis.astype(np.float32)}
         if config.swaths > 1:
@@ -317,7 +328,8 @@ class Multibeam:
     def sense(self, motion: Kinematics) -> Measurement:
         """Ping on every lane."""
         shape = (dr.width(motion.position), self.config.soundings)
-        detected, places, aims, series = self._recorded(motion, self._noise, self._sectors)
+        vehicles = self._bystanders.heard(motion)
+        detected, places, aims, series = self._recorded(motion, self._noise, self._sectors, vehicles)
         extras = {name: np.array(values).reshape(shape) for name, values in detected.items()}
         data, truth = extras.pop("range"), extras.pop("truth")
         extras["detection"] = extras["detection"].astype(np.uint8)
@@ -338,9 +350,11 @@ class Multibeam:
 
     def explain(self, motion: Kinematics) -> list[tuple[str, NDArray[Any], str]]:
         """One ping, not frozen, with its intermediate arrays: (name, values, unit)."""
-        return self._sounder.trace(self._kernel, motion, self._noise, self._sectors)
+        return self._sounder.trace(self._kernel, motion, self._noise, self._sectors, self._bystanders.heard(motion))
 
-    def _kernel(self, ping: Ping, noise: Array, sectors: Sectors, *, trace: Trace = None) -> tuple[Any, ...]:
+    def _kernel(
+        self, ping: Ping, noise: Array, sectors: Sectors, vehicles: VehicleNoise | None, *, trace: Trace = None
+    ) -> tuple[Any, ...]:
         lanes, fan, motion = ping.lanes, ping.fan, ping.motion
         config, beams, swath = self.config, receiver(self.config), self._swath
         far = _BEYOND * config.range_max_m
@@ -353,6 +367,8 @@ class Multibeam:
             view = cast_swath(ping.caster, swath, sectors, fan, lanes, ping.surfaces, moving, max_range=far)
         patches = ping.patches(view, longest=beams.longest, trace=trace)
         delay_ranges(patches, view, lanes, moving, swath)
+        if vehicles is not None:
+            noise = noise + noise_by_beam(ping.caster, vehicles, lanes, config.soundings)
         window, series = beam_series(beams, view, patches, fan, lanes, noise, ping.key)
         detected = detect(config, window, series, lanes, noise, trace)
         direction, distance, tilt = axes_heard(swath, sectors, fan, lanes, moving, detected["range"])

@@ -71,7 +71,10 @@ def column_spec(config: MultibeamConfig, context: SensorContext) -> PingSpec:
     """The same sonar as one that gives levels by beam and range [dB]."""
     nearest = max(config.range_min_m, _COLUMN_FROM_M)
     spec = echo_spec(config, context, nearest=nearest, farthest=config.range_max_m, bins=config.water_column_bins)
-    return replace(spec, refraction=config.refraction, sound_speed_mps=config.sound_speed_mps)
+    return replace(
+        spec, refraction=config.refraction, sound_speed_mps=config.sound_speed_mps, vehicle_noise=config.vehicle_noise,
+        heard=False,
+    )  # fmt: skip
 
 
 def swath_of(config: MultibeamConfig) -> Swath:
@@ -90,10 +93,14 @@ def noise_power(config: MultibeamConfig, wind: float, rain: float) -> float:
     """Noise intensity behind matched filter and beamformer re the source level at 1 m."""
     ambient = ambient_level(config.frequency_hz, wind, rain_mm_per_h=rain)
     spectral = float(to_db(from_db(ambient) + from_db(config.self_noise_db)))
-    gains = processing_gain_db(config.bandwidth_hz, config.pulse_s) + directivity_index(
-        math.radians(config.beamwidth_across_deg), math.radians(60.0)
-    )
-    return float(from_db(band_level(spectral, config.bandwidth_hz) - gains - config.source_level_db))
+    index = directivity_index(math.radians(config.beamwidth_across_deg), math.radians(60.0))
+    return behind_filter(config, spectral, index)
+
+
+def behind_filter(config: MultibeamConfig, spectral_db: float = 0.0, directivity_db: float = 0.0) -> float:
+    """Intensity of noise of a spectral level behind matched filter and beamformer, see `ping_spec.behind_filter`."""
+    gains = processing_gain_db(config.bandwidth_hz, config.pulse_s) + directivity_db
+    return float(from_db(band_level(spectral_db, config.bandwidth_hz) - gains - config.source_level_db))
 
 
 def sector_losses(config: MultibeamConfig, context: SensorContext) -> NDArray[np.float64]:

@@ -166,6 +166,9 @@ class PingConfig(SensorConfig):
     hears: Literal["none", "others"] | tuple[str, ...] = "none"
     """Which sonars of the scenario disturb this one: `none`, all of other vehicles (`others`), or those of a list, by
     names such as `auv1.imaging`."""
+    vehicle_noise: Literal["all", "others", "own", "none"] = "all"
+    """Whose `radiated_noise` disturbs this sonar: of all vehicles that make any, of all but its own, of its own, or of
+    none."""
     interference: Interference | None = None
     """Another sonar, which is not in the scenario, that is heard."""
     painted_noise: PaintedNoise | None = None
@@ -246,6 +249,7 @@ def ping_spec(config: PingConfig, context: SensorContext) -> PingSpec:
         bounces=bounces,
         disturber=disturber,
         hears=config.hears,
+        vehicle_noise=config.vehicle_noise,
         display=Display(config.tvg_db, config.scale, config.floor_db, config.dynamic_range_db, painting),
         iq=config.iq,
         labels=config.labels,

@@ -18,6 +18,7 @@ from pelagos.sensors.sonar.ping.pulse_pairs import NarrowBeams, Pairs, PulsePair
 
 if TYPE_CHECKING:
     from pelagos.sensors.sensor import Kinematics, SensorContext
+    from pelagos.sensors.sonar.ping.interference import Neighbours
 
 _RAYS: Final = 512  # of a beam
 _FACET: Final = 2e-3  # [m], edge of the roughness lattice: two rays of a beam should meet two facets, however near
@@ -80,7 +81,7 @@ def beam_cones(axes: NDArray[np.float64], width: float, count: int) -> dict[str,
     return rays
 
 
-def part_of(context: SensorContext, name: str) -> Any:
+def part_of(context: SensorContext, name: str, *, neighbours: Neighbours | None = None) -> Any:
     """The context of a part of a sonar: a random stream of its own, and nobody hears it a second time."""
-    changed: dict[str, Any] = {"path": part_path(context.path, name), "neighbours": None}
+    changed: dict[str, Any] = {"path": part_path(context.path, name), "neighbours": neighbours}
     return SimpleNamespace(**{**vars(context), **changed})

@@ -17,6 +17,7 @@ from pelagos.jit import Array
 from pelagos.math.philox import complex_normal32, normal_pair32, uniform32
 from pelagos.sensors.noise import Key, words32
 from pelagos.sensors.sonar.ping.fan import Fan, FanHits, Lanes
+from pelagos.sensors.sonar.ping.medium import spread
 
 _GATE: Final = 0.06  # detection window about the strongest echo [of the range]
 _FAINT: Final = 0.01  # of the strongest ray's level: rays that the window need not hold
@@ -87,7 +88,7 @@ def beam_series(
     Args:
         beams, view, fan, lanes: of the ping.
         patches: what the rays met, at the ranges that their times mean.
-        noise: mean intensity in a sample of the whole beam.
+        noise: mean intensity in a sample of the whole beam, one for all or one a beam of each ping.
         key: random stream of the noise.
     """
     dr.eval(patches, view)  # one cast: block reductions and gathers would each begin with their own
@@ -199,7 +200,7 @@ def _raw(
     words = words32(key, row % beams.count * samples + sample, environment, tick)
     n1, n2 = normal_pair32(words[0], words[1])
     n3, n4 = normal_pair32(words[2], words[3])
-    hiss = dr.sqrt(0.125 * noise)  # two halves, two parts, and a pulse of energy 2
+    hiss = dr.sqrt(0.125 * spread(noise, row))  # two halves, two parts, and a pulse of energy 2
     return dr.ravel(jit.Array4f(left_re + hiss * n1, left_im + hiss * n2, right_re + hiss * n3, right_im + hiss * n4))
 
 

@@ -22,6 +22,7 @@ from pelagos.raycast.rays import Rays
 from pelagos.sensors.noise import BatchPath
 from pelagos.sensors.sonar.ping.emitter import Apertures, Emitter
 from pelagos.sensors.sonar.ping.fan import Lanes
+from pelagos.sensors.sonar.ping.vehicle_noise import NoiseSource
 
 if TYPE_CHECKING:
     from pelagos.sensors.sensor import Kinematics
@@ -71,10 +72,12 @@ class Neighbours:
     Attributes:
         paths: of all sensors that can be heard, known before any is built.
         motion_of: agent -> its motion on the lanes of the sensor that is asked; set by the simulation.
+        noises: vehicles that make noise, by name.
     """
 
     paths: Sequence[str] = ()
     motion_of: Callable[[str], Kinematics] | None = None
+    noises: Mapping[str, NoiseSource] = field(default_factory=dict)
     _emitters: dict[str, Emitter] = field(default_factory=dict)
     _pulses: dict[tuple[Any, ...], Pulses] = field(default_factory=dict)
 

@@ -30,14 +30,15 @@ _DISTURBED: Final = 0x20000000  # counts of the random phases of another sonar's
 
 @dataclass(frozen=True)
 class Din:
-    """Sound besides echoes and noise: of the water, coherent echoes; and beams with painted streaks.
+    """Sound besides echoes and noise: of the water, coherent echoes, vehicles; and beams with painted streaks.
 
-    `coherent` see `coherent_echoes`; other sonars' pulses too, see `arrivals`.
+    `coherent` see `coherent_echoes`; other sonars' pulses too, see `arrivals`; `vehicles` see `noise_by_beam`.
     """
 
     coherent: Array | None = None
     haze: Haze | None = None
     streaks: Array | None = None
+    vehicles: Array | None = None
 
 
 @dataclass(frozen=True)
@@ -67,6 +68,9 @@ def water_echo(spec: PingSpec, layout: Layout, haze: Haze, cells: Cells, medium:
 def din_power(spec: PingSpec, layout: Layout, cells: Cells, moment: Moment, noise: Array, din: Din) -> Array:
     """Intensity of all that is no echo of a surface, re the source level at 1 m."""
     lanes, power = moment.lanes, noise
+    if din.vehicles is not None:
+        row = jit.UInt32(cells.ping * layout.beams + cells.beam)
+        power = power + dr.gather(jit.Float, din.vehicles, row, cells.beam < layout.beams)
     if din.haze is not None:
         power = power + water_echo(spec, layout, din.haze, cells, lanes.medium)
     if spec.ringing is not None:

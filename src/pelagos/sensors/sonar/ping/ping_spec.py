@@ -126,6 +126,8 @@ class PingSpec:
         bounces: echoes by mirrors; None: none.
         disturber: see `Disturber`.
         hears: which sonars of the scenario disturb this one: "none", "others", or paths.
+        vehicle_noise: whose noise is heard: "all", "others", "own" or "none"; None: nobody's, in a part of a sonar.
+        heard: others may hear its pulses.
         display: see `Display`.
         iq, labels: what else is given.
     """
@@ -156,6 +158,8 @@ class PingSpec:
     bounces: Bounces | None = None
     disturber: Disturber | None = None
     hears: str | tuple[str, ...] = "none"
+    vehicle_noise: str | None = None
+    heard: bool = True
     display: Display = Display()
     iq: bool = False
     labels: bool = False
@@ -190,6 +194,12 @@ def noise_power(spec: PingSpec, horizontal_width: float, vertical_width: float) 
     """Noise intensity behind matched filter and beamformer re the source level at 1 m; widths [rad]."""
     ambient = ambient_level(spec.frequency_hz, spec.wind_speed_mps, rain_mm_per_h=spec.rain_mm_per_h)
     spectral = float(to_db(from_db(ambient) + from_db(spec.self_noise_db)))
+    return behind_filter(spec, spectral, max(directivity_index(horizontal_width, vertical_width), 0.0))
+
+
+def behind_filter(spec: PingSpec, spectral_db: float = 0.0, directivity_db: float = 0.0) -> float:
+    """Intensity behind matched filter and beamformer re the source level at 1 m, of noise of a spectral level [dB re 1
+    uPa^2/Hz] against which the beamformer gains `directivity_db`: nothing where it comes along a beam's axis."""
     gain = processing_gain_db(spec.bandwidth_hz, spec.pulse_s) - SHADING_LOSS_DB[spec.pulse]
-    gain += max(directivity_index(horizontal_width, vertical_width), 0.0)
-    return float(from_db(band_level(spectral, spec.bandwidth_hz) - gain - spec.source_level_db))
+    gain += directivity_db
+    return float(from_db(band_level(spectral_db, spec.bandwidth_hz) - gain - spec.source_level_db))

@@ -17,7 +17,7 @@ from pelagos.acoustics.echo_strips import Strips
 from pelagos.acoustics.echo_walk import Bins, Walkers, walk
 from pelagos.acoustics.pulse import point_spread, range_coupling, range_resolution
 from pelagos.acoustics.spreading import to_db
-from pelagos.errors import ValidityWarning
+from pelagos.errors import InputError, ValidityWarning
 from pelagos.jit import Array
 from pelagos.math.constants import NOMINAL_SOUND_SPEED
 from pelagos.math.so3 import multiply, rotate
@@ -37,7 +37,7 @@ from pelagos.sensors.sonar.ping.listener import Hearing, Listener
 from pelagos.sensors.sonar.ping.medium import Medium
 from pelagos.sensors.sonar.ping.multipath import Mirrors, bounced_echoes
 from pelagos.sensors.sonar.ping.painted_noise import streak_rows
-from pelagos.sensors.sonar.ping.ping_spec import Bounces, PingSpec, noise_power
+from pelagos.sensors.sonar.ping.ping_spec import Bounces, PingSpec, behind_filter, noise_power
 from pelagos.sensors.sonar.ping.receiver import mean_levels, receive, trace_levels
 from pelagos.sensors.sonar.ping.sounder import Ping, Sounder, Waters
 from pelagos.sensors.sonar.ping.target_echoes import (
@@ -49,6 +49,7 @@ from pelagos.sensors.sonar.ping.target_echoes import (
 )
 from pelagos.sensors.sonar.ping.target_sighting import Sighting, sight_targets
 from pelagos.sensors.sonar.ping.targets import Band, Targets, is_smooth, targets
+from pelagos.sensors.sonar.ping.vehicle_noise import Bystanders, noise_by_beam
 from pelagos.sensors.sonar.ping.volume_echo import TRACER, Haze, Probes, haze, probes
 
 if TYPE_CHECKING:
@@ -134,6 +135,13 @@ class Pinger:
         self._own = emitter(spec, context, rays, layout, angle)
         self._neighbours = context.neighbours
         self._hears = sources_heard(spec, context.path, self._neighbours, self._own)
+        self._bystanders = Bystanders(
+            spec, self._own, self._neighbours, context.ocean, behind_filter=behind_filter(spec), noise=noise
+        )
+        if self._bystanders.some and layout.elements is not None:
+            raise InputError(
+                f"{context.path}: elements hear no noise of vehicles: give elements: false, or vehicle_noise: none"
+            )
         self._hazy = spec.volume_scattering_db is not None or TRACER in context.ocean.tracers
         self._rays = len(rays["beam"])
         self._water = (probes(rays, layout.beams), context.ocean) if self._hazy else None
@@ -185,6 +193,10 @@ class Pinger:
             heard = self._neighbours.heard(self._own, self._hears, motion)
             if heard is not None:
                 found["heard"] = heard
+        if self._bystanders.some:
+            din = self._bystanders.heard(motion)
+            if din is not None:
+                found["vehicles"] = din
         return found
 
     def _targets(self) -> Targets | None:
@@ -247,7 +259,8 @@ class Pinger:
             coming = silence_blocked(caster, besides["heard"], lanes)
             others = arrivals(coming, lanes, self._grid.bins, beams=layout.beams, bandwidth_hz=spec.bandwidth_hz)
             coherent = others if coherent is None else coherent + others
-        din = Din(coherent, seen, self._streaks(view, fan, pings))
+        vehicles = noise_by_beam(caster, besides["vehicles"], lanes, layout.beams) if "vehicles" in besides else None
+        din = Din(coherent, seen, self._streaks(view, fan, pings), vehicles)
         moment = Moment(lanes, spin, motion.t_ns, ping.key)
         signals: list[Array] = []
         heard, full = constants, spec
@@ -258,7 +271,7 @@ class Pinger:
             full, heard, din = without_noise(spec, constants, din, noise)
         out = [*receive(full, layout, heard, field, tags, moment, din), *signals]
         if trace is not None:
-            trace_levels(spec, layout, constants, energies(strips, walkers), out[0], lanes, trace)
+            trace_levels(spec, layout, constants, energies(strips, walkers), out[0], moment, din, trace=trace)
         return out, Traces(strips, lanes.medium, seen, sighting, self._smooth)
 
     def _truth(self, traces: Traces, motion: Kinematics, constants: Constants) -> Array:
@@ -364,7 +377,8 @@ def sources_heard(spec: PingSpec, path: str, neighbours: Neighbours | None, own:
     """The paths of the sonars that disturb this one; and let others hear it."""
     if neighbours is None:
         return []
-    neighbours.add(own)
+    if spec.heard:
+        neighbours.add(own)
     return neighbours.chosen(spec.hears, path)
 
 

@@ -242,14 +242,17 @@ def trace_levels(
     constants: Constants,
     energies: Array,
     data: Array,
-    lanes: Lanes,
+    moment: Moment,
+    din: Din,
+    *,
     trace: Callable[[str, Array, str], None],
 ) -> None:
     """Tell echoes and signal-to-noise ratio before beams are formed, and the data."""
     cell = dr.arange(jit.Int32, dr.width(data))
     row, bin_ = cell // spec.bins, cell % spec.bins
     energy = dr.gather(jit.Float, energies, jit.UInt32(row * pitch(spec.bins) + bin_))
-    here = cells_at(spec, lanes.medium, constants, row // layout.beams, row % layout.beams, bin_)
+    here = cells_at(spec, moment.lanes.medium, constants, row // layout.beams, row % layout.beams, bin_)
+    noise = din_power(spec, layout, here, moment, constants.noise, Din(vehicles=din.vehicles))
     trace("echo intensity by cell, before beams are formed", energy, "1")
-    trace("signal-to-noise ratio", to_db(dr.maximum(energy, 1e-20) / (constants.noise * here.gain)), "dB")
+    trace("signal-to-noise ratio", to_db(dr.maximum(energy, 1e-20) / (noise * here.gain)), "dB")
     trace("echo level after gain", data, {"db": "dB", "unit": "1", "linear": "1"}[spec.display.scale])
