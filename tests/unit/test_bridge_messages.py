@@ -205,7 +205,8 @@ def test_heading_east_has_no_yaw_in_ros() -> None:
     east = np.array([[math.sqrt(0.5), 0, 0, -math.sqrt(0.5)]])
     motion = (np.array([[10.0, 20.0, -5.0]]), east, np.array([[1.5, 0.1, 0.2]]), np.array([[0, 0, 0.3]]))
     encode = TruthEncoder("a/base_link")
-    rows, transforms = encode.rows(np.array([T_NS]), *motion)
+    numbers = encode.numbers(*motion)
+    rows, transforms = encode.odometry.rows(np.array([T_NS]), numbers), encode.transforms(np.array([T_NS]), numbers)
     assert encode.encode(T_NS, *(m[0] for m in motion)) == (rows[0].tobytes(), transforms[0].tobytes())
     message = deserialize(ODOMETRY, rows[0].tobytes())
     q, p = message.pose.pose.orientation, message.pose.pose.position

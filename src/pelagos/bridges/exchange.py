@@ -88,7 +88,8 @@ class Exchange:
         self.reset_asked = False
         file = None if record is None else McapWriter(Path(record), library=f"pelagos {installed('pelagos')}")
         tap = Tap(file)
-        recorder = open_recorder(Path() if record is None else Path(record), self.sim, writer=tap)
+        path = Path() if record is None else Path(record)
+        recorder = open_recorder(path, self.sim, writer=tap, by_member=bool(self.doors))  # doors speak of members
         self._tap, self._orders = tap, tap.declare(TOPIC, STRING)
         self._machinery = Machinery(self.sim, tap) if self.doors else None
         for door in self.doors:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
-from typing import Annotated, Any, Self
+from typing import Annotated, Any, Literal, Self
 
 from pydantic import Field, PrivateAttr, ValidationError, field_validator, model_validator
 from pydantic_core import InitErrorDetails, PydanticCustomError
@@ -50,6 +50,9 @@ class Record(Strict):
 
     state_rate_hz: Rate = 50.0
     """Rate of the true motion of every vehicle [Hz]; divides the tick rate. Not given: 50 Hz or the nearest below."""
+    groups: Literal["by_member", "together"] = "by_member"
+    """Channels of a group of agents: `by_member` one for every member and topic; `together` one for a topic of all
+    members, whose messages hold a row of numbers for each (what is no row of numbers stays by member)."""
 
 
 class Scenario(Strict):

@@ -126,7 +126,16 @@ float64 value
 float64 variance  # of one reading, in the unit squared; 0 where unknown
 """
 
+GROUP_READINGS: Final = """
+# Readings of a group's members at one time: a row of numbers each
+std_msgs/Header header             # frame_id: the group's sensor
+bool[] valid                       # by member: whose reading is here; rows of the others are zero
+std_msgs/MultiArrayLayout layout   # members, and the names of the numbers as fields of the members' own message type
+float64[] data                     # (members, numbers)
+"""
+
 PACKAGES: Final = {
+    "pelagos_msgs/msg/GroupReadings": GROUP_READINGS,
     "pelagos_msgs/msg/Ctd": CTD,
     "pelagos_msgs/msg/WaterProperty": WATER_PROPERTY,
     "marine_acoustic_msgs/msg/PingInfo": PING_INFO,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Final, TypeAlias
 
@@ -76,6 +76,11 @@ class Encoding:
     encode: Callable[[Reading, int], tuple[Buffer | None, ...]]
     frames: tuple[Frame, ...] = ()
     tables: tuple[Table, ...] = ()
+
+    @property
+    def templates(self) -> Sequence[Template | None]:
+        """Template of each topic whose messages are rows of numbers, None for the others."""
+        return [table.template for table in self.tables] or [None] * len(self.topics)
 
 
 def tabular(*tables: Table, frames: tuple[Frame, ...] = ()) -> Encoding:

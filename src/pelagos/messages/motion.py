@@ -24,35 +24,40 @@ ODOMETRY_FIELDS: Final = joined(
 
 
 class TruthEncoder:
-    """Odometry and transform of one vehicle."""
+    """Odometry and transform of one vehicle.
+
+    Attributes:
+        odometry: template of its odometry, whose numbers behind the stamp are those of `numbers`.
+        transform: template of its transform, whose numbers are the first seven.
+    """
 
     def __init__(self, base_frame: str) -> None:
-        self._odometry = Template(ODOMETRY, _odometry(base_frame), ODOMETRY_FIELDS)
+        self.odometry = Template(ODOMETRY, _odometry(base_frame), ODOMETRY_FIELDS)
         message = make(TF, transforms=[_transform(WORLD_FRAME, base_frame, (0, 0, 0), (1, 0, 0, 0))])
         inside = [f"transforms[0].{field}" for field in STAMP]
         inside += fields("transforms[0].transform.translation", "x y z")
         inside += fields("transforms[0].transform.rotation", "x y z w")
-        self._transform = Template(TF, message, inside)
+        self.transform = Template(TF, message, inside)
 
-    def rows(
-        self,
-        t_ns: NDArray[np.int64],
+    @staticmethod
+    def numbers(
         position: NDArray[np.float64],
         attitude: NDArray[np.float64],
         velocity: NDArray[np.float64],
         angular_velocity: NDArray[np.float64],
-    ) -> tuple[NDArray[np.uint8], NDArray[np.uint8]]:
-        """Bytes `(k, size)` of odometries and transforms of one copy at k times [ns].
+    ) -> NDArray[np.float64]:
+        """`(k, 13)`: position ENU and quaternion xyzw, and both velocities, of one copy at k times.
 
         Args:
-            t_ns: `(k,)` [ns].
             position: `(k, 3)` NWU [m].
             attitude: `(k, 4)` wxyz.
             velocity, angular_velocity: `(k, 3)` FLU [m/s], [rad/s].
         """
-        pose = _poses(position, attitude)
-        odometry = np.concatenate([pose, velocity, angular_velocity], axis=1)
-        return self._odometry.rows(t_ns, odometry), self._transform.rows(t_ns, pose)
+        return np.concatenate([_poses(position, attitude), velocity, angular_velocity], axis=1)
+
+    def transforms(self, t_ns: NDArray[np.int64], numbers: NDArray[np.float64]) -> NDArray[np.uint8]:
+        """`(k, size)` bytes of transforms at k times [ns] `(k,)`."""
+        return self.transform.rows(t_ns, numbers[:, :7])
 
     def encode(
         self,
@@ -62,11 +67,11 @@ class TruthEncoder:
         velocity: NDArray[np.float64],
         angular_velocity: NDArray[np.float64],
     ) -> tuple[Buffer, Buffer]:
-        """One odometry and one transform: `(3,)`, `(4,)`, `(3,)`, `(3,)`, see `rows`."""
+        """One odometry and one transform: `(3,)`, `(4,)`, `(3,)`, `(3,)`, see `numbers`."""
         pose = (*divmod(t_ns, 1_000_000_000), *_poses(position, attitude).tolist())
         return (
-            self._odometry.encode(*pose, *velocity.tolist(), *angular_velocity.tolist()),
-            self._transform.encode(*pose),
+            self.odometry.encode(*pose, *velocity.tolist(), *angular_velocity.tolist()),
+            self.transform.encode(*pose),
         )
 
 

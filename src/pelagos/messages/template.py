@@ -27,6 +27,8 @@ class Template:
     """Bytes of one message type in which only named numbers vary.
 
     Attributes:
+        name: message type.
+        varying: fields that vary, as given.
         places: byte offset and `struct` format character of each varying number.
 
     Args:
@@ -39,8 +41,10 @@ class Template:
 
     def __init__(self, name: str, message: Message, varying: Sequence[str]) -> None:
         self.name = name
+        self.varying = tuple(varying)
         self._bytes = serialize(name, message)
-        places = [_place(name, message, *field.split(":")) for field in varying]
+        own = copy.deepcopy(message)
+        places = [_place(name, own, *field.split(":")) for field in varying]
         self.places: list[tuple[int, str]] = places
         self._integers = [i for i, (_, code) in enumerate(places) if code in "iIHBb"]
         self._runs: list[tuple[struct.Struct, int, int, int]] = []
@@ -48,6 +52,17 @@ class Template:
             first, last = group[0][0], group[-1][0]
             code = struct.Struct("<" + "".join(places[i][1] for i, _ in group))
             self._runs.append((code, group[0][1], first, last + 1))
+
+    @property
+    def constant(self) -> bytes:
+        """The message as it was given."""
+        return self._bytes
+
+    def of(self, constant: bytes) -> Template:
+        """The same fields in another message of the same size and layout."""
+        other = copy.copy(self)
+        other._bytes = constant
+        return other
 
     def encode(self, *values: float | bytes) -> bytearray:
         """The message with `values` in its varying fields."""
@@ -79,6 +94,10 @@ class Template:
             fields[name] = values[:, first:end]
         return out
 
+    def numbers(self, rows: NDArray[np.uint8]) -> NDArray[np.float64]:
+        """`(k, all)` values of the varying fields in k messages `(k, size)`."""
+        return np.stack([_column(rows, at, _dtype(code)) for at, code in self.places], axis=-1)
+
     @cached_property
     def _table(self) -> tuple[np.dtype[Any], list[tuple[str, int, int]]]:
         """The message as a NumPy record; by field behind the stamp, its name and columns of `rows`' values.
@@ -102,33 +121,54 @@ def _dtype(code: str) -> str:
     return {"d": "<f8", "f": "<f4", "i": "<i4", "I": "<u4", "H": "<u2", "B": "u1", "b": "i1"}[code]
 
 
+def _column(rows: NDArray[np.uint8], offset: int, kind: str) -> NDArray[np.float64]:
+    width = np.dtype(kind).itemsize
+    return np.ascontiguousarray(rows[:, offset : offset + width]).view(kind)[:, 0].astype(np.float64)
+
+
 def _place(name: str, message: Message, path: str, kind: str) -> tuple[int, str]:
-    """Byte offset and struct format of one number or array."""
-    marks = []
-    value: Any
+    """Byte offset and struct format of one number or array. The message is another while this looks."""
+    holder, leaf = _holder(message, path.replace("[].", "."))
+    array = None
+    if "[]." in path:
+        code = f"{len(holder)}s"
+    elif kind == "bytes":
+        array = np.asarray(getattr(holder, leaf))
+        code = f"{array.nbytes}s"
+    else:
+        code = _FORMAT[kind]
+    before, marks = _get(holder, leaf), []
     for fill in (0x3A, 0x5B):
-        changed = copy.deepcopy(message)
-        holder, leaf = _holder(changed, path.replace("[].", "."))
         if "[]." in path:
-            code, value = f"{len(holder)}s", None
-            for element in holder:
-                setattr(element, leaf, fill)
-        elif kind == "bytes":
-            array = np.asarray(getattr(holder, leaf))
-            code = f"{array.nbytes}s"
+            value: Any = [fill] * len(holder)
+        elif array is not None:
             value = np.frombuffer(bytes([fill]) * array.nbytes, dtype=array.dtype)
         else:
-            code = _FORMAT[kind]
             (value,) = struct.unpack("<" + code, bytes([fill]) * struct.calcsize(code))
-        if leaf.startswith("["):
-            holder[int(leaf[1:-1])] = value
-        elif value is not None:
-            setattr(holder, leaf, value)
-        marks.append(np.frombuffer(serialize(name, changed), dtype=np.uint8))
+        _set(holder, leaf, value)
+        marks.append(np.frombuffer(serialize(name, message), dtype=np.uint8))
+    _set(holder, leaf, before)
     differing = np.flatnonzero(marks[0] != marks[1])
     first, size = int(differing[0]), struct.calcsize(code)
     assert len(differing) == size == differing[-1] - first + 1, f"{name}: {path} is not {kind}"
     return first, code
+
+
+def _get(holder: Any, leaf: str) -> Any:
+    """An item, a field, or that field of every element of a list."""
+    if leaf.startswith("["):
+        return holder[int(leaf[1:-1])]
+    return [getattr(one, leaf) for one in holder] if isinstance(holder, list) else getattr(holder, leaf)
+
+
+def _set(holder: Any, leaf: str, value: Any) -> None:
+    if leaf.startswith("["):
+        holder[int(leaf[1:-1])] = value
+    elif isinstance(holder, list):
+        for one, own in zip(holder, value, strict=True):
+            setattr(one, leaf, own)
+    else:
+        setattr(holder, leaf, value)
 
 
 def _holder(message: Any, path: str) -> tuple[Any, str]:

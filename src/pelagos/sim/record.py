@@ -26,14 +26,17 @@ from pelagos.messages.motion import (
     ODOMETRY,
     PATH,
     TF,
+    WORLD_FRAME,
     TruthEncoder,
     path_message,
     static_message,
     static_transform,
 )
 from pelagos.messages.store import Message, schema
+from pelagos.messages.template import STAMP, Buffer, Template
 from pelagos.sensors.sensor import Measurement, Reading, SensorConfig
 from pelagos.sim.mcap_writer import McapWriter
+from pelagos.sim.record_together import Lane, Together
 
 CHUNK_NS: Final = 500_000_000  # [ns] of simulated time in one chunk
 CHUNK_WALL_S: Final = 0.5
@@ -48,10 +51,10 @@ Pose: TypeAlias = tuple[Sequence[float], Sequence[float]]
 
 @dataclass(frozen=True)
 class _Track:
-    """One sensor of one copy of an agent: its encoding, and the channel of each topic."""
+    """One sensor of one copy of an agent: its encoding, and of each topic the channel, or its place in its group's."""
 
     encoding: Encoding
-    channels: list[int]
+    channels: list[int | Lane]
 
 
 class Recorder:
@@ -71,6 +74,7 @@ class Recorder:
         dt_ns: the tick [ns].
         copies: how many copies of the fleet are recorded. One copy has topics "/auv0/imu", more have "/env0/auv0/imu".
         legend: what labels, instances and materials are called: data for the attachment "labels.json".
+        together: groups of agents whose members share a channel for each topic.
         writer: stands in for the file, with the methods of `McapWriter`.
 
     Raises:
@@ -89,6 +93,7 @@ class Recorder:
         *,
         copies: int = 1,
         legend: Mapping[str, Any] | None = None,
+        together: Collection[str] = (),
         writer: Any = None,
     ) -> None:
         self.path = Path(path)
@@ -96,35 +101,32 @@ class Recorder:
         self._writer.add_metadata("pelagos", _metadata(seed, dt_ns, origin, copies))
         self._writer.add_attachment(SCENARIO, "application/yaml", scenario_yaml.encode())
         if legend is not None:
-            self._writer.add_attachment(LEGEND, "application/json", json.dumps(legend).encode())
+            self.attach(LEGEND, json.dumps(legend).encode())
         self._schemas: dict[str, int] = {}
         self._channels: dict[str, int] = {}
         self._copies = copies
         self._tracks: dict[tuple[str, str], list[_Track]] = {}
-        self._truth: dict[str, list[tuple[TruthEncoder, int]]] = {}
-        self._navigation: dict[str, list[tuple[TruthEncoder, int]]] = {}
+        self._truth: dict[str, list[tuple[TruthEncoder, int | Lane]]] = {}
+        self._navigation: dict[str, list[tuple[TruthEncoder, int | Lane]]] = {}
         self._movers: dict[str, tuple[TruthEncoder, int]] = {}
         self.latched: set[str] = set()
-        self._tf = self._channel("/tf", TF, {})
+        self._together, self._order = Together(together), list[str]()
+        self._tf = self.channel("/tf", TF, {})
         self._chunk_ns = 0
         self._chunk_wall = time.monotonic()
         self._transforms: list[Message] = []
         for agent, configs in sensors.items():
             poses: Mapping[str, Pose] = {name: (c.position_m, c.q_body_sensor) for name, c in configs.items()}
             self._add_agent(agent, configs, poses if mounts is None else mounts[agent], origin)
-        self._latch(STATIC, TF, static_message(self._transforms), {})
+        self.latch(STATIC, TF, [static_message(self._transforms)], {})
         self._writer.flush()
 
     def write(self, agent: str, sensor: str, reading: Reading) -> None:
         """Record one reading: the copies of it that are valid."""
-        t_ns = reading.t_ns
-        add = self._writer.add_message
         for copy, track in enumerate(self._tracks[agent, sensor]):
             if reading.valid[copy]:
-                for channel, data in zip(track.channels, track.encoding.encode(reading, copy), strict=True):
-                    if data is not None:
-                        add(channel, t_ns, data)
-        self._end_chunk(t_ns)
+                self._encode(track, reading, copy)
+        self._end_chunk(reading.t_ns)
 
     def write_block(
         self, agent: str, sensor: str, t_ns: NDArray[np.int64], measurement: Measurement, *, n: int
@@ -145,8 +147,7 @@ class Recorder:
             times, rows = t_ns[lanes], lanes * n + copy
             extras = {name: values[rows] for name, values in measurement.extras.items()}
             for channel, table in zip(track.channels, track.encoding.tables, strict=True):
-                values = table.values(measurement.data[rows], extras)
-                self._writer.add_messages(channel, times, table.template.rows(times, values))
+                self._add_rows(channel, times, table.template, table.values(measurement.data[rows], extras))
         self._end_chunk(int(t_ns[-1]))
 
     def _one_by_one(
@@ -159,10 +160,32 @@ class Recorder:
         n: int,
     ) -> None:
         for k in np.flatnonzero(valid).tolist():
-            alone = measurement.reading(slice(k * n, (k + 1) * n), valid, int(t_ns[k]), "")
-            for channel, data in zip(track.channels, track.encoding.encode(alone, copy), strict=True):
-                if data is not None:
-                    self._writer.add_message(channel, alone.t_ns, data)
+            self._encode(track, measurement.reading(slice(k * n, (k + 1) * n), valid, int(t_ns[k]), ""), copy)
+
+    def _encode(self, track: _Track, reading: Reading, copy: int) -> None:
+        """Record one copy of a reading."""
+        found = track.encoding.encode(reading, copy)
+        for channel, template, data in zip(track.channels, track.encoding.templates, found, strict=True):
+            if data is not None:
+                self._add(channel, reading.t_ns, template, data)
+
+    def _add(self, channel: int | Lane, t_ns: int, template: Template | None, data: Buffer) -> None:
+        """Record a message on its channel, or keep its numbers for its group's."""
+        if isinstance(channel, int):
+            self._writer.add_message(channel, t_ns, data)
+        else:
+            assert template is not None, "only topics whose messages are numbers are recorded together"
+            numbers = template.numbers(np.frombuffer(data, dtype=np.uint8)[None])
+            channel.keep(np.array([t_ns]), numbers[:, len(STAMP) :])
+
+    def _add_rows(
+        self, channel: int | Lane, t_ns: NDArray[np.int64], template: Template, numbers: NDArray[np.float64]
+    ) -> None:
+        """Record messages of numbers on their channel, or keep them for that of their group."""
+        if isinstance(channel, int):
+            self._writer.add_messages(channel, t_ns, template.rows(t_ns, numbers))
+        else:
+            channel.keep(t_ns, numbers)
 
     def write_truth(self, agent: str, t_ns: int, *motion: NDArray[np.float64]) -> None:
         """Record the true motion.
@@ -175,44 +198,53 @@ class Recorder:
         """
         for i, (encode, channel) in enumerate(self._truth[agent]):
             odometry, transform = encode.encode(t_ns, *(values[i] for values in motion))
-            self._writer.add_message(channel, t_ns, odometry)
+            self._add(channel, t_ns, encode.odometry, odometry)
             self._writer.add_message(self._tf, t_ns, transform)
         self._end_chunk(t_ns)
 
     def write_truth_block(self, agent: str, t_ns: NDArray[np.int64], *motion: NDArray[np.float64]) -> None:
         """Record the true motion at k times [ns]: arrays of `write_truth` with a leading axis k."""
         for i, (encode, channel) in enumerate(self._truth[agent]):
-            odometry, transform = encode.rows(t_ns, *(values[:, i] for values in motion))
-            self._writer.add_messages(channel, t_ns, odometry)
-            self._writer.add_messages(self._tf, t_ns, transform)
+            numbers = encode.numbers(*(values[:, i] for values in motion))
+            self._add_rows(channel, t_ns, encode.odometry, numbers)
+            self._writer.add_messages(self._tf, t_ns, encode.transforms(t_ns, numbers))
         self._end_chunk(int(t_ns[-1]))
 
     def add_navigation(self, agent: str, kind: str) -> None:
         """Declare what an agent's navigation knows: topic "/AGENT/navigation" beside "/AGENT/truth"."""
-        self._navigation[agent] = [
-            (
-                TruthEncoder(f"{place}/base_link"),
-                self._channel(f"/{place}/navigation", ODOMETRY, {"agent": agent, "kind": kind}),
-            )
-            for place in self._places(agent)
-        ]
+        self._navigation[agent] = self._motion(agent, "navigation", {"agent": agent, "kind": kind})
 
     def add_plan(self, agent: str, corners: NDArray[np.float64]) -> None:
         """Say once which way an agent's mission means to go: corners `(k, 3)` NWU [m], topic "/AGENT/plan"."""
+        message, about = path_message(corners), {"agent": agent}
         for place in self._places(agent):
-            self._latch(f"/{place}/plan", PATH, path_message(corners), {"agent": agent})
+            topic = f"/{place}/plan"
+            if self._together.single(topic, PATH, about, message):
+                self._order.append(topic)
+            else:
+                self.latch(topic, PATH, [message], about)
+
+    def begin(self) -> None:
+        """Declare what groups have together, once all agents, plans and movers are declared."""
+        self._together.open(self, self._order)
+
+    def gather(self) -> None:
+        """Write what was kept for the topics of groups, whose members' readings of the same times are all there."""
+        for channel, t_ns, rows in self._together.gathered():
+            self._writer.add_messages(channel, t_ns, rows)
+            self._end_chunk(int(t_ns[-1]))
 
     def write_navigation_block(self, agent: str, t_ns: NDArray[np.int64], *motion: NDArray[np.float64]) -> None:
         """Record solutions of navigation at k times [ns], arrays as of `write_truth_block`; no transforms."""
         for i, (encode, channel) in enumerate(self._navigation[agent]):
-            odometry, _ = encode.rows(t_ns, *(values[:, i] for values in motion))
-            self._writer.add_messages(channel, t_ns, odometry)
+            numbers = encode.numbers(*(values[:, i] for values in motion))
+            self._add_rows(channel, t_ns, encode.odometry, numbers)
         self._end_chunk(int(t_ns[-1]))
 
     def add_mover(self, name: str, about: Mapping[str, str]) -> None:
         """Declare a body on a scripted path, the same in every copy: topic "/movers/NAME/odometry"."""
         frame = f"movers/{name}"
-        self._movers[name] = TruthEncoder(frame), self._channel(f"/{frame}/odometry", ODOMETRY, about)
+        self._movers[name] = TruthEncoder(frame), self.channel(f"/{frame}/odometry", ODOMETRY, about)
 
     @property
     def movers(self) -> Collection[str]:
@@ -222,13 +254,13 @@ class Recorder:
     def write_mover_block(self, name: str, t_ns: NDArray[np.int64], *motion: NDArray[np.float64]) -> None:
         """Record the motion of a mover at k times [ns]: arrays of `write_truth` with k in place of n."""
         encode, channel = self._movers[name]
-        odometry, transform = encode.rows(t_ns, *motion)
-        self._writer.add_messages(channel, t_ns, odometry)
-        self._writer.add_messages(self._tf, t_ns, transform)
+        numbers = encode.numbers(*motion)
+        self._add_rows(channel, t_ns, encode.odometry, numbers)
+        self._writer.add_messages(self._tf, t_ns, encode.transforms(t_ns, numbers))
         self._end_chunk(int(t_ns[-1]))
 
-    def channel(self, topic: str) -> int | None:
-        """The number of a topic, None where nothing writes it."""
+    def number(self, topic: str) -> int | None:
+        """The number of a topic's channel, None where nothing writes it."""
         return self._channels.get(topic)
 
     def copy(self, channel: int, t_ns: int, data: bytes) -> None:
@@ -238,10 +270,12 @@ class Recorder:
 
     def flush(self) -> None:
         """Hand everything recorded until now to the operating system."""
+        self.gather()
         self._writer.flush()
 
     def sync(self) -> None:
         """Have everything recorded until now on the disk."""
+        self.gather()
         self._writer.sync()
 
     def rename(self, path: Path) -> None:
@@ -251,6 +285,7 @@ class Recorder:
 
     def close(self) -> None:
         """Finish the file with the index that lets readers seek."""
+        self.gather()
         self._writer.close()
 
     def __enter__(self) -> Recorder:
@@ -281,25 +316,50 @@ class Recorder:
                     *(static_transform(frame, frame + f.suffix, attitude=f.attitude) for f in encoding.frames),
                 ]
                 channels = [
-                    self._channel("/" + "/".join(filter(None, (place, name, topic.suffix))), topic.type, about)
-                    for topic in encoding.topics
+                    self._lane(
+                        "/" + "/".join(filter(None, (place, name, topic.suffix))), topic.type, about, frame, made
+                    )
+                    for topic, made in zip(encoding.topics, encoding.templates, strict=True)
                 ]
                 tracks.append(_Track(encoding, channels))
-        self._truth[agent] = [
-            (TruthEncoder(f"{place}/base_link"), self._channel(f"/{place}/truth", ODOMETRY, {"agent": agent}))
-            for place in places
-        ]
+        self._truth[agent] = self._motion(agent, "truth", {"agent": agent})
 
-    def _channel(self, topic: str, type_name: str, about: Mapping[str, str]) -> int:
+    def _motion(self, agent: str, topic: str, about: Mapping[str, str]) -> list[tuple[TruthEncoder, int | Lane]]:
+        """A topic of an agent's motion, true or estimated, of each copy."""
+        found = []
+        for place in self._places(agent):
+            encode = TruthEncoder(f"{place}/base_link")
+            found.append((encode, self._lane(f"/{place}/{topic}", ODOMETRY, about, WORLD_FRAME, encode.odometry)))
+        return found
+
+    def _lane(
+        self, topic: str, type_name: str, about: Mapping[str, str], frame: str, template: Template | None
+    ) -> int | Lane:
+        """A channel of its own, or a place in that of the agent's group."""
+        lane = None if template is None else self._together.lane(topic, frame, about, template)
+        if lane is None:
+            return self.channel(topic, type_name, about)
+        self._order.append(topic)
+        return lane
+
+    def channel(self, topic: str, type_name: str, about: Mapping[str, str]) -> int:
+        """Declare a topic and its type; the number is that of its channel."""
         if type_name not in self._schemas:
             self._schemas[type_name] = self._writer.add_schema(type_name, "ros2msg", schema(type_name))
+        self._order.append(topic)
         self._channels[topic] = self._writer.add_channel(topic, self._schemas[type_name], "cdr", about)
         return self._channels[topic]
 
-    def _latch(self, topic: str, type_name: str, data: bytes, about: Mapping[str, str]) -> None:
-        channel = self._channel(topic, type_name, {**about, LATCHED_KEY: _LATCHED})
-        self._writer.add_message(channel, 0, data)
+    def latch(self, topic: str, type_name: str, messages: Sequence[bytes], about: Mapping[str, str]) -> None:
+        """Declare a topic that says its messages once, at the beginning."""
+        channel = self.channel(topic, type_name, {**about, LATCHED_KEY: _LATCHED})
+        for data in messages:
+            self._writer.add_message(channel, 0, data)
         self.latched.add(topic)
+
+    def attach(self, name: str, data: bytes) -> None:
+        """Write a file of JSON within the recording."""
+        self._writer.add_attachment(name, "application/json", data)
 
     def _end_chunk(self, t_ns: int) -> None:
         if t_ns - self._chunk_ns >= CHUNK_NS or time.monotonic() - self._chunk_wall >= CHUNK_WALL_S:

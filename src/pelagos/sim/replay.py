@@ -19,12 +19,13 @@ from pelagos.messages.store import Message, deserialize
 from pelagos.messages.template import Template
 from pelagos.sim.mcap_reader import Damage, RawRecord, Walk, parse, read_chunk, scan_chunk, summary
 from pelagos.sim.mcap_writer import CHANNELS, listed_channels
+from pelagos.sim.read_together import GroupTable, GroupTopic, group_topics
+from pelagos.sim.record_together import GROUPS
 from pelagos.sim.recover import Recovered, recover
 
-__all__ = ["Channel", "Recorded", "Recording", "Recovered", "recover"]
+__all__ = ["Channel", "GroupTable", "Recorded", "Recording", "Recovered", "recover"]
 
 KEEP_BYTES: Final = 16384  # messages up to this size stay in memory
-_NUMPY: Final = {"d": "<f8", "f": "<f4", "i": "<i4", "I": "<u4", "H": "<u2", "B": "u1", "b": "i1"}
 
 
 @dataclass(frozen=True)
@@ -73,7 +74,8 @@ class Recording:
         complete: it was closed; False where the run was killed (everything up to the cut is here).
         metadata: what the recorder noted: seed, dt_ns, versions.
         attachments: files within the file by name.
-        channels: by topic.
+        channels: by topic; of agents that were recorded together, those that each would have had.
+        groups: topics of groups whose members were recorded together.
         damage: places of the file that cannot be read; everything else is here. A `RecordingWarning` names them.
 
     Raises:
@@ -86,11 +88,15 @@ class Recording:
         self.metadata: dict[str, str] = {}
         self.attachments: dict[str, bytes] = {}
         self.channels: dict[str, Channel] = {}
+        self.groups: dict[str, GroupTopic] = {}
+        self._group_of: dict[str, GroupTopic] = {}
         self.damage: list[Damage] = []
         self._messages: dict[str, list[tuple[int, bytes | _Place]]] = {}
         self._size = 0
         self._chunk: tuple[int, memoryview] = (-1, memoryview(b""))
-        self._load(set(topics) if topics is not None else None)
+        wanted = set(topics) if topics is not None else None
+        self._load(wanted)
+        self._take_apart(wanted)
 
     @property
     def lost(self) -> int | None:
@@ -102,11 +108,13 @@ class Recording:
         """Topics that end in `suffix` and have messages of `type`, in the order of recording."""
         return [
             name for name, c in self.channels.items()
-            if name.endswith(suffix) and (type is None or c.type == type) and self._messages.get(name)
+            if name.endswith(suffix) and (type is None or c.type == type) and self.count(name)
         ]  # fmt: skip
 
     def count(self, topic: str) -> int:
         """Number of messages of a topic."""
+        if topic in self._group_of and topic not in self._messages:
+            return self._group_of[topic].count(topic)
         return len(self._messages.get(topic, ()))
 
     def messages(self, *topics: str) -> Iterator[Recorded]:
@@ -118,17 +126,12 @@ class Recording:
 
     def message(self, topic: str, index: int) -> Recorded:
         """One message of a topic, by its place in the order of recording."""
-        t_ns, raw = self._messages[topic][index]
-        if isinstance(raw, _Place):
-            if self._chunk[0] != raw.chunk:
-                with self.path.open("rb") as file:
-                    self._chunk = raw.chunk, read_chunk(file, raw.chunk, self._size)
-            return Recorded(topic, t_ns, self._channel(topic).type, bytes(self._chunk[1][raw.start : raw.end]))
-        return Recorded(topic, t_ns, self._channel(topic).type, raw)
+        t_ns, found = self._list(topic)[index]
+        return Recorded(topic, t_ns, self._channel(topic).type, self._raw(found))
 
     def times(self, topic: str) -> NDArray[np.int64]:
         """`(k,)` simulation time of each message [ns]."""
-        return np.array([t_ns for t_ns, _ in self._messages.get(topic, ())], dtype=np.int64)
+        return np.array([t_ns for t_ns, _ in self._list(topic)], dtype=np.int64)
 
     def table(self, topic: str, fields: Sequence[str]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Numbers of all messages of a topic whose messages have one size.
@@ -147,10 +150,22 @@ class Recording:
         size = len(rows[0])
         if any(len(raw) != size for raw in rows):
             raise RecordingError(f"{self.path}: the messages of {topic} have different sizes")
-        places = Template(kind, deserialize(kind, rows[0]), fields).places
         raw = np.frombuffer(b"".join(rows), dtype=np.uint8).reshape(len(rows), size)
-        values = np.stack([_column(raw, at, _NUMPY[code]) for at, code in places], axis=-1)
+        values = Template(kind, deserialize(kind, rows[0]), fields).numbers(raw)
         return self.times(topic).astype(np.float64) * 1e-9, values
+
+    def together(self, topic: str) -> GroupTable:
+        """Numbers of all members of a group that were recorded together (`record: {groups: together}`).
+
+        Args:
+            topic: the group's, "/auv/imu/data_raw".
+
+        Raises:
+            LookupFailed: no group has such a topic in this recording.
+        """
+        if topic not in self.groups:
+            raise LookupFailed("topic of a group", topic, self.groups, where=str(self.path))
+        return self.groups[topic].table()
 
     def _repr_html_(self) -> str:
         return str(import_module("pelagos.drawing.notebook").recording_html(self))
@@ -159,6 +174,44 @@ class Recording:
         if topic not in self.channels:
             raise LookupFailed("topic", topic, self.channels, where=str(self.path))
         return self.channels[topic]
+
+    def _list(self, topic: str) -> list[tuple[int, bytes | _Place]]:
+        """Messages of a topic; those of a member of a group are made of the group's when somebody asks for them."""
+        if topic in self._group_of and topic not in self._messages:
+            self._messages[topic] = list(self._group_of[topic].messages(topic))
+        return self._messages.get(topic, [])
+
+    def _raw(self, found: bytes | _Place) -> bytes:
+        """A message, from the file where it was not kept."""
+        if not isinstance(found, _Place):
+            return found
+        if self._chunk[0] != found.chunk:
+            with self.path.open("rb") as file:
+                self._chunk = found.chunk, read_chunk(file, found.chunk, self._size)
+        return bytes(self._chunk[1][found.start : found.end])
+
+    def _take_apart(self, wanted: set[str] | None) -> None:
+        """Give every member of the groups that were recorded together its own topics, in the order of agents."""
+        order, found = group_topics(self.attachments.get(GROUPS, b""), self._reader)
+        self.groups = {one.topic: one for one in found if one.topic in self.channels}
+        if not self.groups:
+            return
+        made: dict[str, Channel] = {}
+        for one in self.groups.values():
+            for topic, about in one.members.items():
+                made[topic] = Channel(topic, one.type, one.about(about, self.channels[one.topic].about))
+                if wanted is None or topic in wanted:
+                    self._group_of[topic] = one
+        made |= {topic: channel for topic, channel in self.channels.items() if topic not in self.groups}
+        self.channels = {topic: made.pop(topic) for topic in order if topic in made} | made
+
+    def _reader(self, topic: str) -> Callable[[], tuple[NDArray[np.int64], list[bytes]]]:
+        """Reader of the times [ns] and messages of a group's topic."""
+
+        def read() -> tuple[NDArray[np.int64], list[bytes]]:
+            return self.times(topic), [self._raw(one) for _, one in self._list(topic)]
+
+        return read
 
     def _load(self, wanted: set[str] | None) -> None:
         lists: dict[int, list[tuple[int, bytes | _Place]]] = {}
@@ -227,7 +280,7 @@ class Recording:
         lists: dict[int, list[tuple[int, bytes | _Place]]],
     ) -> None:
         self.channels.setdefault(channel.topic, channel)
-        if number is not None and (wanted is None or channel.topic in wanted):
+        if number is not None and (wanted is None or channel.topic in wanted or "group" in channel.about):
             lists.setdefault(number, self._messages.setdefault(channel.topic, []))
 
     def _declare(
@@ -274,8 +327,3 @@ def _collector(
             strangers[channel] = strangers.get(channel, 0) + 1
 
     return collect
-
-
-def _column(raw: NDArray[np.uint8], offset: int, kind: str) -> NDArray[np.float64]:
-    width = np.dtype(kind).itemsize
-    return np.ascontiguousarray(raw[:, offset : offset + width]).view(kind)[:, 0].astype(np.float64)

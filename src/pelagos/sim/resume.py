@@ -83,7 +83,7 @@ def _take_over(path: Path, recorder: Recorder, until_ns: int) -> None:
     channels: dict[int, int] = {}
 
     def declare(number: int, topic: str) -> None:
-        found = recorder.channel(topic)
+        found = recorder.number(topic)
         if found is not None and topic not in recorder.latched:  # those stand at the beginning of the new file
             channels[number] = found
 

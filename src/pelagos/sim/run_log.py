@@ -48,6 +48,7 @@ class RunLog:
             t_ns = np.array(one.ticks, dtype=np.int64) * self._sim.dt_ns
             for part in one.each(self._sim.n):
                 self.recorder.write_block(part.members[0], part.model.name, t_ns, part.measurement, n=self._sim.n)
+        self.recorder.gather()
         if sampled:
             self._sim.stepper.timings.add("record", start)
 
@@ -68,6 +69,7 @@ class RunLog:
                 parts = (motion[..., 0:3], motion[..., 3:7], motion[..., 7:10], motion[..., 10:13])
                 self.recorder.write_truth_block(name, due * clock.dt_ns, *parts)
         self._navigation()
+        self.recorder.gather()
         stepper.timings.add("record", start)
 
     def _navigation(self) -> None:
@@ -105,8 +107,14 @@ class RunLog:
                 )
 
 
-def open_recorder(path: Path, sim: Simulation, *, writer: Any = None) -> Recorder:
-    """A recorder for every sensor of `sim`; `writer` stands in for the file, see `Recorder`.
+def open_recorder(path: Path, sim: Simulation, *, writer: Any = None, by_member: bool = False) -> Recorder:
+    """A recorder for every sensor of `sim`.
+
+    Args:
+        path: the file.
+        sim: the simulation.
+        writer: stands in for the file, see `Recorder`.
+        by_member: record every member of a group for itself, whatever the scenario asks for.
 
     Raises:
         RecordingError: the file cannot be written.
@@ -116,9 +124,11 @@ def open_recorder(path: Path, sim: Simulation, *, writer: Any = None) -> Recorde
     origin = (sim.world.origin.latitude, sim.world.origin.longitude)
     moving = sim.moving
     names = legend(sim.world, moving)
+    together = () if by_member or scenario.record.groups == "by_member" else tuple(sim.model.groups)
     made = Recorder(
-        path, to_yaml(scenario), sim.seed, sensors, None, origin, sim.dt_ns, copies=sim.n, legend=names, writer=writer
-    )
+        path, to_yaml(scenario), sim.seed, sensors, None, origin, sim.dt_ns,
+        copies=sim.n, legend=names, together=together, writer=writer,
+    )  # fmt: skip
     for name, agent in sim.model.agents.items():
         if agent.config.navigation.type != "truth":
             made.add_navigation(name, agent.config.navigation.type)
@@ -131,4 +141,5 @@ def open_recorder(path: Path, sim: Simulation, *, writer: Any = None) -> Recorde
             {"mover": mover.name, "body": mover.body, "label": names["labels"][str(number)]["name"],
              "label_number": str(number), "instance": str(instance)},
         )  # fmt: skip
+    made.begin()
     return made
