@@ -70,3 +70,56 @@ def test_winding_number_of_a_ball():
     ball = Geometry(np.asarray(mesh.vertices), mesh.faces, 0, 1, 1)
     assert winding_number(ball, np.array([0.2, -0.3, 0.4])) == pytest.approx(1.0, abs=1e-9)
     assert winding_number(ball, np.array([0.9, 0.9, 0.0])) == pytest.approx(0.0, abs=1e-9)
+
+
+def boat(kind, vehicle="otter", **keys):
+    sensors = {"it": {"type": kind, **keys}}
+    return {"world": {"type": "flat", "depth_m": 30}, "agents": {"usv": {"vehicle": vehicle, "sensors": sensors}}}
+
+
+@pytest.mark.parametrize(("z", "why"), [(-0.15, "0.15 m below the water line"), (0, "in the water line")])
+@pytest.mark.parametrize("kind", ["gps", "ais", "radio"])
+def test_an_antenna_under_the_water_line_is_told_with_what_to_write(kind, z, why):
+    with pytest.warns(MountWarning) as told:
+        pl.Simulation.load(boat(kind, position_m=[0.2, -0.1, z]))
+    text = str(told[0].message)
+    assert text.startswith(f"agents.usv.sensors.it.position_m: otter has it {why} at rest")
+    assert text.endswith("leave out position_m, or write [0, 0, 0.7], its antenna")
+
+
+def test_an_instrument_for_the_water_above_it_is_told():
+    with pytest.warns(
+        MountWarning, match=r"it 0\.3 m above the water line at rest: it is in the air there; .* its keel"
+    ):
+        pl.Simulation.load(boat("ctd", position_m=[0.2, -0.1, 0.3]))
+
+
+WATER = ("dvl", "altimeter", "singlebeam", "multibeam", "adcp", "ctd", "current_meter", "modem", "usbl")
+FLOATS = ("otter", "wamv", "surface_vessel", "mariner", "kvlcc2")
+
+
+@pytest.mark.parametrize("vehicle", FLOATS)
+def test_sensors_of_a_craft_stand_where_they_work_unless_they_say_where(vehicle):
+    """In a sea of 0.5 m (state 2) the gps has every fix, and the instruments for the water are below the water line."""
+    kinds = {"gps": {"type": "gps", "rate_hz": 1}, "ctd": {"type": "ctd", "rate_hz": 1}}
+    scene = boat("dvl", vehicle, rate_hz=1)
+    scene["agents"]["usv"]["sensors"] |= kinds
+    scene |= {"tick_rate_hz": 10, "ocean": {"waves": [{"type": "sea_state", "state": 2}]}}
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        sim = pl.Simulation.load(scene)
+        for kind in WATER:
+            assert pl.Simulation.load(boat(kind, vehicle)).scenario.agents["usv"].sensors["it"].position_m[2] < 0
+    for _ in range(20):
+        seen = sim.step(ticks=10)["usv"]
+        assert {"gps", "ctd", "it"} <= set(seen)
+    mounts = sim.model.agents["usv"].vehicle.config.mounts
+    assert sim.scenario.agents["usv"].sensors["gps"].position_m == mounts["antenna"]
+
+
+def test_a_place_that_is_given_stays():
+    sensors = pl.Simulation.load(boat("gps", position_m=[0.3, -0.2, 0.5])).scenario.agents["usv"].sensors
+    assert sensors["it"].position_m == (0.3, -0.2, 0.5)
+    raised = boat("gps")
+    raised["agents"]["usv"]["vehicle"] = {"type": "otter", "mounts": {"antenna": [0.1, -0.3, 1.4]}}
+    assert pl.Simulation.load(raised).scenario.agents["usv"].sensors["it"].position_m == (0.1, -0.3, 1.4)

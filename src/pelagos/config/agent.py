@@ -105,6 +105,16 @@ class Agent(Strict):
         return self
 
     @model_validator(mode="after")
+    def _stand(self) -> Self:
+        """Put sensors that say no place where the vehicle has one for their kind, if it names any."""
+        places = getattr(self.vehicle, "mounts", {})
+        for name, sensor in self.sensors.items():
+            place = places.get(getattr(sensor, "STANDS", ""))
+            if place is not None and "position_m" not in sensor.model_fields_set:
+                self.sensors[name] = sensor.model_copy(update={"position_m": place})
+        return self
+
+    @model_validator(mode="after")
     def _group(self) -> Self:
         """Check the keys that only groups have, and those that every group needs."""
         if self.count is None:

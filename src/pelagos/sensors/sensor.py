@@ -37,12 +37,17 @@ class SensorConfig(Described):
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
+    STANDS: ClassVar[str] = ""
+    """Name of the vehicle's place (`mounts`) where it stands unless it says where: `antenna`, `mast` or `keel`."""
+
     type: str
     """The sensor's kind: one of `pelagos list sensors`."""
     rate_hz: Rate
     """Samples per second [Hz]; must divide the tick rate."""
     position_m: tuple[float, float, float] = (0.0, 0.0, 0.0)
-    """Place of the sensor in the body frame, forward-left-up of the vehicle's origin [m]."""
+    """Place of the sensor in the body frame, forward-left-up of the vehicle's origin [m]. Where not given: the
+    vehicle's `antenna`, `mast` or `keel`, if it has one, for what needs the sky, a view over the water, or the water;
+    else the origin."""
     orientation_deg: tuple[float, float, float] = (0.0, 0.0, 0.0)
     """Roll, pitch, yaw of the sensor frame in the body frame FLU [deg], R = Rz Ry Rx; positive pitch looks down."""
 

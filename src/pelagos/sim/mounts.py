@@ -1,4 +1,4 @@
-"""Checks of sensor mounts: inside something solid, or sonars in the air."""
+"""Checks of sensor mounts: inside something solid, sonars in the air, antennas under water."""
 
 from __future__ import annotations
 
@@ -19,6 +19,7 @@ from pelagos.sensors.sonar.ping.sounder import FACE_M
 from pelagos.sim.bodies import Body
 from pelagos.sim.initial import StartState
 from pelagos.sim.model import Model
+from pelagos.vehicles.wetness import Floating
 
 _NEAR: Final = 0.1  # [m], distance to anything static up to which a mount is looked at closely
 _SOUND: Final = "frequency_hz"  # a key of every sonar, and of nothing else
@@ -64,6 +65,30 @@ def warn_of_buried(
             else:
                 continue
             _warn(f"agents.{name}.sensors.{sensor.name}", sensor.config.position_m, place, why, lost)
+
+
+def warn_of_wrong_side(model: Model) -> None:
+    """Warn (`MountWarning`) of antennas below the water line of what floats, and instruments for water above it."""
+    for name, agent in model.agents.items():
+        if not isinstance(agent.vehicle.model.wetting, Floating):
+            continue
+        for sensor in agent.sensors.values():
+            kind, up = sensor.config.STANDS, sensor.config.position_m[2]  # from the origin, which is at the water line
+            if kind == "antenna" and up <= 0.0:
+                why = f"{-up:g} m below the water line at rest" if up else "in the water line at rest"
+                lost = "it receives nothing there"
+            elif kind == "keel" and up > 0.0 and not (sensor.sees and hasattr(sensor.config, _SOUND)):
+                why, lost = f"{up:g} m above the water line at rest", "it is in the air there"
+            else:
+                continue
+            places = agent.vehicle.config.mounts
+            remedy = f"give position_m a z {'above' if kind == 'antenna' else 'below'} 0"
+            if kind in places:
+                remedy = f"leave out position_m, or write [{', '.join(f'{c:g}' for c in places[kind])}], its {kind}"
+            where = f"agents.{name}.sensors.{sensor.name}.position_m"
+            warnings.warn(
+                f"{where}: {agent.vehicle.config.type} has it {why}: {lost}; {remedy}", MountWarning, stacklevel=2
+            )
 
 
 def _above_water(ocean: Ocean, place: NDArray[np.float64]) -> float:

@@ -27,7 +27,7 @@ from pelagos.sim.initial import start_states
 from pelagos.sim.listeners import Listeners
 from pelagos.sim.lives import Observations
 from pelagos.sim.model import AgentModel, Model, compile_model, encounters_of
-from pelagos.sim.mounts import warn_of_buried
+from pelagos.sim.mounts import warn_of_buried, warn_of_wrong_side
 from pelagos.sim.movers import Movers
 from pelagos.sim.navigator import External
 from pelagos.sim.record import Recorder
@@ -80,6 +80,7 @@ class Simulation(Changes):
             first = np.zeros(model.n, dtype=np.int64)
             self._stepper.start(self._stepper.variety.starts(self._begin, first == 0, first))
             warn_of_buried(model, self._begin, self.bodies.hulls, self.bodies.bodies)
+            warn_of_wrong_side(model)
         model.world.before_cast(self._show_now)
 
     @classmethod

@@ -97,7 +97,15 @@ def _terms(vehicle: Vehicle) -> str:
 
 def _mounts(vehicle: Vehicle) -> str:
     rows = [f"| `{name}` | {x:g}, {y:g}, {z:g} |" for name, (x, y, z) in vehicle.config.mounts.items()]
-    return "## Places for sensors\n\n| | forward, left, up of the origin [m] |\n|---|---|\n" + "\n".join(rows) + "\n"
+    said = (
+        "A sensor that is given no `position_m` stands at the `antenna` (gps, ais, radio), `mast` (LiDAR) or `keel` "
+        "(sonars, acoustic modems, instruments for the water), at the origin where the vehicle has no such place.\n"
+    )
+    return (
+        f"## Places for sensors\n\n{said}\n| | forward, left, up of the origin [m] |\n|---|---|\n"
+        + "\n".join(rows)
+        + "\n"
+    )
 
 
 def _deviations(vehicle: Vehicle) -> str:

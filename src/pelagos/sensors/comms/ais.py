@@ -30,6 +30,7 @@ _NOISE_DBM: Final = -119.0  # 25 kHz, noise figure 11 dB
 class AisConfig(SensorConfig):
     """A transponder of class A or B."""
 
+    STANDS: ClassVar[str] = "antenna"
     type: Literal["ais"] = "ais"
     """The sensor's kind."""
     rate_hz: Rate = 10.0

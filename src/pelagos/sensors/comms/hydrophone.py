@@ -48,6 +48,7 @@ class PingerConfig(Strict):
 class HydrophoneConfig(SensorConfig):
     """Elements, sampling and sources."""
 
+    STANDS: ClassVar[str] = "keel"
     type: Literal["hydrophone"] = "hydrophone"
     """The sensor's kind."""
     rate_hz: Rate = 10.0

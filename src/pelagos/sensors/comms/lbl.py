@@ -21,6 +21,7 @@ from pelagos.sensors.sensor import Kinematics, Measurement, SensorConfig, Sensor
 class LblConfig(SensorConfig):
     """An interrogator, and the transponders that answer it."""
 
+    STANDS: ClassVar[str] = "keel"
     type: Literal["lbl"] = "lbl"
     """The sensor's kind."""
     rate_hz: Rate = 1.0

@@ -25,6 +25,7 @@ _DEFAULT: Final = "micromodem_psk"
 class ModemConfig(SensorConfig):
     """A modem; figures where not given are those of its `device`."""
 
+    STANDS: ClassVar[str] = "keel"
     type: Literal["modem"] = "modem"
     """The sensor's kind."""
     rate_hz: Rate = 10.0

@@ -23,6 +23,7 @@ _COLOURS: Final = ("red", "green", "blue")
 class OpticalModemConfig(SensorConfig):
     """Lamp, receiver and packets; figures where not given are those of a blue LED modem of 50 m in clear water."""
 
+    STANDS: ClassVar[str] = "keel"
     type: Literal["optical_modem"] = "optical_modem"
     """The sensor's kind."""
     rate_hz: Rate = 10.0

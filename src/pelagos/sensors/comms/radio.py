@@ -22,6 +22,7 @@ _THERMAL_DBM_HZ = -174.0
 class RadioConfig(SensorConfig):
     """Antenna, transmitter and packets; figures where not given are those of 2.4 GHz Wi-Fi with 100 mW."""
 
+    STANDS: ClassVar[str] = "antenna"
     type: Literal["radio"] = "radio"
     """The sensor's kind."""
     rate_hz: Rate = 10.0

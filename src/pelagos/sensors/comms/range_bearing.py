@@ -21,6 +21,7 @@ from pelagos.sensors.sensor import Kinematics, Measurement, SensorConfig, Sensor
 class RangeBearingConfig(SensorConfig):
     """A receiver that knows when its targets ping. Errors where not given are those of VRX's pinger receiver."""
 
+    STANDS: ClassVar[str] = "keel"
     type: Literal["range_bearing"] = "range_bearing"
     """The sensor's kind."""
     rate_hz: Rate = 1.0

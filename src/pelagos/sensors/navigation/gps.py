@@ -24,6 +24,7 @@ class GpsConfig(SensorConfig):
     Figures: u-blox NEO-M8, datasheet UBX-13003366: 2.5 m circular error probable, 2.1 m a horizontal axis.
     """
 
+    STANDS: ClassVar[str] = "antenna"
     type: Literal["gps"] = "gps"
     """The sensor's kind."""
     rate_hz: Rate = 5.0

@@ -33,6 +33,7 @@ _RAYS_UP: Final = 64  # over the elevation
 class IncidenceSonarConfig(SensorConfig):
     """A sector of beams about x, or a cone."""
 
+    STANDS: ClassVar[str] = "keel"
     type: Literal["incidence_sonar"] = "incidence_sonar"
     """The sensor's kind."""
     rate_hz: Rate = 5.0

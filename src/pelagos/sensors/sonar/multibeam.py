@@ -58,6 +58,7 @@ _LONGEST: Final = 0.2  # of range_max_m, longest patch of bottom in range that o
 class MultibeamConfig(SensorConfig):
     """A multibeam echo sounder that looks down (along -z of its frame). Defaults are of the 400 kHz shallow class."""
 
+    STANDS: ClassVar[str] = "keel"
     type: Literal["multibeam"] = "multibeam"
     rate_hz: Rate = 5.0
     """Pings per second [Hz]."""

@@ -20,6 +20,7 @@ from pelagos.sensors.sensor import Kinematics, Measurement, SensorConfig, Sensor
 class CtdConfig(SensorConfig):
     """A CTD; figures where not given: Sea-Bird SBE 49 FastCAT, its accuracies taken as three standard deviations."""
 
+    STANDS: ClassVar[str] = "keel"
     type: Literal["ctd"] = "ctd"
     """The sensor's kind."""
     rate_hz: Rate = 10.0

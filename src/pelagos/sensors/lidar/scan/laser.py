@@ -8,7 +8,7 @@ solid-state one fires its whole field at once. Arrays are `(channels, steps)`, s
 from __future__ import annotations
 
 import math
-from typing import Final, Literal, Self
+from typing import ClassVar, Final, Literal, Self
 
 import drjit as dr
 import numpy as np
@@ -34,6 +34,7 @@ _NEAR: Final = 1e-3  # [m], step past the sea surface
 class LaserConfig(SensorConfig):
     """A scanning laser; names and defaults follow CARLA's LiDAR sensors."""
 
+    STANDS: ClassVar[str] = "mast"
     rate_hz: Rate = 10.0
     """Samples per second [Hz]; at the rotation frequency each sample is a full turn."""
     channels: int = Field(default=32, ge=1, le=512)

@@ -28,6 +28,7 @@ _OF_ECHOES: Final = (
 class EchoesConfig(SensorConfig):
     """Keys of sonars that can also give the echoes that they evaluate."""
 
+    STANDS: ClassVar[str] = "keel"
     USUAL_BINS: ClassVar[int] = 512
 
     frequency_hz: float = Field(default=500e3, ge=200)

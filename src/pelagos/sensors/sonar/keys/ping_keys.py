@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import warnings
-from typing import Annotated, Any, Final, Literal, Self, TypeAlias
+from typing import Annotated, Any, ClassVar, Final, Literal, Self, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -94,6 +94,7 @@ class Interference(Described):
 class PingConfig(SensorConfig):
     """Keys of every sonar that gives intensities by range."""
 
+    STANDS: ClassVar[str] = "keel"
     device: str | None = None
     """A device of the catalogue, whose keys count where the scenario gives none."""
     bins: int = Field(default=512, ge=FEWEST_BINS, le=65536)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from typing import TypeAlias
+from typing import ClassVar, TypeAlias
 
 import numpy as np
 from pydantic import Field
@@ -27,6 +27,7 @@ Sample: TypeAlias = Callable[[Ocean, Kinematics, Array, Array], Sequence[Array]]
 class ProbeConfig(SensorConfig):
     """Errors of an instrument that samples the water; each in the unit of its reading."""
 
+    STANDS: ClassVar[str] = "keel"
     rate_hz: Rate = 1.0
     """Samples per second [Hz]; must divide the tick rate."""
     noise_density: float = Field(default=0.0, ge=0)
