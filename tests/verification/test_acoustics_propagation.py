@@ -14,7 +14,7 @@ from pelagos.acoustics.refraction import (
     LEVELS,
     arc,
     depart,
-    displacement,
+    displacements,
     path_end,
     profile_from,
     reduced_range,
@@ -136,12 +136,11 @@ def test_time_within_an_arc():
 
 
 def test_refraction_matters_where_a_level_ray_is_displaced():
-    """g R^2/(2 c) over R: 0.05 1/s over 200 m displaces by a third of a percent."""
+    """g R^2/(2 c) over R: 0.05 1/s over 200 m displaces by a third of a percent; a second column stands still."""
     depth = np.linspace(0, 100, 101)
-    assert displacement(depth.tolist(), (1500 - 0.05 * depth).tolist(), 200.0) == pytest.approx(
-        0.05 * 200 / 3000, rel=0.004
-    )
-    assert displacement(depth.tolist(), (1500 + 0 * depth).tolist(), 200.0) == 0.0
+    columns = np.stack([1500 - 0.05 * depth, 1500 + 0 * depth])
+    found = displacements(depth, columns, 200.0)
+    assert found == pytest.approx([0.05 * 200.0 / (2 * 1500.0), 0.0], rel=4e-3)
 
 
 def test_pekeris_arrivals():

@@ -7,10 +7,11 @@ passes through, and the exact rays are what it is held against.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import Final
 
 import drjit as dr
+import numpy as np
+from numpy.typing import NDArray
 
 from pelagos import jit
 from pelagos.acoustics.ray_arc import chord_of, curvature, rotated, snell_invariant, turn_between
@@ -27,7 +28,7 @@ class Profile:
 
     Attributes:
         excess: `Float` rows by `LEVELS`, sound speed over that at height 0 [m/s].
-        column: `Float` rows by `LEVELS`, integral of `excess` over the height from the lowest level on [m^2/s].
+        column: `Float` rows by `LEVELS`, integral of `excess` over the height from height 0 on [m^2/s].
         speed: `Float`, sound speed at height 0 [m/s].
         lowest, step: `Float`, height of the first level and distance of levels [m], z up; beyond its ends the water is
             as at the ends.
@@ -82,16 +83,28 @@ class Chord:
 
 
 def profile_from(excess: Array, speed: Array, lowest: Array, step: Array) -> Profile:
-    """A profile with its integral (trapezoidal, as the profile is linear between its levels)."""
+    """A profile with its integral (trapezoidal, as the profile is linear between its levels).
+
+    The integral begins at height 0: there nearly level rays take the difference of two values, which would drown in
+    the rounding of an integral over all the water below.
+    """
     rows = dr.width(speed)
     row = dr.arange(jit.UInt32, rows) * LEVELS
-    column = dr.zeros(jit.Float, rows * LEVELS)
-    total, below = jit.Float64(0), dr.gather(jit.Float, excess, row)
+    place = -jit.Float64(lowest) / jit.Float64(step)
+    total, base, below = jit.Float64(0), jit.Float64(0), dr.gather(jit.Float, excess, row)
+    totals = [total]
     for k in range(1, LEVELS):
         above = dr.gather(jit.Float, excess, row + k)
-        total += 0.5 * jit.Float64(step) * jit.Float64(below + above)
-        dr.scatter(column, jit.Float(total), row + k)
+        part = place - (k - 1)
+        here = jit.Float64(below) + part * jit.Float64(above - below)
+        to_here = total + 0.5 * part * jit.Float64(step) * (jit.Float64(below) + here)
+        base = dr.select((part >= 0.0) & (part < 1.0), to_here, base)
+        total = total + 0.5 * jit.Float64(step) * jit.Float64(below + above)
+        totals.append(total)
         below = above
+    column = dr.zeros(jit.Float, rows * LEVELS)
+    for k, so_far in enumerate(totals):
+        dr.scatter(column, jit.Float(so_far - base), row + k)
     dr.eval(column)
     return Profile(excess, column, speed, lowest, step)
 
@@ -184,15 +197,27 @@ def _ahead(ray: Bend, turn: Array) -> tuple[Array, Array]:
     return rotated(ray.sine, ray.cosine, turn)
 
 
-def displacement(depths: Sequence[float], speeds: Sequence[float], reach: float) -> float:
-    """Largest bend of a level ray aside over `reach` [m], in parts of it: reach |c'|/(2 c).
+def entered(before: Profile, ray: Bend, after: Profile, row: Array) -> Bend:
+    """A ray that goes on in another profile: across a vertical boundary square to its way, along which sin(theta)/c
+    stays as it is. Of slow changes along the way it follows the vertical part, to first order in their size."""
+    old = dr.gather(jit.Float, before.speed, ray.row) + excess_at(before, ray.row, ray.height)[0]
+    new = dr.gather(jit.Float, after.speed, row) + excess_at(after, row, ray.height)[0]
+    sine = dr.clip(ray.sine * new / old, -1.0, 1.0)
+    cosine = dr.sqrt(dr.maximum(1.0 - sine * sine, 0.0))
+    return Bend(row, ray.height, sine, cosine, snell_invariant(cosine, new))
+
+
+def displacements(depths: NDArray[np.float64], speeds: NDArray[np.float64], reach: float) -> NDArray[np.float64]:
+    """Largest bend of a level ray aside over `reach` [m], in parts of it: reach |c'|/(2 c), by column of water.
 
     Gradients are taken over a twentieth of the reach, the height that such a ray passes through.
+
+    Args:
+        depths: `(d,)`, increasing [m].
+        speeds: `(columns, d)` [m/s].
     """
-    span, worst = max(reach / 20.0, 1e-3), 0.0
-    for i, top in enumerate(depths):
-        j = next((k for k in range(i + 1, len(depths)) if depths[k] >= top + span), len(depths) - 1)
-        if j > i:
-            gradient = abs(speeds[j] - speeds[i]) / (depths[j] - top)
-            worst = max(worst, reach * gradient / (2.0 * speeds[i]))
-    return worst
+    span = max(reach / 20.0, 1e-3)
+    below = np.minimum(np.searchsorted(depths, depths[:-1] + span), len(depths) - 1)
+    fall = depths[below] - depths[:-1]
+    gradient = np.abs(speeds[:, below] - speeds[:, :-1]) / fall
+    return np.asarray((reach * gradient / (2.0 * speeds[:, :-1])).max(axis=1))

@@ -103,8 +103,9 @@ class MultibeamConfig(SensorConfig):
     ph: float = Field(default=8.1, gt=7, lt=9)
     """Acidity of the water, for absorption."""
     refraction: bool | Literal["auto"] = "auto"
-    """Bend rays by the sound speed's profile above and below the sonar; `auto`: where that displaces a level ray by
-    more than 0.4 % of the range. Soundings are placed along the bent rays unless `sound_speed_mps` is given."""
+    """Bend rays by the sound speed's profile, at the sonar and, where the water changes from place to place, along
+    their ways; `auto`: where that matters by more than 0.4 % of the range, anywhere in the world and on its first day.
+    Soundings are placed along rays through the profile at the sonar unless `sound_speed_mps` is given."""
     doppler: bool = True
     """Motion while the sound is under way: echoes are heard in the attitude, and from the place, of their arrival, and
     ranges are r (1 - v/c). Soundings are placed by both attitudes, as sounders do."""

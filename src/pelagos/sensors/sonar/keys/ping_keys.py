@@ -159,8 +159,9 @@ class PingConfig(SensorConfig):
     bottom_loss_db: float = Field(default=6.0, ge=0)
     """Loss by roughness of a bounce at any other surface, beyond that of its material [dB]."""  # assumed
     refraction: bool | Literal["auto"] = "auto"
-    """Bend rays by the sound speed's profile above and below the sonar; `auto`: where that displaces a level ray by
-    more than 0.4 % of the range."""
+    """Bend rays by the sound speed's profile, at the sonar and, where the water changes from place to place, along
+    their ways; `auto`: where that matters by more than 0.4 % of the range, anywhere in the world and on its first
+    day."""
     volume_scattering_db: float | None = Field(default=None, ge=-200, le=0)
     """Volume backscattering strength Sv of the water [dB re 1/m]; absent: that of the ocean's tracer
     `volume_scattering_db`, and clear water where it has none."""

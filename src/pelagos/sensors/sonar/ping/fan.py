@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pelagos import jit
-from pelagos.acoustics.refraction import Profile, arc, depart, reduced_range, turned
+from pelagos.acoustics.refraction import Profile, arc, depart, entered, reduced_range, turned
 from pelagos.jit import Array
 from pelagos.math.so3 import rotate
 from pelagos.raycast.caster import Caster
@@ -19,6 +19,7 @@ from pelagos.raycast.rays import Hits, Rays
 from pelagos.sensors.sonar.ping.medium import Medium, spread
 from pelagos.sensors.sonar.ping.sea_surface import Sea, with_sea_surface
 from pelagos.sensors.sonar.ping.surface_scattering import Surfaces
+from pelagos.sensors.sonar.ping.water_around import STATIONS, Around
 
 Trace: TypeAlias = "Callable[[str, Array, str], None] | None"
 
@@ -67,6 +68,7 @@ class Lanes:
         profile: sound speed above and below it, one row a lane; None where rays are straight.
         sea: the surface around it; None where that is flat and at rest.
         wet: `Bool`, the sonar is in the water; None: it is.
+        around: profiles along the ways of rays; None where they are all as at the sonar.
     """
 
     position: Array
@@ -79,6 +81,7 @@ class Lanes:
     profile: Profile | None = None
     sea: Sea | None = None
     wet: Array | None = None
+    around: Around | None = None
 
 
 def arcs_of(reach: float) -> int:
@@ -225,14 +228,23 @@ def cast_bent(
     max_range: float, *, smooth: bool,
 ) -> tuple[Hits, Array]:  # fmt: skip
     """Cast rays along the chords of their arcs; hits with reduced ranges (see `arc`), and directions of arrival."""
-    profile, count = lanes.profile, arcs_of(max_range)
+    profile, around = lanes.profile, lanes.around
     assert profile is not None
+    count = arcs_of(max_range) if around is None else STATIONS
     reach = max_range / count
+    home = dr.gather(jit.Float, profile.speed, row)
     ray = depart(profile, row, dr.zeros(jit.Float, dr.width(row)), rays.direction.z)
     origin, final = rays.origin, rays.direction
     found: Hits | None = None
     for k in range(count):
-        after, chord = arc(profile, ray, jit.Float(reach))
+        length = jit.Float(reach)
+        if around is not None:
+            way = jit.Array3f(origin - rays.origin)
+            away = dr.sqrt(dr.square(way.x) + dr.square(way.y)) + 0.5 * reach * ray.cosine
+            station = around.row(row, rays.direction, away)
+            ray, profile = entered(profile, ray, around.profile, station), around.profile
+            length = reach * dr.gather(jit.Float, profile.speed, station) / home
+        after, chord = arc(profile, ray, length)
         direction = turned(rays.direction, chord.sine, chord.cosine)
         active = rays.max_range > 0.0 if found is None else (rays.max_range > 0.0) & ~found.valid
         shot = Rays(origin, direction, dr.select(active, chord.length, 0.0), rays.copy, rays.own)

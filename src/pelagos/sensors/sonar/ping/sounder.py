@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 
 from pelagos import jit
 from pelagos.acoustics.echo import Patches
-from pelagos.acoustics.refraction import displacement
 from pelagos.jit import Array
 from pelagos.raycast.caster import Caster
 from pelagos.sensors.mount import Mounted, sensor_pose
@@ -23,6 +22,8 @@ from pelagos.sensors.sonar.ping.patches import patches_of
 from pelagos.sensors.sonar.ping.ping_spec import Refraction
 from pelagos.sensors.sonar.ping.sea_surface import looks_up, sea_around
 from pelagos.sensors.sonar.ping.surface_scattering import TEXTURE_DB, Surfaces, surfaces
+from pelagos.sensors.sonar.ping.water_around import profiles_around
+from pelagos.sensors.sonar.ping.water_survey import survey
 
 if TYPE_CHECKING:
     from pelagos.ocean.ocean import Ocean
@@ -31,8 +32,7 @@ if TYPE_CHECKING:
 FACE_M: Final = 0.05  # a sonar higher than this above the surface is out of the water; assumed half the face of one
 _BENDS: Final = 0.004  # displacement of a level ray, in parts of the range, from which refraction matters
 _NEAR: Final = 60.0  # [m], reach from which on the sea around a sonar is as coarse as it gets
-_GRID: Final = 3  # places each way over the world at which the water column is looked at
-_DEPTHS: Final = 129  # places of the water column that are looked at
+_VARIES: Final = 5e-4  # change of the sound speed with the place, in parts of it, from which it counts along the way
 
 
 @dataclass(frozen=True)
@@ -44,8 +44,8 @@ class Waters:
         ph: acidity of the water.
         wind_speed: roughens the sea surface [m/s].
         texture_db: rms variation of surfaces' cross sections from place to place [dB].
-        refraction: whether rays bend by the profile of the sound speed; "auto": where a level ray would be displaced by
-            more than `_BENDS` of the reach.
+        refraction: whether rays bend by the profile of the sound speed; "auto": where a level ray would be displaced,
+            or the sound speed changes from place to place within the reach, by more than `_BENDS` of it.
         reach: longest range of a ray [m], by which the sea around is as fine as it matters.
         sea_surface: whether rays that reach it meet the ocean's waves and tide, or a plane at rest.
     """
@@ -121,7 +121,7 @@ class Sounder:
         self._bottom = lowest_ground(context, reach)
         self._medium = medium_of(waters.frequency_hz, waters.ph, context.path, reach=reach, bottom=self._bottom)
         asked = waters.refraction
-        self.bent = bends(context, reach, self._bottom) if asked == "auto" else asked
+        self.bent, self._varied = bends(context, asked, reach, self._bottom)
         self._own = jit.UInt32(context.own_body)
         jit.align(self._own)
         self.fan: Fan = fan_struct(rays)
@@ -169,10 +169,11 @@ class Sounder:
         water = self._medium(ocean, position, t)
         own_row = dr.gather(jit.UInt32, own, motion.copy)
         profile = profile_of(ocean, position, t, reach=self._reach, bottom=self._bottom) if self.bent else None
+        around = profiles_around(ocean, position, t, reach=self._reach, bottom=self._bottom) if self._varied else None
         sea = sea_around(ocean, position, t, reach=self._reach, waves=self._waves) if self._surface else None
         wet = position.z <= (ocean.elevation(position.x, position.y, t) + FACE_M if self._moves else FACE_M)
         who = (motion.copy, own_row, motion.environment, motion.tick)
-        return Lanes(position, attitude, *who, water, profile, sea, wet)
+        return Lanes(position, attitude, *who, water, profile, sea, wet, around)
 
     def trace(self, kernel: Callable[..., Any], motion: Kinematics, *more: Any) -> list[tuple[str, NDArray[Any], str]]:
         """Run a ping that is not frozen, and keep its intermediate arrays: (name, values, unit).
@@ -197,28 +198,11 @@ def lowest_ground(context: SensorContext, reach: float) -> float:
     return float(context.world.bounds[0, 2]) if context.world.geometries else -max(reach, 1.0)
 
 
-def bends(context: SensorContext, reach: float, bottom: float) -> bool:
-    """Whether refraction matters over `reach` [m] above `bottom`, in any part of the world at the beginning."""
-    depth = np.linspace(0.0, max(-bottom, 1.0), _DEPTHS)
-    return any(
-        displacement(depth.tolist(), _speeds(context, x, y, depth).tolist(), reach) > _BENDS
-        for x, y in _places(context)
-    )
-
-
-def _places(context: SensorContext) -> list[tuple[float, float]]:
-    """Places of the world that are looked at: its origin, and a grid over its bounds."""
-    if not context.world.geometries:
-        return [(0.0, 0.0)]
-    low, high = context.world.bounds[:, :2]
-    if not (np.isfinite(low).all() and np.isfinite(high).all()):
-        return [(0.0, 0.0)]
-    grid = [low + (high - low) * part for part in np.linspace(0.02, 0.98, _GRID)]
-    return [(0.0, 0.0), *((float(a[0]), float(b[1])) for a in grid for b in grid)]
-
-
-def _speeds(context: SensorContext, x: float, y: float, depth: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Sound speed down a column of water."""
-    zero = dr.zeros(jit.Float64, _DEPTHS)
-    place = jit.Array3f64(zero + x, zero + y, jit.Float64(-depth))
-    return np.broadcast_to(np.array(context.ocean.sound_speed(place, jit.Float64(0.0))), depth.shape)
+def bends(context: SensorContext, asked: Refraction, reach: float, bottom: float) -> tuple[bool, bool]:
+    """Refraction over `reach` [m] above `bottom`, anywhere in the world and on its first day: whether rays bend, and
+    whether profiles along their ways count."""
+    if asked is False:
+        return False, False
+    water = survey(context, reach, bottom)
+    bent = asked is True or max(water.displacement, water.variation) > _BENDS
+    return bent, bent and water.variation > _VARIES
