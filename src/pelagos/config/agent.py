@@ -95,7 +95,7 @@ class Agent(Strict):
     @classmethod
     def _named(cls, value: Any) -> Any:
         if isinstance(value, Mapping):
-            refuse_bad_names(value, "agent's sensor")
+            refuse_bad_names(value, "an agent's sensor")
         return value
 
     @model_validator(mode="after")
@@ -158,8 +158,8 @@ def _on_earth(leg: Leg) -> bool:
 
 
 def refuse_bad_names(value: Mapping[Any, Any], kind: str) -> None:
-    """Names of agents and sensors become parts of topics and paths: letters, digits and underscores only."""
+    """Names of agents, sensors and props become parts of topics and paths: letters, digits and underscores only."""
     for name in value:
         if not (isinstance(name, str) and name.isidentifier() and name.isascii()):
-            text = f"{name!r} cannot be the name of an {kind}: use letters, digits and underscores, a letter first"
+            text = f"{name!r} cannot be the name of {kind}: use letters, digits and underscores, a letter first"
             raise PydanticCustomError("name", "{text}", {"text": text})

@@ -13,6 +13,7 @@ from pelagos.config.agent import Agent, refuse_bad_names
 from pelagos.config.component import Component
 from pelagos.config.document import join_place
 from pelagos.config.limits import beyond, outside_text
+from pelagos.config.prop import PropConfig
 from pelagos.config.rate import Rate, divides, rate_text
 from pelagos.config.strict import Strict
 from pelagos.config.swarm import Draw, group_of, members, topic_name
@@ -76,6 +77,9 @@ class Scenario(Strict):
     """Currents, waves, water masses and light."""
     agents: dict[str, Agent] = Field(default_factory=dict)
     """The vehicles, by a name of your choice; one entry may be a group of them."""
+    props: dict[str, PropConfig] = Field(default_factory=dict)
+    """Things apart from the world, which may differ from copy to copy and be moved in a run: a name of your choice, and
+    a mapping that begins with its `shape`."""
     vary: dict[str, Draw] = Field(default_factory=dict)
     """Numbers that are drawn anew for every copy of a fleet and every episode, by dotted key: where and how agents
     start (`agents.auv0.start.heading_deg`), factors on their parameters (`agents.auv0.factors.mass`), where their
@@ -152,7 +156,7 @@ class Scenario(Strict):
     @classmethod
     def _named(cls, value: Any) -> Any:
         if isinstance(value, Mapping):
-            refuse_bad_names(value, "agent")
+            refuse_bad_names(value, "an agent")
         return value
 
     @model_validator(mode="before")
@@ -197,11 +201,26 @@ class Scenario(Strict):
         self._members = found
         return self
 
+    @field_validator("props", mode="before")
+    @classmethod
+    def _prop_names(cls, value: Any) -> Any:
+        if isinstance(value, Mapping):
+            refuse_bad_names(value, "a prop")
+        return value
+
+    @model_validator(mode="after")
+    def _one_name(self) -> Self:
+        for name in self.props.keys() & self.agents.keys():
+            what = PydanticCustomError("name", "{name} is an agent already; give the prop another name", {"name": name})
+            line = InitErrorDetails(type=what, loc=("props", name), input=name)
+            raise ValidationError.from_exception_data("Scenario", [line])
+        return self
+
     @model_validator(mode="after")
     def _variable(self) -> Self:
         for key, draw in self.vary.items():
             try:
-                check_varied([key], self.agents)
+                check_varied([key], self.agents, self.props)
             except PydanticCustomError as error:
                 line = InitErrorDetails(type=error, loc=("vary", key), input=draw)
                 raise ValidationError.from_exception_data("Scenario", [line]) from None

@@ -20,23 +20,25 @@ MOUNT: Final = tuple(f"{key}.{i}" for key in ("position_m", "orientation_deg") f
 ERROR: Final = "error"
 LAMPS: Final = "lamps"
 _OF_SENSORS: Final = (*MOUNT, ERROR, LAMPS)
+PROPS: Final = "props"
 CURRENTS: Final = tuple(f"ocean.current_mps.{i}" for i in range(AXES))
 _FORMS: Final = (
     "'agents.NAME.start.heading_deg', 'agents.NAME.factors.mass', 'agents.NAME.sensors.SENSOR.position_m.0', "
-    "'agents.NAME.sensors.SENSOR.error', 'agents.NAME.sensors.CAMERA.lamps' or 'ocean.current_mps.0'"
+    "'agents.NAME.sensors.SENSOR.error', 'agents.NAME.sensors.CAMERA.lamps', 'props.NAME.position_m.0' or "
+    "'ocean.current_mps.0'"
 )
 
 
 @dataclass(frozen=True)
 class Varied:
-    """Number that a key of `vary` names: agent, `start`, `factors` or `sensors`, and the number in it; of the ocean, no
-    agent; of a sensor, its name.
+    """Number that a key of `vary` names: agent, `start`, `factors` or `sensors`, and the number in it; of the ocean and
+    of props, no agent; of a sensor or a prop, its name.
     """
 
     agent: str
     group: str
     number: str
-    sensor: str = ""
+    name: str = ""
 
 
 def parse(key: str) -> Varied:
@@ -49,6 +51,10 @@ def parse(key: str) -> Varied:
         return Varied("", "current", key.rpartition(".")[2])
     first, _, rest = key.partition(".")
     agent, _, rest = rest.partition(".")
+    if first == PROPS and agent and rest:
+        if rest not in MOUNT:
+            raise _unknown(key, f"props.{agent}.", MOUNT)
+        return Varied("", PROPS, rest, agent)
     group, _, number = rest.partition(".")
     if first != "agents" or not agent or group not in ("start", "factors", "sensors") or not number:
         text = (
@@ -65,14 +71,18 @@ def parse(key: str) -> Varied:
     return Varied(agent, group, number)
 
 
-def check(keys: Collection[str], agents: Mapping[str, Agent]) -> None:
-    """Check that the agents of a scenario have what is to vary.
+def check(keys: Collection[str], agents: Mapping[str, Agent], props: Collection[str]) -> None:
+    """Check that the agents and props of a scenario have what is to vary.
 
     Raises:
         PydanticCustomError: they have not.
     """
     for key in keys:
         varied = parse(key)
+        if varied.group == PROPS and varied.name not in props:
+            text = "there is no 'props.{prop}'{meant}"
+            meant = did_you_mean(varied.name, props)
+            raise PydanticCustomError("vary", text, {"prop": varied.name, "meant": meant})
         if not varied.agent:
             continue
         if varied.agent not in agents:
@@ -81,11 +91,11 @@ def check(keys: Collection[str], agents: Mapping[str, Agent]) -> None:
         if agents[varied.agent].count is not None:
             text = "{agent} is a group of agents, whose members differ by 'distributions'"
             raise PydanticCustomError("vary", text, {"agent": varied.agent})
-        if varied.group == "sensors" and varied.sensor not in agents[varied.agent].sensors:
+        if varied.group == "sensors" and varied.name not in agents[varied.agent].sensors:
             known = [f"agents.{varied.agent}.sensors.{name}." for name in agents[varied.agent].sensors]
-            meant = did_you_mean(f"agents.{varied.agent}.sensors.{varied.sensor}.", known)
+            meant = did_you_mean(f"agents.{varied.agent}.sensors.{varied.name}.", known)
             text = "'{agent}' has no sensor '{sensor}'{meant}"
-            raise PydanticCustomError("vary", text, {"agent": varied.agent, "sensor": varied.sensor, "meant": meant})
+            raise PydanticCustomError("vary", text, {"agent": varied.agent, "sensor": varied.name, "meant": meant})
 
 
 def _unknown(key: str, before: str, known: Collection[str]) -> PydanticCustomError:

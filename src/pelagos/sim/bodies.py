@@ -34,7 +34,8 @@ class Body:
         attitude: `(n, 4)` (w, x, y, z).
         velocity, angular_velocity: `(n, 3)` in the world frame [m/s], [rad/s].
         fastest_mps: of a body on a scripted path, the greatest speed of its origin [m/s]; None for one that stays where
-            it is put, and that a reset takes away.
+            it is put.
+        of_scenario: it is a prop of the scenario, which a reset puts back; what was spawned is taken away.
     """
 
     name: str
@@ -45,6 +46,7 @@ class Body:
     angular_velocity: NDArray[np.float64]
     _bodies: Bodies = field(repr=False)
     fastest_mps: float | None = None
+    of_scenario: bool = False
 
     def move(
         self,
@@ -122,6 +124,7 @@ class Bodies:
             {
                 "name": b.name, "geometry": b.geometry, "position": b.position.copy(), "attitude": b.attitude.copy(),
                 "velocity": b.velocity.copy(), "angular_velocity": b.angular_velocity.copy(),
+                "of_scenario": b.of_scenario,
             }
             for b in self.bodies if b.fastest_mps is None
         ]  # fmt: skip
@@ -142,7 +145,7 @@ class Bodies:
             instance = kept["geometry"].instance
             body = next((b for b in now if (b.name, b.geometry.instance) == (kept["name"], instance)), None)
             if body is None:
-                body = Body(kept["name"], kept["geometry"], **poses, _bodies=self)
+                body = Body(kept["name"], kept["geometry"], **poses, _bodies=self, of_scenario=kept["of_scenario"])
             for key, values in poses.items():
                 setattr(body, key, values)
             spawned.append(body)
@@ -190,13 +193,16 @@ class Bodies:
         self._next_instance += 1
         return self._next_instance - 1
 
-    def add(self, name: str, geometry: Geometry, position: object, attitude: object = _LEVEL) -> Body:
+    def add(
+        self, name: str, geometry: Geometry, position: object, attitude: object = _LEVEL, *, of_scenario: bool = False
+    ) -> Body:
         """Put a body into every copy of the world."""
         if any(b.name == name for b in self.bodies):
             raise CommandError(f"a body named {name!r} is there already; names are unique")
         n, zero = self._n, np.zeros((self._n, 3))
         at = rows(position, n, 3, f"{name}: position")
-        body = Body(name, geometry, at, unit_rows(attitude, n, f"{name}: attitude"), zero, zero, self)
+        turned = unit_rows(attitude, n, f"{name}: attitude")
+        body = Body(name, geometry, at, turned, zero, zero, self, of_scenario=of_scenario)
         self.bodies.append(body)
         self._rebuild()
         return body
@@ -218,8 +224,8 @@ class Bodies:
         self._rebuild()
 
     def clear(self) -> None:
-        """Take every spawned body out; those on scripted paths stay."""
-        kept = [b for b in self.bodies if b.fastest_mps is not None]
+        """Take every spawned body out; those on scripted paths and the scenario's props stay."""
+        kept = [b for b in self.bodies if b.fastest_mps is not None or b.of_scenario]
         geometries = (*self.hulls.values(), *(b.geometry for b in kept))
         self._next_instance = max((g.instance + 1 for g in geometries), default=self._first_instance)
         self.spawned = 0

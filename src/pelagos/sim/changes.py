@@ -16,6 +16,7 @@ from pelagos.sim.encounters import Encounters
 from pelagos.sim.lives import Lives, Observations
 from pelagos.sim.model import Model, compile_model, encounters_of, with_changes
 from pelagos.sim.observe import observe
+from pelagos.sim.props import props_of
 from pelagos.sim.sea import Sea
 from pelagos.sim.step import Stepper
 from pelagos.world.body import Prop
@@ -196,6 +197,11 @@ class Changes(Lives):
         cast("Simulation", self).stand(model, asked)
         self._tell_reset()
         return self._later(self._stepper.read_now)
+
+    @property
+    def props(self) -> Mapping[str, Body]:
+        """Handles of the scenario's props in the world, by name; a reset puts them back, also what was removed."""
+        return props_of(self.bodies)
 
     def spawn(self, prop: Prop, *, name: str | None = None) -> Body:
         """Put a body into the world; the next reading of every sensor sees it.

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from pelagos.errors import CommandError
 from pelagos.sensors.sensor import Reading
-from pelagos.sim import checkpoint
+from pelagos.sim import checkpoint, props
 from pelagos.sim.bodies import Bodies
 from pelagos.sim.checkpoint import Checkpoint
 from pelagos.sim.encounters import Encounters
@@ -84,6 +84,7 @@ class Lives(Outside):
             mask = chosen(where, self.n)
             drawn = self._stepper.variety.starts(self._begin, mask, self._stepper.episodes.number + 1)
             self._stepper.restart(starts(drawn, state, mask), mask)
+            props.put(self.model, self.bodies, self._stepper.variety, mask, self._stepper.episodes.number)
             checkpoint.forget(cast("Simulation", self), mask)
             return self._later(self._stepper.read_all)
         if isinstance(episode, bool) or not isinstance(episode, int | np.integer) or episode < 0:
@@ -96,6 +97,7 @@ class Lives(Outside):
         whole, number = np.ones(self.n, dtype=bool), np.full(self.n, int(episode))
         begin = starts(self._stepper.variety.starts(self._begin, whole, number), state, whole)
         self.bodies.clear()
+        props.put(self.model, self.bodies, self._stepper.variety, whole, number)
         self.listeners.restart(int(tick))
         self._stepper.start(begin, episode=int(episode), tick=int(tick))
         self._tell_reset()

@@ -47,6 +47,7 @@ LATCHED_KEY: Final = "offered_qos_profiles"  # of a channel's metadata, as rosba
 PACKAGES: Final = ("pelagos", "mitsuba", "drjit", "numpy", "gsw", "pillow")
 
 Pose: TypeAlias = tuple[Sequence[float], Sequence[float]]
+Motion: TypeAlias = Sequence[NDArray[np.float64]]
 
 
 @dataclass(frozen=True)
@@ -217,7 +218,7 @@ class Recorder:
     def add_plan(self, agent: str, corners: NDArray[np.float64]) -> None:
         """Say once which way an agent's mission means to go: corners `(k, 3)` NWU [m], topic "/AGENT/plan"."""
         message, about = path_message(corners), {"agent": agent}
-        for place in self._places(agent):
+        for place in self.places(agent):
             topic = f"/{place}/plan"
             if self._together.single(topic, PATH, about, message):
                 self._order.append(topic)
@@ -236,9 +237,14 @@ class Recorder:
 
     def write_navigation_block(self, agent: str, t_ns: NDArray[np.int64], *motion: NDArray[np.float64]) -> None:
         """Record solutions of navigation at k times [ns], arrays as of `write_truth_block`; no transforms."""
-        for i, (encode, channel) in enumerate(self._navigation[agent]):
-            numbers = encode.numbers(*(values[:, i] for values in motion))
-            self._add_rows(channel, t_ns, encode.odometry, numbers)
+        self.write_odometry(self._navigation[agent], t_ns, motion)
+
+    def write_odometry(
+        self, copies: Sequence[tuple[TruthEncoder, int | Lane]], t_ns: NDArray[np.int64], motion: Motion
+    ) -> None:
+        """Record the motion of something in each copy at k times [ns], arrays as of `write_truth_block`."""
+        for i, (encode, channel) in enumerate(copies):
+            self._add_rows(channel, t_ns, encode.odometry, encode.numbers(*(values[:, i] for values in motion)))
         self._end_chunk(int(t_ns[-1]))
 
     def add_mover(self, name: str, about: Mapping[str, str]) -> None:
@@ -296,14 +302,15 @@ class Recorder:
     ) -> None:
         self.close()
 
-    def _places(self, agent: str) -> list[str]:
+    def places(self, agent: str) -> list[str]:
+        """Beginning of an agent's topics and frames in each copy."""
         name = topic_name(agent)
         return [name] if self._copies == 1 else [f"env{i}/{name}" for i in range(self._copies)]
 
     def _add_agent(
         self, agent: str, configs: Mapping[str, SensorConfig], poses: Mapping[str, Pose], origin: tuple[float, float]
     ) -> None:
-        places = self._places(agent)
+        places = self.places(agent)
         for name, config in configs.items():
             about = {"agent": agent, "sensor": name, "type": config.type, "rate_hz": f"{config.rate_hz:g}"}
             tracks = self._tracks[agent, name] = []
@@ -327,7 +334,7 @@ class Recorder:
     def _motion(self, agent: str, topic: str, about: Mapping[str, str]) -> list[tuple[TruthEncoder, int | Lane]]:
         """A topic of an agent's motion, true or estimated, of each copy."""
         found = []
-        for place in self._places(agent):
+        for place in self.places(agent):
             encode = TruthEncoder(f"{place}/base_link")
             found.append((encode, self._lane(f"/{place}/{topic}", ODOMETRY, about, WORLD_FRAME, encode.odometry)))
         return found

@@ -161,6 +161,8 @@ class _Loop:
         if self._policy is not None:
             self._sim.command(self._policy(self._latest) or {})
             self._newest.clear()
+        for log in self._logs:
+            log.look()
         last = tick + 1 if self._policy is not None else self._last
         if self._waits:
             last = min(last, self._caught_up + self._sim.model.clock.ticks(WAIT_S))

@@ -8,10 +8,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from pelagos.config.loader import to_yaml
 from pelagos.math.so3 import rotate_np
 from pelagos.sim.guidance.outline import outline, start_of
+from pelagos.sim.prop_log import PropLog
 from pelagos.sim.record import Recorder
 from pelagos.sim.sampled import Sampled
 from pelagos.world.legend import legend
@@ -31,6 +33,7 @@ class RunLog:
         self._sim, self.recorder = sim, recorder
         tick = sim.stepper.tick
         self._moved = tick if tick == 0 else tick + 1  # movers are written down from this tick on
+        self._props = PropLog(sim, recorder)
         self._begins = tick == 0
         self._navigated = tick - 1
 
@@ -52,12 +55,19 @@ class RunLog:
         if sampled:
             self._sim.stepper.timings.add("record", start)
 
+    def look(self) -> None:
+        """Note what was moved before the block that begins."""
+        self._props.look()
+
     def motion(self) -> None:
         """Write down the motion of the last block of ticks."""
         start = time.perf_counter()
         stepper, clock = self._sim.stepper, self._sim.model.clock
         period = clock.period(self._sim.scenario.record.state_rate_hz)
-        self._movers(period)
+        first, self._moved = -(-self._moved // period) * period, self._sim.stepper.tick + 1
+        ticks = np.arange(first, self._moved, period, dtype=np.int64)
+        self._movers(ticks)
+        self._props.write(ticks)
         for batch in self._sim.model.batches.values():
             trajectory = stepper.trajectories[batch.name]
             due = np.array(trajectory.due(period), dtype=np.int64)
@@ -88,10 +98,8 @@ class RunLog:
             velocity = rotate_np(back, world.reshape(-1, 3)).reshape(world.shape)
             self.recorder.write_navigation_block(name, t_ns, position, attitude, velocity, rate)
 
-    def _movers(self, period: int) -> None:
+    def _movers(self, ticks: NDArray[np.int64]) -> None:
         """Write down where movers were at the same ticks: where they are depends on the tick alone."""
-        first, self._moved = -(-self._moved // period) * period, self._sim.stepper.tick + 1
-        ticks = np.arange(first, self._moved, period, dtype=np.int64)
         for mover in self._sim.world.movers:
             if mover.name in self.recorder.movers and len(ticks):
                 poses = [mover.pose(tick * self._sim.dt_ns * 1e-9) for tick in ticks.tolist()]

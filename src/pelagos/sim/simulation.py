@@ -17,7 +17,7 @@ from pelagos.errors import CommandError, LookupFailed
 from pelagos.raycast.geometry import Geometry
 from pelagos.sensors.comms.link.medium import SharedMedium
 from pelagos.sensors.comms.link.packet import Kind
-from pelagos.sim import outbox
+from pelagos.sim import outbox, props
 from pelagos.sim.bodies import Bodies, hull_of, rows, unit_rows
 from pelagos.sim.changes import Changes
 from pelagos.sim.cost import check_memory
@@ -78,6 +78,7 @@ class Simulation(Changes):
         self._stepper = Stepper(model, self.bodies, encounters, self.listeners, like=shared)
         if like is None:
             first = np.zeros(model.n, dtype=np.int64)
+            props.put(model, self.bodies, self._stepper.variety, first == 0, first)
             self._stepper.start(self._stepper.variety.starts(self._begin, first == 0, first))
             warn_of_buried(model, self._begin, self.bodies.hulls, self.bodies.bodies)
             warn_of_wrong_side(model)
@@ -202,6 +203,8 @@ class Simulation(Changes):
             if self.listeners.any and not self.listeners.has_heard(0):
                 self.listeners.tell(self, 0, stepper.read_now())
         while stepper.tick < last:
+            for log in self.logs:
+                log.look()
             block = stepper.advance(last)
             sampled += block
             for log in self.logs:

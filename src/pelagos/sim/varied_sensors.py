@@ -25,7 +25,7 @@ def check_sensors(scenario: Scenario, agent: str, sensors: Mapping[str, SensorMo
         varied = parse(key)
         if (varied.agent, varied.group) != (agent, "sensors"):
             continue
-        model = sensors[varied.sensor]
+        model = sensors[varied.name]
         if varied.number == ERROR and not getattr(model.sensor, "ERRS", False):
             why = "readings are not a truth and an error that adds to it"
         elif varied.number in MOUNT and of_a_run(model.sensor):

@@ -12,13 +12,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pelagos import jit
-from pelagos.config.vary import ANGLES, CURRENTS, ERROR, LAMPS, MOUNT, Varied, parse
+from pelagos.config.vary import ANGLES, CURRENTS, ERROR, LAMPS, MOUNT, PROPS, Varied, parse
 from pelagos.errors import ScenarioError
 from pelagos.jit import Array
 from pelagos.math.frames import flip_quaternion_np
 from pelagos.math.so3 import from_euler
 from pelagos.sim.episodes import Episodes
 from pelagos.sim.initial import StartState
+from pelagos.sim.props import attitude_of
 from pelagos.sim.remount import moved, remount
 from pelagos.sim.set_points import exact, vectors
 
@@ -38,9 +39,9 @@ class Variety:
         self._model = model
         self._keys: dict[str, Varied] = {key: parse(key) for key in model.scenario.vary}
         sensed = [v for v in self._keys.values() if v.group == "sensors"]
-        self._moved = {(v.agent, v.sensor) for v in sensed if v.number in MOUNT}
-        self._lit = {(v.agent, v.sensor) for v in sensed if v.number == LAMPS}
-        self._erring = {(v.agent, v.sensor) for v in sensed if v.number == ERROR}
+        self._moved = {(v.agent, v.name) for v in sensed if v.number in MOUNT}
+        self._lit = {(v.agent, v.name) for v in sensed if v.number == LAMPS}
+        self._erring = {(v.agent, v.name) for v in sensed if v.number == ERROR}
         self._known: tuple[bytes, dict[str, NDArray[np.float64]]] = (b"", {})
         self._device: dict[str, list[Array]] = {}
 
@@ -126,6 +127,26 @@ class Variety:
         for name in agents:
             mine = {v.number: values[key] for key, v in self._keys.items() if (v.agent, v.group) == (name, "start")}
             found[name] = self._start(name, begin[name], mine, where)
+        return found
+
+    def props(
+        self, where: NDArray[np.bool_], number: NDArray[np.int64]
+    ) -> dict[str, tuple[NDArray[np.float64], NDArray[np.float64]]]:
+        """`(n, 3)` place NWU [m] and `(n, 4)` attitude of the scenario's props, by name, in the episodes `number`
+        `(n,)` of the copies `where` `(n,)`."""
+        n, configs = self._model.n, self._model.scenario.props
+        keys = {name: [f"{PROPS}.{name}.{number}" for number in MOUNT] for name in configs}
+        drawn = any(v.group == PROPS for v in self._keys.values())
+        values, found = self._values(number, where) if drawn else {}, {}
+        for name, config in configs.items():
+            written = (*config.position_m, *config.orientation_deg)
+            parts = [values.get(key, np.full(n, own)) for key, own in zip(keys[name], written, strict=True)]
+            if any(key in values for key in keys[name][3:]):
+                turns = np.stack(parts[3:], axis=1).tolist()
+                turned = [attitude_of(turn) for turn in turns]
+            else:
+                turned = [attitude_of(config.orientation_deg)] * n
+            found[name] = np.stack(parts[:3], axis=1), np.array(turned)
         return found
 
     def _values(self, number: NDArray[np.int64], where: NDArray[np.bool_]) -> dict[str, NDArray[np.float64]]:

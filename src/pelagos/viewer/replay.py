@@ -26,6 +26,7 @@ from pelagos.viewer.marks import legs, marks, planned
 from pelagos.viewer.panels import LINES
 from pelagos.viewer.recorded import WANTED, sample_from, truth_at
 from pelagos.viewer.server import Server
+from pelagos.viewer.still import standing
 from pelagos.viewer.view import Subject, View
 from pelagos.world.build import build_world
 from pelagos.world.world import World
@@ -58,9 +59,8 @@ class Replay:
         self.courses = {t.split("/")[-2]: course(recording, t) for t in topics}
         known = [t for t in recording.topics("/navigation") if not t.startswith("/env") or t.startswith("/env0/")]
         self._known = {t.split("/")[-2]: course(recording, t) for t in known}
-        self._movers = {
-            t.split("/")[2]: course(recording, t) for t in recording.topics("/odometry") if t.startswith("/movers/")
-        }
+        bodies = [t for t in recording.topics("/odometry") if t.startswith(("/movers/", "/props/", "/env0/props/"))]
+        self._movers = {t.split("/")[-2]: course(recording, t) for t in bodies}
         self.first_ns = min(int(c.t_ns[0]) for c in self.courses.values())
         self.last_ns = max(int(c.t_ns[-1]) for c in self.courses.values())
         self._topics = self._chosen()
@@ -189,9 +189,7 @@ def subject_of(recording: Recording) -> tuple[Subject, dict[str, SensorConfig]]:
         sensors |= {f"{name}.{s}": config for s, config in agent.sensors.items()}
     seed = int(recording.metadata.get("seed", scenario.seed))
     ocean = build_ocean(scenario.ocean, world, seed=seed)
-    bodies = {
-        m.name: m.geometry(instance=world.next_instance + i, world=world) for i, m in enumerate(world.movers)
-    }  # fmt: skip
+    bodies = standing(scenario, world)
     first = next((course(recording, t) for t in recording.topics("/truth")), None)
     t_s, place = (0.0, np.array([0.0, 0.0, -2.0])) if first is None else (first.t_ns[0] * 1e-9, first.position[0])
     water, plans = Water.of(ocean, place, t_s), planned(recording)

@@ -4,11 +4,16 @@ from __future__ import annotations
 
 import threading
 
+import numpy as np
+
 from pelagos.config.scenario import Scenario
+from pelagos.raycast.geometry import Geometry
+from pelagos.sim.props import attitude_of, geometry_of
 from pelagos.viewer.frame import ShownFrame, ShownPose
 from pelagos.viewer.server import Server
 from pelagos.viewer.view import Subject, View
 from pelagos.world.build import build_world
+from pelagos.world.world import World
 
 
 class Still:
@@ -26,6 +31,13 @@ class Still:
         return frame
 
 
+def standing(scenario: Scenario, world: World) -> dict[str, Geometry]:
+    """Geometries of a world's movers and a scenario's props, by name, in their own frames."""
+    movers = {m.name: m.geometry(instance=world.next_instance + i, world=world) for i, m in enumerate(world.movers)}
+    first = world.next_instance + len(movers)
+    return movers | {name: geometry_of(p, first + i, world) for i, (name, p) in enumerate(scenario.props.items())}
+
+
 def world_view(scenario: Scenario, *, server: Server | None = None) -> View:
     """The view of a scenario's world, served to this machine alone where no `server` is given.
 
@@ -33,11 +45,12 @@ def world_view(scenario: Scenario, *, server: Server | None = None) -> View:
         InputError: the world cannot be built.
     """
     world = build_world(scenario.located_world)
-    bodies, poses = {}, {}
-    for number, mover in enumerate(world.movers):
-        bodies[mover.name] = mover.geometry(instance=world.next_instance + number, world=world)
-        pose = mover.pose(0.0)
-        poses[mover.name] = ShownPose(pose.position, pose.attitude)
+    bodies = standing(scenario, world)
+    poses = {m.name: ShownPose(m.pose(0.0).position, m.pose(0.0).attitude) for m in world.movers}
+    poses |= {
+        n: ShownPose(np.array(p.position_m), np.array(attitude_of(p.orientation_deg)))
+        for n, p in scenario.props.items()
+    }
     subject = Subject(
         scenario.name, world, kind="world", description=world.description or world.name, bodies=bodies
     )  # fmt: skip

@@ -62,7 +62,7 @@ class Subject:
         kind: "live", "replay" or "world".
         water: waves and light.
         more: for the page, JSON types: the time line of a replay.
-        bodies: geometries of movers, by name, where no simulation has them.
+        bodies: geometries of movers and props, by name, where no simulation has them.
         currents: arrows `(m, 2, 3)` [m].
         sections: titles of the fields that a section can show, by name.
     """

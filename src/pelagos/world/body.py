@@ -6,11 +6,12 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Final, get_args
 
 import numpy as np
 from numpy.typing import NDArray
 
+from pelagos.config.prop import ShapeName
 from pelagos.errors import CommandError, LookupFailed
 from pelagos.raycast.geometry import Geometry
 from pelagos.world import shapes
@@ -20,7 +21,7 @@ from pelagos.world.reflector import corner_reflector
 if TYPE_CHECKING:
     from pelagos.world.world import World
 
-SHAPES: Final = ("box", "sphere", "cylinder", "cone", "mesh", "corner_reflector")
+SHAPES: Final = get_args(ShapeName)
 """What a prop can be."""
 
 _LABELS: Final = {
