@@ -86,7 +86,8 @@ def limits(vehicle: pl.Vehicle, mode: str, place: str) -> tuple[float, float]:
     own = max(envelope.top_mps or envelope.cruise_mps, RISING_MPS)
     added = {"sea state 4": 2.0, "current 0.5 m/s": 0.5}.get(place, 0.0)
     fallen = math.sqrt(2 * 9.81 * heights(vehicle)[place]) if heights(vehicle)[place] > 0 else 0.0
-    left = vehicle.config.medium == "air" and (place == "surface" or mode in ("actuators", "wrench"))
+    lies = place in ("surface", "near bottom")  # in the water, where it floats as it likes
+    left = vehicle.config.medium == "air" and (lies or mode in ("actuators", "wrench"))
     return (180.0 if left or place == "air" else STEEPEST_DEG), own + added + fallen
 
 
@@ -157,14 +158,14 @@ def head(seconds: float, near_s: float, rate: float) -> list[str]:
         "here, actuators at rest).\n",
         "Vehicles under water begin at 8 m, aeroplanes 100 m up with their cruising speed, rotorcraft 10 m up, boats "
         f"at the mean surface. `near bottom` is {CLEAR_M:g} m clear of it, for {near_s:g} s: boats float over a bottom "
-        "that is so near, and what flies lies there in the water. `surface` is with the origin at it, `air` from 5 m "
-        "up, without speed.\n",
+        "that is so near, and what flies lies there in the water and floats up. `surface` is with the origin at it, "
+        "`air` from 5 m up, without speed.\n",
         f"What must hold: a tilt of at most {STEEPEST_DEG:g} degrees, and a speed of at most the vehicle's top speed "
         f"(at least {RISING_MPS:g} m/s: what is light rises), 2 m/s more in sea state 4, that of the current, and that "
-        "of a fall from its height. Tilt has no limit where a vehicle falls from the air, or flies without its "
-        "autopilot. A cell beyond is bold: nothing pitches the BlueROV2 of six thrusters, which leans in a flow from "
-        "0.5 m/s on while a pilot holds its depth ([why](vehicles.md)). Mode `acceleration` holds accelerations of 0: "
-        "gravity is no part of it. "
+        "of a fall from its height. Tilt has no limit where a vehicle falls from the air, flies without its autopilot, "
+        "or floats though it is made to fly. A cell beyond is bold. The BlueROV2 of six thrusters leans most under a "
+        "pilot in waves, because nothing pitches it ([more](vehicles.md)). Mode `acceleration` holds accelerations "
+        "of 0: gravity is no part of it. "
         f"Made by `python scripts/envelopes.py --seconds {seconds:g} --near-seconds {near_s:g}`.\n",
         "| vehicle | mode | " + " | ".join(PLACES) + " |",
         "|---" * (2 + len(PLACES)) + "|",
