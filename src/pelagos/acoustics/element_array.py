@@ -35,10 +35,12 @@ class ElementLine:
     Attributes:
         places: along the line `(elements,)` [wavelengths at the nominal sound speed].
         weights: of the device's own beamformer `(elements,)`, sum 1.
+        channels: what each receive channel makes of a unit signal `(elements,)`, see `channel_factors`; None: nothing.
     """
 
     places: NDArray[np.float64]
     weights: NDArray[np.float64]
+    channels: NDArray[np.complex128] | None = None
 
     @property
     def count(self) -> int:
@@ -63,6 +65,27 @@ def element_line(length: float, shading: str) -> ElementLine:
     places = ((np.arange(count) + 0.5) / count - 0.5) * length
     weights = line_weights(places / length, shading)
     return ElementLine(places, weights / weights.sum())
+
+
+def channel_factors(count: int, *, gain_db: float, phase_rad: float, dead: float, seed: int) -> NDArray[np.complex128]:
+    """Errors of receive channels `(count,)`: independent gains and phases, and channels that are silent.
+
+    Args:
+        count: channels.
+        gain_db, phase_rad: standard deviations, normally distributed [dB], [rad].
+        dead: share of channels that are silent, rounded to whole ones.
+        seed: of the draw.
+
+    Their mean m and variance v leave a beam's main lobe with m^2 of its power and raise a floor of side lobes of v/m^2
+    times the sum of squared weights over the square of their sum: (s_a^2 + s_p^2)/N for N even weights and small
+    errors. Source: J. K. Hsiao, Normalized relationship among errors and sidelobe levels, Radio Science 19(1), 292
+    (1984), doi 10.1029/RS019i001p00292.
+    """
+    rng = np.random.Generator(np.random.PCG64([seed, count]))
+    gain, phase, order = rng.standard_normal(count), rng.standard_normal(count), rng.permutation(count)
+    factors = 10.0 ** (gain_db * gain / 20.0) * np.exp(1j * phase_rad * phase)
+    factors[order[: round(dead * count)]] = 0.0
+    return np.asarray(factors)
 
 
 @dataclass(frozen=True)

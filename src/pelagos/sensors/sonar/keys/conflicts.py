@@ -98,10 +98,12 @@ def check_spacing(config: Any) -> None:
 
 
 def check_elements(config: Any) -> None:
-    """Raises ValueError where signals of elements are asked for beside other sonars' pulses, which only beams hear."""
-    if not config.elements:
+    """Raises ValueError where signals of elements are asked for, or errors of their channels, beside other sonars'
+    pulses, which only beams hear."""
+    if not (config.elements or config.faulty):
         return
+    without = "elements: false" if config.elements else "no errors of channels"
     if config.hears != "none":
-        raise ValueError("elements hear no other sonars: give elements: false, or hears: none")
+        raise ValueError(f"elements hear no other sonars: give {without}, or hears: none")
     if config.interference is not None:
-        raise ValueError("elements hear no other sonars: give elements: false, or no interference")
+        raise ValueError(f"elements hear no other sonars: give {without}, or no interference")

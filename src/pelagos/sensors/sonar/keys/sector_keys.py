@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import Literal, Self
 
 import numpy as np
@@ -10,7 +11,7 @@ from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
 from pelagos.acoustics.beam_pattern import equivalent_width, line_length, shaded_length, steering_matrix
-from pelagos.acoustics.element_array import ElementLine, element_line
+from pelagos.acoustics.element_array import ElementLine, channel_factors, element_line
 from pelagos.math.constants import NOMINAL_SOUND_SPEED
 from pelagos.sensors.sonar.keys.conflicts import check_elements, check_spacing
 from pelagos.sensors.sonar.keys.ping_keys import PingConfig
@@ -35,6 +36,15 @@ class SectorConfig(PingConfig):
     """Neighbours on each side whose echoes leak into a beam."""
     elements: bool = False
     """Also give the signal of each element of the receive array, for a beamformer of one's own."""
+    channel_gain_db: float = Field(default=0.0, ge=0, le=20)
+    """Standard deviation of the receive channels' gains [dB]. With this, `channel_phase_deg` or `dead_elements` the
+    picture's beams are formed of the elements' signals, errors and all."""
+    channel_phase_deg: float = Field(default=0.0, ge=0, le=180)
+    """Standard deviation of the receive channels' phases [deg]."""
+    dead_elements: float = Field(default=0.0, ge=0, le=0.9)
+    """Share of the receive channels that are silent."""
+    channel_seed: int = Field(default=0, ge=0, lt=2**32)
+    """Which device it is: the draw of its channels' errors."""
     rays_per_beam: int = Field(default=96, ge=4, le=4096)
     """Rays a beam, stratified in elevation."""
 
@@ -43,6 +53,11 @@ class SectorConfig(PingConfig):
         check_spacing(self)
         check_elements(self)
         return self
+
+    @property
+    def faulty(self) -> bool:
+        """Whether receive channels have errors."""
+        return max(self.channel_gain_db, self.channel_phase_deg, self.dead_elements) > 0.0
 
     @property
     def azimuths(self) -> NDArray[np.float64]:
@@ -63,13 +78,21 @@ def layout(config: SectorConfig) -> Layout:
         steering=steering_matrix(config.azimuths, width, config.shading, config.side_lobe_beams),
         equivalent=equivalent_width(config.azimuths, width, config.shading),
         aperture=aperture(config),
-        elements=line_of(config) if config.elements else None,
+        elements=line_of(config) if config.elements or config.faulty else None,
+        raw=config.elements,
     )
 
 
 def line_of(config: SectorConfig) -> ElementLine:
     """The elements of the receive array, along y."""
-    return element_line(shaded_length(math.radians(config.beamwidth_deg), config.shading), config.shading)
+    line = element_line(shaded_length(math.radians(config.beamwidth_deg), config.shading), config.shading)
+    if not config.faulty:
+        return line
+    factors = channel_factors(
+        line.count, gain_db=config.channel_gain_db, phase_rad=math.radians(config.channel_phase_deg),
+        dead=config.dead_elements, seed=config.channel_seed,
+    )  # fmt: skip
+    return replace(line, channels=factors)
 
 
 def element_tables(config: SectorConfig) -> dict[str, NDArray[np.float32]]:

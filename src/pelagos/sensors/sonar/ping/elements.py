@@ -14,6 +14,7 @@ import numpy as np
 
 from pelagos import jit
 from pelagos.acoustics.beamforming import spread_pulse
+from pelagos.acoustics.complex_pair import times
 from pelagos.acoustics.echo_walk import pitch
 from pelagos.acoustics.element_array import Bearings, at_elements, by_delay_and_sum
 from pelagos.acoustics.reverberation import volume_intensity
@@ -42,11 +43,13 @@ class ElementTables:
     Attributes:
         weights: see `ElementLine`.
         sine, cosine: `Float`, of the beams' directions.
+        channels: `Array2f`, see `ElementLine`; None: they have no errors.
     """
 
     weights: Array
     sine: Array
     cosine: Array
+    channels: Array | None = None
 
 
 def element_tables(layout: Layout) -> ElementTables | None:
@@ -54,7 +57,11 @@ def element_tables(layout: Layout) -> ElementTables | None:
     if layout.elements is None:
         return None
     weights, sine, cosine = layout.elements.weights, np.sin(layout.azimuths), np.cos(layout.azimuths)
-    return ElementTables(*(jit.Float(values.astype(np.float32)) for values in (weights, sine, cosine)))
+    tables = ElementTables(*(jit.Float(values.astype(np.float32)) for values in (weights, sine, cosine)))
+    factors = layout.elements.channels
+    if factors is not None:
+        tables.channels = jit.Array2f(*(np.ascontiguousarray(p, np.float32) for p in (factors.real, factors.imag)))
+    return tables
 
 
 def steering_speed(spec: PingSpec, medium: Medium) -> Array:
@@ -77,7 +84,8 @@ def ping_by_elements(
 
     Returns:
         two `Float` for each of pings x elements x bins; for each of pings x beams x bins of what is no echo of
-        surfaces, for the picture; and the field with the echo of the water.
+        surfaces, for the picture; and the field with the echo of the water. Where channels have errors the picture is
+        of all that they hear, and the field is empty.
     """
     assert layout.elements is not None
     assert constants.elements is not None
@@ -106,12 +114,17 @@ def ping_by_elements(
         total += dr.gather(jit.Array2f, coherent, cell)
     noise = _noise(spec, layout, constants, moment, cell)
     total += noise
+    if tables.channels is not None:
+        factor = dr.gather(jit.Array2f, tables.channels, cell // bins % line.count)
+        total = jit.Array2f(*times((total.x, total.y), (factor.x, factor.y)))
     if spec.converter is not None:
         total = jit.Array2f(*(quantise(spec, part, jit.Float(1)) for part in total))
-    flat = dr.ravel(noise)
+    flat = dr.ravel(noise if tables.channels is None else total)
     dr.eval(flat)
     still = Bearings(tables.sine, tables.cosine, scale)
     beams = by_delay_and_sum(flat, line, tables.weights, still, pings=pings, beams=layout.beams, bins=bins)
+    if tables.channels is not None:
+        field = dr.zeros(jit.Float, dr.width(field))
     return dr.ravel(total), beams, field
 
 
@@ -150,6 +163,8 @@ def _water(spec: PingSpec, layout: Layout, constants: Constants, moment: Moment,
 
 def without_noise(spec: PingSpec, constants: Constants, din: Din, beams: Array) -> tuple[PingSpec, Constants, Din]:
     """Keys, constants and din of a picture whose noise has been formed from that of elements, `beams`."""
-    coherent = beams if din.coherent is None else din.coherent + beams
     silent = replace(constants, noise=dr.zeros(jit.Float, 1))
+    if constants.elements.channels is not None:
+        return replace(spec, ringing=None, converter=None), silent, Din(beams, None, din.streaks)
+    coherent = beams if din.coherent is None else din.coherent + beams
     return replace(spec, ringing=None), silent, Din(coherent, None, din.streaks)

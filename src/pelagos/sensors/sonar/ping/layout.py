@@ -27,7 +27,8 @@ class Layout:
         equivalent: `(beams,)`, integral of each receive beam's power pattern over the angle [rad]; None: rays carry it,
             and a sector is heard as a whole.
         aperture: how beams hear any direction.
-        elements: of the receive array, where their signals are given; None: they are not.
+        elements: of the receive array, where beams are formed of their signals; None: they are not.
+        raw: whether these signals are given.
         hears_all: every beam hears every sector, by its side lobes; `steering` is of the whole array.
     """
 
@@ -43,6 +44,7 @@ class Layout:
     equivalent: NDArray[np.float64] | None = None
     hears_all: bool = False
     elements: ElementLine | None = None
+    raw: bool = False
 
     @property
     def heard_parts(self) -> NDArray[np.float32]:

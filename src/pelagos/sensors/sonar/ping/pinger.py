@@ -169,7 +169,7 @@ class Pinger:
         if spec.labels:
             extras["label"] = np.array(rest.pop(0)).astype(np.uint8).reshape(shape)
             extras["instance"] = np.array(rest.pop(0)).reshape(shape)
-        if self._layout.elements is not None:
+        if self._layout.raw and self._layout.elements is not None:
             pair = np.array(rest.pop(0)).reshape(shape[0], self._layout.elements.count, spec.bins, 2)
             extras["elements"] = pair.view(np.complex64)[..., 0]
             extras["steering_speed"] = np.array(rest.pop(0))
@@ -267,7 +267,7 @@ class Pinger:
         if layout.elements is not None:
             things = (sighting, self._grid) if sighting is not None and self._smooth else None
             elements, noise, field = ping_by_elements(spec, layout, constants, field, moment, seen, things)
-            signals = [elements, steering_speed(spec, lanes.medium)]
+            signals = [elements, steering_speed(spec, lanes.medium)] if layout.raw else []
             full, heard, din = without_noise(spec, constants, din, noise)
         out = [*receive(full, layout, heard, field, tags, moment, din), *signals]
         if trace is not None:
