@@ -15,6 +15,7 @@ filters a fleet of thousands in one call, or keeps its bytes for any number of l
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final
 
@@ -95,6 +96,20 @@ class Lanes:
             position.copy(), velocity.copy(), attitude.copy(), zero.copy(), zero.copy(), np.zeros((n, 7)),
             np.tile(np.diag(std**2), (n, 1, 1)), zero.copy(),
         )  # fmt: skip
+
+    @classmethod
+    def joined(cls, parts: Sequence[Lanes]) -> Lanes:
+        """Lanes one after the other."""
+        return cls(**{key: np.concatenate([vars(part)[key] for part in parts]) for key in vars(parts[0])})
+
+    def take(self, lanes: slice | NDArray[np.intp]) -> Lanes:
+        """Some lanes, as a copy."""
+        return Lanes(**{key: values[lanes].copy() for key, values in vars(self).items()})
+
+    def put(self, lanes: NDArray[np.intp], other: Lanes) -> None:
+        """Replace some lanes."""
+        for key, values in vars(self).items():
+            values[lanes] = vars(other)[key]
 
     def predict(
         self, force: Floats, rate: Floats, h: float, noise: InertialNoise, slow: SlowNoise, *, samples: int = 1

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import copy
 import math
-from collections.abc import Mapping
+from collections.abc import Hashable, Mapping, Sequence
 from typing import Any, Final
 
 import numpy as np
@@ -22,7 +22,9 @@ from pelagos.navigation.error_state import ATTITUDE, InertialNoise, Lanes, SlowN
 from pelagos.navigation.rotation import Floats, apply, cross, from_vector, matrix, product
 from pelagos.sensors.navigation.magnetometer import earth_field_of
 from pelagos.sim.guidance.aboard import Fix
+from pelagos.sim.heard import Heard, heard_of, part_of, side_by_side
 from pelagos.sim.model import AgentModel, Model
+from pelagos.sim.navigator import renewed
 from pelagos.sim.sampled import Sampled
 from pelagos.sim.state import AgentState
 
@@ -53,6 +55,7 @@ class Estimator:
             )
         self._config, self._sensors, self._inertial = config, sensors, inertial
         self.listens = frozenset(name for name, c in sensors.items() if c.type in AIDS) | {inertial}
+        self._members = 1
         self._n, self._dt_s, self._period = model.n, model.clock.dt_ns * 1e-9, agent.sensors[inertial].period
         imu = sensors[inertial]
         self._lever, self._turn = np.array(imu.position_m), _turn(imu)
@@ -60,7 +63,7 @@ class Estimator:
         fields = {name: c for name, c in sensors.items() if c.type == "magnetometer"}
         self._fields = {name: earth_field_of(c, model.world.origin) for name, c in fields.items()}
         self._beacons = _beacons(config, agent, model)
-        self._heard: list[_Heard] = []
+        self._heard: list[Heard] = []
         self._latest: dict[str, int] = {}
         self._samples = np.zeros((0, self._n, 6))
         self._first = 0
@@ -112,14 +115,14 @@ class Estimator:
         if last <= self._latest.get(name, -1):
             return
         self._latest[name] = last
-        heard = _heard(sampled, self._sensors[name].type)
+        heard = heard_of(sampled, self._sensors[name].type)
         if self._sensors[name].type == "usbl":
             heard["extra"] = self._answers(sampled)
         self._heard.append(heard)
 
     def advance(self, tick: int) -> None:
         """Go on to a tick with everything that was heard."""
-        events: list[tuple[int, _Heard, int]] = []
+        events: list[tuple[int, Heard, int]] = []
         for one in self._heard:
             if one["name"] == self._inertial:
                 self._keep(one)
@@ -143,6 +146,38 @@ class Estimator:
         self._samples, self._first = kept["samples"], kept["first"]
         self._heard, self._latest = kept["heard"], kept["latest"]
 
+    def renewed(self, before: Mapping[str, Any], fresh: Mapping[str, Any], where: NDArray[np.bool_]) -> dict[str, Any]:
+        """See `Navigator.renewed`."""
+        return {**before, "lanes": renewed(before["lanes"], fresh["lanes"], where)}
+
+    # many agents, see `crew.Crew`
+
+    @property
+    def kind(self) -> Hashable:
+        """Equal for estimators of one batch that may go on together: same configuration, and same readings heard."""
+        heard = tuple((one["name"], tuple(one["ticks"])) for one in self._heard)
+        return self._config.model_dump_json(), self._first, len(self._samples), tuple(self._latest.items()), heard
+
+    @staticmethod
+    def joined(parts: Sequence[Estimator]) -> Estimator:
+        """One for the lanes of all, which are of one kind."""
+        whole = copy.copy(parts[0])
+        whole._members, whole._n = len(parts), sum(part._n for part in parts)
+        whole.lanes = Lanes.joined([part.lanes for part in parts])
+        whole._samples = np.concatenate([part._samples for part in parts], axis=1)
+        whole._heard = [side_by_side(same) for same in zip(*(part._heard for part in parts), strict=True)]
+        whole._latest = dict(parts[0]._latest)
+        return whole
+
+    def part(self, parts: Sequence[Estimator]) -> None:
+        """Give the estimators that were joined their lanes."""
+        for i, part in enumerate(parts):
+            own = slice(i * part._n, (i + 1) * part._n)
+            part.lanes = self.lanes.take(own)
+            part._samples, part._first = self._samples[:, own].copy(), self._first
+            part._heard = [part_of(one, own) for one in self._heard]
+            part._latest = dict(self._latest)
+
     # between two calls
 
     def _answers(self, sampled: Sampled) -> Floats:
@@ -156,7 +191,7 @@ class Estimator:
                     found[lane] = names.index(packet.sender), now_s - 1e-9 * packet.sent_ns
         return found
 
-    def _keep(self, one: _Heard) -> None:
+    def _keep(self, one: Heard) -> None:
         """Samples of the inertial unit, in body axes."""
         values = one["data"].reshape(len(one["ticks"]), self._n, 2, 3)
         body = (values @ self._turn.T).reshape(len(values), self._n, 6)
@@ -164,7 +199,7 @@ class Estimator:
             self._first = one["ticks"][0]
         self._samples = np.concatenate([self._samples, body])
 
-    def _due(self, one: _Heard) -> list[tuple[int, _Heard, int]]:
+    def _due(self, one: Heard) -> list[tuple[int, Heard, int]]:
         """The readings to fuse: each of a DVL and of satellites, of gauges the newest."""
         slow = self._sensors[one["name"]].type in EACH
         last = len(one["ticks"]) - 1
@@ -184,7 +219,7 @@ class Estimator:
             self._samples = self._samples[ready:]
             self._first += ready * self._period
 
-    def _fuse(self, one: _Heard, k: int) -> None:
+    def _fuse(self, one: Heard, k: int) -> None:
         """One reading, with the noise that its sensor states."""
         c, row = self._sensors[one["name"]], slice(k * self._n, (k + 1) * self._n)
         if c.type in ("lbl", "usbl"):
@@ -214,7 +249,7 @@ class Estimator:
             noise = (max(white, 1e-18) + bent)[:, None, None] * np.eye(3)
         self.lanes.update(*found, noise, valid, self._config.gate)
 
-    def _fuse_ranges(self, one: _Heard, c: Any, row: slice) -> None:
+    def _fuse_ranges(self, one: Heard, c: Any, row: slice) -> None:
         """Ranges to transponders, one after the other."""
         lever, ways = np.array(c.position_m) - self._lever, 1.0 if c.one_way else 2.0
         std = math.hypot(c.turnaround_error_s * SOUND_MPS / ways, self._config.range_std_m)
@@ -227,43 +262,34 @@ class Estimator:
             found = measurement.beacon_range(self.lanes, ranges, lever, place)
             self.lanes.update(*found, np.full((self._n, 1, 1), std**2), valid, self._config.gate)
 
-    def _fuse_place(self, one: _Heard, c: Any, row: slice) -> None:
+    def _fuse_place(self, one: Heard, c: Any, row: slice) -> None:
         """Place of a beacon in the sensor's frame: range and bearing, and the way gone since the request."""
-        which, age = one["extra"][row, 0].astype(int), one["extra"][row, 1]
-        valid = np.isfinite(one["data"][row]).all(axis=1) & (which >= 0)
-        if not valid.any():
-            return
-        data = np.where(valid[:, None], one["data"][row], 1.0)
+        which, age, data = one["extra"][row, 0].astype(int), one["extra"][row, 1], one["data"][row]
+        valid = np.isfinite(data).all(axis=1) & (which >= 0)
+        answered = valid.reshape(self._members, -1).any(axis=1)
+        if answered.all():
+            self._fuse_answers(self.lanes, c, data, which, age, valid)
+        elif answered.any():  # whoever has no answer goes on as it would alone, to the byte
+            own = np.flatnonzero(np.repeat(answered, self._n // self._members))
+            lanes = self.lanes.take(own)
+            self._fuse_answers(lanes, c, data[own], which[own], age[own], valid[own])
+            self.lanes.put(own, lanes)
+
+    def _fuse_answers(
+        self, lanes: Lanes, c: Any, data: Floats, which: NDArray[np.int64], age: Floats, valid: NDArray[np.bool_]
+    ) -> None:
+        data = np.where(valid[:, None], data, 1.0)
         places = np.array(list(self._beacons.values()))[np.maximum(which, 0)]
         lever, turn = np.array(c.position_m) - self._lever, _turn(c)
-        found = measurement.beacon_place(self.lanes, data, lever, turn, places, age)
+        found = measurement.beacon_place(lanes, data, lever, turn, places, age)
         away = np.sqrt((data**2).sum(axis=1))
         along = data[:, :, None] * data[:, None, :] / away[:, None, None] ** 2
-        turned = np.sqrt((self.lanes.rate**2).sum(axis=1)) * age
+        turned = np.sqrt((lanes.rate**2).sum(axis=1)) * age
         across = (math.radians(self._config.bearing_std_deg) ** 2 + turned**2) * away**2
-        gone = (AGE_SHARE * age) ** 2 * (self.lanes.velocity**2).sum(axis=1)
+        gone = (AGE_SHARE * age) ** 2 * (lanes.velocity**2).sum(axis=1)
         noise = self._config.range_std_m**2 * along + across[:, None, None] * (np.eye(3) - along)
         noise = noise + gone[:, None, None] * np.eye(3)
-        self.lanes.update(*found, noise, valid, self._config.gate)
-
-
-_Heard = dict[str, Any]
-"""Readings of one sensor, plain: its name, their ticks, `data` and `extra` `(lanes, k)`, `valid` `(lanes,)`."""
-
-
-def _heard(sampled: Sampled, kind: str) -> _Heard:
-    """Measurements in readings: of a GPS the position NWU [m], of a DVL also its beams' deviations, of a USBL
-    the place of a beacon.
-    """
-    m, lanes = sampled.measurement, len(sampled.measurement.data)
-    data = m.extras["position"] if kind == "gps" else m.extras["fix"] if kind == "usbl" else m.data
-    return {
-        "name": sampled.model.name,
-        "ticks": list(sampled.ticks),
-        "data": np.array(data, dtype=np.float64).reshape(lanes, -1),
-        "valid": np.ones(lanes, dtype=bool) if m.valid is None else np.array(m.valid),
-        "extra": np.array(m.extras["sigma"], dtype=np.float64) if kind == "dvl" else None,
-    }
+        lanes.update(*found, noise, valid, self._config.gate)
 
 
 def _beacons(config: EkfNavigation, agent: AgentModel, model: Model) -> dict[str, tuple[float, float, float]]:

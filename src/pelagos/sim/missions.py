@@ -5,23 +5,24 @@ from __future__ import annotations
 import copy
 from collections import deque
 from collections.abc import Collection, Hashable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, replace
 from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
 
+from pelagos.errors import CommandError
 from pelagos.sim.batch import SensorModel
 from pelagos.sim.control import family_of
+from pelagos.sim.crew import Crew, crews_of
+from pelagos.sim.feedback import Feedback, down_lookers, keys_of, newest_row
 from pelagos.sim.guidance.aboard import Aboard, Fix
-from pelagos.sim.guidance.follow import FollowWall
 from pelagos.sim.guidance.guidance import Guidance
-from pelagos.sim.guidance.plan import altitude_of, looks_down
 from pelagos.sim.guidance.squad import Squad, shape_of
 from pelagos.sim.guidance.steering.choice import steering_of
 from pelagos.sim.guidance.steering.steering import Steering
 from pelagos.sim.model import AgentModel, Model
-from pelagos.sim.navigator import Navigator, fix_of, navigator_of
+from pelagos.sim.navigator import External, Navigator, fix_of, navigator_of, renewed
 from pelagos.sim.sampled import Sampled
 from pelagos.sim.state import AgentState
 
@@ -40,25 +41,6 @@ class Solution:
     attitude: NDArray[np.float64]
     velocity: NDArray[np.float64]
     rate: NDArray[np.float64]
-
-
-@dataclass
-class Feedback:
-    """Sensors' share of what guidance knows.
-
-    Attributes:
-        altitude: `(n,)` the last one measured [m]; infinite where none was.
-        gps: `(n,)` whether a fix came since guidance last asked.
-        readings: newest readings by key, see `Aboard.readings`.
-        keys: of the readings that guidance looks at, by sensor.
-        down: sensors that measure the altitude, and the part of their readings that it is ("" the data).
-    """
-
-    altitude: NDArray[np.float64]
-    gps: NDArray[np.bool_]
-    readings: dict[str, NDArray[np.float64]] = field(default_factory=dict)
-    keys: dict[str, list[str]] = field(default_factory=dict)
-    down: Mapping[str, str] = field(default_factory=dict)
 
 
 class Missions:
@@ -82,6 +64,7 @@ class Missions:
         self.solutions: dict[str, deque[Solution]] = {}
         self.changes = 0
         self._squads: tuple[int, Sequence[Squad]] = (-1, ())
+        self._crews: tuple[int, Mapping[str, Crew]] = (-1, {})
         self._rows: tuple[int, dict[tuple[str, str], list[int]]] = (-1, {})
 
     @property
@@ -96,6 +79,7 @@ class Missions:
 
     def memory(self) -> dict[str, Any]:
         """State of all missions and navigators: plain values and arrays, copies."""
+        self._settle()
         return copy.deepcopy({
             "guidance": {name: g.memory() for name, g in self.guidance.items()},
             "navigators": {name: n.memory() for name, n in self.navigators.items()},
@@ -122,9 +106,10 @@ class Missions:
 
     def begin(self, agent: AgentModel, state: AgentState, tick: int = 0) -> None:
         """An agent stands at its start; its mission and its navigation begin, if it has any."""
+        self._settle()
         self.changes += 1
         n, name = self._model.n, agent.name
-        feedback = Feedback(np.full(n, np.inf), np.zeros(n, dtype=bool), down=_down(agent))
+        feedback = Feedback(np.full(n, np.inf), np.zeros(n, dtype=bool), down=down_lookers(agent))
         self.feedback[name] = feedback
         self.guidance.pop(name, None)
         self.navigators.pop(name, None)
@@ -134,27 +119,52 @@ class Missions:
             self.solutions[name] = deque(maxlen=KEPT)
         if not agent.tasks:
             return
-        for key in _keys(agent):
+        for key in keys_of(agent):
             feedback.keys.setdefault(key.partition(".")[0], []).append(key)
             feedback.readings[key] = np.full((n, 1), np.nan)
         steering = _steering(agent, n)
         names = agent.vehicle.command_names(agent.mode)
-        aboard = self._aboard(name, self._known(name, state), tick, {})
+        aboard = self._aboard(name, fix_of(state) if navigator is None else navigator.fix, tick, {})
         self.guidance[name] = Guidance(agent.tasks, steering, names, aboard)
 
-    def restart(self, agent: AgentModel, state: AgentState, where: NDArray[np.bool_], tick: int) -> None:
-        """Mission and navigation begin anew in some copies, where the agent is still on its mission."""
+    def restart(self, states: Mapping[str, AgentState], where: NDArray[np.bool_], tick: int) -> None:
+        """Missions and navigation begin anew in some copies, where agents are still on their missions.
+
+        Args:
+            states: where every agent stands now.
+            where: `(n,)` the copies.
+            tick: now; at a tick of guidance, where an agent navigates by an estimator.
+        """
         if not self.any:
-            feedback = self.feedback[agent.name]
-            feedback.altitude = np.where(where, np.inf, feedback.altitude)
-            feedback.gps &= ~where
+            for feedback in self.feedback.values():
+                feedback.altitude = np.where(where, np.inf, feedback.altitude)
+                feedback.gps &= ~where
             return
-        name, before = agent.name, self.memory()
-        self.begin(agent, state, tick)
-        if name not in before["guidance"]:
-            self.leave(name)
+        self._advance(tick)  # so that copies that go on and those that begin have nothing left to take in
+        before = self.memory()
+        for agent in self._model.agents.values():
+            self.begin(agent, states[agent.name], tick)
+            if agent.name not in before["guidance"]:
+                self.leave(agent.name)
         fresh = self.memory()
-        self.recall({kind: {**before[kind], **_of(name, before[kind], fresh[kind], where)} for kind in before})
+        self.recall({kind: {
+            name: self.navigators[name].renewed(kept, fresh[kind][name], where) if kind == "navigators"
+            else renewed(kept, fresh[kind][name], where) for name, kept in before[kind].items()
+        } for kind in before})  # fmt: skip
+
+    def refuse_restart(self, tick: int) -> None:
+        """Refuse that some copies begin anew at a tick at which estimators have readings left to take in.
+
+        Raises:
+            CommandError: they have.
+        """
+        estimated = [name for name, navigator in self.navigators.items() if not isinstance(navigator, External)]
+        if tick % self.period and estimated:
+            dt_s = self._model.clock.dt_ns * 1e-9
+            raise CommandError(
+                f"reset(where=...) at {tick * dt_s:.6g} s: {estimated[0]} navigates by an estimator, whose copies "
+                f"begin anew every {self.period * dt_s:.6g} s only; step to a multiple of that, or reset all copies"
+            )
 
     def leave(self, agent: str) -> None:
         """End an agent's mission: it is commanded from outside."""
@@ -174,13 +184,11 @@ class Missions:
         """Set-points `(n, k)` of the agents on a mission, of their motions; none between the ticks of guidance."""
         if tick % self.period:
             return {}
-        for name, navigator in self.navigators.items():
-            navigator.advance(tick)
-            self.solutions[name].append(Solution(tick, *navigator.motion, navigator.rate))
+        self._navigate(tick)
         asked: dict[str, NDArray[np.float64]] = {}
         for squad in self._squads_now(tick, rows):
             if squad.in_step:
-                asked |= squad.command(self._together(squad.members, tick, rows))
+                asked |= squad.command(*self._together(squad.members, tick, rows, squad.followed))
         true: dict[str, Fix] = {}
         for name, guidance in self.guidance.items():
             if name in asked:
@@ -188,7 +196,7 @@ class Missions:
             for who in (name, *guidance.followed):
                 if who not in true:
                     true[who] = fix_of(_state(rows[who]))
-            known = self._known(name, None) or true[name]
+            known = self._known(name) or true[name]
             aboard = self._aboard(name, known, tick, {who: true[who] for who in guidance.followed})
             truth = None if known is true[name] else self._aboard(name, true[name], tick, {})
             asked[name] = guidance.command(aboard, truth)
@@ -196,50 +204,120 @@ class Missions:
             self.feedback[name].gps[:] = False
         return asked
 
+    def _advance(self, tick: int) -> None:
+        """Bring all navigation to a tick."""
+        crews = self._crews_now()
+        for crew in dict.fromkeys(crews.values()):
+            crew.advance(tick)
+        for name, navigator in self.navigators.items():
+            if name not in crews:
+                navigator.advance(tick)
+
+    def _navigate(self, tick: int) -> None:
+        """Bring all navigation to a tick, and keep the solutions."""
+        self._advance(tick)
+        crews = self._crews_now()
+        for crew in dict.fromkeys(crews.values()):
+            parts = *crew.whole.motion, crew.whole.rate
+            for name in crew.members:
+                own = crew.lanes(name)
+                self.solutions[name].append(Solution(tick, *(values[own] for values in parts)))
+        for name, navigator in self.navigators.items():
+            if name not in crews:
+                self.solutions[name].append(Solution(tick, *navigator.motion, navigator.rate))
+
+    def _crews_now(self) -> Mapping[str, Crew]:
+        """By agent, estimators that go on together, found anew where a mission or navigation has begun or ended."""
+        if self._crews[0] != self.changes:
+            self._settle()
+            batches = {
+                name: (agent.batch.name, agent.member, len(agent.batch.members))
+                for name, agent in self._model.agents.items()
+                if name in self.navigators
+            }
+            found = crews_of(self.navigators, batches, self._model.n) if batches else ()
+            self._crews = self.changes, {name: crew for crew in found for name in crew.members}
+        return self._crews[1]
+
+    def _settle(self) -> None:
+        """Give every navigator its state, where a crew has it."""
+        crews, self._crews = self._crews[1], (-1, {})
+        for crew in dict.fromkeys(crews.values()):
+            crew.settle()
+
     def _squads_now(self, tick: int, rows: Mapping[str, NDArray[np.float64]]) -> Sequence[Squad]:
         """Agents that are guided together, found anew where a mission has begun or ended."""
         if self._squads[0] != self.changes:
             groups: dict[Hashable, dict[str, Guidance]] = {}
             for name, guidance in self.guidance.items():
-                if name not in self.navigators and not guidance.followed:
-                    kind = self._model.agents[name].batch.name, shape_of(guidance)
-                    groups.setdefault(kind, {})[name] = guidance
+                kind = self._model.agents[name].batch.name, name in self.navigators, shape_of(guidance)
+                groups.setdefault(kind, {})[name] = guidance
             self._squads = self.changes, [self._squad(g, tick, rows) for g in groups.values() if len(g) > 1]
         return self._squads[1]
 
     def _squad(self, members: dict[str, Guidance], tick: int, rows: Mapping[str, NDArray[np.float64]]) -> Squad:
-        agent, aboard = self._model.agents[next(iter(members))], self._together(members, tick, rows)
+        agent, aboard = self._model.agents[next(iter(members))], self._together(members, tick, rows, {})[0]
         return Squad(members, _steering(agent, len(aboard)), agent.vehicle.command_names(agent.mode), aboard)
 
-    def _together(self, names: Collection[str], tick: int, rows: Mapping[str, NDArray[np.float64]]) -> Aboard:
-        """Knowledge of the agents of a squad, lane after lane; of themselves they know the truth."""
+    def _together(
+        self,
+        names: Collection[str],
+        tick: int,
+        rows: Mapping[str, NDArray[np.float64]],
+        followed: Mapping[str, Sequence[str]],
+    ) -> tuple[Aboard, Aboard | None]:
+        """Knowledge of the agents of a squad, lane after lane, and the truth where that is another.
+
+        Of those that they follow they know the truth.
+        """
+
+        def true(agents: Collection[str]) -> Fix:
+            return fix_of(_state(np.concatenate([rows[name] for name in agents])))
+
         each, dt_s = [self.feedback[name] for name in names], self._model.clock.dt_ns * 1e-9
-        return Aboard(
-            own=fix_of(_state(np.concatenate([rows[name] for name in names]))),
+        truth = Aboard(
+            own=true(names),
             t_s=tick * dt_s,
             dt_s=self.period * dt_s,
             altitude=np.concatenate([f.altitude for f in each]),
             fixed=np.concatenate([f.gps for f in each]),
             readings={key: np.concatenate([f.readings[key] for f in each]) for key in each[0].readings},
+            others={who: true(these) for who, these in followed.items()},
         )
+        known = self._all_known(names)
+        return (truth, None) if known is None else (replace(truth, own=known), truth)
+
+    def _all_known(self, names: Collection[str]) -> Fix | None:
+        """Solutions of agents, lane after lane; None where they know the truth."""
+        first = next(iter(names))
+        if first not in self.navigators:
+            return None
+        crew = self._crews_now().get(first)
+        if crew is not None and crew.members == tuple(names):
+            return crew.fix
+        fixes = [self._known(name) for name in names]
+        return Fix(*(np.concatenate([getattr(fix, k) for fix in fixes]) for k in ("position", "heading", "velocity")))
 
     def hear(self, sampled: Sampled) -> None:
         """Keep what guidance and navigation need of a sensor's readings."""
         if len(sampled.members) > 1:
+            for crew in dict.fromkeys(self._crews_now().values()):
+                if crew.members[0] in sampled.members and sampled.model.name in crew.listens:
+                    crew.hear(sampled)
             for member in self._listeners(sampled.members, sampled.model):
                 self.hear(sampled.of(member, self._model.n))
             return
         name, agent = sampled.model.name, sampled.members[0]
-        if agent in self.navigators and name in self.navigators[agent].listens:
+        if agent in self.navigators and name in self.navigators[agent].listens and agent not in self._crews_now():
             self.navigators[agent].hear(sampled)
         feedback = self.feedback[agent]
         if name in feedback.down:
-            found = _newest(sampled, feedback.down[name], self._model.n)[:, 0]
+            found = newest_row(sampled, feedback.down[name], self._model.n)[:, 0]
             feedback.altitude = np.where(np.isfinite(found), found, np.inf)
         if sampled.model.fixes and sampled.measurement.valid is not None:
             feedback.gps |= sampled.measurement.valid.reshape(-1, self._model.n).any(axis=0)
         for key in feedback.keys.get(name, ()):
-            feedback.readings[key] = _newest(sampled, key.partition(".")[2], self._model.n)
+            feedback.readings[key] = newest_row(sampled, key.partition(".")[2], self._model.n)
 
     def _listeners(self, members: Sequence[str], sensor: SensorModel) -> Sequence[int]:
         """Rows of the members whose readings are kept, which stay the same until an agent begins anew."""
@@ -255,13 +333,15 @@ class Missions:
         feedback, name = self.feedback[agent], sensor.name
         if name in feedback.down or name in feedback.keys or sensor.fixes:
             return True
-        return agent in self.navigators and name in self.navigators[agent].listens
+        alone = agent in self.navigators and agent not in self._crews_now()
+        return alone and name in self.navigators[agent].listens
 
-    def _known(self, name: str, state: AgentState | None) -> Any:
-        navigator = self.navigators.get(name)
-        if navigator is not None:
-            return navigator.fix
-        return None if state is None else fix_of(state)
+    def _known(self, name: str) -> Fix | None:
+        """The newest solution of an agent; None where it knows the truth."""
+        crew, navigator = self._crews_now().get(name), self.navigators.get(name)
+        if crew is not None:
+            return crew.fix_of(name)
+        return None if navigator is None else navigator.fix
 
     def _aboard(self, name: str, fix: Fix, tick: int, others: Mapping[str, Fix]) -> Aboard:
         feedback, dt_s = self.feedback[name], self._model.clock.dt_ns * 1e-9
@@ -271,49 +351,13 @@ class Missions:
         )  # fmt: skip
 
 
-def _of(name: str, before: Any, fresh: Any, where: NDArray[np.bool_]) -> dict[str, Any]:
-    """Part that is kept of one agent, lane by lane as before or fresh."""
-    return {name: _lanes(before[name], fresh[name], where)} if name in before else {}
-
-
-def _lanes(before: Any, fresh: Any, where: NDArray[np.bool_]) -> Any:
-    if isinstance(before, Mapping):
-        return {key: _lanes(value, fresh[key], where) for key, value in before.items()}
-    return np.where(where.reshape(-1, *[1] * (np.ndim(before) - 1)), fresh, before)
-
-
 def _state(row: NDArray[np.float64]) -> AgentState:
     return AgentState.of(row, np.empty((len(row), 0)))  # guidance does not ask for actuators
-
-
-def _down(agent: AgentModel) -> dict[str, str]:
-    """Sensors that measure the altitude, where a task asks for one, each with the part of its reading that it is:
-    altimeters, or DVLs where there are none.
-    """
-    if all(step.task.common.level.altitude_m is None for step in agent.tasks):
-        return {}
-    found = {s: altitude_of(m.config) or "" for s, m in agent.sensors.items() if looks_down(m.config)}
-    return {s: part for s, part in found.items() if part == ""} or found
 
 
 def _nowhere(n: int) -> AgentState:
     zero = np.zeros((n, 3))
     return AgentState(zero, np.tile([1.0, 0.0, 0.0, 0.0], (n, 1)), zero, zero, zero, zero, np.empty((n, 0)))
-
-
-def _keys(agent: AgentModel) -> list[str]:
-    """Readings that the tasks look at."""
-    tasks = [step.task for step in agent.tasks]
-    keys = [t.common.until.key for t in tasks if t.common.until is not None]
-    return sorted({*keys, *(t.key for t in tasks if isinstance(t, FollowWall))})
-
-
-def _newest(sampled: Sampled, array: str, n: int) -> NDArray[np.float64]:
-    """`(n, k)` of the last tick, not a number where there is no reading; array: of the extras, or "" for the data."""
-    m = sampled.measurement
-    values = np.asarray(m.extras[array] if array else m.data, dtype=np.float64)
-    rows = values.reshape(len(sampled.ticks), n, -1)[-1]
-    return rows if m.valid is None else np.where(m.valid[-n:, None], rows, np.nan)
 
 
 def _steering(agent: AgentModel, lanes: int) -> Steering:

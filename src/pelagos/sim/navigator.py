@@ -60,6 +60,10 @@ class Navigator(Protocol):
         """Keep that instead."""
         ...
 
+    def renewed(self, before: Mapping[str, Any], fresh: Mapping[str, Any], where: NDArray[np.bool_]) -> dict[str, Any]:
+        """Memory in which some copies begin anew: of that before, all of which was taken in, and of a fresh one."""
+        ...
+
 
 class External:
     """The solution that somebody outside gave last; the start before the first."""
@@ -104,6 +108,17 @@ class External:
     def recall(self, memory: Mapping[str, Any]) -> None:
         """See `Navigator.recall`."""
         self._fix = Fix(**memory)
+
+    def renewed(self, before: Mapping[str, Any], fresh: Mapping[str, Any], where: NDArray[np.bool_]) -> dict[str, Any]:
+        """See `Navigator.renewed`."""
+        return dict(renewed(before, fresh, where))
+
+
+def renewed(before: Any, fresh: Any, where: NDArray[np.bool_]) -> Any:
+    """Arrays of memory `(n, ...)`, fresh in some copies and as before in the others."""
+    if isinstance(before, Mapping):
+        return {key: renewed(value, fresh[key], where) for key, value in before.items()}
+    return np.where(where.reshape(-1, *[1] * (np.ndim(before) - 1)), fresh, before)
 
 
 def fix_of(state: AgentState) -> Fix:

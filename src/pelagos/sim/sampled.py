@@ -40,12 +40,17 @@ class Sampled:
 
     def of(self, member: int, n: int) -> Sampled:
         """That of one agent, of `n` copies."""
-        if len(self.members) == 1:
-            return self
+        return self if len(self.members) == 1 else self._cut(slice(member * n, (member + 1) * n), [member], n)
+
+    def some(self, members: Sequence[int], n: int) -> Sampled:
+        """That of some of the agents, of `n` copies."""
+        rows = (np.array(members)[:, None] * n + np.arange(n)).ravel()
+        return self._cut(rows, members, n)
+
+    def _cut(self, rows: slice | NDArray[np.intp], members: Sequence[int], n: int) -> Sampled:
+        """Rows of every tick, which are those of some agents."""
         m, k = self.measurement, len(self.ticks)
-        own: slice | NDArray[np.intp] = slice(member * n, (member + 1) * n)
-        if k > 1:
-            own = np.arange(k * n * len(self.members)).reshape(k, -1)[:, own].ravel()
+        own = rows if k == 1 else np.arange(k * n * len(self.members)).reshape(k, -1)[:, rows].ravel()
         part = Measurement(
             data=m.data[own],
             truth=promised(lambda: m.truth[own]),
@@ -53,7 +58,7 @@ class Sampled:
             extras={name: values[own] for name, values in m.extras.items()},
             tables=m.tables,
         )
-        return Sampled((self.members[member],), self.model, self.ticks, part)
+        return Sampled(tuple(self.members[i] for i in members), self.model, self.ticks, part)
 
     def counts(self, n: int) -> list[int]:
         """By agent, ticks at which at least one copy has a reading."""

@@ -109,6 +109,7 @@ class Stepper:
 
     def restart(self, states: Mapping[str, StartState], where: NDArray[np.bool_]) -> None:
         """Some copies begin their next episode at the present tick; the others' bytes stay."""
+        self.missions.refuse_restart(self.tick)
         self.changes += 1
         self._blocks.clear()
         self.contacts.forget(where)
@@ -121,8 +122,7 @@ class Stepper:
             run.restart(fresh, rows, partial(self._first_command, batch, begun))
             self.trajectories[name] = self._standing(batch, run)
         now = self.states()
-        for name, agent in self._model.agents.items():
-            self.missions.restart(agent, now[name], where, self.tick)
+        self.missions.restart(now, where, self.tick)
 
     @property
     def agents(self) -> Collection[str]:

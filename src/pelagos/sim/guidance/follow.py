@@ -8,7 +8,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from pelagos.sim.guidance.aboard import Aboard, ahead, wrapped
+from pelagos.sim.guidance.aboard import Aboard, Floats, ahead, wrapped
 from pelagos.sim.guidance.goal import Goal, Path
 from pelagos.sim.guidance.progress import Progress
 from pelagos.sim.guidance.task import Common, blank
@@ -22,10 +22,10 @@ STEEPEST_RAD: Final = 0.7  # largest angle at which a wall is approached
 
 @dataclass(frozen=True)
 class FollowAgent:
-    """Keep a place (ahead, left, up) [m] beside another agent, for a time [s]."""
+    """Keep a place (ahead, left, up) [m] beside another agent, for a time [s]; of a squad a place a lane `(m, 3)`."""
 
     agent: str
-    offset_m: tuple[float, float, float]
+    offset_m: tuple[float, float, float] | Floats
     seconds: float | None
     top_mps: float
     common: Common = field(default_factory=Common)
@@ -40,7 +40,8 @@ class FollowAgent:
         goal = blank(self.common, aboard)
         other = aboard.others[self.agent]
         forward, left = ahead(other.heading), ahead(other.heading - np.pi / 2)
-        place = other.position[:, :2] + self.offset_m[0] * forward + self.offset_m[1] * left
+        along_it, beside_it, above_it = np.broadcast_to(self.offset_m, (len(aboard), 3)).T[..., None]
+        place = other.position[:, :2] + along_it * forward + beside_it * left
         way = other.velocity[:, :2]
         speed = np.hypot(way[:, 0], way[:, 1])
         moving = speed > MOVING_MPS
@@ -55,7 +56,7 @@ class FollowAgent:
         goal.stops = ~moving
         goal.face = np.where(np.isnan(goal.face), other.heading, goal.face)
         if self.common.level.depth_m is None and self.common.level.altitude_m is None:
-            goal.depth = -other.position[:, 2] - self.offset_m[2]
+            goal.depth = -other.position[:, 2] - above_it[:, 0]
         return goal
 
 

@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Hashable, Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from pelagos.sim.guidance.aboard import Aboard, Floats
+from pelagos.sim.guidance.follow import FollowAgent
 from pelagos.sim.guidance.guidance import Guidance, Step
 from pelagos.sim.guidance.steering.steering import Steering
-from pelagos.sim.guidance.task import shape, together
+from pelagos.sim.guidance.task import Task, shape, together
 
 
 class Squad:
@@ -25,17 +27,29 @@ class Squad:
 
     Attributes:
         members: names of the agents.
+        followed: agents that tasks follow, one a member, by the names that the tasks have for them.
     """
 
     def __init__(
         self, members: Mapping[str, Guidance], steering: Steering, names: Sequence[str], aboard: Aboard
     ) -> None:
         self.members, self._each = tuple(members), tuple(members.values())
+        self.followed: dict[str, list[str]] = {}
         n = len(aboard) // len(members)
         each = zip(*(guidance.steps for guidance in self._each), strict=True)
-        steps = [Step(together([step.task for step in same], n), same[0].behind) for same in each]
+        steps = [Step(self._task([step.task for step in same], n), same[0].behind) for same in each]
         self._whole = Guidance(steps, steering, names, aboard)
         self._in_step = False
+
+    def _task(self, tasks: Sequence[Task], n: int) -> Task:
+        """A task of the members, n lanes each; whom they follow goes by one name."""
+        task = together(tasks, n)
+        followed = [one.agent for one in tasks if isinstance(one, FollowAgent)]
+        if not isinstance(task, FollowAgent):
+            return task
+        name = " ".join(followed) if len(set(followed)) > 1 else followed[0]
+        self.followed[name] = followed
+        return replace(task, agent=name)
 
     @property
     def in_step(self) -> bool:
@@ -45,10 +59,10 @@ class Squad:
             self._in_step = all(size == sizes[0] for size in sizes)
         return self._in_step
 
-    def command(self, aboard: Aboard) -> dict[str, Floats]:
-        """`(n, k)` set-points of each member, as its own guidance would give them; `aboard`: of all lanes."""
+    def command(self, aboard: Aboard, truth: Aboard | None = None) -> dict[str, Floats]:
+        """`(n, k)` set-points of each member, as its own guidance would give them; both of all lanes."""
         self._whole.recall(_joined([guidance.memory() for guidance in self._each]))
-        found = self._by_member(self._whole.command(aboard))
+        found = self._by_member(self._whole.command(aboard, truth))
         memory = {name: self._parted(kept) for name, kept in self._whole.memory().items()}
         for i, guidance in enumerate(self._each):
             guidance.recall({name: _of(i, kept) for name, kept in memory.items()})

@@ -100,14 +100,17 @@ class Task(Protocol):
         ...
 
 
-PLACES: Final = ("end", "start", "point", "center")
-"""Keys of tasks that are places x, y [m]; of a squad's tasks, `(m, 2)`, a row a lane."""
+PLACES: Final = ("end", "start", "point", "center", "offset_m")
+"""Keys of tasks that are places [m]; of a squad's tasks a row a lane, `(m, 2)`, of an offset `(m, 3)`."""
+FOLLOWED: Final = "agent"
+"""Key of a task that follows another agent; of a squad's tasks it stands for the one of each member."""
 
 
 def shape(task: Task) -> Hashable:
-    """A task but for its places: equal for tasks that may be put together."""
+    """A task but for its places and whom it follows: equal for tasks that may be put together."""
     values = {f.name: getattr(task, f.name) for f in fields(task)}  # type: ignore[arg-type]
-    return type(task), tuple((key, value is None if key in PLACES else value) for key, value in values.items())
+    own = (*PLACES, FOLLOWED)
+    return type(task), tuple((key, value is None if key in own else value) for key, value in values.items())
 
 
 def together(tasks: Sequence[Task], n: int) -> Task:
