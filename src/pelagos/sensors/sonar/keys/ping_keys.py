@@ -165,6 +165,9 @@ class PingConfig(SensorConfig):
     volume_scattering_db: float | None = Field(default=None, ge=-200, le=0)
     """Volume backscattering strength Sv of the water [dB re 1/m]; absent: that of the ocean's tracer
     `volume_scattering_db`, and clear water where it has none."""
+    volume_scatterers_per_m3: float | None = Field(default=None, gt=0)
+    """Scatterers in a cubic metre of the water whose volume backscattering strength is known: the fewer in what a
+    sample hears, the more spiky (K-distributed); they drift with the current. Absent: many."""
     hears: Literal["none", "others"] | tuple[str, ...] = "none"
     """Which sonars of the scenario disturb this one: `none`, all of other vehicles (`others`), or those of a list, by
     names such as `auv1.imaging`."""
@@ -213,17 +216,6 @@ def ping_spec(config: PingConfig, context: SensorContext) -> PingSpec:
     if config.multipath != "none":
         bottom = config.multipath == "surface_and_bottom"
         bounces = Bounces(bottom, config.multipath_order, config.surface_loss_db, config.bottom_loss_db)
-    other, noise = config.interference, config.painted_noise
-    disturber = None
-    if other is not None:
-        azimuth = math.radians(other.azimuth_deg)
-        disturber = Disturber(other.rate_hz, azimuth, other.distance_m, other.source_level_db, other.pulse_s)
-    painting = None
-    if noise is not None:
-        painting = Painting(
-            noise.additive, noise.additive_reference_db, noise.multiplicative, noise.range_m, noise.azimuth_streaks,
-            noise.onto,
-        )  # fmt: skip
     return PingSpec(
         mounting=mounting(config),
         rate_hz=config.rate_hz,
@@ -247,12 +239,33 @@ def ping_spec(config: PingConfig, context: SensorContext) -> PingSpec:
         refraction=config.refraction,
         sea_surface=config.sea_surface,
         volume_scattering_db=config.volume_scattering_db,
+        volume_scatterers=config.volume_scatterers_per_m3,
         doppler=config.doppler,
         bounces=bounces,
-        disturber=disturber,
+        disturber=_disturber(config.interference),
         hears=config.hears,
         vehicle_noise=config.vehicle_noise,
-        display=Display(config.tvg_db, config.scale, config.floor_db, config.dynamic_range_db, painting),
+        display=Display(
+            config.tvg_db, config.scale, config.floor_db, config.dynamic_range_db, _painting(config.painted_noise)
+        ),
         iq=config.iq,
         labels=config.labels,
     )
+
+
+def _disturber(other: Interference | None) -> Disturber | None:
+    """A sonar that is not in the scenario."""
+    if other is None:
+        return None
+    azimuth = math.radians(other.azimuth_deg)
+    return Disturber(other.rate_hz, azimuth, other.distance_m, other.source_level_db, other.pulse_s)
+
+
+def _painting(noise: PaintedNoise | None) -> Painting | None:
+    """Noise on top of a finished image."""
+    if noise is None:
+        return None
+    return Painting(
+        noise.additive, noise.additive_reference_db, noise.multiplicative, noise.range_m, noise.azimuth_streaks,
+        noise.onto,
+    )  # fmt: skip

@@ -25,6 +25,7 @@ from pelagos.math.philox import complex_normal32
 from pelagos.math.quick import cosine_sine
 from pelagos.sensors.noise import words32
 from pelagos.sensors.sonar.ping.cells import Cells, Constants, middle
+from pelagos.sensors.sonar.ping.clumps import clumped
 from pelagos.sensors.sonar.ping.layout import Layout
 from pelagos.sensors.sonar.ping.levels import Din, Moment, quantise, ringing
 from pelagos.sensors.sonar.ping.medium import Medium
@@ -154,6 +155,8 @@ def _water(spec: PingSpec, layout: Layout, constants: Constants, moment: Moment,
     open_water = haze_at(haze, ping, beam, distance, beams)
     power = volume_intensity(open_water, distance, loss, spec.bin_width_m)
     power *= time_varied_gain(distance, loss, spreading=30.0) / constants.cell
+    if haze.clumps is not None:
+        power *= clumped(haze.clumps, ping, beam, distance, beams)
     counter = [dr.gather(jit.UInt32, v, jit.UInt32(ping)) for v in (moment.lanes.environment, moment.lanes.tick)]
     word = words32(moment.key, jit.UInt32(beam * spec.bins + bin_) + _WATER, *counter)[0]
     strength, turn = complex_normal32(word)

@@ -18,6 +18,7 @@ from pelagos.math.philox import complex_normal32
 from pelagos.math.quick import cosine_sine, larger, log2, smaller
 from pelagos.sensors.noise import Key, words32
 from pelagos.sensors.sonar.ping.cells import Cells
+from pelagos.sensors.sonar.ping.clumps import clumped
 from pelagos.sensors.sonar.ping.fan import Lanes
 from pelagos.sensors.sonar.ping.layout import Layout
 from pelagos.sensors.sonar.ping.medium import Medium
@@ -59,7 +60,7 @@ class Moment:
 
 
 def water_echo(spec: PingSpec, layout: Layout, haze: Haze, cells: Cells, medium: Medium) -> Array:
-    """Intensity of the water's echo re the source level at 1 m."""
+    """Mean intensity of the water's echo re the source level at 1 m."""
     beam = haze_at(haze, cells.ping, cells.beam, cells.distance, layout.beams)
     loss = dr.gather(jit.Float, medium.absorption, jit.UInt32(cells.ping))
     return volume_intensity(beam, cells.distance, loss, spec.bin_width_m) * cells.heard
@@ -72,7 +73,10 @@ def din_power(spec: PingSpec, layout: Layout, cells: Cells, moment: Moment, nois
         row = jit.UInt32(cells.ping * layout.beams + cells.beam)
         power = power + dr.gather(jit.Float, din.vehicles, row, cells.beam < layout.beams)
     if din.haze is not None:
-        power = power + water_echo(spec, layout, din.haze, cells, lanes.medium)
+        echo = water_echo(spec, layout, din.haze, cells, lanes.medium)
+        if din.haze.clumps is not None:
+            echo = echo * clumped(din.haze.clumps, cells.ping, cells.beam, cells.distance, layout.beams)
+        power = power + echo
     if spec.ringing is not None:
         power = power + ringing(spec, cells, lanes.medium)
     return power

@@ -122,6 +122,7 @@ class PingSpec:
         converter: bits, and level of its full scale [dB re 1 uPa]; None: none.
         roughness_seed: realisation of all surfaces' roughness.
         volume_scattering_db: Sv of the water; None: of the ocean's tracer.
+        volume_scatterers: of the water in a cubic metre; None: many.
         doppler: motion while the sound is under way.
         bounces: echoes by mirrors; None: none.
         disturber: see `Disturber`.
@@ -154,6 +155,7 @@ class PingSpec:
     refraction: Refraction = "auto"
     sea_surface: Literal["waves", "flat"] = "waves"
     volume_scattering_db: float | None = None
+    volume_scatterers: float | None = None
     doppler: bool = True
     bounces: Bounces | None = None
     disturber: Disturber | None = None

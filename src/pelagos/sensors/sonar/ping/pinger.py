@@ -5,7 +5,6 @@ from __future__ import annotations
 import warnings
 from collections.abc import Callable
 from dataclasses import replace
-from functools import partial
 from typing import TYPE_CHECKING, Any, Final
 
 import drjit as dr
@@ -26,10 +25,11 @@ from pelagos.sensors.schedule import period_ticks
 from pelagos.sensors.sonar.ping.aperture import Facing
 from pelagos.sensors.sonar.ping.arrivals import arrivals
 from pelagos.sensors.sonar.ping.cells import Constants
+from pelagos.sensors.sonar.ping.clumps import crowd
 from pelagos.sensors.sonar.ping.echo_field import apply_gain, calibrated_echoes, echoes, energies
 from pelagos.sensors.sonar.ping.elements import element_tables, ping_by_elements, steering_speed, without_noise
 from pelagos.sensors.sonar.ping.emitter import Apertures, Emitter
-from pelagos.sensors.sonar.ping.fan import Fan, FanHits, Lanes, Trace, cast_fan
+from pelagos.sensors.sonar.ping.fan import Fan, FanHits, Trace, cast_fan
 from pelagos.sensors.sonar.ping.interference import Neighbours, silence_blocked
 from pelagos.sensors.sonar.ping.layout import Layout
 from pelagos.sensors.sonar.ping.levels import Din, Moment
@@ -50,10 +50,9 @@ from pelagos.sensors.sonar.ping.target_echoes import (
 from pelagos.sensors.sonar.ping.target_sighting import Sighting, sight_targets
 from pelagos.sensors.sonar.ping.targets import Band, Targets, is_smooth, targets
 from pelagos.sensors.sonar.ping.vehicle_noise import Bystanders, noise_by_beam
-from pelagos.sensors.sonar.ping.volume_echo import TRACER, Haze, Probes, haze, probes
+from pelagos.sensors.sonar.ping.volume_echo import TRACER, Haze, OpenWater, probes
 
 if TYPE_CHECKING:
-    from pelagos.ocean.ocean import Ocean
     from pelagos.sensors.sensor import Kinematics, SensorContext
 
 _UNNOTICED_DB: Final = 20.0  # below the noise: what arrives as faint is not computed
@@ -142,9 +141,11 @@ class Pinger:
             raise InputError(
                 f"{context.path}: elements hear no noise of vehicles: give elements: false, or vehicle_noise: none"
             )
-        self._hazy = spec.volume_scattering_db is not None or TRACER in context.ocean.tracers
-        self._rays = len(rays["beam"])
-        self._water = (probes(rays, layout.beams), context.ocean) if self._hazy else None
+        hazy = spec.volume_scattering_db is not None or TRACER in context.ocean.tracers
+        if spec.volume_scatterers is not None and not hazy:
+            message = "'volume_scatterers_per_m3' changes nothing without 'volume_scattering_db', or the ocean's tracer"
+            warnings.warn(f"{context.path}: {message}", ValidityWarning, stacklevel=3)
+        self._water = OpenWater(probes(rays, layout.beams), context.ocean, crowd(spec, layout)) if hazy else None
         self._recorded = self._sounder.compile(self._kernel)
         self._mean = jit.freeze(self._truth)
 
@@ -254,12 +255,13 @@ class Pinger:
                 coherent = coherent_echoes(
                     sighting, self._grid, layout.aperture, constants.facing, pings, energies=False
                 )
-        seen = self._haze(view, lanes, motion, *besides["water"]) if "water" in besides else None
+        water, noisy = besides.get("water"), besides.get("vehicles")
+        seen = None if water is None else water.seen(spec, layout, view, lanes, constants.facing, motion.t_ns)
         if "heard" in besides:
             coming = silence_blocked(caster, besides["heard"], lanes)
             others = arrivals(coming, lanes, self._grid.bins, beams=layout.beams, bandwidth_hz=spec.bandwidth_hz)
             coherent = others if coherent is None else coherent + others
-        vehicles = noise_by_beam(caster, besides["vehicles"], lanes, layout.beams) if "vehicles" in besides else None
+        vehicles = None if noisy is None else noise_by_beam(caster, noisy, lanes, layout.beams)
         din = Din(coherent, seen, self._streaks(view, fan, pings), vehicles)
         moment = Moment(lanes, spin, motion.t_ns, ping.key)
         signals: list[Array] = []
@@ -301,14 +303,6 @@ class Pinger:
         found = streak_rows(view.sine, view.hits.valid, row, pings * beams)
         dr.eval(found)
         return found
-
-    def _haze(self, view: FanHits, lanes: Lanes, motion: Kinematics, looks: Probes, ocean: Ocean) -> Haze:
-        spec, fixed = self._spec, self._spec.volume_scattering_db
-        strength = (lambda place, t: jit.Float(fixed)) if fixed is not None else partial(ocean.tracer, TRACER)
-        return haze(
-            view, lanes, looks, strength, jit.Float64(motion.t_ns) * 1e-9, beams=self._layout.beams, rays=self._rays,
-            nearest=spec.range_min_m, farthest=spec.range_max_m,
-        )  # fmt: skip
 
 
 def hearing(spec: PingSpec, layout: Layout, rays: dict[str, NDArray[Any]]) -> Hearing:

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any, Final
+from functools import partial
+from typing import TYPE_CHECKING, Any, Final
 
 import drjit as dr
 import numpy as np
@@ -12,7 +13,14 @@ from numpy.typing import NDArray
 from pelagos import jit
 from pelagos.acoustics.spreading import from_db
 from pelagos.jit import Array
+from pelagos.sensors.sonar.ping.aperture import Facing
+from pelagos.sensors.sonar.ping.clumps import Adrift, Clumps, Crowd, clumps
 from pelagos.sensors.sonar.ping.fan import FanHits, Lanes
+from pelagos.sensors.sonar.ping.layout import Layout
+from pelagos.sensors.sonar.ping.ping_spec import PingSpec
+
+if TYPE_CHECKING:
+    from pelagos.ocean.ocean import Ocean
 
 TRACER: Final = "volume_scattering_db"
 """Name of the ocean's tracer that is the volume backscattering strength Sv [dB re 1/m]."""
@@ -41,11 +49,13 @@ class Haze:
     Attributes:
         beam: `Float`, integral of sv over the two-way power pattern where the water is open [1/m].
         nearest, step: range of the first node, distance of nodes [m].
+        clumps: of few scatterers; None: there are many in every cell.
     """
 
     beam: Array
     nearest: float
     step: float
+    clumps: Clumps | None = None
 
 
 def probes(rays: dict[str, NDArray[Any]], beams: int) -> Probes:
@@ -100,6 +110,33 @@ def haze(
     _, total = dr.while_loop(start, lambda k, _: k < count, add, mode="symbolic", labels=("probe", "total"))
     dr.eval(total)
     return Haze(total, nearest, step)
+
+
+@jit.struct
+class OpenWater:
+    """The water before a sonar: a Dr.Jit struct.
+
+    Attributes:
+        probes: rays that look at it.
+        ocean: what it is made of.
+        crowd: its scatterers, where they are few.
+    """
+
+    probes: Probes
+    ocean: Ocean
+    crowd: Crowd | None = None
+
+    def seen(self, spec: PingSpec, layout: Layout, view: FanHits, lanes: Lanes, facing: Facing, t_ns: Array) -> Haze:
+        """The water's echo at times [ns], by lane."""
+        t, fixed = jit.Float64(t_ns) * 1e-9, spec.volume_scattering_db
+        strength = (lambda *_: jit.Float(fixed)) if fixed is not None else partial(self.ocean.tracer, TRACER)
+        found = haze(
+            view, lanes, self.probes, strength, t, beams=layout.beams, rays=dr.width(view.ray) // dr.width(t),
+            nearest=spec.range_min_m, farthest=spec.range_max_m,
+        )  # fmt: skip
+        if self.crowd is not None:
+            found.clumps = clumps(spec, layout, lanes, facing, Adrift(self.crowd, self.ocean, t))
+        return found
 
 
 def haze_at(haze: Haze, ping: Array, beam: Array, distance: Array, beams: int) -> Array:
