@@ -21,6 +21,12 @@ LAYERS = (
 DECORATION = re.compile(r"(memory|chunk|bytes?_|_bytes|budget|warn\w*\()", re.IGNORECASE)
 """Lines about portions of memory or what people are told: a mistake there changes no number."""
 FOLDERS = ("unit", "verification", "cross_code", "contracts", "compat")
+KNOWN = {
+    "sensors": ("acoustics", "optics", "raycast", "sensors", "world", "ocean"),
+    "vehicles": ("contact", "hydro", "navigation", "sim", "vehicles", "ocean"),
+    "worlds": ("ocean", "raycast", "world"),
+}
+"""Layers whose numbers `tests/contracts/test_known_*.py` hold."""
 MEANT = 4  # letters of a name that is looked for
 MOST_CALLERS = 4
 MOST_TESTS = 6  # files of one trial
@@ -156,7 +162,10 @@ class _Tests:
         groups = [self.noticed.get(file, ()), self._small_first(named), close]
         chosen = dict.fromkeys(t for group in groups for t in tuple(group)[: MOST_TESTS // 2])
         chosen |= dict.fromkeys(self._by_import(file))
-        return tuple(t for t in chosen if (ROOT / t).exists())[:MOST_TESTS]
+        known = [
+            f"tests/contracts/test_known_{part}.py" for part, layers in KNOWN.items() if file.split("/")[0] in layers
+        ]
+        return (*[t for t in chosen if (ROOT / t).exists() and t not in known][:MOST_TESTS], *known)
 
     @staticmethod
     def _small_first(tests: Iterable[str]) -> list[str]:

@@ -86,30 +86,34 @@ def whole(part: str, kind: str, config: dict[str, Any]) -> dict[str, Any]:
     return {part: [config] if part == "tide" else config}
 
 
-def digest(part: str, kind: str, config: dict[str, Any]) -> bytes | None:
-    """What the ocean says at seven places and times; None if the configuration is refused."""
-    try:
-        ocean = build_ocean(
-            OceanConfig.model_validate(whole(part, kind, config)), SimpleNamespace(origin=GeoOrigin(45.0, 13.0)), seed=3
-        )
-    except (PelagosError, ValidationError):
-        return None
+def asked(part: str, kind: str, config: dict[str, Any]) -> list[Any]:
+    """What an ocean with one component says at seven places and times."""
+    ocean = build_ocean(
+        OceanConfig.model_validate(whole(part, kind, config)), SimpleNamespace(origin=GeoOrigin(45.0, 13.0)), seed=3
+    )
     rng = np.random.default_rng(5)
     x, y, z = rng.uniform(-1, 1, (3, 7)) * [[31.0], [19.0], [11.0]] - [[0.0], [0.0], [12.0]]
     place, t = jit.Array3f64(*(jit.Float64(v) for v in (x, y, z))), jit.Float64(rng.uniform(1.0, 7000.0, 7))
     if part == "dye":
-        found = [ocean.tracer("dye", place, t)]
-    elif part == "currents":
-        found = [ocean.current(place, t)]
-    elif part == "waves":
+        return [ocean.tracer("dye", place, t)]
+    if part == "currents":
+        return [ocean.current(place, t)]
+    if part == "waves":
         motion = ocean.wave_motion(place, t)
-        found = [motion.velocity, motion.elevation]
-    elif part == "wind":
-        found = [ocean.wind(jit.Array3f64(place.x, place.y, -place.z), t)]
-    elif part == "tide":
-        found = [ocean.elevation(place.x, place.y, t)]
-    else:
-        found = [ocean.sun_elevation, ocean.sun_azimuth, np.array([ocean.cloud, ocean.visibility, ocean.rain])]
+        return [motion.velocity, motion.elevation]
+    if part == "wind":
+        return [ocean.wind(jit.Array3f64(place.x, place.y, -place.z), t)]
+    if part == "tide":
+        return [ocean.elevation(place.x, place.y, t)]
+    return [ocean.sun_elevation, ocean.sun_azimuth, np.array([ocean.cloud, ocean.visibility, ocean.rain])]
+
+
+def digest(part: str, kind: str, config: dict[str, Any]) -> bytes | None:
+    """Of what an ocean with one component says; None if the configuration is refused."""
+    try:
+        found = asked(part, kind, config)
+    except (PelagosError, ValidationError):
+        return None
     told = hashlib.blake2b(digest_size=8)
     for values in found:
         told.update(np.ascontiguousarray(np.array(values)).tobytes())

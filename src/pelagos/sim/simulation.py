@@ -80,6 +80,7 @@ class Simulation(Changes):
             first = np.zeros(model.n, dtype=np.int64)
             props.put(model, self.bodies, self._stepper.variety, first == 0, first)
             self._stepper.start(self._stepper.variety.starts(self._begin, first == 0, first))
+            self.bodies.follow(0)
             warn_of_buried(model, self._begin, self.bodies.hulls, self.bodies.bodies)
             warn_of_wrong_side(model)
         model.world.before_cast(self._show_now)

@@ -1,0 +1,66 @@
+"""Numbers as they were when somebody last looked at them, so that no change of one goes unseen.
+
+They are our own: that they are right is proven in `tests/verification` and `tests/cross_code`. Where a change is meant,
+`PELAGOS_RENEW=1 python -m pytest tests -k known` writes them anew, and the difference is read before it is committed.
+
+Of an array of any size seven numbers are kept: how many of its values are finite, their mean and standard deviation,
+and four sums over them with weights that change from place to place, so that a part that moved is seen too. They may
+differ by a share of mean and deviation: other processors round single precision another way.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+
+FOLDER: Final = Path(__file__).parent / "numbers"
+SINGLE: Final = 1e-3
+DOUBLE: Final = 1e-5  # shares, of what is reckoned in single and in double precision
+_TURNS: Final = (0.0123, 0.318, 1.27, 2.71)  # rad from one value to the next
+
+
+def check(file: str, case: str, found: Mapping[str, Any], share: float = SINGLE) -> None:
+    """Compare what was found with what is known of a case, or write it down where `PELAGOS_RENEW` is set."""
+    path = FOLDER / f"{file}.json"
+    book = json.loads(path.read_text(encoding="utf-8")) if path.exists() else {}
+    now = {name: _summary(values) for name, values in found.items()}
+    if os.environ.get("PELAGOS_RENEW"):
+        book[case] = now
+        lines = ",\n".join(f"{json.dumps(c)}: {{\n{_lines(book[c])}\n}}" for c in sorted(book))
+        path.write_text(f"{{\n{lines}\n}}\n", encoding="utf-8")
+        return
+    assert case in book, f"{case} is not known yet: PELAGOS_RENEW=1 python -m pytest tests -k known"
+    assert now.keys() == book[case].keys()
+    wrong = {
+        name: (book[case][name], values) for name, values in now.items() if not _alike(book[case][name], values, share)
+    }
+    assert not wrong, f"{case}, known and found: {wrong}"
+
+
+def _lines(case: Mapping[str, list[float]]) -> str:
+    return ",\n".join(f"  {json.dumps(name)}: {json.dumps(values)}" for name, values in case.items())
+
+
+def _summary(values: Any) -> list[float]:
+    array = np.ravel(np.asarray(values))
+    flat = (np.concatenate([array.real, array.imag]) if np.iscomplexobj(array) else array).astype(np.float64)
+    finite = np.isfinite(flat)
+    if not finite.any():
+        return [float(finite.sum()), float(flat.size)]
+    kept, place = flat[finite], np.flatnonzero(finite)
+    sums = [float(np.mean(kept * np.cos(turn * place + 0.7))) for turn in _TURNS]
+    return [float(finite.sum()), *(float(f"{v:.7g}") for v in (kept.mean(), kept.std(), *sums))]
+
+
+def _alike(known: list[float], found: list[float], share: float) -> bool:
+    if len(known) != len(found) or known[0] != found[0]:
+        return False
+    if len(known) == 2:
+        return known == found
+    size = abs(known[1]) + known[2]
+    return all(abs(a - b) <= share * size + 1e-9 for a, b in zip(known[1:], found[1:], strict=True))
