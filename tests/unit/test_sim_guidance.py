@@ -68,7 +68,8 @@ def test_lawnmower_lines_alternate_and_grow_to_starboard(heading_deg, corner):
 def test_a_vehicle_beside_its_line_steers_towards_it(y, sign):
     line = Line((100.0, 0.0), (0.0, 0.0), common=Common(Level(3.0)))
     depth, heading, speed = guidance([line], aboard()).command(aboard(10.0, y))[0]
-    assert heading == pytest.approx(sign * math.atan2(5.0, 18.0))  # west of a northward line: turn to the right
+    lookahead = 18.0 * (0.5 + 0.5 * math.exp(-5.0 / 9.0))  # twelve lengths on the line, half of that far from it
+    assert heading == pytest.approx(sign * math.atan2(5.0, lookahead))  # west of a northward line: turn to the right
     assert (depth, speed) == (3.0, 1.5)
 
 
@@ -83,6 +84,35 @@ def test_the_way_back_onto_a_line_is_the_same_at_every_course_and_place(course_d
     start = np.array([origin])
     found = line_course(start, start + 80 * ahead, start + 30 * ahead + across * right, 12.0)
     assert np.angle(np.exp(1j * (found[0] - course + math.atan2(across, 12.0)))) == pytest.approx(0, abs=1e-12)
+
+
+@pytest.mark.parametrize("across", [0.7, -4.0, 55.0])
+def test_far_from_its_line_a_vehicle_aims_nearer_ahead(across):
+    """Delta = 12 (0.4 + 0.6 exp(-|e| / 6)); the line heads north-west, starboard of it is north-east."""
+    start, right = np.array([[7.0, -3.0]]), np.array([1.0, -1.0]) / math.sqrt(2)
+    ahead = np.array([1.0, 1.0]) / math.sqrt(2)
+    found = line_course(start, start + 80 * ahead, start + 30 * ahead + across * right, 12.0, 0.4)[0]
+    lookahead = 12.0 * (0.4 + 0.6 * math.exp(-abs(across) / 6.0))
+    assert found == pytest.approx(-math.pi / 4 - math.atan2(across, lookahead), abs=1e-12)
+
+
+@pytest.mark.parametrize(("depth", "speed"), [(0.1, 0.0), (0.34, 0.0), (0.4, 1.2), (2.0, 1.2)])
+def test_who_sinks_while_it_waits_for_a_fix_drives_up(depth, speed):
+    task = GpsFix(30.0, rises=True, common=Common(Level(0.0), 1.2))
+    asked = guidance([task], aboard(3.0, -4.0, depth)).command(aboard(3.0, -4.0, depth))[0]
+    assert asked.tolist() == pytest.approx([0.0, 0.0, speed])
+    assert guidance([GpsFix(30.0)], aboard()).command(aboard(3.0, -4.0, depth))[0][2] == 0.0
+
+
+@pytest.mark.parametrize(
+    ("short", "side", "deeper", "docked"),
+    [(0.0, 0.3, -0.35, True), (0.0, -0.3, 0.45, False), (0.3, 0.2, 0.3, True), (0.3, 0.2, -0.4, False)],
+)
+def test_docked_is_within_the_distance_of_the_point_in_space(short, side, deeper, docked):
+    """Within 0.5 m: 0.46 and 0.47 m are, 0.54 m are not, though each of their parts is."""
+    line = Line((30.0, -4.0), (10.0, -4.0), 0.5, again=True, common=Common(Level(9.0)))
+    place = aboard(30.0 - short, -4.0 + side, 9.0 + deeper)
+    assert line.moves(place, Progress.begin(aboard()))[0] == docked
 
 
 @pytest.mark.parametrize("turn", [1.0, -1.0])
@@ -127,7 +157,7 @@ def test_altitude_hold_ramps_the_depth_set_point():
 def test_tasks_follow_each_other_and_the_mission_ends():
     level = Common(Level(5.0))
     up = Common(Level(0.0))
-    tasks = [Dive(common=level), Line((10.0, 0.0), common=level), Dive(True, up), GpsFix(30.0, up)]
+    tasks = [Dive(common=level), Line((10.0, 0.0), common=level), Dive(True, up), GpsFix(30.0, common=up)]
     g = guidance(tasks, aboard())
     assert g.command(aboard())[0, 0] == 5.0
     g.command(aboard(depth=4.5, t=10.0))

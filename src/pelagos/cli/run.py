@@ -22,6 +22,7 @@ from pelagos.errors import InputError, RecordingError
 from pelagos.files import write_whole
 
 if TYPE_CHECKING:
+    from pelagos.report.legs import FlownLegs
     from pelagos.sim.run import RunResult
     from pelagos.sim.simulation import Simulation
 
@@ -157,8 +158,9 @@ def _finish(
 
         write_rosbag(recording, folder / "rosbag2")
     _say(result, sim.n, overdue=stopping.overdue)
+    legs = _say_missions(sim, recording)
     if options.report:
-        _report(folder, recording, sim, result)
+        _report(folder, recording, sim, result, legs)
     out.print(f"results: {shown(folder)}", markup=False)
     for file in sorted({file.resolve() for file in (*folder.iterdir(), recording)}):
         out.print(f"  {shown(file)}", markup=False)
@@ -244,8 +246,20 @@ def _say(result: RunResult, n: int, *, overdue: bool) -> None:
     )
 
 
-def _report(folder: Path, recording: Path, sim: Simulation, result: RunResult) -> None:
+def _say_missions(sim: Simulation, recording: Path) -> FlownLegs:
+    """Tell how far every mission came, and how near to its way the vehicle kept."""
+    if not sim.stepper.missions.guidance:
+        return {}
+    from pelagos.report.legs import flown_legs, legs_lines
+
+    flown = flown_legs(sim, recording)
+    for line in legs_lines(flown, sim.time_ns * 1e-9):
+        out.print(f"  {line}", markup=False)
+    return flown
+
+
+def _report(folder: Path, recording: Path, sim: Simulation, result: RunResult, legs: FlownLegs) -> None:
     from pelagos.report.report import write_report
 
     with doing("writing the report"):
-        write_report(folder, recording, sim, result)
+        write_report(folder, recording, sim, result, legs=legs)

@@ -13,6 +13,7 @@ from pelagos.files import write_whole
 from pelagos.messages.sonar_image import PROJECTED_IMAGE
 from pelagos.report import charts, pictures, sonar, soundings, survey, theme, track, water
 from pelagos.report.communication import communication_section
+from pelagos.report.legs import FlownLegs, flown_legs, legs_numbers, legs_table
 from pelagos.report.mission import Mission, missions
 from pelagos.report.movers import mover_tracks, movers_section
 from pelagos.report.navigation import dead_reckoning, known
@@ -28,13 +29,16 @@ if TYPE_CHECKING:
     from pelagos.sim.simulation import Simulation
 
 
-def write_report(folder: Path, recording: Path, sim: Simulation, result: RunResult) -> Path:
-    """Write `report.html` and `stats.json` of a run that has just ended.
+def write_report(
+    folder: Path, recording: Path, sim: Simulation, result: RunResult, *, legs: FlownLegs | None = None
+) -> Path:
+    """Write `report.html` and `stats.json` of a run that has just ended; legs: see `flown_legs`, found where None.
 
     Raises:
         RecordingError: the recording cannot be read.
     """
-    return render_report(folder, recording, sim.world, run_statistics(sim, result), ocean=sim.model.ocean)
+    numbers = run_statistics(sim, result) | {"legs": legs_numbers(flown_legs(sim, recording) if legs is None else legs)}
+    return render_report(folder, recording, sim.world, numbers, ocean=sim.model.ocean)
 
 
 def render_report(
@@ -99,6 +103,7 @@ def _sections(mission: Mission, world: Any, ocean: Ocean | None, numbers: dict[s
         }  # fmt: skip
     drawn, caption = track.track_map(mission, world, reckoned, solved)
     sections = [Section(f"Track of {mission.name}", caption, _figure(drawn, "true and dead-reckoned track"))]
+    sections += legs_table(mission.name, numbers)
     sections += movers_section(mission, mover_tracks(mission.recording))
     sections += _survey(mission, world, numbers)
     sections += _water(mission, world, ocean, numbers)

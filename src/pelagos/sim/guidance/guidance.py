@@ -36,6 +36,8 @@ class Guidance:
         steps: the mission.
         progress: where each copy stands.
         followed: names of the agents that a task follows.
+        begun: `(n,)` when the mission began [s].
+        ended: `(n, tasks)` when each task ended [s], for the last time; not a number: it has not.
     """
 
     def __init__(self, steps: Sequence[Step], steering: Steering, names: Sequence[str], aboard: Aboard) -> None:
@@ -45,6 +47,8 @@ class Guidance:
         self._steering = steering
         self._names = tuple(names)
         self._entered = np.full(len(aboard), -1)
+        self.begun = np.full(len(aboard), aboard.t_s)
+        self.ended = np.full((len(aboard), len(self.steps)), np.nan)
 
     @property
     def done(self) -> bool:
@@ -53,12 +57,13 @@ class Guidance:
 
     def memory(self) -> dict[str, Any]:
         """State of the mission: arrays."""
-        return {"progress": vars(self.progress), "entered": self._entered, "steering": self._steering.memory()}
+        kept = {"entered": self._entered, "begun": self.begun, "ended": self.ended}
+        return {"progress": vars(self.progress), **kept, "steering": self._steering.memory()}
 
     def recall(self, memory: Mapping[str, Any]) -> None:
         """Go on from there."""
         self.progress = Progress(**memory["progress"])
-        self._entered = memory["entered"]
+        self._entered, self.begun, self.ended = memory["entered"], memory["begun"], memory["ended"]
         self._steering.recall(memory["steering"])
 
     def command(self, aboard: Aboard, truth: Aboard | None = None) -> Floats:
@@ -97,6 +102,7 @@ class Guidance:
                 to = np.where(task.common.until.met(seen), self.steps[k].behind, to)
             moved = to != k
             if moved.any():
+                self.ended[lanes[moved], k] = aboard.t_s
                 p.move(lanes[moved], np.maximum(to, 0)[moved], aboard)
             elif whole:
                 return

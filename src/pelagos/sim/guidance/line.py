@@ -16,8 +16,8 @@ from pelagos.sim.guidance.task import Common, blank
 @dataclass(frozen=True)
 class Line:
     """Attributes: end, start: (x, y) [m], start None: from where the task begins; acceptance_m: done within this of the
-    end, or past it; exact: only within it, at the level's depth too, where the vehicle stops; again: a vehicle that
-    passed the end without having been within goes back by one task.
+    end, or past it; exact: only within it, at the level's depth too, where the vehicle stops; again: the distance
+    counts the depth, and a vehicle that passed the end without having been within goes back by one task.
     """
 
     end: tuple[float, float]
@@ -38,7 +38,10 @@ class Line:
         length = np.hypot(along[:, 0], along[:, 1])
         left = end - aboard.xy
         to_go = (left[:, 0] * along[:, 0] + left[:, 1] * along[:, 1]) / np.where(length > 0, length, 1.0)
-        near = np.hypot(left[:, 0], left[:, 1]) < self.acceptance_m
+        distance = np.hypot(left[:, 0], left[:, 1])
+        if self.again and self.common.level.depth_m is not None:
+            distance = np.hypot(distance, aboard.depth - self.common.level.depth_m)
+        near = distance < self.acceptance_m
         past = to_go < 0.0
         if self.exact or self.again:
             near &= self.common.level.reached(aboard, max(self.acceptance_m, 0.2))

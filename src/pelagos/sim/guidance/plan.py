@@ -365,7 +365,8 @@ def _drift(planner: Planner, leg: legs.Drift, number: int, at: XY) -> list[Task]
 
 def _gps_fix(planner: Planner, leg: legs.GpsFix, number: int, at: XY) -> list[Task]:
     level = None if planner.family.medium == "in the air" else Level(0.0)
-    return [GpsFix(leg.timeout_s, planner.common(leg, number, level=level))]
+    rises = planner.family.medium == "under water"
+    return [GpsFix(leg.timeout_s, rises, planner.common(leg, number, level=level))]
 
 
 def _hold(planner: Planner, leg: legs.Hold, number: int, at: XY) -> list[Task]:

@@ -12,6 +12,7 @@ from pelagos.sim.guidance.aboard import Aboard
 from pelagos.sim.guidance.goal import Goal, Path
 from pelagos.sim.guidance.progress import Progress
 from pelagos.sim.guidance.task import Common, blank
+from pelagos.sim.guidance.vertical import SURFACED_DEPTH_M
 
 FIXES: Final = 3  # a position is taken as fixed after this many
 
@@ -38,9 +39,12 @@ class Hold:
 
 @dataclass(frozen=True)
 class GpsFix:
-    """Wait at the surface for `FIXES` fixes, at most so long [s]; memory: fixes."""
+    """Wait at the surface for `FIXES` fixes, at most so long [s]; rises: a vehicle that has sunk, as a neutral one does
+    that comes to rest with its back dry, drives up again; memory: fixes.
+    """
 
     seconds: float
+    rises: bool = False
     common: Common = field(default_factory=Common)
 
     def moves(self, aboard: Aboard, progress: Progress) -> NDArray[np.int64]:
@@ -55,7 +59,7 @@ class GpsFix:
         goal.path[:] = Path.COURSE
         goal.course = progress.heading.copy()
         goal.end = progress.start[:, :2].copy()
-        goal.speed[:] = 0.0
+        goal.speed = np.where(self.rises & (aboard.depth > SURFACED_DEPTH_M), goal.speed, 0.0)
         return goal
 
 

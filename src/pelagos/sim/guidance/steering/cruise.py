@@ -15,6 +15,7 @@ from pelagos.sim.guidance.steering.steering import Channels, Crab, Lead, course_
 
 GLIDE_RAD: Final = 0.44  # 25 degrees
 UPPER_DEPTH_M: Final = 3.0  # of a glider on a leg that says only how deep
+NEAREST: Final = 0.5  # share of the lookahead that is left far from a line
 AFLOAT_M: Final = -5.0  # a glider that is told to turn here stays at the surface
 
 Kind = Literal["torpedo", "ship", "glider", "airplane"]
@@ -44,7 +45,7 @@ class Cruise:
         if self.kind == "airplane":
             speed = np.where(speed > 0, speed, self.cruise_mps)
         crab = np.where((goal.path == Path.COURSE) | idle, 0.0, self.crab.see(aboard, speed))
-        wanted = course_to(goal, aboard, self.lookahead_m, self.radius_m) - crab
+        wanted = course_to(goal, aboard, self.lookahead_m, self.radius_m, NEAREST) - crab
         heading = self.lead.turning(wanted, goal, aboard, self.lookahead_m, self.radius_m)
         depth = np.where(over, 0.0, goal.depth)
         if self.kind == "torpedo":

@@ -19,6 +19,7 @@ from pelagos.sim.guidance.goal import Goal, Path
 
 Channels: TypeAlias = dict[str, Floats]
 
+FAR: Final = 0.5  # distance in lookaheads over which a vehicle begins to aim nearer ahead
 CRAB_TIME_S: Final = 5.0  # the crab angle is known as the mean over this: waves pass
 CRAB_LIMIT_RAD: Final = 1.0
 LEARNING_S: Final = 6.0  # time in which the lag of headings is learned
@@ -44,14 +45,23 @@ class Steering(Protocol):
         ...
 
 
-def line_course(start: Floats, end: Floats, position: Floats, lookahead_m: Floats | float) -> Floats:
-    """Compass course [rad] that leads onto the lines from `start` to `end`, all `(m, 2)` x, y [m]."""
+def line_course(
+    start: Floats, end: Floats, position: Floats, lookahead_m: Floats | float, nearest: float = 1.0
+) -> Floats:
+    """Compass course [rad] that leads onto the lines from `start` to `end`, all `(m, 2)` x, y [m].
+
+    Far from its line a vehicle aims nearer ahead, down to a share `nearest` of the lookahead, and so comes back sooner:
+    Delta = Delta_min + (Delta_max - Delta_min) exp(-|y_e| / e), after A. M. Lekkas and T. I. Fossen, A time-varying
+    lookahead distance guidance law for path following, IFAC Proc. Vol. 45-27 (2012).
+    """
     along, off = end - start, position - start
     point = np.hypot(along[:, 0], along[:, 1]) < 1e-6
     if point.any():
         along = np.where(point[:, None], end - position, along)
     course = bearing(along)
     to_starboard = -np.sin(course) * off[:, 0] - np.cos(course) * off[:, 1]
+    if nearest < 1.0:
+        lookahead_m = lookahead_m * (nearest + (1 - nearest) * np.exp(-np.abs(to_starboard) / (FAR * lookahead_m)))
     return course - np.where(point, 0.0, np.arctan2(to_starboard, lookahead_m))
 
 
@@ -119,12 +129,16 @@ class Lead:
         return np.where(on_circle, wanted + lead, wanted)
 
 
-def course_to(goal: Goal, aboard: Aboard, lookahead_m: Floats | float, radius_m: float) -> Floats:
-    """Course [rad] of vehicles that steer by heading: lines, circles, and circles around points to stay at."""
+def course_to(goal: Goal, aboard: Aboard, lookahead_m: Floats | float, radius_m: float, nearest: float = 1.0) -> Floats:
+    """Course [rad] of vehicles that steer by heading: lines, circles, and circles around points to stay at.
+
+    nearest: see `line_course`.
+    """
     paths = set(goal.path.tolist())
     course = goal.course
     if Path.LINE in paths:
-        course = np.where(goal.path == Path.LINE, line_course(goal.start, goal.end, aboard.xy, lookahead_m), course)
+        along = line_course(goal.start, goal.end, aboard.xy, lookahead_m, nearest)
+        course = np.where(goal.path == Path.LINE, along, course)
     if Path.CIRCLE in paths or Path.POINT in paths:
         radius = np.where(np.isnan(goal.radius), radius_m, goal.radius)
         around = circle_course(goal.end, radius, goal.turn, aboard.xy, lookahead_m)
