@@ -289,3 +289,38 @@ def test_sonars_that_are_moved_together_are_heard_each():
     assert {"a.sonar", "b.sonar", "c.sonar"} == set(sim.encounters.neighbours.emitters)
     sim.step(ticks=2)
     assert np.isfinite(sim.observe("c", (15, 10, -25))["sonar"].data).all()
+
+
+@pytest.mark.parametrize("hears", ["others", ["auv[1].imaging", "lone.head", "auv[0].head"]])
+def test_sonars_of_a_group_that_hear_others_read_in_one_call_what_each_reads_alone(hears, monkeypatch):
+    """To the byte, in every copy: vehicles out of one another's sight, at different distances; heads that turn."""
+    imaging = {"type": "imaging_sonar", "rate_hz": 5, "beams": 24, "bins": 150, "range_max_m": 25.0, "hears": hears}
+    head = {"type": "mechanical_scanning_sonar", "rate_hz": 10, "bins": 80, "range_max_m": 20.0, "hears": hears}
+    sensors = {"imaging": imaging, "head": head | {"position_m": [0.1, -0.2, 0.15]}}
+    alike = {"vehicle": "remus100", "sensors": sensors}
+    group = alike | {
+        "count": 4,
+        "start": {"position_m": [0.0, -20.0], "depth_m": 5.0, "speed_mps": 1.5, "spacing_m": [34.0, 45.0]},
+        "distributions": {"start.heading_deg": {"uniform": [-180.0, 180.0]}, "start.depth_m": {"uniform": [4.0, 8.0]}},
+    }
+    lone = alike | {"vehicle": "bluerov2", "start": {"position_m": [-60.0, 500.0], "depth_m": 7.0, "heading_deg": -80}}
+    written = {"seed": 8, "tick_rate_hz": 50, "world": {"type": "flat", "depth_m": 12.0, "size_m": [2000, 2000]}}
+
+    def pings() -> list[bytes]:
+        sim = pl.Simulation.load(written | {"agents": {"auv": group, "lone": lone}}, n=2)
+        found = []
+        for _ in range(3):
+            obs = sim.step(ticks=10)
+            found += [obs[name][sensor].data.tobytes() for name in obs for sensor in sensors]
+        batches.append(len(sim.model.batches))
+        return found
+
+    batches: list[int] = []
+    together = pings()
+    monkeypatch.setattr("pelagos.sim.batch._shareable", lambda agent: False)
+    alone = pings()
+    assert batches == [2, 5]
+    assert together == alone
+    for sensor in sensors.values():
+        sensor["hears"] = "none"
+    assert sum(one != other for one, other in zip(pings(), alone, strict=True)) > 12

@@ -119,10 +119,8 @@ def _same(one: tuple[Agent, str], other: tuple[Agent, str]) -> bool:
 
 
 def _shareable(agent: Agent) -> bool:
-    """Whether every sensor can read for many vehicles: all that ship with Pelagos, but for those that say otherwise,
-    and sonars that hear others.
-    """
+    """Whether every sensor can read for many vehicles: all that ship with Pelagos, but for those that say otherwise."""
     kinds = [registry.find("sensor", config.type).load() for config in agent.sensors.values()]
-    return all(getattr(config, "hears", "none") == "none" for config in agent.sensors.values()) and all(
+    return all(
         kind.__module__.startswith("pelagos.sensors.") and not getattr(kind, "ONE_VEHICLE", False) for kind in kinds
     )

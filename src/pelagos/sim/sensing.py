@@ -97,7 +97,7 @@ class Sensing:
         self._answer(now)
         copy, here = lanes.copy % self._model.n, self._model.agents[agent]
         others = lambda other: at_lanes(self.motion_of(now, other), copy)
-        self._encounters.neighbours.motion_of = others
+        self._encounters.neighbours.motion_of, self._encounters.neighbours.motions_of = others, None
         self._names[here.batch.name].at_poses(lanes, here.member)
         for sensor in sensors:
             m = self._ask(sensor, here.batch, lanes)
@@ -124,7 +124,8 @@ class Sensing:
     def _answer(self, due: range) -> None:
         """Have the sensor that reads next ask this run, about these ticks."""
         self._run.in_own_current()
-        self._encounters.neighbours.motion_of = partial(self.motion_of, due)
+        neighbours = self._encounters.neighbours
+        neighbours.motion_of, neighbours.motions_of = partial(self.motion_of, due), partial(self.motions_of, due)
         self._encounters.blows.latest = self._latest_blow
         self._encounters.medium.motions_of, self._encounters.medium.place = partial(self.motions_of, due), self._place
         self._encounters.medium.traffic, self._encounters.medium.ticks = self._run.traffic, due

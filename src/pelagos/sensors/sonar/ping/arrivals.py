@@ -31,7 +31,7 @@ def arrivals(heard: Heard, lanes: Lanes, bins: Bins, *, beams: int, bandwidth_hz
     field = dr.zeros(jit.Float, pings * beams * bins.count * 2)
     speed = dr.gather(jit.Float, lanes.medium.sound_speed, ping)
     loss = dr.gather(jit.Float, lanes.medium.absorption, ping)
-    sources = dr.width(heard.period)
+    places = dr.width(heard.distance) // pings
     begin, width = 2.0 * bins.first_range / speed, 2.0 * bins.width / speed  # times since the ping
     samples = min(max(math.ceil(2.0 * bins.width / 1400.0 * bandwidth_hz / _FINEST), 1), _MOST)
 
@@ -41,13 +41,14 @@ def arrivals(heard: Heard, lanes: Lanes, bins: Bins, *, beams: int, bandwidth_hz
         there = way < dr.inf
         level = dr.gather(jit.Float, heard.level, row * beams + beam)
         size = dr.select(there, dr.sqrt(level * from_db(-loss * dr.select(there, way, 0.0))), 0.0)
-        turns = jit.Float64(dr.select(there, way, 0.0)) * jit.Float64(dr.gather(jit.Float, heard.frequency, k) / speed)
+        of = dr.gather(jit.UInt32, heard.source, row)
+        turns = jit.Float64(dr.select(there, way, 0.0)) * jit.Float64(dr.gather(jit.Float, heard.frequency, of) / speed)
         s, c = dr.sincos(jit.Float(turns - dr.floor(turns)) * (-2.0 * math.pi))
-        period, step = dr.gather(jit.Float, heard.period, k), dr.gather(jit.Float, heard.step, k)
-        first, taps = dr.gather(jit.UInt32, heard.first, k), dr.gather(jit.UInt32, heard.taps, k)
+        period, step = dr.gather(jit.Float, heard.period, of), dr.gather(jit.Float, heard.step, of)
+        first, taps = dr.gather(jit.UInt32, heard.first, of), dr.gather(jit.UInt32, heard.taps, of)
         length = jit.Float(taps) * step
         travel = dr.select(there, way, 0.0) / speed - dr.gather(jit.Float, heard.since, row)
-        start = travel + dr.gather(jit.Float, heard.lead, k)
+        start = travel + dr.gather(jit.Float, heard.lead, of)
         start += dr.ceil((begin - length - start) / period) * period  # the first that is heard in the window
 
         def pulse(at: Array) -> tuple[Array]:
@@ -73,7 +74,7 @@ def arrivals(heard: Heard, lanes: Lanes, bins: Bins, *, beams: int, bandwidth_hz
         dr.while_loop((first_at,), lambda at: at < end, pulse, mode="symbolic")
         return (k + 1,)
 
-    dr.while_loop((dr.zeros(jit.UInt32, pings * beams),), lambda k: k < sources, source, mode="symbolic")
+    dr.while_loop((dr.zeros(jit.UInt32, pings * beams),), lambda k: k < places, source, mode="symbolic")
     dr.eval(field)
     return field
 

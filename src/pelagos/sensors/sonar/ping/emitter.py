@@ -66,7 +66,7 @@ class Apertures:
 
     def power(self, direction: NDArray[np.float64]) -> NDArray[np.float64]:
         """One-way power pattern `(..., beams)` in directions `(..., 3)`, 1 on axis."""
-        side, up, ahead = (direction @ v.T for v in (self.side, self.up, self.axis))
+        side, up, ahead = (_dots(direction[..., None, :], v) for v in (self.side, self.up, self.axis))
         if self.steered:
             side = side - self._sines
         across = weighted_line_np(side, self.side_length, self.shading)
@@ -77,11 +77,11 @@ class Apertures:
         """`power` of whichever beam hears best in directions `(m, 3)`: `(m,)`."""
         if not self.steered or len(self.axis) < _FEW_BEAMS:
             return np.asarray(self.power(direction).max(axis=-1))
-        towards = direction @ self.side[0]
+        towards = _dots(direction, self.side[0])
         nearest = np.abs(self._sines[None, :] - towards[:, None]).argmin(axis=-1)
         across = weighted_line_np(towards - self._sines[nearest], self.side_length, self.shading)
-        pattern = (across * line_np(direction @ self.up[0], self.up_length)) ** 2
-        ahead = (direction * self.axis[nearest]).sum(axis=-1)
+        pattern = (across * line_np(_dots(direction, self.up[0]), self.up_length)) ** 2
+        ahead = _dots(direction, self.axis[nearest])
         return np.asarray(np.maximum(pattern, _LEAK) * np.where(ahead > 0.0, 1.0, _BEHIND))
 
     def same(self, other: Apertures) -> bool:
@@ -132,6 +132,11 @@ class Emitter:
     def agent(self) -> str:
         """The vehicle that carries it."""
         return self.path.split(".")[0]
+
+
+def _dots(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Products of vectors, term by term: their bytes do not depend on how many there are, as those of `@` may."""
+    return np.asarray(a[..., 0] * b[..., 0] + a[..., 1] * b[..., 1] + a[..., 2] * b[..., 2])
 
 
 def _unit(vectors: NDArray[np.float64]) -> NDArray[np.float64]:

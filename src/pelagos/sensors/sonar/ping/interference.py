@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
@@ -22,6 +21,7 @@ from pelagos.raycast.rays import Rays
 from pelagos.sensors.noise import BatchPath
 from pelagos.sensors.sonar.ping.emitter import Apertures, Emitter
 from pelagos.sensors.sonar.ping.fan import Lanes
+from pelagos.sensors.sonar.ping.placed import Placed, Pose, ReceiverLanes, rotated
 from pelagos.sensors.sonar.ping.vehicle_noise import NoiseSource
 
 if TYPE_CHECKING:
@@ -33,14 +33,15 @@ _HULL: Final = 2.0  # [m] before the other sonar, within which what stands in th
 
 @jit.struct
 class Heard:
-    """Other sonars by source and lane, a Dr.Jit struct.
+    """Other sonars by lane, a Dr.Jit struct: those that a lane hears, the first of each lane, the second, and so on.
 
     Attributes:
-        distance: `Float`, sources by lanes [m].
+        distance: `Float`, places in the lists by lanes [m]; infinite where a lane hears no more.
         direction: `Array3f`, the same, world frame, from the receiver to the source.
         since: `Float`, the same: how long ago it has pinged when the receiver does [s].
-        level: `Float`, sources by lanes by beams: intensity at the receiver without absorption, through both patterns,
+        level: `Float`, places by lanes by beams: intensity at the receiver without absorption, through both patterns,
             re the receiver's source level at 1 m, of a pulse that its filter compresses.
+        source: `UInt32`, places by lanes: the row of what follows.
         period, frequency: `Float`, by source [s], [Hz].
         signal: `Float`, two a sample: the pulses behind the receiver's filter, one after another.
         first, taps: `UInt32`, by source: where its pulse begins in `signal`, and its samples.
@@ -51,6 +52,7 @@ class Heard:
     direction: Array
     since: Array
     level: Array
+    source: Array
     period: Array
     frequency: Array
     signal: Array
@@ -61,7 +63,7 @@ class Heard:
 
     @property
     def size_key(self) -> tuple[int, int, int]:
-        """Sources, lanes and beams in three numbers."""
+        """Sources, the most that a lane hears, lanes and beams in three numbers."""
         return len(self.period), len(self.distance), len(self.level)
 
 
@@ -72,11 +74,13 @@ class Neighbours:
     Attributes:
         paths: of all sensors that can be heard, known before any is built.
         motion_of: agent -> its motion on the lanes of the sensor that is asked; set by the simulation.
+        motions_of: agent -> the motion of all that are moved together with it, and its rows of each tick; likewise.
         noises: vehicles that make noise, by name.
     """
 
     paths: Sequence[str] = ()
     motion_of: Callable[[str], Kinematics] | None = None
+    motions_of: Callable[[str], tuple[Kinematics, slice]] | None = None
     noises: Mapping[str, NoiseSource] = field(default_factory=dict)
     _emitters: dict[str, Emitter] = field(default_factory=dict)
     _pulses: dict[tuple[Any, ...], Pulses] = field(default_factory=dict)
@@ -109,34 +113,73 @@ class Neighbours:
                 raise LookupFailed("sonar that can be heard", name, self.paths, where=where)
         return chosen
 
-    def heard(self, own: Emitter, paths: Sequence[str], motion: Kinematics) -> Heard | None:
-        """Signal at a receiver; None where nothing of it lies in its band."""
-        sources = [self._emitters[p] for p in paths if p != own.path]
+    def heard(self, own: Emitter, paths: Sequence[str], motion: Kinematics, *, others: bool = True) -> Heard | None:
+        """Signal at a receiver; None where nothing of it lies in its band.
+
+        Args:
+            own: the receiver; one of each vehicle that carries it alike.
+            paths: the sonars that any of them hears.
+            motion: of the receiver's vehicles.
+            others: a vehicle does not hear any sonar of its own; else it does not hear the receiver alone.
+        """
+        carriers = own.path.members if isinstance(own.path, BatchPath) else (own.path,)
+        sources = [self._emitters[p] for p in paths if len(carriers) > 1 or p != own.path]
         sources = [s for s in sources if _shares(own, s)]
         if not sources or self.motion_of is None:
             return None
-        pulses = self._pulses_of(own, sources)
-        motions = [self.motion_of(source.agent) for source in sources]
-        dr.eval(motion.position, motion.attitude, [(m.position, m.attitude) for m in motions])
-        ours, near = _Placed.of([own], [motion]), _Placed.of(sources, motions)
+        dr.eval(motion.position, motion.attitude)
+        copies = len(own.path.environments) if isinstance(own.path, BatchPath) else 0
+        lanes = ReceiverLanes.of(motion, len(carriers), copies)
+        ours, near = Placed.of([own], [lanes.pose(motion)]), Placed.of(sources, self._poses(sources, lanes))
         tick, now = (np.array(v).astype(np.int64) for v in (motion.tick, motion.t_ns))
         way = near.position - ours.position
         distance = np.maximum(np.linalg.norm(way, axis=-1), 1e-6)  # (sources, m)
-        heard = [k for k, s in enumerate(sources) if _loudest(s, float(distance[k].min())) >= own.faintest_db]
-        if not heard:
+        audible = _loudest(sources, distance) >= own.faintest_db
+        if len(carriers) > 1:
+            theirs, mine = (
+                [_by_vehicle(p) if others else p for p in found] for found in ([s.path for s in sources], carriers)
+            )
+            number = {name: i for i, name in enumerate(mine)}
+            audible &= np.array([[number.get(name, -1)] for name in theirs]) != lanes.carrier
+        most = int(audible.sum(axis=0).max())
+        if most == 0:
             return None
-        sources, distance = [sources[k] for k in heard], distance[heard]
-        direction = way[heard] / distance[..., None]
-        towards_us = _turned(near.attitude[heard], -direction, sources, tick)
+        # of each lane those that it hears, in the order of the scenario: a vehicle hears them in the order as if alone
+        chosen = np.argsort(~audible, axis=0, kind="stable")[:most]  # (most, m)
+        lane, there = np.arange(chosen.shape[1]), np.take_along_axis(audible, chosen, axis=0)
+        distance = distance[chosen, lane]
+        direction = way[chosen, lane] / distance[..., None]
+        towards_us = _turned(near.attitude[chosen, lane], -direction, [s.angle for s in sources], chosen, tick)
         sent = np.empty(distance.shape)
         for apertures, rows in _alike(sources).items():
-            sent[rows] = apertures.loudest(towards_us[rows].reshape(-1, 3)).reshape(len(rows), -1)
+            at = np.isin(chosen, rows)
+            sent[at] = apertures.loudest(towards_us[at])
         gain = 10.0 ** ((np.array([s.source_level_db for s in sources]) - own.source_level_db) / 10.0)
-        level = gain[:, None] * sent / np.maximum(distance, _NEAREST) ** 2
-        since = (now % np.array([[s.period_ns] for s in sources])) * 1e-9
-        from_them = _turned(np.broadcast_to(ours.attitude, (*distance.shape, 4)), direction, [own] * len(sources), tick)
-        received = own.apertures.power(from_them) * level[..., None]  # (sources, m, beams)
-        return _heard(sources, Arriving(distance, direction, since, received), pulses)
+        level = gain[chosen] * sent / np.maximum(distance, _NEAREST) ** 2
+        since = (now % np.array([s.period_ns for s in sources])[chosen]) * 1e-9
+        facing = np.broadcast_to(ours.attitude, (*distance.shape, 4))
+        from_them = _turned(facing, direction, [own.angle], np.zeros_like(chosen), tick)
+        received = own.apertures.power(from_them) * level[..., None]  # (most, m, beams)
+        coming = Arriving(
+            np.where(there, distance, np.inf), direction, np.where(there, since, 0.0),
+            np.where(there[..., None], received, 0.0), np.where(there, chosen, 0),
+        )  # fmt: skip
+        return _heard(sources, coming, self._pulses_of(own, sources))
+
+    def _poses(self, sources: Sequence[Emitter], lanes: ReceiverLanes) -> list[Pose]:
+        """Positions and attitudes of the vehicles of sources on the receiver's lanes."""
+        found: dict[str, Pose] = {}
+        known: dict[int, Pose] = {}  # of all that are moved together, by the first tick's lanes
+        assert self.motion_of is not None
+        for agent in dict.fromkeys(source.agent for source in sources):
+            if self.motions_of is None:
+                found[agent] = lanes.pose(self.motion_of(agent))
+                continue
+            whole, rows = self.motions_of(agent)
+            if id(whole) not in known:
+                known[id(whole)] = Pose.of(whole)
+            found[agent] = known[id(whole)].of_rows(rows, lanes)
+        return [found[source.agent] for source in sources]
 
     def _pulses_of(self, own: Emitter, sources: Sequence[Emitter]) -> Pulses:
         """All pulses that may be heard behind the filter of `own`: made once."""
@@ -167,30 +210,32 @@ class Pulses:
 
 @dataclass(frozen=True)
 class Arriving:
-    """Arrays `(sources, m, ...)`, see `Heard`."""
+    """Arrays `(places, m, ...)`, see `Heard`."""
 
     distance: NDArray[np.float64]
     direction: NDArray[np.float64]
     since: NDArray[np.float64]
     level: NDArray[np.float64]
+    source: NDArray[np.int64]
 
 
 def _heard(sources: Sequence[Emitter], coming: Arriving, pulses: Pulses) -> Heard:
-    """Sources side by side, and silent ones up to a power of two: a ping is recorded for few different numbers."""
-    silent = (1 << (len(sources) - 1).bit_length()) - len(sources)
+    """Places and sources up to powers of two, with silent ones: a ping is recorded for few different numbers."""
 
     def padded(values: NDArray[Any], filler: float = 0.0) -> NDArray[np.float32]:
+        silent = (1 << (len(values) - 1).bit_length()) - len(values)
         width = ((0, silent), *((0, 0) for _ in values.shape[1:]))
         return np.pad(values.astype(np.float32), width, constant_values=filler)
 
     rows = np.array([pulses.rows[s.sent] for s in sources])
     way = padded(coming.direction)
-    way[len(sources) :, :, 0] = 1.0
+    way[len(coming.direction) :, :, 0] = 1.0
     made = Heard(
         jit.Float(padded(coming.distance, np.inf).ravel()),
         jit.Array3f(np.ascontiguousarray(way.reshape(-1, 3).T)),
         jit.Float(padded(coming.since).ravel()),
         jit.Float(padded(coming.level).ravel()),
+        jit.UInt32(padded(coming.source).ravel().astype(np.uint32)),
         jit.Float(padded(np.array([s.period_ns * 1e-9 for s in sources]), 1.0)),
         jit.Float(padded(np.array([s.frequency_hz for s in sources]))),
         pulses.signal,
@@ -215,10 +260,15 @@ def _shares(own: Emitter, source: Emitter) -> bool:
     return band_overlap(own.frequency_hz, own.bandwidth_hz, source.frequency_hz, source.bandwidth_hz) > 0.0
 
 
-def _loudest(source: Emitter, distance: float) -> float:
-    """Level at a distance [dB re 1 uPa], at the most: on axis, in fresh and warm water."""
-    least = 0.5 * _absorption(source.frequency_hz)
-    return source.source_level_db - 20.0 * math.log10(max(distance, _NEAREST)) - least * distance
+def _loudest(sources: Sequence[Emitter], distance: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Levels at distances `(sources, m)` [dB re 1 uPa], at the most: on axis, in fresh and warm water."""
+    least = np.array([[0.5 * _absorption(s.frequency_hz)] for s in sources])
+    level = np.array([[s.source_level_db] for s in sources])
+    return np.asarray(level - 20.0 * np.log10(np.maximum(distance, _NEAREST)) - least * distance)
+
+
+def _by_vehicle(path: str) -> str:
+    return path.split(".")[0]
 
 
 @lru_cache(maxsize=64)
@@ -240,46 +290,28 @@ def silence_blocked(caster: Caster, heard: Heard, lanes: Lanes) -> Heard:
     return heard
 
 
-@dataclass(frozen=True)
-class _Placed:
-    """Places of sonars `(sources, m, 3)` [m], and their attitudes `(sources, m, 4)`."""
-
-    position: NDArray[np.float64]
-    attitude: NDArray[np.float64]
-
-    @classmethod
-    def of(cls, emitters: Sequence[Emitter], motions: Sequence[Kinematics]) -> _Placed:
-        """Of evaluated motions."""
-        arm, turn = (
-            np.array([getattr(e.mounting, name) for e in emitters], dtype=np.float64)[:, None]
-            for name in ("position_m", "q_body_sensor")
-        )
-        body, q = (np.stack([_rows(getattr(m, name)) for m in motions]) for name in ("position", "attitude"))
-        w, v, w2, v2 = q[..., :1], q[..., 1:], turn[..., :1], turn[..., 1:]
-        real = w * w2 - (v * v2).sum(axis=-1, keepdims=True)
-        return cls(body + _rotated(q, arm), np.concatenate([real, w * v2 + w2 * v + np.cross(v, v2)], axis=-1))
-
-
-def _rows(vectors: Array) -> NDArray[np.float64]:
-    """Evaluated vectors as rows: component by component no kernel is needed for it."""
-    return np.stack([np.array(part) for part in vectors], axis=-1)
-
-
-def _rotated(q: NDArray[np.float64], vector: NDArray[np.float64]) -> NDArray[np.float64]:
-    """R(q) v for `(..., 4)` and `(..., 3)`."""
-    t = 2.0 * np.cross(q[..., 1:], vector)
-    return np.asarray(vector + q[..., :1] * t + np.cross(q[..., 1:], t))
-
-
 def _turned(
-    attitude: NDArray[np.float64], direction: NDArray[np.float64], emitters: Sequence[Emitter], tick: NDArray[np.int64]
+    attitude: NDArray[np.float64],
+    direction: NDArray[np.float64],
+    angles: Sequence[Callable[[NDArray[np.int64]], NDArray[np.float64]] | None],
+    which: NDArray[np.int64],
+    tick: NDArray[np.int64],
 ) -> NDArray[np.float64]:
-    """World directions `(sources, m, 3)` in the sensor frames, of the heads where those turn."""
-    local = _rotated(attitude * np.array([1.0, -1.0, -1.0, -1.0]), direction)
-    for k, emitter in enumerate(emitters):
-        if emitter.angle is not None:
-            angle = emitter.angle(tick)
+    """World directions `(places, m, 3)` in the frames of sonars, of their heads where those turn.
+
+    Args:
+        attitude: `(places, m, 4)` of the sonars.
+        direction: `(places, m, 3)`.
+        angles: directions of heads at ticks, by sonar.
+        which: `(places, m)` rows of `angles`.
+        tick: `(m,)`.
+    """
+    local = rotated(attitude * np.array([1.0, -1.0, -1.0, -1.0]), direction)
+    for k, angle_at in enumerate(angles):
+        if angle_at is not None:
+            place, lane = np.nonzero(which == k)
+            angle = angle_at(tick[lane])
             c, s = np.cos(angle), np.sin(angle)
-            x, y = local[k, :, 0].copy(), local[k, :, 1].copy()
-            local[k, :, 0], local[k, :, 1] = c * x + s * y, c * y - s * x
+            x, y = local[place, lane, 0], local[place, lane, 1]
+            local[place, lane, 0], local[place, lane, 1] = c * x + s * y, c * y - s * x
     return local

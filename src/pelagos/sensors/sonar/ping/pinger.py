@@ -21,6 +21,7 @@ from pelagos.jit import Array
 from pelagos.math.constants import NOMINAL_SOUND_SPEED
 from pelagos.math.so3 import multiply, rotate
 from pelagos.sensors.mount import sensor_angular_velocity, sensor_velocity
+from pelagos.sensors.noise import BatchPath
 from pelagos.sensors.schedule import period_ticks
 from pelagos.sensors.sonar.ping.aperture import Facing
 from pelagos.sensors.sonar.ping.arrivals import arrivals
@@ -191,7 +192,7 @@ class Pinger:
         if self._water is not None:
             found["water"] = self._water
         if self._hears and self._neighbours is not None:
-            heard = self._neighbours.heard(self._own, self._hears, motion)
+            heard = self._neighbours.heard(self._own, self._hears, motion, others=isinstance(self._spec.hears, str))
             if heard is not None:
                 found["heard"] = heard
         if self._bystanders.some:
@@ -373,7 +374,9 @@ def sources_heard(spec: PingSpec, path: str, neighbours: Neighbours | None, own:
         return []
     if spec.heard:
         neighbours.add(own)
-    return neighbours.chosen(spec.hears, path)
+    members = path.members if isinstance(path, BatchPath) else (path,)
+    wanted = {name for member in members for name in neighbours.chosen(spec.hears, member)}
+    return [name for name in (neighbours.paths if isinstance(spec.hears, str) else spec.hears) if name in wanted]
 
 
 def mirrors(spec: PingSpec, layout: Layout, bounces: Bounces, facing: Facing) -> Mirrors:
