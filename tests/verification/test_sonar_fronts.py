@@ -9,7 +9,7 @@ from typing import Any
 import drjit as dr
 import numpy as np
 import pytest
-from sonar_scenes import DT_NS, StillWater, at, box, context, plane
+from sonar_scenes import DT_NS, StillWater, at, box, context, plane, sphere
 
 from pelagos import jit
 from pelagos.sensors.example_motion import lanes
@@ -18,6 +18,7 @@ from pelagos.sensors.sonar.ping.fan import cast_fan
 from pelagos.sensors.sonar.ping.ping_spec import Mounting
 from pelagos.sensors.sonar.ping.sounder import Sounder, Waters
 from pelagos.sensors.sonar.ping.water_around import STATIONS, profiles_around
+from pelagos.world.material import MATERIALS
 
 DEEP = -60.0
 REACH = 1200.0
@@ -216,3 +217,22 @@ def test_stations_stand_where_rays_go():
             there = x + station * math.cos(sector), y + station * math.sin(sector)
             exact = 1500.0 + 0.01 * there[0] - 0.03 * there[1] + 0.2 * (z + 50.0)
             assert float(np.array(around.profile.speed)[row]) == pytest.approx(exact, abs=1e-3)
+
+
+def test_small_and_smooth_things_come_at_the_time_of_their_way():
+    """A steel sphere of 0.5 m and a smooth wall behind a front 250 m off: c0 (d/c0 + (D - d)/c1), as rays have it.
+
+    Bins of 0.1 m; the front counts from the nearest of 16 stations a way, half of 25 m times 2 %.
+    """
+    keys = {"beams": 9, "horizontal_aperture_deg": 9.0, "vertical_beamwidth_deg": 3.0, "bins": 4000, "iq": True,
+            "range_max_m": 400.0, "rate_hz": 1.0, "frequency_hz": 100e3, "bandwidth_hz": 8e3, "rays_per_beam": 32,
+            "self_noise_db": -100.0, "source_level_db": 230.0}  # fmt: skip
+    ocean = water(through=250.0, step=30.0)
+    for thing, near in ((sphere((350.0, 0.0, DEEP), 0.5), 349.5), (wall(350.0), 350.0)):
+        for refraction in (True, False):
+            scene = context([thing], materials=(MATERIALS["steel"],), ocean=ocean)
+            s = ImagingSonar(ImagingSonarConfig(**keys, refraction=refraction), scene)
+            heard = np.abs(s.sense(at(0.0, 0.0, DEEP)).extras["iq"][0, 4])
+            found = float(s.tables["range"][heard.argmax()])
+            exact = 250.0 + (near - 250.0) * 1480.0 / 1510.0 if refraction else near
+            assert found == pytest.approx(exact, abs=0.4), (thing.instance, refraction)

@@ -8,10 +8,12 @@ from dataclasses import dataclass
 import drjit as dr
 
 from pelagos import jit
+from pelagos.acoustics.refraction import excess_at
 from pelagos.jit import Array
 from pelagos.math.so3 import rotate_back
 from pelagos.sensors.sonar.ping.aperture import Aperture, Facing
 from pelagos.sensors.sonar.ping.fan import Lanes, steered_directions
+from pelagos.sensors.sonar.ping.water_around import STATIONS
 
 
 @dataclass(frozen=True)
@@ -72,6 +74,7 @@ class Listener:
 
     def measured_range(self, distance: Array, lane: Array, other: Array, direction: Array) -> Array:
         """The range that an echo's time means [m], of what moves with velocity `other` [m/s] in a world direction."""
+        distance = reduced_distance(self.lanes, lane, direction, distance)
         closing = dr.dot(jit.Array3f(dr.gather(jit.Array3f64, self.velocity, lane)) - other, direction)
         speed = dr.gather(jit.Float, self.lanes.medium.sound_speed, lane)
         if self.hearing.assumed_speed is not None:
@@ -106,6 +109,25 @@ class Listener:
             power = power * dr.square(aperture.side_amplitude(facing, row, direction))
         ahead = dr.dot(dr.gather(jit.Array3f, facing.axis, row), direction)
         return beam, dr.select(ahead > -0.2, power, 0.0)
+
+
+def reduced_distance(lanes: Lanes, lane: Array, direction: Array, distance: Array) -> Array:
+    """c at the sonar times the travel time along a straight way [m], by the profiles that rays bend by.
+
+    Where rays are straight it is `distance`.
+    """
+    profile, around = lanes.profile, lanes.around
+    if profile is None:
+        return distance
+    home = dr.gather(jit.Float, profile.speed, lane)
+    level = dr.sqrt(dr.square(direction.x) + dr.square(direction.y))
+    total = jit.Float(0)
+    for k in range(STATIONS):
+        way, row = distance * ((k + 0.5) / STATIONS), lane
+        if around is not None:
+            profile, row = around.profile, around.row(lane, direction, way * level)
+        total += home / (dr.gather(jit.Float, profile.speed, row) + excess_at(profile, row, way * direction.z)[0])
+    return distance * total * (1.0 / STATIONS)
 
 
 def _edge_angle(facing: Facing, side: Array, front: Array, index: Array, beams: int) -> Array:
