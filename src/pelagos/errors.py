@@ -5,6 +5,8 @@ PelagosError
 |   +-- ScenarioError   a scenario file, key or value        (carries file, line and key path)
 |   +-- WorldError      a mesh, survey or generated world
 |   +-- LookupFailed    an unknown name, with the nearest match
+|   |   +-- UnknownKey  the same of a mapping, such as readings (a KeyError too)
+|   +-- NoReading       a sensor has none in this step (a KeyError too)
 |   +-- CommandError    a command, state or argument of the Python face
 +-- KernelError         a recorded kernel uses what it is not given, or keeps something
 +-- DeviceError         no usable LLVM or GPU, with what to install
@@ -81,9 +83,10 @@ class NoPlace(RecordingError, InputError):
 class LookupFailed(InputError):
     """A name is not in a closed set; the message lists what would have worked."""
 
-    def __init__(self, kind: str, given: str, known: Iterable[str], *, where: str = "") -> None:
+    def __init__(self, kind: str, given: object, known: Iterable[str], *, where: str = "") -> None:
         names = sorted(known)
-        message = f"unknown {kind} {given!r}{did_you_mean(given, names)}; known: {', '.join(names)}"
+        near = did_you_mean(given, names) if isinstance(given, str) else ""
+        message = f"unknown {kind} {given!r}{near}; known: {', '.join(names)}"
         super().__init__(f"{where}: {message}" if where else message)
         self.kind = kind
         self.given = given
@@ -92,6 +95,20 @@ class LookupFailed(InputError):
 
     def __reduce__(self) -> tuple[Any, ...]:
         return partial(type(self), where=self.where), (self.kind, self.given, self.known), self.__dict__
+
+
+class UnknownKey(LookupFailed, KeyError):
+    """A name that a mapping does not have; a KeyError, so that `in` and `get` answer as for any mapping."""
+
+    def __str__(self) -> str:
+        return str(self.args[0])  # a KeyError would show its representation
+
+
+class NoReading(InputError, KeyError):
+    """A sensor that has no reading in a step is asked for one; a KeyError as `UnknownKey` is."""
+
+    def __str__(self) -> str:
+        return str(self.args[0])
 
 
 class PelagosWarning(UserWarning):

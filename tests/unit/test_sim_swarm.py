@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pickle
+import re
 from typing import Any
 
 import numpy as np
@@ -216,3 +217,65 @@ def test_a_name_whose_topics_another_has_is_refused():
     scenario["agents"]["auv_1"] = {"vehicle": "remus100"}
     with pytest.raises(ScenarioError, match="auv_1"):
         pl.Simulation.load(scenario)
+
+
+def test_a_group_is_placed_and_its_commands_are_read_as_one():
+    sim = pl.Simulation.load(swarm(3), n=2)
+    sim.command({"auv": [[6.0, 0.4, 900.0], [7.0, -0.3, 800.0], [5.0, 0.1, 700.0]]})
+    held = sim.held_command("auv")
+    assert held.shape == (2, 3, 3)
+    assert (held[1, 1] == [7.0, -0.3, 800.0]).all()
+    places = -np.arange(1.0, 19.0).reshape(2, 3, 3)
+    before = sim.state["auv"]
+    sim.set_state("auv", position=places, velocity=[[1.0, 0.2, -0.1], [0.5, -0.2, 0.1], [1.5, 0.0, 0.3]])
+    now = sim.state["auv"]
+    np.testing.assert_array_equal(now.position, places)
+    np.testing.assert_array_equal(now.velocity[:, 2], [[1.5, 0.0, 0.3]] * 2)
+    np.testing.assert_array_equal(now.attitude, before.attitude)
+    one = pl.Simulation.load(swarm(3), n=2)
+    one.command({f"auv[{i}]": held[:, i] for i in range(3)})
+    for i in range(3):
+        one.set_state(f"auv[{i}]", position=places[:, i], velocity=now.velocity[:, i])
+    sim.set_state("auv", position=places[0] - 0.5, where=[1])
+    for i in range(3):
+        one.set_state(f"auv[{i}]", position=places[0, i] - 0.5, where=[1])
+    assert (sim.step(ticks=20)["auv"]["imu"].data == one.step(ticks=20)["auv"]["imu"].data).all()
+    np.testing.assert_array_equal(sim.state["auv"].position, one.state["auv"].position)
+    sim.set_mode("auv[1]", "wrench")
+    with pytest.raises(CommandError, match=r"auv\[0\] in 'depth_heading' and auv\[1\] in 'wrench'"):
+        sim.held_command("auv")
+    with pytest.raises(CommandError, match=r"auv: position of a group has shape .*\(2, 3, k\); given \(2, 3\)"):
+        sim.set_state("auv", position=np.zeros((2, 3)))
+
+
+def test_wrong_names_are_told_and_mappings_answer_as_mappings():
+    sim = pl.Simulation.load(swarm(3, sensors={**SENSORS, "gps": {"type": "gps", "rate_hz": 1}}), n=2)
+    obs = sim.step(ticks=10)
+    for ask, match in (
+        (lambda: obs[0], "unknown agent 0; known: auv, "),
+        (lambda: obs[["auv"]], r"unknown agent \['auv'\]"),
+        (lambda: obs["auw"], r"unknown agent 'auw' \(did you mean 'auv'"),
+        (lambda: sim.state["auw"], r"unknown agent 'auw' \(did you mean 'auv'"),
+        (lambda: obs["auv"]["imv"], r"^auv: unknown sensor 'imv' \(did you mean 'imu'\?\); known: dvl, gps, imu$"),
+        (lambda: obs["auv[1]"]["imv"], r"^auv\[1\]: unknown sensor 'imv'"),
+        (lambda: obs["auv"]["gps"], "auv.gps has no reading in this step; those with one: imu, dvl"),
+        (lambda: obs["auv[2]"]["gps"], r"auv\[2\].gps has no reading in this step"),
+    ):
+        with pytest.raises(KeyError) as told:
+            ask()
+        assert isinstance(told.value, pl.errors.InputError)
+        assert re.search(match, str(told.value)), str(told.value)
+        assert str(pickle.loads(pickle.dumps(told.value))) == str(told.value)
+    for mapping in (obs, sim.state, obs["auv"], obs["auv[1]"]):
+        assert "auw" not in mapping
+        assert mapping.get("auw", 7) == 7
+    assert "gps" not in obs["auv"]
+    for wrong in ("a", [[1.0, 2.0], [3.0]], {}):
+        with pytest.raises(CommandError, match=r"auv: a command of a group"):
+            sim.step({"auv": wrong})
+    for act in (
+        lambda: sim.navigate("auv", position=[0, 0, 0], heading_rad=0.0),
+        lambda: sim.ocean.set(current=[1.0, 0.0, 0.0], agent="auv"),
+    ):
+        with pytest.raises(CommandError, match=r"auv is a group of 3: name one member, auv\[0\] to auv\[2\]"):
+            act()

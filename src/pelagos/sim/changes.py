@@ -13,6 +13,7 @@ from pelagos.sensors.sensor import Reading
 from pelagos.sim import checkpoint
 from pelagos.sim.bodies import Body
 from pelagos.sim.encounters import Encounters
+from pelagos.sim.groups import one_agent
 from pelagos.sim.lives import Lives, Observations
 from pelagos.sim.model import Model, compile_model, encounters_of, with_changes
 from pelagos.sim.observe import observe
@@ -71,8 +72,7 @@ class Changes(Lives):
             CommandError: an unknown agent or sensor, a wrong shape, a value that is not finite, or within a step.
         """
         self.gate.refuse("observe")
-        if agent not in self.model.agents:
-            raise CommandError(str(LookupFailed("agent", agent, self.model.agents)))
+        one_agent(self.model, agent)
         motion = (position, attitude, velocity, angular_velocity)
         sim = cast("Simulation", self)
         return observe(sim, agent, motion, sensors=sensors, copy=copy, episode=episode)
@@ -88,8 +88,7 @@ class Changes(Lives):
             CommandError: an unknown agent or sensor, or within a step.
         """
         self.gate.refuse("read")
-        if agent not in self.model.agents:
-            raise CommandError(str(LookupFailed("agent", agent, self.model.agents)))
+        one_agent(self.model, agent)
         built = self.model.agents[agent].sensors
         chosen = list(built) if sensors is None else list(sensors)
         for name in chosen:
@@ -113,8 +112,7 @@ class Changes(Lives):
         """
         self._refuse_within("set", in_recording=True)
         agent, _, name = path.partition(".")
-        if agent not in self.model.agents:
-            raise CommandError(str(LookupFailed("agent", agent, self.model.agents)))
+        one_agent(self.model, agent)
         if agent not in self.model.scenario.agents:
             raise CommandError(f"{agent} is a member of a group; what it carries is set in the scenario's 'overrides'")
         known = self.model.agents[agent].sensors

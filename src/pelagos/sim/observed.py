@@ -5,56 +5,84 @@ Readings of many vehicles come in one piece from one call. They are cut up for t
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
-from pelagos.errors import LookupFailed
+from pelagos.errors import NoReading, UnknownKey
 from pelagos.sensors.lazy import promised
 from pelagos.sensors.sensor import Reading
 from pelagos.sim.sampled import Sampled
 
 if TYPE_CHECKING:
-    from pelagos.sim.model import Model
+    from pelagos.sim.model import AgentModel, Model
+
+
+class Newest(dict[str, Reading]):
+    """The newest reading by sensor of an agent or a group; absent where there is none.
+
+    Args:
+        found: the readings.
+        agent: whose.
+        sensors: all that it has.
+    """
+
+    def __init__(self, found: Mapping[str, Reading], agent: str, sensors: Iterable[str]) -> None:
+        super().__init__(found)
+        self._about = agent, sensors
+
+    def __missing__(self, sensor: object) -> Reading:
+        agent, sensors = self._about
+        if sensor in (known := list(sensors)):
+            raise NoReading(
+                f"{agent}.{sensor} has no reading in this step; those with one: {', '.join(self) or 'none'}"
+            )
+        raise UnknownKey("sensor", sensor, known, where=agent)
+
+    def __reduce__(self) -> tuple[type[dict[str, Reading]], tuple[dict[str, Reading]]]:
+        return dict, (dict(self),)
 
 
 class Readings(Mapping[str, Reading]):
     """The newest reading of each sensor of one agent; absent where there is none."""
 
-    def __init__(self, sampled: Sequence[Sampled], member: int, n: int, dt_ns: int) -> None:
-        self._parts = sampled, member, n, dt_ns
+    def __init__(self, sampled: Sequence[Sampled], agent: AgentModel, n: int, dt_ns: int) -> None:
+        self._parts = sampled, agent, n, dt_ns
         self._found: dict[str, Reading] | None = None
 
     @property
-    def _all(self) -> dict[str, Reading]:
+    def all(self) -> dict[str, Reading]:
+        """All of them, cut now."""
         if self._found is None:
-            sampled, member, n, dt_ns = self._parts
-            self._found = {}
+            sampled, agent, n, dt_ns = self._parts
+            found = {}
             for one in sampled:
-                reading = one.of(member, n).newest(n, dt_ns)
+                reading = one.of(agent.member, n).newest(n, dt_ns)
                 if reading is not None:
-                    self._found[one.model.name] = reading
+                    found[one.model.name] = reading
+            self._found = Newest(found, agent.name, agent.sensors)
         return self._found
 
     def __getitem__(self, sensor: str) -> Reading:
-        return self._all[sensor]
+        return self.all[sensor]
 
     def __iter__(self) -> Iterator[str]:
-        return iter(self._all)
+        return iter(self.all)
 
     def __len__(self) -> int:
-        return len(self._all)
+        return len(self.all)
 
     def __repr__(self) -> str:
-        return repr(self._all)
+        return repr(self.all)
 
 
 class Observed(Mapping[str, Mapping[str, Reading]]):
     """Readings by agent; the name of a group gives those of its members together, `(n, members, ...)`.
 
-    Iteration goes over single agents.
+    Iteration goes over single agents. A group's reading of a sensor is of the latest time at which a member has one:
+    members whose newest is older are zero there, and not valid (`reading.valid`, `(n, members)`).
     """
 
     def __init__(self, model: Model, sampled: Sequence[Sampled] = ()) -> None:
@@ -76,32 +104,28 @@ class Observed(Mapping[str, Mapping[str, Reading]]):
     def __reduce__(self) -> tuple[type[dict[str, dict[str, Reading]]], tuple[dict[str, dict[str, Reading]]]]:
         return dict, ({name: dict(readings) for name, readings in self.items()},)
 
-    def get(self, name: str, default: Any = None) -> Any:
-        """Readings of an agent or a group; the default where there is none of that name."""
-        try:
-            return self[name]
-        except LookupFailed:
-            return default
-
     def __repr__(self) -> str:
         return repr(dict(self))
 
     def __getitem__(self, name: str) -> Mapping[str, Reading]:
+        if not isinstance(name, str):
+            raise UnknownKey("agent", name, [*self, *self._model.groups])
         if name not in self._read:
             agent = self._model.agents.get(name)
             if agent is None:
-                self._read[name] = self._group(name)
+                sensors = dict.fromkeys(s for m in self._model.group(name) or () for s in self._model.agents[m].sensors)
+                self._read[name] = Newest(self._group(name), name, sensors)
             else:
                 parts = self._by_batch[agent.batch.name]
-                cut = Readings(parts, agent.member, self._model.n, self._model.clock.dt_ns)
-                self._read[name] = cut if len(agent.batch.members) > 1 else dict(cut)
+                cut = Readings(parts, agent, self._model.n, self._model.clock.dt_ns)
+                self._read[name] = cut if len(agent.batch.members) > 1 else cut.all
         return self._read[name]
 
     def _group(self, name: str) -> Mapping[str, Reading]:
         """Readings of a group's members together."""
         count = self._model.groups.get(name)
         if count is None:
-            raise LookupFailed("agent", name, [*self, *self._model.groups])
+            raise UnknownKey("agent", name, [*self, *self._model.groups])
         first = self._model.agents[f"{name}[0]"]
         block, parts = slice(first.member, first.member + count), self._by_batch[first.batch.name]
         # members follow one another in the scenario, and so in their batch: where the last is at its place, all are

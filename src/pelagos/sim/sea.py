@@ -14,6 +14,7 @@ from pelagos.errors import CommandError, LookupFailed
 from pelagos.ocean.config import build_ocean
 from pelagos.ocean.tide import make_tide
 from pelagos.sim.bodies import rows
+from pelagos.sim.groups import one_agent
 from pelagos.sim.model import with_changes
 from pelagos.sim.set_points import vectors
 
@@ -98,8 +99,7 @@ class Sea:
     def _set_agent(self, agent: str, current: Any) -> None:
         """A current of one vehicle."""
         sim = self._sim
-        if agent not in sim.model.agents:
-            raise CommandError(str(LookupFailed("agent", agent, sim.model.agents)))
+        one_agent(sim.model, agent)
         if current is _SCENARIO or current is None:
             raise CommandError("with an agent, give its current")
         kept = dict(sim.stepper.agent_currents)

@@ -17,8 +17,8 @@ from pelagos.errors import CommandError, LookupFailed
 from pelagos.raycast.geometry import Geometry
 from pelagos.sensors.comms.link.medium import SharedMedium
 from pelagos.sensors.comms.link.packet import Kind
-from pelagos.sim import outbox, props
-from pelagos.sim.bodies import Bodies, hull_of, rows, unit_rows
+from pelagos.sim import groups, outbox, props
+from pelagos.sim.bodies import Bodies, hull_of, rows
 from pelagos.sim.changes import Changes
 from pelagos.sim.cost import check_memory
 from pelagos.sim.encounters import Encounters
@@ -35,7 +35,7 @@ from pelagos.sim.run import RunResult, run
 from pelagos.sim.run_log import RunLog
 from pelagos.sim.sampled import Sampled
 from pelagos.sim.seed import seed_of
-from pelagos.sim.state import States, by_agent, checked_command, chosen
+from pelagos.sim.state import States, checked_command, chosen
 from pelagos.sim.step import Stepper
 from pelagos.sim.watch import Watcher
 from pelagos.world.world import World
@@ -224,7 +224,7 @@ class Simulation(Changes):
         While another thread steps or runs the simulation, they are checked at once, and enter at the next boundary of
         steps.
         """
-        for name, values in by_agent(commands, self.model, self.n).items():
+        for name, values in groups.by_agent(commands, self.model, self.n).items():
             agent = self._agent(name)
             names = tuple(agent.vehicle.command_names(self._stepper.mode(name)))
             checked = checked_command(values, n=self.n, names=names, agent=name)
@@ -234,9 +234,11 @@ class Simulation(Changes):
                 self._stepper.set_command(name, checked)
 
     def held_command(self, agent: str) -> NDArray[np.float64]:
-        """`(n, k)` the command that an agent holds, in its present control mode; a mission's last set-points."""
-        self._agent(agent)
-        return self._stepper.command_values(agent)
+        """`(n, k)` the command that an agent holds, in its present control mode; a mission's last set-points.
+
+        That of a group is `(n, members, k)`.
+        """
+        return groups.held_command(self, agent)
 
     def send(
         self, agent: str, modem: str, payload: bytes | str, *, to: str = "*", kind: Kind = "data", tag: str = "",
@@ -327,26 +329,18 @@ class Simulation(Changes):
     ) -> None:
         """Place an agent anew: position NWU [m], attitude (w, x, y, z), velocities body FLU; `(k,)` or `(n, k)`.
 
-        Its actuators, command and mission go on; its controllers begin anew, and accelerations are 0 until the next
-        step. With `where`, `(n,)` bool or indices, only in those copies: the others' bytes stay.
+        Of a group `(k,)`, `(members, k)` or `(n, members, k)`. Its actuators, command and mission go on; its
+        controllers begin anew, and accelerations are 0 until the next step. With `where`, `(n,)` bool or indices, only
+        in those copies: the others' bytes stay.
 
         Raises:
             CommandError: an unknown agent, a wrong shape, a value that is not finite.
         """
-        self._agent(agent)
         mask = np.ones(self.n, dtype=bool) if where is None else chosen(where, self.n)
-        now = self.state[agent]
-        n = self.n
-        self._stepper.set_state(
-            agent,
-            mask,
-            position=now.position if position is None else rows(position, n, 3, f"{agent}: position"),
-            attitude=now.attitude if attitude is None else unit_rows(attitude, n, f"{agent}: attitude"),
-            velocity=now.velocity if velocity is None else rows(velocity, n, 3, f"{agent}: velocity"),
-            angular_velocity=now.angular_velocity
-            if angular_velocity is None
-            else rows(angular_velocity, n, 3, f"{agent}: angular_velocity"),
-        )
+        given = {
+            "position": position, "attitude": attitude, "velocity": velocity, "angular_velocity": angular_velocity
+        }  # fmt: skip
+        groups.place(self, agent, mask, given)
 
     def navigate(
         self, agent: str, *, position: object, heading_rad: object, velocity: object = (0.0, 0.0, 0.0)
@@ -388,6 +382,4 @@ class Simulation(Changes):
         self.model.scene.peek(places)
 
     def _agent(self, name: str) -> AgentModel:
-        if name not in self.model.agents:
-            raise CommandError(str(LookupFailed("agent", name, [*self.model.agents, *self.model.groups])))
-        return self.model.agents[name]
+        return groups.one_agent(self.model, name)

@@ -5,14 +5,14 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Final
 
 import drjit as dr
 import numpy as np
 from numpy.typing import NDArray
 
 from pelagos import jit
-from pelagos.errors import CommandError, LookupFailed
+from pelagos.errors import CommandError, UnknownKey
 from pelagos.jit import Array
 from pelagos.sim.trajectory import CHANNELS
 
@@ -117,7 +117,7 @@ class States(Mapping[str, AgentState]):
             return self.batch(agent.batch.name).part(agent.rows)
         members = self._model.group(name)
         if members is None:
-            raise LookupFailed("agent", name, [*self, *self._model.groups])
+            raise UnknownKey("agent", name, [*self, *self._model.groups])
         return AgentState.together([self[member] for member in members])
 
     def __iter__(self) -> Iterator[str]:
@@ -181,22 +181,3 @@ def checked_command(values: object, *, n: int, names: tuple[str, ...], agent: st
             f"{agent}: command {names[channel]!r} of copy {copy} is {full[copy, channel]}, not a finite number"
         )
     return full
-
-
-def by_agent(commands: Mapping[str, Any], model: Model, n: int) -> dict[str, Any]:
-    """Commands by single agent: those of a group, `(k,)`, `(members, k)` or `(n, members, k)`, are its members'."""
-    found: dict[str, Any] = {}
-    for name, values in commands.items():
-        members = model.group(name)
-        if members is None:
-            found[name] = values
-            continue
-        array = np.asarray(values, dtype=np.float64)
-        fits = array.ndim == 1 or (array.ndim in (2, 3) and array.shape[-2] == len(members))
-        if not fits or (array.ndim == 3 and array.shape[0] != n):
-            raise CommandError(
-                f"{name}: a command of a group has shape (k,), ({len(members)}, k) or "
-                f"({n}, {len(members)}, k); given {array.shape}"
-            )
-        found |= {m: array if array.ndim == 1 else array[..., i, :] for i, m in enumerate(members)}
-    return found

@@ -208,21 +208,29 @@ class Stepper:
         model.vehicle.check_mode(mode)
         self.runs[model.batch.name].change_mode(model.rows, mode, idle(model.vehicle, mode, state))
 
-    def set_state(self, agent: str, where: NDArray[np.bool_], **parts: NDArray[np.float64]) -> None:
-        """Place an agent anew in some copies; its actuators and its mission go on, its controllers begin anew."""
+    def set_states(self, placed: Mapping[str, Mapping[str, NDArray[np.float64]]], where: NDArray[np.bool_]) -> None:
+        """Place agents anew in some copies; actuators and missions go on, controllers begin anew.
+
+        Args:
+            placed: by agent, all parts of a pose and its motion `(n, k)`.
+            where: `(n,)` the copies.
+        """
         self.changes += 1
-        model = self._model.agents[agent]
-        batch, run = model.batch, self.runs[model.batch.name]
-        rows = np.zeros(batch.rows, dtype=bool)
-        rows[model.rows] = where
-        now, whole = AgentState.of(run.row, np.empty((batch.rows, 0))), {}
-        for name, values in parts.items():
-            whole[name] = getattr(now, name).copy()
-            whole[name][model.rows] = values
-        state = batch.vehicle.place(batch.driver.unpack(run.vehicle), **whole)
-        run.vehicle = mixed(run.vehicle, batch.driver.pack(state), rows)
-        run.row = np.where(rows[:, None], _row(state), run.row)
-        self.trajectories[batch.name] = self._standing(batch, run)
+        for name, batch in self._model.batches.items():
+            run, mine = self.runs[name], [member for member in batch.members if member in placed]
+            if not mine:
+                continue
+            now, rows = AgentState.of(run.row, np.empty((batch.rows, 0))), np.zeros(batch.rows, dtype=bool)
+            whole = {part: getattr(now, part).copy() for part in placed[mine[0]]}
+            for member in mine:
+                own = self._model.agents[member].rows
+                rows[own] = where
+                for part, values in placed[member].items():
+                    whole[part][own] = values
+            state = batch.vehicle.place(batch.driver.unpack(run.vehicle), **whole)
+            run.vehicle = mixed(run.vehicle, batch.driver.pack(state), rows)
+            run.row = np.where(rows[:, None], _row(state), run.row)
+            self.trajectories[name] = self._standing(batch, run)
 
     def memory(self) -> dict[str, Any]:
         """Everything that changes in a run: plain values and copies of arrays."""
