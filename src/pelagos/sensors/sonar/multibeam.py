@@ -33,6 +33,7 @@ from pelagos.sensors.sonar.keys.multibeam_parts import (
 from pelagos.sensors.sonar.keys.ping_keys import ColumnBins, Pulse, mounting, with_burst
 from pelagos.sensors.sonar.ping.beam_echoes import part_of
 from pelagos.sensors.sonar.ping.bottom_series import Beams, beam_series
+from pelagos.sensors.sonar.ping.elements import line_tables
 from pelagos.sensors.sonar.ping.fan import Trace
 from pelagos.sensors.sonar.ping.multibeam_column import column_layout, column_rays
 from pelagos.sensors.sonar.ping.pinger import Pinger
@@ -130,6 +131,8 @@ class MultibeamConfig(SensorConfig):
     iq: bool = False
     """Also give each beam's complex time series about the bottom, for both halves of the array, and that of the water
     column."""
+    elements: bool = False
+    """Also give the signal of each element of the receive array in the water column, for a beamformer of one's own."""
     labels: bool = False
     """Also give label and instance of the strongest echo in each cell of the water column."""
     volume_scattering_db: float | None = Field(default=None, ge=-200, le=0)
@@ -270,14 +273,15 @@ class Multibeam:
         (none) to 1, half at an uncertainty of 0.2 % of the range and 1 mm; `snr` `(m, beams)` of the echo's samples
         [dB]; `label` and `instance` `(m, beams)` on the axis. With `water_column_bins`, `water_column` `(m, beams,
         bins)`, level by range as `ImagingSonar` gives it [dB], and `water_column_truth`, its mean, with `labels`
-        `water_column_label` and `water_column_instance`, with `iq` complex64 `water_column_iq`, before gain. With
-        `iq`, `iq` complex64 `(m, beams, 2, samples)`, what the left and the right half of the array heard, before
+        `water_column_label` and `water_column_instance`, with `iq` complex64 `water_column_iq`, before gain, with
+        `elements` `water_column_elements` and `water_column_steering_speed`, see `ImagingSonar`. With `iq`, `iq`
+        complex64 `(m, beams, 2, samples)`, what the left and the right half of the array heard, before
         gain, re the source level at 1 m, and `iq_range` `(m, beams, samples)` [m]. With `attitudes`,
         `transmit_attitude` `(m, 4)` and `receive_attitude` `(m, beams, 4)`, sensor frame to world, and
         `transmit_tilt` `(m, beams)`, by which the transmitter was steered ahead [rad]. With two swaths `beams` are
         those of the fore swath and then of the aft one, and the table `swath` `(beams,)` is 0 and 1.
     tables: `angle` `(beams,)` [rad] from straight down, positive to port; `direction` `(beams, 3)`;
-        `water_column_range` `(bins,)` [m].
+        `water_column_range` `(bins,)` [m]; with `elements` `element_position` and `element_weights`.
     """
 
     TITLE: ClassVar[str] = "multibeam echo sounder: soundings and backscatter across the track"
@@ -326,6 +330,8 @@ class Multibeam:
             self.tables["swath"] = np.repeat(np.arange(config.swaths, dtype=np.uint8), config.beams)
         if self._column is not None:
             self.tables["water_column_range"] = column_spec(config, context).ranges
+            if config.elements:
+                self.tables |= line_tables(column_of(config).line, config.frequency_hz)
 
     def sense(self, motion: Kinematics) -> Measurement:
         """Ping on every lane."""

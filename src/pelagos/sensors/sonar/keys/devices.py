@@ -126,7 +126,7 @@ DEVICES: Final[Mapping[str, Mapping[str, Device]]] = {
         ),
         "kongsberg_m3": Device(
             "Kongsberg Mesotech M3, imaging mode",
-            "Kongsberg Mesotech, M3 Sonar; doubtful: its figures are recalled, not read from the sheet",
+            "Kongsberg Mesotech, M3 Sonar; doubtful: its figures are recalled, no sheet was found to hold them to",
             {"frequency_hz": 500e3, "horizontal_aperture_deg": 120.0, "vertical_beamwidth_deg": 30.0, "beams": 256,
              "beamwidth_deg": 1.6, "range_min_m": 0.2, "range_max_m": 150.0, "bandwidth_hz": 75e3, "rate_hz": 4.0},
             assumed=("frequency_hz", "horizontal_aperture_deg", "vertical_beamwidth_deg", "beams", "beamwidth_deg",
@@ -202,12 +202,13 @@ DEVICES: Final[Mapping[str, Mapping[str, Device]]] = {
         ),
         "kongsberg_em712": Device(
             "Kongsberg EM 712, 70 kHz",
-            "Kongsberg Maritime, EM 712: 40 to 100 kHz, 140 deg, from 3 m below the transducers on",
+            "Kongsberg Maritime, EM 712: 40 to 100 kHz, 140 deg, from 3 m below the transducers on; doubtful: "
+            "recalled, no sheet was found to hold these to",
             {"frequency_hz": 70e3, "swath_deg": 140.0, "beams": 400, "beamwidth_across_deg": 1.0,
              "beamwidth_along_deg": 1.0, "range_min_m": 3.0, "range_max_m": 3000.0, "bandwidth_hz": 3e3,
              "pulse_s": 2e-3, "rate_hz": 0.2},
-            assumed=("frequency_hz", "beams", "beamwidth_across_deg", "beamwidth_along_deg", "range_max_m",
-                     "bandwidth_hz", "pulse_s", "rate_hz"),
+            assumed=("frequency_hz", "swath_deg", "beams", "beamwidth_across_deg", "beamwidth_along_deg", "range_min_m",
+                     "range_max_m", "bandwidth_hz", "pulse_s", "rate_hz"),
         ),
         "seabat_7160": Device(
             "Teledyne RESON SeaBat 7160, 44 kHz class",
@@ -236,7 +237,7 @@ DEVICES: Final[Mapping[str, Mapping[str, Device]]] = {
         ),
         "klein_4000": Device(
             "Klein 4000, 400 kHz of 100/400 kHz",
-            "Klein Marine Systems, System 4000; doubtful: beams and ranges are recalled, not read from the sheet",
+            "Klein Marine Systems, System 4000; doubtful: beams and ranges are recalled, no sheet was found for them",
             {"frequency_hz": 400e3, "beamwidth_deg": 0.3, "vertical_beamwidth_deg": 50.0, "depression_deg": 25.0,
              "range_max_m": 80.0, "bandwidth_hz": 30e3},
             assumed=("beamwidth_deg", "vertical_beamwidth_deg", "depression_deg", "range_max_m", "bandwidth_hz"),

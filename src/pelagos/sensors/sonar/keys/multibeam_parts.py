@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 _COLUMN_FROM_M: Final = 0.1  # where a water column begins: nearer is the near field of any array, assumed
 
 
-_NEEDS: Final = (Need(("labels", "volume_scattering_db"), "water_column_bins"),)
+_NEEDS: Final = (Need(("labels", "volume_scattering_db", "elements"), "water_column_bins"),)
 
 
 def warn_of_idle(config: MultibeamConfig, path: str) -> None:
@@ -64,7 +64,7 @@ def emitter(config: MultibeamConfig, context: SensorContext, rays: dict[str, NDA
 def column_of(config: MultibeamConfig) -> Column:
     """The beams of the water column."""
     across, along = math.radians(config.beamwidth_across_deg), math.radians(config.beamwidth_along_deg)
-    return Column(config.angles, math.radians(config.swath_deg), across, along)
+    return Column(config.angles, math.radians(config.swath_deg), across, along, config.elements)
 
 
 def column_spec(config: MultibeamConfig, context: SensorContext) -> PingSpec:

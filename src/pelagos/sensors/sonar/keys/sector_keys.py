@@ -12,10 +12,10 @@ from pydantic import Field, model_validator
 
 from pelagos.acoustics.beam_pattern import equivalent_width, line_length, shaded_length, steering_matrix
 from pelagos.acoustics.element_array import ElementLine, channel_factors, element_line
-from pelagos.math.constants import NOMINAL_SOUND_SPEED
 from pelagos.sensors.sonar.keys.conflicts import check_elements, check_spacing
 from pelagos.sensors.sonar.keys.ping_keys import PingConfig
 from pelagos.sensors.sonar.ping.aperture import Aperture
+from pelagos.sensors.sonar.ping.elements import line_tables
 from pelagos.sensors.sonar.ping.layout import Layout
 
 
@@ -98,12 +98,7 @@ def line_of(config: SectorConfig) -> ElementLine:
 def element_tables(config: SectorConfig) -> dict[str, NDArray[np.float32]]:
     """Geometry of a reading's elements: `element_position` `(elements, 3)` in the sensor frame [m], `element_weights`
     `(elements,)` of the device's own beamformer, sum 1; nothing where none are given."""
-    if not config.elements:
-        return {}
-    line = line_of(config)
-    along = line.places * (NOMINAL_SOUND_SPEED / config.frequency_hz)
-    position = np.stack([0.0 * along, along, 0.0 * along], axis=-1)
-    return {"element_position": position.astype(np.float32), "element_weights": line.weights.astype(np.float32)}
+    return line_tables(line_of(config), config.frequency_hz) if config.elements else {}
 
 
 def aperture(config: SectorConfig) -> Aperture:

@@ -11,12 +11,13 @@ from dataclasses import replace
 
 import drjit as dr
 import numpy as np
+from numpy.typing import NDArray
 
 from pelagos import jit
 from pelagos.acoustics.beamforming import spread_pulse
 from pelagos.acoustics.complex_pair import times
 from pelagos.acoustics.echo_walk import pitch
-from pelagos.acoustics.element_array import Bearings, at_elements, by_delay_and_sum
+from pelagos.acoustics.element_array import Bearings, ElementLine, at_elements, by_delay_and_sum
 from pelagos.acoustics.reverberation import volume_intensity
 from pelagos.acoustics.spreading import time_varied_gain
 from pelagos.jit import Array
@@ -63,6 +64,13 @@ def element_tables(layout: Layout) -> ElementTables | None:
     if factors is not None:
         tables.channels = jit.Array2f(*(np.ascontiguousarray(p, np.float32) for p in (factors.real, factors.imag)))
     return tables
+
+
+def line_tables(line: ElementLine, frequency_hz: float) -> dict[str, NDArray[np.float32]]:
+    """Geometry of an array along y, as readings have it: places `(elements, 3)` [m], and its beamformer's weights."""
+    along = line.places * (NOMINAL_SOUND_SPEED / frequency_hz)
+    position = np.stack([0.0 * along, along, 0.0 * along], axis=-1)
+    return {"element_position": position.astype(np.float32), "element_weights": line.weights.astype(np.float32)}
 
 
 def steering_speed(spec: PingSpec, medium: Medium) -> Array:

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pelagos.acoustics.beam_pattern import equivalent_width, line_length, shaded_length, steering_matrix
+from pelagos.acoustics.element_array import ElementLine, element_line
 from pelagos.sensors.sonar.ping.aperture import Aperture
 from pelagos.sensors.sonar.ping.layout import Layout
 from pelagos.sensors.sonar.ping.thin_fan_rays import slice_rays
@@ -24,12 +25,19 @@ class Column:
         angles: from straight down, positive to port `(beams,)` [rad].
         swath: angle between the outermost [rad].
         across, along: half-power widths across and along the track [rad].
+        raw: give the signals of the array's elements too.
     """
 
     angles: NDArray[np.float64]
     swath: float
     across: float
     along: float
+    raw: bool = False
+
+    @property
+    def line(self) -> ElementLine:
+        """Elements of the receive array."""
+        return element_line(shaded_length(self.across, "hamming"), "hamming")
 
     @property
     def sectors(self) -> NDArray[np.float64]:
@@ -52,6 +60,8 @@ def column_layout(column: Column) -> Layout:
         hears_all=True,
         equivalent=equivalent_width(column.angles, column.across, "hamming"),
         aperture=aperture(column),
+        elements=column.line if column.raw else None,
+        raw=column.raw,
     )
 
 
