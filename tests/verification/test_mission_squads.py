@@ -251,3 +251,22 @@ def test_copies_of_estimators_begin_anew_at_ticks_of_guidance() -> None:
     for name in sim.state:
         np.testing.assert_array_equal(sim.state[name].position[1], whole.state[name].position[1])
         assert name == "beacon" or (sim.state[name].position[0] != whole.state[name].position[0]).any()
+
+
+@pytest.mark.parametrize("vehicle", ["bluerov2_heavy", "remus100", "wamv"])
+def test_copies_begin_anew_while_others_go_on(vehicle: str) -> None:
+    """A copy that begins anew does what it did at the first time, eight seconds later; the others' bytes stay."""
+    made = swarm("bluerov2_heavy" if vehicle == "wamv" else vehicle, 2)
+    if vehicle == "wamv":
+        keep = {"type": "station_keeping", "seconds": 5}
+        made["agents"]["auv"] |= {"vehicle": "wamv", "mission": [{"type": "goto", "points": [[12, 5]]}, keep]}
+        del made["agents"]["auv"]["start"]["depth_m"]
+    sim, whole = (pl.Simulation.load(made, n=3) for _ in range(2))
+    first = [whole.step(ticks=20) and whole.state["auv"].position for _ in range(16)]
+    sim.step(ticks=160)
+    sim.reset(where=np.array([True, False, True]))
+    again = [sim.step(ticks=20) and sim.state["auv"].position for _ in range(8)]
+    for late, early, along in zip(again, first[:8], first[8:], strict=True):
+        np.testing.assert_array_equal(late[1], along[1])
+        assert late[[0, 2]] == pytest.approx(early[[0, 2]], abs=1e-6)  # times are sums, which differ in their last bits
+    assert np.abs(again[-1][0] - first[-1][0]).max() > 0.1

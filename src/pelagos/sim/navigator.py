@@ -115,9 +115,14 @@ class External:
 
 
 def renewed(before: Any, fresh: Any, where: NDArray[np.bool_]) -> Any:
-    """Arrays of memory `(n, ...)`, fresh in some copies and as before in the others."""
+    """Arrays of memory `(n, ...)`, fresh in some copies and as before in the others.
+
+    What is kept from the first command on, and has no rows yet, is not a number in copies that have had none.
+    """
     if isinstance(before, Mapping):
         return {key: renewed(value, fresh[key], where) for key, value in before.items()}
+    if len(before) and not len(fresh):
+        fresh = np.full_like(before, np.nan)
     return np.where(where.reshape(-1, *[1] * (np.ndim(before) - 1)), fresh, before)
 
 

@@ -41,6 +41,11 @@ class Hover:
         here = np.concatenate([aboard.xy, aboard.depth[:, None]], axis=1)
         if not len(self.speed):
             self.point, self.speed, self.heading = here.copy(), np.zeros(len(here)), aboard.own.heading.copy()
+        new = np.isnan(self.speed)  # copies that have begun anew
+        if new.any():
+            self.point = np.where(new[:, None], here, self.point)
+            self.speed = np.where(new, 0.0, self.speed)
+            self.heading = np.where(new, aboard.own.heading, self.heading)
         adrift = goal.path == Path.DRIFT
         lost = adrift | (entered & (np.hypot(*(self.point - here)[:, :2].T) > 2 * self.lead_m))
         self.point[:, :2] = np.where(lost[:, None], here[:, :2], self.point[:, :2])

@@ -45,6 +45,10 @@ class Surface:
         if not len(self.held):
             n = len(aboard)
             self.held, self.current, self.asked = aboard.own.heading.copy(), np.zeros((n, 2)), np.zeros(n)
+        new = np.isnan(self.held)  # copies that have begun anew
+        if new.any():
+            self.held = np.where(new, aboard.own.heading, self.held)
+            self.current, self.asked = np.where(new[:, None], 0.0, self.current), np.where(new, 0.0, self.asked)
         self._see(aboard)
         to = goal.end - aboard.xy
         past = ((goal.end - goal.start) * to).sum(axis=1) <= 0
@@ -60,7 +64,7 @@ class Surface:
         heading = self.lead.turning(wanted, goal, aboard, lookahead, self.length_m)
         if stay.any():
             fastest = np.where(goal.speed > 0, goal.speed, self.cruise_mps)
-            toward, slow = self._keep(to, fastest, aboard)
+            toward, slow = self._keep(to, fastest, aboard, stay)
             heading, speed = np.where(stay, toward, heading), np.where(stay, slow, speed)
         self.asked = speed
         return {"heading": heading, "speed": speed}
@@ -75,13 +79,13 @@ class Surface:
         seen = aboard.own.velocity[:, :2] - self.asked[:, None] * ahead(aboard.own.heading)
         self.current = self.current + (1 - np.exp(-aboard.dt_s / CURRENT_TIME_S)) * (seen - self.current)
 
-    def _keep(self, to: Floats, fastest: Floats, aboard: Aboard) -> tuple[Floats, Floats]:
-        """Heading [rad] and speed through the water [m/s] that lead to a point and keep there."""
+    def _keep(self, to: Floats, fastest: Floats, aboard: Aboard, stay: NDArray[np.bool_]) -> tuple[Floats, Floats]:
+        """Heading [rad] and speed through the water [m/s] that lead to a point and keep there; for those that stay."""
         distance = np.hypot(to[:, 0], to[:, 1])
         pull = np.minimum(APPROACH_PER_S, fastest / np.maximum(distance, 1e-9))
         way = pull[:, None] * to - self.current
         fast = np.hypot(way[:, 0], way[:, 1])
-        self.held = np.where(fast > STILL_MPS, bearing(way), self.held)
+        self.held = np.where(stay & (fast > STILL_MPS), bearing(way), self.held)
         along = fast * np.cos(wrapped(bearing(way) - aboard.own.heading))
         return self.held, np.clip(along, np.where(fast > STILL_MPS, 0.0, -fastest), fastest)
 
