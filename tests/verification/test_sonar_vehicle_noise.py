@@ -18,6 +18,7 @@ from pelagos.config.radiated_noise import ShipNoise, ThrusterNoise
 from pelagos.errors import InputError, ValidityWarning
 from pelagos.sensors.sonar.imaging_sonar import ImagingSonar, ImagingSonarConfig
 from pelagos.sensors.sonar.keys.radiated import noise_source
+from pelagos.sensors.sonar.mechanical_scanning_sonar import MechanicalScanningSonar, MechanicalScanningSonarConfig
 from pelagos.sensors.sonar.multibeam import Multibeam, MultibeamConfig
 from pelagos.sensors.sonar.ping.interference import Neighbours
 
@@ -253,3 +254,18 @@ def test_alike_vehicles_and_copies_hear_what_one_alone_does():
         assert np.array_equal(one[k][0], many[k][0])
         assert (np.abs(one[k]) ** 2).mean() > 2.0 * (np.abs(silent[k]) ** 2).mean()
     assert np.abs(one[0]).mean() != np.abs(one[1]).mean()
+
+
+def test_a_head_that_turns_hears_it_where_it_looks():
+    """A step of 6 deg a ping, all around: the loudest ping is the one whose beam looks at the vehicle, to starboard."""
+    neighbours = Neighbours((), noises={"auv1": noise_source(ThrusterNoise(**PATTERN))})
+    bearing = math.radians(-71.0)
+    neighbours.motion_of = lambda agent: at(
+        20.0 * math.cos(bearing), 20.0 * math.sin(bearing), DEEP, velocity=(0.0, -SPEED, 0.0)
+    )
+    config = MechanicalScanningSonarConfig(step_deg=6.0, bins=128, range_max_m=20.0, rays=64, iq=True, rate_hz=10.0)
+    sonar = MechanicalScanningSonar(config, replace(context([plane(DEEP - 100.0)]), neighbours=neighbours))
+    readings = [sonar.sense(at(0.0, 0.0, DEEP, tick=20 * k)) for k in range(60)]
+    loudest = max(readings, key=lambda r: (np.abs(r.extras["iq"][0]) ** 2).mean())
+    off = float(loudest.extras["angle"][0]) - bearing
+    assert abs(math.degrees(math.remainder(off, 2 * math.pi))) < 3.1

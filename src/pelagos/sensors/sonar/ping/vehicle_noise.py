@@ -125,30 +125,32 @@ class Bystanders:
         if not self._sources or neighbours is None or neighbours.motion_of is None:
             return None
         position, attitude = sensor_pose(motion, self._own.mounting)
-        dr.eval(position, attitude)
+        motions = [neighbours.motion_of(agent) for agent in self._sources]
+        dr.eval(position, attitude, [(m.position, m.attitude, m.velocity, m.copy) for m in motions])
         here, q, copy = _rows(position), _rows(attitude), np.array(motion.copy).astype(np.int64)
         tick = np.array(motion.tick).astype(np.int64)
         carrier = copy // self._copies if len(self._carriers) > 1 else np.zeros(len(copy), np.int64)
+        at = _Here(here, q, copy, tick, carrier)
+        lanes = [at.lanes_of(dr.width(m.position), self._copies, len(self._carriers)) for m in motions]
+        places = np.concatenate([_rows(m.position)[lane] for m, lane in zip(motions, lanes, strict=True)])
+        copies = np.concatenate([np.array(m.copy)[lane] for m, lane in zip(motions, lanes, strict=True)])
+        t = jit.Float64(np.tile(np.array(motion.t_ns) * 1e-9, len(motions)))
+        water = _rows(self._ocean.current(jit.Array3f64(*np.ascontiguousarray(places.T)), t, jit.UInt32(copies)))
+        water = np.broadcast_to(water, places.shape).reshape(len(motions), -1, 3)
         found = [
-            self._of(agent, source, neighbours.motion_of(agent), _Here(here, q, copy, tick, carrier))
-            for agent, source in self._sources.items()
+            self._of(agent, source, _Moving.of(m, lane, w), at)
+            for (agent, source), m, lane, w in zip(self._sources.items(), motions, lanes, water, strict=True)
         ]
         kept = [row for row in found if row.level.any()]
         return _struct(kept, len(here)) if kept else None
 
-    def _of(self, agent: str, source: NoiseSource, motion: Kinematics, here: _Here) -> _Row:
+    def _of(self, agent: str, source: NoiseSource, moving: _Moving, here: _Here) -> _Row:
         """The noise of one vehicle."""
-        lane = here.lanes_of(dr.width(motion.position), self._copies, len(self._carriers))
-        t = dr.gather(jit.Float64, jit.Float64(motion.t_ns) * 1e-9, jit.UInt32(lane))
-        place = _rows(motion.position)[lane]
-        over_ground = rotate_np(_rows(motion.attitude)[lane], _rows(motion.velocity)[lane])
-        at = jit.Array3f64(*np.ascontiguousarray(place.T))
-        water = self._ocean.current(at, t, jit.UInt32(np.array(motion.copy)[lane]))
-        through = over_ground - np.broadcast_to(_rows(water), over_ground.shape)
+        place = moving.position
         way = place - here.position
         distance = np.linalg.norm(way, axis=-1)
         direction = np.where(distance[:, None] > 1e-6, way, (0.0, 0.0, 1.0)) / np.maximum(distance, 1e-6)[:, None]
-        density = source.level(self._frequency, np.linalg.norm(through, axis=-1))
+        density = source.level(self._frequency, np.linalg.norm(moving.through, axis=-1))
         density = density - 20.0 * np.log10(np.maximum(distance, _NEAREST))
         local = rotate_np(here.attitude * np.array([1.0, -1.0, -1.0, -1.0]), direction)
         if self._own.angle is not None:
@@ -174,6 +176,20 @@ class _Here:
         """The lane of the same copy and tick among `count` lanes of another vehicle, by lane."""
         lane = np.arange(len(self.copy))
         return lane if count == len(lane) else lane // (copies * carriers) * copies + self.copy % copies
+
+
+@dataclass(frozen=True)
+class _Moving:
+    """A vehicle that makes noise, by lane of the sonar: its place, and its velocity through the water, world frame."""
+
+    position: NDArray[np.float64]
+    through: NDArray[np.float64]
+
+    @classmethod
+    def of(cls, motion: Kinematics, lane: NDArray[np.int64], water: NDArray[np.float64]) -> _Moving:
+        """By the motion of the vehicle, of which `lane` counts, in a current."""
+        over_ground = rotate_np(_rows(motion.attitude)[lane], _rows(motion.velocity)[lane])
+        return cls(_rows(motion.position)[lane], over_ground - water)
 
 
 @dataclass(frozen=True)
