@@ -104,6 +104,18 @@ def test_who_sinks_while_it_waits_for_a_fix_drives_up(depth, speed):
     assert guidance([GpsFix(30.0)], aboard()).command(aboard(3.0, -4.0, depth))[0][2] == 0.0
 
 
+@pytest.mark.parametrize(("approach", "lines"), [(10.0, 3), (300.0, 2)])
+def test_who_cannot_go_sideways_comes_onto_the_axis_of_a_dock_in_time(approach, lines):
+    """Heading 120 degrees in: eight radii of 25 m are 200 m back along (cos 120, -sin 120), from x 7, y -3 NWU."""
+    leg = legs({"type": "dock", "point": [7, -3, -6], "heading_deg": 120, "approach_m": approach})
+    tasks = [s.task for s in planner(envelope=EnvelopeConfig(turn_radius_m=25, slow_mps=0.8)).plan(leg)]
+    far = max(approach, 200.0)
+    assert len(tasks) == lines
+    assert tasks[0].end == pytest.approx((7 + 0.5 * far, -3 + math.sqrt(0.75) * far))
+    assert tasks[-1].again == lines - 1  # who misses begins anew
+    assert [t.common.speed_mps for t in tasks[1:]] == [0.8] * (lines - 1)
+
+
 @pytest.mark.parametrize(
     ("short", "side", "deeper", "docked"),
     [(0.0, 0.3, -0.35, True), (0.0, -0.3, 0.45, False), (0.3, 0.2, 0.3, True), (0.3, 0.2, -0.4, False)],

@@ -94,7 +94,8 @@ class Dock(Levelled):
     heading_deg: float = Field(ge=-360, le=360)
     """Compass heading of the vehicle as it goes in [deg]."""
     approach_m: float = Field(default=10.0, gt=0)
-    """Length of the straight approach [m]."""
+    """Length of the straight approach [m]; vehicles that cannot go sideways take eight turning circles' radii, or 25 m,
+    where that is more."""
     tolerance_m: float = Field(default=0.5, gt=0)
     """Docked within this distance of the point [m]."""
     speed_mps: float | None = Field(default=None, gt=0)

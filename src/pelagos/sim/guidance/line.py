@@ -17,14 +17,14 @@ from pelagos.sim.guidance.task import Common, blank
 class Line:
     """Attributes: end, start: (x, y) [m], start None: from where the task begins; acceptance_m: done within this of the
     end, or past it; exact: only within it, at the level's depth too, where the vehicle stops; again: the distance
-    counts the depth, and a vehicle that passed the end without having been within goes back by one task.
+    counts the depth, and a vehicle that passed the end without having been within goes back by so many tasks.
     """
 
     end: tuple[float, float]
     start: tuple[float, float] | None = None
     acceptance_m: float = 3.0
     exact: bool = False
-    again: bool = False
+    again: int = 0
     common: Common = field(default_factory=Common)
 
     def _ends(self, progress: Progress) -> tuple[Floats, Floats]:
@@ -48,7 +48,7 @@ class Line:
         if self.exact:
             return near.astype(np.int64)
         if self.again:
-            return np.where(near, 1, np.where(past, -1, 0)).astype(np.int64)
+            return np.where(near, 1, np.where(past, -self.again, 0)).astype(np.int64)
         return np.asarray(near | past, dtype=np.int64)
 
     def goal(self, aboard: Aboard, progress: Progress) -> Goal:

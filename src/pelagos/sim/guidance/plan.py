@@ -27,6 +27,9 @@ from pelagos.vehicles.family import Family
 
 XY = tuple[float, float]
 
+RUN_IN: Final = 8.0  # radii of turning circles: length of line before a dock on which who turned onto it settles,
+RUN_IN_M: Final = 25.0  # at least, for those that cannot go sideways
+
 
 @dataclass(frozen=True)
 class Planner:
@@ -288,17 +291,26 @@ def _orbit(planner: Planner, leg: legs.Orbit, number: int, at: XY) -> list[Task]
 def _dock(planner: Planner, leg: legs.Dock, number: int, at: XY) -> list[Task]:
     end = planner.xy(leg.point, number)
     heading, slow = math.radians(leg.heading_deg), planner.envelope.slow_mps
-    ready = (end[0] - leg.approach_m * math.cos(heading), end[1] + leg.approach_m * math.sin(heading))
+    radius, exact = planner.envelope.turn_radius_m or 0.0, planner.family.turns
+    run_in = 0.0 if exact else max(RUN_IN * radius, RUN_IN_M)
+
+    def before(distance: float) -> XY:
+        return end[0] - distance * math.cos(heading), end[1] + distance * math.sin(heading)
+
+    ready = before(leg.approach_m)
     level = None
     if isinstance(leg.point, tuple) and len(leg.point) == 3 and planner.family.medium != "at the surface":
         level = Level(-leg.point[2])
     common = planner.common(leg, number, level=level)
     common = replace(common, face_rad=heading)
     speed = leg.speed_mps if leg.speed_mps is not None else slow or 0.4 * planner.envelope.cruise_mps
-    way = Line(ready, None, max(0.2 * leg.approach_m, leg.tolerance_m), planner.family.stops, common=common)
-    exact = planner.family.turns
-    inside = Line(end, ready, leg.tolerance_m, exact, again=not exact, common=replace(common, speed_mps=speed))
-    return [way, inside]
+    near, slowly = max(0.2 * leg.approach_m, leg.tolerance_m), replace(common, speed_mps=speed)
+    way = [Line(ready, None, near, planner.family.stops, common=common)]
+    if run_in > leg.approach_m:  # slowly there too: a current asks for another crab angle at another speed
+        far = before(run_in)
+        way = [Line(far, None, max(radius, near), common=common), Line(ready, far, near, common=slowly)]
+    inside = Line(end, ready, leg.tolerance_m, exact, again=0 if exact else len(way), common=slowly)
+    return [*way, inside]
 
 
 def _follow(planner: Planner, leg: legs.Follow, number: int, at: XY) -> list[Task]:
