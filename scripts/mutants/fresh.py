@@ -22,6 +22,7 @@ DECORATION = re.compile(r"(memory|chunk|bytes?_|_bytes|budget|warn\w*\()", re.IG
 """Lines about portions of memory or what people are told: a mistake there changes no number."""
 FOLDERS = ("unit", "verification", "cross_code", "contracts", "compat")
 KNOWN = {
+    "company": ("acoustics", "contact", "navigation", "sensors", "sim"),
     "sensors": ("acoustics", "optics", "raycast", "sensors", "world", "ocean"),
     "vehicles": ("contact", "hydro", "navigation", "sim", "vehicles", "ocean"),
     "worlds": ("ocean", "raycast", "world"),

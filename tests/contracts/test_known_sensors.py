@@ -15,6 +15,65 @@ SIZES: dict[str, dict[str, Any]] = SMALL | {
     "multibeam": {"beams": 48, "range_max_m": 40.0},
     "imaging_sonar": {"beams": 48, "bins": 96, "range_max_m": 18.0},
 }
+PING = {
+    "pulse": "cw", "pulse_s": 2e-4, "multipath": "surface_and_bottom", "multipath_order": 2, "refraction": True,
+    "volume_scattering_db": -55.0, "volume_scatterers_per_m3": 20.0, "labels": True, "scale": "db", "ringing_db": 150.0,
+    "adc_bits": 14, "adc_full_scale_db": 170.0, "sound_speed_mps": 1478.0, "wind_speed_mps": 9.0, "ph": 7.9,
+    "surface_loss_db": 2.0, "bottom_loss_db": 9.0, "tvg_db": 22.0, "texture_db": 2.5, "roughness_seed": 5,
+    "floor_db": -70.0, "range_min_m": 0.8, "sea_surface": "flat",
+}  # fmt: skip
+ARRAY = {"beamwidth_deg": 2.3, "vertical_beamwidth_deg": 27.0, "shading": "hamming", "side_lobe_beams": 5}
+LENS = {
+    "exposure": "manual", "shutter_s": 0.013, "iso": 640.0, "rolling_shutter_s": 0.02, "aperture": 4.0,
+    "aperture_blades": 5, "focus_distance_m": 3.0, "depth_blur_px": 1.5, "vignette": 0.8, "bloom": 0.2,
+     "lens_flare": 0.3,
+    "chromatic_aberration": 0.03, "white_balance": "grey_world", "white_temperature_k": 5000.0, "white_tint": 0.2,
+    "tone": "film", "distortion": [-0.2, 0.05, 0.01, -0.008, 0.003], "marine_snow_per_m3": 80.0,
+}  # fmt: skip
+OTHERWISE: dict[str, list[dict[str, Any]]] = {
+    "imaging_sonar": [
+        PING | ARRAY, {"elements": True, "channel_gain_db": 1.2, "channel_phase_deg": 9.0, "dead_elements": 0.1,
+         "vehicle_noise": "none"},
+        {"interference": {"rate_hz": 7.0, "azimuth_deg": 25.0, "distance_m": 14.0, "source_level_db": 200.0},
+         "iq": True},
+        {"painted_noise": {"onto": "level", "additive": 0.1, "multiplicative": 0.2, "range_m": 0.1}},
+    ],
+    "profiling_sonar": [PING | {"beamwidth_deg": 2.3}],
+    "singlebeam": [PING | {"beamwidth_deg": 17.0, "orientation_deg": [3.0, 55.0, -40.0]}, {"iq": True}],
+    "sidescan": [PING | {"depression_deg": 22.0, "vertical_floor_db": -22.0}],
+    "synthetic_aperture_sonar": [{"depression_deg": 32.0, "beamwidth_deg": 11.0, "range_min_m": 3.0, "bins": 1600}],
+    "mechanical_scanning_sonar": [PING | {"sector_deg": 90.0, "step_deg": 2.7, "beamwidth_deg": 3.3}],
+    "multibeam": [
+        {"spacing": "equidistant", "pulse": "cw", "pulse_s": 1e-4, "sectors": 3, "sector_spacing_hz": 9000.0,
+         "stabilised": ["pitch", "roll"], "orientation_deg": [0.0, 0.0, 5.0], "attitudes": True, "labels": True,
+          "volume_scattering_db": -60.0,
+         "water_column_bins": 64, "refraction": True, "sound_speed_mps": 1478.0, "wind_speed_mps": 9.0},
+        {"dual_swath_deg": 4.0, "iq": True, "beamwidth_across_deg": 2.1, "beamwidth_along_deg": 1.4},
+    ],
+    "dvl": [
+        {"orientation_deg": [3.0, -4.0, 33.0], "beam_tilt_deg": 24.0, "water_layer_m": 2.0, "sound_speed_mps": 1478.0,
+         "scale_error": 0.01, "noise_mps": 0.02},
+        {"orientation_deg": [170.0, -4.0, 5.0]},
+    ],
+    "adcp": [{"cells": 7, "cell_m": 0.6, "beam_tilt_deg": 25.0, "sound_speed_mps": 1478.0, "orientation_deg": [0, 4,
+     20]}],
+    "imu": [{"misalignment_std": 0.02, "accelerometer_random_walk": 0.01, "gyroscope_random_walk": 0.001,
+             "bias_correlation_time_s": 3.0, "accelerometer_scale_std": 0.02, "gyroscope_scale_std": 0.02}],
+    "camera": [
+        LENS, {"lens": "fisheye", "horizontal_fov_deg": 150.0, "mosaic": "grbg", "bits": 12},
+        {"renderer": "reference", "samples": 4, "tone": "linear"},
+    ],
+    "depth_camera": [{"stereo_baseline_m": 0.12, "lens": "fisheye", "horizontal_fov_deg": 130.0}],
+    "event_camera": [{"threshold": 0.02, "threshold_mismatch": 0.1, "background_hz": 5.0}],
+    "lidar": [
+        {"orientation_deg": [3.0, -4.0, 5.0], "position_m": [0.3, 0.1, 5.4], "lower_fov_deg": -80.0,
+         "water_points": True,
+         "noise_stddev_m": 0.05, "motion_distortion": True, "reflectance": True},
+        {"through_water": True, "pattern": "solid_state", "horizontal_fov_deg": 80.0, "water_attenuation_rate": 0.3},
+    ],
+    "range_finder": [{"range_max_m": 30.0, "azimuth_deg": [0.0, 35.0, -50.0], "elevation_deg": [10.0, -20.0, 35.0]}],
+    "hydrophone": [{"elements_m": [[0.0, 0.0, 0.0], [0.3, -0.2, 0.1]], "shipping": 0.9, "self_noise_db": 40.0}],
+}  # fmt: skip
 SURFACED = ("gps", "ais", "radio", "thermal_camera")
 LINKED = {"ais": 300, "modem": 120, "optical_modem": 120, "radio": 120, "usbl": 120}
 OTHERS = {"usbl": {"type": "modem", "bit_rate_bps": 4000.0}, "optical_modem": {"orientation_deg": [0.0, 2.0, -96.0]}}
@@ -31,12 +90,12 @@ def field(value: float) -> list[dict[str, Any]]:
     ]
 
 
-def sea(name: str) -> dict[str, Any]:
+def sea(name: str, keys: dict[str, Any]) -> dict[str, Any]:
     up = name in SURFACED
     height = 1.4 if name in ("ais", "radio") else 0.4
     sensor = {
         "type": name, "rate_hz": 10, "position_m": [0.3, 0.1, height], "orientation_deg": [3.0, -4.0, 5.0],
-        **SIZES.get(name, {}), **OWN.get(name, {}),
+        **SIZES.get(name, {}), **OWN.get(name, {}), **keys,
     }  # fmt: skip
     other = {**sensor, **OTHERS.get(name, {}), "position_m": [0.2, 0.0, 1.2 if up else 0.4]}
     if name == "usbl":
@@ -76,9 +135,19 @@ def sea(name: str) -> dict[str, Any]:
     }  # fmt: skip
 
 
-@pytest.mark.parametrize("name", NAMES)
-def test_readings(name: str) -> None:
-    sim = pl.Simulation.load(sea(name))
+LONG = ("profiling_sonar", "sidescan", "mechanical_scanning_sonar")  # to compile; imaging_sonar has what they have
+CASES = [
+    pytest.param(name, k, marks=pytest.mark.slow) if k and name in LONG else (name, k)
+    for name in NAMES
+    for k in range(1 + len(OTHERWISE.get(name, [])))
+]
+
+
+@pytest.mark.filterwarnings("ignore::pelagos.errors.ValidityWarning")
+@pytest.mark.parametrize(("name", "setting"), CASES)
+def test_readings(name: str, setting: int) -> None:
+    """As a sensor is without further keys, and in other settings."""
+    sim = pl.Simulation.load(sea(name, OTHERWISE[name][setting - 1] if setting else {}))
     obs, found = sim.reset(), []
     for tick in range(LINKED.get(name, 63 if name == "collision" else 9)):
         found += [r for agent in obs.values() for r in agent.values()]
@@ -93,4 +162,8 @@ def test_readings(name: str) -> None:
             if values is not None and np.asarray(values).dtype != object:
                 numbers.setdefault(part, []).append(np.ravel(np.asarray(values)))
     numbers["t_ns"] = [np.array([r.t_ns for r in found]) * 1e-9]
-    check("sensors", name, {part: np.concatenate(values) for part, values in numbers.items()})
+    check(
+        "sensors",
+        f"{name} {setting}" if setting else name,
+        {part: np.concatenate(values) for part, values in numbers.items()},
+    )
