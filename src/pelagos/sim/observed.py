@@ -5,7 +5,8 @@ Readings of many vehicles come in one piece from one call. They are cut up for t
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -26,16 +27,16 @@ class Newest(dict[str, Reading]):
     Args:
         found: the readings.
         agent: whose.
-        sensors: all that it has.
+        sensors: names all that it has.
     """
 
-    def __init__(self, found: Mapping[str, Reading], agent: str, sensors: Iterable[str]) -> None:
+    def __init__(self, found: Mapping[str, Reading], agent: str, sensors: Callable[[], Iterable[str]]) -> None:
         super().__init__(found)
         self._about = agent, sensors
 
     def __missing__(self, sensor: object) -> Reading:
         agent, sensors = self._about
-        if sensor in (known := list(sensors)):
+        if sensor in (known := list(sensors())):
             raise NoReading(
                 f"{agent}.{sensor} has no reading in this step; those with one: {', '.join(self) or 'none'}"
             )
@@ -62,7 +63,7 @@ class Readings(Mapping[str, Reading]):
                 reading = one.of(agent.member, n).newest(n, dt_ns)
                 if reading is not None:
                     found[one.model.name] = reading
-            self._found = Newest(found, agent.name, agent.sensors)
+            self._found = Newest(found, agent.name, agent.sensors.keys)
         return self._found
 
     def __getitem__(self, sensor: str) -> Reading:
@@ -113,13 +114,17 @@ class Observed(Mapping[str, Mapping[str, Reading]]):
         if name not in self._read:
             agent = self._model.agents.get(name)
             if agent is None:
-                sensors = dict.fromkeys(s for m in self._model.group(name) or () for s in self._model.agents[m].sensors)
-                self._read[name] = Newest(self._group(name), name, sensors)
+                self._read[name] = Newest(self._group(name), name, partial(self._carried, name))
             else:
                 parts = self._by_batch[agent.batch.name]
                 cut = Readings(parts, agent, self._model.n, self._model.clock.dt_ns)
                 self._read[name] = cut if len(agent.batch.members) > 1 else cut.all
         return self._read[name]
+
+    def _carried(self, group: str) -> Iterable[str]:
+        """Names of the sensors that any member carries."""
+        agents = self._model.agents
+        return dict.fromkeys(s for member in self._model.group(group) or () for s in agents[member].sensors)
 
     def _group(self, name: str) -> Mapping[str, Reading]:
         """Readings of a group's members together."""
