@@ -215,3 +215,13 @@ def test_a_dock_with_its_default_approach_is_reached_abeam_of_a_current(vehicle,
     track, sim = fly(vehicle, [leg], 480, start=start, speed=1.5 if start[2] else 0.0, waves=False)
     assert sim.stepper.missions_done()
     assert np.linalg.norm((track[-5:] - dock)[:, : 3 if start[2] else 2], axis=1).min() < 1.5  # the track is of 2 Hz
+
+
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_points_that_are_passed_as_fast_as_a_rov_can_go_hold_it_up_nowhere(side):
+    """24 m at nearly its top speed of 0.84 m/s: the reference point waits at a corner without a speed of its own."""
+    points = [[-6.4, -9.8 * side], [-10.0, -1.3 * side], [-10.3, -6.8 * side]]
+    leg = {"type": "waypoints", "points": points, "depth_m": 9.1, "speed_mps": 0.86}
+    _, sim = fly("bluerov2_heavy", [leg], 200, start=[0, 0, -9.1])
+    assert sim.stepper.missions_done()
+    assert sim.time_ns * 1e-9 < 90

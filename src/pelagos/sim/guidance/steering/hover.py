@@ -78,7 +78,8 @@ class Hover:
         asked = np.minimum(asked, brake)
         most = self.speed + self.gain_mps2 * dt_s
         self.speed = np.minimum(np.maximum(asked, self.speed - 2 * self.gain_mps2 * dt_s), most)
-        self.speed = np.minimum(self.speed, room / dt_s)
+        left = np.hypot(*(goal.end - self.point[:, :2]).T)  # a point that is at a line's end waits there
+        self.speed = np.minimum(self.speed, np.where(goal.path == Path.LINE, left, room) / dt_s)
         velocity = self.speed[:, None] * to
         self.point[:, :2] += dt_s * velocity
         return np.asarray(velocity)
