@@ -6,12 +6,13 @@ from typing import Any
 
 import numpy as np
 import pytest
-from test_every_sensor import NAMES, SMALL
+from test_every_sensor import NAMES
+from test_every_sensor_key import LINKED, said, sea, ticks_of
 
 import pelagos as pl
 from known import check
 
-SIZES: dict[str, dict[str, Any]] = SMALL | {
+SIZES: dict[str, dict[str, Any]] = {
     "multibeam": {"beams": 48, "range_max_m": 40.0},
     "imaging_sonar": {"beams": 48, "bins": 96, "range_max_m": 18.0},
 }
@@ -74,67 +75,6 @@ OTHERWISE: dict[str, list[dict[str, Any]]] = {
     "range_finder": [{"range_max_m": 30.0, "azimuth_deg": [0.0, 35.0, -50.0], "elevation_deg": [10.0, -20.0, 35.0]}],
     "hydrophone": [{"elements_m": [[0.0, 0.0, 0.0], [0.3, -0.2, 0.1]], "shipping": 0.9, "self_noise_db": 40.0}],
 }  # fmt: skip
-SURFACED = ("gps", "ais", "radio", "thermal_camera")
-LINKED = {"ais": 300, "modem": 120, "optical_modem": 120, "radio": 120, "usbl": 120}
-OTHERS = {"usbl": {"type": "modem", "bit_rate_bps": 4000.0}, "optical_modem": {"orientation_deg": [0.0, 2.0, -96.0]}}
-OWN = {
-    "optical_modem": {"orientation_deg": [3.0, -4.0, 44.0]},
-    "usbl": {"interrogate": ["auv1.its"], "interrogate_s": 1.5, "bit_rate_bps": 4000.0},
-}
-
-
-def field(value: float) -> list[dict[str, Any]]:
-    return [
-        {"type": "profile", "depth_m": [0.0, 3.1, 9.0], "value": [value, 1.3 * value, 0.7 * value]},
-        {"type": "gradient", "per_m": 0.011 * value, "towards_deg": 25.0},
-    ]
-
-
-def sea(name: str, keys: dict[str, Any]) -> dict[str, Any]:
-    up = name in SURFACED
-    height = 1.4 if name in ("ais", "radio") else 0.4
-    sensor = {
-        "type": name, "rate_hz": 10, "position_m": [0.3, 0.1, height], "orientation_deg": [3.0, -4.0, 5.0],
-        **SIZES.get(name, {}), **OWN.get(name, {}), **keys,
-    }  # fmt: skip
-    other = {**sensor, **OTHERS.get(name, {}), "position_m": [0.2, 0.0, 1.2 if up else 0.4]}
-    if name == "usbl":
-        other = {k: v for k, v in other.items() if not k.startswith("interrogate")}
-    start = {"position_m": [4.4, -3.6] if name == "collision" else [0.0, 0.0], "depth_m": 0.0 if up else 3.0}
-    return {
-        "seed": 11,
-        "tick_rate_hz": 20,
-        "world": {
-            "type": "flat",
-            "depth_m": 8.0,
-            "things": [{"shape": "box", "at_m": [6.0, -5.0, -6.0], "size_m": [2.0, 1.0, 9.0]}],
-            "movers": [{"name": "drum", "body": "cylinder", "size_m": 1.0, "path": {
-                "kind": "waypoints", "points_m": [[5.0, -1.0, -3.0], [4.0, -2.0, -3.5]], "speed_mps": 0.5}}],
-        },
-        "ocean": {
-            "temperature_c": field(12.0),
-            "salinity": field(30.0),
-            "tracers": {"chlorophyll": field(2.0), "oxygen": field(240.0), "turbidity": field(1.5)},
-            "currents": [{"type": "uniform", "speed_mps": 0.2, "towards_deg": 70.0}],
-            "wind": {"speed_mps": 6.0, "from_deg": 200.0},
-            "tide": {"constituent": "M2", "amplitude_m": 0.4, "phase_deg": 50.0},
-        },
-        "agents": {
-            "auv0": {
-                "vehicle": "remus100", "start": {**start, "heading_deg": 40.0, "roll_deg": 4.0, "pitch_deg": -3.0},
-                "control": "depth_heading", "command": [start["depth_m"] + 1.0, 0.9, 700.0],
-                "sensors": {"it": sensor},
-                "radiated_noise": {"type": "thrusters", "level_db": 150.0},
-            },
-            "auv1": {
-                "vehicle": "remus100",
-                "start": {"position_m": [14.0, 1.0], "depth_m": start["depth_m"] + 0.5, "heading_deg": 80.0},
-                "control": "depth_heading", "command": [start["depth_m"] + 1.0, 0.9, 700.0], "sensors": {"its": other},
-            },
-        },
-    }  # fmt: skip
-
-
 LONG = ("profiling_sonar", "sidescan", "mechanical_scanning_sonar")  # to compile; imaging_sonar has what they have
 CASES = [
     pytest.param(name, k, marks=pytest.mark.slow) if k and name in LONG else (name, k)
@@ -147,13 +87,13 @@ CASES = [
 @pytest.mark.parametrize(("name", "setting"), CASES)
 def test_readings(name: str, setting: int) -> None:
     """As a sensor is without further keys, and in other settings."""
-    sim = pl.Simulation.load(sea(name, OTHERWISE[name][setting - 1] if setting else {}))
+    keys = SIZES.get(name, {}) | (OTHERWISE[name][setting - 1] if setting else {})
+    sim = pl.Simulation.load(sea(name, keys))
     obs, found = sim.reset(), []
-    for tick in range(LINKED.get(name, 63 if name == "collision" else 9)):
+    for tick in range(ticks_of(name)):
         found += [r for agent in obs.values() for r in agent.values()]
-        if name in LINKED and name != "ais" and tick in (3, 50):
-            sender = ("auv1", "its") if name == "usbl" else ("auv0", "it")
-            sim.send(*sender, b"of six", to="*")
+        if name in LINKED and name != "ais":
+            said(sim, tick)
         obs = sim.step()
     assert found, name
     numbers: dict[str, list[Any]] = {}
@@ -162,8 +102,4 @@ def test_readings(name: str, setting: int) -> None:
             if values is not None and np.asarray(values).dtype != object:
                 numbers.setdefault(part, []).append(np.ravel(np.asarray(values)))
     numbers["t_ns"] = [np.array([r.t_ns for r in found]) * 1e-9]
-    check(
-        "sensors",
-        f"{name} {setting}" if setting else name,
-        {part: np.concatenate(values) for part, values in numbers.items()},
-    )
+    check("sensors", f"{name} {setting}" if setting else name, {part: np.concatenate(v) for part, v in numbers.items()})
