@@ -46,6 +46,22 @@ def test_rays_meet_it_where_it_is_written() -> None:
     assert ranges(sim)[0] == pytest.approx(moved - 3.0, abs=1e-4)
 
 
+def test_what_comes_back_keeps_its_number_and_place() -> None:
+    crate, ball = {"shape": "box", "position_m": PLACE}, {"shape": "sphere", "position_m": (3.0, 2.0, -6.0)}
+    sim = scene(n=2, props={"crate": crate, "ball": ball})
+    before = {name: body.geometry.instance for name, body in sim.props.items()}
+    for anew in (sim.reset, lambda: sim.reset(where=[0, 1])):
+        for removed in (["crate"], ["ball"], ["crate", "ball"]):
+            for name in removed:
+                sim.props[name].remove()
+            spawned = sim.spawn(pl.Prop("box", position=(0, 4, -7)))
+            assert spawned.geometry.instance not in before.values()
+            anew()
+            assert list(sim.props) == ["crate", "ball"]
+            assert {name: body.geometry.instance for name, body in sim.props.items()} == before
+    assert [body.name for body in sim.bodies.bodies][:2] == ["crate", "ball"]
+
+
 def test_each_copy_has_its_own_and_is_a_fleet_of_one() -> None:
     sim = scene(n=4, vary=DRAWN, seed=5)
     x, yaw = (sim.drawn[key] for key in DRAWN)

@@ -193,17 +193,26 @@ class Bodies:
         self._next_instance += 1
         return self._next_instance - 1
 
+    def instance_of_prop(self, number: int) -> int:
+        """The instance id of the scenario's prop of that number: behind hulls and movers, in every episode the same."""
+        instance = self._first_instance + len(self.hulls) + self._scripted() + number
+        self._next_instance = max(self._next_instance, instance + 1)
+        return instance
+
+    def _scripted(self) -> int:
+        return sum(b.fastest_mps is not None for b in self.bodies)
+
     def add(
-        self, name: str, geometry: Geometry, position: object, attitude: object = _LEVEL, *, of_scenario: bool = False
+        self, name: str, geometry: Geometry, position: object, attitude: object = _LEVEL, *, prop: int | None = None
     ) -> Body:
-        """Put a body into every copy of the world."""
+        """Put a body into every copy of the world; `prop` is its number among the scenario's, which come first."""
         if any(b.name == name for b in self.bodies):
             raise CommandError(f"a body named {name!r} is there already; names are unique")
         n, zero = self._n, np.zeros((self._n, 3))
         at = rows(position, n, 3, f"{name}: position")
         turned = unit_rows(attitude, n, f"{name}: attitude")
-        body = Body(name, geometry, at, turned, zero, zero, self, of_scenario=of_scenario)
-        self.bodies.append(body)
+        body = Body(name, geometry, at, turned, zero, zero, self, of_scenario=prop is not None)
+        self.bodies.insert(len(self.bodies) if prop is None else self._scripted() + prop, body)
         self._rebuild()
         return body
 

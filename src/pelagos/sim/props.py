@@ -34,10 +34,10 @@ def put(model: Model, bodies: Bodies, variety: Variety, where: NDArray[np.bool_]
     if not configs:
         return
     poses, there = variety.props(where, number), props_of(bodies)
-    for name in configs:
+    for i, name in enumerate(configs):
         position, attitude = poses[name]
         if name not in there and where.all():
-            there[name] = _add(model, bodies, name)
+            there[name] = _add(model, bodies, name, i)
         if name in there:
             body = there[name]
             still = np.zeros((model.n, 3))
@@ -74,10 +74,10 @@ def _chosen(where: NDArray[np.bool_], new: NDArray[np.float64], now: NDArray[np.
     return np.where(where[:, None], new, now)
 
 
-def _add(model: Model, bodies: Bodies, name: str) -> Body:
+def _add(model: Model, bodies: Bodies, name: str, number: int) -> Body:
     config = model.scenario.props[name]
     try:
-        geometry = geometry_of(config, bodies.new_instance(), model.world)
-        return bodies.add(name, geometry, config.position_m, attitude_of(config.orientation_deg), of_scenario=True)
+        geometry = geometry_of(config, bodies.instance_of_prop(number), model.world)
+        return bodies.add(name, geometry, config.position_m, attitude_of(config.orientation_deg), prop=number)
     except PelagosError as error:
         raise ScenarioError(str(error), where=model.scenario.where("props", name)) from None
