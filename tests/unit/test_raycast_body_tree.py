@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -105,6 +107,50 @@ def test_hits_depend_neither_on_other_bodies_nor_on_the_copy():
             known = known or now
             assert now == known
             assert np.array(hits.valid).sum() > 200
+
+
+def test_equal_meshes_round_alike_whoever_made_them():
+    """The bytes of hits on bodies that share the arrays of their kind, and on bodies of arrays of their own.
+
+    The third kind is the second mirrored: of the same radius, so that only the digest puts one before the other.
+    """
+    mirrored = KINDS[1].vertices * (-1.0, 1.0, 1.0) + (0.0, 0.0, 0.0)
+    third = Geometry(mirrored, KINDS[1].faces[:, ::-1].copy(), 0, 4, 0)
+    kinds = [*KINDS, third]
+    place, q = poses(9, seed=8)
+
+    def own(g: Geometry) -> Geometry:
+        normals = None if g.vertex_normals is None else g.vertex_normals.copy()
+        return Geometry(g.vertices.copy(), g.faces.copy(), g.face_materials.copy(), g.label, g.instance, normals)
+
+    def seen(order: list[int], *, shared: bool) -> list[bytes]:
+        bodies = [replace(kinds[k % 3], instance=10 + k) for k in order]
+        scene = Scene([])
+        scene.set_moving([(g if shared else own(g), 0) for g in bodies])
+        zero = np.zeros((9, 3))
+        scene.move(place[order], q[order], zero, zero)
+        hits = scene.compile(lambda caster, r: caster.cast(r))(fan(3000, place))
+        assert np.array(hits.valid).sum() > 500
+        return [
+            np.array(getattr(hits, name)).tobytes()
+            for name in ("t", "position", "normal", "instance", "material", "place")
+        ]
+
+    forward, backward = list(range(9)), list(range(8, -1, -1))
+    known = seen(forward, shared=True)
+    for order, shared in ((forward, False), (backward, True), (backward, False)):
+        assert seen(order, shared=shared) == known
+
+
+def test_bodies_of_one_form_and_several_materials_keep_theirs():
+    g = KINDS[1]
+    scene, place, q = Scene([]), *poses(3, seed=9)
+    scene.set_moving([(replace(g, material=m, instance=20 + m, vertices=g.vertices.copy()), 0) for m in (0, 1, 2)])
+    scene.move(place, q, np.zeros((3, 3)), np.zeros((3, 3)))
+    hits = scene.compile(lambda caster, r: caster.cast(r))(fan(2000, place))
+    hit = np.array(hits.valid)
+    assert (np.array(hits.material)[hit] == np.array(hits.instance)[hit] - 20).all()
+    assert set(np.array(hits.material)[hit].tolist()) == {0, 1, 2}
 
 
 @pytest.mark.parametrize("count", [1, 2, 3, 8, 37])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 from dataclasses import dataclass, field
 from functools import cached_property
 
@@ -43,6 +44,16 @@ class Geometry:
         vertices = self.vertices
         low, high = vertices.min(axis=0, initial=np.inf), vertices.max(axis=0, initial=-np.inf)
         return np.stack([low, high]).astype(np.float64)
+
+    @cached_property
+    def digest(self) -> bytes:
+        """Digest of corners, faces, materials and normals, whatever label, instance and name."""
+        normals = () if self.vertex_normals is None else (self.vertex_normals,)
+        found = hashlib.blake2b(digest_size=16)
+        for array in (self.vertices, self.faces, self.face_materials, *normals):
+            found.update(f"{array.dtype.str}{array.shape}".encode())
+            found.update(np.ascontiguousarray(array).tobytes())
+        return found.digest()
 
     def share(self, faces: NDArray[np.uint32], vertex_normals: NDArray[np.float32]) -> None:
         """Hold these arrays, equal to its own, in place of them: what a scene needs anyway is not held twice."""

@@ -37,7 +37,9 @@ class ShapeTables:
 
 
 class Shapes:
-    """The distinct meshes of some bodies.
+    """The distinct meshes of some bodies, whoever made them: equal ones stand once.
+
+    Where a mesh stands decides how its hits round, so that it depends on nothing but which meshes there are.
 
     Attributes:
         scene: the `mi.Scene` that holds them, the smallest first.
@@ -48,13 +50,13 @@ class Shapes:
     """
 
     def __init__(self, bodies: Sequence[Geometry]) -> None:
-        keys = [(id(g.vertices), id(g.material)) for g in bodies]  # bodies of one kind share these
+        keys = _keys(bodies)
         distinct = dict(zip(reversed(keys), reversed(bodies), strict=True))
         radius = {key: float(np.linalg.norm(g.vertices, axis=1).max()) for key, g in distinct.items()}
         used = {key: np.unique(g.face_materials, return_inverse=True) for key, g in distinct.items()}
-        place: dict[tuple[int, int], NDArray[np.float64]] = {}
+        place: dict[bytes, NDArray[np.float64]] = {}
         x = 0.0
-        order = sorted(distinct, key=lambda k: radius[k])
+        order = sorted(distinct, key=lambda k: (radius[k], k))  # not as bodies were named or ordered
         standing = []
         for key in order:
             x += radius[key]
@@ -72,3 +74,13 @@ class Shapes:
         self.offset: NDArray[np.float64] = np.array([place[key] for key in keys]).reshape(-1, 3)
         self.radius: NDArray[np.float64] = np.array([radius[key] for key in keys])
         self.materials: list[list[int]] = [used[key][0].tolist() for key in keys]
+
+
+def _keys(bodies: Sequence[Geometry]) -> list[bytes]:
+    """A digest of the mesh and the materials of each body; bodies of one kind often share arrays, digested once."""
+    known: dict[tuple[int, int], bytes] = {}
+    for g in bodies:
+        shared = id(g.vertices), id(g.material)
+        if shared not in known:
+            known[shared] = g.digest
+    return [known[id(g.vertices), id(g.material)] for g in bodies]
