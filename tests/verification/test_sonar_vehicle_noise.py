@@ -180,9 +180,10 @@ def _still():
     return nullcontext()
 
 
-def test_elements_refuse_it():
-    with pytest.raises(InputError, match="elements hear no noise of vehicles"):
-        scene(elements=True)
+@pytest.mark.parametrize("keys", [{"elements": True}, {"channel_gain_db": 1.5}])
+def test_elements_refuse_it_and_say_what_forms_them(keys):
+    with pytest.raises(InputError, match=r"elements hear no noise of vehicles.*no errors of channels"):
+        scene(**keys)
 
 
 def test_a_multibeam_s_snr_falls_where_it_looks_at_a_noisy_hull():

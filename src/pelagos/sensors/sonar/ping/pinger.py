@@ -139,9 +139,8 @@ class Pinger:
             spec, self._own, self._neighbours, context.ocean, behind_filter=behind_filter(spec), noise=noise
         )
         if self._bystanders.some and layout.elements is not None:
-            raise InputError(
-                f"{context.path}: elements hear no noise of vehicles: give elements: false, or vehicle_noise: none"
-            )
+            without = "elements: false and no errors of channels, or vehicle_noise: none"
+            raise InputError(f"{context.path}: elements hear no noise of vehicles: give {without}")
         hazy = spec.volume_scattering_db is not None or TRACER in context.ocean.tracers
         if spec.volume_scatterers is not None and not hazy:
             message = "'volume_scatterers_per_m3' changes nothing without 'volume_scattering_db', or the ocean's tracer"
