@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import pelagos as pl
-from pelagos.errors import InputError
+from pelagos.errors import InputError, LookupFailed
 
 PLACE, SIZE = (6.5, -1.5, -7.0), 1.5
 START = (-2.0, -1.25, -7.2)
@@ -60,6 +60,21 @@ def test_what_comes_back_keeps_its_number_and_place() -> None:
             assert list(sim.props) == ["crate", "ball"]
             assert {name: body.geometry.instance for name, body in sim.props.items()} == before
     assert [body.name for body in sim.bodies.bodies][:2] == ["crate", "ball"]
+
+
+def test_names_of_props_are_theirs() -> None:
+    box1 = {"shape": "box", "position_m": PLACE}
+    sim = scene(props={"box1": box1})
+    assert sim.spawn(pl.Prop("box", position=(0, 4, -7))).name == "box2"
+    with pytest.raises(LookupFailed, match="did you mean 'box1'"):
+        sim.props["bax1"]
+    assert "bax1" not in sim.props
+    sim.props["box1"].remove()
+    with pytest.raises(InputError, match="'box1' is a prop of the scenario"):
+        sim.spawn(pl.Prop("box", position=(0, 4, -7)), name="box1")
+    assert sim.spawn(pl.Prop("box", position=(0, 5, -7))).name == "box3"
+    sim.reset()
+    assert list(sim.props) == ["box1"]
 
 
 def test_each_copy_has_its_own_and_is_a_fleet_of_one() -> None:

@@ -211,7 +211,13 @@ class Changes(Lives):
             InputError: an unknown shape, material or label, or a name that is taken.
         """
         self.gate.settle()
+        props = self.model.scenario.props
+        taken = {*props, *(body.name for body in self.bodies.bodies)}
+        if name in props and name not in self.props:
+            raise CommandError(f"{name!r} is a prop of the scenario, which a reset puts back; take another name")
         self.bodies.spawned += 1
+        while not name and f"{prop.shape}{self.bodies.spawned}" in taken:
+            self.bodies.spawned += 1
         name = name or f"{prop.shape}{self.bodies.spawned}"
         geometry: Geometry = prop.geometry(instance=self.bodies.new_instance(), world=self.model.world)
         return self.bodies.add(name, geometry, prop.position, prop.attitude)

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pelagos.config.prop import PropConfig
-from pelagos.errors import PelagosError, ScenarioError
+from pelagos.errors import PelagosError, ScenarioError, UnknownKey
 from pelagos.math.so3 import from_euler
 from pelagos.raycast.geometry import Geometry
 from pelagos.sim.bodies import Bodies, Body
@@ -49,9 +49,16 @@ def put(model: Model, bodies: Bodies, variety: Variety, where: NDArray[np.bool_]
             )
 
 
-def props_of(bodies: Bodies) -> dict[str, Body]:
+class Props(dict[str, Body]):
+    """The scenario's props that are in the world, by name."""
+
+    def __missing__(self, name: object) -> Body:
+        raise UnknownKey("prop", name, self)
+
+
+def props_of(bodies: Bodies) -> Props:
     """Those of the scenario that are in the world now, by name."""
-    return {body.name: body for body in bodies.bodies if body.of_scenario}
+    return Props({body.name: body for body in bodies.bodies if body.of_scenario})
 
 
 def attitude_of(orientation_deg: Sequence[float]) -> tuple[float, ...]:
