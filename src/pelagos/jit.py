@@ -78,6 +78,8 @@ def __getattr__(name: str) -> Any:
 
 
 _Class = TypeVar("_Class", bound=type)
+_PAGE: Final = 4096  # bytes
+_PACKET: Final = 256  # bytes, at least those of sixteen lanes of eight
 
 
 @dataclass_transform(field_specifiers=(dataclasses.field,))
@@ -170,12 +172,28 @@ def align(*values: Any) -> None:
 
 def from_numpy(kind: Any, values: Any) -> Array:
     """Flat values of a NumPy array in memory of Dr.Jit's own, see `align`."""
+    import drjit as dr
     import numpy as np
 
-    whole = values.astype(np.uint32, copy=False) if values.dtype.kind == "u" else values
-    made = kind(np.ascontiguousarray(whole).reshape(-1))
+    made = kind(padded(np.asarray(values).astype(np.dtype(dr.type_v(kind).name.lower()), copy=False)))
     align(made)
     return made
+
+
+def padded(values: Any) -> Any:
+    """Flat values of a NumPy array, whose end is a packet of lanes or more away from that of its page of memory.
+
+    A kernel reads whole packets: of memory that is shared with NumPy some bytes beyond the end of an array. Where the
+    next page is nobody's, that ends the process.
+    """
+    import numpy as np
+
+    flat = np.ascontiguousarray(values).reshape(-1)
+    if (flat.ctypes.data + flat.nbytes - 1) % _PAGE < _PAGE - _PACKET:
+        return flat
+    longer = np.empty(flat.nbytes + _PACKET, dtype=np.uint8)[: flat.nbytes].view(flat.dtype)
+    longer[:] = flat
+    return longer
 
 
 def freeze(function: Callable[..., Any], *scenes: Any) -> Callable[..., Any]:

@@ -155,3 +155,28 @@ def test_subnormal_numbers_are_nothing_on_any_number_of_threads(threads: str) ->
         [sys.executable, "-c", SUBNORMAL], env=environment, capture_output=True, text=True, check=True
     )
     assert done.stdout.split() == ["0", "0", "0"]
+
+
+def test_no_kernel_reads_beyond_the_last_page() -> None:
+    """Arrays that end where the memory that may be read ends; a kernel reads packets of sixteen lanes."""
+    code = """
+import ctypes, mmap
+import numpy as np
+from pelagos import jit
+size = 4 * mmap.PAGESIZE
+area = mmap.mmap(-1, size + mmap.PAGESIZE)
+whole = np.frombuffer(area, dtype=np.uint8)
+libc = ctypes.CDLL(None, use_errno=True)
+libc.mprotect.argtypes = [ctypes.c_void_p, ctypes.c_size_t, ctypes.c_int]
+assert libc.mprotect(whole.ctypes.data + size, mmap.PAGESIZE, 0) == 0
+for kind, dtype in ((jit.Float, np.float32), (jit.Float64, np.float64), (jit.UInt32, np.uint32)):
+    for count in (1, 3, 17, 1003):
+        values = whole[size - count * np.dtype(dtype).itemsize : size].view(dtype)
+        values[:] = np.arange(count) % 7
+        assert (np.array(jit.from_numpy(kind, values)) == np.arange(count) % 7).all()
+        assert (jit.padded(values) == values).all()
+        far = jit.padded(values)
+        assert (far.ctypes.data + far.nbytes <= whole.ctypes.data) or (far.ctypes.data >= whole.ctypes.data + size)
+"""
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr[-2000:]

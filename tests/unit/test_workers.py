@@ -11,13 +11,14 @@ import pytest
 from pydantic_core import _pydantic_core
 
 from pelagos import errors
-from pelagos.errors import LookupFailed, PelagosError, ScenarioError
+from pelagos.errors import LookupFailed, PelagosError, ScenarioError, UnknownKey
 
 MADE = [
     LookupFailed("sensor", "imo", ["imu", "dvl"], where="a.yaml:3"),
+    UnknownKey("sensor", "imo", ["imu", "dvl"], where="a.yaml:3"),
     ScenarioError("wrong", where="a.yaml:3: agents"),
     *[kind("what went wrong") for kind in vars(errors).values()
-      if isinstance(kind, type) and issubclass(kind, PelagosError) and kind is not LookupFailed],
+      if isinstance(kind, type) and issubclass(kind, PelagosError) and not issubclass(kind, LookupFailed)],
 ]  # fmt: skip
 
 

@@ -25,7 +25,7 @@ def vectors(values: NDArray[np.float64]) -> Array:
 
 def exact(values: NDArray[np.float64]) -> Array:
     """The same bits in memory of Dr.Jit's own; `jit.from_numpy` makes 0.0 of -0.0."""
-    made = jit.Float64(np.ascontiguousarray(values).reshape(-1)) * dr.opaque(jit.Float64, 1.0)
+    made = jit.Float64(jit.padded(values)) * dr.opaque(jit.Float64, 1.0)
     dr.eval(made)
     dr.sync_thread()  # the NumPy array may go
     return made
@@ -38,7 +38,7 @@ def columns(values: NDArray[np.float64]) -> tuple[list[Array], object]:
         return [dr.opaque(jit.Float64, float(v)) for v in values[0]], None  # faster than the way over NumPy
     if not count:
         return [], None
-    packed = jit.Float64(np.ascontiguousarray(values).reshape(-1))
+    packed = jit.Float64(jit.padded(values))
     return _split(count)(packed), (values, packed)
 
 

@@ -317,11 +317,11 @@ def _make_caster(scene: Scene) -> Callable[..., Hits]:
         if scene.static is None and scene.moving is None:
             return _misses(len(start))
         out = frozen(
-            jit.Array3f64(np.ascontiguousarray(start.T)),
-            jit.Array3f(np.ascontiguousarray(along.T)),
-            jit.Float(np.ascontiguousarray(reach)),
-            jit.UInt32(np.ascontiguousarray(copy)),
-            jit.UInt32(np.ascontiguousarray(own)),
+            jit.Array3f64(*(jit.padded(column) for column in start.T)),
+            jit.Array3f(*(jit.padded(column) for column in along.T)),
+            jit.Float(jit.padded(reach)),
+            jit.UInt32(jit.padded(copy)),
+            jit.UInt32(jit.padded(own)),
         )
         t, position, normal, label, instance, material, velocity = (a.numpy() for a in out)
         return Hits(t, position.T, normal.T, label, instance, material, velocity.T)
