@@ -108,7 +108,7 @@ def test_factors_and_currents_act_as_they_do_alone() -> None:
         ({"agents.rov.start.heding_deg": {"uniform": [0, 1]}}, "did you mean 'agents.rov.start.heading_deg'"),
         ({"agents.rof.start.heading_deg": {"uniform": [0, 1]}}, "no 'agents.rof'; known: rov, other"),
         ({"agents.rov.factors.mas": {"uniform": [0, 1]}}, "did you mean 'mass'"),
-        ({"ocean.turbidity": {"uniform": [0, 1]}}, "'ocean.turbidity' cannot differ from copy to copy"),
+        ({"ocean.wind.speed_mps": {"uniform": [0, 1]}}, "'ocean.wind.speed_mps' cannot differ from copy to copy"),
         ({"agents.rov.start.position_m.2": {"uniform": [-25.9, -25.5]}}, "environment 0: it cannot start there"),
     ],
 )

@@ -18,6 +18,7 @@ from pelagos.config.rate import Rate, divides, rate_text
 from pelagos.config.strict import Strict
 from pelagos.config.swarm import Draw, group_of, members, topic_name
 from pelagos.config.vary import check as check_varied
+from pelagos.config.vary import check_ocean
 
 
 class Origin(Strict):
@@ -84,8 +85,9 @@ class Scenario(Strict):
     """Numbers that are drawn anew for every copy of a fleet and every episode, by dotted key: where and how agents
     start (`agents.auv0.start.heading_deg`), factors on their parameters (`agents.auv0.factors.mass`), where their
     sensors sit and look (`agents.auv0.sensors.dvl.position_m.0`, `.orientation_deg.2`) how many times as much they err
-    (`agents.auv0.sensors.imu.error`) and their lamps and lasers shine (`agents.auv0.sensors.camera.lamps`), and the
-    water's velocity (`ocean.current_mps.0` north, `.1` west, `.2` up) in place of the scenario's currents."""
+    (`agents.auv0.sensors.imu.error`) and their lamps and lasers shine (`agents.auv0.sensors.camera.lamps`), the water's
+    velocity (`ocean.current_mps.0` north, `.1` west, `.2` up) in place of the scenario's currents, its `ocean.turbidity`
+    and the numbers of its wave systems (`ocean.waves.0.significant_height_m`)."""
     record: Record = Record()
     """What goes into a recording."""
     bridges: dict[str, Annotated[Any, Component("bridge", shorthand=True)]] = Field(default_factory=dict)
@@ -221,6 +223,7 @@ class Scenario(Strict):
         for key, draw in self.vary.items():
             try:
                 check_varied([key], self.agents, self.props)
+                check_ocean(key, draw, self.ocean.waves)
             except PydanticCustomError as error:
                 line = InitErrorDetails(type=error, loc=("vary", key), input=draw)
                 raise ValidationError.from_exception_data("Scenario", [line]) from None

@@ -54,6 +54,14 @@ class Draw(Strict):
         mean = self.normal[0] if self.normal is not None else 0.0
         return any(value < 0 for value in (mean, *(self.uniform or ()), *(self.choice or ())))
 
+    def steps(self, count: int) -> tuple[float, ...]:
+        """So many even steps over what can be drawn: three standard deviations about a mean; all values of a choice."""
+        if self.choice is not None:
+            return tuple(sorted(set(self.choice)))
+        mean, deviation = self.normal or (0.0, 0.0)
+        low, high = self.uniform or (mean - 3 * deviation, mean + 3 * deviation)
+        return tuple(low + (high - low) * k / (count - 1) for k in range(count)) if high > low else (low,)
+
     def draw(self, seed: int, name: str) -> float:
         """The value of `name` ("member.key") among the draws of a seed."""
         digest = hashlib.blake2b(f"{seed}{_SEPARATOR}{name}".encode(), digest_size=16, person=b"members").digest()

@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+import re
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
+from pydantic import BaseModel, ValidationError
 from pydantic_core import PydanticCustomError
 
 from pelagos.errors import did_you_mean
 
 if TYPE_CHECKING:
     from pelagos.config.agent import Agent
+    from pelagos.config.swarm import Draw
 
 ANGLES: Final = ("roll_deg", "pitch_deg", "heading_deg")
 AXES: Final = 3
@@ -21,18 +24,24 @@ ERROR: Final = "error"
 LAMPS: Final = "lamps"
 _OF_SENSORS: Final = (*MOUNT, ERROR, LAMPS)
 PROPS: Final = "props"
+TURBIDITY: Final = "ocean.turbidity"
+WAVES: Final = "waves"
+_SYSTEM: Final = re.compile(r"ocean\.waves\.(\d{1,3})\.(\w+)")
+_WATERS: Final = 33
+_MURKIEST: Final = 1000.0
+_ALIKE: Final = ("components_count",)  # numbers of a wave system that all copies have
 CURRENTS: Final = tuple(f"ocean.current_mps.{i}" for i in range(AXES))
 _FORMS: Final = (
     "'agents.NAME.start.heading_deg', 'agents.NAME.factors.mass', 'agents.NAME.sensors.SENSOR.position_m.0', "
-    "'agents.NAME.sensors.SENSOR.error', 'agents.NAME.sensors.CAMERA.lamps', 'props.NAME.position_m.0' or "
-    "'ocean.current_mps.0'"
+    "'agents.NAME.sensors.SENSOR.error', 'agents.NAME.sensors.CAMERA.lamps', 'props.NAME.position_m.0', "
+    "'ocean.current_mps.0', 'ocean.turbidity' or 'ocean.waves.0.significant_height_m'"
 )
 
 
 @dataclass(frozen=True)
 class Varied:
     """Number that a key of `vary` names: agent, `start`, `factors` or `sensors`, and the number in it; of the ocean and
-    of props, no agent; of a sensor or a prop, its name.
+    of props, no agent; of a sensor or a prop, its name; of a wave system, its place in the list.
     """
 
     agent: str
@@ -49,6 +58,10 @@ def parse(key: str) -> Varied:
     """
     if key in CURRENTS:
         return Varied("", "current", key.rpartition(".")[2])
+    if key == TURBIDITY:
+        return Varied("", "turbidity", "")
+    if (system := _SYSTEM.fullmatch(key)) is not None:
+        return Varied("", WAVES, system[2], system[1])
     first, _, rest = key.partition(".")
     agent, _, rest = rest.partition(".")
     if first == PROPS and agent and rest:
@@ -69,6 +82,55 @@ def parse(key: str) -> Varied:
             raise _unknown(key, f"agents.{agent}.sensors.{sensor}.", _OF_SENSORS)
         return Varied(agent, group, number, sensor)
     return Varied(agent, group, number)
+
+
+def turbidities(draw: Draw) -> tuple[float, ...]:
+    """Turbidities that copies may have: daylight is solved for each, and what is drawn is rounded to one of them."""
+    return tuple(dict.fromkeys(min(max(t, 0.0), _MURKIEST) for t in draw.steps(_WATERS)))
+
+
+def check_ocean(key: str, draw: Draw, systems: Sequence[BaseModel]) -> None:
+    """Check that the ocean of a scenario may have what can be drawn for it, and its wave systems what is to vary.
+
+    Raises:
+        PydanticCustomError: it has not, or may not.
+    """
+    varied = parse(key)
+    if key == TURBIDITY and not all(0 <= t <= _MURKIEST for t in draw.steps(2) if draw.normal is None):
+        raise PydanticCustomError("vary", "a turbidity is from 0 to {most}", {"most": f"{_MURKIEST:g}"})
+    if varied.group != WAVES:
+        return
+    if int(varied.name) >= len(systems):
+        text = "there is no 'ocean.waves.{place}'; the scenario has {count} wave systems"
+        raise PydanticCustomError("vary", text, {"place": int(varied.name), "count": len(systems)})
+    system = systems[int(varied.name)]
+    known = [name for name, field in type(system).model_fields.items() if _is_number(field.annotation)]
+    known = [name for name in known if name not in _ALIKE]
+    if varied.number not in known:
+        raise _unknown(key, f"ocean.waves.{varied.name}.", known)
+    for value in draw.uniform or draw.choice or (draw.normal or ())[:1]:
+        try:
+            with_number(system, varied.number, value)
+        except ValueError as error:
+            raise PydanticCustomError("vary", "{text}", {"text": str(error)}) from None
+
+
+def with_number(system: BaseModel, name: str, value: float) -> BaseModel:
+    """A wave system with another number; whole numbers are rounded.
+
+    Raises:
+        ValueError: it may not have it.
+    """
+    whole = type(system).model_fields[name].annotation is int
+    try:
+        return type(system).model_validate(system.model_dump() | {name: round(value) if whole else value})
+    except ValidationError as error:
+        why = error.errors()[0]["msg"]
+        raise ValueError(f"{name} of waves of type {getattr(system, 'type', '')} cannot be {value:g}: {why}") from None
+
+
+def _is_number(kind: object) -> bool:
+    return kind in (int, float, float | None)
 
 
 def check(keys: Collection[str], agents: Mapping[str, Agent], props: Collection[str]) -> None:

@@ -152,7 +152,7 @@ def build_ocean(config: OceanConfig, world: World | None = None, *, seed: int = 
     Raises:
         ScenarioError: a file or a function that the ocean needs is missing or wrong.
     """
-    site = replace(_site(world, seed), duration_s=duration_s)
+    site = replace(site_of(world, seed), duration_s=duration_s)
     currents: list[Current] = []
     for number, current in enumerate(config.currents):
         with _said_at(f"ocean.currents[{number}]"):
@@ -215,7 +215,8 @@ def _build(component: FieldConfig, currents: list[Current], site: Site, waves: W
     return component.build(site)
 
 
-def _site(world: World | None, seed: int) -> Site:
+def site_of(world: World | None, seed: int) -> Site:
+    """Where an ocean is; mid-latitude without a world."""
     if world is None:
         return Site(GeoOrigin(45.0, -30.0), seed=seed)
     bounds = getattr(world, "bounds", None)

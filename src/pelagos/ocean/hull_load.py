@@ -57,10 +57,11 @@ def hull_load(ocean: Ocean, hull: Hull, position: Array, attitude: Array, t: Arr
     place = arm + position
     level = jit.Float64(0.0) if ocean.tide is None else ocean.tide.level(t)
     z = place[2] - level
-    if ocean.waves is None:
+    waves = ocean.sea(dr.width(place))
+    if waves is None:
         immersion = head = -z
     else:
-        surface, dynamic = ocean.waves.head(jit.Array3f64(place[0], place[1], z), t)
+        surface, dynamic = waves.head(jit.Array3f64(place[0], place[1], z), t)
         immersion = surface - z
         head = dr.select(z < 0, dynamic - z, immersion)
     packed = dr.ravel(jit.ArrayXf64([arm[0], arm[1], arm[2], immersion, head, 0 * z, 0 * z, 0 * z]))

@@ -50,8 +50,10 @@ class Ocean:
         cloud, visibility, rain: see `Weather`.
         ballast: density that vehicles are ballasted for, by depth as in `WaterColumn` [kg/m^3]; None where the water is
             the same everywhere.
+        turbidities: factors on the particles that copies of a fleet may have, each one of them; none: `turbidity`.
         own: `Array3f64`, by copy of a fleet NWU [m/s], the current in place of `currents`; None: that is the same for
             all copies.
+        own_waves: the sea of each copy, in place of `waves`; None: that is the same for all copies.
     """
 
     currents: list[Current]
@@ -68,7 +70,9 @@ class Ocean:
     visibility: float = math.inf
     rain: float = 0.0
     ballast: Array | None = None
+    turbidities: tuple[float, ...] = ()
     own: Array | None = None
+    own_waves: Waves | None = None
 
     @cached_property
     def size_key(self) -> Any:
@@ -99,6 +103,13 @@ class Ocean:
             )  # of several vehicles, each by copy
             return dr.gather(jit.Array3f64, self.own, row % copies)
         return total_current(self.currents, position, t)
+
+    def sea(self, places: int, copy: Array | None = None) -> Waves | None:
+        """The waves that so many places are in; None where there are none. `copy`: see `current`."""
+        if self.own_waves is None:
+            return self.waves
+        row = dr.arange(jit.UInt32, places) if copy is None else copy
+        return self.own_waves.at(row % self.own_waves.copies)
 
     def temperature(self, position: Array, t: Array) -> Array:
         """In situ [degC]."""
@@ -137,20 +148,39 @@ class Ocean:
             raise LookupFailed("tracer", name, self.tracers)
         return total_field(self.tracers[name], position, t)
 
-    def elevation(self, x: Array, y: Array, t: Array) -> Array:
-        """Height of the surface over the mean [m], tide and waves, `Float64`, at world x, y [m]."""
-        level = jit.Float64(0.0) if self.tide is None else self.tide.level(t)
-        return level if self.waves is None else level + self.waves.elevation(x, y, t)
+    def elevation(self, x: Array, y: Array, t: Array, copy: Array | None = None) -> Array:
+        """Height of the surface over the mean [m], tide and waves, `Float64`, at world x, y [m].
 
-    def wave_motion(self, position: Array, t: Array, *, stretch: bool = True) -> WaterMotion | None:
+        `copy`: see `current`.
+        """
+        level = jit.Float64(0.0) if self.tide is None else self.tide.level(t)
+        waves = self.sea(dr.width(x), copy)
+        return level if waves is None else level + waves.elevation(x, y, t)
+
+    def foam(self, x: Array, y: Array, t: Array, copy: Array | None = None) -> Array:
+        """Whiteness of the surface, see `Waves.foam`; 0 without waves."""
+        waves = self.sea(dr.width(x), copy)
+        return 0 * (x + y + t) if waves is None else waves.foam(x, y, t)
+
+    @property
+    def breaks(self) -> bool:
+        """Waves break somewhere."""
+        waves = self.waves if self.own_waves is None else self.own_waves
+        return waves is not None and waves.breaks
+
+    def wave_motion(
+        self, position: Array, t: Array, copy: Array | None = None, *, stretch: bool = True
+    ) -> WaterMotion | None:
         """Orbital motion of the water under the waves; None where there are none. The tide lifts the waves with it.
 
-        Without `stretch` (see `Waves.motion`) it costs half: enough for a vehicle below the troughs.
+        Without `stretch` (see `Waves.motion`) it costs half: enough for a vehicle below the troughs. `copy`: see
+        `current`.
         """
-        if self.waves is None:
+        waves = self.sea(dr.width(position), copy)
+        if waves is None:
             return None
         level = jit.Float64(0.0) if self.tide is None else self.tide.level(t)
-        motion = self.waves.motion(jit.Array3f64(position[0], position[1], position[2] - level), t, stretch=stretch)
+        motion = waves.motion(jit.Array3f64(position[0], position[1], position[2] - level), t, stretch=stretch)
         motion.elevation = motion.elevation + level
         return motion
 
@@ -158,29 +188,31 @@ class Ocean:
         self, position: tuple[Array, Array, Array], axis: tuple[Array, Array, Array], length: float, t: Array
     ) -> SlenderMotion | None:
         """Orbital motion along a slender body, see `slender_waves`; None where there are no waves."""
-        if self.waves is None:
+        waves = self.sea(dr.width(position[0]))
+        if waves is None:
             return None
         level = jit.Float64(0.0) if self.tide is None else self.tide.level(t)
-        motion = slender_waves(self.waves, (position[0], position[1], position[2] - level), axis, length, t)
+        motion = slender_waves(waves, (position[0], position[1], position[2] - level), axis, length, t)
         motion.elevation = motion.elevation + level
         return motion
 
     def flow(self, position: Array, t: Array, copy: Array | None = None) -> Array:
         """Velocity of the water, current and orbital motion together, `Array3f64` NWU [m/s]."""
-        motion = self.wave_motion(position, t)
+        motion = self.wave_motion(position, t, copy)
         current = self.current(position, t, copy)
         return current if motion is None else current + motion.velocity
 
-    def pressure(self, position: Array, t: Array) -> Array:
+    def pressure(self, position: Array, t: Array, copy: Array | None = None) -> Array:
         """Of the water [Pa], without the atmosphere's: its weight and the waves' dynamic pressure; 0 in the air.
 
         Below the mean surface the weight of the still water and g rho times the waves' head; above it, up to the actual
-        surface, the weight of the water above (hydrostatic).
+        surface, the weight of the water above (hydrostatic). `copy`: see `current`.
         """
         depth = -position[2] if self.tide is None else self.tide.level(t) - position[2]
-        if self.waves is None:
+        waves = self.sea(dr.width(position), copy)
+        if waves is None:
             return self.masses.pressure(dr.maximum(depth, 0.0))
-        surface, head = self.waves.head(jit.Array3f64(position[0], position[1], -depth), t)
+        surface, head = waves.head(jit.Array3f64(position[0], position[1], -depth), t)
         return self.masses.pressure(dr.maximum(dr.select(depth > 0, depth + head, depth + surface), 0.0))
 
     def wind(self, position: Array, t: Array) -> Array:
@@ -211,6 +243,11 @@ class Ocean:
     def water(self) -> WaterOptics:
         """Optical properties for the cameras' channels, plain numbers."""
         return _optics(self.water_type, self.turbidity)
+
+    @property
+    def waters(self) -> list[WaterOptics]:
+        """The same of each of `turbidities`."""
+        return [_optics(self.water_type, t) for t in self.turbidities]
 
     @property
     def sun_direction(self) -> Array:

@@ -107,6 +107,8 @@ class _IrregularConfig(Strict):
     """Exponent s of the spreading cos^2s(angle / 2); null for long-crested waves."""
     components_count: int = Field(default=200, ge=1, le=5000)
     """Number of component waves."""
+    seed: int = Field(default=0, ge=0, lt=2**63)
+    """Another sea of the same kind for every number: phases, frequencies and directions are drawn anew."""
 
     def band(self: Spectrum) -> tuple[float, float]:
         """Lowest and highest frequency [Hz]."""

@@ -11,6 +11,8 @@ Pictures, buoyancy, forces, sensors and sound all read this table, so they see t
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
+from dataclasses import fields, replace
 from typing import Final
 
 import drjit as dr
@@ -27,6 +29,8 @@ from pelagos.ocean.whitecaps import NEVER, breaking_limit
 
 _STRIDE: Final = 8  # numbers a component has in the table
 _AT_ONCE: Final = 8  # components in one turn of the loop
+_SPARE: Final = np.array([0, 0, 0, 0, 0, 1.0, 1, 1])  # a component of no amplitude
+_CALM: Final = 1e-6  # [m]; depths are told in heights of the waves
 _FOAM: Final = ((0.0, 1.0), (1.5, 0.6), (4.0, 0.35))  # ages of foam [s], and what is left of it; assumed
 _ONSET: Final = (0.8, 1.25)  # of the limit: from the first foam to a crest that is all white; assumed
 
@@ -65,6 +69,8 @@ class Waves:
         height: `Float64` (1), significant [m].
         deep: whether it is.
         breaks: whether it breaks anywhere.
+        copies: of a fleet, each with a sea of its own: one after the other in `table`, and in `limit` and `height`.
+        lane: `UInt32`, the copy of each place that is asked for, see `at`; None where there is one sea.
     """
 
     table: Array
@@ -73,6 +79,13 @@ class Waves:
     height: Array
     deep: bool
     breaks: bool
+    copies: int = 1
+    lane: Array | None = None
+
+    def at(self, copy: Array) -> Waves:
+        """The sea that each place is in, by the copies `UInt32` of a fleet in which they are."""
+        limit, height = (dr.gather(jit.Float64, v, copy) for v in (self.limit, self.height))
+        return replace(self, limit=limit, height=height, lane=copy)
 
     def elevation(self, x: Array, y: Array, t: Array) -> Array:
         """Height of the surface over the mean [m] at world x, y [m] and time t [s], `Float64`."""
@@ -227,13 +240,19 @@ class Waves:
 
     def _rows(self, i: Array) -> tuple[list[Array], list[Array]]:
         # one by one: four at once are slower where all lanes read the same row
-        row = [dr.gather(jit.Float64, self.table, _STRIDE * i + k) for k in range(_STRIDE)]
+        first = i if self.lane is None else self.lane * self._count + i
+        row = [dr.gather(jit.Float64, self.table, _STRIDE * first + k) for k in range(_STRIDE)]
         return row[:4], row[4:]
 
     def _loop(self, add: object, *start: Array) -> tuple[Array, ...]:
-        count = dr.width(self.table) // _STRIDE
+        count = self._count
         state = dr.while_loop((jit.UInt32(0), *start), lambda i, *_: i < count, add, mode="symbolic")
         return tuple(state[1:])
+
+    @property
+    def _count(self) -> int:
+        """Of the components of a sea."""
+        return int(dr.width(self.table)) // (_STRIDE * self.copies)
 
     def _stretched(self, z: Array, surface: Array) -> Array:
         fade = dr.clip(1 + z / self.height, 0.0, 1.0)
@@ -267,29 +286,49 @@ def make_waves(
         depth: of the water [m]; None for deep water.
         wind: speed 10 m up [m/s], for whitecaps; None for the wind that would raise such a sea.
     """
-    made = [system.components(site.rng(0, number), depth) for number, system in enumerate(systems)]
-    if not any(len(c.amplitude) for c in made):
-        return None
-    joined = Components(
-        *(
-            np.concatenate([getattr(c, name) for c in made])
-            for name in ("amplitude", "omega", "wavenumber", "angle", "phase")
-        )
-    )
-    return waves_of(joined, depth=depth, wind=wind)
+    joined = sea_of(systems, site, depth=depth)
+    return waves_of(joined, depth=depth, wind=wind) if len(joined.amplitude) else None
+
+
+def sea_of(systems: tuple[WavesConfig, ...], site: Site, *, depth: float | None) -> Components:
+    """The components of wave systems, one after the other."""
+    made = [s.components(site.rng(0, number, *_another(s)), depth) for number, s in enumerate(systems)]
+    names = [f.name for f in fields(Components)]
+    return Components(*(np.concatenate([getattr(c, name) for c in made] or [np.zeros(0)]) for name in names))
+
+
+def _another(system: WavesConfig) -> tuple[int, ...]:
+    seed = getattr(system, "seed", 0)  # a regular wave has nothing to draw
+    return (seed,) if seed else ()
 
 
 def waves_of(components: Components, *, depth: float | None, wind: float | None = None) -> Waves:
     """A sea of given components, see `make_waves`."""
-    limit = breaking_limit(components, wind)
-    table = component_table(components, depth=depth)
+    return _table_of([components], depth=depth, wind=wind)
+
+
+def waves_by_copy(seas: Sequence[Components], *, count: int, depth: float | None, wind: float | None) -> Waves:
+    """A sea of its own for each copy of a fleet, of `count` components at most; see `make_waves`.
+
+    Whatever the seas are, the arrays' sizes are the same, and so is what is asked of them.
+    """
+    return replace(_table_of(seas, depth=depth, wind=wind, count=count), breaks=True)
+
+
+def _table_of(seas: Sequence[Components], *, depth: float | None, wind: float | None, count: int = 0) -> Waves:
+    limits = np.array([breaking_limit(c, wind) if len(c.amplitude) else NEVER for c in seas])
+    tables = [component_table(c, depth=depth) for c in seas]
+    rows = max(count + -count % _AT_ONCE, _AT_ONCE, *(len(table) for table in tables))
+    tables = [np.concatenate([table, np.tile(_SPARE, (rows - len(table), 1))]) for table in tables]
+    heights = [2.0 * math.sqrt(2.0) * float(np.linalg.norm(c.amplitude)) for c in seas]
     waves = Waves(
-        jit.Float64(table.ravel()),
+        jit.Float64(np.concatenate(tables).ravel()),
         jit.Float64(depth or 1e9),
-        jit.Float64(limit),
-        jit.Float64(2.0 * math.sqrt(2.0) * float(np.linalg.norm(components.amplitude))),
+        jit.Float64(limits),
+        jit.Float64(np.maximum(heights, _CALM)),
         depth is None,
-        limit < NEVER,
+        bool(limits.min() < NEVER),
+        len(seas),
     )
     jit.align(waves.table, waves.depth, waves.limit, waves.height)
     return waves
@@ -301,8 +340,7 @@ def component_table(c: Components, *, depth: float | None) -> NDArray[np.float64
     decay = np.exp(-2 * k * depth) if depth is not None else np.zeros_like(k)
     wave = np.stack([k * np.cos(c.angle), k * np.sin(c.angle), c.omega, c.phase], axis=-1) / (2 * math.pi)
     table = np.concatenate([wave, np.stack([c.amplitude, k, 1 / (1 - decay), 1 / (1 + decay)], axis=-1)], axis=-1)
-    spare = np.tile(np.array([0, 0, 0, 0, 0, 1.0, 1, 1]), (-len(table) % _AT_ONCE, 1))
-    return np.ascontiguousarray(np.concatenate([table, spare]))
+    return np.ascontiguousarray(np.concatenate([table, np.tile(_SPARE, (-len(table) % _AT_ONCE, 1))]))
 
 
 def patch(table: NDArray[np.float64], x: NDArray[np.float64], y: NDArray[np.float64], t: float) -> NDArray[np.float64]:

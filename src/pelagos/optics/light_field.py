@@ -86,6 +86,8 @@ class LightField:
         source: likewise, of that light's sources [cd/m^2 per m].
         blur: `Float`, rate at which the waves' pattern is lost, against depth [1/m].
         local: see `Local`; None where the water is the same everywhere.
+        row: `UInt32`, of each place the field that is its own, of several whose tables lie one after the other; None
+            where there is one.
     """
 
     towards_sun: Array
@@ -100,6 +102,7 @@ class LightField:
     source: Array
     blur: Array
     local: Local | None = None
+    row: Array | None = None
 
 
 def light_field(water: WaterOptics, light: Daylight) -> LightField:
@@ -158,6 +161,7 @@ def with_column(
         source=field.source,
         blur=0.25 * here.particle_scattering.y,
         local=Local(falls[0], falls[1], falls[2], one, source, radiance),
+        row=field.row,
     )
     # all light on level ground falls with K: what is no beam any more is diffuse
     up, rise = jit.Array3f(0, 0, 1), field.below.z
@@ -211,6 +215,8 @@ def pattern_left(field: LightField, depth: Array) -> Array:
 def diffuse_irradiance(field: LightField, depth: Array, normal: Array) -> Array:
     """Irradiance of all light but the beam on a surface with unit `normal` at a depth in the water, `Array3f` [lx]."""
     row = jit.UInt32(dr.clip(_index(depth, ROWS) + 0.5, 0, ROWS - 1))
+    if field.row is not None:
+        row += field.row * ROWS
     x, z = _along(field, normal), normal.z
     z2 = z * z
     found = []
@@ -317,6 +323,8 @@ def _radiance_gain(field: LightField) -> Array:
 
 def _of_level(field: LightField, table: Array, level: Array, direction: Array) -> Array:
     """A level of a table, interpolated between directions, `Array3f`; over e^{-K z}."""
+    if field.row is not None:
+        level = level + field.row * LEVELS
     up = dr.clip((direction.z + 1) * (0.5 * (UPS - 1)), 0, UPS - 1.001)
     level_sine = dr.sqrt(dr.maximum(1 - direction.z * direction.z, 1e-9))
     angle = dr.acos(dr.clip(_along(field, direction) / level_sine, -1, 1))

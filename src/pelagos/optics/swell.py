@@ -50,14 +50,16 @@ class Swell:
 
 
 def swell_around(
-    elevation: Callable[[Array, Array, Array], Array],
+    elevation: Callable[..., Array],
     position: Array,
     t: Array,
     lanes: int,
-    foam: Callable[[Array, Array, Array], Array] | None = None,
+    foam: Callable[..., Array] | None = None,
+    copy: Array | None = None,
 ) -> Swell:
     """`elevation(x, y, t)` and `foam` of the ocean around positions `Array3f64` `(lanes,)` [m] at times `t` [s].
 
+    With the `copy` of a fleet that each camera is in, they are asked with it as well, `elevation(x, y, t, copy)`.
     Components shorter than two steps of a grid are for the ripple to show.
     """
     count = len(STEPS)
@@ -74,10 +76,11 @@ def swell_around(
         dr.gather(jit.Float64, corner, grid) + jit.Float64(i) * _step_of(grid % count)
         for corner, i in zip(corners, (inside // NODES, inside % NODES), strict=True)
     ]
-    level = jit.Float(elevation(position.x, position.y, t))
+    here, there = ((), ()) if copy is None else ((copy,), (dr.gather(jit.UInt32, copy, grid // count),))
+    level = jit.Float(elevation(position.x, position.y, t, *here))
     then = dr.gather(jit.Float64, t, grid // count)
-    heights = jit.Float(elevation(places[0], places[1], then))
-    white = None if foam is None else jit.Float(foam(places[0], places[1], then))
+    heights = jit.Float(elevation(places[0], places[1], then, *there))
+    white = None if foam is None else jit.Float(foam(places[0], places[1], then, *there))
     dr.eval(heights, white)
     slopes = []
     for index, stride in ((inside // NODES, NODES), (inside % NODES, 1)):

@@ -22,7 +22,8 @@ mean under the channel's sensitivity; absorption is again what makes Kd and scat
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, fields
 from typing import Any, Final, Literal, TypeAlias
 
 import numpy as np
@@ -141,6 +142,12 @@ class WaterArrays:
     particle_scattering: Array
     downwelling: Array
 
+    def of(self, row: Array) -> WaterArrays:
+        """The water of each place, by rows `UInt32` of these."""
+        import drjit as dr
+
+        return WaterArrays(*(dr.gather(jit.Array3f, getattr(self, f.name), row) for f in fields(WaterArrays)))
+
     @property
     def scattering(self) -> Array:
         """b = b_w + b_p [1/m]."""
@@ -160,6 +167,16 @@ class WaterArrays:
     def backscatter(self) -> Array:
         """b_b [1/m]."""
         return 0.5 * self.water_scattering + PARTICLE_BACKSCATTER * self.particle_scattering
+
+
+def several(waters: Sequence[WaterOptics]) -> WaterArrays:
+    """The optics of several kinds of water, one after the other."""
+    made = []
+    for f in fields(WaterArrays):
+        rows = np.array([getattr(water, f.name) for water in waters], dtype=np.float32)
+        made.append(jit.Array3f(np.ascontiguousarray(rows.T)))
+    jit.align(made)
+    return WaterArrays(*made)
 
 
 def water_optics(jerlov_type: str, *, turbidity: float = 1.0) -> WaterOptics:

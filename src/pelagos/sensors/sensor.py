@@ -81,6 +81,7 @@ class Kinematics:
         copy: `UInt32`, row of the fleet axis, 0 .. n-1; of several vehicles vehicle * n + copy.
         age_ns: `UInt64`, time since the episode began [ns]; None: as t_ns.
         lamps: `Float`, factor on the light of the sensor's lamps and lasers; None: 1.
+        turbidity: `UInt32`, which of `Ocean.turbidities` the water has; None: `Ocean.turbidity`.
     """
 
     position: Array
@@ -95,6 +96,7 @@ class Kinematics:
     copy: Array
     age_ns: Array | None = None
     lamps: Array | None = None
+    turbidity: Array | None = None
 
     @property
     def size_key(self) -> int:

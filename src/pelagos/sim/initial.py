@@ -47,7 +47,9 @@ def start_states(model: Model) -> dict[str, StartState]:
     motions = {}
     for name, agent in model.agents.items():
         if _rides(agent, model.ocean):
-            places[name][2], motions[name] = _surface(agent, model.ocean, places[name])
+            heading, first = np.array([math.radians(agent.config.start.heading_deg)]), np.zeros(1, dtype=np.uint32)
+            height, motion = _surface(agent, model.ocean, places[name][None], heading, first)
+            places[name][2], motions[name] = height[0], motion[0]
     found = {}
     for batch in model.batches.values():
         near = model.world.near(np.array([places[name] for name in batch.members]), batch.vehicle.bounding_radius_m)
@@ -115,21 +117,53 @@ def _rides(agent: AgentModel, ocean: Ocean) -> bool:
     return len(start.position_m) == 2 and start.depth_m is None and start.altitude_m is None
 
 
-def _surface(agent: AgentModel, ocean: Ocean, position: NDArray[np.float64]) -> tuple[float, NDArray[np.float64]]:
-    """Height of the surface under a hull at t = 0 [m], and the velocity of its water under the waves (3) NWU [m/s].
+def on_its_sea(agent: AgentModel, ocean: Ocean, begin: StartState, state: StartState) -> StartState:
+    """The start of what floats, in each copy at the height and with the motion of that copy's sea.
+
+    Args:
+        agent: what starts.
+        ocean: with the sea of each copy.
+        begin: the scenario's start.
+        state: where and how it begins in each copy, at the height and with the motion of the scenario's sea.
+    """
+    if not _rides(agent, ocean):
+        return state
+    copy = np.arange(len(state.position), dtype=np.uint32)
+    was, moved = _surface(agent, ocean.with_(own_waves=None), begin.position, _heading(begin), copy)
+    height, motion = _surface(agent, ocean, state.position, _heading(state), copy)
+    position = state.position + np.outer(height - was, (0, 0, 1))
+    to_body = [s.attitude * (1, -1, -1, -1) for s in (state, begin)]
+    velocity = state.velocity + rotate_np(to_body[0], motion) - rotate_np(to_body[1], moved)
+    return replace(state, position=position, velocity=velocity)
+
+
+def _heading(state: StartState) -> NDArray[np.float64]:
+    """Compass headings `(n,)` [rad]."""
+    w, x, y, z = state.attitude.T
+    return np.asarray(-np.arctan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z)))
+
+
+def _surface(
+    agent: AgentModel, ocean: Ocean, position: NDArray[np.float64], heading: NDArray[np.float64],
+    copy: NDArray[np.uint32],
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:  # fmt: skip
+    """Height of the surface under hulls at t = 0 `(m,)` [m], and the velocity of its water under the waves `(m, 3)` NWU
+    [m/s], at positions `(m, 3)`, headings `(m,)` [rad] and in copies `(m,)`.
 
     Means over the waterplane, as a hull longer than the waves follows them.
     """
-    size, heading = agent.vehicle.config, math.radians(agent.config.start.heading_deg)
+    size = agent.vehicle.config
     ahead, aside = np.meshgrid(np.linspace(-0.4, 0.4, 9) * size.length_m, np.linspace(-0.4, 0.4, 3) * size.beam)
-    sin, cos = math.sin(heading), math.cos(heading)
-    x = jit.Float64((position[0] + cos * ahead - sin * aside).ravel())
-    y = jit.Float64((position[1] - sin * ahead - cos * aside).ravel())
-    now = jit.Float64(0.0)
-    height = ocean.elevation(x, y, now)
-    motion = ocean.wave_motion(jit.Array3f64(x, y, height), now)
-    velocity = np.zeros(3) if motion is None else np.array(motion.velocity).reshape(3, -1).mean(axis=1)
-    return float(np.mean(np.array(height))), velocity
+    sin, cos = (f(heading)[:, None] for f in (np.sin, np.cos))
+    x = jit.Float64((position[:, :1] + cos * ahead.ravel() - sin * aside.ravel()).ravel())
+    y = jit.Float64((position[:, 1:2] - sin * ahead.ravel() - cos * aside.ravel()).ravel())
+    now, row = jit.Float64(0.0), jit.from_numpy(jit.UInt32, np.repeat(copy, ahead.size))
+    height = ocean.elevation(x, y, now, row)
+    motion = ocean.wave_motion(jit.Array3f64(x, y, height), now, row)
+    velocity = np.zeros((3, len(position)))
+    if motion is not None:
+        velocity = np.array(motion.velocity).reshape(3, len(position), -1).mean(axis=2)
+    return np.broadcast_to(np.array(height), (len(x),)).reshape(len(position), -1).mean(axis=1), velocity.T
 
 
 def _touched(

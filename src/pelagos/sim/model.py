@@ -13,7 +13,7 @@ from pelagos.config import registry
 from pelagos.config.agent import Agent
 from pelagos.config.scenario import Scenario
 from pelagos.config.swarm import member_names
-from pelagos.config.vary import CURRENTS, parse
+from pelagos.config.vary import CURRENTS, TURBIDITY, WAVES, parse, turbidities
 from pelagos.errors import LookupFailed, ScenarioError, WorldError
 from pelagos.ocean.config import build_ocean
 from pelagos.ocean.ocean import Ocean
@@ -37,6 +37,7 @@ from pelagos.sim.encounters import Encounters
 from pelagos.sim.guidance.guidance import Step
 from pelagos.sim.guidance.plan import Planner
 from pelagos.sim.set_points import vectors
+from pelagos.sim.varied_sea import written_by_copy
 from pelagos.sim.varied_sensors import check_sensors
 from pelagos.vehicles.varied import check_names
 from pelagos.vehicles.vehicle import Vehicle
@@ -155,6 +156,10 @@ def compile_model(
     ocean = build_ocean(scenario.ocean, world, seed=seed, duration_s=scenario.duration_s)
     if any(key in scenario.vary for key in CURRENTS):
         ocean = ocean.with_(own=vectors(np.zeros((n, 3))))  # the step loop sets what is drawn
+    if TURBIDITY in scenario.vary:
+        ocean = ocean.with_(turbidities=turbidities(scenario.vary[TURBIDITY]))
+    if any(parse(key).group == WAVES for key in scenario.vary):
+        ocean = ocean.with_(own_waves=written_by_copy(scenario.ocean, world, seed=seed, n=n))  # likewise
     model = Model(scenario, clock, n, seed, first_environment, world, scene, ocean, {}, {})
     batches = {}
     for names in groups:

@@ -10,6 +10,7 @@ import numpy as np
 
 from pelagos import jit
 from pelagos.config.loader import load_scenario
+from pelagos.config.vary import TURBIDITY, WAVES
 from pelagos.errors import CommandError, LookupFailed
 from pelagos.ocean.config import build_ocean
 from pelagos.ocean.tide import make_tide
@@ -35,6 +36,7 @@ class Sea:
     @property
     def fields(self) -> Ocean:
         """Currents, waves, water masses, tracers and light as functions of place and time, on the device."""
+        self._sim.stepper.in_own_water()  # simulations may share the ocean
         ocean, own = self._sim.model.ocean, self._sim.stepper.own_current
         return ocean if own is None or ocean.own is None else ocean.with_(own=own)
 
@@ -70,6 +72,7 @@ class Sea:
         sim.gate.refuse("ocean.set")
         if current is _SCENARIO and turbidity is None and level_m is None and not keys:
             raise CommandError("what is to be set of the ocean? Give current, turbidity, level_m or keys")
+        self._refuse_drawn(turbidity, keys or {})
         if agent is not None:
             self._set_agent(agent, current)
             return
@@ -95,6 +98,13 @@ class Sea:
             sim.exchange(with_changes(sim.model, scenario, sim.encounters, seed=sim.seed, ocean=ocean))
         sim.stepper.own_current = own
         sim.stepper.agent_currents.clear()
+
+    def _refuse_drawn(self, turbidity: float | None, keys: Mapping[str, Any]) -> None:
+        asked = {TURBIDITY} if turbidity is not None else set()
+        asked |= {"ocean.waves."} if any(key.split(".")[0] == WAVES for key in keys) else set()
+        for key in self._sim.scenario.vary:
+            if key.startswith(tuple(asked)):
+                raise CommandError(f"the scenario draws {key} for every copy and episode; it cannot be set besides")
 
     def _set_agent(self, agent: str, current: Any) -> None:
         """A current of one vehicle."""

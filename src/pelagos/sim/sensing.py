@@ -63,7 +63,7 @@ class Sensing:
                 if sensor.casts:
                     self._place()
                 self._answer(ticks)
-                self._run.in_own_current(batch)
+                self._run.in_own_water(batch)
                 one = Sampled(batch.members, sensor, ticks, self._ask(sensor, batch, self._lanes_of(batch, ticks)))
                 sampled.append(one.without(self._run.episodes.ended) if self._run.episodes.any_over else one)
                 require_finite(sampled[-1], self._model.n, self._model.clock.dt_ns, self._uncovered)
@@ -115,6 +115,7 @@ class Sensing:
     def _ask(self, sensor: SensorModel, batch: Batch, motion: Kinematics) -> Measurement:
         variety, episodes = self._run.variety, self._run.episodes
         shown = variety.lit(sensor, batch, variety.remounted(sensor, batch, motion, episodes), episodes)
+        shown = variety.murky(shown, episodes)
         self._model.scene.reading = True
         try:
             return variety.erring(sensor, batch, sensor.sensor.sense(shown), motion.copy, episodes)
@@ -123,7 +124,7 @@ class Sensing:
 
     def _answer(self, due: range) -> None:
         """Have the sensor that reads next ask this run, about these ticks."""
-        self._run.in_own_current()
+        self._run.in_own_water()
         neighbours = self._encounters.neighbours
         neighbours.motion_of, neighbours.motions_of = partial(self.motion_of, due), partial(self.motions_of, due)
         self._encounters.blows.latest = self._latest_blow

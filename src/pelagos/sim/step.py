@@ -150,7 +150,7 @@ class Stepper:
         little more than one for those of a single block (a DVL 0.2 ms, an IMU 0.03 ms).
         """
         self._guide()
-        self.in_own_current()
+        self.in_own_water()
         self._bodies.follow(self.tick)
         ticks = self._block_length(last, wait)
         self._move(ticks)
@@ -316,7 +316,7 @@ class Stepper:
     def _advance(self, name: str, ticks: int, wrench: Wrench | None = None) -> tuple[Array, Trajectory]:
         start, batch = time.perf_counter(), self._model.batches[name]
         every = bool(batch.sensors) or self.logged or batch.rows == 1
-        self.in_own_current(batch)
+        self.in_own_water(batch)
         factors = self.variety.factors(batch, self.episodes)
         made = self.runs[name].advance(
             batch.driver, self._model.ocean, self.tick, ticks, wrench, every=every, factors=factors
@@ -335,8 +335,12 @@ class Stepper:
         self.timings.add("contact", start)
         return free | {name: self._advance(name, 1, wrench) for name, wrench in touched.items()}
 
-    def in_own_current(self, batch: Batch | None = None) -> None:
-        """Have the ocean's current by copy be this run's, where simulations share the ocean; or by row of a batch."""
+    def in_own_water(self, batch: Batch | None = None) -> None:
+        """Have the ocean's current and sea by copy be this run's, where simulations share the ocean; or, of a batch,
+        the current by row."""
+        waves = self.variety.waves(self.episodes)
+        if waves is not None:
+            self._model.ocean.own_waves = waves
         own = self.variety.current(self.episodes) if self.own_current is None else self.own_current
         if own is None:
             return

@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
-from pelagos.config.vary import ERROR, LAMPS, MOUNT, parse
+from pelagos.config.vary import ERROR, LAMPS, MOUNT, TURBIDITY, parse
 from pelagos.errors import ScenarioError
 from pelagos.sensors.camera.picture.surroundings import LitViewConfig
+from pelagos.sensors.comms.optical_modem import OpticalModemConfig
 from pelagos.sim.observe import of_a_run
 
 if TYPE_CHECKING:
@@ -21,6 +22,11 @@ def check_sensors(scenario: Scenario, agent: str, sensors: Mapping[str, SensorMo
     Raises:
         ScenarioError: it cannot vary.
     """
+    if TURBIDITY in scenario.vary:
+        for name, model in sensors.items():
+            if isinstance(model.config, OpticalModemConfig):
+                text = f"{TURBIDITY} cannot differ from copy to copy: {agent}.{name} sends through one water"
+                raise ScenarioError(text, where=scenario.where("vary"))
     for key, draw in scenario.vary.items():
         varied = parse(key)
         if (varied.agent, varied.group) != (agent, "sensors"):

@@ -6,24 +6,26 @@ import math
 from collections.abc import Mapping
 from dataclasses import replace
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from pelagos import jit
-from pelagos.config.vary import ANGLES, CURRENTS, ERROR, LAMPS, MOUNT, PROPS, Varied, parse
+from pelagos.config.vary import ANGLES, CURRENTS, ERROR, LAMPS, MOUNT, PROPS, TURBIDITY, WAVES, Varied, parse
 from pelagos.errors import ScenarioError
 from pelagos.jit import Array
 from pelagos.math.frames import flip_quaternion_np
 from pelagos.math.so3 import from_euler
 from pelagos.sim.episodes import Episodes
-from pelagos.sim.initial import StartState
+from pelagos.sim.initial import StartState, on_its_sea
 from pelagos.sim.props import attitude_of
 from pelagos.sim.remount import moved, remount
 from pelagos.sim.set_points import exact, vectors
+from pelagos.sim.varied_sea import VariedSea
 
 if TYPE_CHECKING:
+    from pelagos.ocean.waves import Waves
     from pelagos.sensors.sensor import Kinematics, Measurement
     from pelagos.sim.batch import Batch, SensorModel
     from pelagos.sim.model import Model
@@ -42,8 +44,9 @@ class Variety:
         self._moved = {(v.agent, v.name) for v in sensed if v.number in MOUNT}
         self._lit = {(v.agent, v.name) for v in sensed if v.number == LAMPS}
         self._erring = {(v.agent, v.name) for v in sensed if v.number == ERROR}
+        self._sea = VariedSea(model, self._keys)
         self._known: tuple[bytes, dict[str, NDArray[np.float64]]] = (b"", {})
-        self._device: dict[str, list[Array]] = {}
+        self._device: dict[Any, Any] = {}
 
     @cached_property
     def has_current(self) -> bool:
@@ -68,7 +71,8 @@ class Variety:
         if batch.name not in self._device:
             made = [exact(values[f"agents.{batch.name}.factors.{name}"]) for name in batch.driver.vary]
             self._device[batch.name] = made
-        return self._device[batch.name]
+        found: list[Array] = self._device[batch.name]
+        return found
 
     def remounted(self, sensor: SensorModel, batch: Batch, motion: Kinematics, episodes: Episodes) -> Kinematics:
         """Motion that a sensor is shown whose place is drawn; see `sim.remount`."""
@@ -92,6 +96,18 @@ class Variety:
         factor = np.maximum(self.drawn(episodes)[key], 0)[motion.copy.numpy()]
         return replace(motion, lamps=jit.from_numpy(jit.Float, factor.astype(np.float32)))
 
+    def murky(self, motion: Kinematics, episodes: Episodes) -> Kinematics:
+        """Motion for a sensor that looks through the water that was drawn for its copy."""
+        if TURBIDITY not in self._keys:
+            return motion
+        values = self.drawn(episodes)[TURBIDITY][motion.copy.numpy() % self._model.n]
+        row = np.searchsorted(self._model.ocean.turbidities, values)
+        return replace(motion, turbidity=jit.from_numpy(jit.UInt32, row.astype(np.uint32)))
+
+    def _rounded(self, turbidity: NDArray[np.float64]) -> NDArray[np.float64]:
+        known = np.array(self._model.ocean.turbidities)
+        return np.asarray(known[np.abs(turbidity[:, None] - known).argmin(axis=1)])
+
     def erring(self, sensor: SensorModel, batch: Batch, m: Measurement, copy: Array, episodes: Episodes) -> Measurement:
         """A measurement whose error is as many times its own as was drawn; `copy` of each lane."""
         if (batch.name, sensor.name) not in self._erring:
@@ -107,9 +123,19 @@ class Variety:
         if not self.has_current:
             return None
         values, still = self.drawn(episodes), np.zeros(self._model.n)
-        if "" not in self._device:
-            self._device[""] = [vectors(np.stack([values.get(key, still) for key in CURRENTS], axis=1))]
-        return self._device[""][0]
+        if CURRENTS not in self._device:
+            self._device[CURRENTS] = vectors(np.stack([values.get(key, still) for key in CURRENTS], axis=1))
+        return self._device[CURRENTS]
+
+    def waves(self, episodes: Episodes) -> Waves | None:
+        """The sea of each copy; None where all have the scenario's."""
+        if not self._sea:
+            return None
+        values = self.drawn(episodes)
+        if WAVES not in self._device:
+            self._device[WAVES] = self._sea.waves(values)
+        made: Waves = self._device[WAVES]
+        return made
 
     def starts(
         self, begin: Mapping[str, StartState], where: NDArray[np.bool_], number: NDArray[np.int64]
@@ -121,12 +147,15 @@ class Variety:
         """
         found = dict(begin)
         agents = {v.agent for v in self._keys.values() if v.group == "start"}
-        if not agents:
+        if not agents and not self._sea:
             return found
         values = self._values(number, where)
         for name in agents:
             mine = {v.number: values[key] for key, v in self._keys.items() if (v.agent, v.group) == (name, "start")}
             found[name] = self._start(name, begin[name], mine, where)
+        if self._sea:
+            ocean = self._model.ocean.with_(own_waves=self._sea.waves(values, where))
+            found = {name: on_its_sea(self._model.agents[name], ocean, begin[name], s) for name, s in found.items()}
         return found
 
     def props(
@@ -156,6 +185,8 @@ class Variety:
             for i in np.flatnonzero(where).tolist():
                 name = f"{model.first_environment + i}/{int(number[i])}/{key}"
                 values[i] = draw.draw(model.seed, name)
+            if key == TURBIDITY:
+                values = self._rounded(values)
             found[key] = values
         return found
 

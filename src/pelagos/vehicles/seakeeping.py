@@ -85,7 +85,12 @@ class Seakeeping:
 
     def waves(self, ocean: Any, position: Vector, rotation: Matrix, t: Array) -> HullWaves:
         """The waves at the hull; position NED, rotation FRD -> NED."""
-        return hull_waves(ocean.waves, position[0], -position[1], _heading(rotation), t, self.plane)
+        return hull_waves(self._sea(ocean, position), position[0], -position[1], _heading(rotation), t, self.plane)
+
+    @staticmethod
+    def _sea(ocean: Any, position: Vector) -> Any:
+        """The waves of the copy that each hull is in."""
+        return ocean.sea(dr.width(position[0]))
 
     def to_body(self, rotation: Matrix, level: Vector) -> list[Array]:
         """A vector (6) along the heading, in body axes."""
@@ -110,7 +115,7 @@ class Seakeeping:
         force, moment = hull_pressure(waves, table, turn, depth)
         if self.drift is not None:
             north, west = position[0], -position[1]
-            x, y, n = self.drift.push(ocean.waves, table.drift, north, west, _heading(rotation), t)
+            x, y, n = self.drift.push(self._sea(ocean, position), table.drift, north, west, _heading(rotation), t)
             per, back = 1 / self.gravity, transpose(turn)
             force = add(force, matvec(back, [per * x, per * y, 0.0]))
             moment = add(moment, matvec(back, [0.0, 0.0, per * n]))
@@ -118,7 +123,7 @@ class Seakeeping:
         if self.diffraction is None:
             return add(wet, matvec(self.added, water))
         place = position[0], -position[1]
-        scattered = self.diffraction.push(ocean.waves, table.diffraction, place, _heading(rotation), t)
+        scattered = self.diffraction.push(self._sea(ocean, position), table.diffraction, place, _heading(rotation), t)
         return add(wet, scaled(weight / self.gravity, self.to_body(rotation, scattered)))
 
     def still_load(self, depth: Array, rotation: Matrix, table: HullTable, active: Array) -> list[Array]:

@@ -26,10 +26,11 @@ class SeaSurface:
 
     @classmethod
     def of(cls, ocean: Any) -> SeaSurface:
-        """The waves of an ocean; called by a thread that may use the device."""
-        if ocean is None or ocean.waves is None:
+        """The waves of an ocean, of a fleet's first copy; called by a thread that may use the device."""
+        waves = None if ocean is None else ocean.waves if ocean.own_waves is None else ocean.own_waves
+        if waves is None:
             return cls(np.zeros((0, 5)))
-        table = np.array(ocean.waves.table).reshape(-1, _COLUMNS)[:, :5]
+        table = np.array(waves.table).reshape(waves.copies, -1, _COLUMNS)[0, :, :5]
         order = np.argsort(-np.abs(table[:, 4]), kind="stable")[:MOST]
         return cls(np.array(table[order], dtype=np.float64))
 

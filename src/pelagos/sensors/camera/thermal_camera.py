@@ -110,7 +110,7 @@ class ThermalCamera:
         where = pixels(tiling, images)
         position, _ = sensor_pose(motion, config)
         uneven = uneven_sea(ocean)
-        level = None if lens.dry is None or uneven is None else level_over(uneven, position, motion.t_ns)
+        level = None if lens.dry is None or uneven is None else level_over(uneven, position, motion.t_ns, motion.copy)
         rays = view_rays(lens, where, motion, own, config, level)
         hits = caster.cast(rays)
         towards = light.towards_sun
@@ -126,7 +126,7 @@ class ThermalCamera:
         t = jit.Float64(motion.t_ns) * 1e-9
         sea = jit.Float(ocean.temperature(surface, t)) + dr.zeros(jit.Float, images)
         sea = dr.gather(jit.Float, sea, where.image)
-        crossing = sea_crossing(rays, where.image, uneven, position, motion.t_ns)
+        crossing = sea_crossing(rays, where.image, uneven, position, motion.t_ns, motion.copy)
         kelvin = apparent(rays, hits, solid, sea, crossing, config)
         environment, tick = (dr.gather(jit.UInt32, v, where.image) for v in (motion.environment, motion.tick))
         words = words32(key, where.row * tiling.width + where.column, environment, tick)

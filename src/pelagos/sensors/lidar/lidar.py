@@ -19,7 +19,7 @@ from pelagos import jit
 from pelagos.jit import Array
 from pelagos.math.philox import normal_pair32, uniform32
 from pelagos.optics.atmosphere import fog_extinction, rain_extinction
-from pelagos.optics.water import WaterArrays
+from pelagos.optics.water import WaterArrays, several
 from pelagos.sensors.camera.picture.camera_rays import Trace
 from pelagos.sensors.camera.picture.turbid_sight import suspended_tracers, suspended_water
 from pelagos.sensors.lidar.scan.laser import Echoes, LaserConfig
@@ -72,7 +72,8 @@ class Lidar:
         albedo = jit.Float(np.array(context.world.material_tables().albedo)[1])
         rate, ocean = config.water_attenuation_rate, context.ocean
         in_water = 2 * ocean.water.attenuation[1] if rate is None else rate
-        murk = (ocean, ocean.water.arrays()) if rate is None and suspended_tracers(ocean) else None
+        uneven = bool(suspended_tracers(ocean) or ocean.turbidities)
+        murk = (ocean, several(ocean.waters or [ocean.water])) if rate is None and uneven else None
         weather = ocean.weather
         in_air = config.atmosphere_attenuation_rate + 2 * (
             fog_extinction(weather.visibility, _WAVELENGTH_NM) + rain_extinction(weather.rain)
@@ -119,6 +120,8 @@ def echo_intensity(echo: Echoes, albedo: Array, rates: tuple[Array, Array], *, r
 def rate_in_murk(heard: Returns, ocean: Ocean, clear: WaterArrays) -> Array:
     """Rate at which intensity falls in water with plankton and sediment, as they are at the scanner, or at the surface
     below one in air, by pulse [1/m]: twice the green beam attenuation."""
+    if heard.turbidity is not None:
+        clear = clear.of(heard.turbidity)
     at = jit.Array3f64(heard.place.x, heard.place.y, dr.minimum(heard.place.z, 0))
     green = jit.Float(suspended_water(ocean, clear, at, heard.t).attenuation[1])
     dr.eval(green)

@@ -81,7 +81,7 @@ class Depth:
     def _kernel(self, motion: Kinematics, ocean: Ocean, key: noise.Key, standard: Array) -> Results:
         c = self._config
         position, _ = sensor_pose(motion, c)
-        pressure = ocean.pressure(position, jit.Float64(motion.t_ns) * 1e-9)
+        pressure = ocean.pressure(position, jit.Float64(motion.t_ns) * 1e-9, motion.copy)
         if standard is None:
             depth = ocean.masses.depth_of(pressure)
         else:

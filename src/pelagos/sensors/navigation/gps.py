@@ -84,7 +84,7 @@ class Gps:
     def _kernel(self, motion: Kinematics, ocean: Ocean, key: noise.Key) -> Results:
         c = self._config
         position, _ = sensor_pose(motion, c)
-        surface = ocean.elevation(position[0], position[1], jit.Float64(motion.t_ns) * 1e-9)
+        surface = ocean.elevation(position[0], position[1], jit.Float64(motion.t_ns) * 1e-9, motion.copy)
         received = position[2] > surface + c.antenna_height_m
         slow = noise.gauss_markov(key, motion, 3, correlation_time=c.correlation_time_s)
         white = noise.normals64(key, motion, 3)

@@ -90,7 +90,7 @@ class Ctd:
         bias = (c.conductivity_bias_std, c.temperature_bias_std, c.pressure_bias_std)
         rate = math.sqrt(c.rate_hz)
         error = [w * (d * rate) + o * b for w, d, o, b in zip(white, density, offset, bias, strict=True)]
-        wet = position[2] < ocean.elevation(position[0], position[1], t)
-        dbar = 1e-4 * ocean.pressure(position, t)
+        wet = position[2] < ocean.elevation(position[0], position[1], t, motion.copy)
+        dbar = 1e-4 * ocean.pressure(position, t, motion.copy)
         temperature, salinity = ocean.temperature(position, t), ocean.salinity(position, t)
         return {"temperature": temperature, "salinity": salinity, "pressure": dbar, "error": error, "wet": wet}

@@ -124,12 +124,12 @@ class HitView:
         images = dr.width(motion.tick)
         where = pixels(tiling, images)
         position, attitude = sensor_pose(motion, config)
-        level = None if lens.dry is None or ocean is None else level_over(ocean, position, motion.t_ns)
+        level = None if lens.dry is None or ocean is None else level_over(ocean, position, motion.t_ns, motion.copy)
         rays = view_rays(lens, where, motion, own, config, level)
         hits = caster.cast(rays, smooth=smooth)
         q = jit.Array4f(*(dr.gather(jit.Float, jit.Float(attitude[i]), where.image) for i in range(4)))
         if trace is not None:
             trace("slant range", hits.t, "m")
-        to_sea = sea_crossing(rays, where.image, ocean, position, motion.t_ns).way
+        to_sea = sea_crossing(rays, where.image, ocean, position, motion.t_ns, motion.copy).way
         seen = Seen(where, lens, motion, rays, hits, to_sea, q, level)
         return tuple(image_rows(v, tiling, where, images) for v in values(seen, extra, trace))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Final
 
 import drjit as dr
@@ -82,21 +82,24 @@ def by_ray(scenery: Scenery, lane: Array) -> Scenery:
     if scenery.tide is not None:
         scenery = replace(scenery, tide=spread(scenery.tide))
     field, water = scenery.field, scenery.water
-    if field.local is None:
+    if field.local is None and field.row is None:
         return scenery
 
     def fall(f: Fall) -> Fall:
         return Fall(spread(f.excess), spread(f.clear))
 
-    of = field.local
-    gains = (spread(v) for v in (of.irradiance, of.source, of.radiance))
-    local = Local(fall(of.decay), fall(of.loss), fall(of.fading), *gains)
+    of, local = field.local, None
+    if of is not None:
+        gains = (spread(v) for v in (of.irradiance, of.source, of.radiance))
+        local = Local(fall(of.decay), fall(of.loss), fall(of.fading), *gains)
     here = replace(
         field, loss=spread(field.loss), fading=spread(field.fading), decay=spread(field.decay),
-        blur=spread(field.blur), local=local,
+        blur=spread(field.blur), local=local, row=None if field.row is None else spread(field.row),
     )  # fmt: skip
-    mine = WaterArrays(*(spread(getattr(water, f.name)) for f in fields(water)))
-    return replace(scenery, water=mine, field=here)
+    murk = scenery.murk
+    if murk is not None and field.row is not None:
+        murk = replace(murk, clear=murk.clear.of(lane))
+    return replace(scenery, water=water.of(lane), field=here, murk=murk)
 
 
 def fog_radiance(scenery: Scenery) -> Array:

@@ -34,15 +34,15 @@ def uneven_sea(ocean: Ocean) -> Any:
     return None if ocean.waves is None and ocean.tide is None else ocean
 
 
-def level_over(ocean: Ocean, position: Array, t_ns: Array) -> Array:
+def level_over(ocean: Ocean, position: Array, t_ns: Array, copy: Array) -> Array:
     """Height of the sea over sensors, `Float` by lane [m]; arguments as of `sea_crossing`."""
-    level = jit.Float(ocean.elevation(position.x, position.y, jit.Float64(t_ns) * 1e-9))
+    level = jit.Float(ocean.elevation(position.x, position.y, jit.Float64(t_ns) * 1e-9, copy))
     level = level + dr.zeros(jit.Float, dr.width(t_ns))
     dr.eval(level)
     return level
 
 
-def sea_crossing(rays: Rays, lane: Array, ocean: Ocean, position: Array, t_ns: Array) -> Crossing:
+def sea_crossing(rays: Rays, lane: Array, ocean: Ocean, position: Array, t_ns: Array, copy: Array) -> Crossing:
     """Crossing of rays with the sea.
 
     Args:
@@ -51,17 +51,18 @@ def sea_crossing(rays: Rays, lane: Array, ocean: Ocean, position: Array, t_ns: A
         ocean: see `uneven_sea`.
         position: `Array3f64` of the sensors by lane, world [m].
         t_ns: `UInt64` by lane [ns].
+        copy: `UInt32`, of the fleet, that each sensor is in.
     """
     height, rise = jit.Float(rays.origin.z), rays.direction.z
     if ocean is not None:
         t = jit.Float64(t_ns) * 1e-9
         if ocean.waves is not None:
-            swell = swell_around(ocean.elevation, position, t, dr.width(t_ns))
+            swell = swell_around(ocean.elevation, position, t, dr.width(t_ns), copy=copy)
             x = jit.Float(rays.origin.x - dr.gather(jit.Float64, swell.corner_x, lane))
             y = jit.Float(rays.origin.y - dr.gather(jit.Float64, swell.corner_y, lane))
             under = height < elevation_at(swell, x, y, lane)
             return Crossing(under, way_to_surface(swell, rays.origin, rays.direction, lane))
-        height -= dr.gather(jit.Float, level_over(ocean, position, t_ns), lane)
+        height -= dr.gather(jit.Float, level_over(ocean, position, t_ns, copy), lane)
     under = height < 0
     t_sea = -height / dr.select(dr.abs(rise) < 1e-6, 1e-6, rise)
     return Crossing(under, dr.select((under == (rise > 0)) & (t_sea >= 0), t_sea, dr.inf))

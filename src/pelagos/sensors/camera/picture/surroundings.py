@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from dataclasses import replace
 from typing import TYPE_CHECKING, Annotated, Any, Final, TypeAlias, TypeGuard
 
 import drjit as dr
@@ -21,6 +22,7 @@ from pelagos.optics.caustics import Ripple, Waves, ripple, sea_level, waves_at
 from pelagos.optics.lamp import Beam, axis_intensity
 from pelagos.optics.laser_beam import LaserBeam
 from pelagos.optics.light_field import LightField, light_field, with_column
+from pelagos.optics.light_fields import LightFields, by_place
 from pelagos.optics.light_source import LightSource
 from pelagos.optics.roughness import long_mean_square_slope, mean_square_slope
 from pelagos.optics.sunlight import daylight
@@ -113,7 +115,9 @@ class Surroundings:
         weather = ocean.weather
         clear = daylight(float(ocean.sun_elevation[0]), -float(ocean.sun_azimuth[0]), cloud=weather.cloud)
         light = under_weather(clear, weather)
-        self.light, self._field = light.arrays(), light_field(ocean.water, light)
+        self.light = light.arrays()
+        self._field = None if ocean.turbidities else light_field(ocean.water, light)
+        self._fields = LightFields(ocean.waters, light) if ocean.turbidities else None
         self._air = None if weather.clear else weather.air()
         self._varying = ocean if _has_uneven_sea(ocean) or suspended_tracers(ocean) else None
         self._measures: Array | None = None
@@ -138,7 +142,15 @@ class Surroundings:
             moments = dr.opaque(jit.UInt64, int(times[0])), dr.opaque(jit.UInt32, 0, moment.size)
         else:
             moments = jit.from_numpy(jit.UInt64, times), jit.from_numpy(jit.UInt32, moment.ravel())
-        return self.looks, self._water, self.light, self._field, self._air, self._varying, self._measures, moments
+        water, field = self._light_in(motion)
+        return self.looks, water, self.light, field, self._air, self._varying, self._measures, moments
+
+    def _light_in(self, motion: Kinematics) -> tuple[WaterArrays, LightField]:
+        """Water and light of all copies, or, where copies differ, of each kind, and which is each lane's."""
+        if self._fields is None or motion.turbidity is None:
+            assert self._field is not None
+            return self._water, self._field
+        return self._fields.water, replace(self._fields.of(motion.turbidity.numpy()), row=motion.turbidity)
 
 
 def scenery_of(
@@ -153,6 +165,9 @@ def scenery_of(
     depth = level - jit.Float(position.z)
     tide = None if ocean is None or ocean.tide is None else jit.Float(ocean.tide.level(t))
     dr.eval(level, tide, depth)
+    if field.row is not None:
+        water, field = by_place(water, field)
+        dr.eval(water, field)
     murk = Murk(ocean, water) if _has_uneven_suspension(ocean) else None
     if ocean is not None and suspended_tracers(ocean):
         water, field = _suspension(ocean, water, field, position, depth, t)
@@ -199,8 +214,8 @@ def waves_of(
     t = jit.Float64(motion.t_ns) * 1e-9 + delay
     position, _ = sensor_pose(motion, config)
     images = dr.width(motion.tick)
-    foam = ocean.waves.foam if ocean is not None and ocean.waves is not None and ocean.waves.breaks else None
-    swell = swell_around(ocean.elevation, position, t, images, foam) if _has_uneven_sea(ocean) else None
+    foam = ocean.foam if ocean is not None and ocean.breaks else None
+    swell = swell_around(ocean.elevation, position, t, images, foam, motion.copy) if _has_uneven_sea(ocean) else None
     times, moment = moments
     sea, measures = ripples
     when = jit.Float64(times) * 1e-9 + delay

@@ -33,10 +33,12 @@ def sight_lines(
     """
     if scenery.murk is None:
         return None
-    murk, tiling = scenery.murk, frame.tiling
+    tiling = frame.tiling
     squares = square_pixels(tiling, frame.images)[0]
     rays = frame.rays(squares, scenery.level)
     spread = by_ray(scenery, squares.image)
+    murk = spread.murk
+    assert murk is not None
     depth = dr.gather(jit.Float, scenery.depth, squares.image)
     t = dr.gather(jit.Float64, scenery.t, squares.image)
     d = rays.direction

@@ -46,10 +46,10 @@ def _lost(why: str) -> HeardSignal:
     return HeardSignal(0.0, NOTHING, NOTHING, 0.0, 1.0, why, None)
 
 
-def _height(ocean: Ocean, position: NDArray[np.float64], t: float) -> float:
-    """Of a place over the surface, waves included [m]."""
+def _height(ocean: Ocean, position: NDArray[np.float64], t: float, copy: int) -> float:
+    """Of a place in a copy over the surface, waves included [m]."""
     x, y, z = (float(v) for v in position)
-    return z - float(np.array(ocean.elevation(jit.Float64(x), jit.Float64(y), jit.Float64(t)))[0])
+    return z - float(np.array(ocean.elevation(jit.Float64(x), jit.Float64(y), jit.Float64(t), jit.UInt32(copy)))[0])
 
 
 def _stands_between(world: World, a: NDArray[np.float64], b: NDArray[np.float64], copy: int, own: int) -> bool:
@@ -98,7 +98,7 @@ class Light:
 
     def _one(self, sender: PoseOf, receiver: PoseOf, c: int, t: float) -> HeardSignal:
         a, b = sender.position[c], receiver.position[c]
-        if _height(self.ocean, a, t) > 0.0 or _height(self.ocean, b, t) > 0.0:
+        if _height(self.ocean, a, t, c) > 0.0 or _height(self.ocean, b, t, c) > 0.0:
             return _lost("in air")
         way = b - a
         distance = max(float(np.linalg.norm(way)), 0.05)
@@ -166,7 +166,7 @@ class Radio:
 
     def _one(self, sender: PoseOf, receiver: PoseOf, c: int, t: float) -> HeardSignal:
         a, b = sender.position[c], receiver.position[c]
-        heights = _height(self.ocean, a, t), _height(self.ocean, b, t)
+        heights = _height(self.ocean, a, t, c), _height(self.ocean, b, t, c)
         if min(heights) <= 0.0:
             return _lost("submerged")
         distance = max(float(np.linalg.norm(b - a)), 1.0)

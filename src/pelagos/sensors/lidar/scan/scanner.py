@@ -37,6 +37,7 @@ class Returns:
         lane: `UInt32`, sample of each pulse.
         place: `Array3f64` of the scanner by sample, world [m].
         t: `Float64` by sample [s].
+        turbidity: `UInt32` by sample, see `Kinematics.turbidity`.
     """
 
     echo: Echoes
@@ -46,6 +47,7 @@ class Returns:
     lane: Array
     place: Array
     t: Array
+    turbidity: Array | None = None
 
 
 Values = Callable[[Returns, Any, Trace | None], tuple[Array, ...]]
@@ -117,13 +119,13 @@ class Scanner:
         pulse = ray - lane * count
         rays, direction = pulses(scan, lane, pulse, motion, own, config)
         position, _ = sensor_pose(motion, config)
-        crossing = sea_crossing(rays, lane, ocean, position, motion.t_ns)
+        crossing = sea_crossing(rays, lane, ocean, position, motion.t_ns, motion.copy)
         echo = echoes(caster, rays, direction, crossing, config)
         if trace is not None:
             trace("range", echo.distance, "m")
         environment, tick = (dr.gather(jit.UInt32, v, lane) for v in (motion.environment, motion.tick))
         t = jit.Float64(motion.t_ns) * 1e-9
-        return values(Returns(echo, pulse, environment, tick, lane, position, t), extra, trace)
+        return values(Returns(echo, pulse, environment, tick, lane, position, t, motion.turbidity), extra, trace)
 
 
 def cloud(direction: Array, distance: Array, value: Array, kept: Array) -> Array:

@@ -57,10 +57,10 @@ def looks_up(directions: NDArray[np.floating[Any]]) -> bool:
     return bool((directions[:, 2] > _DOWN).any())
 
 
-def sea_around(ocean: Ocean, position: Array, t: Array, *, reach: float, waves: bool) -> Sea:
+def sea_around(ocean: Ocean, position: Array, t: Array, copy: Array | None = None, *, reach: float, waves: bool) -> Sea:
     """The surface at times `t` [s], out to `reach` [m] from each `position`; beyond the grid its mirror image goes on.
 
-    `waves`: follow the ocean's waves; else only its tide.
+    `waves`: follow the ocean's waves; else only its tide. `copy`: of the fleet, in which each place is.
     """
     level = jit.Float64(0.0) if ocean.tide is None else ocean.tide.level(t)
     level = level + dr.zeros(jit.Float64, dr.width(position))
@@ -78,7 +78,9 @@ def sea_around(ocean: Ocean, position: Array, t: Array, *, reach: float, waves: 
     x = dr.gather(jit.Float64, corner_x, lane) + jit.Float64(node % size // _NODES) * step
     y = dr.gather(jit.Float64, corner_y, lane) + jit.Float64(node % _NODES) * step
     when = dr.gather(jit.Float64, t, lane) if dr.width(t) > 1 else t
-    elevation = jit.Float(ocean.waves.elevation(x, y, when))
+    sea = ocean.sea(dr.width(node), None if copy is None else dr.gather(jit.UInt32, copy, lane))
+    assert sea is not None
+    elevation = jit.Float(sea.elevation(x, y, when))
     dr.eval(elevation)
     highest = dr.block_reduce(dr.ReduceOp.Max, dr.abs(elevation), size)
     dr.eval(highest)

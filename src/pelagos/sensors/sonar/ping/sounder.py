@@ -170,8 +170,12 @@ class Sounder:
         own_row = dr.gather(jit.UInt32, own, motion.copy)
         profile = profile_of(ocean, position, t, reach=self._reach, bottom=self._bottom) if self.bent else None
         around = profiles_around(ocean, position, t, reach=self._reach, bottom=self._bottom) if self._varied else None
-        sea = sea_around(ocean, position, t, reach=self._reach, waves=self._waves) if self._surface else None
-        wet = position.z <= (ocean.elevation(position.x, position.y, t) + FACE_M if self._moves else FACE_M)
+        sea = (
+            sea_around(ocean, position, t, motion.copy, reach=self._reach, waves=self._waves) if self._surface else None
+        )
+        wet = position.z <= (
+            ocean.elevation(position.x, position.y, t, motion.copy) + FACE_M if self._moves else FACE_M
+        )
         who = (motion.copy, own_row, motion.environment, motion.tick)
         return Lanes(position, attitude, *who, water, profile, sea, wet, around)
 

@@ -81,7 +81,7 @@ class Probe:
         lowest = -math.inf if c.lowest is None else c.lowest
         highest = math.inf if c.highest is None else c.highest
         data = [digitise(d, resolution=c.resolution, lowest=lowest, highest=highest) for d in data]
-        wet = position[2] < ocean.elevation(position[0], position[1], t)
+        wet = position[2] < ocean.elevation(position[0], position[1], t, motion.copy)
         return {"data": data, "truth": truth, "wet": wet}
 
 
