@@ -86,8 +86,8 @@ class Scenario(Strict):
     start (`agents.auv0.start.heading_deg`), factors on their parameters (`agents.auv0.factors.mass`), where their
     sensors sit and look (`agents.auv0.sensors.dvl.position_m.0`, `.orientation_deg.2`) how many times as much they err
     (`agents.auv0.sensors.imu.error`) and their lamps and lasers shine (`agents.auv0.sensors.camera.lamps`), the water's
-    velocity (`ocean.current_mps.0` north, `.1` west, `.2` up) in place of the scenario's currents, its `ocean.turbidity`
-    and the numbers of its wave systems (`ocean.waves.0.significant_height_m`)."""
+    velocity (`ocean.current_mps.0` north, `.1` west, `.2` up) in place of the scenario's currents, its
+    `ocean.turbidity` and the numbers of its wave systems (`ocean.waves.0.significant_height_m`)."""
     record: Record = Record()
     """What goes into a recording."""
     bridges: dict[str, Annotated[Any, Component("bridge", shorthand=True)]] = Field(default_factory=dict)
