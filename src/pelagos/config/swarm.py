@@ -55,7 +55,7 @@ class Draw(Strict):
         return any(value < 0 for value in (mean, *(self.uniform or ()), *(self.choice or ())))
 
     def steps(self, count: int) -> tuple[float, ...]:
-        """So many even steps over what can be drawn: three standard deviations about a mean; all values of a choice."""
+        """Even steps over what can be drawn: three standard deviations about a mean; all values of a choice."""
         if self.choice is not None:
             return tuple(sorted(set(self.choice)))
         mean, deviation = self.normal or (0.0, 0.0)

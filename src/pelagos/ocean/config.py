@@ -216,7 +216,7 @@ def _build(component: FieldConfig, currents: list[Current], site: Site, waves: W
 
 
 def site_of(world: World | None, seed: int) -> Site:
-    """Where an ocean is; mid-latitude without a world."""
+    """Site of an ocean in a world; mid-latitude without one."""
     if world is None:
         return Site(GeoOrigin(45.0, -30.0), seed=seed)
     bounds = getattr(world, "bounds", None)
