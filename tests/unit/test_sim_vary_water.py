@@ -11,9 +11,11 @@ import pytest
 
 import pelagos as pl
 from pelagos import jit
+from pelagos.envs.fleet import FleetEnv
+from pelagos.envs.tasks.station_keeping import StationKeeping
 from pelagos.errors import CommandError, InputError
 from pelagos.ocean.wave_system import JonswapWavesConfig, RegularWavesConfig, SeaStateWavesConfig
-from pelagos.ocean.waves import Waves, waves_by_copy, waves_of
+from pelagos.ocean.waves import Changed, Waves, waves_by_copy, waves_of
 
 SEA: dict[str, Any] = {
     "ocean.waves.0.significant_height_m": {"uniform": [0.3, 1.5]},
@@ -230,3 +232,46 @@ def test_light_that_carries_packets_goes_through_one_water() -> None:
     config["agents"]["rov"]["sensors"]["light"] = {"type": "optical_modem"}
     with pytest.raises(InputError, match=r"ocean.turbidity cannot differ from copy to copy: rov.light"):
         pl.Simulation.load(config)
+
+
+def test_a_changed_sea_is_the_sea_turned_scaled_and_later() -> None:
+    """Elevation and orbital motion at a place of the sea turned by a: those of the sea at the place turned back."""
+    sea = waves_of(JonswapWavesConfig(significant_height_m=0.9, peak_period_s=4.5, towards_deg=25.0).components(
+        np.random.default_rng(2), None
+    ), depth=None)  # fmt: skip
+    scale, turn, moment = np.array([0.6, 1.7, 0.0]), np.array([0.7, -2.1, 1.1]), np.array([311.0, -40.0, 5.0])
+    place, t = np.array([[12.0, -7.0, 3.0], [-5.0, 9.0, 1.0], [-1.5, -0.4, -2.0]]), np.array([3.3, 8.1, 0.5])
+    changed = sea.with_change(Changed(*(jit.Float64(v) for v in (scale, np.cos(turn), np.sin(turn), moment))))
+    got = changed.motion(jit.Array3f64(place), jit.Float64(t), stretch=False)
+    c, s = np.cos(turn), np.sin(turn)
+    back = np.stack([c * place[0] + s * place[1], c * place[1] - s * place[0], place[2]])
+    was = sea.motion(jit.Array3f64(back), jit.Float64(t + moment), stretch=False)
+    u = np.array(was.velocity) * scale
+    np.testing.assert_allclose(np.array(got.elevation), np.array(was.elevation) * scale, atol=1e-10)
+    turned = np.stack([c * u[0] - s * u[1], s * u[0] + c * u[1], u[2]])
+    np.testing.assert_allclose(np.array(got.velocity), turned, atol=1e-10)
+    np.testing.assert_allclose(np.array(changed.height), float(sea.height[0]) * np.maximum(scale, 1e-6))
+
+
+@pytest.mark.parametrize("own", [True, False])
+def test_episodes_of_a_task_have_seas_of_their_own(own: bool) -> None:
+    class Adrift(StationKeeping):
+        def draw(self, random: pl.envs.Draws) -> pl.envs.Start:
+            start = super().draw(random)
+            sea = start.sea if own else pl.envs.Sea(scale=1.3, turn_rad=0.4, moment_s=50.0)
+            return pl.envs.Start([2.0, -1.0, 0.0], memory={"yaw": 0.3}, current=[0.1, -0.2, 0.0], sea=sea)
+
+    env = FleetEnv(Adrift(), 6, seed=3)
+    env.reset(seed=3)
+    for _ in range(30):
+        env.step(np.zeros((6, 2), dtype=np.float32))
+    spread = np.ptp(env.state["position"][:, 2])
+    assert spread > 0.03 if own else spread == 0.0
+
+
+def test_a_sea_without_waves_is_an_error() -> None:
+    class Flat(StationKeeping):
+        ocean = {}  # noqa: RUF012
+
+    with pytest.raises(CommandError, match="draw gives a sea, but there are no waves"):
+        FleetEnv(Flat(), 2)

@@ -25,13 +25,14 @@ if TYPE_CHECKING:
     from pelagos.envs.sensing import SensingTask as SensingTask
     from pelagos.envs.single import SingleEnv as SingleEnv
     from pelagos.envs.task import Outcome as Outcome
+    from pelagos.envs.task import Sea as Sea
     from pelagos.envs.task import Start as Start
     from pelagos.envs.task import Task as Task
     from pelagos.envs.view import View as View
 
 _HOMES = {
     "Draws": "draws", "FleetEnv": "fleet", "Judgement": "sensing", "Outcome": "task", "SensingEnv": "sensing",
-    "SensingTask": "sensing", "SingleEnv": "single", "Start": "task", "Task": "task", "View": "view",
+    "Sea": "task", "SensingTask": "sensing", "SingleEnv": "single", "Start": "task", "Task": "task", "View": "view",
     "make": "registry", "make_task": "registry", "register": "registry", "task_names": "registry",
 }  # fmt: skip
 

@@ -17,6 +17,7 @@ from pelagos.errors import CommandError, ScenarioError
 from pelagos.jit import Array
 from pelagos.math.frames import flip_quaternion, flip_yz
 from pelagos.ocean.config import OceanConfig, build_ocean
+from pelagos.ocean.waves import Changed
 from pelagos.vehicles.state import VehicleState, channels_of, pack, unpack
 from pelagos.vehicles.tables import Tables
 from pelagos.vehicles.varied import check_names, varied
@@ -33,6 +34,7 @@ FIRST_EPISODE: Final = 0xFFFFFFFF  # the next one is number 0
 _FARTHEST_M: Final = 1e9  # from there no vehicle comes back
 _DRAWING: Final = 0xFFFFFFFF  # moment of the numbers that an episode begins with
 _CURRENT: Final = ("current.x", "current.y", "current.z")
+_SEA: Final = ("sea.scale", "sea.turn_rad", "sea.moment_s")
 
 
 @jit.struct
@@ -132,8 +134,11 @@ class Program:
         start = task.draw(Draws(jit.UInt32(1), zero, zero, zero))
         self.own_current = start.current is not None
         self.factors, self.remembered = list(task.vary), list(start.memory)
-        current = [*_CURRENT] if self.own_current else []
-        self.names = [*(f"task.{m}" for m in self.remembered), *current, *(f"vary.{f}" for f in self.factors)]
+        self.own_sea = start.sea is not None
+        if self.own_sea and self.ocean.waves is None:
+            raise CommandError(f"{_name(task)}: draw gives a sea, but there are no waves in `ocean`")
+        water = [*(_CURRENT if self.own_current else ()), *(_SEA if self.own_sea else ())]
+        self.names = [*(f"task.{m}" for m in self.remembered), *water, *(f"vary.{f}" for f in self.factors)]
         life = self._born(start, [jit.Float64(1.0)] * len(self.factors))
         now = self._view(life, zero, self.constants, self.ocean)
         seen, where = task.observe(now, Draws(zero, zero, zero, zero)), _name(task)
@@ -171,7 +176,8 @@ class Program:
             mode=f64(0.0),
             controller=[f64(0.0) for _ in range(self._controller)],
         )
-        values = [*start.memory.values(), *(start.current or []), *factors]
+        sea = () if start.sea is None else (start.sea.scale, start.sea.turn_rad, start.sea.moment_s)
+        values = [*start.memory.values(), *(start.current or []), *sea, *factors]
         return _Life(state, dict(zip(self.names, (f64(v) for v in values), strict=True)))
 
     def _drawn(self, environment: Array, episode: Array, seed: Array) -> _Life:
@@ -186,10 +192,15 @@ class Program:
         return View(life.state, memory, actuators=count, t=t, step=step, ocean=self._around(ocean, life))
 
     def _around(self, ocean: Any, life: _Life) -> Any:
-        """The ocean, with a copy's own current."""
-        if not self.own_current:
-            return ocean
-        return ocean.with_(currents=[], own=jit.Array3f64(*(life.memory[c] for c in _CURRENT)))
+        """The ocean, with a copy's own current and sea."""
+        own: dict[str, Any] = {}
+        if self.own_current:
+            own = {"currents": [], "own": jit.Array3f64(*(life.memory[c] for c in _CURRENT))}
+        if self.own_sea:
+            scale, turn, moment = (life.memory[c] for c in _SEA)
+            sine, cosine = dr.sincos(turn)
+            own["own_waves"] = ocean.waves.with_change(Changed(scale, cosine, sine, moment))
+        return ocean.with_(**own) if own else ocean
 
     def _flat(self, life: _Life) -> list[Array]:
         return [*channels_of(life.state), *life.memory.values()]

@@ -17,6 +17,21 @@ from pelagos.jit import Array
 
 
 @dataclass
+class Sea:
+    """Change of the ocean's waves for an episode; arrays or numbers.
+
+    Attributes:
+        scale: factor on all heights, 0 or more.
+        turn_rad: angle that they are turned by about the origin, counter-clockwise from above.
+        moment_s: time of the ocean at which the episode begins [s]: each has phases of its own.
+    """
+
+    scale: Array = 1.0
+    turn_rad: Array = 0.0
+    moment_s: Array = 0.0
+
+
+@dataclass
 class Start:
     """Beginning of an episode; components are arrays or numbers.
 
@@ -27,6 +42,7 @@ class Start:
         angular_velocity: body FLU (3) [rad/s].
         memory: what the task keeps from step to step, by name; the names are the same in every episode.
         current: of the water, world NWU (3) [m/s], in place of the ocean's; None: the ocean's.
+        sea: see `Sea`; None: the same waves in every episode.
     """
 
     position: list[Array]
@@ -35,6 +51,7 @@ class Start:
     angular_velocity: list[Array] = field(default_factory=lambda: [0.0, 0.0, 0.0])
     memory: dict[str, Array] = field(default_factory=dict)
     current: list[Array] | None = None
+    sea: Sea | None = None
 
 
 @dataclass

@@ -53,7 +53,7 @@ class Ocean:
         turbidities: factors on the particles that copies of a fleet may have, each one of them; none: `turbidity`.
         own: `Array3f64`, by copy of a fleet NWU [m/s], the current in place of `currents`; None: that is the same for
             all copies.
-        own_waves: the sea of each copy, in place of `waves`; None: that is the same for all copies.
+        own_waves: the sea of each copy, or of each place in turn, in place of `waves`; None: that is the same for all.
     """
 
     currents: list[Current]
@@ -108,6 +108,8 @@ class Ocean:
         """The waves that so many places are in; None where there are none. `copy`: see `current`."""
         if self.own_waves is None:
             return self.waves
+        if self.own_waves.changed is not None:
+            return self.own_waves
         row = dr.arange(jit.UInt32, places) if copy is None else copy
         return self.own_waves.at(row % self.own_waves.copies)
 

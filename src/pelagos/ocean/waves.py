@@ -13,7 +13,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import fields, replace
-from typing import Final
+from typing import Any, Final
 
 import drjit as dr
 import numpy as np
@@ -57,6 +57,28 @@ class SurfacePoint:
 
 
 @jit.struct
+class Changed:
+    """Change of a sea by place, `Float64` each, a Dr.Jit struct.
+
+    Attributes:
+        scale: factor on all heights, 0 or more.
+        cosine, sine: of the angle that it is turned by about the world's origin, from north to west.
+        moment: time [s] that it begins at: at t = 0 it is what it was at `moment`.
+    """
+
+    scale: Array
+    cosine: Array
+    sine: Array
+    moment: Array
+
+    def of(self, row: list[Array]) -> list[Array]:
+        """A component's row, see `Waves.table`."""
+        kx, ky, omega, phase, amplitude, *rest = row
+        turned = [self.cosine * kx - self.sine * ky, self.sine * kx + self.cosine * ky]
+        return [*turned, omega, phase - omega * self.moment, amplitude * self.scale, *rest]
+
+
+@jit.struct
 class Waves:
     """The components: a Dr.Jit struct.
 
@@ -71,6 +93,7 @@ class Waves:
         breaks: whether it breaks anywhere.
         copies: of a fleet, each with a sea of its own: one after the other in `table`, and in `limit` and `height`.
         lane: `UInt32`, the copy of each place that is asked for, see `at`; None where there is one sea.
+        changed: see `Changed`; None: as it is.
     """
 
     table: Array
@@ -81,11 +104,19 @@ class Waves:
     breaks: bool
     copies: int = 1
     lane: Array | None = None
+    changed: Changed | None = None
+
+    def with_change(self, changed: Changed) -> Waves:
+        """The sea of each place, changed."""
+        return self._with(height=self.height * dr.maximum(changed.scale, _CALM), changed=changed)
 
     def at(self, copy: Array) -> Waves:
         """The sea that each place is in, by the copies `UInt32` of a fleet in which they are."""
         limit, height = (dr.gather(jit.Float64, v, copy) for v in (self.limit, self.height))
-        return replace(self, limit=limit, height=height, lane=copy)
+        return self._with(limit=limit, height=height, lane=copy)
+
+    def _with(self, **changes: Any) -> Waves:
+        return Waves(**{f.name: getattr(self, f.name) for f in fields(Waves)} | changes)  # see `jit.without_constants`
 
     def elevation(self, x: Array, y: Array, t: Array) -> Array:
         """Height of the surface over the mean [m] at world x, y [m] and time t [s], `Float64`."""
@@ -242,6 +273,8 @@ class Waves:
         # one by one: four at once are slower where all lanes read the same row
         first = i if self.lane is None else self.lane * self._count + i
         row = [dr.gather(jit.Float64, self.table, _STRIDE * first + k) for k in range(_STRIDE)]
+        if self.changed is not None:
+            row = self.changed.of(row)
         return row[:4], row[4:]
 
     def _loop(self, add: object, *start: Array) -> tuple[Array, ...]:

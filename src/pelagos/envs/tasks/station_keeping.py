@@ -11,10 +11,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pelagos.envs.draws import Draws
-from pelagos.envs.task import Outcome, Start, Task
+from pelagos.envs.task import Outcome, Sea, Start, Task
 from pelagos.envs.view import View, minus, wrapped
 from pelagos.jit import Array
 from pelagos.math.so3 import from_euler
+
+_MOMENTS_S = 3600.0  # of the sea, at which episodes may begin
 
 
 class StationKeeping(Task):
@@ -42,12 +44,14 @@ class StationKeeping(Task):
         self.goal = (0.0, 0.0, 0.0)
 
     def draw(self, random: Draws) -> Start:
-        """Anywhere near, any heading, at rest."""
+        """Anywhere near, any heading, at rest; waves from anywhere."""
         x, y = random.box((-self.reach_m,) * 2, (self.reach_m,) * 2)
         yaw, way = random.uniform(-math.pi, math.pi), random.uniform(-math.pi, math.pi)
         speed = self.current_mps * dr.sqrt(random.uniform())
         current = [speed * dr.cos(way), speed * dr.sin(way), 0.0]
-        return Start([x, y, 0.0], [*from_euler(0.0, 0.0, yaw)], memory={"yaw": way + math.pi}, current=current)
+        sea = Sea(turn_rad=random.uniform(-math.pi, math.pi), moment_s=random.uniform(0.0, _MOMENTS_S))
+        attitude = [*from_euler(0.0, 0.0, yaw)]
+        return Start([x, y, 0.0], attitude, memory={"yaw": way + math.pi}, current=current, sea=sea)
 
     def command(self, action: list[Array], now: View) -> list[Array]:
         """Both propellers' speeds [rad/s]."""
