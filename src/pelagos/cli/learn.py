@@ -26,6 +26,7 @@ class Lesson:
     out: Path | None
     until: str | None
     max_s: float | None
+    discount: float
 
 
 def learn(task: str, lesson: Lesson, options: Sequence[str]) -> None:
@@ -41,7 +42,9 @@ def learn(task: str, lesson: Lesson, options: Sequence[str]) -> None:
     folder = lesson.out or Path("runs") / short
     if lesson.steps < 1:
         raise CommandError(f"steps is a number from 1 on, not {lesson.steps}")
-    recipe = Recipe(steps=lesson.steps, until=_until(lesson.until), max_s=lesson.max_s)
+    if not 0 < lesson.discount < 1:
+        raise CommandError(f"discount is a number between 0 and 1, not {lesson.discount:g}")
+    recipe = Recipe(steps=lesson.steps, until=_until(lesson.until), max_s=lesson.max_s, discount=lesson.discount)
     arrays = {} if has_sensors(task) else {"arrays": "torch"}
     env: Any = make(task, lesson.copies, seed=lesson.seed, **arrays, **_pairs(options))
     folder.mkdir(parents=True, exist_ok=True)

@@ -53,12 +53,17 @@ def train(
         ),
     ] = None,
     max_s: Annotated[float | None, typer.Option(metavar="S", help="Stop after so long.", show_default=False)] = None,
+    discount: Annotated[
+        float,
+        typer.Option(help="What a reward counts a decision later; nearer to 1 for tasks of many decisions a second."),
+    ] = 0.98,
     options: Options = None,
 ) -> None:
     """Learn a policy by PPO: policy.npz, curve.csv and curve.png in a folder (extra `learn`)."""
     from pelagos.cli.learn import Lesson, learn
 
-    learn(task, Lesson(steps=int(steps), seed=seed, copies=copies, out=out, until=until, max_s=max_s), options or [])
+    lesson = Lesson(steps=int(steps), seed=seed, copies=copies, out=out, until=until, max_s=max_s, discount=discount)
+    learn(task, lesson, options or [])
 
 
 def evaluate(
