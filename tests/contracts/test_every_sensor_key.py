@@ -174,7 +174,7 @@ class Bench:
     def read(self) -> Iterator[Any]:
         """What the sensor measures at the motions."""
         for motion, around in self.motions:
-            self.neighbours.motion_of = around.__getitem__
+            self.neighbours.motion_of, self.neighbours.motions_of = around.__getitem__, None
             yield self.sensor.sense(motion)
 
     def digest(self, keys: Mapping[str, Any]) -> str | None:

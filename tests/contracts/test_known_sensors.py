@@ -34,7 +34,7 @@ LENS = {
 OTHERWISE: dict[str, list[dict[str, Any]]] = {
     "imaging_sonar": [
         PING | ARRAY, {"elements": True, "channel_gain_db": 1.2, "channel_phase_deg": 9.0, "dead_elements": 0.1,
-         "vehicle_noise": "none"},
+         "transmit_phase_deg": 20.0, "vehicle_noise": "none"},
         {"interference": {"rate_hz": 7.0, "azimuth_deg": 25.0, "distance_m": 14.0, "source_level_db": 200.0},
          "iq": True},
         {"painted_noise": {"onto": "level", "additive": 0.1, "multiplicative": 0.2, "range_m": 0.1}},

@@ -67,8 +67,17 @@ def element_line(length: float, shading: str) -> ElementLine:
     return ElementLine(places, weights / weights.sum())
 
 
-def channel_factors(count: int, *, gain_db: float, phase_rad: float, dead: float, seed: int) -> NDArray[np.complex128]:
-    """Errors of receive channels `(count,)`: independent gains and phases, and channels that are silent.
+def line_amplitude(line: ElementLine, sine: NDArray[np.float64]) -> NDArray[np.complex128]:
+    """Pattern of a line with its channels' errors, same shape as `sine` (of the angle off broadside): 1 on axis without
+    any."""
+    made = line.weights if line.channels is None else line.weights * line.channels
+    return np.asarray(np.exp(2j * np.pi * np.multiply.outer(sine, line.places)) @ made)
+
+
+def channel_factors(
+    count: int, *, gain_db: float, phase_rad: float, dead: float, seed: int | tuple[int, ...]
+) -> NDArray[np.complex128]:
+    """Errors of an array's channels `(count,)`: independent gains and phases, and channels that are silent.
 
     Args:
         count: channels.
@@ -81,7 +90,7 @@ def channel_factors(count: int, *, gain_db: float, phase_rad: float, dead: float
     errors. Source: J. K. Hsiao, Normalized relationship among errors and sidelobe levels, Radio Science 19(1), 292
     (1984), doi 10.1029/RS019i001p00292.
     """
-    rng = np.random.Generator(np.random.PCG64([seed, count]))
+    rng = np.random.Generator(np.random.PCG64([*np.atleast_1d(seed).tolist(), count]))
     gain, phase, order = rng.standard_normal(count), rng.standard_normal(count), rng.permutation(count)
     factors = 10.0 ** (gain_db * gain / 20.0) * np.exp(1j * phase_rad * phase)
     factors[order[: round(dead * count)]] = 0.0

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import Any, ClassVar, Final, Literal
 
 import numpy as np
@@ -10,6 +11,7 @@ from numpy.typing import NDArray
 from pydantic import Field
 
 from pelagos.acoustics.beam_pattern import line_length
+from pelagos.acoustics.element_array import ElementLine, channel_factors, element_line
 from pelagos.config.rate import Rate
 from pelagos.sensors.lazy import promised
 from pelagos.sensors.sensor import Kinematics, Measurement, SensorConfig, SensorContext
@@ -21,6 +23,7 @@ from pelagos.sensors.sonar.ping.pinger import Pinger
 _BLOCK: Final = 16  # beams: the width of a vector
 _STEP: Final = 0.7548776662466927  # additive recurrence of the plastic number: evenly spread in two dimensions
 _STEP2: Final = 0.5698402909980532
+_SENDS: Final = 1  # second part of the seed of a transmitter's errors
 
 
 class ImagingSonarConfig(SectorConfig):
@@ -31,6 +34,24 @@ class ImagingSonarConfig(SectorConfig):
     """Pings per second [Hz]."""
     vertical_side_lobes: int = Field(default=1, ge=0, le=8)
     """Side lobes of the fan above and below its main lobe that rays are cast into (-26.5 dB there and back)."""
+    transmit_gain_db: float = Field(default=0.0, ge=0, le=20)
+    """Standard deviation of the gains of the transmitter's elements [dB], which lie half a wavelength apart across the
+    fan; `channel_seed` draws them."""
+    transmit_phase_deg: float = Field(default=0.0, ge=0, le=180)
+    """Standard deviation of their phases [deg]."""
+    transmit_dead_elements: float = Field(default=0.0, ge=0, le=0.9)
+    """Share of them that are silent."""
+
+
+def transmit_line(config: ImagingSonarConfig) -> ElementLine | None:
+    """The elements across the fan that send, with their errors; None where they have none."""
+    gain, phase = config.transmit_gain_db, math.radians(config.transmit_phase_deg)
+    if max(gain, phase, config.transmit_dead_elements) == 0.0:
+        return None
+    line = element_line(line_length(math.radians(config.vertical_beamwidth_deg)), "uniform")
+    seed = (config.channel_seed, _SENDS)
+    factors = channel_factors(line.count, gain_db=gain, phase_rad=phase, dead=config.transmit_dead_elements, seed=seed)
+    return replace(line, channels=factors)
 
 
 def fan_rays(config: ImagingSonarConfig) -> dict[str, NDArray[Any]]:
@@ -46,7 +67,9 @@ def fan_rays(config: ImagingSonarConfig) -> dict[str, NDArray[Any]]:
     k, j = (a.ravel() for a in np.meshgrid(np.arange(rays), np.arange(beams), indexing="ij"))
     order = np.lexsort((j, k, j // _BLOCK))
     k, j = k[order], j[order]
-    low, high, pattern = strata(length, config.vertical_side_lobes, rays, k, (0.5 + _STEP * j) % 1.0)
+    low, high, pattern = strata(
+        length, config.vertical_side_lobes, rays, k, (0.5 + _STEP * j) % 1.0, transmit_line(config)
+    )
     elevation = 0.5 * (low + high)
     width = math.radians(config.horizontal_aperture_deg) / beams
     azimuth = config.azimuths[j] + ((0.5 + _STEP * k + _STEP2 * j) % 1.0 - 0.5) * width
@@ -94,7 +117,9 @@ class ImagingSonar:
 
     def __init__(self, config: ImagingSonarConfig, context: SensorContext) -> None:
         self.config = config
-        self._pinger = Pinger(ping_spec(config, context), context, fan_rays(config), layout(config))
+        shape = layout(config)
+        shape = replace(shape, aperture=replace(shape.aperture, transmit=transmit_line(config)))
+        self._pinger = Pinger(ping_spec(config, context), context, fan_rays(config), shape)
         self.tables = {"azimuth": config.azimuths.astype(np.float32), "range": config.ranges, **element_tables(config)}
 
     def sense(self, motion: Kinematics) -> Measurement:

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from pelagos import jit
 from pelagos.acoustics.beam_pattern import line, line_length, shaded_line
+from pelagos.acoustics.element_array import ElementLine
 from pelagos.jit import Array
 
 
@@ -39,6 +40,7 @@ class Aperture:
         round: beams are cones, as wide any way as along `up`.
         ways: 2 where transmitter and receiver have the pattern along `up`, 1 where one of them is wide.
         floor: one-way power where the ideal pattern along `up` has nulls and beyond.
+        transmit: the elements along `up` that send, where they have errors; None: they have none.
     """
 
     axis: NDArray[np.float64]
@@ -51,6 +53,7 @@ class Aperture:
     round: bool = False
     ways: int = 2
     floor: float = 0.0
+    transmit: ElementLine | None = None
 
     def facing(self) -> Facing:
         """Directions on the device."""
@@ -71,6 +74,19 @@ class Aperture:
         if self.floor > 0.0:
             return dr.select(ahead > 0.0, power + self.floor, self.floor) * (1.0 / (1.0 + self.floor))
         return power
+
+    def all_ways_up(self, facing: Facing, beam: Array, direction: Array) -> Array:
+        """Power pattern along `up` of all `ways` together, see `one_way_up`."""
+        power = self.one_way_up(facing, beam, direction)
+        if self.transmit is None:
+            return power**self.ways
+        line, sine = self.transmit, dr.dot(dr.gather(jit.Array3f, facing.up, beam), direction)
+        channels = np.ones(line.count) if line.channels is None else line.channels
+        real, imaginary = jit.Float(0), jit.Float(0)
+        for place, factor in zip(line.places.tolist(), (line.weights * channels).tolist(), strict=True):
+            s, c = dr.sincos(2.0 * dr.pi * place * sine)
+            real, imaginary = real + factor.real * c - factor.imag * s, imaginary + factor.real * s + factor.imag * c
+        return power * (dr.square(real) + dr.square(imaginary))
 
     def side_amplitude(self, facing: Facing, beam: Array, direction: Array) -> Array:
         """Amplitude pattern along `side`, both ways together, at directions in the sensor frame."""

@@ -104,7 +104,7 @@ class Listener:
                 along = dr.dot(dr.gather(jit.Array3f, facing.axis, jit.UInt32(b)), direction)
                 beam, best = dr.select(along > best, jit.UInt32(b), beam), dr.maximum(best, along)
         row = dr.minimum(beam, beams - 1)
-        power = aperture.one_way_up(facing, row, direction) ** aperture.ways
+        power = aperture.all_ways_up(facing, row, direction)
         if not aperture.steered:
             power = power * dr.square(aperture.side_amplitude(facing, row, direction))
         ahead = dr.dot(dr.gather(jit.Array3f, facing.axis, row), direction)
