@@ -10,11 +10,10 @@ import drjit as dr
 import numpy as np
 import pytest
 
+from oceans import lit_ocean
 from pelagos import jit
 from pelagos.math.so3 import from_euler
-from pelagos.optics.atmosphere import Weather
 from pelagos.optics.lens import fisheye_intrinsics, intrinsics
-from pelagos.optics.water import water_optics
 from pelagos.raycast.geometry import Geometry
 from pelagos.raycast.rays import NO_BODY
 from pelagos.raycast.scene import Scene
@@ -61,11 +60,7 @@ def board() -> list[Geometry]:
 def pictures(**lens: Any) -> list[np.ndarray]:
     materials = [MATERIALS["white"], MATERIALS["black"]]
     world: Any = SimpleNamespace(material_tables=lambda: material_tables(materials), palette=materials)
-    ocean: Any = SimpleNamespace(
-        water=water_optics("I"), sun_elevation=jit.Float(0.8), sun_azimuth=jit.Float(math.pi), waves=None, tide=None,
-        air=SimpleNamespace(blows=False),
-        tracers={}, weather=Weather(),
-    )  # fmt: skip
+    ocean = lit_ocean("I", 0.8, math.pi)
     scene = Scene(board(), copies=1)
     context = SensorContext("auv0.camera", 1, 5_000_000, scene, world, ocean, np.full(1, NO_BODY, np.uint32))
     config = CameraConfig(width_px=480, height_px=360, horizontal_fov_deg=64, samples=16, vignette=0.0, ripple=0.0,

@@ -11,9 +11,8 @@ import drjit as dr
 import numpy as np
 import pytest
 
+from oceans import lit_ocean
 from pelagos import jit
-from pelagos.optics.atmosphere import Weather
-from pelagos.optics.water import water_optics
 from pelagos.raycast.geometry import Geometry
 from pelagos.raycast.rays import NO_BODY
 from pelagos.raycast.scene import Scene
@@ -38,16 +37,7 @@ def context(velocity: tuple[float, float, float]) -> SensorContext:
     """A black wall 2.5 m ahead at 10 m depth, and a white plate 2 m ahead that moves."""
     materials = [MATERIALS["white"], MATERIALS["black"]]
     world: Any = SimpleNamespace(material_tables=lambda: material_tables(materials), palette=materials)
-    ocean: Any = SimpleNamespace(
-        water=water_optics("I"),
-        sun_elevation=jit.Float(1.2),
-        air=SimpleNamespace(blows=False),
-        sun_azimuth=jit.Float(math.pi),
-        waves=None,
-        tide=None,
-        tracers={},
-        weather=Weather(),
-    )
+    ocean = lit_ocean("I", 1.2, math.pi)
     wall = plate(2.5, 40.0, 9.0, 1, 1)
     scene = Scene([Geometry(wall.vertices + np.array([0, 0, -10.0]), wall.faces, 1, 7, 1)], copies=1)
     scene.set_moving([(plate(DISTANCE, 0.3, 0.6, 0, 2), 0)])

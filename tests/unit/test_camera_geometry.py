@@ -9,6 +9,7 @@ import drjit as dr
 import numpy as np
 import pytest
 
+from oceans import lit_ocean
 from pelagos import jit
 from pelagos.raycast.geometry import Geometry
 from pelagos.raycast.rays import NO_BODY
@@ -40,7 +41,7 @@ def wall(x: float, half: float, label: int, instance: int) -> Geometry:
 
 def context(geometries: list[Geometry], seed: int = 1) -> SensorContext:
     world: Any = SimpleNamespace()
-    ocean: Any = SimpleNamespace(waves=None, tide=None)
+    ocean = lit_ocean("I")
     scene = Scene(geometries, copies=1)
     return SensorContext("auv0.view", seed, 5_000_000, scene, world, ocean, np.full(1, NO_BODY, np.uint32))
 

@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
+from oceans import lit_ocean
 from pelagos import jit
-from pelagos.optics.atmosphere import Weather
 from pelagos.optics.film import FilmCurve, balance_gains, film
 from pelagos.optics.lens import (
     fisheye_directions,
@@ -22,7 +22,7 @@ from pelagos.optics.lens import (
     project_fisheye,
 )
 from pelagos.optics.port import GLASS_INDEX, through_dome_port, through_flat_port
-from pelagos.optics.water import REFRACTIVE_INDEX, water_optics
+from pelagos.optics.water import REFRACTIVE_INDEX
 from pelagos.raycast.geometry import Geometry
 from pelagos.raycast.rays import NO_BODY
 from pelagos.raycast.scene import Scene
@@ -52,16 +52,7 @@ def context(x: float = DISTANCE) -> SensorContext:
     """White on the left (y > 0), black on the right."""
     materials = [MATERIALS["white"], MATERIALS["black"]]
     world: Any = SimpleNamespace(material_tables=lambda: material_tables(materials), palette=materials)
-    ocean: Any = SimpleNamespace(
-        water=water_optics("I"),
-        sun_elevation=jit.Float(1.2),
-        air=SimpleNamespace(blows=False),
-        sun_azimuth=jit.Float(math.pi),
-        waves=None,
-        tide=None,
-        tracers={},
-        weather=Weather(),
-    )
+    ocean = lit_ocean("I", 1.2, math.pi)
     scene = Scene([half(0, 0.0, 40.0, x), half(1, -40.0, 0.0, x)], copies=1)
     return SensorContext("auv0.camera", 1, 5_000_000, scene, world, ocean, np.full(1, NO_BODY, np.uint32))
 

@@ -9,9 +9,8 @@ import drjit as dr
 import numpy as np
 import pytest
 
+from oceans import lit_ocean
 from pelagos import jit
-from pelagos.optics.atmosphere import Weather
-from pelagos.optics.water import water_optics
 from pelagos.raycast.geometry import Geometry
 from pelagos.raycast.rays import NO_BODY
 from pelagos.raycast.scene import Scene
@@ -35,16 +34,7 @@ def context(
 ) -> SensorContext:
     materials = [MATERIALS[floor]]
     world: Any = SimpleNamespace(material_tables=lambda: material_tables(materials), palette=materials)
-    ocean: Any = SimpleNamespace(
-        water=water_optics(water),
-        sun_elevation=jit.Float(np.radians(sun_deg)),
-        air=SimpleNamespace(blows=False),
-        sun_azimuth=jit.Float(2.5),
-        weather=Weather(),
-        waves=None,
-        tide=None,
-        tracers={},
-    )
+    ocean = lit_ocean(water, np.radians(sun_deg), 2.5)
     return SensorContext(
         path="auv0.camera",
         seed=seed,

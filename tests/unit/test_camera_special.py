@@ -4,15 +4,14 @@ from __future__ import annotations
 
 import math
 from types import SimpleNamespace
-from typing import Any, ClassVar
+from typing import Any
 
 import drjit as dr
 import numpy as np
 import pytest
 
+from oceans import lit_ocean
 from pelagos import jit
-from pelagos.optics.atmosphere import Weather
-from pelagos.optics.water import water_optics
 from pelagos.raycast.geometry import Geometry
 from pelagos.raycast.rays import NO_BODY
 from pelagos.raycast.scene import Scene
@@ -34,21 +33,7 @@ def half(material: int, low: float, high: float, bottom: float, top: float, x: f
 def context(geometries: list[Geometry], *, sun: float = 1.2) -> SensorContext:
     materials = [MATERIALS["white"], MATERIALS["black"]]
     world: Any = SimpleNamespace(material_tables=lambda: material_tables(materials), palette=materials)
-
-    class Ocean:
-        water = water_optics("I")
-        sun_elevation = jit.Float(sun)
-        sun_azimuth = jit.Float(math.pi)
-        weather = Weather()
-        waves = None
-        tide = None
-        tracers: ClassVar[dict[str, object]] = {}
-
-        @staticmethod
-        def temperature(position: Any, t: Any) -> Any:
-            return jit.Float64(8.0)
-
-    ocean: Any = Ocean()
+    ocean = lit_ocean("I", sun, math.pi, temperature_c=8.0)
     return SensorContext(
         "auv0.view", 1, 5_000_000, Scene(geometries, copies=1), world, ocean, np.full(1, NO_BODY, np.uint32)
     )

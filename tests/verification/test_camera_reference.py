@@ -10,8 +10,8 @@ import drjit as dr
 import numpy as np
 import pytest
 
+from oceans import lit_ocean
 from pelagos import jit
-from pelagos.optics.atmosphere import Weather
 from pelagos.optics.phase import sample_henyey_greenstein
 from pelagos.optics.water import FORWARD_PEAK, MEAN_COSINE, WaterOptics, water_optics
 from pelagos.raycast.geometry import Geometry
@@ -37,16 +37,7 @@ def parts(water: str, floor: float, height: float, renderer: str, material: str,
     plate = Geometry(corners, np.array([[0, 1, 2], [0, 2, 3]], dtype=np.uint32), 0, 7, 1)
     materials = [MATERIALS[material]]
     world: Any = SimpleNamespace(material_tables=lambda: material_tables(materials), palette=materials)
-    ocean: Any = SimpleNamespace(
-        water=water_optics(water),
-        sun_elevation=jit.Float(math.radians(sun_deg)),
-        air=SimpleNamespace(blows=False),
-        sun_azimuth=jit.Float(2.8),
-        waves=None,
-        tide=None,
-        tracers={},
-        weather=Weather(),
-    )
+    ocean = lit_ocean(water, math.radians(sun_deg), 2.8)
     scene = Scene([plate], copies=1)
     context = SensorContext("auv0.camera", 1, 5_000_000, scene, world, ocean, np.full(1, NO_BODY, np.uint32))
     config = CameraConfig(

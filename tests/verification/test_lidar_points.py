@@ -11,9 +11,9 @@ import drjit as dr
 import numpy as np
 import pytest
 
+from oceans import lit_ocean
 from pelagos import jit
 from pelagos.ocean.config import OceanConfig, build_ocean
-from pelagos.optics.atmosphere import Weather
 from pelagos.optics.suspended import with_suspended
 from pelagos.optics.water import REFRACTIVE_INDEX, water_optics
 from pelagos.raycast.geometry import Geometry
@@ -45,7 +45,7 @@ def floor(z: float) -> Geometry:
 def context(geometries: list[Geometry], *, copies: int = 1) -> SensorContext:
     materials = [MATERIALS["sand"]]
     world: Any = SimpleNamespace(material_tables=lambda: material_tables(materials))
-    ocean: Any = SimpleNamespace(water=water_optics("IB"), weather=Weather(), waves=None, tide=None, tracers={})
+    ocean = lit_ocean("IB")
     scene = Scene(geometries, copies=copies)
     return SensorContext("auv0.lidar", 1, 5_000_000, scene, world, ocean, np.full(copies, NO_BODY, np.uint32))
 

@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 from scipy.integrate import trapezoid
 
+from oceans import lit_ocean
 from pelagos import jit
-from pelagos.optics.atmosphere import Weather
 from pelagos.optics.laser_beam import LaserBeam, laser_at, laser_glow, laser_loss
 from pelagos.optics.phase import henyey_greenstein
 from pelagos.optics.water import MEAN_COSINE, WaterOptics, water_optics
@@ -100,16 +100,7 @@ def picture(geometries: list[Geometry], **camera: Any) -> Any:
     """Light `(height, width, 3)` [cd/m^2] of a camera 20 m deep at night that looks along x."""
     materials = [MATERIALS["white"]]
     world: Any = SimpleNamespace(material_tables=lambda: material_tables(materials), palette=materials)
-    ocean: Any = SimpleNamespace(
-        water=water_optics("I"),
-        sun_elevation=jit.Float(-0.5),
-        air=SimpleNamespace(blows=False),
-        sun_azimuth=jit.Float(0.0),
-        waves=None,
-        tide=None,
-        tracers={},
-        weather=Weather(),
-    )
+    ocean = lit_ocean("I", -0.5)
     scene = Scene(geometries, copies=1)
     context = SensorContext("rov0.camera", 1, 5_000_000, scene, world, ocean, np.full(1, NO_BODY, np.uint32))
     zero, u = dr.zeros(jit.Float64, 1), dr.zeros(jit.UInt32, 1)

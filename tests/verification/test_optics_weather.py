@@ -13,6 +13,7 @@ import pytest
 from pydantic import ValidationError
 from scipy.integrate import trapezoid
 
+from oceans import lit_ocean
 from pelagos import jit
 from pelagos.math.geodesy import GeoOrigin
 from pelagos.ocean.sky import SunConfig, WeatherConfig
@@ -20,7 +21,6 @@ from pelagos.optics.atmosphere import Weather, fog_extinction, rain_extinction, 
 from pelagos.optics.rain import drops_per_m3, fall_speed, median_diameter, streaks
 from pelagos.optics.sun_position import sun_position
 from pelagos.optics.sunlight import daylight, sky_radiance
-from pelagos.optics.water import water_optics
 from pelagos.raycast.geometry import Geometry
 from pelagos.raycast.rays import NO_BODY
 from pelagos.raycast.scene import Scene
@@ -139,16 +139,7 @@ def wall(distance: float, material: str = "black") -> Geometry:
 def context(geometries: list[Geometry], weather: Weather, material: str = "black") -> SensorContext:
     materials = [MATERIALS[material]]
     world: Any = SimpleNamespace(material_tables=lambda: material_tables(materials), palette=materials)
-    ocean: Any = SimpleNamespace(
-        water=water_optics("II"),
-        sun_elevation=jit.Float(0.7),
-        air=SimpleNamespace(blows=False),
-        sun_azimuth=jit.Float(2.8),
-        waves=None,
-        tide=None,
-        tracers={},
-        weather=weather,
-    )
+    ocean = lit_ocean("II", 0.7, 2.8, weather)
     return SensorContext(
         "usv0.camera", 1, 5_000_000, Scene(geometries, copies=1), world, ocean, np.full(1, NO_BODY, np.uint32)
     )

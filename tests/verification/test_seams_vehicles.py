@@ -196,18 +196,19 @@ def test_a_start_above_the_seabed() -> None:
     assert _position(start, world, "") == pytest.approx([20.0, -3.0, -24.0])
 
 
-@pytest.mark.parametrize("heading", [30.0, -75.0])
-def test_the_surface_under_a_hull_is_a_mean_along_it(heading: float) -> None:
-    """Of h = x y over a hull that heads by psi: sin cos (mean of beam places squared - that of length places)."""
-    config = SimpleNamespace(length_m=10.0, beam=3.0)
-    agent = SimpleNamespace(
-        vehicle=SimpleNamespace(config=config), config=SimpleNamespace(start=SimpleNamespace(heading_deg=heading))
+def test_the_surface_under_a_hull_is_a_mean_along_it() -> None:
+    """Of h = c x y over hulls heading psi: c sin cos (mean of beam places squared - that of length places), where c
+    is of the hull's own copy.
+    """
+    agent = SimpleNamespace(vehicle=SimpleNamespace(config=SimpleNamespace(length_m=10.0, beam=3.0)))
+    psi, copies = np.radians([30.0, -75.0, 110.0]), np.array([2, 0, 1], np.uint32)
+    ocean = SimpleNamespace(
+        elevation=lambda x, y, t, copy: (1 + jit.Float64(copy)) * x * y, wave_motion=lambda p, t, copy: None
     )
-    ocean = SimpleNamespace(elevation=lambda x, y, t: x * y, wave_motion=lambda p, t: None)
-    height, velocity = _surface(agent, ocean, np.zeros(3))
+    height, velocity = _surface(agent, ocean, np.zeros((3, 3)), psi, copies)
     along, across = (np.mean((np.linspace(-0.4, 0.4, k) * size) ** 2) for k, size in ((9, 10.0), (3, 3.0)))
-    psi = math.radians(heading)
-    assert height == pytest.approx(math.sin(psi) * math.cos(psi) * (across - along), rel=1e-9)
+    assert height == pytest.approx((1 + copies) * np.sin(psi) * np.cos(psi) * (across - along), rel=1e-9)
+    assert velocity.shape == (3, 3)
     assert (velocity == 0).all()
 
 

@@ -120,7 +120,7 @@ def test_a_held_hull_feels_what_the_panel_method_says(section: Any, towards: flo
     assert seakeeping is not None
     omega, a = 4.0, 0.001
     waves = sea(wave(omega, towards, 2 * a, 0.0), depth=1.2)
-    ocean = SimpleNamespace(waves=waves, density=lambda place, t: RHO, tide=None)
+    ocean = SimpleNamespace(sea=lambda places, copy=None: waves, density=lambda place, t: RHO, tide=None)
     t = np.arange(24) / 24 * 2 * np.pi / omega
     zero = dr.zeros(jit.Float64, 24)
     level = [[1 + zero, zero, zero], [zero, 1 + zero, zero], [zero, zero, 1 + zero]]
