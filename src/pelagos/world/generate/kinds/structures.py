@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from itertools import pairwise
 from typing import Final
 
@@ -54,7 +55,7 @@ def quay_wall(size: float, rng: np.random.Generator, depth: float) -> Thing:
         shapes.box((0.45, 0.4, 4.0)).moved((x, -3.2, depth - 0.2)) for x in np.arange(-size / 2 + 2, size / 2 - 1, 5.0)
     ]
     rungs = waterfront.ladder(depth + 3.3, max(depth - 6.0, 0.2)).moved((size / 2 - 1.0, -3.0, 0))
-    parts = (Part(wall, "concrete", None), Part(join(fenders), "rubber", None), Part(rungs, "steel", 50.0))
+    parts = _parts(([wall], "concrete", None), (fenders, "rubber", None), ([rungs], "steel", 50.0))
     return Thing("quay wall", "wall", parts, follow=0.0)
 
 
@@ -95,12 +96,12 @@ def dam(size: float, rng: np.random.Generator, depth: float) -> Thing:
         )
         for x in np.arange(-size / 2 + 2, size / 2, 16.0)
     ]
-    parts = (
-        Part(join([body, *buttress]), "concrete", None),
-        Part(join(gates), "rusted_steel", None),
-        Part(join(racks), "rusted_steel", 60.0),
-        Part(join(frames), "concrete", None),
-    )  # fmt: skip
+    parts = _parts(
+        ([body, *buttress], "concrete", None),
+        (gates, "rusted_steel", None),
+        (racks, "rusted_steel", 60.0),
+        (frames, "concrete", None),
+    )
     return Thing("dam", "wall", parts, follow=0.0)
 
 
@@ -328,3 +329,8 @@ STRUCTURES: Final = {
     "dock": Kind("Docking stations for torpedo vehicles", "length", (2.5, 4.0), dock, 0, 10.0, 1.5),
 }
 """The kinds of this module by name."""
+
+
+def _parts(*of: tuple[Sequence[Mesh], str, float | None]) -> tuple[Part, ...]:
+    """Meshes joined by material and crease [deg], without those that a small thing has no room for."""
+    return tuple(Part(join(meshes), material, crease) for meshes, material, crease in of if meshes)
