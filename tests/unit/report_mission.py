@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from pelagos.config import registry
 from pelagos.math.geodesy import GeoOrigin
 from pelagos.math.geomagnetism import earth_field
-from pelagos.report.mission import euler, rotate
+from pelagos.math.so3 import euler_np, rotate_np
 from pelagos.sensors.sensor import Measurement, SensorConfig
 from pelagos.sim.record import Recorder
 
@@ -103,7 +103,7 @@ def _sense(
     inverse = q * np.array([1.0, -1.0, -1.0, -1.0])
     extras: dict[str, Any] = {}
     if kind == "imu":
-        gravity = rotate(inverse, np.broadcast_to([0.0, 0.0, 9.81], (k, 3)))
+        gravity = rotate_np(inverse, np.broadcast_to([0.0, 0.0, 9.81], (k, 3)))
         data = np.concatenate([a + gravity, w], axis=1)
     elif kind == "dvl":
         data = v + noise * 0.01 * rng.standard_normal((k, 3))
@@ -116,7 +116,7 @@ def _sense(
     elif kind == "gps":
         data = ORIGIN.to_geodetic(p)
     elif kind == "magnetometer":
-        data = rotate(inverse, np.broadcast_to(earth_field(45.0, 12.5), (k, 3)))
+        data = rotate_np(inverse, np.broadcast_to(earth_field(45.0, 12.5), (k, 3)))
     elif kind == "altimeter":
         data = height
     elif kind == "multibeam":
@@ -134,7 +134,7 @@ def _ranges(config: Any, p: NDArray[Any], q: NDArray[Any], world: Seabed) -> NDA
     """Ranges of the beams to the seabed, by Newton's method on the height."""
     angle = np.asarray(config.angles)
     direction = np.stack([0 * angle, np.sin(angle), -np.cos(angle)], axis=-1)
-    d = rotate(q[:, None, :], direction[None])
+    d = rotate_np(q[:, None, :], direction[None])
     t = np.full(d.shape[:2], 10.0)
     for _ in range(60):
         at = p[:, None, :] + t[..., None] * d
@@ -144,4 +144,4 @@ def _ranges(config: Any, p: NDArray[Any], q: NDArray[Any], world: Seabed) -> NDA
 
 def heading(q: NDArray[np.float64]) -> NDArray[np.float64]:
     """Yaw in NWU [rad]."""
-    return euler(q)[..., 2]
+    return euler_np(q)[..., 2]

@@ -12,7 +12,7 @@ from scipy.spatial.transform import Rotation
 from pelagos.bridges.instruments.nmea import dbt, vtg
 from pelagos.bridges.instruments.ping_devices import SOUND_MPS, Ping360
 from pelagos.bridges.px4 import Px4Link, pressure_hpa
-from pelagos.bridges.ros_commands import _euler
+from pelagos.bridges.ros_commands import _pose
 from pelagos.math import frames
 from pelagos.sensors.comms.usbl import place_of
 
@@ -33,8 +33,12 @@ def test_attitudes_go_to_east_north_up_and_back(angles) -> None:
 
 @pytest.mark.parametrize("angles", [(0.4, -0.3, 1.2), (-2.0, 0.6, 0.2)])
 def test_roll_pitch_and_yaw_of_a_command(angles) -> None:
-    """Given as yaw, pitch, roll about z, then y, then x."""
-    assert _euler(np.roll(Rotation.from_euler("ZYX", angles).as_quat(), 1).tolist()) == pytest.approx(angles[::-1])
+    """Of a pose in ENU: its place and its turn, a quarter more than that in NWU, as roll, pitch, yaw."""
+    nwu = Rotation.from_euler("ZYX", angles)
+    x, y, z, w = (Rotation.from_matrix([[0, -1, 0], [1, 0, 0], [0, 0, 1]]) * nwu).as_quat()
+    place, turn = SimpleNamespace(x=3.0, y=-7.0, z=-2.0), SimpleNamespace(w=w, x=x, y=y, z=z)
+    made = _pose("auv0", SimpleNamespace(pose=SimpleNamespace(position=place, orientation=turn)))
+    assert made.data["values"] == pytest.approx([-7.0, -3.0, -2.0, *angles[::-1]])
 
 
 def test_depths_in_feet_metres_and_fathoms() -> None:

@@ -47,3 +47,19 @@ def test_a_body_that_turns_at_a_constant_rate(h: float) -> None:
     )
     expected = quaternion(start * Rotation.from_rotvec(h * rate))
     assert found * np.sign(found[0]) == pytest.approx(expected * np.sign(expected[0]), abs=1e-12)
+
+
+def test_matrices_and_angles_of_many_quaternions() -> None:
+    """Of `(2, 3, 4)`, one alone, and plain numbers; the yaw of a bow that points up is still one."""
+    turns = Rotation.from_euler("ZYX", np.random.default_rng(3).uniform([-3.1, -1.5, -3.1], [3.1, 1.5, 3.1], (6, 3)))
+    q = quaternion(turns).reshape(2, 3, 4)
+    matrices, angles = turns.as_matrix().reshape(2, 3, 3, 3), turns.as_euler("ZYX")[:, ::-1].reshape(2, 3, 3)
+    assert so3.matrix_np(q) == pytest.approx(matrices, abs=1e-12)
+    assert so3.matrix_np(q[1, 2]) == pytest.approx(matrices[1, 2], abs=1e-12)
+    assert np.array(so3.matrix(q[1, 0].tolist())) == pytest.approx(matrices[1, 0], abs=1e-12)
+    assert so3.euler_np(q) == pytest.approx(angles, abs=1e-12)
+    assert so3.euler_np(q[0, 1]) == pytest.approx(angles[0, 1], abs=1e-12)
+    assert so3.yaw_np(q) == pytest.approx(angles[..., 2], abs=1e-12)
+    vectors = np.random.default_rng(4).normal(size=(2, 3, 3))
+    assert so3.rotate_np(q, vectors) == pytest.approx(np.einsum("abij,abj->abi", matrices, vectors), abs=1e-12)
+    assert so3.euler_np(np.array([1.0, 0.0, 1.0 + 1e-16, 0.0]) / np.sqrt(2))[1] == pytest.approx(np.pi / 2)

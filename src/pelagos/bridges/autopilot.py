@@ -5,14 +5,16 @@ Autopilots speak north-east-down of the world and forward-right-down of the body
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Final, NamedTuple, TypeAlias
 
+import numpy as np
+
 from pelagos.bridges.transport import BridgeMismatch
 from pelagos.errors import LookupFailed
 from pelagos.math.constants import GRAVITY
+from pelagos.math.so3 import euler_np, matrix
 from pelagos.sim.simulation import Simulation
 
 Three: TypeAlias = tuple[float, float, float]
@@ -124,26 +126,17 @@ class VehicleMotion(NamedTuple):
     @property
     def euler(self) -> tuple[float, float, float]:
         """Roll, pitch, yaw [rad]."""
-        return euler_of(self.attitude)
-
-
-def euler_of(attitude: Sequence[float]) -> Three:
-    """Roll, pitch, yaw [rad] of a quaternion (w, x, y, z): R = Rz(yaw) Ry(pitch) Rx(roll)."""
-    w, x, y, z = attitude
-    roll = math.atan2(2 * (w * x + y * z), 1 - 2 * (x * x + y * y))
-    pitch = math.asin(min(max(2 * (w * y - z * x), -1.0), 1.0))
-    return roll, pitch, math.atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))
+        roll, pitch, yaw = euler_np(np.array(self.attitude)).tolist()
+        return roll, pitch, yaw
 
 
 def motion_of(sim: Simulation, agent: str) -> VehicleMotion:
     """The true motion of the first copy of an agent, now."""
     row = sim.stepper.row(agent)[0].tolist()  # what `sim.state` shows, without a look at the actuators
     x, y, z, qw, qx, qy, qz, u, v, w, p, q, r, ax, ay, az = row[:16]
-    # the third row of R_world_body, and with the other two the velocity
-    up_x, up_y, up_z = 2 * (qx * qz - qw * qy), 2 * (qy * qz + qw * qx), 1 - 2 * (qx * qx + qy * qy)
-    north = (1 - 2 * (qy * qy + qz * qz)) * u + 2 * (qx * qy - qw * qz) * v + 2 * (qx * qz + qw * qy) * w
-    west = 2 * (qx * qy + qw * qz) * u + (1 - 2 * (qx * qx + qz * qz)) * v + 2 * (qy * qz - qw * qx) * w
-    up = up_x * u + up_y * v + up_z * w
+    turn = matrix((qw, qx, qy, qz))
+    up_x, up_y, up_z = turn[2]
+    north, west, up = (a * u + b * v + c * w for a, b, c in turn)
     return VehicleMotion(
         (x, -y, -z),
         (north, -west, -up),

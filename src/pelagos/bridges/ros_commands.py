@@ -17,6 +17,7 @@ from pelagos.bridges.inbox import Inbox
 from pelagos.bridges.transport import COMMAND, Qos, Receive, Transport
 from pelagos.config.swarm import topic_name
 from pelagos.math.frames import enu_to_nwu_np, quaternion_enu_to_nwu_np
+from pelagos.math.so3 import euler_np
 from pelagos.messages.store import deserialize
 from pelagos.sim.order import Order
 from pelagos.sim.simulation import Simulation
@@ -80,7 +81,7 @@ def _wrench(agent: str, message: Any) -> Order:
 
 def _pose(agent: str, message: Any) -> Order:
     position, q = pose_nwu(message.pose)
-    return Order("pose", agent, {"values": [*position, *_euler(q)]})
+    return Order("pose", agent, {"values": [*position, *euler_np(np.array(q)).tolist()]})
 
 
 def _waypoint(agent: str, message: Any) -> Order:
@@ -113,12 +114,3 @@ def pose_nwu(pose: Any) -> tuple[list[float], list[float]]:
         raise ValueError(f"the orientation has length {length:g}, not 1")
     position = enu_to_nwu_np(np.array([p.x, p.y, p.z], dtype=np.float64))
     return position.tolist(), quaternion_enu_to_nwu_np(q / length).tolist()
-
-
-def _euler(q: list[float]) -> list[float]:
-    """Roll, pitch, yaw [rad] of a quaternion wxyz, R = Rz Ry Rx."""
-    w, x, y, z = q
-    roll = np.arctan2(2 * (w * x + y * z), 1 - 2 * (x * x + y * y))
-    pitch = np.arcsin(np.clip(2 * (w * y - z * x), -1.0, 1.0))
-    yaw = np.arctan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))
-    return [float(roll), float(pitch), float(yaw)]

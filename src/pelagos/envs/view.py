@@ -67,14 +67,12 @@ class View:
     @property
     def forward(self) -> Vector:
         """The body's x axis seen from the world (3)."""
-        w, x, y, z = self.attitude
-        return [1 - 2 * (y * y + z * z), 2 * (x * y + w * z), 2 * (x * z - w * y)]
+        return [row[0] for row in so3.matrix(self.attitude)]
 
     @property
     def up(self) -> Vector:
         """The body's z axis seen from the world (3)."""
-        w, x, y, z = self.attitude
-        return [2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (x * x + y * y)]
+        return [row[2] for row in so3.matrix(self.attitude)]
 
     @property
     def yaw(self) -> Array:

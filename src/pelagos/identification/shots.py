@@ -21,6 +21,7 @@ from pelagos.identification.constants import Place, with_numbers
 from pelagos.identification.coordinates import COORDINATES
 from pelagos.identification.parameters import Compiled
 from pelagos.jit import Array
+from pelagos.math.so3 import matrix, matrix_np
 from pelagos.vehicles.model import Model
 from pelagos.vehicles.state import VehicleState
 from pelagos.vehicles.vehicle import Vehicle
@@ -156,7 +157,7 @@ class Shooter:
     def _start(self, shots: Shots, compiled: Compiled) -> NDArray[np.float64]:
         """Channels of the initial states `(19 + kept, s)`; velocities relative to the water."""
         nu = shots.nu.copy()
-        rotation = _rotation(shots.attitude)
+        rotation = matrix_np(shots.attitude)
         nu[:, :3] -= np.einsum("sji,j->si", rotation, np.array([*compiled.outside[:2], 0.0]))
         still = np.zeros((6 + self._kept, len(shots)))
         return np.concatenate([shots.position.T, shots.attitude.T, nu.T, still])
@@ -225,21 +226,10 @@ def _seen_step(x: list[Array], constants: list[Array], commands: list[Array], ta
     roll = dr.atan2(2 * (w * i + j * k), 1 - 2 * (i * i + j * j))
     pitch = dr.asin(dr.clip(2 * (w * j - k * i), -1, 1))
     heading = dr.atan2(2 * (w * k + i * j), 1 - 2 * (j * j + k * k))
-    first = [1 - 2 * (j * j + k * k), 2 * (i * j - w * k), 2 * (i * k + w * j)]
-    second = [2 * (i * j + w * k), 1 - 2 * (i * i + k * k), 2 * (j * k - w * i)]
+    first, second, _ = matrix(x[3:7])
     over = [x[7 + a] + first[a] * north + second[a] * east for a in range(3)]
     seen = [*x[0:3], roll, pitch, heading, *over, *x[10:13]]
     return [a + b for a, b in zip(seen, offsets, strict=True)]
-
-
-def _rotation(q: NDArray[np.float64]) -> NDArray[np.float64]:
-    """FRD -> NED `(s, 3, 3)`."""
-    w, i, j, k = q.T
-    return np.stack([
-        np.stack([1 - 2 * (j * j + k * k), 2 * (i * j - w * k), 2 * (i * k + w * j)], -1),
-        np.stack([2 * (i * j + w * k), 1 - 2 * (i * i + k * k), 2 * (j * k - w * i)], -1),
-        np.stack([2 * (i * k - w * j), 2 * (j * k + w * i), 1 - 2 * (i * i + j * j)], -1),
-    ], -2)  # fmt: skip
 
 
 def _directions(
@@ -250,7 +240,7 @@ def _directions(
     found = np.zeros((_MOTION + kept, len(shots), directions))
     w, i, j, k = shots.attitude.T
     spin = 0.5 * np.array([[-i, w, k, -j], [-j, -k, w, i], [-k, j, -i, w]])
-    back = _rotation(shots.attitude).transpose(0, 2, 1)
+    back = matrix_np(shots.attitude).transpose(0, 2, 1)
     current = np.array([*compiled.outside[:2], 0.0])
     by_current = compiled.slopes[len(compiled.values) : len(compiled.values) + 2]  # (2, p)
     found[7:10, :, :p] = -np.einsum("sij,jp->isp", back[:, :, :2], by_current)

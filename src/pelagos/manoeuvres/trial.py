@@ -81,10 +81,7 @@ class _Run:
 
     def _keep(self) -> None:
         state = self.sim.state["it"]
-        w, x, y, z = state.attitude[0]
-        roll = math.atan2(2 * (w * x + y * z), 1 - 2 * (x * x + y * y))
-        pitch = math.asin(max(-1.0, min(1.0, 2 * (w * y - z * x))))
-        yaw = math.atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))
+        roll, pitch, yaw = state.euler[0]
         down = np.array([1.0, -1.0, -1.0])
         self.rows.append(
             np.concatenate([

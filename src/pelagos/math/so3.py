@@ -66,10 +66,39 @@ def from_euler(roll: Array, pitch: Array, yaw: Array) -> tuple[Array, Array, Arr
     )
 
 
+def matrix(q: Array) -> list[list[Array]]:
+    """R(q) by rows, of numbers or of arrays of any kind."""
+    w, x, y, z = q[0], q[1], q[2], q[3]
+    return [
+        [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+        [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+        [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+    ]
+
+
+def matrix_np(q: NDArray[np.float64]) -> NDArray[np.float64]:
+    """R(q) in NumPy: `(..., 4)` -> `(..., 3, 3)`."""
+    return np.stack([np.stack(row, axis=-1) for row in matrix(np.moveaxis(q, -1, 0))], axis=-2)
+
+
+def euler_np(q: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Roll, pitch, yaw [rad] of R = Rz(yaw) Ry(pitch) Rx(roll) in NumPy: `(..., 4)` -> `(..., 3)`."""
+    w, x, y, z = np.moveaxis(q, -1, 0)
+    roll = np.arctan2(2 * (w * x + y * z), 1 - 2 * (x * x + y * y))
+    pitch = np.arcsin(np.clip(2 * (w * y - z * x), -1.0, 1.0))
+    return np.stack([roll, pitch, yaw_np(q)], axis=-1)
+
+
+def yaw_np(q: NDArray[np.float64]) -> NDArray[np.float64]:
+    """The last of `euler_np` alone: `(..., 4)` -> `(...)`."""
+    w, x, y, z = np.moveaxis(q, -1, 0)
+    return np.asarray(np.arctan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z)))
+
+
 def rotate_np(q: NDArray[np.float64], v: NDArray[np.float64]) -> NDArray[np.float64]:
-    """R(q) v for NumPy rows: `(n, 4)`, `(n, 3)` -> `(n, 3)`."""
-    t = 2 * cross_np(q[:, 1:], v)
-    return np.asarray(v + q[:, :1] * t + cross_np(q[:, 1:], t))
+    """R(q) v in NumPy: `(..., 4)`, `(..., 3)` -> `(..., 3)`."""
+    t = 2 * cross_np(q[..., 1:], v)
+    return np.asarray(v + q[..., :1] * t + cross_np(q[..., 1:], t))
 
 
 def cross_np(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -23,7 +23,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pelagos.math.constants import GRAVITY
-from pelagos.navigation.rotation import Floats, apply, from_vector, matrix, product, skew
+from pelagos.math.so3 import matrix_np
+from pelagos.navigation.rotation import Floats, apply, from_vector, product, skew
 
 SIZE: Final = 22
 POSITION: Final = slice(0, 3)
@@ -126,7 +127,7 @@ class Lanes:
         turning, push = rate - self.gyroscope, force - self.accelerometer
         self.rate = turning
         middle = 0.5 * (samples + 1) / samples * h
-        half = matrix(product(self.attitude, from_vector(middle * turning)))
+        half = matrix_np(product(self.attitude, from_vector(middle * turning)))
         acceleration = apply(half, push) + np.array([0.0, 0.0, -GRAVITY])
         self.position = self.position + h * self.velocity + 0.5 * h * h * acceleration
         self.velocity = self.velocity + h * acceleration
@@ -147,7 +148,7 @@ class Lanes:
         f[:, POSITION, ACCELEROMETER] = -0.5 * h * h * half
         f[:, VELOCITY, ATTITUDE] = tilt
         f[:, VELOCITY, ACCELEROMETER] = -h * half
-        f[:, ATTITUDE, ATTITUDE] = matrix(from_vector(-h * turning))
+        f[:, ATTITUDE, ATTITUDE] = matrix_np(from_vector(-h * turning))
         f[:, ATTITUDE, GYROSCOPE] = -h * np.eye(3)
         slow = np.arange(SATELLITE.start, SIZE)
         f[:, slow, slow] = keep

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from pelagos.math.so3 import cross_np, matrix_np
 from pelagos.navigation.error_state import (
     ATTITUDE,
     DEPTH,
@@ -20,14 +21,14 @@ from pelagos.navigation.error_state import (
     VELOCITY,
     Lanes,
 )
-from pelagos.navigation.rotation import Floats, apply, cross, matrix, skew
+from pelagos.navigation.rotation import Floats, apply, skew
 
 Expected = tuple[Floats, Floats]
 
 
 def bottom_velocity(lanes: Lanes, measured: Floats, lever: Floats, turn: Floats) -> Expected:
     """Velocity over ground `(n, 3)` [m/s] of a DVL, in its own frame."""
-    world = matrix(lanes.attitude)
+    world = matrix_np(lanes.attitude)
     back = np.swapaxes(world, 1, 2)
     own = apply(back, lanes.velocity)
     arm = np.broadcast_to(lever, own.shape)
@@ -35,12 +36,12 @@ def bottom_velocity(lanes: Lanes, measured: Floats, lever: Floats, turn: Floats)
     h[:, :, VELOCITY] = turn.T @ back
     h[:, :, ATTITUDE] = turn.T @ skew(own)
     h[:, :, GYROSCOPE] = turn.T @ skew(arm)
-    return h, measured - apply(turn.T, own + cross(lanes.rate, arm))
+    return h, measured - apply(turn.T, own + cross_np(lanes.rate, arm))
 
 
 def satellite_position(lanes: Lanes, measured: Floats, lever: Floats) -> Expected:
     """Position `(n, 3)` NWU [m] of an antenna, slow error included."""
-    world = matrix(lanes.attitude)
+    world = matrix_np(lanes.attitude)
     arm = np.broadcast_to(lever, lanes.position.shape)
     h = np.zeros((len(world), 3, SIZE))
     h[:, :, POSITION] = np.eye(3)
@@ -51,7 +52,7 @@ def satellite_position(lanes: Lanes, measured: Floats, lever: Floats) -> Expecte
 
 def depth(lanes: Lanes, measured: Floats, lever: Floats) -> Expected:
     """Depth `(n,)` [m] of a pressure gauge, offset included."""
-    world = matrix(lanes.attitude)
+    world = matrix_np(lanes.attitude)
     arm = np.broadcast_to(lever, lanes.position.shape)
     h = np.zeros((len(world), 1, SIZE))
     h[:, 0, 2] = -1.0
@@ -63,7 +64,7 @@ def depth(lanes: Lanes, measured: Floats, lever: Floats) -> Expected:
 
 def magnetic_field(lanes: Lanes, measured: Floats, field: Floats, turn: Floats) -> Expected:
     """Magnetic flux density `(n, 3)` [T] in the sensor's frame, own iron taken off; field: the Earth's, NWU [T]."""
-    own = apply(np.swapaxes(matrix(lanes.attitude), 1, 2), np.broadcast_to(field, lanes.position.shape))
+    own = apply(np.swapaxes(matrix_np(lanes.attitude), 1, 2), np.broadcast_to(field, lanes.position.shape))
     h = np.zeros((len(own), 3, SIZE))
     h[:, :, ATTITUDE] = turn.T @ skew(own)
     h[:, :, MAGNETOMETER] = np.eye(3)
@@ -82,7 +83,7 @@ def curvature(lanes: Lanes, field: Floats) -> Floats:
 
 def beacon_range(lanes: Lanes, measured: Floats, lever: Floats, beacon: Floats) -> Expected:
     """Distance `(n,)` [m] to a beacon at a known place, NWU [m]."""
-    world = matrix(lanes.attitude)
+    world = matrix_np(lanes.attitude)
     arm = np.broadcast_to(lever, lanes.position.shape)
     apart = lanes.position + apply(world, arm) - beacon
     distance = np.sqrt((apart**2).sum(axis=-1))
@@ -98,7 +99,7 @@ def beacon_place(lanes: Lanes, measured: Floats, lever: Floats, turn: Floats, be
 
     beacon: `(n, 3)` NWU [m]; age: `(n,)` since the answer was sent, in which the vehicle went on [s].
     """
-    back = np.swapaxes(matrix(lanes.attitude), 1, 2)
+    back = np.swapaxes(matrix_np(lanes.attitude), 1, 2)
     own = apply(back, beacon - lanes.position + age[:, None] * lanes.velocity)
     h = np.zeros((len(own), 3, SIZE))
     h[:, :, POSITION] = -turn.T @ back

@@ -44,17 +44,6 @@ def conjugate(q: Floats) -> Floats:
     return np.asarray(q * np.array([1.0, -1.0, -1.0, -1.0]))
 
 
-def matrix(q: Floats) -> Floats:
-    """`(n, 3, 3)`."""
-    w, x, y, z = q.T
-    rows = [
-        1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y),
-        2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x),
-        2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y),
-    ]  # fmt: skip
-    return np.stack(rows, axis=-1).reshape(-1, 3, 3)
-
-
 def skew(v: Floats) -> Floats:
     """`(n, 3, 3)` with skew(v) u = v x u."""
     x, y, z = v.T
@@ -65,10 +54,3 @@ def skew(v: Floats) -> Floats:
 def apply(m: Floats, v: Floats) -> Floats:
     """M v of `(n, 3, 3)` or `(3, 3)`, and `(n, 3)`: one small product a lane, so that its bytes do not depend on n."""
     return np.asarray((m @ v[..., None])[..., 0])
-
-
-def cross(a: Floats, b: Floats) -> Floats:
-    """a x b of `(n, 3)`, without the checks of NumPy's own."""
-    ax, ay, az = a.T
-    bx, by, bz = b.T
-    return np.stack([ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx], axis=-1)

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from pelagos import jit
 from pelagos.jit import Array
+from pelagos.math.so3 import matrix_np
 from pelagos.raycast.body_tree import tree_of
 from pelagos.raycast.caster import Caster
 from pelagos.raycast.copies import Copies, models, upright
@@ -245,7 +246,7 @@ class Scene:
         self, place: NDArray[np.float64], attitude: NDArray[np.float64]
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Corners `(b, 3)`, `(b, 3)` of the boxes, along the world's axes, about the boxes of all bodies."""
-        turn = _rotation_matrices(attitude)
+        turn = matrix_np(attitude)
         low, high = self._boxes[:, 0], self._boxes[:, 1]
         middle = place + np.einsum("bij,bj->bi", turn, (low + high) / 2)
         half = np.einsum("bij,bj->bi", np.abs(turn), (high - low) / 2)
@@ -342,16 +343,3 @@ def _array3(values: NDArray[np.float64], kind: Any) -> Array:
 
 def _array4f(values: NDArray[np.float64]) -> Array:
     return jit.Array4f(np.ascontiguousarray(values.T, dtype=np.float32))
-
-
-def _rotation_matrices(q: NDArray[np.float64]) -> NDArray[np.float64]:
-    """`(b, 4)` w first -> `(b, 3, 3)`."""
-    w, x, y, z = q.T
-    return np.stack(
-        [
-            np.stack([1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)], axis=-1),
-            np.stack([2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)], axis=-1),
-            np.stack([2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)], axis=-1),
-        ],
-        axis=-2,
-    )

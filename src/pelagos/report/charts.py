@@ -10,10 +10,11 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
+from pelagos.math.so3 import rotate_np
 from pelagos.messages.navigation import DEPTH_FIELDS, POSE_COVARIANCE
 from pelagos.messages.ranging import DVL, DVL_FIELDS, RANGE, RANGE_FIELDS, TWIST_COVARIANCE, TWIST_FIELDS
 from pelagos.report import theme
-from pelagos.report.mission import Mission, rotate
+from pelagos.report.mission import Mission
 from pelagos.report.navigation import DeadReckoning
 
 _MOST_POINTS: Final = 3000  # drawn of one series
@@ -93,7 +94,7 @@ def _depth(mission: Mission) -> Row:
     if table is not None:
         t, values = table
         pose = motion.at(t)
-        lever = rotate(pose.attitude, np.broadcast_to(mission.mount("depth")[0], (len(t), 3)))
+        lever = rotate_np(pose.attitude, np.broadcast_to(mission.mount("depth")[0], (len(t), 3)))
         series.append(Series("depth sensor", theme.SENSOR, t, -values[:, 0], -(pose.position + lever)[:, 2]))
     return Row(
         "depth", "m", motion.t, -motion.position[:, 2], series, downwards=True, error_unit="cm", error_scale=100.0
@@ -123,7 +124,7 @@ def _above_ground(
     value: NDArray[np.float64],
 ) -> Series:  # fmt: skip
     pose = mission.motion.at(t)
-    place = pose.position + rotate(pose.attitude, np.broadcast_to(mission.mount(sensor)[0], (len(t), 3)))
+    place = pose.position + rotate_np(pose.attitude, np.broadcast_to(mission.mount(sensor)[0], (len(t), 3)))
     ground = np.asarray(world.height(place[:, 0], place[:, 1]))
     return Series(name, colour, t, value, place[:, 2] - ground)
 
@@ -134,7 +135,7 @@ def _speed(mission: Mission) -> Row:
     table = mission.table("dvl", TWIST_COVARIANCE, TWIST_FIELDS)
     if table is not None:
         t, values = table
-        body = rotate(mission.mount("dvl")[1], values[:, :3])
+        body = rotate_np(mission.mount("dvl")[1], values[:, :3])
         series.append(Series("DVL, forward", theme.SENSOR, t, body[:, 0], motion.at(t).velocity[:, 0]))
     return Row(
         "forward speed over ground",

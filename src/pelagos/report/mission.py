@@ -12,6 +12,7 @@ import yaml
 from numpy.typing import NDArray
 
 from pelagos.math.frames import enu_to_nwu_np, quaternion_enu_to_nwu_np
+from pelagos.math.so3 import euler_np
 from pelagos.messages.motion import ODOMETRY_FIELDS
 from pelagos.sim.replay import Channel, Recording
 
@@ -44,7 +45,7 @@ class RecordedMotion:
     @property
     def euler(self) -> NDArray[np.float64]:
         """`(k, 3)` roll, pitch, yaw of the body FLU in NWU [rad]; positive pitch looks down."""
-        return euler(self.attitude)
+        return euler_np(self.attitude)
 
 
 @dataclass(frozen=True)
@@ -141,22 +142,6 @@ def missions(recording: Recording) -> list[Mission]:
     """The agents of a recording: of the first copy, where a fleet was recorded."""
     names = [t[1 : -len("/truth")] for t in recording.topics("/truth")]
     return [Mission(recording, name) for name in names if not name.startswith("env") or name.startswith("env0/")]
-
-
-def rotate(q: NDArray[np.float64], v: NDArray[np.float64]) -> NDArray[np.float64]:
-    """R(q) v for `(..., 4)` w first and `(..., 3)`."""
-    w, u = q[..., :1], q[..., 1:]
-    t = 2.0 * np.cross(u, v)
-    return np.asarray(v + w * t + np.cross(u, t))
-
-
-def euler(q: NDArray[np.float64]) -> NDArray[np.float64]:
-    """`(..., 3)` roll, pitch, yaw [rad] of R = Rz Ry Rx."""
-    w, x, y, z = np.moveaxis(q, -1, 0)
-    roll = np.arctan2(2 * (w * x + y * z), 1 - 2 * (x * x + y * y))
-    pitch = np.arcsin(np.clip(2 * (w * y - z * x), -1.0, 1.0))
-    yaw = np.arctan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))
-    return np.stack([roll, pitch, yaw], axis=-1)
 
 
 def _interpolated(

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from pelagos.math.constants import GRAVITY
 from pelagos.math.geodesy import GeoOrigin
 from pelagos.math.geomagnetism import earth_field
+from pelagos.math.so3 import rotate_np
 from pelagos.messages.navigation import (
     DEPTH_FIELDS,
     FIX_FIELDS,
@@ -29,7 +30,7 @@ from pelagos.messages.navigation import (
     POSE_COVARIANCE,
 )
 from pelagos.messages.ranging import TWIST_COVARIANCE, TWIST_FIELDS
-from pelagos.report.mission import Mission, RecordedMotion, rotate
+from pelagos.report.mission import Mission, RecordedMotion
 
 STEP_S: Final = 0.05  # the gyroscopes are averaged over this
 LEVEL_TIME_S: Final = 20.0
@@ -100,7 +101,7 @@ def dead_reckoning(mission: Mission) -> DeadReckoning | None:
     t, rate, force = _averaged(*imu, mission)
     velocity = _dvl_on(t, *dvl, rate, mission)
     attitude = _attitude(t, rate, force, velocity, _headings(mission, t), truth)
-    world = rotate(attitude, velocity)
+    world = rotate_np(attitude, velocity)
     start, source = _start(mission, truth, t)
     position = start + np.concatenate([np.zeros((1, 3)), np.cumsum(world[:-1] * np.diff(t)[:, None], axis=0)])
     depth = mission.table("depth", POSE_COVARIANCE, DEPTH_FIELDS)
@@ -122,7 +123,7 @@ def _averaged(
     blocks = values[: count * width].reshape(count, width, -1).mean(axis=1)
     times = t[: count * width].reshape(count, width)[:, 0]
     q = mission.mount("imu")[1]
-    return times, rotate(q, blocks[:, :3]), rotate(q, blocks[:, 3:6])
+    return times, rotate_np(q, blocks[:, :3]), rotate_np(q, blocks[:, 3:6])
 
 
 def _dvl_on(
@@ -131,7 +132,7 @@ def _dvl_on(
 ) -> NDArray[np.float64]:  # fmt: skip
     """`(k, 3)` velocity of the body's origin FLU [m/s]: the DVL's, turned by its mount, less its lever arm."""
     lever, q = mission.mount("dvl")
-    body = rotate(q, values[:, :3])
+    body = rotate_np(q, values[:, :3])
     at_steps = np.stack([np.interp(t, times, column) for column in body.T], axis=-1)
     return at_steps - np.cross(rate, lever)
 
@@ -141,7 +142,7 @@ def _headings(mission: Mission, t: NDArray[np.float64]) -> NDArray[np.float64] |
     found = mission.table("magnetometer", MAGNETIC_FIELD, MAGNETIC_FIELDS)
     if found is None or len(found[0]) < 2:
         return None
-    body = rotate(mission.mount("magnetometer")[1], found[1])
+    body = rotate_np(mission.mount("magnetometer")[1], found[1])
     columns = [np.interp(t, found[0], column) for column in body.T]
     return np.stack([*columns, np.full(len(t), declination(mission))], axis=-1)
 
@@ -158,7 +159,7 @@ def _attitude(
     if field is None:
         yaw = float(truth.euler[0, 2])
     else:
-        x, y, _ = rotate(np.array(q), field[0, :3]).tolist()
+        x, y, _ = rotate_np(np.array(q), field[0, :3]).tolist()
         yaw = field[0, 3] - math.atan2(y, x)
     q = _from_euler(roll, pitch, yaw)
     out = np.empty((len(t), 4))
@@ -210,7 +211,7 @@ def _start(mission: Mission, truth: RecordedMotion, t: NDArray[np.float64]) -> t
     times, positions = fixes(mission)
     if len(times) and times[0] - t[0] <= 2.0:
         first = truth.at(times[:1])
-        antenna = rotate(first.attitude, mission.mount("gps")[0][None])
+        antenna = rotate_np(first.attitude, mission.mount("gps")[0][None])
         moved = first.position - truth.at(t[:1]).position
         return (positions[:1] - antenna - moved)[0], "gps"
     return truth.at(t[:1]).position[0], "truth"

@@ -9,9 +9,10 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from pelagos.math.so3 import rotate_np
 from pelagos.messages.point_cloud import POINT_CLOUD
 from pelagos.messages.soundings import POINT
-from pelagos.report.mission import Mission, rotate
+from pelagos.report.mission import Mission
 
 CELLS: Final = 460  # along the longer side of a map
 Height = Callable[[NDArray[np.float64], NDArray[np.float64]], NDArray[np.float64]]
@@ -66,8 +67,8 @@ def collect(mission: Mission) -> Soundings | None:
     local = np.stack([np.stack([c["x"], c["y"], c["z"]], axis=-1) for c in clouds]).astype(np.float64)  # (p, beams, 3)
     position, q = mission.mounts[found[0].about["sensor"]]
     pose = mission.motion.at(t)
-    body = rotate(q, local) + position
-    world = rotate(pose.attitude[:, None, :], body) + pose.position[:, None, :]
+    body = rotate_np(q, local) + position
+    world = rotate_np(pose.attitude[:, None, :], body) + pose.position[:, None, :]
     finite = np.isfinite(world).all(axis=-1)
     return Soundings(world[finite], len(recorded), local.shape[1]) if finite.any() else None
 

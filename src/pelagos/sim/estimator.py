@@ -17,9 +17,10 @@ from numpy.typing import NDArray
 from pelagos.config.navigation import EkfNavigation
 from pelagos.errors import LookupFailed, ScenarioError
 from pelagos.math.constants import GRAVITY
+from pelagos.math.so3 import cross_np, matrix_np
 from pelagos.navigation import measurement
 from pelagos.navigation.error_state import ATTITUDE, InertialNoise, Lanes, SlowNoise
-from pelagos.navigation.rotation import Floats, apply, cross, from_vector, matrix, product
+from pelagos.navigation.rotation import Floats, apply, from_vector, product
 from pelagos.sensors.navigation.magnetometer import earth_field_of
 from pelagos.sim.guidance.aboard import Fix
 from pelagos.sim.heard import Heard, heard_of, part_of, side_by_side
@@ -73,9 +74,9 @@ class Estimator:
     def _start(self, state: AgentState, std: Floats, model: Model, name: str) -> Lanes:
         """The known start: the true one with errors of its standard deviations, drawn by seed, copy and agent."""
         lanes = Lanes.at(state.position, np.zeros((self._n, 3)), state.attitude, std)
-        r = matrix(state.attitude)
+        r = matrix_np(state.attitude)
         lanes.position = state.position + apply(r, np.broadcast_to(self._lever, (self._n, 3)))
-        turning = cross(state.angular_velocity, np.broadcast_to(self._lever, (self._n, 3)))
+        turning = cross_np(state.angular_velocity, np.broadcast_to(self._lever, (self._n, 3)))
         lanes.velocity = apply(r, state.velocity + turning)
         path = [model.seed, *name.encode()]
         draws = np.stack([
@@ -93,15 +94,15 @@ class Estimator:
     def fix(self) -> Fix:
         """The newest solution, of the vehicle's origin."""
         position, _, velocity = self.motion
-        x, y = matrix(self.lanes.attitude)[:, :2, 0].T
+        x, y = matrix_np(self.lanes.attitude)[:, :2, 0].T
         return Fix(position, -np.arctan2(y, x), velocity)
 
     @property
     def motion(self) -> tuple[Floats, Floats, Floats]:
         """Position `(n, 3)` NWU [m], attitude `(n, 4)`, velocity `(n, 3)` NWU [m/s] of the vehicle's origin."""
-        r = matrix(self.lanes.attitude)
+        r = matrix_np(self.lanes.attitude)
         arm = np.broadcast_to(self._lever, (self._n, 3))
-        turning = apply(r, cross(self.lanes.rate, arm))
+        turning = apply(r, cross_np(self.lanes.rate, arm))
         return self.lanes.position - apply(r, arm), self.lanes.attitude, self.lanes.velocity - turning
 
     @property
@@ -311,7 +312,7 @@ def _beacons(config: EkfNavigation, agent: AgentModel, model: Model) -> dict[str
 
 def _turn(config: Any) -> Floats:
     """`(3, 3)` sensor vectors to body vectors."""
-    return np.asarray(matrix(np.array([config.q_body_sensor]))[0])
+    return np.asarray(matrix_np(np.array(config.q_body_sensor)))
 
 
 def _inertial_noise(imu: Any) -> InertialNoise:

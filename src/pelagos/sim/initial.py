@@ -14,7 +14,7 @@ from pelagos import jit
 from pelagos.config.agent import Start
 from pelagos.errors import CommandError, LookupFailed, ScenarioError
 from pelagos.math.frames import flip_quaternion_np
-from pelagos.math.so3 import from_euler, rotate_np
+from pelagos.math.so3 import from_euler, rotate_np, yaw_np
 from pelagos.ocean.ocean import Ocean
 from pelagos.sim.bodies import rows, unit_rows
 from pelagos.sim.model import AgentModel, Model
@@ -129,18 +129,12 @@ def on_its_sea(agent: AgentModel, ocean: Ocean, begin: StartState, state: StartS
     if not _rides(agent, ocean):
         return state
     copy = np.arange(len(state.position), dtype=np.uint32)
-    was, moved = _surface(agent, ocean.with_(own_waves=None), begin.position, _heading(begin), copy)
-    height, motion = _surface(agent, ocean, state.position, _heading(state), copy)
+    was, moved = _surface(agent, ocean.with_(own_waves=None), begin.position, -yaw_np(begin.attitude), copy)
+    height, motion = _surface(agent, ocean, state.position, -yaw_np(state.attitude), copy)
     position = state.position + np.outer(height - was, (0, 0, 1))
     to_body = [s.attitude * (1, -1, -1, -1) for s in (state, begin)]
     velocity = state.velocity + rotate_np(to_body[0], motion) - rotate_np(to_body[1], moved)
     return replace(state, position=position, velocity=velocity)
-
-
-def _heading(state: StartState) -> NDArray[np.float64]:
-    """Compass headings `(n,)` [rad]."""
-    w, x, y, z = state.attitude.T
-    return np.asarray(-np.arctan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z)))
 
 
 def _surface(

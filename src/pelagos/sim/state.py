@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from pelagos import jit
 from pelagos.errors import CommandError, UnknownKey
 from pelagos.jit import Array
+from pelagos.math.so3 import euler_np
 from pelagos.sim.trajectory import CHANNELS
 
 if TYPE_CHECKING:
@@ -74,11 +75,7 @@ class AgentState:
     @property
     def euler(self) -> NDArray[np.float64]:
         """`(n, 3)` roll, pitch, yaw [rad] of FLU in NWU (yaw counter-clockwise from north, pitch positive down)."""
-        w, x, y, z = np.moveaxis(self.attitude, -1, 0)
-        roll = np.arctan2(2 * (w * x + y * z), 1 - 2 * (x * x + y * y))
-        pitch = np.arcsin(np.clip(2 * (w * y - z * x), -1.0, 1.0))
-        yaw = np.arctan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))
-        return np.stack([roll, pitch, yaw], axis=-1)
+        return euler_np(self.attitude)
 
 
 class States(Mapping[str, AgentState]):

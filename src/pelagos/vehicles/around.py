@@ -10,7 +10,8 @@ from pelagos import jit
 from pelagos.hydro.algebra import Matrix, Vector, add, matvec, minus, scaled, transpose
 from pelagos.jit import Array
 from pelagos.math.frames import flip_yz
-from pelagos.vehicles.flow import Flow, Seaway, make_flow, rotation_from_quaternion
+from pelagos.math.so3 import matrix
+from pelagos.vehicles.flow import Flow, Seaway, make_flow
 from pelagos.vehicles.integrate import Rigid
 from pelagos.vehicles.stream import Stream, current_at, stream_at
 from pelagos.vehicles.tables import Tables
@@ -59,7 +60,7 @@ def flow_around(config: VehicleConfig, model: Model, rigid: Rigid, ocean: Any, t
 
 
 def _water(config: VehicleConfig, model: Model, rigid: Rigid, ocean: Any, t: Array, tables: Tables | None) -> Flow:
-    rotation = rotation_from_quaternion(rigid.attitude)
+    rotation = matrix(rigid.attitude)
     how = config.current_rotation
     if ocean is None:
         return make_flow(rigid.position, rotation, rigid.nu, (0.0, 0.0, 0.0), current_rotation=how)

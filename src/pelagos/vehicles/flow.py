@@ -154,13 +154,3 @@ def rotation_from_euler(roll: Array, pitch: Array, yaw: Array) -> list[list[Arra
         [sy * cp, cy * cr + sr * sp * sy, sp * sy * cr - cy * sr],
         [-sp, cp * sr, cp * cr],
     ]
-
-
-def rotation_from_quaternion(q: Array) -> list[list[Array]]:
-    """R of the unit quaternion (w, x, y, z)."""
-    w, x, y, z = q[0], q[1], q[2], q[3]
-    return [
-        [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
-        [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
-        [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
-    ]

@@ -17,6 +17,7 @@ from pelagos import jit
 from pelagos.errors import CommandError, LookupFailed
 from pelagos.hydro.algebra import Vector, add, minus, scaled
 from pelagos.jit import Array
+from pelagos.math import so3
 from pelagos.math.frames import flip_quaternion_np, flip_yz_np
 from pelagos.raycast.geometry import Geometry
 from pelagos.vehicles.actuators.t200 import t200_tables
@@ -25,7 +26,7 @@ from pelagos.vehicles.books import Accelerations
 from pelagos.vehicles.build import build_model, build_modes
 from pelagos.vehicles.config import VehicleConfig
 from pelagos.vehicles.control.controller import Controller, Demand
-from pelagos.vehicles.flow import Flow, rotation_from_quaternion
+from pelagos.vehicles.flow import Flow
 from pelagos.vehicles.integrate import Rigid, runge_kutta, semi_implicit
 from pelagos.vehicles.load import merged
 from pelagos.vehicles.model import Model
@@ -278,7 +279,7 @@ class Vehicle:
             return self.model.nu_dot(here, self.model.limited(states), outside, tables, over)
 
         if self.config.integrator == "runge_kutta":
-            new, nu_dot = runge_kutta(rigid, accelerate, h, rotation_from_quaternion)
+            new, nu_dot = runge_kutta(rigid, accelerate, h, so3.matrix)
         else:
             new, nu_dot = semi_implicit(rigid, accelerate, flow.rotation, h)
         moved = [f64(a) for a in [*self.model.advanced(moved, commands, h), *radiation]]

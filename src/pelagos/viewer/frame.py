@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pelagos.drawing.sample import Sample
+from pelagos.math.so3 import euler_np, matrix_np
 
 _LOST_S: Final = 1.0  # a sensor that says nothing for longer than this, and than so many of its intervals, is lost
 _INTERVALS: Final = 3
@@ -38,16 +39,13 @@ class ShownPose:
 
     def to_world(self, points: NDArray[np.floating]) -> NDArray[np.float64]:
         """Points `(m, 3)` of the body's frame in the world [m]."""
-        return np.asarray(points, dtype=np.float64) @ matrix(self.attitude).T + self.position
+        return np.asarray(points, dtype=np.float64) @ matrix_np(self.attitude).T + self.position
 
     @property
     def euler(self) -> tuple[float, float, float]:
         """Roll, pitch and heading of the compass [deg]; pitch positive up."""
-        w, x, y, z = self.attitude
-        roll = np.arctan2(2 * (w * x + y * z), 1 - 2 * (x * x + y * y))
-        pitch = np.arcsin(np.clip(2 * (w * y - z * x), -1.0, 1.0))
-        yaw = np.arctan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))
-        return float(np.degrees(roll)), float(-np.degrees(pitch)), float(-np.degrees(yaw) % 360)
+        roll, pitch, yaw = np.degrees(euler_np(self.attitude)).tolist()
+        return roll, -pitch, -yaw % 360
 
 
 @dataclass(frozen=True)
@@ -79,16 +77,6 @@ class ShownFrame:
     samples: Sequence[Placed] = ()
     status: Mapping[str, Any] = field(default_factory=dict)
     jump: bool = False
-
-
-def matrix(attitude: NDArray[np.float64]) -> NDArray[np.float64]:
-    """`(3, 3)` rotation matrix of a unit quaternion (w, x, y, z)."""
-    w, x, y, z = attitude
-    return np.array([
-        [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
-        [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
-        [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
-    ])  # fmt: skip
 
 
 def times(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -11,11 +11,12 @@ from numpy.typing import NDArray
 
 from pelagos.drawing.sample import CAMERAS, Sample, cloud, numbers_of, photograph, swath_of, waterfall_line
 from pelagos.math.frames import enu_to_nwu_np, quaternion_enu_to_nwu_np
+from pelagos.math.so3 import matrix_np
 from pelagos.messages.fan import copper
 from pelagos.messages.sonar_image import eight_bits
 from pelagos.sensors.sensor import SensorConfig
 from pelagos.sim.replay import Recorded
-from pelagos.viewer.frame import ShownPose, matrix
+from pelagos.viewer.frame import ShownPose
 from pelagos.world.world import World
 
 _PIXELS: Final = {"32F": np.float32, "8U": np.uint8, "16U": np.uint16, "16S": np.int16, "32S": np.int32}
@@ -51,7 +52,8 @@ def truth_at(config: Any, pose: ShownPose, world: World) -> dict[str, float]:
         return {"depth [m]": -float(pose.to_world(np.asarray(config.position_m))[2])}
     if config.type != "altimeter":
         return {}
-    eye, axis = pose.to_world(np.stack([config.position_m, config.position_m - matrix(config.q_body_sensor)[:, 2]]))
+    down = matrix_np(np.asarray(config.q_body_sensor))[:, 2]
+    eye, axis = pose.to_world(np.stack([config.position_m, config.position_m - down]))
     hits = world.cast(eye[None], (axis - eye)[None], config.range_max_m)
     return {"range [m]": float(hits.t[0])} if hits.valid[0] else {}
 

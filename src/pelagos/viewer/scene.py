@@ -14,11 +14,12 @@ from numpy.typing import NDArray
 
 from pelagos.drawing.colours import DEPTHS, display, painted
 from pelagos.drawing.sample import CAMERAS, FANS
+from pelagos.math.so3 import matrix_np
 from pelagos.messages.fan import copper
 from pelagos.sensors.sensor import SensorConfig
 from pelagos.vehicles.vehicle import Vehicle
 from pelagos.viewer.cloud import Cloud
-from pelagos.viewer.frame import Placed, ShownFrame, ShownPose, matrix, old_after_s
+from pelagos.viewer.frame import Placed, ShownFrame, ShownPose, old_after_s
 from pelagos.viewer.ground import NestedGrids, Patch
 from pelagos.viewer.hub import Hub
 from pelagos.viewer.hull import Model3d, model_3d
@@ -273,7 +274,7 @@ class Scene:
         sample, sight = placed.sample, self._sights.get(placed.sample.name)
         config = self._sensors.get(sample.name)
         if sample.points is not None and sample.name in self._clouds and config is not None:
-            body = sample.points @ matrix(np.asarray(config.q_body_sensor)).T + np.asarray(config.position_m)
+            body = sample.points @ matrix_np(np.asarray(config.q_body_sensor)).T + np.asarray(config.position_m)
             self._clouds[sample.name].add(placed.pose.to_world(body), sample.colours)
         if sight is None or sample.name in self._hidden:
             return

@@ -7,11 +7,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, Final
 
+import numpy as np
 from drjit.scalar import Array3f64, Array4f64
 
-from pelagos.bridges.autopilot import Three, euler_of
+from pelagos.bridges.autopilot import Three
 from pelagos.bridges.instruments.dvl_velocity import DvlVelocity
-from pelagos.math.so3 import multiply, rotate
+from pelagos.math.so3 import euler_np, multiply, rotate
 
 ORIGIN: Final = (0.0, 0.0, 0.0)
 
@@ -52,8 +53,9 @@ class Reckoning:
         ahead, right, down_m = (
             p + 0.5 * (a + b) * step_s for p, a, b in zip(self.position, known, velocity, strict=True)
         )
+        roll, pitch, yaw = euler_np(np.array([float(c) for c in turned])).tolist()
         return Reckoning(
-            (ahead, right, down_m), euler_of([float(c) for c in turned]),
+            (ahead, right, down_m), (roll, pitch, yaw),
             self.variance_m2 + (dvl.merit_mps * step_s) ** 2, dvl.velocity is not None, began, dvl.t_ns, velocity,
         )  # fmt: skip
 

@@ -11,10 +11,11 @@ from numpy.typing import NDArray
 from pelagos.compat.holoocean.agent_type import AgentType, Scheme
 from pelagos.compat.holoocean.agent_types import AGENT_TYPES
 from pelagos.compat.holoocean.exceptions import HoloOceanException, three
-from pelagos.compat.holoocean.frames import degrees_of, matrix_of_quaternion, quaternion_of
+from pelagos.compat.holoocean.frames import degrees_of, quaternion_of
 from pelagos.compat.holoocean.names import identifier
 from pelagos.compat.holoocean.spaces import ActionSpace, ContinuousActionSpace, DiscreteActionSpace
 from pelagos.errors import did_you_mean
+from pelagos.math.so3 import matrix_np
 
 if TYPE_CHECKING:
     from pelagos.compat.holoocean.environments import HoloOceanEnvironment
@@ -232,7 +233,7 @@ class HoloOceanAgent:
             turned = quaternion_of(asked["rotation"])
         elif "location" in asked and "velocity" not in asked:
             return {"position": asked["location"]}
-        before, after = matrix_of_quaternion(state.attitude[0]), matrix_of_quaternion(turned)
+        before, after = matrix_np(state.attitude[0]), matrix_np(turned)
         made: dict[str, Any] = {"attitude": turned}
         if "location" in asked:
             made["position"] = asked["location"]
@@ -257,7 +258,7 @@ def _space(scheme: Scheme) -> ActionSpace:
 
 def rotation_of(agent: HoloOceanAgent) -> NDArray[np.float64]:
     """Roll, pitch, yaw of an agent now [deg]."""
-    return degrees_of(matrix_of_quaternion(agent.env.pelagos.state[agent.native_name].attitude[0]))
+    return degrees_of(matrix_np(agent.env.pelagos.state[agent.native_name].attitude[0]))
 
 
 def _make_classes() -> dict[str, type[HoloOceanAgent]]:

@@ -15,10 +15,10 @@ from numpy.typing import NDArray
 
 from pelagos import jit
 from pelagos.compat.holoocean.advice import Advice
-from pelagos.compat.holoocean.frames import matrix_of_quaternion
 from pelagos.compat.holoocean.torpedo_agents import FIN_AT
 from pelagos.errors import did_you_mean
 from pelagos.math.frames import flip_yz_np
+from pelagos.math.so3 import matrix_np
 from pelagos.vehicles.state import VehicleState
 from pelagos.vehicles.vehicle import Vehicle
 
@@ -121,7 +121,7 @@ class _Fossen:
 
     def accelerate(self, position: Array, q: Array, velocity: Array, turn: Array) -> Array:
         """`(6,)` accelerations in the world of the step from a state in the world NWU; q is (w, x, y, z)."""
-        rotation = matrix_of_quaternion(q)
+        rotation = matrix_np(q)
         parts = {
             "position": position[None], "attitude": q[None],
             "velocity": (rotation.T @ velocity)[None], "angular_velocity": (rotation.T @ turn)[None],

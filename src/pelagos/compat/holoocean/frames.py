@@ -50,18 +50,6 @@ def quaternion_of(rotation: Sequence[float] | Array) -> Array:
     return np.array([float(c) for c in from_euler(*(math.radians(float(a)) for a in rotation))])
 
 
-def matrix_of_quaternion(q: Array) -> Array:
-    """`(3, 3)` of (w, x, y, z)."""
-    w, x, y, z = q.tolist()
-    return np.array(
-        [
-            [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
-            [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
-            [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
-        ]
-    )
-
-
 def start_of(location: Sequence[float], rotation: Sequence[float]) -> dict[str, Any]:
     """The native `start` of an agent: compass heading and nose-up pitch."""
     roll, pitch, yaw = degrees_of(matrix_of(rotation))

@@ -13,6 +13,7 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from pelagos.math.so3 import matrix_np, yaw_np
 from pelagos.world.world import World
 
 TURTLE_LIMITS: Final = np.array([160.0, 35.0])
@@ -83,8 +84,7 @@ def husky_wrench(action: ArrayLike) -> NDArray[np.float64]:
 
 def righted(position: ArrayLike, attitude: ArrayLike) -> dict[str, Any]:
     """Arguments of `Simulation.set_state` that put an agent `(3,)`, `(4,)` on its wheels, at rest, with its heading."""
-    w, x, y, z = (float(v) for v in np.ravel(attitude))
-    yaw = math.atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))
+    yaw = float(yaw_np(np.ravel(attitude)))
     place = np.asarray(position, dtype=np.float64).reshape(3) + np.array([0.0, 0.0, 0.3])
     return {
         "position": place, "attitude": np.array([math.cos(yaw / 2), 0.0, 0.0, math.sin(yaw / 2)]),
@@ -118,10 +118,7 @@ def sphere_moved(
     w, x, y, z = (float(v) for v in np.ravel(attitude))
     c, s = math.cos(half), math.sin(half)
     turned = np.array([c * w - s * z, c * x - s * y, c * y + s * x, c * z + s * w])
-    w, x, y, z = turned
-    ahead = np.array([1 - 2 * (y * y + z * z), 2 * (x * y + w * z), 2 * (x * z - w * y)]) * math.copysign(
-        1.0, forward_m
-    )
+    ahead = matrix_np(turned)[:, 0] * math.copysign(1.0, forward_m)
     place = np.asarray(position, dtype=np.float64).reshape(3)
     return _at_rest(place + _free(world, place, ahead, abs(forward_m)) * ahead, turned)
 

@@ -7,7 +7,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from pelagos.compat.holoocean.frames import matrix_of_quaternion
+from pelagos.math.so3 import matrix_np
 from pelagos.sim.state import ANGULAR_VELOCITY, ATTITUDE, POSITION, VELOCITY
 
 Array = NDArray[np.float64]
@@ -32,7 +32,7 @@ class AgentMotion:
     @cached_property
     def rotation(self) -> Array:
         """`(3, 3)` body FLU to world."""
-        return matrix_of_quaternion(self._row[ATTITUDE])
+        return matrix_np(self._row[ATTITUDE])
 
     @property
     def attitude(self) -> Array:

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field
 
-from pelagos.math.so3 import from_euler
+from pelagos.math.so3 import from_euler, matrix
 from pelagos.vehicles.part import Number, PartConfig, Positive, Three
 from pelagos.vehicles.shape.mesh import Mesh, Points, box, joined, placed, revolved, slab
 
@@ -106,12 +106,7 @@ def _on_spine(points: Points, tips: Points) -> Points:
 
 
 def _rotation(roll: float, pitch: float, yaw: float) -> Points:
-    w, x, y, z = (float(c) for c in from_euler(roll, pitch, yaw))
-    return np.array([
-        [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
-        [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
-        [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
-    ])  # fmt: skip
+    return np.array(matrix([float(c) for c in from_euler(roll, pitch, yaw)]))
 
 
 def _scaled(mesh: Mesh, size: Points) -> Mesh:
