@@ -11,7 +11,8 @@ import pytest
 import pelagos as pl
 from pelagos.config import registry
 from pelagos.drawing.sample import Sample, sample_of, waterfall_line
-from pelagos.viewer.frame import ShownPose, between, times
+from pelagos.math.rotation import product
+from pelagos.viewer.frame import ShownPose, between
 from pelagos.viewer.ground import CELLS, NestedGrids
 from pelagos.viewer.hull import model_3d
 from pelagos.viewer.panels import Panel
@@ -95,7 +96,7 @@ def test_pose_between_two_others() -> None:
     middle = between((100, a), (300, b), 200)
     assert middle.position == pytest.approx([2.0, 0.0, -5.5])
     assert abs(middle.euler[2] - (360 - 20)) < 0.01
-    turned = times(b.attitude, b.attitude)
+    turned = product(b.attitude, b.attitude)
     assert ShownPose(a.position, turned).euler[2] == pytest.approx(360 - 80, abs=1e-9)
 
 

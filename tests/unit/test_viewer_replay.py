@@ -13,12 +13,13 @@ import pelagos as pl
 from pelagos.config import registry
 from pelagos.config.loader import load_scenario
 from pelagos.errors import InputError, LookupFailed, NoRecording
+from pelagos.math.rotation import product
 from pelagos.sensors.sensor import Reading
 from pelagos.sim.record import Recorder
 from pelagos.sim.replay import Recording
 from pelagos.viewer.course import Course
 from pelagos.viewer.film import FilmOptions, make_film
-from pelagos.viewer.frame import ShownPose, times
+from pelagos.viewer.frame import ShownPose
 from pelagos.viewer.marks import legs, marks
 from pelagos.viewer.recorded import truth_at
 from pelagos.viewer.replay import Replay, replay_view, subject_of
@@ -195,7 +196,7 @@ def test_truth_in_a_recording_is_that_at_the_sensor():
     rolled, pitched = (
         np.array([np.cos(roll / 2), np.sin(roll / 2), 0, 0]), np.array([np.cos(pitch / 2), 0, np.sin(pitch / 2), 0])
     )  # fmt: skip
-    pose = ShownPose(np.array([3.0, -4.0, -5.0]), times(pitched, rolled))
+    pose = ShownPose(np.array([3.0, -4.0, -5.0]), product(pitched, rolled))
     scenario = load_scenario({"world": {"type": "flat", "depth_m": 12.0}, "agents": {"a": {"vehicle": "remus100"}}})
     world = build_world(scenario.located_world)
     at = [0.5, -0.2, -0.1]

@@ -8,10 +8,10 @@ from scipy.stats import chi2
 
 import pelagos as pl
 from pelagos.errors import ScenarioError
+from pelagos.math.rotation import apply, conjugate, from_vector, product, skew, to_vector
 from pelagos.math.so3 import matrix_np
 from pelagos.navigation import measurement
 from pelagos.navigation.error_state import SIZE, InertialNoise, Lanes, SlowNoise
-from pelagos.navigation.rotation import apply, conjugate, from_vector, product, skew, to_vector
 
 QUIET = InertialNoise(0, 0, 0, 0, 0, 0, 0, 0)
 SLOW = SlowNoise((0.0,) * 7, (300.0,) * 3 + (1e9,) * 4)

@@ -11,8 +11,8 @@ from sonar_scenes import DT_NS, at, context, plane, still_water
 
 from pelagos import jit
 from pelagos.math.geodesy import GeoOrigin
+from pelagos.math.rotation import conjugate, from_vector, product, to_vector
 from pelagos.navigation.error_state import SIZE, InertialNoise, Lanes, SlowNoise
-from pelagos.navigation.rotation import conjugate, from_vector, product, to_vector
 from pelagos.ocean.config import OceanConfig, build_ocean
 from pelagos.report.swarm import Swarm
 from pelagos.sensors.example_motion import lanes

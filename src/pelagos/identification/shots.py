@@ -21,6 +21,7 @@ from pelagos.identification.constants import Place, with_numbers
 from pelagos.identification.coordinates import COORDINATES
 from pelagos.identification.parameters import Compiled
 from pelagos.jit import Array
+from pelagos.math.rotation import from_vector, product
 from pelagos.math.so3 import matrix, matrix_np
 from pelagos.vehicles.model import Model
 from pelagos.vehicles.state import VehicleState
@@ -257,13 +258,6 @@ def _directions(
 
 def turned(q: NDArray[np.float64], by: NDArray[np.float64]) -> NDArray[np.float64]:
     """Attitudes `(s, 4)` after a turn `(s, 3)` about body axes [rad]."""
-    half = 0.5 * np.linalg.norm(by, axis=1)
-    scale = 0.5 * np.sinc(half / np.pi)
-    w, (i, j, k) = np.cos(half), (by * scale[:, None]).T
-    a, b, c, d = q.T
-    new = np.stack([
-        a * w - b * i - c * j - d * k, a * i + b * w + c * k - d * j, a * j - b * k + c * w + d * i,
-        a * k + b * j - c * i + d * w,
-    ], -1)  # fmt: skip
+    new = product(q, from_vector(by))
     unit: NDArray[np.float64] = new / np.linalg.norm(new, axis=1, keepdims=True)
     return unit

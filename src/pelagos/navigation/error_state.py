@@ -23,8 +23,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pelagos.math.constants import GRAVITY
+from pelagos.math.rotation import Floats, apply, from_vector, product, skew
 from pelagos.math.so3 import matrix_np
-from pelagos.navigation.rotation import Floats, apply, from_vector, product, skew
 
 SIZE: Final = 22
 POSITION: Final = slice(0, 3)

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from pelagos.math.rotation import Floats, apply, skew
 from pelagos.math.so3 import cross_np, matrix_np
 from pelagos.navigation.error_state import (
     ATTITUDE,
@@ -21,7 +22,6 @@ from pelagos.navigation.error_state import (
     VELOCITY,
     Lanes,
 )
-from pelagos.navigation.rotation import Floats, apply, skew
 
 Expected = tuple[Floats, Floats]
 

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from pelagos.math.constants import GRAVITY
 from pelagos.math.geodesy import GeoOrigin
 from pelagos.math.geomagnetism import earth_field
-from pelagos.math.so3 import rotate_np
+from pelagos.math.so3 import from_euler, rotate_np
 from pelagos.messages.navigation import (
     DEPTH_FIELDS,
     FIX_FIELDS,
@@ -155,13 +155,13 @@ def _attitude(
     up = force - np.cross(rate, velocity)  # less the centripetal acceleration, gravity alone is left
     roll = math.atan2(up[0, 1], up[0, 2])
     pitch = math.atan2(-up[0, 0], math.hypot(up[0, 1], up[0, 2]))
-    q = _from_euler(roll, pitch, 0.0)
+    q = from_euler(roll, pitch, 0.0)
     if field is None:
         yaw = float(truth.euler[0, 2])
     else:
         x, y, _ = rotate_np(np.array(q), field[0, :3]).tolist()
         yaw = field[0, 3] - math.atan2(y, x)
-    q = _from_euler(roll, pitch, yaw)
+    q = from_euler(roll, pitch, yaw)
     out = np.empty((len(t), 4))
     ups, rates = up.tolist(), rate.tolist()
     fields = field.tolist() if field is not None else None
@@ -195,15 +195,6 @@ def _turned(
     )  # fmt: skip
     norm = math.sqrt(w * w + x * x + y * y + z * z)
     return w / norm, x / norm, y / norm, z / norm
-
-
-def _from_euler(roll: float, pitch: float, yaw: float) -> tuple[float, float, float, float]:
-    cr, sr, cp, sp = math.cos(roll / 2), math.sin(roll / 2), math.cos(pitch / 2), math.sin(pitch / 2)
-    cy, sy = math.cos(yaw / 2), math.sin(yaw / 2)
-    return (
-        cr * cp * cy + sr * sp * sy, sr * cp * cy - cr * sp * sy, cr * sp * cy + sr * cp * sy,
-        cr * cp * sy - sr * sp * cy,
-    )  # fmt: skip
 
 
 def _start(mission: Mission, truth: RecordedMotion, t: NDArray[np.float64]) -> tuple[NDArray[np.float64], str]:

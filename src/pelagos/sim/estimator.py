@@ -17,10 +17,10 @@ from numpy.typing import NDArray
 from pelagos.config.navigation import EkfNavigation
 from pelagos.errors import LookupFailed, ScenarioError
 from pelagos.math.constants import GRAVITY
+from pelagos.math.rotation import Floats, apply, from_vector, product
 from pelagos.math.so3 import cross_np, matrix_np
 from pelagos.navigation import measurement
 from pelagos.navigation.error_state import ATTITUDE, InertialNoise, Lanes, SlowNoise
-from pelagos.navigation.rotation import Floats, apply, from_vector, product
 from pelagos.sensors.navigation.magnetometer import earth_field_of
 from pelagos.sim.guidance.aboard import Fix
 from pelagos.sim.heard import Heard, heard_of, part_of, side_by_side

@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 
 from pelagos import jit
 from pelagos.jit import Array
+from pelagos.math.rotation import product
 from pelagos.math.so3 import multiply, rotate, rotate_back, rotate_np
-from pelagos.navigation.rotation import product
 from pelagos.sensors.sensor import Kinematics, SensorConfig
 from pelagos.sim.set_points import exact, vectors
 

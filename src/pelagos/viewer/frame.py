@@ -79,16 +79,6 @@ class ShownFrame:
     jump: bool = False
 
 
-def times(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.float64]:
-    """The product of two quaternions: first b, then a."""
-    aw, ax, ay, az = a
-    bw, bx, by, bz = b
-    return np.array([
-        aw * bw - ax * bx - ay * by - az * bz, aw * bx + ax * bw + ay * bz - az * by,
-        aw * by - ax * bz + ay * bw + az * bx, aw * bz + ax * by - ay * bx + az * bw,
-    ])  # fmt: skip
-
-
 def between(before: tuple[int, ShownPose], after: tuple[int, ShownPose], t_ns: int) -> ShownPose:
     """The pose at a time between two others; attitude by normalised linear interpolation."""
     (t0, a), (t1, b) = before, after
