@@ -1,6 +1,6 @@
 """Put plausible mistakes into the source, one at a time, and see that a test notices each.
 
-usage: python scripts/mutants [LAYER ...] [--changed REF] [--fresh COUNT --seed N] [--jobs 2] [--check]
+usage: python scripts/mutants [LAYER ...] [--changed REF] [--fresh COUNT --seed N] [--list FILE] [--jobs 2] [--check]
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ import time
 from collections import Counter, deque
 from pathlib import Path
 
-from fresh import draw
+from fresh import draw, with_tests
 from mutant import LISTS, ROOT, BadMutant, Mutant, read_mutants
 from trial import Outcome, finish, preload, start
 
@@ -31,10 +31,14 @@ def main() -> int:
     parser.add_argument("--jobs", type=int, default=os.cpu_count() or 1, help="trials at a time")
     parser.add_argument("--fresh", metavar="COUNT", type=int, help="about so many that are in no list, drawn at random")
     parser.add_argument("--seed", type=int, default=0, help="of --fresh")
+    parser.add_argument("--list", metavar="FILE", type=Path, help="those of somebody else's list, which names no tests")
     parser.add_argument("--only", metavar="KEY", help="the mutant of this key alone")
     parser.add_argument("--check", action="store_true", help="only check that each list fits the source")
     options = parser.parse_args()
-    mutants = draw(options.seed, options.fresh) if options.fresh else list(read_mutants(tuple(options.layers)))
+    if options.list:
+        mutants = with_tests(options.list)
+    else:
+        mutants = draw(options.seed, options.fresh) if options.fresh else list(read_mutants(tuple(options.layers)))
     if options.changed:
         touched = changed_files(options.changed)
         mutants = [m for m in mutants if f"src/pelagos/{m.file}" in touched]
@@ -47,7 +51,7 @@ def main() -> int:
         print(f"{len(mutants)} mutants, {len(misfits)} do not fit the source")
         return bool(misfits)
     preload()
-    outcomes = run(mutants, options.jobs, keep=not options.fresh)
+    outcomes = run(mutants, options.jobs, keep=not (options.fresh or options.list))
     return report(outcomes)
 
 

@@ -9,9 +9,11 @@ import random
 import re
 from collections import Counter, defaultdict, deque
 from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import replace
 from pathlib import Path
 
-from mutant import LISTS, ROOT, SOURCES, Mutant, read_mutants
+from by_line import tests_by_line
+from mutant import LISTS, ROOT, SOURCES, Mutant, read_list, read_mutants
 
 LAYERS = (
     "acoustics", "contact", "hydro", "manoeuvres", "math", "messages", "navigation", "ocean", "optics", "raycast",
@@ -51,6 +53,12 @@ def draw(seed: int, count: int) -> list[Mutant]:
             drawn.append(Mutant(layer, file, text, mutation, named.of(file, text)))
     rng.shuffle(drawn)
     return [m for m in drawn if m.tests]
+
+
+def with_tests(path: Path) -> list[Mutant]:
+    """Mutants of somebody's list that names no tests, each with those that are near."""
+    named = _Tests()
+    return [m if m.tests else replace(m, tests=named.of(m.file, m.text)) for m in read_list(path)]
 
 
 def mistakes(source: str) -> Iterator[tuple[str, str]]:
@@ -116,9 +124,12 @@ def _text(node: ast.expr) -> bool:
 
 
 class _Tests:
-    """Which test files are near a mistake: by what they noticed before, by names, and by what imports what."""
+    """Which tests are near a mistake: those that ran its line, or else files by what they noticed before, by names, and
+    by what imports what.
+    """
 
     def __init__(self) -> None:
+        self.by_line = tests_by_line()
         self.tests = [p for folder in FOLDERS for p in sorted((ROOT / "tests" / folder).glob("test_*.py"))]
         self.by_module: Mapping[str, list[str]] = self._importers(self.tests)
         self.users: Mapping[str, list[str]] = self._importers(sorted(SOURCES.rglob("*.py")))
@@ -153,6 +164,9 @@ class _Tests:
         """Test files for a mistake in a line: those that saw one in this file before, that name the line's function,
         that are near to who calls it, and that import the file, directly or through others; small ones first.
         """
+        ran = self.by_line.of(file, text) if self.by_line else ()
+        if ran:
+            return ran
         name = _function_of((SOURCES / file).read_text(), text)
         word = re.compile(rf"\b{name}\b") if len(name) > MEANT else None
         named = [t for t, source in self.texts.items() if word and word.search(source)]

@@ -61,8 +61,13 @@ def read_mutants(layers: tuple[str, ...] = ()) -> Iterator[Mutant]:
     third member of a pair names tests of its own.
     """
     for path in sorted(LISTS.glob("*.toml")):
-        if layers and path.stem not in layers:
-            continue
-        for module in tomllib.loads(path.read_text())["module"]:
-            for text, mutation, *own in module["mutants"]:
-                yield Mutant(path.stem, module["file"], text, mutation, tuple(own) or tuple(module["tests"]))
+        if not layers or path.stem in layers:
+            yield from read_list(path)
+
+
+def read_list(path: Path) -> Iterator[Mutant]:
+    """All mutants of one list; a module of somebody else's may have a `layer` of its own and no `tests`."""
+    for module in tomllib.loads(path.read_text())["module"]:
+        for text, mutation, *own in module["mutants"]:
+            tests = tuple(own) or tuple(module.get("tests", ()))
+            yield Mutant(module.get("layer", path.stem), module["file"], text, mutation, tests)

@@ -220,6 +220,27 @@ def test_own_motion_shows_when_asked():
     assert got[front, 0] == pytest.approx(12.0 + 2 * age, rel=1e-4)
 
 
+@pytest.mark.parametrize(("yaw", "spin"), [(0.7, 0.0), (-2.1, 0.9), (0.4, -1.3)])
+def test_each_pulse_starts_where_the_scanner_was(yaw: float, spin: float):
+    """Turned by `yaw`, with a velocity in its own axes: hits, put together from each pulse's own pose, lie on the walls."""
+    config = SemanticLidarConfig(
+        motion_distortion=True, channels=1, points_per_second=3600, upper_fov_deg=0, lower_fov_deg=0
+    )
+    motion = at(50.0, t_s=0.1, velocity=(5.0, -3.0, 0))
+    zero = dr.zeros(jit.Float64, 1)
+    motion = replace(
+        motion, attitude=jit.Array4f64(zero + math.cos(yaw / 2), zero, zero, zero + math.sin(yaw / 2)),
+        angular_velocity=jit.Array3f64(zero, zero, zero + spin),
+    )  # fmt: skip
+    got = SemanticLidar(config, context([box(12.0)])).sense(motion).data[0, 0]
+    age = (1 - np.arange(360) / 360) * 0.1
+    then = yaw - spin * age
+    c, s = np.cos(then), np.sin(then)
+    x = c * got[:, 0] - s * got[:, 1] - age * (5.0 * math.cos(yaw) + 3.0 * math.sin(yaw))
+    y = s * got[:, 0] + c * got[:, 1] - age * (5.0 * math.sin(yaw) - 3.0 * math.cos(yaw))
+    np.testing.assert_allclose(np.maximum(np.abs(x), np.abs(y)), 12.0, rtol=1e-4)
+
+
 def test_copy_of_a_fleet_gives_the_bytes_of_one():
     config = LidarConfig(channels=4, noise_stddev_m=0.02)
     fleet = Lidar(config, context([box(12.0)], copies=3)).sense(at(50.0, copies=3, tick=5))

@@ -190,6 +190,25 @@ def test_a_glider_takes_in_water_at_the_top_and_gives_it_off_at_the_bottom(depth
     assert numbers(kept)[0] == -sign
 
 
+def test_a_glider_turns_its_trim_over_with_its_path() -> None:
+    """What holds the pitch of a descent holds, mirrored, that of the ascent; a mass at its stop integrates nothing."""
+    names = {"buoyancy_engine": "b", "moving_mass": "m", "rudder": "r"}
+    gains = {"kp_pitch_m": 0.1, "ki_pitch_m_s": 0.02, "mass_limit_m": 0.05, "kp_heading": 1, "kd_heading_s": 0}
+    law = SawtoothConfig(type="sawtooth", volume_m3=0.001, rudder_limit_deg=20, **names, **gains).build(None)
+    command = [jit.Float64(x) for x in (10.0, 50.0, 0.4, 0.0)]
+
+    def after(depth: float, sinking: float, integral: float) -> tuple[float, float]:
+        memory = [jit.Float64(sinking), jit.Float64(integral)]
+        demand, kept = law.act(memory, flow((0.3, 0, 0, 0, 0, 0), (0, 0, depth)), command, jit.Float64(0.1))
+        return numbers([demand.actuators["m"]])[0], numbers(kept)[1]
+
+    assert after(30.0, 1.0, 0.3) == pytest.approx((0.034, 0.3 - 0.1 * 0.4))  # level, bow to go down by 0.4 rad
+    assert after(30.0, -1.0, 0.3) == pytest.approx((-0.046, 0.3 + 0.1 * 0.4))
+    assert after(30.0, 1.0, -2.0) == pytest.approx((0.05, -2.0))
+    assert after(55.0, 1.0, 0.3) == pytest.approx((-0.046, -0.3))
+    assert after(5.0, -1.0, -0.7) == pytest.approx((0.05, 0.7))
+
+
 def test_a_start_above_the_seabed() -> None:
     world = SimpleNamespace(height=lambda x, y: np.array([-30.0]) + 0.1 * x)
     start = SimpleNamespace(position_m=(20.0, -3.0), altitude_m=4.0, depth_m=None)

@@ -39,7 +39,8 @@ class Falling:
         push each other apart by contact."""
         body = self.body
         down = np.tile([0.0, 0.0, -1.0], (len(body.position), 1))
-        hits = sim.world.cast(body.position, down, _FAR)
+        copies = np.arange(len(down))
+        hits = sim.world.cast(body.position, down, _FAR, copy=copies, own_body=sim.bodies.rows_of(body))
         solid = hits.valid & ~np.isin(hits.instance, [b.geometry.instance for b in sim.bodies.bodies])
         room = np.where(solid, hits.t, np.inf) - self._reach
         speed = body.velocity[:, 2] - GRAVITY * h

@@ -1,0 +1,60 @@
+"""Props that fall: as g has it, down to what holds them, with what they come down on pushed aside."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+import pelagos as pl
+from pelagos.math.constants import GRAVITY
+from pelagos.sim.falling import Falling
+
+H = 0.02
+REACH = 0.75
+
+
+def dropped(height: float, **start: Any) -> tuple[pl.Simulation, Falling]:
+    agent = {"vehicle": "bluerov2", "start": {"depth_m": 5.0, **start}}
+    scenario = {"world": {"type": "flat", "depth_m": 8.0}, "agents": {"it": agent}}
+    sim = pl.Simulation.load(scenario, n=2, seed=1)
+    body = sim.spawn(pl.Prop("box", position=(1.5, -2.0, height), size=(0.6, 1.0, 2 * REACH)))
+    return sim, Falling(body, REACH, radius=0.5)
+
+
+def test_a_prop_falls_as_g_has_it_and_lies_on_the_ground() -> None:
+    """Speeds come first: after k steps of h it has fallen by g h^2 k (k + 1) / 2."""
+    sim, falling = dropped(-3.0, position_m=[20.0, 10.0])
+    for k in range(1, 11):
+        falling.step(sim, H)
+        np.testing.assert_allclose(falling.body.position[:, 2], -3.0 - GRAVITY * H**2 * k * (k + 1) / 2, rtol=1e-6)
+        assert not falling.rests
+    for _ in range(60):
+        falling.step(sim, H)
+    np.testing.assert_allclose(falling.body.position, [[1.5, -2.0, -8.0 + REACH]] * 2, atol=1e-3)
+    assert not falling.body.velocity.any()
+    assert falling.rests
+
+
+@pytest.mark.parametrize(
+    ("where", "pushed"),
+    [
+        ({"position_m": [1.8, -2.2], "depth_m": 7.2, "heading_deg": 70.0}, True),
+        ({"position_m": [1.1, -1.8], "depth_m": 6.9, "heading_deg": -20.0}, True),
+        ({"position_m": [2.2, -2.2], "depth_m": 7.2}, False),  # beside it
+        ({"position_m": [1.8, -2.2], "depth_m": 6.0}, False),  # above it
+    ],
+)
+def test_what_a_prop_came_down_on_is_pushed_away_from_its_axis(where: dict[str, Any], pushed: bool) -> None:
+    """At 3 m/s, whichever way its bow points, once the prop lies."""
+    sim, falling = dropped(-7.1, **where)
+    while falling.body.velocity.any() or falling.body.position[0, 2] > -7.2:
+        falling.step(sim, H)
+    state = sim.state["it"]
+    apart = state.position[0, :2] - [1.5, -2.0]
+    heading = np.radians(where.get("heading_deg", 0.0))
+    ahead, left = np.array([np.cos(heading), -np.sin(heading)]), np.array([np.sin(heading), np.cos(heading)])
+    out = 3.0 * pushed * apart / np.hypot(*apart)
+    np.testing.assert_allclose(state.velocity, [[out @ ahead, out @ left, 0.0]] * 2, atol=1e-6)
+    assert falling.rests != pushed
