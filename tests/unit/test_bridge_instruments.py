@@ -188,6 +188,14 @@ def test_pd6_gives_the_ships_movement() -> None:
     assert ":BE,-32768,-32768,-32768,V" in lost
 
 
+@pytest.mark.parametrize("angles", [(35.0, 20.0, -40.0), (-150.0, -35.0, 25.0), (110.0, 50.0, 15.0)])
+def test_a_velocity_to_the_east_north_and_up(angles: tuple[float, float, float]) -> None:
+    """SciPy's rotation Rz Ry Rx: each of the nine elements weighs."""
+    north, east, down = Rotation.from_euler("ZYX", angles, degrees=True).apply([1.2, -0.7, 0.9])
+    found = teledyne.east_north_up((1.2, -0.7, 0.9), teledyne.Attitude(*angles, 5.0))
+    np.testing.assert_allclose(found, (east, north, -down), atol=1e-12)
+
+
 def test_pd6_adds_up_the_way_and_counts_the_time_without_lock() -> None:
     """Ahead at 2 m/s with the nose 30 degrees up and north: sqrt(3) north and 1 up a second; two seconds are lost."""
     attitude, way = teledyne.Attitude(0.0, 30.0, 0.0, 5.0), teledyne.MadeGood()

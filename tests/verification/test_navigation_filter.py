@@ -162,6 +162,10 @@ def test_an_ideal_inertial_unit_alone_knows_the_way():
     error, _ = errors(sim)
     assert np.abs(error[0, :3]).max() < 0.05
     assert np.abs(error[0, 6:]).max() < 1e-4
+    position, _, velocity = sim.stepper.missions.navigators["a"].motion  # of the vehicle's origin, 11 cm from the unit
+    state = sim.state["a"]
+    np.testing.assert_allclose(state.position - position, error[:, :3], atol=1e-4)
+    np.testing.assert_allclose(apply(matrix_np(state.attitude), state.velocity) - velocity, error[:, 3:6], atol=1e-3)
 
 
 def consistency(n, seconds, every, seed):
