@@ -6,6 +6,7 @@ import gsw
 import numpy as np
 import pytest
 
+from pelagos import jit
 from pelagos.errors import LookupFailed
 from pelagos.math.geodesy import GeoOrigin
 from pelagos.ocean.config import OceanConfig, build_ocean
@@ -71,6 +72,20 @@ def test_reads_nothing_in_the_air(name) -> None:
     assert read.valid.tolist() == [True, False]
     assert np.isfinite(read.data[0]).all()
     assert np.isnan(read.data[1]).all()
+
+
+def test_troughs_bare_an_instrument_and_crests_cover_it() -> None:
+    """Mounts 0.6 m over and under the mean level in waves of 1 m amplitude, 7 s, a few metres apart."""
+    where = context(waves={"type": "regular", "height_m": 2.0, "period_s": 7.0, "towards_deg": 40.0})
+    places = [(4.0 * k, -3.0 * k, z) for k in range(12) for z in (-0.6, 0.6)]
+    got = make("turbidity", where, **QUIET).sense(lanes([0] * len(places), dt_ns=DT, position=places))
+    x, y, z = np.array(places).T
+    level = np.array(where.ocean.elevation(jit.Float64(x), jit.Float64(y), jit.Float64(0.0)))
+    covered = z < level
+    assert 0 < covered[z > 0].sum()
+    assert 0 < (~covered)[z < 0].sum()
+    np.testing.assert_array_equal(np.ravel(got.valid), covered)
+    np.testing.assert_array_equal(np.isfinite(np.ravel(got.data)), covered)
 
 
 @pytest.mark.parametrize("name", PROBES)

@@ -24,8 +24,11 @@ VARY: dict[str, Any] = {
 
 
 def scenario(vary: dict[str, Any]) -> dict[str, Any]:
-    rov = {"vehicle": "bluerov2_heavy", "control": "actuators", "start": {"position_m": [0, 0, -10], "pitch_deg": 5,
-           "speed_mps": 0.25}}
+    rov = {
+        "vehicle": "bluerov2_heavy",
+        "control": "actuators",
+        "start": {"position_m": [0, 0, -10], "pitch_deg": 5, "speed_mps": 0.25},
+    }
     other = rov | {"start": {"position_m": [10, 8, -10]}}
     dvl = {"dvl": {"type": "dvl", "rate_hz": 5}}
     return {

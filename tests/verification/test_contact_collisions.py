@@ -11,6 +11,7 @@ import pytest
 import pelagos as pl
 from pelagos.contact.impulse import Colliding, collide, restitution
 from pelagos.contact.pairs import PairContacts
+from pelagos.math.so3 import rotate_np
 
 H = 0.005
 
@@ -190,3 +191,32 @@ def test_vehicles_get_equal_and_opposite_impulses_whatever_their_names():
         assert struck > 0
         runs.append(np.array(track))
     assert (runs[0] == runs[1]).all()
+
+
+def test_depth_is_that_of_the_surface_and_not_of_the_ray():
+    """Probes of a tilted hull in a turned plate: for each end beyond the face, (c - n.x) along the face's normal."""
+    turn, thick = math.radians(35.0), 4.0
+    plate = {"shape": "box", "position_m": [3.0, 2.0, -9.0], "size_m": [thick, 30.0, 30.0],
+             "orientation_deg": [0.0, 0.0, 35.0]}  # fmt: skip
+    agent = {"vehicle": "bluerov2", "start": {"depth_m": 9.0}}
+    sim = pl.Simulation.load(
+        {"world": {"type": "flat", "depth_m": 40.0}, "props": {"plate": plate}, "agents": {"it": agent}}
+    )
+    normal = -np.array([math.cos(turn), math.sin(turn), 0.0])  # of the face that looks towards the origin
+    level = normal @ [3.0, 2.0, -9.0] + thick / 2
+    heart = np.array([1.15, 1.0, -9.0])
+    sim.set_state("it", position=heart, attitude=(0.9, 0.2, -0.3, 0.25))
+    collisions = sim.stepper.contacts._collisions
+    collisions._look()
+    name = next(iter(sim.stepper.runs))
+    moved = collisions._free(sim.stepper._motions(), {}, {}, H)
+    found = collisions._cast(np.array([[0, 1]]), moved, H)
+    starts, vectors = sim.model.batches[name].vehicle.probes
+    tips = rotate_np(np.tile(moved.attitude[:1], (len(starts), 1)), starts + vectors) + heart
+    depth = level - tips @ normal
+    assert len(found.depth) > 5
+    assert np.ptp(found.depth) > 0.02
+    nearest = np.abs(depth[None] - found.depth[:, None]).min(axis=1)
+    np.testing.assert_allclose(nearest, 0.0, atol=2e-5)
+    np.testing.assert_allclose(found.normal, np.broadcast_to(normal, found.normal.shape), atol=1e-5)
+    np.testing.assert_allclose(found.point @ normal, level, atol=2e-5)

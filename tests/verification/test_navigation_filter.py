@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import pytest
 from scipy.stats import chi2
@@ -12,6 +14,8 @@ from pelagos.math.rotation import apply, conjugate, from_vector, product, skew, 
 from pelagos.math.so3 import matrix_np
 from pelagos.navigation import measurement
 from pelagos.navigation.error_state import SIZE, InertialNoise, Lanes, SlowNoise
+from pelagos.sim.guidance.aboard import Fix
+from pelagos.sim.navigator import External
 
 QUIET = InertialNoise(0, 0, 0, 0, 0, 0, 0, 0)
 SLOW = SlowNoise((0.0,) * 7, (300.0,) * 3 + (1e9,) * 4)
@@ -105,6 +109,17 @@ def test_a_measurement_beyond_the_gate_is_refused():
     assert (start.position[0] == before[0]).all()  # 50 standard deviations
     assert start.position[1, 2] < before[1, 2] - 1e-5  # deeper than thought
     assert (start.position[2] == before[2]).all()  # no reading
+
+
+@pytest.mark.parametrize("heading", [0.6, -2.2])
+def test_a_solution_from_outside_is_level_and_looks_along_its_heading(heading):
+    """Compass headings turn to the right of north; y is west."""
+    fix = Fix(np.array([[1.0, -2.0, -3.0]]), np.array([heading]), np.array([[0.4, -0.3, 0.1]]))
+    position, attitude, velocity = External(fix).motion
+    assert matrix_np(attitude)[0, :, 0] == pytest.approx([math.cos(heading), -math.sin(heading), 0.0])
+    assert matrix_np(attitude)[0, :, 2] == pytest.approx([0.0, 0.0, 1.0])
+    assert (position[0] == [1.0, -2.0, -3.0]).all()
+    assert (velocity[0] == [0.4, -0.3, 0.1]).all()
 
 
 # in the simulator
