@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from pelagos import jit
+from pelagos.acoustics import noise
 from pelagos.acoustics.doppler import janus_beams, velocity_from_beams
 from pelagos.acoustics.pulse import range_coupling
 from pelagos.acoustics.reverberation import volume_intensity
@@ -61,3 +62,17 @@ def test_a_curved_side_sends_back_less_than_a_flat_one_by_its_curvature(radius, 
 def test_an_upward_chirp_shows_a_closing_target_too_near_or_far_by_f_t_over_b():
     assert range_coupling(450e3, 30e3, 0.004, "chirp") == pytest.approx(450e3 * 0.004 / 30e3)
     assert range_coupling(450e3, 30e3, 0.004, "cw") == 0.0
+
+
+@pytest.mark.parametrize(
+    ("frequency", "rate", "level"),
+    [
+        (5e3, 1.0, 42.4), (2e3, 10.0, 57.8), (5e3, 40.0, 42.4 + 15.4 * 1.602060),  # Ma, Nystuen and Lien 2005
+        (20e3, 10.0, 57.8 - 6.0206), (100e3, 3.0, 42.4 + 15.4 * 0.477121 - 20.0),  # beyond 10 kHz by its square
+    ],
+)  # fmt: skip
+def test_rain_at_its_rates_and_frequencies(frequency: float, rate: float, level: float) -> None:
+    assert noise.rain_level(frequency, rate) == pytest.approx(level, abs=1e-3)
+    assert noise.rain_level(frequency, 0.05) == -math.inf
+    quiet, loud = (float(noise.ambient_level(jit.Float64(frequency), 3.0, 0.2, rain_mm_per_h=r)[0]) for r in (0, rate))
+    assert 10 ** (loud / 10) - 10 ** (quiet / 10) == pytest.approx(10 ** (level / 10), rel=1e-5)
