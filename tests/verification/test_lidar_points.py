@@ -222,7 +222,7 @@ def test_own_motion_shows_when_asked():
 
 @pytest.mark.parametrize(("yaw", "spin"), [(0.7, 0.0), (-2.1, 0.9), (0.4, -1.3)])
 def test_each_pulse_starts_where_the_scanner_was(yaw: float, spin: float):
-    """Turned by `yaw`, with a velocity in its own axes: hits, placed from each pulse's own pose, lie on the walls."""
+    """Turned by `yaw`, with a velocity in its own axes: hits, placed from each pulse's pose, lie on the walls."""
     config = SemanticLidarConfig(
         motion_distortion=True, channels=1, points_per_second=3600, upper_fov_deg=0, lower_fov_deg=0
     )

@@ -74,5 +74,5 @@ def test_an_upward_chirp_shows_a_closing_target_too_near_or_far_by_f_t_over_b():
 def test_rain_at_its_rates_and_frequencies(frequency: float, rate: float, level: float) -> None:
     assert noise.rain_level(frequency, rate) == pytest.approx(level, abs=1e-3)
     assert noise.rain_level(frequency, 0.05) == -math.inf
-    quiet, loud = (float(noise.ambient_level(jit.Float64(frequency), 3.0, 0.2, rain_mm_per_h=r)[0]) for r in (0, rate))
+    quiet, loud = (float(noise.ambient_level(frequency, 3.0, 0.2, rain_mm_per_h=r)) for r in (0, rate))
     assert 10 ** (loud / 10) - 10 ** (quiet / 10) == pytest.approx(10 ** (level / 10), rel=1e-5)
