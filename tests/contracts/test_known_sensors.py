@@ -75,12 +75,60 @@ OTHERWISE: dict[str, list[dict[str, Any]]] = {
     "range_finder": [{"range_max_m": 30.0, "azimuth_deg": [0.0, 35.0, -50.0], "elevation_deg": [10.0, -20.0, 35.0]}],
     "hydrophone": [{"elements_m": [[0.0, 0.0, 0.0], [0.3, -0.2, 0.1]], "shipping": 0.9, "self_noise_db": 40.0}],
 }  # fmt: skip
+SHALLOW = ("turbidity", "oxygen", "fluorometer", "tracer", "ctd", "sound_velocity", "current_meter")
 LONG = ("profiling_sonar", "sidescan", "mechanical_scanning_sonar")  # to compile; imaging_sonar has what they have
 CASES = [
     pytest.param(name, k, marks=pytest.mark.slow) if k and name in LONG else (name, k)
     for name in NAMES
     for k in range(1 + len(OTHERWISE.get(name, [])))
 ]
+
+
+LONG_IN_WAVES = (*LONG, "synthetic_aperture_sonar", "incidence_sonar")  # to compile
+MOVING = [
+    pytest.param(name, k, marks=pytest.mark.slow)
+    if name in LONG_IN_WAVES or (k and name == "imaging_sonar")
+    else (name, k)
+    for name in NAMES
+    if name not in LINKED
+    for k in range(1 + len(OTHERWISE.get(name, [])))
+]
+WEATHER = {
+    "waves": {"type": "regular", "height_m": 0.7, "period_s": 3.1, "towards_deg": 115.0, "phase_deg": 40.0},
+    "weather": {"rain_mm_per_h": 14.0},
+}
+
+
+@pytest.mark.filterwarnings("ignore::pelagos.errors.ValidityWarning")
+@pytest.mark.parametrize(("name", "setting"), MOVING)
+def test_readings_in_motion(name: str, setting: int) -> None:
+    """Thrown about in waves and rain: every lever, lag and wind that a vehicle at rest in calm water does not show."""
+    keys = SIZES.get(name, {}) | (OTHERWISE[name][setting - 1] if setting else {})
+    scenario = sea(name, keys)
+    scenario["ocean"] |= WEATHER
+    sim = pl.Simulation.load(scenario)
+    sim.reset()
+    depth = -0.2 if name in ("gps", "thermal_camera") else 0.2 if name in SHALLOW else 2.6
+    sim.set_state(
+        "auv0", position=[0.7, -0.9, -depth], attitude=[0.91, 0.15, -0.12, -0.35], velocity=[1.3, -0.4, 0.25],
+        angular_velocity=[0.6, -0.5, 0.8],
+    )  # fmt: skip
+    found = []
+    for _ in range(4 if setting else 8):
+        found += sim.step().get("auv0", {}).values()
+    assert found, name
+    check("moving", f"{name} {setting}" if setting else name, parts_of(found))
+
+
+def parts_of(found: list[Any]) -> dict[str, Any]:
+    """Data, truth and whatever else readings have, end to end."""
+    numbers: dict[str, list[Any]] = {}
+    for r in found:
+        for part, values in {"data": r.data, "truth": r.truth, "valid": r.valid, **r.extras}.items():
+            if values is not None and np.asarray(values).dtype != object:
+                numbers.setdefault(part, []).append(np.ravel(np.asarray(values)))
+    numbers["t_ns"] = [np.array([r.t_ns for r in found]) * 1e-9]
+    return {part: np.concatenate(v) for part, v in numbers.items()}
 
 
 @pytest.mark.filterwarnings("ignore::pelagos.errors.ValidityWarning")
@@ -96,10 +144,4 @@ def test_readings(name: str, setting: int) -> None:
             said(sim, tick)
         obs = sim.step()
     assert found, name
-    numbers: dict[str, list[Any]] = {}
-    for r in found:
-        for part, values in {"data": r.data, "truth": r.truth, "valid": r.valid, **r.extras}.items():
-            if values is not None and np.asarray(values).dtype != object:
-                numbers.setdefault(part, []).append(np.ravel(np.asarray(values)))
-    numbers["t_ns"] = [np.array([r.t_ns for r in found]) * 1e-9]
-    check("sensors", f"{name} {setting}" if setting else name, {part: np.concatenate(v) for part, v in numbers.items()})
+    check("sensors", f"{name} {setting}" if setting else name, parts_of(found))

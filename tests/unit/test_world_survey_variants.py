@@ -10,6 +10,7 @@ from scipy.interpolate import LinearNDInterpolator
 
 from pelagos.errors import WorldError
 from pelagos.world.bathymetry.bathymetry import BathymetryConfig
+from pelagos.world.bathymetry.survey import rising
 from pelagos.world.bathymetry.triangles import gridded
 from pelagos.world.bathymetry.values import METRES, known_unit
 
@@ -289,3 +290,11 @@ def test_dense_soundings_are_averaged(tmp_path, monkeypatch):
     x, y = np.meshgrid([-60.0, 0.0, 40.0], [-50.0, 0.0, 50.0])
     east, _ = pyproj.Transformer.from_crs("EPSG:4326", "EPSG:32633").transform(*world.origin.to_latlon(x, y))
     np.testing.assert_allclose(world.height(x, y), -30 + (east - 400e3) / 20, atol=0.02)
+
+
+@pytest.mark.parametrize(("flip_u", "flip_v"), [(False, False), (True, False), (False, True), (True, True)])
+def test_falling_axes_turn_with_their_values(flip_u, flip_v):
+    u, v, z = np.array([1.0, 2.0, 4.0]), np.array([-3.0, 5.0]), np.arange(6.0).reshape(3, 2) ** 2
+    given = (u[::-1] if flip_u else u, v[::-1] if flip_v else v, z[:: -1 if flip_u else 1, :: -1 if flip_v else 1])
+    for found, expected in zip(rising(*given), (u, v, z), strict=True):
+        np.testing.assert_array_equal(found, expected)

@@ -45,7 +45,7 @@ def cut_volume(shape, q, z):
 def test_box_at_any_draft(z: float) -> None:
     hull = mesh(trimesh.creation.box((4, 2, 1)))
     wet = np.clip(0.5 - z, 0, 1)
-    force, moment = load(hull, z)
+    force, moment = load(hull, z, at=(7.0, -12.0))
     assert force == pytest.approx([0, 0, 8 * wet], abs=1e-12)
     assert moment == pytest.approx([0, 0, 0], abs=1e-12)
 
@@ -57,7 +57,7 @@ def test_box_at_any_roll(angle: float) -> None:
     = 2/3.
     """
     hull = mesh(trimesh.creation.box((4, 2, 1)))
-    force, moment = load(hull, 0.0, quaternion((1, 0, 0), angle))
+    force, moment = load(hull, 0.0, quaternion((1, 0, 0), angle), at=(-3.0, 21.0))
     assert force == pytest.approx([0, 0, 4.0], abs=1e-12)
     if np.tan(angle) <= 0.5 and angle < np.pi / 2:
         arm = np.sin(angle) * (2 / 3 * (1 + np.tan(angle) ** 2 / 2) - 0.25)
