@@ -10,6 +10,7 @@ from pelagos.vehicles.actuators.t200 import Battery, BatteryConfig, current_expo
 from pelagos.vehicles.config import VehicleConfig
 from pelagos.vehicles.control.controller import Controller
 from pelagos.vehicles.control.plant import Plant
+from pelagos.vehicles.interaction import build_interaction
 from pelagos.vehicles.model import Model, inertia_of
 from pelagos.vehicles.part import numbers
 from pelagos.vehicles.seakeeping import Seakeeping, compile_seakeeping
@@ -24,11 +25,13 @@ def build_model(config: VehicleConfig) -> Model:
     sea = None
     if config.afloat is not None and config.seakeeping == "pressure":
         sea = compile_seakeeping(config.afloat, body)
+    actuators = {name: part.build(body) for name, part in config.actuators.items() if part is not None}
     return Model(
         trim=None if sea is None else _trim(config, sea),
         inertia=inertia_of(body, config.coriolis),
         terms={name: term.build(body) for name, term in config.terms.items() if term is not None},
-        actuators={name: part.build(body) for name, part in config.actuators.items() if part is not None},
+        actuators=actuators,
+        interaction=build_interaction(config.interaction, actuators),
         battery=None if config.battery is None else battery(config.battery),
         sea=sea,
         sea_inertia=None if sea is None else inertia_of(replace(body, added=np.array(sea.added)), config.coriolis),

@@ -16,6 +16,7 @@ from pelagos.vehicles.afloat_config import AfloatConfig
 from pelagos.vehicles.envelope import EnvelopeConfig
 from pelagos.vehicles.flow import CurrentRotation
 from pelagos.vehicles.inertia import AddedMassConfig, CoriolisConfig, MassConfig, added_mass_matrix, mass_and_inertia
+from pelagos.vehicles.interaction import InteractionConfig, build_interaction
 from pelagos.vehicles.kinds import ActuatorConfig, ModeConfig, TermConfig
 from pelagos.vehicles.load import catalogue_data, catalogue_names, merged
 from pelagos.vehicles.part import Body, NonNegative, PartConfig, Positive, Three
@@ -62,6 +63,8 @@ class VehicleConfig(PartConfig):
     """By name, in the order of commands and states."""
     battery: BatteryConfig | None = None
     """What feeds T200 thrusters."""
+    interaction: InteractionConfig | None = None
+    """Which thrusters stand in each other's jets; left out: none does."""
     modes: dict[str, ModeConfig | None] = Field(default_factory=dict)
     """Control modes by name."""
     default_mode: str
@@ -122,11 +125,17 @@ class VehicleConfig(PartConfig):
             raise ValueError(f"default_mode {self.default_mode!r} is none of the modes {', '.join(self.modes)}")
         if self.battery is None and any(isinstance(a, T200Config) for a in self.actuators.values()):
             raise ValueError("T200 thrusters need a battery: give open_circuit_v and resistance_ohm under battery")
+        if self.interaction is not None:
+            self.interaction.check(self.actuators)
         for name, mode in self.modes.items():
             for used in getattr(mode, "uses", ()):
                 if self.actuators.get(used) is None:
                     raise ValueError(f"mode {name!r} uses the actuator {used!r}, which this vehicle does not have")
-        _check_body(self.body, measured=getattr(self.added_mass, "measured", False))
+        body = self.body
+        _check_body(body, measured=getattr(self.added_mass, "measured", False))
+        if self.interaction is not None:
+            named = {name: self.actuators[name] for name in self.interaction.thrusters}
+            build_interaction(self.interaction, {name: part.build(body) for name, part in named.items() if part})
         return self
 
     @property

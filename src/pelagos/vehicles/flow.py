@@ -57,6 +57,7 @@ class Flow:
         step: of the integration [s]; None where there is none.
         water_acceleration: of the water that goes along, and of the line of it along the hull, body axes (6) [m/s^2],
             [rad/s^2]; None where it is steady.
+        wash: flow from ahead along the axis of the thruster that looks, which jets of others bring [m/s]; None: none.
     """
 
     position: Vector
@@ -77,6 +78,7 @@ class Flow:
     wet: Wetness | None = None
     midway: Vector | None = None
     step: Array | None = None
+    wash: Array | None = None
 
     @property
     def nu_c(self) -> list[Array]:

@@ -24,6 +24,7 @@ from pelagos.vehicles.actuators.actuator import Actuator, Follower
 from pelagos.vehicles.actuators.t200 import T200, Battery
 from pelagos.vehicles.flow import Flow, Supply
 from pelagos.vehicles.inertia import CoriolisConfig
+from pelagos.vehicles.interaction import Interaction
 from pelagos.vehicles.part import Body, numbers
 from pelagos.vehicles.seakeeping import Seakeeping
 from pelagos.vehicles.tables import Tables
@@ -152,6 +153,7 @@ class Model:
         in_air: whether the terms are those of a body in air.
         sea_inertia: mass and added mass in waves.
         still: names of terms that pressure stands for in waves.
+        interaction: thrusters in each other's jets; None: none.
     """
 
     inertia: Inertia
@@ -164,6 +166,7 @@ class Model:
     trim: Term | None = None
     wetting: Wetting | None = None
     in_air: bool = False
+    interaction: Interaction | None = None
 
     @property
     def on_host(self) -> bool:
@@ -198,8 +201,10 @@ class Model:
                         for a, b in zip(found[name], flow.calm, strict=True)
                     ]
         shares = shares_of([actuator.site for actuator in self.actuators.values()], flow)
+        washes = {} if self.interaction is None else self.interaction.wash(self.actuators, actuators, shares, flow)
         for (name, actuator), state, share in zip(self.actuators.items(), actuators, shares, strict=True):
-            found[name] = _left(actuator.wrench(state, flow), share)
+            here = replace(flow, wash=washes[name]) if name in washes else flow
+            found[name] = _left(actuator.wrench(state, here), share)
         return found
 
     def left(self, term: Term, load: Vector, flow: Flow) -> Vector:

@@ -12,8 +12,9 @@ from pydantic import model_validator
 
 from pelagos.hydro.algebra import Vector, mul
 from pelagos.jit import Array
+from pelagos.vehicles.actuators.inflow import DiscInflowConfig, Inflow, build_inflow, check_diameter
 from pelagos.vehicles.actuators.lag import Lag
-from pelagos.vehicles.actuators.thruster import thrust_effect, thruster_site
+from pelagos.vehicles.actuators.thruster import deduction_of, thrust_effect, thruster_site
 from pelagos.vehicles.flow import Flow
 from pelagos.vehicles.part import Body, NonNegative, Number, PartConfig, Positive, Three
 from pelagos.vehicles.wetness import HULL, Place
@@ -47,7 +48,9 @@ class CurveThrusterConfig(PartConfig):
     time_constant_s: NonNegative
     """[s]"""
     diameter_m: Positive = 0.1
-    """Of the propeller, for what it loses near the surface and above it [m]."""
+    """Of the propeller, for what it loses near the surface and above it, and by `inflow` [m]."""
+    inflow: DiscInflowConfig | None = None
+    """What it loses in the water that flows through it, in place of `zero_thrust_m_s`."""
 
     @model_validator(mode="after")
     def _possible(self) -> Self:
@@ -60,20 +63,27 @@ class CurveThrusterConfig(PartConfig):
         for name, values in (("commands", self.commands), ("thrusts_n", self.thrusts_n)):
             if (np.diff(values) <= 0).any():
                 raise ValueError(f"{name} must rise from point to point")
+        check_diameter(self.inflow, "diameter_m" in self.model_fields_set)
+        if self.inflow is not None and self.zero_thrust_m_s is not None:
+            raise ValueError("zero_thrust_m_s and inflow both say what its speed takes away: give one of them")
         return self
 
     def build(self, body: Body) -> CurveThruster:
         """The actuator."""
         axis = np.array(self.direction) / np.linalg.norm(self.direction)
         return CurveThruster(
-            effect=thrust_effect(self.position_m, self.direction, self.torque_m),
+            effect=thrust_effect(self.position_m, self.direction, self.torque_m, deduction_of(self.inflow)),
             arm=[float(x) for x in (*axis, *np.cross(self.position_m, axis))],
             curve=TableCurve(self.commands, self.thrusts_n, self.gain * self.speed_share**2),
             zero=self.zero_thrust_m_s,
             lag=Lag(self.time_constant_s, self.commands[0], self.commands[-1]),
             unit=self.unit,
             site=thruster_site(body, self.position_m, self.diameter_m),
-        )
+            inflow=build_inflow(
+                self.inflow, position=self.position_m, direction=self.direction, diameter=self.diameter_m,
+                density=body.density, unit=self.unit,
+            ),
+        )  # fmt: skip
 
 
 def _along(x: Array, at: Sequence[float], values: Sequence[float]) -> Array:
@@ -107,7 +117,9 @@ class TableCurve:
 
 @dataclass(frozen=True)
 class CurveThruster:
-    """effect: wrench (6) of 1 N of thrust; arm: its axis and moment arm (6); zero: [m/s] or None."""
+    """effect: wrench (6) of 1 N of thrust; arm: its axis and moment arm (6); zero: [m/s] or None; inflow: None or
+    in place of `zero`.
+    """
 
     effect: Vector
     arm: Vector
@@ -116,10 +128,17 @@ class CurveThruster:
     lag: Lag
     unit: str
     site: Place = HULL
+    inflow: Inflow | None = None
+
+    def thrust(self, state: Array, flow: Flow) -> Array:
+        """At rest [N]."""
+        return self.curve.thrust(state)
 
     def wrench(self, state: Array, flow: Flow) -> Vector:
         """Force and moment (6)."""
         thrust = self.curve.thrust(state)
+        if self.inflow is not None:
+            return self.inflow.wrench(self.effect, thrust, state, flow)
         if self.zero is not None:
             ahead = sum((mul(a, v) for a, v in zip(self.arm, flow.nu_r, strict=True)), 0.0)
             thrust = thrust * dr.clip(1 - dr.sign(thrust) * ahead / self.zero, 0.0, _MOST)

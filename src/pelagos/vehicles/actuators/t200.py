@@ -18,9 +18,10 @@ from numpy.typing import NDArray
 from pelagos import jit
 from pelagos.hydro.algebra import Vector, mul
 from pelagos.jit import Array
+from pelagos.vehicles.actuators.inflow import DiscInflowConfig, Inflow, build_inflow
 from pelagos.vehicles.actuators.lag import Lag
 from pelagos.vehicles.actuators.third_order import VON_BENZON, Modes, ThirdOrder
-from pelagos.vehicles.actuators.thruster import thrust_effect
+from pelagos.vehicles.actuators.thruster import deduction_of, thrust_effect
 from pelagos.vehicles.flow import Flow
 from pelagos.vehicles.part import Body, NonNegative, Number, PartConfig, Positive, Three
 from pelagos.vehicles.wetness import HULL, Place
@@ -68,15 +69,21 @@ class T200Config(PartConfig):
     """Of the first order [s]."""
     nominal_v: Positive = 16.0
     """Voltage at which control laws turn a thrust into a throttle [V]."""
+    inflow: DiscInflowConfig | None = None
+    """What it loses in the water that flows through it; left out: the bollard thrust of the tables at any speed."""
 
     def build(self, body: Body) -> T200:
         """The actuator."""
         return T200(
-            effect=thrust_effect(self.position_m, self.direction, self.torque_m),
+            effect=thrust_effect(self.position_m, self.direction, self.torque_m, deduction_of(self.inflow)),
             lag=self._follower,
             inverse=inverse_fit(self.nominal_v),
             site=Place("propeller", self.position_m, _RADIUS),
-        )
+            inflow=build_inflow(
+                self.inflow, position=self.position_m, direction=self.direction, diameter=2 * _RADIUS,
+                density=body.density, unit="throttle",
+            ),
+        )  # fmt: skip
 
     @property
     def _follower(self) -> Lag | ThirdOrder:
@@ -212,18 +219,27 @@ def _place(throttle: Array) -> tuple[Array, Array]:
 
 @dataclass(frozen=True)
 class T200:
-    """effect: wrench (6) of 1 N of thrust; inverse: throttle by thrust, astern and ahead."""
+    """effect: wrench (6) of 1 N of thrust; inverse: throttle by thrust, astern and ahead; inflow: what it loses in a
+    flow, None: nothing.
+    """
 
     effect: Vector
     lag: Lag | ThirdOrder
     inverse: tuple[Side, Side]
     unit: str = "throttle"
     site: Place = HULL
+    inflow: Inflow | None = None
+
+    def thrust(self, state: Array, flow: Flow) -> Array:
+        """At rest, at a throttle and the battery's voltage [N]."""
+        assert flow.supply is not None
+        return table_thrust(state, flow.supply.voltage, flow.supply.tables)
 
     def wrench(self, state: Array, flow: Flow) -> Vector:
-        """Force and moment (6) at a throttle and the battery's voltage."""
-        assert flow.supply is not None
-        thrust = table_thrust(state, flow.supply.voltage, flow.supply.tables)
+        """Force and moment (6)."""
+        thrust = self.thrust(state, flow)
+        if self.inflow is not None:
+            return self.inflow.wrench(self.effect, thrust, state, flow)
         return [mul(e, thrust) for e in self.effect]
 
     @property

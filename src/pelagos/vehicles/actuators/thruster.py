@@ -12,6 +12,15 @@ from pydantic import model_validator
 from pelagos.hydro import thruster
 from pelagos.hydro.algebra import Vector, mul
 from pelagos.jit import Array
+from pelagos.vehicles.actuators.inflow import (
+    PER_SECOND,
+    BSeriesInflowConfig,
+    DiscInflowConfig,
+    Inflow,
+    InflowConfig,
+    build_inflow,
+    check_diameter,
+)
 from pelagos.vehicles.actuators.lag import Lag
 from pelagos.vehicles.flow import Flow
 from pelagos.vehicles.part import Body, NonNegative, Number, PartConfig, Positive, Three
@@ -41,7 +50,9 @@ class ThrusterConfig(PartConfig):
     time_constant_s: NonNegative
     """[s]"""
     diameter_m: Positive = 0.1
-    """Of the propeller, for what it loses near the surface and above it [m]."""
+    """Of the propeller, for what it loses near the surface and above it, and by `inflow` [m]."""
+    inflow: InflowConfig | None = None
+    """What it loses in the water that flows through it; left out: the bollard thrust at any speed."""
 
     @model_validator(mode="after")
     def _possible(self) -> Self:
@@ -49,17 +60,26 @@ class ThrusterConfig(PartConfig):
             raise ValueError("direction must not be 0, 0, 0")
         if self.low >= self.high:
             raise ValueError(f"low {self.low:g} must be below high {self.high:g}")
+        check_diameter(self.inflow, "diameter_m" in self.model_fields_set)
+        if isinstance(self.inflow, BSeriesInflowConfig) and self.unit not in PER_SECOND:
+            raise ValueError(
+                f"inflow by the B-series needs the shaft's speed: its unit is {self.unit!r}, not {', '.join(PER_SECOND)}"
+            )
         return self
 
     def build(self, body: Body) -> Thruster:
         """The actuator."""
         return Thruster(
-            effect=thrust_effect(self.position_m, self.direction, self.torque_m),
+            effect=thrust_effect(self.position_m, self.direction, self.torque_m, deduction_of(self.inflow)),
             curve=QuadraticCurve(self.forward, self.reverse),
             lag=Lag(self.time_constant_s, self.low, self.high),
             unit=self.unit,
             site=thruster_site(body, self.position_m, self.diameter_m),
-        )
+            inflow=build_inflow(
+                self.inflow, position=self.position_m, direction=self.direction, diameter=self.diameter_m,
+                density=body.density, unit=self.unit,
+            ),
+        )  # fmt: skip
 
 
 class ForceThrusterConfig(PartConfig):
@@ -79,17 +99,28 @@ class ForceThrusterConfig(PartConfig):
     time_constant_s: NonNegative
     """[s]"""
     diameter_m: Positive = 0.1
-    """Of the propeller, for what it loses near the surface and above it [m]."""
+    """Of the propeller, for what it loses near the surface and above it, and by `inflow` [m]."""
+    inflow: DiscInflowConfig | None = None
+    """What it loses in the water that flows through it; left out: the bollard thrust at any speed."""
+
+    @model_validator(mode="after")
+    def _possible(self) -> Self:
+        check_diameter(self.inflow, "diameter_m" in self.model_fields_set)
+        return self
 
     def build(self, body: Body) -> Thruster:
         """The actuator."""
         return Thruster(
-            effect=thrust_effect(self.position_m, self.direction, self.torque_m),
+            effect=thrust_effect(self.position_m, self.direction, self.torque_m, deduction_of(self.inflow)),
             curve=LinearCurve(),
             lag=Lag(self.time_constant_s, self.low_n, self.high_n),
             unit="N",
             site=thruster_site(body, self.position_m, self.diameter_m),
-        )
+            inflow=build_inflow(
+                self.inflow, position=self.position_m, direction=self.direction, diameter=self.diameter_m,
+                density=body.density, unit="N",
+            ),
+        )  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -131,17 +162,24 @@ class QuadraticCurve:
 
 @dataclass(frozen=True)
 class Thruster:
-    """effect: wrench (6) of 1 N of thrust; curve: thrust by state."""
+    """effect: wrench (6) of 1 N of thrust; curve: thrust by state; inflow: what it loses in a flow, None: nothing."""
 
     effect: Vector
     curve: QuadraticCurve | LinearCurve
     lag: Lag
     unit: str
     site: Place = HULL
+    inflow: Inflow | None = None
+
+    def thrust(self, state: Array, flow: Flow) -> Array:
+        """At rest [N]."""
+        return self.curve.thrust(state)
 
     def wrench(self, state: Array, flow: Flow) -> Vector:
         """Force and moment (6)."""
         thrust = self.curve.thrust(state)
+        if self.inflow is not None:
+            return self.inflow.wrench(self.effect, thrust, state, flow)
         return [mul(e, thrust) for e in self.effect]
 
     @property
@@ -166,8 +204,17 @@ def thruster_site(body: Body, position: Three, diameter: float) -> Place:
     return Place("propeller", (position[0], position[1], max(position[2], keel)), diameter / 2)
 
 
-def thrust_effect(position: Three, direction: Three, torque: float) -> list[float]:
-    """Wrench (6) of 1 N along `direction` at `position`, with its reaction torque [N m]."""
+def thrust_effect(position: Three, direction: Three, torque: float, deduction: float = 0.0) -> list[float]:
+    """Wrench (6) of 1 N along `direction` at `position`, with its reaction torque [N m].
+
+    `deduction`: t, share of the force, not of the torque, that the hull takes away.
+    """
     axis = np.array(direction) / np.linalg.norm(direction)
-    effect = np.concatenate([axis, np.cross(position, axis) + torque * axis])
+    force = (1 - deduction) * axis if deduction else axis
+    effect = np.concatenate([force, np.cross(position, force) + torque * axis])
     return [float(x) if abs(x) > 1e-15 else 0.0 for x in effect]
+
+
+def deduction_of(inflow: DiscInflowConfig | BSeriesInflowConfig | None) -> float:
+    """Thrust deduction t."""
+    return 0.0 if inflow is None else inflow.thrust_deduction
