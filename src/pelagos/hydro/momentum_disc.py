@@ -1,14 +1,14 @@
 """Thrust of a disc in axial flow by momentum theory, at the power that it takes at rest.
 
-Sources: J. S. Carlton, "Marine Propellers and Propulsion", 4th ed., 2019, Chapter 8 (W. J. M. Rankine 1865, R. E. Froude
-1889): an open disc. J. D. van Manen, M. W. C. Oosterveld, "Analysis of ducted-propeller design", SNAME Transactions 74,
-1966: with a straight duct, whose slipstream leaves with the disc's area, T = rho A Ve (Ve - V), P = rho A Ve (Ve^2 -
-V^2)/2.
+Sources: J. S. Carlton, "Marine Propellers and Propulsion", 4th ed., 2019, Chapter 8 (W. J. M. Rankine 1865, R. E.
+Froude 1889): an open disc. J. D. van Manen, M. W. C. Oosterveld, "Analysis of ducted-propeller design", SNAME
+Transactions 74, 1966: one in a straight duct, whose slipstream leaves with the disc's area, T = rho A Ve (Ve - V),
+P = rho A Ve (Ve^2 - V^2)/2.
 
 Assumptions: uniform loading, no swirl, no friction, constant power (a motor that is held at a current and a voltage).
 Speeds are in units of v0 = sqrt(T0/(2 rho A)), the flow that an open disc of thrust T0 draws through itself at rest.
-Valid for flow from ahead, against the push's own side. Flow from behind: the thrust of rest is kept, within 15 % of J. G.
-Leishman, "Principles of Helicopter Aerodynamics", 2nd ed., 2006, equation (2.96), down to -v0; faster than that nothing
+Valid for flow from ahead of the push. In flow from behind the thrust of rest is kept, within 15 % of J. G. Leishman,
+"Principles of Helicopter Aerodynamics", 2nd ed., 2006, equation (2.96), down to -v0; in a faster one nothing
 is known. A real propeller reaches zero thrust at a finite speed; a disc of constant power falls as P/V.
 """
 

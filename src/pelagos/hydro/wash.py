@@ -41,8 +41,8 @@ def steered_share(tandem: float, angle_deg: float) -> float:
 def tunnel_share(crossing: Array, loss: Array) -> Array:
     """exp(-c U^2): share of a tunnel thruster's force left where the hull moves across its jet with U^2 [m^2/s^2].
 
-    `loss`: c [s^2/m^2], of one vehicle and one jet, such as 0.35 for the 70 mm thrusters of Delphin2 up to 1 m/s. What is
-    lost is the suction of the bent jet on the hull, not the momentum in the tunnel: at speeds above those of the jet a
-    part of it comes back (Chislett and Bjorheden), which this form does not have.
+    `loss`: c [s^2/m^2], of one vehicle and one jet, such as 0.35 for the 70 mm thrusters of Delphin2 up to 1 m/s. It is
+    the suction of the bent jet on the hull, not the momentum in the tunnel, that takes the force away: where the hull
+    is faster than the jet a part of it comes back (Chislett and Bjorheden), which this form does not have.
     """
     return dr.exp(-loss * crossing)

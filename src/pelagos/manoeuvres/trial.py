@@ -17,12 +17,14 @@ from pelagos.vehicles.actuators.curve import CurveThruster
 from pelagos.vehicles.actuators.mmg import MmgShip, MmgShipConfig
 from pelagos.vehicles.actuators.ship import ShipRudder
 from pelagos.vehicles.actuators.thruster import Thruster
+from pelagos.vehicles.model import Model
 from pelagos.vehicles.vehicle import Vehicle
 
 _RATE_HZ: Final = 10
 _STEADY_S: Final = 10.0  # straight ahead before the helm is laid
 _STOPPED_HZ: Final = 1e-3  # revolutions of an engine that is stopped: a key that must be positive
 _WAY: Final = 20.0  # lengths of depth below
+_TOLD: Final = 0.01  # share of a thrust: a smaller loss in a jet is not told
 
 
 @dataclass(frozen=True)
@@ -257,16 +259,37 @@ def decay(vehicle: Mapping[str, Any], orders: Orders) -> Trial:
 
 
 def bollard(vehicle: Mapping[str, Any], orders: Orders) -> Trial:
-    """The pull of each thruster at its limits, the vehicle held; no run."""
+    """The pull of each thruster at its limits, the vehicle held, and what the jets of others take; no run."""
     run = _Run(vehicle, 0.0)
     found = []
     for name, actuator in run.vehicle.model.actuators.items():
         if hasattr(actuator, "thrust_limits"):
-            astern, ahead = actuator.thrust_limits
-            found += [Measure(f"{name}, ahead", float(ahead), "N"), Measure(f"{name}, astern", float(astern), "N")]
+            astern, ahead = (float(limit) * _felt(actuator) for limit in actuator.thrust_limits)
+            found += [Measure(f"{name}, ahead", ahead, "N"), Measure(f"{name}, astern", astern, "N")]
     if not found:
         raise InputError(f"{run.vehicle.name} has no thruster")
-    return run.done("bollard", "still water", found, [])
+    return run.done("bollard", "still water", found + _jet_losses(run.vehicle.model), [])
+
+
+def _felt(actuator: Any) -> float:
+    """Share of a thruster's thrust that its hull leaves."""
+    inflow = getattr(actuator, "inflow", None)
+    return 1.0 if inflow is None else 1.0 - inflow.deduction
+
+
+def _jet_losses(model: Model) -> list[Measure]:
+    """Thrust that a jet takes from a thruster, both at a limit, where it takes a hundredth or more."""
+    found = []
+    for jet in model.interaction.jets if model.interaction is not None else ():
+        limits = [model.actuators[name].thrust_limits for name in (jet.source, jet.target)]  # type: ignore[attr-defined]
+        for i, there in enumerate(("astern", "ahead")):
+            for k, here in enumerate(("astern", "ahead")):
+                source, target = float(limits[0][i]), float(limits[1][k])
+                lost = 1 - model.interaction.left(model.actuators, jet, source=source, target=target)  # type: ignore[union-attr]
+                if lost >= _TOLD:
+                    name = f"{jet.target} {here}, lost in the jet of {jet.source} {there}"
+                    found.append(Measure(name, 100 * lost, "%"))
+    return found
 
 
 MANOEUVRES: Final[dict[str, Callable[[Mapping[str, Any], Orders], Trial]]] = {

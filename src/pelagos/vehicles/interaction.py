@@ -79,8 +79,8 @@ class Interaction:
         """Flow from ahead that jets bring to each thruster [m/s], by name.
 
         `states`: of all actuators; `left`: shares of their forces left near the surface. A jet is that of the thrust
-        that the vehicle's speed leaves its thruster; that this one stands in a jet itself does not count. Jets that meet
-        add their momentum, V |V| = sum of v |v|.
+        that the vehicle's speed leaves its thruster; that this one stands in a jet itself does not count. Jets that
+        meet add their momentum, V |V| = sum of v |v|.
         """
         rows = dict(zip(actuators, zip(states, left, strict=True), strict=True))
         drawn: dict[str, tuple[Array, Array]] = {}
@@ -120,10 +120,12 @@ def _signed_root(square: Array) -> Array:
 def build_interaction(config: InteractionConfig | None, actuators: Mapping[str, Any]) -> Interaction | None:
     """Jets among thrusters that do not turn: by distance and angle, once.
 
-    The tandem formula was measured on two equal thrusters at the same command. A jet's speed goes with the square root
-    of its thrust over its area, so what the formula says of equal ones is kept as a flow in units of that which the
-    source draws, and holds for any two thrusts. The flow runs from thruster to thruster; its part along the target's axis
-    counts.
+    The tandem formula was measured on two equal thrusters at the same command, the one behind in line. A jet's speed
+    goes with the square root of its thrust over its area, so what the formula says of equal ones is kept as a flow in
+    units of that which the source draws, and holds for any two thrusts. The flow runs from thruster to thruster; its
+    part along the target's axis counts, which nobody has measured for targets that are not in line.
+
+    That flow is two to three times a free jet's: swirl, turbulence and the shape of the jet cost thrust too.
 
     Raises:
         ValueError: two thrusters are closer than the formula's data.
@@ -159,4 +161,5 @@ def _reach(source: str, target: str, actuators: Mapping[str, Any], base: float, 
     share = wash.steered_share(wash.tandem_share(distance, base), angle)
     if 1 - share < _SEEN:
         return 0.0
-    return second.law.flow_for(share) * float(-np.dot(line, second.axis)) / (distance * first.diameter)
+    against = float(-np.dot(line, second.axis)) / (distance * first.diameter)
+    return second.law.flow_for(share, against) * against

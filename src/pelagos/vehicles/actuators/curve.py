@@ -81,7 +81,7 @@ class CurveThrusterConfig(PartConfig):
             site=thruster_site(body, self.position_m, self.diameter_m),
             inflow=build_inflow(
                 self.inflow, position=self.position_m, direction=self.direction, diameter=self.diameter_m,
-                density=body.density, unit=self.unit,
+                density=body.density,
             ),
         )  # fmt: skip
 

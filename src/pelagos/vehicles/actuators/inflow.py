@@ -25,11 +25,11 @@ class _InflowConfig(PartConfig):
     wake_fraction: Fraction = 0.0
     """w: the thruster sees (1 - w) of the vehicle's speed through the water along its axis [-]."""
     thrust_deduction: Fraction = 0.0
-    """t: the vehicle feels (1 - t) of the thrust, since the thruster sucks at the hull ahead of it, or its jet rubs along
-    the hull behind [-]."""
+    """t: the vehicle feels (1 - t) of the thrust, since the thruster sucks at the hull ahead of it, or its jet rubs
+    along the hull or clings to it [-]."""
     tunnel_loss_s2_m2: NonNegative = 0.0
-    """c of exp(-c U^2), the share of a tunnel thruster's force that is left where the hull moves across its jet with U; 0: no
-    tunnel. 0.35 for the 70 mm thrusters of Delphin2 [s^2/m^2]."""
+    """c of exp(-c U^2), share of a tunnel thruster's force that is left where the hull moves across its jet with U; 0:
+    no tunnel. 0.35 for the 70 mm thrusters of Delphin2 [s^2/m^2]."""
 
 
 class DiscInflowConfig(_InflowConfig):
@@ -47,7 +47,7 @@ class DiscInflowConfig(_InflowConfig):
 
 
 class BSeriesInflowConfig(_InflowConfig):
-    """An open propeller of known shaft speed: thrust and torque fall as KT(J) and KQ(J) of the Wageningen B-series do."""
+    """An open propeller of known shaft speed: thrust and torque fall as KT(J), KQ(J) of the Wageningen B-series."""
 
     type: Literal["b_series"]
     pitch_ratio: float = Field(ge=b_series.PITCH[0], le=b_series.PITCH[1])
@@ -57,14 +57,26 @@ class BSeriesInflowConfig(_InflowConfig):
     blades: int = Field(ge=b_series.BLADES[0], le=b_series.BLADES[1])
     """Number of blades."""
 
-    def law(self, diameter: float, unit: str) -> OpenWater:
-        """Loss by the flow; shaft speed in a unit."""
+    def law(self, shaft: Shaft, diameter: float, density: float) -> OpenWater:
+        """Loss by the flow."""
         shape = self.pitch_ratio, self.area_ratio, self.blades
         thrust, torque = b_series.thrust_polynomial(*shape), b_series.torque_polynomial(*shape)
-        return OpenWater(thrust, torque, b_series.advance_at(thrust, 0.0), diameter, PER_SECOND[unit])
+        hertz = PER_SECOND[shaft.unit]
+        tip = diameter * hertz * math.sqrt(2 * density * math.pi / 4 * diameter**2)
+        drawn = math.sqrt(shaft.reverse) / tip, math.sqrt(shaft.forward) / tip
+        return OpenWater(thrust, torque, b_series.advance_at(thrust, 0.0), diameter, hertz, drawn)
 
 
 InflowConfig: TypeAlias = Annotated[DiscInflowConfig | BSeriesInflowConfig, Field(discriminator="type")]
+
+
+@dataclass(frozen=True)
+class Shaft:
+    """Thrust by the square of a shaft speed, ahead and astern, and the unit of that speed."""
+
+    forward: float
+    reverse: float
+    unit: str
 
 
 class Law(Protocol):
@@ -74,8 +86,8 @@ class Law(Protocol):
         """Shares of thrust and torque left: flow from ahead [m/s], `momentum_disc.flow_at_rest` [m/s], state."""
         ...
 
-    def flow_for(self, share: float) -> float:
-        """The flow from ahead, over `momentum_disc.flow_at_rest`, that leaves a share of the thrust."""
+    def flow_for(self, share: float, sign: float) -> float:
+        """The flow from ahead, over `momentum_disc.flow_at_rest`, that leaves a share of a thrust of a sign."""
         ...
 
 
@@ -90,14 +102,15 @@ class Disc:
         share = (momentum_disc.duct_share if self.ducted else momentum_disc.open_share)(ahead / still)
         return share, share
 
-    def flow_for(self, share: float) -> float:
+    def flow_for(self, share: float, sign: float) -> float:
         """See `Law`."""
         return (momentum_disc.duct_inflow if self.ducted else momentum_disc.open_inflow)(share)
 
 
 @dataclass(frozen=True)
 class OpenWater:
-    """thrust, torque: KT(J), KQ(J) from J^0 on; limit: J of zero thrust; diameter [m]; hertz: revolutions by state.
+    """thrust, torque: KT(J), KQ(J) from J^0 on; limit: J of zero thrust; diameter [m]; hertz: revolutions by state;
+    drawn: `momentum_disc.flow_at_rest` over n D, astern and ahead.
 
     J is held between 0 and `limit`: no propeller brakes, and one in a flow from behind, or one that turns astern, is as
     the one ahead.
@@ -108,6 +121,7 @@ class OpenWater:
     limit: float
     diameter: float
     hertz: float
+    drawn: tuple[float, float]
 
     def shares(self, ahead: Array, still: Array, state: Array) -> tuple[Array, Array]:
         """See `Law`."""
@@ -115,9 +129,9 @@ class OpenWater:
         j = dr.clip(ahead / (turning * self.diameter), 0.0, self.limit)
         return _at(self.thrust, j), _at(self.torque, j)
 
-    def flow_for(self, share: float) -> float:
-        """See `Law`; v0 = n D sqrt(2 KT/pi)."""
-        return b_series.advance_at(self.thrust, share * self.thrust[0]) * math.sqrt(math.pi / (2 * self.thrust[0]))
+    def flow_for(self, share: float, sign: float) -> float:
+        """See `Law`."""
+        return b_series.advance_at(self.thrust, share * self.thrust[0]) / self.drawn[1 if sign > 0 else 0]
 
 
 def _at(polynomial: tuple[float, ...], j: Array) -> Array:
@@ -186,14 +200,19 @@ def build_inflow(
     direction: Three,
     diameter: float,
     density: float,
-    unit: str,
+    shaft: Shaft | None = None,
 ) -> Inflow | None:
-    """The loss of a thruster, in the water that its vehicle is for; `unit`: of its shaft speed."""
+    """The loss of a thruster, in the water that its vehicle is for; `shaft`: where its speed is known."""
     if config is None:
         return None
+    if isinstance(config, DiscInflowConfig):
+        law: Disc | OpenWater = config.law()
+    else:
+        assert shaft is not None
+        law = config.law(shaft, diameter, density)
     axis = np.array(direction) / np.linalg.norm(direction)
     return Inflow(
-        law=config.law() if isinstance(config, DiscInflowConfig) else config.law(diameter, unit),
+        law=law,
         axis=tuple(float(a) for a in axis),
         point=tuple(float(p) for p in position),
         diameter=diameter,

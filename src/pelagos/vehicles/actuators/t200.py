@@ -81,7 +81,7 @@ class T200Config(PartConfig):
             site=Place("propeller", self.position_m, _RADIUS),
             inflow=build_inflow(
                 self.inflow, position=self.position_m, direction=self.direction, diameter=2 * _RADIUS,
-                density=body.density, unit="throttle",
+                density=body.density,
             ),
         )  # fmt: skip
 

@@ -18,6 +18,7 @@ from pelagos.vehicles.actuators.inflow import (
     DiscInflowConfig,
     Inflow,
     InflowConfig,
+    Shaft,
     build_inflow,
     check_diameter,
 )
@@ -63,7 +64,8 @@ class ThrusterConfig(PartConfig):
         check_diameter(self.inflow, "diameter_m" in self.model_fields_set)
         if isinstance(self.inflow, BSeriesInflowConfig) and self.unit not in PER_SECOND:
             raise ValueError(
-                f"inflow by the B-series needs the shaft's speed: its unit is {self.unit!r}, not {', '.join(PER_SECOND)}"
+                f"inflow by the B-series needs the speed of the shaft: unit is {self.unit!r}, "
+                f"none of {', '.join(PER_SECOND)}"
             )
         return self
 
@@ -77,7 +79,7 @@ class ThrusterConfig(PartConfig):
             site=thruster_site(body, self.position_m, self.diameter_m),
             inflow=build_inflow(
                 self.inflow, position=self.position_m, direction=self.direction, diameter=self.diameter_m,
-                density=body.density, unit=self.unit,
+                density=body.density, shaft=Shaft(self.forward, self.reverse, self.unit),
             ),
         )  # fmt: skip
 
@@ -118,7 +120,7 @@ class ForceThrusterConfig(PartConfig):
             site=thruster_site(body, self.position_m, self.diameter_m),
             inflow=build_inflow(
                 self.inflow, position=self.position_m, direction=self.direction, diameter=self.diameter_m,
-                density=body.density, unit="N",
+                density=body.density,
             ),
         )  # fmt: skip
 
