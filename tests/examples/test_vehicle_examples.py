@@ -40,3 +40,13 @@ def test_numpy_dynamics(monkeypatch):
     import vehicle_numpy_dynamics
 
     assert vehicle_numpy_dynamics.main(60.0) == pytest.approx([6.5, 3.5], abs=0.03)
+
+
+def test_thruster_losses(tmp_path, capsys, monkeypatch):
+    """At 2 m/s an open disc of 30 N and 12 cm, v0 = 1.137 m/s: t^3 + 1.759 t = 1; 4 D behind another 1 - 0.8^(4^(2/3))."""
+    monkeypatch.setattr("sys.argv", ["", str(tmp_path / "losses.png")])
+    runpy.run_path(str(EXAMPLES / "vehicle_thruster_losses.py"))["main"]()
+    said = capsys.readouterr().out
+    assert "'open disc': 0.5," in said
+    assert "'0 deg': 0.43," in said
+    assert (tmp_path / "losses.png").stat().st_size > 10_000

@@ -16,6 +16,9 @@ from pelagos.jit import Array
 from pelagos.vehicles.flow import Flow
 from pelagos.vehicles.part import Fraction, NonNegative, PartConfig, Three
 
+_ALIKE: Final = 2.0
+"""Ratio of a thruster's thrust coefficient to that of the series, either way, beyond which it is another propeller."""
+_WATER: Final = 1000.0  # [kg/m^3], close enough for that
 _SLOWEST: Final = 1e-6  # [1/s]: a shaft below this counts as still
 PER_SECOND: Final = {"rad/s": 1 / (2 * math.pi), "rpm": 1 / 60, "1/s": 1.0}
 """Revolutions by the unit of a shaft speed [1/s]."""
@@ -56,6 +59,25 @@ class BSeriesInflowConfig(_InflowConfig):
     """Expanded blade area over the disc's, AE/A0 [-]."""
     blades: int = Field(ge=b_series.BLADES[0], le=b_series.BLADES[1])
     """Number of blades."""
+
+    def check(self, shaft: Shaft, diameter: float) -> None:
+        """Refuse a thrust that is not this propeller's.
+
+        Raises:
+            ValueError: says which thrust coefficient was given, and which the series has.
+        """
+        if shaft.unit not in PER_SECOND:
+            known = ", ".join(PER_SECOND)
+            raise ValueError(
+                f"inflow by the B-series needs the speed of the shaft: unit is {shaft.unit!r}, none of {known}"
+            )
+        given = shaft.forward / (PER_SECOND[shaft.unit] ** 2 * _WATER * diameter**4)
+        series = b_series.thrust_polynomial(self.pitch_ratio, self.area_ratio, self.blades)[0]
+        if not series / _ALIKE < given < series * _ALIKE:
+            raise ValueError(
+                f"forward gives a thrust coefficient of {given:.3g} at rest, and this propeller of the B-series has "
+                f"{series:.3g}: check forward and its unit, diameter_m and pitch_ratio"
+            )
 
     def law(self, shaft: Shaft, diameter: float, density: float) -> OpenWater:
         """Loss by the flow."""

@@ -13,7 +13,6 @@ from pelagos.hydro import thruster
 from pelagos.hydro.algebra import Vector, mul
 from pelagos.jit import Array
 from pelagos.vehicles.actuators.inflow import (
-    PER_SECOND,
     BSeriesInflowConfig,
     DiscInflowConfig,
     Inflow,
@@ -62,11 +61,8 @@ class ThrusterConfig(PartConfig):
         if self.low >= self.high:
             raise ValueError(f"low {self.low:g} must be below high {self.high:g}")
         check_diameter(self.inflow, "diameter_m" in self.model_fields_set)
-        if isinstance(self.inflow, BSeriesInflowConfig) and self.unit not in PER_SECOND:
-            raise ValueError(
-                f"inflow by the B-series needs the speed of the shaft: unit is {self.unit!r}, "
-                f"none of {', '.join(PER_SECOND)}"
-            )
+        if isinstance(self.inflow, BSeriesInflowConfig):
+            self.inflow.check(Shaft(self.forward, self.reverse, self.unit), self.diameter_m)
         return self
 
     def build(self, body: Body) -> Thruster:
