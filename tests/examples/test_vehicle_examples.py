@@ -43,7 +43,7 @@ def test_numpy_dynamics(monkeypatch):
 
 
 def test_thruster_losses(tmp_path, capsys, monkeypatch):
-    """At 2 m/s an open disc of 30 N and 12 cm, v0 = 1.137 m/s: t^3 + 1.759 t = 1; 4 D behind another 1 - 0.8^(4^(2/3))."""
+    """At 2 m/s an open disc of 30 N and 12 cm, v0 = 1.137 m/s: t^3 + 1.759 t = 1; 4 D behind 1 - 0.8^(4^(2/3))."""
     monkeypatch.setattr("sys.argv", ["", str(tmp_path / "losses.png")])
     runpy.run_path(str(EXAMPLES / "vehicle_thruster_losses.py"))["main"]()
     said = capsys.readouterr().out
