@@ -29,7 +29,7 @@ def tandem_share(distance: float, base: float = OPEN_WATER) -> float:
 
     `distance`: x/D [-]. Measured from about 2 to 16 diameters; refused here below `LEAST_DISTANCE`.
     """
-    return 1 - base ** (distance ** (2 / 3))
+    return float(1 - base ** (distance ** (2 / 3)))
 
 
 def steered_share(tandem: float, angle_deg: float) -> float:
