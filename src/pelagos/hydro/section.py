@@ -68,6 +68,60 @@ class SectionWaves:
         return self.froude_krylov + self.diffraction
 
 
+@dataclass(frozen=True)
+class SectionRadiation:
+    """Waves of a section's own motions at one frequency, and their potentials on it.
+
+    Attributes:
+        omega: [rad/s].
+        middles: `(n, 2)` of the hull's panels, y and z [m].
+        directions: `(n, 3)` their normals into the hull in sway, heave and roll, times their lengths.
+        potentials: `(n, 3)` of a velocity of 1 m/s or 1 rad/s.
+    """
+
+    omega: float
+    middles: Values
+    directions: Values
+    potentials: Waves
+
+    @property
+    def momentum(self) -> Waves:
+        """Added mass and i / omega of the damping `(3, 3)` per length and density."""
+        return self.directions.T @ self.potentials
+
+    def scattered(self, omega: float, side: float) -> Waves:
+        """Impulse (3) of the force that a hull, held, exerts by scattering a wave of amplitude 1 m in deep water.
+
+        By Green's theorem from the potentials of its own motion (M. D. Haskind 1957; STF70 equations 26 to 28): the
+        wave's own motion past the section is in them. The force is -i times the frequency of encounter, which is this
+        object's, times the impulse.
+
+        Args:
+            omega: of the wave as one who stands sees it [rad/s].
+            side: sine of its direction, to starboard.
+        """
+        k = omega**2 / GRAVITY
+        y, z = self.middles.T
+        along = self.directions[:, 1] + 1j * side * self.directions[:, 0]
+        return -1j * omega * self.potentials.T @ (along * np.exp(k * z + 1j * k * side * y))
+
+
+def section_radiation(points: ArrayLike, omega: float) -> SectionRadiation:
+    """Waves of a section's own motions in deep water.
+
+    Args:
+        points, omega: see `section_waves`.
+
+    Raises:
+        InputError: see `section_waves`.
+    """
+    tank, k = _tank_about(points, omega, None)
+    potentials, _ = tank.solve(omega, k)
+    on = tank.kind == BODY
+    directions = tank.lengths[on, None] * tank.directions[on]
+    return SectionRadiation(omega, tank.middles[on], directions, potentials[on, :3])
+
+
 def section_waves(points: ArrayLike, omega: float, *, depth: float | None = None) -> SectionWaves:
     """Waves about a section that floats at the surface.
 
@@ -81,15 +135,8 @@ def section_waves(points: ArrayLike, omega: float, *, depth: float | None = None
         InputError: a section that does not begin and end at the waterline or leaves the water, or a frequency or depth
             that cannot be, or waves so short that they need more than `MOST` panels.
     """
-    hull = _checked(points, depth)
-    if not (np.isfinite(omega) and omega > 0):
-        raise InputError(f"omega must be a positive number [rad/s], not {omega:g}; for infinity: section_added_mass")
-    low, size = -float(hull[:, 1].min()), float(np.abs(hull).max())
-    deep = 2 * np.pi * GRAVITY / omega**2
-    level = max(_DEEP * deep, 6 * max(low, size))
-    level = level if depth is None else min(depth, level)
-    k = float(wavenumber(np.array(omega), level))
-    tank = _Tank.around(hull, level, 2 * np.pi / k / _PER_WAVE)
+    tank, k = _tank_about(points, omega, depth)
+    level = tank.level
     potentials, wave = tank.solve(omega, k)
     force = tank.lengths[:, None] * tank.directions
     inertia = force.T @ potentials[:, :3]
@@ -107,6 +154,19 @@ def section_waves(points: ArrayLike, omega: float, *, depth: float | None = None
         radiated=away[:, :3],
         group_velocity=0.5 * omega / k * (1 + kh / np.sinh(min(kh, 300.0))),
     )
+
+
+def _tank_about(points: ArrayLike, omega: float, depth: float | None) -> tuple[_Tank, float]:
+    """The tank about a section, and the number of its waves [1/m]."""
+    hull = _checked(points, depth)
+    if not (np.isfinite(omega) and omega > 0):
+        raise InputError(f"omega must be a positive number [rad/s], not {omega:g}; for infinity: section_added_mass")
+    low, size = -float(hull[:, 1].min()), float(np.abs(hull).max())
+    deep = 2 * np.pi * GRAVITY / omega**2
+    level = max(_DEEP * deep, 6 * max(low, size))
+    level = level if depth is None else min(depth, level)
+    k = float(wavenumber(np.array(omega), level))
+    return _Tank.around(hull, level, 2 * np.pi / k / _PER_WAVE), k
 
 
 def section_added_mass(points: ArrayLike, *, depth: float | None = None) -> Values:
