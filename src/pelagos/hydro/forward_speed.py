@@ -43,9 +43,12 @@ class Transom:
     momentum: Waves
 
 
-def section_motion(position: float) -> Values:
-    """Motion (3) of a section in sway, heave and roll by that of the hull `(3, 6)`, FRD; position forward [m]."""
+def section_motion(position: float, side: float = 0.0) -> Values:
+    """Motion (3) of a section in sway, heave and roll by that of the hull `(3, 6)`, FRD; position forward and its middle
+    to starboard [m].
+    """
     motion = np.zeros((3, 6))
+    motion[1, 3] = side
     motion[0, 1] = motion[1, 2] = motion[2, 3] = 1.0
     motion[0, 5], motion[1, 4] = position, -position
     return motion

@@ -93,7 +93,14 @@ class HullWaves:
 
 
 def hull_waves(
-    waves: Waves, north: Array, west: Array, heading: tuple[Array, Array], t: Array, plane: Waterplane
+    waves: Waves,
+    north: Array,
+    west: Array,
+    heading: tuple[Array, Array],
+    t: Array,
+    plane: Waterplane,
+    *,
+    speed: Array | None = None,
 ) -> HullWaves:
     """Waves about a place.
 
@@ -103,6 +110,8 @@ def hull_waves(
         heading: cosine and sine of the compass heading.
         t: time [s].
         plane: of the hull.
+        speed: of the place along the heading [m/s]: the acceleration is then that of the sheet of water which goes with
+            the hull, at the frequency of encounter; None: of the water at a place that stays.
     """
     cos, sin = heading
     half = 0.5 * plane.length
@@ -122,7 +131,9 @@ def hull_waves(
         towards = 2 * math.pi / second[1]
         # sides feel the motion half way down, bottoms that at the draught
         water = _Water(towards * ahead * decays[0][0], towards * aside * decays[0][0], decays[1][1])
-        motion = _sheet(wave, 2 * math.pi * first[2], water, nodes.fit(xs, ys))
+        rate = 2 * math.pi * first[2]
+        met = rate if speed is None else rate - 2 * math.pi * ahead * speed
+        motion = _sheet(wave, (rate, met), water, nodes.fit(xs, ys))
         return i + 1, *grid, *(total + v for total, v in zip(sums[len(grid) :], motion, strict=True))
 
     count = 3 * len(_ALONG[0]) * len(plane.across[0])
@@ -199,15 +210,18 @@ def _products(
     ]
 
 
-def _sheet(wave: _Phase, rate: Array, water: _Water, fit: tuple[Array, Array, Array]) -> list[Array]:
-    """Velocity (6) and acceleration (6) of a wave's rigid sheet of water, see `HullWaves`."""
+def _sheet(wave: _Phase, rates: tuple[Array, Array], water: _Water, fit: tuple[Array, Array, Array]) -> list[Array]:
+    """Velocity (6) and acceleration (6) of a wave's rigid sheet of water, see `HullWaves`; rates [rad/s]: of the wave,
+    and at which the hull meets it.
+    """
     s, c = wave
+    rate, met = rates
     whole, nod, tilt = fit
     # velocity: forward and aside go with cos, upwards with sin; first moments turn cos to -sin and sin to cos
     cw, sw = rate * whole * c, rate * whole * s
     velocity = [water.ahead * cw, water.aside * cw, -water.up * sw]
     velocity += [-water.up * rate * tilt * c, water.up * rate * nod * c, -water.aside * rate * nod * s]
-    fast = rate * rate
+    fast = rate * met
     cw, sw = fast * whole * c, fast * whole * s
     change = [water.ahead * sw, water.aside * sw, water.up * cw]
     change += [-water.up * fast * tilt * s, water.up * fast * nod * s, water.aside * fast * nod * c]

@@ -14,11 +14,24 @@ from pelagos.config.path import MeshPath
 from pelagos.errors import did_you_mean
 from pelagos.vehicles.diffraction import DiffractionConfig
 from pelagos.vehicles.drift import DriftConfig
-from pelagos.vehicles.part import PartConfig, Positive
+from pelagos.vehicles.part import Number, PartConfig, Positive
 from pelagos.vehicles.shape.pontoon import PontoonConfig
 
 _CATALOGUE: Final = "pelagos.vehicles.catalogue"
 _BEM: Final = ".bem.json"
+_Three = tuple[float, float, float]
+_Section = tuple[_Three, _Three, _Three]
+
+
+class TransomConfig(PartConfig):
+    """Section at which a hull is cut off astern: sway, heave and roll per length, FRD, over the water's density."""
+
+    position_x_m: Number
+    """Forward of the origin, negative [m]."""
+    added_mass_infinite: _Section
+    """`(3, 3)` at infinite frequency."""
+    damping: tuple[_Section, ...]
+    """`(frequencies, 3, 3)`, at those of the hull."""
 
 
 class RadiationConfig(PartConfig):
@@ -40,6 +53,9 @@ class RadiationConfig(PartConfig):
     """Forces of first order of the waves that the hull scatters; without, added mass times the water's acceleration
     stands for them, which is right for waves longer than the hull."""
 
+    transom: TransomConfig | None = None
+    """Section at which the hull is cut off astern, for `forward_speed` of `afloat`; without, it ends in a point."""
+
     @model_validator(mode="after")
     def _shapes(self) -> Self:
         n = len(self.omega_radps)
@@ -47,6 +63,8 @@ class RadiationConfig(PartConfig):
             raise ValueError(f"added_mass_infinite must be 6 x 6 and damping {n} x 6 x 6, one matrix a frequency")
         if (np.diff(self.omega_radps) <= 0).any():
             raise ValueError("omega_radps must increase")
+        if self.transom is not None and np.shape(self.transom.damping) != (n, 3, 3):
+            raise ValueError(f"the transom's damping must be {n} x 3 x 3, one matrix a frequency")
         return self
 
 
@@ -63,6 +81,10 @@ class AfloatConfig(PartConfig):
     drift: str | DriftConfig | None = None
     """Mean and slowly varying forces of second order: coefficients, or the catalogue's file that has them; without,
     none."""
+    forward_speed: Literal["none", "strip"] = "none"
+    """Speed ahead in radiation and diffraction, of hulls with `radiation`: none, coefficients of zero speed at the
+    frequency of encounter; strip, with the terms of strip theory (Salvesen, Tuck and Faltinsen 1970), at the speed that
+    the hull has through the water: slender hulls, Froude numbers up to 0.4."""
     restoring: Literal["term", "hull"] = "term"
     """Restoring near rest, where the hydrostatic term and the hull's pressure differ: the term's (a measured or
     published stiffness) up to heaves of half the draught and tilts of 15 degrees, or the hull's throughout."""
@@ -83,6 +105,19 @@ class AfloatConfig(PartConfig):
         if isinstance(self.drift, str) and _from_catalogue(self.drift).drift is None:
             having = [name for name in known if _from_catalogue(name).drift is not None]
             raise ValueError(f"{self.drift!r} has no drift coefficients that can be trusted; {', '.join(having)} have")
+        return self
+
+    @model_validator(mode="after")
+    def _speed(self) -> Self:
+        found = self.coefficients
+        if self.forward_speed == "none":
+            given = found is not None and (found.transom or (found.diffraction and found.diffraction.speed_mps))
+            if given:
+                raise ValueError("radiation has a transom or speeds of diffraction: they need forward_speed: strip")
+        elif found is None:
+            raise ValueError("forward_speed: strip needs radiation, whose terms it adds to")
+        elif found.diffraction is not None and not found.diffraction.speed_mps:
+            raise ValueError("forward_speed: strip needs diffraction at speed: give speed_mps there, or no diffraction")
         return self
 
     @property

@@ -13,6 +13,7 @@ from pelagos.math.frames import flip_yz
 from pelagos.math.so3 import matrix
 from pelagos.vehicles.flow import Flow, Seaway, make_flow
 from pelagos.vehicles.integrate import Rigid
+from pelagos.vehicles.seakeeping import speed_along
 from pelagos.vehicles.stream import Stream, current_at, stream_at
 from pelagos.vehicles.tables import Tables
 from pelagos.vehicles.wave_flow import WaveFlow, along_hull, surface_under
@@ -103,7 +104,11 @@ def _seaway(
     assert sea is not None
     assert tables is not None
     assert tables.hull is not None
-    waves = sea.waves(ocean, rigid.position, rotation, t)
+    past = over = None
+    if sea.ahead is not None:
+        over = speed_along(rotation, matvec(rotation, rigid.nu[:3]))
+        past = over - speed_along(rotation, stream.velocity)
+    waves = sea.waves(ocean, rigid.position, rotation, t, speed=over)
     velocity = sea.to_body(rotation, waves.velocity)
     surface, ahead, starboard = waves.plane()
     flow = make_flow(
@@ -113,12 +118,12 @@ def _seaway(
         acceleration=stream.acceleration, turning=stream.turning, surface=(-dr.atan(starboard), dr.atan(ahead)),
     )  # fmt: skip
     water = sea.to_body(rotation, waves.acceleration)
-    load = sea.load(ocean, waves, rigid.position, rotation, water, t, tables.hull)
+    load = sea.load(ocean, waves, rigid.position, rotation, water, t, tables.hull, speed=past)
     if sea.diffraction is None:
         through = [*flow.nu_r[:3], *add(rigid.nu[3:], minus(velocity[3:]))]
     else:  # waves that come are scattered as if the hull were held: only its own motion radiates
         through = [*add(flow.nu_r[:3], velocity[:3]), *rigid.nu[3:]]
-    flow.seaway = Seaway(load, through)
+    flow.seaway = Seaway(load, through, past)
     return flow
 
 

@@ -10,6 +10,7 @@ from pelagos.vehicles.actuators.t200 import Battery, BatteryConfig, current_expo
 from pelagos.vehicles.config import VehicleConfig
 from pelagos.vehicles.control.controller import Controller
 from pelagos.vehicles.control.plant import Plant
+from pelagos.vehicles.forward_speed import compile_forward_speed
 from pelagos.vehicles.interaction import build_interaction
 from pelagos.vehicles.model import Model, inertia_of
 from pelagos.vehicles.part import numbers
@@ -25,6 +26,7 @@ def build_model(config: VehicleConfig) -> Model:
     sea = None
     if config.afloat is not None and config.seakeeping == "pressure":
         sea = compile_seakeeping(config.afloat, body)
+        sea = replace(sea, ahead=compile_forward_speed(config.afloat, body, config.coriolis, sea.added))
     actuators = {name: part.build(body) for name, part in config.actuators.items() if part is not None}
     return Model(
         trim=None if sea is None else _trim(config, sea),

@@ -26,11 +26,13 @@ class Supply:
 @dataclass
 class Seaway:
     """Waves at a hull: load, the wrench (6) of pressure, weight, diffraction and drift [N], [N m]; velocity (6) of the
-    hull relative to the water of the waves, as a rigid sheet [m/s], [rad/s].
+    hull relative to the water of the waves, as a rigid sheet [m/s], [rad/s]; speed ahead through the water [m/s], where
+    loads depend on it.
     """
 
     load: Vector
     velocity: Vector
+    speed: Array | None = None
 
 
 @dataclass

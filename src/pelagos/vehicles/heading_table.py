@@ -68,15 +68,17 @@ class HeadingTable:
     """Values on an even grid of frequencies that starts with nothing at zero, and of headings from 0 to 180 degrees.
 
     Attributes:
-        rows: `(frequencies, headings, 3 k)`.
+        rows: `(frequencies, headings, 3 k)`, k values of each layer, layer after layer.
         step: between frequencies [rad/s].
+        layers: that each row holds, such as one for every speed.
     """
 
     rows: NDArray[np.float64]
     step: float
+    layers: int = 1
 
     @classmethod
-    def even(cls, omega: ArrayLike, values: NDArray[np.float64]) -> Self:
+    def even(cls, omega: ArrayLike, values: NDArray[np.float64], layers: int = 1) -> Self:
         """From values `(frequencies, headings, 3 k)` at frequencies omega [rad/s], linear between them."""
         at = np.concatenate([[0.0], np.asarray(omega, dtype=np.float64)])
         known = np.concatenate([np.zeros((1, *values.shape[1:])), values])
@@ -85,29 +87,35 @@ class HeadingTable:
         for j in range(rows.shape[1]):
             for k in range(rows.shape[2]):
                 rows[:, j, k] = np.interp(grid, at, known[:, j, k])
-        return cls(rows, float(grid[1]))
+        return cls(rows, float(grid[1]), layers)
 
     def on_device(self) -> Array:
         """The rows, `Float64`."""
         return jit.Float64(np.ascontiguousarray(self.rows.ravel()))
 
-    def at(self, table: Array, omega: Array, heading: Vector) -> list[Array]:
+    def at(self, table: Array, omega: Array, heading: Vector, layer: Array = 0) -> list[Array]:
         """Values (k `Array3f64`) of the nearest frequency, the last one's beyond it, linear in heading.
 
         Args:
             table: see `on_device`.
             omega: [rad/s].
             heading: of the waves, two components of any size ahead and to starboard; to port is as to starboard.
+            layer: number of the layer, below `layers`.
         """
-        last, turns, parts = len(self.rows) - 1, self.rows.shape[1] - 1, self.rows.shape[2] // 3
+        last, turns, parts = len(self.rows) - 1, self.rows.shape[1] - 1, self.rows.shape[2] // 3 // self.layers
         ahead, aside = heading
         v = dr.atan2(dr.abs(aside), ahead) * (turns / math.pi)
         i = dr.minimum(jit.UInt32(dr.minimum(dr.fma(omega, 1 / self.step, 0.5), float(last))), last)
         j = dr.minimum(jit.UInt32(v), turns - 1)
         q = v - jit.Float64(j)
         row = i * (turns + 1) + j
+        low_row, high_row = row, row + 1
+        if self.layers > 1:
+            low_row, high_row = low_row * self.layers + layer, high_row * self.layers + layer
         found = []
         for part in range(parts):
-            low, high = (dr.gather(jit.Array3f64, table, r if parts == 1 else r * parts + part) for r in (row, row + 1))
+            low, high = (
+                dr.gather(jit.Array3f64, table, r if parts == 1 else r * parts + part) for r in (low_row, high_row)
+            )
             found.append((1 - q) * low + q * high)
         return found

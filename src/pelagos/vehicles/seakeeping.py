@@ -5,7 +5,8 @@ and in undisturbed waves, on the hull's mesh as it is cut by the actual surface 
 mass times the water's acceleration relative to the hull (diffraction of waves that are longer than the hull) or, where
 a panel method's coefficients have it, for the force of the waves that the hull scatters (`diffraction.py`), and for
 Cummins' memory of radiated waves, as a sum of exponentials whose weights are fitted to coefficients of a panel method.
-Drift is of second order (`drift.py`). Slamming and water on deck are not part of it.
+What speed ahead changes is that of strip theory (`forward_speed.py`). Drift is of second order (`drift.py`). Slamming
+and water on deck are not part of it.
 
 Sources: W. E. Cummins, Schiffstechnik 9:101 (1962); O. M. Faltinsen, Sea Loads on Ships and Offshore Structures (1990),
 Section 3.5; T. Perez and T. I. Fossen, Modeling, Identification and Control 29:1 (2008), doi 10.4173/mic.2008.1.1.
@@ -28,10 +29,12 @@ from pelagos.ocean.hull_waves import HullWaves, Waterplane, hull_waves
 from pelagos.vehicles.afloat_config import AfloatConfig, RadiationConfig
 from pelagos.vehicles.diffraction import Diffraction, compile_diffraction
 from pelagos.vehicles.drift import Drift, compile_drift
+from pelagos.vehicles.flow import Flow
+from pelagos.vehicles.forward_speed import ForwardSpeed
 from pelagos.vehicles.hull_at_rest import mesh_stiffness, to_waterline, unbalanced, unbalanced_rest
 from pelagos.vehicles.hull_pressure import HullTable, StillWater, hull_pressure, hull_table
 from pelagos.vehicles.part import Body, numbers
-from pelagos.vehicles.radiation_kernels import Kernel, radiation_kernels
+from pelagos.vehicles.radiation_kernels import Kernel, momentum, radiation_kernels, remember, states
 from pelagos.vehicles.shape.floating_mesh import float_mesh
 from pelagos.vehicles.shape.pontoon import displaced, pontoon_mesh
 
@@ -55,6 +58,7 @@ class Seakeeping:
         drift: of second order; None: none.
         diffraction: of first order; None: added mass times the water's acceleration, and memory of motion relative to
             the water, stand for it.
+        ahead: what speed ahead changes; None: coefficients of zero speed.
     """
 
     vertices: Values
@@ -70,11 +74,12 @@ class Seakeeping:
     kernels: tuple[Kernel, ...]
     drift: Drift | None
     diffraction: Diffraction | None = None
+    ahead: ForwardSpeed | None = None
 
     @property
     def memory(self) -> int:
         """Number of values in the memory."""
-        return 2 * sum(len(k.poles) for k in self.kernels)
+        return states(self.kernels) + (0 if self.ahead is None else states(self.ahead.kernels))
 
     def table(self) -> HullTable:
         """The mesh on the device."""
@@ -83,9 +88,12 @@ class Seakeeping:
         )
         return hull_table(self.vertices, self.faces, drift=drift, diffraction=diffraction)
 
-    def waves(self, ocean: Any, position: Vector, rotation: Matrix, t: Array) -> HullWaves:
-        """The waves at the hull; position NED, rotation FRD -> NED."""
-        return hull_waves(self._sea(ocean, position), position[0], -position[1], _heading(rotation), t, self.plane)
+    def waves(
+        self, ocean: Any, position: Vector, rotation: Matrix, t: Array, *, speed: Array | None = None
+    ) -> HullWaves:
+        """The waves at the hull; position NED, rotation FRD -> NED; speed: see `hull_waves`."""
+        north, west = position[0], -position[1]
+        return hull_waves(self._sea(ocean, position), north, west, _heading(rotation), t, self.plane, speed=speed)
 
     @staticmethod
     def _sea(ocean: Any, position: Vector) -> Any:
@@ -106,8 +114,13 @@ class Seakeeping:
         water: Vector,
         t: Array,
         table: HullTable,
+        *,
+        speed: Array | None = None,
     ) -> list[Array]:
-        """Pressure, weight, drift, and added mass times the acceleration of the `water` (6, body axes) (6)."""
+        """Pressure, weight, drift, and added mass times the acceleration of the `water` (6, body axes) (6).
+
+        `speed`: ahead through the water [m/s], for diffraction that depends on it.
+        """
         place = jit.Array3f64(position[0], -position[1], dr.minimum(-position[2], 0.0))
         weight = ocean.density(place, t) * self.gravity
         depth = position[2] if ocean.tide is None else position[2] + ocean.tide.level(t)
@@ -123,7 +136,9 @@ class Seakeeping:
         if self.diffraction is None:
             return add(wet, matvec(self.added, water))
         place = position[0], -position[1]
-        scattered = self.diffraction.push(self._sea(ocean, position), table.diffraction, place, _heading(rotation), t)
+        scattered = self.diffraction.push(
+            self._sea(ocean, position), table.diffraction, place, _heading(rotation), t, speed=speed
+        )
         return add(wet, scaled(weight / self.gravity, self.to_body(rotation, scattered)))
 
     def still_load(self, depth: Array, rotation: Matrix, table: HullTable, active: Array) -> list[Array]:
@@ -142,30 +157,31 @@ class Seakeeping:
 
     def remember(self, memory: Sequence[Array], velocity: Vector, h: Array) -> tuple[list[Array], list[Array]]:
         """The memory after h [s] at a velocity (6) relative to the water, and the wrench (6) in that step's middle."""
-        new: list[Array] = []
-        wrench: list[Array] = [0.0] * 6
-        at = 0
-        for kernel in self.kernels:
-            v = velocity[kernel.column]
-            for pole, weight in zip(kernel.poles, kernel.weights, strict=True):
-                re, im = memory[at], memory[at + 1]
-                at += 2
-                size = dr.exp(pole.real * h)
-                s, c = dr.sincos(pole.imag * h)
-                gr, gi = size * c, size * s
-                inverse = 1 / pole  # (e^{p h} - 1) / p, exact for a velocity that is constant in the step
-                ur, ui = (gr - 1) * inverse.real - gi * inverse.imag, (gr - 1) * inverse.imag + gi * inverse.real
-                nr, ni = gr * re - gi * im + ur * v, gr * im + gi * re + ui * v
-                new += [nr, ni]
-                push = 0.5 * (weight.real * (re + nr) - weight.imag * (im + ni))
-                wrench[kernel.row] = wrench[kernel.row] - push
-        return new, wrench
+        split = states(self.kernels)
+        new, wrench = remember(self.kernels, memory[:split], velocity, h)
+        if self.ahead is None:
+            return new, wrench
+        return [*new, *self.ahead.remember(memory[split:], velocity, h)], wrench
+
+    def load_at_speed(self, before: Sequence[Array], after: Sequence[Array], flow: Flow) -> list[Array]:
+        """The part (6) of the radiated waves' load that the hull's speed makes; memory before and after the step."""
+        if self.ahead is None or flow.seaway is None:
+            return [0.0] * 6
+        split = states(self.kernels)
+        radiated = momentum(self.kernels, before[:split], after[:split])
+        return self.ahead.load(flow, radiated, before[split:], after[split:])
 
 
 def _heading(rotation: Matrix) -> tuple[Array, Array]:
     """Cosine and sine of the compass heading."""
     size = dr.sqrt(rotation[0][0] * rotation[0][0] + rotation[1][0] * rotation[1][0])
     return rotation[0][0] / size, rotation[1][0] / size
+
+
+def speed_along(rotation: Matrix, velocity: Vector) -> Array:
+    """Part along the heading of a velocity (3) NED; rotation FRD -> NED."""
+    cos, sin = _heading(rotation)
+    return cos * velocity[0] + sin * velocity[1]
 
 
 def upright(rotation: Matrix) -> list[list[Array]]:

@@ -331,7 +331,7 @@ class Vehicle:
         if flow.seaway is None:
             return outside, state.radiation
         memory, radiation = sea.remember(state.radiation, flow.seaway.velocity, h)
-        return add(outside, radiation), memory
+        return add(outside, radiation, sea.load_at_speed(state.radiation, memory, flow)), memory
 
     @property
     def sizes(self) -> StateSizes:

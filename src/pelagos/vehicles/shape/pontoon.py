@@ -54,9 +54,9 @@ def pontoon_mesh(
         deck: with topsides and deck; otherwise open at the waterline, for panel methods.
     """
     u = np.linspace(-1, 1, along + 1)
-    wide = 0.5 * pontoon.beam_m * _fullness(np.abs(u), pontoon.waterplane_coefficient)
+    wide = 0.5 * pontoon.beam_m * fullness(np.abs(u), pontoon.waterplane_coefficient)
     low = np.linspace(1, 0, down + 1)
-    full = _fullness(low, pontoon.section_coefficient)
+    full = fullness(low, pontoon.section_coefficient)
     if pontoon.section_coefficient == 1.0:  # a flat bottom: from the keel straight out, then up
         full, low = np.concatenate([[0.0], full]), np.concatenate([[1.0], low])
     depth = draught * low
@@ -96,8 +96,8 @@ def displaced(vertices: Points, faces: NDArray[np.int64]) -> float:
     return float(np.einsum("fi,fi->f", p, np.cross(q, r)).sum() / 6)
 
 
-def _fullness(distance: Points, coefficient: float) -> Points:
-    """1 - distance^n, whose mean over 0 .. 1 is the coefficient."""
+def fullness(distance: Points, coefficient: float) -> Points:
+    """Breadth at a distance from the middle over the largest: 1 - distance^n, whose mean over 0 .. 1 is the coefficient."""
     if coefficient == 1.0:
         return np.ones_like(distance)
     return np.asarray(1 - distance ** (coefficient / (1 - coefficient)))
