@@ -50,7 +50,7 @@ class DiffractionConfig(PartConfig):
     @model_validator(mode="after")
     def _shapes(self) -> Self:
         speeds = self.speed_mps
-        if speeds and (len(speeds) < 2 or not np.allclose(speeds, np.linspace(0, speeds[-1], len(speeds)))):
+        if speeds and (len(speeds) < 2 or not np.allclose(speeds, np.linspace(0, speeds[-1], len(speeds)), rtol=1e-4)):
             raise ValueError(f"speed_mps must go evenly from 0, two speeds or more, not {', '.join(map(str, speeds))}")
         for name in ("real", "imaginary"):
             tables = getattr(self, name)

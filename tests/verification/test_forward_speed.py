@@ -1,0 +1,265 @@
+"""Speed ahead in waves: strip theory's coefficients out of the time domain, and motions against their closed form."""
+
+from __future__ import annotations
+
+import json
+from importlib.resources import files
+from typing import Any
+
+import drjit as dr
+import numpy as np
+import pytest
+
+import pelagos as pl
+from pelagos import jit
+from pelagos.hydro.coriolis import coriolis_force
+from pelagos.hydro.forward_speed import SLOPE, Transom, at_speed
+from pelagos.math import so3
+from pelagos.ocean.config import OceanConfig, build_ocean
+from pelagos.vehicles.flow import Flow, Seaway
+from pelagos.vehicles.integrate import Rigid
+
+RHO, G, LENGTH = 1025.0, 9.81, 160.93
+TABLE = json.loads((files("pelagos.vehicles.catalogue") / "mariner_strips.bem.json").read_text(encoding="utf-8"))
+TABLE["added_mass_infinite"][0][0] = 0.0  # strip theory has none; the simulator adds the moments of its momentum
+RNG = np.random.default_rng(11)
+
+
+def ship(*, diffraction: bool, **more: Any) -> pl.Vehicle:
+    """The Mariner's hull and coefficients with nothing else: no propeller, no rudder, no damping but of waves."""
+    radiation = {k: v for k, v in TABLE.items() if diffraction or k != "diffraction"} | more
+    return pl.Vehicle.from_dict({
+        "type": "custom", "density_kg_m3": RHO, "length_m": LENGTH, "beam_m": 23.17, "height_m": 15.0,
+        "mass": {"type": "explicit", "mass_kg": 1.7045e7, "inertia_kg_m2": [1.05e9, 2.1e10, 2.1e10],
+                 "center_of_gravity_m": [0.0, 0.0, -0.6]},
+        "added_mass": {"type": "none"},
+        "terms": {"hydrostatics": {"type": "hydrostatic", "heave_n_m": 2.7e7, "roll_n_m": 2e8, "pitch_n_m": 3.5e10}},
+        "modes": {"actuators": {"type": "actuators"}}, "default_mode": "actuators",
+        "afloat": {"radiation": radiation, "restoring": "hull", "forward_speed": "strip",
+                   "hulls": [{"length_m": LENGTH, "beam_m": 23.17, "freeboard_m": 9.0,
+                              "waterplane_coefficient": 0.72, "section_coefficient": 0.7556}]},
+    })  # fmt: skip
+
+
+def harmonic(values: np.ndarray, t: np.ndarray, omega: float) -> np.ndarray:
+    """Complex amplitudes (k) of exp(i omega t) in rows of `(times, k)`."""
+    basis = np.stack([np.ones_like(t), np.cos(omega * t), np.sin(omega * t)], axis=-1)
+    found = np.linalg.lstsq(basis, values, rcond=None)[0]
+    return found[1] - 1j * found[2]
+
+
+TRANSOM = {
+    "position_x_m": -71.0, "added_mass_infinite": [[40.0, 0.0, -55.0], [0.0, 90.0, 0.0], [-55.0, 0.0, 310.0]],
+    "damping": [[[w * np.exp(-w) * 30, 0.0, w * np.exp(-w) * 4], [0.0, 50 * w * np.exp(-1.2 * w), 0.0],
+                 [w * np.exp(-w) * 4, 0.0, 90 * w * np.exp(-w)]] for w in TABLE["omega_radps"]],
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("omega", [0.45, 0.9])
+def test_forced_motion_gives_the_coefficients_of_strip_theory(omega: float) -> None:
+    """Lanes: each direction at five speeds, astern too. What memory, A(inf) and its Coriolis forces push is analysed
+    for added mass and damping of motions along axes that do not turn. A velocity is held over a step of h and the force
+    is taken in its middle: (omega h)^2 / 8 of it, 2e-4; transients have died to 1e-4 after 160 s.
+    """
+    sea = ship(diffraction=False, transom=TRANSOM).model.sea
+    assert sea is not None
+    assert sea.ahead is not None
+    assert sea.ahead.transom is not None
+    columns, speeds = (a.ravel() for a in np.meshgrid([1, 2, 3, 4, 5], [-3.0, 0.0, 2.0, 5.0, 7.7]))
+    moved = np.zeros((6, len(columns)), complex)
+    moved[columns, np.arange(len(columns))] = 1j * omega
+    moved[2] += np.where(columns == 4, speeds, 0.0)
+    moved[1] -= np.where(columns == 5, speeds, 0.0)
+    moved *= 1e-3
+    h, steps, late = 0.04, 5000, round(8 * np.pi / omega / 0.04)
+    re, im = ([jit.Float64(np.ascontiguousarray(row)) for row in part] for part in (moved.real, moved.imag))
+    u = jit.Float64(speeds)
+
+    def step(memory: list[Any], re: list[Any], im: list[Any], u: Any, t: Any) -> Any:
+        s, c = dr.sincos(omega * (t + 0.5 * h))
+        own = [a * c - b * s for a, b in zip(re, im, strict=True)]
+        past = [u, *own[1:]]
+        new, wrench = sea.remember(memory, own, h)
+        flow = Flow([0 * u] * 3, 0 * u, np.eye(3).tolist(), past, past, [0.0] * 6, seaway=Seaway([0.0] * 6, past, u))
+        ahead = sea.load_at_speed(memory, new, flow)
+        turning = coriolis_force(sea.added, past)
+        return new, [jit.Float64(a + b - c + 0 * u) for a, b, c in zip(wrench, ahead, turning, strict=True)]
+
+    frozen = jit.freeze(step)
+    memory: list[Any] = [dr.zeros(jit.Float64, len(speeds)) for _ in range(sea.memory)]
+    kept = []
+    for i in range(steps):
+        memory, push = frozen(memory, re, im, u, dr.opaque(jit.Float64, i * h))
+        if i >= steps - late:
+            kept.append(np.array([np.array(p) for p in push]))
+    t = (np.arange(steps - late, steps) + 0.5) * h
+    infinite, cut = np.array(sea.added), sea.ahead.transom
+    end = Transom(-71.0, momentum_of(cut.kernels, np.array(cut.added), omega))
+    size = np.array([1.0, 1.0, 1.0, 23.0, LENGTH, LENGTH])
+    for lane, (column, speed) in enumerate(zip(columns, speeds, strict=True)):
+        forces = harmonic(np.array(kept)[:, :, lane], t, omega) - infinite @ moved[:, lane] * 1j * omega
+        whole = momentum_of(sea.kernels, infinite, omega)
+        added, damping = at_speed(whole.real, -omega * whole.imag, omega, float(speed), end)
+        expected = 1e-3 * (omega**2 * added - 1j * omega * damping)[:, column]
+        assert forces / size == pytest.approx(expected / size, abs=1e-3 * np.abs(expected / size).max())
+
+
+def test_a_transom_counts_ahead_only() -> None:
+    """Astern the hull's other end trails, which is not given: at_speed with a transom is that without it."""
+    added, damping = (m + m.T for m in RNG.uniform(1, 3, (2, 6, 6)))
+    end = Transom(-2.0, RNG.normal(size=(3, 3)) + 1j)
+    astern = at_speed(added, damping, 0.7, -2.0, end)
+    assert np.array(astern) == pytest.approx(np.array(at_speed(added, damping, 0.7, -2.0)), abs=1e-12)
+    ahead, pointed = at_speed(added, damping, 0.7, 2.0, end)[0], at_speed(added, damping, 0.7, 2.0)[0]
+    assert np.abs(ahead - pointed)[1:, 1:].max() > 0.1
+
+
+@pytest.mark.parametrize("speed", [0.8, 3.1])
+def test_timman_and_newman(speed: float) -> None:
+    """R. Timman and J. N. Newman, J. Ship Research 5:34 (1962): a hull ahead and astern, rows for columns."""
+    added, damping = (m + m.T for m in RNG.uniform(1, 3, (2, 6, 6)))
+    ahead, astern = np.array(at_speed(added, damping, 1.1, speed)), np.array(at_speed(added, damping, 1.1, -speed))
+    assert ahead == pytest.approx(astern.swapaxes(1, 2), rel=1e-12)
+    assert np.abs(ahead[0] - ahead[0].T)[2, 4] > 0.1
+    assert at_speed(added, damping, 1.1, 0.0)[0] == pytest.approx(added, rel=1e-15)
+
+
+def test_table_1_of_stf() -> None:
+    """Salvesen, Tuck and Faltinsen 1970, Table 1 and its lateral part, written out, for a section a + b / (i w) at x."""
+    added, damping = (m + m.T for m in RNG.uniform(1, 3, (2, 6, 6)))
+    w, u, x, a, b = 1.3, 2.1, -4.0, 0.7, 0.4
+    end = Transom(x, np.diag([0.0, a + b / (1j * w), 0.0]))
+    found, damped = at_speed(added, damping, w, u, end)
+    r, s = u / w**2, u**2 / w**2
+    assert found[2, 2] == pytest.approx(added[2, 2] - r * b)
+    assert damped[2, 2] == pytest.approx(damping[2, 2] + u * a)
+    assert found[2, 4] == pytest.approx(added[2, 4] - r * damping[2, 2] + r * x * b - s * a)
+    assert damped[2, 4] == pytest.approx(damping[2, 4] + u * added[2, 2] - u * x * a - s * b)
+    assert found[4, 2] == pytest.approx(added[4, 2] + r * damping[2, 2] + r * x * b)
+    assert damped[4, 2] == pytest.approx(damping[4, 2] - u * added[2, 2] - u * x * a)
+    assert found[4, 4] == pytest.approx(added[4, 4] + s * added[2, 2] - r * x**2 * b + s * x * a)
+    assert damped[4, 4] == pytest.approx(damping[4, 4] + s * damping[2, 2] + u * x**2 * a + s * x * b)
+    found, damped = at_speed(added, damping, w, u)
+    assert found[1, 5] == pytest.approx(added[1, 5] + r * damping[1, 1])
+    assert damped[1, 5] == pytest.approx(damping[1, 5] - u * added[1, 1])
+    assert found[5, 1] == pytest.approx(added[5, 1] - r * damping[1, 1])
+    assert damped[5, 1] == pytest.approx(damping[5, 1] + u * added[1, 1])
+    assert found[5, 5] == pytest.approx(added[5, 5] + s * added[1, 1])
+    assert damped[5, 5] == pytest.approx(damping[5, 5] + s * damping[1, 1])
+    assert (found[3, 5], damped[3, 5]) == pytest.approx((added[3, 5] + r * damping[3, 1], damping[3, 5] - u * added[3, 1]))
+
+
+@pytest.mark.parametrize(("diffraction", "headings"), [(True, [180.0, 125.0, -40.0]), (False, [180.0, 25.0])])
+def test_motion_in_waves_is_the_closed_form(diffraction: bool, headings: list[float]) -> None:
+    """Lanes: headings of the wave at three speeds, astern too where nothing says that the table ends at zero. Springs
+    in surge, sway and yaw keep the hull about its course. Excitation is what the simulator itself gives a hull that is
+    held at that speed, so that the response is (-w^2 (M + A(U)) + i w B(U) + C)^-1 of it, w of encounter. Steps of
+    0.02 s of the first order: w h / 2, 1 %, of a response that resonance may double, against the largest of the
+    hull's points; the wave is 0.4 m high, so that the wet part is that at rest: 2 %.
+    """
+    vehicle = ship(diffraction=diffraction)
+    speeds = [0.0, 3.0, 7.0] if diffraction else [-3.0, 4.0, 7.0]
+    angle, u = (a.ravel() for a in np.meshgrid(np.radians(headings), speeds))
+    omega, high = 0.55, 0.2
+    met = omega - omega**2 / G * u * np.cos(angle)
+    assert np.abs(met).min() > 0.2
+    ocean = sea_of(omega, high)
+    held = excitation(vehicle, ocean, angle, u, np.abs(met)) / high
+    moved = motion(vehicle, ocean, angle, u, np.abs(met)) / high
+    sea = vehicle.model.sea
+    assert sea is not None
+    for lane in range(len(u)):
+        w = float(abs(met[lane]))
+        whole = momentum_of(sea.kernels, np.array(sea.added), w)
+        added, damping = at_speed(whole.real, -w * whole.imag, w, float(u[lane]))
+        stiffness = sea.stiffness + np.diag(SPRINGS)
+        matrix = -(w**2) * (vehicle.config.body.rigid + added) + 1j * w * (damping + np.diag(DAMPERS)) + stiffness
+        expected = np.linalg.solve(matrix, held[lane])
+        arms = np.array([1.0, 1.0, 1.0, 11.0, 80.0, 80.0])
+        assert np.abs(moved[lane] - expected) * arms == pytest.approx(np.zeros(6), abs=0.02 * (np.abs(expected) * arms).max())
+        assert np.abs(expected[4]) * 80 > 0.1
+
+
+SPRINGS = np.array([3e5, 3e5, 0.0, 0.0, 0.0, 4e9])
+DAMPERS = np.array([2e6, 3e6, 0.0, 4e8, 0.0, 1.5e10])
+
+
+def sea_of(omega: float, high: float) -> Any:
+    """A wave towards north, deep water, still air."""
+    wave = {"type": "regular", "height_m": 2 * high, "period_s": 2 * np.pi / omega, "towards_deg": 0.0}
+    return build_ocean(OceanConfig.model_validate({"waves": [wave]}), seed=1)
+
+
+def pose(course: Any, ahead: Any, aside: Any, yaw: Any) -> tuple[Any, Any]:
+    """Position NED and attitude of a hull on a course, ahead and aside of where it began."""
+    s, c = dr.sincos(course)
+    half_s, half_c = dr.sincos(0.5 * (course + yaw))
+    place = [c * ahead - s * aside, s * ahead + c * aside, 0 * ahead]
+    return place, jit.Array4f64(half_c, 0 * ahead, 0 * ahead, half_s)
+
+
+def excitation(vehicle: pl.Vehicle, ocean: Any, angle: np.ndarray, u: np.ndarray, met: np.ndarray) -> np.ndarray:
+    """Amplitudes `(lanes, 6)` of exp(i w t), w met: of the load on a hull that is held on its course at its speed."""
+    sea, found = vehicle.model.sea, []
+    assert sea is not None
+    for one, speed, w in zip(angle.tolist(), u.tolist(), met.tolist(), strict=True):
+        t = np.arange(32) / 32 * 2 * np.pi / w
+        time, zero = jit.Float64(t), dr.zeros(jit.Float64, 32)
+        place, attitude = pose(jit.Float64(-one) + zero, speed * time, zero, zero)
+        flow = vehicle.flow(Rigid(place, attitude, [speed + zero, *[zero] * 5]), ocean, time)
+        assert flow.seaway is not None
+        load, velocity = (
+            harmonic(np.array([np.array(x + zero) for x in v]).T, t, w) for v in (flow.seaway.load, flow.seaway.velocity)
+        )
+        infinite = np.array(sea.added)
+        past = np.eye(6) - speed / (1j * w) * SLOPE.T
+        radiated = past @ momentum_of(sea.kernels, infinite, w) - (infinite if sea.diffraction is None else 0.0)
+        found.append(load - radiated @ velocity * 1j * w)
+    return np.array(found)
+
+
+def motion(vehicle: pl.Vehicle, ocean: Any, angle: np.ndarray, u: np.ndarray, met: np.ndarray) -> np.ndarray:
+    """Amplitudes `(lanes, 6)` of exp(i w t), w met: of a free hull about its course."""
+    h, steps = 0.04, 7500
+    lanes = len(u)
+    course, speed = jit.Float64(-angle), jit.Float64(u)
+    zero = dr.zeros(jit.Float64, lanes)
+    _, attitude = pose(course, zero, zero, zero)
+    state = vehicle.initial_state(np.zeros((lanes, 3)), np.tile([1.0, 0.0, 0.0, 0.0], (lanes, 1)))
+    state.attitude, state.velocity = attitude, jit.Array3f64(speed, zero, zero)
+    dr.make_opaque(state)
+
+    def off(state: Any, course: Any, speed: Any, t: Any) -> list[Any]:
+        s, c = dr.sincos(course)
+        x, y, z = state.position
+        m = so3.matrix(state.attitude)
+        yaw = dr.atan2(c * m[1][0] - s * m[0][0], c * m[0][0] + s * m[1][0])
+        ahead = c * x + s * y - speed * t
+        return [ahead, c * y - s * x, z, dr.atan2(m[2][1], m[2][2]), -dr.asin(m[2][0]), yaw]
+
+    def step(state: Any, course: Any, speed: Any, t: Any, tables: Any, ocean: Any) -> Any:
+        now = off(state, course, speed, t)
+        rate = [state.velocity[0] - speed, state.velocity[1] + speed * now[5], 0.0, *state.angular_velocity]
+        push = [-float(k) * x - float(d) * v for k, d, x, v in zip(SPRINGS, DAMPERS, now, rate, strict=True)]
+        wrench = jit.Array3f64(*push[:3]), jit.Array3f64(*push[3:])
+        new = vehicle.step(state, [], ocean, t, wrench, jit.Float64(h), "actuators", tables)
+        return new, off(new, course, speed, t + h)
+
+    frozen, rows = jit.freeze(step), []
+    late = round(6 * 2 * np.pi / met.min() / h)
+    for i in range(steps):
+        state, now = frozen(state, course, speed, dr.opaque(jit.Float64, i * h), vehicle.tables, ocean)
+        if i >= steps - late:
+            rows.append(np.array([np.array(v) for v in now]))
+    t, values = (np.arange(steps - late, steps) + 1) * h, np.array(rows)
+    return np.array([harmonic(values[:, :, i], t, w) for i, w in enumerate(met)])
+
+
+def momentum_of(kernels: Any, infinite: np.ndarray, omega: float) -> np.ndarray:
+    """Added mass plus damping over (i omega) at a frequency of what the simulator computes: the kernels' transform."""
+    found = np.array(infinite, complex)
+    for k in kernels:
+        p, w = np.array(k.poles), np.array(k.weights)
+        pairs = w / (1j * omega - p) + w.conj() / (1j * omega - p.conj())
+        found[k.row, k.column] += np.sum(0.5 * pairs) / (1j * omega)
+    return found
