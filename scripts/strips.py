@@ -17,10 +17,10 @@ from typing import Any
 import numpy as np
 
 from pelagos.hydro.strips import Strips, strips_of
+from pelagos.vehicles.hull_at_rest import to_waterline
 from pelagos.vehicles.shape.floating_mesh import float_mesh
 from pelagos.vehicles.shape.pontoon import displaced
 from pelagos.vehicles.shape.stations import mesh_stations, pontoon_stations
-from pelagos.vehicles.hull_at_rest import to_waterline
 from pelagos.vehicles.vehicle import Vehicle
 
 CATALOGUE = Path(__file__).parent.parent / "src/pelagos/vehicles/catalogue"
@@ -99,7 +99,9 @@ def main() -> None:
     vehicle = Vehicle.from_yaml(given.vehicle) if of_file else Vehicle.from_catalogue(given.vehicle)
     froude = given.top_mps / np.sqrt(9.81 * vehicle.config.length_m)
     if not 0 < froude <= 0.4:
-        raise SystemExit(f"--top-mps {given.top_mps:g} is a Froude number of {froude:.2f}: strip theory holds up to 0.4")
+        raise SystemExit(
+            f"--top-mps {given.top_mps:g} is a Froude number of {froude:.2f}: strip theory holds up to 0.4"
+        )
     found = strips(vehicle, given.top_mps)
     text = f"scripts/strips.py, {len(found.stations)} stations by pelagos.hydro.strips"
     file = given.out or CATALOGUE / f"{given.vehicle}_strips.bem.json"

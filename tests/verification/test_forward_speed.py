@@ -16,6 +16,8 @@ from pelagos.hydro.coriolis import coriolis_force
 from pelagos.hydro.forward_speed import SLOPE, Transom, at_speed
 from pelagos.math import so3
 from pelagos.ocean.config import OceanConfig, build_ocean
+from pelagos.vehicles.afloat_config import AfloatConfig
+from pelagos.vehicles.diffraction import DiffractionConfig, compile_diffraction
 from pelagos.vehicles.flow import Flow, Seaway
 from pelagos.vehicles.integrate import Rigid
 
@@ -125,7 +127,7 @@ def test_timman_and_newman(speed: float) -> None:
 
 
 def test_table_1_of_stf() -> None:
-    """Salvesen, Tuck and Faltinsen 1970, Table 1 and its lateral part, written out, for a section a + b / (i w) at x."""
+    """Salvesen, Tuck and Faltinsen 1970, Table 1 and its lateral part, for a section a + b / (i w) at x."""
     added, damping = (m + m.T for m in RNG.uniform(1, 3, (2, 6, 6)))
     w, u, x, a, b = 1.3, 2.1, -4.0, 0.7, 0.4
     end = Transom(x, np.diag([0.0, a + b / (1j * w), 0.0]))
@@ -146,7 +148,9 @@ def test_table_1_of_stf() -> None:
     assert damped[5, 1] == pytest.approx(damping[5, 1] + u * added[1, 1])
     assert found[5, 5] == pytest.approx(added[5, 5] + s * added[1, 1])
     assert damped[5, 5] == pytest.approx(damping[5, 5] + s * damping[1, 1])
-    assert (found[3, 5], damped[3, 5]) == pytest.approx((added[3, 5] + r * damping[3, 1], damping[3, 5] - u * added[3, 1]))
+    assert (found[3, 5], damped[3, 5]) == pytest.approx(
+        (added[3, 5] + r * damping[3, 1], damping[3, 5] - u * added[3, 1])
+    )
 
 
 @pytest.mark.parametrize(("diffraction", "headings"), [(True, [180.0, 125.0, -40.0]), (False, [180.0, 25.0])])
@@ -176,7 +180,9 @@ def test_motion_in_waves_is_the_closed_form(diffraction: bool, headings: list[fl
         matrix = -(w**2) * (vehicle.config.body.rigid + added) + 1j * w * (damping + np.diag(DAMPERS)) + stiffness
         expected = np.linalg.solve(matrix, held[lane])
         arms = np.array([1.0, 1.0, 1.0, 11.0, 80.0, 80.0])
-        assert np.abs(moved[lane] - expected) * arms == pytest.approx(np.zeros(6), abs=0.02 * (np.abs(expected) * arms).max())
+        assert np.abs(moved[lane] - expected) * arms == pytest.approx(
+            np.zeros(6), abs=0.02 * (np.abs(expected) * arms).max()
+        )
         assert np.abs(expected[4]) * 80 > 0.1
 
 
@@ -209,7 +215,8 @@ def excitation(vehicle: pl.Vehicle, ocean: Any, angle: np.ndarray, u: np.ndarray
         flow = vehicle.flow(Rigid(place, attitude, [speed + zero, *[zero] * 5]), ocean, time)
         assert flow.seaway is not None
         load, velocity = (
-            harmonic(np.array([np.array(x + zero) for x in v]).T, t, w) for v in (flow.seaway.load, flow.seaway.velocity)
+            harmonic(np.array([np.array(x + zero) for x in v]).T, t, w)
+            for v in (flow.seaway.load, flow.seaway.velocity)
         )
         infinite = np.array(sea.added)
         past = np.eye(6) - speed / (1j * w) * SLOPE.T
@@ -263,3 +270,115 @@ def momentum_of(kernels: Any, infinite: np.ndarray, omega: float) -> np.ndarray:
         pairs = w / (1j * omega - p) + w.conj() / (1j * omega - p.conj())
         found[k.row, k.column] += np.sum(0.5 * pairs) / (1j * omega)
     return found
+
+
+def test_long_waves_carry_the_hull_at_any_speed() -> None:
+    """A wave of ten hull lengths: heave its height, pitch its slope, and in beam seas sway the water's own motion, at
+    7 m/s and at rest. The hull's length smooths (k L)^2 / 24 of it, and its inertia against w^2: 4 %.
+    """
+    vehicle, omega = ship(diffraction=True), 0.195
+    angle, u = np.radians([180.0, 180.0, 35.0, -90.0]), np.array([0.0, 7.0, 7.0, 7.0])
+    met = omega - omega**2 / G * u * np.cos(angle)
+    held = excitation(vehicle, sea_of(omega, 0.2), angle, u, met) / 0.2
+    sea, k = vehicle.model.sea, omega**2 / G
+    assert sea is not None
+    for lane, w in enumerate(met.tolist()):
+        whole = momentum_of(sea.kernels, np.array(sea.added), w)
+        added, damping = at_speed(whole.real, -w * whole.imag, w, float(u[lane]))
+        free = [2, 4] if abs(np.sin(angle[lane])) < 1e-6 else [1, 2, 3, 4, 5]
+        matrix = -(w**2) * (vehicle.config.body.rigid + added) + 1j * w * damping + sea.stiffness
+        found = np.linalg.solve(matrix[np.ix_(free, free)], held[lane][free])
+        motion = dict(zip(free, np.abs(found), strict=True))
+        assert motion[2] == pytest.approx(1.0, rel=0.04)
+        assert motion[4] / k == pytest.approx(abs(np.cos(angle[lane])), rel=0.04, abs=0.02)
+        if lane == 3:
+            assert motion[1] == pytest.approx(1.0, rel=0.05)
+
+
+def test_no_speed_is_zero_speed_to_the_byte() -> None:
+    """Waves met, the table of diffraction and the terms of radiation, at a speed of exactly 0."""
+    vehicle = ship(diffraction=True, transom=TRANSOM)
+    sea, ocean = vehicle.model.sea, sea_of(0.55, 0.2)
+    assert sea is not None
+    assert sea.ahead is not None
+    t, zero = jit.Float64([0.3, 1.7, 4.1]), dr.zeros(jit.Float64, 3)
+    place, attitude = pose(jit.Float64([0.4, -1.9, 2.8]), zero + 3.0, zero - 2.0, zero)
+    rotation = so3.matrix(attitude)
+    one, other = (sea.waves(ocean, place, rotation, t, speed=s) for s in (None, zero))
+    for a, b in zip(one.acceleration, other.acceleration, strict=True):
+        assert np.array(a).tobytes() == np.array(b).tobytes()
+    slow = {**TABLE["diffraction"], "speed_mps": (), "real": TABLE["diffraction"]["real"][0]}
+    slow["imaginary"] = TABLE["diffraction"]["imaginary"][0]
+    pushed = []
+    for table in (TABLE["diffraction"], slow):
+        scattered = compile_diffraction(DiffractionConfig.model_validate(table))
+        rows = scattered.rows.on_device()
+        heading = rotation[0][0], rotation[1][0]
+        pushed.append(scattered.push(ocean.sea(3), rows, (place[0], -place[1]), heading, t, speed=zero))
+    for a, b in zip(*pushed, strict=True):
+        assert np.array(a).tobytes() == np.array(b).tobytes()
+    assert np.abs(np.array(pushed[0][2])).max() > 0
+    nu = [jit.Float64(RNG.normal(size=3)) for _ in range(6)]
+    memory = [jit.Float64(RNG.normal(size=3)) for _ in range(sea.memory)]
+    flow = Flow([zero] * 3, zero, np.eye(3).tolist(), nu, nu, [0.0] * 6, seaway=Seaway([0.0] * 6, nu, zero))
+    found = [np.array(jit.Float64(x) + zero) for x in sea.load_at_speed(memory, memory, flow)]
+    assert not np.any(found)
+
+
+def test_the_mariner_heaves_as_its_mass_and_speed_demand() -> None:
+    """Its equations of motion have no Coriolis forces: with speed terms, heave is pushed by (m + A33) U q and by what
+    else moves in the hull's upright plane, which its derivatives of surge, sway and yaw leave out.
+    """
+    vehicle = pl.Vehicle.from_dict({"type": "mariner", "variant": "strips"})
+    sea = vehicle.model.sea
+    assert sea is not None
+    zero = dr.zeros(jit.Float64, 1)
+    nu = [jit.Float64(x) for x in (6.0, 0.0, 0.3, 0.0, 0.02, 0.0)]
+    flow = Flow([zero] * 3, zero, np.eye(3).tolist(), nu, nu, [0.0] * 6, seaway=Seaway([0.0] * 6, nu, nu[0]))
+    memory = [zero] * sea.memory
+    found = np.array([float(jit.Float64(x)[0]) for x in sea.load_at_speed(memory, memory, flow)])
+    mass, added = vehicle.config.body.rigid, np.array(sea.added)
+    forward = mass[0, 0] + added[0, 0]
+    assert found[2] == pytest.approx(forward * 6.0 * 0.02, rel=1e-9)
+    lift = (mass + added)[2] @ [0, 0, 0.3, 0, 0.02, 0]
+    surge = (mass + added)[0] @ [6.0, 0, 0, 0, 0.02, 0]
+    assert found[4] == pytest.approx(6.0 * lift - 0.3 * surge, rel=1e-9)
+    assert not found[[0, 1, 3, 5]].any()
+
+
+SPEEDS = {**TABLE["diffraction"], "speed_mps": [0.0, 2.0, 5.0, 7.0]}
+
+
+@pytest.mark.parametrize(
+    ("afloat", "message"),
+    [
+        ({"radiation": "mariner_strips"}, "need forward_speed: strip"),
+        ({"radiation": {**TABLE, "diffraction": None, "transom": TRANSOM}}, "need forward_speed: strip"),
+        ({"forward_speed": "strip"}, "needs radiation"),
+        ({"forward_speed": "strip", "radiation": {**TABLE, "diffraction": SPEEDS}}, "evenly from 0"),
+        ({"forward_speed": "strip", "radiation": {**TABLE, "transom": {**TRANSOM, "damping": TRANSOM["damping"][1:]}}},
+         "must be 32 x 3 x 3"),
+    ],
+)  # fmt: skip
+def test_nothing_is_accepted_and_ignored(afloat: dict[str, Any], message: str) -> None:
+    hulls = [{"length_m": LENGTH, "beam_m": 23.17, "freeboard_m": 9.0}]
+    with pytest.raises(ValueError, match=message):
+        AfloatConfig.model_validate({"hulls": hulls, **afloat})
+
+
+def test_diffraction_at_one_speed_does_not_do() -> None:
+    slow = {**TABLE["diffraction"], "speed_mps": (), "real": TABLE["diffraction"]["real"][0]}
+    slow["imaginary"] = TABLE["diffraction"]["imaginary"][0]
+    hulls = [{"length_m": LENGTH, "beam_m": 23.17, "freeboard_m": 9.0}]
+    with pytest.raises(ValueError, match="give speed_mps there"):
+        AfloatConfig.model_validate(
+            {"hulls": hulls, "forward_speed": "strip", "radiation": {**TABLE, "diffraction": slow}}
+        )
+    with pytest.raises(ValueError, match="real must have 3 tables"):
+        DiffractionConfig.model_validate({**TABLE["diffraction"], "speed_mps": [0.0, 3.9, 7.8]})
+
+
+def test_coriolis_forces_that_are_left_out() -> None:
+    data = {"type": "mariner", "variant": "strips", "coriolis": {"rigid": "momentum", "without": [[5, 1]]}}
+    with pytest.raises(pl.PelagosError, match=r"coriolis\.without"):
+        pl.Vehicle.from_dict(data)

@@ -44,8 +44,8 @@ class Transom:
 
 
 def section_motion(position: float, side: float = 0.0) -> Values:
-    """Motion (3) of a section in sway, heave and roll by that of the hull `(3, 6)`, FRD; position forward and its middle
-    to starboard [m].
+    """Motion (3) of a section in sway, heave and roll by that of the hull `(3, 6)`, FRD; its position forward, and its
+    middle to starboard [m].
     """
     motion = np.zeros((3, 6))
     motion[1, 3] = side

@@ -133,5 +133,9 @@ def strips_of(stations: Sequence[Station], omega: Values, *, transom: bool = Fal
             solved[key] = waves, section_added_mass(station.points)
     found = [solved[s.points.tobytes()] for s in stations]
     return Strips(
-        tuple(stations), np.asarray(omega, dtype=np.float64), tuple(w for w, _ in found), tuple(a for _, a in found), transom
+        tuple(stations),
+        np.asarray(omega, dtype=np.float64),
+        tuple(w for w, _ in found),
+        tuple(a for _, a in found),
+        transom,
     )

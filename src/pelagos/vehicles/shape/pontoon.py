@@ -97,7 +97,7 @@ def displaced(vertices: Points, faces: NDArray[np.int64]) -> float:
 
 
 def fullness(distance: Points, coefficient: float) -> Points:
-    """Breadth at a distance from the middle over the largest: 1 - distance^n, whose mean over 0 .. 1 is the coefficient."""
+    """Breadth at a distance from the middle: 1 - distance^n, whose mean over 0 .. 1 is the coefficient."""
     if coefficient == 1.0:
         return np.ones_like(distance)
     return np.asarray(1 - distance ** (coefficient / (1 - coefficient)))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -46,9 +47,9 @@ def mesh_stations(vertices: Values, faces: NDArray[np.int64], count: int = 16) -
     edges = np.linspace(float(wet.min()), float(wet.max()), count + 1)
     found: list[Station] = []
     for x in (edges[1:] + edges[:-1]) / 2:
-        cut = mesh.section(plane_origin=[x, 0, 0], plane_normal=[1, 0, 0])
-        for loop in [] if cut is None else cut.discrete:
-            for run in _under_water(np.asarray(loop)[:, 1:]):
+        lines = trimesh.intersections.mesh_plane(mesh, [1.0, 0.0, 0.0], [x, 0.0, 0.0])
+        for loop in _loops(np.asarray(lines)[..., 1:]):
+            for run in _under_water(loop):
                 middle = 0.5 * float(run[0, 0] + run[-1, 0])
                 points = even_points(run - [middle, 0.0])
                 found.append(Station(float(x), float(edges[1] - edges[0]), middle, points))
@@ -57,9 +58,34 @@ def mesh_stations(vertices: Values, faces: NDArray[np.int64], count: int = 16) -
     return found
 
 
-def _under_water(loop: Values) -> list[Values]:
+def _loops(lines: Values) -> list[Values]:
+    """Closed lines, corners `(n, 2)` each, of straight pieces `(m, 2, 2)` in any order."""
+    size = float(np.abs(lines).max(initial=0.0))
+    keys = [[tuple(np.round(end / (1e-9 * size)).astype(int).tolist()) for end in line] for line in lines]
+    meet: dict[tuple[int, ...], list[int]] = {}
+    for i, (a, b) in enumerate(keys):
+        if a != b:
+            meet.setdefault(a, []).append(i)
+            meet.setdefault(b, []).append(i)
+    left = {i for i, (a, b) in enumerate(keys) if a != b}
+    loops = []
+    while left:
+        i = left.pop()
+        corners, at = [lines[i, 0]], keys[i][1]
+        while True:
+            corners.append(lines[i, keys[i].index(at)])
+            onward = [j for j in meet[at] if j in left]
+            if not onward:
+                break
+            i = onward[0]
+            left.remove(i)
+            at = keys[i][1] if keys[i][0] == at else keys[i][0]
+        loops.append(np.array(corners[:-1]))
+    return loops
+
+
+def _under_water(points: Values) -> list[Values]:
     """Parts `(n, 2)` of a closed line of y and z that lie under water, each from port to starboard."""
-    points = loop[:-1]
     dry = np.flatnonzero(points[:, 1] > 0)
     if len(dry) == 0:
         return []
@@ -67,7 +93,7 @@ def _under_water(loop: Values) -> list[Values]:
     points = np.concatenate([points, points[:1]])
     runs: list[Values] = []
     run: list[Values] = []
-    for a, b in zip(points[:-1], points[1:], strict=True):
+    for a, b in pairwise(points):
         if (a[1] > 0) != (b[1] > 0):
             cross = a + (b - a) * a[1] / (a[1] - b[1])
             run.append(np.array([cross[0], 0.0]))
