@@ -24,6 +24,16 @@ def test_identify_damping_descends(capsys):
     assert np.diff(errors)[0] < 0
 
 
+def test_seakeeping_at_speed(tmp_path):
+    """Of three wave lengths, 0.45 to 6 ship lengths: long waves carry the ship, and speed heaves it more in head seas."""
+    found = runpy.run_path(str(EXAMPLES / "seakeeping_at_speed.py"))["main"](tmp_path, points=3)
+    assert (tmp_path / "seakeeping_at_speed.png").stat().st_size > 10_000
+    for (sea, _), rows in found.items():
+        assert rows[-1, 0] == pytest.approx(1.0, abs=0.05)
+        assert rows[-1, 2] == pytest.approx(0.0 if sea == "beam" else 1.0, abs=0.05)
+    assert found["head", "15 kn"][1, 0] > found["head", "0 kn"][1, 0] + 0.05
+
+
 @pytest.mark.slow
 def test_fit_usv():
     """Four standard deviations: the made-up run is another program's (`Simulation`) than the fit's."""

@@ -7,7 +7,7 @@ import pytest
 from scipy.special import iv, kv
 
 from pelagos.errors import InputError
-from pelagos.hydro.section import SectionWaves, section_added_mass, section_waves
+from pelagos.hydro.section import SectionWaves, section_added_mass, section_radiation, section_waves
 
 G = 9.81
 
@@ -132,3 +132,17 @@ def test_waves_too_short_for_the_panels_are_refused() -> None:
 def test_impossible_frequency(omega: float) -> None:
     with pytest.raises(InputError, match="omega must be a positive number"):
         section_waves(arc(1, 1), omega)
+
+
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_scattering_by_the_sections_own_motion(side: float) -> None:
+    """Force of the scattered wave from potentials of sway, heave and roll (Haskind), against the one solved for, of a
+    section that is not the same on both sides, in waves to either; deep water: 2 %.
+    """
+    points, omega = arc(0.9, 0.6, skew=-0.4), 2.3
+    found = -1j * omega * section_radiation(points, omega).scattered(omega, side)
+    mirrored = points if side > 0 else (points * [-1, 1])[::-1]
+    force = section_waves(mirrored, omega).diffraction * ([1, 1, 1] if side > 0 else [-1, 1, -1])
+    assert found == pytest.approx(force, abs=0.02 * np.abs(force).max())
+    added = section_radiation(points, omega).momentum.real
+    assert added == pytest.approx(section_waves(points, omega).added_mass, rel=1e-12, abs=1e-12)
