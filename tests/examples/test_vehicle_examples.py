@@ -25,7 +25,7 @@ def test_identify_damping_descends(capsys):
 
 
 def test_seakeeping_at_speed(tmp_path):
-    """Of three wave lengths, 0.45 to 6 ship lengths: long waves carry the ship, and speed heaves it more in head seas."""
+    """Waves of 0.45, 1.6 and 6 ship lengths: long ones carry the ship, and speed heaves it more in head seas."""
     found = runpy.run_path(str(EXAMPLES / "seakeeping_at_speed.py"))["main"](tmp_path, points=3)
     assert (tmp_path / "seakeeping_at_speed.png").stat().st_size > 10_000
     for (sea, _), rows in found.items():
