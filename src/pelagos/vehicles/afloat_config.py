@@ -14,7 +14,7 @@ from pelagos.config.path import MeshPath
 from pelagos.errors import did_you_mean
 from pelagos.vehicles.diffraction import DiffractionConfig
 from pelagos.vehicles.drift import DriftConfig
-from pelagos.vehicles.part import Number, PartConfig, Positive
+from pelagos.vehicles.part import PartConfig, Positive
 from pelagos.vehicles.shape.pontoon import PontoonConfig
 
 _CATALOGUE: Final = "pelagos.vehicles.catalogue"
@@ -26,8 +26,8 @@ _Section = tuple[_Three, _Three, _Three]
 class TransomConfig(PartConfig):
     """Section at which a hull is cut off astern: sway, heave and roll per length, FRD, over the water's density."""
 
-    position_x_m: Number
-    """Forward of the origin, negative [m]."""
+    position_x_m: float = Field(lt=0, allow_inf_nan=False)
+    """Forward of the origin [m]."""
     added_mass_infinite: _Section
     """`(3, 3)` at infinite frequency."""
     damping: tuple[_Section, ...]
