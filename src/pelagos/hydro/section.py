@@ -103,7 +103,7 @@ class SectionRadiation:
         k = omega**2 / GRAVITY
         y, z = self.middles.T
         along = self.directions[:, 1] + 1j * side * self.directions[:, 0]
-        return -1j * omega * self.potentials.T @ (along * np.exp(k * z + 1j * k * side * y))
+        return np.asarray(-1j * omega * self.potentials.T @ (along * np.exp(k * z + 1j * k * side * y)))
 
 
 def section_radiation(points: ArrayLike, omega: float) -> SectionRadiation:
