@@ -46,25 +46,26 @@ def chapter(data: Path | None) -> Chapter:
         i: t["gain_n_per_us"][t["record"] == i] * np.exp(1j * np.radians(t["phase_deg"][t["record"] == i]))
         for i in range(len(RECORDS))
     }
-    lag = _first_order(found[0])
     rows: list[Row] = []
     for pulse, force in zip(steady["pulse_us"], steady["force_n"], strict=True):
         rows.append(relative(f"force at {pulse:.0f} us, the maker's table at 16 V", "N", force, _steady(pulse), None))
-    kinds = {
-        "first order, 0.1 s (the catalogue)": {"time_constant_s": 0.1},
-        "von Benzon's third order (the variant)": {"dynamics": "third_order"},
-        f"first order, {1e3 * lag:.1f} ms by the smaller square": {"time_constant_s": lag},
+    lag = f"{1e3 * _first_order(found[0]):.1f} ms"
+    kinds: dict[str, tuple[dict[str, object], float | None]] = {
+        f"first order, {lag} by the smaller square (the catalogue)": ({}, 15.0),
+        "von Benzon's third order (a variant)": ({"dynamics": "third_order"}, 15.0),
+        "first order, 0.1 s as is usual (a variant)": ({"time_constant_s": 0.1}, None),
     }
     simulated = {
-        name: [_transfer(*_simulated(*record, keys)) for record in RECORDS[1:]] for name, keys in kinds.items()
+        name: [_transfer(*_simulated(*record, keys)) for record in RECORDS[1:]] for name, (keys, _) in kinds.items()
     }
     for i, (shape, low, high) in enumerate(RECORDS[1:]):
         record = f"{shape} {low}-{high} us"
         for name, responses in simulated.items():
             lags = [1e3 * _lag(h) for h in (found[i + 1], responses[i])]
             ratios = [float(abs(h[FREQUENCIES.index(8.0)] / h[0])) for h in (found[i + 1], responses[i])]
-            rows.append(relative(f"{record}, lag: {name}", "ms", *lags, 15.0))
-            rows.append(relative(f"{record}, response at 8 Hz over that at 0.5 Hz: {name}", "", *ratios, 15.0))
+            bar = kinds[name][1]
+            rows.append(relative(f"{record}, lag: {name}", "ms", *lags, bar))
+            rows.append(relative(f"{record}, response at 8 Hz over that at 0.5 Hz: {name}", "", *ratios, bar))
     return Chapter(TITLE, _ABOUT, SOURCE, rows, _MISSED, _picture(found, simulated), "thruster")
 
 
@@ -172,13 +173,14 @@ def _picture(found: dict[int, Array], simulated: dict[str, list[Array]]) -> byte
 _ABOUT: Final = """\
 A thruster of the `bluerov2_heavy` is told the rig's pulse widths, 30 s from 0 to 10 Hz, in the simulator's own loop at
 500 Hz; its force is the maker's table at 16 V. Force by pulse width is compared as a transfer function: the lag is the
-slope of its phase from 1 to 6 Hz, the rig's own resonance is near 20 Hz. Nothing is tuned but in the third kind, whose
-time constant is that of the square wave between 1700 and 1800 us, a record that is not tested on. The rig's voltage is
-not told, so forces have no bar: the table stands for 16 V at the thruster.
+slope of its phase from 1 to 6 Hz, the rig's own resonance is near 20 Hz. The catalogue's time
+constant is that of the square wave between 1700 and 1800 us, a record that is not tested on; nothing else is tuned. The
+rig's voltage is not told, so forces have no bar: the table stands for 16 V at the thruster.
 """
 _MISSED: Final = """\
-The catalogue's 0.1 s is the middle of what work on the T200 assumes (0.05 to 0.15 s) and seven times that of this
-thruster, which turns all the time and is driven ahead only: a start from rest or a reversal, slower in life, is in none
-of the records. The controllers of the catalogue are tuned for 0.1 s, so it stays; who wants the quicker thruster takes
-`variant: third_order_thrusters`, whose transfer function von Benzon et al. identified, and which holds here unseen.
+Work on the T200 assumes 0.05 to 0.15 s, seven times that of this thruster, which turns all the time and is driven ahead
+only: a start from rest or a reversal, slower in life, is in none of the records. `variant: slow_thrusters` of the
+BlueROV2s has the 0.1 s that controllers of the catalogue were tuned for, and their default until the rig was seen; the
+control laws hold with both. Von Benzon et al. identified the transfer function of `variant: third_order_thrusters`,
+which holds here unseen.
 """

@@ -134,7 +134,7 @@ def test_a_vehicle_with_third_order_thrusters(integrator):
     """Its throttles follow H(s); it accelerates sooner than with a lag of 0.1 s, to about the same speed."""
     full = {"mode": "actuators", "command": [0.5] * 4 + [0] * 4}
     quick = Vehicle.from_catalogue("bluerov2_heavy", variant="third_order_thrusters", integrator=integrator)
-    slow = Vehicle.from_catalogue("bluerov2_heavy", integrator=integrator)
+    slow = Vehicle.from_catalogue("bluerov2_heavy", variant="slow_thrusters", integrator=integrator)
     flights = [fly(v, 10.0, h=0.02, **full) for v in (quick, slow)]
     assert flights[0].actuators[:11, 0] == pytest.approx(response(0.2, 0.02, 0.5), abs=1e-12)
     assert flights[0].nu[5, 0] > 1.2 * flights[1].nu[5, 0]
