@@ -173,14 +173,13 @@ def _picture(found: dict[int, Array], simulated: dict[str, list[Array]]) -> byte
 _ABOUT: Final = """\
 A thruster of the `bluerov2_heavy` is told the rig's pulse widths, 30 s from 0 to 10 Hz, in the simulator's own loop at
 500 Hz; its force is the maker's table at 16 V. Force by pulse width is compared as a transfer function: the lag is the
-slope of its phase from 1 to 6 Hz, the rig's own resonance is near 20 Hz. The catalogue's time
-constant is that of the square wave between 1700 and 1800 us, a record that is not tested on; nothing else is tuned. The
-rig's voltage is not told, so forces have no bar: the table stands for 16 V at the thruster.
+slope of its phase from 1 to 6 Hz, the rig's own resonance is near 20 Hz. The catalogue's time constant is
+that of the square wave between 1700 and 1800 us, a record that is not tested on; nothing else is tuned. The rig's
+voltage is not told, so forces have no bar: the table stands for 16 V at the thruster.
 """
 _MISSED: Final = """\
 Work on the T200 assumes 0.05 to 0.15 s, seven times that of this thruster, which turns all the time and is driven ahead
 only: a start from rest or a reversal, slower in life, is in none of the records. `variant: slow_thrusters` of the
-BlueROV2s has the 0.1 s that controllers of the catalogue were tuned for, and their default until the rig was seen; the
-control laws hold with both. Von Benzon et al. identified the transfer function of `variant: third_order_thrusters`,
+BlueROV2s has 0.1 s, for which their control laws were tuned; these hold with both. Von Benzon et al. identified the transfer function of `variant: third_order_thrusters`,
 which holds here unseen.
 """
