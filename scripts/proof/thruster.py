@@ -180,6 +180,6 @@ voltage is not told, so forces have no bar: the table stands for 16 V at the thr
 _MISSED: Final = """\
 Work on the T200 assumes 0.05 to 0.15 s, seven times that of this thruster, which turns all the time and is driven ahead
 only: a start from rest or a reversal, slower in life, is in none of the records. `variant: slow_thrusters` of the
-BlueROV2s has 0.1 s, for which their control laws were tuned; these hold with both. Von Benzon et al. identified the transfer function of `variant: third_order_thrusters`,
-which holds here unseen.
+BlueROV2s has 0.1 s, for which their control laws were tuned; these hold with both. Von Benzon et al. identified
+the transfer function of `variant: third_order_thrusters`, which holds here unseen.
 """

@@ -167,7 +167,7 @@ def test_a_score_a_deviation_and_an_unjudged_row():
 
 @pytest.mark.slow  # 15 s
 def test_a_thruster_follows_its_pulses(chapter):
-    """The catalogue's lag and von Benzon's transfer function within 15 % in lag and in response at 8 Hz; 0.1 s is slow."""
+    """The catalogue's lag and von Benzon's function within 15 % in lag and in response at 8 Hz; 0.1 s is slow."""
     thruster = chapter("thruster")
     for words in ("square 1600-1900 us", "sine 1600-1900 us"):
         for part in ("lag", "response"):
