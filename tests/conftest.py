@@ -16,6 +16,7 @@ EXPECTED_SKIPS = (
     "only Linux inherits the peak",
     "forks",
     "Ray is not installed",
+    "pelagos[learn] is not installed",
     "regressions of tank trials, about one speed",
     "zenoh-ros2-sdk 0.1.8 takes a fixed array of messages for something else",
 )

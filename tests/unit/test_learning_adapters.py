@@ -135,7 +135,7 @@ def test_skrl_wraps_it() -> None:
 
 
 def test_tensors_share_the_kernels_memory_and_equal_numpy() -> None:
-    torch = pytest.importorskip("torch")
+    torch = pytest.importorskip("torch", reason="pelagos[learn] is not installed")
     one, other = envs.FleetEnv(Short(), 4, seed=1), envs.FleetEnv(Short(), 4, seed=1, arrays="torch")
     np.testing.assert_array_equal(one.reset()[0], other.reset()[0].numpy())
     for k in range(12):
@@ -169,7 +169,7 @@ def test_ppo_is_repeatable_and_improves(tmp_path: Path) -> None:
 
 def test_members_share_a_policy_as_copies_of_one_learner() -> None:
     """The rows of two teams are what each team alone sees and gets; a team that is over begins anew at once."""
-    torch = pytest.importorskip("torch")
+    torch = pytest.importorskip("torch", reason="pelagos[learn] is not installed")
     from pelagos.envs.shared import SharedTeams, acts_of, rows_of
 
     alone, shared = FormationEnv(2, seconds=0.6), SharedTeams([FormationEnv(2, seconds=0.6) for _ in range(2)])

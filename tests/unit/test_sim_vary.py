@@ -10,7 +10,7 @@ import pytest
 import pelagos as pl
 from pelagos.errors import InputError
 
-COMMAND = np.array([0.5, 0.4, 0.3, -0.2, 0.1, 0.2, -0.3, 0.4])
+COMMAND = np.array([0.3, 0.25, 0.2, -0.1, 0.05, 0.1, -0.15, 0.2])
 MASS, HEADING, NORTH = "agents.rov.factors.mass", "agents.rov.start.heading_deg", "ocean.current_mps.0"
 VARY: dict[str, Any] = {
     HEADING: {"uniform": [-90, 90]},

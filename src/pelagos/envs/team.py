@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pettingzoo import ParallelEnv
 
+from pelagos.envs.tasks.rov import rov
 from pelagos.errors import CommandError
 from pelagos.math.so3 import rotate_np
 from pelagos.sim.seed import seed_of
@@ -126,7 +127,7 @@ class FormationEnv(ParallelEnv[str, Any, Any]):  # type: ignore[misc]
         for i, name in enumerate(self.possible_agents):
             way = 2 * math.pi * i / n
             place = [self.radius_m * math.cos(way), self.radius_m * math.sin(way), -_DEPTH_M]
-            agents[name] = {"vehicle": "bluerov2_heavy", "control": "velocity", "start": {"position_m": place}}
+            agents[name] = {"vehicle": rov(), "control": "velocity", "start": {"position_m": place}}
         return {"tick_rate_hz": 50, "world": {"type": "flat", "depth_m": 40.0}, "agents": agents}
 
     def _middle(self) -> NDArray[np.float64]:

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from pelagos.envs.draws import Draws
 from pelagos.envs.scripted import throttles
 from pelagos.envs.task import Outcome, Start, Task
+from pelagos.envs.tasks.rov import NAME, rov
 from pelagos.envs.view import View, norm, wrapped
 from pelagos.jit import Array
 from pelagos.math.so3 import from_euler
@@ -27,7 +28,7 @@ class Docking(Task):
     is the way that it came nearer to a point ahead on the axis, less 0.02 for the time and what the thrusters take.
     """
 
-    vehicle: str | Mapping[str, Any] = "bluerov2_heavy"
+    vehicle: str | Mapping[str, Any] = rov()
     control = "actuators"
     seconds = 30.0
     observations = (
@@ -79,7 +80,7 @@ class Docking(Task):
         body = np.stack([cosine * north + sine * west, cosine * west - sine * north, up], axis=1)
         force = 90.0 * (body - s[:, 8:11])
         moment = np.stack([-6.0 * s[:, 6], 6.0 * s[:, 5], -4.0 * np.arctan2(sine, cosine)], axis=1) - 3.0 * s[:, 11:14]
-        return throttles("bluerov2_heavy", force, moment)
+        return throttles(NAME, force, moment)
 
     def _place(self, now: View) -> tuple[Array, Array, Array]:
         return now.position[0], now.position[1], now.position[2] + self.depth_m

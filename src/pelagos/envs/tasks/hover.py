@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from pelagos.envs.draws import Draws
 from pelagos.envs.scripted import throttles
 from pelagos.envs.task import Outcome, Start, Task
+from pelagos.envs.tasks.rov import NAME, rov
 from pelagos.envs.view import View, minus, norm, wrapped
 from pelagos.jit import Array
 from pelagos.math.so3 import from_euler
@@ -25,7 +26,7 @@ class Hover(Task):
     [m] and heading error, less what the thrusters take; beyond 6 m the episode ends.
     """
 
-    vehicle: str | Mapping[str, Any] = "bluerov2_heavy"
+    vehicle: str | Mapping[str, Any] = rov()
     control = "actuators"
     seconds = 10.0
     observations = (
@@ -69,7 +70,7 @@ class Hover(Task):
         force = 40.0 * np.clip(s[:, 0:3], -1.5, 1.5) - 60.0 * s[:, 8:11]
         turn = np.arctan2(s[:, 3], s[:, 4])
         moment = np.stack([-6.0 * s[:, 6], 6.0 * s[:, 5], -4.0 * turn], axis=1) - 3.0 * s[:, 11:14]
-        return throttles("bluerov2_heavy", force, moment)
+        return throttles(NAME, force, moment)
 
     def _away(self, now: View) -> list[Array]:
         return minus([*self.goal], now.position)

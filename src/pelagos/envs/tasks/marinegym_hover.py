@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from pelagos.envs.draws import Draws
 from pelagos.envs.scripted import throttles
 from pelagos.envs.task import Outcome, Start, Task
+from pelagos.envs.tasks.rov import NAME, rov
 from pelagos.envs.view import View, minus, norm
 from pelagos.jit import Array
 from pelagos.math.so3 import from_euler, rotate_np
@@ -29,7 +30,7 @@ class MarineGymHover(Task):
     the parameters of Wu 2018, as there; time step 16 ms, assumed. Effort is the sum of the throttles' sizes.
     """
 
-    vehicle: str | Mapping[str, Any] = {"type": "bluerov2_heavy", "variant": "wu_2018"}
+    vehicle: str | Mapping[str, Any] = rov("wu_2018")
     control = "actuators"
     rate_hz = 62.5
     tick_rate_hz = 62.5
@@ -81,7 +82,7 @@ class MarineGymHover(Task):
         turn = np.arctan2(wanted[:, 1], wanted[:, 0])
         force = 80.0 * np.clip(away, -2.0, 2.0) - 40.0 * speed
         moment = np.stack([-16.0 * up[:, 1], 16.0 * up[:, 0], 12.0 * turn], axis=1) - 3.0 * spin
-        return throttles("bluerov2_heavy", force, moment)
+        return throttles(NAME, force, moment)
 
     def _errors(self, now: View) -> tuple[list[Array], list[Array]]:
         """To the goal [m], and from the bow's direction to the one asked for."""

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pelagos.envs.sensing import Judgement, SensingTask, measured
+from pelagos.envs.tasks.rov import rov
 from pelagos.math.so3 import from_euler, rotate_np
 from pelagos.sensors.sonar.imaging_sonar import ImagingSonarConfig
 from pelagos.sim.simulation import Simulation
@@ -72,7 +73,7 @@ class ObstacleAvoidance(SensingTask):
             "world": {"type": "built", "depth_m": _DEPTH_M, "size_m": [140, 120], "things": things},
             "agents": {
                 "auv0": {
-                    "vehicle": "bluerov2_heavy",
+                    "vehicle": rov(),
                     "control": "velocity",
                     "start": {"position_m": [0.0, 0.0, -_DEPTH_M / 2]},
                     "sensors": {"sonar": sonar, "dvl": {"type": "dvl", "rate_hz": self.rate_hz}},

@@ -13,13 +13,13 @@ from numpy.typing import NDArray
 from pelagos.envs.draws import Draws
 from pelagos.envs.scripted import mixer
 from pelagos.envs.task import Outcome, Start, Task
+from pelagos.envs.tasks.rov import NAME, rov
 from pelagos.envs.view import View, minus, norm
 from pelagos.hydro.algebra import cross
 from pelagos.jit import Array
 from pelagos.math.so3 import from_euler, rotate_np
 from pelagos.vehicles.vehicle import Vehicle
 
-_VEHICLE = "bluerov2_heavy"
 _GOAL_M = -10.0  # depth of the goal here; there it is at 1.5 m, in water without a surface
 _OUT_M = 5.0
 _NOISE = 0.02  # standard deviation of every number that is seen, whatever its unit
@@ -34,14 +34,14 @@ class OceanScaleHover(Task):
     is a wrench, shared among the thrusters by the pseudo-inverse; throttles beyond 1 are cut one by one. `turn` and
     `tilt` are its two "heading errors", 2 atan2(q_z, q_w) and 2 asin(q_y q_w - q_x q_z).
 
-    Assumed, or unlike it: the vehicle, its thrusters (there 51.5 N either way) and their lag are Pelagos' own from the
-    same publication (von Benzon 2022), in its fresh water, with an inertia that is no sphere's; velocities are the
-    body's, as its documentation says; a copy beyond 5 m ends its episode here, while there it begins anew without a
-    flag, with the reward of 0 that it has here too. `force_z` and the moments are all that moves the rigid body,
+    Assumed, or unlike it: the vehicle, its thrusters (there 51.5 N either way) and their lag of 0.1 s are Pelagos' own,
+    the first from the same publication (von Benzon 2022), in its fresh water, with an inertia that is no sphere's;
+    velocities are the body's, as its documentation says; a copy beyond 5 m ends its episode here, while there it begins
+    anew without a flag, with the reward of 0 that it has here too. `force_z` and the moments are all that moves the rigid body,
     without the added mass: there the last step's, before its integration.
     """
 
-    vehicle: str | Mapping[str, Any] = _VEHICLE
+    vehicle: str | Mapping[str, Any] = rov()
     control = "actuators"
     actions = 6
     rate_hz = 240.0
@@ -97,14 +97,14 @@ class OceanScaleHover(Task):
 @cache
 def _sharing() -> list[list[float]]:
     """Share of its largest thrust that each thruster gives to a unit of each axis of a wrench, FLU."""
-    mix, _ = mixer(_VEHICLE)
+    mix, _ = mixer(NAME)
     return [[float(m) for m in row] for row in mix * np.array([1.0, -1.0, -1.0, 1.0, -1.0, -1.0])]
 
 
 @cache
 def _rigid() -> list[float]:
     """Mass [kg] three times, and moments of inertia about the axes [kg m^2]; the origin is the centre of gravity."""
-    rigid = Vehicle.from_catalogue(_VEHICLE).model.inertia.rigid
+    rigid = Vehicle.from_catalogue(NAME).model.inertia.rigid
     return [float(rigid[i][i]) for i in range(6)]
 
 

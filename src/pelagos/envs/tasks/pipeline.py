@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pelagos.envs.sensing import Judgement, SensingTask, measured
+from pelagos.envs.tasks.rov import rov
 from pelagos.math.so3 import rotate_np
 from pelagos.sim.simulation import Simulation
 
@@ -73,7 +74,7 @@ class PipelineFollowing(SensingTask):
             "ocean": {"water_type": "1C"},
             "agents": {
                 "auv0": {
-                    "vehicle": "bluerov2_heavy",
+                    "vehicle": rov(),
                     "control": "velocity",
                     "start": {"position_m": [0.0, 0.0, _TOP_M + _ABOVE_M]},
                     "sensors": {"camera": camera, **sensors},

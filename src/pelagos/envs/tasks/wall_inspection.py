@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pelagos.envs.sensing import Judgement, SensingTask, measured
+from pelagos.envs.tasks.rov import rov
 from pelagos.math.so3 import rotate_np
 from pelagos.sensors.sonar.imaging_sonar import ImagingSonarConfig
 from pelagos.sim.simulation import Simulation
@@ -64,7 +65,7 @@ class WallInspection(SensingTask):
             "world": {"type": "built", "depth_m": 12.0, "size_m": [80, 80], "things": things},
             "agents": {
                 "auv0": {
-                    "vehicle": "bluerov2_heavy",
+                    "vehicle": rov(),
                     "control": "velocity",
                     "start": {"position_m": [5.0, 0.0, -6.0]},
                     "sensors": {"sonar": sonar, "dvl": {"type": "dvl", "rate_hz": self.rate_hz}},

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from pelagos.envs.draws import Draws
 from pelagos.envs.scripted import throttles
 from pelagos.envs.task import Outcome, Start, Task
+from pelagos.envs.tasks.rov import NAME, rov
 from pelagos.envs.view import View, minus, norm
 from pelagos.jit import Array
 from pelagos.math.so3 import from_euler
@@ -25,7 +26,7 @@ class Waypoint(Task):
     0.3 m of the point the episode ends with a further 5.
     """
 
-    vehicle: str | Mapping[str, Any] = "bluerov2_heavy"
+    vehicle: str | Mapping[str, Any] = rov()
     control = "actuators"
     seconds = 20.0
     observations = (
@@ -67,7 +68,7 @@ class Waypoint(Task):
         way = s[:, 0:3] * np.minimum(1.0, 2.0 / np.linalg.norm(s[:, 0:3], axis=1, keepdims=True))
         force = 60.0 * way - 60.0 * s[:, 6:9]
         moment = 6.0 * np.stack([-s[:, 4], s[:, 3], np.zeros(len(s))], axis=1) - 3.0 * s[:, 9:12]
-        return throttles("bluerov2_heavy", force, moment)
+        return throttles(NAME, force, moment)
 
 
 def _away(now: View) -> list[Array]:
