@@ -34,11 +34,11 @@ class OceanScaleHover(Task):
     is a wrench, shared among the thrusters by the pseudo-inverse; throttles beyond 1 are cut one by one. `turn` and
     `tilt` are its two "heading errors", 2 atan2(q_z, q_w) and 2 asin(q_y q_w - q_x q_z).
 
-    Assumed, or unlike it: the vehicle, its thrusters (there 51.5 N either way) and their lag of 0.1 s are Pelagos' own,
-    the first from the same publication (von Benzon 2022), in its fresh water, with an inertia that is no sphere's;
-    velocities are the body's, as its documentation says; a copy beyond 5 m ends its episode here, while there it begins
-    anew without a flag, with the reward of 0 that it has here too. `force_z` and the moments are all that moves the rigid body,
-    without the added mass: there the last step's, before its integration.
+    Assumed, or unlike it: the vehicle, its thrusters (there 51.5 N either way) and their lag of 0.1 s are Pelagos'
+    own, the first from the same publication (von Benzon 2022), in its fresh water, with an inertia that is no
+    sphere's; velocities are the body's, as its documentation says; a copy beyond 5 m ends its episode here, while
+    there it begins anew without a flag, with the reward of 0 that it has here too. `force_z` and the moments are all
+    that moves the rigid body, without the added mass: there the last step's, before its integration.
     """
 
     vehicle: str | Mapping[str, Any] = rov()
