@@ -18,7 +18,9 @@ sys.path.insert(0, str(Path(__file__).parent))
 from page import joined, section, sections
 
 PAGE = Path(__file__).parents[2] / "docs" / "proof.md"
-CHAPTERS = ("cybership", "kvlcc2", "roll", "flume", "gliders", "thruster", "bolt", "dvl", "sea", "water", "sonar")
+CHAPTERS = (
+    "cybership", "kvlcc2", "roll", "flume", "gliders", "thruster", "bolt", "minerva", "dvl", "sea", "water", "sonar",
+)  # fmt: skip
 
 
 def main() -> int:

@@ -56,7 +56,7 @@ PARAMETERS = {
 }
 PLAN = {
     "columns": {"north": "x", "east": "y", "heading": "psi"}, "commands": {a: a for a in ("port", "starboard", "bow")},
-    "segment_s": 4, "parameters": PARAMETERS, "bootstrap": 200, "iterations": 15,
+    "segment_s": 4, "parameters": PARAMETERS, "bootstrap": 200, "iterations": 15, "start": {"depth": 5},
 }  # fmt: skip
 
 

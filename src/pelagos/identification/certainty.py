@@ -7,8 +7,9 @@ from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.special import stdtrit
 
-from pelagos.identification.problem import Problem
+from pelagos.identification.problem import Normal, Problem
 from pelagos.identification.search import Found
 
 NORMAL_95: Final = 1.959964
@@ -48,7 +49,8 @@ def certainty(problem: Problem, found: Found, *, resamplings: int, seed: int = 0
     2012), which needs no independence within a shot.
     """
     p = len(found.at)
-    matrix = found.normal.matrix
+    scores, whole = _scores(found.normal, p)
+    matrix = found.normal.matrix - _spent(found.normal)
     across, inside = matrix[:p, p:], matrix[p:, p:]
     carried = np.linalg.solve(inside, across.T) if inside.size else np.zeros((0, p))
     reduced = matrix[:p, :p] - across @ carried
@@ -63,9 +65,39 @@ def certainty(problem: Problem, found: Found, *, resamplings: int, seed: int = 0
         (names[i], names[j], float(correlation[i, j]))
         for i in range(p) for j in range(i) if abs(correlation[i, j]) > ALIKE
     )  # fmt: skip
-    scores = found.normal.by_shot
-    scores = scores[:, :p] - scores[:, p:] @ carried
-    return Certainty(spread, _resampled(reduced, scores, resamplings, seed), correlation, told, alike, memory)
+    return Certainty(spread, _resampled(whole, scores, resamplings, seed), correlation, told, alike, memory)
+
+
+def _scores(normal: Normal, p: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Scores of the parameters by shot `(s, p)`, as if each shot had not been fitted, and their information `(p, p)`.
+
+    A fit follows its own shots, so that their scores are too small; each is multiplied by (I - A_k / A)^-1, A_k being
+    its share of the information (R. M. Bell, D. F. McCaffrey, "Bias reduction in standard errors for linear regression
+    with multi-stage samples", Survey Methodology 28, 2002).
+    """
+    across, inside = normal.matrix[:p, p:], normal.matrix[p:, p:]
+    carried = np.linalg.solve(inside, across.T) if inside.size else np.zeros((0, p))
+    reduced = normal.matrix[:p, :p] - across @ carried
+    scores = normal.by_shot[:, :p] - normal.by_shot[:, p:] @ carried
+    f = across.shape[1] // len(scores)
+    found = []
+    for k, score in enumerate(scores):
+        part = normal.own[k] - across[:, k * f : (k + 1) * f] @ carried[k * f : (k + 1) * f]
+        found.append(reduced @ np.linalg.solve(reduced - part, score))
+    return np.array(found), reduced
+
+
+def _spent(normal: Normal) -> NDArray[np.float64]:
+    """Information that residuals only seem to hold, since the fit made them smaller than the noise `(m, m)`.
+
+    Each channel's variance is the sum of squares over its count less the degrees of freedom that the fit took from it,
+    the trace of the hat matrix (T. Hastie, R. Tibshirani, J. Friedman, "The Elements of Statistical Learning", 2nd ed.,
+    Springer 2009, Section 7.6). At most nine tenths are taken away.
+    """
+    turned = np.linalg.inv(normal.matrix)
+    taken = np.array([float((turned * part).sum()) for part in normal.by_channel])
+    share = np.minimum(taken / np.maximum(normal.counts, 1), 0.9)
+    return np.asarray(np.einsum("c,cij->ij", share, normal.by_channel))
 
 
 def _resampled(
@@ -77,7 +109,8 @@ def _resampled(
     random = np.random.default_rng(seed)
     weights = random.multinomial(shots, np.full(shots, 1 / shots), size=count) - 1.0
     steps = -np.linalg.solve(reduced, (weights @ scores).T).T
-    steps *= np.sqrt(shots / (shots - 1))
+    # a spread from few shots is itself uncertain: Student's law for as many less one
+    steps *= np.sqrt(shots / (shots - 1)) * float(stdtrit(shots - 1, 0.975)) / NORMAL_95
     return np.stack(np.percentile(steps, [2.5, 97.5], axis=0), axis=-1)
 
 

@@ -16,6 +16,10 @@ PLAUSIBLE: Final = dict(
 """Largest size of a value in SI units that a marine vehicle may have; more is another unit or a fault. A heading may
 count on through many turns."""
 
+START_SPREAD: Final = dict(zip(COORDINATES, (1.0, 1.0, 1.0, 0.1, 0.1, 1.0, 0.3, 0.3, 0.3, 0.1, 0.1, 0.1), strict=True))
+"""Standard deviation, at the beginning of a shot, of coordinates that were not measured: wide for a vehicle that floats
+or hovers upright. A plan may say others."""
+
 
 def number(name: str) -> int:
     """Place of a coordinate among the twelve."""

@@ -15,7 +15,14 @@ from pelagos.identification.certainty import NORMAL_95, UNTOLD, Certainty, certa
 from pelagos.identification.coordinates import COORDINATES
 from pelagos.identification.parameters import OUTSIDE, Family, Parameter, changed, listed, parameters_of
 from pelagos.identification.plan import Plan
-from pelagos.identification.problem import Problem, cut_shots, free_coordinates, shots_at, target
+from pelagos.identification.problem import (
+    Problem,
+    cut_shots,
+    free_coordinates,
+    hidden_coordinates,
+    shots_at,
+    target,
+)
 from pelagos.identification.record import Record
 from pelagos.identification.search import Found, search
 from pelagos.identification.shots import Shooter, Shots
@@ -126,6 +133,7 @@ def fit(
     if not plan.parameters:
         raise InputError("plan: parameters: name at least one, such as terms.damping.diagonal.0: {}")
     data = vehicle_with_plan(vehicle, plan)
+    _depth_told(data, record)
     parameters = parameters_of(plan.parameters, data)
     family = Family(_calm(data), parameters)
     shooter = shooter_of(family, record)
@@ -135,7 +143,9 @@ def fit(
     free = free_coordinates([*names, *plan.continuity])
     shots = _some(all_shots, slice(0, count))
     _excited(record, plan, all_shots)
-    problem = Problem(family, shooter, target(record, shots, names), joined[:count], plan, free)
+    wanted = target(record, shots, names)
+    hidden = hidden_coordinates(record, shooter, family, shots, wanted)
+    problem = Problem(family, shooter, wanted, joined[:count], plan, free, hidden)
     found = search(problem, shots, iterations=plan.iterations, tell=tell)
     sure = certainty(problem, found, resamplings=plan.bootstrap)
     estimates = tuple(_estimate(p, k, found, sure) for k, p in enumerate(parameters))
@@ -168,6 +178,7 @@ def open_loop(
         outside: current and offsets by name, as in a plan's paths.
     """
     data = vehicle_with_plan(vehicle, plan)
+    _depth_told(data, record)
     given = [Parameter(n, (n,), (1.0,), v, 1.0, -np.inf, np.inf, False) for n, v in (outside or {}).items()]
     for parameter in given:
         if parameter.name not in OUTSIDE:
@@ -202,6 +213,16 @@ def score(shooter: Shooter, family: Family, at: NDArray[np.float64], record: Rec
         r2[name] = 1 - float((off[:, k][known] ** 2).sum()) / max(spread, 1e-300)
         rms[name] = float(np.sqrt((off[:, k][known] ** 2).mean()))
     return Score(r2, rms, len(shots), len(shots) * shots.steps * record.step_s)
+
+
+def _depth_told(data: Mapping[str, Any], record: Record) -> None:
+    """Refuse a submerged vehicle whose depth nothing says: at the surface it would be another one."""
+    submerged = [name for name, term in data["terms"].items() if term and term["type"] == "submerged"]
+    if submerged and record.values("depth") is None and "depth" not in record.assumed:
+        raise InputError(
+            f"plan: the vehicle is submerged (terms.{submerged[0]}), and nothing says how deep: name a column for "
+            "depth, or the depth that it kept, such as start: {depth: 5}"
+        )
 
 
 def _some(shots: Shots, which: slice) -> Shots:

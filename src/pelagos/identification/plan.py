@@ -131,6 +131,11 @@ class Plan(_Strict):
     """Coordinates whose differences count; left out: all that have a column. Velocities without a column are slopes."""
     continuity: dict[str, Positive] = Field(default_factory=dict)
     """Coordinates at which a shot's end must meet the next shot's beginning, with the tolerance [SI]."""
+    start: dict[str, Number] = Field(default_factory=dict)
+    """Coordinates without a column when a shot begins [SI], such as the depth that was kept; left out: 0."""
+    start_spread: dict[str, Positive] = Field(default_factory=dict)
+    """Standard deviation about `start` [SI]; left out: 1 m, 0.1 rad (heading 1), 0.3 m/s, 0.1 rad/s. Each shot's own
+    value is found with the parameters where what is fitted depends on it."""
     loss: Literal["huber", "squares"] = "huber"
     """Huber's: what is further off than 1.345 standard deviations counts linearly."""
     sigma: dict[str, Positive] = Field(default_factory=dict)
@@ -144,7 +149,7 @@ class Plan(_Strict):
     vehicle: dict[str, Any] = Field(default_factory=dict)
     """Changes to the scenario's vehicle before the fit, such as the rotor speed of this run."""
 
-    @field_validator("columns", "sigma", "continuity")
+    @field_validator("columns", "sigma", "continuity", "start", "start_spread")
     @classmethod
     def _coordinates(cls, value: dict[str, Any]) -> dict[str, Any]:
         for name in value:
@@ -159,6 +164,10 @@ class Plan(_Strict):
         for name in self.fit_to:
             if name not in COORDINATES:
                 raise ValueError(str(LookupFailed("coordinate", name, COORDINATES)))
+        for key, given in (("start", self.start), ("start_spread", self.start_spread)):
+            for name in given:
+                if name in self.columns:
+                    raise ValueError(f"{key}: {name} has a column, which says where a shot begins; leave it out")
         for start, end in self.windows_s:
             if not start < end:
                 raise ValueError(f"windows_s: {start:g} is not before {end:g}")

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pelagos.errors import InputError
-from pelagos.identification.coordinates import ANGLES, COORDINATES, number
+from pelagos.identification.coordinates import ANGLES, COORDINATES, START_SPREAD, number
 from pelagos.identification.parameters import Family
 from pelagos.identification.plan import Plan
 from pelagos.identification.record import Record
@@ -20,6 +20,8 @@ HUBER: Final = 1.345
 """Residuals beyond so many standard deviations count linearly: 95 % as efficient as squares where the noise is normal
 (P. J. Huber, E. M. Ronchetti, "Robust Statistics", 2nd ed., Wiley 2009, Section 4.5)."""
 _NAMES: Final = list(COORDINATES)
+_FELT: Final = 1e-6
+"""Change of what is fitted by a unit of an initial state, from which it counts: rounding is far below, noise above."""
 
 
 @dataclass(frozen=True)
@@ -49,12 +51,17 @@ class Normal:
 
     Attributes:
         matrix: `(m, m)`; gradient: `(m,)`; by_shot: gradient of each shot's own part `(s, m)`; loss: half the sum.
+        by_channel: what each fitted coordinate's differences add to the matrix `(c, m, m)`; counts: of them `(c,)`.
+        own: what each shot adds to the parameters' part of the matrix `(s, p, p)`.
     """
 
     matrix: NDArray[np.float64]
     gradient: NDArray[np.float64]
     by_shot: NDArray[np.float64]
     loss: float
+    by_channel: NDArray[np.float64]
+    counts: NDArray[np.int64]
+    own: NDArray[np.float64]
 
 
 def free_coordinates(names: Sequence[str]) -> list[int]:
@@ -62,6 +69,20 @@ def free_coordinates(names: Sequence[str]) -> list[int]:
     fitted themselves.
     """
     return [k for k in range(12) if _NAMES[k] in names or (k >= 6 and _NAMES[k - 6] in names)]
+
+
+def hidden_coordinates(record: Record, shooter: Shooter, family: Family, shots: Shots, wanted: Target) -> list[int]:
+    """Coordinates of initial states that nothing was measured of, and that something measured depends on.
+
+    Held where they are assumed they would bias the parameters: a hull that begins a shot rolled moves aside as it rights itself.
+    """
+    unknown = [k for k in range(12) if record.values(_NAMES[k]) is None]
+    start = np.array([p.coordinate(p.prior) for p in family.parameters])
+    _, slopes = shooter.play(shots, family.compiled(start), unknown, tangents=True)
+    assert slopes is not None
+    chosen = [number(n) for n in wanted.names]
+    effect = np.abs(slopes[:, chosen][..., len(start) :]).max(axis=(0, 1, 2), initial=0.0)
+    return [k for k, e in zip(unknown, effect, strict=True) if e > _FELT]
 
 
 def cut_shots(record: Record, plan: Plan) -> tuple[Shots, list[bool]]:
@@ -90,7 +111,8 @@ def shots_at(record: Record, starts: NDArray[np.int64], steps: int, preroll_s: f
     there = {}
     for name in COORDINATES:
         values = record.values(name)
-        there[name] = np.zeros(len(starts)) if values is None else np.nan_to_num(values[starts])
+        there[name] = np.full(len(starts), record.assumed.get(name, 0.0)) if values is None else values[starts]
+        there[name] = np.nan_to_num(there[name])
     attitude = np.tile([1.0, 0.0, 0.0, 0.0], (len(starts), 1))
     for axis, name in ((2, "heading"), (1, "pitch"), (0, "roll")):
         turn = np.zeros((len(starts), 3))
@@ -138,13 +160,17 @@ class Problem:
         shots, wanted: training shots and what they are compared with.
         joined: whether a shot goes on from the one before.
         plan: loss, tolerances of continuity.
-        free: see `free_coordinates`.
+        free: see `free_coordinates`; hidden: see `hidden_coordinates`.
     """
 
     def __init__(
-        self, family: Family, shooter: Shooter, wanted: Target, joined: list[bool], plan: Plan, free: list[int]
-    ) -> None:
-        self.family, self.shooter, self.wanted, self.plan, self.free = family, shooter, wanted, plan, free
+        self, family: Family, shooter: Shooter, wanted: Target, joined: list[bool], plan: Plan, free: list[int],
+        hidden: Sequence[int] = (),
+    ) -> None:  # fmt: skip
+        self.family, self.shooter, self.wanted, self.plan = family, shooter, wanted, plan
+        self.free = sorted({*free, *hidden})
+        spreads = {**START_SPREAD, **plan.start_spread}
+        self.hidden = [(c, plan.start.get(_NAMES[c], 0.0), spreads[_NAMES[c]]) for c in hidden]
         self.joined = [k for k in range(1, len(joined)) if joined[k] and plan.continuity]
         self.meet = [(number(n), s) for n, s in plan.continuity.items()]
         self.sigma = np.ones(len(wanted.names))
@@ -167,6 +193,8 @@ class Problem:
         total = self._rho(off / self.sigma[None, :, None]) + 0.5 * float(
             (self.precision * (at - self.prior) ** 2).sum()
         )
+        for c, middle, spread in self.hidden:
+            total += 0.5 * float((((seen[0, c] - middle) / spread) ** 2).sum())
         for k in self.joined:
             total += 0.5 * sum(float(x) ** 2 for x in self._mismatch(seen, k))
         return total, off
@@ -184,19 +212,29 @@ class Problem:
         if self.plan.loss == "huber":
             weight *= np.where(size > HUBER, HUBER / np.maximum(size, HUBER), 1.0)
         off = np.where(known, off, 0.0)
-        matrix, by_shot = np.zeros((p + s * f, p + s * f)), np.zeros((s, p + s * f))
+        m = p + s * f
+        by_channel, by_shot = np.zeros((len(chosen), m, m)), np.zeros((s, m))
+        matrix, shares = np.zeros((m, m)), np.zeros((s, p, p))
         for k in range(s):
-            j = (slopes[:, chosen, k] / self.sigma[None, :, None]).reshape(-1, p + f)
-            w, r = weight[..., k].ravel(), off[..., k].ravel()
             own = [*range(p), *range(p + k * f, p + (k + 1) * f)]
-            matrix[np.ix_(own, own)] += (j * w[:, None]).T @ j
-            by_shot[k, own] += j.T @ (w * r)
+            for c, place in enumerate(chosen):
+                j = slopes[:, place, k] / self.sigma[c]
+                w, r = weight[:, c, k], off[:, c, k]
+                part = (j * w[:, None]).T @ j
+                by_channel[c][np.ix_(own, own)] += part
+                shares[k] += part[:p, :p]
+                by_shot[k, own] += j.T @ (w * r)
+            for c, middle, spread in self.hidden:
+                row = slopes[0, c, k] / spread
+                matrix[np.ix_(own, own)] += np.outer(row, row)
+                by_shot[k, own] += row * (seen[0, c, k] - middle) / spread
         for k in self.joined:
             self._meet(seen, slopes, k, matrix, by_shot)
+        matrix += by_channel.sum(axis=0)
         gradient = by_shot.sum(axis=0)
         matrix[range(p), range(p)] += self.precision
         gradient[:p] += self.precision * (at - self.prior)
-        return Normal(matrix, gradient, by_shot, self._rho(off))
+        return Normal(matrix, gradient, by_shot, self._rho(off), by_channel, known.sum(axis=(0, 2)), shares)
 
     def _rho(self, off: NDArray[np.float64]) -> float:
         size = np.abs(off[np.isfinite(off)])

@@ -6,7 +6,7 @@ import csv
 import gzip
 import io
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from itertools import pairwise
 from pathlib import Path
 from typing import Final
@@ -36,6 +36,7 @@ class Record:
         slopes: velocities from poses `(n,)`, for those coordinates that were not measured.
         commands: by actuator `(n,)`, held from one row to the next.
         runs: first and last row + 1 of stretches without a hole.
+        assumed: coordinates that were not measured when a shot begins; absent: 0.
     """
 
     start_s: float
@@ -44,6 +45,7 @@ class Record:
     slopes: Mapping[str, NDArray[np.float64]]
     commands: Mapping[str, NDArray[np.float64]]
     runs: tuple[tuple[int, int], ...]
+    assumed: Mapping[str, float] = field(default_factory=dict)
 
     def values(self, name: str) -> NDArray[np.float64] | None:
         """A coordinate, measured or from slopes; None where there is neither."""
@@ -238,7 +240,7 @@ def _gridded(
     if not runs:
         raise InputError(f"{where}: no stretch of the windows {windows} is long enough; time goes from {time[0]:.4g} "
                          f"to {time[-1]:.4g} s")  # fmt: skip
-    return Record(float(time[0]), float(h), found, _slopes(found, runs, h, plan.smooth_s), held, runs)
+    return Record(float(time[0]), float(h), found, _slopes(found, runs, h, plan.smooth_s), held, runs, plan.start)
 
 
 def _runs(there: NDArray[np.bool_], least: int) -> tuple[tuple[int, int], ...]:
