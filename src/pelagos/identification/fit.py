@@ -143,7 +143,7 @@ def fit(
     free = free_coordinates([*names, *plan.continuity])
     shots = _some(all_shots, slice(0, count))
     _excited(record, plan, all_shots)
-    wanted = target(record, shots, names)
+    wanted = target(record, shots, names).once(joined[:count])
     hidden = hidden_coordinates(record, shooter, family, shots, wanted)
     problem = Problem(family, shooter, wanted, joined[:count], plan, free, hidden)
     found = search(problem, shots, iterations=plan.iterations, tell=tell)

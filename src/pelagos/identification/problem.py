@@ -36,6 +36,12 @@ class Target:
     names: tuple[str, ...]
     wanted: NDArray[np.float64]
 
+    def once(self, joined: Sequence[bool]) -> Target:
+        """Without the last row of a shot that another goes on from: it is that one's first, and counts once."""
+        wanted = self.wanted.copy()
+        wanted[-1, :, [k - 1 for k in range(1, len(joined)) if joined[k]]] = np.nan
+        return Target(self.names, wanted)
+
     def differences(self, seen: NDArray[np.float64]) -> NDArray[np.float64]:
         """Simulated less recorded, angles the short way, of coordinates `(steps + 1, 12, s)`."""
         found = seen[:, [number(n) for n in self.names]] - self.wanted
