@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import gzip
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from pelagos.errors import InputError, LookupFailed, ScenarioError
 from pelagos.identification import load_plan, read_record
+from pelagos.identification.recording import _field, _on
 
 PLAN = {"columns": {"north": "x", "heading": "psi"}, "commands": {"left_propeller": "n1"}}
 
@@ -61,6 +63,50 @@ def test_degrees_and_millimetres_are_noticed():
 
     refused(degrees, match="more than a turn.*degrees\\? Give unit: deg")
     refused(lambda d: d.update(x=d["x"] * 1e8), match=r"more than any vehicle has .*wrong unit\?")
+    refused(lambda d: d.update(x=d["x"] * 1e3), match=r"'x' as north: .* of its rows change by more than 60 m/s")
+
+
+def test_a_tilt_beyond_its_range_is_noticed():
+    tilted = {"columns": {"pitch": "x"}}
+    refused(lambda d: d.update(x=2.0 * np.sin(d["t"])), tilted, match=r"more than 1\.62, the largest pitch there is")
+
+
+def circle(spread: float = 1.0) -> dict:
+    """A vehicle that turns to and fro, 1.2 times round, and goes where it looks but for 0.2 rad."""
+    t = 0.2 * np.arange(600)
+    heading = 4.0 * np.sin(0.1 * t) * spread
+    north, east = np.cumsum(0.2 * np.cos(heading + 0.2)), np.cumsum(0.2 * np.sin(heading + 0.2))
+    return {"t": t, "x": north, "y": east, "psi": heading, "deg": np.degrees(heading), "n1": np.floor(t)}
+
+
+def test_a_heading_in_degrees_is_known_by_the_way():
+    """Slow turns, whose degrees as radians are rates that a vehicle may have."""
+    columns = {"north": "x", "east": "y", "heading": "deg"}
+    with pytest.raises(InputError, match=r"column 'deg' as heading goes along with the vehicle's way if it is in deg"):
+        read_record(circle(), load_plan({**PLAN, "columns": columns}))
+    said = read_record(circle(), load_plan({**PLAN, "columns": {**columns, "heading": {"column": "deg", "unit": "deg"}}}))
+    radians = read_record(circle(), load_plan({**PLAN, "columns": {**columns, "heading": "psi"}}))
+    np.testing.assert_allclose(said.measured["heading"], radians.measured["heading"], atol=1e-12)
+
+
+def test_topics_are_read_as_they_go():
+    """An angle by the short way, a command held, a hole empty; only the time that all topics have."""
+    time = np.array([0.0, 1.0, 2.0, 3.0])
+    t = np.array([0.5, 1.5, 2.5])
+    np.testing.assert_allclose(_on(time[1:3], False, t, np.unwrap([3.1, -3.1, -3.0])), [3.14159, 3.23319], atol=2e-5)
+    np.testing.assert_array_equal(_on(time, True, t, np.array([5.0, 7.0, 9.0])), [5.0, 5.0, 7.0, 9.0])
+    sparse = np.array([0.0, 0.1, 0.2, 0.3, 2.0, 2.1])
+    filled = _on(np.array([0.15, 1.0, 2.0]), False, sparse, sparse)
+    np.testing.assert_allclose(filled, [0.15, np.nan, 2.0])
+
+
+def test_a_quaternion_has_angles(tmp_path):
+    turn = SimpleNamespace(w=np.cos(0.35), x=0.0, y=0.0, z=np.sin(0.35))
+    message = SimpleNamespace(pose=SimpleNamespace(orientation=turn))
+    assert _field(message, ["pose", "orientation", "yaw"], "/a.pose.orientation.yaw", tmp_path) == pytest.approx(0.7)
+    assert _field(message, ["pose", "orientation", "z"], "/a.pose.orientation.z", tmp_path) == pytest.approx(np.sin(0.35))
+    with pytest.raises(InputError, match="the message has no field 'yaw'"):
+        _field(message, ["pose", "yaw"], "/a.pose.yaw", tmp_path)
 
 
 def test_unknown_names_say_the_nearest():

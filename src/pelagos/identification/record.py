@@ -21,8 +21,12 @@ from pelagos.identification.plan import Plan, column
 
 Table = Mapping[str, NDArray[np.float64]]
 _TAU: Final = 2 * np.pi
+_TILTS: Final = {"roll": np.pi + 0.05, "pitch": np.pi / 2 + 0.05}  # beyond, another angle says the same; some noise
 _LONGEST_STEP_S: Final = 0.1
+_WAY_S: Final = 1.0  # time over which a course is taken from the way
+_ALIGNED, _ASTRAY = 0.8, 0.4  # length of the mean direction of heading less course: that of a ship, that of chance
 _SHOWN: Final = 3  # places of a fault that a message names
+_FAULTS: Final = 0.02  # share of rows that may jump, as trackers do
 
 
 @dataclass(frozen=True)
@@ -101,7 +105,8 @@ def read_record(source: str | Path | Table, plan: Plan, actuators: tuple[str, ..
         from pelagos.identification.recording import read_recording
 
         wanted = [plan.time, *plan.columns.values(), *plan.commands.values()]
-        table, where = read_recording(Path(source), [column(w).column for w in wanted]), str(source)
+        held = {column(c).column for c in plan.commands.values()}
+        table, where = read_recording(Path(source), [column(w).column for w in wanted], held), str(source)
     else:
         table, where = read_table(source), str(source)
     for name in plan.commands:
@@ -109,13 +114,16 @@ def read_record(source: str | Path | Table, plan: Plan, actuators: tuple[str, ..
             raise LookupFailed("actuator", name, actuators, where="plan: commands")
     time = _times(_column(table, column(plan.time).column, where) * column(plan.time).factor, where)
     seen = _seen(table, plan, len(time), where)
-    measured = {}
+    measured, asked = {}, {}
     for name, given in plan.columns.items():
         c = column(given)
         raw = (_column(table, c.column, where) - c.zero) * c.factor
         _finite(raw, seen, time, c.column, where)
         _plausible(name, raw[seen], c.column, c.unit, where)
+        _steady(name, raw[seen], time[seen], c.column, where)
+        asked[name] = raw[seen]
         measured[name] = (time[seen] - c.delay_s, _unwrapped(name, raw[seen]))
+    _along_its_way(asked, time[seen], plan, where)
     commands = {}
     for name, given in plan.commands.items():
         c = column(given)
@@ -187,14 +195,59 @@ def _plausible(name: str, values: NDArray[np.float64], label: str, unit: str, wh
     most, limit = float(np.abs(values).max()), PLAUSIBLE[name]
     si = UNITS[COORDINATES.index(name)]
     hint = ""
-    if name in ANGLES and not unit and most > _TAU + 0.1:
+    if name in _TILTS and most > _TILTS[name]:
+        hint = f"{most:.4g} {si} is more than {_TILTS[name]:.3g}, the largest {name} there is: degrees? Give unit: deg"
+    elif name in ANGLES and not unit and most > _TAU + 0.1:
         turns = np.abs(np.diff(values)).max()
-        if turns > 6.6 or name != "heading":
+        if turns > 6.6:
             hint = f"{most:.4g} {si} is more than a turn, and jumps by {turns:.4g}: degrees? Give unit: deg"
     elif most > limit:
         hint = f"{most:.4g} {si} is more than any vehicle has ({limit:g}); wrong unit? Give unit: mm/s, deg/s, ..."
     if hint:
         raise InputError(f"{where}: column {label!r} as {name}: {hint}")
+
+
+def _steady(
+    name: str, values: NDArray[np.float64], time: NDArray[np.float64], label: str, where: str
+) -> None:
+    """Refuse a pose that goes faster from row to row than any vehicle does: degrees as radians, millimetres as metres.
+
+    A few jumps are faults of a sensor, which the loss bears; whole turns of an angle are none.
+    """
+    if name not in RATES:
+        return
+    off = np.diff(values)
+    if name in ANGLES:
+        off = np.where(np.abs(off - _TAU * np.round(off / _TAU)) < 0.1, 0.0, off)
+    speed, limit = np.abs(off) / np.diff(time), PLAUSIBLE[RATES[name]]
+    if (speed > limit).mean() > _FAULTS:
+        unit = UNITS[COORDINATES.index(RATES[name])]
+        likely = "deg" if name in ANGLES else "mm or cm"
+        raise InputError(
+            f"{where}: column {label!r} as {name}: {100 * (speed > limit).mean():.0f} % of its rows change by more than "
+            f"{limit:g} {unit}, which no vehicle does; wrong unit? Give unit: {likely}"
+        )
+
+
+def _along_its_way(asked: Table, time: NDArray[np.float64], plan: Plan, where: str) -> None:
+    """Refuse a heading that has to do with the way of the vehicle only if it is taken for degrees."""
+    given = plan.columns.get("heading")
+    if given is None or column(given).unit or not {"north", "east"} <= asked.keys():
+        return
+    heading, north, east = asked["heading"], asked["north"], asked["east"]
+    if np.ptp(heading) < _TAU:
+        return
+    rows = max(1, round(_WAY_S / float(np.median(np.diff(time)))))
+    ahead, aside = north[rows:] - north[:-rows], east[rows:] - east[:-rows]
+    far = np.hypot(ahead, aside)
+    moving = far > 0.5 * np.percentile(far, 90)
+    course, middle = np.arctan2(aside, ahead)[moving], heading[rows // 2 : rows // 2 + len(far)][moving]
+    as_radians, as_degrees = (abs(np.exp(1j * (k * middle - course)).mean()) for k in (1.0, np.pi / 180))
+    if as_degrees > _ALIGNED and as_radians < _ASTRAY:
+        raise InputError(
+            f"{where}: column {column(given).column!r} as heading goes along with the vehicle's way if it is in degrees "
+            f"(alignment {as_degrees:.2f}), and not in radians ({as_radians:.2f}): give unit: deg"
+        )
 
 
 def _unwrapped(name: str, values: NDArray[np.float64]) -> NDArray[np.float64]:

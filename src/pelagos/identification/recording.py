@@ -2,50 +2,100 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from pelagos.errors import InputError, LookupFailed
+from pelagos.math.so3 import euler_np
 from pelagos.sim.replay import Recording
 
+_ANGLES: Final = ("roll", "pitch", "yaw")
+"""Fields that a quaternion has besides its own: Euler angles zyx [rad], in the frames of the message."""
+_HOLE: Final = 5.0  # median steps of a topic without a message, within which nothing is made up
 
-def read_recording(path: Path, names: Sequence[str]) -> dict[str, NDArray[np.float64]]:
-    """Columns of an MCAP recording on the times of the first one.
+Series = tuple[NDArray[np.float64], NDArray[np.float64]]
 
-    A name is a topic and the fields below its message: `/auv0/pose.pose.position.x`; `t` is the time [s].
+
+def read_recording(path: Path, names: Sequence[str], held: Collection[str] = ()) -> dict[str, NDArray[np.float64]]:
+    """Columns of an MCAP recording on the times of its most frequent topic, as far as all topics go.
+
+    A name is a topic and the fields below its message: `/auv0/pose.pose.position.x`; below a quaternion `roll`, `pitch`
+    and `yaw`; `t` is the time [s]. In longer holes of a topic, columns are NaN.
+
+    Args:
+        path: of the recording.
+        names: of the columns.
+        held: those whose value stays from one message to the next, such as commands; others are lines between them.
 
     Raises:
-        InputError: the recording has no such topic or field.
+        InputError: the recording has no such topic or field, or a topic's times are not in order.
     """
     wanted = [name for name in dict.fromkeys(names) if name != "t"]
-    series = {}
     recording = Recording(path)
     topics = recording.topics()
-    for name in wanted:
-        topic = max((t for t in topics if name == t or name.startswith(f"{t}.")), key=len, default=None)
-        if topic is None:
-            raise LookupFailed("topic", name, topics, where=str(path))
-        fields = name[len(topic) + 1 :].split(".") if len(name) > len(topic) else []
-        times, values = [], []
-        for message in recording.messages(topic):
-            times.append(message.t_ns * 1e-9)
-            values.append(_field(message.message, fields, name, path))
-        series[name] = (np.array(times), np.array(values, dtype=np.float64))
+    if not topics:
+        raise InputError(f"{path}: holds no topic that can be read; was it cut short? Try pelagos recover")
+    series = {name: _series(recording, topics, name, path) for name in wanted}
     if not series:
         raise InputError(f"{path}: the plan names no topic")
-    time = max((t for t, _ in series.values()), key=len)
-    return {"t": time, **{name: np.interp(time, t, x) for name, (t, x) in series.items()}}
+    moving = [t for name, (t, _) in series.items() if name not in held] or [t for t, _ in series.values()]
+    time = max(moving, key=len)
+    first, last = max(float(t[0]) for t, _ in series.values()), min(float(t[-1]) for t in moving)
+    time = time[(time >= first - 1e-9) & (time <= last + 1e-9)]
+    if len(time) < 2:
+        raise InputError(
+            f"{path}: its topics have no time in common: one begins at {first:.4g} s, another ends at {last:.4g} s"
+        )
+    return {"t": time, **{name: _on(time, name in held, *series[name]) for name in series}}
+
+
+def _series(recording: Recording, topics: Collection[str], name: str, path: Path) -> Series:
+    topic = max((t for t in topics if name == t or name.startswith(f"{t}.")), key=len, default=None)
+    if topic is None:
+        raise LookupFailed("topic", name, topics, where=str(path))
+    fields = name[len(topic) + 1 :].split(".") if len(name) > len(topic) else []
+    times, values = [], []
+    for message in recording.messages(topic):
+        times.append(message.t_ns * 1e-9)
+        values.append(_field(message.message, fields, name, path))
+    if not times:
+        raise InputError(f"{path}: {topic} has no message")
+    t, x = np.array(times), np.array(values, dtype=np.float64)
+    if (np.diff(t) <= 0).any():
+        k = int(np.argmax(np.diff(t) <= 0))
+        raise InputError(f"{path}: {topic} has a message of {t[k + 1]:.6g} s after one of {t[k]:.6g} s")
+    if fields and fields[-1] in _ANGLES:
+        x = np.unwrap(x)  # a line from 179 to -179 deg would turn the wrong way
+    return t, x
+
+
+def _on(time: NDArray[np.float64], held: bool, t: NDArray[np.float64], x: NDArray[np.float64]) -> NDArray[np.float64]:
+    after = np.searchsorted(t, time + 1e-9, side="right")
+    if held:
+        return np.asarray(x[np.clip(after - 1, 0, len(t) - 1)])
+    found = np.interp(time, t, x)
+    if len(t) > 1:
+        before = np.clip(after - 1, 0, len(t) - 2)
+        inside = np.abs(time - t[before]) > 1e-9
+        found[inside & (np.diff(t)[before] > _HOLE * np.median(np.diff(t)))] = np.nan
+    return np.asarray(found)
 
 
 def _field(message: Any, fields: Sequence[str], name: str, path: Path) -> float:
     value = message
     for key in fields:
         try:
-            value = value[int(key)] if key.isdigit() else value[key] if isinstance(value, dict) else getattr(value, key)
+            if key in _ANGLES and all(hasattr(value, c) for c in "wxyz"):
+                turn = euler_np(np.array([[value.w, value.x, value.y, value.z]]))
+                value = float(turn[0, _ANGLES.index(key)])
+            else:
+                value = (
+                    value[int(key)] if key.isdigit() else value[key] if isinstance(value, dict) else getattr(value, key)
+                )
         except (AttributeError, KeyError, IndexError, TypeError):
             raise InputError(f"{path}: {name}: the message has no field {key!r}") from None
     try:
