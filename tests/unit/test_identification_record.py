@@ -74,7 +74,7 @@ def test_a_tilt_beyond_its_range_is_noticed():
 def circle(spread: float = 1.0) -> dict:
     """A vehicle that turns to and fro, 1.2 times round, and goes where it looks but for 0.2 rad."""
     t = 0.2 * np.arange(600)
-    heading = 4.0 * np.sin(0.1 * t) * spread
+    heading = 4.0 * np.sin(0.04 * t) * spread
     north, east = np.cumsum(0.2 * np.cos(heading + 0.2)), np.cumsum(0.2 * np.sin(heading + 0.2))
     return {"t": t, "x": north, "y": east, "psi": heading, "deg": np.degrees(heading), "n1": np.floor(t)}
 

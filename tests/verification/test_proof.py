@@ -76,12 +76,42 @@ def test_images_and_soundings_of_sonars(chapter):
     assert row(sonar, "level at 55 to 62 deg").kept
 
 
-@pytest.mark.slow  # 40 s
+@pytest.mark.slow  # 120 s
 def test_tankers_zig_zags(chapter):
-    """First overshoots within 2.5 deg, but for one that misses by 0.1."""
+    """First overshoots within 2.5 deg but for one with the published set; with drift tests of the hull all of them."""
     tanker = chapter("kvlcc2")
+    assert row(tanker, "thrust of the screw").deviation == pytest.approx(-2.2, abs=0.5)
     off = [r.deviation for r in tanker.rows if r.quantity.endswith(": first overshoot")]
-    assert off == pytest.approx([-1.08, -1.93, -2.35, -1.29, -2.60], abs=0.1)
+    assert off == pytest.approx([-1.88, -2.06, -2.48, -1.45, -2.89], abs=0.1)
+    drifting = [r for r in tanker.rows if "first overshoot, sideways" in r.quantity]
+    assert [r.deviation for r in drifting] == pytest.approx([0.85, -1.75, -2.13, 0.91, -1.45], abs=0.1)
+    second = [r.deviation for r in tanker.rows if "second overshoot, sideways" in r.quantity]
+    assert second == pytest.approx([-0.36, -0.45, -1.21, 1.60], abs=0.15)
+    circles = [r for r in tanker.rows if r.quantity.startswith("circle")]
+    assert [r.kept for r in circles] == [True] * 4
+
+
+def test_drift_tests_of_the_tanker_less_its_rudder(chapter):
+    """Y'v and N'v of HMRI's model: a hull less stable on its course than the published -0.315 and -0.137."""
+    sys.path.insert(0, str(SCRIPT))
+    found = importlib.import_module("kvlcc2").drift_coefficients()
+    sys.path.remove(str(SCRIPT))
+    assert found == pytest.approx({"Yv": -0.274, "Yvvv": -1.487, "Nv": -0.1453, "Nvvv": 0.294}, rel=0.01)
+
+
+@pytest.mark.slow  # 60 s
+def test_devices_of_an_rov(chapter):
+    """What misses its bar of 20 % misses by what the page says; losses and outliers are kept."""
+    rov = chapter("minerva")
+    figures = {
+        "`range_bearing`": 175.0, "`usbl`": -99.9, "ahead and aside": -39.3, "downwards": -75.7, "no plane bed": -68.5,
+        "depth by pressure": 27.3,
+    }  # fmt: skip
+    for words, off in figures.items():
+        assert row(rov, words).deviation == pytest.approx(off, abs=3.0), words
+    assert row(rov, "without lock").kept
+    assert row(rov, "without one of four ranges").kept
+    assert row(rov, "beyond 5 deviations").kept
 
 
 @pytest.mark.slow  # 10 s
