@@ -23,7 +23,8 @@ FOLDER: Final = "01_ship_kvlcc2_freerun"
 TITLE: Final = "A tanker's zig-zags"
 SOURCE: Final = (
     "free-running models of MARIN and HSVA, SIMMAN 2008 "
-    "(martinlarsalbert/System-identification-of-Vessel-Manoeuvring-Models, MIT). Kept: tables/kvlcc2.csv, every second."
+    "(martinlarsalbert/System-identification-of-Vessel-Manoeuvring-Models, MIT). Kept: tables/kvlcc2.csv, "
+    "every second; kvlcc2_screw.csv, kvlcc2_drift.csv, kvlcc2_approach.csv."
 )
 SCALE: Final = 45.7
 RUNS: Final = {
@@ -171,7 +172,9 @@ def circle_rows(approach: float, revolutions: float) -> list[Row]:
         for name, (low, high) in CIRCLE.items():
             own = next(m.value for m in trial.measures if m.name == name)
             off = 100 * (own / min(max(own, low), high) - 1)
-            found.append(Row(f"circle at 35 deg: {name}{words}", f"{low:g} to {high:g} L", f"{own:.3g} L", off, "%", 5.0))
+            found.append(
+                Row(f"circle at 35 deg: {name}{words}", f"{low:g} to {high:g} L", f"{own:.3g} L", off, "%", 5.0)
+            )
     return found
 
 
@@ -280,17 +283,18 @@ def _drawn(shown: dict[str, Any]) -> bytes:
 
 _ABOUT: Final = """\
 The `kvlcc2` of the catalogue at the tanks' size: the coefficients of Yasukawa and Yoshimura 2015, the wake of their
-model of 7 m (0.40), the tanks' own screw by its open-water test, the rudder's rate of the models. Nothing is fitted to a
-zig-zag or a circle. Resistance is what the approach says, its speed at its revolutions. Beside the published
+model of 7 m (0.40), the tanks' own screw by its open-water test, the rudder's rate of the models. Nothing is fitted
+to a zig-zag or a circle. Resistance is what the approach says, its speed at its revolutions. Beside the published
 coefficients stands one change: linear and cubic forces by drift come from captive tests of the same hull in a third
-tank (HMRI, 17 drift angles to 16 deg each side, less the rudder's force that was measured with them). Overshoots are those
-of the zig-zag steered by `pelagos manoeuvre`; beside them the heading when the ship starts in the measured state and gets
-the recorded rudder, where errors add up as they do not with a helmsman (pictures).
+tank (HMRI, 13 drift angles, to 16 deg each side, less the rudder's force that was measured with them). Overshoots are
+those of the zig-zag steered by `pelagos manoeuvre`; beside them the heading when the ship starts in the measured
+state and gets the recorded rudder, where errors add up as they do not with a helmsman (pictures).
 """
 _MISSED: Final = """\
-With the published coefficients all overshoots are too small, first by 1.4 to 2.9 deg and second by 2.6 to 5.2 deg: that
-hull is too stable on its course. HMRI's drift tests say why: Y'v is -0.274 (published: -0.315), N'v -0.145 (-0.137). With
-them first overshoots are within 2.2 deg on either side and second ones within 1.6 deg. By recorded rudder an error of a
-degree grows, as it must for a ship that is unstable on its course, to 3 to 6 deg until the second reversal. The
-catalogue keeps the published set, which is one consistent whole. Circles are compared with the nearer end of the span.
+With the published coefficients all overshoots are too small, first by 1.4 to 2.9 deg and second by 2.6 to 5.2 deg:
+that hull is too stable on its course. HMRI's drift tests say why: Y'v is -0.274 (published: -0.315), N'v -0.145
+(-0.137). With them first overshoots are within 2.2 deg on either side and second ones within 1.6 deg. By recorded
+rudder an error of a degree grows, as it must for a ship that is unstable on its course, to 2 to 6 deg until the
+second reversal. The catalogue keeps the published set, which is one consistent whole. Circles are compared with the
+nearer end of the span.
 """

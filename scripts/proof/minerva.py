@@ -10,7 +10,7 @@ from typing import Any, Final
 import matplotlib.pyplot as plt
 import numpy as np
 from numpy.typing import NDArray
-from page import Chapter, Row, absolute, keep, relative, table
+from page import Chapter, absolute, keep, relative, table
 
 import pelagos as pl
 from pelagos.report import theme
@@ -18,9 +18,9 @@ from pelagos.report import theme
 FOLDER: Final = "04_rov_minerva_sea"
 TITLE: Final = "The devices of an ROV at sea"
 SOURCE: Final = (
-    "ROV Minerva of NTNU, Trondheimsfjord, 18 May 2015 (NTNU-MCS/CS_EnterpriseI_archive, MIT). Kept: "
-    "tables/minerva_fixes.csv, tables/minerva_log.csv (each new value), tables/minerva_depth.csv, of the six minutes in "
-    "which the log moves least; tables/minerva_updates.csv, shares and intervals of both dives."
+    "ROV Minerva of NTNU, Trondheimsfjord, 2015 (NTNU-MCS/CS_EnterpriseI_archive, MIT). Kept, of the six minutes in "
+    "which the log moves least: tables/minerva_fixes.csv, minerva_log.csv (each new value), minerva_depth.csv; "
+    "minerva_updates.csv, shares of both dives."
 )
 Array = NDArray[np.float64]
 
@@ -232,7 +232,7 @@ def _picture(log: dict[str, Array], own: dict[str, Any]) -> bytes:
 
 
 def _read(file: Path) -> dict[str, Array]:
-    rows = list(csv.reader(gzip.open(file, "rt", encoding="utf-8")))
+    rows = list(csv.reader(gzip.decompress(file.read_bytes()).decode().splitlines()))
     return dict(zip(rows[0], np.array(rows[1:], dtype=np.float64).T, strict=True))
 
 
@@ -310,18 +310,19 @@ _ABOUT: Final = """\
 The ROV hovers some 2 m above the bed, 58 m deep and 23 m aside of its ship. Simulated devices stand still in the mean
 geometry of the six kept minutes, over sand, with the figures of their makers; nothing is fitted. Noise is what third
 differences leave, at the device's own pace, so that slow motion goes out and quick motion stays in: the recorded
-figures are upper limits. Ranges need no such care: over a plane bed the inverse ranges of opposite beams have the same
-sum. The recorded compass is a constant, and the heading that of the attitude sensor's filter: neither is compared.
+figures are upper limits. Ranges need no such care: over a plane bed the inverse ranges of opposite beams have the
+same sum. The recorded compass is a constant, and the heading that of the attitude sensor's filter: neither is
+compared.
 """
 _MISSED: Final = """\
-HiPAP: a fix is half as uncertain and less as its sheet says for 20 dB over the noise, and far less certain than `usbl`
-makes it, whose error is thermal and sea noise alone (0.03 mm here, at 60 m and 188 dB): errors of the ship's motion
-sensor, of the elements' places and of the beam former, which rule at short range, are not in `usbl`; use
-`range_bearing` with the sheet's figures. Ship and transducer at rest is what the simulated geometry assumes; one fix in
-fifty comes late, which is what a hull between or an echo in the way may do, and neither is in the simulated scene.
-Velocity log: the vehicle's own motion from one second to the next (thrusters, tether) is in the recorded figures, most
-of it downwards; what is left for the log is at most what stands here. Ranges come in steps of 4.2 cm, which alone make
-1.2 cm; the simulated log has ranges without steps, 0.2 % of them. Depth: the gauge is not told, the simulated one is
-the default, whose noise is 0.5 mm too large here. All losses of lock but two lie below 0.3 m or beyond the 8 m that the log
-was set to.
+HiPAP: a fix scatters by 4 cm from one to the next. Its sheet says 11 cm for 20 dB over the noise, and here there are
+more; `usbl` makes 0.03 mm of it, whose error is thermal and sea noise alone (at 60 m and 188 dB). Errors of the
+ship's motion sensor, of the elements' places and of the beam former, which rule at short range, are not in `usbl`;
+for a cautious figure use `range_bearing` with the sheet's figures. Ship and transducer at rest is what the simulated
+geometry assumes; one fix in fifty comes late, which is what a hull between or an echo in the way may do, and neither
+is in the simulated scene. Velocity log: the vehicle's own motion from one second to the next (thrusters, tether) is
+in the recorded figures, most of it downwards; what is left for the log is at most what stands here. Ranges come in
+steps of 4.2 cm, which alone make 1.2 cm; the simulated log has ranges without steps, 0.2 % of them. Depth: the gauge
+is not told, the simulated one is the default, whose noise is 0.5 mm too large here. All losses of lock but two lie
+below 0.3 m or beyond the 8 m that the log was set to.
 """

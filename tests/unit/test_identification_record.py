@@ -84,7 +84,9 @@ def test_a_heading_in_degrees_is_known_by_the_way():
     columns = {"north": "x", "east": "y", "heading": "deg"}
     with pytest.raises(InputError, match=r"column 'deg' as heading goes along with the vehicle's way if it is in deg"):
         read_record(circle(), load_plan({**PLAN, "columns": columns}))
-    said = read_record(circle(), load_plan({**PLAN, "columns": {**columns, "heading": {"column": "deg", "unit": "deg"}}}))
+    said = read_record(
+        circle(), load_plan({**PLAN, "columns": {**columns, "heading": {"column": "deg", "unit": "deg"}}})
+    )
     radians = read_record(circle(), load_plan({**PLAN, "columns": {**columns, "heading": "psi"}}))
     np.testing.assert_allclose(said.measured["heading"], radians.measured["heading"], atol=1e-12)
 
@@ -104,7 +106,9 @@ def test_a_quaternion_has_angles(tmp_path):
     turn = SimpleNamespace(w=np.cos(0.35), x=0.0, y=0.0, z=np.sin(0.35))
     message = SimpleNamespace(pose=SimpleNamespace(orientation=turn))
     assert _field(message, ["pose", "orientation", "yaw"], "/a.pose.orientation.yaw", tmp_path) == pytest.approx(0.7)
-    assert _field(message, ["pose", "orientation", "z"], "/a.pose.orientation.z", tmp_path) == pytest.approx(np.sin(0.35))
+    assert _field(message, ["pose", "orientation", "z"], "/a.pose.orientation.z", tmp_path) == pytest.approx(
+        np.sin(0.35)
+    )
     with pytest.raises(InputError, match="the message has no field 'yaw'"):
         _field(message, ["pose", "yaw"], "/a.pose.yaw", tmp_path)
 

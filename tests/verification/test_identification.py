@@ -189,7 +189,7 @@ def test_a_parameter_without_effect_is_refused():
 def test_intervals_cover_the_truth():
     """95 % intervals of six parameters over 20 seeds: 114 of 120 expected; fewer than 105 is less than 1 in 500.
 
-    Over 100 seeds (100 to 199) Fisher's intervals cover 92 to 98 % of each parameter, those of resampled shots 92 to 96.
+    Over 100 seeds (100 to 199) Fisher's intervals cover each parameter 92 to 98 times, resampled shots 92 to 96.
     """
     plan = load_plan(PLAN)
     inside = SimpleNamespace(fisher=0, resampled=0, of=0)

@@ -80,7 +80,8 @@ def free_coordinates(names: Sequence[str]) -> list[int]:
 def hidden_coordinates(record: Record, shooter: Shooter, family: Family, shots: Shots, wanted: Target) -> list[int]:
     """Coordinates of initial states that nothing was measured of, and that something measured depends on.
 
-    Held where they are assumed they would bias the parameters: a hull that begins a shot rolled moves aside as it rights itself.
+    Held where they are assumed they would bias the parameters: a hull that begins a shot rolled moves aside as it
+    rights itself.
     """
     unknown = [k for k in range(12) if record.values(_NAMES[k]) is None]
     start = np.array([p.coordinate(p.prior) for p in family.parameters])

@@ -207,9 +207,7 @@ def _plausible(name: str, values: NDArray[np.float64], label: str, unit: str, wh
         raise InputError(f"{where}: column {label!r} as {name}: {hint}")
 
 
-def _steady(
-    name: str, values: NDArray[np.float64], time: NDArray[np.float64], label: str, where: str
-) -> None:
+def _steady(name: str, values: NDArray[np.float64], time: NDArray[np.float64], label: str, where: str) -> None:
     """Refuse a pose that goes faster from row to row than any vehicle does: degrees as radians, millimetres as metres.
 
     A few jumps are faults of a sensor, which the loss bears; whole turns of an angle are none.
@@ -224,8 +222,8 @@ def _steady(
         unit = UNITS[COORDINATES.index(RATES[name])]
         likely = "deg" if name in ANGLES else "mm or cm"
         raise InputError(
-            f"{where}: column {label!r} as {name}: {100 * (speed > limit).mean():.0f} % of its rows change by more than "
-            f"{limit:g} {unit}, which no vehicle does; wrong unit? Give unit: {likely}"
+            f"{where}: column {label!r} as {name}: {100 * (speed > limit).mean():.0f} % of its rows change by more "
+            f"than {limit:g} {unit}, which no vehicle does; wrong unit? Give unit: {likely}"
         )
 
 
@@ -245,8 +243,8 @@ def _along_its_way(asked: Table, time: NDArray[np.float64], plan: Plan, where: s
     as_radians, as_degrees = (abs(np.exp(1j * (k * middle - course)).mean()) for k in (1.0, np.pi / 180))
     if as_degrees > _ALIGNED and as_radians < _ASTRAY:
         raise InputError(
-            f"{where}: column {column(given).column!r} as heading goes along with the vehicle's way if it is in degrees "
-            f"(alignment {as_degrees:.2f}), and not in radians ({as_radians:.2f}): give unit: deg"
+            f"{where}: column {column(given).column!r} as heading goes along with the vehicle's way if it is in degrees"
+            f" (alignment {as_degrees:.2f}), and not in radians ({as_radians:.2f}): give unit: deg"
         )
 
 

@@ -49,7 +49,9 @@ def search(problem: Problem, shots: Shots, *, iterations: int, tell: Callable[[s
     at = problem.prior.copy()
     _, off = problem.loss(at, shots)
     if not np.isfinite(off[~np.isnan(problem.wanted.wanted)]).all():
-        raise SimulationError("the motion is not finite with the priors: is step_s too long for this vehicle, or a column in another unit?")
+        raise SimulationError(
+            "the motion is not finite with the priors: is step_s too long, or a column in another unit?"
+        )
     losses: list[float] = []
     settled = False
     for turn in range(_ROUNDS):
