@@ -1,6 +1,6 @@
 """Tests that run a line of the source, quickest first, from one run of the suite that wrote down which test ran what.
 
-`make mutants-map` makes the two files; without them tests are chosen by imports.
+`make mutants-map` makes the two files; without them, and for sources that changed since, tests are chosen by imports.
 """
 
 from __future__ import annotations
@@ -36,6 +36,8 @@ class TestsByLine:
 
     def of(self, file: str, text: str) -> tuple[str, ...]:
         """Nodes that ran any line of a text within a file below `src/pelagos`; empty where none did but by import."""
+        if (SOURCES / file).stat().st_mtime > LINES.stat().st_mtime:
+            return ()  # its lines have moved since
         source = (SOURCES / file).read_text()
         first = source[: source.index(text)].count("\n") + 1
         lines = self.data.contexts_by_lineno(self.files[file]) if file in self.files else {}
