@@ -13,7 +13,7 @@ import pytest
 import pelagos as pl
 from pelagos import jit
 from pelagos.hydro.coriolis import coriolis_force
-from pelagos.hydro.forward_speed import SLOPE, Transom, at_speed
+from pelagos.hydro.forward_speed import SLOPE, Transom, at_speed, scattered_at_speed
 from pelagos.math import so3
 from pelagos.ocean.config import OceanConfig, build_ocean
 from pelagos.vehicles.afloat_config import AfloatConfig
@@ -151,6 +151,25 @@ def test_table_1_of_stf() -> None:
     assert (found[3, 5], damped[3, 5]) == pytest.approx(
         (added[3, 5] + r * damping[3, 1], damping[3, 5] - u * added[3, 1])
     )
+
+
+def test_exciting_forces_of_stf() -> None:
+    """STF 1970, equations 35 to 38, the part h of sections at x, and of a transom at x_A; and their lateral kin:
+    F3 = sum h3 + U/(i w) h3A, F5 = -sum (x h3 + U/(i w) h3) - U/(i w) x_A h3A, F6 = sum (x h2 + U/(i w) h2) + ...
+    """
+    w, u, end = 1.3, 2.1, -4.0
+    x = np.array([-3.0, -1.0, 2.5])
+    h2, h3 = (RNG.normal(size=3) + 1j * RNG.normal(size=3) for _ in range(2))
+    a2, a3 = (complex(*RNG.normal(size=2)) for _ in range(2))
+    lag = u / (1j * w)
+    force = np.array([0, h2.sum(), h3.sum(), 0, -(x * h3).sum(), (x * h2).sum()])
+    found = scattered_at_speed(force, force / (1j * w), u, (end, np.array([a2, a3, 0]) / (1j * w)))
+    assert found[1] == pytest.approx(h2.sum() + lag * a2)
+    assert found[2] == pytest.approx(h3.sum() + lag * a3)
+    assert found[4] == pytest.approx(-(x * h3 + lag * h3).sum() - lag * end * a3)
+    assert found[5] == pytest.approx((x * h2 + lag * h2).sum() + lag * end * a2)
+    astern = scattered_at_speed(force, force / (1j * w), -u, (end, np.array([a2, a3, 0])))
+    assert astern == pytest.approx(scattered_at_speed(force, force / (1j * w), -u))
 
 
 @pytest.mark.parametrize(("diffraction", "headings"), [(True, [180.0, 125.0, -40.0]), (False, [180.0, 25.0])])
