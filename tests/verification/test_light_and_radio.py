@@ -84,6 +84,26 @@ def test_turbid_water_and_daylight_take_range() -> None:
     assert margins[0] > margins[1] + 3.0
 
 
+@pytest.mark.parametrize(("turned", "fate"), [(50.0, "received"), (-50.0, "received"), (70.0, "out of beam")])
+def test_a_receiver_sees_60_degrees_to_each_side(turned: float, fate: str) -> None:
+    sim = pl.Simulation.load(scenario({"a": lit(0.0, 0.0), "b": lit(6.0, 180.0 + turned)}))
+    sim.send("a", "light", b"x", to="b")
+    assert [f.fate for f in fates(sim, "b", "light", 1.0)] == [fate]
+
+
+def test_daylight_is_that_at_the_receiver() -> None:
+    """Both ways along one slanting path, by day: who listens 6 m deeper hears better, at night both hear alike."""
+    margins = {}
+    for elevation in (60.0, -30.0):
+        pair = {"a": lit(0.0, 0.0, 3.0), "b": lit(15.0, 180.0, 9.0)}
+        sim = pl.Simulation.load(scenario(pair, water_type="1C", sun={"elevation_deg": elevation}))
+        for sender, receiver in (("a", "b"), ("b", "a")):
+            sim.send(sender, "light", b"x", to=receiver)
+            margins[elevation, receiver] = fates(sim, receiver, "light", 1.0)[0].snr_db
+    assert margins[-30.0, "b"] == pytest.approx(margins[-30.0, "a"], abs=0.1)
+    assert margins[60.0, "b"] > margins[60.0, "a"] + 0.5
+
+
 def test_a_wall_stops_light() -> None:
     sim = pl.Simulation.load(scenario({"a": lit(0.0, 0.0), "b": lit(12.0, 180.0)}))
     sim.spawn(pl.Prop("box", position=(6.0, 0.0, -30.0), size=(0.5, 6.0, 6.0), material="steel"))
