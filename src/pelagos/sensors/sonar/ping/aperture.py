@@ -55,6 +55,10 @@ class Aperture:
     floor: float = 0.0
     transmit: ElementLine | None = None
 
+    def __post_init__(self) -> None:
+        frames = np.stack(np.broadcast_arrays(self.axis, self.side, self.up), axis=-2)  # (beams, 3, 3)
+        assert np.allclose(frames @ frames.swapaxes(-1, -2), np.eye(3), atol=1e-6), "axes of beams at right angles"
+
     def facing(self) -> Facing:
         """Directions on the device."""
         vectors = (np.broadcast_to(v, self.axis.shape).T for v in (self.axis, self.side, self.up))
