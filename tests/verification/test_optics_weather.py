@@ -90,6 +90,16 @@ def test_weather_makes_no_light():
     assert under_weather(clear, Weather()) == clear
 
 
+@pytest.mark.parametrize(("cloud", "height"), [(0.3, 20.0), (0.7, 50.0)])
+def test_broken_clouds_leave_what_kasten_and_czeplak_say(cloud: float, height: float):
+    """1 - 0.7 N^3.4 of all light on a level plane, and of the beam that part which 1 - N of the sky lets through."""
+    clear, found = (daylight(math.radians(height), cloud=c) for c in (0.0, cloud))
+    level, left = math.sin(math.radians(height)), 1 - 0.7 * cloud**3.4
+    for sun, sky, beam, grey in zip(clear.sun, clear.sky, found.sun, found.sky, strict=True):
+        assert beam == pytest.approx((1 - cloud) * left * sun)
+        assert beam * level + grey == pytest.approx(left * (sun * level + sky))
+
+
 def test_an_overcast_sky_is_brightest_overhead():
     """CIE standard: three times the horizon's radiance; all of the irradiance stays."""
     light = daylight(math.radians(40), cloud=1.0)

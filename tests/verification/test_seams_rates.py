@@ -30,9 +30,15 @@ def values(parts) -> np.ndarray:
     return np.array([np.array(p, dtype=np.float64).ravel() for p in parts])
 
 
-@pytest.mark.parametrize(("twin", "towards"), [(False, 75.0), (True, -110.0)])
-def test_acceleration_of_the_water_at_a_hull_is_the_change_of_its_velocity(twin: bool, towards: float) -> None:
-    """Central differences over 2 h of a wave of frequency w err by (w h)^2 / 6, here 3e-6 of w times the velocity."""
+@pytest.mark.parametrize(
+    ("twin", "towards", "speed"), [(False, 75.0, None), (True, -110.0, None), (False, 10.0, 2.5), (True, -140.0, 1.5)]
+)
+def test_acceleration_of_the_water_at_a_hull_is_the_change_of_its_velocity(
+    twin: bool, towards: float, speed: float | None
+) -> None:
+    """Central differences over 2 h of a wave of frequency w err by (w h)^2 / 6, here 3e-6 of w times the velocity; of a
+    hull under way, which takes its sheet of water along, at the frequency of encounter.
+    """
     waves = {"type": "regular", "height_m": 0.8, "period_s": 4.7, "towards_deg": towards, "phase_deg": 25.0}
     sea = build_ocean(OceanConfig.model_validate({"waves": waves})).waves
     plane, h = Waterplane(9.0, 1.7, 0.6, twin), 3e-3
@@ -40,8 +46,10 @@ def test_acceleration_of_the_water_at_a_hull_is_the_change_of_its_velocity(twin:
     times = np.array([0.4, 1.3, 2.9])
 
     t = np.concatenate([times - h, times, times + h])
-    still = [jit.Float64(np.full(9, v)) for v in (4.0, -7.0)]
-    found = hull_waves(sea, *still, heading, jit.Float64(t), plane)
+    way = (speed or 0.0) * (t - np.tile(times, 3))  # ahead of where the hull is at each time
+    places = jit.Float64(4.0 + math.cos(0.6) * way), jit.Float64(-7.0 - math.sin(0.6) * way)
+    ahead = None if speed is None else jit.Float64(np.full(9, speed))
+    found = hull_waves(sea, *places, heading, jit.Float64(t), plane, speed=ahead)
     (before, velocity, after), (_, acceleration, _) = (
         np.split(values(parts), 3, axis=1) for parts in (found.velocity, found.acceleration)
     )
