@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
-import numpy as np
+from dataclasses import replace
+from types import SimpleNamespace
 
-from pelagos.identification.certainty import _scores, _spent
+import numpy as np
+import pytest
+
+from pelagos.identification.certainty import _scores, _spent, certainty
 from pelagos.identification.problem import Normal, Target
 
 
@@ -54,3 +58,24 @@ def test_a_row_that_two_shots_share_counts_once():
     assert np.isnan(once[3, 0, 0])
     assert np.isfinite(once).sum() == 11
     assert np.isfinite(target.wanted).all()
+
+
+@pytest.mark.parametrize("rho", [0.0, 0.6, 0.85])
+def test_residuals_that_remember_themselves_tell_less(rho: float):
+    """AR(1) noise is worth (1 + rho)/(1 - rho) times fewer points; the prior's part of the information stays."""
+    random, precision = np.random.default_rng(8), np.array([3.0, 0.5])
+    normal, _, _ = regression()
+    normal = replace(normal, matrix=normal.matrix + np.diag(precision), by_channel=0 * normal.by_channel)
+    noise = np.zeros((40_000, 1, 1))
+    for k in range(1, len(noise)):
+        noise[k] = rho * noise[k - 1] + random.normal()
+    found = SimpleNamespace(at=np.zeros(2), normal=normal, differences=noise)
+    names = [SimpleNamespace(name="a"), SimpleNamespace(name="b")]
+    problem = SimpleNamespace(precision=precision, family=SimpleNamespace(parameters=names))
+    sure = certainty(problem, found, resamplings=0)
+    longer = (1 + rho) / (1 - rho)
+    assert sure.memory == pytest.approx(longer, rel=0.15)
+    data = regression()[0].matrix
+    expected = np.sqrt(np.diag(np.linalg.inv(data / sure.memory + np.diag(precision))))
+    np.testing.assert_allclose(sure.spread, expected, rtol=1e-9)
+    np.testing.assert_allclose(sure.told, 1 - expected * np.sqrt(precision), rtol=1e-9)
