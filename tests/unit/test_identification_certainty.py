@@ -77,5 +77,5 @@ def test_residuals_that_remember_themselves_tell_less(rho: float):
     assert sure.memory == pytest.approx(longer, rel=0.15)
     data = regression()[0].matrix
     expected = np.sqrt(np.diag(np.linalg.inv(data / sure.memory + np.diag(precision))))
-    np.testing.assert_allclose(sure.spread, expected, rtol=1e-9)
+    np.testing.assert_allclose(sure.fisher, expected, rtol=1e-9)
     np.testing.assert_allclose(sure.told, 1 - expected * np.sqrt(precision), rtol=1e-9)
