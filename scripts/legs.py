@@ -43,6 +43,8 @@ DECK_M: Final = 2.0  # height of the deck that carries what flies
 MAST_M: Final = 0.4  # antenna above the origin
 TIMEOUT_S: Final = 30.0  # for a fix
 COASTING_S: Final = 400.0  # of a drift; its last part is judged: an AUV needs minutes to lose its way
+HEAVY: Final = 3.0  # times as long, for those longer than LONG_M: slender bodies of tonnes
+LONG_M: Final = 4.0
 TIMED: Final = 90.0  # how long the legs that end by time take [s]
 
 
@@ -56,6 +58,11 @@ class Ground:
     rate_hz: float
 
 
+def coasting(vehicle: pl.Vehicle) -> float:
+    """Duration of a drift [s]."""
+    return COASTING_S * (HEAVY if vehicle.config.length_m > LONG_M else 1.0)
+
+
 def ground(vehicle: pl.Vehicle, family: Family) -> Ground:
     """The size of the missions of a vehicle."""
     radius = vehicle.config.envelope.turn_radius_m or 0.0
@@ -64,7 +71,9 @@ def ground(vehicle: pl.Vehicle, family: Family) -> Ground:
     if family.name == "rotor":
         return Ground(45.0, 6.0, TIMED, 100.0)
     if family.name == "surface":
-        return Ground(60.0, 0.0, 2 * TIMED, 50.0)
+        return Ground(
+            max(60.0, 6 * radius), 0.0, 2 * TIMED if radius == 0 else 20 * TIMED, 50.0 if radius == 0 else 10.0
+        )
     if family.name == "ship":
         return Ground(5 * radius, 0.0, 20 * TIMED, 10.0)
     if family.name == "glider":
@@ -172,10 +181,14 @@ def off_course(flight: Flight) -> float:
     return abs(math.degrees(float(turned.mean())))
 
 
-def not_adrift(flight: Flight) -> float:
-    """Mean horizontal velocity against the current [m/s]."""
-    way = flight.track[late(flight, COASTING_S - SETTLED_S), :2]
-    return float(np.hypot(*((way[-1] - way[0]) / (SAMPLE_S * (len(way) - 1)) - CURRENT_MPS * TOWARDS)))
+def not_adrift(seconds: float) -> Callable[[Flight], float]:
+    """Mean horizontal velocity against the current at the end of a drift [m/s]."""
+
+    def error(flight: Flight) -> float:
+        way = flight.track[late(flight, seconds - SETTLED_S), :2]
+        return float(np.hypot(*((way[-1] - way[0]) / (SAMPLE_S * (len(way) - 1)) - CURRENT_MPS * TOWARDS)))
+
+    return error
 
 
 def turning_depths(upper: float, lower: float) -> Callable[[Flight], float]:
@@ -319,10 +332,11 @@ def levels(scene: Scene) -> dict[str, Trial]:
 
 def waits(scene: Scene) -> dict[str, Trial]:
     """Legs that pass time."""
+    drift = coasting(scene.vehicle)
     up = [{"type": "surface"}] if scene.family.medium == "under water" else []
     return {
         "hold": Trial([{"type": "hold", "seconds": scene.size.seconds}], off_course, COURSE_DEG, "deg"),
-        "drift": Trial([{"type": "drift", "seconds": COASTING_S}], not_adrift, ADRIFT_MPS, "m/s"),
+        "drift": Trial([{"type": "drift", "seconds": drift}], not_adrift(drift), ADRIFT_MPS, "m/s"),
         "gps_fix": Trial([*up, {"type": "gps_fix", "timeout_s": TIMEOUT_S}], waited, TIMEOUT_S - 1.0, "s"),
     }
 
@@ -338,8 +352,9 @@ def fly(vehicle: pl.Vehicle, family: Family, trial: Trial) -> Flight:
     size = ground(vehicle, family)
     z = size.level_m if family.medium == "in the air" else -size.level_m
     radius = vehicle.config.envelope.turn_radius_m
+    mast = max(MAST_M, vehicle.config.height / 2 + MAST_M / 2)  # above the hull of what lies deep in the water
     start = {"position_m": [0.0, 0.0, z], "speed_mps": vehicle.config.envelope.cruise_mps if radius else 0.0}
-    sensors = {"gps": {"type": "gps", "rate_hz": 1, "position_m": [0, 0, MAST_M]}}
+    sensors = {"gps": {"type": "gps", "rate_hz": 1, "position_m": [0, 0, mast]}}
     agents: dict[str, Any] = {"a": {"vehicle": vehicle.name, "start": start, "mission": trial.legs, "sensors": sensors}}
     if trial.leader is not None:
         agents["b"] = trial.leader

@@ -13,7 +13,8 @@ from pelagos.sim import model as sim_model
 from pelagos.vehicles.load import catalogue_names
 
 SENSORS = sorted(registry.entries("sensor", plugins=False))
-SHIPS = {"mariner", "kvlcc2"}
+SHIPS = AFLOAT - {"otter", "wamv", "surface_vessel"}
+DEEP = {"kvlcc2", "tanker", "semisub"}
 
 
 def _fleet(vehicle: str, carried: dict[str, Any], count: int = 3) -> dict[str, Any]:
@@ -35,7 +36,7 @@ def _fleet(vehicle: str, carried: dict[str, Any], count: int = 3) -> dict[str, A
     return {
         "seed": 5,
         "tick_rate_hz": 100,
-        "world": {"type": "flat", "depth_m": 30.0 if vehicle == "kvlcc2" else 12.0},  # it draws 21 m
+        "world": {"type": "flat", "depth_m": 30.0 if vehicle in DEEP else 12.0},  # they draw up to 21 m
         "ocean": ocean,
         "agents": agents,
     }

@@ -17,8 +17,12 @@ from pelagos.vehicles.load import catalogue_names
 SMALL: dict[str, dict[str, Any]] = {
     name: {**keys, **({"width_px": 16, "height_px": 16} if "width_px" in keys else {})} for name, keys in USUAL.items()
 }
-AFLOAT = {"otter", "wamv", "surface_vessel", "mariner", "kvlcc2"}
+AFLOAT = {
+    "otter", "wamv", "surface_vessel", "mariner", "kvlcc2", "tanker", "container", "supply", "semisub", "frigate",
+    "zeefakkel",
+}  # fmt: skip
 IN_AIR = {"quadrotor", "fixed_wing"}
+SHIPS = AFLOAT - {"otter", "wamv", "surface_vessel"}
 
 
 def digest(readings: dict[str, pl.Reading]) -> dict[str, str]:
@@ -114,9 +118,7 @@ def test_every_sensor_goes_on_from_a_checkpoint():
 
 @pytest.mark.parametrize(
     "name",
-    [
-        pytest.param(n, marks=pytest.mark.slow) if n in ("mariner", "kvlcc2") else n for n in sorted(catalogue_names())
-    ],  # 30 s
+    [pytest.param(n, marks=pytest.mark.slow) if n in SHIPS else n for n in sorted(catalogue_names())],  # 30 s
 )
 def test_every_vehicle_goes_on_from_a_checkpoint(name, tmp_path):
     """In each of its control modes, with actuators, integrators and radiated waves that are not at rest."""

@@ -9,8 +9,14 @@ import pelagos as pl
 from pelagos.vehicles.load import catalogue_names
 
 NAMES = sorted(catalogue_names())
-AFLOAT = {"otter", "wamv", "surface_vessel", "mariner", "kvlcc2"}
+AFLOAT = {
+    "otter", "wamv", "surface_vessel", "mariner", "kvlcc2", "tanker", "container", "supply", "semisub", "frigate",
+    "zeefakkel",
+}  # fmt: skip
 IN_AIR = {"quadrotor", "fixed_wing"}
+
+
+DEAR = ("semisub", "supply", "container", "dsrv")  # more than ten seconds; kin of theirs are in every run
 
 
 @pytest.fixture(params=NAMES)
@@ -27,7 +33,7 @@ def test_mass_matrix_is_symmetric_and_positive_definite(vehicle):
 
 def test_still_water_takes_energy_from_every_motion(vehicle):
     # nu^T M (a(nu) - a(0)) is the power of all that depends on speed; Coriolis forces do no work, the rest must take it
-    if vehicle.name in ("mariner", "kvlcc2"):
+    if vehicle.name in ("mariner", "kvlcc2", "tanker", "npsauv", "dsrv"):
         pytest.skip("regressions of tank trials, about one speed: no balance of energy")
     nu = np.random.default_rng(3).normal(size=(200, 6)) * [1.0, 0.3, 0.3, 0.2, 0.2, 0.2]
     depth = -20.0 if vehicle.name in IN_AIR else 0.0 if vehicle.name in AFLOAT else 10.0
@@ -48,6 +54,9 @@ def test_hull_is_sound(vehicle):
     assert (np.linalg.norm(vectors, axis=1) > 1e-3).all()
 
 
+@pytest.mark.parametrize(
+    "vehicle", [pytest.param(n, marks=pytest.mark.slow) if n in DEAR else n for n in NAMES], indirect=True
+)
 def test_every_mode_runs_for_a_fleet_and_equals_a_fleet_of_one(vehicle):
     for mode in vehicle.modes:
         scenario = {

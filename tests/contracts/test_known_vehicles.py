@@ -12,7 +12,10 @@ import pelagos as pl
 from known import DOUBLE, check
 from pelagos.vehicles.load import catalogue_names
 
-AFLOAT = {"otter", "wamv", "surface_vessel", "mariner", "kvlcc2"}
+AFLOAT = {
+    "otter", "wamv", "surface_vessel", "mariner", "kvlcc2", "tanker", "container", "supply", "semisub", "frigate",
+    "zeefakkel",
+}  # fmt: skip
 IN_AIR = {"quadrotor", "fixed_wing"}
 SEA = {
     "currents": [{"type": "uniform", "speed_mps": 0.3, "towards_deg": -65.0, "up_mps": 0.02}],

@@ -138,3 +138,68 @@ def test_otter_trajectory(otter, name, every, command):
     got = _like(rows, replay(otter, round(rows[-1, 0] / 0.02), every, command=command))
     assert np.abs(got[:, 1:13] - rows[:, 1:13]).max() < 1e-9
     assert worst(got[:, 13:], rows[:, 13:]) < 1e-9
+
+
+@pytest.mark.parametrize(("name", "axes"), [("supply", [0, 1, 5]), ("semisub", [0, 1, 2, 3, 4, 5])])
+def test_dynamically_positioned_vessels(name, axes):
+    """Surge, sway and yaw of the supply vessel, all six axes of the semi-submersible, in a current.
+
+    These programs leave out that a steady current turns in the axes of a body that turns: (v_c r, -u_c r) is added.
+    """
+    _, rows = table(f"{name}_pointwise")
+    speed, towards = rows[:, 0], np.deg2rad(rows[:, 1])
+    current = np.stack([speed * np.cos(towards), speed * np.sin(towards), 0 * speed], axis=-1)
+    vessel = Vehicle.from_catalogue(name)
+    got, rates = vessel.accelerations(rows[:, 2:8], rows[:, 8:14], rows[:, 14:20], rows[:, 20:26], current)
+    across = towards - rows[:, 7]
+    turn = np.zeros((len(rows), 6))
+    turn[:, 0], turn[:, 1] = speed * np.sin(across) * rows[:, 13], -speed * np.cos(across) * rows[:, 13]
+    assert worst(got[:, axes], (rows[:, 26:32] + turn)[:, axes]) < 1e-9
+    assert worst(rates, rows[:, 32:38]) < 1e-9
+
+
+@pytest.mark.parametrize("name", ["frigate", "zeefakkel"])
+def test_yaw_by_nomoto(name):
+    """Yaw and the steering gear, at speeds between those of the tables."""
+    _, rows = table(f"{name}_pointwise")
+    zero = np.zeros(len(rows))
+    nu = np.stack([rows[:, 0], zero, zero, zero, zero, rows[:, 1]], axis=-1)
+    got, rates = Vehicle.from_catalogue(name).accelerations(np.zeros((1, 6)), nu, rows[:, 2:3], rows[:, 3:4])
+    assert worst(got[:, 5:], rows[:, 4:5]) < 1e-9
+    assert worst(rates, rows[:, 5:6]) < 1e-9
+    assert (got[:, 1] == 0).all()  # the way follows the bow
+
+
+def test_dsrv_in_the_vertical_plane():
+    """Heave and pitch of Healey's derivatives, which the program takes as if length and speed were 1.
+
+    Its w and q are therefore w' = w/u and q' = q L/u, its accelerations those by u^2/L and u^2/L^2; only the righting
+    moment knows its speed, sqrt(U0^2 + w^2), and is linear in pitch. The difference is taken through its mass matrix.
+    """
+    _, rows = table("dsrv_pointwise")
+    w, q, theta, delta, command = rows[:, :5].T
+    u, length, zero = 4.11, 5.0, 0 * w
+    nu = np.stack([zero + u, zero, w * u, zero, q * u / length, zero], axis=-1)
+    eta = np.stack([zero, zero, zero + 9.0, zero, theta, zero], axis=-1)
+    states = np.stack([delta, zero, zero], axis=-1)
+    commands = np.stack([command, zero, zero], axis=-1)
+    got, rates = Vehicle.from_catalogue("dsrv").accelerations(eta, nu, states, commands)
+    mass = np.array([[0.036391 + 0.031545, 0.000130], [0.000146, 0.001925 + 0.001573]])
+    more = -0.156276 * (np.sin(theta) / u**2 - theta / (u**2 + w**2))
+    expected = rows[:, 5:7] + np.linalg.solve(mass, np.stack([zero, more])).T
+    assert worst(got[:, [2, 4]] * [length / u**2, length**2 / u**2], expected) < 1e-9
+    assert worst(rates[:, :1], rows[:, 7:8]) < 1e-9
+
+
+def test_dsrv_is_the_same_to_the_side_as_upwards():
+    """A body of revolution: turned by 90 degrees about its axis, sway is heave and yaw is pitch with the other sign."""
+    plane = {"derivatives": {"Zuud": -0.027695}}
+    undone = {
+        "mass": {"center_of_buoyancy_m": [0, 0, 0]},
+        "coriolis": {"rigid": "momentum"},
+        "actuators": {"stern_plane": plane},
+    }
+    dsrv = Vehicle.from_catalogue("dsrv", as_published=undone)
+    down = dsrv.accelerations([[0, 0, 9, 0, 0, 0]], [[3.0, 0, 0.4, 0, -0.05, 0]], [[0.1, 0, 0]], [[0.1, 0, 0]])[0][0]
+    side = dsrv.accelerations([[0, 0, 9, 0, 0, 0]], [[3.0, 0.4, 0, 0, 0, 0.05]], [[0, 0.1, 0]], [[0, 0.1, 0]])[0][0]
+    assert side[[0, 1, 5]] == pytest.approx(down[[0, 2, 4]] * [1, 1, -1], rel=1e-9)

@@ -53,6 +53,13 @@ def near(draw: Random) -> Any:
     return data
 
 
+UP = (
+    "mariner", "kvlcc2", "tanker", "container", "supply", "semisub", "frigate", "zeefakkel", "otter", "wamv",
+    "surface_vessel", "quadrotor", "fixed_wing",
+)  # fmt: skip
+"""At the surface or above."""
+
+
 def plain(draw: Random) -> Any:
     """A vehicle of the catalogue with some sensors, all by default."""
     agent = SCHEMA["$defs"]["Agent"]["properties"]
@@ -62,7 +69,7 @@ def plain(draw: Random) -> Any:
         form["properties"]["type"]["const"] for form in forms if "const" in form.get("properties", {}).get("type", {})
     ]
     vehicle = draw.choice([name for name in names if name != "custom"])
-    afloat = vehicle in ("mariner", "kvlcc2", "otter", "wamv", "surface_vessel", "quadrotor", "fixed_wing")
+    afloat = vehicle in UP
     sensors = {kind: {"type": kind} for kind in draw.sample(kinds, draw.randint(1, 4))}
     start = {"position_m": [draw.uniform(-9.0, 9.0), draw.uniform(-9.0, 9.0)]} | ({} if afloat else {"depth_m": 4.0})
     world = draw.choice([{"type": "flat", "depth_m": 30.0}, {"type": "flat", "depth_m": 9.0}, {"type": "harbour"}])

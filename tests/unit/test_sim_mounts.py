@@ -95,7 +95,10 @@ def test_an_instrument_for_the_water_above_it_is_told():
 
 
 WATER = ("dvl", "altimeter", "singlebeam", "multibeam", "adcp", "ctd", "current_meter", "modem", "usbl")
-FLOATS = ("otter", "wamv", "surface_vessel", "mariner", "kvlcc2")
+FLOATS = (
+    "otter", "wamv", "surface_vessel", "mariner", "kvlcc2", "tanker", "container", "supply", "semisub", "frigate",
+    "zeefakkel",
+)  # fmt: skip
 
 
 @pytest.mark.parametrize("vehicle", FLOATS)

@@ -20,6 +20,9 @@ HOERNER_CD: Final = (
     0.8284, 0.7599, 0.6914, 0.6571, 0.6307, 0.5962, 0.5868, 0.5859, 0.5599, 0.5593,
 )  # fmt: skip
 
+_STILL: Final = 1e-6
+"""Added to the flow past a strip, so that its direction is defined at rest [m/s] (MSS, `npsauv.m`)."""
+
 
 def hoerner_drag_coefficient(beam: float, draught: float) -> float:
     """Two-dimensional drag coefficient of a section [-]: linear in B/(2T), clamped at the ends of the table."""
@@ -75,3 +78,27 @@ def crossflow(factors: tuple[Array, Array], places: tuple[float, ...], nu_r: Vec
         return [0.0, y, 0.0, 0.0, 0.0, n]
     z, m = strip_drag(factors[1], places, nu_r[2], -nu_r[4])
     return [0.0, y, z, 0.0, -m, n]
+
+
+def oblique_crossflow(factors: tuple[Array, Array], places: tuple[float, ...], nu_r: Vector) -> list[Array]:
+    """Wrench (6) [N, N m] of cross-flow drag where sway and heave share the flow: each strip drags along its own flow.
+
+    Of a strip at x, a = v + x r across and c = w - x q below: (C_y h a^2 + C_z b c^2) (a, c)/sqrt(a^2 + c^2). A. J.
+    Healey, D. Lienard, IEEE J. Oceanic Eng. 18(3):327 (1993), doi 10.1109/JOE.1993.236372; T. I. Fossen's MSS toolbox,
+    `npsauv.m`.
+
+    Args:
+        factors: rho/2 h C_y dx and rho/2 b C_z dx of one strip [kg/m].
+        places: x of each strip [m].
+        nu_r: velocity relative to the water (6).
+    """
+    y: Array = 0.0
+    z: Array = 0.0
+    m: Array = 0.0
+    n: Array = 0.0
+    for x in places:
+        a, c = fma(x, nu_r[5], nu_r[1]), fma(-x, nu_r[4], nu_r[2])
+        drag = (factors[0] * a * a + factors[1] * c * c) / (dr.sqrt(a * a + c * c) + _STILL)
+        y, z = y - drag * a, z - drag * c
+        m, n = m + x * drag * c, n - x * drag * a
+    return [0.0, y, z, 0.0, m, n]

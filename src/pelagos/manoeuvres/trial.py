@@ -13,8 +13,12 @@ from numpy.typing import NDArray
 from pelagos.errors import InputError, LookupFailed
 from pelagos.manoeuvres.measures import Measure, decay_measures, turning_measures, zigzag_measures
 from pelagos.sim.simulation import Simulation
+from pelagos.vehicles.actuators.bis import BisRudder
 from pelagos.vehicles.actuators.curve import CurveThruster
+from pelagos.vehicles.actuators.engine import ShipEngine
 from pelagos.vehicles.actuators.mmg import MmgShip, MmgShipConfig
+from pelagos.vehicles.actuators.nomoto import NomotoShip
+from pelagos.vehicles.actuators.rolling import RollingRudder
 from pelagos.vehicles.actuators.ship import ShipRudder
 from pelagos.vehicles.actuators.thruster import Thruster
 from pelagos.vehicles.model import Model
@@ -22,9 +26,14 @@ from pelagos.vehicles.vehicle import Vehicle
 
 _RATE_HZ: Final = 10
 _STEADY_S: Final = 10.0  # straight ahead before the helm is laid
+_SPIN_UP: Final = 10.0  # time constants of an engine, until its revolutions are within 5e-5 of the order
 _STOPPED_HZ: Final = 1e-3  # revolutions of an engine that is stopped: a key that must be positive
 _WAY: Final = 20.0  # lengths of depth below
 _TOLD: Final = 0.01  # share of a thrust: a smaller loss in a jet is not told
+
+
+RUDDERS: Final = (BisRudder, MmgShip, NomotoShip, RollingRudder, ShipRudder)
+"""Actuators that are a ship's rudder, with its hull and propeller."""
 
 
 @dataclass(frozen=True)
@@ -67,7 +76,7 @@ class Orders:
 class _Run:
     """One vehicle in calm water, commanded actuator by actuator."""
 
-    def __init__(self, vehicle: Mapping[str, Any], speed: float) -> None:
+    def __init__(self, vehicle: Mapping[str, Any], speed: float, *, engines: bool = True) -> None:
         self.vehicle = Vehicle.from_dict(vehicle)
         self.length = self.vehicle.config.length_m
         agent = {"vehicle": dict(vehicle), "control": "actuators", "start": {"position_m": [0, 0]}}
@@ -76,10 +85,26 @@ class _Run:
         self.sim = Simulation.load(scenario, trust=True)  # as `from_dict` does: whoever read a file has asked
         self.sim.reset(seed=0)
         self.command = np.zeros(len(self.vehicle.actuator_names))
+        if engines:
+            self._start_engines()
+        self._began_ns = self.sim.time_ns
         if speed:
             self.sim.set_state("it", velocity=np.array([[speed, 0.0, 0.0]]))
         self.rows: list[NDArray[np.float64]] = []
         self._keep()
+
+    def _start_engines(self) -> None:
+        """Let engines come to their revolutions at the service speed; the ship is then put back where it began."""
+        engines = {k: a for k, a in enumerate(self.vehicle.model.actuators.values()) if isinstance(a, ShipEngine)}
+        if not engines:
+            return
+        for k, engine in engines.items():
+            self.command[k] = engine.service
+        start = self.sim.state["it"]
+        position, attitude, still = start.position.copy(), start.attitude.copy(), np.zeros((1, 3))
+        self.sim.step({"it": self.command})
+        self.sim.run(_SPIN_UP * max(float(engine.lag.time_constant) for engine in engines.values()))
+        self.sim.set_state("it", position=position, attitude=attitude, velocity=still, angular_velocity=still)
 
     def _keep(self) -> None:
         state = self.sim.state["it"]
@@ -87,8 +112,8 @@ class _Run:
         down = np.array([1.0, -1.0, -1.0])
         self.rows.append(
             np.concatenate([
-                [self.sim.time_ns * 1e-9], state.position[0] * down, [roll, -pitch, -yaw], state.velocity[0] * down,
-                state.angular_velocity[0] * down, self.command,
+                [(self.sim.time_ns - self._began_ns) * 1e-9], state.position[0] * down, [roll, -pitch, -yaw],
+                state.velocity[0] * down, state.angular_velocity[0] * down, self.command,
             ])
         )  # fmt: skip
 
@@ -125,7 +150,7 @@ class _Run:
             InputError: it has no rudder of the kind that ships' trials are about.
         """
         for k, actuator in enumerate(self.vehicle.model.actuators.values()):
-            if isinstance(actuator, (ShipRudder, MmgShip)):
+            if isinstance(actuator, RUDDERS):
                 return k
         kinds = ", ".join(self.vehicle.actuator_names) or "none"
         raise InputError(
@@ -248,7 +273,7 @@ def stop(vehicle: Mapping[str, Any], orders: Orders) -> Trial:
 
 def decay(vehicle: Mapping[str, Any], orders: Orders) -> Trial:
     """Free roll from a heel of 10 deg, from rest; an engine of fixed revolutions is stopped."""
-    run = _Run(_stopped(vehicle), 0.0)
+    run = _Run(_stopped(vehicle), 0.0, engines=False)
     angle = math.radians(orders.angle_deg or 10.0)
     run.sim.set_state("it", attitude=np.array([[math.cos(angle / 2), math.sin(angle / 2), 0.0, 0.0]]))
     run.rows.clear()

@@ -131,6 +131,10 @@ class VehicleConfig(PartConfig):
             for used in getattr(mode, "uses", ()):
                 if self.actuators.get(used) is None:
                     raise ValueError(f"mode {name!r} uses the actuator {used!r}, which this vehicle does not have")
+        for name, part in self.actuators.items():
+            for used, kind in getattr(part, "needs", {}).items():
+                if getattr(self.actuators.get(used), "type", None) != kind:
+                    raise ValueError(f"actuator {name!r} needs an actuator {used!r} of the type {kind}")
         body = self.body
         _check_body(body, measured=getattr(self.added_mass, "measured", False))
         if self.interaction is not None:
@@ -176,6 +180,7 @@ class VehicleConfig(PartConfig):
             center_of_buoyancy=np.array(self.mass.center_of_buoyancy_m, dtype=np.float64),
             stiffness=np.zeros(6),
             in_air=self.medium == "air",
+            shallow=getattr(self.added_mass, "shallow", 0.0),
         )
         for term in self.terms.values():
             if isinstance(term, (HydrostaticConfig, TwinHullConfig)):

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Annotated, Literal, Self
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from pelagos.hydro import added_mass, rigid_body
 from pelagos.vehicles.part import NonNegative, PartConfig, Positive, Six, Three
@@ -71,6 +71,31 @@ class MatrixAddedMass(PartConfig):
     """Taken from tests, and therefore allowed not to be symmetric."""
 
 
+class ShallowAddedMass(PartConfig):
+    """Added mass about the origin, diagonal, that grows as the water under the keel gets less."""
+
+    type: Literal["shallow"] = "shallow"
+    diagonal: Six
+    """In deep water; positive: -Xudot, -Yvdot, -Zwdot [kg], -Kpdot, -Mqdot, -Nrdot [kg m^2]."""
+    growth: Six
+    """Growth of each by draught over the water under the keel [kg], [kg m^2]."""
+    draught_m: Positive
+    """[m]"""
+    water_depth_m: Positive | None = None
+    """Of the water that the ship's forces are for, from surface to ground [m]; left out: deep."""
+
+    @model_validator(mode="after")
+    def _afloat(self) -> Self:
+        if self.water_depth_m is not None and self.water_depth_m <= self.draught_m:
+            raise ValueError(f"water_depth_m {self.water_depth_m:g} must be more than draught_m {self.draught_m:g}")
+        return self
+
+    @property
+    def shallow(self) -> float:
+        """Draught over the water under the keel; 0 in deep water."""
+        return 0.0 if self.water_depth_m is None else self.draught_m / (self.water_depth_m - self.draught_m)
+
+
 class NoAddedMass(PartConfig):
     """In air."""
 
@@ -78,7 +103,7 @@ class NoAddedMass(PartConfig):
 
 
 AddedMassConfig = Annotated[
-    LambAddedMass | DiagonalAddedMass | MatrixAddedMass | NoAddedMass, Field(discriminator="type")
+    LambAddedMass | DiagonalAddedMass | MatrixAddedMass | ShallowAddedMass | NoAddedMass, Field(discriminator="type")
 ]
 
 
@@ -87,6 +112,8 @@ class CoriolisConfig(PartConfig):
 
     rigid: Literal["momentum", "angular", "none"] = "momentum"
     """The rigid body's part from its momentum, or without linear velocity (F21 Section 3.3); none: none.at all."""
+    added: Literal["momentum", "none"] = "momentum"
+    """The added mass's part from its momentum; none: the terms contain it, as those of tank tests do."""
     without: tuple[tuple[Annotated[int, Field(ge=1, le=6)], Annotated[int, Field(ge=1, le=6)]], ...] = ()
     """Entries (row, column), from 1, that a published model removes from the added mass's part."""
 
@@ -112,6 +139,8 @@ def added_mass_matrix(
     """M_A `(6, 6)` about CO."""
     if isinstance(config, DiagonalAddedMass):
         return np.diag(np.array(config.diagonal, dtype=np.float64))
+    if isinstance(config, ShallowAddedMass):
+        return np.diag(np.array(config.diagonal) + config.shallow * np.array(config.growth))
     if isinstance(config, MatrixAddedMass):
         return np.array(config.matrix, dtype=np.float64)
     if isinstance(config, NoAddedMass):

@@ -7,12 +7,17 @@ from typing import Annotated, TypeAlias
 from pydantic import Field
 
 from pelagos.vehicles.actuators.ballast import BuoyancyEngineConfig, MovingMassConfig
+from pelagos.vehicles.actuators.bis import BisShipConfig
 from pelagos.vehicles.actuators.channel import ChannelConfig
 from pelagos.vehicles.actuators.curve import CurveThrusterConfig
+from pelagos.vehicles.actuators.engine import ShipEngineConfig
 from pelagos.vehicles.actuators.fin import FinConfig
 from pelagos.vehicles.actuators.flap import FlapConfig
 from pelagos.vehicles.actuators.mmg import MmgShipConfig
+from pelagos.vehicles.actuators.nomoto import NomotoShipConfig
+from pelagos.vehicles.actuators.plane import PlaneConfig, RacePropellerConfig
 from pelagos.vehicles.actuators.propeller import PropellerConfig
+from pelagos.vehicles.actuators.rolling import RollingShipConfig
 from pelagos.vehicles.actuators.ship import ShipRudderConfig
 from pelagos.vehicles.actuators.t200 import T200Config
 from pelagos.vehicles.actuators.thruster import ForceThrusterConfig, ThrusterConfig
@@ -33,13 +38,14 @@ from pelagos.vehicles.control.velocity import VelocityConfig
 from pelagos.vehicles.control.world_acceleration import WorldAccelerationConfig
 from pelagos.vehicles.terms.air import WingConfig
 from pelagos.vehicles.terms.blunt_lift import BluntLiftConfig
-from pelagos.vehicles.terms.crossflow import CrossFlowConfig
+from pelagos.vehicles.terms.crossflow import CrossFlowConfig, ObliqueCrossFlowConfig
 from pelagos.vehicles.terms.damping import (
     CubicDampingConfig,
     LinearDampingConfig,
     QuadraticDampingConfig,
     TimeConstantDampingConfig,
 )
+from pelagos.vehicles.terms.derivatives import DerivativesConfig
 from pelagos.vehicles.terms.ditching import DitchingConfig
 from pelagos.vehicles.terms.floating import FloatingDampingConfig, HydrostaticConfig, PayloadConfig, TwinHullConfig
 from pelagos.vehicles.terms.function import FunctionConfig
@@ -53,6 +59,7 @@ TermConfig: TypeAlias = Annotated[
     BluntLiftConfig
     | CrossFlowConfig
     | CubicDampingConfig
+    | DerivativesConfig
     | DitchingConfig
     | FloatingDampingConfig
     | FunctionConfig
@@ -60,6 +67,7 @@ TermConfig: TypeAlias = Annotated[
     | HydrostaticConfig
     | LiftDragConfig
     | LinearDampingConfig
+    | ObliqueCrossFlowConfig
     | PayloadConfig
     | QuadraticDampingConfig
     | RollDampingConfig
@@ -72,15 +80,21 @@ TermConfig: TypeAlias = Annotated[
 ]
 
 ActuatorConfig: TypeAlias = Annotated[
-    BuoyancyEngineConfig
+    BisShipConfig
+    | BuoyancyEngineConfig
     | ChannelConfig
     | CurveThrusterConfig
     | FinConfig
     | FlapConfig
     | ForceThrusterConfig
     | MovingMassConfig
+    | NomotoShipConfig
+    | PlaneConfig
     | PropellerConfig
+    | RacePropellerConfig
     | MmgShipConfig
+    | RollingShipConfig
+    | ShipEngineConfig
     | ShipRudderConfig
     | T200Config
     | ThrusterConfig,

@@ -35,6 +35,8 @@ def _left(load: Vector, share: Array) -> Vector:
     return load if isinstance(share, float) else [mul(share, x) for x in load]
 
 
+EVERY: Final = tuple((row, column) for row in range(6) for column in range(6))
+"""All entries of a matrix `(6, 6)`."""
 _NEUTRAL: Final = 1e-12  # of the mass: rounding
 
 
@@ -304,7 +306,7 @@ def inertia_of(body: Body, coriolis: CoriolisConfig) -> Inertia:
         rigid=numbers(body.rigid),
         added=numbers(body.added),
         inverse=numbers(np.linalg.inv(body.mass_matrix)),
-        without=tuple((row - 1, column - 1) for row, column in coriolis.without),
+        without=EVERY if coriolis.added == "none" else tuple((row - 1, col - 1) for row, col in coriolis.without),
         angular=parts,
         none=coriolis.rigid == "none",
         displaced=None if body.stiffness.any() else numbers(body.displaced),

@@ -40,6 +40,7 @@ class Body:
         center_of_gravity, center_of_buoyancy: r_g, r_b `(3,)` [m].
         in_air: whether the density is that of air.
         stiffness: diagonal `(6,)` of a floating hull's G about its centre of flotation; 0 for one that does not float.
+        shallow: draught over the depth of water under the keel; 0 in deep water.
     """
 
     density: float
@@ -56,6 +57,7 @@ class Body:
     center_of_buoyancy: NDArray[np.float64]
     stiffness: NDArray[np.float64]
     in_air: bool = False
+    shallow: float = 0.0
 
     @property
     def mass_matrix(self) -> NDArray[np.float64]:

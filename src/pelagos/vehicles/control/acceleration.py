@@ -78,6 +78,7 @@ class Carried:
 
     def _wrench(self, flow: Flow, nothing: Array) -> list[Array]:
         """All terms, as far as they are wet, and actuators at rest: a ship's hull forces come with its rudder."""
+        flow = replace(flow, actuators=dict.fromkeys(self.model.actuators, nothing))
         loads = [self.model.left(term, term.wrench(flow), flow) for term in self.model.terms.values()]
         idle = [actuator for actuator in self.model.actuators.values() if not isinstance(actuator, T200)]
         shares = shares_of([actuator.site for actuator in idle], flow)

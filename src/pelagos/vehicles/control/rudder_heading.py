@@ -8,13 +8,14 @@ from dataclasses import dataclass
 from typing import Literal
 
 import drjit as dr
+from pydantic import Field
 
 from pelagos.jit import Array
 from pelagos.vehicles.control.angle import smallest_angle
 from pelagos.vehicles.control.controller import Demand
 from pelagos.vehicles.control.plant import Plant
 from pelagos.vehicles.flow import Flow
-from pelagos.vehicles.part import NonNegative, PartConfig, Positive
+from pelagos.vehicles.part import NonNegative, Number, PartConfig, Positive
 
 
 class RudderHeadingConfig(PartConfig):
@@ -31,6 +32,8 @@ class RudderHeadingConfig(PartConfig):
     """Helm by the integral of the heading error [1/s]."""
     limit_deg: Positive
     """Largest helm; the integrator stands still beyond [deg]."""
+    orders: dict[str, Number] = Field(default_factory=dict)
+    """Orders to other actuators while this mode steers, such as revolutions of the engine, in their own units."""
 
     def build(self, plant: Plant) -> RudderHeading:
         """The control law."""
@@ -39,7 +42,7 @@ class RudderHeadingConfig(PartConfig):
     @property
     def uses(self) -> list[str]:
         """Actuators that must exist."""
-        return [self.rudder]
+        return [self.rudder, *self.orders]
 
 
 @dataclass(frozen=True)
@@ -63,4 +66,6 @@ class RudderHeading:
         asked = c.kp * error - c.kd_s * flow.nu[5] + c.ki_1_s * memory[0]
         limit = math.radians(c.limit_deg)
         free = (dr.abs(asked) < limit) | (asked * error < 0)
-        return Demand({c.rudder: dr.clip(asked, -limit, limit)}), [memory[0] + dr.select(free, h * error, 0.0)]
+        return Demand({**c.orders, c.rudder: dr.clip(asked, -limit, limit)}), [
+            memory[0] + dr.select(free, h * error, 0.0)
+        ]

@@ -58,3 +58,40 @@ class CrossFlow:
     def wrench(self, flow: Flow) -> Vector:
         """Cross-flow drag (6)."""
         return crossflow.crossflow(self.factors, self.places, flow.nu_r, heave=self.heave)
+
+
+class ObliqueCrossFlowConfig(PartConfig):
+    """Drag of sections that sway and heave together, summed over the hull."""
+
+    type: Literal["oblique_cross_flow"]
+    side_coefficient: NonNegative
+    """Drag coefficient of a section in sway, on its height [-]."""
+    below_coefficient: NonNegative
+    """Drag coefficient of a section in heave, on its width [-]."""
+    height_m: Positive
+    """Of a section [m]."""
+    width_m: Positive
+    """Of a section [m]."""
+    strips: Annotated[int, Field(ge=2)] = 20
+    """Number of strips, unrolled when the program is made."""
+    closed: bool = False
+    """Strips from end to end, both ends included (Fossen's programs), not in the middles of equal parts."""
+
+    def build(self, body: Body) -> ObliqueCrossFlow:
+        """The term."""
+        places, width = crossflow.strips(body.length, self.strips, closed=self.closed)
+        half = 0.5 * body.density * width
+        factors = (half * self.height_m * self.side_coefficient, half * self.width_m * self.below_coefficient)
+        return ObliqueCrossFlow(factors, places)
+
+
+@dataclass(frozen=True)
+class ObliqueCrossFlow:
+    """factors: rho/2 h C dx of one strip in sway, in heave [kg/m]; places: x of strips [m]."""
+
+    factors: tuple[Array, Array]
+    places: tuple[float, ...]
+
+    def wrench(self, flow: Flow) -> Vector:
+        """Cross-flow drag (6)."""
+        return crossflow.oblique_crossflow(self.factors, self.places, flow.nu_r)
