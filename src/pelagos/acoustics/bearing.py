@@ -16,6 +16,44 @@ def array_rank(elements: NDArray[np.float64]) -> int:
     return int(np.linalg.matrix_rank(elements - elements.mean(axis=0), tol=1e-9))
 
 
+def direction_of(azimuth: float, elevation: float) -> NDArray[np.float64]:
+    """Unit vector `(3,)`, x ahead, y to the left, z up, of angles [rad]."""
+    level = math.cos(elevation)
+    return np.array([level * math.cos(azimuth), level * math.sin(azimuth), math.sin(elevation)])
+
+
+def angles_of(direction: NDArray[np.float64]) -> tuple[float, float]:
+    """Azimuth, positive to the left, and elevation, positive up, of a direction `(3,)` [rad]."""
+    x, y, z = direction.tolist()
+    return math.atan2(y, x), math.atan2(z, math.hypot(x, y))
+
+
+def turned(vector: NDArray[np.float64], turn: NDArray[np.float64]) -> NDArray[np.float64]:
+    """A vector `(3,)` turned about an axis by the length of `turn` `(3,)` [rad], right-handed.
+
+    Source: O. Rodrigues, J. Math. Pures Appl. 5, 380 (1840): v cos t + (k x v) sin t + k (k . v)(1 - cos t).
+    """
+    angle = float(np.linalg.norm(turn))
+    if angle == 0.0:
+        return vector
+    axis = turn / angle
+    along = float(axis @ vector) * (1.0 - math.cos(angle))
+    return np.asarray(vector * math.cos(angle) + np.cross(axis, vector) * math.sin(angle) + axis * along)
+
+
+def scattered(direction: NDArray[np.float64], across: tuple[float, float]) -> NDArray[np.float64]:
+    """Unit vector `(3,)` that lies off a unit `direction` along a great circle.
+
+    Args:
+        direction: `(3,)`.
+        across: angles to the left and upwards, across the direction [rad].
+    """
+    azimuth, elevation = angles_of(direction)
+    left = np.array([-math.sin(azimuth), math.cos(azimuth), 0.0])
+    up = np.cross(direction, left)
+    return turned(direction, across[0] * up - across[1] * left)
+
+
 def element_phases(
     elements: NDArray[np.float64],
     directions: NDArray[np.float64],

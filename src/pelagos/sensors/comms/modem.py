@@ -13,7 +13,7 @@ from pelagos.acoustics.modulation import Modulation
 from pelagos.config.rate import Rate
 from pelagos.errors import LookupFailed
 from pelagos.sensors.comms.link.budget import success
-from pelagos.sensors.comms.link.devices import DEVICES
+from pelagos.sensors.comms.link.devices import DEVICES, Device
 from pelagos.sensors.comms.link.modem_port import Mac, ModemPort
 from pelagos.sensors.comms.link.reading import read_port
 from pelagos.sensors.schedule import period_ticks
@@ -101,7 +101,12 @@ class ModemConfig(SensorConfig):
         name = data.get("device", cls.model_fields["device"].default)
         if not isinstance(name, str) or name not in DEVICES:
             raise ValueError(str(LookupFailed("modem device", str(name), DEVICES)))
-        return {**DEVICES[name].keys, **data}
+        return {**cls._keys_of(DEVICES[name]), **data}
+
+    @classmethod
+    def _keys_of(cls, device: Device) -> Mapping[str, Any]:
+        """Keys of this configuration that a device sets."""
+        return device.keys
 
     @model_validator(mode="after")
     def _fits(self) -> ModemConfig:

@@ -3,20 +3,23 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import replace
-from typing import Annotated, ClassVar, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
-from pelagos.acoustics.bearing import array_rank
+from pelagos.acoustics.bearing import array_rank, direction_of
+from pelagos.sensors.comms.link.devices import Device
 from pelagos.sensors.comms.link.modem_port import ModemPort
 from pelagos.sensors.comms.link.packet import Packet
 from pelagos.sensors.comms.modem import Modem, ModemConfig
 from pelagos.sensors.sensor import Kinematics, Measurement, SensorConfig
 
 Place = tuple[float, float, float]
+Alignment = Annotated[float, Field(ge=0, le=30)]
 
 
 class UsblConfig(ModemConfig):
@@ -34,10 +37,22 @@ class UsblConfig(ModemConfig):
         (0.0, 0.0, 0.025),
     )  # fmt: skip
     """Elements of the array in the sensor frame [m]: three or more, not on one line."""
+    bearing_noise_deg: float = Field(default=1.0, ge=0, le=30)
+    """Standard deviation of a bearing across the way to the sender, in each of both directions, besides noise and
+    echoes [deg]: phases of the elements, beam former, motion sensor."""  # assumed: as of x150
+    range_noise_m: float = Field(default=0.05, ge=0)
+    """Standard deviation of the range of a response, besides noise and clock: detection of the pulses [m]."""  # assumed
+    alignment_std_deg: tuple[Alignment, Alignment, Alignment] = (0.0, 0.0, 0.0)
+    """Standard deviations of constant turns of the array about x, y and z of the sensor frame, drawn once a run [deg]:
+    what calibration leaves of the mounting; sheets leave it out."""
     interrogate: tuple[str, ...] = ()
     """Modems that it asks for their range in turn: "agent.modem", or an agent with one modem."""
     interrogate_s: float = Field(default=2.0, gt=0)
     """Time between two such requests [s]."""
+
+    @classmethod
+    def _keys_of(cls, device: Device) -> Mapping[str, Any]:
+        return {**device.keys, **device.array}
 
     @model_validator(mode="after")
     def _spread(self) -> UsblConfig:
@@ -60,6 +75,7 @@ class Usbl(Modem):
         *Modem.SOURCES,
         "P. H. Milne, Underwater Acoustic Positioning Systems, 1983, Chapter 5 (ultra-short baselines)",
         "H. L. Van Trees, Optimum Array Processing, 2002, Section 8.4 (bound of a bearing)",
+        "Kongsberg, HiPAP 501/451/351/101, Product description 317748/F, Sections 9 and 11 (errors that levels leave)",
     )
 
     _config: UsblConfig
@@ -83,7 +99,4 @@ class Usbl(Modem):
 
 def place_of(packet: Packet) -> NDArray[np.float64]:
     """Place of a responder in the sensor frame [m], from range and bearing."""
-    azimuth, elevation = packet.azimuth_rad, packet.elevation_rad
-    level = math.cos(elevation)
-    direction = np.array([level * math.cos(azimuth), level * math.sin(azimuth), math.sin(elevation)])
-    return packet.range_m * direction
+    return packet.range_m * direction_of(packet.azimuth_rad, packet.elevation_rad)

@@ -75,6 +75,8 @@ class DvlConfig(EchoesConfig):
     """Constant error of scale (0.002 reads 0.2 % too much)."""
     range_noise_relative: float = Field(default=0.002, ge=0)
     """Standard deviation of beam ranges in parts of the range."""
+    range_resolution_m: float = Field(default=0.0, ge=0, le=10)
+    """Step of the ranges along the beams, of which the altitude is the mean [m]; 0 for none."""
     sound_speed_mps: float | None = Field(default=None, gt=1300, lt=1700)
     """Sound speed that turns shifts into speeds, of ground and water, and times into ranges [m/s]; absent: that of the
     water at the sonar."""
@@ -269,6 +271,8 @@ def bottom_track(
         tracked &= distance <= heard
         speeds.append((speed + sigma * noise[b]) * correction)
         measured = jit.Float64(distance) * assumed * (1.0 + config.range_noise_relative * noise[8 + b])
+        if config.range_resolution_m > 0.0:
+            measured = dr.round(measured * (1.0 / config.range_resolution_m)) * config.range_resolution_m
         ranges.append(dr.select(tracked, measured, dr.nan))
         valid.append(tracked)
         sigmas.append(sigma)

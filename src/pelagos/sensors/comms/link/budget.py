@@ -9,7 +9,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from pelagos.acoustics.bearing import direction_from_phases, element_phases
+from pelagos.acoustics.bearing import angles_of, direction_from_phases, element_phases
 from pelagos.acoustics.channel import delay_spread
 from pelagos.acoustics.modulation import bit_error_rate, packet_success
 from pelagos.sensors.comms.link.modem_port import ModemPort
@@ -98,8 +98,7 @@ def measured_direction(
     size = math.sqrt(float(np.mean(np.abs(pressure) ** 2)) / max(2.0 * snr, 1e-12))
     pressure = pressure + size * (normals[0] + 1j * normals[1])
     loudest = directions[int(np.argmax(np.abs(amplitudes)))]
-    u = direction_from_phases(elements, pressure, wavelength, loudest)
-    return math.atan2(u[1], u[0]), math.atan2(u[2], math.hypot(u[0], u[1]))
+    return angles_of(direction_from_phases(elements, pressure, wavelength, loudest))
 
 
 def _sum_db(levels: NDArray[np.float64]) -> float:

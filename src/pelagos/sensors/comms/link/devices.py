@@ -6,7 +6,7 @@ What no public sheet states is marked `# assumed`, and named in `Device.assumed`
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from types import MappingProxyType
 from typing import Any, Final
 
@@ -20,16 +20,22 @@ class Device:
         source: of the figures.
         keys: values of a modem's configuration.
         assumed: keys that no sheet gives.
+        array: keys that a `usbl` has besides: accuracy of its bearings and ranges.
     """
 
     title: str
     source: str
     keys: Mapping[str, Any]
     assumed: tuple[str, ...] = ()
+    array: Mapping[str, Any] = field(default_factory=dict)
+
+
+_ARRAY: Final = ("bearing_noise_deg", "range_noise_m")
 
 
 def _device(title: str, source: str, assumed: str = "", **keys: Any) -> Device:
-    return Device(title, source, MappingProxyType(keys), tuple(assumed.split()))
+    array = {name: keys.pop(name) for name in _ARRAY if name in keys}
+    return Device(title, source, MappingProxyType(keys), tuple(assumed.split()), MappingProxyType(array))
 
 
 DEVICES: Final[Mapping[str, Device]] = MappingProxyType({
@@ -53,10 +59,11 @@ DEVICES: Final[Mapping[str, Device]] = MappingProxyType({
         "EvoLogics S2C R 18/34, sweep-spread carrier, 13.9 kbit/s",
         "EvoLogics, S2C R 18/34: the band is its name, up to 13.9 kbit/s; half of that where paths are several",
         "bit_rate_bps modulation source_level_db coding_gain_db multipath_window_s preamble_s packet_max_bytes "
-        "depth_max_m",
+        "depth_max_m bearing_noise_deg range_noise_m",
         frequency_hz=26_000.0, bandwidth_hz=16_000.0,
         bit_rate_bps=6_900.0, modulation="qpsk", source_level_db=184.0, packet_max_bytes=1_024,  # assumed
         coding_gain_db=6.0, multipath_window_s=0.008, preamble_s=0.05, depth_max_m=2_000.0,  # assumed
+        bearing_noise_deg=0.1, range_noise_m=0.01,  # recalled of the sheet of S2C R 18/34 USBL, taken for 1 sigma
     ),
     "m64": _device(
         "Water Linked M64, 64 bit/s net, channel 4",
@@ -100,11 +107,12 @@ DEVICES: Final[Mapping[str, Device]] = MappingProxyType({
         "Blueprint Subsea, SeaTrac technology: spread spectrum, range 1 km; Serial Command Interface Reference, "
         "UM-140-D00221: packets of 31 bytes",
         "frequency_hz bandwidth_hz bit_rate_bps source_level_db modulation chirp_order coding_gain_db "
-        "multipath_window_s preamble_s depth_max_m",
+        "multipath_window_s preamble_s depth_max_m bearing_noise_deg range_noise_m",
         packet_max_bytes=31,
         frequency_hz=28_000.0, bandwidth_hz=8_000.0, bit_rate_bps=100.0, source_level_db=176.0,  # assumed
         modulation="chirp", chirp_order=16, coding_gain_db=3.0, multipath_window_s=0.02,  # assumed
         preamble_s=0.1, depth_max_m=2_000.0,  # assumed
+        bearing_noise_deg=1.0, range_noise_m=0.05,  # +-1 deg and +-50 mm recalled of the sheet, taken for 1 sigma
     ),
 })  # fmt: skip
 """By name."""

@@ -31,6 +31,7 @@ class ModemPort:
         mount: configuration with its place on the vehicle.
         period: ticks between two looks at its queue.
         array: elements `(k, 3)` in the sensor frame [m]; None without.
+        bearing_noise_deg, alignment_std_deg, range_noise_m: of a device with an array, see `UsblConfig`.
         carrier, kind: light or radio, and which; None: sound.
         mmsi: number of a ship's transponder; None: it is none, 0: the next free one from `FIRST_MMSI`.
         report: of itself, a pose, a copy and a count, what it sends by itself, and how long until the next [s].
@@ -68,6 +69,9 @@ class ModemPort:
     beacon_to: str
     beacon_bytes: int
     array: NDArray[np.float64] | None = None
+    bearing_noise_deg: float = 0.0
+    alignment_std_deg: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    range_noise_m: float = 0.0
     carrier: Carrier | None = None
     kind: str = "sound"
     report: Callable[[ModemPort, Any, int, int], tuple[bytes, float]] | None = None

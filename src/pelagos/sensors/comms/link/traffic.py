@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from pelagos.acoustics.modulation import arrival_time_error
 from pelagos.math.so3 import rotate_np
+from pelagos.sensors.comms.link.array_error import reported_bearing, reported_range
 from pelagos.sensors.comms.link.budget import (
     NOTHING,
     HeardSignal,
@@ -239,7 +240,8 @@ class Traffic:
             normals = self._chance.normals(port.path, f"bearing {t.number}", c, 2 * len(port.array)).reshape(2, -1)
             back = poses[r].attitude[c] * [1.0, -1.0, -1.0, -1.0]
             waves = rotate_np(np.tile(back, (len(h.waves[0]), 1)), h.waves[0]), h.waves[1]
-            azimuth, elevation = measured_direction(port, waves, 10.0 ** (snr / 10.0) * gain, normals)
+            angles = measured_direction(port, waves, 10.0 ** (snr / 10.0) * gain, normals)
+            azimuth, elevation = reported_bearing(port, self._chance, c, t.number, angles)
         shift = round(h.delay_s * SECOND)
         stretch = round((t.end_ns - t.start_ns) / h.doppler)
         absent = lost not in ("", "foreign")
@@ -329,6 +331,7 @@ class Traffic:
         if t.outgoing.kind == "response" and t.outgoing.reply_to in station.asked:
             turned = port.turnaround_s + port.duration_s(0, "request")
             distance = 0.5 * (here - station.asked[t.outgoing.reply_to] - turned) * port.sound_speed_mps
+            distance = reported_range(port, self._chance, c, t.number, distance)
         answer(station, port, i, sender)
         if t.outgoing.kind in ("ack", "rts", "cts"):
             return

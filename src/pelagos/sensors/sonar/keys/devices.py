@@ -283,9 +283,9 @@ DEVICES: Final[Mapping[str, Mapping[str, Device]]] = {
         ),
         "pathfinder_600": Device(
             "Teledyne RD Instruments Pathfinder, 600 kHz",
-            "Teledyne RD Instruments, Pathfinder DVL data sheet and guide (2018)",
+            "Teledyne RD Instruments, Pathfinder DVL data sheet and guide (2018); Table 40: ranges in cm downwards",
             {"frequency_hz": 614e3, "beam_tilt_deg": 30.0, "range_min_m": 0.15, "range_max_m": 89.0,
-             "noise_mps": 0.004, "noise_relative": 0.0115},
+             "noise_mps": 0.004, "noise_relative": 0.0115, "range_resolution_m": 0.01 / 0.75**0.5},  # cos 30 deg
             assumed=("noise_mps", "noise_relative"),  # the sheet's long-term accuracy of 1.15 % taken for noise
         ),
         "nortek_dvl1000": Device(
