@@ -91,9 +91,13 @@ def fixes(sim: pl.Simulation, seconds: float) -> np.ndarray:
     return np.array(found)
 
 
+EXACT = {"bearing_noise_deg": 0.0, "range_noise_m": 0.0}
+"""No errors but those of the water: noise, echoes, refraction."""
+
+
 def test_usbl_finds_a_vehicle_in_its_own_frame() -> None:
     """Within 2 % of the range; the frame turns with the vessel (heading 30 deg is -30 deg about z up)."""
-    usbl = {"type": "usbl", "interrogate": ["auv"], "interrogate_s": 2.0, "sound_speed_mps": 1497.0}
+    usbl = {"type": "usbl", "interrogate": ["auv"], "interrogate_s": 2.0, "sound_speed_mps": 1497.0, **EXACT}
     sim = pl.Simulation.load(scenario({"usbl": usbl}, {"auv": target(60.0, -80.0, 35.0)}))
     found = fixes(sim, 13.0)
     assert len(found) >= 3
@@ -109,7 +113,7 @@ def test_usbl_error_grows_with_range_and_falls_with_level() -> None:
     """Scatter of the bearing in a fleet of 40: louder is better, farther is worse; 20 dB are a factor of ten."""
     scatter = {}
     for name, distance, level in (("near", 60.0, 130.0), ("far", 240.0, 130.0), ("loud", 240.0, 150.0)):
-        usbl = {"type": "usbl", "source_level_db": level, "bandwidth_hz": 8000.0, "multipath_window_s": 0.0002}
+        usbl = {"type": "usbl", "source_level_db": level, "bandwidth_hz": 8000.0, "multipath_window_s": 0.0002} | EXACT
         made = scenario({"usbl": usbl}, {"auv": target(distance, 0.0, 12.0)}, world={"type": "flat", "depth_m": 900.0})
         made["agents"]["auv"]["sensors"]["modem"] |= {"source_level_db": level, "multipath_window_s": 0.0002}
         made["agents"]["auv"]["start"]["depth_m"] = 400.0
@@ -279,7 +283,7 @@ def test_inverted_usbl_places_the_vehicle_by_a_ship() -> None:
         "start": {"position_m": [-70.0, 55.0], "speed_mps": 2.0, "heading_deg": 100.0},
         "sensors": {"modem": {"type": "modem", "device": "x150", "position_m": [0.4, 0.2, -1.0]}},
     }
-    usbl = {"type": "usbl", "interrogate": ["ship"], "interrogate_s": 2.0, "sound_speed_mps": 1497.0}
+    usbl = {"type": "usbl", "interrogate": ["ship"], "interrogate_s": 2.0, "sound_speed_mps": 1497.0, **EXACT}
     sim = pl.Simulation.load(scenario({"usbl": usbl}, {"ship": ship}))
     found = []
     for _ in range(220):

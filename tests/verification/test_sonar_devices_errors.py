@@ -84,6 +84,49 @@ class TestAssumedSoundSpeed:
         assert cells[1] == pytest.approx(cells[0] * ASSUMED / WATER, rel=1e-5)
 
 
+class TestRangeSteps:
+    STEP, TILT = 0.05, math.radians(30.0)
+
+    def readings(self, step: float, noise: float, pings: int = 1, **motion):
+        """Ranges `(pings, 4)` and altitudes `(pings,)` over a flat bottom, 20 m below a DVL that leans."""
+        config = DvlConfig(range_resolution_m=step, range_noise_relative=noise)
+        s = Dvl(config, context([plane(-20.0)], ocean=still_water(WATER)))
+        found = [s.sense(at(0, 0, 0, tick=k, **motion)).extras for k in range(pings)]
+        return np.concatenate([f["ranges"] for f in found]), np.concatenate([f["altitude"] for f in found])
+
+    def test_ranges_are_whole_steps_and_the_altitude_is_their_mean(self):
+        """Four different ranges, none more than half a step off; 0 leaves every byte."""
+        leaning = {"attitude": (0.9884, 0.1106, -0.0912, 0.05)}
+        smooth, _ = self.readings(0.0, 0.0, **leaning)
+        ranges, altitude = self.readings(self.STEP, 0.0, **leaning)
+        assert len(set(smooth[0].round(2))) == 4
+        steps = ranges / self.STEP
+        assert steps == pytest.approx(np.round(steps), abs=1e-9)
+        assert np.abs(ranges - smooth).max() <= self.STEP / 2 + 1e-9
+        assert not np.array_equal(ranges, smooth)
+        assert altitude == pytest.approx(ranges.mean(axis=1) * math.cos(self.TILT), rel=1e-12)
+
+    def test_steps_add_a_twelfth_of_their_square_to_the_noise(self):
+        """Sheppard's correction, r^2 n^2 + q^2/12: noise of 2.3 cm under steps of 5 cm, 400 pings of four beams.
+
+        Within 4 standard errors of a deviation; the same draws without steps tell the noise itself.
+        """
+        noise, pings = 1e-3, 400
+        smooth, _ = self.readings(0.0, noise, pings)
+        ranges, _ = self.readings(self.STEP, noise, pings)
+        r = 20.0 / math.cos(self.TILT)
+        error = 4 / math.sqrt(2 * 4 * pings)
+        assert (smooth - smooth.mean(axis=0)).std() == pytest.approx(r * noise, rel=error)
+        assert (ranges - ranges.mean(axis=0)).std() == pytest.approx(math.hypot(r * noise, self.STEP / 12**0.5), rel=error)
+        assert (ranges - smooth).std() == pytest.approx(self.STEP / 12**0.5, rel=error)
+
+    def test_a_pathfinder_tells_its_ranges_in_centimetres_downwards(self):
+        """Pathfinder DVL Guide (2018), Table 40: 1 cm of range times the cosine of the beams' tilt."""
+        s = Dvl(DvlConfig(device="pathfinder_600"), context([plane(-20.0)], ocean=still_water(WATER)))
+        downwards = s.sense(at(0, 0, 0)).extras["ranges"][0] * math.cos(self.TILT) * 100.0
+        assert downwards == pytest.approx(np.round(downwards), abs=1e-6)
+
+
 def test_a_converter_has_steps_and_a_top():
     """6 bits: steps of 1/31 of the top, and nothing louder than it."""
     config = SinglebeamConfig(
