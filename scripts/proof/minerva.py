@@ -40,9 +40,11 @@ _SHEET_RANGE_M, _SHEET_ANGLE_DEG = 0.2, 0.12
 _RADIUS_M: Final = 0.196  # of the transducer, 392 mm across
 _KEEL_M: Final = 5.0  # below the surface; assumed, the ship draws 2.7 m and lowers the transducer
 # Teledyne RDI, Workhorse Navigator, data sheet: 1200 kHz, four beams at 30 deg, 3 mm/s of a horizontal component in a
-# single ping at 1 m/s, 0.2 % (recalled); a horizontal component has 1/(2^0.5 sin 30 deg) of a beam's error
+# single ping at 1 m/s, 0.2 % (recalled); a horizontal component has 1/(2^0.5 sin 30 deg) of a beam's error; output
+# format PD0: ranges downwards in whole cm, as Pathfinder DVL Guide (2018), Table 40
 _LOG_KEYS: Final[dict[str, Any]] = {
     "frequency_hz": 1228.8e3, "beam_tilt_deg": 30.0, "range_max_m": 30.0, "noise_mps": 0.003 / 2**0.5, "rate_hz": 1.0,
+    "range_resolution_m": 0.01 / 0.75**0.5,
 }  # fmt: skip
 
 
@@ -59,7 +61,7 @@ def chapter(data: Path | None) -> Chapter:
     rows = [
         relative("HiPAP, horizontal, from one fix to the next: `range_bearing`, figures of the sheet", "cm",
                  100 * level, 100 * sheet, 20.0),
-        relative("HiPAP, horizontal, from one fix to the next: `usbl`, array and levels of the sheet", "cm",
+        relative("HiPAP, horizontal, from one fix to the next: `usbl`, array, levels and accuracy of the sheet", "cm",
                  100 * level, 100 * own["fix"], 20.0),
         relative("velocity log, ahead and aside, one ping", "mm/s",
                  1e3 * _pooled(_white(log, "u_mps"), _white(log, "v_mps")), 1e3 * own["level"], 20.0),
@@ -139,7 +141,7 @@ def simulated(place: dict[str, float], pings: int) -> tuple[dict[str, Any], floa
                 "vehicle": {"type": "bluerov2"}, "control": "actuators", "start": {"position_m": [0.0, 0.0, -_KEEL_M]},
                 "sensors": {
                     "usbl": {"type": "usbl", "elements_m": _elements(), "interrogate": ["rov"], "interrogate_s": 1.0,
-                             **modem},
+                             "bearing_noise_deg": _SHEET_ANGLE_DEG, "range_noise_m": _SHEET_RANGE_M, **modem},
                     "sheet": {"type": "range_bearing", "targets": {"rov": target}, "range_noise_m": _SHEET_RANGE_M,
                               "azimuth_noise_rad": np.radians(_SHEET_ANGLE_DEG),
                               "elevation_noise_rad": np.radians(_SHEET_ANGLE_DEG)},
@@ -315,14 +317,16 @@ same sum. The recorded compass is a constant, and the heading that of the attitu
 compared.
 """
 _MISSED: Final = """\
-HiPAP: a fix scatters by 4 cm from one to the next. Its sheet says 11 cm for 20 dB over the noise, and here there are
-more; `usbl` makes 0.03 mm of it, whose error is thermal and sea noise alone (at 60 m and 188 dB). Errors of the
-ship's motion sensor, of the elements' places and of the beam former, which rule at short range, are not in `usbl`;
-for a cautious figure use `range_bearing` with the sheet's figures. Ship and transducer at rest is what the simulated
-geometry assumes; one fix in fifty comes late, which is what a hull between or an echo in the way may do, and neither
-is in the simulated scene. Velocity log: the vehicle's own motion from one second to the next (thrusters, tether) is
-in the recorded figures, most of it downwards; what is left for the log is at most what stands here. Ranges come in
-steps of 4.2 cm, which alone make 1.2 cm; the simulated log has ranges without steps, 0.2 % of them. Depth: the gauge
-is not told, the simulated one is the default, whose noise is 0.5 mm too large here. All losses of lock but two lie
-below 0.3 m or beyond the 8 m that the log was set to.
+HiPAP: a fix scatters by 4 cm from one to the next. Its sheet's 0.12 deg and 0.2 m at 20 dB over the noise are three
+times that, in `range_bearing` (whose azimuth has them as an angle about the vertical) and in `usbl` (across the way);
+here there are more decibels, and what of the sheet's figures stays from one fix to the next does not scatter. Before
+`usbl` had `bearing_noise_deg` and `range_noise_m` it made 0.03 mm, of thermal and sea noise alone (at 60 m and 188
+dB): the record lies between. Ship and transducer at rest is what the simulated geometry assumes; one fix in fifty
+comes late, which is what a hull between or an echo in the way may do, and neither is in the simulated scene. Velocity
+log: the vehicle's own motion from one second to the next (thrusters, tether) is in the recorded figures, most of it
+downwards; what is left for the log is at most what stands here. Ranges come in steps of 4.2 cm, which alone make 1.2
+cm where the vehicle moves over several of them; no sheet tells that step. The simulated log has the 1 cm of its output
+format and 0.2 % of the range; at rest, steps of 4.2 cm would show nothing. Depth: the gauge is not told, the simulated
+one is the default, whose noise is 0.5 mm too large here. All losses of lock but two lie below 0.3 m or beyond the 8 m
+that the log was set to.
 """

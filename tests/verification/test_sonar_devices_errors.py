@@ -117,7 +117,9 @@ class TestRangeSteps:
         r = 20.0 / math.cos(self.TILT)
         error = 4 / math.sqrt(2 * 4 * pings)
         assert (smooth - smooth.mean(axis=0)).std() == pytest.approx(r * noise, rel=error)
-        assert (ranges - ranges.mean(axis=0)).std() == pytest.approx(math.hypot(r * noise, self.STEP / 12**0.5), rel=error)
+        assert (ranges - ranges.mean(axis=0)).std() == pytest.approx(
+            math.hypot(r * noise, self.STEP / 12**0.5), rel=error
+        )
         assert (ranges - smooth).std() == pytest.approx(self.STEP / 12**0.5, rel=error)
 
     def test_a_pathfinder_tells_its_ranges_in_centimetres_downwards(self):
