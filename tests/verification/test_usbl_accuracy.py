@@ -76,8 +76,8 @@ def test_bearings_scatter_by_their_noise_in_both_directions(towards: tuple[float
 
 
 def test_an_array_is_turned_by_one_and_the_same_angle_in_a_run() -> None:
-    """1500 copies: each a rigid turn, constant over packets, about x, y and z by 0.5, 1.5 and 3 deg (4 standard errors);
-    another episode has another one.
+    """1500 copies: each a rigid turn, constant over packets, about x, y and z by 0.5, 1.5 and 3 deg (4 standard
+    errors); another episode has another one.
     """
     n, std = 1500, (0.5, 1.5, 3.0)
     device, drawn = port(alignment_std_deg=std), chance(n)

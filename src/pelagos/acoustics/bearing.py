@@ -48,7 +48,7 @@ def scattered(direction: NDArray[np.float64], across: tuple[float, float]) -> ND
         direction: `(3,)`.
         across: angles to the left and upwards, across the direction [rad].
     """
-    azimuth, elevation = angles_of(direction)
+    azimuth, _ = angles_of(direction)
     left = np.array([-math.sin(azimuth), math.cos(azimuth), 0.0])
     up = np.cross(direction, left)
     return turned(direction, across[0] * up - across[1] * left)

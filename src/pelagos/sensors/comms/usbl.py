@@ -41,7 +41,7 @@ class UsblConfig(ModemConfig):
     """Standard deviation of a bearing across the way to the sender, in each of both directions, besides noise and
     echoes [deg]: phases of the elements, beam former, motion sensor."""  # assumed: as of x150
     range_noise_m: float = Field(default=0.05, ge=0)
-    """Standard deviation of the range of a response, besides noise and clock: detection of the pulses [m]."""  # assumed
+    """Standard deviation of the range of a response, besides noise and clock: detection of pulses [m]."""  # as above
     alignment_std_deg: tuple[Alignment, Alignment, Alignment] = (0.0, 0.0, 0.0)
     """Standard deviations of constant turns of the array about x, y and z of the sensor frame, drawn once a run [deg]:
     what calibration leaves of the mounting; sheets leave it out."""
