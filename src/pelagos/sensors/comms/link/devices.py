@@ -30,7 +30,7 @@ class Device:
     array: Mapping[str, Any] = field(default_factory=dict)
 
 
-_ARRAY: Final = ("bearing_noise_deg", "range_noise_m")
+_ARRAY: Final[tuple[str, ...]] = ("bearing_noise_deg", "range_noise_m")
 
 
 def _device(title: str, source: str, assumed: str = "", **keys: Any) -> Device:
