@@ -15,7 +15,7 @@ from scipy.signal import find_peaks
 from pelagos.identification import load_plan, read_record
 from pelagos.identification.fit import open_loop
 from pelagos.manoeuvres import run_manoeuvre
-from pelagos.manoeuvres.trial import Orders
+from pelagos.manoeuvres.orders import Orders
 from pelagos.report import theme
 from pelagos.vehicles.vehicle import Vehicle
 

@@ -7,9 +7,9 @@ import pytest
 
 from pelagos.errors import InputError, LookupFailed
 from pelagos.manoeuvres import run_manoeuvre, turning_measures, zigzag_measures
-from pelagos.manoeuvres.measures import decay_measures, first_overshoot_limit, second_overshoot_limit
+from pelagos.manoeuvres.measures import decay_measures, first_overshoot_limit, second_overshoot_limit, stop_measures
+from pelagos.manoeuvres.orders import Orders
 from pelagos.manoeuvres.picture import draw
-from pelagos.manoeuvres.trial import Orders
 
 
 def by_name(measures):
@@ -35,6 +35,67 @@ def test_a_circle_has_the_numbers_of_a_circle(side, course):
         assert found[name].value == pytest.approx(value, rel=2e-4), name  # linear between points of 0.1 s
     assert found["advance"].kept is True
     assert found["tactical diameter"].kept is False
+
+
+@pytest.mark.parametrize("side", [1, -1])
+def test_advance_is_ahead_and_transfer_to_the_side(side):
+    """A track that begins ahead: 150 m sin, 120 m (1 - cos) of the heading turned, course 2.1 rad, not at the origin.
+
+    At 90 deg it is 150 m ahead, 120 m aside; at 180 deg 240 m aside. With 15 deg of helm there is no limit to keep.
+    """
+    t, course = np.arange(0, 200, 0.1), 2.1
+    turned = np.maximum(t - 10, 0) / 40
+    along, across = np.where(t < 10, 3.75 * (t - 10), 150 * np.sin(turned)), side * 120 * (1 - np.cos(turned))
+    north = 700 + along * np.cos(course) - across * np.sin(course)
+    east = -300 + along * np.sin(course) + across * np.cos(course)
+    heading = np.degrees(course + side * turned)
+    for helm in (35.0, 15.0):
+        found = by_name(turning_measures(t, north, east, heading, ordered_s=10.0, length_m=40.0, helm_deg=side * helm))
+        values = [found[name].value for name in ("advance", "transfer", "tactical diameter")]
+        assert values == pytest.approx([3.75, 3.0, 6.0], rel=1e-4)
+        limits = [found[name].limit for name in ("advance", "tactical diameter")]
+        assert limits == ([4.5, 5.0] if helm == 35 else [None, None])
+
+
+@pytest.mark.parametrize("side", [1, -1])
+def test_overshoots_and_period_of_a_sinusoid(side):
+    """Heading 1 + 14 sin(2 pi t/60) to the side of the first helm, reversed at 10 deg: 5 and 3 deg over, 60 s apart."""
+    w = 2 * np.pi / 60
+    t = np.arange(0, 200, 0.01)
+    heading = side * (1 + 14 * np.sin(w * t))
+    first, second = np.arcsin(9 / 14) / w, (np.pi + np.arcsin(11 / 14)) / w
+    switched = np.array([first, second, first + 60, second + 60, first + 120])
+    found = by_name(zigzag_measures(t, heading, switched, rudder_deg=10, angle_deg=10, length_m=160, speed_m_s=8,
+                                    run_lengths=1.2))  # fmt: skip
+    words = ("first", "second", "third", "fourth")
+    assert [found[f"{k} overshoot"].value for k in words] == pytest.approx([5, 3, 5, 3], abs=1e-5)
+    assert found["period"].value == pytest.approx(60, abs=1e-9)
+
+
+@pytest.mark.parametrize("side", [1, -1])
+def test_a_stop_along_a_quarter_of_a_circle(side):
+    """80 m of radius from course 2.1 rad: the track is 40 pi m long and ends 80 m ahead, 80 m to the side."""
+    a, course = np.linspace(0, np.pi / 2, 2000), 2.1
+    along, across = 80 * np.sin(a), side * 80 * (1 - np.cos(a))
+    north = 9 + along * np.cos(course) - across * np.sin(course)
+    east = -4 + along * np.sin(course) + across * np.cos(course)
+    found = by_name(stop_measures(north, east, heading_deg=np.degrees(course), length_m=20.0))
+    assert found["stopping track"].value == pytest.approx(2 * np.pi, rel=1e-6)
+    assert found["head reach"].value == pytest.approx(4.0)
+    assert found["side reach, to starboard"].value == pytest.approx(4.0 * side)
+    assert found["stopping track"].limit == 15.0
+
+
+def test_orders_that_a_manoeuvre_would_ignore_are_refused():
+    for name, orders, words in (
+        ("bollard", Orders(rudder_deg=20), "--rudder 20: bollard takes no option"),
+        ("decay", Orders(speed_m_s=2), "--speed 2: decay takes --angle, --seconds"),
+        ("turning", Orders(rudder_deg=0), "--rudder 0: give a number other than 0"),
+        ("stop", Orders(seconds=-5), "--seconds -5: give a number above 0"),
+        ("turning", Orders(rudder_deg=-50), "--rudder -50: the rudder of mariner goes from -40 to 40 deg"),
+    ):
+        with pytest.raises(InputError, match=words):
+            run_manoeuvre({"type": "mariner"}, name, orders)
 
 
 def test_a_turn_that_was_cut_off_is_refused():

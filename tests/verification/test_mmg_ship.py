@@ -8,7 +8,7 @@ import pytest
 from pelagos import Vehicle
 from pelagos.errors import ScenarioError
 from pelagos.manoeuvres import run_manoeuvre
-from pelagos.manoeuvres.trial import Orders
+from pelagos.manoeuvres.orders import Orders
 
 
 def by_hand(u, v, r, delta):

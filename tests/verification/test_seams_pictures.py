@@ -9,7 +9,8 @@ import pytest
 from matplotlib.figure import Figure
 
 from pelagos import jit
-from pelagos.manoeuvres.picture import _track
+from pelagos.manoeuvres import turning_measures, zigzag_measures
+from pelagos.manoeuvres.picture import _overshoots, _track, _turn_marks
 from pelagos.manoeuvres.trial import Track, Trial
 from pelagos.messages.fan import FanPreview, copper
 from pelagos.optics.snow import flakes
@@ -47,22 +48,61 @@ def test_copper_grows_from_black_through_copper_to_pale() -> None:
 
 
 def test_a_track_begins_where_the_helm_is_laid() -> None:
-    """In lengths, east to the right; each outline's bow points where the ship heads."""
+    """In lengths, along the course at that moment and to its starboard; each outline's bow points where the ship heads,
+    its beam is the ship's."""
     time = np.linspace(0.0, 30.0, 31)
     position = np.stack([40.0 + 5.0 * time, -70.0 + 3.0 * time, 0 * time], axis=1)
     attitude = np.stack([0 * time, 0 * time, 0.02 * time - 0.7], axis=1)
     still = np.zeros((31, 3))
     track = Track(time, position, attitude, still, still, np.zeros((31, 1)))
     axes = Figure().subplots()
-    _track(axes, Trial("turning", "35 deg", "ship", 25.0, track, [], np.array([12.0])))
-    expected = np.stack([3.0 * (time - 12.0), 5.0 * (time - 12.0)], axis=1) / 25.0
+    _track(axes, Trial("zigzag", "10/10", "ship", 25.0, 4.0, track, [], np.array([12.0])))
+    course = 0.02 * 12.0 - 0.7
+    north, east = 5.0 * (time - 12.0) / 25.0, 3.0 * (time - 12.0) / 25.0
+    starboard = -north * math.sin(course) + east * math.cos(course)
+    expected = np.stack([starboard, north * math.cos(course) + east * math.sin(course)], axis=1)
     assert axes.lines[0].get_xydata() == pytest.approx(expected)
-    for patch, k in zip(axes.patches, np.linspace(0, 30, 16).astype(int), strict=True):
+    for patch, k in zip(axes.patches, np.linspace(0, 30, 9).astype(int), strict=True):
         stern, port, starboard, bow = (patch.get_xy()[j] for j in (0, 1, 3, 2))
-        heading = attitude[k, 2]
+        heading = attitude[k, 2] - course
         assert bow - expected[k] == pytest.approx([0.5 * math.sin(heading), 0.5 * math.cos(heading)])
         aside = np.array([math.cos(heading), -math.sin(heading)])  # to starboard
-        assert [(v - expected[k]) @ aside for v in (stern, port, starboard)] == pytest.approx([-0.07, -0.07, 0.07])
+        assert [(v - expected[k]) @ aside for v in (stern, port, starboard)] == pytest.approx([-0.08, -0.08, 0.08])
+
+
+@pytest.mark.parametrize("side", [1, -1])
+def test_dimensions_of_a_turning_circle_end_at_its_points(side: int) -> None:
+    """An ellipse, 30 m ahead by 24 m: its dots lie on the track at 90 and 180 deg of heading, to the turn's side."""
+    time = np.linspace(0.0, 80.0, 8001)
+    turned = np.maximum(time - 10.0, 0.0) * 0.1
+    ahead = np.where(time < 10, 3.0 * (time - 10.0), 30.0 * np.sin(turned))
+    aside = side * 24.0 * (1 - np.cos(turned))
+    still = np.zeros((8001, 3))
+    attitude = np.stack([0 * time, 0 * time, side * turned], axis=1)
+    track = Track(time, np.stack([ahead, aside, 0 * time], axis=1), attitude, still, still, np.zeros((8001, 1)))
+    found = turning_measures(time, ahead, aside, np.degrees(side * turned), ordered_s=10.0, length_m=12.0)
+    axes = Figure().subplots()
+    _turn_marks(axes, Trial("turning", "35 deg", "ship", 12.0, 2.0, track, found, np.array([10.0])))
+    dots = [line.get_xydata()[0] for line in axes.lines if line.get_marker() == "o"]
+    assert dots == [pytest.approx([2.0 * side, 2.5], abs=1e-5), pytest.approx([4.0 * side, 0.0], abs=1e-3)]
+
+
+def test_overshoots_are_drawn_from_the_angle_to_the_peak() -> None:
+    """10 deg of a heading 1 + 14 sin: arrows of 5 deg up and of 3 deg down."""
+    time = np.linspace(0.0, 100.0, 10001)
+    heading = np.radians(1 + 14 * np.sin(0.1 * time))
+    first, second = (np.arcsin(9 / 14)) / 0.1, (np.pi + np.arcsin(11 / 14)) / 0.1
+    third = first + 20 * np.pi
+    still = np.zeros((10001, 3))
+    track = Track(time, still, np.stack([0 * time, 0 * time, heading], axis=1), still, still, still[:, :1])
+    found = zigzag_measures(time, np.degrees(heading), np.array([first, second, third]), rudder_deg=10, angle_deg=10,
+                            length_m=12.0, speed_m_s=3.0, run_lengths=1.0)  # fmt: skip
+    axes = Figure().subplots()
+    switched = np.array([0.0, first, second, third])
+    _overshoots(axes, Trial("zigzag", "10/10", "ship", 12.0, 2.0, track, found, switched))
+    arrows = [(a.xyann[1], a.xy[1]) for a in axes.texts if not a.get_text()]
+    assert arrows == [pytest.approx((10.0, 15.0), abs=1e-3), pytest.approx((-10.0, -13.0), abs=1e-3)]
+    assert [a.get_text().split("\n")[0] for a in axes.texts if a.get_text()] == ["5.0°", "3.0°"]
 
 
 def test_flakes_smaller_than_a_pixel_send_the_same_light_through_any() -> None:

@@ -219,7 +219,7 @@ def manoeuvre(
 ) -> None:
     """Run a standard manoeuvre in calm water: its numbers beside the limits of IMO MSC.137(76), and a picture."""
     from pelagos.cli.manoeuvre import show_manoeuvre
-    from pelagos.manoeuvres.trial import Orders
+    from pelagos.manoeuvres.orders import Orders
 
     show_manoeuvre(vehicle, which.value, Orders(rudder, angle, speed, seconds), out=out, as_json=as_json, trust=trust)
 

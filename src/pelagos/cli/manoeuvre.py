@@ -11,7 +11,8 @@ from rich.table import Table
 from pelagos.cli.console import out as console
 from pelagos.errors import InputError, LookupFailed
 from pelagos.files import write_whole
-from pelagos.manoeuvres.trial import Orders, run_manoeuvre
+from pelagos.manoeuvres.orders import Orders
+from pelagos.manoeuvres.trial import run_manoeuvre
 
 
 def show_manoeuvre(
@@ -26,8 +27,11 @@ def show_manoeuvre(
         raise InputError(f"--out {out}: give a file that ends in .png, in a folder that exists")
     trial = run_manoeuvre(_vehicle(vehicle, trust), name, orders)
     if as_json:
-        rows = [{"name": m.name, "value": m.value, "unit": m.unit, "limit": m.limit} for m in trial.measures]
-        console.print_json(json.dumps({"vehicle": trial.vehicle, "manoeuvre": name, "measures": rows}))
+        rows = [
+            {"name": m.name, "value": m.value, "unit": m.unit, "limit": m.limit, "kept": m.kept} for m in trial.measures
+        ]
+        told = {"vehicle": trial.vehicle, "manoeuvre": name, "ordered": trial.ordered, "measures": rows}
+        console.print_json(json.dumps(told))
     else:
         table = Table(title=f"{trial.vehicle}: {name}, {trial.ordered}", box=None, title_justify="left")
         for head in ("quantity", "value", "unit", "IMO limit", ""):

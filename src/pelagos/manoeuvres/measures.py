@@ -20,6 +20,8 @@ INITIAL: Final = 2.5
 """Most lengths run until 10 deg of heading, with 10 deg of rudder (MSC.137(76), 5.3.2)."""
 OVERSHOOT_20: Final = 25.0
 """Largest first overshoot of a 20/20 zig-zag [deg] (MSC.137(76), 5.3.3.3)."""
+FULL_HELM: Final = 35.0
+"""Helm of the turning test [deg], to which its limits belong (MSC.137(76), 5.1.2)."""
 STOPPING: Final = 15.0
 """Longest track in lengths of a full astern stop (MSC.137(76), 5.3.4); 20 for ships of large displacement."""
 
@@ -64,17 +66,19 @@ def _when(time: Floats, values: Floats, level: float) -> float:
 
 
 def turning_measures(
-    time: Floats, north: Floats, east: Floats, heading_deg: Floats, *, ordered_s: float, length_m: float
-) -> list[Measure]:
+    time: Floats, north: Floats, east: Floats, heading_deg: Floats, *, ordered_s: float, length_m: float,
+    helm_deg: float = FULL_HELM,
+) -> list[Measure]:  # fmt: skip
     """Of a turning circle, from the moment at which the helm was ordered.
 
     Args:
         time: `(n,)` [s]; north, east: of the ship's middle `(n,)` [m]; heading_deg: unwrapped `(n,)`.
-        ordered_s: when; length_m: of the ship.
+        ordered_s: when; length_m: of the ship; helm_deg: either side; limits are those of full helm.
 
     Raises:
         InputError: the ship did not turn far enough.
     """
+    limited = abs(helm_deg) >= FULL_HELM
     x0, y0, psi0 = (float(np.interp(ordered_s, time, v)) for v in (north, east, heading_deg))
     side = 1.0 if heading_deg[-1] > psi0 else -1.0
     turned = side * (heading_deg - psi0)
@@ -83,9 +87,14 @@ def turning_measures(
     after = time >= ordered_s
     at = {a: _when(time[after], turned[after], a) for a in (90.0, 180.0, 360.0) if a < 360 or turned[-1] >= 360}
     found = [
-        Measure("advance", float(np.interp(at[90.0], time, along)) / length_m, "L", ADVANCE),
+        Measure("advance", float(np.interp(at[90.0], time, along)) / length_m, "L", ADVANCE if limited else None),
         Measure("transfer", float(np.interp(at[90.0], time, across)) / length_m, "L"),
-        Measure("tactical diameter", float(np.interp(at[180.0], time, across)) / length_m, "L", TACTICAL),
+        Measure(
+            "tactical diameter",
+            float(np.interp(at[180.0], time, across)) / length_m,
+            "L",
+            TACTICAL if limited else None,
+        ),
         Measure("time to 90 deg", at[90.0] - ordered_s, "s"),
         Measure("time to 180 deg", at[180.0] - ordered_s, "s"),
     ]
@@ -138,15 +147,25 @@ def zigzag_measures(
     return found
 
 
-def decay_measures(time: Floats, angle: Floats) -> list[Measure]:
-    """Period, linear and quadratic damping of a free decay, from its extremes.
+def stop_measures(north: Floats, east: Floats, *, heading_deg: float, length_m: float) -> list[Measure]:
+    """Of a stop, from the order to the standstill: track, reach ahead and to the side (MSC/Circ.1053, 2.2.4).
 
-    a_(k+1) = a_k exp(-pi zeta') with zeta'(a) = zeta + c a, over half cycles (Y. Himeno, "Prediction of ship roll
-    damping", University of Michigan report 239, 1981, Section 2). The angle of rest is the mean over the last
-    whole periods.
+    Args:
+        north, east: of the ship's middle `(n,)` [m]; heading_deg: at the order; length_m: of the ship.
+    """
+    c, s = float(np.cos(np.radians(heading_deg))), float(np.sin(np.radians(heading_deg)))
+    dn, de = float(north[-1] - north[0]), float(east[-1] - east[0])
+    return [
+        Measure("stopping track", float(np.hypot(np.diff(north), np.diff(east)).sum()) / length_m, "L", STOPPING),
+        Measure("head reach", (dn * c + de * s) / length_m, "L"),
+        Measure("side reach, to starboard", (-dn * s + de * c) / length_m, "L"),
+    ]
 
-    Raises:
-        InputError: fewer than four half cycles.
+
+def half_cycles(angle: Floats) -> tuple[NDArray[np.intp], Floats, Floats, Floats]:
+    """Extremes of a free decay: their samples, amplitudes, and of each half cycle the mean amplitude and damping ratio.
+
+    The angle of rest is the mean over the last whole periods; extremes below 2 % of the largest are left out.
     """
     turns = np.flatnonzero(np.diff(np.sign(np.diff(angle))) != 0) + 1
     periods = max(1, int((turns >= 0.9 * len(angle)).sum() - 1) // 2)
@@ -155,12 +174,23 @@ def decay_measures(time: Floats, angle: Floats) -> list[Measure]:
     size = np.abs(middle[turns])
     kept = size > 0.02 * np.abs(middle).max()
     turns, size = turns[kept], size[kept]
+    return turns, size, np.sqrt(size[:-1] * size[1:]), np.log(size[:-1] / size[1:]) / np.pi
+
+
+def decay_measures(time: Floats, angle: Floats) -> list[Measure]:
+    """Period, linear and quadratic damping of a free decay, from its extremes.
+
+    a_(k+1) = a_k exp(-pi zeta') with zeta'(a) = zeta + c a, over half cycles (Y. Himeno, "Prediction of ship roll
+    damping", University of Michigan report 239, 1981, Section 2).
+
+    Raises:
+        InputError: fewer than four half cycles.
+    """
+    turns, _, mean, ratio = half_cycles(angle)
     if len(turns) < 4:
         raise InputError(
             f"the motion turns {len(turns)} times, too few for its damping: overdamped, or too short a run"
         )
-    ratio = np.log(size[:-1] / size[1:]) / np.pi
-    mean = np.sqrt(size[:-1] * size[1:])
     slope, zeta = np.polyfit(mean, ratio, 1) if len(ratio) > 2 else (0.0, float(ratio.mean()))
     period = 2 * float(np.diff(time[turns]).mean())
     return [

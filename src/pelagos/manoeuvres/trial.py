@@ -4,14 +4,22 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from pelagos.errors import InputError, LookupFailed
-from pelagos.manoeuvres.measures import Measure, decay_measures, turning_measures, zigzag_measures
+from pelagos.manoeuvres.measures import (
+    FULL_HELM,
+    Measure,
+    decay_measures,
+    stop_measures,
+    turning_measures,
+    zigzag_measures,
+)
+from pelagos.manoeuvres.orders import Orders, check
 from pelagos.sim.simulation import Simulation
 from pelagos.vehicles.actuators.bis import BisRudder
 from pelagos.vehicles.actuators.curve import CurveThruster
@@ -29,6 +37,10 @@ _STEADY_S: Final = 10.0  # straight ahead before the helm is laid
 _SPIN_UP: Final = 10.0  # time constants of an engine, until its revolutions are within 5e-5 of the order
 _STOPPED_HZ: Final = 1e-3  # revolutions of an engine that is stopped: a key that must be positive
 _WAY: Final = 20.0  # lengths of depth below
+_SPAN: Final = 4.0  # lengths run between two looks at a rate that settles
+_SETTLED: Final = 0.005  # share of the largest rate by which it then still changes
+_SPANS: Final = 40  # looks at most
+_ROUNDED: Final = 1e-6  # deg: limits are kept in rad
 _TOLD: Final = 0.01  # share of a thrust: a smaller loss in a jet is not told
 
 
@@ -52,25 +64,19 @@ class Track:
 
 @dataclass(frozen=True)
 class Trial:
-    """A manoeuvre that was run: its name, what was ordered, the track, its numbers, when the helm was ordered [s]."""
+    """A manoeuvre that was run: its name, what was ordered, the ship's size, the track, its numbers, when the helm was
+    ordered [s], and a spiral's steady states `(n, 2)` in the order of the run: helm [deg], yaw rate [deg/s].
+    """
 
     name: str
     ordered: str
     vehicle: str
     length_m: float
+    beam_m: float
     track: Track
     measures: list[Measure]
     switched_s: NDArray[np.float64]
-
-
-@dataclass(frozen=True)
-class Orders:
-    """Choices of a trial: helm, heading at which a zig-zag turns [deg], speed before [m/s], longest run [s]."""
-
-    rudder_deg: float | None = None
-    angle_deg: float | None = None
-    speed_m_s: float | None = None
-    seconds: float | None = None
+    steady: NDArray[np.float64] = field(default_factory=lambda: np.zeros((0, 2)))
 
 
 class _Run:
@@ -143,14 +149,24 @@ class _Run:
         attitude[:, 2] = np.unwrap(attitude[:, 2])
         return Track(table[:, 0], table[:, 1:4], attitude, table[:, 7:10], table[:, 10:13], table[:, 13:])
 
-    def helm(self) -> int:
+    def full_helm(self) -> float:
+        """35 deg, or as much as the rudder has [deg] (MSC.137(76), 5.1.2)."""
+        rudder = list(self.vehicle.model.actuators.values())[self.helm(0.0)]
+        return min(FULL_HELM, math.degrees(float(rudder.lag.high)))  # type: ignore[attr-defined]
+
+    def helm(self, most_deg: float) -> int:
         """Number of the rudder among the actuators.
 
         Raises:
-            InputError: it has no rudder of the kind that ships' trials are about.
+            InputError: it has no rudder of the kind that ships' trials are about, or not that much helm.
         """
         for k, actuator in enumerate(self.vehicle.model.actuators.values()):
             if isinstance(actuator, RUDDERS):
+                least, most = (math.degrees(float(x)) for x in (actuator.lag.low, actuator.lag.high))
+                if not least - _ROUNDED <= most_deg <= most + _ROUNDED:
+                    raise InputError(
+                        f"--rudder {most_deg:g}: the rudder of {self.vehicle.name} goes from {least:g} to {most:g} deg"
+                    )
                 return k
         kinds = ", ".join(self.vehicle.actuator_names) or "none"
         raise InputError(
@@ -160,7 +176,27 @@ class _Run:
 
     def done(self, name: str, ordered: str, measures: list[Measure], switched: list[float]) -> Trial:
         """The trial."""
-        return Trial(name, ordered, self.vehicle.name, self.length, self.track(), measures, np.array(switched))
+        beam = self.vehicle.config.beam
+        return Trial(name, ordered, self.vehicle.name, self.length, beam, self.track(), measures, np.array(switched))
+
+    def settled_rate(self, span_s: float) -> float:
+        """Yaw rate [deg/s] once it no longer changes from one span to the next.
+
+        Raises:
+            InputError: it never settles.
+        """
+        last = max(1, round(0.25 * span_s * _RATE_HZ))
+        largest = max(abs(math.degrees(row[12])) for row in self.rows)
+        before = math.inf
+        for _ in range(_SPANS):
+            self.go(span_s)
+            now = float(np.degrees(np.mean([row[12] for row in self.rows[-last:]])))
+            if abs(now - before) <= _SETTLED * max(largest, abs(now)):
+                return now
+            before = now
+        raise InputError(
+            f"the yaw rate did not settle in {_SPANS * span_s:g} s: give the time at each helm (--seconds)"
+        )
 
 
 def _speed(vehicle: Mapping[str, Any], orders: Orders) -> float:
@@ -179,9 +215,10 @@ def _stopped(vehicle: Mapping[str, Any]) -> Mapping[str, Any]:
 
 def turning(vehicle: Mapping[str, Any], orders: Orders) -> Trial:
     """A turning circle at full helm (35 deg), through 540 deg."""
-    speed, rudder = _speed(vehicle, orders), orders.rudder_deg or 35.0
+    speed = _speed(vehicle, orders)
     run = _Run(vehicle, speed)
-    helm = run.helm()
+    rudder = orders.rudder_deg or run.full_helm()
+    helm = run.helm(rudder)
     run.go(_STEADY_S)
     ordered = run.seconds
     run.command[helm] = math.radians(rudder)
@@ -189,8 +226,9 @@ def turning(vehicle: Mapping[str, Any], orders: Orders) -> Trial:
     run.go(limit, until=lambda: abs(run.heading_deg) > 540)
     t = run.track()
     found = turning_measures(
-        t.time, t.position[:, 0], t.position[:, 1], np.degrees(t.attitude[:, 2]), ordered_s=ordered, length_m=run.length
-    )
+        t.time, t.position[:, 0], t.position[:, 1], np.degrees(t.attitude[:, 2]), ordered_s=ordered,
+        length_m=run.length, helm_deg=rudder,
+    )  # fmt: skip
     return run.done("turning", f"helm {rudder:g} deg at {speed:.4g} m/s", found, [ordered])
 
 
@@ -200,9 +238,9 @@ def zigzag(vehicle: Mapping[str, Any], orders: Orders) -> Trial:
     angle = orders.angle_deg or rudder
     first = math.copysign(1.0, orders.rudder_deg or 1.0)
     run = _Run(vehicle, speed)
-    helm = run.helm()
+    helm = run.helm(rudder)
     run.go(_STEADY_S)
-    ordered, began, side = run.seconds, run.rows[-1].copy(), first
+    ordered, side = run.seconds, first
     switched: list[float] = []
     limit = orders.seconds or 60 * run.length / speed
     for _ in range(5):
@@ -215,8 +253,8 @@ def zigzag(vehicle: Mapping[str, Any], orders: Orders) -> Trial:
         switched.append(run.seconds)
         side = -side
     t = run.track()
-    k = int(np.searchsorted(t.time, switched[0]))
-    way = float(np.hypot(*(t.position[k, :2] - began[1:3]))) / run.length
+    within = (t.time >= ordered) & (t.time <= switched[0])
+    way = float(np.hypot(*np.diff(t.position[within, :2], axis=0).T).sum()) / run.length
     found = zigzag_measures(
         t.time, np.degrees(t.attitude[:, 2]), np.array(switched), rudder_deg=rudder, angle_deg=angle,
         length_m=run.length, speed_m_s=speed, run_lengths=way,
@@ -228,19 +266,23 @@ def spiral(vehicle: Mapping[str, Any], orders: Orders) -> Trial:
     """Dieudonne's spiral: steady turns from helm to starboard over 0 to port and back; a loop shows instability."""
     speed, most = _speed(vehicle, orders), abs(orders.rudder_deg or 20.0)
     run = _Run(vehicle, speed)
-    helm = run.helm()
+    helm = run.helm(most)
     down = [most * s for s in (1, 0.5, 0.25, 0.1, 0, -0.1, -0.25, -0.5, -1)]
-    settle = orders.seconds or 12 * run.length / speed
-    rates: list[tuple[float, float]] = []
+    rates: list[float] = []
     for angle in (*down, *down[::-1]):
         run.command[helm] = math.radians(angle)
-        run.go(settle)
-        last = run.track().rates[-round(0.1 * settle * _RATE_HZ) :, 2]
-        rates.append((angle, float(np.degrees(last.mean()))))
-    way_down, way_up = dict(rates[: len(down)]), dict(rates[len(down) :])
-    found = [Measure(f"yaw rate at {a:+g} deg", way_down[a], "deg/s") for a in down]
-    found.append(Measure("height of the loop at 0 deg", abs(way_down[0.0] - way_up[0.0]), "deg/s"))
-    return run.done("spiral", f"helm {most:g} to -{most:g} deg and back at {speed:.4g} m/s", found, [])
+        if orders.seconds is None:
+            rates.append(run.settled_rate(_SPAN * run.length / speed))
+        else:
+            run.go(orders.seconds)
+            last = max(1, round(0.1 * orders.seconds * _RATE_HZ))
+            rates.append(float(np.degrees(np.mean([row[12] for row in run.rows[-last:]]))))
+    port, starboard = rates[: len(down)], rates[len(down) :][::-1]
+    found = [Measure(f"yaw rate at {a:+g} deg, to port", rate, "deg/s") for a, rate in zip(down, port, strict=True)]
+    found += [Measure(f"yaw rate at {a:+g} deg, back", r, "deg/s") for a, r in zip(down, starboard, strict=True)][:-1]
+    found.append(Measure("height of the loop at 0 deg", abs(port[4] - starboard[4]), "deg/s"))
+    trial = run.done("spiral", f"helm {most:g} to -{most:g} deg and back at {speed:.4g} m/s", found, [])
+    return replace(trial, steady=np.stack([[*down, *down[::-1]], rates], axis=1))
 
 
 def stop(vehicle: Mapping[str, Any], orders: Orders) -> Trial:
@@ -262,9 +304,9 @@ def stop(vehicle: Mapping[str, Any], orders: Orders) -> Trial:
     if not run.go(orders.seconds or 600.0, until=lambda: bool(run.rows[-1][7] <= 0)):
         raise InputError("it did not come to a stop: run it longer (--seconds)")
     end = run.rows[-1]
-    steps = np.diff(np.array([r[1:3] for r in run.rows if r[0] >= began[0]]), axis=0)
+    north, east = np.array([r[1:3] for r in run.rows if r[0] >= began[0]]).T
     found = [
-        Measure("stopping track", float(np.hypot(*steps.T).sum()) / run.length, "L", 15.0),
+        *stop_measures(north, east, heading_deg=math.degrees(began[6]), length_m=run.length),
         Measure("stopping time", float(end[0] - began[0]), "s"),
         Measure("speed before", float(began[7]), "m/s"),
     ]
@@ -332,8 +374,9 @@ def run_manoeuvre(vehicle: Mapping[str, Any], name: str, orders: Orders | None =
 
     Raises:
         LookupFailed: no such manoeuvre.
-        InputError: the vehicle cannot do it, or did not get far enough.
+        InputError: the vehicle cannot do it, or did not get far enough; an order that it does not take.
     """
     if name not in MANOEUVRES:
         raise LookupFailed("manoeuvre", name, MANOEUVRES)
+    check(name, orders or Orders())
     return MANOEUVRES[name](vehicle, orders or Orders())
