@@ -50,7 +50,7 @@ def test_advance_is_ahead_and_transfer_to_the_side(side):
     east = -300 + along * np.sin(course) + across * np.cos(course)
     heading = np.degrees(course + side * turned)
     for helm in (35.0, 15.0):
-        found = by_name(turning_measures(t, north, east, heading, ordered_s=10.0, length_m=40.0, helm_deg=side * helm))
+        found = by_name(turning_measures(t, north, east, heading, ordered_s=10.0, length_m=40.0, limited=helm == 35.0))
         values = [found[name].value for name in ("advance", "transfer", "tactical diameter")]
         assert values == pytest.approx([3.75, 3.0, 6.0], rel=1e-4)
         limits = [found[name].limit for name in ("advance", "tactical diameter")]

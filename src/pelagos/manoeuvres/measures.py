@@ -67,18 +67,17 @@ def _when(time: Floats, values: Floats, level: float) -> float:
 
 def turning_measures(
     time: Floats, north: Floats, east: Floats, heading_deg: Floats, *, ordered_s: float, length_m: float,
-    helm_deg: float = FULL_HELM,
+    limited: bool = True,
 ) -> list[Measure]:  # fmt: skip
     """Of a turning circle, from the moment at which the helm was ordered.
 
     Args:
         time: `(n,)` [s]; north, east: of the ship's middle `(n,)` [m]; heading_deg: unwrapped `(n,)`.
-        ordered_s: when; length_m: of the ship; helm_deg: either side; limits are those of full helm.
+        ordered_s: when; length_m: of the ship; limited: whether the limits hold, which are those of full helm.
 
     Raises:
         InputError: the ship did not turn far enough.
     """
-    limited = abs(helm_deg) >= FULL_HELM
     x0, y0, psi0 = (float(np.interp(ordered_s, time, v)) for v in (north, east, heading_deg))
     side = 1.0 if heading_deg[-1] > psi0 else -1.0
     turned = side * (heading_deg - psi0)

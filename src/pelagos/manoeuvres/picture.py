@@ -133,7 +133,7 @@ def _series(axes: dict[str, Axes], trial: Trial) -> None:
     t = trial.track
     axes["angle"].plot(t.time, np.degrees(t.attitude[:, 2]), color=theme.TRUTH, label="heading")
     if trial.name != "stop":
-        helm = np.degrees(t.commands[:, 0])
+        helm = np.degrees(t.commands[:, trial.rudder])
         axes["angle"].step(t.time, helm, color=theme.SENSOR, where="pre", label="helm ordered")
         axes["angle"].legend(loc="best", ncols=2)
     axes["angle"].set_ylabel("heading [deg]" if trial.name == "stop" else "angle [deg]")

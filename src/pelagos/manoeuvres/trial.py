@@ -65,7 +65,8 @@ class Track:
 @dataclass(frozen=True)
 class Trial:
     """A manoeuvre that was run: its name, what was ordered, the ship's size, the track, its numbers, when the helm was
-    ordered [s], and a spiral's steady states `(n, 2)` in the order of the run: helm [deg], yaw rate [deg/s].
+    ordered [s], a spiral's steady states `(n, 2)` in the order of the run: helm [deg], yaw rate [deg/s]; the rudder's
+    column of the track's commands.
     """
 
     name: str
@@ -77,6 +78,7 @@ class Trial:
     measures: list[Measure]
     switched_s: NDArray[np.float64]
     steady: NDArray[np.float64] = field(default_factory=lambda: np.zeros((0, 2)))
+    rudder: int = 0
 
 
 class _Run:
@@ -152,7 +154,7 @@ class _Run:
     def full_helm(self) -> float:
         """35 deg, or as much as the rudder has [deg] (MSC.137(76), 5.1.2)."""
         rudder = list(self.vehicle.model.actuators.values())[self.helm(0.0)]
-        return min(FULL_HELM, math.degrees(float(rudder.lag.high)))  # type: ignore[attr-defined]
+        return min(FULL_HELM, math.degrees(float(rudder.lag.high)))
 
     def helm(self, most_deg: float) -> int:
         """Number of the rudder among the actuators.
@@ -176,8 +178,19 @@ class _Run:
 
     def done(self, name: str, ordered: str, measures: list[Measure], switched: list[float]) -> Trial:
         """The trial."""
-        beam = self.vehicle.config.beam
-        return Trial(name, ordered, self.vehicle.name, self.length, beam, self.track(), measures, np.array(switched))
+        beam, parts = self.vehicle.config.beam, self.vehicle.model.actuators.values()
+        rudder = next((k for k, actuator in enumerate(parts) if isinstance(actuator, RUDDERS)), 0)
+        return Trial(
+            name,
+            ordered,
+            self.vehicle.name,
+            self.length,
+            beam,
+            self.track(),
+            measures,
+            np.array(switched),
+            rudder=rudder,
+        )
 
     def settled_rate(self, span_s: float) -> float:
         """Yaw rate [deg/s] once it no longer changes from one span to the next.
@@ -227,7 +240,7 @@ def turning(vehicle: Mapping[str, Any], orders: Orders) -> Trial:
     t = run.track()
     found = turning_measures(
         t.time, t.position[:, 0], t.position[:, 1], np.degrees(t.attitude[:, 2]), ordered_s=ordered,
-        length_m=run.length, helm_deg=rudder,
+        length_m=run.length, limited=abs(rudder) >= run.full_helm(),
     )  # fmt: skip
     return run.done("turning", f"helm {rudder:g} deg at {speed:.4g} m/s", found, [ordered])
 
