@@ -95,8 +95,10 @@ class BatchRun:
         return np.asarray(self._order(slice(row, row + 1)).values[row])
 
     def hold(self, rows: slice, values: NDArray[np.float64]) -> None:
-        """Hold another command in some rows."""
+        """Hold another command in some rows; a mission's is without those of what is carried, which stay."""
         order = self._order(rows)
+        if values.shape[1] < order.values.shape[1]:
+            values = np.concatenate([values, order.values[rows, values.shape[1] :]], axis=1)
         if order.values.shape[1] != values.shape[1]:
             order.values = np.zeros((len(self.row), values.shape[1]))
         elif order.command and not np.count_nonzero(order.values[rows] != values):

@@ -44,7 +44,7 @@ def first_mode(scenario: Scenario, name: str, vehicle: Vehicle) -> str:
 
 def steered_modes(vehicle: Vehicle) -> tuple[str, ...]:
     """The control modes that missions can steer by, the usual one first."""
-    names = {mode: vehicle.command_names(mode) for mode in vehicle.modes}
+    names = {mode: vehicle.set_points(mode) for mode in vehicle.modes}
     usual = mission_mode(names)
     rest = [mode for mode in vehicle.modes if mission_mode({mode: names[mode]}) and usual and mode != usual[0]]
     return () if usual is None else (usual[0], *rest)
@@ -52,7 +52,7 @@ def steered_modes(vehicle: Vehicle) -> tuple[str, ...]:
 
 def family_of(vehicle: Vehicle, mode: str) -> Family:
     """Family of a mode, by which a mission steers a vehicle."""
-    found = mission_mode({mode: vehicle.command_names(mode)})
+    found = mission_mode({mode: vehicle.set_points(mode)})
     assert found is not None
     return found[1]
 

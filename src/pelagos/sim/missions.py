@@ -123,7 +123,7 @@ class Missions:
             feedback.keys.setdefault(key.partition(".")[0], []).append(key)
             feedback.readings[key] = np.full((n, 1), np.nan)
         steering = _steering(agent, n)
-        names = agent.vehicle.command_names(agent.mode)
+        names = agent.vehicle.set_points(agent.mode)
         aboard = self._aboard(name, fix_of(state) if navigator is None else navigator.fix, tick, {})
         self.guidance[name] = Guidance(agent.tasks, steering, names, aboard)
 
@@ -257,7 +257,7 @@ class Missions:
 
     def _squad(self, members: dict[str, Guidance], tick: int, rows: Mapping[str, NDArray[np.float64]]) -> Squad:
         agent, aboard = self._model.agents[next(iter(members))], self._together(members, tick, rows, {})[0]
-        return Squad(members, _steering(agent, len(aboard)), agent.vehicle.command_names(agent.mode), aboard)
+        return Squad(members, _steering(agent, len(aboard)), agent.vehicle.set_points(agent.mode), aboard)
 
     def _together(
         self,

@@ -182,7 +182,8 @@ def _held(sim: Simulation, agent: str) -> dict[str, float]:
 
 def _by_name(order: Order, sim: Simulation, mode: str, given: Mapping[str, float]) -> None:
     """A command of `mode`, of which each channel is found by its name."""
-    _hold(sim, order.target, mode, [given[name] for name in _commands_of(sim, order.target, mode)])
+    _commands_of(sim, order.target, mode)
+    _hold(sim, order.target, mode, [given[name] for name in _vehicle(sim, order.target).set_points(mode)])
 
 
 def _mode(order: Order, sim: Simulation) -> None:
@@ -232,12 +233,15 @@ def _six(order: Order) -> list[float]:
 
 
 def _hold(sim: Simulation, agent: str, mode: str, values: list[Any]) -> None:
-    """A command in a control mode, which is entered.
+    """A command in a control mode, which is entered; with its own set-points alone, what is carried stays as it is.
 
     Raises:
         CommandError: there is no such mode, or the vehicle could not bear it.
     """
-    _commands_of(sim, agent, mode)
+    names, own = _commands_of(sim, agent, mode), len(_vehicle(sim, agent).set_points(mode))
+    if len(values) == own < len(names):
+        held = _held(sim, agent)
+        values = [*values, *(held.get(name, 0.0) for name in names[own:])]
     check_command(agent, _vehicle(sim, agent), mode, values)
     if sim.stepper.mode(agent) != mode:
         sim.set_mode(agent, mode)

@@ -35,7 +35,7 @@ from pelagos.sim.run import RunResult, run
 from pelagos.sim.run_log import RunLog
 from pelagos.sim.sampled import Sampled
 from pelagos.sim.seed import seed_of
-from pelagos.sim.state import States, checked_command, chosen
+from pelagos.sim.state import States, checked_command, chosen, named_command
 from pelagos.sim.step import Stepper
 from pelagos.sim.watch import Watcher
 from pelagos.world.world import World
@@ -221,17 +221,24 @@ class Simulation(Changes):
     def command(self, commands: Mapping[str, Any]) -> None:
         """Set commands without advancing; an agent with a mission leaves it.
 
+        `{"auv0": {"drop_weight": 1.0}}` names set-points, and the others stay; if they are all of what the vehicle
+        carries (actuators that release, or flood), its mission goes on.
+
         While another thread steps or runs the simulation, they are checked at once, and enter at the next boundary of
         steps.
         """
         for name, values in groups.by_agent(commands, self.model, self.n).items():
             agent = self._agent(name)
-            names = tuple(agent.vehicle.command_names(self._stepper.mode(name)))
+            mode = self._stepper.mode(name)
+            names, leave = tuple(agent.vehicle.command_names(mode)), True
+            if isinstance(values, Mapping):
+                leave = not values.keys() <= agent.vehicle.model.carriers.keys()
+                values = named_command(values, self._stepper.command_values(name), names=names, agent=name)
             checked = checked_command(values, n=self.n, names=names, agent=name)
             if self.gate.elsewhere:
-                self.gate.post(partial(self._stepper.set_command, name, checked))
+                self.gate.post(partial(self._stepper.set_command, name, checked, leave=leave))
             else:
-                self._stepper.set_command(name, checked)
+                self._stepper.set_command(name, checked, leave=leave)
 
     def held_command(self, agent: str) -> NDArray[np.float64]:
         """`(n, k)` the command that an agent holds, in its present control mode; a mission's last set-points.

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pelagos import jit
-from pelagos.errors import CommandError, UnknownKey
+from pelagos.errors import CommandError, LookupFailed, UnknownKey
 from pelagos.jit import Array
 from pelagos.math.so3 import euler_np
 from pelagos.sim.trajectory import CHANNELS
@@ -178,3 +178,22 @@ def checked_command(values: object, *, n: int, names: tuple[str, ...], agent: st
             f"{agent}: command {names[channel]!r} of copy {copy} is {full[copy, channel]}, not a finite number"
         )
     return full
+
+
+def named_command(
+    values: Mapping[str, object], held: NDArray[np.float64], *, names: tuple[str, ...], agent: str
+) -> NDArray[np.float64]:
+    """The command `(n, k)` that is held, with other set-points, one number or `(n,)` each, by name.
+
+    Raises:
+        CommandError: a name that is none of the mode's, or what is no number a copy.
+    """
+    whole = held.copy()
+    for name, value in values.items():
+        if name not in names:
+            raise CommandError(str(LookupFailed("set-point", name, names, where=agent)))
+        try:
+            whole[:, names.index(name)] = np.broadcast_to(np.asarray(value, dtype=np.float64), len(whole))
+        except (TypeError, ValueError):
+            raise CommandError(f"{agent}: {name} is one number or ({len(whole)},); given {value!r}") from None
+    return whole

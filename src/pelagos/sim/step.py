@@ -195,9 +195,10 @@ class Stepper:
         """There are missions, and all have ended."""
         return self.missions.done
 
-    def set_command(self, agent: str, values: NDArray[np.float64]) -> None:
-        """Hold another command `(n, k)`; ends the agent's mission."""
-        self.missions.leave(agent)
+    def set_command(self, agent: str, values: NDArray[np.float64], *, leave: bool = True) -> None:
+        """Hold another command `(n, k)`; with `leave` the agent's mission ends."""
+        if leave:
+            self.missions.leave(agent)
         model = self._model.agents[agent]
         self.runs[model.batch.name].hold(model.rows, values)
 
@@ -336,8 +337,7 @@ class Stepper:
         return free | {name: self._advance(name, 1, wrench) for name, wrench in touched.items()}
 
     def in_own_water(self, batch: Batch | None = None) -> None:
-        """Have the ocean's current and sea by copy be this run's, where simulations share the ocean; or, of a batch,
-        the current by row."""
+        """Have a shared ocean's sea and current by copy, or a batch's current by row, be this run's."""
         waves = self.variety.waves(self.episodes)
         if waves is not None:
             self._model.ocean.own_waves = waves

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from pelagos.vehicles.tables import Tables
     from pelagos.vehicles.vehicle import Vehicle
 
+_MOMENT_S = 1e-6  # what comes aboard in so little counts as its rate
 _KEPT = 16  # recordings, one a size
 
 
@@ -65,8 +66,9 @@ class Accelerations:
     ) -> tuple[list[Array], list[Array]]:
         rotation = rotation_from_euler(*eta[3:])
         flow = make_flow(eta[:3], rotation, nu, current, current_rotation=self._rotation)
+        rates = self._model.rates(actuators, command, flow)
+        flow.growth = self._model.growth(flow, actuators, command, _MOMENT_S)
         nu_dot = self._model.nu_dot(flow, self._model.limited(actuators), tables=tables)
-        rates = self._model.rates(actuators, command)
         return [jit.Float64(a) for a in nu_dot], [jit.Float64(r) for r in rates]
 
 

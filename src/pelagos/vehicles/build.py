@@ -6,9 +6,12 @@ from dataclasses import replace
 
 import numpy as np
 
+from pelagos.errors import ScenarioError
 from pelagos.vehicles.actuators.t200 import Battery, BatteryConfig, current_exponent
 from pelagos.vehicles.config import VehicleConfig
+from pelagos.vehicles.control.besides import Besides
 from pelagos.vehicles.control.controller import Controller
+from pelagos.vehicles.control.direct import ActuatorsConfig
 from pelagos.vehicles.control.plant import Plant
 from pelagos.vehicles.forward_speed import compile_forward_speed
 from pelagos.vehicles.interaction import build_interaction
@@ -81,4 +84,18 @@ def battery(config: BatteryConfig) -> Battery:
 def build_modes(config: VehicleConfig, model: Model) -> dict[str, Controller]:
     """Control laws by name."""
     plant = Plant(model, config.body)
-    return {name: mode.build(plant) for name, mode in config.modes.items() if mode is not None}
+    modes = {name: mode.build(plant) for name, mode in config.modes.items() if mode is not None}
+    carried = tuple(model.carriers)
+    if not carried:
+        return modes
+    return {
+        name: mode if isinstance(config.modes[name], ActuatorsConfig) else _besides(name, mode, carried)
+        for name, mode in modes.items()
+    }
+
+
+def _besides(name: str, mode: Controller, carried: tuple[str, ...]) -> Controller:
+    for actuator in carried:
+        if actuator in mode.commands:
+            raise ScenarioError(f"the actuator {actuator!r} has the name of a set-point of the mode {name!r}: rename it")
+    return Besides(mode, carried)

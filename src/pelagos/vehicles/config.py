@@ -11,6 +11,8 @@ from pydantic import Field, model_validator
 
 from pelagos.errors import did_you_mean
 from pelagos.hydro import rigid_body
+from pelagos.vehicles.actuators.compartment import CompartmentConfig
+from pelagos.vehicles.actuators.releasable import ReleasableConfig
 from pelagos.vehicles.actuators.t200 import BatteryConfig, T200Config
 from pelagos.vehicles.afloat_config import AfloatConfig
 from pelagos.vehicles.envelope import EnvelopeConfig
@@ -140,7 +142,22 @@ class VehicleConfig(PartConfig):
         if self.interaction is not None:
             named = {name: self.actuators[name] for name in self.interaction.thrusters}
             build_interaction(self.interaction, {name: part.build(body) for name, part in named.items() if part})
+        self._check_carried()
         return self
+
+    def _check_carried(self) -> None:
+        """Refuse what cannot be carried: more mass than there is, or water where there is none."""
+        left = self.body.rigid
+        for name, part in self.actuators.items():
+            if isinstance(part, CompartmentConfig) and self.medium == "air":
+                raise ValueError(f"actuators.{name}: a compartment floods in water; this vehicle's medium is air")
+            if isinstance(part, ReleasableConfig) and part.in_vehicle_mass:
+                left = left - rigid_body.mass_matrix(part.mass_kg, np.diag(part.inertia_kg_m2), part.position_m)
+                if np.linalg.eigvalsh(left).min() <= 0:
+                    raise ValueError(
+                        f"actuators.{name}: in_vehicle_mass, but nothing that can be is left of the vehicle's "
+                        f"{float(self.body.rigid[0, 0]):g} kg and its inertia without {part.mass_kg:g} kg there"
+                    )
 
     @property
     def beam(self) -> float:

@@ -60,6 +60,7 @@ class Flow:
         water_acceleration: of the water that goes along, and of the line of it along the hull, body axes (6) [m/s^2],
             [rad/s^2]; None where it is steady.
         wash: flow from ahead along the axis of the thruster that looks, which jets of others bring [m/s]; None: none.
+        growth: of the mass matrix by what comes aboard in a step `(6, 6)` a second; None: nothing does.
     """
 
     position: Vector
@@ -81,6 +82,7 @@ class Flow:
     midway: Vector | None = None
     step: Array | None = None
     wash: Array | None = None
+    growth: Matrix | None = None
 
     @property
     def nu_c(self) -> list[Array]:

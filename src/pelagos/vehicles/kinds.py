@@ -9,6 +9,7 @@ from pydantic import Field
 from pelagos.vehicles.actuators.ballast import BuoyancyEngineConfig, MovingMassConfig
 from pelagos.vehicles.actuators.bis import BisShipConfig
 from pelagos.vehicles.actuators.channel import ChannelConfig
+from pelagos.vehicles.actuators.compartment import CompartmentConfig
 from pelagos.vehicles.actuators.curve import CurveThrusterConfig
 from pelagos.vehicles.actuators.engine import ShipEngineConfig
 from pelagos.vehicles.actuators.fin import FinConfig
@@ -17,6 +18,7 @@ from pelagos.vehicles.actuators.mmg import MmgShipConfig
 from pelagos.vehicles.actuators.nomoto import NomotoShipConfig
 from pelagos.vehicles.actuators.plane import PlaneConfig, RacePropellerConfig
 from pelagos.vehicles.actuators.propeller import PropellerConfig
+from pelagos.vehicles.actuators.releasable import ReleasableConfig
 from pelagos.vehicles.actuators.rolling import RollingShipConfig
 from pelagos.vehicles.actuators.ship import ShipRudderConfig
 from pelagos.vehicles.actuators.t200 import T200Config
@@ -83,6 +85,7 @@ ActuatorConfig: TypeAlias = Annotated[
     BisShipConfig
     | BuoyancyEngineConfig
     | ChannelConfig
+    | CompartmentConfig
     | CurveThrusterConfig
     | FinConfig
     | FlapConfig
@@ -93,6 +96,7 @@ ActuatorConfig: TypeAlias = Annotated[
     | PropellerConfig
     | RacePropellerConfig
     | MmgShipConfig
+    | ReleasableConfig
     | RollingShipConfig
     | ShipEngineConfig
     | ShipRudderConfig

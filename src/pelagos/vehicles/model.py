@@ -22,6 +22,7 @@ from pelagos.hydro.rigid_body import transport
 from pelagos.jit import Array
 from pelagos.vehicles.actuators.actuator import Actuator, Follower
 from pelagos.vehicles.actuators.t200 import T200, Battery
+from pelagos.vehicles.cargo import Carrier, carriers_of, carrying, growing, growth_of
 from pelagos.vehicles.flow import Flow, Supply
 from pelagos.vehicles.inertia import CoriolisConfig
 from pelagos.vehicles.interaction import Interaction
@@ -60,6 +61,7 @@ class Inertia:
         none: no Coriolis forces; the terms contain them.
         excess: M_RB less that of the water displaced `(6, 6)`: what accelerating water does not push; None: nothing.
         displaced: of the water displaced `(6, 6)`; None where that is not what accelerating water pushes.
+        symmetric: whether M_A is, as it is not where it was measured entry by entry.
     """
 
     rigid: Matrix
@@ -70,6 +72,7 @@ class Inertia:
     none: bool = False
     excess: Matrix | None = None
     displaced: Matrix | None = None
+    symmetric: bool = True
 
     @property
     def whole(self) -> Matrix:
@@ -106,7 +109,7 @@ class Inertia:
         """M^-1 wrench (6)."""
         if self.inverse is not None:
             return matvec(self.inverse, wrench)
-        return solve_symmetric(self.whole, wrench)
+        return solve_symmetric(self.whole, wrench) if self.symmetric else solve_blocks(self.whole, wrench)
 
     def accelerate_partly(self, wrench: Vector, flow: Flow, wet: Wetness, h: Array | None) -> list[Array]:
         """Acceleration (6) of a body that is partly out of the water, `wrench` as of one that is wet everywhere.
@@ -184,9 +187,13 @@ class Model:
         throttles = [s for a, s in zip(self.actuators.values(), actuators, strict=True) if isinstance(a, T200)]
         return replace(flow, supply=Supply(self.battery.voltage(throttles, tables.thrusters), tables.thrusters))
 
+    def acted(self, flow: Flow, actuators: Sequence[Array]) -> Flow:
+        """`flow` with the limited states of actuators."""
+        return replace(flow, actuators=dict(zip(self.actuators, actuators, strict=True)))
+
     def wrenches(self, flow: Flow, actuators: Sequence[Array], tables: Tables | None = None) -> dict[str, Vector]:
         """Every force and moment by the name of its origin, each (6); `actuators`: one limited state each."""
-        flow = replace(self.fed(flow, actuators, tables), actuators=dict(zip(self.actuators, actuators, strict=True)))
+        flow = self.acted(self.fed(flow, actuators, tables), actuators)
         found: dict[str, Vector] = {"coriolis": self.inertia_in(flow).coriolis(flow)}
         if flow.seaway is not None:
             found["sea"] = flow.seaway.load
@@ -227,7 +234,10 @@ class Model:
         `outside`: a further wrench (6), such as contact; `h`: the mean over a step, see `Inertia.accelerate_over`.
         """
         wrench = add(outside, *self.wrenches(flow, actuators, tables).values())
-        inertia = self.inertia_in(flow)
+        inertia = self.inertia_in(self.acted(flow, actuators) if self.carriers else flow)
+        if flow.growth is not None:
+            wrench = add(wrench, minus(matvec(flow.growth, flow.nu_r)))
+            inertia = inertia if flow.step is None else growing(inertia, flow.growth, flow.step)
         if flow.wet is None or self.in_air:
             relative = inertia.accelerate(wrench) if h is None else inertia.accelerate_over(wrench, flow, h)
         else:
@@ -257,8 +267,27 @@ class Model:
         return found
 
     def inertia_in(self, flow: Flow) -> Inertia:
-        """Mass and added mass, which in waves may be a panel method's."""
-        return self.inertia if flow.seaway is None or self.sea_inertia is None else self.sea_inertia
+        """Mass and added mass, which in waves may be a panel method's, with what is carried by the actuators' states."""
+        inertia = self.inertia if flow.seaway is None or self.sea_inertia is None else self.sea_inertia
+        if not self.carriers or not flow.actuators:
+            return inertia
+        return carrying(inertia, [carrier.cargo(flow.actuators[name], flow) for name, carrier in self.carriers.items()])
+
+    @property
+    def carriers(self) -> dict[str, Carrier]:
+        """Actuators that carry mass, by name."""
+        return carriers_of(self.actuators)
+
+    def growth(
+        self, flow: Flow, states: Sequence[Array], command: Sequence[Array], h: Array
+    ) -> list[list[Array]] | None:
+        """Growth of the mass matrix `(6, 6)` a second by what comes aboard within h [s]; None where nothing can."""
+        carriers = self.carriers
+        if not carriers:
+            return None
+        now = dict(zip(self.actuators, states, strict=False))
+        after = dict(zip(self.actuators, self.advanced(states, command, h, flow), strict=False))
+        return growth_of([(carrier, now[name], after[name]) for name, carrier in carriers.items()], flow, h)
 
     def limited(self, actuators: Sequence[Array]) -> list[Array]:
         """Actuator states as forces see them."""
@@ -269,16 +298,23 @@ class Model:
         """Number of values that actuators keep beside their states."""
         return sum(a.lag.memory for a in self.actuators.values())
 
-    def rates(self, actuators: Sequence[Array], command: Sequence[Array]) -> list[Array]:
-        """Time derivative of the actuator states, see `Lag.rate`."""
-        return self._each(actuators, lambda lag, i, state, kept: lag.rates(state, kept, command[i]))
+    def rates(
+        self, actuators: Sequence[Array], command: Sequence[Array], flow: Flow | None = None
+    ) -> list[Array]:
+        """Time derivative of the actuator states, see `Lag.rate`; `flow`: for those that depend on it."""
+        return self._each(actuators, flow, lambda lag, i, state, kept: lag.rates(state, kept, command[i]))
 
-    def advanced(self, actuators: Sequence[Array], command: Sequence[Array], h: Array) -> list[Array]:
-        """Actuator states after h [s] of a constant command."""
-        return self._each(actuators, lambda lag, i, state, kept: lag.after(state, kept, command[i], h))
+    def advanced(
+        self, actuators: Sequence[Array], command: Sequence[Array], h: Array, flow: Flow | None = None
+    ) -> list[Array]:
+        """Actuator states after h [s] of a constant command; `flow`: for those that depend on it."""
+        return self._each(actuators, flow, lambda lag, i, state, kept: lag.after(state, kept, command[i], h))
 
     def _each(
-        self, actuators: Sequence[Array], of: Callable[[Follower, int, Array, list[Array]], list[Array]]
+        self,
+        actuators: Sequence[Array],
+        flow: Flow | None,
+        of: Callable[[Follower, int, Array, list[Array]], list[Array]],
     ) -> list[Array]:
         """`of(follower, number, state, kept)` of every actuator: states first, then what is kept."""
         states: list[Array] = []
@@ -286,7 +322,8 @@ class Model:
         rest = list(actuators[len(self.actuators) :])
         for i, actuator in enumerate(self.actuators.values()):
             mine, rest = rest[: actuator.lag.memory], rest[actuator.lag.memory :]
-            state, *kept = of(actuator.lag, i, actuators[i], mine)
+            law = actuator.lag if flow is None or not isinstance(actuator, Carrier) else actuator.follower(flow)
+            state, *kept = of(law, i, actuators[i], mine)
             states.append(state)
             further += kept
         return states + further
@@ -310,6 +347,7 @@ def inertia_of(body: Body, coriolis: CoriolisConfig) -> Inertia:
         angular=parts,
         none=coriolis.rigid == "none",
         displaced=None if body.stiffness.any() else numbers(body.displaced),
+        symmetric=bool(np.array_equal(body.mass_matrix, body.mass_matrix.T)),
         excess=numbers(excess)
         if not body.stiffness.any() and np.abs(excess).max() > _NEUTRAL * np.abs(body.rigid).max()
         else None,

@@ -51,7 +51,7 @@ def _modes(vehicle: Vehicle) -> str:
 
 
 def _missions(vehicle: Vehicle) -> str:
-    found = mission_mode({mode: vehicle.command_names(mode) for mode in vehicle.modes})
+    found = mission_mode({mode: vehicle.set_points(mode) for mode in vehicle.modes})
     if found is None:
         return ""
     mode, family = found

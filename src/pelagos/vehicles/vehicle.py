@@ -25,6 +25,7 @@ from pelagos.vehicles.around import flow_around
 from pelagos.vehicles.books import Accelerations
 from pelagos.vehicles.build import build_model, build_modes
 from pelagos.vehicles.config import VehicleConfig
+from pelagos.vehicles.control.besides import Besides
 from pelagos.vehicles.control.controller import Controller, Demand
 from pelagos.vehicles.flow import Flow
 from pelagos.vehicles.integrate import Rigid, runge_kutta, semi_implicit
@@ -135,6 +136,11 @@ class Vehicle:
             LookupFailed: no such mode.
         """
         return self._controller(mode or self.default_mode).commands
+
+    def set_points(self, mode: str) -> tuple[str, ...]:
+        """Names of a mode's own set-points, which those of what the vehicle carries follow; see `command_names`."""
+        controller = self._controller(mode)
+        return controller.mode.commands if isinstance(controller, Besides) else controller.commands
 
     # the books' face
 
@@ -268,13 +274,15 @@ class Vehicle:
         commands = [f64(demand.actuators.get(name, 0.0)) for name in self.model.actuators]
         outside, radiation = self._outside(state, flow, demand, wrench, h)
         moved = [*state.actuators, *state.actuator_memory]
-
+        growth = self.model.growth(flow, moved, commands, h)
         def accelerate(at: Rigid, fraction: float) -> Vector:
             if demand.acceleration is not None:  # contact, and what pushes from outside, besides
-                return add(demand.acceleration, self.model.inertia_in(flow).accelerate([*wrench[0], *wrench[1]]))
+                mass = self.model.inertia_in(self.model.acted(flow, self.model.limited(moved)))
+                return add(demand.acceleration, mass.accelerate([*wrench[0], *wrench[1]]))
             here = flow if fraction == 0.0 else self.flow(at, ocean, t + fraction * h, tables)
             here.step = None if self.config.integrator == "runge_kutta" else h
-            states = moved if fraction == 0.0 else self.model.advanced(moved, commands, fraction * h)
+            here.growth = growth
+            states = moved if fraction == 0.0 else self.model.advanced(moved, commands, fraction * h, flow)
             over = h if self.config.integrator == "conservative" else None
             return self.model.nu_dot(here, self.model.limited(states), outside, tables, over)
 
@@ -282,7 +290,7 @@ class Vehicle:
             new, nu_dot = runge_kutta(rigid, accelerate, h, so3.matrix)
         else:
             new, nu_dot = semi_implicit(rigid, accelerate, flow.rotation, h)
-        moved = [f64(a) for a in [*self.model.advanced(moved, commands, h), *radiation]]
+        moved = [f64(a) for a in [*self.model.advanced(moved, commands, h, flow), *radiation]]
         return VehicleState(
             position=jit.Array3f64(*new.position),
             attitude=new.attitude,
