@@ -12,7 +12,7 @@ CARRIED = {
     "drop_weight": {"type": "releasable", "mass_kg": 3.0, "position_m": [0.0, 0.0, 0.1], "volume_m3": 3.8e-4},
     "bay": {
         "type": "compartment", "size_m": [0.2, 0.1, 0.1], "position_m": [0.4, 0.0, 0.0], "hole_m": [0.4, 0.0, 0.05],
-        "orifice_m2": 2e-5, "vent_m": [0.4, 0.0, -0.05], "valve": True, "pump_m3_s": 2e-5,
+        "orifice_m2": 1e-3, "vent_m": [0.4, 0.0, -0.05], "valve": True, "pump_m3_s": 2e-5,
     },
 }  # fmt: skip
 
@@ -54,7 +54,7 @@ def test_every_mode_commands_what_is_carried():
 
 
 def test_a_mission_goes_on_while_a_weight_is_dropped():
-    sim = pl.Simulation.load(scenario(mission=[{"type": "waypoints", "points_m": [[60.0, 0.0, -10.0]]}]))
+    sim = pl.Simulation.load(scenario(mission=[{"type": "waypoints", "points": [[60.0, 0.0]], "depth_m": 10.0}]))
     sim.step(ticks=40)
     sim.step({"auv0": {"drop_weight": 1.0}}, ticks=40)
     assert at(sim)[0] == 1.0

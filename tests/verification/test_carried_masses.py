@@ -268,7 +268,9 @@ def test_box_drains_as_torricelli_says():
         left = area * full * (1 - share) ** 2
         found = follow(drains, (-1.0, -2.0), area * full, share * empty_s, h=share * empty_s / 200)
         assert found == pytest.approx(left, rel=1e-5)  # a box that is full counts as filled to 1 - 1e-6
-    assert follow(drains, (-1.0, -2.0), area * full, 1.02 * empty_s, h=1.02 * empty_s / 200) == pytest.approx(0, abs=1e-9)
+    assert follow(drains, (-1.0, -2.0), area * full, 1.02 * empty_s, h=1.02 * empty_s / 200) == pytest.approx(
+        0, abs=1e-9
+    )
 
 
 def test_vented_box_fills_to_the_level_outside():
@@ -278,7 +280,8 @@ def test_vented_box_fills_to_the_level_outside():
     for share in (0.3, 0.7):
         level = head * (1 - (1 - share) ** 2)
         assert follow(fills, (head, head - 0.6), 0.0, share * whole_s, h=share * whole_s / 400) == pytest.approx(
-            area * level, rel=2e-3  # below the hole's edge the first step has no level to oppose
+            area * level,
+            rel=2e-3,  # below the hole's edge the first step has no level to oppose
         )
     assert follow(fills, (head, head - 0.6), 0.0, 3 * whole_s, h=1.0) == pytest.approx(area * head, rel=1e-9)
 

@@ -97,5 +97,7 @@ def build_modes(config: VehicleConfig, model: Model) -> dict[str, Controller]:
 def _besides(name: str, mode: Controller, carried: tuple[str, ...]) -> Controller:
     for actuator in carried:
         if actuator in mode.commands:
-            raise ScenarioError(f"the actuator {actuator!r} has the name of a set-point of the mode {name!r}: rename it")
+            raise ScenarioError(
+                f"the actuator {actuator!r} has the name of a set-point of the mode {name!r}: rename it"
+            )
     return Besides(mode, carried)

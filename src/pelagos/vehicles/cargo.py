@@ -96,9 +96,7 @@ def growing(inertia: Inertia, growth: Matrix, h: Array) -> Inertia:
     return replace(inertia, rigid=rigid, inverse=None)
 
 
-def growth_of(
-    carriers: Sequence[tuple[Carrier, Array, Array]], flow: Flow, h: Array
-) -> list[list[Array]]:
+def growth_of(carriers: Sequence[tuple[Carrier, Array, Array]], flow: Flow, h: Array) -> list[list[Array]]:
     """Growth of the mass matrix by what comes aboard within h [s], `(6, 6)` a second; each with its two states."""
     whole = _sum([carrier.taken(now, after, flow).matrix() for carrier, now, after in carriers])
     return [[mul(1.0 / h, entry) for entry in row] for row in whole]

@@ -298,9 +298,7 @@ class Model:
         """Number of values that actuators keep beside their states."""
         return sum(a.lag.memory for a in self.actuators.values())
 
-    def rates(
-        self, actuators: Sequence[Array], command: Sequence[Array], flow: Flow | None = None
-    ) -> list[Array]:
+    def rates(self, actuators: Sequence[Array], command: Sequence[Array], flow: Flow | None = None) -> list[Array]:
         """Time derivative of the actuator states, see `Lag.rate`; `flow`: for those that depend on it."""
         return self._each(actuators, flow, lambda lag, i, state, kept: lag.rates(state, kept, command[i]))
 

@@ -275,6 +275,7 @@ class Vehicle:
         outside, radiation = self._outside(state, flow, demand, wrench, h)
         moved = [*state.actuators, *state.actuator_memory]
         growth = self.model.growth(flow, moved, commands, h)
+
         def accelerate(at: Rigid, fraction: float) -> Vector:
             if demand.acceleration is not None:  # contact, and what pushes from outside, besides
                 mass = self.model.inertia_in(self.model.acted(flow, self.model.limited(moved)))
