@@ -15,6 +15,7 @@ from pelagos.sim.driver import Driver, Wrench
 from pelagos.sim.set_points import columns, exact
 from pelagos.sim.state import mixed
 from pelagos.sim.trajectory import Trajectory
+from pelagos.vehicles.nearby import Walls
 
 
 @dataclass
@@ -132,7 +133,7 @@ class BatchRun:
 
     def advance(
         self, driver: Driver, ocean: Ocean, tick: int, ticks: int, wrench: Wrench | None, *, every: bool,
-        factors: list[Array],
+        factors: list[Array], walls: Walls | None = None,
     ) -> tuple[Array, Trajectory]:  # fmt: skip
         """The packed state after a block of ticks, and the motion in it; `factors` are those that the driver names.
 
@@ -151,6 +152,7 @@ class BatchRun:
                 ticks=ticks,
                 wrench=wrench,
                 every=every,
+                walls=walls,
             )
             made.append((order.rows, *step))
         _, state, trajectory = made[0]

@@ -13,6 +13,7 @@ from pelagos import jit
 from pelagos.jit import Array
 from pelagos.ocean.ocean import Ocean
 from pelagos.sim.trajectory import CHANNELS, Trajectory, channels
+from pelagos.vehicles.nearby import Walls
 from pelagos.vehicles.state import VehicleState, channels_of, pack, unpack
 from pelagos.vehicles.tables import Tables
 from pelagos.vehicles.varied import varied
@@ -80,6 +81,7 @@ class Driver:
         ticks: int,
         wrench: Wrench | None = None,
         every: bool = True,
+        walls: Walls | None = None,
     ) -> tuple[Array, Trajectory]:
         """Advance from `tick` by `ticks`, with a constant command and outside wrench (FRD, about the body's origin).
 
@@ -92,12 +94,14 @@ class Driver:
             ticks: how far.
             wrench: two `Array3f64` of n lanes.
             every: the motion of every tick is asked for, not that of the last alone.
+            walls: near the vehicles, of this tick.
 
         Returns:
             The new state, packed, and the motion at ticks `tick + 1 .. tick + ticks`, or at the last of them.
         """
+        constants = self._constants if walls is None else self._beside(walls)
         if self.vehicle.model.on_host:
-            return self._plain(state, command, ocean, mode, tick, ticks, wrench)
+            return self._plain(state, command, ocean, mode, tick, ticks, wrench, constants)
         rows = ticks if every else 1
         key = (rows, mode, wrench is None, every)  # with the last tick alone, one recording serves all lengths
         if key not in self._frozen:
@@ -106,7 +110,7 @@ class Driver:
         if ticks not in self._counts:
             self._counts[ticks] = dr.opaque(jit.UInt32, ticks)  # the same kernel for all lengths
         at, rest = dr.opaque(jit.UInt32, tick), () if wrench is None else (wrench,)
-        new, packed = self._frozen[key](state, command, ocean, at, self._counts[ticks], self._constants, *rest)
+        new, packed = self._frozen[key](state, command, ocean, at, self._counts[ticks], constants, *rest)
         return new, Trajectory(packed=packed, n=self._n, ticks=rows, first_tick=tick + ticks + 1 - rows)
 
     def lanes(self, command: list[Array]) -> tuple[Vehicle, list[Array]]:
@@ -115,6 +119,12 @@ class Driver:
             return self.vehicle, command
         count = len(command) - len(self.vary)
         return varied(self.vehicle, dict(zip(self.vary, command[count:], strict=True))), command[:count]
+
+    def _beside(self, walls: Walls) -> _Constants:
+        """The constants with walls; their own classes have no place for these (`jit.without_constants`)."""
+        c, tables = self._constants, self.vehicle.tables
+        found = Tables(None, None, walls) if tables is None else Tables(tables.thrusters, tables.hull, walls)
+        return _Constants(c.h, c.copies, c.no_wrench, found)
 
     def _plain(
         self,
@@ -125,9 +135,10 @@ class Driver:
         tick: int,
         ticks: int,
         wrench: Wrench | None,
+        c: _Constants,
     ) -> tuple[Array, Trajectory]:
         """The same tick by tick, unrecorded, for a vehicle with a term in NumPy."""
-        c, state = self._constants, self.unpack(packed)
+        state = self.unpack(packed)
         force, rows = c.no_wrench if wrench is None else wrench, []
         vehicle, command = self.lanes(command)
         for i in range(tick, tick + ticks):

@@ -15,6 +15,7 @@ from pelagos.sensors.comms.link.traffic import Traffic
 from pelagos.sim.batch import Batch
 from pelagos.sim.batch_run import BatchRun
 from pelagos.sim.bodies import Bodies
+from pelagos.sim.boundaries import Boundaries
 from pelagos.sim.contacts import Contacts
 from pelagos.sim.driver import Wrench
 from pelagos.sim.encounters import Encounters
@@ -75,7 +76,7 @@ class Stepper:
         self._endings = Endings(model, self.episodes)
         self.variety = Variety(model)
         self.missions = Missions(model)
-        self.contacts = Contacts(model, bodies)
+        self.contacts, self._boundaries = Contacts(model, bodies), Boundaries(model)
         self.traffic = Traffic(encounters.medium, self.episodes)
         self._schedule = Schedule(model, bodies, self.missions, listeners)
         self.runs: dict[str, BatchRun] = {}
@@ -297,7 +298,7 @@ class Stepper:
         """Ticks until the outside may act; one at a time where a hull may touch."""
         ticks = self._schedule.end(self.tick, last, wait=wait) - self.tick
         self._close = self.contacts.possible(self._motions(), ticks)
-        return 1 if self._close else ticks
+        return 1 if self._close or self._boundaries.any else ticks
 
     def _motions(self) -> dict[str, NDArray[np.float64]]:
         return {name: run.row for name, run in self.runs.items()}
@@ -319,9 +320,8 @@ class Stepper:
         every = bool(batch.sensors) or self.logged or batch.rows == 1
         self.in_own_water(batch)
         factors = self.variety.factors(batch, self.episodes)
-        made = self.runs[name].advance(
-            batch.driver, self._model.ocean, self.tick, ticks, wrench, every=every, factors=factors
-        )
+        run, ocean, walls = self.runs[name], self._model.ocean, self._boundaries.walls(batch, self.runs[name].row)
+        made = run.advance(batch.driver, ocean, self.tick, ticks, wrench, every=every, factors=factors, walls=walls)
         self.timings.add(f"{name}.dynamics", start)
         return made
 

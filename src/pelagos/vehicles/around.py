@@ -14,6 +14,7 @@ from pelagos.math.so3 import matrix
 from pelagos.vehicles.flow import Flow, Seaway, make_flow
 from pelagos.vehicles.integrate import Rigid
 from pelagos.vehicles.seakeeping import speed_along
+from pelagos.vehicles.nearby import planes_of
 from pelagos.vehicles.stream import Stream, current_at, stream_at
 from pelagos.vehicles.tables import Tables
 from pelagos.vehicles.wave_flow import WaveFlow, along_hull, surface_under
@@ -37,6 +38,8 @@ def flow_around(config: VehicleConfig, model: Model, rigid: Rigid, ocean: Any, t
         tables: what the model reads on the device.
     """
     flow = _water(config, model, rigid, ocean, t, tables)
+    if model.images and tables is not None:
+        flow.planes = planes_of(tables.walls, rigid.position, flow.rotation)
     if ocean is not None and model.wetting is not None:
         flow.wet = model.wetting.of(flow)
         if isinstance(model.wetting, Floating):

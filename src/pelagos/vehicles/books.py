@@ -5,11 +5,14 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
+import drjit as dr
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from pelagos import jit
 from pelagos.errors import CommandError
+from pelagos.hydro.algebra import matvec, transpose
+from pelagos.hydro.images import Plane
 from pelagos.jit import Array
 from pelagos.vehicles.flow import CurrentRotation, make_flow, rotation_from_euler
 
@@ -17,6 +20,7 @@ if TYPE_CHECKING:
     from pelagos.vehicles.tables import Tables
     from pelagos.vehicles.vehicle import Vehicle
 
+_UNIT = 1e-6  # rounding of a normal's length
 _MOMENT_S = 1e-6  # what comes aboard in so little counts as its rate
 _KEPT = 16  # recordings, one a size
 
@@ -28,10 +32,16 @@ class Accelerations:
         self._model = vehicle.model
         self._rotation: CurrentRotation = vehicle.config.current_rotation
         self._tables = vehicle.tables
-        self._frozen: dict[int, Callable[..., Any]] = {}
+        self._frozen: dict[tuple[int, int], Callable[..., Any]] = {}
 
     def __call__(
-        self, eta: ArrayLike, nu: ArrayLike, actuators: ArrayLike, command: ArrayLike, current: ArrayLike
+        self,
+        eta: ArrayLike,
+        nu: ArrayLike,
+        actuators: ArrayLike,
+        command: ArrayLike,
+        current: ArrayLike,
+        walls: ArrayLike = (),
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """See `Vehicle.accelerations`."""
         k = len(self._model.actuators)
@@ -48,12 +58,25 @@ class Accelerations:
             if len(r) not in (1, n):
                 raise CommandError(f"{name} has {len(r)} rows where others have {n}")
         data = [columns(np.broadcast_to(r, (n, r.shape[1]))) for r in rows.values()]
-        if n not in self._frozen:
+        planes = self._planes(walls)
+        size = n, len(planes)
+        if size not in self._frozen:
             if len(self._frozen) >= _KEPT:
                 self._frozen.clear()
-            self._frozen[n] = self._evaluate if self._model.on_host else jit.freeze(self._evaluate)
-        nu_dot, rates = self._frozen[n](*data, self._tables)
+            self._frozen[size] = self._evaluate if self._model.on_host else jit.freeze(self._evaluate)
+        nu_dot, rates = self._frozen[size](*data, self._tables, planes)
         return _table(nu_dot, n), _table(rates, n)
+
+    def _planes(self, walls: ArrayLike) -> list[list[Array]]:
+        """Normal and distance of each."""
+        given = np.asarray(walls, dtype=np.float64)
+        rows = np.empty((0, 4)) if given.size == 0 else _rows(given, 4, "walls")
+        if len(rows) and not self._model.images:
+            raise CommandError("this vehicle has no `boundary` term, by which it would feel walls")
+        lengths = np.linalg.norm(rows[:, :3], axis=1)
+        if (np.abs(lengths - 1) > _UNIT).any():
+            raise CommandError(f"walls: a normal has the length {lengths[np.argmax(np.abs(lengths - 1))]:g}, not 1")
+        return [[dr.opaque(jit.Float64, float(x)) for x in row] for row in rows]
 
     def _evaluate(
         self,
@@ -63,9 +86,11 @@ class Accelerations:
         command: list[Array],
         current: list[Array],
         tables: Tables | None,
+        planes: list[list[Array]],
     ) -> tuple[list[Array], list[Array]]:
         rotation = rotation_from_euler(*eta[3:])
         flow = make_flow(eta[:3], rotation, nu, current, current_rotation=self._rotation)
+        flow.planes = [Plane(plane[3], matvec(transpose(rotation), plane[:3])) for plane in planes]
         rates = self._model.rates(actuators, command, flow)
         flow.growth = self._model.growth(flow, actuators, command, _MOMENT_S)
         nu_dot = self._model.nu_dot(flow, self._model.limited(actuators), tables=tables)

@@ -84,7 +84,7 @@ def battery(config: BatteryConfig) -> Battery:
 def build_modes(config: VehicleConfig, model: Model) -> dict[str, Controller]:
     """Control laws by name."""
     plant = Plant(model, config.body)
-    modes = {name: mode.build(plant) for name, mode in config.modes.items() if mode is not None}
+    modes: dict[str, Controller] = {name: mode.build(plant) for name, mode in config.modes.items() if mode is not None}
     carried = tuple(model.carriers)
     if not carried:
         return modes

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Literal, TypeAlias
 
 import drjit as dr
 
 from pelagos.hydro.algebra import Matrix, Vector, add, cross, matvec, minus, total, transpose
+from pelagos.hydro.images import Plane
 from pelagos.jit import Array
 from pelagos.vehicles.wetness import Wetness
 
@@ -60,6 +61,7 @@ class Flow:
         water_acceleration: of the water that goes along, and of the line of it along the hull, body axes (6) [m/s^2],
             [rad/s^2]; None where it is steady.
         wash: flow from ahead along the axis of the thruster that looks, which jets of others bring [m/s]; None: none.
+        planes: near the vehicle, where a term feels them; empty: all are far.
         growth: of the mass matrix by what comes aboard in a step `(6, 6)` a second; None: nothing does.
     """
 
@@ -83,6 +85,7 @@ class Flow:
     step: Array | None = None
     wash: Array | None = None
     growth: Matrix | None = None
+    planes: Sequence[Plane] = ()
 
     @property
     def nu_c(self) -> list[Array]:

@@ -40,6 +40,7 @@ from pelagos.vehicles.control.velocity import VelocityConfig
 from pelagos.vehicles.control.world_acceleration import WorldAccelerationConfig
 from pelagos.vehicles.terms.air import WingConfig
 from pelagos.vehicles.terms.blunt_lift import BluntLiftConfig
+from pelagos.vehicles.terms.boundary import BoundaryConfig
 from pelagos.vehicles.terms.crossflow import CrossFlowConfig, ObliqueCrossFlowConfig
 from pelagos.vehicles.terms.damping import (
     CubicDampingConfig,
@@ -59,6 +60,7 @@ from pelagos.vehicles.terms.windage import WindageConfig
 
 TermConfig: TypeAlias = Annotated[
     BluntLiftConfig
+    | BoundaryConfig
     | CrossFlowConfig
     | CubicDampingConfig
     | DerivativesConfig

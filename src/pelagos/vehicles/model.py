@@ -29,6 +29,7 @@ from pelagos.vehicles.interaction import Interaction
 from pelagos.vehicles.part import Body, numbers
 from pelagos.vehicles.seakeeping import Seakeeping
 from pelagos.vehicles.tables import Tables
+from pelagos.vehicles.terms.boundary import Boundary
 from pelagos.vehicles.wetness import Keeps, Place, Wetness, Wetting, shares_of
 
 
@@ -269,9 +270,17 @@ class Model:
     def inertia_in(self, flow: Flow) -> Inertia:
         """Mass and added mass, which in waves may be a panel method's, with what is carried by the actuators' states."""
         inertia = self.inertia if flow.seaway is None or self.sea_inertia is None else self.sea_inertia
+        for term in self.images:
+            added = [add(row, more) for row, more in zip(inertia.added, term.image_mass(flow), strict=True)]
+            inertia = replace(inertia, added=added, inverse=None)
         if not self.carriers or not flow.actuators:
             return inertia
         return carrying(inertia, [carrier.cargo(flow.actuators[name], flow) for name, carrier in self.carriers.items()])
+
+    @property
+    def images(self) -> list[Boundary]:
+        """Terms that change the added mass near a plane."""
+        return [term for term in self.terms.values() if isinstance(term, Boundary)]
 
     @property
     def carriers(self) -> dict[str, Carrier]:

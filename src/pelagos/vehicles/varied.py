@@ -12,6 +12,7 @@ from pelagos.jit import Array
 from pelagos.vehicles.actuators.lag import Lag
 from pelagos.vehicles.flow import Flow
 from pelagos.vehicles.model import Inertia, Model
+from pelagos.vehicles.terms.boundary import Boundary
 from pelagos.vehicles.vehicle import Vehicle
 from pelagos.vehicles.wetness import Keeps
 
@@ -30,7 +31,7 @@ def check_names(vehicle: Vehicle, names: Iterable[str], where: str) -> None:
         general.remove("thrust")
     if not any(_lags(a) for a in actuators):
         general.remove("lag")
-    known = [*general, *vehicle.model.terms]
+    known = [*general, *(n for n, t in vehicle.model.terms.items() if not isinstance(t, Boundary))]
     for name in names:
         if name not in known:
             raise LookupFailed("parameter of the vehicle", name, known, where=where)

@@ -163,24 +163,25 @@ class Vehicle:
         actuators: ArrayLike,
         command: ArrayLike,
         current: ArrayLike = (0.0, 0.0, 0.0),
+        walls: ArrayLike = (),
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Accelerations of the model as published, NED and FRD as the books have it.
 
         Args:
             eta: `(n, 6)` x, y, z NED [m], phi, theta, psi [rad].
             nu: `(n, 6)` over ground [m/s], [rad/s].
-            actuators: `(n, k)` states, in the order of `actuator_names` (and behind them what `third_order` ones keep).
+            actuators: `(n, k)` states, in the order of `actuator_names`, and behind them what some keep beside.
             command: `(n, k)` commands to them.
             current: `(3,)` or `(n, 3)` velocity of the water, NED [m/s].
+            walls: `(k, 4)` unit normal NED towards the vehicle, and distance of its origin [m]; for `boundary` terms.
 
         Returns:
-            nu_dot `(n, 6)`, and the rate of the actuators' states `(n, k)`; one that is beyond its limits comes back
-            to them in 1 s.
+            nu_dot `(n, 6)`, and the rate of the actuators' states `(n, k)`; beyond its limits one is back in 1 s.
 
         Raises:
             CommandError: a wrong shape, or a value that is not finite.
         """
-        return self._accelerations(eta, nu, actuators, command, current)
+        return self._accelerations(eta, nu, actuators, command, current, walls)
 
     # the simulator's face
 
@@ -192,8 +193,7 @@ class Vehicle:
         angular_velocity: NDArray[np.float64] | None = None,
     ) -> VehicleState:
         """A fleet at `position` `(n, 3)` NWU, `attitude` `(n, 4)` FLU -> NWU, velocities `(n, 3)` FLU."""
-        n = len(position)
-        still = np.zeros((n, 3))
+        n, still = len(position), np.zeros((len(position), 3))
         zero = [dr.zeros(jit.Array3f64, n) for _ in range(5)]
         state = VehicleState(
             position=zero[0],
@@ -264,14 +264,13 @@ class Vehicle:
             mode: of `modes`.
             tables: `Vehicle.tables`; a frozen function must be handed them as an argument.
         """
-        f64 = jit.Float64
         tables = self._needed(tables, ocean)
         rigid = Rigid([*state.position], state.attitude, [*state.velocity, *state.angular_velocity])
         flow = self._flow_of_step(rigid, state, ocean, t, h, tables)
         controller = self._controller(mode)
         memory = self._begin(state, controller, mode, flow)
         demand, kept = controller.act(memory, flow, list(command), h)
-        commands = [f64(demand.actuators.get(name, 0.0)) for name in self.model.actuators]
+        commands = [jit.Float64(demand.actuators.get(name, 0.0)) for name in self.model.actuators]
         outside, radiation = self._outside(state, flow, demand, wrench, h)
         moved = [*state.actuators, *state.actuator_memory]
         growth = self.model.growth(flow, moved, commands, h)
@@ -291,7 +290,7 @@ class Vehicle:
             new, nu_dot = runge_kutta(rigid, accelerate, h, so3.matrix)
         else:
             new, nu_dot = semi_implicit(rigid, accelerate, flow.rotation, h)
-        moved = [f64(a) for a in [*self.model.advanced(moved, commands, h, flow), *radiation]]
+        moved = [jit.Float64(a) for a in [*self.model.advanced(moved, commands, h, flow), *radiation]]
         return VehicleState(
             position=jit.Array3f64(*new.position),
             attitude=new.attitude,
@@ -300,8 +299,8 @@ class Vehicle:
             acceleration=jit.Array3f64(*nu_dot[:3]),
             angular_acceleration=jit.Array3f64(*nu_dot[3:]),
             **self.sizes.lists(moved),
-            mode=f64(self._mode_number[mode]),
-            controller=[*(f64(m) for m in kept), *state.controller[len(kept) :]],
+            mode=jit.Float64(self._mode_number[mode]),
+            controller=[*(jit.Float64(m) for m in kept), *state.controller[len(kept) :]],
         )
 
     def _flow_of_step(

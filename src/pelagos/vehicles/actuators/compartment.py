@@ -9,7 +9,7 @@ import drjit as dr
 from pydantic import Field, model_validator
 
 from pelagos.errors import CommandError
-from pelagos.hydro.algebra import Vector, add, dot, minus, total
+from pelagos.hydro.algebra import Vector, add, dot, total
 from pelagos.hydro.flooding import ATMOSPHERE_PA, boyle_head, boyle_limit, through_orifice
 from pelagos.hydro.liquid import box_liquid_center, box_liquid_level
 from pelagos.jit import Array

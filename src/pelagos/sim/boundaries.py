@@ -1,0 +1,102 @@
+"""Ground and walls near the vehicles that feel them, found by rays at the beginning of every tick."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, Final
+
+import drjit as dr
+import numpy as np
+from numpy.typing import NDArray
+
+from pelagos import jit
+from pelagos.jit import Array
+from pelagos.math.frames import flip_yz
+from pelagos.math.so3 import rotate
+from pelagos.raycast.caster import Caster
+from pelagos.raycast.rays import NO_BODY, Rays
+from pelagos.sim.batch import Batch
+from pelagos.sim.model import Model
+from pelagos.sim.set_points import vectors
+from pelagos.vehicles.nearby import Walls
+
+_LENGTHS: Final = 2.0  # reach of the rays: beyond it a spheroid's added mass changes by less than 1e-3
+_FAR_M: Final = 1e6
+_STEEP: Final = 0.5  # part of a unit normal along z: what is steeper than 60 degrees is a wall, the rest is ground
+_SIDES: Final = ((1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0))  # ahead, port, astern, starboard
+_RAYS: Final = 1 + len(_SIDES)
+
+
+class Boundaries:
+    """Finds the planes near vehicles with a term that feels them.
+
+    Attributes:
+        any: there are such vehicles, which are looked after in every tick.
+    """
+
+    def __init__(self, model: Model) -> None:
+        self._model = model
+        self._calls: dict[str, tuple[Callable[..., Walls], tuple[Any, ...]]] = {}
+        self.any = any(batch.vehicle.model.images for batch in model.batches.values())
+
+    def walls(self, batch: Batch, row: NDArray[np.float64]) -> Walls | None:
+        """Ground and walls near the vehicles of a batch, from its motion `(rows, CHANNELS)` now; None: nothing is asked
+        for, or there is nothing that stands.
+        """
+        if not batch.vehicle.model.images or self._model.scene.static is None:
+            return None
+        if batch.name not in self._calls:
+            self._calls[batch.name] = self._build(batch)
+        call, arguments = self._calls[batch.name]
+        attitude = jit.Array4f64(np.ascontiguousarray(row[:, 3:7].T))
+        position = vectors(row[:, 0:3])
+        dr.make_opaque(attitude, position)
+        return call(position, attitude, *arguments)
+
+    def _build(self, batch: Batch) -> tuple[Callable[..., Walls], tuple[Any, ...]]:
+        reach = dr.opaque(jit.Float, _LENGTHS * batch.vehicle.config.length_m)
+        return self._model.scene.compile(_look(batch.rows)), (reach,)
+
+
+def _look(n: int) -> Callable[..., Walls]:
+    def look(caster: Caster, position: Array, attitude: Array, reach: Array) -> Walls:
+        lane = dr.arange(jit.UInt32, n * _RAYS)
+        vehicle, ray = lane % n, lane // n  # of one direction after another
+        q = dr.gather(jit.Array4f64, attitude, vehicle)
+        forward = rotate(q, jit.Array3f64(1.0, 0.0, 0.0))
+        flat = dr.sqrt(dr.square(forward[0]) + dr.square(forward[1]))
+        stands = flat < 1e-6  # nose up: any direction will do
+        x = dr.select(stands, 1.0, forward[0] / dr.maximum(flat, 1e-6))
+        y = dr.select(stands, 0.0, forward[1] / dr.maximum(flat, 1e-6))
+        direction = jit.Array3f64(0.0, 0.0, -1.0) + jit.Array3f64(0 * x, 0 * x, 0 * x)
+        for k, (ahead, port) in enumerate(_SIDES):
+            side = jit.Array3f64(ahead * x - port * y, ahead * y + port * x, 0 * x)
+            direction = dr.select(ray == k + 1, side, direction)
+        origin = dr.gather(jit.Array3f64, position, vehicle)
+        hits = Caster(caster.static, None, caster.tables).cast(Rays(
+            origin, jit.Array3f(direction), jit.Float(reach), vehicle, dr.full(jit.UInt32, NO_BODY, n * _RAYS)
+        ))  # fmt: skip
+        normal = jit.Array3f64(hits.normal)
+        wall = dr.abs(normal[2]) < _STEEP
+        gap = jit.Float64(hits.t) * dr.abs(dr.dot(normal, direction))
+        gap = dr.select(
+            hits.valid & (wall == (ray > 0)), gap, _FAR_M
+        )  # level ground that slopes up to a side is ground
+        normal = dr.select(gap < _FAR_M, normal, -direction)
+        dr.eval(gap, normal)
+        points, normals = [], []
+        for rays in (range(1), range(1, _RAYS)):
+            nearest, toward = None, None
+            for k in rays:
+                at = dr.arange(jit.UInt32, n) + k * n
+                d, m = dr.gather(jit.Float64, gap, at), dr.gather(jit.Array3f64, normal, at)
+                if nearest is None:
+                    nearest, toward = d, m
+                else:
+                    toward = dr.select(d < nearest, m, toward)
+                    nearest = dr.minimum(d, nearest)
+            points.append(flip_yz(position - nearest * toward))
+            normals.append(flip_yz(toward))
+        return Walls(points, normals)
+
+    return look

@@ -1,0 +1,76 @@
+"""Ground and walls that vehicles with a `boundary` term feel in simulations."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import pelagos as pl
+
+SUCTION = {"terms": {"near": {"type": "boundary"}}}
+
+
+def scenario(count=1, depth=9.75, **vehicle):
+    return {
+        "world": {"type": "flat", "depth_m": 10.0}, "tick_rate_hz": 50, "duration_s": 10,
+        "agents": {
+            f"auv{i}": {
+                "vehicle": {"type": "remus100", **vehicle}, "control": "actuators",
+                "start": {"position_m": [0.0, 30.0 * i], "depth_m": depth - 0.1 * i, "speed_mps": 1.5},
+            }
+            for i in range(count)
+        },
+    }  # fmt: skip
+
+
+def test_bottom_of_the_world_is_the_plane_below():
+    """The acceleration of the first step is that of `Vehicle.accelerations` with the bottom 0.25 m below."""
+    sim = pl.Simulation.load(scenario(**SUCTION))
+    far = pl.Simulation.load(scenario(depth=5.0, **SUCTION))
+    plain = pl.Simulation.load(scenario(depth=5.0))
+    for one in (sim, far, plain):
+        one.step(ticks=1)
+    assert far.state["auv0"].velocity == pytest.approx(plain.state["auv0"].velocity, abs=1e-9)
+    vehicle = pl.Vehicle.from_dict({"type": "remus100", **SUCTION})
+    still = np.zeros((1, len(vehicle.actuator_names)))
+    eta, nu = [[0, 0, 9.75, 0, 0, 0]], [[1.5, 0, 0, 0, 0, 0]]
+    near = vehicle.accelerations(eta, nu, still, still, walls=[[0, 0, -1.0, 0.25]])[0]
+    away = vehicle.accelerations(eta, nu, still, still)[0]
+    drawn = (sim.state["auv0"].velocity - far.state["auv0"].velocity)[0] * 50
+    assert near[0, 2] - away[0, 2] > 1e-3  # down
+    assert drawn * [1, -1, -1] == pytest.approx((near - away)[0, :3], rel=1e-2, abs=1e-5)
+
+
+def test_lanes_and_blocks_are_as_alone():
+    """Vehicles in one batch, and ticks in one call or one by one, give the same bytes."""
+    both, alone, again = (pl.Simulation.load(scenario(k, **SUCTION)) for k in (2, 1, 1))
+    both.step(ticks=40)
+    alone.step(ticks=40)
+    for _ in range(40):
+        again.step()
+    assert (both.state["auv0"].position == alone.state["auv0"].position).all()
+    assert (again.state["auv0"].position == alone.state["auv0"].position).all()
+
+
+def test_checkpoint_goes_on_near_the_bottom():
+    sim = pl.Simulation.load(scenario(**SUCTION))
+    sim.step(ticks=17)
+    kept = sim.checkpoint()
+    sim.step(ticks=20)
+    there = sim.state["auv0"].position.copy()
+    sim.restore(kept)
+    sim.step(ticks=20)
+    assert (sim.state["auv0"].position == there).all()
+
+
+def test_wall_beside_draws_the_hull():
+    """A wall on the port side, 0.4 m away, beside one at 30 m that nobody feels."""
+    given = scenario(depth=4.0, **SUCTION)
+    given["world"] = {"type": "flat", "depth_m": 10.0}
+    sim, free = pl.Simulation.load(given), pl.Simulation.load(given)
+    walls = sim.stepper._boundaries
+    batch = next(iter(sim.model.batches.values()))
+    found = walls.walls(batch, sim.stepper.runs[batch.name].row)
+    assert [float(p[2][0]) for p in found.points][0] > 1e5  # 6 m below: beyond two lengths
+    assert np.allclose([float(c[0]) for c in found.normals[0]], [0, 0, -1])
+    assert free.stepper._boundaries.any
