@@ -1,10 +1,10 @@
 """A leak, a drop weight, and whether the vehicle comes up: three REMUS 100 at 25 m, one figure.
 
-`python examples/vehicle_flooding.py FILE.png` opens a hole of 20 mm^2 in a dry bay of 4 litres of each after 10 s. The air
-of the first is shut in: the whole pressure of the depth drives the water until Boyle's law stops it, its 1.3 kg of
-reserve are gone, and it sinks to the bottom. The second is the same, and drops 5 kg of lead after 60 s: it rises, and the
-air pushes the water out again. The air of the third leaves through a vent, so that only the 10 cm between hole and vent
-drive the water: it reaches the surface long before its reserve is gone.
+`python examples/vehicle_flooding.py FILE.png` opens a hole of 20 mm^2 in a dry bay of 4 litres of each after 10 s. The
+air of the first is shut in: the whole pressure of the depth drives the water until Boyle's law stops it, its 1.3 kg of
+reserve are gone, and it sinks to the bottom. The second is the same, and drops 5 kg of lead after 60 s: it rises, and
+the air pushes the water out again. The air of the third leaves through a vent, so that only the 10 cm between hole and
+vent drive the water: it reaches the surface long before its reserve is gone.
 """
 
 from __future__ import annotations

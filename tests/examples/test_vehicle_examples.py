@@ -60,6 +60,13 @@ def test_thruster_losses(tmp_path, capsys, monkeypatch):
     assert "'open disc': 0.5," in said
     assert "'0 deg': 0.43," in said
     assert (tmp_path / "losses.png").stat().st_size > 10_000
+def test_near_bottom(tmp_path):
+    """The bottom holds back what the hull's buoyancy lifts off it."""
+    found = runpy.run_path(str(EXAMPLES / "vehicle_near_bottom.py"))["main"](str(tmp_path / "near.png"))
+    assert found[0] < found[1] - 0.01
+    assert (tmp_path / "near.png").stat().st_size > 10_000
+
+
 def test_flooding(tmp_path):
     """Boyle's law leaves V0 p0/p of the air: 4 l x (1 - 10.07/(10.07 + 60)) = 3.4 l on the bottom at 60 m."""
     found = runpy.run_path(str(EXAMPLES / "vehicle_flooding.py"))["main"](str(tmp_path / "flooding.png"))

@@ -11,7 +11,6 @@ import pytest
 import pelagos as pl
 from pelagos import jit
 from pelagos.errors import CommandError, ScenarioError
-from pelagos.hydro import images
 from pelagos.hydro.images import Plane, image_added_mass, image_energy_gradient, spheroid_dipoles
 from pelagos.vehicles.nearby import Walls
 from pelagos.vehicles.tables import Tables
@@ -22,8 +21,7 @@ SPHERE_KG = 4 / 3 * math.pi * A**3 * RHO
 
 
 def matrix(body, distance, normal, sign=1.0):
-    plane = Plane(jit.Float64(distance), [jit.Float64(float(x)) for x in normal], sign)
-    return np.array([[float(np.ravel(e)[0]) for e in row] for row in image_added_mass(body, plane)])
+    return np.array(image_added_mass(body, Plane(float(distance), [float(x) for x in normal], sign)))
 
 
 def sphere():
@@ -41,18 +39,29 @@ def test_sphere_has_lambs_added_mass(distance):
         assert np.allclose(matrix(sphere(), distance, normal, -1.0)[:3, :3], -np.diag(part) * SPHERE_KG / 2, rtol=1e-12)
 
 
-def test_long_hull_has_the_added_mass_of_its_strips(monkeypatch):
+def test_long_hull_has_the_added_mass_of_its_strips():
     """Of a strip, two dipoles of strength 2 S a distance 2 d apart: rho S b^2/(2 d^2), each of its own b(x)."""
-    monkeypatch.setattr(images, "_NODES", 120)
     half, b, d = 4.0, 0.04, 0.3
     mass = 4 / 3 * math.pi * half * b * b * RHO
-    body = spheroid_dipoles([half, b, b], [0.0] * 3, [0.0, mass, mass], mass, RHO)
+    body = spheroid_dipoles([half, b, b], [0.0] * 3, [0.0, mass, mass], mass, RHO, count=120)
     strips = RHO * math.pi * b**4 / (2 * d * d) * half * 16 / 15  # the integral of (1 - x^2)^2
     found = matrix(body, d, [0, 0, -1.0])
     assert found[2, 2] == pytest.approx(strips, rel=0.06)  # (2 d/half)^2 ln(half/2 d) = 6 %: the ends
     assert found[1, 1] == pytest.approx(strips, rel=0.06)
     turning = RHO * math.pi * b**4 / (2 * d * d) * half**3 * (2 / 3 - 4 / 5 + 2 / 7)
     assert found[4, 4] == pytest.approx(turning, rel=0.1)
+
+
+def test_row_of_dipoles_stands_for_a_continuous_one():
+    """A hull of the REMUS's shape: suction ahead and abeam against 80 dipoles, from the nearest distance on."""
+    half, mass = [0.8, 0.095, 0.095], 27.0
+    row, fine = (spheroid_dipoles(half, [0.0] * 3, [0.03 * mass, mass, mass], mass, RHO, count=k) for k in (None, 80))
+    assert row.nearest == pytest.approx(1.5 * 0.095, rel=0.05)
+    for ratio, most in ((1.0, 0.1), (1.4, 5e-3), (3.0, 1e-6)):
+        plane = Plane(ratio * row.nearest, [0.0, 0.0, -1.0])
+        for nu in ([1.5, 0, 0, 0, 0, 0], [0, 0.5, 0, 0, 0, 0]):
+            pulls = [image_energy_gradient(b, plane, nu)[0] for b in (row, fine)]
+            assert pulls[0] == pytest.approx(pulls[1], rel=most)
 
 
 BODY = spheroid_dipoles([0.9, 0.2, 0.2], [0.05, 0.02, -0.03], [8.0, 70.0, 75.0], 150.0, RHO)

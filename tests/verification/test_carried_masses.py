@@ -18,10 +18,11 @@ from pelagos.vehicles.flow import make_flow, rotation_from_euler
 
 RHO, G = 1026.0, 9.81
 MASS, INERTIA, CG, CB, VOLUME = 31.0, (0.9, 2.1, 2.3), (0.03, -0.02, 0.04), (0.01, 0.005, -0.03), 0.032
+ABOUT_CG = np.diag(INERTIA)
 ADDED = (3.0, 14.0, 17.0, 0.2, 1.1, 1.3)
 
 
-def body(mass=MASS, inertia=np.diag(INERTIA), cg=CG, cb=CB, volume=VOLUME, **changes):
+def body(mass=MASS, inertia=ABOUT_CG, cg=CG, cb=CB, volume=VOLUME, **changes):
     products = (-inertia[0, 1], -inertia[0, 2], -inertia[1, 2])
     return {
         "type": "custom", "length_m": 1.2, "beam_m": 0.5, "height_m": 0.5, "default_mode": "actuators",
@@ -305,7 +306,8 @@ def test_pump_and_valve():
     assert follow(pumped, (5.0, 4.4), 0.05, 10.0, command=0.01) == pytest.approx(0.04)
     assert follow(pumped, (5.0, 4.4), 0.05, 60.0, command=0.01) == pytest.approx(0.01)
     leak = law(vent_m=(0.0, 0.0, -0.3), pump_m3_s=1e-3)  # 0.6 x 2e-4 x sqrt(2 g 5): 1.19e-3 m^3/s at first
-    assert follow(leak, (5.0, -0.1), 0.0, 10.0, h=0.01) == pytest.approx(10 * (0.6 * 2e-4 * math.sqrt(2 * G * 5) - 1e-3), rel=0.02)  # fmt: skip
+    net = 0.6 * 2e-4 * math.sqrt(2 * G * 5) - 1e-3
+    assert follow(leak, (5.0, -0.1), 0.0, 10.0, h=0.01) == pytest.approx(10 * net, rel=0.02)
     late = law(vent_m=(0.0, 0.0, -0.3), opens_after_s=4.0)
     assert follow(late, (5.0, -0.1), 0.0, 4.0) == 0.0
     rate = 0.6 * 2e-4 * math.sqrt(2 * G)  # the level in 0.2 m^2 rises against it
@@ -357,7 +359,8 @@ def test_damaged_hull_floats_deeper():
 def test_flooded_vehicle_sinks_when_the_reserve_is_gone(volume, sinks):
     """1 kg of reserve: 0.4 kg of water leave it rising, 3 kg sink it."""
     size = (0.3, 0.1, volume / 0.03)
-    tank = {"type": "compartment", "size_m": size, "position_m": (0.0, 0.0, 0.05), "hole_m": (0.0, 0.0, 0.05 + size[2] / 2),
+    low = 0.05 + size[2] / 2
+    tank = {"type": "compartment", "size_m": size, "position_m": (0.0, 0.0, 0.05), "hole_m": (0.0, 0.0, low),
             "vent_m": (0.0, 0.0, 0.05 - size[2] / 2), "orifice_m2": 1e-3}  # fmt: skip
     config = body(volume=(MASS + 1.0) / RHO, actuators={"tank": tank}, cg=(0, 0, 0.03), cb=(0, 0, -0.03))
     config["terms"]["damping"] = {"type": "linear_damping", "diagonal": (50, 50, 50, 9, 9, 9)}

@@ -85,18 +85,20 @@ def _look(n: int) -> Callable[..., Walls]:
         normal = dr.select(gap < _FAR_M, normal, -direction)
         dr.eval(gap, normal)
         points, normals = [], []
-        for rays in (range(1), range(1, _RAYS)):
-            nearest, toward = None, None
-            for k in rays:
-                at = dr.arange(jit.UInt32, n) + k * n
-                d, m = dr.gather(jit.Float64, gap, at), dr.gather(jit.Array3f64, normal, at)
-                if nearest is None:
-                    nearest, toward = d, m
-                else:
-                    toward = dr.select(d < nearest, m, toward)
-                    nearest = dr.minimum(d, nearest)
+        for first, *others in ([0], [*range(1, _RAYS)]):
+            nearest, toward = _of(gap, normal, n, first)
+            for k in others:
+                d, m = _of(gap, normal, n, k)
+                toward = dr.select(d < nearest, m, toward)
+                nearest = dr.minimum(d, nearest)
             points.append(flip_yz(position - nearest * toward))
             normals.append(flip_yz(toward))
         return Walls(points, normals)
 
     return look
+
+
+def _of(gap: Array, normal: Array, n: int, ray: int) -> tuple[Array, Array]:
+    """Distance and normal that one ray of each of n vehicles found."""
+    at = dr.arange(jit.UInt32, n) + ray * n
+    return dr.gather(jit.Float64, gap, at), dr.gather(jit.Array3f64, normal, at)

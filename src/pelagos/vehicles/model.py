@@ -268,7 +268,7 @@ class Model:
         return found
 
     def inertia_in(self, flow: Flow) -> Inertia:
-        """Mass and added mass, which in waves may be a panel method's, with what is carried by the actuators' states."""
+        """Mass and added mass, in waves perhaps a panel method's, with what is carried and what is near."""
         inertia = self.inertia if flow.seaway is None or self.sea_inertia is None else self.sea_inertia
         for term in self.images:
             added = [add(row, more) for row, more in zip(inertia.added, term.image_mass(flow), strict=True)]

@@ -28,7 +28,7 @@ class CompartmentConfig(PartConfig):
 
     The liquid lies level: its centre moves with heel and trim (free-surface effect), and with it the centre of gravity,
     the mass matrix and the Coriolis forces. Water that enters was at rest in the water outside, and takes its share of
-    the vehicle's momentum; water that leaves takes its own along. The thrust of the jet is left out, and so is sloshing.
+    the vehicle's momentum; water that leaves takes its own along. The jet's thrust is left out, and so is sloshing.
     The hull keeps its displaced volume and its added mass.
     """
 
