@@ -63,14 +63,17 @@ def test_checkpoint_goes_on_near_the_bottom():
     assert (sim.state["auv0"].position == there).all()
 
 
-def test_wall_beside_draws_the_hull():
-    """A wall on the port side, 0.4 m away, beside one at 30 m that nobody feels."""
+def test_wall_and_ground_are_told_apart():
+    """A block 0.6 m to port of the axis, and the ground beyond two lengths."""
     given = scenario(depth=4.0, **SUCTION)
-    given["world"] = {"type": "flat", "depth_m": 10.0}
-    sim, free = pl.Simulation.load(given), pl.Simulation.load(given)
-    walls = sim.stepper._boundaries
+    block = {"at_m": [0, 1.6, -4], "size_m": [6, 2, 4]}
+    given["world"] = {"type": "built", "depth_m": 10.0, "things": [block]}
+    sim = pl.Simulation.load(given)
     batch = next(iter(sim.model.batches.values()))
-    found = walls.walls(batch, sim.stepper.runs[batch.name].row)
-    assert [float(p[2][0]) for p in found.points][0] > 1e5  # 6 m below: beyond two lengths
-    assert np.allclose([float(c[0]) for c in found.normals[0]], [0, 0, -1])
-    assert free.stepper._boundaries.any
+    found = sim.stepper._boundaries.walls(batch, sim.stepper.runs[batch.name].row)
+    points, normals = (np.array([np.array(v).ravel() for v in part]) for part in (found.points, found.normals))
+    assert points[0, 2] > 1e5
+    assert normals[1] == pytest.approx([0, 1, 0], abs=1e-6)  # NED: to starboard
+    assert points[1, 1] == pytest.approx(-0.6, abs=1e-5)
+    sim.step({"auv0": [0.0, 0.0, 0.0]}, ticks=5)
+    assert sim.state["auv0"].velocity[0, 1] > 1e-6  # to port

@@ -1,15 +1,15 @@
 """A body near a plane: added mass and forces by the image of its dipoles, ideal fluid. FRD, about CO.
 
 To a fluid a moving spheroid is a row of dipoles between its foci, with the density 1 - t^2 along them (A. T. Chwang,
-T. Y. Wu, J. Fluid Mech. 63(3):607, 1974, doi 10.1017/S0022112074001819), of the total strength (m_a + m_w) U/rho with its
-added mass m_a and the mass m_w of the water displaced. A plane reflects them: a rigid one, the bottom, a wall, or the
-surface at low Froude numbers (g d >> U^2), turns the part along its normal round; the surface at high ones (g d << U^2)
-turns the part along the plane round instead. The energy of the dipoles in the flow of their images is the first term
-of a series by (size/distance)^3: that of a sphere is Lamb's, T/T_0 = 1 + 3/8 (a/d)^3 across and 1 + 3/16 (a/d)^3 along
-the plane (H. Lamb, "Hydrodynamics", 6th ed., Cambridge 1932, Sections 99 and 138). In turning, each dipole has the
-velocity of its place (slender bodies). A sphere that touches the plane has 0.69 and 0.59 of its displaced mass by this,
-exactly 0.80 and 0.62: forces within a diameter are too small. A plane nearer than 1.5 radii of a slender body acts as at
-that distance. Forces follow from the energy (Lamb, Sections 136, 137).
+T. Y. Wu, J. Fluid Mech. 63(3):607, 1974, doi 10.1017/S0022112074001819), of the total strength (m_a + m_w) U/rho with
+its added mass m_a and the mass m_w of the water displaced. A plane reflects them: a rigid one, the bottom, a wall, or
+the surface at low Froude numbers (g d >> U^2), turns the part along its normal round; the surface at high ones
+(g d << U^2) turns the part along the plane round instead. The energy of the dipoles in the flow of their images is the
+first term of a series by (size/distance)^3: that of a sphere is Lamb's, T/T_0 = 1 + 3/8 (a/d)^3 across and
+1 + 3/16 (a/d)^3 along the plane (H. Lamb, "Hydrodynamics", 6th ed., Cambridge 1932, Sections 99 and 138). In turning,
+each dipole has the velocity of its place (slender bodies). A sphere that touches the plane has 0.69 and 0.59 of its
+displaced mass by this, exactly 0.80 and 0.62: forces within a diameter are too small. A plane nearer than 1.5 radii of
+a slender body acts as at that distance. Forces follow from the energy (Lamb, Sections 136, 137).
 """
 
 from __future__ import annotations
@@ -56,8 +56,8 @@ class Dipoles:
 
 @dataclass(frozen=True)
 class Plane:
-    """distance: of CO [m]; normal: unit, from the plane to the body, body axes (3); sign: 1 rigid, -1 the surface at high
-    Froude numbers.
+    """distance: of CO [m]; normal: unit, from the plane to the body, body axes (3); sign: 1 rigid, -1 the surface at
+    high Froude numbers.
     """
 
     distance: Array

@@ -101,7 +101,7 @@ class Driver:
         """
         constants = self._constants if walls is None else self._beside(walls)
         if self.vehicle.model.on_host:
-            return self._plain(state, command, ocean, mode, tick, ticks, wrench, constants)
+            return self._plain(state, command, ocean, mode, range(tick, tick + ticks), wrench, constants)
         rows = ticks if every else 1
         key = (rows, mode, wrench is None, every)  # with the last tick alone, one recording serves all lengths
         if key not in self._frozen:
@@ -132,8 +132,7 @@ class Driver:
         command: list[Array],
         ocean: Ocean,
         mode: str,
-        tick: int,
-        ticks: int,
+        ticks: range,
         wrench: Wrench | None,
         c: _Constants,
     ) -> tuple[Array, Trajectory]:
@@ -141,13 +140,13 @@ class Driver:
         state = self.unpack(packed)
         force, rows = c.no_wrench if wrench is None else wrench, []
         vehicle, command = self.lanes(command)
-        for i in range(tick, tick + ticks):
+        for i in ticks:
             t = jit.Float64(dr.opaque(jit.UInt32, i)) * c.h
             state = vehicle.step(state, command, ocean, t, force, c.h, mode, c.tables)
             dr.eval(state)
             rows.append(np.stack([np.broadcast_to(np.array(v), self._n) for v in channels(state)], axis=-1))
         motion = jit.Float64(np.concatenate(rows).ravel())
-        return self.pack(state), Trajectory(packed=motion, n=self._n, ticks=ticks, first_tick=tick + 1)
+        return self.pack(state), Trajectory(packed=motion, n=self._n, ticks=len(ticks), first_tick=ticks.start + 1)
 
 
 def _block(driver: Driver, *, n: int, rows: int, mode: str, every: bool) -> Block:

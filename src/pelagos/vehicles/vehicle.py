@@ -280,8 +280,7 @@ class Vehicle:
                 mass = self.model.inertia_in(self.model.acted(flow, self.model.limited(moved)))
                 return add(demand.acceleration, mass.accelerate([*wrench[0], *wrench[1]]))
             here = flow if fraction == 0.0 else self.flow(at, ocean, t + fraction * h, tables)
-            here.step = None if self.config.integrator == "runge_kutta" else h
-            here.growth = growth
+            here.step, here.growth = None if self.config.integrator == "runge_kutta" else h, growth
             states = moved if fraction == 0.0 else self.model.advanced(moved, commands, fraction * h, flow)
             over = h if self.config.integrator == "conservative" else None
             return self.model.nu_dot(here, self.model.limited(states), outside, tables, over)

@@ -21,8 +21,8 @@ class BoundaryConfig(PartConfig):
     """Added mass and suction near ground and walls, and under the surface: the image of a spheroid's dipoles.
 
     For hulls under water that are nearly spheroids of the vehicle's length, beam and height. In a simulation five rays
-    of each vehicle a tick find the ground below and the nearest wall beside it, up to two lengths away, where the forces
-    have gone; `Vehicle.accelerations` is told of them, and without that they are far.
+    of each vehicle a tick find the ground below and the nearest wall beside it, up to two lengths away, where the
+    forces have gone; `Vehicle.accelerations` is told of them, and without that they are far.
     """
 
     type: Literal["boundary"]
