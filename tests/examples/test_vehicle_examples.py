@@ -60,6 +60,8 @@ def test_thruster_losses(tmp_path, capsys, monkeypatch):
     assert "'open disc': 0.5," in said
     assert "'0 deg': 0.43," in said
     assert (tmp_path / "losses.png").stat().st_size > 10_000
+
+
 def test_near_bottom(tmp_path):
     """The bottom holds back what the hull's buoyancy lifts off it."""
     found = runpy.run_path(str(EXAMPLES / "vehicle_near_bottom.py"))["main"](str(tmp_path / "near.png"))

@@ -13,8 +13,8 @@ from pelagos.math.frames import flip_yz
 from pelagos.math.so3 import matrix
 from pelagos.vehicles.flow import Flow, Seaway, make_flow
 from pelagos.vehicles.integrate import Rigid
-from pelagos.vehicles.seakeeping import speed_along
 from pelagos.vehicles.nearby import planes_of
+from pelagos.vehicles.seakeeping import speed_along
 from pelagos.vehicles.stream import Stream, current_at, stream_at
 from pelagos.vehicles.tables import Tables
 from pelagos.vehicles.wave_flow import WaveFlow, along_hull, surface_under
