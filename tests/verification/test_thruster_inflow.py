@@ -34,6 +34,15 @@ SHAFT = {
 }  # fmt: skip
 
 
+T200 = {"type": "t200", "position_m": [-0.3, 0.5, 0.2], "direction": [2, 1, -0.5], "time_constant_s": 0.1}
+BATTERY = {"battery": {"open_circuit_v": 16.0, "resistance_ohm": 0.1}}
+ORIGIN = ([1, 0, 0], [0, 0, 0])
+CURVE = {
+    "type": "curve_thruster", "position_m": [0, 0, 0], "direction": [1, 0, 0], "commands": [-1, 1],
+    "thrusts_n": [-8, 10], "time_constant_s": 0.1, "diameter_m": 0.12,
+}  # fmt: skip
+
+
 def vehicle(*parts, **more):
     return Vehicle.from_dict({**BASE, "actuators": {f"a{i}": p for i, p in enumerate(parts)}, **more})
 
@@ -275,7 +284,17 @@ def test_gradients_at_rest_are_finite(at):
         ([{**FORCE, "inflow": {**DISC, "wake_fraction": -0.1}}], {}, "wake_fraction"),
         ([{**FORCE, "inflow": {**DISC, "thrust_deduction": 1.0}}], {}, "thrust_deduction"),
         ([{**FORCE, "inflow": {**DISC, "tunnel_loss_s2_m2": -1}}], {}, "tunnel_loss_s2_m2"),
-        ([{**FORCE, "inflow": LAWS[2][1]}], {}, "inflow"),
+        ([{**FORCE, "inflow": LAWS[2][1]}], {}, "inflow.*b_series needs the speed of the shaft, which only a thruster"),
+        ([{**T200, "inflow": LAWS[2][1]}], BATTERY, "b_series needs the speed of the shaft, which only a thruster"),
+        ([{**CURVE, "inflow": LAWS[2][1]}], {}, "b_series needs the speed of the shaft, which only a thruster"),
+        *(
+            ([{**part, "direction": direction}], BATTERY, said)
+            for part in (FORCE, SHAFT, T200, CURVE)
+            for direction, said in (
+                ([0, 0, 0], "direction must not be 0, 0, 0"), ([0, 1e-200, 0], "length"), ([1e200, 0, -1e200], "length")
+            )
+        ),
+        ([{**FORCE, "inflow": DISC}], {"medium": "air", "density_kg_m3": None}, "inflow of 'a0' in the air needs its"),
         ([{**SHAFT, "unit": "share", "inflow": LAWS[2][1]}], {}, "needs the speed of the shaft"),
         ([{**SHAFT, "inflow": {**LAWS[2][1], "blades": 9}}], {}, "blades"),
         ([{**SHAFT, "unit": "rpm", "inflow": LAWS[2][1]}], {}, "thrust coefficient of 36"),
@@ -290,18 +309,98 @@ def test_gradients_at_rest_are_finite(at):
             [{**FORCE, "inflow": DISC, "position_m": p} for p in ([0, 0, 0], [0.1, 0, 0])],
             {"interaction": {"thrusters": ["a0", "a1"]}}, "nearer than anything was measured",
         ),
+        *(
+            (
+                [{**FORCE, "inflow": DISC, "direction": d, "position_m": p} for d, p in (ORIGIN, second)],
+                {"interaction": {"thrusters": ["a0", "a1"]}}, "reaches '.*nearer than anything was measured",
+            )
+            for second in (
+                ([1, 0, 0], [0, 0, 0]), ([0, 1, 0], [0, 0, 0]), ([-1, 0, 0], [0, 0, 0]), ([1, 0, 0], [1.2e-7, 0, 0]),
+                ([1, 0, 0], [-1e-11, 0, 0]),
+            )
+        ),
+        *(
+            (
+                [
+                    {**FORCE, "inflow": DISC, "direction": [1, 0, 0], "position_m": [x, 0, 0], "diameter_m": size}
+                    for x, size in ((0.7, front), (0.3, rear))
+                ],
+                {"interaction": {"thrusters": ["a0", "a1"]}}, "measured on equal thrusters.*ratio up to 1.1",
+            )
+            for front, rear in ((0.1, 0.3), (0.3, 0.1), (0.1, 0.111))
+        ),
+        (
+            [{**FORCE, "inflow": DISC, "direction": [1, 0, 0], "position_m": [x, 0, 0], "diameter_m": size}
+             for x, size in ((0.5, 0.1), (0.3, 0.25))],
+            {"interaction": {"thrusters": ["a0", "a1"]}}, "at 0.8 diameters, nearer",
+        ),
     ],
 )  # fmt: skip
 def test_what_cannot_be_is_refused(parts, more, said):
+    whole = {**BASE, "actuators": {f"a{i}": p for i, p in enumerate(parts)}, **more}
+    with pytest.raises(ScenarioError, match=said) as caught:
+        Vehicle.from_dict({k: v for k, v in whole.items() if v is not None})
+    assert "Extra inputs" not in str(caught.value)
+
+
+def test_thrusters_side_by_side_or_across_do_not_meet_whatever_their_size():
+    """Half a diameter apart with axes alike, and a large one across the axis of a jet: nothing is lost or refused."""
+    places = (([1, 0, 0], [0, 0, 0], 0.12), ([1, 0, 0], [0, 0.06, 0], 0.3), ([0, 0, 1], [-0.9, 0, 0], 0.4))
+    parts = [{**FORCE, "inflow": DISC, "direction": d, "position_m": p, "diameter_m": size} for d, p, size in places]
+    assert not vehicle(*parts, interaction={"thrusters": ["a0", "a1", "a2"]}).model.interaction.jets
+
+
+def test_a_tenth_of_the_diameter_moves_the_share_by_less_than_stated():
+    """Largest difference of t by x/D and by 1.1 x/D: 2/(3 e) ln 1.1 = 0.0234 to first order."""
+    x = np.geomspace(1, 40, 400)
+    for base in (wash.OPEN_WATER, wash.UNDER_HULL):
+        moved = [wash.tandem_share(wash.LARGEST_RATIO * d, base) - wash.tandem_share(d, base) for d in x]
+        assert 0.022 < max(moved) < 0.024
+    pair = [
+        {**FORCE, "inflow": DISC, "direction": [1, 0, 0], "position_m": [x, 0, 0], "diameter_m": size}
+        for x, size in ((0.7, 0.1), (0.3, 0.109))
+    ]
+    assert vehicle(*pair, interaction={"thrusters": ["a0", "a1"]}).model.interaction.jets
+
+
+def test_of_three_in_a_row_every_jet_is_that_of_the_thrust_at_rest():
+    """The third stands in the jets of both as if the second had lost nothing: V^2 = v1^2 + v2^2."""
+    base = {**FORCE, "direction": [1, 0, 0], "inflow": {"type": "disc"}}
+    row = [{**base, "position_m": [x, 0, 0]} for x in (0.7, 0.1, -0.8)]
+    v = vehicle(*row, interaction={"thrusters": ["a0", "a1", "a2"]})
+    behind = [momentum_disc.open_inflow(wash.tandem_share(d / 0.12)) for d in (0.9, 1.5)]
+    second = wash.tandem_share(5.0)
+    third = float(momentum_disc.open_share(jit.Float64(math.hypot(*behind)))[0])
+    assert wrench(v, [30.0, 30.0, 30.0])[0] == pytest.approx(30 * (1 + second + third), rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("more", "said"),
+    [
+        ({"actuators": {"front_starboard": None}}, "'front_starboard', which is null: leave it out of interaction too"),
+        ({"interaction": {"thrusters": ["front_port", "rear_prt"]}}, "does not have .did you mean 'rear_port'"),
+        (
+            {"interaction": {"thrusters": ["front_port", "rear_prt"]}, "actuators": {"rear_port": None}},
+            "does not have .did you mean '(front_port|rear_starboard|top_rear_port)'",
+        ),
+    ],
+)
+def test_hints_name_thrusters_that_are_there(more, said):
     with pytest.raises(ScenarioError, match=said):
-        vehicle(*parts, **more)
+        Vehicle.from_dict({"type": "bluerov2_heavy", "variant": "thruster_losses", **more})
+
+
+def test_inflow_in_air_takes_the_density_of_air():
+    """A flow of 9 m/s is a third of what 20 N draw in air, where it would be nearly all of it in water."""
+    v = vehicle({**FORCE, "inflow": {"type": "disc"}, "direction": [1, 0, 0]}, medium="air", density_kg_m3=1.2)
+    still = math.sqrt(20 / (2 * 1.2 * math.pi / 4 * 0.12**2))
+    left = float(momentum_disc.open_share(jit.Float64(9.0 / still))[0])
+    assert wrench(v, [20.0], (9.0, 0, 0, 0, 0, 0))[0] == pytest.approx(20 * left, rel=1e-9)
+    assert left > 0.8
 
 
 def test_a_curve_thruster_has_one_loss():
-    curve = {
-        "type": "curve_thruster", "position_m": [0, 0, 0], "direction": [1, 0, 0], "commands": [-1, 1],
-        "thrusts_n": [-8, 10], "time_constant_s": 0.1, "diameter_m": 0.12, "inflow": {"type": "disc"},
-    }  # fmt: skip
+    curve = {**CURVE, "inflow": {"type": "disc"}}
     assert wrench(vehicle(curve), [1.0], (1.5, 0, 0, 0, 0, 0))[0] == pytest.approx(
         open_balance(10, 1.5, 0.12), rel=1e-9
     )

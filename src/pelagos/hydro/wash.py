@@ -21,6 +21,9 @@ UNDER_HULL: Final = 0.75
 _STEERED: Final = 130.0  # [deg^3]
 LEAST_DISTANCE: Final = 1.0
 """Diameters between two thrusters, below which the formula has no data."""
+LARGEST_RATIO: Final = 1.1
+"""Ratio of the diameters of two thrusters up to which they count as equal, which the formula is for: whichever of the
+two x/D takes then moves the share by at most 2/(3 e) ln 1.1 = 0.024."""
 
 
 def tandem_share(distance: float, base: float = OPEN_WATER) -> float:

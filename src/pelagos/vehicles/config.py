@@ -42,7 +42,8 @@ class VehicleConfig(PartConfig):
     sources: dict[str, str] = Field(default_factory=dict)
     """Where the numbers come from."""
     density_kg_m3: Positive = 1026.0
-    """Density of the water that the coefficients are for [kg/m^3]."""
+    """Density of the water that the coefficients are for, or of the air with `medium: air`, where `inflow` of
+    thrusters needs it [kg/m^3]."""
     gravity_m_s2: NonNegative = 9.81
     """[m/s^2]"""
     length_m: Positive
@@ -129,6 +130,7 @@ class VehicleConfig(PartConfig):
             raise ValueError("T200 thrusters need a battery: give open_circuit_v and resistance_ohm under battery")
         if self.interaction is not None:
             self.interaction.check(self.actuators)
+        _check_density(self)
         for name, mode in self.modes.items():
             for used in getattr(mode, "uses", ()):
                 if self.actuators.get(used) is None:
@@ -203,6 +205,22 @@ class VehicleConfig(PartConfig):
             if isinstance(term, (HydrostaticConfig, TwinHullConfig)):
                 body = replace(body, stiffness=term.stiffness(body))
         return body
+
+
+def _check_density(config: VehicleConfig) -> None:
+    """Refuse thrusters that would draw water where there is air.
+
+    Raises:
+        ValueError: names the thruster.
+    """
+    if config.medium == "water" or "density_kg_m3" in config.model_fields_set:
+        return
+    for name, part in config.actuators.items():
+        if getattr(part, "inflow", None) is not None:
+            raise ValueError(
+                f"inflow of {name!r} in the air needs its density: density_kg_m3 is left at {config.density_kg_m3:g}, "
+                "that of water; give that of air, about 1.2"
+            )
 
 
 def _check_body(body: Body, *, measured: bool) -> None:

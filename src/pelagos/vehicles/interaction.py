@@ -20,13 +20,14 @@ from pelagos.vehicles.part import PartConfig
 
 _SEEN: Final = 1e-3
 """Loss below which one thruster does not feel another."""
+_SAME_PLACE: Final = 1e-9  # diameters: nearer than that no line from one to the other says whom a jet meets
 
 
 class InteractionConfig(PartConfig):
     """Thrusters that lose thrust in the jets of others, each with an `inflow`."""
 
     thrusters: tuple[str, ...]
-    """Names of those that may stand in each other's jets, at least two."""
+    """Names of those that may stand in each other's jets, at least two; those that do are of about equal diameter."""
     under_hull: bool = False
     """Whether the jets run along a flat bottom, which they follow and along which they slow down less."""
 
@@ -42,8 +43,12 @@ class InteractionConfig(PartConfig):
             )
         for name in self.thrusters:
             part = actuators.get(name)
+            if part is None and name in actuators:
+                raise ValueError(
+                    f"interaction names the thruster {name!r}, which is null: leave it out of interaction too"
+                )
             if part is None:
-                hint = did_you_mean(name, actuators)
+                hint = did_you_mean(name, [n for n, a in actuators.items() if a is not None])
                 raise ValueError(f"interaction names the thruster {name!r}, which this vehicle does not have{hint}")
             if not hasattr(part, "inflow"):
                 raise ValueError(f"interaction names {name!r}, a {part.type}, whose thrust no jet can change")
@@ -128,7 +133,7 @@ def build_interaction(config: InteractionConfig | None, actuators: Mapping[str, 
     That flow is two to three times a free jet's: swirl, turbulence and the shape of the jet cost thrust too.
 
     Raises:
-        ValueError: two thrusters are closer than the formula's data.
+        ValueError: two thrusters are closer than the formula's data, or of unequal size.
     """
     if config is None:
         return None
@@ -148,13 +153,15 @@ def _reach(source: str, target: str, actuators: Mapping[str, Any], base: float, 
     first: Inflow = actuators[source].inflow
     second: Inflow = actuators[target].inflow
     line = np.subtract(second.point, first.point)
+    sizes = sorted((first.diameter, second.diameter))
     distance = float(np.linalg.norm(line)) / first.diameter
     ahead_of_jet = float(-sign * np.dot(first.axis, line)) / first.diameter
-    if ahead_of_jet <= 1e-9:
+    if distance > _SAME_PLACE and ahead_of_jet <= 1e-9 * min(distance, 1.0):
         return 0.0
-    if distance < wash.LEAST_DISTANCE:
+    apart = float(np.linalg.norm(line)) / sizes[1]
+    if apart < wash.LEAST_DISTANCE:
         raise ValueError(
-            f"the jet of {source!r} reaches {target!r} at {distance:.2g} diameters, nearer than anything was measured: "
+            f"the jet of {source!r} reaches {target!r} at {apart:.2g} diameters, nearer than anything was measured: "
             f"leave one of them out of interaction, or place them {wash.LEAST_DISTANCE:g} diameter apart"
         )
     angle = float(np.degrees(np.arccos(np.clip(ahead_of_jet / distance, -1.0, 1.0))))
@@ -162,4 +169,10 @@ def _reach(source: str, target: str, actuators: Mapping[str, Any], base: float, 
     if 1 - share < _SEEN:
         return 0.0
     against = float(-np.dot(line, second.axis)) / (distance * first.diameter)
+    if abs(against) > 1e-9 and sizes[1] > wash.LARGEST_RATIO * sizes[0]:
+        raise ValueError(
+            f"the jet of {source!r}, diameter {first.diameter:g} m, reaches {target!r}, {second.diameter:g} m: losses "
+            f"were measured on equal thrusters, and are taken for diameters of a ratio up to {wash.LARGEST_RATIO:g}: "
+            "leave one of them out of interaction"
+        )
     return second.law.flow_for(share, against) * against

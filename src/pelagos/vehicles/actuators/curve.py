@@ -12,7 +12,7 @@ from pydantic import model_validator
 
 from pelagos.hydro.algebra import Vector, mul
 from pelagos.jit import Array
-from pelagos.vehicles.actuators.inflow import DiscInflowConfig, Inflow, build_inflow, check_diameter
+from pelagos.vehicles.actuators.inflow import DiscOnly, Inflow, build_inflow, check_diameter, check_direction
 from pelagos.vehicles.actuators.lag import Lag
 from pelagos.vehicles.actuators.thruster import deduction_of, thrust_effect, thruster_site
 from pelagos.vehicles.flow import Flow
@@ -49,13 +49,12 @@ class CurveThrusterConfig(PartConfig):
     """[s]"""
     diameter_m: Positive = 0.1
     """Of the propeller, for what it loses near the surface and above it, and by `inflow` [m]."""
-    inflow: DiscInflowConfig | None = None
+    inflow: DiscOnly | None = None
     """What it loses in the water that flows through it, in place of `zero_thrust_m_s`."""
 
     @model_validator(mode="after")
     def _possible(self) -> Self:
-        if not any(self.direction):
-            raise ValueError("direction must not be 0, 0, 0")
+        check_direction(self.direction)
         if len(self.commands) != len(self.thrusts_n) or len(self.commands) < 2:
             raise ValueError(
                 f"give as many thrusts_n as commands, at least 2, not {len(self.thrusts_n)} and {len(self.commands)}"

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Annotated, Final, Literal, Protocol, TypeAlias
+from typing import Annotated, Any, Final, Literal, Protocol, TypeAlias
 
 import drjit as dr
 import numpy as np
-from pydantic import Field
+from pydantic import BeforeValidator, Field
 
 from pelagos.hydro import b_series, momentum_disc, wash
 from pelagos.hydro.algebra import Vector, add, cross, dot, mul
@@ -90,6 +91,26 @@ class BSeriesInflowConfig(_InflowConfig):
 
 
 InflowConfig: TypeAlias = Annotated[DiscInflowConfig | BSeriesInflowConfig, Field(discriminator="type")]
+
+
+def _of_no_shaft(given: Any) -> Any:
+    """Refuse the B-series where no shaft speed is known.
+
+    Raises:
+        ValueError: says which thruster it is for.
+    """
+    kind = given.get("type") if isinstance(given, Mapping) else getattr(given, "type", None)
+    if kind == "b_series":
+        known = ", ".join(PER_SECOND)
+        raise ValueError(
+            f"b_series needs the speed of the shaft, which only a thruster of the type `thruster` has as its state "
+            f"(unit {known}): use one, or inflow of the type disc"
+        )
+    return given
+
+
+DiscOnly: TypeAlias = Annotated[DiscInflowConfig, BeforeValidator(_of_no_shaft)]
+"""For thrusters whose state is not the speed of a shaft."""
 
 
 @dataclass(frozen=True)
@@ -243,6 +264,18 @@ def build_inflow(
         deduction=config.thrust_deduction,
         tunnel=config.tunnel_loss_s2_m2,
     )
+
+
+def check_direction(direction: Three) -> None:
+    """Refuse an axis that points nowhere.
+
+    Raises:
+        ValueError: says what was given, where it is not 0, 0, 0.
+    """
+    if not any(direction):
+        raise ValueError("direction must not be 0, 0, 0")
+    if not 0 < sum(d * d for d in direction) < math.inf:
+        raise ValueError(f"direction must have a length that a number can hold, not that of {list(direction)}")
 
 
 def check_diameter(inflow: object, given: bool) -> None:

@@ -9,16 +9,17 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import cache
 from importlib.resources import files
-from typing import Final, Literal
+from typing import Final, Literal, Self
 
 import drjit as dr
 import numpy as np
 from numpy.typing import NDArray
+from pydantic import model_validator
 
 from pelagos import jit
 from pelagos.hydro.algebra import Vector, mul
 from pelagos.jit import Array
-from pelagos.vehicles.actuators.inflow import DiscInflowConfig, Inflow, build_inflow
+from pelagos.vehicles.actuators.inflow import DiscOnly, Inflow, build_inflow, check_direction
 from pelagos.vehicles.actuators.lag import Lag
 from pelagos.vehicles.actuators.third_order import VON_BENZON, Modes, ThirdOrder
 from pelagos.vehicles.actuators.thruster import deduction_of, thrust_effect
@@ -69,8 +70,13 @@ class T200Config(PartConfig):
     """Of the first order [s]."""
     nominal_v: Positive = 16.0
     """Voltage at which control laws turn a thrust into a throttle [V]."""
-    inflow: DiscInflowConfig | None = None
+    inflow: DiscOnly | None = None
     """What it loses in the water that flows through it; left out: the bollard thrust of the tables at any speed."""
+
+    @model_validator(mode="after")
+    def _possible(self) -> Self:
+        check_direction(self.direction)
+        return self
 
     def build(self, body: Body) -> T200:
         """The actuator."""

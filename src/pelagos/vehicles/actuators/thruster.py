@@ -15,11 +15,13 @@ from pelagos.jit import Array
 from pelagos.vehicles.actuators.inflow import (
     BSeriesInflowConfig,
     DiscInflowConfig,
+    DiscOnly,
     Inflow,
     InflowConfig,
     Shaft,
     build_inflow,
     check_diameter,
+    check_direction,
 )
 from pelagos.vehicles.actuators.lag import Lag
 from pelagos.vehicles.flow import Flow
@@ -44,7 +46,7 @@ class ThrusterConfig(PartConfig):
     high: Number
     """Largest speed."""
     unit: str = "rad/s"
-    """Of the speed."""
+    """Of the speed: rad/s, rpm or 1/s where `inflow` is by `b_series`, which needs to know it; any name otherwise."""
     torque_m: Number = 0.0
     """Reaction torque about `direction` by thrust [m]; its sign is that of the propeller's hand."""
     time_constant_s: NonNegative
@@ -56,8 +58,7 @@ class ThrusterConfig(PartConfig):
 
     @model_validator(mode="after")
     def _possible(self) -> Self:
-        if not any(self.direction):
-            raise ValueError("direction must not be 0, 0, 0")
+        check_direction(self.direction)
         if self.low >= self.high:
             raise ValueError(f"low {self.low:g} must be below high {self.high:g}")
         check_diameter(self.inflow, "diameter_m" in self.model_fields_set)
@@ -98,11 +99,12 @@ class ForceThrusterConfig(PartConfig):
     """[s]"""
     diameter_m: Positive = 0.1
     """Of the propeller, for what it loses near the surface and above it, and by `inflow` [m]."""
-    inflow: DiscInflowConfig | None = None
+    inflow: DiscOnly | None = None
     """What it loses in the water that flows through it; left out: the bollard thrust at any speed."""
 
     @model_validator(mode="after")
     def _possible(self) -> Self:
+        check_direction(self.direction)
         check_diameter(self.inflow, "diameter_m" in self.model_fields_set)
         return self
 
