@@ -330,6 +330,13 @@ def test_gradients_at_rest_are_finite(at):
             for front, rear in ((0.1, 0.3), (0.3, 0.1), (0.1, 0.111))
         ),
         (
+            [  # the small one looks away
+                {**FORCE, "inflow": DISC, "direction": [1, 0, 0], "position_m": [0.7, 0, 0], "diameter_m": 0.3},
+                {**FORCE, "inflow": DISC, "direction": [0.17, 0.98, 0], "position_m": [-0.2, 0, 0], "diameter_m": 0.1},
+            ],
+            {"interaction": {"thrusters": ["a0", "a1"]}}, "the jet of 'a0', diameter 0.3 m, reaches 'a1', 0.1 m",
+        ),
+        (
             [{**FORCE, "inflow": DISC, "direction": [1, 0, 0], "position_m": [x, 0, 0], "diameter_m": size}
              for x, size in ((0.5, 0.1), (0.3, 0.25))],
             {"interaction": {"thrusters": ["a0", "a1"]}}, "at 0.8 diameters, nearer",
