@@ -26,7 +26,7 @@ from pelagos.vehicles.vehicle import Vehicle
 CATALOGUE = Path(__file__).parent.parent / "src/pelagos/vehicles/catalogue"
 HEADINGS = np.arange(0.0, 181.0, 15.0)
 PER_LENGTH = np.sqrt(2 * np.pi * 9.81)  # rad/s of a wave of 1 m
-LONGEST, SHORTEST = 12.0, 0.28  # hull lengths: waves of the table
+SWELLS, LONGEST, SHORTEST = 60.0, 12.0, 0.28  # hull lengths: waves of the table, few up to LONGEST, then evenly
 SPEEDS = 4
 
 
@@ -46,7 +46,7 @@ def strips(vehicle: Vehicle, top: float) -> Strips:
         stations = pontoon_stations(afloat.hulls, draught)
     shortest = PER_LENGTH / np.sqrt(SHORTEST * config.length_m)
     fastest = shortest + shortest**2 / 9.81 * top
-    omega = np.geomspace(PER_LENGTH / np.sqrt(60 * config.length_m), fastest, 32)
+    omega = np.geomspace(PER_LENGTH / np.sqrt(SWELLS * config.length_m), fastest, 32)
     return strips_of(stations, omega)
 
 
@@ -57,7 +57,9 @@ def coefficients(found: Strips, vehicle: Vehicle, top: float) -> dict[str, Any]:
     infinite = found.added_mass_infinite()
     for matrix in (infinite, *added):
         matrix[0, 0] = body.added[0, 0] / body.density
-    omega = np.linspace(PER_LENGTH / np.sqrt(LONGEST * length), PER_LENGTH / np.sqrt(SHORTEST * length), 24)
+    long = PER_LENGTH / np.sqrt(LONGEST * length)
+    swells = np.geomspace(PER_LENGTH / np.sqrt(SWELLS * length), long, 6)[:-1]
+    omega = np.concatenate([swells, np.linspace(long, PER_LENGTH / np.sqrt(SHORTEST * length), 24)])
     speeds = np.linspace(0.0, top, SPEEDS)
     scattered = np.array(
         [[[found.excitation(w, h, u)[1] for h in np.radians(HEADINGS)] for w in omega] for u in speeds]

@@ -174,14 +174,14 @@ def test_exciting_forces_of_stf() -> None:
 
 @pytest.mark.parametrize(("diffraction", "headings"), [(True, [180.0, 125.0, -40.0]), (False, [180.0, 25.0])])
 def test_motion_in_waves_is_the_closed_form(diffraction: bool, headings: list[float]) -> None:
-    """Lanes: headings of the wave at three speeds, astern too where nothing says that the table ends at zero. Springs
+    """Lanes: headings of the wave at speeds ahead and astern, where a table ends at zero and radiation too. Springs
     in surge, sway and yaw keep the hull about its course. Excitation is what the simulator itself gives a hull that is
     held at that speed, so that the response is (-w^2 (M + A(U)) + i w B(U) + C)^-1 of it, w of encounter. Steps of
     0.02 s of the first order: w h / 2, 1 %, of a response that resonance may double, against the largest of the
     hull's points; the wave is 0.4 m high, so that the wet part is that at rest: 2 %.
     """
     vehicle = ship(diffraction=diffraction)
-    speeds = [0.0, 3.0, 7.0] if diffraction else [-3.0, 4.0, 7.0]
+    speeds = [-3.0, 0.0, 3.0, 7.0] if diffraction else [-3.0, 4.0, 7.0]
     angle, u = (a.ravel() for a in np.meshgrid(np.radians(headings), speeds))
     omega, high = 0.55, 0.2
     met = omega - omega**2 / G * u * np.cos(angle)
@@ -193,8 +193,7 @@ def test_motion_in_waves_is_the_closed_form(diffraction: bool, headings: list[fl
     assert sea is not None
     for lane in range(len(u)):
         w = float(abs(met[lane]))
-        whole = momentum_of(sea.kernels, np.array(sea.added), w)
-        added, damping = at_speed(whole.real, -w * whole.imag, w, float(u[lane]))
+        added, damping = radiated(sea, w, float(u[lane]))
         stiffness = sea.stiffness + np.diag(SPRINGS)
         matrix = -(w**2) * (vehicle.config.body.rigid + added) + 1j * w * (damping + np.diag(DAMPERS)) + stiffness
         expected = np.linalg.solve(matrix, held[lane])
@@ -203,6 +202,21 @@ def test_motion_in_waves_is_the_closed_form(diffraction: bool, headings: list[fl
             np.zeros(6), abs=0.02 * (np.abs(expected) * arms).max()
         )
         assert np.abs(expected[4]) * 80 > 0.1
+
+
+def radiated(sea: Any, w: float, u: float) -> tuple[np.ndarray, np.ndarray]:
+    """Added mass and damping `(6, 6)` at w of encounter and a speed; astern of a table of scattered waves without the
+    moments that momentum makes, but for that of A(inf) in yaw.
+    """
+    infinite = np.array(sea.added)
+    whole = momentum_of(sea.kernels, infinite, w)
+    if u >= 0 or sea.diffraction is None:
+        return at_speed(whole.real, -w * whole.imag, w, u)
+    lag = u / (1j * w)
+    past = np.eye(6) + lag * SLOPE
+    found = whole @ past
+    found[5] += lag * (infinite @ past)[1]
+    return found.real, -w * found.imag
 
 
 SPRINGS = np.array([3e5, 3e5, 0.0, 0.0, 0.0, 4e9])
@@ -291,19 +305,20 @@ def momentum_of(kernels: Any, infinite: np.ndarray, omega: float) -> np.ndarray:
     return found
 
 
-def test_long_waves_carry_the_hull_at_any_speed() -> None:
-    """A wave of ten hull lengths: heave its height, pitch its slope, and in beam seas sway the water's own motion, at
-    7 m/s and at rest. The hull's length smooths (k L)^2 / 24 of it, and its inertia against w^2: 4 %.
+@pytest.mark.parametrize("lengths", [10.0, 20.0, 40.0])
+def test_long_waves_carry_the_hull_at_any_speed(lengths: float) -> None:
+    """Waves of many hull lengths: heave their height, pitch their slope, and in beam seas sway the water's own motion,
+    ahead, astern and at rest. The hull's length smooths (k L)^2 / 24 of it, and its inertia against w^2: 4 %.
     """
-    vehicle, omega = ship(diffraction=True), 0.195
-    angle, u = np.radians([180.0, 180.0, 35.0, -90.0]), np.array([0.0, 7.0, 7.0, 7.0])
+    vehicle, omega = ship(diffraction=True), float(np.sqrt(2 * np.pi * G / (lengths * LENGTH)))
+    angle = np.radians([180.0, 180.0, 35.0, -90.0, 0.0, 180.0, 0.0])
+    u = np.array([0.0, 7.0, 7.0, 7.0, 7.7, -3.0, -3.0])
     met = omega - omega**2 / G * u * np.cos(angle)
     held = excitation(vehicle, sea_of(omega, 0.2), angle, u, met) / 0.2
     sea, k = vehicle.model.sea, omega**2 / G
     assert sea is not None
     for lane, w in enumerate(met.tolist()):
-        whole = momentum_of(sea.kernels, np.array(sea.added), w)
-        added, damping = at_speed(whole.real, -w * whole.imag, w, float(u[lane]))
+        added, damping = radiated(sea, w, float(u[lane]))
         free = [2, 4] if abs(np.sin(angle[lane])) < 1e-6 else [1, 2, 3, 4, 5]
         matrix = -(w**2) * (vehicle.config.body.rigid + added) + 1j * w * damping + sea.stiffness
         found = np.linalg.solve(matrix[np.ix_(free, free)], held[lane][free])
@@ -363,6 +378,70 @@ def test_the_mariner_heaves_as_its_mass_and_speed_demand() -> None:
     surge = (mass + added)[0] @ [6.0, 0, 0, 0, 0.02, 0]
     assert found[4] == pytest.approx(6.0 * lift - 0.3 * surge, rel=1e-9)
     assert not found[[0, 1, 3, 5]].any()
+
+
+@pytest.mark.parametrize("actuators", [True, False])
+def test_heave_and_pitch_die_away_in_calm_water(actuators: bool) -> None:
+    """Free motions of the Mariner from 0.6 m and 2 deg. In calm water the catalogue's damping acts: pitch goes on by
+    itself and drives heave by z' = w - U pitch, so that at any speed all falls with exp(-D t / 2 M) or faster, 0.29 /s
+    in heave and 0.39 /s in pitch: after 30 s to 2e-4 of what U times pitch has raised it to, below a metre.
+    """
+    vehicle = pl.Vehicle.from_dict(
+        {"type": "mariner", "variant": "strips"}
+        | (
+            {}
+            if actuators
+            else {"actuators": {"rudder": None}, "modes": {"heading": None}, "default_mode": "actuators"}
+        )
+    )
+    speeds, h = np.array([0.0, 7.7, -3.9]), 0.1
+    angle = np.radians(2.0)
+    state = vehicle.initial_state(
+        np.tile([0.0, 0.0, 0.6], (3, 1)), np.tile([np.cos(angle / 2), 0.0, np.sin(angle / 2), 0.0], (3, 1))
+    )
+    zero = dr.zeros(jit.Float64, 3)
+    state.velocity = jit.Array3f64(jit.Float64(speeds), zero, zero)
+    dr.make_opaque(state)
+    ocean = build_ocean(OceanConfig.model_validate({}), seed=1)
+
+    def step(state: Any, t: Any, tables: Any, ocean: Any) -> Any:
+        still = dr.zeros(jit.Array3f64, 3), dr.zeros(jit.Array3f64, 3)
+        command = [dr.zeros(jit.Float64, 3)] if actuators else []
+        return vehicle.step(state, command, ocean, t, still, jit.Float64(h), "actuators", tables)
+
+    frozen, rows = jit.freeze(step), []
+    for i in range(1200):
+        state = frozen(state, dr.opaque(jit.Float64, i * h), vehicle.tables, ocean)
+        rows.append([np.array(state.position[2]), np.degrees(-np.arcsin(np.array(so3.matrix(state.attitude)[2][0])))])
+    found = np.abs(np.array(rows))  # (steps, heave and pitch, lanes)
+    assert (found[:10].max(axis=0) > np.array([[0.4], [1.5]])).all()
+    assert (found.max(axis=0) < np.array([[1.0], [2.1]])).all()
+    assert (found[300:].max(axis=0) < np.array([[1e-3], [1e-3]])).all()
+
+
+def test_radiation_stands_for_damping_in_waves_only() -> None:
+    """In a sea the term `radiated` is not among the wrenches, `damping` is; in calm water both are."""
+    vehicle = pl.Vehicle.from_dict({"type": "mariner", "variant": "strips"})
+    zero = dr.zeros(jit.Float64, 1)
+    nu = [jit.Float64(x) for x in (6.0, 0.1, 0.3, 0.05, 0.02, -0.01)]
+    calm = Flow([zero] * 3, zero, np.eye(3).tolist(), nu, nu, [0.0] * 6)
+    waves = Flow([zero] * 3, zero, np.eye(3).tolist(), nu, nu, [0.0] * 6, seaway=Seaway([0.0] * 6, nu, nu[0]))
+    found = vehicle.model.wrenches(calm, [zero])
+    assert float(found["radiated"][2][0]) == pytest.approx(-2e7 * 0.3)
+    assert float(found["radiated"][4][0]) == pytest.approx(-3e10 * 0.02)
+    left = vehicle.model.wrenches(waves, [zero])
+    assert "radiated" not in left
+    assert float(left["damping"][3][0]) == pytest.approx(-1e8 * 0.05)
+
+
+@pytest.mark.parametrize(
+    ("afloat", "message"),
+    [({"calm_damping": ["radiatd"]}, "calm_damping: 'radiatd' is none of the terms"),
+     ({"radiation": None, "forward_speed": "none"}, "calm_damping needs radiation")],
+)  # fmt: skip
+def test_calm_damping_names_what_radiation_stands_for(afloat: dict[str, Any], message: str) -> None:
+    with pytest.raises(pl.PelagosError, match=message):
+        pl.Vehicle.from_dict({"type": "mariner", "variant": "strips", "afloat": afloat})
 
 
 SPEEDS = {**TABLE["diffraction"], "speed_mps": [0.0, 2.0, 5.0, 7.0]}

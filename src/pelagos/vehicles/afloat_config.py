@@ -85,6 +85,9 @@ class AfloatConfig(PartConfig):
     """Speed ahead in radiation and diffraction, of hulls with `radiation`: none, coefficients of zero speed at the
     frequency of encounter; strip, with the terms of strip theory (Salvesen, Tuck and Faltinsen 1970), at the speed that
     the hull has through the water: slender hulls, Froude numbers up to 0.4."""
+    calm_damping: tuple[str, ...] = ()
+    """Names of the vehicle's terms that damp as waves do which its motion makes: they hold in calm water, and in waves
+    `radiation` stands for them."""
     restoring: Literal["term", "hull"] = "term"
     """Restoring near rest, where the hydrostatic term and the hull's pressure differ: the term's (a measured or
     published stiffness) up to heaves of half the draught and tilts of 15 degrees, or the hull's throughout."""
@@ -118,6 +121,12 @@ class AfloatConfig(PartConfig):
             raise ValueError("forward_speed: strip needs radiation, whose terms it adds to")
         elif found.diffraction is not None and not found.diffraction.speed_mps:
             raise ValueError("forward_speed: strip needs diffraction at speed: give speed_mps there, or no diffraction")
+        return self
+
+    @model_validator(mode="after")
+    def _stood_for(self) -> Self:
+        if self.calm_damping and self.radiation is None:
+            raise ValueError("calm_damping needs radiation, which stands for these terms in waves")
         return self
 
     @property

@@ -45,6 +45,7 @@ def build_model(config: VehicleConfig) -> Model:
         still=frozenset(
             name for name, term in config.terms.items() if isinstance(term, (HydrostaticConfig, TwinHullConfig))
         ),
+        calm_damping=frozenset(() if config.afloat is None else config.afloat.calm_damping),
     )
 
 

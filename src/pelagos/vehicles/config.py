@@ -130,6 +130,10 @@ class VehicleConfig(PartConfig):
             raise ValueError("T200 thrusters need a battery: give open_circuit_v and resistance_ohm under battery")
         if self.interaction is not None:
             self.interaction.check(self.actuators)
+        for name in () if self.afloat is None else self.afloat.calm_damping:
+            if self.terms.get(name) is None:
+                hint = did_you_mean(name, self.terms)
+                raise ValueError(f"calm_damping: {name!r} is none of the terms {', '.join(self.terms)}{hint}")
         _check_density(self)
         for name, mode in self.modes.items():
             for used in getattr(mode, "uses", ()):

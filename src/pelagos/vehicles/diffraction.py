@@ -35,7 +35,8 @@ class DiffractionConfig(PartConfig):
 
     omega_radps: tuple[Positive, ...] = Field(min_length=2)
     """Frequencies of the waves as one who stands sees them, increasing [rad/s]; beyond the last the force is that of
-    the last."""
+    the last, and below the first it falls with frequency to nothing. At speed that is too coarse for pitch: there the
+    first should belong to the longest waves that are met."""
     heading_deg: tuple[float, ...] = Field(min_length=2)
     """Direction that the wave travels towards, from the bow over starboard, evenly from 0 to 180 [deg]; 180: a head
     sea."""

@@ -4,7 +4,9 @@
 P = A(inf) nu and what the memory holds of the rest, pitch is pushed by U P3 and yaw by -U P2, and the coefficients of
 strip theory at a speed follow, at every frequency. A vehicle's Coriolis forces have A(inf) nu in them already, with the
 added mass in surge, which strip theory leaves out; added here are the memory's part, what the waves' own motion takes
-from A(inf) nu, and a transom's. The speed is the hull's own, ahead through the water, at each step.
+from A(inf) nu, and a transom's. The speed is the hull's own, ahead through the water, at each step. Astern, a table of
+scattered waves holds that of zero speed (`diffraction.py`), and so do the moments here, which have to cancel it in long
+waves. The moment U A(inf) v in yaw, by which a hull has no course stability, remains at any speed.
 """
 
 from __future__ import annotations
@@ -48,12 +50,14 @@ class ForwardSpeed:
             they have.
         yaws: whether the moment in yaw is added; not where measured derivatives contain it.
         transom: None: the hull ends in a point.
+        astern: whether the terms count astern too; not where the table of scattered waves begins at zero speed.
     """
 
     added: Matrix
     upright: Matrix | None
     yaws: bool
     transom: CutOff | None
+    astern: bool = True
 
     @property
     def kernels(self) -> tuple[Kernel, ...]:
@@ -78,9 +82,12 @@ class ForwardSpeed:
         else:  # what is missing from such equations: all that moves in the hull's upright plane
             whole = coriolis_force(self.upright, flow.nu_c)
             wrench = [0.0, 0.0, -whole[2], 0.0, -whole[4], 0.0]
-        wrench[4] = wrench[4] + speed * beyond[2]
+        counted = speed if self.astern else dr.maximum(speed, 0.0)
+        wrench[4] = wrench[4] + counted * beyond[2]
         if self.yaws:
-            wrench[5] = wrench[5] - speed * beyond[1]
+            wrench[5] = wrench[5] - counted * beyond[1]
+        if not self.astern:  # Coriolis forces push pitch by U A(inf) w, which the held table's waves do not balance
+            wrench[4] = wrench[4] + dr.maximum(-speed, 0.0) * matvec(self.added, flow.nu_c)[2]
         if self.transom is None:
             return wrench
         left = add(
@@ -113,6 +120,7 @@ def compile_forward_speed(
         upright=numbers(body.rigid + np.array(added)) if without else None,
         yaws=not without and not any(row == 6 for row, _ in coriolis.without),
         transom=None if found.transom is None else _cut_off(found.transom, found.omega_radps, body.density),
+        astern=found.diffraction is None,
     )
 
 

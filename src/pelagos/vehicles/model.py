@@ -159,6 +159,7 @@ class Model:
         in_air: whether the terms are those of a body in air.
         sea_inertia: mass and added mass in waves.
         still: names of terms that pressure stands for in waves.
+        calm_damping: names of terms that radiation stands for in waves.
         interaction: thrusters in each other's jets; None: none.
     """
 
@@ -169,6 +170,7 @@ class Model:
     sea: Seakeeping | None = None
     sea_inertia: Inertia | None = None
     still: frozenset[str] = frozenset()
+    calm_damping: frozenset[str] = frozenset()
     trim: Term | None = None
     wetting: Wetting | None = None
     in_air: bool = False
@@ -203,7 +205,7 @@ class Model:
         elif flow.water_acceleration is not None and self.inertia.excess is not None:
             found["excess_mass"] = minus(matvec(self.inertia.excess, flow.water_acceleration))
         for name, term in self.terms.items():
-            if flow.seaway is None or name not in self.still:
+            if flow.seaway is None or name not in self.still | self.calm_damping:
                 found[name] = self.left(term, term.wrench(flow), flow)
                 if name in self.still and flow.calm is not None:
                     found[name] = [
