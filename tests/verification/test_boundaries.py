@@ -10,7 +10,7 @@ import pytest
 
 import pelagos as pl
 from pelagos import jit
-from pelagos.errors import CommandError, ScenarioError
+from pelagos.errors import CommandError, PelagosError, ScenarioError
 from pelagos.hydro.images import Plane, image_added_mass, image_energy_gradient, spheroid_dipoles
 from pelagos.vehicles.nearby import Walls
 from pelagos.vehicles.tables import Tables
@@ -171,6 +171,11 @@ def test_walls_that_cannot_be_are_refused():
     at = [[0, 0, 5, 0, 0, 0]], [[0] * 6], [[]], [[]]
     with pytest.raises(CommandError, match="length"):
         vehicle.accelerations(*at, walls=[[0, 0, -2.0, 1.0]])
+    for distance in (0.0, -0.5):
+        with pytest.raises(CommandError, match="a distance is"):
+            vehicle.accelerations(*at, walls=[[0, 0, -1.0, 1.0], [0, 1.0, 0, distance]])
+    with pytest.raises(PelagosError, match="a and b are both of type boundary"):
+        pl.Vehicle.from_dict({**config, "terms": {k: {"type": "boundary"} for k in "ab"}})
     with pytest.raises(CommandError, match="boundary"):
         pl.Vehicle.from_dict({**config, "terms": {}}).accelerations(*at, walls=[[0, 0, -1.0, 1.0]])
     with pytest.raises(ScenarioError, match="floats"):

@@ -76,6 +76,8 @@ class Accelerations:
         lengths = np.linalg.norm(rows[:, :3], axis=1)
         if (np.abs(lengths - 1) > _UNIT).any():
             raise CommandError(f"walls: a normal has the length {lengths[np.argmax(np.abs(lengths - 1))]:g}, not 1")
+        if (rows[:, 3] <= 0).any():
+            raise CommandError(f"walls: a distance is {rows[:, 3].min():g} m; the origin lies before the wall: above 0")
         return [[dr.opaque(jit.Float64, float(x)) for x in row] for row in rows]
 
     def _evaluate(

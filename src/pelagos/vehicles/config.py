@@ -128,6 +128,9 @@ class VehicleConfig(PartConfig):
             raise ValueError(f"default_mode {self.default_mode!r} is none of the modes {', '.join(self.modes)}")
         if self.battery is None and any(isinstance(a, T200Config) for a in self.actuators.values()):
             raise ValueError("T200 thrusters need a battery: give open_circuit_v and resistance_ohm under battery")
+        alike = [name for name, term in self.terms.items() if term is not None and term.type == "boundary"]
+        if len(alike) > 1:
+            raise ValueError(f"terms {' and '.join(alike)} are both of type boundary: a hull has one image in a plane")
         if self.interaction is not None:
             self.interaction.check(self.actuators)
         for name in () if self.afloat is None else self.afloat.calm_damping:
