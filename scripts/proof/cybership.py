@@ -14,7 +14,7 @@ from pelagos.config.loader import load_scenario
 from pelagos.identification import Fit, fit, load_plan, read_record
 from pelagos.identification.fit import open_loop
 from pelagos.identification.plan import Plan
-from pelagos.identification.record import read_table
+from pelagos.identification.table import read_table
 from pelagos.report import theme
 from pelagos.vehicles.vehicle import Vehicle
 

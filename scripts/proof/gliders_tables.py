@@ -10,7 +10,7 @@ import numpy as np
 from page import keep
 from scipy.signal import savgol_filter
 
-from pelagos.identification.record import read_table
+from pelagos.identification.table import read_table
 
 SHALLOW: Final = 5.0  # m: waves and foam above
 SETTLING: Final = 60.0  # s after the engine moved

@@ -37,11 +37,11 @@ def fit_noise(
     """Identify a sensor's noise: Allan deviation at rest, or beams of a velocity log on its way; as keys."""
     from pelagos.identification.noise import even_rate, keys_of
     from pelagos.identification.noise import fit_noise as fitted
-    from pelagos.identification.record import read_table
+    from pelagos.identification.table import read_table
 
     if bool(columns) == bool(beams):
         raise InputError("give --columns of a sensor at rest, or --beams of a velocity log")
-    table = read_table(data)
+    table = read_table(data, _names(beams) or [time, *_names(columns)])
     if beams:
         _show_beams(table, _names(beams), data, as_json)
         return

@@ -69,8 +69,18 @@ def parameters_of(given: Mapping[str, ParameterConfig], data: Mapping[str, Any])
     """Parameters of a plan, with priors from the vehicle's own keys.
 
     Raises:
-        InputError: a path leads to no number of this vehicle (names the nearest), or the prior is not possible.
+        InputError: a path leads to no number of this vehicle (names the nearest), or the prior is not possible;
+            or two have the same key.
     """
+    owner: dict[str, str] = {}
+    for name, config in given.items():
+        for path in config.paths(name):
+            if path in owner:
+                both = (
+                    f"{owner[path]} and {name} are the same key" if owner[path] != name else f"{name} has twice the key"
+                )
+                raise InputError(f"plan: parameters: {both}, {path}; leave one out")
+            owner[path] = name
     return [_parameter(name, config, data) for name, config in given.items()]
 
 
@@ -102,7 +112,11 @@ def _get(data: Mapping[str, Any], path: str, where: str) -> float:
         known = _keys(node)
         if key not in known:
             before = ".".join(path.split(".")[:k])
-            raise LookupFailed(f"key below {before!r}" if before else "key", key, known, where=where)
+            if before:
+                raise LookupFailed(f"key below {before!r}", key, known, where=where)
+            if key in ("current", "offset"):
+                raise LookupFailed("key", path, OUTSIDE, where=where)
+            raise LookupFailed("key", key, [*known, *OUTSIDE], where=where)
         node = node[key] if isinstance(node, Mapping) else node[int(key)]
     if isinstance(node, bool) or not isinstance(node, (int, float)):
         raise InputError(f"{where}: {path} is not a number of this vehicle but {node!r}"[:300])

@@ -11,7 +11,7 @@ from pydantic import ConfigDict, Field, ValidationError, field_validator, model_
 
 from pelagos.config.described import Described
 from pelagos.errors import LookupFailed, ScenarioError
-from pelagos.identification.coordinates import COORDINATES
+from pelagos.identification.coordinates import COORDINATES, UNITS
 
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 Number = Annotated[float, Field(allow_inf_nan=False)]
@@ -22,6 +22,11 @@ UNIT_SCALES: Final[dict[str, float]] = {
     "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "rpm": 3.141592653589793 / 30, "Hz": 2 * 3.141592653589793, "N": 1.0,
 }  # fmt: skip
 """Factors to SI units."""
+UNITS_OF: Final[dict[str, tuple[str, ...]]] = {
+    "m": ("m", "cm", "mm"), "rad": ("rad", "deg"), "m/s": ("m/s", "cm/s", "mm/s", "km/h", "kn"),
+    "rad/s": ("rad/s", "deg/s", "rpm", "Hz"), "s": ("s", "ms", "us", "ns"),
+}  # fmt: skip
+"""Units of a kind, by its SI unit."""
 
 
 class _Strict(Described):
@@ -161,6 +166,7 @@ class Plan(_Strict):
     def _possible(self) -> Self:
         if not self.columns:
             raise ValueError("columns: name at least one that was measured, such as heading: psi")
+        self._units_fit()
         for name in self.fit_to:
             if name not in COORDINATES:
                 raise ValueError(str(LookupFailed("coordinate", name, COORDINATES)))
@@ -172,6 +178,20 @@ class Plan(_Strict):
             if not start < end:
                 raise ValueError(f"windows_s: {start:g} is not before {end:g}")
         return self
+
+    def _units_fit(self) -> None:
+        """Refuse units of another kind; a command's kind is its actuator's."""
+        kinds = [("time", self.time, "s")]
+        kinds += [(f"columns.{n}", c, UNITS[COORDINATES.index(n)]) for n, c in self.columns.items()]
+        for key, given, kind in kinds:
+            unit = column(given).unit
+            if unit and unit not in UNITS_OF[kind]:
+                raise ValueError(f"{key}: the unit {unit} is of another kind; give {', '.join(UNITS_OF[kind])}")
+        for name, given in self.commands.items():
+            if column(given).unit in UNITS_OF["s"]:
+                raise ValueError(f"commands.{name}: the unit {column(given).unit} is one of time, not of a command")
+        if column(self.time).delay_s:
+            raise ValueError("time: delay_s belongs to columns and commands, not to the time itself")
 
 
 def column(given: Column) -> ColumnConfig:
@@ -197,5 +217,8 @@ def load_plan(source: str | Path | Mapping[str, Any]) -> Plan:
     try:
         return Plan.model_validate(dict(data))
     except ValidationError as error:
-        lines = [f"{'.'.join(str(p) for p in e['loc'])}: {e['msg']}" for e in error.errors()]
+        lines = [
+            f"{place}: {text}" if (place := ".".join(str(p) for p in e["loc"])) else text
+            for e in error.errors() for text in [e["msg"].removeprefix("Value error, ")]
+        ]  # fmt: skip
         raise ScenarioError("; ".join(lines), where=where) from None

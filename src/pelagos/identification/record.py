@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import gzip
-import io
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from itertools import pairwise
@@ -16,13 +13,15 @@ from numpy.typing import NDArray
 from scipy.signal import savgol_filter
 
 from pelagos.errors import InputError, LookupFailed
+from pelagos.identification.clock import Clock, clock_of
 from pelagos.identification.coordinates import ANGLES, COORDINATES, PLAUSIBLE, RATES, UNITS
 from pelagos.identification.plan import Plan, column
+from pelagos.identification.table import Table, read_table
 
-Table = Mapping[str, NDArray[np.float64]]
 _TAU: Final = 2 * np.pi
 _TILTS: Final = {"roll": np.pi + 0.05, "pitch": np.pi / 2 + 0.05}  # beyond, another angle says the same; some noise
 _LONGEST_STEP_S: Final = 0.1
+_NEAR: Final = 0.01  # of a step: moments as far apart are one
 _WAY_S: Final = 1.0  # time over which a course is taken from the way
 _ALIGNED, _ASTRAY = 0.8, 0.4  # length of the mean direction of heading less course: that of a ship, that of chance
 _SHOWN: Final = 3  # places of a fault that a message names
@@ -57,36 +56,6 @@ class Record:
         return self.slopes.get(name) if found is None else found
 
 
-def read_table(path: str | Path) -> dict[str, NDArray[np.float64]]:
-    """Columns of a CSV file by the names in its first line; `.csv.gz` too.
-
-    Raises:
-        InputError: no such file, no names, a row of another length, or a cell that is no number (names the line).
-    """
-    path = Path(path)
-    try:
-        raw = gzip.decompress(path.read_bytes()) if path.suffix == ".gz" else path.read_bytes()
-        rows = csv.reader(io.StringIO(raw.decode("utf-8-sig"), newline=""))
-        lines = [(n, row) for n, row in enumerate(rows, 1) if row and not row[0].startswith("#")]
-    except (OSError, EOFError, UnicodeDecodeError, csv.Error) as error:
-        raise InputError(f"{path}: cannot be read: {error}") from error
-    if len(lines) < 2:
-        raise InputError(f"{path}: needs a first line with names of columns and rows of numbers below it")
-    names = [name.strip() for name in lines[0][1]]
-    if len(set(names)) < len(names):
-        twice = sorted({n for n in names if names.count(n) > 1})
-        raise InputError(f"{path}: columns with the same name: {', '.join(twice)}")
-    table = np.empty((len(lines) - 1, len(names)))
-    for k, (n, row) in enumerate(lines[1:]):
-        if len(row) != len(names):
-            raise InputError(f"{path}:{n}: {len(row)} cells, but the first line names {len(names)} columns")
-        try:
-            table[k] = [float(cell) if cell.strip() else np.nan for cell in row]
-        except ValueError as error:
-            raise InputError(f"{path}:{n}: {error}") from None
-    return dict(zip(names, table.T, strict=True))
-
-
 def read_record(source: str | Path | Table, plan: Plan, actuators: tuple[str, ...] = ()) -> Record:
     """A record as `plan` describes it.
 
@@ -99,26 +68,20 @@ def read_record(source: str | Path | Table, plan: Plan, actuators: tuple[str, ..
         InputError: a column is missing; times are not in order or occur twice; a cell is not finite; rows are missing;
             a quantity is too large for its unit. Says where, and what to do.
     """
-    if isinstance(source, Mapping):
-        table, where = dict(source), "data"
-    elif Path(source).suffix == ".mcap":
-        from pelagos.identification.recording import read_recording
-
-        wanted = [plan.time, *plan.columns.values(), *plan.commands.values()]
-        held = {column(c).column for c in plan.commands.values()}
-        table, where = read_recording(Path(source), [column(w).column for w in wanted], held), str(source)
-    else:
-        table, where = read_table(source), str(source)
+    table, where, origin = _read(source, plan)
     for name in plan.commands:
         if actuators and name not in actuators:
             raise LookupFailed("actuator", name, actuators, where="plan: commands")
-    time = _times(_column(table, column(plan.time).column, where) * column(plan.time).factor, where)
+    stamps = column(plan.time)
+    _column(table, stamps.column, where)
+    clock = clock_of(table[stamps.column], stamps, where, origin)
+    time = clock.t
     seen = _seen(table, plan, len(time), where)
     measured, asked = {}, {}
     for name, given in plan.columns.items():
         c = column(given)
         raw = (_column(table, c.column, where) - c.zero) * c.factor
-        _finite(raw, seen, time, c.column, where)
+        _finite(raw, seen, clock, c.column, where)
         _plausible(name, raw[seen], c.column, c.unit, where)
         _steady(name, raw[seen], time[seen], c.column, where)
         asked[name] = raw[seen]
@@ -128,9 +91,23 @@ def read_record(source: str | Path | Table, plan: Plan, actuators: tuple[str, ..
     for name, given in plan.commands.items():
         c = column(given)
         raw = (_column(table, c.column, where) - c.zero) * c.factor
-        _finite(raw, np.ones(len(time), bool), time, c.column, where)
+        _finite(raw, np.ones(len(time), bool), clock, c.column, where)
         commands[name] = (time - c.delay_s, raw)
-    return _gridded(time, time[seen], measured, commands, plan, where)
+    return _gridded(clock, time[seen], measured, commands, plan, where)
+
+
+def _read(source: str | Path | Table, plan: Plan) -> tuple[Table, str, float]:
+    """Columns that a plan names, a name for messages, and what stamps count from [s]."""
+    if isinstance(source, Mapping):
+        return dict(source), "data", 0.0
+    wanted = [column(c).column for c in (plan.time, *plan.columns.values(), *plan.commands.values())]
+    wanted += [name for out in plan.dropouts for name in out.columns]
+    if Path(source).suffix != ".mcap":
+        return read_table(source, wanted), str(source), 0.0
+    from pelagos.identification.recording import read_recording
+
+    table, origin = read_recording(Path(source), wanted, {column(c).column for c in plan.commands.values()})
+    return table, str(source), origin if column(plan.time).column == "t" else 0.0
 
 
 def _column(table: Table, name: str, where: str) -> NDArray[np.float64]:
@@ -141,30 +118,6 @@ def _column(table: Table, name: str, where: str) -> NDArray[np.float64]:
     if values.shape != (size,):
         raise InputError(f"{where}: column {name!r} has the shape {values.shape}, others have {size} rows")
     return values
-
-
-def _times(time: NDArray[np.float64], where: str) -> NDArray[np.float64]:
-    if not np.isfinite(time).all():
-        raise InputError(f"{where}: the time of row {int(np.argmin(np.isfinite(time))) + 1} is not a number")
-    if len(time) < 10:
-        raise InputError(f"{where}: {len(time)} rows are too few to identify anything from")
-    steps = np.diff(time)
-    if (steps < 0).any():
-        k = int(np.argmax(steps < 0))
-        raise InputError(
-            f"{where}: times are not in order: row {k + 2} has {time[k + 1]:.6g} s after {time[k]:.6g} s "
-            f"({int((steps < 0).sum())} such places); sort the rows, or split the file where a clock was set"
-        )
-    if (steps == 0).any():
-        k = int(np.argmax(steps == 0))
-        raise InputError(
-            f"{where}: {time[k]:.6g} s occurs twice, in rows {k + 1} and {k + 2} ({int((steps == 0).sum())} such "
-            "places); keep one row a time"
-        )
-    step = float(np.median(steps))
-    if step > 60:
-        raise InputError(f"{where}: rows are {step:.4g} s apart; is the time in ms, us or ns? Give time: {{unit: ms}}")
-    return time
 
 
 def _seen(table: Table, plan: Plan, rows: int, where: str) -> NDArray[np.bool_]:
@@ -179,14 +132,12 @@ def _seen(table: Table, plan: Plan, rows: int, where: str) -> NDArray[np.bool_]:
     return seen
 
 
-def _finite(
-    values: NDArray[np.float64], used: NDArray[np.bool_], time: NDArray[np.float64], name: str, where: str
-) -> None:
+def _finite(values: NDArray[np.float64], used: NDArray[np.bool_], clock: Clock, name: str, where: str) -> None:
     bad = np.flatnonzero(~np.isfinite(values) & used)
     if len(bad):
-        places = ", ".join(f"row {k + 1} ({time[k]:.4g} s)" for k in bad[:_SHOWN])
+        places = ", ".join(f"row {k + 1} ({clock.say(clock.t[k])} s)" for k in bad[:_SHOWN])
         raise InputError(
-            f"{where}: column {name!r} has {len(bad)} cells that are empty or not a number, the first in {places}; "
+            f"{where}: column {name!r} has {_count(len(bad), 'cell')} empty or not a number, the first in {places}; "
             "leave these rows out of the file, or name them in the plan (dropouts: [{columns: [...], value: 0}])"
         )
 
@@ -252,46 +203,52 @@ def _unwrapped(name: str, values: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.unwrap(values) if name in ANGLES else values
 
 
+def _count(n: int, what: str) -> str:
+    return f"1 {what} that is" if n == 1 else f"{n} {what}s that are"
+
+
 def _gridded(
-    time: NDArray[np.float64],
+    clock: Clock,
     seen: NDArray[np.float64],
     measured: Mapping[str, tuple[NDArray[np.float64], NDArray[np.float64]]],
     commands: Mapping[str, tuple[NDArray[np.float64], NDArray[np.float64]]],
     plan: Plan,
     where: str,
 ) -> Record:
-    step = float(np.median(np.diff(time)))
+    time, step = clock.t, clock.step_s
     longest = plan.gap_s or 5 * step
     holes = np.flatnonzero(np.diff(seen) > longest)
-    windows = plan.windows_s or ((float(time[0]), float(time[-1])),)
+    windows = [(a - clock.start_s, b - clock.start_s) for a, b in plan.windows_s] or [(0.0, float(time[-1]))]
     if plan.gaps == "refuse":
         inside = [k for k in holes if any(a <= seen[k] < b for a, b in windows)]
         if inside:
             k = inside[0]
             raise InputError(
-                f"{where}: nothing is measured between {seen[k]:.4g} and {seen[k + 1]:.4g} s, longer than "
+                f"{where}: nothing is measured between {clock.say(seen[k])} and {clock.say(seen[k + 1])} s, longer than "
                 f"{longest:.3g} s ({len(inside)} such holes); give gaps: split, or a larger gap_s"
             )
-    h = plan.step_s or step / np.ceil(step / _LONGEST_STEP_S - 1e-9)
-    n = int(np.floor((time[-1] - time[0]) / h + 1e-6)) + 1
-    grid = time[0] + h * np.arange(n)
+    h = plan.step_s or step / np.ceil(step / _LONGEST_STEP_S - _NEAR)
+    n = int(np.floor(time[-1] / h + _NEAR)) + 1
+    grid = h * np.arange(n)
     there = np.zeros(n, bool)
     parts = [0, *(int(k) + 1 for k in holes), len(seen)]
     for first, after in pairwise(parts):
-        there |= (grid >= seen[first] - 1e-6 * h) & (grid <= seen[after - 1] + 1e-6 * h)
+        there |= (grid >= seen[first] - _NEAR * h) & (grid <= seen[after - 1] + _NEAR * h)
     used = np.zeros(n, bool)
     for a, b in windows:
-        used |= (grid >= a - 1e-6 * h) & (grid <= b + 1e-6 * h)
+        used |= (grid >= a - _NEAR * h) & (grid <= b + _NEAR * h)
     found = {name: np.where(there, np.interp(grid, t, x), np.nan) for name, (t, x) in measured.items()}
     held = {
-        name: x[np.clip(np.searchsorted(t, grid + 1e-6 * h, side="right") - 1, 0, len(x) - 1)]
+        name: x[np.clip(np.searchsorted(t, grid + _NEAR * h, side="right") - 1, 0, len(x) - 1)]
         for name, (t, x) in commands.items()
     }
     runs = _runs(there & used, max(10, round(plan.smooth_s / h)))
     if not runs:
-        raise InputError(f"{where}: no stretch of the windows {windows} is long enough; time goes from {time[0]:.4g} "
-                         f"to {time[-1]:.4g} s")  # fmt: skip
-    return Record(float(time[0]), float(h), found, _slopes(found, runs, h, plan.smooth_s), held, runs, plan.start)
+        raise InputError(
+            f"{where}: no stretch of {f'the windows {plan.windows_s}' if plan.windows_s else 'the record'} is long "
+            f"enough; time goes from {clock.say(0.0)} to {clock.say(time[-1])} s"
+        )
+    return Record(clock.start_s, float(h), found, _slopes(found, runs, h, plan.smooth_s), held, runs, plan.start)
 
 
 def _runs(there: NDArray[np.bool_], least: int) -> tuple[tuple[int, int], ...]:

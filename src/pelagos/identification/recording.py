@@ -17,19 +17,25 @@ _ANGLES: Final = ("roll", "pitch", "yaw")
 """Fields that a quaternion has besides its own: Euler angles zyx [rad], in the frames of the message."""
 _HOLE: Final = 5.0  # median steps of a topic without a message, within which nothing is made up
 
-Series = tuple[NDArray[np.float64], NDArray[np.float64]]
+Stamped = tuple[NDArray[np.int64], NDArray[np.float64]]
+"""Stamps [ns] and values."""
 
 
-def read_recording(path: Path, names: Sequence[str], held: Collection[str] = ()) -> dict[str, NDArray[np.float64]]:
+def read_recording(
+    path: Path, names: Sequence[str], held: Collection[str] = ()
+) -> tuple[dict[str, NDArray[np.float64]], float]:
     """Columns of an MCAP recording on the times of its most frequent topic, as far as all topics go.
 
     A name is a topic and the fields below its message: `/auv0/pose.pose.position.x`; below a quaternion `roll`, `pitch`
-    and `yaw`; `t` is the time [s]. In longer holes of a topic, columns are NaN.
+    and `yaw`; `t` is the time since the first message [s]. In longer holes of a topic, columns are NaN.
 
     Args:
         path: of the recording.
         names: of the columns.
         held: those whose value stays from one message to the next, such as commands; others are lines between them.
+
+    Returns:
+        the columns, and the time of the first message [s].
 
     Raises:
         InputError: the recording has no such topic or field, or a topic's times are not in order.
@@ -39,35 +45,38 @@ def read_recording(path: Path, names: Sequence[str], held: Collection[str] = ())
     topics = recording.topics()
     if not topics:
         raise InputError(f"{path}: holds no topic that can be read; was it cut short? Try pelagos recover")
-    series = {name: _series(recording, topics, name, path) for name in wanted}
-    if not series:
+    stamped = {name: _series(recording, topics, name, path) for name in wanted}
+    if not stamped:
         raise InputError(f"{path}: the plan names no topic")
+    origin = min(int(ns[0]) for ns, _ in stamped.values())
+    series = {name: ((ns - origin) * 1e-9, x) for name, (ns, x) in stamped.items()}
     moving = [t for name, (t, _) in series.items() if name not in held] or [t for t, _ in series.values()]
     time = max(moving, key=len)
     first, last = max(float(t[0]) for t, _ in series.values()), min(float(t[-1]) for t in moving)
     time = time[(time >= first - 1e-9) & (time <= last + 1e-9)]
     if len(time) < 2:
         raise InputError(
-            f"{path}: its topics have no time in common: one begins at {first:.4g} s, another ends at {last:.4g} s"
+            f"{path}: its topics have no time in common: one begins at {origin / 1e9 + first:.10g} s, "
+            f"another ends at {origin / 1e9 + last:.10g} s"
         )
-    return {"t": time, **{name: _on(time, name in held, *series[name]) for name in series}}
+    return {"t": time, **{name: _on(time, name in held, *series[name]) for name in series}}, origin * 1e-9
 
 
-def _series(recording: Recording, topics: Collection[str], name: str, path: Path) -> Series:
+def _series(recording: Recording, topics: Collection[str], name: str, path: Path) -> Stamped:
     topic = max((t for t in topics if name == t or name.startswith(f"{t}.")), key=len, default=None)
     if topic is None:
         raise LookupFailed("topic", name, topics, where=str(path))
     fields = name[len(topic) + 1 :].split(".") if len(name) > len(topic) else []
     times, values = [], []
     for message in recording.messages(topic):
-        times.append(message.t_ns * 1e-9)
+        times.append(message.t_ns)
         values.append(_field(message.message, fields, name, path))
     if not times:
         raise InputError(f"{path}: {topic} has no message")
-    t, x = np.array(times), np.array(values, dtype=np.float64)
+    t, x = np.array(times, dtype=np.int64), np.array(values, dtype=np.float64)
     if (np.diff(t) <= 0).any():
         k = int(np.argmax(np.diff(t) <= 0))
-        raise InputError(f"{path}: {topic} has a message of {t[k + 1]:.6g} s after one of {t[k]:.6g} s")
+        raise InputError(f"{path}: {topic} has a message of {t[k + 1] / 1e9:.10g} s after one of {t[k] / 1e9:.10g} s")
     if fields and fields[-1] in _ANGLES:
         x = np.unwrap(x)  # a line from 179 to -179 deg would turn the wrong way
     return t, x
