@@ -10,6 +10,8 @@ import pytest
 
 from pelagos.errors import InputError, LookupFailed, ScenarioError
 from pelagos.identification import load_plan, read_record
+from pelagos.identification.clock import clock_of
+from pelagos.identification.plan import ColumnConfig
 from pelagos.identification.recording import _field, _on
 
 PLAN = {"columns": {"north": "x", "heading": "psi"}, "commands": {"left_propeller": "n1"}}
@@ -165,8 +167,118 @@ def test_csv_names_the_line(tmp_path):
     assert len(read_record(path, load_plan(PLAN)).measured["north"]) == 40
     bad = tmp_path / "bad.csv"
     bad.write_text(good.replace("7,0.07,1", "seven,0.07,1"))
-    with pytest.raises(InputError, match=r"bad\.csv:9: could not convert string to float: 'seven'"):
+    with pytest.raises(InputError, match=r"bad\.csv:9: column 'x': 'seven' is not a number"):
         read_record(bad, load_plan(PLAN))
     bad.write_text(good.replace("7,0.07,1", "7,1"))
     with pytest.raises(InputError, match=r"bad\.csv:9: 3 cells, but the first line names 4"):
         read_record(bad, load_plan(PLAN))
+    bad.write_text(good.replace(",", ";"))
+    with pytest.raises(InputError, match=r"bad\.csv: the first line has semicolons and no comma: separate cells with"):
+        read_record(bad, load_plan(PLAN))
+
+
+def test_columns_that_nobody_names_may_hold_text(tmp_path):
+    lines = ["t,mode,x,psi,n1", *(f"{k / 20},auto,{k},{0.01 * k},{k % 3 - 1}" for k in range(40))]
+    path = tmp_path / "run.csv"
+    path.write_text("\n".join(lines))
+    record = read_record(path, load_plan(PLAN))
+    np.testing.assert_allclose(record.measured["north"], np.arange(40.0), atol=1e-12)
+    np.testing.assert_array_equal(record.commands["left_propeller"], np.arange(40) % 3 - 1)
+    with pytest.raises(InputError, match=r"run\.csv:2: column 'mode': 'auto' is not a number"):
+        read_record(path, load_plan({**PLAN, "columns": {"north": "mode"}}))
+    with pytest.raises(LookupFailed, match=r"unknown column 'pssi'.*mode, n1, psi"):
+        read_record(path, load_plan({**PLAN, "columns": {"heading": "pssi"}}))
+
+
+@pytest.mark.parametrize("step", [0.1, 0.05, 1 / 30])
+@pytest.mark.parametrize("start", [0.0, 100.0, 1.7e9])
+def test_a_record_is_the_same_whenever_it_begins(start, step):
+    """A stamp since 1970 is good to 2.4e-7 s: at 0.5 m/s that is 1.2e-7 m; the grid and commands have none of it."""
+    rows = 900
+    since = step * np.arange(rows)
+    commands = np.where(np.arange(rows) % 7 < 3, -1.5, np.arange(rows))
+    data = {"t": start + since, "x": 0.5 * since - 3, "psi": 0.4 * np.sin(since), "n1": commands}
+    record = read_record(data, load_plan({**PLAN, "windows_s": [[start - 1, start + since[-1] + 1]]}))
+    assert record.start_s == start
+    assert record.step_s == step
+    assert record.runs == ((0, rows),)
+    np.testing.assert_array_equal(record.commands["left_propeller"], commands)
+    np.testing.assert_allclose(record.measured["north"], 0.5 * since - 3, atol=1e-6)
+    np.testing.assert_allclose(record.measured["heading"], 0.4 * np.sin(since), atol=1e-6)
+
+
+def test_stamps_may_be_whole_nanoseconds():
+    """Rows of 1/30 s, which no whole number of nanoseconds is: the rate of 30 Hz, and the same rows at the end."""
+    stamps = 1_700_000_000_000_000_000 + np.round(np.arange(9000) / 30 * 1e9).astype(np.int64)
+    clock = clock_of(stamps, ColumnConfig(column="t", unit="ns"), "data")
+    assert clock.step_s == 1 / 30
+    assert clock.t[-1] == pytest.approx(8999 / 30, abs=1e-9)
+    assert clock.say(12.35) == "1700000000+12.35"
+
+
+def test_uneven_rows_have_their_median_as_a_step():
+    random = np.random.default_rng(3)
+    since = np.cumsum(0.1 + random.uniform(-0.01, 0.01, 301))
+    clock = clock_of(50 + since, ColumnConfig(column="t"), "data")
+    assert clock.step_s == round(float(np.median(np.diff(50 + since))), 9)
+    assert clock.say(1.5) == f"{50 + since[0] + 1.5:.6g}"
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        ({"columns": {"north": {"column": "x", "unit": "deg"}}}, "columns.north: the unit deg is .* give m, cm, mm"),
+        ({"columns": {"r": {"column": "x", "unit": "kn"}}}, "columns.r: the unit kn .* give rad/s, deg/s, rpm, Hz"),
+        (
+            {"columns": {"u": {"column": "x", "unit": "m"}}},
+            "columns.u: the unit m is .* give m/s, cm/s, mm/s, km/h, kn",
+        ),
+        ({"time": {"column": "t", "unit": "kn"}}, "time: the unit kn is of another kind; give s, ms, us, ns"),
+        (
+            {"commands": {"left_propeller": {"column": "n1", "unit": "ms"}}},
+            "commands.left_propeller: the unit ms is one",
+        ),
+        ({"time": {"column": "t", "delay_s": 0.1}}, "plan: time: delay_s belongs to columns"),
+        ({"windows_s": [[3, 2]]}, "plan: windows_s: 3 is not before 2"),
+    ],
+)
+def test_a_plan_that_cannot_be_meant_is_refused(change, said):
+    with pytest.raises(ScenarioError, match=said):
+        load_plan({**PLAN, **change})
+
+
+def test_one_cell_is_one_cell():
+    def hole(d):
+        d["psi"][7] = np.nan
+
+    refused(hole, match="column 'psi' has 1 cell that is empty or not a number")
+
+
+class _Bag:
+    """A recording since 1970: poses 30 times a second, and a command every fifth time."""
+
+    def __init__(self, path):
+        self.stamps = 1_700_000_000_000_000_000 + np.round(np.arange(600) / 30 * 1e9).astype(np.int64)
+
+    def topics(self):
+        return ["/pose", "/thrust"]
+
+    def messages(self, topic):
+        for k, ns in enumerate(self.stamps):
+            if topic == "/pose":
+                yield SimpleNamespace(t_ns=int(ns), message={"x": 0.02 * k, "psi": 0.001 * k})
+            elif k % 5 == 0:
+                yield SimpleNamespace(t_ns=int(ns), message={"data": float(k)})
+
+
+def test_a_recording_since_1970_has_its_rows(monkeypatch):
+    monkeypatch.setattr("pelagos.identification.recording.Recording", _Bag)
+    columns = {"columns": {"north": "/pose.x", "heading": "/pose.psi"}, "commands": {"left_propeller": "/thrust.data"}}
+    record = read_record("bag.mcap", load_plan(columns))
+    assert record.step_s == 1 / 30
+    assert record.start_s == 1.7e9
+    k = np.arange(600)
+    np.testing.assert_array_equal(record.commands["left_propeller"], k - k % 5)
+    np.testing.assert_allclose(record.measured["north"], 0.02 * k, atol=1e-9)  # 0.6 m/s, rounded to 1 ns
+    with pytest.raises(InputError, match=r"time goes from 1700000000\+0 to 1700000000\+19\.9667 s"):
+        read_record("bag.mcap", load_plan({**columns, "windows_s": [[0, 20]]}))

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
-from pelagos.errors import InputError, LookupFailed, ScenarioError
+from pelagos.errors import InputError, LookupFailed, PelagosWarning, ScenarioError
 from pelagos.identification import fit, load_plan, read_record
+from pelagos.identification.doubts import doubts_of_commands, doubts_of_fit
 from pelagos.identification.fit import shooter_of
 from pelagos.identification.output import vehicle_yaml, write_fit
 from pelagos.identification.parameters import Family, parameters_of
@@ -120,10 +122,15 @@ def test_a_synthetic_vehicle_is_found_again(made):
     """From priors 1.4 times off or 0; four standard deviations: one false alarm in 2600 runs of six parameters."""
     for e in made.estimates:
         true = TRUE[e.parameter.name]
-        spread = (e.high - e.low) / 2 / 1.96
+        spread = (e.fisher[1] - e.fisher[0]) / 2 / 1.96
         assert abs(e.value - true) < 4 * spread, e.parameter.name
         assert e.identified == (e.parameter.name != "K_pp"), e.parameter.name  # it hardly rolls
         assert e.resampled is not None
+        assert (e.low, e.high) in (e.fisher, e.resampled)
+        coordinate = e.parameter.coordinate
+        widths = [coordinate(b) - coordinate(a) for a, b in ((e.low, e.high), e.fisher, e.resampled)]
+        assert widths[0] == pytest.approx(max(widths)), e.parameter.name
+    assert {(e.low, e.high) == e.fisher for e in made.estimates} == {True, False}  # each is the wider somewhere
     assert made.test is not None
     assert made.test.rms["heading"] < 0.5 * made.before.rms["heading"]
     assert made.test.r2["north"] > made.before.r2["north"]
@@ -139,7 +146,13 @@ def test_the_fitted_vehicle_is_a_vehicle_with_its_provenance(made, tmp_path):
     assert f"X_udot = {made.value('X_udot'):.6g}" in text
     files = write_fit(made, tmp_path / "results", data="tank.csv", title="A <b>tank</b>")
     assert [f.name for f in files] == ["vehicle.yaml", "fit.json", "fit.png", "fit.html"]
-    assert json.loads(files[1].read_text())["parameters"]["N_r"]["value"] == made.value("N_r")
+    found = json.loads(files[1].read_text())["parameters"]["N_r"]
+    assert found["value"] == made.value("N_r")
+    rate = next(e for e in made.estimates if e.parameter.name == "N_r")
+    assert found["interval_95"] == [rate.low, rate.high]
+    assert found["fisher_95"] == list(rate.fisher)
+    assert found["bootstrap_95"] == list(rate.resampled)
+    assert f"[{rate.low:.6g}, {rate.high:.6g}]" in text
     assert files[2].read_bytes().startswith(b"\x89PNG")
     page = files[3].read_text()
     assert "A &lt;b&gt;tank" in page
@@ -170,13 +183,63 @@ def test_nothing_is_fitted_to_a_vehicle_at_rest():
             InputError,
             "the prior 6 is not between 50 and 90",
         ),
-        ({"path": "hull_gap"}, LookupFailed, "unknown key 'hull_gap'"),
+        ({"path": "hull_gap"}, LookupFailed, "unknown key 'hull_gap'.*current.east, current.north, .*offset.heading"),
+        ({"path": "current.nort"}, LookupFailed, "unknown key 'current.nort' .did you mean 'current.north'"),
+        ({"path": ["length_m", "length_m"]}, InputError, "wrong has twice the key, length_m"),
     ],
 )
 def test_parameters_that_do_not_exist_are_refused(parameter, error, said):
     plan = load_plan({**PLAN, "parameters": {"wrong": parameter}})
     with pytest.raises(error, match=said):
         parameters_of(plan.parameters, ROV)
+
+
+def test_two_parameters_of_one_key_are_refused():
+    both = {"X_u": {"path": "terms.damping.diagonal.0"}, "X2": {"path": ["length_m", "terms.damping.diagonal.0"]}}
+    plan = load_plan({**PLAN, "parameters": both})
+    with pytest.raises(InputError, match=r"X_u and X2 are the same key, terms\.damping\.diagonal\.0; leave one out"):
+        parameters_of(plan.parameters, ROV)
+
+
+def test_commands_that_are_missing_or_not_followed_are_told():
+    data = synthetic(11, rows=101)
+    plan = load_plan({**PLAN, "commands": {"port": {"column": "port", "scale": 2}, "starboard": "starboard"}})
+    record = read_record(data, plan)
+    model = Family(ROV, parameters_of(plan.parameters, ROV)).model
+    silent, beyond = doubts_of_commands(record, model)
+    assert silent.startswith("no commands of bow: taken for 0")
+    used = 2 * data["port"]
+    share = 100 * (np.abs(used) > 30).mean()
+    assert 0 < share < 100
+    told = (
+        f"commands of port go from {used.min():.4g} to {used.max():.4g}, beyond its limits -30 .. 30 in {share:.2g} %"
+    )
+    assert beyond.startswith(told)
+    assert doubts_of_commands(read_record(data, load_plan(PLAN)), model) == ()
+
+
+def test_a_fit_that_predicts_badly_or_did_not_settle_is_told(made):
+    assert doubts_of_fit(replace(made, test=replace(made.before), found=replace(made.found, settled=True))) == ()
+    before = replace(made.before, r2={"u": 0.5, "r": -0.9, "v": 0.8001})
+    bad = replace(made, before=before, test=replace(before, r2={"u": 0.4, "r": -0.3, "v": 0.8}))
+    unsettled = replace(bad, found=replace(made.found, settled=False))
+    assert doubts_of_fit(unsettled) == (
+        "the search did not settle in 15 steps: give more iterations or narrower priors",
+        "unseen part: R2 below 0, so that its mean would predict it better: r -0.300",
+        "unseen part: R2 is worse than before the fit: u 0.400 (priors 0.500)",
+    )
+    text = vehicle_yaml(replace(unsettled, doubts=doubts_of_fit(unsettled)), data="tank.csv")
+    assert "# DOUBTFUL: the search did not settle in 15 steps" in text
+
+
+def test_doubts_are_warned_of():
+    """One step of a search, whose bow thruster is said to have stood still."""
+    plan = load_plan({**PLAN, "commands": {"port": "port", "starboard": "starboard"}, "iterations": 1, "bootstrap": 0})
+    with pytest.warns(PelagosWarning) as told:
+        made = fit(ROV, read_record(synthetic(11), plan), plan)
+    assert tuple(str(w.message) for w in told if w.category is PelagosWarning) == made.doubts
+    assert made.doubts[0].startswith("no commands of bow")
+    assert made.doubts[1].startswith("the search did not settle in 1 steps")
 
 
 def test_a_parameter_without_effect_is_refused():
@@ -197,7 +260,7 @@ def test_intervals_cover_the_truth():
         made = fit(ROV, read_record(synthetic(100 + seed), plan), plan)
         for e in (e for e in made.estimates if e.identified):
             assert e.resampled is not None
-            inside.fisher += e.low <= TRUE[e.parameter.name] <= e.high
+            inside.fisher += e.fisher[0] <= TRUE[e.parameter.name] <= e.fisher[1]
             inside.resampled += e.resampled[0] <= TRUE[e.parameter.name] <= e.resampled[1]
             inside.of += 1
     assert inside.of == 120

@@ -46,8 +46,6 @@ def fit_vehicle(
         if s is not None:
             text = ", ".join(f"{n} {s.r2[n]:.3f}" for n in s.r2)
             out.print(f"open loop {made_plan.segment_s:g} s, {label} part, R2: {text}", markup=False)
-    if not made.found.settled:
-        err.print(f"the search did not settle in {made_plan.iterations} steps: give more iterations or narrower priors")
     where = folder or Path("results") / f"fit-{data.name.split('.')[0]}"
     files = write_fit(made, where, data=data.name, title=f"{vehicle.type}: {data.name}")
     out.print(f"wrote {', '.join(f.name for f in files)} in {where}", markup=False)

@@ -14,6 +14,7 @@ from pelagos.identification.plan import ColumnConfig
 _LARGE_S: Final = 1e6  # a beginning from which times are told with it apart
 _FINEST_S: Final = 1e-9  # of stamps that were written or added up
 _ROUNDINGS: Final = 2.5  # of a stamp: two in each of two differences that are compared, and some
+_FINE: Final = 0.01  # of a step: coarser stamps say nothing of evenness
 _ROWS: Final = 10  # fewer say nothing
 
 
@@ -72,10 +73,11 @@ def clock_of(stamps: Any, column: ColumnConfig, where: str, origin_s: float = 0.
         raise InputError(f"{where}: the time of row {int(np.argmin(np.isfinite(raw))) + 1} is not a number")
     if len(raw) < _ROWS:
         raise InputError(f"{where}: {len(raw)} rows are too few to identify anything from")
-    digits = 0.0 if whole else float(np.spacing(np.abs(raw).max())) * abs(column.factor)
+    digits = (1.0 if whole else float(np.spacing(np.abs(raw).max()))) * abs(column.factor)
     t = (raw - raw[0]).astype(np.float64) * column.factor
     start = origin_s + (float(raw[0]) - column.zero) * column.factor
-    clock = Clock(start, t, max(_ROUNDINGS * digits, _FINEST_S))
+    grain = min(_ROUNDINGS * max(digits, _FINEST_S), _FINE * abs(float(np.median(np.diff(t)))))
+    clock = Clock(start, t, grain)
     _ordered(clock, where)
     return clock
 

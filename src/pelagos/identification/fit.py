@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+import warnings
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any, Final
@@ -10,9 +11,10 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from pelagos.errors import InputError
+from pelagos.errors import InputError, PelagosWarning
 from pelagos.identification.certainty import NORMAL_95, UNTOLD, Certainty, certainty
 from pelagos.identification.coordinates import COORDINATES
+from pelagos.identification.doubts import doubts_of_commands, doubts_of_fit
 from pelagos.identification.parameters import OUTSIDE, Family, Parameter, changed, listed, parameters_of
 from pelagos.identification.plan import Plan
 from pelagos.identification.problem import (
@@ -38,8 +40,9 @@ class Estimate:
     """One parameter after the fit.
 
     Attributes:
-        parameter: with its prior; value: found; low, high: 95 % interval by Fisher's information.
-        resampled: 95 % interval by resampled shots, or None; identified: whether the data say more than the prior.
+        parameter: with its prior; value: found; low, high: 95 % interval, the wider of the next two.
+        fisher: 95 % interval by Fisher's information; resampled: by resampled shots, or None.
+        identified: whether the data say more than the prior.
         told: share of the prior's spread that the data took away.
         bounded: whether it stands at a bound.
     """
@@ -48,6 +51,7 @@ class Estimate:
     value: float
     low: float
     high: float
+    fisher: tuple[float, float]
     resampled: tuple[float, float] | None
     identified: bool
     told: float
@@ -76,6 +80,7 @@ class Fit:
         record, plan: what it was made from.
         simulated: coordinates `(steps + 1, 12, s)` of all shots in open loop, and the shots.
         seconds: of the fit, on the wall.
+        doubts: warnings that were issued, in words.
     """
 
     estimates: tuple[Estimate, ...]
@@ -89,6 +94,7 @@ class Fit:
     plan: Plan
     simulated: tuple[NDArray[np.float64], Shots]
     seconds: float
+    doubts: tuple[str, ...] = ()
 
     def value(self, name: str) -> float:
         """Of a parameter."""
@@ -128,6 +134,10 @@ def fit(
     Raises:
         InputError: a parameter does not exist, or the record excites too little to identify anything.
         SimulationError: the motion with the priors is not finite.
+
+    Warns:
+        PelagosWarning: commands are missing or beyond limits, the search did not settle, or the unseen part is
+            predicted badly.
     """
     began = time.perf_counter()
     if not plan.parameters:
@@ -136,6 +146,9 @@ def fit(
     _depth_told(data, record)
     parameters = parameters_of(plan.parameters, data)
     family = Family(_calm(data), parameters)
+    doubtful = doubts_of_commands(record, family.model)
+    for text in doubtful:
+        warnings.warn(text, PelagosWarning, stacklevel=2)
     shooter = shooter_of(family, record)
     all_shots, joined = cut_shots(record, plan)
     count = max(1, round(plan.train * len(all_shots)))
@@ -160,10 +173,18 @@ def fit(
     test = score(shooter, family, found.at, record, rest) if len(rest) else None
     before = score(shooter, family, problem.prior, record, rest if len(rest) else shots)
     seen, _ = shooter.play(all_shots, family.compiled_values(found.at), [], tangents=False)
-    return Fit(
+    made = Fit(
         estimates, sure, found, changed(data, parameters, family.values(found.at)), train, test, before, record, plan,
         (seen, all_shots), time.perf_counter() - began,
     )  # fmt: skip
+    return _doubted(made, doubtful)
+
+
+def _doubted(made: Fit, doubtful: tuple[str, ...]) -> Fit:
+    ends = doubts_of_fit(made)
+    for text in ends:
+        warnings.warn(text, PelagosWarning, stacklevel=3)
+    return replace(made, doubts=doubtful + ends)
 
 
 def open_loop(
@@ -259,11 +280,17 @@ def _swings(record: Record, plan: Plan) -> bool:
 def _estimate(parameter: Parameter, k: int, found: Found, sure: Certainty) -> Estimate:
     at, spread = float(found.at[k]), NORMAL_95 * float(sure.fisher[k])
     value = parameter.value(at)
-    ends = sorted((parameter.value(at - spread), parameter.value(at + spread)))
-    resampled = None
+    fisher = _between(parameter, at - spread, at + spread)
+    resampled, wider = None, fisher
     if sure.bootstrap is not None:
-        a, b = sorted(parameter.value(at + float(x)) for x in sure.bootstrap[k])
-        resampled = (a, b)
+        below, above = (float(x) for x in sure.bootstrap[k])
+        resampled = _between(parameter, at + below, at + above)
+        wider = resampled if above - below > 2 * spread else fisher
     bounded = value in (parameter.low, parameter.high)
     identified = float(sure.told[k]) > UNTOLD and not bounded
-    return Estimate(parameter, value, ends[0], ends[1], resampled, identified, float(sure.told[k]), bounded)
+    return Estimate(parameter, value, *wider, fisher, resampled, identified, float(sure.told[k]), bounded)
+
+
+def _between(parameter: Parameter, start: float, end: float) -> tuple[float, float]:
+    low, high = sorted((parameter.value(start), parameter.value(end)))
+    return low, high

@@ -52,6 +52,8 @@ def vehicle_yaml(made: Fit, *, data: str) -> str:
             + ("" if e.identified else "  NOT IDENTIFIED: the record says little, this is mostly the prior")
             for e in made.estimates
         ),
+        "Intervals: 95 %, the wider of Fisher's and that of resampled shots.",
+        *(f"DOUBTFUL: {text}" for text in made.doubts),
     ]
     head = "".join(f"# {line}\n" for line in lines)
     kept = {k: v for k, v in made.vehicle.items() if v not in (None, {}, [], "")}
@@ -68,13 +70,15 @@ def as_data(made: Fit) -> dict[str, Any]:
         "alike": [list(pair) for pair in made.certainty.alike],
         "train": _score(made.train), "test": None if made.test is None else _score(made.test),
         "before": _score(made.before), "residual_memory_rows": made.certainty.memory, "settled": made.found.settled,
+        "doubts": list(made.doubts),
         "seconds": made.seconds,
     }  # fmt: skip
 
 
 def _estimate(e: Estimate) -> dict[str, Any]:
     return {
-        "value": e.value, "interval_95": [e.low, e.high], "bootstrap_95": list(e.resampled) if e.resampled else None,
+        "value": e.value, "interval_95": [e.low, e.high], "fisher_95": list(e.fisher),
+        "bootstrap_95": list(e.resampled) if e.resampled else None,
         "prior": e.parameter.prior, "paths": list(e.parameter.paths), "identified": e.identified, "at_bound": e.bounded,
         "told": e.told,
     }  # fmt: skip
@@ -124,8 +128,6 @@ def _draw_parameters(made: Fit, where: Any) -> None:
         size = abs(e.parameter.prior) or abs(e.value) or 1.0
         colour = theme.SENSOR if e.identified else theme.MUTED
         ax.plot([e.low / size, e.high / size], [k, k], color=colour, lw=3, alpha=0.5, solid_capstyle="butt")
-        if e.resampled:
-            ax.plot([e.resampled[0] / size, e.resampled[1] / size], [k, k], color=colour, lw=1)
         ax.plot(e.value / size, k, "o", color=colour, ms=5)
         ax.plot(e.parameter.prior / size, k, "|", color=theme.TRUTH, ms=9)
     ax.set_yticks(range(len(made.estimates)), [e.parameter.name for e in made.estimates])
@@ -146,6 +148,7 @@ def _page(made: Fit, picture: bytes, *, data: str, title: str) -> str:
     rows = [
         (
             e.parameter.name, f"{e.parameter.prior:.5g}", f"{e.value:.5g}", f"{e.low:.5g} to {e.high:.5g}",
+            f"{e.fisher[0]:.5g} to {e.fisher[1]:.5g}",
             f"{e.resampled[0]:.5g} to {e.resampled[1]:.5g}" if e.resampled else "",
             "at its bound" if e.bounded else "yes" if e.identified else "no: mostly the prior",
             ", ".join(e.parameter.paths),
@@ -156,7 +159,10 @@ def _page(made: Fit, picture: bytes, *, data: str, title: str) -> str:
     note = (
         f"Not to be told apart by this record (correlation): {alike}." if alike else "No two parameters are confused."
     )
-    heads = ("parameter", "prior", "found", "95 % (Fisher)", "95 % (resampled)", "identified", "key")
+    note = " ".join(
+        [note, "95 %: the wider of the two intervals beside it.", *(f"Doubtful: {d}." for d in made.doubts)]
+    )
+    heads = ("parameter", "prior", "found", "95 %", "Fisher", "resampled", "identified", "key")
     scores = [("fitted part", made.train), ("unseen part", made.test), ("with the priors", made.before)]
     quality_rows = [
         (label, name, f"{s.r2[name]:.3f}", _rms(name, s)) for label, s in scores if s is not None for name in s.r2
@@ -167,7 +173,7 @@ def _page(made: Fit, picture: bytes, *, data: str, title: str) -> str:
         sections=[
             Section("Record and simulation", "Shots begin at measured states and obey the recorded commands.",
                     image(theme.data_uri(picture), "recorded and simulated velocities; parameters")),
-            Section("Parameters", note, table(heads, rows, numbers=(1, 2, 3, 4), code=(6,))),
+            Section("Parameters", note, table(heads, rows, numbers=(1, 2, 3, 4, 5), code=(7,))),
             Section("Open loop", f"Shots of {made.plan.segment_s:g} s. R2 = 1 - sum of squared differences over that "
                     "about the mean.", table(("part", "coordinate", "R2", "rms"), quality_rows, numbers=(2, 3))),
         ],

@@ -224,8 +224,8 @@ def _gridded(
         if inside:
             k = inside[0]
             raise InputError(
-                f"{where}: nothing is measured between {clock.say(seen[k])} and {clock.say(seen[k + 1])} s, longer than "
-                f"{longest:.3g} s ({len(inside)} such holes); give gaps: split, or a larger gap_s"
+                f"{where}: nothing is measured between {clock.say(seen[k])} and {clock.say(seen[k + 1])} s, longer "
+                f"than {longest:.3g} s ({len(inside)} such holes); give gaps: split, or a larger gap_s"
             )
     h = plan.step_s or step / np.ceil(step / _LONGEST_STEP_S - _NEAR)
     n = int(np.floor(time[-1] / h + _NEAR)) + 1
