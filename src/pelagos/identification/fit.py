@@ -162,12 +162,7 @@ def fit(
     found = search(problem, shots, iterations=plan.iterations, tell=tell)
     sure = certainty(problem, found, resamplings=plan.bootstrap)
     estimates = tuple(_estimate(p, k, found, sure) for k, p in enumerate(parameters))
-    if not any(e.identified for e in estimates):
-        told = ", ".join(f"{e.parameter.name} {100 * e.told:.0f} %" for e in estimates)
-        raise InputError(
-            "too little excitation: the record narrows no parameter's prior to half of its spread "
-            f"({told}); record a motion in which these matter, or give narrower questions"
-        )
+    _narrowed(estimates)
     train = score(shooter, family, found.at, record, shots)
     rest = _some(all_shots, slice(count, None))
     test = score(shooter, family, found.at, record, rest) if len(rest) else None
@@ -178,6 +173,16 @@ def fit(
         (seen, all_shots), time.perf_counter() - began,
     )  # fmt: skip
     return _doubted(made, doubtful)
+
+
+def _narrowed(estimates: tuple[Estimate, ...]) -> None:
+    """Refuse a fit that says nothing."""
+    if not any(e.identified for e in estimates):
+        told = ", ".join(f"{e.parameter.name} {100 * e.told:.0f} %" for e in estimates)
+        raise InputError(
+            "too little excitation: the record narrows no parameter's prior to half of its spread "
+            f"({told}); record a motion in which these matter, or give narrower questions"
+        )
 
 
 def _doubted(made: Fit, doubtful: tuple[str, ...]) -> Fit:

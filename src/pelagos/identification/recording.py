@@ -49,7 +49,7 @@ def read_recording(
     if not stamped:
         raise InputError(f"{path}: the plan names no topic")
     origin = min(int(ns[0]) for ns, _ in stamped.values())
-    series = {name: ((ns - origin) * 1e-9, x) for name, (ns, x) in stamped.items()}
+    series = {name: ((ns - origin).astype(np.float64) * 1e-9, x) for name, (ns, x) in stamped.items()}
     moving = [t for name, (t, _) in series.items() if name not in held] or [t for t, _ in series.values()]
     time = max(moving, key=len)
     first, last = max(float(t[0]) for t, _ in series.values()), min(float(t[-1]) for t in moving)
