@@ -244,7 +244,7 @@ class Scene:
     @property
     def radius(self) -> float:
         """Turning circle of those that cannot stop; 0 of others [m]."""
-        return self.vehicle.config.envelope.turn_radius_m or 0.0
+        return 0.0 if self.family.stops else self.vehicle.config.envelope.turn_radius_m or 0.0
 
     @property
     def flies(self) -> bool:
