@@ -14,6 +14,7 @@ import pelagos as pl
 from pelagos import envs
 from pelagos.envs.registry import register
 from pelagos.envs.tasks.hover import Hover
+from pelagos.envs.tasks.rov import rov
 from pelagos.errors import CommandError, LookupFailed, ScenarioError
 
 N = 3
@@ -110,7 +111,7 @@ def test_the_kernel_moves_vehicles_as_a_simulation_does() -> None:
     scenario = {
         "tick_rate_hz": 100,
         "world": {"type": "flat", "depth_m": 400.0},
-        "agents": {"rov": {"vehicle": "bluerov2_heavy", "control": "actuators", "start": {"position_m": [0, 0, -10]}}},
+        "agents": {"rov": {"vehicle": rov(), "control": "actuators", "start": {"position_m": [0, 0, -10]}}},
     }
     sim = pl.Simulation.load(scenario, n=N)
     sim.ocean.set(current=np.stack([start[f"current.{a}"] for a in "xyz"], axis=-1))

@@ -25,6 +25,7 @@ from pelagos.vehicles.load import catalogue_names
 from pelagos.vehicles.wetness import Wetness
 
 DEAF = {
+    "actuators.ship_engine.service_hz": "trials and missions order it; the engine itself turns as it is told",
     "terms.hydrostatic.center_of_flotation_m.2": "heave, roll and pitch act through x and y of that point alone",
 }
 """Keys that no motion below hears, and why."""
@@ -73,6 +74,8 @@ def numbers(config: BaseModel) -> Iterator[tuple[str, Any]]:
         elif isinstance(value, (list, tuple)) and value and all(isinstance(v, (int, float)) for v in value):
             for k, v in enumerate(value):
                 yield f"{key}.{k}", [*value[:k], v * 1.17 + (0.05 if v == 0 else 0.0), *value[k + 1 :]]
+                if len(value) > 2 and sorted(value) == list(value):  # a table's axis, which must go on rising
+                    yield f"{key}.{k}", [*value[:k], v + 0.01 * abs(v), *value[k + 1 :]]
 
 
 def changed(config: BaseModel, key: str, value: Any) -> BaseModel | None:
@@ -89,6 +92,12 @@ def of_term(config: Any, plant: Plant, flow: Flow) -> list[Any]:
     if hasattr(config, "stiffness"):
         body = replace(body, stiffness=config.stiffness(body))
     return list(config.build(body).wrench(flow))
+
+
+def between(lag: Any) -> np.ndarray:
+    """States of an actuator that others look at, of both signs where it has them."""
+    low, high = (float(getattr(lag, end, sign)) for end, sign in (("low", -1.0), ("high", 1.0)))
+    return np.random.default_rng(5).uniform(0.9 * low, 0.9 * high, STATES)
 
 
 def of_actuator(config: Any, plant: Plant, flow: Flow) -> list[Any]:
@@ -160,6 +169,7 @@ def test_every_number_of_a_part_changes_what_it_does(kind: str) -> None:
         if vehicle.config.battery is not None:
             tables = t200_tables(vehicle.config.battery.open_circuit_v)
             flow.supply = Supply(jit.Float64(np.linspace(12.3, 16.1, STATES)), tables)
+        flow.actuators = {n: jit.Float64(between(a.lag)) for n, a in vehicle.model.actuators.items()}
         for part in getattr(vehicle.config, kind).values():
             if part is not None and (kind, part.type) not in SKIPPED:
                 known = felt.setdefault(part.type, {})

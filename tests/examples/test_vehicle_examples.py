@@ -62,6 +62,7 @@ def test_thruster_losses(tmp_path, capsys, monkeypatch):
     assert (tmp_path / "losses.png").stat().st_size > 10_000
 
 
+@pytest.mark.slow
 def test_near_bottom(tmp_path):
     """The bottom holds back what the hull's buoyancy lifts off it."""
     found = runpy.run_path(str(EXAMPLES / "vehicle_near_bottom.py"))["main"](str(tmp_path / "near.png"))

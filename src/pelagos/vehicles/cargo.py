@@ -56,11 +56,11 @@ class Carrier(Protocol):
     """An actuator whose state is a mass aboard; every control mode has a set-point for it besides its own."""
 
     def cargo(self, state: Array, flow: Flow) -> Cargo:
-        """What it has aboard."""
+        """Mass aboard."""
         ...
 
     def taken(self, now: Array, after: Array, flow: Flow) -> Cargo:
-        """What comes aboard between two states: it was at rest in the water; what goes takes its momentum along."""
+        """Mass that comes aboard between two states, at rest in the water before; what goes keeps its momentum."""
         ...
 
     def follower(self, flow: Flow) -> Follower:

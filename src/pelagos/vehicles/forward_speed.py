@@ -42,7 +42,7 @@ class CutOff:
 
 @dataclass(frozen=True)
 class ForwardSpeed:
-    """What speed ahead changes in radiation, compiled.
+    """Changes of radiation by speed ahead, compiled.
 
     Attributes:
         added: M_A at infinite frequency `(6, 6)`.
