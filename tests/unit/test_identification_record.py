@@ -81,6 +81,14 @@ def circle(spread: float = 1.0) -> dict:
     return {"t": t, "x": north, "y": east, "psi": heading, "deg": np.degrees(heading), "n1": np.floor(t)}
 
 
+def test_a_vehicle_that_is_carried_along_may_turn_as_it_likes():
+    """Northwards at 0.3 m/s, turning 1.1 times to and fro: in degrees its heading would be the course, by chance."""
+    data = circle(0.9)
+    data |= {"x": 0.3 * data["t"], "y": 0.002 * data["t"]}
+    record = read_record(data, load_plan({**PLAN, "columns": {"north": "x", "east": "y", "heading": "psi"}}))
+    assert np.ptp(record.values("heading")) == pytest.approx(7.2, abs=0.1)
+
+
 def test_a_heading_in_degrees_is_known_by_the_way():
     """Slow turns, whose degrees as radians are rates that a vehicle may have."""
     columns = {"north": "x", "east": "y", "heading": "deg"}

@@ -23,6 +23,9 @@ _TILTS: Final = {"roll": np.pi + 0.05, "pitch": np.pi / 2 + 0.05}  # beyond, ano
 _LONGEST_STEP_S: Final = 0.1
 _NEAR: Final = 0.01  # of a step: moments as far apart are one
 _WAY_S: Final = 1.0  # time over which a course is taken from the way
+_MANY: Final = 40.0
+"""Range of a heading from which its unit is looked at: of degrees a ninth of a turn; of radians six turns, in which a
+vehicle that is carried along no longer looks like it by chance."""
 _ALIGNED, _ASTRAY = 0.8, 0.4  # length of the mean direction of heading less course: that of a ship, that of chance
 _SHOWN: Final = 3  # places of a fault that a message names
 _FAULTS: Final = 0.02  # share of rows that may jump, as trackers do
@@ -184,7 +187,7 @@ def _along_its_way(asked: Table, time: NDArray[np.float64], plan: Plan, where: s
     if given is None or column(given).unit or not {"north", "east"} <= asked.keys():
         return
     heading, north, east = asked["heading"], asked["north"], asked["east"]
-    if np.ptp(heading) < _TAU:
+    if np.ptp(heading) < _MANY:
         return
     rows = max(1, round(_WAY_S / float(np.median(np.diff(time)))))
     ahead, aside = north[rows:] - north[:-rows], east[rows:] - east[:-rows]
