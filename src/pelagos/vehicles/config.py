@@ -67,7 +67,7 @@ class VehicleConfig(PartConfig):
     battery: BatteryConfig | None = None
     """What feeds T200 thrusters."""
     interaction: InteractionConfig | None = None
-    """Which thrusters stand in each other's jets; left out: none does."""
+    """Thrusters that stand in each other's jets; left out: none does."""
     modes: dict[str, ModeConfig | None] = Field(default_factory=dict)
     """Control modes by name."""
     default_mode: str

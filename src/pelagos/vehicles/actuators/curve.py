@@ -50,7 +50,7 @@ class CurveThrusterConfig(PartConfig):
     diameter_m: Positive = 0.1
     """Of the propeller, for what it loses near the surface and above it, and by `inflow` [m]."""
     inflow: DiscOnly | None = None
-    """What it loses in the water that flows through it, in place of `zero_thrust_m_s`."""
+    """Loss of thrust in the water that flows through it, in place of `zero_thrust_m_s`."""
 
     @model_validator(mode="after")
     def _possible(self) -> Self:

@@ -42,9 +42,9 @@ class ReleasableConfig(PartConfig):
     """The vehicle's mass, inertia, centres and volume hold it already, as those of a published vehicle that is weighed
     with its drop weight."""
     for_good: bool = True
-    """What has been done stays done: a smaller command later does nothing. Otherwise the state follows both ways."""
+    """A release for good: a smaller command later does nothing. Otherwise the state follows both ways."""
     duration_s: NonNegative = 0.0
-    """How long it takes from 0 to 1 [s]; 0: at once."""
+    """Duration from 0 to 1 [s]; 0: at once."""
     release_after_s: NonNegative | None = None
     """The command counts as 1 from so long after the start of the episode on, such as by a corroding link [s]."""
 

@@ -71,7 +71,7 @@ class T200Config(PartConfig):
     nominal_v: Positive = 16.0
     """Voltage at which control laws turn a thrust into a throttle [V]."""
     inflow: DiscOnly | None = None
-    """What it loses in the water that flows through it; left out: the bollard thrust of the tables at any speed."""
+    """Loss of thrust in the water that flows through it; left out: the bollard thrust of the tables at any speed."""
 
     @model_validator(mode="after")
     def _possible(self) -> Self:

@@ -54,7 +54,7 @@ class ThrusterConfig(PartConfig):
     diameter_m: Positive = 0.1
     """Of the propeller, for what it loses near the surface and above it, and by `inflow` [m]."""
     inflow: InflowConfig | None = None
-    """What it loses in the water that flows through it; left out: the bollard thrust at any speed."""
+    """Loss of thrust in the water that flows through it; left out: the bollard thrust at any speed."""
 
     @model_validator(mode="after")
     def _possible(self) -> Self:
@@ -100,7 +100,7 @@ class ForceThrusterConfig(PartConfig):
     diameter_m: Positive = 0.1
     """Of the propeller, for what it loses near the surface and above it, and by `inflow` [m]."""
     inflow: DiscOnly | None = None
-    """What it loses in the water that flows through it; left out: the bollard thrust at any speed."""
+    """Loss of thrust in the water that flows through it; left out: the bollard thrust at any speed."""
 
     @model_validator(mode="after")
     def _possible(self) -> Self:
