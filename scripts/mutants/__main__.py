@@ -15,6 +15,7 @@ import time
 from collections import Counter, deque
 from pathlib import Path
 
+from by_line import tests_by_line
 from fresh import draw, with_tests
 from mutant import LISTS, ROOT, BadMutant, Mutant, read_mutants
 from trial import Outcome, finish, preload, start
@@ -72,9 +73,14 @@ def misfit(mutant: Mutant) -> str:
 
 
 def run(mutants: list[Mutant], jobs: int, *, keep: bool = True) -> list[Outcome]:
-    """All trials, `jobs` at a time: the test that noticed last time, then, if it is silent, all; `keep` its name."""
+    """All trials, `jobs` at a time: the test that noticed last time, then, if it is silent, all; `keep` its name.
+
+    Where none is known, tests that run the line come first, if `make mutants-map` has written down which.
+    """
     known = json.loads(NOTICED.read_text()) if NOTICED.exists() else {}
-    waiting = deque((m, (known[m.key],) if m.key in known else m.tests) for m in mutants)
+    near = tests_by_line() if keep else None
+    first = {m.key: (known[m.key],) if m.key in known else (near and near.of(m.file, m.text)) for m in mutants}
+    waiting = deque((m, first[m.key] or m.tests) for m in mutants)
     running: dict[int, tuple[Mutant, tuple[str, ...], float, Path]] = {}
     outcomes: list[Outcome] = []
     began = time.monotonic()

@@ -22,6 +22,8 @@ from mutant import ROOT, SOURCES, Mutant
 Verdict = Literal["noticed", "survived", "slow", "broken"]
 CPU_SECONDS = 400
 """Processor time of one trial. Tests that need more are no answer: name quicker ones in the list."""
+ADDRESS_BYTES = 12 << 30
+"""Of one trial: a mistake may lift the limit of what a scenario may take."""
 
 PRELOADED = ("numpy", "scipy.signal", "pydantic", "yaml", "trimesh", "matplotlib", "pytest", "mcap", "rosbags")
 """Packages that a trial finds loaded already. Nothing of Pelagos, and nothing that starts threads."""
@@ -100,6 +102,7 @@ def start(mutant: Mutant | None, tests: Sequence[str], log: Path) -> int:
     try:
         os.setsid()
         resource.setrlimit(resource.RLIMIT_CPU, (CPU_SECONDS, CPU_SECONDS + 5))
+        resource.setrlimit(resource.RLIMIT_AS, (ADDRESS_BYTES, ADDRESS_BYTES))
         out = os.open(log, os.O_WRONLY | os.O_CREAT | os.O_TRUNC)
         os.dup2(out, 1)
         os.dup2(out, 2)

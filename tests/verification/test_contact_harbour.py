@@ -7,7 +7,7 @@ import pytest
 
 import pelagos as pl
 
-THROWS, SPEED_MPS, SECONDS = 200, 3.0, 20.0
+THROWS, SPEED_MPS, SECONDS = 200, 3.0, 12.0
 SCENARIO = {
     "tick_rate_hz": 200,
     "world": {"type": "harbour"},

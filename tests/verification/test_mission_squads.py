@@ -208,11 +208,11 @@ def test_a_crew_of_estimators_knows_what_each_would_know_alone(monkeypatch: pyte
     def flight() -> tuple[list[np.ndarray], list[int]]:
         sim = pl.Simulation.load(estimated(), n=2)
         seen, crews = [], []
-        for second in range(14):
+        for second in range(9):
             sim.step(ticks=20)
-            if second == 6:
+            if second == 4:
                 sim.reset(where=np.array([False, True]))
-            if second == 9:
+            if second == 6:
                 kept = sim.checkpoint()
                 sim.step(ticks=7)
                 sim.restore(kept)

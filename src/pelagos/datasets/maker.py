@@ -61,7 +61,7 @@ class Maker:
         one = slice(lane, lane + 1)
         extras = {k: v[one] if k in self._lanewise[name] else v for k, v in reading.extras.items()}
         return replace(
-            reading, data=reading.data[one], truth=reading.data[one], valid=reading.valid[one], extras=extras
+            reading, data=reading.data[one], truth=reading.truth[one], valid=reading.valid[one], extras=extras
         )
 
     def samples(self, shard: Shard) -> Iterator[Sample]:
