@@ -16,7 +16,7 @@ from pelagos.vehicles.load import catalogue_names
 
 SMALL: dict[str, dict[str, Any]] = {
     name: {**keys, **({"width_px": 16, "height_px": 16} if "width_px" in keys else {})} for name, keys in USUAL.items()
-}
+} | {"range_finder": {"azimuth_deg": [0.0, 35.0, -50.0], "elevation_deg": [10.0, -20.0, -35.0]}}  # rays and lanes
 AFLOAT = {
     "otter", "wamv", "surface_vessel", "mariner", "kvlcc2", "tanker", "container", "supply", "semisub", "frigate",
     "zeefakkel",

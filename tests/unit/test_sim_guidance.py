@@ -349,6 +349,18 @@ def test_lines_lie_as_far_apart_as_the_swath_at_the_depth_there():
     assert along == {80, -80}  # each against the last
 
 
+@pytest.mark.parametrize("bearing", [30.0, -25.0])
+def test_lines_go_along_the_longest_side_unless_told(bearing):
+    """A rectangle of 100 x 40 m whose long side bears 30 degrees; its mirror bears another way."""
+    along = np.array([math.cos(math.radians(bearing)), -math.sin(math.radians(bearing))])
+    across = np.array([along[1], -along[0]])
+    area = np.array([[105.0, -3.0] + a * 100 * along + b * 40 * across for a, b in ((0, 0), (1, 0), (1, 1), (0, 1))])
+    lines = survey_lines(area, Swath(10.0, 0.0, 0.0), height=slope, depth_m=None, altitude_m=3.0)
+    assert len(lines) == 4
+    for a, b in lines:
+        assert abs(np.subtract(b, a)[:2] @ along) == pytest.approx(100.0, abs=1e-6)
+
+
 def test_lines_stay_inside_an_area_that_is_not_convex():
     notch = np.array([[0, 0], [60, 0], [60, -60], [40, -60], [40, -20], [20, -20], [20, -60], [0, -60]], dtype=float)
     lines = survey_lines(

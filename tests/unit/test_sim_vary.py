@@ -86,6 +86,10 @@ def test_partial_resets_forks_and_checkpoints() -> None:
     again = load(1, environment=1)
     again.reset(episode=1)
     assert again.drawn[MASS] == second
+    sim.reset(where=[1])
+    assert sim.drawn[HEADING][1] == pytest.approx(np.degrees(-sim.state["rov"].euler[1, 2]), abs=1e-9)
+    for mine, theirs in zip(vars(sim.state["rov"]).values(), vars(again.state["rov"]).values(), strict=True):
+        np.testing.assert_array_equal(mine[1], theirs[0])
 
 
 def test_factors_and_currents_act_as_they_do_alone() -> None:

@@ -65,6 +65,12 @@ def test_netcdf_in_any_order(tmp_path, variant):
     assert any("no holes" in n for n in world.notes)
 
 
+def test_a_fine_grid_is_read_as_far_as_the_crop_goes(tmp_path):
+    """11 m of latitude and 8 m of longitude from node to node: the edge lies a hundred nodes from the middle."""
+    lat, lon = np.linspace(44.07, 44.13, 601), np.linspace(13.12, 13.18, 601)
+    assert worst(build(write_netcdf(tmp_path / "a.nc", lat=lat, lon=lon), **CROP)) < 1e-9
+
+
 def test_source_nodes_are_reproduced_to_float_precision(tmp_path):
     """A grid whose nodes fall on survey nodes carries the survey's own numbers."""
     z = np.random.default_rng(0).normal(-30, 5, (21, 31)).astype(np.float32).astype(np.float64)

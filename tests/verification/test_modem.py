@@ -412,3 +412,14 @@ def test_another_level_of_the_sea_is_that_of_modems_too() -> None:
         sim.send("a", "modem", "x", to="b")
         fates.append([f.fate for f in listen(sim, 1.5)[1]["b"]])
     assert fates == [["received"], ["in air"], ["received"]]
+
+
+def test_what_is_under_way_ends_with_a_reset() -> None:
+    """200 ms on the way, and no packet of the life before arrives."""
+    sim = pl.Simulation.load(scenario(TWO))
+    sim.send("a", "modem", "of before", to="b")
+    sim.step(ticks=2)
+    sim.reset()
+    assert listen(sim, 3.0)[0]["b"] == []
+    sim.send("a", "modem", "of now", to="b")
+    assert [p.payload for p in listen(sim, 3.0)[0]["b"]] == [b"of now"]

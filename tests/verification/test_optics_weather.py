@@ -193,14 +193,23 @@ def test_the_sky_at_the_horizon_is_the_fog():
     assert seen([], fog) == pytest.approx(seen([wall(4900.0)], fog), rel=0.01)
 
 
-def test_a_wall_above_the_water_is_lit_by_half_the_sky():
-    """Overcast, nothing else in view: albedo (E_sky / 2 + 0.06 E_sky / 2) / pi, as if the sky were even; 1 %."""
+@pytest.mark.parametrize("tilt_deg", [0.0, 35.0, -25.0])
+def test_a_wall_above_the_water_is_lit_by_its_share_of_the_sky(tilt_deg: float):
+    """Overcast, nothing else in view: albedo E_sky (up + 0.06 (1 - up)) / pi, as if the sky were even; 1 %.
+
+    up = (1 + sin(tilt)) / 2 of a wall that leans away by the tilt: half for an upright one.
+    """
     weather = Weather(cloud=1.0)
     light = under_weather(daylight(0.7, -2.8, cloud=1.0), weather)
     config = CameraConfig(width_px=128, height_px=128, horizontal_fov_deg=20, vignette=0.0, exposure="manual")
-    camera = Camera(config, context([wall(20.0)], weather, "white"))
+    tilt, side = math.radians(tilt_deg), np.array([[8.0, -8.0], [-8.0, -8.0], [-8.0, 8.0], [8.0, 8.0]])
+    y, z = side.T
+    corners = np.stack([20.0 + z * math.sin(tilt), y, 20.0 + z * math.cos(tilt)], axis=1)
+    plate = Geometry(corners, np.array([[0, 1, 2], [0, 2, 3]], dtype=np.uint32), 0, 7, 1)
+    camera = Camera(config, context([plate], weather, "white"))
     got = {n: v for n, v, _ in camera.explain(still(20.0))}["light at the sensor"].mean(axis=1)
-    expected = np.array(MATERIALS["white"].albedo) * np.array(light.sky) * (0.5 + 0.5 * 0.06) / math.pi
+    up = 0.5 + 0.5 * math.sin(tilt)
+    expected = np.array(MATERIALS["white"].albedo) * np.array(light.sky) * (up + 0.06 * (1 - up)) / math.pi
     assert got == pytest.approx(expected, rel=0.01)
 
 

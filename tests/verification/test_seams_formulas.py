@@ -13,6 +13,7 @@ from scipy import signal
 from scipy.spatial.transform import Rotation
 from sonar_scenes import at, box, context
 
+import pelagos as pl
 from pelagos import jit
 from pelagos.acoustics.absorption import LAYERS, loss_column
 from pelagos.acoustics.mills_cross import aberration, crossing, turned
@@ -255,6 +256,18 @@ def test_a_boat_is_pulled_to_its_place(place: tuple[float, float], yaw: float) -
     moment = 30.0 * bearing - 7.0 * turning
     found = [number(demand.actuators[k]) for k in (0, 5)]
     assert found == pytest.approx([pull, -moment], rel=1e-9)
+
+
+def test_accelerations_of_the_world_have_their_own_limits() -> None:
+    """0.8 m/s^2 on each axis of a step, 0.3 rad/s^2 of a turn, up and down; the body's axes are the world's here."""
+    modes = {"world": {"type": "world_acceleration", "limit_m_s2": 0.8, "turn_limit_rad_s2": 0.3}}
+    vehicle = {"type": "bluerov2", "modes": modes, "default_mode": "world"}
+    agents = {"rov": {"vehicle": vehicle, "start": {"depth_m": 5.0}, "control": "world"}}
+    sim = pl.Simulation.load({"world": {"type": "flat", "depth_m": 20.0}, "tick_rate_hz": 100, "agents": agents})
+    sim.step({"rov": [2.0, -0.5, -3.0, 0.2, -0.9, 1.5]})
+    state = sim.state["rov"]
+    assert state.velocity[0] == pytest.approx([0.008, -0.005, -0.008], abs=1e-6)
+    assert state.angular_velocity[0] == pytest.approx([0.002, -0.003, 0.003], abs=1e-6)  # body axes: turned by 1e-5
 
 
 # fields of a tracer

@@ -173,6 +173,15 @@ def test_smooth_plates_and_cylinders_are_mirrors_where_they_are_smooth():
     assert found == pytest.approx(20 * math.log10(size[0] * 400.0) + REFLECTED_DB, abs=0.7)
 
 
+def test_the_end_of_a_cylinder_echoes_as_its_area():
+    """Far away A/lambda of the circle, 20 log 8.38 for a radius of 0.2 m at 100 kHz (Urick, Table 9.1)."""
+    mesh = cylinder(0.2, 1.0)
+    turned = np.asarray(mesh.vertices)[:, [2, 0, 1]]  # its axis along x
+    pile = Geometry(turned + np.array([40.5, 0, 0]), mesh.faces, 0, 2, 2)
+    found, _, _ = echo([pile], 40.0, frequency_hz=100e3, beams=257)
+    assert found == pytest.approx(20 * math.log10(math.pi * 0.2**2 / 0.015) + REFLECTED_DB, abs=0.8)
+
+
 def test_a_chirp_takes_closing_targets_for_nearer():
     """f T/B of 12.5 ms: 25 mm at 2 m/s, besides r v/c = 20 mm at 15 m; a burst only the latter."""
     assert range_coupling(750e3, 30e3, 0.5e-3, "chirp") == pytest.approx(12.5e-3)

@@ -7,6 +7,9 @@ import pytest
 from vehicle_flight import Shear, Still, fly, quaternion
 
 import pelagos as pl
+from pelagos import jit
+from pelagos.hydro.crossflow import hoerner_drag_coefficient
+from pelagos.vehicles.varied import varied
 from pelagos.vehicles.vehicle import Vehicle
 
 BALL = {
@@ -356,3 +359,31 @@ def test_mariner_zig_zag_within_imo():
         helm = -helm
     assert 0 < overshoots[0] < 15.4
     assert 0 < overshoots[1] < 15.4 + 15
+
+
+@pytest.mark.parametrize(("height", "beam"), [(0.3, 0.9), (0.8, 0.35)])
+def test_sections_meet_the_flow_with_hoerner_s_drag(height, beam):
+    """rho/2 L T C(B/2T) v|v| from the side, rho/2 L B C(T/2B) w|w| from below: a section turned by a right angle."""
+    shape = {"length_m": 2.0, "beam_m": beam, "height_m": height, "density_kg_m3": 1000.0}
+    mass = {"type": "explicit", "mass_kg": 100.0, "inertia_kg_m2": [3.0, 30.0, 31.0]}
+    wrench = {"modes": {"wrench": {"type": "wrench"}}, "default_mode": "wrench"}
+    terms = {"terms": {"drag": {"type": "cross_flow"}}, "added_mass": {"type": "diagonal", "diagonal": [0.0] * 6}}
+    vehicle = Vehicle.from_dict({"type": "custom", **shape, "mass": mass, **wrench, **terms})
+    for axis, along, across, v in ((1, height, beam, -0.7), (2, beam, height, 0.9)):
+        nu = np.zeros(6)
+        nu[axis] = v
+        slowed = fly(vehicle, 1e-4, h=1e-4, nu=nu).nu[1, axis] - v
+        force = 500.0 * 2.0 * along * hoerner_drag_coefficient(across, along) * v * abs(v)
+        assert slowed / 1e-4 == pytest.approx(-force / 100.0, rel=1e-3)  # it slows down within the step
+
+
+@pytest.mark.parametrize("integrator", ["conservative", "semi_implicit", "runge_kutta"])
+def test_a_heavier_copy_accelerates_as_a_heavier_vehicle(integrator):
+    """A factor of 1.7 on the mass is a mass and an inertia of 1.7 times that, the added mass as it was."""
+    more = {"integrator": integrator, "added_mass": {"type": "diagonal", "diagonal": [1.1, 2.3, 2.9, 0.01, 0.02, 0.03]}}
+    light, heavy = ({"type": "explicit", "mass_kg": m, "inertia_kg_m2": [m / 80, m / 50, m / 40]} for m in (2.0, 3.4))
+    push = {"force": (3.0, -2.0, 1.0), "moment": (0.2, -0.1, 0.3), "h": 0.01}
+    expected = fly(Vehicle.from_dict({**BALL, **more, "mass": heavy}), 0.1, **push)
+    copy = varied(Vehicle.from_dict({**BALL, **more, "mass": light}), {"mass": jit.Float64(1.7)})
+    assert fly(copy, 0.1, **push).nu == pytest.approx(expected.nu, abs=1e-12)
+    assert np.abs(expected.nu[-1]).min() > 0.01

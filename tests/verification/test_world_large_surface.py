@@ -266,3 +266,19 @@ def test_agents_too_far_apart_are_refused_with_words():
     # rays that somebody casts there are cast some after the others
     hits = world.cast(np.column_stack([spread[:12], np.zeros(12)]), (0, 0, -1), 1000.0)
     np.testing.assert_allclose(-hits.t, world.height(*spread[:12].T), atol=1e-2)
+
+
+def test_normals_are_those_of_the_heights(world):
+    """Central differences at nodes: with the heights of both neighbours the normal makes right angles."""
+    stream = Stream(world.ground)
+    stream.follow(np.array(PLACES["inset"]))
+    tiles = stream.view.tiles
+    found = tile_heights(world.ground, tiles)
+    fine = tiles.level == tiles.level.min()
+    step = 2 * world.ground.spacing_at(int(tiles.level.min()))
+    z, n = found.z[fine], found.normals[fine][:, 1:-1, 1:-1]
+    up = (z[:, 2:, 1:-1] - z[:, :-2, 1:-1], z[:, 1:-1, 2:] - z[:, 1:-1, :-2])
+    for axis, rise in enumerate(up):
+        assert np.abs(n[..., axis] * step + n[..., 2] * rise).max() < 1e-5 * step
+        assert np.abs(rise).max() > 0.05 * step
+    assert np.linalg.norm(n, axis=-1) == pytest.approx(np.ones(n.shape[:-1]), abs=1e-6)
