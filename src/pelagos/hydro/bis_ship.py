@@ -38,7 +38,7 @@ class BisShip:
 
     mass: Array
     length: Array
-    shallow: float
+    shallow: Array
     slow: Array
 
 
@@ -52,9 +52,11 @@ def race_squared(c: Mapping[str, Array], u: Array, n: Array) -> Array:
     return dr.maximum(c["cun"] * u * n + c["cnn"] * n * n, 0.0)
 
 
-def sway_in_shallow_water(shallow: float) -> float:
+def sway_in_shallow_water(shallow: Array) -> Array:
     """Y_uvz: 0 while more than 1.25 draughts of water are under the keel."""
-    return _SHALLOW_SWAY * (1 - _SHALLOW_FROM / shallow) if shallow >= _SHALLOW_FROM else 0.0
+    if isinstance(shallow, float):
+        return _SHALLOW_SWAY * (1 - _SHALLOW_FROM / shallow) if shallow >= _SHALLOW_FROM else 0.0
+    return _SHALLOW_SWAY * (1 - _SHALLOW_FROM / dr.maximum(shallow, _SHALLOW_FROM))
 
 
 def ship_force(

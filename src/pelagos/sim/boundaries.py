@@ -18,11 +18,11 @@ from pelagos.raycast.rays import NO_BODY, Rays
 from pelagos.sim.batch import Batch
 from pelagos.sim.model import Model
 from pelagos.sim.set_points import vectors
+from pelagos.vehicles.flow import LEVEL
 from pelagos.vehicles.nearby import Walls
 
 _LENGTHS: Final = 2.0  # reach of the rays: beyond it a spheroid's added mass changes by less than 1e-3
 _FAR_M: Final = 1e6
-_STEEP: Final = 0.5  # part of a unit normal along z: what is steeper than 60 degrees is a wall, the rest is ground
 _SIDES: Final = ((1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0))  # ahead, port, astern, starboard
 _RAYS: Final = 1 + len(_SIDES)
 
@@ -37,13 +37,13 @@ class Boundaries:
     def __init__(self, model: Model) -> None:
         self._model = model
         self._calls: dict[str, tuple[Callable[..., Walls], tuple[Any, ...]]] = {}
-        self.any = any(batch.vehicle.model.images for batch in model.batches.values())
+        self.any = any(batch.vehicle.model.feels_planes for batch in model.batches.values())
 
     def walls(self, batch: Batch, row: NDArray[np.float64]) -> Walls | None:
         """Ground and walls near the vehicles of a batch, from its motion `(rows, CHANNELS)` now; None: nothing is asked
         for, or there is nothing that stands.
         """
-        if not batch.vehicle.model.images or self._model.scene.static is None:
+        if not batch.vehicle.model.feels_planes or self._model.scene.static is None:
             return None
         if batch.name not in self._calls:
             self._calls[batch.name] = self._build(batch)
@@ -77,7 +77,7 @@ def _look(n: int) -> Callable[..., Walls]:
             origin, jit.Array3f(direction), jit.Float(reach), vehicle, dr.full(jit.UInt32, NO_BODY, n * _RAYS)
         ))  # fmt: skip
         normal = jit.Array3f64(hits.normal)
-        wall = dr.abs(normal[2]) < _STEEP
+        wall = dr.abs(normal[2]) < LEVEL
         gap = jit.Float64(hits.t) * dr.abs(dr.dot(normal, direction))
         gap = dr.select(
             hits.valid & (wall == (ray > 0)), gap, _FAR_M

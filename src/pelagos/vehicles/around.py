@@ -38,7 +38,7 @@ def flow_around(config: VehicleConfig, model: Model, rigid: Rigid, ocean: Any, t
         tables: what the model reads on the device.
     """
     flow = _water(config, model, rigid, ocean, t, tables)
-    if model.images and tables is not None:
+    if model.feels_planes and tables is not None:
         flow.planes = planes_of(tables.walls, rigid.position, flow.rotation)
     if ocean is not None and model.wetting is not None:
         flow.wet = model.wetting.of(flow)

@@ -14,7 +14,8 @@ from pelagos.errors import CommandError
 from pelagos.hydro.algebra import matvec, transpose
 from pelagos.hydro.images import Plane
 from pelagos.jit import Array
-from pelagos.vehicles.flow import CurrentRotation, make_flow, rotation_from_euler
+from pelagos.vehicles.flow import LEVEL, CurrentRotation, make_flow, rotation_from_euler
+from pelagos.vehicles.terms.boundary import Boundary
 
 if TYPE_CHECKING:
     from pelagos.vehicles.tables import Tables
@@ -71,8 +72,16 @@ class Accelerations:
         """Normal and distance of each."""
         given = np.asarray(walls, dtype=np.float64)
         rows = np.empty((0, 4)) if given.size == 0 else _rows(given, 4, "walls")
-        if len(rows) and not self._model.images:
-            raise CommandError("this vehicle has no `boundary` term, by which it would feel walls")
+        if len(rows) and not self._model.feels_planes:
+            raise CommandError(
+                "this vehicle has no `boundary` term, by which it would feel walls, nor any of shallow water (`squat`)"
+            )
+        beside = -rows[:, 2] <= LEVEL
+        if beside.any() and not any(isinstance(term, Boundary) for term in self._model.terms.values()):
+            raise CommandError(
+                f"walls: the plane in row {int(np.argmax(beside))} is no ground below the ship: "
+                "banks and quay walls are not modelled for what floats"
+            )
         lengths = np.linalg.norm(rows[:, :3], axis=1)
         if (np.abs(lengths - 1) > _UNIT).any():
             raise CommandError(f"walls: a normal has the length {lengths[np.argmax(np.abs(lengths - 1))]:g}, not 1")

@@ -42,6 +42,7 @@ def build_model(config: VehicleConfig) -> Model:
         sea_inertia=None if sea is None else inertia_of(replace(body, added=np.array(sea.added)), config.coriolis),
         wetting=_wetting(config),
         in_air=config.medium == "air",
+        ground=body.ground,
         still=frozenset(
             name for name, term in config.terms.items() if isinstance(term, (HydrostaticConfig, TwinHullConfig))
         ),

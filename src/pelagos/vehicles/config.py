@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import Any, Literal, Self
+from typing import Any, Final, Literal, Self
 
 import numpy as np
 from pydantic import Field, model_validator
@@ -26,6 +26,9 @@ from pelagos.vehicles.shape.hull import HullConfig
 from pelagos.vehicles.shape.parts import PartsHull, ShapePart
 from pelagos.vehicles.shape.torpedo import TorpedoHull
 from pelagos.vehicles.terms.floating import HydrostaticConfig, TwinHullConfig
+
+_ONCE: Final = {"boundary": "a hull has one image in a plane", "squat": "a hull sinks once"}
+"""Terms that a vehicle may have once, and why."""
 
 
 class VehicleConfig(PartConfig):
@@ -128,9 +131,10 @@ class VehicleConfig(PartConfig):
             raise ValueError(f"default_mode {self.default_mode!r} is none of the modes {', '.join(self.modes)}")
         if self.battery is None and any(isinstance(a, T200Config) for a in self.actuators.values()):
             raise ValueError("T200 thrusters need a battery: give open_circuit_v and resistance_ohm under battery")
-        alike = [name for name, term in self.terms.items() if term is not None and term.type == "boundary"]
-        if len(alike) > 1:
-            raise ValueError(f"terms {' and '.join(alike)} are both of type boundary: a hull has one image in a plane")
+        for kind, why in _ONCE.items():
+            alike = [name for name, term in self.terms.items() if term is not None and term.type == kind]
+            if len(alike) > 1:
+                raise ValueError(f"terms {' and '.join(alike)} are both of type {kind}: {why}")
         if self.interaction is not None:
             self.interaction.check(self.actuators)
         for name in () if self.afloat is None else self.afloat.calm_damping:
@@ -207,10 +211,11 @@ class VehicleConfig(PartConfig):
             stiffness=np.zeros(6),
             in_air=self.medium == "air",
             shallow=getattr(self.added_mass, "shallow", 0.0),
+            ground=getattr(self.added_mass, "ground", None),
         )
         for term in self.terms.values():
             if isinstance(term, (HydrostaticConfig, TwinHullConfig)):
-                body = replace(body, stiffness=term.stiffness(body))
+                body = replace(body, stiffness=term.stiffness(body), flotation=term.flotation)
         return body
 
 

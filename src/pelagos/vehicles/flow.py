@@ -4,16 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any, Literal, TypeAlias
+from typing import Any, Final, Literal, TypeAlias
 
 import drjit as dr
 
-from pelagos.hydro.algebra import Matrix, Vector, add, cross, matvec, minus, total, transpose
+from pelagos.hydro.algebra import Matrix, Vector, add, cross, dot, matvec, minus, total, transpose
 from pelagos.hydro.images import Plane
 from pelagos.jit import Array
 from pelagos.vehicles.wetness import Wetness
 
 CurrentRotation: TypeAlias = Literal["attitude", "heading"]
+_FAR_M: Final = 1e6
+LEVEL: Final = 0.5
+"""Part of a unit normal upwards, from which on a plane is ground: what is steeper than 60 degrees is a wall."""
 
 
 @dataclass
@@ -91,6 +94,18 @@ class Flow:
     def nu_c(self) -> list[Array]:
         """Velocity that Coriolis forces are made of (6): relative to the water, and the body's own rates of turn."""
         return [*self.nu_r[:3], *self.nu[3:]]
+
+    @property
+    def depth(self) -> Array:
+        """Of the water at the vehicle, from its surface to the nearest ground among the planes [m]; far where there is
+        none.
+        """
+        depth: Array = _FAR_M
+        for plane in self.planes:
+            up = -1.0 * dot(plane.normal, self.down)
+            below = plane.distance / dr.maximum(up, LEVEL) + self.immersion
+            depth = dr.minimum(depth, dr.select(up > LEVEL, below, _FAR_M))
+        return depth
 
     @property
     def down(self) -> list[Array]:

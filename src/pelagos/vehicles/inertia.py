@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
 from pelagos.hydro import added_mass, rigid_body
+from pelagos.vehicles.nearby import GroundMass
 from pelagos.vehicles.part import NonNegative, PartConfig, Positive, Six, Three
 
 
@@ -81,19 +82,25 @@ class ShallowAddedMass(PartConfig):
     """Growth of each by draught over the water under the keel [kg], [kg m^2]."""
     draught_m: Positive
     """[m]"""
-    water_depth_m: Positive | None = None
-    """Of the water that the ship's forces are for, from surface to ground [m]; left out: deep."""
+    water_depth_m: Positive | Literal["world"] | None = None
+    """Of the water that the ship's forces are for, from surface to ground [m]; world: that of the world under the ship
+    at every tick, which acts as 1.2 draughts where it is less; left out: deep."""
 
     @model_validator(mode="after")
     def _afloat(self) -> Self:
-        if self.water_depth_m is not None and self.water_depth_m <= self.draught_m:
+        if isinstance(self.water_depth_m, float) and self.water_depth_m <= self.draught_m:
             raise ValueError(f"water_depth_m {self.water_depth_m:g} must be more than draught_m {self.draught_m:g}")
         return self
 
     @property
     def shallow(self) -> float:
-        """Draught over the water under the keel; 0 in deep water."""
-        return 0.0 if self.water_depth_m is None else self.draught_m / (self.water_depth_m - self.draught_m)
+        """Draught over the water under the keel; 0 in deep water, and where the depth is the world's."""
+        return self.draught_m / (self.water_depth_m - self.draught_m) if isinstance(self.water_depth_m, float) else 0.0
+
+    @property
+    def ground(self) -> GroundMass | None:
+        """Growth with the depth of the world."""
+        return GroundMass(self.draught_m, self.growth) if self.water_depth_m == "world" else None
 
 
 class NoAddedMass(PartConfig):

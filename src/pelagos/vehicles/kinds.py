@@ -56,6 +56,7 @@ from pelagos.vehicles.terms.glide import GlideConfig
 from pelagos.vehicles.terms.lift import LiftDragConfig
 from pelagos.vehicles.terms.restoring import SubmergedConfig
 from pelagos.vehicles.terms.roll_damping import RollDampingConfig
+from pelagos.vehicles.terms.squat import SquatConfig
 from pelagos.vehicles.terms.windage import WindageConfig
 
 TermConfig: TypeAlias = Annotated[
@@ -75,6 +76,7 @@ TermConfig: TypeAlias = Annotated[
     | PayloadConfig
     | QuadraticDampingConfig
     | RollDampingConfig
+    | SquatConfig
     | SubmergedConfig
     | TimeConstantDampingConfig
     | TwinHullConfig

@@ -26,10 +26,10 @@ from pelagos.vehicles.cargo import Carrier, carriers_of, carrying, growing, grow
 from pelagos.vehicles.flow import Flow, Supply
 from pelagos.vehicles.inertia import CoriolisConfig
 from pelagos.vehicles.interaction import Interaction
+from pelagos.vehicles.nearby import GroundMass, Image, feels_planes, has_image
 from pelagos.vehicles.part import Body, numbers
 from pelagos.vehicles.seakeeping import Seakeeping
 from pelagos.vehicles.tables import Tables
-from pelagos.vehicles.terms.boundary import Boundary
 from pelagos.vehicles.wetness import Keeps, Place, Wetness, Wetting, shares_of
 
 
@@ -161,6 +161,7 @@ class Model:
         still: names of terms that pressure stands for in waves.
         calm_damping: names of terms that radiation stands for in waves.
         interaction: thrusters in each other's jets; None: none.
+        ground: what the ground under a ship does to its added mass; None: nothing beside what terms and actuators do.
     """
 
     inertia: Inertia
@@ -175,6 +176,7 @@ class Model:
     wetting: Wetting | None = None
     in_air: bool = False
     interaction: Interaction | None = None
+    ground: GroundMass | None = None
 
     @property
     def on_host(self) -> bool:
@@ -280,9 +282,15 @@ class Model:
         return carrying(inertia, [carrier.cargo(flow.actuators[name], flow) for name, carrier in self.carriers.items()])
 
     @property
-    def images(self) -> list[Boundary]:
-        """Terms that change the added mass near a plane."""
-        return [term for term in self.terms.values() if isinstance(term, Boundary)]
+    def images(self) -> list[Image]:
+        """Parts that change the added mass near a plane."""
+        parts = [*self.terms.values(), *self.actuators.values()]
+        return [part for part in parts if has_image(part)] + ([] if self.ground is None else [self.ground])
+
+    @property
+    def feels_planes(self) -> bool:
+        """Whether anything depends on ground or walls that are near."""
+        return self.ground is not None or any(map(feels_planes, [*self.terms.values(), *self.actuators.values()]))
 
     @property
     def carriers(self) -> dict[str, Carrier]:

@@ -1,11 +1,61 @@
-"""Planes near a vehicle: ground and walls as a step is told of them."""
+"""Planes near a vehicle: ground and walls as a step is told of them, and added mass by the depth of water."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Protocol, TypeGuard
+
+import drjit as dr
+
 from pelagos import jit
-from pelagos.hydro.algebra import Matrix, Vector, add, dot, matvec, minus, transpose
+from pelagos.hydro.algebra import Matrix, Vector, add, dot, matvec, minus, mul, transpose
 from pelagos.hydro.images import Plane
+from pelagos.hydro.shallow_water import SHALLOWEST
 from pelagos.jit import Array
+
+if TYPE_CHECKING:
+    from pelagos.vehicles.flow import Flow
+
+
+class Image(Protocol):
+    """A part whose added mass changes with the planes that are near."""
+
+    def image_mass(self, flow: Flow) -> list[list[Array]]:
+        """Added mass by the planes `(6, 6)`."""
+        ...
+
+
+def has_image(part: Any) -> TypeGuard[Image]:
+    """Whether a part changes the added mass near a plane."""
+    return hasattr(part, "image_mass") and feels_planes(part)
+
+
+def feels_planes(part: Any) -> bool:
+    """Whether a term or an actuator depends on ground or walls."""
+    return bool(getattr(part, "feels_planes", False))
+
+
+@dataclass(frozen=True)
+class GroundMass:
+    """Added mass that grows as the water under the keel gets less, by draught over its depth.
+
+    Attributes:
+        draught: [m].
+        growth: of the matrix's diagonal (6) [kg], [kg m^2].
+    """
+
+    draught: float
+    growth: Sequence[float]
+
+    def shallow(self, flow: Flow) -> Array:
+        """Draught over the depth of water under the keel [-], held where there is less than 1.2 draughts of water."""
+        return self.draught / (dr.maximum(flow.depth, SHALLOWEST * self.draught) - self.draught)
+
+    def image_mass(self, flow: Flow) -> list[list[Array]]:
+        """Added mass by the ground `(6, 6)`."""
+        shallow = self.shallow(flow)
+        return [[mul(shallow, x) if row == column else 0.0 for column in range(6)] for row, x in enumerate(self.growth)]
 
 
 @jit.struct

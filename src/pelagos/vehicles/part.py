@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from pydantic import ConfigDict, Field
 
 from pelagos.config.described import Described
+from pelagos.vehicles.nearby import GroundMass
 
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 NonNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
@@ -40,7 +41,9 @@ class Body:
         center_of_gravity, center_of_buoyancy: r_g, r_b `(3,)` [m].
         in_air: whether the density is that of air.
         stiffness: diagonal `(6,)` of a floating hull's G about its centre of flotation; 0 for one that does not float.
+        flotation: forward of the origin, the centre of a floating hull's waterplane [m].
         shallow: draught over the depth of water under the keel; 0 in deep water.
+        ground: what the ground does to the added mass, where the depth is the world's.
     """
 
     density: float
@@ -57,7 +60,9 @@ class Body:
     center_of_buoyancy: NDArray[np.float64]
     stiffness: NDArray[np.float64]
     in_air: bool = False
+    flotation: float = 0.0
     shallow: float = 0.0
+    ground: GroundMass | None = None
 
     @property
     def mass_matrix(self) -> NDArray[np.float64]:

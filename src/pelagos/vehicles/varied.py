@@ -12,6 +12,7 @@ from pelagos.jit import Array
 from pelagos.vehicles.actuators.lag import Lag
 from pelagos.vehicles.flow import Flow
 from pelagos.vehicles.model import Inertia, Model
+from pelagos.vehicles.nearby import feels_planes
 from pelagos.vehicles.terms.boundary import Boundary
 from pelagos.vehicles.vehicle import Vehicle
 from pelagos.vehicles.wetness import Keeps
@@ -103,6 +104,11 @@ class Scaled:
         """Share of it left out of the water, as of the term."""
         kept: Keeps = getattr(self.term, "keeps", "hull")
         return kept
+
+    @property
+    def feels_planes(self) -> bool:
+        """Whether the term depends on ground or walls."""
+        return feels_planes(self.term)
 
     def wrench(self, flow: Flow) -> Vector:
         """Force and moment (6)."""

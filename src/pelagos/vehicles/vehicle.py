@@ -173,7 +173,7 @@ class Vehicle:
             actuators: `(n, k)` states, in the order of `actuator_names`, and behind them what some keep beside.
             command: `(n, k)` commands to them.
             current: `(3,)` or `(n, 3)` velocity of the water, NED [m/s].
-            walls: `(k, 4)` unit normal NED towards the vehicle, and distance of its origin [m]; for `boundary` terms.
+            walls: `(k, 4)` unit normal NED towards the vehicle, and distance of its origin [m]; ships feel ground.
 
         Returns:
             nu_dot `(n, 6)`, and the rate of the actuators' states `(n, k)`; beyond its limits one is back in 1 s.

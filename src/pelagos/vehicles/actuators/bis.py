@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final, Literal, Self
 
 from pydantic import Field, model_validator
@@ -13,6 +13,7 @@ from pelagos.hydro.bis_ship import HULL_NAMES, PROPELLER_NAMES, BisShip, ship_fo
 from pelagos.jit import Array
 from pelagos.vehicles.actuators.lag import Lag
 from pelagos.vehicles.flow import Flow
+from pelagos.vehicles.nearby import GroundMass
 from pelagos.vehicles.part import Body, Fraction, NonNegative, Number, PartConfig, Positive
 from pelagos.vehicles.wetness import HULL, Place
 
@@ -24,7 +25,7 @@ class BisShipConfig(PartConfig):
     """Hull, propeller and rudder in one. Command and state: helm [rad], positive turns to starboard.
 
     Derivatives are in the bis system, by the names of van Berlekom and Goddard 1972 (`hydro/bis_ship.py`); the depth of
-    water is that of the added mass.
+    water is that of the added mass: one for all, or the world's.
     """
 
     type: Literal["bis_ship"]
@@ -69,23 +70,28 @@ class BisShipConfig(PartConfig):
             propeller={**self.propeller, "t": self.thrust_deduction},
             engine=self.engine,
             lag=Lag(self.time_constant_s, -limit, limit, rate_limit=rate),
+            ground=body.ground,
         )
 
 
 @dataclass(frozen=True)
 class BisRudder:
-    """ship, hull, propeller: `hydro.bis_ship`; engine: name of the actuator that turns the propeller."""
+    """ship, hull, propeller: `hydro.bis_ship`; engine: name of the actuator that turns the propeller; ground: of the
+    added mass, where the depth is the world's.
+    """
 
     ship: BisShip
     hull: dict[str, Array]
     propeller: dict[str, Array]
     engine: str
     lag: Lag
+    ground: GroundMass | None = None
     unit: str = "rad"
     site: Place = HULL
 
     def wrench(self, state: Array, flow: Flow) -> Vector:
         """Force and moment (6)."""
+        ship = self.ship if self.ground is None else replace(self.ship, shallow=self.ground.shallow(flow))
         motion = (flow.nu_r[0], flow.nu_r[1], flow.nu_r[5])
-        x, y, n = ship_force(self.ship, self.hull, self.propeller, motion, -state, flow.actuators[self.engine])
+        x, y, n = ship_force(ship, self.hull, self.propeller, motion, -state, flow.actuators[self.engine])
         return [x, y, 0.0, 0.0, 0.0, n]

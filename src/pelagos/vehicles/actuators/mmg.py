@@ -20,6 +20,7 @@ from pelagos.hydro.manoeuvring import (
 )
 from pelagos.jit import Array
 from pelagos.vehicles.actuators.lag import Lag
+from pelagos.vehicles.actuators.shallow_water import ShallowWater, ShallowWaterConfig
 from pelagos.vehicles.flow import Flow
 from pelagos.vehicles.part import Body, NonNegative, Number, PartConfig, Positive
 from pelagos.vehicles.wetness import HULL, Place
@@ -84,6 +85,8 @@ class MmgShipConfig(PartConfig):
     """[deg/s]"""
     time_constant_s: NonNegative
     """[s]"""
+    shallow_water: ShallowWaterConfig | None = None
+    """Changes with the depth of the world's water; left out: the water is deep."""
 
     @model_validator(mode="after")
     def _named(self) -> Self:
@@ -113,12 +116,15 @@ class MmgShipConfig(PartConfig):
                 gamma_port, self.rudder_flow_place, self.rudder_place,
             ),
             lag=Lag(self.time_constant_s, -limit, limit, rate_limit=rate),
+            shallow=None if self.shallow_water is None else self.shallow_water.build(body, self.draught_m),
         )  # fmt: skip
 
 
 @dataclass(frozen=True)
 class MmgShip:
-    """ship, hull, wake, rudder: `hydro.manoeuvring`; thrust: K_T's polynomial; deduction: t_P; revolutions [1/s]."""
+    """ship, hull, wake, rudder: `hydro.manoeuvring`; thrust: K_T's polynomial; deduction: t_P; revolutions [1/s];
+    shallow: what depends on the depth, None where the water is deep.
+    """
 
     ship: Ship
     hull: dict[str, Array]
@@ -128,14 +134,26 @@ class MmgShip:
     revolutions: Array
     rudder: Rudder
     lag: Lag
+    shallow: ShallowWater | None = None
     unit: str = "rad"
     site: Place = HULL
+
+    @property
+    def feels_planes(self) -> bool:
+        """Whether the depth of water counts."""
+        return self.shallow is not None
+
+    def image_mass(self, flow: Flow) -> list[list[Array]]:
+        """Added mass by the ground `(6, 6)`."""
+        assert self.shallow is not None
+        return self.shallow.image_mass(flow)
 
     def wrench(self, state: Array, flow: Flow) -> Vector:
         """Force and moment (6)."""
         ship, rudder = self.ship, self.rudder
         u, v, r = flow.nu_r[0], flow.nu_r[1], flow.nu_r[5]
-        x, y, n = hull_force(ship, self.hull, u, v, r)
+        hull = self.hull if self.shallow is None else self.shallow.derivatives(self.hull, flow)
+        x, y, n = hull_force(ship, hull, u, v, r)
         advance = u * (1 - wake_fraction(ship, self.wake, u, v, r))
         thrust, kt, j = propeller_thrust(ship, self.wake, self.thrust, advance, self.revolutions)
         tip = self.revolutions * self.wake.diameter

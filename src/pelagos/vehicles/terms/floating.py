@@ -35,6 +35,11 @@ class HydrostaticConfig(PartConfig):
     vertical: bool = True
     """The force of heave points along gravity; otherwise along the body's z axis, as in linear theory."""
 
+    @property
+    def flotation(self) -> float:
+        """Centre of the waterplane, forward of the origin [m]."""
+        return self.center_of_flotation_m[0]
+
     def stiffness(self, body: Body) -> NDArray[np.float64]:
         """Diagonal of G (6) about the centre of flotation."""
         return np.array([0.0, 0.0, self.heave_n_m, self.roll_n_m, self.pitch_n_m, 0.0])
@@ -61,6 +66,11 @@ class TwinHullConfig(PartConfig):
     """LCF, forward of the origin [m]."""
     vertical: bool = True
     """The force of heave points along gravity; otherwise along the body's z axis, as in linear theory."""
+
+    @property
+    def flotation(self) -> float:
+        """Centre of the waterplane, forward of the origin [m]."""
+        return self.center_of_flotation_x_m
 
     def stiffness(self, body: Body) -> NDArray[np.float64]:
         """Diagonal of G (6) about the centre of flotation."""
