@@ -55,6 +55,8 @@ class Record(Strict):
     groups: Literal["by_member", "together"] = "by_member"
     """Channels of a group of agents: `by_member` one for every member and topic; `together` one for a topic of all
     members, whose messages hold a row of numbers for each (what is no row of numbers stays by member)."""
+    commands: bool = False
+    """Record the commands to every vehicle's actuators too, at the times of its motion, such as for `pelagos fit`."""
 
 
 class Scenario(Strict):

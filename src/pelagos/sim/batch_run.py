@@ -159,10 +159,13 @@ class BatchRun:
         if len(made) == 1:
             return state, trajectory
         states, motion = np.array(state).reshape(-1, len(self.row)), trajectory.numpy().copy()
+        told = trajectory.told()
         for rows, other, moved in made[1:]:
             states[:, rows] = np.array(other).reshape(-1, len(self.row))[:, rows]
             motion[:, rows] = moved.numpy()[:, rows]
-        return exact(states), replace(trajectory, packed=exact(motion))
+            told[:, rows] = moved.told()[:, rows]
+        commands = None if trajectory.commands is None else exact(told)
+        return exact(states), replace(trajectory, packed=exact(motion), commands=commands)
 
     def _order(self, rows: slice) -> Order:
         if len(self.orders) == 1:  # it holds all rows

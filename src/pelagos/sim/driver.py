@@ -13,6 +13,7 @@ from pelagos import jit
 from pelagos.jit import Array
 from pelagos.ocean.ocean import Ocean
 from pelagos.sim.trajectory import CHANNELS, Trajectory, channels
+from pelagos.vehicles.control.overheard import overheard
 from pelagos.vehicles.nearby import Walls
 from pelagos.vehicles.state import VehicleState, channels_of, pack, unpack
 from pelagos.vehicles.tables import Tables
@@ -20,7 +21,7 @@ from pelagos.vehicles.varied import varied
 from pelagos.vehicles.vehicle import Vehicle
 
 Wrench = tuple[Array, Array]
-Block = Callable[..., tuple[Array, Array]]
+Block = Callable[..., tuple[Array, ...]]
 
 
 @jit.struct
@@ -41,10 +42,13 @@ class Driver:
     Attributes:
         vehicle: what moves.
         vary: its parameters on which every lane has factors of its own; see `varied`.
+        tells: whether trajectories have the commands to actuators too.
     """
 
-    def __init__(self, vehicle: Vehicle, *, n: int, dt_ns: int, vary: tuple[str, ...] = ()) -> None:
-        self.vehicle, self.vary = vehicle, vary
+    def __init__(
+        self, vehicle: Vehicle, *, n: int, dt_ns: int, vary: tuple[str, ...] = (), tells: bool = False
+    ) -> None:
+        self.vehicle, self.vary, self.tells = vehicle, vary, tells
         self._n = n
         self._frozen: dict[tuple[int, str, bool, bool], Block] = {}
         still = (dr.zeros(jit.Array3f64, n), dr.zeros(jit.Array3f64, n))
@@ -110,8 +114,8 @@ class Driver:
         if ticks not in self._counts:
             self._counts[ticks] = dr.opaque(jit.UInt32, ticks)  # the same kernel for all lengths
         at, rest = dr.opaque(jit.UInt32, tick), () if wrench is None else (wrench,)
-        new, packed = self._frozen[key](state, command, ocean, at, self._counts[ticks], constants, *rest)
-        return new, Trajectory(packed=packed, n=self._n, ticks=rows, first_tick=tick + ticks + 1 - rows)
+        new, packed, *told = self._frozen[key](state, command, ocean, at, self._counts[ticks], constants, *rest)
+        return new, Trajectory(packed, self._n, rows, tick + ticks + 1 - rows, *told)
 
     def lanes(self, command: list[Array]) -> tuple[Vehicle, list[Array]]:
         """The vehicle with the factors of every lane, which follow the set-points; and the set-points."""
@@ -138,25 +142,40 @@ class Driver:
     ) -> tuple[Array, Trajectory]:
         """The same tick by tick, unrecorded, for a vehicle with a term in NumPy."""
         state = self.unpack(packed)
-        force, rows = c.no_wrench if wrench is None else wrench, []
+        force, rows, told = c.no_wrench if wrench is None else wrench, [], []
+        tells = self.tells and bool(self.vehicle.actuator_names)
         vehicle, command = self.lanes(command)
+        vehicle, heard = overheard(vehicle, mode)
         for i in ticks:
             t = jit.Float64(dr.opaque(jit.UInt32, i)) * c.h
             state = vehicle.step(state, command, ocean, t, force, c.h, mode, c.tables)
             dr.eval(state)
-            rows.append(np.stack([np.broadcast_to(np.array(v), self._n) for v in channels(state)], axis=-1))
-        motion = jit.Float64(np.concatenate(rows).ravel())
-        return self.pack(state), Trajectory(packed=motion, n=self._n, ticks=len(ticks), first_tick=ticks.start + 1)
+            rows.append(self._columns(channels(state)))
+            if tells:
+                told.append(self._columns(heard.told()))
+        motion, *commands = (jit.Float64(np.concatenate(part).ravel()) for part in (rows, told) if part)
+        return self.pack(state), Trajectory(motion, self._n, len(ticks), ticks.start + 1, *commands)
+
+    def _columns(self, values: list[Array]) -> NDArray[np.float64]:
+        """`(n, k)` of k arrays."""
+        return np.stack([np.broadcast_to(np.array(v), self._n) for v in values], axis=-1)
 
 
 def _block(driver: Driver, *, n: int, rows: int, mode: str, every: bool) -> Block:
+    kept = len(driver.vehicle.actuator_names)
+    tells = driver.tells and every and kept > 0
+
     def block(
         start: Array, command: list[Array], ocean: Ocean, tick: Array, count: Array, constants: _Constants,
         wrench: Wrench,
-    ) -> tuple[Array, Array]:  # fmt: skip
+    ) -> tuple[Array, ...]:  # fmt: skip
         motion, end = dr.empty(jit.Float64, rows * n * CHANNELS), dr.zeros(jit.Float64, dr.width(start))
         lane = dr.arange(jit.UInt32, n)
         vehicle, set_points = driver.lanes(command)
+        told: list[Array] = []
+        if tells:
+            vehicle, heard = overheard(vehicle, mode)
+            told = [dr.empty(jit.Float64, rows * n * kept)]
 
         def keep(i: Array, state: VehicleState) -> Array:  # in the loop: behind it, every channel would be a kernel
             pack(state, end, lane, n)
@@ -176,12 +195,15 @@ def _block(driver: Driver, *, n: int, rows: int, mode: str, every: bool) -> Bloc
             state = vehicle.step(state, set_points, ocean, t, wrench, constants.h, mode, constants.tables)
             if every:
                 note(state, (i * constants.copies + lane) * CHANNELS)
+            if tells:
+                for k, value in enumerate(heard.told()):
+                    dr.scatter(told[0], value, (i * constants.copies + lane) * kept + k)
             dr.if_stmt((i, state), i + 1 == count, keep, lambda i, state: i + 0, mode="symbolic")
             return i + 1, state
 
         state = unpack(start, n, vehicle.sizes)
         dr.while_loop((dr.zeros(jit.UInt32, n), state), unfinished, advance, mode="symbolic")
-        return end, motion
+        return end, motion, *told
 
     return block
 
@@ -189,7 +211,7 @@ def _block(driver: Driver, *, n: int, rows: int, mode: str, every: bool) -> Bloc
 def _alone(block: Block) -> Block:
     """A block without an outside wrench."""
 
-    def alone(*arguments: Any) -> tuple[Array, Array]:
+    def alone(*arguments: Any) -> tuple[Array, ...]:
         return block(*arguments, arguments[-1].no_wrench)
 
     return alone

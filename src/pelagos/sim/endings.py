@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 import warnings
+from dataclasses import replace
 from typing import Final
 
 import numpy as np
@@ -54,7 +55,7 @@ class Endings:
         run.vehicle = mixed(run.vehicle, run.begin_vehicle, over)
         held = np.where(over[None, :, None], run.begin_row[None], motion)
         run.row = held[-1]
-        return Trajectory(jit.from_numpy(jit.Float64, held), trajectory.n, trajectory.ticks, trajectory.first_tick)
+        return replace(trajectory, packed=jit.from_numpy(jit.Float64, held))
 
     def _end(self, batch: Batch, run: BatchRun, first: int, motion: NDArray[np.float64]) -> None:
         bad = ~(np.isfinite(motion).all(axis=2) & (np.abs(motion[..., 0:3]) <= FARTHEST_M).all(axis=2))  # (ticks, rows)

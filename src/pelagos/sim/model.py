@@ -208,7 +208,8 @@ def _first_driver(model: Model, vehicle: Vehicle, names: list[str]) -> Driver:
     keys = [parse(key) for key in model.scenario.vary]
     factors = tuple(k.number for k in keys if k.agent in names and k.group == "factors")
     check_names(vehicle, factors, model.scenario.where("vary"))
-    return Driver(vehicle, n=model.n * len(names), dt_ns=model.clock.dt_ns, vary=factors)
+    tells = model.scenario.record.commands
+    return Driver(vehicle, n=model.n * len(names), dt_ns=model.clock.dt_ns, vary=factors, tells=tells)
 
 
 def _driver(like: Model, names: list[str]) -> Driver:
@@ -216,7 +217,8 @@ def _driver(like: Model, names: list[str]) -> Driver:
     before = like.agents[names[0]].batch
     if before.members == tuple(names):
         return before.driver
-    return Driver(before.vehicle, n=like.n * len(names), dt_ns=like.clock.dt_ns)
+    tells = before.driver.tells
+    return Driver(before.vehicle, n=like.n * len(names), dt_ns=like.clock.dt_ns, tells=tells)
 
 
 def _places(batches: Mapping[str, Batch]) -> dict[str, tuple[Batch, int]]:

@@ -113,8 +113,7 @@ class Recorder:
         self.latched: set[str] = set()
         self._together, self._order = Together(together), list[str]()
         self._tf = self.channel("/tf", TF, {})
-        self._chunk_ns = 0
-        self._chunk_wall = time.monotonic()
+        self._chunk_ns, self._chunk_wall = 0, time.monotonic()
         self._transforms: list[Message] = []
         for agent, configs in sensors.items():
             poses: Mapping[str, Pose] = {name: (c.position_m, c.q_body_sensor) for name, c in configs.items()}
@@ -152,14 +151,9 @@ class Recorder:
         self._end_chunk(int(t_ns[-1]))
 
     def _one_by_one(
-        self,
-        track: _Track,
-        t_ns: NDArray[np.int64],
-        measurement: Measurement,
-        valid: NDArray[np.bool_],
-        copy: int,
+        self, track: _Track, t_ns: NDArray[np.int64], measurement: Measurement, valid: NDArray[np.bool_], copy: int,
         n: int,
-    ) -> None:
+    ) -> None:  # fmt: skip
         for k in np.flatnonzero(valid).tolist():
             self._encode(track, measurement.reading(slice(k * n, (k + 1) * n), valid, int(t_ns[k]), ""), copy)
 
@@ -232,8 +226,12 @@ class Recorder:
     def gather(self) -> None:
         """Write what was kept for the topics of groups, whose members' readings of the same times are all there."""
         for channel, t_ns, rows in self._together.gathered():
-            self._writer.add_messages(channel, t_ns, rows)
-            self._end_chunk(int(t_ns[-1]))
+            self.write_rows(channel, t_ns, rows)
+
+    def write_rows(self, channel: int, t_ns: NDArray[np.int64], rows: NDArray[np.uint8]) -> None:
+        """Record k messages of one size `(k, size)` on a channel, at times `(k,)` [ns]."""
+        self._writer.add_messages(channel, t_ns, rows)
+        self._end_chunk(int(t_ns[-1]))
 
     def write_navigation_block(self, agent: str, t_ns: NDArray[np.int64], *motion: NDArray[np.float64]) -> None:
         """Record solutions of navigation at k times [ns], arrays as of `write_truth_block`; no transforms."""
@@ -371,8 +369,7 @@ class Recorder:
     def _end_chunk(self, t_ns: int) -> None:
         if t_ns - self._chunk_ns >= CHUNK_NS or time.monotonic() - self._chunk_wall >= CHUNK_WALL_S:
             self._writer.flush()
-            self._chunk_ns = t_ns
-            self._chunk_wall = time.monotonic()
+            self._chunk_ns, self._chunk_wall = t_ns, time.monotonic()
 
 
 _LATCHED: Final = (

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from pelagos.config.loader import to_yaml
 from pelagos.math.so3 import rotate_np
 from pelagos.sim.guidance.outline import outline, start_of
+from pelagos.sim.command_log import CommandLog, declare_commands
 from pelagos.sim.prop_log import PropLog
 from pelagos.sim.record import Recorder
 from pelagos.sim.sampled import Sampled
@@ -33,7 +34,7 @@ class RunLog:
         self._sim, self.recorder = sim, recorder
         tick = sim.stepper.tick
         self._moved = tick if tick == 0 else tick + 1  # movers are written down from this tick on
-        self._props = PropLog(sim, recorder)
+        self._props, self._commands = PropLog(sim, recorder), CommandLog(sim, recorder)
         self._begins = tick == 0
         self._navigated = tick - 1
 
@@ -71,6 +72,8 @@ class RunLog:
         for batch in self._sim.model.batches.values():
             trajectory = stepper.trajectories[batch.name]
             due = np.array(trajectory.due(period), dtype=np.int64)
+            for name in batch.members:
+                self._commands.write(name, trajectory, period)
             if not len(due):
                 continue
             whole = trajectory.numpy()[due - trajectory.first_tick]
@@ -142,6 +145,8 @@ def open_recorder(path: Path, sim: Simulation, *, writer: Any = None, by_member:
             made.add_navigation(name, agent.config.navigation.type)
         if agent.tasks:
             made.add_plan(name, outline(agent.tasks, start_of(agent.config.start, sim.world.height), sim.world.height))
+    if scenario.record.commands:
+        declare_commands(made, sim)
     for mover in sim.world.movers:
         number, instance = next((g.label, g.instance) for g in moving if g.name == mover.name)
         made.add_mover(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from typing import TYPE_CHECKING, Any, Final
 
 import drjit as dr
@@ -42,16 +42,25 @@ class Trajectory:
         n: rows: copies, of each vehicle of a batch.
         ticks: length of the block.
         first_tick: the tick of the first row.
+        commands: `Float64`, `(ticks, n, actuators)` in one row: those that acted in the step which ends at each tick;
+            None where nobody asks.
     """
 
     packed: Array
     n: int
     ticks: int
     first_tick: int
+    commands: Array | None = None
 
     def numpy(self) -> NDArray[np.float64]:
         """`(ticks, n, CHANNELS)`."""
         return np.asarray(self.packed.numpy().copy().reshape(self.ticks, self.n, CHANNELS))
+
+    def told(self) -> NDArray[np.float64]:
+        """`(ticks, n, actuators)` commands in the step that ends at each tick; no ticks where nobody asked."""
+        if self.commands is None:
+            return np.empty((0, self.n, 0))
+        return np.asarray(self.commands.numpy().copy().reshape(self.ticks, self.n, -1))
 
     def last(self) -> NDArray[np.float64]:
         """`(n, CHANNELS)` at the last tick."""
@@ -70,7 +79,9 @@ class Trajectory:
         if len(blocks) == 1:
             return blocks[0]
         packed = jit.Float64(np.concatenate([np.array(b.packed) for b in blocks]))
-        return Trajectory(packed, blocks[0].n, sum(b.ticks for b in blocks), blocks[0].first_tick)
+        told = [b.commands for b in blocks]
+        commands = None if any(c is None for c in told) else jit.Float64(np.concatenate([np.array(c) for c in told]))
+        return replace(blocks[0], packed=packed, ticks=sum(b.ticks for b in blocks), commands=commands)
 
     def due(self, period: int) -> range:
         """The ticks of this block that are multiples of `period`."""
