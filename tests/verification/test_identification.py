@@ -37,6 +37,7 @@ ROV = {
         "bow": {**THRUSTER, "position_m": [0.5, 0, 0], "direction": [0, 1, 0]},
     },
     "modes": {"actuators": {"type": "actuators"}}, "default_mode": "actuators",
+    "integrator": "runge_kutta",
 }  # fmt: skip
 TRUE = {
     "K_pp": 1.0,
@@ -254,7 +255,7 @@ def test_intervals_cover_the_truth():
 
     Over 100 seeds (100 to 199) Fisher's intervals cover each parameter 92 to 98 times, resampled shots 92 to 96.
     """
-    plan = load_plan(PLAN)
+    plan = load_plan({**PLAN, "iterations": 30})
     inside = SimpleNamespace(fisher=0, resampled=0, of=0)
     for seed in range(20):
         made = fit(ROV, read_record(synthetic(100 + seed), plan), plan)

@@ -25,8 +25,8 @@ def fit_vehicle(
     from pelagos.identification.output import write_fit
     from pelagos.vehicles.vehicle import Vehicle
 
-    vehicle = _vehicle(path, changes, agent, trust)
-    made_plan = load_plan(plan)
+    name, vehicle = _vehicle(path, changes, agent, trust)
+    made_plan = load_plan(plan, recording=data if data.suffix == ".mcap" else None, agent=name)
     names = Vehicle(vehicle).actuator_names
     record = read_record(data, made_plan, names)
     with err.status("fitting") as status:
@@ -51,10 +51,11 @@ def fit_vehicle(
     out.print(f"wrote {', '.join(f.name for f in files)} in {where}", markup=False)
 
 
-def _vehicle(path: Path, changes: Sequence[str], agent: str, trust: bool) -> Any:
+def _vehicle(path: Path, changes: Sequence[str], agent: str, trust: bool) -> tuple[str, Any]:
     members = load_scenario(path, changes=changes, trust=trust).members
     if agent and agent not in members:
         raise LookupFailed("agent", agent, members, where=str(path))
     if not agent and len(members) != 1:
         raise InputError(f"{path} has {len(members)} agents ({', '.join(members)}): say which with --agent")
-    return members[agent or next(iter(members))].vehicle
+    name = agent or next(iter(members))
+    return name, members[name].vehicle

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from pelagos.identification.record import Record
+from pelagos.identification.steps import DOUBTED
 from pelagos.vehicles.model import Model
 
 if TYPE_CHECKING:
@@ -43,6 +44,15 @@ def doubts_of_fit(made: Fit) -> tuple[str, ...]:
     if not made.found.settled:
         found.append(
             f"the search did not settle in {made.plan.iterations} steps: give more iterations or narrower priors"
+        )
+    shifted = [
+        f"{e.parameter.name} by {e.step_shift:+.2g}"
+        for e in made.estimates if abs(e.step_shift) > DOUBTED * 0.5 * (e.fisher[1] - e.fisher[0])
+    ]  # fmt: skip
+    if shifted:
+        found.append(
+            f"the steps of {1000 * made.record.step_s / made.substeps:.3g} ms shift {', '.join(shifted)}: "
+            "give more substeps, or a shorter step_s"
         )
     if made.test is not None:
         found += _unseen(made.test, made.before)

@@ -28,6 +28,7 @@ from pelagos.identification.problem import (
 from pelagos.identification.record import Record
 from pelagos.identification.search import Found, search
 from pelagos.identification.shots import Shooter, Shots
+from pelagos.identification.steps import MOST, SHARE, finite_substeps, step_shift
 from pelagos.vehicles.config import VehicleConfig
 from pelagos.vehicles.vehicle import Vehicle
 
@@ -45,6 +46,7 @@ class Estimate:
         identified: whether the data say more than the prior.
         told: share of the prior's spread that the data took away.
         bounded: whether it stands at a bound.
+        step_shift: by how much the simulation's steps shift it, in its unit.
     """
 
     parameter: Parameter
@@ -56,6 +58,7 @@ class Estimate:
     identified: bool
     told: float
     bounded: bool
+    step_shift: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -81,6 +84,7 @@ class Fit:
         simulated: coordinates `(steps + 1, 12, s)` of all shots in open loop, and the shots.
         seconds: of the fit, on the wall.
         doubts: warnings that were issued, in words.
+        substeps: steps of the simulation in one of the record's grid.
     """
 
     estimates: tuple[Estimate, ...]
@@ -95,6 +99,7 @@ class Fit:
     simulated: tuple[NDArray[np.float64], Shots]
     seconds: float
     doubts: tuple[str, ...] = ()
+    substeps: int = 1
 
     def value(self, name: str) -> float:
         """Of a parameter."""
@@ -112,8 +117,12 @@ def vehicle_with_plan(vehicle: VehicleConfig | Mapping[str, Any], plan: Plan) ->
     return found
 
 
-def _calm(data: Mapping[str, Any]) -> dict[str, Any]:
-    return {**data, "modes": {"actuators": {"type": "actuators"}}, "default_mode": "actuators", "seakeeping": "slope"}
+def _calm(data: Mapping[str, Any], plan: Plan) -> dict[str, Any]:
+    asked = plan.integrator or plan.vehicle.get("integrator", "runge_kutta")
+    return {
+        **data, "modes": {"actuators": {"type": "actuators"}}, "default_mode": "actuators", "seakeeping": "slope",
+        "integrator": data["integrator"] if asked == "vehicle" else asked,
+    }  # fmt: skip
 
 
 def fit(
@@ -145,12 +154,13 @@ def fit(
     data = vehicle_with_plan(vehicle, plan)
     _depth_told(data, record)
     parameters = parameters_of(plan.parameters, data)
-    family = Family(_calm(data), parameters)
+    family = Family(_calm(data, plan), parameters)
     doubtful = doubts_of_commands(record, family.model)
     for text in doubtful:
         warnings.warn(text, PelagosWarning, stacklevel=2)
     shooter = shooter_of(family, record)
     all_shots, joined = cut_shots(record, plan)
+    shooter.divide(finite_substeps(shooter, family, all_shots, plan.substeps))
     count = max(1, round(plan.train * len(all_shots)))
     names = plan.fit_to or tuple(n for n in COORDINATES if n in plan.columns)
     free = free_coordinates([*names, *plan.continuity])
@@ -159,9 +169,8 @@ def fit(
     wanted = target(record, shots, names).once(joined[:count])
     hidden = hidden_coordinates(record, shooter, family, shots, wanted)
     problem = Problem(family, shooter, wanted, joined[:count], plan, free, hidden)
-    found = search(problem, shots, iterations=plan.iterations, tell=tell)
-    sure = certainty(problem, found, resamplings=plan.bootstrap)
-    estimates = tuple(_estimate(p, k, found, sure) for k, p in enumerate(parameters))
+    found, sure, shift = _searched(problem, shots, tell)
+    estimates = tuple(_estimate(p, k, found, sure, shift) for k, p in enumerate(parameters))
     _narrowed(estimates)
     train = score(shooter, family, found.at, record, shots)
     rest = _some(all_shots, slice(count, None))
@@ -170,9 +179,28 @@ def fit(
     seen, _ = shooter.play(all_shots, family.compiled_values(found.at), [], tangents=False)
     made = Fit(
         estimates, sure, found, changed(data, parameters, family.values(found.at)), train, test, before, record, plan,
-        (seen, all_shots), time.perf_counter() - began,
+        (seen, all_shots), time.perf_counter() - began, substeps=shooter.substeps,
     )  # fmt: skip
     return _doubted(made, doubtful)
+
+
+def _searched(
+    problem: Problem, shots: Shots, tell: Callable[[str], None]
+) -> tuple[Found, Certainty, NDArray[np.float64]]:
+    """End of the search with as many substeps as it takes, its certainty, and what the steps still shift `(p,)`."""
+    plan, shooter = problem.plan, problem.shooter
+    found = search(problem, shots, iterations=plan.iterations, tell=tell)
+    while True:
+        sure = certainty(problem, found, resamplings=plan.bootstrap)
+        if plan.integrator == "vehicle" and plan.substeps is not None:  # the steps are those of the motion itself
+            return found, sure, np.zeros(len(found.at))
+        shift = step_shift(problem, found, problem.family.data["integrator"])
+        large = (np.abs(shift) > SHARE * NORMAL_95 * sure.fisher).any()
+        if plan.substeps is not None or shooter.substeps >= MOST or not large:
+            return found, sure, shift
+        shooter.divide(2 * shooter.substeps)
+        tell(f"{shooter.substeps} substeps")
+        found = search(problem, found.shots, iterations=plan.iterations, tell=tell, at=found.at)
 
 
 def _narrowed(estimates: tuple[Estimate, ...]) -> None:
@@ -209,9 +237,10 @@ def open_loop(
     for parameter in given:
         if parameter.name not in OUTSIDE:
             raise InputError(f"outside: {parameter.name} is none of {', '.join(OUTSIDE)}")
-    family = Family(_calm(data), given)
+    family = Family(_calm(data, plan), given)
     shooter = shooter_of(family, record)
     shots, _ = cut_shots(record, plan)
+    shooter.divide(finite_substeps(shooter, family, shots, plan.substeps))
     at = np.array([p.prior for p in given])
     seen, _ = shooter.play(shots, family.compiled_values(at), [], tangents=False)
     return score(shooter, family, at, record, shots), seen, shots
@@ -282,7 +311,7 @@ def _swings(record: Record, plan: Plan) -> bool:
     return False
 
 
-def _estimate(parameter: Parameter, k: int, found: Found, sure: Certainty) -> Estimate:
+def _estimate(parameter: Parameter, k: int, found: Found, sure: Certainty, shift: NDArray[np.float64]) -> Estimate:
     at, spread = float(found.at[k]), NORMAL_95 * float(sure.fisher[k])
     value = parameter.value(at)
     fisher = _between(parameter, at - spread, at + spread)
@@ -293,7 +322,8 @@ def _estimate(parameter: Parameter, k: int, found: Found, sure: Certainty) -> Es
         wider = resampled if above - below > 2 * spread else fisher
     bounded = value in (parameter.low, parameter.high)
     identified = float(sure.told[k]) > UNTOLD and not bounded
-    return Estimate(parameter, value, *wider, fisher, resampled, identified, float(sure.told[k]), bounded)
+    moved = float(shift[k]) * parameter.slope(at)
+    return Estimate(parameter, value, *wider, fisher, resampled, identified, float(sure.told[k]), bounded, moved)
 
 
 def _between(parameter: Parameter, start: float, end: float) -> tuple[float, float]:

@@ -71,7 +71,7 @@ def as_data(made: Fit) -> dict[str, Any]:
         "train": _score(made.train), "test": None if made.test is None else _score(made.test),
         "before": _score(made.before), "residual_memory_rows": made.certainty.memory, "settled": made.found.settled,
         "doubts": list(made.doubts),
-        "seconds": made.seconds,
+        "step_s": made.record.step_s, "substeps": made.substeps, "seconds": made.seconds,
     }  # fmt: skip
 
 
@@ -80,7 +80,7 @@ def _estimate(e: Estimate) -> dict[str, Any]:
         "value": e.value, "interval_95": [e.low, e.high], "fisher_95": list(e.fisher),
         "bootstrap_95": list(e.resampled) if e.resampled else None,
         "prior": e.parameter.prior, "paths": list(e.parameter.paths), "identified": e.identified, "at_bound": e.bounded,
-        "told": e.told,
+        "told": e.told, "step_shift": e.step_shift,
     }  # fmt: skip
 
 

@@ -110,10 +110,12 @@ class Plan(_Strict):
 
     time: Column = "t"
     """[s]"""
-    columns: dict[str, Column]
-    """By coordinate: north, east, depth [m], roll, pitch, heading [rad], u, v, w [m/s], p, q, r [rad/s]."""
-    commands: dict[str, Column]
-    """By actuator; one that is left out is commanded 0."""
+    columns: dict[str, Column] = Field(default_factory=dict)
+    """By coordinate: north, east, depth [m], roll, pitch, heading [rad], u, v, w [m/s], p, q, r [rad/s]. Left out: of a
+    recording of `pelagos run` the true motion."""
+    commands: dict[str, Column] = Field(default_factory=dict)
+    """By actuator; one that is left out is commanded 0. No `commands` at all: of a recording of `pelagos run` those it
+    holds (`record: {commands: true}`)."""
     dropouts: tuple[DropOut, ...] = ()
     """Rows to leave out."""
     gaps: Literal["refuse", "split"] = "refuse"
@@ -124,6 +126,12 @@ class Plan(_Strict):
     """Parts of the record that are used, from and to [s]; left out: all of it."""
     step_s: Positive | None = None
     """Of the simulation [s]; left out: the record's own, divided until it is at most 0.1 s."""
+    integrator: Literal["conservative", "semi_implicit", "runge_kutta", "vehicle"] | None = None
+    """How the fit takes its steps; the fitted vehicle keeps its own way, which is `vehicle` here. Left out: that under
+    `vehicle:` of this plan, or `runge_kutta`, whose error is of fourth order."""
+    substeps: Annotated[int, Field(ge=1, le=1000)] | None = None
+    """Steps of the simulation in one of `step_s`; left out: 1, doubled until the steps shift no parameter by more than
+    a tenth of its interval's half."""
     smooth_s: Positive = 0.6
     """Length of the parabolas through poses whose slope stands for a velocity that is not measured [s]."""
     segment_s: Positive = 15.0
@@ -164,9 +172,10 @@ class Plan(_Strict):
 
     @model_validator(mode="after")
     def _possible(self) -> Self:
-        if not self.columns:
-            raise ValueError("columns: name at least one that was measured, such as heading: psi")
         self._units_fit()
+        own = self.vehicle.get("integrator", self.integrator)
+        if self.integrator not in (None, "vehicle", own):
+            raise ValueError(f"integrator: {self.integrator} here, but {own} under vehicle; leave one out")
         for name in self.fit_to:
             if name not in COORDINATES:
                 raise ValueError(str(LookupFailed("coordinate", name, COORDINATES)))
@@ -199,11 +208,17 @@ def column(given: Column) -> ColumnConfig:
     return ColumnConfig(column=given) if isinstance(given, str) else given
 
 
-def load_plan(source: str | Path | Mapping[str, Any]) -> Plan:
+def load_plan(source: str | Path | Mapping[str, Any], *, recording: str | Path | None = None, agent: str = "") -> Plan:
     """Read and check a plan.
+
+    Args:
+        source: a YAML file, or its keys.
+        recording: a recording of `pelagos run`, which then has columns and commands that the plan does not name.
+        agent: whose they are.
 
     Raises:
         ScenarioError: names the file, the key, what was given and what is allowed.
+        InputError: the recording lacks the commands, or the agent.
     """
     where = "plan" if isinstance(source, Mapping) else str(source)
     data: Any = source
@@ -214,6 +229,14 @@ def load_plan(source: str | Path | Mapping[str, Any]) -> Plan:
             raise ScenarioError(f"cannot be read: {error}", where=where) from error
         if not isinstance(data, Mapping):
             raise ScenarioError("must be a mapping of keys", where=where)
+    if recording is not None:
+        from pelagos.identification.own_run import completed
+
+        data = completed(dict(data), Path(recording), agent)
+    if not data.get("columns"):
+        raise ScenarioError("columns: name at least one that was measured, such as heading: psi", where=where)
+    if "commands" not in data:
+        raise ScenarioError("commands: name the column of each actuator, or give {} for none", where=where)
     try:
         return Plan.model_validate(dict(data))
     except ValidationError as error:

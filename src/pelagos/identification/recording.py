@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from pelagos.errors import InputError, LookupFailed
 from pelagos.math.so3 import euler_np
+from pelagos.messages.numbers import names_in
 from pelagos.sim.replay import Recording
 
 _ANGLES: Final = ("roll", "pitch", "yaw")
@@ -45,7 +46,7 @@ def read_recording(
     topics = recording.topics()
     if not topics:
         raise InputError(f"{path}: holds no topic that can be read; was it cut short? Try pelagos recover")
-    stamped = {name: _series(recording, topics, name, path) for name in wanted}
+    stamped = _all_series(recording, topics, wanted, path)
     if not stamped:
         raise InputError(f"{path}: the plan names no topic")
     origin = min(int(ns[0]) for ns, _ in stamped.values())
@@ -62,18 +63,29 @@ def read_recording(
     return {"t": time, **{name: _on(time, name in held, *series[name]) for name in series}}, origin * 1e-9
 
 
-def _series(recording: Recording, topics: Collection[str], name: str, path: Path) -> Stamped:
-    topic = max((t for t in topics if name == t or name.startswith(f"{t}.")), key=len, default=None)
-    if topic is None:
-        raise LookupFailed("topic", name, topics, where=str(path))
-    fields = name[len(topic) + 1 :].split(".") if len(name) > len(topic) else []
-    times, values = [], []
-    for message in recording.messages(topic):
-        times.append(message.t_ns)
-        values.append(_field(message.message, fields, name, path))
-    if not times:
-        raise InputError(f"{path}: {topic} has no message")
-    t, x = np.array(times, dtype=np.int64), np.array(values, dtype=np.float64)
+def _all_series(recording: Recording, topics: Collection[str], names: Sequence[str], path: Path) -> dict[str, Stamped]:
+    """Series by name; the messages of a topic are decoded once for all names."""
+    by_topic: dict[str, dict[str, list[str]]] = {}
+    for name in names:
+        topic = max((t for t in topics if name == t or name.startswith(f"{t}.")), key=len, default=None)
+        if topic is None:
+            raise LookupFailed("topic", name, topics, where=str(path))
+        fields = name[len(topic) + 1 :].split(".") if len(name) > len(topic) else []
+        by_topic.setdefault(topic, {})[name] = fields
+    found = {}
+    for topic, wanted in by_topic.items():
+        times, rows = [], []
+        for recorded in recording.messages(topic):
+            message = recorded.message
+            times.append(recorded.t_ns)
+            rows.append([_field(message, fields, name, path) for name, fields in wanted.items()])
+        stamps = np.array(times, dtype=np.int64)
+        for (name, fields), values in zip(wanted.items(), np.array(rows, dtype=np.float64).T, strict=True):
+            found[name] = _series(stamps, values, topic, fields, path)
+    return {name: found[name] for name in names}
+
+
+def _series(t: NDArray[np.int64], x: NDArray[np.float64], topic: str, fields: Sequence[str], path: Path) -> Stamped:
     if (np.diff(t) <= 0).any():
         k = int(np.argmax(np.diff(t) <= 0))
         raise InputError(f"{path}: {topic} has a message of {t[k + 1] / 1e9:.10g} s after one of {t[k] / 1e9:.10g} s")
@@ -94,11 +106,23 @@ def _on(time: NDArray[np.float64], held: bool, t: NDArray[np.float64], x: NDArra
     return np.asarray(found)
 
 
+def _labels(message: Any) -> tuple[str, ...]:
+    """Names of the numbers of an array of one dimension whose label has them (`messages.numbers.LabelledRow`)."""
+    layout = getattr(message, "layout", None)
+    if layout is None or len(layout.dim) != 1 or " [" not in layout.dim[0].label:
+        return ()
+    return names_in(layout.dim[0].label)
+
+
 def _field(message: Any, fields: Sequence[str], name: str, path: Path) -> float:
     value = message
     for key in fields:
         try:
-            if key in _ANGLES and all(hasattr(value, c) for c in "wxyz"):
+            if (labels := _labels(value)) and not hasattr(value, key):
+                if key not in labels:
+                    raise LookupFailed("number", key, labels, where=f"{path}: {name}")
+                value = value.data[labels.index(key)]
+            elif key in _ANGLES and all(hasattr(value, c) for c in "wxyz"):
                 turn = euler_np(np.array([[value.w, value.x, value.y, value.z]]))
                 value = float(turn[0, _ANGLES.index(key)])
             else:

@@ -40,13 +40,23 @@ class Found:
     settled: bool
 
 
-def search(problem: Problem, shots: Shots, *, iterations: int, tell: Callable[[str], None] = lambda _: None) -> Found:
+def search(
+    problem: Problem, shots: Shots, *, iterations: int, tell: Callable[[str], None] = lambda _: None,
+    at: NDArray[np.float64] | None = None,
+) -> Found:  # fmt: skip
     """Parameters and initial states with the least loss near the priors.
+
+    Args:
+        problem: the loss.
+        shots: with their first initial states.
+        iterations: most steps.
+        tell: hears of progress.
+        at: where the search begins; None: at the priors.
 
     Raises:
         SimulationError: the vehicle's motion is not finite at the priors.
     """
-    at = problem.prior.copy()
+    at = problem.prior.copy() if at is None else at
     _, off = problem.loss(at, shots)
     if not np.isfinite(off[~np.isnan(problem.wanted.wanted)]).all():
         raise SimulationError(

@@ -56,12 +56,16 @@ class Shots:
 class Shooter:
     """Plays shots of one vehicle with one record's commands.
 
+    Attributes:
+        substeps: see `divide`.
+
     Args:
         vehicle: with a mode "actuators".
         model: whose numbers at `places` are replaced.
         places: see `parameters.Compiled`.
         commands: by actuator `(n,)`.
         h: step of the record's grid [s].
+        substeps: how many steps of the simulation one of the grid is.
     """
 
     def __init__(
@@ -71,11 +75,14 @@ class Shooter:
         places: Sequence[Place],
         commands: Mapping[str, NDArray[np.float64]],
         h: float,
+        *,
+        substeps: int = 1,
     ) -> None:
         size = max((len(c) for c in commands.values()), default=1)
         self._tables = [jit.Float64(commands.get(name, np.zeros(size))) for name in vehicle.actuator_names]
+        self._grid_s, self._size = h, size
+        self.divide(substeps)
         dr.make_opaque(self._tables)
-        self._size = size
         self._kept = vehicle.sizes.kept
         self._actuators = len(vehicle.actuator_names)
         self._needed = vehicle.tables
@@ -86,13 +93,20 @@ class Shooter:
 
         def advance(x: list[Array], constants: list[Array], commands: list[Array], tables: Any) -> list[Array]:
             c = len(places)
-            return _step(vehicle.with_model(numbered(constants[:c])), x, constants[c:], commands, h, tables)
+            *given, step = commands
+            return _step(vehicle.with_model(numbered(constants[:c])), x, constants[c:], given, step, tables)
 
         def follow(x: list[Array], constants: list[Array], commands: list[Array], tables: Any) -> list[Array]:
-            return [jit.Float64(a) for a in numbered(constants[: len(places)]).advanced(x, commands, h)]
+            *given, step = commands
+            return [jit.Float64(a) for a in numbered(constants[: len(places)]).advanced(x, given, step)]
 
         self._advance, self._follow = _recorded(advance), _recorded(follow)
         self._see, self._see_tangent = _recorded(_seen_step)
+
+    def divide(self, substeps: int) -> None:
+        """Take so many steps of the simulation from one row of the record to the next."""
+        self.substeps = substeps
+        self._h = dr.opaque(jit.Float64, self._grid_s / substeps)
 
     def play(
         self, shots: Shots, compiled: Compiled, free: Sequence[int], *, tangents: bool
@@ -134,7 +148,9 @@ class Shooter:
                 rows.append(self._see(x, numbers, [], None))
             dr.eval(rows[-1])
             if k < shots.steps:
-                x, dx = self._one(self._advance, x, dx, numbers, slopes, self._given(row))
+                given = self._given(row)
+                for _ in range(self.substeps):
+                    x, dx = self._one(self._advance, x, dx, numbers, slopes, given)
                 row = row + 1  # the same program in every step: k itself would make a new one
                 dr.eval(row)
         values = np.array([[np.array(c) for c in step] for step in rows]).reshape(shots.steps + 1, -1, s, directions)
@@ -153,7 +169,7 @@ class Shooter:
         row = dr.clip(row, 0, self._size - 1)
         found = [dr.gather(jit.Float64, table, jit.UInt32(row)) for table in self._tables]
         dr.eval(found)
-        return found
+        return [*found, self._h]
 
     def _start(self, shots: Shots, compiled: Compiled) -> NDArray[np.float64]:
         """Channels of the initial states `(19 + kept, s)`; velocities relative to the water."""
@@ -170,11 +186,16 @@ class Shooter:
             return x, dx
         before = jit.Int32(np.repeat(shots.preroll, directions))
         lanes = dr.width(at)
-        own = [*self._given(at - before), *(dr.zeros(jit.Float64, lanes) for _ in range(self._kept - self._actuators))]
+        own = [
+            *self._given(at - before)[:-1],
+            *(dr.zeros(jit.Float64, lanes) for _ in range(self._kept - self._actuators)),
+        ]
         down = [dr.zeros(jit.Float64, lanes) for _ in own] if dx else []
         dr.make_opaque(own, down)
         for _ in range(int(shots.preroll.max())):
-            own, down = self._one(self._follow, own, down, numbers, slopes, self._given(at - before))
+            given = self._given(at - before)
+            for _ in range(self.substeps):
+                own, down = self._one(self._follow, own, down, numbers, slopes, given)
             before = dr.maximum(before - 1, 0)
             dr.eval(before)
         return [*x[:_MOTION], *own], [*dx[:_MOTION], *down] if dx else dx
@@ -202,7 +223,7 @@ def _recorded(step: Callable[[list[Array], list[Array], list[Array], Any], list[
 
 
 def _step(
-    vehicle: Vehicle, x: list[Array], outside: list[Array], commands: list[Array], h: float, tables: Any
+    vehicle: Vehicle, x: list[Array], outside: list[Array], commands: list[Array], h: Array, tables: Any
 ) -> list[Array]:
     """One step in the frame of the water, which a steady current carries along with it."""
     still = jit.Array3f64(0.0)

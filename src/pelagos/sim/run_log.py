@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 
 from pelagos.config.loader import to_yaml
 from pelagos.math.so3 import rotate_np
-from pelagos.sim.guidance.outline import outline, start_of
 from pelagos.sim.command_log import CommandLog, declare_commands
+from pelagos.sim.guidance.outline import outline, start_of
 from pelagos.sim.prop_log import PropLog
 from pelagos.sim.record import Recorder
 from pelagos.sim.sampled import Sampled

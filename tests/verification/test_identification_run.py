@@ -1,0 +1,236 @@
+"""A vehicle from the recording of its own run, and the error of a fit's steps against another program's motion."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import pelagos as pl
+from pelagos.errors import InputError, LookupFailed, PelagosWarning, ScenarioError
+from pelagos.identification import fit, load_plan, read_record
+from pelagos.sim.replay import Recording
+
+TOPIC = "/usv0/actuator_commands"
+TRUE = {"X_u": 16.0, "N_r": 15.0, "lag": 0.35}
+THRUSTER = {"type": "force_thruster", "low_n": -60, "high_n": 60}
+PATHS = {
+    "X_u": {"path": "terms.damping.diagonal.0"},
+    "N_r": {"path": "terms.damping.diagonal.5"},
+    "lag": {"path": ["actuators.port.time_constant_s", "actuators.starboard.time_constant_s"]},
+}
+
+
+def boat(values: dict) -> dict:
+    """A boat of three degrees of freedom with two thrusters aft."""
+    sides = {"port": [-0.5, -0.35, 0], "starboard": [-0.5, 0.35, 0]}
+    return {
+        "type": "custom", "length_m": 1.6, "beam_m": 0.9, "height_m": 0.5, "density_kg_m3": 1000,
+        "mass": {"type": "explicit", "mass_kg": 55, "inertia_kg_m2": [5, 12, 14], "center_of_gravity_m": [0, 0, 0]},
+        "added_mass": {"type": "diagonal", "diagonal": [6, 40, 60, 2, 8, 9]},
+        "terms": {
+            "hydrostatics": {"type": "hydrostatic", "heave_n_m": 6000, "roll_n_m": 200, "pitch_n_m": 500},
+            "damping": {"type": "linear_damping", "diagonal": [values["X_u"], 60, 300, 40, 80, values["N_r"]]},
+            "drag": {"type": "quadratic_damping", "diagonal": [22, 90, 0, 0, 0, 20]},
+        },
+        "actuators": {
+            n: {**THRUSTER, "time_constant_s": values["lag"], "position_m": p, "direction": [1, 0, 0]}
+            for n, p in sides.items()
+        },
+        "modes": {
+            "actuators": {"type": "actuators"},
+            "wrench": {"type": "wrench"},
+        },
+        "default_mode": "actuators",
+    }  # fmt: skip
+
+
+def recorded(path, *, seconds=30.0, record=None, n=1, tick_rate_hz=50, vehicle=None):
+    """A run of the boat under random commands, changed each 2 s."""
+    agent = {"vehicle": vehicle or boat(TRUE), "control": "actuators", "start": {"position_m": [0, 0, 0]}}
+    sim = pl.Simulation.load(
+        {"name": "run", "tick_rate_hz": tick_rate_hz, "world": {"type": "flat", "depth_m": 20},
+         "agents": {"usv0": agent}, "record": record or {"commands": True}}, n=n,
+    )  # fmt: skip
+    sim.reset(seed=1)
+    random, told = np.random.default_rng(3), []
+    with sim.recording(path):
+        for _ in range(int(seconds / 2)):
+            told.append(random.uniform(-20, 60, 2))
+            sim.command({"usv0": told[-1]})
+            sim.step(ticks=2 * tick_rate_hz)
+    return np.array(told)
+
+
+def commands_of(path, topic=TOPIC):
+    """Times [s] and commands of a recording."""
+    messages = list(Recording(path).messages(topic))
+    return np.array([m.t_ns * 1e-9 for m in messages]), np.array([m.message.data for m in messages])
+
+
+def test_commands_are_recorded_at_the_times_from_which_they_act(tmp_path):
+    told = recorded(tmp_path / "run.mcap", seconds=6)
+    times, values = commands_of(tmp_path / "run.mcap")
+    np.testing.assert_allclose(times, np.arange(300) / 50, atol=1e-12)  # none for the end, from which nothing acts yet
+    np.testing.assert_array_equal(values, np.repeat(told, 100, axis=0))
+    recording = Recording(tmp_path / "run.mcap")
+    (dimension,) = recording.message(TOPIC, 0).message.layout.dim
+    assert (dimension.label, dimension.size) == ("port [N], starboard [N]", 2)
+    about = recording.channels[TOPIC].about
+    assert (about["actuators"], about["units"], about["acts"]) == ("port starboard", "N N", "from this time on")
+
+
+def test_the_other_messages_are_those_of_a_recording_without_commands(tmp_path):
+    recorded(tmp_path / "with.mcap", seconds=2)
+    recorded(tmp_path / "without.mcap", seconds=2, record={"commands": False})
+    made, plain = Recording(tmp_path / "with.mcap"), Recording(tmp_path / "without.mcap")
+    assert TOPIC not in plain.channels
+    assert set(made.topics()) - set(plain.topics()) == {TOPIC}
+    for topic in plain.topics():
+        assert [(m.t_ns, m.raw) for m in made.messages(topic)] == [(m.t_ns, m.raw) for m in plain.messages(topic)]
+
+
+def test_commands_of_copies_and_of_control_laws(tmp_path):
+    """Two copies of a steered vehicle: its fins and propeller, which no caller commands; in one block."""
+    agent = {"vehicle": "remus100", "command": [8, 0.7, 1200], "start": {"position_m": [0, 0, -5]}}
+    scenario = {"tick_rate_hz": 100, "world": {"type": "flat", "depth_m": 30}, "agents": {"auv0": agent},
+                "record": {"commands": True, "state_rate_hz": 20}}  # fmt: skip
+    pl.Simulation.load(scenario, n=2).run(1.0, record=tmp_path / "whole.mcap")
+    scenario["record"]["state_rate_hz"] = 100
+    single = pl.Simulation.load(scenario, n=2)
+    with single.recording(tmp_path / "single.mcap"):
+        for _ in range(100):
+            single.step()
+    for copy in range(2):
+        topic = f"/env{copy}/auv0/actuator_commands"
+        times, values = commands_of(tmp_path / "whole.mcap", topic)
+        _, every = commands_of(tmp_path / "single.mcap", topic)
+        np.testing.assert_allclose(times, np.arange(20) / 20)
+        np.testing.assert_array_equal(values, every[::5])
+        assert (np.ptp(every, axis=0) > 0).sum() >= 2
+
+
+def test_a_mode_that_moves_the_body_itself_has_no_commands(tmp_path):
+    sim = pl.Simulation.load(
+        {"tick_rate_hz": 50, "world": {"type": "flat", "depth_m": 20}, "record": {"commands": True},
+         "agents": {"usv0": {"vehicle": boat(TRUE), "control": "wrench", "start": {"position_m": [0, 0, 0]}}}},
+    )  # fmt: skip
+    sim.run(0.2, record=tmp_path / "run.mcap")
+    _, values = commands_of(tmp_path / "run.mcap")
+    assert values.shape == (10, 2)
+    assert np.isnan(values).all()
+    plan = load_plan({}, recording=tmp_path / "run.mcap", agent="usv0")
+    with pytest.raises(InputError, match=r"'/usv0/actuator_commands\.port' has 10 cells .* not a number"):
+        read_record(tmp_path / "run.mcap", plan)
+
+
+def test_a_vehicle_is_found_again_from_its_own_recording(tmp_path):
+    """Within its intervals with noise on the recorded motion, and to 1e-5 without (the search ends at 1e-5 of a loss)."""
+    recorded(tmp_path / "run.mcap", seconds=40)
+    told = {"segment_s": 4, "fit_to": ["u", "v", "r"], "parameters": PATHS, "bootstrap": 0}
+    plan = load_plan(told, recording=tmp_path / "run.mcap", agent="usv0")
+    assert (plan.integrator, plan.substeps) == ("vehicle", 1)
+    record = read_record(tmp_path / "run.mcap", plan, ("port", "starboard"))
+    assert record.runs[0][0] * record.step_s == pytest.approx(3.0)  # behind the run up of the actuators
+    start = boat({"X_u": 11.0, "N_r": 21.0, "lag": 0.5})
+    for e in fit(start, record, plan).estimates:
+        assert e.value == pytest.approx(TRUE[e.parameter.name], rel=1e-5)
+    random = np.random.default_rng(2)
+    measured = {n: x + random.normal(0, 0.01, len(x)) for n, x in record.measured.items()}
+    made = fit(start, replace(record, measured=measured), plan)
+    for e in made.estimates:
+        true = TRUE[e.parameter.name]
+        assert abs(e.value - true) < e.high - e.low, e.parameter.name  # four standard deviations
+        assert e.high - e.low < 0.2 * true
+    assert not made.doubts
+
+
+def test_a_recording_without_commands_says_how_to_have_them(tmp_path):
+    recorded(tmp_path / "run.mcap", seconds=2, record={"commands": False})
+    with pytest.raises(InputError, match=r"holds no commands to the actuators of usv0: .* --set record\.commands=true"):
+        load_plan({}, recording=tmp_path / "run.mcap", agent="usv0")
+    with pytest.raises(LookupFailed, match=r"agent 'usv9' .*usv0"):
+        load_plan({}, recording=tmp_path / "run.mcap", agent="usv9")
+    recorded(tmp_path / "told.mcap", seconds=2)
+    plan = load_plan({"commands": {"port": f"{TOPIC}.prot"}}, recording=tmp_path / "told.mcap", agent="usv0")
+    with pytest.raises(LookupFailed, match=r"number 'prot' .did you mean 'port'"):
+        read_record(tmp_path / "told.mcap", plan)
+
+
+def test_a_plan_for_a_table_names_its_columns():
+    with pytest.raises(ScenarioError, match="columns: name at least one"):
+        load_plan({"commands": {}})
+    with pytest.raises(ScenarioError, match="commands: name the column of each actuator"):
+        load_plan({"columns": {"heading": "psi"}})
+    with pytest.raises(ScenarioError, match="integrator: runge_kutta here, but conservative under vehicle"):
+        load_plan({"columns": {"heading": "psi"}, "commands": {}, "integrator": "runge_kutta",
+                   "vehicle": {"integrator": "conservative"}})  # fmt: skip
+
+
+def independent(seconds: float = 80.0, *, noise: float = 1.0) -> dict:
+    """The boat in NumPy: surge, sway and yaw about its centre of gravity, Runge and Kutta's steps of 1 ms.
+
+    T. I. Fossen, "Handbook of Marine Craft Hydrodynamics and Motion Control", 2nd ed., Wiley 2021, Section 6.5.
+    """
+    random, rows = np.random.default_rng(4), []
+    step, spacing = 1e-3, 0.1
+    masses = np.array([55 + 6.0, 55 + 40.0, 14 + 9.0])
+
+    def slope(x, told):
+        heading, (u, v, r), thrusts = x[2], x[3:6], x[6:8]
+        force = np.array([thrusts.sum(), 0.0, 0.35 * (thrusts[0] - thrusts[1])])
+        drag = np.array([TRUE["X_u"] + 22 * abs(u), 60 + 90 * abs(v), TRUE["N_r"] + 20 * abs(r)]) * x[3:6]
+        turning = np.array([-masses[1] * v * r, masses[0] * u * r, (masses[1] - masses[0]) * u * v])
+        way = [np.cos(heading) * u - np.sin(heading) * v, np.sin(heading) * u + np.cos(heading) * v, r]
+        return np.concatenate([way, (force - drag - turning) / masses, (told - thrusts) / TRUE["lag"]])
+
+    x = np.zeros(8)
+    for k in range(round(seconds / spacing) + 1):
+        if k % 30 == 0:
+            told = random.uniform(-16, 40, 2)
+        off = noise * random.normal(0, [0.01, 0.01, 0.003])
+        rows.append([k * spacing, *(x[:3] + off), *told])
+        for _ in range(round(spacing / step)):
+            a = slope(x, told)
+            b = slope(x + step / 2 * a, told)
+            c = slope(x + step / 2 * b, told)
+            x = x + step / 6 * (a + 2 * b + 2 * c + slope(x + step * c, told))
+    return dict(zip(("t", "x", "y", "psi", "port", "starboard"), np.array(rows).T, strict=True))
+
+
+def test_steps_shift_no_parameter_of_another_programs_motion():
+    """First-order steps of 0.1 s shift inertia and lag beyond their intervals, as foretold; the fit's own do not."""
+    plan = {
+        "columns": {"north": "x", "east": "y", "heading": "psi"}, "commands": {n: n for n in ("port", "starboard")},
+        "segment_s": 8, "bootstrap": 0, "parameters": {**PATHS, "N_rdot": {"path": "added_mass.diagonal.5"}},
+    }  # fmt: skip
+    data, start = independent(), boat({"X_u": 14.0, "N_r": 17.0, "lag": 0.4})
+    true = {**TRUE, "N_rdot": 9.0}
+    made = fit(start, read_record(data, load_plan(plan)), load_plan(plan))
+    assert made.substeps == 1
+    halves = {}
+    for e in made.estimates:
+        halves[e.parameter.name] = half = (e.high - e.low) / 2
+        assert abs(e.value - true[e.parameter.name]) < 2 * half, e.parameter.name  # four standard deviations
+        assert abs(e.step_shift) < 0.02 * half, e.parameter.name
+    coarse = load_plan({**plan, "integrator": "conservative", "substeps": 1})
+    with pytest.warns(PelagosWarning, match=r"the steps of 100 ms shift .*N_rdot by \+"):
+        shifted = fit(start, read_record(data, coarse), coarse)
+    by_name = {e.parameter.name: e for e in shifted.estimates}
+    assert abs(by_name["N_rdot"].value - true["N_rdot"]) > 2 * halves["N_rdot"]
+    moved = by_name["N_rdot"].value - made.value("N_rdot")
+    assert by_name["N_rdot"].step_shift == pytest.approx(moved, rel=0.3)  # of first order in the shift
+
+
+def test_substeps_are_doubled_until_their_error_is_small():
+    plan = load_plan({
+        "columns": {"north": "x", "east": "y", "heading": "psi"}, "commands": {n: n for n in ("port", "starboard")},
+        "segment_s": 8, "bootstrap": 0, "integrator": "conservative",
+        "parameters": {"N_rdot": {"path": "added_mass.diagonal.5"}},
+    })  # fmt: skip
+    made = fit(boat(TRUE), read_record(independent(40.0, noise=8.0), plan), plan)
+    (e,) = made.estimates
+    assert made.substeps in (2, 4, 8)
+    share = abs(e.step_shift) / ((e.fisher[1] - e.fisher[0]) / 2)
+    assert 0.03 < share < 0.1
