@@ -32,7 +32,7 @@ PLAN = {
 
 def made_up_run(seconds: float = 40.0) -> dict[str, np.ndarray]:
     """Poses of an Otter with `TRUE` damping, every 0.1 s, with 1 cm and 0.3 deg of noise."""
-    vehicle = {"type": "otter", "terms": {"damping": TRUE}}
+    vehicle = {"type": "otter", "terms": {"damping": TRUE}, "integrator": "runge_kutta"}  # ticks of 0.1 s are long
     agent = {"vehicle": vehicle, "control": "actuators", "start": {"position_m": [0, 0, 0]}}
     sim = pl.Simulation.load({"name": "run", "tick_rate_hz": 10, "world": {"type": "flat", "depth_m": 20},
                               "agents": {"usv0": agent}})  # fmt: skip

@@ -290,3 +290,14 @@ def test_a_recording_since_1970_has_its_rows(monkeypatch):
     np.testing.assert_allclose(record.measured["north"], 0.02 * k, atol=1e-9)  # 0.6 m/s, rounded to 1 ns
     with pytest.raises(InputError, match=r"time goes from 1700000000\+0 to 1700000000\+19\.9667 s"):
         read_record("bag.mcap", load_plan({**columns, "windows_s": [[0, 20]]}))
+
+
+def test_unknown_keys_of_a_plan_are_told_with_the_nearest():
+    with pytest.raises(ScenarioError, match=r"segments: unknown key 'segments' .did you mean 'segment_s'"):
+        load_plan({**PLAN, "segments": 3})
+    with pytest.raises(ScenarioError, match=r"parameters\.X\.pth: unknown key 'pth' .did you mean 'path'"):
+        load_plan({**PLAN, "parameters": {"X": {"pth": "length_m"}}})
+
+
+def test_a_column_without_any_number_is_told_as_a_whole():
+    refused(lambda d: d.update(n1=np.full(200, np.nan)), match="column 'n1' is empty or not a number in every row")

@@ -121,7 +121,7 @@ def test_a_mode_that_moves_the_body_itself_has_no_commands(tmp_path):
     assert values.shape == (10, 2)
     assert np.isnan(values).all()
     plan = load_plan({}, recording=tmp_path / "run.mcap", agent="usv0")
-    with pytest.raises(InputError, match=r"'/usv0/actuator_commands\.port' has 11 cells .* not a number"):
+    with pytest.raises(InputError, match=r"'/usv0/actuator_commands\.port' is empty or not a number in every row"):
         read_record(tmp_path / "run.mcap", plan)
 
 
@@ -231,6 +231,6 @@ def test_substeps_are_doubled_until_their_error_is_small():
     })  # fmt: skip
     made = fit(boat(TRUE), read_record(independent(40.0, noise=30.0), plan), plan)
     (e,) = made.estimates
-    assert made.substeps in (2, 4, 8)
+    assert made.substeps == 16  # with 8 it was a little more than a tenth
     share = abs(e.step_shift) / ((e.fisher[1] - e.fisher[0]) / 2)
     assert 0.03 < share < 0.1

@@ -55,6 +55,8 @@ def _vehicle(path: Path, changes: Sequence[str], agent: str, trust: bool) -> tup
     members = load_scenario(path, changes=changes, trust=trust).members
     if agent and agent not in members:
         raise LookupFailed("agent", agent, members, where=str(path))
+    if not members:
+        raise InputError(f"{path} has no agents, and so no vehicle to fit")
     if not agent and len(members) != 1:
         raise InputError(f"{path} has {len(members)} agents ({', '.join(members)}): say which with --agent")
     name = agent or next(iter(members))

@@ -242,6 +242,21 @@ def load_plan(source: str | Path | Mapping[str, Any], *, recording: str | Path |
     except ValidationError as error:
         lines = [
             f"{place}: {text}" if (place := ".".join(str(p) for p in e["loc"])) else text
-            for e in error.errors() for text in [e["msg"].removeprefix("Value error, ")]
+            for e in error.errors() for text in [_complaint(e)]
         ]  # fmt: skip
         raise ScenarioError("; ".join(lines), where=where) from None
+
+
+_KEYS: Final[dict[str, type[_Strict]]] = {
+    "parameters": ParameterConfig, "dropouts": DropOut, "columns": ColumnConfig, "commands": ColumnConfig,
+    "time": ColumnConfig,
+}  # fmt: skip
+
+
+def _complaint(error: Any) -> str:
+    """A fault of one key, in words; of an unknown one with those that there are."""
+    place = error["loc"]
+    if error["type"] != "extra_forbidden":
+        return str(error["msg"]).removeprefix("Value error, ")
+    known = Plan if len(place) == 1 else _KEYS.get(str(place[0]), Plan)
+    return str(LookupFailed("key", str(place[-1]), known.model_fields))

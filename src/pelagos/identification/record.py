@@ -138,6 +138,8 @@ def _seen(table: Table, plan: Plan, rows: int, where: str) -> NDArray[np.bool_]:
 def _finite(values: NDArray[np.float64], used: NDArray[np.bool_], clock: Clock, name: str, where: str) -> None:
     bad = np.flatnonzero(~np.isfinite(values) & used)
     if len(bad):
+        if len(bad) == len(values):
+            raise InputError(f"{where}: column {name!r} is empty or not a number in every row; another column?")
         places = ", ".join(f"row {k + 1} ({clock.say(clock.t[k])} s)" for k in bad[:_SHOWN])
         raise InputError(
             f"{where}: column {name!r} has {_count(len(bad), 'cell')} empty or not a number, the first in {places}; "
@@ -228,7 +230,7 @@ def _gridded(
             k = inside[0]
             raise InputError(
                 f"{where}: nothing is measured between {clock.say(seen[k])} and {clock.say(seen[k + 1])} s, longer "
-                f"than {longest:.3g} s ({len(inside)} such holes); give gaps: split, or a larger gap_s"
+                f"than {longest:.3g} s ({len(inside)} such); give gaps: split, or a larger gap_s"
             )
     h = plan.step_s or step / np.ceil(step / _LONGEST_STEP_S - _NEAR)
     n = int(np.floor(time[-1] / h + _NEAR)) + 1
