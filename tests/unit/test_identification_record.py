@@ -3,16 +3,23 @@
 from __future__ import annotations
 
 import gzip
+from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from pelagos.errors import InputError, LookupFailed, ScenarioError
 from pelagos.identification import load_plan, read_record
 from pelagos.identification.clock import clock_of
+from pelagos.identification.coordinates import COORDINATES
+from pelagos.identification.own_run import COLUMNS
 from pelagos.identification.plan import ColumnConfig
 from pelagos.identification.recording import _field, _on
+from pelagos.messages.motion import ODOMETRY, TruthEncoder
+from pelagos.messages.numbers import MULTI_ARRAY, LabelledRow
+from pelagos.messages.store import deserialize
 
 PLAN = {"columns": {"north": "x", "heading": "psi"}, "commands": {"left_propeller": "n1"}}
 
@@ -301,3 +308,34 @@ def test_unknown_keys_of_a_plan_are_told_with_the_nearest():
 
 def test_a_column_without_any_number_is_told_as_a_whole():
     refused(lambda d: d.update(n1=np.full(200, np.nan)), match="column 'n1' is empty or not a number in every row")
+
+
+def test_columns_of_a_run_are_north_east_down_and_forward_right_down():
+    """The recorded Odometry of a pose that SciPy turns, on all axes."""
+    angles, place, nu = (
+        np.array([0.3, -0.2, 2.5]),
+        np.array([3.0, -4.0, 5.0]),
+        np.array([1.0, -0.4, 0.3, 0.2, -0.1, 0.6]),
+    )
+    flip = np.diag([1.0, -1.0, -1.0])
+    turn = Rotation.from_matrix(flip @ Rotation.from_euler("ZYX", angles[::-1]).as_matrix() @ flip)
+    raw, _ = TruthEncoder("usv0/base_link").encode(
+        0, flip @ place, turn.as_quat(scalar_first=True), flip @ nu[:3], flip @ nu[3:]
+    )
+    message = deserialize(ODOMETRY, bytes(raw))
+    expected = dict(zip(COORDINATES, [*place, *angles, *nu], strict=True))
+    for name, (field, scale, zero) in COLUMNS.items():
+        found = scale * (_field(message, field.split("."), field, Path("run.mcap")) - zero)
+        off = found - expected[name]
+        assert off - 2 * np.pi * round(off / (2 * np.pi)) == pytest.approx(0, abs=1e-12), name
+    assert tuple(COLUMNS) == COORDINATES
+
+
+def test_numbers_are_read_by_the_names_in_their_label():
+    rows = LabelledRow(("left", "right"), ("rad/s", "")).rows(np.array([[1.5, -2.0], [3.0, 4.0]]))
+    message = deserialize(MULTI_ARRAY, rows[1].tobytes())
+    assert message.layout.dim[0].label == "left [rad/s], right [-]"
+    assert [_field(message, [n], n, Path("a.mcap")) for n in ("left", "right")] == [3.0, 4.0]
+    assert _field(message, ["data", "0"], "data.0", Path("a.mcap")) == 3.0
+    with pytest.raises(LookupFailed, match=r"number 'lft' .did you mean 'left'"):
+        _field(message, ["lft"], "lft", Path("a.mcap"))

@@ -96,12 +96,17 @@ def test_commands_of_copies_and_of_control_laws(tmp_path):
     agent = {"vehicle": "remus100", "command": [8, 0.7, 1200], "start": {"position_m": [0, 0, -5]}}
     scenario = {"tick_rate_hz": 100, "world": {"type": "flat", "depth_m": 30}, "agents": {"auv0": agent},
                 "record": {"commands": True, "state_rate_hz": 20}}  # fmt: skip
-    pl.Simulation.load(scenario, n=2).run(1.0, record=tmp_path / "whole.mcap")
+    orders = {"auv0": np.array([[8.0, 0.7, 1200.0], [6.0, -0.5, 1000.0]])}
+    whole = pl.Simulation.load(scenario, n=2)
+    whole.command(orders)
+    whole.run(1.0, record=tmp_path / "whole.mcap")
     scenario["record"]["state_rate_hz"] = 100
     single = pl.Simulation.load(scenario, n=2)
+    single.command(orders)
     with single.recording(tmp_path / "single.mcap"):
         for _ in range(100):
             single.step()
+    ends = []
     for copy in range(2):
         topic = f"/env{copy}/auv0/actuator_commands"
         times, values = commands_of(tmp_path / "whole.mcap", topic)
@@ -109,6 +114,8 @@ def test_commands_of_copies_and_of_control_laws(tmp_path):
         np.testing.assert_allclose(times, np.arange(20) / 20)
         np.testing.assert_array_equal(values, every[::5])
         assert (np.ptp(every, axis=0) > 0).sum() >= 2
+        ends.append(values[-1])
+    assert (ends[0] != ends[1]).any()
 
 
 def test_a_mode_that_moves_the_body_itself_has_no_commands(tmp_path):

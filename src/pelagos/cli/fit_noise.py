@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Annotated, Any, Final
 
@@ -47,8 +49,12 @@ def fit_noise(
         return
     names = _names(columns)
     series = _chosen(table, [time, *names], data)
-    rate = even_rate(series[0])
-    found = {name: fitted(x, rate) for name, x in zip(names, series[1:], strict=True)}
+    with _named(str(data)):
+        rate = even_rate(series[0])
+    found = {}
+    for name, x in zip(names, series[1:], strict=True):
+        with _named(f"{data}: column {name!r}"):
+            found[name] = fitted(x, rate)
     keys = keys_of(found, prefix)
     if as_json:
         axes = {n: {k: getattr(v, k).value for k in _TERMS} for n, v in found.items()}
@@ -79,7 +85,8 @@ def _bound(noise: Any, term: int) -> float:
 def _show_beams(table: Any, names: list[str], data: Path, as_json: bool) -> None:
     from pelagos.identification.noise import fit_beams
 
-    found = fit_beams(_chosen(table, names, data))
+    with _named(str(data)):
+        found = fit_beams(_chosen(table, names, data))
     keys = {"noise_mps": found.noise_mps, "noise_relative": found.noise_relative}
     if as_json:
         console.print_json(json.dumps({"keys": keys, "lost": found.lost, "pings": found.pings}))
@@ -93,8 +100,23 @@ def _print_keys(keys: dict[str, float]) -> None:
     console.print("\n".join(f"{k}: {v:.4g}" for k, v in keys.items()), markup=False)
 
 
+@contextmanager
+def _named(where: str) -> Iterator[None]:
+    """Put the place before complaints about numbers."""
+    try:
+        yield
+    except LookupFailed:
+        raise
+    except InputError as error:
+        raise InputError(f"{where}: {error}") from None
+
+
 def _names(text: str) -> list[str]:
-    return [name.strip() for name in text.split(",") if name.strip()]
+    found = [name.strip() for name in text.split(",") if name.strip()]
+    twice = sorted({name for name in found if found.count(name) > 1})
+    if twice:
+        raise InputError(f"{text}: {', '.join(twice)} is named twice")
+    return found
 
 
 def _chosen(table: Any, names: list[str], data: Path) -> list[Any]:

@@ -15,7 +15,7 @@ from pelagos.sim.command_log import COMMANDS
 from pelagos.sim.record import SCENARIO
 from pelagos.sim.replay import Recording
 
-_COLUMNS: Final[dict[str, tuple[str, float, float]]] = {
+COLUMNS: Final[dict[str, tuple[str, float, float]]] = {
     "north": ("pose.pose.position.y", 1.0, 0.0), "east": ("pose.pose.position.x", 1.0, 0.0),
     "depth": ("pose.pose.position.z", -1.0, 0.0), "roll": ("pose.pose.orientation.roll", 1.0, 0.0),
     "pitch": ("pose.pose.orientation.pitch", -1.0, 0.0), "heading": ("pose.pose.orientation.yaw", -1.0, math.pi / 2),
@@ -50,7 +50,7 @@ def completed(data: dict[str, Any], path: Path, agent: str) -> dict[str, Any]:
             raise LookupFailed("agent", agent, agents, where=str(path))
         found["columns"] = {
             name: {"column": f"{topic}.{field}", "scale": scale, "zero": zero}
-            for name, (field, scale, zero) in _COLUMNS.items()
+            for name, (field, scale, zero) in COLUMNS.items()
         }
         if "windows_s" not in data:  # before, its actuators come from rest, and not from their first commands
             found["windows_s"] = [[data.get("preroll_s", Plan.model_fields["preroll_s"].default), math.inf]]
