@@ -12,7 +12,7 @@ import numpy as np
 import yaml
 
 from pelagos.files import write_whole
-from pelagos.identification.coordinates import ANGLES, COORDINATES, UNITS, number
+from pelagos.identification.coordinates import ANGLES, COORDINATES, RATES, UNITS, number
 from pelagos.identification.fit import Estimate, Fit, Score
 from pelagos.report import theme
 from pelagos.report.page import Section, Tile, image, page, table
@@ -101,7 +101,10 @@ def draw(made: Fit) -> bytes:
 def _draw_shots(made: Fit, where: Any) -> None:
     seen, shots = made.simulated
     h = made.record.step_s
-    names = [n for n in COORDINATES[6:] if made.record.values(n) is not None][:4]
+    fitted = made.plan.fit_to or tuple(made.plan.columns)
+    wanted = {*fitted, *(RATES[n] for n in fitted if n in RATES)}
+    there = [n for n in COORDINATES[6:] if made.record.values(n) is not None]
+    names = sorted(there, key=lambda n: n not in wanted)[:4]  # what was fitted comes first
     axes = np.atleast_1d(where.subplots(len(names), 1, sharex=True))
     last = range(max(0, len(shots) - _SHOWN), len(shots))
     for ax, name in zip(axes, names, strict=True):
@@ -111,13 +114,13 @@ def _draw_shots(made: Fit, where: Any) -> None:
         for k in last:
             rows = shots.starts[k] + np.arange(shots.steps + 1)
             t = made.record.start_s + rows * h
-            ax.plot(t, scale * values[rows], color=theme.TRUTH, lw=1.0, label="recorded" if k == last[0] else None)
+            ax.plot(t, scale * values[rows], color=theme.TRUTH, lw=3.0, label="recorded" if k == last[0] else None)
             ax.plot(
                 t, scale * seen[:, number(name), k], color=theme.SENSOR, label="open loop" if k == last[0] else None
             )
             ax.axvline(t[0], color=theme.GRID, zorder=0)
         ax.set_ylabel(f"{name} [{unit}]")
-    axes[0].legend(ncols=2, loc="upper right")
+    axes[0].legend(ncols=2, loc="lower right", bbox_to_anchor=(1.0, 1.0), borderaxespad=0.2)
     axes[0].set_title("Unseen part of the record" if made.test else "End of the record")
     axes[-1].set_xlabel("time [s]")
 
