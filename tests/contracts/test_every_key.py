@@ -1,7 +1,8 @@
-"""Nothing is accepted that is then ignored: every number of every term, actuator and control mode changes what it does.
+"""Nothing is accepted that is then ignored: every key of every term, actuator and control mode changes what it does.
 
-Each part of each vehicle of the catalogue is evaluated in the same motions of both signs, before and after one of its
-numbers has moved away from what it is. A key counts as heard if it makes a difference in any vehicle.
+Each part of each vehicle of the catalogue, and each of `sample_parts`, is evaluated in the same motions of both signs,
+before and after one of its numbers, switches or choices has moved away from what it is. A key counts as heard if it
+makes a difference in any vehicle.
 """
 
 from __future__ import annotations
@@ -13,25 +14,26 @@ from typing import Any
 import drjit as dr
 import numpy as np
 import pytest
+from other_values import others
 from pydantic import BaseModel, ValidationError
+from sample_parts import UNIONS, kinds, parts
 
-import pelagos as pl
 from pelagos import jit
 from pelagos.errors import InputError
 from pelagos.vehicles.actuators.t200 import t200_tables
+from pelagos.vehicles.cargo import Carrier
 from pelagos.vehicles.control.plant import Plant
 from pelagos.vehicles.flow import Flow, Supply
-from pelagos.vehicles.load import catalogue_names
 from pelagos.vehicles.wetness import Wetness
 
 DEAF = {
     "actuators.ship_engine.service_hz": "trials and missions order it; the engine itself turns as it is told",
     "terms.hydrostatic.center_of_flotation_m.2": "heave, roll and pitch act through x and y of that point alone",
 }
-"""Keys that no motion below hears, and why."""
-SKIPPED: dict[tuple[str, str], str] = {}
-"""Parts that cannot be evaluated alone, and why."""
+"""Keys that no motion below hears, or that allow no other value, and why."""
 STATES = 12
+TOGETHER = 2
+"""Changes that one kernel evaluates: large ones take long to compile."""
 
 
 def flows(fast: float) -> Flow:
@@ -62,26 +64,22 @@ def flows(fast: float) -> Flow:
     )  # fmt: skip
 
 
-def numbers(config: BaseModel) -> Iterator[tuple[str, Any]]:
-    """Each number or row of numbers of a part, with another in its place."""
-    for key, value in config.model_dump().items():
-        if isinstance(value, bool) or value is None or isinstance(value, str):
+def moves(config: BaseModel) -> Iterator[tuple[str, str, Any]]:
+    """Each number, switch and choice of a part with another in its place: `(path, key, whole new value)`."""
+    schema = type(config).model_json_schema()
+    for key, value in config.model_dump(mode="json").items():
+        if key == "type":
             continue
-        if isinstance(value, (int, float)):
-            if "limit" in key:
-                yield key, 0.1 * value
-            yield key, value * 1.17 + (0.05 if value == 0 else 0.0) if isinstance(value, float) else value + 1
-        elif isinstance(value, (list, tuple)) and value and all(isinstance(v, (int, float)) for v in value):
-            for k, v in enumerate(value):
-                yield f"{key}.{k}", [*value[:k], v * 1.17 + (0.05 if v == 0 else 0.0), *value[k + 1 :]]
-                if len(value) > 2 and sorted(value) == list(value):  # a table's axis, which must go on rising
-                    yield f"{key}.{k}", [*value[:k], v + 0.01 * abs(v), *value[k + 1 :]]
+        if isinstance(value, float) and "limit" in key:
+            yield key, key, 0.1 * value
+        for path, moved in others(schema["properties"][key], schema.get("$defs", {}), value):
+            yield f"{key}{path}", key, moved
 
 
 def changed(config: BaseModel, key: str, value: Any) -> BaseModel | None:
-    """The part with another number, None where that is refused."""
+    """The part with another value of a key, None where that is refused."""
     try:
-        return type(config).model_validate(config.model_dump() | {key.split(".")[0]: value})
+        return type(config).model_validate(config.model_dump(mode="json") | {key: value})
     except ValidationError:
         return None
 
@@ -101,16 +99,22 @@ def between(lag: Any) -> np.ndarray:
 
 
 def of_actuator(config: Any, plant: Plant, flow: Flow) -> list[Any]:
-    """Force and moment at states of both signs, and where the state goes from there in a step."""
+    """Force and moment at states of both signs, mass aboard, and where the state goes from there in a step."""
     made = config.build(plant.body)
+    law = made.follower(flow) if isinstance(made, Carrier) else made.lag
     rng, found = np.random.default_rng(3), []
-    low, high = (float(getattr(made.lag, end, sign)) for end, sign in (("low", -1.0), ("high", 1.0)))
-    for _ in range(2):
+    low, high = (float(getattr(law, end, sign)) for end, sign in (("low", -1.0), ("high", 1.0)))
+    for late in (0.0, 9.0):
         state, command = (jit.Float64(rng.uniform(1.3 * low, 1.3 * high, STATES)) for _ in range(2))
-        found += made.wrench(made.lag.limited(state), flow)
-        kept = [jit.Float64(np.zeros(STATES))] * made.lag.memory
-        found += made.lag.after(state, kept, command, jit.Float64(0.05))
-        found += made.lag.after(state, kept, state + 0.01 * command, jit.Float64(0.05))
+        found += made.wrench(law.limited(state), flow)
+        kept = [jit.Float64(late * rng.uniform(0, 1, STATES)) for _ in range(law.memory)]
+        found += law.rates(state, kept, command)
+        found += law.after(state, kept, command, jit.Float64(0.05))
+        found += law.after(state, kept, state + 0.01 * command, jit.Float64(0.05))
+        if isinstance(made, Carrier):
+            aboard, taken = made.cargo(law.limited(state), flow), made.taken(state, command, flow)
+            found += [aboard.mass, aboard.displaced, *aboard.center, *(x for row in aboard.inertia for x in row)]
+            found += [taken.mass]
     found += [jit.Float64(np.full(STATES, float(v))) for v in (*made.site.point, made.site.size)]  # for its wetness
     if hasattr(made, "command"):
         found.append(made.command(jit.Float64(rng.uniform(-20, 20, STATES))))
@@ -137,45 +141,52 @@ KINDS = {"terms": of_term, "actuators": of_actuator, "modes": of_mode}
 
 def heard(kind: str, config: BaseModel, plant: Plant, flow: Flow, known: Set[str]) -> Iterator[tuple[str, bool]]:
     """Each key of a part that is not `known`, and whether its change is felt; all are evaluated in one kernel."""
-    plain, moved = KINDS[kind](config, plant, flow), []
-    for key, value in numbers(config):
-        now = getattr(config, key, None)
-        for tried in (value, 0.95 * now) if isinstance(now, float) and now != 0 else (value,):  # or the other way
-            other = None if key in known else changed(config, key, tried)
-            try:
-                found = None if other is None else KINDS[kind](other, plant, flow)
-            except InputError:  # beyond what a published formula holds for
-                continue
-            if found is not None:
-                moved.append((key, found))
-                break
-    dr.eval(plain, [found for _, found in moved])
+    plain, moved, tried, refused = KINDS[kind](config, plant, flow), [], set(), set()
+    for path, key, value in moves(config):
+        if path in known or path in tried:
+            continue
+        refused.add(path)
+        other = changed(config, key, value)
+        try:
+            found = None if other is None else KINDS[kind](other, plant, flow)
+        except InputError:  # beyond what a published formula holds for
+            continue
+        if found is not None:
+            tried.add(path)
+            moved.append((path, found))
+    for few in (moved[k : k + TOGETHER] for k in range(0, len(moved), TOGETHER)):
+        dr.eval(plain, [found for _, found in few])
     before = [np.array(v) for v in plain]
+    yield from ((key, False) for key in refused - tried)
     for key, found in moved:
         after = [np.array(v) for v in found]
-        same = all(
+        same = len(before) == len(after) and all(
             np.array_equal(*np.broadcast_arrays(a, b), equal_nan=True) for a, b in zip(before, after, strict=True)
         )
         yield key, not same
 
 
-@pytest.mark.parametrize("kind", ["terms", "actuators", pytest.param("modes", marks=pytest.mark.slow)])
-def test_every_number_of_a_part_changes_what_it_does(kind: str) -> None:
+@pytest.mark.parametrize("group", sorted(UNIONS))
+def test_every_kind_of_part_has_a_sample(group: str) -> None:
+    found = {part.type for _, of_it in parts(group) for part in of_it}  # type: ignore[attr-defined]
+    assert not kinds(group) - found, "no vehicle of the catalogue has it: give a part of it in sample_parts.SAMPLES"
+
+
+@pytest.mark.parametrize("group", ["terms", "actuators", pytest.param("modes", marks=pytest.mark.slow)])
+def test_every_key_of_a_part_changes_what_it_does(group: str) -> None:
     felt: dict[str, dict[str, bool]] = {}
-    for name in sorted(catalogue_names()):
-        vehicle = pl.Vehicle.from_catalogue(name)
+    for vehicle, of_it in parts(group):
         plant = Plant(vehicle.model, vehicle.config.body)
         flow = flows(max(vehicle.config.length_m**0.5, 1.0) * (8.0 if vehicle.config.medium == "air" else 1.0))
         if vehicle.config.battery is not None:
             tables = t200_tables(vehicle.config.battery.open_circuit_v)
             flow.supply = Supply(jit.Float64(np.linspace(12.3, 16.1, STATES)), tables)
         flow.actuators = {n: jit.Float64(between(a.lag)) for n, a in vehicle.model.actuators.items()}
-        for part in getattr(vehicle.config, kind).values():
-            if part is not None and (kind, part.type) not in SKIPPED:
-                known = felt.setdefault(part.type, {})
-                for key, is_felt in heard(kind, part, plant, flow, {k for k, v in known.items() if v}):
-                    known[key] = known.get(key, False) or is_felt
-    keys = {f"{kind}.{part}.{key}": is_felt for part, known in felt.items() for key, is_felt in known.items()}
+        for part in of_it:
+            known = felt.setdefault(part.type, {})  # type: ignore[attr-defined]
+            for key, is_felt in heard(group, part, plant, flow, {k for k, v in known.items() if v}):
+                known[key] = known.get(key, False) or is_felt
+    keys = {f"{group}.{part}.{key}": is_felt for part, known in felt.items() for key, is_felt in known.items()}
     assert len(keys) > 40
     deaf = sorted(at for at, is_felt in keys.items() if not is_felt)
-    assert deaf == sorted(at for at in DEAF if at.startswith(kind)), "\n".join(deaf)
+    assert deaf == sorted(at for at in DEAF if at.startswith(group)), "\n".join(deaf)

@@ -14,6 +14,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from other_values import others
 from pydantic import ValidationError
 from test_every_sensor import SMALL
 
@@ -236,47 +237,6 @@ def run(name: str, config: Mapping[str, Any]) -> str | None:
         except (PelagosError, ValidationError):
             return None
     return None if idle(told) else digest.hexdigest()
-
-
-def _moved(value: float) -> tuple[float, ...]:
-    """A little up, a little down, far down, far up, next to nothing."""
-    if value == 0:
-        return 0.05, -0.05, 3.0, 1000.0
-    return 1.17 * value, 0.83 * value, 0.02 * value, 50.0 * value, 2e-4 * value
-
-
-def others(schema: Mapping[str, Any], defs: Mapping[str, Any], value: Any) -> Iterator[tuple[str, Any]]:
-    """What may stand in a key's place: `(path below the key, whole new value)`."""
-    if "$ref" in schema:
-        schema = defs[schema["$ref"].rsplit("/", 1)[1]]
-    if isinstance(value, bool):
-        yield "", not value
-    elif isinstance(value, (int, float)):
-        near = (value + 1, value - 1, 2 * value, value // 2, value + 64, 1)
-        for moved in dict.fromkeys(_moved(value) if isinstance(value, float) else near):
-            yield "", moved
-    elif isinstance(value, str):
-        choices = [c for s in (schema, *schema.get("anyOf", ())) for c in s.get("enum", ())]
-        for choice in choices:
-            if choice != value:
-                yield f"={choice}", choice
-    elif value is None:
-        for s in schema.get("anyOf", ()):
-            if s.get("type") in ("number", "integer"):
-                for guess in (0.5, 3.0, 40.0, 900.0, 2e4, 3e5):
-                    yield "", guess if s["type"] == "number" else int(max(guess, 1))
-            elif "enum" in s:
-                for choice in s["enum"]:
-                    yield f"={choice}", choice
-    elif isinstance(value, (list, tuple)) and value and all(isinstance(v, (int, float)) for v in value):
-        for k, v in enumerate(value):
-            for moved in _moved(v) if isinstance(v, float) else (v + 1,):
-                yield f".{k}", [*value[:k], moved, *value[k + 1 :]]
-    elif isinstance(value, dict):
-        inner = schema.get("properties", {})
-        for key, v in value.items():
-            for path, moved in others(inner.get(key, {}), defs, v):
-                yield f".{key}{path}", {**value, key: moved}
 
 
 class Runs:

@@ -37,8 +37,8 @@ def frame_places(
     turning alone meets nowhere more drag than was measured; what is missing elsewhere is kept as drag on turning.
 
     Args:
-        quadratic: -X|u|u, -Y|v|v, -Z|w|w (3) [kg/m].
-        turning: -K|p|p, -M|q|q, -N|r|r (3) [kg m^2], measured.
+        quadratic: -X|u|u, -Y|v|v, -Z|w|w (3), none below 0 [kg/m].
+        turning: -K|p|p, -M|q|q, -N|r|r (3), none below 0 [kg m^2], measured.
         size: of the box (3) [m].
 
     Returns:
@@ -46,7 +46,8 @@ def frame_places(
     """
     half = np.array(size) / 2
     full = np.array([sum(quadratic[k] * half[j] ** 3 for j, k in _others(i)) / 3 for i in range(3)])
-    share = min(1.0, float(np.min(np.array(turning) / full)) ** (1 / 3))
+    met = full > 0  # turning about the other axes moves no place across a drag
+    share = float(min(1.0, *(np.array(turning)[met] / full[met]) ** (1 / 3)))
     places = [(side * share * half[i] * np.eye(3)[i]).tolist() for i in range(3) for side in (1, -1)]
     rest = np.maximum(np.array(turning) - share**3 * full, 0.0)
     return places, [float(r) if r > 1e-12 else 0.0 for r in rest]

@@ -102,6 +102,8 @@ class QuadraticDampingConfig(PartConfig):
     def _used(self) -> Self:
         if self.oblique == "axes" and (self.size_m is not None or any(self.center_m)):
             raise ValueError("size_m and center_m are those of a frame: give oblique: frame")
+        if self.oblique == "frame" and min(self.diagonal) < 0:
+            raise ValueError(f"diagonal: a frame's drag is 0 or more on each axis, not {min(self.diagonal):g}")
         return self
 
     def build(self, body: Body) -> QuadraticDamping | FrameDrag:
