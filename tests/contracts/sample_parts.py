@@ -103,13 +103,17 @@ def kinds(group: str) -> set[str]:
     return {get_args(c.model_fields["type"].annotation)[0] for c in get_args(get_args(UNIONS[group])[0])}
 
 
+def samples(group: str, vehicle: str) -> list[BaseModel]:
+    """Samples of a group that are for a vehicle of the catalogue."""
+    return [TypeAdapter(UNIONS[group]).validate_python(part) for of, part in SAMPLES[group] if of == vehicle]
+
+
 def parts(group: str) -> Iterator[tuple[pl.Vehicle, list[BaseModel]]]:
     """Vehicles, each with its parts of a group and the samples that are for it."""
     for name in sorted(catalogue_names()):
         vehicle = pl.Vehicle.from_catalogue(name)
         own = [part for part in getattr(vehicle.config, group).values() if part is not None]
-        samples = [TypeAdapter(UNIONS[group]).validate_python(p) for of, p in SAMPLES[group] if of == name]
-        yield vehicle, own + samples
+        yield vehicle, own + samples(group, name)
     for name, changes in CHANGED:
         vehicle = pl.Vehicle.from_catalogue(name, **changes)
         yield vehicle, [part for part in getattr(vehicle.config, group).values() if part is not None]

@@ -1,5 +1,5 @@
-"""No hull of the catalogue knows north, or port from starboard: turned about the vertical with all that flows, it feels
-the same wrench; mirrored, the mirrored one.
+"""No hull, actuator or control law knows north, or port from starboard: turned about the vertical with all that flows,
+a hull feels and is pushed by the same wrench; mirrored, by the mirrored one, and a law asks for the mirrored push.
 
 And control laws remember by time, not by calls: a step of no length changes nothing of what they keep in mind, and a
 short one changes half of what one twice as long does.
@@ -12,11 +12,15 @@ from typing import Any
 import drjit as dr
 import numpy as np
 import pytest
+from mirror_image import ONE_HAND, ONE_HAND_ROLLS, SLANTED, image, slanted
+from sample_parts import samples
 
 import pelagos as pl
 from pelagos import jit
+from pelagos.vehicles.actuators.t200 import t200_tables
+from pelagos.vehicles.cargo import Carrier
 from pelagos.vehicles.control.plant import Plant
-from pelagos.vehicles.flow import Flow
+from pelagos.vehicles.flow import Flow, Supply
 from pelagos.vehicles.load import catalogue_names
 from pelagos.vehicles.wetness import Wetness
 
@@ -86,6 +90,60 @@ def test_a_hull_feels_the_same_at_every_heading_and_the_mirror_image_in_the_mirr
         size = 1e-9 * np.abs(here).max() + 1e-12
         assert turned == pytest.approx(here, abs=size), term
         assert image == pytest.approx(here * MIRROR6, abs=size), term
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_an_actuator_pushes_the_same_at_every_heading_and_the_mirror_image_in_the_mirror(name: str) -> None:
+    """Each of a vehicle and each sample for it: its state goes after the mirrored command as the image's does."""
+    vehicle = pl.Vehicle.from_catalogue(name)
+    fast = max(vehicle.config.length_m**0.5, 1.0)
+    own: dict[str, Any] = {n: part for n, part in vehicle.config.actuators.items() if part is not None}
+    rng, body = np.random.default_rng(6), vehicle.config.body
+    laws = {n: part.build(body).lag for n, part in own.items()}
+    states = {n: rng.uniform(-1, 1, LANES) * (law.high if law.low < 0 else 0.5 * law.high) for n, law in laws.items()}
+    scenes = [Scene(fast).flow(), Scene(fast).flow(2.1), Scene(fast).flow(mirrored=True)]
+    for flow, mirrored in zip(scenes, (False, False, True), strict=True):
+        flow.actuators = {n: jit.Float64((image(part)[1] if mirrored else 1.0) * states[n]) for n, part in own.items()}
+        if vehicle.config.battery is not None:
+            tables = t200_tables(vehicle.config.battery.open_circuit_v)
+            flow.supply = Supply(jit.Float64(np.linspace(12.3, 16.1, LANES)), tables)
+    tried = own | {f"sample {k}": part for k, part in enumerate(samples("actuators", name))}
+    found = {at: [pushed(part, body, flow) for flow in scenes[:2]] for at, part in tried.items()}
+    for at, part in tried.items():
+        other, sign = image(part)
+        found[at].append(pushed(other, body, scenes[2], sign))
+    dr.eval(found)
+    for at, part in tried.items():
+        (here, goes), (turned, went), (mirrored, after) = ((rows(w), rows(g)) for w, g in found[at])
+        size = 1e-9 * np.abs(here).max() + 1e-12
+        flips = MIRROR6 if part.type not in ONE_HAND else np.where(ONE_HAND_ROLLS, 1.0, MIRROR6)
+        assert turned == pytest.approx(here, abs=size), at
+        assert mirrored == pytest.approx(here * flips, abs=size), at
+        assert went == pytest.approx(goes, rel=1e-12), at
+        assert image(part)[1] * after[:, :1] == pytest.approx(goes[:, :1], rel=1e-9, abs=1e-12), at
+
+
+def pushed(part: Any, body: Any, flow: Flow, sign: float = 1.0) -> tuple[list[Any], list[Any]]:
+    """Wrench at a state of either sign, and where the state goes in a step; `sign`: of both, see `image`."""
+    made = part.build(body)
+    law = made.follower(flow) if isinstance(made, Carrier) else made.lag
+    rng = np.random.default_rng(3)
+    low, high = (float(getattr(law, end, sign)) for end in ("low", "high"))
+    low, high = (low, high) if sign > 0 else (-high, -low)
+    state, command = (jit.Float64(sign * rng.uniform(1.2 * low, 1.2 * high, LANES)) for _ in range(2))
+    kept = [jit.Float64(rng.uniform(0, 1, LANES)) for _ in range(law.memory)]
+    return list(made.wrench(law.limited(state), flow)), law.after(state, kept, command, jit.Float64(0.05))[:1]
+
+
+def test_what_is_slanted_is_so_by_the_constants_that_say_so() -> None:
+    """Derivatives that tell port from starboard: some publications have them, no other vehicle has any."""
+    found = {}
+    for name in NAMES:
+        for part in pl.Vehicle.from_catalogue(name).config.actuators.values():
+            vertical = getattr(part, "type", "") == "plane" and image(part)[1] > 0
+            if odd := slanted(getattr(part, "derivatives", {}), vertical=vertical):
+                found.setdefault(name, set()).update(odd)
+    assert found == SLANTED
 
 
 def laws() -> dict[str, list[str]]:
