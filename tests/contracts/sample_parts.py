@@ -80,10 +80,10 @@ SAMPLES: Mapping[str, tuple[tuple[Any, Mapping[str, Any]], ...]] = {
         ("quadrotor", {"type": "attitude", "frequency_rad_s": 1.2, "turn_frequency_rad_s": 8.0}),
         ("wamv", {"type": "place", "pull_n_m": 20.0, "brake_kg_s": 30.0, "pull_limit_n": 150.0, "turn_n_m": 60.0,
                   "turn_damping": 40.0, "turn_limit_n_m": 90.0}),
-        ("bluerov2", {"type": "world_acceleration", "limit_m_s2": 0.7, "turn_limit_rad_s2": 0.4}),
-        ("bluerov2", {**NATIVE, "command": "pose"}),
-        ("bluerov2", {**PUSHED, "command": "place", "current": False}),
-        ("bluerov2", STEERED),
+        ("hovering_auv", {"type": "world_acceleration", "limit_m_s2": 0.7, "turn_limit_rad_s2": 0.4}),
+        ("hovering_auv", {**NATIVE, "command": "pose"}),
+        ("hovering_auv", {**PUSHED, "command": "place", "current": False}),
+        ("hovering_auv", STEERED),
     ),
 }  # fmt: skip
 """By group of kinds: a vehicle of the catalogue, and the part."""

@@ -12,11 +12,12 @@ from typing import Any
 import drjit as dr
 import numpy as np
 import pytest
-from mirror_image import ONE_HAND, ONE_HAND_ROLLS, SLANTED, image, slanted
-from sample_parts import samples
+from mirror_image import HELMS, ONE_HAND, ONE_HAND_ROLLS, SLANTED, image, slanted
+from sample_parts import parts, samples
 
 import pelagos as pl
 from pelagos import jit
+from pelagos.hydro.algebra import add
 from pelagos.vehicles.actuators.t200 import t200_tables
 from pelagos.vehicles.cargo import Carrier
 from pelagos.vehicles.control.plant import Plant
@@ -27,6 +28,12 @@ from pelagos.vehicles.wetness import Wetness
 NAMES = sorted(catalogue_names())
 LANES = 8
 MIRROR3, MIRROR6 = np.array([1.0, -1.0, 1.0]), np.array([1.0, -1.0, 1.0, -1.0, 1.0, -1.0])
+HANDED = {
+    "actuators": "passes commands on, which are each actuator's own",
+    "engine_forces": "names its thrusters by number: tests of HoloOcean's agents hold them",
+}
+"""Kinds of control mode whose set-points have no mirror image by name, and why."""
+DEAR = ("bluerov2", "bluerov2_heavy")  # curves of T200 thrusters take long to compile
 JUMPS = {
     "acceleration": "keeps the drift's part in body axes, which turn",
     "sawtooth": "keeps which way it goes, up or down",
@@ -146,15 +153,18 @@ def test_what_is_slanted_is_so_by_the_constants_that_say_so() -> None:
     assert found == SLANTED
 
 
-def laws() -> dict[str, list[str]]:
-    """By vehicle, modes of kinds that no vehicle before it has."""
-    tried: set[str] = set()
-    chosen: dict[str, list[str]] = {}
-    for name in NAMES:
-        modes = pl.Vehicle.from_catalogue(name).config.modes
-        fresh = {config.type: mode for mode, config in modes.items() if config.type not in tried}
-        tried |= set(fresh)
-        chosen |= {name: list(fresh.values())} if fresh else {}
+def laws() -> dict[str, list[Any]]:
+    """By vehicle, modes of kinds, or with set-points, that no vehicle before it has; samples too."""
+    tried: set[tuple[str, ...]] = set()
+    chosen: dict[str, list[Any]] = {}
+    for vehicle, modes in sorted(parts("modes"), key=lambda found: found[0].config.battery is not None):
+        plant = Plant(vehicle.model, vehicle.config.body)
+        for mode in modes:
+            law: Any = mode
+            key = (law.type, *(law.build(plant).commands if law.type != "actuators" else ()))
+            if key not in tried:
+                chosen.setdefault(vehicle.name, []).append(law)
+                tried.add(key)
     return chosen
 
 
@@ -168,19 +178,109 @@ def test_a_control_law_remembers_by_time_and_not_by_calls(name: str) -> None:
     fast = max(vehicle.config.length_m**0.5, 1.0)
     first, flow = Scene(fast).flow(), Scene(fast, seed=12).flow()
     rng, kept = np.random.default_rng(3), {}
-    for mode in LAWS[name]:
-        law = vehicle.config.modes[mode].build(plant)
+    for k, mode in enumerate(LAWS[name]):
+        law = mode.build(plant)
         before = list(law.start(first))
         command = [jit.Float64(0.3 * rng.uniform(-1, 1, LANES)) for _ in law.commands]
         after = [law.act(before, flow, command, jit.Float64(h))[1] for h in (1e-9, 1e-4, 2e-4)]
-        kept[mode] = before, *after
+        kept[k] = before, *after
     dr.eval(*[part for parts in kept.values() for part in parts])
-    for mode, parts in kept.items():
-        if vehicle.config.modes[mode].type in JUMPS or not parts[0]:
+    for k, told in kept.items():
+        kind = LAWS[name][k].type
+        if kind in JUMPS or not told[0]:
             continue
-        before, none, one, two = (rows(p) for p in parts)
-        assert none == pytest.approx(before, abs=1e-6), mode
-        assert two - before == pytest.approx(2.0 * (one - before), abs=1e-3 * np.abs(two - before).max() + 1e-9), mode
+        before, none, one, two = (rows(p) for p in told)
+        assert none == pytest.approx(before, abs=1e-6), kind
+        assert two - before == pytest.approx(2.0 * (one - before), abs=1e-3 * np.abs(two - before).max() + 1e-9), kind
+
+
+ODD_WORDS = ("y", "roll", "yaw", "sway", "heading")
+"""First words of set-points that change their sign in the mirror; of turns about the world's axes, x and z do."""
+
+
+def changes_sign(command: str) -> bool:
+    """Whether a set-point's image is its negative."""
+    if command.endswith("_turn"):
+        return command[0] in "xz"
+    return command.removeprefix("from_").removeprefix("to_").removeprefix("current_").split("_")[0] in ODD_WORDS
+
+
+@pytest.mark.parametrize("name", [pytest.param(n, marks=pytest.mark.slow) if n in DEAR else n for n in sorted(LAWS)])
+def test_a_control_law_asks_in_the_mirror_for_the_mirrored_push(name: str) -> None:
+    """Twice on end, with what it keeps in mind: wrench, acceleration, thrusters across, and the push of the rest."""
+    vehicle = evenhanded(pl.Vehicle.from_catalogue(name))
+    plant, fast = Plant(vehicle.model, vehicle.config.body), max(vehicle.config.length_m**0.5, 1.0)
+    own: dict[str, Any] = {n: part for n, part in vehicle.config.actuators.items() if part is not None}
+    across = partners(own)
+    found: dict[int, list[list[Any]]] = {}
+    tried = {k: mode for k, mode in enumerate(LAWS[name]) if mode.type not in HANDED}
+    for k, mode in tried.items():
+        law = mode.build(plant)
+        for mirrored in (False, True):
+            rng = np.random.default_rng(3)
+            flows = [supplied(Scene(fast, seed=s).flow(mirrored=mirrored), vehicle, mirrored) for s in (11, 12)]
+            memory, asked = law.start(flows[0]), []
+            for flow, size in zip(flows, (0.5, 3.0), strict=True):
+                values = [size * rng.uniform(-1, 1, LANES) for _ in law.commands]
+                signs = [-1.0 if mirrored and changes_sign(c) else 1.0 for c in law.commands]
+                command = [jit.Float64(s * v) for s, v in zip(signs, values, strict=True)]
+                demand, memory = law.act(memory, flow, command, jit.Float64(0.02))
+                side = MIRROR6 if mirrored else np.ones(6)
+                for load in (demand.wrench, demand.acceleration, together(demand.actuators, own, vehicle, flow)):
+                    asked += [s * jit.Float64(x) for s, x in zip(side, load or (), strict=False)]
+                for n in demand.actuators:
+                    at, sign = across[n] if mirrored and n in across else (n, 1.0)
+                    sign = image(own[n])[1] if mirrored and own[n].type in HELMS else sign
+                    if n in across or own[n].type in (*HELMS, "ship_engine"):
+                        asked.append(sign * jit.Float64(demand.actuators[at]))
+            found.setdefault(k, []).append(asked)
+    dr.eval(found)
+    for k, (here, mirrored_) in found.items():
+        one, other = rows(here), rows(mirrored_)
+        assert np.abs(one).max() > 0, LAWS[name][k].type
+        assert other == pytest.approx(one, rel=1e-9, abs=1e-9 * np.abs(one).max()), LAWS[name][k].type
+
+
+def supplied(flow: Flow, vehicle: pl.Vehicle, mirrored: bool) -> Flow:
+    """With actuators in some state, and a full battery."""
+    states = np.random.default_rng(6).uniform(0.1, 0.4, (len(vehicle.model.actuators), LANES))
+    for (name, actuator), state in zip(vehicle.model.actuators.items(), states, strict=True):
+        sign = image(vehicle.config.actuators[name])[1] if mirrored else 1.0
+        flow.actuators = {**flow.actuators, name: jit.Float64(sign * state * float(actuator.lag.high))}
+    if vehicle.config.battery is not None:
+        tables = t200_tables(vehicle.config.battery.open_circuit_v)
+        flow.supply = Supply(jit.Float64(np.linspace(12.3, 16.1, LANES)), tables)
+    return flow
+
+
+def evenhanded(vehicle: pl.Vehicle) -> pl.Vehicle:
+    """Without the torques of T200 propellers, whose hands are no mirror images of one another."""
+    t200 = [n for n, part in vehicle.config.actuators.items() if getattr(part, "type", "") == "t200"]
+    return pl.Vehicle.from_catalogue(vehicle.name, actuators={n: {"torque_m": 0.0} for n in t200}) if t200 else vehicle
+
+
+def partners(own: dict[str, Any]) -> dict[str, tuple[str, float]]:
+    """Of each thruster, the one across and the sign of its command; some are their own."""
+    found = {}
+    for name, part in own.items():
+        if hasattr(part, "direction"):
+            other = image(part)[0]
+            for candidate, there in own.items():
+                if hasattr(there, "direction") and np.allclose(there.position_m, other.position_m):
+                    found[name] = candidate, float(np.sign(np.dot(there.direction, other.direction)))
+    return found
+
+
+def together(asked: Any, own: dict[str, Any], vehicle: pl.Vehicle, flow: Flow) -> list[Any]:
+    """Wrench (6) of all fins, screws and masses that do as they are asked, without the torque of a single screw."""
+    load: list[Any] = [0.0] * 6
+    for name, command in asked.items():
+        if own[name].type not in HELMS and not hasattr(own[name], "direction"):
+            made = vehicle.model.actuators[name]
+            load = add(load, made.wrench(made.lag.limited(command), flow))
+            if own[name].type in ONE_HAND:
+                load[3] = 0.0 * load[3]
+    return load
 
 
 SWELL = {"waves": {"type": "regular", "height_m": 0.4, "period_s": 4.0, "towards_deg": 40.0, "phase_deg": 70.0}}

@@ -31,6 +31,8 @@ SLOW = (
 """Sensors that are held to it so far."""
 TICKS = 9
 LOUD: Mapping[str, Any] = {"radiated_noise": {"type": "thrusters", "level_db": 170.0}}
+HEARS = ("singlebeam", "multibeam")
+"""Sensors that are near enough to noise for vehicles to be heard."""
 LINKED = {"ais": "ais", "modem": "modem", "optical_modem": "optical_modem", "radio": "radio", "usbl": "modem"}
 """Sensors that tell what others sent, and who sends."""
 CARRIED: Mapping[str, dict[str, Any]] = {
@@ -46,12 +48,16 @@ LINKED_TICKS = 120
 AIS_TICKS = 300  # the first report comes within 10 s
 MAST = {"position_m": [0.3, 0.1, 5.4], "lower_fov_deg": -80.0}  # over the water, which it sees
 DRIFTS = ({"drift_std": 0.5, "drift_time_s": 40.0, "resolution": 0.0}, {})
+MODEMS: tuple[dict[str, Any], ...] = (
+    {}, {"acknowledge": True}, {"mac": "tdma"}, {"mac": "maca"}, {"modulation": "chirp"}, {"noise_db": 95.0},
+)  # fmt: skip
 SETTINGS: Mapping[str, tuple[dict[str, Any], ...]] = {
     "depth": ({"drift_m": 0.5, "drift_time_s": 40.0, "resolution_m": 0.0}, {}),
     **dict.fromkeys(("fluorometer", "oxygen", "turbidity", "current_meter", "sound_velocity", "tracer"), DRIFTS),
-    "modem": ({}, {"acknowledge": True}, {"mac": "tdma"}, {"mac": "maca"}, {"modulation": "chirp"}, {"noise_db": 95.0}),
+    "modem": MODEMS,
+    "usbl": ({}, *({"interrogate": [], "interrogate_s": 2.0, **more} for more in MODEMS)),
     "lbl": ({}, {"noise_db": 118.0}),
-    "range_bearing": ({}, {"noise_db": 118.0}),
+    "range_bearing": ({}, {"noise_db": 118.0}, {"noise_db": 121.0}),
     "singlebeam": (
         {},
         {
@@ -78,6 +84,8 @@ RINGS = ("radio", "modem")
 DEAF: dict[str, str] = {
     **{f"{name}.orientation_deg.{k}": "has no direction; its frame is told" for name in SCALARS for k in range(3)},
     **{f"{name}.orientation_deg.{k}": "sends all around; its frame is told" for name in RINGS for k in range(3)},
+    "ais.address": "numbers it among radios, of which none sends to it; ships know it by its mmsi",
+    "multibeam.refraction=true": "is what auto does in this layered water",
     "optical_modem.orientation_deg.0": "its cone is round about its axis",
     "singlebeam.sea_surface=flat": "has no waves above it here",
     **{f"hydrophone.orientation_deg.{k}": "hears all around; its frame is told" for k in range(3)},
@@ -133,7 +141,7 @@ def sea(name: str, config: Mapping[str, Any]) -> dict[str, Any]:
                 "control": "depth_heading",
                 "command": [depth + 1.0, 0.9, 700.0],
                 "sensors": {"it": own(name, config)},
-                **(LOUD if name == "singlebeam" else {}),
+                **(LOUD if name in HEARS else {}),
             },
             "auv1": {
                 "vehicle": "remus100",
@@ -141,7 +149,7 @@ def sea(name: str, config: Mapping[str, Any]) -> dict[str, Any]:
                 "control": "depth_heading",
                 "command": [depth + 1.0, 0.9, 700.0],
                 "sensors": {"its": partner},
-                **(LOUD if name == "singlebeam" else {}),
+                **(LOUD if name in HEARS else {}),
             },
         },
     }  # fmt: skip
