@@ -42,13 +42,14 @@ class Profile(BaseLeg):
     cycles: int | None = Field(default=None, ge=1)
     """How often down and up; without it, the point or `until` ends the leg."""
     heading_deg: float | None = Field(default=None, ge=-360, le=360)
-    """Compass heading [deg]; the one at the leg's beginning where not given."""
+    """Compass heading [deg]; the one at the leg's beginning where not given. Vehicles that hover go straight up and
+    down."""
     point: Place | None = None
     """A point to go towards, instead of a heading; reaching it ends the leg: x, y [m], or latitude and longitude."""
     acceptance_m: float | None = Field(default=None, gt=0)
     """The point counts as reached within this distance [m]; the vehicle\'s own tolerance where not given."""
     glide_deg: float = Field(default=25.0, gt=5, lt=60)
-    """Pitch, down and up; of vehicles with propellers the steepest [deg]."""
+    """Pitch of gliders, down and up [deg]."""
     speed_mps: float | None = Field(default=None, gt=0)
     """Speed through the water [m/s]; the vehicle's cruising speed where not given (gliders: by their buoyancy)."""
 

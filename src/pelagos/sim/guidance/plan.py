@@ -20,6 +20,7 @@ from pelagos.sim.guidance.orbit import Orbit
 from pelagos.sim.guidance.route import middle_line
 from pelagos.sim.guidance.survey import Swath, survey_lines
 from pelagos.sim.guidance.task import Common, Level, Limit, Task
+from pelagos.sim.guidance.unheard import unheard_key
 from pelagos.sim.guidance.vertical import Dive, Land, Profile
 from pelagos.sim.guidance.wait import Drift, GpsFix, Hold, Station
 from pelagos.vehicles.envelope import EnvelopeConfig
@@ -103,6 +104,11 @@ class Planner:
                 )
         if leg.type == "orbit" and leg.look == "center" and not self.family.turns:
             raise ScenarioError(f"{self.vehicle} cannot circle sideways: look: ahead", where=f"{where}.look")
+        unheard = unheard_key(leg, self.family.name)
+        if unheard is not None:
+            raise ScenarioError(
+                f"{self.vehicle} {unheard.why}: leave out {unheard.key!r}", where=f"{where}.{unheard.key}"
+            )
         self._check_speed(leg, where)
         self._check_circle(leg, where)
         self._check_level(leg, where)
