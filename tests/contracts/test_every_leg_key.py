@@ -85,18 +85,21 @@ class Plane:
     origin = GeoOrigin(-33.0, 18.0)
     geometries = ()
 
+    def __init__(self, side: float = 1.0) -> None:
+        self.side = side
+
     def height(self, x: Any, y: Any) -> Any:
-        return -20.0 + 0.05 * np.asarray(x) - 0.02 * np.asarray(y)
+        return -20.0 + 0.05 * np.asarray(x) - 0.02 * self.side * np.asarray(y)
 
 
-def flown(family: str, mission: list[dict[str, Any]]) -> np.ndarray:
-    """Commands of a flight `(steps, k)`, and the times at which its tasks ended; 0 where they did not."""
+def flown(family: str, mission: list[dict[str, Any]], side: float = 1.0) -> np.ndarray:
+    """Commands of a flight `(steps, k)`, and when its tasks ended, 0 where they did not; `side`: -1 in the mirror."""
     sensors = {"probe": registry.entries("sensor")["altimeter"].config()}
-    steps = Planner("it", "it", FAMILY[family], sensors=sensors, agents=("it", "other"), world=Plane()).plan(
+    steps = Planner("it", "it", FAMILY[family], sensors=sensors, agents=("it", "other"), world=Plane(side)).plan(
         [TypeAdapter(Leg).validate_python(leg) for leg in mission]
     )
     names, envelope = FAMILY[family].needs, EnvelopeConfig(cruise_mps=0.8, tolerance_m=1.5)
-    point = Point(family)
+    point = Point(family, side)
     guidance = Guidance(steps, steering_of(FAMILY[family], envelope, 1.5, 1), names, point.aboard(0.0))
     asked = []
     for k in range(STEPS):
@@ -115,19 +118,17 @@ def flown(family: str, mission: list[dict[str, Any]]) -> np.ndarray:
 class Point:
     """A vehicle that does at once what it is told."""
 
-    def __init__(self, family: str) -> None:
-        self.family, self.place, self.heading = family, np.array(START), HEADING
+    def __init__(self, family: str, side: float) -> None:
+        self.place, self.heading, self.side = np.array(START) * [1.0, side, 1.0], side * HEADING, side
         if family == "rotor":
             self.place[2] = 14.0
         self.velocity, self.down, self.shallow_s = np.zeros(3), True, 0.0
 
     def aboard(self, t: float) -> Aboard:
-        others = {
-            "other": Fix(
-                np.array([[6.0 + 0.3 * t, 4.0 - 0.2 * t, -5.0]]), np.array([0.6]), np.array([[0.3, -0.2, 0.0]])
-            )
-        }
-        altitude = self.place[2] - Plane().height(*self.place[:2])
+        place, way = np.array([6.0 + 0.3 * t, 4.0 - 0.2 * t, -5.0]), np.array([0.3, -0.2, 0.0])
+        across = np.array([1.0, self.side, 1.0])
+        others = {"other": Fix((across * place)[None], np.array([self.side * 0.6]), (across * way)[None])}
+        altitude = self.place[2] - Plane(self.side).height(*self.place[:2])
         fix = Fix(self.place[None].copy(), np.array([self.heading]), self.velocity[None].copy())
         reading = np.array([[1e3, self.place[1]]])
         return Aboard(
@@ -193,6 +194,42 @@ def test_every_key_of_every_leg_is_tried() -> None:
     tried = {f"{leg['type']}.{key}" for _, mission in MISSIONS for leg in mission for key in leg}
     shared = {k for k in keys if k.endswith(("altitude_m", "height_m", "depth_m", "speed_mps", "acceptance_m"))}
     assert keys - tried - set(ELSEWHERE) <= shared, "give a mission with it in MISSIONS"
+
+
+CIRCLES = ("station_keeping",)
+"""Legs on which those who cannot stop circle, clockwise on either side."""
+TO_STARBOARD = ("lawnmower", "survey")
+"""Legs whose lines grow to starboard: they have no mirror image."""
+
+
+def image(leg: dict[str, Any]) -> dict[str, Any]:
+    """The leg in the mirror."""
+    made = dict(leg)
+    for key in ("center", "point", "face", "offset_m"):
+        if key in leg:
+            made[key] = [leg[key][0], -leg[key][1], *leg[key][2:]]
+    if "points" in leg:
+        made["points"] = [[x, -y, *z] for x, y, *z in leg["points"]]
+    if "heading_deg" in leg:
+        made["heading_deg"] = -leg["heading_deg"]
+    if "direction" in leg:
+        made["direction"] = {"clockwise": "counterclockwise", "counterclockwise": "clockwise"}[leg["direction"]]
+    return made
+
+
+@pytest.mark.parametrize("family", ["hover", "rotor", "glider", "torpedo"])
+def test_a_leg_in_the_mirror_asks_for_the_image(family: str) -> None:
+    flips = [-1.0 if name in ("y", "yaw", "y_speed", "heading") else 1.0 for name in FAMILY[family].needs]
+    for mission in (mission for of, mission in MISSIONS if of == family and mission[-1]["type"] not in TO_STARBOARD):
+        try:
+            there = flown(family, mission)
+        except PelagosError:  # a leg that is not for this family
+            continue
+        if family == "torpedo" and mission[-1]["type"] in CIRCLES:
+            continue
+        other = flown(family, [image(leg) for leg in mission], -1.0)
+        assert other[:STEPS] == pytest.approx(there[:STEPS] * flips, abs=1e-6), mission
+        assert other[STEPS:] == pytest.approx(there[STEPS:]), mission
 
 
 ONCE = {"type": "profile", "lower_depth_m": 9.0, "cycles": 1}

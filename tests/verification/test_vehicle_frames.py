@@ -37,6 +37,16 @@ def test_a_flow_along_one_axis_and_turning_alone_meet_the_published_drag(axis: i
     assert drag(*nu) == pytest.approx(expected, abs=1e-12)
 
 
+@pytest.mark.parametrize("r", [0.3, -0.8])
+def test_a_frame_that_drags_along_one_axis_alone_turns_freely_about_it(r: float) -> None:
+    """No drag along x and z, and none on turning: all of it attacks in the middle, and turning meets nothing."""
+    places, rest = frame.frame_places([0.0, 217.0, 0.0], [0.0] * 3, SIZE)
+    assert rest == [0.0] * 3
+    assert np.abs(places).max() == 0
+    load = frame.frame_drag([0.0, 217.0, 0.0], rest, places, [0.0] * 3, [jit.Float64(v) for v in (0, -0.7, 0, 0, 0, r)])
+    assert numbers(load) == pytest.approx([0, 217.0 * 0.49, 0, 0, 0, 0], abs=1e-12)
+
+
 def test_a_slight_flow_across_a_fast_one_is_resisted_by_the_product_of_both() -> None:
     """F = -k |V| V with V = (u, v, w): |V| = sqrt(1.2^2 + 0.05^2 + 0.03^2)."""
     u, v, w = 1.2, -0.05, 0.03
