@@ -12,16 +12,23 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
+from numpy.typing import NDArray
 
 FOLDER: Final = Path(__file__).parent / "numbers"
 SINGLE: Final = 1e-3
 DOUBLE: Final = 1e-5  # shares, of what is reckoned in single and in double precision
 _TURNS: Final = (0.0123, 0.318, 1.27, 2.71)  # rad from one value to the next
+
+
+def flat(parts: Iterable[Any]) -> NDArray[np.float64]:
+    """All values of some arrays, end to end, the large ones beside the small: arsinh of a thousand times each."""
+    rows = [np.ravel(np.asarray(part)).astype(np.float64) for part in parts]
+    return np.arcsinh(1e3 * np.concatenate(rows))
 
 
 def check(file: str, case: str, found: Mapping[str, Any], share: float = SINGLE) -> None:

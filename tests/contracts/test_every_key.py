@@ -18,6 +18,7 @@ from other_values import others
 from pydantic import BaseModel, ValidationError
 from sample_parts import UNIONS, kinds, parts
 
+from known import DOUBLE, check, flat
 from pelagos import jit
 from pelagos.errors import InputError
 from pelagos.hydro.images import Plane
@@ -141,8 +142,13 @@ def of_mode(config: Any, plant: Plant, flow: Flow) -> list[Any]:
 KINDS = {"terms": of_term, "actuators": of_actuator, "modes": of_mode}
 
 
-def heard(kind: str, config: BaseModel, plant: Plant, flow: Flow, known: Set[str]) -> Iterator[tuple[str, bool]]:
-    """Each key of a part that is not `known`, and whether its change is felt; all are evaluated in one kernel."""
+def heard(
+    kind: str, config: BaseModel, plant: Plant, flow: Flow, known: Set[str], numbers: dict[str, Any]
+) -> Iterator[tuple[str, bool]]:
+    """Each key of a part that is not `known`, and whether its change is felt; all are evaluated in one kernel.
+
+    What comes of each change is put down in `numbers`.
+    """
     plain, moved, tried, refused = KINDS[kind](config, plant, flow), [], set(), set()
     for path, key, value in moves(config):
         if path in known or path in tried:
@@ -159,9 +165,11 @@ def heard(kind: str, config: BaseModel, plant: Plant, flow: Flow, known: Set[str
     for few in (moved[k : k + TOGETHER] for k in range(0, len(moved), TOGETHER)):
         dr.eval(plain, [found for _, found in few])
     before = [np.array(v) for v in plain]
+    numbers[""] = flat(before)
     yield from ((key, False) for key in refused - tried)
     for key, found in moved:
         after = [np.array(v) for v in found]
+        numbers[key] = flat(after)
         same = len(before) == len(after) and all(
             np.array_equal(*np.broadcast_arrays(a, b), equal_nan=True) for a, b in zip(before, after, strict=True)
         )
@@ -175,8 +183,9 @@ def test_every_kind_of_part_has_a_sample(group: str) -> None:
 
 
 @pytest.mark.parametrize("group", ["terms", "actuators", pytest.param("modes", marks=pytest.mark.slow)])
-def test_every_key_of_a_part_changes_what_it_does(group: str) -> None:
+def test_every_key_of_a_part_changes_what_it_does_as_known(group: str) -> None:
     felt: dict[str, dict[str, bool]] = {}
+    told: dict[str, Any] = {}
     for vehicle, of_it in parts(group):
         plant = Plant(vehicle.model, vehicle.config.body)
         flow = flows(max(vehicle.config.length_m**0.5, 1.0) * (8.0 if vehicle.config.medium == "air" else 1.0))
@@ -186,9 +195,12 @@ def test_every_key_of_a_part_changes_what_it_does(group: str) -> None:
         flow.actuators = {n: jit.Float64(between(a.lag)) for n, a in vehicle.model.actuators.items()}
         for part in of_it:
             known = felt.setdefault(part.type, {})  # type: ignore[attr-defined]
-            for key, is_felt in heard(group, part, plant, flow, {k for k, v in known.items() if v}):
+            numbers: dict[str, Any] = {}
+            for key, is_felt in heard(group, part, plant, flow, {k for k, v in known.items() if v}, numbers):
                 known[key] = known.get(key, False) or is_felt
+            told |= {f"{len(told)} {part.type} {key}".strip(): v for key, v in numbers.items()}  # type: ignore[attr-defined]
     keys = {f"{group}.{part}.{key}": is_felt for part, known in felt.items() for key, is_felt in known.items()}
     assert len(keys) > 40
+    check("keys_of_parts", group, told, DOUBLE)
     deaf = sorted(at for at, is_felt in keys.items() if not is_felt)
     assert deaf == sorted(at for at in DEAF if at.startswith(group)), "\n".join(deaf)

@@ -15,6 +15,7 @@ import pytest
 from other_values import others
 from pydantic import TypeAdapter, ValidationError
 
+from known import check
 from pelagos.config import registry
 from pelagos.config.mission import Leg
 from pelagos.errors import PelagosError, ScenarioError
@@ -153,8 +154,8 @@ class Point:
         self.shallow_s = self.shallow_s + STEP_S if self.place[2] > -0.3 else 0.0
 
 
-def heard(family: str, mission: list[dict[str, Any]], known: set[str]) -> dict[str, bool]:
-    """Each key of the last leg that is not `known`, and whether another value changes the flight."""
+def heard(family: str, mission: list[dict[str, Any]], known: set[str], numbers: dict[str, Any]) -> dict[str, bool]:
+    """Each key of the last leg that is not `known`, and whether another value changes the flight, put in `numbers`."""
     before, leg = mission[:-1], mission[-1]
     cls = next(c for c in get_args(get_args(Leg)[0]) if c.model_fields["type"].default == leg["type"])
     schema, found = cls.model_json_schema(), {}
@@ -162,6 +163,7 @@ def heard(family: str, mission: list[dict[str, Any]], known: set[str]) -> dict[s
         plain = flown(family, mission)
     except PelagosError:  # a leg that is not for this family
         return {}
+    numbers[f"{len(numbers)} {leg['type']}"] = plain
     for key, value in leg.items():
         if key == "type":
             continue
@@ -170,19 +172,23 @@ def heard(family: str, mission: list[dict[str, Any]], known: set[str]) -> dict[s
             if at in known or found.get(at):
                 continue
             try:
-                found[at] = not np.array_equal(flown(family, [*before, {**leg, key: moved}]), plain)
+                other = flown(family, [*before, {**leg, key: moved}])
+                numbers[f"{len(numbers)} {at}"] = other
+                found[at] = not np.array_equal(other, plain)
             except (PelagosError, ValidationError):
                 found.setdefault(at, False)
     return found
 
 
 @pytest.mark.parametrize("family", ["hover", "rotor", "glider", pytest.param("torpedo", marks=pytest.mark.slow)])
-def test_every_key_of_a_leg_changes_the_way_or_its_end(family: str) -> None:
+def test_every_key_of_a_leg_changes_the_way_or_its_end_as_known(family: str) -> None:
     felt: dict[str, bool] = {}
+    numbers: dict[str, Any] = {}
     for mission in (mission for of, mission in MISSIONS if of == family):
-        for at, is_felt in heard(family, mission, {k for k, v in felt.items() if v}).items():
+        for at, is_felt in heard(family, mission, {k for k, v in felt.items() if v}, numbers).items():
             felt[at] = felt.get(at, False) or is_felt
     assert len(felt) > 1
+    check("keys_of_legs", family, numbers)
     assert not sorted(at for at, is_felt in felt.items() if not is_felt)
 
 

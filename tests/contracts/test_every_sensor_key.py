@@ -19,6 +19,7 @@ from pydantic import ValidationError
 from test_every_sensor import SMALL
 
 import pelagos as pl
+from known import check
 from pelagos.config import registry
 from pelagos.errors import PelagosError
 from pelagos.sim.observe import of_a_run
@@ -168,6 +169,7 @@ class Bench:
 
     def __init__(self, name: str, base: Mapping[str, Any]) -> None:
         config = registry.entries("sensor", plugins=False)[name].config.model_validate(own(name, base))
+        self.numbers: Any = None  # of what was measured last
         self.base = {key: value for key, value in config.model_dump(mode="json").items() if key != "type"}
         self.sim = pl.Simulation.load(sea(name, base))
         self.motions: list[tuple[Any, Mapping[str, Any]]] = []  # own, and everybody's at that time
@@ -204,6 +206,7 @@ class Bench:
                 measured = list(self.read())
             except (PelagosError, ValidationError):
                 return None
+        self.numbers = np.concatenate([np.ravel(m.data) for m in measured])
         for m in measured:
             for values in (m.data, m.truth, m.valid, *m.extras.values(), *m.tables.values()):
                 if values is not None:
@@ -233,8 +236,8 @@ def said(sim: pl.Simulation, tick: int) -> bytes:
         return str(error).encode()
 
 
-def run(name: str, config: Mapping[str, Any]) -> str | None:
-    """A digest of a run from its start; None if the configuration is refused or warned of."""
+def run(name: str, config: Mapping[str, Any], numbers: list[Any] | None = None) -> str | None:
+    """A digest of a run from its start; None if the configuration is refused or warned of. Data go into `numbers`."""
     digest = hashlib.blake2b(digest_size=8)
     with warnings.catch_warnings(record=True) as told:
         warnings.simplefilter("always")
@@ -244,6 +247,8 @@ def run(name: str, config: Mapping[str, Any]) -> str | None:
             for tick in range(ticks_of(name)):
                 for reading in (*obs["auv0"].values(), *obs["auv1"].values()):
                     digest.update(reading.t_ns.to_bytes(8, "little"))
+                    if numbers is not None and reading.data.dtype != object:
+                        numbers.append(np.ravel(reading.data))
                     for values in (reading.data, reading.truth, *reading.extras.values()):
                         whole = values.dtype != object
                         digest.update(np.ascontiguousarray(values).tobytes() if whole else repr(values).encode())
@@ -259,21 +264,30 @@ class Runs:
     """The same by whole runs, of sensors that only a run tells of."""
 
     def __init__(self, name: str, base: Mapping[str, Any]) -> None:
-        self.digest = lambda keys: run(name, {**base, **keys})
+        self.about, self.numbers = (name, base), np.zeros(0)
+
+    def digest(self, keys: Mapping[str, Any]) -> str | None:
+        """Of a run with some keys changed; None if that is refused or warned of."""
+        name, base = self.about
+        found: list[Any] = []
+        digest = run(name, {**base, **keys}, found)
+        self.numbers = np.concatenate([np.zeros(1), *found])
+        return digest
 
 
-def deaf(name: str) -> list[str]:
-    """Keys of a sensor that change nothing, neither at given motions nor in a run."""
+def deaf(name: str, numbers: dict[str, Any]) -> list[str]:
+    """Keys of a sensor that change nothing, neither at given motions nor in a run; data of each go into `numbers`."""
     entry = registry.entries("sensor", plugins=False)[name]
     schema = entry.config.model_json_schema()
     by_runs = name in LINKED or of_a_run(entry.load())
     silent: dict[str, tuple[dict[str, Any], dict[str, Any]]] = {}
     heard: set[str] = set()
-    for setting in SETTINGS.get(name, ({},)):
+    for k, setting in enumerate(SETTINGS.get(name, ({},))):
         bench = (Runs if by_runs else Bench)(name, setting)
         full = entry.config.model_validate(own(name, setting)).model_dump(mode="json")
         plain = bench.digest({})
         assert plain is not None, f"{name}: {setting} is refused"
+        numbers[f"{k}"] = bench.numbers
         for key, value in full.items():
             if key == "type":
                 continue
@@ -281,6 +295,7 @@ def deaf(name: str) -> list[str]:
                 at = f"{key}{path}"
                 found = plain if at in heard or moved == value else bench.digest({key: moved})
                 if found not in (plain, None):
+                    numbers[f"{k} {at}"] = bench.numbers
                     heard.add(at)
                 elif found == plain and moved != value:
                     silent.setdefault(at, (setting, {key: moved}))
@@ -302,5 +317,8 @@ def test_every_sensor_is_held_to_it() -> None:
 
 
 @pytest.mark.parametrize("name", [*QUICK, *(pytest.param(name, marks=pytest.mark.slow) for name in SLOW)])
-def test_every_key_of_a_sensor_changes_what_it_reads(name: str) -> None:
-    assert deaf(name) == sorted(at for at in DEAF if at.startswith(f"{name}."))
+def test_every_key_of_a_sensor_changes_what_it_reads_as_known(name: str) -> None:
+    numbers: dict[str, Any] = {}
+    found = deaf(name, numbers)
+    check("keys_of_sensors", name, numbers)
+    assert found == sorted(at for at in DEAF if at.startswith(f"{name}."))

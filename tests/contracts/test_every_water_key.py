@@ -17,6 +17,7 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
+from known import check, flat
 from pelagos import jit
 from pelagos.errors import PelagosError
 from pelagos.math.geodesy import GeoOrigin
@@ -137,8 +138,11 @@ def test_every_kind_of_component_is_tried() -> None:
 
 
 @pytest.mark.parametrize(("part", "kind"), PARTS)
-def test_every_number_and_every_sign_of_the_water_is_heard(part: str, kind: str) -> None:
+def test_every_number_and_every_sign_of_the_water_is_heard_as_known(part: str, kind: str) -> None:
     config = (SINGLE if part in SINGLE else {"currents": CURRENTS, "waves": WAVES, "dye": FIELDS}[part])[kind]
+    changed = {at: {**config, at.split(".")[0]: value} for at, what, value in moved(config) if what == "value"}
+    numbers = {at: flat(np.array(v) for v in asked(part, kind, keys)) for at, keys in ({"": config} | changed).items()}
+    check("keys_of_water", f"{part} {kind}", numbers)
     plain = digest(part, kind, config)
     assert plain is not None
     found = {
