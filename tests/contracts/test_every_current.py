@@ -110,7 +110,9 @@ def test_adrift_in_a_gyre_it_goes_round_with_the_water(name: str) -> None:
     assert np.array(radii) == pytest.approx(radius, rel=0.004)
 
 
-@pytest.mark.parametrize("name", sorted(AFLOAT))
+@pytest.mark.parametrize(
+    "name", [pytest.param(n, marks=pytest.mark.slow) if n in SHIPS - {"mariner"} else n for n in sorted(AFLOAT)]
+)
 def test_what_floats_goes_up_with_the_tide(name: str) -> None:
     """Without waves: high water 0.8 m above the mean at t = 0."""
     sim = swim(name, "actuators", 40.0, tide={"constituent": "M2", "amplitude_m": 0.8})

@@ -52,6 +52,7 @@ def test_numpy_dynamics(monkeypatch):
     assert vehicle_numpy_dynamics.main(60.0) == pytest.approx([6.5, 3.5], abs=0.03)
 
 
+@pytest.mark.slow  # 6 s; the losses have tests of their own
 def test_thruster_losses(tmp_path, capsys, monkeypatch):
     """At 2 m/s an open disc of 30 N and 12 cm, v0 = 1.137 m/s: t^3 + 1.759 t = 1; 4 D behind 1 - 0.8^(4^(2/3))."""
     monkeypatch.setattr("sys.argv", ["", str(tmp_path / "losses.png")])
@@ -70,6 +71,7 @@ def test_near_bottom(tmp_path):
     assert (tmp_path / "near.png").stat().st_size > 10_000
 
 
+@pytest.mark.slow  # 6 s; so has flooding
 def test_flooding(tmp_path):
     """Boyle's law leaves V0 p0/p of the air: 4 l x (1 - 10.07/(10.07 + 60)) = 3.4 l on the bottom at 60 m."""
     found = runpy.run_path(str(EXAMPLES / "vehicle_flooding.py"))["main"](str(tmp_path / "flooding.png"))

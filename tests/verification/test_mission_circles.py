@@ -46,8 +46,7 @@ def test_those_that_cannot_stop_keep_to_a_circle_with_room_for_a_current() -> No
     assert np.abs(off).max() < 0.25 * 20.0
 
 
-@pytest.mark.parametrize("way", ["clockwise", "counterclockwise"])
-@pytest.mark.parametrize(("vehicle", "radius"), [("otter", 2.5), ("wamv", 4.0)])
+@pytest.mark.parametrize(("vehicle", "radius", "way"), [("otter", 2.5, "clockwise"), ("wamv", 4.0, "counterclockwise")])
 def test_a_craft_that_turns_on_the_spot_slows_down_on_a_small_circle(vehicle: str, radius: float, way: str) -> None:
     """At cruising speed the Otter makes no circle below 6.6 m, the WAM-V none below 11.5 m."""
     leg = {"type": "orbit", "center": [0, 0], "radius_m": radius, "turns": 9, "direction": way}

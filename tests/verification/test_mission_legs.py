@@ -206,8 +206,15 @@ def test_external_navigation_is_what_a_mission_knows():
         pl.Simulation.load(data).navigate("a", position=(1, 2, 3), heading_rad=0.0)
 
 
-@pytest.mark.parametrize(("vehicle", "start"), [("couguv", [10, 10, -4]), ("otter", [10, 10, 0])])
-@pytest.mark.parametrize("heading_deg", [150, -40])
+@pytest.mark.parametrize(
+    ("vehicle", "start", "heading_deg"),
+    [
+        ("couguv", [10, 10, -4], -40),
+        ("otter", [10, 10, 0], 150),
+        pytest.param("couguv", [10, 10, -4], 150, marks=pytest.mark.slow),
+        pytest.param("otter", [10, 10, 0], -40, marks=pytest.mark.slow),
+    ],
+)
 def test_a_dock_with_its_default_approach_is_reached_abeam_of_a_current(vehicle, start, heading_deg):
     """The current of 60 degrees meets the axis from abeam; at the first attempt, within 1 m of the point in space."""
     dock = np.array([46.0, -46.0, -6.6] if start[2] else [46.0, -46.0, 0.0])

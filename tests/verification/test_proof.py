@@ -57,6 +57,7 @@ def test_a_buoy_in_the_simulated_sea_records_what_the_real_one_did(chapter):
     assert [r.kept for r in sea.rows if r.bar is not None] == [True] * 4
 
 
+@pytest.mark.slow  # 12 s
 def test_a_deep_sounder_s_depths_follow_from_time_and_profile(chapter):
     """Rays through the recorded profile that come out as far aside as recorded: 4 100 m within 0.1 %."""
     sys.path.insert(0, str(SCRIPT))

@@ -40,7 +40,9 @@ def world():
     return build_world(world_config(CONFIG))
 
 
-@pytest.fixture(params=sorted(PLACES))
+@pytest.fixture(
+    params=[p if p in ("inset", "rim") else pytest.param(p, marks=pytest.mark.slow) for p in sorted(PLACES)]
+)
 def places(request):
     return np.array(PLACES[request.param])
 
