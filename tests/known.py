@@ -12,7 +12,10 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Iterable, Mapping
+import re
+import zlib
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import fields, is_dataclass
 from pathlib import Path
 from typing import Any, Final
 
@@ -23,6 +26,8 @@ FOLDER: Final = Path(__file__).parent / "numbers"
 SINGLE: Final = 1e-3
 DOUBLE: Final = 1e-5  # shares, of what is reckoned in single and in double precision
 _TURNS: Final = (0.0123, 0.318, 1.27, 2.71)  # rad from one value to the next
+_NUMBER: Final = re.compile(r"[-+]?\d+(?:\.\d+)?(?:[eE][-+]?\d+)?")
+_LEAST: Final = 1e-3  # a number as small as this still weighs beside large ones
 
 
 def flat(parts: Iterable[Any]) -> NDArray[np.float64]:
@@ -47,6 +52,45 @@ def check(file: str, case: str, found: Mapping[str, Any], share: float = SINGLE)
         name: (book[case][name], values) for name, values in now.items() if not _alike(book[case][name], values, share)
     }
     assert not wrong, f"{case}, known and found: {wrong}"
+
+
+def on_one_scale(value: Any) -> np.ndarray[Any, Any]:
+    """All numbers and texts within anything made of parts, in order: asinh(x / 0.001), so that a magnetic field weighs
+    beside a position. A text is the numbers in it and a checksum of the rest, bytes are a checksum.
+    """
+    return np.arcsinh(np.array(list(_leaves(value)), dtype=np.float64) / _LEAST)
+
+
+def _leaves(value: Any) -> Iterator[float]:
+    if value is None:
+        yield np.nan
+    elif isinstance(value, str):
+        yield from map(float, _NUMBER.findall(value))
+        yield _checksum(_NUMBER.sub("", value).encode())
+    elif isinstance(value, bytes | bytearray | memoryview):
+        yield _checksum(value)
+    elif isinstance(value, Mapping):
+        for name, part in value.items():
+            yield _checksum(str(name).encode())
+            yield from _leaves(part)
+    elif is_dataclass(value):
+        for field in fields(value):
+            yield from _leaves(getattr(value, field.name))
+    elif isinstance(value, np.ndarray) and value.dtype != object:
+        array = np.ravel(value)
+        yield from (np.concatenate([array.real, array.imag]) if np.iscomplexobj(array) else array).astype(float)
+    elif hasattr(value, "__iter__"):
+        for part in value:
+            yield from _leaves(part)
+    elif isinstance(value, int | float | np.generic):
+        yield float(value)
+    else:
+        yield _checksum(str(value).encode())
+
+
+def _checksum(raw: Any) -> float:
+    """-1 to 1."""
+    return zlib.crc32(raw) / 2.0**31 - 1.0
 
 
 def _lines(case: Mapping[str, list[float]]) -> str:
