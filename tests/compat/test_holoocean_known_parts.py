@@ -40,8 +40,11 @@ def turned(*degrees):
     return np.array([float(c) for c in from_euler(*(math.radians(a) for a in degrees))])
 
 
-POSES = [([3.0, -4.0, 2.5], turned(25.0, -40.0, 110.0)), ([-2.0, 5.0, 1.5], turned(-150.0, 35.0, -75.0)),
-         ([1.0, 0.7, 0.5], turned(0.0, 0.0, 20.0))]  # fmt: skip
+POSES = [
+    ([3.0, -4.0, 2.5], turned(25.0, -40.0, 110.0)),
+    ([-2.0, 5.0, 1.5], turned(-150.0, 35.0, -75.0)),
+    ([1.0, 0.7, 0.5], turned(0.0, 0.0, 20.0)),
+]
 
 
 @pytest.fixture(scope="module")
@@ -86,21 +89,64 @@ def test_commands_of_agents(kind, test_world):
 
 DYNAMICS = {"sensor_type": "DynamicsSensor", "configuration": {"UseCOM": True, "UseRPY": False}}
 TUNED = {
-    "dynamics": {"rho": 1021.0, "length": 1.7, "diam": 0.21, "r_bg": [0.01, 0.002, 0.03], "Cd": 0.44, "e": 0.65,
-                 "T_surge": 21.0, "T_sway": 19.0, "T_yaw": 1.3, "zeta_roll": 0.33, "zeta_pitch": 0.77, "r44": 0.31,
-                 "K_nomoto": 0.21, "area_fraction": 0.68, "mass": 16.0},
-    "actuator": {"nMax": 1700, "T_n": 0.9, "D_prop": 0.15, "t_prop": 0.11, "KT_0": 0.48, "fin_area": 0.0071,
-                 "CL_delta": 0.52, "deltaMax_fin_deg": 17, "T_delta": 0.13, "fin_center": 0.073},
-    "autopilot": {"depth": {"wn_d_z": 0.21, "Kp_z": 0.14, "T_z": 90, "Kp_theta": 41.0, "Kd_theta": 16.0, "Ki_theta": 0.6,
-                            "K_w": 0.1, "theta_max_deg": 31}, "heading": {"wn_d": 1.1, "zeta_d": 0.9, "lam": 0.12,
-                            "phi_b": 0.11, "K_d": 0.55, "K_sigma": 0.051, "r_max": 0.9}},
-}  # fmt: skip
+    "dynamics": {
+        "rho": 1021.0,
+        "length": 1.7,
+        "diam": 0.21,
+        "r_bg": [0.01, 0.002, 0.03],
+        "Cd": 0.44,
+        "e": 0.65,
+        "T_surge": 21.0,
+        "T_sway": 19.0,
+        "T_yaw": 1.3,
+        "zeta_roll": 0.33,
+        "zeta_pitch": 0.77,
+        "r44": 0.31,
+        "K_nomoto": 0.21,
+        "area_fraction": 0.68,
+        "mass": 16.0,
+    },
+    "actuator": {
+        "nMax": 1700,
+        "T_n": 0.9,
+        "D_prop": 0.15,
+        "t_prop": 0.11,
+        "KT_0": 0.48,
+        "fin_area": 0.0071,
+        "CL_delta": 0.52,
+        "deltaMax_fin_deg": 17,
+        "T_delta": 0.13,
+        "fin_center": 0.073,
+    },
+    "autopilot": {
+        "depth": {
+            "wn_d_z": 0.21,
+            "Kp_z": 0.14,
+            "T_z": 90,
+            "Kp_theta": 41.0,
+            "Kd_theta": 16.0,
+            "Ki_theta": 0.6,
+            "K_w": 0.1,
+            "theta_max_deg": 31,
+        },
+        "heading": {
+            "wn_d": 1.1,
+            "zeta_d": 0.9,
+            "lam": 0.12,
+            "phi_b": 0.11,
+            "K_d": 0.55,
+            "K_sigma": 0.051,
+            "r_max": 0.9,
+        },
+    },
+}
 MODES = {"torpedo": ["manualControl", "depthHeadingAutopilot"], "otter": ["stepInput", "headingAutopilot"]}
 
 
-@pytest.mark.parametrize(("kind", "mode", "tuned"), [
-    *((kind, mode, False) for kind, modes in MODES.items() for mode in modes), ("torpedo", "headingAutopilot", True)
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("kind", "mode", "tuned"),
+    [*((kind, mode, False) for kind, modes in MODES.items() for mode in modes), ("torpedo", "headingAutopilot", True)],
+)
 def test_fossens_accelerations(kind, mode, tuned):
     """Of a vehicle that is tilted, moves and turns about all axes."""
     more = {"fossen_model": kind, "control_mode": mode, **(TUNED if tuned else {})}
@@ -117,38 +163,78 @@ def test_fossens_accelerations(kind, mode, tuned):
         seen = [*still, 1.1, -0.4, 0.25 * k, *position[:2], -5.0 - k, *still, 0.3, -0.2, 0.4 - 0.3 * k, -x, -y, -z, -w]
         found.append(fossen.update("auv0", {"DynamicsSensor": np.array(seen)}))
     vehicle = fossen.vehicles["auv0"]
-    known(f"Fossen {kind} {mode}{' tuned' if tuned else ''}", {
-        "accelerations": found, "command": vehicle.command(), "native": vehicle.native,
-        "changes": changes(one, Advice()), "held": [fossen.get_u_control("auv0"), fossen.get_control_mode("auv0")],
-    })  # fmt: skip
+    known(
+        f"Fossen {kind} {mode}{' tuned' if tuned else ''}",
+        {
+            "accelerations": found,
+            "command": vehicle.command(),
+            "native": vehicle.native,
+            "changes": changes(one, Advice()),
+            "held": [fossen.get_u_control("auv0"), fossen.get_control_mode("auv0")],
+        },
+    )
 
 
 # sensors
 
 
-SONAR = {"RangeMin": 0.7, "RangeMax": 12.5, "RangeBins": 24, "AddSigma": 0.11, "MultCov": 0.04, "RangeSigma": 0.03,
-         "WaterSpeedSound": 1491.0, "WaterDensity": 1003.0}  # fmt: skip
+SONAR = {
+    "RangeMin": 0.7,
+    "RangeMax": 12.5,
+    "RangeBins": 24,
+    "AddSigma": 0.11,
+    "MultCov": 0.04,
+    "RangeSigma": 0.03,
+    "WaterSpeedSound": 1491.0,
+    "WaterDensity": 1003.0,
+}
 FAN = {**SONAR, "Azimuth": 96.0, "AzimuthBins": 16, "Elevation": 17.0, "AzimuthStreaks": 1, "MultiPath": True}
 SIMPLE = {"physics": "holoocean", "AzimuthStreaks": 0, "MultiPath": False, "ScaleNoise": True}
 LENS = {
-    "CaptureWidth": 24, "CaptureHeight": 16, "FovAngle": 77.0, "Aperture": 2.8, "FocalDistance": 350.0,
-    "DepthBlurRadius": 1.5, "BladeCount": 6, "BloomIntensity": 0.3, "LensFlareIntensity": 0.2, "WhiteTemp": 5100.0,
-    "WhiteTint": 0.1, "ChromAberrIntensity": 2.0, "ChromAberrOffset": 0.3, "DepthOfFieldMinFstop": 1.4,
-    "MotionBlurIntensity": 0.4, "MotionBlurMinObjectScreenSize": 3.0,
-}  # fmt: skip
+    "CaptureWidth": 24,
+    "CaptureHeight": 16,
+    "FovAngle": 77.0,
+    "Aperture": 2.8,
+    "FocalDistance": 350.0,
+    "DepthBlurRadius": 1.5,
+    "BladeCount": 6,
+    "BloomIntensity": 0.3,
+    "LensFlareIntensity": 0.2,
+    "WhiteTemp": 5100.0,
+    "WhiteTint": 0.1,
+    "ChromAberrIntensity": 2.0,
+    "ChromAberrOffset": 0.3,
+    "DepthOfFieldMinFstop": 1.4,
+    "MotionBlurIntensity": 0.4,
+    "MotionBlurMinObjectScreenSize": 3.0,
+}
 FILM = {"FilmSlope": 0.8, "FilmToe": 0.5, "FilmShoulder": 0.25, "FilmBlackClip": 0.01, "FilmWhiteClip": 0.03}
-LIDAR = {"Channels": 9, "Range": 77.0, "PointsPerSecond": 4400, "RotationFrequency": 7.0, "UpperFovLimit": 13.0,
-         "LowerFovLimit": -21.0, "HorizontalFov": 140.0, "SaveWaterPoints": True}  # fmt: skip
+LIDAR = {
+    "Channels": 9,
+    "Range": 77.0,
+    "PointsPerSecond": 4400,
+    "RotationFrequency": 7.0,
+    "UpperFovLimit": 13.0,
+    "LowerFovLimit": -21.0,
+    "HorizontalFov": 140.0,
+    "SaveWaterPoints": True,
+}
 NOISE3 = [[0.04, 0.01, 0.0], [0.01, 0.09, 0.02], [0.0, 0.02, 0.16]]
 CLUSTER = [[[1.0, -2.0, -4.0], 1.7, 3.0], [[-5.0, 3.0, -9.0], -0.9, 2.0]]
 OPTIONS = {
-    "LocationSensor": [{"Sigma": [0.1, 0.2, 0.4]}, {"Cov": NOISE3}], "DepthSensor": [{"Sigma": 0.2}, {"Cov": [0.09]}],
+    "LocationSensor": [{"Sigma": [0.1, 0.2, 0.4]}, {"Cov": NOISE3}],
+    "DepthSensor": [{"Sigma": 0.2}, {"Cov": [0.09]}],
     "GPSSensor": [{"Sigma": 0.4, "Depth": 30, "DepthSigma": 0.5}, {"Depth": -3.0}],
     "MagnetometerSensor": [{"MagneticVector": [0.3, -1.2, 2.5], "Sigma": 0.1}, {"MagnetixVector": [0.5, 0.1, -0.7]}],
     "DynamicsSensor": [{"UseCOM": False, "UseRPY": False}, {"UseCOM": False}, {"UseCOM": True, "UseRPY": False}],
     "IMUSensor": [
-        {"AccelSigma": 0.02, "AngVelSigma": [0.01, 0.02, 0.03], "AccelBiasSigma": 0.1, "AngVelBiasCov": 0.01,
-         "ReturnBias": True},
+        {
+            "AccelSigma": 0.02,
+            "AngVelSigma": [0.01, 0.02, 0.03],
+            "AccelBiasSigma": 0.1,
+            "AngVelBiasCov": 0.01,
+            "ReturnBias": True,
+        },
         {"AccelCov": NOISE3},
     ],
     "DVLSensor": [
@@ -156,38 +242,76 @@ OPTIONS = {
         {"ReturnRange": False, "VelCov": [0.01, 0.02, 0.03, 0.04]},
     ],
     "RangeFinderSensor": [{"LaserMaxDistance": 40, "LaserCount": 7, "LaserAngle": -20}],
-    "AbuseSensor": [{"AccelerationLimit": 0.5}], "WorldNumSensor": [{"Key": "it"}],
+    "AbuseSensor": [{"AccelerationLimit": 0.5}],
+    "WorldNumSensor": [{"Key": "it"}],
     "BSTSensor": [
-        {"Sigma": 0.3, "surface_biomass": 0.4, "max_biomass": 1.9, "peak_depth": 7.0, "width_factor": 4.0,
-         "photic_zone_depth": 31.0, "deep_biomass": 0.2, "biomass_clusters": CLUSTER[:0], "surface_psu": 31.0,
-         "deep_psu": 36.0, "halocline_depth": 6.0, "halocline_thickness": 3.0, "surface_temp": 21.0, "deep_temp": 3.0,
-         "thermocline_depth": 9.0, "thermocline_thickness": 5.0},
+        {
+            "Sigma": 0.3,
+            "surface_biomass": 0.4,
+            "max_biomass": 1.9,
+            "peak_depth": 7.0,
+            "width_factor": 4.0,
+            "photic_zone_depth": 31.0,
+            "deep_biomass": 0.2,
+            "biomass_clusters": CLUSTER[:0],
+            "surface_psu": 31.0,
+            "deep_psu": 36.0,
+            "halocline_depth": 6.0,
+            "halocline_thickness": 3.0,
+            "surface_temp": 21.0,
+            "deep_temp": 3.0,
+            "thermocline_depth": 9.0,
+            "thermocline_thickness": 5.0,
+        },
     ],
     "RGBCamera": [{"CaptureWidth": 24, "CaptureHeight": 16, "FovAngle": 175.0}],
     "ViewportCapture": [{"CaptureWidth": 24, "CaptureHeight": 16}],
     "CameraSensor": [
         {**LENS, "ExposureMethod": "AEM_Manual", "ISO": 320, "ShutterSpeed": 90, "ExposureCompensation": 1.5, **FILM},
-        {**LENS, "ExposureSpeedUp": 2.0, "ExposureSpeedDown": 1.5, "ExposureMinBrightness": -3.0,
-         "ExposureMaxBrightness": 9.0, "ExposureCompensation": 3.0, "TargetGamma": 2.4},
+        {
+            **LENS,
+            "ExposureSpeedUp": 2.0,
+            "ExposureSpeedDown": 1.5,
+            "ExposureMinBrightness": -3.0,
+            "ExposureMaxBrightness": 9.0,
+            "ExposureCompensation": 3.0,
+            "TargetGamma": 2.4,
+        },
         {"CaptureWidth": 24, "CaptureHeight": 16, "DepthOfFieldMinFstop": 9.0, "Aperature": 5.6},
     ],
     "DepthCamera": [{"CaptureWidth": 24, "CaptureHeight": 16}],
     "SemanticSegmentationCamera": [{"CaptureWidth": 24, "CaptureHeight": 16}],
-    "RaycastLidar": [{**LIDAR, "AtmospAttenRate": 0.3, "DropOffGenRate": 0.2, "DropOffIntensityLimit": 0.7,
-                      "DropOffAtZeroIntensity": 0.35, "NoiseStdDev": 0.02}],
+    "RaycastLidar": [
+        {
+            **LIDAR,
+            "AtmospAttenRate": 0.3,
+            "DropOffGenRate": 0.2,
+            "DropOffIntensityLimit": 0.7,
+            "DropOffAtZeroIntensity": 0.35,
+            "NoiseStdDev": 0.02,
+        }
+    ],
     "RaycastSemanticLidar": [{**LIDAR, "PointsPerSecond": 3}],
-    **{f"{p}{n}Sonar": [FAN, {**FAN, **SIMPLE}] for p in ("", "Raycast", "GPU") for n in ("Imaging", "Profiling",
-       "Sidescan")},
+    **{
+        f"{p}{n}Sonar": [FAN, {**FAN, **SIMPLE}]
+        for p in ("", "Raycast", "GPU")
+        for n in ("Imaging", "Profiling", "Sidescan")
+    },
     **{f"{p}SinglebeamSonar": [{**SONAR, "OpeningAngle": 23.0}, {**SONAR, **SIMPLE}] for p in ("", "Raycast", "GPU")},
     "SemanticRaycastSinglebeamSonar": [{**SONAR, "UseIds": True}, {**SONAR, "UseTags": True}],
     "AcousticBeaconSensor": [{"id": 4, "MaxDistance": 9.0, "DistanceSigma": 0.3}],
     "OpticalModemSensor": [{"id": 6, "LaserAngle": 40, "AngleSigma": 2.0, "MaxDistance": 9.0}],
-    "DistanceTask": [{"GoalLocation": [1.0, 2.0, -3.0], "Interval": 0.7, "GoalDistance": 9.5},
-                     {"MaximizeDistance": True, "GoalDistance": 0.4, "Interval": 0.2}],
-    "LocationTask": [{"GoalLocation": [1.0, 2.0, -3.0], "GoalDistance": 14.0, "NegativeReward": True, "HasTerminal":
-                      True}, {"GoalActor": "other", "LocationActor": "auv0", "GoalDistance": 2.0}],
-    "FollowTask": [{"ToFollow": "other", "MinDistance": 21.0}], "AvoidTask": [{"ToAvoid": "other", "MinDistance": 17.0}],
-}  # fmt: skip
+    "DistanceTask": [
+        {"GoalLocation": [1.0, 2.0, -3.0], "Interval": 0.7, "GoalDistance": 9.5},
+        {"MaximizeDistance": True, "GoalDistance": 0.4, "Interval": 0.2},
+    ],
+    "LocationTask": [
+        {"GoalLocation": [1.0, 2.0, -3.0], "GoalDistance": 14.0, "NegativeReward": True, "HasTerminal": True},
+        {"GoalActor": "other", "LocationActor": "auv0", "GoalDistance": 2.0},
+    ],
+    "FollowTask": [{"ToFollow": "other", "MinDistance": 21.0}],
+    "AvoidTask": [{"ToAvoid": "other", "MinDistance": 17.0}],
+}
 REFUSED = ("JointRotationSensor", "PressureSensor", "RelativeSkeletalPositionSensor", "CupGameTask", "CleanUpTask")
 SEEING = ("Camera", "Capture", "Lidar", "Sonar")
 
@@ -196,9 +320,12 @@ SEEING = ("Camera", "Capture", "Lidar", "Sonar")
 def unbuilt():
     """An environment without a simulation, with two agents that move."""
     scenario = {
-        "name": "parts", "world": "TestWorld", "main_agent": "auv0", "ticks_per_sec": 60,
+        "name": "parts",
+        "world": "TestWorld",
+        "main_agent": "auv0",
+        "ticks_per_sec": 60,
         "agents": [agent("HoveringAUV"), agent("BlueROV2", name="other")],
-    }  # fmt: skip
+    }
     env = _Unbuilt(scenario=scenario, seed=11)
     env.motions = {}
     begin_appearance = env._begin_appearance
@@ -268,14 +395,30 @@ def test_values_and_native_keys_of_sensors(unbuilt, kind):
     for number, options in enumerate([{}, *OPTIONS.get(kind, [])]):
         if not options and kind in ("FollowTask", "AvoidTask"):
             continue
-        options = options or ({"CaptureWidth": 24, "CaptureHeight": 16} if "Camera" in kind or "Capture" in kind else {})
+        options = options or (
+            {"CaptureWidth": 24, "CaptureHeight": 16} if "Camera" in kind or "Capture" in kind else {}
+        )
         definition = SensorDefinition(
-            "auv0", "HoveringAUV", f"it{number}", kind, ("DVLSocket", "IMUSocket", "SonarSocket")[number % 3],
-            (0.3, -0.2, 0.1), (12.0, -25.0, 40.0), copy.deepcopy(options), tick_every=2 + number,
-        )  # fmt: skip
+            "auv0",
+            "HoveringAUV",
+            f"it{number}",
+            kind,
+            ("DVLSocket", "IMUSocket", "SonarSocket")[number % 3],
+            (0.3, -0.2, 0.1),
+            (12.0, -25.0, 40.0),
+            copy.deepcopy(options),
+            tick_every=2 + number,
+        )
         sensor = env._sensor(definition)
         native = native_sensor(env, sensor)
-        said = [sensor.data_shape, np.dtype(sensor.dtype).name, sensor.always, sensor.every_tick, native, sensor.native_name]
+        said = [
+            sensor.data_shape,
+            np.dtype(sensor.dtype).name,
+            sensor.always,
+            sensor.every_tick,
+            native,
+            sensor.native_name,
+        ]
         values = []
         env._total_ticks = 0
         for k in range(3):
@@ -292,15 +435,22 @@ def test_values_and_native_keys_of_sensors(unbuilt, kind):
 
 def test_noise_and_frames():
     found = {}
-    for name, config in {"sigma": {"Sigma": 0.3}, "sigmas": {"Sigma": [0.1, 0.2, 0.3]}, "cov": {"Cov": 0.09},
-                         "covs": {"Cov": [0.1, 0.2, 0.4]}, "matrix": {"Cov": NOISE3}, "none": {}}.items():  # fmt: skip
+    for name, config in {
+        "sigma": {"Sigma": 0.3},
+        "sigmas": {"Sigma": [0.1, 0.2, 0.3]},
+        "cov": {"Cov": 0.09},
+        "covs": {"Cov": [0.1, 0.2, 0.4]},
+        "matrix": {"Cov": NOISE3},
+        "none": {},
+    }.items():
         noise, source = Normal(config, "", 3, advice=Advice()), stream(5, "a", name)
         found[name] = [noise.draw(source) for _ in range(4)]
     parts = [Normal(c, "", 3) for c in ({"Sigma": 0.3}, {}, {"Cov": NOISE3})]
     found["together"] = [Normals(parts).draw(stream(5, "b")), Normals(parts[:2]).draw(stream(5, "c"))]
     turns = [(25.0, -40.0, 110.0), (-150.0, 35.0, -75.0), (10.0, 90.0, 20.0), (10.0, -90.0, 20.0)]
-    found["frames"] = [[frames.matrix_of(t), frames.degrees_of(frames.matrix_of(t)), frames.start_of([1, -2, 3], t)]
-                       for t in turns]  # fmt: skip
+    found["frames"] = [
+        [frames.matrix_of(t), frames.degrees_of(frames.matrix_of(t)), frames.start_of([1, -2, 3], t)] for t in turns
+    ]
     found["quaternions"] = [frames.quaternion_of(t) for t in turns]
     known("noise and frames", found)
 
@@ -310,30 +460,69 @@ def test_noise_and_frames():
 
 SCENARIOS = {
     "tide": {"tide_cycle": {"active": True, "amplitude": -1.5, "frequency": 700}, "weather": {"type": 2}},
-    "tide of 2.4": {"tide": {"amplitude": 1.2, "period": 90.0, "level": 0.5, "offset": -0.2, "max_rate": 1},
-                    "time_cycle": {"hour": 8.5}},
+    "tide of 2.4": {
+        "tide": {"amplitude": 1.2, "period": 90.0, "level": 0.5, "offset": -0.2, "max_rate": 1},
+        "time_cycle": {"hour": 8.5},
+    },
     "waves": {"fft_waves": {"sea_state": 4, "wind_direction": 35.0}, "time_cycle": {"hour": 16.0, "active": False}},
     "wind": {"fft_waves": {"WindSpeed": 7.5, "WindDirection": -60.0}, "weather": {"type": 1}},
-    "lamps": {"flashlight": [{"flashlight_name": "flashlight2", "intensity": 3000, "beam_width": 31, "angle_pitch": 12,
-                              "angle_yaw": -20, "location_x_offset": 0.1, "location_y_offset": -0.2,
-                              "location_z_offset": 0.3, "color_R": 0.9, "color_G": 0.7, "color_B": 0.4}]},
-}  # fmt: skip
+    "lamps": {
+        "flashlight": [
+            {
+                "flashlight_name": "flashlight2",
+                "intensity": 3000,
+                "beam_width": 31,
+                "angle_pitch": 12,
+                "angle_yaw": -20,
+                "location_x_offset": 0.1,
+                "location_y_offset": -0.2,
+                "location_z_offset": 0.3,
+                "color_R": 0.9,
+                "color_G": 0.7,
+                "color_B": 0.4,
+            }
+        ]
+    },
+}
 
 
 def scenario_of(more):
-    sensors = [{"sensor_type": "RGBCamera", "Hz": 15, "configuration": {"CaptureWidth": 24, "CaptureHeight": 16}},
-               {"sensor_type": "IMUSensor", "socket": "IMUSocket", "rotation": [5.0, -6.0, 7.0], "location": [0.1, 0.2,
-                -0.3], "configuration": {"AccelSigma": 0.2, "AccelBiasSigma": 0.03, "AngVelSigma": 0.01}},
-               {"sensor_type": "DVLSensor", "configuration": {"Elevation": 25.0, "MaxRange": 31.0, "VelSigma": 0.02}},
-               {"sensor_type": "GPSSensor", "configuration": {"Sigma": 0.4}, "Hz": 20},
-               {"sensor_type": "DepthSensor"}, {"sensor_type": "PoseSensor", "Hz": 10},
-               {"sensor_type": "MagnetometerSensor"}, {"sensor_type": "LocationSensor", "configuration": {"Sigma": 0.1,
-                "Cov": None}}]  # fmt: skip
+    sensors = [
+        {"sensor_type": "RGBCamera", "Hz": 15, "configuration": {"CaptureWidth": 24, "CaptureHeight": 16}},
+        {
+            "sensor_type": "IMUSensor",
+            "socket": "IMUSocket",
+            "rotation": [5.0, -6.0, 7.0],
+            "location": [0.1, 0.2, -0.3],
+            "configuration": {"AccelSigma": 0.2, "AccelBiasSigma": 0.03, "AngVelSigma": 0.01},
+        },
+        {"sensor_type": "DVLSensor", "configuration": {"Elevation": 25.0, "MaxRange": 31.0, "VelSigma": 0.02}},
+        {"sensor_type": "GPSSensor", "configuration": {"Sigma": 0.4}, "Hz": 20},
+        {"sensor_type": "DepthSensor"},
+        {"sensor_type": "PoseSensor", "Hz": 10},
+        {"sensor_type": "MagnetometerSensor"},
+        {"sensor_type": "LocationSensor", "configuration": {"Sigma": 0.1, "Cov": None}},
+    ]
     one = agent("HoveringAUV", sensors, location=(2.0, -3.0, -10.0), rotation=[4.0, -7.0, 35.0], scheme=2)
-    two = agent("TorpedoAUV", name="b-2", location=(12.0, 3.0, -11.0), rotation=[0.0, 12.0, -160.0], scheme=5,
-                legacy_dynamics=True, location_randomization=[1.0, 2.0, 0.0], rotation_randomization=[0.0, 3.0, 40.0])  # fmt: skip
-    return {"name": "my scene", "world": "Dam", "package_name": "Ocean", "main_agent": "auv0", "ticks_per_sec": 60,
-            "agents": [one, two], **more}  # fmt: skip
+    two = agent(
+        "TorpedoAUV",
+        name="b-2",
+        location=(12.0, 3.0, -11.0),
+        rotation=[0.0, 12.0, -160.0],
+        scheme=5,
+        legacy_dynamics=True,
+        location_randomization=[1.0, 2.0, 0.0],
+        rotation_randomization=[0.0, 3.0, 40.0],
+    )
+    return {
+        "name": "my scene",
+        "world": "Dam",
+        "package_name": "Ocean",
+        "main_agent": "auv0",
+        "ticks_per_sec": 60,
+        "agents": [one, two],
+        **more,
+    }
 
 
 @pytest.mark.parametrize("name", sorted(SCENARIOS))
@@ -350,19 +539,33 @@ def test_scenarios_as_native_ones(name, tmp_path):
     lamps += [env.flashlights.native(a) for a in env.agents]
     env.turn_off_flashlight("flashlight3", "auv0")
     lamps += [env.flashlights.native(a) for a in env.agents]
-    known(f"scenario {name}", {
-        "native": {k: v for k, v in native.items() if k != "agents"}, "agents": native["agents"], "text": text,
-        "lamps": lamps, "level": [env.sea_level, env.tide_cycle.get_height(), env.time_cycle.get_time_of_day(),
-                                  env.weather.get_weather()],
-    })  # fmt: skip
+    known(
+        f"scenario {name}",
+        {
+            "native": {k: v for k, v in native.items() if k != "agents"},
+            "agents": native["agents"],
+            "text": text,
+            "lamps": lamps,
+            "level": [
+                env.sea_level,
+                env.tide_cycle.get_height(),
+                env.time_cycle.get_time_of_day(),
+                env.weather.get_weather(),
+            ],
+        },
+    )
 
 
 def test_surroundings():
     """What scripts ask of sea, sky and props, as the native simulation has it afterwards."""
-    env = opened(agent("HoveringAUV", [{"sensor_type": "PoseSensor"}], location=(2.0, -3.0, -6.0)),
-                 agent("BlueROV2", name="b", location=(4.0, 1.0, -5.0)), seed=4)  # fmt: skip
+    env = opened(
+        agent("HoveringAUV", [{"sensor_type": "PoseSensor"}], location=(2.0, -3.0, -6.0)),
+        agent("BlueROV2", name="b", location=(4.0, 1.0, -5.0)),
+        seed=4,
+    )
     found = {}
     with env:
+
         def told(name, *more):
             env.tick()
             sim = env.pelagos
@@ -416,17 +619,27 @@ def test_surroundings():
 
 def test_messages_through_the_water():
     """Beacons and modems of three vehicles, each message in its own shape, lost and heard ones."""
+
     def one(name, number, location, rotation, **optical):
-        beacon = {"sensor_type": "AcousticBeaconSensor", "location": [0.2, -0.1, 0.3], "configuration": {"id": number,
-                  "MaxDistance": 60.0, "CheckVisible": number == 2}}  # fmt: skip
-        modem = {"sensor_type": "OpticalModemSensor", "rotation": [0.0, 0.0, 10.0], "configuration": {"id": number,
-                 "MaxDistance": 30.0, "LaserAngle": 50, **optical}}  # fmt: skip
+        beacon = {
+            "sensor_type": "AcousticBeaconSensor",
+            "location": [0.2, -0.1, 0.3],
+            "configuration": {"id": number, "MaxDistance": 60.0, "CheckVisible": number == 2},
+        }
+        modem = {
+            "sensor_type": "OpticalModemSensor",
+            "rotation": [0.0, 0.0, 10.0],
+            "configuration": {"id": number, "MaxDistance": 30.0, "LaserAngle": 50, **optical},
+        }
         return agent("HoveringAUV", [beacon, modem], name=name, location=location, rotation=rotation)
 
     env = opened(
-        one("a", 1, (2.0, -3.0, -10.0), [10.0, 5.0, 20.0]), one("b", 2, (14.0, 5.0, -12.0), [-8.0, 4.0, -160.0]),
-        one("c", 5, (-60.0, 30.0, -30.0), [0.0, 15.0, 100.0], LaserAngle=5), seed=4, ticks_per_sec=1000,
-    )  # fmt: skip
+        one("a", 1, (2.0, -3.0, -10.0), [10.0, 5.0, 20.0]),
+        one("b", 2, (14.0, 5.0, -12.0), [-8.0, 4.0, -160.0]),
+        one("c", 5, (-60.0, 30.0, -30.0), [0.0, 15.0, 100.0], LaserAngle=5),
+        seed=4,
+        ticks_per_sec=1000,
+    )
     found = []
     with env:
         for kind, to in (("OWAY", -1), ("OWAYU", [2, 5]), ("MSG_REQ", 2), ("MSG_REQU", 2), ("MSG_REQX", 1)):
@@ -448,14 +661,23 @@ def test_messages_through_the_water():
 def test_structures_maps_and_commands(monkeypatch):
     rows = np.arange(12.0).reshape(4, 3) - 5.5
     values = {
-        "DVLSensor": [np.arange(7) - 2.5, np.arange(3) + 0.5], "IMUSensor": [rows[:2], rows],
-        "AcousticBeaconSensor": [["OWAY", 3, "x"], ["MSG_RESPX", 3, "x", 0.1, -0.2, 14.5, -9.0], ["OWAYU", 1, 0, 0.3, 0.4],
-                                 ["MSG_REQX", 2, 0, 0.5, -0.6, -7.0]],
-        "RangeFinderSensor": [np.array([4.5, -1.0, 7.25])], "RotationSensor": [np.array([10.0, -20.0, 30.0])],
-        "PoseSensor": [np.arange(16.0).reshape(4, 4) - 3.5], "DepthSensor": [np.array([-7.5])],
-        "ImagingSonar": [np.arange(6.0).reshape(2, 3)], "RGBCamera": [np.arange(24, dtype=np.uint8).reshape(2, 3, 4)],
-        "GPSSensor": [rows[0]], "OrientationSensor": [rows[:3]],
-    }  # fmt: skip
+        "DVLSensor": [np.arange(7) - 2.5, np.arange(3) + 0.5],
+        "IMUSensor": [rows[:2], rows],
+        "AcousticBeaconSensor": [
+            ["OWAY", 3, "x"],
+            ["MSG_RESPX", 3, "x", 0.1, -0.2, 14.5, -9.0],
+            ["OWAYU", 1, 0, 0.3, 0.4],
+            ["MSG_REQX", 2, 0, 0.5, -0.6, -7.0],
+        ],
+        "RangeFinderSensor": [np.array([4.5, -1.0, 7.25])],
+        "RotationSensor": [np.array([10.0, -20.0, 30.0])],
+        "PoseSensor": [np.arange(16.0).reshape(4, 4) - 3.5],
+        "DepthSensor": [np.array([-7.5])],
+        "ImagingSonar": [np.arange(6.0).reshape(2, 3)],
+        "RGBCamera": [np.arange(24, dtype=np.uint8).reshape(2, 3, 4)],
+        "GPSSensor": [rows[0]],
+        "OrientationSensor": [rows[:3]],
+    }
     found = {}
     for kind, given in values.items():
         message, raw = SensorData(kind, "here"), []
@@ -464,13 +686,18 @@ def test_structures_maps_and_commands(monkeypatch):
             raw.append([message.encode(), message.timestamp])
         found[kind] = raw
     keys = OPTIONS["BSTSensor"][0]
-    shown = BST_Visualizer({"agents": [{"agent_name": "a", "sensors": [{"sensor_type": "BSTSensor", "configuration": keys}]}]},
-                           salinity_func=lambda at: at[0] - 2 * at[1] + 3 * at[2])  # fmt: skip
+    shown = BST_Visualizer(
+        {"agents": [{"agent_name": "a", "sensors": [{"sensor_type": "BSTSensor", "configuration": keys}]}]},
+        salinity_func=lambda at: at[0] - 2 * at[1] + 3 * at[2],
+    )
     shown.update_position([3.0, -7.0, -20.0])
     found["maps"] = [shown.maps()[name][::6, ::4] for name in shown.maps()]
     group, center = commands.CommandsGroup(), commands.CommandCenter()
-    for made in (commands.TeleportCameraCommand([1, -2.5, 3], [4.0, True, "x"]), commands.CustomCommand("go", [1, 2], ["a"]),
-                 commands.DebugDrawCommand(7, named=[8, "y"])):  # fmt: skip
+    for made in (
+        commands.TeleportCameraCommand([1, -2.5, 3], [4.0, True, "x"]),
+        commands.CustomCommand("go", [1, 2], ["a"]),
+        commands.DebugDrawCommand(7, named=[8, "y"]),
+    ):
         made.add_number_parameters([9, -1.5])
         made.add_string_parameters("z")
         group.add_command(made)
@@ -491,9 +718,12 @@ def test_packages_and_scenarios_that_come_along(capsys, monkeypatch, tmp_path):
     scenarios = {name: packagemanager.get_scenario(name) for name in sorted(packagemanager._files())}
     starts = {}
     for world in ("Dam", "TestWorld"):
-        scenario = scenario_of({"world": world, "package_name": packagemanager.get_package_config_for_scenario(
-            {"world": world})["name"]})  # fmt: skip
-        monkeypatch.setattr("pelagos.compat.holoocean.making.HoloOceanEnvironment",
-                            lambda scenario, **keys: [scenario["env_min"], scenario["env_max"], keys])  # fmt: skip
+        scenario = scenario_of(
+            {"world": world, "package_name": packagemanager.get_package_config_for_scenario({"world": world})["name"]}
+        )
+        monkeypatch.setattr(
+            "pelagos.compat.holoocean.making.HoloOceanEnvironment",
+            lambda scenario, **keys: [scenario["env_min"], scenario["env_max"], keys],
+        )
         starts[world] = make(scenario_cfg=scenario, ticks_per_sec=70, seed=9)
     known("packages", {"told": told, "scenarios": scenarios, "made": starts, "random": random.Random(3).random()})

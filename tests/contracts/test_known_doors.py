@@ -8,7 +8,6 @@ import json
 import math
 import socket
 import struct
-from collections.abc import Callable, Iterator
 from datetime import UTC, datetime
 from types import SimpleNamespace
 from typing import Any
@@ -22,8 +21,7 @@ from known import check, on_one_scale
 from pelagos.bridges.ardupilot import ArdupilotConfig, ArdupilotLink
 from pelagos.bridges.ardupilot_json import level, parse_servos, state_text
 from pelagos.bridges.autopilot import OUTPUTS, VehicleMotion, motion_of, outputs_of
-from pelagos.bridges.dds_graph import Graph
-from pelagos.bridges.door import TopicDoor, qos_of
+from pelagos.bridges.door import TopicDoor
 from pelagos.bridges.exchange import Exchange
 from pelagos.bridges.holoocean import listen_holoocean
 from pelagos.bridges.inbox import Inbox, Ticket, order_text
@@ -31,18 +29,16 @@ from pelagos.bridges.instruments import nmea, ping, teledyne, vectornav, waterli
 from pelagos.bridges.instruments.dvl_velocity import DvlVelocity
 from pelagos.bridges.instruments.speaker import Place
 from pelagos.bridges.instruments.speakers import SPEAKERS
-from pelagos.bridges.machinery import joint_message, supply_of
 from pelagos.bridges.mavlink import MavlinkConfig, MavlinkDoor
 from pelagos.bridges.moos import DESIRED, MoosConfig, MoosDoor, mixer_of, nav_of
 from pelagos.bridges.moos_wire import NOTIFY, MoosMessage, pack, unpack
 from pelagos.bridges.px4 import Px4Config, Px4Link, pressure_hpa
-from pelagos.bridges.ros_commands import command_topics, listen
+from pelagos.bridges.ros_commands import command_topics
 from pelagos.bridges.services import Services
 from pelagos.bridges.tap import Tap
-from pelagos.bridges.transport import MemoryTransport, Qos
-from pelagos.bridges.zenoh_transport import attachment, qos_text
+from pelagos.bridges.transport import MemoryTransport
+from pelagos.bridges.zenoh_transport import qos_text
 from pelagos.messages.json_form import from_json, to_json
-from pelagos.messages.lcm import encode
 from pelagos.messages.store import deserialize, serialize
 
 NEAR = 2e-5  # share: readings in single precision, told with few digits
@@ -50,29 +46,46 @@ EPOCH = datetime(2027, 11, 30, 23, 59, 58, 250_000, tzinfo=UTC)
 MOUNT = {"position_m": [0.3, -0.2, 0.1], "orientation_deg": [3.0, -4.0, 25.0], "rate_hz": 10}
 FAN = {"bins": 48, "range_min_m": 0.8, "range_max_m": 31.0}
 SENSORS: dict[str, Any] = {
-    "imu": {"type": "imu", **MOUNT, "rate_hz": 20}, "gps": {"type": "gps", **MOUNT}, "depth": {"type": "depth", **MOUNT},
-    "dvl": {"type": "dvl", **MOUNT}, "altimeter": {"type": "altimeter", **MOUNT}, "pose": {"type": "pose", **MOUNT},
-    "magnetometer": {"type": "magnetometer", **MOUNT}, "velocity": {"type": "velocity", **MOUNT},
+    "imu": {"type": "imu", **MOUNT, "rate_hz": 20},
+    "gps": {"type": "gps", **MOUNT},
+    "depth": {"type": "depth", **MOUNT},
+    "dvl": {"type": "dvl", **MOUNT},
+    "altimeter": {"type": "altimeter", **MOUNT},
+    "pose": {"type": "pose", **MOUNT},
+    "magnetometer": {"type": "magnetometer", **MOUNT},
+    "velocity": {"type": "velocity", **MOUNT},
     "single": {"type": "singlebeam", **MOUNT, **FAN, "orientation_deg": [3.0, 55.0, -40.0]},
     "scanner": {"type": "mechanical_scanning_sonar", **MOUNT, **FAN, "step_deg": 9.0},
-}  # fmt: skip
+}
 OCEAN = {
     "currents": [{"type": "uniform", "speed_mps": 0.4, "towards_deg": 70.0, "up_mps": 0.05}],
     "wind": {"speed_mps": 5.0, "from_deg": 200.0},
 }
 STATES: dict[str, dict[str, Any]] = {
-    "near the surface": {"position": [41.0, -73.0, 0.0], "attitude": [0.88, 0.21, -0.16, -0.39],
-                         "velocity": [1.3, -0.5, 0.35], "angular_velocity": [0.31, -0.23, 0.17]},
-    "deep": {"position": [-37.0, 29.0, -7.5], "attitude": [-0.31, 0.12, 0.27, 0.9], "velocity": [-0.7, 0.6, -0.45],
-             "angular_velocity": [-0.27, 0.19, -0.41]},
-}  # fmt: skip
+    "near the surface": {
+        "position": [41.0, -73.0, 0.0],
+        "attitude": [0.88, 0.21, -0.16, -0.39],
+        "velocity": [1.3, -0.5, 0.35],
+        "angular_velocity": [0.31, -0.23, 0.17],
+    },
+    "deep": {
+        "position": [-37.0, 29.0, -7.5],
+        "attitude": [-0.31, 0.12, 0.27, 0.9],
+        "velocity": [-0.7, 0.6, -0.45],
+        "angular_velocity": [-0.27, 0.19, -0.41],
+    },
+}
 VEHICLES = {"bluerov2_heavy": -6.0, "remus100": -6.0, "otter": 0.0, "wamv": 0.0, "quadrotor": 9.0, "bluerov2": -6.0}
 COMMANDED = ("bluerov2_heavy", "remus100", "otter")
 
 
 def loaded(vehicle: str, sensors: dict[str, Any]) -> pl.Simulation:
-    agent = {"vehicle": vehicle, "start": {"position_m": [3, -2, VEHICLES[vehicle]], "heading_deg": 35.0},
-             "control": "actuators", "sensors": sensors}  # fmt: skip
+    agent = {
+        "vehicle": vehicle,
+        "start": {"position_m": [3, -2, VEHICLES[vehicle]], "heading_deg": 35.0},
+        "control": "actuators",
+        "sensors": sensors,
+    }
     world = {"type": "flat", "depth_m": 19.0, "latitude_deg": -33.25, "longitude_deg": -151.5}
     return pl.Simulation.load({"seed": 5, "tick_rate_hz": 100, "world": world, "ocean": OCEAN, "agents": {"a": agent}})
 
@@ -152,11 +165,12 @@ def test_what_autopilots_are_told(rov: pl.Simulation, state: str, free_port: int
     link.answer(rov)
     messages = [px4._sensor(motion, 4_000_123), px4._gps(motion, 4_000_123), px4._truth(motion, 4_000_123)]
     found = {
-        "motion": [motion, motion.euler], "mavlink": [[m.get_type(), fields_of(m)] for m in said],
+        "motion": [motion, motion.euler],
+        "mavlink": [[m.get_type(), fields_of(m)] for m in said],
         "px4": [[m.get_type(), fields_of(m)] for m in messages],
         "ardupilot": [state_text(1.25, motion, {"rng_1": 4.5}), *sent],
         "moos": nav_of(rov, "a"),
-    }  # fmt: skip
+    }
     found["ardupilot"] = [raw.decode() for raw in found["ardupilot"]]
     for one in (px4, door, link):
         one.close()
@@ -208,21 +222,30 @@ def test_what_ground_stations_ask(rov: pl.Simulation) -> None:
         m.MAVLink_manual_control_message(7, 800, -300, 900, 450, 0),
         m.MAVLink_manual_control_message(7, -700, 32767, 100, -250, 0),
         m.MAVLink_manual_control_message(7, 32767, 200, 32767, 32767, 0),
-        m.MAVLink_manual_control_message(7, 1001, 0, 500, 0, 0), m.MAVLink_manual_control_message(8, 1, 2, 3, 4, 0),
+        m.MAVLink_manual_control_message(7, 1001, 0, 500, 0, 0),
+        m.MAVLink_manual_control_message(8, 1, 2, 3, 4, 0),
         target(0, 7, 1, 1, 0b110111111000, 4.0, -5.0, 6.0, 0, 0, 0, 0, 0, 0, 0, 0),
         target(0, 7, 1, 8, 0b010111000111, 0, 0, 0, 0.3, -0.2, 0.1, 0, 0, 0, 0, -0.4),
         target(0, 7, 1, 8, 0b110111000111, 0, 0, 0, -0.3, 0.2, -0.1, 0, 0, 0, 0, 0.4),
         target(0, 7, 1, 3, 0, 1, 2, 3, 0.3, 0.2, 0.1, 0, 0, 0, 0, 0.4),
-        m.MAVLink_param_request_list_message(7, 1), m.MAVLink_param_request_read_message(7, 1, b"", 1),
-        m.MAVLink_param_request_read_message(7, 1, b"TURN_DEG_S", -1), m.MAVLink_param_set_message(7, 1, b"SPEED_MPS",
-        9.0, 9), m.MAVLink_mission_request_list_message(7, 1, 2), m.MAVLink_mission_count_message(7, 1, 4, 0),
-        m.MAVLink_command_long_message(7, 1, 400, 0, 1, 2, 3, 4, 5, 6, 7), m.MAVLink_param_request_list_message(9, 1),
-    ):  # fmt: skip
+        m.MAVLink_param_request_list_message(7, 1),
+        m.MAVLink_param_request_read_message(7, 1, b"", 1),
+        m.MAVLink_param_request_read_message(7, 1, b"TURN_DEG_S", -1),
+        m.MAVLink_param_set_message(7, 1, b"SPEED_MPS", 9.0, 9),
+        m.MAVLink_mission_request_list_message(7, 1, 2),
+        m.MAVLink_mission_count_message(7, 1, 4, 0),
+        m.MAVLink_command_long_message(7, 1, 400, 0, 1, 2, 3, 4, 5, 6, 7),
+        m.MAVLink_param_request_list_message(9, 1),
+    ):
         door.take(message.pack(mav))
     door.take(b"\xfd rubbish \xfd\xfd" * 20)
     door.close()
-    found = {"orders": kept.orders, "refused": len(kept.refused), "said": [[x.get_type(), fields_of(x)] for x in said],
-             "troubles": [door.troubles["malformed packets"] > 0]}  # fmt: skip
+    found = {
+        "orders": kept.orders,
+        "refused": len(kept.refused),
+        "said": [[x.get_type(), fields_of(x)] for x in said],
+        "troubles": [door.troubles["malformed packets"] > 0],
+    }
     check("doors", "ground station", {name: on_one_scale(v) for name, v in found.items()}, NEAR)
 
 
@@ -232,8 +255,10 @@ def test_pressures_and_bounds_of_px4() -> None:
     link._dialect, link._origin = common, SimpleNamespace(to_latlon=lambda x, y: (10.0, 20.0))  # type: ignore[assignment]
     still = fast._replace(velocity=(0.03, -0.05, 0.0), position=(0.0, 0.0, -3.0))
     messages = [m for one in (fast, still) for m in (link._gps(one, 5), link._truth(one, 5))]
-    found = {"pressure": [pressure_hpa(z) for z in (-9000.0, -30.0, 0.0, 2.0, 400.0)],
-             "messages": [fields_of(m) for m in messages]}  # fmt: skip
+    found = {
+        "pressure": [pressure_hpa(z) for z in (-9000.0, -30.0, 0.0, 2.0, 400.0)],
+        "messages": [fields_of(m) for m in messages],
+    }
     check("doors", "px4 at its bounds", {name: on_one_scale(v) for name, v in found.items()}, NEAR)
 
 
@@ -275,8 +300,15 @@ def test_packets_of_moos(others: dict[str, pl.Simulation], monkeypatch: pytest.M
 # instruments
 
 
-NAMED = {"gps": "gps", "altimeter": "altimeter", "depth": "depth", "dvl": "dvl", "imu": "imu", "singlebeam": "single",
-         "mechanical_scanning_sonar": "scanner"}  # fmt: skip
+NAMED = {
+    "gps": "gps",
+    "altimeter": "altimeter",
+    "depth": "depth",
+    "dvl": "dvl",
+    "imu": "imu",
+    "singlebeam": "single",
+    "mechanical_scanning_sonar": "scanner",
+}
 SPOKEN = [(protocol, kind) for protocol, kinds in SPEAKERS.items() for kind in kinds]
 
 
@@ -299,23 +331,69 @@ def readings(rov: pl.Simulation) -> dict[str, list[tuple[str, Any]]]:
 def asked(protocol: str) -> list[bytes]:
     """Requests of a protocol, good ones and others."""
     if protocol == "waterlinked":
-        said = [{"command": "get_config"}, {"command": "set_config", "parameters": {"acoustic_enabled": False}},
-                {"command": "reset_dead_reckoning"}, {"command": "calibrate_gyro"}, {"command": "trigger_ping"},
-                {"command": "set_config", "parameters": {"range_mode": "=3"}}]  # fmt: skip
+        said = [
+            {"command": "get_config"},
+            {"command": "set_config", "parameters": {"acoustic_enabled": False}},
+            {"command": "reset_dead_reckoning"},
+            {"command": "calibrate_gyro"},
+            {"command": "trigger_ping"},
+            {"command": "set_config", "parameters": {"range_mode": "=3"}},
+        ]
         return [*(json.dumps(s).encode() + b"\n" for s in said), b"rubbish\n", b'{"command": "get']
     if protocol == "waterlinked_serial":
-        return [b"wcv\r\nwcw\rwcc\n", b"wcs,,,n,,\n", b"wcs,1500,0.00,y,n,auto,n\r\n", b"wcs,1400,,,\n", b"wcs,1\n",
-                b"wcp,3\nwcp,2\nwcx\nwcr\nwcg\n", b"wcv*00\nwcx", b"wcs,,,maybe,\n"]  # fmt: skip
+        return [
+            b"wcv\r\nwcw\rwcc\n",
+            b"wcs,,,n,,\n",
+            b"wcs,1500,0.00,y,n,auto,n\r\n",
+            b"wcs,1400,,,\n",
+            b"wcs,1\n",
+            b"wcp,3\nwcp,2\nwcx\nwcr\nwcg\n",
+            b"wcv*00\nwcx",
+            b"wcs,,,maybe,\n",
+        ]
     if protocol == "ping1d":
-        general = [ping.frame(ping.GENERAL_REQUEST, struct.pack("<H", n)) for n in (
-            4, 5, 1200, 1201, 1202, 1203, 1204, 1205, 1206, 1207, 1208, 1210, 1211, 1212, 1213, 1214, 1215, 1300, 1999)]
-        sets = [(ping.SET_DEVICE_ID, "<B", 9), (ping.SET_SPEED_OF_SOUND, "<I", 1_430_000), (ping.SET_MODE_AUTO, "<B", 0),
-                (ping.SET_PING_INTERVAL, "<H", 90), (ping.SET_GAIN, "<B", 5), (ping.SET_GAIN, "<B", 7),
-                (ping.SET_MODE_AUTO, "<B", 2), (ping.SET_SPEED_OF_SOUND, "<I", 9), (ping.SET_GAIN, "<H", 1),
-                (ping.CONTINUOUS_START, "<H", ping.PROFILE), (ping.CONTINUOUS_START, "<H", ping.DISTANCE_SIMPLE),
-                (ping.CONTINUOUS_STOP, "<H", ping.DISTANCE_SIMPLE), (ping.CONTINUOUS_START, "<H", 5)]  # fmt: skip
-        ranges = [ping.frame(ping.SET_RANGE, struct.pack("<II", start, length)) for start, length in ((0, 0), (2000,
-                  23_000))]  # fmt: skip
+        general = [
+            ping.frame(ping.GENERAL_REQUEST, struct.pack("<H", n))
+            for n in (
+                4,
+                5,
+                1200,
+                1201,
+                1202,
+                1203,
+                1204,
+                1205,
+                1206,
+                1207,
+                1208,
+                1210,
+                1211,
+                1212,
+                1213,
+                1214,
+                1215,
+                1300,
+                1999,
+            )
+        ]
+        sets = [
+            (ping.SET_DEVICE_ID, "<B", 9),
+            (ping.SET_SPEED_OF_SOUND, "<I", 1_430_000),
+            (ping.SET_MODE_AUTO, "<B", 0),
+            (ping.SET_PING_INTERVAL, "<H", 90),
+            (ping.SET_GAIN, "<B", 5),
+            (ping.SET_GAIN, "<B", 7),
+            (ping.SET_MODE_AUTO, "<B", 2),
+            (ping.SET_SPEED_OF_SOUND, "<I", 9),
+            (ping.SET_GAIN, "<H", 1),
+            (ping.CONTINUOUS_START, "<H", ping.PROFILE),
+            (ping.CONTINUOUS_START, "<H", ping.DISTANCE_SIMPLE),
+            (ping.CONTINUOUS_STOP, "<H", ping.DISTANCE_SIMPLE),
+            (ping.CONTINUOUS_START, "<H", 5),
+        ]
+        ranges = [
+            ping.frame(ping.SET_RANGE, struct.pack("<II", start, length)) for start, length in ((0, 0), (2000, 23_000))
+        ]
         changed = [*(ping.frame(n, struct.pack(p, v)) for n, p, v in sets), *ranges]
         return [*general, *changed, *general, b"??" + general[3]]
     if protocol == "ping360":
@@ -367,24 +445,44 @@ def test_what_instruments_say(
 def test_sentences_and_ensembles() -> None:
     """From numbers of both signs, of both hemispheres, and unknown ones: to the byte."""
     dvl = DvlVelocity(
-        3_250_000_000, (1.234, -0.567, 0.089), ((1e-4, 0.0, 2e-5), (0.0, 2e-4, 0.0), (2e-5, 0.0, 4e-4)), 12.34,
-        (13.1, 13.2, 13.3, 700.45), (0.4, -0.3, 0.2, -0.1), (True, True, False, True),
-    )  # fmt: skip
+        3_250_000_000,
+        (1.234, -0.567, 0.089),
+        ((1e-4, 0.0, 2e-5), (0.0, 2e-4, 0.0), (2e-5, 0.0, 4e-4)),
+        12.34,
+        (13.1, 13.2, 13.3, 700.45),
+        (0.4, -0.3, 0.2, -0.1),
+        (True, True, False, True),
+    )
     lost = DvlVelocity(dvl.t_ns, None, ((0.0,) * 3,) * 3, None, dvl.ranges_m, dvl.beam_velocity_mps, (False,) * 4)
     at, down = nmea.clock(3_256_789_000, EPOCH), (0.9, 0.8, 0.7, 0.5)
     attitudes = [teledyne.Attitude(271.5, -3.25, 4.75, 21.5), teledyne.Attitude(-35.25, 17.5, -8.25, 0.25)]
     ways = [teledyne.MadeGood((1.25, -2.5, 0.75), 9, 2.5), teledyne.MadeGood((-9.5, 4.25, -1.5), None, 5000.0)]
     found = {
-        "nmea": [nmea.gga(at, -33.8567, 151.2153, -12.5, satellites=7), nmea.gga(at, 5.5, -0.25, 3.0),
-                 nmea.rmc(at, 45.5, -179.99, 2.5, -88.5), nmea.rmc(at, -0.5, 181.5, 1.5, 371.5), nmea.vtg(2.5, -10.0),
-                 nmea.hdt(-1.5), nmea.dbt(10.0), nmea.dbt(None), nmea.xdr_pressure(151_230.0), nmea.no_fix(at)],
+        "nmea": [
+            nmea.gga(at, -33.8567, 151.2153, -12.5, satellites=7),
+            nmea.gga(at, 5.5, -0.25, 3.0),
+            nmea.rmc(at, 45.5, -179.99, 2.5, -88.5),
+            nmea.rmc(at, -0.5, 181.5, 1.5, 371.5),
+            nmea.vtg(2.5, -10.0),
+            nmea.hdt(-1.5),
+            nmea.dbt(10.0),
+            nmea.dbt(None),
+            nmea.xdr_pressure(151_230.0),
+            nmea.no_fix(at),
+        ],
         "pd0": [teledyne.pd0(d, EPOCH, a, 1502.25, 0x12345, down) for d in (dvl, lost) for a in attitudes],
-        "pd6": [teledyne.pd6(d, EPOCH, a, 1502.25, w) for d in (dvl, lost) for a, w in zip(attitudes, ways, strict=True)],
+        "pd6": [
+            teledyne.pd6(d, EPOCH, a, 1502.25, w) for d in (dvl, lost) for a, w in zip(attitudes, ways, strict=True)
+        ],
         "enu": [teledyne.east_north_up((1.2, -0.7, 0.9), a) for a in attitudes],
-        "a50": [waterlinked.report(d, 9_000_000) + waterlinked.serial_report(d, 9_000_000)
-                + waterlinked.serial_transducers(d) for d in (dvl, lost)],
+        "a50": [
+            waterlinked.report(d, 9_000_000)
+            + waterlinked.serial_report(d, 9_000_000)
+            + waterlinked.serial_transducers(d)
+            for d in (dvl, lost)
+        ],
         "crc": [vectornav.crc16(b"pelagos"), waterlinked.crc8(b"pelagos")],
-    }  # fmt: skip
+    }
     check("doors", "sentences", {name: on_one_scale(v) for name, v in found.items()}, NEAR)
 
 
@@ -394,13 +492,14 @@ def test_sentences_and_ensembles() -> None:
 def test_every_topic_of_a_run(rov: pl.Simulation) -> None:
     """As CDR through a transport, in JSON as rosbridge has it, in LCM; and how well each topic is served."""
     put(rov, "near the surface")
-    exchange, transport = Exchange(rov), MemoryTransport()
+    exchange, transport = Exchange(rov, rate_hz=25.0), MemoryTransport()
     exchange.add(TopicDoor(transport, skip=("/tf_static",)))
     listed: list[Any] = []
     advertise = transport.advertise
     transport.advertise = lambda topic, kind, *, qos: (  # type: ignore[method-assign]
-        listed.append([topic, kind, qos, qos_text(qos)]), advertise(topic, kind, qos=qos),
-    )[1]  # fmt: skip
+        listed.append([topic, kind, qos, qos_text(qos)]),
+        advertise(topic, kind, qos=qos),
+    )[1]
     exchange.run(0.12)
     begin = min(t for t, topic in transport.order if topic == "/a/truth")
     found: dict[str, Any] = {"topics": listed, "order": [[t - begin, topic] for t, topic in transport.order if t]}
@@ -424,25 +523,39 @@ def test_structures_that_holoocean_hears(rov: pl.Simulation) -> None:
     door.send(rov, ())
     door.close()
     floats = [[channel, np.frombuffer(raw[16 : 16 + len(raw[16:]) // 4 * 4], ">f4")] for channel, raw in sent]
-    check("doors", "structures", {"sent": on_one_scale(floats), "times": [raw[8:16].hex() for _, raw in sent] and [
-        struct.unpack_from(">q", raw, 8)[0] for _, raw in sent]}, 1e-3)  # fmt: skip
+    check(
+        "doors",
+        "structures",
+        {
+            "sent": on_one_scale(floats),
+            "times": [raw[8:16].hex() for _, raw in sent] and [struct.unpack_from(">q", raw, 8)[0] for _, raw in sent],
+        },
+        1e-3,
+    )
 
 
 SAID: dict[str, list[dict[str, Any]]] = {
-    "geometry_msgs/msg/Twist": [{"linear": {"x": 0.4, "y": -0.3, "z": 0.2}, "angular": {"x": -0.1, "y": 0.15, "z":
-                                 -0.25}}, {"linear": {"x": 0.6}, "angular": {"z": 0.2}}],
+    "geometry_msgs/msg/Twist": [
+        {"linear": {"x": 0.4, "y": -0.3, "z": 0.2}, "angular": {"x": -0.1, "y": 0.15, "z": -0.25}},
+        {"linear": {"x": 0.6}, "angular": {"z": 0.2}},
+    ],
     "geometry_msgs/msg/TwistStamped": [{"twist": {"linear": {"x": -0.4, "y": 0.2, "z": -0.1}, "angular": {"z": 0.3}}}],
-    "geometry_msgs/msg/WrenchStamped": [{"wrench": {"force": {"x": 11, "y": -7, "z": 5}, "torque": {"x": -2, "y": 3, "z":
-                                         -4}}}],
+    "geometry_msgs/msg/WrenchStamped": [
+        {"wrench": {"force": {"x": 11, "y": -7, "z": 5}, "torque": {"x": -2, "y": 3, "z": -4}}}
+    ],
     "geometry_msgs/msg/PoseStamped": [
         {"pose": {"position": {"x": 3.0, "y": -7.0, "z": -2.5}, "orientation": {"w": w, "x": x, "y": y, "z": z}}}
         for w, x, y, z in ((0.8, 0.36, -0.288, 0.384), (-0.48, 0.6, 0.64, 0.0), (0.5, 0.5, 0.5, 0.6))
     ],
     "geometry_msgs/msg/PointStamped": [{"point": {"x": 12.0, "y": -17.0, "z": -4.5}}],
-    "std_msgs/msg/Float64MultiArray": [{"data": [0.1, -0.2, 0.3, -0.4, 0.25, -0.35, 0.45, -0.15]},
-                                       {"data": [0.1, -0.2, 0.3]}, {"data": [-0.2, 0.3]}],
-    "std_msgs/msg/Float64": [{"data": 0.37}, {"data": -0.23}], "std_msgs/msg/String": [{"data": "actuators"}],
-}  # fmt: skip
+    "std_msgs/msg/Float64MultiArray": [
+        {"data": [0.1, -0.2, 0.3, -0.4, 0.25, -0.35, 0.45, -0.15]},
+        {"data": [0.1, -0.2, 0.3]},
+        {"data": [-0.2, 0.3]},
+    ],
+    "std_msgs/msg/Float64": [{"data": 0.37}, {"data": -0.23}],
+    "std_msgs/msg/String": [{"data": "actuators"}],
+}
 
 
 @pytest.mark.parametrize("vehicle", COMMANDED)
@@ -486,27 +599,46 @@ POSED = {"position": {"x": 2.5, "y": 30.0, "z": -6.5}, "orientation": {"w": 0.8,
 TWIST = {"linear": {"x": 0.5, "y": 0.25, "z": -0.1}, "angular": {"x": 0.1, "y": -0.2, "z": 0.3}}
 BOX = {"resource_string": '{"shape": "box", "size": [1, 2, 3]}'}
 CALLS: list[tuple[str, dict[str, Any]]] = [
-    ("get_simulator_features", {}), ("get_simulation_state", {}), ("step_simulation", {"steps": 4}),
-    ("get_entities", {}), ("get_entity_state", {"entity": "a"}), ("get_entity_state", {"entity": "b"}),
-    ("set_entity_state", {"entity": "a", "set_pose": True, "set_twist": True, "state": {"pose": POSED, "twist": TWIST}}),
-    ("get_entity_state", {"entity": "a"}), ("set_entity_state", {"entity": "a", "set_acceleration": True}),
+    ("get_simulator_features", {}),
+    ("get_simulation_state", {}),
+    ("step_simulation", {"steps": 4}),
+    ("get_entities", {}),
+    ("get_entity_state", {"entity": "a"}),
+    ("get_entity_state", {"entity": "b"}),
+    (
+        "set_entity_state",
+        {"entity": "a", "set_pose": True, "set_twist": True, "state": {"pose": POSED, "twist": TWIST}},
+    ),
+    ("get_entity_state", {"entity": "a"}),
+    ("set_entity_state", {"entity": "a", "set_acceleration": True}),
     ("set_entity_state", {"entity": "a", "set_twist": True, "state": {"twist": TWIST}}),
     ("set_entity_state", {"entity": "a", "set_pose": True, "state": {"pose": {"orientation": {"w": 3.0}}}}),
     ("spawn_entity", {"name": "box", "entity_resource": BOX, "initial_pose": {"pose": POSED}}),
     ("spawn_entity", {"name": "box", "entity_resource": BOX, "initial_pose": {"pose": POSED}}),
-    ("spawn_entity", {"name": "box", "allow_renaming": True, "entity_resource": {"uri": "sphere"},
-                      "initial_pose": {"pose": POSED}}),
+    (
+        "spawn_entity",
+        {"name": "box", "allow_renaming": True, "entity_resource": {"uri": "sphere"}, "initial_pose": {"pose": POSED}},
+    ),
     ("spawn_entity", {"name": "", "entity_resource": BOX, "initial_pose": {"pose": POSED}}),
     ("spawn_entity", {"name": "\x1b", "entity_resource": BOX, "initial_pose": {"pose": POSED}}),
     ("spawn_entity", {"name": "bad", "entity_resource": {"resource_string": "[1"}, "initial_pose": {"pose": POSED}}),
-    ("get_entities", {}), ("get_entity_state", {"entity": "box"}), ("delete_entity", {"entity": "box"}),
-    ("delete_entity", {"entity": "box"}), ("get_entities", {}),
-    ("set_ocean", {"name": "current", "values": [0.3, -0.2, 0.1]}), ("set_ocean", {"name": "turbidity", "values": [2.5]}),
-    ("set_ocean", {"name": "salt", "values": [2.5]}), ("set_control_mode", {"agent": "a", "mode": "velocity"}),
-    ("set_control_mode", {"agent": "a", "mode": "none"}), ("set_paused", {"data": True}), ("get_simulation_state", {}),
-    *(("set_simulation_state", {"state": {"state": s}}) for s in (2, 1, 0, 9, 1, 3)), ("set_paused", {"data": False}),
-    *(("reset_simulation", {"scope": s}) for s in (0, 1, 7, 255)), ("reset", {}),
-]  # fmt: skip
+    ("get_entities", {}),
+    ("get_entity_state", {"entity": "box"}),
+    ("delete_entity", {"entity": "box"}),
+    ("delete_entity", {"entity": "box"}),
+    ("get_entities", {}),
+    ("set_ocean", {"name": "current", "values": [0.3, -0.2, 0.1]}),
+    ("set_ocean", {"name": "turbidity", "values": [2.5]}),
+    ("set_ocean", {"name": "salt", "values": [2.5]}),
+    ("set_control_mode", {"agent": "a", "mode": "velocity"}),
+    ("set_control_mode", {"agent": "a", "mode": "none"}),
+    ("set_paused", {"data": True}),
+    ("get_simulation_state", {}),
+    *(("set_simulation_state", {"state": {"state": s}}) for s in (2, 1, 0, 9, 1, 3)),
+    ("set_paused", {"data": False}),
+    *(("reset_simulation", {"scope": s}) for s in (0, 1, 7, 255)),
+    ("reset", {}),
+]
 
 
 def test_services(rov: pl.Simulation, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -523,7 +655,9 @@ def test_services(rov: pl.Simulation, monkeypatch: pytest.MonkeyPatch) -> None:
     paused = {"now": False}
     monkeypatch.setattr(exchange.inbox, "put", at_once)
     monkeypatch.setattr(exchange, "do", lambda action: action() or True)
-    monkeypatch.setattr(exchange, "step", lambda ticks: SimpleNamespace(wait=lambda s: asks.append(["step", ticks, s]) or True))
+    monkeypatch.setattr(
+        exchange, "step", lambda ticks: SimpleNamespace(wait=lambda s: asks.append(["step", ticks, s]) or True)
+    )
     monkeypatch.setattr(exchange, "reset", lambda: asks.append("reset"))
     monkeypatch.setattr(exchange, "resume", lambda: paused.update(now=False))
     monkeypatch.setattr(rov, "pause", lambda: paused.update(now=True))

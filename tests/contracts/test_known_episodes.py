@@ -14,8 +14,8 @@ import pytest
 from known import DOUBLE, SINGLE, check, on_one_scale
 from pelagos import envs
 from pelagos.envs.evaluate import evaluate
-from pelagos.envs.fleet import FleetEnv
 from pelagos.envs.flat import as_rows, row_size
+from pelagos.envs.fleet import FleetEnv
 from pelagos.envs.picture import Track
 from pelagos.envs.policy import Network, policy_of
 from pelagos.envs.registry import has_sensors, make_task, task_class
@@ -81,7 +81,12 @@ def test_ways_to_begin_anew(name: str) -> None:
         shown.append(env.reset()[0])
         found[mode] = shown
         found[f"{mode} state"] = [env.state, env.first_environment, env.not_finite, getattr(env, "clipped", 0)]
-    check("episodes", f"beginnings {name.removeprefix('pelagos/')}", {k: on_one_scale(v) for k, v in found.items()}, SINGLE)
+    check(
+        "episodes",
+        f"beginnings {name.removeprefix('pelagos/')}",
+        {k: on_one_scale(v) for k, v in found.items()},
+        SINGLE,
+    )
 
 
 def test_a_single_copy_and_its_chart() -> None:
@@ -119,7 +124,9 @@ def test_a_formation() -> None:
 
 def numbers_in(table: Any) -> dict[str, list[Any]]:
     """Columns of a table; of pictures their checksums."""
-    return {name: [v["bytes"] if isinstance(v, dict) else v for v in table[name].to_pylist()] for name in table.column_names}
+    return {
+        name: [v["bytes"] if isinstance(v, dict) else v for v in table[name].to_pylist()] for name in table.column_names
+    }
 
 
 @pytest.mark.parametrize("name", ["pelagos/DepthHeading-v0", "pelagos/WallInspection-v0"])
@@ -135,7 +142,9 @@ def test_data_sets(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -
     files = sorted(p.relative_to(folder).as_posix() for p in folder.rglob("*.*"))
     info, stats = (json.loads((folder / f"meta/{part}.json").read_text()) for part in ("info", "stats"))
     found: dict[str, Any] = {"files": files, "info": info, "stats": stats}
-    found |= {f"table {k}": [numbers_in(pq.read_table(folder / f))] for k, f in enumerate(f for f in files if ".parquet" in f)}
+    found |= {
+        f"table {k}": [numbers_in(pq.read_table(folder / f))] for k, f in enumerate(f for f in files if ".parquet" in f)
+    }
     schema = [pq.read_schema(folder / f) for f in files if ".parquet" in f]
     found["types"] = [[[field.name, str(field.type)] for field in s] for s in schema]
     monkeypatch.setenv("MINARI_DATASETS_PATH", str(tmp_path / "minari"))
@@ -143,9 +152,13 @@ def test_data_sets(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -
 
     save_minari(episodes, env, "pelagos/it/random-v3", policy="random", what="chance")
     read = minari.load_dataset("pelagos/it/random-v3")
-    kept = [[e.id, e.observations, e.actions, e.rewards, e.terminations, e.truncations] for e in read.iterate_episodes()]
+    kept = [
+        [e.id, e.observations, e.actions, e.rewards, e.terminations, e.truncations] for e in read.iterate_episodes()
+    ]
     found["minari"] = [kept, read.total_episodes, read.total_steps, read.spec.dataset_id]
-    check("episodes", f"data of {name.removeprefix('pelagos/')}", {k: on_one_scale(v) for k, v in found.items()}, SINGLE)
+    check(
+        "episodes", f"data of {name.removeprefix('pelagos/')}", {k: on_one_scale(v) for k, v in found.items()}, SINGLE
+    )
 
 
 def test_pictures_in_a_data_set() -> None:
@@ -157,15 +170,23 @@ def test_pictures_in_a_data_set() -> None:
     rng = np.random.default_rng(3)
     pictures = (rng.uniform(0, 1, (5, 6, 4, 3)) * [90, 180, 250]).astype(np.uint8)
     parts = [pictures[:2], pictures[2:]]
-    kinds = {"p": pictures, "grid": rng.uniform(-1, 1, (5, 3, 2)), "row": rng.uniform(-1, 1, (5, 3)).astype("f4"),
-             "one": np.arange(5)}  # fmt: skip
+    kinds = {
+        "p": pictures,
+        "grid": rng.uniform(-1, 1, (5, 3, 2)),
+        "row": rng.uniform(-1, 1, (5, 3)).astype("f4"),
+        "one": np.arange(5),
+    }
     columns = {name: lerobot._column(pa, values) for name, values in kinds.items()}
     rows = {"sonar": pictures[..., 0].reshape(5, -1)[:, :4].astype("f4"), "state": kinds["row"]}
     found = {
-        "statistics": [lerobot._of_picture(parts), lerobot._statistics([{"row": kinds["row"][:3]}, {"row": kinds["row"][3:]}])],
+        "statistics": [
+            lerobot._of_picture(parts),
+            lerobot._statistics([{"row": kinds["row"][:3]}, {"row": kinds["row"][3:]}]),
+        ],
         "columns": [[str(c.type), c.to_pylist() if name != "p" else len(c)] for name, c in columns.items()],
-        "names": [lerobot._feature(name, values) for name, values in kinds.items()], "rows": as_rows(rows),
-    }  # fmt: skip
+        "names": [lerobot._feature(name, values) for name, values in kinds.items()],
+        "rows": as_rows(rows),
+    }
     check("episodes", "pictures", {k: on_one_scale(v) for k, v in found.items()}, DOUBLE)
 
 
@@ -175,9 +196,12 @@ def test_networks(tmp_path: Path) -> None:
     size, acts = row_size(env.single_observation_space), env.single_action_space.shape[0]
     shapes = [(7, size), (5, 7), (acts, 5)]
     network = Network(
-        rng.normal(size=size).astype("f4"), rng.uniform(0.5, 2, size).astype("f4"),
-        [rng.normal(size=s).astype("f4") / 2 for s in shapes], [rng.normal(size=s[0]).astype("f4") / 3 for s in shapes], "it",
-    )  # fmt: skip
+        rng.normal(size=size).astype("f4"),
+        rng.uniform(0.5, 2, size).astype("f4"),
+        [rng.normal(size=s).astype("f4") / 2 for s in shapes],
+        [rng.normal(size=s[0]).astype("f4") / 3 for s in shapes],
+        "it",
+    )
     network.save(tmp_path / "it.npz")
     seen = (3 * rng.normal(size=(4, size))).astype("f4")
     seen[0, 0] = 1e5

@@ -37,28 +37,54 @@ OTHERWISE: dict[str, list[dict[str, Any]]] = {
     "gps": [{"noise_density": 0.3, "horizontal_std_m": 1.7, "vertical_std_m": 2.9, "rate_hz": 4.0}],
     "depth": [{"noise_density": 0.03, "bias_std_m": 0.2, "rate_hz": 4.0}],
     "dvl": [{"beam_tilt_deg": 24.0, "sound_speed_mps": 1478.0}],
-    "altimeter": [{"beamwidth_deg": 7.0, "range_min_m": 0.7, "range_max_m": 41.0, "noise_m": 0.03,
-                   "noise_relative": 0.02}],
-    "ctd": [{"temperature_noise_density": 0.02, "temperature_bias_std": 0.3, "pressure_noise_density": 0.05,
-             "pressure_bias_std": 0.11, "rate_hz": 3.0}],
+    "altimeter": [
+        {"beamwidth_deg": 7.0, "range_min_m": 0.7, "range_max_m": 41.0, "noise_m": 0.03, "noise_relative": 0.02}
+    ],
+    "ctd": [
+        {
+            "temperature_noise_density": 0.02,
+            "temperature_bias_std": 0.3,
+            "pressure_noise_density": 0.05,
+            "pressure_bias_std": 0.11,
+            "rate_hz": 3.0,
+        }
+    ],
     **{kind: [NOISY] for kind in ("sound_velocity", "fluorometer", "oxygen", "turbidity", "current_meter")},
     "imaging_sonar": [
-        {"beams": 4, **RANGES, "scale": "db", "floor_db": -25.0, "dynamic_range_db": 31.0, "beamwidth_deg": 2.3,
-         "vertical_beamwidth_deg": 27.0, "frequency_hz": 321e3,
-         "horizontal_aperture_deg": 7.0},
+        {
+            "beams": 4,
+            **RANGES,
+            "scale": "db",
+            "floor_db": -25.0,
+            "dynamic_range_db": 31.0,
+            "beamwidth_deg": 2.3,
+            "vertical_beamwidth_deg": 27.0,
+            "frequency_hz": 321e3,
+            "horizontal_aperture_deg": 7.0,
+        },
         {"beams": 4, **RANGES, "scale": "linear", "floor_db": -9.0, "dynamic_range_db": 8.0},
     ],
     "sidescan": [{**RANGES, "scale": "db", "depression_deg": 35.0, "beamwidth_deg": 0.7}],
     "singlebeam": [{**RANGES, "scale": "linear", "beamwidth_deg": 11.0}],
     "mechanical_scanning_sonar": [{**RANGES, "scale": "unit", "beamwidth_deg": 3.3}],
-    "multibeam": [{"beams": 5, "swath_deg": 97.0, "spacing": "equidistant", "sound_speed_mps": 1478.0,
-                   "beamwidth_across_deg": 2.1, "beamwidth_along_deg": 1.4}],
+    "multibeam": [
+        {
+            "beams": 5,
+            "swath_deg": 97.0,
+            "spacing": "equidistant",
+            "sound_speed_mps": 1478.0,
+            "beamwidth_across_deg": 2.1,
+            "beamwidth_along_deg": 1.4,
+        }
+    ],
     "camera": [
-        {**SMALL, "bits": 12}, {**SMALL, "mosaic": "grbg"}, {**SMALL, "mosaic": "rggb", "bits": 12},
+        {**SMALL, "bits": 12},
+        {**SMALL, "mosaic": "grbg"},
+        {**SMALL, "mosaic": "rggb", "bits": 12},
         {**SMALL, "lens": "fisheye", "horizontal_fov_deg": 150.0, "distortion": [0.02, -0.01, 0.004, 0.003, 0.0]},
     ],
     "depth_camera": [{**SMALL, "image": True}],
-}  # fmt: skip
+}
 CASES = [(kind, k) for kind in sorted(ENCODERS) for k in range(1 + len(OTHERWISE.get(kind, [])))]
 _SHAPES = {"camera": {1: ((3,), "u2"), 2: ((), "u1"), 3: ((), "u2"), 4: ((3,), "u1")}, "depth_camera": {1: ((), "f4")}}
 
@@ -81,8 +107,9 @@ def reading(kind: str, setting: int, config: Any) -> Reading:
             one.extras["image"] = np.abs(numbers(1, 16, 18, 3, lowest=1, highest=250)).astype("u1")
     if getattr(config, "scale", "") == "db":
         one = replace(one, data=one.data * -30.0)
-    both = {name: np.concatenate([v, other(v)]) if isinstance(v, np.ndarray) else (*v, *v)
-            for name, v in one.extras.items()}  # fmt: skip
+    both = {
+        name: np.concatenate([v, other(v)]) if isinstance(v, np.ndarray) else (*v, *v) for name, v in one.extras.items()
+    }
     data = np.concatenate([one.data, other(one.data)])
     return Reading(data, data, one.t_ns, one.frame, np.array([True, True]), both)
 
@@ -144,12 +171,14 @@ def test_true_motion_plans_and_groups() -> None:
         "odometry": [deserialize(motion.ODOMETRY, row.tobytes()) for row in encode.odometry.rows(t_ns, table)],
         "transforms": [deserialize(motion.TF, row.tobytes()) for row in encode.transforms(t_ns, table)],
         "mount": deserialize(motion.TF, motion.static_message([mount])),
-        "path": [deserialize(motion.PATH, motion.path_message(corners)) for corners in (places, places[:1],
-                 np.array([[1.0, 2.0, -3.0], [1.0, 2.0, -5.0], [-4.0, 3.0, -5.0]]))],
-        "group": [deserialize(GROUP, row.tobytes()) for row in rows], "members": back,
-    }  # fmt: skip
+        "path": [
+            deserialize(motion.PATH, motion.path_message(corners))
+            for corners in (places, places[:1], np.array([[1.0, 2.0, -3.0], [1.0, 2.0, -5.0], [-4.0, 3.0, -5.0]]))
+        ],
+        "group": [deserialize(GROUP, row.tobytes()) for row in rows],
+        "members": back,
+    }
     check("messages", "motion", {name: on_one_scale(v) for name, v in found.items()}, DOUBLE)
-
 
 
 def test_structures_of_lcm() -> None:
@@ -169,8 +198,9 @@ def test_structures_of_lcm() -> None:
 
 def test_types_and_their_forms_in_json() -> None:
     found: dict[str, Any] = {}
-    services = [f"pelagos_msgs/srv/{n}_{half}" for n in ("SetControlMode", "SetOcean") for half in ("Request",
-                "Response")]  # fmt: skip
+    services = [
+        f"pelagos_msgs/srv/{n}_{half}" for n in ("SetControlMode", "SetOcean") for half in ("Request", "Response")
+    ]
     for name in (*TYPES, *services):
         told = to_json(filled(name))
         raw = serialize(name, from_json(name, told))
