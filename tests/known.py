@@ -25,6 +25,7 @@ from numpy.typing import NDArray
 FOLDER: Final = Path(__file__).parent / "numbers"
 SINGLE: Final = 1e-3
 DOUBLE: Final = 1e-5  # shares, of what is reckoned in single and in double precision
+EXACT: Final = 1e-6  # of what a few formulas give, to the digits that are kept
 _TURNS: Final = (0.0123, 0.318, 1.27, 2.71)  # rad from one value to the next
 _NUMBER: Final = re.compile(r"[-+]?\d+(?:\.\d+)?(?:[eE][-+]?\d+)?")
 _LEAST: Final = 1e-3  # a number as small as this still weighs beside large ones

@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from known import DOUBLE, check, on_one_scale
+from known import EXACT, check, on_one_scale
 from pelagos.config import limits, rate, unit, vary
 from pelagos.config.document import Document, parse_document
 from pelagos.config.loader import load_scenario, to_yaml
@@ -21,7 +21,7 @@ from pelagos.errors import PelagosError
 
 
 def known(case: str, found: dict[str, Any]) -> None:
-    check("configs", case, {name: on_one_scale(v) for name, v in found.items()}, DOUBLE)
+    check("configs", case, {name: on_one_scale(v) for name, v in found.items()}, EXACT)
 
 
 TEXT = """

@@ -14,7 +14,7 @@ from PIL import Image
 from test_bridge_golden import CONFIG, T_NS, numbers, reading_of
 from test_bridge_wire import TYPES, filled
 
-from known import DOUBLE, SINGLE, check, on_one_scale
+from known import EXACT, SINGLE, check, on_one_scale
 from pelagos.bridges.dds_types import wire_type
 from pelagos.bridges.rihs import type_hash
 from pelagos.config import registry
@@ -147,7 +147,7 @@ def test_messages_of_readings(kind: str, setting: int) -> None:
                 said[topic.suffix].append(message)
                 pictures += [] if picture is None else [picture]
     case = f"{kind} {setting}" if setting else kind
-    check("messages", case, {suffix: on_one_scale(parts) for suffix, parts in said.items()}, DOUBLE)
+    check("messages", case, {suffix: on_one_scale(parts) for suffix, parts in said.items()}, EXACT)
     if pictures:
         check("messages", f"{case}, pictures", {"blocks": pictures}, 10 * SINGLE)
 
@@ -178,7 +178,7 @@ def test_true_motion_plans_and_groups() -> None:
         "group": [deserialize(GROUP, row.tobytes()) for row in rows],
         "members": back,
     }
-    check("messages", "motion", {name: on_one_scale(v) for name, v in found.items()}, DOUBLE)
+    check("messages", "motion", {name: on_one_scale(v) for name, v in found.items()}, EXACT)
 
 
 def test_structures_of_lcm() -> None:
@@ -193,7 +193,7 @@ def test_structures_of_lcm() -> None:
         shown = b"" if kind in ("gps", "pose") else raw  # their last bits are the processor's
         found[kind] = on_one_scale([name, fields, shown, lcm.definition(name)])
     found["hashes"] = on_one_scale([str(lcm.fingerprint(n) % 1_000_003) for n in (*lcm.HOLOOCEAN, *lcm.OWN)])
-    check("messages", "structures of LCM", found, DOUBLE)
+    check("messages", "structures of LCM", found, EXACT)
 
 
 def test_types_and_their_forms_in_json() -> None:
@@ -206,4 +206,4 @@ def test_types_and_their_forms_in_json() -> None:
         raw = serialize(name, from_json(name, told))
         hashed = type_hash(name).encode() if "/msg/" in name else b""
         found[name] = on_one_scale([told, raw, hashed, wire_type(name)])
-    check("messages", "types", found, DOUBLE)
+    check("messages", "types", found, EXACT)
