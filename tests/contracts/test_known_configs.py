@@ -99,9 +99,9 @@ def test_texts_and_changes() -> None:
             ("x", 1),
         )
     ]
-    found["wrong"] = [refusal(lambda t=t: change(document(), t)) for t in WRONG_CHANGES]  # type: ignore[misc]
+    found["wrong"] = [refusal(lambda t=t: change(document(), t)) for t in WRONG_CHANGES]
     found["bad texts"] = [
-        refusal(lambda t=t: parse_document(t, "it.yaml", Path("/somewhere")))  # type: ignore[misc]
+        refusal(lambda t=t: parse_document(t, "it.yaml", Path("/somewhere")))
         for t in (
             "a: 1\nb: 2\na: 3",
             "a: {<<: 3}",
@@ -435,7 +435,7 @@ WRONG: list[tuple[str, Any]] = [
 def test_words_for_what_is_wrong() -> None:
     from pelagos.config.loader import check as checked
 
-    said = [refusal(lambda d=d, v=v: checked(changed(d, v))) for d, v in WRONG]  # type: ignore[misc]
+    said = [refusal(lambda d=d, v=v: checked(changed(d, v))) for d, v in WRONG]
     assert all(said), [case for case, text in zip(WRONG, said, strict=True) if not text]
     assert not [text for text in said if "nput should" in text]  # pydantic's words, which change
     by_key: dict[str, list[str]] = {}

@@ -8,6 +8,7 @@ import json
 import math
 import socket
 import struct
+from collections.abc import Iterator
 from datetime import UTC, datetime
 from types import SimpleNamespace
 from typing import Any
@@ -278,6 +279,21 @@ def test_what_a_helm_steers(others: dict[str, pl.Simulation], vehicle: str) -> N
     check("doors", f"helm {vehicle}", {name: on_one_scale(v) for name, v in found.items()}, NEAR)
 
 
+def damaged(packet: bytes) -> Iterator[bytes]:
+    """Cut off, and with each byte another."""
+    for at in range(len(packet)):
+        yield packet[:at]
+        yield packet[:at] + bytes([packet[at] ^ 0x11]) + packet[at + 1 :]
+        yield packet[:at] + bytes([packet[at] ^ 0x80]) + packet[at + 1 :]
+
+
+def refused(packet: bytes) -> Any:
+    try:
+        return [[m.kind, m.key, m.text, m.source] for m in unpack(packet)]
+    except ValueError:
+        return 0
+
+
 def test_packets_of_moos(others: dict[str, pl.Simulation], monkeypatch: pytest.MonkeyPatch) -> None:
     sim = others["remus100"]
     put(sim, "deep")
@@ -294,6 +310,7 @@ def test_packets_of_moos(others: dict[str, pl.Simulation], monkeypatch: pytest.M
     door.close()
     sent = [MoosMessage(NOTIFY, "A", -1.25, "", "me", 3.5, 4), MoosMessage("R", "BC", 0.5, "text", "us", -1.0, 5, True)]
     found = {"told": told, "packet": pack(sent), "read": unpack(pack(sent))}
+    found["damaged"] = [refused(bad) for bad in damaged(pack(sent))]
     check("doors", "moos", {name: on_one_scale(v) for name, v in found.items()}, NEAR)
 
 
@@ -583,8 +600,9 @@ def test_what_commands_do(rov: pl.Simulation, others: dict[str, pl.Simulation], 
     found: dict[str, Any] = {}
     for topic, (kind, make_order) in command_topics(sim, "a").items():
         done: list[Any] = []
+        inbox = Inbox(sim)
         for said in SAID[kind]:
-            inbox = Inbox(sim)
+            sim.step(ticks=5)  # a heading moves on with the time between two velocities
             try:
                 order = make_order(deserialize(kind, serialize(kind, from_json(kind, said))))
             except ValueError:

@@ -433,7 +433,7 @@ def test_an_instruments_door(sim: pl.Simulation) -> None:
     found: dict[str, Any] = {
         "listens": [c.listens() for c in made],
         "checked": [complaint(lambda c=c: c.check(sim)) for c in made],
-    }  # type: ignore[misc]
+    }
     exchange = Exchange(sim, rate_hz=20.0)
     said = InstrumentConfig(
         type="instrument", protocol="waterlinked_serial", sensors=("dvl",), port="udp-server:0"
@@ -521,7 +521,7 @@ def test_recordings_played_copied_and_repeated(sim: pl.Simulation, tmp_path: Pat
         ]
     found["wrong"] = [
         complaint(lambda k=k: Part(path, **k)).partition("it.mcap")[2]
-        for k in (  # type: ignore[misc]
+        for k in (
             {"start_s": 5.0},
             {"only": ("/b",)},
         )
