@@ -25,6 +25,9 @@ DECORATION = re.compile(r"(memory|chunk|bytes?_|_bytes|budget|warn\w*\()", re.IG
 FOLDERS = ("unit", "verification", "cross_code", "contracts", "compat")
 KNOWN = {
     "company": ("acoustics", "contact", "navigation", "sensors", "sim"),
+    "configs": ("config",),
+    "doors": ("bridges", "messages"),
+    "episodes": ("envs",),
     "sensors": ("acoustics", "optics", "raycast", "sensors", "world", "ocean"),
     "vehicles": ("contact", "hydro", "navigation", "sim", "vehicles", "ocean"),
     "worlds": ("ocean", "raycast", "world"),

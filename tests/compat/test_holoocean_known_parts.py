@@ -498,6 +498,11 @@ def scenario_of(more):
         },
         {"sensor_type": "DVLSensor", "configuration": {"Elevation": 25.0, "MaxRange": 31.0, "VelSigma": 0.02}},
         {"sensor_type": "GPSSensor", "configuration": {"Sigma": 0.4}, "Hz": 20},
+        {
+            "sensor_type": "RaycastLidar",
+            "Hz": 10,
+            "configuration": {"RandomSeed": 7, "Channels": 4, "PointsPerSecond": 400},
+        },
         {"sensor_type": "DepthSensor"},
         {"sensor_type": "PoseSensor", "Hz": 10},
         {"sensor_type": "MagnetometerSensor"},
@@ -614,6 +619,11 @@ def test_surroundings():
         moves.append(copy.deepcopy(a.native_place()))
         a.teleport(location=[5.0, 10.0, -3.0])
         moves.append(copy.deepcopy(a.native_place()))
+        env.tide_cycle.set_amplitude(1.2)
+        env.tide_cycle.set_period(7.0)
+        env.tide_cycle.set_active(True)
+        env.tick(3)
+        found["tide"] = [env.sea_level, env._lead, env._native["ocean"]["tide"], env.tide_cycle.get_height()]
         found["moves"] = [moves, env.tick()["auv0"]["PoseSensor"], env.info()]
     known("surroundings", found, DOUBLE)
 

@@ -164,6 +164,7 @@ def test_what_autopilots_are_told(rov: pl.Simulation, state: str, free_port: int
     link.answer(rov)
     rov.step(ticks=8)
     link.answer(rov)
+    door.send(rov, ())
     messages = [px4._sensor(motion, 4_000_123), px4._gps(motion, 4_000_123), px4._truth(motion, 4_000_123)]
     found = {
         "motion": [motion, motion.euler],

@@ -22,6 +22,7 @@ import pelagos as pl
 from known import DOUBLE, EXACT, check, on_one_scale
 from pelagos.bridges import zenoh_transport
 from pelagos.bridges.clerk import Clerk
+from pelagos.bridges.dds import DdsTransport
 from pelagos.bridges.dds_graph import Graph
 from pelagos.bridges.exchange import Exchange
 from pelagos.bridges.foxglove_transport import FoxgloveTransport, _listener
@@ -213,6 +214,31 @@ def test_the_graph_of_dds(size: int) -> None:
 
 
 ANSWERS = 23  # of rosbridge, to all that its client says below
+
+
+def test_services_over_dds() -> None:
+    """The header of a request, between the encapsulation and its fields, goes back with the answer."""
+    door, sent, announced = object.__new__(DdsTransport), list[Any](), list[Any]()
+    takes: list[Callable[[bytes], None]] = []
+    door.troubles, door._clerks = Counter(), []
+    door._graph = SimpleNamespace(add_writer=lambda guid: announced.append(guid))  # type: ignore[assignment]
+    writer = SimpleNamespace(guid=SimpleNamespace(bytes=b"guid"))
+
+    def written(topic: str, type_name: str, qos: Qos, *, framed: bool) -> Any:
+        announced.append([topic, type_name, qos, framed])
+        return writer
+
+    def listened(topic: str, type_name: str, take: Any, qos: Qos, *, framed: bool) -> None:
+        announced.append([topic, type_name, qos, framed])
+        takes.append(take)
+
+    door._writer, door._listen = written, listened  # type: ignore[method-assign,assignment]
+    door._sender = lambda made: lambda raw, t_ns: sent.append([raw, t_ns])  # type: ignore[method-assign]
+    door.serve("/ask", "std_srvs/srv/SetBool", lambda raw: raw[:4] + raw[4:][::-1] + b"!")
+    takes[0](bytes(range(40)))
+    settled(lambda: sent)
+    door._clerks[0].close()
+    known("services over DDS", {"sent": sent, "announced": announced})
 
 
 def test_what_rosbridges_clients_are_told() -> None:
