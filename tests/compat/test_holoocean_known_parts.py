@@ -738,3 +738,16 @@ def test_packages_and_scenarios_that_come_along(capsys, monkeypatch, tmp_path):
         )
         starts[world] = make(scenario_cfg=scenario, ticks_per_sec=70, seed=9)
     known("packages", {"told": told, "scenarios": scenarios, "made": starts, "random": random.Random(3).random()})
+
+
+def test_a_tide_that_goes_from_the_beginning():
+    """Its phase counts from the script's first tick, sensors of several rates or not."""
+    sensors = [{"sensor_type": "DepthSensor", "Hz": 7}, {"sensor_type": "IMUSensor", "Hz": 20}]
+    tide = {"active": True, "amplitude": 1.2, "frequency": 400}
+    with opened(agent("HoveringAUV", sensors), seed=4, ticks_per_sec=60, tide_cycle=tide) as env:
+        found = [env._lead, env._native["ocean"]["tide"], env.sea_level]
+        found += [[env.tick()["t"], env.sea_level] for _ in range(4)]
+        env.tide_cycle.set_frequency(300)
+        env.tick(2)
+        found += [env._lead, env._native["ocean"]["tide"], env.sea_level]
+    known("a tide", {"found": found}, DOUBLE)
