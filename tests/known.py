@@ -55,7 +55,7 @@ def check(file: str, case: str, found: Mapping[str, Any], share: float = SINGLE)
     assert not wrong, f"{case}, known and found: {wrong}"
 
 
-def on_one_scale(value: Any) -> np.ndarray[Any, Any]:
+def on_one_scale(value: Any) -> NDArray[np.float64]:
     """All numbers and texts within anything made of parts, in order: asinh(x / 0.001), so that a magnetic field weighs
     beside a position. A text is the numbers in it and a checksum of the rest, bytes are a checksum.
     """
