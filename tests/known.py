@@ -34,7 +34,7 @@ _LEAST: Final = 1e-3  # a number as small as this still weighs beside large ones
 def flat(parts: Iterable[Any]) -> NDArray[np.float64]:
     """All values of some arrays, end to end, the large ones beside the small: arsinh of a thousand times each."""
     rows = [np.ravel(np.asarray(part)).astype(np.float64) for part in parts]
-    return np.arcsinh(1e3 * np.concatenate(rows))
+    return np.arcsinh(np.concatenate(rows) / _LEAST)
 
 
 def check(file: str, case: str, found: Mapping[str, Any], share: float = SINGLE) -> None:
