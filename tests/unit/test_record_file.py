@@ -295,3 +295,13 @@ def test_writing_after_the_end_is_refused(tmp_path: Path) -> None:
     with pytest.raises(RecordingError, match="was closed"):
         write(r, range(1000))
     assert Recording(tmp_path / "a.mcap").complete
+
+
+@pytest.mark.parametrize(("copies", "agent"), [(1, "envoy"), (1, "auv0"), (3, "auv0")])
+def test_the_first_copy_has_its_topics_whatever_agents_are_named(copies: int, agent: str, tmp_path: Path) -> None:
+    with Recorder(tmp_path / "it.mcap", "", 1, {agent: {}}, None, (45.0, 12.5), 50_000_000, copies=copies) as recorder:
+        still = (np.zeros((copies, 3)), np.tile([1.0, 0.0, 0.0, 0.0], (copies, 1)), *np.zeros((2, copies, 3)))
+        recorder.write_truth(agent, 0, *still)
+    recording = Recording(tmp_path / "it.mcap")
+    of_first = [t for t in recording.topics("/truth") if recording.of_first(t)]
+    assert of_first == [f"/{agent}/truth" if copies == 1 else f"/env0/{agent}/truth"]

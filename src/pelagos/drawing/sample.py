@@ -1,6 +1,6 @@
 """One reading as people see it: a picture, a line of a waterfall, points in space, numbers.
 
-The same for a reading of a simulation and for a message of a recording (`drawing/recorded.py`).
+The same for a reading of a simulation and for a message of a recording (`viewer/recorded.py`).
 """
 
 from __future__ import annotations

@@ -25,7 +25,7 @@ def packets_of(recording: Recording) -> list[dict[str, Any]]:
     """Fate of every packet at every receiver of the first copy, in order of time."""
     found: list[dict[str, Any]] = []
     for topic in recording.channels:
-        if topic.endswith(f"/{PACKETS}") and not topic.startswith("/env"):
+        if topic.endswith(f"/{PACKETS}") and recording.of_first(topic):
             for message in recording.messages(topic):
                 found += json.loads(message.message.data)
     return sorted(found, key=lambda line: (line["time_ns"], line["receiver"]))

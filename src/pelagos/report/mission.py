@@ -140,8 +140,7 @@ _IDENTITY = (np.zeros(3), np.array([1.0, 0.0, 0.0, 0.0]))
 
 def missions(recording: Recording) -> list[Mission]:
     """The agents of a recording: of the first copy, where a fleet was recorded."""
-    names = [t[1 : -len("/truth")] for t in recording.topics("/truth")]
-    return [Mission(recording, name) for name in names if not name.startswith("env") or name.startswith("env0/")]
+    return [Mission(recording, t[1 : -len("/truth")]) for t in recording.topics("/truth") if recording.of_first(t)]
 
 
 def _interpolated(

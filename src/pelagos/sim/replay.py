@@ -111,6 +111,11 @@ class Recording:
             if name.endswith(suffix) and (type is None or c.type == type) and self.count(name)
         ]  # fmt: skip
 
+    def of_first(self, topic: str) -> bool:
+        """Whether a topic is of the first copy, or of none: of many copies, "/env3/auv0/imu" is of another."""
+        alone = self.metadata.get("copies") == "1"  # agents may be named as they like
+        return alone or not topic.startswith("/env") or topic.startswith("/env0/")
+
     def count(self, topic: str) -> int:
         """Number of messages of a topic."""
         if topic in self._group_of and topic not in self._messages:

@@ -56,7 +56,7 @@ def planned(recording: Recording) -> dict[str, NDArray[np.float64]]:
     """Corners of the planned ways `(k, 3)` NWU [m] by agent, the start first, as the recording says them."""
     found = {}
     for topic in recording.topics("/plan", type=PATH):
-        if topic.startswith("/env") and not topic.startswith("/env0/"):
+        if not recording.of_first(topic):
             continue
         places = [p.pose.position for p in recording.message(topic, 0).message.poses]
         if len(places) > 1:

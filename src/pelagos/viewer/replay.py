@@ -53,11 +53,11 @@ class Replay:
         speed: float = 1.0,
     ) -> None:  # fmt: skip
         self._recording, self._sensors, self._world = recording, sensors, world
-        topics = [t for t in recording.topics("/truth") if not t.startswith("/env") or t.startswith("/env0/")]
+        topics = [t for t in recording.topics("/truth") if recording.of_first(t)]
         if not topics:
             raise NoRecording(f"{recording.path}: this recording has no poses (no topic ends in /truth)")
         self.courses = {t.split("/")[-2]: course(recording, t) for t in topics}
-        known = [t for t in recording.topics("/navigation") if not t.startswith("/env") or t.startswith("/env0/")]
+        known = [t for t in recording.topics("/navigation") if recording.of_first(t)]
         self._known = {t.split("/")[-2]: course(recording, t) for t in known}
         bodies = [t for t in recording.topics("/odometry") if t.startswith(("/movers/", "/props/", "/env0/props/"))]
         self._movers = {t.split("/")[-2]: course(recording, t) for t in bodies}
@@ -150,7 +150,7 @@ class Replay:
         found: dict[str, str] = {}
         for topic, channel in self._recording.channels.items():
             name = f"{topic_name(channel.about.get('agent', ''))}.{channel.about.get('sensor', '')}"
-            if name not in self._sensors or (topic.startswith("/env") and not topic.startswith("/env0/")):
+            if name not in self._sensors or not self._recording.of_first(topic):
                 continue
             ends = WANTED.get(self._sensors[name].type)
             if self._recording.count(topic) and (name not in found if ends is None else topic.endswith(ends)):
