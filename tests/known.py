@@ -5,7 +5,8 @@ They are our own: that they are right is proven in `tests/verification` and `tes
 
 Of an array of any size seven numbers are kept: how many of its values are finite, their mean and standard deviation,
 and four sums over them with weights that change from place to place, so that a part that moved is seen too. They may
-differ by a share of mean and deviation: other processors round single precision another way.
+differ by a share of mean and deviation: other processors round single precision another way. Of a text the words are
+kept as they are; numbers in it may differ as much.
 """
 
 from __future__ import annotations
@@ -27,6 +28,7 @@ SINGLE: Final = 1e-3
 DOUBLE: Final = 1e-5  # shares, of what is reckoned in single and in double precision
 EXACT: Final = 1e-6  # of what a few formulas give, to the digits that are kept
 _TURNS: Final = (0.0123, 0.318, 1.27, 2.71)  # rad from one value to the next
+NUMBER: Final = re.compile(r"(?<![\w#.])[-+]?\d[\d,]*\.?\d*(?:e[-+]?\d+)?")
 _NUMBER: Final = re.compile(r"[-+]?\d+(?:\.\d+)?(?:[eE][-+]?\d+)?")
 _LEAST: Final = 1e-3  # a number as small as this still weighs beside large ones
 
@@ -94,11 +96,15 @@ def _checksum(raw: Any) -> float:
     return zlib.crc32(raw) / 2.0**31 - 1.0
 
 
-def _lines(case: Mapping[str, list[float]]) -> str:
-    return ",\n".join(f"  {json.dumps(name)}: {json.dumps(values)}" for name, values in case.items())
+def _lines(case: Mapping[str, Any]) -> str:
+    return ",\n".join(
+        f"  {json.dumps(name)}: {json.dumps(values, ensure_ascii=False)}" for name, values in case.items()
+    )
 
 
-def _summary(values: Any) -> list[float]:
+def _summary(values: Any) -> list[float] | str:
+    if isinstance(values, str):
+        return values
     array = np.ravel(np.asarray(values))
     flat = (np.concatenate([array.real, array.imag]) if np.iscomplexobj(array) else array).astype(np.float64)
     finite = np.isfinite(flat)
@@ -109,10 +115,24 @@ def _summary(values: Any) -> list[float]:
     return [float(finite.sum()), *(float(f"{v:.7g}") for v in (kept.mean(), kept.std(), *sums))]
 
 
-def _alike(known: list[float], found: list[float], share: float) -> bool:
+def _alike(known: Any, found: Any, share: float) -> bool:
+    if isinstance(known, str):
+        return isinstance(found, str) and _same_text(known, found, share)
     if len(known) != len(found) or known[0] != found[0]:
         return False
     if len(known) == 2:
         return known == found
     size = abs(known[1]) + known[2]
     return all(abs(a - b) <= share * size + 1e-9 for a, b in zip(known[1:], found[1:], strict=True))
+
+
+def _same_text(known: str, found: str, share: float) -> bool:
+    """Whether words are the same, and numbers but for a share and one of their last digit."""
+    if NUMBER.sub("0", known) != NUMBER.sub("0", found):
+        return False
+    for a, b in zip(NUMBER.findall(known), NUMBER.findall(found), strict=True):
+        last = 10.0 ** -len(a.partition("e")[0].partition(".")[2]) if "." in a else 0.0
+        one, other = (float(v.replace(",", "")) for v in (a, b))
+        if abs(one - other) > share * abs(one) + 1.01 * last:
+            return False
+    return True
