@@ -108,7 +108,7 @@ TURNS = {"port": (90.0, 0.0, 0.0), "starboard": (-90.0, 0.0, 0.0), "down": (0.0,
 def world() -> Any:
     slope = {"kind": "ridges", "relief_m": 4.3, "wavelength_m": 71.0, "heading_deg": -35.0, "roughness_m": 0.0}
     keys = {"type": "generated", "size_m": [200, 160], "grid_m": 2.0, "depth_m": 26.0, "seed": 4, "terrain": slope}
-    pipe = {"kind": "pipeline", "at_m": [[-70.0, 20.0], [0.0, 27.0], [60.0, 5.0]]}
+    pipe = {"kind": "pipeline"}
     return build_world(world_config({**keys, "latitude_deg": 45.0, "longitude_deg": 13.0, "objects": [pipe]}))
 
 
@@ -130,16 +130,19 @@ class Copies:
             self.place[:, 2] = [30.0, 22.0, 41.0]
         self.way, self.speed = np.zeros((3, 3)), np.array([0.7, 0.2, 1.1])
 
+    def ground(self) -> Any:
+        """Beneath each; outside of the world far below."""
+        return np.nan_to_num(self.world.height(self.place[:, 0], self.place[:, 1]), nan=-90.0)
+
     def aboard(self) -> Aboard:
         """A wall west of the first copies runs askew; the other vehicle goes on a bend and stops."""
         t = min(self.t_s, 70.0)
         other = np.array([[12.0 + 0.3 * t, 5.0 - 0.2 * t, -5.0 - 0.01 * t]] * 3) + START[::-1] * 0.4
         moves = np.array([[0.3, -0.2, -0.01]] * 3) * (self.t_s < 70.0)
-        ground = self.world.height(self.place[:, 0], self.place[:, 1])
         away = [np.abs(self.place @ [0.28, 0.96, 0.0] - side * 40.0)[:, None] for side in (1, -1)]
         heat = np.stack([-self.place[:, 0] / 9, self.place[:, 1] / 9 + self.t_s / 20], axis=1)
         return Aboard(
-            Fix(self.place.copy(), self.heading.copy(), self.way.copy()), self.t_s, DT, self.place[:, 2] - ground,
+            Fix(self.place.copy(), self.heading.copy(), self.way.copy()), self.t_s, DT, self.place[:, 2] - self.ground(),
             np.array([self.t_s % 3 < 1, self.t_s % 5 < 1, False]), readings={"port": away[0], "starboard": away[1],
             "heat": heat}, others={"other": Fix(other, 0.3 + 0.02 * t + HEADING, moves)},
         )  # fmt: skip
@@ -160,7 +163,7 @@ class Copies:
             self.place[:, 2] += np.clip(-depth - self.place[:, 2], -SINK, SINK)
             if self.family == "glider":
                 self.place[:, 2] = np.minimum(self.place[:, 2], -0.1 * (depth > 0))
-        self.place[:, 2] = np.maximum(self.place[:, 2], self.world.height(self.place[:, 0], self.place[:, 1]) + 0.1)
+        self.place[:, 2] = np.maximum(self.place[:, 2], self.ground() + 0.1)
         self.way, self.t_s = (self.place - before) / DT, self.t_s + DT
 
 
@@ -192,7 +195,7 @@ def test_missions(name: str, world: Any) -> None:
         truth = Aboard(Fix(copies.place + error, copies.heading + 0.05 * (k > 200), copies.way), aboard.t_s, DT,
                        aboard.altitude, aboard.fixed)  # fmt: skip
         told.append(guidance.command(aboard, truth if k > 200 else None))
-        if k == 150:
+        if k == 40:
             kept = guidance.memory()
         way.append(copies.place.copy())
         copies.obey(dict(zip(names, told[-1].T, strict=True)))
