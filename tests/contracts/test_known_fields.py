@@ -24,6 +24,8 @@ from pelagos.ocean.grid_data import Windows
 from pelagos.ocean.hull_load import hull_load, make_hull
 from pelagos.ocean.netcdf import read_grid
 from pelagos.ocean.site import Site
+from pelagos.ocean.sky import SunConfig
+from pelagos.ocean.waves import patch
 
 xarray = pytest.importorskip("xarray")
 pytest.importorskip("netCDF4")
@@ -141,7 +143,7 @@ def stretched(levels: Any) -> Any:
 def roms(kind: str) -> Any:
     """Velocities on their own points along a turned grid, on levels that follow ground and surface."""
     rows, columns = 11, 13
-    level, values = ("s_w", FACES) if kind == "faces" else ("sigma", S) if kind == "sigma" else ("s_rho", S)
+    level, values = {"faces": ("s_w", FACES), "sigma": ("sigma", S), "first": ("sc_r", S)}.get(kind, ("s_rho", S))
     form = 1 if kind == "first" else 2
     variables: dict[str, Any] = {}
     for grid, (dj, di, nj, ni) in {
@@ -191,8 +193,10 @@ def nemo() -> Any:
 def test_curved_grids_that_are_read(case: str, tmp_path: Path) -> None:
     path = tmp_path / "sea.nc"
     (nemo() if case == "nemo" else roms(case)).to_netcdf(path)
-    near = Windows(13.0, (44.99, 45.02, 12.96, 13.04), None)
-    found = {f"{where} {part}": values for where, windows in (("all", Windows(13.0, None, None)), ("near", near))
+    windows = {"near": Windows(13.0, (44.99, 45.02, 12.96, 13.04), None)}
+    if case in ("first", "nemo"):
+        windows["all"] = Windows(13.0, None, None)
+    found = {f"{where} {part}": values for where, windows in windows.items()
              for part, values in arrays(read_grid(path, WANTED, start="2024-05-01T04:00", windows=windows)).items()}  # fmt: skip
     check("fields", f"curved {case}", found, DOUBLE)
 
@@ -257,3 +261,41 @@ def test_the_load_of_a_sea_on_a_hull(sea: str) -> None:
         position, attitude = (dr.opaque(t, v) for t, v in ((jit.Array3f64, place), (jit.Array4f64, [0.31, -0.22, 0.4, 0.84])))
         loads.append([np.ravel(v) for v in hull_load(ocean, hull, position, attitude, dr.opaque(jit.Float64, 2.7))])
     check("fields", f"a hull, {sea}", {str(k): np.concatenate(v) for k, v in enumerate(loads)}, DOUBLE)
+
+
+@pytest.mark.parametrize("depth", [None, 17.0])
+def test_sharp_crests_drift_and_foam(depth: float | None) -> None:
+    """A sea and a swell, deep and shallow, asked for everything at places of both signs."""
+    systems = [
+        {"type": "jonswap", "significant_height_m": 1.1, "peak_period_s": 5.1, "towards_deg": 40.0, "spreading": 7.0,
+         "components_count": 21, "gamma": 2.2},
+        {"type": "regular", "height_m": 0.5, "period_s": 8.0, "towards_deg": -110.0, "phase_deg": 65.0},
+    ]  # fmt: skip
+    tide = {"period_h": 5.0, "amplitude_m": 0.8, "phase_deg": 40.0}
+    config = OceanConfig.model_validate({"waves": systems, "waves_depth_m": depth, "tide": [tide], "wind": {"speed_mps": 11.0}})
+    ocean = build_ocean(config, seed=4)
+    waves: Any = ocean.waves
+    rng = np.random.default_rng(7)
+    x, y, t = (jit.Float64(v) for v in rng.uniform(-60, 60, (3, 40)))
+    z = jit.Float64(rng.uniform(-9, 1.5, 40))
+    place = jit.Array3f64(x, y, z)
+    sharp, still = waves.surface_point(x, y, t, choppiness=0.7), ocean.wave_motion(place, t, stretch=False)
+    motion: Any = ocean.wave_motion(place, t)
+    slender: Any = ocean.waves_along((x, y, z), tuple(jit.Float64(v) for v in (0.64, -0.48, 0.6)), 3.3, t)
+    found = {
+        "sharp": [np.array(v) for v in vars(sharp).values() if np.shape(np.array(v)) == (3, 40)], "drift": waves.drift(z),
+        "pressure": ocean.pressure(place, t), "slope": np.array(waves.slope(x, y, t)), "foam": ocean.foam(x, y, t),
+        "height": ocean.elevation(x, y, t), "flow": motion.velocity, "gain": motion.acceleration,
+        "unstretched": None if still is None else still.velocity, "table": waves.table,
+        "patch": patch(np.reshape(waves.table, (-1, 8)), np.linspace(-9, 14, 7), np.linspace(-20, 3, 5), 2.7),
+        "along": [np.array(v) for v in vars(slender).values() if np.shape(np.array(v)) == (3, 40)],
+    }  # fmt: skip
+    check("fields", f"waves {depth or 'deep'}", {name: np.array(v) for name, v in found.items()}, DOUBLE)
+
+
+def test_where_the_sun_stands() -> None:
+    found = []
+    for time in ("2026-06-21T09:00:00Z", "2026-12-03T17:30:00+02:00", "2025-03-20T23:10:00-05:00"):
+        for place in (GeoOrigin(44.3, 9.2), GeoOrigin(-33.0, 151.0), GeoOrigin(68.0, -21.0)):
+            found.append(SunConfig.model_validate({"time": time}).angles(place))
+    check("fields", "the sun", {"angles": found}, DOUBLE)

@@ -139,7 +139,8 @@ def text_in_degrees(t: Path) -> Any:
     lines = [f"{k};{13 + p[1] / 8e4:.7f};{-h / FOOT:.4f};{44 + p[0] / 1.1e5:.7f}".replace(".", ",")
              for k, (p, h) in enumerate(zip(PLACES, HEIGHT, strict=True))]  # fmt: skip
     (t / "a.csv").write_text("no;longitude;depth ft;latitude\n" + "\n".join(lines) + "\n700;13,001;;44,001\n")
-    return {"path": t / "a.csv", "resolution_m": 2.6, "detail": {"seed": 8}}
+    return {"path": t / "a.csv", "resolution_m": 2.6, "detail": {"seed": 8},
+            "latitude_range_deg": (44.0005, 44.0031), "longitude_range_deg": (13.0006, 13.0031)}
 
 
 def text_of_columns(t: Path) -> Any:
@@ -181,7 +182,7 @@ def test_survey_files(case: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
     x, y = low[:, None] + (high - low)[:, None] * np.random.default_rng(3).uniform(0.02, 0.98, (2, 60))
     found = {
         "heights": ground.z, "shape": ground.z.shape, "bounds": ground.bounds, "between": world.height(x, y),
-        "normals": ground.normals(), "origin": [world.origin.latitude, world.origin.longitude],
+        "bends": [*np.diff(ground.z, 2, axis=0).ravel(), *np.diff(ground.z, 2, axis=1).ravel()], "normals": ground.normals(), "origin": [world.origin.latitude, world.origin.longitude],
         "notes": [len(world.notes), *numbers_in(world.notes)],
     }  # fmt: skip
     check("surveys", case, found, DOUBLE)
@@ -200,7 +201,7 @@ PATCHES = {
                {"centre_m": [-500.0, 90.0], "size_m": [90.0, 60.0], "resolution_m": 5.0, "path": "inset.npy"}],
     "fields": [{"centre_m": [-200.0, 140.0], "size_m": [90.0, 60.0], "seed": 4,
                 "exclude": [{"at_m": [12.0, -7.0], "radius_m": 15.0}, {"at_m": [-20.0, 9.0], "size_m": [14.0, 6.0]}],
-                "objects": [{"kind": "boulder", "count": 5, "size_m": [2, 4]},
+                "objects": [{"kind": "boulder", "count": 16, "size_m": [1, 2]},
                             {"kind": "barrel", "at_m": [[10.0, -20.0], [-14.0, 5.0]]}]},
                {"centre_deg": [44.0021, 9.0031], "size_m": [80.0, 50.0], "objects": [{"kind": "barrel",
                 "at_m": [[3.0, -4.0]]}]}],
