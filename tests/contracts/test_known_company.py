@@ -117,7 +117,7 @@ def test_followers_and_collisions() -> None:
     }  # fmt: skip
     tail = {
         "vehicle": "bluerov2_heavy", "start": {"position_m": [-3.0, 2.5], "depth_m": 4.5},
-        "mission": [{"type": "follow", "agent": "lead", "distance_m": 2.5, "seconds": 40.0}],
+        "mission": [{"type": "follow", "agent": "lead", "seconds": 40.0}],
     }  # fmt: skip
     drift = {"vehicle": "hovering_auv", "control": "actuators"}
     agents = {

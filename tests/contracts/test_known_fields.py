@@ -40,7 +40,7 @@ UNITS = {"u": "m s-1", "v": "m s-1", "w": "m s-1", "temp": "degC", "salt": "1"}
 
 def flow(name: str, hour: Any, depth: Any, lat: Any, lon: Any) -> Any:
     """Unlike in every direction, and never linear."""
-    k = "u v w temp salt".split().index(name)
+    k = list(UNITS).index(name)
     size, mean = ([0.4, 0.3, 0.02, 3.0, 1.5][k], [0.1, -0.2, 0.003, 14.0, 34.0][k])
     turn = 31 * (lat - 45) * (1 + 0.2 * k) + 17 * (lon - 13) + 0.02 * depth + 0.11 * hour + k
     return mean + size * np.sin(turn) * np.exp(-depth / (40.0 + 7 * k)) + 0.1 * size * (lon - 13) ** 2 * hour
@@ -121,7 +121,8 @@ def test_grids_that_are_read(case: str, tmp_path: Path) -> None:
     up = [("up", "w")] if case != "potential" else []
     far = Windows(193.0, None, None) if case == "around the world" else Windows(13.0, None, None)
     found = {f"{where} {part}": values for where, windows, wanted in (("all", far, [*WANTED, *up]), ("near", NEAR,
-             WANTED[:3])) for part, values in arrays(read_grid(path, wanted, start=start, windows=windows)).items()}  # fmt: skip
+             WANTED[:3])) for part, values in arrays(read_grid(path, wanted, start=start,
+                 windows=windows)).items()}  # fmt: skip
     check("fields", case, found, DOUBLE)
 
 
@@ -132,7 +133,10 @@ FACES = np.linspace(-1.0, 0.0, 8)
 def bent(j: Any, i: Any) -> tuple[Any, Any]:
     """Latitude and longitude of fractional rows and columns of a grid that is turned, sheared and curved."""
     j, i = np.asarray(j, dtype=float), np.asarray(i, dtype=float)
-    y, x = 0.011 * (j - 5.2) + 0.0013 * np.sin(1.3 * i + 0.4 * j), 0.013 * (i - 6.1) + 0.0021 * np.cos(0.9 * j - 0.3 * i)
+    y, x = (
+        0.011 * (j - 5.2) + 0.0013 * np.sin(1.3 * i + 0.4 * j),
+        0.013 * (i - 6.1) + 0.0021 * np.cos(0.9 * j - 0.3 * i),
+    )
     return 45.0 + 0.4 * x + 0.9 * y, 13.0 + 1.3 * x - 0.5 * y + 0.8 * x * y
 
 
@@ -197,7 +201,8 @@ def test_curved_grids_that_are_read(case: str, tmp_path: Path) -> None:
     if case in ("first", "nemo"):
         windows["all"] = Windows(13.0, None, None)
     found = {f"{where} {part}": values for where, windows in windows.items()
-             for part, values in arrays(read_grid(path, WANTED, start="2024-05-01T04:00", windows=windows)).items()}  # fmt: skip
+             for part, values in arrays(read_grid(path, WANTED, start="2024-05-01T04:00",
+                 windows=windows)).items()}  # fmt: skip
     check("fields", f"curved {case}", found, DOUBLE)
 
 
@@ -214,7 +219,8 @@ def test_fields_in_an_ocean(tmp_path: Path) -> None:
     for outside in ("clamp", "fade", "error"):
         gridded = {"type": "gridded", "file": str(path), "outside": outside, "start": "2024-05-01T02:30"}
         sea = {"currents": {**gridded, "up_variable": "w"}, "temperature_c": [{**gridded, "quantity": "temperature"}],
-               "salinity": [{**gridded, "quantity": "salinity"}], "tracers": {"dye": [{**gridded, "quantity": "w"}]}}  # fmt: skip
+               "salinity": [{**gridded, "quantity": "salinity"}], "tracers": {"dye": [{**gridded,
+               "quantity": "w"}]}}  # fmt: skip
         config = OceanConfig.model_validate(sea)
         check_files(config, Site(ORIGIN, (low, high)))
         with warnings.catch_warnings():
@@ -258,7 +264,9 @@ def test_the_load_of_a_sea_on_a_hull(sea: str) -> None:
     hull = make_hull(corners, faces)
     loads = []
     for place in ([13.0, -8.0, -0.1], [4.0, 9.0, 0.4], [4.0, 9.0, -3.0]):
-        position, attitude = (dr.opaque(t, v) for t, v in ((jit.Array3f64, place), (jit.Array4f64, [0.31, -0.22, 0.4, 0.84])))
+        position, attitude = (
+            dr.opaque(t, v) for t, v in ((jit.Array3f64, place), (jit.Array4f64, [0.31, -0.22, 0.4, 0.84]))
+        )
         loads.append([np.ravel(v) for v in hull_load(ocean, hull, position, attitude, dr.opaque(jit.Float64, 2.7))])
     check("fields", f"a hull, {sea}", {str(k): np.concatenate(v) for k, v in enumerate(loads)}, DOUBLE)
 
@@ -272,7 +280,9 @@ def test_sharp_crests_drift_and_foam(depth: float | None) -> None:
         {"type": "regular", "height_m": 0.5, "period_s": 8.0, "towards_deg": -110.0, "phase_deg": 65.0},
     ]  # fmt: skip
     tide = {"period_h": 5.0, "amplitude_m": 0.8, "phase_deg": 40.0}
-    config = OceanConfig.model_validate({"waves": systems, "waves_depth_m": depth, "tide": [tide], "wind": {"speed_mps": 11.0}})
+    config = OceanConfig.model_validate(
+        {"waves": systems, "waves_depth_m": depth, "tide": [tide], "wind": {"speed_mps": 11.0}}
+    )
     ocean = build_ocean(config, seed=4)
     waves: Any = ocean.waves
     rng = np.random.default_rng(7)
@@ -283,7 +293,8 @@ def test_sharp_crests_drift_and_foam(depth: float | None) -> None:
     motion: Any = ocean.wave_motion(place, t)
     slender: Any = ocean.waves_along((x, y, z), tuple(jit.Float64(v) for v in (0.64, -0.48, 0.6)), 3.3, t)
     found = {
-        "sharp": [np.array(v) for v in vars(sharp).values() if np.shape(np.array(v)) == (3, 40)], "drift": waves.drift(z),
+        "sharp": [np.array(v) for v in vars(sharp).values() if np.shape(np.array(v)) == (3, 40)],
+        "drift": waves.drift(z),
         "pressure": ocean.pressure(place, t), "slope": np.array(waves.slope(x, y, t)), "foam": ocean.foam(x, y, t),
         "height": ocean.elevation(x, y, t), "flow": motion.velocity, "gain": motion.acceleration,
         "unstretched": None if still is None else still.velocity, "table": waves.table,

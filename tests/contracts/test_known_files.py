@@ -38,29 +38,38 @@ THINGS = [
      10, -20, 35], "material": "steel", "repeat": 3, "step_m": [4.0, -3.0, 0.5]},
     {"shape": "file", "path": "boat.stl", "at_m": [-8.0, 3.0, -5.0], "scale": 1.4, "up": "y", "orientation_deg": [0, 30,
      -70]},
-    {"shape": "corner_reflector", "at_m": [-3.0, -7.0, -4.0], "size_m": [2.1, 2.1, 2.1], "orientation_deg": [5, -40, 20]},
-    {"shape": "cylinder", "at_deg": [45.00006, 12.99991], "at_m": [0, 0, -5.0], "size_m": [1, 2, 3], "smooth_deg": None},
+    {"shape": "corner_reflector", "at_m": [-3.0, -7.0, -4.0], "size_m": [2.1, 2.1, 2.1], "orientation_deg": [5, -40,
+    20]},
+    {"shape": "cylinder", "at_deg": [45.00006, 12.99991], "at_m": [0, 0, -5.0], "size_m": [1, 2, 3],
+    "smooth_deg": None},
     {"shape": "file", "path": "arm.urdf", "at_m": [11.0, 6.0, -6.0]},
 ]  # fmt: skip
 URDF = """<robot name="arm"><material name="m"/>
-<link name="base"><visual><origin xyz="0.1 -0.2 0.3" rpy="0.2 -0.4 0.9"/><geometry><box size="1 0.6 0.4"/></geometry></visual>
+<link name="base"><visual><origin xyz="0.1 -0.2 0.3" rpy="0.2 -0.4 0.9"/><geometry><box size="1 0.6 0.4"/></geometry>
+  </visual>
   <collision><geometry><sphere radius="0.7"/></geometry></collision></link>
 <joint name="a" type="revolute"><parent link="base"/><child link="upper"/><origin xyz="0.5 0.2 0.9" rpy="-0.3 0.6 0.1"/>
   <axis xyz="0 0 1"/></joint>
-<link name="upper"><visual><origin xyz="0 0.1 0.4"/><geometry><cylinder radius="0.2" length="1.3"/></geometry></visual></link>
-<joint name="b" type="fixed"><parent link="upper"/><child link="hand"/><origin xyz="0.1 -0.3 1.1" rpy="0.5 0.1 -0.7"/></joint>
-<link name="hand"><visual><origin rpy="0.1 0.2 0.3"/><geometry><mesh filename="boat.stl" scale="0.2 0.3 0.4"/></geometry></visual>
+<link name="upper"><visual><origin xyz="0 0.1 0.4"/><geometry><cylinder radius="0.2" length="1.3"/></geometry>
+  </visual></link>
+<joint name="b" type="fixed"><parent link="upper"/><child link="hand"/><origin xyz="0.1 -0.3 1.1" rpy="0.5 0.1 -0.7"/>
+  </joint>
+<link name="hand"><visual><origin rpy="0.1 0.2 0.3"/><geometry><mesh filename="boat.stl" scale="0.2 0.3 0.4"/>
+  </geometry></visual>
   <collision><geometry><box size="0.3 0.2 0.1"/></geometry></collision></link></robot>"""
 SDF = """<sdf version="1.7"><world name="w"><model name="m"><pose>1 -2 3 0.2 -0.3 0.4</pose>
 <link name="l"><pose degrees="true">0.3 0.1 -0.2 10 20 -30</pose>
-  <visual name="v"><pose rotation_format="quat_xyzw">0.1 0.2 0.3 0.1 -0.2 0.3 0.9</pose><geometry><capsule><radius>0.3</radius>
+  <visual name="v"><pose rotation_format="quat_xyzw">0.1 0.2 0.3 0.1 -0.2 0.3 0.9</pose><geometry><capsule>
+  <radius>0.3</radius>
   <length>1.1</length></capsule></geometry></visual>
   <visual name="u"><geometry><ellipsoid><radii>0.3 0.5 0.9</radii></ellipsoid></geometry></visual>
   <collision name="c"><geometry><cone><radius>0.4</radius><length>0.9</length></cone></geometry></collision></link>
-<model name="inner"><pose>0.4 0.5 -0.6 0 0.2 0</pose><link name="k"><visual name="p"><geometry><plane><size>2 3</size></plane>
+<model name="inner"><pose>0.4 0.5 -0.6 0 0.2 0</pose><link name="k"><visual name="p"><geometry><plane><size>2 3</size>
+  </plane>
   </geometry></visual></link></model></model>
 <include><uri>model://other</uri><pose>-3 1 0.5 0 0 0.7</pose></include></world></sdf>"""
-OTHER = """<sdf version="1.7"><model name="o"><pose>0.2 0 0 0.1 0 0</pose><link name="l"><visual name="v"><geometry><box>
+OTHER = """<sdf version="1.7"><model name="o"><pose>0.2 0 0 0.1 0 0</pose><link name="l"><visual name="v"><geometry>
+  <box>
 <size>0.5 0.7 0.9</size></box></geometry></visual></link></model></sdf>"""
 MJCF = """<mujoco><compiler angle="{angle}" eulerseq="{order}" meshdir="."/>
 <default><geom size="0.2 0.3 0.4"/><default class="thin"><geom type="capsule" size="0.1 0.6"/></default></default>
@@ -73,14 +82,16 @@ MJCF = """<mujoco><compiler angle="{angle}" eulerseq="{order}" meshdir="."/>
 <frame pos="-1 0.3 0.6" euler="{turn}"><geom type="cylinder" size="0.3 0.5" group="3" contype="0" conaffinity="0"/>
   <geom type="sphere" contype="0" conaffinity="0" pos="0.4 0.1 0"/></frame>
 <include file="more.xml"/></worldbody></mujoco>"""
-MORE = """<mujocoinclude><body pos="2 -1 0.5"><geom type="plane" size="1.2 0.7 0.1" euler="0.3 0.2 0.1"/></body></mujocoinclude>"""
+MORE = """<mujocoinclude><body pos="2 -1 0.5"><geom type="plane" size="1.2 0.7 0.1" euler="0.3 0.2 0.1"/></body>
+  </mujocoinclude>"""
 
 
 @pytest.fixture
 def folder(tmp_path: Path) -> Path:
     """Files of a boat that is symmetric in nothing, and of robots with it."""
     hull = trimesh.Trimesh([[0, 0, 0], [2.1, 0.2, 0.1], [0.3, 1.2, -0.2], [0.4, 0.3, 0.9], [1.1, 0.8, 0.7]],
-                           [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 4], [2, 3, 4], [3, 1, 4]], process=False)  # fmt: skip
+                           [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 4], [2, 3, 4], [3, 1, 4]],
+                           process=False)  # fmt: skip
     for kind in ("stl", "ply", "obj", "off", "glb"):
         hull.export(tmp_path / f"boat.{kind}")
     scene = trimesh.Scene()
@@ -138,8 +149,10 @@ def test_worlds_written_and_read_again(folder: Path) -> None:
         f"again {label}": values for label, values in by_label(list(again.geometries)).items()
     } | {
         "origin": place, "height": again.height(x, y), "instances": [g.instance for g in again.geometries],
-        "materials": [*(v for m in again.materials for v in (*m.albedo, m.density_kgpm3 if hasattr(m, "density_kgpm3") else 0.0))],
-        "moving": np.concatenate([[*p.position, *p.attitude] for m in again.movers for t in (0.0, 2.7) for p in [m.pose(t)]]),
+        "materials": [*(v for m in again.materials for v in (*m.albedo, m.density_kgpm3 if hasattr(m,
+        "density_kgpm3") else 0.0))],
+        "moving": np.concatenate([[*p.position, *p.attitude] for m in again.movers for t in (0.0,
+        2.7) for p in [m.pose(t)]]),
         "legend": [float(k) for k in names["labels"]] + [len(names[k]) for k in sorted(names)],
         "field": field["z"], "axes": [*field["x"], *field["y"]],
     }  # fmt: skip
@@ -190,8 +203,11 @@ def test_props(shape: str, folder: Path) -> None:
 def test_doubts() -> None:
     ball, rod = shapes.sphere(1.0), join([shapes.box((1, 2, 1)), shapes.cylinder(0.2, 3.0)])
     meshes = [
-        ball, rod, join([ball, ball.moved((0.7, 0.1, 0.05))]), ball.scaled(900.0), ball.scaled(0.001), shapes.plane((2, 3)),
+        ball, rod, join([ball, ball.moved((0.7, 0.1, 0.05))]), ball.scaled(900.0), ball.scaled(0.001),
+            shapes.plane((2, 3)),
         join([shapes.box((1, 1, 1)), shapes.box((0.4, 3.0, 0.3)).rotated(np.eye(3)[[1, 2, 0]]).moved((0.1, 0.2, 0.1))]),
     ]  # fmt: skip
-    found = [[crossing_faces(m), len(doubts(m, "it")), len(doubts(m, "it", parts=True)), m.volume, m.closed] for m in meshes]
+    found = [
+        [crossing_faces(m), len(doubts(m, "it")), len(doubts(m, "it", parts=True)), m.volume, m.closed] for m in meshes
+    ]
     check("files", "doubts", {"found": found}, DOUBLE)

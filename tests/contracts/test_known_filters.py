@@ -18,7 +18,8 @@ SENSORS: dict[str, Any] = {
     "depth": {"type": "depth", "rate_hz": 10, "position_m": [0.4, 0.05, 0.1]},
     "gps": {"type": "gps", "rate_hz": 2, "position_m": [0.1, 0, 0.2]},
     "magnetometer": {"type": "magnetometer", "rate_hz": 10, "position_m": [0.6, 0, 0], "orientation_deg": [10, 5, -30]},
-    "usbl": {"type": "usbl", "rate_hz": 5, "interrogate": ["dock"], "interrogate_s": 1.0, "position_m": [0.3, 0.1, -0.1],
+    "usbl": {"type": "usbl", "rate_hz": 5, "interrogate": ["dock"], "interrogate_s": 1.0, "position_m": [0.3, 0.1,
+    -0.1],
              "orientation_deg": [5, -4, 30]},
     "lbl": {"type": "lbl", "rate_hz": 1, "position_m": [-0.4, 0.1, 0.1], "transponders": {
         "a": {"position_m": [60, 40, -18]}, "b": {"position_m": [-50, 45, -15]}, "c": {"position_m": [10, -70, -17]}}},
@@ -35,7 +36,8 @@ def test_a_filter_with_every_aid() -> None:
     }  # fmt: skip
     dock = {"vehicle": "hovering_auv", "control": "station_keeping", "start": {"position_m": [45, -30], "depth_m": 14},
             "sensors": {"modem": {"type": "modem", "device": "x150"}}}  # fmt: skip
-    scenario = {"seed": 5, "tick_rate_hz": 20, "world": {"type": "flat", "depth_m": 20.0}, "agents": {"a": auv, "dock": dock},
+    scenario = {"seed": 5, "tick_rate_hz": 20, "world": {"type": "flat", "depth_m": 20.0}, "agents": {"a": auv,
+        "dock": dock},
                 "origin": {"latitude_deg": 44.3, "longitude_deg": 9.2}}  # fmt: skip
     sim = pl.Simulation.load(scenario, n=2)
     sim.reset()
@@ -73,6 +75,9 @@ def test_what_sensors_should_read_and_how_that_depends_on_errors() -> None:
         found |= {f"{name} by errors": h, f"{name} innovation": innovation}
         noise = 0.3 * np.eye(h.shape[1]) + 0.1 * np.ones((len(h), h.shape[1], h.shape[1]))
         lanes.update(h, innovation, noise, np.array([True, True, False]), 1e9)
-        found |= {f"{name} {part}": getattr(lanes, part) for part in ("position", "velocity", "attitude", "slow", "covariance")}
+        found |= {
+            f"{name} {part}": getattr(lanes, part)
+            for part in ("position", "velocity", "attitude", "slow", "covariance")
+        }
     found["curvature"] = measurement.curvature(lanes, field) * 1e10
     check("filters", "measurements", found, DOUBLE)

@@ -37,8 +37,10 @@ HEADING = np.array([0.4, 2.9, -1.7])
 CURRENT = np.array([[0.11, -0.07, 0.0], [-0.05, 0.13, 0.0], [0.0, 0.09, 0.0]])
 AREA = [[10.0, -9.0], [51.0, -30.0], [38.0, 5.0], [60.0, 22.0], [12.0, 30.0]]
 HERE = {"latitude_deg": 45.00023, "longitude_deg": 12.99971}
-ENVELOPES = {"torpedo": {"turn_radius_m": 7.0, "slow_mps": 0.6}, "ship": {"turn_radius_m": 12.0}, "hover": {"cruise_mps":
-             0.6, "tolerance_m": 0.8}, "airplane": {"cruise_mps": 9.0, "turn_radius_m": 20.0, "turn_speed_mps": 10.0}}  # fmt: skip
+ENVELOPES = {"torpedo": {"turn_radius_m": 7.0, "slow_mps": 0.6}, "ship": {"turn_radius_m": 12.0},
+    "hover": {"cruise_mps":
+             0.6, "tolerance_m": 0.8}, "airplane": {"cruise_mps": 9.0, "turn_radius_m": 20.0,
+                 "turn_speed_mps": 10.0}}  # fmt: skip
 MISSIONS: dict[str, tuple[str, list[dict[str, Any]]]] = {
     "lines": ("torpedo", [
         {"type": "waypoints", "points": [[31.0, -22.0], HERE], "depth_m": 7.0, "speed_mps": 1.1, "acceptance_m": 4.0},
@@ -50,7 +52,8 @@ MISSIONS: dict[str, tuple[str, list[dict[str, Any]]]] = {
         {"type": "survey", "area": AREA, "heading_deg": 215.0, "swath_deg": 110.0, "overlap": 0.3, "depth_m": 5.0},
         {"type": "survey", "area": AREA[::-1], "heading_deg": -20.0, "swath_deg": 90.0, "altitude_m": 7.0}]),
     "turns": ("torpedo", [
-        {"type": "orbit", "center": [5.0, 4.0], "radius_m": 17.0, "turns": 0.8, "direction": "clockwise", "depth_m": 6.0},
+        {"type": "orbit", "center": [5.0, 4.0], "radius_m": 17.0, "turns": 0.8, "direction": "clockwise",
+        "depth_m": 6.0},
         {"type": "orbit", "center": [-9.0, 14.0], "radius_m": 13.0, "turns": 1.3, "direction": "counterclockwise",
          "speed_mps": 1.0}]),
     "in and out": ("torpedo", [
@@ -58,7 +61,8 @@ MISSIONS: dict[str, tuple[str, list[dict[str, Any]]]] = {
         {"type": "dock", "point": [19.0, -15.0, -9.0], "heading_deg": 155.0, "approach_m": 12.0, "tolerance_m": 1.5,
          "speed_mps": 0.8},
         {"type": "surface"}, {"type": "gps_fix", "timeout_s": 20.0}, {"type": "drift", "seconds": 7.0}]),
-    "wall to port": ("torpedo", [{"type": "follow", "wall": "port", "distance_m": 6.0, "seconds": 60.0, "depth_m": 4.0}]),
+    "wall to port": ("torpedo", [{"type": "follow", "wall": "port", "distance_m": 6.0, "seconds": 60.0,
+    "depth_m": 4.0}]),
     "wall to starboard": ("torpedo", [{"type": "follow", "wall": "starboard", "distance_m": 6.0, "seconds": 60.0,
                                        "altitude_m": 12.0}]),
     "up and down": ("torpedo", [
@@ -142,7 +146,8 @@ class Copies:
         away = [np.abs(self.place @ [0.28, 0.96, 0.0] - side * 40.0)[:, None] for side in (1, -1)]
         heat = np.stack([-self.place[:, 0] / 9, self.place[:, 1] / 9 + self.t_s / 20], axis=1)
         return Aboard(
-            Fix(self.place.copy(), self.heading.copy(), self.way.copy()), self.t_s, DT, self.place[:, 2] - self.ground(),
+            Fix(self.place.copy(), self.heading.copy(), self.way.copy()), self.t_s, DT, self.place[:,
+                2] - self.ground(),
             np.array([self.t_s % 3 < 1, self.t_s % 5 < 1, False]), readings={"port": away[0], "starboard": away[1],
             "heat": heat}, others={"other": Fix(other, 0.3 + 0.02 * t + HEADING, moves)},
         )  # fmt: skip
@@ -206,8 +211,8 @@ def test_missions(name: str, world: Any) -> None:
     ended = [outcomes(f, t) for f, t in zip(flown, tracks, strict=True)]
     found = {
         "plan": [v for step in steps for v in numbers(step)], "task": guidance.progress.task, "ended": guidance.ended,
-        "told": told, "early": told[:40], "way": way, "memory": numbers([]) + [v for v in np.ravel(kept["progress"]
-        ["memory"])], "outcomes": [v for of in ended for leg in of for v in numbers(leg)[1:]],
+        "told": told, "early": told[:40], "way": way, "memory": numbers([]) + list(np.ravel(kept["progress"]
+        ["memory"])), "outcomes": [v for of in ended for leg in of for v in numbers(leg)[1:]],
         "outline": outline(steps, START[1], world.height),
     }  # fmt: skip
     check("guidance", name, found, DOUBLE)
@@ -247,7 +252,8 @@ def test_a_squad_goes_as_its_members() -> None:
 
 
 SENSORS: dict[str, dict[str, Any]] = {
-    "imu": {"type": "imu", "rate_hz": 100}, "camera": {"type": "camera", "rate_hz": 5, "width_px": 320, "height_px": 200},
+    "imu": {"type": "imu", "rate_hz": 100}, "camera": {"type": "camera", "rate_hz": 5, "width_px": 320,
+    "height_px": 200},
     "sonar": {"type": "imaging_sonar", "rate_hz": 4, "beams": 120, "bins": 300},
     "multibeam": {"type": "multibeam", "rate_hz": 5, "beams": 90, "water_column_bins": 70},
     "lidar": {"type": "lidar", "rate_hz": 10}, "ear": {"type": "hydrophone", "rate_hz": 10, "elements_m": [[0, 0, 0], [
@@ -280,9 +286,14 @@ def test_groups_draws_and_what_a_run_costs() -> None:
     for n, block in ((1, 0.0), (3, 1.0)):
         cost = cost_of(scenario, n, block_s=block)
         parts = sorted(cost.parts, key=lambda part: part.path)
-        found[f"cost of {n}"] = [cost.memory, cost.rays_per_s, cost.ticks, *(v for p in parts for v in (p.memory, p.rays_per_s))]
-    found["drawn"] = [draw.draw(seed, name) for draw in scenario.vary.values() for seed in (1, 2) for name in ("a", "b/1")]
+        found[f"cost of {n}"] = [
+            cost.memory,
+            cost.rays_per_s,
+            cost.ticks,
+            *(v for p in parts for v in (p.memory, p.rays_per_s)),
+        ]
+    found["drawn"] = [
+        draw.draw(seed, name) for draw in scenario.vary.values() for seed in (1, 2) for name in ("a", "b/1")
+    ]
     found["steps"] = [v for draw in scenario.vary.values() for v in draw.steps(5)]
     check("guidance", "groups and costs", found, DOUBLE)
-
-

@@ -7,7 +7,6 @@ One simulation serves all tests here; each begins with a reset.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +15,7 @@ import pytest
 
 import pelagos as pl
 from known import DOUBLE, check
+from pelagos.errors import EndedWarning
 from pelagos.messages.motion import ODOMETRY_FIELDS
 from pelagos.sim.checkpoint import Checkpoint
 from pelagos.sim.falling import Falling
@@ -36,7 +36,8 @@ ROV: dict[str, Any] = {
 }  # fmt: skip
 AUV: dict[str, Any] = {
     "vehicle": "remus100", "count": 2, "mission_from": "start", "navigation": {"type": "ekf"},
-    "start": {"position_m": [12.0, -20.0], "depth_m": 5.0, "heading_deg": -50.0, "speed_mps": 1.1, "spacing_m": [9.0, 14.0]},
+    "start": {"position_m": [12.0, -20.0], "depth_m": 5.0, "heading_deg": -50.0, "speed_mps": 1.1,
+    "spacing_m": [9.0, 14.0]},
     "mission": [{"type": "waypoints", "points": [[22.0, -9.0], [31.0, 12.0]], "depth_m": 7.0}],
     "sensors": {"imu": {"type": "imu", "rate_hz": 50}, "depth": {"type": "depth", "rate_hz": 10},
                 "dvl": {"type": "dvl", "rate_hz": 5}},
@@ -47,9 +48,11 @@ SCENARIO: dict[str, Any] = {
     "origin": {"latitude_deg": 44.3, "longitude_deg": 9.2},
     "world": {
         "type": "flat", "depth_m": 13.0, "size_m": [200.0, 160.0],
-        "things": [{"shape": "box", "at_m": [9.0, -6.0, -7.0], "size_m": [2.0, 5.0, 9.0], "orientation_deg": [5, 9, 30]}],
+        "things": [{"shape": "box", "at_m": [9.0, -6.0, -7.0], "size_m": [2.0, 5.0, 9.0], "orientation_deg": [5, 9,
+        30]}],
         "movers": [{"name": "fish", "body": "sphere", "size_m": 1.4, "path": {"kind": "circle",
-                    "centre_m": [5.0, -2.0, -4.0], "radius_m": 2.5, "speed_mps": 0.9, "clockwise": True, "phase_deg": 40}}],
+                    "centre_m": [5.0, -2.0, -4.0], "radius_m": 2.5, "speed_mps": 0.9, "clockwise": True,
+                    "phase_deg": 40}}],
     },
     "ocean": {
         "currents": [{"type": "uniform", "speed_mps": 0.2, "towards_deg": 70.0}],
@@ -63,7 +66,8 @@ SCENARIO: dict[str, Any] = {
               "ball": {"shape": "sphere", "position_m": [-3.0, -6.0, -6.0], "size_m": 1.1, "material": "rock"}},
     "agents": {"rov": ROV, "auv": AUV},
     "vary": {
-        "agents.rov.start.position_m.1": {"normal": [-3.0, 0.7]}, "agents.rov.start.heading_deg": {"uniform": [-30, 60]},
+        "agents.rov.start.position_m.1": {"normal": [-3.0, 0.7]}, "agents.rov.start.heading_deg": {"uniform": [-30,
+        60]},
         "agents.rov.start.roll_deg": {"uniform": [-9, 9]}, "agents.rov.start.speed_mps": {"uniform": [0.1, 0.5]},
         "agents.rov.factors.mass": {"uniform": [0.9, 1.1]}, "agents.rov.factors.thrust": {"choice": [0.8, 1.2]},
         "agents.rov.sensors.dvl.position_m.0": {"uniform": [-0.5, 0.5]},
@@ -85,9 +89,9 @@ def loaded() -> pl.Simulation:
 
 
 @pytest.fixture
-def sim(loaded: pl.Simulation) -> Iterator[pl.Simulation]:
+def sim(loaded: pl.Simulation) -> pl.Simulation:
     loaded.reset()
-    yield loaded
+    return loaded
 
 
 def held(case: str, found: dict[str, Any]) -> None:
@@ -123,7 +127,9 @@ def stepped(sim: pl.Simulation, ticks: int, moment: str) -> dict[str, Any]:
         for agent, readings in sim.step().items():
             for sensor, r in readings.items():
                 for part, values in {"data": r.data, "truth": r.truth}.items():
-                    found.setdefault(f"{moment}, {agent}.{sensor} {part}", []).append(np.ravel(np.asarray(values, dtype=float)))
+                    found.setdefault(f"{moment}, {agent}.{sensor} {part}", []).append(
+                        np.ravel(np.asarray(values, dtype=float))
+                    )
                 found[f"{moment}, {agent}.{sensor} data"].append([r.t_ns * 1e-9])
     return {name: np.concatenate(values) for name, values in found.items()}
 
@@ -135,8 +141,11 @@ def test_copies_that_begin_anew_one_by_one(sim: pl.Simulation, tmp_path: Path) -
     sim.set_state("rov", position=[2.0, -3.5, -4.0], attitude=[0.9, 0.1, -0.2, 0.3], velocity=[0.3, -0.1, 0.2],
                   angular_velocity=[0.1, 0.2, -0.3], where=[0, 2])  # fmt: skip
     sim.set_state("auv", velocity=[[0.9, 0.1, 0.0], [1.3, -0.1, 0.1]], where=[1])
-    spawned = sim.spawn(pl.Prop("cylinder", position=(3.0, -1.0, -4.0), size=(0.5, 0.7, 1.2), attitude=(0.9, 0.3, 0.1, 0.2)))
-    spawned.move(position=np.array([[3.0, -1.0, -4.0], [4.0, -3.0, -5.0], [2.0, -5.0, -3.0]]), velocity=(0.2, -0.1, 0.3),
+    spawned = sim.spawn(
+        pl.Prop("cylinder", position=(3.0, -1.0, -4.0), size=(0.5, 0.7, 1.2), attitude=(0.9, 0.3, 0.1, 0.2))
+    )
+    spawned.move(position=np.array([[3.0, -1.0, -4.0], [4.0, -3.0, -5.0], [2.0, -5.0, -3.0]]), velocity=(0.2, -0.1,
+        0.3),
                  angular_velocity=(0.3, 0.1, -0.2))  # fmt: skip
     sim.props["ball"].move(position=(-1.0, -4.0, -5.0), attitude=(0.8, 0.2, 0.5, -0.1))
     found |= stepped(sim, 10, "placed")
@@ -162,7 +171,8 @@ def test_copies_that_begin_anew_one_by_one(sim: pl.Simulation, tmp_path: Path) -
 
 
 ORDERS = [
-    Order("setpoint", "rov", {"surge_speed": 0.3}), Order("velocity", "rov", {"values": [0.2, -0.1, 0.1, 0.0, 0.0, 0.2]}),
+    Order("setpoint", "rov", {"surge_speed": 0.3}), Order("velocity", "rov", {"values": [0.2, -0.1, 0.1, 0.0, 0.0,
+    0.2]}),
     Order("wrench", "rov", {"values": [20.0, -9.0, 7.0, 0.4, -0.6, 1.1]}),
     Order("pose", "rov", {"values": [3.0, -2.0, -5.0, 0.0, 0.1, 0.8]}),
     Order("waypoint", "rov", {"values": [5.0, 1.0, -6.0]}), Order("mode", "rov", {"mode": "velocity"}),
@@ -202,7 +212,8 @@ def test_orders_and_callbacks(sim: pl.Simulation) -> None:
 def test_what_falls(sim: pl.Simulation) -> None:
     """Onto the ground, onto a box that stands askew, and onto a vehicle, which it pushes aside."""
     falls = []
-    for place, size in (((20.0, 11.0, -11.0), 0.6), ((9.2, -5.0, -1.0), 0.5), ((1.0, -3.4, -3.3), 0.7)):
+    sim.set_state("rov", position=[[1.1, -3.1, -12.4], [1.0, -3.7, -12.5], [1.3, -3.5, -12.3]])
+    for place, size in (((20.0, 11.0, -11.0), 0.6), ((9.2, -5.0, -1.0), 0.5), ((1.0, -3.4, -11.8), 0.7)):
         body = sim.spawn(pl.Prop("box", position=place, size=(size, 1.3 * size, 0.8)))
         falls.append(Falling(body, 0.4, radius=0.5))
     for _ in range(45):
@@ -212,15 +223,46 @@ def test_what_falls(sim: pl.Simulation) -> None:
     held("what falls", places | state_of(sim, "fallen"))
 
 
+def test_what_touches(sim: pl.Simulation) -> None:
+    """Two hulls that meet askew, and a third that is driven against a box, in every copy in another way."""
+    nose, tail = [30.0, 20.0, -6.0], [30.9, 20.1, -6.05]
+    sim.set_state(
+        "auv", position=[nose, tail], attitude=[[0.95, 0.05, -0.1, 0.3], [0.9, -0.1, 0.1, -0.4]],
+        velocity=[[[1.2, 0.3, -0.1], [-0.6, 0.2, 0.1]], [[0.9, -0.4, 0.2], [0.2, 0.5, 0.0]], [[1.5, 0.1, 0.0],
+            [-1.1, 0.0, 0.2]]],
+        angular_velocity=[[0.2, -0.3, 0.4], [0.5, 0.1, -0.6]],
+    )  # fmt: skip
+    sim.set_state("rov", position=[[7.4, -5.6, -6.0], [9.1, -3.0, -7.0], [9.0, -6.0, -2.2]], attitude=[0.9, 0.1,
+        0.2, -0.3],
+                  velocity=[[0.9, -0.3, 0.1], [-0.5, -0.8, 0.0], [0.2, 0.3, -1.0]])  # fmt: skip
+    sim.command({"rov": GIVEN})
+    found = {}
+    for moment in ("met", "parted"):
+        sim.step(ticks=12)
+        found |= state_of(sim, moment)
+    held("what touches", found)
+
+
+def test_a_copy_that_ends_alone(sim: pl.Simulation) -> None:
+    sim.step(ticks=4)
+    sim.set_state("rov", velocity=[1e170, 0.0, 0.0], where=[1])
+    with pytest.warns(EndedWarning):
+        sim.step(ticks=6)
+    found = state_of(sim, "ended")
+    sim.reset(where=[1])
+    sim.step(ticks=5)
+    held("an end", found | state_of(sim, "anew"))
+
+
 def told_by(recording: Recording) -> dict[str, Any]:
     """Times and numbers of every topic: of motions all fields, of the others how large they are and how they add up."""
     found: dict[str, Any] = {}
     for topic in recording.channels:
         t = recording.times(topic) * 1e-9
         if recording.channels[topic].type == "nav_msgs/msg/Odometry" and len(t):
-            found[topic] = np.column_stack(recording.table(topic, ODOMETRY_FIELDS))
-        else:
-            found[topic] = np.concatenate([t, [len(m.raw) for m in recording.messages(topic)]])
+            found[topic] = recording.table(topic, [f for f in ODOMETRY_FIELDS if "stamp" not in f])[1]
+        found[f"{topic} times"] = t
+        found[f"{topic} sizes"] = [len(m.raw) for m in recording.messages(topic)]
     return found
 
 

@@ -139,8 +139,13 @@ def text_in_degrees(t: Path) -> Any:
     lines = [f"{k};{13 + p[1] / 8e4:.7f};{-h / FOOT:.4f};{44 + p[0] / 1.1e5:.7f}".replace(".", ",")
              for k, (p, h) in enumerate(zip(PLACES, HEIGHT, strict=True))]  # fmt: skip
     (t / "a.csv").write_text("no;longitude;depth ft;latitude\n" + "\n".join(lines) + "\n700;13,001;;44,001\n")
-    return {"path": t / "a.csv", "resolution_m": 2.6, "detail": {"seed": 8},
-            "latitude_range_deg": (44.0005, 44.0031), "longitude_range_deg": (13.0006, 13.0031)}
+    return {
+        "path": t / "a.csv",
+        "resolution_m": 2.6,
+        "detail": {"seed": 8},
+        "latitude_range_deg": (44.0005, 44.0031),
+        "longitude_range_deg": (13.0006, 13.0031),
+    }
 
 
 def text_of_columns(t: Path) -> Any:
@@ -182,7 +187,8 @@ def test_survey_files(case: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
     x, y = low[:, None] + (high - low)[:, None] * np.random.default_rng(3).uniform(0.02, 0.98, (2, 60))
     found = {
         "heights": ground.z, "shape": ground.z.shape, "bounds": ground.bounds, "between": world.height(x, y),
-        "bends": [*np.diff(ground.z, 2, axis=0).ravel(), *np.diff(ground.z, 2, axis=1).ravel()], "normals": ground.normals(), "origin": [world.origin.latitude, world.origin.longitude],
+        "bends": [*np.diff(ground.z, 2, axis=0).ravel(), *np.diff(ground.z, 2, axis=1).ravel()],
+        "normals": ground.normals(), "origin": [world.origin.latitude, world.origin.longitude],
         "notes": [len(world.notes), *numbers_in(world.notes)],
     }  # fmt: skip
     check("surveys", case, found, DOUBLE)
@@ -240,17 +246,18 @@ def test_large_grounds(kind: str, tmp_path: Path) -> None:
     patch = stream.patch
     found: dict[str, Any] = {
         "heights": world.height(x, y), "surface": ground.surface(x, y), "levels": ground.level_at(x, y),
-        "vertices": patch.vertices + patch.origin, "normals": patch.normals, "tiles": [len(patch.faces), stream.capacity],
+        "vertices": patch.vertices + patch.origin, "normals": patch.normals, "tiles": [len(patch.faces),
+        stream.capacity],
         "materials": patch.face_materials, "notes": [len(world.notes), *numbers_in(world.notes)],
         "bounds": world.bounds,
     }  # fmt: skip
     for level in range(ground.finest, 2):
-        i, j = (np.arange(0, 40) * step % (count * 2.0**-level) for step, count in zip((7, 11), ground.cells, strict=True))
+        i, j = (
+            np.arange(0, 40) * step % (count * 2.0**-level) for step, count in zip((7, 11), ground.cells, strict=True)
+        )
         found[f"nodes {level}"] = ground.nodes(level, i.astype(np.int64), j.astype(np.int64))
     if kind == "fractal":
         x, y = np.random.default_rng(6).uniform(-1, 1, (2, 60)) * [[55.0], [35.0]] + [[310.0], [-220.0]]
         found |= {"in the inset": world.height(x, y), "on the inset": ground.surface(x, y)}
         found |= by_label(list(pictured(world).geometries))
     check("surveys", f"large {kind}", found)
-
-

@@ -111,6 +111,8 @@ def test_pictures_and_files_show_ground_and_things(world, tmp_path):
         ({}, ValidationError, "centre_m or as centre_deg"),
         ({"centre_m": [0, 0], "objects": [{"kind": "pipeline"}]}, ValidationError, "digs"),
         ({"centre_m": [0, 0], "objects": [{"kind": "bolder"}]}, ValidationError, "boulder"),
+        ({"centre_m": [0, 0], "objects": [{"kind": "cable", "at_m": [[1, 2]]}]}, ValidationError, "leave out at_m"),
+        ({"centre_m": [0, 0], "objects": [{"kind": "cable", "heading_deg": 0}]}, ValidationError, "out heading_deg"),
     ],
 )
 def test_what_cannot_be_is_refused(field, error, words):

@@ -20,6 +20,7 @@ from pelagos.math.so3 import rotate_np
 from pelagos.raycast.geometry import Geometry
 from pelagos.raycast.shapes import Shapes
 from pelagos.sim.bodies import Bodies
+from pelagos.sim.endings import FARTHEST_M
 from pelagos.sim.model import Model
 from pelagos.sim.touch import probes_of
 
@@ -82,6 +83,7 @@ class Collisions:
         places = np.concatenate([row[:, 0:3] for row in rows.values()] + [b.position for b in self._bodies.bodies])
         far = np.concatenate([reach[name] for name in rows] + [known.radius[known.agents :]])
         far[known.agents :] += moving_s * known.fastest
+        far = np.minimum(far, FARTHEST_M)  # whoever goes farther ends (`Endings`), and no others with it
         pairs = close_pairs(places, far, known.copy)
         return pairs[pairs[:, 0] < known.agents]
 

@@ -38,6 +38,10 @@ class Follow(Levelled):
             raise PydanticCustomError(
                 "follow", "give one of 'agent', 'wall' and 'pipeline'; {found} given", {"found": found}
             )
+        for name, what in (("offset_m", "agent"), ("distance_m", "wall")):
+            if what not in given and getattr(self, name) != type(self).model_fields[name].default:
+                text = "'{name}' is kept from '{what}'; leave it out"
+                raise PydanticCustomError("follow", text, {"name": name, "what": what})
         if self.pipeline is None and self.seconds is None and self.until is None:
             raise PydanticCustomError("end", "give 'seconds' or 'until': nothing else ends this leg")
         return self

@@ -70,6 +70,14 @@ class ObjectConfig(Described):
             raise ValueError(str(LookupFailed("kind of object", value, known)))
         return value
 
+    @model_validator(mode="after")
+    def _lines_go_their_own_way(self) -> Self:
+        if self.kind in LINES:
+            for name in ("cluster", "cluster_radius_m", "max_slope_deg", "depth_m", "heading_deg", "at_m"):
+                if getattr(self, name) != type(self).model_fields[name].default:
+                    raise ValueError(f"a {self.kind} runs across the world on a way that is drawn: leave out {name}")
+        return self
+
 
 class ExclusionConfig(Described):
     """A disc, or a rectangle along x and y, where nothing is placed."""
