@@ -26,6 +26,7 @@ from pelagos.sim.guidance.outline import outline
 from pelagos.sim.guidance.plan import Planner
 from pelagos.sim.guidance.squad import Squad
 from pelagos.sim.guidance.steering.choice import steering_of
+from pelagos.sim.guidance.survey import Swath, survey_lines
 from pelagos.vehicles.envelope import EnvelopeConfig
 from pelagos.vehicles.family import FAMILIES
 from pelagos.world.build import build_world, world_config
@@ -297,3 +298,20 @@ def test_groups_draws_and_what_a_run_costs() -> None:
     ]
     found["steps"] = [v for draw in scenario.vary.values() for v in draw.steps(5)]
     check("guidance", "groups and costs", found, DOUBLE)
+
+
+@pytest.mark.parametrize("heading_deg", [None, 25.0, -140.0])
+def test_lines_over_an_area_with_bays(heading_deg: float | None) -> None:
+    """Two pieces to a line, of which now the one and now the other lies over shallower ground."""
+    area = np.array([[0, 0], [70, -6], [75, 40], [48, 38], [41, 9], [33, 12], [30, 47], [-4, 44]], dtype=float)
+    heading = None if heading_deg is None else math.radians(heading_deg)
+
+    def height(x: Any, y: Any) -> Any:
+        return -19.0 + 0.11 * x - 0.07 * y + 2.0 * np.sin(x / 9.0)
+
+    found = [
+        survey_lines(turned, Swath(None, math.radians(110.0), 0.25), height=height, depth_m=3.0, altitude_m=None,
+                     heading_rad=heading)
+        for turned in (area, area * [1.0, -1.0], area[::-1, ::-1])
+    ]  # fmt: skip
+    check("guidance", f"bays {heading_deg}", {str(k): lines for k, lines in enumerate(found)}, DOUBLE)

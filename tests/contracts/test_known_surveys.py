@@ -30,6 +30,7 @@ pyproj = pytest.importorskip("pyproj")
 
 ROWS, COLUMNS = np.arange(31)[:, None], np.arange(43)[None, :]
 GROUND = -31 + 4 * np.sin(ROWS / 4) * np.exp(-COLUMNS / 30) + 0.11 * COLUMNS + 2 * np.cos(COLUMNS / 3.3 + ROWS / 9)
+GROUND += np.random.default_rng(9).normal(0.0, 0.25, GROUND.shape)  # a spectrum that goes on
 PLANE = -31 + 0.2 * ROWS - 0.13 * COLUMNS + 0.0
 LAT, LON = 44.0 + 0.001 * np.arange(31), 13.0 + 0.0013 * np.arange(43)
 UTM = "EPSG:32633"
