@@ -67,8 +67,7 @@ MISSIONS: dict[str, tuple[str, list[dict[str, Any]]]] = {
     "wall to starboard": ("torpedo", [{"type": "follow", "wall": "starboard", "distance_m": 6.0, "seconds": 60.0,
                                        "altitude_m": 12.0}]),
     "up and down": ("torpedo", [
-        {"type": "profile", "upper_depth_m": 4.0, "lower_depth_m": 9.0, "cycles": 2, "heading_deg": -70.0,
-         "glide_deg": 18.0},
+        {"type": "profile", "upper_depth_m": 4.0, "lower_depth_m": 9.0, "cycles": 2, "heading_deg": -70.0},
         {"type": "profile", "lower_depth_m": 8.0, "point": [-20.0, 31.0], "acceptance_m": 6.0}]),
     "hovering": ("hover", [
         {"type": "goto", "points": [[16.0, -4.0, -7.0], [11.0, 5.0]], "heading_deg": 250.0, "speed_mps": 0.4},
@@ -92,7 +91,8 @@ MISSIONS: dict[str, tuple[str, list[dict[str, Any]]]] = {
         {"type": "station_keeping", "point": [6.0, -4.0], "seconds": 50.0, "radius_m": 25.0}]),
     "a glider": ("glider", [
         {"type": "dive", "depth_m": 9.0}, {"type": "waypoints", "points": [[41.0, -22.0]], "depth_m": 12.0},
-        {"type": "profile", "upper_depth_m": 3.5, "lower_depth_m": 10.0, "cycles": 1, "heading_deg": 130.0}, {"type":
+        {"type": "profile", "upper_depth_m": 3.5, "lower_depth_m": 10.0, "cycles": 1, "heading_deg": 130.0,
+        "glide_deg": 18.0}, {"type":
          "surface"}]),
     "in the air": ("airplane", [
         {"type": "waypoints", "points": [[141.0, -122.0]], "height_m": 50.0},
