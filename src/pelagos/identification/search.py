@@ -19,6 +19,7 @@ from pelagos.identification.shots import Shots
 _ROUNDS: Final = 3  # of new standard deviations
 _LARGEST: Final = 1e8  # damping at which no step helps
 _SETTLED: Final = 1e-5  # relative change of the loss
+_STILL: Final = 0.01  # standard deviations of each parameter that are left to go, whatever initial states still do
 _STRIDE: Final = 1.0  # largest change of a logarithm in one step
 
 
@@ -29,7 +30,8 @@ class Found:
     Attributes:
         at: coordinates of the parameters `(p,)`; shots: with their initial states; normal: equations there.
         differences: simulated less recorded `(steps + 1, c, s)`; losses: one a step.
-        settled: whether the last step changed nothing that matters.
+        settled: whether the last step changed nothing that matters: the loss by 1e-5, or parameters by a hundredth of
+            their standard deviations.
     """
 
     at: NDArray[np.float64]
@@ -79,7 +81,7 @@ def search(
             at, shots, off, here, damping = step
             losses.append(here)
             tell(f"loss {here:.6g}")
-            if gain < _SETTLED * max(here, 1.0):
+            if gain < _SETTLED * max(here, 1.0) or _still(normal, len(at)):
                 settled = True
                 break
     return Found(at, shots, problem.normal(at, shots), off, losses, settled)
@@ -104,6 +106,13 @@ def _improve(
             return new, trial, off, loss, max(damping / 9, 1e-9)
         damping *= 6
     return None
+
+
+def _still(normal: Normal, count: int) -> bool:
+    """Whether the undamped step moves none of the first `count` unknowns, the parameters, by what matters."""
+    inverse = np.linalg.pinv(normal.matrix, hermitian=True)
+    step, spread = (inverse @ normal.gradient)[:count], np.sqrt(np.maximum(np.diag(inverse)[:count], 0.0))
+    return bool((np.abs(step) <= _STILL * spread).all())
 
 
 def _bounded(problem: Problem, at: NDArray[np.float64]) -> NDArray[np.float64]:
