@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import gc
 import os
 import re
 
 import pytest
+
+gc.set_threshold(50_000, 20, 50)  # thousands of collected tests are looked through again and again otherwise
 
 EXPECTED_SKIPS = (
     "the real surveys are not on this machine",
@@ -31,6 +34,10 @@ def unexpected_skips(config: pytest.Config) -> list[str]:
     expected = re.compile("|".join(map(re.escape, EXPECTED_SKIPS)))
     reasons = [r.longrepr for r in reporter.stats.get("skipped", ()) if isinstance(r.longrepr, tuple)]
     return [f"{path}:{line}: {reason}" for path, line, reason in reasons if not expected.search(reason)]
+
+
+def pytest_collection_finish(session: pytest.Session) -> None:
+    gc.freeze()
 
 
 @pytest.hookimpl(tryfirst=True)

@@ -24,7 +24,7 @@ from pelagos.drawing import notebook
 from pelagos.drawing.png import png
 from pelagos.messages.navigation import WRENCH_FIELDS
 from pelagos.ocean.config import OceanConfig, build_ocean
-from pelagos.report import charts, communication, legs, report, sonar, swarm, theme, track, water
+from pelagos.report import channel, charts, communication, legs, report, sonar, swarm, theme, track, water
 from pelagos.report.mission import Mission, RecordedMotion, missions
 from pelagos.report.navigation import dead_reckoning
 from pelagos.report.statistics import run_statistics
@@ -59,9 +59,8 @@ def drawn_figures() -> Iterator[list[Figure]]:
         return b"picture"
 
     with pytest.MonkeyPatch.context() as patch:
-        for module in (theme, communication):
+        for module in (theme, communication, channel):
             patch.setattr(module, "as_png", keep)
-        patch.setattr("pelagos.report.channel.as_png", keep)
         yield found
 
 

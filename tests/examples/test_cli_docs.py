@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import shlex
 from pathlib import Path
+from typing import Any
 
 import pytest
 import yaml
@@ -25,11 +26,12 @@ def scenarios() -> list[tuple[str, str]]:
     return [(page.name, text) for page in PAGES for text in blocks(page, "yaml") if "agents:" in text]
 
 
-def commands() -> list[str]:
-    """Every `pelagos ...` line, without its comment."""
+def commands() -> list[Any]:
+    """Every `pelagos ...` line, without its comment; those that fly whole episodes are slow."""
     shown = "\n".join(text for page in PAGES for text in blocks(page, "sh"))
     found = [shlex.split(line, comments=True) for line in shown.splitlines() if line.startswith("pelagos ")]
-    return [shlex.join(words[1:]) for words in dict.fromkeys(map(tuple, found))]
+    told = [shlex.join(words[1:]) for words in dict.fromkeys(map(tuple, found))]
+    return [pytest.param(c, marks=pytest.mark.slow) if c.startswith("evaluate ") else c for c in told]
 
 
 def test_there_is_something_to_check() -> None:

@@ -24,6 +24,7 @@ def test_identify_damping_descends(capsys):
     assert np.diff(errors)[0] < 0
 
 
+@pytest.mark.slow  # 4 s; strip theory has tests of its own
 def test_seakeeping_at_speed(tmp_path):
     """Waves of 0.45, 1.6 and 6 ship lengths: long ones carry the ship, and speed heaves it more in head seas."""
     found = runpy.run_path(str(EXAMPLES / "seakeeping_at_speed.py"))["main"](tmp_path, points=3)

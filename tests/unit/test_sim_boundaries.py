@@ -23,6 +23,7 @@ def scenario(count=1, depth=9.75, **vehicle):
     }  # fmt: skip
 
 
+@pytest.mark.slow  # a minute to compile
 def test_bottom_of_the_world_is_the_plane_below():
     """The acceleration of the first step is that of `Vehicle.accelerations` with the bottom 0.25 m below."""
     sim = pl.Simulation.load(scenario(**SUCTION))
@@ -41,6 +42,7 @@ def test_bottom_of_the_world_is_the_plane_below():
     assert drawn * [1, -1, -1] == pytest.approx((near - away)[0, :3], rel=1e-2, abs=1e-5)
 
 
+@pytest.mark.slow  # as long
 def test_lanes_and_blocks_are_as_alone():
     """Vehicles in one batch, and ticks in one call or one by one, give the same bytes."""
     both, alone, again = (pl.Simulation.load(scenario(k, **SUCTION)) for k in (2, 1, 1))

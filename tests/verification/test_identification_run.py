@@ -230,6 +230,7 @@ def test_steps_shift_no_parameter_of_another_programs_motion():
     assert by_name["N_rdot"].step_shift == pytest.approx(moved, rel=0.3)  # of first order in the shift
 
 
+@pytest.mark.slow  # 10 s
 def test_substeps_are_doubled_until_their_error_is_small():
     plan = load_plan({
         "columns": {"north": "x", "east": "y", "heading": "psi"}, "commands": {n: n for n in ("port", "starboard")},

@@ -250,6 +250,7 @@ def test_ship_under_way_sinks_by_the_formula():
     assert end[3] > 0.9  # m
 
 
+@pytest.mark.slow  # 8 s
 def test_tanker_turns_wider_as_trials_found():
     """Helm 35 deg; of the Esso Osaka, a tanker of 325 m, in trials at depths of 4.2, 1.5 and 1.2 draughts, the tactical
     diameter grew by 18 and 74 %, the transfer by 19 and 88 % (C. L. Crane, Trans. SNAME 87:251, 1979)."""

@@ -5,9 +5,12 @@ from __future__ import annotations
 import importlib.util
 from pathlib import Path
 
+import pytest
+
 ROOT = Path(__file__).parents[2]
 
 
+@pytest.mark.slow  # 15 s
 def test_the_docs_table_is_measured():
     spec = importlib.util.spec_from_file_location("sonar_levels", ROOT / "examples" / "sonar_levels.py")
     assert spec is not None

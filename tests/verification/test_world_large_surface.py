@@ -230,6 +230,7 @@ def test_frozen_functions_see_the_ground_move_on_without_recording_anew(world, m
     assert sum(f.n_recordings for f in made) == len(made) <= 2  # once for each size of the mesh
 
 
+@pytest.mark.slow  # 6 s
 def test_memory_is_bounded_however_far_they_travel():
     world = build_world(world_config({"type": "large", "memory_mb": 600}))
     scene = world.scene()
