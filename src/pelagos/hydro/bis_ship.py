@@ -54,8 +54,6 @@ def race_squared(c: Mapping[str, Array], u: Array, n: Array) -> Array:
 
 def sway_in_shallow_water(shallow: Array) -> Array:
     """Y_uvz: 0 while more than 1.25 draughts of water are under the keel."""
-    if isinstance(shallow, float):
-        return _SHALLOW_SWAY * (1 - _SHALLOW_FROM / shallow) if shallow >= _SHALLOW_FROM else 0.0
     return _SHALLOW_SWAY * (1 - _SHALLOW_FROM / dr.maximum(shallow, _SHALLOW_FROM))
 
 

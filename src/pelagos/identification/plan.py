@@ -127,7 +127,7 @@ class Plan(_Strict):
     step_s: Positive | None = None
     """Of the simulation [s]; left out: the record's own, divided until it is at most 0.1 s."""
     integrator: Literal["conservative", "semi_implicit", "runge_kutta", "vehicle"] | None = None
-    """How the fit takes its steps; the fitted vehicle keeps its own way, which is `vehicle` here. Left out: that under
+    """Way of the fit's steps; the fitted vehicle keeps its own way, which is `vehicle` here. Left out: that under
     `vehicle:` of this plan, or `runge_kutta`, whose error is of fourth order."""
     substeps: Annotated[int, Field(ge=1, le=1000)] | None = None
     """Steps of the simulation in one of `step_s`; left out: 1, doubled until the steps shift no parameter by more than

@@ -109,7 +109,7 @@ def _improve(
 
 
 def _still(normal: Normal, count: int) -> bool:
-    """Whether the undamped step moves none of the first `count` unknowns, the parameters, by what matters."""
+    """True if the undamped step moves none of the first `count` unknowns, the parameters, by what matters."""
     inverse = np.linalg.pinv(normal.matrix, hermitian=True)
     step, spread = (inverse @ normal.gradient)[:count], np.sqrt(np.maximum(np.diag(inverse)[:count], 0.0))
     return bool((np.abs(step) <= _STILL * spread).all())

@@ -112,7 +112,7 @@ class Recording:
         ]  # fmt: skip
 
     def of_first(self, topic: str) -> bool:
-        """Whether a topic is of the first copy, or of none: of many copies, "/env3/auv0/imu" is of another."""
+        """True for a topic of the first copy, or of none: of many copies, "/env3/auv0/imu" is of another."""
         alone = self.metadata.get("copies") == "1"  # agents may be named as they like
         return alone or not topic.startswith("/env") or topic.startswith("/env0/")
 

@@ -289,7 +289,7 @@ class Model:
 
     @property
     def feels_planes(self) -> bool:
-        """Whether anything depends on ground or walls that are near."""
+        """True if anything depends on ground or walls that are near."""
         return self.ground is not None or any(map(feels_planes, [*self.terms.values(), *self.actuators.values()]))
 
     @property

@@ -27,12 +27,12 @@ class Image(Protocol):
 
 
 def has_image(part: Any) -> TypeGuard[Image]:
-    """Whether a part changes the added mass near a plane."""
+    """True for a part that changes the added mass near a plane."""
     return hasattr(part, "image_mass") and feels_planes(part)
 
 
 def feels_planes(part: Any) -> bool:
-    """Whether a term or an actuator depends on ground or walls."""
+    """True for a term or an actuator that depends on ground or walls."""
     return bool(getattr(part, "feels_planes", False))
 
 

@@ -107,7 +107,7 @@ class Scaled:
 
     @property
     def feels_planes(self) -> bool:
-        """Whether the term depends on ground or walls."""
+        """True if the term depends on ground or walls."""
         return feels_planes(self.term)
 
     def wrench(self, flow: Flow) -> Vector:

@@ -140,7 +140,7 @@ class MmgShip:
 
     @property
     def feels_planes(self) -> bool:
-        """Whether the depth of water counts."""
+        """True if the depth of water counts."""
         return self.shallow is not None
 
     def image_mass(self, flow: Flow) -> list[list[Array]]:
