@@ -298,10 +298,11 @@ def places(scene: Scene) -> dict[str, Trial]:
     inside, way = (0.5, 8.0) if family.turns else (1.0, s / 2)
     docking = {"type": "dock", "point": list(dock), "heading_deg": 30, "approach_m": way, "tolerance_m": inside}
     offset = (-6.0, 3.0, 0.0) if family.turns else (-0.3 * s, 0.1 * s, 0.0)
-    speed = cruise * (1.0 if family.name in ("ship", "airplane") else 0.7)
+    ship = family.name == "ship"
+    speed = cruise * (1.0 if ship or family.name == "airplane" else 0.7)
     leader = {
         "vehicle": scene.vehicle.name,
-        "mission": [{"type": "waypoints", "points": [[40 * s, 0.0]], "speed_mps": speed, **at}],
+        "mission": [{"type": "waypoints", "points": [[40 * s, 0.0]], **at, **({} if ship else {"speed_mps": speed})}],
         "start": {"position_m": [0.4 * s, 0.15 * s, scene.z], "speed_mps": speed if radius else 0.0},
     }
     following = {"type": "follow", "agent": "b", "offset_m": list(offset), "seconds": waiting}
@@ -311,7 +312,7 @@ def places(scene: Scene) -> dict[str, Trial]:
         ),
         "orbit": Trial([circling], from_circle((s, 0.0), circle, 1.2 * s / cruise), on_circle(circle)),
         "dock": Trial([docking], from_end(dock), inside),
-        "follow": Trial([following], beside(offset, across=family.name == "ship"), scene.near, leader=leader),
+        "follow": Trial([following], beside(offset, across=ship), scene.near, leader=leader),
     }
 
 

@@ -241,6 +241,7 @@ def test_a_leg_in_the_mirror_asks_for_the_image(family: str) -> None:
 ONCE = {"type": "profile", "lower_depth_m": 9.0, "cycles": 1}
 DIVE = {"type": "dive", "depth_m": 9.0}
 FLIGHT = {"type": "dive", "height_m": 9.0}
+GOTO = {"type": "goto", "points": [[7.0, -4.0]]}
 
 
 @pytest.mark.parametrize(
@@ -248,7 +249,8 @@ FLIGHT = {"type": "dive", "height_m": 9.0}
     [
         ("hover", DIVE, "speed_mps"), ("rotor", FLIGHT, "speed_mps"), ("hover", {"type": "surface"}, "speed_mps"),
         ("hover", ONCE, "speed_mps"), ("hover", ONCE, "heading_deg"), ("hover", ONCE, "glide_deg"),
-        ("torpedo", ONCE, "glide_deg"),
+        ("torpedo", ONCE, "glide_deg"), ("glider", ONCE, "speed_mps"), ("glider", DIVE, "speed_mps"),
+        ("ship", GOTO, "speed_mps"),
     ],
 )  # fmt: skip
 def test_a_key_that_a_vehicle_would_not_follow_is_refused(family: str, leg: dict[str, Any], key: str) -> None:

@@ -65,6 +65,33 @@ def test_poses_and_sizes_are_those_of_mujoco(tmp_path):
             assert mesh.bounds[1, 2] == pytest.approx(half + round_end, abs=2e-6), name
 
 
+FROM_TO = """<mujoco><worldbody><body pos="5 0 1" euler="10 20 30">
+  <geom name="h" type="box" size="0.1" fromto="1 0 -0.5 2 1.5 1"/>
+  <geom name="i" type="ellipsoid" size="0.3 0.2 0.1" fromto="-1 0.4 0 -2 1 -1.2"/>
+  <geom name="j" type="box" size="0.3 0.2 0.7" fromto="-1 0.4 0 -2 1 -1.2"/>
+</body></worldbody></mujoco>"""
+# geom_size, geom_xpos, geom_xmat: MuJoCo 4.0.0, mj_forward at the initial state
+MUJOCO_FROM_TO = [
+    ([0.1, 0.1, 1.172604], [5.953817, 1.392343, 1.16314],
+     [0.904632, -0.333595, -0.265247, -0.42303, -0.62713, -0.654029, 0.051837, 0.703863, -0.708442]),
+    ([0.3, 0.3, 0.83666], [3.245199, -0.141631, 0.975218],
+     [0.381509, -0.210473, 0.900085, 0.630969, 0.770895, -0.087178, -0.675522, 0.601184, 0.426905]),
+    ([0.3, 0.3, 0.83666], [3.245199, -0.141631, 0.975218],
+     [0.381509, -0.210473, 0.900085, 0.630969, 0.770895, -0.087178, -0.675522, 0.601184, 0.426905]),
+]  # fmt: skip
+
+
+def test_boxes_and_ellipsoids_reach_from_end_to_end_as_in_mujoco(tmp_path):
+    """Their first size is half the width both ways, the second the way between the ends."""
+    found = list(read_mjcf(ElementTree.fromstring(FROM_TO), tmp_path, "visual"))
+    assert len(found) == len(MUJOCO_FROM_TO)
+    for (mesh, (turn, place)), (size, position, matrix) in zip(found, MUJOCO_FROM_TO, strict=True):
+        assert mesh.bounds == pytest.approx(np.array([-1, 1])[:, None] * size, abs=0.003)  # an ellipsoid is of facets
+        assert mesh.bounds[1, 2] == pytest.approx(size[2], abs=2e-6)
+        assert place == pytest.approx(position, abs=2e-6)
+        assert turn.ravel() == pytest.approx(matrix, abs=2e-6)
+
+
 def test_groups_and_contact_tell_visual_from_collision_shapes(tmp_path):
     (tmp_path / "part.xml").write_text(
         '<mujocoinclude><geom type="box" size="1 1 1" contype="0" conaffinity="0" group="1"/></mujocoinclude>'

@@ -45,6 +45,10 @@ def test_each_combination_runs_as_it_would_alone(tmp_path: Path) -> None:
     assert [(row[SPEED], row["simulated_s"]) for row in rows] == [(v, "2.0") for v in ("0.2", "0.2", "0.7", "0.7")]
 
 
+def test_yes_is_not_one() -> None:
+    assert [type(v) for v in axis_of("sensors.dvl.ideal=1,true,0,false").values] == [int, bool, int, bool]
+
+
 def test_a_sweep_goes_on_where_it_was_ended(tmp_path: Path) -> None:
     made = sweep(tmp_path / "s", f"{SPEED}=0.1,0.3,0.4", seconds=0.5)
     first = run_sweep(made)
@@ -86,6 +90,7 @@ def test_a_run_that_cannot_be_is_told_and_the_others_go_on(tmp_path: Path, capsy
         (("ocean.turbidity",), "write KEY.PATH=VALUES"),
         (("ocean.turbidity=1,,2",), "a value is missing"),
         (("ocean.turbidity=1,1",), "given twice"),
+        (("ocean.turbidity=true,1,true",), "True is given twice"),
         (("ocean.turbidity=0:1:2.5",), "a whole count from 2 on, not 2.5"),
         (("ocean.turbidty=1,2",), "did you mean 'turbidity'"),
         (("ocean.turbidity=1,-2",), "at least 0, not -2"),

@@ -34,6 +34,14 @@ def test_variants_are_used_as_a_whole():
         Vehicle.from_catalogue("bluerov2_heavy", variant="wu2018")
 
 
+NATIVE = {
+    "type": "engine_forces", "mass_kg": 16.0, "volume_m3": 0.0165, "inertia_kg_m2": [0.3, 1.2, 1.4],
+    "drag_area_m2": 0.06, "damping_1_s": 0.3, "turn_damping_1_s": 0.4, "half_height_m": 0.9,
+}  # fmt: skip
+FINS = [{"position_m": [-0.7, 0.1, 0.05], "lift": [0.0, 0.6, 0.8]}]
+PUSHED = {**NATIVE, "thrusters": [{"position_m": [-0.4, 0.2, 0.1], "direction": [0.8, 0.36, -0.48], "limit_n": 9.0}]}
+
+
 @pytest.mark.parametrize(
     ("name", "changes", "message"),
     [
@@ -46,6 +54,9 @@ def test_variants_are_used_as_a_whole():
         ("remus100", {"hull": {"fins": [{"angle_deg": 0, "x_m": 0, "span_m": 0, "chord_m": 0.1}]}}, "span_m"),
         ("remus100", {"lenght_m": 2.0}, "lenght_m.*[Ee]xtra"),
         ("remus100", {"default_mode": "depth"}, "default_mode 'depth' is none of"),
+        ("bluerov2", {"modes": {"m": {**PUSHED, "command": "pose"}}}, "leave out 'thrusters'"),
+        ("bluerov2", {"modes": {"m": {**PUSHED, "command": "place"}}}, "two 'thrusters', left and right, not 1"),
+        ("bluerov2", {"modes": {"m": {**NATIVE, "command": "pose", "fins": FINS}}}, "'pose' moves no fins"),
         ("remus100", {"actuators": {"rudder": None}}, "uses the actuator 'rudder'"),
         ("bluerov2", {"battery": None}, "need a battery"),
         ("bluerov2", {"added_mass": {"diagonal": [-20, 5, 5, 1, 1, 1]}}, "not positive definite"),

@@ -157,6 +157,20 @@ def test_land_is_still_and_scalars_are_filled_from_the_nearest(tmp_path: Path) -
     assert np.array(sea.temperature(place, jit.Float64(0.0))) == pytest.approx([19.5, 18.0], abs=1e-6)
 
 
+def test_a_file_is_searched_for_what_it_is_given_for(tmp_path: Path) -> None:
+    data = dataset()
+    for name, value, unit in (("thetao", 283.65, "K"), ("so", 34.2, "1"), ("dye", 0.7, "1"), ("odd", 0.3, "1")):
+        data[name] = (0 * data.thetao + value).assign_attrs(units=unit, standard_name="", long_name=name)
+    file = {"type": "gridded", "file": str(write(tmp_path / "a.nc", data))}
+    tracers = {"dye": [file], "tint": [{**file, "variable": "odd"}], "salt": [{**file, "quantity": "salinity"}]}
+    config = OceanConfig.model_validate({"temperature_c": [file], "salinity": [file], "tracers": tracers})
+    sea = build_ocean(config, SimpleNamespace(origin=ORIGIN))
+    place, now = jit.Array3f64(30.0, -40.0, -6.0), jit.Float64(0.0)
+    found = [sea.temperature(place, now), sea.salinity(place, now), *(sea.tracer(n, place, now) for n in tracers)]
+    assert [float(v[0]) for v in found] == pytest.approx([10.5, 34.2, 0.7, 0.3, 34.2], abs=1e-5)  # single precision
+    assert OceanConfig.model_validate(config.model_dump(mode="json", exclude_unset=True)) == config
+
+
 @pytest.mark.parametrize("longitude", [0.02, -0.3, 179.9, -179.95])
 def test_a_global_grid_has_no_edge_at_greenwich_nor_at_the_date_line(tmp_path: Path, longitude: float) -> None:
     """Columns from 0 to 360, the last of them the first again; v of sin(longitude) is linear over half a degree to

@@ -56,7 +56,9 @@ def axis_of(text: str) -> Axis:
         data = [parse_document(part, place, Path.cwd()).data for part in given.split(",")]
     if not isinstance(data, list) or not data or None in data:
         raise InputError(f"{place}: a value is missing; write VALUE,VALUE,... or a list in YAML")
-    twice = [v for k, v in enumerate(data) if v in data[:k]]
+    twice = [
+        v for k, v in enumerate(data) if any(v == w and isinstance(v, bool) == isinstance(w, bool) for w in data[:k])
+    ]
     if twice:
         raise InputError(f"{place}: {twice[0]!r} is given twice")
     return Axis(key.strip(), tuple(data))

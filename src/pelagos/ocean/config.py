@@ -32,7 +32,7 @@ from pelagos.ocean.plume import DriftingPlumeConfig
 from pelagos.ocean.site import Site
 from pelagos.ocean.sky import SunConfig, WeatherConfig
 from pelagos.ocean.tide import TideConfig, make_tide
-from pelagos.ocean.tracer import FieldConfig, FieldsConfig, ScalarField, UniformFieldConfig, components_of
+from pelagos.ocean.tracer import FieldConfig, FieldsConfig, ScalarField, UniformFieldConfig, components_of, given_for
 from pelagos.ocean.turbulence import TurbulentCurrentConfig
 from pelagos.ocean.water_column import ProfileConfig, WaterColumn, tabulate
 from pelagos.ocean.water_mass import WaterMass, make_water
@@ -109,12 +109,17 @@ class OceanConfig(Strict):
     @field_validator("temperature_c")
     @classmethod
     def _liquid(cls, value: FieldsConfig) -> FieldsConfig:
-        return _between(value, -3, 45, "a temperature of sea water", "degC")
+        return given_for(_between(value, -3, 45, "a temperature of sea water", "degC"), "temperature")
 
     @field_validator("salinity")
     @classmethod
     def _salty(cls, value: FieldsConfig) -> FieldsConfig:
-        return _between(value, 0, 42, "a practical salinity", "")
+        return given_for(_between(value, 0, 42, "a practical salinity", ""), "salinity")
+
+    @field_validator("tracers")
+    @classmethod
+    def _named(cls, value: dict[str, FieldsConfig]) -> dict[str, FieldsConfig]:
+        return {name: given_for(fields, name) for name, fields in value.items()}
 
     @model_validator(mode="after")
     def _shallow(self) -> OceanConfig:

@@ -16,6 +16,7 @@ from pydantic import Field, model_validator
 
 from pelagos import jit
 from pelagos.config.strict import Strict
+from pelagos.errors import ScenarioError
 from pelagos.jit import Array
 from pelagos.math.lookup import locate
 from pelagos.ocean.analytic_current import TideName, tide_omega
@@ -230,15 +231,18 @@ class GriddedFieldConfig(_Gridded):
 
     type: Literal["gridded"] = "gridded"
     """The kind of field."""
-    quantity: str = "temperature"
-    """What to look for: temperature, salinity, oxygen, chlorophyll, or the variable's own name."""
+    quantity: str | None = None
+    """What to look for: temperature, salinity, oxygen, chlorophyll, or the variable's own name; what it is given for
+    where not said, in `tracers` the tracer's name."""
     variable: str | None = None
     """Name of the variable in the file; found by its standard name where not given."""
 
     @property
     def quantities(self) -> list[tuple[str, str | None]]:
         """See `GriddedCurrentConfig`."""
-        return [(self.quantity, self.variable)]
+        if self.quantity is None and self.variable is None:
+            raise ScenarioError("say which quantity to read from the file", where="quantity")
+        return [(self.quantity or str(self.variable), self.variable)]
 
     def build(self, site: Site) -> ScalarField:
         """The component on the device."""
@@ -296,6 +300,16 @@ FieldConfig: TypeAlias = Annotated[
 
 FieldsConfig: TypeAlias = float | ProfileConfig | tuple[FieldConfig, ...]
 """A number, a table against depth, or a list of components that are summed."""
+
+
+def given_for(value: FieldsConfig, quantity: str) -> FieldsConfig:
+    """The same, where files are searched for this quantity unless they say another."""
+    if not isinstance(value, tuple):
+        return value
+    return tuple(
+        c.model_copy(update={"quantity": quantity}) if isinstance(c, GriddedFieldConfig) and c.quantity is None else c
+        for c in value
+    )
 
 
 def total(fields: list[ScalarField], position: Array, t: Array) -> Array:

@@ -138,8 +138,10 @@ def world_acceleration_mode(limits: tuple[float, float] | None) -> dict[str, Any
     return made
 
 
-def engine_modes(commands: Mapping[str, str], **body: Any) -> dict[str, Any]:
-    """Native modes of the force model, by the set-points of each."""
+def engine_modes(commands: Mapping[str, str], *, thrusters: Sequence[Any], **body: Any) -> dict[str, Any]:
+    """Native modes of the force model, by the set-points of each; a pose is held without thrusters."""
+    pushed = {"thrusters": thrusters}
     return {
-        name: {"type": "engine_forces", "command": kind, **body} for name, kind in commands.items()
-    }  # fmt: skip
+        name: {"type": "engine_forces", "command": kind, **body, **({} if kind == "pose" else pushed)}
+        for name, kind in commands.items()
+    }

@@ -7,6 +7,11 @@ from typing import Any
 
 _TURNING = ("hover", "rotor")
 """Families that go up and down on the spot, at a rate of their own."""
+_DRIVEN = {
+    "ship": "goes as fast as its engine's setting drives it",
+    "glider": "goes as fast as its buoyancy and its glide angle drive it",
+}
+"""Families whose control modes have no set-point of speed."""
 
 
 @dataclass(frozen=True)
@@ -26,6 +31,8 @@ def unheard_key(leg: Any, family: str) -> Unheard | None:
 
 
 def _unheard(leg: Any, family: str) -> list[tuple[str, str]]:
+    if family in _DRIVEN and "speed_mps" in type(leg).model_fields:
+        return [("speed_mps", _DRIVEN[family])]
     if leg.type in ("dive", "surface") and family in _TURNING:
         return [("speed_mps", "goes up and down at a rate of its own")]
     if leg.type != "profile" or family == "glider":

@@ -13,11 +13,11 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Final, Literal
+from typing import Final, Literal, Self
 
 import drjit as dr
 import numpy as np
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from pelagos.errors import ScenarioError
 from pelagos.hydro.algebra import Vector, add, cross, dot, matvec, minus, scaled, transpose
@@ -97,6 +97,17 @@ class EngineForcesConfig(PartConfig):
     """Commanded before the thrusters; these and thrust are cut above the surface where there are fins."""
     current: bool = Field(default=True)
     """Three further set-points: a current NWU [m/s], beside that of the ocean."""
+
+    @model_validator(mode="after")
+    def _pushed(self) -> Self:
+        """Thrusters and fins that the set-points move, and no others."""
+        if self.command == "pose" and self.thrusters:
+            raise ValueError("the command 'pose' accelerates the body itself: leave out 'thrusters'")
+        if self.command == "place" and len(self.thrusters) != 2:
+            raise ValueError(f"the command 'place' needs two 'thrusters', left and right, not {len(self.thrusters)}")
+        if self.command != "thrusters" and self.fins:
+            raise ValueError(f"the command {self.command!r} moves no fins: leave out 'fins'")
+        return self
 
     def build(self, plant: Plant) -> EngineForces:
         """The mode.

@@ -114,20 +114,6 @@ def myring_radius(config: TorpedoHull, from_nose: Points) -> Points:
     return np.where(from_nose < a, nose, np.where(s > 0, np.maximum(aft, 0.0), middle))
 
 
-def _torpedo(config: TorpedoHull) -> list[Mesh]:
-    nose_x = config.length_m / 2 if config.nose_x_m is None else config.nose_x_m
-    a, c, length = config.nose_m, config.tail_m, config.length_m
-    bow = a * (1 - np.cos(np.linspace(0, math.pi / 2, 13)))
-    stern = length - c + c * np.sin(np.linspace(0, math.pi / 2, 13))
-    from_nose = np.unique(np.concatenate([bow, stern]))
-    parts = [revolved(nose_x - from_nose, myring_radius(config, from_nose))]
-    for fin in config.fins:
-        parts.append(_fin(fin))
-    if config.propeller_m > 0:
-        parts += _propeller(nose_x - length, config.propeller_m)
-    return parts
-
-
 def _fin(fin: FinShape) -> Mesh:
     out = fin.outward
     ahead = np.array([1.0, 0.0, 0.0])

@@ -105,9 +105,14 @@ class _File:
         kind = geom.get("type", "mesh" if "mesh" in geom and "type" not in geom else "sphere")
         size = numbers(geom.get("size", "0.1"))
         pose = self._pose(geom)
+        if "fromto" in geom and kind in ("box", "ellipsoid", "cylinder", "capsule"):
+            ends = numbers(geom["fromto"], 6).reshape(2, 3)
+            half = float(np.linalg.norm(ends[1] - ends[0])) / 2
+            pose = to_axis(ends[0] - ends[1]), ends.mean(axis=0)
+            size = np.array([size[0], half] if kind in ("cylinder", "capsule") else [size[0], size[0], half])
         if kind == "mesh":
             return self._mesh(geom), pose
-        if kind == "box" and "fromto" not in geom:
+        if kind == "box":
             return shapes.box(2 * size[:3]), pose
         if kind == "sphere":
             return shapes.sphere(float(size[0])), pose
@@ -117,10 +122,6 @@ class _File:
             return shapes.plane((2 * float(size[0] or 50.0), 2 * float(size[1] or 50.0))), pose
         if kind in ("cylinder", "capsule"):
             half = float(size[1]) if len(size) > 1 else 0.0
-            if "fromto" in geom:
-                ends = numbers(geom["fromto"], 6).reshape(2, 3)
-                half = float(np.linalg.norm(ends[1] - ends[0])) / 2
-                pose = to_axis(ends[0] - ends[1]), ends.mean(axis=0)
             return rod(float(size[0]), 2 * half, round_ends=kind == "capsule"), pose
         return None, pose  # height fields have no file shape of their own
 
