@@ -67,7 +67,7 @@ fuzz: venv llvm ## Fuzz the readers for SECONDS=300 each: scenarios, texts, reco
 soak: venv llvm ## Long runs, to see that memory stays flat: SHARE=1 is a week of simulated time
 	$(BIN)/python scripts/soak.py --share $(or $(SHARE),0.01)
 
-mutants: venv llvm ## Put some 800 mistakes into copies of the source and see that a test notices each
+mutants: venv llvm ## Put a thousand mistakes into copies of the source and see that a test notices each
 	$(BIN)/python scripts/mutants $(LAYERS)
 
 mutants-map: venv llvm ## Write down which test runs which line, for mutants-fresh: some 20 minutes

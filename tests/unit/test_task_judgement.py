@@ -250,3 +250,16 @@ def test_a_wall_is_inspected_westwards_at_a_distance(euler: Any, monkeypatch: py
     along = 1 - min(abs(west - 0.3) / 0.3, 2.0)
     assert found.metrics["west_mps"][0] == pytest.approx(west)
     assert found.reward[0] == pytest.approx(along - 0.35 - 0.15)
+
+
+@pytest.mark.parametrize("beam", [20, 27])
+def test_the_baseline_goes_round_an_echo_on_the_side_where_it_is_not(beam: int) -> None:
+    """Beams run from port to starboard; a turn to port is positive. With nothing ahead: north, at full speed."""
+    task = ObstacleAvoidance()
+    picture = np.zeros((2, task.beams, task.bins), np.float32)
+    picture[0, beam, 14] = 1.0
+    picture[1, beam, -1] = 1.0  # far
+    acts = task.script({"sonar": picture, "state": np.tile([0.0, 1.0, 0.0, 0.0, 0.0], (2, 1))})
+    assert np.sign(acts[0, 1]) == (-1.0 if beam < task.beams / 2 else 1.0)
+    assert abs(acts[0, 1]) > math.radians(5.0)
+    assert acts[1] == pytest.approx([1.0, 0.0, 0.0], abs=1e-6)

@@ -60,6 +60,14 @@ def accelerations(config, *, states=(), eta=None, nu=None):
     return vehicle.accelerations(eta, nu, actuators, actuators, current=(0.3, -0.2, 0.1))[0]
 
 
+def test_shut_in_air_bears_an_outside_head_at_its_limit():
+    """Boyle: p_0 V = (p_0 + h) (V - w); the limit is where the head of the air is h."""
+    head, volume, atmosphere = (jit.Float64(v) for v in ([0.3, 4.0, 25.0], [0.02, 0.7, 3.0], [10.1, 9.7, 10.4]))
+    water = flooding.boyle_limit(head, volume, atmosphere)
+    np.testing.assert_allclose(flooding.boyle_head(water, volume, atmosphere)[0], head, rtol=1e-12)
+    np.testing.assert_allclose((atmosphere + head) * (volume - water), atmosphere * volume, rtol=1e-12)
+
+
 THING = {"type": "releasable", "mass_kg": 4.0, "position_m": (0.31, -0.12, 0.17), "inertia_kg_m2": (0.03, 0.05, 0.06)}
 
 

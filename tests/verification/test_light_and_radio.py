@@ -135,13 +135,14 @@ def test_radio_reaches_the_horizon_and_drops_at_submersion() -> None:
         sim.send("b", "radio", b"hello", to="a")
 
 
+SIZE = {"length_m": 13, "beam_m": 5}
+
+
 @pytest.mark.parametrize(("ais_class", "kinds"), [("A", {1, 5}), ("B", {18, 24})])
 def test_ais_sentences_are_decoded_by_another_package(ais_class: str, kinds: set[int]) -> None:
     """Messages of the class, with the position where the boat is (1e-4 minutes) and its own number; checksums hold."""
     turned = {"orientation_deg": [0.0, 0.0, 90.0]}  # the ship's heading is told, not the antenna's
-    ais = {
-        "ais": {"type": "ais", "mmsi": 211_000_001, "ais_class": ais_class, "name": "Otter", "length_m": 12, **turned}
-    }
+    ais = {"ais": {"type": "ais", "mmsi": 211_000_001, "ais_class": ais_class, "name": "Otter", **SIZE, **turned}}
     other = {"ais": {"type": "ais", "mmsi": 211_000_002}}
     sim = pl.Simulation.load(scenario({"a": boat(300, -200, 2.0, ais), "b": boat(0, 0, 2.0, other)}))
     lines: list[str] = []
@@ -178,6 +179,9 @@ def test_ais_sentences_are_decoded_by_another_package(ais_class: str, kinds: set
             assert m["heading"] == pytest.approx(40.0, abs=8.0)
         if "shipname" in m:
             assert m["shipname"].rstrip("@ ") == "OTTER"
+        if "to_bow" in m:  # the antenna amidships: the parts are the ship
+            assert (m["to_bow"], m["to_port"]) == (6, 2)
+            assert (m["to_bow"] + m["to_stern"], m["to_port"] + m["to_starboard"]) == (13, 5)
 
 
 def test_reporting_intervals() -> None:
