@@ -39,4 +39,4 @@ def test_sections_end_in_the_waterline() -> None:
 def test_a_hull_beside_the_water_has_no_section() -> None:
     hull = prism()
     with pytest.raises(InputError, match="does not float at z = 0"):
-        mesh_stations(np.array(hull.vertices) + [0.0, 0.0, 2.0], np.array(hull.faces), 5)
+        mesh_stations(np.add(hull.vertices, [0.0, 0.0, 2.0]), np.array(hull.faces), 5)
