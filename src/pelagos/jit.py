@@ -180,6 +180,13 @@ def from_numpy(kind: Any, values: Any) -> Array:
     return made
 
 
+def to_rows(vectors: Array) -> Any:
+    """Evaluated vectors as rows `(n, k)` of a NumPy array: component by component no kernel is needed for it."""
+    import numpy as np
+
+    return np.stack(np.broadcast_arrays(*(np.array(part) for part in vectors)), axis=-1)
+
+
 def padded(values: Any) -> Any:
     """Flat values of a NumPy array, whose end is a packet of lanes or more away from that of its page of memory.
 

@@ -76,7 +76,7 @@ OTHERWISE: dict[str, list[dict[str, Any]]] = {
     "range_finder": [{"range_max_m": 30.0, "azimuth_deg": [0.0, 35.0, -50.0], "elevation_deg": [10.0, -20.0, 35.0]}],
     "hydrophone": [{"elements_m": [[0.0, 0.0, 0.0], [0.3, -0.2, 0.1]], "shipping": 0.9, "self_noise_db": 40.0}],
 }  # fmt: skip
-SHALLOW = ("turbidity", "oxygen", "fluorometer", "tracer", "ctd", "sound_velocity", "current_meter")
+SHALLOW = ("turbidity", "oxygen", "fluorometer", "tracer", "ctd", "sound_velocity")
 LONG = ("profiling_sonar", "sidescan", "mechanical_scanning_sonar")  # to compile; imaging_sonar has what they have
 CASES = [
     pytest.param(name, k, marks=pytest.mark.slow) if k and name in LONG else (name, k)
@@ -98,6 +98,13 @@ WEATHER = {
     "waves": {"type": "regular", "height_m": 0.7, "period_s": 3.1, "towards_deg": 115.0, "phase_deg": 40.0},
     "weather": {"rain_mm_per_h": 14.0},
 }
+FLOWING = ("adcp", "dvl", "current_meter", "multibeam", "imu")
+"""Sensors that tell where the water moves how."""
+EDDIES = [
+    {"type": "shear", "speed_mps": 0.3, "towards_deg": 200.0, "per_m": 0.05},
+    {"type": "vortex", "center_m": [3.0, -4.0], "radius_m": 5.0, "speed_mps": 0.4, "drift_mps": 0.3,
+     "drift_towards_deg": 80.0},
+]  # fmt: skip
 
 
 @pytest.mark.filterwarnings("ignore::pelagos.errors.ValidityWarning")
@@ -107,6 +114,7 @@ def test_readings_in_motion(name: str, setting: int) -> None:
     keys = SIZES.get(name, {}) | (OTHERWISE[name][setting - 1] if setting else {})
     scenario = sea(name, keys)
     scenario["ocean"] |= WEATHER
+    scenario["ocean"]["currents"] += EDDIES if name in FLOWING else []
     sim = pl.Simulation.load(scenario)
     sim.reset()
     depth = -0.2 if name in ("gps", "thermal_camera") else 0.2 if name in SHALLOW else 2.6

@@ -10,7 +10,7 @@ import drjit as dr
 import numpy as np
 from numpy.typing import NDArray
 
-from pelagos.jit import Array
+from pelagos import jit
 from pelagos.sensors.sonar.ping.emitter import Emitter
 
 if TYPE_CHECKING:
@@ -28,7 +28,7 @@ class Pose:
     def of(cls, motion: Kinematics) -> Pose:
         """That of a motion."""
         dr.eval(motion.position, motion.attitude)
-        return cls(_rows(motion.position), _rows(motion.attitude))
+        return cls(jit.to_rows(motion.position), jit.to_rows(motion.attitude))
 
     def of_rows(self, rows: slice, lanes: ReceiverLanes) -> Pose:
         """That of some rows of every tick, on the lanes of a receiver."""
@@ -94,11 +94,6 @@ class Placed:
         w, v, w2, v2 = q[..., :1], q[..., 1:], turn[..., :1], turn[..., 1:]
         real = w * w2 - (v * v2).sum(axis=-1, keepdims=True)
         return cls(body + rotated(q, arm), np.concatenate([real, w * v2 + w2 * v + np.cross(v, v2)], axis=-1))
-
-
-def _rows(vectors: Array) -> NDArray[np.float64]:
-    """Evaluated vectors as rows: component by component no kernel is needed for it."""
-    return np.stack([np.array(part) for part in vectors], axis=-1)
 
 
 def rotated(q: NDArray[np.float64], vector: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -127,15 +127,15 @@ class Bystanders:
         position, attitude = sensor_pose(motion, self._own.mounting)
         motions = [neighbours.motion_of(agent) for agent in self._sources]
         dr.eval(position, attitude, [(m.position, m.attitude, m.velocity, m.copy) for m in motions])
-        here, q, copy = _rows(position), _rows(attitude), np.array(motion.copy).astype(np.int64)
+        here, q, copy = jit.to_rows(position), jit.to_rows(attitude), np.array(motion.copy).astype(np.int64)
         tick = np.array(motion.tick).astype(np.int64)
         carrier = copy // self._copies if len(self._carriers) > 1 else np.zeros(len(copy), np.int64)
         at = _Here(here, q, copy, tick, carrier)
         lanes = [at.lanes_of(dr.width(m.position), self._copies, len(self._carriers)) for m in motions]
-        places = np.concatenate([_rows(m.position)[lane] for m, lane in zip(motions, lanes, strict=True)])
+        places = np.concatenate([jit.to_rows(m.position)[lane] for m, lane in zip(motions, lanes, strict=True)])
         copies = np.concatenate([np.array(m.copy)[lane] for m, lane in zip(motions, lanes, strict=True)])
         t = jit.Float64(np.tile(np.array(motion.t_ns) * 1e-9, len(motions)))
-        water = _rows(self._ocean.current(jit.Array3f64(*np.ascontiguousarray(places.T)), t, jit.UInt32(copies)))
+        water = jit.to_rows(self._ocean.current(jit.Array3f64(*np.ascontiguousarray(places.T)), t, jit.UInt32(copies)))
         water = np.broadcast_to(water, places.shape).reshape(len(motions), -1, 3)
         found = [
             self._of(agent, source, _Moving.of(m, lane, w), at)
@@ -188,8 +188,8 @@ class _Moving:
     @classmethod
     def of(cls, motion: Kinematics, lane: NDArray[np.int64], water: NDArray[np.float64]) -> _Moving:
         """By the motion of the vehicle, of which `lane` counts, in a current."""
-        over_ground = rotate_np(_rows(motion.attitude)[lane], _rows(motion.velocity)[lane])
-        return cls(_rows(motion.position)[lane], over_ground - water)
+        over_ground = rotate_np(jit.to_rows(motion.attitude)[lane], jit.to_rows(motion.velocity)[lane])
+        return cls(jit.to_rows(motion.position)[lane], over_ground - water)
 
 
 @dataclass(frozen=True)
@@ -251,10 +251,6 @@ def _headed(local: NDArray[np.float64], angle: NDArray[np.float64]) -> NDArray[n
     """Directions in the frame of a head that has turned about z [rad]."""
     c, s, (x, y, z) = np.cos(angle), np.sin(angle), local.T
     return np.stack([c * x + s * y, c * y - s * x, z], axis=-1)
-
-
-def _rows(vectors: Array) -> NDArray[np.float64]:
-    return np.stack([np.array(part) for part in vectors], axis=-1)
 
 
 def _struct(rows: Sequence[_Row], lanes: int) -> VehicleNoise:
