@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import gzip
-import struct
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Final
 
 import matplotlib.pyplot as plt
 import numpy as np
+import pd0
 from numpy.typing import NDArray
 from page import Chapter, Row, absolute, keep, relative, table
 
@@ -26,7 +25,6 @@ Array = NDArray[np.float64]
 
 TILT: Final = np.radians(20.0)
 PINGS: Final = 2  # averaged into an ensemble
-_NONE: Final = -32768
 
 
 def chapter(data: Path | None) -> Chapter:
@@ -100,25 +98,11 @@ def _simulated(altitude: float, count: int) -> tuple[Array, Array, float]:
     return error, np.array(ranges).reshape(count, PINGS, 4).mean(axis=1).T, float(np.mean(locked))
 
 
-def _ensembles(raw: bytes) -> Iterator[bytes]:
-    """PD0 ensembles with a right checksum."""
-    at = raw.find(b"\x7f\x7f")
-    while at >= 0:
-        size = struct.unpack_from("<H", raw, at + 2)[0] if at + 4 <= len(raw) else 0
-        whole = size and at + size + 2 <= len(raw)
-        if whole and struct.unpack_from("<H", raw, at + size)[0] == sum(raw[at : at + size]) & 0xFFFF:
-            yield raw[at : at + size]
-            at += size
-        at = raw.find(b"\x7f\x7f", at + 2)
-
-
 def _keep(file: Path) -> None:
     rows = []
-    for e in _ensembles(gzip.decompress(file.read_bytes())):
-        places = {struct.unpack_from("<H", e, o)[0]: o for o in struct.unpack_from(f"<{e[5]}H", e, 6)}
-        track = places[0x0600]
-        ranges, velocity = struct.unpack_from("<4H", e, track + 16), struct.unpack_from("<4h", e, track + 24)
-        error = np.nan if _NONE in velocity else velocity[3] / 1000
+    for e in pd0.ensembles(gzip.decompress(file.read_bytes())):
+        ranges, velocity = e.take("4H", pd0.TRACK, 16), e.take("4h", pd0.TRACK, 24)
+        error = np.nan if pd0.NONE in velocity else velocity[3] / 1000
         rows.append([*(r / 100 if r else np.nan for r in ranges), error])
     late = np.array(rows[len(rows) // 2 :])
     columns = {f"range_{b}_m": late[:, b] for b in range(4)} | {"error_mps": late[:, 4]}

@@ -56,7 +56,10 @@ class AdcpConfig(EchoesConfig):
     frequency_hz: float = Field(default=600e3, ge=200)
     """Frequency [Hz]."""
     noise_mps: float = Field(default=0.03, ge=0)
-    """Standard deviation of the speed along one beam in a cell of 1 m [m/s]; it falls with the root of the cell."""
+    """Standard deviation of the speed along one beam in a cell of 1 m [m/s]; it falls with the cell's height."""
+    noise_cell_exponent: float = Field(default=0.5, ge=0, le=2)
+    """Power of the cell's height by which the noise falls: 0.5 by the samples in a cell alone; 1 where the pulse grows
+    with the cell, as in sheets of broadband profilers."""
     sound_speed_mps: float | None = Field(default=None, gt=1300, lt=1700)
     """Sound speed that turns shifts into speeds and times into ranges [m/s]; absent: that of the water at the sonar."""
     ph: float = Field(default=8.1, gt=7, lt=9)
@@ -131,6 +134,7 @@ class Adcp:
     SOURCES: ClassVar[tuple[str, ...]] = (
         "Teledyne RD Instruments, Acoustic Doppler Current Profiler: Principles of Operation (2011)",
         "D. S. Zrnic, IEEE Trans. Aerosp. Electron. Syst. 13, 344 (1977), doi 10.1109/TAES.1977.308467: pulse pairs",
+        "T. K. Chereskin and A. J. Harding, J. Atmos. Oceanic Technol. 10, 41 (1993): the variance of a cell",
     )
 
     def __init__(self, config: AdcpConfig, context: SensorContext) -> None:
@@ -204,7 +208,7 @@ def profile(
     """
     tilt = math.cos(math.radians(config.beam_tilt_deg))
     t = jit.Float64(motion.t_ns) * 1e-9
-    sigma = config.noise_mps / math.sqrt(config.cell_m)
+    sigma = config.noise_mps / math.sqrt(config.cell_m ** (2.0 * config.noise_cell_exponent))
     noise = normals64(key, motion, 4 * config.cells)
     assumed = jit.Float64(1.0)
     if config.sound_speed_mps is not None:

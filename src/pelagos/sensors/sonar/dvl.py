@@ -15,6 +15,7 @@ from pelagos import jit
 from pelagos.acoustics.doppler import echo_margin_db, janus_beams, velocity_from_beams
 from pelagos.acoustics.spreading import to_db
 from pelagos.config.rate import Rate
+from pelagos.hydro.bed_load import grain_speed, skin_friction
 from pelagos.jit import Array
 from pelagos.math.so3 import rotate, rotate_back
 from pelagos.sensors.mount import sensor_velocity
@@ -33,6 +34,7 @@ from pelagos.sensors.sonar.ping.pulse_pairs import Pairs
 from pelagos.sensors.sonar.ping.sea_state import wind_for
 from pelagos.sensors.sonar.ping.sounder import Ping, Sounder, Waters
 from pelagos.sensors.sonar.ping.surface_scattering import scattering
+from pelagos.world.label import label_number
 
 if TYPE_CHECKING:
     from pelagos.ocean.ocean import Ocean
@@ -41,6 +43,8 @@ _TYPICAL_DB: Final = -20.0  # backscattering strength at which range_max_m holds
 _FAINTEST_DB: Final = 6.0  # signal-to-noise ratio of an echo that is just tracked; assumed
 # reach of the rays, of range_max_m: the vehicle may be tilted, and water is tracked above a far bottom
 _BEYOND: Final = 1.5
+_ABOVE_BED_M: Final = 1.0  # height at which the current that carries grains along is asked for, as usual in the field
+_GROUND: Final = label_number("landscape")
 _RAYS: Final = 5  # of a beam: its axis and four at the half-power edge
 
 
@@ -82,6 +86,9 @@ class DvlConfig(EchoesConfig):
     water at the sonar."""
     water_layer_m: float | None = Field(default=None, gt=0)
     """Distance below the sensor of the layer that water track measures [m]; absent: no water track."""
+    bed_grain_mm: float | None = Field(default=None, ge=0.06, le=2)
+    """Grain size of a bed that the current, as it is 1 m above, carries along under the log: it tracks moving grains
+    then, and reads too much upstream [mm]; absent: the bed lies still."""
     ph: float = Field(default=8.1, gt=7, lt=9)
     """Acidity of the water, for absorption."""
     lag_s: float = Field(default=1e-4, gt=0)
@@ -164,6 +171,7 @@ class Dvl:
     SOURCES: ClassVar[tuple[str, ...]] = (
         "Teledyne RD Instruments, Acoustic Doppler Current Profiler: Principles of Operation (2011)",
         "D. S. Zrnic, IEEE Trans. Aerosp. Electron. Syst. 13, 344 (1977), doi 10.1109/TAES.1977.308467: pulse pairs",
+        "L. C. van Rijn, J. Hydraul. Eng. 110, 1431 (1984), doi 10.1061/(ASCE)0733-9429(1984)110:10(1431): moving grains",
         "B. H. Brumley et al., IEEE J. Ocean. Eng. 16, 402 (1991), doi 10.1109/48.90905: error of the Doppler estimate",
         "R. J. Urick, Principles of Underwater Sound, 3rd ed. (1983), Section 8.12: level of bottom echoes",
     )
@@ -216,6 +224,13 @@ class Dvl:
             beam_echo(dr.width(lanes.position), b, hits.valid, hits.t, section, ground, config.beams[b])
             for b in range(4)
         ]
+        if config.bed_grain_mm is not None:
+            first = dr.arange(jit.UInt32, dr.width(lanes.position)) * (4 * _RAYS)
+            grounds = [dr.gather(jit.UInt32, hits.label, first + b * _RAYS) == _GROUND for b in range(4)]
+            beams = [
+                (*echo[:3], echo[3] + dr.select(bed, carried_bed(config, lanes, b, echo[1], motion, ocean), 0.0))
+                for b, (echo, bed) in enumerate(zip(beams, grounds, strict=True))
+            ]
         found = bottom_track(config, beams, velocity, motion, lanes.medium, ping.key, trace)
         first = dr.arange(jit.UInt32, dr.width(lanes.position)) * (4 * _RAYS)
         for name, met in (("label", hits.label), ("instance", hits.instance)):
@@ -297,6 +312,19 @@ def assumed_over_true(config: DvlConfig, medium: Medium) -> Array:
     if config.sound_speed_mps is None:
         return jit.Float64(1.0)
     return config.sound_speed_mps / jit.Float64(medium.sound_speed)
+
+
+def carried_bed(
+    config: DvlConfig, lanes: Lanes, beam: int, distance: Array, motion: Kinematics, ocean: Ocean
+) -> Array:
+    """Speed [m/s] along a beam of the grains that the current carries over the bed, level, where the beam meets it."""
+    assert config.bed_grain_mm is not None
+    grain, axis = config.bed_grain_mm * 1e-3, jit.Array3f64(*config.beams[beam].tolist())
+    place = lanes.position + rotate(lanes.attitude, axis) * jit.Float64(distance)
+    water = ocean.current(place + jit.Array3f64(0.0, 0.0, _ABOVE_BED_M), jit.Float64(motion.t_ns) * 1e-9, motion.copy)
+    speed = dr.hypot(water.x, water.y)
+    grains = grain_speed(skin_friction(speed, _ABOVE_BED_M, grain), grain) / dr.maximum(speed, 1e-9)
+    return dr.dot(rotate_back(lanes.attitude, jit.Array3f64(water.x * grains, water.y * grains, 0.0)), axis)
 
 
 def water_track(config: DvlConfig, lanes: Lanes, velocity: Array, motion: Kinematics, ocean: Ocean, key: Key) -> Array:

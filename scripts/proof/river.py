@@ -1,0 +1,182 @@
+"""A boat that crosses a river: bottom track against GPS, a bed that moves, a profile of the current."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Final
+
+import matplotlib.pyplot as plt
+import numpy as np
+from page import Chapter, Row, absolute, relative, table
+from river_record import (
+    FOLDER,
+    MOVING_S,
+    SOURCE,
+    STILL_S,
+    Array,
+    Pings,
+    alignment,
+    downstream,
+    keep_tables,
+    log_law,
+    pings,
+    profile,
+    spreads,
+    turned,
+    way,
+)
+from river_run import PROFILER, Crossing, crossing
+
+from pelagos.report import theme
+
+TITLE: Final = "A crossing of a river"
+LATE: Final = (MOVING_S[1], 1e9)
+
+__all__ = ["FOLDER", "SOURCE", "TITLE", "chapter"]
+
+
+def chapter(data: Path | None) -> Chapter:
+    """Rows and picture."""
+    if data is not None and (data / FOLDER).is_dir():
+        keep_tables(data / FOLDER)
+    p, kept = pings(), table("river_profile.csv")
+    law = log_law(kept["part_of_depth"], kept["along_mps"])
+    own = crossing(p, law[0])
+    rows = [*_track_rows(p, own.still), *_bed_rows(p, own), *_water_rows(p, own, law)]
+    return Chapter(TITLE, _ABOUT, SOURCE, rows, _MISSED, _picture(p, own), "river")
+
+
+def _heading(p: Pings) -> Array:
+    return p.heading + p.declination + alignment(p)
+
+
+def _spread(values: Array) -> float:
+    """Standard deviation by the median absolute deviation."""
+    return float(1.4826 * np.median(np.abs(values - np.median(values))))
+
+
+def _errors(p: Pings) -> Array:
+    found = p.error[p.within(STILL_S)]
+    return found[np.isfinite(found)]
+
+
+def _tail(values: Array) -> float:
+    size = np.abs(values - np.median(values))
+    return float(np.percentile(size, 95) / np.median(size))
+
+
+def _jitter(p: Pings) -> float:
+    """Spread of white noise in the ranges, by third differences, whose variance is 20 times its own [m]."""
+    thirds = np.diff(p.ranges[p.within(STILL_S)], 3, axis=0)
+    return float(np.mean([_spread(x[np.isfinite(x)]) for x in thirds.T]) / 20**0.5)
+
+
+def made_good(p: Pings, log: Pings, span: tuple[float, float]) -> tuple[Array, Array]:
+    """Way from the first to the last ping of a stretch, east and north [m]: by bottom track, and by GPS."""
+    rows = np.flatnonzero(p.within(span))
+    track = way(p, log.over_ground, _heading(p))
+    return track[rows[-1]] - track[rows[0]], p.place[rows[-1]] - p.place[rows[0]]
+
+
+def bed_speed(p: Pings, log: Pings) -> tuple[float, float]:
+    """Velocity that a log's lacks of GPS's where the bed moves, along the river and aside [m/s]."""
+    rows = p.within(MOVING_S) & log.seen
+    lacks = (p.speed - turned(log.over_ground, _heading(p)))[rows].mean(axis=0)
+    along = downstream(table("river_flow.csv"))
+    return float(lacks @ along), float(lacks @ np.array([-along[1], along[0]]))
+
+
+def _track_rows(p: Pings, own: Pings) -> list[Row]:
+    measured, simulated = _errors(p), _errors(own)
+    lengths = [100 * float(np.hypot(*a) / np.hypot(*b)) for a, b in (made_good(p, x, STILL_S) for x in (p, own))]
+    off = [1e3 * float((turned(x.over_ground, _heading(p)) - p.speed)[p.within(STILL_S) & x.seen].std())
+           for x in (p, own)]  # fmt: skip
+    return [
+        relative("error velocity of the bottom track, one ping, spread", "mm/s", 1e3 * _spread(measured),
+                 1e3 * _spread(simulated), 20.0),
+        relative("the same, 95th percentile of its size by the median", "", _tail(measured), _tail(simulated), 20.0),
+        relative("ranges of the beams, spread from one ping to the next", "cm", 100 * _jitter(p), 100 * _jitter(own),
+                 20.0),
+        absolute("pings with a velocity over ground, still bed", "%", *(_share(x, STILL_S) for x in (p, own)), 2.0),
+        absolute("of four beams, lost, still bed", "%",
+                 *(100 * float(x.lost[x.within(STILL_S)].mean()) for x in (p, own)), 2.0),
+        absolute("way over still bed by bottom track, of that by GPS", "%", *lengths, 2.0),
+        absolute("velocity over ground, a component, against that of GPS, rms", "mm/s", *off, None),
+    ]  # fmt: skip
+
+
+def _share(p: Pings, span: tuple[float, float]) -> float:
+    return 100 * float(p.seen[p.within(span)].mean())
+
+
+def _bed_rows(p: Pings, own: Crossing) -> list[Row]:
+    (along, aside), sand = bed_speed(p, p), bed_speed(p, own.sand)
+    offs = [float(np.hypot(*np.subtract(*made_good(p, x, MOVING_S)))) for x in (p, own.sand)]
+    return [
+        relative("speed of the bed along the river, `bed_grain_mm` of fine sand", "m/s", along, sand[0], 20.0),
+        absolute("speed of the bed aside", "m/s", aside, sand[1], 0.1),
+        relative("way over moving bed, off by", "m", *offs, 20.0),
+        absolute("pings with a velocity over ground, moving bed", "%", _share(p, MOVING_S), _share(own.sand, MOVING_S),
+                 2.0),
+        absolute("pings with a velocity over ground, last 120, 4 to 1.4 m deep", "%", _share(p, LATE),
+                 _share(own.sand, LATE), 2.0),
+    ]  # fmt: skip
+
+
+def _water_rows(p: Pings, own: Crossing, law: tuple[float, float, float]) -> list[Row]:
+    rows, kept = p.within(MOVING_S), table("river_water.csv")
+    water, depth = own.water[rows], np.nanmean(p.ranges, axis=1)[rows]
+    found, (friction, _, power) = spreads(water, depth), log_law(*profile(water, depth))
+    beam = 2 * np.cos(np.radians(PROFILER["beam_tilt_deg"]))  # of four beams' vertical velocity to one beam's
+    return [
+        relative("water, noise along a beam in a cell of 0.25 m, one ping", "mm/s",
+                 1e3 * beam * float(kept["noise_up_mps"][0]), 1e3 * beam * found["noise_up"], 20.0),
+        relative("water, vertical velocity in a cell, spread about the ping's mean", "mm/s",
+                 1e3 * float(kept["up_mps"][0]), 1e3 * found["up"], 20.0),
+        relative("water, velocity along the river, spread about profile and ping's mean", "mm/s",
+                 1e3 * float(kept["along_mps"][0]), 1e3 * found["along"], 20.0),
+        relative("profile, friction velocity by the logarithmic law", "mm/s", 1e3 * law[0], 1e3 * friction, 20.0),
+        relative("profile, exponent of the power law", "", law[2], power, 20.0, "1/6: USGS's, for gauging"),
+    ]  # fmt: skip
+
+
+def _picture(p: Pings, own: Crossing) -> bytes:
+    with theme.style():
+        figure = theme.figure(10.5, 3.4)
+        plan, histogram, shear = figure.subplots(1, 3, gridspec_kw={"width_ratios": [2.2, 1, 1]})
+        rows = np.flatnonzero(p.within((STILL_S[0], MOVING_S[1])))
+        start = p.place[rows[0]]
+        plan.plot(*(p.place[rows] - start).T, color="0.2", label="GPS")
+        logs = (("measured", p, theme.SENSOR, "-"), ("simulated, fine sand", own.sand, theme.TRUTH, "-"),
+                ("simulated, still bed", own.still, theme.TRUTH, "--"))  # fmt: skip
+        for label, log, color, line in logs:
+            track = way(p, log.over_ground, _heading(p))
+            first = rows[0]
+            if log is own.sand:  # from where the recorded bed begins to move
+                first = np.flatnonzero(p.within(MOVING_S))[0]
+            place = track - track[first] + (p.place[first] - start)
+            plan.plot(*place[first : rows[-1] + 1].T, line, color=color, label=label)
+        plan.set_xlabel("east [m]")
+        plan.set_ylabel("north [m]")
+        plan.set_aspect("equal")
+        plan.legend()
+        bins = np.linspace(-50, 50, 26)
+        histogram.hist(1e3 * _errors(p), bins, density=True, color=theme.SENSOR, alpha=0.5, label="measured")
+        histogram.hist(1e3 * _errors(own.still), bins, density=True, histtype="step", color=theme.TRUTH,
+                       label="simulated")  # fmt: skip
+        histogram.set_xlabel("error velocity [mm/s]")
+        histogram.set_ylabel("share by mm/s")
+        kept, inside = table("river_profile.csv"), p.within(MOVING_S)
+        middles, speeds = profile(own.water[inside], np.nanmean(p.ranges, axis=1)[inside])
+        shear.plot(kept["along_mps"], kept["part_of_depth"], "o", ms=4, color=theme.SENSOR)
+        shear.plot(speeds, middles, color=theme.TRUTH)
+        shear.set_xlabel("along the river [m/s]")
+        shear.set_ylabel("part of the depth")
+        shear.set_ylim(1, 0)
+        picture = theme.as_png(figure)
+        plt.close(figure)
+    return picture
+
+
+_ABOUT: Final = ""
+_MISSED: Final = ""
