@@ -19,7 +19,8 @@ from page import joined, section, sections
 
 PAGE = Path(__file__).parents[2] / "docs" / "proof.md"
 CHAPTERS = (
-    "cybership", "kvlcc2", "roll", "flume", "gliders", "thruster", "bolt", "minerva", "dvl", "sea", "water", "sonar",
+    "cybership", "kvlcc2", "roll", "flume", "gliders", "thruster", "bolt", "minerva", "dvl", "river", "sea", "water",
+    "sonar",
 )  # fmt: skip
 
 

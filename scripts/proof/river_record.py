@@ -27,7 +27,8 @@ SOURCE: Final = (
 Array = NDArray[np.float64]
 
 TILT: Final = np.radians(20.0)
-CELLS, CELL_M, FIRST_M = 47, 0.25, 0.57  # as the ensembles' leader has them; FIRST_M is the middle of the first
+RECORDED, CELL_M, FIRST_M = 47, 0.25, 0.57  # cells, as the leader has them; FIRST_M is the middle of the first
+CELLS: Final = 28  # of them looked at, to 7.4 m
 DEPTHS: Final = FIRST_M + CELL_M * np.arange(CELLS)
 STILL_S: Final = (64.0, 137.0)  # from the last turn at the bank to where bottom track and GPS part
 MOVING_S: Final = (137.0, 240.0)  # to where the bottom is lost for good
@@ -134,13 +135,13 @@ def spreads(water: Array, depth: Array) -> dict[str, float]:
     """Of the water, above 0.9 of the depth: noise of the vertical velocity, and spreads about profile and ping [m/s].
 
     Noise: differences over r of velocities with noise have the mean square 2 s^2 + b r^(2/3), of noise and of eddies of
-    the inertial range (Kolmogorov); next cells, which a pulse of 0.3 m joins, are left out.
+    the inertial range (Kolmogorov); 0.5 to 1.25 m, since a pulse of 0.3 m joins next cells, and eddies end.
     """
     middles, speeds = profile(water, depth)
     part = DEPTHS / depth[:, None]
     free = (part < _FREE) & np.isfinite(water).all(axis=-1)
     up = np.where(free, water[..., 2], np.nan)
-    lags = np.arange(2, 9)
+    lags = np.arange(2, 6)
     squares = np.array([np.nanmean((up[:, k:] - up[:, :-k]) ** 2) for k in lags])
     fit = np.linalg.lstsq(np.stack([np.ones(len(lags)), (lags * CELL_M) ** (2 / 3)], axis=1), squares, rcond=None)[0]
     along = np.where(free, water[..., 0] - np.interp(part, middles, speeds), np.nan)
@@ -156,7 +157,7 @@ def keep_tables(folder: Path) -> None:
     _keep_pings(found)
     p = pings()
     heading = p.heading + p.declination + alignment(p)
-    cells = np.array([pd0.water(e, CELLS) for e in found])
+    cells = np.array([pd0.water(e, RECORDED)[:CELLS] for e in found])
     level = turned(cells[..., :2], heading[:, None]) + p.speed[:, None]
     depth = np.nanmean(p.ranges, axis=1)
     free = (DEPTHS / depth[:, None] < _FREE) & np.isfinite(level[..., 0])

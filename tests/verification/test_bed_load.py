@@ -9,6 +9,7 @@ import pytest
 
 import pelagos as pl
 from pelagos import jit
+from pelagos.errors import ScenarioError
 from pelagos.hydro.bed_load import EXCESS, GRAVITY, grain_number, grain_speed, skin_friction, threshold
 
 GRAINS = [0.15e-3, 0.25e-3, 0.6e-3, 1.8e-3]
@@ -101,3 +102,10 @@ def test_a_log_over_moving_sand_lacks_the_speed_of_its_grains(towards: float) ->
 def test_what_stands_on_the_bed_is_not_carried_along() -> None:
     plate = {"shape": "box", "size_m": [30, 30, 0.5], "at_m": [0, 0, -8.5], "material": "steel"}
     assert over_bed(river(70.0, [plate], bed_grain_mm=0.2)) == pytest.approx([0.0, 0.0, 0.0], abs=1e-6)
+
+
+def test_two_pulses_over_a_moving_bed_are_refused() -> None:
+    with pytest.raises(
+        ScenarioError, match=r"iq has the pulses of a bed that lies still: leave it out, or bed_grain_mm"
+    ):
+        river(70.0, [], bed_grain_mm=0.2, iq=True)

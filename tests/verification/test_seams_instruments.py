@@ -76,11 +76,12 @@ def test_the_first_echo_is_the_nearest_of_those_that_are_strong() -> None:
     np.testing.assert_allclose(found, [7.0, 6.0, np.nan], rtol=1e-6)
 
 
-def test_longer_cells_of_an_adcp_are_surer() -> None:
-    """By the root of their length: 4 m, half the deviation of 1 m."""
-    unit = Adcp(AdcpConfig(noise_mps=0.02, cells=3, cell_m=4.0), context([plane(DEEP - 50)]))
+@pytest.mark.parametrize(("keys", "along"), [({}, 0.01), ({"noise_cell_exponent": 1.0}, 0.005)])
+def test_longer_cells_of_an_adcp_are_surer(keys: dict[str, float], along: float) -> None:
+    """By the root of their length: 4 m, half the deviation of 1 m; or by their length, a quarter."""
+    unit = Adcp(AdcpConfig(noise_mps=0.02, cells=3, cell_m=4.0, **keys), context([plane(DEEP - 50)]))
     error = unit.sense(lanes(range(1500), dt_ns=DT_NS, position=(0, 0, DEEP))).data
-    expected = 0.01 / (math.sqrt(2) * math.sin(math.radians(20)))
+    expected = along / (math.sqrt(2) * math.sin(math.radians(20)))
     assert error[..., 0].std(axis=0) == pytest.approx(np.full(3, expected), rel=4 / math.sqrt(3000))
 
 

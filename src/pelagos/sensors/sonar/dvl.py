@@ -87,8 +87,8 @@ class DvlConfig(EchoesConfig):
     water_layer_m: float | None = Field(default=None, gt=0)
     """Distance below the sensor of the layer that water track measures [m]; absent: no water track."""
     bed_grain_mm: float | None = Field(default=None, ge=0.06, le=2)
-    """Grain size of a bed that the current, as it is 1 m above, carries along under the log: it tracks moving grains
-    then, and reads too much upstream [mm]; absent: the bed lies still."""
+    """Grain size of a bed (label `landscape`) that the current, as it is 1 m above, carries along under the log: it
+    tracks moving grains then, and reads too much upstream [mm]; absent: the bed lies still."""
     ph: float = Field(default=8.1, gt=7, lt=9)
     """Acidity of the water, for absorption."""
     lag_s: float = Field(default=1e-4, gt=0)
@@ -112,6 +112,8 @@ class DvlConfig(EchoesConfig):
                 f"{quote(self, 'beam_tilt_deg')} and beam_azimuth_deg leave {closest:.2g} deg between two beams, of "
                 f"{quote(self, 'beamwidth_deg')}: they would measure the same"
             )
+        if self.bed_grain_mm is not None and self.iq:
+            raise ValueError("iq has the pulses of a bed that lies still: leave it out, or bed_grain_mm")
         check_order(self)
         return self
 
@@ -171,7 +173,7 @@ class Dvl:
     SOURCES: ClassVar[tuple[str, ...]] = (
         "Teledyne RD Instruments, Acoustic Doppler Current Profiler: Principles of Operation (2011)",
         "D. S. Zrnic, IEEE Trans. Aerosp. Electron. Syst. 13, 344 (1977), doi 10.1109/TAES.1977.308467: pulse pairs",
-        "L. C. van Rijn, J. Hydraul. Eng. 110, 1431 (1984), doi 10.1061/(ASCE)0733-9429(1984)110:10(1431): moving grains",
+        "L. C. van Rijn, J. Hydraul. Eng. 110, 1431 (1984), doi 10.1061/(ASCE)0733-9429(1984)110:10(1431): grains",
         "B. H. Brumley et al., IEEE J. Ocean. Eng. 16, 402 (1991), doi 10.1109/48.90905: error of the Doppler estimate",
         "R. J. Urick, Principles of Underwater Sound, 3rd ed. (1983), Section 8.12: level of bottom echoes",
     )
@@ -314,9 +316,7 @@ def assumed_over_true(config: DvlConfig, medium: Medium) -> Array:
     return config.sound_speed_mps / jit.Float64(medium.sound_speed)
 
 
-def carried_bed(
-    config: DvlConfig, lanes: Lanes, beam: int, distance: Array, motion: Kinematics, ocean: Ocean
-) -> Array:
+def carried_bed(config: DvlConfig, lanes: Lanes, beam: int, distance: Array, motion: Kinematics, ocean: Ocean) -> Array:
     """Speed [m/s] along a beam of the grains that the current carries over the bed, level, where the beam meets it."""
     assert config.bed_grain_mm is not None
     grain, axis = config.bed_grain_mm * 1e-3, jit.Array3f64(*config.beams[beam].tolist())
