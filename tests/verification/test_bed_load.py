@@ -24,6 +24,12 @@ def van_rijn_shields(number: float) -> float:
 
 
 @pytest.mark.parametrize("grain", GRAINS)
+def test_number_of_a_grain_is_its_weight_over_its_drag(grain: float) -> None:
+    """D*^3 is the Galilei number (s - 1) g d^3/nu^2."""
+    assert grain_number(grain) ** 3 == pytest.approx(1.65 * 9.81 * grain**3 / 1.14e-6**2, rel=1e-12)
+
+
+@pytest.mark.parametrize("grain", GRAINS)
 def test_threshold_of_motion_is_shields_curve(grain: float) -> None:
     """Against another fit of the same curve, whose points scatter by 20 %; the friction velocity has half of that."""
     other = math.sqrt(van_rijn_shields(grain_number(grain)) * EXCESS * GRAVITY * grain)
@@ -65,8 +71,9 @@ def test_skin_friction_is_that_of_the_logarithmic_law() -> None:
 
 
 def river(towards_deg: float, things: list[dict[str, object]], **keys: object) -> pl.Simulation:
-    """A log over 9 m of water with a current of 0.4 m/s at 8 m and 1.6 m/s at the surface."""
-    current = {"type": "profile", "depth_m": [0, 8], "speed_mps": [1.6, 0.4], "towards_deg": [towards_deg] * 2}
+    """A log over 9 m of water with a current of 1.6 m/s at the surface, 0.4 m/s about 8 m and 0.1 m/s at the bed."""
+    rows = {"depth_m": [0, 7.8, 8.2, 9], "speed_mps": [1.6, 0.4, 0.4, 0.1], "towards_deg": [towards_deg] * 4}
+    current = {"type": "profile", **rows}
     dvl = {"type": "dvl", "noise_mps": 0.0, "noise_relative": 0.0, "range_noise_relative": 0.0, **keys}
     auv = {"vehicle": "bluerov2", "start": {"position_m": [0, 0, -2]}, "sensors": {"it": dvl}}
     world = {"type": "flat", "depth_m": 9.0, "things": things}
