@@ -37,7 +37,9 @@ LOG: Final[dict[str, Any]] = {
     "beam_azimuth_deg": [90.0, -90.0, 0.0, 180.0], "range_resolution_m": 0.01 / np.cos(TILT),
 }  # fmt: skip
 # Teledyne RDI, Workhorse Sentinel, data sheet: 1200 kHz, single ping, broadband: 14.0, 7.0, 3.6 and 1.8 cm/s of a
-# horizontal component in cells of 0.25, 0.5, 1 and 2 m (recalled); of which a beam has 2^0.5 sin 20 deg
+# horizontal component in cells of 0.25, 0.5, 1 and 2 m (recalled; the maker's PlanADCP, as LADCP software cites it, has
+# 6.94, 3.55 and 1.73 cm/s at 300 kHz in 2, 4 and 8 m: the same by cell and frequency); of which a beam has 2^0.5 sin 20
+# deg
 _SHEET_MPS: Final = 0.140
 _PARTS: Final = (
     4  # profilers, one below the other, that make one: a quarter of the cells compiles in a tenth of the time
