@@ -131,6 +131,11 @@ def normals64(key: Key, motion: Kinematics, count: int) -> list[Array]:
     return _normals64(*lane_stream(key, motion.environment), motion.tick, count, _SAMPLE)
 
 
+def normals64_from(key: Key, environment: Array, tick: Array, pair: Array, count: int) -> list[Array]:
+    """`count` of the numbers of `normals64`, for lanes of their own, from a pair of numbers on that each lane names."""
+    return _normals64(*lane_stream(key, environment), tick, count, _SAMPLE, pair)
+
+
 class NumpyNoise:
     """Noise of a sensor in NumPy: new numbers each tick, from a random stream with the sensor's own name.
 
@@ -227,10 +232,12 @@ def random_walk(key: Key, motion: Kinematics, count: int) -> list[Array]:
     return [a + fraction * (b - a) for a, b in zip(low, high, strict=True)]
 
 
-def _normals64(key: tuple[Array, Array], environment: Array, moment: Array, count: int, kind: int) -> list[Array]:
+def _normals64(
+    key: tuple[Array, Array], environment: Array, moment: Array, count: int, kind: int, first: Array = 0
+) -> list[Array]:
     values: list[Array] = []
     for j in range((count + 1) // 2):
-        values += normal_pair64(philox((jit.UInt32(j), environment, moment, jit.UInt32(kind)), key))
+        values += normal_pair64(philox((jit.UInt32(first + j), environment, moment, jit.UInt32(kind)), key))
     return values[:count]
 
 

@@ -16,7 +16,7 @@ from pelagos.config.rate import Rate
 from pelagos.jit import Array
 from pelagos.math.so3 import rotate, rotate_back
 from pelagos.sensors.mount import sensor_velocity
-from pelagos.sensors.noise import Key, normals64
+from pelagos.sensors.noise import Key, normals64_from
 from pelagos.sensors.recorded import Program, Results
 from pelagos.sensors.schedule import SLOWEST, farthest_heard
 from pelagos.sensors.sensor import Kinematics, Measurement, SensorConfig, SensorContext
@@ -205,27 +205,47 @@ def profile(
     """Velocity, its truth [m/s] and validity of each cell.
 
     Every beam meets other water; the truth is the velocity on the axis, so that shear and gradients show as errors.
+    Cells are lanes: written out one after the other, thirty of them would take a minute to compile.
     """
     tilt = math.cos(math.radians(config.beam_tilt_deg))
-    t = jit.Float64(motion.t_ns) * 1e-9
     sigma = config.noise_mps / math.sqrt(config.cell_m ** (2.0 * config.noise_cell_exponent))
-    noise = normals64(key, motion, 4 * config.cells)
-    assumed = jit.Float64(1.0)
+    rows = dr.width(lanes.position)
+    lane = dr.arange(jit.UInt32, rows * config.cells)
+    row, cell = lane // config.cells, lane % config.cells
+
+    def spread(kind: Any, value: Array) -> Array:
+        return dr.gather(kind, value + dr.zeros(kind, rows), row)
+
+    depth = config.blank_m + (jit.Float64(cell) + 0.5) * config.cell_m
+    reach = jit.Float((depth + 0.5 * config.cell_m) / tilt)
+    place, sensor_moves = (
+        jit.Array3f64(*(spread(jit.Float64, part) for part in vector)) for vector in (lanes.position, velocity)
+    )
+    attitude = jit.Array4f64(*(spread(jit.Float64, part) for part in lanes.attitude))
+    t, copy = spread(jit.Float64, jit.Float64(motion.t_ns) * 1e-9), spread(jit.UInt32, motion.copy)
+    noise = normals64_from(
+        key, spread(jit.UInt32, motion.environment), spread(jit.UInt32, motion.tick), 2 * cell, len(config.beams)
+    )
+    free = [spread(jit.Float, r) for r in ranges]
+    nearest = dr.minimum(dr.minimum(free[0], free[1]), dr.minimum(free[2], free[3]))
+    wet = jit.Bool(True) if lanes.wet is None else spread(jit.UInt32, dr.select(lanes.wet, jit.UInt32(1), 0)) == 1
+    speeds, valid = [], []
+    for b, axis in enumerate(config.beams.tolist()):
+        there = place + rotate(attitude, jit.Array3f64(*axis)) * (depth / tilt)
+        water = rotate_back(attitude, ocean.current(there, t, copy)) - sensor_moves
+        speeds.append(water.x * axis[0] + water.y * axis[1] + water.z * axis[2] + sigma * noise[b])
+        valid.append((free[b] > reach) & (nearest * tilt > reach) & wet)
     if config.sound_speed_mps is not None:
-        assumed = config.sound_speed_mps / jit.Float64(lanes.medium.sound_speed)
-    nearest = dr.minimum(dr.minimum(ranges[0], ranges[1]), dr.minimum(ranges[2], ranges[3]))
-    wet = jit.Bool(True) if lanes.wet is None else lanes.wet
+        assumed = spread(jit.Float64, config.sound_speed_mps / jit.Float64(lanes.medium.sound_speed))
+        speeds = [speed * assumed for speed in speeds]
+    data, solved = velocity_from_beams(speeds, valid, config.beams)
+    middle = place + rotate(attitude, jit.Array3f64(0.0, 0.0, -depth))
+    truth = rotate_back(attitude, ocean.current(middle, t, copy)) - sensor_moves
+    parts = [*data, *truth, dr.select(solved, jit.Float64(1), 0.0)]
+    dr.eval(parts)
+    first = dr.arange(jit.UInt32, rows) * config.cells
     cells = []
-    for k, depth in enumerate(config.depths.tolist()):
-        speeds, valid = [], []
-        reach = jit.Float((depth + 0.5 * config.cell_m) / tilt)
-        for b, axis in enumerate(config.beams.tolist()):
-            place = lanes.position + rotate(lanes.attitude, jit.Array3f64(*axis)) * (depth / tilt)
-            water = rotate_back(lanes.attitude, ocean.current(place, t, motion.copy)) - velocity
-            speeds.append(water.x * axis[0] + water.y * axis[1] + water.z * axis[2] + sigma * noise[4 * k + b])
-            valid.append((ranges[b] > reach) & (nearest * tilt > reach) & wet)
-        data, solved = velocity_from_beams([speed * assumed for speed in speeds], valid, config.beams)
-        middle = lanes.position + rotate(lanes.attitude, jit.Array3f64(0.0, 0.0, -depth))
-        truth = rotate_back(lanes.attitude, ocean.current(middle, t, motion.copy)) - velocity
-        cells.append((data, truth, solved))
+    for k in range(config.cells):
+        *values, ok = (dr.gather(jit.Float64, part, first + k) for part in parts)
+        cells.append((jit.Array3f64(*values[:3]), jit.Array3f64(*values[3:]), ok > 0.5))
     return cells
