@@ -157,6 +157,30 @@ def test_lackenbys_loss_of_speed():
         assert deep * (1 - speed_loss(1100.0, 26.0, deep, G)) == pytest.approx(speed, rel=1e-3)
 
 
+def test_no_ship_outruns_its_waves():
+    """V (1 - loss(V)) = U has a root V up to sqrt(g h), the speed of the longest waves; from U = sqrt(g h)
+    (1 - loss(sqrt(g h))) on the ratio stays: resistance grows with the square of the speed, without a pole. Where a
+    third is lost, 12 steps of the fixed point leave 3e-3 of the root that bisection finds."""
+    area, depth = 0.998 * 58 * 20.8, 25.0
+    fastest = math.sqrt(G * depth)
+    most = 0.1242 * (area / depth**2 - 0.05) + 1 - math.sqrt(math.tanh(1.0))
+    for speed in (10.4, -13.0, 15.0, 15.3, 16.0, -22.0):
+        assert deep_speed_ratio(area, depth, speed, G) == pytest.approx(
+            1 / (1 - most), rel=2e-2 if speed < 11 else 1e-9
+        )
+
+    def slower(deep):
+        return deep * (math.sqrt(math.tanh(G * depth / deep**2)) - 0.1242 * (area / depth**2 - 0.05))
+
+    for speed in (9.6, -9.6):
+        low, high = 5.0, fastest
+        for _ in range(60):
+            middle = 0.5 * (low + high)
+            low, high = (middle, high) if slower(middle) < abs(speed) else (low, middle)
+        assert 1 - abs(speed) / low == pytest.approx(1 / 3, abs=0.03)
+        assert deep_speed_ratio(area, depth, speed, G) == pytest.approx(low / abs(speed), rel=3e-3)
+
+
 @pytest.mark.parametrize("nu", [NU, [7.1, -0.6, 0.2, 0.001, 0.002, 0.005]])
 def test_tanker_of_mmg_moves_by_the_scaled_derivatives(nu):
     """The variant told of the ground is the ship whose linear derivatives, masses and resistance are multiplied."""
@@ -208,6 +232,18 @@ def test_what_cannot_sink_is_refused():
         _ = pl.Vehicle.from_dict({"type": "kvlcc2", "actuators": {"rudder": shallow}}).model
     with pytest.raises(CommandError, match=r"nor any of shallow water"):
         accelerations({"type": "kvlcc2"}, [0] * 6, NU, GROUND)
+
+
+@pytest.mark.parametrize(("speed", "height"), [(0.0, 5.0), (0.3, 5.2), (-2.0, 9.0)])
+def test_a_ship_that_has_fallen_dry_is_not_lifted(speed, height):
+    """Ground 5 m below the origin and the surface as deep or deeper: no water, F at its largest, 0.7, or 0 at rest."""
+    ship = {"type": "kvlcc2", "terms": {"squat": {"type": "squat"}}}
+    nu = [speed, 0.2, -0.1, 0.001, -0.002, 0.003]
+    found = force(ship, [0, 0, -height, 0, 0, 0.4], nu, [[0, 0, -1.0, 5.0]])
+    square = 0.49 if speed else 0.0
+    growth = 312600.0 / 320**2 * square / math.sqrt(1 - square)
+    assert found[2] == pytest.approx(1.46 * growth * 1.68e8, rel=1e-6, abs=1.0)
+    assert found[4] == pytest.approx(-growth / 320 * 1.26e12, rel=1e-6, abs=1e3)
 
 
 def test_a_varied_squat_still_feels_the_ground():

@@ -5,7 +5,8 @@ RINA 125:45 (1983), with the weights of D. Clarke, "The shallow water effect on 
 manoeuvring equations" (1997), Eq. 5: a section of beam b has K0 + K1 b/T + K2 (b/T)^2 times its added mass in deep
 water, and b is parabolic along the hull. Beam over draught up to 4, depth over draught from 1.2: less water acts as
 1.2 draughts. For resistance, H. Lackenby, "The effect of shallow water on ship speed", Shipbuilder and Marine Engine
-Builder 70:446 (1963), as ITTC 7.5-04-01-01.1 has it. Level ground, no banks.
+Builder 70:446 (1963), as ITTC 7.5-04-01-01.1 has it; a speed in deep water beyond sqrt(g h), that of the
+longest waves, counts as that. Level ground, no banks.
 """
 
 from __future__ import annotations
@@ -22,7 +23,7 @@ SHALLOWEST: Final = 1.2
 _LOSS: Final = 0.1242
 _LOSS_FROM: Final = 0.05
 """Midship section over depth squared from which it takes speed."""
-_STEPS: Final = 4  # of the fixed point: speed to 1e-3 where a third of it is lost
+_STEPS: Final = 12  # of the fixed point: speed to 3e-3; to 2e-2 for B/T = 4 in 1.2 draughts
 _STILL: Final = 1e-3
 """Least speed that waves are taken against [m/s]."""
 
@@ -69,7 +70,7 @@ def speed_loss(midship_area: float, depth: Array, speed: Array, gravity: float) 
     midship_area: of the wet midship section [m^2].
     """
     blocked = dr.maximum(midship_area / dr.square(depth) - _LOSS_FROM, 0.0)
-    waves = dr.tanh(gravity * depth / dr.maximum(dr.square(speed), _STILL**2))
+    waves = dr.tanh(dr.maximum(gravity * depth / dr.maximum(dr.square(speed), _STILL**2), 1.0))
     return _LOSS * blocked + 1 - dr.sqrt(waves)
 
 

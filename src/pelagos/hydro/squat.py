@@ -18,11 +18,13 @@ from pelagos.jit import Array
 
 FASTEST: Final = 0.7
 """Froude number of the depth up to which the formula holds (PIANC 2014)."""
+_DRY: Final = 1e-3
+"""Least depth [m], at which ships lie that have fallen dry."""
 
 
 def depth_froude_squared(speed: Array, depth: Array, gravity: float) -> Array:
     """F^2 = U^2/(g h) of a speed [m/s] in a depth of water [m], held at `FASTEST`; a speed astern counts as ahead."""
-    return dr.minimum(dr.square(speed) / (gravity * depth), FASTEST**2)
+    return dr.minimum(dr.square(speed) / (gravity * dr.maximum(depth, _DRY)), FASTEST**2)
 
 
 def squat(
