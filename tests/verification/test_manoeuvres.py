@@ -91,6 +91,8 @@ def test_orders_that_a_manoeuvre_would_ignore_are_refused():
         ("bollard", Orders(rudder_deg=20), "--rudder 20: bollard takes no option"),
         ("decay", Orders(speed_m_s=2), "--speed 2: decay takes --angle, --seconds"),
         ("turning", Orders(rudder_deg=0), "--rudder 0: give a number other than 0"),
+        ("decay", Orders(angle_deg=-200), "--angle -200: give at most 90 deg"),
+        ("zigzag", Orders(angle_deg=-10), "--angle -10: give a number above 0"),
         ("stop", Orders(seconds=-5), "--seconds -5: give a number above 0"),
         ("turning", Orders(rudder_deg=-50), "--rudder -50: the rudder of mariner goes from -40 to 40 deg"),
     ):

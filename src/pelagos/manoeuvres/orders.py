@@ -19,6 +19,8 @@ class Orders:
     seconds: float | None = None
 
 
+_LARGEST_DEG: Final = 90.0
+"""Heel, or heading of a zig-zag: beyond it a ship lies on its side, or sails back."""
 TAKEN: Final[dict[str, frozenset[str]]] = {
     "turning": frozenset({"rudder_deg", "speed_m_s", "seconds"}),
     "zigzag": frozenset({"rudder_deg", "angle_deg", "speed_m_s", "seconds"}),
@@ -39,5 +41,8 @@ def check(name: str, orders: Orders) -> None:
         if key not in TAKEN[name]:
             allowed = ", ".join("--" + k.split("_")[0] for k in sorted(TAKEN[name])) or "no option"
             raise InputError(f"{option} {value:g}: {name} takes {allowed}")
-        if not math.isfinite(value) or value == 0 or (value < 0 and key in ("speed_m_s", "seconds")):
-            raise InputError(f"{option} {value:g}: give a number {'other than' if key[0] in 'ra' else 'above'} 0")
+        signed = key == "rudder_deg" or (key == "angle_deg" and name == "decay")
+        if not math.isfinite(value) or value == 0 or (value < 0 and not signed):
+            raise InputError(f"{option} {value:g}: give a number {'other than' if signed else 'above'} 0")
+        if key == "angle_deg" and abs(value) > _LARGEST_DEG:
+            raise InputError(f"{option} {value:g}: give at most {_LARGEST_DEG:g} deg")

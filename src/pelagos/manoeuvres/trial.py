@@ -99,6 +99,7 @@ class _Run:
         if speed:
             self.sim.set_state("it", velocity=np.array([[speed, 0.0, 0.0]]))
         self.rows: list[NDArray[np.float64]] = []
+        self._heading = 0.0  # unwrapped [rad]
         self._keep()
 
     def _start_engines(self) -> None:
@@ -118,6 +119,7 @@ class _Run:
         state = self.sim.state["it"]
         roll, pitch, yaw = state.euler[0]
         down = np.array([1.0, -1.0, -1.0])
+        self._heading += math.remainder(-yaw - self._heading, math.tau)
         self.rows.append(
             np.concatenate([
                 [(self.sim.time_ns - self._began_ns) * 1e-9], state.position[0] * down, [roll, -pitch, -yaw],
@@ -128,7 +130,7 @@ class _Run:
     @property
     def heading_deg(self) -> float:
         """Unwrapped, from the first course."""
-        return float(np.degrees(np.unwrap([row[6] for row in self.rows])[-1]))
+        return math.degrees(self._heading)
 
     @property
     def seconds(self) -> float:
