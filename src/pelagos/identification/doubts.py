@@ -15,10 +15,14 @@ if TYPE_CHECKING:
     from pelagos.identification.fit import Fit, Score
 
 _DIGITS = 3  # of R2, as printed
+_TOLD = 0.01  # share of a force: a smaller loss is not told
+_UPRIGHT = (0.0, 0.0, 1.0)  # direction of gravity, FRD
 
 
 def doubts_of_commands(record: Record, model: Model) -> tuple[str, ...]:
-    """Actuators that the record says nothing of, and commands that they do not follow."""
+    """Actuators that the record says nothing of, commands that they do not follow, and forces that the surface takes
+    in a simulation.
+    """
     silent = [name for name in model.actuators if name not in record.commands]
     found = []
     if silent:
@@ -35,7 +39,25 @@ def doubts_of_commands(record: Record, model: Model) -> tuple[str, ...]:
                 f"{high:.4g} in {100 * beyond.mean():.2g} % of the rows, where it stays at them; another unit, "
                 "or other limits?"
             )
-    return tuple(found)
+    return (*found, *_near_the_surface(record, model))
+
+
+def _near_the_surface(record: Record, model: Model) -> Iterator[str]:
+    """Actuators that keep less of their force in a simulation than in a fit, in which all are deep."""
+    if model.wetting is None:
+        return
+    known = record.values("depth")
+    depths = record.assumed.get("depth", 0.0) if known is None else np.concatenate([known[a:b] for a, b in record.runs])
+    shallowest = float(np.min(depths))
+    for name, actuator in model.actuators.items():
+        if actuator.site.keeps not in ("propeller", "fin"):
+            continue
+        left = float(actuator.site.share_at(shallowest, _UPRIGHT))
+        if left < 1 - _TOLD:
+            yield (
+                f"{name} is so near the surface that a run takes up to {100 * (1 - left):.2g} % of its force, and the "
+                "fit nothing: place it deeper, or give the diameter or span that it has"
+            )
 
 
 def doubts_of_fit(made: Fit) -> tuple[str, ...]:

@@ -56,7 +56,9 @@ def completed(data: dict[str, Any], path: Path, agent: str) -> dict[str, Any]:
             found["windows_s"] = [[data.get("preroll_s", Plan.model_fields["preroll_s"].default), math.inf]]
         if not {"integrator", "substeps", "step_s"} & data.keys():
             period_ns = 1e9 / yaml.safe_load(recording.attachments[SCENARIO])["record"]["state_rate_hz"]
-            found |= {"integrator": "vehicle", "substeps": round(period_ns / int(recording.metadata["dt_ns"]))}
+            dt_ns = int(recording.metadata["dt_ns"])
+            ticks = round(period_ns / dt_ns)
+            found |= {"integrator": "vehicle", "substeps": ticks, "step_s": 1e-9 * ticks * dt_ns}
     if "commands" not in data:
         topic = _topic(channels, agent, COMMANDS)
         if topic is None:

@@ -54,6 +54,13 @@ class ColumnConfig(_Strict):
             raise ValueError(str(LookupFailed("unit", value, UNIT_SCALES)))
         return value
 
+    @field_validator("scale")
+    @classmethod
+    def _some(cls, value: float) -> float:
+        if value == 0:
+            raise ValueError("a scale of 0 makes every row 0")
+        return value
+
     @property
     def factor(self) -> float:
         """From the column to SI."""
