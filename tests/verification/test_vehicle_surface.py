@@ -293,3 +293,21 @@ def test_a_quadrotor_hovers_at_20_ticks_a_second() -> None:
     sim.run(30.0)
     assert sim.state["it"].position[0] == pytest.approx([5, 3, 12], abs=0.1)
     assert sim.state["it"].angular_velocity[0] == pytest.approx([0, 0, 0], abs=0.02)
+
+
+@pytest.mark.parametrize("angle_deg", [45.0, -135.0, 30.0])
+@pytest.mark.parametrize("incidence", [False, True])
+def test_a_fin_that_is_turned_about_x_feels_the_turned_flow(angle_deg, incidence):
+    """A vehicle has no up to its fins: fin and flow turned by the same angle give the force turned by it."""
+    g = math.radians(angle_deg)
+    turn = np.array([[1.0, 0.0, 0.0], [0.0, math.cos(g), -math.sin(g)], [0.0, math.sin(g), math.cos(g)]])
+    place, flow, spin = np.array([-0.7, 0.2, 0.05]), np.array([1.4, 0.5, -0.3]), np.array([0.3, -0.4, 0.6])
+
+    def force(direction, place, flow, spin):
+        return lift.fin(
+            50.0, 9.0, direction, place.tolist(), 0.2, [*flow.tolist(), *spin.tolist()], incidence=incidence
+        )
+
+    there = np.array(force((1.0, 0.0), place, flow, spin)).reshape(2, 3)
+    turned = np.array(force((math.cos(g), math.sin(g)), turn @ place, turn @ flow, turn @ spin)).reshape(2, 3)
+    assert turned == pytest.approx(there @ turn.T, rel=1e-12)

@@ -92,7 +92,8 @@ def fin(
     """
     cos, sin = direction
     v, w = nu_r[1], nu_r[2]
-    square = total(nu_r[0] * nu_r[0], mul(sin * sin, v * v), mul(cos * cos, w * w))
+    past = total(mul(sin, v), neg(mul(cos, w)))
+    square = total(nu_r[0] * nu_r[0], past * past)
     square = dr.mulsign(square, nu_r[0]) if mirrored else square
     f = gain * square * deflection
     if incidence:
