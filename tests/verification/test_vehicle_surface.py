@@ -311,3 +311,5 @@ def test_a_fin_that_is_turned_about_x_feels_the_turned_flow(angle_deg, incidence
     there = np.array(force((1.0, 0.0), place, flow, spin)).reshape(2, 3)
     turned = np.array(force((math.cos(g), math.sin(g)), turn @ place, turn @ flow, turn @ spin)).reshape(2, 3)
     assert turned == pytest.approx(there @ turn.T, rel=1e-12)
+    if not incidence:
+        assert there[0, 2] == pytest.approx(-50.0 * (1.4**2 + 0.3**2) * 0.2)  # and w, across its axis, but not v
