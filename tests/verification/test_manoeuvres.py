@@ -10,6 +10,7 @@ from pelagos.manoeuvres import run_manoeuvre, turning_measures, zigzag_measures
 from pelagos.manoeuvres.measures import decay_measures, first_overshoot_limit, second_overshoot_limit, stop_measures
 from pelagos.manoeuvres.orders import Orders
 from pelagos.manoeuvres.picture import draw
+from pelagos.vehicles.vehicle import Vehicle
 
 
 def by_name(measures):
@@ -147,6 +148,22 @@ def test_vehicles_refuse_what_they_cannot():
         run_manoeuvre({"type": "mariner"}, "stop")
     with pytest.raises(LookupFailed, match=r"unknown manoeuvre 'zig-zag' .did you mean 'zigzag'"):
         run_manoeuvre({"type": "otter"}, "zig-zag")
+
+
+def test_a_vehicle_under_water_stops_as_its_thrust_and_drag_say():
+    """BlueROV2: at full speed thrust is (X_u + X_uu u) u; from there (m + m_a) du/dt = -T - (X_u + X_uu u) u, T by the
+    bollard pulls astern and ahead, and up to 0.2 s for thrusters that turn round; a battery that sags takes 10 %."""
+    config = Vehicle.from_catalogue("bluerov2").config
+    found = by_name(run_manoeuvre({"type": "bluerov2"}, "stop").measures)
+    pull = by_name(run_manoeuvre({"type": "bluerov2"}, "bollard").measures)
+    linear, square = config.terms["linear_damping"].diagonal[0], config.terms["quadratic_damping"].diagonal[0]
+    top = found["speed before"].value
+    assert 2.2 < top < 2.8
+    astern = (linear + square * top) * top * abs(pull["front_port, astern"].value / pull["front_port, ahead"].value)
+    speeds = np.linspace(0, top, 1000)
+    mass = config.mass.mass_kg + config.added_mass.diagonal[0]
+    slowing = np.trapezoid(mass / (astern + (linear + square * speeds) * speeds), speeds)
+    assert 0.9 * slowing < found["stopping time"].value < 1.1 * slowing + 0.2
 
 
 def test_bollard_of_an_otter():

@@ -22,17 +22,17 @@ from pelagos.manoeuvres.measures import (
 from pelagos.manoeuvres.orders import Orders, check
 from pelagos.sim.simulation import Simulation
 from pelagos.vehicles.actuators.bis import BisRudder
-from pelagos.vehicles.actuators.curve import CurveThruster
 from pelagos.vehicles.actuators.engine import ShipEngine
 from pelagos.vehicles.actuators.mmg import MmgShip, MmgShipConfig
 from pelagos.vehicles.actuators.nomoto import NomotoShip
 from pelagos.vehicles.actuators.rolling import RollingRudder
 from pelagos.vehicles.actuators.ship import ShipRudder
-from pelagos.vehicles.actuators.thruster import Thruster
 from pelagos.vehicles.model import Model
 from pelagos.vehicles.vehicle import Vehicle
 
-_RATE_HZ: Final = 10
+_RATE_HZ: Final = (100, 10)  # of those under water, small and with strong thrusters, and of those that float
+_RUN_UP_S: Final = (5.0, 60.0)  # under water nobody is at the helm: it pitches and turns later on
+_DEEP: Final = 10.0  # lengths: the surface is far from those that do not float
 _STEADY_S: Final = 10.0  # straight ahead before the helm is laid
 _SPIN_UP: Final = 10.0  # time constants of an engine, until its revolutions are within 5e-5 of the order
 _STOPPED_HZ: Final = 1e-3  # revolutions of an engine that is stopped: a key that must be positive
@@ -87,9 +87,12 @@ class _Run:
     def __init__(self, vehicle: Mapping[str, Any], speed: float, *, engines: bool = True) -> None:
         self.vehicle = Vehicle.from_dict(vehicle)
         self.length = self.vehicle.config.length_m
-        agent = {"vehicle": dict(vehicle), "control": "actuators", "start": {"position_m": [0, 0]}}
+        self.floats = bool(self.vehicle.config.body.stiffness.any())
+        self.rate_hz = _RATE_HZ[self.floats]
+        start = {"position_m": [0, 0], "depth_m": 0.0 if self.floats else _DEEP * self.length}
+        agent = {"vehicle": dict(vehicle), "control": "actuators", "start": start}
         world = {"type": "flat", "depth_m": max(20.0, _WAY * self.length)}
-        scenario = {"tick_rate_hz": _RATE_HZ, "world": world, "agents": {"it": agent}}
+        scenario = {"tick_rate_hz": self.rate_hz, "world": world, "agents": {"it": agent}}
         self.sim = Simulation.load(scenario, trust=True)  # as `from_dict` does: whoever read a file has asked
         self.sim.reset(seed=0)
         self.command = np.zeros(len(self.vehicle.actuator_names))
@@ -139,7 +142,7 @@ class _Run:
 
     def go(self, seconds: float, *, until: Callable[[], bool] = lambda: False) -> bool:
         """Run, and whether `until` came true."""
-        for _ in range(round(seconds * _RATE_HZ)):
+        for _ in range(round(seconds * self.rate_hz)):
             self.sim.step({"it": self.command})
             self._keep()
             if until():
@@ -200,7 +203,7 @@ class _Run:
         Raises:
             InputError: it never settles.
         """
-        last = max(1, round(0.25 * span_s * _RATE_HZ))
+        last = max(1, round(0.25 * span_s * self.rate_hz))
         largest = max(abs(math.degrees(row[12])) for row in self.rows)
         before = math.inf
         for _ in range(_SPANS):
@@ -290,7 +293,7 @@ def spiral(vehicle: Mapping[str, Any], orders: Orders) -> Trial:
             rates.append(run.settled_rate(_SPAN * run.length / speed))
         else:
             run.go(orders.seconds)
-            last = max(1, round(0.1 * orders.seconds * _RATE_HZ))
+            last = max(1, round(0.1 * orders.seconds * run.rate_hz))
             rates.append(float(np.degrees(np.mean([row[12] for row in run.rows[-last:]]))))
     port, starboard = rates[: len(down)], rates[len(down) :][::-1]
     found = [Measure(f"yaw rate at {a:+g} deg, to port", rate, "deg/s") for a, rate in zip(down, port, strict=True)]
@@ -305,14 +308,14 @@ def stop(vehicle: Mapping[str, Any], orders: Orders) -> Trial:
     run = _Run(vehicle, _speed(vehicle, orders))
     low, ahead = {}, []
     for k, actuator in enumerate(run.vehicle.model.actuators.values()):
-        if isinstance(actuator, (Thruster, CurveThruster)) and abs(float(actuator.effect[0])) > 0.5:
+        if hasattr(actuator, "thrust_limits") and abs(float(actuator.effect[0])) > 0.5:
             low[k] = actuator.lag.low if actuator.effect[0] > 0 else actuator.lag.high
             ahead.append((k, actuator.lag.high if actuator.effect[0] > 0 else actuator.lag.low))
     if not low:
         raise InputError(f"{run.vehicle.name} has no thruster along its hull that can be set astern")
     for k, command in ahead:
         run.command[k] = command
-    run.go(orders.seconds or 60.0)
+    run.go(orders.seconds or _RUN_UP_S[run.floats])
     began = run.rows[-1].copy()
     for k, command in low.items():
         run.command[k] = command
