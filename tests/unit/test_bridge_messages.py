@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import math
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -38,13 +39,13 @@ _PIXELS: dict[str, tuple[tuple[int, ...], str]] = {
 _WATER = ("sound_velocity", "fluorometer", "oxygen", "turbidity", "tracer")
 
 
-def config_of(kind: str) -> Any:
+def config_of(kind: str, **keys: Any) -> Any:
     needed = {
         "tracer": {"tracer": "dye"},
         "lbl": {"transponders": {"a": {"position_m": (1.0, 2.0, -3.0)}}},
         "range_bearing": {"targets": {"a": {"position_m": (1.0, 2.0, -3.0)}}},
     }  # what has no default
-    return registry.find("sensor", kind).config.model_validate({"type": kind, **needed.get(kind, {})})
+    return registry.find("sensor", kind).config.model_validate({"type": kind, **needed.get(kind, {}), **keys})
 
 
 def measurement(kind: str, config: Any, lanes: int) -> Measurement:
@@ -70,6 +71,7 @@ def measurement(kind: str, config: Any, lanes: int) -> Measurement:
     elif kind == "camera":
         data = np.zeros((lanes, config.height_px, config.width_px, 3), dtype=np.uint8)
         data[:, :, : config.width_px // 2, 0] = 200
+        data[:, : config.height_px // 4, :, 2] = 40 * np.arange(lanes)[:, None, None]
     elif kind in _PIXELS:
         shape, dtype = _PIXELS[kind]
         data = uniform(0, 9, (lanes, config.height_px, config.width_px, *shape)).astype(dtype)
@@ -86,14 +88,15 @@ def measurement(kind: str, config: Any, lanes: int) -> Measurement:
         data = uniform(0, 1, (lanes, 5))
         extras = {"fates": np.empty(lanes, dtype=object)}
         lost = Reception(7, "data", "b.modem", "*", "a.modem", 5, 9, 8, "collision", 120.5, -math.inf)
-        extras["fates"][:] = [(lost,)] * lanes
+        extras["fates"][:] = [(replace(lost, number=7 + lane),) * (1 + lane % 2) for lane in range(lanes)]
     elif kind == "range_bearing":
         data = uniform(0, 1, (lanes, 2, 3))
     else:
         data = uniform(0, 1, (lanes, 4))
     if kind == "dvl":
         extras = {
-            "sigma": uniform(0.001, 0.01, (lanes, 4)), "beam_valid": np.array([[True, True, False, True]] * lanes),
+            "sigma": uniform(0.001, 0.01, (lanes, 4)),
+            "beam_valid": np.array([[True, True, False, True], [True, False, False, True]] * lanes)[:lanes],
             "altitude": uniform(5, 20, lanes), "ranges": uniform(5, 20, (lanes, 4)),
             "beam_velocity": uniform(-1, 1, (lanes, 4)),
         }  # fmt: skip
@@ -188,6 +191,29 @@ def test_a_block_gives_the_messages_of_single_readings(kind: str, tmp_path: Path
         recordings.append([(m.topic, m.t_ns, m.raw) for m in Recording(path).messages()])
     assert recordings[0] == recordings[1]
     assert len([m for m in recordings[0] if m[0].startswith("/env1/")]) == 2 * len(encoder(config, SITE).topics)
+
+
+@pytest.mark.parametrize("kind", sorted(ENCODERS))
+def test_a_copy_of_a_fleet_says_what_it_says_alone(kind: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    config = config_of(kind, **({"width_px": 32, "height_px": 24} if kind == "camera" or kind in _PIXELS else {}))
+    k, n = 2, 3
+    found, t_ns = measurement(kind, config, k * n), np.array([0, 200_000_000])
+    said = []
+    for copies in (range(n), *([copy] for copy in range(n))):
+        lanes = (np.arange(k)[:, None] * n + np.array(copies)).ravel()
+        own = Measurement(
+            found.data[lanes], found.data[lanes], None, {name: v[lanes] for name, v in found.extras.items()}
+        )
+        places = lambda self, agent, copies=copies: [f"env{copy}/{agent}" for copy in copies]
+        with monkeypatch.context() as patch:
+            patch.setattr(Recorder, "places", places)
+            with Recorder(tmp_path / "it.mcap", "", 0, {"a": {"s": config}}, None, (45.0, 12.5), 5_000_000,
+                          copies=len(copies)) as r:  # fmt: skip
+                r.write_block("a", "s", t_ns, own, n=len(copies))
+        said.append([(m.topic, m.t_ns, m.raw) for m in Recording(tmp_path / "it.mcap").messages() if "/env" in m.topic])
+    assert sorted(said[0]) == sorted(m for one in said[1:] for m in one)
+    unnamed = [b"".join(raw.replace(f"env{copy}".encode(), b"") for *_, raw in said[1 + copy]) for copy in range(n)]
+    assert len(set(unnamed)) == n  # else nobody would see them mixed
 
 
 def test_an_imu_at_rest_feels_gravity_upwards() -> None:

@@ -143,6 +143,11 @@ def test_pictures_are_base64_and_what_is_no_number_is_null() -> None:
         make("sensor_msgs/msg/Range", **{**vars(from_json("sensor_msgs/msg/Range", {})), "range": float("inf")})
     )
     assert state["range"] is None
+    one_lost = np.array([1.5, np.nan, -np.inf, -2.0], dtype=np.float32)
+    readings = make(
+        "sensor_msgs/msg/LaserScan", **{**vars(from_json("sensor_msgs/msg/LaserScan", {})), "ranges": one_lost}
+    )
+    assert to_json(readings)["ranges"] == [1.5, None, None, -2.0]
 
 
 @pytest.mark.parametrize(

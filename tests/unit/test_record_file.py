@@ -18,7 +18,7 @@ from rosbags.highlevel import AnyReader
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 from pelagos.errors import LookupFailed, RecordingError
-from pelagos.messages.motion import ODOMETRY_FIELDS
+from pelagos.messages.motion import ODOMETRY, ODOMETRY_FIELDS, TruthEncoder
 from pelagos.sensors.sensor import Reading, SensorConfig
 from pelagos.sim.record import Recorder
 from pelagos.sim.replay import Recording, recover
@@ -160,6 +160,42 @@ def test_copies_have_topics_of_their_own(tmp_path: Path) -> None:
     ]
     assert found.message("/env1/auv0/heat", 2).message.data.tolist() == [3.0, 3.0]
     assert found.message("/env1/auv0/truth", 0).message.child_frame_id == "env1/auv0/base_link"
+
+
+def test_copies_move_each_for_itself(tmp_path: Path) -> None:
+    """True motion and navigation of each copy, one by one and in blocks, and where each copy's prop is."""
+    rng = np.random.default_rng(3)
+    sensors: dict[str, dict[str, SensorConfig]] = {"auv0": {}, "usv": {}}
+    motion = {
+        name: [rng.normal(size=(4, 3, width)) for width in (3, 4, 3, 3)] for name in ("auv0", "usv", "knows", "crate")
+    }
+    for parts in motion.values():
+        parts[1] /= np.linalg.norm(parts[1], axis=-1, keepdims=True)
+    t_ns = np.arange(4) * 50_000_000
+    path = tmp_path / "fleet.mcap"
+    with Recorder(path, "", 1, sensors, None, (45.0, 12.5), 50_000_000, copies=3) as r:
+        r.add_navigation("auv0", "ekf")
+        props = [
+            (TruthEncoder(f), r.channel(f"/{f}/odometry", ODOMETRY, {})) for f in (f"env{i}/crate" for i in range(3))
+        ]
+        for name in sensors:
+            r.write_truth_block(name, t_ns[:3], *(part[:3] for part in motion[name]))
+            r.write_truth(name, int(t_ns[3]), *(part[3] for part in motion[name]))
+        r.write_navigation_block("auv0", t_ns, *motion["knows"])
+        r.write_odometry(props, t_ns, motion["crate"])
+    found = Recording(path)
+    topics = {"auv0": "auv0/truth", "usv": "usv/truth", "knows": "auv0/navigation", "crate": "crate/odometry"}
+    for name, topic in topics.items():
+        for i in range(3):
+            numbers = found.table(f"/env{i}/{topic}", ODOMETRY_FIELDS)[1][:, 2:]
+            np.testing.assert_array_equal(numbers, TruthEncoder.numbers(*(part[:, i] for part in motion[name])))
+    seen = {(m.transforms[0].child_frame_id, k): m.transforms[0].transform.translation
+            for k, m in ((r.t_ns, r.message) for r in found.messages("/tf"))}  # fmt: skip
+    for name in sensors:
+        for i in range(3):
+            for k in range(4):
+                moved = seen[f"env{i}/{name}/base_link", int(t_ns[k])]
+                assert [moved.y, -moved.x, moved.z] == motion[name][0][k, i].tolist()
 
 
 def test_a_copy_without_a_reading_says_nothing(tmp_path: Path) -> None:

@@ -223,6 +223,37 @@ def test_sonars_in_the_band_disturb() -> None:
     assert [f.fate for name in ("a", "b") for f in fates[name]] == ["sonar", "sonar"]
 
 
+def test_sonars_disturb_by_their_share_of_time_and_band() -> None:
+    """Level at the modem, 20 log r down, times pulse over period and the part of the pulse's band in the modem's; of
+    two sonars the powers add, in each copy from where they are there.
+
+    The modem hears 23 to 27 kHz, the sonars 25.5 to 29.5 kHz: 1.5 of 4 kHz, and 24 to 26 kHz: all.
+    """
+    made = scenario(THREE, frequency_hz=25_000.0, bandwidth_hz=4_000.0)
+    pings = [
+        {"frequency_hz": 27_500.0, "bandwidth_hz": 4_000.0, "source_level_db": 211.0, "pulse_s": 0.01, "rate_hz": 2},
+        {"frequency_hz": 25_000.0, "bandwidth_hz": 2_000.0, "source_level_db": 203.0, "pulse_s": 0.003, "rate_hz": 4},
+    ]
+    for name, ping in zip("ab", pings, strict=True):
+        made["agents"][name]["sensors"]["sonar"] = {"type": "singlebeam", "position_m": [0.5, 0.1, 0.2], **ping}
+    made["vary"] = {"agents.b.start.position_m.0": {"uniform": [200.0, 500.0]}}
+    sim = pl.Simulation.load(made, n=3)
+    sim.step(ticks=2)
+    medium = sim.medium
+    port = medium.modems["c.modem"]
+    mount = sim.model.agents["a"].sensors["sonar"].config
+    for copy in range(3):
+        here, *there = (medium.pose(f"{name}.modem").position[copy] for name in "cab")
+        arms = [medium.pose_of(name, mount).position[copy] - here for name in "ab"]
+        assert np.linalg.norm(arms[0] + here - there[0]) > 0.3
+        ways = [float(np.linalg.norm(arm)) for arm in arms]
+        first = 10.0 ** (21.1 - 2.0 * np.log10(ways[0])) * (0.01 * 2) * (1.5 / 4.0)
+        second = 10.0 ** (20.3 - 2.0 * np.log10(ways[1])) * (0.003 * 4)
+        found = medium.sonar_noise(port, medium.pose("c.modem"), copy)
+        assert found == pytest.approx(10.0 * np.log10(first + second), abs=1e-6)
+    assert len(set(sim.state["b"].position[:, 0])) == 3
+
+
 def test_addresses_follow_the_scenario() -> None:
     """Those that are given stay, others are the next free ones in order; changed keys of a modem leave them alone."""
     made = scenario({"a": (0, 0, 20), "b": (300, 0, 30), "c": (150, 260, 25), "d": (90, 60, 20)})

@@ -383,6 +383,19 @@ class TestEffects:
         ratio = found.sense(at(0, 0, DEEP)).data[0][bright] / shown[bright]
         assert abs(ratio.std() - factor) < 5 * factor / np.sqrt(2 * ratio.size)
 
+    def test_painted_levels_are_the_same_in_every_scale(self):
+        """A level x of the picture is floor + x range in decibels, and ten to a tenth of that as an intensity."""
+        floor_db = -62.0
+        options = {"floor_db": floor_db, "dynamic_range_db": 37.0, "beams": 9, "bins": 200,
+                   "painted_noise": {"onto": "level", "multiplicative": 0.1, "additive": 0.03}}  # fmt: skip
+        unit, decibels, linear = (
+            self.imaging([below(4.0)], scale=scale, **options).sense(at(0, 0, DEEP)).data[0].astype(float)
+            for scale in ("unit", "db", "linear")
+        )
+        assert ((unit > 0.05) & (unit < 0.95)).sum() > 200
+        assert decibels == pytest.approx(floor_db + 37.0 * unit, abs=1e-4)
+        assert 10.0 * np.log10(linear) == pytest.approx(decibels, abs=1e-4)
+
     def test_painted_noise_adds_to_empty_water(self):
         s = self.imaging([below(300.0)], painted_noise={"additive": 0.1, "additive_reference_db": 0.0})
         data = s.sense(at(0, 0, DEEP)).data

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from sonar_scenes import at, box, context, plane
+from sonar_scenes import DT_NS, at, box, context, plane
 
 import pelagos as pl
 from pelagos import jit
@@ -16,6 +16,7 @@ from pelagos.acoustics.beam_pattern import HALF_POWER_LINE, weighted_line_np
 from pelagos.acoustics.interference import Sent, band_overlap, through_filter
 from pelagos.errors import InputError
 from pelagos.math.so3 import from_euler
+from pelagos.sensors.example_motion import lanes
 from pelagos.sensors.sonar.imaging_sonar import ImagingSonar, ImagingSonarConfig
 from pelagos.sensors.sonar.keys.sector_keys import layout
 from pelagos.sensors.sonar.mechanical_scanning_sonar import MechanicalScanningSonar, MechanicalScanningSonarConfig
@@ -219,6 +220,33 @@ def test_a_scanning_head_is_loudest_where_it_looks():
     angle, level = np.array(found).T
     loud = angle[level > 1e-2 * level.max()]
     assert set(np.round(np.degrees(loud)).astype(int)) & {90}
+
+
+@pytest.mark.parametrize("turns", ["receiver", "source"])
+def test_heads_turn_to_the_left(turns):
+    """A head hears, and is heard, where it looks at the other, which looks back: at 50 deg, not at -50 deg."""
+    neighbours = Neighbours(("auv0.sonar", "auv1.sonar"))
+    bearing = math.radians(50.0)
+    there, back = 20.0 * np.array([math.cos(bearing), math.sin(bearing), 0.0]), math.pi + bearing
+    made = lambda turns: (
+        (MechanicalScanningSonar, MechanicalScanningSonarConfig(step_deg=10.0, rays=64, bins=100, frequency_hz=750e3, **QUIET))
+        if turns else (ImagingSonar, ImagingSonarConfig(frequency_hz=750e3, **(SMALL | QUIET)))
+    )  # fmt: skip
+    for path, turning in (("auv0.sonar", turns == "receiver"), ("auv1.sonar", turns == "source")):
+        kind, config = made(turning)
+        kind(config, replace_path(context([plane(DEEP - 100.0)]), path, neighbours))
+    # whoever turns lies along x, whoever stands still looks at it
+    ticks = range(0, 36 * 20, 20)
+    turning = lanes(ticks, dt_ns=DT_NS, position=(0, 0, DEEP))
+    still = lanes(
+        ticks, dt_ns=DT_NS, position=(there[0], there[1], DEEP), attitude=[float(a) for a in from_euler(0.0, 0.0, back)]
+    )
+    here, other = (turning, still) if turns == "receiver" else (still, turning)
+    neighbours.motion_of = lambda agent: other
+    heard = neighbours.heard(neighbours.emitters["auv0.sonar"], ["auv1.sonar"], here)
+    level = np.array(heard.level).reshape(36, -1).max(axis=1)
+    angles = np.degrees(made(True)[1].angles(np.arange(36)))
+    assert (angles[np.argmax(level)] + 180.0) % 360.0 - 180.0 == pytest.approx(50.0, abs=1e-6)
 
 
 def test_a_multibeam_can_be_heard():

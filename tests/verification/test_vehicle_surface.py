@@ -11,6 +11,7 @@ import pytest
 import pelagos as pl
 from pelagos import jit
 from pelagos.hydro import immersion, lift, restoring
+from pelagos.vehicles.shape.pontoon import PontoonConfig, displaced, pontoon_mesh
 
 
 def load(vehicle: Any, height: float = 0.0, control: str = "actuators", **given: Any) -> pl.Simulation:
@@ -129,6 +130,40 @@ def test_a_catamaran_rights_itself_until_its_weight_passes_over_the_lower_pontoo
     sim.run(40.0)
     roll = abs(math.degrees(sim.state["it"].euler[0, 0]))
     assert roll == pytest.approx(0.0 if upright else 180.0, abs=3.0)
+
+
+@pytest.mark.parametrize(("waterplane", "section"), [(0.75, 0.5333), (0.9, 0.62), (1.0, 0.8), (0.7, 1.0)])
+def test_a_pontoon_holds_its_block_coefficient(waterplane: float, section: float) -> None:
+    """Volume Cw Cm L B T to the waterline, and its moments, of breadths B (1 - u^p)(1 - v^q) with means Cw and Cm.
+
+    The centre lies a share (q + 1)/(2 (q + 2)) of the draught deep, and the mean square of u over the hull is
+    (p + 1)/(3 (p + 3)), where p = Cw/(1 - Cw). Strips: errors fall with the square of their number, 1e-3 at 200 by 60.
+    """
+    draught = 0.4
+    hull = PontoonConfig(
+        length_m=3.1, beam_m=0.7, freeboard_m=0.2, position_x_m=0.3, position_y_m=0.9, mirror=True,
+        waterplane_coefficient=waterplane, section_coefficient=section,
+    )  # fmt: skip
+    whole = 2 * 3.1 * 0.7 * draught * waterplane * section
+    assert hull.volume_per_draught * draught == pytest.approx(whole, rel=1e-12)
+    vertices, faces = pontoon_mesh(hull, draught, along=200, down=60)
+    topsides = 2 * 3.1 * 0.7 * 0.2 * waterplane
+    assert displaced(vertices, faces) == pytest.approx(whole + topsides, rel=1e-3)
+    corners = vertices[faces]
+    corners[..., 2] = np.maximum(corners[..., 2], 0.0)  # without what is above the water
+    signed = np.einsum("fi,fi->f", corners[:, 0], np.cross(corners[:, 1], corners[:, 2])) / 6
+    middle = corners.sum(axis=1) / 4
+    assert signed.sum() == pytest.approx(whole, rel=1e-3)
+    means = [(signed * middle[:, k]).sum() / signed.sum() for k in range(3)]
+    square = np.einsum("f,fij->", signed, (corners[..., 0] - 0.3)[:, :, None] * (corners[..., 0] - 0.3)[:, None, :])
+    own = np.einsum("f,fi->", signed, (corners[..., 0] - 0.3) ** 2)
+    inertia = (square + own) / 20 / signed.sum()
+    q = math.inf if section == 1 else section / (1 - section)
+    p = math.inf if waterplane == 1 else waterplane / (1 - waterplane)
+    deep = 0.5 if section == 1 else (q + 1) / (2 * (q + 2))
+    long = 1 / 3 if waterplane == 1 else (p + 1) / (3 * (p + 3))
+    assert means == pytest.approx([0.3, 0.0, deep * draught], rel=2e-3, abs=1e-9)
+    assert inertia == pytest.approx(long * (3.1 / 2) ** 2, rel=2e-3)
 
 
 def test_propellers_lose_thrust_as_minsaas_measured() -> None:
