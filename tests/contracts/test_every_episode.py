@@ -173,6 +173,32 @@ def test_a_copy_that_is_not_finite_ends_alone(speed):
     assert sim.state["auv0"].position[2, 0] > 0.05
 
 
+@pytest.mark.filterwarnings("ignore::pelagos.errors.EndedWarning")
+@pytest.mark.parametrize("motion", [{"angular_velocity": (0.0, 1000.0, 0.0)}, {"velocity": (1e6, 0.0, 0.0)}])
+def test_a_copy_that_ends_within_a_block_says_until_then_what_it_says_tick_by_tick(motion, tmp_path):
+    """Readings and true motion up to the last finite state, also those of another vehicle, which ends with it."""
+    scenario = copy.deepcopy(QUICK)
+    scenario["record"] = {"state_rate_hz": 100}
+    auv = scenario["agents"]["auv0"] | {"sensors": {"pose": {"type": "pose", "rate_hz": 100}}}
+    before = auv | {"start": {"position_m": [50.0, 9.0], "depth_m": 7.0}, "control": "depth_heading_speed",
+                    "command": [6.0, 0.1, 1.0]}  # fmt: skip
+    scenario["agents"] = {"before": before, "auv0": auv}
+    told = []
+    for block in (1, 10):
+        sim = pl.Simulation.load(scenario, n=2)
+        sim.step(ticks=3)
+        sim.set_state("auv0", **motion, where=[1])
+        with sim.recording(tmp_path / f"{block}.mcap"):
+            for _ in range(0, 10, block):
+                sim.step(ticks=block)
+        assert sim.ended.tolist() == [False, True]
+        messages = pl.Recording(tmp_path / f"{block}.mcap").messages()
+        told.append([(m.topic, m.t_ns, m.raw) for m in messages if m.topic.startswith("/env")])
+    for agent in ("before", "auv0"):
+        assert 0 < sum(topic.startswith(f"/env1/{agent}/pose") for topic, _, _ in told[0]) < 7
+    assert told[0] == told[1]
+
+
 def test_a_fleet_of_which_nothing_is_left_stops():
     sim = pl.Simulation.load(QUICK, n=2)
     sim.set_state("auv0", velocity=(1e300, 0.0, 0.0))

@@ -127,3 +127,17 @@ def test_water_is_unbearable_by_its_speed_past_the_hull() -> None:
     check_current(sim, along.tolist())
     with pytest.raises(CommandError, match=r"a velocity through the water of \(12, 2.4, 0\) m/s"):
         check_current(sim, (-along).tolist())
+
+
+def test_water_is_unbearable_to_the_vehicle_of_any_copy() -> None:
+    """That of the second goes with it; the others stand still, to them it is a stream of 12 m/s."""
+    agent = {"vehicle": "bluerov2", "start": {**START, "heading_deg": 120.0}, "control": "pose"}
+    scenario = {"tick_rate_hz": 50, "world": {"type": "flat", "depth_m": 50.0}, "agents": {"rov": agent}}
+    sim = Simulation.load(scenario, n=3)
+    c, s = np.cos(np.radians(120.0)), np.sin(np.radians(120.0))
+    for there in range(3):
+        sim.set_state("rov", velocity=[[12.0 * (copy != there), 0.0, 0.0] for copy in range(3)])
+        with pytest.raises(CommandError, match=r"a velocity through the water of \(-12, "):
+            check_current(sim, [12.0 * c, -12.0 * s, 0.0])
+    sim.set_state("rov", velocity=[12.0, 0.0, 0.0])
+    check_current(sim, [12.0 * c, -12.0 * s, 0.0])

@@ -58,3 +58,22 @@ def test_what_a_prop_came_down_on_is_pushed_away_from_its_axis(where: dict[str, 
     out = 3.0 * pushed * apart / np.hypot(*apart)
     np.testing.assert_allclose(state.velocity, [[out @ ahead, out @ left, 0.0]] * 2, atol=1e-6)
     assert falling.rests != pushed
+
+
+def test_what_is_pushed_in_one_copy_leaves_the_others() -> None:
+    """The vehicle of the second copy lies beside it: its controllers go on, to the byte."""
+    sims = [dropped(-7.1, position_m=[1.8, -2.2], depth_m=7.2, heading_deg=70.0) for _ in range(2)]
+    runs = []
+    for (sim, falling), copies in zip(sims, ([0, 1], [1]), strict=True):
+        sim.set_mode("it", "velocity")
+        sim.set_state("it", position=[2.6, -4.2, -7.2], where=[1])
+        if 0 not in copies:
+            sim.set_state("it", position=[9.0, -4.2, -7.2], where=[0])
+        sim.step({"it": [0.3, 0.1, 0.05, 0.2]}, ticks=20)
+        for _ in range(25):
+            falling.step(sim, H)
+            sim.step()
+        runs.append((sim.state["it"], sim.stepper.memory()["runs"]["it"]["vehicle"].reshape(-1, 2)))
+    (pushed, whole), (free, alone) = runs
+    assert np.abs(pushed.velocity[0] - free.velocity[0]).max() > 0.5
+    np.testing.assert_array_equal(whole[:, 1], alone[:, 1])

@@ -228,12 +228,10 @@ def test_heads_turn_to_the_left(turns):
     neighbours = Neighbours(("auv0.sonar", "auv1.sonar"))
     bearing = math.radians(50.0)
     there, back = 20.0 * np.array([math.cos(bearing), math.sin(bearing), 0.0]), math.pi + bearing
-    made = lambda turns: (
-        (MechanicalScanningSonar, MechanicalScanningSonarConfig(step_deg=10.0, rays=64, bins=100, frequency_hz=750e3, **QUIET))
-        if turns else (ImagingSonar, ImagingSonarConfig(frequency_hz=750e3, **(SMALL | QUIET)))
-    )  # fmt: skip
-    for path, turning in (("auv0.sonar", turns == "receiver"), ("auv1.sonar", turns == "source")):
-        kind, config = made(turning)
+    scanning = MechanicalScanningSonarConfig(step_deg=10.0, rays=64, bins=100, frequency_hz=750e3, **QUIET)
+    fixed = ImagingSonarConfig(frequency_hz=750e3, **(SMALL | QUIET))
+    for path, part in (("auv0.sonar", "receiver"), ("auv1.sonar", "source")):
+        kind, config = (MechanicalScanningSonar, scanning) if part == turns else (ImagingSonar, fixed)
         kind(config, replace_path(context([plane(DEEP - 100.0)]), path, neighbours))
     # whoever turns lies along x, whoever stands still looks at it
     ticks = range(0, 36 * 20, 20)
@@ -245,7 +243,7 @@ def test_heads_turn_to_the_left(turns):
     neighbours.motion_of = lambda agent: other
     heard = neighbours.heard(neighbours.emitters["auv0.sonar"], ["auv1.sonar"], here)
     level = np.array(heard.level).reshape(36, -1).max(axis=1)
-    angles = np.degrees(made(True)[1].angles(np.arange(36)))
+    angles = np.degrees(scanning.angles(np.arange(36)))
     assert (angles[np.argmax(level)] + 180.0) % 360.0 - 180.0 == pytest.approx(50.0, abs=1e-6)
 
 

@@ -84,4 +84,5 @@ def _near_box(
     back = bodies.attitude[box] * [1.0, -1.0, -1.0, -1.0]
     local = rotate_np(back, bodies.position[sphere] - bodies.position[box])
     outside = np.maximum(np.maximum(bodies.low[box] - local, local - bodies.high[box]), 0.0)
-    return np.asarray(np.linalg.norm(outside, axis=1) < bodies.radius[sphere] + margin)
+    with np.errstate(over="ignore"):  # of a body that will not be finite soon: it is infinitely far away
+        return np.asarray(np.linalg.norm(outside, axis=1) < bodies.radius[sphere] + margin)

@@ -71,11 +71,12 @@ def check_current(sim: Simulation, current: Sequence[float]) -> None:
     if speed > FASTEST_WATER_MPS:
         raise CommandError(f"a current of {speed:g} m/s; at most {FASTEST_WATER_MPS:g} m/s")
     for name, agent in sim.model.agents.items():
+        if agent.vehicle.config.body.in_air:
+            continue
         state = sim.state[name]
-        w, x, y, z = state.attitude[0]
-        past = state.velocity[0] - Rotation.from_quat([x, y, z, w]).inv().apply(current)
-        if not agent.vehicle.config.body.in_air:
-            check_motion(name, agent.vehicle, past.tolist(), state.angular_velocity[0].tolist())
+        past = state.velocity - Rotation.from_quat(state.attitude[:, [1, 2, 3, 0]]).inv().apply(current)
+        for velocity, spin in zip(past.tolist(), state.angular_velocity.tolist(), strict=True):
+            check_motion(name, agent.vehicle, velocity, spin)
 
 
 def _check(agent: str, vehicle: Vehicle, accelerations: NDArray[np.float64], asked: str) -> None:

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 import warnings
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import Final
 
@@ -34,26 +35,32 @@ class Endings:
     def __init__(self, model: Model, episodes: Episodes) -> None:
         self._model, self._episodes = model, episodes
 
-    def watch(self, batch: Batch, run: BatchRun, trajectory: Trajectory) -> Trajectory:
-        """The trajectory of a block, with the copies that have ended held at their beginning, and in `run` too, whose
-        row becomes that of the block's end.
+    def watch(self, runs: Mapping[str, BatchRun], moved: Mapping[str, Trajectory]) -> Mapping[str, Trajectory]:
+        """The trajectories of a block by batch, with the copies that have ended held at their beginning from that tick
+        on, and in `runs` too, whose rows become those of the block's end.
 
         A state that is not finite stays so: the last tick tells of all.
 
         Raises:
             NotFinite: of a fleet no copy is left.
         """
-        last = trajectory.last()
-        sound = _sound(last)
-        if sound and not self._episodes.any_over:
-            run.row = last
-            return trajectory
-        motion = trajectory.numpy()
-        if not sound:
-            self._end(batch, run, trajectory.first_tick, motion)
-        over = np.tile(self._episodes.over, len(batch.members))
-        run.vehicle = mixed(run.vehicle, run.begin_vehicle, over)
-        held = np.where(over[None, :, None], run.begin_row[None], motion)
+        last = {name: trajectory.last() for name, trajectory in moved.items()}
+        unsound = [name for name, rows in last.items() if not _sound(rows)]
+        if not unsound and not self._episodes.any_over:
+            for name, rows in last.items():
+                runs[name].row = rows
+            return moved
+        motions = {name: trajectory.numpy() for name, trajectory in moved.items()}
+        for name in unsound:
+            self._end(self._model.batches[name], runs[name], moved[name].first_tick, motions[name])
+        return {name: self._held(name, runs[name], trajectory, motions[name]) for name, trajectory in moved.items()}
+
+    def _held(self, name: str, run: BatchRun, trajectory: Trajectory, motion: NDArray[np.float64]) -> Trajectory:
+        members = len(self._model.batches[name].members)
+        run.vehicle = mixed(run.vehicle, run.begin_vehicle, np.tile(self._episodes.over, members))
+        ticks = trajectory.first_tick + np.arange(len(motion))
+        over = ticks[:, None] >= np.tile(self._episodes.ended, members)  # (ticks, rows)
+        held = np.where(over[..., None], run.begin_row[None], motion)
         run.row = held[-1]
         return replace(trajectory, packed=jit.from_numpy(jit.Float64, held))
 

@@ -65,5 +65,5 @@ class Falling:
             out = np.where(way[:, None] > 1e-6, apart[:, :2] / np.maximum(way, 1e-6)[:, None], [1.0, 0.0])
             pushed = np.concatenate([_PUSH_MPS * out, np.zeros((len(out), 1))], axis=1)
             body_axes = rotate_np(state.attitude * [1.0, -1.0, -1.0, -1.0], pushed)
-            sim.set_state(name, velocity=np.where(within[:, None], body_axes, state.velocity))
+            sim.set_state(name, velocity=body_axes, where=within)
         return found

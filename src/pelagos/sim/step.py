@@ -310,10 +310,11 @@ class Stepper:
         self.contacts.pass_by()
         if near:
             moved |= self._touch(near)
-        for name, (state, trajectory) in moved.items():
-            run = self.runs[name]
-            run.vehicle = state
-            self.trajectories[name] = self._endings.watch(self._model.batches[name], run, trajectory)
+        for name, (state, _) in moved.items():
+            self.runs[name].vehicle = state
+        self.trajectories |= self._endings.watch(
+            self.runs, {name: trajectory for name, (_, trajectory) in moved.items()}
+        )
 
     def _advance(self, name: str, ticks: int, wrench: Wrench | None = None) -> tuple[Array, Trajectory]:
         start, batch = time.perf_counter(), self._model.batches[name]
