@@ -21,9 +21,9 @@ def diving(height: float, speed: float):
     return replace(motion, velocity=jit.Array3f64(zero + speed, zero, zero))
 
 
-def stops(config: dict, height: float, speed: float) -> float:
+def stops(config: dict, height: float, speed: float, ground: float = -60.0) -> float:
     """What the exposure lets in [stops]."""
-    found = camera(context(z=-60.0), shutter_s=10.0, ripple=0.0, **config).sense(diving(height, speed))
+    found = camera(context(z=ground), shutter_s=10.0, ripple=0.0, **config).sense(diving(height, speed))
     return float(np.log2(found.extras["exposure_s"][0] * found.extras["iso"][0]))
 
 
@@ -45,6 +45,18 @@ def test_the_meter_follows_at_its_rate(speed: float, up: float, down: float) -> 
         assert abs(found - wanted[-1]) > 0.3
     else:
         assert found == pytest.approx(wanted[-1], abs=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("height", "speed", "up", "down"), [(-12.0, -12.0, 1.25, 2.0), (-85.0, 12.0, 2.0, 1.25), (-12.0, -12.0, 1.25, None)]
+)
+def test_a_scene_that_always_changes_faster_is_followed_at_the_rate(height, speed, up, down) -> None:
+    """Over open water, 12 m/s up or down change it by 1.7 stops a second, the meter by 1.25: in 6.4 s by 8 stops."""
+    seconds, keys = 8.0 / 1.25, {"exposure_speed_up_ev_per_s": up, "exposure_speed_down_ev_per_s": down}
+    before, now = (stops({}, height + speed * t, 0.0, ground=-200.0) for t in (seconds, 0.0))
+    assert abs(now - before) > 10.0
+    followed = 8.0 if speed > 0 else -8.0
+    assert stops(keys, height, speed, ground=-200.0) == pytest.approx(before + followed, abs=0.02)
 
 
 def test_one_way_only() -> None:
