@@ -1,8 +1,8 @@
 """No copy of a fleet says anything of another: what three unlike copies say by any way is what each says alone.
 
 Starts, hulls, mounts, errors, lamps, seas, currents and props are drawn apart; commands, places, pushes and packets
-differ. The copy that is alone also lacks the twins of its sensors, which stand before them: no second sensor of a kind
-may be taken for the first.
+differ. The copy that is alone also lacks the twins of its sensors, which stand before them, and moves, asks and records
+the members of its group one by one: no second sensor of a kind and no second member may be taken for the first.
 """
 
 from __future__ import annotations
@@ -22,6 +22,7 @@ from pelagos.bridges.machinery import Machinery
 from pelagos.bridges.tap import Tap
 from pelagos.config.swarm import topic_name
 from pelagos.messages.store import deserialize
+from pelagos.sim import model as sim_model
 from pelagos.sim.record import Recorder
 from pelagos.sim.replay import Recording
 from pelagos.viewer.live import Live
@@ -35,8 +36,9 @@ TWINS = {
 }  # fmt: skip
 ECHO = {"type": "singlebeam", "rate_hz": 5, "bins": 24, "rays": 16, "hears": "others", "orientation_deg": [0, -70, 0]}
 MODEM = {"type": "modem", "rate_hz": 10, "bit_rate_bps": 2000.0, "preamble_s": 0.02, "position_m": [0.1, 0.0, 0.2]}
+LOUD = {"type": "thrusters", "level_db": 165.0}
 ROV: dict[str, Any] = {
-    "vehicle": "bluerov2_heavy", "control": "velocity",
+    "vehicle": "bluerov2_heavy", "control": "velocity", "radiated_noise": LOUD,
     "start": {"position_m": [1.0, -3.0, -4.5], "pitch_deg": 4.0, "heading_deg": 35.0, "speed_mps": 0.2},
     "sensors": {
         **TWINS,
@@ -47,11 +49,11 @@ ROV: dict[str, Any] = {
                    "elevation_deg": [-40.0, -10.0], "position_m": [0.3, 0.0, 0.1]},
         "camera": {"type": "camera", "rate_hz": 2, "width_px": 16, "height_px": 16, "orientation_deg": [0, 60, 0],
                    "lamps": [{"position_m": [0.3, 0.1, 0.2], "flux_lm": 900.0}]},
-        "echo": ECHO, "modem": MODEM,
+        "flow": {"type": "current_meter", "rate_hz": 5}, "echo": ECHO, "modem": MODEM,
     },
 }  # fmt: skip
 AUV: dict[str, Any] = {
-    "vehicle": "remus100", "count": 2, "navigation": {"type": "ekf"},
+    "vehicle": "remus100", "count": 2, "navigation": {"type": "ekf"}, "radiated_noise": LOUD,
     "start": {"position_m": [12.0, -20.0], "depth_m": 5.0, "heading_deg": -50.0, "speed_mps": 1.1,
               "spacing_m": [9.0, 14.0]},
     "mission": [{"type": "waypoints", "points": [[50.0, -21.0]], "depth_m": 7.0,
@@ -94,6 +96,7 @@ PLACES = np.array([  # in the last copy one meets the other
 SPEEDS = np.array([[0.4, -0.1, 0.1], [-0.3, 0.2, 0.0], [0.1, 0.4, -0.2]])
 CRATES = np.array([[3.0, -2.0, -5.0], [2.5, -4.5, -4.0], [4.0, -1.0, -6.0]])
 CURRENTS = np.array([[0.1, -0.2, 0.0], [-0.2, 0.1, 0.05], [0.0, 0.3, -0.05]])
+LOOKING = ("imu", "depth", "dvl", "ranger", "camera", "flow", "echo")
 LOOKS = np.array([[1.0, -2.0, -5.0], [2.5, -6.0, -4.0], [3.0, 1.0, -3.0], [0.0, 0.0, -8.0]])
 
 
@@ -105,6 +108,7 @@ def alone() -> pl.Simulation:
     made = copies_of.deepcopy(SCENARIO)
     for name in TWINS:
         del made["agents"]["rov"]["sensors"][name]
+    made["record"]["groups"] = "by_member"
     return pl.Simulation.load(made)
 
 
@@ -174,7 +178,7 @@ def flown(sim: pl.Simulation, copies: list[int], path: Path) -> list[Said]:
         said["boxes"] = [repr(box) for _, box in sorted(sim.boxes_3d(copy=k).items())]
         hits = sim.world.cast(CRATES - [2.0, 0.0, 0.0], np.tile([1.0, 0.0, 0.0], (N, 1)), 9.0, copy=k)
         said["rays"] = [np.asarray(values).tobytes() for values in vars(hits).values()]
-        looks = sim.observe("rov", LOOKS, (0.9, -0.1, 0.2, 0.4), copy=k, sensors=["ranger", "dvl", "camera"])
+        looks = sim.observe("rov", LOOKS, (0.9, -0.1, 0.2, 0.4), copy=k, sensors=LOOKING)
         said["looks"] = [r.truth.tobytes() for r in looks.values()]
         arrivals = pl.channel(sim, "rov.modem", "auv[1].modem", copy=k).arrivals()
         said["channel"] = [np.asarray(values).tobytes() for values in vars(arrivals).values()]
@@ -208,6 +212,7 @@ def test_what_each_of_three_copies_says_is_what_it_says_alone(tmp_path: Path, mo
     names = {name for said in fleet for name in said}
     alike = {name for name in names if fleet[0].get(name) == fleet[1].get(name) == fleet[2].get(name)}
     assert alike == ALIKE
+    monkeypatch.setattr(sim_model, "alike", lambda members, modes: [[name] for name in members])  # one by one
     one = alone()
     for k, said in enumerate(fleet[1:], start=1):
         one.ocean.set(current=None)

@@ -22,27 +22,48 @@ from pelagos.config import registry
 Digests: TypeAlias = dict[str, str]
 TICKS = 40
 NAMES = sorted(registry.entries("sensor", plugins=False))
+VARIED = {  # else no copy could be taken for another
+    "agents.auv0.start.position_m.0": {"uniform": [-0.6, 0.6]},
+    "agents.auv0.start.position_m.1": {"uniform": [-0.6, 0.6]},
+    "agents.auv0.start.position_m.2": {"uniform": [-3.3, -2.7]},
+    "agents.auv0.start.heading_deg": {"uniform": [25.0, 55.0]},
+    "agents.auv1.start.position_m.0": {"uniform": [3.5, 4.5]},
+    "ocean.current_mps.0": {"uniform": [-0.2, 0.2]},
+    "ocean.current_mps.1": {"uniform": [-0.2, 0.2]},
+}
+TRACERS = {"chlorophyll": 2.0, "oxygen": 240.0, "turbidity": 1.5}
+QUICK = {"bit_rate_bps": 9000.0, "preamble_s": 0.005}  # packets end within the run
 MOVES = {"kind": "waypoints", "points_m": [[5.0, -1.0, -3.0], [4.0, 2.0, -3.5]], "speed_mps": 0.5}
+
+
+def falling(value: float) -> dict[str, Any]:
+    """By a third from the surface to the ground."""
+    return {"depth_m": [0.0, 8.0], "value": [value, 0.67 * value]}
 
 
 def scenario() -> dict[str, Any]:
     sensors = {
         name: {"type": name, "rate_hz": 10, "position_m": [0.3, 0.0, 0.3], **SMALL.get(name, {})} for name in NAMES
     }
+    sensors["modem"] |= QUICK
+    sensors["range_finder"] |= {"elevation_deg": [-40.0], "azimuth_deg": [20.0]}
+    for kind, key in (("lbl", "transponders"), ("range_bearing", "targets")):
+        sensors[kind] |= {key: {**sensors[kind][key], "carried": {"agent": "auv1", "position_m": [0.1, 0.0, 0.1]}}}
     return {
         "seed": 11,
         "tick_rate_hz": 100,
+        "vary": VARIED,
         "world": {
             "type": "flat",
             "depth_m": 8.0,
             "things": [{"shape": "box", "at_m": [6.0, 3.0, -6.0], "size_m": [2.0, 1.0, 3.0]}],
             "movers": [{"name": "drum", "body": "cylinder", "size_m": 1.0, "path": MOVES}],
         },
-        "ocean": {"tracers": {"chlorophyll": 2.0, "oxygen": 240.0, "turbidity": 1.5}},
+        "ocean": {"temperature_c": falling(18.0), "tracers": {n: falling(v) for n, v in TRACERS.items()}},
         "agents": {
             "auv0": {
                 "vehicle": "remus100",
-                "start": {"position_m": [0.0, 0.0], "depth_m": 3.0, "heading_deg": 40.0},
+                "start": {"position_m": [0.0, 0.0, -3.0], "heading_deg": 40.0},
                 "control": "depth_heading",
                 "command": [4.0, 0.9, 700.0],
                 "sensors": sensors,
@@ -52,6 +73,10 @@ def scenario() -> dict[str, Any]:
                 "start": {"position_m": [4.0, -3.0], "depth_m": 3.5, "heading_deg": 80.0},
                 "control": "depth_heading",
                 "command": [4.0, 0.9, 700.0],
+                "sensors": {
+                    "modem": {"type": "modem", "rate_hz": 20, "position_m": [0.2, 0.0, 0.2], **QUICK},
+                    "optical_modem": {"type": "optical_modem", "rate_hz": 20, "orientation_deg": [0, 0, 180]},
+                },
             },
         },
     }
@@ -60,7 +85,10 @@ def scenario() -> dict[str, Any]:
 def simulation(**options: Any) -> pl.Simulation:
     sim = pl.Simulation.load(scenario(), **options)
     sim.reset()
-    sim.spawn(pl.Prop("sphere", position=(5.0, 1.0, -4.0), size=(0.8, 0.8, 0.8), material="steel"))
+    sphere = sim.spawn(pl.Prop("sphere", position=(5.0, 1.0, -4.0), size=(0.8, 0.8, 0.8), material="steel"))
+    sphere.move(position=[(5.0, 1.0 + 0.1 * (sim.model.first_environment + k), -4.0) for k in range(sim.n)])
+    for modem in ("modem", "optical_modem"):
+        sim.send("auv1", modem, b"here")
     return sim
 
 
@@ -77,7 +105,8 @@ def followed(sim: pl.Simulation, copies: Sequence[int] = (0,)) -> tuple[list[Dig
                 fixed = [v for v in reading.extras.values() if len(v) != sim.n]  # the same for every copy
                 own = [v[copy] for v in reading.extras.values() if len(v) == sim.n]
                 for values in (reading.data[copy], reading.truth[copy], *own, *fixed):
-                    kept[name].update(np.ascontiguousarray(values).tobytes())
+                    words = isinstance(values, tuple)  # of packets
+                    kept[name].update(repr(values).encode() if words else np.ascontiguousarray(values).tobytes())
     return [{name: d.hexdigest() for name, d in kept.items()} for kept in digests], newest
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import errno
 import io
 import json
@@ -20,6 +21,7 @@ from pelagos.datasets.distribution import Distribution, stream
 from pelagos.datasets.engine import Engine
 from pelagos.datasets.factory import make_dataset
 from pelagos.datasets.formats.webdataset import WebDataset
+from pelagos.datasets.maker import Maker
 from pelagos.datasets.plan import Plan, plan_of
 from pelagos.errors import InputError, RecordingError, SimulationError
 
@@ -287,6 +289,28 @@ def test_a_killed_worker_loses_and_doubles_nothing(tmp_path: Path) -> None:
 def test_work_that_kills_every_worker_ends(tmp_path: Path) -> None:
     with pytest.raises(SimulationError, match="piece 2: 3 workers were killed"):
         list(Engine(workers=2).run(Killed(tmp_path, 99), [2, 3]))
+
+
+def test_samples_of_a_batch_are_each_of_their_own_pose() -> None:
+    """Arrays, validity and extras of each are those of its lane where all lanes stand there; one hears no bottom."""
+    scenario = copy.deepcopy(CONFIG["scenario"])
+    scenario["agents"]["rov"]["sensors"]["dvl"] = {"type": "dvl", "rate_hz": 5, "range_max_m": 3.0}
+    wanted = plan(scenario=scenario, batch=3, samples_per_shard=3)
+    maker, locks, seen = Maker(wanted), [], []
+    for k, sample in enumerate(maker.samples(wanted.shard(0))):
+        last, place = maker.last_readings(), np.tile(sample.pose.position, (3, 1))
+        here = maker.simulation.observe(
+            "rov", place, np.tile(sample.pose.attitude, (3, 1)), sensors=wanted.rig.sensors, episode=0
+        )
+        for name, reading in here.items():
+            assert sample.readings[name].tobytes() == last[name].data.tobytes() == reading.data[k].tobytes()
+            assert sample.about["valid"][name] == last[name].valid[0] == reading.valid[k]
+        assert last["dvl"].extras["ranges"].tobytes() == here["dvl"].extras["ranges"][k].tobytes()
+        assert last["dvl"].truth.tobytes() == here["dvl"].truth[k].tobytes()
+        locks.append(sample.about["valid"]["dvl"])
+        seen.append(sample.readings["sonar"].tobytes())
+    assert len(set(seen)) == 3
+    assert locks == [False, True, True]
 
 
 def test_worlds_are_split_whole_and_by_share() -> None:

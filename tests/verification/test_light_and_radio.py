@@ -184,6 +184,45 @@ def test_ais_sentences_are_decoded_by_another_package(ais_class: str, kinds: set
             assert (m["to_bow"] + m["to_stern"], m["to_port"] + m["to_starboard"]) == (13, 5)
 
 
+def test_packets_by_light_and_radio_are_those_of_each_copy() -> None:
+    """What three copies say to one another, whose vehicles lie elsewhere, is what each says alone."""
+    radio = {"radio": {"type": "radio"}, "ais": {"type": "ais"}}
+    agents = {"a": boat(0, 0, 1.0, radio), "b": boat(300, 20, 1.0, radio), "c": lit(0.0, 0.0), "d": lit(12.0, 180.0)}
+    made = scenario(agents) | {
+        "vary": {
+            f"agents.{key}": {"uniform": [-most, most]}
+            for key, most in {
+                "a.start.position_m.0": 200.0, "b.start.position_m.1": 90.0, "a.start.heading_deg": 60.0,
+                "c.start.position_m.0": 4.0, "d.start.position_m.1": 2.0,
+            }.items()
+        }
+    }  # fmt: skip
+
+    def told(sim: pl.Simulation) -> list[list[str]]:
+        found: list[list[str]] = [[] for _ in range(sim.n)]
+        sim.step(ticks=4)
+        port = sim.medium.modems["b.ais"]
+        assert port.report is not None
+        for k in range(sim.n):
+            for agent, sensor in (("a", "radio"), ("c", "light"), ("d", "light"), ("b", "radio")):
+                sim.send(agent, sensor, b"here", where=[k])
+            sim.send("b", "ais", port.report(port, sim.medium.pose("b.ais"), k, 0)[0], where=[k])
+        for _ in range(8):
+            for agent, readings in sim.step().items():
+                for name, reading in readings.items():
+                    for k in range(sim.n):
+                        if reading.extras["fates"][k] or reading.extras["packets"][k]:
+                            heard = reading.extras["fates"][k], reading.extras["packets"][k], reading.data[k]
+                            found[k].append(f"{agent}.{name} {heard}")
+        return found
+
+    fleet = told(pl.Simulation.load(made, n=3))
+    assert {line.partition(" ")[0] for line in fleet[1]} >= {"a.radio", "b.radio", "a.ais", "c.light", "d.light"}
+    assert len({str(said) for said in fleet}) == 3
+    for k in (1, 2):
+        assert told(pl.Simulation.load(made, environment=k))[0] == fleet[k]
+
+
 def test_reporting_intervals() -> None:
     assert [reporting_interval(v, "A") for v in (5.0, 18.0, 30.0)] == [10.0, 6.0, 2.0]
     assert [reporting_interval(v, "B") for v in (1.0, 5.0)] == [180.0, 30.0]

@@ -236,7 +236,7 @@ def test_sonars_disturb_by_their_share_of_time_and_band() -> None:
     ]
     for name, ping in zip("ab", pings, strict=True):
         made["agents"][name]["sensors"]["sonar"] = {"type": "singlebeam", "position_m": [0.5, 0.1, 0.2], **ping}
-    made["vary"] = {"agents.b.start.position_m.0": {"uniform": [200.0, 500.0]}}
+    made["vary"] = {f"agents.{name}.start.position_m.0": {"uniform": [200.0, 500.0]} for name in "bc"}
     sim = pl.Simulation.load(made, n=3)
     sim.step(ticks=2)
     medium = sim.medium
