@@ -180,8 +180,9 @@ def test_a_copy_that_ends_within_a_block_says_until_then_what_it_says_tick_by_ti
     scenario = copy.deepcopy(QUICK)
     scenario["record"] = {"state_rate_hz": 100}
     auv = scenario["agents"]["auv0"] | {"sensors": {"pose": {"type": "pose", "rate_hz": 100}}}
-    before = auv | {"start": {"position_m": [50.0, 9.0], "depth_m": 7.0}, "control": "depth_heading_speed",
-                    "command": [6.0, 0.1, 1.0]}  # fmt: skip
+    before = auv | {"start": {"position_m": [50.0, 9.0], "depth_m": 7.0}}
+    if "angular_velocity" in motion:  # not moved together with the other
+        before |= {"control": "depth_heading_speed", "command": [6.0, 0.1, 1.0]}
     scenario["agents"] = {"before": before, "auv0": auv}
     told = []
     for block in (1, 10):

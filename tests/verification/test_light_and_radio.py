@@ -189,11 +189,12 @@ def test_packets_by_light_and_radio_are_those_of_each_copy() -> None:
     radio = {"radio": {"type": "radio"}, "ais": {"type": "ais"}}
     agents = {"a": boat(0, 0, 1.0, radio), "b": boat(300, 20, 1.0, radio), "c": lit(0.0, 0.0), "d": lit(12.0, 180.0)}
     made = scenario(agents) | {
-        "vary": {
+        "vary": {"agents.b.start.speed_mps": {"uniform": [0.5, 2.5]}} | {
             f"agents.{key}": {"uniform": [-most, most]}
             for key, most in {
                 "a.start.position_m.0": 200.0, "b.start.position_m.1": 90.0, "a.start.heading_deg": 60.0,
-                "c.start.position_m.0": 4.0, "d.start.position_m.1": 2.0,
+                "c.start.position_m.0": 4.0, "d.start.position_m.1": 2.0, "b.start.heading_deg": 60.0,
+                "c.start.heading_deg": 20.0, "d.start.pitch_deg": 20.0,
             }.items()
         }
     }  # fmt: skip
@@ -206,7 +207,7 @@ def test_packets_by_light_and_radio_are_those_of_each_copy() -> None:
         for k in range(sim.n):
             for agent, sensor in (("a", "radio"), ("c", "light"), ("d", "light"), ("b", "radio")):
                 sim.send(agent, sensor, b"here", where=[k])
-            sim.send("b", "ais", port.report(port, sim.medium.pose("b.ais"), k, 0)[0], where=[k])
+            sim.send("b", "ais", port.report(port, sim.medium.pose("b.ais"), k, 1)[0], where=[k])
         for _ in range(8):
             for agent, readings in sim.step().items():
                 for name, reading in readings.items():
