@@ -39,6 +39,10 @@ def _fleet(vehicle: str, carried: dict[str, Any], count: int = 3) -> dict[str, A
         "world": {"type": "flat", "depth_m": 30.0 if vehicle in DEEP else 12.0},  # they draw up to 21 m
         "ocean": ocean,
         "agents": agents,
+        "vary": {  # else no copy could be taken for another
+            **{f"agents.a{i}.start.heading_deg": {"uniform": [25.0 * i - 9.0, 25.0 * i + 9.0]} for i in range(count)},
+            **{f"agents.a{i}.start.position_m.0": {"normal": [4.0 * apart * i, 0.1]} for i in range(count)},
+        },
     }
 
 

@@ -34,7 +34,7 @@ TWINS = {
     "first_dvl": {"type": "dvl", "rate_hz": 5, "position_m": [0.3, 0.0, 0.0]},
     "first_ranger": {"type": "range_finder", "rate_hz": 10, "azimuth_deg": [100.0, 5.0], "elevation_deg": [-70.0, 3.0]},
 }  # fmt: skip
-ECHO = {"type": "singlebeam", "rate_hz": 5, "bins": 24, "rays": 16, "hears": "others", "orientation_deg": [0, -70, 0]}
+ECHO = {"type": "singlebeam", "rate_hz": 5, "bins": 24, "rays": 16, "hears": "others", "orientation_deg": [4, -9, 0]}
 MODEM = {"type": "modem", "rate_hz": 10, "bit_rate_bps": 2000.0, "preamble_s": 0.02, "position_m": [0.1, 0.0, 0.2]}
 LOUD = {"type": "thrusters", "level_db": 165.0}
 ROV: dict[str, Any] = {
@@ -73,7 +73,8 @@ SCENARIO: dict[str, Any] = {
     },
     "ocean": {"waves": {"type": "regular", "height_m": 0.4, "period_s": 4.0, "towards_deg": 30.0},
               "sun": {"elevation_deg": 20}},
-    "props": {"crate": {"shape": "box", "position_m": [4.0, -4.0, -5.0], "size_m": [0.8, 1.3, 0.6]}},
+    "props": {"crate": {"shape": "box", "position_m": [4.0, -4.0, -5.0], "size_m": [0.8, 1.3, 0.6]},
+              "ball": {"shape": "sphere", "position_m": [15.0, -15.0, -9.0], "size_m": 0.3, "material": "steel"}},
     "agents": {"rov": ROV, "auv": AUV},
     "vary": {
         "agents.rov.start.position_m.1": {"normal": [-3.0, 0.7]},
@@ -93,6 +94,7 @@ PLACES = np.array([  # in the last copy one meets the other
     [[12.0, -20.0, -5.0], [21.0, -6.0, -6.0]], [[13.7, -20.8, -6.0], [20.0, -7.0, -4.0]],
     [[11.0, -18.0, -4.5], [11.3, -17.8, -4.4]],
 ])  # fmt: skip
+BELOW = np.array([[0.5, 0.4, -2.8], [0.4, 0.3, -2.2], [0.5, 0.5, -3.1]])  # what a second member's echo sounder meets
 SPEEDS = np.array([[0.4, -0.1, 0.1], [-0.3, 0.2, 0.0], [0.1, 0.4, -0.2]])
 CRATES = np.array([[3.0, -2.0, -5.0], [2.5, -4.5, -4.0], [4.0, -1.0, -6.0]])
 CURRENTS = np.array([[0.1, -0.2, 0.0], [-0.2, 0.1, 0.05], [0.0, 0.3, -0.05]])
@@ -139,6 +141,7 @@ def flown(sim: pl.Simulation, copies: list[int], path: Path) -> list[Said]:
             stack.enter_context(sim.watch(one.heard))
         sim.command({"rov": GIVEN[copies]})
         sim.set_state("auv", position=PLACES[copies])
+        sim.props["ball"].move(position=PLACES[copies, 1] + BELOW[copies])
         for name in ("auv[0].touch", "auv[1].dvl"):
             stack.enter_context(sim.subscribe(name, lambda r, name=name: reading(f"{name}, subscribed", r)))
         sim.run(0.6)

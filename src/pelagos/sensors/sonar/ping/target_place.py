@@ -50,7 +50,7 @@ def target_places(caster: Caster, things: Targets, lanes: Lanes, row: Array, cou
     lane, thing = row // count, row % count
     copy = dr.gather(jit.UInt32, lanes.copy, lane)
     copies = dr.width(things.body) // count
-    body = dr.gather(jit.UInt32, things.body, thing * copies + dr.minimum(copy, copies - 1))
+    body = dr.gather(jit.UInt32, things.body, thing * copies + copy % copies)  # vehicle by vehicle, copies within
     moves = body != NO_BODY
     origin = dr.gather(jit.Array3f64, lanes.position, lane)
     centre = dr.gather(jit.Array3f64, things.centre, thing)
