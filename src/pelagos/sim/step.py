@@ -312,9 +312,7 @@ class Stepper:
             moved |= self._touch(near)
         for name, (state, _) in moved.items():
             self.runs[name].vehicle = state
-        self.trajectories |= self._endings.watch(
-            self.runs, {name: trajectory for name, (_, trajectory) in moved.items()}
-        )
+        self.trajectories |= self._endings.watch(self.runs, {name: made for name, (_, made) in moved.items()})
 
     def _advance(self, name: str, ticks: int, wrench: Wrench | None = None) -> tuple[Array, Trajectory]:
         start, batch = time.perf_counter(), self._model.batches[name]
