@@ -152,7 +152,9 @@ def flown(sim: pl.Simulation, copies: list[int], path: Path) -> list[Said]:
             some = [k for k, c in enumerate(copies) if c != but]
             if some:
                 assert sim.send(agent, "modem", b"of " + agent.encode(), where=some) == len(some)
-        for _ in range(16):
+        for tick in range(16):
+            if tick == 5:
+                sim.checkpoint()  # between two ticks of guidance: every member's navigation has its own part
             for agent, readings in sim.step().items():
                 for name, r in readings.items():
                     reading(f"{agent}.{name}", r)
@@ -183,6 +185,10 @@ def flown(sim: pl.Simulation, copies: list[int], path: Path) -> list[Said]:
         said["rays"] = [np.asarray(values).tobytes() for values in vars(hits).values()]
         looks = sim.observe("rov", LOOKS, (0.9, -0.1, 0.2, 0.4), copy=k, sensors=LOOKING)
         said["looks"] = [r.truth.tobytes() for r in looks.values()]
+        stream = copies[k] - sim.model.first_environment  # the lane whose noise is that of this copy
+        there = np.tile(sim.state["auv[1]"].position[k] + [0.0, 0.1, 0.3], (N, 1))
+        looks = sim.observe("auv[1]", there, copy=k, sensors=["imu", "depth", "dvl", "echo"])
+        said["looks of a member"] = [np.ascontiguousarray(r.data[stream]).tobytes() for r in looks.values()]
         arrivals = pl.channel(sim, "rov.modem", "auv[1].modem", copy=k).arrivals()
         said["channel"] = [np.asarray(values).tobytes() for values in vars(arrivals).values()]
         live[k].show()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
 from typing import Any, ClassVar, Literal
 
 import numpy as np
@@ -11,6 +12,8 @@ from pydantic import ConfigDict
 import pelagos as pl
 from pelagos.config import registry
 from pelagos.sensors.sensor import Kinematics, Measurement, SensorConfig, SensorContext
+from pelagos.sim.feedback import newest_row
+from pelagos.sim.sampled import Sampled
 
 
 class LaserConfig(SensorConfig):
@@ -82,3 +85,11 @@ def test_a_sensor_that_tells_no_range_along_its_axis_is_refused():
         load({"type": "depth"}, leg, {"type": "flat", "depth_m": 12.0})
     with pytest.raises(pl.ScenarioError, match="'eye' does not look sideways"):
         load({"type": "laser"}, leg, {"type": "flat", "depth_m": 12.0})
+
+
+def test_the_newest_readings_are_those_of_the_last_tick_of_each_copy() -> None:
+    """Of three copies at two ticks; where a copy has none then, it is no number."""
+    data, valid = np.arange(12.0).reshape(6, 2), np.array([False, True, True, True, False, True])
+    sampled = Sampled(("a",), SimpleNamespace(name="s"), range(4, 8, 2), Measurement(data, data, valid, {"x": -data}))  # type: ignore[arg-type]
+    for array, sign in (("", 1.0), ("x", -1.0)):
+        np.testing.assert_array_equal(newest_row(sampled, array, 3), sign * np.array([[6, 7], [np.nan] * 2, [10, 11]]))

@@ -247,6 +247,20 @@ def test_heads_turn_to_the_left(turns):
     assert (angles[np.argmax(level)] + 180.0) % 360.0 - 180.0 == pytest.approx(50.0, abs=1e-6)
 
 
+def test_what_stands_between_two_sonars_silences_them_in_its_own_copy():
+    """A plate half way, in one copy or the other: what is heard is what both hear with all plates aside, or between."""
+    sim = pl.Simulation.load(scenario("others"), n=2)
+    plate = sim.spawn(pl.Prop("box", position=(10.0, 30.0, -10.0), size=(0.4, 6.0, 6.0)))
+    there, heard = {"aside": (10.0, 30.0, -10.0), "between": (10.0, 0.0, -10.0)}, {}
+    for places in (("aside", "aside"), ("between", "between"), ("aside", "between"), ("between", "aside")):
+        plate.move(position=[there[place] for place in places])
+        for copy, place in enumerate(places):
+            seen = sim.observe("auv0", sim.state["auv0"].position[copy], sensors=["imaging"], copy=copy)["imaging"]
+            heard.setdefault(place, []).append(seen.data.tobytes())
+            assert (float((seen.data - seen.truth).max()) > 0.08) == (place == "aside")
+    assert [len(set(found)) for found in heard.values()] == [1, 1]
+
+
 def test_a_multibeam_can_be_heard():
     neighbours = Neighbours(("auv0.sonar", "ship.multibeam"))
     Multibeam(

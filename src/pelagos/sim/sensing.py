@@ -98,14 +98,16 @@ class Sensing:
         copy, here = lanes.copy % self._model.n, self._model.agents[agent]
         others = lambda other: at_lanes(self.motion_of(now, other), copy)
         self._encounters.neighbours.motion_of, self._encounters.neighbours.motions_of = others, None
-        self._names[here.batch.name].at_poses(lanes, here.member)
-        for sensor in sensors:
-            m = self._ask(sensor, here.batch, lanes)
-            valid = np.ones(count, dtype=bool) if m.valid is None else m.valid
-            yield (
-                sensor.name,
-                m.reading(slice(0, count), valid, self._run.tick * dt_ns, f"{agent}/{sensor.name}", sensor.config.type),
-            )
+        names = self._names[here.batch.name]
+        names.at_poses(lanes, here.member)
+        try:
+            for sensor in sensors:
+                m = self._ask(sensor, here.batch, lanes)
+                valid, frame = np.ones(count, dtype=bool) if m.valid is None else m.valid, f"{agent}/{sensor.name}"
+                whole = slice(0, count)
+                yield sensor.name, m.reading(whole, valid, self._run.tick * dt_ns, frame, sensor.config.type)
+        finally:
+            names.posed = False
 
     def _uncovered(self, agent: str, copy: int, t_s: float) -> Sequence[str]:
         """Fields of the ocean that end before the place of an agent's copy."""

@@ -114,10 +114,13 @@ class RowNames:
 
     Those of one vehicle are named by its copies' episodes. Sensors that read for several look these up in tables, by
     row: the names that lanes carry are the rows, and the tables follow the episodes.
+
+    Attributes:
+        posed: the tables stand for poses now, whoever asks about the rows meanwhile.
     """
 
     def __init__(self, batch: Batch) -> None:
-        self._batch = batch
+        self._batch, self.posed = batch, False
         self._before: tuple[Array, Array] | None = None
         self._found: tuple[Array, Array] | None = None
         self._streams: Array = None
@@ -134,15 +137,18 @@ class RowNames:
             self._found = jit.from_numpy(jit.UInt32, rows), jit.from_numpy(jit.UInt32, began)
             self._streams = jit.from_numpy(jit.UInt32, streams)
             self._before = names
-        for table in batch.streams:
+        for table in batch.streams if not self.posed else ():
             table.environment = self._streams
             table.first, table.second = self._keys.pop(id(table), (table.first, table.second))
         return self._found
 
     def at_poses(self, lanes: Kinematics, member: int) -> None:
-        """Have the tables be those of poses of one member, whose streams `lanes` name; until `of` is asked again."""
+        """Have the tables be those of poses of one member, whose streams `lanes` name; until `of` is asked when they
+        are no longer `posed`.
+        """
         if len(self._batch.members) == 1:
             return
+        self.posed = True
         count = len(lanes.tick)
         for table in self._batch.streams:
             self._keys.setdefault(id(table), (table.first, table.second))
