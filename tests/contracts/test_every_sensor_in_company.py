@@ -59,7 +59,7 @@ def scenario() -> dict[str, Any]:
             "things": [{"shape": "box", "at_m": [6.0, 3.0, -6.0], "size_m": [2.0, 1.0, 3.0]}],
             "movers": [{"name": "drum", "body": "cylinder", "size_m": 1.0, "path": MOVES}],
         },
-        "ocean": {"temperature_c": falling(18.0), "tracers": {n: falling(v) for n, v in TRACERS.items()}},
+        "ocean": {"tracers": {n: falling(v) for n, v in TRACERS.items()}},
         "agents": {
             "auv0": {
                 "vehicle": "remus100",
