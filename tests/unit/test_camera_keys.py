@@ -59,6 +59,7 @@ def test_refused(keys: dict[str, Any], message: str) -> None:
         ),
         ({"samples": 4, "aperture_blades": 5}, "'aperture_blades' changes nothing without 'focus_distance_m'"),
         ({"samples": 4, "depth_blur_distance_m": 5}, "'depth_blur_distance_m' changes nothing without 'depth_blur_px'"),
+        ({"sensor_width_mm": 36.0}, "'sensor_width_mm' changes nothing without 'focus_distance_m'"),
         ({"chromatic_aberration_start": 0.5}, "'chromatic_aberration_start' changes .* 'chromatic_aberration'"),
         ({"type": "depth_camera", "iso": 200}, "'iso' changes nothing without 'image: true'"),
         ({"type": "depth_camera", "disparity_noise_px": 0.3}, "_px' changes nothing without 'stereo_baseline_m'"),
@@ -67,6 +68,12 @@ def test_refused(keys: dict[str, Any], message: str) -> None:
 def test_warned_of(keys: dict[str, Any], message: str) -> None:
     with pytest.warns(ValidityWarning, match=r"rov\.eye: .*" + message):
         Simulation.load(scenario(width_px=16, height_px=16, **keys))
+
+
+@pytest.mark.parametrize("kind", ["lidar", "semantic_lidar"])
+def test_a_lidar_that_does_not_turn_has_no_rotation(kind: str) -> None:
+    with pytest.warns(ValidityWarning, match="'rotation_hz', 'motion_distortion' changes .* 'pattern: rotating'"):
+        Simulation.load(scenario(type=kind, pattern="solid_state", rotation_hz=20.0, motion_distortion=True))
 
 
 def test_every_key_that_is_named_is_one() -> None:

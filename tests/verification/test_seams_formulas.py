@@ -329,6 +329,15 @@ def test_a_wall_by_incidence_and_impedance() -> None:
     assert truth[2] == pytest.approx(truth[0], abs=0.02)  # by half of the rays; a cell holds their mean
 
 
+def test_a_cone_is_as_wide_as_the_sector() -> None:
+    """Its outermost ray meets a wall square to it at 5/cos(30 deg) = 5.774 m: bins 22 to 26 of 0.2 m have an echo."""
+    config = {"cone": True, "beams": 1, "bins": 50, "range_min_m": 0.5, "range_max_m": 10.5}
+    wall = box((6.0, 0.0, -20.0), (2.0, 12.0, 12.0))
+    made = IncidenceSonar(IncidenceSonarConfig(**config, horizontal_aperture_deg=60.0), context([wall]))
+    truth = made.sense(at(0, 0, -20.0)).truth[0, 0]
+    assert np.flatnonzero(truth).tolist() == [22, 23, 24, 25, 26]
+
+
 def test_noise_as_holoocean_paints_it() -> None:
     """Rayleigh's mean sigma sqrt(pi/2), by the square of range, half as much again at the middle of 60 degrees.
 

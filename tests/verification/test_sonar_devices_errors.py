@@ -19,9 +19,11 @@ from pelagos.sensors.sonar.adcp import Adcp, AdcpConfig
 from pelagos.sensors.sonar.altimeter import Altimeter
 from pelagos.sensors.sonar.dvl import Dvl, DvlConfig
 from pelagos.sensors.sonar.imaging_sonar import ImagingSonar, ImagingSonarConfig
+from pelagos.sensors.sonar.incidence_sonar import IncidenceSonar, IncidenceSonarConfig
 from pelagos.sensors.sonar.multibeam import Multibeam, MultibeamConfig
 from pelagos.sensors.sonar.sidescan import Sidescan, SidescanConfig
 from pelagos.sensors.sonar.singlebeam import Singlebeam, SinglebeamConfig
+from pelagos.sensors.sonar.synthetic_aperture_sonar import SyntheticApertureSonarConfig
 from pelagos.world.material import MATERIALS
 
 pytestmark = pytest.mark.filterwarnings("ignore:.*finer than the pulse resolves")
@@ -251,6 +253,7 @@ class TestRefused:
     [
         (Altimeter, {"source_level_db": 190.0}, "'source_level_db'"),
         (Adcp, {"lag_s": 2e-4, "self_noise_db": 40.0}, "'self_noise_db', 'lag_s'"),
+        (Adcp, {"frequency_hz": 3e5, "beamwidth_deg": 3.0}, "'frequency_hz', 'beamwidth_deg'"),
         (Dvl, {"device": "waterlinked_a50", "pulse_s": 2e-3}, "'pulse_s'"),
     ],
 )
@@ -276,6 +279,8 @@ def test_keys_of_echoes_that_nobody_asks_for_are_told(sensor, keys, idle):
             {"sectors": 3, "stabilised": ("roll",)},
             "'sectors' .* without 'sector_spacing_hz', or 'stabilised'",
         ),
+        (IncidenceSonar, {"scale_noise": True}, "'scale_noise' changes nothing without 'additive'"),
+        (IncidenceSonar, {"cone": True, "beams": 1, "vertical_aperture_deg": 30.0}, "nothing without 'cone: False'"),
         (Dvl, {"roughness_seed": 3}, "'roughness_seed' changes nothing without 'water_column_bins', 'iq' or 'labels'"),
     ],
 )
@@ -290,6 +295,7 @@ def test_keys_that_change_nothing_are_told(sensor, keys, message):
         (Singlebeam, {"ringing_db": 150.0, "ringing_db_per_ms": 20.0, "adc_bits": 9, "adc_full_scale_db": 120.0}),
         (Singlebeam, {"multipath": "surface_and_bottom", "multipath_order": 2, "bottom_loss_db": 3.0}),
         (Multibeam, {"sectors": 3, "stabilised": ("roll", "yaw")}),
+        (IncidenceSonar, {"scale_noise": True, "additive": 0.1, "vertical_aperture_deg": 30.0}),
         (Multibeam, {"sectors": 3, "sector_spacing_hz": 2e3, "labels": True, "water_column_bins": 64}),
     ],
 )
@@ -297,3 +303,16 @@ def test_keys_that_change_something_are_not_told(sensor, keys):
     with warnings.catch_warnings():
         warnings.simplefilter("error", ValidityWarning)
         sensor(sensor.Config(**keys), context([plane(-9.0)]))
+
+
+@pytest.mark.parametrize(
+    ("config", "keys", "message"),
+    [
+        (IncidenceSonarConfig, {"cone": True}, "a cone is one beam: give beams: 1 with cone: true, not 256"),
+        (SyntheticApertureSonarConfig, {"iq": False}, "iq: false leaves nothing of a sonar"),
+        (SyntheticApertureSonarConfig, {"painted_noise": {"multiplicative": 0.1}}, "painted on levels"),
+    ],
+)
+def test_keys_without_effect_are_refused(config, keys, message):
+    with pytest.raises(ValidationError, match=message):
+        config(**keys)

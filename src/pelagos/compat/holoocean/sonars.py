@@ -132,7 +132,8 @@ class _Sonar(HoloOceanSensor):
         c = self.config
         return {
             "type": "incidence_sonar", "bins": self.bins, "range_min_m": self.low, "range_max_m": self.high,
-            "horizontal_aperture_deg": azimuth, "vertical_aperture_deg": elevation, "beams": columns, "cone": cone,
+            "horizontal_aperture_deg": azimuth, **({} if cone else {"vertical_aperture_deg": elevation}),
+            "beams": columns, "cone": cone,
             "density_kg_m3": float(c.get("WaterDensity", 997)), "sound_speed_mps": self.speed or 1480.0,
             "additive": self._sigma("Add"), "multiplicative": self._sigma("Mult"),
             "range_error_m": float(c.get("RangeSigma", 0.0)), "gain": gain,

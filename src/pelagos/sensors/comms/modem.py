@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Mapping
 from typing import Any, ClassVar, Final, Literal
 
@@ -11,15 +12,21 @@ from pydantic import Field, model_validator
 
 from pelagos.acoustics.modulation import Modulation
 from pelagos.config.rate import Rate
-from pelagos.errors import LookupFailed
+from pelagos.errors import LookupFailed, ValidityWarning
 from pelagos.sensors.comms.link.budget import success
 from pelagos.sensors.comms.link.devices import DEVICES, Device
 from pelagos.sensors.comms.link.modem_port import Mac, ModemPort
 from pelagos.sensors.comms.link.reading import read_port
+from pelagos.sensors.idle_keys import Need, idle
 from pelagos.sensors.schedule import period_ticks
 from pelagos.sensors.sensor import Kinematics, Measurement, SensorConfig, SensorContext
 
 _DEFAULT: Final = "micromodem_psk"
+_NEEDS: Final = (
+    Need(("chirp_order",), "modulation", ("mfsk", "chirp")),
+    Need(("slots", "slot_s", "guard_s"), "mac", ("tdma",)),
+    Need(("beacon_to", "beacon_bytes"), "beacon_s"),
+)
 
 
 class ModemConfig(SensorConfig):
@@ -142,6 +149,8 @@ class Modem:
     KERNELS: ClassVar[int] = 6
     """Without packets on their way; a link that is traced takes about forty."""
     CASTS: ClassVar[int] = 0
+    NEEDS: ClassVar[tuple[Need, ...]] = _NEEDS
+    """Keys that show only where another has its value."""
     EVENTS: ClassVar[bool] = True
     ASKS_SCENE: ClassVar[bool] = False
     SOURCES: ClassVar[tuple[str, ...]] = (
@@ -152,6 +161,8 @@ class Modem:
 
     def __init__(self, config: ModemConfig, context: SensorContext) -> None:
         self._config, self._context = config, context
+        if told := idle(config, self.NEEDS, device=type(config)._keys_of(DEVICES[config.device])):
+            warnings.warn(f"{context.path}: {told}", ValidityWarning, stacklevel=3)
         if context.medium is not None:
             context.medium.add(self._port(), context)
 

@@ -16,6 +16,7 @@ from pelagos.sensors.comms.link.devices import Device
 from pelagos.sensors.comms.link.modem_port import ModemPort
 from pelagos.sensors.comms.link.packet import Packet
 from pelagos.sensors.comms.modem import Modem, ModemConfig
+from pelagos.sensors.idle_keys import Need
 from pelagos.sensors.sensor import Kinematics, Measurement, SensorConfig
 
 Place = tuple[float, float, float]
@@ -78,6 +79,7 @@ class Usbl(Modem):
         "Kongsberg, HiPAP 501/451/351/101, Product description 317748/F, Sections 9 and 11 (errors that levels leave)",
     )
 
+    NEEDS: ClassVar[tuple[Need, ...]] = (*Modem.NEEDS, Need(("interrogate_s",), "interrogate"))
     _config: UsblConfig
 
     def sense(self, motion: Kinematics) -> Measurement:

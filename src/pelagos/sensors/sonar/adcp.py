@@ -32,6 +32,7 @@ if TYPE_CHECKING:
     from pelagos.ocean.ocean import Ocean
 
 
+_OF_ECHOES: Final = ("frequency_hz", "beamwidth_deg", "ph", "wind_speed_mps")
 _CLEAR_DB: Final = -75.0  # Sv [dB re 1/m] of ordinary coastal water; assumed
 
 
@@ -140,7 +141,7 @@ class Adcp:
     def __init__(self, config: AdcpConfig, context: SensorContext) -> None:
         self.config = config
         self._context = context
-        warn_of_idle(config, context.path)
+        warn_of_idle(config, context.path, *_OF_ECHOES)
         wind = wind_for(config.wind_speed_mps, context.ocean, context.path)
         self._mounting = mounting(config)
         self._sounder = Sounder(

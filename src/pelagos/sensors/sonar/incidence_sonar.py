@@ -6,6 +6,7 @@ patches. No spreading, absorption, beam pattern or interference. Noise as HoloOc
 
 from __future__ import annotations
 
+import warnings
 from typing import TYPE_CHECKING, Any, ClassVar, Final, Literal
 
 import drjit as dr
@@ -15,8 +16,10 @@ from pydantic import Field, model_validator
 
 from pelagos import jit
 from pelagos.config.rate import Rate
+from pelagos.errors import ValidityWarning
 from pelagos.jit import Array
 from pelagos.raycast.caster import Caster
+from pelagos.sensors.idle_keys import Need, idle
 from pelagos.sensors.noise import Key, lane_stream
 from pelagos.sensors.ray_sensor import RaySensor
 from pelagos.sensors.recorded import Program, Results
@@ -28,6 +31,7 @@ if TYPE_CHECKING:
 _SOLID: Final = 10_000.0 * 10_000.0  # impedance of everything in HoloOcean 2.3: density times sound speed
 _RAYS_ACROSS: Final = 4  # of a beam
 _RAYS_UP: Final = 64  # over the elevation
+_NEEDS: Final = (Need(("scale_noise",), "additive"), Need(("vertical_aperture_deg",), "cone", (False,)))
 
 
 class IncidenceSonarConfig(SensorConfig):
@@ -39,7 +43,7 @@ class IncidenceSonarConfig(SensorConfig):
     rate_hz: Rate = 5.0
     """Pings per second [Hz]."""
     beams: int = Field(default=256, ge=1, le=4096)
-    """Beams across the sector."""
+    """Beams across the sector; a `cone` is one."""
     bins: int = Field(default=512, ge=1, le=65536)
     """Range bins."""
     range_min_m: float = Field(default=0.1, ge=0)
@@ -71,6 +75,8 @@ class IncidenceSonarConfig(SensorConfig):
     def _ranges(self) -> IncidenceSonarConfig:
         if self.range_min_m >= self.range_max_m:
             raise ValueError(f"range_min_m {self.range_min_m:g} must be below range_max_m {self.range_max_m:g}")
+        if self.cone and self.beams != 1:
+            raise ValueError(f"a cone is one beam: give beams: 1 with cone: true, not {self.beams}")
         return self
 
 
@@ -85,6 +91,8 @@ class IncidenceSonar(RaySensor):
     SOURCES: ClassVar[tuple[str, ...]] = ("HoloOcean documentation, Sonar sensors (BYU FRoSt Lab, MIT licence)",)
 
     def __init__(self, config: IncidenceSonarConfig, context: SensorContext) -> None:
+        if told := idle(config, _NEEDS):
+            warnings.warn(f"{context.path}: {told}", ValidityWarning, stacklevel=3)
         self._rays, self._beam = _rays(config)
         super().__init__(config, context)
         self._streams = Program(_streams)
@@ -163,16 +171,15 @@ def _streams(motion: Kinematics, key: Key) -> Results:
 
 def _rays(config: IncidenceSonarConfig) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
     """Directions in the sensor frame `(r, 3)`, and the beam of each."""
-    half = np.radians(config.vertical_aperture_deg) / 2
     if config.cone:
         turn = np.arange(_RAYS_UP * _RAYS_ACROSS * 4)
-        off = half * np.sqrt((turn + 0.5) / len(turn))
+        off = np.radians(config.horizontal_aperture_deg) / 2 * np.sqrt((turn + 0.5) / len(turn))
         round_ = turn * np.pi * (3 - np.sqrt(5.0))
         axes = [np.cos(off), np.sin(off) * np.cos(round_), np.sin(off) * np.sin(round_)]
         return np.stack(axes, axis=-1), np.zeros(len(turn), dtype=np.int64)
     across = config.beams * max(_RAYS_ACROSS, -(-256 // config.beams))
     azimuth = np.radians(config.horizontal_aperture_deg) * (0.5 - (np.arange(across) + 0.5) / across)
-    up = half * (2 * (np.arange(_RAYS_UP) + 0.5) / _RAYS_UP - 1)
+    up = np.radians(config.vertical_aperture_deg) / 2 * (2 * (np.arange(_RAYS_UP) + 0.5) / _RAYS_UP - 1)
     a, e = (x.ravel() for x in np.meshgrid(azimuth, up, indexing="ij"))
     beam = np.repeat(np.arange(across) * config.beams // across, _RAYS_UP)
     return np.stack([np.cos(e) * np.cos(a), np.cos(e) * np.sin(a), np.sin(e)], axis=-1), beam

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import math
 import warnings
-from typing import Any, ClassVar, Final, Literal
+from typing import Any, ClassVar, Final, Literal, Self
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from pelagos.acoustics.beam_pattern import line_length, line_np
 from pelagos.acoustics.pulse import range_resolution
@@ -56,6 +56,14 @@ class SyntheticApertureSonarConfig(PingConfig):
     """Rays in the beam: enough to see most scatterers in every ping."""
     iq: bool = True
     """Always given: the complex signal is what this sonar is for."""
+
+    @model_validator(mode="after")
+    def _signal(self) -> Self:
+        if not self.iq:
+            raise ValueError("iq: false leaves nothing of a sonar that gives its complex signal; leave it out")
+        if self.painted_noise is not None:
+            raise ValueError("painted_noise is painted on levels, and this sonar gives its signal; leave it out")
+        return self
 
     @property
     def step_m(self) -> float:
@@ -121,7 +129,7 @@ class SyntheticApertureSonar:
     )
 
     def __init__(self, config: SyntheticApertureSonarConfig, context: SensorContext) -> None:
-        self.config = config.model_copy(update={"iq": True})
+        self.config = config
         resolution = range_resolution(NOMINAL_SOUND_SPEED, config.bandwidth_hz)
         if config.bin_width_m > 1.01 * resolution:
             message = f"{context.path}: bins of {config.bin_width_m:.3g} m undersample the pulse, which resolves " + (
@@ -130,7 +138,7 @@ class SyntheticApertureSonar:
             warnings.warn(message, ValidityWarning, stacklevel=3)
         along, vertical = math.radians(config.beamwidth_deg), math.radians(config.vertical_beamwidth_deg)
         shape = Layout(1, along, along, vertical, np.zeros(1), facet=config.facet_m, aperture=aperture(config))
-        self._pinger = Pinger(ping_spec(self.config, context), context, beam_rays(config), shape)
+        self._pinger = Pinger(ping_spec(config, context), context, beam_rays(config), shape)
         self.tables = {"range": config.ranges}
         self._path, self._sparse = context.path, False
 

@@ -162,7 +162,7 @@ NEEDS: Final = (
     Need(("highlight_knee",), "tone", ("srgb", "gamma")),
     Need(("white_balance", "white_temperature_k", "white_tint"), "mosaic", ("none",)),
     Need(("marine_snow_per_m3",), "renderer", ("realtime",)),
-    Need(("aperture_blades",), "focus_distance_m"),
+    Need(("aperture_blades", "sensor_width_mm"), "focus_distance_m"),
     Need(("aperture_widest",), "aperture_blades"),
     Need(("depth_blur_distance_m",), "depth_blur_px"),
     Need(("chromatic_aberration_start",), "chromatic_aberration"),

@@ -5,25 +5,30 @@ The values of a point are what differs: functions of the echoes.
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
 
 import drjit as dr
 import numpy as np
 from numpy.typing import NDArray
 
 from pelagos import jit
+from pelagos.errors import ValidityWarning
 from pelagos.jit import Array
 from pelagos.raycast.caster import Caster
 from pelagos.sensors.camera.picture.camera_rays import Trace
 from pelagos.sensors.camera.picture.sea_crossing import sea_crossing, uneven_sea
+from pelagos.sensors.idle_keys import Need, idle
 from pelagos.sensors.lidar.scan.laser import Echoes, LaserConfig, Scan, echoes, pulses, scan_struct
 from pelagos.sensors.mount import sensor_pose
 from pelagos.sensors.sensor import Kinematics, SensorContext
 
 if TYPE_CHECKING:
     from pelagos.ocean.ocean import Ocean
+
+_NEEDS: Final = (Need(("rotation_hz", "motion_distortion"), "pattern", ("rotating",)),)
 
 
 @dataclass(frozen=True)
@@ -64,6 +69,8 @@ class Scanner:
     """
 
     def __init__(self, config: LaserConfig, context: SensorContext, values: Values, arguments: Any = ()) -> None:
+        if told := idle(config, _NEEDS):
+            warnings.warn(f"{context.path}: {told}", ValidityWarning, stacklevel=4)
         self._config, self._context, self._values, self._extra = config, context, values, arguments
         self._scan = scan_struct(config)
         self._ocean = uneven_sea(context.ocean)

@@ -106,10 +106,10 @@ def echo_spec(
     )
 
 
-def warn_of_idle(config: EchoesConfig, path: str) -> None:
-    """Warn where a scenario changes keys of the echoes and does not ask for echoes."""
+def warn_of_idle(config: EchoesConfig, path: str, *more: str) -> None:
+    """Warn where a scenario changes keys of the echoes, and `more` of this kind, and does not ask for echoes."""
     of_device = device_keys(config)
-    own = (k for k in _OF_ECHOES if k in type(config).model_fields and k not in of_device)
+    own = (k for k in (*_OF_ECHOES, *more) if k in type(config).model_fields and k not in of_device)
     if config.echo_bins == 0 and (idle := changed(config, own)):
         message = f"{path}: {named(idle)} changes nothing without 'water_column_bins', 'iq' or 'labels'"
         warnings.warn(message, ValidityWarning, stacklevel=4)
