@@ -185,9 +185,8 @@ def test_capture_of_the_near_one() -> None:
 @pytest.mark.parametrize("mac", ["tdma", "csma", "maca"])
 def test_protocols_keep_packets_apart(mac: str) -> None:
     """What collides without a protocol arrives with one."""
-    sim = pl.Simulation.load(
-        scenario(THREE, mac=mac, slots=3, slot_s=3.0, guard_s=0.6, timeout_s=2.5, acknowledge=True, retries=8)
-    )
+    frame = {"slots": 3, "slot_s": 3.0, "guard_s": 0.6} if mac == "tdma" else {}
+    sim = pl.Simulation.load(scenario(THREE, mac=mac, **frame, timeout_s=2.5, acknowledge=True, retries=8))
     for k in range(2):
         sim.send("a", "modem", f"a{k}", to="c")
         sim.send("b", "modem", f"b{k}", to="c")
@@ -203,6 +202,25 @@ def test_acknowledged_packets_are_sent_again() -> None:
     packets, fates = listen(sim, 60.0)
     assert {p.payload for p in packets["c"]} == {b"from a", b"from b"}
     assert any(f.kind == "ack" and f.fate == "received" for f in [*fates["a"], *fates["b"]])
+
+
+def test_an_answered_request_is_not_asked_again() -> None:
+    """Its answer is the acknowledgement."""
+    sim = pl.Simulation.load(scenario(TWO, acknowledge=True, timeout_s=2.5))
+    sim.send("a", "modem", "", to="b", kind="request")
+    _, fates = listen(sim, 20.0)
+    assert [(f.kind, f.fate) for f in fates["b"]] == [("request", "received")]
+    assert [(f.kind, f.fate) for f in fates["a"]] == [("response", "received")]
+
+
+def test_without_a_protocol_what_collided_collides_again() -> None:
+    """Both wait equally long for an acknowledgement, and send again at once: nine times, and neither gets through."""
+    sim = pl.Simulation.load(scenario(THREE, mac="none", acknowledge=True, retries=8))
+    sim.send("a", "modem", "from a", to="c")
+    sim.send("b", "modem", "from b", to="c")
+    packets, fates = listen(sim, 60.0)
+    assert packets["c"] == []
+    assert [f.fate for f in fates["c"]] == ["collision"] * 18
 
 
 def test_beacons_run_by_themselves() -> None:
@@ -344,6 +362,20 @@ def test_wrong_modems_are_refused() -> None:
         pl.Simulation.load(scenario(TWO, device="m65"))
     with pytest.raises(pl.InputError, match="no room for a header"):
         pl.Simulation.load(scenario(TWO, mac="tdma", slot_s=0.3))
+
+
+@pytest.mark.parametrize(
+    ("keys", "message"),
+    [
+        ({"chirp_order": 16}, "'chirp_order' changes nothing without 'modulation: mfsk or chirp'"),
+        ({"slots": 3, "guard_s": 0.1}, "'slots', 'guard_s' changes nothing without 'mac: tdma'"),
+        ({"beacon_bytes": 4}, "'beacon_bytes' changes nothing without 'beacon_s'"),
+        ({"type": "usbl", "interrogate_s": 3.0}, "'interrogate_s' changes nothing without 'interrogate'"),
+    ],
+)
+def test_keys_that_change_nothing_are_told(keys: dict[str, Any], message: str) -> None:
+    with pytest.warns(pl.ValidityWarning, match=r"[ab]\.modem: " + message):
+        pl.Simulation.load(scenario(TWO, **keys))
 
 
 def test_what_no_water_carries_is_refused() -> None:

@@ -1,6 +1,6 @@
 """One modem in one copy: its queue, and when its protocol lets it send.
 
-Protocols: `none` sends when it is asked; `aloha` the same, and after a lost acknowledgement again after a random time;
+Protocols: `none` sends when it is asked, and after a lost acknowledgement again at once; `aloha` after a random time;
 `csma` listens before; `tdma` sends in its slot; `maca` asks the receiver first (RTS, CTS), as others then keep silent.
 
 Sources: N. Abramson, AFIPS Conf. Proc. 37, 281 (1970), doi 10.1145/1478462.1478502 (ALOHA); L. Kleinrock and F. A.
@@ -125,7 +125,7 @@ def _sent(station: Station, port: ModemPort, packet: Outgoing, now: int) -> None
 
 
 def _give_up_or_again(station: Station, port: ModemPort, now: int, draw: float) -> None:
-    """The answer did not come: try again after a random time, or give the packet up."""
+    """The answer did not come: try again, by a protocol after a random time, or give the packet up."""
     lost = station.pending
     assert lost is not None
     station.pending = None
@@ -133,6 +133,8 @@ def _give_up_or_again(station: Station, port: ModemPort, now: int, draw: float) 
         lost.tries += 1  # a request that nobody answered
     if lost.tries <= port.retries:
         station.queue.insert(0, lost)
+    if port.mac == "none":
+        return
     length = port.duration_s(len(lost.payload), lost.kind)
     station.wait_ns = now + round(draw * 2 ** min(lost.tries, 5) * length * SECOND)
     station.draws += 1
@@ -170,5 +172,5 @@ def answer(station: Station, port: ModemPort, i: Incoming, sender: str) -> None:
         ready, station.pending = station.pending, None
         ready.not_before_ns = i.end_ns + after
         station.replies.append(ready)
-    elif kind == "ack" and station.pending is not None and station.pending.number == t.outgoing.reply_to:
+    elif kind in ("ack", "response") and station.pending is not None and station.pending.number == t.outgoing.reply_to:
         station.pending = None
