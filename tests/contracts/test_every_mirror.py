@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import pytest
 from mirrored_sea import EVEN, mirrored
-from test_every_sensor_key import LINKED, sea
+from test_every_sensor_key import LINKED, sea, ticks_of
 
 import pelagos as pl
 from pelagos.config import registry
@@ -69,10 +69,13 @@ ONE_SIDED: Mapping[str, str] = {
     "event_camera": "how far each pixel is towards its next event is drawn",
     "mechanical_scanning_sonar": "its head turns one way",
     "synthetic_aperture_sonar": "looks to one side",
-    **dict.fromkeys(LINKED, "tells of packets, not of sides"),
+    **dict.fromkeys(LINKED, "its data count packets, which see below"),
 }
 """Sensors whose truth has no mirror image, and why."""
-QUICK = ("pose", "velocity", "imu", "depth", "gps", "current_meter", "dvl", "collision", "depth_camera", "altimeter")
+QUICK = (
+    "pose", "velocity", "imu", "depth", "gps", "current_meter", "dvl", "collision", "depth_camera", "altimeter",
+    "radio", "usbl",
+)  # fmt: skip
 NAMES = sorted(registry.entries("sensor", plugins=False))
 
 
@@ -89,6 +92,31 @@ def truths(scenario: dict[str, Any], ticks: int) -> list[np.ndarray]:
 
 def test_every_sensor_has_an_image_or_a_reason() -> None:
     assert set(NAMES) == set(FLIPS) | set(ONE_SIDED), "say in FLIPS how its truth changes in the mirror"
+
+
+LIKE: tuple[str, ...] = ("travel_time_s", "level_db", "snr_db", "delay_spread_s", "doppler", "range_m", "elevation_rad")
+"""What of a packet is the same in the mirror; its azimuth is the other way round."""
+SHARP: Mapping[str, dict[str, Any]] = {"usbl": {"bearing_noise_deg": 0.0, "range_noise_m": 0.0}}
+"""Linked sensors without the errors that are drawn, not mirrored; what noise leaves is below 1 mrad here."""
+
+
+def packets(scenario: dict[str, Any], name: str) -> tuple[list[Any], np.ndarray, np.ndarray]:
+    """Which packet came to whom, and what became of it; its numbers that are alike in the mirror, and azimuths."""
+    sim = pl.Simulation.load(scenario)
+    obs, who, alike, turned = sim.reset(), [], [], []
+    for tick in range(ticks_of(name)):
+        if name != "ais" and tick in (3, 60):
+            sim.send(*(("auv0", "it") if tick == 3 else ("auv1", "its")), b"of six", to="*")
+        for reading in (r for found in obs.values() for r in found.values()):
+            for p in reading.packets:
+                who.append((p.kind, p.sender, p.to, reading.frame, p.sent_ns))
+                alike += [getattr(p, of) for of in LIKE]
+                turned.append(p.azimuth_rad)
+            for f in reading.extras["fates"][0]:
+                who.append((f.fate, f.kind, f.sender, f.receiver, f.sent_ns))
+                alike += [f.level_db, f.snr_db]
+        obs = sim.step()
+    return who, np.array(alike), np.array(turned)
 
 
 def means(truth: np.ndarray, count: int) -> np.ndarray:
@@ -119,3 +147,17 @@ def test_the_image_of_a_scene_is_read_as_the_image(name: str) -> None:
         assert alike.mean() >= EDGES.get(name, 1.0)
     if FLIPS[name] is not same:
         assert any(not np.array_equal(a, b, equal_nan=True) for a, b in zip(one, other, strict=True))
+
+
+@pytest.mark.parametrize("name", [n if n in QUICK else pytest.param(n, marks=pytest.mark.slow) for n in LINKED])
+def test_packets_come_from_the_other_side_in_the_mirror(name: str) -> None:
+    scenario = sea(name, SHARP.get(name, {}))
+    for agent in scenario["agents"].values():
+        agent["vehicle"] = EVEN
+    (who, alike, turned), (image, likewise, other) = (packets(s, name) for s in (scenario, mirrored(scenario)))
+    assert len(who) >= 2
+    assert image == who
+    assert likewise == pytest.approx(alike, rel=1e-4, abs=1e-3, nan_ok=True)
+    assert other == pytest.approx(-turned, abs=2e-3, nan_ok=True)
+    if name == "usbl":
+        assert np.abs(turned[np.isfinite(turned)]).max() > 0.1
