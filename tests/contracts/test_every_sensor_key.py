@@ -2,12 +2,13 @@
 
 Each sensor that is named below reads a small sea with a wall, a mover, waves, wind, a current, layers and a neighbour,
 before and after one of its keys has moved away from what it is. A key counts as heard if it makes a difference in any
-of the sensor's `SETTINGS`.
+of the sensor's settings (see `sensor_settings`).
 """
 
 from __future__ import annotations
 
 import hashlib
+import re
 import warnings
 from collections.abc import Iterator, Mapping
 from typing import Any
@@ -16,6 +17,7 @@ import numpy as np
 import pytest
 from other_values import others
 from pydantic import ValidationError
+from sensor_settings import DEAF, SETTINGS, UNTAKEN, UNTRIED
 from test_every_sensor import SMALL
 
 import pelagos as pl
@@ -24,23 +26,26 @@ from pelagos.config import registry
 from pelagos.errors import PelagosError
 from pelagos.sim.observe import of_a_run
 
-QUICK = ("pose", "gps", "velocity", "depth")
+QUICK = (
+    "depth", "gps", "incidence_sonar", "instance_camera", "normal_camera", "optical_flow_camera", "pose",
+    "semantic_camera", "semantic_lidar", "thermal_camera", "velocity",
+)  # fmt: skip
 SLOW = (
     "ais", "altimeter", "collision", "ctd", "current_meter", "depth_camera", "dvl", "event_camera", "fluorometer",
-    "hydrophone", "imu", "lbl", "lidar", "magnetometer", "multibeam", "optical_modem", "oxygen", "radio",
+    "hydrophone", "imu", "lbl", "lidar", "magnetometer", "modem", "multibeam", "optical_modem", "oxygen", "radio",
     "range_bearing", "range_finder", "singlebeam", "sound_velocity", "tracer", "turbidity",
 )  # fmt: skip
 """Sensors that are held to it."""
 NOT_YET = (
-    "adcp", "camera", "imaging_sonar", "incidence_sonar", "instance_camera", "mechanical_scanning_sonar", "modem",
-    "normal_camera", "optical_flow_camera", "profiling_sonar", "semantic_camera", "semantic_lidar", "sidescan",
-    "synthetic_aperture_sonar", "thermal_camera", "usbl",
+    "adcp", "camera", "imaging_sonar", "mechanical_scanning_sonar", "profiling_sonar", "sidescan",
+    "synthetic_aperture_sonar", "usbl",
 )  # fmt: skip
 """Sensors without settings in which all of their keys are heard; the list only shrinks."""
 TICKS = 9
 LOUD: Mapping[str, Any] = {"radiated_noise": {"type": "thrusters", "level_db": 170.0}}
-HEARS = ("singlebeam", "multibeam")
-"""Sensors that are near enough to noise for vehicles to be heard."""
+SIDEWAYS = ("sidescan", "synthetic_aperture_sonar")
+SONARS = (*SIDEWAYS, "imaging_sonar", "mechanical_scanning_sonar", "profiling_sonar", "singlebeam", "multibeam")
+"""Sensors that hear the noise of vehicles; over them are waves, where a scene may have any."""
 LINKED = {"ais": "ais", "modem": "modem", "optical_modem": "optical_modem", "radio": "radio", "usbl": "modem"}
 """Sensors that tell what others sent, and who sends."""
 CARRIED: Mapping[str, dict[str, Any]] = {
@@ -51,59 +56,21 @@ PARTNER: Mapping[str, dict[str, Any]] = {
     "optical_modem": {"orientation_deg": [0.0, 2.0, -96.0]},
     "usbl": {"device": "x150", "bit_rate_bps": 4000.0},
     "singlebeam": {"orientation_deg": [0.0, 75.0, 0.0], "beamwidth_deg": 50.0},  # towards the other
+    "imaging_sonar": {"orientation_deg": [0.0, 2.0, -96.0], "rays_per_beam": 24},
+    "profiling_sonar": {
+        "orientation_deg": [0.0, 2.0, -96.0],
+        "vertical_beamwidth_deg": 20.0,
+        "beams": 16,
+        "bins": 32,
+        "rays_per_beam": 8,
+    },
+    "mechanical_scanning_sonar": {"orientation_deg": [0.0, 2.0, -96.0], "sector_deg": 4.0, "bins": 32, "rays": 64},
+    "sidescan": {"orientation_deg": [0.0, 2.0, -6.0], "beamwidth_deg": 20.0, "bins": 32, "rays_per_side": 64},
+    "synthetic_aperture_sonar": {"orientation_deg": [0.0, 2.0, 174.0], "bins": 128, "rays": 256, "range_max_m": 8.2},
+    "incidence_sonar": {"beams": 4, "bins": 8},
 }
 LINKED_TICKS = 120
 AIS_TICKS = 300  # the first report comes within 10 s
-MAST = {"position_m": [0.3, 0.1, 5.4], "lower_fov_deg": -80.0}  # over the water, which it sees
-DRIFTS = ({"drift_std": 0.5, "drift_time_s": 40.0, "resolution": 0.0}, {})
-MODEMS: tuple[dict[str, Any], ...] = (
-    {}, {"acknowledge": True}, {"mac": "tdma"}, {"mac": "maca"}, {"modulation": "chirp"}, {"noise_db": 95.0},
-)  # fmt: skip
-SETTINGS: Mapping[str, tuple[dict[str, Any], ...]] = {
-    "depth": ({"drift_m": 0.5, "drift_time_s": 40.0, "resolution_m": 0.0}, {}),
-    **dict.fromkeys(("fluorometer", "oxygen", "turbidity", "current_meter", "sound_velocity", "tracer"), DRIFTS),
-    "modem": MODEMS,
-    "usbl": ({}, *({"interrogate": [], "interrogate_s": 2.0, **more} for more in MODEMS)),
-    "lbl": ({}, {"noise_db": 118.0}),
-    "range_bearing": ({}, {"noise_db": 85.4}),
-    "altimeter": ({}, {"water_column_bins": 64, "self_noise_db": 0.0}),
-    "singlebeam": (
-        {},
-        {
-            "orientation_deg": [3.0, -75.0, -40.0],
-            "beamwidth_deg": 50.0,
-            "multipath": "surface_and_bottom",
-            "self_noise_db": 0.0,
-            "bins": 128,
-            "ringing_db": 170.0,
-            "adc_bits": 16,
-            "adc_full_scale_db": 200.0,
-        },
-    ),
-    "lidar": ({}, MAST, {**MAST, "water_points": True, "atmosphere_attenuation_rate": 0.2}),
-    "semantic_lidar": ({}, MAST),
-    "dvl": ({}, {"orientation_deg": [170.0, -4.0, 5.0]}),
-    "depth_camera": ({}, {"stereo_baseline_m": 0.1}),
-    "multibeam": ({}, {"source_level_db": 130.0}, {"water_column_bins": 64}),
-    "event_camera": ({}, {"threshold": 0.002, "threshold_mismatch": 0.0, "refractory_s": 0.01}),
-}
-"""Configurations in which keys are tried; the defaults where a sensor is not named."""
-SCALARS = ("depth", "gps", "ctd", "fluorometer", "oxygen", "sound_velocity", "tracer", "turbidity", "lbl", "ais")
-RINGS = ("radio", "modem")
-DEAF: dict[str, str] = {
-    **{f"{name}.orientation_deg.{k}": "has no direction; its frame is told" for name in SCALARS for k in range(3)},
-    **{f"{name}.orientation_deg.{k}": "sends all around; its frame is told" for name in RINGS for k in range(3)},
-    "ais.address": "numbers it among radios, of which none sends to it; ships know it by its mmsi",
-    "multibeam.refraction=true": "is what auto does in this layered water",
-    "dvl.bed_grain_mm": "no grain moves in the current of 0.2 m/s",
-    "optical_modem.orientation_deg.0": "its cone is round about its axis",
-    "singlebeam.sea_surface=flat": "has no waves above it here",
-    **{f"hydrophone.orientation_deg.{k}": "hears all around; its frame is told" for k in range(3)},
-    **{f"magnetometer.position_m.{k}": "the Earth's field is the same all over a vehicle" for k in range(3)},
-    **{f"collision.position_m.{k}": "feels the whole hull; its frame is told" for k in range(3)},
-    **{f"collision.orientation_deg.{k}": "feels the whole hull; its frame is told" for k in range(3)},
-}
-"""Keys that no scene below hears, and why."""
 
 
 def water(value: float) -> list[dict[str, Any]]:
@@ -124,16 +91,19 @@ def sea(name: str, config: Mapping[str, Any]) -> dict[str, Any]:
     """One vehicle with the sensor, one with what answers it."""
     surfaced = name in ("gps", "ais", "radio", "thermal_camera")
     depth = 0.0 if surfaced else 3.0
+    middle = -2.0 if surfaced else -6.0  # of the wall, which stands out of the water for who looks over it
     place = [4.4, -3.6] if name == "collision" else [0.0, 0.0]  # bow before the wall
     partner = {**own(LINKED.get(name, name), {}), "position_m": [0.2, 0.0, 1.2 if surfaced else 0.4]}
     partner |= PARTNER.get(name, {})
+    if name == "modem" and "chirp_order" in config:  # which only those hear who send by it
+        partner["modulation"] = "chirp"
     return {
         "seed": 11,
         "tick_rate_hz": 20,
         "world": {
             "type": "flat",
             "depth_m": 8.0,
-            "things": [{"shape": "box", "at_m": [6.0, -5.0, -6.0], "size_m": [2.0, 1.0, 9.0]}],
+            "things": [{"shape": "box", "at_m": [6.0, -5.0, middle], "size_m": [2.0, 1.0, 9.0]}],
             "movers": [{"name": "drum", "body": "cylinder", "size_m": 1.0, "path": {
                 "kind": "waypoints", "points_m": [[5.0, -1.0, -3.0], [4.0, -2.0, -3.5]], "speed_mps": 0.5}}],
         },
@@ -151,7 +121,7 @@ def sea(name: str, config: Mapping[str, Any]) -> dict[str, Any]:
                 "control": "depth_heading",
                 "command": [depth + 1.0, 0.9, 700.0],
                 "sensors": {"it": own(name, config)},
-                **(LOUD if name in HEARS else {}),
+                **(LOUD if name in SONARS else {}),
             },
             "auv1": {
                 "vehicle": "remus100",
@@ -159,7 +129,7 @@ def sea(name: str, config: Mapping[str, Any]) -> dict[str, Any]:
                 "control": "depth_heading",
                 "command": [depth + 1.0, 0.9, 700.0],
                 "sensors": {"its": partner},
-                **(LOUD if name in HEARS else {}),
+                **(LOUD if name in SONARS else {}),
             },
         },
     }  # fmt: skip
@@ -204,15 +174,23 @@ class Bench:
             warnings.simplefilter("always")
             try:
                 self.sim.set("auv0.it", **(self.base | keys))
+                if idle(told):
+                    return None
                 measured = list(self.read())
             except (PelagosError, ValidationError):
                 return None
-        self.numbers = np.concatenate([np.ravel(m.data) for m in measured])
+        self.numbers = np.concatenate([told_apart(m.data) for m in measured])
         for m in measured:
             for values in (m.data, m.truth, m.valid, *m.extras.values(), *m.tables.values()):
                 if values is not None:
                     found.update(str(np.shape(values)).encode() + np.ascontiguousarray(values).tobytes())
         return None if idle(told) else found.hexdigest()
+
+
+def told_apart(data: Any) -> Any:
+    """Values end to end, components by weights of their own, so that those that changed places are seen."""
+    parts = np.shape(data)[-1] if np.ndim(data) > 1 else 1
+    return np.ravel(data * (1.0 + 0.25 * np.arange(parts)) if 1 < parts < 8 else data)
 
 
 def idle(told: list[warnings.WarningMessage]) -> bool:
@@ -230,11 +208,22 @@ def ticks_of(name: str) -> int:
 def said(sim: pl.Simulation, tick: int) -> bytes:
     """What one gives to send at a tick, in turn, and what came of it."""
     once, back = ("auv0", "it", b"of six", "*"), ("auv1", "its", b"!", "*")
-    packets = {3: [once, once], 50: [back], 80: [("auv0", "it", b"?", "auv1.its")], 100: [("auv1", "its", b"?", "3")]}
+    packets = {
+        3: [once, once], 30: [("auv0", "it", b"", "auv1.its", "request")], 50: [back],
+        80: [("auv0", "it", b"?", "auv1.its")], 100: [("auv1", "its", b"?", "3")],
+    }  # fmt: skip
     try:
-        return bytes(sim.send(agent, it, what, to=to) for agent, it, what, to in packets.get(tick, ()))
+        return bytes(
+            sim.send(agent, it, what, to=to, kind=(*kind, "data")[0])
+            for agent, it, what, to, *kind in packets.get(tick, ())
+        )
     except PelagosError as error:
         return str(error).encode()
+
+
+def rounded(text: str) -> bytes:
+    """A text with its numbers to nine digits: what is turned into a frame and back differs in the last ones."""
+    return re.sub(r"\d+\.\d+(e[-+]\d+)?", lambda found: f"{float(found[0]):.9g}", text).encode()
 
 
 def run(name: str, config: Mapping[str, Any], numbers: list[Any] | None = None) -> str | None:
@@ -244,6 +233,8 @@ def run(name: str, config: Mapping[str, Any], numbers: list[Any] | None = None) 
         warnings.simplefilter("always")
         try:
             sim = pl.Simulation.load(sea(name, config))
+            if idle(told):
+                return None
             obs = sim.reset()
             for tick in range(ticks_of(name)):
                 for reading in (*obs["auv0"].values(), *obs["auv1"].values()):
@@ -252,7 +243,7 @@ def run(name: str, config: Mapping[str, Any], numbers: list[Any] | None = None) 
                         numbers.append(np.ravel(reading.data))
                     for values in (reading.data, reading.truth, *reading.extras.values()):
                         whole = values.dtype != object
-                        digest.update(np.ascontiguousarray(values).tobytes() if whole else repr(values).encode())
+                        digest.update(np.ascontiguousarray(values).tobytes() if whole else rounded(repr(values)))
                 if name in LINKED and name != "ais":
                     digest.update(said(sim, tick))
                 obs = sim.step()
@@ -277,12 +268,18 @@ class Runs:
 
 
 def deaf(name: str, numbers: dict[str, Any]) -> list[str]:
-    """Keys of a sensor that change nothing, neither at given motions nor in a run; data of each go into `numbers`."""
+    """Keys of a sensor that change nothing, neither at given motions nor in a run; data of each go into `numbers`.
+
+    Keys of which no other value is known are told too, as `sensor.key?`, and those that all settings refuse, as
+    `sensor.key!`.
+    """
     entry = registry.entries("sensor", plugins=False)[name]
     schema = entry.config.model_json_schema()
     by_runs = name in LINKED or of_a_run(entry.load())
     silent: dict[str, tuple[dict[str, Any], dict[str, Any]]] = {}
     heard: set[str] = set()
+    tried: set[str] = set()
+    known = {"type", *UNTRIED.get(name, ())}
     for k, setting in enumerate(SETTINGS.get(name, ({},))):
         bench = (Runs if by_runs else Bench)(name, setting)
         full = entry.config.model_validate(own(name, setting)).model_dump(mode="json")
@@ -294,16 +291,22 @@ def deaf(name: str, numbers: dict[str, Any]) -> list[str]:
                 continue
             for path, moved in others(schema["properties"].get(key, {}), schema.get("$defs", {}), value):
                 at = f"{key}{path}"
-                found = plain if at in heard or moved == value else bench.digest({key: moved})
+                if moved != value:
+                    tried.add(at)
+                    known.add(key)
+                settled = at in heard or (at in silent and f"{name}.{at}" in DEAF)
+                found = plain if settled or moved == value else bench.digest({key: moved})
                 if found not in (plain, None):
                     numbers[f"{k} {at}"] = bench.numbers
                     heard.add(at)
                 elif found == plain and moved != value:
                     silent.setdefault(at, (setting, {key: moved}))
-    left = {at: tried for at, tried in silent.items() if at not in heard}
+    left = {at: about for at, about in silent.items() if at not in heard}
     if not by_runs:
         left = {at: (setting, key) for at, (setting, key) in left.items() if not differs(name, setting, key)}
-    return sorted(f"{name}.{at}" for at in left)
+    refused = (f"{at}!" for at in tried - heard - {*silent} if name not in UNTAKEN)
+    unknown = (f"{key}?" for key in {*schema["properties"]} - known)
+    return sorted(f"{name}.{at}" for at in (*left, *refused, *unknown))
 
 
 def differs(name: str, setting: Mapping[str, Any], changed: Mapping[str, Any]) -> bool:
