@@ -53,6 +53,22 @@ def test_vehicles_of_one_sea_drift_with_currents_of_their_own():
     assert abs(moved["b"][0]) < 0.01
 
 
+def test_a_vehicles_own_current_takes_nothing_from_the_others():
+    """It ends the scenario's currents for all: that of all is set before; the rest of the sea is nobody's own."""
+    sea = {"currents": [{"type": "uniform", "speed_mps": 0.3, "towards_deg": 120}]}
+    sim = pl.Simulation.load({**SCENARIO, "ocean": sea})
+    with pytest.raises(CommandError, match="set the current of all before that of an agent"):
+        sim.ocean.set(current=(0.4, 0.0, 0.0), agent="a")
+    with pytest.raises(CommandError, match="with an agent, give its current alone"):
+        sim.ocean.set(current=(0.4, 0.0, 0.0), turbidity=2.0, agent="a")
+    sim.ocean.set(current=(-0.2, 0.1, 0.0))
+    sim.ocean.set(current=(0.4, 0.0, 0.0), agent="a")
+    before = {n: sim.state[n].position[0].copy() for n in "ab"}
+    sim.step(ticks=500)
+    assert (sim.state["a"].position[0] - before["a"])[0] > 1.0
+    assert (sim.state["b"].position[0] - before["b"])[0] < -0.3
+
+
 def test_the_level_of_the_sea_lifts_what_floats():
     boat = {"vehicle": "surface_vessel", "start": {"position_m": [0, 0, 0]}}
     sim = pl.Simulation.load({**SCENARIO, "agents": {"usv": boat}})

@@ -63,7 +63,7 @@ class Sea:
                 are built anew. Waves are the whole list of systems, `{"waves": [{"type": "sea_state", "state": 4}]}`: a
                 system that stays in its place keeps its phases, so that crests stand where they stood.
             agent: whose current it is, where it is not that of all: vehicles in one sea may be told currents of their
-                own.
+                own. Where the scenario has currents, that of all is set before: the scenario's end for everybody.
 
         Raises:
             CommandError: a wrong shape, a value that is not finite or not allowed, or within a step or a run.
@@ -74,6 +74,8 @@ class Sea:
             raise CommandError("what is to be set of the ocean? Give current, turbidity, level_m or keys")
         self._refuse_drawn(turbidity, keys or {})
         if agent is not None:
+            if turbidity is not None or level_m is not None or keys:
+                raise CommandError("with an agent, give its current alone: the rest of the ocean is that of all")
             self._set_agent(agent, current)
             return
         ocean, scenario = sim.model.ocean, sim.scenario
@@ -114,6 +116,8 @@ class Sea:
             raise CommandError("with an agent, give its current")
         kept = dict(sim.stepper.agent_currents)
         if sim.stepper.own_current is None:
+            if sim.scenario.ocean.currents:
+                raise CommandError("set the current of all before that of an agent: it ends the scenario's currents")
             self.set(current=(0.0, 0.0, 0.0))
         sim.stepper.agent_currents = {**kept, agent: rows(current, sim.n, 3, "current")}
 
