@@ -308,7 +308,7 @@ def stop(vehicle: Mapping[str, Any], orders: Orders) -> Trial:
     run = _Run(vehicle, _speed(vehicle, orders))
     low, ahead = {}, []
     for k, actuator in enumerate(run.vehicle.model.actuators.values()):
-        if hasattr(actuator, "thrust_limits") and abs(float(actuator.effect[0])) > 0.5:
+        if hasattr(actuator, "thrust_limits") and hasattr(actuator, "effect") and abs(float(actuator.effect[0])) > 0.5:
             low[k] = actuator.lag.low if actuator.effect[0] > 0 else actuator.lag.high
             ahead.append((k, actuator.lag.high if actuator.effect[0] > 0 else actuator.lag.low))
     if not low:
