@@ -170,7 +170,7 @@ def imu(c: Any, r: Reading) -> list[dict[str, Any]]:
 def magnetometer(c: Any, r: Reading) -> list[dict[str, Any]]:
     return [{
         **stamped("auv0/here"), **xyz("magnetic_field", r.data[0]),
-        "magnetic_field_covariance": diagonal(*[c.noise_density**2 * c.rate_hz] * 3),
+        "magnetic_field_covariance": diagonal(*[c.noise_density**2 * c.rate_hz + c.bias_std_t**2] * 3),
     }]  # fmt: skip
 
 

@@ -53,8 +53,8 @@ def imu(config: Any, site: Site) -> Encoding:
 
 
 def magnetometer(config: Any, site: Site) -> Encoding:
-    """sensor_msgs/MagneticField [T]."""
-    variance = config.noise_density**2 * config.rate_hz
+    """sensor_msgs/MagneticField [T]; the variance is that of the noise and of the iron that no calibration found."""
+    variance = config.noise_density**2 * config.rate_hz + config.bias_std_t**2
     message = make(
         MAGNETIC_FIELD,
         header=header(site.frame),
