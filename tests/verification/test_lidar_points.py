@@ -211,6 +211,18 @@ def test_green_pulses_refract_and_are_late():
     assert (got.extras["label"] == 7).all()
 
 
+@pytest.mark.parametrize(("past_m", "seen"), [(0.05, True), (-0.05, False)])
+def test_pulses_are_late_at_the_end_of_their_range_too(past_m: float, seen: bool):
+    """The range is by time: what lies in water counts for n times its way."""
+    air, angle = 5.0 / math.sin(math.radians(60)), math.asin(math.cos(math.radians(60)) / REFRACTIVE_INDEX)
+    late = air + REFRACTIVE_INDEX * 4.0 / math.cos(angle)
+    config = SemanticLidarConfig(
+        through_water=True, channels=1, upper_fov_deg=-60, lower_fov_deg=-60, range_m=late + past_m
+    )
+    got = SemanticLidar(config, context([floor(-4.0)])).sense(at(5.0))
+    assert (np.isfinite(got.data[0, ..., 0]) & (got.extras["label"] == 7)).any() == seen
+
+
 def test_own_motion_shows_when_asked():
     keys: dict[str, Any] = {"channels": 1, "points_per_second": 3600, "upper_fov_deg": 0, "lower_fov_deg": 0}
     config = SemanticLidarConfig(motion_distortion=True, **keys)

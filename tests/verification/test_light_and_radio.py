@@ -123,6 +123,13 @@ def test_radio_reaches_the_horizon_and_drops_at_submersion() -> None:
         sim = pl.Simulation.load(scenario({"a": boat(0, 0, 1.0, wifi), "b": boat(distance, 0, 1.0, wifi)}))
         sim.send("a", "radio", b"hello", to="b")
         assert [f.fate for f in fates(sim, "b", "radio", 1.0)] == [fate]
+    low, high = 1.2, 8.6
+    horizon = 4120.0 * (math.sqrt(low) + math.sqrt(high))  # a third more than by the root of the sum
+    for distance, fate in ((0.97 * horizon, "received"), (1.03 * horizon, "out of range")):
+        far = {"radio": {"type": "radio", "power_dbm": 60.0, "bit_rate_bps": 1e5}}
+        sim = pl.Simulation.load(scenario({"a": boat(0, 0, low, far), "b": boat(distance, 0, high, far)}))
+        sim.send("a", "radio", b"hello", to="b")
+        assert [f.fate for f in fates(sim, "b", "radio", 1.0)] == [fate]
     under = {
         "vehicle": "remus100",
         "start": {"position_m": [50, 0], "depth_m": 5},

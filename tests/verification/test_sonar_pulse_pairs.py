@@ -62,6 +62,14 @@ def coherence_of(deviation: float, samples: float) -> float:
     return 1.0 / math.sqrt(1.0 + 2.0 * samples * (deviation / RADIAN) ** 2)
 
 
+def test_rms_angle_of_a_gaussian_beam_both_ways():
+    """Half the power at half the width W: exp(-4 ln 2 a^2/W^2) one way, its square both ways; the rms by quadrature."""
+    width = 0.07
+    angle = np.linspace(-3.0 * width, 3.0 * width, 20_001)
+    both = np.exp(-4.0 * math.log(2.0) * (angle / width) ** 2) ** 2
+    assert math.sqrt((both * angle**2).sum() / both.sum()) == pytest.approx(BEAM_SPREAD * width, rel=1e-6)
+
+
 def test_deviation_of_pairs_by_many_of_them():
     """10 000 echoes drawn as Gaussian pairs with noise, the pulse over two bins; 4 standard deviations of both."""
     rng = np.random.Generator(np.random.PCG64(1))

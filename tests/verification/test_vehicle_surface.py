@@ -348,3 +348,22 @@ def test_a_fin_that_is_turned_about_x_feels_the_turned_flow(angle_deg, incidence
     assert turned == pytest.approx(there @ turn.T, rel=1e-12)
     if not incidence:
         assert there[0, 2] == pytest.approx(-50.0 * (1.4**2 + 0.3**2) * 0.2)  # and w, across its axis, but not v
+
+
+@pytest.mark.parametrize(("depth_m", "wet"), [(0.1, 0.625), (-0.25, 0.1875), (0.3, 0.875), (0.9, 1.0)])
+def test_a_box_of_the_engine_floats_by_its_wet_share(depth_m: float, wet: float) -> None:
+    """HoloOcean's: a box 0.8 m high whose middle lies d deep is wet to 1/2 + d/0.8; dw/dt = g - rho V g wet/m."""
+    native = {
+        "type": "engine_forces", "command": "thrusters", "mass_kg": 16.0, "volume_m3": 0.019, "density_kg_m3": 997.0,
+        "inertia_kg_m2": [0.3, 1.2, 1.4], "drag_area_m2": 0.06, "damping_1_s": 0.0, "turn_damping_1_s": 0.0,
+        "half_height_m": 0.4, "center_of_buoyancy_m": [0.0, 0.0, 0.0], "current": False,
+        "thrusters": [{"position_m": [-0.4, 0.2, 0.1], "direction": [1.0, 0.0, 0.0], "limit_n": 9.0}],
+    }  # fmt: skip
+    vehicle = {"type": "bluerov2", "modes": {"native": native}}
+    sim = pl.Simulation.load({
+        "tick_rate_hz": 1000, "world": {"type": "flat", "depth_m": 40},
+        "agents": {"it": {"vehicle": vehicle, "control": "native", "start": {"position_m": [0, 0, -depth_m]}}},
+    })  # fmt: skip
+    sim.step({"it": [0.0]})
+    down = -sim.state["it"].velocity[0, 2] / 1e-3
+    assert down == pytest.approx(9.8 - 997.0 * 0.019 * 9.8 * wet / 16.0, abs=0.02)
