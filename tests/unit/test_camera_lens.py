@@ -27,6 +27,7 @@ from pelagos.raycast.geometry import Geometry
 from pelagos.raycast.rays import NO_BODY
 from pelagos.raycast.scene import Scene
 from pelagos.sensors.camera.camera import Camera
+from pelagos.sensors.camera.picture import develop
 from pelagos.sensors.camera.picture.camera_config import CameraConfig
 from pelagos.sensors.sensor import Kinematics, SensorContext
 from pelagos.world.material import MATERIALS, material_tables
@@ -227,6 +228,29 @@ def test_bits_and_mosaic():
     assert np.array_equal(raw.truth[0, ::2, ::2], rgb.truth[0, ::2, ::2, 0])
     assert np.array_equal(raw.truth[0, ::2, 1::2], rgb.truth[0, ::2, 1::2, 1])
     assert np.array_equal(raw.truth[0, 1::2, 1::2], rgb.truth[0, 1::2, 1::2, 2])
+
+
+@pytest.mark.parametrize("pattern", ["rggb", "bggr", "grbg", "gbrg"])
+def test_a_mosaic_has_the_colours_of_its_name_row_by_row(pattern: str) -> None:
+    """Of 7 by 3 pixels of three unequal colours each, counted from the corner that its picture begins in."""
+    row, column = (a.ravel().astype(np.uint32) for a in np.mgrid[0:3, 0:7])
+    colours = 1 + 3 * np.arange(63).reshape(21, 3)[::-1]
+    where: Any = SimpleNamespace(row=jit.UInt32(row), column=jit.UInt32(column))
+    signal = jit.Array3f(np.ascontiguousarray(colours.T / 255, dtype=np.float32))
+    found = np.array(develop._packed(signal, where, CameraConfig(mosaic=pattern, tone="linear")))
+    expected = ["rgb".index(pattern[2 * (r % 2) + c % 2]) for r, c in zip(row, column, strict=True)]
+    assert found.tolist() == colours[np.arange(21), expected].tolist()
+
+
+@pytest.mark.parametrize("bits", [8, 12])
+def test_colours_stand_side_by_side_whatever_their_bits(bits: int) -> None:
+    """Four pixels stand in three words up to 8 bits, one in two beyond; two pictures of 16 by 16."""
+    config = CameraConfig(bits=bits, tone="linear", width_px=16, height_px=16)
+    colours = np.random.default_rng(4).integers(0, 2**bits, (512, 3))
+    signal = jit.Array3f(np.ascontiguousarray(colours.T / (2**bits - 1), dtype=np.float32))
+    packed = develop._packed(signal, SimpleNamespace(), config)  # type: ignore[arg-type]
+    packed = develop._three_words(packed) if bits == 8 else packed
+    assert develop.unpack_pictures(packed, config, 2).reshape(512, 3).tolist() == colours.tolist()
 
 
 def test_meter_that_believes_one_luminance_is_fixed():

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -11,7 +13,7 @@ import pelagos as pl
 from pelagos import jit
 from pelagos.ocean.config import OceanConfig, build_ocean
 from pelagos.ocean.whitecaps import whitecap_share
-from pelagos.optics.foam import foam_cover
+from pelagos.optics.foam import foam_cover, foam_radiance
 from pelagos.optics.swell import swell_around
 
 
@@ -46,3 +48,14 @@ def test_a_storm_is_white_and_a_light_air_is_not() -> None:
     rough, calm = (seen(waves=waves, wind={"speed_mps": w}) for w in (22.0, 2.0))
     rough, calm = (picture[..., 0] for picture in (rough, calm))  # red: the sea has little of it
     assert np.mean(rough > 2.5 * np.median(rough)) > np.mean(calm > 2.5 * np.median(calm)) + 0.02
+
+
+@pytest.mark.parametrize(("up", "lit"), [(0.6, 0.6), (-0.3, 0.0)])
+def test_foam_sends_back_half_of_the_light_and_lets_a_quarter_through(up: float, lit: float) -> None:
+    """A matt sheet of albedo A under E_sun cos + E_sky is A E / pi bright; Koepke's fresh foam has A = 0.5."""
+    light: Any = SimpleNamespace(
+        towards_sun=jit.Array3f(0.8, 0.0, up), sun=jit.Array3f(900.0, 700.0, 400.0), sky=jit.Array3f(90.0, 120.0, 150.0)
+    )
+    seen_from = np.array(foam_radiance(light, jit.Bool([False, True]))).T
+    whole = lit * np.array([900.0, 700.0, 400.0]) + np.array([90.0, 120.0, 150.0])
+    np.testing.assert_allclose(seen_from, [0.5 / math.pi * whole, 0.25 / math.pi * whole], rtol=1e-6)

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from typing import Any
 
+import drjit as dr
 import numpy as np
 import pytest
 from pydantic import ValidationError
 from scipy.integrate import trapezoid
-from sonar_scenes import DT_NS, PLAIN, LayeredWater, at, box, context, plane, sphere
+from sonar_scenes import DT_NS, PLAIN, LayeredWater, StillWater, at, box, context, plane, sphere
 
 from pelagos import jit
 from pelagos.errors import ValidityWarning
@@ -27,6 +29,35 @@ from pelagos.world.material import MATERIALS
 
 QUIET = {"self_noise_db": -200.0, "source_level_db": 300.0, "wind_speed_mps": 0.0, "scale": "linear"}
 DEEP = -200.0  # keeps the sea surface out of the picture
+
+
+@dataclass
+class SlantedWater(StillWater):
+    """Water whose current changes linearly about a place: u + G (p - p0); a Dr.Jit struct."""
+
+    u: Any
+    v: Any
+    w: Any
+    xx: Any
+    xy: Any
+    xz: Any
+    yx: Any
+    yy: Any
+    yz: Any
+    zx: Any
+    zy: Any
+    zz: Any
+    x0: Any
+    y0: Any
+    z0: Any
+
+    def current(self, position: Any, t: Any, copy: Any = None) -> Any:
+        x, y, z = position.x - self.x0, position.y - self.y0, position.z - self.z0
+        return jit.Array3f64(
+            self.u + self.xx * x + self.xy * y + self.xz * z,
+            self.v + self.yx * x + self.yy * y + self.yz * z,
+            self.w + self.zx * x + self.zy * y + self.zz * z,
+        )
 
 
 @pytest.fixture(autouse=True)
@@ -212,6 +243,26 @@ class TestAdcp:
         error = s.sense(lanes(range(4000), dt_ns=DT_NS, position=(0, 0, DEEP))).data
         expected = 0.02 / (math.sqrt(2) * math.sin(math.radians(20)))
         assert error[..., 0].std(axis=0) == pytest.approx(np.full(3, expected), rel=0.05)
+
+    @pytest.mark.parametrize(("yaw", "down"), [(0.6, 1), (-2.1, 1), (0.6, -1)])
+    def test_each_beam_reads_the_water_at_its_own_place(self, yaw, down):
+        """Of a current u + G r about the sonar, beams in opposite pairs tilted by a, at a depth h below it, read
+        (u - h (Gxz + Gzx), v - h (Gyz + Gzy), w - h Gzz - h (Gxx + Gyy) tan^2(a) / 2), where the truth on the axis is
+        u - h G z; of one that looks up h is negative.
+        """
+        tensor = np.array([[0.011, -0.007, 0.013], [0.004, 0.006, -0.009], [-0.008, 0.005, 0.002]])
+        c, s, start, water = math.cos(yaw), math.sin(yaw), np.array([3.0, -7.0, DEEP]), np.array([0.4, -0.3, 0.05])
+        turn = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]]) @ np.diag([1.0, down, down])  # from the sensor
+        config = AdcpConfig(noise_mps=0.0, beam_tilt_deg=40.0, cells=4, cell_m=2.0, blank_m=1.0)
+        half = 0.5 * yaw
+        way = (math.cos(half), 0, 0, math.sin(half)) if down > 0 else (0, math.cos(half), math.sin(half), 0)
+        ocean = SlantedWater(*(dr.opaque(jit.Float64, float(v)) for v in (1500, *water, *tensor.ravel(), *start)))
+        reading = Adcp(config, context([below(90.0)], ocean=ocean)).sense(at(*start, attitude=way))
+        (u, v, w), g, h = turn.T @ water, turn.T @ tensor @ turn, np.array([2.0, 4.0, 6.0, 8.0])
+        beside = 0.5 * (g[0, 0] + g[1, 1]) * math.tan(math.radians(40)) ** 2
+        read = [u - h * (g[0, 2] + g[2, 0]), v - h * (g[1, 2] + g[2, 1]), w - h * (g[2, 2] + beside)]
+        np.testing.assert_allclose(reading.data[0], np.array(read).T, atol=1e-6)
+        np.testing.assert_allclose(reading.truth[0], np.array([u, v, w]) - h[:, None] * g[:, 2], atol=1e-6)
 
     def test_water_track_of_the_dvl(self):
         config = DvlConfig(water_layer_m=3.0, noise_mps=0.0, noise_relative=0.0)
