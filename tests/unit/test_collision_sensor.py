@@ -12,6 +12,7 @@ import pelagos as pl
 from pelagos.messages.encoders import encoder
 from pelagos.messages.encoding import Site
 from pelagos.sensors.navigation.collision import CollisionConfig
+from pelagos.sim.contacts import _wrench
 
 
 def sinking(rate_hz: float, *, n: int = 1, **sensor: Any) -> pl.Simulation:
@@ -87,6 +88,62 @@ def test_a_slow_sensor_misses_no_blow():
     for reading in slow:
         since = [hit for t, hit in felt.items() if reading.t_ns - 200_000_000 < t <= reading.t_ns]
         assert bool(reading.data[0, 0]) == any(since)
+
+
+def pair_of_three_copies() -> tuple[Any, str]:
+    """Contacts of two vehicles in one batch, and its name: rows are the first's three copies, then the second's."""
+    agents = {
+        name: {"vehicle": "bluerov2", "control": "wrench", "start": {"position_m": [0.0, y], "depth_m": 4.0},
+               "sensors": {"bump": {"type": "collision"}}}
+        for name, y in (("a", 0.0), ("b", 5.0))
+    }  # fmt: skip
+    sim = pl.Simulation.load({"world": {"type": "flat", "depth_m": 10.0}, "agents": agents}, n=3)
+    (name,) = sim.model.batches
+    return sim.stepper.contacts, name
+
+
+@pytest.mark.parametrize("copy", [0, 1, 2])
+def test_a_copy_that_begins_anew_forgets_the_contacts_of_all_its_members(copy: int):
+    touching, name = pair_of_three_copies()
+    numbers = np.arange(1.0, 37.0).reshape(6, 6)
+    touching._now[name] = _wrench(numbers)
+    touching.remembered[name] = [(3, numbers + 100), (4, numbers + 200)]
+    touching.forget(np.arange(3) == copy)
+    stays = np.arange(6) % 3 != copy
+    flipped = numbers * [1, -1, -1, 1, -1, -1]
+    np.testing.assert_array_equal(touching.wrench(name), flipped * stays[:, None])
+    assert [tick for tick, _ in touching.remembered[name]] == [3, 4]
+    for (_, kept), more in zip(touching.remembered[name], (100, 200), strict=True):
+        np.testing.assert_array_equal(kept, (numbers + more) * stays[:, None])
+
+
+def test_of_the_contacts_after_a_tick_the_one_of_the_greatest_force_is_told():
+    """By row; a larger moment counts nothing, nor does what came before or at that tick."""
+    touching, name = pair_of_three_copies()
+    steps = np.zeros((4, 6, 6))
+    for row in range(6):
+        steps[:, row, 1] = -np.roll([9.0, 1.0, 5.0, 3.0], row)  # [N]
+        steps[:, row, 4] = np.roll([1.0, 80.0, 2.0, 3.0], row)  # [N m]
+    touching.remembered[name] = list(zip((10, 11, 12, 13), steps, strict=True))
+    for after, first in ((9, 0), (10, 1), (12, 3)):
+        largest = first + np.abs(steps[first:, :, 1]).argmax(axis=0)
+        np.testing.assert_array_equal(touching.strongest(name, after), steps[largest, np.arange(6)])
+    assert (touching.strongest(name, 13) == 0).all()
+
+
+def test_contacts_of_a_second_are_kept():
+    touching, name = pair_of_three_copies()
+    second = round(1e9 / touching._model.clock.dt_ns)
+    for tick in range(3 * second):
+        touching._now.clear()
+        if tick % 7:
+            touching._now[name] = _wrench(np.full((6, 6), float(tick)))
+        touching.remember(name, tick)
+    kept = touching.remembered[name]
+    asked = [t for t in range(2 * second, 3 * second + 1) if (t - 1) % 7]
+    assert [tick for tick, _ in kept if tick >= 2 * second] == asked
+    assert kept[0][0] >= 2 * second - 1
+    assert all((wrench[:, 0] == tick - 1).all() for tick, wrench in kept)
 
 
 def test_weak_contacts_may_not_count():

@@ -53,6 +53,48 @@ def test_a_sonar_above_the_water_is_told_and_hears_nothing():
     assert "it" not in sim.reset()["auv0"]
 
 
+TIDE = [{"amplitude_m": 1.5, "period_h": 12.0, "phase_deg": 0.0}]
+LOW_TIDE = [{"amplitude_m": 1.5, "period_h": 12.0, "phase_deg": 180.0}]
+CREST = {"type": "regular", "height_m": 3.0, "period_s": 9.0}
+
+
+@pytest.mark.parametrize(
+    ("ocean", "height", "told"),
+    [
+        ({"tide": TIDE}, 1.2, None),
+        ({"tide": TIDE}, 2.2, "0.7"),
+        ({"tide": LOW_TIDE}, 0.8, "0.8"),
+        ({"tide": LOW_TIDE}, -0.8, None),
+        ({"waves": [CREST]}, 1.2, None),
+        ({"waves": [CREST]}, 2.2, "0.7"),
+        ({"waves": [CREST | {"phase_deg": 180.0}]}, 0.8, "0.8"),
+        ({"waves": [CREST], "tide": TIDE}, 2.7, None),
+        ({"waves": [CREST], "tide": TIDE}, 3.4, "0.4"),
+    ],
+)
+def test_a_sonar_is_above_the_water_only_over_both_the_mean_sea_and_its_surface(ocean, height, told):
+    """At the origin, where the crest is at the start; 5 m below it begins the vehicle."""
+    said = scenario((0.0, 0.0, 5.0 + height), depth=20.0) | {"ocean": ocean}
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        pl.Simulation.load(said)
+    above = [str(w.message) for w in caught if issubclass(w.category, MountWarning)]
+    assert len(above) == (told is not None)
+    assert told is None or f"lies {told} m above the water" in above[0]
+
+
+def test_the_surface_is_asked_for_where_the_sonar_is():
+    """A quarter of a wave north of the crest the surface is at the mean sea, half of one west of it is as high."""
+    length = 9.80665 * 9.0**2 / (2 * np.pi)
+    said = [scenario((x, y, 6.0), depth=20.0) | {"ocean": {"waves": [CREST]}}
+            for x, y in ((0.25 * length, 0.0), (0.0, 0.5 * length))]  # fmt: skip
+    with pytest.warns(MountWarning, match="lies 1 m above the water"):
+        pl.Simulation.load(said[0])
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        pl.Simulation.load(said[1])
+
+
 def test_a_camera_may_be_in_the_air():
     with warnings.catch_warnings():
         warnings.simplefilter("error")

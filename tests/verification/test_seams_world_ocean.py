@@ -46,22 +46,33 @@ def test_a_datum_offset_is_added_to_heights_whatever_the_file_counts(asked: str,
     np.testing.assert_allclose(survey.z, sign * z + offset)
 
 
-def test_dense_soundings_become_the_mean_of_their_square(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Squares of 10 m from (low - margin) on: every mean lies in its square, and none is lost or shared."""
+@pytest.mark.parametrize(("low", "high"), [((-20, -70), (40, -10)), ((-30, 5), (90, 35)), ((12, -95), (42, 45))])
+def test_dense_soundings_become_the_mean_of_their_square(
+    low: tuple[float, float], high: tuple[float, float], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Squares of 10 m from (low - margin) on, a fifth of the longer side: every mean lies in its square, none is lost
+    or shared, and what lies farther away is left out.
+    """
     monkeypatch.setattr(regrid, "_MANY", 5)
     origin = GeoOrigin(45.0, 13.0)
     rng = np.random.default_rng(2)
-    x, y = rng.uniform(-20, 40, 400), rng.uniform(-70, -10, 400)
+    margin = 0.2 * max(high[0] - low[0], high[1] - low[1])
+    x, y = (rng.uniform(low[i] - 2 * margin, high[i] + 2 * margin, 900) for i in (0, 1))
     latitude, longitude = origin.to_latlon(x, y)
     z = 0.2 * x - 0.5 * y + 3.0
     survey = Soundings(latitude, longitude, z, "EPSG:4326", "dense")
-    means = regrid.block_means(survey, origin, low=(-20.0, -70.0), high=(40.0, -10.0), cell=10.0)
+    means = regrid.block_means(survey, origin, low=low, high=high, cell=10.0)
     mx, my = origin.to_xy(means.u, means.v)
     np.testing.assert_allclose(means.z, 0.2 * mx - 0.5 * my + 3.0, atol=1e-4)  # the plane's mean is on the plane
-    start = np.array([-20.0, -70.0]) - regrid._MARGIN * 60.0
+    start = np.array(low) - margin
+    last = np.ceil((np.array(high) + margin - start) / 10.0) - 1
+    within = lambda i, j: 0 <= i <= last[0] and 0 <= j <= last[1]
     cells = lambda px, py: set(zip(*(np.floor((np.array([px, py]).T - start) / 10.0).astype(int).T), strict=True))
-    assert len(means.z) == len(cells(x, y)) == len(cells(mx, my))
-    assert cells(mx, my) == cells(x, y)
+    filled = {cell for cell in cells(x, y) if within(*cell)}
+    assert len(means.z) == len(filled) < len(cells(x, y))
+    assert cells(mx, my) == filled
+    kept = sum(within(*cell) for cell in np.floor((np.array([x, y]).T - start) / 10.0))
+    assert means.notes[-1].endswith(f"{len(filled)} for {kept}")
 
 
 def test_lookup_is_linear_between_entries_and_held_at_both_ends() -> None:

@@ -53,8 +53,9 @@ def test_a_frequency_outside_of_the_handbook_gives_a_warning():
         surface_backscatter(jit.Float64(0.5), 400e3, 5.0)
 
 
-def waves(height=1.0, period=4.5, **more):
-    return build_ocean(OceanConfig(waves={"type": "regular", "height_m": height, "period_s": period}, **more))
+def waves(height=1.0, period=4.5, towards=0.0, **more):
+    wave = {"type": "regular", "height_m": height, "period_s": period, "towards_deg": towards}
+    return build_ocean(OceanConfig(waves=wave, **more))
 
 
 def meet(ocean, position, directions, *, reach=60.0, t=0.0):
@@ -73,12 +74,13 @@ def meet(ocean, position, directions, *, reach=60.0, t=0.0):
     return np.array(hits.t), np.array(hits.normal).T
 
 
-def test_rays_meet_the_waves_where_they_are():
+@pytest.mark.parametrize("towards", [0.0, -35.0, 130.0])
+def test_rays_meet_the_waves_where_they_are(towards):
     """A regular wave of 1 m height and 31.6 m length, met from 6 m below in all directions upwards.
 
     The grid of 2.45 m is linear between its nodes: a (k h)^2/8 = 1.5 cm of height, at most 1.5 cm/sin of way.
     """
-    ocean, start = waves(), np.array([3.0, -2.0, -6.0])
+    ocean, start = waves(towards=towards), np.array([3.0, -2.0, -6.0])
     rng = np.random.default_rng(2)
     turn, rise = rng.uniform(0, 2 * np.pi, 400), np.radians(rng.uniform(20, 90, 400))
     d = np.stack([np.cos(rise) * np.cos(turn), np.cos(rise) * np.sin(turn), np.sin(rise)], axis=-1)
@@ -86,12 +88,15 @@ def test_rays_meet_the_waves_where_they_are():
     assert np.isfinite(way).all()
     place = start + way[:, None] * d
     k = (2 * math.pi / 4.5) ** 2 / 9.80665
-    height = 0.5 * np.cos(k * place[:, 0])
-    assert np.abs(place[:, 2] - height).max() < 0.02
+    north, west = math.cos(math.radians(towards)), -math.sin(math.radians(towards))  # that it travels
+    along = north * place[:, 0] + west * place[:, 1]
+    assert np.abs(place[:, 2] - 0.5 * np.cos(k * along)).max() < 0.02
     assert np.abs(way - 6.0 / np.sin(rise)).max() > 0.5  # which a plane would have missed by far
-    slope = -0.5 * k * np.sin(k * place[:, 0])
-    assert normal[:, 0] / -normal[:, 2] == pytest.approx(slope, abs=0.5 * k * k * 2.45)  # slope changes over a cell
-    assert normal[:, 1] == pytest.approx(np.zeros(400), abs=1e-6)
+    slope = -0.5 * k * np.sin(k * along)
+    over_a_cell = 0.5 * k * k * 2.45  # it changes by so much
+    assert normal[:, 0] / -normal[:, 2] == pytest.approx(north * slope, abs=over_a_cell)
+    assert normal[:, 1] / -normal[:, 2] == pytest.approx(west * slope, abs=over_a_cell if west else 1e-6)
+    assert np.corrcoef(normal[:, 0] * north + normal[:, 1] * west, slope)[0, 1] > 0.95
     assert (normal[:, 2] < 0).all()
 
 
