@@ -13,6 +13,7 @@ from pelagos.messages.encoders import encoder
 from pelagos.messages.encoding import Site
 from pelagos.sensors.navigation.collision import CollisionConfig
 from pelagos.sim.contacts import _wrench
+from pelagos.sim.trajectory import CHANNELS
 
 
 def sinking(rate_hz: float, *, n: int = 1, **sensor: Any) -> pl.Simulation:
@@ -144,6 +145,18 @@ def test_contacts_of_a_second_are_kept():
     assert [tick for tick, _ in kept if tick >= 2 * second] == asked
     assert kept[0][0] >= 2 * second - 1
     assert all((wrench[:, 0] == tick - 1).all() for tick, wrench in kept)
+
+
+@pytest.mark.parametrize("rows", [1, 3])
+def test_what_a_hull_may_touch_within_some_ticks(rows: int):
+    """Its radius, 5 cm, and the way at its speed and 2 m/s more; of one vehicle and of many."""
+    touching, name = pair_of_three_copies()
+    row = np.random.default_rng(8).normal(size=(rows, CHANNELS))
+    row[:, 7:10] = ([[2.0, -3.0, 6.0], [0.0, 0.0, -0.5], [-1.0, 2.0, -2.0]])[:rows]
+    radius = touching._model.batches[name].vehicle.bounding_radius_m
+    elapsed = 8 * touching._model.clock.dt_ns * 1e-9
+    expected = radius + 0.05 + (np.array([7.0, 0.5, 3.0])[:rows] + 2.0) * elapsed
+    assert touching._reach(name, row, 8) == pytest.approx(expected, rel=1e-12)
 
 
 def test_weak_contacts_may_not_count():
