@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -132,8 +133,8 @@ def test_a_tanker_in_a_moderate_sea_goes_as_in_calm_water():
 TILTED = {"type": "regular", "height_m": 3.0, "period_s": 14.0, "towards_deg": 200.0}  # 306 m long
 
 
-def afloat_at(heading_deg: float, seakeeping: str, **ocean: Any) -> tuple[Any, np.ndarray]:
-    """The flow around an Otter at north 40 m, east -25 m, 3.7 s, and the phase there; `(3, 3)` NED -> FRD."""
+def afloat_at(heading_deg: float, vehicle: Any, **ocean: Any) -> tuple[Any, np.ndarray]:
+    """The flow around a craft at north 40 m, east -25 m, 3.7 s; and `(3, 3)` NED -> FRD."""
     psi, t = math.radians(heading_deg), jit.Float64(3.7)
     rigid = Rigid(
         [jit.Float64(v) for v in (40.0, -25.0, 0.0)],
@@ -141,9 +142,8 @@ def afloat_at(heading_deg: float, seakeeping: str, **ocean: Any) -> tuple[Any, n
         [jit.Float64(v) for v in (1.1, -0.3, 0.2, 0.0, 0.0, 0.0)],
     )
     made = build_ocean(OceanConfig.model_validate({"waves": [TILTED], **ocean}))
-    vehicle = pl.Vehicle.from_dict({"type": "otter", "seakeeping": seakeeping})
     cos, sin = math.cos(psi), math.sin(psi)
-    return vehicle.flow(rigid, made, t), np.array([[cos, sin, 0.0], [-sin, cos, 0.0], [0.0, 0.0, 1.0]])
+    return pl.Vehicle.from_dict(vehicle).flow(rigid, made, t), np.array([[cos, sin, 0.0], [-sin, cos, 0.0], [0.0, 0.0, 1.0]])
 
 
 def number(value: Any) -> float:
@@ -159,7 +159,8 @@ def test_what_floats_lies_in_an_oblique_wave_as_its_slope_does(seakeeping: str, 
     """
     currents = [{"type": "uniform", "speed_mps": 0.6, "towards_deg": 70.0}]
     tide = [{"amplitude_m": 0.8, "period_h": 12.0, "phase_deg": 0.0}]
-    flow, turn = afloat_at(heading_deg, seakeeping, currents=currents, tide=tide)
+    otter = {"type": "otter", "seakeeping": seakeeping}
+    flow, turn = afloat_at(heading_deg, otter, currents=currents, tide=tide)
     w, towards = 2 * math.pi / 14.0, np.array([math.cos(math.radians(200)), math.sin(math.radians(200)), 0.0])
     k = w * w / GRAVITY
     phase = k * (towards @ [40.0, -25.0, 0.0]) - w * 3.7
@@ -180,11 +181,42 @@ def test_what_floats_lies_in_an_oblique_wave_as_its_slope_does(seakeeping: str, 
 
 @pytest.mark.parametrize("heading_deg", [0.0, 50.0, -110.0])
 def test_wind_blows_over_a_craft_in_its_own_axes(heading_deg: float) -> None:
-    """7 m/s from 310 deg, 10 m up."""
-    flow, turn = afloat_at(heading_deg, "slope", wind={"speed_mps": 7.0, "from_deg": -50.0})
+    """7 m/s from 310 deg, 10 m up; gusts are those of its place, 40 m north and 25 m west."""
+    flow, turn = afloat_at(heading_deg, {"type": "otter"}, waves=[], wind={"speed_mps": 7.0, "from_deg": -50.0})
     found = [number(v) for v in flow.air(jit.Float64(10.0))]
     expected = turn @ (7.0 * np.array([math.cos(math.radians(130)), math.sin(math.radians(130)), 0.0]))
     assert found == pytest.approx(expected, abs=1e-9)
+    gusty = {"speed_mps": 7.0, "from_deg": -50.0, "gusts": 1.0}
+    flow, _ = afloat_at(heading_deg, {"type": "otter"}, waves=[], wind=gusty)
+    place = jit.Array3f64(*(jit.Float64(v) for v in (40.0, 25.0, 10.0)))
+    north, west, up = build_ocean(OceanConfig.model_validate({"wind": gusty})).wind(place, jit.Float64(3.7))
+    expected = turn @ [number(v) for v in (north, -west, -up)]
+    assert [number(v) for v in flow.air(jit.Float64(10.0))] == pytest.approx(expected, abs=1e-9)
+
+
+@pytest.mark.parametrize("vehicle", ["otter", "remus100"])
+def test_a_tide_without_waves_lifts_the_surface_over_whatever_is_at_its_place(vehicle: str) -> None:
+    tide = [{"amplitude_m": 0.8, "period_h": 12.0, "phase_deg": 180.0}]
+    flow, _ = afloat_at(50.0, {"type": vehicle}, waves=[], tide=tide)
+    assert number(flow.immersion) == pytest.approx(-0.8, abs=1e-6)
+
+
+def test_a_vehicle_is_as_heavy_as_the_water_at_its_place() -> None:
+    """Salinity that grows by 0.05 a metre westwards: 25 m west of the origin, where it is ballasted, by 1.25, and with
+    that density by 0.77 kg/m^3 each; hulls that are made for no waves feel it too.
+    """
+    salt = [{"type": "uniform", "value": 30.0}, {"type": "gradient", "per_m": 0.05, "towards_deg": -90.0}]
+    flow, _ = afloat_at(50.0, {"type": "otter"}, waves=[], temperature_c=10.0, salinity=salt)
+    assert number(flow.heaviness) == pytest.approx(1 + 0.77 * 1.25 / 1023.1, abs=2e-5)
+
+
+@pytest.mark.parametrize("heading_deg", [0.0, 50.0, -110.0])
+def test_speed_ahead_through_the_water_is_that_of_both(heading_deg: float) -> None:
+    """A strip's ship at 1.1 m/s ahead, on a current of 0.6 m/s towards 70 deg: less the current's part ahead."""
+    currents = [{"type": "uniform", "speed_mps": 0.6, "towards_deg": 70.0}]
+    flow, _ = afloat_at(heading_deg, {"type": "mariner", "variant": "strips"}, currents=currents)
+    expected = 1.1 - 0.6 * math.cos(math.radians(70.0 - heading_deg))
+    assert number(flow.seaway.speed) == pytest.approx(expected, abs=1e-9)
 
 
 HULL = {"length_m": 6.0, "beam_m": 2.4, "freeboard_m": 0.8}
@@ -241,3 +273,23 @@ def test_the_surface_across_a_hull_is_that_under_its_breadth(twin: bool, side: f
     assert mean == pytest.approx(a * math.cos(p) * middle, rel=2e-3)
     assert starboard == pytest.approx(-side * a * math.sin(p) * slope, rel=4e-3)
     assert ahead == pytest.approx(0.0, abs=1e-9)
+
+
+@pytest.mark.parametrize("deeper", [0.06, -0.09])
+def test_the_water_of_its_place_and_tide_carries_a_hull(deeper: float) -> None:
+    """W - rho g A (T + z + tide), where a box of 14.4 m^2 draws 0.5 m in water of 1000 kg/m^3, and 7 m north and 4 m
+    west of the origin it is 1026; of waves it has none to speak of, 1e-6 m.
+    """
+    sea = hulls(HULL)
+    wave = {"type": "regular", "height_m": 2e-6, "period_s": 8.0}
+    waves = build_ocean(OceanConfig.model_validate({"waves": [wave]}))
+    ocean = SimpleNamespace(
+        density=lambda place, t: 1000 + 2 * place[0] + 3 * place[1],
+        tide=SimpleNamespace(level=lambda t: 0.8 + 0 * t), sea=waves.sea,
+    )  # fmt: skip
+    zero, one = jit.Float64(0.0), jit.Float64(1.0)
+    level = [[one, zero, zero], [zero, one, zero], [zero, zero, one]]
+    position = [jit.Float64(v) for v in (7.0, -4.0, -0.8 + deeper)]
+    found = sea.load(ocean, sea.waves(ocean, position, level, zero), position, level, [zero] * 6, zero, sea.table())
+    down = sea.weight - 1026 * sea.gravity * 14.4 * (0.5 + deeper)
+    assert [number(v) for v in found] == pytest.approx([0, 0, down, 0, 0, 0], abs=2.0)
