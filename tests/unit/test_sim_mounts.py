@@ -9,8 +9,9 @@ import pytest
 
 import pelagos as pl
 from pelagos.errors import MountWarning
+from pelagos.math.so3 import rotate_np
 from pelagos.raycast.geometry import Geometry
-from pelagos.sim.mounts import winding_number
+from pelagos.sim.mounts import _within, winding_number
 from pelagos.world.shapes import sphere
 
 
@@ -38,6 +39,26 @@ def test_a_mount_below_the_seabed_is_told_with_place_and_remedy():
 def test_a_mount_inside_another_hull_is_told():
     with pytest.warns(MountWarning, match="lies inside auv1"):
         pl.Simulation.load(scenario((0.0, 0.6, 0.0), second=(0.0, 0.6)))
+
+
+def test_a_mount_turns_with_its_vehicle():
+    """Heading east: forward is -y, and to the left +x."""
+    said = scenario((1.0, 0.4, -3.5))
+    said["agents"]["auv0"]["start"]["heading_deg"] = 90.0
+    with pytest.warns(MountWarning, match=r"\(0\.40, -1\.00, -8\.50\) m lies inside the seabed"):
+        pl.Simulation.load(said)
+
+
+def test_a_place_is_within_a_body_where_that_has_turned_to():
+    """A ball of 0.3 m off the body's origin: inside are places nearer than that to R c + p."""
+    mesh, middle = sphere(0.3, sides=24, rings=12), np.array([0.9, -0.4, 0.2])
+    ball = Geometry(np.asarray(mesh.vertices) + middle, mesh.faces, 0, 1, 1)
+    half = 0.5 * 1.1 * np.array([2.0, -1.0, 2.0]) / 3.0  # by 1.1 rad
+    attitude, position = np.array([np.cos(0.55), *np.sin(0.55) * half / 0.55]), np.array([5.0, -3.0, -7.0])
+    (centre,) = rotate_np(attitude[None], middle[None]) + position
+    for step in np.concatenate([np.eye(3), -np.eye(3)]):
+        assert _within(centre + 0.25 * step, [(ball, position, attitude, "it")]) == "lies inside it"
+        assert _within(centre + 0.35 * step, [(ball, position, attitude, "it")]) is None
 
 
 @pytest.mark.parametrize("arm", [(0.3, 0.0, 0.0), (0.0, 0.0, -2.5)])

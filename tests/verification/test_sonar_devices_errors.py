@@ -80,10 +80,10 @@ class TestAssumedSoundSpeed:
                 AdcpConfig(cells=4, noise_mps=0.0, sound_speed_mps=a), context([plane(-30.0)], ocean=still_water(WATER))
             )
             .sense(at(0, 0, 0, **motion))
-            .data
             for a in (None, ASSUMED)
         ]
-        assert cells[1] == pytest.approx(cells[0] * ASSUMED / WATER, rel=1e-5)
+        assert cells[1].data == pytest.approx(cells[0].data * ASSUMED / WATER, rel=1e-5)
+        assert cells[1].extras["ranges"] == pytest.approx(cells[0].extras["ranges"] * ASSUMED / WATER, rel=1e-5)
 
 
 class TestRangeSteps:

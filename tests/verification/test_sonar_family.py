@@ -228,14 +228,15 @@ class TestSyntheticAperture:
 
 
 class TestAdcp:
-    def test_uniform_flow_is_measured_in_the_sensor_frame_down_to_the_bottom(self):
-        s = Adcp(AdcpConfig(noise_mps=0.0), context([below(10.5)]))
+    @pytest.mark.parametrize("height", [10.5, 10.0])
+    def test_uniform_flow_is_measured_in_the_sensor_frame_down_to_the_bottom(self, height):
+        s = Adcp(AdcpConfig(noise_mps=0.0), context([below(height)]))
         reading = s.sense(at(0, 0, DEEP, velocity=(1.5, -0.2, 0.13)))
         free = reading.extras["cell_valid"][0]
         assert reading.data[0][free] == pytest.approx(np.tile([-1.5, 0.2, -0.13], (free.sum(), 1)), abs=1e-6)
-        # the side lobe's echo drowns the water beyond altitude cos(tilt): cells that end above 10.5 cos(20)
+        # the side lobe's echo drowns the water beyond altitude cos(tilt): cells that end above height cos(20)
         edge = reading.tables["depth"] + 0.5
-        np.testing.assert_array_equal(free, edge < 10.5 * math.cos(math.radians(20)))
+        np.testing.assert_array_equal(free, edge < height * math.cos(math.radians(20)))
         assert np.isnan(reading.data[0][~free]).all()
 
     def test_noise_is_that_of_the_beams(self):
@@ -243,6 +244,9 @@ class TestAdcp:
         error = s.sense(lanes(range(4000), dt_ns=DT_NS, position=(0, 0, DEEP))).data
         expected = 0.02 / (math.sqrt(2) * math.sin(math.radians(20)))
         assert error[..., 0].std(axis=0) == pytest.approx(np.full(3, expected), rel=0.05)
+        assert error[..., 2].std(axis=0) == pytest.approx(np.full(3, 0.01 / math.cos(math.radians(20))), rel=0.05)
+        every = np.corrcoef(error.reshape(len(error), 9).T)  # of each cell and axis alone
+        np.testing.assert_allclose(every, np.eye(9), atol=4.5 / math.sqrt(4000))
 
     @pytest.mark.parametrize(("yaw", "down"), [(0.6, 1), (-2.1, 1), (0.6, -1)])
     def test_each_beam_reads_the_water_at_its_own_place(self, yaw, down):

@@ -13,6 +13,7 @@ from sonar_scenes import PLAIN, at, context, plane, sphere
 from pelagos import jit
 from pelagos.acoustics.sea_surface import bubble_loss_db, surface_backscatter
 from pelagos.errors import ValidityWarning
+from pelagos.math.constants import GRAVITY
 from pelagos.ocean.config import OceanConfig, build_ocean
 from pelagos.raycast.rays import NO_BODY, Hits, Rays
 from pelagos.sensors.sonar.imaging_sonar import ImagingSonar, ImagingSonarConfig
@@ -80,7 +81,7 @@ def test_rays_meet_the_waves_where_they_are(towards):
 
     The grid of 2.45 m is linear between its nodes: a (k h)^2/8 = 1.5 cm of height, at most 1.5 cm/sin of way.
     """
-    ocean, start = waves(towards=towards), np.array([3.0, -2.0, -6.0])
+    ocean, start = waves(towards=towards), np.array([33.0, -52.0, -6.0])
     rng = np.random.default_rng(2)
     turn, rise = rng.uniform(0, 2 * np.pi, 400), np.radians(rng.uniform(20, 90, 400))
     d = np.stack([np.cos(rise) * np.cos(turn), np.cos(rise) * np.sin(turn), np.sin(rise)], axis=-1)
@@ -128,6 +129,31 @@ def test_the_surface_goes_on_as_its_mirror_image(tile, lane):
     d = 0.1 * step
     assert slope_x == pytest.approx((height(x + d, y)[0] - height(x - d, y)[0]) / (2 * d), abs=4e-4)
     assert slope_y == pytest.approx((height(x, y + d)[0] - height(x, y - d)[0]) / (2 * d), abs=4e-4)
+
+
+@pytest.mark.parametrize("reach", [36.0, 500.0])
+def test_every_sonar_has_the_sea_around_it_at_its_own_time(reach):
+    """a cos(k s - w t) at nodes 2.5 m apart at most, as many each way, the middle one within half of that from it."""
+    tide = [{"amplitude_m": 0.7, "period_h": 12.0, "phase_deg": 180.0}]
+    ocean = waves(towards=-35.0, tide=tide)
+    place, t = np.array([[33.0, 250.0, -9.0], [-52.0, 140.0, 8.0], [-6.0, -3.0, -9.0]]), np.array([0.0, 1.7, 40.0])
+    sea = sea_around(ocean, jit.Array3f64(place), jit.Float64(t), reach=reach, waves=True)
+    step = min(reach / 24, 2.5)
+    assert sea.step == step
+    corner = np.array([np.array(sea.corner_x), np.array(sea.corner_y)])
+    assert np.abs(corner + 24 * step - place[:2]).max() <= 0.5 * step + 1e-9
+    x, y = (corner[i][:, None] + np.arange(49) * step for i in (0, 1))
+    along = math.cos(math.radians(35)) * x[:, :, None] + math.sin(math.radians(35)) * y[:, None, :]
+    w = 2 * math.pi / 4.5
+    expected = 0.5 * np.cos(w * w / GRAVITY * along - w * t[:, None, None])
+    found = np.array(sea.elevation).reshape(3, 49, 49)
+    assert found == pytest.approx(expected, abs=1e-6)
+    assert np.array(sea.highest) == pytest.approx(np.abs(found).max(axis=(1, 2)))
+    level = -0.7 * np.cos(2 * np.pi / 43200 * t)
+    assert np.array(sea.level) == pytest.approx(level, abs=1e-6)
+    flat = sea_around(ocean, jit.Array3f64(place), jit.Float64(t), reach=reach, waves=False)
+    assert not flat.waves
+    assert np.array(flat.level) == pytest.approx(level, abs=1e-6)
 
 
 def test_a_level_ray_close_below_the_surface_runs_into_the_next_trough():
