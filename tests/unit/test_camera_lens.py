@@ -29,6 +29,7 @@ from pelagos.raycast.scene import Scene
 from pelagos.sensors.camera.camera import Camera
 from pelagos.sensors.camera.picture import develop
 from pelagos.sensors.camera.picture.camera_config import CameraConfig
+from pelagos.sensors.camera.picture.pixel_order import Tiling, pixels
 from pelagos.sensors.sensor import Kinematics, SensorContext
 from pelagos.world.material import MATERIALS, material_tables
 
@@ -251,6 +252,65 @@ def test_colours_stand_side_by_side_whatever_their_bits(bits: int) -> None:
     packed = develop._packed(signal, SimpleNamespace(), config)  # type: ignore[arg-type]
     packed = develop._three_words(packed) if bits == 8 else packed
     assert develop.unpack_pictures(packed, config, 2).reshape(512, 3).tolist() == colours.tolist()
+
+
+def test_colours_shift_along_both_axes_from_the_middle():
+    """Of light that grows linearly, red a x + b y is there read at x (1 - g), and blue at x (1 + g): g is 3 % of the
+    way from 0.2 of the corner's radius outwards.
+    """
+    tiling, config = Tiling(48, 32), CameraConfig(chromatic_aberration=0.03, chromatic_aberration_start=0.2)
+    where = pixels(tiling, 1)
+    column, row = np.array(where.column), np.array(where.row)
+    x, y = column - 23.5, row - 15.5
+    light = jit.Array3f(*(jit.Float(v) for v in (3.0 * x - 2.0 * y, 0.0 * x, 1.5 * x + 4.0 * y)))
+    found = np.array(develop._lateral_colour(light, where, tiling, config))
+    grow = 0.03 * np.clip((np.hypot(x, y) / math.hypot(23.5, 15.5) - 0.2) / 0.8, 0, 1)
+    inner = (np.abs(x) < 22) & (np.abs(y) < 14)  # beyond, blue comes from outside the picture
+    assert found[0][inner] == pytest.approx(((3.0 * x - 2.0 * y) * (1 - grow))[inner], abs=2e-4)
+    assert found[2][inner] == pytest.approx(((1.5 * x + 4.0 * y) * (1 + grow))[inner], abs=2e-4)
+
+
+def test_ghosts_lie_across_the_middle_or_before_it():
+    """What is s from the middle shows at -0.6 s, at -1.3 s with a half and at 0.45 s with 0.35 of the strength."""
+    tiling = Tiling(112, 80)
+    where = pixels(tiling, 1)
+    x, y = np.array(where.column) - 55.5, np.array(where.row) - 39.5
+    tile_y, tile_x = (a.ravel() * 16.0 for a in np.mgrid[-2:3, -3:4])  # of the tiles' middles from the picture's
+    coarse = jit.Array3f(*(jit.Float(v) for v in (tile_x, tile_y, 1.0 + 0.0 * tile_x)))
+    found = np.array(develop._ghosts(coarse, where, tiling))
+    inner = (np.abs(x) < 0.45 * 48) & (np.abs(y) < 0.45 * 32)
+    share = -1.0 / 0.6 - 0.5 / 1.3 + 0.35 / 0.45
+    assert found[0][inner] == pytest.approx(share * x[inner], abs=1e-4)
+    assert found[1][inner] == pytest.approx(share * y[inner], abs=1e-4)
+    assert found[2] == pytest.approx(1.85)
+
+
+def test_the_middle_weighs_e_times_as_much_as_what_is_035_of_half_the_picture_off():
+    tiling = Tiling(200, 120)
+    where: Any = SimpleNamespace(column=jit.UInt32([100, 135, 100, 30]), row=jit.UInt32([60, 60, 39, 81]))
+    found = np.array(develop.meter_weight(where, tiling, CameraConfig(metering="centre")))
+    u, v = (np.array([100, 135, 100, 30]) + 0.5) / 100 - 1, (np.array([60, 60, 39, 81]) + 0.5) / 60 - 1
+    assert found == pytest.approx(np.exp(-(u * u + v * v) / 0.35**2), rel=1e-4)
+    assert np.array(develop.meter_weight(where, tiling, CameraConfig())).tolist() == [1.0] * 4
+
+
+@pytest.mark.parametrize(("rate", "longest"), [(20.0, 0.05), (2.0, 0.2)])
+def test_an_exposure_ends_before_the_next_frame(rate: float, longest: float) -> None:
+    """In the dark, whatever time the meter would like."""
+    dim: dict[str, Any] = {"exposure": "auto", "shutter_s": 0.2, "rate_hz": rate, "aperture": 16.0, "iso": 1.0}
+    assert shot(x=30.0, **dim).extras["exposure_s"] == pytest.approx(longest, rel=1e-6)
+
+
+def test_grey_worlds_make_the_channels_means_alike():
+    """Gains G/R and G/B of each picture, to 4 and a quarter at most."""
+    tiling, config = Tiling(20, 16), CameraConfig(white_balance="grey_world")
+    where = pixels(tiling, 2)
+    first = np.array(where.image) == 0
+    part = np.where(np.array(where.row) < 8, 1.5, 0.5)
+    light = jit.Array3f(*(jit.Float(part * np.where(first, a, b)) for a, b in ((0.5, 6.0), (1.0, 2.0), (3.0, 0.1))))
+    gains = np.array(develop.balance(light, where, tiling, config)).T
+    np.testing.assert_allclose(gains[first], np.tile([2.0, 1.0, 1 / 3], (first.sum(), 1)), rtol=1e-5)
+    np.testing.assert_allclose(gains[~first], np.tile([1 / 3, 1.0, 4.0], ((~first).sum(), 1)), rtol=1e-5)
 
 
 def test_meter_that_believes_one_luminance_is_fixed():
