@@ -82,6 +82,8 @@ CREST = {"type": "regular", "height_m": 3.0, "period_s": 9.0}
 @pytest.mark.parametrize(
     ("ocean", "height", "told"),
     [
+        ({}, 0.04, None),  # its face is 10 cm high
+        ({}, 0.06, "0.06"),
         ({"tide": TIDE}, 1.2, None),
         ({"tide": TIDE}, 2.2, "0.7"),
         ({"tide": LOW_TIDE}, 0.8, "0.8"),

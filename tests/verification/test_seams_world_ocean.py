@@ -75,6 +75,51 @@ def test_dense_soundings_become_the_mean_of_their_square(
     assert means.notes[-1].endswith(f"{len(filled)} for {kept}")
 
 
+def test_few_soundings_about_a_crop_stay_as_they_are(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of 300 along a line, 10 m apart, those on 200 m of it and a fifth more at both ends."""
+    monkeypatch.setattr(regrid, "_MANY", 100)
+    origin = GeoOrigin(45.0, 13.0)
+    y = np.arange(300) * 10.0 - 1000.0 + 0.5
+    latitude, longitude = origin.to_latlon(0 * y + 3.0, y)
+    survey = Soundings(latitude, longitude, 0.1 * y, "EPSG:4326", "line")
+    near = regrid.block_means(survey, origin, low=(-50.0, 300.0), high=(50.0, 500.0), cell=10.0)
+    assert near.z == pytest.approx(0.1 * y[(y > 260) & (y < 540)], abs=1e-12)
+    assert near.notes == survey.notes
+
+
+def test_soundings_at_one_place_count_as_their_mean() -> None:
+    """A plane, each of whose soundings is there twice or three times: d too high, d too low, and as it is."""
+    origin = GeoOrigin(45.0, 13.0)
+    x, y = (a.ravel() for a in np.meshgrid(np.arange(8) * 10.0 - 4.0, np.arange(5) * 10.0 + 7.0))
+    z, d = 0.3 * x - 0.2 * y - 20.0, 1.0 + 0.05 * x
+    where = np.concatenate([np.arange(40), np.arange(40), np.arange(0, 40, 3)])
+    heights = np.concatenate([z + d, z - d, z[::3]])
+    latitude, longitude = origin.to_latlon(x[where], y[where])
+    survey = Soundings(latitude, longitude, heights, "EPSG:4326", "twice")
+    found = regrid.sample(survey, origin, np.array([3.0, 21.0, 55.0]), np.array([11.0, 38.0]))
+    expected = 0.3 * np.array([3.0, 21.0, 55.0])[:, None] - 0.2 * np.array([11.0, 38.0]) - 20.0
+    np.testing.assert_allclose(found, expected, atol=1e-4)
+
+
+@pytest.mark.parametrize(("lattice", "far"), [(4.0, 40.0), (0.5, 24.0)])
+def test_nodes_are_far_from_soundings_beyond_ten_of_their_distances_or_two_cells(lattice: float, far: float) -> None:
+    """A patch on the ground's corner and one beside it, a tenth of its length off, that counts too; one half of its
+    length off does not.
+    """
+    origin, ground = GeoOrigin(45.0, 13.0), HeightField(-20.0, 10.0, 12.0, np.zeros((16, 6)))  # 180 m by 60 m
+    patch = np.stack(np.meshgrid(np.arange(9), np.arange(7)), axis=-1).reshape(-1, 2) * lattice
+    counted = np.concatenate([patch + [-18.0, 11.0], patch + [120.0, 88.0]])
+    x, y = np.concatenate([counted, patch + [60.0, 160.0]]).T
+    survey = Soundings(*origin.to_latlon(x, y), 0 * x, "EPSG:4326", "patches")
+    nodes = np.stack(np.meshgrid(ground.x, ground.y), axis=-1).reshape(-1, 1, 2)
+    ways = np.linalg.norm(nodes - counted, axis=-1).min(axis=1)
+    number, said = regrid.far_from_soundings(survey, origin, ground)
+    assert said == pytest.approx(far, rel=1e-5)
+    assert number == (ways > far).sum() > 0
+    assert (ways < far).sum() > 5
+    assert regrid.usual_distance(survey, origin, ground) == pytest.approx(lattice, rel=1e-5)
+
+
 def test_lookup_is_linear_between_entries_and_held_at_both_ends() -> None:
     table = jit.Float64([2.0, -1.0, 5.0, 11.0])
     at = jit.Float64([-3.0, 0.0, 0.25, 1.5, 2.75, 3.0, 9.0])
