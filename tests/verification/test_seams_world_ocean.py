@@ -108,8 +108,8 @@ def test_nodes_are_far_from_soundings_beyond_ten_of_their_distances_or_two_cells
     """
     origin, ground = GeoOrigin(45.0, 13.0), HeightField(-20.0, 10.0, 12.0, np.zeros((16, 6)))  # 180 m by 60 m
     patch = np.stack(np.meshgrid(np.arange(9), np.arange(7)), axis=-1).reshape(-1, 2) * lattice
-    counted = np.concatenate([patch + [-18.0, 11.0], patch + [120.0, 88.0]])
-    x, y = np.concatenate([counted, patch + [60.0, 160.0]]).T
+    counted = np.concatenate([patch + np.array([-18.0, 11.0]), patch + np.array([120.0, 88.0])])
+    x, y = np.concatenate([counted, patch + np.array([60.0, 160.0])]).T
     survey = Soundings(*origin.to_latlon(x, y), 0 * x, "EPSG:4326", "patches")
     nodes = np.stack(np.meshgrid(ground.x, ground.y), axis=-1).reshape(-1, 1, 2)
     ways = np.linalg.norm(nodes - counted, axis=-1).min(axis=1)

@@ -78,8 +78,7 @@ class TestAssumedSoundSpeed:
         cells = [
             Adcp(
                 AdcpConfig(cells=4, noise_mps=0.0, sound_speed_mps=a), context([plane(-30.0)], ocean=still_water(WATER))
-            )
-            .sense(at(0, 0, 0, **motion))
+            ).sense(at(0, 0, 0, **motion))
             for a in (None, ASSUMED)
         ]
         assert cells[1].data == pytest.approx(cells[0].data * ASSUMED / WATER, rel=1e-5)
