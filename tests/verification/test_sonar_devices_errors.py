@@ -77,11 +77,12 @@ class TestAssumedSoundSpeed:
         assert readings[1].data == pytest.approx(readings[0].data * ASSUMED / WATER, rel=1e-5)
         cells = [
             Adcp(
-                AdcpConfig(cells=4, noise_mps=0.0, sound_speed_mps=a), context([plane(-30.0)], ocean=still_water(WATER))
+                AdcpConfig(cells=4, noise_mps=0.0, sound_speed_mps=a), context([plane(-5.3)], ocean=still_water(WATER))
             ).sense(at(0, 0, 0, **motion))
             for a in (None, ASSUMED)
         ]
         assert cells[1].data == pytest.approx(cells[0].data * ASSUMED / WATER, rel=1e-5)
+        assert np.isfinite(cells[0].extras["ranges"]).all()
         assert cells[1].extras["ranges"] == pytest.approx(cells[0].extras["ranges"] * ASSUMED / WATER, rel=1e-5)
 
 
