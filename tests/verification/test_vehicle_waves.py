@@ -6,6 +6,7 @@ import math
 from types import SimpleNamespace
 from typing import Any
 
+import drjit as dr
 import numpy as np
 import pytest
 
@@ -152,6 +153,13 @@ def number(value: Any) -> float:
     return float(np.array(jit.Float64(value))[0])
 
 
+def numbers(values: Any) -> np.ndarray:
+    """Of one lane, by one kernel."""
+    made = [jit.Float64(v) for v in values]
+    dr.eval(made)
+    return np.array([number(v) for v in made])
+
+
 @pytest.mark.parametrize("heading_deg", [0.0, 50.0, -110.0])
 @pytest.mark.parametrize("seakeeping", ["slope", "pressure"])
 def test_what_floats_lies_in_an_oblique_wave_as_its_slope_does(seakeeping: str, heading_deg: float) -> None:
@@ -226,7 +234,7 @@ def test_speed_ahead_through_the_water_is_that_of_both(heading_deg: float) -> No
 HULL = {"length_m": 6.0, "beam_m": 2.4, "freeboard_m": 0.8}
 
 
-def hulls(*parts: dict[str, Any]) -> Any:
+def hulls(*parts: dict[str, Any], **afloat: Any) -> Any:
     """Seakeeping of boxes that weigh 7200 kg together, in water of 1000 kg/m^3."""
     mass = 7200.0
     return pl.Vehicle.from_dict({
@@ -234,7 +242,7 @@ def hulls(*parts: dict[str, Any]) -> Any:
         "mass": {"type": "explicit", "mass_kg": mass, "inertia_kg_m2": [0.6 * mass, 3 * mass, 3 * mass]},
         "added_mass": {"type": "none"},
         "terms": {"hydrostatics": {"type": "hydrostatic", "heave_n_m": 1.4e5, "roll_n_m": 3e4, "pitch_n_m": 4e5}},
-        "modes": {"actuators": {"type": "actuators"}}, "default_mode": "actuators", "afloat": {"hulls": list(parts)},
+        "modes": {"actuators": {"type": "actuators"}}, "default_mode": "actuators", "afloat": {"hulls": list(parts), **afloat},
     }).model.sea  # fmt: skip
 
 
@@ -283,11 +291,20 @@ def test_the_surface_across_a_hull_is_that_under_its_breadth(twin: bool, side: f
 
 
 @pytest.mark.parametrize("deeper", [0.06, -0.09])
-def test_the_water_of_its_place_and_tide_carries_a_hull(deeper: float) -> None:
-    """W - rho g A (T + z + tide), where a box of 14.4 m^2 draws 0.5 m in water of 1000 kg/m^3, and 7 m north and 4 m
-    west of the origin it is 1026; of waves it has none to speak of, 1e-6 m.
+@pytest.mark.parametrize(
+    ("parts", "area"),
+    [
+        ([HULL], (14.4, 0.0, 0.0)),
+        ([HULL, HULL | {"position_y_m": -1.9, "length_m": 3.0, "position_x_m": 2.0}], (21.6, -13.68, 14.4)),
+    ],
+)
+def test_the_water_of_its_place_and_tide_carries_a_hull(
+    parts: list[dict[str, Any]], area: tuple[float, float, float], deeper: float
+) -> None:
+    """-g A (rho (T + z + tide) - 1000 T) and its moments by the first moments of the area: boxes draw T in water of
+    1000 kg/m^3, and 7 m north and 4 m west of the origin it is 1026; of waves they have none to speak of, 1e-6 m.
     """
-    sea = hulls(HULL)
+    sea = hulls(*parts)
     wave = {"type": "regular", "height_m": 2e-6, "period_s": 8.0}
     waves = build_ocean(OceanConfig.model_validate({"waves": [wave]}))
     ocean = SimpleNamespace(
@@ -298,5 +315,59 @@ def test_the_water_of_its_place_and_tide_carries_a_hull(deeper: float) -> None:
     level = [[one, zero, zero], [zero, one, zero], [zero, zero, one]]
     position = [jit.Float64(v) for v in (7.0, -4.0, -0.8 + deeper)]
     found = sea.load(ocean, sea.waves(ocean, position, level, zero), position, level, [zero] * 6, zero, sea.table())
-    down = sea.weight - 1026 * sea.gravity * 14.4 * (0.5 + deeper)
-    assert [number(v) for v in found] == pytest.approx([0, 0, down, 0, 0, 0], abs=2.0)
+    whole, y, x = area
+    draught = 7.2 / whole
+    push = -sea.gravity * (1026 * (draught + deeper) - 1000 * draught)
+    assert numbers(found) == pytest.approx([0, 0, push * whole, push * y, -push * x, 0], abs=2.0)
+
+
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_two_waves_from_abeam_push_and_turn_by_their_envelope_at_the_hull(side: float) -> None:
+    """Where D is the same at all frequencies, Newman's force is rho D (a^2 + b^2 + 2 a b cos(p - q)) with the phases p
+    and q at the hull's place; from port waves push to starboard and turn the bow by the yaw that is given, from
+    starboard the other way.
+    """
+    push = [[[7.0, 0.0, 0.0], [0.0, 12.0, -5.0], [-9.0, 0.0, 0.0]]] * 2
+    drift = {"omega_radps": [0.5, 2.0], "heading_deg": [0.0, 90.0, 180.0], "force": push}
+    zero, t = jit.Float64(0.0), 4.3
+    sizes, periods, phases = np.array([0.3, 0.2]), np.array([5.0, 5.9]), np.array([20.0, -65.0])
+    parts = [{"type": "regular", "height_m": 2 * a, "period_s": p, "towards_deg": 30.0 + 90.0 * side, "phase_deg": f}
+             for a, p, f in zip(sizes, periods, phases, strict=True)]  # fmt: skip
+    waves = build_ocean(OceanConfig.model_validate({"waves": parts}))
+    ocean = SimpleNamespace(density=lambda place, t: 1000.0 + 0 * place[0], tide=None, sea=waves.sea)
+    heading, one = math.radians(30.0), jit.Float64(1.0)
+    c, s = math.cos(heading) * one, math.sin(heading) * one
+    level, position = [[c, -s, zero], [s, c, zero], [zero, zero, one]], [37.0 * one, -22.0 * one, zero]
+    loads = []
+    for sea in (hulls(HULL, drift=drift), hulls(HULL)):
+        met = sea.waves(ocean, position, level, t * one)
+        load = sea.load(ocean, met, position, level, [zero] * 6, t * one, sea.table())
+        loads.append(numbers(load))
+    w, towards = 2 * math.pi / periods, math.radians(30.0 + 90.0 * side)
+    along = 37.0 * math.cos(towards) - 22.0 * math.sin(towards)
+    p, q = w * w / GRAVITY * along - w * t + np.radians(phases)
+    envelope = np.sum(sizes**2) + 2 * sizes.prod() * math.cos(p - q)
+    expected = 1000.0 * envelope * side * np.array([0.0, 12.0, 0.0, 0.0, 0.0, -5.0])
+    assert 0.02 < envelope < 0.2
+    assert loads[0] - loads[1] == pytest.approx(expected, abs=0.5)
+
+
+def test_a_wave_loads_a_ship_where_it_is_as_it_did_another_when_it_was_there() -> None:
+    """A regular wave at a place s along its way is the one of the origin s k / w earlier: pressure, drift, scattering."""
+    w, towards, psi = 2 * math.pi / 9.0, math.radians(200.0), math.radians(50.0)
+    late = w / GRAVITY * (37.0 * math.cos(towards) - 22.0 * math.sin(towards))
+    rigid = Rigid(
+        [jit.Float64(v) for v in ([37.0, 0.0], [-22.0, 0.0], [0.3, 0.3])],
+        jit.Array4f64(*(jit.Float64([v, v]) for v in (math.cos(psi / 2), 0.0, 0.0, math.sin(psi / 2)))),
+        [jit.Float64([v, v]) for v in (3.1, -0.3, 0.2, 0.01, 0.02, -0.01)],
+    )
+    wave = {"type": "regular", "height_m": 2.0, "period_s": 9.0, "towards_deg": 200.0, "phase_deg": 25.0}
+    ocean = build_ocean(OceanConfig.model_validate({"waves": [wave]}))
+    ship = pl.Vehicle.from_dict({"type": "mariner", "variant": "strips"})
+    flow = ship.flow(rigid, ocean, jit.Float64([4.0, 4.0 - late]))
+    assert flow.seaway is not None
+    dr.eval(flow.seaway.load)
+    for load in flow.seaway.load:
+        here, there = np.array(load)
+        assert here == pytest.approx(there, rel=1e-6)
+        assert abs(here) > 1e3
