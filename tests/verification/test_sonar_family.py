@@ -33,7 +33,9 @@ DEEP = -200.0  # keeps the sea surface out of the picture
 
 @dataclass
 class SlantedWater(StillWater):
-    """Water whose current changes linearly about a place: u + G (p - p0); a Dr.Jit struct."""
+    """Water whose current changes linearly about a place, u + G (p - p0), and north by 3 m/s in a second; a Dr.Jit
+    struct.
+    """
 
     u: Any
     v: Any
@@ -54,7 +56,7 @@ class SlantedWater(StillWater):
     def current(self, position: Any, t: Any, copy: Any = None) -> Any:
         x, y, z = position.x - self.x0, position.y - self.y0, position.z - self.z0
         return jit.Array3f64(
-            self.u + self.xx * x + self.xy * y + self.xz * z,
+            self.u + 3.0 * t + self.xx * x + self.xy * y + self.xz * z,
             self.v + self.yx * x + self.yy * y + self.yz * z,
             self.w + self.zx * x + self.zy * y + self.zz * z,
         )
@@ -260,19 +262,50 @@ class TestAdcp:
         yaws = np.array([0.6, -2.1])
         c, s, zero = np.cos(yaws / 2), np.sin(yaws / 2), 0 * yaws
         attitude = np.array([c, zero, zero, s] if down > 0 else [zero, c, s, zero]).T
-        motion = lanes([0], dt_ns=DT_NS, environments=(0, 1), position=start, attitude=attitude, velocity=(0.2, 0.1, 0))
+        motion = lanes([4], dt_ns=DT_NS, environments=(0, 1), position=start, attitude=attitude, velocity=(0.2, 0.1, 0))
         ocean = SlantedWater(*(dr.opaque(jit.Float64, float(v)) for v in (1500, *water, *tensor.ravel(), *start[0])))
         reading = Adcp(config, context([below(90.0)], ocean=ocean, n=2)).sense(motion)
         h = np.array([2.0, 4.0, 6.0, 8.0])
         for lane, yaw in enumerate(yaws):
             c, s = math.cos(yaw), math.sin(yaw)
             turn = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]]) @ np.diag([1.0, down, down])  # from sensor
-            u, v, w = here = turn.T @ (water + tensor @ (start[lane] - start[0])) - np.array([0.2, 0.1, 0.0])
+            u, v, w = here = turn.T @ (water + [0.06, 0.0, 0.0] + tensor @ (start[lane] - start[0])) - np.array(
+                [0.2, 0.1, 0.0]
+            )
             g = turn.T @ tensor @ turn
             beside = 0.5 * (g[0, 0] + g[1, 1]) * math.tan(math.radians(40)) ** 2
             read = [u - h * (g[0, 2] + g[2, 0]), v - h * (g[1, 2] + g[2, 1]), w - h * (g[2, 2] + beside)]
             np.testing.assert_allclose(reading.data[lane], np.array(read).T, atol=1e-6)
             np.testing.assert_allclose(reading.truth[lane], here - h[:, None] * g[:, 2], atol=1e-6)
+
+    @pytest.mark.parametrize("beam", range(4))
+    def test_what_one_beam_meets_drowns_the_water_beyond_for_all(self, beam):
+        """The side lobes of the others hear it too: cells that end beyond its range times cos^2 of the tilt."""
+        config = AdcpConfig(noise_mps=0.0)
+        ball = sphere((np.array([0, 0, DEEP]) + 9.0 * config.beams[beam]).tolist(), 0.6)
+        reading = Adcp(config, context([below(60.0), ball])).sense(at(0, 0, DEEP))
+        ranges = reading.extras["ranges"][0]
+        assert ranges.argmin() == beam
+        assert ranges[beam] == pytest.approx(8.4, abs=0.01)
+        edge = reading.tables["depth"] + 0.5
+        np.testing.assert_array_equal(reading.extras["cell_valid"][0], edge < 8.4 * math.cos(math.radians(20)) ** 2)
+
+    def test_it_measures_nothing_in_the_air(self):
+        s = Adcp(AdcpConfig(noise_mps=0.0, cells=3), context([plane(-90.0)]))
+        for height, wet in ((-0.5, True), (1.0, False)):
+            reading = s.sense(at(0, 0, height))
+            assert (reading.extras["cell_valid"] == wet).all()
+            assert (np.isfinite(reading.data) == wet).all()
+
+    def test_cells_end_before_the_next_ping_comes_along_the_beams(self):
+        """100.5 m deep, 106.9 m along beams of 20 deg: 1400 m/s leave 100 m to 7 pings a second, 107.7 m to 6.5."""
+        AdcpConfig(cells=10, cell_m=10.0, rate_hz=6.5)
+        with pytest.raises(ValidationError, match=r"reach 106\.9 m along the beams.*7 pings a second: at most 100 m"):
+            AdcpConfig(cells=10, cell_m=10.0, rate_hz=7)
+
+    def test_beams_a_turn_apart_are_one(self):
+        with pytest.raises(ValidationError, match="four different directions"):
+            AdcpConfig(beam_azimuth_deg=(45.0, 135.0, -135.0, 405.0))
 
     def test_water_track_of_the_dvl(self):
         config = DvlConfig(water_layer_m=3.0, noise_mps=0.0, noise_relative=0.0)

@@ -176,34 +176,40 @@ def test_what_floats_lies_in_an_oblique_wave_as_its_slope_does(seakeeping: str, 
     phase = k * (towards @ [40.0, -25.0, 0.0]) - w * 3.7
     assert number(flow.immersion) == pytest.approx(0.8 + 1.5 * math.cos(phase), abs=1e-3)
     ahead, starboard, _ = -1.5 * k * math.sin(phase) * (turn @ towards)
-    roll, pitch = (number(v) for v in flow.surface)
+    roll, pitch = numbers(flow.surface)
     assert pitch == pytest.approx(math.atan(ahead), rel=1e-3)
     assert roll == pytest.approx(-math.atan(starboard), rel=1e-3)
     current = 0.6 * np.array([math.cos(math.radians(70)), math.sin(math.radians(70)), 0.0])
     water = current + 1.5 * w * (math.cos(phase) * towards - math.sin(phase) * np.array([0.0, 0.0, 1.0]))
     through = np.array([1.1, -0.3, 0.2]) - turn @ water
-    assert [number(v) for v in flow.nu_r[:3]] == pytest.approx(through, abs=5e-3)
+    assert numbers(flow.nu_r[:3]) == pytest.approx(through, abs=5e-3)
+    if (
+        seakeeping == "pressure"
+    ):  # as a sheet the water nods with its slope and turns by the change of its sideways motion
+        across = turn @ towards
+        nods = 1.5 * k * w * math.cos(phase) * np.array([-across[1], across[0], 0.0])
+        nods[2] = -1.5 * k * w * math.sin(phase) * across[0] * across[1]
+        assert flow.seaway is not None
+        assert numbers(flow.seaway.velocity[3:]) == pytest.approx(-nods, abs=1e-2 * np.abs(nods).max())
     if seakeeping == "slope":  # a pressed hull has the water's acceleration in its load
         assert flow.water_acceleration is not None
         rate = 1.5 * w * w * math.sin(phase) * (turn @ towards)
-        assert [number(v) for v in flow.water_acceleration[:3]] == pytest.approx(
-            [*rate[:2], 0.0], abs=0.05 * abs(rate).max()
-        )
+        assert numbers(flow.water_acceleration[:3]) == pytest.approx([*rate[:2], 0.0], abs=0.05 * abs(rate).max())
 
 
 @pytest.mark.parametrize("heading_deg", [0.0, 50.0, -110.0])
 def test_wind_blows_over_a_craft_in_its_own_axes(heading_deg: float) -> None:
     """7 m/s from 310 deg, 10 m up; gusts are those of the moment, at the height that is asked for."""
     flow, turn = afloat_at(heading_deg, {"type": "otter"}, waves=[], wind={"speed_mps": 7.0, "from_deg": -50.0})
-    found = [number(v) for v in flow.air(jit.Float64(10.0))]
+    found = numbers(flow.air(jit.Float64(10.0)))
     expected = turn @ (7.0 * np.array([math.cos(math.radians(130)), math.sin(math.radians(130)), 0.0]))
     assert found == pytest.approx(expected, abs=1e-9)
     gusty = {"speed_mps": 7.0, "from_deg": -50.0, "gusts": 1.0}
     flow, _ = afloat_at(heading_deg, {"type": "otter"}, waves=[], wind=gusty)
     place = jit.Array3f64(*(jit.Float64(v) for v in (0.0, 0.0, 3.0)))
     north, west, up = build_ocean(OceanConfig.model_validate({"wind": gusty})).wind(place, jit.Float64(3.7))
-    expected = turn @ [number(v) for v in (north, -west, -up)]
-    assert [number(v) for v in flow.air(jit.Float64(3.0))] == pytest.approx(expected, abs=1e-9)
+    expected = turn @ numbers([north, -west, -up])
+    assert numbers(flow.air(jit.Float64(3.0))) == pytest.approx(expected, abs=1e-9)
 
 
 @pytest.mark.parametrize("vehicle", ["otter", "remus100"])
@@ -220,6 +226,22 @@ def test_a_vehicle_is_as_heavy_as_the_water_at_its_place() -> None:
     salt = [{"type": "uniform", "value": 30.0}, {"type": "gradient", "per_m": 0.05, "towards_deg": -90.0}]
     flow, _ = afloat_at(50.0, {"type": "otter"}, waves=[], temperature_c=10.0, salinity=salt)
     assert number(flow.heaviness) == pytest.approx(1 + 0.77 * 1.25 / 1023.1, abs=2e-5)
+
+
+@pytest.mark.parametrize("heading_deg", [50.0, -110.0])
+def test_what_current_and_waves_turn_along_a_hull_adds_up(heading_deg: float) -> None:
+    """In the core of a vortex of Lamb and Oseen water turns by 1.2564 / (1 - exp(-1.2564)) = 1.7564 times V / R to
+    port: to it a hull at rest turns to starboard. Waves of 39 m turn the line of water along it in pitch and yaw.
+    """
+    eddy = [{"type": "vortex", "radius_m": 60.0, "speed_mps": 2.0, "center_m": [40.0, 25.0]}]
+    short = [{"type": "regular", "height_m": 1.0, "period_s": 5.0, "towards_deg": 200.0}]
+    both, still, alone = (
+        numbers(afloat_at(heading_deg, {"type": "remus100"}, waves=w, currents=c)[0].nu_r[3:])
+        for w, c in ((short, eddy), ([], eddy), (short, []))
+    )
+    assert still == pytest.approx([0, 0, 1.7564 * 2.0 / 60.0], rel=2e-3, abs=1e-6)
+    assert both - still == pytest.approx(alone, abs=1e-9)
+    assert (np.abs(alone[1:]) > 1e-3).all()
 
 
 @pytest.mark.parametrize("heading_deg", [0.0, 50.0, -110.0])
@@ -242,7 +264,8 @@ def hulls(*parts: dict[str, Any], **afloat: Any) -> Any:
         "mass": {"type": "explicit", "mass_kg": mass, "inertia_kg_m2": [0.6 * mass, 3 * mass, 3 * mass]},
         "added_mass": {"type": "none"},
         "terms": {"hydrostatics": {"type": "hydrostatic", "heave_n_m": 1.4e5, "roll_n_m": 3e4, "pitch_n_m": 4e5}},
-        "modes": {"actuators": {"type": "actuators"}}, "default_mode": "actuators", "afloat": {"hulls": list(parts), **afloat},
+        "modes": {"actuators": {"type": "actuators"}}, "default_mode": "actuators",
+        "afloat": {"hulls": list(parts), **afloat},
     }).model.sea  # fmt: skip
 
 
@@ -353,7 +376,7 @@ def test_two_waves_from_abeam_push_and_turn_by_their_envelope_at_the_hull(side: 
 
 
 def test_a_wave_loads_a_ship_where_it_is_as_it_did_another_when_it_was_there() -> None:
-    """A regular wave at a place s along its way is the one of the origin s k / w earlier: pressure, drift, scattering."""
+    """A regular wave at a place s along its way is that of the origin s k / w earlier: pressure, scattering."""
     w, towards, psi = 2 * math.pi / 9.0, math.radians(200.0), math.radians(50.0)
     late = w / GRAVITY * (37.0 * math.cos(towards) - 22.0 * math.sin(towards))
     rigid = Rigid(
