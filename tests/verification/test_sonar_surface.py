@@ -167,6 +167,9 @@ def test_rays_from_above_the_waves_or_downwards_meet_none():
     assert np.isinf(way).all()
     way, _ = meet(waves(), (0.0, 0.0, 1.0), np.array([[0.0, 0.0, 1.0], [0.8, 0.0, 0.6]]))
     assert np.isinf(way).all()
+    trough = math.pi / ((2 * math.pi / 4.5) ** 2 / 9.80665)  # where the surface is at -0.5 m
+    way, _ = meet(waves(), (trough, 0.0, 0.2), np.array([[0.0, 0.0, 1.0], [0.8, 0.0, 0.6]]))
+    assert np.isinf(way).all()
 
 
 def test_only_what_looks_up_needs_the_waves():
