@@ -159,6 +159,13 @@ def test_an_instrument_for_the_water_above_it_is_told():
         pl.Simulation.load(boat("ctd", position_m=[0.2, -0.1, 0.3]))
 
 
+@pytest.mark.parametrize("z", [0.0, -0.1])
+def test_an_instrument_in_the_water_line_or_below_it_is_fine(z):
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        pl.Simulation.load(boat("ctd", position_m=[0.2, -0.1, z]))
+
+
 WATER = ("dvl", "altimeter", "singlebeam", "multibeam", "adcp", "ctd", "current_meter", "modem", "usbl")
 FLOATS = (
     "otter", "wamv", "surface_vessel", "mariner", "kvlcc2", "tanker", "container", "supply", "semisub", "frigate",

@@ -59,10 +59,10 @@ def waves(height=1.0, period=4.5, towards=0.0, **more):
     return build_ocean(OceanConfig(waves=wave, **more))
 
 
-def meet(ocean, position, directions, *, reach=60.0, t=0.0):
+def meet(ocean, position, directions, *, reach=60.0, t=0.0, rough=True):
     """Ways to the surface [m], infinite without, and normals there."""
     place = jit.Array3f64(*(jit.Float64([float(v)]) for v in position))
-    sea = sea_around(ocean, place, jit.Float64(t), reach=reach, waves=True)
+    sea = sea_around(ocean, place, jit.Float64(t), reach=reach, waves=rough)
     count = len(directions)
     d = jit.Array3f(np.ascontiguousarray(directions.T, dtype=np.float32))
     origin = jit.Array3f64(*(jit.Float64(np.full(count, float(v))) for v in position))
@@ -170,6 +170,18 @@ def test_rays_from_above_the_waves_or_downwards_meet_none():
     trough = math.pi / ((2 * math.pi / 4.5) ** 2 / 9.80665)  # where the surface is at -0.5 m
     way, _ = meet(waves(), (trough, 0.0, 0.2), np.array([[0.0, 0.0, 1.0], [0.8, 0.0, 0.6]]))
     assert np.isinf(way).all()
+
+
+@pytest.mark.parametrize("height", [-4.0, 0.3, 1.0])
+def test_rays_meet_a_flat_sea_at_its_tide_from_below_alone(height):
+    """Of a tide of 0.7 m: (0.7 - z) / sin upwards, nothing from the air, level or downwards."""
+    ocean = build_ocean(OceanConfig(tide=[{"amplitude_m": 0.7, "period_h": 12.0, "phase_deg": 0.0}]))
+    rays = np.array([[0.0, 0.0, 1.0], [0.8, 0.0, 0.6], [0.6, 0.8, 0.0], [0.0, -0.6, -0.8]])
+    way, normal = meet(ocean, (3.0, -2.0, height), rays, rough=False)
+    free = [np.inf, np.inf]
+    below = height < 0.7
+    assert way == pytest.approx([0.7 - height, (0.7 - height) / 0.6, *free] if below else free + free, abs=1e-5)
+    assert not below or normal[:2] == pytest.approx(np.array([[0, 0, -1.0]] * 2))
 
 
 def test_only_what_looks_up_needs_the_waves():
