@@ -175,6 +175,8 @@ def test_bloom_spreads_light_and_keeps_it():
     plain, glowing = light(), light(bloom=4.0)
     assert glowing.mean() == pytest.approx(plain.mean(), rel=0.02)  # edges repeat, so a little comes or goes
     assert glowing[:, 85:95].mean() > 1.3 * plain[:, 85:95].mean()
+    twice = light(bloom=8.0)[:, 85:95] - plain[:, 85:95]
+    assert twice == pytest.approx(2 * (glowing - plain)[:, 85:95], abs=3)  # of 65535: each is rounded
 
 
 def test_flare_shows_bright_light_on_the_other_side():

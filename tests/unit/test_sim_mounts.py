@@ -41,6 +41,14 @@ def test_a_mount_inside_another_hull_is_told():
         pl.Simulation.load(scenario((0.0, 0.6, 0.0), second=(0.0, 0.6)))
 
 
+def test_a_mount_inside_a_body_that_moves_by_itself_is_told():
+    path = {"kind": "waypoints", "points_m": [[0.1, 1.2, -5.2], [9.0, 1.2, -5.2]], "speed_mps": 0.5}
+    said = scenario((0.0, 1.2, 0.0))
+    said["world"]["movers"] = [{"name": "crate", "body": "box", "size_m": 1.0, "path": path}]
+    with pytest.warns(MountWarning, match=r"\(0\.00, 1\.20, -5\.00\) m lies inside .*crate"):
+        pl.Simulation.load(said)
+
+
 def test_a_mount_turns_with_its_vehicle():
     """Heading east: forward is -y, and to the left +x."""
     said = scenario((1.0, 0.4, -3.5))
