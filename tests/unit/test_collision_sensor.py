@@ -132,6 +132,18 @@ def test_of_the_contacts_after_a_tick_the_one_of_the_greatest_force_is_told():
     assert (touching.strongest(name, 13) == 0).all()
 
 
+def test_what_touches_the_ground_and_another_feels_both():
+    touching, name = pair_of_three_copies()
+    ground, hit = np.random.default_rng(3).normal(size=(2, 6, 6))
+    still: Any = None
+    touching._touch = {name: SimpleNamespace(wrench=lambda now, free: _wrench(ground))}
+    for more in (ground + hit, ground):
+        meets = [(name, hit)] if more is not ground else []
+        touching._collisions = SimpleNamespace(any=True, wrenches=lambda rows, free, grounds, m=meets: m)
+        felt = touching.act({}, {name: (still, still)})
+        assert pytest.approx(more) == np.concatenate([np.array(part) for part in felt[name]]).T
+
+
 def test_contacts_of_a_second_are_kept():
     touching, name = pair_of_three_copies()
     second = round(1e9 / touching._model.clock.dt_ns)

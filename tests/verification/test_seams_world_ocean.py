@@ -13,7 +13,7 @@ from pelagos.math.lookup import locate, sample
 from pelagos.ocean.config import OceanConfig, build_ocean
 from pelagos.ocean.tide import TideConfig, make_tide
 from pelagos.world.bathymetry import regrid
-from pelagos.world.bathymetry.survey import Soundings
+from pelagos.world.bathymetry.survey import Grid, Soundings
 from pelagos.world.bathymetry.values import upwards
 from pelagos.world.terrain import HeightField
 
@@ -90,15 +90,38 @@ def test_few_soundings_about_a_crop_stay_as_they_are(monkeypatch: pytest.MonkeyP
 def test_soundings_at_one_place_count_as_their_mean() -> None:
     """A plane, each of whose soundings is there twice or three times: d too high, d too low, and as it is."""
     origin = GeoOrigin(45.0, 13.0)
-    x, y = (a.ravel() for a in np.meshgrid(np.arange(8) * 10.0 - 4.0, np.arange(5) * 10.0 + 7.0))
+    x, y = (a.ravel() for a in np.meshgrid(np.arange(8) * 10.0 - 4.0, np.arange(5) * 10.0 - 207.0))
     z, d = 0.3 * x - 0.2 * y - 20.0, 1.0 + 0.05 * x
     where = np.concatenate([np.arange(40), np.arange(40), np.arange(0, 40, 3)])
     heights = np.concatenate([z + d, z - d, z[::3]])
     latitude, longitude = origin.to_latlon(x[where], y[where])
     survey = Soundings(latitude, longitude, heights, "EPSG:4326", "twice")
-    found = regrid.sample(survey, origin, np.array([3.0, 21.0, 55.0]), np.array([11.0, 38.0]))
-    expected = 0.3 * np.array([3.0, 21.0, 55.0])[:, None] - 0.2 * np.array([11.0, 38.0]) - 20.0
+    found = regrid.sample(survey, origin, np.array([3.0, 21.0, 55.0]), np.array([-199.0, -172.0]))
+    expected = 0.3 * np.array([3.0, 21.0, 55.0])[:, None] - 0.2 * np.array([-199.0, -172.0]) - 20.0
     np.testing.assert_allclose(found, expected, atol=1e-4)
+    two = Soundings(*origin.to_latlon(np.array([3.0, 9.0]), np.array([-199.0, -190.0])), z[:2], "EPSG:4326", "two")
+    assert np.isnan(regrid.sample(two, origin, np.array([3.0, 21.0]), np.array([-199.0, -172.0]))).all()
+
+
+@pytest.mark.parametrize(("turn", "sign"), [(0, 1.0), (0, -1.0), (1, 1.0), (1, -1.0)])
+def test_the_extent_of_a_grid_is_that_of_its_sides(turn: int, sign: float) -> None:
+    """In polar stereographic coordinates a rectangle beside the pole comes nearest to it in the middle of a side."""
+    pyproj = pytest.importorskip("pyproj")
+    near, far, half = 1.0e6, 1.2e6, 3.0e5
+    across, along = np.linspace(*sorted((sign * near, sign * far)), 5), np.linspace(-half, half, 7)
+    u, v = (along, across) if turn else (across, along)
+    found = regrid.extent(Grid(u, v, np.zeros((len(u), len(v))), "EPSG:3413", "z"))
+    back = pyproj.Transformer.from_crs("EPSG:3413", "EPSG:4326", always_xy=True)
+    north = back.transform(*((sign * near, 0.0) if turn else (0.0, sign * near)))[1]  # easting first
+    south = back.transform(*((sign * far, half) if turn else (half, sign * far)))[1]
+    assert (found.north, found.south) == pytest.approx((north, south), abs=1e-6)
+    assert found.holds(0.5 * (north + south), found.west)
+
+
+def test_places_on_the_edge_of_an_axis_up_to_rounding_are_on_it() -> None:
+    axis = np.array([0.0, 1.0, 3.0, 7.0])
+    at = np.array([0.0, 7.0, -1e-10, 7.0 + 1e-10, -0.1, 7.1, 2.0, 6.0])
+    np.testing.assert_allclose(regrid.fractional(axis, at), [0.0, 3.0, 0.0, 3.0, -1.0, -1.0, 1.5, 2.75])
 
 
 @pytest.mark.parametrize(("lattice", "far"), [(4.0, 40.0), (0.5, 24.0)])
