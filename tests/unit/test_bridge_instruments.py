@@ -66,6 +66,8 @@ def test_nmea_is_read_by_pynmea2() -> None:
     found = parsed(nmea.vtg(2.5, -10.0))
     assert (float(found.true_track), float(found.spd_over_grnd_kmph)) == (350.0, 9.0)
     assert float(parsed(nmea.hdt(-1.0)).heading) == 359.0
+    near_north = [float(parsed(nmea.hdt(h)).heading) for h in (359.996, -0.004, 359.994, 360.0)]
+    assert near_north == [0.0, 0.0, 359.99, 0.0]
     found = parsed(nmea.dbt(10.0))
     assert (float(found.depth_meters), float(found.depth_feet)) == (10.0, pytest.approx(32.81))
     assert parsed(nmea.dbt(float("nan"))).depth_meters in (None, "")

@@ -94,7 +94,7 @@ def blunt_pairs(added: NDArray[np.float64], size: Sequence[float]) -> tuple[Pair
 def blunt_lift(pairs: Sequence[Pair], nu_r: Vector) -> list[Array]:
     """Wrench (6): at the base, half a length down the flow, -a |u| times the cross-flow there.
 
-    It does no work on the body: the power is -a |u| v_b^2, v_b across the base.
+    It never drives the body: the power is -a |u| v_b^2, v_b across the base.
     """
     wrench: list[Array] = [0.0] * 6
     for i, j, mass, half in pairs:

@@ -40,7 +40,9 @@ def sun_position(moment: datetime, latitude: float, longitude: float) -> tuple[f
 
 
 def refraction(elevation: float) -> float:
-    """By how much the air lifts the sun [rad], standard atmosphere (Michalsky 1988, Eq. for the Almanac)."""
+    """By how much the air lifts the sun [rad], standard atmosphere (Michalsky 1988, Eq. for the Almanac, which holds
+    from -0.56 degrees on); not at all a sun that has set.
+    """
     degrees = math.degrees(elevation)
     if degrees <= -0.56:
         return 0.0

@@ -57,18 +57,18 @@ def rmc(
     """Position, speed and course over ground."""
     return sentence(
         f"{talker}RMC,{_time(at)},A,{_latitude(latitude_deg)},{_longitude(longitude_deg)},{speed_mps / KNOT_MPS:.3f},"
-        f"{course_deg % 360:.2f},{at:%d%m%y},,,A"
+        f"{compass(course_deg)},{at:%d%m%y},,,A"
     )
 
 
 def vtg(speed_mps: float, course_deg: float, *, talker: str = "GP") -> bytes:
     """Course and speed over ground."""
-    return sentence(f"{talker}VTG,{course_deg % 360:.2f},T,,M,{speed_mps / KNOT_MPS:.3f},N,{speed_mps * 3.6:.3f},K,A")
+    return sentence(f"{talker}VTG,{compass(course_deg)},T,,M,{speed_mps / KNOT_MPS:.3f},N,{speed_mps * 3.6:.3f},K,A")
 
 
 def hdt(heading_deg: float, *, talker: str = "HE") -> bytes:
     """True heading."""
-    return sentence(f"{talker}HDT,{heading_deg % 360:.2f},T")
+    return sentence(f"{talker}HDT,{compass(heading_deg)},T")
 
 
 def dbt(depth_m: float | None, *, talker: str = "SD") -> bytes:
@@ -93,6 +93,11 @@ def _latitude(degrees: float) -> str:
 
 def _longitude(degrees: float) -> str:
     return _angle((degrees + 180.0) % 360.0 - 180.0, 3, "EW")
+
+
+def compass(degrees: float) -> str:
+    """A direction from 0.00 to 359.99: rounded before it is turned into that range."""
+    return f"{round(degrees, 2) % 360:.2f}"
 
 
 def _angle(degrees: float, width: int, halves: str) -> str:

@@ -13,7 +13,7 @@ from datetime import datetime
 from typing import Final
 
 from pelagos.bridges.instruments.dvl_velocity import DvlVelocity
-from pelagos.bridges.instruments.nmea import clock
+from pelagos.bridges.instruments.nmea import clock, compass
 
 BAD: Final = -32768
 SHIP_COORDINATES: Final = 0b00010111
@@ -78,7 +78,7 @@ def pd6(dvl: DvlVelocity, epoch: datetime, attitude: Attitude, sound_speed_mps: 
     way = ",".join(f"{d:+012.2f}" for d in made_good.distance_m)
     height = 0.0 if dvl.altitude_m is None else dvl.altitude_m
     lines = [
-        f":SA,{attitude.pitch_deg:+06.2f},{attitude.roll_deg:+06.2f},{attitude.heading_deg % 360:06.2f}",
+        f":SA,{attitude.pitch_deg:+06.2f},{attitude.roll_deg:+06.2f},{compass(attitude.heading_deg):>06}",
         f":TS,{at:%y%m%d%H%M%S}{at.microsecond // 10000:02d},35.0,+15.0,{attitude.depth_m:06.1f},"
         f"{sound_speed_mps:06.1f},  0",
         f":BI,{_mm(y)},{_mm(x)},{_mm(-z)},{_mm(0.0 if dvl.velocity else math.nan)},{flag}",

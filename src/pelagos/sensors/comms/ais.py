@@ -131,7 +131,7 @@ class Ais:
             "lat": float(place[0]),
             "lon": float(place[1]),
             "speed": min(speed, 102.2),
-            "course": math.degrees(math.atan2(-velocity[1], velocity[0])) % 360.0,
+            "course": round(math.degrees(math.atan2(-velocity[1], velocity[0])), 1) % 360.0,  # 360 is none
             "heading": round(math.degrees(math.atan2(-ahead[1], ahead[0])) % 360.0) % 360,
             "accuracy": 1,
             "second": _NO_SECOND,
