@@ -128,7 +128,7 @@ class Adcp:
     """
 
     TITLE: ClassVar[str] = "acoustic Doppler current profiler: water velocity by depth cell"
-    KERNELS: ClassVar[int] = 10
+    KERNELS: ClassVar[int] = 12
     CASTS: ClassVar[int] = 1
     MAY_LACK: ClassVar[bool] = True
     Config: ClassVar[type[SensorConfig]] = AdcpConfig
@@ -214,32 +214,30 @@ def profile(
     lane = dr.arange(jit.UInt32, rows * config.cells)
     row, cell = lane // config.cells, lane % config.cells
 
-    def spread(kind: Any, value: Array) -> Array:
-        return dr.gather(kind, value + dr.zeros(kind, rows), row)
-
+    wet = jit.Bool(True) if lanes.wet is None else lanes.wet
+    assumed = jit.Float64(1.0)
+    if config.sound_speed_mps is not None:
+        assumed = config.sound_speed_mps / jit.Float64(lanes.medium.sound_speed)
+    seconds = jit.Float64(motion.t_ns) * 1e-9
+    doubles = [v + dr.zeros(jit.Float64, rows) for v in (*lanes.position, *lanes.attitude, *velocity, seconds, assumed)]
+    words = [v + dr.zeros(jit.UInt32, rows) for v in (motion.copy, motion.environment, motion.tick)]
+    floats = [r + dr.zeros(jit.Float, rows) for r in (*ranges, dr.select(wet, jit.Float(1), 0.0))]
+    dr.eval(doubles, words, floats)  # all at once: a gather would compute each by itself
+    x, y, z, *turn, forward, left, up, t, assumed = (dr.gather(jit.Float64, v, row) for v in doubles)
+    copy, environment, tick = (dr.gather(jit.UInt32, v, row) for v in words)
+    *free, in_water = (dr.gather(jit.Float, v, row) for v in floats)
+    place, attitude, sensor_moves = jit.Array3f64(x, y, z), jit.Array4f64(*turn), jit.Array3f64(forward, left, up)
     depth = config.blank_m + (jit.Float64(cell) + 0.5) * config.cell_m
     reach = jit.Float((depth + 0.5 * config.cell_m) / tilt)
-    place, sensor_moves = (
-        jit.Array3f64(*(spread(jit.Float64, part) for part in vector)) for vector in (lanes.position, velocity)
-    )
-    attitude = jit.Array4f64(*(spread(jit.Float64, part) for part in lanes.attitude))
-    t, copy = spread(jit.Float64, jit.Float64(motion.t_ns) * 1e-9), spread(jit.UInt32, motion.copy)
-    noise = normals64_from(
-        key, spread(jit.UInt32, motion.environment), spread(jit.UInt32, motion.tick), 2 * cell, len(config.beams)
-    )
-    free = [spread(jit.Float, r) for r in ranges]
+    noise = normals64_from(key, environment, tick, 2 * cell, len(config.beams))
     nearest = dr.minimum(dr.minimum(free[0], free[1]), dr.minimum(free[2], free[3]))
-    wet = jit.Bool(True) if lanes.wet is None else spread(jit.UInt32, dr.select(lanes.wet, jit.UInt32(1), 0)) == 1
     speeds, valid = [], []
     for b, axis in enumerate(config.beams.tolist()):
         there = place + rotate(attitude, jit.Array3f64(*axis)) * (depth / tilt)
         water = rotate_back(attitude, ocean.current(there, t, copy)) - sensor_moves
         speeds.append(water.x * axis[0] + water.y * axis[1] + water.z * axis[2] + sigma * noise[b])
-        valid.append((free[b] > reach) & (nearest * tilt > reach) & wet)
-    if config.sound_speed_mps is not None:
-        assumed = spread(jit.Float64, config.sound_speed_mps / jit.Float64(lanes.medium.sound_speed))
-        speeds = [speed * assumed for speed in speeds]
-    data, solved = velocity_from_beams(speeds, valid, config.beams)
+        valid.append((free[b] > reach) & (nearest * tilt > reach) & (in_water > 0.5))
+    data, solved = velocity_from_beams([speed * assumed for speed in speeds], valid, config.beams)
     middle = place + rotate(attitude, jit.Array3f64(0.0, 0.0, -depth))
     truth = rotate_back(attitude, ocean.current(middle, t, copy)) - sensor_moves
     parts = [*data, *truth, dr.select(solved, jit.Float64(1), 0.0)]
