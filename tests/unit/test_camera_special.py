@@ -90,7 +90,7 @@ def test_a_moving_edge_makes_events_of_one_sign_where_it_passes(speed):
 
 
 def test_events_come_when_a_steady_change_crosses_each_threshold():
-    """Event k of a pixel that began a part p of a threshold c towards the first comes at (k + 1 - p) c/|change| of it."""
+    """Event k of a pixel that began a part p of a threshold c ahead: (k + 1 - p) c/|change| of a sample has passed."""
     config = EventCameraConfig(threshold=0.2, rate_hz=10.0, threshold_mismatch=0.0)
     count, change, phase = (np.zeros((1, 2, 3)) for _ in range(3))
     count[0, 0, 1], change[0, 0, 1], phase[0, 0, 1] = 3, 0.5, 0.7
