@@ -39,7 +39,7 @@ OTHERWISE: dict[str, list[dict[str, Any]]] = {
          "iq": True},
         {"painted_noise": {"onto": "level", "additive": 0.1, "multiplicative": 0.2, "range_m": 0.1}},
     ],
-    "incidence_sonar": [{"cone": True, "vertical_aperture_deg": 50.0, "bins": 64, "range_max_m": 12.0}],
+    "incidence_sonar": [{"cone": True, "beams": 1, "horizontal_aperture_deg": 50.0, "bins": 64, "range_max_m": 12.0}],
     "profiling_sonar": [PING | {"beamwidth_deg": 2.3}],
     "singlebeam": [PING | {"beamwidth_deg": 17.0, "orientation_deg": [3.0, 55.0, -40.0]}, {"iq": True}],
     "sidescan": [PING | {"depression_deg": 22.0, "vertical_floor_db": -22.0}],
