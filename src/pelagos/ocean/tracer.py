@@ -232,8 +232,8 @@ class GriddedFieldConfig(_Gridded):
     type: Literal["gridded"] = "gridded"
     """The kind of field."""
     quantity: str | None = None
-    """What to look for: temperature, salinity, oxygen, chlorophyll, or the variable's own name; what it is given for
-    where not said, in `tracers` the tracer's name."""
+    """Quantity to read: temperature, salinity, oxygen, chlorophyll, or the variable's own name; where not given, that
+    which the field is given for, in `tracers` the tracer's name."""
     variable: str | None = None
     """Name of the variable in the file; found by its standard name where not given."""
 

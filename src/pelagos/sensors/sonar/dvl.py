@@ -226,15 +226,14 @@ class Dvl:
             beam_echo(dr.width(lanes.position), b, hits.valid, hits.t, section, ground, config.beams[b])
             for b in range(4)
         ]
+        first = dr.arange(jit.UInt32, dr.width(lanes.position)) * (4 * _RAYS)
         if config.bed_grain_mm is not None:
-            first = dr.arange(jit.UInt32, dr.width(lanes.position)) * (4 * _RAYS)
             grounds = [dr.gather(jit.UInt32, hits.label, first + b * _RAYS) == _GROUND for b in range(4)]
             beams = [
                 (*echo[:3], echo[3] + dr.select(bed, carried_bed(config, lanes, b, echo[1], motion, ocean), 0.0))
                 for b, (echo, bed) in enumerate(zip(beams, grounds, strict=True))
             ]
         found = bottom_track(config, beams, velocity, motion, lanes.medium, ping.key, trace)
-        first = dr.arange(jit.UInt32, dr.width(lanes.position)) * (4 * _RAYS)
         for name, met in (("label", hits.label), ("instance", hits.instance)):
             found[name] = [dr.gather(jit.UInt32, met, first + b * _RAYS) for b in range(4)]
         if config.water_layer_m is not None:
