@@ -25,7 +25,10 @@ CPU_SECONDS = 400
 ADDRESS_BYTES = 12 << 30
 """Of one trial: a mistake may lift the limit of what a scenario may take."""
 
-PRELOADED = ("numpy", "scipy.signal", "pydantic", "yaml", "trimesh", "matplotlib", "pytest", "mcap", "rosbags")
+PRELOADED = (
+    "numpy", "scipy.signal", "pydantic", "yaml", "trimesh", "matplotlib", "pytest", "mcap", "rosbags", "hypothesis",
+    "hypothesis.extra.numpy", "gsw", "pyais", "pymavlink.mavutil",
+)  # fmt: skip
 """Packages that a trial finds loaded already. Nothing of Pelagos, and nothing that starts threads."""
 
 
@@ -115,6 +118,7 @@ def start(mutant: Mutant | None, tests: Sequence[str], log: Path) -> int:
         os.chdir(ROOT)
         first = FirstFailure()
         options = ["-x", "-q", "-p", "no:cacheprovider", "-p", "no:xdist", "--tb=line", "-m", "not slow"]
+        options += ["-W", "ignore::pytest.PytestAssertRewriteWarning"]  # hypothesis is loaded before
         code = int(pytest.main([*options, *tests], plugins=[first]))
         print(f"\n{first.node}")
     except BaseException:  # the child may not return into the parent's loop, whatever happens

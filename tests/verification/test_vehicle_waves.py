@@ -134,11 +134,11 @@ def test_a_tanker_in_a_moderate_sea_goes_as_in_calm_water():
 TILTED = {"type": "regular", "height_m": 3.0, "period_s": 14.0, "towards_deg": 200.0}  # 306 m long
 
 
-def afloat_at(heading_deg: float, vehicle: Any, **ocean: Any) -> tuple[Any, np.ndarray]:
+def afloat_at(heading_deg: float, vehicle: Any, depth_m: float = 0.0, **ocean: Any) -> tuple[Any, np.ndarray]:
     """The flow around a craft at north 40 m, east -25 m, 3.7 s; and `(3, 3)` NED -> FRD."""
     psi, t = math.radians(heading_deg), jit.Float64(3.7)
     rigid = Rigid(
-        [jit.Float64(v) for v in (40.0, -25.0, 0.0)],
+        [jit.Float64(v) for v in (40.0, -25.0, depth_m)],
         jit.Array4f64(*(jit.Float64(v) for v in (math.cos(psi / 2), 0.0, 0.0, math.sin(psi / 2)))),
         [jit.Float64(v) for v in (1.1, -0.3, 0.2, 0.0, 0.0, 0.0)],
     )
@@ -210,6 +210,16 @@ def test_wind_blows_over_a_craft_in_its_own_axes(heading_deg: float) -> None:
     north, west, up = build_ocean(OceanConfig.model_validate({"wind": gusty})).wind(place, jit.Float64(3.7))
     expected = turn @ numbers([north, -west, -up])
     assert numbers(flow.air(jit.Float64(3.0))) == pytest.approx(expected, abs=1e-9)
+
+
+@pytest.mark.parametrize(("heading_deg", "depth_m"), [(50.0, -30.0), (-110.0, -4.0)])
+def test_what_flies_is_carried_by_the_wind_at_its_height(heading_deg: float, depth_m: float) -> None:
+    """ISO 19901-1, A.7: 8 m/s at 10 m grow by 5.73 % sqrt(1 + 0.15 * 8) with the logarithm of height over 10 m."""
+    wind = {"speed_mps": 8.0, "from_deg": -50.0}
+    flow, turn = afloat_at(heading_deg, {"type": "quadrotor"}, waves=[], wind=wind, depth_m=depth_m)
+    speed = 8.0 * (1 + 5.73e-2 * math.sqrt(1 + 0.15 * 8.0) * math.log(-depth_m / 10.0))
+    air = turn @ (speed * np.array([math.cos(math.radians(130)), math.sin(math.radians(130)), 0.0]))
+    assert numbers(flow.nu_r[:3]) == pytest.approx(np.array([1.1, -0.3, 0.2]) - air, abs=1e-6)
 
 
 @pytest.mark.parametrize("vehicle", ["otter", "remus100"])
