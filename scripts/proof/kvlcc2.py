@@ -52,7 +52,9 @@ def screw() -> list[float]:
 
 
 def drift_coefficients() -> dict[str, float]:
-    """Y and N over the drift, linear and cubic, of HMRI's model, helm amidships: less what its rudder makes."""
+    """Y and N over the drift, linear and cubic, of HMRI's model, helm amidships, less what its rudder makes: the
+    variant's.
+    """
     t = table("kvlcc2_drift.csv")
     part = Vehicle.from_catalogue("kvlcc2").config.actuators["rudder"]
     v = -np.sin(np.radians(t["drift_deg"]))
@@ -73,8 +75,8 @@ def model(
 ) -> dict[str, Any]:
     """The catalogue's ship in the size of a run's record, full for MARIN's, 1/45.7 for HSVA's, with the models' screw.
 
-    Resistance is what the approach says: at its speed these revolutions hold it. With `drift` the hull has
-    `drift_coefficients`.
+    Resistance is what the approach says: at its speed these revolutions hold it. With `drift` it is the variant by
+    drift tests.
     """
     kept = Vehicle.from_catalogue("kvlcc2").config.model_dump(mode="python")
     k, density = (SCALE, 1000.0) if run < 3 else (1.0, 1025.0)
@@ -91,14 +93,14 @@ def model(
         "draught_m": draught, "service_speed_m_s": approach, "revolutions_hz": revolutions, "diameter_m": diameter,
         "wake_fraction": MODEL_WAKE, "rudder_area_m2": part["rudder_area_m2"] / k**2,
         "rudder_height_m": part["rudder_height_m"] / k, "thrust_coefficients": [k0, k1, k2],
-        "hull": {"R0": resistance, **(drift_coefficients() if drift else {})},
+        "hull": {"R0": resistance},
         "time_constant_s": _LAG_S * (SCALE / k) ** 0.5,
         "rate_deg_s": 15.8 if steered else 1000.0,
     }  # fmt: skip
     size = [k**-3] * 3 + [k**-5] * 3
     return {
-        "type": "kvlcc2", "density_kg_m3": density, "length_m": length, "beam_m": kept["beam_m"] / k,
-        "height_m": kept["height_m"] / k,
+        "type": "kvlcc2", **({"variant": "drift_tests"} if drift else {}), "density_kg_m3": density,
+        "length_m": length, "beam_m": kept["beam_m"] / k, "height_m": kept["height_m"] / k,
         "mass": {"mass_kg": mass["mass_kg"] * share / k**3,
                  "inertia_kg_m2": [x * share / k**5 for x in mass["inertia_kg_m2"]],
                  "center_of_gravity_m": [x / k for x in mass["center_of_gravity_m"]]},
@@ -295,6 +297,6 @@ With the published coefficients all overshoots are too small, first by 1.4 to 2.
 that hull is too stable on its course. HMRI's drift tests say why: Y'v is -0.274 (published: -0.315), N'v -0.145
 (-0.137). With them first overshoots are within 2.2 deg on either side and second ones within 1.6 deg. By recorded
 rudder an error of a degree grows, as it must for a ship that is unstable on its course, to 2 to 6 deg until the
-second reversal. The catalogue keeps the published set, which is one consistent whole. Circles are compared with the
-nearer end of the span.
+second reversal. The catalogue keeps the published set, which is one consistent whole; `variant: drift_tests` has the
+other. Circles are compared with the nearer end of the span.
 """

@@ -22,6 +22,7 @@ from pelagos.cli.manoeuvre import show_manoeuvre
 from pelagos.config import registry
 from pelagos.config.loader import load_scenario
 from pelagos.config.strict import Strict
+from pelagos.errors import InputError, PelagosError
 from pelagos.manoeuvres.orders import Orders
 from shown import digest, parts
 
@@ -199,6 +200,20 @@ def test_a_picture_of_a_manoeuvre(tmp_path: Path, capsys: pytest.CaptureFixture[
     told = json.loads(capsys.readouterr().out)
     assert (tmp_path / "it.png").read_bytes().startswith(b"\x89PNG")
     check("commands", "bollard", parts("told", told))
+
+
+def test_a_manoeuvre_of_another_parameter_set(capsys: pytest.CaptureFixture[str]) -> None:
+    """By HMRI's drift tests the tanker turns wider: MARIN's model had 3.1 to 3.4 L."""
+    widths = []
+    for variant in (None, "drift_tests"):
+        show_manoeuvre("kvlcc2", "turning", Orders(rudder_deg=35.0), out=None, as_json=True, variant=variant)
+        measures = json.loads(capsys.readouterr().out)["measures"]
+        widths.append(next(m["value"] for m in measures if m["name"] == "tactical diameter"))
+    assert widths == pytest.approx([3.02, 3.24], abs=0.01)
+    with pytest.raises(PelagosError, match=r"variant 'drift_test' is none of .*did you mean 'drift_tests'"):
+        show_manoeuvre("kvlcc2", "turning", Orders(), out=None, as_json=True, variant="drift_test")
+    with pytest.raises(InputError, match=r"--variant shallow: is for vehicles of the catalogue"):
+        show_manoeuvre("ship.yaml", "turning", Orders(), out=None, as_json=True, variant="shallow")
 
 
 def test_recordings(small: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -14,6 +14,8 @@ from pathlib import Path
 
 import pytest
 
+import pelagos as pl
+
 ROOT = Path(__file__).parents[2]
 SCRIPT = ROOT / "scripts/proof"
 
@@ -99,6 +101,8 @@ def test_drift_tests_of_the_tanker_less_its_rudder(chapter):
     found = importlib.import_module("kvlcc2").drift_coefficients()
     sys.path.remove(str(SCRIPT))
     assert found == pytest.approx({"Yv": -0.274, "Yvvv": -1.487, "Nv": -0.1453, "Nvvv": 0.294}, rel=0.01)
+    hull = pl.Vehicle.from_dict({"type": "kvlcc2", "variant": "drift_tests"}).config.actuators["rudder"].hull
+    assert {name: hull[name] for name in found} == pytest.approx(found, rel=1e-4)
 
 
 @pytest.mark.slow  # 60 s

@@ -200,7 +200,8 @@ class Manoeuvre(StrEnum):
 
 @app.command(
     epilog="Examples:\n\n    pelagos manoeuvre mariner turning --out turning.png\n\n"
-    "    pelagos manoeuvre mariner zigzag --rudder 20 --angle 20\n\n    pelagos manoeuvre otter bollard"
+    "    pelagos manoeuvre mariner zigzag --rudder 20 --angle 20\n\n"
+    "    pelagos manoeuvre kvlcc2 zigzag --variant drift_tests"
 )
 def manoeuvre(
     vehicle: Annotated[
@@ -214,6 +215,9 @@ def manoeuvre(
     speed: Annotated[float | None, typer.Option(metavar="M/S", help="Before.", show_default=False)] = None,
     seconds: Annotated[float | None, typer.Option(metavar="S", help="Longest run.", show_default=False)] = None,
     out: Annotated[Path | None, typer.Option(metavar="FILE", help="A picture, .png.", show_default=False)] = None,
+    variant: Annotated[
+        str | None, typer.Option(metavar="NAME", help="Another parameter set of the vehicle.", show_default=False)
+    ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print the numbers as JSON.")] = False,
     trust: Trust = False,
 ) -> None:
@@ -221,7 +225,8 @@ def manoeuvre(
     from pelagos.cli.manoeuvre import show_manoeuvre
     from pelagos.manoeuvres.orders import Orders
 
-    show_manoeuvre(vehicle, which.value, Orders(rudder, angle, speed, seconds), out=out, as_json=as_json, trust=trust)
+    orders = Orders(rudder, angle, speed, seconds)
+    show_manoeuvre(vehicle, which.value, orders, out=out, as_json=as_json, variant=variant, trust=trust)
 
 
 @app.command(epilog="Example:\n\n    pelagos cite examples/harbour_survey.yaml")

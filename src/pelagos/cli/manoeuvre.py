@@ -16,16 +16,23 @@ from pelagos.manoeuvres.trial import run_manoeuvre
 
 
 def show_manoeuvre(
-    vehicle: str, name: str, orders: Orders, *, out: Path | None, as_json: bool, trust: bool = False
+    vehicle: str,
+    name: str,
+    orders: Orders,
+    *,
+    out: Path | None,
+    as_json: bool,
+    variant: str | None = None,
+    trust: bool = False,
 ) -> None:
     """Run it, print its numbers, draw it where `out` names a file.
 
     Raises:
-        InputError: no such vehicle or manoeuvre, or the file cannot be written.
+        InputError: no such vehicle, variant or manoeuvre, or the file cannot be written.
     """
     if out is not None and (out.suffix.lower() != ".png" or not out.parent.is_dir()):
         raise InputError(f"--out {out}: give a file that ends in .png, in a folder that exists")
-    trial = run_manoeuvre(_vehicle(vehicle, trust), name, orders)
+    trial = run_manoeuvre(_vehicle(vehicle, variant, trust), name, orders)
     if as_json:
         rows = [
             {"name": m.name, "value": m.value, "unit": m.unit, "limit": m.limit, "kept": m.kept} for m in trial.measures
@@ -46,8 +53,10 @@ def show_manoeuvre(
         write_whole(out, draw(trial))
 
 
-def _vehicle(given: str, trust: bool) -> dict[str, Any]:
+def _vehicle(given: str, variant: str | None, trust: bool) -> dict[str, Any]:
     if given.endswith((".yaml", ".yml")):
+        if variant is not None:
+            raise InputError(f"--variant {variant}: is for vehicles of the catalogue; write `variant:` into {given}")
         from pelagos.vehicles.vehicle import Vehicle
 
         return Vehicle.from_yaml(given, trust=trust).config.model_dump(mode="json")
@@ -55,4 +64,4 @@ def _vehicle(given: str, trust: bool) -> dict[str, Any]:
 
     if given not in catalogue_names():
         raise LookupFailed("vehicle", given, catalogue_names())
-    return {"type": given}
+    return {"type": given} if variant is None else {"type": given, "variant": variant}
