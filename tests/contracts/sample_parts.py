@@ -89,8 +89,20 @@ SAMPLES: Mapping[str, tuple[tuple[Any, Mapping[str, Any]], ...]] = {
     ),
 }  # fmt: skip
 """By group of kinds: a vehicle of the catalogue, and the part."""
-CHANGED: tuple[tuple[str, Mapping[str, Any]], ...] = (("tanker", {"added_mass": {"water_depth_m": 26.0}}),)
-"""Vehicles of the catalogue where some of their numbers matter that otherwise don't: coefficients of shallow water."""
+ROLLS = {
+    "draught_m": None, "block": None, "midship": None, "keel_length_m": 70.0, "keel_breadth_m": 1.0,
+    "keel_middle_m": 9.0, "sections": {
+        "x_m": [-120.0, -50.0, 40.0, 125.0], "beam_m": [50.0, 58.0, 57.0, 52.0], "draught_m": [20.5, 20.8, 20.7, 20.6],
+        "area_m2": [760.0, 1190.0, 1165.0, 950.0], "bilge_radius_m": [5.0, 3.0, 4.0, 6.0],
+    },
+}  # fmt: skip
+CHANGED: tuple[tuple[str, Mapping[str, Any]], ...] = (
+    ("tanker", {"added_mass": {"water_depth_m": 26.0}}),
+    ("kvlcc2", {"terms": {"roll": ROLLS}}),
+)
+"""Vehicles of the catalogue where some of their numbers matter that otherwise don't: coefficients of shallow water,
+sections of a ship.
+"""
 
 
 def push(flow: Any, parameters: Mapping[str, float]) -> Any:

@@ -31,6 +31,7 @@ from pelagos.vehicles.wetness import Wetness
 DEAF = {
     "actuators.ship_engine.service_hz": "trials and missions order it; the engine itself turns as it is told",
     "terms.hydrostatic.center_of_flotation_m.2": "heave, roll and pitch act through x and y of that point alone",
+    "terms.roll_damping.sections=hull": "refused beside the numbers of a form; see test_roll_sections",
 }
 """Keys that no motion below hears, or that allow no other value, and why."""
 STATES = 12

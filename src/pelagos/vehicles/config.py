@@ -212,6 +212,7 @@ class VehicleConfig(PartConfig):
             in_air=self.medium == "air",
             shallow=getattr(self.added_mass, "shallow", 0.0),
             ground=getattr(self.added_mass, "ground", None),
+            afloat=self.afloat,
         )
         for term in self.terms.values():
             if isinstance(term, (HydrostaticConfig, TwinHullConfig)):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,6 +11,9 @@ from pydantic import ConfigDict, Field
 
 from pelagos.config.described import Described
 from pelagos.vehicles.nearby import GroundMass
+
+if TYPE_CHECKING:
+    from pelagos.vehicles.afloat_config import AfloatConfig
 
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 NonNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
@@ -44,6 +47,7 @@ class Body:
         flotation: forward of the origin, the centre of a floating hull's waterplane [m].
         shallow: draught over the depth of water under the keel; 0 in deep water.
         ground: what the ground does to the added mass, where the depth is the world's.
+        afloat: the hull in the water, of vehicles that have one.
     """
 
     density: float
@@ -63,6 +67,7 @@ class Body:
     flotation: float = 0.0
     shallow: float = 0.0
     ground: GroundMass | None = None
+    afloat: AfloatConfig | None = None
 
     @property
     def mass_matrix(self) -> NDArray[np.float64]:
