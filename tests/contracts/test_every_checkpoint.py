@@ -19,7 +19,7 @@ SMALL: dict[str, dict[str, Any]] = {
 } | {"range_finder": {"azimuth_deg": [0.0, 35.0, -50.0], "elevation_deg": [10.0, -20.0, -35.0]}}  # rays and lanes
 AFLOAT = {
     "otter", "wamv", "surface_vessel", "mariner", "kvlcc2", "tanker", "container", "supply", "semisub", "frigate",
-    "zeefakkel",
+    "zeefakkel", "navalvessel",
 }  # fmt: skip
 IN_AIR = {"quadrotor", "fixed_wing"}
 SHIPS = AFLOAT - {"otter", "wamv", "surface_vessel"}

@@ -11,7 +11,7 @@ from pelagos.vehicles.load import catalogue_names
 NAMES = sorted(catalogue_names())
 AFLOAT = {
     "otter", "wamv", "surface_vessel", "mariner", "kvlcc2", "tanker", "container", "supply", "semisub", "frigate",
-    "zeefakkel",
+    "zeefakkel", "navalvessel",
 }  # fmt: skip
 IN_AIR = {"quadrotor", "fixed_wing"}
 

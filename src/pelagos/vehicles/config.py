@@ -25,6 +25,7 @@ from pelagos.vehicles.part import Body, NonNegative, PartConfig, Positive, Three
 from pelagos.vehicles.shape.hull import HullConfig
 from pelagos.vehicles.shape.parts import PartsHull, ShapePart
 from pelagos.vehicles.shape.torpedo import TorpedoHull
+from pelagos.vehicles.terms.clarke import ClarkeConfig
 from pelagos.vehicles.terms.floating import HydrostaticConfig, TwinHullConfig
 
 _ONCE: Final = {"boundary": "a hull has one image in a plane", "squat": "a hull sinks once"}
@@ -142,6 +143,7 @@ class VehicleConfig(PartConfig):
                 hint = did_you_mean(name, self.terms)
                 raise ValueError(f"calm_damping: {name!r} is none of the terms {', '.join(self.terms)}{hint}")
         _check_density(self)
+        _check_coriolis(self)
         for name, mode in self.modes.items():
             for used in getattr(mode, "uses", ()):
                 if self.actuators.get(used) is None:
@@ -203,7 +205,9 @@ class VehicleConfig(PartConfig):
             height=self.height,
             rigid=rigid_body.mass_matrix(mass, inertia, self.mass.center_of_gravity_m),
             displaced=rigid_body.mass_matrix(wet, wet / mass * inertia, self.mass.center_of_buoyancy_m),
-            added=added_mass_matrix(self.added_mass, mass, inertia, self.length_m, self.beam),
+            added=added_mass_matrix(
+                self.added_mass, mass, inertia, self.length_m, self.beam, volume=volume, density=self.density_kg_m3
+            ),
             weight=mass * self.gravity_m_s2,
             buoyancy=self.density_kg_m3 * volume * self.gravity_m_s2,
             center_of_gravity=np.array(self.mass.center_of_gravity_m, dtype=np.float64),
@@ -233,6 +237,20 @@ def _check_density(config: VehicleConfig) -> None:
             raise ValueError(
                 f"inflow of {name!r} in the air needs its density: density_kg_m3 is left at {config.density_kg_m3:g}, "
                 "that of water; give that of air, about 1.2"
+            )
+
+
+def _check_coriolis(config: VehicleConfig) -> None:
+    """Refuse Coriolis forces of the added mass beside terms that contain them.
+
+    Raises:
+        ValueError: names the term.
+    """
+    for name, term in config.terms.items():
+        if isinstance(term, ClarkeConfig) and config.coriolis.added != "none":
+            raise ValueError(
+                f"the derivatives of {name!r} contain the Coriolis forces of the added mass: coriolis: {{added: none}} "
+                "goes with them"
             )
 
 

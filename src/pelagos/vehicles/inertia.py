@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
 from pelagos.hydro import added_mass, rigid_body
+from pelagos.hydro.clarke import MainDimensions, clarke_derivatives, surge_added_mass
 from pelagos.vehicles.nearby import GroundMass
 from pelagos.vehicles.part import NonNegative, PartConfig, Positive, Six, Three
 
@@ -103,6 +104,42 @@ class ShallowAddedMass(PartConfig):
         return GroundMass(self.draught_m, self.growth) if self.water_depth_m == "world" else None
 
 
+class ClarkeAddedMass(PartConfig):
+    """Added mass of a ship from its main dimensions: sway and yaw by Clarke, Gedling and Hine 1983, surge by Soeding
+    1982; for the forms of `hydro/clarke.py`, about the middle of the hull.
+    """
+
+    type: Literal["clarke"] = "clarke"
+    draught_m: Positive
+    """[m]; length, beam and displaced volume are the vehicle's."""
+    heave_kg: NonNegative
+    """Which the formulas do not give [kg]."""
+    roll_kg_m2: NonNegative
+    """Which the formulas do not give [kg m^2]."""
+    pitch_kg_m2: NonNegative
+    """Which the formulas do not give [kg m^2]."""
+
+    @property
+    def measured(self) -> bool:
+        """Each coefficient was fitted by itself: Yrdot and Nvdot differ."""
+        return True
+
+    def matrix(self, length: float, beam: float, volume: float, density: float) -> NDArray[np.float64]:
+        """M_A `(6, 6)`: length, beam [m], displaced volume [m^3], density of the water [kg/m^3].
+
+        Raises:
+            ValueError: the form is beyond the regression.
+        """
+        form = MainDimensions(length, beam, self.draught_m, volume)
+        if form.outside():
+            raise ValueError(f"added_mass: {form.outside()}")
+        found, scale = clarke_derivatives(form), 0.5 * density * length**3
+        made = np.diag([surge_added_mass(form, density), 0.0, self.heave_kg, self.roll_kg_m2, self.pitch_kg_m2, 0.0])
+        made[1, 1], made[1, 5] = -scale * found.y_vdot, -scale * length * found.y_rdot
+        made[5, 1], made[5, 5] = -scale * length * found.n_vdot, -scale * length**2 * found.n_rdot
+        return made
+
+
 class NoAddedMass(PartConfig):
     """In air."""
 
@@ -110,7 +147,8 @@ class NoAddedMass(PartConfig):
 
 
 AddedMassConfig = Annotated[
-    LambAddedMass | DiagonalAddedMass | MatrixAddedMass | ShallowAddedMass | NoAddedMass, Field(discriminator="type")
+    LambAddedMass | DiagonalAddedMass | MatrixAddedMass | ShallowAddedMass | ClarkeAddedMass | NoAddedMass,
+    Field(discriminator="type"),
 ]
 
 
@@ -141,9 +179,18 @@ def mass_and_inertia(
 
 
 def added_mass_matrix(
-    config: AddedMassConfig, mass: float, inertia: NDArray[np.float64], length: float, diameter: float
+    config: AddedMassConfig,
+    mass: float,
+    inertia: NDArray[np.float64],
+    length: float,
+    diameter: float,
+    *,
+    volume: float,
+    density: float,
 ) -> NDArray[np.float64]:
-    """M_A `(6, 6)` about CO."""
+    """M_A `(6, 6)` about CO; `volume`: displaced [m^3], `density`: of the water [kg/m^3]."""
+    if isinstance(config, ClarkeAddedMass):
+        return config.matrix(length, diameter, volume, density)
     if isinstance(config, DiagonalAddedMass):
         return np.diag(np.array(config.diagonal, dtype=np.float64))
     if isinstance(config, ShallowAddedMass):

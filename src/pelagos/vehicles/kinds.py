@@ -41,6 +41,7 @@ from pelagos.vehicles.control.world_acceleration import WorldAccelerationConfig
 from pelagos.vehicles.terms.air import WingConfig
 from pelagos.vehicles.terms.blunt_lift import BluntLiftConfig
 from pelagos.vehicles.terms.boundary import BoundaryConfig
+from pelagos.vehicles.terms.clarke import ClarkeConfig
 from pelagos.vehicles.terms.crossflow import CrossFlowConfig, ObliqueCrossFlowConfig
 from pelagos.vehicles.terms.damping import (
     CubicDampingConfig,
@@ -54,6 +55,7 @@ from pelagos.vehicles.terms.floating import FloatingDampingConfig, HydrostaticCo
 from pelagos.vehicles.terms.function import FunctionConfig
 from pelagos.vehicles.terms.glide import GlideConfig
 from pelagos.vehicles.terms.lift import LiftDragConfig
+from pelagos.vehicles.terms.modulus import ModulusConfig
 from pelagos.vehicles.terms.restoring import SubmergedConfig
 from pelagos.vehicles.terms.roll_damping import RollDampingConfig
 from pelagos.vehicles.terms.squat import SquatConfig
@@ -62,6 +64,7 @@ from pelagos.vehicles.terms.windage import WindageConfig
 TermConfig: TypeAlias = Annotated[
     BluntLiftConfig
     | BoundaryConfig
+    | ClarkeConfig
     | CrossFlowConfig
     | CubicDampingConfig
     | DerivativesConfig
@@ -72,6 +75,7 @@ TermConfig: TypeAlias = Annotated[
     | HydrostaticConfig
     | LiftDragConfig
     | LinearDampingConfig
+    | ModulusConfig
     | ObliqueCrossFlowConfig
     | PayloadConfig
     | QuadraticDampingConfig
