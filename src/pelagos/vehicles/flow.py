@@ -108,6 +108,20 @@ class Flow:
         return depth
 
     @property
+    def deepening(self) -> list[Array]:
+        """Slope of `depth` by the place over ground, horizontal, body axes (3) [-]; 0 where no ground is near."""
+        depth: Array = _FAR_M
+        slope: list[Array] = [0.0] * 3
+        for plane in self.planes:
+            up = -1.0 * dot(plane.normal, self.down)
+            flat = dr.maximum(up, LEVEL)
+            below = plane.distance / flat + self.immersion
+            nearer = (up > LEVEL) & (below < depth)
+            depth = dr.select(nearer, below, depth)
+            slope = [dr.select(nearer, n / flat + d, s) for n, d, s in zip(plane.normal, self.down, slope, strict=True)]
+        return slope
+
+    @property
     def down(self) -> list[Array]:
         """The direction of gravity in body axes (3)."""
         return list(self.rotation[2])

@@ -86,9 +86,14 @@ class ShallowAddedMass(PartConfig):
     water_depth_m: Positive | Literal["world"] | None = None
     """Of the water that the ship's forces are for, from surface to ground [m]; world: that of the world under the ship
     at every tick, which acts as 1.2 draughts where it is less; left out: deep."""
+    momentum: bool = False
+    """With the world's depth: over ground that slopes, the growing added mass takes its momentum from the ship and the
+    water's energy pulls towards the deep (`hydro/shoaling.py`), which derivatives of one depth each do not contain."""
 
     @model_validator(mode="after")
     def _afloat(self) -> Self:
+        if self.momentum and self.water_depth_m != "world":
+            raise ValueError("momentum is of a depth that changes on the way: water_depth_m: world goes with it")
         if isinstance(self.water_depth_m, float) and self.water_depth_m <= self.draught_m:
             raise ValueError(f"water_depth_m {self.water_depth_m:g} must be more than draught_m {self.draught_m:g}")
         return self
@@ -101,7 +106,7 @@ class ShallowAddedMass(PartConfig):
     @property
     def ground(self) -> GroundMass | None:
         """Growth with the depth of the world."""
-        return GroundMass(self.draught_m, self.growth) if self.water_depth_m == "world" else None
+        return GroundMass(self.draught_m, self.growth, self.momentum) if self.water_depth_m == "world" else None
 
 
 class ClarkeAddedMass(PartConfig):

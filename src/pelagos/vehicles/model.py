@@ -206,6 +206,8 @@ class Model:
                 found["trim"] = [mul(1 - flow.far, x) for x in self.trim.wrench(flow)]
         elif flow.water_acceleration is not None and self.inertia.excess is not None:
             found["excess_mass"] = minus(matvec(self.inertia.excess, flow.water_acceleration))
+        if self.ground is not None and self.ground.momentum:
+            found["shoaling"] = _left(self.ground.shoaling(flow), Place("hull").share(flow))
         for name, term in self.terms.items():
             if flow.seaway is None or name not in self.still | self.calm_damping:
                 found[name] = self.left(term, term.wrench(flow), flow)

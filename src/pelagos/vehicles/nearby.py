@@ -12,6 +12,7 @@ from pelagos import jit
 from pelagos.hydro.algebra import Matrix, Vector, add, dot, matvec, minus, mul, transpose
 from pelagos.hydro.images import Plane
 from pelagos.hydro.shallow_water import SHALLOWEST
+from pelagos.hydro.shoaling import shoaling_wrench
 from pelagos.jit import Array
 
 if TYPE_CHECKING:
@@ -43,10 +44,12 @@ class GroundMass:
     Attributes:
         draught: [m].
         growth: of the matrix's diagonal (6) [kg], [kg m^2].
+        momentum: whether a change of depth under way takes the momentum that it must (`hydro.shoaling`).
     """
 
     draught: float
     growth: Sequence[float]
+    momentum: bool = False
 
     def shallow(self, flow: Flow) -> Array:
         """Draught over the depth of water under the keel [-], held where there is less than 1.2 draughts of water."""
@@ -54,8 +57,23 @@ class GroundMass:
 
     def image_mass(self, flow: Flow) -> list[list[Array]]:
         """Added mass by the ground `(6, 6)`."""
-        shallow = self.shallow(flow)
-        return [[mul(shallow, x) if row == column else 0.0 for column in range(6)] for row, x in enumerate(self.growth)]
+        return self._diagonal(self.shallow(flow))
+
+    def shoaling(self, flow: Flow) -> list[Array]:
+        """Force and moment (6) of the depth's change on the way."""
+        under = flow.depth - self.draught
+        held = flow.depth < SHALLOWEST * self.draught
+        steepness = dr.select(held, 0.0, -self.draught / dr.square(dr.select(held, self.draught, under)))
+        return shoaling(self._diagonal(steepness), flow)
+
+    def _diagonal(self, share: Array) -> list[list[Array]]:
+        return [[mul(share, x) if row == column else 0.0 for column in range(6)] for row, x in enumerate(self.growth)]
+
+
+def shoaling(slope: Matrix, flow: Flow) -> list[Array]:
+    """What added mass that has the `slope` dM_A/dh `(6, 6)` takes where the depth changes on the way (6) [N], [N m]."""
+    deepening = flow.deepening
+    return shoaling_wrench(slope, flow.nu_c, deepening, dot(deepening, flow.nu[:3]))
 
 
 @jit.struct

@@ -8,7 +8,7 @@ from typing import Final, Literal, Self
 import drjit as dr
 from pydantic import model_validator
 
-from pelagos.hydro.algebra import Vector
+from pelagos.hydro.algebra import Vector, add
 from pelagos.hydro.manoeuvring import (
     Rudder,
     Ship,
@@ -162,4 +162,5 @@ class MmgShip:
         x = x + (1 - self.deduction) * thrust - (1 - rudder.deduction) * normal * sin
         y = y - (1 + rudder.hull_share) * normal * cos
         n = n - (rudder.place + rudder.hull_share * rudder.hull_place) * ship.length * normal * cos
-        return [x, y, 0.0, 0.0, 0.0, n]
+        load: list[Array] = [x, y, 0.0, 0.0, 0.0, n]
+        return load if self.shallow is None else add(load, self.shallow.shoaling(flow))

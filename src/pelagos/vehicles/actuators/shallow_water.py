@@ -12,8 +12,10 @@ from pelagos.errors import ScenarioError
 from pelagos.hydro.shallow_water import SHALLOWEST, DepthFactors, deep_speed_ratio, depth_factors
 from pelagos.jit import Array
 from pelagos.vehicles.flow import Flow
+from pelagos.vehicles.nearby import shoaling
 from pelagos.vehicles.part import Body, PartConfig
 
+_CLOSE: Final = 1e-5  # differences in depth over draught: in it no factor's slope changes by 1e-6
 _BROADEST: Final = 4.0  # beam over draught up to which K2 is Clarke's
 
 
@@ -25,6 +27,9 @@ class ShallowWaterConfig(PartConfig):
 
     midship: Annotated[float, Field(gt=0, le=1)]
     """C_M: area of the wet midship section over beam times draught [-]."""
+    momentum: bool = False
+    """Over ground that slopes, the growing added mass takes its momentum from the ship and the water's energy pulls
+    towards the deep (`hydro/shoaling.py`), which factors of one depth each do not contain."""
 
     def build(self, body: Body, draught: float) -> ShallowWater:
         """The part of a ship with a draught [m].
@@ -38,13 +43,13 @@ class ShallowWaterConfig(PartConfig):
                 f"shallow_water: beam over draught is {ratio:.3g}; factors of depth are known up to {_BROADEST:g}"
             )
         masses = float(body.added[1, 1]), float(body.added[5, 5])
-        return ShallowWater(draught, ratio, self.midship * body.beam * draught, body.gravity, masses)
+        return ShallowWater(draught, ratio, self.midship * body.beam * draught, body.gravity, masses, self.momentum)
 
 
 @dataclass(frozen=True)
 class ShallowWater:
     """draught [m]; beam over draught; midship_area [m^2]; gravity [m/s^2]; added masses of deep water in sway [kg] and
-    yaw [kg m^2].
+    yaw [kg m^2]; momentum: see the configuration.
     """
 
     draught: float
@@ -52,6 +57,7 @@ class ShallowWater:
     midship_area: float
     gravity: float
     masses: tuple[float, float]
+    momentum: bool = False
 
     def factors(self, flow: Flow) -> DepthFactors:
         """At the depth under the ship."""
@@ -69,6 +75,21 @@ class ShallowWater:
     def image_mass(self, flow: Flow) -> list[list[Array]]:
         """Added mass by the ground `(6, 6)`."""
         by = self.factors(flow)
+        return self._masses(by.sway_mass - 1, by.yaw_mass - 1)
+
+    def shoaling(self, flow: Flow) -> list[Array]:
+        """Force and moment (6) of the depth's change on the way; none without `momentum`."""
+        if not self.momentum:
+            return [0.0] * 6
+        ratio = flow.depth / self.draught
+        after, before = (depth_factors(ratio + change, self.beam_ratio) for change in (_CLOSE, -_CLOSE))
+        by_metre = 0.5 / (_CLOSE * self.draught)
+        slope = self._masses(
+            by_metre * (after.sway_mass - before.sway_mass), by_metre * (after.yaw_mass - before.yaw_mass)
+        )
+        return shoaling(slope, flow)
+
+    def _masses(self, sway: Array, yaw: Array) -> list[list[Array]]:
         found: list[list[Array]] = [[0.0] * 6 for _ in range(6)]
-        found[1][1], found[5][5] = self.masses[0] * (by.sway_mass - 1), self.masses[1] * (by.yaw_mass - 1)
+        found[1][1], found[5][5] = self.masses[0] * sway, self.masses[1] * yaw
         return found
