@@ -59,6 +59,32 @@ def test_a_ship_beyond_the_ground_is_in_deep_water():
     assert gained(given, 10) == pytest.approx(gained(plain, 10), abs=1e-5)
 
 
+def fast(depth, sinkage):
+    """A boat of 4.9 m at 6 m/s, whose wave feels the ground of 10 m: F^2 is 0.37 there."""
+    squat = {"type": "squat", "sinkage": sinkage, "trim": 0.0}
+    given = scenario(vehicle={"type": "wamv", "terms": {"squat": squat}}, depth=depth)
+    given["agents"]["s0"]["start"]["speed_mps"] = 6.0
+    return given
+
+
+def test_a_fast_boat_feels_the_ground_beyond_two_lengths():
+    """The force goes on by the formula, F^2/sqrt(1 - F^2), on either side of two lengths and at four, with no jump."""
+    config = pl.Vehicle.from_catalogue("wamv").config
+    length, body = config.length_m, config.body
+    volume, found = float(body.displaced[0, 0]) / body.density, []
+    depths = [1.99 * length, 2.01 * length, 4.0 * length]
+    for depth in depths:
+        sim = [pl.Simulation.load(fast(depth, k)) for k in (1.46, 0.0)]
+        for one in sim:
+            one.step({"s0": [0.0, 0.0]})
+        found.append(10 * float(np.subtract(*(one.state["s0"].velocity[0, 2] for one in sim))))
+    square = 36.0 / (body.gravity * np.array(depths))
+    sinkage = 1.46 * volume / length**2 * square / np.sqrt(1 - square)
+    assert np.array(found) / found[0] == pytest.approx(sinkage / sinkage[0], rel=2e-3)
+    assert found[0] < -0.05
+    assert found[1] / found[0] == pytest.approx(1.0, abs=0.02)
+
+
 def test_lanes_and_checkpoints_keep_the_bytes():
     both, alone = (pl.Simulation.load(scenario(k)) for k in (2, 1))
     both.step(ticks=30)

@@ -20,8 +20,10 @@ from pelagos.sim.model import Model
 from pelagos.sim.set_points import vectors
 from pelagos.vehicles.flow import LEVEL
 from pelagos.vehicles.nearby import Walls
+from pelagos.vehicles.terms.boundary import Boundary
 
 _LENGTHS: Final = 2.0  # reach of the rays: beyond it a spheroid's added mass changes by less than 1e-3
+_DEEPEST_M: Final = 2e4  # reach of the ray below ships: U^2/(g h) and h/T tell how far they feel, not their length
 _FAR_M: Final = 1e6
 _SIDES: Final = ((1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0))  # ahead, port, astern, starboard
 _RAYS: Final = 1 + len(_SIDES)
@@ -54,12 +56,14 @@ class Boundaries:
         return call(position, attitude, *arguments)
 
     def _build(self, batch: Batch) -> tuple[Callable[..., Walls], tuple[Any, ...]]:
-        reach = dr.opaque(jit.Float, _LENGTHS * batch.vehicle.config.length_m)
-        return self._model.scene.compile(_look(batch.rows)), (reach,)
+        near = _LENGTHS * batch.vehicle.config.length_m
+        by_images = any(isinstance(term, Boundary) for term in batch.vehicle.model.terms.values())
+        below = near if by_images else max(near, _DEEPEST_M)
+        return self._model.scene.compile(_look(batch.rows)), (dr.opaque(jit.Float, below), dr.opaque(jit.Float, near))
 
 
 def _look(n: int) -> Callable[..., Walls]:
-    def look(caster: Caster, position: Array, attitude: Array, reach: Array) -> Walls:
+    def look(caster: Caster, position: Array, attitude: Array, below: Array, beside: Array) -> Walls:
         lane = dr.arange(jit.UInt32, n * _RAYS)
         vehicle, ray = lane % n, lane // n  # of one direction after another
         q = dr.gather(jit.Array4f64, attitude, vehicle)
@@ -74,7 +78,8 @@ def _look(n: int) -> Callable[..., Walls]:
             direction = dr.select(ray == k + 1, side, direction)
         origin = dr.gather(jit.Array3f64, position, vehicle)
         hits = Caster(caster.static, None, caster.tables).cast(Rays(
-            origin, jit.Array3f(direction), jit.Float(reach), vehicle, dr.full(jit.UInt32, NO_BODY, n * _RAYS)
+            origin, jit.Array3f(direction), dr.select(ray == 0, below, beside), vehicle,
+            dr.full(jit.UInt32, NO_BODY, n * _RAYS),
         ))  # fmt: skip
         normal = jit.Array3f64(hits.normal)
         wall = dr.abs(normal[2]) < LEVEL
